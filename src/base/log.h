@@ -1,0 +1,23 @@
+// ---------------------------------------------------------------------------
+// log.h : messages of the run. The listing (out/) and the terminal read them.
+// ---------------------------------------------------------------------------
+#ifndef MPFE_BASE_LOG_H
+#define MPFE_BASE_LOG_H
+
+#include <cstdio>
+
+// log_open : from now on messages also go to this file; null: terminal only
+void log_open(std::FILE* listing);
+
+// log_note : listing only.  log_warn, log_error : listing and stderr, with the word in front
+void log_note(const char* format, ...) __attribute__((format(printf, 1, 2)));
+void log_warn(const char* format, ...) __attribute__((format(printf, 1, 2)));
+void log_error(const char* format, ...) __attribute__((format(printf, 1, 2)));
+int log_warnings();
+
+// bug : our mistake: message, file, line, exit code EXIT_BUG
+#define MPFE_CHECK(condition, message) \
+  do { if (!(condition)) log_bug(message, __FILE__, __LINE__); } while (0)
+[[noreturn]] void log_bug(const char* message, const char* file, int line);
+
+#endif

@@ -1,0 +1,24 @@
+#include "base/timer.h"
+
+#include <ctime>
+
+const char* const phase_name[PHASES] = {
+  "input", "set-up", "active grid", "bonds", "pattern", "mass", "projection",
+  "residual", "tangent", "analysis", "factorisation", "back substitution", "commit", "output"};
+
+namespace {
+
+PhaseTime table[PHASES];
+
+double seconds(clockid_t clock)
+{
+  timespec t;
+  clock_gettime(clock, &t);
+  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
+
+}  // namespace
+
+double timer_wall() { return seconds(CLOCK_MONOTONIC); }
+double timer_cpu() { return seconds(CLOCK_PROCESS_CPUTIME_ID); }
+PhaseTime& timer_phase(Phase p) { return table[p]; }

@@ -1,0 +1,36 @@
+// ---------------------------------------------------------------------------
+// types.h : words that every folder uses
+// ---------------------------------------------------------------------------
+#ifndef MPFE_BASE_TYPES_H
+#define MPFE_BASE_TYPES_H
+
+#include <string>
+#include <vector>
+
+using RealVec = std::vector<double>;
+using IntVec  = std::vector<int>;
+
+// What a routine of the physics returns. step/ decides what follows.
+enum Status {
+  STATUS_OK = 0,
+  BAD_JACOBIAN,        // det F <= 0 in an element or a material point
+  BAD_NUMBER,          // NaN or Inf in a residual
+  SOLVER_SINGULAR,     // zero pivot in the factorisation
+  SOLVER_FAILED,       // the linear solver gave up (text in the log)
+  NOT_CONVERGED,       // Newton did not converge
+  OUTSIDE_GRID         // a corner of a material point left the grid
+};
+
+// Exit codes of the program
+enum { EXIT_GOOD = 0, EXIT_CHECK_FAILED = 1, EXIT_DECK = 2, EXIT_PHYSICS = 3, EXIT_BUG = 4, EXIT_RESOURCE = 5 };
+
+// CSR list of lists: the items of list i are item[off[i]] ... item[off[i+1]-1]
+struct ListTable {
+  IntVec off{0};
+  IntVec item;
+  int size() const { return static_cast<int>(off.size()) - 1; }
+  int count(int i) const { return off[i + 1] - off[i]; }
+  const int* begin(int i) const { return item.data() + off[i]; }
+};
+
+#endif

@@ -1,0 +1,22 @@
+// ---------------------------------------------------------------------------
+// mat.h : constitutive laws at an integration point (doc/theory.md 2)
+// ---------------------------------------------------------------------------
+#ifndef MPFE_MAT_MAT_H
+#define MPFE_MAT_MAT_H
+
+#include "model/model.h"
+
+// St.Venant-Kirchhoff: S = lam tr(E) I + 2 mu E. In plane stress lam is the reduced one,
+// so that the law of the plane components has the same form.
+struct MatLaw {
+  double lam = 0, mu = 0;      // of the components that the kernel sees          force/length^2
+  double lam3 = 0;             // lam of three dimensions
+  Plane plane = PLANE_STRAIN;
+};
+
+MatLaw mat_law(const Material& m, Plane plane);
+
+// mat_full : plane components -> all six (11 22 33 12 23 31, tensor) of E and S
+void mat_full(const MatLaw& law, int dim, double E[6], double S[6]);
+
+#endif

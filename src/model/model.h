@@ -1,0 +1,302 @@
+// ---------------------------------------------------------------------------
+// model.h : what the deck says. Filled by deck/, const after model_check.
+//
+// Labels are the user's, indices start at 0. Coordinates have three components
+// also in two dimensions; nodal vectors of the state have Model::dim.
+// ---------------------------------------------------------------------------
+#ifndef MPFE_MODEL_MODEL_H
+#define MPFE_MODEL_MODEL_H
+
+#include <array>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "base/expr.h"
+#include "base/types.h"
+#include "model/element_table.h"
+
+struct Place {                 // where in the decks a thing was said, for messages
+  std::string file;
+  int line = 0;
+};
+
+struct Mesh {
+  IntVec node_label;           // [nnode]
+  RealVec X;                   // [nnode*3] coordinates at t = 0                      length
+  IntVec elem_label;           // [nelem]
+  IntVec elem_type;            // [nelem] index into elem_table
+  IntVec elem_section;         // [nelem] index into Model::section, -1: none yet
+  ListTable conn;              // [nelem] nodes of an element
+  std::unordered_map<int, int> node_index, elem_index;   // label -> index
+  int nnode() const { return static_cast<int>(node_label.size()); }
+  int nelem() const { return static_cast<int>(elem_label.size()); }
+};
+
+struct Set {                   // nodes or elements, ascending, each once
+  std::string name;            // upper case
+  IntVec item;
+  Place place;
+};
+
+struct Face {
+  int elem;                    // element (or material point) that owns the face
+  int face;                    // 0-based local face
+};
+
+struct Surface {
+  std::string name;
+  std::vector<Face> face;      // faces of finite elements; for a body: filled by point_fill
+  int body = -1;               // >= 0: the boundary of this body of material points
+  Expr where;                  // body: faces all of whose corners satisfy where != 0 at t = 0
+  Place place;
+};
+
+struct Material {
+  std::string name;
+  double young   = 0.0;        // force/length^2
+  double poisson = 0.0;
+  double density = 0.0;        // mass/length^3, 0: not given
+  bool has_elastic = false;
+  bool used = false;           // by a section or a body
+  Place place;
+};
+
+struct Section {               // *SOLID SECTION
+  int elset;
+  int material;
+  double thickness = 1.0;      // length
+  Place place;
+};
+
+enum AmplitudeKind { AMP_TABULAR, AMP_SMOOTH_STEP, AMP_STEFFEN, AMP_AKIMA, AMP_CUBIC, AMP_EXPRESSION };
+
+struct Amplitude {
+  std::string name;
+  AmplitudeKind kind = AMP_TABULAR;
+  bool total_time = false;     // TIME=TOTAL TIME; otherwise the time of the step
+  RealVec t, y;                // table
+  Expr expr;                   // AMP_EXPRESSION: function of t
+  Place place;
+};
+
+// ---- material points ------------------------------------------------------
+
+enum FillKind { FILL_BLOCK, FILL_ELSET, FILL_REGION };
+
+struct Body {                  // *MATERIAL POINTS
+  std::string name;
+  FillKind fill = FILL_BLOCK;
+  std::array<double, 3> lo{{0, 0, 0}}, hi{{0, 0, 0}};   // FILL_BLOCK, FILL_REGION: box at t = 0
+  std::array<int, 3> cells{{0, 0, 0}};                  // FILL_BLOCK: 0: as many as grid cells fit (rounded)
+  int per_cell = 2;            // m x m (x m) points in a cell of the fill, or in an element
+  int elset = -1;              // FILL_ELSET: these finite elements become points before the run
+  Expr where;                  // FILL_REGION: domains whose centre has where != 0
+  int material = -1;
+  Plane plane = PLANE_STRAIN;
+  double thickness = 1.0;
+  int field = 0;               // grid field: bodies with the same number share grid unknowns
+  Place place;
+};
+
+struct Grid {                  // *GRID : a box of equal cells
+  bool given = false;
+  std::array<double, 3> lo{{0, 0, 0}};
+  std::array<double, 3> h{{0, 0, 0}};     // cell size
+  std::array<int, 3> n{{0, 0, 0}};        // cells
+  double weak = 0.05;          // extended basis: a node with max_p S_pv below this is no unknown; 0: off
+  Place place;
+};
+
+struct GridBc {                // *GRID BOUNDARY : all grid nodes on a plane
+  int axis = 0;                // 0 1 2
+  double position = 0.0;
+  int first = 0, last = 0;     // dofs, 0-based
+  Expr value;                  // displacement, from the start of the run
+  int amplitude = -1;
+  Place place;
+};
+
+enum BondKind { BOND_MESH_GRID, BOND_GROUND };
+
+struct BondDef {               // *BOND
+  std::string name;
+  BondKind kind = BOND_MESH_GRID;
+  int surface = -1;            // surface of finite elements; BOND_GROUND: surface of finite elements or of a body
+  int body = -1;               // BOND_MESH_GRID: the body of material points on the other side
+  int intermediate = 0;        // bonds between the nodes of an edge
+  double penalty = 0.0;        // force/length^3; 0: alpha E/h
+  double alpha = 0.0;          // 0: the default of the program
+  bool normal_only = false;    // rollers: ties only the direction below, or the face normal when it is zero
+  std::array<double, 3> direction{{0, 0, 0}};
+  std::array<Expr, 3> motion;  // BOND_GROUND: displacement of the ground
+  int amplitude = -1;
+  int augment = 0;             // augmented Lagrange updates a step
+  Place place;
+};
+
+struct InitialVelocity {       // *INITIAL CONDITIONS, TYPE=VELOCITY
+  IntVec node;                 // finite-element nodes, or
+  int body = -1;               // a body
+  int dof = 0;
+  Expr value;
+  Place place;
+};
+
+// ---- steps ----------------------------------------------------------------
+
+enum LoadKind { LOAD_NODE, LOAD_PRESSURE, LOAD_TRACTION, LOAD_BODY };
+
+struct Load {
+  LoadKind kind = LOAD_NODE;
+  IntVec node;                 // LOAD_NODE
+  std::vector<Face> face;      // LOAD_PRESSURE, LOAD_TRACTION on finite elements
+  int surface = -1;            // the same on a surface (of elements or of a body)
+  IntVec elem;                 // LOAD_BODY: elements
+  IntVec body;                 // LOAD_BODY: bodies of material points
+  bool per_mass = false;       // LOAD_BODY: gravity (times density)
+  int dof = 0;                 // LOAD_NODE
+  std::array<double, 3> dir{{0, 0, 0}};   // unit vector of traction, gravity, body force
+  double start = 0.0;          // value at the end of the step before (a static step ramps from it)
+  Expr value;                  // force, force/area, force/volume, acceleration
+  int amplitude = -1;          // index, or -1
+  Place place;
+};
+
+struct Prescribed {            // *BOUNDARY
+  IntVec node;
+  int first = 0, last = 0;     // dofs, 0-based, both included
+  double start = 0.0;
+  Expr value;                  // displacement, length
+  int amplitude = -1;
+  Place place;
+};
+
+enum Procedure { PROC_STATIC, PROC_DYNAMIC };
+enum TimeScheme { SCHEME_NEWMARK, SCHEME_ENERGY_MOMENTUM };
+
+struct Controls {              // *CONTROLS
+  double tol_force  = 1e-8;    // residual / force scale
+  double tol_energy = 1e-14;   // |residual . correction| / energy scale
+  int max_iter = 16;
+  int max_cut  = 10;           // halvings of a step
+  bool line_search = true;
+};
+
+struct PrintRequest {          // *NODE PRINT, *EL PRINT
+  bool element = false;
+  int set = -1;                // nset or elset
+  std::vector<std::string> what;    // U V A RF | S E ENER
+  int frequency = 1;
+  bool totals = false;         // TOTALS=YES: the sum of RF as well
+};
+
+struct Step {
+  bool nlgeom = false;
+  Procedure proc = PROC_STATIC;
+  double period = 1.0, dt = 1.0, dt_min = 0.0, dt_max = 0.0;   // 0: the default
+  bool direct = false;         // fixed increments
+  int max_inc = 1000000;
+  TimeScheme scheme = SCHEME_NEWMARK;
+  bool scheme_given = false;
+  double beta = 0.25, gamma = 0.5;
+  double dissipation = 0.0;    // energy-momentum: 0 ... 0.5
+  Controls ctl;
+  std::vector<Load> load;              // all that act in this step, also those carried over
+  std::vector<Prescribed> prescribed;  // all that act, later ones override
+  std::vector<PrintRequest> print;
+  Place place;
+};
+
+// ---- output and checks ----------------------------------------------------
+
+enum Reduce { REDUCE_MEAN, REDUCE_SUM, REDUCE_MAX, REDUCE_MIN, REDUCE_ABSMAX };
+
+struct HistoryDef {            // *HISTORY : one column each
+  std::string name;
+  std::string what;            // U1 V2 A1 RF1 S11 ... E12 ENER X1
+  Reduce reduce = REDUCE_MEAN;
+  int nset = -1, elset = -1, body = -1;
+  bool at_point = false;       // what at the material place X of t = 0
+  std::array<double, 3> X{{0, 0, 0}};
+  Place place;
+};
+
+struct VtkDef {                // *VTK
+  bool on = false;
+  bool ascii = false;
+  int frequency = 0;           // every n increments, 0: not by number
+  double interval = 0.0;       // every so much time
+};
+
+enum CheckKind { CHECK_HISTORY, CHECK_FIELD };
+enum CheckAt { AT_TIME, AT_END, AT_MAX, AT_MIN, AT_ABSMAX };
+
+struct Check {                 // *CHECK
+  std::string name;
+  CheckKind kind = CHECK_HISTORY;
+  std::string column;          // CHECK_HISTORY: column of the history
+  std::string what;            // CHECK_FIELD: U1 V1 S11 ...
+  Expr exact;                  // CHECK_FIELD: exact value, function of X (t = 0) and t
+  double scale = 0.0;          // CHECK_FIELD: the error is divided by this; 0: by the L2 norm of exact
+  CheckAt at = AT_END;
+  double time = 0.0;
+  double target = 0.0;         // CHECK_HISTORY
+  double tolerance = 0.0;      // absolute; relative tolerances are turned into absolute ones by the reader
+  std::string source;          // ANALYTIC PUBLISHED CONVERGED PREVIOUS
+  Place place;
+};
+
+enum SolverKind { SOLVER_AUTO, SOLVER_SKYLINE, SOLVER_MUMPS };
+
+struct SolverDef {             // *SOLVER
+  SolverKind kind = SOLVER_AUTO;
+};
+
+struct HistoryOutput {         // *OUTPUT, HISTORY
+  int frequency = 1;
+};
+
+struct Model {
+  std::string job;             // deck name without folder and ending
+  std::string out_dir = ".";
+  std::string deck;            // path as given
+  std::string heading;
+  int dim = 2;
+  Mesh mesh;
+  std::vector<Set> nset, elset;
+  std::vector<Surface> surface;
+  std::vector<Material> material;
+  std::vector<Section> section;
+  std::vector<Amplitude> amplitude;
+  std::vector<Body> body;
+  Grid grid;
+  std::vector<GridBc> grid_bc;
+  std::vector<BondDef> bond;
+  std::vector<InitialVelocity> initial;
+  std::vector<Step> step;
+  std::vector<HistoryDef> history;
+  HistoryOutput history_out;
+  VtkDef vtk;
+  std::vector<Check> check;
+  SolverDef solver;
+  ParamMap param;
+};
+
+// model_find_* : index by name (upper case), -1 when there is none
+int model_find_nset(const Model& m, const std::string& name);
+int model_find_elset(const Model& m, const std::string& name);
+int model_find_surface(const Model& m, const std::string& name);
+int model_find_material(const Model& m, const std::string& name);
+int model_find_amplitude(const Model& m, const std::string& name);
+int model_find_body(const Model& m, const std::string& name);
+
+// amplitude_eval : y(t); t_step and t_total are the times of the step and of the run
+double amplitude_eval(const Amplitude& a, double t_step, double t_total);
+
+// load_value, prescribed_value : what acts at x at the given time; ramp of static steps, amplitudes,
+// expressions of x y z t (t: total time)
+double load_value(const Model& m, const Step& s, const Load& l, const double x[3], double t_step, double t_total);
+double prescribed_value(const Model& m, const Step& s, const Prescribed& b, const double x[3], double t_step, double t_total);
+
+#endif

@@ -1,0 +1,78 @@
+// ---------------------------------------------------------------------------
+// state.h : what changes during the run. Only step/ writes it.
+// ---------------------------------------------------------------------------
+#ifndef MPFE_MODEL_STATE_H
+#define MPFE_MODEL_STATE_H
+
+#include "model/model.h"
+
+// Material points: domains of a corner mesh with shared corners (doc/theory.md 3)
+struct Points {
+  int npoint = 0, ncorner = 0;
+  RealVec Xc;                  // [ncorner*dim]  corners at t = 0                     length
+  IntVec shape;                // [npoint] Shape of the domain
+  ListTable conn;              // [npoint] corners of a domain
+  RealVec w;                   // [conn.item] weights w_c, sum 1 over a domain
+  RealVec G;                   // [conn.item*dim] gradients G_c, sum 0                1/length
+  RealVec V0;                  // [npoint] volume (area x thickness) at t = 0         length^3
+  RealVec mass;                // [npoint]
+  IntVec body;                 // [npoint] index into Model::body
+  IntVec label;                // [npoint] the user's: 1, 2, ...
+  IntVec field;                // [ncorner] grid field of a corner
+  std::vector<Face> boundary;  // faces with one owner; elem: point, face: local face
+  std::vector<std::vector<Face>> surface;   // [Model::surface] the faces of surfaces on bodies, empty for others
+};
+
+// Bonds tie side A (nodes or corners) to the grid or to the ground (doc/theory.md 4)
+struct Bonds {
+  int nbond = 0;
+  ListTable a;                 // side A: finite-element node n, or corner c as nnode + c
+  RealVec a_w;                 // [a.item] weights, sum 1
+  IntVec def;                  // [nbond] index into Model::bond
+  IntVec field;                // [nbond] grid field of side B, -1: ground
+  RealVec area;                // [nbond] tributary area (length x thickness in 2D)
+  RealVec normal;              // [nbond*dim] unit normal, from side A outwards
+  RealVec cn, ct;              // [nbond] penalty normal and tangential x area        force/length
+  IntVec intermediate;         // [nbond] 0: at a node, 1: between nodes
+};
+
+struct Level {                 // one time level
+  double time = 0.0;           // total time
+  RealVec u, v, a;             // [nnode*dim] finite-element nodes
+  RealVec xc;                  // [ncorner*dim] corners, where they are now           length
+  RealVec vp;                  // [npoint*dim] velocity of points
+  RealVec slip;                // [nbond*dim] side A minus side B                     length
+  RealVec lambda;              // [nbond*dim] multiplier of the augmented Lagrange    force
+};
+
+struct Ledger {                // energies and momenta at t(n), [3] in space
+  double kinetic = 0, strain = 0, bond = 0, external = 0;   // external: work of loads and moved supports so far
+  double total0 = 0;           // kinetic + strain + bond at the start of the run
+  double balance = 0;          // kinetic + strain + bond - total0 - external
+  double scale = 0;            // largest energy seen so far
+  double momentum[3] = {0, 0, 0};
+  double angular[3] = {0, 0, 0};
+  double slip_max = 0, slip_rms = 0;
+};
+
+struct StepLog {               // how the increment went
+  int step = 0;                // 1-based
+  int inc = 0;                 // increment within the step, 1-based
+  int inc_total = 0;
+  int iterations = 0, cuts = 0;
+  double dt = 0, t_step = 0;
+  double residual = 0, scale = 0;   // last residual norm and force scale
+  int grid_nodes = 0, grid_cells = 0, weak_nodes = 0, equations = 0;
+};
+
+struct State {
+  Level n, np1;
+  Points points;
+  Bonds bonds;
+  RealVec rf;                  // [nnode*dim] reactions at t(n), 0 at free dofs
+  RealVec grid_rf;             // [Model::grid_bc * dim] sum of the reactions of each grid condition
+  Ledger ledger;
+  StepLog log;
+};
+
+#endif
