@@ -4,6 +4,7 @@
 #ifndef MPFE_ELEM_ELEM_H
 #define MPFE_ELEM_ELEM_H
 
+#include "elem/kernel.h"
 #include "mat/mat.h"
 #include "model/state.h"
 
@@ -21,6 +22,7 @@ struct IpFields {
 // Elements of one type, material and thickness; reference gradients are computed once
 struct ElemBlock {
   int type;                    // index into elem_table
+  Shape shape;
   MatLaw law;
   double density;
   double thickness;
@@ -38,9 +40,28 @@ struct Elements {
 // Returns BAD_JACOBIAN and the element in *worst when det(dX/dxi) <= 0 at a Gauss point.
 Status elem_setup(const Model& m, Elements& el, int* worst);
 
+// elem_form : residual and, unless ke is null, tangent of one element
+//   in   dNdX, w   of the element (ElemBlock)
+//        u0, u1    nodal displacements at t(n), t(n+1)   [nen*dim]
+//   out  re        internal force                        [nen*dim]
+//        ke        tangent, node pairs a >= b            [pairs][dim*dim]
+//   BAD_JACOBIAN: det F(n+1) <= 0.  doc/theory.md (1.5), (1.6)
+using ElemForm = Status (*)(const double* dNdX, const double* w, const MatLaw& law, const KernelMode& mode,
+                            const double* u0, const double* u1, double* re, double* ke);
+ElemForm elem_form(Shape s);
+
+// elem_gauss_place : place X[3] at t = 0 and shape functions N [nen] of Gauss point g; returns weight x volume
+double elem_gauss_place(const Model& m, const Elements& el, int e, int g, double* X, double* N);
+
+// elem_mass : consistent mass of an element, node pairs a >= b [pairs]; one number serves all directions
+void elem_mass(const Model& m, const ElemBlock& b, int slot, double* me);
+
 // elem_ip_fields : results at Gauss point g of element e; u [nnode*dim]
 void elem_ip_fields(const Model& m, const Elements& el, const RealVec& u, bool nlgeom,
                     int e, int g, IpFields& out);
+
+// ip_fields_from : fills E, sigma, psi of out from out.F; shared by elements and points
+void ip_fields_from(const MatLaw& law, int dim, bool nlgeom, IpFields& out);
 
 // elem_energy : strain energy of all elements
 double elem_energy(const Model& m, const Elements& el, const RealVec& u, bool nlgeom);

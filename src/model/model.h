@@ -217,6 +217,7 @@ struct HistoryDef {            // *HISTORY : one column each
   std::string what;            // U1 V2 A1 RF1 S11 ... E12 ENER X1
   Reduce reduce = REDUCE_MEAN;
   int nset = -1, elset = -1, body = -1;
+  int grid_bc = -1;            // GRF: the condition of *GRID BOUNDARY
   bool at_point = false;       // what at the material place X of t = 0
   std::array<double, 3> X{{0, 0, 0}};
   Place place;

@@ -1,18 +1,16 @@
 // ---------------------------------------------------------------------------
-// point.h : material points: fill, active grid, results (doc/theory.md 3)
+// point.h : material points: fill, active grid, force, results (doc/theory.md 3)
 // ---------------------------------------------------------------------------
 #ifndef MPFE_POINT_POINT_H
 #define MPFE_POINT_POINT_H
 
-#include <array>
-
 #include "elem/elem.h"
 #include "model/state.h"
 
-// The part of the grid that exists in this step, and what corners see of it
+// The part of the grid that exists in this step, and what corners, points and bonds see of it
 struct ActiveGrid {
   int nnode = 0;               // unknown grid nodes
-  int ncell = 0;               // cells that hold a corner or a bond
+  int ncell = 0;               // cells that hold a corner or the centre of a point
   int nweak = 0;               // touched nodes that follow others (extended basis)
   int nlone = 0;               // weak nodes without a good cell near: kept as unknowns
   std::vector<long> key;       // [nnode] field * (nodes of the grid) + node number, ascending
@@ -22,20 +20,44 @@ struct ActiveGrid {
   ListTable point;             // [npoint] unknown grid nodes of a point
   RealVec S;                   // [point.item] S_pv
   RealVec dS;                  // [point.item*dim] dS_pv/dX                         1/length
-  ListTable bond;              // [nbond] unknown grid nodes of side B
+  ListTable bond;              // [nbond] unknown grid nodes of side B, empty for the ground
   RealVec bond_w;
 };
 
-// grid_node_place : position of a grid node from its key
+// grid_nodes, grid_cells : how many the whole grid has
+long grid_nodes(const Grid& g, int dim);
+long grid_cells(const Grid& g, int dim);
+
+// grid_node_place, grid_cell_place : position of a node, lower corner of a cell, from a key
 void grid_node_place(const Grid& g, int dim, long key, double x[3]);
+void grid_cell_place(const Grid& g, int dim, long key, double x[3]);
 
 // point_fill : material points of all bodies (block, element set, region), their boundary and surfaces.
 // Messages go to the log; returns the number of errors.
 int point_fill(const Model& m, Points& pts);
 
+// grid_activate : cells and nodes that corners at xc [ncorner*dim] and bonds at xb [nbond*dim] touch,
+// weights of corners, points and bonds, extended basis. doc/theory.md (3.8) - (3.12)
+// OUTSIDE_GRID: *worst is the corner (>= 0) or -1 - bond
+Status grid_activate(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& xc, const RealVec& xb,
+                     ActiveGrid& g, int* worst);
+
+// point_corner_force : internal force of all points on their corners, from corner places at t(n), t(n+1)
+//   out fc [ncorner*dim] added to;  BAD_JACOBIAN: *worst is the point
+Status point_corner_force(const Model& m, const Points& pts, const std::vector<MatLaw>& law, const KernelMode& mode,
+                          const RealVec& xc0, const RealVec& xc1, RealVec& fc, int* worst);
+
+// point_tangent : tangent of point p for its grid nodes, pairs a >= b [pairs][dim*dim]; scratch f [n*dim]
+void point_tangent(const Model& m, const Points& pts, const std::vector<MatLaw>& law, const KernelMode& mode,
+                   const RealVec& xc0, const RealVec& xc1, const ActiveGrid& g, int p, double* f, double* ke);
+
+// point_laws : constitutive law of each body
+std::vector<MatLaw> point_laws(const Model& m);
+
 // point_ip_fields : results of a point; xc [ncorner*dim]
 void point_ip_fields(const Model& m, const Points& pts, const RealVec& xc, int p, IpFields& out);
 
+// point_energy : strain energy of all points
 double point_energy(const Model& m, const Points& pts, const RealVec& xc);
 
 #endif

@@ -1,0 +1,83 @@
+# mpfe: build, set-up and tests.  `make help` lists the targets.
+#
+# What depends on the machine stands in tools/machines/*.mk and is chosen with
+# make MACHINE=name. Objects of each machine are kept apart.
+
+MACHINE ?= debian
+include tools/machines/$(MACHINE).mk
+
+# as many jobs as cores; a -j of the user wins
+ifeq ($(MAKELEVEL),0)
+ifeq ($(filter -j%,$(MAKEFLAGS)),)
+MAKEFLAGS += -j$(shell nproc 2>/dev/null || echo 2)
+endif
+endif
+
+BUILD := build/$(MACHINE)
+MPFE  := bin/mpfe$(SUFFIX)
+UNIT  := bin/unit$(SUFFIX)
+STAMP := $(BUILD)/setup.stamp
+
+SRC      := $(wildcard src/*/*.cpp)
+UNIT_SRC := $(wildcard verification/unit/*.cpp)
+OBJ      := $(SRC:%.cpp=$(BUILD)/%.o)
+MAIN_OBJ := $(BUILD)/src/main.o
+UNIT_OBJ := $(UNIT_SRC:%.cpp=$(BUILD)/%.o)
+
+WARNINGS = -Wall -Wextra -Wshadow
+COMPILE  = $(CXX) -std=c++17 $(CXXFLAGS) $(WARNINGS) $(DEFINES) -Isrc $(INCLUDE) -MMD -MP
+
+.PHONY: all setup demo test verify unit clean help
+.DEFAULT_GOAL := all
+
+all: $(MPFE)
+unit: $(UNIT)
+
+$(MPFE): $(OBJ) $(MAIN_OBJ)
+	@mkdir -p $(@D)
+	$(CXX) $(LDFLAGS) $^ $(LDLIBS) -o $@
+
+$(UNIT): $(OBJ) $(UNIT_OBJ)
+	@mkdir -p $(@D)
+	$(CXX) $(LDFLAGS) $^ -lgtest_main -lgtest $(LDLIBS) -pthread -o $@
+
+$(BUILD)/%.o: %.cpp tools/machines/$(MACHINE).mk
+	@mkdir -p $(@D)
+	$(COMPILE) -c $< -o $@
+
+# setup looks again; demo, test and verify look once, then trust the stamp.
+# They build in a second make, because setup may bring the compiler.
+setup:
+	tools/setup MACHINE=$(MACHINE)
+	@mkdir -p $(BUILD) && touch $(STAMP)
+
+$(STAMP): tools/setup tools/machines/$(MACHINE).mk
+	tools/setup MACHINE=$(MACHINE)
+	@mkdir -p $(@D) && touch $@
+
+demo: $(STAMP)
+	@$(MAKE) --no-print-directory all
+	MPFE=$(MPFE) tools/demo
+
+test: $(STAMP)
+	@$(MAKE) --no-print-directory all unit
+	MPFE=$(MPFE) UNIT=$(UNIT) tools/verify --test
+
+verify: $(STAMP)
+	@$(MAKE) --no-print-directory all
+	MPFE=$(MPFE) tools/verify $(CASES)
+
+clean:
+	rm -rf build bin
+
+help:
+	@echo 'make            build $(MPFE)'
+	@echo 'make setup      install or look for the libraries'
+	@echo 'make demo       set up, build, run the demonstration'
+	@echo 'make test       set up, build, run unit tests, small decks and bad decks'
+	@echo 'make verify     the long checks; CASES="name ..." picks some'
+	@echo 'make unit       build the unit tests, $(UNIT)'
+	@echo 'make clean      remove build/ and bin/'
+	@echo 'MACHINE=name    $(basename $(notdir $(wildcard tools/machines/*.mk))) (now: $(MACHINE))'
+
+-include $(OBJ:.o=.d) $(MAIN_OBJ:.o=.d) $(UNIT_OBJ:.o=.d)

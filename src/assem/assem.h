@@ -1,0 +1,83 @@
+// ---------------------------------------------------------------------------
+// assem.h : all loops over elements, points and bonds (doc/theory.md 5)
+//
+// Rows of the system: finite-element nodes in use, then the unknown grid nodes.
+// Vectors of the system have rows*dim entries.
+// ---------------------------------------------------------------------------
+#ifndef MPFE_ASSEM_ASSEM_H
+#define MPFE_ASSEM_ASSEM_H
+
+#include "bond/bond.h"
+#include "elem/elem.h"
+#include "point/point.h"
+#include "solve/solve.h"
+
+struct System {
+  int dim = 0, nfe = 0, nrow = 0;
+  IntVec row_of_node;          // [nnode] row of a node, -1: in no element
+  IntVec node_of_row;          // [nfe]
+  ListTable bond;              // [nbond] rows of both sides
+  RealVec bond_w;              // [bond.item] N_a of side A, -N_v of side B
+  SysMatrix A;
+  RealVec M;                   // [blocks of A] mass, one number serves all directions
+  IntVec elem_map;             // block of A for each node pair, 2 k + 1: transposed; elements block after block
+  IntVec point_map, bond_map;
+  std::vector<size_t> point_map_off, bond_map_off;
+  ListTable point_rows;        // the lists that the pattern was made for
+  ListTable bond_rows;
+  IntVec fixed;                // [nrow*dim] 0 free, 1 prescribed
+  RealVec target;              // [nrow*dim] prescribed increment of the step, 0 at free dofs
+  RealVec rate;                // [nrow*dim] velocity of prescribed dofs at t(n+1)
+  IntVec grid_bc;              // [nrow*dim] index of the grid condition, -1
+  double h_mean = 1.0;         // mean size of elements and cells, for rounding floors
+  int neq() const { return nrow * dim; }
+};
+
+// Everything a step works on
+struct Problem {
+  const Model& m;
+  State& st;
+  Elements el;
+  std::vector<MatLaw> point_law;
+  ActiveGrid grid;
+  System sys;
+  Solver solver;
+  int worst = -1;              // element or point of the last failure
+  bool worst_is_point = false;
+};
+
+// system_form : rows, lists, and, when a list has changed, pattern and scatter maps; mass
+void system_form(Problem& p, bool mass);
+
+// system_constrain : fixed dofs and their increments from t(n) to t_total; sets fixed, target, grid_bc
+void system_constrain(Problem& p, const Step& s, double t_step0, double t_step1);
+
+// assem_move : places and displacements at t(n+1) from the increment du: writes st.np1.u, xc, slip
+void assem_move(Problem& p, const RealVec& du, double t_step0, double t_step1);
+
+// assem_internal : fint [neq] of elements, points and bonds for the two levels of the state
+//   BAD_JACOBIAN: p.worst names the element or point
+Status assem_internal(Problem& p, const KernelMode& mode, RealVec& fint);
+
+// assem_loads : fext [neq] at a time; followers act on the places of n (s = 0) ... n+1 (s = 1)
+void assem_loads(Problem& p, const Step& step, double t_step, double t_total, double s, RealVec& fext);
+bool assem_has_followers(const Step& step);
+
+// assem_tangent : A = K + cM M (all dofs, also the fixed ones)
+void assem_tangent(Problem& p, const KernelMode& mode, double cM);
+
+// assem_constrain : rows and columns of fixed dofs become those of a diagonal matrix; f -= A(:, fixed) x(fixed)
+// before that, f(fixed) = d x(fixed), so that the solution holds x(fixed)
+void assem_constrain(System& sys, const RealVec& x, RealVec& f);
+
+// mass_multiply : y = M x;  mass_diagonal: row sums of |M| by row
+void mass_multiply(const System& sys, const RealVec& x, RealVec& y);
+
+// mass_solve : M x = f on the free dofs of the rows from first on; x at fixed dofs is given. Diagonally scaled
+// conjugate gradients, one run for each direction. Returns the iterations; -1: not converged. doc/theory.md (3.14)
+int mass_solve(const System& sys, int first, const RealVec& f, RealVec& x);
+
+// point_momentum : p [neq] of the grid rows, sum_p m_p S_pv v_p
+void point_momentum(const Problem& p, const RealVec& vp, RealVec& out);
+
+#endif

@@ -1,0 +1,262 @@
+#include "assem/assem.h"
+#include "base/timer.h"
+
+namespace {
+
+void move_nodes(Problem& p, const RealVec& du)
+{
+  const int dim = p.m.dim;
+  const Level& n = p.st.n;
+  for (int r = 0; r < p.sys.nfe; ++r) {
+    const int node = p.sys.node_of_row[r];
+    for (int i = 0; i < dim; ++i) p.st.np1.u[node * dim + i] = n.u[node * dim + i] + du[r * dim + i];
+  }
+}
+
+// x_c(n+1) = x_c(n) + sum_v N_v(x_c) du_v
+void move_corners(Problem& p, const RealVec& du)
+{
+  const int dim = p.m.dim;
+  const ActiveGrid& g = p.grid;
+  for (int c = 0; c < p.st.points.ncorner; ++c)
+    for (int i = 0; i < dim; ++i) {
+      double d = 0.0;
+      for (int k = g.corner.off[c]; k < g.corner.off[c + 1]; ++k)
+        d += g.corner_w[k] * du[(p.sys.nfe + g.corner.item[k]) * dim + i];
+      p.st.np1.xc[c * dim + i] = p.st.n.xc[c * dim + i] + d;
+    }
+}
+
+void move_bonds(Problem& p, const RealVec& du, double t0, double t1)
+{
+  const int dim = p.m.dim;
+  const double total0 = p.st.n.time, total1 = p.st.n.time + (t1 - t0);
+  for (int b = 0; b < p.st.bonds.nbond; ++b) {
+    double s[3] = {0, 0, 0}, g0[3], g1[3];
+    for (int k = p.sys.bond.off[b]; k < p.sys.bond.off[b + 1]; ++k)
+      for (int i = 0; i < dim; ++i) s[i] += p.sys.bond_w[k] * du[p.sys.bond.item[k] * dim + i];
+    if (p.st.bonds.field[b] < 0) {
+      bond_ground_motion(p.m, p.st.bonds, b, t0, total0, g0);
+      bond_ground_motion(p.m, p.st.bonds, b, t1, total1, g1);
+      for (int i = 0; i < dim; ++i) s[i] -= g1[i] - g0[i];
+    }
+    for (int i = 0; i < dim; ++i) p.st.np1.slip[b * dim + i] = p.st.n.slip[b * dim + i] + s[i];
+  }
+}
+
+Status add_elements(Problem& p, const KernelMode& mode, RealVec& fint)
+{
+  const Mesh& mesh = p.m.mesh;
+  const int dim    = p.m.dim;
+  Status status    = STATUS_OK;
+  double u0[24], u1[24], re[24];
+  for (const ElemBlock& b : p.el.block) {
+    const ShapeInfo& info = shape_info[b.shape];
+    const ElemForm form   = elem_form(b.shape);
+    for (size_t e = 0; e < b.elem.size(); ++e) {
+      const int* node = mesh.conn.begin(b.elem[e]);
+      for (int a = 0; a < info.nen; ++a)
+        for (int i = 0; i < dim; ++i) {
+          u0[a * dim + i] = p.st.n.u[node[a] * dim + i];
+          u1[a * dim + i] = p.st.np1.u[node[a] * dim + i];
+        }
+      const Status s = form(&b.dNdX[e * info.ngp * info.nen * dim], &b.w[e * info.ngp], b.law, mode, u0, u1, re, nullptr);
+      if (s != STATUS_OK) {
+        status = s;
+        p.worst = b.elem[e];
+        p.worst_is_point = false;
+      }
+      for (int a = 0; a < info.nen; ++a) {
+        double* f = &fint[p.sys.row_of_node[node[a]] * dim];
+        for (int i = 0; i < dim; ++i) f[i] += re[a * dim + i];
+      }
+    }
+  }
+  return status;
+}
+
+// forces on corners go to the grid with the weights of the corners
+void scatter_corners(const Problem& p, const RealVec& fc, RealVec& f)
+{
+  const int dim = p.m.dim;
+  const ActiveGrid& g = p.grid;
+  for (int c = 0; c < p.st.points.ncorner; ++c)
+    for (int k = g.corner.off[c]; k < g.corner.off[c + 1]; ++k)
+      for (int i = 0; i < dim; ++i)
+        f[(p.sys.nfe + g.corner.item[k]) * dim + i] += g.corner_w[k] * fc[c * dim + i];
+}
+
+// f = lambda + C s, s mixed as the stress                                          (4.2)
+void add_bonds(Problem& p, const KernelMode& mode, RealVec& fint)
+{
+  const int dim = p.m.dim;
+  double C[9], s[3];
+  for (int b = 0; b < p.st.bonds.nbond; ++b) {
+    bond_stiffness(p.st.bonds, dim, b, C);
+    for (int i = 0; i < dim; ++i)
+      s[i] = mode.s_new * p.st.np1.slip[b * dim + i] + mode.s_old * p.st.n.slip[b * dim + i];
+    for (int i = 0; i < dim; ++i) {
+      double f = p.st.np1.lambda[b * dim + i];
+      for (int j = 0; j < dim; ++j) f += C[i * dim + j] * s[j];
+      for (int k = p.sys.bond.off[b]; k < p.sys.bond.off[b + 1]; ++k)
+        fint[p.sys.bond.item[k] * dim + i] += p.sys.bond_w[k] * f;
+    }
+  }
+}
+
+// ---- loads ----------------------------------------------------------------
+
+// the place of a kinematic point between t(n) (s = 0) and t(n+1) (s = 1)
+struct Follower {
+  const Problem& p;
+  bool body;
+  double s;
+  bool follow;
+  void reference(int n, double* X) const
+  {
+    for (int i = 0; i < 3; ++i)
+      X[i] = !body ? p.m.mesh.X[3 * n + i] : i < p.m.dim ? p.st.points.Xc[n * p.m.dim + i] : 0.0;
+  }
+  void place(int n, double* x) const
+  {
+    const int dim = p.m.dim;
+    reference(n, x);
+    if (!follow) return;
+    for (int i = 0; i < dim; ++i)
+      x[i] = body ? (1.0 - s) * p.st.n.xc[n * dim + i] + s * p.st.np1.xc[n * dim + i]
+                  : x[i] + (1.0 - s) * p.st.n.u[n * dim + i] + s * p.st.np1.u[n * dim + i];
+  }
+};
+
+// one edge under pressure or traction: two Gauss points on the straight edge
+void edge_load(const Follower& f, const Step& step, const Load& l, const int* node, double thickness,
+               double t_step, double t_total, RealVec& out)
+{
+  const Model& m = f.p.m;
+  const double gauss = 0.5 - 0.5 / __builtin_sqrt(3.0);
+  double X[2][3], x[2][3];
+  for (int k = 0; k < 2; ++k) {
+    f.reference(node[k], X[k]);
+    f.place(node[k], x[k]);
+  }
+  double area[3] = {0, 0, 0};                       // force of a unit value
+  if (l.kind == LOAD_PRESSURE) {
+    area[0] = -(x[1][1] - x[0][1]);
+    area[1] = x[1][0] - x[0][0];
+  } else {
+    const double length = __builtin_hypot(X[1][0] - X[0][0], X[1][1] - X[0][1]);
+    for (int i = 0; i < 3; ++i) area[i] = length * l.dir[i];
+  }
+  for (int g = 0; g < 2; ++g) {
+    const double N1 = g ? 1.0 - gauss : gauss, N[2] = {1.0 - N1, N1};
+    double at[3];
+    for (int i = 0; i < 3; ++i) at[i] = N[0] * X[0][i] + N[1] * X[1][i];
+    const double value = 0.5 * thickness * load_value(m, step, l, at, t_step, t_total);
+    for (int k = 0; k < 2; ++k)
+      for (int i = 0; i < m.dim; ++i) out[node[k] * m.dim + i] += N[k] * value * area[i];
+  }
+}
+
+// faces of finite elements into fn [nnode*dim], faces of bodies into fc [ncorner*dim]
+void face_loads(const Problem& p, const Step& step, const Load& l, double t_step, double t_total, double s,
+                RealVec& fn, RealVec& fc)
+{
+  const Model& m    = p.m;
+  const bool surf   = l.surface >= 0, body = surf && m.surface[l.surface].body >= 0;
+  const std::vector<Face>& face = body ? p.st.points.surface[l.surface] : surf ? m.surface[l.surface].face : l.face;
+  const Follower f{p, body, s, step.nlgeom};
+  for (const Face& q : face) {
+    const Shape shape = body ? static_cast<Shape>(p.st.points.shape[q.elem]) : elem_table[m.mesh.elem_type[q.elem]].shape;
+    const int* conn   = body ? p.st.points.conn.begin(q.elem) : m.mesh.conn.begin(q.elem);
+    const int node[2] = {conn[shape_info[shape].face[q.face][0]], conn[shape_info[shape].face[q.face][1]]};
+    const double t    = body ? m.body[m.surface[l.surface].body].thickness
+                             : p.el.block[p.el.block_of[q.elem]].thickness;
+    edge_load(f, step, l, node, t, t_step, t_total, body ? fc : fn);
+  }
+}
+
+void body_loads(const Problem& p, const Step& step, const Load& l, double t_step, double t_total,
+                RealVec& fn, RealVec& fc)
+{
+  const Model& m = p.m;
+  const int dim  = m.dim;
+  IpFields ip;
+  for (int e : l.elem) {
+    if (p.el.block_of[e] < 0) continue;
+    const ElemBlock& b    = p.el.block[p.el.block_of[e]];
+    const ShapeInfo& info = shape_info[b.shape];
+    for (int g = 0; g < info.ngp; ++g) {
+      double X[3], N[8];
+      const double w = elem_gauss_place(m, p.el, e, g, X, N) * load_value(m, step, l, X, t_step, t_total) *
+                       (l.per_mass ? b.density : 1.0);
+      for (int a = 0; a < info.nen; ++a)
+        for (int i = 0; i < dim; ++i) fn[m.mesh.conn.begin(e)[a] * dim + i] += w * N[a] * l.dir[i];
+    }
+  }
+  const Points& pts = p.st.points;
+  for (int body : l.body)
+    for (int q = 0; q < pts.npoint; ++q) {
+      if (pts.body[q] != body) continue;
+      double X[3] = {0, 0, 0};
+      for (int k = pts.conn.off[q]; k < pts.conn.off[q + 1]; ++k)
+        for (int i = 0; i < dim; ++i) X[i] += pts.w[k] * pts.Xc[pts.conn.item[k] * dim + i];
+      const double w = load_value(m, step, l, X, t_step, t_total) * (l.per_mass ? pts.mass[q] : pts.V0[q]);
+      for (int k = pts.conn.off[q]; k < pts.conn.off[q + 1]; ++k)
+        for (int i = 0; i < dim; ++i) fc[pts.conn.item[k] * dim + i] += w * pts.w[k] * l.dir[i];
+    }
+}
+
+}  // namespace
+
+void assem_move(Problem& p, const RealVec& du, double t_step0, double t_step1)
+{
+  move_nodes(p, du);
+  move_corners(p, du);
+  move_bonds(p, du, t_step0, t_step1);
+}
+
+Status assem_internal(Problem& p, const KernelMode& mode, RealVec& fint)
+{
+  Timer timer(PHASE_RESIDUAL);
+  fint.assign(p.sys.neq(), 0.0);
+  Status status = add_elements(p, mode, fint);
+  if (p.st.points.npoint) {
+    RealVec fc(p.st.points.Xc.size(), 0.0);
+    int worst = -1;
+    const Status s = point_corner_force(p.m, p.st.points, p.point_law, mode, p.st.n.xc, p.st.np1.xc, fc, &worst);
+    if (s != STATUS_OK) {
+      status = s;
+      p.worst = worst;
+      p.worst_is_point = true;
+    }
+    scatter_corners(p, fc, fint);
+  }
+  if (p.st.bonds.nbond) add_bonds(p, mode, fint);
+  return status;
+}
+
+bool assem_has_followers(const Step& step)
+{
+  if (!step.nlgeom) return false;
+  for (const Load& l : step.load)
+    if (l.kind == LOAD_PRESSURE) return true;
+  return false;
+}
+
+void assem_loads(Problem& p, const Step& step, double t_step, double t_total, double s, RealVec& fext)
+{
+  const int dim = p.m.dim;
+  RealVec fn(static_cast<size_t>(p.m.mesh.nnode()) * dim, 0.0), fc(p.st.points.Xc.size(), 0.0);
+  for (const Load& l : step.load) {
+    if (l.kind == LOAD_NODE)
+      for (int n : l.node) fn[n * dim + l.dof] += load_value(p.m, step, l, &p.m.mesh.X[3 * n], t_step, t_total);
+    else if (l.kind == LOAD_BODY)
+      body_loads(p, step, l, t_step, t_total, fn, fc);
+    else
+      face_loads(p, step, l, t_step, t_total, s, fn, fc);
+  }
+  fext.assign(p.sys.neq(), 0.0);
+  for (int r = 0; r < p.sys.nfe; ++r)
+    for (int i = 0; i < dim; ++i) fext[r * dim + i] = fn[p.sys.node_of_row[r] * dim + i];
+  scatter_corners(p, fc, fext);
+}

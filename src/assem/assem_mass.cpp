@@ -1,0 +1,114 @@
+#include <algorithm>
+#include <cmath>
+
+#include "assem/assem.h"
+
+void mass_multiply(const System& s, const RealVec& x, RealVec& y)
+{
+  const int dim = s.dim;
+  y.assign(x.size(), 0.0);
+  for (int r = 0; r < s.nrow; ++r) {
+    const int diag = s.A.off[r + 1] - 1;
+    for (int i = 0; i < dim; ++i) y[r * dim + i] += s.M[diag] * x[r * dim + i];
+    for (int k = s.A.off[r]; k < diag; ++k) {
+      const int c    = s.A.col[k];
+      const double m = s.M[k];
+      for (int i = 0; i < dim; ++i) {
+        y[r * dim + i] += m * x[c * dim + i];
+        y[c * dim + i] += m * x[r * dim + i];
+      }
+    }
+  }
+}
+
+namespace {
+
+// y = M x for one direction, rows from first on; masked entries of x and y are zero
+void multiply_one(const System& s, int first, const RealVec& x, RealVec& y)
+{
+  std::fill(y.begin() + first, y.end(), 0.0);
+  for (int r = first; r < s.nrow; ++r) {
+    const int diag = s.A.off[r + 1] - 1;
+    y[r] += s.M[diag] * x[r];
+    for (int k = s.A.off[r]; k < diag; ++k) {
+      const int c = s.A.col[k];
+      if (c < first) continue;
+      y[r] += s.M[k] * x[c];
+      y[c] += s.M[k] * x[r];
+    }
+  }
+}
+
+double dot(int first, const RealVec& a, const RealVec& b)
+{
+  double sum = 0.0;
+  for (size_t i = first; i < a.size(); ++i) sum += a[i] * b[i];
+  return sum;
+}
+
+// one direction d
+int solve_one(const System& s, int first, int d, const RealVec& f, RealVec& x)
+{
+  const int n = s.nrow, dim = s.dim;
+  RealVec u(n, 0.0), r(n, 0.0), z(n, 0.0), q(n, 0.0), w(n, 0.0), diag(n, 0.0);
+  std::vector<char> free(n, 0);
+  double scale = 0.0;
+  for (int i = first; i < n; ++i) {
+    diag[i] = s.M[s.A.off[i + 1] - 1];
+    free[i] = !s.fixed[i * dim + d] && diag[i] > 0.0;
+    u[i]    = x[i * dim + d];
+  }
+  multiply_one(s, first, u, q);
+  for (int i = first; i < n; ++i) {
+    if (!free[i]) continue;
+    r[i] = f[i * dim + d] - q[i];
+    scale += f[i * dim + d] * f[i * dim + d] / diag[i];
+  }
+  double rho = 0.0, rho0 = 0.0;
+  const double goal = 1e-28 * scale;      // squared, in the norm of D^-1
+  for (int it = 0; it <= 1000; ++it) {
+    for (int i = first; i < n; ++i) z[i] = free[i] ? r[i] / diag[i] : 0.0;
+    rho = dot(first, r, z);
+    if (!(rho > goal)) {
+      for (int i = first; i < n; ++i) x[i * dim + d] = u[i];
+      return it;
+    }
+    for (int i = first; i < n; ++i) w[i] = z[i] + (it ? rho / rho0 : 0.0) * w[i];
+    multiply_one(s, first, w, q);
+    for (int i = first; i < n; ++i)
+      if (!free[i]) q[i] = 0.0;
+    const double alpha = rho / dot(first, w, q);
+    for (int i = first; i < n; ++i) {
+      u[i] += alpha * w[i];
+      r[i] -= alpha * q[i];
+    }
+    rho0 = rho;
+  }
+  for (int i = first; i < n; ++i) x[i * dim + d] = u[i];
+  return -1;
+}
+
+}  // namespace
+
+int mass_solve(const System& s, int first, const RealVec& f, RealVec& x)
+{
+  int most = 0;
+  for (int d = 0; d < s.dim; ++d) {
+    const int it = solve_one(s, first, d, f, x);
+    if (it < 0) return -1;
+    most = std::max(most, it);
+  }
+  return most;
+}
+
+void point_momentum(const Problem& p, const RealVec& vp, RealVec& out)
+{
+  const int dim = p.m.dim;
+  const ActiveGrid& g = p.grid;
+  for (int q = 0; q < p.st.points.npoint; ++q)
+    for (int k = g.point.off[q]; k < g.point.off[q + 1]; ++k) {
+      const int row  = p.sys.nfe + g.point.item[k];
+      const double m = p.st.points.mass[q] * g.S[k];
+      for (int i = 0; i < dim; ++i) out[row * dim + i] += m * vp[q * dim + i];
+    }
+}

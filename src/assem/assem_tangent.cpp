@@ -1,0 +1,133 @@
+#include <algorithm>
+
+#include "assem/assem.h"
+#include "base/timer.h"
+
+namespace {
+
+// adds a block or its transpose; in a diagonal block only the lower part is kept
+template <int D>
+inline void add_block(SysMatrix& A, int where, bool diagonal, const double* k)
+{
+  double* v = &A.val[static_cast<size_t>(where / 2) * D * D];
+  if (diagonal) {
+    for (int i = 0; i < D; ++i)
+      for (int j = 0; j <= i; ++j) v[i * D + j] += k[i * D + j];
+  } else if (where & 1) {
+    for (int i = 0; i < D; ++i)
+      for (int j = 0; j < D; ++j) v[j * D + i] += k[i * D + j];
+  } else {
+    for (int i = 0; i < D * D; ++i) v[i] += k[i];
+  }
+}
+
+template <int D>
+inline void add_pairs(SysMatrix& A, const int* map, int n, const double* ke)
+{
+  int pair = 0;
+  for (int a = 0; a < n; ++a)
+    for (int b = 0; b <= a; ++b, ++pair) add_block<D>(A, map[pair], a == b, ke + pair * D * D);
+}
+
+template <int D>
+void add_elements(Problem& p, const KernelMode& mode)
+{
+  const Mesh& mesh = p.m.mesh;
+  const int* map = p.sys.elem_map.data();
+  double u0[8 * D], u1[8 * D], re[8 * D], ke[36 * D * D];
+  for (const ElemBlock& b : p.el.block) {
+    const ShapeInfo& info = shape_info[b.shape];
+    const ElemForm form   = elem_form(b.shape);
+    for (size_t e = 0; e < b.elem.size(); ++e) {
+      const int* node = mesh.conn.begin(b.elem[e]);
+      for (int a = 0; a < info.nen; ++a)
+        for (int i = 0; i < D; ++i) {
+          u0[a * D + i] = p.st.n.u[node[a] * D + i];
+          u1[a * D + i] = p.st.np1.u[node[a] * D + i];
+        }
+      form(&b.dNdX[e * info.ngp * info.nen * D], &b.w[e * info.ngp], b.law, mode, u0, u1, re, ke);
+      add_pairs<D>(p.sys.A, map, info.nen, ke);
+      map += pair_count(info.nen);
+    }
+  }
+}
+
+template <int D>
+void add_points(Problem& p, const KernelMode& mode)
+{
+  const Points& pts = p.st.points;
+  RealVec f, ke;
+  for (int q = 0; q < pts.npoint; ++q) {
+    const int n = p.grid.point.count(q);
+    f.resize(static_cast<size_t>(n) * D);
+    ke.resize(static_cast<size_t>(pair_count(n)) * D * D);
+    point_tangent(p.m, pts, p.point_law, mode, p.st.n.xc, p.st.np1.xc, p.grid, q, f.data(), ke.data());
+    add_pairs<D>(p.sys.A, &p.sys.point_map[p.sys.point_map_off[q]], n, ke.data());
+  }
+}
+
+template <int D>
+void add_bonds(Problem& p, const KernelMode& mode)
+{
+  double C[D * D], k[D * D];
+  for (int q = 0; q < p.st.bonds.nbond; ++q) {
+    bond_stiffness(p.st.bonds, D, q, C);
+    const int n     = p.sys.bond.count(q);
+    const double* w = &p.sys.bond_w[p.sys.bond.off[q]];
+    const int* map  = &p.sys.bond_map[p.sys.bond_map_off[q]];
+    for (int a = 0; a < n; ++a)
+      for (int b = 0; b <= a; ++b) {
+        for (int i = 0; i < D * D; ++i) k[i] = mode.cD() * w[a] * w[b] * C[i];
+        add_block<D>(p.sys.A, map[pair_place(a, b)], a == b, k);
+      }
+  }
+}
+
+}  // namespace
+
+void assem_tangent(Problem& p, const KernelMode& mode, double cM)
+{
+  Timer timer(PHASE_TANGENT);
+  System& s = p.sys;
+  std::fill(s.A.val.begin(), s.A.val.end(), 0.0);
+  if (s.dim == 2) {
+    add_elements<2>(p, mode);
+    add_points<2>(p, mode);
+    add_bonds<2>(p, mode);
+  } else {
+    add_elements<3>(p, mode);
+    add_points<3>(p, mode);
+    add_bonds<3>(p, mode);
+  }
+  if (cM == 0.0) return;
+  for (size_t k = 0; k < s.M.size(); ++k)
+    for (int i = 0; i < s.dim; ++i) s.A.val[(k * s.dim + i) * s.dim + i] += cM * s.M[k];
+}
+
+void assem_constrain(System& s, const RealVec& x, RealVec& f)
+{
+  const int dim = s.dim;
+  double diag = 0.0;
+  for (int r = 0; r < s.nrow; ++r)
+    for (int i = 0; i < dim; ++i) diag += s.A.val[(static_cast<size_t>(s.A.off[r + 1] - 1) * dim + i) * dim + i];
+  diag /= s.neq();
+  for (int r = 0; r < s.nrow; ++r)
+    for (int k = s.A.off[r]; k < s.A.off[r + 1]; ++k) {
+      const int c = s.A.col[k];
+      double* v   = &s.A.val[static_cast<size_t>(k) * dim * dim];
+      for (int i = 0; i < dim; ++i)
+        for (int j = 0; j < (r == c ? i : dim); ++j) {
+          const int row = r * dim + i, col = c * dim + j;
+          if (!s.fixed[row] && !s.fixed[col]) continue;
+          if (s.fixed[col] && !s.fixed[row]) f[row] -= v[i * dim + j] * x[col];
+          if (s.fixed[row] && !s.fixed[col]) f[col] -= v[i * dim + j] * x[row];
+          v[i * dim + j] = 0.0;
+        }
+      if (r != c) continue;
+      for (int i = 0; i < dim; ++i)
+        if (s.fixed[r * dim + i]) {
+          v[i * dim + i]  = diag;
+          f[r * dim + i] = diag * x[r * dim + i];
+        }
+    }
+}

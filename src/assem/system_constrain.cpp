@@ -1,0 +1,55 @@
+#include <cmath>
+
+#include "assem/assem.h"
+
+namespace {
+
+void fix(System& s, int dof, double increment, double rate, int grid_bc)
+{
+  s.fixed[dof]   = 1;
+  s.target[dof]  = increment;
+  s.rate[dof]    = rate;
+  s.grid_bc[dof] = grid_bc;
+}
+
+double grid_value(const Model& m, const GridBc& b, const double* x, double t_step, double t_total)
+{
+  const double factor = b.amplitude >= 0 ? amplitude_eval(m.amplitude[b.amplitude], t_step, t_total) : 1.0;
+  return factor * expr_eval(b.value, x, t_total);
+}
+
+}  // namespace
+
+void system_constrain(Problem& p, const Step& step, double t_step0, double t_step1)
+{
+  System& s = p.sys;
+  const Model& m = p.m;
+  const int dim  = m.dim;
+  const double total0 = p.st.n.time, total1 = total0 + (t_step1 - t_step0);
+  s.fixed.assign(s.neq(), 0);
+  s.target.assign(s.neq(), 0.0);
+  s.rate.assign(s.neq(), 0.0);
+  s.grid_bc.assign(s.neq(), -1);
+  const double dt = t_step1 - t_step0, back = 1e-3 * dt;     // rates by a difference just before t(n+1)
+  for (const Prescribed& b : step.prescribed)
+    for (int n : b.node) {
+      const int r = s.row_of_node[n];
+      if (r < 0) continue;
+      const double value = prescribed_value(m, step, b, &m.mesh.X[3 * n], t_step1, total1);
+      const double before = prescribed_value(m, step, b, &m.mesh.X[3 * n], t_step1 - back, total1 - back);
+      const double rate   = dt > 0.0 ? (value - before) / back : 0.0;
+      for (int i = b.first; i <= b.last && i < dim; ++i) fix(s, r * dim + i, value - p.st.n.u[n * dim + i], rate, -1);
+    }
+  for (size_t k = 0; k < m.grid_bc.size(); ++k) {
+    const GridBc& b = m.grid_bc[k];
+    for (int v = 0; v < p.grid.nnode; ++v) {
+      double x[3];
+      grid_node_place(m.grid, dim, p.grid.key[v], x);
+      if (std::fabs(x[b.axis] - b.position) > 1e-6 * m.grid.h[b.axis]) continue;
+      const double value = grid_value(m, b, x, t_step1, total1);
+      const double d     = value - grid_value(m, b, x, t_step0, total0);
+      const double rate  = dt > 0.0 ? (value - grid_value(m, b, x, t_step1 - back, total1 - back)) / back : 0.0;
+      for (int i = b.first; i <= b.last && i < dim; ++i) fix(s, (s.nfe + v) * dim + i, d, rate, static_cast<int>(k));
+    }
+  }
+}

@@ -1,0 +1,29 @@
+// ---------------------------------------------------------------------------
+// bond.h : bonds between finite elements, material points and the ground (doc/theory.md 4)
+// ---------------------------------------------------------------------------
+#ifndef MPFE_BOND_BOND_H
+#define MPFE_BOND_BOND_H
+
+#include "model/state.h"
+
+// Default penalty per area is bond_alpha E/h, E the stiffer side and h the smallest edge of a grid cell
+// (without a grid: of the faces). Measured: doc/verification.md, sweep S2.
+extern const double bond_alpha;
+
+// bond_form : bonds of all definitions at t = 0: at the nodes of the surface and between them, tributary areas,
+// normals, penalties. Returns the number of errors (messages in the log).
+int bond_form(const Model& m, const Points& pts, Bonds& bonds);
+
+// bond_places : where side A is                          xb [nbond*dim]
+void bond_places(const Model& m, const Bonds& bonds, const RealVec& u, const RealVec& xc, RealVec& xb);
+
+// bond_stiffness : C of bond b [dim*dim] = ct I + (cn - ct) n n^T             (4.3)
+void bond_stiffness(const Bonds& bonds, int dim, int b, double* C);
+
+// bond_ground_motion : displacement of the ground under bond b at a time          [dim]
+void bond_ground_motion(const Model& m, const Bonds& bonds, int b, double t_step, double t_total, double* g);
+
+// bond_energy : 1/2 slip C slip + lambda slip over all bonds; largest and rms slip
+double bond_energy(const Bonds& bonds, int dim, const Level& l, double* slip_max, double* slip_rms);
+
+#endif

@@ -1,0 +1,54 @@
+#include <algorithm>
+#include <cmath>
+
+#include "bond/bond.h"
+
+void bond_places(const Model& m, const Bonds& bonds, const RealVec& u, const RealVec& xc, RealVec& xb)
+{
+  const int dim = m.dim, nnode = m.mesh.nnode();
+  xb.assign(static_cast<size_t>(bonds.nbond) * dim, 0.0);
+  for (int b = 0; b < bonds.nbond; ++b)
+    for (int k = bonds.a.off[b]; k < bonds.a.off[b + 1]; ++k) {
+      const int kin = bonds.a.item[k];
+      for (int i = 0; i < dim; ++i) {
+        const double x = kin < nnode ? m.mesh.X[3 * kin + i] + u[kin * dim + i] : xc[(kin - nnode) * dim + i];
+        xb[b * dim + i] += bonds.a_w[k] * x;
+      }
+    }
+}
+
+void bond_stiffness(const Bonds& bonds, int dim, int b, double* C)
+{
+  const double *n = &bonds.normal[b * dim], ct = bonds.ct[b], dc = bonds.cn[b] - ct;
+  for (int i = 0; i < dim; ++i)
+    for (int j = 0; j < dim; ++j) C[i * dim + j] = dc * n[i] * n[j] + (i == j ? ct : 0.0);
+}
+
+void bond_ground_motion(const Model& m, const Bonds& bonds, int b, double t_step, double t_total, double* g)
+{
+  const BondDef& d    = m.bond[bonds.def[b]];
+  const double factor = d.amplitude >= 0 ? amplitude_eval(m.amplitude[d.amplitude], t_step, t_total) : 1.0;
+  const double origin[3] = {0, 0, 0};
+  for (int i = 0; i < m.dim; ++i) g[i] = factor * expr_eval(d.motion[i], origin, t_total);
+}
+
+double bond_energy(const Bonds& bonds, int dim, const Level& l, double* slip_max, double* slip_rms)
+{
+  double energy = 0.0, worst = 0.0, sum = 0.0, C[9];
+  for (int b = 0; b < bonds.nbond; ++b) {
+    const double *s = &l.slip[b * dim], *lam = &l.lambda[b * dim];
+    double ss = 0.0;
+    bond_stiffness(bonds, dim, b, C);
+    for (int i = 0; i < dim; ++i) {
+      double Cs = 0.0;
+      for (int j = 0; j < dim; ++j) Cs += C[i * dim + j] * s[j];
+      energy += s[i] * (0.5 * Cs + lam[i]);
+      ss += Cs * Cs / (bonds.cn[b] * bonds.cn[b]);   // only what the bond ties
+    }
+    worst = std::max(worst, ss);
+    sum += ss;
+  }
+  *slip_max = std::sqrt(worst);
+  *slip_rms = bonds.nbond ? std::sqrt(sum / bonds.nbond) : 0.0;
+  return energy;
+}

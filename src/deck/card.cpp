@@ -1,0 +1,368 @@
+#include "deck/card.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+
+#include "deck/keyword_table.h"
+
+namespace {
+
+bool within(const Limit& l, double v)
+{
+  if (l.has_lo && (l.ends ? v < l.lo : v <= l.lo)) return false;
+  if (l.has_hi && (l.ends ? v > l.hi : v >= l.hi)) return false;
+  return true;
+}
+
+std::string limit_text(const Limit& l, double v)
+{
+  const std::string lo = text_number(l.lo), hi = text_number(l.hi);
+  if (l.has_lo && l.has_hi)
+    return "must lie between " + lo + " and " + hi + (!l.ends && (v == l.lo || v == l.hi) ? ", ends excluded" : "");
+  return (l.ends ? "must be at least " : "must be above ") + lo;
+}
+
+// a number that the limit allows, for reading on after a mistake
+double harmless(const Limit& l)
+{
+  if (l.has_lo && l.has_hi) return 0.5 * (l.lo + l.hi);
+  return l.has_lo ? l.lo + 1.0 : 0.0;
+}
+
+double real_of(Card& c, const Field& f, const char* what, const Limit& limit)
+{
+  double v = 0.0;
+  if (!parse_real(f.text, v) || f.quoted) {
+    card_error(c, f, std::string(what) + " must be a number, not " + (f.quoted ? "a function in quotes" : text_show(f.text)) +
+               " (an expression of parameters stands in < >)");
+    return harmless(limit);
+  }
+  if (within(limit, v)) return v;
+  card_error(c, f, std::string(what) + " = " + text_show(f.text) + " " + limit_text(limit, v));
+  return harmless(limit);
+}
+
+int int_of(Card& c, const Field& f, const char* what, int lo, int hi)
+{
+  long long v = 0;
+  const char* first = f.text.data() + (!f.text.empty() && f.text[0] == '+' ? 1 : 0);
+  const char* last = f.text.data() + f.text.size();
+  const auto r = std::from_chars(first, last, v);
+  if (f.quoted || r.ptr != last || r.ec == std::errc::invalid_argument) {
+    card_error(c, f, std::string(what) + " must be a whole number, not " + text_show(f.text));
+    return lo;
+  }
+  if (r.ec == std::errc() && v >= lo && v <= hi) return static_cast<int>(v);
+  card_error(c, f, std::string(what) + " = " + text_show(f.text) + text_format(" must lie between %d and %d", lo, hi));
+  return lo;
+}
+
+int word_of(Card& c, const Field& f, const char* what, const char* words)
+{
+  const std::vector<std::string> list = split_words(words);
+  for (std::size_t i = 0; i < list.size(); ++i)
+    if (text_squeeze(f.text) == text_squeeze(list[i])) return static_cast<int>(i);
+  const std::string nearest = text_nearest(f.text, list);
+  std::string allowed;
+  for (const std::string& w : list) allowed += (allowed.empty() ? "" : ", ") + w;
+  card_error(c, f, std::string(what) + " " + text_show(f.text) + " is not known; allowed: " + allowed +
+             (nearest.empty() ? "" : "; did you mean " + nearest + "?"));
+  return -1;
+}
+
+const HeadParam* with_value(Card& c, const char* name)
+{
+  const HeadParam* p = card_param(c, name);
+  if (!p) return nullptr;
+  if (p->has_value && !p->value.empty()) return p;
+  card_error(c, p->key, std::string(name) + " needs a value: " + name + "=...");
+  return nullptr;
+}
+
+Expr expr_of(Card& c, const Field& f, const char* what)
+{
+  Expr e = expr_number(0.0);
+  if (f.quoted) deck_function(*c.deck, f, f.text, e);
+  else if (!parse_real(f.text, e.value))
+    card_error(c, f, std::string(what) + " must be a number or a function of x, y, z, t in double quotes, not " + text_show(f.text));
+  return e;
+}
+
+// a field that may be empty or missing
+bool next_given(Card& c)
+{
+  if (!c.open && !card_line(c)) return false;
+  if (c.next < c.field.size() && c.field[c.next].empty()) {
+    ++c.next;
+    return false;
+  }
+  return c.next < c.field.size();
+}
+
+}  // namespace
+
+Limit any_number() { return {0.0, 0.0, false, false, true}; }
+Limit above(double lo) { return {lo, 0.0, true, false, false}; }
+Limit at_least(double lo) { return {lo, 0.0, true, false, true}; }
+Limit between(double lo, double hi) { return {lo, hi, true, true, false}; }
+Limit from_to(double lo, double hi) { return {lo, hi, true, true, true}; }
+
+// ---------------------------------------------------------------------------
+// parse_real : the whole text as a finite number; exponents with e or d, no nan, inf or hexadecimal
+// ---------------------------------------------------------------------------
+bool parse_real(const std::string& text, double& value)
+{
+  if (text.empty() || text.size() > 400 || text.find_first_not_of("0123456789+-.eEdD") != std::string::npos) return false;
+  std::string s = text[0] == '+' ? text.substr(1) : text;
+  if (s.empty() || s[0] == '+' || (text[0] == '+' && s[0] == '-')) return false;
+  for (char& c : s)
+    if (c == 'd' || c == 'D') c = 'e';
+  double v = 0.0;
+  const auto r = std::from_chars(s.data(), s.data() + s.size(), v);
+  if (r.ptr != s.data() + s.size() || r.ec == std::errc::invalid_argument) return false;
+  if (r.ec == std::errc::result_out_of_range) {      // too small is 0, too large is a mistake
+    const std::size_t e = s.find_first_of("eE");
+    if (e == std::string::npos || e + 1 >= s.size() || s[e + 1] != '-') return false;
+    v = 0.0;
+  }
+  if (!std::isfinite(v)) return false;
+  value = v;
+  return true;
+}
+
+std::vector<std::string> split_words(const char* words)
+{
+  std::vector<std::string> list(1);
+  for (; *words; ++words) {
+    if (*words == '|') list.emplace_back();
+    else list.back() += *words;
+  }
+  return list;
+}
+
+// ---- data lines -----------------------------------------------------------
+
+bool card_line(Card& c)
+{
+  if (c.open && card_more(c) && card_good(c))
+    card_error(c, c.field[c.next], "this field is left over; *" + c.head.word + text_format(" reads %zu here", c.next));
+  c.open = false;
+  c.next = 0;
+  c.field.clear();
+  bool keyword = false;
+  if (!deck_peek(*c.deck, keyword) || keyword) return false;
+  c.errors_line = c.deck->errors;
+  deck_split(*c.deck, true, c.field, c.whole, c.comma);
+  c.open = true;
+  return true;
+}
+
+void card_join(Card& c)
+{
+  bool keyword = false;
+  if (!deck_peek(*c.deck, keyword) || keyword) return;
+  std::vector<Field> more;
+  Field whole;
+  deck_split(*c.deck, true, more, whole, c.comma);
+  c.field.insert(c.field.end(), more.begin(), more.end());
+}
+
+bool card_text(Card& c, std::string& text)
+{
+  bool keyword = false;
+  if (!deck_peek(*c.deck, keyword) || keyword) return false;
+  deck_split(*c.deck, false, c.field, c.whole, c.comma);
+  text = c.whole.text;
+  return true;
+}
+
+bool card_more(const Card& c) { return c.open && c.next < c.field.size(); }
+bool card_good(const Card& c) { return c.deck->errors == c.errors_line; }
+
+void card_end(Card& c)
+{
+  if (!card_line(c)) return;
+  if (c.deck->errors == c.errors_before)
+    card_error(c, c.whole, "this data line is left over; *" + c.head.word + " reads no further line");
+  c.next = c.field.size();
+  while (card_line(c)) c.next = c.field.size();
+}
+
+// ---- fields ---------------------------------------------------------------
+
+Field card_field(Card& c, const char* what)
+{
+  if (!c.open && !card_line(c)) {
+    card_error(c, c.head.at, std::string("a data line with ") + what + " must follow");
+    c.errors_line = c.deck->errors - 1;
+    return c.head.at;
+  }
+  if (c.next < c.field.size() && !c.field[c.next].empty()) return c.field[c.next++];
+  Field f = c.whole;
+  f.text.clear();
+  f.column += std::max(0, f.length - 1);
+  f.length = 1;
+  f.number = static_cast<int>(c.next) + 1;
+  if (c.next < c.field.size()) f = c.field[c.next++];
+  card_error(c, f, std::string(what) + " is missing here");
+  return f;
+}
+
+double card_real(Card& c, const char* what, const Limit& limit)
+{
+  const Field f = card_field(c, what);
+  return c.open && !f.empty() ? real_of(c, f, what, limit) : harmless(limit);
+}
+
+double card_real_or(Card& c, const char* what, double otherwise, const Limit& limit)
+{
+  return next_given(c) ? real_of(c, c.field[c.next++], what, limit) : otherwise;
+}
+
+int card_int(Card& c, const char* what, int lo, int hi)
+{
+  const Field f = card_field(c, what);
+  return c.open && !f.empty() ? int_of(c, f, what, lo, hi) : lo;
+}
+
+int card_int_or(Card& c, const char* what, int otherwise, int lo, int hi)
+{
+  return next_given(c) ? int_of(c, c.field[c.next++], what, lo, hi) : otherwise;
+}
+
+int card_label(Card& c, const char* what) { return card_int(c, what, 1, 2147483647); }
+
+int card_word(Card& c, const char* what, const char* words)
+{
+  const Field f = card_field(c, what);
+  return c.open && !f.empty() ? word_of(c, f, what, words) : -1;
+}
+
+Expr card_expr(Card& c, const char* what)
+{
+  const Field f = card_field(c, what);
+  return c.open && !f.empty() ? expr_of(c, f, what) : expr_number(0.0);
+}
+
+Expr card_expr_or(Card& c, const char* what, double otherwise)
+{
+  return next_given(c) ? expr_of(c, c.field[c.next++], what) : expr_number(otherwise);
+}
+
+int card_dof(Card& c, const Model& m, const char* what)
+{
+  const Field f = card_field(c, what);
+  if (!c.open || f.empty()) return -1;
+  const int errors = c.deck->errors;
+  const int dof = int_of(c, f, what, 1, m.dim) - 1;
+  return c.deck->errors == errors ? dof : -1;
+}
+
+std::array<double, 3> card_direction(Card& c, const char* what)
+{
+  const Field first = c.next < c.field.size() ? c.field[c.next] : c.whole;
+  std::array<double, 3> n{{0, 0, 0}};
+  n[0] = card_real(c, what, any_number());
+  n[1] = card_real(c, what, any_number());
+  n[2] = card_real_or(c, what, 0.0, from_to(0.0, 0.0));
+  const double s = std::hypot(n[0], n[1], n[2]);
+  if (card_good(c) && !(s > 0.0 && std::isfinite(s))) card_error(c, first, std::string(what) + " has no length; give a direction such as 0, -1");
+  for (double& v : n) v = s > 0.0 ? v / s : 0.0;
+  return n;
+}
+
+// ---- parameters -----------------------------------------------------------
+
+const HeadParam* card_param(const Card& c, const char* name)
+{
+  const std::string key = text_squeeze(name);
+  for (const HeadParam& p : c.head.param)
+    if (p.name == key) return &p;
+  return nullptr;
+}
+
+bool card_flag(Card& c, const char* name)
+{
+  const HeadParam* p = card_param(c, name);
+  if (p && p->has_value) card_error(c, p->value, std::string(name) + " takes no value");
+  return p != nullptr;
+}
+
+std::string card_param_name(Card& c, const char* name)
+{
+  const HeadParam* p = with_value(c, name);
+  if (!p) return "";
+  const std::string s = text_upper(p->value.text);
+  const bool letter = !s.empty() && ((s[0] >= 'A' && s[0] <= 'Z') || s[0] == '_' || (s[0] & 0x80));
+  if (letter && s.size() <= 80 && s.find_first_of(",\"*|") == std::string::npos) return s;
+  card_error(c, p->value, "a name begins with a letter, has at most 80 characters and no , \" * |");
+  return "";
+}
+
+Field card_param_field(Card& c, const char* name)
+{
+  const HeadParam* p = with_value(c, name);
+  Field f = p ? p->value : c.head.at;
+  f.text = p ? text_upper(f.text) : "";
+  return f;
+}
+
+int card_param_word(Card& c, const char* name, const char* words, int otherwise)
+{
+  const HeadParam* p = with_value(c, name);
+  return p ? word_of(c, p->value, name, words) : otherwise;
+}
+
+bool card_param_yes(Card& c, const char* name, bool alone, bool otherwise)
+{
+  const HeadParam* p = card_param(c, name);
+  if (p && !p->has_value && alone) return true;
+  return card_param_word(c, name, "NO|YES", otherwise ? 1 : 0) == 1;
+}
+
+double card_param_real(Card& c, const char* name, double otherwise, const Limit& limit)
+{
+  const HeadParam* p = with_value(c, name);
+  return p ? real_of(c, p->value, name, limit) : otherwise;
+}
+
+int card_param_int(Card& c, const char* name, int otherwise, int lo, int hi)
+{
+  const HeadParam* p = with_value(c, name);
+  return p ? int_of(c, p->value, name, lo, hi) : otherwise;
+}
+
+bool card_param_expr(Card& c, const char* name, Expr& out)
+{
+  const HeadParam* p = with_value(c, name);
+  if (!p) return false;
+  if (p->value.quoted) return deck_function(*c.deck, p->value, p->value.text, out);
+  card_error(c, p->value, std::string(name) + " is a function of x, y, z in double quotes, for example " + name + "=\"x > 0.5\"");
+  return false;
+}
+
+int card_param_amplitude(Card& c, const Model& m)
+{
+  const Field f = card_param_field(c, "AMPLITUDE");
+  return f.empty() ? -1 : target_amplitude(*c.deck, m, f);
+}
+
+bool card_op_new(Card& c) { return card_param_word(c, "OP", "MOD|NEW", 0) == 1; }
+
+// ---- messages -------------------------------------------------------------
+
+void card_error(Card& c, const Field& at, const std::string& text) { deck_error(*c.deck, at, text); }
+void card_warn(Card& c, const Field& at, const std::string& text) { deck_warn(*c.deck, at, text); }
+Place card_place(const Card& c) { return deck_place(*c.deck, c.head.at); }
+Place line_place(const Card& c) { return deck_place(*c.deck, c.open ? c.whole : c.head.at); }
+
+void card_later(Card& c, Stage stage, std::function<void(Deck&, Model&)> run)
+{
+  Later l;
+  l.word = c.head.word;
+  l.run = std::move(run);
+  c.deck->later[stage].push_back(std::move(l));
+}
+
+Material& card_parent_material(Card& c, Model& m) { return m.material[c.deck->material]; }

@@ -1,0 +1,80 @@
+// ---------------------------------------------------------------------------
+// card.h : a keyword with its parameters and data lines, as its reader sees it
+//
+// A reader asks for fields one after the other. The first field opens the first data line; card_line opens
+// the next. Each card_ routine reports its own mistakes and returns something harmless, so that reading goes on.
+// ---------------------------------------------------------------------------
+#ifndef MPFE_DECK_CARD_H
+#define MPFE_DECK_CARD_H
+
+#include "deck/deck_state.h"
+
+struct Keyword;
+
+struct Card {
+  Deck* deck = nullptr;
+  const Keyword* keyword = nullptr;
+  Head head;
+  std::vector<Field> field;    // of the open data line
+  Field whole;                 // the open data line
+  std::size_t next = 0;        // field that is read next
+  bool open = false;           // a data line is open
+  bool comma = false;          // it ends in a comma
+  int errors_before = 0, errors_line = 0;   // errors of the deck when the card, the line was opened
+};
+
+struct Limit {                 // what a number may be
+  double lo, hi;
+  bool has_lo, has_hi, ends;   // ends: lo and hi themselves are allowed
+};
+Limit any_number();
+Limit above(double lo);
+Limit at_least(double lo);
+Limit between(double lo, double hi);     // without the ends
+Limit from_to(double lo, double hi);     // with the ends
+
+// ---- data lines
+bool card_line(Card& c);                 // opens the next data line; reports fields left over in the one before
+void card_join(Card& c);                 // appends the next data line to the open one
+bool card_text(Card& c, std::string& text);    // opens the next line as it stands
+bool card_more(const Card& c);           // another field in the open line
+bool card_good(const Card& c);           // no mistake in the open line so far
+void card_end(Card& c);                  // a further field or line is an error
+
+// ---- fields of the open line. what: its name in messages. words: "MEAN|SUM|MAX".
+Field card_field(Card& c, const char* what);
+double card_real(Card& c, const char* what, const Limit& limit);
+double card_real_or(Card& c, const char* what, double otherwise, const Limit& limit);
+int card_int(Card& c, const char* what, int lo, int hi);
+int card_int_or(Card& c, const char* what, int otherwise, int lo, int hi);
+int card_label(Card& c, const char* what);
+int card_word(Card& c, const char* what, const char* words);       // index, -1: wrong
+Expr card_expr(Card& c, const char* what);                         // number or "function"
+Expr card_expr_or(Card& c, const char* what, double otherwise);
+int card_dof(Card& c, const Model& m, const char* what);           // 0-based, -1: wrong
+std::array<double, 3> card_direction(Card& c, const char* what);   // unit vector
+
+// ---- parameters of the keyword line
+const HeadParam* card_param(const Card& c, const char* name);      // null: not given
+bool card_flag(Card& c, const char* name);                         // NAME without a value
+std::string card_param_name(Card& c, const char* name);            // upper case; "" when not given or wrong
+Field card_param_field(Card& c, const char* name);                 // name as a word to look up
+int card_param_word(Card& c, const char* name, const char* words, int otherwise);
+bool card_param_yes(Card& c, const char* name, bool alone, bool otherwise);   // NAME=YES|NO; alone: without a value
+double card_param_real(Card& c, const char* name, double otherwise, const Limit& limit);
+int card_param_int(Card& c, const char* name, int otherwise, int lo, int hi);
+bool card_param_expr(Card& c, const char* name, Expr& out);
+int card_param_amplitude(Card& c, const Model& m);                 // index or -1
+bool card_op_new(Card& c);                                         // OP=NEW
+
+// ---- messages, place, later
+void card_error(Card& c, const Field& at, const std::string& text);
+void card_warn(Card& c, const Field& at, const std::string& text);
+Place card_place(const Card& c);                                   // the keyword line
+Place line_place(const Card& c);                                   // the open data line
+void card_later(Card& c, Stage stage, std::function<void(Deck&, Model&)> run);
+Material& card_parent_material(Card& c, Model& m);
+bool parse_real(const std::string& text, double& value);           // whole text is a finite number
+std::vector<std::string> split_words(const char* words);
+
+#endif

@@ -1,0 +1,380 @@
+// Checks of the whole model after reading. Each says where, what and what to do.
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "deck/deck_state.h"
+
+namespace {
+
+struct Box { double lo[2], hi[2]; };
+
+Box empty_box()
+{
+  const double big = std::numeric_limits<double>::max();
+  return Box{{big, big}, {-big, -big}};
+}
+
+void grow(Box& b, const double* x)
+{
+  for (int i = 0; i < 2; ++i) {
+    b.lo[i] = std::min(b.lo[i], x[i]);
+    b.hi[i] = std::max(b.hi[i], x[i]);
+  }
+}
+
+const double* node_place(const Model& m, int n) { return &m.mesh.X[3 * static_cast<std::size_t>(n)]; }
+
+void grow_by_element(Box& b, const Model& m, int e)
+{
+  for (int a = 0; a < m.mesh.conn.count(e); ++a) grow(b, node_place(m, m.mesh.conn.begin(e)[a]));
+}
+
+Box body_box(const Model& m, const Body& body)
+{
+  if (body.fill != FILL_ELSET) return Box{{body.lo[0], body.lo[1]}, {body.hi[0], body.hi[1]}};
+  Box b = empty_box();
+  if (body.elset >= 0)
+    for (int e : m.elset[body.elset].item) grow_by_element(b, m, e);
+  return b;
+}
+
+void fault(Deck& d, const char* keyword, const Place& place, const std::string& word, const std::string& text)
+{
+  d.word = keyword;
+  deck_error(d, deck_field(d, place, word), text);
+}
+
+void doubt(Deck& d, const char* keyword, const Place& place, const std::string& word, const std::string& text)
+{
+  d.word = keyword;
+  deck_warn(d, deck_field(d, place, word), text);
+}
+
+Place element_place(const Deck& d, int e)
+{
+  Place p;
+  p.file = d.file[d.elem_spot[e].file].path;
+  p.line = d.elem_spot[e].line;
+  return p;
+}
+
+Place last_line(const Deck& d)
+{
+  Place p;
+  p.file = d.file[0].path;
+  p.line = std::max<int>(1, static_cast<int>(d.file[0].start.size()));
+  return p;
+}
+
+// ---- mesh -----------------------------------------------------------------
+
+// twice the signed area of the corner between the edges a -> b and a -> c
+double corner(const double* a, const double* b, const double* c)
+{
+  return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
+}
+
+void check_element(Deck& d, const Model& m, int e)
+{
+  const int* node = m.mesh.conn.begin(e);
+  const int n = m.mesh.conn.count(e), label = m.mesh.elem_label[e];
+  Box b = empty_box();
+  grow_by_element(b, m, e);
+  const double size = (b.hi[0] - b.lo[0]) + (b.hi[1] - b.lo[1]), zero = 1e-12 * size * size;
+  int positive = 0, negative = 0, worst = 0;
+  for (int a = 0; a < n; ++a) {
+    const double area = corner(node_place(m, node[a]), node_place(m, node[(a + 1) % n]), node_place(m, node[(a + n - 1) % n]));
+    if (area > zero) ++positive;
+    else worst = a;
+    if (area < -zero) ++negative;
+  }
+  if (positive == n) return;
+  std::string text;
+  if (negative == n) {
+    text = text_format("the nodes of element %d run clockwise; write them counter-clockwise:", label);
+    for (int a = 0; a < n; ++a) text += text_format(" %d", m.mesh.node_label[node[(n - a) % n]]);
+  } else if (positive + negative == 0) {
+    text = text_format("element %d has no area; its nodes lie on a line or on each other", label);
+  } else {
+    text = text_format("element %d is not convex at node %d: the angle is 180 degrees or more; mind the order of the nodes", label, m.mesh.node_label[node[worst]]);
+  }
+  const bool block = text_upper(deck_line_text(d, d.elem_spot[e].file, d.elem_spot[e].line)).find("*BLOCK") != std::string::npos;
+  fault(d, block ? "BLOCK" : "ELEMENT", element_place(d, e), "", text);
+}
+
+void check_elements(Deck& d, const Model& m)
+{
+  const int limit = d.errors + 100;
+  for (int e = 0; e < m.mesh.nelem() && d.errors < limit; ++e) {
+    check_element(d, m, e);
+    const int dim = shape_info[elem_table[m.mesh.elem_type[e]].shape].dim;
+    if (dim != m.dim) fault(d, "ELEMENT", element_place(d, e), "", text_format("element %d has %d dimensions, the model has %d; do not mix them", m.mesh.elem_label[e], dim, m.dim));
+  }
+}
+
+void check_sets(Deck& d, const Model& m)
+{
+  for (const Set& s : m.nset)
+    if (s.item.empty()) fault(d, "NSET", s.place, s.name, "node set " + s.name + " is empty; give it nodes or remove it");
+  for (const Set& s : m.elset)
+    if (s.item.empty()) fault(d, "ELSET", s.place, s.name, "element set " + s.name + " is empty; give it elements or remove it");
+  for (const Surface& s : m.surface)
+    if (s.face.empty() && s.body < 0) fault(d, "SURFACE", s.place, s.name, "surface " + s.name + " is empty; give it faces or remove it");
+}
+
+// body of each element that becomes points, -1: stays an element
+IntVec body_of_elements(Deck& d, const Model& m)
+{
+  IntVec body(m.mesh.nelem(), -1);
+  for (std::size_t b = 0; b < m.body.size(); ++b) {
+    if (m.body[b].elset < 0) continue;
+    bool shared = false, section = false;
+    for (int e : m.elset[m.body[b].elset].item) {
+      shared  = shared || body[e] >= 0;
+      section = section || m.mesh.elem_section[e] >= 0;
+      body[e] = static_cast<int>(b);
+    }
+    const std::string word = m.elset[m.body[b].elset].name;
+    if (section) fault(d, "MATERIAL POINTS", m.body[b].place, word, "elements of " + word + " have a *SOLID SECTION; they become material points and must not have one");
+    if (shared) fault(d, "MATERIAL POINTS", m.body[b].place, word, "elements of " + word + " belong to another body as well; an element fills one body");
+  }
+  return body;
+}
+
+void check_sections(Deck& d, const Model& m, const IntVec& body)
+{
+  int missing = 0, first = -1;
+  for (int e = 0; e < m.mesh.nelem(); ++e) {
+    if (m.mesh.elem_section[e] >= 0 || body[e] >= 0) continue;
+    if (missing++ == 0) first = e;
+  }
+  if (missing > 0)
+    fault(d, "SOLID SECTION", element_place(d, first), "", text_format("%d elements have no *SOLID SECTION, the first is element %d; write *SOLID SECTION, ELSET=..., MATERIAL=...",
+                                                                       missing, m.mesh.elem_label[first]));
+}
+
+// ---- materials ------------------------------------------------------------
+
+void check_materials(Deck& d, const Model& m)
+{
+  bool dynamic = false;
+  for (const Step& s : m.step) dynamic = dynamic || s.proc == PROC_DYNAMIC;
+  for (const Material& a : m.material) {
+    if (!a.used) {
+      doubt(d, "MATERIAL", a.place, a.name, "material " + a.name + " is not used; name it in *SOLID SECTION or *MATERIAL POINTS, or remove it");
+      continue;
+    }
+    if (!a.has_elastic) fault(d, "ELASTIC", a.place, a.name, "material " + a.name + " has no *ELASTIC; write it after *MATERIAL");
+    if (dynamic && a.density == 0.0)
+      fault(d, "DENSITY", a.place, a.name, "material " + a.name + " has no *DENSITY, which a *DYNAMIC step needs; write it after *MATERIAL");
+  }
+}
+
+void check_gravity(Deck& d, const Model& m, const Step& s)
+{
+  const auto has_density = [&](int material) { return material < 0 || m.material[material].density > 0.0; };
+  for (const Load& l : s.load) {
+    if (!l.per_mass) continue;
+    bool good = true;
+    for (int e : l.elem) good = good && (m.mesh.elem_section[e] < 0 || has_density(m.section[m.mesh.elem_section[e]].material));
+    for (int b : l.body) good = good && has_density(m.body[b].material);
+    if (!good && s.proc == PROC_STATIC) fault(d, "DENSITY", l.place, "GRAV", "gravity needs the density of the material; write *DENSITY after *MATERIAL");
+  }
+}
+
+// ---- material points ------------------------------------------------------
+
+void check_body_box(Deck& d, const Model& m, const Body& body)
+{
+  const Grid& g = m.grid;
+  const Box b = body_box(m, body);
+  for (int i = 0; i < 2; ++i) {
+    const double hi = g.lo[i] + g.n[i] * g.h[i], tol = 1e-9 * (hi - g.lo[i]);
+    if (b.lo[i] > b.hi[i] || (b.lo[i] >= g.lo[i] - tol && b.hi[i] <= hi + tol)) continue;
+    return fault(d, "MATERIAL POINTS", body.place, body.name,
+                 "body " + body.name + " reaches from " + text_number(b.lo[i]) + " to " + text_number(b.hi[i]) + (i ? " in y" : " in x") +
+                 ", the grid from " + text_number(g.lo[i]) + " to " + text_number(hi) + "; make the *GRID larger, with room for the motion");
+  }
+}
+
+// a fill must have cells, and a region points inside
+void check_fill(Deck& d, const Model& m, const Body& body)
+{
+  double n[2];
+  for (int i = 0; i < 2; ++i) {
+    n[i] = body.cells[i] > 0 ? body.cells[i] : std::round((body.hi[i] - body.lo[i]) / m.grid.h[i]);
+    if (!(n[i] >= 1.0))
+      return fault(d, "MATERIAL POINTS", body.place, body.name, "the box of " + body.name + " is thinner than half a cell of the grid: 0 points; give nx, ny in a second data line");
+    n[i] *= body.per_cell;
+  }
+  if (!(n[0] * n[1] <= 5e7))
+    return fault(d, "MATERIAL POINTS", body.place, body.name, "body " + body.name + " has more than 5e7 points; give fewer cells (nx, ny) or a coarser grid");
+  if (body.fill != FILL_REGION || n[0] * n[1] > 4e6 || body.where.is_const()) return;
+  for (int j = 0; j < n[1]; ++j)
+    for (int i = 0; i < n[0]; ++i) {
+      const double x[3] = {body.lo[0] + (body.hi[0] - body.lo[0]) * (i + 0.5) / n[0], body.lo[1] + (body.hi[1] - body.lo[1]) * (j + 0.5) / n[1], 0.0};
+      if (expr_eval(body.where, x, 0.0) != 0.0) return;
+    }
+  fault(d, "MATERIAL POINTS", body.place, "WHERE", "WHERE is 0 at the centre of every domain of the box: 0 points; mind the box and the function");
+}
+
+void check_bodies(Deck& d, const Model& m)
+{
+  for (const Body& b : m.body) {
+    if (!m.grid.given) {
+      fault(d, "GRID", b.place, b.name, "material points need a grid; write *GRID with the box and the size of a cell");
+      continue;
+    }
+    if (b.lo[0] > b.hi[0] || m.grid.h[0] <= 0.0) continue;
+    check_body_box(d, m, b);
+    if (b.fill != FILL_ELSET) check_fill(d, m, b);
+  }
+  if (m.grid.given && m.body.empty()) doubt(d, "GRID", m.grid.place, "GRID", "there is a grid, but no *MATERIAL POINTS; it has no effect");
+}
+
+void check_bond_distance(Deck& d, const Model& m, const BondDef& bond)
+{
+  if (bond.kind != BOND_MESH_GRID || bond.surface < 0 || bond.body < 0 || !m.grid.given) return;
+  Box s = empty_box();
+  for (const Face& f : m.surface[bond.surface].face) {
+    const ShapeInfo& info = shape_info[elem_table[m.mesh.elem_type[f.elem]].shape];
+    for (int a = 0; a < info.nfnode[f.face]; ++a) grow(s, node_place(m, m.mesh.conn.begin(f.elem)[info.face[f.face][a]]));
+  }
+  const Box b = body_box(m, m.body[bond.body]);
+  for (int i = 0; i < 2; ++i) {
+    const double gap = std::max(s.lo[i] - b.hi[i], b.lo[i] - s.hi[i]);
+    if (s.lo[i] > s.hi[i] || b.lo[i] > b.hi[i] || gap <= m.grid.h[i]) continue;
+    return doubt(d, "BOND", bond.place, m.surface[bond.surface].name, "surface " + m.surface[bond.surface].name + " is " + text_number(gap) + (i ? " in y" : " in x") +
+                 " away from body " + m.body[bond.body].name + ", more than a cell of the grid; is it the right surface?");
+  }
+}
+
+// ---- steps ----------------------------------------------------------------
+
+// dofs that are prescribed and loaded: the force has no effect
+void check_loaded_supports(Deck& d, const Model& m, const Step& s)
+{
+  std::vector<char> held(3 * m.mesh.node_label.size(), 0);
+  for (const Prescribed& b : s.prescribed)
+    for (int n : b.node)
+      for (int i = b.first; i <= b.last; ++i) held[3 * static_cast<std::size_t>(n) + i] = 1;
+  for (const Load& l : s.load) {
+    if (l.kind != LOAD_NODE) continue;
+    for (int n : l.node)
+      if (held[3 * static_cast<std::size_t>(n) + l.dof]) {
+        doubt(d, "CLOAD", l.place, "", text_format("direction %d of node %d is prescribed and loaded; the load has no effect on the motion", l.dof + 1, m.mesh.node_label[n]));
+        break;
+      }
+  }
+}
+
+enum NodeUse { USE_NONE, USE_BODY, USE_ELEMENT };
+
+std::vector<char> node_use(const Model& m, const IntVec& body)
+{
+  std::vector<char> use(m.mesh.node_label.size(), USE_NONE);
+  for (int e = 0; e < m.mesh.nelem(); ++e)
+    for (int a = 0; a < m.mesh.conn.count(e); ++a) {
+      char& u = use[m.mesh.conn.begin(e)[a]];
+      u = std::max<char>(u, body[e] < 0 ? USE_ELEMENT : USE_BODY);
+    }
+  return use;
+}
+
+// loads and supports act on nodes of elements; a line that many steps share is told once
+void check_acting_nodes(Deck& d, const Model& m, const Step& s, const std::vector<char>& use)
+{
+  for (const Load& l : s.load)
+    for (int n : l.node) {
+      if (use[n] != USE_NONE) continue;
+      fault(d, "CLOAD", l.place, "", text_format("node %d is loaded but belongs to no element; remove it from the set", m.mesh.node_label[n]));
+      break;
+    }
+  for (const Prescribed& b : s.prescribed)
+    for (int n : b.node) {
+      if (use[n] == USE_ELEMENT) continue;
+      if (use[n] == USE_BODY)
+        fault(d, "BOUNDARY", b.place, "", text_format("node %d becomes a corner of material points; hold it by *GRID BOUNDARY or *BOND, TYPE=GROUND", m.mesh.node_label[n]));
+      else
+        doubt(d, "BOUNDARY", b.place, "", text_format("node %d is prescribed but belongs to no element; it has no effect", m.mesh.node_label[n]));
+      break;
+    }
+}
+
+void check_acting_faces(Deck& d, const Model& m, const Step& s, const IntVec& body)
+{
+  for (const Load& l : s.load) {
+    std::vector<Face> face = l.face;
+    if (l.surface >= 0) face.insert(face.end(), m.surface[l.surface].face.begin(), m.surface[l.surface].face.end());
+    for (const Face& f : face) {
+      if (body[f.elem] < 0) continue;
+      fault(d, l.surface >= 0 ? "DSLOAD" : "DLOAD", l.place, "", text_format("element %d becomes material points; load its body by *SURFACE, TYPE=BODY and *DSLOAD", m.mesh.elem_label[f.elem]));
+      break;
+    }
+  }
+}
+
+void check_steps(Deck& d, const Model& m, const IntVec& body)
+{
+  const std::vector<char> use = node_use(m, body);
+  for (const Step& s : m.step) {
+    if (!m.body.empty() && !s.nlgeom)
+      fault(d, "STEP", s.place, "STEP", "material points move through a grid and need large displacements; write *STEP, NLGEOM");
+    check_gravity(d, m, s);
+    check_loaded_supports(d, m, s);
+    check_acting_nodes(d, m, s, use);
+    check_acting_faces(d, m, s, body);
+  }
+}
+
+void check_times(Deck& d, const Model& m)
+{
+  double end = 0.0;
+  for (const Step& s : m.step) end += s.period;
+  for (const Check& c : m.check)
+    if (!m.step.empty() && c.at == AT_TIME && c.time > end * (1.0 + 1e-9))
+      fault(d, "CHECK", c.place, "", "TIME = " + text_number(c.time) + " is never reached; the run ends at " + text_number(end));
+}
+
+// what is missing altogether; said only when reading went well, so that one mistake gives one message
+void check_missing(Deck& d, const Model& m, const IntVec& body)
+{
+  if (m.mesh.nelem() == 0 && m.body.empty())
+    fault(d, "ELEMENT", last_line(d), "", "the deck has neither elements nor material points; write *ELEMENT, *BLOCK or *MATERIAL POINTS");
+  if (m.step.empty()) fault(d, "STEP", last_line(d), "", "the deck has no step; write *STEP, *STATIC or *DYNAMIC, *END STEP");
+  check_sets(d, m);
+  check_sections(d, m, body);
+  check_materials(d, m);
+  check_bodies(d, m);
+  for (const BondDef& b : m.bond) check_bond_distance(d, m, b);
+}
+
+// the same line may act in many steps
+void drop_repeated(Deck& d)
+{
+  std::set<std::string> told;
+  std::vector<Message> kept;
+  for (Message& msg : d.message) {
+    if (told.insert(msg.text).second) kept.push_back(msg);
+    else --(msg.warning ? d.warnings : d.errors);
+  }
+  d.message.swap(kept);
+}
+
+}  // namespace
+
+// ---------------------------------------------------------------------------
+// deck_check : checks of the whole model
+// ---------------------------------------------------------------------------
+void deck_check(Deck& d, Model& m)
+{
+  const bool read_well = d.errors == 0;
+  check_elements(d, m);
+  const IntVec body = body_of_elements(d, m);
+  if (read_well) check_missing(d, m, body);
+  check_steps(d, m, body);
+  check_times(d, m);
+  drop_repeated(d);
+}

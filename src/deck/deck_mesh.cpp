@@ -1,0 +1,196 @@
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <iterator>
+
+#include "deck/deck_state.h"
+
+namespace {
+
+Spot spot_of(const Field& at) { return Spot{at.file, at.line}; }
+
+template <class Named>
+std::vector<std::string> names_of(const std::vector<Named>& list)
+{
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < list.size() && i < 1000; ++i) names.push_back(list[i].name);
+  return names;
+}
+
+template <class Named>
+int target(Deck& d, const Field& at, const std::vector<Named>& list, const char* what, const char* keyword)
+{
+  const std::string name = text_upper(at.text);
+  for (std::size_t i = 0; i < list.size(); ++i)
+    if (list[i].name == name) return static_cast<int>(i);
+  deck_error(d, at, std::string(what) + " " + text_show(at.text) + " is not defined (*" + keyword + ")" +
+             text_suggest(name, names_of(list)));
+  return -1;
+}
+
+int index_of(Deck& d, const std::unordered_map<int, int>& map, const Field& at, int label, const char* what)
+{
+  const auto i = map.find(label);
+  if (i != map.end()) return i->second;
+  deck_error(d, at, std::string(what) + text_format(" %d is not defined; it must be read before it is used", label));
+  return -1;
+}
+
+// set named like the label, so that a single node serves wherever a set does
+int set_of_one(std::vector<Set>& sets, const std::string& name, int item, const Place& place)
+{
+  for (std::size_t i = 0; i < sets.size(); ++i)
+    if (sets[i].name == name) return static_cast<int>(i);
+  IntVec one{item};
+  return set_merge(sets, name, one, place);
+}
+
+bool target_items(Deck& d, const Field& at, const std::vector<Set>& sets, const std::unordered_map<int, int>& map,
+                  const char* what, const char* set, const char* keyword, IntVec& item)
+{
+  int label = 0;
+  if (target_label(at.text, label)) {
+    const int i = index_of(d, map, at, label, what);
+    if (i >= 0) item.push_back(i);
+    return i >= 0;
+  }
+  const int i = target(d, at, sets, set, keyword);
+  if (i < 0) return false;
+  item.insert(item.end(), sets[i].item.begin(), sets[i].item.end());
+  if (sets[i].item.empty()) deck_error(d, at, std::string(set) + " " + sets[i].name + " is empty");
+  return !sets[i].item.empty();
+}
+
+}  // namespace
+
+int mesh_add_node(Deck& d, Model& m, int label, double x, double y, double z, const Field& at)
+{
+  const int n = m.mesh.nnode();
+  m.mesh.node_label.push_back(label);
+  m.mesh.X.insert(m.mesh.X.end(), {x, y, z});
+  m.mesh.node_index[label] = n;
+  d.node_spot.push_back(spot_of(at));
+  return n;
+}
+
+int mesh_add_elem(Deck& d, Model& m, int label, int type, const int* node, const Field& at)
+{
+  Mesh& mesh = m.mesh;
+  const int e = mesh.nelem();
+  mesh.elem_label.push_back(label);
+  mesh.elem_type.push_back(type);
+  mesh.elem_section.push_back(-1);
+  mesh.conn.item.insert(mesh.conn.item.end(), node, node + shape_info[elem_table[type].shape].nen);
+  mesh.conn.off.push_back(static_cast<int>(mesh.conn.item.size()));
+  mesh.elem_index[label] = e;
+  d.elem_spot.push_back(spot_of(at));
+  return e;
+}
+
+int mesh_max_label(const IntVec& label)
+{
+  return label.empty() ? 0 : *std::max_element(label.begin(), label.end());
+}
+
+void mesh_centroid(const Mesh& mesh, int e, double x[3])
+{
+  const int n = mesh.conn.count(e);
+  for (int i = 0; i < 3; ++i) {
+    x[i] = 0.0;
+    for (int a = 0; a < n; ++a) x[i] += mesh.X[3 * static_cast<std::size_t>(mesh.conn.begin(e)[a]) + i] / n;
+  }
+}
+
+// ---------------------------------------------------------------------------
+// mesh_free_faces : faces that only one element of the mesh has, by element
+// ---------------------------------------------------------------------------
+const std::vector<Face>& mesh_free_faces(Deck& d, const Model& m)
+{
+  struct Owned { std::array<int, 4> node; Face face; };
+  const Mesh& mesh = m.mesh;
+  if (d.free_face_nelem == mesh.nelem()) return d.free_face;
+  std::vector<Owned> all;
+  for (int e = 0; e < mesh.nelem(); ++e) {
+    const ShapeInfo& s = shape_info[elem_table[mesh.elem_type[e]].shape];
+    for (int f = 0; f < s.nface; ++f) {
+      Owned o{{{-1, -1, -1, -1}}, {e, f}};
+      for (int a = 0; a < s.nfnode[f]; ++a) o.node[a] = mesh.conn.begin(e)[s.face[f][a]];
+      std::sort(o.node.begin(), o.node.end());
+      all.push_back(o);
+    }
+  }
+  std::stable_sort(all.begin(), all.end(), [](const Owned& a, const Owned& b) { return a.node < b.node; });
+  d.free_face.clear();
+  for (std::size_t i = 0, j = 0; i < all.size(); i = j) {
+    while (j < all.size() && all[j].node == all[i].node) ++j;
+    if (j == i + 1) d.free_face.push_back(all[i].face);
+  }
+  std::sort(d.free_face.begin(), d.free_face.end(), [](const Face& a, const Face& b) {
+    return a.elem != b.elem ? a.elem < b.elem : a.face < b.face;
+  });
+  d.free_face_nelem = mesh.nelem();
+  return d.free_face;
+}
+
+// ---------------------------------------------------------------------------
+// set_merge : items (any order) join the set of this name, which is made when it does not exist; index of the set
+// ---------------------------------------------------------------------------
+int set_merge(std::vector<Set>& sets, const std::string& name, IntVec& item, const Place& place)
+{
+  std::sort(item.begin(), item.end());
+  item.erase(std::unique(item.begin(), item.end()), item.end());
+  for (std::size_t i = 0; i < sets.size(); ++i) {
+    if (sets[i].name != name) continue;
+    IntVec both;
+    std::set_union(sets[i].item.begin(), sets[i].item.end(), item.begin(), item.end(), std::back_inserter(both));
+    sets[i].item.swap(both);
+    return static_cast<int>(i);
+  }
+  Set s;
+  s.name = name;
+  s.item = item;
+  s.place = place;
+  sets.push_back(s);
+  return static_cast<int>(sets.size()) - 1;
+}
+
+std::vector<std::string> names_of_sets(const std::vector<Set>& sets) { return names_of(sets); }
+
+// target_label : a whole number, perhaps with a sign, is a label
+bool target_label(const std::string& text, int& label)
+{
+  const char* last = text.data() + text.size();
+  return !text.empty() && std::from_chars(text.data(), last, label).ptr == last &&
+         text.find_first_not_of("-0123456789") == std::string::npos;
+}
+
+bool target_nodes(Deck& d, const Model& m, const Field& at, IntVec& node)
+{
+  return !at.empty() && target_items(d, at, m.nset, m.mesh.node_index, "node", "node set", "NSET", node);
+}
+
+bool target_elems(Deck& d, const Model& m, const Field& at, IntVec& elem)
+{
+  return !at.empty() && target_items(d, at, m.elset, m.mesh.elem_index, "element", "element set", "ELSET", elem);
+}
+
+int target_nset(Deck& d, Model& m, const Field& at)
+{
+  int label = 0;
+  if (!target_label(at.text, label)) return target(d, at, m.nset, "node set", "NSET");
+  const int n = index_of(d, m.mesh.node_index, at, label, "node");
+  return n < 0 ? -1 : set_of_one(m.nset, std::to_string(label), n, deck_place(d, at));
+}
+
+int target_elset(Deck& d, Model& m, const Field& at)
+{
+  int label = 0;
+  if (!target_label(at.text, label)) return target(d, at, m.elset, "element set", "ELSET");
+  const int e = index_of(d, m.mesh.elem_index, at, label, "element");
+  return e < 0 ? -1 : set_of_one(m.elset, std::to_string(label), e, deck_place(d, at));
+}
+
+int target_material(Deck& d, const Model& m, const Field& at) { return target(d, at, m.material, "material", "MATERIAL"); }
+int target_surface(Deck& d, const Model& m, const Field& at) { return target(d, at, m.surface, "surface", "SURFACE"); }
+int target_body(Deck& d, const Model& m, const Field& at) { return target(d, at, m.body, "body", "MATERIAL POINTS"); }
+int target_amplitude(Deck& d, const Model& m, const Field& at) { return target(d, at, m.amplitude, "amplitude", "AMPLITUDE"); }

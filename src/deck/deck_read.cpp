@@ -1,0 +1,191 @@
+#include <filesystem>
+#include <new>
+
+#include "deck/deck.h"
+#include "deck/keyword_table.h"
+
+namespace {
+
+std::vector<std::string> keyword_words()
+{
+  std::vector<std::string> list;
+  for (int i = 0; i < keyword_count; ++i) list.push_back(keyword_table[i].word);
+  return list;
+}
+
+void skip_data(Deck& d)
+{
+  std::vector<Field> field;
+  Field whole;
+  bool keyword = false, comma = false;
+  while (deck_peek(d, keyword) && !keyword) deck_split(d, false, field, whole, comma);
+}
+
+// parameters against the table: unknown, twice, missing. False: the card cannot be read.
+bool params_fit(Card& c)
+{
+  std::vector<std::string> valid;
+  bool fit = true;
+  for (std::string p : split_words(c.keyword->params)) {
+    const bool must = !p.empty() && p.back() == '!';
+    if (must) p.pop_back();
+    if (!p.empty()) valid.push_back(p);
+    if (!must || card_param(c, p.c_str())) continue;
+    card_error(c, c.head.at, "parameter " + p + " is missing: write *" + c.head.word + ", " + p + "=...");
+    fit = false;
+  }
+  for (const HeadParam& p : c.head.param) {
+    bool known = false;
+    for (const std::string& v : valid) known = known || text_squeeze(v) == p.name;
+    if (!known && valid.empty()) card_error(c, p.key, "*" + c.head.word + " has no parameters");
+    else if (!known) card_error(c, p.key, "parameter " + text_show(p.key.text) + " is not known" + text_suggest(p.key.text, valid));
+    else if (card_param(c, p.name.c_str()) != &p) card_error(c, p.key, "parameter " + p.name + " is given twice");
+  }
+  return fit;
+}
+
+// is this the place for the keyword, and which material and step are open
+bool place_fits(Card& c, const Model& m)
+{
+  Deck& d = *c.deck;
+  const int where = c.keyword->where;
+  const std::string word = "*" + c.head.word;
+  if (where == IN_MATERIAL) {
+    if (d.material >= 0) return true;
+    card_error(c, c.head.at, word + " must follow a *MATERIAL");
+    return false;
+  }
+  if (c.head.word != "PARAMETER" && c.head.word != "HEADING") d.material = -1;
+  const int here = d.in_step ? IN_STEP : m.step.empty() ? IN_MODEL : AFTER_STEPS;
+  if (where & here) return true;
+  if (d.in_step) card_error(c, c.head.at, word + " must not stand inside a step (opened in " + spot_text(d, Spot{d.step_at.file, d.step_at.line}) + ")");
+  else if (where == IN_STEP) card_error(c, c.head.at, word + " must stand inside a step, between *STEP and *END STEP");
+  else card_error(c, c.head.at, word + " must stand before the first *STEP");
+  return false;
+}
+
+void read_card(Deck& d, Model& m)
+{
+  Card c;
+  c.deck = &d;
+  c.errors_before = c.errors_line = d.errors;
+  d.word.clear();
+  deck_head(d, c.head);
+  c.keyword = keyword_find(c.head.word);
+  if (!c.keyword) {
+    const std::string near = text_nearest(c.head.word, keyword_words());
+    deck_error(d, c.head.at, "keyword *" + text_show(c.head.word) + " is not known" +
+               (near.empty() ? "; mpfe --list-keywords lists all" : "; did you mean *" + near + "?"));
+    return skip_data(d);
+  }
+  d.word = c.head.word = c.keyword->word;
+  const bool place = place_fits(c, m), params = params_fit(c);
+  if (!place || !params) return skip_data(d);
+  c.keyword->read(c, m);
+  card_end(c);
+}
+
+void read_cards(Deck& d, Model& m)
+{
+  bool keyword = false;
+  while (deck_peek(d, keyword)) {
+    if (keyword) {
+      read_card(d, m);
+      continue;
+    }
+    Field at;
+    std::vector<Field> field;
+    bool comma = false;
+    d.word.clear();
+    deck_split(d, false, field, at, comma);
+    deck_error(d, at, "a data line without a keyword before it; a deck begins with a line such as *HEADING or *NODE");
+    skip_data(d);
+  }
+  d.word = "STEP";
+  if (d.in_step) deck_error(d, d.step_at, "*END STEP is missing");
+}
+
+void set_defines(Deck& d, const std::vector<std::pair<std::string, double>>& defines)
+{
+  Field at;
+  at.line = 1;
+  d.word = "PARAMETER";
+  for (const auto& def : defines) {
+    const std::string fault = deck_parameter_name_fault(def.first);
+    if (!fault.empty()) deck_error(d, at, "-D " + text_show(def.first) + ": the name " + fault);
+    else d.define[def.first] = d.param[def.first] = def.second;
+  }
+}
+
+void warn_unused_defines(Deck& d)
+{
+  Field at;
+  at.line = 1;
+  d.word = "PARAMETER";
+  for (const auto& def : d.define)
+    if (!d.used.count(def.first)) deck_warn(d, at, "-D " + def.first + " is used nowhere in this deck");
+}
+
+void read_all(Deck& d, const std::string& path, const std::vector<std::pair<std::string, double>>& defines, Model& m)
+{
+  if (!deck_open(d, path, nullptr)) return;
+  set_defines(d, defines);
+  read_cards(d, m);
+  deck_run_later(d, m, STAGE_STEP);
+  deck_run_later(d, m, STAGE_END);
+  warn_unused_defines(d);
+  deck_resolve(d, m);
+  deck_check(d, m);
+  m.param = d.param;
+}
+
+}  // namespace
+
+void deck_run_later(Deck& d, Model& m, Stage stage)
+{
+  std::vector<Later> list;
+  list.swap(d.later[stage]);
+  const std::string word = d.word;
+  for (Later& l : list) {
+    d.word = l.word;
+    l.run(d, m);
+  }
+  d.word = word;
+}
+
+// ---------------------------------------------------------------------------
+// deck_read : deck -> model
+//
+//   1. cards one after the other; each reader reports its mistakes and goes on
+//   2. names that may be used before they are defined
+//   3. sections of elements, loads of elements that become material points
+//   4. checks of the whole model
+//
+//   in   defines   -D name=value
+//   out  number of errors; all messages are on stderr
+// ---------------------------------------------------------------------------
+int deck_read(const std::string& path, const std::vector<std::pair<std::string, double>>& defines, Model& model)
+{
+  Deck d;
+  model.deck = path;
+  model.job = std::filesystem::path(path).stem().string();
+  try {
+    read_all(d, path, defines, model);
+  } catch (const std::bad_alloc&) {
+    Field at;
+    at.line = 1;
+    deck_error(d, at, "the model does not fit into the memory of this machine; make it smaller");
+  }
+  deck_print_messages(d);
+  return d.errors;
+}
+
+void deck_list_keywords(std::FILE* out)
+{
+  for (int i = 0; i < keyword_count; ++i) {
+    std::string name = keyword_table[i].word;
+    for (char& c : name)
+      if (c == ' ') c = '_';
+    std::fprintf(out, "*%-20s %s  (doc/keywords/%s.md)\n", keyword_table[i].word, keyword_table[i].help, name.c_str());
+  }
+}

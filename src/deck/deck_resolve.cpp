@@ -1,0 +1,80 @@
+#include <algorithm>
+
+#include "deck/deck_state.h"
+
+namespace {
+
+// elements get the section of their set; one element, one section
+void give_sections(Deck& d, Model& m)
+{
+  d.word = "SOLID SECTION";
+  for (std::size_t i = 0; i < m.section.size(); ++i) {
+    const Section& s = m.section[i];
+    if (s.material >= 0) m.material[s.material].used = true;
+    if (s.elset < 0) continue;
+    bool told = false;
+    for (int e : m.elset[s.elset].item) {
+      int& section = m.mesh.elem_section[e];
+      if (section >= 0 && !told) {
+        deck_error(d, deck_field(d, s.place, m.elset[s.elset].name), text_format("element %d has a section already, in ", m.mesh.elem_label[e]) +
+                   m.section[section].place.file + text_format(" line %d; an element has one section", m.section[section].place.line));
+        told = true;
+      }
+      section = static_cast<int>(i);
+    }
+  }
+  for (const Body& b : m.body)
+    if (b.material >= 0) m.material[b.material].used = true;
+}
+
+// body of each element that becomes material points, -1: stays an element
+IntVec body_of_elements(const Model& m)
+{
+  IntVec body(m.mesh.nelem(), -1);
+  for (std::size_t b = 0; b < m.body.size(); ++b)
+    if (m.body[b].elset >= 0)
+      for (int e : m.elset[m.body[b].elset].item) body[e] = static_cast<int>(b);
+  return body;
+}
+
+// A volume load on elements that become points is a load on their body
+void move_to_bodies(Deck& d, const Model& m, const IntVec& body, Load& l)
+{
+  std::vector<std::size_t> hit(m.body.size(), 0);
+  IntVec rest;
+  for (int e : l.elem) {
+    if (body[e] < 0) rest.push_back(e);
+    else ++hit[body[e]];
+  }
+  if (rest.size() == l.elem.size()) return;
+  for (std::size_t b = 0; b < hit.size(); ++b) {
+    if (hit[b] == 0) continue;
+    if (hit[b] < m.elset[m.body[b].elset].item.size())
+      deck_error(d, deck_field(d, l.place, ""), "the load acts on a part of body " + m.body[b].name + "; name the body, loads act on whole bodies");
+    if (std::find(l.body.begin(), l.body.end(), static_cast<int>(b)) == l.body.end()) l.body.push_back(static_cast<int>(b));
+  }
+  l.elem.swap(rest);
+}
+
+void settle_scheme(const Model& m, Step& s)
+{
+  if (s.proc == PROC_DYNAMIC && !s.scheme_given) s.scheme = m.body.empty() ? SCHEME_NEWMARK : SCHEME_ENERGY_MOMENTUM;
+}
+
+}  // namespace
+
+// ---------------------------------------------------------------------------
+// deck_resolve : what needs the whole deck: sections of elements, materials in use, loads on elements that
+// become material points, the scheme of dynamic steps
+// ---------------------------------------------------------------------------
+void deck_resolve(Deck& d, Model& m)
+{
+  give_sections(d, m);
+  const IntVec body = body_of_elements(m);
+  d.word = "DLOAD";
+  for (Step& s : m.step) {
+    settle_scheme(m, s);
+    for (Load& l : s.load)
+      if (l.kind == LOAD_BODY) move_to_bodies(d, m, body, l);
+  }
+}

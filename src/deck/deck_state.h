@@ -1,0 +1,161 @@
+// ---------------------------------------------------------------------------
+// deck_state.h : what the readers of a deck share: files, position, parameters,
+// messages, the open material and step, and what is looked up later
+// ---------------------------------------------------------------------------
+#ifndef MPFE_DECK_DECK_STATE_H
+#define MPFE_DECK_DECK_STATE_H
+
+#include <functional>
+#include <set>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "model/model.h"
+
+struct Field {                 // a word of the deck and where it stands
+  std::string text;            // without blanks around it and without quotes, <...> replaced
+  int file = 0, line = 0;      // index into Deck::file, 1-based line
+  int column = 0, length = 0;  // in the original line, 0-based
+  int number = 0;              // 1-based field of a data line; 0: another kind of word
+  bool quoted = false;
+  bool empty() const { return text.empty() && !quoted; }
+};
+
+struct HeadParam {             // NAME or NAME=value of a keyword line
+  std::string name;            // upper case, without blanks
+  Field key, value;
+  bool has_value = false;
+};
+
+struct Head {                  // a keyword line
+  std::string word;            // upper case, single blanks, without the star
+  Field at;
+  std::vector<HeadParam> param;
+};
+
+struct DeckFile {
+  std::string path, text;
+  std::vector<std::size_t> start;    // offset of each line
+};
+
+struct Reading {               // an open file: main deck, include of it, ...
+  int file = 0;
+  int line = 0;                // lines already taken
+};
+
+struct Message {
+  bool warning = false;
+  int file = 0, line = 0;
+  std::string text;
+};
+
+struct Spot { int file = 0, line = 0; };
+
+struct Carried {               // beside each load and each prescribed value of the open step
+  std::string card, key;       // CLOAD, "TOP 2"
+  bool old = false;            // of an earlier step
+  bool dead = false;           // replaced or removed
+  Spot spot;
+};
+
+enum Stage { STAGE_STEP, STAGE_END };   // before the first *STEP, after the last line
+
+struct Deck;
+struct Later {
+  std::string word;
+  std::function<void(Deck&, Model&)> run;
+};
+
+struct Deck {
+  std::vector<DeckFile> file;
+  std::vector<Reading> reading;
+  int includes = 0;
+
+  std::vector<Message> message;
+  int errors = 0, warnings = 0;
+  std::string word;            // keyword that is read or checked, for messages
+
+  ParamMap param;
+  ParamMap define;             // -D
+  std::set<std::string> used;  // names that an expression of the deck holds
+
+  int material = -1;           // open *MATERIAL
+  bool in_step = false, proc_given = false, prints_node = false, prints_elem = false;
+  Field step_at;
+  Controls controls;           // *NEWTON before all steps
+  std::vector<Later> later[2];
+
+  std::vector<std::string> column;                 // names of *HISTORY columns so far
+  std::vector<Spot> node_spot, elem_spot;          // where each node and element was defined
+  std::vector<Face> free_face;                     // faces with one owner
+  int free_face_nelem = -1;                        // number of elements when they were found
+
+  std::vector<Prescribed> base;                    // *BOUNDARY outside steps
+  std::vector<Carried> base_note, load_note, prescribed_note;
+  std::unordered_map<std::string, std::vector<int>> load_key, prescribed_key;
+  std::unordered_map<std::string, double> load_before;   // key -> value at the end of the step before
+  RealVec prescribed_before;                       // [nnode*3], NaN: free
+  double time_end = 0.0;                           // total time at the end of the step before
+
+};
+
+// ---- messages (deck_error.cpp) ---------------------------------------------
+std::string text_format(const char* format, ...) __attribute__((format(printf, 1, 2)));
+std::string text_show(const std::string& word);            // clipped, printable
+std::string text_number(double value);                     // shortest of 12 digits
+std::string text_upper(const std::string& word);
+std::string text_squeeze(const std::string& word);         // upper case without blanks
+std::string text_nearest(const std::string& word, const std::vector<std::string>& valid);   // "" when none is near
+std::string text_suggest(const std::string& word, const std::vector<std::string>& valid);   // "; did you mean X?" or the list
+void deck_error(Deck& d, const Field& at, const std::string& text);
+void deck_warn(Deck& d, const Field& at, const std::string& text);
+void deck_print_messages(const Deck& d);
+Place deck_place(const Deck& d, const Field& at);
+std::string spot_text(const Deck& d, const Spot& s);       // "FILE line N"
+Field deck_field(const Deck& d, const Place& place, const std::string& word);   // the word in that line
+
+// ---- lines (deck_lines.cpp) ------------------------------------------------
+bool deck_open(Deck& d, const std::string& path, const Field* from);
+std::string deck_line_text(const Deck& d, int file, int line);
+bool deck_peek(Deck& d, bool& keyword);                    // is there a next line; includes are opened
+void deck_head(Deck& d, Head& head);                       // takes the keyword line, with its continuation
+void deck_split(Deck& d, bool substitute, std::vector<Field>& field, Field& whole, bool& comma);
+
+// ---- expressions (deck_expr.cpp) -------------------------------------------
+bool deck_scalar(Deck& d, const Field& at, int offset, const std::string& text, double& value);
+bool deck_function(Deck& d, const Field& at, const std::string& text, Expr& out);
+bool deck_function_of_t(Deck& d, const Field& at, const std::string& text, Expr& out);
+std::string deck_parameter_name_fault(const std::string& name);   // "" when the name is allowed
+
+// ---- mesh, sets, targets (deck_mesh.cpp) -----------------------------------
+int mesh_add_node(Deck& d, Model& m, int label, double x, double y, double z, const Field& at);
+int mesh_add_elem(Deck& d, Model& m, int label, int type, const int* node, const Field& at);
+int mesh_max_label(const IntVec& label);
+void mesh_centroid(const Mesh& mesh, int e, double x[3]);
+const std::vector<Face>& mesh_free_faces(Deck& d, const Model& m);
+int set_merge(std::vector<Set>& sets, const std::string& name, IntVec& item, const Place& place);
+std::vector<std::string> names_of_sets(const std::vector<Set>& sets);
+bool target_label(const std::string& text, int& label);
+bool target_nodes(Deck& d, const Model& m, const Field& at, IntVec& node);     // node set or label
+bool target_elems(Deck& d, const Model& m, const Field& at, IntVec& elem);     // element set or label
+int target_nset(Deck& d, Model& m, const Field& at);       // index; a label makes a set of one
+int target_elset(Deck& d, Model& m, const Field& at);
+int target_material(Deck& d, const Model& m, const Field& at);
+int target_surface(Deck& d, const Model& m, const Field& at);
+int target_body(Deck& d, const Model& m, const Field& at);
+int target_amplitude(Deck& d, const Model& m, const Field& at);
+
+// ---- loads from step to step (deck_carry.cpp) ------------------------------
+void carry_begin(Deck& d, Model& m);                       // copies what stays from the step before
+void carry_new(Deck& d, const std::string& card);          // OP=NEW
+void carry_load(Deck& d, Model& m, const std::string& card, const std::string& key, Load load, const Field& at);
+void carry_prescribed(Deck& d, Model& m, const std::string& key, const Prescribed& b, const Field& at);
+void carry_end(Deck& d, Model& m);                         // drops what was replaced, adds up the time
+
+// ---- after reading ---------------------------------------------------------
+void deck_run_later(Deck& d, Model& m, Stage stage);
+void deck_resolve(Deck& d, Model& m);                      // sections of elements, schemes, loads on bodies
+void deck_check(Deck& d, Model& m);
+
+#endif

@@ -1,0 +1,95 @@
+#include "deck/keyword_table.h"
+
+// one reader a keyword, in kw_<keyword>.cpp
+void kw_amplitude(Card&, Model&);
+void kw_block(Card&, Model&);
+void kw_bond(Card&, Model&);
+void kw_boundary(Card&, Model&);
+void kw_check(Card&, Model&);
+void kw_cload(Card&, Model&);
+void kw_density(Card&, Model&);
+void kw_dload(Card&, Model&);
+void kw_dsload(Card&, Model&);
+void kw_dynamic(Card&, Model&);
+void kw_el_file(Card&, Model&);
+void kw_el_print(Card&, Model&);
+void kw_elastic(Card&, Model&);
+void kw_element(Card&, Model&);
+void kw_elset(Card&, Model&);
+void kw_end_step(Card&, Model&);
+void kw_grid(Card&, Model&);
+void kw_grid_boundary(Card&, Model&);
+void kw_heading(Card&, Model&);
+void kw_history(Card&, Model&);
+void kw_include(Card&, Model&);
+void kw_initial_conditions(Card&, Model&);
+void kw_material(Card&, Model&);
+void kw_material_points(Card&, Model&);
+void kw_newton(Card&, Model&);
+void kw_node(Card&, Model&);
+void kw_node_file(Card&, Model&);
+void kw_node_print(Card&, Model&);
+void kw_nset(Card&, Model&);
+void kw_parameter(Card&, Model&);
+void kw_solid_section(Card&, Model&);
+void kw_solver(Card&, Model&);
+void kw_static(Card&, Model&);
+void kw_step(Card&, Model&);
+void kw_surface(Card&, Model&);
+void kw_vtk(Card&, Model&);
+
+namespace {
+const int OUTSIDE = IN_MODEL | AFTER_STEPS;
+const int ANYWHERE = IN_MODEL | IN_STEP | AFTER_STEPS;
+}
+
+const Keyword keyword_table[] = {
+  {"AMPLITUDE", kw_amplitude, ANYWHERE, "NAME!|TIME|DEFINITION", "function of time that scales loads and supports"},
+  {"BLOCK", kw_block, IN_MODEL, "TYPE!|ELSET!|MERGE", "structured mesh of a rectangle, with sets and surfaces of its edges"},
+  {"BOND", kw_bond, IN_MODEL, "NAME!|SURFACE!|TYPE|BODY|INTERMEDIATE|PENALTY|ALPHA|AUGMENT|NORMAL|DOF|AMPLITUDE",
+   "ties a surface to the grid of a body of material points, or to the ground"},
+  {"BOUNDARY", kw_boundary, IN_MODEL | IN_STEP, "AMPLITUDE|OP", "prescribed displacements of nodes"},
+  {"CHECK", kw_check, ANYWHERE, "TYPE!|SOURCE!|TIME|AT|SCALE", "expected value, its tolerance and its source"},
+  {"CLOAD", kw_cload, IN_STEP, "AMPLITUDE|OP", "forces on nodes"},
+  {"DENSITY", kw_density, IN_MATERIAL, "", "mass per volume of a material"},
+  {"DLOAD", kw_dload, IN_STEP, "AMPLITUDE|OP", "pressure, traction, gravity and volume force on elements and bodies"},
+  {"DSLOAD", kw_dsload, IN_STEP, "AMPLITUDE|OP", "pressure and traction on surfaces"},
+  {"DYNAMIC", kw_dynamic, IN_STEP, "DIRECT|SCHEME|BETA|GAMMA|DISSIPATION|ALPHA", "implicit dynamic step"},
+  {"EL FILE", kw_el_file, IN_STEP, "FREQUENCY", "asks for VTK output of element results (CalculiX)"},
+  {"EL PRINT", kw_el_print, IN_STEP, "ELSET!|FREQUENCY", "prints element results into the listing"},
+  {"ELASTIC", kw_elastic, IN_MATERIAL, "TYPE", "Young's modulus and Poisson's ratio of a material"},
+  {"ELEMENT", kw_element, IN_MODEL, "TYPE!|ELSET", "elements by label and nodes"},
+  {"ELSET", kw_elset, IN_MODEL, "ELSET!|GENERATE|WHERE", "set of elements"},
+  {"END STEP", kw_end_step, IN_STEP, "", "ends a step"},
+  {"GRID", kw_grid, IN_MODEL, "WEAK", "the box of equal cells that material points move through"},
+  {"GRID BOUNDARY", kw_grid_boundary, OUTSIDE, "AMPLITUDE", "prescribed displacements of all grid nodes on a plane"},
+  {"HEADING", kw_heading, ANYWHERE, "", "title of the run"},
+  {"HISTORY", kw_history, ANYWHERE, "FREQUENCY", "columns of the history file"},
+  {"INCLUDE", kw_include, ANYWHERE | IN_MATERIAL, "INPUT!", "reads another file in this place"},
+  {"INITIAL CONDITIONS", kw_initial_conditions, IN_MODEL, "TYPE!", "velocity at the start of the run"},
+  {"MATERIAL", kw_material, IN_MODEL, "NAME!", "begins a material"},
+  {"MATERIAL POINTS", kw_material_points, IN_MODEL,
+   "BODY!|MATERIAL!|FILL|ELSET|POINTS|PLANE|THICKNESS|FIELD|WHERE", "a body of material points"},
+  {"NEWTON", kw_newton, IN_MODEL | IN_STEP, "TOL FORCE|TOL ENERGY|MAX ITER|MAX CUT|LINE SEARCH", "tolerances of the iteration"},
+  {"NODE", kw_node, IN_MODEL, "NSET", "nodes by label and coordinates"},
+  {"NODE FILE", kw_node_file, IN_STEP, "FREQUENCY", "asks for VTK output of nodal results (CalculiX)"},
+  {"NODE PRINT", kw_node_print, IN_STEP, "NSET!|FREQUENCY|TOTALS", "prints nodal results into the listing"},
+  {"NSET", kw_nset, IN_MODEL, "NSET!|GENERATE|WHERE", "set of nodes"},
+  {"PARAMETER", kw_parameter, ANYWHERE, "", "names for numbers: name = expression"},
+  {"SOLID SECTION", kw_solid_section, IN_MODEL, "ELSET!|MATERIAL!", "material and thickness of elements"},
+  {"SOLVER", kw_solver, OUTSIDE, "TYPE", "the linear solver"},
+  {"STATIC", kw_static, IN_STEP, "DIRECT", "static step"},
+  {"STEP", kw_step, ANYWHERE, "NLGEOM|INC", "begins a step"},
+  {"SURFACE", kw_surface, IN_MODEL, "NAME!|TYPE|ELSET|WHERE|BODY", "faces of elements or of a body of material points"},
+  {"VTK", kw_vtk, ANYWHERE, "FREQUENCY|TIME INTERVAL|FORMAT", "output for ParaView"},
+};
+
+const int keyword_count = static_cast<int>(sizeof keyword_table / sizeof keyword_table[0]);
+
+const Keyword* keyword_find(const std::string& word)
+{
+  const std::string key = text_squeeze(word);
+  for (const Keyword& k : keyword_table)
+    if (key == text_squeeze(k.word)) return &k;
+  return nullptr;
+}

@@ -1,0 +1,26 @@
+#ifndef MPFE_DECK_KEYWORD_TABLE_H
+#define MPFE_DECK_KEYWORD_TABLE_H
+
+#include "deck/card.h"
+
+enum {                         // where a keyword may stand
+  IN_MODEL    = 1,             // before the first *STEP
+  IN_STEP     = 2,             // between *STEP and *END STEP
+  AFTER_STEPS = 4,             // outside steps, after the first one
+  IN_MATERIAL = 8              // after a *MATERIAL
+};
+
+struct Keyword {
+  const char* word;
+  void (*read)(Card&, Model&);
+  int where;
+  const char* params;          // separated by |, a ! behind those that must be given
+  const char* help;
+};
+
+extern const Keyword keyword_table[];
+extern const int keyword_count;
+
+const Keyword* keyword_find(const std::string& word);    // blanks do not count; null: unknown
+
+#endif

@@ -1,0 +1,69 @@
+#include "deck/card.h"
+
+namespace {
+
+struct Line {                  // what a data line says
+  Field target;
+  int first = -1, last = -1;
+  Expr value;
+};
+
+bool read_word(Card& card, const Model& model, const Field& f, Line& line)
+{
+  const std::string word = text_squeeze(f.text);
+  const bool all = word == "ENCASTRE" || word == "PINNED";
+  if (!all && word != "XSYMM" && word != "YSYMM") return false;
+  ++card.next;
+  line.first = word == "YSYMM" ? 1 : 0;
+  line.last  = all ? model.dim - 1 : line.first;
+  line.value = expr_number(0.0);
+  return true;
+}
+
+bool read_line(Card& card, const Model& model, Line& line)
+{
+  line.target = card_field(card, "node set or node");
+  if (card_more(card) && read_word(card, model, card.field[card.next], line)) return card_good(card);
+  line.first = line.last = card_dof(card, model, "first direction");
+  if (card_more(card) && card.field[card.next].empty()) ++card.next;
+  else if (card_more(card)) line.last = card_dof(card, model, "last direction");
+  line.value = card_expr_or(card, "displacement", 0.0);
+  if (card_good(card) && line.last < line.first)
+    card_error(card, card.field[2], "the last direction is smaller than the first");
+  return card_good(card);
+}
+
+void apply(Deck& d, Model& m, const Line& line, int amplitude)
+{
+  Prescribed b;
+  if (!target_nodes(d, m, line.target, b.node)) return;
+  b.value = line.value;
+  b.amplitude = amplitude;
+  b.place = deck_place(d, line.target);
+  for (int i = line.first; i <= line.last; ++i) {
+    b.first = b.last = i;
+    carry_prescribed(d, m, text_upper(line.target.text) + text_format(" %d", i + 1), b, line.target);
+  }
+}
+
+}  // namespace
+
+// ---------------------------------------------------------------------------
+// *BOUNDARY[, AMPLITUDE=][, OP=] : nset|node, first[, last[, value]] or nset|node, ENCASTRE
+// Outside a step it holds in every step; sets and amplitudes may then be defined later.
+// ---------------------------------------------------------------------------
+void kw_boundary(Card& card, Model& model)
+{
+  Deck& d = *card.deck;
+  const Field name = card_param_field(card, "AMPLITUDE");
+  const int amplitude = d.in_step ? card_param_amplitude(card, model) : -1;
+  if (card_op_new(card) && d.in_step) carry_new(d, "BOUNDARY");
+  while (card_line(card)) {
+    Line line;
+    if (!read_line(card, model, line)) continue;
+    if (d.in_step) apply(d, model, line, amplitude);
+    else card_later(card, STAGE_STEP, [=](Deck& deck, Model& m) {
+      apply(deck, m, line, name.empty() ? -1 : target_amplitude(deck, m, name));
+    });
+  }
+}

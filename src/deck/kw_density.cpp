@@ -1,0 +1,7 @@
+#include "deck/card.h"
+
+// *DENSITY : mass per volume
+void kw_density(Card& card, Model& model)
+{
+  card_parent_material(card, model).density = card_real(card, "density", above(0.0));
+}

@@ -1,0 +1,75 @@
+#include "deck/card.h"
+
+namespace {
+
+const char* const words = "P1|P2|P3|P4|TRVEC1|TRVEC2|TRVEC3|TRVEC4|GRAV|BX|BY";
+
+// faces of elements
+bool take_faces(Card& card, const Model& model, const Field& target, int face, Load& l)
+{
+  IntVec elem;
+  if (model_find_body(model, text_upper(target.text)) >= 0 && model_find_elset(model, text_upper(target.text)) < 0) {
+    card_error(card, target, "a body of material points has no numbered faces; use *SURFACE, TYPE=BODY and *DSLOAD");
+    return false;
+  }
+  if (!target_elems(*card.deck, model, target, elem)) return false;
+  for (int e : elem) {
+    if (face >= shape_info[elem_table[model.mesh.elem_type[e]].shape].nface) {
+      card_error(card, card.field[1], text_format("element %d is a triangle and has no face %d", model.mesh.elem_label[e], face + 1));
+      return false;
+    }
+    l.face.push_back(Face{e, face});
+  }
+  return true;
+}
+
+// elements or a body; an empty target of GRAV: everything
+bool take_volume(Card& card, const Model& model, const Field& target, Load& l)
+{
+  const int body = model_find_body(model, text_upper(target.text));
+  if (target.empty()) {
+    for (int e = 0; e < model.mesh.nelem(); ++e) l.elem.push_back(e);
+    for (std::size_t b = 0; b < model.body.size(); ++b) l.body.push_back(static_cast<int>(b));
+    return true;
+  }
+  if (body < 0) return target_elems(*card.deck, model, target, l.elem);
+  l.body.push_back(body);
+  return true;
+}
+
+bool read_line(Card& card, const Model& model, Load& l, Field& target, std::string& word)
+{
+  const bool everything = card.field[0].empty() && card.field.size() > 1 && text_squeeze(card.field[1].text) == "GRAV";
+  target = everything ? card.field[card.next++] : card_field(card, "element set, element or body");
+  const int kind = card_word(card, "kind of load", words);
+  if (kind < 0) return false;
+  word = split_words(words)[kind];
+  l.kind = kind < 4 ? LOAD_PRESSURE : kind < 8 ? LOAD_TRACTION : LOAD_BODY;
+  l.per_mass = word == "GRAV";
+  l.value = card_expr(card, l.kind == LOAD_PRESSURE ? "pressure" : l.per_mass ? "acceleration" : l.kind == LOAD_BODY ? "force per volume" : "traction");
+  if (word == "BX" || word == "BY") l.dir[word == "BY"] = 1.0;
+  else if (l.kind != LOAD_PRESSURE) l.dir = card_direction(card, "direction");
+  if (!card_good(card)) return false;
+  return l.kind == LOAD_BODY ? take_volume(card, model, target, l) : take_faces(card, model, target, kind % 4, l);
+}
+
+}  // namespace
+
+// ---------------------------------------------------------------------------
+// *DLOAD[, AMPLITUDE=][, OP=] : target, P1, pressure; target, TRVEC1, traction, dx, dy;
+// target, GRAV, g, dx, dy; target, BX, force per volume
+// ---------------------------------------------------------------------------
+void kw_dload(Card& card, Model& model)
+{
+  const int amplitude = card_param_amplitude(card, model);
+  if (card_op_new(card)) carry_new(*card.deck, "DLOAD");
+  while (card_line(card)) {
+    Load l;
+    Field target;
+    std::string word;
+    if (!read_line(card, model, l, target, word)) continue;
+    l.amplitude = amplitude;
+    l.place = line_place(card);
+    carry_load(*card.deck, model, "DLOAD", text_upper(target.text) + " " + word, l, card.whole);
+  }
+}

@@ -1,0 +1,37 @@
+#include <cmath>
+
+#include "deck/card.h"
+
+// ---------------------------------------------------------------------------
+// *GRID[, WEAK=] : xmin, ymin, xmax, ymax / hx[, hy]
+// ---------------------------------------------------------------------------
+void kw_grid(Card& card, Model& model)
+{
+  Grid& g = model.grid;
+  if (g.given) card_error(card, card.head.at, "the grid is defined already, in " + g.place.file + text_format(" line %d", g.place.line));
+  g.given = true;
+  g.place = card_place(card);
+  g.weak  = card_param_real(card, "WEAK", 0.05, from_to(0.0, 0.5));
+  double hi[2];
+  for (int i = 0; i < 2; ++i) g.lo[i] = card_real(card, i ? "ymin" : "xmin", any_number());
+  for (int i = 0; i < 2; ++i) hi[i] = card_real(card, i ? "ymax" : "xmax", above(g.lo[i]));
+  const bool box = card_good(card);
+  if (box && !card_line(card)) return card_error(card, card.head.at, "the second data line, hx[, hy], the size of a cell, is missing");
+  if (!box) {
+    card_line(card);
+    card.next = card.field.size();
+    g.h = {{1.0, 1.0, 0.0}};
+    g.n = {{1, 1, 0}};
+    return;
+  }
+  g.h[0] = card_real(card, "hx", above(0.0));
+  g.h[1] = card_real_or(card, "hy", g.h[0], above(0.0));
+  double cells = 1.0;
+  for (int i = 0; i < 2; ++i) {
+    const double n = std::max(1.0, std::ceil((hi[i] - g.lo[i]) / g.h[i] - 1e-9));
+    cells *= n;
+    g.n[i] = n <= 1e8 ? static_cast<int>(n) : 1;
+    if (!(n <= 1e8)) card_error(card, card.field[0], "more than 1e8 cells in one direction; the size of a cell is too small");
+  }
+  if (card_good(card) && cells > 1e15) card_error(card, card.field[0], "more than 1e15 cells; the size of a cell is too small");
+}

@@ -1,0 +1,96 @@
+#include <algorithm>
+
+#include "deck/card.h"
+
+bool history_column_is_built_in(const std::string& name, std::string& column)
+{
+  for (const char* word : {"time", "step", "inc", "dt", "iter", "kinetic", "strain", "bond", "external", "balance",
+                           "px", "py", "pz", "lx", "ly", "lz", "slip_max", "slip_rms"})
+    if (text_upper(name) == text_upper(word)) {
+      column = word;
+      return true;
+    }
+  return false;
+}
+
+namespace {
+
+const char* const quantities = "U1|U2|V1|V2|A1|A2|X1|X2|RF1|RF2|GRF1|GRF2|S11|S22|S33|S12|E11|E22|E33|E12|SMISES|ENER";
+
+bool is_of_elements(const std::string& what) { return what[0] == 'S' || what[0] == 'E'; }
+bool is_of_points(const std::string& what) { return what[0] == 'U' || what[0] == 'V' || is_of_elements(what); }
+
+// a body goes before a set of the same name: its elements and nodes may have become points
+void settle(Deck& d, Model& m, HistoryDef h, const Field& target)
+{
+  const int body = model_find_body(m, text_upper(target.text));
+  const bool other_kind = is_of_elements(h.what) ? model_find_elset(m, text_upper(target.text)) < 0 && model_find_nset(m, text_upper(target.text)) >= 0
+                                                 : model_find_nset(m, text_upper(target.text)) < 0 && model_find_elset(m, text_upper(target.text)) >= 0;
+  if (body >= 0 && is_of_points(h.what)) {
+    h.body = body;
+  } else if (body >= 0 || other_kind) {
+    deck_error(d, target, h.what + " is a quantity of " + (is_of_elements(h.what) ? "elements; " : "nodes; ") + text_show(target.text) +
+               " is a " + (body >= 0 ? "body of material points" : is_of_elements(h.what) ? "node set" : "element set"));
+    return;
+  } else if (is_of_elements(h.what)) {
+    h.elset = target_elset(d, m, target);
+  } else {
+    h.nset = target_nset(d, m, target);
+  }
+  if (h.body < 0 && h.elset < 0 && h.nset < 0) return;
+  m.history.push_back(h);
+}
+
+void settle_grid(Deck& d, Model& m, HistoryDef h, const Field& target)
+{
+  int number = 0;
+  const int n = static_cast<int>(m.grid_bc.size());
+  if (!target_label(target.text, number) || number < 1 || number > n)
+    return deck_error(d, target, h.what + text_format(" needs the number of a *GRID BOUNDARY line, 1 to %d", n));
+  h.grid_bc = number - 1;
+  m.history.push_back(h);
+}
+
+void read_line(Card& card, std::vector<std::string>& names)
+{
+  HistoryDef h;
+  const Field name = card_field(card, "name of the column");
+  const int q = card_word(card, "quantity", quantities);
+  if (q < 0 || !card_good(card)) return;
+  h.what  = split_words(quantities)[q];
+  h.name  = text_upper(name.text);
+  h.place = line_place(card);
+  std::string column;
+  if (history_column_is_built_in(h.name, column)) card_error(card, name, "column " + column + " is there always; take another name");
+  else if (std::find(names.begin(), names.end(), h.name) != names.end()) card_error(card, name, "column " + text_show(h.name) + " is defined already");
+  names.push_back(h.name);
+
+  const Field target = card_field(card, "target (node set, node, element set, body or AT)");
+  const bool grid = h.what[0] == 'G';
+  h.at_point = text_upper(target.text) == "AT";
+  if (h.at_point && !is_of_points(h.what)) card_error(card, target, h.what + " is not available AT a place; name a node set");
+  for (int i = 0; h.at_point && i < 2; ++i) h.X[i] = card_real(card, i ? "y" : "x", any_number());
+  h.reduce = h.what[0] == 'R' || grid ? REDUCE_SUM : REDUCE_MEAN;
+  if (!h.at_point && !grid && card_more(card)) {
+    const int r = card_word(card, "reduction", "MEAN|SUM|MAX|MIN|ABSMAX");
+    if (r >= 0) h.reduce = static_cast<Reduce>(r);
+  }
+  if (!card_good(card)) return;
+  card_later(card, STAGE_END, [=](Deck& d, Model& m) {
+    if (h.at_point) m.history.push_back(h);
+    else if (grid) settle_grid(d, m, h, target);
+    else settle(d, m, h, target);
+  });
+}
+
+}  // namespace
+
+// ---------------------------------------------------------------------------
+// *HISTORY[, FREQUENCY=] : name, quantity, target[, reduction] or name, quantity, AT, x, y
+// ---------------------------------------------------------------------------
+void kw_history(Card& card, Model& model)
+{
+  Deck& d = *card.deck;
+  model.history_out.frequency = card_param_int(card, "FREQUENCY", model.history_out.frequency, 1, 2147483647);
+  while (card_line(card)) read_line(card, d.column);
+}

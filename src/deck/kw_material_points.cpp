@@ -1,0 +1,51 @@
+#include "deck/card.h"
+
+namespace {
+
+// xmin, ymin, xmax, ymax / nx, ny
+void read_box(Card& card, Body& b)
+{
+  for (int i = 0; i < 2; ++i) b.lo[i] = card_real(card, i ? "ymin" : "xmin", any_number());
+  for (int i = 0; i < 2; ++i) b.hi[i] = card_real(card, i ? "ymax" : "xmax", above(b.lo[i]));
+  if (!card.open || !card_line(card)) return;
+  for (int i = 0; i < 2; ++i) b.cells[i] = card_int(card, i ? "ny" : "nx", 1, 50000000);
+  if (card_good(card) && static_cast<double>(b.cells[0]) * b.cells[1] * b.per_cell * b.per_cell > 5e7)
+    card_error(card, card.whole, "more than 5e7 material points; take fewer cells");
+}
+
+void check_fill(Card& card, const Body& b, const Field& elset)
+{
+  if (b.fill == FILL_ELSET && elset.empty()) card_error(card, card.head.at, "FILL=ELSET needs ELSET=name of the elements that become points");
+  if (b.fill != FILL_ELSET && !elset.empty()) card_error(card, elset, "ELSET= goes with FILL=ELSET only");
+  if (b.fill != FILL_REGION && card_param(card, "WHERE")) card_error(card, card_param(card, "WHERE")->key, "WHERE goes with FILL=REGION only");
+  if (b.fill == FILL_REGION && !card_param(card, "WHERE")) card_error(card, card.head.at, "FILL=REGION needs WHERE=\"function\", not 0 inside the body");
+}
+
+}  // namespace
+
+// ---------------------------------------------------------------------------
+// *MATERIAL POINTS, BODY=, MATERIAL=[, FILL=BLOCK|ELSET|REGION] ... : box / cells
+// ---------------------------------------------------------------------------
+void kw_material_points(Card& card, Model& model)
+{
+  Body b;
+  b.name  = card_param_name(card, "BODY");
+  b.place = card_place(card);
+  const int fill = card_param_word(card, "FILL", "BLOCK|ELSET|REGION", 0);
+  b.fill = static_cast<FillKind>(fill < 0 ? 0 : fill);
+  b.per_cell  = card_param_int(card, "POINTS", 2, 1, 100);
+  b.plane     = card_param_word(card, "PLANE", "STRAIN|STRESS", 0) == 1 ? PLANE_STRESS : PLANE_STRAIN;
+  b.thickness = card_param_real(card, "THICKNESS", 1.0, above(0.0));
+  b.field     = card_param_int(card, "FIELD", 0, 0, 1000);
+  card_param_expr(card, "WHERE", b.where);
+  const Field elset = card_param_field(card, "ELSET"), material = card_param_field(card, "MATERIAL");
+  check_fill(card, b, elset);
+  if (b.fill != FILL_ELSET) read_box(card, b);
+  if (!b.name.empty() && model_find_body(model, b.name) >= 0) card_error(card, card.head.at, "body " + b.name + " is defined already");
+  const std::size_t i = model.body.size();
+  model.body.push_back(b);
+  card_later(card, STAGE_STEP, [=](Deck& d, Model& m) {
+    m.body[i].material = target_material(d, m, material);
+    if (b.fill == FILL_ELSET && !elset.empty()) m.body[i].elset = target_elset(d, m, elset);
+  });
+}

@@ -1,0 +1,23 @@
+#include "deck/card.h"
+
+// ---------------------------------------------------------------------------
+// *NODE[, NSET=] : label, x, y[, z]
+// ---------------------------------------------------------------------------
+void kw_node(Card& card, Model& model)
+{
+  const std::string set = card_param_name(card, "NSET");
+  IntVec item;
+  while (card_line(card)) {
+    const int label = card_label(card, "node label");
+    const double x = card_real(card, "x", any_number());
+    const double y = card_real(card, "y", any_number());
+    const double z = card_real_or(card, "z", 0.0, from_to(0.0, 0.0));
+    if (!card_good(card)) continue;
+    const auto old = model.mesh.node_index.find(label);
+    if (old != model.mesh.node_index.end())
+      card_error(card, card.field[0], text_format("node %d is defined already, in ", label) +
+                 spot_text(*card.deck, card.deck->node_spot[old->second]) + "; give it another label");
+    else item.push_back(mesh_add_node(*card.deck, model, label, x, y, z, card.whole));
+  }
+  if (!set.empty()) set_merge(model.nset, set, item, card_place(card));
+}

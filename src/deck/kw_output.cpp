@@ -1,0 +1,34 @@
+#include "deck/kw_output.h"
+
+#include <algorithm>
+
+void file_read(Card& card, Model& model, const char* words)
+{
+  VtkDef& v = model.vtk;
+  const int frequency = card_param_int(card, "FREQUENCY", 1, 1, 2147483647);
+  if (!v.on) v.frequency = frequency;
+  else if (v.frequency > 0) v.frequency = std::min(v.frequency, frequency);
+  v.on = true;
+  while (card_line(card))
+    while (card_more(card)) card_word(card, "quantity", words);
+}
+
+void print_read(Card& card, Model& model, bool element, const char* words)
+{
+  Deck& d = *card.deck;
+  (element ? d.prints_elem : d.prints_node) = true;
+  PrintRequest p;
+  p.element   = element;
+  p.frequency = card_param_int(card, "FREQUENCY", 1, 1, 2147483647);
+  p.totals    = card_param_yes(card, "TOTALS", false, false);
+  const Field set = card_param_field(card, element ? "ELSET" : "NSET");
+  if (!set.empty()) p.set = element ? target_elset(d, model, set) : target_nset(d, model, set);
+  while (card_line(card))
+    while (card_more(card)) {
+      const int w = card_word(card, "quantity", words);
+      if (w >= 0) p.what.push_back(split_words(words)[w]);
+    }
+  if (p.what.empty() && d.errors == card.errors_before)
+    card_error(card, card.head.at, "a data line with the quantities must follow, for example " + split_words(words)[0]);
+  if (p.set >= 0) model.step.back().print.push_back(p);
+}

@@ -1,0 +1,35 @@
+#include "deck/kw_procedure.h"
+
+namespace {
+
+const double max_increments = 1e9;
+
+void read_times(Card& card, Step& s)
+{
+  s.dt     = card_real_or(card, "dt", 1.0, above(0.0));
+  s.period = card_real_or(card, "period", 1.0, above(0.0));
+  s.dt_min = card_real_or(card, "smallest dt", 0.0, at_least(0.0));
+  s.dt_max = card_real_or(card, "largest dt", 0.0, at_least(0.0));
+  if (!card.open || !card_good(card)) return;
+  if (s.dt > s.period * (1.0 + 1e-12))
+    card_error(card, card.field[0], "dt = " + text_number(s.dt) + " is larger than the period, " + text_number(s.period));
+  else if (s.period / s.dt > max_increments)
+    card_error(card, card.field[0], "dt is so small that the step has more than 1e9 increments");
+  else if (s.dt_min > s.dt)
+    card_error(card, card.field[2], "the smallest dt must not be larger than dt");
+  else if (s.dt_max > 0.0 && s.dt_max < s.dt)
+    card_error(card, card.field[3], "the largest dt must not be smaller than dt");
+}
+
+}  // namespace
+
+void procedure_read(Card& card, Model& model, Procedure proc)
+{
+  Deck& d = *card.deck;
+  Step& s = model.step.back();
+  if (d.proc_given) card_error(card, card.head.at, "the step has a procedure already; one *STATIC or *DYNAMIC a step");
+  d.proc_given = true;
+  s.proc   = proc;
+  s.direct = card_flag(card, "DIRECT");
+  read_times(card, s);
+}

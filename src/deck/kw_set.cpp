@@ -1,0 +1,72 @@
+#include "deck/kw_set.h"
+
+namespace {
+
+const long max_range = 100000000;
+
+// first, last[, step] : those labels of the range that exist
+void generate(Card& card, const std::unordered_map<int, int>& index, const IntVec& label, IntVec& item)
+{
+  const int first = card_label(card, "first label");
+  const int last  = card_label(card, "last label");
+  const int step  = card_int_or(card, "step", 1, 1, 2147483647);
+  if (!card_good(card)) return;
+  if (last < first) return card_error(card, card.field[1], text_format("last label %d is smaller than the first, %d", last, first));
+  const long count = (static_cast<long>(last) - first) / step + 1;
+  if (count > max_range) return card_error(card, card.whole, text_format("a range of %ld labels; at most %ld are allowed", count, max_range));
+  const std::size_t before = item.size();
+  if (count < static_cast<long>(label.size())) {
+    for (long k = 0; k < count; ++k) {
+      const auto i = index.find(static_cast<int>(first + k * step));
+      if (i != index.end()) item.push_back(i->second);
+    }
+  } else {
+    for (std::size_t i = 0; i < label.size(); ++i)
+      if (label[i] >= first && label[i] <= last && (static_cast<long>(label[i]) - first) % step == 0) item.push_back(static_cast<int>(i));
+  }
+  const long missing = count - static_cast<long>(item.size() - before);
+  if (missing > 0) card_warn(card, card.whole, text_format("%ld of the %ld labels of this range are not defined", missing, count));
+}
+
+// labels and names of sets
+void listed(Card& card, const Model& model, bool nodes, IntVec& item)
+{
+  while (card_more(card)) {
+    Field f = card.field[card.next++];
+    if (f.empty()) card_error(card, f, "a label or a set name is missing here");
+    else if (nodes) target_nodes(*card.deck, model, f, item);
+    else target_elems(*card.deck, model, f, item);
+  }
+}
+
+void selected(const Model& model, bool nodes, const Expr& where, IntVec& item)
+{
+  const int n = nodes ? model.mesh.nnode() : model.mesh.nelem();
+  for (int i = 0; i < n; ++i) {
+    double x[3];
+    if (nodes) for (int k = 0; k < 3; ++k) x[k] = model.mesh.X[3 * static_cast<std::size_t>(i) + k];
+    else mesh_centroid(model.mesh, i, x);
+    if (expr_eval(where, x, 0.0) != 0.0) item.push_back(i);
+  }
+}
+
+}  // namespace
+
+void set_read(Card& card, Model& model, bool nodes)
+{
+  const std::string name = card_param_name(card, nodes ? "NSET" : "ELSET");
+  const bool generated = card_flag(card, "GENERATE");
+  IntVec item;
+  Expr where;
+  if (card_param_expr(card, "WHERE", where)) selected(model, nodes, where, item);
+  while (card_line(card)) {
+    if (!generated) listed(card, model, nodes, item);
+    else if (nodes) generate(card, model.mesh.node_index, model.mesh.node_label, item);
+    else generate(card, model.mesh.elem_index, model.mesh.elem_label, item);
+  }
+  if (name.empty()) return;
+  if (item.empty() && card.deck->errors == card.errors_before)
+    card_error(card, card.head.at, "set " + name + " is empty" +
+               (card_param(card, "WHERE") ? ": WHERE selects nothing; mind the tolerance, for example \"abs(x - 1) < 1e-9\"" : "; give labels, set names or WHERE"));
+  set_merge(nodes ? model.nset : model.elset, name, item, card_place(card));
+}

@@ -1,0 +1,17 @@
+#include "deck/card.h"
+
+// *SOLID SECTION, ELSET=, MATERIAL= : thickness
+void kw_solid_section(Card& card, Model& model)
+{
+  Section s;
+  s.elset = s.material = -1;
+  s.thickness = card_real_or(card, "thickness", 1.0, above(0.0));
+  s.place = card_place(card);
+  const Field elset = card_param_field(card, "ELSET"), material = card_param_field(card, "MATERIAL");
+  const std::size_t i = model.section.size();
+  model.section.push_back(s);
+  card_later(card, STAGE_STEP, [=](Deck& d, Model& m) {
+    m.section[i].elset = target_elset(d, m, elset);
+    m.section[i].material = target_material(d, m, material);
+  });
+}

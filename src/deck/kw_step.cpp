@@ -1,0 +1,26 @@
+#include "deck/card.h"
+
+// ---------------------------------------------------------------------------
+// *STEP[, NLGEOM[=YES|NO]][, INC=] : text lines may follow. What the step before said stays until it is changed.
+// ---------------------------------------------------------------------------
+void kw_step(Card& card, Model& model)
+{
+  Deck& d = *card.deck;
+  if (d.in_step) {
+    card_error(card, card.head.at, "the step of " + spot_text(d, Spot{d.step_at.file, d.step_at.line}) + " is still open; *END STEP is missing before this line");
+    carry_end(d, model);
+  }
+  deck_run_later(d, model, STAGE_STEP);
+  Step s;
+  s.place   = card_place(card);
+  s.ctl     = d.controls;
+  s.nlgeom  = card_param_yes(card, "NLGEOM", true, !model.step.empty() && model.step.back().nlgeom);
+  s.max_inc = card_param_int(card, "INC", s.max_inc, 1, 2147483647);
+  std::string title;
+  while (card_text(card, title)) {}
+  model.step.push_back(s);
+  carry_begin(d, model);
+  d.in_step = true;
+  d.proc_given = d.prints_node = d.prints_elem = false;
+  d.step_at = card.head.at;
+}

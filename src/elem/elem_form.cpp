@@ -1,0 +1,38 @@
+#include "elem/elem.h"
+
+namespace {
+
+// one element with NGP Gauss points and N nodes in D dimensions
+template <int D, int N, int NGP>
+Status form(const double* dNdX, const double* w, const MatLaw& law, const KernelMode& mode,
+            const double* u0, const double* u1, double* re, double* ke)
+{
+  double det_min = 1.0;
+  for (int k = 0; k < N * D; ++k) re[k] = 0.0;
+  if (ke)
+    for (int k = 0; k < pair_count(N) * D * D; ++k) ke[k] = 0.0;
+  for (int g = 0; g < NGP; ++g) {
+    const double* dN = dNdX + g * N * D;
+    double H0[D * D] = {0}, H1[D * D], Fb[D * D], S[D * D], f[N * D];
+    ip_gradient<D, N>(dN, N, u1, H1);
+    if (mode.mid) ip_gradient<D, N>(dN, N, u0, H0);
+    const double det = ip_stress<D>(law, mode, H0, H1, Fb, S);
+    det_min          = det < det_min ? det : det_min;
+    ip_force<D, N>(dN, N, w[g], Fb, S, re);
+    if (ke) ip_tangent<D, N>(dN, N, w[g], law, mode, Fb, S, f, ke);
+  }
+  return det_min > 0.0 ? STATUS_OK : BAD_JACOBIAN;
+}
+
+}  // namespace
+
+ElemForm elem_form(Shape s)
+{
+  switch (s) {
+    case SHAPE_TRI3: return form<2, 3, 1>;
+    case SHAPE_QUAD4: return form<2, 4, 4>;
+    case SHAPE_TET4: return form<3, 4, 1>;
+    case SHAPE_WEDGE6: return form<3, 6, 6>;
+    default: return form<3, 8, 8>;
+  }
+}

@@ -1,0 +1,154 @@
+// ---------------------------------------------------------------------------
+// kernel.h : the integration-point kernel: one for Gauss points and material points
+//
+// An integration point is a list of nodes, the reference gradients dNdX[n][D] of their
+// shape functions and a reference weight w. From the displacement gradients at both ends
+// of the step it gives internal force and tangent, total Lagrangian (doc/theory.md 1):
+//
+//   f_a  = w P dN_a/dX,  P = Fb S                                             (1.5)
+//   K_ab = w [ cD B_a^T D B_b + cG (dN_a/dX . S dN_b/dX) I ],  B of Fb        (1.6)
+//
+// Static, Newmark: Fb = F(n+1), S = S(n+1), cD = cG = 1.
+// Energy-momentum: Fb = F(n+1/2), S = s_new S(n+1) + s_old S(n), cD = s_new, cG = 1/2.
+// Without NLGEOM:  E = sym(grad u), Fb = I, cG = 0.
+//
+// D dimension, N nodes (0: n given at run time). Matrices D x D row by row.
+// ---------------------------------------------------------------------------
+#ifndef MPFE_ELEM_KERNEL_H
+#define MPFE_ELEM_KERNEL_H
+
+#include "mat/mat.h"
+
+struct KernelMode {
+  bool finite = true;          // NLGEOM
+  bool mid    = false;         // energy-momentum
+  double s_new = 1.0, s_old = 0.0;
+  double cD() const { return s_new; }
+  double cG() const { return !finite ? 0.0 : mid ? 0.5 : 1.0; }
+};
+
+// number of node pairs a >= b, and the place of a pair
+constexpr int pair_count(int n) { return n * (n + 1) / 2; }
+constexpr int pair_place(int a, int b) { return a * (a + 1) / 2 + b; }
+
+// H = sum_a u_a (x) dN_a/dX
+template <int D, int N>
+inline void ip_gradient(const double* dNdX, int n, const double* u, double* H)
+{
+  const int nn = N ? N : n;
+  for (int k = 0; k < D * D; ++k) H[k] = 0.0;
+  for (int a = 0; a < nn; ++a)
+    for (int i = 0; i < D; ++i)
+      for (int j = 0; j < D; ++j) H[i * D + j] += u[a * D + i] * dNdX[a * D + j];
+}
+
+// E from H; S = lam tr(E) I + 2 mu E
+template <int D>
+inline void ip_strain(bool finite, const double* H, double* E)
+{
+  for (int i = 0; i < D; ++i)
+    for (int j = 0; j < D; ++j) {
+      double e = H[i * D + j] + H[j * D + i];
+      if (finite)
+        for (int k = 0; k < D; ++k) e += H[k * D + i] * H[k * D + j];
+      E[i * D + j] = 0.5 * e;
+    }
+}
+
+template <int D>
+inline double ip_det(const double* H)
+{
+  if (D == 2) return (1.0 + H[0]) * (1.0 + H[3]) - H[1] * H[2];
+  const double a = 1.0 + H[0], b = 1.0 + H[4], c = 1.0 + H[D * D - 1];
+  return a * (b * c - H[5] * H[7]) - H[1] * (H[3] * c - H[5] * H[6]) + H[2] * (H[3] * H[7] - b * H[6]);
+}
+
+// Fb and S of the step from the displacement gradients at t(n) and t(n+1); returns det F(n+1)
+template <int D>
+inline double ip_stress(const MatLaw& law, const KernelMode& mode, const double* H0, const double* H1,
+                        double* Fb, double* S)
+{
+  double E[D * D];
+  ip_strain<D>(mode.finite, H1, E);
+  if (mode.s_old != 0.0) {
+    double E0[D * D];
+    ip_strain<D>(mode.finite, H0, E0);
+    for (int k = 0; k < D * D; ++k) E[k] = mode.s_new * E[k] + mode.s_old * E0[k];
+  }
+  double tr = 0.0;
+  for (int i = 0; i < D; ++i) tr += E[i * D + i];
+  for (int k = 0; k < D * D; ++k) S[k] = 2.0 * law.mu * E[k];
+  for (int i = 0; i < D; ++i) S[i * D + i] += law.lam * tr;
+  for (int k = 0; k < D * D; ++k) Fb[k] = !mode.finite ? 0.0 : mode.mid ? 0.5 * (H0[k] + H1[k]) : H1[k];
+  for (int i = 0; i < D; ++i) Fb[i * D + i] += 1.0;
+  return mode.finite ? ip_det<D>(H1) : 1.0;
+}
+
+// re [n*D] += w P dN_a/dX
+template <int D, int N>
+inline void ip_force(const double* dNdX, int n, double w, const double* Fb, const double* S, double* re)
+{
+  const int nn = N ? N : n;
+  double P[D * D];
+  for (int i = 0; i < D; ++i)
+    for (int j = 0; j < D; ++j) {
+      double p = 0.0;
+      for (int k = 0; k < D; ++k) p += Fb[i * D + k] * S[k * D + j];
+      P[i * D + j] = w * p;
+    }
+  for (int a = 0; a < nn; ++a)
+    for (int i = 0; i < D; ++i) {
+      double f = 0.0;
+      for (int j = 0; j < D; ++j) f += P[i * D + j] * dNdX[a * D + j];
+      re[a * D + i] += f;
+    }
+}
+
+// ke [pairs a >= b][D*D] += tangent. For the isotropic law B_a^T D B_b is, with f_a = Fb dN_a/dX,
+//   lam f_a f_b^T + mu [ f_b f_a^T + (dN_a/dX . dN_b/dX) Fb Fb^T ]                (1.7)
+// scratch f: [n*D]
+template <int D, int N>
+inline void ip_tangent(const double* dNdX, int n, double w, const MatLaw& law, const KernelMode& mode,
+                       const double* Fb, const double* S, double* f, double* ke)
+{
+  const int nn = N ? N : n;
+  const double lam = w * mode.cD() * law.lam, mu = w * mode.cD() * law.mu, cg = w * mode.cG();
+  double b[D * D], Sg[D * D];
+  for (int i = 0; i < D; ++i)
+    for (int j = 0; j < D; ++j) {
+      double sum = 0.0;
+      for (int k = 0; k < D; ++k) sum += Fb[i * D + k] * Fb[j * D + k];
+      b[i * D + j]  = mu * sum;
+      Sg[i * D + j] = cg * S[i * D + j];
+    }
+  for (int a = 0; a < nn; ++a)
+    for (int i = 0; i < D; ++i) {
+      double sum = 0.0;
+      for (int j = 0; j < D; ++j) sum += Fb[i * D + j] * dNdX[a * D + j];
+      f[a * D + i] = sum;
+    }
+  for (int a = 0; a < nn; ++a) {
+    double h[D], fl[D], fm[D];
+    for (int i = 0; i < D; ++i) {
+      h[i] = 0.0;
+      for (int j = 0; j < D; ++j) h[i] += Sg[i * D + j] * dNdX[a * D + j];
+      fl[i] = lam * f[a * D + i];
+      fm[i] = mu * f[a * D + i];
+    }
+    for (int c = 0; c <= a; ++c) {
+      double gg = 0.0, geo = 0.0;
+      for (int j = 0; j < D; ++j) {
+        gg += dNdX[a * D + j] * dNdX[c * D + j];
+        geo += h[j] * dNdX[c * D + j];
+      }
+      double* k = ke + pair_place(a, c) * D * D;
+      for (int i = 0; i < D; ++i) {
+        for (int j = 0; j < D; ++j)
+          k[i * D + j] += fl[i] * f[c * D + j] + f[c * D + i] * fm[j] + b[i * D + j] * gg;
+        k[i * D + i] += geo;
+      }
+    }
+  }
+}
+
+#endif

@@ -1,0 +1,129 @@
+// ---------------------------------------------------------------------------
+// mpfe : implicit material points and finite elements for brittle fracture.
+// The run on one screen: read, check, open, steps, close.
+// ---------------------------------------------------------------------------
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "base/blas_core.h"
+#include "base/comm.h"
+#include "base/log.h"
+#include "base/timer.h"
+#include "base/version.h"
+#include "deck/deck.h"
+#include "out/out.h"
+#include "step/step.h"
+
+namespace {
+
+struct Options {
+  std::string deck, out_dir = ".";
+  std::vector<std::pair<std::string, double>> defines;
+  bool check = false, help = false, version = false, list = false;
+};
+
+const char* const usage =
+  "mpfe [options] deck.inp\n"
+  "  -o DIR           results go to DIR (made when missing; default: here)\n"
+  "  -D name=value    sets a parameter of the deck (*PARAMETER)\n"
+  "  --check          reads and checks the deck, prints the model, computes nothing\n"
+  "  --list-keywords  all keywords with one line each\n"
+  "  --version, --help\n"
+  "Exit codes: 0 good, 1 a *CHECK failed, 2 the deck is wrong, 3 no convergence, 4 a bug, 5 memory, disk, solver.\n";
+
+int usage_error(const char* what, const char* word)
+{
+  std::fprintf(stderr, "mpfe: %s: %s\n%s", what, word, usage);
+  return EXIT_DECK;
+}
+
+// -D name=value
+bool read_define(const std::string& text, Options& o)
+{
+  const size_t eq = text.find('=');
+  if (eq == std::string::npos || eq == 0) return false;
+  char* end          = nullptr;
+  const char* number = text.c_str() + eq + 1;
+  const double value = std::strtod(number, &end);
+  if (end == number || *end) return false;
+  o.defines.emplace_back(text.substr(0, eq), value);
+  return true;
+}
+
+int read_options(int argc, char** argv, Options& o)
+{
+  for (int i = 1; i < argc; ++i) {
+    const std::string a = argv[i];
+    const bool glued    = a.size() > 2 && (a.compare(0, 2, "-D") == 0 || a.compare(0, 2, "-o") == 0);
+    std::string value;
+    if (a == "--check") o.check = true;
+    else if (a == "--help" || a == "-h") o.help = true;
+    else if (a == "--version") o.version = true;
+    else if (a == "--list-keywords") o.list = true;
+    else if (a == "-D" || a == "-o" || glued) {
+      if (!glued && ++i >= argc) return usage_error("a value must follow", argv[i - 1]);
+      value = glued ? a.substr(2) : argv[i];
+      if (a[1] == 'o') o.out_dir = value;
+      else if (!read_define(value, o)) return usage_error("-D needs name=number", value.c_str());
+    } else if (a[0] == '-') return usage_error("unknown option", a.c_str());
+    else if (o.deck.empty()) o.deck = a;
+    else return usage_error("only one deck can be run", a.c_str());
+  }
+  if (o.deck.empty() && !o.help && !o.version && !o.list) return usage_error("no deck", "give a file");
+  return EXIT_GOOD;
+}
+
+int check_only(Problem& p)
+{
+  const int errors = step_open(p);
+  if (errors) return EXIT_DECK;
+  out_model_summary(stdout, p.m, p.el, p.st.points, p.st.bonds);
+  return EXIT_GOOD;
+}
+
+int run(const Options& o)
+{
+  Model model;
+  {
+    Timer timer(PHASE_INPUT);
+    if (deck_read(o.deck, o.defines, model)) return EXIT_DECK;
+  }
+  model.out_dir = o.out_dir;
+  State state;
+  Problem problem{model, state, {}, {}, {}, {}, {}};
+  if (o.check) return check_only(problem);
+  Output out;
+  out_listing_open(model, out);
+  if (step_open(problem)) return EXIT_DECK;
+  const int code = step_run(problem, out);
+  solve_close(problem.solver);
+  return code;
+}
+
+}  // namespace
+
+int main(int argc, char** argv)
+{
+  blas_choose(argc, argv);
+  Options o;
+  const int wrong = read_options(argc, argv, o);
+  if (wrong) return wrong;
+  if (o.help) std::fputs(usage, stdout);
+  if (o.version) std::printf("mpfe %s\n", MPFE_VERSION);
+  if (o.list) deck_list_keywords(stdout);
+  if (o.help || o.version || o.list) return EXIT_GOOD;
+  comm_open(&argc, &argv);
+  int code = EXIT_DECK;
+  if (comm_size() > 1) {
+    if (comm_rank() == 0)
+      std::fputs("mpfe: this version runs on one rank: start it without mpirun, or with -np 1\n", stderr);
+  } else {
+    code = run(o);
+  }
+  comm_close();
+  return code;
+}

@@ -1,0 +1,23 @@
+#include "mat/mat.h"
+
+MatLaw mat_law(const Material& m, Plane plane)
+{
+  MatLaw law;
+  law.mu    = m.young / (2.0 * (1.0 + m.poisson));
+  law.lam3  = m.young * m.poisson / ((1.0 + m.poisson) * (1.0 - 2.0 * m.poisson));
+  law.lam   = plane == PLANE_STRESS ? 2.0 * law.lam3 * law.mu / (law.lam3 + 2.0 * law.mu) : law.lam3;
+  law.plane = plane;
+  return law;
+}
+
+void mat_full(const MatLaw& law, int dim, double E[6], double S[6])
+{
+  if (dim == 2) {
+    E[4] = E[5] = 0.0;
+    E[2] = law.plane == PLANE_STRESS ? -law.lam3 / (law.lam3 + 2.0 * law.mu) * (E[0] + E[1]) : 0.0;
+  }
+  const double p = law.lam3 * (E[0] + E[1] + E[2]);
+  for (int i = 0; i < 3; ++i) S[i] = p + 2.0 * law.mu * E[i];
+  for (int i = 3; i < 6; ++i) S[i] = 2.0 * law.mu * E[i];
+  if (dim == 2 && law.plane == PLANE_STRESS) S[2] = 0.0;
+}

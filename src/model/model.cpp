@@ -1,0 +1,88 @@
+#include "model/model.h"
+
+#include <gsl/gsl_spline.h>
+
+#include <algorithm>
+
+namespace {
+
+template <class Named>
+int find_name(const std::vector<Named>& list, const std::string& name)
+{
+  for (std::size_t i = 0; i < list.size(); ++i)
+    if (list[i].name == name) return static_cast<int>(i);
+  return -1;
+}
+
+// interpolation inside the table by GSL. Steffen and Akima are local and the influence of a far point on
+// a natural cubic spline falls by 3.7 from point to point: 64 points around t give all of them to rounding.
+double spline(const Amplitude& a, const gsl_interp_type* type, std::size_t i, double t)
+{
+  const std::size_t first = i > 31 ? i - 31 : 0;
+  const std::size_t last  = std::min(a.t.size(), i + 33);
+  gsl_interp* g = gsl_interp_alloc(type, last - first);
+  gsl_interp_init(g, &a.t[first], &a.y[first], last - first);
+  const double y = gsl_interp_eval(g, &a.t[first], &a.y[first], t, nullptr);
+  gsl_interp_free(g);
+  return y;
+}
+
+// ramp of a static step from the value at the end of the step before
+bool ramps(const Step& s, const Expr& value, int amplitude)
+{
+  return s.proc == PROC_STATIC && amplitude < 0 && value.is_const();
+}
+
+double value_at(const Model& m, const Step& s, const Expr& value, double start, int amplitude,
+                const double x[3], double t_step, double t_total)
+{
+  const double v = expr_eval(value, x, t_total);
+  if (amplitude >= 0) return v * amplitude_eval(m.amplitude[amplitude], t_step, t_total);
+  if (ramps(s, value, amplitude)) return start + (v - start) * std::min(1.0, t_step / s.period);
+  return v;
+}
+
+}  // namespace
+
+int model_find_nset(const Model& m, const std::string& name) { return find_name(m.nset, name); }
+int model_find_elset(const Model& m, const std::string& name) { return find_name(m.elset, name); }
+int model_find_surface(const Model& m, const std::string& name) { return find_name(m.surface, name); }
+int model_find_material(const Model& m, const std::string& name) { return find_name(m.material, name); }
+int model_find_amplitude(const Model& m, const std::string& name) { return find_name(m.amplitude, name); }
+int model_find_body(const Model& m, const std::string& name) { return find_name(m.body, name); }
+
+// ---------------------------------------------------------------------------
+// amplitude_eval : y(t), constant before the first and after the last point
+//
+//   in   t_step    time since the start of the step
+//        t_total   time since the start of the run (TIME=TOTAL TIME)
+// ---------------------------------------------------------------------------
+double amplitude_eval(const Amplitude& a, double t_step, double t_total)
+{
+  const double t = a.total_time ? t_total : t_step;
+  const double origin[3] = {0.0, 0.0, 0.0};
+  if (a.kind == AMP_EXPRESSION) return expr_eval(a.expr, origin, t);
+  if (a.t.empty()) return 1.0;
+  if (t <= a.t.front()) return a.y.front();
+  if (t >= a.t.back()) return a.y.back();
+
+  const std::size_t i = static_cast<std::size_t>(std::upper_bound(a.t.begin(), a.t.end(), t) - a.t.begin()) - 1;
+  const std::size_t n = a.t.size();
+  if (a.kind == AMP_STEFFEN && n >= 3) return spline(a, gsl_interp_steffen, i, t);
+  if (a.kind == AMP_AKIMA && n >= 5) return spline(a, gsl_interp_akima, i, t);
+  if (a.kind == AMP_CUBIC && n >= 3) return spline(a, gsl_interp_cspline, i, t);
+
+  double s = (t - a.t[i]) / (a.t[i + 1] - a.t[i]);
+  if (a.kind == AMP_SMOOTH_STEP) s = s * s * s * (10.0 - 15.0 * s + 6.0 * s * s);
+  return a.y[i] + s * (a.y[i + 1] - a.y[i]);
+}
+
+double load_value(const Model& m, const Step& s, const Load& l, const double x[3], double t_step, double t_total)
+{
+  return value_at(m, s, l.value, l.start, l.amplitude, x, t_step, t_total);
+}
+
+double prescribed_value(const Model& m, const Step& s, const Prescribed& b, const double x[3], double t_step, double t_total)
+{
+  return value_at(m, s, b.value, b.start, b.amplitude, x, t_step, t_total);
+}

@@ -1,0 +1,168 @@
+// ---------------------------------------------------------------------------
+// out.h : what the run tells: listing, history, print tables, VTK, checks, progress
+//
+// The order of a run:
+//   out_listing_open                     JOB.lst; messages of the set-up go there
+//   out_open                             summary, history columns, first row at t = 0
+//   out_step_begin .. out_step_end       around each step
+//     out_listing_iteration, out_listing_cut, out_increment
+//   out_close                            checks, tables; returns the number of failed checks
+// ---------------------------------------------------------------------------
+#ifndef MPFE_OUT_OUT_H
+#define MPFE_OUT_OUT_H
+
+#include <cstdio>
+#include <string>
+#include <vector>
+
+#include "elem/elem.h"
+#include "model/state.h"
+#include "point/point.h"
+#include "solve/solve.h"
+
+// ---- quantities (out_quantity.cpp) ------------------------------------------
+
+enum QuantityKind { Q_NONE, Q_U, Q_V, Q_A, Q_X, Q_RF, Q_GRF, Q_S, Q_E, Q_MISES, Q_ENER };
+
+struct Quantity {              // U1: {Q_U, 0};  S12: {Q_S, 3}
+  QuantityKind kind = Q_NONE;
+  int comp = 0;
+};
+
+// quantity_find : the word of a deck; kind Q_NONE when it is unknown
+Quantity quantity_find(const std::string& word);
+bool quantity_is_nodal(const Quantity& q);       // U V A X RF GRF
+bool quantity_is_place(const Quantity& q);       // U V A X: known at every place of a body
+double quantity_ip(const Quantity& q, const IpFields& f);   // S E SMISES ENER
+double mises_stress(const double sig[6]);
+
+// elem_nodal_at : U V A X in element e, shape functions N at the place
+double elem_nodal_at(const Model& m, const Level& level, const Quantity& q, int e, const double* N);
+
+// point_nodal_at : U V X of material point p, weights N of its corners; A is not kept by points: NaN
+double point_nodal_at(const Model& m, const Points& pts, const Level& level, const Quantity& q, int p, const double* N);
+
+// elem_gauss : Gauss points of an element, 0 when it is no element any more
+int elem_gauss(const Model& m, const Elements& el, int e);
+
+// out_nlgeom : geometry of the step that the state is in
+bool out_nlgeom(const Model& m, const State& s);
+
+// ---- a material place (out_locate.cpp) ---------------------------------------
+
+struct Located {               // elements or points whose domain at t = 0 contains a place
+  IntVec elem, point;          // only one of the two is filled; elements come first
+  RealVec N;                   // [items*8] shape functions there
+};
+
+// locate_natural : natural coordinates xi[3] of x; X [nen*dim] corners. False when x lies outside.
+bool locate_natural(Shape shape, const double* X, const double x[3], double xi[3]);
+Located out_locate(const Model& m, const Elements& el, const Points& pts, const double x[3]);
+
+// ---- history (out_history.cpp) -------------------------------------------------
+
+struct History {               // every increment, also those that the file skips
+  std::vector<std::string> names;
+  std::vector<RealVec> rows;
+};
+
+struct Probe {                 // a column of *HISTORY, ready to be read
+  Quantity q;
+  Reduce reduce = REDUCE_MEAN;
+  IntVec node, elem, point;    // what it reads
+  Located at;
+  int grid_bc = -1;
+};
+
+int history_column(const History& h, const std::string& name);      // -1: no such column
+
+// history_at : linear interpolation in time; false when the time lies outside the rows
+bool history_at(const History& h, int column, double time, double& value);
+
+// history_reduce : one number from values with weights; SUM: sum of weight x value. NaN when empty.
+double history_reduce(Reduce reduce, const RealVec& value, const RealVec& weight);
+
+// ---- the output of a run ---------------------------------------------------------
+
+enum VtkKind { VTK_FE, VTK_MP, VTK_BOND, VTK_GRID, VTK_KINDS };
+
+struct VtkSeries {
+  std::vector<std::string> file;
+  RealVec time;
+};
+
+struct CheckResult {
+  bool done = false, pass = false;
+  std::string name, source, message;      // message: why a check could not be made
+  double value = 0, target = 0, difference = 0, tolerance = 0;
+};
+
+struct Output {
+  std::string base;            // out_dir/JOB
+  std::FILE *lst = nullptr, *his = nullptr, *dat = nullptr, *chk = nullptr;
+  History history;
+  std::vector<Probe> probe;    // [Model::history]
+  int row_written = -1;        // last row of history in the file
+  VtkSeries series[VTK_KINDS];
+  int vtk_frame = 0;
+  double vtk_next = 0.0;       // TIME INTERVAL: time of the next frame
+  int vtk_inc = -1;            // increment of the last frame
+  std::vector<CheckResult> result;        // [Model::check]
+  bool terminal = false;       // progress line
+  double progress_wall = 0.0, progress_last = 0.0;   // wall seconds: start of the run, last line
+};
+
+void out_listing_open(const Model& m, Output& out);
+
+// out_open : returns the number of errors (a *HISTORY or *CHECK that cannot be read); messages in the log
+int out_open(const Model& m, const Elements& el, const State& s, const ActiveGrid& grid, Output& out);
+void out_step_begin(const Model& m, int step, Output& out);          // step: 0-based
+void out_step_end(const Model& m, const State& s, Output& out);
+void out_increment(const Model& m, const Elements& el, const State& s, const ActiveGrid& grid, Output& out);
+
+// out_close : finished = false when the run stopped before its end (checks at the end then fail)
+int out_close(const Model& m, const Elements& el, const State& s, const ActiveGrid& grid, const Solver& solver,
+              bool finished, Output& out);
+
+// ---- parts -------------------------------------------------------------------------
+
+// out_file_open : makes the folder when it is missing; out_file_flush, out_file_close see a full disk.
+// All three stop the program in words with EXIT_RESOURCE.
+std::FILE* out_file_open(const std::string& path);
+void out_file_flush(std::FILE* file, const std::string& path);
+void out_file_close(std::FILE*& file, const std::string& path);
+
+// out_model_summary : what the deck became; also for mpfe --check
+void out_model_summary(std::FILE* file, const Model& m, const Elements& el, const Points& pts, const Bonds& bonds);
+
+void out_listing_defaults(std::FILE* file, const Model& m, const Bonds& bonds);
+void out_listing_iteration(int step, int inc, int iter, double residual, double scale, double energy,
+                           double line_search);
+void out_listing_cut(int step, int inc, double time, double dt, double dt_new, Status why, const char* detail);
+void out_listing_increment(const State& s);
+void out_listing_balance(std::FILE* file, const Model& m, const State& s);
+void out_listing_phases(std::FILE* file);
+void out_listing_solver(std::FILE* file, const Solver& solver);
+void out_listing_skipped(std::FILE* file, const Model& m, const State& s);
+void out_listing_end(std::FILE* file, bool finished, int failed);
+const char* out_status_text(Status status);
+
+int history_setup(const Model& m, const Elements& el, const State& s, Output& out);    // returns errors
+void history_row(const Model& m, const Elements& el, const State& s, Output& out);
+void history_write(const Output& out, int row);
+
+void out_vtk(const Model& m, const Elements& el, const State& s, const ActiveGrid& grid, Output& out);
+void out_vtk_series(const std::string& path, const VtkSeries& series);
+void out_dat(const Model& m, const Elements& el, const State& s, Output& out);
+
+bool out_check_due(const Check& c, const CheckResult& r, double time);
+double out_check_field(const Model& m, const Elements& el, const State& s, const Check& c, std::string& message);
+void out_check_history(const History& h, const Check& c, bool finished, CheckResult& r);
+void out_check_begin(const Model& m, Output& out);
+void out_check_increment(const Model& m, const Elements& el, const State& s, Output& out);
+int out_check_end(const Model& m, const Elements& el, const State& s, bool finished, Output& out);
+
+void out_progress(const Model& m, const State& s, Output& out);
+void out_progress_clear(Output& out);
+
+#endif

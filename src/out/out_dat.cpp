@@ -1,0 +1,111 @@
+// Tables of *NODE PRINT and *EL PRINT, laid out as the .dat files of CalculiX.
+#include <cmath>
+
+#include "out/out.h"
+
+namespace {
+
+// 0.5000000E+00 in 14 columns, as Fortran writes E14.7
+std::string fortran_time(double t)
+{
+  int exponent = t == 0.0 ? 0 : static_cast<int>(std::floor(std::log10(std::fabs(t)))) + 1;
+  double mantissa = t == 0.0 ? 0.0 : t / std::pow(10.0, exponent);
+  if (std::fabs(mantissa) >= 0.99999995) {
+    mantissa /= 10.0;
+    ++exponent;
+  }
+  char text[40];
+  std::snprintf(text, sizeof text, "%10.7fE%+03d", mantissa, exponent);
+  return std::string(text).size() < 14 ? " " + std::string(text) : text;
+}
+
+void header(std::FILE* file, const char* what, const Set& set, double time)
+{
+  std::fprintf(file, "\n %s for set %s and time %s\n\n", what, set.name.c_str(), fortran_time(time).c_str());
+}
+
+void node_table(std::FILE* file, const char* what, const Model& m, const RealVec& field, const Set& set, double time)
+{
+  header(file, what, set, time);
+  for (int n : set.item) {
+    const double* v = &field[n * m.dim];
+    std::fprintf(file, "%10d%14.6E%14.6E%14.6E\n", m.mesh.node_label[n], v[0], v[1], m.dim == 3 ? v[2] : 0.0);
+  }
+}
+
+void total_rows(std::FILE* file, const Model& m, const RealVec& field, const Set& set, double time)
+{
+  double sum[3] = {0, 0, 0};
+  for (int n : set.item)
+    for (int i = 0; i < m.dim; ++i) sum[i] += field[n * m.dim + i];
+  header(file, "total force (fx,fy,fz)", set, time);
+  std::fprintf(file, "%6s%14.6E%14.6E%14.6E\n", "", sum[0], sum[1], sum[2]);
+}
+
+void node_print(std::FILE* file, const Model& m, const State& s, const PrintRequest& request)
+{
+  const Set& set = m.nset[request.set];
+  for (const std::string& what : request.what) {
+    if (what == "U") node_table(file, "displacements (vx,vy,vz)", m, s.n.u, set, s.n.time);
+    if (what == "V") node_table(file, "velocities (vx,vy,vz)", m, s.n.v, set, s.n.time);
+    if (what == "A") node_table(file, "accelerations (vx,vy,vz)", m, s.n.a, set, s.n.time);
+    if (what == "RF") node_table(file, "forces (fx,fy,fz)", m, s.rf, set, s.n.time);
+    if (what == "RF" && request.totals) total_rows(file, m, s.rf, set, s.n.time);
+  }
+}
+
+// order of CalculiX: xx yy zz xy xz yz
+void six(std::FILE* file, const double v[6])
+{
+  std::fprintf(file, "%14.6E%14.6E%14.6E%14.6E%14.6E%14.6E\n", v[0], v[1], v[2], v[3], v[5], v[4]);
+}
+
+void el_rows(std::FILE* file, const Model& m, const Elements& el, const State& s, const Set& set, char what)
+{
+  IpFields f;
+  for (int e : set.item)
+    for (int g = 0; g < elem_gauss(m, el, e); ++g) {
+      elem_ip_fields(m, el, s.n.u, out_nlgeom(m, s), e, g, f);
+      std::fprintf(file, "%10d%4d", m.mesh.elem_label[e], g + 1);
+      if (what == 'S') six(file, f.sig);
+      if (what == 'E') six(file, f.E);
+      if (what == 'W') std::fprintf(file, "%14.6E\n", f.psi);
+    }
+}
+
+void el_print(std::FILE* file, const Model& m, const Elements& el, const State& s, const PrintRequest& request)
+{
+  const Set& set = m.elset[request.set];
+  const char* const points = "elem, integ.pnt.,";
+  for (const std::string& what : request.what) {
+    const bool stress = what == "S", strain = what == "E", energy = what == "ENER";
+    if (!stress && !strain && !energy) continue;
+    const std::string head = stress ? std::string("stresses (") + points + "sxx,syy,szz,sxy,sxz,syz)"
+                           : strain ? std::string("strains (") + points + "exx,eyy,ezz,exy,exz,eyz)"
+                                    : std::string("internal energy density (") + points + "energy)";
+    header(file, head.c_str(), set, s.n.time);
+    el_rows(file, m, el, s, set, stress ? 'S' : strain ? 'E' : 'W');
+  }
+}
+
+}  // namespace
+
+// ---------------------------------------------------------------------------
+// out_dat : prints what the current step asks for, every n-th increment and at the end of the step
+// ---------------------------------------------------------------------------
+void out_dat(const Model& m, const Elements& el, const State& s, Output& out)
+{
+  if (s.log.step < 1) return;
+  const Step& step = m.step[s.log.step - 1];
+  const bool last  = s.log.t_step >= step.period * (1.0 - 1e-9);
+  for (const PrintRequest& request : step.print) {
+    const int every = request.frequency < 1 ? 1 : request.frequency;
+    if (!last && s.log.inc % every != 0) continue;
+    if (!out.dat) out.dat = out_file_open(out.base + ".dat");
+    if (request.element)
+      el_print(out.dat, m, el, s, request);
+    else
+      node_print(out.dat, m, s, request);
+  }
+  if (out.dat) out_file_flush(out.dat, out.base + ".dat");
+}

@@ -1,0 +1,43 @@
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+
+#include "base/log.h"
+#include "out/out.h"
+
+namespace {
+
+[[noreturn]] void stop(const std::string& path, const char* what, int code)
+{
+  log_error("cannot %s %s: %s. Check the folder, its permissions and the free space of the disk.",
+            what, path.c_str(), code ? std::strerror(code) : "the disk refused the data");
+  std::exit(EXIT_RESOURCE);
+}
+
+}  // namespace
+
+std::FILE* out_file_open(const std::string& path)
+{
+  const std::filesystem::path folder = std::filesystem::path(path).parent_path();
+  std::error_code error;
+  if (!folder.empty()) std::filesystem::create_directories(folder, error);
+  errno = 0;
+  std::FILE* file = std::fopen(path.c_str(), "wb");
+  if (!file) stop(path, "open", error ? error.value() : errno);
+  return file;
+}
+
+void out_file_flush(std::FILE* file, const std::string& path)
+{
+  errno = 0;
+  if (std::fflush(file) != 0 || std::ferror(file)) stop(path, "write", errno);
+}
+
+void out_file_close(std::FILE*& file, const std::string& path)
+{
+  if (!file) return;
+  out_file_flush(file, path);
+  std::fclose(file);
+  file = nullptr;
+}

@@ -1,0 +1,228 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "base/log.h"
+#include "out/out.h"
+
+namespace {
+
+const double not_a_number = std::numeric_limits<double>::quiet_NaN();
+
+struct Sample {                // values and weights that one column reads
+  RealVec value, weight;
+  void add(double v, double w)
+  {
+    value.push_back(v);
+    weight.push_back(w);
+  }
+};
+
+int complain(const HistoryDef& d, const char* why)
+{
+  log_error("%s line %d, *HISTORY, %s: %s", d.place.file.c_str(), d.place.line, d.name.c_str(), why);
+  return 1;
+}
+
+void built_in_names(int dim, std::vector<std::string>& names)
+{
+  names = {"time", "step", "inc", "dt", "iter", "kinetic", "strain", "bond", "external", "balance", "px", "py"};
+  if (dim == 3) names.insert(names.end(), {"pz", "lx", "ly"});
+  names.insert(names.end(), {"lz", "slip_max", "slip_rms"});
+}
+
+void built_in_values(const State& s, int dim, RealVec& row)
+{
+  const Ledger& l = s.ledger;
+  row = {s.n.time, double(s.log.step), double(s.log.inc), s.log.dt, double(s.log.iterations),
+         l.kinetic, l.strain, l.bond, l.external, l.balance, l.momentum[0], l.momentum[1]};
+  if (dim == 3) row.insert(row.end(), {l.momentum[2], l.angular[0], l.angular[1]});
+  row.insert(row.end(), {l.angular[2], l.slip_max, l.slip_rms});
+}
+
+void points_of_body(const Points& pts, int body, IntVec& list)
+{
+  for (int p = 0; p < pts.npoint; ++p)
+    if (pts.body[p] == body) list.push_back(p);
+}
+
+// what a column reads; returns 1 and says why when that is nothing
+int make_probe(const Model& m, const Elements& el, const State& s, const HistoryDef& d, Probe& probe)
+{
+  probe.q      = quantity_find(d.what);
+  probe.reduce = d.reduce;
+  if (probe.q.kind == Q_NONE) return complain(d, "unknown quantity");
+  if (probe.q.kind == Q_GRF) {
+    probe.grid_bc = d.grid_bc;
+    const bool known = probe.grid_bc >= 0 && probe.grid_bc < static_cast<int>(m.grid_bc.size());
+    return known ? 0 : complain(d, "no such *GRID BOUNDARY line");
+  }
+  if (d.at_point) {
+    probe.at = out_locate(m, el, s.points, d.X.data());
+    if (probe.at.elem.empty() && probe.at.point.empty()) return complain(d, "no element and no material point contains this place at t = 0");
+    if (probe.q.kind == Q_A && probe.at.elem.empty()) return complain(d, "material points keep no acceleration");
+    return 0;
+  }
+  if (d.nset >= 0) probe.node = m.nset[d.nset].item;
+  if (d.elset >= 0)
+    for (int e : m.elset[d.elset].item)
+      if (el.block_of[e] >= 0) probe.elem.push_back(e);
+  if (d.body >= 0) points_of_body(s.points, d.body, probe.point);
+  if (probe.node.empty() && probe.elem.empty() && probe.point.empty()) return complain(d, "the target is empty");
+  if (quantity_is_nodal(probe.q) ? !probe.elem.empty() : !probe.node.empty())
+    return complain(d, "this quantity does not belong to this kind of target");
+  if (!probe.point.empty() && (probe.q.kind == Q_A || probe.q.kind == Q_RF))
+    return complain(d, "material points have neither accelerations nor reactions");
+  return 0;
+}
+
+double node_value(const Model& m, const State& s, const Quantity& q, int n)
+{
+  const int i = n * m.dim + q.comp;
+  switch (q.kind) {
+    case Q_U:  return s.n.u[i];
+    case Q_V:  return s.n.v[i];
+    case Q_A:  return s.n.a[i];
+    case Q_X:  return m.mesh.X[n * 3 + q.comp] + s.n.u[i];
+    default:   return s.rf[i];
+  }
+}
+
+void sample_gauss(const Model& m, const Elements& el, const State& s, const Quantity& q, int e, Sample& sample)
+{
+  IpFields f;
+  for (int g = 0; g < elem_gauss(m, el, e); ++g) {
+    elem_ip_fields(m, el, s.n.u, out_nlgeom(m, s), e, g, f);
+    sample.add(quantity_ip(q, f), f.V0);
+  }
+}
+
+void sample_point(const Model& m, const State& s, const Quantity& q, int p, const double* N, Sample& sample)
+{
+  if (quantity_is_place(q)) {
+    sample.add(point_nodal_at(m, s.points, s.n, q, p, N), s.points.V0[p]);
+    return;
+  }
+  IpFields f;
+  point_ip_fields(m, s.points, s.n.xc, p, f);
+  sample.add(quantity_ip(q, f), s.points.V0[p]);
+}
+
+// the place of t = 0 may lie on a common edge: the mean over its owners
+void sample_place(const Model& m, const Elements& el, const State& s, const Probe& probe, Sample& sample)
+{
+  const double* N = probe.at.N.data();
+  for (std::size_t i = 0; i < probe.at.elem.size(); ++i) {
+    const int e = probe.at.elem[i];
+    if (quantity_is_place(probe.q))
+      sample.add(elem_nodal_at(m, s.n, probe.q, e, N + 8 * i), 1.0);
+    else
+      sample_gauss(m, el, s, probe.q, e, sample);
+  }
+  for (std::size_t i = 0; i < probe.at.point.size(); ++i)
+    sample_point(m, s, probe.q, probe.at.point[i], N + 8 * i, sample);
+}
+
+double probe_value(const Model& m, const Elements& el, const State& s, const Probe& probe)
+{
+  if (probe.grid_bc >= 0) return s.grid_rf[probe.grid_bc * m.dim + probe.q.comp];
+  Sample sample;
+  sample_place(m, el, s, probe, sample);
+  for (int n : probe.node) sample.add(node_value(m, s, probe.q, n), 1.0);
+  for (int e : probe.elem) sample_gauss(m, el, s, probe.q, e, sample);
+  for (int p : probe.point)
+    sample_point(m, s, probe.q, p, s.points.w.data() + s.points.conn.off[p], sample);
+  return history_reduce(probe.reduce, sample.value, sample.weight);
+}
+
+}  // namespace
+
+double history_reduce(Reduce reduce, const RealVec& value, const RealVec& weight)
+{
+  if (value.empty()) return not_a_number;
+  double sum = 0.0, total = 0.0, hi = value[0], lo = value[0];
+  for (std::size_t i = 0; i < value.size(); ++i) {
+    sum   += weight[i] * value[i];
+    total += weight[i];
+    hi = std::max(hi, value[i]);
+    lo = std::min(lo, value[i]);
+  }
+  switch (reduce) {
+    case REDUCE_SUM:    return sum;
+    case REDUCE_MAX:    return hi;
+    case REDUCE_MIN:    return lo;
+    case REDUCE_ABSMAX: return std::max(std::fabs(hi), std::fabs(lo));
+    default:            return sum / total;
+  }
+}
+
+int history_column(const History& h, const std::string& name)
+{
+  for (std::size_t i = 0; i < h.names.size(); ++i)
+    if (h.names[i] == name) return static_cast<int>(i);
+  return -1;
+}
+
+bool history_at(const History& h, int column, double time, double& value)
+{
+  if (h.rows.empty()) return false;
+  const double last = h.rows.back()[0], first = h.rows.front()[0];
+  const double slack = 1e-9 * std::max(std::fabs(last), std::fabs(time));   // sums of dt are not exact
+  if (time > last + slack || time < first - slack) return false;
+  std::size_t i = 0;
+  while (i + 2 < h.rows.size() && h.rows[i + 1][0] < time) ++i;
+  const std::size_t j = std::min(i + 1, h.rows.size() - 1);
+  const double t0 = h.rows[i][0], t1 = h.rows[j][0];
+  double part = t1 > t0 ? (time - t0) / (t1 - t0) : 1.0;
+  part  = std::min(1.0, std::max(0.0, part));
+  value = part == 0.0 ? h.rows[i][column] : part == 1.0 ? h.rows[j][column]
+                      : (1.0 - part) * h.rows[i][column] + part * h.rows[j][column];
+  return true;
+}
+
+// ---------------------------------------------------------------------------
+// history_setup : columns and what they read; the file and its header line
+// ---------------------------------------------------------------------------
+int history_setup(const Model& m, const Elements& el, const State& s, Output& out)
+{
+  int errors = 0;
+  built_in_names(m.dim, out.history.names);
+  for (const HistoryDef& d : m.history) {
+    Probe probe;
+    errors += make_probe(m, el, s, d, probe);
+    out.probe.push_back(probe);
+    out.history.names.push_back(d.name);
+  }
+  out.his = out_file_open(out.base + ".his");
+  std::fputs("# ", out.his);
+  for (std::size_t i = 0; i < out.history.names.size(); ++i)
+    std::fprintf(out.his, i == 0 ? "%17s" : " %19s", out.history.names[i].c_str());
+  std::fputc('\n', out.his);
+  return errors;
+}
+
+void history_write(const Output& out, int row)
+{
+  const RealVec& value = out.history.rows[row];
+  for (std::size_t i = 0; i < value.size(); ++i) {
+    const bool count = i == 1 || i == 2 || i == 4;      // step, inc, iter
+    std::fprintf(out.his, count ? "%s%19.0f" : "%s%19.11e", i ? " " : "", value[i]);
+  }
+  std::fputc('\n', out.his);
+  out_file_flush(out.his, out.base + ".his");
+}
+
+// ---------------------------------------------------------------------------
+// history_row : evaluates every column at t(n); the file takes every n-th row and the last one
+// ---------------------------------------------------------------------------
+void history_row(const Model& m, const Elements& el, const State& s, Output& out)
+{
+  RealVec row;
+  built_in_values(s, m.dim, row);
+  for (const Probe& probe : out.probe) row.push_back(probe_value(m, el, s, probe));
+  out.history.rows.push_back(row);
+  const int last = static_cast<int>(out.history.rows.size()) - 1;
+  if (last % std::max(1, m.history_out.frequency) != 0) return;
+  history_write(out, last);
+  out.row_written = last;
+}

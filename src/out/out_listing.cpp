@@ -1,0 +1,266 @@
+#include <sys/resource.h>
+#include <sys/utsname.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <ctime>
+
+#include "base/log.h"
+#include "base/timer.h"
+#include "base/version.h"
+#include "out/out.h"
+
+namespace {
+
+const double program_start = timer_wall();
+
+std::string date_text()
+{
+  const std::time_t now = std::time(nullptr);
+  char text[40];
+  std::strftime(text, sizeof text, "%Y-%m-%d %H:%M:%S", std::localtime(&now));
+  return text;
+}
+
+const char* environment(const char* name)
+{
+  const char* value = std::getenv(name);
+  return value ? value : "not set";
+}
+
+const char* mode_text()
+{
+#if defined(__AVX512F__)
+  return "AVX-512";
+#elif defined(__AVX2__)
+  return "AVX2";
+#else
+  return "baseline";
+#endif
+}
+
+// 0 stands for the default in the deck's numbers
+std::string or_default(double value, const char* meaning)
+{
+  char text[80];
+  if (value > 0.0)
+    std::snprintf(text, sizeof text, "%g", value);
+  else
+    std::snprintf(text, sizeof text, "%s", meaning);
+  return text;
+}
+
+void dynamic_defaults(std::FILE* file, const Step& s)
+{
+  const char* origin = s.scheme_given ? "" : " (default for this model)";
+  if (s.scheme == SCHEME_NEWMARK)
+    std::fprintf(file, "  scheme          Newmark, beta %g, gamma %g%s\n", s.beta, s.gamma, origin);
+  else
+    std::fprintf(file, "  scheme          energy-momentum, dissipation %g%s\n", s.dissipation, origin);
+}
+
+void step_defaults(std::FILE* file, const Model& m, int i)
+{
+  const Step& s = m.step[i];
+  std::fprintf(file, "\nSTEP %d of %zu: %s, %s geometry, %s increments\n", i + 1, m.step.size(),
+               s.proc == PROC_STATIC ? "static" : "dynamic", s.nlgeom ? "nonlinear" : "linear",
+               s.direct ? "fixed" : "automatic");
+  std::fprintf(file, "  period %g, dt %g, dt min %s, dt max %s, at most %d increments\n", s.period, s.dt,
+               or_default(s.dt_min, "not given").c_str(), or_default(s.dt_max, "not given").c_str(), s.max_inc);
+  if (s.proc == PROC_DYNAMIC) dynamic_defaults(file, s);
+  std::fprintf(file, "  Newton          force tolerance %g, energy tolerance %g, %d iterations, %d cuts, line search %s\n",
+               s.ctl.tol_force, s.ctl.tol_energy, s.ctl.max_iter, s.ctl.max_cut, s.ctl.line_search ? "yes" : "no");
+  std::fprintf(file, "  acting          %zu loads, %zu boundary conditions\n", s.load.size(), s.prescribed.size());
+}
+
+double phase_wall(Phase p) { return timer_phase(p).wall; }
+
+}  // namespace
+
+const char* out_status_text(Status status)
+{
+  switch (status) {
+    case STATUS_OK:       return "good";
+    case BAD_JACOBIAN:    return "an element or a material point turned inside out (det F <= 0)";
+    case BAD_NUMBER:      return "the residual holds a NaN or an infinity";
+    case SOLVER_SINGULAR: return "the matrix is singular (a body without support?)";
+    case SOLVER_FAILED:   return "the linear solver gave up";
+    case NOT_CONVERGED:   return "Newton did not converge";
+    case OUTSIDE_GRID:    return "a material point left the grid";
+  }
+  return "unknown";
+}
+
+// ---------------------------------------------------------------------------
+// out_listing_open : JOB.lst with its header; from now on messages go there too
+// ---------------------------------------------------------------------------
+void out_listing_open(const Model& m, Output& out)
+{
+  out.base = m.out_dir.empty() ? m.job : m.out_dir + "/" + m.job;
+  out.lst  = out_file_open(out.base + ".lst");
+  log_open(out.lst);
+  utsname machine;
+  uname(&machine);
+  std::fprintf(out.lst, "mpfe %s   implicit material points and finite elements\n\n", MPFE_VERSION);
+  if (!m.heading.empty()) std::fprintf(out.lst, "%s\n\n", m.heading.c_str());
+  std::fprintf(out.lst, "  job             %s\n  deck            %s\n  date            %s\n", m.job.c_str(),
+               m.deck.c_str(), date_text().c_str());
+  std::fprintf(out.lst, "  machine         %s %s, %ld processors\n", machine.sysname, machine.machine,
+               sysconf(_SC_NPROCESSORS_ONLN));
+  std::fprintf(out.lst, "  threads         OMP_NUM_THREADS %s, OPENBLAS_NUM_THREADS %s\n",
+               environment("OMP_NUM_THREADS"), environment("OPENBLAS_NUM_THREADS"));
+  std::fprintf(out.lst, "  compiled        by C++ compiler %s, vector instructions %s\n", __VERSION__, mode_text());
+  for (const auto& p : m.param) std::fprintf(out.lst, "  parameter       %s = %.15g\n", p.first.c_str(), p.second);
+}
+
+// out_listing_defaults : what the program uses where the deck is silent
+void out_listing_defaults(std::FILE* file, const Model& m, const Bonds& bonds)
+{
+  std::fprintf(file, "\nSETTINGS (also those the deck leaves to the program)\n");
+  const char* const solver[] = {"automatic", "skyline", "MUMPS"};
+  std::fprintf(file, "  solver          %s\n", solver[m.solver.kind]);
+  if (m.grid.given)
+    std::fprintf(file, "  grid            nodes weaker than %g follow others (extended basis%s)\n", m.grid.weak,
+                 m.grid.weak > 0.0 ? "" : ", off");
+  for (std::size_t i = 0; i < m.bond.size(); ++i) {
+    const BondDef& d = m.bond[i];
+    double per_area  = d.penalty;
+    for (int b = 0; b < bonds.nbond && per_area <= 0.0; ++b)
+      if (bonds.def[b] == static_cast<int>(i) && bonds.area[b] > 0.0) per_area = bonds.cn[b] / bonds.area[b];
+    std::fprintf(file, "  bond %-10s penalty %s (%s), %d between nodes, %d augmentations, %s\n", d.name.c_str(),
+                 or_default(per_area, "set when bonds form").c_str(),
+                 d.penalty > 0.0 ? "given" : d.alpha > 0.0 ? "alpha E/h, alpha given" : "alpha E/h, alpha of the program",
+                 d.intermediate, d.augment, d.normal_only ? "one direction" : "all directions");
+  }
+  std::fprintf(file, "  history         every %d increments\n", std::max(1, m.history_out.frequency));
+  if (m.vtk.on)
+    std::fprintf(file, "  VTK             %s, every %s increments, time interval %s\n", m.vtk.ascii ? "text" : "binary",
+                 or_default(m.vtk.frequency, m.vtk.interval > 0.0 ? "-" : "1").c_str(),
+                 or_default(m.vtk.interval, "-").c_str());
+}
+
+void out_step_begin(const Model& m, int step, Output& out)
+{
+  step_defaults(out.lst, m, step);
+  std::fprintf(out.lst, "\n   step    inc   iter      residual   force scale         ratio        energy  line search\n");
+}
+
+void out_step_end(const Model& m, const State& s, Output& out)
+{
+  std::fprintf(out.lst, "\nend of step %d after %d increments at time %.9g\n", s.log.step, s.log.inc, s.n.time);
+  out_listing_balance(out.lst, m, s);
+}
+
+// ---- lines of the increments ---------------------------------------------------
+
+void out_listing_iteration(int step, int inc, int iter, double residual, double scale, double energy,
+                           double line_search)
+{
+  log_note("%7d%7d%7d%14.4e%14.4e%14.4e%14.4e%13.4f", step, inc, iter, residual, scale,
+           scale > 0.0 ? residual / scale : 0.0, energy, line_search);
+}
+
+void out_listing_cut(int step, int inc, double time, double dt, double dt_new, Status why, const char* detail)
+{
+  log_note("  step %d, increment %d, time %.9g, dt %.6g failed: %s%s%s", step, inc, time, dt, out_status_text(why),
+           detail && *detail ? "; " : "", detail ? detail : "");
+  if (dt_new > 0.0) log_note("  back to time %.9g, next try with dt %.6g", time, dt_new);
+}
+
+void out_listing_increment(const State& s)
+{
+  const StepLog& l = s.log;
+  log_note("  increment %d done: time %.9g, dt %.6g, %d iterations, %d cuts, %d equations, balance %.3e",
+           l.inc, s.n.time, l.dt, l.iterations, l.cuts, l.equations, s.ledger.balance);
+  if (l.grid_cells > 0)
+    log_note("  grid: %d cells, %d nodes, %d weak; slip max %.4e, rms %.4e", l.grid_cells, l.grid_nodes,
+             l.weak_nodes, s.ledger.slip_max, s.ledger.slip_rms);
+}
+
+// ---- tables ------------------------------------------------------------------------
+
+void out_listing_balance(std::FILE* file, const Model& m, const State& s)
+{
+  const Ledger& l = s.ledger;
+  std::fprintf(file, "\nENERGY at time %.9g\n", s.n.time);
+  std::fprintf(file, "  kinetic         %18.10e\n  strain          %18.10e\n  bonds           %18.10e\n", l.kinetic,
+               l.strain, l.bond);
+  std::fprintf(file, "  at the start    %18.10e\n  external work   %18.10e\n", l.total0, l.external);
+  std::fprintf(file, "  balance         %18.10e   (%.3e of the largest energy)\n", l.balance,
+               l.scale > 0.0 ? l.balance / l.scale : 0.0);
+  std::fprintf(file, "  momentum        %18.10e %18.10e", l.momentum[0], l.momentum[1]);
+  if (m.dim == 3) std::fprintf(file, " %18.10e", l.momentum[2]);
+  std::fprintf(file, "\n  angular         ");
+  for (int i = m.dim == 3 ? 0 : 2; i < 3; ++i) std::fprintf(file, "%18.10e ", l.angular[i]);
+  std::fprintf(file, "\n");
+  if (s.bonds.nbond > 0)
+    std::fprintf(file, "  slip            %18.10e largest, %.10e rms\n", l.slip_max, l.slip_rms);
+}
+
+// out_listing_phases : calls and seconds of each phase since the start of the program
+void out_listing_phases(std::FILE* file)
+{
+  const double total = timer_wall() - program_start;
+  double wall = 0.0, cpu = 0.0;
+  std::fprintf(file, "\nTIME\n  %-20s %10s %12s %12s %8s\n", "phase", "calls", "wall s", "cpu s", "share");
+  for (int p = 0; p < PHASES; ++p) {
+    const PhaseTime& t = timer_phase(static_cast<Phase>(p));
+    if (t.calls == 0) continue;
+    std::fprintf(file, "  %-20s %10ld %12.4f %12.4f %6.1f %%\n", phase_name[p], t.calls, t.wall, t.cpu,
+                 100.0 * t.wall / total);
+    wall += t.wall;
+    cpu  += t.cpu;
+  }
+  std::fprintf(file, "  %-20s %10s %12.4f %12.4f %6.1f %%\n", "other", "", total - wall, timer_cpu() - cpu,
+               100.0 * (total - wall) / total);
+  std::fprintf(file, "  %-20s %10s %12.4f %12.4f\n", "whole run", "", total, timer_cpu());
+}
+
+// ---------------------------------------------------------------------------
+// out_listing_solver : work of the linear solver, and what a Newton iteration costs beside it
+// ---------------------------------------------------------------------------
+void out_listing_solver(std::FILE* file, const Solver& s)
+{
+  std::fprintf(file, "\nSOLVER  %s\n", solve_name(s));
+  if (s.nback == 0) {
+    std::fprintf(file, "  not used\n");
+    return;
+  }
+  const auto each = [](double seconds, long n) { return n > 0 ? seconds / static_cast<double>(n) : 0.0; };
+  std::fprintf(file, "  analyses        %8ld   %12.6f s each\n", s.nanalyse, each(s.seconds_analyse, s.nanalyse));
+  std::fprintf(file, "  factorisations  %8ld   %12.6f s each\n", s.nfactor, each(s.seconds_factor, s.nfactor));
+  std::fprintf(file, "  back            %8ld   %12.6f s each\n", s.nback, each(s.seconds_back, s.nback));
+  const double solve  = s.seconds_factor + s.seconds_back;
+  const double newton = solve + phase_wall(PHASE_RESIDUAL) + phase_wall(PHASE_TANGENT);
+  std::fprintf(file, "  Newton iteration           %12.6f s each (residual, tangent, factorisation, back)\n",
+               each(newton, s.nback));
+  std::fprintf(file, "  Newton iteration / (factorisation + back)  %.3f\n", solve > 0.0 ? newton / solve : 0.0);
+  if (s.flops > 0.0) std::fprintf(file, "  operations      %12.4e of the last factorisation\n", s.flops);
+  if (s.memory_mb > 0.0) std::fprintf(file, "  memory          %12.1f MB of the factors\n", s.memory_mb);
+  if (s.negative > 0) std::fprintf(file, "  negative pivots %12d in the last factorisation\n", s.negative);
+}
+
+void out_listing_skipped(std::FILE* file, const Model& m, const State& s)
+{
+  const bool dynamic = std::any_of(m.step.begin(), m.step.end(), [](const Step& t) { return t.proc == PROC_DYNAMIC; });
+  std::fprintf(file, "\nSKIPPED\n");
+  if (s.points.npoint == 0) std::fprintf(file, "  grid, weights, projection: no material points\n");
+  if (s.bonds.nbond == 0) std::fprintf(file, "  bonds: none\n");
+  if (!dynamic) std::fprintf(file, "  mass, velocities: no dynamic step\n");
+  if (!m.vtk.on) std::fprintf(file, "  VTK: not asked for\n");
+  std::string idle;
+  for (int p = PHASE_GRID; p < PHASES; ++p)
+    if (timer_phase(static_cast<Phase>(p)).calls == 0) idle += (idle.empty() ? "" : ", ") + std::string(phase_name[p]);
+  if (!idle.empty()) std::fprintf(file, "  phases never called: %s\n", idle.c_str());
+}
+
+void out_listing_end(std::FILE* file, bool finished, int failed)
+{
+  rusage use;
+  getrusage(RUSAGE_SELF, &use);
+  std::fprintf(file, "\n  memory peak     %.1f MB\n", static_cast<double>(use.ru_maxrss) / 1024.0);
+  std::fprintf(file, "  warnings        %d\n  failed checks   %d\n", log_warnings(), failed);
+  std::fprintf(file, "\n%s\n", finished ? "end of the run" : "the run stopped before its end");
+}

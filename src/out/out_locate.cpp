@@ -1,0 +1,74 @@
+#include <algorithm>
+
+#include "out/out.h"
+#include "shape/shape.h"
+
+namespace {
+
+const double tolerance = 1e-6;    // of the natural coordinates: a place on the boundary is inside
+
+bool in_box(const double* X, int nen, int dim, const double x[3])
+{
+  for (int i = 0; i < dim; ++i) {
+    double lo = X[i], hi = X[i];
+    for (int a = 1; a < nen; ++a) {
+      lo = std::min(lo, X[a * dim + i]);
+      hi = std::max(hi, X[a * dim + i]);
+    }
+    const double margin = tolerance * (hi - lo);
+    if (x[i] < lo - margin || x[i] > hi + margin) return false;
+  }
+  return true;
+}
+
+void add(Located& found, IntVec& list, int item, Shape shape, const double xi[3])
+{
+  list.push_back(item);
+  double N[8] = {0, 0, 0, 0, 0, 0, 0, 0};
+  shape_eval(shape, xi, N, nullptr);
+  found.N.insert(found.N.end(), N, N + 8);
+}
+
+void search_elements(const Model& m, const Elements& el, const double x[3], Located& found)
+{
+  for (int e = 0; e < m.mesh.nelem(); ++e) {
+    if (el.block_of[e] < 0) continue;
+    const Shape shape = elem_table[m.mesh.elem_type[e]].shape;
+    double X[24], xi[3] = {0, 0, 0};
+    for (int a = 0; a < m.mesh.conn.count(e); ++a)
+      for (int i = 0; i < m.dim; ++i) X[a * m.dim + i] = m.mesh.X[m.mesh.conn.begin(e)[a] * 3 + i];
+    if (locate_natural(shape, X, x, xi)) add(found, found.elem, e, shape, xi);
+  }
+}
+
+void search_points(const Model& m, const Points& pts, const double x[3], Located& found)
+{
+  for (int p = 0; p < pts.npoint; ++p) {
+    const Shape shape = static_cast<Shape>(pts.shape[p]);
+    double X[24], xi[3] = {0, 0, 0};
+    for (int a = 0; a < pts.conn.count(p); ++a)
+      for (int i = 0; i < m.dim; ++i) X[a * m.dim + i] = pts.Xc[pts.conn.begin(p)[a] * m.dim + i];
+    if (locate_natural(shape, X, x, xi)) add(found, found.point, p, shape, xi);
+  }
+}
+
+}  // namespace
+
+bool locate_natural(Shape shape, const double* X, const double x[3], double xi[3])
+{
+  const ShapeInfo& info = shape_info[shape];
+  if (!in_box(X, info.nen, info.dim, x)) return false;
+  return shape_inverse(shape, X, x, xi) && shape_inside(shape, xi, tolerance);
+}
+
+// ---------------------------------------------------------------------------
+// out_locate : every element, or else every point, whose domain at t = 0 contains x.
+// On a common edge there are several; their mean is taken later.
+// ---------------------------------------------------------------------------
+Located out_locate(const Model& m, const Elements& el, const Points& pts, const double x[3])
+{
+  Located found;
+  search_elements(m, el, x, found);
+  if (found.elem.empty()) search_points(m, pts, x, found);
+  return found;
+}

@@ -1,0 +1,83 @@
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/log.h"
+#include "base/timer.h"
+#include "out/out.h"
+
+namespace {
+
+bool vtk_due(const Model& m, const State& s, Output& out)
+{
+  const VtkDef& v = m.vtk;
+  if (!v.on) return false;
+  const bool by_number = v.frequency > 0 && s.log.inc_total % v.frequency == 0;
+  const bool every     = v.frequency <= 0 && v.interval <= 0.0;
+  bool by_time = false;
+  if (v.interval > 0.0 && s.n.time >= out.vtk_next - 1e-6 * v.interval) {
+    by_time      = true;
+    out.vtk_next = v.interval * (std::floor(s.n.time / v.interval + 1e-6) + 1.0);
+  }
+  return by_number || every || by_time;
+}
+
+}  // namespace
+
+// ---------------------------------------------------------------------------
+// out_open : summary, columns, first row and frame at t = 0
+// ---------------------------------------------------------------------------
+int out_open(const Model& m, const Elements& el, const State& s, const ActiveGrid& grid, Output& out)
+{
+  if (!out.lst) out_listing_open(m, out);
+  out_model_summary(out.lst, m, el, s.points, s.bonds);
+  out_listing_defaults(out.lst, m, s.bonds);
+  out.chk = out_file_open(out.base + ".chk");
+  out_check_begin(m, out);
+  const int errors = history_setup(m, el, s, out);
+  if (errors > 0) return errors;
+  out.terminal      = isatty(STDERR_FILENO) == 1;
+  out.progress_wall = timer_wall();
+  out_increment(m, el, s, grid, out);
+  return 0;
+}
+
+// ---------------------------------------------------------------------------
+// out_increment : everything that the accepted state at t(n) asks for
+// ---------------------------------------------------------------------------
+void out_increment(const Model& m, const Elements& el, const State& s, const ActiveGrid& grid, Output& out)
+{
+  Timer timer(PHASE_OUTPUT);
+  if (s.log.inc_total > 0) out_listing_increment(s);
+  history_row(m, el, s, out);
+  out_check_increment(m, el, s, out);
+  if (vtk_due(m, s, out)) out_vtk(m, el, s, grid, out);
+  out_dat(m, el, s, out);
+  out_progress(m, s, out);
+  out_file_flush(out.lst, out.base + ".lst");
+}
+
+// ---------------------------------------------------------------------------
+// out_close : last row and frame, checks, tables of time and solver
+// ---------------------------------------------------------------------------
+int out_close(const Model& m, const Elements& el, const State& s, const ActiveGrid& grid, const Solver& solver,
+              bool finished, Output& out)
+{
+  out_progress_clear(out);
+  const int last = static_cast<int>(out.history.rows.size()) - 1;
+  if (out.row_written < last) history_write(out, last);
+  out_file_close(out.his, out.base + ".his");
+  if (m.vtk.on && out.vtk_inc != s.log.inc_total) out_vtk(m, el, s, grid, out);
+  if (out.dat) out_file_close(out.dat, out.base + ".dat");
+
+  if (!finished) out_listing_balance(out.lst, m, s);      // else the last step printed it
+  const int failed = out_check_end(m, el, s, finished, out);
+  out_listing_phases(out.lst);
+  out_listing_solver(out.lst, solver);
+  out_listing_skipped(out.lst, m, s);
+  out_listing_end(out.lst, finished, failed);
+  log_open(nullptr);
+  out_file_close(out.lst, out.base + ".lst");
+  return failed;
+}

@@ -1,0 +1,51 @@
+#include <algorithm>
+#include <cmath>
+
+#include "base/timer.h"
+#include "out/out.h"
+
+namespace {
+
+const double pause = 0.2;      // seconds between two lines
+
+double whole_time(const Model& m)
+{
+  double sum = 0.0;
+  for (const Step& s : m.step) sum += s.period;
+  return sum;
+}
+
+std::string clock_text(double seconds)
+{
+  char text[60];
+  const long t = std::lround(seconds);
+  if (t >= 3600)
+    std::snprintf(text, sizeof text, "%ld h %02ld min", t / 3600, t / 60 % 60);
+  else
+    std::snprintf(text, sizeof text, "%ld min %02ld s", t / 60, t % 60);
+  return text;
+}
+
+}  // namespace
+
+// ---------------------------------------------------------------------------
+// out_progress : one line on the terminal, written over the last one
+// ---------------------------------------------------------------------------
+void out_progress(const Model& m, const State& s, Output& out)
+{
+  if (!out.terminal) return;
+  const double now = timer_wall();
+  if (now - out.progress_last < pause) return;
+  out.progress_last = now;
+  const double part = std::min(1.0, s.n.time / std::max(whole_time(m), 1e-300));
+  const double rest = part > 0.0 ? (now - out.progress_wall) * (1.0 - part) / part : 0.0;
+  std::fprintf(stderr, "%s  step %d of %zu  increment %d  time %.5g (%.0f %%)  dt %.3g  %d iterations  about %s left\033[K\r",
+               m.job.c_str(), s.log.step, m.step.size(), s.log.inc, s.n.time, 100.0 * part, s.log.dt,
+               s.log.iterations, clock_text(rest).c_str());
+  std::fflush(stderr);
+}
+
+void out_progress_clear(Output& out)
+{
+  if (out.terminal) std::fprintf(stderr, "\033[K\r");
+}

@@ -1,0 +1,243 @@
+#include <algorithm>
+#include <cmath>
+
+#include "out/out.h"
+
+namespace {
+
+struct Box {
+  double lo[3] = {1e300, 1e300, 1e300}, hi[3] = {-1e300, -1e300, -1e300};
+  void add(const double* x, int dim)
+  {
+    for (int i = 0; i < dim; ++i) {
+      lo[i] = std::min(lo[i], x[i]);
+      hi[i] = std::max(hi[i], x[i]);
+    }
+  }
+};
+
+struct Range {
+  double lo = 1e300, hi = 0.0;
+  void add(double v)
+  {
+    lo = std::min(lo, v);
+    hi = std::max(hi, v);
+  }
+};
+
+void print_box(std::FILE* file, const char* what, const Box& box, int dim)
+{
+  std::fprintf(file, "  %-16s", what);
+  for (int i = 0; i < dim; ++i) std::fprintf(file, "%s%c %g ... %g", i ? ", " : "", 'x' + i, box.lo[i], box.hi[i]);
+  std::fprintf(file, "\n");
+}
+
+double distance(const double* a, const double* b, int dim)
+{
+  double sum = 0.0;
+  for (int i = 0; i < dim; ++i) sum += (a[i] - b[i]) * (a[i] - b[i]);
+  return std::sqrt(sum);
+}
+
+// edges of the elements that exist, at t = 0
+Range edge_range(const Model& m, const Elements& el)
+{
+  Range range;
+  for (int e = 0; e < m.mesh.nelem(); ++e) {
+    if (el.block_of[e] < 0) continue;
+    const ShapeInfo& info = shape_info[elem_table[m.mesh.elem_type[e]].shape];
+    const int* conn = m.mesh.conn.begin(e);
+    for (int f = 0; f < info.nface; ++f)
+      for (int a = 0; a < (info.dim == 2 ? 1 : info.nfnode[f]); ++a) {
+        const int n1 = conn[info.face[f][a]], n2 = conn[info.face[f][(a + 1) % info.nfnode[f]]];
+        range.add(distance(&m.mesh.X[3 * n1], &m.mesh.X[3 * n2], 3));
+      }
+  }
+  return range;
+}
+
+// speed of pressure waves, 0 when the density is missing or the material incompressible
+double wave_speed(const Material& mat)
+{
+  if (mat.density <= 0.0 || mat.poisson >= 0.5) return 0.0;
+  const double nu = mat.poisson;
+  return std::sqrt(mat.young * (1.0 - nu) / ((1.0 + nu) * (1.0 - 2.0 * nu)) / mat.density);
+}
+
+double smallest_cell(const Model& m)
+{
+  return *std::min_element(m.grid.h.begin(), m.grid.h.begin() + m.dim);
+}
+
+// modulus of the stiffer side of a bond
+double bond_young(const Model& m, const BondDef& d)
+{
+  double young = d.body >= 0 ? m.material[m.body[d.body].material].young : 0.0;
+  if (d.surface < 0) return young;
+  const Surface& surface = m.surface[d.surface];
+  if (surface.body >= 0) young = std::max(young, m.material[m.body[surface.body].material].young);
+  for (const Face& face : surface.face) {
+    const int section = m.mesh.elem_section[face.elem];
+    if (section >= 0) young = std::max(young, m.material[m.section[section].material].young);
+  }
+  return young;
+}
+
+void print_mesh(std::FILE* file, const Model& m, const Elements& el)
+{
+  if (m.mesh.nnode() == 0) return;
+  IntVec count(ELEM_TYPES, 0);
+  int points = 0;
+  for (int e = 0; e < m.mesh.nelem(); ++e) {
+    if (el.block_of[e] < 0) ++points;
+    else ++count[m.mesh.elem_type[e]];
+  }
+  std::fprintf(file, "  nodes           %d\n", m.mesh.nnode());
+  for (int t = 0; t < ELEM_TYPES; ++t)
+    if (count[t]) std::fprintf(file, "  elements        %d %s\n", count[t], elem_table[t].name);
+  if (points) std::fprintf(file, "  cells           %d elements of the deck that are no finite elements\n", points);
+  Box box;
+  for (int n = 0; n < m.mesh.nnode(); ++n) box.add(&m.mesh.X[3 * n], m.dim);
+  print_box(file, "nodes lie in", box, m.dim);
+  const Range edge = edge_range(m, el);
+  if (edge.hi > 0.0) std::fprintf(file, "  edges           %g ... %g\n", edge.lo, edge.hi);
+}
+
+void print_grid(std::FILE* file, const Grid& g, int dim)
+{
+  if (!g.given) return;
+  std::fprintf(file, "  grid            ");
+  for (int i = 0; i < dim; ++i) std::fprintf(file, "%s%d", i ? " x " : "", g.n[i]);
+  std::fprintf(file, " cells of ");
+  for (int i = 0; i < dim; ++i) std::fprintf(file, "%s%g", i ? " x " : "", g.h[i]);
+  std::fprintf(file, ", from");
+  for (int i = 0; i < dim; ++i) std::fprintf(file, " %g", g.lo[i]);
+  std::fprintf(file, " to");
+  for (int i = 0; i < dim; ++i) std::fprintf(file, " %g", g.lo[i] + g.n[i] * g.h[i]);
+  std::fprintf(file, "\n");
+}
+
+void print_sections(std::FILE* file, const Model& m, const Elements& el)
+{
+  for (std::size_t i = 0; i < m.section.size(); ++i) {
+    const Section& section = m.section[i];
+    double volume = 0.0;
+    int elements = 0;
+    for (int e = 0; e < m.mesh.nelem(); ++e) {
+      if (el.block_of[e] < 0 || m.mesh.elem_section[e] != static_cast<int>(i)) continue;
+      const int ngp = elem_gauss(m, el, e);
+      const double* w = &el.block[el.block_of[e]].w[el.slot_of[e] * ngp];
+      for (int g = 0; g < ngp; ++g) volume += w[g];
+      ++elements;
+    }
+    const Material& mat = m.material[section.material];
+    std::fprintf(file, "  section %-7s of %s: %d elements, thickness %g, volume %.9g, mass %.9g\n",
+                 m.elset[section.elset].name.c_str(), mat.name.c_str(), elements, section.thickness, volume,
+                 volume * mat.density);
+  }
+}
+
+void print_bodies(std::FILE* file, const Model& m, const Points& pts)
+{
+  if (pts.npoint == 0) return;
+  std::fprintf(file, "  points          %d with %d corners, %zu faces on the boundary\n", pts.npoint, pts.ncorner,
+               pts.boundary.size());
+  for (std::size_t i = 0; i < m.body.size(); ++i) {
+    double volume = 0.0, mass = 0.0;
+    int count = 0;
+    Box box;
+    for (int p = 0; p < pts.npoint; ++p) {
+      if (pts.body[p] != static_cast<int>(i)) continue;
+      ++count;
+      volume += pts.V0[p];
+      mass += pts.mass[p];
+      for (int a = 0; a < pts.conn.count(p); ++a) box.add(&pts.Xc[pts.conn.begin(p)[a] * m.dim], m.dim);
+    }
+    std::fprintf(file, "  body %-10s of %s: %d points, grid field %d, volume %.9g, mass %.9g\n", m.body[i].name.c_str(),
+                 m.material[m.body[i].material].name.c_str(), count, m.body[i].field, volume, mass);
+    if (count) print_box(file, "  lies in", box, m.dim);
+  }
+}
+
+void print_bonds(std::FILE* file, const Model& m, const Bonds& bonds)
+{
+  for (std::size_t i = 0; i < m.bond.size(); ++i) {
+    int nodal = 0, between = 0, first = -1;
+    double area = 0.0;
+    for (int b = 0; b < bonds.nbond; ++b) {
+      if (bonds.def[b] != static_cast<int>(i)) continue;
+      if (first < 0) first = b;
+      ++(bonds.intermediate[b] ? between : nodal);
+      area += bonds.area[b];
+    }
+    std::fprintf(file, "  bond %-10s %d nodal, %d intermediate, area %g", m.bond[i].name.c_str(), nodal, between, area);
+    const double penalty = first >= 0 && bonds.area[first] > 0.0 ? bonds.cn[first] / bonds.area[first] : 0.0;
+    const double young = bond_young(m, m.bond[i]);
+    if (penalty > 0.0) std::fprintf(file, ", penalty %g", penalty);
+    if (penalty > 0.0 && young > 0.0 && m.grid.given)
+      std::fprintf(file, " = %.4g E/h", penalty / (young / smallest_cell(m)));
+    std::fprintf(file, "\n");
+  }
+}
+
+void print_materials(std::FILE* file, const Model& m)
+{
+  for (const Material& mat : m.material) {
+    std::fprintf(file, "  material %-6s E %g, nu %g, density %g", mat.name.c_str(), mat.young, mat.poisson, mat.density);
+    if (wave_speed(mat) > 0.0) std::fprintf(file, ", pressure waves %.6g", wave_speed(mat));
+    std::fprintf(file, "%s\n", mat.used ? "" : " (not used)");
+  }
+}
+
+// cells and elements that the fastest wave crosses in one step
+void print_wave_travel(std::FILE* file, const Model& m, const Elements& el, const Points& pts)
+{
+  double c = 0.0;
+  for (const Material& mat : m.material)
+    if (mat.used) c = std::max(c, wave_speed(mat));
+  const Range edge = edge_range(m, el);
+  const double h = smallest_cell(m);
+  for (std::size_t i = 0; i < m.step.size(); ++i) {
+    if (m.step[i].proc != PROC_DYNAMIC || c <= 0.0) continue;
+    std::fprintf(file, "  step %zu          dt %g: a wave travels %g", i + 1, m.step[i].dt, c * m.step[i].dt);
+    if (edge.hi > 0.0) std::fprintf(file, ", %.3g of the smallest edge", c * m.step[i].dt / edge.lo);
+    if (pts.npoint > 0 && h > 0.0) std::fprintf(file, ", %.3g cells", c * m.step[i].dt / h);
+    std::fprintf(file, "\n");
+  }
+}
+
+void print_sets(std::FILE* file, const Model& m)
+{
+  const auto print = [file](const char* word, const std::vector<Set>& sets) {
+    if (sets.empty()) return;
+    std::fprintf(file, "  %-16s", word);
+    for (std::size_t i = 0; i < sets.size(); ++i)
+      std::fprintf(file, "%s%s %zu", i ? ", " : "", sets[i].name.c_str(), sets[i].item.size());
+    std::fprintf(file, "\n");
+  };
+  print("node sets", m.nset);
+  print("element sets", m.elset);
+  if (m.surface.empty()) return;
+  std::fprintf(file, "  surfaces        ");
+  for (std::size_t i = 0; i < m.surface.size(); ++i)
+    std::fprintf(file, "%s%s", i ? ", " : "", m.surface[i].name.c_str());
+  std::fprintf(file, "\n");
+}
+
+}  // namespace
+
+// ---------------------------------------------------------------------------
+// out_model_summary : what the deck became: counts, boxes, volumes, masses, wave speeds, penalties
+// ---------------------------------------------------------------------------
+void out_model_summary(std::FILE* file, const Model& m, const Elements& el, const Points& pts, const Bonds& bonds)
+{
+  std::fprintf(file, "\nMODEL  %d dimensions, %zu steps, %zu checks\n", m.dim, m.step.size(), m.check.size());
+  print_mesh(file, m, el);
+  print_grid(file, m.grid, m.dim);
+  print_materials(file, m);
+  print_sections(file, m, el);
+  print_bodies(file, m, pts);
+  print_bonds(file, m, bonds);
+  print_wave_travel(file, m, el, pts);
+  print_sets(file, m);
+}

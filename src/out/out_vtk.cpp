@@ -1,0 +1,277 @@
+#include "bond/bond.h"
+#include "out/out.h"
+#include "out/out_vtk_file.h"
+
+namespace {
+
+const char* const kind_name[VTK_KINDS] = {"fe", "mp", "bond", "grid"};
+
+struct CellFields {            // one value a cell
+  RealVec stress[6], mises, energy, det;
+};
+
+void add_fields(CellFields& c, const double sig[6], double energy, double det)
+{
+  for (int k = 0; k < 6; ++k) c.stress[k].push_back(sig[k]);
+  c.mises.push_back(mises_stress(sig));
+  c.energy.push_back(energy);
+  c.det.push_back(det);
+}
+
+double det_F(const double F[9])
+{
+  return F[0] * (F[4] * F[8] - F[5] * F[7]) - F[1] * (F[3] * F[8] - F[5] * F[6]) + F[2] * (F[3] * F[7] - F[4] * F[6]);
+}
+
+void write_fields(VtkFile& f, const CellFields& c, int dim)
+{
+  const char* const name[6] = {"S11", "S22", "S33", "S12", "S23", "S31"};
+  for (int k = 0; k < (dim == 3 ? 6 : 4); ++k) vtk_scalars(f, name[k], c.stress[k]);
+  vtk_scalars(f, "SMISES", c.mises);
+  vtk_scalars(f, "ENER", c.energy);
+  vtk_scalars(f, "J", c.det);
+}
+
+// opens JOB_kind_000123.vtk and puts it into the series
+void begin(VtkFile& f, VtkKind kind, const Model& m, const State& s, Output& out)
+{
+  char tail[40];
+  std::snprintf(tail, sizeof tail, "_%s_%06d.vtk", kind_name[kind], out.vtk_frame);
+  out.series[kind].file.push_back(m.job + tail);
+  out.series[kind].time.push_back(s.n.time);
+  char title[240];
+  std::snprintf(title, sizeof title, "mpfe %.150s, %s, time %.9g", m.job.c_str(), kind_name[kind], s.n.time);
+  vtk_open(f, out.base + tail, title, s.n.time, m.vtk.ascii);
+}
+
+void end(VtkFile& f, VtkKind kind, const Output& out)
+{
+  vtk_close(f);
+  out_vtk_series(out.base + "_" + kind_name[kind] + ".vtk.series", out.series[kind]);
+}
+
+RealVec gather(const RealVec& field, const IntVec& item, int dim)
+{
+  RealVec out;
+  for (int i : item)
+    for (int k = 0; k < dim; ++k) out.push_back(field[i * dim + k]);
+  return out;
+}
+
+// ---- finite elements --------------------------------------------------------
+
+struct FeMesh {                // elements that still exist, and their nodes
+  IntVec elem, node, node_label, elem_label, material, type;
+  ListTable conn;
+};
+
+int material_of(const Model& m, int e)
+{
+  const int section = m.mesh.elem_section[e];
+  return section < 0 ? 0 : m.section[section].material + 1;
+}
+
+void collect_elements(const Model& m, const Elements& el, FeMesh& fe)
+{
+  IntVec place(m.mesh.nnode(), -1);
+  for (int e = 0; e < m.mesh.nelem(); ++e) {
+    if (el.block_of[e] < 0) continue;
+    for (int a = 0; a < m.mesh.conn.count(e); ++a) {
+      const int n = m.mesh.conn.begin(e)[a];
+      if (place[n] < 0) {
+        place[n] = static_cast<int>(fe.node.size());
+        fe.node.push_back(n);
+        fe.node_label.push_back(m.mesh.node_label[n]);
+      }
+      fe.conn.item.push_back(place[n]);
+    }
+    fe.conn.off.push_back(static_cast<int>(fe.conn.item.size()));
+    fe.elem.push_back(e);
+    fe.elem_label.push_back(m.mesh.elem_label[e]);
+    fe.material.push_back(material_of(m, e));
+    fe.type.push_back(shape_info[elem_table[m.mesh.elem_type[e]].shape].vtk);
+  }
+}
+
+// means over the Gauss points, weighted by their volume
+void element_fields(const Model& m, const Elements& el, const State& s, const FeMesh& fe, CellFields& cell)
+{
+  IpFields f;
+  for (int e : fe.elem) {
+    double sig[6] = {0, 0, 0, 0, 0, 0}, energy = 0.0, det = 0.0, volume = 0.0;
+    for (int g = 0; g < elem_gauss(m, el, e); ++g) {
+      elem_ip_fields(m, el, s.n.u, out_nlgeom(m, s), e, g, f);
+      for (int k = 0; k < 6; ++k) sig[k] += f.V0 * f.sig[k];
+      energy += f.V0 * f.psi;
+      det    += f.V0 * det_F(f.F);
+      volume += f.V0;
+    }
+    for (double& k : sig) k /= volume;
+    add_fields(cell, sig, energy / volume, det / volume);
+  }
+}
+
+void write_fe(const Model& m, const Elements& el, const State& s, Output& out)
+{
+  FeMesh fe;
+  collect_elements(m, el, fe);
+  if (fe.elem.empty()) return;
+  RealVec x;
+  for (int n : fe.node)
+    for (int i = 0; i < m.dim; ++i) x.push_back(m.mesh.X[n * 3 + i] + s.n.u[n * m.dim + i]);
+  CellFields cell;
+  element_fields(m, el, s, fe, cell);
+
+  VtkFile f;
+  begin(f, VTK_FE, m, s, out);
+  vtk_points(f, x, m.dim);
+  vtk_cells(f, fe.conn, fe.type);
+  vtk_point_data(f, static_cast<int>(fe.node.size()));
+  vtk_vectors(f, "displacement", gather(s.n.u, fe.node, m.dim), m.dim);
+  vtk_vectors(f, "velocity", gather(s.n.v, fe.node, m.dim), m.dim);
+  vtk_vectors(f, "acceleration", gather(s.n.a, fe.node, m.dim), m.dim);
+  vtk_vectors(f, "reaction", gather(s.rf, fe.node, m.dim), m.dim);
+  vtk_labels(f, "node_label", fe.node_label);
+  vtk_cell_data(f, fe.conn.size());
+  write_fields(f, cell, m.dim);
+  vtk_labels(f, "label", fe.elem_label);
+  vtk_labels(f, "material", fe.material);
+  end(f, VTK_FE, out);
+}
+
+// ---- material points ----------------------------------------------------------
+
+void write_mp(const Model& m, const State& s, Output& out)
+{
+  const Points& pts = s.points;
+  if (pts.npoint == 0) return;
+  CellFields cell;
+  IntVec type, body;
+  IpFields ip;
+  for (int p = 0; p < pts.npoint; ++p) {
+    point_ip_fields(m, pts, s.n.xc, p, ip);
+    add_fields(cell, ip.sig, ip.psi, det_F(ip.F));
+    type.push_back(shape_info[pts.shape[p]].vtk);
+    body.push_back(pts.body[p] + 1);
+  }
+  RealVec u(s.n.xc);
+  for (std::size_t i = 0; i < u.size(); ++i) u[i] -= pts.Xc[i];
+
+  VtkFile f;
+  begin(f, VTK_MP, m, s, out);
+  vtk_points(f, s.n.xc, m.dim);
+  vtk_cells(f, pts.conn, type);
+  vtk_point_data(f, pts.ncorner);
+  vtk_vectors(f, "displacement", u, m.dim);
+  vtk_cell_data(f, pts.npoint);
+  vtk_vectors(f, "velocity", s.n.vp, m.dim);
+  write_fields(f, cell, m.dim);
+  vtk_labels(f, "body", body);
+  vtk_labels(f, "label", pts.label);
+  end(f, VTK_MP, out);
+}
+
+// ---- bonds ------------------------------------------------------------------------
+
+// force that side A puts on side B: C slip + lambda
+void bond_force(const State& s, int dim, int b, double force[3])
+{
+  double C[9];
+  bond_stiffness(s.bonds, dim, b, C);
+  for (int i = 0; i < dim; ++i) {
+    force[i] = s.n.lambda[b * dim + i];
+    for (int j = 0; j < dim; ++j) force[i] += C[i * dim + j] * s.n.slip[b * dim + j];
+  }
+}
+
+void write_bonds(const Model& m, const State& s, Output& out)
+{
+  const int n = s.bonds.nbond;
+  if (n == 0) return;
+  RealVec place, u, force;
+  ListTable conn;
+  bond_places(m, s.bonds, RealVec(s.n.u.size(), 0.0), s.points.Xc, u);
+  bond_places(m, s.bonds, s.n.u, s.n.xc, place);
+  for (std::size_t i = 0; i < u.size(); ++i) u[i] = place[i] - u[i];
+  for (int b = 0; b < n; ++b) {
+    double f[3];
+    bond_force(s, m.dim, b, f);
+    force.insert(force.end(), f, f + m.dim);
+    conn.item.push_back(b);
+    conn.off.push_back(b + 1);
+  }
+  const int vertex = 1;
+  VtkFile file;
+  begin(file, VTK_BOND, m, s, out);
+  vtk_points(file, place, m.dim);
+  vtk_cells(file, conn, IntVec(n, vertex));
+  vtk_point_data(file, n);
+  vtk_vectors(file, "displacement", u, m.dim);
+  vtk_vectors(file, "slip", s.n.slip, m.dim);
+  vtk_vectors(file, "force", force, m.dim);
+  vtk_labels(file, "kind", s.bonds.intermediate);
+  vtk_labels(file, "bond", s.bonds.def);
+  end(file, VTK_BOND, out);
+}
+
+// ---- active grid --------------------------------------------------------------------
+
+void cell_corners(const Grid& g, int dim, long key, RealVec& x)
+{
+  const int corner[8][3] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};
+  double low[3];
+  grid_cell_place(g, dim, key, low);
+  for (int a = 0; a < (dim == 3 ? 8 : 4); ++a)
+    for (int i = 0; i < dim; ++i) x.push_back(low[i] + g.h[i] * corner[a][i]);
+}
+
+void write_grid(const Model& m, const State& s, const ActiveGrid& grid, Output& out)
+{
+  if (grid.ncell == 0) return;
+  const int nen = m.dim == 3 ? 8 : 4;
+  RealVec x;
+  IntVec field;
+  ListTable conn;
+  for (int c = 0; c < grid.ncell; ++c) {
+    cell_corners(m.grid, m.dim, grid.cell[c], x);
+    field.push_back(static_cast<int>(grid.cell[c] / grid_cells(m.grid, m.dim)));
+    for (int a = 0; a < nen; ++a) conn.item.push_back(c * nen + a);
+    conn.off.push_back((c + 1) * nen);
+  }
+  VtkFile f;
+  begin(f, VTK_GRID, m, s, out);
+  vtk_points(f, x, m.dim);
+  vtk_cells(f, conn, IntVec(grid.ncell, shape_info[m.dim == 3 ? SHAPE_HEX8 : SHAPE_QUAD4].vtk));
+  vtk_cell_data(f, grid.ncell);
+  vtk_labels(f, "field", field);
+  end(f, VTK_GRID, out);
+}
+
+}  // namespace
+
+// ---------------------------------------------------------------------------
+// out_vtk_series : the list of frames and their times that ParaView opens
+// ---------------------------------------------------------------------------
+void out_vtk_series(const std::string& path, const VtkSeries& series)
+{
+  std::FILE* file = out_file_open(path);
+  std::fprintf(file, "{\n  \"file-series-version\" : \"1.0\",\n  \"files\" : [\n");
+  for (std::size_t i = 0; i < series.file.size(); ++i)
+    std::fprintf(file, "    { \"name\" : \"%s\", \"time\" : %.16g }%s\n", series.file[i].c_str(), series.time[i],
+                 i + 1 < series.file.size() ? "," : "");
+  std::fprintf(file, "  ]\n}\n");
+  out_file_close(file, path);
+}
+
+// ---------------------------------------------------------------------------
+// out_vtk : one frame at t(n); places are those of now, so the four kinds fit together
+// ---------------------------------------------------------------------------
+void out_vtk(const Model& m, const Elements& el, const State& s, const ActiveGrid& grid, Output& out)
+{
+  write_fe(m, el, s, out);
+  write_mp(m, s, out);
+  write_bonds(m, s, out);
+  write_grid(m, s, grid, out);
+  ++out.vtk_frame;
+  out.vtk_inc = s.log.inc_total;
+}

@@ -1,0 +1,37 @@
+// ---------------------------------------------------------------------------
+// out_vtk_file.h : one legacy VTK file (version 3.0, unstructured grid)
+//
+// Order of the calls: open, points, cells, then point_data and cell_data, each
+// followed by its scalars, labels and vectors; close.
+// ---------------------------------------------------------------------------
+#ifndef MPFE_OUT_OUT_VTK_FILE_H
+#define MPFE_OUT_OUT_VTK_FILE_H
+
+#include <cstdio>
+#include <string>
+
+#include "base/types.h"
+
+struct VtkFile {
+  std::FILE* file = nullptr;
+  std::string path;
+  bool ascii = false;          // false: binary, big-endian as the format asks
+};
+
+// vtk_open : header and the time as field data; stops the program with EXIT_RESOURCE when it cannot write
+void vtk_open(VtkFile& f, const std::string& path, const std::string& title, double time, bool ascii);
+void vtk_close(VtkFile& f);
+
+// vtk_points : x [n*dim]; the third coordinate is 0 in two dimensions
+void vtk_points(VtkFile& f, const RealVec& x, int dim);
+
+// vtk_cells : type [conn.size()] cell types of VTK
+void vtk_cells(VtkFile& f, const ListTable& conn, const IntVec& type);
+
+void vtk_point_data(VtkFile& f, int n);
+void vtk_cell_data(VtkFile& f, int n);
+void vtk_scalars(VtkFile& f, const char* name, const RealVec& value);            // [n]
+void vtk_labels(VtkFile& f, const char* name, const IntVec& value);              // [n]
+void vtk_vectors(VtkFile& f, const char* name, const RealVec& value, int dim);   // [n*dim]
+
+#endif

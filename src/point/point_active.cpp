@@ -1,0 +1,362 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "point/point.h"
+
+namespace {
+
+const double snap = 1e-10;     // a place this close to a cell face, in cells, lies on it
+
+// where a place lies in the grid: cell and local place 0 ... 1
+struct Spot {
+  int cell[3] = {0, 0, 0};
+  double xi[3] = {0, 0, 0};
+};
+
+bool locate(const Grid& g, int dim, const double* x, Spot& s)
+{
+  for (int i = 0; i < dim; ++i) {
+    const double t = (x[i] - g.lo[i]) / g.h[i];
+    if (!(t > -snap && t < g.n[i] + snap)) return false;
+    int c     = static_cast<int>(std::floor(t));
+    double xi = t - c;
+    if (xi < snap) xi = 0.0;
+    if (xi > 1.0 - snap) { ++c; xi = 0.0; }
+    if (c < 0) { c = 0; xi = 0.0; }
+    if (c >= g.n[i]) { c = g.n[i] - 1; xi = 1.0; }
+    s.cell[i] = c;
+    s.xi[i]   = xi;
+  }
+  return true;
+}
+
+long node_key(const Grid& g, int dim, int field, const int* at)
+{
+  const long node = at[0] + (g.n[0] + 1L) * (at[1] + (dim == 3 ? (g.n[1] + 1L) * at[2] : 0L));
+  return field * grid_nodes(g, dim) + node;
+}
+
+long cell_key(const Grid& g, int dim, int field, const int* at)
+{
+  const long cell = at[0] + static_cast<long>(g.n[0]) * (at[1] + (dim == 3 ? static_cast<long>(g.n[1]) * at[2] : 0L));
+  return field * grid_cells(g, dim) + cell;
+}
+
+// the multilinear weights of a cell at xi (outside 0 ... 1: extrapolation); zero weights are left out
+template <class Use>
+void each_node(const Grid& g, int dim, int field, const int* cell, const double* xi, Use use)
+{
+  for (int k = 0; k < (1 << dim); ++k) {
+    double N = 1.0;
+    int at[3] = {0, 0, 0};
+    for (int i = 0; i < dim; ++i) {
+      const int up = (k >> i) & 1;
+      N *= up ? xi[i] : 1.0 - xi[i];
+      at[i] = cell[i] + up;
+    }
+    if (N != 0.0) use(node_key(g, dim, field, at), N);
+  }
+}
+
+// touched grid nodes before the extended basis: keys, and lists of corners and bonds on them
+struct Raw {
+  std::vector<long> key;
+  ListTable corner, bond;
+  RealVec corner_w, bond_w;
+  RealVec support;             // max_p S_pv
+};
+
+int find_key(const std::vector<long>& sorted, long key)
+{
+  const auto it = std::lower_bound(sorted.begin(), sorted.end(), key);
+  return it != sorted.end() && *it == key ? static_cast<int>(it - sorted.begin()) : -1;
+}
+
+void sort_unique(std::vector<long>& v)
+{
+  std::sort(v.begin(), v.end());
+  v.erase(std::unique(v.begin(), v.end()), v.end());
+}
+
+// 1. cells and nodes under every corner and bond
+Status touch(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& xc, const RealVec& xb,
+             Raw& raw, ActiveGrid& g, int* worst)
+{
+  const Grid& grid = m.grid;
+  std::vector<long> corner_key, bond_key;
+  Spot s;
+  auto add = [&](const double* x, int field, ListTable& list, RealVec& w, std::vector<long>& keys) {
+    if (!locate(grid, m.dim, x, s)) return false;
+    each_node(grid, m.dim, field, s.cell, s.xi, [&](long key, double N) {
+      keys.push_back(key);
+      w.push_back(N);
+    });
+    list.off.push_back(static_cast<int>(w.size()));
+    return true;
+  };
+  for (int c = 0; c < pts.ncorner; ++c) {
+    if (!add(&xc[c * m.dim], pts.field[c], raw.corner, raw.corner_w, corner_key)) {
+      *worst = c;
+      return OUTSIDE_GRID;
+    }
+    bool inside = true;        // a corner on a cell face leaves open which cell it is in
+    for (int i = 0; i < m.dim; ++i) inside = inside && s.xi[i] > 0.0 && s.xi[i] < 1.0;
+    if (inside) g.cell.push_back(cell_key(grid, m.dim, pts.field[c], s.cell));
+  }
+  for (int b = 0; b < bonds.nbond; ++b) {
+    if (bonds.field[b] < 0) {
+      raw.bond.off.push_back(static_cast<int>(raw.bond_w.size()));
+      continue;
+    }
+    if (!add(&xb[b * m.dim], bonds.field[b], raw.bond, raw.bond_w, bond_key)) {
+      *worst = -1 - b;
+      return OUTSIDE_GRID;
+    }
+  }
+  for (int p = 0; p < pts.npoint; ++p) {
+    double x[3] = {0, 0, 0};
+    for (int k = pts.conn.off[p]; k < pts.conn.off[p + 1]; ++k)
+      for (int i = 0; i < m.dim; ++i) x[i] += pts.w[k] * xc[pts.conn.item[k] * m.dim + i];
+    if (locate(grid, m.dim, x, s)) g.cell.push_back(cell_key(grid, m.dim, pts.field[pts.conn.begin(p)[0]], s.cell));
+  }
+  sort_unique(g.cell);
+  raw.key = corner_key;
+  raw.key.insert(raw.key.end(), bond_key.begin(), bond_key.end());
+  sort_unique(raw.key);
+  for (long k : corner_key) raw.corner.item.push_back(find_key(raw.key, k));
+  for (long k : bond_key) raw.bond.item.push_back(find_key(raw.key, k));
+  return STATUS_OK;
+}
+
+// sums weights by node, in the order of first sight
+struct Gather {
+  IntVec stamp, place;
+  int now = 0;
+  IntVec node;
+  RealVec value;               // [node*stride]
+  int stride = 1;
+  void start(int nnode, int width)
+  {
+    if (static_cast<int>(stamp.size()) < nnode) {
+      stamp.assign(nnode, 0);
+      place.assign(nnode, 0);
+      now = 0;
+    }
+    ++now;
+    stride = width;
+    node.clear();
+    value.clear();
+  }
+  double* at(int n)
+  {
+    if (stamp[n] != now) {
+      stamp[n] = now;
+      place[n] = static_cast<int>(node.size());
+      node.push_back(n);
+      value.resize(value.size() + stride, 0.0);
+    }
+    return &value[static_cast<size_t>(place[n]) * stride];
+  }
+};
+
+// 2. how well each node is supported: max_p S_pv
+void find_support(const Points& pts, Raw& raw)
+{
+  Gather sum;
+  raw.support.assign(raw.key.size(), 0.0);
+  for (int p = 0; p < pts.npoint; ++p) {
+    sum.start(static_cast<int>(raw.key.size()), 1);
+    for (int k = pts.conn.off[p]; k < pts.conn.off[p + 1]; ++k) {
+      const int c = pts.conn.item[k];
+      for (int j = raw.corner.off[c]; j < raw.corner.off[c + 1]; ++j)
+        *sum.at(raw.corner.item[j]) += pts.w[k] * raw.corner_w[j];
+    }
+    for (size_t i = 0; i < sum.node.size(); ++i)
+      raw.support[sum.node[i]] = std::max(raw.support[sum.node[i]], sum.value[i]);
+  }
+}
+
+// what a touched node follows: strong nodes and weights
+struct Extend {
+  ListTable to;
+  RealVec w;
+};
+
+// 3. the nearest cells whose nodes are all strong; ties share
+bool extend_node(const Grid& g, int dim, const std::vector<long>& cells, const std::vector<long>& key,
+                 const std::vector<char>& strong, int weak, Gather& out)
+{
+  const long nn   = grid_nodes(g, dim);
+  const int field = static_cast<int>(key[weak] / nn);
+  long rest = key[weak] % nn;
+  int at[3] = {0, 0, 0};
+  at[0] = static_cast<int>(rest % (g.n[0] + 1));
+  rest /= g.n[0] + 1;
+  at[1] = static_cast<int>(dim == 3 ? rest % (g.n[1] + 1) : rest);
+  if (dim == 3) at[2] = static_cast<int>(rest / (g.n[1] + 1));
+
+  const int reach = 2;         // cells between the node and the cell it may follow
+  double best = 1e30;
+  std::vector<std::array<int, 3>> chosen;
+  for (int k = dim == 3 ? -reach - 1 : 0; k <= (dim == 3 ? reach : 0); ++k)
+    for (int j = -reach - 1; j <= reach; ++j)
+      for (int i = -reach - 1; i <= reach; ++i) {
+        const int c[3] = {at[0] + i, at[1] + j, at[2] + k};
+        bool good = true;
+        for (int d = 0; d < dim; ++d) good = good && c[d] >= 0 && c[d] < g.n[d];
+        if (!good || find_key(cells, cell_key(g, dim, field, c)) < 0) continue;
+        const double dist = (i + 0.5) * (i + 0.5) + (j + 0.5) * (j + 0.5) + (dim == 3 ? (k + 0.5) * (k + 0.5) : 0.0);
+        if (dist > best) continue;
+        const double mid[3] = {0.5, 0.5, 0.5};
+        each_node(g, dim, field, c, mid, [&](long n, double) {
+          const int r = find_key(key, n);
+          good        = good && r >= 0 && strong[r];
+        });
+        if (!good) continue;
+        if (dist < best) chosen.clear();
+        best = dist;
+        chosen.push_back({{c[0], c[1], c[2]}});
+      }
+  out.start(static_cast<int>(key.size()), 1);
+  for (const auto& c : chosen) {
+    double xi[3] = {0, 0, 0};
+    for (int d = 0; d < dim; ++d) xi[d] = at[d] - c[d];
+    each_node(g, dim, field, c.data(), xi,
+              [&](long n, double N) { *out.at(find_key(key, n)) += N / static_cast<double>(chosen.size()); });
+  }
+  return !chosen.empty();
+}
+
+// 4. number the unknown nodes and say what each touched node follows
+void find_extension(const Model& m, const Raw& raw, ActiveGrid& g, Extend& ext)
+{
+  const int n = static_cast<int>(raw.key.size());
+  std::vector<char> strong(n), unknown;
+  for (int r = 0; r < n; ++r) strong[r] = raw.support[r] >= m.grid.weak && raw.support[r] > 0.0;
+  unknown = strong;
+  ListTable follow;            // of weak nodes, in raw numbers
+  RealVec follow_w;
+  Gather out;
+  g.nweak = g.nlone = 0;
+  for (int r = 0; r < n; ++r) {
+    if (!strong[r]) {
+      ++g.nweak;
+      if (extend_node(m.grid, m.dim, g.cell, raw.key, strong, r, out)) {
+        follow.item.insert(follow.item.end(), out.node.begin(), out.node.end());
+        follow_w.insert(follow_w.end(), out.value.begin(), out.value.end());
+      } else {
+        ++g.nlone;
+        unknown[r] = 1;
+      }
+    }
+    follow.off.push_back(static_cast<int>(follow.item.size()));
+  }
+  IntVec number(n, -1);
+  for (int r = 0; r < n; ++r)
+    if (unknown[r]) {
+      number[r] = static_cast<int>(g.key.size());
+      g.key.push_back(raw.key[r]);
+    }
+  g.nnode = static_cast<int>(g.key.size());
+  for (int r = 0; r < n; ++r) {
+    if (unknown[r]) {
+      ext.to.item.push_back(number[r]);
+      ext.w.push_back(1.0);
+    } else {
+      for (int k = follow.off[r]; k < follow.off[r + 1]; ++k) {
+        ext.to.item.push_back(number[follow.item[k]]);
+        ext.w.push_back(follow_w[k]);
+      }
+    }
+    ext.to.off.push_back(static_cast<int>(ext.to.item.size()));
+  }
+}
+
+// lists on touched nodes -> lists on unknown nodes
+void compose(const ListTable& raw, const RealVec& raw_w, const Extend& ext, int nnode, ListTable& out, RealVec& out_w)
+{
+  Gather sum;
+  for (int i = 0; i < raw.size(); ++i) {
+    sum.start(nnode, 1);
+    for (int k = raw.off[i]; k < raw.off[i + 1]; ++k)
+      for (int j = ext.to.off[raw.item[k]]; j < ext.to.off[raw.item[k] + 1]; ++j)
+        *sum.at(ext.to.item[j]) += raw_w[k] * ext.w[j];
+    out.item.insert(out.item.end(), sum.node.begin(), sum.node.end());
+    out_w.insert(out_w.end(), sum.value.begin(), sum.value.end());
+    out.off.push_back(static_cast<int>(out.item.size()));
+  }
+}
+
+// 5. S_pv and dS_pv/dX of every point from its corners                             (3.7)
+void point_lists(const Points& pts, int dim, ActiveGrid& g)
+{
+  Gather sum;
+  for (int p = 0; p < pts.npoint; ++p) {
+    sum.start(g.nnode, 1 + dim);
+    for (int k = pts.conn.off[p]; k < pts.conn.off[p + 1]; ++k) {
+      const int c = pts.conn.item[k];
+      for (int j = g.corner.off[c]; j < g.corner.off[c + 1]; ++j) {
+        double* v = sum.at(g.corner.item[j]);
+        v[0] += pts.w[k] * g.corner_w[j];
+        for (int i = 0; i < dim; ++i) v[1 + i] += pts.G[k * dim + i] * g.corner_w[j];
+      }
+    }
+    for (size_t a = 0; a < sum.node.size(); ++a) {
+      const double* v = &sum.value[a * (1 + dim)];
+      g.point.item.push_back(sum.node[a]);
+      g.S.push_back(v[0]);
+      g.dS.insert(g.dS.end(), v + 1, v + 1 + dim);
+    }
+    g.point.off.push_back(static_cast<int>(g.point.item.size()));
+  }
+}
+
+}  // namespace
+
+long grid_nodes(const Grid& g, int dim)
+{
+  return (g.n[0] + 1L) * (g.n[1] + 1L) * (dim == 3 ? g.n[2] + 1L : 1L);
+}
+
+long grid_cells(const Grid& g, int dim)
+{
+  return static_cast<long>(g.n[0]) * g.n[1] * (dim == 3 ? g.n[2] : 1);
+}
+
+void grid_node_place(const Grid& g, int dim, long key, double x[3])
+{
+  long rest = key % grid_nodes(g, dim);
+  x[2] = 0.0;
+  for (int i = 0; i < dim; ++i) {
+    x[i] = g.lo[i] + g.h[i] * static_cast<double>(rest % (g.n[i] + 1));
+    rest /= g.n[i] + 1;
+  }
+}
+
+void grid_cell_place(const Grid& g, int dim, long key, double x[3])
+{
+  long rest = key % grid_cells(g, dim);
+  x[2] = 0.0;
+  for (int i = 0; i < dim; ++i) {
+    x[i] = g.lo[i] + g.h[i] * static_cast<double>(rest % g.n[i]);
+    rest /= g.n[i];
+  }
+}
+
+Status grid_activate(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& xc, const RealVec& xb,
+                     ActiveGrid& g, int* worst)
+{
+  g = ActiveGrid();
+  Raw raw;
+  Extend ext;
+  const Status status = touch(m, pts, bonds, xc, xb, raw, g, worst);
+  if (status != STATUS_OK) return status;
+  find_support(pts, raw);
+  find_extension(m, raw, g, ext);
+  compose(raw.corner, raw.corner_w, ext, g.nnode, g.corner, g.corner_w);
+  compose(raw.bond, raw.bond_w, ext, g.nnode, g.bond, g.bond_w);
+  point_lists(pts, m.dim, g);
+  g.ncell = static_cast<int>(g.cell.size());
+  return STATUS_OK;
+}

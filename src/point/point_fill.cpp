@@ -1,0 +1,224 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+
+#include "base/log.h"
+#include "point/point.h"
+#include "shape/shape.h"
+
+namespace {
+
+// a corner is named by the mesh nodes it hangs on and their integer weights, so neighbours find the same one
+using CornerKey = std::vector<std::pair<long, int>>;
+
+struct Filler {
+  const Model& m;
+  Points& pts;
+  std::map<std::pair<int, CornerKey>, int> shared;   // (field, key) -> corner
+  int errors = 0;
+};
+
+int add_corner(Filler& f, const double* X, int field)
+{
+  f.pts.Xc.insert(f.pts.Xc.end(), X, X + f.m.dim);
+  f.pts.field.push_back(field);
+  return f.pts.ncorner++;
+}
+
+// one domain with the given corners
+void add_point(Filler& f, int body, Shape shape, const int* corner)
+{
+  const Body& b = f.m.body[body];
+  const int dim = f.m.dim, nen = shape_info[shape].nen;
+  Points& p = f.pts;
+  double X[24], w[8], G[24];
+  for (int c = 0; c < nen; ++c)
+    for (int i = 0; i < dim; ++i) X[c * dim + i] = p.Xc[corner[c] * dim + i];
+  const double V = cpdi_weights(shape, X, w, G);
+  if (!(V > 0.0)) {
+    log_error("body %s: a material point near (%g, %g) has a domain of volume %g: the element it fills is turned "
+              "inside out or degenerate", b.name.c_str(), X[0], X[1], V);
+    ++f.errors;
+    return;
+  }
+  p.shape.push_back(shape);
+  p.conn.item.insert(p.conn.item.end(), corner, corner + nen);
+  p.conn.off.push_back(static_cast<int>(p.conn.item.size()));
+  p.w.insert(p.w.end(), w, w + nen);
+  p.G.insert(p.G.end(), G, G + nen * dim);
+  p.V0.push_back(V * (dim == 2 ? b.thickness : 1.0));
+  p.mass.push_back(p.V0.back() * f.m.material[b.material].density);
+  p.body.push_back(body);
+  p.label.push_back(++p.npoint);
+}
+
+// box of cells x per_cell domains in each direction; with where: only domains whose centre it accepts
+void fill_box(Filler& f, int body)
+{
+  const Body& b = f.m.body[body];
+  int n[3] = {1, 1, 1};
+  double d[3] = {0, 0, 0};
+  for (int i = 0; i < f.m.dim; ++i) {
+    const double length = b.hi[i] - b.lo[i];
+    const int cells     = b.cells[i] > 0 ? b.cells[i] : std::max(1, static_cast<int>(std::lround(length / f.m.grid.h[i])));
+    n[i] = cells * b.per_cell;
+    d[i] = length / n[i];
+  }
+  IntVec number(static_cast<size_t>(n[0] + 1) * (n[1] + 1), -1);
+  auto corner = [&](int i, int j) {
+    int& c = number[static_cast<size_t>(j) * (n[0] + 1) + i];
+    // the far face exactly at hi, so that bodies meet meshes without rounding gaps
+    const double X[3] = {i == n[0] ? b.hi[0] : b.lo[0] + i * d[0], j == n[1] ? b.hi[1] : b.lo[1] + j * d[1], 0.0};
+    if (c < 0) c = add_corner(f, X, b.field);
+    return c;
+  };
+  for (int j = 0; j < n[1]; ++j)
+    for (int i = 0; i < n[0]; ++i) {
+      const double centre[3] = {b.lo[0] + (i + 0.5) * d[0], b.lo[1] + (j + 0.5) * d[1], 0.0};
+      if (b.fill == FILL_REGION && expr_eval(b.where, centre, 0.0) == 0.0) continue;
+      const int c[4] = {corner(i, j), corner(i + 1, j), corner(i + 1, j + 1), corner(i, j + 1)};
+      add_point(f, body, SHAPE_QUAD4, c);
+    }
+}
+
+// corner at integer weights iw (sum m^dim or m) on the nodes of element e
+int shared_corner(Filler& f, int field, int e, const int* iw, int total)
+{
+  const int dim = f.m.dim, nen = f.m.mesh.conn.count(e), *node = f.m.mesh.conn.begin(e);
+  CornerKey key;
+  double X[3] = {0, 0, 0};
+  for (int a = 0; a < nen; ++a) {
+    if (!iw[a]) continue;
+    key.emplace_back(node[a], iw[a]);
+    for (int i = 0; i < dim; ++i) X[i] += f.m.mesh.X[3 * node[a] + i] * iw[a] / total;
+  }
+  std::sort(key.begin(), key.end());
+  auto it = f.shared.find({field, key});
+  if (it != f.shared.end()) return it->second;
+  const int c = add_corner(f, X, field);
+  f.shared.emplace(std::make_pair(field, key), c);
+  return c;
+}
+
+// m x m lattice of a quadrilateral in its local coordinates
+void fill_quad(Filler& f, int body, int e)
+{
+  const Body& b = f.m.body[body];
+  const int m   = b.per_cell;
+  auto corner = [&](int i, int j) {
+    const int iw[4] = {(m - i) * (m - j), i * (m - j), i * j, (m - i) * j};
+    return shared_corner(f, b.field, e, iw, m * m);
+  };
+  for (int j = 0; j < m; ++j)
+    for (int i = 0; i < m; ++i) {
+      const int c[4] = {corner(i, j), corner(i + 1, j), corner(i + 1, j + 1), corner(i, j + 1)};
+      add_point(f, body, SHAPE_QUAD4, c);
+    }
+}
+
+// m^2 triangles of a triangle. Weights are scaled by m as in a quadrilateral, so edges are shared with them.
+void fill_tri(Filler& f, int body, int e)
+{
+  const Body& b = f.m.body[body];
+  const int m   = b.per_cell;
+  auto corner = [&](int i, int j) {
+    const int iw[3] = {(m - i - j) * m, i * m, j * m};
+    return shared_corner(f, b.field, e, iw, m * m);
+  };
+  for (int j = 0; j < m; ++j)
+    for (int i = 0; i + j < m; ++i) {
+      const int up[3] = {corner(i, j), corner(i + 1, j), corner(i, j + 1)};
+      add_point(f, body, SHAPE_TRI3, up);
+      if (i + j + 1 >= m) continue;
+      const int down[3] = {corner(i + 1, j), corner(i + 1, j + 1), corner(i, j + 1)};
+      add_point(f, body, SHAPE_TRI3, down);
+    }
+}
+
+void fill_elset(Filler& f, int body)
+{
+  for (int e : f.m.elset[f.m.body[body].elset].item) {
+    if (elem_table[f.m.mesh.elem_type[e]].shape == SHAPE_TRI3)
+      fill_tri(f, body, e);
+    else
+      fill_quad(f, body, e);
+  }
+}
+
+// faces with one owner
+void find_boundary(Points& p)
+{
+  std::vector<std::pair<std::array<int, 4>, Face>> all;
+  for (int e = 0; e < p.npoint; ++e) {
+    const ShapeInfo& info = shape_info[p.shape[e]];
+    for (int s = 0; s < info.nface; ++s) {
+      std::array<int, 4> key{{-1, -1, -1, -1}};
+      for (int k = 0; k < info.nfnode[s]; ++k) key[k] = p.conn.begin(e)[info.face[s][k]];
+      std::sort(key.begin(), key.end());
+      all.push_back({key, Face{e, s}});
+    }
+  }
+  std::sort(all.begin(), all.end(), [](const auto& a, const auto& b) {
+    return a.first != b.first ? a.first < b.first : a.second.elem < b.second.elem;
+  });
+  p.boundary.clear();
+  for (size_t i = 0; i < all.size();) {
+    size_t j = i + 1;
+    while (j < all.size() && all[j].first == all[i].first) ++j;
+    if (j == i + 1) p.boundary.push_back(all[i].second);
+    i = j;
+  }
+  std::sort(p.boundary.begin(), p.boundary.end(),
+            [](const Face& a, const Face& b) { return a.elem != b.elem ? a.elem < b.elem : a.face < b.face; });
+
+}
+
+// faces of a surface on a body: all corners accepted by its expression
+void find_surface(const Model& m, const Surface& s, const Points& p, std::vector<Face>& out)
+{
+  for (const Face& f : p.boundary) {
+    if (p.body[f.elem] != s.body) continue;
+    const ShapeInfo& info = shape_info[p.shape[f.elem]];
+    bool inside = true;
+    for (int k = 0; k < info.nfnode[f.face] && inside; ++k) {
+      const int c   = p.conn.begin(f.elem)[info.face[f.face][k]];
+      double X[3] = {0, 0, 0};
+      for (int i = 0; i < m.dim; ++i) X[i] = p.Xc[c * m.dim + i];
+      inside = !s.where.code || expr_eval(s.where, X, 0.0) != 0.0;
+    }
+    if (inside) out.push_back(f);
+  }
+}
+
+}  // namespace
+
+int point_fill(const Model& m, Points& pts)
+{
+  pts = Points();
+  Filler f{m, pts, {}, 0};
+  for (size_t b = 0; b < m.body.size(); ++b) {
+    const int before = pts.npoint;
+    if (m.body[b].fill == FILL_ELSET)
+      fill_elset(f, static_cast<int>(b));
+    else
+      fill_box(f, static_cast<int>(b));
+    if (pts.npoint == before) {
+      log_error("body %s (%s line %d) holds no material point: check its box, its WHERE and its element set",
+                m.body[b].name.c_str(), m.body[b].place.file.c_str(), m.body[b].place.line);
+      ++f.errors;
+    }
+  }
+  find_boundary(pts);
+  pts.surface.resize(m.surface.size());
+  for (size_t s = 0; s < m.surface.size(); ++s) {
+    if (m.surface[s].body < 0) continue;
+    find_surface(m, m.surface[s], pts, pts.surface[s]);
+    if (!pts.surface[s].empty()) continue;
+    log_error("surface %s (%s line %d) holds no face of body %s: its WHERE is met by no boundary face at t = 0",
+              m.surface[s].name.c_str(), m.surface[s].place.file.c_str(), m.surface[s].place.line,
+              m.body[m.surface[s].body].name.c_str());
+    ++f.errors;
+  }
+  return f.errors;
+}

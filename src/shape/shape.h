@@ -1,0 +1,38 @@
+// ---------------------------------------------------------------------------
+// shape.h : shape functions, Gauss rules, CPDI2 weights (doc/theory.md 1, 3)
+// ---------------------------------------------------------------------------
+#ifndef MPFE_SHAPE_SHAPE_H
+#define MPFE_SHAPE_SHAPE_H
+
+#include "model/element_table.h"
+
+struct GaussRule {
+  int n;
+  double xi[8][3];
+  double w[8];
+};
+
+// gauss_rule      : full rule of the stiffness (exact for parallelograms)
+// gauss_rule_mass : rule that integrates N_a N_b exactly on parallelograms and straight simplices
+const GaussRule& gauss_rule(Shape s);
+const GaussRule& gauss_rule_mass(Shape s);
+
+// shape_eval : N [nen] and, unless null, dN/dxi [nen*dim] at the local place xi
+//   triangles, tetrahedra: xi >= 0, sum <= 1; quadrilaterals, bricks: -1 ... 1
+void shape_eval(Shape s, const double* xi, double* N, double* dN);
+
+// shape_jacobian : dN/dX [nen*dim] from dN/dxi and the nodal places X [nen*dim]; returns det(dX/dxi)
+double shape_jacobian(Shape s, const double* dN, const double* X, double* dNdX);
+
+// shape_inverse : local place of x inside a cell with nodes X [nen*dim] by Newton; false when it did not
+// converge. Inside-ness is left to the caller (shape_inside).
+bool shape_inverse(Shape s, const double* X, const double* x, double* xi);
+bool shape_inside(Shape s, const double* xi, double tolerance);
+
+// cpdi_weights : domain of a material point with corners X [nen*dim]
+//   out  w [nen]      int M_c dV / V              sum 1
+//        G [nen*dim]  int dM_c/dX dV / V          sum 0, sum_c G_c (x) X_c = I
+//   returns V (area in 2D); V <= 0 means turned inside out. doc/theory.md (3.2) - (3.4)
+double cpdi_weights(Shape s, const double* X, double* w, double* G);
+
+#endif

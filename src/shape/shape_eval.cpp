@@ -1,0 +1,163 @@
+#include <cmath>
+
+#include "shape/shape.h"
+
+namespace {
+
+void tri3(const double* xi, double* N, double* dN)
+{
+  N[0] = 1.0 - xi[0] - xi[1];
+  N[1] = xi[0];
+  N[2] = xi[1];
+  if (!dN) return;
+  const double d[6] = {-1, -1, 1, 0, 0, 1};
+  for (int i = 0; i < 6; ++i) dN[i] = d[i];
+}
+
+void tet4(const double* xi, double* N, double* dN)
+{
+  N[0] = 1.0 - xi[0] - xi[1] - xi[2];
+  for (int i = 0; i < 3; ++i) N[i + 1] = xi[i];
+  if (!dN) return;
+  const double d[12] = {-1, -1, -1, 1, 0, 0, 0, 1, 0, 0, 0, 1};
+  for (int i = 0; i < 12; ++i) dN[i] = d[i];
+}
+
+const double corner_sign[8][3] = {{-1, -1, -1}, {1, -1, -1}, {1, 1, -1}, {-1, 1, -1},
+                                  {-1, -1, 1},  {1, -1, 1},  {1, 1, 1},  {-1, 1, 1}};
+
+void quad4(const double* xi, double* N, double* dN)
+{
+  for (int a = 0; a < 4; ++a) {
+    const double r = 1.0 + corner_sign[a][0] * xi[0], s = 1.0 + corner_sign[a][1] * xi[1];
+    N[a] = 0.25 * r * s;
+    if (!dN) continue;
+    dN[2 * a]     = 0.25 * corner_sign[a][0] * s;
+    dN[2 * a + 1] = 0.25 * corner_sign[a][1] * r;
+  }
+}
+
+void hex8(const double* xi, double* N, double* dN)
+{
+  for (int a = 0; a < 8; ++a) {
+    const double* c = corner_sign[a];
+    const double r = 1.0 + c[0] * xi[0], s = 1.0 + c[1] * xi[1], t = 1.0 + c[2] * xi[2];
+    N[a] = 0.125 * r * s * t;
+    if (!dN) continue;
+    dN[3 * a]     = 0.125 * c[0] * s * t;
+    dN[3 * a + 1] = 0.125 * c[1] * r * t;
+    dN[3 * a + 2] = 0.125 * c[2] * r * s;
+  }
+}
+
+void wedge6(const double* xi, double* N, double* dN)
+{
+  double L[3], dL[6];
+  tri3(xi, L, dL);
+  for (int a = 0; a < 6; ++a) {
+    const double sign = a < 3 ? -1.0 : 1.0, t = 0.5 * (1.0 + sign * xi[2]);
+    N[a] = L[a % 3] * t;
+    if (!dN) continue;
+    dN[3 * a]     = dL[2 * (a % 3)] * t;
+    dN[3 * a + 1] = dL[2 * (a % 3) + 1] * t;
+    dN[3 * a + 2] = 0.5 * sign * L[a % 3];
+  }
+}
+
+double invert(int dim, const double* J, double* inv)
+{
+  if (dim == 2) {
+    const double det = J[0] * J[3] - J[1] * J[2];
+    inv[0] = J[3] / det;
+    inv[1] = -J[1] / det;
+    inv[2] = -J[2] / det;
+    inv[3] = J[0] / det;
+    return det;
+  }
+  const double c0 = J[4] * J[8] - J[5] * J[7], c1 = J[5] * J[6] - J[3] * J[8], c2 = J[3] * J[7] - J[4] * J[6];
+  const double det = J[0] * c0 + J[1] * c1 + J[2] * c2;
+  inv[0] = c0 / det;
+  inv[1] = (J[2] * J[7] - J[1] * J[8]) / det;
+  inv[2] = (J[1] * J[5] - J[2] * J[4]) / det;
+  inv[3] = c1 / det;
+  inv[4] = (J[0] * J[8] - J[2] * J[6]) / det;
+  inv[5] = (J[2] * J[3] - J[0] * J[5]) / det;
+  inv[6] = c2 / det;
+  inv[7] = (J[1] * J[6] - J[0] * J[7]) / det;
+  inv[8] = (J[0] * J[4] - J[1] * J[3]) / det;
+  return det;
+}
+
+}  // namespace
+
+void shape_eval(Shape s, const double* xi, double* N, double* dN)
+{
+  switch (s) {
+    case SHAPE_TRI3: tri3(xi, N, dN); break;
+    case SHAPE_QUAD4: quad4(xi, N, dN); break;
+    case SHAPE_TET4: tet4(xi, N, dN); break;
+    case SHAPE_WEDGE6: wedge6(xi, N, dN); break;
+    case SHAPE_HEX8: hex8(xi, N, dN); break;
+  }
+}
+
+double shape_jacobian(Shape s, const double* dN, const double* X, double* dNdX)
+{
+  const int dim = shape_info[s].dim, nen = shape_info[s].nen;
+  double J[9] = {0}, inv[9];              // J[i*dim+j] = dX_i/dxi_j
+  for (int a = 0; a < nen; ++a)
+    for (int i = 0; i < dim; ++i)
+      for (int j = 0; j < dim; ++j) J[i * dim + j] += X[a * dim + i] * dN[a * dim + j];
+  const double det = invert(dim, J, inv);
+  for (int a = 0; a < nen; ++a)
+    for (int i = 0; i < dim; ++i) {
+      double sum = 0.0;
+      for (int j = 0; j < dim; ++j) sum += dN[a * dim + j] * inv[j * dim + i];
+      dNdX[a * dim + i] = sum;
+    }
+  return det;
+}
+
+bool shape_inverse(Shape s, const double* X, const double* x, double* xi)
+{
+  const int dim = shape_info[s].dim, nen = shape_info[s].nen;
+  double N[8], dN[24];
+  const double start = (s == SHAPE_TRI3 || s == SHAPE_TET4) ? 0.25 : 0.0;
+  for (int i = 0; i < dim; ++i) xi[i] = start;
+  for (int it = 0; it < 25; ++it) {
+    shape_eval(s, xi, N, dN);
+    double J[9] = {0}, inv[9], r[3] = {0, 0, 0};
+    for (int a = 0; a < nen; ++a)
+      for (int i = 0; i < dim; ++i) {
+        r[i] += N[a] * X[a * dim + i];
+        for (int j = 0; j < dim; ++j) J[i * dim + j] += X[a * dim + i] * dN[a * dim + j];
+      }
+    invert(dim, J, inv);
+    double step = 0.0;
+    for (int i = 0; i < dim; ++i) {
+      double d = 0.0;
+      for (int j = 0; j < dim; ++j) d += inv[i * dim + j] * (x[j] - r[j]);
+      xi[i] += d;
+      step = std::fmax(step, std::fabs(d));
+    }
+    if (!(step < 1e6)) return false;
+    if (step < 1e-13) return true;
+  }
+  return false;
+}
+
+bool shape_inside(Shape s, const double* xi, double tolerance)
+{
+  double N[8];
+  shape_eval(s, xi, N, nullptr);
+  const bool simplex = s == SHAPE_TRI3 || s == SHAPE_TET4;
+  if (simplex) {
+    for (int a = 0; a < shape_info[s].nen; ++a)
+      if (N[a] < -tolerance) return false;
+    return true;
+  }
+  if (s == SHAPE_WEDGE6 && (xi[0] < -tolerance || xi[1] < -tolerance || xi[0] + xi[1] > 1.0 + tolerance)) return false;
+  for (int i = s == SHAPE_WEDGE6 ? 2 : 0; i < shape_info[s].dim; ++i)
+    if (std::fabs(xi[i]) > 1.0 + tolerance) return false;
+  return true;
+}

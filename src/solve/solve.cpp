@@ -1,0 +1,148 @@
+#include "solve/solve.h"
+
+#include <cmath>
+#include <cstdarg>
+#include <cstdio>
+
+#include "base/log.h"
+#include "base/timer.h"
+#include "solve/solve_data.h"
+
+namespace {
+
+bool same_pattern(const SolverData& d, const SysMatrix& A)
+{
+  return d.analysed && d.dim == A.dim && d.off == A.off && d.col == A.col;
+}
+
+// a sum is finite only when every part of it is (values near the largest double do not occur)
+bool is_finite(const RealVec& v)
+{
+  double part[8] = {};
+  const size_t whole = v.size() / 8 * 8;
+  for (size_t k = 0; k < whole; k += 8)
+    for (size_t l = 0; l < 8; ++l) part[l] += v[k + l];
+  for (size_t k = whole; k < v.size(); ++k) part[0] += v[k];
+  double sum = 0.0;
+  for (double p : part) sum += p;
+  return std::isfinite(sum);
+}
+
+// adds the wall seconds until the end of its block
+struct Stopwatch {
+  explicit Stopwatch(double& sum) : seconds(sum), begin(timer_wall()) {}
+  ~Stopwatch() { seconds += timer_wall() - begin; }
+  Stopwatch(const Stopwatch&) = delete;
+  Stopwatch& operator=(const Stopwatch&) = delete;
+  double& seconds;
+  double begin;
+};
+
+}  // namespace
+
+Status solve_fail(Solver& s, Status status, const char* format, ...)
+{
+  char text[512];
+  va_list args;
+  va_start(args, format);
+  std::vsnprintf(text, sizeof text, format, args);
+  va_end(args);
+  s.message = text;
+  return status;
+}
+
+bool solve_open(Solver& s, SolverKind kind)
+{
+#ifdef MPFE_MUMPS
+  if (kind == SOLVER_AUTO) kind = SOLVER_MUMPS;
+#else
+  if (kind == SOLVER_AUTO) kind = SOLVER_SKYLINE;
+  if (kind == SOLVER_MUMPS) return false;
+#endif
+  s.kind = kind;
+  s.data = std::make_shared<SolverData>();
+#ifdef MPFE_MUMPS
+  if (kind == SOLVER_MUMPS) mumps_open(s);
+#endif
+  return true;
+}
+
+const char* solve_name(const Solver& s)
+{
+  switch (s.kind) {
+    case SOLVER_SKYLINE: return "SKYLINE";
+    case SOLVER_MUMPS: return "MUMPS";
+    case SOLVER_AUTO: break;
+  }
+  return "AUTO";
+}
+
+Status solve_analyse(Solver& s, const SysMatrix& A)
+{
+  MPFE_CHECK(s.data, "solve_analyse before solve_open");
+  SolverData& d = *s.data;
+  if (same_pattern(d, A)) return STATUS_OK;
+
+  Stopwatch watch(s.seconds_analyse);
+  ++s.nanalyse;
+  d.factored = d.analysed = false;
+  d.dim = A.dim;
+  d.off = A.off;
+  d.col = A.col;
+  Status status = STATUS_OK;
+  if (A.nrow > 0) {
+#ifdef MPFE_MUMPS
+    status = s.kind == SOLVER_MUMPS ? mumps_analyse(s, A) : skyline_analyse(s, A);
+#else
+    status = skyline_analyse(s, A);
+#endif
+  }
+  d.analysed = status == STATUS_OK;
+  return status;
+}
+
+Status solve_factor(Solver& s, const SysMatrix& A)
+{
+  Status status = solve_analyse(s, A);
+  if (status != STATUS_OK) return status;
+
+  Stopwatch watch(s.seconds_factor);
+  ++s.nfactor;
+  SolverData& d = *s.data;
+  d.factored    = false;
+  s.negative    = 0;
+  if (!is_finite(A.val)) return solve_fail(s, BAD_NUMBER, "the matrix holds a value that is not a number");
+  if (A.nrow > 0) {
+#ifdef MPFE_MUMPS
+    status = s.kind == SOLVER_MUMPS ? mumps_factor(s, A) : skyline_factor(s, A);
+#else
+    status = skyline_factor(s, A);
+#endif
+  }
+  d.factored = status == STATUS_OK;
+  return status;
+}
+
+Status solve_back(Solver& s, const RealVec& b, RealVec& x)
+{
+  MPFE_CHECK(s.data && s.data->factored, "solve_back without a factorisation");
+  const SolverData& d = *s.data;
+  MPFE_CHECK(b.size() == (d.off.size() - 1) * d.dim, "solve_back: the right-hand side has another size than the matrix");
+
+  Stopwatch watch(s.seconds_back);
+  ++s.nback;
+  if (&x != &b) x = b;
+  if (x.empty()) return STATUS_OK;
+#ifdef MPFE_MUMPS
+  if (s.kind == SOLVER_MUMPS) return mumps_back(s, x);
+#endif
+  return skyline_back(s, x);
+}
+
+void solve_close(Solver& s)
+{
+#ifdef MPFE_MUMPS
+  if (s.data && s.kind == SOLVER_MUMPS) mumps_close(s);
+#endif
+  s.data.reset();
+}

@@ -1,0 +1,219 @@
+#ifdef MPFE_MUMPS
+
+#include <dmumps_c.h>
+
+#include <algorithm>
+#include <cstring>
+
+#include "base/comm.h"
+#include "base/log.h"
+#include "solve/solve_data.h"
+
+struct MumpsData {
+  DMUMPS_STRUC_C id;
+  IntVec number;                     // [nrow] number of each block row inside MUMPS
+  std::vector<MUMPS_INT> irn, jcn;   // [col.size()*dim*dim] equation numbers from 1, in the order of A.val
+  std::vector<MUMPS_INT> perm;       // [neq] place of each equation (its number inside MUMPS) in the elimination
+  RealVec x;                         // [neq] right-hand side and solution, numbered as inside MUMPS
+};
+
+namespace {
+
+enum Job { JOB_OPEN = -1, JOB_CLOSE = -2, JOB_ANALYSE = 1, JOB_FACTOR = 2, JOB_BACK = 3 };
+
+enum Order { ORDER_GIVEN = 1, ORDER_AMF = 2, ORDER_CHOOSE = 7 };      // ICNTL(7)
+
+const int WORLD         = -987654;   // MPI_COMM_WORLD, as MUMPS wants it
+const int RELAX         = 20;        // percent of workspace above the estimate, at first
+const int RELAX_MOST    = 640;
+const double ZERO_PIVOT = 1e-12;     // relative to the norm of A scaled to unit diagonal
+
+// the numbering of the manual of MUMPS
+MUMPS_INT& icntl(MumpsData& m, int i) { return m.id.icntl[i - 1]; }
+double& cntl(MumpsData& m, int i) { return m.id.cntl[i - 1]; }
+int infog(const MumpsData& m, int i) { return m.id.infog[i - 1]; }
+
+int call(MumpsData& m, Job job)
+{
+  m.id.job = job;
+  dmumps_c(&m.id);
+  return infog(m, 1);
+}
+
+// INFOG(1), INFOG(2) in words with a remedy; status of the failure
+Status explain(Solver& s)
+{
+  const MumpsData& m = *s.data->mumps;
+  const int code = infog(m, 1), detail = infog(m, 2);
+  const char* words = "unexpected; look the code up in the manual of MUMPS";
+  switch (code) {
+    case -2: words = "wrong number of entries"; break;
+    case -4: words = "the order of the equations is no permutation"; break;
+    case -6: return solve_fail(s, SOLVER_SINGULAR, "the matrix is singular by its pattern (rank %d of %d): "
+                               "some equations have no stiffness; look for missing supports", detail, m.id.n);
+    case -10: return solve_fail(s, SOLVER_SINGULAR, "the matrix is singular (zero pivot after %d of %d equations): "
+                                "something can move freely; look for missing supports", detail, m.id.n);
+    case -5: case -7: case -13: case -22: case -23:
+      words = "memory is not enough: use a coarser mesh, more ranks on more machines, or a machine with more memory";
+      break;
+    case -8: case -9: case -11: case -12: case -14: case -15: case -17: case -18: case -20:
+      words = "the workspace stayed too small after several enlargements: the matrix is badly conditioned; "
+              "look at the largest penalties and at nearly free parts";
+      break;
+    case -19: words = "memory is not enough: a limit of memory was set"; break;
+    case -16: words = "wrong number of equations"; break;
+    case -51: case -52: words = "the problem is too large for integers of 32 bits in the ordering: "
+                                "use a MUMPS and METIS with integers of 64 bits"; break;
+    case -90: words = "out of core: writing failed, look for room on the disk"; break;
+    default: break;
+  }
+  return solve_fail(s, SOLVER_FAILED, "MUMPS stopped with INFOG(1) = %d, INFOG(2) = %d: %s", code, detail, words);
+}
+
+bool workspace_too_small(int code) { return code == -8 || code == -9; }
+
+// Equation numbers of all numbers of A.val, so that MUMPS reads A.val itself. The upper half of
+// diagonal blocks gets the number 0: MUMPS leaves entries out of range away (and warns, INFOG(1) = 1).
+void number_entries(MumpsData& m, const SysMatrix& A)
+{
+  const int D = A.dim;
+  m.irn.resize(A.val.size());
+  m.jcn.resize(A.val.size());
+  size_t entry = 0;
+  for (int I = 0; I < A.nrow; ++I)
+    for (int k = A.off[I]; k < A.off[I + 1]; ++k)
+      for (int i = 0; i < D; ++i)
+        for (int j = 0; j < D; ++j, ++entry) {
+          const bool upper = A.col[k] == I && j > i;
+          m.irn[entry]     = upper ? 0 : m.number[I] * D + i + 1;
+          m.jcn[entry]     = upper ? 0 : m.number[A.col[k]] * D + j + 1;
+        }
+}
+
+}  // namespace
+
+// ---------------------------------------------------------------------------
+// mumps_open : an instance of MUMPS on all ranks. MPI must be open, and stay open until mumps_close.
+//
+// What differs from the defaults of MUMPS, with the reason:
+//   ICNTL(6), (12)       no maximal transversal, no compressed ordering: stiffness has a strong diagonal
+//   ICNTL(8) = 1         scaling to unit diagonal, cheaper than the default, and a zero pivot then
+//                        means the same in soft and in stiff parts
+//   ICNTL(10) = 0        no refinement: Newton corrects
+//   ICNTL(13) = 1        no ScaLAPACK at the root: it would hide the number of negative pivots
+//   ICNTL(24), CNTL(3)   zero pivots are looked for, and are an error here. Free bodies of 40 x 30 to
+//                        400 x 160 quadrilaterals have pivots of 3e-14 to 7e-13 by rounding, measured.
+// The pivot threshold CNTL(1) stays at 0.01: smaller ones are no faster.
+// ---------------------------------------------------------------------------
+void mumps_open(Solver& s)
+{
+  s.data->mumps = std::make_shared<MumpsData>();
+  MumpsData& m  = *s.data->mumps;
+  std::memset(&m.id, 0, sizeof m.id);
+  m.id.sym          = 2;      // symmetric, indefinite allowed
+  m.id.par          = 1;      // rank 0 works too
+  m.id.comm_fortran = WORLD;
+  const int code    = call(m, JOB_OPEN);
+  MPFE_CHECK(code == 0, "MUMPS did not open");
+  for (int i = 1; i <= 3; ++i) icntl(m, i) = -1;    // no output
+  icntl(m, 4)  = 0;
+  icntl(m, 6)  = 0;
+  icntl(m, 8)  = 1;
+  icntl(m, 10) = 0;
+  icntl(m, 12) = 1;
+  icntl(m, 13) = 1;
+  icntl(m, 14) = RELAX;
+  icntl(m, 24) = 1;
+  cntl(m, 3)   = ZERO_PIVOT;
+}
+
+// ---------------------------------------------------------------------------
+// mumps_analyse : numbering, order of elimination, symbolic factorisation
+//
+// Inside MUMPS block rows are numbered by reverse Cuthill-McKee: near in space is near in memory, and
+// minimum fill breaks its ties well. Then minimum fill of MUMPS for dim <= 2 (as good a factor as nested
+// dissection in a fifth of the time), nested dissection of METIS in 3D (half the work and less) and with
+// several ranks (a wide tree). All ranks call with the same A; MUMPS reads that of rank 0.
+// ---------------------------------------------------------------------------
+Status mumps_analyse(Solver& s, const SysMatrix& A)
+{
+  MumpsData& m = *s.data->mumps;
+  m.number     = order_rcm(A);
+  number_entries(m, A);
+  icntl(m, 7)  = ORDER_AMF;
+#ifdef MPFE_METIS
+  if (A.dim == 3 || comm_size() > 1) {
+    const IntVec pos = order_metis(A);
+    m.perm.resize(A.neq());
+    for (int I = 0; I < A.nrow; ++I)
+      for (int i = 0; i < A.dim; ++i) m.perm[m.number[I] * A.dim + i] = pos[I] * A.dim + i + 1;
+    m.id.perm_in = m.perm.data();
+    icntl(m, 7)  = ORDER_GIVEN;
+  }
+#else
+  if (A.dim == 3 || comm_size() > 1) icntl(m, 7) = ORDER_CHOOSE;
+#endif
+  m.id.n       = A.neq();
+  m.id.nnz     = static_cast<MUMPS_INT8>(m.irn.size());
+  m.id.irn     = m.irn.data();
+  m.id.jcn     = m.jcn.data();
+  icntl(m, 14) = RELAX;
+  m.x.resize(A.neq());
+  return call(m, JOB_ANALYSE) < 0 ? explain(s) : STATUS_OK;
+}
+
+// ---------------------------------------------------------------------------
+// mumps_factor : L D L^T of today's values
+//
+//   status  SOLVER_SINGULAR: zero pivot; SOLVER_FAILED: see the message
+// ---------------------------------------------------------------------------
+Status mumps_factor(Solver& s, const SysMatrix& A)
+{
+  MumpsData& m = *s.data->mumps;
+  m.id.a       = const_cast<double*>(A.val.data());    // MUMPS only reads it
+  int code     = call(m, JOB_FACTOR);
+  while (workspace_too_small(code) && icntl(m, 14) < RELAX_MOST) {
+    icntl(m, 14) *= 2;
+    code = call(m, JOB_FACTOR);
+  }
+  if (code < 0) return explain(s);
+
+  s.flops     = m.id.rinfog[2];
+  s.memory_mb = infog(m, 19);
+  s.negative  = infog(m, 12);
+  if (infog(m, 28) > 0) {
+    double inside = comm_rank() == 0 ? m.id.pivnul_list[0] - 1 : 0;    // PIVNUL_LIST is on rank 0
+    comm_share(&inside, 1);
+    const int equation = static_cast<int>(inside), row = equation / A.dim, component = equation % A.dim;
+    const long I = std::find(m.number.begin(), m.number.end(), row) - m.number.begin();
+    return solve_fail(s, SOLVER_SINGULAR, "%d zero pivots, the first in equation %ld (block row %ld, component %d): "
+                      "something can move freely; look for missing supports",
+                      infog(m, 28), I * A.dim + component + 1, I + 1, component + 1);
+  }
+  return STATUS_OK;
+}
+
+Status mumps_back(Solver& s, RealVec& x)
+{
+  MumpsData& m = *s.data->mumps;
+  const int D = s.data->dim, nrow = static_cast<int>(m.number.size());
+  for (int I = 0; I < nrow; ++I)
+    for (int i = 0; i < D; ++i) m.x[m.number[I] * D + i] = x[I * D + i];
+  m.id.nrhs = 1;
+  m.id.lrhs = m.id.n;
+  m.id.rhs  = m.x.data();
+  if (call(m, JOB_BACK) < 0) return explain(s);
+  comm_share(m.x.data(), m.id.n);
+  for (int I = 0; I < nrow; ++I)
+    for (int i = 0; i < D; ++i) x[I * D + i] = m.x[m.number[I] * D + i];
+  return STATUS_OK;
+}
+
+void mumps_close(Solver& s)
+{
+  if (!s.data->mumps) return;
+  call(*s.data->mumps, JOB_CLOSE);
+  s.data->mumps.reset();
+}
+
+#endif

@@ -1,0 +1,58 @@
+// ---------------------------------------------------------------------------
+// step.h : Newton, static and dynamic increments, cuts, commit, ledger (doc/theory.md 6)
+// ---------------------------------------------------------------------------
+#ifndef MPFE_STEP_STEP_H
+#define MPFE_STEP_STEP_H
+
+#include "assem/assem.h"
+#include "out/out.h"
+
+// What one attempt of an increment needs to know                                   (6.1)
+//   residual  R = fint + cM M du - g - fext
+struct Attempt {
+  const Step& step;
+  KernelMode mode;
+  double t0, t1, dt;           // times of the step
+  double total0, total1;       // times of the run
+  double t_load, total_load;   // where the loads are taken: t1, or the middle
+  double s_load;               // and on which places followers act: 0 ... 1
+  double cM = 0.0;
+  RealVec g{};                   // [neq] inertia that does not depend on du
+  RealVec momentum{};            // [neq] M v of nodes, sum m S v of points
+  RealVec vgrid{};               // [neq] projected velocity of the grid at t(n), rows of the grid
+  RealVec fint0{}, fext0{};        // [neq] at t(n) on the weights of this step (statics, Newmark)
+  RealVec fint{}, fext{}, R{};       // [neq] at the solution
+  RealVec du{};                  // [neq]
+};
+
+// step_open : state at t = 0: points, bonds, elements, initial velocities. Returns the number of errors.
+int step_open(Problem& p);
+
+// step_prepare : active grid, rows, pattern, mass of the coming step (once for all attempts)
+Status step_prepare(Problem& p, const Step& s);
+
+// step_increment : one attempt from t(n) over dt; st.np1 holds the result. Never touches st.n.
+Status step_increment(Problem& p, const Step& s, double t0, double dt);
+
+// step_newton : solves R(du) = 0 for the attempt
+Status step_newton(Problem& p, Attempt& a);
+
+// step_inertia_begin : momentum, projected velocity, g, cM of a dynamic step
+Status step_inertia_begin(Problem& p, Attempt& a);
+
+// step_finish : velocities, reactions, energies at t(n+1) into st.np1 and st.ledger
+Status step_finish(Problem& p, Attempt& a);
+
+// step_initial_acceleration : a(0) = M^-1 (fext - fint) of the nodes, at the start of a Newmark step
+void step_initial_acceleration(Problem& p, const Step& s);
+
+// ledger_update : energies and momenta of the level
+void ledger_update(Problem& p, const Level& l, bool nlgeom);
+
+// step_run : all steps of the model; returns an exit code
+int step_run(Problem& p, Output& out);
+
+// step_explain : what failed, where, and what to try
+std::string step_explain(const Problem& p, Status status);
+
+#endif

@@ -1,0 +1,218 @@
+#include "base/timer.h"
+#include "step/step.h"
+
+namespace {
+
+// v of the nodes as a vector of the system
+RealVec node_vector(const Problem& p, const RealVec& v)
+{
+  const int dim = p.m.dim;
+  RealVec out(p.sys.neq(), 0.0);
+  for (int r = 0; r < p.sys.nfe; ++r)
+    for (int i = 0; i < dim; ++i) out[r * dim + i] = v[p.sys.node_of_row[r] * dim + i];
+  return out;
+}
+
+// velocity of the grid: M-orthogonal projection of the velocities of the points    (3.13)
+Status project(Problem& p, Attempt& a)
+{
+  Timer timer(PHASE_PROJECT);
+  const System& s = p.sys;
+  a.vgrid.assign(s.neq(), 0.0);
+  for (int i = s.nfe * s.dim; i < s.neq(); ++i) {
+    const double m = s.M[s.A.off[i / s.dim + 1] - 1];
+    a.vgrid[i]     = s.fixed[i] ? s.target[i] / a.dt : m > 0.0 ? a.momentum[i] / m : 0.0;
+  }
+  return mass_solve(s, s.nfe, a.momentum, a.vgrid) < 0 ? SOLVER_FAILED : STATUS_OK;
+}
+
+// internal force at t(n) on the weights of this step: the grid has no acceleration of its own
+Status force_at_start(Problem& p, Attempt& a)
+{
+  const RealVec zero(p.sys.neq(), 0.0);
+  KernelMode mode;
+  mode.finite = a.mode.finite;
+  assem_move(p, zero, a.t0, a.t0);
+  return assem_internal(p, mode, a.fint0);
+}
+
+// M a(n): from the accelerations of the nodes, for the grid from its forces
+RealVec inertia_at_start(const Problem& p, const Attempt& a)
+{
+  RealVec Ma;
+  mass_multiply(p.sys, node_vector(p, p.st.n.a), Ma);
+  for (int i = p.sys.nfe * p.sys.dim; i < p.sys.neq(); ++i) Ma[i] = a.fext0[i] - a.fint0[i];
+  return Ma;
+}
+
+}  // namespace
+
+Status step_inertia_begin(Problem& p, Attempt& a)
+{
+  const Step& s = a.step;
+  const RealVec v = node_vector(p, p.st.n.v);
+  mass_multiply(p.sys, v, a.momentum);
+  point_momentum(p, p.st.n.vp, a.momentum);
+  Status status = STATUS_OK;
+  if (p.grid.nnode) status = project(p, a);
+  if (status != STATUS_OK) return status;
+
+  if (s.scheme == SCHEME_ENERGY_MOMENTUM) {                                       // (6.9)
+    a.cM = 2.0 / (a.dt * a.dt);
+    a.g  = a.momentum;
+    for (double& x : a.g) x *= 2.0 / a.dt;
+  } else {                                                                         // (6.7)
+    if (p.grid.nnode) status = force_at_start(p, a);
+    if (status != STATUS_OK) return status;
+    a.cM = 1.0 / (s.beta * a.dt * a.dt);
+    a.g  = inertia_at_start(p, a);
+    for (int i = 0; i < p.sys.neq(); ++i)
+      a.g[i] = a.momentum[i] / (s.beta * a.dt) + (1.0 - 2.0 * s.beta) / (2.0 * s.beta) * a.g[i];
+  }
+  // predictor: free flight
+  for (int i = 0; i < p.sys.neq(); ++i)
+    a.du[i] = p.sys.fixed[i] ? 0.0 : a.dt * (i < p.sys.nfe * p.sys.dim ? v[i] : a.vgrid[i]);
+  return STATUS_OK;
+}
+
+void step_initial_acceleration(Problem& p, const Step& s)
+{
+  System& sys = p.sys;
+  if (sys.nfe == 0) return;
+  RealVec zero(sys.neq(), 0.0), fint, f, acc(sys.neq(), 0.0);
+  system_constrain(p, s, 0.0, 0.0);
+  KernelMode mode;
+  mode.finite = s.nlgeom;
+  assem_move(p, zero, 0.0, 0.0);
+  if (assem_internal(p, mode, fint) != STATUS_OK) return;
+  assem_loads(p, s, 0.0, p.st.n.time, 0.0, f);
+  for (int i = 0; i < sys.neq(); ++i) f[i] -= fint[i];
+  mass_solve(sys, 0, f, acc);
+  for (int r = 0; r < sys.nfe; ++r)
+    for (int i = 0; i < sys.dim; ++i) p.st.n.a[sys.node_of_row[r] * sys.dim + i] = acc[r * sys.dim + i];
+}
+
+namespace {
+
+void finish_nodes(Problem& p, const Attempt& a)
+{
+  const Step& s = a.step;
+  const int dim = p.m.dim;
+  for (int r = 0; r < p.sys.nfe; ++r)
+    for (int i = 0; i < dim; ++i) {
+      const int dof = r * dim + i, k = p.sys.node_of_row[r] * dim + i;
+      const double v = p.st.n.v[k], acc = p.st.n.a[k], du = a.du[dof];
+      double v1, a1;
+      if (p.sys.fixed[dof]) {                        // prescribed motion: its own rate
+        v1 = p.sys.rate[dof];
+        a1 = (v1 - v) / a.dt;
+      } else if (s.scheme == SCHEME_ENERGY_MOMENTUM) {
+        v1 = 2.0 * du / a.dt - v;
+        a1 = (v1 - v) / a.dt;
+      } else {
+        a1 = (du - a.dt * v) / (s.beta * a.dt * a.dt) - (1.0 - 2.0 * s.beta) / (2.0 * s.beta) * acc;
+        v1 = v + a.dt * ((1.0 - s.gamma) * acc + s.gamma * a1);
+      }
+      p.st.np1.v[k] = v1;
+      p.st.np1.a[k] = a1;
+    }
+}
+
+// v_p += sum_v S_pv dv_v                                                           (3.15)
+Status finish_points(Problem& p, const Attempt& a)
+{
+  const Step& s = a.step;
+  const int dim = p.m.dim, first = p.sys.nfe;
+  RealVec dv(p.sys.neq(), 0.0), acc(p.sys.neq(), 0.0);
+  const bool mid = s.scheme == SCHEME_ENERGY_MOMENTUM;
+  if (!mid && s.gamma != 2.0 * s.beta) {
+    Timer timer(PHASE_PROJECT);
+    RealVec Ma(p.sys.neq(), 0.0);
+    for (int i = first * dim; i < p.sys.neq(); ++i) Ma[i] = a.fext0[i] - a.fint0[i];
+    if (mass_solve(p.sys, first, Ma, acc) < 0) return SOLVER_FAILED;
+  }
+  for (int i = first * dim; i < p.sys.neq(); ++i) {
+    if (p.sys.fixed[i])
+      dv[i] = p.sys.rate[i] - a.vgrid[i];
+    else if (mid)
+      dv[i] = 2.0 * (a.du[i] / a.dt - a.vgrid[i]);
+    else
+      dv[i] = s.gamma / s.beta * (a.du[i] / a.dt - a.vgrid[i]) + a.dt * (1.0 - s.gamma / (2.0 * s.beta)) * acc[i];
+  }
+  const ActiveGrid& g = p.grid;
+  for (int q = 0; q < p.st.points.npoint; ++q)
+    for (int i = 0; i < dim; ++i) {
+      double sum = 0.0;
+      for (int k = g.point.off[q]; k < g.point.off[q + 1]; ++k) sum += g.S[k] * dv[(first + g.point.item[k]) * dim + i];
+      p.st.np1.vp[q * dim + i] = p.st.n.vp[q * dim + i] + sum;
+    }
+  return STATUS_OK;
+}
+
+void finish_reactions(Problem& p, const Attempt& a)
+{
+  const int dim = p.m.dim;
+  State& st = p.st;
+  st.rf.assign(static_cast<size_t>(p.m.mesh.nnode()) * dim, 0.0);
+  st.grid_rf.assign(p.m.grid_bc.size() * dim, 0.0);
+  for (int i = 0; i < p.sys.neq(); ++i) {
+    if (!p.sys.fixed[i]) continue;
+    const int r = i / dim;
+    if (r < p.sys.nfe) st.rf[p.sys.node_of_row[r] * dim + i % dim] = a.R[i];
+    else if (p.sys.grid_bc[i] >= 0) st.grid_rf[p.sys.grid_bc[i] * dim + i % dim] += a.R[i];
+  }
+}
+
+// work of loads and moved supports over the step                                   (6.12)
+double external_work(const Problem& p, const Attempt& a, const RealVec& rf0)
+{
+  const int dim  = p.m.dim;
+  const bool mid = a.mode.mid;
+  double work = 0.0;
+  for (int i = 0; i < p.sys.neq(); ++i) {
+    const double f0 = mid ? a.fext[i] : a.fext0[i];
+    work += 0.5 * (f0 + a.fext[i]) * a.du[i];
+    if (!p.sys.fixed[i] || a.du[i] == 0.0) continue;
+    const int r = i / dim;
+    double r0   = a.R[i];
+    if (a.cM == 0.0) r0 = a.fint0[i] - a.fext0[i];
+    else if (!mid && r < p.sys.nfe) r0 = rf0[p.sys.node_of_row[r] * dim + i % dim];
+    work += 0.5 * (r0 + a.R[i]) * a.du[i];
+  }
+  // grounds that move push through their bonds
+  const Bonds& b = p.st.bonds;
+  double C[9], g0[3], g1[3];
+  for (int k = 0; k < b.nbond; ++k) {
+    if (b.field[k] >= 0) continue;
+    bond_ground_motion(p.m, b, k, a.t0, a.total0, g0);
+    bond_ground_motion(p.m, b, k, a.t1, a.total1, g1);
+    bond_stiffness(b, dim, k, C);
+    for (int i = 0; i < dim; ++i) {
+      double f = p.st.np1.lambda[k * dim + i];
+      for (int j = 0; j < dim; ++j)
+        f += 0.5 * C[i * dim + j] * (p.st.n.slip[k * dim + j] + p.st.np1.slip[k * dim + j]);
+      work -= f * (g1[i] - g0[i]);
+    }
+  }
+  return work;
+}
+
+}  // namespace
+
+Status step_finish(Problem& p, Attempt& a)
+{
+  Timer timer(PHASE_COMMIT);
+  const RealVec rf0 = p.st.rf.empty() ? RealVec(static_cast<size_t>(p.m.mesh.nnode()) * p.m.dim, 0.0) : p.st.rf;
+  p.st.np1.time = a.total1;
+  if (a.cM != 0.0) {
+    finish_nodes(p, a);
+    if (p.st.points.npoint) {
+      const Status status = finish_points(p, a);
+      if (status != STATUS_OK) return status;
+    }
+  }
+  finish_reactions(p, a);
+  p.st.ledger.external += external_work(p, a, rf0);
+  ledger_update(p, p.st.np1, a.step.nlgeom);
+  return STATUS_OK;
+}

@@ -1,0 +1,67 @@
+#include <algorithm>
+#include <cmath>
+
+#include "step/step.h"
+
+namespace {
+
+// X x Y, plane problems have only the component 3
+void add_cross(const double* x, const double* y, double* out)
+{
+  out[0] += x[1] * y[2] - x[2] * y[1];
+  out[1] += x[2] * y[0] - x[0] * y[2];
+  out[2] += x[0] * y[1] - x[1] * y[0];
+}
+
+void add_nodes(const Problem& p, const Level& l, Ledger& g)
+{
+  const int dim = p.m.dim;
+  RealVec v(p.sys.neq(), 0.0), Mv;
+  for (int r = 0; r < p.sys.nfe; ++r)
+    for (int i = 0; i < dim; ++i) v[r * dim + i] = l.v[p.sys.node_of_row[r] * dim + i];
+  mass_multiply(p.sys, v, Mv);
+  for (int r = 0; r < p.sys.nfe; ++r) {
+    const int node = p.sys.node_of_row[r];
+    double x[3] = {0, 0, 0}, q[3] = {0, 0, 0};
+    for (int i = 0; i < dim; ++i) {
+      x[i] = p.m.mesh.X[3 * node + i] + l.u[node * dim + i];
+      q[i] = Mv[r * dim + i];
+      g.kinetic += 0.5 * v[r * dim + i] * q[i];
+      g.momentum[i] += q[i];
+    }
+    add_cross(x, q, g.angular);
+  }
+}
+
+void add_points(const Problem& p, const Level& l, Ledger& g)
+{
+  const int dim     = p.m.dim;
+  const Points& pts = p.st.points;
+  for (int q = 0; q < pts.npoint; ++q) {
+    double x[3] = {0, 0, 0}, mv[3] = {0, 0, 0};
+    for (int k = pts.conn.off[q]; k < pts.conn.off[q + 1]; ++k)
+      for (int i = 0; i < dim; ++i) x[i] += pts.w[k] * l.xc[pts.conn.item[k] * dim + i];
+    for (int i = 0; i < dim; ++i) {
+      const double v = l.vp[q * dim + i];
+      mv[i] = pts.mass[q] * v;
+      g.kinetic += 0.5 * mv[i] * v;
+      g.momentum[i] += mv[i];
+    }
+    add_cross(x, mv, g.angular);
+  }
+}
+
+}  // namespace
+
+void ledger_update(Problem& p, const Level& l, bool nlgeom)
+{
+  Ledger& g = p.st.ledger;
+  g.kinetic = 0.0;
+  for (int i = 0; i < 3; ++i) g.momentum[i] = g.angular[i] = 0.0;
+  if (!p.sys.M.empty()) add_nodes(p, l, g);
+  add_points(p, l, g);
+  g.strain  = elem_energy(p.m, p.el, l.u, nlgeom) + point_energy(p.m, p.st.points, l.xc);
+  g.bond    = bond_energy(p.st.bonds, p.m.dim, l, &g.slip_max, &g.slip_rms);
+  g.balance = g.kinetic + g.strain + g.bond - g.total0 - g.external;
+  g.scale   = std::max({g.scale, g.kinetic + g.strain, std::fabs(g.external)});
+}

@@ -1,0 +1,187 @@
+#include <algorithm>
+#include <cmath>
+
+#include "base/timer.h"
+#include "step/step.h"
+
+namespace {
+
+double norm(const RealVec& v)
+{
+  double sum = 0.0;
+  for (double x : v) sum += x * x;
+  return std::sqrt(sum);
+}
+
+double dot(const RealVec& a, const RealVec& b)
+{
+  double sum = 0.0;
+  for (size_t i = 0; i < a.size(); ++i) sum += a[i] * b[i];
+  return sum;
+}
+
+// residual and the sizes that it is judged by                                       (6.3)
+struct Balance {
+  RealVec R, inertia, Mdu;
+  double free_norm = 0.0;      // of R at free dofs
+  double scale     = 0.0;      // largest of internal, external, inertia force
+  bool finite      = true;
+};
+
+// R(du); moves the state n+1
+Status form_residual(Problem& p, Attempt& a, const RealVec& du, Balance& b)
+{
+  const System& s = p.sys;
+  assem_move(p, du, a.t0, a.t1);
+  const Status status = assem_internal(p, a.mode, a.fint);
+  if (status != STATUS_OK) return status;
+  if (a.fext.empty() || assem_has_followers(a.step))
+    assem_loads(p, a.step, a.t_load, a.total_load, a.s_load, a.fext);
+  b.R.resize(s.neq());
+  b.inertia.assign(s.neq(), 0.0);
+  if (a.cM != 0.0) {
+    mass_multiply(s, du, b.Mdu);
+    for (int i = 0; i < s.neq(); ++i) b.inertia[i] = a.cM * b.Mdu[i] - a.g[i];
+  }
+  double sum = 0.0;
+  for (int i = 0; i < s.neq(); ++i) {
+    b.R[i] = a.fint[i] - a.fext[i] + b.inertia[i];
+    if (!s.fixed[i]) sum += b.R[i] * b.R[i];
+  }
+  b.free_norm = std::sqrt(sum);
+  b.scale     = std::max({norm(a.fint), norm(a.fext), norm(b.inertia)});
+  return std::isfinite(b.free_norm) ? STATUS_OK : BAD_NUMBER;
+}
+
+RealVec diagonal(const System& s)
+{
+  RealVec d(s.neq());
+  for (int r = 0; r < s.nrow; ++r)
+    for (int i = 0; i < s.dim; ++i)
+      d[r * s.dim + i] = s.A.val[(static_cast<size_t>(s.A.off[r + 1] - 1) * s.dim + i) * s.dim + i];
+  return d;
+}
+
+// force that rounding alone makes: the stiffness times 1e-15 of the displacement and of the element size    (6.5)
+double rounding_floor(const System& s, const RealVec& diag, const RealVec& du)
+{
+  double sum = 0.0;
+  for (size_t i = 0; i < diag.size(); ++i) {
+    const double f = diag[i] * (2e-15 * s.h_mean + 1e-14 * std::fabs(du[i]));
+    sum += f * f;
+  }
+  return std::sqrt(sum);
+}
+
+// residual against the force scale, and both in the energy norm of the diagonal    (6.4)
+bool converged(const Problem& p, const Attempt& a, const Balance& b, const RealVec& diag)
+{
+  const System& s  = p.sys;
+  const Controls& c = a.step.ctl;
+  const double floor = rounding_floor(s, diag, a.du);
+  if (b.free_norm <= floor) return true;
+  if (b.free_norm > c.tol_force * b.scale) return false;
+  double res = 0.0, ref = 0.0;
+  for (int i = 0; i < s.neq(); ++i) {
+    if (s.fixed[i] || !(diag[i] > 0.0)) continue;
+    res += b.R[i] * b.R[i] / diag[i];
+    const double f = std::max({std::fabs(a.fint[i]), std::fabs(a.fext[i]), std::fabs(b.inertia[i])});
+    ref += f * f / diag[i];
+  }
+  return res <= c.tol_energy * ref || ref == 0.0;
+}
+
+// largest part of the correction that keeps every det F positive
+Status back_off(Problem& p, Attempt& a, const RealVec& du, const RealVec& dx, RealVec& trial, Balance& b, double& s)
+{
+  Status status = BAD_JACOBIAN;
+  for (int k = 0; k < 6 && status != STATUS_OK; ++k, s *= 0.5) {
+    for (size_t i = 0; i < du.size(); ++i) trial[i] = du[i] + s * dx[i];
+    status = form_residual(p, a, trial, b);
+    if (status == STATUS_OK) return status;
+  }
+  return status;
+}
+
+// line search on dx . R = 0 when the full correction overshoots                    (6.6)
+Status line_search(Problem& p, Attempt& a, const RealVec& du, const RealVec& dx, double g0, RealVec& trial,
+                   Balance& b, double& s)
+{
+  double g1 = dot(dx, b.R), lo = 0.0, glo = g0, hi = s, ghi = g1;
+  for (int k = 0; k < 4 && std::fabs(g1) > 0.8 * std::fabs(g0); ++k) {
+    double next = glo * ghi < 0.0 ? lo - glo * (hi - lo) / (ghi - glo) : 0.5 * (lo + hi);
+    next = std::min(std::max(next, 0.1), 1.0);
+    for (size_t i = 0; i < du.size(); ++i) trial[i] = du[i] + next * dx[i];
+    const Status status = form_residual(p, a, trial, b);
+    if (status != STATUS_OK) return status;
+    s  = next;
+    g1 = dot(dx, b.R);
+    if (g1 * glo > 0.0) { lo = next; glo = g1; } else { hi = next; ghi = g1; }
+  }
+  return STATUS_OK;
+}
+
+}  // namespace
+
+Status step_newton(Problem& p, Attempt& a)
+{
+  System& s = p.sys;
+  Balance b;
+  RealVec f(s.neq()), dx(s.neq()), trial(s.neq()), pending(s.neq());
+  Status status = form_residual(p, a, a.du, b);
+  if (status == BAD_JACOBIAN) {                      // the free flight turns something inside out: start from rest
+    std::fill(a.du.begin(), a.du.end(), 0.0);
+    status = form_residual(p, a, a.du, b);
+  }
+  if (status != STATUS_OK) return status;
+  if (a.cM == 0.0) a.fint0 = a.fint;                 // statics start from du = 0
+  StepLog& log = p.st.log;
+  log.iterations = 0;
+  out_listing_iteration(log.step, log.inc, 0, b.free_norm, b.scale, 0.0, 0.0);
+
+  for (int it = 1; it <= a.step.ctl.max_iter; ++it) {
+    bool moved = true;         // prescribed dofs have reached their target
+    for (int i = 0; i < s.neq(); ++i) {
+      pending[i] = s.fixed[i] ? s.target[i] - a.du[i] : 0.0;
+      moved      = moved && std::fabs(pending[i]) <= 1e-14 * std::fabs(s.target[i]);
+    }
+    // 1. tangent, prescribed dofs                                                  (6.2)
+    assem_tangent(p, a.mode, a.cM);
+    const RealVec diag = diagonal(s);
+    if (it == 1 && moved && converged(p, a, b, diag)) break;
+    for (int i = 0; i < s.neq(); ++i) f[i] = -b.R[i];
+    assem_constrain(s, pending, f);
+    // 2. solve
+    status = solve_analyse(p.solver, s.A);
+    if (status == STATUS_OK) status = solve_factor(p.solver, s.A);
+    if (status == STATUS_OK) status = solve_back(p.solver, f, dx);
+    if (status != STATUS_OK) return status;
+    // 3. correct; smaller when an element turns inside out or the residual overshoots
+    double g0 = 0.0;
+    for (int i = 0; i < s.neq(); ++i)
+      if (!s.fixed[i]) g0 += dx[i] * b.R[i];
+    double part = 1.0;
+    status = back_off(p, a, a.du, dx, trial, b, part);
+    if (status != STATUS_OK) return status;
+    if (a.step.ctl.line_search && part == 1.0 && moved && b.free_norm > a.step.ctl.tol_force * b.scale) {
+      status = line_search(p, a, a.du, dx, g0, trial, b, part);
+      if (status != STATUS_OK) return status;
+    }
+    a.du.swap(trial);
+    log.iterations = it;
+    log.residual   = b.free_norm;
+    log.scale      = b.scale;
+    out_listing_iteration(log.step, log.inc, it, b.free_norm, b.scale, std::fabs(g0), part);
+    // 4. judge
+    moved = true;
+    for (int i = 0; i < s.neq(); ++i)
+      if (s.fixed[i]) moved = moved && std::fabs(s.target[i] - a.du[i]) <= 1e-12 * std::fabs(s.target[i]);
+    if (moved && converged(p, a, b, diag)) {
+      a.R = b.R;
+      return STATUS_OK;
+    }
+  }
+  if (log.iterations > 0) return NOT_CONVERGED;
+  a.R = b.R;                   // nothing to do: the predictor is the solution
+  return STATUS_OK;
+}

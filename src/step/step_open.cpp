@@ -1,0 +1,94 @@
+#include <algorithm>
+
+#include "base/log.h"
+#include "base/timer.h"
+#include "step/step.h"
+
+namespace {
+
+// v_p = sum_c w_c v(X_c): what the points would see of a nodal field
+void start_body(Problem& p, const InitialVelocity& iv)
+{
+  const Points& pts = p.st.points;
+  const int dim     = p.m.dim;
+  for (int q = 0; q < pts.npoint; ++q) {
+    if (pts.body[q] != iv.body) continue;
+    double v = 0.0;
+    for (int k = pts.conn.off[q]; k < pts.conn.off[q + 1]; ++k) {
+      double X[3] = {0, 0, 0};
+      for (int i = 0; i < dim; ++i) X[i] = pts.Xc[pts.conn.item[k] * dim + i];
+      v += pts.w[k] * expr_eval(iv.value, X, 0.0);
+    }
+    p.st.n.vp[q * dim + iv.dof] = v;
+  }
+}
+
+void start_velocities(Problem& p)
+{
+  for (const InitialVelocity& iv : p.m.initial) {
+    if (iv.dof >= p.m.dim) continue;
+    for (int n : iv.node) p.st.n.v[n * p.m.dim + iv.dof] = expr_eval(iv.value, &p.m.mesh.X[3 * n], 0.0);
+    if (iv.body >= 0) start_body(p, iv);
+  }
+}
+
+}  // namespace
+
+int step_open(Problem& p)
+{
+  Timer timer(PHASE_SETUP);
+  const Model& m = p.m;
+  State& st      = p.st;
+  int worst      = -1;
+  if (elem_setup(m, p.el, &worst) != STATUS_OK) {
+    log_error("element %d has det(dX/dxi) <= 0: its nodes are not counter-clockwise, or it is degenerate",
+              m.mesh.elem_label[worst]);
+    return 1;
+  }
+  int errors = point_fill(m, st.points);
+  if (errors) return errors;
+  errors = bond_form(m, st.points, st.bonds);
+  if (errors) return errors;
+  p.point_law = point_laws(m);
+  const size_t nodal = static_cast<size_t>(m.mesh.nnode()) * m.dim;
+  st.n.u.assign(nodal, 0.0);
+  st.n.v = st.n.a = st.rf = st.n.u;
+  st.n.xc = st.points.Xc;
+  st.n.vp.assign(static_cast<size_t>(st.points.npoint) * m.dim, 0.0);
+  st.n.slip.assign(static_cast<size_t>(st.bonds.nbond) * m.dim, 0.0);
+  st.n.lambda = st.n.slip;
+  st.grid_rf.assign(m.grid_bc.size() * m.dim, 0.0);
+  start_velocities(p);
+  st.np1 = st.n;
+  if (!solve_open(p.solver, m.solver.kind)) {
+    log_error("the solver that *SOLVER asks for is not built into this program (see tools/machines)");
+    return 1;
+  }
+  return 0;
+}
+
+Status step_prepare(Problem& p, const Step& s)
+{
+  State& st = p.st;
+  if (st.points.npoint) {
+    RealVec xb;
+    {
+      Timer timer(PHASE_BOND);
+      bond_places(p.m, st.bonds, st.n.u, st.n.xc, xb);
+    }
+    Timer timer(PHASE_GRID);
+    const Status status = grid_activate(p.m, st.points, st.bonds, st.n.xc, xb, p.grid, &p.worst);
+    if (status != STATUS_OK) {
+      p.worst_is_point = true;
+      return status;
+    }
+  } else if (p.grid.bond.size() != st.bonds.nbond) {
+    p.grid.bond.off.assign(st.bonds.nbond + 1, 0);    // bonds to the ground only
+  }
+  system_form(p, s.proc == PROC_DYNAMIC);
+  st.log.grid_nodes = p.grid.nnode;
+  st.log.grid_cells = p.grid.ncell;
+  st.log.weak_nodes = p.grid.nweak;
+  st.log.equations  = p.sys.neq();
+  return STATUS_OK;
+}

@@ -1,0 +1,219 @@
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "base/log.h"
+#include "base/timer.h"
+#include "step/step.h"
+
+namespace {
+
+// S of energy-momentum, or everything at t(n+1)
+KernelMode mode_of(const Step& s)
+{
+  KernelMode mode;
+  mode.finite = s.nlgeom;
+  mode.mid    = s.proc == PROC_DYNAMIC && s.scheme == SCHEME_ENERGY_MOMENTUM;
+  mode.s_new  = mode.mid ? 0.5 + s.dissipation : 1.0;
+  mode.s_old  = mode.mid ? 0.5 - s.dissipation : 0.0;
+  return mode;
+}
+
+// augmented Lagrange: the bond force becomes the multiplier, then equilibrium again (4.6)
+Status augment(Problem& p, Attempt& a)
+{
+  int most = 0;
+  for (const BondDef& d : p.m.bond) most = std::max(most, d.augment);
+  const int dim = p.m.dim;
+  const Bonds& b = p.st.bonds;
+  double C[9];
+  for (int k = 0; k < most; ++k) {
+    for (int q = 0; q < b.nbond; ++q) {
+      if (p.m.bond[b.def[q]].augment <= k) continue;
+      bond_stiffness(b, dim, q, C);
+      for (int i = 0; i < dim; ++i)
+        for (int j = 0; j < dim; ++j)
+          p.st.np1.lambda[q * dim + i] += C[i * dim + j] * p.st.np1.slip[q * dim + j];
+    }
+    const Status status = step_newton(p, a);
+    if (status != STATUS_OK) return status;
+  }
+  return STATUS_OK;
+}
+
+// the clock of a step: nominal increments, cuts, and times that must be hit
+struct Clock {
+  const Step& step;
+  double t = 0.0;              // done
+  double dt;                   // of the next attempt
+  long nominal = 1;            // DIRECT: end of the increment that is under way, in units of dt
+  int easy = 0;                // increments in a row that converged quickly
+  std::vector<double> stops;
+  double dt_max() const
+  {
+    if (step.dt_max > 0.0) return step.dt_max;
+    return step.proc == PROC_DYNAMIC ? step.dt : step.period;
+  }
+  double goal() const { return step.direct ? std::min(step.period, static_cast<double>(nominal) * step.dt) : step.period; }
+  bool done() const { return t >= step.period * (1.0 - 1e-10); }
+  double next() const;
+  void accept(double used, int iterations);
+};
+
+double Clock::next() const
+{
+  double end = goal();
+  for (double s : stops)
+    if (s > t + 1e-9 * step.dt && s < end) end = s;
+  const double left = end - t;
+  // the last piece is not left as a sliver
+  return dt >= left * (1.0 - 1e-9) ? left : dt > 0.5 * left && dt < left ? 0.5 * left : dt;
+}
+
+void Clock::accept(double used, int iterations)
+{
+  t += used;
+  if (std::fabs(t - goal()) < 1e-9 * step.dt) {
+    t = goal();
+    ++nominal;
+    if (step.direct) dt = step.dt;
+  }
+  if (step.direct) return;
+  easy = iterations <= 4 ? easy + 1 : 0;
+  if (easy >= 2) {
+    dt   = std::min(dt_max(), dt * 1.5);
+    easy = 0;
+  } else if (iterations > 8) {
+    dt *= 0.75;
+  }
+}
+
+// times of field checks: automatic increments end on them
+std::vector<double> stops_of(const Model& m, double start, const Step& s)
+{
+  std::vector<double> out;
+  for (const Check& c : m.check)
+    if (c.at == AT_TIME && c.time > start && c.time < start + s.period) out.push_back(c.time - start);
+  std::sort(out.begin(), out.end());
+  return out;
+}
+
+// one step of the deck                                                            (6.1) - (6.6)
+Status run_step(Problem& p, const Step& s, Output& out)
+{
+  State& st = p.st;
+  const double start = st.n.time;
+  Clock clock{s, 0.0, s.dt, 1, 0, stops_of(p.m, start, s)};
+  st.log.inc = 0;
+  while (!clock.done()) {
+    if (++st.log.inc > s.max_inc) {
+      log_error("step %d: INC=%d increments are used up at time %g of %g", st.log.step, s.max_inc, clock.t, s.period);
+      return NOT_CONVERGED;
+    }
+    // 1., 2. grid, rows, pattern, mass
+    Status status = step_prepare(p, s);
+    if (status == STATUS_OK && st.log.inc == 1 && s.proc == PROC_DYNAMIC && s.scheme == SCHEME_NEWMARK)
+      step_initial_acceleration(p, s);
+    // 3., 4. attempts, each half as long as the one before
+    double dt = clock.next();
+    st.log.cuts = 0;
+    while (status == STATUS_OK) {
+      const Ledger before = st.ledger;
+      status = step_increment(p, s, clock.t, dt);
+      if (status == STATUS_OK || status == SOLVER_FAILED) break;
+      st.ledger = before;
+      const double shorter = 0.5 * dt;
+      if (st.log.cuts >= s.ctl.max_cut || shorter < s.dt_min) break;
+      out_listing_cut(st.log.step, st.log.inc, start + clock.t, dt, shorter, status, step_explain(p, status).c_str());
+      ++st.log.cuts;
+      dt = clock.dt = shorter;
+      status = STATUS_OK;
+    }
+    if (status != STATUS_OK) return status;
+    // 6. commit, write
+    st.n = st.np1;
+    clock.accept(dt, st.log.iterations);
+    st.n.time = start + clock.t;
+    ++st.log.inc_total;
+    st.log.dt     = dt;
+    st.log.t_step = clock.t;
+    out_increment(p.m, p.el, st, p.grid, out);
+  }
+  return STATUS_OK;
+}
+
+// energies at the start need the mass of the first step
+void open_ledger(Problem& p)
+{
+  if (step_prepare(p, p.m.step.front()) != STATUS_OK) return;
+  ledger_update(p, p.st.n, p.m.step.front().nlgeom);
+  Ledger& g = p.st.ledger;
+  g.total0  = g.kinetic + g.strain + g.bond;
+  g.balance = 0.0;
+  g.scale   = g.total0;
+}
+
+}  // namespace
+
+Status step_increment(Problem& p, const Step& s, double t0, double dt)
+{
+  State& st = p.st;
+  const double total0 = st.n.time;
+  const bool mid = mode_of(s).mid;
+  Attempt a{s, mode_of(s), t0, t0 + dt, dt, total0, total0 + dt, mid ? t0 + 0.5 * dt : t0 + dt,
+            mid ? total0 + 0.5 * dt : total0 + dt, mid ? 0.5 : 1.0};
+  st.np1 = st.n;
+  system_constrain(p, s, a.t0, a.t1);
+  a.du.assign(p.sys.neq(), 0.0);
+  if (!mid) assem_loads(p, s, a.t0, a.total0, 0.0, a.fext0);
+  Status status = STATUS_OK;
+  if (s.proc == PROC_DYNAMIC) status = step_inertia_begin(p, a);
+  if (status == STATUS_OK) status = step_newton(p, a);
+  if (status == STATUS_OK && st.bonds.nbond) status = augment(p, a);
+  if (status == STATUS_OK) status = step_finish(p, a);
+  return status;
+}
+
+std::string step_explain(const Problem& p, Status status)
+{
+  char text[512];
+  const Model& m = p.m;
+  if (status == SOLVER_SINGULAR || status == SOLVER_FAILED)
+    return p.solver.message.empty() ? "the linear solver failed" : p.solver.message;
+  if (status == OUTSIDE_GRID) {
+    std::snprintf(text, sizeof text, "a corner of a material point (or a bond) left the grid: enlarge *GRID, which reaches "
+                  "from (%g, %g) to (%g, %g)", m.grid.lo[0], m.grid.lo[1], m.grid.lo[0] + m.grid.n[0] * m.grid.h[0],
+                  m.grid.lo[1] + m.grid.n[1] * m.grid.h[1]);
+    return text;
+  }
+  if (status == BAD_JACOBIAN && p.worst >= 0) {
+    std::snprintf(text, sizeof text, "%s %d turned inside out (det F <= 0). St.Venant-Kirchhoff softens below a stretch of "
+                  "0.577: check the load, or take smaller increments", p.worst_is_point ? "material point" : "element",
+                  p.worst_is_point ? p.st.points.label[p.worst] : m.mesh.elem_label[p.worst]);
+    return text;
+  }
+  std::snprintf(text, sizeof text, "residual %.3e against a force scale of %.3e after %d iterations: smaller increments, more "
+                "iterations (*NEWTON, MAX ITER=), or a load beyond what the structure can carry",
+                p.st.log.residual, p.st.log.scale, p.st.log.iterations);
+  return text;
+}
+
+int step_run(Problem& p, Output& out)
+{
+  open_ledger(p);
+  if (out_open(p.m, p.el, p.st, p.grid, out)) return EXIT_DECK;
+  Status status = STATUS_OK;
+  for (size_t k = 0; k < p.m.step.size() && status == STATUS_OK; ++k) {
+    p.st.log.step = static_cast<int>(k) + 1;
+    out_step_begin(p.m, static_cast<int>(k), out);
+    status = run_step(p, p.m.step[k], out);
+    out_step_end(p.m, p.st, out);
+  }
+  if (status != STATUS_OK)
+    log_error("step %d, increment %d, time %.8g: stopped after %d cuts. %s", p.st.log.step, p.st.log.inc, p.st.n.time,
+              p.st.log.cuts, step_explain(p, status).c_str());
+  const int failed = out_close(p.m, p.el, p.st, p.grid, p.solver, status == STATUS_OK, out);
+  if (status == SOLVER_FAILED) return EXIT_RESOURCE;
+  if (status != STATUS_OK) return EXIT_PHYSICS;
+  return failed ? EXIT_CHECK_FAILED : EXIT_GOOD;
+}

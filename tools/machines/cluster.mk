@@ -1,0 +1,31 @@
+# A cluster with modules. Load the modules, then
+#     make MACHINE=cluster
+# The paths below come from variables that modules commonly set; give your own
+# on the command line (make MACHINE=cluster MUMPS=/path) or edit them here.
+
+EIGEN    ?= $(EIGEN_HOME)
+MUMPS    ?= $(MUMPS_HOME)
+METIS    ?= $(METIS_HOME)
+OPENBLAS ?= $(OPENBLAS_HOME)
+GSL      ?= $(GSL_HOME)
+MUPARSER ?= $(MUPARSER_HOME)
+GTEST    ?= $(GTEST_HOME)
+PREFIXES  = $(MUMPS) $(METIS) $(OPENBLAS) $(GSL) $(MUPARSER) $(GTEST)
+
+# -march=native builds for the node you compile on. When the compute nodes
+# differ, name theirs: -march=icelake-server, -march=znver3, ...
+# g++ 12 sees uninitialised values inside its own AVX-512 headers.
+CXX      = mpicxx
+CXXFLAGS = -O3 -march=native -Wno-maybe-uninitialized
+DEFINES  = -DMPFE_MPI -DMPFE_MUMPS -DMPFE_METIS -DOMPI_SKIP_MPICXX -DMPICH_SKIP_MPICXX
+INCLUDE  = $(if $(EIGEN),-isystem $(EIGEN)/include/eigen3) \
+           $(foreach p,$(PREFIXES),-isystem $(p)/include)
+
+# Static MUMPS needs its own libraries named: PORD, ScaLAPACK, Fortran and MPI
+# for Fortran. With Intel MKL write the MKL link line in place of BLAS_LIBS.
+BLAS_LIBS  = -lscalapack -lopenblas
+MUMPS_LIBS = -ldmumps -lmumps_common -lpord
+MPI_LIBS   = -lmpi_mpifh -lgfortran
+LDFLAGS  = $(foreach p,$(PREFIXES),-L$(p)/lib -Wl,-rpath,$(p)/lib)
+LDLIBS   = $(MUMPS_LIBS) -lmetis -lgsl -lmuparser $(BLAS_LIBS) $(MPI_LIBS) -lm
+SUFFIX   =

@@ -1,0 +1,16 @@
+# Debian or Ubuntu with the packages of tools/setup.
+# Headers of others come by -isystem: warnings stay about our code.
+
+CXX      = mpicxx
+# g++ 12 sees uninitialised values inside its own AVX-512 headers
+CXXFLAGS = -O3 -march=native -Wno-maybe-uninitialized
+DEFINES  = -DMPFE_MPI -DMPFE_MUMPS -DMPFE_METIS -DOMPI_SKIP_MPICXX
+INCLUDE  = -isystem /usr/include/eigen3 \
+           $(addprefix -isystem ,$(shell $(CXX) --showme:incdirs 2>/dev/null))
+
+# OpenBLAS first and kept, so that MUMPS finds its BLAS there whatever the
+# alternative libblas.so.3 points to; GSL takes its CBLAS from it too.
+LDLIBS   = -Wl,--no-as-needed -lopenblas -Wl,--as-needed \
+           -ldmumps -lmumps_common -lmetis -lgsl -lmuparser
+LDFLAGS  =
+SUFFIX   =

@@ -1,0 +1,11 @@
+# One process, no MPI, no MUMPS, no METIS: the skyline solver does the work.
+# Needs g++, Eigen, GSL and muParser.
+
+CXX      = g++
+# g++ 12 sees uninitialised values inside its own AVX-512 headers
+CXXFLAGS = -O3 -march=native -Wno-maybe-uninitialized
+DEFINES  =
+INCLUDE  = -isystem /usr/include/eigen3
+LDLIBS   = -lgsl -lgslcblas -lmuparser
+LDFLAGS  =
+SUFFIX   = -serial

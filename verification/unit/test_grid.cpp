@@ -1,0 +1,139 @@
+// Active grid: partition, linear exactness, weak nodes, fill. Cases A1, S1.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "bond/bond.h"
+#include "point/point.h"
+
+namespace {
+
+// a block of points [lo, lo + n h] on a grid from 0 with cells h
+Model block_model(double lo, int cells, int per_cell, double weak)
+{
+  Model m;
+  Material mat;
+  mat.young   = 1.0;
+  mat.density = 2.0;
+  m.material.push_back(mat);
+  m.grid.given = true;
+  m.grid.h     = {{0.5, 0.25, 1.0}};
+  m.grid.n     = {{20, 20, 1}};
+  m.grid.weak  = weak;
+  Body b;
+  b.lo       = {{lo, lo, 0}};
+  b.hi       = {{lo + 0.5 * cells, lo + 0.25 * cells, 0}};
+  b.cells    = {{cells, cells, 0}};
+  b.per_cell = per_cell;
+  b.material = 0;
+  m.body.push_back(b);
+  return m;
+}
+
+struct Active {
+  Points pts;
+  ActiveGrid g;
+  Active(const Model& m)
+  {
+    int worst = -1;
+    EXPECT_EQ(0, point_fill(m, pts));
+    EXPECT_EQ(STATUS_OK, grid_activate(m, pts, Bonds(), pts.Xc, RealVec(), g, &worst));
+  }
+};
+
+}  // namespace
+
+TEST(Fill, BlockSharesCornersAndKeepsMass)
+{
+  const Model m = block_model(0.5, 3, 2, 0.05);
+  Points pts;
+  ASSERT_EQ(0, point_fill(m, pts));
+  EXPECT_EQ(36, pts.npoint);
+  EXPECT_EQ(49, pts.ncorner);
+  EXPECT_EQ(24u, pts.boundary.size());
+  double mass = 0.0;
+  for (double x : pts.mass) mass += x;
+  EXPECT_NEAR(2.0 * 1.5 * 0.75, mass, 1e-14);
+}
+
+TEST(Fill, ElementSetOfQuadAndTriangleSharesTheEdge)
+{
+  Model m = block_model(0.0, 1, 3, 0.05);
+  m.body[0].fill = FILL_ELSET;
+  const double X[5][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}, {2, 0.5}};
+  for (int n = 0; n < 5; ++n) {
+    m.mesh.node_label.push_back(n + 1);
+    m.mesh.X.insert(m.mesh.X.end(), {X[n][0], X[n][1], 0.0});
+  }
+  m.mesh.conn.item = {0, 1, 2, 3, 1, 4, 2};
+  m.mesh.conn.off  = {0, 4, 7};
+  m.mesh.elem_label = {1, 2};
+  m.mesh.elem_type  = {ELEM_CPE4, ELEM_CPE3};
+  m.mesh.elem_section = {-1, -1};
+  m.elset.push_back({"E", {0, 1}, {}});
+  m.body[0].elset = 0;
+  Points pts;
+  ASSERT_EQ(0, point_fill(m, pts));
+  EXPECT_EQ(9 + 9, pts.npoint);
+  EXPECT_EQ(16 + 10 - 4, pts.ncorner);
+  double V = 0.0;
+  for (double v : pts.V0) V += v;
+  EXPECT_NEAR(1.5, V, 1e-14);
+  EXPECT_EQ(9u + 6u, pts.boundary.size());
+}
+
+TEST(Grid, LinearFieldsAreExactWhereverTheBodyLies)
+{
+  for (double shift : {0.0, 1e-17, 1e-12, 1e-9, 1e-4, 0.05, 0.185, 0.25, 0.4999999999})
+    for (double weak : {0.0, 0.05}) {
+      const Model m = block_model(1.0 + shift, 4, 3, weak);
+      const Active a(m);
+      for (int p = 0; p < a.pts.npoint; ++p) {
+        double sum = 0.0, grad[4] = {0}, none[2] = {0};
+        for (int k = a.g.point.off[p]; k < a.g.point.off[p + 1]; ++k) {
+          double x[3];
+          grid_node_place(m.grid, 2, a.g.key[a.g.point.item[k]], x);
+          sum += a.g.S[k];
+          for (int j = 0; j < 2; ++j) {
+            none[j] += a.g.dS[2 * k + j];
+            for (int i = 0; i < 2; ++i) grad[2 * i + j] += x[i] * a.g.dS[2 * k + j];
+          }
+        }
+        EXPECT_NEAR(1.0, sum, 1e-13) << shift;
+        EXPECT_NEAR(1.0, grad[0], 1e-11);
+        EXPECT_NEAR(1.0, grad[3], 1e-11);
+        EXPECT_NEAR(0.0, grad[1], 1e-11);
+        EXPECT_NEAR(0.0, grad[2], 1e-11);
+        EXPECT_NEAR(0.0, none[0], 1e-11);
+      }
+    }
+}
+
+TEST(Grid, AlignedBodyActivatesItsOwnCellsOnly)
+{
+  const Model m = block_model(1.0, 4, 2, 0.05);
+  const Active a(m);
+  EXPECT_EQ(16, a.g.ncell);
+  EXPECT_EQ(25, a.g.nnode);
+  EXPECT_EQ(0, a.g.nweak);
+}
+
+TEST(Grid, BarelyTouchedNodesFollow)
+{
+  const Model m = block_model(1.0 + 1e-4, 4, 2, 0.05);
+  const Active a(m);
+  EXPECT_EQ(11, a.g.nweak);          // the upper row and the right column of the 6 x 6 touched nodes
+  EXPECT_EQ(25, a.g.nnode);
+  EXPECT_EQ(0, a.g.nlone);
+}
+
+TEST(Grid, LeavingTheGridIsReported)
+{
+  const Model m = block_model(9.0, 4, 2, 0.05);
+  Points pts;
+  ActiveGrid g;
+  int worst = -1;
+  point_fill(m, pts);
+  EXPECT_EQ(OUTSIDE_GRID, grid_activate(m, pts, Bonds(), pts.Xc, RealVec(), g, &worst));
+  EXPECT_GE(worst, 0);
+}

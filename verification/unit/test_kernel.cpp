@@ -1,0 +1,300 @@
+// Kernel, elements, CPDI2 weights: against vectors of verification/data, against differences, and against
+// what must hold for any law (patch, rigid motion, symmetry). Cases A1 - A3.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <random>
+#include <sstream>
+
+#include "elem/elem.h"
+#include "point/point.h"
+#include "shape/shape.h"
+
+namespace {
+
+std::vector<std::vector<std::string>> read_csv(const std::string& name)
+{
+  std::ifstream in("verification/data/" + name);
+  EXPECT_TRUE(in.good()) << "run the unit tests from the top folder: " << name;
+  std::vector<std::vector<std::string>> rows;
+  std::string line, word;
+  while (std::getline(in, line)) {
+    if (line.empty() || line[0] == '#') continue;
+    std::istringstream s(line);
+    rows.emplace_back();
+    while (std::getline(s, word, ',')) rows.back().push_back(word);
+  }
+  return rows;
+}
+
+MatLaw law_of(double young, double poisson, Plane plane)
+{
+  Material m;
+  m.young   = young;
+  m.poisson = poisson;
+  return mat_law(m, plane);
+}
+
+struct Sample {                // one element with random displacements
+  RealVec dNdX, w, u0, u1;
+  int nen, dim, ngp;
+};
+
+Sample make_sample(Shape s, unsigned seed, double amplitude)
+{
+  static const double base[5][24] = {
+    {0, 0, 1.1, 0.1, 0.2, 0.9},
+    {0, 0, 1.2, 0.1, 1.0, 1.1, -0.1, 0.8},
+    {0, 0, 0, 1, 0.1, 0, 0.1, 1.1, 0, 0.2, 0.1, 0.9},
+    {0, 0, 0, 1, 0.1, 0, 0.1, 1.1, 0, 0, 0, 1, 1.1, 0, 1.2, 0, 1, 1.1},
+    {0, 0, 0, 1.2, 0.1, 0, 1.0, 1.1, 0.1, -0.1, 0.8, 0, 0, 0.1, 1, 1.1, 0, 1.2, 1, 1, 0.9, 0, 1.1, 1.1}};
+  const ShapeInfo& info = shape_info[s];
+  const GaussRule& rule = gauss_rule(s);
+  Sample e;
+  e.nen = info.nen;
+  e.dim = info.dim;
+  e.ngp = rule.n;
+  double N[8], dN[24], d[24];
+  for (int g = 0; g < rule.n; ++g) {
+    shape_eval(s, rule.xi[g], N, dN);
+    e.w.push_back(rule.w[g] * shape_jacobian(s, dN, base[s], d));
+    e.dNdX.insert(e.dNdX.end(), d, d + e.nen * e.dim);
+  }
+  std::mt19937 gen(seed);
+  std::uniform_real_distribution<double> rnd(-amplitude, amplitude);
+  for (int i = 0; i < e.nen * e.dim; ++i) {
+    e.u0.push_back(rnd(gen));
+    e.u1.push_back(rnd(gen));
+  }
+  return e;
+}
+
+RealVec force_of(Shape s, const Sample& e, const MatLaw& law, const KernelMode& mode, const RealVec& u1)
+{
+  RealVec re(e.nen * e.dim);
+  EXPECT_EQ(STATUS_OK, elem_form(s)(e.dNdX.data(), e.w.data(), law, mode, e.u0.data(), u1.data(), re.data(), nullptr));
+  return re;
+}
+
+// full tangent from the pairs a >= b
+RealVec tangent_of(Shape s, const Sample& e, const MatLaw& law, const KernelMode& mode)
+{
+  const int d = e.dim, n = e.nen * d;
+  RealVec re(n), ke(pair_count(e.nen) * d * d), K(n * n);
+  elem_form(s)(e.dNdX.data(), e.w.data(), law, mode, e.u0.data(), e.u1.data(), re.data(), ke.data());
+  for (int a = 0; a < e.nen; ++a)
+    for (int b = 0; b <= a; ++b)
+      for (int i = 0; i < d; ++i)
+        for (int j = 0; j < d; ++j) {
+          const double k = ke[pair_place(a, b) * d * d + i * d + j];
+          K[(a * d + i) * n + b * d + j] = k;
+          K[(b * d + j) * n + a * d + i] = k;
+        }
+  return K;
+}
+
+double tangent_error(Shape s, const KernelMode& mode, double amplitude)
+{
+  const MatLaw law = law_of(1.0, 0.3, shape_info[s].dim == 3 ? PLANE_NONE : PLANE_STRAIN);
+  const Sample e   = make_sample(s, 7, amplitude);
+  const RealVec K  = tangent_of(s, e, law, mode);
+  const int n      = e.nen * e.dim;
+  const double h   = 1e-5;
+  double worst = 0.0, size = 0.0;
+  for (int j = 0; j < n; ++j) {
+    RealVec up = e.u1, down = e.u1;
+    up[j] += h;
+    down[j] -= h;
+    const RealVec fu = force_of(s, e, law, mode, up), fd = force_of(s, e, law, mode, down);
+    for (int i = 0; i < n; ++i) {
+      worst = std::fmax(worst, std::fabs((fu[i] - fd[i]) / (2 * h) - K[i * n + j]));
+      size  = std::fmax(size, std::fabs(K[i * n + j]));
+    }
+  }
+  return worst / size;
+}
+
+const Shape all_shapes[] = {SHAPE_TRI3, SHAPE_QUAD4, SHAPE_TET4, SHAPE_WEDGE6, SHAPE_HEX8};
+
+}  // namespace
+
+TEST(Cpdi, WeightsAgainstVectors)
+{
+  const auto rows = read_csv("cpdi2_vectors.csv");
+  for (const std::string name : {"quad", "hex"}) {
+    const Shape s = name == "quad" ? SHAPE_QUAD4 : SHAPE_HEX8;
+    const int dim = shape_info[s].dim, nen = shape_info[s].nen;
+    double X[24], w[8], G[24];
+    std::vector<std::vector<double>> want;
+    for (const auto& r : rows) {
+      if (r[0] != name) continue;
+      for (int i = 0; i < dim; ++i) X[want.size() * dim + i] = std::stod(r[2 + i]);
+      want.push_back({std::stod(r[5]), std::stod(r[6]), std::stod(r[7]), std::stod(r[8]), std::stod(r[9])});
+    }
+    ASSERT_EQ(nen, static_cast<int>(want.size()));
+    EXPECT_NEAR(want[0][0], cpdi_weights(s, X, w, G), 1e-12 * want[0][0]);
+    for (int c = 0; c < nen; ++c) {
+      EXPECT_NEAR(want[c][1], w[c], 1e-13);
+      for (int i = 0; i < dim; ++i) EXPECT_NEAR(want[c][2 + i], G[c * dim + i], 1e-13);
+    }
+  }
+}
+
+TEST(Cpdi, PartitionAndLinearExactness)
+{
+  for (Shape s : all_shapes) {
+    const Sample e = make_sample(s, 3, 0.1);
+    double X[24], w[8], G[24], sum = 0.0;
+    for (int i = 0; i < e.nen * e.dim; ++i) X[i] = 0.3 * e.u0[i];
+    static const double sign[8][3] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};
+    static const int corner[5][8] = {{0, 1, 3}, {0, 1, 2, 3}, {0, 1, 3, 4}, {0, 1, 3, 4, 5, 7}, {0, 1, 2, 3, 4, 5, 6, 7}};
+    for (int a = 0; a < e.nen; ++a)
+      for (int i = 0; i < e.dim; ++i) X[a * e.dim + i] += sign[corner[s][a]][i];
+    EXPECT_GT(cpdi_weights(s, X, w, G), 0.0);
+    for (int a = 0; a < e.nen; ++a) sum += w[a];
+    EXPECT_NEAR(1.0, sum, 1e-14);
+    for (int i = 0; i < e.dim; ++i)
+      for (int j = 0; j < e.dim; ++j) {
+        double I = 0.0;
+        for (int a = 0; a < e.nen; ++a) I += X[a * e.dim + i] * G[a * e.dim + j];
+        EXPECT_NEAR(i == j ? 1.0 : 0.0, I, 1e-13);
+      }
+  }
+}
+
+TEST(Kernel, StVenantKirchhoffAgainstVectors)
+{
+  const auto rows  = read_csv("svk_vectors.csv");
+  const MatLaw law = law_of(1.0, 0.2, PLANE_NONE);
+  int seen = 0;
+  for (const auto& r : rows) {
+    if (r[0] == "case") continue;
+    auto number = [&](int k) { return std::stod(r[k]); };
+    IpFields f;
+    for (int k = 0; k < 9; ++k) f.F[k] = number(1 + k);
+    ip_fields_from(law, 3, true, f);
+    EXPECT_NEAR(number(11), f.psi, 1e-13) << r[0];
+    const int order[6] = {0, 1, 2, 5, 3, 4};          // file: xx yy zz yz xz xy; here 11 22 33 12 23 31
+    for (int k = 0; k < 6; ++k) EXPECT_NEAR(number(18 + order[k]), f.sig[k], 1e-13) << r[0] << " " << k;
+    double H[9], E[9], Fb[9], S[9];
+    for (int k = 0; k < 9; ++k) H[k] = f.F[k] - (k % 4 == 0);
+    EXPECT_NEAR(number(10), ip_stress<3>(law, KernelMode(), H, H, Fb, S), 1e-13);
+    ip_strain<3>(true, H, E);
+    const int full[6] = {0, 4, 8, 1, 5, 6};
+    for (int k = 0; k < 6; ++k) EXPECT_NEAR(number(12 + order[k]), S[full[k]], 1e-13) << r[0];
+    ++seen;
+  }
+  EXPECT_EQ(5, seen);
+}
+
+TEST(Kernel, TangentAgainstDifferences)
+{
+  KernelMode finite, linear;
+  linear.finite = false;
+  for (Shape s : all_shapes) {
+    EXPECT_LT(tangent_error(s, finite, 0.2), 1e-7) << s;
+    EXPECT_LT(tangent_error(s, linear, 0.2), 1e-7) << s;
+  }
+}
+
+// The tangent of the energy-momentum scheme is symmetrised: exact when u(n+1) = u(n), and off by the order of the
+// step otherwise.
+TEST(Kernel, EnergyMomentumTangentIsExactAtRest)
+{
+  KernelMode mode;
+  mode.mid   = true;
+  mode.s_new = 0.5;
+  mode.s_old = 0.5;
+  const MatLaw law = law_of(1.0, 0.3, PLANE_STRAIN);
+  Sample e = make_sample(SHAPE_QUAD4, 5, 0.2);
+  e.u0     = e.u1;
+  const RealVec K = tangent_of(SHAPE_QUAD4, e, law, mode);
+  const int n = 8;
+  const double h = 1e-5;
+  for (int j = 0; j < n; ++j) {
+    RealVec up = e.u1, down = e.u1;
+    up[j] += h;
+    down[j] -= h;
+    const RealVec fu = force_of(SHAPE_QUAD4, e, law, mode, up), fd = force_of(SHAPE_QUAD4, e, law, mode, down);
+    for (int i = 0; i < n; ++i) EXPECT_NEAR((fu[i] - fd[i]) / (2 * h), K[i * n + j], 1e-7);
+  }
+}
+
+// f(n+1/2) . (u(n+1) - u(n)) is the change of the strain energy, exactly
+TEST(Kernel, EnergyMomentumWorkIsEnergy)
+{
+  KernelMode mode;
+  mode.mid   = true;
+  mode.s_new = mode.s_old = 0.5;
+  for (Shape s : all_shapes) {
+    const int dim    = shape_info[s].dim;
+    const MatLaw law = law_of(1.0, 0.3, dim == 3 ? PLANE_NONE : PLANE_STRAIN);
+    const Sample e   = make_sample(s, 11, 0.15);
+    const RealVec f  = force_of(s, e, law, mode, e.u1);
+    double work = 0.0, change = 0.0;
+    for (int i = 0; i < e.nen * dim; ++i) work += f[i] * (e.u1[i] - e.u0[i]);
+    for (int g = 0; g < e.ngp; ++g)
+      for (int k = 0; k < 2; ++k) {
+        double H[9], E[9], tr = 0.0, ee = 0.0;
+        const RealVec& u = k ? e.u1 : e.u0;
+        if (dim == 2) {
+          ip_gradient<2, 0>(&e.dNdX[g * e.nen * 2], e.nen, u.data(), H);
+          ip_strain<2>(true, H, E);
+        } else {
+          ip_gradient<3, 0>(&e.dNdX[g * e.nen * 3], e.nen, u.data(), H);
+          ip_strain<3>(true, H, E);
+        }
+        for (int i = 0; i < dim; ++i) tr += E[i * dim + i];
+        for (int i = 0; i < dim * dim; ++i) ee += E[i] * E[i];
+        change += (k ? 1.0 : -1.0) * e.w[g] * (0.5 * law.lam * tr * tr + law.mu * ee);
+      }
+    EXPECT_NEAR(change, work, 1e-14) << s;
+  }
+}
+
+TEST(Element, RigidMotionGivesNoForce)
+{
+  for (Shape s : all_shapes) {
+    const int dim = shape_info[s].dim, nen = shape_info[s].nen;
+    Sample e = make_sample(s, 1, 0.0);
+    double X[24] = {0};
+    // places from the gradients are not at hand: any affine map of the nodes will do, so use the nodes of the sample
+    static const double base[5][24] = {
+      {0, 0, 1.1, 0.1, 0.2, 0.9},
+      {0, 0, 1.2, 0.1, 1.0, 1.1, -0.1, 0.8},
+      {0, 0, 0, 1, 0.1, 0, 0.1, 1.1, 0, 0.2, 0.1, 0.9},
+      {0, 0, 0, 1, 0.1, 0, 0.1, 1.1, 0, 0, 0, 1, 1.1, 0, 1.2, 0, 1, 1.1},
+      {0, 0, 0, 1.2, 0.1, 0, 1.0, 1.1, 0.1, -0.1, 0.8, 0, 0, 0.1, 1, 1.1, 0, 1.2, 1, 1, 0.9, 0, 1.1, 1.1}};
+    for (int i = 0; i < nen * dim; ++i) X[i] = base[s][i];
+    const double c = std::cos(1.1), n = std::sin(1.1);
+    for (int a = 0; a < nen; ++a) {
+      const double *x = X + a * dim;
+      e.u1[a * dim]     = c * x[0] - n * x[1] - x[0] + 3.0;
+      e.u1[a * dim + 1] = n * x[0] + c * x[1] - x[1] - 2.0;
+    }
+    const MatLaw law = law_of(1.0, 0.3, dim == 3 ? PLANE_NONE : PLANE_STRAIN);
+    for (double f : force_of(s, e, law, KernelMode(), e.u1)) EXPECT_NEAR(0.0, f, 1e-14) << s;
+  }
+}
+
+TEST(Element, InsideOutIsReported)
+{
+  Sample e = make_sample(SHAPE_QUAD4, 1, 0.0);
+  for (int a = 0; a < 4; ++a) e.u1[2 * a] = a == 1 || a == 2 ? -2.5 : 0.0;
+  RealVec re(8);
+  EXPECT_EQ(BAD_JACOBIAN, elem_form(SHAPE_QUAD4)(e.dNdX.data(), e.w.data(), law_of(1, 0.3, PLANE_STRAIN), KernelMode(),
+                                                  e.u0.data(), e.u1.data(), re.data(), nullptr));
+}
+
+TEST(Material, PlaneStressHasNoStressAcross)
+{
+  const MatLaw law = law_of(200.0, 0.3, PLANE_STRESS);
+  IpFields f;
+  f.F[0] = 1.01;
+  ip_fields_from(law, 2, true, f);
+  EXPECT_NEAR(0.0, f.sig[2], 1e-12);
+  const double E11 = 0.5 * (1.01 * 1.01 - 1.0);
+  EXPECT_NEAR(-0.3 / 0.7 * E11, f.E[2], 1e-14);                            // S33 = 0, E22 = 0
+  EXPECT_NEAR(0.5 * 200.0 / (1 - 0.09) * E11 * E11, f.psi, 1e-12);
+}

@@ -1,0 +1,346 @@
+// Solvers and orders: src/solve/
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <random>
+
+#include "base/comm.h"
+#include "solve/solve.h"
+
+namespace {
+
+// MUMPS needs MPI from its first call to its last
+class MpiOpen : public ::testing::Environment {
+ public:
+  void SetUp() override { comm_open(nullptr, nullptr); }
+  void TearDown() override { comm_close(); }
+};
+const ::testing::Environment* const mpi_open = ::testing::AddGlobalTestEnvironment(new MpiOpen);
+
+std::vector<SolverKind> solvers_built_in()
+{
+  std::vector<SolverKind> kind{SOLVER_SKYLINE};
+#ifdef MPFE_MUMPS
+  kind.push_back(SOLVER_MUMPS);
+#endif
+  return kind;
+}
+
+// Pattern of the pairs (row, lower column), values zero. Diagonals are added.
+SysMatrix pattern(int dim, int nrow, std::vector<std::pair<int, int>> pair)
+{
+  for (auto& p : pair)
+    if (p.first < p.second) std::swap(p.first, p.second);
+  for (int I = 0; I < nrow; ++I) pair.push_back({I, I});
+  std::sort(pair.begin(), pair.end());
+  pair.erase(std::unique(pair.begin(), pair.end()), pair.end());
+  SysMatrix A;
+  A.dim  = dim;
+  A.nrow = nrow;
+  A.off.assign(nrow + 1, 0);
+  for (const auto& p : pair) {
+    ++A.off[p.first + 1];
+    A.col.push_back(p.second);
+  }
+  std::partial_sum(A.off.begin(), A.off.end(), A.off.begin());
+  A.val.assign(A.col.size() * dim * dim, 0.0);
+  return A;
+}
+
+double& diagonal(SysMatrix& A, int I, int i)
+{
+  return A.val[(static_cast<size_t>(A.off[I + 1]) - 1) * A.dim * A.dim + i * A.dim + i];
+}
+
+// Random blocks; diagonals outweigh their rows. definite: all positive, else of random sign.
+SysMatrix random_matrix(int dim, int nrow, bool definite, unsigned seed)
+{
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> value(-1.0, 1.0);
+  std::vector<std::pair<int, int>> pair;
+  for (int k = 0; k < 3 * nrow; ++k) pair.push_back({static_cast<int>(random() % nrow), static_cast<int>(random() % nrow)});
+  SysMatrix A = pattern(dim, nrow, pair);
+  for (double& v : A.val) v = value(random);
+  for (int I = 0; I < nrow; ++I)
+    for (int i = 0; i < dim; ++i) {
+      for (int j = i + 1; j < dim; ++j) A.val[(static_cast<size_t>(A.off[I + 1]) - 1) * dim * dim + i * dim + j] = 0.0;
+      diagonal(A, I, i) = (definite || value(random) > 0.0 ? 1.0 : -1.0) * (30.0 + value(random));
+    }
+  return A;
+}
+
+// Grid of nx x ny rows, each tied to its right and upper neighbour by unit springs in all directions, numbered at random:
+// free, singular with one zero mode per direction.
+SysMatrix shuffled_grid(int dim, int nx, int ny)
+{
+  IntVec label(nx * ny);
+  std::iota(label.begin(), label.end(), 0);
+  std::shuffle(label.begin(), label.end(), std::mt19937(7));
+  std::vector<std::pair<int, int>> pair;
+  for (int y = 0; y < ny; ++y)
+    for (int x = 0; x < nx; ++x) {
+      if (x + 1 < nx) pair.push_back({label[y * nx + x], label[y * nx + x + 1]});
+      if (y + 1 < ny) pair.push_back({label[y * nx + x], label[(y + 1) * nx + x]});
+    }
+  SysMatrix A = pattern(dim, nx * ny, pair);
+  for (int I = 0; I < A.nrow; ++I)
+    for (int k = A.off[I]; k < A.off[I + 1] - 1; ++k)
+      for (int i = 0; i < dim; ++i) {
+        A.val[static_cast<size_t>(k) * dim * dim + i * dim + i] = -1.0;
+        diagonal(A, I, i) += 1.0;
+        diagonal(A, A.col[k], i) += 1.0;
+      }
+  return A;
+}
+
+Eigen::MatrixXd dense(const SysMatrix& A)
+{
+  Eigen::MatrixXd M = Eigen::MatrixXd::Zero(A.neq(), A.neq());
+  for (int I = 0; I < A.nrow; ++I)
+    for (int k = A.off[I]; k < A.off[I + 1]; ++k)
+      for (int i = 0; i < A.dim; ++i)
+        for (int j = 0; j < A.dim; ++j) {
+          if (A.col[k] == I && j > i) continue;
+          const double v = A.val[static_cast<size_t>(k) * A.dim * A.dim + i * A.dim + j];
+          M(I * A.dim + i, A.col[k] * A.dim + j) = M(A.col[k] * A.dim + j, I * A.dim + i) = v;
+        }
+  return M;
+}
+
+RealVec right_hand_side(const SysMatrix& A)
+{
+  RealVec b(A.neq());
+  for (int k = 0; k < A.neq(); ++k) b[k] = std::sin(1.0 + k);
+  return b;
+}
+
+// largest difference of x to the solution of a dense factorisation, relative to its largest value
+double error_to_dense(const SysMatrix& A, const RealVec& b, const RealVec& x)
+{
+  const Eigen::VectorXd right = Eigen::Map<const Eigen::VectorXd>(b.data(), A.neq());
+  const Eigen::VectorXd exact = dense(A).ldlt().solve(right);
+  return (Eigen::Map<const Eigen::VectorXd>(x.data(), A.neq()) - exact).lpNorm<Eigen::Infinity>() /
+         exact.lpNorm<Eigen::Infinity>();
+}
+
+// sum of the column heights of the block profile in the order pos
+long profile(const SysMatrix& A, const IntVec& pos)
+{
+  IntVec first(pos.size());
+  std::iota(first.begin(), first.end(), 0);
+  for (int I = 0; I < A.nrow; ++I)
+    for (int k = A.off[I]; k < A.off[I + 1]; ++k) {
+      const int low = std::min(pos[I], pos[A.col[k]]), high = std::max(pos[I], pos[A.col[k]]);
+      first[high] = std::min(first[high], low);
+    }
+  long sum = 0;
+  for (int J = 0; J < A.nrow; ++J) sum += J - first[J] + 1;
+  return sum;
+}
+
+bool is_permutation_of_rows(IntVec pos, int nrow)
+{
+  std::sort(pos.begin(), pos.end());
+  IntVec all(nrow);
+  std::iota(all.begin(), all.end(), 0);
+  return pos == all;
+}
+
+}  // namespace
+
+TEST(Solve, MultiplyAgainstDense)
+{
+  for (int dim : {1, 2, 3}) {
+    const SysMatrix A = random_matrix(dim, 25, false, 3);
+    const RealVec x   = right_hand_side(A);
+    RealVec y;
+    sys_multiply(A, x, y);
+    const Eigen::VectorXd exact = dense(A) * Eigen::Map<const Eigen::VectorXd>(x.data(), A.neq());
+    for (int k = 0; k < A.neq(); ++k) EXPECT_NEAR(y[k], exact[k], 1e-13 * 30);
+  }
+}
+
+TEST(Solve, SolversAgainstDense)
+{
+  for (SolverKind kind : solvers_built_in())
+    for (int dim : {1, 2, 3})
+      for (bool definite : {true, false})
+        for (int nrow : {1, 2, 7, 60}) {
+          SCOPED_TRACE(testing::Message() << "kind " << kind << " dim " << dim << " definite " << definite << " nrow " << nrow);
+          const SysMatrix A = random_matrix(dim, nrow, definite, 11u + nrow);
+          const RealVec b   = right_hand_side(A);
+          RealVec x;
+          Solver s;
+          ASSERT_TRUE(solve_open(s, kind));
+          ASSERT_EQ(solve_factor(s, A), STATUS_OK) << s.message;
+          ASSERT_EQ(solve_back(s, b, x), STATUS_OK) << s.message;
+          EXPECT_LT(error_to_dense(A, b, x), 1e-12);
+          EXPECT_EQ(s.negative, (dense(A).ldlt().vectorD().array() < 0.0).count());
+          x = b;
+          ASSERT_EQ(solve_back(s, x, x), STATUS_OK);     // one vector for both
+          EXPECT_LT(error_to_dense(A, b, x), 1e-12);
+          solve_close(s);
+        }
+}
+
+// soft and stiff parts differ by 1e16 and are no singularity
+TEST(Solve, SoftBesideStiff)
+{
+  for (SolverKind kind : solvers_built_in()) {
+    SysMatrix A = pattern(2, 4, {{1, 0}, {3, 2}});
+    for (int k = 0; k < static_cast<int>(A.col.size()); ++k)
+      for (int i = 0; i < 2; ++i) A.val[k * 4 + i * 2 + i] = -1.0;
+    for (int I = 0; I < 4; ++I)
+      for (int i = 0; i < 2; ++i) diagonal(A, I, i) = 2.0;
+    for (int k = A.off[2]; k < A.off[4]; ++k)
+      for (int i = 0; i < 4; ++i) A.val[k * 4 + i] *= 1e-16;
+    Solver s;
+    ASSERT_TRUE(solve_open(s, kind));
+    EXPECT_EQ(solve_factor(s, A), STATUS_OK) << s.message;
+    solve_close(s);
+  }
+}
+
+TEST(Solve, SingularIsTold)
+{
+  for (SolverKind kind : solvers_built_in())
+    for (int dim : {2, 3}) {
+      SCOPED_TRACE(testing::Message() << "kind " << kind << " dim " << dim);
+      SysMatrix A = shuffled_grid(dim, 20, 15);      // free body
+      Solver s;
+      ASSERT_TRUE(solve_open(s, kind));
+      EXPECT_EQ(solve_factor(s, A), SOLVER_SINGULAR);
+      EXPECT_NE(s.message.find("equation"), std::string::npos) << s.message;
+
+      // the same solver works again once the body is held
+      for (int i = 0; i < dim; ++i) diagonal(A, 5, i) += 1.0;
+      ASSERT_EQ(solve_factor(s, A), STATUS_OK) << s.message;
+      const RealVec b = right_hand_side(A);
+      RealVec x;
+      ASSERT_EQ(solve_back(s, b, x), STATUS_OK);
+      EXPECT_LT(error_to_dense(A, b, x), 1e-9);
+      EXPECT_EQ(s.nanalyse, 1);
+      solve_close(s);
+    }
+}
+
+// the message names the equation that nothing holds
+TEST(Solve, SingularNamesTheEquation)
+{
+  for (SolverKind kind : solvers_built_in()) {
+    SysMatrix A = random_matrix(2, 12, true, 5);
+    for (int I = 0; I < A.nrow; ++I)
+      for (int k = A.off[I]; k < A.off[I + 1]; ++k)
+        for (int i = 0; i < 2; ++i)
+          for (int j = 0; j < 2; ++j)
+            if (I * 2 + i == 9 || A.col[k] * 2 + j == 9) A.val[k * 4 + i * 2 + j] = 0.0;
+    Solver s;
+    ASSERT_TRUE(solve_open(s, kind));
+    EXPECT_EQ(solve_factor(s, A), SOLVER_SINGULAR);
+    EXPECT_NE(s.message.find("equation 10 (block row 5, component 2)"), std::string::npos) << s.message;
+    solve_close(s);
+  }
+}
+
+TEST(Solve, NotANumberIsTold)
+{
+  for (SolverKind kind : solvers_built_in()) {
+    SysMatrix A      = random_matrix(2, 12, true, 5);
+    A.val[A.col.size()] = std::nan("");
+    Solver s;
+    ASSERT_TRUE(solve_open(s, kind));
+    EXPECT_EQ(solve_factor(s, A), BAD_NUMBER);
+    solve_close(s);
+  }
+}
+
+TEST(Solve, AnalysisIsReusedWhileThePatternStays)
+{
+  for (SolverKind kind : solvers_built_in()) {
+    SysMatrix A = random_matrix(2, 40, true, 1);
+    Solver s;
+    ASSERT_TRUE(solve_open(s, kind));
+    ASSERT_EQ(solve_analyse(s, A), STATUS_OK);
+    for (int again = 0; again < 3; ++again) {
+      for (double& v : A.val) v *= 1.5;
+      ASSERT_EQ(solve_factor(s, A), STATUS_OK);
+      const RealVec b = right_hand_side(A);
+      RealVec x;
+      ASSERT_EQ(solve_back(s, b, x), STATUS_OK);
+      EXPECT_LT(error_to_dense(A, b, x), 1e-12);
+    }
+    EXPECT_EQ(s.nanalyse, 1);
+    EXPECT_EQ(s.nfactor, 3);
+    A = random_matrix(2, 40, true, 2);               // another pattern
+    ASSERT_EQ(solve_factor(s, A), STATUS_OK);
+    EXPECT_EQ(s.nanalyse, 2);
+    const RealVec b = right_hand_side(A);
+    RealVec x;
+    ASSERT_EQ(solve_back(s, b, x), STATUS_OK);
+    EXPECT_LT(error_to_dense(A, b, x), 1e-12);
+    solve_close(s);
+  }
+}
+
+TEST(Solve, EmptyMatrix)
+{
+  for (SolverKind kind : solvers_built_in()) {
+    SysMatrix A;
+    A.dim = 2;
+    RealVec x;
+    Solver s;
+    ASSERT_TRUE(solve_open(s, kind));
+    EXPECT_EQ(solve_factor(s, A), STATUS_OK);
+    EXPECT_EQ(solve_back(s, RealVec(), x), STATUS_OK);
+    solve_close(s);
+  }
+}
+
+TEST(Solve, AutoAndKindsNotBuiltIn)
+{
+  Solver s;
+  ASSERT_TRUE(solve_open(s, SOLVER_AUTO));
+#ifdef MPFE_MUMPS
+  EXPECT_EQ(s.kind, SOLVER_MUMPS);
+  EXPECT_STREQ(solve_name(s), "MUMPS");
+  solve_close(s);
+#else
+  EXPECT_EQ(s.kind, SOLVER_SKYLINE);
+  EXPECT_STREQ(solve_name(s), "SKYLINE");
+  solve_close(s);
+  EXPECT_FALSE(solve_open(s, SOLVER_MUMPS));
+#endif
+}
+
+TEST(Order, RcmReducesTheProfile)
+{
+  const SysMatrix A = shuffled_grid(2, 40, 10);
+  IntVec same(A.nrow);
+  std::iota(same.begin(), same.end(), 0);
+  const IntVec pos = order_rcm(A);
+  EXPECT_TRUE(is_permutation_of_rows(pos, A.nrow));
+  EXPECT_LT(profile(A, pos), 400 * 11);               // by lines of 10, a height is 11 at most
+  EXPECT_GT(profile(A, same), 10 * profile(A, pos));
+}
+
+TEST(Order, RcmOfSeparateParts)
+{
+  const SysMatrix A = pattern(3, 7, {{2, 0}, {5, 2}, {6, 1}});    // chains 0 2 5 and 1 6, rows 3 and 4 alone
+  const IntVec pos  = order_rcm(A);
+  EXPECT_TRUE(is_permutation_of_rows(pos, A.nrow));
+  EXPECT_EQ(profile(A, pos), 7 + 3);
+}
+
+#ifdef MPFE_METIS
+TEST(Order, MetisIsAPermutationAndRepeats)
+{
+  for (const SysMatrix& A : {shuffled_grid(2, 40, 30), shuffled_grid(3, 2, 1), pattern(2, 5, {}), pattern(3, 1, {})}) {
+    const IntVec pos = order_metis(A);
+    EXPECT_TRUE(is_permutation_of_rows(pos, A.nrow));
+    EXPECT_EQ(pos, order_metis(A));
+  }
+}
+#endif
