@@ -77,7 +77,10 @@ void mass_multiply(const System& sys, const RealVec& x, RealVec& y);
 // conjugate gradients, one run for each direction. Returns the iterations; -1: not converged. doc/theory.md (3.14)
 int mass_solve(const System& sys, int first, const RealVec& f, RealVec& x);
 
-// point_momentum : p [neq] of the grid rows, sum_p m_p S_pv v_p
-void point_momentum(const Problem& p, const RealVec& vp, RealVec& out);
+// point_momentum : adds p_v = sum_cd N_v(x_c) m_cd v_d to the grid rows of out [neq]
+void point_momentum(const Problem& p, const RealVec& vc, RealVec& out);
+
+// assem_scatter_corners : forces on corners fc [ncorner*dim] go to the grid with the weights of the corners
+void assem_scatter_corners(const Problem& p, const RealVec& fc, RealVec& f);
 
 #endif

@@ -75,17 +75,6 @@ Status add_elements(Problem& p, const KernelMode& mode, RealVec& fint)
   return status;
 }
 
-// forces on corners go to the grid with the weights of the corners
-void scatter_corners(const Problem& p, const RealVec& fc, RealVec& f)
-{
-  const int dim = p.m.dim;
-  const ActiveGrid& g = p.grid;
-  for (int c = 0; c < p.st.points.ncorner; ++c)
-    for (int k = g.corner.off[c]; k < g.corner.off[c + 1]; ++k)
-      for (int i = 0; i < dim; ++i)
-        f[(p.sys.nfe + g.corner.item[k]) * dim + i] += g.corner_w[k] * fc[c * dim + i];
-}
-
 // f = lambda + C s, s mixed as the stress                                          (4.2)
 void add_bonds(Problem& p, const KernelMode& mode, RealVec& fint)
 {
@@ -208,6 +197,16 @@ void body_loads(const Problem& p, const Step& step, const Load& l, double t_step
 
 }  // namespace
 
+void assem_scatter_corners(const Problem& p, const RealVec& fc, RealVec& f)
+{
+  const int dim = p.m.dim;
+  const ActiveGrid& g = p.grid;
+  for (int c = 0; c < p.st.points.ncorner; ++c)
+    for (int k = g.corner.off[c]; k < g.corner.off[c + 1]; ++k)
+      for (int i = 0; i < dim; ++i)
+        f[(p.sys.nfe + g.corner.item[k]) * dim + i] += g.corner_w[k] * fc[c * dim + i];
+}
+
 void assem_move(Problem& p, const RealVec& du, double t_step0, double t_step1)
 {
   move_nodes(p, du);
@@ -229,7 +228,7 @@ Status assem_internal(Problem& p, const KernelMode& mode, RealVec& fint)
       p.worst = worst;
       p.worst_is_point = true;
     }
-    scatter_corners(p, fc, fint);
+    assem_scatter_corners(p, fc, fint);
   }
   if (p.st.bonds.nbond) add_bonds(p, mode, fint);
   return status;
@@ -258,5 +257,5 @@ void assem_loads(Problem& p, const Step& step, double t_step, double t_total, do
   fext.assign(p.sys.neq(), 0.0);
   for (int r = 0; r < p.sys.nfe; ++r)
     for (int i = 0; i < dim; ++i) fext[r * dim + i] = fn[p.sys.node_of_row[r] * dim + i];
-  scatter_corners(p, fc, fext);
+  assem_scatter_corners(p, fc, fext);
 }

@@ -101,14 +101,8 @@ int mass_solve(const System& s, int first, const RealVec& f, RealVec& x)
   return most;
 }
 
-void point_momentum(const Problem& p, const RealVec& vp, RealVec& out)
+void point_momentum(const Problem& p, const RealVec& vc, RealVec& out)
 {
-  const int dim = p.m.dim;
-  const ActiveGrid& g = p.grid;
-  for (int q = 0; q < p.st.points.npoint; ++q)
-    for (int k = g.point.off[q]; k < g.point.off[q + 1]; ++k) {
-      const int row  = p.sys.nfe + g.point.item[k];
-      const double m = p.st.points.mass[q] * g.S[k];
-      for (int i = 0; i < dim; ++i) out[row * dim + i] += m * vp[q * dim + i];
-    }
+  const RealVec q = point_corner_momentum(p.st.points, p.m.dim, vc);
+  assem_scatter_corners(p, q, out);
 }

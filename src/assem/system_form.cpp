@@ -159,6 +159,39 @@ void form_maps(Problem& p)
   });
 }
 
+// M_vw = sum_cd m_cd N_v(x_c) N_w(x_d) over the corners of each point                (3.12)
+void add_point_mass(Problem& p)
+{
+  System& s = p.sys;
+  const ActiveGrid& g = p.grid;
+  const Points& pts   = p.st.points;
+  RealVec N, mN;               // [nen][n]: weights of the corners on the nodes of the point, m_c times them
+  const double* mc = pts.mc.data();
+  for (int q = 0; q < pts.npoint; ++q) {
+    const int n = g.point.count(q), nen = pts.conn.count(q), *list = g.point.begin(q);
+    N.assign(static_cast<size_t>(nen) * n, 0.0);
+    mN.assign(static_cast<size_t>(nen) * n, 0.0);
+    for (int c = 0; c < nen; ++c) {
+      const int corner = pts.conn.begin(q)[c];
+      for (int k = g.corner.off[corner]; k < g.corner.off[corner + 1]; ++k)
+        N[c * n + (std::find(list, list + n, g.corner.item[k]) - list)] = g.corner_w[k];
+    }
+    for (int c = 0; c < nen; ++c)
+      for (int d = 0; d < nen; ++d) {
+        const double m = mc[c >= d ? pair_place(c, d) : pair_place(d, c)];
+        for (int a = 0; a < n; ++a) mN[c * n + a] += m * N[d * n + a];
+      }
+    mc += pair_count(nen);
+    size_t k = s.point_map_off[q];
+    for (int a = 0; a < n; ++a)
+      for (int b = 0; b <= a; ++b) {
+        double sum = 0.0;
+        for (int c = 0; c < nen; ++c) sum += N[c * n + a] * mN[c * n + b];
+        s.M[s.point_map[k++] / 2] += sum;
+      }
+  }
+}
+
 void form_mass(Problem& p)
 {
   System& s = p.sys;
@@ -172,13 +205,7 @@ void form_mass(Problem& p)
       for (int k = 0; k < pairs; ++k) s.M[s.elem_map[at++] / 2] += me[k];
     }
   }
-  const ActiveGrid& g = p.grid;
-  for (int q = 0; q < p.st.points.npoint; ++q) {
-    const double* S = &g.S[g.point.off[q]];
-    size_t k = s.point_map_off[q];
-    for (int a = 0; a < g.point.count(q); ++a)
-      for (int b = 0; b <= a; ++b) s.M[s.point_map[k++] / 2] += p.st.points.mass[q] * S[a] * S[b];
-  }
+  add_point_mass(p);
 }
 
 void mean_size(Problem& p)

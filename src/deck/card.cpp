@@ -33,6 +33,7 @@ double harmless(const Limit& l)
 double real_of(Card& c, const Field& f, const char* what, const Limit& limit)
 {
   double v = 0.0;
+  if (f.bad) return harmless(limit);
   if (!parse_real(f.text, v) || f.quoted) {
     card_error(c, f, std::string(what) + " must be a number, not " + (f.quoted ? "a function in quotes" : text_show(f.text)) +
                " (an expression of parameters stands in < >)");
@@ -46,6 +47,7 @@ double real_of(Card& c, const Field& f, const char* what, const Limit& limit)
 int int_of(Card& c, const Field& f, const char* what, int lo, int hi)
 {
   long long v = 0;
+  if (f.bad) return lo;
   const char* first = f.text.data() + (!f.text.empty() && f.text[0] == '+' ? 1 : 0);
   const char* last = f.text.data() + f.text.size();
   const auto r = std::from_chars(first, last, v);

@@ -107,7 +107,7 @@ std::string text_squeeze(const std::string& word)
 std::string text_nearest(const std::string& word, const std::vector<std::string>& valid)
 {
   if (word.empty() || word.size() > 80) return "";
-  int best = 1 + static_cast<int>(word.size()) / 3;
+  int best = std::min(static_cast<int>(word.size()) - 1, 1 + static_cast<int>(word.size()) / 3);   // more changes are another word
   std::string nearest;
   for (const std::string& v : valid) {
     if (v.size() > 80) continue;

@@ -62,10 +62,11 @@ void scan_number(Scan& s, Field& f)
     deck_error(s.deck, field_at(s, open, 1), "< begins an expression of parameters; the closing > is missing in this line");
     s.pos = s.raw.size();
     f.text += "0";
+    f.bad = true;
     return;
   }
   double v = 0.0;
-  deck_scalar(s.deck, field_at(s, open, close + 1 - open), 1, s.raw.substr(open + 1, close - open - 1), v);
+  if (!deck_scalar(s.deck, field_at(s, open, close + 1 - open), 1, s.raw.substr(open + 1, close - open - 1), v)) f.bad = true;
   f.text += printed(v);
   s.pos = close + 1;
 }

@@ -19,6 +19,7 @@ struct Field {                 // a word of the deck and where it stands
   int column = 0, length = 0;  // in the original line, 0-based
   int number = 0;              // 1-based field of a data line; 0: another kind of word
   bool quoted = false;
+  bool bad = false;            // an <expression> in it was wrong, which is reported already
   bool empty() const { return text.empty() && !quoted; }
 };
 

@@ -63,17 +63,9 @@ Status elem_setup(const Model& m, Elements& el, int* worst)
 void elem_mass(const Model& m, const ElemBlock& b, int slot, double* me)
 {
   const ShapeInfo& info = shape_info[b.shape];
-  const GaussRule& rule = gauss_rule_mass(b.shape);
   const int* node       = m.mesh.conn.begin(b.elem[slot]);
-  double X[24], N[8], dN[24], dNdX[24];
+  double X[24];
   for (int a = 0; a < info.nen; ++a)
     for (int i = 0; i < info.dim; ++i) X[a * info.dim + i] = m.mesh.X[3 * node[a] + i];
-  for (int k = 0; k < pair_count(info.nen); ++k) me[k] = 0.0;
-  for (int g = 0; g < rule.n; ++g) {
-    shape_eval(b.shape, rule.xi[g], N, dN);
-    const double dm = b.density * (info.dim == 2 ? b.thickness : 1.0) * rule.w[g] *
-                      shape_jacobian(b.shape, dN, X, dNdX);
-    for (int a = 0; a < info.nen; ++a)
-      for (int c = 0; c <= a; ++c) me[pair_place(a, c)] += dm * N[a] * N[c];
-  }
+  shape_mass(b.shape, X, b.density * (info.dim == 2 ? b.thickness : 1.0), me);
 }

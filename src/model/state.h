@@ -14,6 +14,7 @@ struct Points {
   ListTable conn;              // [npoint] corners of a domain
   RealVec w;                   // [conn.item] weights w_c, sum 1 over a domain
   RealVec G;                   // [conn.item*dim] gradients G_c, sum 0                1/length
+  RealVec mc;                  // consistent mass of a domain on its corners, pairs a >= b, point after point
   RealVec V0;                  // [npoint] volume (area x thickness) at t = 0         length^3
   RealVec mass;                // [npoint]
   IntVec body;                 // [npoint] index into Model::body
@@ -40,7 +41,8 @@ struct Level {                 // one time level
   double time = 0.0;           // total time
   RealVec u, v, a;             // [nnode*dim] finite-element nodes
   RealVec xc;                  // [ncorner*dim] corners, where they are now           length
-  RealVec vp;                  // [npoint*dim] velocity of points
+  RealVec vc;                  // [ncorner*dim] velocity of corners
+  RealVec vp;                  // [npoint*dim] velocity of points, sum_c w_c v_c: for output
   RealVec slip;                // [nbond*dim] side A minus side B                     length
   RealVec lambda;              // [nbond*dim] multiplier of the augmented Lagrange    force
 };

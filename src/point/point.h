@@ -51,6 +51,12 @@ Status point_corner_force(const Model& m, const Points& pts, const std::vector<M
 void point_tangent(const Model& m, const Points& pts, const std::vector<MatLaw>& law, const KernelMode& mode,
                    const RealVec& xc0, const RealVec& xc1, const ActiveGrid& g, int p, double* f, double* ke);
 
+// point_corner_momentum : q_c = sum_d m_cd v_d over all domains          [ncorner*dim]
+RealVec point_corner_momentum(const Points& pts, int dim, const RealVec& vc);
+
+// point_velocities : v_p = sum_c w_c v_c
+void point_velocities(const Points& pts, int dim, const RealVec& vc, RealVec& vp);
+
 // point_laws : constitutive law of each body
 std::vector<MatLaw> point_laws(const Model& m);
 

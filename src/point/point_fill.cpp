@@ -32,7 +32,7 @@ void add_point(Filler& f, int body, Shape shape, const int* corner)
   const Body& b = f.m.body[body];
   const int dim = f.m.dim, nen = shape_info[shape].nen;
   Points& p = f.pts;
-  double X[24], w[8], G[24];
+  double X[24], w[36], G[24];
   for (int c = 0; c < nen; ++c)
     for (int i = 0; i < dim; ++i) X[c * dim + i] = p.Xc[corner[c] * dim + i];
   const double V = cpdi_weights(shape, X, w, G);
@@ -49,6 +49,8 @@ void add_point(Filler& f, int body, Shape shape, const int* corner)
   p.G.insert(p.G.end(), G, G + nen * dim);
   p.V0.push_back(V * (dim == 2 ? b.thickness : 1.0));
   p.mass.push_back(p.V0.back() * f.m.material[b.material].density);
+  shape_mass(shape, X, p.mass.back() / V, w);
+  p.mc.insert(p.mc.end(), w, w + pair_count(nen));
   p.body.push_back(body);
   p.label.push_back(++p.npoint);
 }

@@ -29,6 +29,9 @@ double shape_jacobian(Shape s, const double* dN, const double* X, double* dNdX);
 bool shape_inverse(Shape s, const double* X, const double* x, double* xi);
 bool shape_inside(Shape s, const double* xi, double tolerance);
 
+// shape_mass : m [pairs a >= b] = density int N_a N_b dV of a cell with nodes X [nen*dim]
+void shape_mass(Shape s, const double* X, double density, double* m);
+
 // cpdi_weights : domain of a material point with corners X [nen*dim]
 //   out  w [nen]      int M_c dV / V              sum 1
 //        G [nen*dim]  int dM_c/dX dV / V          sum 0, sum_c G_c (x) X_c = I

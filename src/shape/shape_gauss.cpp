@@ -70,3 +70,17 @@ const GaussRule& gauss_rule_mass(Shape s)
   if (s == SHAPE_TET4) return tet;
   return gauss_rule(s);
 }
+
+void shape_mass(Shape s, const double* X, double density, double* m)
+{
+  const int nen = shape_info[s].nen;
+  const GaussRule& rule = gauss_rule_mass(s);
+  double N[8], dN[24], dNdX[24];
+  for (int k = 0; k < nen * (nen + 1) / 2; ++k) m[k] = 0.0;
+  for (int g = 0; g < rule.n; ++g) {
+    shape_eval(s, rule.xi[g], N, dN);
+    const double dm = density * rule.w[g] * shape_jacobian(s, dN, X, dNdX);
+    for (int a = 0, k = 0; a < nen; ++a)
+      for (int b = 0; b <= a; ++b, ++k) m[k] += dm * N[a] * N[b];
+  }
+}

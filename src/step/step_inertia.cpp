@@ -52,7 +52,7 @@ Status step_inertia_begin(Problem& p, Attempt& a)
   const Step& s = a.step;
   const RealVec v = node_vector(p, p.st.n.v);
   mass_multiply(p.sys, v, a.momentum);
-  point_momentum(p, p.st.n.vp, a.momentum);
+  point_momentum(p, p.st.n.vc, a.momentum);
   Status status = STATUS_OK;
   if (p.grid.nnode) status = project(p, a);
   if (status != STATUS_OK) return status;
@@ -118,7 +118,7 @@ void finish_nodes(Problem& p, const Attempt& a)
     }
 }
 
-// v_p += sum_v S_pv dv_v                                                           (3.15)
+// v_c += sum_v N_v(x_c) dv_v                                                       (3.15)
 Status finish_points(Problem& p, const Attempt& a)
 {
   const Step& s = a.step;
@@ -140,12 +140,14 @@ Status finish_points(Problem& p, const Attempt& a)
       dv[i] = s.gamma / s.beta * (a.du[i] / a.dt - a.vgrid[i]) + a.dt * (1.0 - s.gamma / (2.0 * s.beta)) * acc[i];
   }
   const ActiveGrid& g = p.grid;
-  for (int q = 0; q < p.st.points.npoint; ++q)
+  for (int c = 0; c < p.st.points.ncorner; ++c)
     for (int i = 0; i < dim; ++i) {
       double sum = 0.0;
-      for (int k = g.point.off[q]; k < g.point.off[q + 1]; ++k) sum += g.S[k] * dv[(first + g.point.item[k]) * dim + i];
-      p.st.np1.vp[q * dim + i] = p.st.n.vp[q * dim + i] + sum;
+      for (int k = g.corner.off[c]; k < g.corner.off[c + 1]; ++k)
+        sum += g.corner_w[k] * dv[(first + g.corner.item[k]) * dim + i];
+      p.st.np1.vc[c * dim + i] = p.st.n.vc[c * dim + i] + sum;
     }
+  point_velocities(p.st.points, dim, p.st.np1.vc, p.st.np1.vp);
   return STATUS_OK;
 }
 

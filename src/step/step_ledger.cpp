@@ -36,18 +36,16 @@ void add_nodes(const Problem& p, const Level& l, Ledger& g)
 void add_points(const Problem& p, const Level& l, Ledger& g)
 {
   const int dim     = p.m.dim;
-  const Points& pts = p.st.points;
-  for (int q = 0; q < pts.npoint; ++q) {
-    double x[3] = {0, 0, 0}, mv[3] = {0, 0, 0};
-    for (int k = pts.conn.off[q]; k < pts.conn.off[q + 1]; ++k)
-      for (int i = 0; i < dim; ++i) x[i] += pts.w[k] * l.xc[pts.conn.item[k] * dim + i];
+  const RealVec mom = point_corner_momentum(p.st.points, dim, l.vc);
+  for (int c = 0; c < p.st.points.ncorner; ++c) {
+    double x[3] = {0, 0, 0}, q[3] = {0, 0, 0};
     for (int i = 0; i < dim; ++i) {
-      const double v = l.vp[q * dim + i];
-      mv[i] = pts.mass[q] * v;
-      g.kinetic += 0.5 * mv[i] * v;
-      g.momentum[i] += mv[i];
+      x[i] = l.xc[c * dim + i];
+      q[i] = mom[c * dim + i];
+      g.kinetic += 0.5 * q[i] * l.vc[c * dim + i];
+      g.momentum[i] += q[i];
     }
-    add_cross(x, mv, g.angular);
+    add_cross(x, q, g.angular);
   }
 }
 

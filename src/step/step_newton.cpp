@@ -91,6 +91,22 @@ bool converged(const Problem& p, const Attempt& a, const Balance& b, const RealV
   return res <= c.tol_energy * ref || ref == 0.0;
 }
 
+Status solve_system(Solver& solver, const SysMatrix& A, const RealVec& f, RealVec& x)
+{
+  {
+    Timer timer(PHASE_ANALYSIS);
+    const Status status = solve_analyse(solver, A);
+    if (status != STATUS_OK) return status;
+  }
+  {
+    Timer timer(PHASE_FACTOR);
+    const Status status = solve_factor(solver, A);
+    if (status != STATUS_OK) return status;
+  }
+  Timer timer(PHASE_SOLVE);
+  return solve_back(solver, f, x);
+}
+
 // largest part of the correction that keeps every det F positive
 Status back_off(Problem& p, Attempt& a, const RealVec& du, const RealVec& dx, RealVec& trial, Balance& b, double& s)
 {
@@ -152,9 +168,7 @@ Status step_newton(Problem& p, Attempt& a)
     for (int i = 0; i < s.neq(); ++i) f[i] = -b.R[i];
     assem_constrain(s, pending, f);
     // 2. solve
-    status = solve_analyse(p.solver, s.A);
-    if (status == STATUS_OK) status = solve_factor(p.solver, s.A);
-    if (status == STATUS_OK) status = solve_back(p.solver, f, dx);
+    status = solve_system(p.solver, s.A, f, dx);
     if (status != STATUS_OK) return status;
     // 3. correct; smaller when an element turns inside out or the residual overshoots
     double g0 = 0.0;

@@ -6,20 +6,18 @@
 
 namespace {
 
-// v_p = sum_c w_c v(X_c): what the points would see of a nodal field
 void start_body(Problem& p, const InitialVelocity& iv)
 {
   const Points& pts = p.st.points;
   const int dim     = p.m.dim;
   for (int q = 0; q < pts.npoint; ++q) {
     if (pts.body[q] != iv.body) continue;
-    double v = 0.0;
     for (int k = pts.conn.off[q]; k < pts.conn.off[q + 1]; ++k) {
+      const int c = pts.conn.item[k];
       double X[3] = {0, 0, 0};
-      for (int i = 0; i < dim; ++i) X[i] = pts.Xc[pts.conn.item[k] * dim + i];
-      v += pts.w[k] * expr_eval(iv.value, X, 0.0);
+      for (int i = 0; i < dim; ++i) X[i] = pts.Xc[c * dim + i];
+      p.st.n.vc[c * dim + iv.dof] = expr_eval(iv.value, X, 0.0);
     }
-    p.st.n.vp[q * dim + iv.dof] = v;
   }
 }
 
@@ -54,11 +52,12 @@ int step_open(Problem& p)
   st.n.u.assign(nodal, 0.0);
   st.n.v = st.n.a = st.rf = st.n.u;
   st.n.xc = st.points.Xc;
-  st.n.vp.assign(static_cast<size_t>(st.points.npoint) * m.dim, 0.0);
+  st.n.vc.assign(st.n.xc.size(), 0.0);
   st.n.slip.assign(static_cast<size_t>(st.bonds.nbond) * m.dim, 0.0);
   st.n.lambda = st.n.slip;
   st.grid_rf.assign(m.grid_bc.size() * m.dim, 0.0);
   start_velocities(p);
+  point_velocities(st.points, m.dim, st.n.vc, st.n.vp);
   st.np1 = st.n;
   if (!solve_open(p.solver, m.solver.kind)) {
     log_error("the solver that *SOLVER asks for is not built into this program (see tools/machines)");

@@ -16,7 +16,7 @@ PREFIXES  = $(MUMPS) $(METIS) $(OPENBLAS) $(GSL) $(MUPARSER) $(GTEST)
 # differ, name theirs: -march=icelake-server, -march=znver3, ...
 # g++ 12 sees uninitialised values inside its own AVX-512 headers.
 CXX      = mpicxx
-CXXFLAGS = -O3 -march=native -Wno-maybe-uninitialized
+CXXFLAGS = -O3 -march=native
 DEFINES  = -DMPFE_MPI -DMPFE_MUMPS -DMPFE_METIS -DOMPI_SKIP_MPICXX -DMPICH_SKIP_MPICXX
 INCLUDE  = $(if $(EIGEN),-isystem $(EIGEN)/include/eigen3) \
            $(foreach p,$(PREFIXES),-isystem $(p)/include)

@@ -3,7 +3,7 @@
 
 CXX      = mpicxx
 # g++ 12 sees uninitialised values inside its own AVX-512 headers
-CXXFLAGS = -O3 -march=native -Wno-maybe-uninitialized
+CXXFLAGS = -O3 -march=native
 DEFINES  = -DMPFE_MPI -DMPFE_MUMPS -DMPFE_METIS -DOMPI_SKIP_MPICXX
 INCLUDE  = -isystem /usr/include/eigen3 \
            $(addprefix -isystem ,$(shell $(CXX) --showme:incdirs 2>/dev/null))

@@ -3,7 +3,7 @@
 
 CXX      = g++
 # g++ 12 sees uninitialised values inside its own AVX-512 headers
-CXXFLAGS = -O3 -march=native -Wno-maybe-uninitialized
+CXXFLAGS = -O3 -march=native
 DEFINES  =
 INCLUDE  = -isystem /usr/include/eigen3
 LDLIBS   = -lgsl -lgslcblas -lmuparser
