@@ -234,6 +234,18 @@ void check_bodies(Deck& d, const Model& m)
   if (m.grid.given && m.body.empty()) doubt(d, "GRID", m.grid.place, "GRID", "there is a grid, but no *MATERIAL POINTS; it has no effect");
 }
 
+// faces of elements that become points are gone when bonds are made
+void check_bond_faces(Deck& d, const Model& m, const BondDef& bond, const IntVec& body)
+{
+  if (bond.surface < 0) return;
+  for (const Face& f : m.surface[bond.surface].face) {
+    if (body[f.elem] < 0) continue;
+    const std::string& name = m.surface[bond.surface].name;
+    return fault(d, "BOND", bond.place, name, text_format("element %d of surface ", m.mesh.elem_label[f.elem]) + name +
+                 " becomes material points; take *SURFACE, TYPE=BODY, BODY=" + m.body[body[f.elem]].name + " (bonds to the ground) or the surface of the elements that stay");
+  }
+}
+
 void check_bond_distance(Deck& d, const Model& m, const BondDef& bond)
 {
   if (bond.kind != BOND_MESH_GRID || bond.surface < 0 || bond.body < 0 || !m.grid.given) return;
@@ -375,6 +387,7 @@ void deck_check(Deck& d, Model& m)
   const IntVec body = body_of_elements(d, m);
   if (read_well) check_missing(d, m, body);
   check_steps(d, m, body);
+  for (const BondDef& b : m.bond) check_bond_faces(d, m, b, body);
   check_times(d, m);
   drop_repeated(d);
 }

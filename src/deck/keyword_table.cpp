@@ -49,7 +49,7 @@ const Keyword keyword_table[] = {
   {"BOND", kw_bond, IN_MODEL, "NAME!|SURFACE!|TYPE|BODY|INTERMEDIATE|PENALTY|ALPHA|AUGMENT|NORMAL|DOF|AMPLITUDE",
    "ties a surface to the grid of a body of material points, or to the ground"},
   {"BOUNDARY", kw_boundary, IN_MODEL | IN_STEP, "AMPLITUDE|OP", "prescribed displacements of nodes"},
-  {"CHECK", kw_check, ANYWHERE, "TYPE!|SOURCE!|TIME|AT|SCALE", "expected value, its tolerance and its source"},
+  {"CHECK", kw_check, ANYWHERE, "TYPE!|SOURCE!|TIME|AT|SCALE|CENTRE", "expected value, its tolerance and its source"},
   {"CLOAD", kw_cload, IN_STEP, "AMPLITUDE|OP", "forces on nodes"},
   {"DENSITY", kw_density, IN_MATERIAL, "", "mass per volume of a material"},
   {"DLOAD", kw_dload, IN_STEP, "AMPLITUDE|OP", "pressure, traction, gravity and volume force on elements and bodies"},

@@ -30,7 +30,7 @@ void kw_bond(Card& card, Model& model)
   b.penalty = card_param_real(card, "PENALTY", 0.0, above(0.0));
   b.alpha   = card_param_real(card, "ALPHA", 0.0, above(0.0));
   b.augment = card_param_int(card, "AUGMENT", 0, 0, 1000);
-  b.intermediate = card_param_int(card, "INTERMEDIATE", 0, 0, 1000);
+  b.intermediate = card_param_int(card, "INTERMEDIATE", -1, 0, 1000);
   const int dof = card_param_int(card, "DOF", 0, 1, model.dim);
   b.normal_only = card_flag(card, "NORMAL") || card_param(card, "DOF");
   if (card_param(card, "DOF")) b.direction[dof > 0 ? dof - 1 : 0] = 1.0;

@@ -29,7 +29,7 @@ void read_history(Card& card, Check c, std::vector<std::pair<Check, Field>>& lis
   const Field column = card_field(card, "column");
   c.target    = card_real(card, "target", any_number());
   c.tolerance = read_tolerance(card, std::fabs(c.target));
-  c.name = c.column = text_upper(column.text);
+  c.column = text_upper(column.text);
   if (card_good(card)) list.emplace_back(c, column);
 }
 
@@ -40,7 +40,6 @@ void read_field(Card& card, Check c, std::vector<std::pair<Check, Field>>& list)
   c.tolerance = read_tolerance(card, 1.0);
   if (q < 0 || !card_good(card)) return;
   c.what = split_words(fields)[q];
-  c.name = "field " + c.what;
   list.emplace_back(c, card.whole);
 }
 
@@ -48,7 +47,6 @@ void read_field(Card& card, Check c, std::vector<std::pair<Check, Field>>& list)
 void settle(Deck& d, Model& m, Check c, const Field& at)
 {
   if (c.kind == CHECK_FIELD || history_column_is_built_in(c.column, c.column)) {
-    if (c.kind == CHECK_HISTORY) c.name = c.column;
     m.check.push_back(c);
     return;
   }
@@ -76,7 +74,7 @@ void read_time(Card& card, Check& c)
 
 // ---------------------------------------------------------------------------
 // *CHECK, TYPE=HISTORY, SOURCE=[, TIME= | AT=] : column, target, tolerance
-// *CHECK, TYPE=FIELD, SOURCE=[, TIME=][, SCALE=] : quantity, "exact", tolerance of the relative L2 error
+// *CHECK, TYPE=FIELD, SOURCE=[, TIME=][, SCALE=][, CENTRE] : quantity, "exact", tolerance of the relative L2 error
 // ---------------------------------------------------------------------------
 void kw_check(Card& card, Model&)
 {
@@ -87,6 +85,7 @@ void kw_check(Card& card, Model&)
   c.kind = type == 1 ? CHECK_FIELD : CHECK_HISTORY;
   if (source >= 0) c.source = split_words(sources)[source];
   read_time(card, c);
+  c.centre = card_flag(card, "CENTRE");
   c.scale = card_param_real(card, "SCALE", 0.0, above(0.0));
   if (card_param(card, "SCALE") && type == 0) card_error(card, card_param(card, "SCALE")->key, "SCALE goes with TYPE=FIELD only");
   std::vector<std::pair<Check, Field>> list;

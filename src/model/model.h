@@ -124,7 +124,7 @@ struct BondDef {               // *BOND
   BondKind kind = BOND_MESH_GRID;
   int surface = -1;            // surface of finite elements; BOND_GROUND: surface of finite elements or of a body
   int body = -1;               // BOND_MESH_GRID: the body of material points on the other side
-  int intermediate = 0;        // bonds between the nodes of an edge
+  int intermediate = -1;       // bonds between the nodes of an edge; -1: as close as the corners of the body
   double penalty = 0.0;        // force/length^3; 0: alpha E/h
   double alpha = 0.0;          // 0: the default of the program
   bool normal_only = false;    // rollers: ties only the direction below, or the face normal when it is zero
@@ -239,6 +239,7 @@ struct Check {                 // *CHECK
   std::string column;          // CHECK_HISTORY: column of the history
   std::string what;            // CHECK_FIELD: U1 V1 S11 ...
   Expr exact;                  // CHECK_FIELD: exact value, function of X (t = 0) and t
+  bool centre = false;         // CHECK_FIELD: stress of elements as the mean of the Gauss points, at the centre
   double scale = 0.0;          // CHECK_FIELD: the error is divided by this; 0: by the L2 norm of exact
   CheckAt at = AT_END;
   double time = 0.0;

@@ -129,10 +129,10 @@ void out_listing_defaults(std::FILE* file, const Model& m, const Bonds& bonds)
     double per_area  = d.penalty;
     for (int b = 0; b < bonds.nbond && per_area <= 0.0; ++b)
       if (bonds.def[b] == static_cast<int>(i) && bonds.area[b] > 0.0) per_area = bonds.cn[b] / bonds.area[b];
-    std::fprintf(file, "  bond %-10s penalty %s (%s), %d between nodes, %d augmentations, %s\n", d.name.c_str(),
+    std::fprintf(file, "  bond %-10s penalty %s (%s), %s between nodes, %d augmentations, %s\n", d.name.c_str(),
                  or_default(per_area, "set when bonds form").c_str(),
                  d.penalty > 0.0 ? "given" : d.alpha > 0.0 ? "alpha E/h, alpha given" : "alpha E/h, alpha of the program",
-                 d.intermediate, d.augment, d.normal_only ? "one direction" : "all directions");
+                 d.intermediate < 0 ? "as close as the corners of the body" : std::to_string(d.intermediate).c_str(), d.augment, d.normal_only ? "one direction" : "all directions");
   }
   std::fprintf(file, "  history         every %d increments\n", std::max(1, m.history_out.frequency));
   if (m.vtk.on)

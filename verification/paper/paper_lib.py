@@ -1,0 +1,91 @@
+"""What the scripts of the paper's cases share: running a deck, reading what it wrote, verdict lines.
+
+The program is $MPFE (default bin/mpfe), the folder of the results $MPFE_RESULTS (default results/CASE).
+"""
+import glob
+import os
+import subprocess
+import sys
+import time
+
+HERE = os.path.dirname(os.path.realpath(__file__))
+TOP = os.path.dirname(os.path.dirname(HERE))
+sys.path.insert(0, os.path.join(TOP, "tools", "lib"))
+from mpfe_files import column, np, read_table, read_vtk   # noqa: F401  (np first: it may start the script again)
+
+import matplotlib
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+
+plt.rcParams.update({"font.size": 10, "axes.grid": True, "grid.alpha": 0.25, "axes.spines.top": False,
+                     "axes.spines.right": False, "legend.frameon": False, "lines.linewidth": 1.4,
+                     "figure.dpi": 150, "savefig.bbox": "tight"})
+
+PROGRAM = os.path.abspath(os.environ.get("MPFE", os.path.join(TOP, "bin", "mpfe")))
+failed = 0
+
+
+def results(case):
+    folder = os.environ.get("MPFE_RESULTS") or os.path.join(TOP, "results", case)
+    os.makedirs(folder, exist_ok=True)
+    return folder
+
+
+def run(deck, folder, tag, **parameters):
+    """Runs verification/paper/DECK with -D name=value; the base of its files: folder/tag/DECK."""
+    out = os.path.join(folder, tag)
+    os.makedirs(out, exist_ok=True)
+    for old in glob.glob(os.path.join(out, "*.vtk")):
+        os.remove(old)
+    command = [PROGRAM, os.path.join(HERE, deck), "-o", out]
+    for name, value in parameters.items():
+        command += ["-D", "%s=%r" % (name, value)]
+    start = time.time()
+    done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    words = " ".join(["%s=%g" % p for p in parameters.items()])
+    print("      %s %s: %.1f s" % (deck, words, time.time() - start))
+    for line in done.stdout.splitlines():
+        if line.startswith(("PASS", "FAIL")):
+            verdict(line.startswith("PASS"), "%s %s" % (os.path.splitext(deck)[0], line[6:].strip()))
+    if done.returncode not in (0, 1):
+        print(done.stdout[-2000:])
+        verdict(False, "%s ended with exit code %d" % (deck, done.returncode))
+        sys.exit(1)
+    return os.path.join(out, os.path.splitext(deck)[0])
+
+
+def history(base, *names):
+    table = read_table(base + ".his")
+    return [column(table, name, base + ".his") for name in names]
+
+
+def frame(base, kind, which=-1):
+    """A frame of a kind (fe, mp, bond, grid); the last one by default."""
+    return read_vtk(sorted(glob.glob("%s_%s_*.vtk" % (base, kind)))[which])
+
+
+def verdict(good, text):
+    global failed
+    failed += not good
+    print("%s  %s" % ("PASS" if good else "FAIL", text))
+    sys.stdout.flush()
+
+
+def below(name, value, limit):
+    verdict(bool(value <= limit), "%-58s %11.4g  at most  %g" % (name, value, limit))
+
+
+def above(name, value, limit):
+    verdict(bool(value >= limit), "%-58s %11.4g  at least %g" % (name, value, limit))
+
+
+def save(fig, path):
+    fig.savefig(path)
+    plt.close(fig)
+    print("      picture %s" % os.path.relpath(path, TOP))
+
+
+def plot_tool(arguments):
+    """tools/plot: the pictures of fields."""
+    subprocess.run([sys.executable, os.path.join(TOP, "tools", "plot")] + arguments, check=True, stdout=subprocess.DEVNULL)
+    print("      picture %s" % os.path.relpath(arguments[arguments.index("-o") + 1], TOP))

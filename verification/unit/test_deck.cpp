@@ -1,0 +1,344 @@
+// the deck reader: what it makes of a deck, and what it says when the deck is wrong
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+
+#include "deck/deck.h"
+
+namespace {
+
+using Defines = std::vector<std::pair<std::string, double>>;
+
+struct Answer {
+  int errors = 0;
+  Model m;
+  std::string text;            // what went to stderr
+};
+
+std::filesystem::path folder()
+{
+  const auto f = std::filesystem::temp_directory_path() / ("mpfe_test_deck_" + std::to_string(getpid()));
+  std::filesystem::create_directories(f);
+  return f;
+}
+
+void write(const std::string& name, const std::string& text)
+{
+  std::ofstream(folder() / name, std::ios::binary) << text;
+}
+
+Answer read(const std::string& text, const Defines& defines = Defines())
+{
+  Answer a;
+  write("deck.inp", text);
+  testing::internal::CaptureStderr();
+  a.errors = deck_read((folder() / "deck.inp").string(), defines, a.m);
+  a.text = testing::internal::GetCapturedStderr();
+  std::filesystem::remove_all(folder());
+  return a;
+}
+
+bool says(const Answer& a, const std::string& text) { return a.text.find(text) != std::string::npos; }
+
+const std::string block =
+  "*BLOCK, TYPE=CPE4, ELSET=PLATE\n0, 0, 2, 1\n4, 2\n"
+  "*MATERIAL, NAME=STEEL\n*ELASTIC\n210e9, 0.3\n*DENSITY\n7800\n"
+  "*SOLID SECTION, ELSET=PLATE, MATERIAL=STEEL\n";
+const std::string held = "*BOUNDARY\nPLATE_XMIN, 1, 2\n";
+const std::string step = "*STEP\n*STATIC\n0.5, 1\n*END STEP\n";
+
+double value_of(const Model& m, int k, const Load& l, double t)
+{
+  const double x[3] = {0, 0, 0};
+  return load_value(m, m.step[k], l, x, t, t);
+}
+
+TEST(Deck, block_has_labels_sets_and_surfaces)
+{
+  const Answer a = read(block + held + step);
+  ASSERT_EQ(a.errors, 0) << a.text;
+  EXPECT_EQ(a.text, "");
+  EXPECT_EQ(a.m.job, "deck");
+  EXPECT_EQ(a.m.mesh.nnode(), 15);
+  EXPECT_EQ(a.m.mesh.nelem(), 8);
+  EXPECT_EQ(a.m.mesh.node_label[5], 6);
+  EXPECT_DOUBLE_EQ(a.m.mesh.X[3 * 5 + 1], 0.5);
+  EXPECT_EQ(a.m.nset[model_find_nset(a.m, "PLATE_YMAX")].item, IntVec({10, 11, 12, 13, 14}));
+  EXPECT_EQ(a.m.elset[model_find_elset(a.m, "PLATE")].item.size(), 8u);
+  EXPECT_EQ(a.m.mesh.elem_section[7], 0);
+  EXPECT_TRUE(a.m.material[0].used);
+}
+
+// outward normal of every face of a surface must point to its side
+void expect_outward(const Model& m, const char* name, double nx, double ny)
+{
+  const int s = model_find_surface(m, name);
+  ASSERT_GE(s, 0) << name;
+  double length = 0.0;
+  for (const Face& f : m.surface[s].face) {
+    const ShapeInfo& info = shape_info[elem_table[m.mesh.elem_type[f.elem]].shape];
+    const double* a = &m.mesh.X[3 * m.mesh.conn.begin(f.elem)[info.face[f.face][0]]];
+    const double* b = &m.mesh.X[3 * m.mesh.conn.begin(f.elem)[info.face[f.face][1]]];
+    const double l = std::hypot(b[0] - a[0], b[1] - a[1]);
+    EXPECT_NEAR((b[1] - a[1]) / l, nx, 1e-12) << name;
+    EXPECT_NEAR((a[0] - b[0]) / l, ny, 1e-12) << name;
+    length += l;
+  }
+  EXPECT_NEAR(length, nx != 0.0 ? 1.0 : 2.0, 1e-12);
+}
+
+TEST(Deck, surfaces_of_blocks_point_outwards)
+{
+  for (const char* type : {"CPE4", "CPS3"}) {
+    std::string text = block + held + step;
+    text.replace(text.find("CPE4"), 4, type);
+    const Answer a = read(text);
+    ASSERT_EQ(a.errors, 0) << a.text;
+    expect_outward(a.m, "PLATE_XMIN", -1, 0);
+    expect_outward(a.m, "PLATE_XMAX", 1, 0);
+    expect_outward(a.m, "PLATE_YMIN", 0, -1);
+    expect_outward(a.m, "PLATE_YMAX", 0, 1);
+  }
+}
+
+TEST(Deck, blocks_merge_and_map)
+{
+  const std::string second = "*BLOCK, TYPE=CPE4, ELSET=RIGHT, MERGE\n2, 0, 3, 1\n2, 2\n\"x + 0.1*(x - 2)\", \"y\"\n";
+  const Answer a = read(block + second + "*SOLID SECTION, ELSET=RIGHT, MATERIAL=STEEL\n" + held + step);
+  ASSERT_EQ(a.errors, 0) << a.text;
+  EXPECT_EQ(a.m.mesh.nnode(), 15 + 6);
+  EXPECT_NEAR(a.m.mesh.X[3 * 20], 3.1, 1e-14);
+  EXPECT_EQ(a.m.nset[model_find_nset(a.m, "RIGHT_XMIN")].item, a.m.nset[model_find_nset(a.m, "PLATE_XMAX")].item);
+}
+
+TEST(Deck, parameters_and_command_line)
+{
+  const std::string text = "*PARAMETER\nn = 2\nE = 3*n^2\n*BLOCK, TYPE=CPE4, ELSET=PLATE\n0, 0, 1, 1\n<n>, <n+1>\n"
+                           "*MATERIAL, NAME=M\n*ELASTIC\n<E/7>, 0.\n*SOLID SECTION, ELSET=PLATE, MATERIAL=M\n" + held + step;
+  const Answer a = read(text);
+  ASSERT_EQ(a.errors, 0) << a.text;
+  EXPECT_EQ(a.m.mesh.nelem(), 6);
+  EXPECT_EQ(a.m.material[0].young, 12.0 / 7.0);
+  const Answer b = read(text, Defines{{"n", 4.0}, {"spare", 1.0}});
+  EXPECT_EQ(b.m.mesh.nelem(), 20);
+  EXPECT_EQ(b.m.material[0].young, 48.0 / 7.0);
+  EXPECT_TRUE(says(b, "-D spare is used nowhere"));
+  EXPECT_EQ(b.m.param.at("n"), 4.0);
+}
+
+TEST(Deck, includes_crlf_tabs_comments_case_and_continuation)
+{
+  write("nodes.txt", "2, 1, 0\r\n** a comment\r\n\t3,\t1.0d0, +1.\r\n");
+  const Answer a = read("*node , nset = all\r\n1, 0, 0,\r\n\r\n*INCLUDE, INPUT=nodes.txt\r\n4, 0, 1\r\n"
+                        "*Element, type=cpe4,\r\n elset=Sheet\r\n1, 1, 2,\r\n3, 4\r\n"
+                        "*MATERIAL, NAME=m\n*ELASTIC\n1.e5, .3\n*SOLIDSECTION, ELSET=SHEET, MATERIAL=M\n*BOUNDARY\nall, 1, 2\n" + step);
+  ASSERT_EQ(a.errors, 0) << a.text;
+  EXPECT_EQ(a.m.mesh.nnode(), 4);
+  EXPECT_EQ(a.m.mesh.X[3 * 2 + 1], 1.0);
+  EXPECT_EQ(a.m.nset[0].item.size(), 4u);
+  EXPECT_EQ(a.m.mesh.nelem(), 1);
+}
+
+TEST(Deck, sets_by_range_name_and_place)
+{
+  const Answer a = read(block + "*NSET, NSET=ODD, GENERATE\n1, 5, 2\n*NSET, NSET=MORE\nODD, 2\n*NSET, NSET=TOP, WHERE=\"y > 0.99\"\n3\n"
+                        "*ELSET, ELSET=LEFT, WHERE=\"x < 1\"\n" + held + step);
+  ASSERT_EQ(a.errors, 0) << a.text;
+  EXPECT_EQ(a.m.nset[model_find_nset(a.m, "ODD")].item, IntVec({0, 2, 4}));
+  EXPECT_EQ(a.m.nset[model_find_nset(a.m, "MORE")].item, IntVec({0, 1, 2, 4}));
+  EXPECT_EQ(a.m.nset[model_find_nset(a.m, "TOP")].item, IntVec({2, 10, 11, 12, 13, 14}));
+  EXPECT_EQ(a.m.elset[model_find_elset(a.m, "LEFT")].item, IntVec({0, 1, 4, 5}));
+}
+
+TEST(Deck, surfaces_by_where_are_free_faces)
+{
+  const Answer a = read(block + "*SURFACE, NAME=ALL, ELSET=PLATE\n*SURFACE, NAME=TOP, ELSET=PLATE, WHERE=\"abs(y - 1) < 1e-9\"\n"
+                        "*SURFACE, NAME=ONE\n3, S2\n" + held + step);
+  ASSERT_EQ(a.errors, 0) << a.text;
+  EXPECT_EQ(a.m.surface[model_find_surface(a.m, "ALL")].face.size(), 12u);
+  const Surface& top = a.m.surface[model_find_surface(a.m, "TOP")];
+  ASSERT_EQ(top.face.size(), 4u);
+  EXPECT_EQ(top.face[0].elem, 4);
+  EXPECT_EQ(top.face[0].face, 2);
+  EXPECT_EQ(a.m.surface[model_find_surface(a.m, "ONE")].face[0].face, 1);
+}
+
+TEST(Deck, loads_stay_ramp_and_are_replaced)
+{
+  const Answer a = read(block + held +
+    "*STEP\n*STATIC\n0.5, 1\n*CLOAD\nPLATE_XMAX, 2, 10\nPLATE_XMAX, 1, 5\n*END STEP\n"
+    "*STEP\n*STATIC\n0.5, 2\n*CLOAD\nPLATE_XMAX, 2, 30\n*END STEP\n"
+    "*STEP\n*STATIC\n0.5, 1\n*CLOAD, OP=NEW\nPLATE_XMAX, 2, 40\n*END STEP\n");
+  ASSERT_EQ(a.errors, 0) << a.text;
+  ASSERT_EQ(a.m.step[0].load.size(), 2u);
+  EXPECT_DOUBLE_EQ(value_of(a.m, 0, a.m.step[0].load[0], 0.5), 5.0);
+  ASSERT_EQ(a.m.step[1].load.size(), 2u);
+  EXPECT_EQ(a.m.step[1].load[0].dof, 0);                                    // stays at 5
+  EXPECT_DOUBLE_EQ(value_of(a.m, 1, a.m.step[1].load[0], 0.5), 5.0);
+  EXPECT_DOUBLE_EQ(value_of(a.m, 1, a.m.step[1].load[1], 1.0), 20.0);       // 10 -> 30
+  ASSERT_EQ(a.m.step[2].load.size(), 1u);                                   // OP=NEW removes the other one
+  EXPECT_DOUBLE_EQ(value_of(a.m, 2, a.m.step[2].load[0], 0.5), 35.0);       // 30 -> 40
+}
+
+TEST(Deck, step_time_amplitudes_keep_their_end_value)
+{
+  const Answer a = read(block + held + "*AMPLITUDE, NAME=A\n0, 0, 1, 0.5, 2, 9\n*AMPLITUDE, NAME=B, TIME=TOTAL TIME\n0, 0, 4, 4\n"
+    "*STEP\n*STATIC\n0.5, 1\n*CLOAD, AMPLITUDE=A\nPLATE_XMAX, 2, 10\n*CLOAD, AMPLITUDE=B\nPLATE_XMAX, 1, 10\n*CLOAD, AMPLITUDE=A\nPLATE_YMAX, 2, \"6*x\"\n*END STEP\n" + step);
+  ASSERT_EQ(a.errors, 0) << a.text;
+  const Step& s = a.m.step[1];
+  EXPECT_EQ(s.load[0].amplitude, -1);
+  EXPECT_DOUBLE_EQ(value_of(a.m, 1, s.load[0], 0.3), 5.0);
+  EXPECT_EQ(s.load[1].amplitude, 1);
+  const double x[3] = {2.0, 1.0, 0.0};
+  EXPECT_DOUBLE_EQ(load_value(a.m, s, s.load[2], x, 0.3, 1.3), 6.0);
+}
+
+TEST(Deck, supports_stay_ramp_and_are_replaced)
+{
+  const Answer a = read(block + held +
+    "*STEP\n*STATIC\n0.5, 1\n*BOUNDARY\nPLATE_XMAX, 2, 2, 0.1\n*END STEP\n"
+    "*STEP\n*STATIC\n0.5, 1\n*BOUNDARY\nPLATE_XMAX, 2, 2, 0.3\n*END STEP\n"
+    "*STEP\n*STATIC\n0.5, 1\n*BOUNDARY, OP=NEW\nPLATE_XMIN, 1, 2\n*END STEP\n");
+  ASSERT_EQ(a.errors, 0) << a.text;
+  ASSERT_EQ(a.m.step[0].prescribed.size(), 3u);
+  ASSERT_EQ(a.m.step[1].prescribed.size(), 3u);
+  const Prescribed& b = a.m.step[1].prescribed[2];
+  EXPECT_DOUBLE_EQ(b.start, 0.1);
+  const double x[3] = {0, 0, 0};
+  EXPECT_DOUBLE_EQ(prescribed_value(a.m, a.m.step[1], b, x, 0.5, 1.5), 0.2);
+  EXPECT_EQ(a.m.step[2].prescribed.size(), 2u);
+}
+
+TEST(Deck, each_node_ramps_from_where_it_was)
+{
+  const Answer a = read(block + held +
+    "*STEP\n*STATIC\n0.5, 1\n*BOUNDARY\nPLATE_YMAX, 2, 2, \"0.1*x*t\"\n*END STEP\n"
+    "*STEP\n*STATIC\n0.5, 1\n*BOUNDARY\nPLATE_YMAX, 2, 2, 0.3\n*END STEP\n");
+  ASSERT_EQ(a.errors, 0) << a.text;
+  double start[15];
+  for (double& s : start) s = -1.0;
+  for (const Prescribed& b : a.m.step[1].prescribed)
+    for (int n : b.node)
+      if (b.first == 1) start[n] = b.start;
+  for (int i = 1; i < 5; ++i) EXPECT_NEAR(start[10 + i], 0.05 * i, 1e-14);
+}
+
+TEST(Deck, dload_kinds)
+{
+  const Answer a = read(block + held + "*SURFACE, NAME=TOP, ELSET=PLATE, WHERE=\"y > 0.99\"\n*STEP\n*STATIC\n1, 1\n"
+    "*DLOAD\nPLATE, GRAV, 9.81, 0, -2\n4, P2, 3\nPLATE, BX, \"x\"\n4, TRVEC2, 7, 3, 4\n*DSLOAD\nTOP, P, 5\n*END STEP\n");
+  ASSERT_EQ(a.errors, 0) << a.text;
+  const std::vector<Load>& l = a.m.step[0].load;
+  ASSERT_EQ(l.size(), 5u);
+  EXPECT_TRUE(l[0].per_mass && l[0].dir[1] == -1.0 && l[0].elem.size() == 8u);
+  EXPECT_TRUE(l[1].kind == LOAD_PRESSURE && l[1].face[0].elem == 3 && l[1].face[0].face == 1);
+  EXPECT_TRUE(l[2].kind == LOAD_BODY && !l[2].per_mass && l[2].dir[0] == 1.0);
+  EXPECT_NEAR(l[3].dir[0], 0.6, 1e-15);
+  EXPECT_TRUE(l[4].surface >= 0 && l[4].face.empty());
+}
+
+const std::string points =
+  "*BLOCK, TYPE=CPE4, ELSET=SOFT\n0, 0, 1, 1\n2, 2\n*MATERIAL, NAME=M\n*ELASTIC\n1e5, 0.3\n*DENSITY\n1000\n"
+  "*MATERIAL POINTS, BODY=SOFT, MATERIAL=M, FILL=ELSET, ELSET=SOFT, POINTS=3\n*GRID\n-1, -1, 2.4, 2\n0.5\n";
+const std::string point_step = "*STEP, NLGEOM\n*DYNAMIC\n0.1, 1\n*END STEP\n";
+
+TEST(Deck, material_points_grid_and_bonds)
+{
+  const Answer a = read(points + "*BOND, NAME=GLUE, TYPE=GROUND, SURFACE=SKIN, DOF=2, ALPHA=20\n0, \"0.1*t\"\n"
+    "*SURFACE, NAME=SKIN, TYPE=BODY, BODY=SOFT, WHERE=\"y < 1e-9\"\n*GRID BOUNDARY\nXMIN, 1, 1\nY=-0.5, 2, 2, 0.1\n" + point_step +
+    "*HISTORY\nu, U2, SOFT\nr, GRF2, 2\n");
+  ASSERT_EQ(a.errors, 0) << a.text;
+  EXPECT_EQ(a.m.grid.n[0], 7);
+  EXPECT_EQ(a.m.grid.n[1], 6);
+  EXPECT_EQ(a.m.body[0].per_cell, 3);
+  EXPECT_EQ(a.m.bond[0].surface, model_find_surface(a.m, "SKIN"));
+  EXPECT_EQ(a.m.surface[a.m.bond[0].surface].body, 0);
+  EXPECT_TRUE(a.m.bond[0].normal_only && a.m.bond[0].direction[1] == 1.0);
+  EXPECT_DOUBLE_EQ(a.m.grid_bc[0].position, -1.0);
+  EXPECT_DOUBLE_EQ(a.m.grid_bc[1].position, -0.5);
+  EXPECT_EQ(a.m.step[0].scheme, SCHEME_ENERGY_MOMENTUM);
+  EXPECT_EQ(a.m.history[0].body, 0);
+  EXPECT_EQ(a.m.history[1].grid_bc, 1);
+}
+
+TEST(Deck, gravity_on_elements_that_become_points_acts_on_the_body)
+{
+  const Answer a = read(points + "*STEP, NLGEOM\n*DYNAMIC\n0.1, 1\n*DLOAD\nSOFT, GRAV, 9.81, 0, -1\n, GRAV, 1, 0, -1\n*END STEP\n");
+  ASSERT_EQ(a.errors, 0) << a.text;
+  for (const Load& l : a.m.step[0].load) {
+    EXPECT_TRUE(l.elem.empty());
+    EXPECT_EQ(l.body, IntVec({0}));
+  }
+}
+
+TEST(Deck, scheme_follows_from_what_is_given)
+{
+  const std::string head = block + held + "*STEP\n*DYNAMIC", tail = "\n0.1, 1\n*END STEP\n";
+  EXPECT_EQ(read(head + tail).m.step[0].scheme, SCHEME_NEWMARK);
+  EXPECT_EQ(read(head + ", BETA=0.3" + tail).m.step[0].scheme, SCHEME_NEWMARK);
+  EXPECT_EQ(read(head + ", DISSIPATION=0.1" + tail).m.step[0].scheme, SCHEME_ENERGY_MOMENTUM);
+  EXPECT_EQ(read(head + ", SCHEME=ENERGY-MOMENTUM" + tail).m.step[0].scheme, SCHEME_ENERGY_MOMENTUM);
+}
+
+TEST(Deck, checks_and_history)
+{
+  const Answer a = read("*CHECK, TYPE=HISTORY, SOURCE=PUBLISHED, AT=MAX\ntip, -4, 2%\nKinetic, 0, 1e-3\n" + block + held + step +
+    "*HISTORY, FREQUENCY=5\ntip, U2, 15\nr, RF1, PLATE_XMIN\ns, SMISES, AT, 0.5, 0.5\n"
+    "*CHECK, TYPE=FIELD, SOURCE=ANALYTIC, TIME=1, SCALE=3\nS11, \"x*y\", 5%\n");
+  ASSERT_EQ(a.errors, 0) << a.text;
+  EXPECT_EQ(a.m.history_out.frequency, 5);
+  EXPECT_EQ(a.m.nset[a.m.history[0].nset].item, IntVec({14}));
+  EXPECT_EQ(a.m.history[1].reduce, REDUCE_SUM);
+  EXPECT_TRUE(a.m.history[2].at_point);
+  ASSERT_EQ(a.m.check.size(), 3u);
+  EXPECT_EQ(a.m.check[0].column, "TIP");
+  EXPECT_DOUBLE_EQ(a.m.check[0].tolerance, 0.08);
+  EXPECT_EQ(a.m.check[0].at, AT_MAX);
+  EXPECT_EQ(a.m.check[1].column, "kinetic");
+  EXPECT_DOUBLE_EQ(a.m.check[2].tolerance, 0.05);
+}
+
+TEST(Deck, output_requests)
+{
+  const Answer a = read(block + held + "*STEP\n*STATIC\n0.5, 1\n*NODE FILE, FREQUENCY=3\nU, RF\n*EL FILE\nS\n*NODE PRINT, NSET=PLATE_XMIN, TOTALS=YES\nRF, U\n*END STEP\n" + step);
+  ASSERT_EQ(a.errors, 0) << a.text;
+  EXPECT_TRUE(a.m.vtk.on);
+  EXPECT_EQ(a.m.vtk.frequency, 1);
+  ASSERT_EQ(a.m.step[1].print.size(), 1u);
+  EXPECT_TRUE(a.m.step[1].print[0].totals);
+  EXPECT_EQ(a.m.step[1].print[0].what.size(), 2u);
+}
+
+TEST(Deck, an_error_shows_the_line_and_a_caret)
+{
+  const Answer a = read(block + "*ELASTIC\n1, 0.2\n*MATERIAL, NAME=B\n*ELASTIC\n\t 210.0e9,  0.52\n" + held + step);
+  EXPECT_EQ(a.errors, 2);
+  EXPECT_TRUE(says(a, "line 14, *ELASTIC, field 2\n    210.0e9,  0.52\n              ^^^^\n  poisson = 0.52 must lie between -1 and 0.5  (doc/keywords/ELASTIC.md)")) << a.text;
+}
+
+TEST(Deck, all_mistakes_in_one_run_but_at_most_fifty_printed)
+{
+  std::string text = block + held + step + "*NSET, NSET=A\n";
+  text.insert(0, "*NODE\n");
+  for (int i = 0; i < 120; ++i) text.insert(6, "x, 1, 1\n");
+  const Answer a = read(text);
+  EXPECT_GE(a.errors, 120);
+  EXPECT_TRUE(says(a, "more errors are not shown"));
+  std::size_t count = 0;
+  for (std::size_t i = a.text.find("ERROR"); i != std::string::npos; i = a.text.find("ERROR", i + 1)) ++count;
+  EXPECT_EQ(count, 51u);
+}
+
+TEST(Deck, warnings_do_not_stop_the_run)
+{
+  const Answer a = read(block + "*MATERIAL, NAME=SPARE\n*ELASTIC\n1, 0\n" + held + "*STEP\n*STATIC\n1, 1\n*CLOAD\n1, 1, 5\n*END STEP\n");
+  EXPECT_EQ(a.errors, 0) << a.text;
+  EXPECT_TRUE(says(a, "material SPARE is not used"));
+  EXPECT_TRUE(says(a, "prescribed and loaded"));
+}
+
+}  // namespace

@@ -1,0 +1,142 @@
+// amplitudes, values of loads and supports over a step
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "model/model.h"
+
+namespace {
+
+Amplitude table(AmplitudeKind kind, int n)
+{
+  Amplitude a;
+  a.kind = kind;
+  for (int i = 0; i < n; ++i) {
+    a.t.push_back(0.1 * i);
+    a.y.push_back(std::sin(0.1 * i));
+  }
+  return a;
+}
+
+TEST(Amplitude, tabular_is_linear_and_constant_outside)
+{
+  Amplitude a;
+  a.t = {1.0, 2.0, 4.0};
+  a.y = {10.0, 20.0, 0.0};
+  EXPECT_DOUBLE_EQ(amplitude_eval(a, 0.0, 9.0), 10.0);
+  EXPECT_DOUBLE_EQ(amplitude_eval(a, 1.5, 9.0), 15.0);
+  EXPECT_DOUBLE_EQ(amplitude_eval(a, 3.0, 9.0), 10.0);
+  EXPECT_DOUBLE_EQ(amplitude_eval(a, 7.0, 9.0), 0.0);
+}
+
+TEST(Amplitude, total_time_reads_the_other_clock)
+{
+  Amplitude a;
+  a.t = {0.0, 10.0};
+  a.y = {0.0, 10.0};
+  a.total_time = true;
+  EXPECT_DOUBLE_EQ(amplitude_eval(a, 1.0, 4.0), 4.0);
+}
+
+TEST(Amplitude, smooth_step_has_the_quintic_of_abaqus)
+{
+  Amplitude a;
+  a.kind = AMP_SMOOTH_STEP;
+  a.t = {0.0, 2.0};
+  a.y = {1.0, 3.0};
+  EXPECT_DOUBLE_EQ(amplitude_eval(a, 1.0, 0.0), 2.0);
+  const double s = 0.25;
+  EXPECT_DOUBLE_EQ(amplitude_eval(a, 0.5, 0.0), 1.0 + 2.0 * s * s * s * (10.0 - 15.0 * s + 6.0 * s * s));
+}
+
+TEST(Amplitude, splines_pass_through_points_and_follow_a_sine)
+{
+  for (AmplitudeKind kind : {AMP_STEFFEN, AMP_AKIMA, AMP_CUBIC}) {
+    const Amplitude a = table(kind, 200);
+    for (int i = 0; i < 200; ++i) EXPECT_NEAR(amplitude_eval(a, a.t[i], 0.0), a.y[i], 1e-14);
+    for (double t = 1.03; t < 18.0; t += 0.37) EXPECT_NEAR(amplitude_eval(a, t, 0.0), std::sin(t), 2e-3);
+  }
+}
+
+TEST(Amplitude, the_window_of_a_cubic_spline_is_as_good_as_the_whole_table)
+{
+  const Amplitude a = table(AMP_CUBIC, 400);
+  Amplitude middle = a;                     // 100 points around t = 20
+  middle.t.assign(a.t.begin() + 150, a.t.begin() + 250);
+  middle.y.assign(a.y.begin() + 150, a.y.begin() + 250);
+  for (double t = 19.0; t < 21.0; t += 0.0613) EXPECT_NEAR(amplitude_eval(a, t, 0.0), amplitude_eval(middle, t, 0.0), 1e-15);
+}
+
+TEST(Amplitude, steffen_keeps_a_plateau_flat)
+{
+  Amplitude a;
+  a.kind = AMP_STEFFEN;
+  a.t = {0.0, 1.0, 2.0, 3.0, 4.0};
+  a.y = {0.0, 0.0, 1.0, 1.0, 1.0};
+  for (double t = 0.0; t <= 4.0; t += 0.01) {
+    EXPECT_GE(amplitude_eval(a, t, 0.0), 0.0);
+    EXPECT_LE(amplitude_eval(a, t, 0.0), 1.0);
+  }
+  EXPECT_DOUBLE_EQ(amplitude_eval(a, 2.5, 0.0), 1.0);
+}
+
+TEST(Amplitude, expression_of_t)
+{
+  Amplitude a;
+  a.kind = AMP_EXPRESSION;
+  std::string error;
+  int position = 0;
+  ASSERT_TRUE(expr_compile("3*t^2", ParamMap(), a.expr, error, position));
+  EXPECT_DOUBLE_EQ(amplitude_eval(a, 2.0, 5.0), 12.0);
+}
+
+TEST(Load, ramps_in_a_static_step_and_acts_at_once_in_a_dynamic_one)
+{
+  Model m;
+  Step s;
+  s.period = 2.0;
+  Load l;
+  l.start = 10.0;
+  l.value = expr_number(30.0);
+  const double x[3] = {0.0, 0.0, 0.0};
+  EXPECT_DOUBLE_EQ(load_value(m, s, l, x, 0.0, 5.0), 10.0);
+  EXPECT_DOUBLE_EQ(load_value(m, s, l, x, 1.0, 6.0), 20.0);
+  EXPECT_DOUBLE_EQ(load_value(m, s, l, x, 2.0, 7.0), 30.0);
+  s.proc = PROC_DYNAMIC;
+  EXPECT_DOUBLE_EQ(load_value(m, s, l, x, 0.5, 5.5), 30.0);
+}
+
+TEST(Load, amplitude_and_expression_do_not_ramp)
+{
+  Model m;
+  m.amplitude.resize(1);
+  m.amplitude[0].t = {0.0, 1.0};
+  m.amplitude[0].y = {0.0, 1.0};
+  Step s;
+  Load l;
+  l.start = 100.0;
+  l.value = expr_number(8.0);
+  l.amplitude = 0;
+  const double x[3] = {2.0, 0.0, 0.0};
+  EXPECT_DOUBLE_EQ(load_value(m, s, l, x, 0.25, 0.25), 2.0);
+
+  Prescribed b;
+  b.start = 100.0;
+  std::string error;
+  int position = 0;
+  ASSERT_TRUE(expr_compile("x*t", ParamMap(), b.value, error, position));
+  EXPECT_DOUBLE_EQ(prescribed_value(m, s, b, x, 0.25, 3.0), 6.0);
+}
+
+TEST(Model, finders)
+{
+  Model m;
+  m.material.resize(2);
+  m.material[1].name = "STEEL";
+  EXPECT_EQ(model_find_material(m, "STEEL"), 1);
+  EXPECT_EQ(model_find_material(m, "GLASS"), -1);
+  EXPECT_EQ(model_find_body(m, "STEEL"), -1);
+}
+
+}  // namespace
