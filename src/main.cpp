@@ -94,7 +94,7 @@ int run(const Options& o)
   }
   model.out_dir = o.out_dir;
   State state;
-  Problem problem{model, state, {}, {}, {}, {}, {}};
+  Problem problem(model, state);
   if (o.check) return check_only(problem);
   Output out;
   out_listing_open(model, out);

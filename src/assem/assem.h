@@ -27,7 +27,7 @@ struct System {
   ListTable bond_rows;
   IntVec fixed;                // [nrow*dim] 0 free, 1 prescribed
   RealVec target;              // [nrow*dim] prescribed increment of the step, 0 at free dofs
-  RealVec rate;                // [nrow*dim] velocity of prescribed dofs at t(n+1)
+  RealVec rate0, rate;         // [nrow*dim] velocity of prescribed dofs at t(n) (grid only), t(n+1)
   IntVec grid_bc;              // [nrow*dim] index of the grid condition, -1
   double h_mean = 1.0;         // mean size of elements and cells, for rounding floors
   int neq() const { return nrow * dim; }
@@ -35,6 +35,7 @@ struct System {
 
 // Everything a step works on
 struct Problem {
+  Problem(const Model& model, State& state) : m(model), st(state) {}
   const Model& m;
   State& st;
   Elements el;
@@ -70,7 +71,7 @@ void assem_tangent(Problem& p, const KernelMode& mode, double cM);
 // before that, f(fixed) = d x(fixed), so that the solution holds x(fixed)
 void assem_constrain(System& sys, const RealVec& x, RealVec& f);
 
-// mass_multiply : y = M x;  mass_diagonal: row sums of |M| by row
+// mass_multiply : y = M x
 void mass_multiply(const System& sys, const RealVec& x, RealVec& y);
 
 // mass_solve : M x = f on the free dofs of the rows from first on; x at fixed dofs is given. Diagonally scaled

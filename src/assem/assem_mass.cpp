@@ -69,7 +69,7 @@ int solve_one(const System& s, int first, int d, const RealVec& f, RealVec& x)
   for (int it = 0; it <= 1000; ++it) {
     for (int i = first; i < n; ++i) z[i] = free[i] ? r[i] / diag[i] : 0.0;
     rho = dot(first, r, z);
-    if (!(rho > goal)) {
+    if (rho <= goal) {
       for (int i = first; i < n; ++i) x[i * dim + d] = u[i];
       return it;
     }
@@ -77,7 +77,9 @@ int solve_one(const System& s, int first, int d, const RealVec& f, RealVec& x)
     multiply_one(s, first, w, q);
     for (int i = first; i < n; ++i)
       if (!free[i]) q[i] = 0.0;
-    const double alpha = rho / dot(first, w, q);
+    const double wq = dot(first, w, q);
+    if (!(wq > 0.0)) break;                          // M is singular in the direction w
+    const double alpha = rho / wq;
     for (int i = first; i < n; ++i) {
       u[i] += alpha * w[i];
       r[i] -= alpha * q[i];
@@ -85,7 +87,7 @@ int solve_one(const System& s, int first, int d, const RealVec& f, RealVec& x)
     rho0 = rho;
   }
   for (int i = first; i < n; ++i) x[i * dim + d] = u[i];
-  return -1;
+  return rho <= 1e-16 * scale ? 1000 : -1;
 }
 
 }  // namespace

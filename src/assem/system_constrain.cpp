@@ -12,12 +12,6 @@ void fix(System& s, int dof, double increment, double rate, int grid_bc)
   s.grid_bc[dof] = grid_bc;
 }
 
-double grid_value(const Model& m, const GridBc& b, const double* x, double t_step, double t_total)
-{
-  const double factor = b.amplitude >= 0 ? amplitude_eval(m.amplitude[b.amplitude], t_step, t_total) : 1.0;
-  return factor * expr_eval(b.value, x, t_total);
-}
-
 }  // namespace
 
 void system_constrain(Problem& p, const Step& step, double t_step0, double t_step1)
@@ -29,6 +23,7 @@ void system_constrain(Problem& p, const Step& step, double t_step0, double t_ste
   s.fixed.assign(s.neq(), 0);
   s.target.assign(s.neq(), 0.0);
   s.rate.assign(s.neq(), 0.0);
+  s.rate0.assign(s.neq(), 0.0);
   s.grid_bc.assign(s.neq(), -1);
   const double dt = t_step1 - t_step0, back = 1e-3 * dt;     // rates by a difference just before t(n+1)
   for (const Prescribed& b : step.prescribed)
@@ -46,10 +41,15 @@ void system_constrain(Problem& p, const Step& step, double t_step0, double t_ste
       double x[3];
       grid_node_place(m.grid, dim, p.grid.key[v], x);
       if (std::fabs(x[b.axis] - b.position) > 1e-6 * m.grid.h[b.axis]) continue;
-      const double value = grid_value(m, b, x, t_step1, total1);
-      const double d     = value - grid_value(m, b, x, t_step0, total0);
-      const double rate  = dt > 0.0 ? (value - grid_value(m, b, x, t_step1 - back, total1 - back)) / back : 0.0;
-      for (int i = b.first; i <= b.last && i < dim; ++i) fix(s, (s.nfe + v) * dim + i, d, rate, static_cast<int>(k));
+      auto at = [&](double t) { return support_value(m, b.value, b.amplitude, x, t_step0 + t, total0 + t); };
+      const double d     = at(dt) - at(0.0);
+      const double rate  = dt > 0.0 ? (at(dt) - at(dt - back)) / back : 0.0;
+      const double rate0 = dt > 0.0 ? (at(back) - at(0.0)) / back : 0.0;
+      for (int i = b.first; i <= b.last && i < dim; ++i) {
+        const int dof = (s.nfe + v) * dim + i;
+        fix(s, dof, d, rate, static_cast<int>(k));
+        s.rate0[dof] = rate0;
+      }
     }
   }
 }

@@ -237,6 +237,7 @@ void system_form(Problem& p, bool mass)
     form_maps(p);
     s.point_rows = p.grid.point;
     s.bond_rows  = s.bond;
+    s.M.clear();
     if (first) mean_size(p);
   }
   if (mass && (fresh || p.st.points.npoint || s.M.size() != s.A.col.size())) {

@@ -27,9 +27,7 @@ void bond_stiffness(const Bonds& bonds, int dim, int b, double* C)
 void bond_ground_motion(const Model& m, const Bonds& bonds, int b, double t_step, double t_total, double* g)
 {
   const BondDef& d    = m.bond[bonds.def[b]];
-  const double factor = d.amplitude >= 0 ? amplitude_eval(m.amplitude[d.amplitude], t_step, t_total) : 1.0;
-  const double origin[3] = {0, 0, 0};
-  for (int i = 0; i < m.dim; ++i) g[i] = factor * expr_eval(d.motion[i], origin, t_total);
+  for (int i = 0; i < m.dim; ++i) g[i] = support_value(m, d.motion[i], d.amplitude, &bonds.X[b * 3], t_step, t_total);
 }
 
 double bond_energy(const Bonds& bonds, int dim, const Level& l, double* slip_max, double* slip_rms)

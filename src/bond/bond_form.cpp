@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 
@@ -41,11 +42,12 @@ FaceNodes face_nodes(const Model& m, const Points& pts, const Surface& s, const 
   return out;
 }
 
-// outward normal of an edge (nodes counter-clockwise) times its length
-void edge_normal(const FaceNodes& f, double* n)
+// outward unit normal of an edge (nodes counter-clockwise) and its length
+std::array<double, 3> edge_normal(const FaceNodes& f, double& length)
 {
-  n[0] = f.X[1][1] - f.X[0][1];
-  n[1] = f.X[0][0] - f.X[1][0];
+  const double dx = f.X[1][0] - f.X[0][0], dy = f.X[1][1] - f.X[0][1];
+  length = std::hypot(dx, dy);
+  return {{dy / length, -dx / length, 0.0}};
 }
 
 // penalty per area of a definition
@@ -68,11 +70,9 @@ int between_nodes(const Model& m, const BondDef& d, const double* n, double leng
   if (d.intermediate >= 0) return d.intermediate;
   if (d.body < 0) return 0;
   const Body& b  = m.body[d.body];
-  double spacing = 0.0;                              // along the edge, whose tangent is n turned
-  for (int i = 0; i < m.dim; ++i) {
-    const double cell = b.cells[i] > 0 ? (b.hi[i] - b.lo[i]) / b.cells[i] : m.grid.h[i];
-    spacing += std::fabs(n[1 - i]) * cell / b.per_cell;
-  }
+  double cell[2];
+  for (int i = 0; i < 2; ++i) cell[i] = b.cells[i] > 0 ? (b.hi[i] - b.lo[i]) / b.cells[i] : m.grid.h[i];
+  const double spacing = (std::fabs(n[1]) * cell[0] + std::fabs(n[0]) * cell[1]) / b.per_cell;
   return std::max(0, static_cast<int>(std::lround(length / spacing)) - 1);
 }
 
@@ -80,12 +80,14 @@ struct Former {
   const Model& m;
   Bonds& b;
   int def;
+  int first;                   // first bond of the definition
   std::map<int, int> at_node;  // kin -> bond: one bond a node, its area grows with every edge
 };
 
-int new_bond(Former& f, int field, bool between)
+int new_bond(Former& f, int field, bool between, const double* X)
 {
   Bonds& b = f.b;
+  b.X.insert(b.X.end(), X, X + 3);
   b.def.push_back(f.def);
   b.field.push_back(field);
   b.area.push_back(0.0);
@@ -99,11 +101,11 @@ int new_bond(Former& f, int field, bool between)
 void close_side(Bonds& b) { b.a.off.push_back(static_cast<int>(b.a.item.size())); }
 
 // a bond at a node exists once; its side A list is written when it is made
-int node_bond(Former& f, int kin, int field)
+int node_bond(Former& f, int kin, const double* X, int field)
 {
   const auto it = f.at_node.find(kin);
   if (it != f.at_node.end()) return it->second;
-  const int b = new_bond(f, field, false);
+  const int b = new_bond(f, field, false, X);
   f.b.a.item.push_back(kin);
   f.b.a_w.push_back(1.0);
   close_side(f.b);
@@ -113,7 +115,9 @@ int node_bond(Former& f, int kin, int field)
 
 int edge_bond(Former& f, const FaceNodes& face, double s, int field)
 {
-  const int b = new_bond(f, field, true);
+  double X[3];
+  for (int i = 0; i < 3; ++i) X[i] = (1.0 - s) * face.X[0][i] + s * face.X[1][i];
+  const int b = new_bond(f, field, true, X);
   for (int k = 0; k < 2; ++k) {
     f.b.a.item.push_back(face.kin[k]);
     f.b.a_w.push_back(k ? s : 1.0 - s);
@@ -134,18 +138,19 @@ void add_share(Former& f, int b, double area, const double* n, double penalty)
 void form_edge(Former& f, const FaceNodes& face, int field)
 {
   const BondDef& d = f.m.bond[f.def];
-  double n[3] = {0, 0, 0};
-  edge_normal(face, n);
-  const double length = std::hypot(n[0], n[1]);
-  for (double& c : n) c /= length;
-  const int parts     = between_nodes(f.m, d, n, length) + 1;
+  double length;
+  const std::array<double, 3> n = edge_normal(face, length);
+  const int parts     = between_nodes(f.m, d, n.data(), length) + 1;
   const double share  = length * face.thickness / parts;
   const double penalty = penalty_of(f.m, d, face.young, length);
+  if (d.body >= 0 && f.b.nbond == f.first && face.thickness != f.m.body[d.body].thickness)
+    log_warn("bond %s (%s line %d): the elements are %g thick, the body %s is %g thick", d.name.c_str(),
+             d.place.file.c_str(), d.place.line, face.thickness, f.m.body[d.body].name.c_str(), f.m.body[d.body].thickness);
   for (int k = 0; k <= parts; ++k) {
     const bool end = k == 0 || k == parts;
-    const int b    = end ? node_bond(f, face.kin[k ? 1 : 0], field)
+    const int b    = end ? node_bond(f, face.kin[k ? 1 : 0], face.X[k ? 1 : 0], field)
                          : edge_bond(f, face, static_cast<double>(k) / parts, field);
-    add_share(f, b, end ? 0.5 * share : share, n, penalty);
+    add_share(f, b, end ? 0.5 * share : share, n.data(), penalty);
   }
 }
 
@@ -180,7 +185,7 @@ int bond_form(const Model& m, const Points& pts, Bonds& bonds)
     const Surface& s   = m.surface[def.surface];
     const int first    = bonds.nbond;
     const int field    = def.kind == BOND_GROUND ? -1 : m.body[def.body].field;
-    Former f{m, bonds, static_cast<int>(d), {}};
+    Former f{m, bonds, static_cast<int>(d), first, {}};
     for (const Face& face : s.body >= 0 ? pts.surface[def.surface] : s.face)
       form_edge(f, face_nodes(m, pts, s, face), field);
     finish(f, first);

@@ -110,7 +110,8 @@ void check_elements(Deck& d, const Model& m)
   for (int e = 0; e < m.mesh.nelem() && d.errors < limit; ++e) {
     check_element(d, m, e);
     const int dim = shape_info[elem_table[m.mesh.elem_type[e]].shape].dim;
-    if (dim != m.dim) fault(d, "ELEMENT", element_place(d, e), "", text_format("element %d has %d dimensions, the model has %d; do not mix them", m.mesh.elem_label[e], dim, m.dim));
+    if (dim != m.dim) fault(d, "ELEMENT", element_place(d, e), "",
+                             text_format("element %d has %d dimensions, the model has %d; do not mix them", m.mesh.elem_label[e], dim, m.dim));
   }
 }
 
@@ -150,9 +151,9 @@ void check_sections(Deck& d, const Model& m, const IntVec& body)
     if (m.mesh.elem_section[e] >= 0 || body[e] >= 0) continue;
     if (missing++ == 0) first = e;
   }
-  if (missing > 0)
-    fault(d, "SOLID SECTION", element_place(d, first), "", text_format("%d elements have no *SOLID SECTION, the first is element %d; write *SOLID SECTION, ELSET=..., MATERIAL=...",
-                                                                       missing, m.mesh.elem_label[first]));
+  if (missing == 0) return;
+  fault(d, "SOLID SECTION", element_place(d, first), "",
+        text_format("%d elements have no *SOLID SECTION, the first is element %d; write *SOLID SECTION, ELSET=..., MATERIAL=...", missing, m.mesh.elem_label[first]));
 }
 
 // ---- materials ------------------------------------------------------------
@@ -206,7 +207,8 @@ void check_fill(Deck& d, const Model& m, const Body& body)
   for (int i = 0; i < 2; ++i) {
     n[i] = body.cells[i] > 0 ? body.cells[i] : std::round((body.hi[i] - body.lo[i]) / m.grid.h[i]);
     if (!(n[i] >= 1.0))
-      return fault(d, "MATERIAL POINTS", body.place, body.name, "the box of " + body.name + " is thinner than half a cell of the grid: 0 points; give nx, ny in a second data line");
+      return fault(d, "MATERIAL POINTS", body.place, body.name,
+            "the box of " + body.name + " is thinner than half a cell of the grid: 0 points; give nx, ny in a second data line");
     n[i] *= body.per_cell;
   }
   if (!(n[0] * n[1] <= 5e7))
@@ -258,7 +260,8 @@ void check_bond_distance(Deck& d, const Model& m, const BondDef& bond)
   for (int i = 0; i < 2; ++i) {
     const double gap = std::max(s.lo[i] - b.hi[i], b.lo[i] - s.hi[i]);
     if (s.lo[i] > s.hi[i] || b.lo[i] > b.hi[i] || gap <= m.grid.h[i]) continue;
-    return doubt(d, "BOND", bond.place, m.surface[bond.surface].name, "surface " + m.surface[bond.surface].name + " is " + text_number(gap) + (i ? " in y" : " in x") +
+    return doubt(d, "BOND", bond.place, m.surface[bond.surface].name,
+          "surface " + m.surface[bond.surface].name + " is " + text_number(gap) + (i ? " in y" : " in x") +
                  " away from body " + m.body[bond.body].name + ", more than a cell of the grid; is it the right surface?");
   }
 }
@@ -276,7 +279,8 @@ void check_loaded_supports(Deck& d, const Model& m, const Step& s)
     if (l.kind != LOAD_NODE) continue;
     for (int n : l.node)
       if (held[3 * static_cast<std::size_t>(n) + l.dof]) {
-        doubt(d, "CLOAD", l.place, "", text_format("direction %d of node %d is prescribed and loaded; the load has no effect on the motion", l.dof + 1, m.mesh.node_label[n]));
+        doubt(d, "CLOAD", l.place, "",
+              text_format("direction %d of node %d is prescribed and loaded; the load has no effect on the motion", l.dof + 1, m.mesh.node_label[n]));
         break;
       }
   }
@@ -308,7 +312,8 @@ void check_acting_nodes(Deck& d, const Model& m, const Step& s, const std::vecto
     for (int n : b.node) {
       if (use[n] == USE_ELEMENT) continue;
       if (use[n] == USE_BODY)
-        fault(d, "BOUNDARY", b.place, "", text_format("node %d becomes a corner of material points; hold it by *GRID BOUNDARY or *BOND, TYPE=GROUND", m.mesh.node_label[n]));
+        fault(d, "BOUNDARY", b.place, "",
+              text_format("node %d becomes a corner of material points; hold it by *GRID BOUNDARY or *BOND, TYPE=GROUND", m.mesh.node_label[n]));
       else
         doubt(d, "BOUNDARY", b.place, "", text_format("node %d is prescribed but belongs to no element; it has no effect", m.mesh.node_label[n]));
       break;
@@ -322,7 +327,8 @@ void check_acting_faces(Deck& d, const Model& m, const Step& s, const IntVec& bo
     if (l.surface >= 0) face.insert(face.end(), m.surface[l.surface].face.begin(), m.surface[l.surface].face.end());
     for (const Face& f : face) {
       if (body[f.elem] < 0) continue;
-      fault(d, l.surface >= 0 ? "DSLOAD" : "DLOAD", l.place, "", text_format("element %d becomes material points; load its body by *SURFACE, TYPE=BODY and *DSLOAD", m.mesh.elem_label[f.elem]));
+      fault(d, l.surface >= 0 ? "DSLOAD" : "DLOAD", l.place, "",
+            text_format("element %d becomes material points; load its body by *SURFACE, TYPE=BODY and *DSLOAD", m.mesh.elem_label[f.elem]));
       break;
     }
   }

@@ -87,6 +87,14 @@ int mesh_add_elem(Deck& d, Model& m, int label, int type, const int* node, const
   return e;
 }
 
+// element_type_words : CPE3|CPS3|... as card_param_word wants it
+std::string element_type_words()
+{
+  std::string words;
+  for (int i = 0; i < ELEM_TYPES; ++i) words += (i ? "|" : "") + std::string(elem_table[i].name);
+  return words;
+}
+
 int mesh_max_label(const IntVec& label)
 {
   return label.empty() ? 0 : *std::max_element(label.begin(), label.end());

@@ -132,6 +132,7 @@ std::string deck_parameter_name_fault(const std::string& name);   // "" when the
 // ---- mesh, sets, targets (deck_mesh.cpp) -----------------------------------
 int mesh_add_node(Deck& d, Model& m, int label, double x, double y, double z, const Field& at);
 int mesh_add_elem(Deck& d, Model& m, int label, int type, const int* node, const Field& at);
+std::string element_type_words();                          // allowed values of TYPE
 int mesh_max_label(const IntVec& label);
 void mesh_centroid(const Mesh& mesh, int e, double x[3]);
 const std::vector<Face>& mesh_free_faces(Deck& d, const Model& m);
@@ -146,6 +147,8 @@ int target_material(Deck& d, const Model& m, const Field& at);
 int target_surface(Deck& d, const Model& m, const Field& at);
 int target_body(Deck& d, const Model& m, const Field& at);
 int target_amplitude(Deck& d, const Model& m, const Field& at);
+
+bool column_built_in(const std::string& name, std::string& column);   // columns that are always there (deck_column.cpp)
 
 // ---- loads from step to step (deck_carry.cpp) ------------------------------
 void carry_begin(Deck& d, Model& m);                       // copies what stays from the step before

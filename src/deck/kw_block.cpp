@@ -1,8 +1,7 @@
 #include <cmath>
+#include <functional>
 
 #include "deck/card.h"
-
-std::string element_type_words();
 
 namespace {
 
@@ -18,10 +17,11 @@ struct Block {
 // nodes that exist already, by cells a little larger than the tolerance
 struct NearNodes {
   double tol = 0.0;
-  std::unordered_multimap<std::string, int> cell;
+  std::unordered_multimap<std::size_t, int> cell;
 };
 
-std::string cell_key(double i, double j) { return text_format("%.0f %.0f", i, j); }
+// two cells with the same key cost time only: the distance decides
+std::size_t cell_key(double i, double j) { return std::hash<double>()(i) * 31 + std::hash<double>()(j); }
 
 void near_open(NearNodes& near, const Mesh& mesh, double tol)
 {
@@ -81,17 +81,18 @@ bool make_nodes(Card& card, Model& model, Block& b)
   const bool merge = card_flag(card, "MERGE");
   if (merge) near_open(near, model.mesh, 1e-9 * diagonal);
   int label = mesh_max_label(model.mesh.node_label);
+  model.mesh.node_index.reserve(model.mesh.node_index.size() + (b.n[0] + 1u) * (b.n[1] + 1u));
   for (int j = 0; j <= b.n[1]; ++j)
     for (int i = 0; i <= b.n[0]; ++i) {
       double x[3] = {b.lo[0] + (b.hi[0] - b.lo[0]) * i / b.n[0], b.lo[1] + (b.hi[1] - b.lo[1]) * j / b.n[1], 0.0};
       if (b.mapped) {
         const double place[2] = {expr_eval(b.map[0], x, 0.0), expr_eval(b.map[1], x, 0.0)};
-        if (!std::isfinite(place[0]) || !std::isfinite(place[1])) {
-          card_error(card, card.head.at, text_format("the map has no finite value at x = %g, y = %g", x[0], x[1]));
-          return false;
-        }
         x[0] = place[0];
         x[1] = place[1];
+      }
+      if (!std::isfinite(x[0]) || !std::isfinite(x[1])) {
+        card_error(card, card.head.at, text_format("%s no finite value at column %d, row %d of the nodes", b.mapped ? "the map has" : "the block has", i, j));
+        return false;
       }
       const int old = merge ? near_find(near, model.mesh, x) : -1;
       b.node.push_back(old >= 0 ? old : mesh_add_node(*card.deck, model, ++label, x[0], x[1], 0.0, card.head.at));
@@ -104,6 +105,7 @@ void make_elems(Card& card, Model& model, Block& b, int type)
 {
   int label = mesh_max_label(model.mesh.elem_label);
   const bool triangles = elem_table[type].shape == SHAPE_TRI3;
+  model.mesh.elem_index.reserve(model.mesh.elem_index.size() + (triangles ? 2u : 1u) * b.n[0] * b.n[1]);
   for (int j = 0; j < b.n[1]; ++j)
     for (int i = 0; i < b.n[0]; ++i) {
       const int* low = &b.node[static_cast<std::size_t>(j) * (b.n[0] + 1) + i];

@@ -2,8 +2,6 @@
 
 #include "deck/card.h"
 
-bool history_column_is_built_in(const std::string& name, std::string& column);
-
 namespace {
 
 const char* const fields = "U1|U2|V1|V2|S11|S22|S33|S12|E11|E22|E33|E12|SMISES|ENER";
@@ -46,7 +44,7 @@ void read_field(Card& card, Check c, std::vector<std::pair<Check, Field>>& list)
 // the column must be built in or one of *HISTORY
 void settle(Deck& d, Model& m, Check c, const Field& at)
 {
-  if (c.kind == CHECK_FIELD || history_column_is_built_in(c.column, c.column)) {
+  if (c.kind == CHECK_FIELD || column_built_in(c.column, c.column)) {
     m.check.push_back(c);
     return;
   }

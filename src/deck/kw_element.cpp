@@ -16,13 +16,6 @@ void join_lines(Card& card, int wanted)
 
 }  // namespace
 
-std::string element_type_words()
-{
-  std::string words;
-  for (int i = 0; i < ELEM_TYPES; ++i) words += (i ? "|" : "") + std::string(elem_table[i].name);
-  return words;
-}
-
 // ---------------------------------------------------------------------------
 // *ELEMENT, TYPE=[, ELSET=] : label, nodes
 // ---------------------------------------------------------------------------

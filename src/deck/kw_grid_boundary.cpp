@@ -4,13 +4,13 @@
 
 namespace {
 
-struct Plane1 {                // XMIN ... YMAX or X=0.05
+struct GridPlane {             // XMIN ... YMAX or X=0.05
   int axis = -1;
   int side = 0;                // -1 min, 1 max, 0: at position
   double position = 0.0;
 };
 
-bool read_plane(Card& card, Plane1& p)
+bool read_plane(Card& card, GridPlane& p)
 {
   const Field f = card_field(card, "plane (XMIN, XMAX, YMIN, YMAX, X=... or Y=...)");
   if (!card_good(card)) return false;
@@ -25,7 +25,7 @@ bool read_plane(Card& card, Plane1& p)
 }
 
 // position of the plane; it must be one of the grid
-void settle(Deck& d, Model& m, std::size_t i, const Plane1& p, const Field& at)
+void settle(Deck& d, Model& m, std::size_t i, const GridPlane& p, const Field& at)
 {
   const Grid& g = m.grid;
   if (!g.given) return deck_error(d, at, "there is no *GRID; write one with the box and the size of a cell");
@@ -49,7 +49,7 @@ void kw_grid_boundary(Card& card, Model& model)
   const Field name = card_param_field(card, "AMPLITUDE");
   while (card_line(card)) {
     GridBc b;
-    Plane1 plane;
+    GridPlane plane;
     if (!read_plane(card, plane)) continue;
     b.axis  = plane.axis;
     b.first = b.last = card_dof(card, model, "first direction");

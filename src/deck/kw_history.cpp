@@ -2,17 +2,6 @@
 
 #include "deck/card.h"
 
-bool history_column_is_built_in(const std::string& name, std::string& column)
-{
-  for (const char* word : {"time", "step", "inc", "dt", "iter", "kinetic", "strain", "bond", "external", "balance",
-                           "px", "py", "pz", "lx", "ly", "lz", "slip_max", "slip_rms"})
-    if (text_upper(name) == text_upper(word)) {
-      column = word;
-      return true;
-    }
-  return false;
-}
-
 namespace {
 
 const char* const quantities = "U1|U2|V1|V2|A1|A2|X1|X2|RF1|RF2|GRF1|GRF2|S11|S22|S33|S12|E11|E22|E33|E12|SMISES|ENER";
@@ -61,7 +50,7 @@ void read_line(Card& card, std::vector<std::string>& names)
   h.name  = text_upper(name.text);
   h.place = line_place(card);
   std::string column;
-  if (history_column_is_built_in(h.name, column)) card_error(card, name, "column " + column + " is there always; take another name");
+  if (column_built_in(h.name, column)) card_error(card, name, "column " + column + " is there always; take another name");
   else if (std::find(names.begin(), names.end(), h.name) != names.end()) card_error(card, name, "column " + text_show(h.name) + " is defined already");
   names.push_back(h.name);
 

@@ -86,3 +86,13 @@ double prescribed_value(const Model& m, const Step& s, const Prescribed& b, cons
 {
   return value_at(m, s, b.value, b.start, b.amplitude, x, t_step, t_total);
 }
+
+double support_value(const Model& m, const Expr& value, int amplitude, const double x[3], double t_step, double t_total)
+{
+  const double v = expr_eval(value, x, t_total);
+  if (amplitude >= 0) return v * amplitude_eval(m.amplitude[amplitude], t_step, t_total);
+  if (!value.is_const() || v == 0.0) return v;
+  const Step& first = m.step.front();
+  if (first.proc == PROC_STATIC) return v * std::min(1.0, t_total / first.period);
+  return t_total > 0.0 ? v : 0.0;
+}

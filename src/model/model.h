@@ -175,9 +175,9 @@ struct Prescribed {            // *BOUNDARY
 enum Procedure { PROC_STATIC, PROC_DYNAMIC };
 enum TimeScheme { SCHEME_NEWMARK, SCHEME_ENERGY_MOMENTUM };
 
-struct Controls {              // *CONTROLS
+struct Controls {              // *NEWTON
   double tol_force  = 1e-8;    // residual / force scale
-  double tol_energy = 1e-14;   // |residual . correction| / energy scale
+  double tol_energy = 1e-12;   // sum R^2/A_ii over sum f^2/A_ii
   int max_iter = 16;
   int max_cut  = 10;           // halvings of a step
   bool line_search = true;
@@ -255,7 +255,7 @@ struct SolverDef {             // *SOLVER
   SolverKind kind = SOLVER_AUTO;
 };
 
-struct HistoryOutput {         // *OUTPUT, HISTORY
+struct HistoryOutput {         // *HISTORY, FREQUENCY=
   int frequency = 1;
 };
 
@@ -300,5 +300,9 @@ double amplitude_eval(const Amplitude& a, double t_step, double t_total);
 // expressions of x y z t (t: total time)
 double load_value(const Model& m, const Step& s, const Load& l, const double x[3], double t_step, double t_total);
 double prescribed_value(const Model& m, const Step& s, const Prescribed& b, const double x[3], double t_step, double t_total);
+
+// support_value : displacement of grid planes and grounds since the start of the run. A plain number is ramped over
+// the first step when it is static, and reached at once when it is dynamic.
+double support_value(const Model& m, const Expr& value, int amplitude, const double x[3], double t_step, double t_total);
 
 #endif

@@ -32,6 +32,7 @@ struct Bonds {
   IntVec def;                  // [nbond] index into Model::bond
   IntVec field;                // [nbond] grid field of side B, -1: ground
   RealVec area;                // [nbond] tributary area (length x thickness in 2D)
+  RealVec X;                   // [nbond*3] place at t = 0
   RealVec normal;              // [nbond*dim] unit normal, from side A outwards
   RealVec cn, ct;              // [nbond] penalty normal and tangential x area        force/length
   IntVec intermediate;         // [nbond] 0: at a node, 1: between nodes

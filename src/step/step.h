@@ -20,6 +20,7 @@ struct Attempt {
   RealVec g{};                   // [neq] inertia that does not depend on du
   RealVec momentum{};            // [neq] M v of nodes, sum m S v of points
   RealVec vgrid{};               // [neq] projected velocity of the grid at t(n), rows of the grid
+  RealVec agrid{};             // [neq] acceleration of the grid at t(n), rows of the grid (Newmark)
   RealVec fint0{}, fext0{};        // [neq] at t(n) on the weights of this step (statics, Newmark)
   RealVec fint{}, fext{}, R{};       // [neq] at the solution
   RealVec du{};                  // [neq]
@@ -41,7 +42,7 @@ Status step_newton(Problem& p, Attempt& a);
 Status step_inertia_begin(Problem& p, Attempt& a);
 
 // step_finish : velocities, reactions, energies at t(n+1) into st.np1 and st.ledger
-Status step_finish(Problem& p, Attempt& a);
+void step_finish(Problem& p, Attempt& a);
 
 // step_initial_acceleration : a(0) = M^-1 (fext - fint) of the nodes, at the start of a Newmark step
 void step_initial_acceleration(Problem& p, const Step& s);

@@ -21,9 +21,14 @@ Status project(Problem& p, Attempt& a)
   a.vgrid.assign(s.neq(), 0.0);
   for (int i = s.nfe * s.dim; i < s.neq(); ++i) {
     const double m = s.M[s.A.off[i / s.dim + 1] - 1];
-    a.vgrid[i]     = s.fixed[i] ? s.target[i] / a.dt : m > 0.0 ? a.momentum[i] / m : 0.0;
+    a.vgrid[i]     = s.fixed[i] ? s.rate0[i] : m > 0.0 ? a.momentum[i] / m : 0.0;
   }
-  return mass_solve(s, s.nfe, a.momentum, a.vgrid) < 0 ? SOLVER_FAILED : STATUS_OK;
+  if (mass_solve(s, s.nfe, a.momentum, a.vgrid) < 0) return NOT_CONVERGED;
+  RealVec Mv;                  // supports: the momentum that goes with their motion
+  mass_multiply(s, a.vgrid, Mv);
+  for (int i = s.nfe * s.dim; i < s.neq(); ++i)
+    if (s.fixed[i]) a.momentum[i] = Mv[i];
+  return STATUS_OK;
 }
 
 // internal force at t(n) on the weights of this step: the grid has no acceleration of its own
@@ -36,13 +41,26 @@ Status force_at_start(Problem& p, Attempt& a)
   return assem_internal(p, mode, a.fint0);
 }
 
-// M a(n): from the accelerations of the nodes, for the grid from its forces
-RealVec inertia_at_start(const Problem& p, const Attempt& a)
+// M a(n): from the accelerations of the nodes, for the grid from its forces: M a = fext - fint on free dofs, and
+// from that solution the rows of its supports, whose reaction is not known otherwise
+Status inertia_at_start(Problem& p, Attempt& a, RealVec& Ma)
 {
-  RealVec Ma;
-  mass_multiply(p.sys, node_vector(p, p.st.n.a), Ma);
-  for (int i = p.sys.nfe * p.sys.dim; i < p.sys.neq(); ++i) Ma[i] = a.fext0[i] - a.fint0[i];
-  return Ma;
+  const System& s = p.sys;
+  const int first = s.nfe * s.dim;
+  a.agrid.assign(s.neq(), 0.0);
+  if (p.grid.nnode) {
+    Timer timer(PHASE_PROJECT);
+    RealVec f(s.neq(), 0.0);
+    for (int i = first; i < s.neq(); ++i) {
+      f[i] = a.fext0[i] - a.fint0[i];
+      if (s.fixed[i]) a.agrid[i] = (s.rate[i] - s.rate0[i]) / a.dt;
+    }
+    if (mass_solve(s, s.nfe, f, a.agrid) < 0) return NOT_CONVERGED;
+  }
+  RealVec acc = node_vector(p, p.st.n.a);
+  for (int i = first; i < s.neq(); ++i) acc[i] = a.agrid[i];
+  mass_multiply(s, acc, Ma);
+  return STATUS_OK;
 }
 
 }  // namespace
@@ -65,7 +83,8 @@ Status step_inertia_begin(Problem& p, Attempt& a)
     if (p.grid.nnode) status = force_at_start(p, a);
     if (status != STATUS_OK) return status;
     a.cM = 1.0 / (s.beta * a.dt * a.dt);
-    a.g  = inertia_at_start(p, a);
+    status = inertia_at_start(p, a, a.g);
+    if (status != STATUS_OK) return status;
     for (int i = 0; i < p.sys.neq(); ++i)
       a.g[i] = a.momentum[i] / (s.beta * a.dt) + (1.0 - 2.0 * s.beta) / (2.0 * s.beta) * a.g[i];
   }
@@ -119,25 +138,19 @@ void finish_nodes(Problem& p, const Attempt& a)
 }
 
 // v_c += sum_v N_v(x_c) dv_v                                                       (3.15)
-Status finish_points(Problem& p, const Attempt& a)
+void finish_points(Problem& p, const Attempt& a)
 {
   const Step& s = a.step;
   const int dim = p.m.dim, first = p.sys.nfe;
-  RealVec dv(p.sys.neq(), 0.0), acc(p.sys.neq(), 0.0);
+  RealVec dv(p.sys.neq(), 0.0);
   const bool mid = s.scheme == SCHEME_ENERGY_MOMENTUM;
-  if (!mid && s.gamma != 2.0 * s.beta) {
-    Timer timer(PHASE_PROJECT);
-    RealVec Ma(p.sys.neq(), 0.0);
-    for (int i = first * dim; i < p.sys.neq(); ++i) Ma[i] = a.fext0[i] - a.fint0[i];
-    if (mass_solve(p.sys, first, Ma, acc) < 0) return SOLVER_FAILED;
-  }
   for (int i = first * dim; i < p.sys.neq(); ++i) {
     if (p.sys.fixed[i])
       dv[i] = p.sys.rate[i] - a.vgrid[i];
     else if (mid)
       dv[i] = 2.0 * (a.du[i] / a.dt - a.vgrid[i]);
     else
-      dv[i] = s.gamma / s.beta * (a.du[i] / a.dt - a.vgrid[i]) + a.dt * (1.0 - s.gamma / (2.0 * s.beta)) * acc[i];
+      dv[i] = s.gamma / s.beta * (a.du[i] / a.dt - a.vgrid[i]) + a.dt * (1.0 - s.gamma / (2.0 * s.beta)) * a.agrid[i];
   }
   const ActiveGrid& g = p.grid;
   for (int c = 0; c < p.st.points.ncorner; ++c)
@@ -148,7 +161,6 @@ Status finish_points(Problem& p, const Attempt& a)
       p.st.np1.vc[c * dim + i] = p.st.n.vc[c * dim + i] + sum;
     }
   point_velocities(p.st.points, dim, p.st.np1.vc, p.st.np1.vp);
-  return STATUS_OK;
 }
 
 void finish_reactions(Problem& p, const Attempt& a)
@@ -201,20 +213,16 @@ double external_work(const Problem& p, const Attempt& a, const RealVec& rf0)
 
 }  // namespace
 
-Status step_finish(Problem& p, Attempt& a)
+void step_finish(Problem& p, Attempt& a)
 {
   Timer timer(PHASE_COMMIT);
   const RealVec rf0 = p.st.rf.empty() ? RealVec(static_cast<size_t>(p.m.mesh.nnode()) * p.m.dim, 0.0) : p.st.rf;
   p.st.np1.time = a.total1;
   if (a.cM != 0.0) {
     finish_nodes(p, a);
-    if (p.st.points.npoint) {
-      const Status status = finish_points(p, a);
-      if (status != STATUS_OK) return status;
-    }
+    if (p.st.points.npoint) finish_points(p, a);
   }
   finish_reactions(p, a);
   p.st.ledger.external += external_work(p, a, rf0);
   ledger_update(p, p.st.np1, a.step.nlgeom);
-  return STATUS_OK;
 }

@@ -150,7 +150,7 @@ Status step_newton(Problem& p, Attempt& a)
     status = form_residual(p, a, a.du, b);
   }
   if (status != STATUS_OK) return status;
-  if (a.cM == 0.0) a.fint0 = a.fint;                 // statics start from du = 0
+  if (a.cM == 0.0 && a.fint0.empty()) a.fint0 = a.fint;   // statics start from du = 0
   StepLog& log = p.st.log;
   log.iterations = 0;
   out_listing_iteration(log.step, log.inc, 0, b.free_norm, b.scale, 0.0, 0.0);

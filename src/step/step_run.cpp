@@ -98,13 +98,24 @@ std::vector<double> stops_of(const Model& m, double start, const Step& s)
   return out;
 }
 
-// one step of the deck                                                            (6.1) - (6.6)
+// statics know no velocity: what moves is stopped, and its energy leaves the ledger as external work
+void stop_motion(Problem& p)
+{
+  State& st = p.st;
+  if (st.ledger.kinetic == 0.0) return;
+  log_warn("step %d is static: the kinetic energy of %g is dropped", st.log.step, st.ledger.kinetic);
+  st.ledger.external -= st.ledger.kinetic;
+  for (RealVec* v : {&st.n.v, &st.n.a, &st.n.vc, &st.n.vp}) std::fill(v->begin(), v->end(), 0.0);
+}
+
+// one step of the deck, in the order of doc/theory.md 6.5
 Status run_step(Problem& p, const Step& s, Output& out)
 {
   State& st = p.st;
   const double start = st.n.time;
   Clock clock{s, 0.0, s.dt, 1, 0, stops_of(p.m, start, s)};
   st.log.inc = 0;
+  if (s.proc == PROC_STATIC) stop_motion(p);
   while (!clock.done()) {
     if (++st.log.inc > s.max_inc) {
       log_error("step %d: INC=%d increments are used up at time %g of %g", st.log.step, s.max_inc, clock.t, s.period);
@@ -170,7 +181,7 @@ Status step_increment(Problem& p, const Step& s, double t0, double dt)
   if (s.proc == PROC_DYNAMIC) status = step_inertia_begin(p, a);
   if (status == STATUS_OK) status = step_newton(p, a);
   if (status == STATUS_OK && st.bonds.nbond) status = augment(p, a);
-  if (status == STATUS_OK) status = step_finish(p, a);
+  if (status == STATUS_OK) step_finish(p, a);
   return status;
 }
 
