@@ -98,7 +98,8 @@ void check_element(Deck& d, const Model& m, int e)
   } else if (positive + negative == 0) {
     text = text_format("element %d has no area; its nodes lie on a line or on each other", label);
   } else {
-    text = text_format("element %d is not convex at node %d: the angle is 180 degrees or more; mind the order of the nodes", label, m.mesh.node_label[node[worst]]);
+    text = text_format("element %d is not convex at node %d: the angle is 180 degrees or more; mind the order of the nodes",
+                       label, m.mesh.node_label[node[worst]]);
   }
   const bool block = text_upper(deck_line_text(d, d.elem_spot[e].file, d.elem_spot[e].line)).find("*BLOCK") != std::string::npos;
   fault(d, block ? "BLOCK" : "ELEMENT", element_place(d, e), "", text);
@@ -138,7 +139,8 @@ IntVec body_of_elements(Deck& d, const Model& m)
       body[e] = static_cast<int>(b);
     }
     const std::string word = m.elset[m.body[b].elset].name;
-    if (section) fault(d, "MATERIAL POINTS", m.body[b].place, word, "elements of " + word + " have a *SOLID SECTION; they become material points and must not have one");
+    if (section) fault(d, "MATERIAL POINTS", m.body[b].place, word,
+                       "elements of " + word + " have a *SOLID SECTION; they become material points and must not have one");
     if (shared) fault(d, "MATERIAL POINTS", m.body[b].place, word, "elements of " + word + " belong to another body as well; an element fills one body");
   }
   return body;
@@ -153,7 +155,8 @@ void check_sections(Deck& d, const Model& m, const IntVec& body)
   }
   if (missing == 0) return;
   fault(d, "SOLID SECTION", element_place(d, first), "",
-        text_format("%d elements have no *SOLID SECTION, the first is element %d; write *SOLID SECTION, ELSET=..., MATERIAL=...", missing, m.mesh.elem_label[first]));
+        text_format("%d elements have no *SOLID SECTION, the first is element %d; write *SOLID SECTION, ELSET=..., MATERIAL=...",
+                    missing, m.mesh.elem_label[first]));
 }
 
 // ---- materials ------------------------------------------------------------
@@ -244,7 +247,8 @@ void check_bond_faces(Deck& d, const Model& m, const BondDef& bond, const IntVec
     if (body[f.elem] < 0) continue;
     const std::string& name = m.surface[bond.surface].name;
     return fault(d, "BOND", bond.place, name, text_format("element %d of surface ", m.mesh.elem_label[f.elem]) + name +
-                 " becomes material points; take *SURFACE, TYPE=BODY, BODY=" + m.body[body[f.elem]].name + " (bonds to the ground) or the surface of the elements that stay");
+                 " becomes material points; take *SURFACE, TYPE=BODY, BODY=" + m.body[body[f.elem]].name +
+                 " (bonds to the ground) or the surface of the elements that stay");
   }
 }
 

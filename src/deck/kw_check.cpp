@@ -61,7 +61,8 @@ void read_time(Card& card, Check& c)
   const CheckAt at[4] = {AT_END, AT_MAX, AT_MIN, AT_ABSMAX};
   const int word = card_param_word(card, "AT", "END|MAX|MIN|ABSMAX", 0);
   c.at = at[word < 0 ? 0 : word];
-  if (card_param(card, "AT") && c.kind == CHECK_FIELD && c.at != AT_END) card_error(card, card_param(card, "AT")->value, "a field is checked at AT=END or at TIME=");
+  if (card_param(card, "AT") && c.kind == CHECK_FIELD && c.at != AT_END)
+    card_error(card, card_param(card, "AT")->value, "a field is checked at AT=END or at TIME=");
   if (!card_param(card, "TIME")) return;
   if (card_param(card, "AT")) card_error(card, card_param(card, "AT")->key, "TIME and AT exclude each other");
   c.at   = AT_TIME;

@@ -67,6 +67,7 @@ void set_read(Card& card, Model& model, bool nodes)
   if (name.empty()) return;
   if (item.empty() && card.deck->errors == card.errors_before)
     card_error(card, card.head.at, "set " + name + " is empty" +
-               (card_param(card, "WHERE") ? ": WHERE selects nothing; mind the tolerance, for example \"abs(x - 1) < 1e-9\"" : "; give labels, set names or WHERE"));
+               (card_param(card, "WHERE") ? ": WHERE selects nothing; mind the tolerance, for example \"abs(x - 1) < 1e-9\""
+                                           : "; give labels, set names or WHERE"));
   set_merge(nodes ? model.nset : model.elset, name, item, card_place(card));
 }

@@ -7,7 +7,8 @@ void kw_step(Card& card, Model& model)
 {
   Deck& d = *card.deck;
   if (d.in_step) {
-    card_error(card, card.head.at, "the step of " + spot_text(d, Spot{d.step_at.file, d.step_at.line}) + " is still open; *END STEP is missing before this line");
+    card_error(card, card.head.at,
+               "the step of " + spot_text(d, Spot{d.step_at.file, d.step_at.line}) + " is still open; *END STEP is missing before this line");
     carry_end(d, model);
   }
   deck_run_later(d, model, STAGE_STEP);

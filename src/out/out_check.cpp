@@ -26,7 +26,7 @@ std::string check_name(const Check& c)
   char text[40];
   std::snprintf(text, sizeof text, "%g", c.time);
   const std::string where = c.at == AT_TIME ? text : at[c.at];
-  return c.kind == CHECK_FIELD ? "L2(" + c.what + ")@" + where : c.column + "@" + where;
+  return c.kind == CHECK_FIELD ? (c.centre ? "L2centre(" : "L2(") + c.what + ")@" + where : c.column + "@" + where;
 }
 
 void fail(CheckResult& r, const std::string& message)

@@ -6,7 +6,7 @@
 
 namespace {
 
-const double snap = 1e-10;     // a place this close to a cell face, in cells, lies on it
+const double snap = 1e-12;     // a place this close to a cell face, in cells, lies on it
 
 // where a place lies in the grid: cell and local place 0 ... 1
 struct Spot {
