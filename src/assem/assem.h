@@ -53,7 +53,7 @@ void system_form(Problem& p, bool mass);
 // system_constrain : fixed dofs and their increments from t(n) to t_total; sets fixed, target, grid_bc
 void system_constrain(Problem& p, const Step& s, double t_step0, double t_step1);
 
-// assem_move : places and displacements at t(n+1) from the increment du: writes st.np1.u, xc, slip
+// assem_move : places and displacements at t(n+1) from the increment du: writes st.np1.u, uc, slip
 void assem_move(Problem& p, const RealVec& du, double t_step0, double t_step1);
 
 // assem_internal : fint [neq] of elements, points and bonds for the two levels of the state

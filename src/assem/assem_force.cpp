@@ -13,7 +13,7 @@ void move_nodes(Problem& p, const RealVec& du)
   }
 }
 
-// x_c(n+1) = x_c(n) + sum_v N_v(x_c) du_v
+// u_c(n+1) = u_c(n) + sum_v N_v(x_c) du_v
 void move_corners(Problem& p, const RealVec& du)
 {
   const int dim = p.m.dim;
@@ -23,7 +23,7 @@ void move_corners(Problem& p, const RealVec& du)
       double d = 0.0;
       for (int k = g.corner.off[c]; k < g.corner.off[c + 1]; ++k)
         d += g.corner_w[k] * du[(p.sys.nfe + g.corner.item[k]) * dim + i];
-      p.st.np1.xc[c * dim + i] = p.st.n.xc[c * dim + i] + d;
+      p.st.np1.uc[c * dim + i] = p.st.n.uc[c * dim + i] + d;
     }
 }
 
@@ -112,8 +112,8 @@ struct Follower {
     reference(n, x);
     if (!follow) return;
     for (int i = 0; i < dim; ++i)
-      x[i] = body ? (1.0 - s) * p.st.n.xc[n * dim + i] + s * p.st.np1.xc[n * dim + i]
-                  : x[i] + (1.0 - s) * p.st.n.u[n * dim + i] + s * p.st.np1.u[n * dim + i];
+      x[i] += body ? (1.0 - s) * p.st.n.uc[n * dim + i] + s * p.st.np1.uc[n * dim + i]
+                   : (1.0 - s) * p.st.n.u[n * dim + i] + s * p.st.np1.u[n * dim + i];
   }
 };
 
@@ -222,7 +222,7 @@ Status assem_internal(Problem& p, const KernelMode& mode, RealVec& fint)
   if (p.st.points.npoint) {
     RealVec fc(p.st.points.Xc.size(), 0.0);
     int worst = -1;
-    const Status s = point_corner_force(p.m, p.st.points, p.point_law, mode, p.st.n.xc, p.st.np1.xc, fc, &worst);
+    const Status s = point_corner_force(p.m, p.st.points, p.point_law, mode, p.st.n.uc, p.st.np1.uc, fc, &worst);
     if (s != STATUS_OK) {
       status = s;
       p.worst = worst;

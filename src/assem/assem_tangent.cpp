@@ -61,7 +61,7 @@ void add_points(Problem& p, const KernelMode& mode)
     const int n = p.grid.point.count(q);
     f.resize(static_cast<size_t>(n) * D);
     ke.resize(static_cast<size_t>(pair_count(n)) * D * D);
-    point_tangent(p.m, pts, p.point_law, mode, p.st.n.xc, p.st.np1.xc, p.grid, q, f.data(), ke.data());
+    point_tangent(p.m, pts, p.point_law, mode, p.st.n.uc, p.st.np1.uc, p.grid, q, f.data(), ke.data());
     add_pairs<D>(p.sys.A, &p.sys.point_map[p.sys.point_map_off[q]], n, ke.data());
   }
 }

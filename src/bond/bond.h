@@ -14,8 +14,8 @@ extern const double bond_alpha;
 // normals, penalties. Returns the number of errors (messages in the log).
 int bond_form(const Model& m, const Points& pts, Bonds& bonds);
 
-// bond_places : where side A is                          xb [nbond*dim]
-void bond_places(const Model& m, const Bonds& bonds, const RealVec& u, const RealVec& xc, RealVec& xb);
+// bond_places : where side A is, from displacements of nodes and corners                          xb [nbond*dim]
+void bond_places(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& u, const RealVec& uc, RealVec& xb);
 
 // bond_stiffness : C of bond b [dim*dim] = ct I + (cn - ct) n n^T             (4.3)
 void bond_stiffness(const Bonds& bonds, int dim, int b, double* C);

@@ -3,7 +3,7 @@
 
 #include "bond/bond.h"
 
-void bond_places(const Model& m, const Bonds& bonds, const RealVec& u, const RealVec& xc, RealVec& xb)
+void bond_places(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& u, const RealVec& uc, RealVec& xb)
 {
   const int dim = m.dim, nnode = m.mesh.nnode();
   xb.assign(static_cast<size_t>(bonds.nbond) * dim, 0.0);
@@ -11,7 +11,8 @@ void bond_places(const Model& m, const Bonds& bonds, const RealVec& u, const Rea
     for (int k = bonds.a.off[b]; k < bonds.a.off[b + 1]; ++k) {
       const int kin = bonds.a.item[k];
       for (int i = 0; i < dim; ++i) {
-        const double x = kin < nnode ? m.mesh.X[3 * kin + i] + u[kin * dim + i] : xc[(kin - nnode) * dim + i];
+        const int dof  = (kin - nnode) * dim + i;
+        const double x = kin < nnode ? m.mesh.X[3 * kin + i] + u[kin * dim + i] : pts.Xc[dof] + uc[dof];
         xb[b * dim + i] += bonds.a_w[k] * x;
       }
     }

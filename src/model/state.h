@@ -41,7 +41,7 @@ struct Bonds {
 struct Level {                 // one time level
   double time = 0.0;           // total time
   RealVec u, v, a;             // [nnode*dim] finite-element nodes
-  RealVec xc;                  // [ncorner*dim] corners, where they are now           length
+  RealVec uc;                  // [ncorner*dim] displacement of corners since t = 0   length
   RealVec vc;                  // [ncorner*dim] velocity of corners
   RealVec vp;                  // [npoint*dim] velocity of points, sum_c w_c v_c: for output
   RealVec slip;                // [nbond*dim] side A minus side B                     length

@@ -98,7 +98,7 @@ void add_points(const Model& m, const State& s, const Check& c, const Quantity& 
     if (quantity_is_place(q)) {
       value = point_nodal_at(m, pts, s.n, q, p, pts.w.data() + pts.conn.off[p]);
     } else {
-      point_ip_fields(m, pts, s.n.xc, p, f);
+      point_ip_fields(m, pts, s.n.uc, p, f);
       value = quantity_ip(q, f);
     }
     norm.add(value, expr_eval(c.exact, X, s.n.time), pts.V0[p]);

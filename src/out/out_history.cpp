@@ -104,7 +104,7 @@ void sample_point(const Model& m, const State& s, const Quantity& q, int p, cons
     return;
   }
   IpFields f;
-  point_ip_fields(m, s.points, s.n.xc, p, f);
+  point_ip_fields(m, s.points, s.n.uc, p, f);
   sample.add(quantity_ip(q, f), s.points.V0[p]);
 }
 

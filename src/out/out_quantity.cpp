@@ -83,12 +83,11 @@ double elem_nodal_at(const Model& m, const Level& level, const Quantity& q, int 
 // ---------------------------------------------------------------------------
 double point_nodal_at(const Model& m, const Points& pts, const Level& level, const Quantity& q, int p, const double* N)
 {
-  if (q.kind == Q_V) return level.vp[p * m.dim + q.comp];
   if (q.kind == Q_A) return std::numeric_limits<double>::quiet_NaN();
   double value = 0.0;
   for (int a = 0; a < pts.conn.count(p); ++a) {
     const int i = pts.conn.begin(p)[a] * m.dim + q.comp;
-    value += N[a] * (q.kind == Q_X ? level.xc[i] : level.xc[i] - pts.Xc[i]);
+    value += N[a] * (q.kind == Q_V ? level.vc[i] : q.kind == Q_X ? pts.Xc[i] + level.uc[i] : level.uc[i]);
   }
   return value;
 }

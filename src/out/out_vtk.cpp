@@ -149,20 +149,20 @@ void write_mp(const Model& m, const State& s, Output& out)
   IntVec type, body;
   IpFields ip;
   for (int p = 0; p < pts.npoint; ++p) {
-    point_ip_fields(m, pts, s.n.xc, p, ip);
+    point_ip_fields(m, pts, s.n.uc, p, ip);
     add_fields(cell, ip.sig, ip.psi, det_F(ip.F));
     type.push_back(shape_info[pts.shape[p]].vtk);
     body.push_back(pts.body[p] + 1);
   }
-  RealVec u(s.n.xc);
-  for (std::size_t i = 0; i < u.size(); ++i) u[i] -= pts.Xc[i];
+  RealVec x(pts.Xc);
+  for (std::size_t i = 0; i < x.size(); ++i) x[i] += s.n.uc[i];
 
   VtkFile f;
   begin(f, VTK_MP, m, s, out);
-  vtk_points(f, s.n.xc, m.dim);
+  vtk_points(f, x, m.dim);
   vtk_cells(f, pts.conn, type);
   vtk_point_data(f, pts.ncorner);
-  vtk_vectors(f, "displacement", u, m.dim);
+  vtk_vectors(f, "displacement", s.n.uc, m.dim);
   vtk_cell_data(f, pts.npoint);
   vtk_vectors(f, "velocity", s.n.vp, m.dim);
   write_fields(f, cell, m.dim);
@@ -190,8 +190,8 @@ void write_bonds(const Model& m, const State& s, Output& out)
   if (n == 0) return;
   RealVec place, u, force;
   ListTable conn;
-  bond_places(m, s.bonds, RealVec(s.n.u.size(), 0.0), s.points.Xc, u);
-  bond_places(m, s.bonds, s.n.u, s.n.xc, place);
+  bond_places(m, s.points, s.bonds, RealVec(s.n.u.size(), 0.0), s.points.Xc, u);
+  bond_places(m, s.points, s.bonds, s.n.u, s.n.uc, place);
   for (std::size_t i = 0; i < u.size(); ++i) u[i] = place[i] - u[i];
   for (int b = 0; b < n; ++b) {
     double f[3];

@@ -36,20 +36,20 @@ void grid_cell_place(const Grid& g, int dim, long key, double x[3]);
 // Messages go to the log; returns the number of errors.
 int point_fill(const Model& m, Points& pts);
 
-// grid_activate : cells and nodes that corners at xc [ncorner*dim] and bonds at xb [nbond*dim] touch,
+// grid_activate : cells and nodes that corners, displaced by uc [ncorner*dim], and bonds at xb [nbond*dim] touch,
 // weights of corners, points and bonds, extended basis. doc/theory.md (3.8) - (3.12)
 // OUTSIDE_GRID: *worst is the corner (>= 0) or -1 - bond
-Status grid_activate(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& xc, const RealVec& xb,
+Status grid_activate(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& uc, const RealVec& xb,
                      ActiveGrid& g, int* worst);
 
-// point_corner_force : internal force of all points on their corners, from corner places at t(n), t(n+1)
+// point_corner_force : internal force of all points on their corners, from corner displacements at t(n), t(n+1)
 //   out fc [ncorner*dim] added to;  BAD_JACOBIAN: *worst is the point
 Status point_corner_force(const Model& m, const Points& pts, const std::vector<MatLaw>& law, const KernelMode& mode,
-                          const RealVec& xc0, const RealVec& xc1, RealVec& fc, int* worst);
+                          const RealVec& uc0, const RealVec& uc1, RealVec& fc, int* worst);
 
 // point_tangent : tangent of point p for its grid nodes, pairs a >= b [pairs][dim*dim]; scratch f [n*dim]
 void point_tangent(const Model& m, const Points& pts, const std::vector<MatLaw>& law, const KernelMode& mode,
-                   const RealVec& xc0, const RealVec& xc1, const ActiveGrid& g, int p, double* f, double* ke);
+                   const RealVec& uc0, const RealVec& uc1, const ActiveGrid& g, int p, double* f, double* ke);
 
 // point_corner_momentum : q_c = sum_d m_cd v_d over all domains          [ncorner*dim]
 RealVec point_corner_momentum(const Points& pts, int dim, const RealVec& vc);
@@ -60,10 +60,10 @@ void point_velocities(const Points& pts, int dim, const RealVec& vc, RealVec& vp
 // point_laws : constitutive law of each body
 std::vector<MatLaw> point_laws(const Model& m);
 
-// point_ip_fields : results of a point; xc [ncorner*dim]
-void point_ip_fields(const Model& m, const Points& pts, const RealVec& xc, int p, IpFields& out);
+// point_ip_fields : results of a point; uc [ncorner*dim]
+void point_ip_fields(const Model& m, const Points& pts, const RealVec& uc, int p, IpFields& out);
 
 // point_energy : strain energy of all points
-double point_energy(const Model& m, const Points& pts, const RealVec& xc);
+double point_energy(const Model& m, const Points& pts, const RealVec& uc);
 
 #endif

@@ -80,7 +80,7 @@ void sort_unique(std::vector<long>& v)
 }
 
 // 1. cells and nodes under every corner and bond
-Status touch(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& xc, const RealVec& xb,
+Status touch(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& uc, const RealVec& xb,
              Raw& raw, ActiveGrid& g, int* worst)
 {
   const Grid& grid = m.grid;
@@ -95,8 +95,10 @@ Status touch(const Model& m, const Points& pts, const Bonds& bonds, const RealVe
     list.off.push_back(static_cast<int>(w.size()));
     return true;
   };
+  double x[3];
   for (int c = 0; c < pts.ncorner; ++c) {
-    if (!add(&xc[c * m.dim], pts.field[c], raw.corner, raw.corner_w, corner_key)) {
+    for (int i = 0; i < m.dim; ++i) x[i] = pts.Xc[c * m.dim + i] + uc[c * m.dim + i];
+    if (!add(x, pts.field[c], raw.corner, raw.corner_w, corner_key)) {
       *worst = c;
       return OUTSIDE_GRID;
     }
@@ -115,9 +117,12 @@ Status touch(const Model& m, const Points& pts, const Bonds& bonds, const RealVe
     }
   }
   for (int p = 0; p < pts.npoint; ++p) {
-    double x[3] = {0, 0, 0};
+    for (double& xi : x) xi = 0.0;
     for (int k = pts.conn.off[p]; k < pts.conn.off[p + 1]; ++k)
-      for (int i = 0; i < m.dim; ++i) x[i] += pts.w[k] * xc[pts.conn.item[k] * m.dim + i];
+      for (int i = 0; i < m.dim; ++i) {
+        const int dof = pts.conn.item[k] * m.dim + i;
+        x[i] += pts.w[k] * (pts.Xc[dof] + uc[dof]);
+      }
     if (locate(grid, m.dim, x, s)) g.cell.push_back(cell_key(grid, m.dim, pts.field[pts.conn.begin(p)[0]], s.cell));
   }
   sort_unique(g.cell);
@@ -344,13 +349,13 @@ void grid_cell_place(const Grid& g, int dim, long key, double x[3])
   }
 }
 
-Status grid_activate(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& xc, const RealVec& xb,
+Status grid_activate(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& uc, const RealVec& xb,
                      ActiveGrid& g, int* worst)
 {
   g = ActiveGrid();
   Raw raw;
   Extend ext;
-  const Status status = touch(m, pts, bonds, xc, xb, raw, g, worst);
+  const Status status = touch(m, pts, bonds, uc, xb, raw, g, worst);
   if (status != STATUS_OK) return status;
   find_support(pts, raw);
   find_extension(m, raw, g, ext);

@@ -2,15 +2,15 @@
 
 namespace {
 
-// displacement gradient of point p: sum_c (x_c - X_c) (x) G_c                      (3.5)
+// displacement gradient of point p: sum_c u_c (x) G_c                              (3.5)
 template <int D>
-void gradient(const Points& pts, const RealVec& xc, int p, double* H)
+void gradient(const Points& pts, const RealVec& uc, int p, double* H)
 {
   for (int k = 0; k < D * D; ++k) H[k] = 0.0;
   for (int k = pts.conn.off[p]; k < pts.conn.off[p + 1]; ++k) {
     const int c = pts.conn.item[k];
     for (int i = 0; i < D; ++i) {
-      const double u = xc[c * D + i] - pts.Xc[c * D + i];
+      const double u = uc[c * D + i];
       for (int j = 0; j < D; ++j) H[i * D + j] += u * pts.G[k * D + j];
     }
   }
@@ -18,13 +18,13 @@ void gradient(const Points& pts, const RealVec& xc, int p, double* H)
 
 template <int D>
 Status corner_force(const Points& pts, const std::vector<MatLaw>& law, const KernelMode& mode,
-                    const RealVec& xc0, const RealVec& xc1, RealVec& fc, int* worst)
+                    const RealVec& uc0, const RealVec& uc1, RealVec& fc, int* worst)
 {
   Status status = STATUS_OK;
   for (int p = 0; p < pts.npoint; ++p) {
     double H0[D * D] = {0}, H1[D * D], Fb[D * D], S[D * D], re[8 * D] = {0};
-    gradient<D>(pts, xc1, p, H1);
-    if (mode.mid) gradient<D>(pts, xc0, p, H0);
+    gradient<D>(pts, uc1, p, H1);
+    if (mode.mid) gradient<D>(pts, uc0, p, H0);
     if (!(ip_stress<D>(law[pts.body[p]], mode, H0, H1, Fb, S) > 0.0)) {
       *worst = p;
       status = BAD_JACOBIAN;
@@ -39,11 +39,11 @@ Status corner_force(const Points& pts, const std::vector<MatLaw>& law, const Ker
 
 template <int D>
 void tangent(const Points& pts, const std::vector<MatLaw>& law, const KernelMode& mode,
-             const RealVec& xc0, const RealVec& xc1, const ActiveGrid& g, int p, double* f, double* ke)
+             const RealVec& uc0, const RealVec& uc1, const ActiveGrid& g, int p, double* f, double* ke)
 {
   double H0[D * D] = {0}, H1[D * D], Fb[D * D], S[D * D];
-  gradient<D>(pts, xc1, p, H1);
-  if (mode.mid) gradient<D>(pts, xc0, p, H0);
+  gradient<D>(pts, uc1, p, H1);
+  if (mode.mid) gradient<D>(pts, uc0, p, H0);
   ip_stress<D>(law[pts.body[p]], mode, H0, H1, Fb, S);
   const int first = g.point.off[p], n = g.point.count(p);
   for (int k = 0; k < pair_count(n) * D * D; ++k) ke[k] = 0.0;
@@ -53,19 +53,19 @@ void tangent(const Points& pts, const std::vector<MatLaw>& law, const KernelMode
 }  // namespace
 
 Status point_corner_force(const Model& m, const Points& pts, const std::vector<MatLaw>& law, const KernelMode& mode,
-                          const RealVec& xc0, const RealVec& xc1, RealVec& fc, int* worst)
+                          const RealVec& uc0, const RealVec& uc1, RealVec& fc, int* worst)
 {
-  return m.dim == 2 ? corner_force<2>(pts, law, mode, xc0, xc1, fc, worst)
-                    : corner_force<3>(pts, law, mode, xc0, xc1, fc, worst);
+  return m.dim == 2 ? corner_force<2>(pts, law, mode, uc0, uc1, fc, worst)
+                    : corner_force<3>(pts, law, mode, uc0, uc1, fc, worst);
 }
 
 void point_tangent(const Model& m, const Points& pts, const std::vector<MatLaw>& law, const KernelMode& mode,
-                   const RealVec& xc0, const RealVec& xc1, const ActiveGrid& g, int p, double* f, double* ke)
+                   const RealVec& uc0, const RealVec& uc1, const ActiveGrid& g, int p, double* f, double* ke)
 {
   if (m.dim == 2)
-    tangent<2>(pts, law, mode, xc0, xc1, g, p, f, ke);
+    tangent<2>(pts, law, mode, uc0, uc1, g, p, f, ke);
   else
-    tangent<3>(pts, law, mode, xc0, xc1, g, p, f, ke);
+    tangent<3>(pts, law, mode, uc0, uc1, g, p, f, ke);
 }
 
 std::vector<MatLaw> point_laws(const Model& m)
@@ -75,7 +75,7 @@ std::vector<MatLaw> point_laws(const Model& m)
   return law;
 }
 
-void point_ip_fields(const Model& m, const Points& pts, const RealVec& xc, int p, IpFields& out)
+void point_ip_fields(const Model& m, const Points& pts, const RealVec& uc, int p, IpFields& out)
 {
   const int dim = m.dim;
   out    = IpFields();
@@ -83,22 +83,22 @@ void point_ip_fields(const Model& m, const Points& pts, const RealVec& xc, int p
   for (int k = pts.conn.off[p]; k < pts.conn.off[p + 1]; ++k) {
     const int c = pts.conn.item[k];
     for (int i = 0; i < dim; ++i) {
-      const double X = pts.Xc[c * dim + i], x = xc[c * dim + i];
+      const double X = pts.Xc[c * dim + i], u = uc[c * dim + i];
       out.X[i] += pts.w[k] * X;
-      out.x[i] += pts.w[k] * x;
-      for (int j = 0; j < dim; ++j) out.F[3 * i + j] += (x - X) * pts.G[k * dim + j];
+      out.x[i] += pts.w[k] * (X + u);
+      for (int j = 0; j < dim; ++j) out.F[3 * i + j] += u * pts.G[k * dim + j];
     }
   }
   const Body& b = m.body[pts.body[p]];
   ip_fields_from(mat_law(m.material[b.material], dim == 2 ? b.plane : PLANE_NONE), dim, true, out);
 }
 
-double point_energy(const Model& m, const Points& pts, const RealVec& xc)
+double point_energy(const Model& m, const Points& pts, const RealVec& uc)
 {
   IpFields f;
   double sum = 0.0;
   for (int p = 0; p < pts.npoint; ++p) {
-    point_ip_fields(m, pts, xc, p, f);
+    point_ip_fields(m, pts, uc, p, f);
     sum += f.psi * f.V0;
   }
   return sum;

@@ -40,7 +40,7 @@ void add_points(const Problem& p, const Level& l, Ledger& g)
   for (int c = 0; c < p.st.points.ncorner; ++c) {
     double x[3] = {0, 0, 0}, q[3] = {0, 0, 0};
     for (int i = 0; i < dim; ++i) {
-      x[i] = l.xc[c * dim + i];
+      x[i] = p.st.points.Xc[c * dim + i] + l.uc[c * dim + i];
       q[i] = mom[c * dim + i];
       g.kinetic += 0.5 * q[i] * l.vc[c * dim + i];
       g.momentum[i] += q[i];
@@ -58,7 +58,7 @@ void ledger_update(Problem& p, const Level& l, bool nlgeom)
   for (int i = 0; i < 3; ++i) g.momentum[i] = g.angular[i] = 0.0;
   if (!p.sys.M.empty()) add_nodes(p, l, g);
   add_points(p, l, g);
-  g.strain  = elem_energy(p.m, p.el, l.u, nlgeom) + point_energy(p.m, p.st.points, l.xc);
+  g.strain  = elem_energy(p.m, p.el, l.u, nlgeom) + point_energy(p.m, p.st.points, l.uc);
   g.bond    = bond_energy(p.st.bonds, p.m.dim, l, &g.slip_max, &g.slip_rms);
   g.balance = g.kinetic + g.strain + g.bond - g.total0 - g.external;
   g.scale   = std::max({g.scale, g.kinetic + g.strain, std::fabs(g.external)});

@@ -51,8 +51,8 @@ int step_open(Problem& p)
   const size_t nodal = static_cast<size_t>(m.mesh.nnode()) * m.dim;
   st.n.u.assign(nodal, 0.0);
   st.n.v = st.n.a = st.rf = st.n.u;
-  st.n.xc = st.points.Xc;
-  st.n.vc.assign(st.n.xc.size(), 0.0);
+  st.n.uc.assign(st.points.Xc.size(), 0.0);
+  st.n.vc.assign(st.n.uc.size(), 0.0);
   st.n.slip.assign(static_cast<size_t>(st.bonds.nbond) * m.dim, 0.0);
   st.n.lambda = st.n.slip;
   st.grid_rf.assign(m.grid_bc.size() * m.dim, 0.0);
@@ -73,10 +73,10 @@ Status step_prepare(Problem& p, const Step& s)
     RealVec xb;
     {
       Timer timer(PHASE_BOND);
-      bond_places(p.m, st.bonds, st.n.u, st.n.xc, xb);
+      bond_places(p.m, st.points, st.bonds, st.n.u, st.n.uc, xb);
     }
     Timer timer(PHASE_GRID);
-    const Status status = grid_activate(p.m, st.points, st.bonds, st.n.xc, xb, p.grid, &p.worst);
+    const Status status = grid_activate(p.m, st.points, st.bonds, st.n.uc, xb, p.grid, &p.worst);
     if (status != STATUS_OK) {
       p.worst_is_point = true;
       return status;

@@ -37,7 +37,7 @@ struct Active {
   {
     int worst = -1;
     EXPECT_EQ(0, point_fill(m, pts));
-    EXPECT_EQ(STATUS_OK, grid_activate(m, pts, Bonds(), pts.Xc, RealVec(), g, &worst));
+    EXPECT_EQ(STATUS_OK, grid_activate(m, pts, Bonds(), RealVec(pts.Xc.size(), 0.0), RealVec(), g, &worst));
   }
 };
 
@@ -134,6 +134,6 @@ TEST(Grid, LeavingTheGridIsReported)
   ActiveGrid g;
   int worst = -1;
   point_fill(m, pts);
-  EXPECT_EQ(OUTSIDE_GRID, grid_activate(m, pts, Bonds(), pts.Xc, RealVec(), g, &worst));
+  EXPECT_EQ(OUTSIDE_GRID, grid_activate(m, pts, Bonds(), RealVec(pts.Xc.size(), 0.0), RealVec(), g, &worst));
   EXPECT_GE(worst, 0);
 }

@@ -223,8 +223,8 @@ TEST(OutLocate, PointsWhereNoElementIs)
   p.shape   = {SHAPE_QUAD4};
   p.conn.off  = {0, 4};
   p.conn.item = {0, 1, 2, 3};
-  s.n.xc = {0, 0, 2.2, 0, 2.2, 1, 0, 1};
-  s.n.vp = {3, 4};
+  s.n.uc = {0, 0, 0.2, 0, 0.2, 0, 0, 0};
+  s.n.vc = {3, 4, 3, 4, 3, 4, 3, 4};
   const double x[3] = {0.5, 0.5, 0};
   const Located found = out_locate(m, el, p, x);
   ASSERT_EQ(found.point, IntVec({0}));
