@@ -32,4 +32,6 @@ void procedure_read(Card& card, Model& model, Procedure proc)
   s.proc   = proc;
   s.direct = card_flag(card, "DIRECT");
   read_times(card, s);
+  if (s.dt_min <= 0.0) s.dt_min = 1e-6 * s.dt;
+  if (s.dt_max <= 0.0) s.dt_max = proc == PROC_DYNAMIC ? s.dt : s.period;
 }

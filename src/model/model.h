@@ -194,7 +194,7 @@ struct PrintRequest {          // *NODE PRINT, *EL PRINT
 struct Step {
   bool nlgeom = false;
   Procedure proc = PROC_STATIC;
-  double period = 1.0, dt = 1.0, dt_min = 0.0, dt_max = 0.0;   // 0: the default
+  double period = 1.0, dt = 1.0, dt_min = 1e-6, dt_max = 1.0;
   bool direct = false;         // fixed increments
   int max_inc = 1000000;
   TimeScheme scheme = SCHEME_NEWMARK;

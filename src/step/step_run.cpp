@@ -49,11 +49,6 @@ struct Clock {
   long nominal = 1;            // DIRECT: end of the increment that is under way, in units of dt
   int easy = 0;                // increments in a row that converged quickly
   std::vector<double> stops;
-  double dt_max() const
-  {
-    if (step.dt_max > 0.0) return step.dt_max;
-    return step.proc == PROC_DYNAMIC ? step.dt : step.period;
-  }
   double goal() const { return step.direct ? std::min(step.period, static_cast<double>(nominal) * step.dt) : step.period; }
   bool done() const { return t >= step.period * (1.0 - 1e-10); }
   double next() const;
@@ -81,7 +76,7 @@ void Clock::accept(double used, int iterations)
   if (step.direct) return;
   easy = iterations <= 4 ? easy + 1 : 0;
   if (easy >= 2) {
-    dt   = std::min(dt_max(), dt * 1.5);
+    dt   = std::min(step.dt_max, dt * 1.5);
     easy = 0;
   } else if (iterations > 8) {
     dt *= 0.75;
@@ -183,30 +178,6 @@ Status step_increment(Problem& p, const Step& s, double t0, double dt)
   if (status == STATUS_OK && st.bonds.nbond) status = augment(p, a);
   if (status == STATUS_OK) step_finish(p, a);
   return status;
-}
-
-std::string step_explain(const Problem& p, Status status)
-{
-  char text[512];
-  const Model& m = p.m;
-  if (status == SOLVER_SINGULAR || status == SOLVER_FAILED)
-    return p.solver.message.empty() ? "the linear solver failed" : p.solver.message;
-  if (status == OUTSIDE_GRID) {
-    std::snprintf(text, sizeof text, "a corner of a material point (or a bond) left the grid: enlarge *GRID, which reaches "
-                  "from (%g, %g) to (%g, %g)", m.grid.lo[0], m.grid.lo[1], m.grid.lo[0] + m.grid.n[0] * m.grid.h[0],
-                  m.grid.lo[1] + m.grid.n[1] * m.grid.h[1]);
-    return text;
-  }
-  if (status == BAD_JACOBIAN && p.worst >= 0) {
-    std::snprintf(text, sizeof text, "%s %d turned inside out (det F <= 0). St.Venant-Kirchhoff softens below a stretch of "
-                  "0.577: check the load, or take smaller increments", p.worst_is_point ? "material point" : "element",
-                  p.worst_is_point ? p.st.points.label[p.worst] : m.mesh.elem_label[p.worst]);
-    return text;
-  }
-  std::snprintf(text, sizeof text, "residual %.3e against a force scale of %.3e after %d iterations: smaller increments, more "
-                "iterations (*NEWTON, MAX ITER=), or a load beyond what the structure can carry",
-                p.st.log.residual, p.st.log.scale, p.st.log.iterations);
-  return text;
 }
 
 int step_run(Problem& p, Output& out)
