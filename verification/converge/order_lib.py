@@ -32,15 +32,14 @@ def run(deck, define):
 
 
 def run_errors(deck, define):
-    """{check: difference} of the .chk of a run: field_U2 for L2(U2)@end, TOP for TOP@end; of two of a name the first."""
+    """{check: difference} of the .chk of a run: field_U2 for L2(U2)@end, centre_S22 for L2centre(S22)@end, TOP for TOP@end; of two of a name the first."""
     out = {}
     with open(run(deck, define) + ".chk") as f:
         for line in f:
             word = line.split()
             if word and word[0] in ("PASS", "FAIL"):
                 name = word[1].split("@")[0]
-                if name.startswith("L2("):
-                    name = "field_" + name[3:-1]
+                name = name.replace("L2centre(", "centre_").replace("L2(", "field_").rstrip(")")
                 out.setdefault(name, float(word[4]))
     return out
 
