@@ -30,6 +30,15 @@ void start_velocities(Problem& p)
   }
 }
 
+// one point a cell sees only the mean gradient: the cell can deform as an hourglass without any stress
+void warn_few_points(const Problem& p)
+{
+  if (p.st.points.npoint > 1.5 * p.grid.ncell) return;
+  log_warn("%d material points in %d cells: with about one point a cell the grid can move as an hourglass without any "
+           "stress, and statics may be singular or wrong; take POINTS=2 or more, or larger cells",
+           p.st.points.npoint, p.grid.ncell);
+}
+
 }  // namespace
 
 int step_open(Problem& p)
@@ -84,6 +93,7 @@ Status step_prepare(Problem& p, const Step& s)
   } else if (p.grid.bond.size() != st.bonds.nbond) {
     p.grid.bond.off.assign(st.bonds.nbond + 1, 0);    // bonds to the ground only
   }
+  if (st.points.npoint && p.sys.row_of_node.empty()) warn_few_points(p);
   system_form(p, s.proc == PROC_DYNAMIC);
   st.log.grid_nodes = p.grid.nnode;
   st.log.grid_cells = p.grid.ncell;

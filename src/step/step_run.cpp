@@ -148,6 +148,17 @@ Status run_step(Problem& p, const Step& s, Output& out)
   return STATUS_OK;
 }
 
+// more than a percent of energy from nowhere: say so. A dissipating scheme loses energy on purpose.
+void warn_balance(const Problem& p)
+{
+  const Ledger& g = p.st.ledger;
+  bool lossy = false;
+  for (const Step& s : p.m.step) lossy = lossy || s.dissipation > 0.0 || (s.proc == PROC_DYNAMIC && s.gamma > 0.5);
+  if (lossy || std::fabs(g.balance) <= 0.01 * g.scale) return;
+  log_warn("the energy balance is off by %.1f %% (%.4g of %.4g): smaller increments show whether the answer can be trusted",
+           100.0 * std::fabs(g.balance) / g.scale, g.balance, g.scale);
+}
+
 // energies at the start need the mass of the first step
 void open_ledger(Problem& p)
 {
@@ -194,6 +205,7 @@ int step_run(Problem& p, Output& out)
   if (status != STATUS_OK)
     log_error("step %d, increment %d, time %.8g: stopped after %d cuts. %s", p.st.log.step, p.st.log.inc, p.st.n.time,
               p.st.log.cuts, step_explain(p, status).c_str());
+  warn_balance(p);
   const int failed = out_close(p.m, p.el, p.st, p.grid, p.solver, status == STATUS_OK, out);
   if (status == SOLVER_FAILED) return EXIT_RESOURCE;
   if (status != STATUS_OK) return EXIT_PHYSICS;

@@ -14,6 +14,7 @@ except ImportError:
         sys.exit("this tool needs python3 with numpy and matplotlib (Debian: python3-numpy python3-matplotlib)")
     os.environ["MPFE_PYTHON_TRIED"] = "1"
     os.execv(SYSTEM_PYTHON, [SYSTEM_PYTHON] + sys.argv)
+os.environ.pop("MPFE_PYTHON_TRIED", None)      # a script started from here looks for itself
 
 
 def read_table(path):
