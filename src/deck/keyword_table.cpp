@@ -66,7 +66,7 @@ const Keyword keyword_table[] = {
   {"HEADING", kw_heading, ANYWHERE, "", "title of the run"},
   {"HISTORY", kw_history, ANYWHERE, "FREQUENCY", "columns of the history file"},
   {"INCLUDE", kw_include, ANYWHERE | IN_MATERIAL, "INPUT!", "reads another file in this place"},
-  {"INITIAL CONDITIONS", kw_initial_conditions, IN_MODEL, "TYPE!", "velocity at the start of the run"},
+  {"INITIAL CONDITIONS", kw_initial_conditions, IN_MODEL, "TYPE!", "velocity or displacement at the start of the run"},
   {"MATERIAL", kw_material, IN_MODEL, "NAME!", "begins a material"},
   {"MATERIAL POINTS", kw_material_points, IN_MODEL,
    "BODY!|MATERIAL!|FILL|ELSET|POINTS|PLANE|THICKNESS|FIELD|WHERE", "a body of material points"},

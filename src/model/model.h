@@ -135,7 +135,8 @@ struct BondDef {               // *BOND
   Place place;
 };
 
-struct InitialVelocity {       // *INITIAL CONDITIONS, TYPE=VELOCITY
+struct InitialValue {          // *INITIAL CONDITIONS, TYPE=VELOCITY|DISPLACEMENT
+  bool displacement = false;
   IntVec node;                 // finite-element nodes, or
   int body = -1;               // a body
   int dof = 0;
@@ -275,7 +276,7 @@ struct Model {
   Grid grid;
   std::vector<GridBc> grid_bc;
   std::vector<BondDef> bond;
-  std::vector<InitialVelocity> initial;
+  std::vector<InitialValue> initial;
   std::vector<Step> step;
   std::vector<HistoryDef> history;
   HistoryOutput history_out;

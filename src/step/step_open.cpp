@@ -6,26 +6,29 @@
 
 namespace {
 
-void start_body(Problem& p, const InitialVelocity& iv)
+// corners of a body: v_c or u_c at X_c
+void start_body(Problem& p, const InitialValue& iv)
 {
   const Points& pts = p.st.points;
   const int dim     = p.m.dim;
+  RealVec& field    = iv.displacement ? p.st.n.uc : p.st.n.vc;
   for (int q = 0; q < pts.npoint; ++q) {
     if (pts.body[q] != iv.body) continue;
     for (int k = pts.conn.off[q]; k < pts.conn.off[q + 1]; ++k) {
       const int c = pts.conn.item[k];
       double X[3] = {0, 0, 0};
       for (int i = 0; i < dim; ++i) X[i] = pts.Xc[c * dim + i];
-      p.st.n.vc[c * dim + iv.dof] = expr_eval(iv.value, X, 0.0);
+      field[c * dim + iv.dof] = expr_eval(iv.value, X, 0.0);
     }
   }
 }
 
-void start_velocities(Problem& p)
+void start_values(Problem& p)
 {
-  for (const InitialVelocity& iv : p.m.initial) {
+  for (const InitialValue& iv : p.m.initial) {
     if (iv.dof >= p.m.dim) continue;
-    for (int n : iv.node) p.st.n.v[n * p.m.dim + iv.dof] = expr_eval(iv.value, &p.m.mesh.X[3 * n], 0.0);
+    RealVec& field = iv.displacement ? p.st.n.u : p.st.n.v;
+    for (int n : iv.node) field[n * p.m.dim + iv.dof] = expr_eval(iv.value, &p.m.mesh.X[3 * n], 0.0);
     if (iv.body >= 0) start_body(p, iv);
   }
 }
@@ -65,7 +68,7 @@ int step_open(Problem& p)
   st.n.slip.assign(static_cast<size_t>(st.bonds.nbond) * m.dim, 0.0);
   st.n.lambda = st.n.slip;
   st.grid_rf.assign(m.grid_bc.size() * m.dim, 0.0);
-  start_velocities(p);
+  start_values(p);
   point_velocities(st.points, m.dim, st.n.vc, st.n.vp);
   st.np1 = st.n;
   if (!solve_open(p.solver, m.solver.kind)) {
