@@ -1,5 +1,6 @@
 #include "assem/assem.h"
 #include "base/timer.h"
+#include "shape/face.h"
 
 namespace {
 
@@ -117,32 +118,27 @@ struct Follower {
   }
 };
 
-// one edge under pressure or traction: two Gauss points on the straight edge
-void edge_load(const Follower& f, const Step& step, const Load& l, const int* node, double thickness,
+// one face under pressure (on the place of now) or traction (dead, on the area of t = 0)
+void face_load(const Follower& f, const Step& step, const Load& l, int nen, const int* node, double thickness,
                double t_step, double t_total, RealVec& out)
 {
-  const Model& m = f.p.m;
-  const double gauss = 0.5 - 0.5 / __builtin_sqrt(3.0);
-  double X[2][3], x[2][3];
-  for (int k = 0; k < 2; ++k) {
-    f.reference(node[k], X[k]);
-    f.place(node[k], x[k]);
+  const Model& m       = f.p.m;
+  const FaceRule& rule = face_rule(nen);
+  double X[12], x[12], N[4], n[3];
+  for (int k = 0; k < nen; ++k) {
+    f.reference(node[k], X + 3 * k);
+    f.place(node[k], x + 3 * k);
   }
-  double area[3] = {0, 0, 0};                       // force of a unit value
-  if (l.kind == LOAD_PRESSURE) {
-    area[0] = -(x[1][1] - x[0][1]);
-    area[1] = x[1][0] - x[0][0];
-  } else {
-    const double length = __builtin_hypot(X[1][0] - X[0][0], X[1][1] - X[0][1]);
-    for (int i = 0; i < 3; ++i) area[i] = length * l.dir[i];
-  }
-  for (int g = 0; g < 2; ++g) {
-    const double N1 = g ? 1.0 - gauss : gauss, N[2] = {1.0 - N1, N1};
-    double at[3];
-    for (int i = 0; i < 3; ++i) at[i] = N[0] * X[0][i] + N[1] * X[1][i];
-    const double value = 0.5 * thickness * load_value(m, step, l, at, t_step, t_total);
-    for (int k = 0; k < 2; ++k)
-      for (int i = 0; i < m.dim; ++i) out[node[k] * m.dim + i] += N[k] * value * area[i];
+  for (int g = 0; g < rule.n; ++g) {
+    double at[3] = {0, 0, 0}, force[3];
+    face_eval(nen, rule.xi[g], N, nullptr);
+    for (int k = 0; k < nen; ++k)
+      for (int i = 0; i < 3; ++i) at[i] += N[k] * X[3 * k + i];
+    const double value = rule.w[g] * thickness * load_value(m, step, l, at, t_step, t_total);
+    const double dA    = face_area(nen, l.kind == LOAD_PRESSURE ? x : X, rule.xi[g], n);
+    for (int i = 0; i < 3; ++i) force[i] = l.kind == LOAD_PRESSURE ? -value * n[i] : value * dA * l.dir[i];
+    for (int k = 0; k < nen; ++k)
+      for (int i = 0; i < m.dim; ++i) out[node[k] * m.dim + i] += N[k] * force[i];
   }
 }
 
@@ -157,10 +153,13 @@ void face_loads(const Problem& p, const Step& step, const Load& l, double t_step
   for (const Face& q : face) {
     const Shape shape = body ? static_cast<Shape>(p.st.points.shape[q.elem]) : elem_table[m.mesh.elem_type[q.elem]].shape;
     const int* conn   = body ? p.st.points.conn.begin(q.elem) : m.mesh.conn.begin(q.elem);
-    const int node[2] = {conn[shape_info[shape].face[q.face][0]], conn[shape_info[shape].face[q.face][1]]};
-    const double t    = body ? m.body[m.surface[l.surface].body].thickness
-                             : p.el.block[p.el.block_of[q.elem]].thickness;
-    edge_load(f, step, l, node, t, t_step, t_total, body ? fc : fn);
+    const int nen     = shape_info[shape].nfnode[q.face];
+    int node[4];
+    for (int k = 0; k < nen; ++k) node[k] = conn[shape_info[shape].face[q.face][k]];
+    if (!body && p.el.block_of[q.elem] < 0) continue;     // no element any more
+    const double t = m.dim == 3 ? 1.0 : body ? m.body[m.surface[l.surface].body].thickness
+                                             : p.el.block[p.el.block_of[q.elem]].thickness;
+    face_load(f, step, l, nen, node, t, t_step, t_total, body ? fc : fn);
   }
 }
 

@@ -1,10 +1,10 @@
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <map>
 
 #include "base/log.h"
 #include "bond/bond.h"
+#include "shape/face.h"
 
 const double bond_alpha = 1000.0;
 
@@ -14,7 +14,7 @@ namespace {
 struct FaceNodes {
   int n = 0;
   int kin[4];
-  double X[4][3];
+  double X[12];                // [n*3]
   double thickness = 1.0, young = 0.0;
 };
 
@@ -29,7 +29,7 @@ FaceNodes face_nodes(const Model& m, const Points& pts, const Surface& s, const 
     const int node  = body ? pts.conn.begin(f.elem)[local] : m.mesh.conn.begin(f.elem)[local];
     out.kin[k]      = body ? m.mesh.nnode() + node : node;
     for (int i = 0; i < 3; ++i)
-      out.X[k][i] = !body ? m.mesh.X[3 * node + i] : i < m.dim ? pts.Xc[node * m.dim + i] : 0.0;
+      out.X[3 * k + i] = !body ? m.mesh.X[3 * node + i] : i < m.dim ? pts.Xc[node * m.dim + i] : 0.0;
   }
   if (body) {
     out.thickness = m.body[s.body].thickness;
@@ -40,14 +40,6 @@ FaceNodes face_nodes(const Model& m, const Points& pts, const Surface& s, const 
     out.young     = m.material[sec.material].young;
   }
   return out;
-}
-
-// outward unit normal of an edge (nodes counter-clockwise) and its length
-std::array<double, 3> edge_normal(const FaceNodes& f, double& length)
-{
-  const double dx = f.X[1][0] - f.X[0][0], dy = f.X[1][1] - f.X[0][1];
-  length = std::hypot(dx, dy);
-  return {{dy / length, -dx / length, 0.0}};
 }
 
 // penalty per area of a definition
@@ -63,30 +55,61 @@ double penalty_of(const Model& m, const BondDef& d, double young_face, double h_
   return (d.alpha > 0.0 ? d.alpha : bond_alpha) * young / h;
 }
 
-// bonds between the nodes of an edge: as the deck says, or as close as the corners of the body on side B, so that
-// the grid receives a traction as evenly as the points do. Doc: doc/theory.md 4, measured in doc/verification.md.
-int between_nodes(const Model& m, const BondDef& d, const double* n, double length)
+// parts of an edge: as the deck says, or as long as the domains of the body on side B, so that the grid receives a
+// traction as evenly as the points do (doc/theory.md 4, measured in doc/verification.md)
+int edge_parts(const Model& m, const BondDef& d, const FaceNodes& face)
 {
-  if (d.intermediate >= 0) return d.intermediate;
-  if (d.body < 0) return 0;
-  const Body& b  = m.body[d.body];
-  double cell[2];
-  for (int i = 0; i < 2; ++i) cell[i] = b.cells[i] > 0 ? (b.hi[i] - b.lo[i]) / b.cells[i] : m.grid.h[i];
-  const double spacing = (std::fabs(n[1]) * cell[0] + std::fabs(n[0]) * cell[1]) / b.per_cell;
-  return std::max(0, static_cast<int>(std::lround(length / spacing)) - 1);
+  if (d.intermediate >= 0) return d.intermediate + 1;
+  if (d.body < 0) return 1;
+  const Body& b = m.body[d.body];
+  double most = 0.0;
+  for (int k = 0; k < face.n; ++k) {
+    const double *x = &face.X[3 * k], *y = &face.X[3 * ((k + 1) % face.n)];
+    double length2 = 0.0, domains = 0.0;
+    for (int i = 0; i < m.dim; ++i) {
+      const double cell = b.cells[i] > 0 ? (b.hi[i] - b.lo[i]) / b.cells[i] : m.grid.h[i];
+      length2 += (y[i] - x[i]) * (y[i] - x[i]);
+      domains += std::fabs(y[i] - x[i]) * cell / b.per_cell;
+    }
+    most = std::max(most, length2 / domains);         // length / (size of a domain along the edge)
+  }
+  return std::max(1, static_cast<int>(std::lround(most)));
 }
+
+// longest edge of a face
+double face_size(const FaceNodes& face)
+{
+  double most = 0.0;
+  for (int k = 0; k < face.n; ++k) {
+    const double *x = &face.X[3 * k], *y = &face.X[3 * ((k + 1) % face.n)];
+    most = std::max(most, std::hypot(y[0] - x[0], y[1] - x[1], y[2] - x[2]));
+  }
+  return most;
+}
+
+// a lattice point is named by the nodes it hangs on and its integer weights: shared edges make one bond
+using BondKey = std::vector<std::pair<int, int>>;
 
 struct Former {
   const Model& m;
   Bonds& b;
   int def;
   int first;                   // first bond of the definition
-  std::map<int, int> at_node;  // kin -> bond: one bond a node, its area grows with every edge
+  std::map<BondKey, int> known;
 };
 
-int new_bond(Former& f, int field, bool between, const double* X)
+int new_bond(Former& f, int field, const BondKey& key, double total, const FaceNodes& face, const FacePoint& p)
 {
   Bonds& b = f.b;
+  double X[3] = {0, 0, 0}, all = 0.0;
+  for (int k = 0; k < face.n; ++k) all += p.iw[k];
+  for (int k = 0; k < face.n; ++k)
+    for (int i = 0; i < 3; ++i) X[i] += p.iw[k] * face.X[3 * k + i] / all;
+  for (const auto& k : key) {
+    b.a.item.push_back(k.first);
+    b.a_w.push_back(k.second / total);
+  }
+  b.a.off.push_back(static_cast<int>(b.a.item.size()));
   b.X.insert(b.X.end(), X, X + 3);
   b.def.push_back(f.def);
   b.field.push_back(field);
@@ -94,63 +117,40 @@ int new_bond(Former& f, int field, bool between, const double* X)
   b.normal.insert(b.normal.end(), f.m.dim, 0.0);
   b.cn.push_back(0.0);
   b.ct.push_back(0.0);
-  b.intermediate.push_back(between);
+  b.intermediate.push_back(key.size() > 1);
+  f.known.emplace(key, b.nbond);
   return b.nbond++;
 }
 
-void close_side(Bonds& b) { b.a.off.push_back(static_cast<int>(b.a.item.size())); }
-
-// a bond at a node exists once; its side A list is written when it is made
-int node_bond(Former& f, int kin, const double* X, int field)
-{
-  const auto it = f.at_node.find(kin);
-  if (it != f.at_node.end()) return it->second;
-  const int b = new_bond(f, field, false, X);
-  f.b.a.item.push_back(kin);
-  f.b.a_w.push_back(1.0);
-  close_side(f.b);
-  f.at_node.emplace(kin, b);
-  return b;
-}
-
-int edge_bond(Former& f, const FaceNodes& face, double s, int field)
-{
-  double X[3];
-  for (int i = 0; i < 3; ++i) X[i] = (1.0 - s) * face.X[0][i] + s * face.X[1][i];
-  const int b = new_bond(f, field, true, X);
-  for (int k = 0; k < 2; ++k) {
-    f.b.a.item.push_back(face.kin[k]);
-    f.b.a_w.push_back(k ? s : 1.0 - s);
-  }
-  close_side(f.b);
-  return b;
-}
-
-// area, normal and stiffness (area times penalty) of one share
-void add_share(Former& f, int b, double area, const double* n, double penalty)
-{
-  f.b.area[b] += area;
-  f.b.cn[b] += penalty * area;
-  for (int i = 0; i < f.m.dim; ++i) f.b.normal[b * f.m.dim + i] += area * n[i];
-}
-
-// bonds of one edge: trapezoidal shares, so that a uniform traction goes to the nodes as from the element   (4.5)
-void form_edge(Former& f, const FaceNodes& face, int field)
+void warn_thickness(const Former& f, const FaceNodes& face)
 {
   const BondDef& d = f.m.bond[f.def];
-  double length;
-  const std::array<double, 3> n = edge_normal(face, length);
-  const int parts     = between_nodes(f.m, d, n.data(), length) + 1;
-  const double share  = length * face.thickness / parts;
-  const double penalty = penalty_of(f.m, d, face.young, length);
-  if (d.body >= 0 && f.b.nbond == f.first && face.thickness != f.m.body[d.body].thickness)
-    log_warn("bond %s (%s line %d): the elements are %g thick, the body %s is %g thick", d.name.c_str(),
-             d.place.file.c_str(), d.place.line, face.thickness, f.m.body[d.body].name.c_str(), f.m.body[d.body].thickness);
-  for (int k = 0; k <= parts; ++k) {
-    const bool end = k == 0 || k == parts;
-    const int b    = end ? node_bond(f, face.kin[k ? 1 : 0], face.X[k ? 1 : 0], field)
-                         : edge_bond(f, face, static_cast<double>(k) / parts, field);
-    add_share(f, b, end ? 0.5 * share : share, n.data(), penalty);
+  if (d.body < 0 || f.b.nbond != f.first || face.thickness == f.m.body[d.body].thickness) return;
+  log_warn("bond %s (%s line %d): the elements are %g thick, the body %s is %g thick", d.name.c_str(),
+           d.place.file.c_str(), d.place.line, face.thickness, f.m.body[d.body].name.c_str(), f.m.body[d.body].thickness);
+}
+
+// bonds of one face: trapezoidal shares, so that a uniform traction goes to the nodes as from the element   (4.5)
+void form_face(Former& f, const FaceNodes& face, int field)
+{
+  const BondDef& d     = f.m.bond[f.def];
+  const int dim        = f.m.dim, parts = edge_parts(f.m, d, face);
+  const double penalty = penalty_of(f.m, d, face.young, face_size(face));
+  if (dim == 2) warn_thickness(f, face);
+  for (const FacePoint& p : face_lattice(face.n, face.X, parts)) {
+    BondKey key;
+    for (int k = 0; k < face.n; ++k)
+      if (p.iw[k]) key.emplace_back(face.kin[k], p.iw[k]);
+    std::sort(key.begin(), key.end());
+    if (key.size() == 1) key[0].second = 1;             // a node, whatever the parts of the faces that meet there
+    const auto it     = f.known.find(key);
+    const double total = key.size() == 1 ? 1.0 : static_cast<double>(parts) * parts;
+    const int b       = it != f.known.end() ? it->second : new_bond(f, field, key, total, face, p);
+    double n[3];
+    const double area = p.share * (dim == 2 ? face.thickness : 1.0), norm = face_area(face.n, face.X, p.xi, n);
+    f.b.area[b] += area;
+    f.b.cn[b] += penalty * area;
+    for (int i = 0; i < dim; ++i) f.b.normal[b * dim + i] += area * n[i] / norm;
   }
 }
 
@@ -187,7 +187,7 @@ int bond_form(const Model& m, const Points& pts, Bonds& bonds)
     const int field    = def.kind == BOND_GROUND ? -1 : m.body[def.body].field;
     Former f{m, bonds, static_cast<int>(d), first, {}};
     for (const Face& face : s.body >= 0 ? pts.surface[def.surface] : s.face)
-      form_edge(f, face_nodes(m, pts, s, face), field);
+      form_face(f, face_nodes(m, pts, s, face), field);
     finish(f, first);
     if (bonds.nbond == first) {
       log_error("bond %s (%s line %d): its surface %s holds no face", def.name.c_str(), def.place.file.c_str(),

@@ -15,6 +15,9 @@ const ElemType elem_table[ELEM_TYPES] = {
   {"CPS3", SHAPE_TRI3, PLANE_STRESS},
   {"CPE4", SHAPE_QUAD4, PLANE_STRAIN},
   {"CPS4", SHAPE_QUAD4, PLANE_STRESS},
+  {"C3D4", SHAPE_TET4, PLANE_NONE},
+  {"C3D6", SHAPE_WEDGE6, PLANE_NONE},
+  {"C3D8", SHAPE_HEX8, PLANE_NONE},
 };
 
 int elem_type_find(const std::string& name)

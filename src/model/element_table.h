@@ -27,7 +27,7 @@ struct ElemType {
   Plane plane;
 };
 
-enum { ELEM_CPE3, ELEM_CPS3, ELEM_CPE4, ELEM_CPS4, ELEM_TYPES };
+enum { ELEM_CPE3, ELEM_CPS3, ELEM_CPE4, ELEM_CPS4, ELEM_C3D4, ELEM_C3D6, ELEM_C3D8, ELEM_TYPES };
 
 extern const ShapeInfo shape_info[5];
 extern const ElemType elem_table[ELEM_TYPES];

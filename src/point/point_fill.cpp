@@ -56,35 +56,56 @@ void add_point(Filler& f, int body, Shape shape, const int* corner)
 }
 
 // box of cells x per_cell domains in each direction; with where: only domains whose centre it accepts
+struct Box {
+  int n[3] = {1, 1, 0};        // domains; n[2] = 0 in the plane
+  double d[3] = {0, 0, 0};     // their size
+  IntVec number;               // corner at (i, j, k), -1: not made yet
+};
+
+int box_corner(Filler& f, int body, Box& box, const int* at)
+{
+  const Body& b = f.m.body[body];
+  int& c = box.number[(static_cast<size_t>(at[2]) * (box.n[1] + 1) + at[1]) * (box.n[0] + 1) + at[0]];
+  if (c >= 0) return c;
+  double X[3] = {0, 0, 0};
+  // the far face exactly at hi, so that bodies meet meshes without rounding gaps
+  for (int i = 0; i < f.m.dim; ++i) X[i] = at[i] == box.n[i] ? b.hi[i] : b.lo[i] + at[i] * box.d[i];
+  return c = add_corner(f, X, b.field);
+}
+
+void box_domain(Filler& f, int body, Box& box, int i, int j, int k)
+{
+  const Body& b = f.m.body[body];
+  const int at[3] = {i, j, k};
+  static const int step[8][3] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};
+  double centre[3] = {0, 0, 0};
+  for (int d = 0; d < f.m.dim; ++d) centre[d] = b.lo[d] + (at[d] + 0.5) * box.d[d];
+  if (b.fill == FILL_REGION && expr_eval(b.where, centre, 0.0) == 0.0) return;
+  int c[8];
+  for (int a = 0; a < (f.m.dim == 3 ? 8 : 4); ++a) {
+    const int corner[3] = {i + step[a][0], j + step[a][1], k + step[a][2]};
+    c[a] = box_corner(f, body, box, corner);
+  }
+  add_point(f, body, f.m.dim == 3 ? SHAPE_HEX8 : SHAPE_QUAD4, c);
+}
+
 void fill_box(Filler& f, int body)
 {
   const Body& b = f.m.body[body];
-  int n[3] = {1, 1, 1};
-  double d[3] = {0, 0, 0};
+  Box box;
   for (int i = 0; i < f.m.dim; ++i) {
     const double length = b.hi[i] - b.lo[i];
     const int cells     = b.cells[i] > 0 ? b.cells[i] : std::max(1, static_cast<int>(std::lround(length / f.m.grid.h[i])));
-    n[i] = cells * b.per_cell;
-    d[i] = length / n[i];
+    box.n[i] = cells * b.per_cell;
+    box.d[i] = length / box.n[i];
   }
-  IntVec number(static_cast<size_t>(n[0] + 1) * (n[1] + 1), -1);
-  auto corner = [&](int i, int j) {
-    int& c = number[static_cast<size_t>(j) * (n[0] + 1) + i];
-    // the far face exactly at hi, so that bodies meet meshes without rounding gaps
-    const double X[3] = {i == n[0] ? b.hi[0] : b.lo[0] + i * d[0], j == n[1] ? b.hi[1] : b.lo[1] + j * d[1], 0.0};
-    if (c < 0) c = add_corner(f, X, b.field);
-    return c;
-  };
-  for (int j = 0; j < n[1]; ++j)
-    for (int i = 0; i < n[0]; ++i) {
-      const double centre[3] = {b.lo[0] + (i + 0.5) * d[0], b.lo[1] + (j + 0.5) * d[1], 0.0};
-      if (b.fill == FILL_REGION && expr_eval(b.where, centre, 0.0) == 0.0) continue;
-      const int c[4] = {corner(i, j), corner(i + 1, j), corner(i + 1, j + 1), corner(i, j + 1)};
-      add_point(f, body, SHAPE_QUAD4, c);
-    }
+  box.number.assign(static_cast<size_t>(box.n[0] + 1) * (box.n[1] + 1) * (box.n[2] + 1), -1);
+  for (int k = 0; k < std::max(1, box.n[2]); ++k)
+    for (int j = 0; j < box.n[1]; ++j)
+      for (int i = 0; i < box.n[0]; ++i) box_domain(f, body, box, i, j, k);
 }
 
-// corner at integer weights iw (sum m^dim or m) on the nodes of element e
+// corner at integer weights iw (their sum is total) on the nodes of element e
 int shared_corner(Filler& f, int field, int e, const int* iw, int total)
 {
   const int dim = f.m.dim, nen = f.m.mesh.conn.count(e), *node = f.m.mesh.conn.begin(e);
@@ -138,13 +159,72 @@ void fill_tri(Filler& f, int body, int e)
     }
 }
 
+// m x m x m lattice of a brick
+void fill_hex(Filler& f, int body, int e)
+{
+  const Body& b = f.m.body[body];
+  const int m   = b.per_cell;
+  auto corner = [&](int i, int j, int k) {
+    const int x[2] = {m - i, i}, y[2] = {m - j, j}, z[2] = {m - k, k};
+    const int iw[8] = {x[0] * y[0] * z[0], x[1] * y[0] * z[0], x[1] * y[1] * z[0], x[0] * y[1] * z[0],
+                       x[0] * y[0] * z[1], x[1] * y[0] * z[1], x[1] * y[1] * z[1], x[0] * y[1] * z[1]};
+    return shared_corner(f, b.field, e, iw, m * m * m);
+  };
+  for (int k = 0; k < m; ++k)
+    for (int j = 0; j < m; ++j)
+      for (int i = 0; i < m; ++i) {
+        const int c[8] = {corner(i, j, k),     corner(i + 1, j, k),     corner(i + 1, j + 1, k),     corner(i, j + 1, k),
+                          corner(i, j, k + 1), corner(i + 1, j, k + 1), corner(i + 1, j + 1, k + 1), corner(i, j + 1, k + 1)};
+        add_point(f, body, SHAPE_HEX8, c);
+      }
+}
+
+// a tetrahedron is one domain (m = 1) or 8 (m = 2: four at the corners, the octahedron in the middle cut into four)
+void fill_tet(Filler& f, int body, int e)
+{
+  const Body& b = f.m.body[body];
+  if (b.per_cell == 1) {
+    int c[4];
+    for (int a = 0; a < 4; ++a) {
+      int iw[4] = {0, 0, 0, 0};
+      iw[a] = 1;
+      c[a]  = shared_corner(f, b.field, e, iw, 1);
+    }
+    add_point(f, body, SHAPE_TET4, c);
+    return;
+  }
+  if (b.per_cell > 2) {
+    log_error("body %s: a tetrahedron becomes 1 or 8 points: POINTS=1 or 2, not %d", b.name.c_str(), b.per_cell);
+    ++f.errors;
+    return;
+  }
+  auto mid = [&](int a, int d) {                     // weights of sum 8, as a brick with m = 2 has them
+    int iw[4] = {0, 0, 0, 0};
+    iw[a] += 4;
+    iw[d] += 4;
+    return shared_corner(f, b.field, e, iw, 8);
+  };
+  const int m01 = mid(0, 1), m02 = mid(0, 2), m03 = mid(0, 3), m12 = mid(1, 2), m13 = mid(1, 3), m23 = mid(2, 3);
+  const int domain[8][4] = {{mid(0, 0), m01, m02, m03}, {m01, mid(1, 1), m12, m13}, {m02, m12, mid(2, 2), m23},
+                            {m03, m13, m23, mid(3, 3)}, {m01, m12, m02, m03},       {m01, m13, m12, m03},
+                            {m12, m13, m23, m03},       {m02, m12, m23, m03}};
+  for (const auto& c : domain) add_point(f, body, SHAPE_TET4, c);
+}
+
 void fill_elset(Filler& f, int body)
 {
   for (int e : f.m.elset[f.m.body[body].elset].item) {
-    if (elem_table[f.m.mesh.elem_type[e]].shape == SHAPE_TRI3)
-      fill_tri(f, body, e);
-    else
-      fill_quad(f, body, e);
+    if (f.errors) return;
+    switch (elem_table[f.m.mesh.elem_type[e]].shape) {
+      case SHAPE_TRI3: fill_tri(f, body, e); break;
+      case SHAPE_QUAD4: fill_quad(f, body, e); break;
+      case SHAPE_TET4: fill_tet(f, body, e); break;
+      case SHAPE_HEX8: fill_hex(f, body, e); break;
+      case SHAPE_WEDGE6:
+        log_error("body %s: wedges (C3D6) cannot become material points; use bricks or tetrahedra",
+                  f.m.body[body].name.c_str());
+        ++f.errors;
+    }
   }
 }
 

@@ -1,0 +1,117 @@
+#include "shape/face.h"
+
+#include <cmath>
+
+const FaceRule& face_rule(int nen)
+{
+  static const double g = 1.0 / std::sqrt(3.0), a = 1.0 / 6, b = 2.0 / 3;
+  static const FaceRule edge{2, {{-g, 0}, {g, 0}}, {1, 1}};
+  static const FaceRule tri{3, {{a, a}, {b, a}, {a, b}}, {a, a, a}};
+  static const FaceRule quad{4, {{-g, -g}, {g, -g}, {g, g}, {-g, g}}, {1, 1, 1, 1}};
+  return nen == 2 ? edge : nen == 3 ? tri : quad;
+}
+
+void face_eval(int nen, const double* xi, double* N, double* dN)
+{
+  if (nen != 2) {
+    shape_eval(nen == 3 ? SHAPE_TRI3 : SHAPE_QUAD4, xi, N, dN);
+    return;
+  }
+  N[0] = 0.5 * (1.0 - xi[0]);
+  N[1] = 0.5 * (1.0 + xi[0]);
+  if (!dN) return;
+  dN[0] = -0.5;
+  dN[1] = dN[3] = 0.0;
+  dN[2] = 0.5;
+}
+
+double face_area(int nen, const double* x, const double* xi, double* n)
+{
+  double N[4], dN[8], t[2][3] = {{0, 0, 0}, {0, 0, 0}};
+  face_eval(nen, xi, N, dN);
+  for (int a = 0; a < nen; ++a)
+    for (int k = 0; k < 2; ++k)
+      for (int i = 0; i < 3; ++i) t[k][i] += dN[2 * a + k] * x[3 * a + i];
+  if (nen == 2) {
+    t[1][2] = 1.0;               // across the plane: t x e3 points out of a counter-clockwise cell
+  }
+  n[0] = t[0][1] * t[1][2] - t[0][2] * t[1][1];
+  n[1] = t[0][2] * t[1][0] - t[0][0] * t[1][2];
+  n[2] = t[0][0] * t[1][1] - t[0][1] * t[1][0];
+  return std::sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+}
+
+namespace {
+
+double area_of(int nen, const double* x)
+{
+  const FaceRule& rule = face_rule(nen);
+  double n[3], sum = 0.0;
+  for (int g = 0; g < rule.n; ++g) sum += rule.w[g] * face_area(nen, x, rule.xi[g], n);
+  return sum;
+}
+
+std::vector<FacePoint> edge_lattice(int parts)
+{
+  std::vector<FacePoint> out(parts + 1);
+  for (int i = 0; i <= parts; ++i) {
+    out[i].iw[0] = (parts - i) * parts;
+    out[i].iw[1] = i * parts;
+    out[i].xi[0] = 2.0 * i / parts - 1.0;
+    out[i].share = i == 0 || i == parts ? 0.5 : 1.0;
+  }
+  return out;
+}
+
+std::vector<FacePoint> quad_lattice(int parts)
+{
+  std::vector<FacePoint> out;
+  for (int j = 0; j <= parts; ++j)
+    for (int i = 0; i <= parts; ++i) {
+      const double wi = i == 0 || i == parts ? 0.5 : 1.0, wj = j == 0 || j == parts ? 0.5 : 1.0;
+      FacePoint p;
+      p.iw[0] = (parts - i) * (parts - j);
+      p.iw[1] = i * (parts - j);
+      p.iw[2] = i * j;
+      p.iw[3] = (parts - i) * j;
+      p.xi[0] = 2.0 * i / parts - 1.0;
+      p.xi[1] = 2.0 * j / parts - 1.0;
+      p.share = wi * wj;
+      out.push_back(p);
+    }
+  return out;
+}
+
+// every small triangle gives a third of its area to its corners: 1, 3 or 6 of them meet in a point
+std::vector<FacePoint> tri_lattice(int parts)
+{
+  std::vector<FacePoint> out;
+  for (int j = 0; j <= parts; ++j)
+    for (int i = 0; i + j <= parts; ++i) {
+      const int k = parts - i - j, on_edges = (i == 0) + (j == 0) + (k == 0);
+      FacePoint p;
+      p.iw[0] = k * parts;
+      p.iw[1] = i * parts;
+      p.iw[2] = j * parts;
+      p.xi[0] = static_cast<double>(i) / parts;
+      p.xi[1] = static_cast<double>(j) / parts;
+      p.share = on_edges == 2 ? 1.0 : on_edges == 1 ? 3.0 : 6.0;
+      out.push_back(p);
+    }
+  return out;
+}
+
+}  // namespace
+
+std::vector<FacePoint> face_lattice(int nen, const double* x, int parts)
+{
+  std::vector<FacePoint> out = nen == 2 ? edge_lattice(parts) : nen == 3 ? tri_lattice(parts) : quad_lattice(parts);
+  double n[3], sum = 0.0;
+  for (FacePoint& p : out) {
+    p.share *= face_area(nen, x, p.xi, n);
+    sum += p.share;
+  }
+  const double scale = area_of(nen, x) / sum;
+  for (FacePoint& p : out) p.share *= scale;
+  return out;
+}

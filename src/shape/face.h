@@ -1,0 +1,40 @@
+// ---------------------------------------------------------------------------
+// face.h : edges of plane cells, faces of cells in space (doc/theory.md 1.4)
+//
+// A face is 2 nodes (edge), 3 (triangle) or 4 (quadrilateral), ordered so that its normal points out of the cell.
+// Local places: edge -1 ... 1, triangle xi >= 0 with sum <= 1, quadrilateral -1 ... 1.
+// ---------------------------------------------------------------------------
+#ifndef MPFE_SHAPE_FACE_H
+#define MPFE_SHAPE_FACE_H
+
+#include <vector>
+
+#include "shape/shape.h"
+
+struct FaceRule {
+  int n;
+  double xi[4][2];
+  double w[4];
+};
+
+// face_rule : Gauss points of a face with nen nodes (2: two points, 3: three, 4: two by two)
+const FaceRule& face_rule(int nen);
+
+// face_eval : N [nen] and, unless null, dN/dxi [nen*2]
+void face_eval(int nen, const double* xi, double* N, double* dN);
+
+// face_area : area vector per unit of the local place, outward: x [nen*3]; returns its length and, in n[3], the vector.
+// In two dimensions (nen = 2) the edge has unit thickness.
+double face_area(int nen, const double* x, const double* xi, double* n);
+
+// A lattice point of a face: integer weights on its nodes (their sum is parts^2), and its share of the area
+struct FacePoint {
+  int iw[4] = {0, 0, 0, 0};
+  double xi[2] = {0, 0};
+  double share = 0.0;          // area, by the trapezoidal rule; the shares sum to the area of the face
+};
+
+// face_lattice : parts + 1 points along every edge, corners included. x [nen*3] at t = 0. doc/theory.md (4.5)
+std::vector<FacePoint> face_lattice(int nen, const double* x, int parts);
+
+#endif
