@@ -24,7 +24,8 @@ OBJ      := $(SRC:%.cpp=$(BUILD)/%.o)
 MAIN_OBJ := $(BUILD)/src/main.o
 UNIT_OBJ := $(UNIT_SRC:%.cpp=$(BUILD)/%.o)
 
-WARNINGS = -Wall -Wextra -Wshadow
+# GCC 12 takes the undefined vectors of its own AVX-512 headers for mistakes of Eigen (GCC bug 105593)
+WARNINGS = -Wall -Wextra -Wshadow -Wno-maybe-uninitialized
 COMPILE  = $(CXX) -std=c++17 $(CXXFLAGS) $(WARNINGS) $(DEFINES) -Isrc $(INCLUDE) -MMD -MP
 
 .PHONY: all setup demo test verify unit clean help
@@ -40,9 +41,6 @@ $(MPFE): $(OBJ) $(MAIN_OBJ)
 $(UNIT): $(OBJ) $(UNIT_OBJ)
 	@mkdir -p $(@D)
 	$(CXX) $(LDFLAGS) $^ -lgtest_main -lgtest $(LDLIBS) -pthread -o $@
-
-# GCC 12 warns about its own AVX-512 headers when Eigen is compiled into a test
-$(UNIT_OBJ): WARNINGS += -Wno-maybe-uninitialized
 
 $(BUILD)/%.o: %.cpp tools/machines/$(MACHINE).mk
 	@mkdir -p $(@D)

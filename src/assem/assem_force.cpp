@@ -53,7 +53,7 @@ Status add_elements(Problem& p, const KernelMode& mode, RealVec& fint)
   double u0[24], u1[24], re[24];
   for (const ElemBlock& b : p.el.block) {
     const ShapeInfo& info = shape_info[b.shape];
-    const ElemForm form   = elem_form(b.shape);
+    const ElemForm form   = elem_form(b);
     for (size_t e = 0; e < b.elem.size(); ++e) {
       const int* node = mesh.conn.begin(b.elem[e]);
       for (int a = 0; a < info.nen; ++a)
@@ -61,7 +61,7 @@ Status add_elements(Problem& p, const KernelMode& mode, RealVec& fint)
           u0[a * dim + i] = p.st.n.u[node[a] * dim + i];
           u1[a * dim + i] = p.st.np1.u[node[a] * dim + i];
         }
-      const Status s = form(&b.dNdX[e * info.ngp * info.nen * dim], &b.w[e * info.ngp], b.law, mode, u0, u1, re, nullptr);
+      const Status s = form(b, e, mode, u0, u1, re, nullptr);
       if (s != STATUS_OK) {
         status = s;
         p.worst = b.elem[e];

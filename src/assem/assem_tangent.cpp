@@ -37,7 +37,7 @@ void add_elements(Problem& p, const KernelMode& mode)
   double u0[8 * D], u1[8 * D], re[8 * D], ke[36 * D * D];
   for (const ElemBlock& b : p.el.block) {
     const ShapeInfo& info = shape_info[b.shape];
-    const ElemForm form   = elem_form(b.shape);
+    const ElemForm form   = elem_form(b);
     for (size_t e = 0; e < b.elem.size(); ++e) {
       const int* node = mesh.conn.begin(b.elem[e]);
       for (int a = 0; a < info.nen; ++a)
@@ -45,7 +45,7 @@ void add_elements(Problem& p, const KernelMode& mode)
           u0[a * D + i] = p.st.n.u[node[a] * D + i];
           u1[a * D + i] = p.st.np1.u[node[a] * D + i];
         }
-      form(&b.dNdX[e * info.ngp * info.nen * D], &b.w[e * info.ngp], b.law, mode, u0, u1, re, ke);
+      form(b, e, mode, u0, u1, re, ke);
       add_pairs<D>(p.sys.A, map, info.nen, ke);
       map += pair_count(info.nen);
     }

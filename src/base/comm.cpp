@@ -5,14 +5,32 @@
 #include <mpi.h>
 
 #include <cstdlib>
+#include <initializer_list>
+
+namespace {
+
+// Started without a launcher, Open MPI 4 would start a daemon beside every run (0.3 s), look for networks (0.2 s), and
+// make a folder in /tmp that all such runs share: two of them that start at the same moment end with an error.
+bool alone()
+{
+  for (const char* launcher : {"OMPI_COMM_WORLD_SIZE", "PMIX_RANK", "PMI_RANK", "PMI_SIZE"})
+    if (std::getenv(launcher)) return false;
+  return true;
+}
+
+}  // namespace
 
 void comm_open(int* argc, char*** argv)
 {
   int done = 0;
   MPI_Initialized(&done);
   if (done) return;
-  // alone, Open MPI would start a daemon beside every run (0.3 s)
-  if (!std::getenv("OMPI_COMM_WORLD_SIZE")) setenv("OMPI_MCA_ess_singleton_isolated", "1", 0);
+  if (alone()) {
+    setenv("OMPI_MCA_ess_singleton_isolated", "1", 0);
+    setenv("OMPI_MCA_orte_create_session_dirs", "0", 0);
+    setenv("OMPI_MCA_pml", "ob1", 0);
+    setenv("OMPI_MCA_btl", "self", 0);
+  }
   MPI_Init(argc, argv);
 }
 

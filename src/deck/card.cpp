@@ -261,17 +261,42 @@ int card_dof(Card& c, const Model& m, const char* what)
   return c.deck->errors == errors ? dof : -1;
 }
 
-std::array<double, 3> card_direction(Card& c, const char* what)
+std::array<double, 3> card_direction(Card& c, const Model& m, const char* what)
 {
   const Field first = c.next < c.field.size() ? c.field[c.next] : c.whole;
   std::array<double, 3> n{{0, 0, 0}};
-  n[0] = card_real(c, what, any_number());
-  n[1] = card_real(c, what, any_number());
-  n[2] = card_real_or(c, what, 0.0, from_to(0.0, 0.0));
+  for (int i = 0; i < m.dim; ++i) n[i] = card_real(c, what, any_number());
+  if (m.dim == 2) n[2] = card_real_or(c, what, 0.0, from_to(0.0, 0.0));
   const double s = std::hypot(n[0], n[1], n[2]);
-  if (card_good(c) && !(s > 0.0 && std::isfinite(s))) card_error(c, first, std::string(what) + " has no length; give a direction such as 0, -1");
+  if (card_good(c) && !(s > 0.0 && std::isfinite(s))) card_error(c, first, std::string(what) + " has no length; give a direction such as " + (m.dim == 3 ? "0, 0, -1" : "0, -1"));
   for (double& v : n) v = s > 0.0 ? v / s : 0.0;
   return n;
+}
+
+bool card_box(Card& c, int dim, const char* low, const char* high, double lo[3], double hi[3])
+{
+  std::string all;
+  for (const char* end : {low, high})
+    for (int i = 0; i < dim; ++i) all += (all.empty() ? "" : ", ") + std::string(1, "xyz"[i]) + end;
+  if (!c.open && !card_line(c)) {
+    card_error(c, c.head.at, "a data line with the box must follow: " + all);
+    return false;
+  }
+  if (dim == 3 && c.field.size() == 4) {
+    card_error(c, c.whole, "the model has three dimensions: a box has six numbers, " + all);
+    c.next = c.field.size();
+    return false;
+  }
+  for (int i = 0; i < dim; ++i) lo[i] = card_real(c, (std::string(1, "xyz"[i]) + low).c_str(), any_number());
+  for (int i = 0; i < dim; ++i) hi[i] = card_real(c, (std::string(1, "xyz"[i]) + high).c_str(), above(lo[i]));
+  return card_good(c);
+}
+
+bool card_cells(Card& c, int dim, int n[3])
+{
+  const char* const what[3] = {"nx", "ny", "nz"};
+  for (int i = 0; i < dim; ++i) n[i] = card_int(c, what[i], 1, 50000000);
+  return card_good(c);
 }
 
 // ---- parameters -----------------------------------------------------------
@@ -342,6 +367,13 @@ bool card_param_expr(Card& c, const char* name, Expr& out)
   if (p->value.quoted) return deck_function(*c.deck, p->value, p->value.text, out);
   card_error(c, p->value, std::string(name) + " is a function of x, y, z in double quotes, for example " + name + "=\"x > 0.5\"");
   return false;
+}
+
+int card_param_element(Card& c)
+{
+  const int type = card_param_word(c, "TYPE", element_type_words().c_str(), -1);
+  if (type >= 0) deck_same_dimension(*c.deck, card_param(c, "TYPE")->value, elem_table[type].name, shape_info[elem_table[type].shape].dim);
+  return type;
 }
 
 int card_param_amplitude(Card& c, const Model& m)

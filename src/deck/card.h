@@ -52,7 +52,9 @@ int card_word(Card& c, const char* what, const char* words);       // index, -1:
 Expr card_expr(Card& c, const char* what);                         // number or "function"
 Expr card_expr_or(Card& c, const char* what, double otherwise);
 int card_dof(Card& c, const Model& m, const char* what);           // 0-based, -1: wrong
-std::array<double, 3> card_direction(Card& c, const char* what);   // unit vector
+std::array<double, 3> card_direction(Card& c, const Model& m, const char* what);   // unit vector
+bool card_box(Card& c, int dim, const char* low, const char* high, double lo[3], double hi[3]);   // xLOW, yLOW[, zLOW], xHIGH ...; false: wrong
+bool card_cells(Card& c, int dim, int n[3]);                       // nx, ny[, nz]; false: wrong
 
 // ---- parameters of the keyword line
 const HeadParam* card_param(const Card& c, const char* name);      // null: not given
@@ -64,6 +66,7 @@ bool card_param_yes(Card& c, const char* name, bool alone, bool otherwise);   //
 double card_param_real(Card& c, const char* name, double otherwise, const Limit& limit);
 int card_param_int(Card& c, const char* name, int otherwise, int lo, int hi);
 bool card_param_expr(Card& c, const char* name, Expr& out);
+int card_param_element(Card& c);                                   // TYPE= as index into elem_table, -1: wrong
 int card_param_amplitude(Card& c, const Model& m);                 // index or -1
 bool card_op_new(Card& c);                                         // OP=NEW
 

@@ -79,7 +79,8 @@ void make_old(std::vector<Carried>& note, std::unordered_map<std::string, std::v
 // value at the end of a step; false when it differs from place to place
 bool end_value(const Deck& d, const Model& m, const Step& s, const Load& l, double& value)
 {
-  const double place[3][3] = {{0.0, 0.0, 0.0}, {0.61803, 0.41421, 0.0}, {-1.73205, 2.23607, 0.0}};
+  const double z = m.dim == 3 ? 1.0 : 0.0;
+  const double place[3][3] = {{0.0, 0.0, 0.0}, {0.61803, 0.41421, 0.73205 * z}, {-1.73205, 2.23607, -0.64575 * z}};
   double v[3];
   for (int i = 0; i < 3; ++i) v[i] = load_value(m, s, l, place[i], s.period, d.time_end);
   value = v[0];

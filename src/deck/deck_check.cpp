@@ -8,17 +8,19 @@
 
 namespace {
 
-struct Box { double lo[2], hi[2]; };
+struct Box { double lo[3], hi[3]; };
+
+const char* const in_axis[3] = {" in x", " in y", " in z"};
 
 Box empty_box()
 {
   const double big = std::numeric_limits<double>::max();
-  return Box{{big, big}, {-big, -big}};
+  return Box{{big, big, big}, {-big, -big, -big}};
 }
 
 void grow(Box& b, const double* x)
 {
-  for (int i = 0; i < 2; ++i) {
+  for (int i = 0; i < 3; ++i) {
     b.lo[i] = std::min(b.lo[i], x[i]);
     b.hi[i] = std::max(b.hi[i], x[i]);
   }
@@ -33,7 +35,7 @@ void grow_by_element(Box& b, const Model& m, int e)
 
 Box body_box(const Model& m, const Body& body)
 {
-  if (body.fill != FILL_ELSET) return Box{{body.lo[0], body.lo[1]}, {body.hi[0], body.hi[1]}};
+  if (body.fill != FILL_ELSET) return Box{{body.lo[0], body.lo[1], body.lo[2]}, {body.hi[0], body.hi[1], body.hi[2]}};
   Box b = empty_box();
   if (body.elset >= 0)
     for (int e : m.elset[body.elset].item) grow_by_element(b, m, e);
@@ -70,50 +72,84 @@ Place last_line(const Deck& d)
 
 // ---- mesh -----------------------------------------------------------------
 
-// twice the signed area of the corner between the edges a -> b and a -> c
-double corner(const double* a, const double* b, const double* c)
+// the corner a of an element: twice its signed area, or six times the signed volume of its three edges
+double corner(const Model& m, Shape shape, const int* node, int a)
 {
-  return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
+  const int nen = shape_info[shape].nen, dim = shape_info[shape].dim;
+  int to[3] = {(a + 1) % nen, (a + nen - 1) % nen, 0};      // ends of the edges, right-handed
+  if (shape == SHAPE_TET4) {
+    const int others[4][3] = {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}};
+    std::copy(others[a], others[a] + 3, to);
+  } else if (dim == 3) {                                    // two rings of k nodes, one above the other
+    const int k = nen / 2, ring = a < k ? 0 : k, next = ring + (a + 1) % k, before = ring + (a + k - 1) % k;
+    to[0] = ring ? before : next;
+    to[1] = ring ? next : before;
+    to[2] = (a + k) % nen;
+  }
+  double r[3][3];
+  for (int j = 0; j < 3; ++j)
+    for (int i = 0; i < 3; ++i) r[j][i] = node_place(m, node[to[j]])[i] - node_place(m, node[a])[i];
+  const double z = r[0][0] * r[1][1] - r[0][1] * r[1][0];
+  if (dim == 2) return z;
+  return (r[0][1] * r[1][2] - r[0][2] * r[1][1]) * r[2][0] + (r[0][2] * r[1][0] - r[0][0] * r[1][2]) * r[2][1] + z * r[2][2];
+}
+
+// labels in the order that turns the element round
+std::string turned_round(const Model& m, Shape shape, const int* node)
+{
+  const int n = shape_info[shape].nen, k = n / 2;
+  std::string text;
+  for (int a = 0; a < n; ++a) {
+    const int tet[4] = {0, 2, 1, 3};
+    const int b = shape == SHAPE_TET4 ? tet[a] : shape_info[shape].dim == 3 ? (a + k) % n : (n - a) % n;
+    text += text_format(" %d", m.mesh.node_label[node[b]]);
+  }
+  return text;
+}
+
+// keyword that made an element
+const char* keyword_of(const Deck& d, int e)
+{
+  const std::string line = text_upper(deck_line_text(d, d.elem_spot[e].file, d.elem_spot[e].line));
+  return line.find("*BLOCK") != std::string::npos ? "BLOCK" : line.find("*CYLINDER") != std::string::npos ? "CYLINDER" : "ELEMENT";
 }
 
 void check_element(Deck& d, const Model& m, int e)
 {
   const int* node = m.mesh.conn.begin(e);
   const int n = m.mesh.conn.count(e), label = m.mesh.elem_label[e];
+  const Shape shape = elem_table[m.mesh.elem_type[e]].shape;
+  const int dim = shape_info[shape].dim;
   Box b = empty_box();
   grow_by_element(b, m, e);
-  const double size = (b.hi[0] - b.lo[0]) + (b.hi[1] - b.lo[1]), zero = 1e-12 * size * size;
+  const double size = (b.hi[0] - b.lo[0]) + (b.hi[1] - b.lo[1]) + (b.hi[2] - b.lo[2]), zero = 1e-12 * std::pow(size, dim);
   int positive = 0, negative = 0, worst = 0;
   for (int a = 0; a < n; ++a) {
-    const double area = corner(node_place(m, node[a]), node_place(m, node[(a + 1) % n]), node_place(m, node[(a + n - 1) % n]));
-    if (area > zero) ++positive;
+    const double part = corner(m, shape, node, a);
+    if (part > zero) ++positive;
     else worst = a;
-    if (area < -zero) ++negative;
+    if (part < -zero) ++negative;
   }
   if (positive == n) return;
   std::string text;
   if (negative == n) {
-    text = text_format("the nodes of element %d run clockwise; write them counter-clockwise:", label);
-    for (int a = 0; a < n; ++a) text += text_format(" %d", m.mesh.node_label[node[(n - a) % n]]);
+    text = text_format(dim == 3 ? "element %d is turned inside out; write its nodes in this order:" : "the nodes of element %d run clockwise; write them counter-clockwise:", label) +
+           turned_round(m, shape, node);
   } else if (positive + negative == 0) {
-    text = text_format("element %d has no area; its nodes lie on a line or on each other", label);
+    text = text_format(dim == 3 ? "element %d has no volume; its nodes lie in a plane or on each other" : "element %d has no area; its nodes lie on a line or on each other", label);
+  } else if (dim == 3) {
+    text = text_format("element %d is folded at node %d: its edges there span no positive volume; mind the order of the nodes", label, m.mesh.node_label[node[worst]]);
   } else {
     text = text_format("element %d is not convex at node %d: the angle is 180 degrees or more; mind the order of the nodes",
                        label, m.mesh.node_label[node[worst]]);
   }
-  const bool block = text_upper(deck_line_text(d, d.elem_spot[e].file, d.elem_spot[e].line)).find("*BLOCK") != std::string::npos;
-  fault(d, block ? "BLOCK" : "ELEMENT", element_place(d, e), "", text);
+  fault(d, keyword_of(d, e), element_place(d, e), "", text);
 }
 
 void check_elements(Deck& d, const Model& m)
 {
   const int limit = d.errors + 100;
-  for (int e = 0; e < m.mesh.nelem() && d.errors < limit; ++e) {
-    check_element(d, m, e);
-    const int dim = shape_info[elem_table[m.mesh.elem_type[e]].shape].dim;
-    if (dim != m.dim) fault(d, "ELEMENT", element_place(d, e), "",
-                             text_format("element %d has %d dimensions, the model has %d; do not mix them", m.mesh.elem_label[e], dim, m.dim));
-  }
+  for (int e = 0; e < m.mesh.nelem() && d.errors < limit; ++e) check_element(d, m, e);
 }
 
 void check_sets(Deck& d, const Model& m)
@@ -132,15 +168,17 @@ IntVec body_of_elements(Deck& d, const Model& m)
   IntVec body(m.mesh.nelem(), -1);
   for (std::size_t b = 0; b < m.body.size(); ++b) {
     if (m.body[b].elset < 0) continue;
-    bool shared = false, section = false;
+    bool shared = false, section = false, wedge = false;
     for (int e : m.elset[m.body[b].elset].item) {
       shared  = shared || body[e] >= 0;
+      wedge   = wedge || elem_table[m.mesh.elem_type[e]].shape == SHAPE_WEDGE6;
       section = section || m.mesh.elem_section[e] >= 0;
       body[e] = static_cast<int>(b);
     }
     const std::string word = m.elset[m.body[b].elset].name;
     if (section) fault(d, "MATERIAL POINTS", m.body[b].place, word,
                        "elements of " + word + " have a *SOLID SECTION; they become material points and must not have one");
+    if (wedge) fault(d, "MATERIAL POINTS", m.body[b].place, word, "wedges (C3D6) cannot become material points; take C3D8 or C3D4");
     if (shared) fault(d, "MATERIAL POINTS", m.body[b].place, word, "elements of " + word + " belong to another body as well; an element fills one body");
   }
   return body;
@@ -194,11 +232,11 @@ void check_body_box(Deck& d, const Model& m, const Body& body)
 {
   const Grid& g = m.grid;
   const Box b = body_box(m, body);
-  for (int i = 0; i < 2; ++i) {
+  for (int i = 0; i < m.dim; ++i) {
     const double hi = g.lo[i] + g.n[i] * g.h[i], tol = 1e-9 * (hi - g.lo[i]);
     if (b.lo[i] > b.hi[i] || (b.lo[i] >= g.lo[i] - tol && b.hi[i] <= hi + tol)) continue;
     return fault(d, "MATERIAL POINTS", body.place, body.name,
-                 "body " + body.name + " reaches from " + text_number(b.lo[i]) + " to " + text_number(b.hi[i]) + (i ? " in y" : " in x") +
+                 "body " + body.name + " reaches from " + text_number(b.lo[i]) + " to " + text_number(b.hi[i]) + in_axis[i] +
                  ", the grid from " + text_number(g.lo[i]) + " to " + text_number(hi) + "; make the *GRID larger, with room for the motion");
   }
 }
@@ -206,22 +244,26 @@ void check_body_box(Deck& d, const Model& m, const Body& body)
 // a fill must have cells, and a region points inside
 void check_fill(Deck& d, const Model& m, const Body& body)
 {
-  double n[2];
-  for (int i = 0; i < 2; ++i) {
+  double n[3] = {1.0, 1.0, 1.0};
+  const char* const counts = m.dim == 3 ? "nx, ny, nz" : "nx, ny";
+  for (int i = 0; i < m.dim; ++i) {
     n[i] = body.cells[i] > 0 ? body.cells[i] : std::round((body.hi[i] - body.lo[i]) / m.grid.h[i]);
     if (!(n[i] >= 1.0))
       return fault(d, "MATERIAL POINTS", body.place, body.name,
-            "the box of " + body.name + " is thinner than half a cell of the grid: 0 points; give nx, ny in a second data line");
+            "the box of " + body.name + " is thinner than half a cell of the grid: 0 points; give " + std::string(counts) + " in a second data line");
     n[i] *= body.per_cell;
   }
-  if (!(n[0] * n[1] <= 5e7))
-    return fault(d, "MATERIAL POINTS", body.place, body.name, "body " + body.name + " has more than 5e7 points; give fewer cells (nx, ny) or a coarser grid");
-  if (body.fill != FILL_REGION || n[0] * n[1] > 4e6 || body.where.is_const()) return;
-  for (int j = 0; j < n[1]; ++j)
-    for (int i = 0; i < n[0]; ++i) {
-      const double x[3] = {body.lo[0] + (body.hi[0] - body.lo[0]) * (i + 0.5) / n[0], body.lo[1] + (body.hi[1] - body.lo[1]) * (j + 0.5) / n[1], 0.0};
-      if (expr_eval(body.where, x, 0.0) != 0.0) return;
-    }
+  if (!(n[0] * n[1] * n[2] <= 5e7))
+    return fault(d, "MATERIAL POINTS", body.place, body.name, "body " + body.name + " has more than 5e7 points; give fewer cells (" + counts + ") or a coarser grid");
+  if (body.fill != FILL_REGION || n[0] * n[1] * n[2] > 4e6 || body.where.is_const()) return;
+  double at[3];
+  for (at[2] = 0.5; at[2] < n[2]; ++at[2])
+    for (at[1] = 0.5; at[1] < n[1]; ++at[1])
+      for (at[0] = 0.5; at[0] < n[0]; ++at[0]) {
+        double x[3] = {0, 0, 0};
+        for (int i = 0; i < m.dim; ++i) x[i] = body.lo[i] + (body.hi[i] - body.lo[i]) * at[i] / n[i];
+        if (expr_eval(body.where, x, 0.0) != 0.0) return;
+      }
   fault(d, "MATERIAL POINTS", body.place, "WHERE", "WHERE is 0 at the centre of every domain of the box: 0 points; mind the box and the function");
 }
 
@@ -261,11 +303,11 @@ void check_bond_distance(Deck& d, const Model& m, const BondDef& bond)
     for (int a = 0; a < info.nfnode[f.face]; ++a) grow(s, node_place(m, m.mesh.conn.begin(f.elem)[info.face[f.face][a]]));
   }
   const Box b = body_box(m, m.body[bond.body]);
-  for (int i = 0; i < 2; ++i) {
+  for (int i = 0; i < m.dim; ++i) {
     const double gap = std::max(s.lo[i] - b.hi[i], b.lo[i] - s.hi[i]);
     if (s.lo[i] > s.hi[i] || b.lo[i] > b.hi[i] || gap <= m.grid.h[i]) continue;
     return doubt(d, "BOND", bond.place, m.surface[bond.surface].name,
-          "surface " + m.surface[bond.surface].name + " is " + text_number(gap) + (i ? " in y" : " in x") +
+          "surface " + m.surface[bond.surface].name + " is " + text_number(gap) + in_axis[i] +
                  " away from body " + m.body[bond.body].name + ", more than a cell of the grid; is it the right surface?");
   }
 }

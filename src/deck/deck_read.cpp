@@ -129,6 +129,7 @@ void warn_unused_defines(Deck& d)
 void read_all(Deck& d, const std::string& path, const std::vector<std::pair<std::string, double>>& defines, Model& m)
 {
   if (!deck_open(d, path, nullptr)) return;
+  m.dim = deck_dimension(path);
   set_defines(d, defines);
   read_cards(d, m);
   deck_run_later(d, m, STAGE_STEP);
@@ -156,6 +157,7 @@ void deck_run_later(Deck& d, Model& m, Stage stage)
 // ---------------------------------------------------------------------------
 // deck_read : deck -> model
 //
+//   0. two or three dimensions
 //   1. cards one after the other; each reader reports its mistakes and goes on
 //   2. names that may be used before they are defined
 //   3. sections of elements, loads of elements that become material points

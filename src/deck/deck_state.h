@@ -81,6 +81,9 @@ struct Deck {
   ParamMap define;             // -D
   std::set<std::string> used;  // names that an expression of the deck holds
 
+  int dim_first = 0;           // dimension of the first elements or grid, 0: none yet; what and where they are
+  std::string dim_what;
+  Spot dim_spot;
   int material = -1;           // open *MATERIAL
   bool in_step = false, proc_given = false, prints_node = false, prints_elem = false;
   Field step_at;
@@ -128,6 +131,10 @@ bool deck_scalar(Deck& d, const Field& at, int offset, const std::string& text, 
 bool deck_function(Deck& d, const Field& at, const std::string& text, Expr& out);
 bool deck_function_of_t(Deck& d, const Field& at, const std::string& text, Expr& out);
 std::string deck_parameter_name_fault(const std::string& name);   // "" when the name is allowed
+
+// ---- two or three dimensions (deck_dimension.cpp) --------------------------
+int deck_dimension(const std::string& path);               // a look at the whole deck before it is read
+bool deck_same_dimension(Deck& d, const Field& at, const std::string& what, int dim);
 
 // ---- mesh, sets, targets (deck_mesh.cpp) -----------------------------------
 int mesh_add_node(Deck& d, Model& m, int label, double x, double y, double z, const Field& at);

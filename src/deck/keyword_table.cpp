@@ -7,6 +7,7 @@ void kw_bond(Card&, Model&);
 void kw_boundary(Card&, Model&);
 void kw_check(Card&, Model&);
 void kw_cload(Card&, Model&);
+void kw_cylinder(Card&, Model&);
 void kw_density(Card&, Model&);
 void kw_dload(Card&, Model&);
 void kw_dsload(Card&, Model&);
@@ -45,12 +46,13 @@ const int ANYWHERE = IN_MODEL | IN_STEP | AFTER_STEPS;
 
 const Keyword keyword_table[] = {
   {"AMPLITUDE", kw_amplitude, ANYWHERE, "NAME!|TIME|DEFINITION", "function of time that scales loads and supports"},
-  {"BLOCK", kw_block, IN_MODEL, "TYPE!|ELSET!|MERGE", "structured mesh of a rectangle, with sets and surfaces of its edges"},
-  {"BOND", kw_bond, IN_MODEL, "NAME!|SURFACE!|TYPE|BODY|INTERMEDIATE|PENALTY|ALPHA|AUGMENT|NORMAL|DOF|AMPLITUDE",
+  {"BLOCK", kw_block, IN_MODEL, "TYPE!|ELSET!|MERGE", "structured mesh of a rectangle or box, with sets and surfaces of its sides"},
+  {"BOND", kw_bond, IN_MODEL, "NAME!|SURFACE!|TYPE|BODY|INTERMEDIATE|LATTICE|PENALTY|ALPHA|AUGMENT|NORMAL|DOF|AMPLITUDE",
    "ties a surface to the grid of a body of material points, or to the ground"},
   {"BOUNDARY", kw_boundary, IN_MODEL | IN_STEP, "AMPLITUDE|OP", "prescribed displacements of nodes"},
   {"CHECK", kw_check, ANYWHERE, "TYPE!|SOURCE!|TIME|AT|SCALE|CENTRE", "expected value, its tolerance and its source"},
   {"CLOAD", kw_cload, IN_STEP, "AMPLITUDE|OP", "forces on nodes"},
+  {"CYLINDER", kw_cylinder, IN_MODEL, "TYPE!|ELSET!|QUARTER|MERGE", "structured mesh of a solid cylinder, with sets and surfaces of its sides"},
   {"DENSITY", kw_density, IN_MATERIAL, "", "mass per volume of a material"},
   {"DLOAD", kw_dload, IN_STEP, "AMPLITUDE|OP", "pressure, traction, gravity and volume force on elements and bodies"},
   {"DSLOAD", kw_dsload, IN_STEP, "AMPLITUDE|OP", "pressure and traction on surfaces"},

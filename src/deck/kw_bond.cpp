@@ -16,10 +16,21 @@ void check_params(Card& card, const BondDef& b)
     card_error(card, card_param(card, "DOF")->key, "NORMAL and DOF exclude each other");
 }
 
+// bonds between the nodes along an edge: INTERMEDIATE=k, in three dimensions also LATTICE=k+2, corners counted
+int read_between(Card& card, const Model& model)
+{
+  const HeadParam* const lattice = card_param(card, "LATTICE");
+  const int between = card_param_int(card, "INTERMEDIATE", -1, 0, 1000);
+  if (!lattice) return between;
+  if (card_param(card, "INTERMEDIATE")) card_error(card, lattice->key, "LATTICE=k is INTERMEDIATE=k-2; give one of them");
+  else if (model.dim == 2) card_error(card, lattice->key, "a lattice of bonds covers faces in three dimensions; on edges write INTERMEDIATE");
+  return card_param_int(card, "LATTICE", 2, 2, 1002) - 2;
+}
+
 }  // namespace
 
 // ---------------------------------------------------------------------------
-// *BOND, NAME=, SURFACE=, BODY= ... or *BOND, TYPE=GROUND, NAME=, SURFACE= ... : ux, uy of the ground
+// *BOND, NAME=, SURFACE=, BODY= ... or *BOND, TYPE=GROUND, NAME=, SURFACE= ... : ux, uy[, uz] of the ground
 // ---------------------------------------------------------------------------
 void kw_bond(Card& card, Model& model)
 {
@@ -30,13 +41,13 @@ void kw_bond(Card& card, Model& model)
   b.penalty = card_param_real(card, "PENALTY", 0.0, above(0.0));
   b.alpha   = card_param_real(card, "ALPHA", 0.0, above(0.0));
   b.augment = card_param_int(card, "AUGMENT", 0, 0, 1000);
-  b.intermediate = card_param_int(card, "INTERMEDIATE", -1, 0, 1000);
+  b.intermediate = read_between(card, model);
   const int dof = card_param_int(card, "DOF", 0, 1, model.dim);
   b.normal_only = card_flag(card, "NORMAL") || card_param(card, "DOF");
   if (card_param(card, "DOF")) b.direction[dof > 0 ? dof - 1 : 0] = 1.0;
   check_params(card, b);
   if (b.kind == BOND_GROUND && card_line(card))
-    for (int i = 0; i < model.dim; ++i) b.motion[i] = card_expr_or(card, i ? "uy" : "ux", 0.0);
+    for (int i = 0; i < model.dim; ++i) b.motion[i] = card_expr_or(card, i == 2 ? "uz" : i ? "uy" : "ux", 0.0);
   for (const BondDef& other : model.bond)
     if (other.name == b.name && !b.name.empty()) card_error(card, card.head.at, "bond " + b.name + " is defined already");
 

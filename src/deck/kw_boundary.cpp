@@ -12,10 +12,11 @@ bool read_word(Card& card, const Model& model, const Field& f, Line& line)
 {
   const std::string word = text_squeeze(f.text);
   const bool all = word == "ENCASTRE" || word == "PINNED";
-  if (!all && word != "XSYMM" && word != "YSYMM") return false;
+  const int axis = word == "XSYMM" ? 0 : word == "YSYMM" ? 1 : word == "ZSYMM" && model.dim == 3 ? 2 : -1;
+  if (!all && axis < 0) return false;
   ++card.next;
-  line.first = word == "YSYMM" ? 1 : 0;
-  line.last  = all ? model.dim - 1 : line.first;
+  line.first = all ? 0 : axis;
+  line.last  = all ? model.dim - 1 : axis;
   line.value = expr_number(0.0);
   return true;
 }

@@ -4,7 +4,8 @@
 
 namespace {
 
-const char* const fields = "U1|U2|V1|V2|S11|S22|S33|S12|E11|E22|E33|E12|SMISES|ENER";
+const char* const plane_words = "U1|U2|V1|V2|S11|S22|S33|S12|E11|E22|E33|E12|SMISES|ENER";
+const char* const solid_words = "U1|U2|U3|V1|V2|V3|S11|S22|S33|S12|S23|S31|S13|E11|E22|E33|E12|E23|E31|E13|SMISES|ENER";
 
 // 0.01 or 2% ; percent: of scale
 double read_tolerance(Card& card, double scale)
@@ -31,8 +32,9 @@ void read_history(Card& card, Check c, std::vector<std::pair<Check, Field>>& lis
   if (card_good(card)) list.emplace_back(c, column);
 }
 
-void read_field(Card& card, Check c, std::vector<std::pair<Check, Field>>& list)
+void read_field(Card& card, const Model& model, Check c, std::vector<std::pair<Check, Field>>& list)
 {
+  const char* const fields = model.dim == 3 ? solid_words : plane_words;
   const int q = card_word(card, "quantity", fields);
   c.exact     = card_expr(card, "exact value");
   c.tolerance = read_tolerance(card, 1.0);
@@ -75,7 +77,7 @@ void read_time(Card& card, Check& c)
 // *CHECK, TYPE=HISTORY, SOURCE=[, TIME= | AT=] : column, target, tolerance
 // *CHECK, TYPE=FIELD, SOURCE=[, TIME=][, SCALE=][, CENTRE] : quantity, "exact", tolerance of the relative L2 error
 // ---------------------------------------------------------------------------
-void kw_check(Card& card, Model&)
+void kw_check(Card& card, Model& model)
 {
   const char* const sources = "ANALYTIC|PUBLISHED|CONVERGED|PREVIOUS";
   Check c;
@@ -92,7 +94,7 @@ void kw_check(Card& card, Model&)
   while (type >= 0 && card_line(card)) {
     ++lines;
     c.place = line_place(card);
-    if (type == 1) read_field(card, c, list);
+    if (type == 1) read_field(card, model, c, list);
     else read_history(card, c, list);
   }
   if (type >= 0 && lines == 0) card_error(card, card.head.at, "a data line must follow: what is checked, target, tolerance");

@@ -2,7 +2,8 @@
 
 namespace {
 
-const char* const words = "P1|P2|P3|P4|TRVEC1|TRVEC2|TRVEC3|TRVEC4|GRAV|BX|BY";
+const char* const plane_words = "P1|P2|P3|P4|TRVEC1|TRVEC2|TRVEC3|TRVEC4|GRAV|BX|BY";
+const char* const solid_words = "P1|P2|P3|P4|P5|P6|TRVEC1|TRVEC2|TRVEC3|TRVEC4|TRVEC5|TRVEC6|GRAV|BX|BY|BZ";
 
 // faces of elements
 bool take_faces(Card& card, const Model& model, const Field& target, int face, Load& l)
@@ -15,7 +16,7 @@ bool take_faces(Card& card, const Model& model, const Field& target, int face, L
   if (!target_elems(*card.deck, model, target, elem)) return false;
   for (int e : elem) {
     if (face >= shape_info[elem_table[model.mesh.elem_type[e]].shape].nface) {
-      card_error(card, card.field[1], text_format("element %d is a triangle and has no face %d", model.mesh.elem_label[e], face + 1));
+      card_error(card, card.field[1], text_format("element %d is a %s and has no face %d", model.mesh.elem_label[e], elem_table[model.mesh.elem_type[e]].name, face + 1));
       return false;
     }
     l.face.push_back(Face{e, face});
@@ -41,23 +42,25 @@ bool read_line(Card& card, const Model& model, Load& l, Field& target, std::stri
 {
   const bool everything = card.field[0].empty() && card.field.size() > 1 && text_squeeze(card.field[1].text) == "GRAV";
   target = everything ? card.field[card.next++] : card_field(card, "element set, element or body");
+  const char* const words = model.dim == 3 ? solid_words : plane_words;
+  const int faces = model.dim == 3 ? 6 : 4;
   const int kind = card_word(card, "kind of load", words);
   if (kind < 0) return false;
   word = split_words(words)[kind];
-  l.kind = kind < 4 ? LOAD_PRESSURE : kind < 8 ? LOAD_TRACTION : LOAD_BODY;
+  l.kind = kind < faces ? LOAD_PRESSURE : kind < 2 * faces ? LOAD_TRACTION : LOAD_BODY;
   l.per_mass = word == "GRAV";
   l.value = card_expr(card, l.kind == LOAD_PRESSURE ? "pressure" : l.per_mass ? "acceleration" : l.kind == LOAD_BODY ? "force per volume" : "traction");
-  if (word == "BX" || word == "BY") l.dir[word == "BY"] = 1.0;
-  else if (l.kind != LOAD_PRESSURE) l.dir = card_direction(card, "direction");
+  if (word[0] == 'B') l.dir[word[1] - 'X'] = 1.0;
+  else if (l.kind != LOAD_PRESSURE) l.dir = card_direction(card, model, "direction");
   if (!card_good(card)) return false;
-  return l.kind == LOAD_BODY ? take_volume(card, model, target, l) : take_faces(card, model, target, kind % 4, l);
+  return l.kind == LOAD_BODY ? take_volume(card, model, target, l) : take_faces(card, model, target, kind % faces, l);
 }
 
 }  // namespace
 
 // ---------------------------------------------------------------------------
 // *DLOAD[, AMPLITUDE=][, OP=] : target, P1, pressure; target, TRVEC1, traction, dx, dy;
-// target, GRAV, g, dx, dy; target, BX, force per volume
+// target, GRAV, g, dx, dy; target, BX, force per volume. In three dimensions directions have a dz.
 // ---------------------------------------------------------------------------
 void kw_dload(Card& card, Model& model)
 {

@@ -1,7 +1,7 @@
 #include "deck/card.h"
 
 // ---------------------------------------------------------------------------
-// *DSLOAD[, AMPLITUDE=][, OP=] : surface, P, pressure; surface, TRVEC, traction, dx, dy
+// *DSLOAD[, AMPLITUDE=][, OP=] : surface, P, pressure; surface, TRVEC, traction, dx, dy[, dz]
 // ---------------------------------------------------------------------------
 void kw_dsload(Card& card, Model& model)
 {
@@ -15,7 +15,7 @@ void kw_dsload(Card& card, Model& model)
     if (kind < 0) continue;
     l.kind  = kind == 0 ? LOAD_PRESSURE : LOAD_TRACTION;
     l.value = card_expr(card, kind == 0 ? "pressure" : "traction");
-    if (kind == 1) l.dir = card_direction(card, "direction");
+    if (kind == 1) l.dir = card_direction(card, model, "direction");
     l.amplitude = amplitude;
     l.place = line_place(card);
     if (!card_good(card)) continue;

@@ -22,7 +22,7 @@ void join_lines(Card& card, int wanted)
 void kw_element(Card& card, Model& model)
 {
   Mesh& mesh = model.mesh;
-  const int type = card_param_word(card, "TYPE", element_type_words().c_str(), -1);
+  const int type = card_param_element(card);
   const std::string set = card_param_name(card, "ELSET");
   const int nen = type < 0 ? 0 : shape_info[elem_table[type].shape].nen;
   IntVec item;

@@ -4,23 +4,25 @@
 
 namespace {
 
-struct GridPlane {             // XMIN ... YMAX or X=0.05
+struct GridPlane {             // XMIN ... ZMAX or X=0.05
   int axis = -1;
   int side = 0;                // -1 min, 1 max, 0: at position
   double position = 0.0;
 };
 
-bool read_plane(Card& card, GridPlane& p)
+bool read_plane(Card& card, const Model& model, GridPlane& p)
 {
-  const Field f = card_field(card, "plane (XMIN, XMAX, YMIN, YMAX, X=... or Y=...)");
+  const char* const words = model.dim == 3 ? "XMIN, XMAX, YMIN, YMAX, ZMIN, ZMAX, X=position, Y=position, Z=position"
+                                           : "XMIN, XMAX, YMIN, YMAX, X=position, Y=position";
+  const Field f = card_field(card, "plane (XMIN, YMAX, X=..., ...)");
   if (!card_good(card)) return false;
   const std::string s = text_squeeze(f.text);
   const char axis = s.empty() ? ' ' : s[0];
-  p.axis = axis == 'X' ? 0 : axis == 'Y' ? 1 : -1;
+  p.axis = axis >= 'X' && axis < 'X' + model.dim ? axis - 'X' : -1;
   if (s.size() == 4 && s.substr(1) == "MIN") p.side = -1;
   else if (s.size() == 4 && s.substr(1) == "MAX") p.side = 1;
   else if (s.size() < 3 || s[1] != '=' || !parse_real(s.substr(2), p.position)) p.axis = -1;
-  if (p.axis < 0) card_error(card, f, "plane " + text_show(f.text) + " is not known; allowed: XMIN, XMAX, YMIN, YMAX, X=position, Y=position");
+  if (p.axis < 0) card_error(card, f, "plane " + text_show(f.text) + " is not known; allowed: " + words);
   return p.axis >= 0;
 }
 
@@ -50,7 +52,7 @@ void kw_grid_boundary(Card& card, Model& model)
   while (card_line(card)) {
     GridBc b;
     GridPlane plane;
-    if (!read_plane(card, plane)) continue;
+    if (!read_plane(card, model, plane)) continue;
     b.axis  = plane.axis;
     b.first = b.last = card_dof(card, model, "first direction");
     if (card_more(card) && card.field[card.next].empty()) ++card.next;

@@ -4,7 +4,9 @@
 
 namespace {
 
-const char* const quantities = "U1|U2|V1|V2|A1|A2|X1|X2|RF1|RF2|GRF1|GRF2|S11|S22|S33|S12|E11|E22|E33|E12|SMISES|ENER";
+const char* const plane_words = "U1|U2|V1|V2|A1|A2|X1|X2|RF1|RF2|GRF1|GRF2|S11|S22|S33|S12|E11|E22|E33|E12|SMISES|ENER";
+const char* const solid_words = "U1|U2|U3|V1|V2|V3|A1|A2|A3|X1|X2|X3|RF1|RF2|RF3|GRF1|GRF2|GRF3|"
+                                "S11|S22|S33|S12|S23|S31|S13|E11|E22|E33|E12|E23|E31|E13|SMISES|ENER";
 
 bool is_of_elements(const std::string& what) { return what[0] == 'S' || what[0] == 'E'; }
 bool is_of_points(const std::string& what) { return what[0] == 'U' || what[0] == 'V' || is_of_elements(what); }
@@ -40,8 +42,10 @@ void settle_grid(Deck& d, Model& m, HistoryDef h, const Field& target)
   m.history.push_back(h);
 }
 
-void read_line(Card& card, std::vector<std::string>& names)
+void read_line(Card& card, const Model& model, std::vector<std::string>& names)
 {
+  const char* const quantities = model.dim == 3 ? solid_words : plane_words;
+  const char* const axis[3] = {"x", "y", "z"};
   HistoryDef h;
   const Field name = card_field(card, "name of the column");
   const int q = card_word(card, "quantity", quantities);
@@ -58,7 +62,7 @@ void read_line(Card& card, std::vector<std::string>& names)
   const bool grid = h.what[0] == 'G';
   h.at_point = text_upper(target.text) == "AT";
   if (h.at_point && !is_of_points(h.what)) card_error(card, target, h.what + " is not available AT a place; name a node set");
-  for (int i = 0; h.at_point && i < 2; ++i) h.X[i] = card_real(card, i ? "y" : "x", any_number());
+  for (int i = 0; h.at_point && i < model.dim; ++i) h.X[i] = card_real(card, axis[i], any_number());
   h.reduce = h.what[0] == 'R' || grid ? REDUCE_SUM : REDUCE_MEAN;
   if (!h.at_point && !grid && card_more(card)) {
     const int r = card_word(card, "reduction", "MEAN|SUM|MAX|MIN|ABSMAX");
@@ -75,11 +79,11 @@ void read_line(Card& card, std::vector<std::string>& names)
 }  // namespace
 
 // ---------------------------------------------------------------------------
-// *HISTORY[, FREQUENCY=] : name, quantity, target[, reduction] or name, quantity, AT, x, y
+// *HISTORY[, FREQUENCY=] : name, quantity, target[, reduction] or name, quantity, AT, x, y[, z]
 // ---------------------------------------------------------------------------
 void kw_history(Card& card, Model& model)
 {
   Deck& d = *card.deck;
   model.history_out.frequency = card_param_int(card, "FREQUENCY", model.history_out.frequency, 1, 2147483647);
-  while (card_line(card)) read_line(card, d.column);
+  while (card_line(card)) read_line(card, model, d.column);
 }

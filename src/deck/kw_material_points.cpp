@@ -2,15 +2,22 @@
 
 namespace {
 
-// xmin, ymin, xmax, ymax / nx, ny
-void read_box(Card& card, Body& b)
+// box / cells
+void read_box(Card& card, int dim, Body& b)
 {
-  for (int i = 0; i < 2; ++i) b.lo[i] = card_real(card, i ? "ymin" : "xmin", any_number());
-  for (int i = 0; i < 2; ++i) b.hi[i] = card_real(card, i ? "ymax" : "xmax", above(b.lo[i]));
+  card_box(card, dim, "min", "max", b.lo.data(), b.hi.data());
   if (!card.open || !card_line(card)) return;
-  for (int i = 0; i < 2; ++i) b.cells[i] = card_int(card, i ? "ny" : "nx", 1, 50000000);
-  if (card_good(card) && static_cast<double>(b.cells[0]) * b.cells[1] * b.per_cell * b.per_cell > 5e7)
-    card_error(card, card.whole, "more than 5e7 material points; take fewer cells");
+  double points = 1.0;
+  if (!card_cells(card, dim, b.cells.data())) return;
+  for (int i = 0; i < dim; ++i) points *= static_cast<double>(b.cells[i]) * b.per_cell;
+  if (points > 5e7) card_error(card, card.whole, "more than 5e7 material points; take fewer cells");
+}
+
+// what has a meaning in the plane only
+void check_plane(Card& card, int dim)
+{
+  for (const char* name : {"PLANE", "THICKNESS"})
+    if (dim == 3 && card_param(card, name)) card_error(card, card_param(card, name)->key, std::string(name) + " has no meaning in three dimensions; leave it out");
 }
 
 void check_fill(Card& card, const Body& b, const Field& elset)
@@ -36,11 +43,13 @@ void kw_material_points(Card& card, Model& model)
   b.per_cell  = card_param_int(card, "POINTS", 2, 1, 100);
   b.plane     = card_param_word(card, "PLANE", "STRAIN|STRESS", 0) == 1 ? PLANE_STRESS : PLANE_STRAIN;
   b.thickness = card_param_real(card, "THICKNESS", 1.0, above(0.0));
+  if (model.dim == 3) b.plane = PLANE_NONE;
+  check_plane(card, model.dim);
   b.field     = card_param_int(card, "FIELD", 0, 0, 1000);
   card_param_expr(card, "WHERE", b.where);
   const Field elset = card_param_field(card, "ELSET"), material = card_param_field(card, "MATERIAL");
   check_fill(card, b, elset);
-  if (b.fill != FILL_ELSET) read_box(card, b);
+  if (b.fill != FILL_ELSET) read_box(card, model.dim, b);
   if (!b.name.empty() && model_find_body(model, b.name) >= 0) card_error(card, card.head.at, "body " + b.name + " is defined already");
   const std::size_t i = model.body.size();
   model.body.push_back(b);

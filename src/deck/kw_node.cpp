@@ -11,7 +11,7 @@ void kw_node(Card& card, Model& model)
     const int label = card_label(card, "node label");
     const double x = card_real(card, "x", any_number());
     const double y = card_real(card, "y", any_number());
-    const double z = card_real_or(card, "z", 0.0, from_to(0.0, 0.0));
+    const double z = card_real_or(card, "z", 0.0, model.dim == 3 ? any_number() : from_to(0.0, 0.0));
     if (!card_good(card)) continue;
     const auto old = model.mesh.node_index.find(label);
     if (old != model.mesh.node_index.end())

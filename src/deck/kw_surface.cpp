@@ -10,7 +10,7 @@ void read_faces(Card& card, const Model& model, Surface& s)
 {
   while (card_line(card)) {
     const Field f = card_field(card, "element or element set");
-    const int face = card_word(card, "face", "S1|S2|S3|S4");
+    const int face = card_word(card, "face", model.dim == 3 ? "S1|S2|S3|S4|S5|S6" : "S1|S2|S3|S4");
     IntVec elem;
     if (!card_good(card) || !target_elems(*card.deck, model, f, elem)) continue;
     for (int e : elem) {
@@ -18,7 +18,7 @@ void read_faces(Card& card, const Model& model, Surface& s)
         s.face.push_back(Face{e, face});
         continue;
       }
-      card_error(card, card.field[1], text_format("element %d is a triangle and has no face S%d", model.mesh.elem_label[e], face + 1));
+      card_error(card, card.field[1], text_format("element %d is a %s and has no face S%d", model.mesh.elem_label[e], elem_table[model.mesh.elem_type[e]].name, face + 1));
       break;
     }
   }

@@ -29,6 +29,7 @@ struct ElemBlock {
   IntVec elem;                 // elements of the block
   RealVec dNdX;                // [nelem][ngp][nen][dim]                              1/length
   RealVec w;                   // [nelem][ngp] weight x volume                        length^3
+  RealVec eas;                 // enhanced types: [nelem][eas_size] modes and their inverse stiffness
 };
 
 struct Elements {
@@ -40,15 +41,22 @@ struct Elements {
 // Returns BAD_JACOBIAN and the element in *worst when det(dX/dxi) <= 0 at a Gauss point.
 Status elem_setup(const Model& m, Elements& el, int* worst);
 
-// elem_form : residual and, unless ke is null, tangent of one element
-//   in   dNdX, w   of the element (ElemBlock)
-//        u0, u1    nodal displacements at t(n), t(n+1)   [nen*dim]
+// elem_form : residual and, unless ke is null, tangent of the element at place slot of its block
+//   in   u0, u1    nodal displacements at t(n), t(n+1)   [nen*dim]
 //   out  re        internal force                        [nen*dim]
 //        ke        tangent, node pairs a >= b            [pairs][dim*dim]
-//   BAD_JACOBIAN: det F(n+1) <= 0.  doc/theory.md (1.5), (1.6)
-using ElemForm = Status (*)(const double* dNdX, const double* w, const MatLaw& law, const KernelMode& mode,
+//   BAD_JACOBIAN: det F(n+1) <= 0.  doc/theory.md (1.5), (1.6), enhanced types (1.10) - (1.13)
+using ElemForm = Status (*)(const ElemBlock& b, size_t slot, const KernelMode& mode,
                             const double* u0, const double* u1, double* re, double* ke);
-ElemForm elem_form(Shape s);
+ElemForm elem_form(const ElemBlock& b);
+ElemForm eas_form(Shape s);
+
+// eas_size, eas_setup : enhanced modes of one element from its nodal places X [nen*dim] and weights w [ngp]; [eas_size]
+int eas_size(Shape s);
+void eas_setup(Shape s, const double* X, const double* w, const MatLaw& law, double* out);
+
+// eas_strain : enhanced part of the strain at Gauss point g, to be added to E, from the strains E [ngp][dim*dim]
+void eas_strain(Shape s, const double* eas, const double* w, const MatLaw& law, const double* E, int g, double* out);
 
 // elem_gauss_place : place X[3] at t = 0 and shape functions N [nen] of Gauss point g; returns weight x volume
 double elem_gauss_place(const Model& m, const Elements& el, int e, int g, double* X, double* N);
@@ -62,6 +70,9 @@ void elem_ip_fields(const Model& m, const Elements& el, const RealVec& u, bool n
 
 // ip_fields_from : fills E, sigma, psi of out from out.F; shared by elements and points
 void ip_fields_from(const MatLaw& law, int dim, bool nlgeom, IpFields& out);
+
+// ip_stress_from : sigma, psi of out from out.F and out.E
+void ip_stress_from(const MatLaw& law, int dim, bool nlgeom, IpFields& out);
 
 // elem_energy : strain energy of all elements
 double elem_energy(const Model& m, const Elements& el, const RealVec& u, bool nlgeom);

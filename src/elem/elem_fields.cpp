@@ -1,16 +1,69 @@
 #include "elem/elem.h"
 #include "shape/shape.h"
 
+namespace {
+
+// strains of all Gauss points of an element, with their enhanced part                [ngp][dim*dim]
+template <int D>
+void element_strains(const Model& m, const ElemBlock& b, size_t slot, const RealVec& u, bool nlgeom, double* E)
+{
+  const ShapeInfo& info = shape_info[b.shape];
+  const int nen = info.nen, *node = m.mesh.conn.begin(b.elem[slot]);
+  double ul[24], H[D * D], extra[8 * D * D];
+  for (int a = 0; a < nen; ++a)
+    for (int i = 0; i < D; ++i) ul[a * D + i] = u[node[a] * D + i];
+  for (int g = 0; g < info.ngp; ++g) {
+    ip_gradient<D, 0>(&b.dNdX[(slot * info.ngp + g) * nen * D], nen, ul, H);
+    ip_strain<D>(nlgeom, H, E + g * D * D);
+  }
+  if (!elem_table[b.type].enhanced) return;
+  for (int g = 0; g < info.ngp; ++g)
+    eas_strain(b.shape, &b.eas[slot * eas_size(b.shape)], &b.w[slot * info.ngp], b.law, E, g, extra + g * D * D);
+  for (int k = 0; k < info.ngp * D * D; ++k) E[k] += extra[k];
+}
+
+template <int D>
+double block_energy(const Model& m, const ElemBlock& b, const RealVec& u, bool nlgeom)
+{
+  const int ngp = shape_info[b.shape].ngp;
+  double sum = 0.0, E[8 * D * D], S[D * D];
+  for (size_t s = 0; s < b.elem.size(); ++s) {
+    element_strains<D>(m, b, s, u, nlgeom, E);
+    for (int g = 0; g < ngp; ++g) {
+      ip_law<D>(b.law, E + g * D * D, S);
+      double psi = 0.0;
+      for (int k = 0; k < D * D; ++k) psi += 0.5 * S[k] * E[g * D * D + k];
+      sum += b.w[s * ngp + g] * psi;
+    }
+  }
+  return sum;
+}
+
+// E of out (six components) from an enhanced element
+void set_strain(const double* E, int dim, IpFields& out)
+{
+  static const int row[6] = {0, 1, 2, 0, 1, 2}, col[6] = {0, 1, 2, 1, 2, 0};
+  for (int k = 0; k < 6; ++k) out.E[k] = row[k] < dim && col[k] < dim ? E[row[k] * dim + col[k]] : 0.0;
+}
+
+}  // namespace
+
 void ip_fields_from(const MatLaw& law, int dim, bool nlgeom, IpFields& out)
 {
   static const int row[6] = {0, 1, 2, 0, 1, 2}, col[6] = {0, 1, 2, 1, 2, 0};
-  double S[6];
   for (int k = 0; k < 6; ++k) {
     const int i = row[k], j = col[k];
     double e = 0.0;
     for (int l = 0; l < 3; ++l) e += out.F[3 * l + i] * out.F[3 * l + j];
     out.E[k] = 0.5 * (nlgeom ? e - (i == j) : out.F[3 * i + j] + out.F[3 * j + i] - 2.0 * (i == j));
   }
+  ip_stress_from(law, dim, nlgeom, out);
+}
+
+void ip_stress_from(const MatLaw& law, int dim, bool nlgeom, IpFields& out)
+{
+  static const int row[6] = {0, 1, 2, 0, 1, 2}, col[6] = {0, 1, 2, 1, 2, 0};
+  double S[6];
   mat_full(law, dim, out.E, S);
   out.psi = 0.0;
   for (int k = 0; k < 6; ++k) out.psi += 0.5 * S[k] * out.E[k] * (k < 3 ? 1.0 : 2.0);
@@ -52,37 +105,22 @@ void elem_ip_fields(const Model& m, const Elements& el, const RealVec& u, bool n
       for (int j = 0; j < dim; ++j) out.F[3 * i + j] += u[n * dim + i] * dNdX[a * dim + j];
     }
   }
-  ip_fields_from(b.law, dim, nlgeom, out);
+  if (!elem_table[b.type].enhanced) {
+    ip_fields_from(b.law, dim, nlgeom, out);
+    return;
+  }
+  double E[72];
+  if (dim == 2) element_strains<2>(m, b, slot, u, nlgeom, E);
+  else element_strains<3>(m, b, slot, u, nlgeom, E);
+  set_strain(E + g * dim * dim, dim, out);
+  ip_stress_from(b.law, dim, nlgeom, out);
 }
 
 double elem_energy(const Model& m, const Elements& el, const RealVec& u, bool nlgeom)
 {
   double sum = 0.0;
-  for (const ElemBlock& b : el.block) {
-    const ShapeInfo& info = shape_info[b.shape];
-    const int dim = info.dim, nen = info.nen;
-    for (size_t s = 0; s < b.elem.size(); ++s) {
-      const int* node = m.mesh.conn.begin(b.elem[s]);
-      double ul[24], H[9], E[9];
-      for (int a = 0; a < nen; ++a)
-        for (int i = 0; i < dim; ++i) ul[a * dim + i] = u[node[a] * dim + i];
-      for (int g = 0; g < info.ngp; ++g) {
-        const size_t ip    = s * info.ngp + g;
-        const double* dNdX = b.dNdX.data() + ip * nen * dim;
-        double tr = 0.0, ee = 0.0;
-        if (dim == 2) {
-          ip_gradient<2, 0>(dNdX, nen, ul, H);
-          ip_strain<2>(nlgeom, H, E);
-        } else {
-          ip_gradient<3, 0>(dNdX, nen, ul, H);
-          ip_strain<3>(nlgeom, H, E);
-        }
-        for (int i = 0; i < dim; ++i) tr += E[i * dim + i];
-        for (int k = 0; k < dim * dim; ++k) ee += E[k] * E[k];
-        sum += b.w[ip] * (0.5 * b.law.lam * tr * tr + b.law.mu * ee);
-      }
-    }
-  }
+  for (const ElemBlock& b : el.block)
+    sum += m.dim == 2 ? block_energy<2>(m, b, u, nlgeom) : block_energy<3>(m, b, u, nlgeom);
   return sum;
 }
 

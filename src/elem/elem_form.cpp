@@ -4,9 +4,10 @@ namespace {
 
 // one element with NGP Gauss points and N nodes in D dimensions
 template <int D, int N, int NGP>
-Status form(const double* dNdX, const double* w, const MatLaw& law, const KernelMode& mode,
+Status form(const ElemBlock& b, size_t slot, const KernelMode& mode,
             const double* u0, const double* u1, double* re, double* ke)
 {
+  const double *dNdX = &b.dNdX[slot * NGP * N * D], *w = &b.w[slot * NGP];
   double det_min = 1.0;
   for (int k = 0; k < N * D; ++k) re[k] = 0.0;
   if (ke)
@@ -16,19 +17,20 @@ Status form(const double* dNdX, const double* w, const MatLaw& law, const Kernel
     double H0[D * D] = {0}, H1[D * D], Fb[D * D], S[D * D], f[N * D];
     ip_gradient<D, N>(dN, N, u1, H1);
     if (mode.mid) ip_gradient<D, N>(dN, N, u0, H0);
-    const double det = ip_stress<D>(law, mode, H0, H1, Fb, S);
+    const double det = ip_stress<D>(b.law, mode, H0, H1, Fb, S);
     det_min          = det < det_min ? det : det_min;
     ip_force<D, N>(dN, N, w[g], Fb, S, re);
-    if (ke) ip_tangent<D, N>(dN, N, w[g], law, mode, Fb, S, f, ke);
+    if (ke) ip_tangent<D, N>(dN, N, w[g], b.law, mode, Fb, S, f, ke);
   }
   return det_min > 0.0 ? STATUS_OK : BAD_JACOBIAN;
 }
 
 }  // namespace
 
-ElemForm elem_form(Shape s)
+ElemForm elem_form(const ElemBlock& b)
 {
-  switch (s) {
+  if (elem_table[b.type].enhanced) return eas_form(b.shape);
+  switch (b.shape) {
     case SHAPE_TRI3: return form<2, 3, 1>;
     case SHAPE_QUAD4: return form<2, 4, 4>;
     case SHAPE_TET4: return form<3, 4, 1>;

@@ -56,6 +56,9 @@ Status elem_setup(const Model& m, Elements& el, int* worst)
       b.w.push_back(det * rule.w[g] * (info.dim == 2 ? b.thickness : 1.0));
       b.dNdX.insert(b.dNdX.end(), dNdX, dNdX + info.nen * info.dim);
     }
+    if (!elem_table[b.type].enhanced) continue;
+    b.eas.resize(b.eas.size() + eas_size(b.shape));
+    eas_setup(b.shape, X, &b.w[b.w.size() - rule.n], b.law, &b.eas[b.eas.size() - eas_size(b.shape)]);
   }
   return STATUS_OK;
 }

@@ -63,25 +63,41 @@ inline double ip_det(const double* H)
   return a * (b * c - H[5] * H[7]) - H[1] * (H[3] * c - H[5] * H[6]) + H[2] * (H[3] * H[7] - b * H[6]);
 }
 
-// Fb and S of the step from the displacement gradients at t(n) and t(n+1); returns det F(n+1)
+// S = lam tr(E) I + 2 mu E                                                         (2.1)
 template <int D>
-inline double ip_stress(const MatLaw& law, const KernelMode& mode, const double* H0, const double* H1,
-                        double* Fb, double* S)
+inline void ip_law(const MatLaw& law, const double* E, double* S)
 {
-  double E[D * D];
+  double tr = 0.0;
+  for (int i = 0; i < D; ++i) tr += E[i * D + i];
+  for (int k = 0; k < D * D; ++k) S[k] = 2.0 * law.mu * E[k];
+  for (int i = 0; i < D; ++i) S[i * D + i] += law.lam * tr;
+}
+
+// Fb and the strain E of the step, mixed as the stress, from the displacement gradients at t(n) and t(n+1);
+// returns det F(n+1)
+template <int D>
+inline double ip_kinematics(const KernelMode& mode, const double* H0, const double* H1, double* Fb, double* E)
+{
   ip_strain<D>(mode.finite, H1, E);
   if (mode.s_old != 0.0) {
     double E0[D * D];
     ip_strain<D>(mode.finite, H0, E0);
     for (int k = 0; k < D * D; ++k) E[k] = mode.s_new * E[k] + mode.s_old * E0[k];
   }
-  double tr = 0.0;
-  for (int i = 0; i < D; ++i) tr += E[i * D + i];
-  for (int k = 0; k < D * D; ++k) S[k] = 2.0 * law.mu * E[k];
-  for (int i = 0; i < D; ++i) S[i * D + i] += law.lam * tr;
   for (int k = 0; k < D * D; ++k) Fb[k] = !mode.finite ? 0.0 : mode.mid ? 0.5 * (H0[k] + H1[k]) : H1[k];
   for (int i = 0; i < D; ++i) Fb[i * D + i] += 1.0;
   return mode.finite ? ip_det<D>(H1) : 1.0;
+}
+
+// Fb and S of the step; returns det F(n+1)
+template <int D>
+inline double ip_stress(const MatLaw& law, const KernelMode& mode, const double* H0, const double* H1,
+                        double* Fb, double* S)
+{
+  double E[D * D];
+  const double det = ip_kinematics<D>(mode, H0, H1, Fb, E);
+  ip_law<D>(law, E, S);
+  return det;
 }
 
 // re [n*D] += w P dN_a/dX

@@ -11,13 +11,16 @@ const ShapeInfo shape_info[5] = {
 };
 
 const ElemType elem_table[ELEM_TYPES] = {
-  {"CPE3", SHAPE_TRI3, PLANE_STRAIN},
-  {"CPS3", SHAPE_TRI3, PLANE_STRESS},
-  {"CPE4", SHAPE_QUAD4, PLANE_STRAIN},
-  {"CPS4", SHAPE_QUAD4, PLANE_STRESS},
-  {"C3D4", SHAPE_TET4, PLANE_NONE},
-  {"C3D6", SHAPE_WEDGE6, PLANE_NONE},
-  {"C3D8", SHAPE_HEX8, PLANE_NONE},
+  {"CPE3", SHAPE_TRI3, PLANE_STRAIN, false},
+  {"CPS3", SHAPE_TRI3, PLANE_STRESS, false},
+  {"CPE4", SHAPE_QUAD4, PLANE_STRAIN, false},
+  {"CPS4", SHAPE_QUAD4, PLANE_STRESS, false},
+  {"C3D4", SHAPE_TET4, PLANE_NONE, false},
+  {"C3D6", SHAPE_WEDGE6, PLANE_NONE, false},
+  {"C3D8", SHAPE_HEX8, PLANE_NONE, false},
+  {"CPE4I", SHAPE_QUAD4, PLANE_STRAIN, true},
+  {"CPS4I", SHAPE_QUAD4, PLANE_STRESS, true},
+  {"C3D8I", SHAPE_HEX8, PLANE_NONE, true},
 };
 
 int elem_type_find(const std::string& name)

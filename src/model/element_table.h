@@ -25,9 +25,11 @@ struct ElemType {
   const char* name;
   Shape shape;
   Plane plane;
+  bool enhanced;               // enhanced strains against locking in bending (doc/theory.md 1.5)
 };
 
-enum { ELEM_CPE3, ELEM_CPS3, ELEM_CPE4, ELEM_CPS4, ELEM_C3D4, ELEM_C3D6, ELEM_C3D8, ELEM_TYPES };
+enum { ELEM_CPE3, ELEM_CPS3, ELEM_CPE4, ELEM_CPS4, ELEM_C3D4, ELEM_C3D6, ELEM_C3D8,
+       ELEM_CPE4I, ELEM_CPS4I, ELEM_C3D8I, ELEM_TYPES };
 
 extern const ShapeInfo shape_info[5];
 extern const ElemType elem_table[ELEM_TYPES];

@@ -131,9 +131,9 @@ void print_sections(std::FILE* file, const Model& m, const Elements& el)
       ++elements;
     }
     const Material& mat = m.material[section.material];
-    std::fprintf(file, "  section %-7s of %s: %d elements, thickness %g, volume %.9g, mass %.9g\n",
-                 m.elset[section.elset].name.c_str(), mat.name.c_str(), elements, section.thickness, volume,
-                 volume * mat.density);
+    std::fprintf(file, "  section %-7s of %s: %d elements", m.elset[section.elset].name.c_str(), mat.name.c_str(), elements);
+    if (m.dim == 2) std::fprintf(file, ", thickness %g", section.thickness);
+    std::fprintf(file, ", volume %.9g, mass %.9g\n", volume, volume * mat.density);
   }
 }
 

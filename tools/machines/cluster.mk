@@ -14,7 +14,6 @@ PREFIXES  = $(MUMPS) $(METIS) $(OPENBLAS) $(GSL) $(MUPARSER) $(GTEST)
 
 # -march=native builds for the node you compile on. When the compute nodes
 # differ, name theirs: -march=icelake-server, -march=znver3, ...
-# g++ 12 sees uninitialised values inside its own AVX-512 headers.
 CXX      = mpicxx
 CXXFLAGS = -O3 -march=native
 DEFINES  = -DMPFE_MPI -DMPFE_MUMPS -DMPFE_METIS -DOMPI_SKIP_MPICXX -DMPICH_SKIP_MPICXX

@@ -2,7 +2,6 @@
 # Headers of others come by -isystem: warnings stay about our code.
 
 CXX      = mpicxx
-# g++ 12 sees uninitialised values inside its own AVX-512 headers
 CXXFLAGS = -O3 -march=native
 DEFINES  = -DMPFE_MPI -DMPFE_MUMPS -DMPFE_METIS -DOMPI_SKIP_MPICXX
 INCLUDE  = -isystem /usr/include/eigen3 \

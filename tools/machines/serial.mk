@@ -2,7 +2,6 @@
 # Needs g++, Eigen, GSL and muParser.
 
 CXX      = g++
-# g++ 12 sees uninitialised values inside its own AVX-512 headers
 CXXFLAGS = -O3 -march=native
 DEFINES  =
 INCLUDE  = -isystem /usr/include/eigen3

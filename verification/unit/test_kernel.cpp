@@ -37,7 +37,7 @@ MatLaw law_of(double young, double poisson, Plane plane)
 }
 
 struct Sample {                // one element with random displacements
-  RealVec dNdX, w, u0, u1;
+  RealVec dNdX, w, u0, u1, X;
   int nen, dim, ngp;
 };
 
@@ -61,6 +61,7 @@ Sample make_sample(Shape s, unsigned seed, double amplitude)
     e.w.push_back(rule.w[g] * shape_jacobian(s, dN, base[s], d));
     e.dNdX.insert(e.dNdX.end(), d, d + e.nen * e.dim);
   }
+  e.X.assign(base[s], base[s] + e.nen * e.dim);
   std::mt19937 gen(seed);
   std::uniform_real_distribution<double> rnd(-amplitude, amplitude);
   for (int i = 0; i < e.nen * e.dim; ++i) {
@@ -70,19 +71,38 @@ Sample make_sample(Shape s, unsigned seed, double amplitude)
   return e;
 }
 
-RealVec force_of(Shape s, const Sample& e, const MatLaw& law, const KernelMode& mode, const RealVec& u1)
+// the sample as the only element of a block
+ElemBlock block_of(Shape s, const Sample& e, const MatLaw& law, bool enhanced)
+{
+  ElemBlock b;
+  b.shape = s;
+  b.law   = law;
+  b.dNdX  = e.dNdX;
+  b.w     = e.w;
+  b.elem  = {0};
+  b.type  = !enhanced ? ELEM_CPE4 : s == SHAPE_QUAD4 ? ELEM_CPE4I : ELEM_C3D8I;
+  if (!enhanced) return b;
+  b.eas.resize(eas_size(s));
+  eas_setup(s, e.X.data(), e.w.data(), law, b.eas.data());
+  return b;
+}
+
+RealVec force_of(Shape s, const Sample& e, const MatLaw& law, const KernelMode& mode, const RealVec& u1,
+                 bool enhanced = false)
 {
   RealVec re(e.nen * e.dim);
-  EXPECT_EQ(STATUS_OK, elem_form(s)(e.dNdX.data(), e.w.data(), law, mode, e.u0.data(), u1.data(), re.data(), nullptr));
+  const ElemBlock b = block_of(s, e, law, enhanced);
+  EXPECT_EQ(STATUS_OK, elem_form(b)(b, 0, mode, e.u0.data(), u1.data(), re.data(), nullptr));
   return re;
 }
 
 // full tangent from the pairs a >= b
-RealVec tangent_of(Shape s, const Sample& e, const MatLaw& law, const KernelMode& mode)
+RealVec tangent_of(Shape s, const Sample& e, const MatLaw& law, const KernelMode& mode, bool enhanced = false)
 {
+  const ElemBlock block = block_of(s, e, law, enhanced);
   const int d = e.dim, n = e.nen * d;
   RealVec re(n), ke(pair_count(e.nen) * d * d), K(n * n);
-  elem_form(s)(e.dNdX.data(), e.w.data(), law, mode, e.u0.data(), e.u1.data(), re.data(), ke.data());
+  elem_form(block)(block, 0, mode, e.u0.data(), e.u1.data(), re.data(), ke.data());
   for (int a = 0; a < e.nen; ++a)
     for (int b = 0; b <= a; ++b)
       for (int i = 0; i < d; ++i)
@@ -94,11 +114,11 @@ RealVec tangent_of(Shape s, const Sample& e, const MatLaw& law, const KernelMode
   return K;
 }
 
-double tangent_error(Shape s, const KernelMode& mode, double amplitude)
+double tangent_error(Shape s, const KernelMode& mode, double amplitude, bool enhanced = false)
 {
   const MatLaw law = law_of(1.0, 0.3, shape_info[s].dim == 3 ? PLANE_NONE : PLANE_STRAIN);
   const Sample e   = make_sample(s, 7, amplitude);
-  const RealVec K  = tangent_of(s, e, law, mode);
+  const RealVec K  = tangent_of(s, e, law, mode, enhanced);
   const int n      = e.nen * e.dim;
   const double h   = 1e-5;
   double worst = 0.0, size = 0.0;
@@ -106,7 +126,7 @@ double tangent_error(Shape s, const KernelMode& mode, double amplitude)
     RealVec up = e.u1, down = e.u1;
     up[j] += h;
     down[j] -= h;
-    const RealVec fu = force_of(s, e, law, mode, up), fd = force_of(s, e, law, mode, down);
+    const RealVec fu = force_of(s, e, law, mode, up, enhanced), fd = force_of(s, e, law, mode, down, enhanced);
     for (int i = 0; i < n; ++i) {
       worst = std::fmax(worst, std::fabs((fu[i] - fd[i]) / (2 * h) - K[i * n + j]));
       size  = std::fmax(size, std::fabs(K[i * n + j]));
@@ -196,6 +216,57 @@ TEST(Kernel, TangentAgainstDifferences)
     EXPECT_LT(tangent_error(s, finite, 0.2), 1e-7) << s;
     EXPECT_LT(tangent_error(s, linear, 0.2), 1e-7) << s;
   }
+  for (Shape s : {SHAPE_QUAD4, SHAPE_HEX8}) {
+    EXPECT_LT(tangent_error(s, finite, 0.2, true), 1e-7) << s;
+    EXPECT_LT(tangent_error(s, linear, 0.2, true), 1e-7) << s;
+  }
+}
+
+// patch test of the enhanced types: a linear field gives the force of the plain element
+TEST(Kernel, EnhancedStrainsPassThePatchTest)
+{
+  for (Shape s : {SHAPE_QUAD4, SHAPE_HEX8}) {
+    const int dim    = shape_info[s].dim;
+    const MatLaw law = law_of(1.0, 0.3, dim == 3 ? PLANE_NONE : PLANE_STRAIN);
+    Sample e         = make_sample(s, 1, 0.0);
+    const double A[9] = {0.11, -0.07, 0.05, 0.03, 0.09, -0.04, 0.02, 0.06, -0.12};
+    for (int a = 0; a < e.nen; ++a)
+      for (int i = 0; i < dim; ++i)
+        for (int j = 0; j < dim; ++j) e.u1[a * dim + i] += A[3 * i + j] * e.X[a * dim + j];
+    const RealVec plain = force_of(s, e, law, KernelMode(), e.u1), rich = force_of(s, e, law, KernelMode(), e.u1, true);
+    for (size_t i = 0; i < plain.size(); ++i) EXPECT_NEAR(plain[i], rich[i], 1e-15);
+  }
+}
+
+// in-plane bending of a rectangle: with nu = 0 the enhanced element has the exact stiffness, the plain one locks
+TEST(Kernel, EnhancedStrainsBendWithoutLocking)
+{
+  Sample e = make_sample(SHAPE_QUAD4, 1, 0.0);
+  const double L = 5.0, h = 1.0;
+  e.X = {0, 0, L, 0, L, h, 0, h};
+  double N[4], dN[8], d[8];
+  for (int g = 0; g < 4; ++g) {
+    shape_eval(SHAPE_QUAD4, gauss_rule(SHAPE_QUAD4).xi[g], N, dN);
+    e.w[g] = shape_jacobian(SHAPE_QUAD4, dN, e.X.data(), d);
+    for (int i = 0; i < 8; ++i) e.dNdX[8 * g + i] = d[i];
+  }
+  const double k = 1e-4;                             // u = k X (Y - h/2), v = -k X^2/2, linear geometry
+  for (int a = 0; a < 4; ++a) {
+    e.u1[2 * a]     = k * e.X[2 * a] * (e.X[2 * a + 1] - 0.5 * h);
+    e.u1[2 * a + 1] = -0.5 * k * e.X[2 * a] * e.X[2 * a];
+  }
+  KernelMode linear;
+  linear.finite = false;
+  const MatLaw law = law_of(1.0, 0.0, PLANE_STRAIN);
+  double plain = 0.0, rich = 0.0;
+  const RealVec fp = force_of(SHAPE_QUAD4, e, law, linear, e.u1), fr = force_of(SHAPE_QUAD4, e, law, linear, e.u1, true);
+  for (int i = 0; i < 8; ++i) {
+    plain += 0.5 * fp[i] * e.u1[i];
+    rich += 0.5 * fr[i] * e.u1[i];
+  }
+  const double exact = 0.5 * k * k * L * h * h * h / 12.0;     // E I kappa^2 L / 2
+  EXPECT_NEAR(1.0, rich / exact, 1e-12);
+  EXPECT_GT(plain / exact, 2.0);
 }
 
 // The tangent of the energy-momentum scheme is symmetrised: exact when u(n+1) = u(n), and off by the order of the
@@ -283,8 +354,8 @@ TEST(Element, InsideOutIsReported)
   Sample e = make_sample(SHAPE_QUAD4, 1, 0.0);
   for (int a = 0; a < 4; ++a) e.u1[2 * a] = a == 1 || a == 2 ? -2.5 : 0.0;
   RealVec re(8);
-  EXPECT_EQ(BAD_JACOBIAN, elem_form(SHAPE_QUAD4)(e.dNdX.data(), e.w.data(), law_of(1, 0.3, PLANE_STRAIN), KernelMode(),
-                                                  e.u0.data(), e.u1.data(), re.data(), nullptr));
+  const ElemBlock b = block_of(SHAPE_QUAD4, e, law_of(1, 0.3, PLANE_STRAIN), false);
+  EXPECT_EQ(BAD_JACOBIAN, elem_form(b)(b, 0, KernelMode(), e.u0.data(), e.u1.data(), re.data(), nullptr));
 }
 
 TEST(Material, PlaneStressHasNoStressAcross)

@@ -1,0 +1,66 @@
+#include "deck/deck_state.h"
+
+namespace {
+
+// TYPE=C3D... of the keywords that make elements
+bool head_is_solid(const Head& head)
+{
+  if (head.word != "ELEMENT" && head.word != "BLOCK" && head.word != "CYLINDER") return false;
+  for (const HeadParam& p : head.param)
+    if (p.name == "TYPE" && text_upper(p.value.text).compare(0, 3, "C3D") == 0) return true;
+  return false;
+}
+
+// *GRID : is the first data line a box of six numbers
+bool grid_is_solid(Deck& scout)
+{
+  std::vector<Field> field;
+  Field whole;
+  bool keyword = false, comma = false;
+  if (!deck_peek(scout, keyword) || keyword) return false;
+  deck_split(scout, true, field, whole, comma);
+  return field.size() == 6;
+}
+
+}  // namespace
+
+// ---------------------------------------------------------------------------
+// deck_dimension : 3 when the deck has elements C3D... or a *GRID with a box of six numbers, else 2.
+// A look at the keyword lines before the cards are read; what is wrong there is told by the readers.
+// ---------------------------------------------------------------------------
+int deck_dimension(const std::string& path)
+{
+  Deck scout;
+  bool keyword = false;
+  if (!deck_open(scout, path, nullptr)) return 2;
+  while (deck_peek(scout, keyword)) {
+    if (!keyword) {
+      ++scout.reading.back().line;
+      continue;
+    }
+    Head head;
+    deck_head(scout, head);
+    if (head_is_solid(head) || (head.word == "GRID" && grid_is_solid(scout))) return 3;
+  }
+  return 2;
+}
+
+// ---------------------------------------------------------------------------
+// deck_same_dimension : elements and grid of a deck have one dimension, that of the first of them
+//
+//   in   at, what   the word that tells the dimension dim, and how messages call it
+//   out  false: the deck has had another dimension before; told
+// ---------------------------------------------------------------------------
+bool deck_same_dimension(Deck& d, const Field& at, const std::string& what, int dim)
+{
+  if (d.dim_first == 0) {
+    d.dim_first = dim;
+    d.dim_what  = what;
+    d.dim_spot  = Spot{at.file, at.line};
+  }
+  if (d.dim_first == dim) return true;
+  const char* const word[2] = {"two", "three"};
+  deck_error(d, at, what + " has " + word[dim - 2] + " dimensions, but " + d.dim_what + " of " + spot_text(d, d.dim_spot) + " has " +
+             word[d.dim_first - 2] + "; a deck has elements and a grid of one dimension");
+  return false;
+}
