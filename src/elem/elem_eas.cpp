@@ -1,5 +1,5 @@
 // ---------------------------------------------------------------------------
-// elem_eas.cpp : quadrilateral and brick with enhanced strains (doc/theory.md 1.5)
+// elem_eas.cpp : quadrilateral and brick with enhanced strains (doc/theory.md 1, enhanced strains)
 //
 // E + sum_k M_k alpha_k takes the place of E. St.Venant-Kirchhoff energy is quadratic in it, so the alphas that make
 // it least are a linear function of the strains of the element: nothing is iterated, nothing is stored from step to

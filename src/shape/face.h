@@ -1,5 +1,5 @@
 // ---------------------------------------------------------------------------
-// face.h : edges of plane cells, faces of cells in space (doc/theory.md 1.4)
+// face.h : edges of plane cells, faces of cells in space (doc/theory.md 4, 5)
 //
 // A face is 2 nodes (edge), 3 (triangle) or 4 (quadrilateral), ordered so that its normal points out of the cell.
 // Local places: edge -1 ... 1, triangle xi >= 0 with sum <= 1, quadrilateral -1 ... 1.
