@@ -8,6 +8,7 @@
 #define MPFE_ASSEM_ASSEM_H
 
 #include "bond/bond.h"
+#include "bond/contact.h"
 #include "elem/elem.h"
 #include "point/point.h"
 #include "solve/solve.h"
@@ -41,6 +42,8 @@ struct Problem {
   Elements el;
   std::vector<MatLaw> point_law;
   ActiveGrid grid;
+  ContactPairs pairs;
+  RealVec contact_s;           // [nbond*dim] relative displacement of contact bonds over the step
   System sys;
   Solver solver;
   int worst = -1;              // element or point of the last failure

@@ -36,7 +36,11 @@ void move_bonds(Problem& p, const RealVec& du, double t0, double t1)
     double s[3] = {0, 0, 0}, g0[3], g1[3];
     for (int k = p.sys.bond.off[b]; k < p.sys.bond.off[b + 1]; ++k)
       for (int i = 0; i < dim; ++i) s[i] += p.sys.bond_w[k] * du[p.sys.bond.item[k] * dim + i];
-    if (p.st.bonds.field[b] < 0) {
+    if (p.st.bonds.field[b] == -2) {                   // contact: jump over the step, the gap is made with the force
+      for (int i = 0; i < dim; ++i) p.contact_s[b * dim + i] = s[i];
+      continue;
+    }
+    if (p.st.bonds.field[b] == -1) {
       bond_ground_motion(p.m, p.st.bonds, b, t0, total0, g0);
       bond_ground_motion(p.m, p.st.bonds, b, t1, total1, g1);
       for (int i = 0; i < dim; ++i) s[i] -= g1[i] - g0[i];
@@ -76,12 +80,30 @@ Status add_elements(Problem& p, const KernelMode& mode, RealVec& fint)
   return status;
 }
 
+// a contact bond that meets a face; the state at t(n+1) gets gap and friction
+void add_contact(Problem& p, const KernelMode& mode, int b, RealVec& fint)
+{
+  const int dim = p.m.dim;
+  double f[3], t1[3] = {0, 0, 0}, slipped = 0.0, gap = 1e300;
+  if (p.pairs.master.count(b)) {
+    gap = contact_force(p.m, p.st.bonds, p.pairs, b, mode, &p.contact_s[b * dim], &p.st.n.lambda[b * dim], f, nullptr, t1, &slipped);
+    for (int k = p.sys.bond.off[b]; k < p.sys.bond.off[b + 1]; ++k)
+      for (int i = 0; i < dim; ++i) fint[p.sys.bond.item[k] * dim + i] += p.sys.bond_w[k] * f[i];
+  }
+  p.st.np1.slip[b * dim] = gap;
+  for (int i = 0; i < dim; ++i) p.st.np1.lambda[b * dim + i] = t1[i];
+}
+
 // f = lambda + C s, s mixed as the stress                                          (4.2)
 void add_bonds(Problem& p, const KernelMode& mode, RealVec& fint)
 {
   const int dim = p.m.dim;
   double C[9], s[3];
   for (int b = 0; b < p.st.bonds.nbond; ++b) {
+    if (p.st.bonds.field[b] == -2) {
+      add_contact(p, mode, b, fint);
+      continue;
+    }
     bond_stiffness(p.st.bonds, dim, b, C);
     for (int i = 0; i < dim; ++i)
       s[i] = mode.s_new * p.st.np1.slip[b * dim + i] + mode.s_old * p.st.n.slip[b * dim + i];

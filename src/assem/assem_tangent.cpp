@@ -70,14 +70,21 @@ template <int D>
 void add_bonds(Problem& p, const KernelMode& mode)
 {
   double C[D * D], k[D * D];
+  double f[D], t1[D], slipped;
   for (int q = 0; q < p.st.bonds.nbond; ++q) {
-    bond_stiffness(p.st.bonds, D, q, C);
+    const bool contact = p.st.bonds.field[q] == -2;
+    if (contact && !p.pairs.master.count(q)) continue;
+    if (contact)
+      contact_force(p.m, p.st.bonds, p.pairs, q, mode, &p.contact_s[q * D], &p.st.n.lambda[q * D], f, C, t1, &slipped);
+    else
+      bond_stiffness(p.st.bonds, D, q, C);
+    const double factor = contact ? 1.0 : mode.cD();
     const int n     = p.sys.bond.count(q);
     const double* w = &p.sys.bond_w[p.sys.bond.off[q]];
     const int* map  = &p.sys.bond_map[p.sys.bond_map_off[q]];
     for (int a = 0; a < n; ++a)
       for (int b = 0; b <= a; ++b) {
-        for (int i = 0; i < D * D; ++i) k[i] = mode.cD() * w[a] * w[b] * C[i];
+        for (int i = 0; i < D * D; ++i) k[i] = factor * w[a] * w[b] * C[i];
         add_block<D>(p.sys.A, map[pair_place(a, b)], a == b, k);
       }
   }

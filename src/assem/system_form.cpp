@@ -37,16 +37,20 @@ void bond_rows(const Problem& p, int b, IntVec& row, RealVec& w)
     row.push_back(r);
     w.push_back(value);
   };
-  for (int k = bonds.a.off[b]; k < bonds.a.off[b + 1]; ++k) {
-    const int kin = bonds.a.item[k];
+  auto add_kin = [&](int kin, double value) {
     if (kin < nnode) {
-      if (s.row_of_node[kin] >= 0) add(s.row_of_node[kin], bonds.a_w[k]);
-      continue;
+      if (s.row_of_node[kin] >= 0) add(s.row_of_node[kin], value);
+      return;
     }
     const int c = kin - nnode;
     for (int j = p.grid.corner.off[c]; j < p.grid.corner.off[c + 1]; ++j)
-      add(s.nfe + p.grid.corner.item[j], bonds.a_w[k] * p.grid.corner_w[j]);
-  }
+      add(s.nfe + p.grid.corner.item[j], value * p.grid.corner_w[j]);
+  };
+  if (bonds.field[b] == -2 && !p.pairs.master.count(b)) return;     // nothing near
+  for (int k = bonds.a.off[b]; k < bonds.a.off[b + 1]; ++k) add_kin(bonds.a.item[k], bonds.a_w[k]);
+  if (bonds.field[b] == -2)
+    for (int k = p.pairs.master.off[b]; k < p.pairs.master.off[b + 1]; ++k)
+      add_kin(p.pairs.master.item[k], -p.pairs.master_w[k]);
   for (int j = p.grid.bond.off[b]; j < p.grid.bond.off[b + 1]; ++j)
     add(s.nfe + p.grid.bond.item[j], -p.grid.bond_w[j]);
 }

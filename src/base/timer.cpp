@@ -3,7 +3,7 @@
 #include <ctime>
 
 const char* const phase_name[PHASES] = {
-  "input", "set-up", "active grid", "bonds", "pattern", "mass", "projection",
+  "input", "set-up", "active grid", "bonds", "contact search", "pattern", "mass", "projection",
   "residual", "tangent", "analysis", "factorisation", "back substitution", "commit", "output"};
 
 namespace {

@@ -15,10 +15,12 @@ enum Status {
   STATUS_OK = 0,
   BAD_JACOBIAN,        // det F <= 0 in an element or a material point
   BAD_NUMBER,          // NaN or Inf in a residual
+  BAD_VALUE,           // a load, support or start value of the deck is NaN or Inf
   SOLVER_SINGULAR,     // zero pivot in the factorisation
   SOLVER_FAILED,       // the linear solver gave up (text in the log)
   NOT_CONVERGED,       // Newton did not converge
-  OUTSIDE_GRID         // a corner of a material point left the grid
+  OUTSIDE_GRID,        // a corner of a material point left the grid
+  INTERRUPTED          // a signal asked the run to end
 };
 
 // Exit codes of the program

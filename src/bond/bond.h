@@ -8,7 +8,8 @@
 
 // Default penalty per area is bond_alpha E/h, E the stiffer side and h the smallest edge of a grid cell
 // (without a grid: of the faces). Measured: doc/verification.md, sweep S2.
-extern const double bond_alpha;
+// Contact: contact_alpha E/h.
+extern const double bond_alpha, contact_alpha;
 
 // bond_form : bonds of all definitions at t = 0: at the nodes of the surface and between them, tributary areas,
 // normals, penalties. Returns the number of errors (messages in the log).

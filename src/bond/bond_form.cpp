@@ -6,7 +6,7 @@
 #include "bond/bond.h"
 #include "shape/face.h"
 
-const double bond_alpha = 1000.0;
+const double bond_alpha = 1000.0, contact_alpha = 10.0;
 
 namespace {
 
@@ -52,7 +52,7 @@ double penalty_of(const Model& m, const BondDef& d, double young_face, double h_
     h = m.grid.h[0];
     for (int i = 1; i < m.dim; ++i) h = std::min(h, m.grid.h[i]);
   }
-  return (d.alpha > 0.0 ? d.alpha : bond_alpha) * young / h;
+  return (d.alpha > 0.0 ? d.alpha : d.kind == BOND_CONTACT ? contact_alpha : bond_alpha) * young / h;
 }
 
 // parts of an edge: as the deck says, or as long as the domains of the body on side B, so that the grid receives a
@@ -184,7 +184,7 @@ int bond_form(const Model& m, const Points& pts, Bonds& bonds)
     const BondDef& def = m.bond[d];
     const Surface& s   = m.surface[def.surface];
     const int first    = bonds.nbond;
-    const int field    = def.kind == BOND_GROUND ? -1 : m.body[def.body].field;
+    const int field    = def.kind == BOND_CONTACT ? -2 : def.kind == BOND_GROUND ? -1 : m.body[def.body].field;
     Former f{m, bonds, static_cast<int>(d), first, {}};
     for (const Face& face : s.body >= 0 ? pts.surface[def.surface] : s.face)
       form_face(f, face_nodes(m, pts, s, face), field);

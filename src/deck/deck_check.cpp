@@ -267,6 +267,22 @@ void check_fill(Deck& d, const Model& m, const Body& body)
   fault(d, "MATERIAL POINTS", body.place, "WHERE", "WHERE is 0 at the centre of every domain of the box: 0 points; mind the box and the function");
 }
 
+// boxes of points in the same place: the material would be there twice
+void check_overlap(Deck& d, const Model& m)
+{
+  for (std::size_t k = 1; k < m.body.size(); ++k)
+    for (std::size_t l = 0; l < k; ++l) {
+      const Body &a = m.body[k], &b = m.body[l];
+      if (a.fill != FILL_BLOCK || b.fill != FILL_BLOCK) continue;
+      bool apart = false;
+      for (int i = 0; i < m.dim; ++i)
+        apart = apart || std::min(a.hi[i], b.hi[i]) - std::max(a.lo[i], b.lo[i]) <= 1e-6 * m.grid.h[i];
+      if (!apart)
+        doubt(d, "MATERIAL POINTS", a.place, a.name, "the boxes of " + a.name + " and " + b.name + " overlap: the material is there twice, "
+              "with twice the mass and stiffness; is it meant?");
+    }
+}
+
 void check_bodies(Deck& d, const Model& m)
 {
   for (const Body& b : m.body) {
@@ -278,6 +294,7 @@ void check_bodies(Deck& d, const Model& m)
     check_body_box(d, m, b);
     if (b.fill != FILL_ELSET) check_fill(d, m, b);
   }
+  if (m.grid.given) check_overlap(d, m);
   if (m.grid.given && m.body.empty()) doubt(d, "GRID", m.grid.place, "GRID", "there is a grid, but no *MATERIAL POINTS; it has no effect");
 }
 

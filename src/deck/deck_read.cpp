@@ -1,3 +1,4 @@
+#include <cmath>
 #include <filesystem>
 #include <new>
 
@@ -113,6 +114,7 @@ void set_defines(Deck& d, const std::vector<std::pair<std::string, double>>& def
   for (const auto& def : defines) {
     const std::string fault = deck_parameter_name_fault(def.first);
     if (!fault.empty()) deck_error(d, at, "-D " + text_show(def.first) + ": the name " + fault);
+    else if (!std::isfinite(def.second)) deck_error(d, at, "-D " + def.first + ": the value must be a finite number");
     else d.define[def.first] = d.param[def.first] = def.second;
   }
 }

@@ -7,6 +7,7 @@ void kw_bond(Card&, Model&);
 void kw_boundary(Card&, Model&);
 void kw_check(Card&, Model&);
 void kw_cload(Card&, Model&);
+void kw_contact_pair(Card&, Model&);
 void kw_cylinder(Card&, Model&);
 void kw_density(Card&, Model&);
 void kw_dload(Card&, Model&);
@@ -52,6 +53,7 @@ const Keyword keyword_table[] = {
   {"BOUNDARY", kw_boundary, IN_MODEL | IN_STEP, "AMPLITUDE|OP", "prescribed displacements of nodes"},
   {"CHECK", kw_check, ANYWHERE, "TYPE!|SOURCE!|TIME|AT|SCALE|CENTRE", "expected value, its tolerance and its source"},
   {"CLOAD", kw_cload, IN_STEP, "AMPLITUDE|OP", "forces on nodes"},
+  {"CONTACT PAIR", kw_contact_pair, IN_MODEL, "NAME!|FRICTION|PENALTY|ALPHA|INTERMEDIATE", "contact of two surfaces, penalty, Coulomb friction"},
   {"CYLINDER", kw_cylinder, IN_MODEL, "TYPE!|ELSET!|QUARTER|MERGE", "structured mesh of a solid cylinder, with sets and surfaces of its sides"},
   {"DENSITY", kw_density, IN_MATERIAL, "", "mass per volume of a material"},
   {"DLOAD", kw_dload, IN_STEP, "AMPLITUDE|OP", "pressure, traction, gravity and volume force on elements and bodies"},

@@ -117,7 +117,7 @@ struct GridBc {                // *GRID BOUNDARY : all grid nodes on a plane
   Place place;
 };
 
-enum BondKind { BOND_MESH_GRID, BOND_GROUND };
+enum BondKind { BOND_MESH_GRID, BOND_GROUND, BOND_CONTACT };
 
 struct BondDef {               // *BOND
   std::string name;
@@ -132,6 +132,8 @@ struct BondDef {               // *BOND
   std::array<Expr, 3> motion;  // BOND_GROUND: displacement of the ground
   int amplitude = -1;
   int augment = 0;             // augmented Lagrange updates a step
+  int master = -1;             // BOND_CONTACT: the surface on the other side; surface is the slave
+  double friction = 0.0;       // BOND_CONTACT: Coulomb
   Place place;
 };
 

@@ -30,7 +30,7 @@ struct Bonds {
   ListTable a;                 // side A: finite-element node n, or corner c as nnode + c
   RealVec a_w;                 // [a.item] weights, sum 1
   IntVec def;                  // [nbond] index into Model::bond
-  IntVec field;                // [nbond] grid field of side B, -1: ground
+  IntVec field;                // [nbond] grid field of side B, -1: ground, -2: contact, side B is found in each step
   RealVec area;                // [nbond] tributary area (length x thickness in 2D)
   RealVec X;                   // [nbond*3] place at t = 0
   RealVec normal;              // [nbond*dim] unit normal, from side A outwards
@@ -44,8 +44,8 @@ struct Level {                 // one time level
   RealVec uc;                  // [ncorner*dim] displacement of corners since t = 0   length
   RealVec vc;                  // [ncorner*dim] velocity of corners
   RealVec vp;                  // [npoint*dim] velocity of points, sum_c w_c v_c: for output
-  RealVec slip;                // [nbond*dim] side A minus side B                     length
-  RealVec lambda;              // [nbond*dim] multiplier of the augmented Lagrange    force
+  RealVec slip;                // [nbond*dim] side A minus side B; contact: the gap, first entry  length
+  RealVec lambda;              // [nbond*dim] multiplier of the augmented Lagrange; contact: friction   force
 };
 
 struct Ledger {                // energies and momenta at t(n), [3] in space

@@ -163,6 +163,7 @@ double out_check_field(const Model& m, const Elements& el, const State& s, const
   add_points(m, s, c, q, norm);
   const double scale = c.scale > 0.0 ? c.scale * std::sqrt(norm.volume) : std::sqrt(norm.exact);
   if (norm.volume <= 0.0) message = "reads nothing: no element and no material point";
+  else if (!std::isfinite(norm.exact)) message = "the exact field is not a number somewhere";
   else if (!(scale > 0.0)) message = "the exact field is zero everywhere: give SCALE";
   else if (std::isnan(norm.error) && q.kind == Q_A) message = "material points keep no acceleration";
   return message.empty() ? std::sqrt(norm.error) / scale : not_a_number;

@@ -85,10 +85,12 @@ const char* out_status_text(Status status)
     case STATUS_OK:       return "good";
     case BAD_JACOBIAN:    return "an element or a material point turned inside out (det F <= 0)";
     case BAD_NUMBER:      return "the residual holds a NaN or an infinity";
+    case BAD_VALUE:       return "a load or a support is not a number";
     case SOLVER_SINGULAR: return "the matrix is singular (a body without support?)";
     case SOLVER_FAILED:   return "the linear solver gave up";
     case NOT_CONVERGED:   return "Newton did not converge";
     case OUTSIDE_GRID:    return "a material point left the grid";
+    case INTERRUPTED:     return "a signal asked the run to end";
   }
   return "unknown";
 }

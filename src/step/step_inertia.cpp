@@ -197,7 +197,7 @@ double external_work(const Problem& p, const Attempt& a, const RealVec& rf0)
   const Bonds& b = p.st.bonds;
   double C[9], g0[3], g1[3];
   for (int k = 0; k < b.nbond; ++k) {
-    if (b.field[k] >= 0) continue;
+    if (b.field[k] != -1) continue;
     bond_ground_motion(p.m, b, k, a.t0, a.total0, g0);
     bond_ground_motion(p.m, b, k, a.t1, a.total1, g1);
     bond_stiffness(b, dim, k, C);

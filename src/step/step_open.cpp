@@ -42,6 +42,13 @@ void warn_few_points(const Problem& p)
            p.st.points.npoint, p.grid.ncell);
 }
 
+bool has_contact(const Model& m)
+{
+  for (const BondDef& d : m.bond)
+    if (d.kind == BOND_CONTACT) return true;
+  return false;
+}
+
 }  // namespace
 
 int step_open(Problem& p)
@@ -81,12 +88,17 @@ int step_open(Problem& p)
 Status step_prepare(Problem& p, const Step& s)
 {
   State& st = p.st;
+  RealVec xb;
+  if (st.bonds.nbond) {
+    Timer timer(PHASE_BOND);
+    bond_places(p.m, st.points, st.bonds, st.n.u, st.n.uc, xb);
+  }
+  if (has_contact(p.m)) {
+    Timer timer(PHASE_CONTACT);
+    contact_search(p.m, st.points, st.bonds, st.n.u, st.n.uc, xb, p.pairs);
+    p.contact_s.assign(static_cast<size_t>(st.bonds.nbond) * p.m.dim, 0.0);
+  }
   if (st.points.npoint) {
-    RealVec xb;
-    {
-      Timer timer(PHASE_BOND);
-      bond_places(p.m, st.points, st.bonds, st.n.u, st.n.uc, xb);
-    }
     Timer timer(PHASE_GRID);
     const Status status = grid_activate(p.m, st.points, st.bonds, st.n.uc, xb, p.grid, &p.worst);
     if (status != STATUS_OK) {
@@ -94,7 +106,7 @@ Status step_prepare(Problem& p, const Step& s)
       return status;
     }
   } else if (p.grid.bond.size() != st.bonds.nbond) {
-    p.grid.bond.off.assign(st.bonds.nbond + 1, 0);    // bonds to the ground only
+    p.grid.bond.off.assign(st.bonds.nbond + 1, 0);    // bonds to the ground and contact only
   }
   if (st.points.npoint && p.sys.row_of_node.empty()) warn_few_points(p);
   system_form(p, s.proc == PROC_DYNAMIC);

@@ -29,7 +29,7 @@ Status augment(Problem& p, Attempt& a)
   double C[9];
   for (int k = 0; k < most; ++k) {
     for (int q = 0; q < b.nbond; ++q) {
-      if (p.m.bond[b.def[q]].augment <= k) continue;
+      if (b.field[q] == -2 || p.m.bond[b.def[q]].augment <= k) continue;
       bond_stiffness(b, dim, q, C);
       for (int i = 0; i < dim; ++i)
         for (int j = 0; j < dim; ++j)

@@ -341,4 +341,184 @@ TEST(Deck, warnings_do_not_stop_the_run)
   EXPECT_TRUE(says(a, "prescribed and loaded"));
 }
 
+// ---- three dimensions --------------------------------------------------------
+
+std::string solid_block(const std::string& type)
+{
+  return "*BLOCK, TYPE=" + type + ", ELSET=B\n0, 0, 0, 2, 1, 3\n2, 3, 1\n*MATERIAL, NAME=M\n*ELASTIC\n1000, 0.3\n*DENSITY\n1\n"
+         "*SOLID SECTION, ELSET=B, MATERIAL=M\n";
+}
+
+struct Vec { double v[3]; };
+
+Vec cross_of(const Mesh& mesh, int a, int b, int c)       // (b - a) x (c - a)
+{
+  const double *A = &mesh.X[3 * a], *B = &mesh.X[3 * b], *C = &mesh.X[3 * c];
+  const double p[3] = {B[0] - A[0], B[1] - A[1], B[2] - A[2]}, q[3] = {C[0] - A[0], C[1] - A[1], C[2] - A[2]};
+  return {{p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2], p[0] * q[1] - p[1] * q[0]}};
+}
+
+// area vector of a surface of flat faces: sum of normal x area
+Vec area_of(const Model& m, const char* name)
+{
+  Vec sum{{0, 0, 0}};
+  const int s = model_find_surface(m, name);
+  EXPECT_GE(s, 0) << name;
+  for (const Face& f : m.surface[s].face) {
+    const ShapeInfo& info = shape_info[elem_table[m.mesh.elem_type[f.elem]].shape];
+    const int *conn = m.mesh.conn.begin(f.elem), *face = info.face[f.face];
+    for (int a = 1; a + 1 < info.nfnode[f.face]; ++a) {
+      const Vec c = cross_of(m.mesh, conn[face[0]], conn[face[a]], conn[face[a + 1]]);
+      for (int i = 0; i < 3; ++i) sum.v[i] += 0.5 * c.v[i];
+    }
+  }
+  return sum;
+}
+
+// volume inside the free faces: 1/3 of the sum of place x area over triangles; it is that of the mesh only when
+// the faces of neighbours match
+double volume_inside(const std::vector<Face>& faces, const Mesh& mesh)
+{
+  double volume = 0.0;
+  for (const Face& f : faces) {
+    const ShapeInfo& info = shape_info[elem_table[mesh.elem_type[f.elem]].shape];
+    const int *conn = mesh.conn.begin(f.elem), *face = info.face[f.face];
+    for (int a = 1; a + 1 < info.nfnode[f.face]; ++a) {
+      const Vec c = cross_of(mesh, conn[face[0]], conn[face[a]], conn[face[a + 1]]);
+      for (int i = 0; i < 3; ++i) volume += mesh.X[3 * conn[face[0]] + i] * c.v[i] / 6.0;
+    }
+  }
+  return volume;
+}
+
+TEST(Deck3, blocks_of_bricks_wedges_and_tetrahedra)
+{
+  const struct { const char* type; int cut, faces; } kind[3] = {{"C3D8", 1, 22}, {"C3D6", 2, 34}, {"C3D4", 6, 44}};
+  for (const auto& k : kind) {
+    const Answer a = read(solid_block(k.type) + "*SURFACE, NAME=SKIN, ELSET=B\n*BOUNDARY\nB_XMIN, ENCASTRE\n" + step);
+    ASSERT_EQ(a.errors, 0) << a.text;
+    EXPECT_EQ(a.m.dim, 3);
+    EXPECT_EQ(a.m.mesh.nnode(), 24);
+    EXPECT_EQ(a.m.mesh.nelem(), 6 * k.cut);
+    const double side[6][3] = {{-3, 0, 0}, {3, 0, 0}, {0, -6, 0}, {0, 6, 0}, {0, 0, -2}, {0, 0, 2}};
+    const char* const name[6] = {"B_XMIN", "B_XMAX", "B_YMIN", "B_YMAX", "B_ZMIN", "B_ZMAX"};
+    std::size_t faces = 0;
+    for (int s = 0; s < 6; ++s) {
+      const Vec area = area_of(a.m, name[s]);
+      for (int i = 0; i < 3; ++i) EXPECT_NEAR(area.v[i], side[s][i], 1e-13) << k.type << " " << name[s];
+      faces += a.m.surface[model_find_surface(a.m, name[s])].face.size();
+    }
+    const Surface& skin = a.m.surface[model_find_surface(a.m, "SKIN")];
+    EXPECT_EQ(skin.face.size(), faces) << k.type;
+    EXPECT_EQ(static_cast<int>(faces), k.faces) << k.type;
+    EXPECT_NEAR(volume_inside(skin.face, a.m.mesh), 6.0, 1e-13);
+    EXPECT_EQ(a.m.nset[model_find_nset(a.m, "B_ZMAX")].item.size(), 12u);
+    ASSERT_EQ(a.m.step[0].prescribed.size(), 3u);
+    EXPECT_EQ(a.m.step[0].prescribed[2].first, 2);
+  }
+}
+
+TEST(Deck3, blocks_merge_and_map)
+{
+  const Answer a = read(solid_block("C3D8") + "*BLOCK, TYPE=C3D4, ELSET=UP, MERGE\n0, 0, 3, 2, 1, 4\n2, 3, 1\n\"x\", \"y\", \"z + (z - 3)*x\"\n"
+                        "*SOLID SECTION, ELSET=UP, MATERIAL=M\n*BOUNDARY\nB_ZMIN, ZSYMM\n" + step);
+  ASSERT_EQ(a.errors, 0) << a.text;
+  EXPECT_EQ(a.m.mesh.nnode(), 24 + 12);
+  EXPECT_EQ(a.m.nset[model_find_nset(a.m, "UP_ZMIN")].item, a.m.nset[model_find_nset(a.m, "B_ZMAX")].item);
+  EXPECT_NEAR(a.m.mesh.X[3 * 26 + 2], 6.0, 1e-14);
+  EXPECT_EQ(a.m.step[0].prescribed[0].first, 2);
+}
+
+TEST(Deck3, the_quarter_cylinder_of_135_bricks)
+{
+  const char* const lines[2] = {"1, 9, 3", "3, 5, 3"};
+  for (const char* line : lines) {
+    const Answer a = read(std::string("*CYLINDER, TYPE=C3D8, ELSET=I, QUARTER\n1, 2, 3, 25, 100\n") + line +
+                          "\n*MATERIAL, NAME=M\n*ELASTIC\n1000, 0.3\n*SOLID SECTION, ELSET=I, MATERIAL=M\n"
+                          "*SURFACE, NAME=SKIN, ELSET=I\n*BOUNDARY\nI_XSYM, XSYMM\nI_YSYM, YSYMM\nI_ZMIN, 3\n" + step);
+    ASSERT_EQ(a.errors, 0) << a.text;
+    EXPECT_EQ(a.m.mesh.nelem(), 135);
+    const double section = 0.5 * 25 * 25 * 6 * std::sin(std::acos(-1.0) / 12);      // six triangles
+    EXPECT_NEAR(area_of(a.m, "I_ZMIN").v[2], -section, 1e-10);
+    EXPECT_NEAR(area_of(a.m, "I_ZMAX").v[2], section, 1e-10);
+    EXPECT_NEAR(area_of(a.m, "I_XSYM").v[0], -2500, 1e-9);
+    EXPECT_NEAR(area_of(a.m, "I_YSYM").v[1], -2500, 1e-9);
+    EXPECT_NEAR(area_of(a.m, "I_R").v[0], 2500, 1e-9);
+    EXPECT_NEAR(volume_inside(a.m.surface[model_find_surface(a.m, "SKIN")].face, a.m.mesh), 100 * section, 1e-8);
+    for (int n : a.m.nset[model_find_nset(a.m, "I_XSYM")].item) EXPECT_EQ(a.m.mesh.X[3 * n], 1.0);
+    for (int n : a.m.nset[model_find_nset(a.m, "I_R")].item)
+      EXPECT_NEAR(std::hypot(a.m.mesh.X[3 * n] - 1, a.m.mesh.X[3 * n + 1] - 2), 25.0, 1e-13);
+  }
+}
+
+TEST(Deck3, full_cylinders_of_bricks_and_wedges)
+{
+  for (const char* type : {"C3D8", "C3D6"})
+    for (int nsq : {1, 2, 5}) {
+      const Answer a = read(std::string("*CYLINDER, TYPE=") + type + ", ELSET=I\n0, 0, 0, 2, 3\n2, 2, " + std::to_string(nsq) +
+                            "\n*MATERIAL, NAME=M\n*ELASTIC\n1000, 0.3\n*SOLID SECTION, ELSET=I, MATERIAL=M\n*SURFACE, NAME=SKIN, ELSET=I\n*BOUNDARY\nI_ZMIN, PINNED\n" + step);
+      ASSERT_EQ(a.errors, 0) << a.text;
+      EXPECT_EQ(a.m.mesh.nelem(), (type[3] == '8' ? 1 : 2) * 2 * (4 * nsq * nsq + 2 * 8 * nsq));
+      const double section = 0.5 * 4 * 8 * nsq * std::sin(std::acos(-1.0) / (4 * nsq));
+      EXPECT_NEAR(volume_inside(a.m.surface[model_find_surface(a.m, "SKIN")].face, a.m.mesh), 3 * section, 1e-12);
+      const Vec mantle = area_of(a.m, "I_R");
+      EXPECT_NEAR(std::fabs(mantle.v[0]) + std::fabs(mantle.v[1]) + std::fabs(mantle.v[2]), 0.0, 1e-12);
+    }
+}
+
+TEST(Deck3, elements_by_hand_loads_and_history)
+{
+  const Answer a = read("*NODE\n1, 0, 0, 0\n2, 1, 0, 0\n3, 1, 1, 0\n4, 0, 1, 0\n5, 0, 0, 1\n6, 1, 0, 1\n7, 1, 1, 1\n8, 0, 1, 1\n9, 2, 0, 0\n"
+    "*ELEMENT, TYPE=C3D8, ELSET=E\n1, 1, 2, 3, 4,\n5, 6, 7, 8\n*ELEMENT, TYPE=C3D4, ELSET=E\n2, 2, 9, 3, 6\n"
+    "*MATERIAL, NAME=M\n*ELASTIC\n1000, 0.3\n*DENSITY\n2\n*SOLID SECTION, ELSET=E, MATERIAL=M\n*SURFACE, NAME=TOP, ELSET=E, WHERE=\"z > 0.99\"\n"
+    "*BOUNDARY\n1, 1, 3\n*INITIAL CONDITIONS, TYPE=VELOCITY\n7, 3, -2\n"
+    "*STEP\n*DYNAMIC\n1, 1\n*DLOAD\nE, GRAV, 9.81, 0, 0, -2\n1, P6, 3\nE, BZ, \"z\"\n2, TRVEC3, 7, 0, 3, 4\n*DSLOAD\nTOP, TRVEC, 5, 0, 0, 1\n*CLOAD\n7, 3, 1\n*END STEP\n"
+    "*HISTORY\nu, U3, 7\nw, S31, E\np, E23, AT, 0.1, 0.2, 0.3\nr, RF3, 1\n*CHECK, TYPE=FIELD, SOURCE=ANALYTIC, SCALE=1\nS23, \"z\", 1\nU3, 0, 1\n");
+  ASSERT_EQ(a.errors, 0) << a.text;
+  const std::vector<Load>& l = a.m.step[0].load;
+  ASSERT_EQ(l.size(), 6u);
+  EXPECT_TRUE(l[0].per_mass && l[0].dir[2] == -1.0);
+  EXPECT_TRUE(l[1].kind == LOAD_PRESSURE && l[1].face[0].face == 5);
+  EXPECT_TRUE(l[2].kind == LOAD_BODY && l[2].dir[2] == 1.0);
+  EXPECT_NEAR(l[3].dir[2], 0.8, 1e-15);
+  EXPECT_EQ(l[3].face[0].face, 2);
+  EXPECT_EQ(l[5].dof, 2);
+  EXPECT_EQ(a.m.surface[0].face.size(), 1u);
+  EXPECT_EQ(a.m.initial[0].dof, 2);
+  ASSERT_EQ(a.m.history.size(), 4u);
+  EXPECT_EQ(a.m.history[2].X[2], 0.3);
+}
+
+TEST(Deck3, grid_points_and_bonds_without_elements)
+{
+  const Answer a = read("*MATERIAL, NAME=M\n*ELASTIC\n1000, 0.3\n*DENSITY\n1\n*GRID\n-1, -1, 0, 2, 2, 3.1\n0.5, 0.25\n"
+    "*MATERIAL POINTS, BODY=A, MATERIAL=M\n0, 0, 1, 1, 1, 2\n4, 5, 6\n*SURFACE, NAME=LOW, TYPE=BODY, BODY=A, WHERE=\"z < 1.01\"\n"
+    "*BOND, NAME=F, TYPE=GROUND, SURFACE=LOW, DOF=3, LATTICE=4\n0, 0, \"0.1*t\"\n*GRID BOUNDARY\nZMAX, 3\nZ=0.5, 1, 3\n" + point_step +
+    "*HISTORY\ng, GRF3, 2\n");
+  ASSERT_EQ(a.errors, 0) << a.text;
+  EXPECT_EQ(a.m.dim, 3);
+  EXPECT_EQ(a.m.grid.n, (std::array<int, 3>{{6, 12, 7}}));
+  EXPECT_EQ(a.m.grid.h[2], 0.5);
+  EXPECT_EQ(a.m.body[0].cells[2], 6);
+  EXPECT_EQ(a.m.body[0].plane, PLANE_NONE);
+  EXPECT_EQ(a.m.bond[0].intermediate, 2);
+  EXPECT_EQ(a.m.bond[0].direction[2], 1.0);
+  const double x[3] = {0, 0, 0};
+  EXPECT_DOUBLE_EQ(expr_eval(a.m.bond[0].motion[2], x, 2.0), 0.2);
+  EXPECT_EQ(a.m.grid_bc[0].axis, 2);
+  EXPECT_DOUBLE_EQ(a.m.grid_bc[0].position, 3.5);
+  EXPECT_EQ(a.m.grid_bc[1].last, 2);
+}
+
+TEST(Deck3, the_dimension_is_seen_through_includes_and_continued_lines)
+{
+  write("mesh.txt", "*Block, elset=B,\n type = c3d8\n0, 0, 0, <w>, 1, 1\n1, 1, 1\n");
+  const Answer a = read("*PARAMETER\nw = 2\n*NODE\n100, 5, 5, 5\n*INCLUDE, INPUT=mesh.txt\n*MATERIAL, NAME=M\n*ELASTIC\n1, 0\n"
+                        "*SOLID SECTION, ELSET=B, MATERIAL=M\n*BOUNDARY\nB_XMIN, PINNED\n" + step);
+  ASSERT_EQ(a.errors, 0) << a.text;
+  EXPECT_EQ(a.m.dim, 3);
+  EXPECT_EQ(a.m.mesh.X[2], 5.0);
+  EXPECT_EQ(read(block + held + step).m.dim, 2);
+}
+
 }  // namespace

@@ -12,6 +12,7 @@
 
 #include "out/out.h"
 #include "out/out_vtk_file.h"
+#include "shape/shape.h"
 
 namespace {
 
@@ -230,6 +231,98 @@ TEST(OutLocate, PointsWhereNoElementIs)
   ASSERT_EQ(found.point, IntVec({0}));
   EXPECT_NEAR(point_nodal_at(m, p, s.n, quantity_find("U1"), 0, found.N.data()), 0.05, 1e-14);
   EXPECT_EQ(point_nodal_at(m, p, s.n, quantity_find("V2"), 0, found.N.data()), 4.0);
+}
+
+// a brick, a wedge or a tetrahedron far from the origin and skew: a place goes to natural coordinates and back
+TEST(OutLocate, SolidsFarFromTheOrigin)
+{
+  const double unit[3][8][3] = {
+    {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}},
+    {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {1, 0, 1}, {0, 1, 1}},
+    {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+  const Shape shape[3] = {SHAPE_HEX8, SHAPE_WEDGE6, SHAPE_TET4};
+  for (int k = 0; k < 3; ++k) {
+    const int nen = shape_info[shape[k]].nen;
+    double X[24], N[8], x[3] = {0, 0, 0}, xi[3];
+    for (int a = 0; a < nen; ++a) {
+      const double* u = unit[k][a];
+      X[3 * a]     = 1e4 + 0.01 * (u[0] + 0.2 * u[1] * u[2]);
+      X[3 * a + 1] = -2e4 + 0.01 * (u[1] + 0.3 * u[0]);
+      X[3 * a + 2] = 3e4 + 0.02 * (u[2] - 0.1 * u[0] * u[1]);
+    }
+    const double inside[3] = {0.2, 0.3, 0.4};
+    shape_eval(shape[k], inside, N, nullptr);
+    for (int a = 0; a < nen; ++a)
+      for (int i = 0; i < 3; ++i) x[i] += N[a] * X[3 * a + i];
+    ASSERT_TRUE(locate_natural(shape[k], X, x, xi)) << k;
+    for (int i = 0; i < 3; ++i) EXPECT_NEAR(xi[i], inside[i], 1e-8) << k;
+    EXPECT_TRUE(locate_natural(shape[k], X, X, xi)) << "a corner is inside";
+    x[2] += 0.03;
+    EXPECT_FALSE(locate_natural(shape[k], X, x, xi)) << k;
+  }
+}
+
+TEST(OutHistory, ColumnsInThreeDimensions)
+{
+  const Folder folder;
+  Model m;
+  m.dim = 3;
+  Elements el;
+  State s;
+  s.ledger.momentum[2] = 5.0;
+  s.ledger.angular[0]  = 6.0;
+  s.ledger.angular[1]  = 7.0;
+  Output out;
+  out.base = folder.file("three");
+  ASSERT_EQ(history_setup(m, el, s, out), 0);
+  history_row(m, el, s, out);
+  out_file_close(out.his, out.base);
+  EXPECT_EQ(out.history.rows[0].size(), out.history.names.size());
+  EXPECT_EQ(out.history.rows[0][history_column(out.history, "pz")], 5.0);
+  EXPECT_EQ(out.history.rows[0][history_column(out.history, "lx")], 6.0);
+  EXPECT_EQ(out.history.rows[0][history_column(out.history, "ly")], 7.0);
+}
+
+// uniaxial strain of a unit brick: the six in the order of CalculiX, xx yy zz xy xz yz
+TEST(OutDat, SixComponentsOfABrick)
+{
+  const Folder folder;
+  Model m;
+  m.dim = 3;
+  m.mesh.X = {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0, 0, 0, 1, 1, 0, 1, 1, 1, 1, 0, 1, 1};
+  m.mesh.node_label   = {1, 2, 3, 4, 5, 6, 7, 8};
+  m.mesh.elem_label   = {9};
+  m.mesh.elem_type    = {ELEM_C3D8};
+  m.mesh.elem_section = {0};
+  m.mesh.conn.off     = {0, 8};
+  m.mesh.conn.item    = {0, 1, 2, 3, 4, 5, 6, 7};
+  Material mat;
+  mat.young = 1.0;
+  m.material.push_back(mat);
+  m.section.push_back({0, 0, 1.0, Place()});
+  m.elset.push_back({"E", {0}, Place()});
+  m.step.emplace_back();
+  m.step[0].print.push_back({true, 0, {"E"}, 1, false});
+  Elements el;
+  int worst = -1;
+  ASSERT_EQ(elem_setup(m, el, &worst), STATUS_OK);
+  State s;
+  s.log.step = 1;
+  for (int n = 0; n < 8; ++n) {          // u1 = 0.02 y + 0.04 z, u2 = 0.06 z
+    const double* X = &m.mesh.X[3 * n];
+    s.n.u.insert(s.n.u.end(), {0.02 * X[1] + 0.04 * X[2], 0.06 * X[2], 0.0});
+  }
+  Output out;
+  out.base = folder.file("brick");
+  out_dat(m, el, s, out);
+  out_file_close(out.dat, out.base);
+  const std::string text = file_text(out.base + ".dat");
+  const std::size_t at = text.find("         9   1");
+  ASSERT_NE(at, std::string::npos) << text;
+  double v[6];
+  ASSERT_EQ(std::sscanf(text.c_str() + at + 14, "%14lf%14lf%14lf%14lf%14lf%14lf", v, v + 1, v + 2, v + 3, v + 4, v + 5), 6);
+  const double strain[6] = {0, 0, 0, 0.01, 0.02, 0.03};
+  for (int i = 0; i < 6; ++i) EXPECT_NEAR(v[i], strain[i], 1e-7) << i;
 }
 
 TEST(OutVtk, TextFile)

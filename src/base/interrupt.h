@@ -1,0 +1,17 @@
+// ---------------------------------------------------------------------------
+// interrupt.h : Ctrl-C and kill end the run after the increment that is under way, with all files complete
+// ---------------------------------------------------------------------------
+#ifndef MPFE_BASE_INTERRUPT_H
+#define MPFE_BASE_INTERRUPT_H
+
+// interrupt_watch : from now on SIGINT and SIGTERM are only noted; the second one ends the program at once.
+// Signals that the user has switched off (nohup) stay off.
+void interrupt_watch();
+
+// interrupt_signal : number of the signal that has come, 0: none
+int interrupt_signal();
+
+// interrupt_finish : ends the program by the signal that has come, so that the shell sees it; returns when none has
+void interrupt_finish();
+
+#endif

@@ -1,0 +1,33 @@
+// ---------------------------------------------------------------------------
+// contact.h : contact as a bond switched by conditions (doc/theory.md 4.2)
+//
+// Side A of a contact bond is a point of the slave surface. Side B is the master face that it meets, found at t(n) and
+// kept over the step: place on the face, normal, gap. Faces are those of finite elements or the boundary of a body.
+// ---------------------------------------------------------------------------
+#ifndef MPFE_BOND_CONTACT_H
+#define MPFE_BOND_CONTACT_H
+
+#include "elem/kernel.h"
+#include "model/state.h"
+
+// What contact bonds meet in this step
+struct ContactPairs {
+  ListTable master;            // [nbond] kinematic points of the master face (corner c: nnode + c), empty: none near
+  RealVec master_w;            // [master.item] shape functions of the face, sum 1
+  RealVec normal;              // [nbond*dim] outward normal of the master face at t(n)
+  RealVec gap;                 // [nbond] at t(n), negative: penetration                length
+  int near = 0;                // bonds that meet a face
+};
+
+// contact_search : nearest master face of every slave point within reach; bodies apart cost their boxes only
+//   in   xb [nbond*dim] places of side A at t(n);  u, uc displacements of nodes and corners
+void contact_search(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& u, const RealVec& uc,
+                    const RealVec& xb, ContactPairs& pairs);
+
+// contact_force : force on side A minus side B and, unless K is null, its tangent (symmetric part)   (4.9) - (4.12)
+//   in   s [dim]     relative displacement over the step;  t0 [dim] friction force at t(n)
+//   out  f [dim], K [dim*dim], t1 [dim] friction force at t(n+1), slipped [1] distance slipped; returns the gap at t(n+1)
+double contact_force(const Model& m, const Bonds& bonds, const ContactPairs& pairs, int b, const KernelMode& mode,
+                     const double* s, const double* t0, double* f, double* K, double* t1, double* slipped);
+
+#endif

@@ -1,0 +1,68 @@
+#include <algorithm>
+#include <cmath>
+
+#include "bond/contact.h"
+
+namespace {
+
+// normal force (negative: pressure) and its slope from the gaps at both ends of the step. The energy-momentum scheme
+// takes the discrete gradient of 1/2 C <g>^2, so that a contact gives back the energy it took                (4.10)
+void normal_law(const KernelMode& mode, double C, double g0, double g1, double& p, double& slope)
+{
+  const double n0 = std::min(g0, 0.0), n1 = std::min(g1, 0.0), dg = g1 - g0;
+  if (!mode.mid) {
+    p     = C * n1;
+    slope = g1 < 0.0 ? C : 0.0;
+  } else if (mode.s_new > 0.5) {                       // dissipation on demand, as for the stress
+    p     = C * (mode.s_new * n1 + mode.s_old * n0);
+    slope = g1 < 0.0 ? mode.s_new * C : 0.0;
+  } else if ((g0 < 0.0) == (g1 < 0.0)) {
+    p     = 0.5 * C * (n0 + n1);
+    slope = g1 < 0.0 ? 0.5 * C : 0.0;
+  } else {
+    p     = 0.5 * C * (n1 * n1 - n0 * n0) / dg;
+    slope = (C * n1 - p) / dg;
+  }
+}
+
+}  // namespace
+
+double contact_force(const Model& m, const Bonds& bonds, const ContactPairs& pairs, int b, const KernelMode& mode,
+                     const double* s, const double* t0, double* f, double* K, double* t1, double* slipped)
+{
+  const int dim     = m.dim;
+  const double *n   = &pairs.normal[b * dim], C = bonds.cn[b], mu = m.bond[bonds.def[b]].friction;
+  double g1 = pairs.gap[b], p, slope, sn = 0.0, tn = 0.0;
+  for (int i = 0; i < dim; ++i) {
+    sn += n[i] * s[i];
+    tn += n[i] * t0[i];
+  }
+  g1 += sn;
+  normal_law(mode, C, pairs.gap[b], g1, p, slope);
+  for (int i = 0; i < dim; ++i) {
+    f[i]  = p * n[i];
+    t1[i] = 0.0;
+    for (int j = 0; K && j < dim; ++j) K[i * dim + j] = slope * n[i] * n[j];
+  }
+  *slipped = 0.0;
+  if (mu == 0.0 || p >= 0.0) return g1;
+  // return mapping: the trial force sticks, its length is cut at mu |p|              (4.11)
+  double size = 0.0, trial[3];
+  for (int i = 0; i < dim; ++i) {
+    trial[i] = t0[i] - tn * n[i] + C * (s[i] - sn * n[i]);
+    size += trial[i] * trial[i];
+  }
+  size = std::sqrt(size);
+  const double limit = -mu * p, cut = size > limit ? limit / size : 1.0;
+  *slipped = (1.0 - cut) * size / C;
+  for (int i = 0; i < dim; ++i) {
+    t1[i] = cut * trial[i];
+    f[i] += t1[i];
+    for (int j = 0; K && j < dim; ++j) {
+      double k = (i == j) - n[i] * n[j];
+      if (cut < 1.0) k -= trial[i] * trial[j] / (size * size);
+      K[i * dim + j] += cut * C * k;
+    }
+  }
+  return g1;
+}

@@ -1,0 +1,159 @@
+#include <algorithm>
+#include <cmath>
+
+#include "bond/contact.h"
+#include "shape/face.h"
+
+namespace {
+
+struct MasterFace {
+  int n = 0;
+  int kin[4];
+  double x[12];                // places at t(n)
+  double lo[3], hi[3];
+  double size = 0.0;           // longest edge
+};
+
+MasterFace master_face(const Model& m, const Points& pts, const Surface& s, const Face& f, const RealVec& u, const RealVec& uc)
+{
+  MasterFace out;
+  const bool body       = s.body >= 0;
+  const ShapeInfo& info = shape_info[body ? pts.shape[f.elem] : elem_table[m.mesh.elem_type[f.elem]].shape];
+  const int* conn       = body ? pts.conn.begin(f.elem) : m.mesh.conn.begin(f.elem);
+  out.n = info.nfnode[f.face];
+  for (int k = 0; k < out.n; ++k) {
+    const int c = conn[info.face[f.face][k]];
+    out.kin[k]  = body ? m.mesh.nnode() + c : c;
+    for (int i = 0; i < 3; ++i) {
+      double x = 0.0;
+      if (i < m.dim) x = body ? pts.Xc[c * m.dim + i] + uc[c * m.dim + i] : m.mesh.X[3 * c + i] + u[c * m.dim + i];
+      out.x[3 * k + i] = x;
+      out.lo[i] = k ? std::min(out.lo[i], x) : x;
+      out.hi[i] = k ? std::max(out.hi[i], x) : x;
+    }
+  }
+  for (int k = 0; k < out.n; ++k) {
+    const double *a = out.x + 3 * k, *b = out.x + 3 * ((k + 1) % out.n);
+    out.size = std::max(out.size, std::hypot(b[0] - a[0], b[1] - a[1], b[2] - a[2]));
+  }
+  return out;
+}
+
+// local place of the point of the face nearest to p: Newton on the two tangents (one step for flat faces)
+void project(const MasterFace& f, const double* p, double* xi)
+{
+  double N[4], dN[8];
+  xi[0] = xi[1] = f.n == 3 ? 1.0 / 3 : 0.0;
+  for (int it = 0; it < 10; ++it) {
+    double r[3] = {p[0], p[1], p[2]}, t[2][3] = {{0, 0, 0}, {0, 0, 0}};
+    face_eval(f.n, xi, N, dN);
+    for (int k = 0; k < f.n; ++k)
+      for (int i = 0; i < 3; ++i) {
+        r[i] -= N[k] * f.x[3 * k + i];
+        t[0][i] += dN[2 * k] * f.x[3 * k + i];
+        t[1][i] += dN[2 * k + 1] * f.x[3 * k + i];
+      }
+    double a = 0, b = 0, c = 0, p0 = 0, p1 = 0;
+    for (int i = 0; i < 3; ++i) {
+      a += t[0][i] * t[0][i];
+      b += t[0][i] * t[1][i];
+      c += t[1][i] * t[1][i];
+      p0 += t[0][i] * r[i];
+      p1 += t[1][i] * r[i];
+    }
+    if (f.n == 2) { b = p1 = 0.0; c = 1.0; }
+    const double det = a * c - b * b, d0 = (c * p0 - b * p1) / det, d1 = (a * p1 - b * p0) / det;
+    xi[0] += d0;
+    xi[1] += d1;
+    if (std::fabs(d0) + std::fabs(d1) < 1e-12) return;
+  }
+}
+
+bool on_face(const MasterFace& f, const double* xi)
+{
+  const double tol = 1e-6;     // of the face: neighbours overlap by as much, so nothing slips through an edge
+  if (f.n == 3) return xi[0] > -tol && xi[1] > -tol && xi[0] + xi[1] < 1.0 + tol;
+  return std::fabs(xi[0]) < 1.0 + tol && std::fabs(xi[1]) < 1.0 + tol;
+}
+
+struct Hit {
+  const MasterFace* face = nullptr;
+  double N[4], n[3], gap = 0.0;
+};
+
+// the nearest face that p lies over or has entered by no more than half its size
+void nearest(const std::vector<MasterFace>& faces, const double* p, double reach, Hit& best)
+{
+  for (const MasterFace& f : faces) {
+    bool far = false;
+    for (int i = 0; i < 3; ++i) far = far || p[i] < f.lo[i] - reach || p[i] > f.hi[i] + reach;
+    if (far) continue;
+    double xi[2], N[4], n[3], gap = 0.0;
+    project(f, p, xi);
+    if (!on_face(f, xi)) continue;
+    face_eval(f.n, xi, N, nullptr);
+    const double norm = face_area(f.n, f.x, xi, n);
+    for (int i = 0; i < 3; ++i) {
+      double x = p[i];
+      for (int k = 0; k < f.n; ++k) x -= N[k] * f.x[3 * k + i];
+      n[i] /= norm;
+      gap += n[i] * x;
+    }
+    if (gap > reach || gap < -0.5 * f.size) continue;
+    if (best.face && std::fabs(gap) >= std::fabs(best.gap)) continue;
+    best.face = &f;
+    best.gap  = gap;
+    std::copy(N, N + f.n, best.N);
+    std::copy(n, n + 3, best.n);
+  }
+}
+
+}  // namespace
+
+void contact_search(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& u, const RealVec& uc,
+                    const RealVec& xb, ContactPairs& pairs)
+{
+  const int dim = m.dim;
+  pairs = ContactPairs();
+  pairs.normal.assign(static_cast<size_t>(bonds.nbond) * dim, 0.0);
+  pairs.gap.assign(bonds.nbond, 1e300);
+  std::vector<MasterFace> faces;
+  int def = -1;
+  double reach = 0.0, lo[3], hi[3];
+  for (int b = 0; b < bonds.nbond; ++b) {
+    if (bonds.field[b] == -2 && bonds.def[b] != def) {       // bonds of a definition stand together
+      def = bonds.def[b];
+      const Surface& s = m.surface[m.bond[def].master];
+      faces.clear();
+      reach = 0.0;
+      for (const Face& f : s.body >= 0 ? pts.surface[m.bond[def].master] : s.face)
+        faces.push_back(master_face(m, pts, s, f, u, uc));
+      for (int i = 0; i < 3; ++i) { lo[i] = 1e300; hi[i] = -1e300; }
+      for (const MasterFace& f : faces) {
+        reach = std::max(reach, f.size);
+        for (int i = 0; i < 3; ++i) {
+          lo[i] = std::min(lo[i], f.lo[i]);
+          hi[i] = std::max(hi[i], f.hi[i]);
+        }
+      }
+    }
+    Hit hit;
+    if (bonds.field[b] == -2) {
+      double p[3] = {0, 0, 0};
+      bool far = false;
+      for (int i = 0; i < dim; ++i) p[i] = xb[b * dim + i];
+      for (int i = 0; i < dim; ++i) far = far || p[i] < lo[i] - reach || p[i] > hi[i] + reach;
+      if (!far) nearest(faces, p, reach, hit);
+    }
+    if (hit.face) {
+      ++pairs.near;
+      pairs.gap[b] = hit.gap;
+      for (int i = 0; i < dim; ++i) pairs.normal[b * dim + i] = hit.n[i];
+      for (int k = 0; k < hit.face->n; ++k) {
+        pairs.master.item.push_back(hit.face->kin[k]);
+        pairs.master_w.push_back(hit.N[k]);
+      }
+    }
+    pairs.master.off.push_back(static_cast<int>(pairs.master.item.size()));
+  }
+}
