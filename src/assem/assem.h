@@ -15,6 +15,7 @@
 
 struct System {
   int dim = 0, nfe = 0, nrow = 0;
+  bool numbered = false;       // rows of nodes have been given
   IntVec row_of_node;          // [nnode] row of a node, -1: in no element
   IntVec node_of_row;          // [nfe]
   ListTable bond;              // [nbond] rows of both sides

@@ -10,7 +10,8 @@ void number_nodes(Problem& p)
 {
   System& s = p.sys;
   const Mesh& mesh = p.m.mesh;
-  if (!s.row_of_node.empty()) return;
+  if (s.numbered) return;
+  s.numbered = true;
   s.row_of_node.assign(mesh.nnode(), -1);
   for (const ElemBlock& b : p.el.block)
     for (int e : b.elem)
@@ -229,7 +230,7 @@ void mean_size(Problem& p)
 void system_form(Problem& p, bool mass)
 {
   System& s = p.sys;
-  const bool first = s.row_of_node.empty();
+  const bool first = !s.numbered;
   s.dim = p.m.dim;
   number_nodes(p);
   form_lists(p);

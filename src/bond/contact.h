@@ -16,6 +16,7 @@ struct ContactPairs {
   RealVec master_w;            // [master.item] shape functions of the face, sum 1
   RealVec normal;              // [nbond*dim] outward normal of the master face at t(n)
   RealVec gap;                 // [nbond] at t(n), negative: penetration                length
+  RealVec size;                // [nbond] longest edge of the face that is met        length
   int near = 0;                // bonds that meet a face
 };
 

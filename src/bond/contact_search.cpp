@@ -117,6 +117,7 @@ void contact_search(const Model& m, const Points& pts, const Bonds& bonds, const
   pairs = ContactPairs();
   pairs.normal.assign(static_cast<size_t>(bonds.nbond) * dim, 0.0);
   pairs.gap.assign(bonds.nbond, 1e300);
+  pairs.size.assign(bonds.nbond, 0.0);
   std::vector<MasterFace> faces;
   int def = -1;
   double reach = 0.0, lo[3], hi[3];
@@ -147,7 +148,8 @@ void contact_search(const Model& m, const Points& pts, const Bonds& bonds, const
     }
     if (hit.face) {
       ++pairs.near;
-      pairs.gap[b] = hit.gap;
+      pairs.gap[b]  = hit.gap;
+      pairs.size[b] = hit.face->size;
       for (int i = 0; i < dim; ++i) pairs.normal[b * dim + i] = hit.n[i];
       for (int k = 0; k < hit.face->n; ++k) {
         pairs.master.item.push_back(hit.face->kin[k]);

@@ -4,8 +4,8 @@
 
 namespace {
 
-const char* const plane_words = "U1|U2|V1|V2|A1|A2|X1|X2|RF1|RF2|GRF1|GRF2|S11|S22|S33|S12|E11|E22|E33|E12|SMISES|ENER";
-const char* const solid_words = "U1|U2|U3|V1|V2|V3|A1|A2|A3|X1|X2|X3|RF1|RF2|RF3|GRF1|GRF2|GRF3|"
+const char* const plane_words = "U1|U2|V1|V2|A1|A2|X1|X2|RF1|RF2|GRF1|GRF2|CFORCE|CGAP|CAREA|CWORK|S11|S22|S33|S12|E11|E22|E33|E12|SMISES|ENER";
+const char* const solid_words = "U1|U2|U3|V1|V2|V3|A1|A2|A3|X1|X2|X3|RF1|RF2|RF3|GRF1|GRF2|GRF3|CFORCE|CGAP|CAREA|CWORK|"
                                 "S11|S22|S33|S12|S23|S31|S13|E11|E22|E33|E12|E23|E31|E13|SMISES|ENER";
 
 bool is_of_elements(const std::string& what) { return what[0] == 'S' || what[0] == 'E'; }
@@ -42,6 +42,18 @@ void settle_grid(Deck& d, Model& m, HistoryDef h, const Field& target)
   m.history.push_back(h);
 }
 
+void settle_contact(Deck& d, Model& m, HistoryDef h, const Field& target)
+{
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < m.bond.size(); ++i) {
+    if (m.bond[i].kind != BOND_CONTACT) continue;
+    names.push_back(m.bond[i].name);
+    if (m.bond[i].name == text_upper(target.text)) h.contact = static_cast<int>(i);
+  }
+  if (h.contact < 0) return deck_error(d, target, h.what + " needs the name of a *CONTACT PAIR" + text_suggest(text_upper(target.text), names));
+  m.history.push_back(h);
+}
+
 void read_line(Card& card, const Model& model, std::vector<std::string>& names)
 {
   const char* const quantities = model.dim == 3 ? solid_words : plane_words;
@@ -59,12 +71,12 @@ void read_line(Card& card, const Model& model, std::vector<std::string>& names)
   names.push_back(h.name);
 
   const Field target = card_field(card, "target (node set, node, element set, body or AT)");
-  const bool grid = h.what[0] == 'G';
+  const bool grid = h.what[0] == 'G', contact = h.what[0] == 'C';
   h.at_point = text_upper(target.text) == "AT";
   if (h.at_point && !is_of_points(h.what)) card_error(card, target, h.what + " is not available AT a place; name a node set");
   for (int i = 0; h.at_point && i < model.dim; ++i) h.X[i] = card_real(card, axis[i], any_number());
   h.reduce = h.what[0] == 'R' || grid ? REDUCE_SUM : REDUCE_MEAN;
-  if (!h.at_point && !grid && card_more(card)) {
+  if (!h.at_point && !grid && !contact && card_more(card)) {
     const int r = card_word(card, "reduction", "MEAN|SUM|MAX|MIN|ABSMAX");
     if (r >= 0) h.reduce = static_cast<Reduce>(r);
   }
@@ -72,6 +84,7 @@ void read_line(Card& card, const Model& model, std::vector<std::string>& names)
   card_later(card, STAGE_END, [=](Deck& d, Model& m) {
     if (h.at_point) m.history.push_back(h);
     else if (grid) settle_grid(d, m, h, target);
+    else if (contact) settle_contact(d, m, h, target);
     else settle(d, m, h, target);
   });
 }

@@ -50,12 +50,20 @@ struct Level {                 // one time level
 
 struct Ledger {                // energies and momenta at t(n), [3] in space
   double kinetic = 0, strain = 0, bond = 0, external = 0;   // external: work of loads and moved supports so far
+  double friction = 0;         // dissipated by friction so far
   double total0 = 0;           // kinetic + strain + bond at the start of the run
-  double balance = 0;          // kinetic + strain + bond - total0 - external
+  double balance = 0;          // kinetic + strain + bond + friction - total0 - external
   double scale = 0;            // largest energy seen so far
   double momentum[3] = {0, 0, 0};
   double angular[3] = {0, 0, 0};
   double slip_max = 0, slip_rms = 0;
+};
+
+struct ContactLog {            // one contact pair at t(n+1)
+  double force = 0;            // sum of the normal forces
+  double gap   = 0;            // deepest penetration (negative), 0: open
+  double area  = 0;            // of the closed part
+  double work  = 0;            // dissipated by friction since the start
 };
 
 struct StepLog {               // how the increment went
@@ -73,6 +81,7 @@ struct State {
   Points points;
   Bonds bonds;
   RealVec rf;                  // [nnode*dim] reactions at t(n), 0 at free dofs
+  std::vector<ContactLog> contact;   // [Model::bond], of contact pairs
   RealVec grid_rf;             // [Model::grid_bc * dim] sum of the reactions of each grid condition
   Ledger ledger;
   StepLog log;

@@ -22,7 +22,7 @@
 
 // ---- quantities (out_quantity.cpp) ------------------------------------------
 
-enum QuantityKind { Q_NONE, Q_U, Q_V, Q_A, Q_X, Q_RF, Q_GRF, Q_S, Q_E, Q_MISES, Q_ENER };
+enum QuantityKind { Q_NONE, Q_U, Q_V, Q_A, Q_X, Q_RF, Q_GRF, Q_CONTACT, Q_S, Q_E, Q_MISES, Q_ENER };
 
 struct Quantity {              // U1: {Q_U, 0};  S12: {Q_S, 3}
   QuantityKind kind = Q_NONE;
@@ -71,7 +71,7 @@ struct Probe {                 // a column of *HISTORY, ready to be read
   Reduce reduce = REDUCE_MEAN;
   IntVec node, elem, point;    // what it reads
   Located at;
-  int grid_bc = -1;
+  int grid_bc = -1, contact = -1;
 };
 
 int history_column(const History& h, const std::string& name);      // -1: no such column

@@ -154,7 +154,7 @@ bool out_check_due(const Check& c, const CheckResult& r, double time)
 double out_check_field(const Model& m, const Elements& el, const State& s, const Check& c, std::string& message)
 {
   const Quantity q = quantity_find(c.what);
-  if (q.kind == Q_NONE || q.kind == Q_RF || q.kind == Q_GRF) {
+  if (q.kind == Q_NONE || q.kind == Q_RF || q.kind == Q_GRF || q.kind == Q_CONTACT) {
     message = "no field of this name";
     return not_a_number;
   }

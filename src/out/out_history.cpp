@@ -57,6 +57,10 @@ int make_probe(const Model& m, const Elements& el, const State& s, const History
     const bool known = probe.grid_bc >= 0 && probe.grid_bc < static_cast<int>(m.grid_bc.size());
     return known ? 0 : complain(d, "no such *GRID BOUNDARY line");
   }
+  if (probe.q.kind == Q_CONTACT) {
+    probe.contact = d.contact;
+    return d.contact >= 0 ? 0 : complain(d, "no such *CONTACT PAIR");
+  }
   if (d.at_point) {
     probe.at = out_locate(m, el, s.points, d.X.data());
     if (probe.at.elem.empty() && probe.at.point.empty()) return complain(d, "no element and no material point contains this place at t = 0");
@@ -125,6 +129,11 @@ void sample_place(const Model& m, const Elements& el, const State& s, const Prob
 
 double probe_value(const Model& m, const Elements& el, const State& s, const Probe& probe)
 {
+  if (probe.contact >= 0) {
+    const ContactLog c = probe.contact < static_cast<int>(s.contact.size()) ? s.contact[probe.contact] : ContactLog();
+    const double value[4] = {c.force, c.gap, c.area, c.work};
+    return value[probe.q.comp];
+  }
   if (probe.grid_bc >= 0) return s.grid_rf[probe.grid_bc * m.dim + probe.q.comp];
   Sample sample;
   sample_place(m, el, s, probe, sample);

@@ -177,6 +177,11 @@ void write_mp(const Model& m, const State& s, Output& out)
 void bond_force(const State& s, int dim, int b, double force[3])
 {
   double C[9];
+  if (s.bonds.field[b] == -2) {                     // contact: pressure along the normal, and friction
+    const double g = std::min(s.n.slip[b * dim], 0.0);
+    for (int i = 0; i < dim; ++i) force[i] = s.bonds.cn[b] * g * s.bonds.normal[b * dim + i] + s.n.lambda[b * dim + i];
+    return;
+  }
   bond_stiffness(s.bonds, dim, b, C);
   for (int i = 0; i < dim; ++i) {
     force[i] = s.n.lambda[b * dim + i];
@@ -188,13 +193,19 @@ void write_bonds(const Model& m, const State& s, Output& out)
 {
   const int n = s.bonds.nbond;
   if (n == 0) return;
-  RealVec place, u, force;
+  RealVec place, u, force, slip = s.n.slip;
   ListTable conn;
-  bond_places(m, s.points, s.bonds, RealVec(s.n.u.size(), 0.0), s.points.Xc, u);
+  IntVec kind = s.bonds.intermediate;
   bond_places(m, s.points, s.bonds, s.n.u, s.n.uc, place);
-  for (std::size_t i = 0; i < u.size(); ++i) u[i] = place[i] - u[i];
+  u = place;
   for (int b = 0; b < n; ++b) {
     double f[3];
+    for (int i = 0; i < m.dim; ++i) u[b * m.dim + i] -= s.bonds.X[3 * b + i];
+    if (s.bonds.field[b] == -2) {                   // contact: the penetration along the normal; kind 2 open, 3 closed
+      const double g = std::min(s.n.slip[b * m.dim], 0.0);
+      kind[b] = g < 0.0 ? 3 : 2;
+      for (int i = 0; i < m.dim; ++i) slip[b * m.dim + i] = g * s.bonds.normal[b * m.dim + i];
+    }
     bond_force(s, m.dim, b, f);
     force.insert(force.end(), f, f + m.dim);
     conn.item.push_back(b);
@@ -207,9 +218,9 @@ void write_bonds(const Model& m, const State& s, Output& out)
   vtk_cells(file, conn, IntVec(n, vertex));
   vtk_point_data(file, n);
   vtk_vectors(file, "displacement", u, m.dim);
-  vtk_vectors(file, "slip", s.n.slip, m.dim);
+  vtk_vectors(file, "slip", slip, m.dim);
   vtk_vectors(file, "force", force, m.dim);
-  vtk_labels(file, "kind", s.bonds.intermediate);
+  vtk_labels(file, "kind", kind);
   vtk_labels(file, "bond", s.bonds.def);
   end(file, VTK_BOND, out);
 }

@@ -47,6 +47,13 @@ std::string step_explain(const Problem& p, Status status)
                   m.grid.lo[1] + m.grid.n[1] * m.grid.h[1]);
     return text;
   }
+  if (status == CONTACT_DEPTH) {
+    const double* X = &p.st.bonds.X[3 * p.worst];
+    std::snprintf(text, sizeof text, "contact %s: the point that was at (%g, %g, %g) enters its master face by %g, more than a "
+                  "quarter of the face: smaller increments, or a stiffer penalty (*CONTACT PAIR, ALPHA=)",
+                  m.bond[p.st.bonds.def[p.worst]].name.c_str(), X[0], X[1], X[2], -p.st.np1.slip[p.worst * m.dim]);
+    return text;
+  }
   if (status == BAD_JACOBIAN && p.worst >= 0) {
     std::snprintf(text, sizeof text, "%s %d turned inside out (det F <= 0). St.Venant-Kirchhoff softens below a stretch of "
                   "0.577: check the load, or take smaller increments", p.worst_is_point ? "material point" : "element",

@@ -1,3 +1,6 @@
+#include <algorithm>
+#include <cmath>
+
 #include "base/timer.h"
 #include "step/step.h"
 
@@ -211,6 +214,33 @@ double external_work(const Problem& p, const Attempt& a, const RealVec& rf0)
   return work;
 }
 
+// what the pairs did in this step: forces, gaps, closed area, work of friction; normals for the output
+void finish_contact(Problem& p, const Attempt& a)
+{
+  State& st     = p.st;
+  const int dim = p.m.dim;
+  std::vector<ContactLog> log(p.m.bond.size());
+  for (size_t d = 0; d < log.size() && d < st.contact.size(); ++d) log[d].work = st.contact[d].work;
+  for (int b = 0; b < st.bonds.nbond; ++b) {
+    if (st.bonds.field[b] != -2 || !p.pairs.master.count(b)) continue;
+    ContactLog& c = log[st.bonds.def[b]];
+    double f[3], t1[3], slipped, pressure = 0.0, friction = 0.0;
+    const double gap = contact_force(p.m, st.bonds, p.pairs, b, a.mode, &p.contact_s[b * dim], &st.n.lambda[b * dim],
+                                     f, nullptr, t1, &slipped);
+    for (int i = 0; i < dim; ++i) {
+      st.bonds.normal[b * dim + i] = p.pairs.normal[b * dim + i];
+      pressure -= f[i] * p.pairs.normal[b * dim + i];
+      friction += t1[i] * t1[i];
+    }
+    c.force += pressure;
+    c.gap = std::min(c.gap, gap);
+    if (pressure > 0.0) c.area += st.bonds.area[b];
+    c.work += std::sqrt(friction) * slipped;
+    st.ledger.friction += std::sqrt(friction) * slipped;
+  }
+  st.contact = log;
+}
+
 }  // namespace
 
 void step_finish(Problem& p, Attempt& a)
@@ -223,6 +253,7 @@ void step_finish(Problem& p, Attempt& a)
     if (p.st.points.npoint) finish_points(p, a);
   }
   finish_reactions(p, a);
+  if (p.pairs.near || !p.st.contact.empty()) finish_contact(p, a);
   p.st.ledger.external += external_work(p, a, rf0);
   ledger_update(p, p.st.np1, a.step.nlgeom);
 }

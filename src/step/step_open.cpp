@@ -42,6 +42,19 @@ void warn_few_points(const Problem& p)
            p.st.points.npoint, p.grid.ncell);
 }
 
+// bodies that overlap at t = 0 push apart at once: say by how much
+void warn_penetration(const Problem& p)
+{
+  RealVec depth(p.m.bond.size(), 0.0);
+  for (int b = 0; b < p.st.bonds.nbond; ++b)
+    if (p.st.bonds.field[b] == -2 && p.pairs.master.count(b) && p.pairs.gap[b] < -1e-9 * p.pairs.size[b])
+      depth[p.st.bonds.def[b]] = std::max(depth[p.st.bonds.def[b]], -p.pairs.gap[b]);
+  for (size_t d = 0; d < depth.size(); ++d)
+    if (depth[d] > 0.0)
+      log_warn("contact %s (%s line %d): the surfaces overlap by %g at the start and will push each other apart",
+               p.m.bond[d].name.c_str(), p.m.bond[d].place.file.c_str(), p.m.bond[d].place.line, depth[d]);
+}
+
 bool has_contact(const Model& m)
 {
   for (const BondDef& d : m.bond)
@@ -97,6 +110,7 @@ Status step_prepare(Problem& p, const Step& s)
     Timer timer(PHASE_CONTACT);
     contact_search(p.m, st.points, st.bonds, st.n.u, st.n.uc, xb, p.pairs);
     p.contact_s.assign(static_cast<size_t>(st.bonds.nbond) * p.m.dim, 0.0);
+    if (!p.sys.numbered) warn_penetration(p);
   }
   if (st.points.npoint) {
     Timer timer(PHASE_GRID);
@@ -108,7 +122,7 @@ Status step_prepare(Problem& p, const Step& s)
   } else if (p.grid.bond.size() != st.bonds.nbond) {
     p.grid.bond.off.assign(st.bonds.nbond + 1, 0);    // bonds to the ground and contact only
   }
-  if (st.points.npoint && p.sys.row_of_node.empty()) warn_few_points(p);
+  if (st.points.npoint && !p.sys.numbered) warn_few_points(p);
   system_form(p, s.proc == PROC_DYNAMIC);
   st.log.grid_nodes = p.grid.nnode;
   st.log.grid_cells = p.grid.ncell;

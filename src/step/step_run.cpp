@@ -41,6 +41,21 @@ Status augment(Problem& p, Attempt& a)
   return STATUS_OK;
 }
 
+// a point that entered a face by more than a quarter of its size in one step may have missed it: shorter steps see it.
+// Penetration that the penalty allows stays below this unless it is far too soft.
+Status contact_depth(Problem& p)
+{
+  const Bonds& b = p.st.bonds;
+  for (int q = 0; q < b.nbond; ++q) {
+    if (b.field[q] != -2 || !p.pairs.master.count(q)) continue;
+    const double gap = p.st.np1.slip[q * p.m.dim];
+    if (gap > -0.25 * p.pairs.size[q] || gap > p.pairs.gap[q]) continue;
+    p.worst = q;
+    return CONTACT_DEPTH;
+  }
+  return STATUS_OK;
+}
+
 // the clock of a step: nominal increments, cuts, and times that must be hit
 struct Clock {
   const Step& step;
@@ -191,6 +206,7 @@ Status step_increment(Problem& p, const Step& s, double t0, double dt)
   if (s.proc == PROC_DYNAMIC) status = step_inertia_begin(p, a);
   if (status == STATUS_OK) status = step_newton(p, a);
   if (status == STATUS_OK && st.bonds.nbond) status = augment(p, a);
+  if (status == STATUS_OK && p.pairs.near) status = contact_depth(p);
   if (status == STATUS_OK) step_finish(p, a);
   return status;
 }
