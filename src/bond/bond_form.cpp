@@ -42,13 +42,27 @@ FaceNodes face_nodes(const Model& m, const Points& pts, const Surface& s, const 
   return out;
 }
 
+// largest Young's modulus behind a surface
+double surface_young(const Model& m, const Surface& s)
+{
+  if (s.body >= 0) return m.material[m.body[s.body].material].young;
+  double young = 0.0;
+  for (const Face& f : s.face) {
+    const int section = m.mesh.elem_section[f.elem];
+    if (section >= 0) young = std::max(young, m.material[m.section[section].material].young);
+  }
+  return young;
+}
+
 // penalty per area of a definition
 double penalty_of(const Model& m, const BondDef& d, double young_face, double h_face)
 {
   if (d.penalty > 0.0) return d.penalty;
   double young = young_face, h = h_face;
   if (d.body >= 0) young = std::max(young, m.material[m.body[d.body].material].young);
-  if (m.grid.given) {
+  if (d.master >= 0) young = std::max(young, surface_young(m, m.surface[d.master]));
+  const bool points = d.kind == BOND_MESH_GRID || m.surface[d.surface].body >= 0 || (d.master >= 0 && m.surface[d.master].body >= 0);
+  if (m.grid.given && points) {
     h = m.grid.h[0];
     for (int i = 1; i < m.dim; ++i) h = std::min(h, m.grid.h[i]);
   }

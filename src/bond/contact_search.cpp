@@ -76,6 +76,19 @@ bool on_face(const MasterFace& f, const double* xi)
   return std::fabs(xi[0]) < 1.0 + tol && std::fabs(xi[1]) < 1.0 + tol;
 }
 
+// the place of the face nearest to xi
+void clamp(const MasterFace& f, double* xi)
+{
+  if (f.n != 3) {
+    for (int k = 0; k < 2; ++k) xi[k] = std::min(std::max(xi[k], -1.0), 1.0);
+    return;
+  }
+  for (int k = 0; k < 2; ++k) xi[k] = std::max(xi[k], 0.0);
+  const double sum = xi[0] + xi[1];
+  if (sum > 1.0)
+    for (int k = 0; k < 2; ++k) xi[k] /= sum;
+}
+
 struct Hit {
   const MasterFace* face = nullptr;
   double N[4], n[3], gap = 0.0;
@@ -88,9 +101,10 @@ void nearest(const std::vector<MasterFace>& faces, const double* p, double reach
     bool far = false;
     for (int i = 0; i < 3; ++i) far = far || p[i] < f.lo[i] - reach || p[i] > f.hi[i] + reach;
     if (far) continue;
-    double xi[2], N[4], n[3], gap = 0.0;
+    double xi[2], N[4], n[3], gap = 0.0, distance2 = 0.0;
     project(f, p, xi);
-    if (!on_face(f, xi)) continue;
+    const bool over = on_face(f, xi);
+    if (!over) clamp(f, xi);
     face_eval(f.n, xi, N, nullptr);
     const double norm = face_area(f.n, f.x, xi, n);
     for (int i = 0; i < 3; ++i) {
@@ -98,7 +112,10 @@ void nearest(const std::vector<MasterFace>& faces, const double* p, double reach
       for (int k = 0; k < f.n; ++k) x -= N[k] * f.x[3 * k + i];
       n[i] /= norm;
       gap += n[i] * x;
+      distance2 += x * x;
     }
+    // behind a dent a point may lie over no face at all: it belongs to the face whose edge it is behind
+    if (!over && (gap > 0.0 || distance2 > 1.0625 * gap * gap)) continue;
     if (gap > reach || gap < -0.5 * f.size) continue;
     if (best.face && std::fabs(gap) >= std::fabs(best.gap)) continue;
     best.face = &f;
