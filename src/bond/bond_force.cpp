@@ -47,7 +47,8 @@ double bond_energy(const Bonds& bonds, int dim, const Level& l, double* slip_max
       double Cs = 0.0;
       for (int j = 0; j < dim; ++j) Cs += C[i * dim + j] * s[j];
       energy += s[i] * (0.5 * Cs + lam[i]);
-      ss += Cs * Cs / (bonds.cn[b] * bonds.cn[b]);   // only what the bond ties
+      const double tied = bonds.cn[b] > 0.0 ? Cs / bonds.cn[b] : 0.0;   // only what the bond ties
+      ss += tied * tied;
     }
     worst = std::max(worst, ss);
     sum += ss;

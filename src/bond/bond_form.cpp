@@ -188,6 +188,22 @@ void finish(Former& f, int first)
   }
 }
 
+// 1 when a place of the definition lies outside the grid at t = 0
+int outside_grid(const Model& m, const BondDef& d, const Bonds& bonds, int first)
+{
+  const Grid& g = m.grid;
+  for (int b = first; b < bonds.nbond; ++b)
+    for (int i = 0; i < m.dim; ++i) {
+      const double t = (bonds.X[3 * b + i] - g.lo[i]) / g.h[i];
+      if (t > -1e-9 && t < g.n[i] + 1e-9) continue;
+      log_error("bond %s (%s line %d): its place (%g, %g) on surface %s lies outside the grid: enlarge *GRID, or take another "
+                "surface", d.name.c_str(), d.place.file.c_str(), d.place.line, bonds.X[3 * b], bonds.X[3 * b + 1],
+                m.surface[d.surface].name.c_str());
+      return 1;
+    }
+  return 0;
+}
+
 }  // namespace
 
 int bond_form(const Model& m, const Points& pts, Bonds& bonds)
@@ -203,6 +219,7 @@ int bond_form(const Model& m, const Points& pts, Bonds& bonds)
     for (const Face& face : s.body >= 0 ? pts.surface[def.surface] : s.face)
       form_face(f, face_nodes(m, pts, s, face), field);
     finish(f, first);
+    if (field >= 0) errors += outside_grid(m, def, bonds, first);
     if (bonds.nbond == first) {
       log_error("bond %s (%s line %d): its surface %s holds no face", def.name.c_str(), def.place.file.c_str(),
                 def.place.line, s.name.c_str());

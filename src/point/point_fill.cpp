@@ -55,11 +55,22 @@ void add_point(Filler& f, int body, Shape shape, const int* corner)
   p.label.push_back(++p.npoint);
 }
 
+// WHERE of a body or a surface at X; a value that is no number is a mistake, told once for each
+bool accepts(const Expr& where, const double* X, const char* kind, const std::string& name, const Place& place, int& faults)
+{
+  if (where.is_const()) return true;
+  const double value = expr_eval(where, X, 0.0);
+  if (std::isnan(value) && faults++ == 0)
+    log_error("%s %s (%s line %d): WHERE is not a number at (%g, %g)", kind, name.c_str(), place.file.c_str(), place.line, X[0], X[1]);
+  return value != 0.0;
+}
+
 // box of cells x per_cell domains in each direction; with where: only domains whose centre it accepts
 struct Box {
   int n[3] = {1, 1, 0};        // domains; n[2] = 0 in the plane
   double d[3] = {0, 0, 0};     // their size
   IntVec number;               // corner at (i, j, k), -1: not made yet
+  int faults = 0;              // centres where WHERE is no number
 };
 
 int box_corner(Filler& f, int body, Box& box, const int* at)
@@ -80,7 +91,7 @@ void box_domain(Filler& f, int body, Box& box, int i, int j, int k)
   static const int step[8][3] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};
   double centre[3] = {0, 0, 0};
   for (int d = 0; d < f.m.dim; ++d) centre[d] = b.lo[d] + (at[d] + 0.5) * box.d[d];
-  if (b.fill == FILL_REGION && expr_eval(b.where, centre, 0.0) == 0.0) return;
+  if (b.fill == FILL_REGION && !accepts(b.where, centre, "body", b.name, b.place, box.faults)) return;
   int c[8];
   for (int a = 0; a < (f.m.dim == 3 ? 8 : 4); ++a) {
     const int corner[3] = {i + step[a][0], j + step[a][1], k + step[a][2]};
@@ -103,6 +114,7 @@ void fill_box(Filler& f, int body)
   for (int k = 0; k < std::max(1, box.n[2]); ++k)
     for (int j = 0; j < box.n[1]; ++j)
       for (int i = 0; i < box.n[0]; ++i) box_domain(f, body, box, i, j, k);
+  f.errors += box.faults > 0;
 }
 
 // corner at integer weights iw (their sum is total) on the nodes of element e
@@ -256,9 +268,10 @@ void find_boundary(Points& p)
 
 }
 
-// faces of a surface on a body: all corners accepted by its expression
-void find_surface(const Model& m, const Surface& s, const Points& p, std::vector<Face>& out)
+// faces of a surface on a body: all corners accepted by its expression. Returns the corners where that is no number.
+int find_surface(const Model& m, const Surface& s, const Points& p, std::vector<Face>& out)
 {
+  int faults = 0;
   for (const Face& f : p.boundary) {
     if (p.body[f.elem] != s.body) continue;
     const ShapeInfo& info = shape_info[p.shape[f.elem]];
@@ -267,10 +280,11 @@ void find_surface(const Model& m, const Surface& s, const Points& p, std::vector
       const int c   = p.conn.begin(f.elem)[info.face[f.face][k]];
       double X[3] = {0, 0, 0};
       for (int i = 0; i < m.dim; ++i) X[i] = p.Xc[c * m.dim + i];
-      inside = !s.where.code || expr_eval(s.where, X, 0.0) != 0.0;
+      inside = accepts(s.where, X, "surface", s.name, s.place, faults);
     }
     if (inside) out.push_back(f);
   }
+  return faults;
 }
 
 }  // namespace
@@ -295,7 +309,7 @@ int point_fill(const Model& m, Points& pts)
   pts.surface.resize(m.surface.size());
   for (size_t s = 0; s < m.surface.size(); ++s) {
     if (m.surface[s].body < 0) continue;
-    find_surface(m, m.surface[s], pts, pts.surface[s]);
+    f.errors += find_surface(m, m.surface[s], pts, pts.surface[s]) > 0;
     if (!pts.surface[s].empty()) continue;
     log_error("surface %s (%s line %d) holds no face of body %s: its WHERE is met by no boundary face at t = 0",
               m.surface[s].name.c_str(), m.surface[s].place.file.c_str(), m.surface[s].place.line,
