@@ -5,12 +5,15 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <new>
+#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "base/blas_core.h"
 #include "base/comm.h"
+#include "base/interrupt.h"
 #include "base/log.h"
 #include "base/timer.h"
 #include "base/version.h"
@@ -104,6 +107,21 @@ int run(const Options& o)
   return code;
 }
 
+// memory that is not there shows anywhere
+int run_guarded(const Options& o)
+{
+  const char* const words = "the memory of this machine is not enough for this model: take a coarser mesh or grid, or fewer "
+                            "points, or a machine with more memory";
+  try {
+    return run(o);
+  } catch (const std::bad_alloc&) {
+    log_error("%s", words);
+  } catch (const std::length_error&) {
+    log_error("%s", words);
+  }
+  return EXIT_RESOURCE;
+}
+
 }  // namespace
 
 int main(int argc, char** argv)
@@ -122,8 +140,10 @@ int main(int argc, char** argv)
     if (comm_rank() == 0)
       std::fputs("mpfe: this version runs on one rank: start it without mpirun, or with -np 1\n", stderr);
   } else {
-    code = run(o);
+    interrupt_watch();
+    code = run_guarded(o);
   }
   comm_close();
+  interrupt_finish();
   return code;
 }

@@ -49,6 +49,7 @@ struct Problem {
   Solver solver;
   int worst = -1;              // element or point of the last failure
   bool worst_is_point = false;
+  std::string note;            // why the increment failed, when the status alone does not say it
 };
 
 // system_form : rows, lists, and, when a list has changed, pattern and scatter maps; mass

@@ -176,9 +176,8 @@ int deck_read(const std::string& path, const std::vector<std::pair<std::string, 
   try {
     read_all(d, path, defines, model);
   } catch (const std::bad_alloc&) {
-    Field at;
-    at.line = 1;
-    deck_error(d, at, "the model does not fit into the memory of this machine; make it smaller");
+    deck_print_messages(d);
+    throw;                     // main says that the memory is not enough
   }
   deck_print_messages(d);
   return d.errors;

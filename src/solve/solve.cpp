@@ -111,6 +111,7 @@ Status solve_factor(Solver& s, const SysMatrix& A)
   SolverData& d = *s.data;
   d.factored    = false;
   s.negative    = 0;
+  s.zero_equation = -1;
   if (!is_finite(A.val)) return solve_fail(s, BAD_NUMBER, "the matrix holds a value that is not a number");
   if (A.nrow > 0) {
 #ifdef MPFE_MUMPS

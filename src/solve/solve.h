@@ -37,6 +37,7 @@ struct Solver {
   SolverKind kind = SOLVER_AUTO;    // what the deck asks for; solve_open settles AUTO
   std::shared_ptr<SolverData> data;
   std::string message;              // of the last failure, in words with a remedy
+  int zero_equation = -1;           // of the first zero pivot, -1: none
   long nfactor = 0, nback = 0, nanalyse = 0;
   double seconds_factor = 0, seconds_back = 0, seconds_analyse = 0;   // wall
   double flops = 0, memory_mb = 0;  // of the last factorisation, as far as known

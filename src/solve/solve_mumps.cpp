@@ -186,6 +186,7 @@ Status mumps_factor(Solver& s, const SysMatrix& A)
     comm_share(&inside, 1);
     const int equation = static_cast<int>(inside), row = equation / A.dim, component = equation % A.dim;
     const long I = std::find(m.number.begin(), m.number.end(), row) - m.number.begin();
+    s.zero_equation = static_cast<int>(I * A.dim + component);
     return solve_fail(s, SOLVER_SINGULAR, "%d zero pivots, the first in equation %ld (block row %ld, component %d): "
                       "something can move freely; look for missing supports",
                       infog(m, 28), I * A.dim + component + 1, I + 1, component + 1);

@@ -123,6 +123,7 @@ Status factor(Solver& s, const SysMatrix& A)
     const int zero = divide_column<D>(K, J, diagonal);
     if (zero >= 0) {
       const long I = std::find(K.pos.begin(), K.pos.end(), J) - K.pos.begin();
+      s.zero_equation = static_cast<int>(I * D + zero);
       return solve_fail(s, SOLVER_SINGULAR, "the pivot of equation %ld (block row %ld, component %d) is zero: something "
                         "can move freely; look for missing supports", I * D + zero + 1, I + 1, zero + 1);
     }

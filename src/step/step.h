@@ -45,7 +45,13 @@ Status step_inertia_begin(Problem& p, Attempt& a);
 void step_finish(Problem& p, Attempt& a);
 
 // step_initial_acceleration : a(0) = M^-1 (fext - fint) of the nodes, at the start of a Newmark step
-void step_initial_acceleration(Problem& p, const Step& s);
+Status step_initial_acceleration(Problem& p, const Step& s);
+
+// step_values_good : are all loads and supports finite at this time? false: p.note names the line of the deck
+bool step_values_good(Problem& p, const Step& s, double t_step, double t_total);
+
+// step_values : after a failed attempt: BAD_VALUE and p.note when a load or a support was not a finite number
+Status step_values(Problem& p, const Attempt& a);
 
 // ledger_update : energies and momenta of the level
 void ledger_update(Problem& p, const Level& l, bool nlgeom);

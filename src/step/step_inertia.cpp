@@ -97,21 +97,24 @@ Status step_inertia_begin(Problem& p, Attempt& a)
   return STATUS_OK;
 }
 
-void step_initial_acceleration(Problem& p, const Step& s)
+Status step_initial_acceleration(Problem& p, const Step& s)
 {
   System& sys = p.sys;
-  if (sys.nfe == 0) return;
+  if (sys.nfe == 0) return STATUS_OK;
   RealVec zero(sys.neq(), 0.0), fint, f, acc(sys.neq(), 0.0);
   system_constrain(p, s, 0.0, 0.0);
   KernelMode mode;
   mode.finite = s.nlgeom;
   assem_move(p, zero, 0.0, 0.0);
-  if (assem_internal(p, mode, fint) != STATUS_OK) return;
+  const Status status = assem_internal(p, mode, fint);
+  if (status != STATUS_OK) return status;
   assem_loads(p, s, 0.0, p.st.n.time, 0.0, f);
   for (int i = 0; i < sys.neq(); ++i) f[i] -= fint[i];
-  mass_solve(sys, 0, f, acc);
+  if (mass_solve(sys, 0, f, acc) < 0)
+    return step_values_good(p, s, 0.0, p.st.n.time) ? NOT_CONVERGED : BAD_VALUE;
   for (int r = 0; r < sys.nfe; ++r)
     for (int i = 0; i < sys.dim; ++i) p.st.n.a[sys.node_of_row[r] * sys.dim + i] = acc[r * sys.dim + i];
+  return STATUS_OK;
 }
 
 namespace {

@@ -50,7 +50,7 @@ Status form_residual(Problem& p, Attempt& a, const RealVec& du, Balance& b)
   }
   b.free_norm = std::sqrt(sum);
   b.scale     = std::max({norm(a.fint), norm(a.fext), norm(b.inertia)});
-  return std::isfinite(b.free_norm) ? STATUS_OK : BAD_NUMBER;
+  return std::isfinite(b.free_norm) && std::isfinite(norm(a.fint) + norm(a.fext)) ? STATUS_OK : BAD_NUMBER;
 }
 
 RealVec diagonal(const System& s)

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 
 #include "base/log.h"
 #include "base/timer.h"
@@ -6,8 +7,19 @@
 
 namespace {
 
+// the value at X; when it is not a finite number: 0 and a message, one for each line of the deck
+double start_value(const InitialValue& iv, const double* X, int& errors)
+{
+  const double value = expr_eval(iv.value, X, 0.0);
+  if (std::isfinite(value)) return value;
+  if (errors++ == 0)
+    log_error("%s line %d, *INITIAL CONDITIONS: the value %s is not a finite number at (%g, %g)", iv.place.file.c_str(),
+              iv.place.line, iv.value.text.c_str(), X[0], X[1]);
+  return 0.0;
+}
+
 // corners of a body: v_c or u_c at X_c
-void start_body(Problem& p, const InitialValue& iv)
+void start_body(Problem& p, const InitialValue& iv, int& errors)
 {
   const Points& pts = p.st.points;
   const int dim     = p.m.dim;
@@ -18,19 +30,23 @@ void start_body(Problem& p, const InitialValue& iv)
       const int c = pts.conn.item[k];
       double X[3] = {0, 0, 0};
       for (int i = 0; i < dim; ++i) X[i] = pts.Xc[c * dim + i];
-      field[c * dim + iv.dof] = expr_eval(iv.value, X, 0.0);
+      field[c * dim + iv.dof] = start_value(iv, X, errors);
     }
   }
 }
 
-void start_values(Problem& p)
+int start_values(Problem& p)
 {
+  int wrong = 0;               // lines
   for (const InitialValue& iv : p.m.initial) {
     if (iv.dof >= p.m.dim) continue;
+    int errors = 0;
     RealVec& field = iv.displacement ? p.st.n.u : p.st.n.v;
-    for (int n : iv.node) field[n * p.m.dim + iv.dof] = expr_eval(iv.value, &p.m.mesh.X[3 * n], 0.0);
-    if (iv.body >= 0) start_body(p, iv);
+    for (int n : iv.node) field[n * p.m.dim + iv.dof] = start_value(iv, &p.m.mesh.X[3 * n], errors);
+    if (iv.body >= 0) start_body(p, iv, errors);
+    wrong += errors > 0;
   }
+  return wrong;
 }
 
 // one point a cell sees only the mean gradient: the cell can deform as an hourglass without any stress
@@ -88,7 +104,8 @@ int step_open(Problem& p)
   st.n.slip.assign(static_cast<size_t>(st.bonds.nbond) * m.dim, 0.0);
   st.n.lambda = st.n.slip;
   st.grid_rf.assign(m.grid_bc.size() * m.dim, 0.0);
-  start_values(p);
+  errors = start_values(p);
+  if (errors) return errors;
   point_velocities(st.points, m.dim, st.n.vc, st.n.vp);
   st.np1 = st.n;
   if (!solve_open(p.solver, m.solver.kind)) {

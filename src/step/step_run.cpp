@@ -2,6 +2,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "base/interrupt.h"
 #include "base/log.h"
 #include "base/timer.h"
 #include "step/step.h"
@@ -127,21 +128,25 @@ Status run_step(Problem& p, const Step& s, Output& out)
   st.log.inc = 0;
   if (s.proc == PROC_STATIC) stop_motion(p);
   while (!clock.done()) {
+    if (interrupt_signal()) {
+      p.note = "signal " + std::to_string(interrupt_signal()) + " has ended the run; the files are complete up to here";
+      return INTERRUPTED;
+    }
     if (++st.log.inc > s.max_inc) {
-      log_error("step %d: INC=%d increments are used up at time %g of %g", st.log.step, s.max_inc, clock.t, s.period);
+      p.note = "INC=" + std::to_string(s.max_inc) + " increments are used up before the end of the step: raise INC, or dt";
       return NOT_CONVERGED;
     }
     // 1., 2. grid, rows, pattern, mass
     Status status = step_prepare(p, s);
     if (status == STATUS_OK && st.log.inc == 1 && s.proc == PROC_DYNAMIC && s.scheme == SCHEME_NEWMARK)
-      step_initial_acceleration(p, s);
+      status = step_initial_acceleration(p, s);
     // 3., 4. attempts, each half as long as the one before
     double dt = clock.next();
     st.log.cuts = 0;
     while (status == STATUS_OK) {
       const Ledger before = st.ledger;
       status = step_increment(p, s, clock.t, dt);
-      if (status == STATUS_OK || status == SOLVER_FAILED) break;
+      if (status == STATUS_OK || status == SOLVER_FAILED || status == BAD_VALUE) break;
       st.ledger = before;
       const double shorter = 0.5 * dt;
       if (st.log.cuts >= s.ctl.max_cut || shorter < s.dt_min) break;
@@ -199,6 +204,7 @@ Status step_increment(Problem& p, const Step& s, double t0, double dt)
   Attempt a{s, mode_of(s), t0, t0 + dt, dt, total0, total0 + dt, mid ? t0 + 0.5 * dt : t0 + dt,
             mid ? total0 + 0.5 * dt : total0 + dt, mid ? 0.5 : 1.0};
   st.np1 = st.n;
+  p.note.clear();
   system_constrain(p, s, a.t0, a.t1);
   a.du.assign(p.sys.neq(), 0.0);
   if (!mid) assem_loads(p, s, a.t0, a.total0, 0.0, a.fext0);
@@ -208,6 +214,8 @@ Status step_increment(Problem& p, const Step& s, double t0, double dt)
   if (status == STATUS_OK && st.bonds.nbond) status = augment(p, a);
   if (status == STATUS_OK && p.pairs.near) status = contact_depth(p);
   if (status == STATUS_OK) step_finish(p, a);
+  if (status == STATUS_OK && !std::isfinite(st.ledger.balance)) status = BAD_NUMBER;
+  if (status != STATUS_OK && step_values(p, a) == BAD_VALUE) status = BAD_VALUE;
   return status;
 }
 
@@ -228,6 +236,7 @@ int step_run(Problem& p, Output& out)
   warn_balance(p);
   const int failed = out_close(p.m, p.el, p.st, p.grid, p.solver, status == STATUS_OK, out);
   if (status == SOLVER_FAILED) return EXIT_RESOURCE;
+  if (status == BAD_VALUE) return EXIT_DECK;
   if (status != STATUS_OK) return EXIT_PHYSICS;
   return failed ? EXIT_CHECK_FAILED : EXIT_GOOD;
 }
