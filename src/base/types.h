@@ -19,7 +19,7 @@ enum Status {
   SOLVER_SINGULAR,     // zero pivot in the factorisation
   SOLVER_FAILED,       // the linear solver gave up (text in the log)
   NOT_CONVERGED,       // Newton did not converge
-  CONTACT_DEPTH,       // a contact point went deeper into a face than a quarter of its size
+  CONTACT_DEPTH,       // a contact point went too deep into its face
   OUTSIDE_GRID,        // a corner of a material point left the grid
   INTERRUPTED          // a signal asked the run to end
 };

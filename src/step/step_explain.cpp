@@ -91,8 +91,8 @@ std::string step_explain(const Problem& p, Status status)
            "of proportion (units, sizes, stiffness, density, penalty, dt)";
   if (status == CONTACT_DEPTH) {
     const double* X = &p.st.bonds.X[3 * p.worst];
-    std::snprintf(text, sizeof text, "contact %s: the point that was at (%g, %g, %g) enters its master face by %g, more than a "
-                  "quarter of the face: smaller increments, or a stiffer penalty (*CONTACT PAIR, ALPHA=)",
+    std::snprintf(text, sizeof text, "contact %s: the point that was at (%g, %g, %g) enters its master face by %g, too deep "
+                  "for the size of the face: smaller increments, or a stiffer penalty (*CONTACT PAIR, ALPHA=)",
                   m.bond[p.st.bonds.def[p.worst]].name.c_str(), X[0], X[1], X[2], -p.st.np1.slip[p.worst * m.dim]);
     return text;
   }

@@ -43,14 +43,14 @@ Status augment(Problem& p, Attempt& a)
 }
 
 // a point that entered a face by more than a quarter of its size in one step may have missed it: shorter steps see it.
-// Penetration that the penalty allows stays below this unless it is far too soft.
+// Beyond half of its size the search would lose the point: the penalty is far too soft then.
 Status contact_depth(Problem& p)
 {
   const Bonds& b = p.st.bonds;
   for (int q = 0; q < b.nbond; ++q) {
     if (b.field[q] != -2 || !p.pairs.master.count(q)) continue;
-    const double gap = p.st.np1.slip[q * p.m.dim];
-    if (gap > -0.25 * p.pairs.size[q] || gap > p.pairs.gap[q]) continue;
+    const double gap = p.st.np1.slip[q * p.m.dim] / p.pairs.size[q], before = p.pairs.gap[q] / p.pairs.size[q];
+    if (gap > -0.45 && (gap > -0.25 || before - gap < 0.25)) continue;
     p.worst = q;
     return CONTACT_DEPTH;
   }
