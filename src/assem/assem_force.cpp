@@ -36,11 +36,11 @@ void move_bonds(Problem& p, const RealVec& du, double t0, double t1)
     double s[3] = {0, 0, 0}, g0[3], g1[3];
     for (int k = p.sys.bond.off[b]; k < p.sys.bond.off[b + 1]; ++k)
       for (int i = 0; i < dim; ++i) s[i] += p.sys.bond_w[k] * du[p.sys.bond.item[k] * dim + i];
-    if (p.st.bonds.field[b] == -2) {                   // contact: jump over the step, the gap is made with the force
+    if (p.st.bonds.field[b] == SIDE_CONTACT) {                   // contact: jump over the step, the gap is made with the force
       for (int i = 0; i < dim; ++i) p.contact_s[b * dim + i] = s[i];
       continue;
     }
-    if (p.st.bonds.field[b] == -1) {
+    if (p.st.bonds.field[b] == SIDE_GROUND) {
       bond_ground_motion(p.m, p.st.bonds, b, t0, total0, g0);
       bond_ground_motion(p.m, p.st.bonds, b, t1, total1, g1);
       for (int i = 0; i < dim; ++i) s[i] -= g1[i] - g0[i];
@@ -60,11 +60,7 @@ Status add_elements(Problem& p, const KernelMode& mode, RealVec& fint)
     const ElemForm form   = elem_form(b);
     for (size_t e = 0; e < b.elem.size(); ++e) {
       const int* node = mesh.conn.begin(b.elem[e]);
-      for (int a = 0; a < info.nen; ++a)
-        for (int i = 0; i < dim; ++i) {
-          u0[a * dim + i] = p.st.n.u[node[a] * dim + i];
-          u1[a * dim + i] = p.st.np1.u[node[a] * dim + i];
-        }
+      elem_ends(p.st, node, info.nen, dim, u0, u1);
       const Status s = form(b, e, mode, u0, u1, re, nullptr);
       if (s != STATUS_OK) {
         status = s;
@@ -100,7 +96,7 @@ void add_bonds(Problem& p, const KernelMode& mode, RealVec& fint)
   const int dim = p.m.dim;
   double C[9], s[3];
   for (int b = 0; b < p.st.bonds.nbond; ++b) {
-    if (p.st.bonds.field[b] == -2) {
+    if (p.st.bonds.field[b] == SIDE_CONTACT) {
       add_contact(p, mode, b, fint);
       continue;
     }

@@ -40,11 +40,7 @@ void add_elements(Problem& p, const KernelMode& mode)
     const ElemForm form   = elem_form(b);
     for (size_t e = 0; e < b.elem.size(); ++e) {
       const int* node = mesh.conn.begin(b.elem[e]);
-      for (int a = 0; a < info.nen; ++a)
-        for (int i = 0; i < D; ++i) {
-          u0[a * D + i] = p.st.n.u[node[a] * D + i];
-          u1[a * D + i] = p.st.np1.u[node[a] * D + i];
-        }
+      elem_ends(p.st, node, info.nen, D, u0, u1);
       form(b, e, mode, u0, u1, re, ke);
       add_pairs<D>(p.sys.A, map, info.nen, ke);
       map += pair_count(info.nen);
@@ -72,7 +68,7 @@ void add_bonds(Problem& p, const KernelMode& mode)
   double C[D * D], k[D * D];
   double f[D], t1[D], slipped;
   for (int q = 0; q < p.st.bonds.nbond; ++q) {
-    const bool contact = p.st.bonds.field[q] == -2;
+    const bool contact = p.st.bonds.field[q] == SIDE_CONTACT;
     if (contact && !p.pairs.master.count(q)) continue;
     if (contact)
       contact_force(p.m, p.st.bonds, p.pairs, q, mode, &p.contact_s[q * D], &p.st.n.lambda[q * D], f, C, t1, &slipped);

@@ -47,9 +47,9 @@ void bond_rows(const Problem& p, int b, IntVec& row, RealVec& w)
     for (int j = p.grid.corner.off[c]; j < p.grid.corner.off[c + 1]; ++j)
       add(s.nfe + p.grid.corner.item[j], value * p.grid.corner_w[j]);
   };
-  if (bonds.field[b] == -2 && !p.pairs.master.count(b)) return;     // nothing near
+  if (bonds.field[b] == SIDE_CONTACT && !p.pairs.master.count(b)) return;     // nothing near
   for (int k = bonds.a.off[b]; k < bonds.a.off[b + 1]; ++k) add_kin(bonds.a.item[k], bonds.a_w[k]);
-  if (bonds.field[b] == -2)
+  if (bonds.field[b] == SIDE_CONTACT)
     for (int k = p.pairs.master.off[b]; k < p.pairs.master.off[b + 1]; ++k)
       add_kin(p.pairs.master.item[k], -p.pairs.master_w[k]);
   for (int j = p.grid.bond.off[b]; j < p.grid.bond.off[b + 1]; ++j)

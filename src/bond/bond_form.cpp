@@ -214,7 +214,7 @@ int bond_form(const Model& m, const Points& pts, Bonds& bonds)
     const BondDef& def = m.bond[d];
     const Surface& s   = m.surface[def.surface];
     const int first    = bonds.nbond;
-    const int field    = def.kind == BOND_CONTACT ? -2 : def.kind == BOND_GROUND ? -1 : m.body[def.body].field;
+    const int field    = def.kind == BOND_CONTACT ? SIDE_CONTACT : def.kind == BOND_GROUND ? SIDE_GROUND : m.body[def.body].field;
     Former f{m, bonds, static_cast<int>(d), first, {}};
     for (const Face& face : s.body >= 0 ? pts.surface[def.surface] : s.face)
       form_face(f, face_nodes(m, pts, s, face), field);

@@ -139,7 +139,7 @@ void contact_search(const Model& m, const Points& pts, const Bonds& bonds, const
   int def = -1;
   double reach = 0.0, lo[3], hi[3];
   for (int b = 0; b < bonds.nbond; ++b) {
-    if (bonds.field[b] == -2 && bonds.def[b] != def) {       // bonds of a definition stand together
+    if (bonds.field[b] == SIDE_CONTACT && bonds.def[b] != def) {       // bonds of a definition stand together
       def = bonds.def[b];
       const Surface& s = m.surface[m.bond[def].master];
       faces.clear();
@@ -156,7 +156,7 @@ void contact_search(const Model& m, const Points& pts, const Bonds& bonds, const
       }
     }
     Hit hit;
-    if (bonds.field[b] == -2) {
+    if (bonds.field[b] == SIDE_CONTACT) {
       double p[3] = {0, 0, 0};
       bool far = false;
       for (int i = 0; i < dim; ++i) p[i] = xb[b * dim + i];

@@ -51,6 +51,16 @@ using ElemForm = Status (*)(const ElemBlock& b, size_t slot, const KernelMode& m
 ElemForm elem_form(const ElemBlock& b);
 ElemForm eas_form(Shape s);
 
+// elem_ends : displacements of the nodes of an element at both ends of the step      [nen*dim]
+inline void elem_ends(const State& st, const int* node, int nen, int dim, double* u0, double* u1)
+{
+  for (int a = 0; a < nen; ++a)
+    for (int i = 0; i < dim; ++i) {
+      u0[a * dim + i] = st.n.u[node[a] * dim + i];
+      u1[a * dim + i] = st.np1.u[node[a] * dim + i];
+    }
+}
+
 // eas_size, eas_setup : enhanced modes of one element from its nodal places X [nen*dim] and weights w [ngp]; [eas_size]
 int eas_size(Shape s);
 void eas_setup(Shape s, const double* X, const double* w, const MatLaw& law, double* out);

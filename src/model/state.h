@@ -24,13 +24,16 @@ struct Points {
   std::vector<std::vector<Face>> surface;   // [Model::surface] the faces of surfaces on bodies, empty for others
 };
 
+// Bonds::field where side B is no grid
+enum { SIDE_GROUND = -1, SIDE_CONTACT = -2 };
+
 // Bonds tie side A (nodes or corners) to the grid or to the ground (doc/theory.md 4)
 struct Bonds {
   int nbond = 0;
   ListTable a;                 // side A: finite-element node n, or corner c as nnode + c
   RealVec a_w;                 // [a.item] weights, sum 1
   IntVec def;                  // [nbond] index into Model::bond
-  IntVec field;                // [nbond] grid field of side B, -1: ground, -2: contact, side B is found in each step
+  IntVec field;                // [nbond] grid field of side B, or SIDE_GROUND, or SIDE_CONTACT: found in each step
   RealVec area;                // [nbond] tributary area (length x thickness in 2D)
   RealVec X;                   // [nbond*3] place at t = 0
   RealVec normal;              // [nbond*dim] unit normal, from side A outwards

@@ -203,7 +203,7 @@ double external_work(const Problem& p, const Attempt& a, const RealVec& rf0)
   const Bonds& b = p.st.bonds;
   double C[9], g0[3], g1[3];
   for (int k = 0; k < b.nbond; ++k) {
-    if (b.field[k] != -1) continue;
+    if (b.field[k] != SIDE_GROUND) continue;
     bond_ground_motion(p.m, b, k, a.t0, a.total0, g0);
     bond_ground_motion(p.m, b, k, a.t1, a.total1, g1);
     bond_stiffness(b, dim, k, C);
@@ -225,7 +225,7 @@ void finish_contact(Problem& p, const Attempt& a)
   std::vector<ContactLog> log(p.m.bond.size());
   for (size_t d = 0; d < log.size() && d < st.contact.size(); ++d) log[d].work = st.contact[d].work;
   for (int b = 0; b < st.bonds.nbond; ++b) {
-    if (st.bonds.field[b] != -2 || !p.pairs.master.count(b)) continue;
+    if (st.bonds.field[b] != SIDE_CONTACT || !p.pairs.master.count(b)) continue;
     ContactLog& c = log[st.bonds.def[b]];
     double f[3], t1[3], slipped, pressure = 0.0, friction = 0.0;
     const double gap = contact_force(p.m, st.bonds, p.pairs, b, a.mode, &p.contact_s[b * dim], &st.n.lambda[b * dim],

@@ -63,7 +63,7 @@ void warn_penetration(const Problem& p)
 {
   RealVec depth(p.m.bond.size(), 0.0);
   for (int b = 0; b < p.st.bonds.nbond; ++b)
-    if (p.st.bonds.field[b] == -2 && p.pairs.master.count(b) && p.pairs.gap[b] < -1e-9 * p.pairs.size[b])
+    if (p.st.bonds.field[b] == SIDE_CONTACT && p.pairs.master.count(b) && p.pairs.gap[b] < -1e-9 * p.pairs.size[b])
       depth[p.st.bonds.def[b]] = std::max(depth[p.st.bonds.def[b]], -p.pairs.gap[b]);
   for (size_t d = 0; d < depth.size(); ++d)
     if (depth[d] > 0.0)

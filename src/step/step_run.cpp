@@ -30,7 +30,7 @@ Status augment(Problem& p, Attempt& a)
   double C[9];
   for (int k = 0; k < most; ++k) {
     for (int q = 0; q < b.nbond; ++q) {
-      if (b.field[q] == -2 || p.m.bond[b.def[q]].augment <= k) continue;
+      if (b.field[q] == SIDE_CONTACT || p.m.bond[b.def[q]].augment <= k) continue;
       bond_stiffness(b, dim, q, C);
       for (int i = 0; i < dim; ++i)
         for (int j = 0; j < dim; ++j)
@@ -48,7 +48,7 @@ Status contact_depth(Problem& p)
 {
   const Bonds& b = p.st.bonds;
   for (int q = 0; q < b.nbond; ++q) {
-    if (b.field[q] != -2 || !p.pairs.master.count(q)) continue;
+    if (b.field[q] != SIDE_CONTACT || !p.pairs.master.count(q)) continue;
     const double gap = p.st.np1.slip[q * p.m.dim] / p.pairs.size[q], before = p.pairs.gap[q] / p.pairs.size[q];
     if (gap > -0.45 && (gap > -0.25 || before - gap < 0.25)) continue;
     p.worst = q;
