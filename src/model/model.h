@@ -52,6 +52,9 @@ struct Surface {
   Place place;
 };
 
+// How the energy divides into a part that a crack releases and one that it keeps (doc/theory.md 2.1)
+enum Split { SPLIT_RCE, SPLIT_VD, SPLIT_SPECTRAL, SPLIT_PRESSURE, SPLIT_NONE };
+
 struct Material {
   std::string name;
   double young   = 0.0;        // force/length^2

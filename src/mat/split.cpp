@@ -1,0 +1,289 @@
+#include "mat/split.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <Eigen/Eigenvalues>
+
+namespace {
+
+const double Id[6]   = {1, 1, 1, 0, 0, 0};
+const int voigt_i[6] = {0, 1, 2, 0, 1, 2}, voigt_j[6] = {0, 1, 2, 1, 2, 0};
+
+double dot(const double A[6], const double B[6])     // A : B
+{
+  return A[0] * B[0] + A[1] * B[1] + A[2] * B[2] + 2.0 * (A[3] * B[3] + A[4] * B[4] + A[5] * B[5]);
+}
+
+void add_dyad(double w, const double A[6], double C[36])     // C += w A (x) A
+{
+  for (int m = 0; m < 6; ++m)
+    for (int n = 0; n < 6; ++n) C[6 * m + n] += w * A[m] * A[n];
+}
+
+void add_identity(double w, double C[36])     // C += w times the identity of symmetric tensors
+{
+  for (int m = 0; m < 6; ++m) C[7 * m] += m < 3 ? w : 0.5 * w;
+}
+
+// plane components -> six
+void six_of(int dim, const double* E, double E6[6])
+{
+  if (dim == 2) {
+    E6[0] = E[0];
+    E6[1] = E[3];
+    E6[3] = E[1];
+    E6[2] = E6[4] = E6[5] = 0.0;
+  } else {
+    for (int m = 0; m < 6; ++m) E6[m] = E[3 * voigt_i[m] + voigt_j[m]];
+  }
+}
+
+// principal strains and their unit vectors: closed form when 33 is one of them. Otherwise the iterative solver:
+// the direct one of Eigen loses half of the digits near equal values.
+void principal(const double E[6], double e[3], double v[3][3])
+{
+  if (E[4] == 0.0 && E[5] == 0.0) {
+    const double mean = 0.5 * (E[0] + E[1]), half = 0.5 * (E[0] - E[1]);
+    const double radius = std::hypot(half, E[3]), angle = 0.5 * std::atan2(E[3], half);
+    const double c = std::cos(angle), s = std::sin(angle);
+    const double vectors[3][3] = {{c, s, 0}, {-s, c, 0}, {0, 0, 1}};
+    e[0] = mean + radius;
+    e[1] = mean - radius;
+    e[2] = E[2];
+    std::copy(vectors[0], vectors[0] + 9, v[0]);
+    return;
+  }
+  Eigen::Matrix3d A;
+  A << E[0], E[3], E[5], E[3], E[1], E[4], E[5], E[4], E[2];
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(A);
+  for (int a = 0; a < 3; ++a) {
+    e[a] = solver.eigenvalues()[a];
+    for (int i = 0; i < 3; ++i) v[a][i] = solver.eigenvectors()(i, a);
+  }
+}
+
+// the intact law (2.1) in three dimensions, added to psi, S, C
+void add_intact(const MatLaw& law, const double E[6], double& psi, double S[6], double C[36])
+{
+  const double tr = E[0] + E[1] + E[2];
+  psi += 0.5 * law.lam3 * tr * tr + law.mu * dot(E, E);
+  for (int m = 0; m < 6; ++m) S[m] += law.lam3 * tr * Id[m] + 2.0 * law.mu * E[m];
+  add_dyad(law.lam3, Id, C);
+  add_identity(2.0 * law.mu, C);
+}
+
+// the other part is what is left of the intact law
+void add_rest(const MatLaw& law, const double E[6], double psi, const double S[6], const double C[36],
+              double& psi_rest, double S_rest[6], double C_rest[36])
+{
+  add_intact(law, E, psi_rest, S_rest, C_rest);
+  psi_rest -= psi;
+  for (int m = 0; m < 6; ++m) S_rest[m] -= S[m];
+  for (int m = 0; m < 36; ++m) C_rest[m] -= C[m];
+}
+
+// representative crack element                                                       (2.6), (2.7)
+void split_rce(const MatLaw& law, const double E[6], const double N[3], SplitOut& o)
+{
+  const double mu = law.mu, M = law.lam3 + 2.0 * mu, p = law.lam3 * (E[0] + E[1] + E[2]);
+  const double A[3][3] = {{E[0], E[3], E[5]}, {E[3], E[1], E[4]}, {E[5], E[4], E[2]}};
+  double tau[3], sn = 0.0, G[6];
+  for (int i = 0; i < 3; ++i) {
+    tau[i] = p * N[i] + 2.0 * mu * (A[i][0] * N[0] + A[i][1] * N[1] + A[i][2] * N[2]);
+    sn += tau[i] * N[i];
+  }
+  for (int i = 0; i < 3; ++i) tau[i] -= sn * N[i];
+  const bool open = sn > 0.0;
+  for (int m = 0; m < 6; ++m) {
+    const int i = voigt_i[m], j = voigt_j[m];
+    G[m]    = law.lam3 * Id[m] + 2.0 * mu * N[i] * N[j];
+    o.Sp[m] = N[i] * tau[j] + tau[i] * N[j] + (open ? sn / M * G[m] : 0.0);
+  }
+  o.psi_plus = 0.5 * (tau[0] * tau[0] + tau[1] * tau[1] + tau[2] * tau[2]) / mu + (open ? 0.5 * sn * sn / M : 0.0);
+  auto P = [N](int i, int j) { return (i == j) - N[i] * N[j]; };
+  for (int m = 0; m < 6; ++m)
+    for (int n = 0; n < 6; ++n) {
+      const int i = voigt_i[m], j = voigt_j[m], k = voigt_i[n], l = voigt_j[n];
+      o.Cp[6 * m + n] = mu * (N[i] * N[k] * P(j, l) + N[i] * N[l] * P(j, k) + N[j] * N[k] * P(i, l) + N[j] * N[l] * P(i, k));
+    }
+  if (open) add_dyad(1.0 / M, G, o.Cp);
+  add_rest(law, E, o.psi_plus, o.Sp, o.Cp, o.psi_minus, o.Sm, o.Cm);
+}
+
+// volumetric - deviatoric                                                                  (2.8)
+void split_vd(const MatLaw& law, const double E[6], SplitOut& o)
+{
+  const double K = law.lam3 + 2.0 / 3.0 * law.mu, tr = E[0] + E[1] + E[2];
+  double dev[6];
+  for (int m = 0; m < 6; ++m) dev[m] = E[m] - tr / 3.0 * Id[m];
+  (tr > 0.0 ? o.psi_plus : o.psi_minus) = 0.5 * K * tr * tr;
+  o.psi_plus += law.mu * dot(dev, dev);
+  for (int m = 0; m < 6; ++m) {
+    (tr > 0.0 ? o.Sp : o.Sm)[m] = K * tr * Id[m];
+    o.Sp[m] += 2.0 * law.mu * dev[m];
+  }
+  add_dyad(K, Id, tr > 0.0 ? o.Cp : o.Cm);
+  add_identity(2.0 * law.mu, o.Cp);
+  add_dyad(-2.0 / 3.0 * law.mu, Id, o.Cp);
+}
+
+// spectral                                                                                 (2.9)
+void split_spectral(const MatLaw& law, const double E[6], SplitOut& o)
+{
+  const double tr = E[0] + E[1] + E[2];
+  double e[3], v[3][3], vv[6];
+  principal(E, e, v);
+  (tr > 0.0 ? o.psi_plus : o.psi_minus) = 0.5 * law.lam3 * tr * tr;
+  for (int m = 0; m < 6; ++m) (tr > 0.0 ? o.Sp : o.Sm)[m] = law.lam3 * tr * Id[m];
+  add_dyad(law.lam3, Id, tr > 0.0 ? o.Cp : o.Cm);
+  for (int a = 0; a < 3; ++a) {
+    const bool plus = e[a] > 0.0;
+    (plus ? o.psi_plus : o.psi_minus) += law.mu * e[a] * e[a];
+    for (int m = 0; m < 6; ++m) vv[m] = v[a][voigt_i[m]] * v[a][voigt_j[m]];
+    for (int m = 0; m < 6; ++m) (plus ? o.Sp : o.Sm)[m] += 2.0 * law.mu * e[a] * vv[m];
+    add_dyad(2.0 * law.mu, vv, plus ? o.Cp : o.Cm);
+    for (int b = 0; b < a; ++b) {
+      for (int m = 0; m < 6; ++m)
+        vv[m] = v[a][voigt_i[m]] * v[b][voigt_j[m]] + v[b][voigt_i[m]] * v[a][voigt_j[m]];
+      const double hi = std::max(e[a], e[b]), lo = std::min(e[a], e[b]);
+      const double theta = hi <= 0.0 ? 0.0 : lo >= 0.0 ? 1.0 : hi / (hi - lo);
+      add_dyad(law.mu * theta, vv, o.Cp);
+      add_dyad(law.mu * (1.0 - theta), vv, o.Cm);
+    }
+  }
+}
+
+// pressure of finite strain: psi-, S-, C-; false: 2E + I is not positive definite        (2.10)
+bool add_pressure(double K, const double E[6], double& psi, double S[6], double C[36])
+{
+  const double c11 = 1.0 + 2.0 * E[0], c22 = 1.0 + 2.0 * E[1], c33 = 1.0 + 2.0 * E[2];
+  const double c12 = 2.0 * E[3], c23 = 2.0 * E[4], c31 = 2.0 * E[5];
+  // det C - 1 from the invariants of E, so that small strains lose no digits
+  const double I1 = E[0] + E[1] + E[2];
+  const double I2 = E[0] * E[1] + E[1] * E[2] + E[2] * E[0] - E[3] * E[3] - E[4] * E[4] - E[5] * E[5];
+  const double I3 = E[0] * (E[1] * E[2] - E[4] * E[4]) - E[3] * (E[3] * E[2] - E[4] * E[5]) + E[5] * (E[3] * E[4] - E[1] * E[5]);
+  const double det1 = 2.0 * I1 + 4.0 * I2 + 8.0 * I3, det = 1.0 + det1;
+  if (!(c11 > 0.0 && c11 * c22 - c12 * c12 > 0.0 && det > 0.0)) return false;
+  const double J = std::sqrt(det), J1 = det1 / (1.0 + J);
+  if (J1 > 0.0) return true;
+  const double inv[3][3] = {
+    {(c22 * c33 - c23 * c23) / det, (c31 * c23 - c12 * c33) / det, (c12 * c23 - c31 * c22) / det},
+    {(c31 * c23 - c12 * c33) / det, (c11 * c33 - c31 * c31) / det, (c12 * c31 - c11 * c23) / det},
+    {(c12 * c23 - c31 * c22) / det, (c12 * c31 - c11 * c23) / det, (c11 * c22 - c12 * c12) / det}};
+  psi = 0.5 * K * J1 * J1;
+  for (int m = 0; m < 6; ++m) {
+    const int i = voigt_i[m], j = voigt_j[m];
+    S[m] = K * J1 * J * inv[i][j];
+    for (int n = 0; n < 6; ++n) {
+      const int k = voigt_i[n], l = voigt_j[n];
+      C[6 * m + n] = K * (2.0 * J - 1.0) * J * inv[i][j] * inv[k][l]
+                   - K * J1 * J * (inv[i][k] * inv[j][l] + inv[i][l] * inv[j][k]);
+    }
+  }
+  return true;
+}
+
+void split_pressure(const MatLaw& law, bool finite, const double E[6], SplitOut& o)
+{
+  const double K = law.lam3 + 2.0 / 3.0 * law.mu, tr = E[0] + E[1] + E[2];
+  if (finite) {
+    if (!add_pressure(K, E, o.psi_minus, o.Sm, o.Cm)) {
+      o.psi_plus = o.psi_minus = std::numeric_limits<double>::quiet_NaN();
+      return;
+    }
+  } else if (!(tr > 0.0)) {
+    o.psi_minus = 0.5 * K * tr * tr;
+    for (int m = 0; m < 3; ++m) o.Sm[m] = K * tr;
+    add_dyad(K, Id, o.Cm);
+  }
+  add_rest(law, E, o.psi_minus, o.Sm, o.Cm, o.psi_plus, o.Sp, o.Cp);
+}
+
+// plane stress: the E33 with c S33+ + S33- = 0, and the law there. S33 of every split rises with E33 ever more slowly,
+// and the intact E33 lies below the root, so Newton's method goes up to the root and never past it.  (2.13)
+void release_thickness(const MatLaw& law, Split split, bool finite, double c, const double N[3], double E[6], SplitOut& o)
+{
+  const bool has_floor = finite && split == SPLIT_PRESSURE && c < 1.0;     // a root with E33 > -1/2 exists
+  E[2] = -law.lam3 / (law.lam3 + 2.0 * law.mu) * (E[0] + E[1]);
+  if (has_floor && E[2] <= -0.5) E[2] = -0.25;
+  for (int it = 0; it < 50; ++it) {
+    split_full(law, split, finite, E, N, o);
+    const double S33 = c * o.Sp[2] + o.Sm[2];
+    if (S33 == 0.0 || std::isnan(o.psi_plus)) return;
+    double next = E[2] - S33 / (c * o.Cp[14] + o.Cm[14]);
+    if (has_floor && next <= -0.5) next = 0.5 * (E[2] - 0.5);
+    const double step = next - E[2], size = std::max({std::fabs(E[0]), std::fabs(E[1]), std::fabs(E[2])});
+    E[2] = next;
+    if (std::fabs(step) <= 1e-14 * size) break;                            // the step is taken: what is left is rounding
+  }
+  split_full(law, split, finite, E, N, o);
+}
+
+}  // namespace
+
+void split_full(const MatLaw& law, Split split, bool finite, const double E[6], const double N[3], SplitOut& out)
+{
+  out = SplitOut{};
+  switch (split) {
+    case SPLIT_RCE:      split_rce(law, E, N, out); break;
+    case SPLIT_VD:       split_vd(law, E, out); break;
+    case SPLIT_SPECTRAL: split_spectral(law, E, out); break;
+    case SPLIT_PRESSURE: split_pressure(law, finite, E, out); break;
+    case SPLIT_NONE:     add_intact(law, E, out.psi_plus, out.Sp, out.Cp); break;
+  }
+}
+
+double split_normal(const MatLaw& law, int dim, const double* E, double N[3])
+{
+  double E6[6], e[3], v[3][3];
+  six_of(dim, E, E6);
+  principal(E6, e, v);
+  const int a = static_cast<int>(std::max_element(e, e + dim) - e);      // in the plane e[2] belongs to 33
+  std::copy(v[a], v[a] + 3, N);
+  return law.lam * (E6[0] + E6[1] + E6[2]) + 2.0 * law.mu * e[a];
+}
+
+double split_drive(const MatLaw& law, int dim, Split split, bool finite, const double* E)
+{
+  if (split == SPLIT_RCE) {                  // no shear stress on the principal plane      (2.11)
+    double N[3];
+    const double s = split_normal(law, dim, E, N);
+    return s > 0.0 ? 0.5 * s * s / (law.lam + 2.0 * law.mu) : 0.0;
+  }
+  const double none[3] = {0, 0, 0};
+  double E6[6], S6[6];
+  SplitOut o;
+  six_of(dim, E, E6);
+  mat_full(law, dim, E6, S6);
+  split_full(law, split, finite, E6, none, o);
+  return o.psi_plus;
+}
+
+void split_eroded(const MatLaw& law, int dim, Split split, bool finite, double c, const double* E, const double N[3],
+                  double* psi, double* S, double* C)
+{
+  const int nv = dim == 2 ? 3 : 6;
+  const int seen[6] = {0, 1, dim == 2 ? 3 : 2, 3, 4, 5};       // the six in the components of the kernel
+  const bool release = dim == 2 && law.plane == PLANE_STRESS;
+  double E6[6];
+  SplitOut o;
+  six_of(dim, E, E6);
+  if (release) release_thickness(law, split, finite, c, N, E6, o);
+  else split_full(law, split, finite, E6, N, o);
+
+  *psi = c * o.psi_plus + o.psi_minus;
+  for (int m = 0; m < nv; ++m) {
+    const int k = seen[m], i = voigt_i[k], j = voigt_j[k];
+    S[dim * i + j] = S[dim * j + i] = c * o.Sp[k] + o.Sm[k];
+  }
+  double D[36];
+  for (int m = 0; m < 36; ++m) D[m] = c * o.Cp[m] + o.Cm[m];
+  for (int m = 0; m < nv; ++m)
+    for (int n = 0; n < nv; ++n) {
+      const int k = seen[m], l = seen[n];
+      C[nv * m + n] = D[6 * k + l];
+      if (release && D[14] > 0.0) C[nv * m + n] -= D[6 * k + 2] * D[12 + l] / D[14];
+    }
+}
