@@ -10,12 +10,13 @@
 #include "bond/bond.h"
 #include "bond/contact.h"
 #include "elem/elem.h"
+#include "frac/frac.h"
 #include "point/point.h"
 #include "solve/solve.h"
 
 struct System {
   int dim = 0, nfe = 0, nrow = 0;
-  bool numbered = false;       // rows of nodes have been given
+  bool numbered = false;       // rows of nodes are those of the elements of now
   IntVec row_of_node;          // [nnode] row of a node, -1: in no element
   IntVec node_of_row;          // [nfe]
   ListTable bond;              // [nbond] rows of both sides
@@ -31,7 +32,7 @@ struct System {
   RealVec target;              // [nrow*dim] prescribed increment of the step, 0 at free dofs
   RealVec rate0, rate;         // [nrow*dim] velocity of prescribed dofs at t(n) (grid only), t(n+1)
   IntVec grid_bc;              // [nrow*dim] index of the grid condition, -1
-  double h_mean = 1.0;         // mean size of elements and cells, for rounding floors
+  double h_mean = 0.0;         // mean size of elements and cells at t = 0, for rounding floors
   int neq() const { return nrow * dim; }
 };
 
@@ -44,8 +45,12 @@ struct Problem {
   std::vector<MatLaw> point_law;
   ActiveGrid grid;
   ContactPairs pairs;
+  FracMesh fm;
+  CornerShare share;           // corners that conversion has made
   RealVec contact_s;           // [nbond*dim] relative displacement of contact bonds over the step
   System sys;
+  bool ready = false;          // grid, rows, pattern and mass are those of t(n)
+  bool opened = false;         // the first step has been prepared
   Solver solver;
   int worst = -1;              // element or point of the last failure
   bool worst_is_point = false;

@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include "assem/assem.h"
 #include "base/timer.h"
 #include "shape/face.h"
@@ -58,13 +60,14 @@ Status add_elements(Problem& p, const KernelMode& mode, RealVec& fint)
   for (const ElemBlock& b : p.el.block) {
     const ShapeInfo& info = shape_info[b.shape];
     const ElemForm form   = elem_form(b);
-    for (size_t e = 0; e < b.elem.size(); ++e) {
-      const int* node = mesh.conn.begin(b.elem[e]);
+    for (int slot : b.live) {
+      const int e = b.elem[slot], *node = mesh.conn.begin(e);
       elem_ends(p.st, node, info.nen, dim, u0, u1);
-      const Status s = form(b, e, mode, u0, u1, re, nullptr);
+      const Status s = p.el.broken(e) < 0 ? form(b, slot, mode, u0, u1, re, nullptr)
+                                          : elem_form_broken(b, slot, elem_broken_law(p.m, p.el, e), mode, u0, u1, re, nullptr);
       if (s != STATUS_OK) {
         status = s;
-        p.worst = b.elem[e];
+        p.worst = e;
         p.worst_is_point = false;
       }
       for (int a = 0; a < info.nen; ++a) {
@@ -200,9 +203,9 @@ void body_loads(const Problem& p, const Step& step, const Load& l, double t_step
     }
   }
   const Points& pts = p.st.points;
-  for (int body : l.body)
-    for (int q = 0; q < pts.npoint; ++q) {
-      if (pts.body[q] != body) continue;
+  for (int q = 0; q < pts.npoint; ++q) {
+      const bool of_body = std::find(l.body.begin(), l.body.end(), pts.body[q]) != l.body.end();
+      if (!of_body && !(pts.parent[q] >= 0 && std::binary_search(l.elem.begin(), l.elem.end(), pts.parent[q]))) continue;
       double X[3] = {0, 0, 0};
       for (int k = pts.conn.off[q]; k < pts.conn.off[q + 1]; ++k)
         for (int i = 0; i < dim; ++i) X[i] += pts.w[k] * pts.Xc[pts.conn.item[k] * dim + i];

@@ -38,10 +38,11 @@ void add_elements(Problem& p, const KernelMode& mode)
   for (const ElemBlock& b : p.el.block) {
     const ShapeInfo& info = shape_info[b.shape];
     const ElemForm form   = elem_form(b);
-    for (size_t e = 0; e < b.elem.size(); ++e) {
-      const int* node = mesh.conn.begin(b.elem[e]);
+    for (int slot : b.live) {
+      const int e = b.elem[slot], *node = mesh.conn.begin(e);
       elem_ends(p.st, node, info.nen, D, u0, u1);
-      form(b, e, mode, u0, u1, re, ke);
+      if (p.el.broken(e) < 0) form(b, slot, mode, u0, u1, re, ke);
+      else elem_form_broken(b, slot, elem_broken_law(p.m, p.el, e), mode, u0, u1, re, ke);
       add_pairs<D>(p.sys.A, map, info.nen, ke);
       map += pair_count(info.nen);
     }
@@ -52,12 +53,11 @@ template <int D>
 void add_points(Problem& p, const KernelMode& mode)
 {
   const Points& pts = p.st.points;
-  RealVec f, ke;
+  RealVec work, ke;
   for (int q = 0; q < pts.npoint; ++q) {
     const int n = p.grid.point.count(q);
-    f.resize(static_cast<size_t>(n) * D);
     ke.resize(static_cast<size_t>(pair_count(n)) * D * D);
-    point_tangent(p.m, pts, p.point_law, mode, p.st.n.uc, p.st.np1.uc, p.grid, q, f.data(), ke.data());
+    point_tangent(p.m, pts, p.point_law, mode, p.st.n.uc, p.st.np1.uc, p.grid, q, work, ke.data());
     add_pairs<D>(p.sys.A, &p.sys.point_map[p.sys.point_map_off[q]], n, ke.data());
   }
 }

@@ -13,9 +13,10 @@ void number_nodes(Problem& p)
   if (s.numbered) return;
   s.numbered = true;
   s.row_of_node.assign(mesh.nnode(), -1);
+  s.node_of_row.clear();
   for (const ElemBlock& b : p.el.block)
-    for (int e : b.elem)
-      for (int k = mesh.conn.off[e]; k < mesh.conn.off[e + 1]; ++k) s.row_of_node[mesh.conn.item[k]] = 0;
+    for (int slot : b.live)
+      for (int k = mesh.conn.off[b.elem[slot]]; k < mesh.conn.off[b.elem[slot] + 1]; ++k) s.row_of_node[mesh.conn.item[k]] = 0;
   s.nfe = 0;
   for (int n = 0; n < mesh.nnode(); ++n)
     if (s.row_of_node[n] == 0) {
@@ -81,7 +82,8 @@ void each_list(const Problem& p, Use use)
   const System& s = p.sys;
   IntVec row;
   for (const ElemBlock& b : p.el.block)
-    for (int e : b.elem) {
+    for (int slot : b.live) {
+      const int e = b.elem[slot];
       row.clear();
       for (int k = p.m.mesh.conn.off[e]; k < p.m.mesh.conn.off[e + 1]; ++k)
         row.push_back(s.row_of_node[p.m.mesh.conn.item[k]]);
@@ -145,7 +147,7 @@ void form_maps(Problem& p)
 {
   System& s = p.sys;
   size_t nelem = 0, list = 0;
-  for (const ElemBlock& b : p.el.block) nelem += b.elem.size();
+  for (const ElemBlock& b : p.el.block) nelem += b.live.size();
   const size_t npoint = p.st.points.npoint;
   s.elem_map.clear();
   s.point_map.clear();
@@ -205,8 +207,8 @@ void form_mass(Problem& p)
   double me[36];
   for (const ElemBlock& b : p.el.block) {
     const int pairs = pair_count(shape_info[b.shape].nen);
-    for (size_t e = 0; e < b.elem.size(); ++e) {
-      elem_mass(p.m, b, static_cast<int>(e), me);
+    for (int slot : b.live) {
+      elem_mass(p.m, b, slot, me);
       for (int k = 0; k < pairs; ++k) s.M[s.elem_map[at++] / 2] += me[k];
     }
   }
@@ -243,7 +245,7 @@ void system_form(Problem& p, bool mass)
     s.point_rows = p.grid.point;
     s.bond_rows  = s.bond;
     s.M.clear();
-    if (first) mean_size(p);
+    if (s.h_mean == 0.0) mean_size(p);
   }
   if (mass && (fresh || p.st.points.npoint || s.M.size() != s.A.col.size())) {
     Timer timer(PHASE_MASS);

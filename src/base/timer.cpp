@@ -4,7 +4,7 @@
 
 const char* const phase_name[PHASES] = {
   "input", "set-up", "active grid", "bonds", "contact search", "pattern", "mass", "projection",
-  "residual", "tangent", "analysis", "factorisation", "back substitution", "commit", "output"};
+  "residual", "tangent", "analysis", "factorisation", "back substitution", "commit", "fracture", "output"};
 
 namespace {
 

@@ -15,6 +15,17 @@ extern const double bond_alpha, contact_alpha;
 // normals, penalties. Returns the number of errors (messages in the log).
 int bond_form(const Model& m, const Points& pts, Bonds& bonds);
 
+// A face of a finite element that looks at elements that have become points
+struct BondFace {
+  int def;                     // index into Model::bond
+  Face face;
+};
+
+// bond_rebuild : bonds of the interfaces that conversion has made, from scratch; slips and multipliers of bonds that were
+// there before are kept. Bonds of the deck that have lost a node (row_lost [nnode]) tie nothing any more.
+void bond_rebuild(const Model& m, const Points& pts, const std::vector<BondFace>& face, const IntVec& node_lost,
+                  Bonds& bonds, Level& l);
+
 // bond_places : where side A is, from displacements of nodes and corners                          xb [nbond*dim]
 void bond_places(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& u, const RealVec& uc, RealVec& xb);
 

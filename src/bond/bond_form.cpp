@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 
@@ -18,10 +19,11 @@ struct FaceNodes {
   double thickness = 1.0, young = 0.0;
 };
 
-FaceNodes face_nodes(const Model& m, const Points& pts, const Surface& s, const Face& f)
+// body: of the points that own the face, -1: a finite element owns it
+FaceNodes face_nodes(const Model& m, const Points& pts, int of_body, const Face& f)
 {
   FaceNodes out;
-  const bool body       = s.body >= 0;
+  const bool body       = of_body >= 0;
   const ShapeInfo& info = shape_info[body ? pts.shape[f.elem] : elem_table[m.mesh.elem_type[f.elem]].shape];
   out.n = info.nfnode[f.face];
   for (int k = 0; k < out.n; ++k) {
@@ -32,8 +34,8 @@ FaceNodes face_nodes(const Model& m, const Points& pts, const Surface& s, const 
       out.X[3 * k + i] = !body ? m.mesh.X[3 * node + i] : i < m.dim ? pts.Xc[node * m.dim + i] : 0.0;
   }
   if (body) {
-    out.thickness = m.body[s.body].thickness;
-    out.young     = m.material[m.body[s.body].material].young;
+    out.thickness = m.body[of_body].thickness;
+    out.young     = m.material[m.body[of_body].material].young;
   } else if (m.mesh.elem_section[f.elem] >= 0) {
     const Section& sec = m.section[m.mesh.elem_section[f.elem]];
     out.thickness = sec.thickness;
@@ -76,6 +78,7 @@ int edge_parts(const Model& m, const BondDef& d, const FaceNodes& face)
   if (d.intermediate >= 0) return d.intermediate + 1;
   if (d.body < 0) return 1;
   const Body& b = m.body[d.body];
+  if (b.fill == FILL_CONVERSION) return b.per_cell;   // the lattice of the elements
   double most = 0.0;
   for (int k = 0; k < face.n; ++k) {
     const double *x = &face.X[3 * k], *y = &face.X[3 * ((k + 1) % face.n)];
@@ -212,12 +215,13 @@ int bond_form(const Model& m, const Points& pts, Bonds& bonds)
   int errors = 0;
   for (size_t d = 0; d < m.bond.size(); ++d) {
     const BondDef& def = m.bond[d];
-    const Surface& s   = m.surface[def.surface];
+    if (def.surface < 0) continue;                    // conversion
+    const Surface& s = m.surface[def.surface];
     const int first    = bonds.nbond;
     const int field    = def.kind == BOND_CONTACT ? SIDE_CONTACT : def.kind == BOND_GROUND ? SIDE_GROUND : m.body[def.body].field;
     Former f{m, bonds, static_cast<int>(d), first, {}};
     for (const Face& face : s.body >= 0 ? pts.surface[def.surface] : s.face)
-      form_face(f, face_nodes(m, pts, s, face), field);
+      form_face(f, face_nodes(m, pts, s.body, face), field);
     finish(f, first);
     if (field >= 0) errors += outside_grid(m, def, bonds, first);
     if (bonds.nbond == first) {
@@ -226,5 +230,70 @@ int bond_form(const Model& m, const Points& pts, Bonds& bonds)
       ++errors;
     }
   }
+  bonds.nfixed = bonds.nbond;
   return errors;
+}
+
+namespace {
+
+// bonds keep their name when the mesh around them changes: what side A hangs on
+using SlipKey = std::pair<int, std::vector<std::pair<int, long>>>;
+
+SlipKey slip_key(const Bonds& b, int q)
+{
+  SlipKey key{b.def[q], {}};
+  for (int k = b.a.off[q]; k < b.a.off[q + 1]; ++k) key.second.emplace_back(b.a.item[k], std::lround(b.a_w[k] * 1e9));
+  return key;
+}
+
+// keeps the first n bonds
+void cut_bonds(Bonds& b, int dim, int n)
+{
+  b.nbond = n;
+  b.a.off.resize(n + 1);
+  b.a.item.resize(b.a.off[n]);
+  b.a_w.resize(b.a.off[n]);
+  for (IntVec* v : {&b.def, &b.field, &b.intermediate}) v->resize(n);
+  for (RealVec* v : {&b.area, &b.cn, &b.ct}) v->resize(n);
+  b.X.resize(3 * static_cast<size_t>(n));
+  b.normal.resize(static_cast<size_t>(dim) * n);
+}
+
+}  // namespace
+
+void bond_rebuild(const Model& m, const Points& pts, const std::vector<BondFace>& face, const IntVec& node_lost,
+                  Bonds& b, Level& l)
+{
+  const int dim = m.dim;
+  std::map<SlipKey, std::array<double, 6>> before;
+  for (int q = b.nfixed; q < b.nbond; ++q) {
+    std::array<double, 6>& v = before[slip_key(b, q)];
+    for (int i = 0; i < dim; ++i) {
+      v[i]     = l.slip[q * dim + i];
+      v[3 + i] = l.lambda[q * dim + i];
+    }
+  }
+  for (int q = 0; q < b.nfixed; ++q)
+    for (int k = b.a.off[q]; k < b.a.off[q + 1]; ++k) {
+      if (b.a.item[k] >= m.mesh.nnode() || !node_lost[b.a.item[k]]) continue;
+      b.area[q] = b.cn[q] = b.ct[q] = 0.0;
+      for (int i = 0; i < dim; ++i) l.lambda[q * dim + i] = 0.0;
+    }
+  cut_bonds(b, dim, b.nfixed);
+  for (size_t k = 0; k < face.size();) {             // faces come definition by definition
+    const int def = face[k].def, first = b.nbond;
+    Former f{m, b, def, first, {}};
+    for (; k < face.size() && face[k].def == def; ++k)
+      form_face(f, face_nodes(m, pts, -1, face[k].face), m.body[m.bond[def].body].field);
+    finish(f, first);
+  }
+  l.slip.resize(static_cast<size_t>(b.nbond) * dim);
+  l.lambda.resize(static_cast<size_t>(b.nbond) * dim);
+  for (int q = b.nfixed; q < b.nbond; ++q) {
+    const auto it = before.find(slip_key(b, q));
+    for (int i = 0; i < dim; ++i) {
+      l.slip[q * dim + i]   = it != before.end() ? it->second[i] : 0.0;
+      l.lambda[q * dim + i] = it != before.end() ? it->second[3 + i] : 0.0;
+    }
+  }
 }

@@ -235,7 +235,7 @@ void check_body_box(Deck& d, const Model& m, const Body& body)
   for (int i = 0; i < m.dim; ++i) {
     const double hi = g.lo[i] + g.n[i] * g.h[i], tol = 1e-9 * (hi - g.lo[i]);
     if (b.lo[i] > b.hi[i] || (b.lo[i] >= g.lo[i] - tol && b.hi[i] <= hi + tol)) continue;
-    return fault(d, "MATERIAL POINTS", body.place, body.name,
+    return fault(d, body.fill == FILL_CONVERSION ? "CONVERSION" : "MATERIAL POINTS", body.place, body.name,
                  "body " + body.name + " reaches from " + text_number(b.lo[i]) + " to " + text_number(b.hi[i]) + in_axis[i] +
                  ", the grid from " + text_number(g.lo[i]) + " to " + text_number(hi) + "; make the *GRID larger, with room for the motion");
   }
@@ -292,7 +292,7 @@ void check_bodies(Deck& d, const Model& m)
     }
     if (b.lo[0] > b.hi[0] || m.grid.h[0] <= 0.0) continue;
     check_body_box(d, m, b);
-    if (b.fill != FILL_ELSET) check_fill(d, m, b);
+    if (b.fill == FILL_BLOCK || b.fill == FILL_REGION) check_fill(d, m, b);
   }
   if (m.grid.given) check_overlap(d, m);
   if (m.grid.given && m.body.empty()) doubt(d, "GRID", m.grid.place, "GRID", "there is a grid, but no *MATERIAL POINTS; it has no effect");

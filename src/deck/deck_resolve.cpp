@@ -70,6 +70,7 @@ void settle_scheme(const Model& m, Step& s)
 void deck_resolve(Deck& d, Model& m)
 {
   give_sections(d, m);
+  deck_fracture(d, m);
   const IntVec body = body_of_elements(m);
   d.word = "DLOAD";
   for (Step& s : m.step) {

@@ -167,6 +167,7 @@ void carry_end(Deck& d, Model& m);                         // drops what was rep
 // ---- after reading ---------------------------------------------------------
 void deck_run_later(Deck& d, Model& m, Stage stage);
 void deck_resolve(Deck& d, Model& m);                      // sections of elements, schemes, loads on bodies
+void deck_fracture(Deck& d, Model& m);                     // bodies and bonds of conversion (deck_fracture.cpp)
 void deck_check(Deck& d, Model& m);
 
 #endif

@@ -8,11 +8,13 @@ void kw_boundary(Card&, Model&);
 void kw_check(Card&, Model&);
 void kw_cload(Card&, Model&);
 void kw_contact_pair(Card&, Model&);
+void kw_conversion(Card&, Model&);
 void kw_cylinder(Card&, Model&);
 void kw_density(Card&, Model&);
 void kw_dload(Card&, Model&);
 void kw_dsload(Card&, Model&);
 void kw_dynamic(Card&, Model&);
+void kw_eigenfracture(Card&, Model&);
 void kw_el_file(Card&, Model&);
 void kw_el_print(Card&, Model&);
 void kw_elastic(Card&, Model&);
@@ -27,6 +29,7 @@ void kw_include(Card&, Model&);
 void kw_initial_conditions(Card&, Model&);
 void kw_material(Card&, Model&);
 void kw_material_points(Card&, Model&);
+void kw_model_change(Card&, Model&);
 void kw_newton(Card&, Model&);
 void kw_node(Card&, Model&);
 void kw_node_file(Card&, Model&);
@@ -54,11 +57,16 @@ const Keyword keyword_table[] = {
   {"CHECK", kw_check, ANYWHERE, "TYPE!|SOURCE!|TIME|AT|SCALE|CENTRE", "expected value, its tolerance and its source"},
   {"CLOAD", kw_cload, IN_STEP, "AMPLITUDE|OP", "forces on nodes"},
   {"CONTACT PAIR", kw_contact_pair, IN_MODEL, "NAME!|FRICTION|PENALTY|ALPHA|INTERMEDIATE", "contact of two surfaces, penalty, Coulomb friction"},
+  {"CONVERSION", kw_conversion, IN_MODEL, "ELSET!|BODY|POINTS|FIELD|TRIGGER|LIMIT|TIME|INTERMEDIATE|PENALTY|ALPHA",
+   "elements that become material points during the run"},
   {"CYLINDER", kw_cylinder, IN_MODEL, "TYPE!|ELSET!|QUARTER|MERGE", "structured mesh of a solid cylinder, with sets and surfaces of its sides"},
   {"DENSITY", kw_density, IN_MATERIAL, "", "mass per volume of a material"},
   {"DLOAD", kw_dload, IN_STEP, "AMPLITUDE|OP", "pressure, traction, gravity and volume force on elements and bodies"},
   {"DSLOAD", kw_dsload, IN_STEP, "AMPLITUDE|OP", "pressure and traction on surfaces"},
   {"DYNAMIC", kw_dynamic, IN_STEP, "DIRECT|SCHEME|BETA|GAMMA|DISSIPATION|ALPHA", "implicit dynamic step"},
+  {"EIGENFRACTURE", kw_eigenfracture, IN_MODEL,
+   "ELSET!|CRITERION|ESTIMATE|EPSILON|SPLIT|RESIDUAL|STIFFNESS|ORDER|SPACING|INTERVAL|SPEED LIMIT|FALLBACK|START|WEIBULL|SEED",
+   "elements that may break, their toughness and criterion"},
   {"EL FILE", kw_el_file, IN_STEP, "FREQUENCY", "asks for VTK output of element results (CalculiX)"},
   {"EL PRINT", kw_el_print, IN_STEP, "ELSET!|FREQUENCY", "prints element results into the listing"},
   {"ELASTIC", kw_elastic, IN_MATERIAL, "TYPE", "Young's modulus and Poisson's ratio of a material"},
@@ -74,6 +82,7 @@ const Keyword keyword_table[] = {
   {"MATERIAL", kw_material, IN_MODEL, "NAME!", "begins a material"},
   {"MATERIAL POINTS", kw_material_points, IN_MODEL,
    "BODY!|MATERIAL!|FILL|ELSET|POINTS|PLANE|THICKNESS|FIELD|WHERE", "a body of material points"},
+  {"MODEL CHANGE", kw_model_change, IN_MODEL, "TYPE!|REMOVE", "elements that are not there from the start"},
   {"NEWTON", kw_newton, IN_MODEL | IN_STEP, "TOL FORCE|TOL ENERGY|MAX ITER|MAX CUT|LINE SEARCH", "tolerances of the iteration"},
   {"NODE", kw_node, IN_MODEL, "NSET", "nodes by label and coordinates"},
   {"NODE FILE", kw_node_file, IN_STEP, "FREQUENCY", "asks for VTK output of nodal results (CalculiX)"},

@@ -1,3 +1,5 @@
+#include <cmath>
+
 #include "deck/card.h"
 
 namespace {
@@ -10,14 +12,37 @@ void apply(Deck& d, Model& m, const Field& target, InitialValue v)
   m.initial.push_back(v);
 }
 
+// element set|element[, n1, n2[, n3]] : broken from the start, with the normal of the crack
+void read_broken(Card& card, Model& model)
+{
+  const char* const axis[3] = {"n1", "n2", "n3"};
+  while (card_line(card)) {
+    BrokenDef b;
+    b.place = line_place(card);
+    const Field target = card_field(card, "element set or element");
+    double norm = 0.0;
+    for (int i = 0; i < model.dim; ++i) b.normal[i] = card_real_or(card, axis[i], i == 0 && !card_more(card) ? 1.0 : 0.0, any_number());
+    for (double n : b.normal) norm += n * n;
+    if (card_good(card) && norm == 0.0) card_error(card, card.whole, "the normal has no length");
+    for (double& n : b.normal) n /= norm > 0.0 ? std::sqrt(norm) : 1.0;
+    if (!card_good(card)) continue;
+    card_later(card, STAGE_STEP, [=](Deck& d, Model& m) {
+      BrokenDef broken = b;
+      if (target_elems(d, m, target, broken.elem)) m.broken.push_back(broken);
+    });
+  }
+}
+
 }  // namespace
 
 // ---------------------------------------------------------------------------
 // *INITIAL CONDITIONS, TYPE=VELOCITY|DISPLACEMENT : nset|node|body, direction, value
+//                     TYPE=BROKEN                 : elset|element[, n1, n2[, n3]]
 // ---------------------------------------------------------------------------
 void kw_initial_conditions(Card& card, Model& model)
 {
-  const int type = card_param_word(card, "TYPE", "VELOCITY|DISPLACEMENT", 0);
+  const int type = card_param_word(card, "TYPE", "VELOCITY|DISPLACEMENT|BROKEN", 0);
+  if (type == 2) return read_broken(card, model);
   while (card_line(card)) {
     InitialValue v;
     v.displacement = type == 1;

@@ -6,6 +6,7 @@
 
 #include "elem/kernel.h"
 #include "mat/mat.h"
+#include "mat/split.h"
 #include "model/state.h"
 
 // What an integration point holds, for output and checks. Plane problems fill 33 as well.
@@ -27,6 +28,7 @@ struct ElemBlock {
   double density;
   double thickness;
   IntVec elem;                 // elements of the block
+  IntVec live;                 // places of those that are still elements, ascending
   RealVec dNdX;                // [nelem][ngp][nen][dim]                              1/length
   RealVec w;                   // [nelem][ngp] weight x volume                        length^3
   RealVec eas;                 // enhanced types: [nelem][eas_size] modes and their inverse stiffness
@@ -35,11 +37,25 @@ struct ElemBlock {
 struct Elements {
   std::vector<ElemBlock> block;
   IntVec block_of, slot_of;    // [Mesh::nelem] block and place in it, -1: no longer an element
+  IntVec home;                 // [Mesh::nelem] block at t = 0
+  const Fracture* frac = nullptr;   // what is broken; null: nothing can break
+  int broken(int e) const { return frac ? frac->broken[e] : -1; }
 };
 
 // elem_setup : blocks and reference gradients of all elements that have a section.
 // Returns BAD_JACOBIAN and the element in *worst when det(dX/dxi) <= 0 at a Gauss point.
 Status elem_setup(const Model& m, Elements& el, int* worst);
+
+// elem_refresh : lists of the elements that still are elements, after form has changed
+void elem_refresh(Elements& el);
+
+// elem_broken_law : law of broken element e (index into Model::fracture in el.broken)
+ErodedLaw elem_broken_law(const Model& m, const Elements& el, int e);
+
+// elem_form_broken : as elem_form, for an element that carries what its law leaves; without enhanced strains, and
+// det F is not asked for
+Status elem_form_broken(const ElemBlock& b, size_t slot, const ErodedLaw& law, const KernelMode& mode,
+                        const double* u0, const double* u1, double* re, double* ke);
 
 // elem_form : residual and, unless ke is null, tangent of the element at place slot of its block
 //   in   u0, u1    nodal displacements at t(n), t(n+1)   [nen*dim]
@@ -78,11 +94,18 @@ void elem_mass(const Model& m, const ElemBlock& b, int slot, double* me);
 void elem_ip_fields(const Model& m, const Elements& el, const RealVec& u, bool nlgeom,
                     int e, int g, IpFields& out);
 
-// ip_fields_from : fills E, sigma, psi of out from out.F; shared by elements and points
-void ip_fields_from(const MatLaw& law, int dim, bool nlgeom, IpFields& out);
+// ip_fields_from : fills E, sigma, psi of out from out.F; shared by elements and points; er: law of
+// broken material, or null
+void ip_fields_from(const MatLaw& law, int dim, bool nlgeom, const ErodedLaw* er, IpFields& out);
 
 // ip_stress_from : sigma, psi of out from out.F and out.E
-void ip_stress_from(const MatLaw& law, int dim, bool nlgeom, IpFields& out);
+void ip_stress_from(const MatLaw& law, int dim, bool nlgeom, const ErodedLaw* er, IpFields& out);
+
+// elem_strains : strains at the Gauss points of an intact element e, with their enhanced part      [ngp][dim*dim]
+void elem_strains(const Model& m, const Elements& el, int e, const RealVec& u, bool nlgeom, double* E);
+
+// elem_energy_one : strain energy of element e, with the law it has now
+double elem_energy_one(const Model& m, const Elements& el, int e, const RealVec& u, bool nlgeom);
 
 // elem_energy : strain energy of all elements
 double elem_energy(const Model& m, const Elements& el, const RealVec& u, bool nlgeom);

@@ -5,7 +5,8 @@ namespace {
 
 // strains of all Gauss points of an element, with their enhanced part                [ngp][dim*dim]
 template <int D>
-void element_strains(const Model& m, const ElemBlock& b, size_t slot, const RealVec& u, bool nlgeom, double* E)
+void element_strains(const Model& m, const ElemBlock& b, size_t slot, const RealVec& u, bool nlgeom, const ErodedLaw* er,
+                     double* E)
 {
   const ShapeInfo& info = shape_info[b.shape];
   const int nen = info.nen, *node = m.mesh.conn.begin(b.elem[slot]);
@@ -16,27 +17,49 @@ void element_strains(const Model& m, const ElemBlock& b, size_t slot, const Real
     ip_gradient<D, 0>(&b.dNdX[(slot * info.ngp + g) * nen * D], nen, ul, H);
     ip_strain<D>(nlgeom, H, E + g * D * D);
   }
-  if (!elem_table[b.type].enhanced) return;
+  if (!elem_table[b.type].enhanced || er) return;
   for (int g = 0; g < info.ngp; ++g)
     eas_strain(b.shape, &b.eas[slot * eas_size(b.shape)], &b.w[slot * info.ngp], b.law, E, g, extra + g * D * D);
   for (int k = 0; k < info.ngp * D * D; ++k) E[k] += extra[k];
 }
 
+// strain energy of the element at place s; er: its law when it is broken, or null
 template <int D>
-double block_energy(const Model& m, const ElemBlock& b, const RealVec& u, bool nlgeom)
+double one_energy(const Model& m, const ElemBlock& b, size_t s, const RealVec& u, bool nlgeom, const ErodedLaw* er)
 {
   const int ngp = shape_info[b.shape].ngp;
-  double sum = 0.0, E[8 * D * D], S[D * D];
-  for (size_t s = 0; s < b.elem.size(); ++s) {
-    element_strains<D>(m, b, s, u, nlgeom, E);
-    for (int g = 0; g < ngp; ++g) {
+  double sum = 0.0, E[8 * D * D], S[D * D], C[36];
+  element_strains<D>(m, b, s, u, nlgeom, er, E);
+  for (int g = 0; g < ngp; ++g) {
+    double psi = 0.0;
+    if (er) {
+      split_eroded(b.law, D, er->split, nlgeom, er->c, E + g * D * D, er->N, &psi, S, C);
+    } else {
       ip_law<D>(b.law, E + g * D * D, S);
-      double psi = 0.0;
       for (int k = 0; k < D * D; ++k) psi += 0.5 * S[k] * E[g * D * D + k];
-      sum += b.w[s * ngp + g] * psi;
     }
+    sum += b.w[s * ngp + g] * psi;
   }
   return sum;
+}
+
+// S and psi of broken material from E of out, all six components
+void broken_stress(const MatLaw& law, int dim, bool nlgeom, const ErodedLaw& er, IpFields& out, double* S)
+{
+  if (dim == 2 && law.plane == PLANE_STRESS) {
+    const double E[4] = {out.E[0], out.E[3], out.E[3], out.E[1]};
+    double Sp[4], C[9];
+    split_eroded(law, 2, er.split, nlgeom, er.c, E, er.N, &out.psi, Sp, C);
+    S[0] = Sp[0];
+    S[1] = Sp[3];
+    S[3] = Sp[1];
+    S[2] = S[4] = S[5] = 0.0;
+    return;
+  }
+  SplitOut split;
+  split_full(law, er.split, nlgeom, out.E, er.N, split);
+  out.psi = er.c * split.psi_plus + split.psi_minus;
+  for (int k = 0; k < 6; ++k) S[k] = er.c * split.Sp[k] + split.Sm[k];
 }
 
 // E of out (six components) from an enhanced element
@@ -48,7 +71,7 @@ void set_strain(const double* E, int dim, IpFields& out)
 
 }  // namespace
 
-void ip_fields_from(const MatLaw& law, int dim, bool nlgeom, IpFields& out)
+void ip_fields_from(const MatLaw& law, int dim, bool nlgeom, const ErodedLaw* er, IpFields& out)
 {
   static const int row[6] = {0, 1, 2, 0, 1, 2}, col[6] = {0, 1, 2, 1, 2, 0};
   for (int k = 0; k < 6; ++k) {
@@ -57,16 +80,17 @@ void ip_fields_from(const MatLaw& law, int dim, bool nlgeom, IpFields& out)
     for (int l = 0; l < 3; ++l) e += out.F[3 * l + i] * out.F[3 * l + j];
     out.E[k] = 0.5 * (nlgeom ? e - (i == j) : out.F[3 * i + j] + out.F[3 * j + i] - 2.0 * (i == j));
   }
-  ip_stress_from(law, dim, nlgeom, out);
+  ip_stress_from(law, dim, nlgeom, er, out);
 }
 
-void ip_stress_from(const MatLaw& law, int dim, bool nlgeom, IpFields& out)
+void ip_stress_from(const MatLaw& law, int dim, bool nlgeom, const ErodedLaw* er, IpFields& out)
 {
   static const int row[6] = {0, 1, 2, 0, 1, 2}, col[6] = {0, 1, 2, 1, 2, 0};
   double S[6];
   mat_full(law, dim, out.E, S);
   out.psi = 0.0;
   for (int k = 0; k < 6; ++k) out.psi += 0.5 * S[k] * out.E[k] * (k < 3 ? 1.0 : 2.0);
+  if (er) broken_stress(law, dim, nlgeom, *er, out, S);
   if (!nlgeom) {
     for (int k = 0; k < 6; ++k) out.sig[k] = S[k];
     return;
@@ -105,22 +129,43 @@ void elem_ip_fields(const Model& m, const Elements& el, const RealVec& u, bool n
       for (int j = 0; j < dim; ++j) out.F[3 * i + j] += u[n * dim + i] * dNdX[a * dim + j];
     }
   }
+  if (el.broken(e) >= 0) {
+    const ErodedLaw er = elem_broken_law(m, el, e);
+    ip_fields_from(b.law, dim, nlgeom, &er, out);
+    return;
+  }
   if (!elem_table[b.type].enhanced) {
-    ip_fields_from(b.law, dim, nlgeom, out);
+    ip_fields_from(b.law, dim, nlgeom, nullptr, out);
     return;
   }
   double E[72];
-  if (dim == 2) element_strains<2>(m, b, slot, u, nlgeom, E);
-  else element_strains<3>(m, b, slot, u, nlgeom, E);
+  if (dim == 2) element_strains<2>(m, b, slot, u, nlgeom, nullptr, E);
+  else element_strains<3>(m, b, slot, u, nlgeom, nullptr, E);
   set_strain(E + g * dim * dim, dim, out);
-  ip_stress_from(b.law, dim, nlgeom, out);
+  ip_stress_from(b.law, dim, nlgeom, nullptr, out);
+}
+
+void elem_strains(const Model& m, const Elements& el, int e, const RealVec& u, bool nlgeom, double* E)
+{
+  const ElemBlock& b = el.block[el.home[e]];
+  if (m.dim == 2) element_strains<2>(m, b, el.slot_of[e], u, nlgeom, nullptr, E);
+  else element_strains<3>(m, b, el.slot_of[e], u, nlgeom, nullptr, E);
+}
+
+double elem_energy_one(const Model& m, const Elements& el, int e, const RealVec& u, bool nlgeom)
+{
+  const ElemBlock& b = el.block[el.home[e]];
+  ErodedLaw er;
+  if (el.broken(e) >= 0) er = elem_broken_law(m, el, e);
+  const ErodedLaw* law = el.broken(e) >= 0 ? &er : nullptr;
+  return m.dim == 2 ? one_energy<2>(m, b, el.slot_of[e], u, nlgeom, law) : one_energy<3>(m, b, el.slot_of[e], u, nlgeom, law);
 }
 
 double elem_energy(const Model& m, const Elements& el, const RealVec& u, bool nlgeom)
 {
   double sum = 0.0;
   for (const ElemBlock& b : el.block)
-    sum += m.dim == 2 ? block_energy<2>(m, b, u, nlgeom) : block_energy<3>(m, b, u, nlgeom);
+    for (int slot : b.live) sum += elem_energy_one(m, el, b.elem[slot], u, nlgeom);
   return sum;
 }
 

@@ -60,6 +60,8 @@ Status elem_setup(const Model& m, Elements& el, int* worst)
     b.eas.resize(b.eas.size() + eas_size(b.shape));
     eas_setup(b.shape, X, &b.w[b.w.size() - rule.n], b.law, &b.eas[b.eas.size() - eas_size(b.shape)]);
   }
+  el.home = el.block_of;
+  elem_refresh(el);
   return STATUS_OK;
 }
 
@@ -71,4 +73,14 @@ void elem_mass(const Model& m, const ElemBlock& b, int slot, double* me)
   for (int a = 0; a < info.nen; ++a)
     for (int i = 0; i < info.dim; ++i) X[a * info.dim + i] = m.mesh.X[3 * node[a] + i];
   shape_mass(b.shape, X, b.density * (info.dim == 2 ? b.thickness : 1.0), me);
+}
+
+void elem_refresh(Elements& el)
+{
+  for (ElemBlock& b : el.block) b.live.clear();
+  for (size_t e = 0; e < el.home.size(); ++e) {
+    const bool is = el.home[e] >= 0 && (!el.frac || el.frac->form[e] == FORM_ELEMENT);
+    el.block_of[e] = is ? el.home[e] : -1;
+    if (is) el.block[el.home[e]].live.push_back(el.slot_of[e]);
+  }
 }

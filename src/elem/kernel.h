@@ -22,6 +22,7 @@
 struct KernelMode {
   bool finite = true;          // NLGEOM
   bool mid    = false;         // energy-momentum
+  bool steady = false;         // statics: broken material is kept from wrinkling, kernel_broken.h
   double s_new = 1.0, s_old = 0.0;
   double cD() const { return s_new; }
   double cG() const { return !finite ? 0.0 : mid ? 0.5 : 1.0; }

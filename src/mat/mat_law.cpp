@@ -21,3 +21,12 @@ void mat_full(const MatLaw& law, int dim, double E[6], double S[6])
   for (int i = 3; i < 6; ++i) S[i] = 2.0 * law.mu * E[i];
   if (dim == 2 && law.plane == PLANE_STRESS) S[2] = 0.0;
 }
+
+ErodedLaw eroded_law(const Model& m, int def, const double* N)
+{
+  ErodedLaw law;
+  law.split = m.fracture[def].residual;
+  law.c     = m.fracture[def].stiffness;
+  for (int i = 0; i < 3; ++i) law.N[i] = N[i];
+  return law;
+}

@@ -85,7 +85,7 @@ struct Amplitude {
 
 // ---- material points ------------------------------------------------------
 
-enum FillKind { FILL_BLOCK, FILL_ELSET, FILL_REGION };
+enum FillKind { FILL_BLOCK, FILL_ELSET, FILL_REGION, FILL_CONVERSION };   // FILL_CONVERSION: empty until elements become points
 
 struct Body {                  // *MATERIAL POINTS
   std::string name;
@@ -146,6 +146,54 @@ struct InitialValue {          // *INITIAL CONDITIONS, TYPE=VELOCITY|DISPLACEMEN
   int body = -1;               // a body
   int dof = 0;
   Expr value;
+  Place place;
+};
+
+// ---- fracture --------------------------------------------------------------
+
+enum Criterion { CRITERION_GRIFFITH, CRITERION_ELEMENT };
+enum Estimate { ESTIMATE_AUTO, ESTIMATE_FORCE, ESTIMATE_BALL };
+enum ErosionOrder { ORDER_STRONGEST, ORDER_ALL };
+
+struct FractureDef {           // *EIGENFRACTURE
+  int elset = -1;              // elements that may break
+  Criterion criterion = CRITERION_GRIFFITH;
+  Estimate estimate   = ESTIMATE_AUTO;   // AUTO: FORCE in statics, BALL in dynamics
+  Split drive    = SPLIT_RCE;  // psi+ of the criterion
+  Split residual = SPLIT_RCE;  // what broken material still carries
+  ErosionOrder order = ORDER_STRONGEST;
+  double gc      = 0.0;        // toughness                                       force/length
+  double weibull = 0.0;        // modulus of its scatter, 0: none
+  int seed       = 1;
+  double epsilon = 0.0;        // radius of the ball in element sizes; 0: the default of the estimate
+  double spacing = -1.0;       // elements that break in one test lie this many sizes apart; -1: default, 0: one only
+  double interval = 0.0;       // time between tests, 0: every increment
+  double stiffness = 1e-4;     // c of broken material
+  double speed    = 0.0;       // limit of the crack speed, 0: none
+  double fallback = -1.0;      // part of Gc h that breaks an element anywhere; 0: off, -1: default
+  bool start = true;           // may a crack start where there is none
+  Place place;
+};
+
+enum ConversionTrigger { TRIGGER_EROSION, TRIGGER_DISTORTION, TRIGGER_TIME };
+
+struct ConversionDef {         // *CONVERSION : elements that become material points during the run
+  int elset = -1;
+  ConversionTrigger trigger = TRIGGER_EROSION;
+  double limit = 0.0;          // TRIGGER_DISTORTION: det F below this, or aspect of F above its inverse; TRIGGER_TIME: total time
+  int per_elem = 2;            // m x m (x m) points an element
+  int field    = 0;            // grid field
+  BondDef bond;                // what the deck says of the bonds: intermediate, penalty, alpha
+  std::string body_name;
+  IntVec body;                 // [section] body of material points, -1: no element of this section
+  IntVec bond_of;              // [section] index into Model::bond
+  Place place;
+};
+
+struct BrokenDef {             // pre-cracks: *MODEL CHANGE, REMOVE and *INITIAL CONDITIONS, TYPE=BROKEN
+  IntVec elem;
+  bool remove = false;
+  std::array<double, 3> normal{{0, 0, 0}};
   Place place;
 };
 
@@ -283,6 +331,9 @@ struct Model {
   std::vector<GridBc> grid_bc;
   std::vector<BondDef> bond;
   std::vector<InitialValue> initial;
+  std::vector<FractureDef> fracture;
+  std::vector<ConversionDef> conversion;
+  std::vector<BrokenDef> broken;
   std::vector<Step> step;
   std::vector<HistoryDef> history;
   HistoryOutput history_out;

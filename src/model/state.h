@@ -19,6 +19,9 @@ struct Points {
   RealVec mass;                // [npoint]
   IntVec body;                 // [npoint] index into Model::body
   IntVec label;                // [npoint] the user's: 1, 2, ...
+  IntVec parent;               // [npoint] element that it was, -1: a point from the start
+  IntVec broken;               // [npoint] index into Model::fracture when broken, -1: intact
+  RealVec normal;              // [npoint*3] normal of the crack, frozen when it broke
   IntVec field;                // [ncorner] grid field of a corner
   std::vector<Face> boundary;  // faces with one owner; elem: point, face: local face
   std::vector<std::vector<Face>> surface;   // [Model::surface] the faces of surfaces on bodies, empty for others
@@ -30,6 +33,7 @@ enum { SIDE_GROUND = -1, SIDE_CONTACT = -2 };
 // Bonds tie side A (nodes or corners) to the grid or to the ground (doc/theory.md 4)
 struct Bonds {
   int nbond = 0;
+  int nfixed = 0;              // bonds of the deck; those that follow come from conversion
   ListTable a;                 // side A: finite-element node n, or corner c as nnode + c
   RealVec a_w;                 // [a.item] weights, sum 1
   IntVec def;                  // [nbond] index into Model::bond
@@ -39,6 +43,21 @@ struct Bonds {
   RealVec normal;              // [nbond*dim] unit normal, from side A outwards
   RealVec cn, ct;              // [nbond] penalty normal and tangential x area        force/length
   IntVec intermediate;         // [nbond] 0: at a node, 1: between nodes
+};
+
+// What became of the finite elements
+enum ElemLife { FORM_ELEMENT, FORM_POINTS, FORM_REMOVED };
+
+struct Fracture {              // empty arrays: nothing can break or change its form
+  IntVec form;                 // [nelem] ElemLife
+  IntVec broken;               // [nelem] index into Model::fracture when broken, -1: intact
+  RealVec normal;              // [nelem*3] normal of the crack, frozen when it broke
+  RealVec time;                // [nelem] when it broke, -1: intact
+  IntVec converted;            // elements that became points, in that order
+  double next_test = 0.0;      // total time of the next test
+  int neroded = 0;             // broken by the criterion so far
+  double area = 0.0;           // crack area: sum of V/h over them                  length x thickness
+  bool empty() const { return form.empty(); }
 };
 
 struct Level {                 // one time level
@@ -54,8 +73,10 @@ struct Level {                 // one time level
 struct Ledger {                // energies and momenta at t(n), [3] in space
   double kinetic = 0, strain = 0, bond = 0, external = 0;   // external: work of loads and moved supports so far
   double friction = 0;         // dissipated by friction so far
+  double fracture = 0;         // released by erosion, in statics also by the equilibrium that follows it, so far
+  double conversion = 0;       // lost when elements became points (averages, bonds), so far
   double total0 = 0;           // kinetic + strain + bond at the start of the run
-  double balance = 0;          // kinetic + strain + bond + friction - total0 - external
+  double balance = 0;          // kinetic + strain + bond + friction + fracture + conversion - total0 - external
   double scale = 0;            // largest energy seen so far
   double momentum[3] = {0, 0, 0};
   double angular[3] = {0, 0, 0};
@@ -79,14 +100,21 @@ struct StepLog {               // how the increment went
   int grid_nodes = 0, grid_cells = 0, weak_nodes = 0, equations = 0;
 };
 
+struct ErosionLog {            // one element that broke
+  int elem = -1;
+  double time = 0, value = 0, released = 0;
+};
+
 struct State {
   Level n, np1;
   Points points;
   Bonds bonds;
+  Fracture frac;
   RealVec rf;                  // [nnode*dim] reactions at t(n), 0 at free dofs
   std::vector<ContactLog> contact;   // [Model::bond], of contact pairs
   RealVec grid_rf;             // [Model::grid_bc * dim] sum of the reactions of each grid condition
   Ledger ledger;
+  std::vector<ErosionLog> eroded;    // since the last output
   StepLog log;
 };
 

@@ -22,7 +22,7 @@
 
 // ---- quantities (out_quantity.cpp) ------------------------------------------
 
-enum QuantityKind { Q_NONE, Q_U, Q_V, Q_A, Q_X, Q_RF, Q_GRF, Q_CONTACT, Q_S, Q_E, Q_MISES, Q_ENER };
+enum QuantityKind { Q_NONE, Q_U, Q_V, Q_A, Q_X, Q_RF, Q_GRF, Q_CONTACT, Q_FRAC, Q_S, Q_E, Q_MISES, Q_ENER };
 
 struct Quantity {              // U1: {Q_U, 0};  S12: {Q_S, 3}
   QuantityKind kind = Q_NONE;
@@ -99,7 +99,7 @@ struct CheckResult {
 
 struct Output {
   std::string base;            // out_dir/JOB
-  std::FILE *lst = nullptr, *his = nullptr, *dat = nullptr, *chk = nullptr;
+  std::FILE *lst = nullptr, *his = nullptr, *dat = nullptr, *chk = nullptr, *ero = nullptr;
   History history;
   std::vector<Probe> probe;    // [Model::history]
   int row_written = -1;        // last row of history in the file
@@ -161,6 +161,8 @@ void out_check_history(const History& h, const Check& c, bool finished, CheckRes
 void out_check_begin(const Model& m, Output& out);
 void out_check_increment(const Model& m, const Elements& el, const State& s, Output& out);
 int out_check_end(const Model& m, const Elements& el, const State& s, bool finished, Output& out);
+
+void out_erosion(const Model& m, const State& s, Output& out);
 
 void out_progress(const Model& m, const State& s, Output& out);
 void out_progress_clear(Output& out);

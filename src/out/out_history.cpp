@@ -61,6 +61,7 @@ int make_probe(const Model& m, const Elements& el, const State& s, const History
     probe.contact = d.contact;
     return d.contact >= 0 ? 0 : complain(d, "no such *CONTACT PAIR");
   }
+  if (probe.q.kind == Q_FRAC) return 0;
   if (d.at_point) {
     probe.at = out_locate(m, el, s.points, d.X.data());
     if (probe.at.elem.empty() && probe.at.point.empty()) return complain(d, "no element and no material point contains this place at t = 0");
@@ -127,8 +128,31 @@ void sample_place(const Model& m, const Elements& el, const State& s, const Prob
     sample_point(m, s, probe.q, probe.at.point[i], N + 8 * i, sample);
 }
 
+// place of the crack tip in one direction: the last centre, or the first with MIN, of what the criterion has broken
+double tip_place(const Model& m, const State& s, int axis, bool first)
+{
+  double tip = not_a_number;
+  for (size_t e = 0; e < s.frac.time.size(); ++e) {
+    if (!(s.frac.time[e] > 0.0)) continue;
+    const int n = m.mesh.conn.count(static_cast<int>(e));
+    double x = 0.0;
+    for (int a = 0; a < n; ++a) x += m.mesh.X[3 * m.mesh.conn.begin(static_cast<int>(e))[a] + axis] / n;
+    tip = std::isnan(tip) ? x : first ? std::min(tip, x) : std::max(tip, x);
+  }
+  return tip;
+}
+
+double fracture_value(const Model& m, const State& s, const Probe& probe)
+{
+  if (probe.q.comp >= 6) return tip_place(m, s, probe.q.comp - 6, probe.reduce == REDUCE_MIN);
+  const double value[6] = {double(s.frac.neroded), s.frac.area, double(s.points.npoint), double(s.bonds.nbond),
+                           s.ledger.fracture, s.ledger.conversion};
+  return value[probe.q.comp];
+}
+
 double probe_value(const Model& m, const Elements& el, const State& s, const Probe& probe)
 {
+  if (probe.q.kind == Q_FRAC) return fracture_value(m, s, probe);
   if (probe.contact >= 0) {
     const ContactLog c = probe.contact < static_cast<int>(s.contact.size()) ? s.contact[probe.contact] : ContactLog();
     const double value[4] = {c.force, c.gap, c.area, c.work};

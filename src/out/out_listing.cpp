@@ -177,6 +177,7 @@ void out_listing_increment(const State& s)
   const StepLog& l = s.log;
   log_note("  increment %d done: time %.9g, dt %.6g, %d iterations, %d cuts, %d equations, balance %.3e",
            l.inc, s.n.time, l.dt, l.iterations, l.cuts, l.equations, s.ledger.balance);
+  if (!s.eroded.empty()) log_note("  broken: %zu elements in this increment, %d so far; %d points, %d bonds", s.eroded.size(), s.frac.neroded, s.points.npoint, s.bonds.nbond);
   if (l.grid_cells > 0)
     log_note("  grid: %d cells, %d nodes, %d weak; slip max %.4e, rms %.4e", l.grid_cells, l.grid_nodes,
              l.weak_nodes, s.ledger.slip_max, s.ledger.slip_rms);
@@ -190,6 +191,11 @@ void out_listing_balance(std::FILE* file, const Model& m, const State& s)
   std::fprintf(file, "\nENERGY at time %.9g\n", s.n.time);
   std::fprintf(file, "  kinetic         %18.10e\n  strain          %18.10e\n  bonds           %18.10e\n", l.kinetic,
                l.strain, l.bond);
+  if (l.fracture != 0.0 || s.frac.neroded > 0)
+    std::fprintf(file, "  fracture        %18.10e   (%d elements, crack area %.6g)\n", l.fracture, s.frac.neroded, s.frac.area);
+  if (!s.frac.converted.empty())
+    std::fprintf(file, "  conversion      %18.10e   (%zu elements)\n", l.conversion, s.frac.converted.size());
+  if (l.friction != 0.0) std::fprintf(file, "  friction        %18.10e\n", l.friction);
   std::fprintf(file, "  at the start    %18.10e\n  external work   %18.10e\n", l.total0, l.external);
   std::fprintf(file, "  balance         %18.10e   (%.3e of the largest energy)\n", l.balance,
                l.scale > 0.0 ? l.balance / l.scale : 0.0);

@@ -54,6 +54,7 @@ void out_increment(const Model& m, const Elements& el, const State& s, const Act
   out_check_increment(m, el, s, out);
   if (vtk_due(m, s, out)) out_vtk(m, el, s, grid, out);
   out_dat(m, el, s, out);
+  out_erosion(m, s, out);
   out_progress(m, s, out);
   out_file_flush(out.lst, out.base + ".lst");
 }
@@ -69,6 +70,7 @@ int out_close(const Model& m, const Elements& el, const State& s, const ActiveGr
   if (out.row_written < last) history_write(out, last);
   out_file_close(out.his, out.base + ".his");
   if (m.vtk.on && out.vtk_inc != s.log.inc_total) out_vtk(m, el, s, grid, out);
+  if (out.ero) out_file_close(out.ero, out.base + ".ero");
   if (out.dat) out_file_close(out.dat, out.base + ".dat");
 
   if (!finished) out_listing_balance(out.lst, m, s);      // else the last step printed it

@@ -136,6 +136,16 @@ void write_fe(const Model& m, const Elements& el, const State& s, Output& out)
   write_fields(f, cell, m.dim);
   vtk_labels(f, "label", fe.elem_label);
   vtk_labels(f, "material", fe.material);
+  if (!s.frac.empty()) {
+    IntVec broken;
+    RealVec time;
+    for (int e : fe.elem) {
+      broken.push_back(s.frac.broken[e] >= 0);
+      time.push_back(s.frac.time[e]);
+    }
+    vtk_labels(f, "broken", broken);
+    vtk_scalars(f, "time_broken", time);
+  }
   end(f, VTK_FE, out);
 }
 
@@ -168,6 +178,18 @@ void write_mp(const Model& m, const State& s, Output& out)
   write_fields(f, cell, m.dim);
   vtk_labels(f, "body", body);
   vtk_labels(f, "label", pts.label);
+  if (!s.frac.empty()) {
+    IntVec parent, broken;
+    RealVec time;
+    for (int p = 0; p < pts.npoint; ++p) {
+      parent.push_back(pts.parent[p] >= 0 ? m.mesh.elem_label[pts.parent[p]] : 0);
+      broken.push_back(pts.broken[p] >= 0);
+      time.push_back(pts.parent[p] >= 0 ? s.frac.time[pts.parent[p]] : -1.0);
+    }
+    vtk_labels(f, "parent", parent);
+    vtk_labels(f, "broken", broken);
+    vtk_scalars(f, "time_broken", time);
+  }
   end(f, VTK_MP, out);
 }
 

@@ -4,6 +4,8 @@
 #ifndef MPFE_POINT_POINT_H
 #define MPFE_POINT_POINT_H
 
+#include <map>
+
 #include "elem/elem.h"
 #include "model/state.h"
 
@@ -36,6 +38,23 @@ void grid_cell_place(const Grid& g, int dim, long key, double x[3]);
 // Messages go to the log; returns the number of errors.
 int point_fill(const Model& m, Points& pts);
 
+// A corner is named by the mesh nodes it hangs on and their integer weights, so neighbours find the same one
+using CornerKey = std::vector<std::pair<long, int>>;
+
+struct CornerShare {
+  std::map<std::pair<int, CornerKey>, int> corner;   // (grid field, key) -> corner
+  IntVec made;                 // corners that the last element made,
+  ListTable node;              // the nodes they hang on
+  RealVec weight;              // and their weights, sum 1
+};
+
+// point_convert : the lattice of element e becomes points of a body, added to pts with parent e; corners that
+// neighbours have made already are shared
+void point_convert(const Model& m, int body, int e, CornerShare& share, Points& pts);
+
+// point_surfaces : boundary of all bodies, and the faces of surfaces on them. Returns the number of errors.
+int point_surfaces(const Model& m, Points& pts);
+
 // grid_activate : cells and nodes that corners, displaced by uc [ncorner*dim], and bonds at xb [nbond*dim] touch,
 // weights of corners, points and bonds, extended basis. doc/theory.md (3.8) - (3.12)
 // OUTSIDE_GRID: *worst is the corner (>= 0) or -1 - bond
@@ -47,9 +66,9 @@ Status grid_activate(const Model& m, const Points& pts, const Bonds& bonds, cons
 Status point_corner_force(const Model& m, const Points& pts, const std::vector<MatLaw>& law, const KernelMode& mode,
                           const RealVec& uc0, const RealVec& uc1, RealVec& fc, int* worst);
 
-// point_tangent : tangent of point p for its grid nodes, pairs a >= b [pairs][dim*dim]; scratch f [n*dim]
+// point_tangent : tangent of point p for its grid nodes, pairs a >= b [pairs][dim*dim]; work: scratch
 void point_tangent(const Model& m, const Points& pts, const std::vector<MatLaw>& law, const KernelMode& mode,
-                   const RealVec& uc0, const RealVec& uc1, const ActiveGrid& g, int p, double* f, double* ke);
+                   const RealVec& uc0, const RealVec& uc1, const ActiveGrid& g, int p, RealVec& work, double* ke);
 
 // point_corner_momentum : q_c = sum_d m_cd v_d over all domains          [ncorner*dim]
 RealVec point_corner_momentum(const Points& pts, int dim, const RealVec& vc);

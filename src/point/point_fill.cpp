@@ -9,13 +9,11 @@
 
 namespace {
 
-// a corner is named by the mesh nodes it hangs on and their integer weights, so neighbours find the same one
-using CornerKey = std::vector<std::pair<long, int>>;
-
 struct Filler {
   const Model& m;
   Points& pts;
-  std::map<std::pair<int, CornerKey>, int> shared;   // (field, key) -> corner
+  CornerShare& share;
+  int parent = -1;             // element that becomes points during the run
   int errors = 0;
 };
 
@@ -53,6 +51,9 @@ void add_point(Filler& f, int body, Shape shape, const int* corner)
   p.mc.insert(p.mc.end(), w, w + pair_count(nen));
   p.body.push_back(body);
   p.label.push_back(++p.npoint);
+  p.parent.push_back(f.parent);
+  p.broken.push_back(-1);
+  p.normal.insert(p.normal.end(), 3, 0.0);
 }
 
 // WHERE of a body or a surface at X; a value that is no number is a mistake, told once for each
@@ -129,10 +130,16 @@ int shared_corner(Filler& f, int field, int e, const int* iw, int total)
     for (int i = 0; i < dim; ++i) X[i] += f.m.mesh.X[3 * node[a] + i] * iw[a] / total;
   }
   std::sort(key.begin(), key.end());
-  auto it = f.shared.find({field, key});
-  if (it != f.shared.end()) return it->second;
+  auto it = f.share.corner.find({field, key});
+  if (it != f.share.corner.end()) return it->second;
   const int c = add_corner(f, X, field);
-  f.shared.emplace(std::make_pair(field, key), c);
+  f.share.corner.emplace(std::make_pair(field, key), c);
+  f.share.made.push_back(c);
+  for (const auto& k : key) {
+    f.share.node.item.push_back(static_cast<int>(k.first));
+    f.share.weight.push_back(static_cast<double>(k.second) / total);
+  }
+  f.share.node.off.push_back(static_cast<int>(f.share.node.item.size()));
   return c;
 }
 
@@ -223,20 +230,25 @@ void fill_tet(Filler& f, int body, int e)
   for (const auto& c : domain) add_point(f, body, SHAPE_TET4, c);
 }
 
+void fill_element(Filler& f, int body, int e)
+{
+  switch (elem_table[f.m.mesh.elem_type[e]].shape) {
+    case SHAPE_TRI3: fill_tri(f, body, e); break;
+    case SHAPE_QUAD4: fill_quad(f, body, e); break;
+    case SHAPE_TET4: fill_tet(f, body, e); break;
+    case SHAPE_HEX8: fill_hex(f, body, e); break;
+    case SHAPE_WEDGE6:
+      log_error("body %s: wedges (C3D6) cannot become material points; use bricks or tetrahedra",
+                f.m.body[body].name.c_str());
+      ++f.errors;
+  }
+}
+
 void fill_elset(Filler& f, int body)
 {
   for (int e : f.m.elset[f.m.body[body].elset].item) {
     if (f.errors) return;
-    switch (elem_table[f.m.mesh.elem_type[e]].shape) {
-      case SHAPE_TRI3: fill_tri(f, body, e); break;
-      case SHAPE_QUAD4: fill_quad(f, body, e); break;
-      case SHAPE_TET4: fill_tet(f, body, e); break;
-      case SHAPE_HEX8: fill_hex(f, body, e); break;
-      case SHAPE_WEDGE6:
-        log_error("body %s: wedges (C3D6) cannot become material points; use bricks or tetrahedra",
-                  f.m.body[body].name.c_str());
-        ++f.errors;
-    }
+    fill_element(f, body, e);
   }
 }
 
@@ -292,9 +304,11 @@ int find_surface(const Model& m, const Surface& s, const Points& p, std::vector<
 int point_fill(const Model& m, Points& pts)
 {
   pts = Points();
-  Filler f{m, pts, {}, 0};
+  CornerShare share;
+  Filler f{m, pts, share};
   for (size_t b = 0; b < m.body.size(); ++b) {
     const int before = pts.npoint;
+    if (m.body[b].fill == FILL_CONVERSION) continue;
     if (m.body[b].fill == FILL_ELSET)
       fill_elset(f, static_cast<int>(b));
     else
@@ -305,16 +319,31 @@ int point_fill(const Model& m, Points& pts)
       ++f.errors;
     }
   }
+  return f.errors + point_surfaces(m, pts);
+}
+
+int point_surfaces(const Model& m, Points& pts)
+{
+  int errors = 0;
   find_boundary(pts);
-  pts.surface.resize(m.surface.size());
+  pts.surface.assign(m.surface.size(), {});
   for (size_t s = 0; s < m.surface.size(); ++s) {
     if (m.surface[s].body < 0) continue;
-    f.errors += find_surface(m, m.surface[s], pts, pts.surface[s]) > 0;
-    if (!pts.surface[s].empty()) continue;
+    errors += find_surface(m, m.surface[s], pts, pts.surface[s]) > 0;
+    if (!pts.surface[s].empty() || m.body[m.surface[s].body].fill == FILL_CONVERSION) continue;
     log_error("surface %s (%s line %d) holds no face of body %s: its WHERE is met by no boundary face at t = 0",
               m.surface[s].name.c_str(), m.surface[s].place.file.c_str(), m.surface[s].place.line,
               m.body[m.surface[s].body].name.c_str());
-    ++f.errors;
+    ++errors;
   }
-  return f.errors;
+  return errors;
+}
+
+void point_convert(const Model& m, int body, int e, CornerShare& share, Points& pts)
+{
+  Filler f{m, pts, share, e};
+  share.made.clear();
+  share.node = ListTable();
+  share.weight.clear();
+  fill_element(f, body, e);
 }

@@ -1,3 +1,4 @@
+#include "elem/kernel_broken.h"
 #include "point/point.h"
 
 namespace {
@@ -16,8 +17,13 @@ void gradient(const Points& pts, const RealVec& uc, int p, double* H)
   }
 }
 
+ErodedLaw broken_law(const Model& m, const Points& pts, int p)
+{
+  return eroded_law(m, pts.broken[p], &pts.normal[3 * static_cast<size_t>(p)]);
+}
+
 template <int D>
-Status corner_force(const Points& pts, const std::vector<MatLaw>& law, const KernelMode& mode,
+Status corner_force(const Model& m, const Points& pts, const std::vector<MatLaw>& law, const KernelMode& mode,
                     const RealVec& uc0, const RealVec& uc1, RealVec& fc, int* worst)
 {
   Status status = STATUS_OK;
@@ -25,7 +31,9 @@ Status corner_force(const Points& pts, const std::vector<MatLaw>& law, const Ker
     double H0[D * D] = {0}, H1[D * D], Fb[D * D], S[D * D], re[8 * D] = {0};
     gradient<D>(pts, uc1, p, H1);
     if (mode.mid) gradient<D>(pts, uc0, p, H0);
-    if (!(ip_stress<D>(law[pts.body[p]], mode, H0, H1, Fb, S) > 0.0)) {
+    if (pts.broken[p] >= 0) {
+      ip_broken<D>(law[pts.body[p]], broken_law(m, pts, p), mode, H0, H1, Fb, S, nullptr);
+    } else if (!(ip_stress<D>(law[pts.body[p]], mode, H0, H1, Fb, S) > 0.0)) {
       *worst = p;
       status = BAD_JACOBIAN;
     }
@@ -38,16 +46,26 @@ Status corner_force(const Points& pts, const std::vector<MatLaw>& law, const Ker
 }
 
 template <int D>
-void tangent(const Points& pts, const std::vector<MatLaw>& law, const KernelMode& mode,
-             const RealVec& uc0, const RealVec& uc1, const ActiveGrid& g, int p, double* f, double* ke)
+void tangent(const Model& m, const Points& pts, const std::vector<MatLaw>& law, const KernelMode& mode,
+             const RealVec& uc0, const RealVec& uc1, const ActiveGrid& g, int p, RealVec& work, double* ke)
 {
   double H0[D * D] = {0}, H1[D * D], Fb[D * D], S[D * D];
   gradient<D>(pts, uc1, p, H1);
   if (mode.mid) gradient<D>(pts, uc0, p, H0);
-  ip_stress<D>(law[pts.body[p]], mode, H0, H1, Fb, S);
   const int first = g.point.off[p], n = g.point.count(p);
+  const double* dS = &g.dS[static_cast<size_t>(first) * D];
   for (int k = 0; k < pair_count(n) * D * D; ++k) ke[k] = 0.0;
-  ip_tangent<D, 0>(&g.dS[static_cast<size_t>(first) * D], n, pts.V0[p], law[pts.body[p]], mode, Fb, S, f, ke);
+  if (pts.broken[p] < 0) {
+    work.resize(static_cast<size_t>(n) * D);
+    ip_stress<D>(law[pts.body[p]], mode, H0, H1, Fb, S);
+    ip_tangent<D, 0>(dS, n, pts.V0[p], law[pts.body[p]], mode, Fb, S, work.data(), ke);
+    return;
+  }
+  constexpr int nv = VoigtPlace<D>::nv;
+  double C[nv * nv];
+  work.resize(static_cast<size_t>(2 * n) * nv * D);
+  ip_broken<D>(law[pts.body[p]], broken_law(m, pts, p), mode, H0, H1, Fb, S, C);
+  ip_tangent_general<D, 0>(dS, n, pts.V0[p], C, mode.cG(), Fb, S, work.data(), work.data() + n * nv * D, ke);
 }
 
 }  // namespace
@@ -55,17 +73,17 @@ void tangent(const Points& pts, const std::vector<MatLaw>& law, const KernelMode
 Status point_corner_force(const Model& m, const Points& pts, const std::vector<MatLaw>& law, const KernelMode& mode,
                           const RealVec& uc0, const RealVec& uc1, RealVec& fc, int* worst)
 {
-  return m.dim == 2 ? corner_force<2>(pts, law, mode, uc0, uc1, fc, worst)
-                    : corner_force<3>(pts, law, mode, uc0, uc1, fc, worst);
+  return m.dim == 2 ? corner_force<2>(m, pts, law, mode, uc0, uc1, fc, worst)
+                    : corner_force<3>(m, pts, law, mode, uc0, uc1, fc, worst);
 }
 
 void point_tangent(const Model& m, const Points& pts, const std::vector<MatLaw>& law, const KernelMode& mode,
-                   const RealVec& uc0, const RealVec& uc1, const ActiveGrid& g, int p, double* f, double* ke)
+                   const RealVec& uc0, const RealVec& uc1, const ActiveGrid& g, int p, RealVec& work, double* ke)
 {
   if (m.dim == 2)
-    tangent<2>(pts, law, mode, uc0, uc1, g, p, f, ke);
+    tangent<2>(m, pts, law, mode, uc0, uc1, g, p, work, ke);
   else
-    tangent<3>(pts, law, mode, uc0, uc1, g, p, f, ke);
+    tangent<3>(m, pts, law, mode, uc0, uc1, g, p, work, ke);
 }
 
 std::vector<MatLaw> point_laws(const Model& m)
@@ -89,8 +107,14 @@ void point_ip_fields(const Model& m, const Points& pts, const RealVec& uc, int p
       for (int j = 0; j < dim; ++j) out.F[3 * i + j] += u * pts.G[k * dim + j];
     }
   }
-  const Body& b = m.body[pts.body[p]];
-  ip_fields_from(mat_law(m.material[b.material], dim == 2 ? b.plane : PLANE_NONE), dim, true, out);
+  const Body& b    = m.body[pts.body[p]];
+  const MatLaw law = mat_law(m.material[b.material], dim == 2 ? b.plane : PLANE_NONE);
+  if (pts.broken[p] < 0) {
+    ip_fields_from(law, dim, true, nullptr, out);
+    return;
+  }
+  const ErodedLaw er = broken_law(m, pts, p);
+  ip_fields_from(law, dim, true, &er, out);
 }
 
 double point_energy(const Model& m, const Points& pts, const RealVec& uc)

@@ -44,8 +44,8 @@ Status step_inertia_begin(Problem& p, Attempt& a);
 // step_finish : velocities, reactions, energies at t(n+1) into st.np1 and st.ledger
 void step_finish(Problem& p, Attempt& a);
 
-// step_initial_acceleration : a(0) = M^-1 (fext - fint) of the nodes, at the start of a Newmark step
-Status step_initial_acceleration(Problem& p, const Step& s);
+// step_initial_acceleration : a = M^-1 (fext - fint) of the nodes, at the start of a Newmark step and after elements broke
+Status step_initial_acceleration(Problem& p, const Step& s, double t_step);
 
 // step_values_good : are all loads and supports finite at this time? false: p.note names the line of the deck
 bool step_values_good(Problem& p, const Step& s, double t_step, double t_total);
@@ -55,6 +55,18 @@ Status step_values(Problem& p, const Attempt& a);
 
 // ledger_update : energies and momenta of the level
 void ledger_update(Problem& p, const Level& l, bool nlgeom);
+
+// step_fracture : at t(n), just converged: what breaks, breaks and becomes points; in statics equilibrium follows at the
+// same load, until nothing breaks any more. Not good: the state is that of a failed attempt.
+Status step_fracture(Problem& p, const Step& s, double t_step, Output& out);
+
+// step_undo_point, step_undo : the state with its elements, points and bonds before an increment, and back to it
+struct UndoPoint {
+  State state;
+  CornerShare share;
+};
+void step_undo_point(const Problem& p, UndoPoint& u);
+void step_undo(Problem& p, const UndoPoint& u);
 
 // step_run : all steps of the model; returns an exit code
 int step_run(Problem& p, Output& out);

@@ -21,9 +21,9 @@ double smallest_stretch(const Problem& p)
     least = std::min(least, std::sqrt(std::max(0.0, C.eigenvalues()(0))));
   };
   for (const ElemBlock& b : p.el.block)
-    for (int e : b.elem)
+    for (int slot : b.live)
       for (int g = 0; g < shape_info[b.shape].ngp; ++g) {
-        elem_ip_fields(p.m, p.el, p.st.n.u, true, e, g, f);
+        elem_ip_fields(p.m, p.el, p.st.n.u, true, b.elem[slot], g, f);
         look();
       }
   for (int q = 0; q < p.st.points.npoint; ++q) {

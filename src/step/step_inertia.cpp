@@ -97,21 +97,23 @@ Status step_inertia_begin(Problem& p, Attempt& a)
   return STATUS_OK;
 }
 
-Status step_initial_acceleration(Problem& p, const Step& s)
+Status step_initial_acceleration(Problem& p, const Step& s, double t_step)
 {
   System& sys = p.sys;
   if (sys.nfe == 0) return STATUS_OK;
   RealVec zero(sys.neq(), 0.0), fint, f, acc(sys.neq(), 0.0);
-  system_constrain(p, s, 0.0, 0.0);
+  system_constrain(p, s, t_step, t_step);
   KernelMode mode;
   mode.finite = s.nlgeom;
-  assem_move(p, zero, 0.0, 0.0);
+  assem_move(p, zero, t_step, t_step);
   const Status status = assem_internal(p, mode, fint);
   if (status != STATUS_OK) return status;
-  assem_loads(p, s, 0.0, p.st.n.time, 0.0, f);
+  assem_loads(p, s, t_step, p.st.n.time, 0.0, f);
   for (int i = 0; i < sys.neq(); ++i) f[i] -= fint[i];
+  for (int i = 0; i < sys.nfe * sys.dim; ++i)
+    if (sys.fixed[i]) acc[i] = p.st.n.a[sys.node_of_row[i / sys.dim] * sys.dim + i % sys.dim];
   if (mass_solve(sys, 0, f, acc) < 0)
-    return step_values_good(p, s, 0.0, p.st.n.time) ? NOT_CONVERGED : BAD_VALUE;
+    return step_values_good(p, s, t_step, p.st.n.time) ? NOT_CONVERGED : BAD_VALUE;
   for (int r = 0; r < sys.nfe; ++r)
     for (int i = 0; i < sys.dim; ++i) p.st.n.a[sys.node_of_row[r] * sys.dim + i] = acc[r * sys.dim + i];
   return STATUS_OK;

@@ -60,6 +60,6 @@ void ledger_update(Problem& p, const Level& l, bool nlgeom)
   add_points(p, l, g);
   g.strain  = elem_energy(p.m, p.el, l.u, nlgeom) + point_energy(p.m, p.st.points, l.uc);
   g.bond    = bond_energy(p.st.bonds, p.m.dim, l, &g.slip_max, &g.slip_rms);
-  g.balance = g.kinetic + g.strain + g.bond + g.friction - g.total0 - g.external;
+  g.balance = g.kinetic + g.strain + g.bond + g.friction + g.fracture + g.conversion - g.total0 - g.external;
   g.scale   = std::max({g.scale, g.kinetic + g.strain, std::fabs(g.external)});
 }

@@ -99,12 +99,17 @@ bool converged(const Problem& p, const Attempt& a, const Balance& b, const RealV
   const Controls& c = a.step.ctl;
   if (by_rounding && b.free_norm <= rounding_floor(p, diag, a.du, a.cM)) return true;
   if (b.free_norm > c.tol_force * b.scale) return false;
-  double res = 0.0, ref = 0.0;
+  double res = 0.0, ref = 0.0, least = 0.0;
+  if (p.fm.on) {                                     // broken material has next to no stiffness, and need not be judged by it
+    for (double d : diag) least += d;
+    least *= 1e-3 / static_cast<double>(s.neq());
+  }
   for (int i = 0; i < s.neq(); ++i) {
     if (s.fixed[i] || !(diag[i] > 0.0)) continue;
-    res += b.R[i] * b.R[i] / diag[i];
+    const double k = std::max(diag[i], least);
+    res += b.R[i] * b.R[i] / k;
     const double f = std::max({std::fabs(a.fint[i]), std::fabs(a.fext[i]), std::fabs(b.inertia[i])});
-    ref += f * f / diag[i];
+    ref += f * f / k;
   }
   return res <= c.tol_energy * ref || ref == 0.0;
 }
@@ -142,9 +147,9 @@ Status line_search(Problem& p, Attempt& a, const RealVec& du, const RealVec& dx,
                    Balance& b, double& s)
 {
   double g1 = dot(dx, b.R), lo = 0.0, glo = g0, hi = s, ghi = g1;
-  for (int k = 0; k < 4 && std::fabs(g1) > 0.8 * std::fabs(g0); ++k) {
+  for (int k = 0; k < 6 && std::fabs(g1) > 0.8 * std::fabs(g0); ++k) {
     double next = glo * ghi < 0.0 ? lo - glo * (hi - lo) / (ghi - glo) : 0.5 * (lo + hi);
-    next = std::min(std::max(next, 0.1), 1.0);
+    next = std::min(std::max(next, lo + 0.1 * (hi - lo)), 1.0);
     for (size_t i = 0; i < du.size(); ++i) trial[i] = du[i] + next * dx[i];
     const Status status = form_residual(p, a, trial, b);
     if (status != STATUS_OK) return status;
@@ -173,7 +178,9 @@ Status step_newton(Problem& p, Attempt& a)
   log.iterations = 0;
   out_listing_iteration(log.step, log.inc, 0, b.free_norm, b.scale, 0.0, 0.0);
 
-  for (int it = 1; it <= a.step.ctl.max_iter; ++it) {
+  // equilibrium after elements broke (dt = 0) opens and closes many cracks: it may take longer
+  const int most = a.dt > 0.0 ? a.step.ctl.max_iter : 4 * a.step.ctl.max_iter;
+  for (int it = 1; it <= most; ++it) {
     bool moved = true;         // prescribed dofs have reached their target
     for (int i = 0; i < s.neq(); ++i) {
       pending[i] = s.fixed[i] ? s.target[i] - a.du[i] : 0.0;

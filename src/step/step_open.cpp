@@ -91,7 +91,12 @@ int step_open(Problem& p)
               m.mesh.elem_label[worst]);
     return 1;
   }
-  int errors = point_fill(m, st.points);
+  int errors = frac_mesh(m, p.el, p.fm);
+  if (errors) return errors;
+  frac_begin(m, p.fm, st.frac);
+  if (p.fm.on) p.el.frac = &st.frac;
+  elem_refresh(p.el);
+  errors = point_fill(m, st.points);
   if (errors) return errors;
   errors = bond_form(m, st.points, st.bonds);
   if (errors) return errors;
@@ -117,6 +122,7 @@ int step_open(Problem& p)
 
 Status step_prepare(Problem& p, const Step& s)
 {
+  if (p.ready) return STATUS_OK;
   State& st = p.st;
   RealVec xb;
   if (st.bonds.nbond) {
@@ -127,7 +133,7 @@ Status step_prepare(Problem& p, const Step& s)
     Timer timer(PHASE_CONTACT);
     contact_search(p.m, st.points, st.bonds, st.n.u, st.n.uc, xb, p.pairs);
     p.contact_s.assign(static_cast<size_t>(st.bonds.nbond) * p.m.dim, 0.0);
-    if (!p.sys.numbered) warn_penetration(p);
+    if (!p.opened) warn_penetration(p);
   }
   if (st.points.npoint) {
     Timer timer(PHASE_GRID);
@@ -136,14 +142,16 @@ Status step_prepare(Problem& p, const Step& s)
       p.worst_is_point = true;
       return status;
     }
-  } else if (p.grid.bond.size() != st.bonds.nbond) {
+  } else {
+    p.grid = ActiveGrid();
     p.grid.bond.off.assign(st.bonds.nbond + 1, 0);    // bonds to the ground and contact only
   }
-  if (st.points.npoint && !p.sys.numbered) warn_few_points(p);
+  if (st.points.npoint && !p.opened) warn_few_points(p);
   system_form(p, s.proc == PROC_DYNAMIC);
   st.log.grid_nodes = p.grid.nnode;
   st.log.grid_cells = p.grid.ncell;
   st.log.weak_nodes = p.grid.nweak;
   st.log.equations  = p.sys.neq();
+  p.ready = p.opened = true;
   return STATUS_OK;
 }

@@ -14,6 +14,7 @@ KernelMode mode_of(const Step& s)
 {
   KernelMode mode;
   mode.finite = s.nlgeom;
+  mode.steady = s.proc == PROC_STATIC;
   mode.mid    = s.proc == PROC_DYNAMIC && s.scheme == SCHEME_ENERGY_MOMENTUM;
   mode.s_new  = mode.mid ? 0.5 + s.dissipation : 1.0;
   mode.s_old  = mode.mid ? 0.5 - s.dissipation : 0.0;
@@ -99,12 +100,14 @@ void Clock::accept(double used, int iterations)
   }
 }
 
-// times of field checks: automatic increments end on them
+// times of field checks and of conversions: automatic increments end on them
 std::vector<double> stops_of(const Model& m, double start, const Step& s)
 {
   std::vector<double> out;
   for (const Check& c : m.check)
     if (c.at == AT_TIME && c.time > start && c.time < start + s.period) out.push_back(c.time - start);
+  for (const ConversionDef& c : m.conversion)
+    if (c.trigger == TRIGGER_TIME && c.limit > start && c.limit < start + s.period) out.push_back(c.limit - start);
   std::sort(out.begin(), out.end());
   return out;
 }
@@ -125,7 +128,9 @@ Status run_step(Problem& p, const Step& s, Output& out)
   State& st = p.st;
   const double start = st.n.time;
   Clock clock{s, 0.0, s.dt, 1, 0, stops_of(p.m, start, s)};
+  UndoPoint undo;
   st.log.inc = 0;
+  p.ready    = false;
   if (s.proc == PROC_STATIC) stop_motion(p);
   while (!clock.done()) {
     if (interrupt_signal()) {
@@ -139,31 +144,43 @@ Status run_step(Problem& p, const Step& s, Output& out)
     // 1., 2. grid, rows, pattern, mass
     Status status = step_prepare(p, s);
     if (status == STATUS_OK && st.log.inc == 1 && s.proc == PROC_DYNAMIC && s.scheme == SCHEME_NEWMARK)
-      status = step_initial_acceleration(p, s);
-    // 3., 4. attempts, each half as long as the one before
+      status = step_initial_acceleration(p, s, 0.0);
+    // 3., 4., 5. attempts, each half as long as the one before
     double dt = clock.next();
     st.log.cuts = 0;
+    if (p.fm.on) step_undo_point(p, undo);
     while (status == STATUS_OK) {
       const Ledger before = st.ledger;
       status = step_increment(p, s, clock.t, dt);
-      if (status == STATUS_OK || status == SOLVER_FAILED || status == BAD_VALUE) break;
+      const int iterations = st.log.iterations;
+      if (status == STATUS_OK) {
+        st.n      = st.np1;
+        st.n.time = start + clock.t + dt;
+        p.ready   = false;
+        if (p.fm.on) status = step_fracture(p, s, clock.t + dt, out);
+        st.log.iterations = iterations;
+      }
+      if (status == STATUS_OK || status == SOLVER_FAILED || status == BAD_VALUE || status == OUTSIDE_GRID) break;
+      const std::string why = step_explain(p, status);
+      if (p.fm.on) step_undo(p, undo);
       st.ledger = before;
+      if (step_prepare(p, s) != STATUS_OK) break;
       const double shorter = 0.5 * dt;
       if (st.log.cuts >= s.ctl.max_cut || shorter < s.dt_min) break;
-      out_listing_cut(st.log.step, st.log.inc, start + clock.t, dt, shorter, status, step_explain(p, status).c_str());
+      out_listing_cut(st.log.step, st.log.inc, start + clock.t, dt, shorter, status, why.c_str());
       ++st.log.cuts;
       dt = clock.dt = shorter;
       status = STATUS_OK;
     }
     if (status != STATUS_OK) return status;
-    // 6. commit, write
-    st.n = st.np1;
+    // 6. write
     clock.accept(dt, st.log.iterations);
     st.n.time = start + clock.t;
     ++st.log.inc_total;
     st.log.dt     = dt;
     st.log.t_step = clock.t;
     out_increment(p.m, p.el, st, p.grid, out);
+    st.eroded.clear();
   }
   return STATUS_OK;
 }

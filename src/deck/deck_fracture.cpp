@@ -1,0 +1,152 @@
+#include <algorithm>
+#include <cmath>
+
+#include "deck/deck_state.h"
+
+namespace {
+
+void fault(Deck& d, const char* keyword, const Place& place, const std::string& word, const std::string& text)
+{
+  d.word = keyword;
+  deck_error(d, deck_field(d, place, word), text);
+}
+
+// an element breaks by one definition, and is converted by one
+template <class Def>
+void check_once(Deck& d, const Model& m, const std::vector<Def>& defs, const char* keyword)
+{
+  IntVec owner(m.mesh.nelem(), -1);
+  for (std::size_t i = 0; i < defs.size(); ++i) {
+    if (defs[i].elset < 0) continue;
+    for (int e : m.elset[defs[i].elset].item) {
+      if (owner[e] >= 0) {
+        fault(d, keyword, defs[i].place, m.elset[defs[i].elset].name,
+              text_format("element %d is in *%s of line %d already; sets must not overlap", m.mesh.elem_label[e], keyword, defs[owner[e]].place.line));
+        break;
+      }
+      owner[e] = static_cast<int>(i);
+    }
+  }
+}
+
+// sets hold finite elements, not what becomes points before the run
+template <class Def>
+void check_elements(Deck& d, const Model& m, const std::vector<Def>& defs, const char* keyword)
+{
+  for (const Def& f : defs) {
+    if (f.elset < 0) continue;
+    for (int e : m.elset[f.elset].item)
+      if (m.mesh.elem_section[e] < 0) {
+        fault(d, keyword, f.place, m.elset[f.elset].name,
+              text_format("element %d has no *SOLID SECTION; only finite elements can break or become points during the run", m.mesh.elem_label[e]));
+        break;
+      }
+  }
+}
+
+void check_broken(Deck& d, const Model& m)
+{
+  IntVec may(m.mesh.nelem(), 0);
+  for (const FractureDef& f : m.fracture)
+    if (f.elset >= 0)
+      for (int e : m.elset[f.elset].item) may[e] = 1;
+  for (const BrokenDef& b : m.broken)
+    for (int e : b.elem) {
+      if (b.remove || may[e]) continue;
+      fault(d, "INITIAL CONDITIONS", b.place, "", text_format("element %d is broken from the start, but belongs to no *EIGENFRACTURE, which "
+                                                              "says what it still carries; put it into the set of one", m.mesh.elem_label[e]));
+      break;
+    }
+}
+
+void check_wedges(Deck& d, const Model& m, const ConversionDef& c)
+{
+  for (int e : m.elset[c.elset].item)
+    if (elem_table[m.mesh.elem_type[e]].shape == SHAPE_WEDGE6)
+      return fault(d, "CONVERSION", c.place, m.elset[c.elset].name, "wedges (C3D6) cannot become material points; take C3D8 or C3D4");
+}
+
+// the body that the elements of one section become, empty at t = 0, and the bonds that tie it to what is left
+void make_body(Model& m, ConversionDef& c, int section, const IntVec& elem)
+{
+  Body b;
+  std::string name = c.body_name;
+  for (int k = 2; model_find_body(m, name) >= 0; ++k) name = c.body_name + "_" + std::to_string(k);
+  b.name      = name;
+  b.fill      = FILL_CONVERSION;
+  b.per_cell  = c.per_elem;
+  b.field     = c.field;
+  b.material  = m.section[section].material;
+  b.plane     = elem_table[m.mesh.elem_type[elem[0]]].plane;
+  b.thickness = m.section[section].thickness;
+  b.place     = c.place;
+  for (int i = 0; i < m.dim; ++i) {
+    b.lo[i] = 1e300;
+    b.hi[i] = -1e300;
+    for (int e : elem)
+      for (int k = m.mesh.conn.off[e]; k < m.mesh.conn.off[e + 1]; ++k) {
+        b.lo[i] = std::min(b.lo[i], m.mesh.X[3 * m.mesh.conn.item[k] + i]);
+        b.hi[i] = std::max(b.hi[i], m.mesh.X[3 * m.mesh.conn.item[k] + i]);
+      }
+  }
+  BondDef bond = c.bond;
+  bond.kind  = BOND_MESH_GRID;
+  bond.name  = name;
+  bond.body  = static_cast<int>(m.body.size());
+  bond.place = c.place;
+  c.body[section]    = bond.body;
+  c.bond_of[section] = static_cast<int>(m.bond.size());
+  m.body.push_back(b);
+  m.bond.push_back(bond);
+}
+
+// cells much larger than the elements: the grid would tie the two faces of a crack together
+void check_cells(Deck& d, const Model& m, const ConversionDef& c)
+{
+  if (!m.grid.given || c.elset < 0) return;
+  double smallest = 1e300;
+  for (int e : m.elset[c.elset].item)
+    for (int a = 0; a < m.mesh.conn.count(e); ++a) {
+      const int *node = m.mesh.conn.begin(e), b = (a + 1) % m.mesh.conn.count(e);
+      const double *x = &m.mesh.X[3 * node[a]], *y = &m.mesh.X[3 * node[b]];
+      const double length = std::hypot(x[0] - y[0], x[1] - y[1], x[2] - y[2]);
+      if (length > 0.0) smallest = std::min(smallest, length);
+    }
+  double h = 0.0;
+  for (int i = 0; i < m.dim; ++i) h = std::max(h, m.grid.h[i]);
+  if (h > 3.0 * smallest)
+    fault(d, "CONVERSION", c.place, m.elset[c.elset].name, "the cells of the grid (" + text_number(h) + ") are more than three times as large as the "
+          "smallest edge of these elements (" + text_number(smallest) + "): the grid would hold a crack together; take smaller cells");
+}
+
+void make_bodies(Deck& d, Model& m, ConversionDef& c)
+{
+  c.body.assign(m.section.size(), -1);
+  c.bond_of.assign(m.section.size(), -1);
+  if (c.elset < 0) return;
+  if (model_find_body(m, c.body_name) >= 0 && c.body_name != "CONVERTED")
+    return fault(d, "CONVERSION", c.place, c.body_name, "body " + c.body_name + " is defined already; take another name");
+  check_wedges(d, m, c);
+  check_cells(d, m, c);
+  for (std::size_t s = 0; s < m.section.size(); ++s) {
+    IntVec elem;
+    for (int e : m.elset[c.elset].item)
+      if (m.mesh.elem_section[e] == static_cast<int>(s)) elem.push_back(e);
+    if (!elem.empty()) make_body(m, c, static_cast<int>(s), elem);
+  }
+}
+
+}  // namespace
+
+// ---------------------------------------------------------------------------
+// deck_fracture : what *EIGENFRACTURE, *CONVERSION and pre-cracks need of the whole deck, and their mistakes
+// ---------------------------------------------------------------------------
+void deck_fracture(Deck& d, Model& m)
+{
+  check_once(d, m, m.fracture, "EIGENFRACTURE");
+  check_once(d, m, m.conversion, "CONVERSION");
+  check_elements(d, m, m.fracture, "EIGENFRACTURE");
+  check_elements(d, m, m.conversion, "CONVERSION");
+  check_broken(d, m);
+  for (ConversionDef& c : m.conversion) make_bodies(d, m, c);
+}

@@ -1,0 +1,59 @@
+#include "deck/card.h"
+
+namespace {
+
+const char* const law_words = "RCE|VD|SPECTRAL|PRESSURE|NONE";
+const char* const criterion_words = "GRIFFITH|ELEMENT";
+
+void read_order(Card& card, FractureDef& f)
+{
+  f.order    = card_param_word(card, "ORDER", "STRONGEST|ALL", 0) == 1 ? ORDER_ALL : ORDER_STRONGEST;
+  f.spacing  = card_param_real(card, "SPACING", -1.0, at_least(0.0));
+  f.interval = card_param_real(card, "INTERVAL", 0.0, above(0.0));
+  f.speed    = card_param_real(card, "SPEED LIMIT", 0.0, above(0.0));
+  f.fallback = card_param_real(card, "FALLBACK", -1.0, at_least(0.0));
+  f.start    = card_param_yes(card, "START", false, true);
+  if (f.order == ORDER_ALL && card_param(card, "SPACING")) card_error(card, card_param(card, "SPACING")->key, "SPACING has no meaning with ORDER=ALL; leave it out");
+}
+
+// which words go with which criterion
+void check_words(Card& card, const FractureDef& f)
+{
+  if (f.criterion != CRITERION_ELEMENT) return;
+  for (const char* name : {"ESTIMATE", "EPSILON", "FALLBACK", "START"})
+    if (card_param(card, name)) card_error(card, card_param(card, name)->key, std::string(name) + " goes with CRITERION=GRIFFITH only");
+}
+
+}  // namespace
+
+// ---------------------------------------------------------------------------
+// *EIGENFRACTURE, ELSET=[, CRITERION=GRIFFITH|ELEMENT][, ESTIMATE=][, EPSILON=][, SPLIT=][, RESIDUAL=][, STIFFNESS=] ... : Gc
+// ---------------------------------------------------------------------------
+void kw_eigenfracture(Card& card, Model& model)
+{
+  FractureDef f;
+  f.place = card_place(card);
+  const int criterion = card_param_word(card, "CRITERION", criterion_words, 0), estimate = card_param_word(card, "ESTIMATE", "AUTO|FORCE|BALL", 0);
+  const int drive = card_param_word(card, "SPLIT", law_words, 0), residual = card_param_word(card, "RESIDUAL", law_words, drive < 0 ? 0 : drive);
+  f.criterion = static_cast<Criterion>(criterion < 0 ? 0 : criterion);
+  f.estimate  = static_cast<Estimate>(estimate < 0 ? 0 : estimate);
+  f.drive     = static_cast<Split>(drive < 0 ? 0 : drive);
+  f.residual  = static_cast<Split>(residual < 0 ? 0 : residual);
+  f.epsilon   = card_param_real(card, "EPSILON", 0.0, at_least(1.0));
+  f.stiffness = card_param_real(card, "STIFFNESS", f.stiffness, from_to(0.0, 1.0));
+  f.weibull   = card_param_real(card, "WEIBULL", 0.0, above(0.0));
+  f.seed      = card_param_int(card, "SEED", 1, 0, 2147483647);
+  read_order(card, f);
+  check_words(card, f);
+  if (card_param(card, "SEED") && !card_param(card, "WEIBULL")) card_error(card, card_param(card, "SEED")->key, "SEED goes with WEIBULL=modulus only");
+  const Field elset = card_param_field(card, "ELSET");
+  if (!card_line(card)) {
+    card_error(card, card.head.at, "a data line must follow: Gc, the toughness in force/length");
+    return;
+  }
+  f.gc = card_real(card, "Gc", above(0.0));
+  card_end(card);
+  const std::size_t i = model.fracture.size();
+  model.fracture.push_back(f);
+  card_later(card, STAGE_STEP, [=](Deck& d, Model& m) { m.fracture[i].elset = target_elset(d, m, elset); });
+}

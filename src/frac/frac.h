@@ -1,0 +1,85 @@
+// ---------------------------------------------------------------------------
+// frac.h : eigenfracture: which elements break, and how they become material points (doc/theory.md 7)
+// ---------------------------------------------------------------------------
+#ifndef MPFE_FRAC_FRAC_H
+#define MPFE_FRAC_FRAC_H
+
+#include <algorithm>
+#include <cmath>
+
+#include "bond/bond.h"
+#include "elem/elem.h"
+#include "point/point.h"
+
+// What fracture and conversion need to know of the mesh at t = 0; made once
+struct FracMesh {
+  bool on = false;             // something can break or change its form
+  IntVec def;                  // [nelem] index into Model::fracture, -1: cannot break
+  IntVec conv;                 // [nelem] index into Model::conversion, -1: stays an element
+  RealVec gc;                  // [nelem] toughness, with its scatter               force/length
+  RealVec centre;              // [nelem*3]
+  RealVec volume;              // [nelem] area x thickness in the plane
+  RealVec thickness;           // [nelem] 1 in three dimensions
+  RealVec size;                // [nelem] h: edge of the square or cube that the element is a part of     length
+  RealVec local;               // [nelem] h, mean with the neighbours
+  IntVec across, across_face;  // [nelem*6] element behind a face and its face there, -1: none
+  ListTable of_node;           // [nnode] elements of a node
+  double lo[3] = {0, 0, 0}, bin = 1.0;     // bins of centres
+  int nbin[3] = {1, 1, 1};
+  ListTable in_bin;            // [bins] elements
+};
+
+// One element that breaks
+struct Erosion {
+  int elem = -1;
+  double value = 0.0;          // criterion over toughness, >= 1
+  double rank  = 0.0;          // what the order goes by
+};
+
+// frac_mesh : topology, sizes, toughness. Returns the number of errors (messages in the log).
+int frac_mesh(const Model& m, const Elements& el, FracMesh& fm);
+
+// frac_begin : nothing is broken yet, but for pre-cracks
+void frac_begin(const Model& m, const FracMesh& fm, Fracture& fr);
+
+// frac_near : calls use(element, distance) for all elements whose centre lies within radius of x
+template <class Use>
+void frac_near(const FracMesh& fm, const double* x, double radius, Use use)
+{
+  int a[3], b[3];
+  for (int i = 0; i < 3; ++i) {
+    a[i] = std::max(0, static_cast<int>(std::floor((x[i] - radius - fm.lo[i]) / fm.bin)));
+    b[i] = std::min(fm.nbin[i] - 1, static_cast<int>(std::floor((x[i] + radius - fm.lo[i]) / fm.bin)));
+  }
+  for (int k = a[2]; k <= b[2]; ++k)
+    for (int j = a[1]; j <= b[1]; ++j)
+      for (int i = a[0]; i <= b[0]; ++i) {
+        const int cell = (k * fm.nbin[1] + j) * fm.nbin[0] + i;
+        for (int q = fm.in_bin.off[cell]; q < fm.in_bin.off[cell + 1]; ++q) {
+          const int e = fm.in_bin.item[q];
+          const double* c = &fm.centre[3 * e];
+          const double r  = std::hypot(c[0] - x[0], c[1] - x[1], c[2] - x[2]);
+          if (r < radius) use(e, r);
+        }
+      }
+}
+
+// frac_test : elements that break now, strongest first; l: a converged level. doc/theory.md (7.1) - (7.8)
+void frac_test(const Model& m, const Step& s, const Elements& el, const FracMesh& fm, const Fracture& fr, const Level& l,
+               std::vector<Erosion>& out);
+
+// frac_estimate : G of element e by the estimate of its definition, whatever the gates say; J [3]: FORCE: its direction
+double frac_estimate(const Model& m, const Step& s, const Elements& el, const FracMesh& fm, const Fracture& fr,
+                     const Level& l, int e, double J[3]);
+
+// frac_erode : element e breaks: normal, time, counts. Returns the strain energy released at fixed displacement.
+double frac_erode(const Model& m, const Elements& el, const FracMesh& fm, const Level& l, bool nlgeom, int e, Fracture& fr);
+
+// frac_distorted : elements that a distortion or a time turns into points
+void frac_due(const Model& m, const Elements& el, const FracMesh& fm, const Fracture& fr, const Level& l, IntVec& out);
+
+// frac_convert : elements become material points: corners at the lattice of the element, bonds on the new interface.
+// Writes form, points, bonds and the level n; velocities and displacements of new corners are those of the element.
+void frac_convert(const Model& m, Elements& el, const FracMesh& fm, const IntVec& elem, CornerShare& share, State& st);
+
+#endif

@@ -1,0 +1,104 @@
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Eigenvalues>
+
+#include "base/log.h"
+#include "frac/frac.h"
+
+namespace {
+
+// values of a nodal field at the corners that an element has made
+void interpolate(const CornerShare& share, const RealVec& node, int dim, RealVec& corner)
+{
+  for (size_t k = 0; k < share.made.size(); ++k)
+    for (int i = 0; i < dim; ++i) {
+      double sum = 0.0;
+      for (int j = share.node.off[k]; j < share.node.off[k + 1]; ++j) sum += share.weight[j] * node[share.node.item[j] * dim + i];
+      corner.push_back(sum);
+    }
+}
+
+void convert_one(const Model& m, const FracMesh& fm, int e, CornerShare& share, State& st)
+{
+  const ConversionDef& c = m.conversion[fm.conv[e]];
+  const int first = st.points.npoint;
+  point_convert(m, c.body[m.mesh.elem_section[e]], e, share, st.points);
+  interpolate(share, st.n.u, m.dim, st.n.uc);
+  interpolate(share, st.n.v, m.dim, st.n.vc);
+  for (int p = first; p < st.points.npoint; ++p) {
+    st.points.broken[p] = st.frac.broken[e];
+    for (int i = 0; i < 3; ++i) st.points.normal[3 * p + i] = st.frac.normal[3 * e + i];
+  }
+  st.frac.form[e] = FORM_POINTS;
+  st.frac.converted.push_back(e);
+}
+
+// faces of finite elements with converted elements behind them, definition by definition
+std::vector<BondFace> interface_faces(const Model& m, const FracMesh& fm, const Fracture& fr)
+{
+  std::vector<BondFace> out;
+  for (int e : fr.converted)
+    for (int f = 0; f < 6; ++f) {
+      const int o = fm.across[6 * e + f];
+      if (o < 0 || fr.form[o] != FORM_ELEMENT) continue;
+      out.push_back({m.conversion[fm.conv[e]].bond_of[m.mesh.elem_section[e]], {o, fm.across_face[6 * e + f]}});
+    }
+  std::stable_sort(out.begin(), out.end(), [](const BondFace& a, const BondFace& b) {
+    return a.def != b.def ? a.def < b.def : a.face.elem != b.face.elem ? a.face.elem < b.face.elem : a.face.face < b.face.face;
+  });
+  return out;
+}
+
+// nodes whose last element has become points
+IntVec lost_nodes(const Model& m, const FracMesh& fm, const Fracture& fr)
+{
+  IntVec lost(m.mesh.nnode(), 0);
+  for (int e : fr.converted)
+    for (int k = m.mesh.conn.off[e]; k < m.mesh.conn.off[e + 1]; ++k) lost[m.mesh.conn.item[k]] = 1;
+  for (int n = 0; n < m.mesh.nnode(); ++n)
+    for (int k = fm.of_node.off[n]; lost[n] && k < fm.of_node.off[n + 1]; ++k)
+      if (fr.form[fm.of_node.item[k]] == FORM_ELEMENT) lost[n] = 0;
+  return lost;
+}
+
+// det F and the ratio of the principal stretches, at the worst Gauss point
+double distortion(const Model& m, const Elements& el, int e, const RealVec& u)
+{
+  double worst = 1.0;
+  IpFields f;
+  for (int g = 0; g < shape_info[el.block[el.home[e]].shape].ngp; ++g) {
+    elem_ip_fields(m, el, u, true, e, g, f);
+    const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> F(f.F);
+    Eigen::VectorXd stretch2;
+    if (m.dim == 2) stretch2 = Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(F.topLeftCorner<2, 2>().transpose() * F.topLeftCorner<2, 2>()).eigenvalues();
+    else stretch2 = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(F.transpose() * F).eigenvalues();
+    worst = std::min({worst, F.determinant(), std::sqrt(std::max(0.0, stretch2.minCoeff() / stretch2.maxCoeff()))});
+  }
+  return worst;
+}
+
+}  // namespace
+
+void frac_due(const Model& m, const Elements& el, const FracMesh& fm, const Fracture& fr, const Level& l, IntVec& out)
+{
+  out.clear();
+  for (size_t c = 0; c < m.conversion.size(); ++c) {
+    const ConversionDef& d = m.conversion[c];
+    if (d.trigger == TRIGGER_EROSION || (d.trigger == TRIGGER_TIME && l.time < d.limit * (1.0 - 1e-9))) continue;
+    for (int e : m.elset[d.elset].item) {
+      if (fm.conv[e] != static_cast<int>(c) || fr.form[e] != FORM_ELEMENT || el.home[e] < 0) continue;
+      if (d.trigger == TRIGGER_TIME || distortion(m, el, e, l.u) < d.limit) out.push_back(e);
+    }
+  }
+}
+
+void frac_convert(const Model& m, Elements& el, const FracMesh& fm, const IntVec& elem, CornerShare& share, State& st)
+{
+  if (elem.empty()) return;
+  for (int e : elem) convert_one(m, fm, e, share, st);
+  elem_refresh(el);
+  point_velocities(st.points, m.dim, st.n.vc, st.n.vp);
+  point_surfaces(m, st.points);
+  bond_rebuild(m, st.points, interface_faces(m, fm, st.frac), lost_nodes(m, fm, st.frac), st.bonds, st.n);
+}

@@ -1,0 +1,189 @@
+#include <gsl/gsl_randist.h>
+#include <gsl/gsl_sf_gamma.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "base/log.h"
+#include "frac/frac.h"
+#include "shape/shape.h"
+
+namespace {
+
+// the element as a part of a square or a cube: two triangles, two wedges, six tetrahedra
+double parts_of_cube(Shape s)
+{
+  return s == SHAPE_TRI3 || s == SHAPE_WEDGE6 ? 2.0 : s == SHAPE_TET4 ? 6.0 : 1.0;
+}
+
+void find_sizes(const Model& m, const Elements& el, FracMesh& fm)
+{
+  const int nelem = m.mesh.nelem();
+  fm.centre.assign(3 * static_cast<size_t>(nelem), 0.0);
+  fm.volume.assign(nelem, 0.0);
+  fm.thickness.assign(nelem, 1.0);
+  fm.size.assign(nelem, 0.0);
+  for (int e = 0; e < nelem; ++e) {
+    const int n = m.mesh.conn.count(e), *node = m.mesh.conn.begin(e);
+    for (int a = 0; a < n; ++a)
+      for (int i = 0; i < 3; ++i) fm.centre[3 * e + i] += m.mesh.X[3 * node[a] + i] / n;
+    if (el.home[e] < 0) continue;
+    const ElemBlock& b    = el.block[el.home[e]];
+    const ShapeInfo& info = shape_info[b.shape];
+    for (int g = 0; g < info.ngp; ++g) fm.volume[e] += b.w[static_cast<size_t>(el.slot_of[e]) * info.ngp + g];
+    if (m.dim == 2) fm.thickness[e] = b.thickness;
+    const double cube = fm.volume[e] / fm.thickness[e] * parts_of_cube(b.shape);
+    fm.size[e] = m.dim == 2 ? std::sqrt(cube) : std::cbrt(cube);
+  }
+}
+
+// what lies behind each face
+void find_across(const Model& m, FracMesh& fm)
+{
+  struct Side { std::array<int, 4> node; int e, f; };
+  std::vector<Side> all;
+  const int nelem = m.mesh.nelem();
+  fm.across.assign(6 * static_cast<size_t>(nelem), -1);
+  fm.across_face.assign(6 * static_cast<size_t>(nelem), -1);
+  for (int e = 0; e < nelem; ++e) {
+    const ShapeInfo& s = shape_info[elem_table[m.mesh.elem_type[e]].shape];
+    for (int f = 0; f < s.nface; ++f) {
+      Side side{{{-1, -1, -1, -1}}, e, f};
+      for (int a = 0; a < s.nfnode[f]; ++a) side.node[a] = m.mesh.conn.begin(e)[s.face[f][a]];
+      std::sort(side.node.begin(), side.node.end());
+      all.push_back(side);
+    }
+  }
+  std::stable_sort(all.begin(), all.end(), [](const Side& a, const Side& b) { return a.node < b.node; });
+  for (size_t i = 0; i + 1 < all.size(); ++i) {
+    const Side &a = all[i], &b = all[i + 1];
+    if (a.node != b.node) continue;
+    fm.across[6 * a.e + a.f]      = b.e;
+    fm.across_face[6 * a.e + a.f] = b.f;
+    fm.across[6 * b.e + b.f]      = a.e;
+    fm.across_face[6 * b.e + b.f] = a.f;
+  }
+}
+
+void find_local(FracMesh& fm)
+{
+  fm.local = fm.size;
+  for (size_t e = 0; e < fm.size.size(); ++e) {
+    double sum = fm.size[e], count = 1.0;
+    for (int f = 0; f < 6; ++f) {
+      const int o = fm.across[6 * e + f];
+      if (o < 0 || fm.size[o] == 0.0) continue;
+      sum += fm.size[o];
+      count += 1.0;
+    }
+    fm.local[e] = sum / count;
+  }
+}
+
+void find_bins(const Model& m, FracMesh& fm)
+{
+  const int nelem = m.mesh.nelem();
+  double hi[3], mean = 0.0;
+  for (int i = 0; i < 3; ++i) fm.lo[i] = hi[i] = fm.centre[i];
+  for (int e = 0; e < nelem; ++e) {
+    mean += fm.size[e] / nelem;
+    for (int i = 0; i < 3; ++i) {
+      fm.lo[i] = std::min(fm.lo[i], fm.centre[3 * e + i]);
+      hi[i]    = std::max(hi[i], fm.centre[3 * e + i]);
+    }
+  }
+  fm.bin = 2.0 * mean;
+  long cells = 1;
+  for (int i = 0; i < 3; ++i) {
+    fm.nbin[i] = std::min(2000, static_cast<int>((hi[i] - fm.lo[i]) / fm.bin) + 1);
+    cells *= fm.nbin[i];
+  }
+  for (int i = 0; i < 3; ++i) fm.bin = std::max(fm.bin, (hi[i] - fm.lo[i]) / fm.nbin[i] * (1.0 + 1e-12));
+  std::vector<IntVec> in(cells);
+  for (int e = 0; e < nelem; ++e) {
+    int c[3];
+    for (int i = 0; i < 3; ++i)
+      c[i] = std::min(fm.nbin[i] - 1, static_cast<int>((fm.centre[3 * e + i] - fm.lo[i]) / fm.bin));
+    in[(c[2] * fm.nbin[1] + c[1]) * fm.nbin[0] + c[0]].push_back(e);
+  }
+  fm.in_bin = ListTable();
+  for (const IntVec& list : in) {
+    fm.in_bin.item.insert(fm.in_bin.item.end(), list.begin(), list.end());
+    fm.in_bin.off.push_back(static_cast<int>(fm.in_bin.item.size()));
+  }
+}
+
+void find_of_node(const Model& m, FracMesh& fm)
+{
+  const int nnode = m.mesh.nnode();
+  IntVec count(nnode + 1, 0);
+  for (int n : m.mesh.conn.item) ++count[n + 1];
+  for (int n = 0; n < nnode; ++n) count[n + 1] += count[n];
+  fm.of_node.off = count;
+  fm.of_node.item.resize(m.mesh.conn.item.size());
+  for (int e = 0; e < m.mesh.nelem(); ++e)
+    for (int k = m.mesh.conn.off[e]; k < m.mesh.conn.off[e + 1]; ++k) fm.of_node.item[count[m.mesh.conn.item[k]]++] = e;
+}
+
+// toughness of each element: the mean is Gc, a Weibull distribution gives its scatter
+void find_toughness(const Model& m, const FractureDef& d, int def, FracMesh& fm)
+{
+  gsl_rng* rng = nullptr;
+  double scale = d.gc;
+  if (d.weibull > 0.0) {
+    rng = gsl_rng_alloc(gsl_rng_mt19937);
+    gsl_rng_set(rng, static_cast<unsigned long>(d.seed));
+    scale = d.gc / gsl_sf_gamma(1.0 + 1.0 / d.weibull);
+  }
+  for (int e : m.elset[d.elset].item) {
+    const double gc = rng ? gsl_ran_weibull(rng, scale, d.weibull) : d.gc;
+    if (fm.size[e] == 0.0) continue;
+    fm.def[e] = def;
+    fm.gc[e]  = gc;
+  }
+  if (rng) gsl_rng_free(rng);
+}
+
+}  // namespace
+
+int frac_mesh(const Model& m, const Elements& el, FracMesh& fm)
+{
+  fm    = FracMesh();
+  fm.on = !m.fracture.empty() || !m.conversion.empty() || !m.broken.empty();
+  if (!fm.on) return 0;
+  const int nelem = m.mesh.nelem();
+  find_sizes(m, el, fm);
+  find_across(m, fm);
+  find_local(fm);
+  find_bins(m, fm);
+  find_of_node(m, fm);
+  fm.def.assign(nelem, -1);
+  fm.conv.assign(nelem, -1);
+  fm.gc.assign(nelem, 0.0);
+  for (size_t d = 0; d < m.fracture.size(); ++d) find_toughness(m, m.fracture[d], static_cast<int>(d), fm);
+  for (size_t c = 0; c < m.conversion.size(); ++c)
+    for (int e : m.elset[m.conversion[c].elset].item) fm.conv[e] = static_cast<int>(c);
+  return 0;
+}
+
+void frac_begin(const Model& m, const FracMesh& fm, Fracture& fr)
+{
+  fr = Fracture();
+  if (!fm.on) return;
+  const int nelem = m.mesh.nelem();
+  fr.form.assign(nelem, FORM_ELEMENT);
+  fr.broken.assign(nelem, -1);
+  fr.time.assign(nelem, -1.0);
+  fr.normal.assign(3 * static_cast<size_t>(nelem), 0.0);
+  for (const BrokenDef& b : m.broken)
+    for (int e : b.elem) {
+      if (b.remove) {
+        fr.form[e] = FORM_REMOVED;
+        continue;
+      }
+      fr.broken[e] = fm.def[e];
+      fr.time[e]   = 0.0;
+      for (int i = 0; i < 3; ++i) fr.normal[3 * static_cast<size_t>(e) + i] = b.normal[i];
+    }
+}

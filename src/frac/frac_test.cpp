@@ -1,0 +1,352 @@
+#include <algorithm>
+#include <cmath>
+
+#include "frac/frac.h"
+#include "shape/shape.h"
+
+namespace {
+
+const double pi = 3.14159265358979323846;
+
+// What one test knows of the state; what costs is made when it is asked for
+struct Scan {
+  const Model& m;
+  const Step& step;
+  const Elements& el;
+  const FracMesh& fm;
+  const Fracture& fr;
+  const Level& l;
+  RealVec W;                   // [nelem] strain energy / volume of intact elements, 0 for others
+  RealVec drive;               // [nelem] psi+ / volume, -1: not yet known
+  bool dynamic() const { return step.proc == PROC_DYNAMIC; }
+  const FractureDef& def(int e) const { return m.fracture[fm.def[e]]; }
+  const MatLaw& law(int e) const { return el.block[el.home[e]].law; }
+  bool intact(int e) const { return fr.form[e] == FORM_ELEMENT && fr.broken[e] < 0 && el.home[e] >= 0; }
+  bool cracked(int e) const { return fr.form[e] == FORM_REMOVED || fr.broken[e] >= 0; }
+};
+
+Estimate estimate_of(const Scan& s, int e)
+{
+  const Estimate given = s.def(e).estimate;
+  return given != ESTIMATE_AUTO ? given : s.dynamic() ? ESTIMATE_BALL : ESTIMATE_FORCE;
+}
+
+double radius_of(const Scan& s, int e)
+{
+  const double given = s.def(e).epsilon;
+  return (given > 0.0 ? given : estimate_of(s, e) == ESTIMATE_FORCE ? 5.0 : 2.0) * s.fm.local[e];
+}
+
+// mean strain of an intact element                                                  [dim*dim]
+void mean_strain(const Scan& s, int e, double* E)
+{
+  const ElemBlock& b    = s.el.block[s.el.home[e]];
+  const ShapeInfo& info = shape_info[b.shape];
+  const int d2 = s.m.dim * s.m.dim;
+  double all[72], volume = 0.0;
+  elem_strains(s.m, s.el, e, s.l.u, s.step.nlgeom, all);
+  for (int k = 0; k < d2; ++k) E[k] = 0.0;
+  for (int g = 0; g < info.ngp; ++g) {
+    const double w = b.w[static_cast<size_t>(s.el.slot_of[e]) * info.ngp + g];
+    volume += w;
+    for (int k = 0; k < d2; ++k) E[k] += w * all[g * d2 + k];
+  }
+  for (int k = 0; k < d2; ++k) E[k] /= volume;
+}
+
+// psi+ / volume of an intact element; the law that drives is that of its definition
+double drive_of(Scan& s, int e)
+{
+  if (s.drive[e] >= 0.0) return s.drive[e];
+  const ElemBlock& b    = s.el.block[s.el.home[e]];
+  const ShapeInfo& info = shape_info[b.shape];
+  const Split split     = s.fm.def[e] >= 0 ? s.def(e).drive : SPLIT_NONE;
+  double all[72], sum = 0.0;
+  elem_strains(s.m, s.el, e, s.l.u, s.step.nlgeom, all);
+  for (int g = 0; g < info.ngp; ++g)
+    sum += b.w[static_cast<size_t>(s.el.slot_of[e]) * info.ngp + g] *
+           split_drive(b.law, s.m.dim, split, s.step.nlgeom, all + g * s.m.dim * s.m.dim);
+  return s.drive[e] = sum / s.fm.volume[e];
+}
+
+// threshold of one element: Gc h t                                                   (7.1)
+double threshold(const Scan& s, int e)
+{
+  const double h = s.fm.size[e];
+  return s.fm.gc[e] * (s.m.dim == 2 ? h * s.fm.thickness[e] : h * h);
+}
+
+// ---- energy average in a ball                                                      (7.3), (7.4)
+
+// pi / kappa: energy in a disc around a tip of mode I is kappa G r
+double ball_constant(const Scan& s, int e)
+{
+  const MatLaw& law = s.law(e);
+  const double nu   = law.lam3 / (2.0 * (law.lam3 + law.mu));
+  const bool stress = law.plane == PLANE_STRESS;
+  double kappa = stress ? (5.0 - 3.0 * nu) / 8.0 : (5.0 - 8.0 * nu) / (8.0 * (1.0 - nu));
+  if (s.def(e).drive == SPLIT_RCE) kappa = stress ? 0.5247 * (1.0 - nu * nu) : 0.5247 * (1.0 - 2.0 * nu) / ((1.0 - nu) * (1.0 - nu));
+  return s.m.dim == 2 ? pi / kappa : 8.0 / (3.0 * kappa);
+}
+
+double ball_estimate(Scan& s, int e)
+{
+  const double radius = radius_of(s, e);
+  double energy = 0.0, volume = 0.0;
+  frac_near(s.fm, &s.fm.centre[3 * e], radius, [&](int o, double) {
+    volume += s.fm.volume[o];
+    if (s.intact(o)) energy += drive_of(s, o) * s.fm.volume[o];
+  });
+  return volume > 0.0 ? ball_constant(s, e) * radius * energy / volume : 0.0;
+}
+
+// ---- configurational force in a ball                                               (7.5) - (7.7)
+
+// J += sum_a q_a F_a of one element; in dynamics with the kinetic part
+template <int D>
+void add_force(const Scan& s, int e, const double* q, double* J)
+{
+  const ElemBlock& b    = s.el.block[s.el.home[e]];
+  const ShapeInfo& info = shape_info[b.shape];
+  const int nen = info.nen, *node = s.m.mesh.conn.begin(e);
+  double E[72], u[24];
+  elem_strains(s.m, s.el, e, s.l.u, s.step.nlgeom, E);
+  for (int a = 0; a < nen; ++a)
+    for (int i = 0; i < D; ++i) u[a * D + i] = s.l.u[node[a] * D + i];
+  for (int g = 0; g < info.ngp; ++g) {
+    const size_t at  = static_cast<size_t>(s.el.slot_of[e]) * info.ngp + g;
+    const double* dN = &b.dNdX[at * nen * D];
+    double H[D * D], S[D * D], P[D * D], gq[D] = {0}, W = 0.0;
+    ip_gradient<D, 0>(dN, nen, u, H);
+    ip_law<D>(b.law, E + g * D * D, S);
+    for (int i = 0; i < D; ++i)
+      for (int j = 0; j < D; ++j) {
+        P[i * D + j] = S[i * D + j];
+        W += 0.5 * S[i * D + j] * E[(g * D + i) * D + j];
+        if (s.step.nlgeom)
+          for (int k = 0; k < D; ++k) P[i * D + j] += H[i * D + k] * S[k * D + j];
+      }
+    for (int a = 0; a < nen; ++a)
+      for (int j = 0; j < D; ++j) gq[j] += q[a] * dN[a * D + j];
+    if (s.dynamic()) {
+      double N[8], v[D] = {0}, acc[D] = {0}, gv[D * D] = {0}, qg = 0.0, vv = 0.0;
+      shape_eval(b.shape, gauss_rule(b.shape).xi[g], N, nullptr);
+      for (int a = 0; a < nen; ++a) {
+        qg += N[a] * q[a];
+        for (int i = 0; i < D; ++i) {
+          v[i] += N[a] * s.l.v[node[a] * D + i];
+          acc[i] += N[a] * s.l.a[node[a] * D + i];
+          for (int j = 0; j < D; ++j) gv[i * D + j] += s.l.v[node[a] * D + i] * dN[a * D + j];
+        }
+      }
+      for (int i = 0; i < D; ++i) vv += v[i] * v[i];
+      W += 0.5 * b.density * vv;
+      for (int k = 0; k < D; ++k)
+        for (int i = 0; i < D; ++i)
+          J[k] += b.w[at] * qg * b.density * (acc[i] * H[i * D + k] - v[i] * gv[i * D + k]);
+    }
+    for (int k = 0; k < D; ++k)
+      for (int j = 0; j < D; ++j) {
+        double eshelby = k == j ? -W : 0.0;
+        for (int i = 0; i < D; ++i) eshelby += H[i * D + k] * P[i * D + j];
+        J[k] += b.w[at] * eshelby * gq[j];
+      }
+  }
+}
+
+// J of the ball around an element, per thickness or per length of the front
+double force_estimate(const Scan& s, int e, double* J)
+{
+  const double radius = radius_of(s, e), *c = &s.fm.centre[3 * e];
+  const double reach  = radius + 1.5 * s.fm.local[e];
+  for (int i = 0; i < 3; ++i) J[i] = 0.0;
+  frac_near(s.fm, c, reach, [&](int o, double) {
+    if (!s.intact(o)) return;
+    const int n = s.m.mesh.conn.count(o), *node = s.m.mesh.conn.begin(o);
+    double q[8];
+    bool any = false;
+    for (int a = 0; a < n; ++a) {
+      const double* X = &s.m.mesh.X[3 * node[a]];
+      const double r  = std::hypot(X[0] - c[0], X[1] - c[1], X[2] - c[2]);
+      q[a] = std::min(1.0, std::max(0.0, 2.0 * (1.0 - r / radius)));
+      any  = any || q[a] > 0.0;
+    }
+    if (!any) return;
+    if (s.m.dim == 2) add_force<2>(s, o, q, J);
+    else add_force<3>(s, o, q, J);
+  });
+  const double per = s.m.dim == 2 ? s.fm.thickness[e] : 1.5 * radius;
+  for (int i = 0; i < 3; ++i) J[i] /= per;
+  return std::sqrt(J[0] * J[0] + J[1] * J[1] + J[2] * J[2]);
+}
+
+double estimate(Scan& s, int e, double* J)
+{
+  for (int i = 0; i < 3; ++i) J[i] = 0.0;
+  return estimate_of(s, e) == ESTIMATE_FORCE ? force_estimate(s, e, J) : ball_estimate(s, e);
+}
+
+// ---- gates
+
+double largest_stress(const Scan& s, int e)
+{
+  double E[9], N[3];
+  mean_strain(s, e, E);
+  return split_normal(s.law(e), s.m.dim, E, N);
+}
+
+// a broken element behind a face, that the crack has had the time to leave
+bool at_crack(const Scan& s, int e)
+{
+  const double speed = s.def(e).speed;
+  for (int f = 0; f < 6; ++f) {
+    const int o = s.fm.across[6 * e + f];
+    if (o < 0 || !s.cracked(o)) continue;
+    if (speed <= 0.0 || !s.dynamic() || s.fr.form[o] == FORM_REMOVED) return true;
+    const double *a = &s.fm.centre[3 * e], *b = &s.fm.centre[3 * o];
+    if (s.l.time >= s.fr.time[o] + std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]) / speed) return true;
+  }
+  return false;
+}
+
+// the densest element of its ball, with nothing broken in it: a crack may start here
+bool may_start(const Scan& s, int e)
+{
+  if (!s.def(e).start) return false;
+  for (int f = 0; f < 6; ++f) {
+    const int o = s.fm.across[6 * e + f];
+    if (o >= 0 && s.W[o] > s.W[e]) return false;
+  }
+  bool good = true;
+  frac_near(s.fm, &s.fm.centre[3 * e], radius_of(s, e), [&](int o, double) { good = good && !s.cracked(o) && s.W[o] <= s.W[e]; });
+  return good;
+}
+
+// the order: along the direction from the broken elements of the ball, so that the path leaves the mesh lines     (7.8)
+double force_rank(const Scan& s, int e, const double* J, double G)
+{
+  double mid[3] = {0, 0, 0}, volume = 0.0, d[3], norm = 0.0, along = 0.0;
+  frac_near(s.fm, &s.fm.centre[3 * e], radius_of(s, e), [&](int o, double) {
+    if (!s.cracked(o)) return;
+    const double v = s.fm.volume[o] > 0.0 ? s.fm.volume[o] : 1.0;
+    volume += v;
+    for (int i = 0; i < 3; ++i) mid[i] += v * s.fm.centre[3 * o + i];
+  });
+  if (volume == 0.0) return G;
+  for (int i = 0; i < 3; ++i) {
+    d[i] = s.fm.centre[3 * e + i] - mid[i] / volume;
+    norm += d[i] * d[i];
+    along += d[i] * J[i];
+  }
+  return norm > 0.0 ? along / std::sqrt(norm) : G;
+}
+
+double fallback_of(const Scan& s, int e)
+{
+  const double given = s.def(e).fallback;
+  return given >= 0.0 ? given : estimate_of(s, e) == ESTIMATE_FORCE ? 0.45 : 0.0;
+}
+
+// ---- candidates
+
+void find_energies(Scan& s)
+{
+  const size_t nelem = s.fm.size.size();
+  s.W.assign(nelem, 0.0);
+  s.drive.assign(nelem, -1.0);
+  for (size_t e = 0; e < nelem; ++e)
+    if (s.intact(static_cast<int>(e)))
+      s.W[e] = elem_energy_one(s.m, s.el, static_cast<int>(e), s.l.u, s.step.nlgeom) / s.fm.volume[e];
+}
+
+// psi+ of the element against its share of the toughness                             (7.1)
+void by_element(Scan& s, int e, double part, std::vector<Erosion>& out)
+{
+  const double need = part * threshold(s, e);
+  if (s.W[e] * s.fm.volume[e] < need) return;        // psi+ is never more than the whole energy
+  const double value = drive_of(s, e) * s.fm.volume[e] / threshold(s, e);
+  if (value >= part) out.push_back({e, value, value});
+}
+
+void by_griffith(Scan& s, int e, double W_max, std::vector<Erosion>& out)
+{
+  if (s.W[e] < 0.02 * W_max || s.W[e] == 0.0) return;
+  if (!at_crack(s, e) && !may_start(s, e)) return;
+  if (!(largest_stress(s, e) > 0.0)) return;
+  double J[3];
+  const double G = estimate(s, e, J);
+  if (G < s.fm.gc[e]) return;
+  const double rank = estimate_of(s, e) == ESTIMATE_FORCE ? force_rank(s, e, J, G) : drive_of(s, e) * s.fm.size[e];
+  out.push_back({e, G / s.fm.gc[e], rank / s.fm.gc[e]});
+}
+
+// strongest first; others of the same test when they are tied, or far enough away
+void choose(const Scan& s, std::vector<Erosion>& all)
+{
+  std::sort(all.begin(), all.end(), [](const Erosion& a, const Erosion& b) { return a.rank != b.rank ? a.rank > b.rank : a.elem < b.elem; });
+  std::vector<Erosion> out;
+  for (const Erosion& c : all) {
+    const FractureDef& d = s.def(c.elem);
+    bool take = out.empty() || d.order == ORDER_ALL || c.rank >= out[0].rank * (1.0 - 1e-6);
+    const double spacing = (d.spacing >= 0.0 ? d.spacing : s.dynamic() ? 2.0 : 0.0) * s.fm.local[c.elem];
+    if (!take && spacing > 0.0) {
+      take = true;
+      const double* x = &s.fm.centre[3 * c.elem];
+      for (const Erosion& o : out) {
+        const double* y = &s.fm.centre[3 * o.elem];
+        take = take && std::hypot(x[0] - y[0], x[1] - y[1], x[2] - y[2]) >= spacing * (1.0 - 1e-9);
+      }
+    }
+    if (take) out.push_back(c);
+  }
+  all.swap(out);
+}
+
+}  // namespace
+
+double frac_estimate(const Model& m, const Step& step, const Elements& el, const FracMesh& fm, const Fracture& fr,
+                     const Level& l, int e, double J[3])
+{
+  Scan s{m, step, el, fm, fr, l, {}, {}};
+  s.drive.assign(fm.size.size(), -1.0);
+  return estimate(s, e, J);
+}
+
+void frac_test(const Model& m, const Step& step, const Elements& el, const FracMesh& fm, const Fracture& fr, const Level& l,
+               std::vector<Erosion>& out)
+{
+  out.clear();
+  if (m.fracture.empty()) return;
+  Scan s{m, step, el, fm, fr, l, {}, {}};
+  const int nelem = m.mesh.nelem();
+  find_energies(s);
+  double W_max = 0.0;
+  for (int e = 0; e < nelem; ++e)
+    if (fm.def[e] >= 0) W_max = std::max(W_max, s.W[e]);
+  for (int e = 0; e < nelem; ++e) {
+    if (fm.def[e] < 0 || !s.intact(e)) continue;
+    if (s.def(e).criterion == CRITERION_ELEMENT) by_element(s, e, 1.0, out);
+    else by_griffith(s, e, W_max, out);
+  }
+  if (out.empty())                                   // ligaments that the crack has left behind
+    for (int e = 0; e < nelem; ++e)
+      if (fm.def[e] >= 0 && s.intact(e) && s.def(e).criterion == CRITERION_GRIFFITH && fallback_of(s, e) > 0.0)
+        by_element(s, e, fallback_of(s, e), out);
+  choose(s, out);
+}
+
+double frac_erode(const Model& m, const Elements& el, const FracMesh& fm, const Level& l, bool nlgeom, int e, Fracture& fr)
+{
+  const double before = elem_energy_one(m, el, e, l.u, nlgeom);
+  Step step;
+  step.nlgeom = nlgeom;
+  const Scan s{m, step, el, fm, fr, l, {}, {}};
+  double E[9];
+  mean_strain(s, e, E);
+  split_normal(s.law(e), m.dim, E, &fr.normal[3 * static_cast<size_t>(e)]);
+  fr.broken[e] = fm.def[e];
+  fr.time[e]   = l.time;
+  ++fr.neroded;
+  fr.area += fm.volume[e] / fm.size[e];
+  return before - elem_energy_one(m, el, e, l.u, nlgeom);
+}

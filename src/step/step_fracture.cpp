@@ -1,0 +1,111 @@
+#include <algorithm>
+#include <cmath>
+
+#include "base/log.h"
+#include "base/timer.h"
+#include "step/step.h"
+
+namespace {
+
+double all_energy(const Ledger& g) { return g.kinetic + g.strain + g.bond; }
+
+// what breaks now; dynamics: not before the next test is due
+void find_erosions(Problem& p, const Step& s, std::vector<Erosion>& erode)
+{
+  Timer timer(PHASE_FRACTURE);
+  Fracture& fr = p.st.frac;
+  erode.clear();
+  double interval = 0.0;
+  for (const FractureDef& d : p.m.fracture) interval = std::max(interval, d.interval);
+  if (s.proc == PROC_DYNAMIC && interval > 0.0) {
+    const double now = p.st.n.time;
+    if (now < fr.next_test - 1e-6 * interval) return;
+    fr.next_test = std::max(fr.next_test + interval, now + 0.5 * interval);
+  }
+  frac_test(p.m, s, p.el, p.fm, fr, p.st.n, erode);
+}
+
+// elements break; those that are to become points, do. The energy that goes is told apart.
+Status apply(Problem& p, const Step& s, const std::vector<Erosion>& erode, IntVec convert)
+{
+  State& st = p.st;
+  const double before = all_energy(st.ledger);
+  double released = 0.0;
+  {
+    Timer timer(PHASE_FRACTURE);
+    for (const Erosion& e : erode) {
+      const double gain = frac_erode(p.m, p.el, p.fm, st.n, s.nlgeom, e.elem, st.frac);
+      released += gain;
+      st.eroded.push_back({e.elem, st.n.time, e.value, gain});
+      const int c = p.fm.conv[e.elem];
+      if (c >= 0 && p.m.conversion[c].trigger == TRIGGER_EROSION) convert.push_back(e.elem);
+    }
+    frac_convert(p.m, p.el, p.fm, convert, p.share, st);
+  }
+  p.sys.numbered = p.sys.numbered && convert.empty();
+  p.ready = false;
+  const Status status = step_prepare(p, s);
+  if (status != STATUS_OK) return status;
+  ledger_update(p, st.n, s.nlgeom);
+  st.ledger.fracture += released;
+  st.ledger.conversion += before - all_energy(st.ledger) - released;
+  ledger_update(p, st.n, s.nlgeom);
+  return STATUS_OK;
+}
+
+// statics: equilibrium at the same load; what the energy loses on the way belongs to the crack
+Status settle(Problem& p, const Step& s, double t_step)
+{
+  State& st = p.st;
+  const Ledger before = st.ledger;
+  const Status status = step_increment(p, s, t_step, 0.0);
+  if (status != STATUS_OK) return status;
+  const double time = st.n.time;
+  st.n      = st.np1;
+  st.n.time = time;
+  p.ready   = false;
+  st.ledger.fracture += all_energy(before) + st.ledger.external - before.external - all_energy(st.ledger);
+  const Status prepared = step_prepare(p, s);
+  if (prepared == STATUS_OK) ledger_update(p, st.n, s.nlgeom);
+  return prepared;
+}
+
+}  // namespace
+
+Status step_fracture(Problem& p, const Step& s, double t_step, Output& out)
+{
+  std::vector<Erosion> erode;
+  IntVec convert;
+  for (;;) {
+    frac_due(p.m, p.el, p.fm, p.st.frac, p.st.n, convert);
+    find_erosions(p, s, erode);
+    if (erode.empty() && convert.empty()) return STATUS_OK;
+    Status status = apply(p, s, erode, convert);
+    if (status != STATUS_OK) return status;
+    if (s.proc == PROC_DYNAMIC) {
+      if (s.scheme == SCHEME_NEWMARK) return step_initial_acceleration(p, s, t_step);
+      return STATUS_OK;
+    }
+    status = settle(p, s, t_step);
+    if (status != STATUS_OK) return status;
+    out_progress(p.m, p.st, out);
+  }
+}
+
+void step_undo_point(const Problem& p, UndoPoint& u)
+{
+  u.state = p.st;
+  u.share = p.share;
+}
+
+void step_undo(Problem& p, const UndoPoint& u)
+{
+  const StepLog log = p.st.log;
+  const bool changed = p.st.frac.converted.size() != u.state.frac.converted.size();
+  p.st     = u.state;
+  p.st.log = log;
+  p.share  = u.share;
+  elem_refresh(p.el);
+  if (changed) p.sys.numbered = false;
+  p.ready = false;
+}
