@@ -4,8 +4,8 @@
 
 namespace {
 
-const char* const plane_words = "U1|U2|V1|V2|A1|A2|X1|X2|RF1|RF2|GRF1|GRF2|CFORCE|CGAP|CAREA|CWORK|S11|S22|S33|S12|E11|E22|E33|E12|SMISES|ENER";
-const char* const solid_words = "U1|U2|U3|V1|V2|V3|A1|A2|A3|X1|X2|X3|RF1|RF2|RF3|GRF1|GRF2|GRF3|CFORCE|CGAP|CAREA|CWORK|"
+const char* const plane_words = "U1|U2|V1|V2|A1|A2|X1|X2|RF1|RF2|GRF1|GRF2|CFORCE|CGAP|CAREA|CWORK|CPRESS|S11|S22|S33|S12|E11|E22|E33|E12|SMISES|ENER";
+const char* const solid_words = "U1|U2|U3|V1|V2|V3|A1|A2|A3|X1|X2|X3|RF1|RF2|RF3|GRF1|GRF2|GRF3|CFORCE|CGAP|CAREA|CWORK|CPRESS|"
                                 "S11|S22|S33|S12|S23|S31|S13|E11|E22|E33|E12|E23|E31|E13|SMISES|ENER";
 
 bool is_of_elements(const std::string& what) { return what[0] == 'S' || what[0] == 'E'; }
