@@ -272,7 +272,7 @@ struct HistoryDef {            // *HISTORY : one column each
   Reduce reduce = REDUCE_MEAN;
   int nset = -1, elset = -1, body = -1;
   int grid_bc = -1;            // GRF: the condition of *GRID BOUNDARY
-  int contact = -1;            // CFORCE CGAP CAREA CWORK: index into Model::bond
+  int contact = -1;            // CFORCE CGAP CAREA CWORK CPRESS: index into Model::bond
   bool at_point = false;       // what at the material place X of t = 0
   std::array<double, 3> X{{0, 0, 0}};
   Place place;

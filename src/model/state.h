@@ -87,6 +87,7 @@ struct ContactLog {            // one contact pair at t(n+1)
   double force = 0;            // sum of the normal forces
   double gap   = 0;            // deepest penetration (negative), 0: open
   double area  = 0;            // of the closed part
+  double peak  = 0;            // largest pressure of a place: normal force / area       force/length^2
   double work  = 0;            // dissipated by friction since the start
 };
 

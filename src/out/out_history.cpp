@@ -155,7 +155,7 @@ double probe_value(const Model& m, const Elements& el, const State& s, const Pro
   if (probe.q.kind == Q_FRAC) return fracture_value(m, s, probe);
   if (probe.contact >= 0) {
     const ContactLog c = probe.contact < static_cast<int>(s.contact.size()) ? s.contact[probe.contact] : ContactLog();
-    const double value[4] = {c.force, c.gap, c.area, c.work};
+    const double value[5] = {c.force, c.gap, c.area, c.work, c.peak};
     return value[probe.q.comp];
   }
   if (probe.grid_bc >= 0) return s.grid_rf[probe.grid_bc * m.dim + probe.q.comp];

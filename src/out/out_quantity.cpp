@@ -15,7 +15,7 @@ const Word words[] = {
   {"U1", Q_U, 0}, {"U2", Q_U, 1}, {"U3", Q_U, 2}, {"V1", Q_V, 0}, {"V2", Q_V, 1}, {"V3", Q_V, 2},
   {"A1", Q_A, 0}, {"A2", Q_A, 1}, {"A3", Q_A, 2}, {"X1", Q_X, 0}, {"X2", Q_X, 1}, {"X3", Q_X, 2},
   {"RF1", Q_RF, 0}, {"RF2", Q_RF, 1}, {"RF3", Q_RF, 2}, {"GRF1", Q_GRF, 0}, {"GRF2", Q_GRF, 1}, {"GRF3", Q_GRF, 2},
-  {"CFORCE", Q_CONTACT, 0}, {"CGAP", Q_CONTACT, 1}, {"CAREA", Q_CONTACT, 2}, {"CWORK", Q_CONTACT, 3},
+  {"CFORCE", Q_CONTACT, 0}, {"CGAP", Q_CONTACT, 1}, {"CAREA", Q_CONTACT, 2}, {"CWORK", Q_CONTACT, 3}, {"CPRESS", Q_CONTACT, 4},
   {"NERODED", Q_FRAC, 0}, {"CRACKA", Q_FRAC, 1}, {"NPOINTS", Q_FRAC, 2}, {"NBONDS", Q_FRAC, 3},
   {"EFRAC", Q_FRAC, 4}, {"ECONV", Q_FRAC, 5}, {"TIP1", Q_FRAC, 6}, {"TIP2", Q_FRAC, 7}, {"TIP3", Q_FRAC, 8},
   {"S11", Q_S, 0}, {"S22", Q_S, 1}, {"S33", Q_S, 2}, {"S12", Q_S, 3}, {"S23", Q_S, 4}, {"S31", Q_S, 5}, {"S13", Q_S, 5},

@@ -242,6 +242,7 @@ void write_bonds(const Model& m, const State& s, Output& out)
   vtk_vectors(file, "displacement", u, m.dim);
   vtk_vectors(file, "slip", slip, m.dim);
   vtk_vectors(file, "force", force, m.dim);
+  vtk_scalars(file, "area", s.bonds.area);
   vtk_labels(file, "kind", kind);
   vtk_labels(file, "bond", s.bonds.def);
   end(file, VTK_BOND, out);
