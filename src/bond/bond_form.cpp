@@ -184,7 +184,7 @@ void finish(Former& f, int first)
     }
     norm = std::sqrt(norm);
     for (int i = 0; i < dim; ++i) n[i] = norm > 0.0 ? n[i] / norm : (i == 0);
-    f.b.ct[b] = d.normal_only ? 0.0 : f.b.cn[b];
+    f.b.ct[b] = d.normal_only ? 0.0 : d.stick > 0.0 ? d.stick * f.b.area[b] : f.b.cn[b];
   }
 }
 

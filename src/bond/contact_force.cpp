@@ -31,7 +31,7 @@ double contact_force(const Model& m, const Bonds& bonds, const ContactPairs& pai
                      const double* s, const double* t0, double* f, double* K, double* t1, double* slipped)
 {
   const int dim     = m.dim;
-  const double *n   = &pairs.normal[b * dim], C = bonds.cn[b], mu = m.bond[bonds.def[b]].friction;
+  const double *n   = &pairs.normal[b * dim], C = bonds.cn[b], Ct = bonds.ct[b], mu = m.bond[bonds.def[b]].friction;
   double g1 = pairs.gap[b], p, slope, sn = 0.0, tn = 0.0;
   for (int i = 0; i < dim; ++i) {
     sn += n[i] * s[i];
@@ -49,19 +49,19 @@ double contact_force(const Model& m, const Bonds& bonds, const ContactPairs& pai
   // return mapping: the trial force sticks, its length is cut at mu |p|              (4.11)
   double size = 0.0, trial[3];
   for (int i = 0; i < dim; ++i) {
-    trial[i] = t0[i] - tn * n[i] + C * (s[i] - sn * n[i]);
+    trial[i] = t0[i] - tn * n[i] + Ct * (s[i] - sn * n[i]);
     size += trial[i] * trial[i];
   }
   size = std::sqrt(size);
   const double limit = -mu * p, cut = size > limit ? limit / size : 1.0;
-  *slipped = (1.0 - cut) * size / C;
+  *slipped = (1.0 - cut) * size / Ct;
   for (int i = 0; i < dim; ++i) {
     t1[i] = cut * trial[i];
     f[i] += t1[i];
     for (int j = 0; K && j < dim; ++j) {
       double k = (i == j) - n[i] * n[j];
       if (cut < 1.0) k -= trial[i] * trial[j] / (size * size);
-      K[i * dim + j] += cut * C * k;
+      K[i * dim + j] += cut * Ct * k;
     }
   }
   return g1;

@@ -137,6 +137,7 @@ struct BondDef {               // *BOND
   int augment = 0;             // augmented Lagrange updates a step
   int master = -1;             // BOND_CONTACT: the surface on the other side; surface is the slave
   double friction = 0.0;       // BOND_CONTACT: Coulomb
+  double stick = 0.0;          // BOND_CONTACT: tangential stiffness per area while it sticks; 0: that of the normal direction
   Place place;
 };
 
