@@ -131,6 +131,7 @@ int new_bond(Former& f, int field, const BondKey& key, double total, const FaceN
   b.normal.insert(b.normal.end(), f.m.dim, 0.0);
   b.cn.push_back(0.0);
   b.ct.push_back(0.0);
+  b.offset.push_back(0.0);
   b.intermediate.push_back(key.size() > 1);
   f.known.emplace(key, b.nbond);
   return b.nbond++;

@@ -165,7 +165,7 @@ void contact_search(const Model& m, const Points& pts, const Bonds& bonds, const
     }
     if (hit.face) {
       ++pairs.near;
-      pairs.gap[b]  = hit.gap;
+      pairs.gap[b]  = hit.gap - bonds.offset[b];
       pairs.size[b] = hit.face->size;
       for (int i = 0; i < dim; ++i) pairs.normal[b * dim + i] = hit.n[i];
       for (int k = 0; k < hit.face->n; ++k) {

@@ -14,6 +14,16 @@ void check_params(Card& card, const BondDef& b)
     card_error(card, card.head.at, "parameter NAME is missing: write *CONTACT PAIR, NAME=... (or INTERACTION=...)");
 }
 
+// OVERLAP=PUSH|ADJUST|REFUSE, or ADJUST=a as Abaqus has it: gaps up to a count as zero too
+void read_overlap(Card& card, BondDef& b)
+{
+  const HeadParam* const adjust = card_param(card, "ADJUST");
+  const int word = card_param_word(card, "OVERLAP", "PUSH|ADJUST|REFUSE", adjust ? OVERLAP_ADJUST : OVERLAP_PUSH);
+  b.overlap = static_cast<OverlapPolicy>(word < 0 ? 0 : word);
+  b.adjust  = card_param_real(card, "ADJUST", 0.0, at_least(0.0));
+  if (adjust && word >= 0 && word != OVERLAP_ADJUST) card_error(card, adjust->key, "ADJUST=a goes with OVERLAP=ADJUST only");
+}
+
 // the numbers of the interaction that the pair names
 void take_interaction(Deck& d, const Field& at, BondDef& b)
 {
@@ -45,6 +55,7 @@ void kw_contact_pair(Card& card, Model& model)
   b.friction = card_param_real(card, "FRICTION", 0.0, at_least(0.0));
   b.intermediate = card_param_int(card, "INTERMEDIATE", 0, 0, 1000);
   card_param_word(card, "TYPE", "NODE TO SURFACE|SURFACE TO SURFACE", 0);
+  read_overlap(card, b);
   check_params(card, b);
   const Field interaction = card_param_field(card, "INTERACTION");
   if (!card_line(card)) {

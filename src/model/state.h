@@ -38,6 +38,7 @@ struct Bonds {
   RealVec X;                   // [nbond*3] place at t = 0
   RealVec normal;              // [nbond*dim] unit normal, from side A outwards
   RealVec cn, ct;              // [nbond] penalty normal and tangential x area        force/length
+  RealVec offset;              // [nbond] contact: gap at the start that counts as zero (OVERLAP=ADJUST)   length
   IntVec intermediate;         // [nbond] 0: at a node, 1: between nodes
 };
 
