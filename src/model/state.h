@@ -50,6 +50,7 @@ struct Level {                 // one time level
   RealVec vp;                  // [npoint*dim] velocity of points, sum_c w_c v_c: for output
   RealVec slip;                // [nbond*dim] side A minus side B; contact: the gap, first entry  length
   RealVec lambda;              // [nbond*dim] multiplier of the augmented Lagrange; contact: friction   force
+  RealVec lambda_n;            // [nbond] contact: normal multiplier, not positive            force
 };
 
 struct Ledger {                // energies and momenta at t(n), [3] in space

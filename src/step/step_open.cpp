@@ -99,6 +99,7 @@ int step_open(Problem& p)
   st.n.vc.assign(st.n.uc.size(), 0.0);
   st.n.slip.assign(static_cast<size_t>(st.bonds.nbond) * m.dim, 0.0);
   st.n.lambda = st.n.slip;
+  st.n.lambda_n.assign(st.bonds.nbond, 0.0);
   st.grid_rf.assign(m.grid_bc.size() * m.dim, 0.0);
   errors = start_values(p);
   if (errors) return errors;
