@@ -94,9 +94,11 @@ struct Hit {
   double N[4], n[3], gap = 0.0;
 };
 
-// the nearest face that p lies over or has entered by no more than half its size
+// the nearest face that p lies over or has entered by no more than half its size; when there is none, a face with p
+// beside its rim by no more than a hundredth of its size: nodes on the edge of both surfaces stay in contact when they shiver
 void nearest(const std::vector<MasterFace>& faces, const double* p, double reach, Hit& best)
 {
+  Hit rim;
   for (const MasterFace& f : faces) {
     bool far = false;
     for (int i = 0; i < 3; ++i) far = far || p[i] < f.lo[i] - reach || p[i] > f.hi[i] + reach;
@@ -115,14 +117,17 @@ void nearest(const std::vector<MasterFace>& faces, const double* p, double reach
       distance2 += x * x;
     }
     // behind a dent a point may lie over no face at all: it belongs to the face whose edge it is behind
-    if (!over && (gap > 0.0 || distance2 > 1.0625 * gap * gap)) continue;
+    const bool behind = gap <= 0.0 && distance2 <= 1.0625 * gap * gap;
+    if (!over && !behind && distance2 - gap * gap > 1e-4 * f.size * f.size) continue;
     if (gap > reach || gap < -0.5 * f.size) continue;
-    if (best.face && std::fabs(gap) >= std::fabs(best.gap)) continue;
-    best.face = &f;
-    best.gap  = gap;
-    std::copy(N, N + f.n, best.N);
-    std::copy(n, n + 3, best.n);
+    Hit& hit = over || behind ? best : rim;
+    if (hit.face && std::fabs(gap) >= std::fabs(hit.gap)) continue;
+    hit.face = &f;
+    hit.gap  = gap;
+    std::copy(N, N + f.n, hit.N);
+    std::copy(n, n + 3, hit.n);
   }
+  if (!best.face) best = rim;
 }
 
 }  // namespace
