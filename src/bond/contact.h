@@ -18,6 +18,7 @@ struct ContactPairs {
   RealVec gap;                 // [nbond] at t(n), without the offset of the bond; negative: penetration   length
   RealVec size;                // [nbond] longest edge of the face that is met        length
   int near = 0;                // bonds that meet a face
+  int searched = 0, skipped = 0;    // definitions; skipped: the boxes of their surfaces are apart
 };
 
 // contact_search : nearest master face of every slave point within reach; bodies apart cost their boxes only

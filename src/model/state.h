@@ -79,6 +79,7 @@ struct StepLog {               // how the increment went
   double dt = 0, t_step = 0;
   double residual = 0, scale = 0;   // last residual norm and force scale
   int grid_nodes = 0, grid_cells = 0, weak_nodes = 0, equations = 0;
+  long contact_searched = 0, contact_skipped = 0;   // searches of a pair so far; skipped: surfaces apart
 };
 
 struct State {

@@ -125,6 +125,8 @@ Status step_prepare(Problem& p, const Step& s)
   if (has_contact(p.m)) {
     Timer timer(PHASE_CONTACT);
     contact_search(p.m, st.points, st.bonds, st.n.u, st.n.uc, xb, p.pairs);
+    st.log.contact_searched += p.pairs.searched;
+    st.log.contact_skipped += p.pairs.skipped;
     p.contact_s.assign(static_cast<size_t>(st.bonds.nbond) * p.m.dim, 0.0);
   }
   if (st.points.npoint) {
