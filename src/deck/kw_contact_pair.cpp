@@ -64,6 +64,7 @@ void kw_contact_pair(Card& card, Model& model)
     return;
   }
   const Field slave = card_field(card, "slave surface"), master = card_field(card, "master surface");
+  if (slave.empty() || master.empty()) return;
   if (b.name.empty()) b.name = text_upper(slave.text + "_" + master.text);
   for (const BondDef& other : model.bond)
     if (other.name == b.name) card_error(card, card.head.at, "bond or contact " + b.name + " is defined already");
