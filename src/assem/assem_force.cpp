@@ -85,9 +85,12 @@ void add_contact(Problem& p, const KernelMode& mode, int b, RealVec& fint)
   const int dim = p.m.dim;
   double f[3], t1[3] = {0, 0, 0}, slipped = 0.0, gap = 1e300;
   if (p.pairs.master.count(b)) {
-    gap = contact_force(p.m, p.st.bonds, p.pairs, b, mode, &p.contact_s[b * dim], &p.st.n.lambda[b * dim], f, nullptr, t1, &slipped);
+    gap = contact_force(p.m, p.st.bonds, p.pairs, b, mode, &p.contact_s[b * dim], &p.st.n.lambda[b * dim],
+                        p.st.np1.lambda_n[b], f, nullptr, t1, &slipped);
     for (int k = p.sys.bond.off[b]; k < p.sys.bond.off[b + 1]; ++k)
       for (int i = 0; i < dim; ++i) fint[p.sys.bond.item[k] * dim + i] += p.sys.bond_w[k] * f[i];
+  } else {
+    p.st.np1.lambda_n[b] = 0.0;
   }
   p.st.np1.slip[b * dim] = gap;
   for (int i = 0; i < dim; ++i) p.st.np1.lambda[b * dim + i] = t1[i];

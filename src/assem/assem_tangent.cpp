@@ -71,7 +71,8 @@ void add_bonds(Problem& p, const KernelMode& mode)
     const bool contact = p.st.bonds.field[q] == SIDE_CONTACT;
     if (contact && !p.pairs.master.count(q)) continue;
     if (contact)
-      contact_force(p.m, p.st.bonds, p.pairs, q, mode, &p.contact_s[q * D], &p.st.n.lambda[q * D], f, C, t1, &slipped);
+      contact_force(p.m, p.st.bonds, p.pairs, q, mode, &p.contact_s[q * D], &p.st.n.lambda[q * D], p.st.np1.lambda_n[q], f, C, t1,
+                    &slipped);
     else
       bond_stiffness(p.st.bonds, D, q, C);
     const double factor = contact ? 1.0 : mode.cD();

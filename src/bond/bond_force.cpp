@@ -37,9 +37,9 @@ double bond_energy(const Bonds& bonds, int dim, const Level& l, double* slip_max
   for (int b = 0; b < bonds.nbond; ++b) {
     const double *s = &l.slip[b * dim], *lam = &l.lambda[b * dim];
     double ss = 0.0;
-    if (bonds.field[b] == SIDE_CONTACT) {                        // contact: 1/2 C <gap>^2
-      const double g = std::min(s[0], 0.0);
-      energy += 0.5 * bonds.cn[b] * g * g;
+    if (bonds.field[b] == SIDE_CONTACT) {                        // contact                 (4.14)
+      const double shift = l.lambda_n[b] / bonds.cn[b], g = std::min(s[0] + shift, 0.0);
+      energy += 0.5 * bonds.cn[b] * (g * g - shift * shift);
       continue;
     }
     bond_stiffness(bonds, dim, b, C);

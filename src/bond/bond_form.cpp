@@ -134,6 +134,7 @@ int new_bond(Former& f, int field, const BondKey& key, double total, const FaceN
   b.normal.insert(b.normal.end(), f.m.dim, 0.0);
   b.cn.push_back(0.0);
   b.ct.push_back(0.0);
+  b.offset.push_back(0.0);
   b.intermediate.push_back(key.size() > 1);
   f.known.emplace(key, b.nbond);
   return b.nbond++;
@@ -187,7 +188,7 @@ void finish(Former& f, int first)
     }
     norm = std::sqrt(norm);
     for (int i = 0; i < dim; ++i) n[i] = norm > 0.0 ? n[i] / norm : (i == 0);
-    f.b.ct[b] = d.normal_only ? 0.0 : f.b.cn[b];
+    f.b.ct[b] = d.normal_only ? 0.0 : d.stick > 0.0 ? d.stick * f.b.area[b] : f.b.cn[b];
   }
 }
 
@@ -205,6 +206,31 @@ int outside_grid(const Model& m, const BondDef& d, const Bonds& bonds, int first
       return 1;
     }
   return 0;
+}
+
+// sum of the area vectors of a surface at t = 0, and in area the sum of their lengths
+void area_vector(const Model& m, const Points& pts, int surface, double* sum, double& area)
+{
+  const Surface& s = m.surface[surface];
+  area = sum[0] = sum[1] = sum[2] = 0.0;
+  for (const Face& f : s.body >= 0 ? pts.surface[surface] : s.face) {
+    const FaceNodes face = face_nodes(m, pts, s.body, f);
+    const double centre[2] = {face.n == 3 ? 1.0 / 3 : 0.0, face.n == 3 ? 1.0 / 3 : 0.0};
+    double n[3];
+    area += face_area(face.n, face.X, centre, n);
+    for (int i = 0; i < 3; ++i) sum[i] += n[i];
+  }
+}
+
+// two nearly plane surfaces that face the same way cannot meet: one of them is the wrong side
+void warn_same_way(const Model& m, const Points& pts, const BondDef& d)
+{
+  double a[3], b[3], area_a, area_b;
+  area_vector(m, pts, d.surface, a, area_a);
+  area_vector(m, pts, d.master, b, area_b);
+  if (a[0] * b[0] + a[1] * b[1] + a[2] * b[2] > 0.9 * area_a * area_b)
+    log_warn("contact %s (%s line %d): the surfaces %s and %s face the same way and cannot meet unless a body turns round; is one of them "
+             "the wrong side?", d.name.c_str(), d.place.file.c_str(), d.place.line, m.surface[d.surface].name.c_str(), m.surface[d.master].name.c_str());
 }
 
 }  // namespace
@@ -225,10 +251,11 @@ int bond_form(const Model& m, const Points& pts, Bonds& bonds)
     finish(f, first);
     if (field >= 0) errors += outside_grid(m, def, bonds, first);
     if (bonds.nbond == first) {
-      log_error("bond %s (%s line %d): its surface %s holds no face", def.name.c_str(), def.place.file.c_str(),
-                def.place.line, s.name.c_str());
+      log_error("%s %s (%s line %d): its surface %s holds no face", def.kind == BOND_CONTACT ? "contact" : "bond", def.name.c_str(),
+                def.place.file.c_str(), def.place.line, s.name.c_str());
       ++errors;
     }
+    if (def.kind == BOND_CONTACT) warn_same_way(m, pts, def);
   }
   bonds.nfixed = bonds.nbond;
   return errors;
@@ -254,7 +281,7 @@ void cut_bonds(Bonds& b, int dim, int n)
   b.a.item.resize(b.a.off[n]);
   b.a_w.resize(b.a.off[n]);
   for (IntVec* v : {&b.def, &b.field, &b.intermediate}) v->resize(n);
-  for (RealVec* v : {&b.area, &b.cn, &b.ct}) v->resize(n);
+  for (RealVec* v : {&b.area, &b.cn, &b.ct, &b.offset}) v->resize(n);
   b.X.resize(3 * static_cast<size_t>(n));
   b.normal.resize(static_cast<size_t>(dim) * n);
 }
@@ -289,6 +316,7 @@ void bond_rebuild(const Model& m, const Points& pts, const std::vector<BondFace>
   }
   l.slip.resize(static_cast<size_t>(b.nbond) * dim);
   l.lambda.resize(static_cast<size_t>(b.nbond) * dim);
+  l.lambda_n.resize(b.nbond, 0.0);
   for (int q = b.nfixed; q < b.nbond; ++q) {
     const auto it = before.find(slip_key(b, q));
     for (int i = 0; i < dim; ++i) {

@@ -15,9 +15,10 @@ struct ContactPairs {
   ListTable master;            // [nbond] kinematic points of the master face (corner c: nnode + c), empty: none near
   RealVec master_w;            // [master.item] shape functions of the face, sum 1
   RealVec normal;              // [nbond*dim] outward normal of the master face at t(n)
-  RealVec gap;                 // [nbond] at t(n), negative: penetration                length
+  RealVec gap;                 // [nbond] at t(n), without the offset of the bond; negative: penetration   length
   RealVec size;                // [nbond] longest edge of the face that is met        length
   int near = 0;                // bonds that meet a face
+  int searched = 0, skipped = 0;    // definitions; skipped: the boxes of their surfaces are apart
 };
 
 // contact_search : nearest master face of every slave point within reach; bodies apart cost their boxes only
@@ -25,10 +26,19 @@ struct ContactPairs {
 void contact_search(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& u, const RealVec& uc,
                     const RealVec& xb, ContactPairs& pairs);
 
+// contact_start : surfaces that overlap at the start: says by how much and where, and pushes, takes the gaps as offsets
+// (bonds.offset), or counts an error, as the deck wants                               (4.13)
+//   in   pairs of t = 0;   returns the number of errors
+int contact_start(const Model& m, Bonds& bonds, const ContactPairs& pairs, const RealVec& xb);
+
 // contact_force : force on side A minus side B and, unless K is null, its tangent (symmetric part)   (4.9) - (4.12)
-//   in   s [dim]     relative displacement over the step;  t0 [dim] friction force at t(n)
+//   in   s [dim]     relative displacement over the step;  t0 [dim] friction force at t(n);
+//        lambda multiplier of the normal force, <= 0
 //   out  f [dim], K [dim*dim], t1 [dim] friction force at t(n+1), slipped [1] distance slipped; returns the gap at t(n+1)
 double contact_force(const Model& m, const Bonds& bonds, const ContactPairs& pairs, int b, const KernelMode& mode,
-                     const double* s, const double* t0, double* f, double* K, double* t1, double* slipped);
+                     const double* s, const double* t0, double lambda, double* f, double* K, double* t1, double* slipped);
+
+// contact_multiplier : the normal multiplier after an update; never pulls                                    (4.15)
+double contact_multiplier(const KernelMode& mode, double C, double gap, double lambda);
 
 #endif

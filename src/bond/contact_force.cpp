@@ -5,8 +5,8 @@
 
 namespace {
 
-// normal force (negative: pressure) and its slope from the gaps at both ends of the step. The energy-momentum scheme
-// takes the discrete gradient of 1/2 C <g>^2, so that a contact gives back the energy it took                (4.10)
+// normal force (negative: pressure) and its slope from the gaps at both ends of the step, shifted by lambda/C. The
+// energy-momentum scheme takes the discrete gradient of 1/2 C <g>^2, so that a contact gives back the energy it took   (4.10)
 void normal_law(const KernelMode& mode, double C, double g0, double g1, double& p, double& slope)
 {
   const double n0 = std::min(g0, 0.0), n1 = std::min(g1, 0.0), dg = g1 - g0;
@@ -28,17 +28,18 @@ void normal_law(const KernelMode& mode, double C, double g0, double g1, double& 
 }  // namespace
 
 double contact_force(const Model& m, const Bonds& bonds, const ContactPairs& pairs, int b, const KernelMode& mode,
-                     const double* s, const double* t0, double* f, double* K, double* t1, double* slipped)
+                     const double* s, const double* t0, double lambda, double* f, double* K, double* t1, double* slipped)
 {
   const int dim     = m.dim;
-  const double *n   = &pairs.normal[b * dim], C = bonds.cn[b], mu = m.bond[bonds.def[b]].friction;
-  double g1 = pairs.gap[b], p, slope, sn = 0.0, tn = 0.0;
+  const double *n   = &pairs.normal[b * dim], C = bonds.cn[b], Ct = bonds.ct[b], mu = m.bond[bonds.def[b]].friction;
+  const double g0 = pairs.gap[b], shift = lambda / C;            //                    (4.14)
+  double p, slope, sn = 0.0, tn = 0.0;
   for (int i = 0; i < dim; ++i) {
     sn += n[i] * s[i];
     tn += n[i] * t0[i];
   }
-  g1 += sn;
-  normal_law(mode, C, pairs.gap[b], g1, p, slope);
+  const double g1 = g0 + sn;
+  normal_law(mode, C, g0 + shift, g1 + shift, p, slope);
   for (int i = 0; i < dim; ++i) {
     f[i]  = p * n[i];
     t1[i] = 0.0;
@@ -49,20 +50,25 @@ double contact_force(const Model& m, const Bonds& bonds, const ContactPairs& pai
   // return mapping: the trial force sticks, its length is cut at mu |p|              (4.11)
   double size = 0.0, trial[3];
   for (int i = 0; i < dim; ++i) {
-    trial[i] = t0[i] - tn * n[i] + C * (s[i] - sn * n[i]);
+    trial[i] = t0[i] - tn * n[i] + Ct * (s[i] - sn * n[i]);
     size += trial[i] * trial[i];
   }
   size = std::sqrt(size);
   const double limit = -mu * p, cut = size > limit ? limit / size : 1.0;
-  *slipped = (1.0 - cut) * size / C;
+  *slipped = (1.0 - cut) * size / Ct;
   for (int i = 0; i < dim; ++i) {
     t1[i] = cut * trial[i];
     f[i] += t1[i];
     for (int j = 0; K && j < dim; ++j) {
       double k = (i == j) - n[i] * n[j];
       if (cut < 1.0) k -= trial[i] * trial[j] / (size * size);
-      K[i * dim + j] += cut * C * k;
+      K[i * dim + j] += cut * Ct * k;
     }
   }
   return g1;
+}
+
+double contact_multiplier(const KernelMode& mode, double C, double gap, double lambda)
+{
+  return std::min(0.0, lambda + mode.s_new * C * gap);
 }

@@ -94,9 +94,11 @@ struct Hit {
   double N[4], n[3], gap = 0.0;
 };
 
-// the nearest face that p lies over or has entered by no more than half its size
+// the nearest face that p lies over or has entered by no more than half its size; when there is none, a face with p
+// beside its rim by no more than a hundredth of its size: nodes on the edge of both surfaces stay in contact when they shiver
 void nearest(const std::vector<MasterFace>& faces, const double* p, double reach, Hit& best)
 {
+  Hit rim;
   for (const MasterFace& f : faces) {
     bool far = false;
     for (int i = 0; i < 3; ++i) far = far || p[i] < f.lo[i] - reach || p[i] > f.hi[i] + reach;
@@ -115,13 +117,76 @@ void nearest(const std::vector<MasterFace>& faces, const double* p, double reach
       distance2 += x * x;
     }
     // behind a dent a point may lie over no face at all: it belongs to the face whose edge it is behind
-    if (!over && (gap > 0.0 || distance2 > 1.0625 * gap * gap)) continue;
+    const bool behind = gap <= 0.0 && distance2 <= 1.0625 * gap * gap;
+    if (!over && !behind && distance2 - gap * gap > 1e-4 * f.size * f.size) continue;
     if (gap > reach || gap < -0.5 * f.size) continue;
-    if (best.face && std::fabs(gap) >= std::fabs(best.gap)) continue;
-    best.face = &f;
-    best.gap  = gap;
-    std::copy(N, N + f.n, best.N);
-    std::copy(n, n + 3, best.n);
+    Hit& hit = over || behind ? best : rim;
+    if (hit.face && std::fabs(gap) >= std::fabs(hit.gap)) continue;
+    hit.face = &f;
+    hit.gap  = gap;
+    std::copy(N, N + f.n, hit.N);
+    std::copy(n, n + 3, hit.n);
+  }
+  if (!best.face) best = rim;
+}
+
+struct Box {
+  double lo[3] = {1e300, 1e300, 1e300}, hi[3] = {-1e300, -1e300, -1e300};
+  void add(const double* low, const double* high, int dim)
+  {
+    for (int i = 0; i < dim; ++i) {
+      lo[i] = std::min(lo[i], low[i]);
+      hi[i] = std::max(hi[i], high[i]);
+    }
+  }
+  bool apart(const Box& b, double reach, int dim) const
+  {
+    for (int i = 0; i < dim; ++i)
+      if (lo[i] > b.hi[i] + reach || hi[i] < b.lo[i] - reach) return true;
+    return false;
+  }
+};
+
+void take_hit(const Hit& hit, int dim, double offset, int b, ContactPairs& pairs)
+{
+  ++pairs.near;
+  pairs.gap[b]  = hit.gap - offset;
+  pairs.size[b] = hit.face->size;
+  for (int i = 0; i < dim; ++i) pairs.normal[b * dim + i] = hit.n[i];
+  for (int k = 0; k < hit.face->n; ++k) {
+    pairs.master.item.push_back(hit.face->kin[k]);
+    pairs.master_w.push_back(hit.N[k]);
+  }
+}
+
+// bonds first ... last-1 of one definition. The boxes of both surfaces come first: bodies apart end here.
+void search_pair(const Model& m, const Points& pts, const Bonds& bonds, int first, int last, const RealVec& u, const RealVec& uc,
+                 const RealVec& xb, ContactPairs& pairs)
+{
+  const int dim = m.dim, master = m.bond[bonds.def[first]].master;
+  const Surface& s = m.surface[master];
+  std::vector<MasterFace> faces;
+  Box slave_box, master_box;
+  double reach = 0.0;
+  for (const Face& f : s.body >= 0 ? pts.surface[master] : s.face) {
+    faces.push_back(master_face(m, pts, s, f, u, uc));
+    reach = std::max(reach, faces.back().size);
+    master_box.add(faces.back().lo, faces.back().hi, dim);
+  }
+  for (int b = first; b < last; ++b) slave_box.add(&xb[b * dim], &xb[b * dim], dim);
+  const bool apart = slave_box.apart(master_box, reach, dim);
+  ++(apart ? pairs.skipped : pairs.searched);
+  for (int b = first; b < last; ++b) {
+    Box place;
+    place.add(&xb[b * dim], &xb[b * dim], dim);
+    Hit hit;
+    if (!apart && !place.apart(master_box, reach, dim)) {
+      double p[3] = {0, 0, 0};
+      std::copy(&xb[b * dim], &xb[b * dim] + dim, p);
+      nearest(faces, p, reach, hit);
+    }
+    if (hit.face) take_hit(hit, dim, bonds.offset[b], b, pairs);
+    pairs.master.off.push_back(static_cast<int>(pairs.master.item.size()));
   }
 }
 
@@ -130,49 +195,13 @@ void nearest(const std::vector<MasterFace>& faces, const double* p, double reach
 void contact_search(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& u, const RealVec& uc,
                     const RealVec& xb, ContactPairs& pairs)
 {
-  const int dim = m.dim;
   pairs = ContactPairs();
-  pairs.normal.assign(static_cast<size_t>(bonds.nbond) * dim, 0.0);
+  pairs.normal.assign(static_cast<size_t>(bonds.nbond) * m.dim, 0.0);
   pairs.gap.assign(bonds.nbond, 1e300);
   pairs.size.assign(bonds.nbond, 0.0);
-  std::vector<MasterFace> faces;
-  int def = -1;
-  double reach = 0.0, lo[3], hi[3];
-  for (int b = 0; b < bonds.nbond; ++b) {
-    if (bonds.field[b] == SIDE_CONTACT && bonds.def[b] != def) {       // bonds of a definition stand together
-      def = bonds.def[b];
-      const Surface& s = m.surface[m.bond[def].master];
-      faces.clear();
-      reach = 0.0;
-      for (const Face& f : s.body >= 0 ? pts.surface[m.bond[def].master] : s.face)
-        faces.push_back(master_face(m, pts, s, f, u, uc));
-      for (int i = 0; i < 3; ++i) { lo[i] = 1e300; hi[i] = -1e300; }
-      for (const MasterFace& f : faces) {
-        reach = std::max(reach, f.size);
-        for (int i = 0; i < 3; ++i) {
-          lo[i] = std::min(lo[i], f.lo[i]);
-          hi[i] = std::max(hi[i], f.hi[i]);
-        }
-      }
-    }
-    Hit hit;
-    if (bonds.field[b] == SIDE_CONTACT) {
-      double p[3] = {0, 0, 0};
-      bool far = false;
-      for (int i = 0; i < dim; ++i) p[i] = xb[b * dim + i];
-      for (int i = 0; i < dim; ++i) far = far || p[i] < lo[i] - reach || p[i] > hi[i] + reach;
-      if (!far) nearest(faces, p, reach, hit);
-    }
-    if (hit.face) {
-      ++pairs.near;
-      pairs.gap[b]  = hit.gap;
-      pairs.size[b] = hit.face->size;
-      for (int i = 0; i < dim; ++i) pairs.normal[b * dim + i] = hit.n[i];
-      for (int k = 0; k < hit.face->n; ++k) {
-        pairs.master.item.push_back(hit.face->kin[k]);
-        pairs.master_w.push_back(hit.N[k]);
-      }
-    }
-    pairs.master.off.push_back(static_cast<int>(pairs.master.item.size()));
+  for (int first = 0, last; first < bonds.nbond; first = last) {       // bonds of a definition stand together
+    for (last = first; last < bonds.nbond && bonds.def[last] == bonds.def[first]; ++last) {}
+    if (bonds.field[first] == SIDE_CONTACT) search_pair(m, pts, bonds, first, last, u, uc, xb, pairs);
+    else pairs.master.off.insert(pairs.master.off.end(), last - first, static_cast<int>(pairs.master.item.size()));
   }
 }

@@ -298,17 +298,47 @@ void check_bodies(Deck& d, const Model& m)
   if (m.grid.given && m.body.empty()) doubt(d, "GRID", m.grid.place, "GRID", "there is a grid, but no *MATERIAL POINTS; it has no effect");
 }
 
+const char* bond_word(const BondDef& bond) { return bond.kind == BOND_CONTACT ? "CONTACT PAIR" : "BOND"; }
+
 // faces of elements that become points are gone when bonds are made
 void check_bond_faces(Deck& d, const Model& m, const BondDef& bond, const IntVec& body)
 {
-  if (bond.surface < 0) return;
-  for (const Face& f : m.surface[bond.surface].face) {
-    if (body[f.elem] < 0) continue;
-    const std::string& name = m.surface[bond.surface].name;
-    return fault(d, "BOND", bond.place, name, text_format("element %d of surface ", m.mesh.elem_label[f.elem]) + name +
-                 " becomes material points; take *SURFACE, TYPE=BODY, BODY=" + m.body[body[f.elem]].name +
-                 " (bonds to the ground) or the surface of the elements that stay");
+  for (int s : {bond.surface, bond.master}) {
+    if (s < 0) continue;
+    for (const Face& f : m.surface[s].face) {
+      if (body[f.elem] < 0) continue;
+      const std::string& name = m.surface[s].name;
+      fault(d, bond_word(bond), bond.place, name, text_format("element %d of surface ", m.mesh.elem_label[f.elem]) + name +
+            " becomes material points; take *SURFACE, TYPE=BODY, BODY=" + m.body[body[f.elem]].name +
+            (bond.kind == BOND_CONTACT ? "" : " (bonds to the ground)") + " or the surface of the elements that stay");
+      break;
+    }
   }
+}
+
+// contact takes outer faces, and each face on one side only
+void check_contact_faces(Deck& d, const Model& m, const BondDef& bond)
+{
+  if (bond.kind != BOND_CONTACT || bond.surface < 0 || bond.master < 0 || bond.surface == bond.master) return;
+  const auto key = [](const Face& f) { return std::make_pair(f.elem, f.face); };
+  std::set<std::pair<int, int>> outer, slave;
+  for (const Face& f : mesh_free_faces(d, m)) outer.insert(key(f));
+  for (const Face& f : m.surface[bond.surface].face) slave.insert(key(f));
+  for (const Face& f : m.surface[bond.master].face) {
+    if (!slave.count(key(f))) continue;
+    fault(d, "CONTACT PAIR", bond.place, bond.name,
+          text_format("face S%d of element %d belongs to both surfaces, ", f.face + 1, m.mesh.elem_label[f.elem]) + m.surface[bond.surface].name + " and " +
+          m.surface[bond.master].name + "; it cannot be in contact with itself");
+    break;
+  }
+  for (int s : {bond.surface, bond.master})
+    for (const Face& f : m.surface[s].face) {
+      if (outer.count(key(f))) continue;
+      fault(d, "CONTACT PAIR", bond.place, bond.name,
+            text_format("face S%d of element %d in surface ", f.face + 1, m.mesh.elem_label[f.elem]) + m.surface[s].name +
+            " lies inside the mesh, between two elements; contact takes outer faces (*SURFACE, ELSET=... finds them)");
+      break;
+    }
 }
 
 void check_bond_distance(Deck& d, const Model& m, const BondDef& bond)
@@ -456,7 +486,10 @@ void deck_check(Deck& d, Model& m)
   const IntVec body = body_of_elements(d, m);
   if (read_well) check_missing(d, m, body);
   check_steps(d, m, body);
-  for (const BondDef& b : m.bond) check_bond_faces(d, m, b, body);
+  for (const BondDef& b : m.bond) {
+    check_bond_faces(d, m, b, body);
+    if (m.body.empty()) check_contact_faces(d, m, b);   // faces towards elements that become points are outer ones too
+  }
   check_times(d, m);
   drop_repeated(d);
 }

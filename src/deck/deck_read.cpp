@@ -45,18 +45,21 @@ bool params_fit(Card& c)
   return fit;
 }
 
-// is this the place for the keyword, and which material and step are open
+// is this the place for the keyword, and which material, interaction and step are open
 bool place_fits(Card& c, const Model& m)
 {
   Deck& d = *c.deck;
   const int where = c.keyword->where;
   const std::string word = "*" + c.head.word;
-  if (where == IN_MATERIAL) {
-    if (d.material >= 0) return true;
-    card_error(c, c.head.at, word + " must follow a *MATERIAL");
+  const bool of_material = where == IN_MATERIAL, of_interaction = where == IN_INTERACTION;
+  const bool anywhere = c.head.word == "PARAMETER" || c.head.word == "HEADING";
+  if (!of_material && !anywhere) d.material = -1;
+  if (!of_interaction && !anywhere) d.open_interaction = -1;
+  if (of_material || of_interaction) {
+    if (of_material ? d.material >= 0 : d.open_interaction >= 0) return true;
+    card_error(c, c.head.at, word + " must follow a *" + (of_material ? "MATERIAL" : "SURFACE INTERACTION"));
     return false;
   }
-  if (c.head.word != "PARAMETER" && c.head.word != "HEADING") d.material = -1;
   const int here = d.in_step ? IN_STEP : m.step.empty() ? IN_MODEL : AFTER_STEPS;
   if (where & here) return true;
   if (d.in_step) card_error(c, c.head.at, word + " must not stand inside a step (opened in " + spot_text(d, Spot{d.step_at.file, d.step_at.line}) + ")");

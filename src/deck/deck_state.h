@@ -53,6 +53,12 @@ struct Message {
 
 struct Spot { int file = 0, line = 0; };
 
+struct Interaction {           // *SURFACE INTERACTION; its pairs copy it into their BondDef
+  std::string name;
+  double friction = 0.0, stick = 0.0, penalty = 0.0;   // 0: the defaults of the pair
+  bool has_behavior = false, has_friction = false;
+};
+
 struct Carried {               // beside each load and each prescribed value of the open step
   std::string card, key;       // CLOAD, "TOP 2"
   bool old = false;            // of an earlier step
@@ -85,6 +91,8 @@ struct Deck {
   std::string dim_what;
   Spot dim_spot;
   int material = -1;           // open *MATERIAL
+  std::vector<Interaction> interaction;
+  int open_interaction = -1;   // open *SURFACE INTERACTION
   bool in_step = false, proc_given = false, prints_node = false, prints_elem = false;
   Field step_at;
   Controls controls;           // *NEWTON before all steps

@@ -21,6 +21,7 @@ void kw_elastic(Card&, Model&);
 void kw_element(Card&, Model&);
 void kw_elset(Card&, Model&);
 void kw_end_step(Card&, Model&);
+void kw_friction(Card&, Model&);
 void kw_grid(Card&, Model&);
 void kw_grid_boundary(Card&, Model&);
 void kw_heading(Card&, Model&);
@@ -41,6 +42,8 @@ void kw_solver(Card&, Model&);
 void kw_static(Card&, Model&);
 void kw_step(Card&, Model&);
 void kw_surface(Card&, Model&);
+void kw_surface_behavior(Card&, Model&);
+void kw_surface_interaction(Card&, Model&);
 void kw_vtk(Card&, Model&);
 
 namespace {
@@ -56,7 +59,8 @@ const Keyword keyword_table[] = {
   {"BOUNDARY", kw_boundary, IN_MODEL | IN_STEP, "AMPLITUDE|OP", "prescribed displacements of nodes"},
   {"CHECK", kw_check, ANYWHERE, "TYPE!|SOURCE!|TIME|AT|SCALE|CENTRE", "expected value, its tolerance and its source"},
   {"CLOAD", kw_cload, IN_STEP, "AMPLITUDE|OP", "forces on nodes"},
-  {"CONTACT PAIR", kw_contact_pair, IN_MODEL, "NAME!|FRICTION|PENALTY|ALPHA|INTERMEDIATE", "contact of two surfaces, penalty, Coulomb friction"},
+  {"CONTACT PAIR", kw_contact_pair, IN_MODEL, "NAME|INTERACTION|TYPE|FRICTION|PENALTY|ALPHA|INTERMEDIATE|AUGMENT|OVERLAP|ADJUST",
+   "contact of two surfaces, penalty, Coulomb friction"},
   {"CONVERSION", kw_conversion, IN_MODEL, "ELSET!|BODY|POINTS|FIELD|TRIGGER|LIMIT|TIME|INTERMEDIATE|PENALTY|ALPHA",
    "elements that become material points during the run"},
   {"CYLINDER", kw_cylinder, IN_MODEL, "TYPE!|ELSET!|QUARTER|MERGE", "structured mesh of a solid cylinder, with sets and surfaces of its sides"},
@@ -73,6 +77,7 @@ const Keyword keyword_table[] = {
   {"ELEMENT", kw_element, IN_MODEL, "TYPE!|ELSET", "elements by label and nodes"},
   {"ELSET", kw_elset, IN_MODEL, "ELSET!|GENERATE|WHERE", "set of elements"},
   {"END STEP", kw_end_step, IN_STEP, "", "ends a step"},
+  {"FRICTION", kw_friction, IN_INTERACTION, "", "Coulomb friction of a surface interaction"},
   {"GRID", kw_grid, IN_MODEL, "WEAK", "the box of equal cells that material points move through"},
   {"GRID BOUNDARY", kw_grid_boundary, OUTSIDE, "AMPLITUDE", "prescribed displacements of all grid nodes on a plane"},
   {"HEADING", kw_heading, ANYWHERE, "", "title of the run"},
@@ -94,6 +99,8 @@ const Keyword keyword_table[] = {
   {"STATIC", kw_static, IN_STEP, "DIRECT", "static step"},
   {"STEP", kw_step, ANYWHERE, "NLGEOM|INC", "begins a step"},
   {"SURFACE", kw_surface, IN_MODEL, "NAME!|TYPE|ELSET|WHERE|BODY", "faces of elements or of a body of material points"},
+  {"SURFACE BEHAVIOR", kw_surface_behavior, IN_INTERACTION, "PRESSURE-OVERCLOSURE!", "penalty of a surface interaction"},
+  {"SURFACE INTERACTION", kw_surface_interaction, IN_MODEL, "NAME!", "begins a surface interaction, to which contact pairs refer"},
   {"VTK", kw_vtk, ANYWHERE, "FREQUENCY|TIME INTERVAL|FORMAT", "output for ParaView"},
 };
 

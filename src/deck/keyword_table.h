@@ -7,7 +7,8 @@ enum {                         // where a keyword may stand
   IN_MODEL    = 1,             // before the first *STEP
   IN_STEP     = 2,             // between *STEP and *END STEP
   AFTER_STEPS = 4,             // outside steps, after the first one
-  IN_MATERIAL = 8              // after a *MATERIAL
+  IN_MATERIAL = 8,             // after a *MATERIAL
+  IN_INTERACTION = 16          // after a *SURFACE INTERACTION
 };
 
 struct Keyword {

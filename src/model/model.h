@@ -120,6 +120,8 @@ struct GridBc {                // *GRID BOUNDARY : all grid nodes on a plane
   Place place;
 };
 
+enum OverlapPolicy { OVERLAP_PUSH, OVERLAP_ADJUST, OVERLAP_REFUSE };   // surfaces of a contact that overlap at the start
+
 enum BondKind { BOND_MESH_GRID, BOND_GROUND, BOND_CONTACT };
 
 struct BondDef {               // *BOND
@@ -137,6 +139,9 @@ struct BondDef {               // *BOND
   int augment = 0;             // augmented Lagrange updates a step
   int master = -1;             // BOND_CONTACT: the surface on the other side; surface is the slave
   double friction = 0.0;       // BOND_CONTACT: Coulomb
+  OverlapPolicy overlap = OVERLAP_PUSH;
+  double adjust = 0.0;         // OVERLAP_ADJUST: gaps at the start up to this are taken as zero as well   length
+  double stick = 0.0;          // BOND_CONTACT: tangential stiffness per area while it sticks; 0: that of the normal direction
   Place place;
 };
 

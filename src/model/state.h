@@ -42,6 +42,7 @@ struct Bonds {
   RealVec X;                   // [nbond*3] place at t = 0
   RealVec normal;              // [nbond*dim] unit normal, from side A outwards
   RealVec cn, ct;              // [nbond] penalty normal and tangential x area        force/length
+  RealVec offset;              // [nbond] contact: gap at the start that counts as zero (OVERLAP=ADJUST)   length
   IntVec intermediate;         // [nbond] 0: at a node, 1: between nodes
 };
 
@@ -68,6 +69,7 @@ struct Level {                 // one time level
   RealVec vp;                  // [npoint*dim] velocity of points, sum_c w_c v_c: for output
   RealVec slip;                // [nbond*dim] side A minus side B; contact: the gap, first entry  length
   RealVec lambda;              // [nbond*dim] multiplier of the augmented Lagrange; contact: friction   force
+  RealVec lambda_n;            // [nbond] contact: normal multiplier, not positive            force
 };
 
 struct Ledger {                // energies and momenta at t(n), [3] in space
@@ -99,6 +101,7 @@ struct StepLog {               // how the increment went
   double dt = 0, t_step = 0;
   double residual = 0, scale = 0;   // last residual norm and force scale
   int grid_nodes = 0, grid_cells = 0, weak_nodes = 0, equations = 0;
+  long contact_searched = 0, contact_skipped = 0;   // searches of a pair so far; skipped: surfaces apart
 };
 
 struct ErosionLog {            // one element that broke

@@ -257,6 +257,9 @@ void out_listing_skipped(std::FILE* file, const Model& m, const State& s)
   std::fprintf(file, "\nSKIPPED\n");
   if (s.points.npoint == 0) std::fprintf(file, "  grid, weights, projection: no material points\n");
   if (s.bonds.nbond == 0) std::fprintf(file, "  bonds: none\n");
+  if (s.log.contact_searched + s.log.contact_skipped > 0)
+    std::fprintf(file, "  contact search: %ld of %ld, the surfaces were apart\n", s.log.contact_skipped,
+                 s.log.contact_searched + s.log.contact_skipped);
   if (!dynamic) std::fprintf(file, "  mass, velocities: no dynamic step\n");
   if (!m.vtk.on) std::fprintf(file, "  VTK: not asked for\n");
   std::string idle;

@@ -200,8 +200,8 @@ void bond_force(const State& s, int dim, int b, double force[3])
 {
   double C[9];
   if (s.bonds.field[b] == SIDE_CONTACT) {                     // contact: pressure along the normal, and friction
-    const double g = std::min(s.n.slip[b * dim], 0.0);
-    for (int i = 0; i < dim; ++i) force[i] = s.bonds.cn[b] * g * s.bonds.normal[b * dim + i] + s.n.lambda[b * dim + i];
+    const double p = std::min(s.bonds.cn[b] * s.n.slip[b * dim] + s.n.lambda_n[b], 0.0);
+    for (int i = 0; i < dim; ++i) force[i] = p * s.bonds.normal[b * dim + i] + s.n.lambda[b * dim + i];
     return;
   }
   bond_stiffness(s.bonds, dim, b, C);
@@ -225,7 +225,7 @@ void write_bonds(const Model& m, const State& s, Output& out)
     for (int i = 0; i < m.dim; ++i) u[b * m.dim + i] -= s.bonds.X[3 * b + i];
     if (s.bonds.field[b] == SIDE_CONTACT) {                   // contact: the penetration along the normal; kind 2 open, 3 closed
       const double g = std::min(s.n.slip[b * m.dim], 0.0);
-      kind[b] = g < 0.0 ? 3 : 2;
+      kind[b] = s.bonds.cn[b] * s.n.slip[b * m.dim] + s.n.lambda_n[b] < 0.0 ? 3 : 2;
       for (int i = 0; i < m.dim; ++i) slip[b * m.dim + i] = g * s.bonds.normal[b * m.dim + i];
     }
     bond_force(s, m.dim, b, f);

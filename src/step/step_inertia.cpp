@@ -231,7 +231,8 @@ void finish_contact(Problem& p, const Attempt& a)
     ContactLog& c = log[st.bonds.def[b]];
     double f[3], t1[3], slipped, pressure = 0.0, friction = 0.0;
     const double gap = contact_force(p.m, st.bonds, p.pairs, b, a.mode, &p.contact_s[b * dim], &st.n.lambda[b * dim],
-                                     f, nullptr, t1, &slipped);
+                                     st.np1.lambda_n[b], f, nullptr, t1, &slipped);
+    if (st.np1.lambda_n[b] + st.bonds.cn[b] * gap >= 0.0) st.np1.lambda_n[b] = 0.0;     // open: forgotten
     for (int i = 0; i < dim; ++i) {
       st.bonds.normal[b * dim + i] = p.pairs.normal[b * dim + i];
       pressure -= f[i] * p.pairs.normal[b * dim + i];

@@ -58,24 +58,20 @@ void warn_few_points(const Problem& p)
            p.st.points.npoint, p.grid.ncell);
 }
 
-// bodies that overlap at t = 0 push apart at once: say by how much
-void warn_penetration(const Problem& p)
-{
-  RealVec depth(p.m.bond.size(), 0.0);
-  for (int b = 0; b < p.st.bonds.nbond; ++b)
-    if (p.st.bonds.field[b] == SIDE_CONTACT && p.pairs.master.count(b) && p.pairs.gap[b] < -1e-9 * p.pairs.size[b])
-      depth[p.st.bonds.def[b]] = std::max(depth[p.st.bonds.def[b]], -p.pairs.gap[b]);
-  for (size_t d = 0; d < depth.size(); ++d)
-    if (depth[d] > 0.0)
-      log_warn("contact %s (%s line %d): the surfaces overlap by %g at the start and will push each other apart",
-               p.m.bond[d].name.c_str(), p.m.bond[d].place.file.c_str(), p.m.bond[d].place.line, depth[d]);
-}
-
 bool has_contact(const Model& m)
 {
   for (const BondDef& d : m.bond)
     if (d.kind == BOND_CONTACT) return true;
   return false;
+}
+
+// contact looks at the start for surfaces that overlap
+int start_contact(Problem& p)
+{
+  RealVec xb;
+  bond_places(p.m, p.st.points, p.st.bonds, p.st.n.u, p.st.n.uc, xb);
+  contact_search(p.m, p.st.points, p.st.bonds, p.st.n.u, p.st.n.uc, xb, p.pairs);
+  return contact_start(p.m, p.st.bonds, p.pairs, xb);
 }
 
 }  // namespace
@@ -108,8 +104,11 @@ int step_open(Problem& p)
   st.n.vc.assign(st.n.uc.size(), 0.0);
   st.n.slip.assign(static_cast<size_t>(st.bonds.nbond) * m.dim, 0.0);
   st.n.lambda = st.n.slip;
+  st.n.lambda_n.assign(st.bonds.nbond, 0.0);
   st.grid_rf.assign(m.grid_bc.size() * m.dim, 0.0);
   errors = start_values(p);
+  if (errors) return errors;
+  if (has_contact(m)) errors = start_contact(p);
   if (errors) return errors;
   point_velocities(st.points, m.dim, st.n.vc, st.n.vp);
   st.np1 = st.n;
@@ -132,8 +131,9 @@ Status step_prepare(Problem& p, const Step& s)
   if (has_contact(p.m)) {
     Timer timer(PHASE_CONTACT);
     contact_search(p.m, st.points, st.bonds, st.n.u, st.n.uc, xb, p.pairs);
+    st.log.contact_searched += p.pairs.searched;
+    st.log.contact_skipped += p.pairs.skipped;
     p.contact_s.assign(static_cast<size_t>(st.bonds.nbond) * p.m.dim, 0.0);
-    if (!p.opened) warn_penetration(p);
   }
   if (st.points.npoint) {
     Timer timer(PHASE_GRID);

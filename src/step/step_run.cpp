@@ -21,22 +21,34 @@ KernelMode mode_of(const Step& s)
   return mode;
 }
 
-// augmented Lagrange: the bond force becomes the multiplier, then equilibrium again (4.6)
-Status augment(Problem& p, Attempt& a)
+// augmented Lagrange: the bond force becomes the multiplier (4.6), the pressure of a contact as well (4.15).
+// k: updates so far in this step. False: none is due.
+bool update_multipliers(Problem& p, const KernelMode& mode, int k)
 {
-  int most = 0;
-  for (const BondDef& d : p.m.bond) most = std::max(most, d.augment);
   const int dim = p.m.dim;
   const Bonds& b = p.st.bonds;
+  Level& l = p.st.np1;
   double C[9];
-  for (int k = 0; k < most; ++k) {
-    for (int q = 0; q < b.nbond; ++q) {
-      if (b.field[q] == SIDE_CONTACT || p.m.bond[b.def[q]].augment <= k) continue;
-      bond_stiffness(b, dim, q, C);
-      for (int i = 0; i < dim; ++i)
-        for (int j = 0; j < dim; ++j)
-          p.st.np1.lambda[q * dim + i] += C[i * dim + j] * p.st.np1.slip[q * dim + j];
+  bool changed = false;
+  for (int q = 0; q < b.nbond; ++q) {
+    if (p.m.bond[b.def[q]].augment <= k) continue;
+    if (b.field[q] == SIDE_CONTACT) {
+      const double next = contact_multiplier(mode, b.cn[q], l.slip[q * dim], l.lambda_n[q]);
+      changed = changed || next != l.lambda_n[q];
+      l.lambda_n[q] = next;
+      continue;
     }
+    changed = true;
+    bond_stiffness(b, dim, q, C);
+    for (int i = 0; i < dim; ++i)
+      for (int j = 0; j < dim; ++j) l.lambda[q * dim + i] += C[i * dim + j] * l.slip[q * dim + j];
+  }
+  return changed;
+}
+
+Status augment(Problem& p, Attempt& a)
+{
+  for (int k = 0; update_multipliers(p, a.mode, k); ++k) {
     const Status status = step_newton(p, a);
     if (status != STATUS_OK) return status;
   }
@@ -221,6 +233,8 @@ Status step_increment(Problem& p, const Step& s, double t0, double dt)
   Attempt a{s, mode_of(s), t0, t0 + dt, dt, total0, total0 + dt, mid ? t0 + 0.5 * dt : t0 + dt,
             mid ? total0 + 0.5 * dt : total0 + dt, mid ? 0.5 : 1.0};
   st.np1 = st.n;
+  // in motion a multiplier of the step before would push a contact that opens: energy from nothing (4.2)
+  if (s.proc == PROC_DYNAMIC) std::fill(st.np1.lambda_n.begin(), st.np1.lambda_n.end(), 0.0);
   p.note.clear();
   system_constrain(p, s, a.t0, a.t1);
   a.du.assign(p.sys.neq(), 0.0);

@@ -1,0 +1,66 @@
+#include <algorithm>
+#include <cstdio>
+
+#include "base/log.h"
+#include "bond/contact.h"
+
+namespace {
+
+struct Overlap {               // of one pair at the start
+  int count = 0, worst = -1;   // bonds that overlap, the deepest of them
+};
+
+Overlap find_overlap(const Bonds& bonds, const ContactPairs& pairs, int def)
+{
+  Overlap o;
+  for (int b = 0; b < bonds.nbond; ++b) {
+    if (bonds.def[b] != def || !pairs.master.count(b) || pairs.gap[b] >= -1e-9 * pairs.size[b]) continue;
+    ++o.count;
+    if (o.worst < 0 || pairs.gap[b] < pairs.gap[o.worst]) o.worst = b;
+  }
+  return o;
+}
+
+// gaps that count as zero from now on: overlaps, and clearances up to the one of the deck
+void take_offsets(Bonds& bonds, const ContactPairs& pairs, int def, double clearance)
+{
+  int count = 0;
+  double lo = 0.0, hi = 0.0;
+  for (int b = 0; b < bonds.nbond; ++b) {
+    if (bonds.def[b] != def || !pairs.master.count(b) || pairs.gap[b] > clearance || pairs.gap[b] == 0.0) continue;
+    bonds.offset[b] = pairs.gap[b];
+    lo = std::min(lo, pairs.gap[b]);
+    hi = std::max(hi, pairs.gap[b]);
+    ++count;
+  }
+  log_note("  adjusted: %d places, offsets from %g to %g", count, lo, hi);
+}
+
+}  // namespace
+
+int contact_start(const Model& m, Bonds& bonds, const ContactPairs& pairs, const RealVec& xb)
+{
+  int errors = 0;
+  for (size_t d = 0; d < m.bond.size(); ++d) {
+    const BondDef& def = m.bond[d];
+    if (def.kind != BOND_CONTACT) continue;
+    const Overlap o = find_overlap(bonds, pairs, static_cast<int>(d));
+    char text[400] = "";
+    if (o.count) {
+      double x[3] = {0, 0, 0};
+      for (int i = 0; i < m.dim; ++i) x[i] = xb[o.worst * m.dim + i];
+      std::snprintf(text, sizeof text, "contact %.80s (%.160s line %d): the surfaces overlap by %g at the start, deepest at (%g, %g, %g), %d places in all",
+                    def.name.c_str(), def.place.file.c_str(), def.place.line, -pairs.gap[o.worst], x[0], x[1], x[2], o.count);
+    }
+    if (def.overlap == OVERLAP_REFUSE && o.count) {
+      log_error("%s: move them apart, or take OVERLAP=ADJUST", text);
+      ++errors;
+    } else if (def.overlap == OVERLAP_ADJUST) {
+      log_note("%s%s", o.count ? text : "contact ", o.count ? ": taken as zero gap" : def.name.c_str());
+      take_offsets(bonds, pairs, static_cast<int>(d), def.adjust);
+    } else if (o.count) {
+      log_warn("%s, and will push each other apart (OVERLAP=ADJUST or REFUSE: other answers)", text);
+    }
+  }
+  return errors;
+}
