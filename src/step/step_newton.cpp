@@ -147,9 +147,11 @@ Status line_search(Problem& p, Attempt& a, const RealVec& du, const RealVec& dx,
                    Balance& b, double& s)
 {
   double g1 = dot(dx, b.R), lo = 0.0, glo = g0, hi = s, ghi = g1;
-  for (int k = 0; k < 6 && std::fabs(g1) > 0.8 * std::fabs(g0); ++k) {
+  // broken material that opens or closes kinks the line: a smaller part may be the right one
+  const int most = p.fm.on ? 6 : 4;
+  for (int k = 0; k < most && std::fabs(g1) > 0.8 * std::fabs(g0); ++k) {
     double next = glo * ghi < 0.0 ? lo - glo * (hi - lo) / (ghi - glo) : 0.5 * (lo + hi);
-    next = std::min(std::max(next, lo + 0.1 * (hi - lo)), 1.0);
+    next = std::min(std::max(next, p.fm.on ? lo + 0.1 * (hi - lo) : 0.1), 1.0);
     for (size_t i = 0; i < du.size(); ++i) trial[i] = du[i] + next * dx[i];
     const Status status = form_residual(p, a, trial, b);
     if (status != STATUS_OK) return status;
