@@ -102,6 +102,7 @@ Status step_initial_acceleration(Problem& p, const Step& s, double t_step)
   System& sys = p.sys;
   if (sys.nfe == 0) return STATUS_OK;
   RealVec zero(sys.neq(), 0.0), fint, f, acc(sys.neq(), 0.0);
+  p.st.np1 = p.st.n;
   system_constrain(p, s, t_step, t_step);
   KernelMode mode;
   mode.finite = s.nlgeom;
