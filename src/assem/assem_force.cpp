@@ -166,13 +166,11 @@ void face_load(const Follower& f, const Step& step, const Load& l, int nen, cons
   }
 }
 
-// faces of finite elements into fn [nnode*dim], faces of bodies into fc [ncorner*dim]
-void face_loads(const Problem& p, const Step& step, const Load& l, double t_step, double t_total, double s,
-                RealVec& fn, RealVec& fc)
+// faces of finite elements, or of points (body)
+void faces_load(const Problem& p, const Step& step, const Load& l, bool body, const std::vector<Face>& face, double t_step,
+                double t_total, double s, RealVec& out)
 {
-  const Model& m    = p.m;
-  const bool surf   = l.surface >= 0, body = surf && m.surface[l.surface].body >= 0;
-  const std::vector<Face>& face = body ? p.st.points.surface[l.surface] : surf ? m.surface[l.surface].face : l.face;
+  const Model& m = p.m;
   const Follower f{p, body, s, step.nlgeom};
   for (const Face& q : face) {
     const Shape shape = body ? static_cast<Shape>(p.st.points.shape[q.elem]) : elem_table[m.mesh.elem_type[q.elem]].shape;
@@ -181,10 +179,19 @@ void face_loads(const Problem& p, const Step& step, const Load& l, double t_step
     int node[4];
     for (int k = 0; k < nen; ++k) node[k] = conn[shape_info[shape].face[q.face][k]];
     if (!body && p.el.block_of[q.elem] < 0) continue;     // no element any more
-    const double t = m.dim == 3 ? 1.0 : body ? m.body[m.surface[l.surface].body].thickness
+    const double t = m.dim == 3 ? 1.0 : body ? m.body[p.st.points.body[q.elem]].thickness
                                              : p.el.block[p.el.block_of[q.elem]].thickness;
-    face_load(f, step, l, nen, node, t, t_step, t_total, body ? fc : fn);
+    face_load(f, step, l, nen, node, t, t_step, t_total, out);
   }
+}
+
+// faces of finite elements into fn [nnode*dim], faces of bodies into fc [ncorner*dim]
+void face_loads(const Problem& p, const Step& step, const Load& l, double t_step, double t_total, double s,
+                RealVec& fn, RealVec& fc)
+{
+  const bool surf = l.surface >= 0;
+  faces_load(p, step, l, false, surf ? p.m.surface[l.surface].face : l.face, t_step, t_total, s, fn);
+  if (surf) faces_load(p, step, l, true, p.st.points.surface[l.surface], t_step, t_total, s, fc);
 }
 
 void body_loads(const Problem& p, const Step& step, const Load& l, double t_step, double t_total,

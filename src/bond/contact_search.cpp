@@ -14,10 +14,10 @@ struct MasterFace {
   double size = 0.0;           // longest edge
 };
 
-MasterFace master_face(const Model& m, const Points& pts, const Surface& s, const Face& f, const RealVec& u, const RealVec& uc)
+// body: points own the face, otherwise a finite element
+MasterFace master_face(const Model& m, const Points& pts, bool body, const Face& f, const RealVec& u, const RealVec& uc)
 {
   MasterFace out;
-  const bool body       = s.body >= 0;
   const ShapeInfo& info = shape_info[body ? pts.shape[f.elem] : elem_table[m.mesh.elem_type[f.elem]].shape];
   const int* conn       = body ? pts.conn.begin(f.elem) : m.mesh.conn.begin(f.elem);
   out.n = info.nfnode[f.face];
@@ -168,10 +168,12 @@ void search_pair(const Model& m, const Points& pts, const Bonds& bonds, int firs
   std::vector<MasterFace> faces;
   Box slave_box, master_box;
   double reach = 0.0;
-  for (const Face& f : s.body >= 0 ? pts.surface[master] : s.face) {
-    faces.push_back(master_face(m, pts, s, f, u, uc));
-    reach = std::max(reach, faces.back().size);
-    master_box.add(faces.back().lo, faces.back().hi, dim);
+  for (const Face& f : s.face)                       // elements that became points have left faces of points
+    if (!pts.converted(f.elem)) faces.push_back(master_face(m, pts, false, f, u, uc));
+  for (const Face& f : pts.surface[master]) faces.push_back(master_face(m, pts, true, f, u, uc));
+  for (const MasterFace& f : faces) {
+    reach = std::max(reach, f.size);
+    master_box.add(f.lo, f.hi, dim);
   }
   for (int b = first; b < last; ++b) slave_box.add(&xb[b * dim], &xb[b * dim], dim);
   const bool apart = slave_box.apart(master_box, reach, dim);

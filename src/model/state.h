@@ -19,12 +19,15 @@ struct Points {
   RealVec mass;                // [npoint]
   IntVec body;                 // [npoint] index into Model::body
   IntVec label;                // [npoint] the user's: 1, 2, ...
+  IntVec of_elem;              // [nelem] first point of an element that became points, -1; empty: none did
   IntVec parent;               // [npoint] element that it was, -1: a point from the start
   IntVec broken;               // [npoint] index into Model::fracture when broken, -1: intact
   RealVec normal;              // [npoint*3] normal of the crack, frozen when it broke
   IntVec field;                // [ncorner] grid field of a corner
+  bool converted(int e) const { return !of_elem.empty() && of_elem[e] >= 0; }
   std::vector<Face> boundary;  // faces with one owner; elem: point, face: local face
-  std::vector<std::vector<Face>> surface;   // [Model::surface] the faces of surfaces on bodies, empty for others
+  std::vector<std::vector<Face>> surface;   // [Model::surface] faces of points: of surfaces on bodies, and of surfaces on
+                               // elements those that elements which became points have left
 };
 
 // Bonds::field where side B is no grid

@@ -322,13 +322,56 @@ int point_fill(const Model& m, Points& pts)
   return f.errors + point_surfaces(m, pts);
 }
 
+namespace {
+
+// is the corner c of a point on face f of the element e that it was?
+bool on_element_face(const Model& m, const Points& pts, int e, int f, int c)
+{
+  const Shape shape     = elem_table[m.mesh.elem_type[e]].shape;
+  const ShapeInfo& info = shape_info[shape];
+  double X[24], xi[3], N[8];
+  for (int a = 0; a < info.nen; ++a)
+    for (int i = 0; i < info.dim; ++i) X[a * info.dim + i] = m.mesh.X[3 * m.mesh.conn.begin(e)[a] + i];
+  if (!shape_inverse(shape, X, &pts.Xc[c * info.dim], xi)) return false;
+  shape_eval(shape, xi, N, nullptr);
+  double beside = 0.0;
+  for (int a = 0; a < info.nen; ++a) {
+    bool of_face = false;
+    for (int k = 0; k < info.nfnode[f]; ++k) of_face = of_face || info.face[f][k] == a;
+    if (!of_face) beside += std::fabs(N[a]);
+  }
+  return beside < 1e-9;
+}
+
+// the faces of points where a surface of elements goes on: those of its faces whose element became points
+void follow_surface(const Model& m, const Surface& s, const Points& pts, std::vector<Face>& out)
+{
+  for (const Face& f : s.face) {
+    if (!pts.converted(f.elem)) continue;
+    for (int p = pts.of_elem[f.elem]; p < pts.npoint && pts.parent[p] == f.elem; ++p) {
+      const ShapeInfo& info = shape_info[pts.shape[p]];
+      for (int g = 0; g < info.nface; ++g) {
+        bool inside = true;
+        for (int k = 0; k < info.nfnode[g] && inside; ++k)
+          inside = on_element_face(m, pts, f.elem, f.face, pts.conn.begin(p)[info.face[g][k]]);
+        if (inside) out.push_back({p, g});
+      }
+    }
+  }
+}
+
+}  // namespace
+
 int point_surfaces(const Model& m, Points& pts)
 {
   int errors = 0;
   find_boundary(pts);
   pts.surface.assign(m.surface.size(), {});
   for (size_t s = 0; s < m.surface.size(); ++s) {
-    if (m.surface[s].body < 0) continue;
+    if (m.surface[s].body < 0) {
+      follow_surface(m, m.surface[s], pts, pts.surface[s]);
+      continue;
+    }
     errors += find_surface(m, m.surface[s], pts, pts.surface[s]) > 0;
     if (!pts.surface[s].empty() || m.body[m.surface[s].body].fill == FILL_CONVERSION) continue;
     log_error("surface %s (%s line %d) holds no face of body %s: its WHERE is met by no boundary face at t = 0",
@@ -345,5 +388,7 @@ void point_convert(const Model& m, int body, int e, CornerShare& share, Points& 
   share.made.clear();
   share.node = ListTable();
   share.weight.clear();
+  if (pts.of_elem.empty()) pts.of_elem.assign(m.mesh.nelem(), -1);
+  pts.of_elem[e] = pts.npoint;
   fill_element(f, body, e);
 }
