@@ -305,6 +305,7 @@ void bond_rebuild(const Model& m, const Points& pts, const std::vector<BondFace>
       if (b.a.item[k] >= m.mesh.nnode() || !node_lost[b.a.item[k]]) continue;
       b.area[q] = b.cn[q] = b.ct[q] = 0.0;
       for (int i = 0; i < dim; ++i) l.lambda[q * dim + i] = 0.0;
+      l.lambda_n[q] = 0.0;
     }
   cut_bonds(b, dim, b.nfixed);
   for (size_t k = 0; k < face.size();) {             // faces come definition by definition
