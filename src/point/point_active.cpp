@@ -7,6 +7,7 @@
 namespace {
 
 const double snap = 1e-12;     // a place this close to a cell face, in cells, lies on it
+const double rim  = 1e-9;      // a place this far outside the grid, in cells, lies on its boundary
 
 // where a place lies in the grid: cell and local place 0 ... 1
 struct Spot {
@@ -18,7 +19,7 @@ bool locate(const Grid& g, int dim, const double* x, Spot& s)
 {
   for (int i = 0; i < dim; ++i) {
     const double t = (x[i] - g.lo[i]) / g.h[i];
-    if (!(t > -snap && t < g.n[i] + snap)) return false;
+    if (!(t > -rim && t < g.n[i] + rim)) return false;
     int c     = static_cast<int>(std::floor(t));
     double xi = t - c;
     if (xi < snap) xi = 0.0;
@@ -188,10 +189,24 @@ struct Extend {
   RealVec w;
 };
 
+// does a cell c touch all planes of *GRID BOUNDARY that the node lies on? Then the node follows nodes of the plane alone,
+// and what is prescribed there holds for it too
+bool keeps_planes(const Model& m, const int* at, const int* c)
+{
+  for (const GridBc& b : m.grid_bc) {
+    const Grid& g = m.grid;
+    const double plane = (b.position - g.lo[b.axis]) / g.h[b.axis];
+    if (std::fabs(plane - at[b.axis]) < 1e-6 && c[b.axis] != at[b.axis] && c[b.axis] != at[b.axis] - 1) return false;
+  }
+  return true;
+}
+
 // 3. the nearest cells whose nodes are all strong; ties share
-bool extend_node(const Grid& g, int dim, const std::vector<long>& cells, const std::vector<long>& key,
+bool extend_node(const Model& m, const std::vector<long>& cells, const std::vector<long>& key,
                  const std::vector<char>& strong, int weak, Gather& out)
 {
+  const Grid& g   = m.grid;
+  const int dim   = m.dim;
   const long nn   = grid_nodes(g, dim);
   const int field = static_cast<int>(key[weak] / nn);
   long rest = key[weak] % nn;
@@ -212,7 +227,7 @@ bool extend_node(const Grid& g, int dim, const std::vector<long>& cells, const s
         for (int d = 0; d < dim; ++d) good = good && c[d] >= 0 && c[d] < g.n[d];
         if (!good || find_key(cells, cell_key(g, dim, field, c)) < 0) continue;
         const double dist = (i + 0.5) * (i + 0.5) + (j + 0.5) * (j + 0.5) + (dim == 3 ? (k + 0.5) * (k + 0.5) : 0.0);
-        if (dist > best) continue;
+        if (dist > best || !keeps_planes(m, at, c)) continue;
         const double mid[3] = {0.5, 0.5, 0.5};
         each_node(g, dim, field, c, mid, [&](long n, double) {
           const int r = find_key(key, n);
@@ -247,7 +262,7 @@ void find_extension(const Model& m, const Raw& raw, ActiveGrid& g, Extend& ext)
   for (int r = 0; r < n; ++r) {
     if (!strong[r]) {
       ++g.nweak;
-      if (extend_node(m.grid, m.dim, g.cell, raw.key, strong, r, out)) {
+      if (extend_node(m, g.cell, raw.key, strong, r, out)) {
         follow.item.insert(follow.item.end(), out.node.begin(), out.node.end());
         follow_w.insert(follow_w.end(), out.value.begin(), out.value.end());
       } else {
