@@ -7,6 +7,7 @@
 namespace {
 
 const double pi = 3.14159265358979323846;
+const double tied = 1e-4;      // ranks this close belong to a symmetric pair: Newton ends at a tolerance, not at zero
 
 // What one test knows of the state; what costs is made when it is asked for
 struct Scan {
@@ -287,7 +288,7 @@ void choose(const Scan& s, std::vector<Erosion>& all)
   std::vector<Erosion> out;
   for (const Erosion& c : all) {
     const FractureDef& d = s.def(c.elem);
-    bool take = out.empty() || d.order == ORDER_ALL || c.rank >= out[0].rank * (1.0 - 1e-6);
+    bool take = out.empty() || d.order == ORDER_ALL || c.rank >= out[0].rank * (1.0 - tied);
     const double spacing = (d.spacing >= 0.0 ? d.spacing : s.dynamic() ? 2.0 : 0.0) * s.fm.local[c.elem];
     if (!take && spacing > 0.0) {
       take = true;
