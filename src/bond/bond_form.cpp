@@ -315,6 +315,13 @@ void bond_rebuild(const Model& m, const Points& pts, const std::vector<BondFace>
       form_face(f, face_nodes(m, pts, -1, face[k].face), m.body[m.bond[def].body].field);
     finish(f, first);
   }
+  for (size_t d = 0; d < m.bond.size(); ++d) {       // slave surfaces go on as faces of points
+    if (m.bond[d].kind != BOND_CONTACT || m.surface[m.bond[d].surface].body >= 0) continue;
+    const int first = b.nbond;
+    Former f{m, b, static_cast<int>(d), first, {}};
+    for (const Face& s : pts.surface[m.bond[d].surface]) form_face(f, face_nodes(m, pts, pts.body[s.elem], s), SIDE_CONTACT);
+    finish(f, first);
+  }
   l.slip.resize(static_cast<size_t>(b.nbond) * dim);
   l.lambda.resize(static_cast<size_t>(b.nbond) * dim);
   l.lambda_n.resize(b.nbond, 0.0);
