@@ -160,8 +160,10 @@ TEST(Face, ContactOverASharedNodeIsSymmetric)
     bonds.def   = {0};
     bonds.field  = {SIDE_CONTACT};
     bonds.offset = {0.0};
+    Points points;
+    points.surface.resize(1);
     ContactPairs pairs;
-    contact_search(m, Points(), bonds, RealVec(57, 0.0), RealVec(), {0.0, 0.0, top - 0.05}, pairs);
+    contact_search(m, points, bonds, RealVec(57, 0.0), RealVec(), {0.0, 0.0, top - 0.05}, pairs);
     EXPECT_EQ(16, pairs.master.count(0));
     EXPECT_NEAR(0.0, pairs.normal[0], 1e-12);
     EXPECT_NEAR(0.0, pairs.normal[1], 1e-12);
@@ -177,7 +179,7 @@ TEST(Face, ContactOverASharedNodeIsSymmetric)
     EXPECT_NEAR(0.0, place[0], 1e-12);
     EXPECT_NEAR(0.0, place[1], 1e-12);
     // a little aside one face is enough again
-    contact_search(m, Points(), bonds, RealVec(57, 0.0), RealVec(), {0.1, 0.2, top - 0.05}, pairs);
+    contact_search(m, points, bonds, RealVec(57, 0.0), RealVec(), {0.1, 0.2, top - 0.05}, pairs);
     EXPECT_EQ(4, pairs.master.count(0));
   }
 }
