@@ -31,7 +31,8 @@ void contact_search(const Model& m, const Points& pts, const Bonds& bonds, const
 //   in   pairs of t = 0;   returns the number of errors
 int contact_start(const Model& m, Bonds& bonds, const ContactPairs& pairs, const RealVec& xb);
 
-// contact_force : force on side A minus side B and, unless K is null, its tangent (symmetric part)   (4.9) - (4.12)
+// contact_force : force on side A minus side B and, unless K is null, its tangent, without the unsymmetric term of
+// slipping   (4.9) - (4.12)
 //   in   s [dim]     relative displacement over the step;  t0 [dim] friction force at t(n);
 //        lambda multiplier of the normal force, <= 0
 //   out  f [dim], K [dim*dim], t1 [dim] friction force at t(n+1), slipped [1] distance slipped; returns the gap at t(n+1)

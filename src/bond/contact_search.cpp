@@ -89,45 +89,67 @@ void clamp(const MasterFace& f, double* xi)
     for (int k = 0; k < 2; ++k) xi[k] /= sum;
 }
 
-struct Hit {
+struct Hit {                   // a face that is met, and where
   const MasterFace* face = nullptr;
-  double N[4], n[3], gap = 0.0;
+  double N[4], n[3], r[3];     // shape functions of the place, normal, from the place to the point
+  double gap = 0.0;
 };
 
-// the nearest face that p lies over or has entered by no more than half its size; when there is none, a face with p
-// beside its rim by no more than a hundredth of its size: nodes on the edge of both surfaces stay in contact when they shiver
-void nearest(const std::vector<MasterFace>& faces, const double* p, double reach, Hit& best)
+enum Meeting { MEET_NONE, MEET_RIM, MEET_OVER };
+
+// the place of f that p meets: p lies over f, or beside its rim by no more than a hundredth of its size. None beyond reach or when p
+// has entered by more than half of its size.
+Meeting meet(const MasterFace& f, const double* p, double reach, Hit& hit)
 {
-  Hit rim;
-  for (const MasterFace& f : faces) {
-    bool far = false;
-    for (int i = 0; i < 3; ++i) far = far || p[i] < f.lo[i] - reach || p[i] > f.hi[i] + reach;
-    if (far) continue;
-    double xi[2], N[4], n[3], gap = 0.0, distance2 = 0.0;
-    project(f, p, xi);
-    const bool over = on_face(f, xi);
-    if (!over) clamp(f, xi);
-    face_eval(f.n, xi, N, nullptr);
-    const double norm = face_area(f.n, f.x, xi, n);
-    for (int i = 0; i < 3; ++i) {
-      double x = p[i];
-      for (int k = 0; k < f.n; ++k) x -= N[k] * f.x[3 * k + i];
-      n[i] /= norm;
-      gap += n[i] * x;
-      distance2 += x * x;
-    }
-    // behind a dent a point may lie over no face at all: it belongs to the face whose edge it is behind
-    const bool behind = gap <= 0.0 && distance2 <= 1.0625 * gap * gap;
-    if (!over && !behind && distance2 - gap * gap > 1e-4 * f.size * f.size) continue;
-    if (gap > reach || gap < -0.5 * f.size) continue;
-    Hit& hit = over || behind ? best : rim;
-    if (hit.face && std::fabs(gap) >= std::fabs(hit.gap)) continue;
-    hit.face = &f;
-    hit.gap  = gap;
-    std::copy(N, N + f.n, hit.N);
-    std::copy(n, n + 3, hit.n);
+  for (int i = 0; i < 3; ++i)
+    if (p[i] < f.lo[i] - reach || p[i] > f.hi[i] + reach) return MEET_NONE;
+  double xi[2], distance2 = 0.0;
+  project(f, p, xi);
+  const bool over = on_face(f, xi);
+  if (!over) clamp(f, xi);
+  face_eval(f.n, xi, hit.N, nullptr);
+  const double norm = face_area(f.n, f.x, xi, hit.n);
+  hit.face = &f;
+  hit.gap  = 0.0;
+  for (int i = 0; i < 3; ++i) {
+    hit.r[i] = p[i];
+    for (int k = 0; k < f.n; ++k) hit.r[i] -= hit.N[k] * f.x[3 * k + i];
+    hit.n[i] /= norm;
+    hit.gap += hit.n[i] * hit.r[i];
+    distance2 += hit.r[i] * hit.r[i];
   }
-  if (!best.face) best = rim;
+  if (hit.gap > reach || hit.gap < -0.5 * f.size) return MEET_NONE;
+  // behind a dent a point may lie over no face at all: it belongs to the face whose edge it is behind
+  const double gap2 = hit.gap * hit.gap;
+  if (over || (hit.gap <= 0.0 && distance2 <= 1.0625 * gap2)) return MEET_OVER;
+  return distance2 - gap2 <= 1e-4 * f.size * f.size ? MEET_RIM : MEET_NONE;
+}
+
+// the nearest face that p lies over, or else the nearest with p beside its rim: nodes on the edge of both surfaces stay in contact
+// when they shiver. More than one when p stands over the edge or the node where they meet at an angle.
+void nearest(const std::vector<MasterFace>& faces, const double* p, double reach, std::vector<Hit>& best)
+{
+  Meeting kind = MEET_NONE;
+  best.clear();
+  for (const MasterFace& f : faces) {
+    Hit hit;
+    const Meeting k = meet(f, p, reach, hit);
+    if (k == MEET_NONE || k < kind) continue;
+    if (k > kind) best.clear();
+    kind = k;
+    if (best.empty() || std::fabs(hit.gap) >= std::fabs(best[0].gap)) best.push_back(hit);
+    else best.insert(best.begin(), hit);
+  }
+  bool flat = true;
+  size_t n  = 0;
+  for (const Hit& hit : best) {
+    const double *a = best[0].n, cosine = a[0] * hit.n[0] + a[1] * hit.n[1] + a[2] * hit.n[2];
+    if (std::fabs(hit.gap) > std::fabs(best[0].gap) + 1e-8 * hit.face->size) continue;
+    if (cosine < 0.5) continue;                         // back to back, or around a sharp corner
+    flat = flat && cosine > 1.0 - 1e-12;
+    best[n++] = hit;
+  }
+  if (!best.empty()) best.resize(flat ? 1 : n);
 }
 
 struct Box {
@@ -147,16 +169,26 @@ struct Box {
   }
 };
 
-void take_hit(const Hit& hit, int dim, double offset, int b, ContactPairs& pairs)
+// what the bond meets: the mean of the faces                                       (4.9)
+void take_hits(const std::vector<Hit>& hits, int dim, double offset, int b, ContactPairs& pairs)
 {
-  ++pairs.near;
-  pairs.gap[b]  = hit.gap - offset;
-  pairs.size[b] = hit.face->size;
-  for (int i = 0; i < dim; ++i) pairs.normal[b * dim + i] = hit.n[i];
-  for (int k = 0; k < hit.face->n; ++k) {
-    pairs.master.item.push_back(hit.face->kin[k]);
-    pairs.master_w.push_back(hit.N[k]);
+  const double share = 1.0 / static_cast<double>(hits.size());
+  double n[3] = {0, 0, 0}, r[3] = {0, 0, 0};
+  for (const Hit& hit : hits) {
+    for (int i = 0; i < 3; ++i) {
+      n[i] += share * hit.n[i];
+      r[i] += share * hit.r[i];
+    }
+    for (int k = 0; k < hit.face->n; ++k) {
+      pairs.master.item.push_back(hit.face->kin[k]);
+      pairs.master_w.push_back(share * hit.N[k]);
+    }
   }
+  const double norm = std::hypot(n[0], n[1], n[2]);
+  ++pairs.near;
+  pairs.gap[b]  = (n[0] * r[0] + n[1] * r[1] + n[2] * r[2]) / norm - offset;
+  pairs.size[b] = hits[0].face->size;
+  for (int i = 0; i < dim; ++i) pairs.normal[b * dim + i] = n[i] / norm;
 }
 
 // bonds first ... last-1 of one definition. The boxes of both surfaces come first: bodies apart end here.
@@ -166,6 +198,7 @@ void search_pair(const Model& m, const Points& pts, const Bonds& bonds, int firs
   const int dim = m.dim, master = m.bond[bonds.def[first]].master;
   const Surface& s = m.surface[master];
   std::vector<MasterFace> faces;
+  std::vector<Hit> hits;
   Box slave_box, master_box;
   double reach = 0.0;
   for (const Face& f : s.face)                       // elements that became points have left faces of points
@@ -181,13 +214,13 @@ void search_pair(const Model& m, const Points& pts, const Bonds& bonds, int firs
   for (int b = first; b < last; ++b) {
     Box place;
     place.add(&xb[b * dim], &xb[b * dim], dim);
-    Hit hit;
+    hits.clear();
     if (!apart && !place.apart(master_box, reach, dim)) {
       double p[3] = {0, 0, 0};
       std::copy(&xb[b * dim], &xb[b * dim] + dim, p);
-      nearest(faces, p, reach, hit);
+      nearest(faces, p, reach, hits);
     }
-    if (hit.face) take_hit(hit, dim, bonds.offset[b], b, pairs);
+    if (!hits.empty()) take_hits(hits, dim, bonds.offset[b], b, pairs);
     pairs.master.off.push_back(static_cast<int>(pairs.master.item.size()));
   }
 }

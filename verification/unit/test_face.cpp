@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "bond/bond.h"
+#include "bond/contact.h"
 #include "point/point.h"
 #include "shape/face.h"
 
@@ -126,6 +127,61 @@ TEST(Face, LatticeOfFourByFourHasNoBondTwice)
   }
   EXPECT_NEAR(3.0, area, 1e-13);
   EXPECT_EQ(8, nodal);
+}
+
+// A point straight over the node where four faces of a roof or of a dent meet: the mean of the four, so what is symmetric stays so
+TEST(Face, ContactOverASharedNodeIsSymmetric)
+{
+  for (double top : {0.1, -0.1}) {
+    Model m;
+    m.dim = 3;
+    for (int layer = 0; layer < 2; ++layer)
+      for (int j = 0; j < 3; ++j)
+        for (int i = 0; i < 3; ++i)
+          m.mesh.X.insert(m.mesh.X.end(), {i - 1.0, j - 1.0, layer ? (i == 1 && j == 1 ? top : 0.0) : -1.0});
+    m.mesh.X.insert(m.mesh.X.end(), {0.0, 0.0, top - 0.05});             // the point, a node of its own
+    for (int n = 0; n < 19; ++n) m.mesh.node_label.push_back(n + 1);
+    Surface s;
+    for (int e = 0; e < 4; ++e) {
+      const int a = e % 2 + 3 * (e / 2);
+      m.mesh.conn.item.insert(m.mesh.conn.item.end(), {a, a + 1, a + 4, a + 3, a + 9, a + 10, a + 13, a + 12});
+      m.mesh.conn.off.push_back(8 * (e + 1));
+      m.mesh.elem_label.push_back(e + 1);
+      m.mesh.elem_type.push_back(ELEM_C3D8);
+      s.face.push_back({e, 1});
+    }
+    m.surface.push_back(s);
+    BondDef d;
+    d.kind = BOND_CONTACT;
+    d.master = 0;
+    m.bond.push_back(d);
+    Bonds bonds;
+    bonds.nbond = 1;
+    bonds.def   = {0};
+    bonds.field  = {SIDE_CONTACT};
+    bonds.offset = {0.0};
+    Points points;
+    points.surface.resize(1);
+    ContactPairs pairs;
+    contact_search(m, points, bonds, RealVec(57, 0.0), RealVec(), {0.0, 0.0, top - 0.05}, pairs);
+    EXPECT_EQ(16, pairs.master.count(0));
+    EXPECT_NEAR(0.0, pairs.normal[0], 1e-12);
+    EXPECT_NEAR(0.0, pairs.normal[1], 1e-12);
+    EXPECT_NEAR(1.0, pairs.normal[2], 1e-12);
+    EXPECT_NEAR(-0.05, pairs.gap[0], 1e-3);
+    double place[3] = {0, 0, 0}, sum = 0.0;
+    for (int k = 0; k < pairs.master.count(0); ++k) {
+      const int n = pairs.master.item[k];
+      sum += pairs.master_w[k];
+      for (int i = 0; i < 3; ++i) place[i] += pairs.master_w[k] * m.mesh.X[3 * n + i];
+    }
+    EXPECT_NEAR(1.0, sum, 1e-14);
+    EXPECT_NEAR(0.0, place[0], 1e-12);
+    EXPECT_NEAR(0.0, place[1], 1e-12);
+    // a little aside one face is enough again
+    contact_search(m, points, bonds, RealVec(57, 0.0), RealVec(), {0.1, 0.2, top - 0.05}, pairs);
+    EXPECT_EQ(4, pairs.master.count(0));
+  }
 }
 
 TEST(Fill, BricksAndTetrahedra)

@@ -277,18 +277,20 @@ TEST(Kernel, EnergyMomentumTangentIsExactAtRest)
   mode.mid   = true;
   mode.s_new = 0.5;
   mode.s_old = 0.5;
-  const MatLaw law = law_of(1.0, 0.3, PLANE_STRAIN);
-  Sample e = make_sample(SHAPE_QUAD4, 5, 0.2);
-  e.u0     = e.u1;
-  const RealVec K = tangent_of(SHAPE_QUAD4, e, law, mode);
-  const int n = 8;
-  const double h = 1e-5;
-  for (int j = 0; j < n; ++j) {
-    RealVec up = e.u1, down = e.u1;
-    up[j] += h;
-    down[j] -= h;
-    const RealVec fu = force_of(SHAPE_QUAD4, e, law, mode, up), fd = force_of(SHAPE_QUAD4, e, law, mode, down);
-    for (int i = 0; i < n; ++i) EXPECT_NEAR((fu[i] - fd[i]) / (2 * h), K[i * n + j], 1e-7);
+  for (Shape s : all_shapes) {
+    const MatLaw law = law_of(1.0, 0.3, shape_info[s].dim == 3 ? PLANE_NONE : PLANE_STRAIN);
+    Sample e = make_sample(s, 5, 0.2);
+    e.u0     = e.u1;
+    const RealVec K = tangent_of(s, e, law, mode);
+    const int n = e.nen * e.dim;
+    const double h = 1e-5;
+    for (int j = 0; j < n; ++j) {
+      RealVec up = e.u1, down = e.u1;
+      up[j] += h;
+      down[j] -= h;
+      const RealVec fu = force_of(s, e, law, mode, up), fd = force_of(s, e, law, mode, down);
+      for (int i = 0; i < n; ++i) EXPECT_NEAR((fu[i] - fd[i]) / (2 * h), K[i * n + j], 1e-7) << s;
+    }
   }
 }
 

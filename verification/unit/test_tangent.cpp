@@ -1,0 +1,289 @@
+// Tangents of bonds, of contact and of the assembled system against central differences. Case A3.
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <random>
+
+#include "bond/contact.h"
+#include "deck/deck.h"
+#include "step/step.h"
+
+namespace {
+
+KernelMode energy_momentum(double dissipation)
+{
+  KernelMode mode;
+  mode.mid   = true;
+  mode.s_new = 0.5 + dissipation;
+  mode.s_old = 0.5 - dissipation;
+  return mode;
+}
+
+// ---- one contact bond -----------------------------------------------------
+
+struct Contact {               // one bond with an oblique normal; the penalty is 3, along the face 2.5
+  int dim;
+  Model m;
+  Bonds bonds;
+  ContactPairs pairs;
+  double t0[3] = {0, 0, 0}, lambda = 0.0;
+  Contact(int dimension, double gap, double friction) : dim(dimension)
+  {
+    m.dim = dim;
+    m.bond.resize(1);
+    m.bond[0].friction = friction;
+    bonds.nbond = 1;
+    bonds.def   = {0};
+    bonds.cn    = {3.0};
+    bonds.ct    = {2.5};
+    pairs.gap   = {gap};
+    pairs.normal = dim == 2 ? RealVec{0.6, 0.8} : RealVec{2.0 / 7, 3.0 / 7, 6.0 / 7};
+  }
+  void force(const KernelMode& mode, const double* s, double* f, double* K, double* slipped)
+  {
+    double t1[3];
+    contact_force(m, bonds, pairs, 0, mode, s, t0, lambda, f, K, t1, slipped);
+  }
+  // tangent by differences minus the program's; slope: change of the normal force with the gap, by differences
+  void error(const KernelMode& mode, const double* s, double* wrong, double* slope, double* slipped)
+  {
+    const double h = 1e-6;
+    double f[3], K[9], fu[3], fd[3], none;
+    force(mode, s, f, K, slipped);
+    *slope = 0.0;
+    for (int j = 0; j < dim; ++j) {
+      double up[3], down[3];
+      for (int i = 0; i < dim; ++i) {
+        up[i]   = s[i] + h * (i == j);
+        down[i] = s[i] - h * (i == j);
+      }
+      force(mode, up, fu, nullptr, &none);
+      force(mode, down, fd, nullptr, &none);
+      for (int i = 0; i < dim; ++i) {
+        const double d = (fu[i] - fd[i]) / (2 * h);
+        wrong[i * dim + j] = d - K[i * dim + j];
+        *slope += pairs.normal[i] * d * pairs.normal[j];
+      }
+    }
+  }
+};
+
+// a jump of gn along the normal and of (a, b) along the face
+void jump(const Contact& c, double gn, double a, double b, double* s)
+{
+  const double* n = c.pairs.normal.data();
+  const double e3[2][3] = {{-3 / std::sqrt(13.0), 2 / std::sqrt(13.0), 0},
+                           {12 / std::sqrt(637.0), 18 / std::sqrt(637.0), -13 / std::sqrt(637.0)}};
+  for (int i = 0; i < c.dim; ++i)
+    s[i] = gn * n[i] + (c.dim == 2 ? a * (i == 0 ? -n[1] : n[0]) : a * e3[0][i] + b * e3[1][i]);
+}
+
+const KernelMode schemes[3] = {KernelMode(), energy_momentum(0.0), energy_momentum(0.1)};
+
+// gaps at t(n) and t(n+1): closed at both ends, closes, opens, open at both ends
+const double gaps[4][2] = {{-0.02, -0.05}, {0.03, -0.04}, {-0.05, 0.02}, {0.01, 0.02}};
+
+// ---- the assembled system -------------------------------------------------
+
+struct Scene {
+  Model m;
+  State st;
+  Problem p{m, st};
+  Scene(const std::string& deck)
+  {
+    const auto folder = std::filesystem::temp_directory_path() / ("mpfe_test_tangent_" + std::to_string(getpid()));
+    std::filesystem::create_directories(folder);
+    std::ofstream(folder / "deck.inp") << deck;
+    EXPECT_EQ(0, deck_read((folder / "deck.inp").string(), {}, m));
+    std::filesystem::remove_all(folder);
+    testing::internal::CaptureStderr();                  // warnings of overlap and of few points, both meant
+    EXPECT_EQ(0, step_open(p));
+    EXPECT_EQ(STATUS_OK, step_prepare(p, m.step[0]));
+    testing::internal::GetCapturedStderr();
+  }
+  RealVec force(const KernelMode& mode, const RealVec& du)
+  {
+    RealVec f;
+    assem_move(p, du, 0.0, 1.0);
+    EXPECT_EQ(STATUS_OK, assem_internal(p, mode, f));
+    return f;
+  }
+};
+
+// full matrix from the lower block triangle
+RealVec full(const System& s)
+{
+  const int d = s.dim, n = s.neq();
+  RealVec K(static_cast<size_t>(n) * n, 0.0);
+  for (int r = 0; r < s.nrow; ++r)
+    for (int k = s.A.off[r]; k < s.A.off[r + 1]; ++k)
+      for (int i = 0; i < d; ++i)
+        for (int j = 0; j < (s.A.col[k] == r ? i + 1 : d); ++j) {
+          const int row = r * d + i, col = s.A.col[k] * d + j;
+          K[static_cast<size_t>(row) * n + col] = K[static_cast<size_t>(col) * n + row] = s.A.val[(static_cast<size_t>(k) * d + i) * d + j];
+        }
+  return K;
+}
+
+// largest difference of the tangent from central differences at a random increment, over the largest entry of the tangent
+double tangent_error(Scene& sc, const KernelMode& mode, double amplitude)
+{
+  const int n = sc.p.sys.neq();
+  RealVec du(n);
+  std::mt19937 gen(3);
+  std::uniform_real_distribution<double> rnd(-amplitude, amplitude);
+  for (double& x : du) x = rnd(gen);
+  sc.force(mode, du);
+  assem_tangent(sc.p, mode, 0.0);
+  const RealVec K = full(sc.p.sys);
+  const double h  = 1e-6;
+  double worst = 0.0, size = 0.0;
+  for (int j = 0; j < n; ++j) {
+    RealVec up = du, down = du;
+    up[j] += h;
+    down[j] -= h;
+    const RealVec fu = sc.force(mode, up), fd = sc.force(mode, down);
+    for (int i = 0; i < n; ++i) {
+      const double k = K[static_cast<size_t>(i) * n + j];
+      worst = std::fmax(worst, std::fabs((fu[i] - fd[i]) / (2 * h) - k));
+      size  = std::fmax(size, std::fabs(k));
+    }
+  }
+  return worst / size;
+}
+
+// contact bonds that are closed at t(n+1), and those that meet a face
+void count_contacts(const Scene& sc, int* closed, int* met)
+{
+  *closed = *met = 0;
+  for (int b = 0; b < sc.st.bonds.nbond; ++b) {
+    if (sc.st.bonds.field[b] != SIDE_CONTACT || !sc.p.pairs.master.count(b)) continue;
+    ++*met;
+    *closed += sc.st.np1.slip[b * sc.m.dim] < 0.0;
+  }
+}
+
+const std::string material = "*MATERIAL, NAME=M\n*ELASTIC\n1, 0.3\n";
+const std::string step     = "*STEP, NLGEOM\n*STATIC\n1, 1\n*END STEP\n";
+
+// points beside elements of another size, bonded to one another and, along the normal only, to the ground
+const std::string bonded_2d = material +
+  "*GRID\n-0.87, -0.91, 2, 2\n0.5\n*MATERIAL POINTS, BODY=B, MATERIAL=M, POINTS=2\n0, 0, 0.5, 1\n1, 2\n"
+  "*BLOCK, TYPE=CPE4, ELSET=FE\n0.5, 0, 1, 1\n1, 3\n*SOLID SECTION, ELSET=FE, MATERIAL=M\n"
+  "*SURFACE, NAME=LEFT, TYPE=BODY, BODY=B, WHERE=\"x<1e-9\"\n*BOND, TYPE=GROUND, NAME=HOLD, SURFACE=LEFT, NORMAL, ALPHA=2\n"
+  "*BOND, NAME=TIE, SURFACE=FE_XMIN, BODY=B, ALPHA=2\n" + step;
+const std::string bonded_3d = material +
+  "*GRID\n-0.87, -0.91, -0.8, 2, 2, 2\n0.5\n*MATERIAL POINTS, BODY=B, MATERIAL=M, POINTS=2\n0, 0, 0, 0.5, 0.5, 0.5\n1, 1, 1\n"
+  "*BLOCK, TYPE=C3D8, ELSET=FE\n0.5, 0, 0, 1, 0.5, 0.5\n1, 1, 2\n*SOLID SECTION, ELSET=FE, MATERIAL=M\n"
+  "*SURFACE, NAME=LEFT, TYPE=BODY, BODY=B, WHERE=\"x<1e-9\"\n*BOND, TYPE=GROUND, NAME=HOLD, SURFACE=LEFT, NORMAL, ALPHA=2\n"
+  "*BOND, NAME=TIE, SURFACE=FE_XMIN, BODY=B, ALPHA=2\n" + step;
+
+// a block that has entered another one by 0.02, and a wall of points on the other side, met by places of which some are open
+const std::string touching_2d = material +
+  "*BLOCK, TYPE=CPE4, ELSET=A\n0, 0, 1, 1\n1, 2\n*BLOCK, TYPE=CPE4, ELSET=B\n0.98, -0.2, 2, 1.3\n1, 3\n*SOLID SECTION, ELSET=A, MATERIAL=M\n"
+  "*SOLID SECTION, ELSET=B, MATERIAL=M\n*GRID\n-1.13, -1.07, 2, 2\n0.5\n*MATERIAL POINTS, BODY=P, MATERIAL=M, POINTS=2\n-0.5, -0.1, 0.01, 1.4\n1, 3\n"
+  "*SURFACE, NAME=WALL, TYPE=BODY, BODY=P, WHERE=\"x>0.009\"\n*CONTACT PAIR, NAME=FACES\nA_XMAX, B_XMIN\n*CONTACT PAIR, NAME=POINTS\nA_XMIN, WALL\n" + step;
+const std::string touching_3d = material +
+  "*BLOCK, TYPE=C3D8, ELSET=A\n0, 0, 0, 1, 1, 1\n1, 1, 2\n*BLOCK, TYPE=C3D8, ELSET=B\n0.98, -0.2, -0.1, 2, 1.3, 1.2\n1, 1, 1\n"
+  "*SOLID SECTION, ELSET=A, MATERIAL=M\n*SOLID SECTION, ELSET=B, MATERIAL=M\n*GRID\n-1.13, -1.07, -1.17, 2, 2, 2\n0.8\n"
+  "*MATERIAL POINTS, BODY=P, MATERIAL=M, POINTS=2\n-0.5, -0.1, -0.3, 0.01, 1.4, 1.4\n1, 1, 1\n"
+  "*SURFACE, NAME=WALL, TYPE=BODY, BODY=P, WHERE=\"x>0.009\"\n*CONTACT PAIR, NAME=FACES\nA_XMAX, B_XMIN\n*CONTACT PAIR, NAME=POINTS\nA_XMIN, WALL\n" + step;
+
+}  // namespace
+
+TEST(Tangent, ContactNormal)
+{
+  for (int dim : {2, 3})
+    for (const KernelMode& mode : schemes)
+      for (double lambda : {0.0, -0.045})                // with a multiplier the gap of 0.01 is closed, those of 0.02 and 0.03 are open
+        for (const auto& g : gaps) {
+          Contact c(dim, g[0], 0.0);
+          c.lambda = lambda;
+          double s[3], wrong[9], slope, slipped;
+          jump(c, g[1] - g[0], 0.3, -0.2, s);
+          c.error(mode, s, wrong, &slope, &slipped);
+          for (int i = 0; i < dim * dim; ++i) EXPECT_NEAR(0.0, wrong[i], 3e-7);
+        }
+}
+
+TEST(Tangent, FrictionThatSticks)
+{
+  for (int dim : {2, 3})
+    for (const KernelMode& mode : schemes)
+      for (const auto& g : gaps) {
+        Contact c(dim, g[0], 0.5);
+        double s[3], wrong[9], slope, slipped;
+        jump(c, 0.0, 0.001, 0.002, c.t0);
+        jump(c, g[1] - g[0], 0.0003, -0.0002, s);
+        c.error(mode, s, wrong, &slope, &slipped);
+        EXPECT_EQ(0.0, slipped);
+        for (int i = 0; i < dim * dim; ++i) EXPECT_NEAR(0.0, wrong[i], 3e-7);
+      }
+}
+
+// What the program leaves out when it slips is -mu k_n t n^T, t the direction of the friction, and nothing else    (4.12)
+TEST(Tangent, FrictionThatSlips)
+{
+  const double mu = 0.5;
+  for (int dim : {2, 3})
+    for (const KernelMode& mode : schemes)
+      for (const auto& g : gaps) {
+        if (g[0] > 0.0 && g[1] > 0.0) continue;
+        if (g[1] > 0.0 && !mode.mid) continue;          // no pressure, no friction
+        Contact c(dim, g[0], mu);
+        const double* n = c.pairs.normal.data();
+        double s[3], f[3], K[9], wrong[9], slope, slipped, none, size = 0.0, fn = 0.0;
+        jump(c, 0.0, 0.001, 0.002, c.t0);
+        jump(c, g[1] - g[0], 0.3, -0.2, s);
+        c.force(mode, s, f, K, &none);
+        c.error(mode, s, wrong, &slope, &slipped);
+        EXPECT_GT(slipped, 0.1);
+        for (int i = 0; i < dim; ++i) fn += f[i] * n[i];
+        for (int i = 0; i < dim; ++i) {
+          f[i] -= fn * n[i];
+          size += f[i] * f[i];
+        }
+        size = std::sqrt(size);
+        EXPECT_NEAR(mu * std::fabs(fn), size, 1e-14);
+        for (int i = 0; i < dim; ++i)
+          for (int j = 0; j < dim; ++j) {
+            EXPECT_NEAR(-mu * slope * f[i] / size * n[j], wrong[i * dim + j], 3e-7);
+            EXPECT_NEAR(K[i * dim + j], K[j * dim + i], 1e-15);
+          }
+      }
+}
+
+TEST(Tangent, SystemWithBonds)
+{
+  for (const std::string& deck : {bonded_2d, bonded_3d}) {
+    Scene sc(deck);
+    EXPECT_GT(sc.st.bonds.nbond, 6);
+    EXPECT_LT(tangent_error(sc, KernelMode(), 0.05), 1e-7);
+    // energy-momentum: with small strains nothing is left out of the tangent of the kernel, so the bonds stand alone to be judged
+    for (double a : {0.0, 0.1}) {
+      KernelMode mode = energy_momentum(a);
+      mode.finite = false;
+      EXPECT_LT(tangent_error(sc, mode, 0.05), 1e-7);
+    }
+  }
+}
+
+TEST(Tangent, SystemWithContactWithoutFriction)
+{
+  for (const std::string& deck : {touching_2d, touching_3d}) {
+    Scene sc(deck);
+    int closed, met;
+    EXPECT_LT(tangent_error(sc, KernelMode(), 0.03), 1e-7);
+    count_contacts(sc, &closed, &met);
+    EXPECT_GT(closed, 2);
+    EXPECT_LT(closed, met);
+    for (double a : {0.0, 0.1}) {
+      KernelMode mode = energy_momentum(a);
+      mode.finite = false;
+      EXPECT_LT(tangent_error(sc, mode, 0.03), 1e-7);
+    }
+  }
+}
