@@ -209,6 +209,15 @@ bool at_crack(const Scan& s, int e)
   return false;
 }
 
+// holds little of what the densest element of its ball does. |J| is the same for all elements near a tip, also for those behind it;
+// on an aligned mesh the neighbours of the tip element hold a third of its energy, those behind it a tenth
+bool behind_tip(const Scan& s, int e)
+{
+  double most = 0.0;
+  frac_near(s.fm, &s.fm.centre[3 * e], radius_of(s, e), [&](int o, double) { most = std::max(most, s.fm.def[o] >= 0 ? s.W[o] : 0.0); });
+  return s.W[e] < 0.2 * most;
+}
+
 // the densest element of its ball, with nothing broken in it: a crack may start here
 bool may_start(const Scan& s, int e)
 {
@@ -247,6 +256,21 @@ double fallback_of(const Scan& s, int e)
   return given >= 0.0 ? given : estimate_of(s, e) == ESTIMATE_FORCE ? 0.45 : 0.0;
 }
 
+// the crack holds the direction of growth: what of N is along J goes                 (7.9)
+void turn_off(const double* J, double* N)
+{
+  const double JJ = J[0] * J[0] + J[1] * J[1] + J[2] * J[2];
+  if (JJ == 0.0) return;
+  const double along = (N[0] * J[0] + N[1] * J[1] + N[2] * J[2]) / JJ;
+  double n[3], norm = 0.0;
+  for (int i = 0; i < 3; ++i) {
+    n[i] = N[i] - along * J[i];
+    norm += n[i] * n[i];
+  }
+  if (norm < 1e-6) return;
+  for (int i = 0; i < 3; ++i) N[i] = n[i] / std::sqrt(norm);
+}
+
 // ---- candidates
 
 void find_energies(Scan& s)
@@ -265,19 +289,21 @@ void by_element(Scan& s, int e, double part, std::vector<Erosion>& out)
   const double need = part * threshold(s, e);
   if (s.W[e] * s.fm.volume[e] < need) return;        // psi+ is never more than the whole energy
   const double value = drive_of(s, e) * s.fm.volume[e] / threshold(s, e);
-  if (value >= part) out.push_back({e, value, value});
+  if (value >= part) out.push_back({e, value, value, {0, 0, 0}});
 }
 
 void by_griffith(Scan& s, int e, double W_max, std::vector<Erosion>& out)
 {
   if (s.W[e] < 0.02 * W_max || s.W[e] == 0.0) return;
-  if (!at_crack(s, e) && !may_start(s, e)) return;
+  const bool force = estimate_of(s, e) == ESTIMATE_FORCE, at = at_crack(s, e);
+  if (at ? force && behind_tip(s, e) : !may_start(s, e)) return;
   if (!(largest_stress(s, e) > 0.0)) return;
   double J[3];
   const double G = estimate(s, e, J);
   if (G < s.fm.gc[e]) return;
-  const double rank = estimate_of(s, e) == ESTIMATE_FORCE ? force_rank(s, e, J, G) : drive_of(s, e) * s.fm.size[e];
-  out.push_back({e, G / s.fm.gc[e], rank / s.fm.gc[e]});
+  const double rank = force ? force_rank(s, e, J, G) : drive_of(s, e) * s.fm.size[e];
+  if (!at) J[0] = J[1] = J[2] = 0.0;                 // no crack yet that could go on
+  out.push_back({e, G / s.fm.gc[e], rank / s.fm.gc[e], {J[0], J[1], J[2]}});
 }
 
 // strongest first; others of the same test when they are tied, or far enough away
@@ -335,15 +361,18 @@ void frac_test(const Model& m, const Step& step, const Elements& el, const FracM
   choose(s, out);
 }
 
-double frac_erode(const Model& m, const Elements& el, const FracMesh& fm, const Level& l, bool nlgeom, int e, Fracture& fr)
+double frac_erode(const Model& m, const Elements& el, const FracMesh& fm, const Level& l, bool nlgeom, const Erosion& x, Fracture& fr)
 {
+  const int e = x.elem;
   const double before = elem_energy_one(m, el, e, l.u, nlgeom);
   Step step;
   step.nlgeom = nlgeom;
   const Scan s{m, step, el, fm, fr, l, {}, {}};
   double E[9];
   mean_strain(s, e, E);
-  split_normal(s.law(e), m.dim, E, &fr.normal[3 * static_cast<size_t>(e)]);
+  double* N = &fr.normal[3 * static_cast<size_t>(e)];
+  split_normal(s.law(e), m.dim, E, N);
+  turn_off(x.J, N);
   fr.broken[e] = fm.def[e];
   fr.time[e]   = l.time;
   ++fr.neroded;
