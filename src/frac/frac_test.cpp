@@ -101,6 +101,20 @@ double ball_estimate(Scan& s, int e)
   return volume > 0.0 ? ball_constant(s, e) * radius * energy / volume : 0.0;
 }
 
+// a broken element behind a face, that the crack has had the time to leave
+bool at_crack(const Scan& s, int e)
+{
+  const double speed = s.def(e).speed;
+  for (int f = 0; f < 6; ++f) {
+    const int o = s.fm.across[6 * e + f];
+    if (o < 0 || !s.cracked(o)) continue;
+    if (speed <= 0.0 || !s.dynamic() || s.fr.form[o] == FORM_REMOVED) return true;
+    const double *a = &s.fm.centre[3 * e], *b = &s.fm.centre[3 * o];
+    if (s.l.time >= s.fr.time[o] + std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]) / speed) return true;
+  }
+  return false;
+}
+
 // ---- configurational force in a ball                                               (7.5) - (7.7)
 
 // J += sum_a q_a F_a of one element; in dynamics with the kinetic part
@@ -155,11 +169,80 @@ void add_force(const Scan& s, int e, const double* q, double* J)
   }
 }
 
+// a face of a brick, wedge or tetrahedron at t = 0: middle, area times outward normal
+void face_of(const Scan& s, int e, int f, double* mid, double* area)
+{
+  const ShapeInfo& info = shape_info[s.el.block[s.el.home[e]].shape];
+  const int n = info.nfnode[f], *conn = s.m.mesh.conn.begin(e);
+  const double* X[4];
+  for (int a = 0; a < n; ++a) X[a] = &s.m.mesh.X[3 * conn[info.face[f][a]]];
+  double p[3], r[3];
+  for (int i = 0; i < 3; ++i) {
+    mid[i] = 0.0;
+    for (int a = 0; a < n; ++a) mid[i] += X[a][i] / n;
+    p[i] = X[2][i] - X[0][i];
+    r[i] = n == 4 ? X[3][i] - X[1][i] : X[2][i] - X[1][i];
+  }
+  for (int i = 0; i < 3; ++i) area[i] = 0.5 * (p[(i + 1) % 3] * r[(i + 2) % 3] - p[(i + 2) % 3] * r[(i + 1) % 3]);
+}
+
+// what the surface of the body adds to J where it cuts the ball: -int q W n dA on faces without traction   (7.7)
+void take_surface(const Scan& s, int e, const double* q, double* J)
+{
+  const ShapeInfo& info = shape_info[s.el.block[s.el.home[e]].shape];
+  for (int f = 0; f < info.nface; ++f) {
+    if (s.fm.across[6 * e + f] >= 0) continue;
+    double mid[3], area[3], qf = 0.0;
+    face_of(s, e, f, mid, area);
+    for (int a = 0; a < info.nfnode[f]; ++a) qf += q[info.face[f][a]] / info.nfnode[f];
+    if (qf == 0.0) continue;
+    const double W = elem_energy_one(s.m, s.el, e, s.l.u, s.step.nlgeom) / s.fm.volume[e];
+    for (int i = 0; i < 3; ++i) J[i] += qf * W * area[i];
+  }
+}
+
+// int q ds along the straight front through the element, square to J and to the largest principal stress, as far as the body
+// reaches: 1.5 radius inside                                                          (7.7)
+double front_length(const Scan& s, int e, const double* J, double radius)
+{
+  double E[9], N[3], t[3], norm = 0.0, reach[2] = {radius, radius};
+  const double* c = &s.fm.centre[3 * e];
+  mean_strain(s, e, E);
+  split_normal(s.law(e), 3, E, N);
+  for (int i = 0; i < 3; ++i) {
+    t[i] = J[(i + 1) % 3] * N[(i + 2) % 3] - J[(i + 2) % 3] * N[(i + 1) % 3];
+    norm += t[i] * t[i];
+  }
+  if (norm == 0.0) return 1.5 * radius;
+  for (int i = 0; i < 3; ++i) t[i] /= std::sqrt(norm);
+  frac_near(s.fm, c, radius + s.fm.local[e], [&](int o, double) {
+    if (s.el.home[o] < 0) return;
+    for (int f = 0; f < shape_info[s.el.block[s.el.home[o]].shape].nface; ++f) {
+      if (s.fm.across[6 * o + f] >= 0) continue;
+      double mid[3], area[3], to_face = 0.0, slope = 0.0, size2 = 0.0, miss2 = 0.0;
+      face_of(s, o, f, mid, area);
+      for (int i = 0; i < 3; ++i) {
+        to_face += (mid[i] - c[i]) * area[i];
+        slope += t[i] * area[i];
+        size2 += area[i] * area[i];
+      }
+      if (slope == 0.0) continue;
+      const double at = to_face / slope;
+      for (int i = 0; i < 3; ++i) miss2 += (c[i] + at * t[i] - mid[i]) * (c[i] + at * t[i] - mid[i]);
+      if (miss2 < std::sqrt(size2)) reach[at < 0.0] = std::min(reach[at < 0.0], std::fabs(at));
+    }
+  });
+  double sum = 0.0;
+  for (double a : reach) sum += a < 0.5 * radius ? a : 2.0 * a - a * a / radius - 0.25 * radius;
+  return sum;
+}
+
 // J of the ball around an element, per thickness or per length of the front
 double force_estimate(const Scan& s, int e, double* J)
 {
   const double radius = radius_of(s, e), *c = &s.fm.centre[3 * e];
   const double reach  = radius + 1.5 * s.fm.local[e];
+  const bool surface  = s.m.dim == 3 && at_crack(s, e);          // the surface itself may be where a crack starts
   for (int i = 0; i < 3; ++i) J[i] = 0.0;
   frac_near(s.fm, c, reach, [&](int o, double) {
     if (!s.intact(o)) return;
@@ -175,8 +258,9 @@ double force_estimate(const Scan& s, int e, double* J)
     if (!any) return;
     if (s.m.dim == 2) add_force<2>(s, o, q, J);
     else add_force<3>(s, o, q, J);
+    if (surface) take_surface(s, o, q, J);
   });
-  const double per = s.m.dim == 2 ? s.fm.thickness[e] : 1.5 * radius;
+  const double per = s.m.dim == 2 ? s.fm.thickness[e] : front_length(s, e, J, radius);
   for (int i = 0; i < 3; ++i) J[i] /= per;
   return std::sqrt(J[0] * J[0] + J[1] * J[1] + J[2] * J[2]);
 }
@@ -196,18 +280,13 @@ double largest_stress(const Scan& s, int e)
   return split_normal(s.law(e), s.m.dim, E, N);
 }
 
-// a broken element behind a face, that the crack has had the time to leave
-bool at_crack(const Scan& s, int e)
+// holds little of what the densest element of its ball does. |J| is the same for all elements near a tip, also for those behind it;
+// on an aligned mesh the neighbours of the tip element hold a third of its energy, those behind it a tenth
+bool behind_tip(const Scan& s, int e)
 {
-  const double speed = s.def(e).speed;
-  for (int f = 0; f < 6; ++f) {
-    const int o = s.fm.across[6 * e + f];
-    if (o < 0 || !s.cracked(o)) continue;
-    if (speed <= 0.0 || !s.dynamic() || s.fr.form[o] == FORM_REMOVED) return true;
-    const double *a = &s.fm.centre[3 * e], *b = &s.fm.centre[3 * o];
-    if (s.l.time >= s.fr.time[o] + std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]) / speed) return true;
-  }
-  return false;
+  double most = 0.0;
+  frac_near(s.fm, &s.fm.centre[3 * e], radius_of(s, e), [&](int o, double) { most = std::max(most, s.fm.def[o] >= 0 ? s.W[o] : 0.0); });
+  return s.W[e] < 0.2 * most;
 }
 
 // the densest element of its ball, with nothing broken in it: a crack may start here
@@ -248,6 +327,21 @@ double fallback_of(const Scan& s, int e)
   return given >= 0.0 ? given : estimate_of(s, e) == ESTIMATE_FORCE ? 0.45 : 0.0;
 }
 
+// the crack holds the direction of growth: what of N is along J goes                 (7.9)
+void turn_off(const double* J, double* N)
+{
+  const double JJ = J[0] * J[0] + J[1] * J[1] + J[2] * J[2];
+  if (JJ == 0.0) return;
+  const double along = (N[0] * J[0] + N[1] * J[1] + N[2] * J[2]) / JJ;
+  double n[3], norm = 0.0;
+  for (int i = 0; i < 3; ++i) {
+    n[i] = N[i] - along * J[i];
+    norm += n[i] * n[i];
+  }
+  if (norm < 1e-6) return;
+  for (int i = 0; i < 3; ++i) N[i] = n[i] / std::sqrt(norm);
+}
+
 // ---- candidates
 
 void find_energies(Scan& s)
@@ -266,19 +360,21 @@ void by_element(Scan& s, int e, double part, std::vector<Erosion>& out)
   const double need = part * threshold(s, e);
   if (s.W[e] * s.fm.volume[e] < need) return;        // psi+ is never more than the whole energy
   const double value = drive_of(s, e) * s.fm.volume[e] / threshold(s, e);
-  if (value >= part) out.push_back({e, value, value});
+  if (value >= part) out.push_back({e, value, value, {0, 0, 0}});
 }
 
 void by_griffith(Scan& s, int e, double W_max, std::vector<Erosion>& out)
 {
   if (s.W[e] < 0.02 * W_max || s.W[e] == 0.0) return;
-  if (!at_crack(s, e) && !may_start(s, e)) return;
+  const bool force = estimate_of(s, e) == ESTIMATE_FORCE, at = at_crack(s, e);
+  if (at ? force && behind_tip(s, e) : !may_start(s, e)) return;
   if (!(largest_stress(s, e) > 0.0)) return;
   double J[3];
   const double G = estimate(s, e, J);
   if (G < s.fm.gc[e]) return;
-  const double rank = estimate_of(s, e) == ESTIMATE_FORCE ? force_rank(s, e, J, G) : drive_of(s, e) * s.fm.size[e];
-  out.push_back({e, G / s.fm.gc[e], rank / s.fm.gc[e]});
+  const double rank = force ? force_rank(s, e, J, G) : drive_of(s, e) * s.fm.size[e];
+  if (!at) J[0] = J[1] = J[2] = 0.0;                 // no crack yet that could go on
+  out.push_back({e, G / s.fm.gc[e], rank / s.fm.gc[e], {J[0], J[1], J[2]}});
 }
 
 // strongest first; others of the same test when they are tied, or far enough away
@@ -336,15 +432,18 @@ void frac_test(const Model& m, const Step& step, const Elements& el, const FracM
   choose(s, out);
 }
 
-double frac_erode(const Model& m, const Elements& el, const FracMesh& fm, const Level& l, bool nlgeom, int e, Fracture& fr)
+double frac_erode(const Model& m, const Elements& el, const FracMesh& fm, const Level& l, bool nlgeom, const Erosion& x, Fracture& fr)
 {
+  const int e = x.elem;
   const double before = elem_energy_one(m, el, e, l.u, nlgeom);
   Step step;
   step.nlgeom = nlgeom;
   const Scan s{m, step, el, fm, fr, l, {}, {}};
   double E[9];
   mean_strain(s, e, E);
-  split_normal(s.law(e), m.dim, E, &fr.normal[3 * static_cast<size_t>(e)]);
+  double* N = &fr.normal[3 * static_cast<size_t>(e)];
+  split_normal(s.law(e), m.dim, E, N);
+  turn_off(x.J, N);
   fr.broken[e] = fm.def[e];
   fr.time[e]   = l.time;
   ++fr.neroded;
