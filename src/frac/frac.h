@@ -34,6 +34,7 @@ struct Erosion {
   int elem = -1;
   double value = 0.0;          // criterion over toughness, >= 1
   double rank  = 0.0;          // what the order goes by
+  double grow[3] = {0, 0, 0};  // direction of growth, 0: unknown
 };
 
 // frac_mesh : topology, sizes, toughness. Returns the number of errors (messages in the log).
@@ -72,8 +73,8 @@ void frac_test(const Model& m, const Step& s, const Elements& el, const FracMesh
 double frac_estimate(const Model& m, const Step& s, const Elements& el, const FracMesh& fm, const Fracture& fr,
                      const Level& l, int e, double J[3]);
 
-// frac_erode : element e breaks: normal, time, counts. Returns the strain energy released at fixed displacement.
-double frac_erode(const Model& m, const Elements& el, const FracMesh& fm, const Level& l, bool nlgeom, int e, Fracture& fr);
+// frac_erode : an element breaks: normal, time, counts. Returns the strain energy released at fixed displacement.
+double frac_erode(const Model& m, const Elements& el, const FracMesh& fm, const Level& l, bool nlgeom, const Erosion& b, Fracture& fr);
 
 // frac_distorted : elements that a distortion or a time turns into points
 void frac_due(const Model& m, const Elements& el, const FracMesh& fm, const Fracture& fr, const Level& l, IntVec& out);

@@ -278,7 +278,10 @@ void by_griffith(Scan& s, int e, double W_max, std::vector<Erosion>& out)
   const double G = estimate(s, e, J);
   if (G < s.fm.gc[e] && estimate_of(s, e) != ESTIMATE_FORCE) return;
   const double rank = estimate_of(s, e) == ESTIMATE_FORCE ? force_rank(s, e, J, G) : drive_of(s, e) * s.fm.size[e];
-  out.push_back({e, G / s.fm.gc[e], rank / s.fm.gc[e]});
+  Erosion b{e, G / s.fm.gc[e], rank / s.fm.gc[e]};
+  if (estimate_of(s, e) == ESTIMATE_FORCE && at_crack(s, e))
+    for (int i = 0; i < 3; ++i) b.grow[i] = J[i] / G;
+  out.push_back(b);
 }
 
 // FORCE: all elements around a tip see much the same |J|. Where the best placed one of a ball holds, none of them breaks.
@@ -321,6 +324,21 @@ void choose(const Scan& s, std::vector<Erosion>& all)
   all.swap(out);
 }
 
+// normal of the crack: the direction of the largest principal stress; square to the growth where that is known. An element
+// beside the tip sees the stress of its side, up to 60 degrees off, and a wrong normal locks the crack
+void crack_normal(const Scan& s, const Erosion& b, const double* E, double* N)
+{
+  split_normal(s.law(b.elem), s.m.dim, E, N);
+  double along = 0.0, rest[3], norm = 0.0;
+  for (int i = 0; i < 3; ++i) along += N[i] * b.grow[i];
+  for (int i = 0; i < 3; ++i) {
+    rest[i] = N[i] - along * b.grow[i];
+    norm += rest[i] * rest[i];
+  }
+  if (norm < 1e-4) return;                           // stress along the growth: no crack plane in sight
+  for (int i = 0; i < 3; ++i) N[i] = rest[i] / std::sqrt(norm);
+}
+
 }  // namespace
 
 double frac_estimate(const Model& m, const Step& step, const Elements& el, const FracMesh& fm, const Fracture& fr,
@@ -355,15 +373,16 @@ void frac_test(const Model& m, const Step& step, const Elements& el, const FracM
   choose(s, out);
 }
 
-double frac_erode(const Model& m, const Elements& el, const FracMesh& fm, const Level& l, bool nlgeom, int e, Fracture& fr)
+double frac_erode(const Model& m, const Elements& el, const FracMesh& fm, const Level& l, bool nlgeom, const Erosion& b, Fracture& fr)
 {
+  const int e = b.elem;
   const double before = elem_energy_one(m, el, e, l.u, nlgeom);
   Step step;
   step.nlgeom = nlgeom;
   const Scan s{m, step, el, fm, fr, l, {}, {}};
   double E[9];
   mean_strain(s, e, E);
-  split_normal(s.law(e), m.dim, E, &fr.normal[3 * static_cast<size_t>(e)]);
+  crack_normal(s, b, E, &fr.normal[3 * static_cast<size_t>(e)]);
   fr.broken[e] = fm.def[e];
   fr.time[e]   = l.time;
   ++fr.neroded;

@@ -34,7 +34,7 @@ Status apply(Problem& p, const Step& s, const std::vector<Erosion>& erode, IntVe
   {
     Timer timer(PHASE_FRACTURE);
     for (const Erosion& e : erode) {
-      const double gain = frac_erode(p.m, p.el, p.fm, st.n, s.nlgeom, e.elem, st.frac);
+      const double gain = frac_erode(p.m, p.el, p.fm, st.n, s.nlgeom, e, st.frac);
       released += gain;
       st.eroded.push_back({e.elem, st.n.time, e.value, gain});
       const int c = p.fm.conv[e.elem];
