@@ -325,7 +325,7 @@ void choose(const Scan& s, std::vector<Erosion>& all)
 }
 
 // normal of the crack: the direction of the largest principal stress; square to the growth where that is known. An element
-// beside the tip sees the stress of its side, up to 60 degrees off, and a wrong normal locks the crack
+// beside the tip sees the stress of its side, 50 degrees off, and a wrong normal locks the crack
 void crack_normal(const Scan& s, const Erosion& b, const double* E, double* N)
 {
   split_normal(s.law(b.elem), s.m.dim, E, N);
