@@ -78,7 +78,6 @@ int edge_parts(const Model& m, const BondDef& d, const FaceNodes& face)
   if (d.intermediate >= 0) return d.intermediate + 1;
   if (d.body < 0) return 1;
   const Body& b = m.body[d.body];
-  if (b.fill == FILL_CONVERSION) return b.per_cell;   // the lattice of the elements
   double most = 0.0;
   for (int k = 0; k < face.n; ++k) {
     const double *x = &face.X[3 * k], *y = &face.X[3 * ((k + 1) % face.n)];

@@ -381,11 +381,20 @@ void check_loaded_supports(Deck& d, const Model& m, const Step& s)
 
 enum NodeUse { USE_NONE, USE_BODY, USE_ELEMENT };
 
-std::vector<char> node_use(const Model& m, const IntVec& body)
+// [nelem] 1: *MODEL CHANGE, REMOVE
+IntVec removed_elements(const Model& m)
+{
+  IntVec removed(m.mesh.nelem(), 0);
+  for (const BrokenDef& b : m.broken)
+    for (int e : b.elem) removed[e] = removed[e] || b.remove;
+  return removed;
+}
+
+std::vector<char> node_use(const Model& m, const IntVec& body, const IntVec& removed)
 {
   std::vector<char> use(m.mesh.node_label.size(), USE_NONE);
   for (int e = 0; e < m.mesh.nelem(); ++e)
-    for (int a = 0; a < m.mesh.conn.count(e); ++a) {
+    for (int a = 0; a < m.mesh.conn.count(e) && !removed[e]; ++a) {
       char& u = use[m.mesh.conn.begin(e)[a]];
       u = std::max<char>(u, body[e] < 0 ? USE_ELEMENT : USE_BODY);
     }
@@ -427,9 +436,25 @@ void check_acting_faces(Deck& d, const Model& m, const Step& s, const IntVec& bo
   }
 }
 
+// a load on the faces of removed elements acts on nothing
+void check_removed_faces(Deck& d, const Model& m, const Step& s, const IntVec& removed)
+{
+  for (const Load& l : s.load) {
+    std::vector<Face> face = l.face;
+    if (l.surface >= 0) face.insert(face.end(), m.surface[l.surface].face.begin(), m.surface[l.surface].face.end());
+    const auto gone = std::count_if(face.begin(), face.end(), [&](const Face& f) { return removed[f.elem] != 0; });
+    if (gone == 0) continue;
+    const std::string text = text_format("%d of the %d loaded faces belong to elements that *MODEL CHANGE removes: they carry no load",
+                                         static_cast<int>(gone), static_cast<int>(face.size()));
+    if (gone == static_cast<long>(face.size())) fault(d, l.surface >= 0 ? "DSLOAD" : "DLOAD", l.place, "", text + "; load what is left");
+    else doubt(d, l.surface >= 0 ? "DSLOAD" : "DLOAD", l.place, "", text);
+  }
+}
+
 void check_steps(Deck& d, const Model& m, const IntVec& body)
 {
-  const std::vector<char> use = node_use(m, body);
+  const IntVec removed = removed_elements(m);
+  const std::vector<char> use = node_use(m, body, removed);
   for (const Step& s : m.step) {
     if (!m.body.empty() && !s.nlgeom)
       fault(d, "STEP", s.place, "STEP", "material points move through a grid and need large displacements; write *STEP, NLGEOM");
@@ -437,6 +462,7 @@ void check_steps(Deck& d, const Model& m, const IntVec& body)
     check_loaded_supports(d, m, s);
     check_acting_nodes(d, m, s, use);
     check_acting_faces(d, m, s, body);
+    check_removed_faces(d, m, s, removed);
   }
 }
 
@@ -454,6 +480,9 @@ void check_missing(Deck& d, const Model& m, const IntVec& body)
 {
   if (m.mesh.nelem() == 0 && m.body.empty())
     fault(d, "ELEMENT", last_line(d), "", "the deck has neither elements nor material points; write *ELEMENT, *BLOCK or *MATERIAL POINTS");
+  const IntVec removed = removed_elements(m);
+  if (!removed.empty() && m.body.empty() && std::count(removed.begin(), removed.end(), 0) == 0)
+    fault(d, "MODEL CHANGE", m.broken.front().place, "", "all elements are removed; nothing is left to solve");
   if (m.step.empty()) fault(d, "STEP", last_line(d), "", "the deck has no step; write *STEP, *STATIC or *DYNAMIC, *END STEP");
   check_sets(d, m);
   check_sections(d, m, body);

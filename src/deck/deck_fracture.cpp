@@ -66,6 +66,28 @@ void check_wedges(Deck& d, const Model& m, const ConversionDef& c)
       return fault(d, "CONVERSION", c.place, m.elset[c.elset].name, "wedges (C3D6) cannot become material points; take C3D8 or C3D4");
 }
 
+void check_tetrahedra(Deck& d, const Model& m, const ConversionDef& c)
+{
+  if (c.per_elem <= 2) return;
+  for (int e : m.elset[c.elset].item)
+    if (elem_table[m.mesh.elem_type[e]].shape == SHAPE_TET4)
+      return fault(d, "CONVERSION", c.place, "POINTS", text_format("a tetrahedron becomes 1 or 8 points: POINTS=1 or 2, not %d", c.per_elem));
+}
+
+// what waits to break must be able to
+void check_trigger(Deck& d, const Model& m, const ConversionDef& c)
+{
+  if (c.trigger != TRIGGER_EROSION) return;
+  IntVec may(m.mesh.nelem(), 0);
+  for (const FractureDef& f : m.fracture)
+    if (f.elset >= 0)
+      for (int e : m.elset[f.elset].item) may[e] = 1;
+  for (int e : m.elset[c.elset].item)
+    if (may[e]) return;
+  fault(d, "CONVERSION", c.place, m.elset[c.elset].name, "no element of this set is in an *EIGENFRACTURE: none ever breaks, and none becomes "
+        "points; write one, or take TRIGGER=DISTORTION or TIME");
+}
+
 // the body that the elements of one section become, empty at t = 0, and the bonds that tie it to what is left
 void make_body(Model& m, ConversionDef& c, int section, const IntVec& elem)
 {
@@ -127,6 +149,8 @@ void make_bodies(Deck& d, Model& m, ConversionDef& c)
   if (model_find_body(m, c.body_name) >= 0 && c.body_name != "CONVERTED")
     return fault(d, "CONVERSION", c.place, c.body_name, "body " + c.body_name + " is defined already; take another name");
   check_wedges(d, m, c);
+  check_tetrahedra(d, m, c);
+  check_trigger(d, m, c);
   check_cells(d, m, c);
   for (std::size_t s = 0; s < m.section.size(); ++s) {
     IntVec elem;

@@ -138,9 +138,9 @@ void read_all(Deck& d, const std::string& path, const std::vector<std::pair<std:
   set_defines(d, defines);
   read_cards(d, m);
   deck_run_later(d, m, STAGE_STEP);
+  deck_resolve(d, m);
   deck_run_later(d, m, STAGE_END);
   warn_unused_defines(d);
-  deck_resolve(d, m);
   deck_check(d, m);
   m.param = d.param;
 }

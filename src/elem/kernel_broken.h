@@ -4,8 +4,8 @@
 // Force and tangent have the form of (1.5), (1.6) with the general D of the law. Energy-momentum takes the discrete
 // gradient, so that the energy is that of the law whatever the strain does in a step:
 //
-//   S = S(Em) + a dE,  a = [psi(n+1) - psi(n) - S(Em) : dE] / (dE : dE),  Em the middle strain      (2.20)
-//   D = 1/2 C(Em) + a I + sym(dE (x) da/dE),  the symmetric part of its derivative                  (2.21)
+//   S = S(Em) + a dE,  a = [psi(n+1) - psi(n) - S(Em) : dE] / (dE : dE),  Em the middle strain      (2.14)
+//   D = 1/2 C(Em) + a I + sym(dE (x) da/dE),  the symmetric part of its derivative                  (2.15)
 // ---------------------------------------------------------------------------
 #ifndef MPFE_ELEM_KERNEL_BROKEN_H
 #define MPFE_ELEM_KERNEL_BROKEN_H
@@ -19,7 +19,7 @@
 // Statics: a broken band carries stress along the crack, but no shear; under compression it wrinkles at once, and Newton's
 // method finds no minimum. A shear stiffness k = 2 |smallest principal stress| across the crack holds it:
 //
-//   psi = k/2 sum_a (2 E_na)^2,  a: the directions in the crack plane                                      (2.22)
+//   psi = k/2 sum_a (2 E_na)^2,  a: the directions in the crack plane                                      (2.16)
 
 template <int D>
 struct VoigtPlace {            // tensor components of the nv strains, engineering shear last
@@ -92,7 +92,7 @@ inline double ip_compression(const double* S)
   return -least;
 }
 
-// adds the shear stiffness k across the crack                                        (2.22)
+// adds the shear stiffness k across the crack                                        (2.16)
 template <int D>
 inline void ip_hold_shear(const double* N, double k, const double* E, double* S, double* C)
 {

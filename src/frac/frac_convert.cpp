@@ -8,7 +8,7 @@
 
 namespace {
 
-// values of a nodal field at the corners that an element has made
+// values of a nodal field at the corners that an element has made                            (7.9)
 void interpolate(const CornerShare& share, const RealVec& node, int dim, RealVec& corner)
 {
   for (size_t k = 0; k < share.made.size(); ++k)

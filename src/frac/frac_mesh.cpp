@@ -11,7 +11,7 @@
 
 namespace {
 
-// the element as a part of a square or a cube: two triangles, two wedges, six tetrahedra
+// the element as a part of a square or a cube: two triangles, two wedges, six tetrahedra     (7.2)
 double parts_of_cube(Shape s)
 {
   return s == SHAPE_TRI3 || s == SHAPE_WEDGE6 ? 2.0 : s == SHAPE_TET4 ? 6.0 : 1.0;

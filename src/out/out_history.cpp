@@ -46,6 +46,43 @@ void points_of_body(const Points& pts, int body, IntVec& list)
     if (pts.body[p] == body) list.push_back(p);
 }
 
+// elements of a set, and the points that some of them have become
+void read_elset(const Elements& el, const Points& pts, const IntVec& set, Probe& probe)
+{
+  IntVec in(el.block_of.size(), 0);
+  for (int e : set) {
+    in[e] = 1;
+    if (el.block_of[e] >= 0) probe.elem.push_back(e);
+  }
+  for (int p = 0; p < pts.npoint; ++p)
+    if (pts.parent[p] >= 0 && in[pts.parent[p]]) probe.point.push_back(p);
+}
+
+// nodes of a set, without those whose last element has become points
+void read_nset(const Model& m, const Elements& el, const State& s, const IntVec& set, Probe& probe)
+{
+  IntVec lost(m.mesh.nnode(), 0);
+  for (int e : s.frac.converted)
+    for (int k = m.mesh.conn.off[e]; k < m.mesh.conn.off[e + 1]; ++k) lost[m.mesh.conn.item[k]] = 1;
+  for (int e = 0; e < m.mesh.nelem() && !s.frac.converted.empty(); ++e)
+    for (int k = m.mesh.conn.off[e]; k < m.mesh.conn.off[e + 1] && el.block_of[e] >= 0; ++k) lost[m.mesh.conn.item[k]] = 0;
+  for (int n : set)
+    if (!lost[n]) probe.node.push_back(n);
+}
+
+// nodes, elements and points that a column reads now; again after elements have become points
+void find_targets(const Model& m, const Elements& el, const State& s, const HistoryDef& d, Probe& probe)
+{
+  probe.node.clear();
+  probe.elem.clear();
+  probe.point.clear();
+  probe.at = Located();
+  if (d.at_point) probe.at = out_locate(m, el, s.points, d.X.data());
+  if (d.nset >= 0) read_nset(m, el, s, m.nset[d.nset].item, probe);
+  if (d.elset >= 0) read_elset(el, s.points, m.elset[d.elset].item, probe);
+  if (d.body >= 0) points_of_body(s.points, d.body, probe.point);
+}
+
 // what a column reads; returns 1 and says why when that is nothing
 int make_probe(const Model& m, const Elements& el, const State& s, const HistoryDef& d, Probe& probe)
 {
@@ -62,17 +99,13 @@ int make_probe(const Model& m, const Elements& el, const State& s, const History
     return d.contact >= 0 ? 0 : complain(d, "no such *CONTACT PAIR");
   }
   if (probe.q.kind == Q_FRAC) return 0;
+  find_targets(m, el, s, d, probe);
   if (d.at_point) {
-    probe.at = out_locate(m, el, s.points, d.X.data());
     if (probe.at.elem.empty() && probe.at.point.empty()) return complain(d, "no element and no material point contains this place at t = 0");
     if (probe.q.kind == Q_A && probe.at.elem.empty()) return complain(d, "material points keep no acceleration");
     return 0;
   }
-  if (d.nset >= 0) probe.node = m.nset[d.nset].item;
-  if (d.elset >= 0)
-    for (int e : m.elset[d.elset].item)
-      if (el.block_of[e] >= 0) probe.elem.push_back(e);
-  if (d.body >= 0) points_of_body(s.points, d.body, probe.point);
+  if (d.body >= 0 && m.body[d.body].fill == FILL_CONVERSION) return 0;        // empty at t = 0
   if (probe.node.empty() && probe.elem.empty() && probe.point.empty()) return complain(d, "the target is empty");
   if (quantity_is_nodal(probe.q) ? !probe.elem.empty() : !probe.node.empty())
     return complain(d, "this quantity does not belong to this kind of target");
@@ -251,6 +284,10 @@ void history_write(const Output& out, int row)
 void history_row(const Model& m, const Elements& el, const State& s, Output& out)
 {
   RealVec row;
+  if (out.converted != s.frac.converted.size()) {
+    for (std::size_t i = 0; i < out.probe.size(); ++i) find_targets(m, el, s, m.history[i], out.probe[i]);
+    out.converted = s.frac.converted.size();
+  }
   built_in_values(s, m.dim, row);
   for (const Probe& probe : out.probe) row.push_back(probe_value(m, el, s, probe));
   out.history.rows.push_back(row);

@@ -52,24 +52,66 @@ std::string solver_text(const Problem& p)
   return words + text + "; when it is supported, stiffnesses lie too far apart (a penalty, a very thin element)";
 }
 
+// (1, 2), in space (1, 2, 3)
+std::string place_text(const double* x, int dim)
+{
+  char text[100];
+  if (dim == 2) std::snprintf(text, sizeof text, "(%g, %g)", x[0], x[1]);
+  else std::snprintf(text, sizeof text, "(%g, %g, %g)", x[0], x[1], x[2]);
+  return text;
+}
+
 // the bond, or the material point and its corner, that lies outside the grid
 std::string wanderer(const Problem& p)
 {
-  char text[200];
   const Points& pts = p.st.points;
   const int dim = p.m.dim;
   if (p.worst < 0) {
+    RealVec xb;
     const int b = -1 - p.worst;
-    std::snprintf(text, sizeof text, "bond %.60s (at t = 0 in (%g, %g))", p.m.bond[p.st.bonds.def[b]].name.c_str(),
-                  p.st.bonds.X[3 * b], p.st.bonds.X[3 * b + 1]);
-    return text;
+    bond_places(p.m, pts, p.st.bonds, p.st.n.u, p.st.n.uc, xb);
+    return "bond " + p.m.bond[p.st.bonds.def[b]].name.substr(0, 60) + " (now in " + place_text(&xb[b * dim], dim) + ", at t = 0 in " +
+           place_text(&p.st.bonds.X[3 * b], dim) + ")";
   }
   const int place = static_cast<int>(std::find(pts.conn.item.begin(), pts.conn.item.end(), p.worst) - pts.conn.item.begin());
   const int q = static_cast<int>(std::upper_bound(pts.conn.off.begin(), pts.conn.off.end(), place) - pts.conn.off.begin()) - 1;
-  const double *X = &pts.Xc[p.worst * dim], *u = &p.st.n.uc[p.worst * dim];
-  std::snprintf(text, sizeof text, "the corner (%g, %g) of material point %d of body %.60s", X[0] + u[0], X[1] + u[1],
-                pts.label[q], p.m.body[pts.body[q]].name.c_str());
+  double x[3] = {0, 0, 0};
+  for (int i = 0; i < dim; ++i) x[i] = pts.Xc[p.worst * dim + i] + p.st.n.uc[p.worst * dim + i];
+  std::string text = "the corner " + place_text(x, dim) + " of material point " + std::to_string(pts.label[q]) + " of body " +
+                     p.m.body[pts.body[q]].name.substr(0, 60);
+  if (pts.parent[q] >= 0) text += " (element " + std::to_string(p.m.mesh.elem_label[pts.parent[q]]) + ")";
   return text;
+}
+
+// box of all that needs the grid, now and at the end of the step with the velocities of now
+void needed_box(const Problem& p, double* lo, double* hi)
+{
+  const State& st = p.st;
+  const int dim = p.m.dim;
+  const double rest = std::max(0.0, p.m.step[st.log.step - 1].period - st.log.t_step);
+  for (int i = 0; i < dim; ++i) {
+    lo[i] = p.m.grid.lo[i];
+    hi[i] = p.m.grid.lo[i] + p.m.grid.n[i] * p.m.grid.h[i];
+  }
+  auto include = [&](const double* x) {
+    for (int i = 0; i < dim; ++i) {
+      lo[i] = std::min(lo[i], x[i]);
+      hi[i] = std::max(hi[i], x[i]);
+    }
+  };
+  RealVec u = st.n.u, uc = st.n.uc, xb;
+  for (int end = 0; end < 2; ++end) {
+    bond_places(p.m, st.points, st.bonds, u, uc, xb);
+    for (int b = 0; b < st.bonds.nbond; ++b)
+      if (st.bonds.field[b] >= 0) include(&xb[b * dim]);
+    for (int c = 0; c < st.points.ncorner; ++c) {
+      double x[3];
+      for (int i = 0; i < dim; ++i) x[i] = st.points.Xc[c * dim + i] + uc[c * dim + i];
+      include(x);
+    }
+    for (size_t k = 0; k < u.size(); ++k) u[k] += rest * st.n.v[k];
+    for (size_t k = 0; k < uc.size(); ++k) uc[k] += rest * st.n.vc[k];
+  }
 }
 
 }  // namespace
@@ -81,10 +123,11 @@ std::string step_explain(const Problem& p, Status status)
   if (!p.note.empty()) return p.note;
   if (status == SOLVER_SINGULAR || status == SOLVER_FAILED) return solver_text(p);
   if (status == OUTSIDE_GRID) {
-    std::snprintf(text, sizeof text, "%.200s left the grid: enlarge *GRID, which reaches from (%g, %g) to (%g, %g)",
-                  wanderer(p).c_str(), m.grid.lo[0], m.grid.lo[1], m.grid.lo[0] + m.grid.n[0] * m.grid.h[0],
-                  m.grid.lo[1] + m.grid.n[1] * m.grid.h[1]);
-    return text;
+    double top[3] = {0, 0, 0}, lo[3], hi[3];
+    for (int i = 0; i < m.dim; ++i) top[i] = m.grid.lo[i] + m.grid.n[i] * m.grid.h[i];
+    needed_box(p, lo, hi);
+    return wanderer(p) + " left the grid, which reaches from " + place_text(m.grid.lo.data(), m.dim) + " to " + place_text(top, m.dim) +
+           ": enlarge *GRID; with the velocities of now the step needs it from " + place_text(lo, m.dim) + " to " + place_text(hi, m.dim);
   }
   if (status == BAD_NUMBER)
     return "forces or displacements have grown beyond all numbers (NaN or infinity): look for a value of the deck that is out "

@@ -176,6 +176,7 @@ Status run_step(Problem& p, const Step& s, Output& out)
       const std::string why = step_explain(p, status);
       if (p.fm.on) step_undo(p, undo);
       st.ledger = before;
+      p.note    = why;                               // in the words of the state that is undone
       if (step_prepare(p, s) != STATUS_OK) break;
       const double shorter = 0.5 * dt;
       if (st.log.cuts >= s.ctl.max_cut || shorter < s.dt_min) break;

@@ -1,0 +1,582 @@
+// Broken elements and points, balls of elements, conversion, bonds of a new interface. Cases A3 and CONV.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "elem/kernel_broken.h"
+#include "frac/frac.h"
+#include "shape/shape.h"
+
+namespace {
+
+const Split all_splits[] = {SPLIT_RCE, SPLIT_VD, SPLIT_SPECTRAL, SPLIT_PRESSURE, SPLIT_NONE};
+const Shape all_shapes[] = {SHAPE_TRI3, SHAPE_QUAD4, SHAPE_TET4, SHAPE_WEDGE6, SHAPE_HEX8};
+const double skew[9] = {1.1, 0.3, 0.1, -0.2, 0.9, 0.2, 0.1, -0.1, 1.2};     // an affine map, positive
+
+MatLaw law_of(Plane plane)
+{
+  Material m;
+  m.young   = 1.0;
+  m.poisson = 0.3;
+  return mat_law(m, plane);
+}
+
+RealVec random_numbers(int n, unsigned seed, double amplitude)
+{
+  std::mt19937 gen(seed);
+  std::uniform_real_distribution<double> rnd(-amplitude, amplitude);
+  RealVec out(n);
+  for (double& x : out) x = rnd(gen);
+  return out;
+}
+
+ErodedLaw broken_law(Split split, int dim)
+{
+  ErodedLaw er;
+  er.split = split;
+  er.c     = 0.01;
+  const double n[3] = {0.6, dim == 2 ? 0.8 : 0.64, dim == 2 ? 0.0 : 0.48};
+  std::copy(n, n + 3, er.N);
+  return er;
+}
+
+// n elements in a row along x, 1 x 1 (x 1) each; then X = A X
+Model row_of(Shape shape, int n, const double* A)
+{
+  Model m;
+  m.dim = shape_info[shape].dim;
+  Material mat;
+  mat.young = 1.0;
+  mat.poisson = 0.2;
+  mat.density = 3.0;
+  m.material.push_back(mat);
+  m.section.push_back(Section{0, 0, 1.0, {}});
+  const int layer = m.dim == 2 ? 2 : 4;
+  for (int i = 0; i <= n; ++i)
+    for (int k = 0; k < layer; ++k) {
+      const double x[3] = {1.0 * i, 1.0 * (k % 2), 1.0 * (k / 2)};
+      m.mesh.node_label.push_back(layer * i + k + 1);
+      for (int r = 0; r < 3; ++r) m.mesh.X.push_back(A[3 * r] * x[0] + A[3 * r + 1] * x[1] + A[3 * r + 2] * x[2]);
+      if (m.dim == 2) m.mesh.X.back() = 0.0;
+    }
+  static const int tets[6][4] = {{0, 1, 2, 6}, {0, 2, 3, 6}, {0, 3, 7, 6}, {0, 7, 4, 6}, {0, 4, 5, 6}, {0, 5, 1, 6}};
+  static const int tris[2][4] = {{0, 1, 2}, {0, 2, 3}};
+  Set all{"E", {}, {}};
+  for (int i = 0; i < n; ++i) {
+    const int a = layer * i, b = a + layer;
+    const int node[8] = {a, b, b + 1, a + 1, a + 2, b + 2, b + 3, a + 3};
+    const int parts = shape == SHAPE_TRI3 ? 2 : shape == SHAPE_TET4 ? 6 : 1, nen = shape_info[shape].nen;
+    for (int q = 0; q < parts; ++q) {
+      for (int k = 0; k < nen; ++k) m.mesh.conn.item.push_back(node[parts == 6 ? tets[q][k] : parts == 2 ? tris[q][k] : k]);
+      m.mesh.conn.off.push_back(static_cast<int>(m.mesh.conn.item.size()));
+      all.item.push_back(m.mesh.nelem());
+      m.mesh.elem_label.push_back(all.item.back() + 1);
+      m.mesh.elem_type.push_back(shape == SHAPE_TRI3 ? ELEM_CPE3 : shape == SHAPE_QUAD4 ? ELEM_CPE4 : shape == SHAPE_TET4 ? ELEM_C3D4 : ELEM_C3D8);
+      m.mesh.elem_section.push_back(0);
+    }
+  }
+  m.elset.push_back(all);
+  FractureDef f;
+  f.elset = 0;
+  f.gc    = 1.0;
+  m.fracture.push_back(f);
+  return m;
+}
+
+const double unit[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+
+// elements of row_of may become points, m x m (x m) each
+void allow_conversion(Model& m, int per_elem)
+{
+  Body b;
+  b.fill     = FILL_CONVERSION;
+  b.per_cell = per_elem;
+  b.material = 0;
+  m.body.push_back(b);
+  BondDef bond;
+  bond.kind    = BOND_MESH_GRID;
+  bond.surface = -1;
+  bond.body    = 0;
+  bond.intermediate = 1;
+  m.bond.push_back(bond);
+  ConversionDef c;
+  c.elset    = 0;
+  c.per_elem = per_elem;
+  c.body     = {0};
+  c.bond_of  = {0};
+  m.conversion.push_back(c);
+}
+
+struct Trial {
+  Model m;
+  Elements el;
+  FracMesh fm;
+  State st;
+  CornerShare share;
+  Trial(const Model& given, unsigned seed) : m(given)
+  {
+    int worst = -1;
+    EXPECT_EQ(STATUS_OK, elem_setup(m, el, &worst));
+    EXPECT_EQ(0, frac_mesh(m, el, fm));
+    frac_begin(m, fm, st.frac);
+    el.frac = &st.frac;
+    elem_refresh(el);
+    EXPECT_EQ(0, point_fill(m, st.points));
+    EXPECT_EQ(0, bond_form(m, st.points, st.bonds));
+    st.n.u = random_numbers(m.mesh.nnode() * m.dim, seed, 0.1);
+    st.n.v = random_numbers(m.mesh.nnode() * m.dim, seed + 1, 1.0);
+    st.n.a.assign(st.n.u.size(), 0.0);
+  }
+};
+
+// one broken element with random displacements
+struct Sample {
+  Trial run;
+  RealVec u0, u1;
+  ErodedLaw er;
+  Sample(Shape s, Split split, Plane plane, unsigned seed)
+    : run(row_of(s == SHAPE_WEDGE6 ? SHAPE_HEX8 : s, 1, skew), seed), er(broken_law(split, run.m.dim))
+  {
+    const int n = shape_info[s].nen * run.m.dim;
+    u0 = random_numbers(n, seed, 0.1);
+    u1 = random_numbers(n, seed + 7, 0.1);
+    run.el.block[0].law = law_of(run.m.dim == 3 ? PLANE_NONE : plane);
+    if (s == SHAPE_WEDGE6) wedge(run.el.block[0]);
+  }
+  static void wedge(ElemBlock& b)
+  {
+    const double X[18] = {0, 0, 0, 1, 0.1, 0, 0.1, 1.1, 0, 0, 0, 1, 1.1, 0, 1.2, 0, 1, 1.1};
+    const GaussRule& rule = gauss_rule(SHAPE_WEDGE6);
+    double N[8], dN[24], d[24];
+    b.shape = SHAPE_WEDGE6;
+    b.w.clear();
+    b.dNdX.clear();
+    for (int g = 0; g < rule.n; ++g) {
+      shape_eval(SHAPE_WEDGE6, rule.xi[g], N, dN);
+      b.w.push_back(rule.w[g] * shape_jacobian(SHAPE_WEDGE6, dN, X, d));
+      b.dNdX.insert(b.dNdX.end(), d, d + 18);
+    }
+  }
+  const ElemBlock& block() const { return run.el.block[0]; }
+  RealVec force(const KernelMode& mode, const RealVec& u) const
+  {
+    RealVec re(u.size());
+    EXPECT_EQ(STATUS_OK, elem_form_broken(block(), 0, er, mode, u0.data(), u.data(), re.data(), nullptr));
+    return re;
+  }
+};
+
+// largest difference of the tangent and central differences of the force, relative to the largest entry;
+// symmetric: of the symmetric part of the latter
+double tangent_error(const Sample& s, const KernelMode& mode)
+{
+  const int n = static_cast<int>(s.u1.size()), d = s.run.m.dim, nen = n / d;
+  const double h = 1e-6;
+  RealVec re(n), ke(pair_count(nen) * d * d), num(n * n);
+  elem_form_broken(s.block(), 0, s.er, mode, s.u0.data(), s.u1.data(), re.data(), ke.data());
+  for (int j = 0; j < n; ++j) {
+    RealVec up = s.u1, down = s.u1;
+    up[j] += h;
+    down[j] -= h;
+    const RealVec fu = s.force(mode, up), fd = s.force(mode, down);
+    for (int i = 0; i < n; ++i) num[i * n + j] = (fu[i] - fd[i]) / (2 * h);
+  }
+  double worst = 0.0, size = 0.0;
+  for (int a = 0; a < nen; ++a)
+    for (int b = 0; b <= a; ++b)
+      for (int i = 0; i < d; ++i)
+        for (int j = 0; j < d; ++j) {
+          const double k = ke[pair_place(a, b) * d * d + i * d + j];
+          worst = std::fmax(worst, std::fabs(k - num[(a * d + i) * n + b * d + j]));
+          worst = std::fmax(worst, std::fabs(k - num[(b * d + j) * n + a * d + i]));
+          size  = std::fmax(size, std::fabs(k));
+        }
+  return worst / size;
+}
+
+// energy of a broken sample
+double energy(const Sample& s, const RealVec& u)
+{
+  const ElemBlock& b = s.block();
+  const int dim = s.run.m.dim, nen = shape_info[b.shape].nen;
+  double sum = 0.0;
+  for (int g = 0; g < shape_info[b.shape].ngp; ++g) {
+    double H[9], E[9], S[9], C[36], psi;
+    const double* dN = &b.dNdX[g * nen * dim];
+    if (dim == 2) {
+      ip_gradient<2, 0>(dN, nen, u.data(), H);
+      ip_strain<2>(true, H, E);
+    } else {
+      ip_gradient<3, 0>(dN, nen, u.data(), H);
+      ip_strain<3>(true, H, E);
+    }
+    split_eroded(b.law, dim, s.er.split, true, s.er.c, E, s.er.N, &psi, S, C);
+    sum += b.w[g] * psi;
+  }
+  return sum;
+}
+
+KernelMode middle(double dissipation)
+{
+  KernelMode mode;
+  mode.mid   = true;
+  mode.s_new = 0.5 + dissipation;
+  mode.s_old = 0.5 - dissipation;
+  return mode;
+}
+
+// discrete gradient at a strain of D dimensions: error of the symmetric part of its derivative
+template <int D>
+double gradient_error(Split split, double dissipation, unsigned seed)
+{
+  constexpr int nv = VoigtPlace<D>::nv;
+  const MatLaw law = law_of(D == 3 ? PLANE_NONE : PLANE_STRAIN);
+  const ErodedLaw er = broken_law(split, D);
+  const KernelMode mode = middle(dissipation);
+  double E0[D * D], E1[D * D], S[D * D], C[nv * nv], num[nv * nv];
+  const RealVec r = random_numbers(2 * D * D, seed, 0.08);       // 2E + I stays positive definite
+  for (int i = 0; i < D; ++i)
+    for (int j = 0; j < D; ++j) {
+      E0[i * D + j] = r[i * D + j] + r[j * D + i];
+      E1[i * D + j] = r[D * D + i * D + j] + r[D * D + j * D + i];
+    }
+  ip_stress_broken<D>(law, er, mode, E0, E1, S, C);
+  const double h = 1e-6;
+  double worst = 0.0, size = 0.0;
+  for (int j = 0; j < nv; ++j) {
+    double up[D * D], down[D * D], Su[D * D], Sd[D * D];
+    std::copy(E1, E1 + D * D, up);
+    std::copy(E1, E1 + D * D, down);
+    const int row = VoigtPlace<D>::row[j], col = VoigtPlace<D>::col[j];
+    up[row * D + col] += 0.5 * h;                    // an engineering shear is halved by its two places, a normal strain is not
+    up[col * D + row] += 0.5 * h;
+    down[row * D + col] -= 0.5 * h;
+    down[col * D + row] -= 0.5 * h;
+    ip_stress_broken<D>(law, er, mode, E0, up, Su, nullptr);
+    ip_stress_broken<D>(law, er, mode, E0, down, Sd, nullptr);
+    for (int i = 0; i < nv; ++i) {
+      const int k = VoigtPlace<D>::row[i] * D + VoigtPlace<D>::col[i];
+      num[i * nv + j] = (Su[k] - Sd[k]) / (2 * h);
+    }
+  }
+  for (int i = 0; i < nv; ++i)
+    for (int j = 0; j < nv; ++j) {
+      worst = std::fmax(worst, std::fabs(C[i * nv + j] - 0.5 * (num[i * nv + j] + num[j * nv + i])));
+      size  = std::fmax(size, std::fabs(C[i * nv + j]));
+    }
+  return worst / size;
+}
+
+// sum of m_cd v_c v_d and of m_cd v_d over points
+void point_sums(const Points& p, int dim, const RealVec& vc, double& kinetic, double* momentum)
+{
+  const RealVec q = point_corner_momentum(p, dim, vc);
+  kinetic = momentum[0] = momentum[1] = momentum[2] = 0.0;
+  for (int c = 0; c < p.ncorner; ++c)
+    for (int i = 0; i < dim; ++i) {
+      momentum[i] += q[c * dim + i];
+      kinetic += 0.5 * q[c * dim + i] * vc[c * dim + i];
+    }
+}
+
+// the same of finite elements
+void element_sums(const Trial& r, double& mass, double& kinetic, double* momentum)
+{
+  mass = kinetic = momentum[0] = momentum[1] = momentum[2] = 0.0;
+  for (const ElemBlock& b : r.el.block)
+    for (int slot : b.live) {
+      double me[36];
+      elem_mass(r.m, b, slot, me);
+      const int n = shape_info[b.shape].nen, *node = r.m.mesh.conn.begin(b.elem[slot]);
+      for (int a = 0; a < n; ++a)
+        for (int c = 0; c < n; ++c) {
+          const double w = me[a >= c ? pair_place(a, c) : pair_place(c, a)];
+          mass += w;
+          for (int i = 0; i < r.m.dim; ++i) {
+            momentum[i] += w * r.st.n.v[node[c] * r.m.dim + i];
+            kinetic += 0.5 * w * r.st.n.v[node[a] * r.m.dim + i] * r.st.n.v[node[c] * r.m.dim + i];
+          }
+        }
+    }
+}
+
+}  // namespace
+
+TEST(Broken, TangentAgainstDifferences)
+{
+  KernelMode finite, linear;
+  linear.finite = false;
+  for (Split split : all_splits)
+    for (Shape shape : all_shapes)
+      for (Plane plane : {PLANE_STRAIN, PLANE_STRESS}) {
+        const Sample s(shape, split, plane, 3);
+        EXPECT_LT(tangent_error(s, finite), 1e-7) << split << " " << shape << " " << plane;
+        EXPECT_LT(tangent_error(s, linear), 1e-7) << split << " " << shape << " " << plane;
+      }
+}
+
+// the shear that statics add: its own tangent, with the stiffness held; without shear strain across the crack also
+// the tangent of the whole element is exact
+TEST(Broken, ShearHoldAgainstDifferences)
+{
+  const ErodedLaw er = broken_law(SPLIT_RCE, 3);
+  const RealVec r = random_numbers(9, 4, 0.2);
+  double E[9], S[9] = {0}, C[36] = {0};
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) E[3 * i + j] = r[3 * i + j] + r[3 * j + i];
+  ip_hold_shear<3>(er.N, 0.7, E, S, C);
+  double Sn = 0.0, energy = 0.0;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) {
+      Sn += er.N[i] * S[3 * i + j] * er.N[j];
+      energy += 0.5 * S[3 * i + j] * E[3 * i + j];
+    }
+  EXPECT_NEAR(0.0, Sn, 1e-15);
+  for (int a = 0; a < 6; ++a) {                      // linear in E: the tangent times the strain is the stress
+    double sum = 0.0;
+    for (int b = 0; b < 6; ++b)
+      sum += C[6 * a + b] * E[3 * VoigtPlace<3>::row[b] + VoigtPlace<3>::col[b]] * (b < 3 ? 1.0 : 2.0);
+    EXPECT_NEAR(S[3 * VoigtPlace<3>::row[a] + VoigtPlace<3>::col[a]], sum, 1e-15);
+  }
+  double v[3], en = 0.0, shear2 = 0.0;               // k/2 sum of (2 E_na)^2
+  for (int i = 0; i < 3; ++i) {
+    v[i] = 0.0;
+    for (int j = 0; j < 3; ++j) v[i] += E[3 * i + j] * er.N[j];
+    en += v[i] * er.N[i];
+  }
+  for (int i = 0; i < 3; ++i) shear2 += (v[i] - en * er.N[i]) * (v[i] - en * er.N[i]);
+  EXPECT_NEAR(0.5 * 0.7 * 4.0 * shear2, energy, 1e-15);
+
+  KernelMode mode;
+  mode.steady = true;
+  for (Shape shape : {SHAPE_QUAD4, SHAPE_HEX8}) {
+    for (Split split : {SPLIT_RCE, SPLIT_VD}) {
+      Sample s(shape, split, PLANE_STRAIN, 3);
+      for (int i = 0; i < 3; ++i) s.er.N[i] = i == 0;
+      const int d = s.run.m.dim;
+      for (size_t k = 0; k < s.u1.size(); ++k)       // u = (-0.1 x, 0.05 y, 0.02 z)
+        s.u1[k] = (k % d == 0 ? -0.1 : k % d == 1 ? 0.05 : 0.02) * s.run.m.mesh.X[3 * s.run.m.mesh.conn.item[k / d] + k % d];
+      EXPECT_LT(tangent_error(s, mode), 1e-7) << shape << " " << split;
+    }
+  }
+}
+
+TEST(Broken, WorkOfTheStepIsTheChangeOfEnergy)
+{
+  for (Split split : all_splits)
+    for (Shape shape : all_shapes)
+      for (Plane plane : {PLANE_STRAIN, PLANE_STRESS})
+        for (double size : {1.0, 1e-3, 1e-6}) {       // of the step: below 1e-5 the middle stress alone is used
+          Sample s(shape, split, plane, 11);
+          for (size_t i = 0; i < s.u1.size(); ++i) s.u1[i] = s.u0[i] + size * (s.u1[i] - s.u0[i]);
+          const RealVec f = s.force(middle(0.0), s.u1);
+          double work = 0.0;
+          for (size_t i = 0; i < f.size(); ++i) work += f[i] * (s.u1[i] - s.u0[i]);
+          EXPECT_NEAR(energy(s, s.u1) - energy(s, s.u0), work, 3e-16) << split << " " << shape << " " << plane << " " << size;
+        }
+}
+
+TEST(Broken, DerivativeOfTheDiscreteGradient)
+{
+  for (Split split : all_splits)
+    for (unsigned seed : {1u, 2u, 3u, 4u})
+      for (double dissipation : {0.0, 0.2}) {
+        EXPECT_LT(gradient_error<2>(split, dissipation, seed), 1e-7) << split << " " << seed;
+        EXPECT_LT(gradient_error<3>(split, dissipation, seed), 1e-7) << split << " " << seed;
+      }
+}
+
+// the tangent of a broken point, on the grid nodes of its corners, against differences of the corner forces
+TEST(Broken, PointTangentAgainstDifferences)
+{
+  for (Split split : all_splits)
+    for (Shape shape : {SHAPE_TRI3, SHAPE_QUAD4, SHAPE_TET4, SHAPE_HEX8}) {
+      Model m = row_of(shape, 1, skew);
+      allow_conversion(m, 1);
+      m.fracture[0].residual  = split;
+      m.fracture[0].stiffness = 0.01;
+      Trial r(m, 5);
+      IntVec all = m.elset[0].item;
+      const ErodedLaw er = broken_law(split, m.dim);
+      for (int e : all) {
+        r.st.frac.broken[e] = 0;
+        std::copy(er.N, er.N + 3, &r.st.frac.normal[3 * e]);
+      }
+      frac_convert(m, r.el, r.fm, all, r.share, r.st);
+      const Points& p = r.st.points;
+      const int d = m.dim, n = p.conn.count(0), *corner = p.conn.begin(0);
+      ActiveGrid g;                                  // every corner on a grid node of its own
+      g.point = p.conn;
+      g.dS    = p.G;
+      RealVec work, ke(pair_count(n) * d * d);
+      const std::vector<MatLaw> law = point_laws(m);
+      const KernelMode mode;
+      point_tangent(m, p, law, mode, r.st.n.uc, r.st.n.uc, g, 0, work, ke.data());
+      Points one = p;                                // the first point alone
+      one.npoint = 1;
+      double worst = 0.0, size = 0.0;
+      const double h = 1e-6;
+      for (int b = 0; b < n; ++b)
+        for (int j = 0; j < d; ++j) {
+          RealVec up = r.st.n.uc, down = up, fu(up.size()), fd(up.size());
+          int bad;
+          up[corner[b] * d + j] += h;
+          down[corner[b] * d + j] -= h;
+          point_corner_force(m, one, law, mode, up, up, fu, &bad);
+          point_corner_force(m, one, law, mode, down, down, fd, &bad);
+          for (int a = b; a < n; ++a)
+            for (int i = 0; i < d; ++i) {
+              const double k = ke[pair_place(a, b) * d * d + i * d + j];
+              worst = std::fmax(worst, std::fabs(k - (fu[corner[a] * d + i] - fd[corner[a] * d + i]) / (2 * h)));
+              size  = std::fmax(size, std::fabs(k));
+            }
+        }
+      EXPECT_LT(worst / size, 1e-7) << split << " " << shape;
+    }
+}
+
+TEST(FracMesh, SizesAndNeighbours)
+{
+  for (Shape shape : {SHAPE_TRI3, SHAPE_QUAD4, SHAPE_TET4, SHAPE_HEX8}) {
+    const double scale[9] = {0.5, 0, 0, 0, 0.5, 0, 0, 0, 0.5};
+    const Trial r(row_of(shape, 3, scale), 1);
+    double volume = 0.0;
+    for (int e = 0; e < r.m.mesh.nelem(); ++e) {
+      EXPECT_NEAR(0.5, r.fm.size[e], 1e-14) << shape;
+      EXPECT_NEAR(0.5, r.fm.local[e], 1e-14) << shape;
+      volume += r.fm.volume[e];
+      for (int f = 0; f < 6; ++f) {                  // what is across looks back
+        const int o = r.fm.across[6 * e + f];
+        if (o < 0) continue;
+        EXPECT_EQ(e, r.fm.across[6 * o + r.fm.across_face[6 * e + f]]);
+      }
+    }
+    EXPECT_NEAR(r.m.dim == 2 ? 0.75 : 0.375, volume, 1e-14);
+  }
+}
+
+TEST(FracMesh, NearFindsWhatLiesInTheBall)
+{
+  const Trial r(row_of(SHAPE_TET4, 9, skew), 1);
+  const int nelem = r.m.mesh.nelem();
+  for (double radius : {0.3, 1.0, 2.7, 50.0})
+    for (int e = 0; e < nelem; e += 7) {
+      IntVec seen(nelem, 0);
+      const double* x = &r.fm.centre[3 * e];
+      frac_near(r.fm, x, radius, [&](int o, double distance) {
+        ++seen[o];
+        EXPECT_LT(distance, radius);
+      });
+      for (int o = 0; o < nelem; ++o) {
+        const double* c = &r.fm.centre[3 * o];
+        EXPECT_EQ(std::hypot(c[0] - x[0], c[1] - x[1], c[2] - x[2]) < radius ? 1 : 0, seen[o]);
+      }
+    }
+}
+
+TEST(FracMesh, WeibullKeepsTheMeanAndTheSeedTheNumbers)
+{
+  Model m = row_of(SHAPE_QUAD4, 4000, unit);
+  m.fracture[0].gc      = 2.0;
+  m.fracture[0].weibull = 4.0;
+  const Trial a(m, 1), b(m, 1);
+  double mean = 0.0, square = 0.0;
+  for (double gc : a.fm.gc) {
+    mean += gc / 4000;
+    square += gc * gc / 4000;
+  }
+  const double deviation = std::sqrt(std::tgamma(1.5) / std::pow(std::tgamma(1.25), 2) - 1.0) * 2.0;
+  EXPECT_NEAR(2.0, mean, 4 * deviation / std::sqrt(4000.0));
+  EXPECT_NEAR(deviation, std::sqrt(square - mean * mean), 0.05 * deviation);
+  EXPECT_EQ(a.fm.gc, b.fm.gc);
+}
+
+// mass, momentum and kinetic energy of elements go on in their points exactly; neighbours share corners
+TEST(Conversion, KeepsMassMomentumAndKineticEnergy)
+{
+  for (Shape shape : {SHAPE_TRI3, SHAPE_QUAD4, SHAPE_TET4, SHAPE_HEX8})
+    for (int per_elem : {1, 2, 3}) {
+      if (shape == SHAPE_TET4 && per_elem == 3) continue;
+      Model m = row_of(shape, 3, skew);
+      allow_conversion(m, per_elem);
+      Trial r(m, 9);
+      double mass, kinetic, momentum[3], now_kinetic, now[3], now_mass = 0.0, volume = 0.0;
+      element_sums(r, mass, kinetic, momentum);
+      frac_convert(m, r.el, r.fm, m.elset[0].item, r.share, r.st);
+      const Points& p = r.st.points;
+      point_sums(p, m.dim, r.st.n.vc, now_kinetic, now);
+      for (int q = 0; q < p.npoint; ++q) {
+        now_mass += p.mass[q];
+        volume += p.V0[q];
+      }
+      EXPECT_NEAR(mass, now_mass, 1e-13 * mass) << shape << " " << per_elem;
+      EXPECT_NEAR(mass / 3.0, volume, 1e-13 * mass);
+      EXPECT_NEAR(kinetic, now_kinetic, 1e-13 * kinetic) << shape << " " << per_elem;
+      for (int i = 0; i < m.dim; ++i) EXPECT_NEAR(momentum[i], now[i], 1e-13 * mass) << shape << " " << per_elem;
+      const int k = per_elem;
+      EXPECT_EQ((3 * k + 1) * (k + 1) * (m.dim == 2 ? 1 : k + 1), p.ncorner);
+      EXPECT_TRUE(r.el.block[0].live.empty());
+      EXPECT_EQ(0, r.st.bonds.nbond);
+    }
+}
+
+// corners lie where the lattice of the element lies now; the points have its strain when that is uniform
+TEST(Conversion, KeepsPlacesAndStrain)
+{
+  for (Shape shape : {SHAPE_TRI3, SHAPE_QUAD4, SHAPE_TET4, SHAPE_HEX8}) {
+    Model m = row_of(shape, 2, skew);
+    allow_conversion(m, 2);
+    Trial r(m, 2);
+    const double H[9] = {0.1, 0.2, 0.05, -0.1, 0.3, 0.1, 0.0, 0.2, -0.2};
+    for (int n = 0; n < m.mesh.nnode(); ++n)
+      for (int i = 0; i < m.dim; ++i) {
+        r.st.n.u[n * m.dim + i] = 0.0;
+        for (int j = 0; j < m.dim; ++j) r.st.n.u[n * m.dim + i] += H[3 * i + j] * m.mesh.X[3 * n + j];
+      }
+    const double before = elem_energy(m, r.el, r.st.n.u, true);
+    frac_convert(m, r.el, r.fm, m.elset[0].item, r.share, r.st);
+    EXPECT_NEAR(before, point_energy(m, r.st.points, r.st.n.uc), 1e-13 * before) << shape;
+    const Points& p = r.st.points;
+    for (int c = 0; c < p.ncorner; ++c)
+      for (int i = 0; i < m.dim; ++i) {
+        double want = 0.0;
+        for (int j = 0; j < m.dim; ++j) want += H[3 * i + j] * p.Xc[c * m.dim + j];
+        EXPECT_NEAR(want, r.st.n.uc[c * m.dim + i], 1e-14) << shape;
+      }
+  }
+}
+
+// the bonds of an interface have its area; when it moves on, those that stay keep their slip
+TEST(Conversion, BondsOfTheInterface)
+{
+  for (Shape shape : {SHAPE_QUAD4, SHAPE_HEX8}) {
+    Model m = row_of(shape, 4, unit);
+    allow_conversion(m, 2);
+    Trial r(m, 3);
+    frac_convert(m, r.el, r.fm, {1}, r.share, r.st);
+    auto area = [&](double x) {
+      double sum = 0.0;
+      for (int b = 0; b < r.st.bonds.nbond; ++b)
+        if (r.st.bonds.X[3 * b] == x) sum += r.st.bonds.area[b];
+      return sum;
+    };
+    EXPECT_NEAR(1.0, area(1.0), 1e-14);
+    EXPECT_NEAR(1.0, area(2.0), 1e-14);
+    EXPECT_EQ(m.dim == 2 ? 6 : 18, r.st.bonds.nbond);
+    for (size_t k = 0; k < r.st.n.slip.size(); ++k) {
+      r.st.n.slip[k]   = r.st.bonds.X[3 * (k / m.dim)] == 1.0 ? 1.0 + r.st.bonds.X[3 * (k / m.dim) + 1] : 7.0;
+      r.st.n.lambda[k] = -r.st.n.slip[k];
+    }
+    frac_convert(m, r.el, r.fm, {2}, r.share, r.st);
+    EXPECT_NEAR(1.0, area(1.0), 1e-14);
+    EXPECT_NEAR(0.0, area(2.0), 1e-14);
+    EXPECT_NEAR(1.0, area(3.0), 1e-14);
+    for (int b = 0; b < r.st.bonds.nbond; ++b)
+      for (int i = 0; i < m.dim; ++i) {
+        const double want = r.st.bonds.X[3 * b] == 1.0 ? 1.0 + r.st.bonds.X[3 * b + 1] : 0.0;
+        EXPECT_EQ(want, r.st.n.slip[b * m.dim + i]);
+        EXPECT_EQ(-want, r.st.n.lambda[b * m.dim + i]);
+      }
+  }
+}
