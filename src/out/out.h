@@ -55,8 +55,6 @@ struct Located {               // elements or points whose domain at t = 0 conta
   RealVec N;                   // [items*8] shape functions there
 };
 
-// locate_natural : natural coordinates xi[3] of x; X [nen*dim] corners. False when x lies outside.
-bool locate_natural(Shape shape, const double* X, const double x[3], double xi[3]);
 Located out_locate(const Model& m, const Elements& el, const Points& pts, const double x[3]);
 
 // ---- history (out_history.cpp) -------------------------------------------------
