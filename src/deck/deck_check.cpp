@@ -214,6 +214,14 @@ void check_materials(Deck& d, const Model& m)
   }
 }
 
+void check_fragments(Deck& d, const Model& m)
+{
+  if (!m.fragments.on) return;
+  for (const Material& a : m.material)
+    if (a.used && a.density == 0.0)
+      fault(d, "FRAGMENTS", m.fragments.place, "FRAGMENTS", "masses of fragments need the density of material " + a.name + "; write *DENSITY after *MATERIAL");
+}
+
 void check_gravity(Deck& d, const Model& m, const Step& s)
 {
   const auto has_density = [&](int material) { return material < 0 || m.material[material].density > 0.0; };
@@ -487,6 +495,7 @@ void check_missing(Deck& d, const Model& m, const IntVec& body)
   check_sets(d, m);
   check_sections(d, m, body);
   check_materials(d, m);
+  check_fragments(d, m);
   check_bodies(d, m);
   for (const BondDef& b : m.bond) check_bond_distance(d, m, b);
 }

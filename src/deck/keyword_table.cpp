@@ -21,6 +21,7 @@ void kw_elastic(Card&, Model&);
 void kw_element(Card&, Model&);
 void kw_elset(Card&, Model&);
 void kw_end_step(Card&, Model&);
+void kw_fragments(Card&, Model&);
 void kw_friction(Card&, Model&);
 void kw_grid(Card&, Model&);
 void kw_grid_boundary(Card&, Model&);
@@ -77,6 +78,7 @@ const Keyword keyword_table[] = {
   {"ELEMENT", kw_element, IN_MODEL, "TYPE!|ELSET", "elements by label and nodes"},
   {"ELSET", kw_elset, IN_MODEL, "ELSET!|GENERATE|WHERE", "set of elements"},
   {"END STEP", kw_end_step, IN_STEP, "", "ends a step"},
+  {"FRAGMENTS", kw_fragments, ANYWHERE, "FREQUENCY|TIME INTERVAL", "table of the connected pieces"},
   {"FRICTION", kw_friction, IN_INTERACTION, "", "Coulomb friction of a surface interaction"},
   {"GRID", kw_grid, IN_MODEL, "WEAK", "the box of equal cells that material points move through"},
   {"GRID BOUNDARY", kw_grid_boundary, OUTSIDE, "AMPLITUDE", "prescribed displacements of all grid nodes on a plane"},

@@ -83,4 +83,39 @@ void frac_due(const Model& m, const Elements& el, const FracMesh& fm, const Frac
 // Writes form, points, bonds and the level n; velocities and displacements of new corners are those of the element.
 void frac_convert(const Model& m, Elements& el, const FracMesh& fm, const IntVec& elem, CornerShare& share, State& st);
 
+// ---- fragments (doc/theory.md 7.5) --------------------------------------------
+
+struct Fragment {              // a connected piece; the first of Fragments: all debris
+  int nelem = 0, npoint = 0;
+  int label = 0;               // smallest label: of its elements and of the elements that its points were; of points alone theirs
+  bool of_mesh = false;        // label is that of an element
+  double volume = 0, mass = 0; // volume: at t = 0                                  length^3
+  double centre[3] = {0, 0, 0}, velocity[3] = {0, 0, 0};
+  double momentum[3] = {0, 0, 0};
+  double angular[3] = {0, 0, 0};     // about the centre
+  double spin[3] = {0, 0, 0};        // omega of I omega = angular                    1/time
+  double kinetic = 0, translation = 0, rotation = 0, rest = 0;   // kinetic = the sum of the other three
+  double inertia[6] = {0, 0, 0, 0, 0, 0};   // about the centre: 11 22 33 12 23 31    mass length^2
+  double principal[3] = {0, 0, 0};   // ascending
+  double axis[9] = {0, 0, 0, 0, 0, 0, 0, 0, 0};   // row k: unit vector that belongs to principal[k]
+  double lo[3] = {0, 0, 0}, hi[3] = {0, 0, 0};    // bounding box now
+};
+
+struct Fragments {
+  std::vector<Fragment> item;  // 0: debris, then fragments by falling mass
+  IntVec of_elem;              // [nelem] index into item, -1: no longer an element
+  IntVec of_point;             // [npoint]
+  int count() const { return static_cast<int>(item.size()) - 1; }
+};
+
+// frac_connect : of_elem, of_point of f: 0 debris, 1 ... pieces in the order of their first element or point.
+// Returns the number of pieces.  doc/theory.md (7.30)
+int frac_connect(const Model& m, const Elements& el, const State& st, Fragments& f);
+
+// frac_measure : item of f from of_elem and of_point; n: pieces.  doc/theory.md (7.31), (7.32)
+void frac_measure(const Model& m, const Elements& el, const State& st, int n, Fragments& f);
+
+// frac_fragments : pieces at t(n), numbered by falling mass, and their measures
+void frac_fragments(const Model& m, const Elements& el, const State& st, Fragments& f);
+
 #endif

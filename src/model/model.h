@@ -290,6 +290,13 @@ struct VtkDef {                // *VTK
   double interval = 0.0;       // every so much time
 };
 
+struct FragmentsDef {          // *FRAGMENTS
+  bool on = false;
+  int frequency = 0;           // every n increments, 0: not by number
+  double interval = 0.0;       // every so much time, 0: not by time
+  Place place;
+};
+
 enum CheckKind { CHECK_HISTORY, CHECK_FIELD };
 enum CheckAt { AT_TIME, AT_END, AT_MAX, AT_MIN, AT_ABSMAX };
 
@@ -343,6 +350,7 @@ struct Model {
   std::vector<HistoryDef> history;
   HistoryOutput history_out;
   VtkDef vtk;
+  FragmentsDef fragments;
   std::vector<Check> check;
   SolverDef solver;
   ParamMap param;

@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "elem/elem.h"
+#include "frac/frac.h"
 #include "model/state.h"
 #include "point/point.h"
 #include "solve/solve.h"
@@ -48,6 +49,9 @@ int elem_gauss(const Model& m, const Elements& el, int e);
 // out_nlgeom : geometry of the step that the state is in
 bool out_nlgeom(const Model& m, const State& s);
 
+// out_interval : true when the time of the next output has come, which then moves on
+bool out_interval(double interval, double time, double& next);
+
 // ---- a material place (out_locate.cpp) ---------------------------------------
 
 struct Located {               // elements or points whose domain at t = 0 contains a place
@@ -55,8 +59,6 @@ struct Located {               // elements or points whose domain at t = 0 conta
   RealVec N;                   // [items*8] shape functions there
 };
 
-// locate_natural : natural coordinates xi[3] of x; X [nen*dim] corners. False when x lies outside.
-bool locate_natural(Shape shape, const double* X, const double x[3], double xi[3]);
 Located out_locate(const Model& m, const Elements& el, const Points& pts, const double x[3]);
 
 // ---- history (out_history.cpp) -------------------------------------------------
@@ -99,7 +101,7 @@ struct CheckResult {
 
 struct Output {
   std::string base;            // out_dir/JOB
-  std::FILE *lst = nullptr, *his = nullptr, *dat = nullptr, *chk = nullptr, *ero = nullptr;
+  std::FILE *lst = nullptr, *his = nullptr, *dat = nullptr, *chk = nullptr, *ero = nullptr, *frag = nullptr;
   History history;
   std::vector<Probe> probe;    // [Model::history]
   std::size_t converted = 0;   // elements that had become points when the probes were made
@@ -108,6 +110,8 @@ struct Output {
   int vtk_frame = 0;
   double vtk_next = 0.0;       // TIME INTERVAL: time of the next frame
   int vtk_inc = -1;            // increment of the last frame
+  double frag_next = 0.0;      // the same of the table of fragments
+  int frag_inc = -1;
   std::vector<CheckResult> result;        // [Model::check]
   bool terminal = false;       // progress line
   double progress_wall = 0.0, progress_last = 0.0;   // wall seconds: start of the run, last line
@@ -164,6 +168,9 @@ void out_check_increment(const Model& m, const Elements& el, const State& s, Out
 int out_check_end(const Model& m, const Elements& el, const State& s, bool finished, Output& out);
 
 void out_erosion(const Model& m, const State& s, Output& out);
+
+// out_fragments : JOB.frag, one line a fragment, debris first; last: the end of the run, with the listing
+void out_fragments(const Model& m, const Elements& el, const State& s, bool last, Output& out);
 
 void out_progress(const Model& m, const State& s, Output& out);
 void out_progress_clear(Output& out);

@@ -175,8 +175,10 @@ double tip_place(const Model& m, const State& s, int axis, bool first)
   return tip;
 }
 
-double fracture_value(const Model& m, const State& s, const Probe& probe)
+double fracture_value(const Model& m, const Elements& el, const State& s, const Probe& probe)
 {
+  Fragments f;
+  if (probe.q.comp == 9) return frac_connect(m, el, s, f);
   if (probe.q.comp >= 6) return tip_place(m, s, probe.q.comp - 6, probe.reduce == REDUCE_MIN);
   const double value[6] = {double(s.frac.neroded), s.frac.area, double(s.points.npoint), double(s.bonds.nbond),
                            s.ledger.fracture, s.ledger.conversion};
@@ -185,7 +187,7 @@ double fracture_value(const Model& m, const State& s, const Probe& probe)
 
 double probe_value(const Model& m, const Elements& el, const State& s, const Probe& probe)
 {
-  if (probe.q.kind == Q_FRAC) return fracture_value(m, s, probe);
+  if (probe.q.kind == Q_FRAC) return fracture_value(m, el, s, probe);
   if (probe.contact >= 0) {
     const ContactLog c = probe.contact < static_cast<int>(s.contact.size()) ? s.contact[probe.contact] : ContactLog();
     const double value[5] = {c.force, c.gap, c.area, c.work, c.peak};

@@ -1,25 +1,7 @@
-#include <algorithm>
-
 #include "out/out.h"
 #include "shape/shape.h"
 
 namespace {
-
-const double tolerance = 1e-6;    // of the natural coordinates: a place on the boundary is inside
-
-bool in_box(const double* X, int nen, int dim, const double x[3])
-{
-  for (int i = 0; i < dim; ++i) {
-    double lo = X[i], hi = X[i];
-    for (int a = 1; a < nen; ++a) {
-      lo = std::min(lo, X[a * dim + i]);
-      hi = std::max(hi, X[a * dim + i]);
-    }
-    const double margin = tolerance * (hi - lo);
-    if (x[i] < lo - margin || x[i] > hi + margin) return false;
-  }
-  return true;
-}
 
 void add(Located& found, IntVec& list, int item, Shape shape, const double xi[3])
 {
@@ -37,7 +19,7 @@ void search_elements(const Model& m, const Elements& el, const double x[3], Loca
     double X[24], xi[3] = {0, 0, 0};
     for (int a = 0; a < m.mesh.conn.count(e); ++a)
       for (int i = 0; i < m.dim; ++i) X[a * m.dim + i] = m.mesh.X[m.mesh.conn.begin(e)[a] * 3 + i];
-    if (locate_natural(shape, X, x, xi)) add(found, found.elem, e, shape, xi);
+    if (shape_locate(shape, X, x, xi)) add(found, found.elem, e, shape, xi);
   }
 }
 
@@ -48,23 +30,11 @@ void search_points(const Model& m, const Points& pts, const double x[3], Located
     double X[24], xi[3] = {0, 0, 0};
     for (int a = 0; a < pts.conn.count(p); ++a)
       for (int i = 0; i < m.dim; ++i) X[a * m.dim + i] = pts.Xc[pts.conn.begin(p)[a] * m.dim + i];
-    if (locate_natural(shape, X, x, xi)) add(found, found.point, p, shape, xi);
+    if (shape_locate(shape, X, x, xi)) add(found, found.point, p, shape, xi);
   }
 }
 
 }  // namespace
-
-bool locate_natural(Shape shape, const double* X, const double x[3], double xi[3])
-{
-  const ShapeInfo& info = shape_info[shape];
-  if (!in_box(X, info.nen, info.dim, x)) return false;
-  double near[24], at[3] = {0, 0, 0};      // seen from the first corner: digits that a far origin would cost
-  for (int i = 0; i < info.dim; ++i) {
-    at[i] = x[i] - X[i];
-    for (int a = 0; a < info.nen; ++a) near[a * info.dim + i] = X[a * info.dim + i] - X[i];
-  }
-  return shape_inverse(shape, near, at, xi) && shape_inside(shape, xi, tolerance);
-}
 
 // ---------------------------------------------------------------------------
 // out_locate : every element, or else every point, whose domain at t = 0 contains x.

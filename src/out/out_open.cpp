@@ -1,8 +1,5 @@
 #include <unistd.h>
 
-#include <algorithm>
-#include <cmath>
-
 #include "base/log.h"
 #include "base/timer.h"
 #include "out/out.h"
@@ -15,11 +12,7 @@ bool vtk_due(const Model& m, const State& s, Output& out)
   if (!v.on) return false;
   const bool by_number = v.frequency > 0 && s.log.inc_total % v.frequency == 0;
   const bool every     = v.frequency <= 0 && v.interval <= 0.0;
-  bool by_time = false;
-  if (v.interval > 0.0 && s.n.time >= out.vtk_next - 1e-6 * v.interval) {
-    by_time      = true;
-    out.vtk_next = v.interval * (std::floor(s.n.time / v.interval + 1e-6) + 1.0);
-  }
+  const bool by_time   = out_interval(v.interval, s.n.time, out.vtk_next);
   return by_number || every || by_time;
 }
 
@@ -55,6 +48,7 @@ void out_increment(const Model& m, const Elements& el, const State& s, const Act
   if (vtk_due(m, s, out)) out_vtk(m, el, s, grid, out);
   out_dat(m, el, s, out);
   out_erosion(m, s, out);
+  out_fragments(m, el, s, false, out);
   out_progress(m, s, out);
   out_file_flush(out.lst, out.base + ".lst");
 }
@@ -70,6 +64,7 @@ int out_close(const Model& m, const Elements& el, const State& s, const ActiveGr
   if (out.row_written < last) history_write(out, last);
   out_file_close(out.his, out.base + ".his");
   if (m.vtk.on && out.vtk_inc != s.log.inc_total) out_vtk(m, el, s, grid, out);
+  out_fragments(m, el, s, true, out);
   if (out.ero) out_file_close(out.ero, out.base + ".ero");
   if (out.dat) out_file_close(out.dat, out.base + ".dat");
 

@@ -58,6 +58,13 @@ RealVec gather(const RealVec& field, const IntVec& item, int dim)
   return out;
 }
 
+IntVec gather(const IntVec& field, const IntVec& item)
+{
+  IntVec out;
+  for (int i : item) out.push_back(field[i]);
+  return out;
+}
+
 // ---- finite elements --------------------------------------------------------
 
 struct FeMesh {                // elements that still exist, and their nodes
@@ -111,7 +118,7 @@ void element_fields(const Model& m, const Elements& el, const State& s, const Fe
   }
 }
 
-void write_fe(const Model& m, const Elements& el, const State& s, Output& out)
+void write_fe(const Model& m, const Elements& el, const State& s, const Fragments& fragments, Output& out)
 {
   FeMesh fe;
   collect_elements(m, el, fe);
@@ -146,12 +153,13 @@ void write_fe(const Model& m, const Elements& el, const State& s, Output& out)
     vtk_labels(f, "broken", broken);
     vtk_scalars(f, "time_broken", time);
   }
+  if (m.fragments.on) vtk_labels(f, "fragment", gather(fragments.of_elem, fe.elem));
   end(f, VTK_FE, out);
 }
 
 // ---- material points ----------------------------------------------------------
 
-void write_mp(const Model& m, const State& s, Output& out)
+void write_mp(const Model& m, const State& s, const Fragments& fragments, Output& out)
 {
   const Points& pts = s.points;
   if (pts.npoint == 0) return;
@@ -190,6 +198,7 @@ void write_mp(const Model& m, const State& s, Output& out)
     vtk_labels(f, "broken", broken);
     vtk_scalars(f, "time_broken", time);
   }
+  if (m.fragments.on) vtk_labels(f, "fragment", fragments.of_point);
   end(f, VTK_MP, out);
 }
 
@@ -302,8 +311,10 @@ void out_vtk_series(const std::string& path, const VtkSeries& series)
 // ---------------------------------------------------------------------------
 void out_vtk(const Model& m, const Elements& el, const State& s, const ActiveGrid& grid, Output& out)
 {
-  write_fe(m, el, s, out);
-  write_mp(m, s, out);
+  Fragments fragments;
+  if (m.fragments.on) frac_fragments(m, el, s, fragments);
+  write_fe(m, el, s, fragments, out);
+  write_mp(m, s, fragments, out);
   write_bonds(m, s, out);
   write_grid(m, s, grid, out);
   ++out.vtk_frame;

@@ -29,6 +29,9 @@ double shape_jacobian(Shape s, const double* dN, const double* X, double* dNdX);
 bool shape_inverse(Shape s, const double* X, const double* x, double* xi);
 bool shape_inside(Shape s, const double* xi, double tolerance);
 
+// shape_locate : local place xi[3] of x inside a cell with corners X [nen*dim]; false when x lies outside
+bool shape_locate(Shape s, const double* X, const double x[3], double xi[3]);
+
 // shape_mass : m [pairs a >= b] = density int N_a N_b dV of a cell with nodes X [nen*dim]
 void shape_mass(Shape s, const double* X, double density, double* m);
 

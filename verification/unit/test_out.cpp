@@ -254,11 +254,11 @@ TEST(OutLocate, SolidsFarFromTheOrigin)
     shape_eval(shape[k], inside, N, nullptr);
     for (int a = 0; a < nen; ++a)
       for (int i = 0; i < 3; ++i) x[i] += N[a] * X[3 * a + i];
-    ASSERT_TRUE(locate_natural(shape[k], X, x, xi)) << k;
+    ASSERT_TRUE(shape_locate(shape[k], X, x, xi)) << k;
     for (int i = 0; i < 3; ++i) EXPECT_NEAR(xi[i], inside[i], 1e-8) << k;
-    EXPECT_TRUE(locate_natural(shape[k], X, X, xi)) << "a corner is inside";
+    EXPECT_TRUE(shape_locate(shape[k], X, X, xi)) << "a corner is inside";
     x[2] += 0.03;
-    EXPECT_FALSE(locate_natural(shape[k], X, x, xi)) << k;
+    EXPECT_FALSE(shape_locate(shape[k], X, x, xi)) << k;
   }
 }
 

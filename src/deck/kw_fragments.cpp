@@ -1,0 +1,14 @@
+#include "deck/card.h"
+
+// *FRAGMENTS[, FREQUENCY= | TIME INTERVAL=] : table of the connected pieces; at the end of the run always
+void kw_fragments(Card& card, Model& model)
+{
+  FragmentsDef& f = model.fragments;
+  f.on        = true;
+  f.place     = card_place(card);
+  f.frequency = card_param_int(card, "FREQUENCY", 0, 1, 2147483647);
+  f.interval  = card_param_real(card, "TIME INTERVAL", 0.0, above(0.0));
+  if (card_param(card, "FREQUENCY") && card_param(card, "TIME INTERVAL"))
+    card_error(card, card_param(card, "TIME INTERVAL")->key, "take FREQUENCY (increments) or TIME INTERVAL, not both");
+  card_end(card);
+}

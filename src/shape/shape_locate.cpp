@@ -1,0 +1,35 @@
+#include <algorithm>
+
+#include "shape/shape.h"
+
+namespace {
+
+const double tolerance = 1e-6;    // of the natural coordinates: a place on the boundary is inside
+
+bool in_box(const double* X, int nen, int dim, const double x[3])
+{
+  for (int i = 0; i < dim; ++i) {
+    double lo = X[i], hi = X[i];
+    for (int a = 1; a < nen; ++a) {
+      lo = std::min(lo, X[a * dim + i]);
+      hi = std::max(hi, X[a * dim + i]);
+    }
+    const double margin = tolerance * (hi - lo);
+    if (x[i] < lo - margin || x[i] > hi + margin) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+bool shape_locate(Shape shape, const double* X, const double x[3], double xi[3])
+{
+  const ShapeInfo& info = shape_info[shape];
+  if (!in_box(X, info.nen, info.dim, x)) return false;
+  double near[24], at[3] = {0, 0, 0};      // seen from the first corner: digits that a far origin would cost
+  for (int i = 0; i < info.dim; ++i) {
+    at[i] = x[i] - X[i];
+    for (int a = 0; a < info.nen; ++a) near[a * info.dim + i] = X[a * info.dim + i] - X[i];
+  }
+  return shape_inverse(shape, near, at, xi) && shape_inside(shape, xi, tolerance);
+}
