@@ -82,4 +82,8 @@ void frac_due(const Model& m, const Elements& el, const FracMesh& fm, const Frac
 // Writes form, points, bonds and the level n; velocities and displacements of new corners are those of the element.
 void frac_convert(const Model& m, Elements& el, const FracMesh& fm, const IntVec& elem, CornerShare& share, State& st);
 
+// frac_replay : the corners that conversion has shared so far, made again from the points of t = 0 (start): neighbours that
+// convert later find the same numbers
+void frac_replay(const Model& m, const FracMesh& fm, const State& st, Points start, CornerShare& share);
+
 #endif

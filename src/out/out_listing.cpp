@@ -99,11 +99,12 @@ const char* out_status_text(Status status)
 // ---------------------------------------------------------------------------
 // out_listing_open : JOB.lst with its header; from now on messages go there too
 // ---------------------------------------------------------------------------
-void out_listing_open(const Model& m, Output& out)
+void out_listing_open(const Model& m, Output& out, bool goes_on)
 {
   out.base = m.out_dir.empty() ? m.job : m.out_dir + "/" + m.job;
-  out.lst  = out_file_open(out.base + ".lst");
+  out.lst  = out_file_open(out.base + ".lst", goes_on);
   log_open(out.lst);
+  if (goes_on) std::fprintf(out.lst, "\n\n---- the run goes on from a restart file ----\n\n");
   utsname machine;
   uname(&machine);
   std::fprintf(out.lst, "mpfe %s   implicit material points and finite elements\n\n", MPFE_VERSION);
