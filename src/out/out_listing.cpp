@@ -143,6 +143,10 @@ void out_listing_defaults(std::FILE* file, const Model& m, const Bonds& bonds)
     std::fprintf(file, "  VTK             %s, every %s increments, time interval %s\n", m.vtk.ascii ? "text" : "binary",
                  or_default(m.vtk.frequency, m.vtk.interval > 0.0 ? "-" : "1").c_str(),
                  or_default(m.vtk.interval, "-").c_str());
+  if (m.restart.write)
+    std::fprintf(file, "  restart         every %s increments, time interval %s, at the end of each step; %s\n",
+                 or_default(m.restart.frequency, "-").c_str(), or_default(m.restart.interval, "-").c_str(),
+                 m.restart.overlay ? "the last file stays" : "all files stay");
 }
 
 void out_step_begin(const Model& m, int step, Output& out)
