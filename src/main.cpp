@@ -24,7 +24,7 @@
 namespace {
 
 struct Options {
-  std::string deck, out_dir = ".";
+  std::string deck, out_dir = ".", restart;
   std::vector<std::pair<std::string, double>> defines;
   bool check = false, help = false, version = false, list = false;
 };
@@ -33,10 +33,12 @@ const char* const usage =
   "mpfe [options] deck.inp\n"
   "  -o DIR           results go to DIR (made when missing; default: here)\n"
   "  -D name=value    sets a parameter of the deck (*PARAMETER)\n"
+  "  --restart FILE   goes on from a restart file (*RESTART, WRITE), the deck as before\n"
   "  --check          reads and checks the deck, prints the model, computes nothing\n"
   "  --list-keywords  all keywords with one line each\n"
   "  --version, --help\n"
-  "Exit codes: 0 good, 1 a *CHECK failed, 2 the deck is wrong, 3 no convergence, 4 a bug, 5 memory, disk, solver.\n";
+  "Exit codes: 0 good, 1 a *CHECK failed, 2 the deck or the restart file is wrong, 3 no convergence, 4 a bug,\n"
+  "5 memory, disk, solver, 6 a signal ended the run and JOB.rst continues it.\n";
 
 int usage_error(const char* what, const char* word)
 {
@@ -72,6 +74,9 @@ int read_options(int argc, char** argv, Options& o)
       value = glued ? a.substr(2) : argv[i];
       if (a[1] == 'o') o.out_dir = value;
       else if (!read_define(value, o)) return usage_error("-D needs name=number", value.c_str());
+    } else if (a == "--restart") {
+      if (++i >= argc) return usage_error("a file must follow", argv[i - 1]);
+      o.restart = argv[i];
     } else if (a[0] == '-') return usage_error("unknown option", a.c_str());
     else if (o.deck.empty()) o.deck = a;
     else return usage_error("only one deck can be run", a.c_str());
@@ -88,6 +93,13 @@ int check_only(Problem& p)
   return EXIT_GOOD;
 }
 
+// the file of --restart, or JOB.rst when the deck asks for it
+bool load_restart(const Model& m, const Options& o, Archive& f)
+{
+  if (!o.restart.empty()) return out_restart_load(m, o.restart, f);
+  return !m.restart.read || out_restart_load(m, m.out_dir + "/" + m.job + ".rst", f);
+}
+
 int run(const Options& o)
 {
   Model model;
@@ -98,11 +110,13 @@ int run(const Options& o)
   model.out_dir = o.out_dir;
   State state;
   Problem problem(model, state);
+  Archive restart;
+  if (!load_restart(model, o, restart)) return EXIT_DECK;
   if (o.check) return check_only(problem);
   Output out;
-  out_listing_open(model, out);
+  out_listing_open(model, out, restart.reading);
   if (step_open(problem)) return EXIT_DECK;
-  const int code = step_run(problem, out);
+  const int code = step_run(problem, restart, out);
   solve_close(problem.solver);
   return code;
 }
@@ -144,6 +158,6 @@ int main(int argc, char** argv)
     code = run_guarded(o);
   }
   comm_close();
-  interrupt_finish();
+  if (code != EXIT_CONTINUE) interrupt_finish();
   return code;
 }

@@ -25,7 +25,15 @@ enum Status {
 };
 
 // Exit codes of the program
-enum { EXIT_GOOD = 0, EXIT_CHECK_FAILED = 1, EXIT_DECK = 2, EXIT_PHYSICS = 3, EXIT_BUG = 4, EXIT_RESOURCE = 5 };
+enum {
+  EXIT_GOOD = 0,
+  EXIT_CHECK_FAILED = 1,
+  EXIT_DECK = 2,
+  EXIT_PHYSICS = 3,
+  EXIT_BUG = 4,
+  EXIT_RESOURCE = 5,
+  EXIT_CONTINUE = 6            // a signal ended the run, and a restart file continues it
+};
 
 // CSR list of lists: the items of list i are item[off[i]] ... item[off[i+1]-1]
 struct ListTable {

@@ -316,6 +316,11 @@ void deck_head(Deck& d, Head& head)
   }
 }
 
+void deck_hash(Deck& d, const std::string& line)
+{
+  d.hash = hash_add(d.hash, line.c_str(), line.size() + 1);
+}
+
 // ---------------------------------------------------------------------------
 // deck_split : takes a data line
 //
@@ -330,6 +335,7 @@ void deck_split(Deck& d, bool substitute, std::vector<Field>& field, Field& whol
   const std::size_t first = s.raw.find_first_not_of(" \t\r\v\f"), last = s.raw.find_last_not_of(" \t\r\v\f");
   whole = field_at(s, first, last + 1 - first);
   whole.text = s.raw.substr(first, last + 1 - first);
+  if (d.hashing) deck_hash(d, whole.text);
   field.clear();
   comma = false;
   while (substitute && s.pos < s.raw.size()) {

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <new>
@@ -68,6 +69,21 @@ bool place_fits(Card& c, const Model& m)
   return false;
 }
 
+// the words and data lines of this card are part of what a restart file belongs to; those of output alone are not
+void hash_card(Deck& d, const Card& c)
+{
+  const std::vector<std::string> output = split_words("EL FILE|EL PRINT|HEADING|NODE FILE|NODE PRINT|RESTART|VTK");
+  d.hashing = std::find(output.begin(), output.end(), c.head.word) == output.end();
+  if (!d.hashing) return;
+  deck_hash(d, c.head.word);
+  for (const HeadParam& p : c.head.param) deck_hash(d, p.name + "=" + p.value.text);
+}
+
+void hash_parameters(Deck& d)
+{
+  for (const auto& p : d.param) deck_hash(d, p.first + text_format("=%.17g", p.second));
+}
+
 void read_card(Deck& d, Model& m)
 {
   Card c;
@@ -83,6 +99,7 @@ void read_card(Deck& d, Model& m)
     return skip_data(d);
   }
   d.word = c.head.word = c.keyword->word;
+  hash_card(d, c);
   const bool place = place_fits(c, m), params = params_fit(c);
   if (!place || !params) return skip_data(d);
   c.keyword->read(c, m);
@@ -142,7 +159,9 @@ void read_all(Deck& d, const std::string& path, const std::vector<std::pair<std:
   deck_run_later(d, m, STAGE_END);
   warn_unused_defines(d);
   deck_check(d, m);
+  hash_parameters(d);
   m.param = d.param;
+  m.hash  = d.hash;
 }
 
 }  // namespace

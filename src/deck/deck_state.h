@@ -11,6 +11,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "base/hash.h"
 #include "model/model.h"
 
 struct Field {                 // a word of the deck and where it stands
@@ -83,6 +84,9 @@ struct Deck {
   int errors = 0, warnings = 0;
   std::string word;            // keyword that is read or checked, for messages
 
+  std::uint64_t hash = hash_start;   // of the lines so far
+  bool hashing = false;        // the lines of the open card count
+
   ParamMap param;
   ParamMap define;             // -D
   std::set<std::string> used;  // names that an expression of the deck holds
@@ -133,6 +137,8 @@ std::string deck_line_text(const Deck& d, int file, int line);
 bool deck_peek(Deck& d, bool& keyword);                    // is there a next line; includes are opened
 void deck_head(Deck& d, Head& head);                       // takes the keyword line, with its continuation
 void deck_split(Deck& d, bool substitute, std::vector<Field>& field, Field& whole, bool& comma);
+
+void deck_hash(Deck& d, const std::string& line);          // this line counts
 
 // ---- expressions (deck_expr.cpp) -------------------------------------------
 bool deck_scalar(Deck& d, const Field& at, int offset, const std::string& text, double& value);

@@ -38,6 +38,7 @@ void kw_node_file(Card&, Model&);
 void kw_node_print(Card&, Model&);
 void kw_nset(Card&, Model&);
 void kw_parameter(Card&, Model&);
+void kw_restart(Card&, Model&);
 void kw_solid_section(Card&, Model&);
 void kw_solver(Card&, Model&);
 void kw_static(Card&, Model&);
@@ -96,6 +97,7 @@ const Keyword keyword_table[] = {
   {"NODE PRINT", kw_node_print, IN_STEP, "NSET!|FREQUENCY|TOTALS", "prints nodal results into the listing"},
   {"NSET", kw_nset, IN_MODEL, "NSET!|GENERATE|WHERE", "set of nodes"},
   {"PARAMETER", kw_parameter, ANYWHERE, "", "names for numbers: name = expression"},
+  {"RESTART", kw_restart, ANYWHERE, "READ|WRITE|FREQUENCY|TIME INTERVAL|OVERLAY", "files from which the run can be continued"},
   {"SOLID SECTION", kw_solid_section, IN_MODEL, "ELSET!|MATERIAL!", "material and thickness of elements"},
   {"SOLVER", kw_solver, OUTSIDE, "TYPE", "the linear solver"},
   {"STATIC", kw_static, IN_STEP, "DIRECT", "static step"},

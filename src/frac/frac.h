@@ -117,5 +117,8 @@ void frac_measure(const Model& m, const Elements& el, const State& st, int n, Fr
 
 // frac_fragments : pieces at t(n), numbered by falling mass, and their measures
 void frac_fragments(const Model& m, const Elements& el, const State& st, Fragments& f);
+// frac_replay : the corners that conversion has shared so far, made again from the points of t = 0 (start): neighbours that
+// convert later find the same numbers
+void frac_replay(const Model& m, const FracMesh& fm, const State& st, Points start, CornerShare& share);
 
 #endif

@@ -102,3 +102,10 @@ void frac_convert(const Model& m, Elements& el, const FracMesh& fm, const IntVec
   point_surfaces(m, st.points);
   bond_rebuild(m, st.points, interface_faces(m, fm, st.frac), lost_nodes(m, fm, st.frac), st.bonds, st.n);
 }
+
+void frac_replay(const Model& m, const FracMesh& fm, const State& st, Points start, CornerShare& share)
+{
+  share = CornerShare();
+  for (int e : st.frac.converted) point_convert(m, m.conversion[fm.conv[e]].body[m.mesh.elem_section[e]], e, share, start);
+  MPFE_CHECK(start.Xc == st.points.Xc, "conversion made again gives other corners");
+}

@@ -8,6 +8,7 @@
 #define MPFE_MODEL_MODEL_H
 
 #include <array>
+#include <cstdint>
 #include <string>
 #include <unordered_map>
 #include <vector>
@@ -297,6 +298,13 @@ struct FragmentsDef {          // *FRAGMENTS
   Place place;
 };
 
+struct RestartDef {            // *RESTART
+  bool read = false, write = false;
+  bool overlay = false;        // WRITE: keep the last file only
+  int frequency = 0;           // WRITE: every n increments, 0: not by number
+  double interval = 0.0;       // WRITE: every so much time
+};
+
 enum CheckKind { CHECK_HISTORY, CHECK_FIELD };
 enum CheckAt { AT_TIME, AT_END, AT_MAX, AT_MIN, AT_ABSMAX };
 
@@ -351,9 +359,11 @@ struct Model {
   HistoryOutput history_out;
   VtkDef vtk;
   FragmentsDef fragments;
+  RestartDef restart;
   std::vector<Check> check;
   SolverDef solver;
   ParamMap param;
+  std::uint64_t hash = 0;      // of the text of the deck, without what is output alone, and of the parameters
 };
 
 // model_find_* : index by name (upper case), -1 when there is none

@@ -1,5 +1,5 @@
 // ---------------------------------------------------------------------------
-// state.h : what changes during the run. Only step/ writes it.
+// state.h : what changes during the run. Only step/ writes it. A new field goes into state_io.h as well.
 // ---------------------------------------------------------------------------
 #ifndef MPFE_MODEL_STATE_H
 #define MPFE_MODEL_STATE_H
@@ -96,6 +96,14 @@ struct ContactLog {            // one contact pair at t(n+1)
   double work  = 0;            // dissipated by friction since the start
 };
 
+struct StepClock {             // the step that is under way
+  double start = 0;            // total time at its start
+  double t = 0;                // done
+  double dt = 0;               // of the next attempt
+  long nominal = 1;            // DIRECT: end of the increment that is under way, in units of dt
+  int easy = 0;                // increments in a row that converged quickly
+};
+
 struct StepLog {               // how the increment went
   int step = 0;                // 1-based
   int inc = 0;                 // increment within the step, 1-based
@@ -122,6 +130,7 @@ struct State {
   RealVec grid_rf;             // [Model::grid_bc * dim] sum of the reactions of each grid condition
   Ledger ledger;
   std::vector<ErosionLog> eroded;    // since the last output
+  StepClock clock;
   StepLog log;
 };
 

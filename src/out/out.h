@@ -7,6 +7,7 @@
 //   out_step_begin .. out_step_end       around each step
 //     out_listing_iteration, out_listing_cut, out_increment
 //   out_close                            checks, tables; returns the number of failed checks
+// A run that goes on from a restart file: out_restart_load, out_listing_open, out_reopen, then as above.
 // ---------------------------------------------------------------------------
 #ifndef MPFE_OUT_OUT_H
 #define MPFE_OUT_OUT_H
@@ -15,6 +16,7 @@
 #include <string>
 #include <vector>
 
+#include "base/archive.h"
 #include "elem/elem.h"
 #include "frac/frac.h"
 #include "model/state.h"
@@ -112,12 +114,16 @@ struct Output {
   int vtk_inc = -1;            // increment of the last frame
   double frag_next = 0.0;      // the same of the table of fragments
   int frag_inc = -1;
+  double restart_next = 0.0;   // TIME INTERVAL: time of the next restart file
+  int restart_inc = -1;        // increment of the last restart file
   std::vector<CheckResult> result;        // [Model::check]
   bool terminal = false;       // progress line
   double progress_wall = 0.0, progress_last = 0.0;   // wall seconds: start of the run, last line
+  double progress_from = 0.0;  // time that the run started at
 };
 
-void out_listing_open(const Model& m, Output& out);
+// out_listing_open : JOB.lst; goes_on: behind what is there already
+void out_listing_open(const Model& m, Output& out, bool goes_on = false);
 
 // out_open : returns the number of errors (a *HISTORY or *CHECK that cannot be read); messages in the log
 int out_open(const Model& m, const Elements& el, const State& s, const ActiveGrid& grid, Output& out);
@@ -129,12 +135,26 @@ void out_increment(const Model& m, const Elements& el, const State& s, const Act
 int out_close(const Model& m, const Elements& el, const State& s, const ActiveGrid& grid, const Solver& solver,
               bool finished, Output& out);
 
+// ---- restart (out_restart.cpp) -------------------------------------------------------
+
+// out_restart_load : reads a restart file into f. False: it cannot continue this deck; the message says why.
+bool out_restart_load(const Model& m, const std::string& path, Archive& f);
+
+// out_reopen : instead of out_open: state, grid of the last frame and output as they were when the file f was written; on
+// entry s is the state at t = 0. Returns the number of errors.
+int out_reopen(const Model& m, const Elements& el, Archive& f, State& s, ActiveGrid& grid, Output& out);
+
+// out_restart : JOB.rst, when it is due or must be written now, so that a kill at any moment leaves a whole file
+void out_restart(const Model& m, State& s, ActiveGrid& grid, bool now, Output& out);
+
 // ---- parts -------------------------------------------------------------------------
 
-// out_file_open : makes the folder when it is missing; out_file_flush, out_file_close see a full disk.
-// All three stop the program in words with EXIT_RESOURCE.
-std::FILE* out_file_open(const std::string& path);
+// out_file_open : makes the folder when it is missing; append: behind what is there already.
+// out_file_flush, out_file_sync (to the disk itself), out_file_close see a full disk.
+// All stop the program in words with EXIT_RESOURCE.
+std::FILE* out_file_open(const std::string& path, bool append = false);
 void out_file_flush(std::FILE* file, const std::string& path);
+void out_file_sync(std::FILE* file, const std::string& path);
 void out_file_close(std::FILE*& file, const std::string& path);
 
 // out_model_summary : what the deck became; also for mpfe --check
@@ -153,6 +173,7 @@ void out_listing_end(std::FILE* file, bool finished, int failed);
 const char* out_status_text(Status status);
 
 int history_setup(const Model& m, const Elements& el, const State& s, Output& out);    // returns errors
+void history_open(Output& out);
 void history_row(const Model& m, const Elements& el, const State& s, Output& out);
 void history_write(const Output& out, int row);
 

@@ -1,3 +1,5 @@
+#include <unistd.h>
+
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
@@ -17,13 +19,13 @@ namespace {
 
 }  // namespace
 
-std::FILE* out_file_open(const std::string& path)
+std::FILE* out_file_open(const std::string& path, bool append)
 {
   const std::filesystem::path folder = std::filesystem::path(path).parent_path();
   std::error_code error;
   if (!folder.empty()) std::filesystem::create_directories(folder, error);
   errno = 0;
-  std::FILE* file = std::fopen(path.c_str(), "wb");
+  std::FILE* file = std::fopen(path.c_str(), append ? "ab" : "wb");
   if (!file) stop(path, "open", error ? error.value() : errno);
   return file;
 }
@@ -32,6 +34,13 @@ void out_file_flush(std::FILE* file, const std::string& path)
 {
   errno = 0;
   if (std::fflush(file) != 0 || std::ferror(file)) stop(path, "write", errno);
+}
+
+void out_file_sync(std::FILE* file, const std::string& path)
+{
+  out_file_flush(file, path);
+  errno = 0;
+  if (fsync(fileno(file)) != 0 && errno != EINVAL) stop(path, "write", errno);     // EINVAL: no file of a disk
 }
 
 void out_file_close(std::FILE*& file, const std::string& path)

@@ -249,7 +249,7 @@ bool history_at(const History& h, int column, double time, double& value)
 }
 
 // ---------------------------------------------------------------------------
-// history_setup : columns and what they read; the file and its header line
+// history_setup : columns and what they read;  history_open : the file and its header line
 // ---------------------------------------------------------------------------
 int history_setup(const Model& m, const Elements& el, const State& s, Output& out)
 {
@@ -261,12 +261,16 @@ int history_setup(const Model& m, const Elements& el, const State& s, Output& ou
     out.probe.push_back(probe);
     out.history.names.push_back(d.name);
   }
+  return errors;
+}
+
+void history_open(Output& out)
+{
   out.his = out_file_open(out.base + ".his");
   std::fputs("# ", out.his);
   for (std::size_t i = 0; i < out.history.names.size(); ++i)
     std::fprintf(out.his, i == 0 ? "%17s" : " %19s", out.history.names[i].c_str());
   std::fputc('\n', out.his);
-  return errors;
 }
 
 void history_write(const Output& out, int row)

@@ -99,11 +99,12 @@ const char* out_status_text(Status status)
 // ---------------------------------------------------------------------------
 // out_listing_open : JOB.lst with its header; from now on messages go there too
 // ---------------------------------------------------------------------------
-void out_listing_open(const Model& m, Output& out)
+void out_listing_open(const Model& m, Output& out, bool goes_on)
 {
   out.base = m.out_dir.empty() ? m.job : m.out_dir + "/" + m.job;
-  out.lst  = out_file_open(out.base + ".lst");
+  out.lst  = out_file_open(out.base + ".lst", goes_on);
   log_open(out.lst);
+  if (goes_on) std::fprintf(out.lst, "\n\n---- the run goes on from a restart file ----\n\n");
   utsname machine;
   uname(&machine);
   std::fprintf(out.lst, "mpfe %s   implicit material points and finite elements\n\n", MPFE_VERSION);
@@ -142,6 +143,10 @@ void out_listing_defaults(std::FILE* file, const Model& m, const Bonds& bonds)
     std::fprintf(file, "  VTK             %s, every %s increments, time interval %s\n", m.vtk.ascii ? "text" : "binary",
                  or_default(m.vtk.frequency, m.vtk.interval > 0.0 ? "-" : "1").c_str(),
                  or_default(m.vtk.interval, "-").c_str());
+  if (m.restart.write)
+    std::fprintf(file, "  restart         every %s increments, time interval %s, at the end of each step; %s\n",
+                 or_default(m.restart.frequency, "-").c_str(), or_default(m.restart.interval, "-").c_str(),
+                 m.restart.overlay ? "the last file stays" : "all files stay");
 }
 
 void out_step_begin(const Model& m, int step, Output& out)

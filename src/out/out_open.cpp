@@ -30,6 +30,7 @@ int out_open(const Model& m, const Elements& el, const State& s, const ActiveGri
   out_check_begin(m, out);
   const int errors = history_setup(m, el, s, out);
   if (errors > 0) return errors;
+  history_open(out);
   out.terminal      = isatty(STDERR_FILENO) == 1;
   out.progress_wall = timer_wall();
   out_increment(m, el, s, grid, out);

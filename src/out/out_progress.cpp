@@ -38,7 +38,8 @@ void out_progress(const Model& m, const State& s, Output& out)
   if (now - out.progress_last < pause) return;
   out.progress_last = now;
   const double part = std::min(1.0, s.n.time / std::max(whole_time(m), 1e-300));
-  const double rest = part > 0.0 ? (now - out.progress_wall) * (1.0 - part) / part : 0.0;
+  const double done = part - out.progress_from / std::max(whole_time(m), 1e-300);
+  const double rest = done > 0.0 ? (now - out.progress_wall) * (1.0 - part) / done : 0.0;
   std::fprintf(stderr, "%s  step %d of %zu  increment %d  time %.5g (%.0f %%)  dt %.3g  %d iterations  about %s left\033[K\r",
                m.job.c_str(), s.log.step, m.step.size(), s.log.inc, s.n.time, 100.0 * part, s.log.dt,
                s.log.iterations, clock_text(rest).c_str());

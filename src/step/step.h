@@ -68,8 +68,8 @@ struct UndoPoint {
 void step_undo_point(const Problem& p, UndoPoint& u);
 void step_undo(Problem& p, const UndoPoint& u);
 
-// step_run : all steps of the model; returns an exit code
-int step_run(Problem& p, Output& out);
+// step_run : all steps of the model, or those that are left after a restart file (f.reading); returns an exit code
+int step_run(Problem& p, Archive& f, Output& out);
 
 // step_explain : what failed, where, and what to try
 std::string step_explain(const Problem& p, Status status);

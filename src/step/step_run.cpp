@@ -71,44 +71,39 @@ Status contact_depth(Problem& p)
 }
 
 // the clock of a step: nominal increments, cuts, and times that must be hit
-struct Clock {
-  const Step& step;
-  double t = 0.0;              // done
-  double dt;                   // of the next attempt
-  long nominal = 1;            // DIRECT: end of the increment that is under way, in units of dt
-  int easy = 0;                // increments in a row that converged quickly
-  std::vector<double> stops;
-  double goal() const { return step.direct ? std::min(step.period, static_cast<double>(nominal) * step.dt) : step.period; }
-  bool done() const { return t >= step.period * (1.0 - 1e-10); }
-  double next() const;
-  void accept(double used, int iterations);
-};
-
-double Clock::next() const
+double clock_goal(const Step& s, const StepClock& c)
 {
-  double end = goal();
-  for (double s : stops)
-    if (s > t + 1e-9 * step.dt && s < end) end = s;
-  const double left = end - t;
-  // the last piece is not left as a sliver
-  return dt >= left * (1.0 - 1e-9) ? left : dt > 0.5 * left && dt < left ? 0.5 * left : dt;
+  return s.direct ? std::min(s.period, static_cast<double>(c.nominal) * s.dt) : s.period;
 }
 
-void Clock::accept(double used, int iterations)
+bool clock_done(const Step& s, const StepClock& c) { return c.t >= s.period * (1.0 - 1e-10); }
+
+// the next attempt; stops: times that must be hit
+double clock_next(const Step& s, const StepClock& c, const std::vector<double>& stops)
 {
-  t += used;
-  if (std::fabs(t - goal()) < 1e-9 * step.dt) {
-    t = goal();
-    ++nominal;
-    if (step.direct) dt = step.dt;
+  double end = clock_goal(s, c);
+  for (double stop : stops)
+    if (stop > c.t + 1e-9 * s.dt && stop < end) end = stop;
+  const double left = end - c.t;
+  // the last piece is not left as a sliver
+  return c.dt >= left * (1.0 - 1e-9) ? left : c.dt > 0.5 * left && c.dt < left ? 0.5 * left : c.dt;
+}
+
+void clock_accept(const Step& s, double used, int iterations, StepClock& c)
+{
+  c.t += used;
+  if (std::fabs(c.t - clock_goal(s, c)) < 1e-9 * s.dt) {
+    c.t = clock_goal(s, c);
+    ++c.nominal;
+    if (s.direct) c.dt = s.dt;
   }
-  if (step.direct) return;
-  easy = iterations <= 4 ? easy + 1 : 0;
-  if (easy >= 2) {
-    dt   = std::min(step.dt_max, dt * 1.5);
-    easy = 0;
+  if (s.direct) return;
+  c.easy = iterations <= 4 ? c.easy + 1 : 0;
+  if (c.easy >= 2) {
+    c.dt   = std::min(s.dt_max, c.dt * 1.5);
+    c.easy = 0;
   } else if (iterations > 8) {
-    dt *= 0.75;
+    c.dt *= 0.75;
   }
 }
 
@@ -134,21 +129,34 @@ void stop_motion(Problem& p)
   for (RealVec* v : {&st.n.v, &st.n.a, &st.n.vc, &st.n.vp}) std::fill(v->begin(), v->end(), 0.0);
 }
 
+void begin_step(Problem& p, const Step& s)
+{
+  p.st.clock       = StepClock();
+  p.st.clock.start = p.st.n.time;
+  p.st.clock.dt    = s.dt;
+  p.st.log.inc     = 0;
+  if (s.proc == PROC_STATIC) stop_motion(p);
+}
+
+Status interrupted(Problem& p, Output& out)
+{
+  p.note = "signal " + std::to_string(interrupt_signal()) + " has ended the run; the files are complete up to here";
+  out_restart(p.m, p.st, p.grid, true, out);
+  if (p.m.restart.write) p.note += ". mpfe --restart " + out.base + ".rst, or *RESTART, READ in the deck, continues it";
+  return INTERRUPTED;
+}
+
 // one step of the deck, in the order of doc/theory.md 6.5
 Status run_step(Problem& p, const Step& s, Output& out)
 {
   State& st = p.st;
-  const double start = st.n.time;
-  Clock clock{s, 0.0, s.dt, 1, 0, stops_of(p.m, start, s)};
+  StepClock& clock = st.clock;
+  const double start = clock.start;
+  const std::vector<double> stops = stops_of(p.m, start, s);
   UndoPoint undo;
-  st.log.inc = 0;
-  p.ready    = false;
-  if (s.proc == PROC_STATIC) stop_motion(p);
-  while (!clock.done()) {
-    if (interrupt_signal()) {
-      p.note = "signal " + std::to_string(interrupt_signal()) + " has ended the run; the files are complete up to here";
-      return INTERRUPTED;
-    }
+  p.ready = false;
+  while (!clock_done(s, clock)) {
+    if (interrupt_signal()) return interrupted(p, out);
     if (++st.log.inc > s.max_inc) {
       p.note = "INC=" + std::to_string(s.max_inc) + " increments are used up before the end of the step: raise INC, or dt";
       return NOT_CONVERGED;
@@ -158,7 +166,7 @@ Status run_step(Problem& p, const Step& s, Output& out)
     if (status == STATUS_OK && st.log.inc == 1 && s.proc == PROC_DYNAMIC && s.scheme == SCHEME_NEWMARK)
       status = step_initial_acceleration(p, s, 0.0);
     // 3., 4., 5. attempts, each half as long as the one before
-    double dt = clock.next();
+    double dt = clock_next(s, clock, stops);
     st.log.cuts = 0;
     if (p.fm.on) step_undo_point(p, undo);
     while (status == STATUS_OK) {
@@ -187,13 +195,14 @@ Status run_step(Problem& p, const Step& s, Output& out)
     }
     if (status != STATUS_OK) return status;
     // 6. write
-    clock.accept(dt, st.log.iterations);
+    clock_accept(s, dt, st.log.iterations, clock);
     st.n.time = start + clock.t;
     ++st.log.inc_total;
     st.log.dt     = dt;
     st.log.t_step = clock.t;
     out_increment(p.m, p.el, st, p.grid, out);
     st.eroded.clear();
+    out_restart(p.m, st, p.grid, false, out);
   }
   return STATUS_OK;
 }
@@ -224,6 +233,25 @@ void open_ledger(Problem& p)
   g.scale   = g.total0;
 }
 
+int begin_run(Problem& p, Output& out)
+{
+  open_ledger(p);
+  return out_open(p.m, p.el, p.st, p.grid, out);
+}
+
+// state and output of the restart file; what follows from the state is made again
+int continue_run(Problem& p, Archive& f, Output& out)
+{
+  const Points begin = p.st.points;
+  const int errors   = out_reopen(p.m, p.el, f, p.st, p.grid, out);
+  if (errors) return errors;
+  if (p.fm.on) frac_replay(p.m, p.fm, p.st, begin, p.share);
+  elem_refresh(p.el);
+  p.ready  = false;
+  p.opened = true;
+  return 0;
+}
+
 }  // namespace
 
 Status step_increment(Problem& p, const Step& s, double t0, double dt)
@@ -251,14 +279,15 @@ Status step_increment(Problem& p, const Step& s, double t0, double dt)
   return status;
 }
 
-int step_run(Problem& p, Output& out)
+int step_run(Problem& p, Archive& f, Output& out)
 {
-  open_ledger(p);
-  if (out_open(p.m, p.el, p.st, p.grid, out)) return EXIT_DECK;
+  if (f.reading ? continue_run(p, f, out) : begin_run(p, out)) return EXIT_DECK;
   Status status = STATUS_OK;
-  for (size_t k = 0; k < p.m.step.size() && status == STATUS_OK; ++k) {
+  const size_t first = f.reading ? p.st.log.step - 1 : 0;
+  for (size_t k = first; k < p.m.step.size() && status == STATUS_OK; ++k) {
     p.st.log.step = static_cast<int>(k) + 1;
     out_step_begin(p.m, static_cast<int>(k), out);
+    if (!f.reading || k > first) begin_step(p, p.m.step[k]);
     status = run_step(p, p.m.step[k], out);
     out_step_end(p.m, p.st, out);
   }
@@ -269,6 +298,7 @@ int step_run(Problem& p, Output& out)
   const int failed = out_close(p.m, p.el, p.st, p.grid, p.solver, status == STATUS_OK, out);
   if (status == SOLVER_FAILED) return EXIT_RESOURCE;
   if (status == BAD_VALUE) return EXIT_DECK;
+  if (status == INTERRUPTED && p.m.restart.write) return EXIT_CONTINUE;
   if (status != STATUS_OK) return EXIT_PHYSICS;
   return failed ? EXIT_CHECK_FAILED : EXIT_GOOD;
 }

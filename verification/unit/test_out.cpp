@@ -275,6 +275,7 @@ TEST(OutHistory, ColumnsInThreeDimensions)
   Output out;
   out.base = folder.file("three");
   ASSERT_EQ(history_setup(m, el, s, out), 0);
+  history_open(out);
   history_row(m, el, s, out);
   out_file_close(out.his, out.base);
   EXPECT_EQ(out.history.rows[0].size(), out.history.names.size());

@@ -1,0 +1,90 @@
+// ---------------------------------------------------------------------------
+// state_io.h : the state to and from an archive: one list of fields a struct
+// ---------------------------------------------------------------------------
+#ifndef MPFE_MODEL_STATE_IO_H
+#define MPFE_MODEL_STATE_IO_H
+
+#include "base/archive.h"
+#include "model/state.h"
+
+inline void io(Archive& f, ListTable& x)
+{
+  auto& [off, item] = x;
+  io_all(f, off, item);
+}
+
+inline void io(Archive& f, Face& x)
+{
+  auto& [elem, face] = x;
+  io_all(f, elem, face);
+}
+
+inline void io(Archive& f, Points& x)
+{
+  auto& [npoint, ncorner, Xc, shape, conn, w, G, mc, V0, mass, body, label, of_elem, parent, broken, normal, field, boundary,
+         surface] = x;
+  io_all(f, npoint, ncorner, Xc, shape, conn, w, G, mc, V0, mass, body, label, of_elem, parent, broken, normal, field, boundary,
+         surface);
+}
+
+inline void io(Archive& f, Bonds& x)
+{
+  auto& [nbond, nfixed, a, a_w, def, field, area, X, normal, cn, ct, offset, intermediate] = x;
+  io_all(f, nbond, nfixed, a, a_w, def, field, area, X, normal, cn, ct, offset, intermediate);
+}
+
+inline void io(Archive& f, Fracture& x)
+{
+  auto& [form, broken, normal, time, converted, next_test, neroded, area] = x;
+  io_all(f, form, broken, normal, time, converted, next_test, neroded, area);
+}
+
+inline void io(Archive& f, Level& x)
+{
+  auto& [time, u, v, a, uc, vc, vp, slip, lambda, lambda_n] = x;
+  io_all(f, time, u, v, a, uc, vc, vp, slip, lambda, lambda_n);
+}
+
+inline void io(Archive& f, Ledger& x)
+{
+  auto& [kinetic, strain, bond, external, friction, fracture, conversion, total0, balance, scale, momentum, angular, slip_max,
+         slip_rms] = x;
+  io_all(f, kinetic, strain, bond, external, friction, fracture, conversion, total0, balance, scale, momentum, angular, slip_max,
+         slip_rms);
+}
+
+inline void io(Archive& f, ContactLog& x)
+{
+  auto& [force, gap, area, peak, work] = x;
+  io_all(f, force, gap, area, peak, work);
+}
+
+inline void io(Archive& f, StepClock& x)
+{
+  auto& [start, t, dt, nominal, easy] = x;
+  io_all(f, start, t, dt, nominal, easy);
+}
+
+inline void io(Archive& f, StepLog& x)
+{
+  auto& [step, inc, inc_total, iterations, cuts, dt, t_step, residual, scale, grid_nodes, grid_cells, weak_nodes, equations,
+         contact_searched, contact_skipped] = x;
+  io_all(f, step, inc, inc_total, iterations, cuts, dt, t_step, residual, scale, grid_nodes, grid_cells, weak_nodes, equations,
+         contact_searched, contact_skipped);
+}
+
+inline void io(Archive& f, ErosionLog& x)
+{
+  auto& [elem, time, value, released] = x;
+  io_all(f, elem, time, value, released);
+}
+
+// between increments: the level n+1 is that of n
+inline void io(Archive& f, State& x)
+{
+  auto& [n, np1, points, bonds, frac, rf, contact, grid_rf, ledger, eroded, clock, log] = x;
+  io_all(f, n, points, bonds, frac, rf, contact, grid_rf, ledger, eroded, clock, log);
+  if (f.reading) np1 = n;
+}
+
+#endif

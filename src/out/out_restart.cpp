@@ -1,0 +1,233 @@
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+
+#include "base/hash.h"
+#include "base/log.h"
+#include "base/timer.h"
+#include "base/version.h"
+#include "model/state_io.h"
+#include "out/out.h"
+
+static void io(Archive& f, VtkSeries& x)
+{
+  auto& [file, time] = x;
+  io_all(f, file, time);
+}
+
+static void io(Archive& f, CheckResult& x)
+{
+  auto& [done, pass, name, source, message, value, target, difference, tolerance] = x;
+  io_all(f, done, pass, name, source, message, value, target, difference, tolerance);
+}
+
+// what the output must remember; JOB.his is written again from its rows
+static void io(Archive& f, Output& x)
+{
+  io_all(f, x.history.names, x.history.rows, x.row_written, x.series, x.vtk_frame, x.vtk_next, x.vtk_inc, x.result, x.restart_next);
+}
+
+namespace {
+
+const char* const magic = "MPFE-RST";      // 8 letters
+const int format = 1;                      // of the content; changes with every change of a struct in it
+
+struct Frame {                 // in front of the content
+  char magic[8];
+  std::uint64_t size = 0;      // of the content
+  std::uint64_t hash = 0;      // of the content
+};
+
+// ---- the content ------------------------------------------------------------
+
+struct Origin {                // what a file belongs to
+  int format = 0;
+  std::string version;
+  std::uint64_t deck = 0;
+};
+
+void io(Archive& f, Origin& x)
+{
+  auto& [number, version, deck] = x;
+  io_all(f, number, version, deck);
+}
+
+struct Lengths {               // of the files that go on, -1: there is none yet
+  long dat = -1, ero = -1;
+};
+
+void io_content(Archive& f, Lengths& length, State& s, ActiveGrid& grid, Output& out)
+{
+  io_all(f, length.dat, length.ero, s, grid.ncell, grid.cell, out);
+}
+
+// ---- writing -------------------------------------------------------------------
+
+// on the disk under another name first, then renamed
+void put_file(const std::string& path, const Frame& frame, const std::string& content)
+{
+  const std::string fresh = path + ".new";
+  std::FILE* file = out_file_open(fresh);
+  std::fwrite(&frame, sizeof frame, 1, file);
+  std::fwrite(content.data(), 1, content.size(), file);
+  out_file_sync(file, fresh);
+  out_file_close(file, fresh);
+  if (std::rename(fresh.c_str(), path.c_str()) != 0) log_warn("%s cannot be renamed: %s", fresh.c_str(), std::strerror(errno));
+  const std::string folder = std::filesystem::path(path).parent_path().string();
+  const int handle = open(folder.empty() ? "." : folder.c_str(), O_RDONLY);
+  if (handle < 0) return;
+  fsync(handle);
+  close(handle);
+}
+
+long length_of(std::FILE* file, const std::string& path)
+{
+  if (!file) return -1;
+  out_file_sync(file, path);
+  return std::ftell(file);
+}
+
+bool restart_due(const Model& m, const State& s, Output& out)
+{
+  const RestartDef& r = m.restart;
+  bool due = s.clock.t >= m.step[s.log.step - 1].period * (1.0 - 1e-10);       // the end of a step
+  if (r.frequency > 0) due = due || s.log.inc_total % r.frequency == 0;
+  if (r.interval > 0.0 && s.n.time >= out.restart_next - 1e-6 * r.interval) {
+    due = true;
+    out.restart_next = r.interval * (std::floor(s.n.time / r.interval + 1e-6) + 1.0);
+  }
+  return due;
+}
+
+// ---- reading -------------------------------------------------------------------
+
+bool refuse(const std::string& path, const std::string& why)
+{
+  log_error("the run cannot go on from %s: %s", path.c_str(), why.c_str());
+  return false;
+}
+
+bool read_file(const std::string& path, std::string& bytes)
+{
+  std::FILE* file = std::fopen(path.c_str(), "rb");
+  if (!file) return refuse(path, std::string(std::strerror(errno)) + ". *RESTART, WRITE makes it; mpfe --restart FILE reads another one");
+  std::error_code error;
+  const std::uintmax_t size = std::filesystem::file_size(path, error);
+  if (!error) bytes.resize(size);
+  const bool good = !error && std::fread(&bytes[0], 1, bytes.size(), file) == bytes.size();
+  std::fclose(file);
+  return good || refuse(path, "it cannot be read");
+}
+
+// the content out of its frame
+bool open_frame(const std::string& path, std::string& bytes)
+{
+  Frame frame;
+  if (bytes.size() < sizeof frame || bytes.compare(0, sizeof frame.magic, magic) != 0)
+    return refuse(path, "it is no restart file of mpfe, or its beginning is damaged");
+  std::memcpy(&frame, bytes.data(), sizeof frame);
+  bytes.erase(0, sizeof frame);
+  if (bytes.size() != frame.size)
+    return refuse(path, "it is not complete, " + std::to_string(bytes.size()) + " bytes instead of " + std::to_string(frame.size) + "; take an earlier one");
+  return hash_add(hash_start, bytes.data(), bytes.size()) == frame.hash || refuse(path, "it is damaged (wrong checksum); take an earlier one");
+}
+
+bool fits(const std::string& path, const Model& m, const Origin& o)
+{
+  if (o.version != MPFE_VERSION || o.format != format)
+    return refuse(path, "mpfe " + o.version + ", format " + std::to_string(o.format) + ", has written it; this is mpfe " MPFE_VERSION ", format " + std::to_string(format));
+  return o.deck == m.hash || refuse(path, "it belongs to another deck: its cards or parameters are not those of now. Only *RESTART, *VTK, *NODE FILE, "
+                                          "*EL FILE, *NODE PRINT, *EL PRINT and *HEADING may change");
+}
+
+// a file that goes on is cut back to the length that it had, and opened behind it
+int continue_file(const std::string& path, long length, std::FILE*& file)
+{
+  std::error_code error;
+  if (length < 0) {
+    std::filesystem::remove(path, error);
+    return 0;
+  }
+  const std::uintmax_t now = std::filesystem::file_size(path, error);
+  if (error || now < static_cast<std::uintmax_t>(length)) {
+    log_error("%s goes on, but its first %ld bytes are not there: bring the file back into this folder", path.c_str(), length);
+    return 1;
+  }
+  std::filesystem::resize_file(path, static_cast<std::uintmax_t>(length), error);
+  file = out_file_open(path, true);
+  return 0;
+}
+
+}  // namespace
+
+// ---------------------------------------------------------------------------
+// out_restart : the state between two increments, and what the output remembers
+//
+// JOB.rst is always the last one; without OVERLAY each is kept as JOB_000123.rst too. doc/developer.md, Restart
+// ---------------------------------------------------------------------------
+void out_restart(const Model& m, State& s, ActiveGrid& grid, bool now, Output& out)
+{
+  if (!m.restart.write) return;
+  const bool due = s.log.inc > 0 && restart_due(m, s, out);
+  if (!(due || now) || out.restart_inc == s.log.inc_total) return;
+  Timer timer(PHASE_OUTPUT);
+  out.restart_inc = s.log.inc_total;
+  Lengths length;
+  length.dat = length_of(out.dat, out.base + ".dat");
+  length.ero = length_of(out.ero, out.base + ".ero");
+  Archive f;
+  Origin origin;
+  origin.format  = format;
+  origin.version = MPFE_VERSION;
+  origin.deck    = m.hash;
+  io(f, origin);
+  io_content(f, length, s, grid, out);
+  Frame frame;
+  std::memcpy(frame.magic, magic, sizeof frame.magic);
+  frame.size = f.bytes.size();
+  frame.hash = hash_add(hash_start, f.bytes.data(), f.bytes.size());
+  char tail[40];
+  std::snprintf(tail, sizeof tail, "_%06d.rst", s.log.inc_total);
+  if (!m.restart.overlay) put_file(out.base + tail, frame, f.bytes);
+  put_file(out.base + ".rst", frame, f.bytes);
+  log_note("  restart file written, %.3g MB", 1e-6 * static_cast<double>(f.bytes.size()));
+}
+
+bool out_restart_load(const Model& m, const std::string& path, Archive& f)
+{
+  Origin origin;
+  f = Archive();
+  f.reading = true;
+  if (!read_file(path, f.bytes) || !open_frame(path, f.bytes)) return false;
+  io(f, origin);
+  return fits(path, m, origin);
+}
+
+// ---------------------------------------------------------------------------
+// out_reopen : columns are found with the state at t = 0, as at the start of the run; then all is as it was
+// ---------------------------------------------------------------------------
+int out_reopen(const Model& m, const Elements& el, Archive& f, State& s, ActiveGrid& grid, Output& out)
+{
+  out.chk = out_file_open(out.base + ".chk");
+  const int errors = history_setup(m, el, s, out);
+  if (errors > 0) return errors;
+  Lengths length;
+  io_content(f, length, s, grid, out);
+  if (!f.good || f.at != f.bytes.size()) {
+    log_error("the restart file has another content than this program expects: another build of mpfe has written it");
+    return 1;
+  }
+  if (continue_file(out.base + ".dat", length.dat, out.dat) + continue_file(out.base + ".ero", length.ero, out.ero)) return 1;
+  history_open(out);
+  const int every = std::max(1, m.history_out.frequency);
+  for (int row = 0; row <= out.row_written; row += every) history_write(out, row);
+  log_note("the run goes on from step %d, increment %d, time %.9g", s.log.step, s.log.inc, s.n.time);
+  out.terminal      = isatty(STDERR_FILENO) == 1;
+  out.progress_wall = timer_wall();
+  out.progress_from = s.n.time;
+  return 0;
+}
