@@ -66,7 +66,8 @@ struct Solver {
 struct SolveAsk {
   const std::vector<long>& key;     // [nrow] who a row is; the same node has the same key in every matrix
   long stamp = 0;                   // matrices with the same number are equal
-  double eta = 0.0, goal = 0.0;     // sqrt(energy) of the error may be eta of that of the solution, or goal
+  double eta = 0.0;                 // the residual may be eta of b, in the norm of the energy and in that of the force,
+  double energy = 0.0, residual = 0.0;   // or as small as these
   double digits = 10.0;             // how many decimals this will be, for the choice of the path
 };
 

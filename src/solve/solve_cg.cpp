@@ -6,6 +6,8 @@
 
 namespace {
 
+const double CLEAR = 5.0;      // factor between the guess by the length of r and sqrt(r M^-1 r)
+
 // sums in eight parts, so that the compiler can use vector registers
 double dot(const RealVec& a, const RealVec& b)
 {
@@ -18,6 +20,8 @@ double dot(const RealVec& a, const RealVec& b)
   for (double p : part) sum += p;
   return sum;
 }
+
+double norm(const RealVec& a) { return std::sqrt(dot(a, a)); }
 
 // y += a x
 void add(double a, const RealVec& x, RealVec& y)
@@ -49,14 +53,13 @@ bool late(const Clock& clock, double limit)
 // cg_solve : conjugate gradients for A x = b from x = 0, with a symmetric positive definite preconditioner M   (7.2)
 //
 //   in   precondition   z = M^-1 r; false: it failed
-//        eta, goal      the end: sqrt(r M^-1 r) <= max(eta times that of b, goal)        sqrt(energy)
-//        most, seconds  limits of iterations and time
+//        goal           of sqrt(r M^-1 r), which is near sqrt(energy) of the error, and of the norm of r: stiff bonds have
+//                       large residuals of little energy, soft parts the reverse
 //   out  x              the last iterate, also when the end was not reached
 //
 // good = false: a limit was met, or a direction of no or negative curvature
 // ---------------------------------------------------------------------------
-CgDone cg_solve(const SysMatrix& A, const Precondition& precondition, const RealVec& b, double eta, double goal, int most,
-                double seconds, CgWork& w, RealVec& x)
+CgDone cg_solve(const SysMatrix& A, const Precondition& precondition, const RealVec& b, const CgGoal& goal, CgWork& w, RealVec& x)
 {
   const Clock clock;
   CgDone done;
@@ -65,18 +68,20 @@ CgDone cg_solve(const SysMatrix& A, const Precondition& precondition, const Real
   w.r = b;
   w.z.resize(n);
   w.p.assign(n, 0.0);
-  double rho = 0.0, before = 1.0;
+  double length = norm(b), rho = 0.0, before = 1.0;
+  const double residual = std::max(goal.eta * length, goal.residual);
   for (;; ++done.iterations) {
     if (!precondition(w.r, w.z)) return done;
     rho = dot(w.r, w.z);
     if (!std::isfinite(rho) || rho < 0.0) return done;
     done.end = std::sqrt(rho);
     if (done.iterations == 0) done.start = done.end;
-    if (done.end <= std::max(eta * done.start, goal)) {
+    const double energy = std::max(goal.eta * done.start, goal.energy);
+    if (done.end <= energy && length <= residual) {
       done.good = true;
       return done;
     }
-    if (done.iterations >= most || late(clock, seconds)) return done;
+    if (done.iterations >= goal.most || late(clock, goal.seconds)) return done;
     turn(done.iterations ? rho / before : 0.0, w.z, w.p);
     sys_multiply(A, w.p, w.q);
     const double curvature = dot(w.p, w.q);
@@ -85,5 +90,13 @@ CgDone cg_solve(const SysMatrix& A, const Precondition& precondition, const Real
     add(alpha, w.p, x);
     add(-alpha, w.q, w.r);
     before = rho;
+    // M^-1 r would only tell that this is the end: the length of r says so when it is clear
+    const double shorter = norm(w.r), guess = done.end * shorter / length;
+    length = shorter;
+    if (length > residual || CLEAR * guess > energy) continue;
+    ++done.iterations;
+    done.end  = guess;
+    done.good = true;
+    return done;
   }
 }

@@ -47,6 +47,14 @@ struct CgDone {
   bool good = false;
 };
 
+struct CgGoal {                // both norms must arrive
+  double eta = 0.0;            // r against b, in either norm
+  double energy = 0.0;         // or sqrt(r M^-1 r) against this
+  double residual = 0.0;       // or the norm of r against this
+  int most = 0;                // iterations
+  double seconds = 0.0;
+};
+
 using Precondition = std::function<bool(const RealVec& r, RealVec& z)>;
 
 // What a path of CG has cost in this run
@@ -70,8 +78,9 @@ struct SolverData {
   CgWork work;
   PathCost cost[PATHS];
   double direct_factor = 0.0, direct_back = 0.0, direct_analyse = 0.0;   // seconds, smoothed
-  double fresh_rate = 0.0;     // rate of factors that are one matrix old, 0: not known
-  double excess     = 0.0;     // seconds that older factors have cost more, since the last factorisation
+  long age = 0;                // solutions with the factors as preconditioner
+  double fresh_rate = 0.0;     // rate of the first of them, smoothed
+  double cycle_seconds = 0.0, cycle_digits = 0.0;   // spent and gained since the factorisation, which is included
   std::shared_ptr<MumpsData> mumps;
 };
 
@@ -105,8 +114,7 @@ struct Clock {
   double seconds() const { return std::min(timer_wall() - wall, timer_cpu() - cpu); }
 };
 
-CgDone cg_solve(const SysMatrix& A, const Precondition& precondition, const RealVec& b, double eta, double goal, int most,
-                double seconds, CgWork& w, RealVec& x);
+CgDone cg_solve(const SysMatrix& A, const Precondition& precondition, const RealVec& b, const CgGoal& goal, CgWork& w, RealVec& x);
 
 // solve_fail : keeps the message and returns the status
 Status solve_fail(Solver& s, Status status, const char* format, ...) __attribute__((format(printf, 3, 4)));

@@ -7,7 +7,7 @@
 
 namespace {
 
-const int SMALL     = 1000;    // equations; below, a factorisation takes a millisecond and nothing needs to be chosen
+const int SMALL     = 2000;    // equations; below, a factorisation takes a few milliseconds and nothing needs to be chosen
 const long PAUSE    = 50;      // solutions until a slower path is tried again; doubled when it fails
 const int MOST      = 5000;    // iterations
 const double SMOOTH = 0.5;     // weight of the newest measurement
@@ -26,6 +26,13 @@ double direct_seconds(const SolverData& d, bool pattern_known)
 
 // factors of an indefinite matrix are no preconditioner
 bool have_factors(const Solver& s) { return s.data->factored && s.negative == 0; }
+
+// a digit costs more than it has cost on average since the factorisation, that one included: the average grows from here on
+bool stale(const SolverData& d)
+{
+  const PathCost& c = d.cost[PATH_KEPT];
+  return d.age > 0 && c.iteration / c.rate > d.cycle_seconds / d.cycle_digits;
+}
 
 // is it time to look at a path that is not the best?
 bool due(const PathCost& c, long now) { return !c.known || now - c.last > c.pause; }
@@ -57,7 +64,7 @@ SolvePath fastest(const Solver& s, const SolveAsk& ask, bool pattern_known, long
   for (SolvePath path : {PATH_KEPT, PATH_CHOLESKY})
     if (path != best && allowed(s, path) && due(d.cost[path], now)) return path;
   limit = 2.0 * direct;
-  return best == PATH_KEPT && d.excess > direct ? PATH_FACTOR : best;
+  return best == PATH_KEPT && stale(d) ? PATH_FACTOR : best;
 }
 
 SolvePath choose(const Solver& s, const SysMatrix& A, const SolveAsk& ask, long now, double& limit)
@@ -67,8 +74,7 @@ SolvePath choose(const Solver& s, const SysMatrix& A, const SolveAsk& ask, long 
   if (!s.def.reuse) return PATH_FACTOR;
   if (d.factored && d.stamp == ask.stamp) return PATH_BACK;
   if (s.def.kind == SOLVER_CG) {
-    if (s.def.precond == PRECOND_FACTORS)
-      return have_factors(s) && d.excess <= direct_seconds(d, true) ? PATH_KEPT : PATH_FACTOR;
+    if (s.def.precond == PRECOND_FACTORS) return have_factors(s) && !stale(d) ? PATH_KEPT : PATH_FACTOR;
     return s.def.precond == PRECOND_DIAGONAL ? PATH_DIAGONAL : PATH_CHOLESKY;
   }
   if (A.neq() < SMALL || !d.factored) return PATH_FACTOR;
@@ -101,12 +107,14 @@ Status by_factor(Solver& s, const SysMatrix& A, const SolveAsk& ask, const RealV
   }
   d.stamp    = ask.stamp;
   d.kept.key = ask.key;
-  d.excess   = 0.0;
+  d.age      = 0;
   if (d.fresh_rate > 0.0) d.cost[PATH_KEPT].rate = d.fresh_rate;
   Timer timer(PHASE_SOLVE);
   const Clock clock;
   const Status status = solve_back(s, b, x);
   smooth(d.direct_back, clock.seconds());
+  d.cycle_seconds = direct_seconds(d, true);
+  d.cycle_digits  = ask.digits;
   return status;
 }
 
@@ -129,16 +137,16 @@ bool form(Solver& s, const SysMatrix& A, const SolveAsk& ask, SolvePath path, Pr
 }
 
 // what the path has cost, for the next choice
-void remember(Solver& s, SolvePath path, const CgDone& done, double setup, double seconds, double digits, long now)
+void remember(Solver& s, SolvePath path, const CgDone& done, double setup, double seconds, long now)
 {
   SolverData& d = *s.data;
   PathCost& c   = d.cost[path];
   const double brought = done.end > 0.0 ? std::log10(done.start / done.end) : 16.0;
-  const bool first     = path == PATH_KEPT && d.excess == 0.0;
   smooth(c.setup, setup);
   if (done.iterations > 0) {
     smooth(c.iteration, seconds / done.iterations);
-    c.rate = std::max(1e-3, brought / done.iterations);
+    const double rate = std::max(1e-3, brought / done.iterations);
+    c.rate = c.known && done.good ? (1.0 - SMOOTH) * c.rate + SMOOTH * rate : rate;
   } else if (!done.good) {
     c.rate = 1e-3;                       // no preconditioner, or an indefinite matrix
   }
@@ -146,9 +154,10 @@ void remember(Solver& s, SolvePath path, const CgDone& done, double setup, doubl
   c.last  = now;
   c.pause = done.good ? PAUSE : std::max(PAUSE, 2 * c.pause);
   if (path != PATH_KEPT) return;
-  if (first && done.good) d.fresh_rate = c.rate;
-  const double best = c.iteration * std::max(1.0, digits / std::max(1e-3, d.fresh_rate));
-  d.excess += std::max(1e-12, seconds - best);
+  if (!done.good || done.iterations == 0) return;
+  if (d.age++ == 0) smooth(d.fresh_rate, brought / done.iterations);
+  d.cycle_seconds += seconds;
+  d.cycle_digits += brought;
 }
 
 Status by_cg(Solver& s, const SysMatrix& A, const SolveAsk& ask, SolvePath path, double limit, long now, const RealVec& b, RealVec& x)
@@ -160,10 +169,10 @@ Status by_cg(Solver& s, const SysMatrix& A, const SolveAsk& ask, SolvePath path,
   const double setup = clock.seconds();
   if (formed) {
     Timer timer(PHASE_CG);
-    done = cg_solve(A, M, b, ask.eta, ask.goal, MOST, limit - setup, s.data->work, x);
+    done = cg_solve(A, M, b, {ask.eta, ask.energy, ask.residual, MOST, limit - setup}, s.data->work, x);
   }
   const double seconds = clock.seconds();
-  remember(s, path, done, setup, seconds - setup, ask.digits, now);
+  remember(s, path, done, setup, seconds - setup, now);
   PathLog& log = s.path[path];
   log.iterations += done.iterations;
   log.seconds += seconds;
@@ -181,7 +190,7 @@ Status by_cg(Solver& s, const SysMatrix& A, const SolveAsk& ask, SolvePath path,
 //   out  x      [neq], another vector than b; s.left: bound of its error
 //   status      SOLVER_SINGULAR, SOLVER_FAILED, BAD_NUMBER of the factorisation
 //
-// When conjugate gradients do not arrive, A is factorised. The choice goes by seconds: two runs may take other paths,
+// When conjugate gradients do not arrive, the next best path follows, at last a factorisation. The choice goes by seconds: two runs may take other paths,
 // and agree to the tolerance of Newton's method.
 // ---------------------------------------------------------------------------
 Status solve_system(Solver& s, const SysMatrix& A, const SolveAsk& ask, const RealVec& b, RealVec& x)
@@ -190,17 +199,18 @@ Status solve_system(Solver& s, const SysMatrix& A, const SolveAsk& ask, const Re
   MPFE_CHECK(static_cast<int>(ask.key.size()) == A.nrow, "solve_system: one key for each row");
   long now = 1;
   for (const PathLog& l : s.path) now += l.solves;
+  bool tried[PATHS] = {};
   double limit;
   SolvePath path = choose(s, A, ask, now, limit);
-  Status status  = STATUS_OK;
-  if (path >= PATH_KEPT) {
-    status = by_cg(s, A, ask, path, limit, now, b, x);
-    if (status == STATUS_OK) {
+  while (path >= PATH_KEPT && !tried[path]) {
+    tried[path] = true;
+    if (by_cg(s, A, ask, path, limit, now, b, x) == STATUS_OK) {
       ++s.path[path].solves;
-      return status;
+      return STATUS_OK;
     }
-    path = PATH_FACTOR;
+    path = choose(s, A, ask, now, limit);
   }
+  Status status;
   const Clock clock;
   s.left = 0.0;
   if (path == PATH_BACK) {

@@ -5,8 +5,8 @@
 
 namespace {
 
-const double FINAL  = 1e-10;   // sqrt(energy) of the error of the last correction, relative to the largest correction
-const double ACCEPT = 1e-9;    // the same, when a correction turns out to be the last that was not thought to be
+const double FINAL  = 3e-10;   // sqrt(energy) of the error of the last correction, relative to the largest correction
+const double ACCEPT = 3e-9;    // the same, when a correction turns out to be the last that was not thought to be
 const double BLIND  = 1e-6;    // reduction in iterations that the increment before did not have
 
 RealVec diagonal(const System& s)
@@ -34,14 +34,14 @@ bool same_tangent(const Problem& p, const Attempt& a)
          z.fixed == p.sys.fixed;
 }
 
-// how far the linear residual must go down (7.6): a tenth of what Newton's method has made of it in the same iteration of
+// how far the linear residual must go down (7.6): a third of what Newton's method has made of it in the same iteration of
 // the increment before, and far enough when that iteration was the last
 double reduction(const RealVec& gain, int it, double residual, double accepted)
 {
   if (it > static_cast<int>(gain.size())) return BLIND;
   const double g = gain[it - 1];
   if (residual * g <= accepted) return FINAL;
-  return std::min(std::max(0.1 * g, 1e-8), 1e-3);
+  return std::min(std::max(0.3 * g, 1e-8), 1e-2);
 }
 
 }  // namespace
@@ -81,7 +81,8 @@ Status step_solve(Problem& p, int it, double residual, double accepted, const Re
   SolveAsk ask{s.row_key};
   ask.stamp  = s.tangent;
   ask.eta    = reduction(p.newton_gain, it, residual, accepted);
-  ask.goal   = FINAL * l.energy;
+  ask.energy   = FINAL * l.energy;
+  ask.residual = 0.1 * accepted;
   ask.digits = -std::log10(std::max(ask.eta, FINAL * l.residual / residual));
   const Status status = solve_system(p.solver, s.A, ask, l.f, l.dx);
   if (status != STATUS_OK) return status;
