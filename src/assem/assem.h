@@ -19,6 +19,7 @@ struct System {
   bool numbered = false;       // rows of nodes are those of the elements of now
   IntVec row_of_node;          // [nnode] row of a node, -1: in no element
   IntVec node_of_row;          // [nfe]
+  std::vector<long> row_key;   // [nrow] who a row is: node, or -1 - key of the grid node
   ListTable bond;              // [nbond] rows of both sides
   RealVec bond_w;              // [bond.item] N_a of side A, -N_v of side B
   SysMatrix A;
@@ -28,12 +29,25 @@ struct System {
   std::vector<size_t> point_map_off, bond_map_off;
   ListTable point_rows;        // the lists that the pattern was made for
   ListTable bond_rows;
+  long pattern = 0;            // number of the pattern
+  long tangent = 0;            // number of the tangent in A
   IntVec fixed;                // [nrow*dim] 0 free, 1 prescribed
   RealVec target;              // [nrow*dim] prescribed increment of the step, 0 at free dofs
   RealVec rate0, rate;         // [nrow*dim] velocity of prescribed dofs at t(n) (grid only), t(n+1)
   IntVec grid_bc;              // [nrow*dim] index of the grid condition, -1
   double h_mean = 0.0;         // mean size of elements and cells at t = 0, for rounding floors
   int neq() const { return nrow * dim; }
+};
+
+// The tangent in System::A, when it can only change with what stands here: no NLGEOM, contact or fracture
+struct Frozen {
+  bool on = false;
+  long pattern = 0;
+  double cM = 0.0;
+  KernelMode mode;
+  IntVec fixed;
+  RealVec diag;                // [neq] diagonal before prescribed dofs went
+  long kept = 0;               // iterations that found their tangent there
 };
 
 // Everything a step works on
@@ -52,6 +66,8 @@ struct Problem {
   bool ready = false;          // grid, rows, pattern and mass are those of t(n)
   bool opened = false;         // the first step has been prepared
   Solver solver;
+  RealVec newton_gain;         // [iteration] residual after and before each iteration of the last increment
+  Frozen frozen;
   int worst = -1;              // element or point of the last failure
   bool worst_is_point = false;
   std::string note;            // why the increment failed, when the status alone does not say it
@@ -77,8 +93,8 @@ bool assem_has_followers(const Step& step);
 // assem_tangent : A = K + cM M (all dofs, also the fixed ones)
 void assem_tangent(Problem& p, const KernelMode& mode, double cM);
 
-// assem_constrain : rows and columns of fixed dofs become those of a diagonal matrix; f -= A(:, fixed) x(fixed)
-// before that, f(fixed) = d x(fixed), so that the solution holds x(fixed)
+// assem_constrain : f -= A(:, fixed) x(fixed), then rows and columns of fixed dofs become those of a diagonal matrix, and
+// f(fixed) = 0: a solution that knows nothing of x, which is added afterwards
 void assem_constrain(System& sys, const RealVec& x, RealVec& f);
 
 // mass_multiply : y = M x

@@ -93,6 +93,7 @@ void assem_tangent(Problem& p, const KernelMode& mode, double cM)
 {
   Timer timer(PHASE_TANGENT);
   System& s = p.sys;
+  ++s.tangent;
   std::fill(s.A.val.begin(), s.A.val.end(), 0.0);
   if (s.dim == 2) {
     add_elements<2>(p, mode);
@@ -131,7 +132,7 @@ void assem_constrain(System& s, const RealVec& x, RealVec& f)
       for (int i = 0; i < dim; ++i)
         if (s.fixed[r * dim + i]) {
           v[i * dim + i]  = diag;
-          f[r * dim + i] = diag * x[r * dim + i];
+          f[r * dim + i] = 0.0;
         }
     }
 }

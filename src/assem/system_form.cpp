@@ -61,6 +61,8 @@ void form_lists(Problem& p)
 {
   System& s = p.sys;
   s.nrow = s.nfe + p.grid.nnode;
+  s.row_key.assign(s.node_of_row.begin(), s.node_of_row.end());
+  for (long key : p.grid.key) s.row_key.push_back(-1 - key);
   s.bond = ListTable();
   s.bond_w.clear();
   IntVec row;
@@ -240,6 +242,7 @@ void system_form(Problem& p, bool mass)
   fresh = fresh || !same(s.point_rows, p.grid.point) || !same(s.bond_rows, s.bond);
   if (fresh) {
     Timer timer(PHASE_PATTERN);
+    ++s.pattern;
     form_pattern(p);
     form_maps(p);
     s.point_rows = p.grid.point;

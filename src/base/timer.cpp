@@ -4,7 +4,8 @@
 
 const char* const phase_name[PHASES] = {
   "input", "set-up", "active grid", "bonds", "contact search", "pattern", "mass", "projection",
-  "residual", "tangent", "analysis", "factorisation", "back substitution", "commit", "fracture", "output"};
+  "residual", "tangent", "analysis", "factorisation", "back substitution", "preconditioner",
+  "conjugate gradients", "commit", "fracture", "output"};
 
 namespace {
 

@@ -99,7 +99,7 @@ const Keyword keyword_table[] = {
   {"PARAMETER", kw_parameter, ANYWHERE, "", "names for numbers: name = expression"},
   {"RESTART", kw_restart, ANYWHERE, "READ|WRITE|FREQUENCY|TIME INTERVAL|OVERLAY", "files from which the run can be continued"},
   {"SOLID SECTION", kw_solid_section, IN_MODEL, "ELSET!|MATERIAL!", "material and thickness of elements"},
-  {"SOLVER", kw_solver, OUTSIDE, "TYPE", "the linear solver"},
+  {"SOLVER", kw_solver, OUTSIDE, "TYPE|REUSE|PRECONDITIONER", "the linear solver"},
   {"STATIC", kw_static, IN_STEP, "DIRECT", "static step"},
   {"STEP", kw_step, ANYWHERE, "NLGEOM|INC", "begins a step"},
   {"SURFACE", kw_surface, IN_MODEL, "NAME!|TYPE|ELSET|WHERE|BODY", "faces of elements or of a body of material points"},

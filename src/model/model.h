@@ -324,10 +324,13 @@ struct Check {                 // *CHECK
   Place place;
 };
 
-enum SolverKind { SOLVER_AUTO, SOLVER_SKYLINE, SOLVER_MUMPS };
+enum SolverKind { SOLVER_AUTO, SOLVER_SKYLINE, SOLVER_MUMPS, SOLVER_CG };
+enum Preconditioner { PRECOND_AUTO, PRECOND_DIAGONAL, PRECOND_CHOLESKY, PRECOND_FACTORS };
 
 struct SolverDef {             // *SOLVER
   SolverKind kind = SOLVER_AUTO;
+  Preconditioner precond = PRECOND_AUTO;   // SOLVER_CG; AUTO: incomplete Cholesky
+  bool reuse = true;           // no: a factorisation in each Newton iteration
 };
 
 struct HistoryOutput {         // *HISTORY, FREQUENCY=

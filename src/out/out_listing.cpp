@@ -123,8 +123,10 @@ void out_listing_open(const Model& m, Output& out, bool goes_on)
 void out_listing_defaults(std::FILE* file, const Model& m, const Bonds& bonds)
 {
   std::fprintf(file, "\nSETTINGS (also those the deck leaves to the program)\n");
-  const char* const solver[] = {"automatic", "skyline", "MUMPS"};
-  std::fprintf(file, "  solver          %s\n", solver[m.solver.kind]);
+  const char* const solver[] = {"automatic", "skyline", "MUMPS", "conjugate gradients"};
+  const char* const precond[] = {"incomplete Cholesky", "diagonal blocks", "incomplete Cholesky", "earlier factors"};
+  std::fprintf(file, "  solver          %s%s%s\n", solver[m.solver.kind], m.solver.kind == SOLVER_CG ? ", preconditioner " : "",
+               m.solver.kind == SOLVER_CG ? precond[m.solver.precond] : m.solver.reuse ? "" : ", a factorisation in each iteration");
   if (m.grid.given)
     std::fprintf(file, "  grid            nodes weaker than %g follow others (extended basis%s)\n", m.grid.weak,
                  m.grid.weak > 0.0 ? "" : ", off");
@@ -232,13 +234,18 @@ void out_listing_phases(std::FILE* file)
   std::fprintf(file, "  %-20s %10s %12.4f %12.4f\n", "whole run", "", total, timer_cpu());
 }
 
+const char* const path_name[PATHS] = {"factorisation", "factors of the same matrix", "CG, factors of an earlier matrix",
+                                      "CG, incomplete Cholesky", "CG, diagonal blocks"};
+
 // ---------------------------------------------------------------------------
 // out_listing_solver : work of the linear solver, and what a Newton iteration costs beside it
 // ---------------------------------------------------------------------------
 void out_listing_solver(std::FILE* file, const Solver& s)
 {
   std::fprintf(file, "\nSOLVER  %s\n", solve_name(s));
-  if (s.nback == 0) {
+  long solves = 0;
+  for (const PathLog& l : s.path) solves += l.solves;
+  if (solves == 0) {
     std::fprintf(file, "  not used\n");
     return;
   }
@@ -246,11 +253,18 @@ void out_listing_solver(std::FILE* file, const Solver& s)
   std::fprintf(file, "  analyses        %8ld   %12.6f s each\n", s.nanalyse, each(s.seconds_analyse, s.nanalyse));
   std::fprintf(file, "  factorisations  %8ld   %12.6f s each\n", s.nfactor, each(s.seconds_factor, s.nfactor));
   std::fprintf(file, "  back            %8ld   %12.6f s each\n", s.nback, each(s.seconds_back, s.nback));
-  const double solve  = s.seconds_factor + s.seconds_back;
+  std::fprintf(file, "  %-34s %8s %12s %10s %10s %8s\n", "solutions by", "number", "cpu s each", "iterations", "each", "given up");
+  for (int k = 0; k < PATHS; ++k) {
+    const PathLog& l = s.path[k];
+    if (l.solves + l.failed == 0) continue;
+    std::fprintf(file, "  %-34s %8ld %12.6f %10ld %10.1f %8ld\n", path_name[k], l.solves, each(l.seconds, l.solves + l.failed), l.iterations,
+                 each(static_cast<double>(l.iterations), l.solves + l.failed), l.failed);
+  }
+  if (s.path[PATH_BACK].solves > 0) std::fprintf(file, "  the scene is linear: the tangent stays, and so do its factors\n");
+  const double solve  = phase_wall(PHASE_FACTOR) + phase_wall(PHASE_SOLVE) + phase_wall(PHASE_PRECOND) + phase_wall(PHASE_CG);
   const double newton = solve + phase_wall(PHASE_RESIDUAL) + phase_wall(PHASE_TANGENT);
-  std::fprintf(file, "  Newton iteration           %12.6f s each (residual, tangent, factorisation, back)\n",
-               each(newton, s.nback));
-  std::fprintf(file, "  Newton iteration / (factorisation + back)  %.3f\n", solve > 0.0 ? newton / solve : 0.0);
+  std::fprintf(file, "  Newton iteration           %12.6f s each (residual, tangent, solution)\n", each(newton, solves));
+  std::fprintf(file, "  Newton iteration / solution  %.3f\n", solve > 0.0 ? newton / solve : 0.0);
   if (s.flops > 0.0) std::fprintf(file, "  operations      %12.4e of the last factorisation\n", s.flops);
   if (s.memory_mb > 0.0) std::fprintf(file, "  memory          %12.1f MB of the factors\n", s.memory_mb);
   if (s.negative > 0) std::fprintf(file, "  negative pivots %12d in the last factorisation\n", s.negative);

@@ -51,8 +51,9 @@ Status solve_fail(Solver& s, Status status, const char* format, ...)
   return status;
 }
 
-bool solve_open(Solver& s, SolverKind kind)
+bool solve_open(Solver& s, const SolverDef& def)
 {
+  SolverKind kind = def.kind == SOLVER_CG ? SOLVER_AUTO : def.kind;
 #ifdef MPFE_MUMPS
   if (kind == SOLVER_AUTO) kind = SOLVER_MUMPS;
 #else
@@ -60,6 +61,7 @@ bool solve_open(Solver& s, SolverKind kind)
   if (kind == SOLVER_MUMPS) return false;
 #endif
   s.kind = kind;
+  s.def  = def;
   s.data = std::make_shared<SolverData>();
 #ifdef MPFE_MUMPS
   if (kind == SOLVER_MUMPS) mumps_open(s);
@@ -72,6 +74,7 @@ const char* solve_name(const Solver& s)
   switch (s.kind) {
     case SOLVER_SKYLINE: return "SKYLINE";
     case SOLVER_MUMPS: return "MUMPS";
+    case SOLVER_CG:
     case SOLVER_AUTO: break;
   }
   return "AUTO";

@@ -1,5 +1,5 @@
 // ---------------------------------------------------------------------------
-// solve.h : the system matrix and its solvers: open, analyse, factor, back, close
+// solve.h : the system matrix and its solvers: open, solve (analyse, factor, back, conjugate gradients), close
 //
 // Symmetric matrix of dim x dim blocks, lower block triangle, rows sorted.
 // Block k of row I, column J = col[k] <= I, holds val[k*dim*dim + i*dim + j] = A(I*dim+i, J*dim+j).
@@ -33,8 +33,24 @@ IntVec order_metis(const SysMatrix& A);
 
 struct SolverData;             // private to the solver files
 
+// Ways to a solution                                                                (7.2)
+enum SolvePath {
+  PATH_FACTOR,                 // analysis when the pattern is new, factorisation, back substitution
+  PATH_BACK,                   // the matrix is the one that was factorised: back substitution
+  PATH_KEPT,                   // CG with the factors of an earlier matrix
+  PATH_CHOLESKY,               // CG with an incomplete Cholesky factor
+  PATH_DIAGONAL,               // CG with the diagonal blocks
+  PATHS
+};
+
+struct PathLog {
+  long solves = 0, iterations = 0, failed = 0;
+  double seconds = 0.0;
+};
+
 struct Solver {
-  SolverKind kind = SOLVER_AUTO;    // what the deck asks for; solve_open settles AUTO
+  SolverKind kind = SOLVER_AUTO;    // of the factorisation; solve_open settles AUTO
+  SolverDef def;                    // what the deck asks for
   std::shared_ptr<SolverData> data;
   std::string message;              // of the last failure, in words with a remedy
   int zero_equation = -1;           // of the first zero pivot, -1: none
@@ -42,10 +58,21 @@ struct Solver {
   double seconds_factor = 0, seconds_back = 0, seconds_analyse = 0;   // wall
   double flops = 0, memory_mb = 0;  // of the last factorisation, as far as known
   int negative = 0;                 // negative pivots of the last factorisation
+  PathLog path[PATHS];
+  double left = 0.0;                // of the last solution: sqrt(energy) of the error, 0: solved directly
 };
 
-// solve_open : AUTO becomes MUMPS when it was built in, else SKYLINE. Returns false when the kind is not built in.
-bool solve_open(Solver& s, SolverKind kind);
+// What solve_system wants to know of a matrix and of the accuracy
+struct SolveAsk {
+  const std::vector<long>& key;     // [nrow] who a row is; the same node has the same key in every matrix
+  long stamp = 0;                   // matrices with the same number are equal
+  double eta = 0.0;                 // the residual may be eta of b, in the norm of the energy and in that of the force,
+  double energy = 0.0, residual = 0.0;   // or as small as these
+  double digits = 10.0;             // how many decimals this will be, for the choice of the path
+};
+
+// solve_open : AUTO and CG factorise by MUMPS when it was built in, else SKYLINE. Returns false when the kind is not built in.
+bool solve_open(Solver& s, const SolverDef& def);
 const char* solve_name(const Solver& s);
 
 // solve_analyse : ordering and symbolic work; again only when the pattern of A has changed
@@ -56,6 +83,9 @@ Status solve_factor(Solver& s, const SysMatrix& A);
 
 // solve_back : x = A^-1 b, b and x [neq], may be the same vector
 Status solve_back(Solver& s, const RealVec& b, RealVec& x);
+
+// solve_system : A x = b on the path that the deck asks for, or that is the fastest as far as this run knows
+Status solve_system(Solver& s, const SysMatrix& A, const SolveAsk& ask, const RealVec& b, RealVec& x);
 
 void solve_close(Solver& s);
 

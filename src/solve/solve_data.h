@@ -4,6 +4,10 @@
 #ifndef MPFE_SOLVE_SOLVE_DATA_H
 #define MPFE_SOLVE_SOLVE_DATA_H
 
+#include <algorithm>
+#include <functional>
+
+#include "base/timer.h"
 #include "solve/solve.h"
 
 // Profile of the upper triangle of D x D blocks, D = dim. Block column J reaches from block row first[J] to J;
@@ -20,11 +24,63 @@ struct Skyline {
 
 struct MumpsData;              // private to solve_mumps.cpp
 
+struct Cholesky {              // incomplete, on the pattern of A
+  double shift = 0.0;          // added to the diagonal, relative
+  std::vector<float> L;        // [col.size()*dim*dim], order of A.val; diagonal blocks: inverse of their factor
+};
+
+struct Kept {                  // factors of an earlier matrix as preconditioner
+  std::vector<long> key;       // [rows of the factors] who they are
+  bool same = false;           // rows are those of today
+  IntVec old;                  // [nrow] row in the factors, -1: none
+  RealVec inverse;             // [nrow*dim*dim] of the diagonal blocks of rows without
+  RealVec x;                   // [neq of the factors]
+};
+
+struct CgWork {
+  RealVec r, z, p, q;          // [neq]
+};
+
+struct CgDone {
+  int iterations = 0;
+  double start = 0.0, end = 0.0;   // sqrt(r M^-1 r) of b and of the last iterate
+  bool good = false;
+};
+
+struct CgGoal {                // both norms must arrive
+  double eta = 0.0;            // r against b, in either norm
+  double energy = 0.0;         // or sqrt(r M^-1 r) against this
+  double residual = 0.0;       // or the norm of r against this
+  int most = 0;                // iterations
+  double seconds = 0.0;
+};
+
+using Precondition = std::function<bool(const RealVec& r, RealVec& z)>;
+
+// What a path of CG has cost in this run
+struct PathCost {
+  bool known = false;
+  double setup = 0.0, iteration = 0.0;   // seconds, smoothed
+  double rate  = 1.0;          // decimal digits an iteration brings
+  long last    = 0;            // number of the solution that tried it last
+  long pause   = 0;            // solutions until it is tried again
+};
+
 struct SolverData {
   int dim = 0;                 // pattern that was analysed
   IntVec off, col;
   bool analysed = false, factored = false;
   Skyline sky;
+  long stamp = -1;             // of the matrix that was factorised
+  Kept kept;
+  Cholesky cholesky;
+  RealVec diagonal;            // inverse diagonal blocks
+  CgWork work;
+  PathCost cost[PATHS];
+  double direct_factor = 0.0, direct_back = 0.0, direct_analyse = 0.0;   // seconds, smoothed
+  long age = 0;                // solutions with the factors as preconditioner
+  double fresh_rate = 0.0;     // rate of the first of them, smoothed
+  double cycle_seconds = 0.0, cycle_digits = 0.0;   // spent and gained since the factorisation, which is included
   std::shared_ptr<MumpsData> mumps;
 };
 
@@ -42,6 +98,23 @@ Status mumps_factor(Solver& s, const SysMatrix& A);
 Status mumps_back(Solver& s, RealVec& x);
 void mumps_close(Solver& s);
 #endif
+
+// precond.cpp
+bool diagonal_form(const SysMatrix& A, RealVec& inverse);
+void diagonal_apply(const SysMatrix& A, const RealVec& inverse, const RealVec& r, RealVec& z);
+bool cholesky_form(const SysMatrix& A, Cholesky& c);
+void cholesky_apply(const SysMatrix& A, const Cholesky& c, const RealVec& r, RealVec& z);
+bool kept_form(const SysMatrix& A, const std::vector<long>& key, Kept& k);
+Status kept_apply(Solver& s, const SysMatrix& A, Kept& k, const RealVec& r, RealVec& z);
+
+// Seconds since it was made: those of the processor when the wall clock ran faster (a machine that others use too),
+// those of the wall when several threads worked
+struct Clock {
+  double wall = timer_wall(), cpu = timer_cpu();
+  double seconds() const { return std::min(timer_wall() - wall, timer_cpu() - cpu); }
+};
+
+CgDone cg_solve(const SysMatrix& A, const Precondition& precondition, const RealVec& b, const CgGoal& goal, CgWork& w, RealVec& x);
 
 // solve_fail : keeps the message and returns the status
 Status solve_fail(Solver& s, Status status, const char* format, ...) __attribute__((format(printf, 3, 4)));

@@ -35,6 +35,26 @@ Status step_prepare(Problem& p, const Step& s);
 // step_increment : one attempt from t(n) over dt; st.np1 holds the result. Never touches st.n.
 Status step_increment(Problem& p, const Step& s, double t0, double dt);
 
+// The linear system of a Newton iteration                                          (6.2)
+struct LinearSystem {
+  RealVec f, dx;               // [neq] right-hand side, correction
+  RealVec diag;                // [neq] diagonal of A before prescribed dofs went
+  double residual = 0.0, energy = 0.0;   // the largest norm of R and sqrt(f dx) so far, the scale of accuracy
+};
+
+// step_tangent : A = K + cM M and f = -R with the prescribed corrections put in; A stays when the scene is linear
+void step_tangent(Problem& p, const Attempt& a, const RealVec& R, const RealVec& pending, LinearSystem& l);
+
+// step_solve : dx of iteration it, as exactly as Newton's method can use it (7.6)
+//   in   residual, accepted   norm of R, and that which ends the iteration
+Status step_solve(Problem& p, int it, double residual, double accepted, const RealVec& pending, LinearSystem& l);
+
+// step_solved_well : was the correction exact enough for the last one?
+bool step_solved_well(const Problem& p, const LinearSystem& l);
+
+// step_gain : iteration it has changed the norm of R by this factor
+void step_gain(Problem& p, int it, double gain);
+
 // step_newton : solves R(du) = 0 for the attempt
 Status step_newton(Problem& p, Attempt& a);
 

@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "base/timer.h"
 #include "step/step.h"
 
 namespace {
@@ -51,15 +50,6 @@ Status form_residual(Problem& p, Attempt& a, const RealVec& du, Balance& b)
   b.free_norm = std::sqrt(sum);
   b.scale     = std::max({norm(a.fint), norm(a.fext), norm(b.inertia)});
   return std::isfinite(b.free_norm) && std::isfinite(norm(a.fint) + norm(a.fext)) ? STATUS_OK : BAD_NUMBER;
-}
-
-RealVec diagonal(const System& s)
-{
-  RealVec d(s.neq());
-  for (int r = 0; r < s.nrow; ++r)
-    for (int i = 0; i < s.dim; ++i)
-      d[r * s.dim + i] = s.A.val[(static_cast<size_t>(s.A.off[r + 1] - 1) * s.dim + i) * s.dim + i];
-  return d;
 }
 
 // the part of the diagonal that strains make: rounding of F acts through it. Mass and bonds see du alone, and would hide
@@ -114,22 +104,6 @@ bool converged(const Problem& p, const Attempt& a, const Balance& b, const RealV
   return res <= c.tol_energy * ref || ref == 0.0;
 }
 
-Status solve_system(Solver& solver, const SysMatrix& A, const RealVec& f, RealVec& x)
-{
-  {
-    Timer timer(PHASE_ANALYSIS);
-    const Status status = solve_analyse(solver, A);
-    if (status != STATUS_OK) return status;
-  }
-  {
-    Timer timer(PHASE_FACTOR);
-    const Status status = solve_factor(solver, A);
-    if (status != STATUS_OK) return status;
-  }
-  Timer timer(PHASE_SOLVE);
-  return solve_back(solver, f, x);
-}
-
 // largest part of the correction that keeps every det F positive
 Status back_off(Problem& p, Attempt& a, const RealVec& du, const RealVec& dx, RealVec& trial, Balance& b, double& s)
 {
@@ -168,7 +142,9 @@ Status step_newton(Problem& p, Attempt& a)
 {
   System& s = p.sys;
   Balance b;
-  RealVec f(s.neq()), dx(s.neq()), trial(s.neq()), pending(s.neq());
+  LinearSystem l;
+  RealVec trial(s.neq()), pending(s.neq());
+  const RealVec &dx = l.dx, &diag = l.diag;
   Status status = form_residual(p, a, a.du, b);
   if (status == BAD_JACOBIAN) {                      // the free flight turns something inside out: start from rest
     std::fill(a.du.begin(), a.du.end(), 0.0);
@@ -189,14 +165,13 @@ Status step_newton(Problem& p, Attempt& a)
       moved      = moved && std::fabs(pending[i]) <= 1e-14 * std::fabs(s.target[i]);
     }
     // 1. tangent, prescribed dofs                                                  (6.2)
-    assem_tangent(p, a.mode, a.cM);
-    const RealVec diag = diagonal(s);
+    step_tangent(p, a, b.R, pending, l);
     // loads below the floor are solved for once; without loads the floor ends the search for rounding
     if (it == 1 && moved && converged(p, a, b, diag, norm(a.fext) == 0.0)) break;
-    for (int i = 0; i < s.neq(); ++i) f[i] = -b.R[i];
-    assem_constrain(s, pending, f);
     // 2. solve
-    status = solve_system(p.solver, s.A, f, dx);
+    const double before = b.free_norm;
+    const double scale  = log.scale > 0.0 ? std::min(b.scale, log.scale) : b.scale;    // inertia of the predictor is large
+    status = step_solve(p, it, before, a.step.ctl.tol_force * scale, pending, l);
     if (status != STATUS_OK) return status;
     // 3. correct; smaller when an element turns inside out or the residual overshoots
     double g0 = 0.0;
@@ -218,7 +193,8 @@ Status step_newton(Problem& p, Attempt& a)
     moved = true;
     for (int i = 0; i < s.neq(); ++i)
       if (s.fixed[i]) moved = moved && std::fabs(s.target[i] - a.du[i]) <= 1e-12 * std::fabs(s.target[i]);
-    if (moved && converged(p, a, b, diag, true)) {
+    if (part == 1.0 && before > 0.0) step_gain(p, it, b.free_norm / before);
+    if (moved && step_solved_well(p, l) && converged(p, a, b, diag, true)) {
       a.R = b.R;
       return STATUS_OK;
     }

@@ -112,7 +112,7 @@ int step_open(Problem& p)
   if (errors) return errors;
   point_velocities(st.points, m.dim, st.n.vc, st.n.vp);
   st.np1 = st.n;
-  if (!solve_open(p.solver, m.solver.kind)) {
+  if (!solve_open(p.solver, m.solver)) {
     log_error("the solver that *SOLVER asks for is not built into this program (see tools/machines)");
     return 1;
   }

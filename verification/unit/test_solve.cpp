@@ -174,7 +174,7 @@ TEST(Solve, SolversAgainstDense)
           const RealVec b   = right_hand_side(A);
           RealVec x;
           Solver s;
-          ASSERT_TRUE(solve_open(s, kind));
+          ASSERT_TRUE(solve_open(s, {kind}));
           ASSERT_EQ(solve_factor(s, A), STATUS_OK) << s.message;
           ASSERT_EQ(solve_back(s, b, x), STATUS_OK) << s.message;
           EXPECT_LT(error_to_dense(A, b, x), 1e-12);
@@ -198,7 +198,7 @@ TEST(Solve, SoftBesideStiff)
     for (int k = A.off[2]; k < A.off[4]; ++k)
       for (int i = 0; i < 4; ++i) A.val[k * 4 + i] *= 1e-16;
     Solver s;
-    ASSERT_TRUE(solve_open(s, kind));
+    ASSERT_TRUE(solve_open(s, {kind}));
     EXPECT_EQ(solve_factor(s, A), STATUS_OK) << s.message;
     solve_close(s);
   }
@@ -211,7 +211,7 @@ TEST(Solve, SingularIsTold)
       SCOPED_TRACE(testing::Message() << "kind " << kind << " dim " << dim);
       SysMatrix A = shuffled_grid(dim, 20, 15);      // free body
       Solver s;
-      ASSERT_TRUE(solve_open(s, kind));
+      ASSERT_TRUE(solve_open(s, {kind}));
       EXPECT_EQ(solve_factor(s, A), SOLVER_SINGULAR);
       EXPECT_NE(s.message.find("equation"), std::string::npos) << s.message;
 
@@ -238,7 +238,7 @@ TEST(Solve, SingularNamesTheEquation)
           for (int j = 0; j < 2; ++j)
             if (I * 2 + i == 9 || A.col[k] * 2 + j == 9) A.val[k * 4 + i * 2 + j] = 0.0;
     Solver s;
-    ASSERT_TRUE(solve_open(s, kind));
+    ASSERT_TRUE(solve_open(s, {kind}));
     EXPECT_EQ(solve_factor(s, A), SOLVER_SINGULAR);
     EXPECT_NE(s.message.find("equation 10 (block row 5, component 2)"), std::string::npos) << s.message;
     solve_close(s);
@@ -251,7 +251,7 @@ TEST(Solve, NotANumberIsTold)
     SysMatrix A      = random_matrix(2, 12, true, 5);
     A.val[A.col.size()] = std::nan("");
     Solver s;
-    ASSERT_TRUE(solve_open(s, kind));
+    ASSERT_TRUE(solve_open(s, {kind}));
     EXPECT_EQ(solve_factor(s, A), BAD_NUMBER);
     solve_close(s);
   }
@@ -262,7 +262,7 @@ TEST(Solve, AnalysisIsReusedWhileThePatternStays)
   for (SolverKind kind : solvers_built_in()) {
     SysMatrix A = random_matrix(2, 40, true, 1);
     Solver s;
-    ASSERT_TRUE(solve_open(s, kind));
+    ASSERT_TRUE(solve_open(s, {kind}));
     ASSERT_EQ(solve_analyse(s, A), STATUS_OK);
     for (int again = 0; again < 3; ++again) {
       for (double& v : A.val) v *= 1.5;
@@ -292,7 +292,7 @@ TEST(Solve, EmptyMatrix)
     A.dim = 2;
     RealVec x;
     Solver s;
-    ASSERT_TRUE(solve_open(s, kind));
+    ASSERT_TRUE(solve_open(s, {kind}));
     EXPECT_EQ(solve_factor(s, A), STATUS_OK);
     EXPECT_EQ(solve_back(s, RealVec(), x), STATUS_OK);
     solve_close(s);
@@ -302,7 +302,7 @@ TEST(Solve, EmptyMatrix)
 TEST(Solve, AutoAndKindsNotBuiltIn)
 {
   Solver s;
-  ASSERT_TRUE(solve_open(s, SOLVER_AUTO));
+  ASSERT_TRUE(solve_open(s, {SOLVER_AUTO}));
 #ifdef MPFE_MUMPS
   EXPECT_EQ(s.kind, SOLVER_MUMPS);
   EXPECT_STREQ(solve_name(s), "MUMPS");
@@ -311,7 +311,7 @@ TEST(Solve, AutoAndKindsNotBuiltIn)
   EXPECT_EQ(s.kind, SOLVER_SKYLINE);
   EXPECT_STREQ(solve_name(s), "SKYLINE");
   solve_close(s);
-  EXPECT_FALSE(solve_open(s, SOLVER_MUMPS));
+  EXPECT_FALSE(solve_open(s, {SOLVER_MUMPS}));
 #endif
 }
 

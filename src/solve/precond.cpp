@@ -1,0 +1,258 @@
+#include <algorithm>
+#include <cmath>
+#include <unordered_map>
+
+#include "base/log.h"
+#include "solve/solve_data.h"
+
+namespace {
+
+const double LEAST_PIVOT   = 1e-6;     // of the diagonal of A; below, the incomplete factor is worthless
+const double FIRST_SHIFT   = 1e-3;     // of the diagonal, when a pivot is not positive; then ten times as much
+const double LARGEST_SHIFT = 10.0;
+
+// K = inverse of the lower Cholesky factor of the symmetric block a (i >= j is read); false: not positive
+template <int D>
+bool inverse_factor(const double* a, const double* least, double* K)
+{
+  double L[D * D] = {};
+  for (int j = 0; j < D; ++j)
+    for (int i = j; i < D; ++i) {
+      double sum = a[i * D + j];
+      for (int k = 0; k < j; ++k) sum -= L[i * D + k] * L[j * D + k];
+      if (i > j) L[i * D + j] = sum / L[j * D + j];
+      else if (sum > least[i]) L[i * D + i] = std::sqrt(sum);
+      else return false;
+    }
+  std::fill(K, K + D * D, 0.0);
+  for (int j = 0; j < D; ++j) {
+    K[j * D + j] = 1.0 / L[j * D + j];
+    for (int i = j + 1; i < D; ++i) {
+      double sum = 0.0;
+      for (int k = j; k < i; ++k) sum -= L[i * D + k] * K[k * D + j];
+      K[i * D + j] = sum / L[i * D + i];
+    }
+  }
+  return true;
+}
+
+// inverse of the diagonal block of row I
+template <int D>
+bool invert_diagonal(const SysMatrix& A, int I, double* inverse)
+{
+  const double* a = &A.val[static_cast<size_t>(A.off[I + 1] - 1) * D * D];
+  const double least[3] = {0.0, 0.0, 0.0};
+  double K[D * D];
+  if (!inverse_factor<D>(a, least, K)) return false;
+  for (int i = 0; i < D; ++i)
+    for (int j = 0; j < D; ++j) {
+      inverse[i * D + j] = 0.0;
+      for (int k = std::max(i, j); k < D; ++k) inverse[i * D + j] += K[k * D + i] * K[k * D + j];
+    }
+  return true;
+}
+
+bool invert_diagonal(const SysMatrix& A, int I, double* inverse)
+{
+  return A.dim == 1 ? invert_diagonal<1>(A, I, inverse) : A.dim == 2 ? invert_diagonal<2>(A, I, inverse)
+                                                                     : invert_diagonal<3>(A, I, inverse);
+}
+
+// s -= a b^T, then the same with b of single precision
+template <int D>
+inline void subtract(const double* a, const float* b, double* s)
+{
+  for (int i = 0; i < D; ++i)
+    for (int j = 0; j < D; ++j)
+      for (int k = 0; k < D; ++k) s[i * D + j] -= a[i * D + k] * static_cast<double>(b[j * D + k]);
+}
+
+// L L^T of A with the diagonal times 1 + shift, on the pattern of A. false: a pivot is not positive
+template <int D>
+bool factor(const SysMatrix& A, double shift, std::vector<float>& L)
+{
+  const int DD = D * D;
+  IntVec place(A.nrow, -1);            // of a column in the row at hand
+  RealVec row;
+  for (int I = 0; I < A.nrow; ++I) {
+    const int first = A.off[I], last = A.off[I + 1] - 1;
+    row.assign(A.val.begin() + static_cast<long>(first) * DD, A.val.begin() + static_cast<long>(last + 1) * DD);
+    double* diag = &row[static_cast<size_t>(last - first) * DD];
+    double least[D];
+    for (int i = 0; i < D; ++i) {
+      least[i] = LEAST_PIVOT * diag[i * D + i];
+      diag[i * D + i] *= 1.0 + shift;
+    }
+    for (int k = first; k < last; ++k) {
+      const int J = A.col[k];
+      double* s   = &row[static_cast<size_t>(k - first) * DD];
+      // L_IJ = (A_IJ - sum_K L_IK L_JK^T) L_JJ^-T, K < J
+      for (int m = A.off[J]; m < A.off[J + 1] - 1; ++m)
+        if (place[A.col[m]] >= 0) subtract<D>(&row[static_cast<size_t>(place[A.col[m]]) * DD], &L[static_cast<size_t>(m) * DD], s);
+      const float* inv = &L[static_cast<size_t>(A.off[J + 1] - 1) * DD];
+      double l[DD];
+      for (int i = 0; i < D; ++i)
+        for (int j = 0; j < D; ++j) {
+          l[i * D + j] = 0.0;
+          for (int c = 0; c <= j; ++c) l[i * D + j] += s[i * D + c] * static_cast<double>(inv[j * D + c]);
+        }
+      float* out = &L[static_cast<size_t>(k) * DD];
+      for (int i = 0; i < DD; ++i) {
+        out[i] = static_cast<float>(l[i]);
+        s[i]   = static_cast<double>(out[i]);
+      }
+      subtract<D>(s, out, diag);
+      place[J] = k - first;
+    }
+    for (int k = first; k < last; ++k) place[A.col[k]] = -1;
+    double K[DD];
+    if (!inverse_factor<D>(diag, least, K)) return false;
+    for (int i = 0; i < DD; ++i) L[static_cast<size_t>(last) * DD + i] = static_cast<float>(K[i]);
+  }
+  return true;
+}
+
+// z = L^-T L^-1 z
+template <int D>
+void solve(const SysMatrix& A, const float* __restrict L, double* __restrict z)
+{
+  for (int I = 0; I < A.nrow; ++I) {
+    const int last = A.off[I + 1] - 1;
+    double t[D];
+    for (int i = 0; i < D; ++i) t[i] = z[I * D + i];
+    for (int k = A.off[I]; k < last; ++k) {
+      const float* l  = L + static_cast<size_t>(k) * D * D;
+      const double* y = z + A.col[k] * D;
+      for (int i = 0; i < D; ++i)
+        for (int j = 0; j < D; ++j) t[i] -= static_cast<double>(l[i * D + j]) * y[j];
+    }
+    const float* inv = L + static_cast<size_t>(last) * D * D;
+    for (int i = 0; i < D; ++i) {
+      double sum = 0.0;
+      for (int j = 0; j <= i; ++j) sum += static_cast<double>(inv[i * D + j]) * t[j];
+      z[I * D + i] = sum;
+    }
+  }
+  for (int I = A.nrow - 1; I >= 0; --I) {
+    const int last   = A.off[I + 1] - 1;
+    const float* inv = L + static_cast<size_t>(last) * D * D;
+    double t[D];
+    for (int i = 0; i < D; ++i) {
+      t[i] = 0.0;
+      for (int j = i; j < D; ++j) t[i] += static_cast<double>(inv[j * D + i]) * z[I * D + j];
+    }
+    for (int i = 0; i < D; ++i) z[I * D + i] = t[i];
+    for (int k = A.off[I]; k < last; ++k) {
+      const float* l = L + static_cast<size_t>(k) * D * D;
+      double* y      = z + A.col[k] * D;
+      for (int i = 0; i < D; ++i)
+        for (int j = 0; j < D; ++j) y[j] -= static_cast<double>(l[i * D + j]) * t[i];
+    }
+  }
+}
+
+void multiply_block(int D, const double* block, const double* x, double* y)
+{
+  for (int i = 0; i < D; ++i) {
+    y[i] = 0.0;
+    for (int j = 0; j < D; ++j) y[i] += block[i * D + j] * x[j];
+  }
+}
+
+}  // namespace
+
+// ---------------------------------------------------------------------------
+// diagonal_form : inverse diagonal blocks of A. false: one of them is not positive definite
+// ---------------------------------------------------------------------------
+bool diagonal_form(const SysMatrix& A, RealVec& inverse)
+{
+  inverse.resize(static_cast<size_t>(A.nrow) * A.dim * A.dim);
+  for (int I = 0; I < A.nrow; ++I)
+    if (!invert_diagonal(A, I, &inverse[static_cast<size_t>(I) * A.dim * A.dim])) return false;
+  return true;
+}
+
+void diagonal_apply(const SysMatrix& A, const RealVec& inverse, const RealVec& r, RealVec& z)
+{
+  const int D = A.dim;
+  for (int I = 0; I < A.nrow; ++I) multiply_block(D, &inverse[static_cast<size_t>(I) * D * D], &r[I * D], &z[I * D]);
+}
+
+// ---------------------------------------------------------------------------
+// cholesky_form : incomplete Cholesky factor L of A on its own pattern                (7.3)
+//
+//   out  c   L in single precision, which halves what the memory must bring; L^-T L^-1 stays symmetric.
+//            The place of a diagonal block holds the inverse of the factor of that block.
+//
+// A pivot that is not positive asks for a larger diagonal, (1 + shift) times that of A; the shift that went well is
+// where the next form begins. false: not even the largest shift helps.
+// ---------------------------------------------------------------------------
+bool cholesky_form(const SysMatrix& A, Cholesky& c)
+{
+  c.L.resize(A.val.size());
+  for (;;) {
+    const bool good = A.dim == 1 ? factor<1>(A, c.shift, c.L) : A.dim == 2 ? factor<2>(A, c.shift, c.L) : factor<3>(A, c.shift, c.L);
+    if (good) return true;
+    c.shift = c.shift > 0.0 ? 10.0 * c.shift : FIRST_SHIFT;
+    if (c.shift > LARGEST_SHIFT) {
+      c.shift = 0.0;
+      return false;
+    }
+  }
+}
+
+void cholesky_apply(const SysMatrix& A, const Cholesky& c, const RealVec& r, RealVec& z)
+{
+  std::copy(r.begin(), r.end(), z.begin());
+  switch (A.dim) {
+    case 1: return solve<1>(A, c.L.data(), z.data());
+    case 2: return solve<2>(A, c.L.data(), z.data());
+    case 3: return solve<3>(A, c.L.data(), z.data());
+  }
+  log_bug("cholesky_apply: blocks are 1 x 1, 2 x 2 or 3 x 3", __FILE__, __LINE__);
+}
+
+// ---------------------------------------------------------------------------
+// kept_form : which row of the factorised matrix each row of A was                     (7.4)
+//
+//   in   key   [nrow] who a row is: two rows with the same key are the same node
+//   out  k     old row of each row, or -1; those get the inverse of their diagonal block
+//
+// false: the diagonal block of a new row is not positive definite
+// ---------------------------------------------------------------------------
+bool kept_form(const SysMatrix& A, const std::vector<long>& key, Kept& k)
+{
+  const int D = A.dim;
+  k.same = key == k.key;
+  if (k.same) return true;
+  std::unordered_map<long, int> old;
+  old.reserve(k.key.size());
+  for (size_t i = 0; i < k.key.size(); ++i) old[k.key[i]] = static_cast<int>(i);
+  k.old.assign(A.nrow, -1);
+  k.inverse.resize(static_cast<size_t>(A.nrow) * D * D);
+  k.x.resize(k.key.size() * D);
+  for (int I = 0; I < A.nrow; ++I) {
+    const auto found = old.find(key[I]);
+    if (found != old.end()) k.old[I] = found->second;
+    else if (!invert_diagonal(A, I, &k.inverse[static_cast<size_t>(I) * D * D])) return false;
+  }
+  return true;
+}
+
+// z = P^T F^-1 P r + inverse diagonal blocks of the rows that P leaves out: symmetric and positive definite when F is
+Status kept_apply(Solver& s, const SysMatrix& A, Kept& k, const RealVec& r, RealVec& z)
+{
+  if (k.same) return solve_back(s, r, z);
+  const int D = A.dim;
+  std::fill(k.x.begin(), k.x.end(), 0.0);
+  for (int I = 0; I < A.nrow; ++I)
+    if (k.old[I] >= 0)
+      for (int i = 0; i < D; ++i) k.x[k.old[I] * D + i] = r[I * D + i];
+  const Status status = solve_back(s, k.x, k.x);
+  for (int I = 0; I < A.nrow; ++I) {
+    if (k.old[I] < 0) multiply_block(D, &k.inverse[static_cast<size_t>(I) * D * D], &r[I * D], &z[I * D]);
+    else
+      for (int i = 0; i < D; ++i) z[I * D + i] = k.x[k.old[I] * D + i];
+  }
+  return status;
+}

@@ -1,0 +1,102 @@
+#include <algorithm>
+#include <cmath>
+
+#include "base/comm.h"
+#include "solve/solve_data.h"
+
+namespace {
+
+const double CLEAR = 5.0;      // factor between the guess by the length of r and sqrt(r M^-1 r)
+
+// sums in eight parts, so that the compiler can use vector registers
+double dot(const RealVec& a, const RealVec& b)
+{
+  double part[8] = {};
+  const size_t whole = a.size() / 8 * 8;
+  for (size_t k = 0; k < whole; k += 8)
+    for (size_t l = 0; l < 8; ++l) part[l] += a[k + l] * b[k + l];
+  for (size_t k = whole; k < a.size(); ++k) part[0] += a[k] * b[k];
+  double sum = 0.0;
+  for (double p : part) sum += p;
+  return sum;
+}
+
+double norm(const RealVec& a) { return std::sqrt(dot(a, a)); }
+
+// y += a x
+void add(double a, const RealVec& x, RealVec& y)
+{
+  const double* from = x.data();
+  double* to         = y.data();
+  for (size_t i = 0; i < x.size(); ++i) to[i] += a * from[i];
+}
+
+// p = z + a p
+void turn(double a, const RealVec& z, RealVec& p)
+{
+  const double* from = z.data();
+  double* to         = p.data();
+  for (size_t i = 0; i < z.size(); ++i) to[i] = from[i] + a * to[i];
+}
+
+// all ranks leave the loop together
+bool late(const Clock& clock, double limit)
+{
+  double over = clock.seconds() > limit ? 1.0 : 0.0;
+  comm_share(&over, 1);
+  return over != 0.0;
+}
+
+}  // namespace
+
+// ---------------------------------------------------------------------------
+// cg_solve : conjugate gradients for A x = b from x = 0, with a symmetric positive definite preconditioner M   (7.2)
+//
+//   in   precondition   z = M^-1 r; false: it failed
+//        goal           of sqrt(r M^-1 r), which is near sqrt(energy) of the error, and of the norm of r: stiff bonds have
+//                       large residuals of little energy, soft parts the reverse
+//   out  x              the last iterate, also when the end was not reached
+//
+// good = false: a limit was met, or a direction of no or negative curvature
+// ---------------------------------------------------------------------------
+CgDone cg_solve(const SysMatrix& A, const Precondition& precondition, const RealVec& b, const CgGoal& goal, CgWork& w, RealVec& x)
+{
+  const Clock clock;
+  CgDone done;
+  const size_t n = b.size();
+  x.assign(n, 0.0);
+  w.r = b;
+  w.z.resize(n);
+  w.p.assign(n, 0.0);
+  double length = norm(b), rho = 0.0, before = 1.0;
+  const double residual = std::max(goal.eta * length, goal.residual);
+  for (;; ++done.iterations) {
+    if (!precondition(w.r, w.z)) return done;
+    rho = dot(w.r, w.z);
+    if (!std::isfinite(rho) || rho < 0.0) return done;
+    done.end = std::sqrt(rho);
+    if (done.iterations == 0) done.start = done.end;
+    const double energy = std::max(goal.eta * done.start, goal.energy);
+    if (done.end <= energy && length <= residual) {
+      done.good = true;
+      return done;
+    }
+    if (done.iterations >= goal.most || late(clock, goal.seconds)) return done;
+    turn(done.iterations ? rho / before : 0.0, w.z, w.p);
+    sys_multiply(A, w.p, w.q);
+    const double curvature = dot(w.p, w.q);
+    if (!(curvature > 0.0)) return done;
+    const double alpha = rho / curvature;
+    add(alpha, w.p, x);
+    add(-alpha, w.q, w.r);
+    before = rho;
+    // M^-1 r would only tell that this is the end: the length of r says so when it is clear
+    const double shorter = norm(w.r), guess = done.end * shorter / length;
+    length = shorter;
+    if (length > residual || CLEAR * guess > energy) continue;
+    ++done.iterations;
+    done.end  = guess;
+    done.good = true;
+    return done;
+  }
+}

@@ -1,0 +1,225 @@
+#include <cmath>
+#include <limits>
+
+#include "base/comm.h"
+#include "base/log.h"
+#include "solve/solve_data.h"
+
+namespace {
+
+const int SMALL     = 2000;    // equations; below, a factorisation takes a few milliseconds and nothing needs to be chosen
+const long PAUSE    = 50;      // solutions until a slower path is tried again; doubled when it fails
+const int MOST      = 5000;    // iterations
+const double SMOOTH = 0.5;     // weight of the newest measurement
+const double NEVER  = std::numeric_limits<double>::infinity();
+
+void smooth(double& mean, double value) { mean = mean > 0.0 ? (1.0 - SMOOTH) * mean + SMOOTH * value : value; }
+
+// seconds that a path of CG will take for so many digits
+double expected(const PathCost& c, double digits) { return c.setup + c.iteration * std::max(1.0, digits / c.rate); }
+
+// seconds of a solution by factorisation
+double direct_seconds(const SolverData& d, bool pattern_known)
+{
+  return d.direct_factor + d.direct_back + (pattern_known ? 0.0 : d.direct_analyse);
+}
+
+// factors of an indefinite matrix are no preconditioner
+bool have_factors(const Solver& s) { return s.data->factored && s.negative == 0; }
+
+// a digit costs more than it has cost on average since the factorisation, that one included: the average grows from here on
+bool stale(const SolverData& d)
+{
+  const PathCost& c = d.cost[PATH_KEPT];
+  return d.age > 0 && c.iteration / c.rate > d.cycle_seconds / d.cycle_digits;
+}
+
+// is it time to look at a path that is not the best?
+bool due(const PathCost& c, long now) { return !c.known || now - c.last > c.pause; }
+
+// ---- the choice ------------------------------------------------------------
+
+// what the deck allows beside a factorisation
+bool allowed(const Solver& s, SolvePath path)
+{
+  if (path == PATH_KEPT) return have_factors(s);
+  return s.def.kind == SOLVER_AUTO;
+}
+
+// the fastest path by what this run has measured; a path that is not known, or was not tried for long, gets a trial that
+// ends when the best one would have been faster
+SolvePath fastest(const Solver& s, const SolveAsk& ask, bool pattern_known, long now, double& limit)
+{
+  const SolverData& d = *s.data;
+  const double direct = direct_seconds(d, pattern_known);
+  SolvePath best = PATH_FACTOR;
+  double least   = direct;
+  for (SolvePath path : {PATH_KEPT, PATH_CHOLESKY}) {
+    const PathCost& c = d.cost[path];
+    if (!allowed(s, path) || !c.known || expected(c, ask.digits) >= least) continue;
+    best  = path;
+    least = expected(c, ask.digits);
+  }
+  limit = least;
+  for (SolvePath path : {PATH_KEPT, PATH_CHOLESKY})
+    if (path != best && allowed(s, path) && due(d.cost[path], now)) return path;
+  limit = 2.0 * direct;
+  return best == PATH_KEPT && stale(d) ? PATH_FACTOR : best;
+}
+
+SolvePath choose(const Solver& s, const SysMatrix& A, const SolveAsk& ask, long now, double& limit)
+{
+  const SolverData& d = *s.data;
+  limit = NEVER;
+  if (!s.def.reuse) return PATH_FACTOR;
+  if (d.factored && d.stamp == ask.stamp) return PATH_BACK;
+  if (s.def.kind == SOLVER_CG) {
+    if (s.def.precond == PRECOND_FACTORS) return have_factors(s) && !stale(d) ? PATH_KEPT : PATH_FACTOR;
+    return s.def.precond == PRECOND_DIAGONAL ? PATH_DIAGONAL : PATH_CHOLESKY;
+  }
+  if (A.neq() < SMALL || !d.factored) return PATH_FACTOR;
+  const bool pattern_known = d.off == A.off && d.col == A.col;
+  double answer[2] = {static_cast<double>(fastest(s, ask, pattern_known, now, limit)), limit};
+  comm_share(answer, 2);                 // clocks differ, ranks must not
+  limit = answer[1];
+  return static_cast<SolvePath>(static_cast<int>(answer[0]));
+}
+
+// ---- the paths ---------------------------------------------------------------
+
+Status by_factor(Solver& s, const SysMatrix& A, const SolveAsk& ask, const RealVec& b, RealVec& x)
+{
+  SolverData& d = *s.data;
+  {
+    Timer timer(PHASE_ANALYSIS);
+    const Clock clock;
+    const long before   = s.nanalyse;
+    const Status status = solve_analyse(s, A);
+    if (status != STATUS_OK) return status;
+    if (s.nanalyse > before) smooth(d.direct_analyse, clock.seconds());
+  }
+  {
+    Timer timer(PHASE_FACTOR);
+    const Clock clock;
+    const Status status = solve_factor(s, A);
+    if (status != STATUS_OK) return status;
+    smooth(d.direct_factor, clock.seconds());
+  }
+  d.stamp    = ask.stamp;
+  d.kept.key = ask.key;
+  d.age      = 0;
+  if (d.fresh_rate > 0.0) d.cost[PATH_KEPT].rate = d.fresh_rate;
+  Timer timer(PHASE_SOLVE);
+  const Clock clock;
+  const Status status = solve_back(s, b, x);
+  smooth(d.direct_back, clock.seconds());
+  d.cycle_seconds = direct_seconds(d, true);
+  d.cycle_digits  = ask.digits;
+  return status;
+}
+
+// the preconditioner of a path; false: A has none
+bool form(Solver& s, const SysMatrix& A, const SolveAsk& ask, SolvePath path, Precondition& M)
+{
+  Timer timer(PHASE_PRECOND);
+  SolverData& d = *s.data;
+  switch (path) {
+    case PATH_KEPT:
+      M = [&](const RealVec& r, RealVec& z) { return kept_apply(s, A, d.kept, r, z) == STATUS_OK; };
+      return kept_form(A, ask.key, d.kept);
+    case PATH_CHOLESKY:
+      M = [&](const RealVec& r, RealVec& z) { cholesky_apply(A, d.cholesky, r, z); return true; };
+      return cholesky_form(A, d.cholesky);
+    default:
+      M = [&](const RealVec& r, RealVec& z) { diagonal_apply(A, d.diagonal, r, z); return true; };
+      return diagonal_form(A, d.diagonal);
+  }
+}
+
+// what the path has cost, for the next choice
+void remember(Solver& s, SolvePath path, const CgDone& done, double setup, double seconds, long now)
+{
+  SolverData& d = *s.data;
+  PathCost& c   = d.cost[path];
+  const double brought = done.end > 0.0 ? std::log10(done.start / done.end) : 16.0;
+  smooth(c.setup, setup);
+  if (done.iterations > 0) {
+    smooth(c.iteration, seconds / done.iterations);
+    const double rate = std::max(1e-3, brought / done.iterations);
+    c.rate = c.known && done.good ? (1.0 - SMOOTH) * c.rate + SMOOTH * rate : rate;
+  } else if (!done.good) {
+    c.rate = 1e-3;                       // no preconditioner, or an indefinite matrix
+  }
+  c.known = true;
+  c.last  = now;
+  c.pause = done.good ? PAUSE : std::max(PAUSE, 2 * c.pause);
+  if (path != PATH_KEPT) return;
+  if (!done.good || done.iterations == 0) return;
+  if (d.age++ == 0) smooth(d.fresh_rate, brought / done.iterations);
+  d.cycle_seconds += seconds;
+  d.cycle_digits += brought;
+}
+
+Status by_cg(Solver& s, const SysMatrix& A, const SolveAsk& ask, SolvePath path, double limit, long now, const RealVec& b, RealVec& x)
+{
+  const Clock clock;
+  Precondition M;
+  CgDone done;
+  const bool formed  = form(s, A, ask, path, M);
+  const double setup = clock.seconds();
+  if (formed) {
+    Timer timer(PHASE_CG);
+    done = cg_solve(A, M, b, {ask.eta, ask.energy, ask.residual, MOST, limit - setup}, s.data->work, x);
+  }
+  const double seconds = clock.seconds();
+  remember(s, path, done, setup, seconds - setup, now);
+  PathLog& log = s.path[path];
+  log.iterations += done.iterations;
+  log.seconds += seconds;
+  if (!done.good) ++log.failed;
+  s.left = done.end;
+  return done.good ? STATUS_OK : SOLVER_FAILED;
+}
+
+}  // namespace
+
+// ---------------------------------------------------------------------------
+// solve_system : one linear system of Newton's method                      doc/theory.md 7
+//
+//   in   A, b   b [neq]; ask: who the rows are, whether A is new, how exact x must be
+//   out  x      [neq], another vector than b; s.left: bound of its error
+//   status      SOLVER_SINGULAR, SOLVER_FAILED, BAD_NUMBER of the factorisation
+//
+// When conjugate gradients do not arrive, the next best path follows, at last a factorisation. The choice goes by seconds: two runs may take other paths,
+// and agree to the tolerance of Newton's method.
+// ---------------------------------------------------------------------------
+Status solve_system(Solver& s, const SysMatrix& A, const SolveAsk& ask, const RealVec& b, RealVec& x)
+{
+  MPFE_CHECK(&x != &b, "solve_system: x and b are one vector");
+  MPFE_CHECK(static_cast<int>(ask.key.size()) == A.nrow, "solve_system: one key for each row");
+  long now = 1;
+  for (const PathLog& l : s.path) now += l.solves;
+  bool tried[PATHS] = {};
+  double limit;
+  SolvePath path = choose(s, A, ask, now, limit);
+  while (path >= PATH_KEPT && !tried[path]) {
+    tried[path] = true;
+    if (by_cg(s, A, ask, path, limit, now, b, x) == STATUS_OK) {
+      ++s.path[path].solves;
+      return STATUS_OK;
+    }
+    path = choose(s, A, ask, now, limit);
+  }
+  Status status;
+  const Clock clock;
+  s.left = 0.0;
+  if (path == PATH_BACK) {
+    Timer timer(PHASE_SOLVE);
+    status = solve_back(s, b, x);
+  } else {
+    status = by_factor(s, A, ask, b, x);
+  }
+  ++s.path[path].solves;
+  s.path[path].seconds += clock.seconds();
+  return status;
+}

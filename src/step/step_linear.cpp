@@ -1,0 +1,104 @@
+#include <algorithm>
+#include <cmath>
+
+#include "step/step.h"
+
+namespace {
+
+const double FINAL  = 3e-10;   // sqrt(energy) of the error of the last correction, relative to the largest correction
+const double ACCEPT = 3e-9;    // the same, when a correction turns out to be the last that was not thought to be
+const double BLIND  = 1e-6;    // reduction in iterations that the increment before did not have
+
+RealVec diagonal(const System& s)
+{
+  RealVec d(s.neq());
+  for (int r = 0; r < s.nrow; ++r)
+    for (int i = 0; i < s.dim; ++i)
+      d[r * s.dim + i] = s.A.val[(static_cast<size_t>(s.A.off[r + 1] - 1) * s.dim + i) * s.dim + i];
+  return d;
+}
+
+// nothing in the scene can change the tangent, but for what Frozen compares
+bool linear_scene(const Problem& p, const Attempt& a)
+{
+  if (a.mode.finite || p.fm.on || p.st.points.npoint || !p.m.solver.reuse) return false;
+  for (const BondDef& b : p.m.bond)
+    if (b.kind == BOND_CONTACT) return false;
+  return true;
+}
+
+bool same_tangent(const Problem& p, const Attempt& a)
+{
+  const Frozen& z = p.frozen;
+  return z.on && z.pattern == p.sys.pattern && z.mode.cD() == a.mode.cD() && std::fabs(z.cM - a.cM) <= 1e-12 * a.cM &&
+         z.fixed == p.sys.fixed;
+}
+
+// how far the linear residual must go down (7.6): a third of what Newton's method has made of it in the same iteration of
+// the increment before, and far enough when that iteration was the last
+double reduction(const RealVec& gain, int it, double residual, double accepted)
+{
+  if (it > static_cast<int>(gain.size())) return BLIND;
+  const double g = gain[it - 1];
+  if (residual * g <= accepted) return FINAL;
+  return std::min(std::max(0.3 * g, 1e-8), 1e-2);
+}
+
+}  // namespace
+
+void step_tangent(Problem& p, const Attempt& a, const RealVec& R, const RealVec& pending, LinearSystem& l)
+{
+  System& s = p.sys;
+  Frozen& z = p.frozen;
+  const bool same = same_tangent(p, a);
+  l.f.resize(s.neq());
+  for (int i = 0; i < s.neq(); ++i) l.f[i] = -R[i];
+  if (same && std::all_of(pending.begin(), pending.end(), [](double x) { return x == 0.0; })) {
+    for (int i = 0; i < s.neq(); ++i)
+      if (s.fixed[i]) l.f[i] = 0.0;
+    l.diag = z.diag;
+    ++z.kept;
+    return;
+  }
+  const long number = s.tangent;
+  assem_tangent(p, a.mode, a.cM);
+  if (same) s.tangent = number;
+  l.diag = diagonal(s);
+  assem_constrain(s, pending, l.f);
+  z.on = linear_scene(p, a);
+  if (!z.on) return;
+  z.pattern = s.pattern;
+  z.cM      = a.cM;
+  z.mode    = a.mode;
+  z.fixed   = s.fixed;
+  z.diag    = l.diag;
+}
+
+Status step_solve(Problem& p, int it, double residual, double accepted, const RealVec& pending, LinearSystem& l)
+{
+  const System& s = p.sys;
+  l.residual = std::max(l.residual, residual);
+  SolveAsk ask{s.row_key};
+  ask.stamp  = s.tangent;
+  ask.eta    = reduction(p.newton_gain, it, residual, accepted);
+  ask.energy   = FINAL * l.energy;
+  ask.residual = 0.1 * accepted;
+  ask.digits = -std::log10(std::max(ask.eta, FINAL * l.residual / residual));
+  const Status status = solve_system(p.solver, s.A, ask, l.f, l.dx);
+  if (status != STATUS_OK) return status;
+  double energy = 0.0;
+  for (int i = 0; i < s.neq(); ++i) {
+    energy += l.f[i] * l.dx[i];
+    if (s.fixed[i]) l.dx[i] = pending[i];
+  }
+  l.energy = std::max(l.energy, std::sqrt(std::fabs(energy)));
+  return STATUS_OK;
+}
+
+bool step_solved_well(const Problem& p, const LinearSystem& l) { return p.solver.left <= ACCEPT * l.energy; }
+
+void step_gain(Problem& p, int it, double gain)
+{
+  if (it > static_cast<int>(p.newton_gain.size())) p.newton_gain.resize(it, BLIND);
+  p.newton_gain[it - 1] = gain;
+}
