@@ -29,7 +29,8 @@ void run_deck(const std::string& text, Solved& r)
   Output out;
   out_listing_open(r.m, out);
   ASSERT_EQ(step_open(p), 0);
-  ASSERT_EQ(step_run(p, out), EXIT_GOOD);
+  Archive fresh;
+  ASSERT_EQ(step_run(p, fresh, out), EXIT_GOOD);
   frac_fragments(r.m, p.el, r.st, r.f);
   for (int e = 0; e < r.m.mesh.nelem(); ++e)
     if (p.el.block_of[e] >= 0) r.mass += p.fm.volume[e] * p.el.block[p.el.block_of[e]].density;
