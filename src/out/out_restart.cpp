@@ -28,13 +28,13 @@ static void io(Archive& f, CheckResult& x)
 // what the output must remember; JOB.his is written again from its rows
 static void io(Archive& f, Output& x)
 {
-  io_all(f, x.history.names, x.history.rows, x.row_written, x.series, x.vtk_frame, x.vtk_next, x.vtk_inc, x.result, x.restart_next);
+  io_all(f, x.history.names, x.history.rows, x.row_written, x.series, x.vtk_frame, x.vtk_next, x.vtk_inc, x.frag_next, x.frag_inc, x.result, x.restart_next);
 }
 
 namespace {
 
 const char* const magic = "MPFE-RST";      // 8 letters
-const int format = 1;                      // of the content; changes with every change of a struct in it
+const int format = 2;                      // of the content; changes with every change of a struct in it
 
 struct Frame {                 // in front of the content
   char magic[8];
@@ -57,12 +57,12 @@ void io(Archive& f, Origin& x)
 }
 
 struct Lengths {               // of the files that go on, -1: there is none yet
-  long dat = -1, ero = -1;
+  long dat = -1, ero = -1, frag = -1;
 };
 
 void io_content(Archive& f, Lengths& length, State& s, ActiveGrid& grid, Output& out)
 {
-  io_all(f, length.dat, length.ero, s, grid.ncell, grid.cell, out);
+  io_all(f, length.dat, length.ero, length.frag, s, grid.ncell, grid.cell, out);
 }
 
 // ---- writing -------------------------------------------------------------------
@@ -179,6 +179,7 @@ void out_restart(const Model& m, State& s, ActiveGrid& grid, bool now, Output& o
   Lengths length;
   length.dat = length_of(out.dat, out.base + ".dat");
   length.ero = length_of(out.ero, out.base + ".ero");
+  length.frag = length_of(out.frag, out.base + ".frag");
   Archive f;
   Origin origin;
   origin.format  = format;
@@ -221,7 +222,8 @@ int out_reopen(const Model& m, const Elements& el, Archive& f, State& s, ActiveG
     log_error("the restart file has another content than this program expects: another build of mpfe has written it");
     return 1;
   }
-  if (continue_file(out.base + ".dat", length.dat, out.dat) + continue_file(out.base + ".ero", length.ero, out.ero)) return 1;
+  if (continue_file(out.base + ".dat", length.dat, out.dat) + continue_file(out.base + ".ero", length.ero, out.ero) +
+      continue_file(out.base + ".frag", length.frag, out.frag)) return 1;
   history_open(out);
   const int every = std::max(1, m.history_out.frequency);
   for (int row = 0; row <= out.row_written; row += every) history_write(out, row);
