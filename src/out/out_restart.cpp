@@ -2,7 +2,6 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <cmath>
 #include <cstring>
 #include <filesystem>
 
@@ -28,7 +27,8 @@ static void io(Archive& f, CheckResult& x)
 // what the output must remember; JOB.his is written again from its rows
 static void io(Archive& f, Output& x)
 {
-  io_all(f, x.history.names, x.history.rows, x.row_written, x.series, x.vtk_frame, x.vtk_next, x.vtk_inc, x.result, x.restart_next);
+  io_all(f, x.history.names, x.history.rows, x.row_written, x.series, x.vtk_frame, x.vtk_next, x.vtk_inc, x.frag_next, x.frag_inc,
+         x.result, x.restart_next);
 }
 
 namespace {
@@ -57,12 +57,12 @@ void io(Archive& f, Origin& x)
 }
 
 struct Lengths {               // of the files that go on, -1: there is none yet
-  long dat = -1, ero = -1;
+  long dat = -1, ero = -1, frag = -1;
 };
 
 void io_content(Archive& f, Lengths& length, State& s, ActiveGrid& grid, Output& out)
 {
-  io_all(f, length.dat, length.ero, s, grid.ncell, grid.cell, out);
+  io_all(f, length.dat, length.ero, length.frag, s, grid.ncell, grid.cell, out);
 }
 
 // ---- writing -------------------------------------------------------------------
@@ -96,11 +96,7 @@ bool restart_due(const Model& m, const State& s, Output& out)
   const RestartDef& r = m.restart;
   bool due = s.clock.t >= m.step[s.log.step - 1].period * (1.0 - 1e-10);       // the end of a step
   if (r.frequency > 0) due = due || s.log.inc_total % r.frequency == 0;
-  if (r.interval > 0.0 && s.n.time >= out.restart_next - 1e-6 * r.interval) {
-    due = true;
-    out.restart_next = r.interval * (std::floor(s.n.time / r.interval + 1e-6) + 1.0);
-  }
-  return due;
+  return out_interval(r.interval, s.n.time, out.restart_next) || due;
 }
 
 // ---- reading -------------------------------------------------------------------
@@ -140,7 +136,7 @@ bool fits(const std::string& path, const Model& m, const Origin& o)
 {
   if (o.version != MPFE_VERSION || o.format != format)
     return refuse(path, "mpfe " + o.version + ", format " + std::to_string(o.format) + ", has written it; this is mpfe " MPFE_VERSION ", format " + std::to_string(format));
-  return o.deck == m.hash || refuse(path, "it belongs to another deck: its cards or parameters are not those of now. Only *RESTART, *VTK, *NODE FILE, "
+  return o.deck == m.hash || refuse(path, "it belongs to another deck: its cards or parameters are not those of now. Only *RESTART, *VTK, *FRAGMENTS, *NODE FILE, "
                                           "*EL FILE, *NODE PRINT, *EL PRINT and *HEADING may change");
 }
 
@@ -179,6 +175,7 @@ void out_restart(const Model& m, State& s, ActiveGrid& grid, bool now, Output& o
   Lengths length;
   length.dat = length_of(out.dat, out.base + ".dat");
   length.ero = length_of(out.ero, out.base + ".ero");
+  length.frag = length_of(out.frag, out.base + ".frag");
   Archive f;
   Origin origin;
   origin.format  = format;
@@ -221,7 +218,8 @@ int out_reopen(const Model& m, const Elements& el, Archive& f, State& s, ActiveG
     log_error("the restart file has another content than this program expects: another build of mpfe has written it");
     return 1;
   }
-  if (continue_file(out.base + ".dat", length.dat, out.dat) + continue_file(out.base + ".ero", length.ero, out.ero)) return 1;
+  if (continue_file(out.base + ".dat", length.dat, out.dat) + continue_file(out.base + ".ero", length.ero, out.ero) +
+      continue_file(out.base + ".frag", length.frag, out.frag)) return 1;
   history_open(out);
   const int every = std::max(1, m.history_out.frequency);
   for (int row = 0; row <= out.row_written; row += every) history_write(out, row);
