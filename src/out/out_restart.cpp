@@ -2,7 +2,6 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <cmath>
 #include <cstring>
 #include <filesystem>
 
@@ -28,13 +27,14 @@ static void io(Archive& f, CheckResult& x)
 // what the output must remember; JOB.his is written again from its rows
 static void io(Archive& f, Output& x)
 {
-  io_all(f, x.history.names, x.history.rows, x.row_written, x.series, x.vtk_frame, x.vtk_next, x.vtk_inc, x.frag_next, x.frag_inc, x.result, x.restart_next);
+  io_all(f, x.history.names, x.history.rows, x.row_written, x.series, x.vtk_frame, x.vtk_next, x.vtk_inc, x.frag_next, x.frag_inc,
+         x.result, x.restart_next);
 }
 
 namespace {
 
 const char* const magic = "MPFE-RST";      // 8 letters
-const int format = 2;                      // of the content; changes with every change of a struct in it
+const int format = 1;                      // of the content; changes with every change of a struct in it
 
 struct Frame {                 // in front of the content
   char magic[8];
@@ -96,11 +96,7 @@ bool restart_due(const Model& m, const State& s, Output& out)
   const RestartDef& r = m.restart;
   bool due = s.clock.t >= m.step[s.log.step - 1].period * (1.0 - 1e-10);       // the end of a step
   if (r.frequency > 0) due = due || s.log.inc_total % r.frequency == 0;
-  if (r.interval > 0.0 && s.n.time >= out.restart_next - 1e-6 * r.interval) {
-    due = true;
-    out.restart_next = r.interval * (std::floor(s.n.time / r.interval + 1e-6) + 1.0);
-  }
-  return due;
+  return out_interval(r.interval, s.n.time, out.restart_next) || due;
 }
 
 // ---- reading -------------------------------------------------------------------
@@ -140,7 +136,7 @@ bool fits(const std::string& path, const Model& m, const Origin& o)
 {
   if (o.version != MPFE_VERSION || o.format != format)
     return refuse(path, "mpfe " + o.version + ", format " + std::to_string(o.format) + ", has written it; this is mpfe " MPFE_VERSION ", format " + std::to_string(format));
-  return o.deck == m.hash || refuse(path, "it belongs to another deck: its cards or parameters are not those of now. Only *RESTART, *VTK, *NODE FILE, "
+  return o.deck == m.hash || refuse(path, "it belongs to another deck: its cards or parameters are not those of now. Only *RESTART, *VTK, *FRAGMENTS, *NODE FILE, "
                                           "*EL FILE, *NODE PRINT, *EL PRINT and *HEADING may change");
 }
 
