@@ -371,10 +371,28 @@ void by_griffith(Scan& s, int e, double W_max, std::vector<Erosion>& out)
   if (!(largest_stress(s, e) > 0.0)) return;
   double J[3];
   const double G = estimate(s, e, J);
-  if (G < s.fm.gc[e]) return;
+  if (G < s.fm.gc[e] && !force) return;              // FORCE: keep_fronts judges
   const double rank = force ? force_rank(s, e, J, G) : drive_of(s, e) * s.fm.size[e];
   if (!at) J[0] = J[1] = J[2] = 0.0;                 // no crack yet that could go on
   out.push_back({e, G / s.fm.gc[e], rank / s.fm.gc[e], {J[0], J[1], J[2]}});
+}
+
+// FORCE: all elements around a tip see much the same |J|. Where the best placed one of a ball holds, none of them breaks.
+void keep_fronts(const Scan& s, std::vector<Erosion>& all)
+{
+  std::vector<Erosion> out;
+  for (const Erosion& c : all) {
+    if (c.value < 1.0) continue;
+    const double* x  = &s.fm.centre[3 * c.elem];
+    const double far = radius_of(s, c.elem);
+    const Erosion* best = &c;
+    for (const Erosion& o : all) {
+      const double* y = &s.fm.centre[3 * o.elem];
+      if (o.rank > best->rank && std::hypot(x[0] - y[0], x[1] - y[1], x[2] - y[2]) < far) best = &o;
+    }
+    if (best->value >= 1.0) out.push_back(c);
+  }
+  all.swap(out);
 }
 
 // strongest first; others of the same test when they are tied, or far enough away
@@ -425,6 +443,7 @@ void frac_test(const Model& m, const Step& step, const Elements& el, const FracM
     if (s.def(e).criterion == CRITERION_ELEMENT) by_element(s, e, 1.0, out);
     else by_griffith(s, e, W_max, out);
   }
+  keep_fronts(s, out);
   if (out.empty())                                   // ligaments that the crack has left behind
     for (int e = 0; e < nelem; ++e)
       if (fm.def[e] >= 0 && s.intact(e) && s.def(e).criterion == CRITERION_GRIFFITH && fallback_of(s, e) > 0.0)
