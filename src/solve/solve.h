@@ -69,6 +69,7 @@ struct SolveAsk {
   double eta = 0.0;                 // the residual may be eta of b, in the norm of the energy and in that of the force,
   double energy = 0.0, residual = 0.0;   // or as small as these
   double digits = 10.0;             // how many decimals this will be, for the choice of the path
+  bool exact = false;               // AUTO: nothing but a factorisation is good enough
 };
 
 // solve_open : AUTO and CG factorise by MUMPS when it was built in, else SKYLINE. Returns false when the kind is not built in.

@@ -77,7 +77,7 @@ SolvePath choose(const Solver& s, const SysMatrix& A, const SolveAsk& ask, long 
     if (s.def.precond == PRECOND_FACTORS) return have_factors(s) && !stale(d) ? PATH_KEPT : PATH_FACTOR;
     return s.def.precond == PRECOND_DIAGONAL ? PATH_DIAGONAL : PATH_CHOLESKY;
   }
-  if (A.neq() < SMALL || !d.factored) return PATH_FACTOR;
+  if (A.neq() < SMALL || !d.factored || ask.exact) return PATH_FACTOR;
   const bool pattern_known = d.off == A.off && d.col == A.col;
   double answer[2] = {static_cast<double>(fastest(s, ask, pattern_known, now, limit)), limit};
   comm_share(answer, 2);                 // clocks differ, ranks must not

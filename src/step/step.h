@@ -47,7 +47,7 @@ void step_tangent(Problem& p, const Attempt& a, const RealVec& R, const RealVec&
 
 // step_solve : dx of iteration it, as exactly as Newton's method can use it (7.6)
 //   in   residual, accepted   norm of R, and that which ends the iteration
-Status step_solve(Problem& p, int it, double residual, double accepted, const RealVec& pending, LinearSystem& l);
+Status step_solve(Problem& p, const Attempt& a, int it, double residual, double accepted, const RealVec& pending, LinearSystem& l);
 
 // step_solved_well : was the correction exact enough for the last one?
 bool step_solved_well(const Problem& p, const LinearSystem& l);

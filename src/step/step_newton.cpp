@@ -171,7 +171,7 @@ Status step_newton(Problem& p, Attempt& a)
     // 2. solve
     const double before = b.free_norm;
     const double scale  = log.scale > 0.0 ? std::min(b.scale, log.scale) : b.scale;    // inertia of the predictor is large
-    status = step_solve(p, it, before, a.step.ctl.tol_force * scale, pending, l);
+    status = step_solve(p, a, it, before, a.step.ctl.tol_force * scale, pending, l);
     if (status != STATUS_OK) return status;
     // 3. correct; smaller when an element turns inside out or the residual overshoots
     double g0 = 0.0;
