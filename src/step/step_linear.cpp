@@ -79,11 +79,11 @@ Status step_solve(Problem& p, int it, double residual, double accepted, const Re
   const System& s = p.sys;
   l.residual = std::max(l.residual, residual);
   SolveAsk ask{s.row_key};
-  ask.stamp  = s.tangent;
-  ask.eta    = reduction(p.newton_gain, it, residual, accepted);
+  ask.stamp    = s.tangent;
+  ask.eta      = reduction(p.newton_gain, it, residual, accepted);
   ask.energy   = FINAL * l.energy;
-  ask.residual = 0.1 * accepted;
-  ask.digits = -std::log10(std::max(ask.eta, FINAL * l.residual / residual));
+  ask.residual = 0.01 * accepted;
+  ask.digits   = -std::log10(std::max(ask.eta, FINAL * l.residual / residual));
   const Status status = solve_system(p.solver, s.A, ask, l.f, l.dx);
   if (status != STATUS_OK) return status;
   double energy = 0.0;
