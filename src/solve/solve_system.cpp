@@ -15,7 +15,7 @@ const double NEVER  = std::numeric_limits<double>::infinity();
 
 void smooth(double& mean, double value) { mean = mean > 0.0 ? (1.0 - SMOOTH) * mean + SMOOTH * value : value; }
 
-// seconds that a path of CG will take for so many digits
+// seconds that a path of CG will take for so many digits                          (7.5)
 double expected(const PathCost& c, double digits) { return c.setup + c.iteration * std::max(1.0, digits / c.rate); }
 
 // seconds of a solution by factorisation
@@ -27,11 +27,13 @@ double direct_seconds(const SolverData& d, bool pattern_known)
 // factors of an indefinite matrix are no preconditioner
 bool have_factors(const Solver& s) { return s.data->factored && s.negative == 0; }
 
-// a digit costs more than it has cost on average since the factorisation, that one included: the average grows from here on
-bool stale(const SolverData& d)
+// a new factorisation is faster, or a digit costs more than it has cost on average since the last one, which is included:
+// the average grows from here on
+bool stale(const SolverData& d, double digits)
 {
   const PathCost& c = d.cost[PATH_KEPT];
-  return d.age > 0 && c.iteration / c.rate > d.cycle_seconds / d.cycle_digits;
+  return c.known && (expected(c, digits) > direct_seconds(d, true) ||
+                     (d.age > 0 && c.iteration / c.rate > d.cycle_seconds / d.cycle_digits));
 }
 
 // is it time to look at a path that is not the best?
@@ -64,7 +66,7 @@ SolvePath fastest(const Solver& s, const SolveAsk& ask, bool pattern_known, long
   for (SolvePath path : {PATH_KEPT, PATH_CHOLESKY})
     if (path != best && allowed(s, path) && due(d.cost[path], now)) return path;
   limit = 2.0 * direct;
-  return best == PATH_KEPT && stale(d) ? PATH_FACTOR : best;
+  return best == PATH_KEPT && stale(d, ask.digits) ? PATH_FACTOR : best;
 }
 
 SolvePath choose(const Solver& s, const SysMatrix& A, const SolveAsk& ask, long now, double& limit)
@@ -74,7 +76,7 @@ SolvePath choose(const Solver& s, const SysMatrix& A, const SolveAsk& ask, long 
   if (!s.def.reuse) return PATH_FACTOR;
   if (d.factored && d.stamp == ask.stamp) return PATH_BACK;
   if (s.def.kind == SOLVER_CG) {
-    if (s.def.precond == PRECOND_FACTORS) return have_factors(s) && !stale(d) ? PATH_KEPT : PATH_FACTOR;
+    if (s.def.precond == PRECOND_FACTORS) return have_factors(s) && !stale(d, ask.digits) ? PATH_KEPT : PATH_FACTOR;
     return s.def.precond == PRECOND_DIAGONAL ? PATH_DIAGONAL : PATH_CHOLESKY;
   }
   if (A.neq() < SMALL || !d.factored || ask.exact) return PATH_FACTOR;
@@ -169,7 +171,9 @@ Status by_cg(Solver& s, const SysMatrix& A, const SolveAsk& ask, SolvePath path,
   const double setup = clock.seconds();
   if (formed) {
     Timer timer(PHASE_CG);
-    done = cg_solve(A, M, b, {ask.eta, ask.energy, ask.residual, MOST, limit - setup}, s.data->work, x);
+    // A^-1 and M^-1 are far apart in smooth modes, but for factors: M^-1 sees too little of an error there
+    const double safety = path == PATH_KEPT ? 1.0 : 0.1;
+    done = cg_solve(A, M, b, {safety * ask.eta, safety * ask.energy, ask.residual, MOST, limit - setup}, s.data->work, x);
   }
   const double seconds = clock.seconds();
   remember(s, path, done, setup, seconds - setup, now);
@@ -210,6 +214,7 @@ Status solve_system(Solver& s, const SysMatrix& A, const SolveAsk& ask, const Re
     }
     path = choose(s, A, ask, now, limit);
   }
+  if (path != PATH_BACK) path = PATH_FACTOR;
   Status status;
   const Clock clock;
   s.left = 0.0;

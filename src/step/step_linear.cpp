@@ -79,10 +79,10 @@ Status step_solve(Problem& p, const Attempt& a, int it, double residual, double 
   const System& s = p.sys;
   l.residual = std::max(l.residual, residual);
   SolveAsk ask{s.row_key};
-  ask.stamp  = s.tangent;
-  ask.eta    = reduction(p.newton_gain, it, residual, accepted);
+  ask.stamp    = s.tangent;
+  ask.eta      = reduction(p.newton_gain, it, residual, accepted);
   ask.energy   = FINAL * l.energy;
-  ask.residual = 0.1 * accepted;
+  ask.residual = 0.01 * accepted;
   // statics with broken material, nearly singular: what conjugate gradients leave there never goes away; nor where Newton
   // does not come to an end
   ask.exact  = (a.cM == 0.0 && p.fm.on && p.st.frac.neroded > 0) || it > 8;

@@ -1,0 +1,210 @@
+// Conjugate gradients, their preconditioners, and the way that solve_system takes: src/solve/
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "solve/solve_data.h"
+
+namespace {
+
+// nx x ny rows (x nz), each tied to its neighbours by springs of stiffness 1 along all axes, stiff in x; every row held by
+// soft. Positive definite. key: x + 1000 y, so that a smaller grid knows its rows in a larger one.
+struct Springs {
+  SysMatrix A;
+  std::vector<long> key;
+};
+
+Springs springs(int dim, int x0, int nx, int ny, double stiff, double soft)
+{
+  Springs s;
+  SysMatrix& A = s.A;
+  const int DD = dim * dim;
+  A.dim  = dim;
+  A.nrow = nx * ny;
+  for (int y = 0; y < ny; ++y)
+    for (int x = 0; x < nx; ++x) {
+      const int I = y * nx + x;
+      if (y > 0) A.col.push_back(I - nx);
+      if (x > 0) A.col.push_back(I - 1);
+      A.col.push_back(I);
+      A.off.push_back(static_cast<int>(A.col.size()));
+      s.key.push_back(x0 + x + 1000L * y);
+    }
+  A.val.assign(A.col.size() * DD, 0.0);
+  auto diagonal = [&](int I, int i) -> double& { return A.val[static_cast<size_t>(A.off[I + 1] - 1) * DD + i * dim + i]; };
+  for (int I = 0; I < A.nrow; ++I) {
+    for (int i = 0; i < dim; ++i) diagonal(I, i) += soft;
+    for (int k = A.off[I]; k < A.off[I + 1] - 1; ++k)
+      for (int i = 0; i < dim; ++i) {
+        const double c = A.col[k] == I - 1 ? stiff : 1.0;
+        A.val[static_cast<size_t>(k) * DD + i * dim + i] = -c;
+        diagonal(I, i) += c;
+        diagonal(A.col[k], i) += c;
+      }
+  }
+  return s;
+}
+
+RealVec right_hand_side(const SysMatrix& A)
+{
+  RealVec b(A.neq());
+  for (int k = 0; k < A.neq(); ++k) b[k] = std::sin(1.0 + k);
+  return b;
+}
+
+// length of b - A x against that of b
+double residual(const SysMatrix& A, const RealVec& b, const RealVec& x)
+{
+  RealVec y;
+  sys_multiply(A, x, y);
+  double r = 0.0, f = 0.0;
+  for (size_t i = 0; i < b.size(); ++i) {
+    r += (b[i] - y[i]) * (b[i] - y[i]);
+    f += b[i] * b[i];
+  }
+  return std::sqrt(r / f);
+}
+
+double dot(const RealVec& a, const RealVec& b) { return std::inner_product(a.begin(), a.end(), b.begin(), 0.0); }
+
+SolveAsk ask(const std::vector<long>& key, long stamp)
+{
+  SolveAsk a{key};
+  a.stamp = stamp;
+  a.eta   = 1e-10;
+  return a;
+}
+
+Solver open(SolverKind kind, Preconditioner precond, bool reuse = true)
+{
+  Solver s;
+  EXPECT_TRUE(solve_open(s, {kind, precond, reuse}));
+  return s;
+}
+
+}  // namespace
+
+TEST(Krylov, ArrivesWithEachPreconditioner)
+{
+  for (int dim : {1, 2, 3})
+    for (Preconditioner p : {PRECOND_DIAGONAL, PRECOND_CHOLESKY}) {
+      const Springs k = springs(dim, 0, 13, 9, 1.0, 0.01);
+      const RealVec b = right_hand_side(k.A);
+      RealVec x;
+      Solver s = open(SOLVER_CG, p);
+      ASSERT_EQ(solve_system(s, k.A, ask(k.key, 1), b, x), STATUS_OK);
+      EXPECT_LT(residual(k.A, b, x), 1e-9);
+      EXPECT_EQ(s.nfactor, 0);
+      EXPECT_EQ(s.path[p == PRECOND_DIAGONAL ? PATH_DIAGONAL : PATH_CHOLESKY].solves, 1);
+      solve_close(s);
+    }
+}
+
+// a chain has no fill: the factor is complete, but for single precision
+TEST(Krylov, CholeskyOfAChainIsExact)
+{
+  const Springs k = springs(3, 0, 50, 1, 1.0, 0.1);
+  const RealVec b = right_hand_side(k.A);
+  Cholesky c;
+  ASSERT_TRUE(cholesky_form(k.A, c));
+  EXPECT_EQ(c.shift, 0.0);
+  RealVec x(b.size());
+  cholesky_apply(k.A, c, b, x);
+  EXPECT_LT(residual(k.A, b, x), 1e-5);
+}
+
+// springs a thousand times as stiff between the columns, as bonds are: diagonal blocks suffer, the factor does not
+TEST(Krylov, CholeskyBearsStiffBonds)
+{
+  long iterations[2];
+  for (Preconditioner p : {PRECOND_DIAGONAL, PRECOND_CHOLESKY}) {
+    const Springs k = springs(2, 0, 2, 200, 1000.0, 0.01);
+    const RealVec b = right_hand_side(k.A);
+    RealVec x;
+    Solver s = open(SOLVER_CG, p);
+    ASSERT_EQ(solve_system(s, k.A, ask(k.key, 1), b, x), STATUS_OK);
+    EXPECT_LT(residual(k.A, b, x), 1e-9);
+    iterations[p == PRECOND_CHOLESKY] = s.path[PATH_DIAGONAL].iterations + s.path[PATH_CHOLESKY].iterations;
+    solve_close(s);
+  }
+  EXPECT_LT(2 * iterations[1], iterations[0]);
+}
+
+// rows leave and come: the preconditioner stays symmetric and positive definite
+TEST(Krylov, FactorsServeWhenRowsChange)
+{
+  const Springs old = springs(2, 0, 10, 8, 1.0, 0.1), now = springs(2, 3, 10, 8, 1.2, 0.1);
+  Solver s = open(SOLVER_CG, PRECOND_FACTORS);
+  RealVec x;
+  ASSERT_EQ(solve_system(s, old.A, ask(old.key, 1), right_hand_side(old.A), x), STATUS_OK);
+  Kept& kept = s.data->kept;
+  ASSERT_TRUE(kept_form(now.A, now.key, kept));
+  EXPECT_EQ(std::count(kept.old.begin(), kept.old.end(), -1), 3 * 8);
+  RealVec u = right_hand_side(now.A), v(u.size()), Mu(u.size()), Mv(u.size());
+  for (size_t i = 0; i < v.size(); ++i) v[i] = std::cos(0.3 * static_cast<double>(i * i));
+  ASSERT_EQ(kept_apply(s, now.A, kept, u, Mu), STATUS_OK);
+  ASSERT_EQ(kept_apply(s, now.A, kept, v, Mv), STATUS_OK);
+  EXPECT_NEAR(dot(u, Mv), dot(v, Mu), 1e-12 * std::sqrt(dot(u, u) * dot(v, v)) * 100.0);
+  EXPECT_GT(dot(u, Mu), 0.0);
+  EXPECT_GT(dot(v, Mv), 0.0);
+
+  CgWork work;
+  const Precondition M = [&](const RealVec& r, RealVec& z) { return kept_apply(s, now.A, kept, r, z) == STATUS_OK; };
+  const CgDone done = cg_solve(now.A, M, u, {1e-10, 0.0, 0.0, 500, 1e9}, work, x);
+  EXPECT_TRUE(done.good);
+  EXPECT_LT(residual(now.A, u, x), 1e-9);
+  solve_close(s);
+}
+
+// a negative direction ends conjugate gradients, and a factorisation takes over
+TEST(Krylov, NegativeCurvatureIsFactorised)
+{
+  Springs k = springs(2, 0, 12, 12, 1.0, -0.3);
+  const RealVec b = right_hand_side(k.A);
+  RealVec x;
+  for (Preconditioner p : {PRECOND_DIAGONAL, PRECOND_CHOLESKY}) {
+    Solver s = open(SOLVER_CG, p);
+    ASSERT_EQ(solve_system(s, k.A, ask(k.key, 1), b, x), STATUS_OK);
+    EXPECT_LT(residual(k.A, b, x), 1e-10);
+    EXPECT_EQ(s.path[PATH_FACTOR].solves, 1);
+    EXPECT_EQ(s.left, 0.0);
+    solve_close(s);
+  }
+}
+
+// the same number: the same matrix, no second factorisation; REUSE=NO factorises all the same
+TEST(Krylov, SameMatrixKeepsItsFactors)
+{
+  const Springs k = springs(2, 0, 12, 12, 1.0, 0.1);
+  const RealVec b = right_hand_side(k.A);
+  for (bool reuse : {true, false}) {
+    Solver s = open(SOLVER_AUTO, PRECOND_AUTO, reuse);
+    RealVec x;
+    for (int again = 0; again < 3; ++again) {
+      ASSERT_EQ(solve_system(s, k.A, ask(k.key, 7), b, x), STATUS_OK);
+      EXPECT_LT(residual(k.A, b, x), 1e-12);
+    }
+    EXPECT_EQ(s.nfactor, reuse ? 1 : 3);
+    solve_close(s);
+  }
+}
+
+// whatever the clock says, all ways lead to the solution
+TEST(Krylov, ChosenPathsAgree)
+{
+  Springs k = springs(2, 0, 60, 40, 1.0, 0.05);
+  const RealVec b = right_hand_side(k.A);
+  Solver s = open(SOLVER_AUTO, PRECOND_AUTO);
+  RealVec x;
+  for (int n = 0; n < 20; ++n) {
+    for (double& v : k.A.val) v *= 1.01;
+    ASSERT_EQ(solve_system(s, k.A, ask(k.key, n), b, x), STATUS_OK);
+    EXPECT_LT(residual(k.A, b, x), 1e-9) << n;
+  }
+  long cg = 0;
+  for (SolvePath p : {PATH_KEPT, PATH_CHOLESKY}) cg += s.path[p].solves;
+  EXPECT_GT(cg, 0);
+  solve_close(s);
+}
