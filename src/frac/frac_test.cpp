@@ -94,7 +94,8 @@ double ball_estimate(Scan& s, int e)
 {
   const double radius = radius_of(s, e);
   double energy = 0.0, volume = 0.0;
-  frac_near(s.fm, &s.fm.centre[3 * e], radius, [&](int o, double) {
+  // centres just at the radius belong to it: on an aligned mesh they would come and go with rounding
+  frac_near(s.fm, &s.fm.centre[3 * e], radius * (1.0 + 1e-6), [&](int o, double) {
     volume += s.fm.volume[o];
     if (s.intact(o)) energy += drive_of(s, o) * s.fm.volume[o];
   });
