@@ -73,7 +73,7 @@ void frac_test(const Model& m, const Step& s, const Elements& el, const FracMesh
 double frac_estimate(const Model& m, const Step& s, const Elements& el, const FracMesh& fm, const Fracture& fr,
                      const Level& l, int e, double J[3]);
 
-// frac_erode : an element breaks: normal (7.9), time, counts. Returns the strain energy released at fixed displacement.
+// frac_erode : an element breaks: normal, time, counts. Returns the strain energy released at fixed displacement.
 double frac_erode(const Model& m, const Elements& el, const FracMesh& fm, const Level& l, bool nlgeom, const Erosion& x, Fracture& fr);
 
 // frac_distorted : elements that a distortion or a time turns into points

@@ -187,7 +187,7 @@ void face_of(const Scan& s, int e, int f, double* mid, double* area)
   for (int i = 0; i < 3; ++i) area[i] = 0.5 * (p[(i + 1) % 3] * r[(i + 2) % 3] - p[(i + 2) % 3] * r[(i + 1) % 3]);
 }
 
-// what the surface of the body adds to J where it cuts the ball: -int q W n dA on faces without traction   (7.7)
+// what the surface of the body adds to J where it cuts the ball: -int q W n dA on faces without traction
 void take_surface(const Scan& s, int e, const double* q, double* J)
 {
   const ShapeInfo& info = shape_info[s.el.block[s.el.home[e]].shape];
@@ -203,7 +203,7 @@ void take_surface(const Scan& s, int e, const double* q, double* J)
 }
 
 // int q ds along the straight front through the element, square to J and to the largest principal stress, as far as the body
-// reaches: 1.5 radius inside                                                          (7.7)
+// reaches: 1.5 radius inside                                                          (7.6)
 double front_length(const Scan& s, int e, const double* J, double radius)
 {
   double E[9], N[3], t[3], norm = 0.0, reach[2] = {radius, radius};
@@ -328,7 +328,7 @@ double fallback_of(const Scan& s, int e)
   return given >= 0.0 ? given : estimate_of(s, e) == ESTIMATE_FORCE ? 0.45 : 0.0;
 }
 
-// the crack holds the direction of growth: what of N is along J goes                 (7.9)
+// the crack holds the direction of growth: what of N is along J goes
 void turn_off(const double* J, double* N)
 {
   const double JJ = J[0] * J[0] + J[1] * J[1] + J[2] * J[2];
