@@ -179,7 +179,7 @@ void diagonal_apply(const SysMatrix& A, const RealVec& inverse, const RealVec& r
 }
 
 // ---------------------------------------------------------------------------
-// cholesky_form : incomplete Cholesky factor L of A on its own pattern                (7.3)
+// cholesky_form : incomplete Cholesky factor L of A on its own pattern                (8.3)
 //
 //   out  c   L in single precision, which halves what the memory must bring; L^-T L^-1 stays symmetric.
 //            The place of a diagonal block holds the inverse of the factor of that block.
@@ -213,7 +213,7 @@ void cholesky_apply(const SysMatrix& A, const Cholesky& c, const RealVec& r, Rea
 }
 
 // ---------------------------------------------------------------------------
-// kept_form : which row of the factorised matrix each row of A was                     (7.4)
+// kept_form : which row of the factorised matrix each row of A was                     (8.4)
 //
 //   in   key   [nrow] who a row is: two rows with the same key are the same node
 //   out  k     old row of each row, or -1; those get the inverse of their diagonal block

@@ -33,7 +33,7 @@ IntVec order_metis(const SysMatrix& A);
 
 struct SolverData;             // private to the solver files
 
-// Ways to a solution                                                          doc/theory.md 7
+// Ways to a solution                                                          doc/theory.md 8
 enum SolvePath {
   PATH_FACTOR,                 // analysis when the pattern is new, factorisation, back substitution
   PATH_BACK,                   // the matrix is the one that was factorised: back substitution

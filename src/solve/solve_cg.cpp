@@ -50,7 +50,7 @@ bool late(const Clock& clock, double limit)
 }  // namespace
 
 // ---------------------------------------------------------------------------
-// cg_solve : conjugate gradients for A x = b from x = 0, with a symmetric positive definite preconditioner M = P   (7.2)
+// cg_solve : conjugate gradients for A x = b from x = 0, with a symmetric positive definite preconditioner M = P   (8.2)
 //
 //   in   precondition   z = M^-1 r; false: it failed
 //        goal           of sqrt(r M^-1 r), which is near sqrt(energy) of the error, and of the norm of r: stiff bonds have

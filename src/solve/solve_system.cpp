@@ -15,7 +15,7 @@ const double NEVER  = std::numeric_limits<double>::infinity();
 
 void smooth(double& mean, double value) { mean = mean > 0.0 ? (1.0 - SMOOTH) * mean + SMOOTH * value : value; }
 
-// seconds that a path of CG will take for so many digits                          (7.5)
+// seconds that a path of CG will take for so many digits                          (8.5)
 double expected(const PathCost& c, double digits) { return c.setup + c.iteration * std::max(1.0, digits / c.rate); }
 
 // seconds of a solution by factorisation
@@ -188,7 +188,7 @@ Status by_cg(Solver& s, const SysMatrix& A, const SolveAsk& ask, SolvePath path,
 }  // namespace
 
 // ---------------------------------------------------------------------------
-// solve_system : one linear system of Newton's method                      doc/theory.md 7
+// solve_system : one linear system of Newton's method                      doc/theory.md 8
 //
 //   in   A, b   b [neq]; ask: who the rows are, whether A is new, how exact x must be
 //   out  x      [neq], another vector than b; s.left: bound of its error

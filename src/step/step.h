@@ -45,7 +45,7 @@ struct LinearSystem {
 // step_tangent : A = K + cM M and f = -R with the prescribed corrections put in; A stays when the scene is linear
 void step_tangent(Problem& p, const Attempt& a, const RealVec& R, const RealVec& pending, LinearSystem& l);
 
-// step_solve : dx of iteration it, as exactly as Newton's method can use it (7.6)
+// step_solve : dx of iteration it, as exactly as Newton's method can use it (8.6)
 //   in   residual, accepted   norm of R, and that which ends the iteration
 Status step_solve(Problem& p, const Attempt& a, int it, double residual, double accepted, const RealVec& pending, LinearSystem& l);
 

@@ -34,7 +34,7 @@ bool same_tangent(const Problem& p, const Attempt& a)
          z.fixed == p.sys.fixed;
 }
 
-// how far the linear residual must go down (7.6): a third of what Newton's method has made of it in the same iteration of
+// how far the linear residual must go down (8.6): a third of what Newton's method has made of it in the same iteration of
 // the increment before, and far enough when that iteration was the last
 double reduction(const RealVec& gain, int it, double residual, double accepted)
 {
