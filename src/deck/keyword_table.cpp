@@ -98,7 +98,7 @@ const Keyword keyword_table[] = {
   {"NSET", kw_nset, IN_MODEL, "NSET!|GENERATE|WHERE", "set of nodes"},
   {"PARAMETER", kw_parameter, ANYWHERE, "", "names for numbers: name = expression"},
   {"RESTART", kw_restart, ANYWHERE, "READ|WRITE|FREQUENCY|TIME INTERVAL|OVERLAY", "files from which the run can be continued"},
-  {"SOLID SECTION", kw_solid_section, IN_MODEL, "ELSET!|MATERIAL!", "material and thickness of elements"},
+  {"SOLID SECTION", kw_solid_section, IN_MODEL, "ELSET!|MATERIAL!|MASS", "material, thickness and mass of elements"},
   {"SOLVER", kw_solver, OUTSIDE, "TYPE|REUSE|PRECONDITIONER", "the linear solver"},
   {"STATIC", kw_static, IN_STEP, "DIRECT", "static step"},
   {"STEP", kw_step, ANYWHERE, "NLGEOM|INC", "begins a step"},

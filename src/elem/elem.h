@@ -27,6 +27,7 @@ struct ElemBlock {
   MatLaw law;
   double density;
   double thickness;
+  bool lumped = false;         // diagonal mass
   IntVec elem;                 // elements of the block
   IntVec live;                 // places of those that are still elements, ascending
   RealVec dNdX;                // [nelem][ngp][nen][dim]                              1/length
@@ -87,7 +88,8 @@ void eas_strain(Shape s, const double* eas, const double* w, const MatLaw& law, 
 // elem_gauss_place : place X[3] at t = 0 and shape functions N [nen] of Gauss point g; returns weight x volume
 double elem_gauss_place(const Model& m, const Elements& el, int e, int g, double* X, double* N);
 
-// elem_mass : consistent mass of an element, node pairs a >= b [pairs]; one number serves all directions
+// elem_mass : mass of an element, node pairs a >= b [pairs]; one number serves all directions. Consistent, or, when the block is
+// lumped, the sums of its rows on the diagonal
 void elem_mass(const Model& m, const ElemBlock& b, int slot, double* me);
 
 // elem_ip_fields : results at Gauss point g of element e; u [nnode*dim]

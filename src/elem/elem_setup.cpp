@@ -6,11 +6,11 @@
 
 namespace {
 
-ElemBlock& block_for(const Model& m, Elements& el, std::map<std::tuple<int, int, double>, int>& known, int e)
+ElemBlock& block_for(const Model& m, Elements& el, std::map<std::tuple<int, int, double, bool>, int>& known, int e)
 {
   const Section& s = m.section[m.mesh.elem_section[e]];
   const int type   = m.mesh.elem_type[e];
-  const auto key   = std::make_tuple(type, s.material, s.thickness);
+  const auto key   = std::make_tuple(type, s.material, s.thickness, s.lumped);
   auto it          = known.find(key);
   if (it == known.end()) {
     it = known.emplace(key, static_cast<int>(el.block.size())).first;
@@ -21,10 +21,24 @@ ElemBlock& block_for(const Model& m, Elements& el, std::map<std::tuple<int, int,
     b.law       = mat_law(mat, elem_table[type].plane);
     b.density   = mat.density;
     b.thickness = s.thickness;
+    b.lumped    = s.lumped;
     el.block.push_back(b);
   }
   el.block_of[e] = it->second;
   return el.block[it->second];
+}
+
+// m [pairs a >= b]: the sums of the rows on the diagonal
+void lump(int nen, double* m)
+{
+  double row[8] = {0};
+  for (int a = 0, k = 0; a < nen; ++a)
+    for (int b = 0; b <= a; ++b, ++k) {
+      row[a] += m[k];
+      if (b < a) row[b] += m[k];
+      m[k] = 0.0;
+    }
+  for (int a = 0; a < nen; ++a) m[a * (a + 3) / 2] = row[a];
 }
 
 }  // namespace
@@ -32,7 +46,7 @@ ElemBlock& block_for(const Model& m, Elements& el, std::map<std::tuple<int, int,
 Status elem_setup(const Model& m, Elements& el, int* worst)
 {
   const Mesh& mesh = m.mesh;
-  std::map<std::tuple<int, int, double>, int> known;
+  std::map<std::tuple<int, int, double, bool>, int> known;
   el = Elements();
   el.block_of.assign(mesh.nelem(), -1);
   el.slot_of.assign(mesh.nelem(), -1);
@@ -73,6 +87,7 @@ void elem_mass(const Model& m, const ElemBlock& b, int slot, double* me)
   for (int a = 0; a < info.nen; ++a)
     for (int i = 0; i < info.dim; ++i) X[a * info.dim + i] = m.mesh.X[3 * node[a] + i];
   shape_mass(b.shape, X, b.density * (info.dim == 2 ? b.thickness : 1.0), me);
+  if (b.lumped) lump(info.nen, me);
 }
 
 void elem_refresh(Elements& el)

@@ -71,6 +71,7 @@ struct Section {               // *SOLID SECTION
   int material;
   double thickness = 1.0;      // length
   Place place;
+  bool lumped = false;         // mass at the nodes instead of the consistent one
 };
 
 enum AmplitudeKind { AMP_TABULAR, AMP_SMOOTH_STEP, AMP_STEFFEN, AMP_AKIMA, AMP_CUBIC, AMP_EXPRESSION };

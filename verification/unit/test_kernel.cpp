@@ -351,6 +351,35 @@ TEST(Element, RigidMotionGivesNoForce)
   }
 }
 
+TEST(Element, LumpedMassHasTheSumsOfTheRows)
+{
+  for (Shape s : all_shapes) {
+    const Sample e = make_sample(s, 1, 0.0);
+    ElemBlock b    = block_of(s, e, law_of(1.0, 0.3, PLANE_NONE), false);
+    b.density = 3.0, b.thickness = 0.5;
+    Model m;
+    m.dim = e.dim;
+    for (int a = 0; a < e.nen; ++a) {
+      m.mesh.conn.item.push_back(a);
+      for (int i = 0; i < 3; ++i) m.mesh.X.push_back(i < e.dim ? e.X[a * e.dim + i] : 0.0);
+    }
+    m.mesh.conn.off = {0, e.nen};
+    double consistent[36], lumped[36];
+    elem_mass(m, b, 0, consistent);
+    b.lumped = true;
+    elem_mass(m, b, 0, lumped);
+    for (int a = 0; a < e.nen; ++a) {
+      double row = 0.0;
+      for (int c = 0; c < e.nen; ++c) {
+        row += consistent[a >= c ? pair_place(a, c) : pair_place(c, a)];
+        if (c < a) EXPECT_EQ(0.0, lumped[pair_place(a, c)]);
+      }
+      EXPECT_GT(row, 0.0);
+      EXPECT_NEAR(row, lumped[pair_place(a, a)], 1e-15) << s;
+    }
+  }
+}
+
 TEST(Element, InsideOutIsReported)
 {
   Sample e = make_sample(SHAPE_QUAD4, 1, 0.0);
