@@ -54,6 +54,8 @@ struct Solver {
   std::shared_ptr<SolverData> data;
   std::string message;              // of the last failure, in words with a remedy
   int zero_equation = -1;           // of the first zero pivot, -1: none
+  bool hold = false;                // MUMPS: zero pivots are no error, their unknowns do not move; Newton's residual judges
+  long nheld = 0;                   // how many there were
   long nfactor = 0, nback = 0, nanalyse = 0;
   double seconds_factor = 0, seconds_back = 0, seconds_analyse = 0;   // wall
   double flops = 0, memory_mb = 0;  // of the last factorisation, as far as known

@@ -165,7 +165,7 @@ Status mumps_analyse(Solver& s, const SysMatrix& A)
 // ---------------------------------------------------------------------------
 // mumps_factor : L D L^T of today's values
 //
-//   status  SOLVER_SINGULAR: zero pivot; SOLVER_FAILED: see the message
+//   status  SOLVER_SINGULAR: zero pivot, unless the solver may hold it; SOLVER_FAILED: see the message
 // ---------------------------------------------------------------------------
 Status mumps_factor(Solver& s, const SysMatrix& A)
 {
@@ -187,9 +187,11 @@ Status mumps_factor(Solver& s, const SysMatrix& A)
     const int equation = static_cast<int>(inside), row = equation / A.dim, component = equation % A.dim;
     const long I = std::find(m.number.begin(), m.number.end(), row) - m.number.begin();
     s.zero_equation = static_cast<int>(I * A.dim + component);
-    return solve_fail(s, SOLVER_SINGULAR, "%d zero pivots, the first in equation %ld (block row %ld, component %d): "
-                      "something can move freely; look for missing supports",
-                      infog(m, 28), I * A.dim + component + 1, I + 1, component + 1);
+    solve_fail(s, SOLVER_SINGULAR, "%d zero pivots, the first in equation %ld (block row %ld, component %d): "
+               "something can move freely; look for missing supports",
+               infog(m, 28), I * A.dim + component + 1, I + 1, component + 1);
+    if (!s.hold) return SOLVER_SINGULAR;
+    s.nheld += infog(m, 28);
   }
   return STATUS_OK;
 }

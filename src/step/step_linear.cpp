@@ -85,7 +85,9 @@ Status step_solve(Problem& p, const Attempt& a, int it, double residual, double 
   ask.residual = 0.01 * accepted;
   // statics with broken material, nearly singular: what conjugate gradients leave there never goes away; nor where Newton
   // does not come to an end
-  ask.exact  = (a.cM == 0.0 && p.fm.on && p.st.frac.neroded > 0) || it > 8;
+  const bool loose = a.cM == 0.0 && p.fm.on && p.st.frac.neroded > 0;
+  ask.exact  = loose || it > 8;
+  p.solver.hold = loose;
   ask.digits = -std::log10(std::max(ask.eta, FINAL * l.residual / residual));
   const Status status = solve_system(p.solver, s.A, ask, l.f, l.dx);
   if (status != STATUS_OK) return status;

@@ -14,7 +14,7 @@ import sys
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.realpath(__file__)), "..", "..", "tools", "lib"))
 from mpfe_files import np
-from matplotlib.tri import Triangulation
+from mpfe_mesh import three_quads, triangulate, write_mesh
 
 H, L, A0, RUN = 1.0, 9.0, 3.0, 3.0
 KINDS = ["aligned", "jitter", "14", "26.6", "45", "split", "triangles", "quads"]
@@ -54,27 +54,7 @@ def scattered(h, seed=1):
     edge = [(L * i / nx, y) for i in range(nx + 1) for y in (-H, H)] + [(x, -H + 2 * H * j / ny) for j in range(1, ny) for x in (0.0, L)]
     i, j = np.meshgrid(np.arange(nx - 1) + 0.5, np.arange(ny - 1) + 0.5)
     X = np.column_stack([i.ravel(), j.ravel()]) + rng.rand(i.size, 2)
-    X = np.vstack([edge, X * [L / nx, 2 * H / ny] + [0.0, -H]])
-    for _ in range(4):
-        tri = Triangulation(X[:, 0], X[:, 1])
-        count, total = np.zeros(len(X)), np.zeros((len(X), 2))
-        for a, b in ((0, 1), (1, 0)):
-            np.add.at(count, tri.edges[:, a], 1.0)
-            np.add.at(total, tri.edges[:, a], X[tri.edges[:, b]])
-        X[len(edge):] = (total / count[:, None])[len(edge):]
-    conn = Triangulation(X[:, 0], X[:, 1]).triangles
-    area = 0.5 * np.cross(X[conn[:, 1]] - X[conn[:, 0]], X[conn[:, 2]] - X[conn[:, 0]])
-    return X, conn[area > 1e-3 * h * h]
-
-
-def three_quads(X, conn):
-    """Cuts every triangle into three quadrilaterals."""
-    pairs = np.sort(np.vstack([conn[:, [0, 1]], conn[:, [1, 2]], conn[:, [2, 0]]]), 1)
-    pairs, back = np.unique(pairs, axis=0, return_inverse=True)
-    mid = len(X) + back.reshape(3, -1)
-    centre = len(X) + len(pairs) + np.arange(len(conn))
-    X = np.vstack([X, X[pairs].mean(1), X[conn].mean(1)])
-    return X, np.vstack([np.column_stack([conn[:, i], mid[i], centre, mid[i - 1]]) for i in range(3)])
+    return triangulate(edge, X * [L / nx, 2 * H / ny] + [0.0, -H], 1e-3 * h * h)
 
 
 def mesh(kind, n):
@@ -105,13 +85,5 @@ def write(path, kind, n):
             ("MAYBREAK", (abs(centre[:, 1]) < 0.75 * H) & (centre[:, 0] > A0 - H) & (centre[:, 0] < A0 + RUN)),
             ("FAR", (abs(centre[:, 1]) < 0.5 * H) & (abs(centre[:, 0] - L + H) < 0.5 * H))]
     nodes = [("TOP", X[:, 1] > H - tiny), ("BOT", X[:, 1] < -H + tiny), ("END", X[:, 0] > min(L, X[:, 0].max()) - tiny)]
-    with open(path, "w") as f:
-        f.write("*NODE\n")
-        f.writelines("%d, %.15g, %.15g\n" % (i + 1, a, b) for i, (a, b) in enumerate(X))
-        f.write("*ELEMENT, TYPE=CPE%d, ELSET=STRIP\n" % conn.shape[1])
-        f.writelines(", ".join(map(str, [i + 1] + [int(a) + 1 for a in e])) + "\n" for i, e in enumerate(conn))
-        for word, group in (("ELSET", sets), ("NSET", nodes)):
-            for name, mask in group:
-                f.write("*%s, %s=%s\n" % (word, word, name))
-                f.writelines("%d\n" % (i + 1) for i in np.flatnonzero(mask))
+    write_mesh(path, X, conn, "CPE", "STRIP", sets, nodes)
     return h

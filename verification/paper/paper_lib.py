@@ -33,26 +33,26 @@ def results(case):
 
 def run(deck, folder, tag, quiet=False, **parameters):
     """Runs verification/paper/DECK with -D name=value; the base of its files: folder/tag/DECK. quiet: no lines of what passes."""
-    out = os.path.join(folder, tag)
+    out, name = os.path.join(folder, tag), os.path.splitext(os.path.basename(deck))[0]
     os.makedirs(out, exist_ok=True)
     for old in glob.glob(os.path.join(out, "*.vtk")):
         os.remove(old)
     command = [PROGRAM, os.path.join(HERE, deck), "-o", out]
-    for name, value in parameters.items():
-        command += ["-D", "%s=%r" % (name, value)]
+    for word, value in parameters.items():
+        command += ["-D", "%s=%r" % (word, value)]
     start = time.time()
     done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
     words = " ".join(["%s=%g" % p for p in parameters.items()])
     if not quiet:
-        print("      %s %s: %.1f s" % (deck, words, time.time() - start))
+        print("      %s %s: %.1f s" % (os.path.basename(deck), words, time.time() - start))
     for line in done.stdout.splitlines():
         if line.startswith("FAIL") or (line.startswith("PASS") and not quiet):
-            verdict(line.startswith("PASS"), "%s %s" % (os.path.splitext(deck)[0], line[6:].strip()))
+            verdict(line.startswith("PASS"), "%s %s" % (name, line[6:].strip()))
     if done.returncode not in (0, 1):
         print(done.stdout[-2000:])
-        verdict(False, "%s ended with exit code %d" % (deck, done.returncode))
+        verdict(False, "%s ended with exit code %d" % (name, done.returncode))
         sys.exit(1)
-    return os.path.join(out, os.path.splitext(deck)[0])
+    return os.path.join(out, name)
 
 
 def history(base, *names):
