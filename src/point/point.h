@@ -70,6 +70,9 @@ Status point_corner_force(const Model& m, const Points& pts, const std::vector<M
 void point_tangent(const Model& m, const Points& pts, const std::vector<MatLaw>& law, const KernelMode& mode,
                    const RealVec& uc0, const RealVec& uc1, const ActiveGrid& g, int p, RealVec& work, double* ke);
 
+// point_corner_mass : mass of the domains from the first-th on, at their corners: sum_d m_cd               [ncorner]
+RealVec point_corner_mass(const Points& pts, int first);
+
 // point_corner_momentum : q_c = sum_d m_cd v_d over all domains          [ncorner*dim]
 RealVec point_corner_momentum(const Points& pts, int dim, const RealVec& vc);
 
