@@ -69,16 +69,26 @@ void convert_one(const Model& m, const FracMesh& fm, int e, CornerShare& share, 
   st.frac.converted.push_back(e);
 }
 
-// faces of finite elements with converted elements behind them, definition by definition
-std::vector<BondFace> interface_faces(const Model& m, const FracMesh& fm, const Fracture& fr)
+// has a point of a converted element come off?
+bool has_loose(const Points& pts, int e)
+{
+  for (int p = pts.of_elem[e]; p < pts.npoint && pts.parent[p] == e; ++p)
+    if (pts.loose[p]) return true;
+  return false;
+}
+
+// faces of finite elements with converted elements behind them that hold together, definition by definition
+std::vector<BondFace> interface_faces(const Model& m, const FracMesh& fm, const Points& pts, const Fracture& fr)
 {
   std::vector<BondFace> out;
-  for (int e : fr.converted)
+  for (int e : fr.converted) {
+    if (has_loose(pts, e)) continue;
     for (int f = 0; f < 6; ++f) {
       const int o = fm.across[6 * e + f];
       if (o < 0 || fr.form[o] != FORM_ELEMENT) continue;
       out.push_back({m.conversion[fm.conv[e]].bond_of[m.mesh.elem_section[e]], {o, fm.across_face[6 * e + f]}});
     }
+  }
   std::stable_sort(out.begin(), out.end(), [](const BondFace& a, const BondFace& b) {
     return a.def != b.def ? a.def < b.def : a.face.elem != b.face.elem ? a.face.elem < b.face.elem : a.face.face < b.face.face;
   });
@@ -134,14 +144,12 @@ void frac_convert(const Model& m, Elements& el, const FracMesh& fm, const IntVec
   RealVec mass = point_corner_mass(st.points, 0);
   for (int e : elem) convert_one(m, fm, e, share, mass, st);
   elem_refresh(el);
-  point_velocities(st.points, m.dim, st.n.vc, st.n.vp);
-  point_surfaces(m, st.points);
-  bond_rebuild(m, st.points, interface_faces(m, fm, st.frac), lost_nodes(m, fm, st.frac), st.bonds, st.n);
+  frac_interfaces(m, fm, st);
 }
 
-void frac_replay(const Model& m, const FracMesh& fm, const State& st, Points start, CornerShare& share)
+void frac_interfaces(const Model& m, const FracMesh& fm, State& st)
 {
-  share = CornerShare();
-  for (int e : st.frac.converted) point_convert(m, m.conversion[fm.conv[e]].body[m.mesh.elem_section[e]], e, share, start);
-  MPFE_CHECK(start.Xc == st.points.Xc, "conversion made again gives other corners");
+  point_velocities(st.points, m.dim, st.n.vc, st.n.vp);
+  point_surfaces(m, st.points);
+  bond_rebuild(m, st.points, interface_faces(m, fm, st.points, st.frac), lost_nodes(m, fm, st.frac), st.bonds, st.n);
 }

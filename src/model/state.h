@@ -23,6 +23,7 @@ struct Points {
   IntVec parent;               // [npoint] element that it was, -1: a point from the start
   IntVec broken;               // [npoint] index into Model::fracture when broken, -1: intact
   RealVec normal;              // [npoint*3] normal of the crack, frozen when it broke
+  IntVec loose;                // [npoint] 1: came off its neighbours, its corners are its own
   IntVec field;                // [ncorner] grid field of a corner
   bool converted(int e) const { return !of_elem.empty() && of_elem[e] >= 0; }
   std::vector<Face> boundary;  // faces with one owner; elem: point, face: local face
@@ -59,6 +60,8 @@ struct Fracture {              // empty arrays: nothing can break or change its 
   RealVec normal;              // [nelem*3] normal of the crack, frozen when it broke
   RealVec time;                // [nelem] when it broke, -1: intact
   IntVec converted;            // elements that became points, in that order
+  IntVec released, released_at;     // points that came off, in that order, and how many elements had become points before
+  int renewed = 0;             // loose points whose shape was made anew, so far
   double next_test = 0.0;      // total time of the next test
   int neroded = 0;             // broken by the criterion so far
   double area = 0.0;           // crack area: sum of V/h over them                  length x thickness

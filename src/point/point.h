@@ -52,6 +52,10 @@ struct CornerShare {
 // neighbours have made already are shared
 void point_convert(const Model& m, int body, int e, CornerShare& share, Points& pts);
 
+// point_loosen : points get corners of their own, copies of those they shared, in a grid field; of the elements that they were,
+// neighbours that convert later share no corner any more
+void point_loosen(const IntVec& which, int dim, int field, CornerShare& share, Points& pts);
+
 // point_surfaces : boundary of all bodies, and the faces of surfaces on them. Returns the number of errors.
 int point_surfaces(const Model& m, Points& pts);
 

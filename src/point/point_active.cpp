@@ -97,7 +97,13 @@ Status touch(const Model& m, const Points& pts, const Bonds& bonds, const RealVe
     return true;
   };
   double x[3];
+  std::vector<char> owned(pts.ncorner, 0);           // points that came off have left corners behind
+  for (int c : pts.conn.item) owned[c] = 1;
   for (int c = 0; c < pts.ncorner; ++c) {
+    if (!owned[c]) {
+      raw.corner.off.push_back(static_cast<int>(raw.corner_w.size()));
+      continue;
+    }
     for (int i = 0; i < m.dim; ++i) x[i] = pts.Xc[c * m.dim + i] + uc[c * m.dim + i];
     if (!add(x, pts.field[c], raw.corner, raw.corner_w, corner_key)) {
       *worst = c;
