@@ -87,7 +87,7 @@ void frac_convert(const Model& m, Elements& el, const FracMesh& fm, const IntVec
 // come off their neighbours, and loose ones whose shape is to be made anew                                   (7.12)
 void frac_torn(const Model& m, const FracMesh& fm, const Points& pts, const Level& l, IntVec& out);
 
-// frac_release : torn points come off: corners of their own in the grid field of loose points, the shape of t = 0 turned, and a rigid
+// frac_release : torn points come off: corners and unknowns of their own, the shape of t = 0 turned, and a rigid
 // motion with their mass, linear and, if it needs no energy, angular momentum; the bonds of their elements go                    (7.13)
 void frac_release(const Model& m, const FracMesh& fm, const IntVec& torn, CornerShare& share, State& st);
 

@@ -5,14 +5,6 @@
 
 namespace {
 
-// grid field of loose points: after those of the bodies
-int loose_field(const Model& m)
-{
-  int field = 0;
-  for (const Body& b : m.body) field = std::max(field, b.field + 1);
-  return field;
-}
-
 // F of a point; 33 is 1 in the plane                                                          (3.5)
 Eigen::Matrix3d gradient(const Points& pts, int dim, const RealVec& uc, int p)
 {
@@ -147,7 +139,7 @@ void frac_release(const Model& m, const FracMesh& fm, const IntVec& torn, Corner
     st.frac.released.push_back(p);
     st.frac.released_at.push_back(static_cast<int>(st.frac.converted.size()));
   }
-  point_loosen(fresh, m.dim, loose_field(m), share, pts);
+  point_loosen(fresh, m.dim, share, pts);
   copy_corners(fresh, source, pts, m.dim, st.n);
   const double* pairs = pts.mc.data();
   for (int p = 0; p < pts.npoint; ++p) {
@@ -165,7 +157,7 @@ void frac_replay(const Model& m, const FracMesh& fm, const State& st, Points sta
   for (size_t k = 0; k <= fr.converted.size(); ++k) {
     IntVec fresh;
     for (; r < fr.released.size() && fr.released_at[r] == static_cast<int>(k); ++r) fresh.push_back(fr.released[r]);
-    point_loosen(fresh, m.dim, loose_field(m), share, start);
+    point_loosen(fresh, m.dim, share, start);
     if (k == fr.converted.size()) break;
     const int e = fr.converted[k];
     point_convert(m, m.conversion[fm.conv[e]].body[m.mesh.elem_section[e]], e, share, start);

@@ -6,6 +6,9 @@
 
 #include "model/model.h"
 
+// Points::field of the corners of loose points
+enum { FIELD_OWN = -1 };
+
 // Material points: domains of a corner mesh with shared corners (doc/theory.md 3)
 struct Points {
   int npoint = 0, ncorner = 0;
@@ -24,7 +27,7 @@ struct Points {
   IntVec broken;               // [npoint] index into Model::fracture when broken, -1: intact
   RealVec normal;              // [npoint*3] normal of the crack, frozen when it broke
   IntVec loose;                // [npoint] 1: came off its neighbours, its corners are its own
-  IntVec field;                // [ncorner] grid field of a corner
+  IntVec field;                // [ncorner] grid field of a corner, or FIELD_OWN: it has unknowns of its own
   bool converted(int e) const { return !of_elem.empty() && of_elem[e] >= 0; }
   std::vector<Face> boundary;  // faces with one owner; elem: point, face: local face
   std::vector<std::vector<Face>> surface;   // [Model::surface] faces of points: of surfaces on bodies, and of surfaces on

@@ -14,14 +14,14 @@ IntVec corners_of_parents(const Points& pts, const IntVec& which)
 
 }  // namespace
 
-void point_loosen(const IntVec& which, int dim, int field, CornerShare& share, Points& pts)
+void point_loosen(const IntVec& which, int dim, CornerShare& share, Points& pts)
 {
   const IntVec taken = corners_of_parents(pts, which);
   for (auto it = share.corner.begin(); it != share.corner.end();) it = taken[it->second] ? share.corner.erase(it) : std::next(it);
   for (int p : which) {
     for (int k = pts.conn.off[p]; k < pts.conn.off[p + 1]; ++k) {
       for (int i = 0; i < dim; ++i) pts.Xc.push_back(pts.Xc[pts.conn.item[k] * dim + i]);
-      pts.field.push_back(field);
+      pts.field.push_back(FIELD_OWN);
       pts.conn.item[k] = pts.ncorner++;
     }
     pts.loose[p] = 1;

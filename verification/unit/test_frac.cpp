@@ -599,7 +599,7 @@ TEST(Conversion, TornPointsComeOff)
     EXPECT_EQ(torn.size(), r.st.frac.released.size());
     for (int q : torn) {
       EXPECT_EQ(1, p.loose[q]);
-      EXPECT_EQ(1, p.field[p.conn.begin(q)[0]]);
+      EXPECT_EQ(FIELD_OWN, p.field[p.conn.begin(q)[0]]);
       IpFields f;
       point_ip_fields(m, p, r.st.n.uc, q, f);
       EXPECT_NEAR(0.0, f.psi, 1e-14) << shape;
