@@ -134,6 +134,7 @@ int new_bond(Former& f, int field, const BondKey& key, double total, const FaceN
   b.cn.push_back(0.0);
   b.ct.push_back(0.0);
   b.offset.push_back(0.0);
+  b.entry.push_back(0.0);
   b.intermediate.push_back(key.size() > 1);
   f.known.emplace(key, b.nbond);
   return b.nbond++;
@@ -280,7 +281,7 @@ void cut_bonds(Bonds& b, int dim, int n)
   b.a.item.resize(b.a.off[n]);
   b.a_w.resize(b.a.off[n]);
   for (IntVec* v : {&b.def, &b.field, &b.intermediate}) v->resize(n);
-  for (RealVec* v : {&b.area, &b.cn, &b.ct, &b.offset}) v->resize(n);
+  for (RealVec* v : {&b.area, &b.cn, &b.ct, &b.offset, &b.entry}) v->resize(n);
   b.X.resize(3 * static_cast<size_t>(n));
   b.normal.resize(static_cast<size_t>(dim) * n);
 }
@@ -291,9 +292,10 @@ void bond_rebuild(const Model& m, const Points& pts, const std::vector<BondFace>
                   Bonds& b, Level& l)
 {
   const int dim = m.dim;
-  std::map<SlipKey, std::array<double, 6>> before;
+  std::map<SlipKey, std::array<double, 7>> before;
   for (int q = b.nfixed; q < b.nbond; ++q) {
-    std::array<double, 6>& v = before[slip_key(b, q)];
+    std::array<double, 7>& v = before[slip_key(b, q)];
+    v[6] = b.entry[q];
     for (int i = 0; i < dim; ++i) {
       v[i]     = l.slip[q * dim + i];
       v[3 + i] = l.lambda[q * dim + i];
@@ -326,6 +328,7 @@ void bond_rebuild(const Model& m, const Points& pts, const std::vector<BondFace>
   l.lambda_n.resize(b.nbond, 0.0);
   for (int q = b.nfixed; q < b.nbond; ++q) {
     const auto it = before.find(slip_key(b, q));
+    if (it != before.end()) b.entry[q] = it->second[6];
     for (int i = 0; i < dim; ++i) {
       l.slip[q * dim + i]   = it != before.end() ? it->second[i] : 0.0;
       l.lambda[q * dim + i] = it != before.end() ? it->second[3 + i] : 0.0;

@@ -15,7 +15,7 @@ struct ContactPairs {
   ListTable master;            // [nbond] kinematic points of the master face (corner c: nnode + c), empty: none near
   RealVec master_w;            // [master.item] shape functions of the face, sum 1
   RealVec normal;              // [nbond*dim] outward normal of the master face at t(n)
-  RealVec gap;                 // [nbond] at t(n), without the offset of the bond; negative: penetration   length
+  RealVec gap;                 // [nbond] at t(n), without offset and entry of the bond; negative: pushes   length
   RealVec size;                // [nbond] longest edge of the face that is met        length
   int near = 0;                // bonds that meet a face
   int searched = 0, skipped = 0;    // definitions; skipped: the boxes of their surfaces are apart
@@ -25,6 +25,10 @@ struct ContactPairs {
 //   in   xb [nbond*dim] places of side A at t(n);  u, uc displacements of nodes and corners
 void contact_search(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& u, const RealVec& uc,
                     const RealVec& xb, ContactPairs& pairs);
+
+// contact_enter : gaps without the depth at which places came in from the side; new such places when they may come (dynamics)
+//   in   l: level n;  bonds.entry and pairs.gap are updated                                  (4.16)
+void contact_enter(const Level& l, int dim, bool may_come, Bonds& bonds, ContactPairs& pairs);
 
 // contact_start : surfaces that overlap at the start: says by how much and where, and pushes, takes the gaps as offsets
 // (bonds.offset), or counts an error, as the deck wants                               (4.13)

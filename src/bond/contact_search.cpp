@@ -215,7 +215,7 @@ void search_pair(const Model& m, const Points& pts, const Bonds& bonds, int firs
     Box place;
     place.add(&xb[b * dim], &xb[b * dim], dim);
     hits.clear();
-    if (!apart && !place.apart(master_box, reach, dim)) {
+    if (!apart && bonds.area[b] > 0.0 && !place.apart(master_box, reach, dim)) {   // no area: a node that is lost
       double p[3] = {0, 0, 0};
       std::copy(&xb[b * dim], &xb[b * dim] + dim, p);
       nearest(faces, p, reach, hits);
@@ -238,5 +238,17 @@ void contact_search(const Model& m, const Points& pts, const Bonds& bonds, const
     for (last = first; last < bonds.nbond && bonds.def[last] == bonds.def[first]; ++last) {}
     if (bonds.field[first] == SIDE_CONTACT) search_pair(m, pts, bonds, first, last, u, uc, xb, pairs);
     else pairs.master.off.insert(pairs.master.off.end(), last - first, static_cast<int>(pairs.master.item.size()));
+  }
+}
+
+// A place that was open, or met no face, and now is behind one came in from the side or meets another face than before: its depth is
+// no compression. What it has moved out since does not come back.
+void contact_enter(const Level& l, int dim, bool may_come, Bonds& bonds, ContactPairs& pairs)
+{
+  for (int b = 0; b < bonds.nbond; ++b) {
+    double &entry = bonds.entry[b], &gap = pairs.gap[b];
+    entry = pairs.master.count(b) ? std::max(entry, std::min(gap, 0.0)) : 0.0;
+    if (may_come && pairs.master.count(b) && l.slip[b * dim] >= 0.0 && gap < entry) entry = gap;
+    gap -= entry;
   }
 }

@@ -1,7 +1,8 @@
 #include "deck/card.h"
 
 // ---------------------------------------------------------------------------
-// *CONVERSION, ELSET=[, BODY=][, POINTS=][, FIELD=][, TRIGGER=EROSION|DISTORTION|TIME][, LIMIT=][, TIME=][, PENALTY= | ALPHA=]
+// *CONVERSION, ELSET=[, BODY=][, POINTS=][, FIELD=][, TRIGGER=EROSION|DISTORTION|TIME][, LIMIT=][, TIME=][, RELEASE=]
+// [, INTERMEDIATE=][, PENALTY= | ALPHA=]
 // elements of the set become material points during the run
 // ---------------------------------------------------------------------------
 void kw_conversion(Card& card, Model& model)
@@ -12,6 +13,7 @@ void kw_conversion(Card& card, Model& model)
   c.trigger  = static_cast<ConversionTrigger>(trigger < 0 ? 0 : trigger);
   c.per_elem = card_param_int(card, "POINTS", 2, 1, 10);
   c.field    = card_param_int(card, "FIELD", 0, 0, 1000);
+  c.release  = card_param_real(card, "RELEASE", 0.0, above(1.0));
   c.body_name = card_param(card, "BODY") ? card_param_name(card, "BODY") : "CONVERTED";
   c.bond.penalty = card_param_real(card, "PENALTY", 0.0, above(0.0));
   c.bond.alpha   = card_param_real(card, "ALPHA", 0.0, above(0.0));

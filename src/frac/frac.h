@@ -83,6 +83,17 @@ void frac_due(const Model& m, const Elements& el, const FracMesh& fm, const Frac
 // Writes form, points, bonds and the level n; velocities and displacements of new corners are those of the element.
 void frac_convert(const Model& m, Elements& el, const FracMesh& fm, const IntVec& elem, CornerShare& share, State& st);
 
+// frac_torn : broken points whose largest stretch is above RELEASE, or whose volume is below 1/RELEASE of that at t = 0: those to
+// come off their neighbours, and loose ones whose shape is to be made anew                                   (7.12)
+void frac_torn(const Model& m, const FracMesh& fm, const Points& pts, const Level& l, IntVec& out);
+
+// frac_release : torn points come off: corners and unknowns of their own, the shape of t = 0 turned, and a rigid
+// motion with their mass, linear and, if it needs no energy, angular momentum; the bonds of their elements go                    (7.13)
+void frac_release(const Model& m, const FracMesh& fm, const IntVec& torn, CornerShare& share, State& st);
+
+// frac_interfaces : surfaces of points and bonds of the interfaces, after elements or points have changed their form
+void frac_interfaces(const Model& m, const FracMesh& fm, State& st);
+
 // ---- fragments (doc/theory.md 7.5) --------------------------------------------
 
 struct Fragment {              // a connected piece; the first of Fragments: all debris
@@ -117,6 +128,7 @@ void frac_measure(const Model& m, const Elements& el, const State& st, int n, Fr
 
 // frac_fragments : pieces at t(n), numbered by falling mass, and their measures
 void frac_fragments(const Model& m, const Elements& el, const State& st, Fragments& f);
+
 // frac_replay : the corners that conversion has shared so far, made again from the points of t = 0 (start): neighbours that
 // convert later find the same numbers
 void frac_replay(const Model& m, const FracMesh& fm, const State& st, Points start, CornerShare& share);

@@ -5,6 +5,7 @@
 
 #include "base/log.h"
 #include "frac/frac.h"
+#include "shape/shape.h"
 
 namespace {
 
@@ -19,13 +20,47 @@ void interpolate(const CornerShare& share, const RealVec& node, int dim, RealVec
     }
 }
 
-void convert_one(const Model& m, const FracMesh& fm, int e, CornerShare& share, State& st)
+// shape functions of element e at the place of corner c at t = 0
+void element_at_corner(const Model& m, const Points& pts, int e, int c, double* N)
+{
+  const Shape shape = elem_table[m.mesh.elem_type[e]].shape;
+  const int *node = m.mesh.conn.begin(e), dim = m.dim;
+  double X[24], xi[3];
+  for (int a = 0; a < m.mesh.conn.count(e); ++a)
+    for (int i = 0; i < dim; ++i) X[a * dim + i] = m.mesh.X[3 * node[a] + i];
+  MPFE_CHECK(shape_inverse(shape, X, &pts.Xc[c * dim], xi), "a corner of an element is not found in it");
+  shape_eval(shape, xi, N, nullptr);
+}
+
+// corners that a neighbour has made before share the momentum of both: the mean, weighted with the masses        (7.11)
+//   in   old: number of corners without those of e;  before, added: masses of the others and of e at the corners
+void share_momentum(const Model& m, const Points& pts, int e, int old, const RealVec& before, const RealVec& added, Level& l)
+{
+  double N[8];
+  for (int c = 0; c < old; ++c) {
+    if (added[c] == 0.0) continue;
+    element_at_corner(m, pts, e, c, N);
+    for (int i = 0; i < m.dim; ++i) {
+      double v = 0.0;
+      for (int a = 0; a < m.mesh.conn.count(e); ++a) v += N[a] * l.v[m.mesh.conn.begin(e)[a] * m.dim + i];
+      double& vc = l.vc[c * m.dim + i];
+      vc = (before[c] * vc + added[c] * v) / (before[c] + added[c]);
+    }
+  }
+}
+
+//   mass [ncorner]   of the domains so far at their corners
+void convert_one(const Model& m, const FracMesh& fm, int e, CornerShare& share, RealVec& mass, State& st)
 {
   const ConversionDef& c = m.conversion[fm.conv[e]];
-  const int first = st.points.npoint;
+  const int first = st.points.npoint, old = st.points.ncorner;
   point_convert(m, c.body[m.mesh.elem_section[e]], e, share, st.points);
   interpolate(share, st.n.u, m.dim, st.n.uc);
   interpolate(share, st.n.v, m.dim, st.n.vc);
+  const RealVec added = point_corner_mass(st.points, first);
+  share_momentum(m, st.points, e, old, mass, added, st.n);
+  mass.resize(st.points.ncorner, 0.0);
+  for (int k = 0; k < st.points.ncorner; ++k) mass[k] += added[k];
   for (int p = first; p < st.points.npoint; ++p) {
     st.points.broken[p] = st.frac.broken[e];
     for (int i = 0; i < 3; ++i) st.points.normal[3 * p + i] = st.frac.normal[3 * e + i];
@@ -34,16 +69,26 @@ void convert_one(const Model& m, const FracMesh& fm, int e, CornerShare& share, 
   st.frac.converted.push_back(e);
 }
 
-// faces of finite elements with converted elements behind them, definition by definition
-std::vector<BondFace> interface_faces(const Model& m, const FracMesh& fm, const Fracture& fr)
+// has a point of a converted element come off?
+bool has_loose(const Points& pts, int e)
+{
+  for (int p = pts.of_elem[e]; p < pts.npoint && pts.parent[p] == e; ++p)
+    if (pts.loose[p]) return true;
+  return false;
+}
+
+// faces of finite elements with converted elements behind them that hold together, definition by definition
+std::vector<BondFace> interface_faces(const Model& m, const FracMesh& fm, const Points& pts, const Fracture& fr)
 {
   std::vector<BondFace> out;
-  for (int e : fr.converted)
+  for (int e : fr.converted) {
+    if (has_loose(pts, e)) continue;
     for (int f = 0; f < 6; ++f) {
       const int o = fm.across[6 * e + f];
       if (o < 0 || fr.form[o] != FORM_ELEMENT) continue;
       out.push_back({m.conversion[fm.conv[e]].bond_of[m.mesh.elem_section[e]], {o, fm.across_face[6 * e + f]}});
     }
+  }
   std::stable_sort(out.begin(), out.end(), [](const BondFace& a, const BondFace& b) {
     return a.def != b.def ? a.def < b.def : a.face.elem != b.face.elem ? a.face.elem < b.face.elem : a.face.face < b.face.face;
   });
@@ -96,16 +141,15 @@ void frac_due(const Model& m, const Elements& el, const FracMesh& fm, const Frac
 void frac_convert(const Model& m, Elements& el, const FracMesh& fm, const IntVec& elem, CornerShare& share, State& st)
 {
   if (elem.empty()) return;
-  for (int e : elem) convert_one(m, fm, e, share, st);
+  RealVec mass = point_corner_mass(st.points, 0);
+  for (int e : elem) convert_one(m, fm, e, share, mass, st);
   elem_refresh(el);
-  point_velocities(st.points, m.dim, st.n.vc, st.n.vp);
-  point_surfaces(m, st.points);
-  bond_rebuild(m, st.points, interface_faces(m, fm, st.frac), lost_nodes(m, fm, st.frac), st.bonds, st.n);
+  frac_interfaces(m, fm, st);
 }
 
-void frac_replay(const Model& m, const FracMesh& fm, const State& st, Points start, CornerShare& share)
+void frac_interfaces(const Model& m, const FracMesh& fm, State& st)
 {
-  share = CornerShare();
-  for (int e : st.frac.converted) point_convert(m, m.conversion[fm.conv[e]].body[m.mesh.elem_section[e]], e, share, start);
-  MPFE_CHECK(start.Xc == st.points.Xc, "conversion made again gives other corners");
+  point_velocities(st.points, m.dim, st.n.vc, st.n.vp);
+  point_surfaces(m, st.points);
+  bond_rebuild(m, st.points, interface_faces(m, fm, st.points, st.frac), lost_nodes(m, fm, st.frac), st.bonds, st.n);
 }

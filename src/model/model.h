@@ -190,6 +190,7 @@ struct ConversionDef {         // *CONVERSION : elements that become material po
   double limit = 0.0;          // TRIGGER_DISTORTION: det F below this, or aspect of F above its inverse; TRIGGER_TIME: total time
   int per_elem = 2;            // m x m (x m) points an element
   int field    = 0;            // grid field
+  double release = 0.0;        // largest stretch of a broken point before it comes off its neighbours; 0: never
   BondDef bond;                // what the deck says of the bonds: intermediate, penalty, alpha
   std::string body_name;
   IntVec body;                 // [section] body of material points, -1: no element of this section

@@ -6,6 +6,9 @@
 
 #include "model/model.h"
 
+// Points::field of the corners of loose points
+enum { FIELD_OWN = -1 };
+
 // Material points: domains of a corner mesh with shared corners (doc/theory.md 3)
 struct Points {
   int npoint = 0, ncorner = 0;
@@ -23,7 +26,8 @@ struct Points {
   IntVec parent;               // [npoint] element that it was, -1: a point from the start
   IntVec broken;               // [npoint] index into Model::fracture when broken, -1: intact
   RealVec normal;              // [npoint*3] normal of the crack, frozen when it broke
-  IntVec field;                // [ncorner] grid field of a corner
+  IntVec loose;                // [npoint] 1: came off its neighbours, its corners are its own
+  IntVec field;                // [ncorner] grid field of a corner, or FIELD_OWN: it has unknowns of its own
   bool converted(int e) const { return !of_elem.empty() && of_elem[e] >= 0; }
   std::vector<Face> boundary;  // faces with one owner; elem: point, face: local face
   std::vector<std::vector<Face>> surface;   // [Model::surface] faces of points: of surfaces on bodies, and of surfaces on
@@ -46,6 +50,7 @@ struct Bonds {
   RealVec normal;              // [nbond*dim] unit normal, from side A outwards
   RealVec cn, ct;              // [nbond] penalty normal and tangential x area        force/length
   RealVec offset;              // [nbond] contact: gap at the start that counts as zero (OVERLAP=ADJUST)   length
+  RealVec entry;               // [nbond] contact: depth at which the place came in from the side, <= 0; it pushes only deeper in   length
   IntVec intermediate;         // [nbond] 0: at a node, 1: between nodes
 };
 
@@ -58,6 +63,8 @@ struct Fracture {              // empty arrays: nothing can break or change its 
   RealVec normal;              // [nelem*3] normal of the crack, frozen when it broke
   RealVec time;                // [nelem] when it broke, -1: intact
   IntVec converted;            // elements that became points, in that order
+  IntVec released, released_at;     // points that came off, in that order, and how many elements had become points before
+  int renewed = 0;             // loose points whose shape was made anew, so far
   double next_test = 0.0;      // total time of the next test
   int neroded = 0;             // broken by the criterion so far
   double area = 0.0;           // crack area: sum of V/h over them                  length x thickness

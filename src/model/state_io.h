@@ -21,22 +21,22 @@ inline void io(Archive& f, Face& x)
 
 inline void io(Archive& f, Points& x)
 {
-  auto& [npoint, ncorner, Xc, shape, conn, w, G, mc, V0, mass, body, label, of_elem, parent, broken, normal, field, boundary,
-         surface] = x;
-  io_all(f, npoint, ncorner, Xc, shape, conn, w, G, mc, V0, mass, body, label, of_elem, parent, broken, normal, field, boundary,
-         surface);
+  auto& [npoint, ncorner, Xc, shape, conn, w, G, mc, V0, mass, body, label, of_elem, parent, broken, normal, loose, field,
+         boundary, surface] = x;
+  io_all(f, npoint, ncorner, Xc, shape, conn, w, G, mc, V0, mass, body, label, of_elem, parent, broken, normal, loose, field,
+         boundary, surface);
 }
 
 inline void io(Archive& f, Bonds& x)
 {
-  auto& [nbond, nfixed, a, a_w, def, field, area, X, normal, cn, ct, offset, intermediate] = x;
-  io_all(f, nbond, nfixed, a, a_w, def, field, area, X, normal, cn, ct, offset, intermediate);
+  auto& [nbond, nfixed, a, a_w, def, field, area, X, normal, cn, ct, offset, entry, intermediate] = x;
+  io_all(f, nbond, nfixed, a, a_w, def, field, area, X, normal, cn, ct, offset, entry, intermediate);
 }
 
 inline void io(Archive& f, Fracture& x)
 {
-  auto& [form, broken, normal, time, converted, next_test, neroded, area] = x;
-  io_all(f, form, broken, normal, time, converted, next_test, neroded, area);
+  auto& [form, broken, normal, time, converted, released, released_at, renewed, next_test, neroded, area] = x;
+  io_all(f, form, broken, normal, time, converted, released, released_at, renewed, next_test, neroded, area);
 }
 
 inline void io(Archive& f, Level& x)

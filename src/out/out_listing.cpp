@@ -202,6 +202,8 @@ void out_listing_balance(std::FILE* file, const Model& m, const State& s)
     std::fprintf(file, "  fracture        %18.10e   (%d elements, crack area %.6g)\n", l.fracture, s.frac.neroded, s.frac.area);
   if (!s.frac.converted.empty())
     std::fprintf(file, "  conversion      %18.10e   (%zu elements)\n", l.conversion, s.frac.converted.size());
+  if (!s.frac.released.empty())
+    std::fprintf(file, "  loose points    %18zu   (their shape was made anew %d times)\n", s.frac.released.size(), s.frac.renewed);
   if (l.friction != 0.0) std::fprintf(file, "  friction        %18.10e\n", l.friction);
   std::fprintf(file, "  at the start    %18.10e\n  external work   %18.10e\n", l.total0, l.external);
   std::fprintf(file, "  balance         %18.10e   (%.3e of the largest energy)\n", l.balance,

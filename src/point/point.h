@@ -9,13 +9,15 @@
 #include "elem/elem.h"
 #include "model/state.h"
 
+const long key_own = 1L << 60;
+
 // The part of the grid that exists in this step, and what corners, points and bonds see of it
 struct ActiveGrid {
   int nnode = 0;               // unknown grid nodes
   int ncell = 0;               // cells that hold a corner or the centre of a point
   int nweak = 0;               // touched nodes that follow others (extended basis)
   int nlone = 0;               // weak nodes without a good cell near: kept as unknowns
-  std::vector<long> key;       // [nnode] field * (nodes of the grid) + node number, ascending
+  std::vector<long> key;       // [nnode] field * (nodes of the grid) + node number, ascending; key_own + c: corner c of a loose point
   std::vector<long> cell;      // [ncell] field * (cells of the grid) + cell number, ascending
   ListTable corner;            // [ncorner] unknown grid nodes that a corner follows
   RealVec corner_w;            // [corner.item] weights, sum 1
@@ -30,7 +32,7 @@ struct ActiveGrid {
 long grid_nodes(const Grid& g, int dim);
 long grid_cells(const Grid& g, int dim);
 
-// grid_node_place, grid_cell_place : position of a node, lower corner of a cell, from a key
+// grid_node_place, grid_cell_place : position of a node (1e300: corner of a loose point), lower corner of a cell, from a key
 void grid_node_place(const Grid& g, int dim, long key, double x[3]);
 void grid_cell_place(const Grid& g, int dim, long key, double x[3]);
 
@@ -52,6 +54,10 @@ struct CornerShare {
 // neighbours have made already are shared
 void point_convert(const Model& m, int body, int e, CornerShare& share, Points& pts);
 
+// point_loosen : points get corners of their own, copies of those they shared; of the elements that they were, neighbours that
+// convert later share no corner any more
+void point_loosen(const IntVec& which, int dim, CornerShare& share, Points& pts);
+
 // point_surfaces : boundary of all bodies, and the faces of surfaces on them. Returns the number of errors.
 int point_surfaces(const Model& m, Points& pts);
 
@@ -69,6 +75,9 @@ Status point_corner_force(const Model& m, const Points& pts, const std::vector<M
 // point_tangent : tangent of point p for its grid nodes, pairs a >= b [pairs][dim*dim]; work: scratch
 void point_tangent(const Model& m, const Points& pts, const std::vector<MatLaw>& law, const KernelMode& mode,
                    const RealVec& uc0, const RealVec& uc1, const ActiveGrid& g, int p, RealVec& work, double* ke);
+
+// point_corner_mass : mass of the domains from the first-th on, at their corners: sum_d m_cd               [ncorner]
+RealVec point_corner_mass(const Points& pts, int first);
 
 // point_corner_momentum : q_c = sum_d m_cd v_d over all domains          [ncorner*dim]
 RealVec point_corner_momentum(const Points& pts, int dim, const RealVec& vc);

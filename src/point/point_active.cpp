@@ -97,7 +97,19 @@ Status touch(const Model& m, const Points& pts, const Bonds& bonds, const RealVe
     return true;
   };
   double x[3];
+  std::vector<char> owned(pts.ncorner, 0);           // points that came off have left corners behind
+  for (int c : pts.conn.item) owned[c] = 1;
   for (int c = 0; c < pts.ncorner; ++c) {
+    if (!owned[c]) {
+      raw.corner.off.push_back(static_cast<int>(raw.corner_w.size()));
+      continue;
+    }
+    if (pts.field[c] == FIELD_OWN) {
+      corner_key.push_back(key_own + c);
+      raw.corner_w.push_back(1.0);
+      raw.corner.off.push_back(static_cast<int>(raw.corner_w.size()));
+      continue;
+    }
     for (int i = 0; i < m.dim; ++i) x[i] = pts.Xc[c * m.dim + i] + uc[c * m.dim + i];
     if (!add(x, pts.field[c], raw.corner, raw.corner_w, corner_key)) {
       *worst = c;
@@ -118,6 +130,7 @@ Status touch(const Model& m, const Points& pts, const Bonds& bonds, const RealVe
     }
   }
   for (int p = 0; p < pts.npoint; ++p) {
+    if (pts.loose[p]) continue;
     for (double& xi : x) xi = 0.0;
     for (int k = pts.conn.off[p]; k < pts.conn.off[p + 1]; ++k)
       for (int i = 0; i < m.dim; ++i) {
@@ -253,7 +266,7 @@ void find_extension(const Model& m, const Raw& raw, ActiveGrid& g, Extend& ext)
 {
   const int n = static_cast<int>(raw.key.size());
   std::vector<char> strong(n), unknown;
-  for (int r = 0; r < n; ++r) strong[r] = raw.support[r] >= m.grid.weak && raw.support[r] > 0.0;
+  for (int r = 0; r < n; ++r) strong[r] = raw.key[r] >= key_own || (raw.support[r] >= m.grid.weak && raw.support[r] > 0.0);
   unknown = strong;
   ListTable follow;            // of weak nodes, in raw numbers
   RealVec follow_w;
@@ -346,6 +359,10 @@ long grid_cells(const Grid& g, int dim)
 
 void grid_node_place(const Grid& g, int dim, long key, double x[3])
 {
+  if (key >= key_own) {
+    x[0] = x[1] = x[2] = 1e300;
+    return;
+  }
   long rest = key % grid_nodes(g, dim);
   x[2] = 0.0;
   for (int i = 0; i < dim; ++i) {

@@ -1,5 +1,24 @@
 #include "point/point.h"
 
+RealVec point_corner_mass(const Points& pts, int first)
+{
+  RealVec out(pts.ncorner, 0.0);
+  const double* m = pts.mc.data();
+  for (int p = 0; p < pts.npoint; ++p) {
+    const int *corner = pts.conn.begin(p), nen = pts.conn.count(p);
+    if (p < first) {
+      m += pair_count(nen);
+      continue;
+    }
+    for (int a = 0; a < nen; ++a)
+      for (int b = 0; b <= a; ++b, ++m) {
+        out[corner[a]] += *m;
+        if (a != b) out[corner[b]] += *m;
+      }
+  }
+  return out;
+}
+
 RealVec point_corner_momentum(const Points& pts, int dim, const RealVec& vc)
 {
   RealVec q(vc.size(), 0.0);

@@ -45,6 +45,8 @@ std::string solver_text(const Problem& p)
   double x[3];
   if (row < s.nfe) {
     std::snprintf(text, sizeof text, ". That is direction %d of node %d", direction, p.m.mesh.node_label[s.node_of_row[row]]);
+  } else if (p.grid.key[row - s.nfe] >= key_own) {
+    std::snprintf(text, sizeof text, ". That is direction %d of a corner of a loose point", direction);
   } else {
     grid_node_place(p.m.grid, s.dim, p.grid.key[row - s.nfe], x);
     std::snprintf(text, sizeof text, ". That is direction %d of the grid node at (%g, %g)", direction, x[0], x[1]);

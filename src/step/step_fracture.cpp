@@ -25,14 +25,15 @@ void find_erosions(Problem& p, const Step& s, std::vector<Erosion>& erode)
   frac_test(p.m, s, p.el, p.fm, fr, p.st.n, erode);
 }
 
-// elements break; those that are to become points, do. The energy that goes is told apart.
-Status apply(Problem& p, const Step& s, const std::vector<Erosion>& erode, IntVec convert)
+// points come off; elements break, and those that are to become points, do. The energy that goes is told apart.
+Status apply(Problem& p, const Step& s, const std::vector<Erosion>& erode, const IntVec& torn, IntVec convert)
 {
   State& st = p.st;
   const double before = all_energy(st.ledger);
   double released = 0.0;
   {
     Timer timer(PHASE_FRACTURE);
+    if (!torn.empty()) frac_release(p.m, p.fm, torn, p.share, st);
     for (const Erosion& e : erode) {
       const double gain = frac_erode(p.m, p.el, p.fm, st.n, s.nlgeom, e, st.frac);
       released += gain;
@@ -75,12 +76,13 @@ Status settle(Problem& p, const Step& s, double t_step)
 Status step_fracture(Problem& p, const Step& s, double t_step, Output& out)
 {
   std::vector<Erosion> erode;
-  IntVec convert;
+  IntVec convert, torn;
   for (;;) {
     frac_due(p.m, p.el, p.fm, p.st.frac, p.st.n, convert);
     find_erosions(p, s, erode);
-    if (erode.empty() && convert.empty()) return STATUS_OK;
-    Status status = apply(p, s, erode, convert);
+    if (s.proc == PROC_DYNAMIC) frac_torn(p.m, p.fm, p.st.points, p.st.n, torn);
+    if (erode.empty() && convert.empty() && torn.empty()) return STATUS_OK;
+    Status status = apply(p, s, erode, torn, convert);
     if (status != STATUS_OK) return status;
     if (s.proc == PROC_DYNAMIC) {
       if (s.scheme == SCHEME_NEWMARK) return step_initial_acceleration(p, s, t_step);

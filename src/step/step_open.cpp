@@ -71,7 +71,10 @@ int start_contact(Problem& p)
   RealVec xb;
   bond_places(p.m, p.st.points, p.st.bonds, p.st.n.u, p.st.n.uc, xb);
   contact_search(p.m, p.st.points, p.st.bonds, p.st.n.u, p.st.n.uc, xb, p.pairs);
-  return contact_start(p.m, p.st.bonds, p.pairs, xb);
+  const int errors = contact_start(p.m, p.st.bonds, p.pairs, xb);
+  for (int b = 0; b < p.st.bonds.nbond; ++b)
+    if (p.st.bonds.field[b] == SIDE_CONTACT) p.st.n.slip[b * p.m.dim] = p.pairs.gap[b] - p.st.bonds.offset[b];
+  return errors;
 }
 
 }  // namespace
@@ -131,6 +134,7 @@ Status step_prepare(Problem& p, const Step& s)
   if (has_contact(p.m)) {
     Timer timer(PHASE_CONTACT);
     contact_search(p.m, st.points, st.bonds, st.n.u, st.n.uc, xb, p.pairs);
+    contact_enter(st.n, p.m.dim, s.proc == PROC_DYNAMIC, st.bonds, p.pairs);
     st.log.contact_searched += p.pairs.searched;
     st.log.contact_skipped += p.pairs.skipped;
     p.contact_s.assign(static_cast<size_t>(st.bonds.nbond) * p.m.dim, 0.0);

@@ -160,6 +160,7 @@ TEST(Face, ContactOverASharedNodeIsSymmetric)
     bonds.def   = {0};
     bonds.field  = {SIDE_CONTACT};
     bonds.offset = {0.0};
+    bonds.area   = {1.0};
     Points points;
     points.surface.resize(1);
     ContactPairs pairs;
@@ -182,6 +183,39 @@ TEST(Face, ContactOverASharedNodeIsSymmetric)
     contact_search(m, points, bonds, RealVec(57, 0.0), RealVec(), {0.1, 0.2, top - 0.05}, pairs);
     EXPECT_EQ(4, pairs.master.count(0));
   }
+}
+
+// a place that comes in from the side pushes only when it goes deeper; what it has moved out does not come back  (4.16)
+TEST(Face, ContactFromTheSideBringsNoDepth)
+{
+  Bonds bonds;
+  bonds.nbond = 1;
+  bonds.entry = {0.0};
+  Level l;
+  ContactPairs met;
+  met.master.item = {0};
+  met.master.off  = {0, 1};
+  auto gap = [&](double before, double now, bool may_come) {
+    ContactPairs pairs = met;
+    pairs.gap = {now};
+    l.slip = {before, 0.0, 0.0};
+    contact_enter(l, 3, may_come, bonds, pairs);
+    return pairs.gap[0];
+  };
+  EXPECT_EQ(-0.5, gap(1e300, -0.5, false));            // statics
+  EXPECT_EQ(-0.5, gap(-0.4, -0.5, true));              // was closed
+  EXPECT_EQ(0.0, gap(1e300, -0.5, true));              // met no face before
+  EXPECT_EQ(-0.5, bonds.entry[0]);
+  EXPECT_NEAR(-0.1, gap(-0.1, -0.6, true), 1e-15);     // pressed deeper
+  EXPECT_EQ(0.0, gap(-1e-9, -0.3, true));              // moves out
+  EXPECT_NEAR(-0.1, gap(-0.1, -0.4, true), 1e-15);     // and in again
+  EXPECT_EQ(0.2, gap(0.1, 0.2, true));
+  EXPECT_EQ(0.0, bonds.entry[0]);
+  EXPECT_EQ(-0.1, gap(-0.1, -0.1, true));
+  EXPECT_EQ(0.0, gap(0.1, -0.3, true));                // was open over another face
+  met.master.off = {0, 0};
+  gap(-0.1, 1e300, true);
+  EXPECT_EQ(0.0, bonds.entry[0]);                      // meets nothing: forgotten
 }
 
 TEST(Fill, BricksAndTetrahedra)

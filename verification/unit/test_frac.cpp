@@ -521,6 +521,101 @@ TEST(Conversion, KeepsMassMomentumAndKineticEnergy)
     }
 }
 
+// a neighbour that converts later finds corners that move in another way: mass and linear momentum go on all the same
+TEST(Conversion, SharedCornersKeepTheMomentum)
+{
+  for (Shape shape : {SHAPE_TRI3, SHAPE_QUAD4, SHAPE_TET4, SHAPE_HEX8}) {
+    Model m = row_of(shape, 3, skew);
+    allow_conversion(m, 2);
+    Trial r(m, 9);
+    const IntVec all = m.elset[0].item;
+    frac_convert(m, r.el, r.fm, {all[0]}, r.share, r.st);
+    for (double& v : r.st.n.vc) v += 0.3 + 0.1 * v;
+    double mass, element_energy, rest[3], point_energy_before, momentum[3], energy, now[3];
+    point_sums(r.st.points, m.dim, r.st.n.vc, point_energy_before, momentum);
+    element_sums(r, mass, element_energy, rest);           // of those that are elements still
+    frac_convert(m, r.el, r.fm, IntVec(all.begin() + 1, all.end()), r.share, r.st);
+    point_sums(r.st.points, m.dim, r.st.n.vc, energy, now);
+    for (int i = 0; i < m.dim; ++i) EXPECT_NEAR(momentum[i] + rest[i], now[i], 1e-13 * mass) << shape;
+    EXPECT_LT(energy, point_energy_before + element_energy);
+  }
+}
+
+// angular momentum of all points about the origin, [3] in the plane too
+void point_spin(const Points& p, int dim, const Level& l, double* L)
+{
+  const RealVec q = point_corner_momentum(p, dim, l.vc);
+  L[0] = L[1] = L[2] = 0.0;
+  for (int c = 0; c < p.ncorner; ++c) {
+    double x[3] = {0, 0, 0}, mv[3] = {0, 0, 0};
+    for (int i = 0; i < dim; ++i) {
+      x[i]  = p.Xc[c * dim + i] + l.uc[c * dim + i];
+      mv[i] = q[c * dim + i];
+    }
+    for (int i = 0; i < 3; ++i) L[i] += x[(i + 1) % 3] * mv[(i + 2) % 3] - x[(i + 2) % 3] * mv[(i + 1) % 3];
+  }
+}
+
+// a point that is torn comes off: shape of t = 0, mass and both momenta as before, its own corners, no bonds behind it; what has come
+// off is found again by the replay of a restart
+TEST(Conversion, TornPointsComeOff)
+{
+  for (int k = 0; k < 8; ++k) {
+    const Shape shape = (const Shape[4]){SHAPE_TRI3, SHAPE_QUAD4, SHAPE_TET4, SHAPE_HEX8}[k % 4];
+    const bool crushed = k >= 4;                       // or stretched
+    Model m = row_of(shape, 4, skew);
+    allow_conversion(m, 2);
+    m.conversion[0].release = 2.0;
+    Trial r(m, 11);
+    const Points begin = r.st.points;
+    const int parts = m.mesh.nelem() / 4;              // elements of a cell of the row
+    IntVec some;
+    for (int e = parts; e < 2 * parts; ++e) some.push_back(e);
+    for (int e : some) r.st.frac.broken[e] = 0;
+    frac_convert(m, r.el, r.fm, some, r.share, r.st);
+    Points& p = r.st.points;
+    EXPECT_GT(r.st.bonds.nbond, 0);
+    IntVec torn;
+    for (double& u : r.st.n.uc) u *= 0.1;
+    frac_torn(m, r.fm, p, r.st.n, torn);
+    EXPECT_TRUE(torn.empty()) << shape;
+    for (int i = 0; i < p.ncorner * m.dim; ++i)        // one corner is pulled away; or all come closer
+      if (crushed) r.st.n.uc[i] = -0.35 * p.Xc[i];
+      else if (i / m.dim == p.conn.begin(0)[0]) r.st.n.uc[i] = -3.0;
+    frac_torn(m, r.fm, p, r.st.n, torn);
+    ASSERT_FALSE(torn.empty()) << shape;
+    double energy, momentum[3], L[3], now_energy, now[3], now_L[3], mass = 0.0;
+    for (double q : p.mass) mass += q;
+    point_sums(p, m.dim, r.st.n.vc, energy, momentum);
+    point_spin(p, m.dim, r.st.n, L);
+    const int corners = p.ncorner;
+    frac_release(m, r.fm, torn, r.share, r.st);
+    point_sums(p, m.dim, r.st.n.vc, now_energy, now);
+    point_spin(p, m.dim, r.st.n, now_L);
+    for (int i = 0; i < m.dim; ++i) EXPECT_NEAR(momentum[i], now[i], 1e-13 * mass) << shape;
+    for (int i = m.dim == 2 ? 2 : 0; crushed && i < 3; ++i) EXPECT_NEAR(L[i], now_L[i], 1e-12 * mass) << shape;
+    EXPECT_LE(now_energy, energy * (1 + 1e-14));
+    EXPECT_EQ(corners + static_cast<int>(torn.size()) * p.conn.count(0), p.ncorner);
+    EXPECT_EQ(torn.size(), r.st.frac.released.size());
+    for (int q : torn) {
+      EXPECT_EQ(1, p.loose[q]);
+      EXPECT_EQ(FIELD_OWN, p.field[p.conn.begin(q)[0]]);
+      IpFields f;
+      point_ip_fields(m, p, r.st.n.uc, q, f);
+      EXPECT_NEAR(0.0, f.psi, 1e-14) << shape;
+    }
+    IntVec again;
+    frac_torn(m, r.fm, p, r.st.n, again);
+    EXPECT_TRUE(again.empty()) << shape;
+    IntVec rest;                                       // a neighbour shares no corner with an element that has come apart
+    for (int e = 2 * parts; e < 3 * parts; ++e) rest.push_back(e);
+    frac_convert(m, r.el, r.fm, rest, r.share, r.st);
+    CornerShare share;
+    frac_replay(m, r.fm, r.st, begin, share);
+    EXPECT_EQ(share.corner, r.share.corner);
+  }
+}
+
 // corners lie where the lattice of the element lies now; the points have its strain when that is uniform
 TEST(Conversion, KeepsPlacesAndStrain)
 {

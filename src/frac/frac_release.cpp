@@ -1,0 +1,166 @@
+#include <Eigen/Dense>
+
+#include "base/log.h"
+#include "frac/frac.h"
+
+namespace {
+
+// F of a point; 33 is 1 in the plane                                                          (3.5)
+Eigen::Matrix3d gradient(const Points& pts, int dim, const RealVec& uc, int p)
+{
+  Eigen::Matrix3d F = Eigen::Matrix3d::Identity();
+  for (int k = pts.conn.off[p]; k < pts.conn.off[p + 1]; ++k)
+    for (int i = 0; i < dim; ++i)
+      for (int j = 0; j < dim; ++j) F(i, j) += uc[pts.conn.item[k] * dim + i] * pts.G[k * dim + j];
+  return F;
+}
+
+Eigen::Matrix3d rotation(const Eigen::Matrix3d& F)
+{
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(F, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  Eigen::Matrix3d U = svd.matrixU();
+  if ((U * svd.matrixV().transpose()).determinant() < 0.0) U.col(2) *= -1.0;     // inside out: along the smallest stretch
+  return U * svd.matrixV().transpose();
+}
+
+// one domain as a body: places and velocities of its corners, pairs of its consistent mass
+struct Grain {
+  int n = 0;
+  Eigen::Vector3d X[8], x[8], v[8];
+  double m[8][8], mc[8], mass = 0.0;
+};
+
+// the mean over the mass
+Eigen::Vector3d mean(const Grain& g, const Eigen::Vector3d* value)
+{
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (int a = 0; a < g.n; ++a) sum += g.mc[a] * value[a];
+  return sum / g.mass;
+}
+
+void read_grain(const Points& pts, int dim, const Level& l, int p, const double* pairs, Grain& g)
+{
+  g = Grain();
+  g.n = pts.conn.count(p);
+  for (int a = 0; a < g.n; ++a) {
+    const int c = pts.conn.begin(p)[a];
+    g.X[a] = g.x[a] = g.v[a] = Eigen::Vector3d::Zero();
+    g.mc[a] = 0.0;
+    for (int i = 0; i < dim; ++i) {
+      g.X[a][i] = pts.Xc[c * dim + i];
+      g.x[a][i] = g.X[a][i] + l.uc[c * dim + i];
+      g.v[a][i] = l.vc[c * dim + i];
+    }
+    for (int b = 0; b <= a; ++b) g.m[a][b] = g.m[b][a] = *pairs++;
+  }
+  for (int a = 0; a < g.n; ++a)
+    for (int b = 0; b < g.n; ++b) g.mc[a] += g.m[a][b];
+  for (int a = 0; a < g.n; ++a) g.mass += g.mc[a];
+}
+
+// the spin that has the angular momentum of the domain once its corners are at r from the centre, in the plane about axis 3; less when
+// that would need more energy than the motion about the centre had
+Eigen::Vector3d spin(const Grain& g, int dim, const Eigen::Vector3d* r)
+{
+  const Eigen::Vector3d x = mean(g, g.x), v = mean(g, g.v);
+  Eigen::Vector3d L = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d I = Eigen::Matrix3d::Zero();
+  double had = 0.0;            // energy of the motion about the centre
+  for (int a = 0; a < g.n; ++a)
+    for (int b = 0; b < g.n; ++b) {
+      L += g.m[a][b] * (g.x[a] - x).cross(g.v[b] - v);
+      had += 0.5 * g.m[a][b] * (g.v[a] - v).dot(g.v[b] - v);
+      I += g.m[a][b] * (r[a].dot(r[b]) * Eigen::Matrix3d::Identity() - r[a] * r[b].transpose());
+    }
+  const Eigen::Vector3d omega = dim == 2 ? Eigen::Vector3d(0.0, 0.0, L[2] / I(2, 2)) : Eigen::Vector3d(I.ldlt().solve(L));
+  const double needs = 0.5 * omega.dot(L);
+  return needs > had ? Eigen::Vector3d(std::sqrt(had / needs) * omega) : omega;
+}
+
+// the shape of t = 0, turned, and a rigid motion                                              (7.13)
+void restore(const Points& pts, int dim, int p, const double* pairs, Level& l)
+{
+  Grain g;
+  read_grain(pts, dim, l, p, pairs, g);
+  const Eigen::Matrix3d R = rotation(gradient(pts, dim, l.uc, p));
+  const Eigen::Vector3d X = mean(g, g.X), x = mean(g, g.x), v = mean(g, g.v);
+  Eigen::Vector3d r[8];
+  for (int a = 0; a < g.n; ++a) r[a] = R * (g.X[a] - X);
+  const Eigen::Vector3d omega = spin(g, dim, r);
+  for (int a = 0; a < g.n; ++a) {
+    const int c = pts.conn.begin(p)[a];
+    const Eigen::Vector3d u = x + r[a] - g.X[a], vc = v + omega.cross(r[a]);
+    for (int i = 0; i < dim; ++i) {
+      l.uc[c * dim + i] = u[i];
+      l.vc[c * dim + i] = vc[i];
+    }
+  }
+}
+
+// displacements and velocities of the corners that points have got for their own
+void copy_corners(const IntVec& fresh, const IntVec& source, const Points& pts, int dim, Level& l)
+{
+  int k = 0;
+  for (int p : fresh)
+    for (int a = 0; a < pts.conn.count(p); ++a, ++k)
+      for (int i = 0; i < dim; ++i) {
+        l.uc.push_back(l.uc[source[k] * dim + i]);
+        l.vc.push_back(l.vc[source[k] * dim + i]);
+      }
+}
+
+}  // namespace
+
+void frac_torn(const Model& m, const FracMesh& fm, const Points& pts, const Level& l, IntVec& out)
+{
+  out.clear();
+  for (int p = 0; p < pts.npoint; ++p) {
+    if (pts.broken[p] < 0 || pts.parent[p] < 0 || fm.conv[pts.parent[p]] < 0) continue;
+    const double limit = m.conversion[fm.conv[pts.parent[p]]].release;
+    if (limit == 0.0) continue;
+    const Eigen::Matrix3d F = gradient(pts, m.dim, l.uc, p);
+    const double most = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(F.transpose() * F, Eigen::EigenvaluesOnly).eigenvalues()[2];
+    if (most > limit * limit || F.determinant() < 1.0 / limit) out.push_back(p);
+  }
+}
+
+void frac_release(const Model& m, const FracMesh& fm, const IntVec& torn, CornerShare& share, State& st)
+{
+  Points& pts = st.points;
+  IntVec fresh, source, shape_of(pts.npoint, 0);
+  for (int p : torn) {
+    shape_of[p] = 1;
+    if (pts.loose[p]) {
+      ++st.frac.renewed;
+      continue;
+    }
+    fresh.push_back(p);
+    source.insert(source.end(), pts.conn.begin(p), pts.conn.begin(p) + pts.conn.count(p));
+    st.frac.released.push_back(p);
+    st.frac.released_at.push_back(static_cast<int>(st.frac.converted.size()));
+  }
+  point_loosen(fresh, m.dim, share, pts);
+  copy_corners(fresh, source, pts, m.dim, st.n);
+  const double* pairs = pts.mc.data();
+  for (int p = 0; p < pts.npoint; ++p) {
+    if (shape_of[p]) restore(pts, m.dim, p, pairs, st.n);
+    pairs += pair_count(pts.conn.count(p));
+  }
+  frac_interfaces(m, fm, st);
+}
+
+void frac_replay(const Model& m, const FracMesh& fm, const State& st, Points start, CornerShare& share)
+{
+  share = CornerShare();
+  const Fracture& fr = st.frac;
+  size_t r = 0;
+  for (size_t k = 0; k <= fr.converted.size(); ++k) {
+    IntVec fresh;
+    for (; r < fr.released.size() && fr.released_at[r] == static_cast<int>(k); ++r) fresh.push_back(fr.released[r]);
+    point_loosen(fresh, m.dim, share, start);
+    if (k == fr.converted.size()) break;
+    const int e = fr.converted[k];
+    point_convert(m, m.conversion[fm.conv[e]].body[m.mesh.elem_section[e]], e, share, start);
+  }
+  MPFE_CHECK(start.Xc == st.points.Xc, "conversion made again gives other corners");
+}

@@ -1,0 +1,29 @@
+#include "point/point.h"
+
+namespace {
+
+// corners of all points of the elements that the given points were
+IntVec corners_of_parents(const Points& pts, const IntVec& which)
+{
+  IntVec mark(pts.ncorner, 0);
+  for (int p : which)
+    for (int q = pts.of_elem[pts.parent[p]]; q < pts.npoint && pts.parent[q] == pts.parent[p]; ++q)
+      for (int k = pts.conn.off[q]; k < pts.conn.off[q + 1]; ++k) mark[pts.conn.item[k]] = 1;
+  return mark;
+}
+
+}  // namespace
+
+void point_loosen(const IntVec& which, int dim, CornerShare& share, Points& pts)
+{
+  const IntVec taken = corners_of_parents(pts, which);
+  for (auto it = share.corner.begin(); it != share.corner.end();) it = taken[it->second] ? share.corner.erase(it) : std::next(it);
+  for (int p : which) {
+    for (int k = pts.conn.off[p]; k < pts.conn.off[p + 1]; ++k) {
+      for (int i = 0; i < dim; ++i) pts.Xc.push_back(pts.Xc[pts.conn.item[k] * dim + i]);
+      pts.field.push_back(FIELD_OWN);
+      pts.conn.item[k] = pts.ncorner++;
+    }
+    pts.loose[p] = 1;
+  }
+}
