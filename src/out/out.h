@@ -8,6 +8,7 @@
 //     out_listing_iteration, out_listing_cut, out_increment
 //   out_close                            checks, tables; returns the number of failed checks
 // A run that goes on from a restart file: out_restart_load, out_listing_open, out_reopen, then as above.
+// On several ranks the first one does it all; the others return at once, but for out_reopen, which gives all the state.
 // ---------------------------------------------------------------------------
 #ifndef MPFE_OUT_OUT_H
 #define MPFE_OUT_OUT_H

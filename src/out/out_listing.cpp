@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <ctime>
 
+#include "base/comm.h"
 #include "base/log.h"
 #include "base/timer.h"
 #include "base/version.h"
@@ -102,6 +103,7 @@ const char* out_status_text(Status status)
 void out_listing_open(const Model& m, Output& out, bool goes_on)
 {
   out.base = m.out_dir.empty() ? m.job : m.out_dir + "/" + m.job;
+  if (comm_rank() > 0) return;
   out.lst  = out_file_open(out.base + ".lst", goes_on);
   log_open(out.lst);
   if (goes_on) std::fprintf(out.lst, "\n\n---- the run goes on from a restart file ----\n\n");
@@ -153,12 +155,14 @@ void out_listing_defaults(std::FILE* file, const Model& m, const Bonds& bonds)
 
 void out_step_begin(const Model& m, int step, Output& out)
 {
+  if (comm_rank() > 0) return;
   step_defaults(out.lst, m, step);
   std::fprintf(out.lst, "\n   step    inc   iter      residual   force scale         ratio        energy  line search\n");
 }
 
 void out_step_end(const Model& m, const State& s, Output& out)
 {
+  if (comm_rank() > 0) return;
   std::fprintf(out.lst, "\nend of step %d after %d increments at time %.9g\n", s.log.step, s.log.inc, s.n.time);
   out_listing_balance(out.lst, m, s);
 }

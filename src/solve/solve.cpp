@@ -4,15 +4,31 @@
 #include <cstdarg>
 #include <cstdio>
 
+#include "base/comm.h"
 #include "base/log.h"
 #include "base/timer.h"
 #include "solve/solve_data.h"
 
 namespace {
 
-bool same_pattern(const SolverData& d, const SysMatrix& A)
+// skyline on several ranks: the first has the whole matrix and does the work
+Status skyline_work(Solver& s, const SysMatrix& A, bool values, Status (*work)(Solver&, const SysMatrix&))
 {
-  return d.analysed && d.dim == A.dim && d.off == A.off && d.col == A.col;
+  if (!sys_shared(A)) return work(s, A);
+  const SysMatrix whole = sys_collect(A, values);
+  Status status = comm_rank() == 0 ? work(s, whole) : STATUS_OK;
+  status = static_cast<Status>(comm_share(status));
+  s.zero_equation = comm_share(s.zero_equation);
+  s.negative      = comm_share(s.negative);
+  comm_share(s.message);
+  return status;
+}
+
+Status skyline_back_work(Solver& s, RealVec& x)
+{
+  if (comm_rank() == 0) skyline_back(s, x);
+  comm_share(x.data(), static_cast<int>(x.size()));
+  return STATUS_OK;
 }
 
 // a sum is finite only when every part of it is (values near the largest double do not occur)
@@ -51,6 +67,14 @@ Status solve_fail(Solver& s, Status status, const char* format, ...)
   return status;
 }
 
+// ranks have patterns of their own, and the same answer
+bool solve_same_pattern(const Solver& s, const SysMatrix& A)
+{
+  const SolverData& d = *s.data;
+  const bool same = d.dim == A.dim && d.off == A.off && d.col == A.col;
+  return sys_shared(A) ? !comm_most(!same) : same;
+}
+
 bool solve_open(Solver& s, const SolverDef& def)
 {
   SolverKind kind = def.kind == SOLVER_CG ? SOLVER_AUTO : def.kind;
@@ -84,7 +108,7 @@ Status solve_analyse(Solver& s, const SysMatrix& A)
 {
   MPFE_CHECK(s.data, "solve_analyse before solve_open");
   SolverData& d = *s.data;
-  if (same_pattern(d, A)) return STATUS_OK;
+  if (d.analysed && solve_same_pattern(s, A)) return STATUS_OK;
 
   Stopwatch watch(s.seconds_analyse);
   ++s.nanalyse;
@@ -95,9 +119,9 @@ Status solve_analyse(Solver& s, const SysMatrix& A)
   Status status = STATUS_OK;
   if (A.nrow > 0) {
 #ifdef MPFE_MUMPS
-    status = s.kind == SOLVER_MUMPS ? mumps_analyse(s, A) : skyline_analyse(s, A);
+    status = s.kind == SOLVER_MUMPS ? mumps_analyse(s, A) : skyline_work(s, A, false, skyline_analyse);
 #else
-    status = skyline_analyse(s, A);
+    status = skyline_work(s, A, false, skyline_analyse);
 #endif
   }
   d.analysed = status == STATUS_OK;
@@ -115,12 +139,12 @@ Status solve_factor(Solver& s, const SysMatrix& A)
   d.factored    = false;
   s.negative    = 0;
   s.zero_equation = -1;
-  if (!is_finite(A.val)) return solve_fail(s, BAD_NUMBER, "the matrix holds a value that is not a number");
+  if (comm_most(!is_finite(A.val))) return solve_fail(s, BAD_NUMBER, "the matrix holds a value that is not a number");
   if (A.nrow > 0) {
 #ifdef MPFE_MUMPS
-    status = s.kind == SOLVER_MUMPS ? mumps_factor(s, A) : skyline_factor(s, A);
+    status = s.kind == SOLVER_MUMPS ? mumps_factor(s, A) : skyline_work(s, A, true, skyline_factor);
 #else
-    status = skyline_factor(s, A);
+    status = skyline_work(s, A, true, skyline_factor);
 #endif
   }
   d.factored = status == STATUS_OK;
@@ -140,7 +164,7 @@ Status solve_back(Solver& s, const RealVec& b, RealVec& x)
 #ifdef MPFE_MUMPS
   if (s.kind == SOLVER_MUMPS) return mumps_back(s, x);
 #endif
-  return skyline_back(s, x);
+  return skyline_back_work(s, x);
 }
 
 void solve_close(Solver& s)

@@ -3,6 +3,7 @@
 #include <dmumps_c.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 
 #include "base/comm.h"
@@ -15,6 +16,7 @@ struct MumpsData {
   std::vector<MUMPS_INT> irn, jcn;   // [col.size()*dim*dim] equation numbers from 1, in the order of A.val
   std::vector<MUMPS_INT> perm;       // [neq] place of each equation (its number inside MUMPS) in the elimination
   RealVec x;                         // [neq] right-hand side and solution, numbered as inside MUMPS
+  RealVec scale, a;                  // several ranks: [neq] 1/sqrt of the diagonal; [A.val] what MUMPS gets, scaled by it
 };
 
 namespace {
@@ -90,6 +92,46 @@ void number_entries(MumpsData& m, const SysMatrix& A)
         }
 }
 
+// several ranks: each gives its entries, and MUMPS sums them
+void give_entries(MumpsData& m)
+{
+  const MUMPS_INT8 n = static_cast<MUMPS_INT8>(m.irn.size());
+  if (comm_size() == 1) {
+    m.id.nnz = n;
+    m.id.irn = m.irn.data();
+    m.id.jcn = m.jcn.data();
+    return;
+  }
+  icntl(m, 18)  = 3;
+  m.id.nnz_loc  = n;
+  m.id.irn_loc  = m.irn.data();
+  m.id.jcn_loc  = m.jcn.data();
+}
+
+// scaled to unit diagonal: what one rank leaves to MUMPS, which cannot do so with entries of several
+void scale_values(MumpsData& m, const SysMatrix& A)
+{
+  const int D = A.dim;
+  sys_diagonal(A, m.scale);
+  for (double& d : m.scale) d = d != 0.0 ? 1.0 / std::sqrt(std::fabs(d)) : 1.0;
+  m.a = A.val;
+  double* a = m.a.data();
+  for (int I = 0; I < A.nrow; ++I)
+    for (int k = A.off[I]; k < A.off[I + 1]; ++k)
+      for (int i = 0; i < D; ++i)
+        for (int j = 0; j < D; ++j) *a++ *= m.scale[I * D + i] * m.scale[A.col[k] * D + j];
+}
+
+void give_values(MumpsData& m, const SysMatrix& A)
+{
+  if (comm_size() == 1) {
+    m.id.a = const_cast<double*>(A.val.data());      // MUMPS only reads it
+    return;
+  }
+  scale_values(m, A);
+  m.id.a_loc = m.a.data();
+}
+
 }  // namespace
 
 // ---------------------------------------------------------------------------
@@ -98,7 +140,7 @@ void number_entries(MumpsData& m, const SysMatrix& A)
 // What differs from the defaults of MUMPS, with the reason:
 //   ICNTL(6), (12)       no maximal transversal, no compressed ordering: stiffness has a strong diagonal
 //   ICNTL(8) = 1         scaling to unit diagonal, cheaper than the default, and a zero pivot then
-//                        means the same in soft and in stiff parts
+//                        means the same in soft and in stiff parts; several ranks: scale_values
 //   ICNTL(10) = 0        no refinement: Newton corrects
 //   ICNTL(13) = 1        no ScaLAPACK at the root: it would hide the number of negative pivots
 //   ICNTL(24), CNTL(3)   zero pivots are looked for, and are an error here. Free bodies of 40 x 30 to
@@ -118,7 +160,7 @@ void mumps_open(Solver& s)
   for (int i = 1; i <= 3; ++i) icntl(m, i) = -1;    // no output
   icntl(m, 4)  = 0;
   icntl(m, 6)  = 0;
-  icntl(m, 8)  = 1;
+  icntl(m, 8)  = comm_size() == 1 ? 1 : 0;
   icntl(m, 10) = 0;
   icntl(m, 12) = 1;
   icntl(m, 13) = 1;
@@ -133,19 +175,23 @@ void mumps_open(Solver& s)
 // Inside MUMPS block rows are numbered by reverse Cuthill-McKee: near in space is near in memory, and
 // minimum fill breaks its ties well. Then minimum fill of MUMPS for dim <= 2 (as good a factor as nested
 // dissection in a fifth of the time), nested dissection of METIS in 3D (half the work and less) and with
-// several ranks (a wide tree). All ranks call with the same A; MUMPS reads that of rank 0.
+// several ranks (a wide tree). These have their entries each; rank 0 orders the whole pattern.
 // ---------------------------------------------------------------------------
 Status mumps_analyse(Solver& s, const SysMatrix& A)
 {
   MumpsData& m = *s.data->mumps;
-  m.number     = order_rcm(A);
+  const bool shared = sys_shared(A);
+  const SysMatrix collected = shared ? sys_collect(A, false) : SysMatrix();
+  const SysMatrix& whole    = shared ? collected : A;
+  m.number     = order_rcm(whole);
+  if (shared) comm_join(m.number);                   // the others have none
   number_entries(m, A);
   icntl(m, 7)  = ORDER_AMF;
 #ifdef MPFE_METIS
   if (A.dim == 3 || comm_size() > 1) {
-    const IntVec pos = order_metis(A);
+    const IntVec pos = order_metis(whole);
     m.perm.resize(A.neq());
-    for (int I = 0; I < A.nrow; ++I)
+    for (int I = 0; I < whole.nrow; ++I)
       for (int i = 0; i < A.dim; ++i) m.perm[m.number[I] * A.dim + i] = pos[I] * A.dim + i + 1;
     m.id.perm_in = m.perm.data();
     icntl(m, 7)  = ORDER_GIVEN;
@@ -154,9 +200,7 @@ Status mumps_analyse(Solver& s, const SysMatrix& A)
   if (A.dim == 3 || comm_size() > 1) icntl(m, 7) = ORDER_CHOOSE;
 #endif
   m.id.n       = A.neq();
-  m.id.nnz     = static_cast<MUMPS_INT8>(m.irn.size());
-  m.id.irn     = m.irn.data();
-  m.id.jcn     = m.jcn.data();
+  give_entries(m);
   icntl(m, 14) = RELAX;
   m.x.resize(A.neq());
   return call(m, JOB_ANALYSE) < 0 ? explain(s) : STATUS_OK;
@@ -170,8 +214,8 @@ Status mumps_analyse(Solver& s, const SysMatrix& A)
 Status mumps_factor(Solver& s, const SysMatrix& A)
 {
   MumpsData& m = *s.data->mumps;
-  m.id.a       = const_cast<double*>(A.val.data());    // MUMPS only reads it
-  int code     = call(m, JOB_FACTOR);
+  give_values(m, A);
+  int code = call(m, JOB_FACTOR);
   while (workspace_too_small(code) && icntl(m, 14) < RELAX_MOST) {
     icntl(m, 14) *= 2;
     code = call(m, JOB_FACTOR);
@@ -199,14 +243,14 @@ Status mumps_back(Solver& s, RealVec& x)
   MumpsData& m = *s.data->mumps;
   const int D = s.data->dim, nrow = static_cast<int>(m.number.size());
   for (int I = 0; I < nrow; ++I)
-    for (int i = 0; i < D; ++i) m.x[m.number[I] * D + i] = x[I * D + i];
+    for (int i = 0; i < D; ++i) m.x[m.number[I] * D + i] = (m.scale.empty() ? 1.0 : m.scale[I * D + i]) * x[I * D + i];
   m.id.nrhs = 1;
   m.id.lrhs = m.id.n;
   m.id.rhs  = m.x.data();
   if (call(m, JOB_BACK) < 0) return explain(s);
   comm_share(m.x.data(), m.id.n);
   for (int I = 0; I < nrow; ++I)
-    for (int i = 0; i < D; ++i) x[I * D + i] = m.x[m.number[I] * D + i];
+    for (int i = 0; i < D; ++i) x[I * D + i] = (m.scale.empty() ? 1.0 : m.scale[I * D + i]) * m.x[m.number[I] * D + i];
   return STATUS_OK;
 }
 
