@@ -86,6 +86,7 @@ void comm_close()
 
 int comm_rank() { return rank; }
 int comm_size() { return size; }
+int comm_fortran(bool all) { return MPI_Comm_c2f(all ? MPI_COMM_WORLD : MPI_COMM_SELF); }
 
 void comm_stop(int code)
 {
@@ -163,6 +164,7 @@ void comm_open(int*, char***) {}
 void comm_close() {}
 int comm_rank() { return 0; }
 int comm_size() { return 1; }
+int comm_fortran(bool) { return -987654; }           // MUMPS without MPI
 void comm_stop(int code) { std::exit(code); }
 void comm_share(double*, int) {}
 void comm_share(std::string&) {}

@@ -19,6 +19,9 @@ void comm_close();
 int comm_rank();   // 0 ... comm_size()-1
 int comm_size();
 
+// comm_fortran : the communicator of all ranks, or of this one alone, as Fortran knows it (MUMPS)
+int comm_fortran(bool all);
+
 // comm_stop : ends this rank, and with it all others, when they cannot agree on an ending any more
 [[noreturn]] void comm_stop(int code);
 

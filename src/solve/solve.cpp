@@ -11,10 +11,12 @@
 
 namespace {
 
-// skyline on several ranks: the first has the whole matrix and does the work
-Status skyline_work(Solver& s, const SysMatrix& A, bool values, Status (*work)(Solver&, const SysMatrix&))
+using Work = Status (*)(Solver& s, const SysMatrix& A);
+
+// the work on A; first_only: by rank 0 on the whole matrix, and the others hear how it went
+Status do_work(Solver& s, const SysMatrix& A, bool values, Work work)
 {
-  if (!sys_shared(A)) return work(s, A);
+  if (!s.data->first_only) return work(s, A);
   const SysMatrix whole = sys_collect(A, values);
   Status status = comm_rank() == 0 ? work(s, whole) : STATUS_OK;
   status = static_cast<Status>(comm_share(status));
@@ -24,11 +26,12 @@ Status skyline_work(Solver& s, const SysMatrix& A, bool values, Status (*work)(S
   return status;
 }
 
-Status skyline_back_work(Solver& s, RealVec& x)
+Status back_work(Solver& s, RealVec& x)
 {
-  if (comm_rank() == 0) skyline_back(s, x);
-  comm_share(x.data(), static_cast<int>(x.size()));
-  return STATUS_OK;
+#ifdef MPFE_MUMPS
+  if (s.kind == SOLVER_MUMPS) return mumps_back(s, x);
+#endif
+  return skyline_back(s, x);
 }
 
 // a sum is finite only when every part of it is (values near the largest double do not occur)
@@ -87,8 +90,9 @@ bool solve_open(Solver& s, const SolverDef& def)
   s.kind = kind;
   s.def  = def;
   s.data = std::make_shared<SolverData>();
+  s.data->first_only = comm_size() > 1 && (kind == SOLVER_SKYLINE || !def.reuse);
 #ifdef MPFE_MUMPS
-  if (kind == SOLVER_MUMPS) mumps_open(s);
+  if (kind == SOLVER_MUMPS && !(s.data->first_only && comm_rank() > 0)) mumps_open(s);
 #endif
   return true;
 }
@@ -119,9 +123,9 @@ Status solve_analyse(Solver& s, const SysMatrix& A)
   Status status = STATUS_OK;
   if (A.nrow > 0) {
 #ifdef MPFE_MUMPS
-    status = s.kind == SOLVER_MUMPS ? mumps_analyse(s, A) : skyline_work(s, A, false, skyline_analyse);
+    status = do_work(s, A, false, s.kind == SOLVER_MUMPS ? mumps_analyse : skyline_analyse);
 #else
-    status = skyline_work(s, A, false, skyline_analyse);
+    status = do_work(s, A, false, skyline_analyse);
 #endif
   }
   d.analysed = status == STATUS_OK;
@@ -142,9 +146,9 @@ Status solve_factor(Solver& s, const SysMatrix& A)
   if (comm_most(!is_finite(A.val))) return solve_fail(s, BAD_NUMBER, "the matrix holds a value that is not a number");
   if (A.nrow > 0) {
 #ifdef MPFE_MUMPS
-    status = s.kind == SOLVER_MUMPS ? mumps_factor(s, A) : skyline_work(s, A, true, skyline_factor);
+    status = do_work(s, A, true, s.kind == SOLVER_MUMPS ? mumps_factor : skyline_factor);
 #else
-    status = skyline_work(s, A, true, skyline_factor);
+    status = do_work(s, A, true, skyline_factor);
 #endif
   }
   d.factored = status == STATUS_OK;
@@ -161,10 +165,10 @@ Status solve_back(Solver& s, const RealVec& b, RealVec& x)
   ++s.nback;
   if (&x != &b) x = b;
   if (x.empty()) return STATUS_OK;
-#ifdef MPFE_MUMPS
-  if (s.kind == SOLVER_MUMPS) return mumps_back(s, x);
-#endif
-  return skyline_back_work(s, x);
+  if (!s.data->first_only) return back_work(s, x);
+  const Status status = comm_rank() == 0 ? back_work(s, x) : STATUS_OK;
+  comm_share(x.data(), static_cast<int>(x.size()));
+  return static_cast<Status>(comm_share(status));
 }
 
 void solve_close(Solver& s)

@@ -92,6 +92,8 @@ struct SolveAsk {
 };
 
 // solve_open : AUTO and CG factorise by MUMPS when it was built in, else SKYLINE. Returns false when the kind is not built in.
+// On several ranks rank 0 factorises alone when it is SKYLINE, and with REUSE=NO: MUMPS sums what ranks send each other as it
+// comes, so that two runs differ in their last bits.
 bool solve_open(Solver& s, const SolverDef& def);
 const char* solve_name(const Solver& s);
 

@@ -81,6 +81,7 @@ struct SolverData {
   int dim = 0;                 // pattern that was analysed
   IntVec off, col;
   bool analysed = false, factored = false;
+  bool first_only = false;     // several ranks: the first one factorises the whole matrix alone
   Skyline sky;
   long stamp = -1;             // of the matrix that was factorised
   Kept kept;
