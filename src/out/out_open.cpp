@@ -77,6 +77,7 @@ int out_close(const Model& m, const Elements& el, const State& s, const ActiveGr
   const int failed = out_check_end(m, el, s, finished, out);
   out_listing_phases(out.lst);
   out_listing_solver(out.lst, solver);
+  out_listing_ranks(out.lst, out.ranks);
   out_listing_skipped(out.lst, m, s);
   out_listing_end(out.lst, finished, failed);
   log_open(nullptr);

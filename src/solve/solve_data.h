@@ -29,14 +29,14 @@ struct Cholesky {              // incomplete, on the pattern of A
   std::vector<float> L;        // [col.size()*dim*dim], order of A.val; diagonal blocks: inverse of their factor
 };
 
-// Several ranks: the rows of one rank and what couples them, from all ranks
+// Several ranks: the rows of one rank with their neighbours, and what couples them, from all ranks
 struct OwnBlock {
   IntVec off, col, owner;      // of the matrix that it was made for
-  IntVec row;                  // [rows] block rows that belong to this rank
+  IntVec row;                  // [rows] block rows: those of this rank and their neighbours
+  RealVec weight;              // [rows] 1/sqrt of the ranks that have the row
   SysMatrix B;                 // their matrix, numbered as in row
-  IntVec place;                // block of B for each of from, then for those that come from other ranks
-  IntVec from;                 // blocks of A that stay here
-  std::vector<IntVec> to;      // [ranks] blocks of A that other ranks need
+  std::vector<IntVec> to;      // [ranks] blocks of A that a rank needs
+  IntVec place;                // block of B of each block that comes from the ranks, one rank after the other
   RealVec r, z;                // [rows*dim]
 };
 
@@ -132,7 +132,7 @@ struct Clock {
 
 CgDone cg_solve(const SysMatrix& A, const Precondition& precondition, const RealVec& b, const CgGoal& goal, CgWork& w, RealVec& x);
 
-// own_form : the matrix of the rows that belong to this rank; own_gather, own_scatter : r of these rows, and z of all ranks
+// own_form : the matrix of the rows of this rank and their neighbours; own_gather, own_scatter : r there, and z from all ranks
 void own_form(const SysMatrix& A, OwnBlock& own);
 void own_gather(OwnBlock& own, const RealVec& r);
 void own_scatter(const OwnBlock& own, RealVec& z);

@@ -120,7 +120,7 @@ Status by_factor(Solver& s, const SysMatrix& A, const SolveAsk& ask, const RealV
   return status;
 }
 
-// several ranks: incomplete Cholesky of the rows of each, without those of the others                          (8.7)
+// several ranks: incomplete Cholesky of the rows of each with their neighbours                                   (8.7)
 bool form_blocks(Solver& s, const SysMatrix& A, Precondition& M)
 {
   SolverData& d = *s.data;

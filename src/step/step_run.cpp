@@ -244,6 +244,21 @@ void warn_balance(const Problem& p)
            100.0 * std::fabs(g.balance) / g.scale, g.balance, g.scale);
 }
 
+// what each rank did, for the listing; nothing on one rank
+void load_of_ranks(const Problem& p, std::vector<RankLoad>& ranks)
+{
+  if (comm_size() == 1) return;
+  RankLoad mine;
+  for (const ElemBlock& b : p.el.block) mine.elements += static_cast<double>(b.mine.size());
+  mine.points = static_cast<double>(p.sys.my_point.size());
+  mine.bonds  = static_cast<double>(p.sys.my_bond.size());
+  for (Phase phase : {PHASE_RESIDUAL, PHASE_TANGENT, PHASE_MASS}) mine.assembly += timer_phase(phase).wall;
+  mine.between = timer_phase(PHASE_COMM).wall;
+  mine.memory  = out_memory();
+  ranks.assign(1, mine);
+  comm_join(ranks);
+}
+
 // energies at the start need the mass of the first step
 void open_ledger(Problem& p)
 {
@@ -317,6 +332,7 @@ int step_run(Problem& p, Archive& f, Output& out)
     log_error("step %d, increment %d, time %.8g: stopped after %d cuts. %s", p.st.log.step, p.st.log.inc, p.st.n.time,
               p.st.log.cuts, step_explain(p, status).c_str());
   warn_balance(p);
+  load_of_ranks(p, out.ranks);
   const int failed = comm_share(out_close(p.m, p.el, p.st, p.grid, p.solver, status == STATUS_OK, out));
   if (status == SOLVER_FAILED) return EXIT_RESOURCE;
   if (status == BAD_VALUE) return EXIT_DECK;
