@@ -78,8 +78,9 @@ struct Problem {
   std::string note;            // why the increment failed, when the status alone does not say it
 };
 
-// system_divide : whose work is what, and the lists of this rank. True: not as the pattern was made for.   doc/theory.md 5.1
-bool system_divide(Problem& p);
+// system_divide : whose work is what, and the lists of this rank; fresh: rows or lists have changed. True: the division is not
+// the one that the pattern was made for.                                                       doc/theory.md 5.1
+bool system_divide(Problem& p, bool fresh);
 
 // system_lists : calls use(n, rows) for every element, point and bond, in that order; all: also those of other ranks
 template <class Use>

@@ -166,15 +166,16 @@ void take_all(Problem& p)
 // ---------------------------------------------------------------------------
 // system_divide : whose work is what                                          doc/theory.md 5.1
 //
-//   in   rows and lists of now
+//   in   rows and lists of now; fresh: they have changed
 //   out  State::division, ElemBlock::mine, my_point, my_bond, owner
 //   returns true when the division is not the one that the pattern was made for
 //
 // The division is a part of the state, so that a run that goes on sums in the same order. It is made once, and again
 // when conversion, erosion or motion has made it uneven, or the number of ranks is another one than in the restart file.
 // ---------------------------------------------------------------------------
-bool system_divide(Problem& p)
+bool system_divide(Problem& p, bool fresh)
 {
+  System& s   = p.sys;
   Division& d = p.st.division;
   if (comm_size() == 1) {
     take_all(p);
@@ -182,18 +183,17 @@ bool system_divide(Problem& p)
     return false;
   }
   bool again = d.ranks != comm_size();
-  if (!again) {
+  if (!again && fresh) {
     take_new_points(p);
     const double now = excess(p);
     again = now > UNEVEN * d.excess;
     if (again) log_note("  the work is divided among the ranks again: the largest part was %.2f of the mean", now);
   }
   if (again) divide_again(p);
-  System& s = p.sys;
-  find_owners(p);
+  const bool other = s.elem_rank != d.elem || s.point_rank != d.point;     // an undone increment has its division back
+  if (fresh || other) find_owners(p);
   take_mine(p);
-  if (s.elem_rank == d.elem && s.point_rank == d.point) return false;      // an undone increment has its division back
   s.elem_rank  = d.elem;
   s.point_rank = d.point;
-  return true;
+  return other;
 }

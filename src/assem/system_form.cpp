@@ -195,8 +195,9 @@ void system_form(Problem& p, bool mass)
   s.dim = p.m.dim;
   number_nodes(p);
   form_lists(p);
-  bool fresh = system_divide(p) || first || s.A.nrow != s.nrow;
+  bool fresh = first || s.A.nrow != s.nrow;
   fresh = fresh || !same(s.point_rows, p.grid.point) || !same(s.bond_rows, s.bond);
+  fresh = system_divide(p, fresh) || fresh;
   if (fresh) {
     Timer timer(PHASE_PATTERN);
     ++s.pattern;
