@@ -42,7 +42,7 @@ const char* const usage =
 
 int usage_error(const char* what, const char* word)
 {
-  std::fprintf(stderr, "mpfe: %s: %s\n%s", what, word, usage);
+  if (comm_rank() == 0) std::fprintf(stderr, "mpfe: %s: %s\n%s", what, word, usage);
   return EXIT_DECK;
 }
 
@@ -85,19 +85,32 @@ int read_options(int argc, char** argv, Options& o)
   return EXIT_GOOD;
 }
 
+// has a rank errors? Rank 0 has told its own, and says when it has none
+bool failed(int errors)
+{
+  const bool any = comm_most(errors) > 0;
+  if (any && errors == 0) log_error("other ranks could not read the deck as the first one did: do all machines see the same folder?");
+  return any;
+}
+
 int check_only(Problem& p)
 {
   const int errors = step_open(p);
-  if (errors) return EXIT_DECK;
-  out_model_summary(stdout, p.m, p.el, p.st.points, p.st.bonds);
+  if (failed(errors)) return EXIT_DECK;
+  if (comm_rank() == 0) out_model_summary(stdout, p.m, p.el, p.st.points, p.st.bonds);
   return EXIT_GOOD;
 }
 
-// the file of --restart, or JOB.rst when the deck asks for it
+// the file of --restart, or JOB.rst when the deck asks for it; rank 0 reads it
 bool load_restart(const Model& m, const Options& o, Archive& f)
 {
-  if (!o.restart.empty()) return out_restart_load(m, o.restart, f);
-  return !m.restart.read || out_restart_load(m, m.out_dir + "/" + m.job + ".rst", f);
+  if (o.restart.empty() && !m.restart.read) return true;
+  const std::string path = o.restart.empty() ? m.out_dir + "/" + m.job + ".rst" : o.restart;
+  if (comm_share(comm_rank() == 0 && !out_restart_load(m, path, f))) return false;
+  comm_share(f.bytes);
+  f.reading = true;
+  f.at      = static_cast<std::size_t>(comm_share(static_cast<int>(f.at)));
+  return true;
 }
 
 int run(const Options& o)
@@ -105,7 +118,7 @@ int run(const Options& o)
   Model model;
   {
     Timer timer(PHASE_INPUT);
-    if (deck_read(o.deck, o.defines, model)) return EXIT_DECK;
+    if (failed(deck_read(o.deck, o.defines, model))) return EXIT_DECK;
   }
   model.out_dir = o.out_dir;
   State state;
@@ -115,13 +128,13 @@ int run(const Options& o)
   if (o.check) return check_only(problem);
   Output out;
   out_listing_open(model, out, restart.reading);
-  if (step_open(problem)) return EXIT_DECK;
+  if (failed(step_open(problem))) return EXIT_DECK;
   const int code = step_run(problem, restart, out);
   solve_close(problem.solver);
   return code;
 }
 
-// memory that is not there shows anywhere
+// memory that is not there shows anywhere, and on one rank alone
 int run_guarded(const Options& o)
 {
   const char* const words = "the memory of this machine is not enough for this model: take a coarser mesh or grid, or fewer "
@@ -129,11 +142,32 @@ int run_guarded(const Options& o)
   try {
     return run(o);
   } catch (const std::bad_alloc&) {
-    log_error("%s", words);
   } catch (const std::length_error&) {
-    log_error("%s", words);
   }
+  log_mute(false);
+  log_error("%s", words);
+  if (comm_size() > 1) comm_stop(EXIT_RESOURCE);
   return EXIT_RESOURCE;
+}
+
+// what needs no deck
+int tell(const Options& o)
+{
+  if (comm_rank() > 0) return EXIT_GOOD;
+  if (o.help) std::fputs(usage, stdout);
+  if (o.version) std::printf("mpfe %s\n", MPFE_VERSION);
+  if (o.list) deck_list_keywords(stdout);
+  return EXIT_GOOD;
+}
+
+int start(int argc, char** argv)
+{
+  Options o;
+  const int wrong = read_options(argc, argv, o);
+  if (wrong) return wrong;
+  if (o.help || o.version || o.list) return tell(o);
+  interrupt_watch();
+  return run_guarded(o);
 }
 
 }  // namespace
@@ -141,22 +175,9 @@ int run_guarded(const Options& o)
 int main(int argc, char** argv)
 {
   blas_choose(argc, argv);
-  Options o;
-  const int wrong = read_options(argc, argv, o);
-  if (wrong) return wrong;
-  if (o.help) std::fputs(usage, stdout);
-  if (o.version) std::printf("mpfe %s\n", MPFE_VERSION);
-  if (o.list) deck_list_keywords(stdout);
-  if (o.help || o.version || o.list) return EXIT_GOOD;
   comm_open(&argc, &argv);
-  int code = EXIT_DECK;
-  if (comm_size() > 1) {
-    if (comm_rank() == 0)
-      std::fputs("mpfe: this version runs on one rank: start it without mpirun, or with -np 1\n", stderr);
-  } else {
-    interrupt_watch();
-    code = run_guarded(o);
-  }
+  log_mute(comm_rank() > 0);
+  const int code = start(argc, argv);
   comm_close();
   if (code != EXIT_CONTINUE) interrupt_finish();
   return code;

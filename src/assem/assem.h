@@ -23,9 +23,14 @@ struct System {
   ListTable bond;              // [nbond] rows of both sides
   RealVec bond_w;              // [bond.item] N_a of side A, -N_v of side B
   SysMatrix A;
-  RealVec M;                   // [blocks of A] mass, one number serves all directions
-  IntVec elem_map;             // block of A for each node pair, 2 k + 1: transposed; elements block after block
-  IntVec point_map, bond_map;
+  RealVec M;                   // [blocks of A] mass, one number serves all directions; of this rank, as A
+  RealVec M_diag;              // [nrow] its diagonal, of all ranks
+  IntVec my_point, my_bond;    // what this rank works on; elements: ElemBlock::mine
+  std::vector<char> bond_is_mine;      // [nbond]
+  IntVec owner;                // [nrow] rank that a row belongs to; one rank: empty
+  IntVec elem_rank, point_rank;        // the division that the pattern was made for
+  IntVec elem_map;             // block of A for each node pair, 2 k + 1: transposed; elements of this rank, block after block
+  IntVec point_map, bond_map;  // [my_point], [my_bond]
   std::vector<size_t> point_map_off, bond_map_off;
   ListTable point_rows;        // the lists that the pattern was made for
   ListTable bond_rows;
@@ -73,6 +78,38 @@ struct Problem {
   std::string note;            // why the increment failed, when the status alone does not say it
 };
 
+// system_divide : whose work is what, and the lists of this rank; fresh: rows or lists have changed. True: the division is not
+// the one that the pattern was made for.                                                       doc/theory.md 5.1
+bool system_divide(Problem& p, bool fresh);
+
+// system_lists : calls use(n, rows) for every element, point and bond, in that order; all: also those of other ranks
+template <class Use>
+void system_lists(const Problem& p, bool all, Use use)
+{
+  const System& s = p.sys;
+  IntVec row;
+  for (const ElemBlock& b : p.el.block)
+    for (int slot : all ? b.live : b.mine) {
+      const int e = b.elem[slot];
+      row.clear();
+      for (int k = p.m.mesh.conn.off[e]; k < p.m.mesh.conn.off[e + 1]; ++k)
+        row.push_back(s.row_of_node[p.m.mesh.conn.item[k]]);
+      use(static_cast<int>(row.size()), row.data());
+    }
+  const auto use_point = [&](int q) {
+    row.clear();
+    for (int k = p.grid.point.off[q]; k < p.grid.point.off[q + 1]; ++k) row.push_back(s.nfe + p.grid.point.item[k]);
+    use(static_cast<int>(row.size()), row.data());
+  };
+  if (all) {
+    for (int q = 0; q < p.st.points.npoint; ++q) use_point(q);
+    for (int b = 0; b < s.bond.size(); ++b) use(s.bond.count(b), s.bond.begin(b));
+    return;
+  }
+  for (int q : s.my_point) use_point(q);
+  for (int b : s.my_bond) use(s.bond.count(b), s.bond.begin(b));
+}
+
 // system_form : rows, lists, and, when a list has changed, pattern and scatter maps; mass
 void system_form(Problem& p, bool mass);
 
@@ -94,8 +131,8 @@ bool assem_has_followers(const Step& step);
 void assem_tangent(Problem& p, const KernelMode& mode, double cM);
 
 // assem_constrain : f -= A(:, fixed) x(fixed), then rows and columns of fixed dofs become those of a diagonal matrix, and
-// f(fixed) = 0: a solution that knows nothing of x, which is added afterwards
-void assem_constrain(System& sys, const RealVec& x, RealVec& f);
+// f(fixed) = 0: a solution that knows nothing of x, which is added afterwards; diagonal [neq] of A
+void assem_constrain(System& sys, const RealVec& diagonal, const RealVec& x, RealVec& f);
 
 // mass_multiply : y = M x
 void mass_multiply(const System& sys, const RealVec& x, RealVec& y);

@@ -1,6 +1,7 @@
 #include <algorithm>
 
 #include "assem/assem.h"
+#include "base/comm.h"
 #include "base/timer.h"
 #include "shape/face.h"
 
@@ -60,7 +61,7 @@ Status add_elements(Problem& p, const KernelMode& mode, RealVec& fint)
   for (const ElemBlock& b : p.el.block) {
     const ShapeInfo& info = shape_info[b.shape];
     const ElemForm form   = elem_form(b);
-    for (int slot : b.live) {
+    for (int slot : b.mine) {
       const int e = b.elem[slot], *node = mesh.conn.begin(e);
       elem_ends(p.st, node, info.nen, dim, u0, u1);
       const Status s = p.el.broken(e) < 0 ? form(b, slot, mode, u0, u1, re, nullptr)
@@ -79,7 +80,7 @@ Status add_elements(Problem& p, const KernelMode& mode, RealVec& fint)
   return status;
 }
 
-// a contact bond that meets a face; the state at t(n+1) gets gap and friction
+// a contact bond that meets a face; the state at t(n+1) gets gap and friction, on all ranks
 void add_contact(Problem& p, const KernelMode& mode, int b, RealVec& fint)
 {
   const int dim = p.m.dim;
@@ -87,7 +88,7 @@ void add_contact(Problem& p, const KernelMode& mode, int b, RealVec& fint)
   if (p.pairs.master.count(b)) {
     gap = contact_force(p.m, p.st.bonds, p.pairs, b, mode, &p.contact_s[b * dim], &p.st.n.lambda[b * dim],
                         p.st.np1.lambda_n[b], f, nullptr, t1, &slipped);
-    for (int k = p.sys.bond.off[b]; k < p.sys.bond.off[b + 1]; ++k)
+    for (int k = p.sys.bond.off[b]; k < p.sys.bond.off[b + 1] && p.sys.bond_is_mine[b]; ++k)
       for (int i = 0; i < dim; ++i) fint[p.sys.bond.item[k] * dim + i] += p.sys.bond_w[k] * f[i];
   } else {
     p.st.np1.lambda_n[b] = 0.0;
@@ -106,6 +107,7 @@ void add_bonds(Problem& p, const KernelMode& mode, RealVec& fint)
       add_contact(p, mode, b, fint);
       continue;
     }
+    if (!p.sys.bond_is_mine[b]) continue;
     bond_stiffness(p.st.bonds, dim, b, C);
     for (int i = 0; i < dim; ++i)
       s[i] = mode.s_new * p.st.np1.slip[b * dim + i] + mode.s_old * p.st.n.slip[b * dim + i];
@@ -116,6 +118,21 @@ void add_bonds(Problem& p, const KernelMode& mode, RealVec& fint)
         fint[p.sys.bond.item[k] * dim + i] += p.sys.bond_w[k] * f;
     }
   }
+}
+
+// sum over the ranks, and a status that all agree on: the failure of the highest point or element
+Status sum_force(Problem& p, Status status, RealVec& fint)
+{
+  fint.push_back(status == STATUS_OK ? 0.0 : 1.0);
+  comm_sum(fint);
+  const bool bad = fint.back() != 0.0;
+  fint.pop_back();
+  if (!bad) return STATUS_OK;
+  const int point = 1 << 30;           // above all elements
+  const int worst = comm_most(status == STATUS_OK ? -1 : p.worst + (p.worst_is_point ? point : 0));
+  p.worst_is_point = worst >= point;
+  p.worst = p.worst_is_point ? worst - point : worst;
+  return BAD_JACOBIAN;
 }
 
 // ---- loads ----------------------------------------------------------------
@@ -252,7 +269,7 @@ Status assem_internal(Problem& p, const KernelMode& mode, RealVec& fint)
   if (p.st.points.npoint) {
     RealVec fc(p.st.points.Xc.size(), 0.0);
     int worst = -1;
-    const Status s = point_corner_force(p.m, p.st.points, p.point_law, mode, p.st.n.uc, p.st.np1.uc, fc, &worst);
+    const Status s = point_corner_force(p.m, p.st.points, p.point_law, mode, p.st.n.uc, p.st.np1.uc, p.sys.my_point, fc, &worst);
     if (s != STATUS_OK) {
       status = s;
       p.worst = worst;
@@ -261,7 +278,7 @@ Status assem_internal(Problem& p, const KernelMode& mode, RealVec& fint)
     assem_scatter_corners(p, fc, fint);
   }
   if (p.st.bonds.nbond) add_bonds(p, mode, fint);
-  return status;
+  return comm_size() > 1 ? sum_force(p, status, fint) : status;
 }
 
 bool assem_has_followers(const Step& step)

@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "assem/assem.h"
+#include "base/comm.h"
 
 void mass_multiply(const System& s, const RealVec& x, RealVec& y)
 {
@@ -19,6 +20,7 @@ void mass_multiply(const System& s, const RealVec& x, RealVec& y)
       }
     }
   }
+  comm_sum(y);
 }
 
 namespace {
@@ -37,6 +39,7 @@ void multiply_one(const System& s, int first, const RealVec& x, RealVec& y)
       y[c] += s.M[k] * x[r];
     }
   }
+  comm_sum(y.data() + first, s.nrow - first);
 }
 
 double dot(int first, const RealVec& a, const RealVec& b)
@@ -54,7 +57,7 @@ int solve_one(const System& s, int first, int d, const RealVec& f, RealVec& x)
   std::vector<char> free(n, 0);
   double scale = 0.0;
   for (int i = first; i < n; ++i) {
-    diag[i] = s.M[s.A.off[i + 1] - 1];
+    diag[i] = s.M_diag[i];
     free[i] = !s.fixed[i * dim + d] && diag[i] > 0.0;
     u[i]    = x[i * dim + d];
   }

@@ -1,6 +1,7 @@
 #include <algorithm>
 
 #include "assem/assem.h"
+#include "base/comm.h"
 #include "base/timer.h"
 
 namespace {
@@ -38,7 +39,7 @@ void add_elements(Problem& p, const KernelMode& mode)
   for (const ElemBlock& b : p.el.block) {
     const ShapeInfo& info = shape_info[b.shape];
     const ElemForm form   = elem_form(b);
-    for (int slot : b.live) {
+    for (int slot : b.mine) {
       const int e = b.elem[slot], *node = mesh.conn.begin(e);
       elem_ends(p.st, node, info.nen, D, u0, u1);
       if (p.el.broken(e) < 0) form(b, slot, mode, u0, u1, re, ke);
@@ -54,11 +55,12 @@ void add_points(Problem& p, const KernelMode& mode)
 {
   const Points& pts = p.st.points;
   RealVec work, ke;
-  for (int q = 0; q < pts.npoint; ++q) {
+  const size_t* at = p.sys.point_map_off.data();
+  for (int q : p.sys.my_point) {
     const int n = p.grid.point.count(q);
     ke.resize(static_cast<size_t>(pair_count(n)) * D * D);
     point_tangent(p.m, pts, p.point_law, mode, p.st.n.uc, p.st.np1.uc, p.grid, q, work, ke.data());
-    add_pairs<D>(p.sys.A, &p.sys.point_map[p.sys.point_map_off[q]], n, ke.data());
+    add_pairs<D>(p.sys.A, &p.sys.point_map[*at++], n, ke.data());
   }
 }
 
@@ -67,7 +69,9 @@ void add_bonds(Problem& p, const KernelMode& mode)
 {
   double C[D * D], k[D * D];
   double f[D], t1[D], slipped;
-  for (int q = 0; q < p.st.bonds.nbond; ++q) {
+  const size_t* at = p.sys.bond_map_off.data();
+  for (int q : p.sys.my_bond) {
+    const int* map     = &p.sys.bond_map[*at++];
     const bool contact = p.st.bonds.field[q] == SIDE_CONTACT;
     if (contact && !p.pairs.master.count(q)) continue;
     if (contact)
@@ -78,7 +82,6 @@ void add_bonds(Problem& p, const KernelMode& mode)
     const double factor = contact ? 1.0 : mode.cD();
     const int n     = p.sys.bond.count(q);
     const double* w = &p.sys.bond_w[p.sys.bond.off[q]];
-    const int* map  = &p.sys.bond_map[p.sys.bond_map_off[q]];
     for (int a = 0; a < n; ++a)
       for (int b = 0; b <= a; ++b) {
         for (int i = 0; i < D * D; ++i) k[i] = factor * w[a] * w[b] * C[i];
@@ -109,13 +112,15 @@ void assem_tangent(Problem& p, const KernelMode& mode, double cM)
     for (int i = 0; i < s.dim; ++i) s.A.val[(k * s.dim + i) * s.dim + i] += cM * s.M[k];
 }
 
-void assem_constrain(System& s, const RealVec& x, RealVec& f)
+void assem_constrain(System& s, const RealVec& diagonal, const RealVec& x, RealVec& f)
 {
   const int dim = s.dim;
   double diag = 0.0;
-  for (int r = 0; r < s.nrow; ++r)
-    for (int i = 0; i < dim; ++i) diag += s.A.val[(static_cast<size_t>(s.A.off[r + 1] - 1) * dim + i) * dim + i];
+  for (double d : diagonal) diag += d;
   diag /= s.neq();
+  // several ranks: each subtracts what it has of A from f of the first
+  const bool sum = sys_shared(s.A) && std::any_of(x.begin(), x.end(), [](double v) { return v != 0.0; });
+  if (sum && comm_rank() > 0) std::fill(f.begin(), f.end(), 0.0);
   for (int r = 0; r < s.nrow; ++r)
     for (int k = s.A.off[r]; k < s.A.off[r + 1]; ++k) {
       const int c = s.A.col[k];
@@ -129,10 +134,12 @@ void assem_constrain(System& s, const RealVec& x, RealVec& f)
           v[i * dim + j] = 0.0;
         }
       if (r != c) continue;
+      const bool here = s.owner.empty() || s.owner[r] == comm_rank();
       for (int i = 0; i < dim; ++i)
         if (s.fixed[r * dim + i]) {
-          v[i * dim + i]  = diag;
+          v[i * dim + i] = here ? diag : 0.0;
           f[r * dim + i] = 0.0;
         }
     }
+  if (sum) comm_sum(f);
 }

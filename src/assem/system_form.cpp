@@ -1,6 +1,7 @@
 #include <algorithm>
 
 #include "assem/assem.h"
+#include "base/comm.h"
 #include "base/timer.h"
 
 namespace {
@@ -77,65 +78,17 @@ void form_lists(Problem& p)
 
 bool same(const ListTable& a, const ListTable& b) { return a.off == b.off && a.item == b.item; }
 
-// calls use(n, rows) for every element, point and bond, in that order
-template <class Use>
-void each_list(const Problem& p, Use use)
-{
-  const System& s = p.sys;
-  IntVec row;
-  for (const ElemBlock& b : p.el.block)
-    for (int slot : b.live) {
-      const int e = b.elem[slot];
-      row.clear();
-      for (int k = p.m.mesh.conn.off[e]; k < p.m.mesh.conn.off[e + 1]; ++k)
-        row.push_back(s.row_of_node[p.m.mesh.conn.item[k]]);
-      use(static_cast<int>(row.size()), row.data());
-    }
-  for (int q = 0; q < p.st.points.npoint; ++q) {
-    row.clear();
-    for (int k = p.grid.point.off[q]; k < p.grid.point.off[q + 1]; ++k) row.push_back(s.nfe + p.grid.point.item[k]);
-    use(static_cast<int>(row.size()), row.data());
-  }
-  for (int b = 0; b < s.bond.size(); ++b) use(s.bond.count(b), s.bond.begin(b));
-}
-
-// block pattern: lower triangle, rows sorted, the diagonal last
+// pattern of what this rank works on
 void form_pattern(Problem& p)
 {
   System& s = p.sys;
-  // rows -> lists that hold them
-  IntVec count(s.nrow + 1, 0);
   ListTable lists;
-  each_list(p, [&](int n, const int* row) {
+  system_lists(p, false, [&](int n, const int* row) {
     lists.item.insert(lists.item.end(), row, row + n);
     lists.off.push_back(static_cast<int>(lists.item.size()));
-    for (int a = 0; a < n; ++a) ++count[row[a] + 1];
   });
-  for (int r = 0; r < s.nrow; ++r) count[r + 1] += count[r];
-  IntVec holder(lists.item.size()), next(count.begin(), count.end() - 1);
-  for (int l = 0; l < lists.size(); ++l)
-    for (int k = lists.off[l]; k < lists.off[l + 1]; ++k) holder[next[lists.item[k]]++] = l;
-
-  s.A = SysMatrix();
-  s.A.dim  = s.dim;
-  s.A.nrow = s.nrow;
-  s.A.off.assign(1, 0);
-  IntVec stamp(s.nrow, -1);
-  for (int r = 0; r < s.nrow; ++r) {
-    const size_t first = s.A.col.size();
-    stamp[r] = r;
-    for (int h = count[r]; h < count[r + 1]; ++h)
-      for (int k = lists.off[holder[h]]; k < lists.off[holder[h] + 1]; ++k) {
-        const int c = lists.item[k];
-        if (c >= r || stamp[c] == r) continue;
-        stamp[c] = r;
-        s.A.col.push_back(c);
-      }
-    std::sort(s.A.col.begin() + static_cast<long>(first), s.A.col.end());
-    s.A.col.push_back(r);
-    s.A.off.push_back(static_cast<int>(s.A.col.size()));
-  }
-  s.A.val.assign(s.A.col.size() * s.dim * s.dim, 0.0);
+  sys_pattern(lists, s.nrow, s.dim, s.A);
+  s.A.owner = s.owner;
 }
 
 int block_place(const SysMatrix& A, int r, int c)
@@ -149,14 +102,14 @@ void form_maps(Problem& p)
 {
   System& s = p.sys;
   size_t nelem = 0, list = 0;
-  for (const ElemBlock& b : p.el.block) nelem += b.live.size();
-  const size_t npoint = p.st.points.npoint;
+  for (const ElemBlock& b : p.el.block) nelem += b.mine.size();
+  const size_t npoint = s.my_point.size();
   s.elem_map.clear();
   s.point_map.clear();
   s.bond_map.clear();
   s.point_map_off.assign(1, 0);
   s.bond_map_off.assign(1, 0);
-  each_list(p, [&](int n, const int* row) {
+  system_lists(p, false, [&](int n, const int* row) {
     IntVec& map = list < nelem ? s.elem_map : list < nelem + npoint ? s.point_map : s.bond_map;
     for (int a = 0; a < n; ++a)
       for (int b = 0; b <= a; ++b)
@@ -176,22 +129,23 @@ void add_point_mass(Problem& p)
   const Points& pts   = p.st.points;
   RealVec N, mN;               // [nen][n]: weights of the corners on the nodes of the point, m_c times them
   const double* mc = pts.mc.data();
-  for (int q = 0; q < pts.npoint; ++q) {
+  int at = 0;
+  size_t k = 0;
+  for (int q : s.my_point) {
+    for (; at < q; ++at) mc += pair_count(pts.conn.count(at));
     const int n = g.point.count(q), nen = pts.conn.count(q), *list = g.point.begin(q);
     N.assign(static_cast<size_t>(nen) * n, 0.0);
     mN.assign(static_cast<size_t>(nen) * n, 0.0);
     for (int c = 0; c < nen; ++c) {
       const int corner = pts.conn.begin(q)[c];
-      for (int k = g.corner.off[corner]; k < g.corner.off[corner + 1]; ++k)
-        N[c * n + (std::find(list, list + n, g.corner.item[k]) - list)] = g.corner_w[k];
+      for (int j = g.corner.off[corner]; j < g.corner.off[corner + 1]; ++j)
+        N[c * n + (std::find(list, list + n, g.corner.item[j]) - list)] = g.corner_w[j];
     }
     for (int c = 0; c < nen; ++c)
       for (int d = 0; d < nen; ++d) {
         const double m = mc[c >= d ? pair_place(c, d) : pair_place(d, c)];
         for (int a = 0; a < n; ++a) mN[c * n + a] += m * N[d * n + a];
       }
-    mc += pair_count(nen);
-    size_t k = s.point_map_off[q];
     for (int a = 0; a < n; ++a)
       for (int b = 0; b <= a; ++b) {
         double sum = 0.0;
@@ -209,12 +163,15 @@ void form_mass(Problem& p)
   double me[36];
   for (const ElemBlock& b : p.el.block) {
     const int pairs = pair_count(shape_info[b.shape].nen);
-    for (int slot : b.live) {
+    for (int slot : b.mine) {
       elem_mass(p.m, b, slot, me);
       for (int k = 0; k < pairs; ++k) s.M[s.elem_map[at++] / 2] += me[k];
     }
   }
   add_point_mass(p);
+  s.M_diag.resize(s.nrow);
+  for (int r = 0; r < s.nrow; ++r) s.M_diag[r] = s.M[s.A.off[r + 1] - 1];
+  comm_sum(s.M_diag);
 }
 
 void mean_size(Problem& p)
@@ -240,6 +197,7 @@ void system_form(Problem& p, bool mass)
   form_lists(p);
   bool fresh = first || s.A.nrow != s.nrow;
   fresh = fresh || !same(s.point_rows, p.grid.point) || !same(s.bond_rows, s.bond);
+  fresh = system_divide(p, fresh) || fresh;
   if (fresh) {
     Timer timer(PHASE_PATTERN);
     ++s.pattern;

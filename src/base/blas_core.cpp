@@ -2,9 +2,13 @@
 
 #ifdef MPFE_MUMPS
 
+#include <sched.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdlib>
+#include <initializer_list>
+#include <string>
 
 namespace {
 
@@ -24,6 +28,24 @@ const char* core_type()
   return nullptr;
 }
 
+// ranks on this machine as the launcher tells, 0: started without one
+long local_ranks()
+{
+  for (const char* launcher : {"OMPI_COMM_WORLD_LOCAL_SIZE", "MPI_LOCALNRANKS", "SLURM_NTASKS_PER_NODE"})
+    if (const char* number = std::getenv(launcher)) return std::strtol(number, nullptr, 10);
+  return 0;
+}
+
+// one thread without a launcher; else the share of the machine that is left to a rank, and no more than the cores it is bound to
+long threads()
+{
+  const long ranks = local_ranks();
+  if (ranks <= 0) return 1;
+  cpu_set_t mine;
+  const long bound = sched_getaffinity(0, sizeof mine, &mine) == 0 ? CPU_COUNT(&mine) : 1;
+  return std::max(1L, std::min(bound, sysconf(_SC_NPROCESSORS_ONLN) / ranks));
+}
+
 }  // namespace
 
 void blas_choose(int, char** argv)
@@ -33,7 +55,7 @@ void blas_choose(int, char** argv)
   const char* core = core_type();
   if (core && !std::getenv("OPENBLAS_CORETYPE")) changed = setenv("OPENBLAS_CORETYPE", core, 0) == 0;
   if (!std::getenv("OPENBLAS_NUM_THREADS") && !std::getenv("OMP_NUM_THREADS"))
-    changed = setenv("OPENBLAS_NUM_THREADS", "1", 0) == 0 || changed;
+    changed = setenv("OPENBLAS_NUM_THREADS", std::to_string(threads()).c_str(), 0) == 0 || changed;
   if (!changed || setenv(STARTED, "1", 1) != 0) return;
   execv("/proc/self/exe", argv);
 }

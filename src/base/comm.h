@@ -1,8 +1,16 @@
 // ---------------------------------------------------------------------------
 // comm.h : ranks of the run. Without MPFE_MPI: one rank, nothing to open.
+//
+// Routines marked collective are called by all ranks, in the same order. On one rank they return at once.
 // ---------------------------------------------------------------------------
 #ifndef MPFE_BASE_COMM_H
 #define MPFE_BASE_COMM_H
+
+#include <cstring>
+#include <string>
+#include <type_traits>
+
+#include "base/types.h"
 
 // comm_open, comm_close : once each, around everything that uses the other routines or MUMPS
 void comm_open(int* argc, char*** argv);
@@ -11,7 +19,52 @@ void comm_close();
 int comm_rank();   // 0 ... comm_size()-1
 int comm_size();
 
-// comm_share : x [n] of rank 0 to all ranks
+// comm_fortran : the communicator of all ranks, or of this one alone, as Fortran knows it (MUMPS)
+int comm_fortran(bool all);
+
+// comm_stop : ends this rank, and with it all others, when they cannot agree on an ending any more
+[[noreturn]] void comm_stop(int code);
+
+// comm_share : what rank 0 has, to all ranks. Collective.
 void comm_share(double* x, int n);
+void comm_share(std::string& bytes);
+int comm_share(int x);
+
+// comm_most : the largest x of all ranks. Collective.
+int comm_most(int x);
+
+// comm_sum : sum over the ranks, in their order, so that all get the same bits in every run. Collective.
+void comm_sum(double* x, int n);
+inline void comm_sum(RealVec& x) { comm_sum(x.data(), static_cast<int>(x.size())); }
+
+// comm_bytes : to[r] goes to rank r; returns what rank r has sent here. Collective.
+std::vector<std::string> comm_bytes(const std::vector<std::string>& to);
+
+// comm_exchange : the same for vectors of plain numbers or structs
+template <class T>
+std::vector<std::vector<T>> comm_exchange(const std::vector<std::vector<T>>& to)
+{
+  static_assert(std::is_trivially_copyable<T>::value, "comm_exchange sends bytes");
+  if (comm_size() == 1) return to;
+  std::vector<std::string> bytes;
+  for (const std::vector<T>& x : to) bytes.emplace_back(reinterpret_cast<const char*>(x.data()), x.size() * sizeof(T));
+  bytes = comm_bytes(bytes);
+  std::vector<std::vector<T>> from(bytes.size());
+  for (std::size_t r = 0; r < bytes.size(); ++r) {
+    from[r].resize(bytes[r].size() / sizeof(T));
+    if (!from[r].empty()) std::memcpy(from[r].data(), bytes[r].data(), bytes[r].size());
+  }
+  return from;
+}
+
+// comm_join : the vectors of all ranks, one behind the other in the order of the ranks, on all ranks. Collective.
+template <class T>
+void comm_join(std::vector<T>& x)
+{
+  if (comm_size() == 1) return;
+  const std::vector<std::vector<T>> from = comm_exchange(std::vector<std::vector<T>>(comm_size(), x));
+  x.clear();
+  for (const std::vector<T>& part : from) x.insert(x.end(), part.begin(), part.end());
+}
 
 #endif

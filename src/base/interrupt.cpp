@@ -25,6 +25,7 @@ void interrupt_watch()
 }
 
 int interrupt_signal() { return seen; }
+void interrupt_note(int number) { seen = number; }
 
 void interrupt_finish()
 {

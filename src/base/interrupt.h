@@ -11,6 +11,9 @@ void interrupt_watch();
 // interrupt_signal : number of the signal that has come, 0: none
 int interrupt_signal();
 
+// interrupt_note : a signal that another rank has seen
+void interrupt_note(int number);
+
 // interrupt_finish : ends the program by the signal that has come, so that the shell sees it; returns when none has
 void interrupt_finish();
 

@@ -1,17 +1,19 @@
 #include "base/log.h"
 
 #include <cstdarg>
-#include <cstdlib>
 
+#include "base/comm.h"
 #include "base/types.h"
 
 namespace {
 
 std::FILE* listing = nullptr;
+bool muted = false;
 int warnings = 0;
 
 void put(const char* word, bool terminal, const char* format, va_list args)
 {
+  if (muted) return;
   if (listing) {
     va_list copy;
     va_copy(copy, args);
@@ -30,6 +32,7 @@ void put(const char* word, bool terminal, const char* format, va_list args)
 }  // namespace
 
 void log_open(std::FILE* file) { listing = file; }
+void log_mute(bool mute) { muted = mute; }
 
 void log_note(const char* format, ...)
 {
@@ -60,7 +63,8 @@ int log_warnings() { return warnings; }
 
 void log_bug(const char* message, const char* file, int line)
 {
+  log_mute(false);
   log_error("internal: %s (%s:%d). This is a mistake of the program, please report it.", message, file, line);
   if (listing) std::fflush(listing);
-  std::exit(EXIT_BUG);
+  comm_stop(EXIT_BUG);
 }

@@ -9,13 +9,16 @@
 // log_open : from now on messages also go to this file; null: terminal only
 void log_open(std::FILE* listing);
 
+// log_mute : from now on log_note, log_warn and log_error say nothing (ranks but the first), or speak again
+void log_mute(bool mute);
+
 // log_note : listing only.  log_warn, log_error : listing and stderr, with the word in front
 void log_note(const char* format, ...) __attribute__((format(printf, 1, 2)));
 void log_warn(const char* format, ...) __attribute__((format(printf, 1, 2)));
 void log_error(const char* format, ...) __attribute__((format(printf, 1, 2)));
 int log_warnings();
 
-// bug : our mistake: message, file, line, exit code EXIT_BUG
+// bug : our mistake: message, file, line, exit code EXIT_BUG; also on ranks that are mute
 #define MPFE_CHECK(condition, message) \
   do { if (!(condition)) log_bug(message, __FILE__, __LINE__); } while (0)
 [[noreturn]] void log_bug(const char* message, const char* file, int line);

@@ -7,7 +7,7 @@
 enum Phase {
   PHASE_INPUT, PHASE_SETUP, PHASE_GRID, PHASE_BOND, PHASE_CONTACT, PHASE_PATTERN, PHASE_MASS, PHASE_PROJECT,
   PHASE_RESIDUAL, PHASE_TANGENT, PHASE_ANALYSIS, PHASE_FACTOR, PHASE_SOLVE, PHASE_PRECOND, PHASE_CG, PHASE_COMMIT,
-  PHASE_FRACTURE, PHASE_OUTPUT,
+  PHASE_FRACTURE, PHASE_OUTPUT, PHASE_COMM,
   PHASES
 };
 
@@ -22,19 +22,21 @@ double timer_wall();
 double timer_cpu();               // of all threads of this process
 PhaseTime& timer_phase(Phase p);
 
-// Timer timer(PHASE_X); adds the time until the end of its block
+// Timer timer(PHASE_X); adds the time until the end of its block, but for that which ranks spent with each other in it
 struct Timer {
-  explicit Timer(Phase p) : phase(p), wall0(timer_wall()), cpu0(timer_cpu()) {}
+  explicit Timer(Phase p) : phase(p), comm(timer_phase(PHASE_COMM)), wall0(timer_wall()), cpu0(timer_cpu()) {}
   ~Timer()
   {
     PhaseTime& t = timer_phase(phase);
     ++t.calls;
-    t.wall += timer_wall() - wall0;
-    t.cpu += timer_cpu() - cpu0;
+    const PhaseTime now = timer_phase(PHASE_COMM);
+    t.wall += timer_wall() - wall0 - (now.wall - comm.wall);
+    t.cpu += timer_cpu() - cpu0 - (now.cpu - comm.cpu);
   }
   Timer(const Timer&) = delete;
   Timer& operator=(const Timer&) = delete;
   Phase phase;
+  PhaseTime comm;               // at the start of the block
   double wall0, cpu0;
 };
 

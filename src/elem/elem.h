@@ -30,6 +30,7 @@ struct ElemBlock {
   bool lumped = false;         // diagonal mass
   IntVec elem;                 // elements of the block
   IntVec live;                 // places of those that are still elements, ascending
+  IntVec mine;                 // those of live that this rank works on; one rank: all
   RealVec dNdX;                // [nelem][ngp][nen][dim]                              1/length
   RealVec w;                   // [nelem][ngp] weight x volume                        length^3
   RealVec eas;                 // enhanced types: [nelem][eas_size] modes and their inverse stiffness
@@ -109,7 +110,7 @@ void elem_strains(const Model& m, const Elements& el, int e, const RealVec& u, b
 // elem_energy_one : strain energy of element e, with the law it has now
 double elem_energy_one(const Model& m, const Elements& el, int e, const RealVec& u, bool nlgeom);
 
-// elem_energy : strain energy of all elements
+// elem_energy : strain energy of the elements of this rank
 double elem_energy(const Model& m, const Elements& el, const RealVec& u, bool nlgeom);
 
 #endif

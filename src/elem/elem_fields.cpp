@@ -165,7 +165,7 @@ double elem_energy(const Model& m, const Elements& el, const RealVec& u, bool nl
 {
   double sum = 0.0;
   for (const ElemBlock& b : el.block)
-    for (int slot : b.live) sum += elem_energy_one(m, el, b.elem[slot], u, nlgeom);
+    for (int slot : b.mine) sum += elem_energy_one(m, el, b.elem[slot], u, nlgeom);
   return sum;
 }
 

@@ -98,4 +98,5 @@ void elem_refresh(Elements& el)
     el.block_of[e] = is ? el.home[e] : -1;
     if (is) el.block[el.home[e]].live.push_back(el.slot_of[e]);
   }
+  for (ElemBlock& b : el.block) b.mine = b.live;
 }

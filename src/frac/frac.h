@@ -65,7 +65,7 @@ void frac_near(const FracMesh& fm, const double* x, double radius, Use use)
       }
 }
 
-// frac_test : elements that break now, strongest first; l: a converged level. doc/theory.md (7.1) - (7.8)
+// frac_test : elements that break now, strongest first; l: a converged level. doc/theory.md (7.1) - (7.8). Collective.
 void frac_test(const Model& m, const Step& s, const Elements& el, const FracMesh& fm, const Fracture& fr, const Level& l,
                std::vector<Erosion>& out);
 

@@ -3,6 +3,7 @@
 
 #include <Eigen/Eigenvalues>
 
+#include "base/comm.h"
 #include "base/log.h"
 #include "frac/frac.h"
 #include "shape/shape.h"
@@ -123,6 +124,17 @@ double distortion(const Model& m, const Elements& el, int e, const RealVec& u)
   return worst;
 }
 
+// elements from place first on, of all ranks, ascending as those of a set
+void join_sorted(IntVec& list, size_t first)
+{
+  if (comm_size() == 1) return;
+  IntVec part(list.begin() + static_cast<long>(first), list.end());
+  comm_join(part);
+  std::sort(part.begin(), part.end());
+  list.resize(first);
+  list.insert(list.end(), part.begin(), part.end());
+}
+
 }  // namespace
 
 void frac_due(const Model& m, const Elements& el, const FracMesh& fm, const Fracture& fr, const Level& l, IntVec& out)
@@ -130,11 +142,15 @@ void frac_due(const Model& m, const Elements& el, const FracMesh& fm, const Frac
   out.clear();
   for (size_t c = 0; c < m.conversion.size(); ++c) {
     const ConversionDef& d = m.conversion[c];
+    const size_t first     = out.size();
     if (d.trigger == TRIGGER_EROSION || (d.trigger == TRIGGER_TIME && l.time < d.limit * (1.0 - 1e-9))) continue;
     for (int e : m.elset[d.elset].item) {
       if (fm.conv[e] != static_cast<int>(c) || fr.form[e] != FORM_ELEMENT || el.home[e] < 0) continue;
+      // ranks take elements in turn
+      if (d.trigger == TRIGGER_DISTORTION && e % comm_size() != comm_rank()) continue;
       if (d.trigger == TRIGGER_TIME || distortion(m, el, e, l.u) < d.limit) out.push_back(e);
     }
+    if (d.trigger == TRIGGER_DISTORTION) join_sorted(out, first);
   }
 }
 

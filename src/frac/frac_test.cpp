@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/comm.h"
 #include "frac/frac.h"
 #include "shape/shape.h"
 
@@ -345,14 +346,26 @@ void turn_off(const double* J, double* N)
 
 // ---- candidates
 
+// ranks take elements in turn, since candidates lie close together, and each knows the whole state
+bool my_turn(int e) { return e % comm_size() == comm_rank(); }
+
 void find_energies(Scan& s)
 {
   const size_t nelem = s.fm.size.size();
   s.W.assign(nelem, 0.0);
   s.drive.assign(nelem, -1.0);
   for (size_t e = 0; e < nelem; ++e)
-    if (s.intact(static_cast<int>(e)))
+    if (my_turn(static_cast<int>(e)) && s.intact(static_cast<int>(e)))
       s.W[e] = elem_energy_one(s.m, s.el, static_cast<int>(e), s.l.u, s.step.nlgeom) / s.fm.volume[e];
+  comm_sum(s.W);
+}
+
+// candidates of all ranks, in the order of one
+void join(std::vector<Erosion>& all)
+{
+  if (comm_size() == 1) return;
+  comm_join(all);
+  std::sort(all.begin(), all.end(), [](const Erosion& a, const Erosion& b) { return a.elem < b.elem; });
 }
 
 // psi+ of the element against its share of the toughness                             (7.1)
@@ -440,15 +453,18 @@ void frac_test(const Model& m, const Step& step, const Elements& el, const FracM
   for (int e = 0; e < nelem; ++e)
     if (fm.def[e] >= 0) W_max = std::max(W_max, s.W[e]);
   for (int e = 0; e < nelem; ++e) {
-    if (fm.def[e] < 0 || !s.intact(e)) continue;
+    if (!my_turn(e) || fm.def[e] < 0 || !s.intact(e)) continue;
     if (s.def(e).criterion == CRITERION_ELEMENT) by_element(s, e, 1.0, out);
     else by_griffith(s, e, W_max, out);
   }
+  join(out);
   keep_fronts(s, out);
-  if (out.empty())                                   // ligaments that the crack has left behind
+  if (out.empty()) {                                 // ligaments that the crack has left behind
     for (int e = 0; e < nelem; ++e)
-      if (fm.def[e] >= 0 && s.intact(e) && s.def(e).criterion == CRITERION_GRIFFITH && fallback_of(s, e) > 0.0)
+      if (my_turn(e) && fm.def[e] >= 0 && s.intact(e) && s.def(e).criterion == CRITERION_GRIFFITH && fallback_of(s, e) > 0.0)
         by_element(s, e, fallback_of(s, e), out);
+    join(out);
+  }
   choose(s, out);
 }
 

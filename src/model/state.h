@@ -111,6 +111,12 @@ struct StepClock {             // the step that is under way
   int easy = 0;                // increments in a row that converged quickly
 };
 
+struct Division {              // whose work is what; one rank: empty
+  int ranks = 1;
+  IntVec elem, point;          // [nelem], [npoint] rank
+  double excess = 0;           // largest work of a rank over the mean, when the division was made
+};
+
 struct StepLog {               // how the increment went
   int step = 0;                // 1-based
   int inc = 0;                 // increment within the step, 1-based
@@ -138,6 +144,7 @@ struct State {
   Ledger ledger;
   std::vector<ErosionLog> eroded;    // since the last output
   StepClock clock;
+  Division division;
   StepLog log;
 };
 

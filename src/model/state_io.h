@@ -65,6 +65,12 @@ inline void io(Archive& f, StepClock& x)
   io_all(f, start, t, dt, nominal, easy);
 }
 
+inline void io(Archive& f, Division& x)
+{
+  auto& [ranks, elem, point, excess] = x;
+  io_all(f, ranks, elem, point, excess);
+}
+
 inline void io(Archive& f, StepLog& x)
 {
   auto& [step, inc, inc_total, iterations, cuts, dt, t_step, residual, scale, grid_nodes, grid_cells, weak_nodes, equations,
@@ -82,8 +88,8 @@ inline void io(Archive& f, ErosionLog& x)
 // between increments: the level n+1 is that of n
 inline void io(Archive& f, State& x)
 {
-  auto& [n, np1, points, bonds, frac, rf, contact, grid_rf, ledger, eroded, clock, log] = x;
-  io_all(f, n, points, bonds, frac, rf, contact, grid_rf, ledger, eroded, clock, log);
+  auto& [n, np1, points, bonds, frac, rf, contact, grid_rf, ledger, eroded, clock, division, log] = x;
+  io_all(f, n, points, bonds, frac, rf, contact, grid_rf, ledger, eroded, clock, division, log);
   if (f.reading) np1 = n;
 }
 

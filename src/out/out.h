@@ -8,6 +8,7 @@
 //     out_listing_iteration, out_listing_cut, out_increment
 //   out_close                            checks, tables; returns the number of failed checks
 // A run that goes on from a restart file: out_restart_load, out_listing_open, out_reopen, then as above.
+// On several ranks the first one does it all; the others return at once, but for out_reopen, which gives all the state.
 // ---------------------------------------------------------------------------
 #ifndef MPFE_OUT_OUT_H
 #define MPFE_OUT_OUT_H
@@ -101,6 +102,12 @@ struct CheckResult {
   double value = 0, target = 0, difference = 0, tolerance = 0;
 };
 
+struct RankLoad {              // what one rank has done
+  double elements = 0, points = 0, bonds = 0;        // at the end of the run
+  double assembly = 0, between = 0;                  // wall seconds; between: sums over the ranks, and waiting for others
+  double memory = 0;                                 // peak, MB
+};
+
 struct Output {
   std::string base;            // out_dir/JOB
   std::FILE *lst = nullptr, *his = nullptr, *dat = nullptr, *chk = nullptr, *ero = nullptr, *frag = nullptr;
@@ -117,6 +124,7 @@ struct Output {
   double restart_next = 0.0;   // TIME INTERVAL: time of the next restart file
   int restart_inc = -1;        // increment of the last restart file
   std::vector<CheckResult> result;        // [Model::check]
+  std::vector<RankLoad> ranks; // several ranks: filled before out_close
   bool terminal = false;       // progress line
   double progress_wall = 0.0, progress_last = 0.0;   // wall seconds: start of the run, last line
   double progress_from = 0.0;  // time that the run started at
@@ -168,6 +176,8 @@ void out_listing_increment(const State& s);
 void out_listing_balance(std::FILE* file, const Model& m, const State& s);
 void out_listing_phases(std::FILE* file);
 void out_listing_solver(std::FILE* file, const Solver& solver);
+void out_listing_ranks(std::FILE* file, const std::vector<RankLoad>& ranks);
+double out_memory();           // peak of this rank, MB
 void out_listing_skipped(std::FILE* file, const Model& m, const State& s);
 void out_listing_end(std::FILE* file, bool finished, int failed);
 const char* out_status_text(Status status);

@@ -1,10 +1,10 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 
+#include "base/comm.h"
 #include "base/log.h"
 #include "out/out.h"
 
@@ -14,7 +14,7 @@ namespace {
 {
   log_error("cannot %s %s: %s. Check the folder, its permissions and the free space of the disk.",
             what, path.c_str(), code ? std::strerror(code) : "the disk refused the data");
-  std::exit(EXIT_RESOURCE);
+  comm_stop(EXIT_RESOURCE);
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <ctime>
 
+#include "base/comm.h"
 #include "base/log.h"
 #include "base/timer.h"
 #include "base/version.h"
@@ -102,6 +103,7 @@ const char* out_status_text(Status status)
 void out_listing_open(const Model& m, Output& out, bool goes_on)
 {
   out.base = m.out_dir.empty() ? m.job : m.out_dir + "/" + m.job;
+  if (comm_rank() > 0) return;
   out.lst  = out_file_open(out.base + ".lst", goes_on);
   log_open(out.lst);
   if (goes_on) std::fprintf(out.lst, "\n\n---- the run goes on from a restart file ----\n\n");
@@ -113,6 +115,7 @@ void out_listing_open(const Model& m, Output& out, bool goes_on)
                m.deck.c_str(), date_text().c_str());
   std::fprintf(out.lst, "  machine         %s %s, %ld processors\n", machine.sysname, machine.machine,
                sysconf(_SC_NPROCESSORS_ONLN));
+  std::fprintf(out.lst, "  ranks           %d\n", comm_size());
   std::fprintf(out.lst, "  threads         OMP_NUM_THREADS %s, OPENBLAS_NUM_THREADS %s\n",
                environment("OMP_NUM_THREADS"), environment("OPENBLAS_NUM_THREADS"));
   std::fprintf(out.lst, "  compiled        by C++ compiler %s, vector instructions %s\n", __VERSION__, mode_text());
@@ -153,12 +156,14 @@ void out_listing_defaults(std::FILE* file, const Model& m, const Bonds& bonds)
 
 void out_step_begin(const Model& m, int step, Output& out)
 {
+  if (comm_rank() > 0) return;
   step_defaults(out.lst, m, step);
   std::fprintf(out.lst, "\n   step    inc   iter      residual   force scale         ratio        energy  line search\n");
 }
 
 void out_step_end(const Model& m, const State& s, Output& out)
 {
+  if (comm_rank() > 0) return;
   std::fprintf(out.lst, "\nend of step %d after %d increments at time %.9g\n", s.log.step, s.log.inc, s.n.time);
   out_listing_balance(out.lst, m, s);
 }
@@ -290,11 +295,32 @@ void out_listing_skipped(std::FILE* file, const Model& m, const State& s)
   if (!idle.empty()) std::fprintf(file, "  phases never called: %s\n", idle.c_str());
 }
 
-void out_listing_end(std::FILE* file, bool finished, int failed)
+double out_memory()
 {
   rusage use;
   getrusage(RUSAGE_SELF, &use);
-  std::fprintf(file, "\n  memory peak     %.1f MB\n", static_cast<double>(use.ru_maxrss) / 1024.0);
+  return static_cast<double>(use.ru_maxrss) / 1024.0;
+}
+
+// out_listing_ranks : how even the work is, and what each rank holds; nothing on one rank
+void out_listing_ranks(std::FILE* file, const std::vector<RankLoad>& ranks)
+{
+  if (ranks.empty()) return;
+  double most = 0.0, all = 0.0;
+  std::fprintf(file, "\nRANKS\n  %4s %10s %10s %10s %12s %12s %12s\n", "rank", "elements", "points", "bonds", "assembly s", "between s",
+               "memory MB");
+  for (std::size_t r = 0; r < ranks.size(); ++r) {
+    const RankLoad& k = ranks[r];
+    std::fprintf(file, "  %4zu %10.0f %10.0f %10.0f %12.4f %12.4f %12.1f\n", r, k.elements, k.points, k.bonds, k.assembly, k.between, k.memory);
+    most = std::max(most, k.assembly);
+    all += k.assembly;
+  }
+  if (all > 0.0) std::fprintf(file, "  assembly: the slowest rank took %.2f of the mean\n", most * static_cast<double>(ranks.size()) / all);
+}
+
+void out_listing_end(std::FILE* file, bool finished, int failed)
+{
+  std::fprintf(file, "\n  memory peak     %.1f MB\n", out_memory());
   std::fprintf(file, "  warnings        %d\n  failed checks   %d\n", log_warnings(), failed);
   std::fprintf(file, "\n%s\n", finished ? "end of the run" : "the run stopped before its end");
 }

@@ -1,5 +1,6 @@
 #include <unistd.h>
 
+#include "base/comm.h"
 #include "base/log.h"
 #include "base/timer.h"
 #include "out/out.h"
@@ -23,6 +24,7 @@ bool vtk_due(const Model& m, const State& s, Output& out)
 // ---------------------------------------------------------------------------
 int out_open(const Model& m, const Elements& el, const State& s, const ActiveGrid& grid, Output& out)
 {
+  if (comm_rank() > 0) return 0;
   if (!out.lst) out_listing_open(m, out);
   out_model_summary(out.lst, m, el, s.points, s.bonds);
   out_listing_defaults(out.lst, m, s.bonds);
@@ -42,6 +44,7 @@ int out_open(const Model& m, const Elements& el, const State& s, const ActiveGri
 // ---------------------------------------------------------------------------
 void out_increment(const Model& m, const Elements& el, const State& s, const ActiveGrid& grid, Output& out)
 {
+  if (comm_rank() > 0) return;
   Timer timer(PHASE_OUTPUT);
   if (s.log.inc_total > 0) out_listing_increment(s);
   history_row(m, el, s, out);
@@ -60,6 +63,7 @@ void out_increment(const Model& m, const Elements& el, const State& s, const Act
 int out_close(const Model& m, const Elements& el, const State& s, const ActiveGrid& grid, const Solver& solver,
               bool finished, Output& out)
 {
+  if (comm_rank() > 0) return 0;
   out_progress_clear(out);
   const int last = static_cast<int>(out.history.rows.size()) - 1;
   if (out.row_written < last) history_write(out, last);
@@ -73,6 +77,7 @@ int out_close(const Model& m, const Elements& el, const State& s, const ActiveGr
   const int failed = out_check_end(m, el, s, finished, out);
   out_listing_phases(out.lst);
   out_listing_solver(out.lst, solver);
+  out_listing_ranks(out.lst, out.ranks);
   out_listing_skipped(out.lst, m, s);
   out_listing_end(out.lst, finished, failed);
   log_open(nullptr);

@@ -5,6 +5,7 @@
 #include <cstring>
 #include <filesystem>
 
+#include "base/comm.h"
 #include "base/hash.h"
 #include "base/log.h"
 #include "base/timer.h"
@@ -167,7 +168,7 @@ int continue_file(const std::string& path, long length, std::FILE*& file)
 // ---------------------------------------------------------------------------
 void out_restart(const Model& m, State& s, ActiveGrid& grid, bool now, Output& out)
 {
-  if (!m.restart.write) return;
+  if (!m.restart.write || comm_rank() > 0) return;
   const bool due = s.log.inc > 0 && restart_due(m, s, out);
   if (!(due || now) || out.restart_inc == s.log.inc_total) return;
   Timer timer(PHASE_OUTPUT);
@@ -209,7 +210,8 @@ bool out_restart_load(const Model& m, const std::string& path, Archive& f)
 // ---------------------------------------------------------------------------
 int out_reopen(const Model& m, const Elements& el, Archive& f, State& s, ActiveGrid& grid, Output& out)
 {
-  out.chk = out_file_open(out.base + ".chk");
+  const bool first = comm_rank() == 0;
+  if (first) out.chk = out_file_open(out.base + ".chk");
   const int errors = history_setup(m, el, s, out);
   if (errors > 0) return errors;
   Lengths length;
@@ -218,6 +220,7 @@ int out_reopen(const Model& m, const Elements& el, Archive& f, State& s, ActiveG
     log_error("the restart file has another content than this program expects: another build of mpfe has written it");
     return 1;
   }
+  if (!first) return 0;
   if (continue_file(out.base + ".dat", length.dat, out.dat) + continue_file(out.base + ".ero", length.ero, out.ero) +
       continue_file(out.base + ".frag", length.frag, out.frag)) return 1;
   history_open(out);

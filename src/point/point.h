@@ -67,10 +67,10 @@ int point_surfaces(const Model& m, Points& pts);
 Status grid_activate(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& uc, const RealVec& xb,
                      ActiveGrid& g, int* worst);
 
-// point_corner_force : internal force of all points on their corners, from corner displacements at t(n), t(n+1)
+// point_corner_force : internal force of the points in mine on their corners, from corner displacements at t(n), t(n+1)
 //   out fc [ncorner*dim] added to;  BAD_JACOBIAN: *worst is the point
 Status point_corner_force(const Model& m, const Points& pts, const std::vector<MatLaw>& law, const KernelMode& mode,
-                          const RealVec& uc0, const RealVec& uc1, RealVec& fc, int* worst);
+                          const RealVec& uc0, const RealVec& uc1, const IntVec& mine, RealVec& fc, int* worst);
 
 // point_tangent : tangent of point p for its grid nodes, pairs a >= b [pairs][dim*dim]; work: scratch
 void point_tangent(const Model& m, const Points& pts, const std::vector<MatLaw>& law, const KernelMode& mode,
@@ -91,7 +91,7 @@ std::vector<MatLaw> point_laws(const Model& m);
 // point_ip_fields : results of a point; uc [ncorner*dim]
 void point_ip_fields(const Model& m, const Points& pts, const RealVec& uc, int p, IpFields& out);
 
-// point_energy : strain energy of all points
-double point_energy(const Model& m, const Points& pts, const RealVec& uc);
+// point_energy : strain energy of the points in mine
+double point_energy(const Model& m, const Points& pts, const RealVec& uc, const IntVec& mine);
 
 #endif

@@ -24,10 +24,10 @@ ErodedLaw broken_law(const Model& m, const Points& pts, int p)
 
 template <int D>
 Status corner_force(const Model& m, const Points& pts, const std::vector<MatLaw>& law, const KernelMode& mode,
-                    const RealVec& uc0, const RealVec& uc1, RealVec& fc, int* worst)
+                    const RealVec& uc0, const RealVec& uc1, const IntVec& mine, RealVec& fc, int* worst)
 {
   Status status = STATUS_OK;
-  for (int p = 0; p < pts.npoint; ++p) {
+  for (int p : mine) {
     double H0[D * D] = {0}, H1[D * D], Fb[D * D], S[D * D], re[8 * D] = {0};
     gradient<D>(pts, uc1, p, H1);
     if (mode.mid) gradient<D>(pts, uc0, p, H0);
@@ -71,10 +71,10 @@ void tangent(const Model& m, const Points& pts, const std::vector<MatLaw>& law, 
 }  // namespace
 
 Status point_corner_force(const Model& m, const Points& pts, const std::vector<MatLaw>& law, const KernelMode& mode,
-                          const RealVec& uc0, const RealVec& uc1, RealVec& fc, int* worst)
+                          const RealVec& uc0, const RealVec& uc1, const IntVec& mine, RealVec& fc, int* worst)
 {
-  return m.dim == 2 ? corner_force<2>(m, pts, law, mode, uc0, uc1, fc, worst)
-                    : corner_force<3>(m, pts, law, mode, uc0, uc1, fc, worst);
+  return m.dim == 2 ? corner_force<2>(m, pts, law, mode, uc0, uc1, mine, fc, worst)
+                    : corner_force<3>(m, pts, law, mode, uc0, uc1, mine, fc, worst);
 }
 
 void point_tangent(const Model& m, const Points& pts, const std::vector<MatLaw>& law, const KernelMode& mode,
@@ -117,11 +117,11 @@ void point_ip_fields(const Model& m, const Points& pts, const RealVec& uc, int p
   ip_fields_from(law, dim, true, &er, out);
 }
 
-double point_energy(const Model& m, const Points& pts, const RealVec& uc)
+double point_energy(const Model& m, const Points& pts, const RealVec& uc, const IntVec& mine)
 {
   IpFields f;
   double sum = 0.0;
-  for (int p = 0; p < pts.npoint; ++p) {
+  for (int p : mine) {
     point_ip_fields(m, pts, uc, p, f);
     sum += f.psi * f.V0;
   }

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <unordered_map>
 
+#include "base/comm.h"
 #include "base/log.h"
 #include "solve/solve_data.h"
 
@@ -36,11 +37,25 @@ bool inverse_factor(const double* a, const double* least, double* K)
   return true;
 }
 
-// inverse of the diagonal block of row I
+// diagonal blocks of A; those of several ranks are summed
+struct Diagonal {
+  explicit Diagonal(const SysMatrix& matrix) : A(matrix)
+  {
+    if (!sys_shared(A)) return;
+    const size_t DD = static_cast<size_t>(A.dim) * A.dim;
+    for (int I = 0; I < A.nrow; ++I) sum.insert(sum.end(), own(I), own(I) + DD);
+    comm_sum(sum);
+  }
+  const double* own(int I) const { return &A.val[static_cast<size_t>(A.off[I + 1] - 1) * A.dim * A.dim]; }
+  const double* block(int I) const { return sum.empty() ? own(I) : &sum[static_cast<size_t>(I) * A.dim * A.dim]; }
+  const SysMatrix& A;
+  RealVec sum;
+};
+
+// inverse of the diagonal block a
 template <int D>
-bool invert_diagonal(const SysMatrix& A, int I, double* inverse)
+bool invert_block(const double* a, double* inverse)
 {
-  const double* a = &A.val[static_cast<size_t>(A.off[I + 1] - 1) * D * D];
   const double least[3] = {0.0, 0.0, 0.0};
   double K[D * D];
   if (!inverse_factor<D>(a, least, K)) return false;
@@ -52,10 +67,9 @@ bool invert_diagonal(const SysMatrix& A, int I, double* inverse)
   return true;
 }
 
-bool invert_diagonal(const SysMatrix& A, int I, double* inverse)
+bool invert_block(int D, const double* a, double* inverse)
 {
-  return A.dim == 1 ? invert_diagonal<1>(A, I, inverse) : A.dim == 2 ? invert_diagonal<2>(A, I, inverse)
-                                                                     : invert_diagonal<3>(A, I, inverse);
+  return D == 1 ? invert_block<1>(a, inverse) : D == 2 ? invert_block<2>(a, inverse) : invert_block<3>(a, inverse);
 }
 
 // s -= a b^T, then the same with b of single precision
@@ -166,9 +180,10 @@ void multiply_block(int D, const double* block, const double* x, double* y)
 // ---------------------------------------------------------------------------
 bool diagonal_form(const SysMatrix& A, RealVec& inverse)
 {
+  const Diagonal diagonal(A);
   inverse.resize(static_cast<size_t>(A.nrow) * A.dim * A.dim);
   for (int I = 0; I < A.nrow; ++I)
-    if (!invert_diagonal(A, I, &inverse[static_cast<size_t>(I) * A.dim * A.dim])) return false;
+    if (!invert_block(A.dim, diagonal.block(I), &inverse[static_cast<size_t>(I) * A.dim * A.dim])) return false;
   return true;
 }
 
@@ -231,10 +246,11 @@ bool kept_form(const SysMatrix& A, const std::vector<long>& key, Kept& k)
   k.old.assign(A.nrow, -1);
   k.inverse.resize(static_cast<size_t>(A.nrow) * D * D);
   k.x.resize(k.key.size() * D);
+  const Diagonal diagonal(A);
   for (int I = 0; I < A.nrow; ++I) {
     const auto found = old.find(key[I]);
     if (found != old.end()) k.old[I] = found->second;
-    else if (!invert_diagonal(A, I, &k.inverse[static_cast<size_t>(I) * D * D])) return false;
+    else if (!invert_block(D, diagonal.block(I), &k.inverse[static_cast<size_t>(I) * D * D])) return false;
   }
   return true;
 }

@@ -4,15 +4,34 @@
 #include <cstdarg>
 #include <cstdio>
 
+#include "base/comm.h"
 #include "base/log.h"
 #include "base/timer.h"
 #include "solve/solve_data.h"
 
 namespace {
 
-bool same_pattern(const SolverData& d, const SysMatrix& A)
+using Work = Status (*)(Solver& s, const SysMatrix& A);
+
+// the work on A; first_only: by rank 0 on the whole matrix, and the others hear how it went
+Status do_work(Solver& s, const SysMatrix& A, bool values, Work work)
 {
-  return d.analysed && d.dim == A.dim && d.off == A.off && d.col == A.col;
+  if (!s.data->first_only) return work(s, A);
+  const SysMatrix whole = sys_collect(A, values);
+  Status status = comm_rank() == 0 ? work(s, whole) : STATUS_OK;
+  status = static_cast<Status>(comm_share(status));
+  s.zero_equation = comm_share(s.zero_equation);
+  s.negative      = comm_share(s.negative);
+  comm_share(s.message);
+  return status;
+}
+
+Status back_work(Solver& s, RealVec& x)
+{
+#ifdef MPFE_MUMPS
+  if (s.kind == SOLVER_MUMPS) return mumps_back(s, x);
+#endif
+  return skyline_back(s, x);
 }
 
 // a sum is finite only when every part of it is (values near the largest double do not occur)
@@ -51,6 +70,14 @@ Status solve_fail(Solver& s, Status status, const char* format, ...)
   return status;
 }
 
+// ranks have patterns of their own, and the same answer
+bool solve_same_pattern(const Solver& s, const SysMatrix& A)
+{
+  const SolverData& d = *s.data;
+  const bool same = d.dim == A.dim && d.off == A.off && d.col == A.col;
+  return sys_shared(A) ? !comm_most(!same) : same;
+}
+
 bool solve_open(Solver& s, const SolverDef& def)
 {
   SolverKind kind = def.kind == SOLVER_CG ? SOLVER_AUTO : def.kind;
@@ -63,8 +90,9 @@ bool solve_open(Solver& s, const SolverDef& def)
   s.kind = kind;
   s.def  = def;
   s.data = std::make_shared<SolverData>();
+  s.data->first_only = comm_size() > 1 && (kind == SOLVER_SKYLINE || !def.reuse);
 #ifdef MPFE_MUMPS
-  if (kind == SOLVER_MUMPS) mumps_open(s);
+  if (kind == SOLVER_MUMPS && !(s.data->first_only && comm_rank() > 0)) mumps_open(s);
 #endif
   return true;
 }
@@ -84,7 +112,7 @@ Status solve_analyse(Solver& s, const SysMatrix& A)
 {
   MPFE_CHECK(s.data, "solve_analyse before solve_open");
   SolverData& d = *s.data;
-  if (same_pattern(d, A)) return STATUS_OK;
+  if (d.analysed && solve_same_pattern(s, A)) return STATUS_OK;
 
   Stopwatch watch(s.seconds_analyse);
   ++s.nanalyse;
@@ -95,9 +123,9 @@ Status solve_analyse(Solver& s, const SysMatrix& A)
   Status status = STATUS_OK;
   if (A.nrow > 0) {
 #ifdef MPFE_MUMPS
-    status = s.kind == SOLVER_MUMPS ? mumps_analyse(s, A) : skyline_analyse(s, A);
+    status = do_work(s, A, false, s.kind == SOLVER_MUMPS ? mumps_analyse : skyline_analyse);
 #else
-    status = skyline_analyse(s, A);
+    status = do_work(s, A, false, skyline_analyse);
 #endif
   }
   d.analysed = status == STATUS_OK;
@@ -115,12 +143,12 @@ Status solve_factor(Solver& s, const SysMatrix& A)
   d.factored    = false;
   s.negative    = 0;
   s.zero_equation = -1;
-  if (!is_finite(A.val)) return solve_fail(s, BAD_NUMBER, "the matrix holds a value that is not a number");
+  if (comm_most(!is_finite(A.val))) return solve_fail(s, BAD_NUMBER, "the matrix holds a value that is not a number");
   if (A.nrow > 0) {
 #ifdef MPFE_MUMPS
-    status = s.kind == SOLVER_MUMPS ? mumps_factor(s, A) : skyline_factor(s, A);
+    status = do_work(s, A, true, s.kind == SOLVER_MUMPS ? mumps_factor : skyline_factor);
 #else
-    status = skyline_factor(s, A);
+    status = do_work(s, A, true, skyline_factor);
 #endif
   }
   d.factored = status == STATUS_OK;
@@ -137,10 +165,10 @@ Status solve_back(Solver& s, const RealVec& b, RealVec& x)
   ++s.nback;
   if (&x != &b) x = b;
   if (x.empty()) return STATUS_OK;
-#ifdef MPFE_MUMPS
-  if (s.kind == SOLVER_MUMPS) return mumps_back(s, x);
-#endif
-  return skyline_back(s, x);
+  if (!s.data->first_only) return back_work(s, x);
+  const Status status = comm_rank() == 0 ? back_work(s, x) : STATUS_OK;
+  comm_share(x.data(), static_cast<int>(x.size()));
+  return static_cast<Status>(comm_share(status));
 }
 
 void solve_close(Solver& s)

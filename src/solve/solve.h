@@ -4,6 +4,9 @@
 // Symmetric matrix of dim x dim blocks, lower block triangle, rows sorted.
 // Block k of row I, column J = col[k] <= I, holds val[k*dim*dim + i*dim + j] = A(I*dim+i, J*dim+j).
 // In a diagonal block only i >= j is meant; the others are zero.
+//
+// On several ranks A is the sum of their matrices: each holds what its elements, points and bonds add, in a pattern of its
+// own with all diagonal blocks. Vectors are the same on all ranks. The solver routines are then collective.
 // ---------------------------------------------------------------------------
 #ifndef MPFE_SOLVE_SOLVE_H
 #define MPFE_SOLVE_SOLVE_H
@@ -20,16 +23,32 @@ struct SysMatrix {
   IntVec off{0};               // [nrow+1]
   IntVec col;                  // block columns, ascending in a row; the last one is the diagonal
   RealVec val;                 // [col.size()*dim*dim]
+  IntVec owner;                // several ranks: [nrow] to whom a row belongs; else empty
   int neq() const { return dim * nrow; }
 };
 
+// sys_shared : is A the sum of the matrices of several ranks?
+inline bool sys_shared(const SysMatrix& A) { return !A.owner.empty(); }
+
+// sys_collect : the whole matrix on rank 0 (values: or its pattern alone), an empty one on the others
+SysMatrix sys_collect(const SysMatrix& A, bool values);
+
+// sys_pattern : pattern of a matrix of nrow block rows that couples the rows of each list
+void sys_pattern(const ListTable& lists, int nrow, int dim, SysMatrix& A);
+
 // sys_multiply : y = A x
 void sys_multiply(const SysMatrix& A, const RealVec& x, RealVec& y);
+
+// sys_diagonal : diagonal of A [neq]
+void sys_diagonal(const SysMatrix& A, RealVec& d);
 
 // order_rcm, order_metis : new position of each block row, [nrow]; reverse Cuthill-McKee on the block graph
 // (every connected part from a pseudo-peripheral node), nested dissection by METIS
 IntVec order_rcm(const SysMatrix& A);
 IntVec order_metis(const SysMatrix& A);
+
+// part_metis : the rows of A in parts of equal weight with few neighbours between them                [nrow]
+IntVec part_metis(const SysMatrix& A, const RealVec& weight, int parts);
 
 struct SolverData;             // private to the solver files
 
@@ -75,6 +94,8 @@ struct SolveAsk {
 };
 
 // solve_open : AUTO and CG factorise by MUMPS when it was built in, else SKYLINE. Returns false when the kind is not built in.
+// On several ranks rank 0 factorises alone when it is SKYLINE, and with REUSE=NO: MUMPS sums what ranks send each other as it
+// comes, so that two runs differ in their last bits.
 bool solve_open(Solver& s, const SolverDef& def);
 const char* solve_name(const Solver& s);
 

@@ -29,6 +29,17 @@ struct Cholesky {              // incomplete, on the pattern of A
   std::vector<float> L;        // [col.size()*dim*dim], order of A.val; diagonal blocks: inverse of their factor
 };
 
+// Several ranks: the rows of one rank with their neighbours, and what couples them, from all ranks
+struct OwnBlock {
+  IntVec off, col, owner;      // of the matrix that it was made for
+  IntVec row;                  // [rows] block rows: those of this rank and their neighbours
+  RealVec weight;              // [rows] 1/sqrt of the ranks that have the row
+  SysMatrix B;                 // their matrix, numbered as in row
+  std::vector<IntVec> to;      // [ranks] blocks of A that a rank needs
+  IntVec place;                // block of B of each block that comes from the ranks, one rank after the other
+  RealVec r, z;                // [rows*dim]
+};
+
 struct Kept {                  // factors of an earlier matrix as preconditioner
   std::vector<long> key;       // [rows of the factors] who they are
   bool same = false;           // rows are those of today
@@ -70,10 +81,12 @@ struct SolverData {
   int dim = 0;                 // pattern that was analysed
   IntVec off, col;
   bool analysed = false, factored = false;
+  bool first_only = false;     // several ranks: the first one factorises the whole matrix alone
   Skyline sky;
   long stamp = -1;             // of the matrix that was factorised
   Kept kept;
   Cholesky cholesky;
+  OwnBlock own;                // several ranks: what cholesky factorises
   RealVec diagonal;            // inverse diagonal blocks
   CgWork work;
   PathCost cost[PATHS];
@@ -83,6 +96,9 @@ struct SolverData {
   double cycle_seconds = 0.0, cycle_digits = 0.0;   // spent and gained since the factorisation, which is included
   std::shared_ptr<MumpsData> mumps;
 };
+
+// solve_same_pattern : is the pattern of A the one of the last analysis, on all ranks?
+bool solve_same_pattern(const Solver& s, const SysMatrix& A);
 
 // sys_graph : neighbours of each block row, without itself, ascending
 ListTable sys_graph(const SysMatrix& A);
@@ -115,6 +131,11 @@ struct Clock {
 };
 
 CgDone cg_solve(const SysMatrix& A, const Precondition& precondition, const RealVec& b, const CgGoal& goal, CgWork& w, RealVec& x);
+
+// own_form : the matrix of the rows of this rank and their neighbours; own_gather, own_scatter : r there, and z from all ranks
+void own_form(const SysMatrix& A, OwnBlock& own);
+void own_gather(OwnBlock& own, const RealVec& r);
+void own_scatter(const OwnBlock& own, RealVec& z);
 
 // solve_fail : keeps the message and returns the status
 Status solve_fail(Solver& s, Status status, const char* format, ...) __attribute__((format(printf, 3, 4)));

@@ -3,6 +3,7 @@
 #include <dmumps_c.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 
 #include "base/comm.h"
@@ -11,10 +12,12 @@
 
 struct MumpsData {
   DMUMPS_STRUC_C id;
+  bool shared = false;               // all ranks work together
   IntVec number;                     // [nrow] number of each block row inside MUMPS
   std::vector<MUMPS_INT> irn, jcn;   // [col.size()*dim*dim] equation numbers from 1, in the order of A.val
   std::vector<MUMPS_INT> perm;       // [neq] place of each equation (its number inside MUMPS) in the elimination
   RealVec x;                         // [neq] right-hand side and solution, numbered as inside MUMPS
+  RealVec scale, a;                  // several ranks: [neq] 1/sqrt of the diagonal; [A.val] what MUMPS gets, scaled by it
 };
 
 namespace {
@@ -23,7 +26,6 @@ enum Job { JOB_OPEN = -1, JOB_CLOSE = -2, JOB_ANALYSE = 1, JOB_FACTOR = 2, JOB_B
 
 enum Order { ORDER_GIVEN = 1, ORDER_AMF = 2, ORDER_CHOOSE = 7 };      // ICNTL(7)
 
-const int WORLD         = -987654;   // MPI_COMM_WORLD, as MUMPS wants it
 const int RELAX         = 20;        // percent of workspace above the estimate, at first
 const int RELAX_MOST    = 640;
 const double ZERO_PIVOT = 1e-12;     // relative to the norm of A scaled to unit diagonal
@@ -77,8 +79,8 @@ bool workspace_too_small(int code) { return code == -8 || code == -9; }
 void number_entries(MumpsData& m, const SysMatrix& A)
 {
   const int D = A.dim;
-  m.irn.resize(A.val.size());
-  m.jcn.resize(A.val.size());
+  m.irn.resize(A.col.size() * D * D);
+  m.jcn.resize(m.irn.size());
   size_t entry = 0;
   for (int I = 0; I < A.nrow; ++I)
     for (int k = A.off[I]; k < A.off[I + 1]; ++k)
@@ -90,15 +92,56 @@ void number_entries(MumpsData& m, const SysMatrix& A)
         }
 }
 
+// several ranks: each gives its entries, and MUMPS sums them
+void give_entries(MumpsData& m)
+{
+  const MUMPS_INT8 n = static_cast<MUMPS_INT8>(m.irn.size());
+  if (!m.shared) {
+    m.id.nnz = n;
+    m.id.irn = m.irn.data();
+    m.id.jcn = m.jcn.data();
+    return;
+  }
+  icntl(m, 18)  = 3;
+  m.id.nnz_loc  = n;
+  m.id.irn_loc  = m.irn.data();
+  m.id.jcn_loc  = m.jcn.data();
+}
+
+// scaled to unit diagonal: what one rank leaves to MUMPS, which cannot do so with entries of several
+void scale_values(MumpsData& m, const SysMatrix& A)
+{
+  const int D = A.dim;
+  sys_diagonal(A, m.scale);
+  for (double& d : m.scale) d = d != 0.0 ? 1.0 / std::sqrt(std::fabs(d)) : 1.0;
+  m.a = A.val;
+  double* a = m.a.data();
+  for (int I = 0; I < A.nrow; ++I)
+    for (int k = A.off[I]; k < A.off[I + 1]; ++k)
+      for (int i = 0; i < D; ++i)
+        for (int j = 0; j < D; ++j) *a++ *= m.scale[I * D + i] * m.scale[A.col[k] * D + j];
+}
+
+void give_values(MumpsData& m, const SysMatrix& A)
+{
+  if (!m.shared) {
+    m.id.a = const_cast<double*>(A.val.data());      // MUMPS only reads it
+    return;
+  }
+  scale_values(m, A);
+  m.id.a_loc = m.a.data();
+}
+
 }  // namespace
 
 // ---------------------------------------------------------------------------
-// mumps_open : an instance of MUMPS on all ranks. MPI must be open, and stay open until mumps_close.
+// mumps_open : an instance of MUMPS on all ranks, or on this one alone (first_only). MPI must be open, and stay open
+// until mumps_close.
 //
 // What differs from the defaults of MUMPS, with the reason:
 //   ICNTL(6), (12)       no maximal transversal, no compressed ordering: stiffness has a strong diagonal
 //   ICNTL(8) = 1         scaling to unit diagonal, cheaper than the default, and a zero pivot then
-//                        means the same in soft and in stiff parts
+//                        means the same in soft and in stiff parts; several ranks: scale_values
 //   ICNTL(10) = 0        no refinement: Newton corrects
 //   ICNTL(13) = 1        no ScaLAPACK at the root: it would hide the number of negative pivots
 //   ICNTL(24), CNTL(3)   zero pivots are looked for, and are an error here. Free bodies of 40 x 30 to
@@ -112,13 +155,14 @@ void mumps_open(Solver& s)
   std::memset(&m.id, 0, sizeof m.id);
   m.id.sym          = 2;      // symmetric, indefinite allowed
   m.id.par          = 1;      // rank 0 works too
-  m.id.comm_fortran = WORLD;
+  m.shared          = comm_size() > 1 && !s.data->first_only;
+  m.id.comm_fortran = comm_fortran(!s.data->first_only);
   const int code    = call(m, JOB_OPEN);
   MPFE_CHECK(code == 0, "MUMPS did not open");
   for (int i = 1; i <= 3; ++i) icntl(m, i) = -1;    // no output
   icntl(m, 4)  = 0;
   icntl(m, 6)  = 0;
-  icntl(m, 8)  = 1;
+  icntl(m, 8)  = m.shared ? 0 : 1;
   icntl(m, 10) = 0;
   icntl(m, 12) = 1;
   icntl(m, 13) = 1;
@@ -133,30 +177,31 @@ void mumps_open(Solver& s)
 // Inside MUMPS block rows are numbered by reverse Cuthill-McKee: near in space is near in memory, and
 // minimum fill breaks its ties well. Then minimum fill of MUMPS for dim <= 2 (as good a factor as nested
 // dissection in a fifth of the time), nested dissection of METIS in 3D (half the work and less) and with
-// several ranks (a wide tree). All ranks call with the same A; MUMPS reads that of rank 0.
+// several ranks (a wide tree). These have their entries each; rank 0 orders the whole pattern.
 // ---------------------------------------------------------------------------
 Status mumps_analyse(Solver& s, const SysMatrix& A)
 {
   MumpsData& m = *s.data->mumps;
-  m.number     = order_rcm(A);
+  const SysMatrix collected = m.shared ? sys_collect(A, false) : SysMatrix();
+  const SysMatrix& whole    = m.shared ? collected : A;
+  m.number     = order_rcm(whole);
+  if (m.shared) comm_join(m.number);                 // the others have none
   number_entries(m, A);
   icntl(m, 7)  = ORDER_AMF;
 #ifdef MPFE_METIS
-  if (A.dim == 3 || comm_size() > 1) {
-    const IntVec pos = order_metis(A);
+  if (A.dim == 3 || m.shared) {
+    const IntVec pos = order_metis(whole);
     m.perm.resize(A.neq());
-    for (int I = 0; I < A.nrow; ++I)
+    for (int I = 0; I < whole.nrow; ++I)
       for (int i = 0; i < A.dim; ++i) m.perm[m.number[I] * A.dim + i] = pos[I] * A.dim + i + 1;
     m.id.perm_in = m.perm.data();
     icntl(m, 7)  = ORDER_GIVEN;
   }
 #else
-  if (A.dim == 3 || comm_size() > 1) icntl(m, 7) = ORDER_CHOOSE;
+  if (A.dim == 3 || m.shared) icntl(m, 7) = ORDER_CHOOSE;
 #endif
   m.id.n       = A.neq();
-  m.id.nnz     = static_cast<MUMPS_INT8>(m.irn.size());
-  m.id.irn     = m.irn.data();
-  m.id.jcn     = m.jcn.data();
+  give_entries(m);
   icntl(m, 14) = RELAX;
   m.x.resize(A.neq());
   return call(m, JOB_ANALYSE) < 0 ? explain(s) : STATUS_OK;
@@ -170,8 +215,8 @@ Status mumps_analyse(Solver& s, const SysMatrix& A)
 Status mumps_factor(Solver& s, const SysMatrix& A)
 {
   MumpsData& m = *s.data->mumps;
-  m.id.a       = const_cast<double*>(A.val.data());    // MUMPS only reads it
-  int code     = call(m, JOB_FACTOR);
+  give_values(m, A);
+  int code = call(m, JOB_FACTOR);
   while (workspace_too_small(code) && icntl(m, 14) < RELAX_MOST) {
     icntl(m, 14) *= 2;
     code = call(m, JOB_FACTOR);
@@ -182,9 +227,9 @@ Status mumps_factor(Solver& s, const SysMatrix& A)
   s.memory_mb = infog(m, 19);
   s.negative  = infog(m, 12);
   if (infog(m, 28) > 0) {
-    double inside = comm_rank() == 0 ? m.id.pivnul_list[0] - 1 : 0;    // PIVNUL_LIST is on rank 0
-    comm_share(&inside, 1);
-    const int equation = static_cast<int>(inside), row = equation / A.dim, component = equation % A.dim;
+    int equation = comm_rank() == 0 ? m.id.pivnul_list[0] - 1 : 0;     // PIVNUL_LIST is on rank 0
+    if (m.shared) equation = comm_share(equation);
+    const int row = equation / A.dim, component = equation % A.dim;
     const long I = std::find(m.number.begin(), m.number.end(), row) - m.number.begin();
     s.zero_equation = static_cast<int>(I * A.dim + component);
     solve_fail(s, SOLVER_SINGULAR, "%d zero pivots, the first in equation %ld (block row %ld, component %d): "
@@ -201,14 +246,14 @@ Status mumps_back(Solver& s, RealVec& x)
   MumpsData& m = *s.data->mumps;
   const int D = s.data->dim, nrow = static_cast<int>(m.number.size());
   for (int I = 0; I < nrow; ++I)
-    for (int i = 0; i < D; ++i) m.x[m.number[I] * D + i] = x[I * D + i];
+    for (int i = 0; i < D; ++i) m.x[m.number[I] * D + i] = (m.scale.empty() ? 1.0 : m.scale[I * D + i]) * x[I * D + i];
   m.id.nrhs = 1;
   m.id.lrhs = m.id.n;
   m.id.rhs  = m.x.data();
   if (call(m, JOB_BACK) < 0) return explain(s);
-  comm_share(m.x.data(), m.id.n);
+  if (m.shared) comm_share(m.x.data(), m.id.n);
   for (int I = 0; I < nrow; ++I)
-    for (int i = 0; i < D; ++i) x[I * D + i] = m.x[m.number[I] * D + i];
+    for (int i = 0; i < D; ++i) x[I * D + i] = (m.scale.empty() ? 1.0 : m.scale[I * D + i]) * m.x[m.number[I] * D + i];
   return STATUS_OK;
 }
 

@@ -76,11 +76,11 @@ SolvePath choose(const Solver& s, const SysMatrix& A, const SolveAsk& ask, long 
   if (!s.def.reuse) return PATH_FACTOR;
   if (d.factored && d.stamp == ask.stamp) return PATH_BACK;
   if (s.def.kind == SOLVER_CG) {
-    if (s.def.precond == PRECOND_FACTORS) return have_factors(s) && !stale(d, ask.digits) ? PATH_KEPT : PATH_FACTOR;
+    if (s.def.precond == PRECOND_FACTORS) return have_factors(s) && !comm_share(stale(d, ask.digits)) ? PATH_KEPT : PATH_FACTOR;
     return s.def.precond == PRECOND_DIAGONAL ? PATH_DIAGONAL : PATH_CHOLESKY;
   }
   if (A.neq() < SMALL || !d.factored || ask.exact) return PATH_FACTOR;
-  const bool pattern_known = d.off == A.off && d.col == A.col;
+  const bool pattern_known = solve_same_pattern(s, A);
   double answer[2] = {static_cast<double>(fastest(s, ask, pattern_known, now, limit)), limit};
   comm_share(answer, 2);                 // clocks differ, ranks must not
   limit = answer[1];
@@ -120,6 +120,20 @@ Status by_factor(Solver& s, const SysMatrix& A, const SolveAsk& ask, const RealV
   return status;
 }
 
+// several ranks: incomplete Cholesky of the rows of each with their neighbours                                   (8.7)
+bool form_blocks(Solver& s, const SysMatrix& A, Precondition& M)
+{
+  SolverData& d = *s.data;
+  own_form(A, d.own);
+  M = [&d](const RealVec& r, RealVec& z) {
+    own_gather(d.own, r);
+    cholesky_apply(d.own.B, d.cholesky, d.own.r, d.own.z);
+    own_scatter(d.own, z);
+    return true;
+  };
+  return !comm_most(!cholesky_form(d.own.B, d.cholesky));
+}
+
 // the preconditioner of a path; false: A has none
 bool form(Solver& s, const SysMatrix& A, const SolveAsk& ask, SolvePath path, Precondition& M)
 {
@@ -130,6 +144,7 @@ bool form(Solver& s, const SysMatrix& A, const SolveAsk& ask, SolvePath path, Pr
       M = [&](const RealVec& r, RealVec& z) { return kept_apply(s, A, d.kept, r, z) == STATUS_OK; };
       return kept_form(A, ask.key, d.kept);
     case PATH_CHOLESKY:
+      if (sys_shared(A)) return form_blocks(s, A, M);
       M = [&](const RealVec& r, RealVec& z) { cholesky_apply(A, d.cholesky, r, z); return true; };
       return cholesky_form(A, d.cholesky);
     default:

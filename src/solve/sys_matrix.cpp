@@ -1,3 +1,6 @@
+#include <algorithm>
+
+#include "base/comm.h"
 #include "base/log.h"
 #include "solve/solve_data.h"
 
@@ -46,11 +49,98 @@ void sys_multiply(const SysMatrix& A, const RealVec& x, RealVec& y)
   MPFE_CHECK(&x != &y, "sys_multiply: x and y are one vector");
   y.assign(A.neq(), 0.0);
   switch (A.dim) {
-    case 1: return multiply<1>(A, x.data(), y.data());
-    case 2: return multiply<2>(A, x.data(), y.data());
-    case 3: return multiply<3>(A, x.data(), y.data());
+    case 1: multiply<1>(A, x.data(), y.data()); break;
+    case 2: multiply<2>(A, x.data(), y.data()); break;
+    case 3: multiply<3>(A, x.data(), y.data()); break;
+    default: log_bug("sys_multiply: blocks are 1 x 1, 2 x 2 or 3 x 3", __FILE__, __LINE__);
   }
-  log_bug("sys_multiply: blocks are 1 x 1, 2 x 2 or 3 x 3", __FILE__, __LINE__);
+  if (sys_shared(A)) comm_sum(y);
+}
+
+void sys_diagonal(const SysMatrix& A, RealVec& d)
+{
+  const int D = A.dim;
+  d.resize(A.neq());
+  for (int I = 0; I < A.nrow; ++I)
+    for (int i = 0; i < D; ++i) d[I * D + i] = A.val[(static_cast<size_t>(A.off[I + 1] - 1) * D + i) * D + i];
+  if (sys_shared(A)) comm_sum(d);
+}
+
+// ---------------------------------------------------------------------------
+// sys_pattern : lower block triangle, rows sorted, the diagonal last
+//
+//   in   lists  each: block rows that a thing couples; every row has its diagonal also without a list
+//   out  A      dim, nrow, off, col; val: zeros
+// ---------------------------------------------------------------------------
+void sys_pattern(const ListTable& lists, int nrow, int dim, SysMatrix& A)
+{
+  // rows -> lists that hold them
+  IntVec count(nrow + 1, 0);
+  for (int r : lists.item) ++count[r + 1];
+  for (int r = 0; r < nrow; ++r) count[r + 1] += count[r];
+  IntVec holder(lists.item.size()), next(count.begin(), count.end() - 1);
+  for (int l = 0; l < lists.size(); ++l)
+    for (int k = lists.off[l]; k < lists.off[l + 1]; ++k) holder[next[lists.item[k]]++] = l;
+
+  A      = SysMatrix();
+  A.dim  = dim;
+  A.nrow = nrow;
+  A.off.assign(1, 0);
+  IntVec stamp(nrow, -1);
+  for (int r = 0; r < nrow; ++r) {
+    const size_t first = A.col.size();
+    stamp[r] = r;
+    for (int h = count[r]; h < count[r + 1]; ++h)
+      for (int k = lists.off[holder[h]]; k < lists.off[holder[h] + 1]; ++k) {
+        const int c = lists.item[k];
+        if (c >= r || stamp[c] == r) continue;
+        stamp[c] = r;
+        A.col.push_back(c);
+      }
+    std::sort(A.col.begin() + static_cast<long>(first), A.col.end());
+    A.col.push_back(r);
+    A.off.push_back(static_cast<int>(A.col.size()));
+  }
+  A.val.assign(A.col.size() * dim * dim, 0.0);
+}
+
+// ---------------------------------------------------------------------------
+// sys_collect : the whole matrix on rank 0, contributions summed in the order of the ranks
+// ---------------------------------------------------------------------------
+SysMatrix sys_collect(const SysMatrix& A, bool values)
+{
+  const auto to_first = [](const auto& x) {
+    std::vector<std::decay_t<decltype(x)>> to(comm_size());
+    to[0] = x;
+    return comm_exchange(to);
+  };
+  const std::vector<IntVec> off = to_first(A.off), col = to_first(A.col);
+  const std::vector<RealVec> val = to_first(values ? A.val : RealVec());
+  SysMatrix whole;
+  if (comm_rank() > 0) return whole;
+  const int DD = A.dim * A.dim;
+  whole.dim  = A.dim;
+  whole.nrow = A.nrow;
+  IntVec place(A.nrow, -1);            // of a column in the row at hand
+  for (int I = 0; I < A.nrow; ++I) {
+    const int first = static_cast<int>(whole.col.size());
+    for (size_t r = 0; r < col.size(); ++r)
+      for (int k = off[r][I]; k < off[r][I + 1]; ++k)
+        if (place[col[r][k]] < 0) {
+          place[col[r][k]] = 0;
+          whole.col.push_back(col[r][k]);
+        }
+    std::sort(whole.col.begin() + first, whole.col.end());
+    whole.off.push_back(static_cast<int>(whole.col.size()));
+    for (int k = first; k < whole.off.back(); ++k) place[whole.col[k]] = k;
+    if (values) whole.val.resize(whole.col.size() * DD, 0.0);
+    for (size_t r = 0; values && r < col.size(); ++r)
+      for (int k = off[r][I]; k < off[r][I + 1]; ++k)
+        for (int i = 0; i < DD; ++i)
+          whole.val[static_cast<size_t>(place[col[r][k]]) * DD + i] += val[r][static_cast<size_t>(k) * DD + i];
+    for (int k = first; k < whole.off.back(); ++k) place[whole.col[k]] = -1;
+  }
+  return whole;
 }
 
 ListTable sys_graph(const SysMatrix& A)

@@ -23,7 +23,7 @@ Status project(Problem& p, Attempt& a)
   const System& s = p.sys;
   a.vgrid.assign(s.neq(), 0.0);
   for (int i = s.nfe * s.dim; i < s.neq(); ++i) {
-    const double m = s.M[s.A.off[i / s.dim + 1] - 1];
+    const double m = s.M_diag[i / s.dim];
     a.vgrid[i]     = s.fixed[i] ? s.rate0[i] : m > 0.0 ? a.momentum[i] / m : 0.0;
   }
   if (mass_solve(s, s.nfe, a.momentum, a.vgrid) < 0) return NOT_CONVERGED;

@@ -9,15 +9,6 @@ const double FINAL  = 3e-10;   // sqrt(energy) of the error of the last correcti
 const double ACCEPT = 3e-9;    // the same, when a correction turns out to be the last that was not thought to be
 const double BLIND  = 1e-6;    // reduction in iterations that the increment before did not have
 
-RealVec diagonal(const System& s)
-{
-  RealVec d(s.neq());
-  for (int r = 0; r < s.nrow; ++r)
-    for (int i = 0; i < s.dim; ++i)
-      d[r * s.dim + i] = s.A.val[(static_cast<size_t>(s.A.off[r + 1] - 1) * s.dim + i) * s.dim + i];
-  return d;
-}
-
 // nothing in the scene can change the tangent, but for what Frozen compares
 bool linear_scene(const Problem& p, const Attempt& a)
 {
@@ -63,8 +54,8 @@ void step_tangent(Problem& p, const Attempt& a, const RealVec& R, const RealVec&
   const long number = s.tangent;
   assem_tangent(p, a.mode, a.cM);
   if (same) s.tangent = number;
-  l.diag = diagonal(s);
-  assem_constrain(s, pending, l.f);
+  sys_diagonal(s.A, l.diag);
+  assem_constrain(s, l.diag, pending, l.f);
   z.on = linear_scene(p, a);
   if (!z.on) return;
   z.pattern = s.pattern;

@@ -59,7 +59,7 @@ RealVec strain_diagonal(const Problem& p, const RealVec& diag, double cM)
   const System& s = p.sys;
   RealVec d = diag;
   if (cM != 0.0)
-    for (int i = 0; i < s.neq(); ++i) d[i] -= cM * s.M[s.A.off[i / s.dim + 1] - 1];
+    for (int i = 0; i < s.neq(); ++i) d[i] -= cM * s.M_diag[i / s.dim];
   double C[9];
   for (int b = 0; b < p.st.bonds.nbond; ++b) {
     if (p.m.bond[p.st.bonds.def[b]].kind == BOND_CONTACT) continue;

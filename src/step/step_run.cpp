@@ -1,7 +1,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <cstring>
 
+#include "base/comm.h"
 #include "base/interrupt.h"
 #include "base/log.h"
 #include "base/timer.h"
@@ -138,6 +140,25 @@ void begin_step(Problem& p, const Step& s)
   if (s.proc == PROC_STATIC) stop_motion(p);
 }
 
+// a signal that any rank has seen
+bool signalled()
+{
+  const int number = comm_most(interrupt_signal());
+  if (number && !interrupt_signal()) interrupt_note(number);
+  return number != 0;
+}
+
+// ranks take decisions from numbers that are the same on all of them; when they are not, the machines differ
+void check_ranks(const Problem& p)
+{
+  if (comm_size() == 1) return;
+  const double mine[4] = {p.st.log.residual, p.st.ledger.strain, p.st.ledger.balance, static_cast<double>(p.st.log.iterations)};
+  double first[4];
+  std::memcpy(first, mine, sizeof first);
+  comm_share(first, 4);
+  MPFE_CHECK(std::memcmp(first, mine, sizeof first) == 0, "the ranks have different numbers: run on machines of one kind");
+}
+
 Status interrupted(Problem& p, Output& out)
 {
   p.note = "signal " + std::to_string(interrupt_signal()) + " has ended the run; the files are complete up to here";
@@ -156,7 +177,7 @@ Status run_step(Problem& p, const Step& s, Output& out)
   UndoPoint undo;
   p.ready = false;
   while (!clock_done(s, clock)) {
-    if (interrupt_signal()) return interrupted(p, out);
+    if (signalled()) return interrupted(p, out);
     if (++st.log.inc > s.max_inc) {
       p.note = "INC=" + std::to_string(s.max_inc) + " increments are used up before the end of the step: raise INC, or dt";
       return NOT_CONVERGED;
@@ -200,6 +221,7 @@ Status run_step(Problem& p, const Step& s, Output& out)
     ++st.log.inc_total;
     st.log.dt     = dt;
     st.log.t_step = clock.t;
+    check_ranks(p);
     out_increment(p.m, p.el, st, p.grid, out);
     st.eroded.clear();
     out_restart(p.m, st, p.grid, false, out);
@@ -220,6 +242,21 @@ void warn_balance(const Problem& p)
   if (lossy || std::fabs(g.balance) <= (moves ? 0.01 : 0.2) * g.scale) return;
   log_warn("the energy balance is off by %.1f %% (%.4g of %.4g): smaller increments show whether the answer can be trusted",
            100.0 * std::fabs(g.balance) / g.scale, g.balance, g.scale);
+}
+
+// what each rank did, for the listing; nothing on one rank
+void load_of_ranks(const Problem& p, std::vector<RankLoad>& ranks)
+{
+  if (comm_size() == 1) return;
+  RankLoad mine;
+  for (const ElemBlock& b : p.el.block) mine.elements += static_cast<double>(b.mine.size());
+  mine.points = static_cast<double>(p.sys.my_point.size());
+  mine.bonds  = static_cast<double>(p.sys.my_bond.size());
+  for (Phase phase : {PHASE_RESIDUAL, PHASE_TANGENT, PHASE_MASS}) mine.assembly += timer_phase(phase).wall;
+  mine.between = timer_phase(PHASE_COMM).wall;
+  mine.memory  = out_memory();
+  ranks.assign(1, mine);
+  comm_join(ranks);
 }
 
 // energies at the start need the mass of the first step
@@ -281,7 +318,7 @@ Status step_increment(Problem& p, const Step& s, double t0, double dt)
 
 int step_run(Problem& p, Archive& f, Output& out)
 {
-  if (f.reading ? continue_run(p, f, out) : begin_run(p, out)) return EXIT_DECK;
+  if (comm_most(f.reading ? continue_run(p, f, out) : begin_run(p, out))) return EXIT_DECK;
   Status status = STATUS_OK;
   const size_t first = f.reading ? p.st.log.step - 1 : 0;
   for (size_t k = first; k < p.m.step.size() && status == STATUS_OK; ++k) {
@@ -295,7 +332,8 @@ int step_run(Problem& p, Archive& f, Output& out)
     log_error("step %d, increment %d, time %.8g: stopped after %d cuts. %s", p.st.log.step, p.st.log.inc, p.st.n.time,
               p.st.log.cuts, step_explain(p, status).c_str());
   warn_balance(p);
-  const int failed = out_close(p.m, p.el, p.st, p.grid, p.solver, status == STATUS_OK, out);
+  load_of_ranks(p, out.ranks);
+  const int failed = comm_share(out_close(p.m, p.el, p.st, p.grid, p.solver, status == STATUS_OK, out));
   if (status == SOLVER_FAILED) return EXIT_RESOURCE;
   if (status == BAD_VALUE) return EXIT_DECK;
   if (status == INTERRUPTED && p.m.restart.write) return EXIT_CONTINUE;

@@ -1,0 +1,199 @@
+#include <algorithm>
+#include <numeric>
+
+#include "assem/assem.h"
+#include "base/comm.h"
+#include "base/log.h"
+
+namespace {
+
+const double UNEVEN = 1.25;    // the largest work over the mean may grow by so much before all is divided again
+
+// work of an element and of a point on n grid nodes, for force and tangent, in the same unit
+double elem_work(const ElemBlock& b) { return pair_count(shape_info[b.shape].nen) * shape_info[b.shape].ngp; }
+double point_work(int n) { return 2.0 * pair_count(n); }
+
+// calls use(rank, work) for each element and point, in the order of system_lists
+template <class Use>
+void each_work(const Problem& p, Use use)
+{
+  Division& d = p.st.division;
+  for (const ElemBlock& b : p.el.block)
+    for (int slot : b.live) use(d.elem[b.elem[slot]], elem_work(b));
+  for (int q = 0; q < p.st.points.npoint; ++q) use(d.point[q], point_work(p.grid.point.count(q)));
+}
+
+// the largest work of a rank over the mean
+double excess(const Problem& p)
+{
+  RealVec load(comm_size(), 0.0);
+  each_work(p, [&](int rank, double work) { load[rank] += work; });
+  const double all = std::accumulate(load.begin(), load.end(), 0.0);
+  return all > 0.0 ? *std::max_element(load.begin(), load.end()) * comm_size() / all : 1.0;
+}
+
+// points that were elements stay where these were
+void take_new_points(Problem& p)
+{
+  Division& d = p.st.division;
+  for (int q = static_cast<int>(d.point.size()); q < p.st.points.npoint; ++q)
+    d.point.push_back(p.st.points.parent[q] >= 0 ? d.elem[p.st.points.parent[q]] : 0);
+}
+
+// parts of the rows by METIS, on rank 0 for all
+IntVec divide_rows(const Problem& p)
+{
+  const System& s = p.sys;
+  ListTable lists;
+  std::string bytes;
+  IntVec part(s.nrow);
+  if (comm_rank() == 0) {
+    system_lists(p, true, [&](int n, const int* row) {
+      lists.item.insert(lists.item.end(), row, row + n);
+      lists.off.push_back(static_cast<int>(lists.item.size()));
+    });
+    RealVec weight(s.nrow, 0.0);
+    int list = 0;
+    each_work(p, [&](int, double work) {
+      for (int k = lists.off[list]; k < lists.off[list + 1]; ++k) weight[lists.item[k]] += work / lists.count(list);
+      ++list;
+    });
+    SysMatrix A;
+    sys_pattern(lists, s.nrow, s.dim, A);
+    part  = part_metis(A, weight, comm_size());
+    bytes = std::string(reinterpret_cast<const char*>(part.data()), part.size() * sizeof(int));
+  }
+  comm_share(bytes);
+  std::memcpy(part.data(), bytes.data(), bytes.size());
+  return part;
+}
+
+// an element or point goes where all its rows are; between parts, to the rank of them with the least work
+void divide_work(Problem& p, const IntVec& part)
+{
+  RealVec load(comm_size(), 0.0);
+  std::vector<int*> rank;
+  RealVec work;
+  each_work(p, [&](int& r, double w) {
+    rank.push_back(&r);
+    work.push_back(w);
+  });
+  for (const bool between : {false, true}) {
+    size_t list = 0;
+    system_lists(p, true, [&](int n, const int* row) {
+      if (list == rank.size()) return;               // bonds follow their rows
+      int best = n ? part[row[0]] : 0;
+      bool same = true;
+      for (int a = 1; a < n; ++a) {
+        same = same && part[row[a]] == part[row[0]];
+        if (load[part[row[a]]] < load[best]) best = part[row[a]];
+      }
+      if (same != between) {
+        *rank[list] = best;
+        load[best] += work[list];
+      }
+      ++list;
+    });
+  }
+}
+
+void divide_again(Problem& p)
+{
+  Division& d = p.st.division;
+  d.ranks = comm_size();
+  d.elem.assign(p.m.mesh.nelem(), 0);
+  d.point.assign(p.st.points.npoint, 0);
+  divide_work(p, divide_rows(p));
+  d.excess = excess(p);
+}
+
+// a row belongs to the rank that has most of what touches it, a bond to the rank of its first row
+void find_owners(Problem& p)
+{
+  System& s = p.sys;
+  const int ranks = comm_size();
+  IntVec count(static_cast<size_t>(s.nrow) * ranks, 0), rank;
+  each_work(p, [&](int r, double) { rank.push_back(r); });
+  size_t list = 0;
+  system_lists(p, true, [&](int n, const int* row) {
+    for (int a = 0; a < n && list < rank.size(); ++a) ++count[static_cast<size_t>(row[a]) * ranks + rank[list]];
+    ++list;
+  });
+  s.owner.resize(s.nrow);
+  for (int r = 0; r < s.nrow; ++r) {
+    const auto first = count.begin() + static_cast<long>(r) * ranks;
+    s.owner[r] = static_cast<int>(std::max_element(first, first + ranks) - first);
+  }
+}
+
+void take_mine(Problem& p)
+{
+  System& s = p.sys;
+  const Division& d = p.st.division;
+  const int me = comm_rank();
+  for (ElemBlock& b : p.el.block) {
+    b.mine.clear();
+    for (int slot : b.live)
+      if (d.elem[b.elem[slot]] == me) b.mine.push_back(slot);
+  }
+  s.my_point.clear();
+  for (int q = 0; q < p.st.points.npoint; ++q)
+    if (d.point[q] == me) s.my_point.push_back(q);
+  s.my_bond.clear();
+  s.bond_is_mine.assign(s.bond.size(), 0);
+  for (int b = 0; b < s.bond.size(); ++b) {
+    s.bond_is_mine[b] = (s.bond.count(b) ? s.owner[s.bond.begin(b)[0]] : 0) == me;
+    if (s.bond_is_mine[b]) s.my_bond.push_back(b);
+  }
+}
+
+// one rank: all
+void take_all(Problem& p)
+{
+  System& s = p.sys;
+  const auto all = [](IntVec& list, int n) {
+    if (static_cast<int>(list.size()) == n) return;
+    list.resize(n);
+    std::iota(list.begin(), list.end(), 0);
+  };
+  all(s.my_point, p.st.points.npoint);
+  all(s.my_bond, s.bond.size());
+  s.bond_is_mine.assign(s.bond.size(), 1);
+}
+
+}  // namespace
+
+// ---------------------------------------------------------------------------
+// system_divide : whose work is what                                          doc/theory.md 5.1
+//
+//   in   rows and lists of now; fresh: they have changed
+//   out  State::division, ElemBlock::mine, my_point, my_bond, owner
+//   returns true when the division is not the one that the pattern was made for
+//
+// The division is a part of the state, so that a run that goes on sums in the same order. It is made once, and again
+// when conversion, erosion or motion has made it uneven, or the number of ranks is another one than in the restart file.
+// ---------------------------------------------------------------------------
+bool system_divide(Problem& p, bool fresh)
+{
+  System& s   = p.sys;
+  Division& d = p.st.division;
+  if (comm_size() == 1) {
+    take_all(p);
+    d = Division();
+    return false;
+  }
+  bool again = d.ranks != comm_size();
+  if (!again && fresh) {
+    take_new_points(p);
+    const double now = excess(p);
+    again = now > UNEVEN * d.excess;
+    if (again) log_note("  the work is divided among the ranks again: the largest part was %.2f of the mean", now);
+  }
+  if (again) divide_again(p);
+  const bool other = s.elem_rank != d.elem || s.point_rank != d.point;     // an undone increment has its division back
+  if (fresh || other) find_owners(p);
+  take_mine(p);
+  s.elem_rank  = d.elem;
+  s.point_rank = d.point;
+  return other;
+}

@@ -1,0 +1,143 @@
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "base/comm.h"
+#include "solve/solve_data.h"
+
+namespace {
+
+using Pairs = std::vector<std::pair<int, int>>;       // row, column
+
+void sort_unique(IntVec& list)
+{
+  std::sort(list.begin(), list.end());
+  list.erase(std::unique(list.begin(), list.end()), list.end());
+}
+
+// what all ranks have of the list of each
+std::vector<IntVec> all_lists(const IntVec& mine) { return comm_exchange(std::vector<IntVec>(comm_size(), mine)); }
+
+// adds the neighbours of the rows of each rank, which any rank may know of
+void add_neighbours(const SysMatrix& A, IntVec& row)
+{
+  std::vector<IntVec> tell = all_lists(row);
+  std::vector<char> in(A.nrow);
+  for (IntVec& list : tell) {
+    std::fill(in.begin(), in.end(), 0);
+    for (int I : list) in[I] = 1;
+    list.clear();
+    for (int I = 0; I < A.nrow; ++I)
+      for (int k = A.off[I]; k < A.off[I + 1]; ++k)
+        if (in[I] != in[A.col[k]]) list.push_back(in[I] ? A.col[k] : I);
+    sort_unique(list);
+  }
+  for (const IntVec& list : comm_exchange(tell)) row.insert(row.end(), list.begin(), list.end());
+  sort_unique(row);
+}
+
+// which blocks of A each rank needs, and in how many of their matrices a row of this rank stands
+void sort_blocks(const SysMatrix& A, OwnBlock& own)
+{
+  IntVec count(A.nrow, 0);
+  std::vector<char> in(A.nrow);
+  own.to.assign(comm_size(), IntVec());
+  const std::vector<IntVec> rows = all_lists(own.row);
+  for (int r = 0; r < comm_size(); ++r) {
+    std::fill(in.begin(), in.end(), 0);
+    for (int I : rows[r]) {
+      in[I] = 1;
+      ++count[I];
+    }
+    for (int I = 0; I < A.nrow; ++I)
+      for (int k = A.off[I]; in[I] && k < A.off[I + 1]; ++k)
+        if (in[A.col[k]]) own.to[r].push_back(k);
+  }
+  own.weight.clear();
+  for (int I : own.row) own.weight.push_back(1.0 / std::sqrt(static_cast<double>(count[I])));
+}
+
+// pattern of B, and the place in it of each block that comes
+void form_block_pattern(const SysMatrix& A, OwnBlock& own)
+{
+  IntVec row_of(A.col.size()), number(A.nrow, -1);
+  for (int I = 0; I < A.nrow; ++I) std::fill(row_of.begin() + A.off[I], row_of.begin() + A.off[I + 1], I);
+  for (size_t I = 0; I < own.row.size(); ++I) number[own.row[I]] = static_cast<int>(I);
+  std::vector<IntVec> send(comm_size());
+  for (int r = 0; r < comm_size(); ++r)
+    for (int k : own.to[r]) send[r].insert(send[r].end(), {row_of[k], A.col[k]});
+  Pairs all;
+  for (const IntVec& pairs : comm_exchange(send))
+    for (size_t k = 0; k < pairs.size(); k += 2) all.emplace_back(number[pairs[k]], number[pairs[k + 1]]);
+
+  Pairs sorted = all;
+  std::sort(sorted.begin(), sorted.end());
+  sorted.erase(std::unique(sorted.begin(), sorted.end()), sorted.end());
+  SysMatrix& B = own.B;
+  B      = SysMatrix();
+  B.dim  = A.dim;
+  B.nrow = static_cast<int>(own.row.size());
+  B.off.assign(B.nrow + 1, 0);
+  for (const auto& p : sorted) {
+    ++B.off[p.first + 1];
+    B.col.push_back(p.second);
+  }
+  for (int I = 0; I < B.nrow; ++I) B.off[I + 1] += B.off[I];
+  own.place.clear();
+  for (const auto& p : all)
+    own.place.push_back(static_cast<int>(std::lower_bound(sorted.begin(), sorted.end(), p) - sorted.begin()));
+}
+
+}  // namespace
+
+// ---------------------------------------------------------------------------
+// own_form : the matrix of the rows of this rank and of their neighbours, with what all ranks add to it        (8.7)
+//
+//   out  own.B   these rows, numbered as in own.row; entries that couple them with others are left out
+// ---------------------------------------------------------------------------
+void own_form(const SysMatrix& A, OwnBlock& own)
+{
+  const int DD = A.dim * A.dim;
+  if (comm_most(own.off != A.off || own.col != A.col || own.owner != A.owner)) {
+    own.off   = A.off;
+    own.col   = A.col;
+    own.owner = A.owner;
+    own.row.clear();
+    for (int I = 0; I < A.nrow; ++I)
+      if (A.owner[I] == comm_rank()) own.row.push_back(I);
+    add_neighbours(A, own.row);
+    sort_blocks(A, own);
+    form_block_pattern(A, own);
+  }
+  std::vector<RealVec> send(comm_size());
+  for (int r = 0; r < comm_size(); ++r) {
+    send[r].reserve(own.to[r].size() * DD);
+    for (int k : own.to[r])
+      send[r].insert(send[r].end(), A.val.begin() + static_cast<long>(k) * DD, A.val.begin() + static_cast<long>(k + 1) * DD);
+  }
+  own.B.val.assign(own.B.col.size() * DD, 0.0);
+  size_t at = 0;
+  for (const RealVec& val : comm_exchange(send))
+    for (size_t k = 0; k < val.size(); k += DD) {
+      double* b = &own.B.val[static_cast<size_t>(own.place[at++]) * DD];
+      for (int i = 0; i < DD; ++i) b[i] += val[k + i];
+    }
+}
+
+void own_gather(OwnBlock& own, const RealVec& r)
+{
+  const int D = own.B.dim;
+  own.r.resize(own.row.size() * D);
+  own.z.resize(own.r.size());
+  for (size_t I = 0; I < own.row.size(); ++I)
+    for (int i = 0; i < D; ++i) own.r[I * D + i] = own.weight[I] * r[own.row[I] * D + i];
+}
+
+void own_scatter(const OwnBlock& own, RealVec& z)
+{
+  const int D = own.B.dim;
+  std::fill(z.begin(), z.end(), 0.0);
+  for (size_t I = 0; I < own.row.size(); ++I)
+    for (int i = 0; i < D; ++i) z[own.row[I] * D + i] = own.weight[I] * own.z[I * D + i];
+  comm_sum(z);
+}
