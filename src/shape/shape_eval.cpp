@@ -126,17 +126,17 @@ bool shape_inverse(Shape s, const double* X, const double* x, double* xi)
   for (int i = 0; i < dim; ++i) xi[i] = start;
   for (int it = 0; it < 25; ++it) {
     shape_eval(s, xi, N, dN);
-    double J[9] = {0}, inv[9], r[3] = {0, 0, 0};
+    double J[9] = {0}, inv[9], r[3] = {0, 0, 0};     // r from the first node on: digits that a far origin would cost
     for (int a = 0; a < nen; ++a)
       for (int i = 0; i < dim; ++i) {
-        r[i] += N[a] * X[a * dim + i];
-        for (int j = 0; j < dim; ++j) J[i * dim + j] += X[a * dim + i] * dN[a * dim + j];
+        r[i] += N[a] * (X[a * dim + i] - X[i]);
+        for (int j = 0; j < dim; ++j) J[i * dim + j] += (X[a * dim + i] - X[i]) * dN[a * dim + j];
       }
     invert(dim, J, inv);
     double step = 0.0;
     for (int i = 0; i < dim; ++i) {
       double d = 0.0;
-      for (int j = 0; j < dim; ++j) d += inv[i * dim + j] * (x[j] - r[j]);
+      for (int j = 0; j < dim; ++j) d += inv[i * dim + j] * (x[j] - X[j] - r[j]);
       xi[i] += d;
       step = std::fmax(step, std::fabs(d));
     }

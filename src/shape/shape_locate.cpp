@@ -26,10 +26,5 @@ bool shape_locate(Shape shape, const double* X, const double x[3], double xi[3])
 {
   const ShapeInfo& info = shape_info[shape];
   if (!in_box(X, info.nen, info.dim, x)) return false;
-  double near[24], at[3] = {0, 0, 0};      // seen from the first corner: digits that a far origin would cost
-  for (int i = 0; i < info.dim; ++i) {
-    at[i] = x[i] - X[i];
-    for (int a = 0; a < info.nen; ++a) near[a * info.dim + i] = X[a * info.dim + i] - X[i];
-  }
-  return shape_inverse(shape, near, at, xi) && shape_inside(shape, xi, tolerance);
+  return shape_inverse(shape, X, x, xi) && shape_inside(shape, xi, tolerance);
 }

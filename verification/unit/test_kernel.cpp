@@ -380,6 +380,22 @@ TEST(Element, LumpedMassHasTheSumsOfTheRows)
   }
 }
 
+TEST(Shape, PlaceInACellFarFromTheOrigin)
+{
+  for (Shape s : all_shapes) {
+    const int dim = shape_info[s].dim, nen = shape_info[s].nen;
+    const Sample e = make_sample(s, 1, 0.0);
+    double X[24], N[8], x[3] = {0, 0, 0}, xi[3];
+    for (int k = 0; k < nen * dim; ++k) X[k] = 100.0 + 1e-3 * e.X[k];
+    const double at[3] = {0.2, 0.3, 0.1};
+    shape_eval(s, at, N, nullptr);
+    for (int a = 0; a < nen; ++a)
+      for (int i = 0; i < dim; ++i) x[i] += N[a] * X[a * dim + i];
+    ASSERT_TRUE(shape_inverse(s, X, x, xi)) << s;
+    for (int i = 0; i < dim; ++i) EXPECT_NEAR(at[i], xi[i], 1e-9) << s;
+  }
+}
+
 TEST(Element, InsideOutIsReported)
 {
   Sample e = make_sample(SHAPE_QUAD4, 1, 0.0);
