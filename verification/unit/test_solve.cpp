@@ -344,3 +344,46 @@ TEST(Order, MetisIsAPermutationAndRepeats)
   }
 }
 #endif
+
+// ---- several ranks ------------------------------------------------------------
+
+TEST(Ranks, PartsAreEvenAndRepeat)
+{
+  const SysMatrix A = shuffled_grid(2, 40, 30);
+  RealVec weight(A.nrow, 1.0);
+  for (int I = 0; I < A.nrow / 4; ++I) weight[I] = 3.0;
+  for (int parts : {2, 4, 7}) {
+    const IntVec part = part_metis(A, weight, parts);
+    RealVec load(parts, 0.0);
+    for (int I = 0; I < A.nrow; ++I) load.at(part[I]) += weight[I];
+    const double mean = std::accumulate(load.begin(), load.end(), 0.0) / parts;
+    for (double l : load) EXPECT_NEAR(l, mean, 0.1 * mean);
+    EXPECT_EQ(part, part_metis(A, weight, parts));
+  }
+}
+
+TEST(Ranks, FewRowsAreDividedInTheirOrder)
+{
+  const SysMatrix A = pattern(2, 3, {{0, 1}, {1, 2}});
+  EXPECT_EQ(part_metis(A, {1.0, 1.0, 2.0}, 2), (IntVec{0, 0, 1}));
+}
+
+TEST(Ranks, PatternHoldsWhatListsCoupleAndAllDiagonals)
+{
+  ListTable lists;
+  lists.off  = {0, 3, 5};
+  lists.item = {3, 0, 1, 4, 3};
+  SysMatrix A;
+  sys_pattern(lists, 6, 2, A);
+  EXPECT_EQ(A.off, (IntVec{0, 1, 3, 4, 7, 9, 10}));
+  EXPECT_EQ(A.col, (IntVec{0, 0, 1, 2, 0, 1, 3, 3, 4, 5}));
+  EXPECT_EQ(A.val, RealVec(40, 0.0));
+}
+
+TEST(Ranks, OneRankCollectsItself)
+{
+  const SysMatrix A = random_matrix(3, 20, true, 5), B = sys_collect(A, true);
+  EXPECT_EQ(A.off, B.off);
+  EXPECT_EQ(A.col, B.col);
+  EXPECT_EQ(A.val, B.val);
+}
