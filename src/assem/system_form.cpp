@@ -130,8 +130,8 @@ void add_point_mass(Problem& p)
   RealVec N, mN;               // [nen][n]: weights of the corners on the nodes of the point, m_c times them
   const double* mc = pts.mc.data();
   int at = 0;                  // point that mc stands at
-  for (size_t j = 0; j < s.my_point.size(); ++j) {
-    const int q = s.my_point[j];
+  for (size_t own = 0; own < s.my_point.size(); ++own) {
+    const int q = s.my_point[own];
     for (; at < q; ++at) mc += pair_count(pts.conn.count(at));
     const int n = g.point.count(q), nen = pts.conn.count(q), *list = g.point.begin(q);
     N.assign(static_cast<size_t>(nen) * n, 0.0);
@@ -146,7 +146,7 @@ void add_point_mass(Problem& p)
         const double m = mc[c >= d ? pair_place(c, d) : pair_place(d, c)];
         for (int a = 0; a < n; ++a) mN[c * n + a] += m * N[d * n + a];
       }
-    size_t k = s.point_map_off[j];
+    size_t k = s.point_map_off[own];
     for (int a = 0; a < n; ++a)
       for (int b = 0; b <= a; ++b) {
         double sum = 0.0;
