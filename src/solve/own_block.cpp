@@ -110,18 +110,23 @@ void own_form(const SysMatrix& A, OwnBlock& own)
     form_block_pattern(A, own);
   }
   std::vector<RealVec> send(comm_size());
-  for (int r = 0; r < comm_size(); ++r) {
-    send[r].reserve(own.to[r].size() * DD);
-    for (int k : own.to[r])
-      send[r].insert(send[r].end(), A.val.begin() + static_cast<long>(k) * DD, A.val.begin() + static_cast<long>(k + 1) * DD);
-  }
+  for (int r = 0; r < comm_size(); ++r)
+    for (size_t k = 0; r != comm_rank() && k < own.to[r].size(); ++k) {
+      const double* a = &A.val[static_cast<size_t>(own.to[r][k]) * DD];
+      send[r].insert(send[r].end(), a, a + DD);
+    }
+  const std::vector<RealVec> from = comm_exchange(send);
   own.B.val.assign(own.B.col.size() * DD, 0.0);
   size_t at = 0;
-  for (const RealVec& val : comm_exchange(send))
-    for (size_t k = 0; k < val.size(); k += DD) {
-      double* b = &own.B.val[static_cast<size_t>(own.place[at++]) * DD];
-      for (int i = 0; i < DD; ++i) b[i] += val[k + i];
-    }
+  const auto add = [&](const double* block) {
+    double* b = &own.B.val[static_cast<size_t>(own.place[at++]) * DD];
+    for (int i = 0; i < DD; ++i) b[i] += block[i];
+  };
+  for (int r = 0; r < comm_size(); ++r) {
+    if (r == comm_rank())
+      for (int k : own.to[r]) add(&A.val[static_cast<size_t>(k) * DD]);
+    for (size_t k = 0; k < from[r].size(); k += DD) add(&from[r][k]);
+  }
 }
 
 void own_gather(OwnBlock& own, const RealVec& r)

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <functional>
 
+#include "base/comm.h"
 #include "base/timer.h"
 #include "solve/solve.h"
 
@@ -124,10 +125,14 @@ bool kept_form(const SysMatrix& A, const std::vector<long>& key, Kept& k);
 Status kept_apply(Solver& s, const SysMatrix& A, Kept& k, const RealVec& r, RealVec& z);
 
 // Seconds since it was made: those of the processor when the wall clock ran faster (a machine that others use too),
-// those of the wall when several threads worked
+// those of the wall when several threads worked, and on several ranks, where waiting for the others counts
 struct Clock {
   double wall = timer_wall(), cpu = timer_cpu();
-  double seconds() const { return std::min(timer_wall() - wall, timer_cpu() - cpu); }
+  double seconds() const
+  {
+    const double passed = timer_wall() - wall;
+    return comm_size() > 1 ? passed : std::min(passed, timer_cpu() - cpu);
+  }
 };
 
 CgDone cg_solve(const SysMatrix& A, const Precondition& precondition, const RealVec& b, const CgGoal& goal, CgWork& w, RealVec& x);
