@@ -73,7 +73,8 @@ struct Solver {
   std::shared_ptr<SolverData> data;
   std::string message;              // of the last failure, in words with a remedy
   int zero_equation = -1;           // of the first zero pivot, -1: none
-  bool hold = false;                // MUMPS: zero pivots are no error, their unknowns do not move; Newton's residual judges
+  int hold = -1;                    // MUMPS: zero pivots in this block row and later ones are no error, their unknowns do not
+                                    // move; Newton's residual judges. -1: all are errors
   long nheld = 0;                   // how many there were
   long nfactor = 0, nback = 0, nanalyse = 0;
   double seconds_factor = 0, seconds_back = 0, seconds_analyse = 0;   // wall

@@ -207,6 +207,19 @@ Status mumps_analyse(Solver& s, const SysMatrix& A)
   return call(m, JOB_ANALYSE) < 0 ? explain(s) : STATUS_OK;
 }
 
+// equation of a zero pivot: of the first one that may not be held, else of the first one
+static int zero_pivot(const MumpsData& m, int dim, int hold)
+{
+  int first = -1;
+  for (int k = 0; k < m.id.infog[27]; ++k) {
+    const int row = (m.id.pivnul_list[k] - 1) / dim, component = (m.id.pivnul_list[k] - 1) % dim;
+    const int I   = static_cast<int>(std::find(m.number.begin(), m.number.end(), row) - m.number.begin());
+    if (k == 0 || I < hold) first = I * dim + component;
+    if (I < hold) break;
+  }
+  return first;
+}
+
 // ---------------------------------------------------------------------------
 // mumps_factor : L D L^T of today's values
 //
@@ -227,15 +240,14 @@ Status mumps_factor(Solver& s, const SysMatrix& A)
   s.memory_mb = infog(m, 19);
   s.negative  = infog(m, 12);
   if (infog(m, 28) > 0) {
-    int equation = comm_rank() == 0 ? m.id.pivnul_list[0] - 1 : 0;     // PIVNUL_LIST is on rank 0
+    int equation = comm_rank() == 0 ? zero_pivot(m, A.dim, s.hold) : 0;     // PIVNUL_LIST is on rank 0
     if (m.shared) equation = comm_share(equation);
-    const int row = equation / A.dim, component = equation % A.dim;
-    const long I = std::find(m.number.begin(), m.number.end(), row) - m.number.begin();
-    s.zero_equation = static_cast<int>(I * A.dim + component);
-    solve_fail(s, SOLVER_SINGULAR, "%d zero pivots, the first in equation %ld (block row %ld, component %d): "
+    const int I = equation / A.dim, component = equation % A.dim;
+    s.zero_equation = equation;
+    solve_fail(s, SOLVER_SINGULAR, "%d zero pivots, the first in equation %d (block row %d, component %d): "
                "something can move freely; look for missing supports",
-               infog(m, 28), I * A.dim + component + 1, I + 1, component + 1);
-    if (!s.hold) return SOLVER_SINGULAR;
+               infog(m, 28), equation + 1, I + 1, component + 1);
+    if (s.hold < 0 || I < s.hold) return SOLVER_SINGULAR;
     s.nheld += infog(m, 28);
   }
   return STATUS_OK;

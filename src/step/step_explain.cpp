@@ -156,5 +156,5 @@ std::string step_explain(const Problem& p, Status status)
   std::snprintf(text, sizeof text, "residual %.3e against a force scale of %.3e after %d iterations: smaller increments, more "
                 "iterations (*NEWTON, MAX ITER=), or a load beyond what the structure can carry",
                 p.st.log.residual, p.st.log.scale, p.st.log.iterations);
-  return p.solver.hold && p.solver.zero_equation >= 0 ? text + ("; " + solver_text(p)) : text;
+  return p.solver.hold >= 0 && p.solver.zero_equation >= 0 ? text + ("; " + solver_text(p)) : text;
 }

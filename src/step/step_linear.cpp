@@ -78,7 +78,7 @@ Status step_solve(Problem& p, const Attempt& a, int it, double residual, double 
   // does not come to an end
   const bool loose = a.cM == 0.0 && p.fm.on && p.st.frac.neroded > 0;
   ask.exact  = loose || it > 8;
-  p.solver.hold = loose;
+  p.solver.hold = loose ? s.nfe : -1;              // unknowns of the grid
   ask.digits = -std::log10(std::max(ask.eta, FINAL * l.residual / residual));
   const Status status = solve_system(p.solver, s.A, ask, l.f, l.dx);
   if (status != STATUS_OK) return status;
