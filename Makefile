@@ -65,8 +65,8 @@ test: $(STAMP)
 	MPFE=$(MPFE) UNIT=$(UNIT) tools/verify --test
 
 verify: $(STAMP)
-	@$(MAKE) --no-print-directory all
-	MPFE=$(MPFE) tools/verify $(CASES)
+	@$(MAKE) --no-print-directory all unit
+	MPFE=$(MPFE) UNIT=$(UNIT) tools/verify $(CASES)
 
 clean:
 	rm -rf build bin
