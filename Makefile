@@ -28,7 +28,7 @@ UNIT_OBJ := $(UNIT_SRC:%.cpp=$(BUILD)/%.o)
 WARNINGS = -Wall -Wextra -Wshadow -Wno-maybe-uninitialized
 COMPILE  = $(CXX) -std=c++17 $(CXXFLAGS) $(WARNINGS) $(DEFINES) -Isrc $(INCLUDE) -MMD -MP
 
-.PHONY: all setup demo test verify unit clean help
+.PHONY: all setup demo test verify bench unit clean help
 .DEFAULT_GOAL := all
 
 all: $(MPFE)
@@ -68,6 +68,10 @@ verify: $(STAMP)
 	@$(MAKE) --no-print-directory all unit
 	MPFE=$(MPFE) UNIT=$(UNIT) tools/verify $(CASES)
 
+bench: $(STAMP)
+	@$(MAKE) --no-print-directory all
+	MPFE=$(MPFE) tools/bench $(ITEMS)
+
 clean:
 	rm -rf build bin
 
@@ -77,6 +81,7 @@ help:
 	@echo 'make demo       set up, build, run the demonstration'
 	@echo 'make test       set up, build, run unit tests, small decks and bad decks'
 	@echo 'make verify     the long checks; CASES="name ..." picks some'
+	@echo 'make bench      benchmarks into doc/benchmarks.md; ITEMS="name ..." picks some'
 	@echo 'make unit       build the unit tests, $(UNIT)'
 	@echo 'make clean      remove build/ and bin/'
 	@echo 'MACHINE=name    $(basename $(notdir $(wildcard tools/machines/*.mk))) (now: $(MACHINE))'
