@@ -52,6 +52,43 @@ void move_bonds(Problem& p, const RealVec& du, double t0, double t1)
   }
 }
 
+// adds the force re of an element; its numbers lie STRIDE apart
+template <int STRIDE = 1>
+inline void add_force(const System& s, const int* node, int nen, int dim, const double* re, RealVec& fint)
+{
+  for (int a = 0; a < nen; ++a) {
+    double* f = &fint[s.row_of_node[node[a]] * dim];
+    for (int i = 0; i < dim; ++i) f[i] += re[(a * dim + i) * STRIDE];
+  }
+}
+
+Status fail_at(Problem& p, int e)
+{
+  p.worst = e;
+  p.worst_is_point = false;
+  return BAD_JACOBIAN;
+}
+
+// intact elements that wait for a full pack
+struct Waiting {
+  int n = 0, slot[PACK];
+};
+
+Status add_pack(Problem& p, const KernelMode& mode, const ElemBlock& b, ElemFormPack form, Waiting& w, RealVec& fint)
+{
+  if (w.n == 0) return STATUS_OK;
+  const int dim = p.m.dim, nen = shape_info[b.shape].nen, n = w.n;
+  alignas(Pack) double u0[24 * PACK], u1[24 * PACK], re[24 * PACK];
+  unsigned bad;
+  for (int l = n; l < PACK; ++l) w.slot[l] = w.slot[0];
+  if (mode.mid) elem_ends_pack(p.st.n.u, p.m.mesh, b, w.slot, nen, dim, u0);
+  elem_ends_pack(p.st.np1.u, p.m.mesh, b, w.slot, nen, dim, u1);
+  const Status status = form(b, w.slot, mode, u0, u1, re, nullptr, bad);
+  for (int l = 0; l < n; ++l) add_force<PACK>(p.sys, p.m.mesh.conn.begin(b.elem[w.slot[l]]), nen, dim, re + l, fint);
+  w.n = 0;
+  return status == STATUS_OK ? status : fail_at(p, b.elem[w.slot[__builtin_ctz(bad)]]);
+}
+
 Status add_elements(Problem& p, const KernelMode& mode, RealVec& fint)
 {
   const Mesh& mesh = p.m.mesh;
@@ -59,23 +96,27 @@ Status add_elements(Problem& p, const KernelMode& mode, RealVec& fint)
   Status status    = STATUS_OK;
   double u0[24], u1[24], re[24];
   for (const ElemBlock& b : p.el.block) {
-    const ShapeInfo& info = shape_info[b.shape];
-    const ElemForm form   = elem_form(b);
+    const ShapeInfo& info   = shape_info[b.shape];
+    const ElemForm form     = elem_form(b);
+    const ElemFormPack pack = elem_form_pack(b);
+    Waiting w;
     for (int slot : b.mine) {
       const int e = b.elem[slot], *node = mesh.conn.begin(e);
-      elem_ends(p.st, node, info.nen, dim, u0, u1);
-      const Status s = p.el.broken(e) < 0 ? form(b, slot, mode, u0, u1, re, nullptr)
-                                          : elem_form_broken(b, slot, elem_broken_law(p.m, p.el, e), mode, u0, u1, re, nullptr);
-      if (s != STATUS_OK) {
-        status = s;
-        p.worst = e;
-        p.worst_is_point = false;
+      const bool intact = p.el.broken(e) < 0;
+      Status s = STATUS_OK;
+      if (intact && pack) {
+        w.slot[w.n++] = slot;
+        if (w.n == PACK) s = add_pack(p, mode, b, pack, w, fint);
+      } else {
+        elem_ends(p.st, node, info.nen, dim, u0, u1);
+        if (!intact) elem_form_broken(b, slot, elem_broken_law(p.m, p.el, e), mode, u0, u1, re, nullptr);
+        else if (form(b, slot, mode, u0, u1, re, nullptr) != STATUS_OK) s = fail_at(p, e);
+        add_force(p.sys, node, info.nen, dim, re, fint);
       }
-      for (int a = 0; a < info.nen; ++a) {
-        double* f = &fint[p.sys.row_of_node[node[a]] * dim];
-        for (int i = 0; i < dim; ++i) f[i] += re[a * dim + i];
-      }
+      if (s != STATUS_OK) status = s;
     }
+    const Status s = add_pack(p, mode, b, pack, w, fint);
+    if (s != STATUS_OK) status = s;
   }
   return status;
 }

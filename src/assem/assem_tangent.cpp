@@ -6,28 +6,49 @@
 
 namespace {
 
-// adds a block or its transpose; in a diagonal block only the lower part is kept
-template <int D>
+// adds a block or its transpose; in a diagonal block only the lower part is kept. The numbers of k lie STRIDE apart
+template <int D, int STRIDE = 1>
 inline void add_block(SysMatrix& A, int where, bool diagonal, const double* k)
 {
   double* v = &A.val[static_cast<size_t>(where / 2) * D * D];
   if (diagonal) {
     for (int i = 0; i < D; ++i)
-      for (int j = 0; j <= i; ++j) v[i * D + j] += k[i * D + j];
+      for (int j = 0; j <= i; ++j) v[i * D + j] += k[(i * D + j) * STRIDE];
   } else if (where & 1) {
     for (int i = 0; i < D; ++i)
-      for (int j = 0; j < D; ++j) v[j * D + i] += k[i * D + j];
+      for (int j = 0; j < D; ++j) v[j * D + i] += k[(i * D + j) * STRIDE];
   } else {
-    for (int i = 0; i < D * D; ++i) v[i] += k[i];
+    for (int i = 0; i < D * D; ++i) v[i] += k[i * STRIDE];
   }
 }
 
-template <int D>
+template <int D, int STRIDE = 1>
 inline void add_pairs(SysMatrix& A, const int* map, int n, const double* ke)
 {
   int pair = 0;
   for (int a = 0; a < n; ++a)
-    for (int b = 0; b <= a; ++b, ++pair) add_block<D>(A, map[pair], a == b, ke + pair * D * D);
+    for (int b = 0; b <= a; ++b, ++pair) add_block<D, STRIDE>(A, map[pair], a == b, ke + pair * D * D * STRIDE);
+}
+
+// intact elements that wait for a full pack
+struct Waiting {
+  int n = 0, slot[PACK];
+  const int* map[PACK];
+};
+
+template <int D>
+void add_pack(Problem& p, const KernelMode& mode, const ElemBlock& b, ElemFormPack form, Waiting& w)
+{
+  if (w.n == 0) return;
+  const int nen = shape_info[b.shape].nen;
+  alignas(Pack) double u0[8 * D * PACK], u1[8 * D * PACK], ke[36 * D * D * PACK];
+  unsigned bad;
+  for (int l = w.n; l < PACK; ++l) w.slot[l] = w.slot[0];
+  if (mode.mid) elem_ends_pack(p.st.n.u, p.m.mesh, b, w.slot, nen, D, u0);
+  elem_ends_pack(p.st.np1.u, p.m.mesh, b, w.slot, nen, D, u1);
+  form(b, w.slot, mode, u0, u1, nullptr, ke, bad);
+  for (int l = 0; l < w.n; ++l) add_pairs<D, PACK>(p.sys.A, w.map[l], nen, ke + l);
+  w.n = 0;
 }
 
 template <int D>
@@ -37,16 +58,26 @@ void add_elements(Problem& p, const KernelMode& mode)
   const int* map = p.sys.elem_map.data();
   double u0[8 * D], u1[8 * D], re[8 * D], ke[36 * D * D];
   for (const ElemBlock& b : p.el.block) {
-    const ShapeInfo& info = shape_info[b.shape];
-    const ElemForm form   = elem_form(b);
+    const ShapeInfo& info   = shape_info[b.shape];
+    const ElemForm form     = elem_form(b);
+    const ElemFormPack pack = elem_form_pack(b);
+    Waiting w;
     for (int slot : b.mine) {
       const int e = b.elem[slot], *node = mesh.conn.begin(e);
-      elem_ends(p.st, node, info.nen, D, u0, u1);
-      if (p.el.broken(e) < 0) form(b, slot, mode, u0, u1, re, ke);
-      else elem_form_broken(b, slot, elem_broken_law(p.m, p.el, e), mode, u0, u1, re, ke);
-      add_pairs<D>(p.sys.A, map, info.nen, ke);
+      const bool intact = p.el.broken(e) < 0;
+      if (intact && pack) {
+        w.slot[w.n]  = slot;
+        w.map[w.n++] = map;
+        if (w.n == PACK) add_pack<D>(p, mode, b, pack, w);
+      } else {
+        elem_ends(p.st, node, info.nen, D, u0, u1);
+        if (intact) form(b, slot, mode, u0, u1, re, ke);
+        else elem_form_broken(b, slot, elem_broken_law(p.m, p.el, e), mode, u0, u1, re, ke);
+        add_pairs<D>(p.sys.A, map, info.nen, ke);
+      }
       map += pair_count(info.nen);
     }
+    add_pack<D>(p, mode, b, pack, w);
   }
 }
 

@@ -161,11 +161,10 @@ void form_mass(Problem& p)
   System& s = p.sys;
   s.M.assign(s.A.col.size(), 0.0);
   size_t at = 0;
-  double me[36];
   for (const ElemBlock& b : p.el.block) {
     const int pairs = pair_count(shape_info[b.shape].nen);
     for (int slot : b.mine) {
-      elem_mass(p.m, b, slot, me);
+      const double* me = elem_mass(b, slot);
       for (int k = 0; k < pairs; ++k) s.M[s.elem_map[at++] / 2] += me[k];
     }
   }

@@ -20,7 +20,8 @@ struct IpFields {
   double V0  = 0.0;                            // volume of the point at t = 0
 };
 
-// Elements of one type, material and thickness; reference gradients are computed once
+// Elements of one type, material and thickness; reference gradients are computed once, and once for all elements that are
+// equal but for their place: elements of one kind
 struct ElemBlock {
   int type;                    // index into elem_table
   Shape shape;
@@ -31,9 +32,12 @@ struct ElemBlock {
   IntVec elem;                 // elements of the block
   IntVec live;                 // places of those that are still elements, ascending
   IntVec mine;                 // those of live that this rank works on; one rank: all
-  RealVec dNdX;                // [nelem][ngp][nen][dim]                              1/length
-  RealVec w;                   // [nelem][ngp] weight x volume                        length^3
-  RealVec eas;                 // enhanced types: [nelem][eas_size] modes and their inverse stiffness
+  IntVec kind;                 // [nelem]
+  RealVec dNdX;                // [kind][ngp][nen][dim]                               1/length
+  RealVec w;                   // [kind][ngp] weight x volume                         length^3
+  RealVec eas;                 // enhanced types: [kind][eas_size] modes and their inverse stiffness
+  RealVec me;                  // [kind][pairs] mass, node pairs a >= b
+  size_t gauss(size_t slot) const { return static_cast<size_t>(kind[slot]) * shape_info[shape].ngp; }   // place of the first Gauss point
 };
 
 struct Elements {
@@ -67,6 +71,14 @@ Status elem_form_broken(const ElemBlock& b, size_t slot, const ErodedLaw& law, c
 using ElemForm = Status (*)(const ElemBlock& b, size_t slot, const KernelMode& mode,
                             const double* u0, const double* u1, double* re, double* ke);
 ElemForm elem_form(const ElemBlock& b);
+
+// elem_form_pack : elem_form of PACK elements at once, intact and not of an enhanced type; arrays as there, [...][PACK]
+//   in   slot      places of the elements                [PACK]
+//        u0        read by the energy-momentum scheme only; re or ke may be null
+//   BAD_JACOBIAN: bad has a bit for each element with det F(n+1) <= 0
+using ElemFormPack = Status (*)(const ElemBlock& b, const int* slot, const KernelMode& mode,
+                                const double* u0, const double* u1, double* re, double* ke, unsigned& bad);
+ElemFormPack elem_form_pack(const ElemBlock& b);   // null: the type has none
 ElemForm eas_form(Shape s);
 
 // elem_ends : displacements of the nodes of an element at both ends of the step      [nen*dim]
@@ -77,6 +89,16 @@ inline void elem_ends(const State& st, const int* node, int nen, int dim, double
       u0[a * dim + i] = st.n.u[node[a] * dim + i];
       u1[a * dim + i] = st.np1.u[node[a] * dim + i];
     }
+}
+
+// elem_ends_pack : the same for PACK elements; u [nnode*dim]                            [nen*dim][PACK]
+inline void elem_ends_pack(const RealVec& u, const Mesh& mesh, const ElemBlock& b, const int* slot, int nen, int dim, double* ul)
+{
+  for (int l = 0; l < PACK; ++l) {
+    const int* node = mesh.conn.begin(b.elem[slot[l]]);
+    for (int a = 0; a < nen; ++a)
+      for (int i = 0; i < dim; ++i) ul[(a * dim + i) * PACK + l] = u[node[a] * dim + i];
+  }
 }
 
 // eas_size, eas_setup : enhanced modes of one element from its nodal places X [nen*dim] and weights w [ngp]; [eas_size]
@@ -91,7 +113,10 @@ double elem_gauss_place(const Model& m, const Elements& el, int e, int g, double
 
 // elem_mass : mass of an element, node pairs a >= b [pairs]; one number serves all directions. Consistent, or, when the block is
 // lumped, the sums of its rows on the diagonal
-void elem_mass(const Model& m, const ElemBlock& b, int slot, double* me);
+const double* elem_mass(const ElemBlock& b, int slot);
+
+// elem_mass_form : the same of an element of the block with nodes at X [nen*dim]; me [pairs]
+void elem_mass_form(const ElemBlock& b, const double* X, double* me);
 
 // elem_ip_fields : results at Gauss point g of element e; u [nnode*dim]
 void elem_ip_fields(const Model& m, const Elements& el, const RealVec& u, bool nlgeom,

@@ -139,7 +139,8 @@ Status form(const ElemBlock& b, size_t slot, const KernelMode& mode, const doubl
             double* re, double* ke)
 {
   constexpr int n = mode_count(D), DD = D * D;
-  const double *dNdX = &b.dNdX[slot * NGP * N * D], *w = &b.w[slot * NGP], *eas = &b.eas[slot * eas_size(b.shape)];
+  const size_t first = b.gauss(slot);
+  const double *dNdX = &b.dNdX[first * N * D], *w = &b.w[first], *eas = &b.eas[b.kind[slot] * eas_size(b.shape)];
   double Fb[NGP * DD], E[NGP * DD], alpha[n], L[n * N * D] = {0}, det_min = 1.0;
   for (int k = 0; k < N * D; ++k) re[k] = 0.0;
   if (ke)

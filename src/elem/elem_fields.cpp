@@ -14,12 +14,12 @@ void element_strains(const Model& m, const ElemBlock& b, size_t slot, const Real
   for (int a = 0; a < nen; ++a)
     for (int i = 0; i < D; ++i) ul[a * D + i] = u[node[a] * D + i];
   for (int g = 0; g < info.ngp; ++g) {
-    ip_gradient<D, 0>(&b.dNdX[(slot * info.ngp + g) * nen * D], nen, ul, H);
+    ip_gradient<D, 0>(&b.dNdX[(b.gauss(slot) + g) * nen * D], nen, ul, H);
     ip_strain<D>(nlgeom, H, E + g * D * D);
   }
   if (!elem_table[b.type].enhanced || er) return;
   for (int g = 0; g < info.ngp; ++g)
-    eas_strain(b.shape, &b.eas[slot * eas_size(b.shape)], &b.w[slot * info.ngp], b.law, E, g, extra + g * D * D);
+    eas_strain(b.shape, &b.eas[b.kind[slot] * eas_size(b.shape)], &b.w[b.gauss(slot)], b.law, E, g, extra + g * D * D);
   for (int k = 0; k < info.ngp * D * D; ++k) E[k] += extra[k];
 }
 
@@ -38,7 +38,7 @@ double one_energy(const Model& m, const ElemBlock& b, size_t s, const RealVec& u
       ip_law<D>(b.law, E + g * D * D, S);
       for (int k = 0; k < D * D; ++k) psi += 0.5 * S[k] * E[g * D * D + k];
     }
-    sum += b.w[s * ngp + g] * psi;
+    sum += b.w[b.gauss(s) + g] * psi;
   }
   return sum;
 }
@@ -116,11 +116,11 @@ void elem_ip_fields(const Model& m, const Elements& el, const RealVec& u, bool n
   const ElemBlock& b    = el.block[el.block_of[e]];
   const ShapeInfo& info = shape_info[b.shape];
   const int dim = info.dim, slot = el.slot_of[e], *node = m.mesh.conn.begin(e);
-  const double* dNdX = b.dNdX.data() + static_cast<size_t>(slot * info.ngp + g) * info.nen * dim;
+  const double* dNdX = &b.dNdX[(b.gauss(slot) + g) * info.nen * dim];
   double N[8];
   shape_eval(b.shape, gauss_rule(b.shape).xi[g], N, nullptr);
   out    = IpFields();
-  out.V0 = b.w[slot * info.ngp + g];
+  out.V0 = b.w[b.gauss(slot) + g];
   for (int a = 0; a < info.nen; ++a) {
     const int n = node[a];
     for (int i = 0; i < dim; ++i) {
@@ -178,5 +178,5 @@ double elem_gauss_place(const Model& m, const Elements& el, int e, int g, double
     X[i] = 0.0;
     for (int a = 0; a < info.nen; ++a) X[i] += N[a] * m.mesh.X[3 * m.mesh.conn.begin(e)[a] + i];
   }
-  return b.w[el.slot_of[e] * info.ngp + g];
+  return b.w[b.gauss(el.slot_of[e]) + g];
 }

@@ -3,27 +3,62 @@
 
 namespace {
 
-// one element with NGP Gauss points and N nodes in D dimensions
-template <int D, int N, int NGP>
-Status form(const ElemBlock& b, size_t slot, const KernelMode& mode,
-            const double* u0, const double* u1, double* re, double* ke)
+// an element with NGP Gauss points and N nodes in D dimensions, or a pack of them; re or ke may be null.
+// Returns the least det F(n+1)
+template <int D, int N, int NGP, class G, class T>
+T form(const G* dNdX, const G* w, const MatLaw& law, const KernelMode& mode, const T* u0, const T* u1, T* re, T* ke)
 {
-  const double *dNdX = &b.dNdX[slot * NGP * N * D], *w = &b.w[slot * NGP];
-  double det_min = 1.0;
-  for (int k = 0; k < N * D; ++k) re[k] = 0.0;
+  T det_min = T{} + 1.0;
+  if (re)
+    for (int k = 0; k < N * D; ++k) re[k] = T{};
   if (ke)
-    for (int k = 0; k < pair_count(N) * D * D; ++k) ke[k] = 0.0;
+    for (int k = 0; k < pair_count(N) * D * D; ++k) ke[k] = T{};
   for (int g = 0; g < NGP; ++g) {
-    const double* dN = dNdX + g * N * D;
-    double H0[D * D] = {0}, H1[D * D], Fb[D * D], S[D * D], f[N * D];
+    const G* dN = dNdX + g * N * D;
+    T H0[D * D] = {}, H1[D * D], Fb[D * D], S[D * D], f[N * D];
     ip_gradient<D, N>(dN, N, u1, H1);
     if (mode.mid) ip_gradient<D, N>(dN, N, u0, H0);
-    const double det = ip_stress<D>(b.law, mode, H0, H1, Fb, S);
-    det_min          = det < det_min ? det : det_min;
-    ip_force<D, N>(dN, N, w[g], Fb, S, re);
-    if (ke) ip_tangent<D, N>(dN, N, w[g], b.law, mode, Fb, S, f, ke);
+    const T det = ip_stress<D>(law, mode, H0, H1, Fb, S);
+    det_min     = det < det_min ? det : det_min;
+    if (re) ip_force<D, N>(dN, N, w[g], Fb, S, re);
+    if (ke) ip_tangent<D, N>(dN, N, w[g], law, mode, Fb, S, f, ke);
   }
-  return det_min > 0.0 ? STATUS_OK : BAD_JACOBIAN;
+  return det_min;
+}
+
+template <int D, int N, int NGP>
+Status form_one(const ElemBlock& b, size_t slot, const KernelMode& mode,
+                const double* u0, const double* u1, double* re, double* ke)
+{
+  const size_t first = b.gauss(slot);
+  return form<D, N, NGP>(&b.dNdX[first * N * D], &b.w[first], b.law, mode, u0, u1, re, ke) > 0.0 ? STATUS_OK : BAD_JACOBIAN;
+}
+
+// equal elements share their gradients; others have them side by side in packs
+template <int D, int N, int NGP>
+Status form_pack(const ElemBlock& b, const int* slot, const KernelMode& mode, const double* u0, const double* u1, double* re,
+                 double* ke, unsigned& bad)
+{
+  const auto pack = [](const double* x) { return reinterpret_cast<const Pack*>(x); };
+  Pack *rp = reinterpret_cast<Pack*>(re), *kp = reinterpret_cast<Pack*>(ke), det;
+  bool equal = true;
+  for (int l = 1; l < PACK; ++l) equal = equal && b.kind[slot[l]] == b.kind[slot[0]];
+  if (equal) {
+    const size_t first = b.gauss(slot[0]);
+    det = form<D, N, NGP>(&b.dNdX[first * N * D], &b.w[first], b.law, mode, pack(u0), pack(u1), rp, kp);
+  } else {
+    Pack dNdX[NGP * N * D], w[NGP];
+    for (int l = 0; l < PACK; ++l) {
+      const size_t first = b.gauss(slot[l]);
+      for (int k = 0; k < NGP * N * D; ++k) dNdX[k][l] = b.dNdX[first * N * D + k];
+      for (int k = 0; k < NGP; ++k) w[k][l] = b.w[first + k];
+    }
+    det = form<D, N, NGP>(dNdX, w, b.law, mode, pack(u0), pack(u1), rp, kp);
+  }
+  bad = 0;
+  for (int l = 0; l < PACK; ++l)
+    if (!(det[l] > 0.0)) bad |= 1u << l;
+  return bad ? BAD_JACOBIAN : STATUS_OK;
 }
 
 template <int D, int N, int NGP>
@@ -31,7 +66,8 @@ Status form_broken(const ElemBlock& b, size_t slot, const ErodedLaw& law, const 
                    const double* u0, const double* u1, double* re, double* ke)
 {
   constexpr int nv = VoigtPlace<D>::nv;
-  const double *dNdX = &b.dNdX[slot * NGP * N * D], *w = &b.w[slot * NGP];
+  const size_t first = b.gauss(slot);
+  const double *dNdX = &b.dNdX[first * N * D], *w = &b.w[first];
   for (int k = 0; k < N * D; ++k) re[k] = 0.0;
   if (ke)
     for (int k = 0; k < pair_count(N) * D * D; ++k) ke[k] = 0.0;
@@ -70,10 +106,22 @@ ElemForm elem_form(const ElemBlock& b)
 {
   if (elem_table[b.type].enhanced) return eas_form(b.shape);
   switch (b.shape) {
-    case SHAPE_TRI3: return form<2, 3, 1>;
-    case SHAPE_QUAD4: return form<2, 4, 4>;
-    case SHAPE_TET4: return form<3, 4, 1>;
-    case SHAPE_WEDGE6: return form<3, 6, 6>;
-    default: return form<3, 8, 8>;
+    case SHAPE_TRI3: return form_one<2, 3, 1>;
+    case SHAPE_QUAD4: return form_one<2, 4, 4>;
+    case SHAPE_TET4: return form_one<3, 4, 1>;
+    case SHAPE_WEDGE6: return form_one<3, 6, 6>;
+    default: return form_one<3, 8, 8>;
+  }
+}
+
+ElemFormPack elem_form_pack(const ElemBlock& b)
+{
+  if (elem_table[b.type].enhanced) return nullptr;
+  switch (b.shape) {
+    case SHAPE_TRI3: return form_pack<2, 3, 1>;
+    case SHAPE_QUAD4: return form_pack<2, 4, 4>;
+    case SHAPE_TET4: return form_pack<3, 4, 1>;
+    case SHAPE_WEDGE6: return form_pack<3, 6, 6>;
+    default: return form_pack<3, 8, 8>;
   }
 }

@@ -1,5 +1,9 @@
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
 #include <map>
 #include <tuple>
+#include <unordered_map>
 
 #include "elem/elem.h"
 #include "shape/shape.h"
@@ -41,12 +45,72 @@ void lump(int nen, double* m)
   for (int a = 0; a < nen; ++a) m[a * (a + 3) / 2] = row[a];
 }
 
+const double SAME = 1e-12;     // of the size of an element: coordinates that differ by rounding only
+
+// Elements found so far, by their places relative to the first node in coarse steps
+struct Kinds {
+  std::unordered_map<std::uint64_t, IntVec> bucket;
+  RealVec rel;                 // [kind][nen*dim] places relative to the first node
+};
+
+double size_of(const double* rel, int n)
+{
+  double size = 0.0;
+  for (int k = 0; k < n; ++k) size = std::max(size, std::fabs(rel[k]));
+  return size;
+}
+
+// the kind of an element with these places [n]; a new one when none is equal
+int kind_of(Kinds& k, const double* rel, int n, bool& fresh)
+{
+  const double size = size_of(rel, n);
+  int exponent;
+  std::frexp(size, &exponent);
+  std::uint64_t key = 14695981039346656037ULL;
+  for (int i = 0; i < n; ++i)
+    key = (key ^ static_cast<std::uint64_t>(std::llround(std::ldexp(rel[i], 20 - exponent)))) * 1099511628211ULL;
+  IntVec& list = k.bucket[key];
+  fresh = false;
+  for (int c : list) {
+    bool same = true;
+    for (int i = 0; i < n; ++i) same = same && std::fabs(k.rel[static_cast<size_t>(c) * n + i] - rel[i]) <= SAME * size;
+    if (same) return c;
+  }
+  fresh = true;
+  list.push_back(static_cast<int>(k.rel.size()) / n);
+  k.rel.insert(k.rel.end(), rel, rel + n);
+  return list.back();
+}
+
+// gradients, weights, enhanced modes and mass of a new kind. false: det(dX/dxi) <= 0 at a Gauss point
+bool add_kind(ElemBlock& b, const double* X)
+{
+  const ShapeInfo& info = shape_info[b.shape];
+  const GaussRule& rule = gauss_rule(b.shape);
+  const double depth    = info.dim == 2 ? b.thickness : 1.0;
+  double N[8], dN[24], dNdX[24], me[36];
+  for (int g = 0; g < rule.n; ++g) {
+    shape_eval(b.shape, rule.xi[g], N, dN);
+    const double det = shape_jacobian(b.shape, dN, X, dNdX);
+    if (!(det > 0.0)) return false;
+    b.w.push_back(det * rule.w[g] * depth);
+    b.dNdX.insert(b.dNdX.end(), dNdX, dNdX + info.nen * info.dim);
+  }
+  elem_mass_form(b, X, me);
+  b.me.insert(b.me.end(), me, me + pair_count(info.nen));
+  if (!elem_table[b.type].enhanced) return true;
+  b.eas.resize(b.eas.size() + eas_size(b.shape));
+  eas_setup(b.shape, X, &b.w[b.w.size() - rule.n], b.law, &b.eas[b.eas.size() - eas_size(b.shape)]);
+  return true;
+}
+
 }  // namespace
 
 Status elem_setup(const Model& m, Elements& el, int* worst)
 {
   const Mesh& mesh = m.mesh;
   std::map<std::tuple<int, int, double, bool>, int> known;
+  std::vector<Kinds> kinds;    // [block]
   el = Elements();
   el.block_of.assign(mesh.nelem(), -1);
   el.slot_of.assign(mesh.nelem(), -1);
@@ -54,38 +118,35 @@ Status elem_setup(const Model& m, Elements& el, int* worst)
     if (mesh.elem_section[e] < 0) continue;
     ElemBlock& b          = block_for(m, el, known, e);
     const ShapeInfo& info = shape_info[b.shape];
-    const GaussRule& rule = gauss_rule(b.shape);
-    double X[24], N[8], dN[24], dNdX[24];
+    const int* node       = mesh.conn.begin(e);
+    double X[24], rel[24];
     for (int a = 0; a < info.nen; ++a)
-      for (int i = 0; i < info.dim; ++i) X[a * info.dim + i] = mesh.X[3 * mesh.conn.begin(e)[a] + i];
+      for (int i = 0; i < info.dim; ++i) {
+        X[a * info.dim + i]   = mesh.X[3 * node[a] + i];
+        rel[a * info.dim + i] = mesh.X[3 * node[a] + i] - mesh.X[3 * node[0] + i];
+      }
+    bool fresh;
+    kinds.resize(el.block.size());
     el.slot_of[e] = static_cast<int>(b.elem.size());
     b.elem.push_back(e);
-    for (int g = 0; g < rule.n; ++g) {
-      shape_eval(b.shape, rule.xi[g], N, dN);
-      const double det = shape_jacobian(b.shape, dN, X, dNdX);
-      if (!(det > 0.0)) {
-        *worst = e;
-        return BAD_JACOBIAN;
-      }
-      b.w.push_back(det * rule.w[g] * (info.dim == 2 ? b.thickness : 1.0));
-      b.dNdX.insert(b.dNdX.end(), dNdX, dNdX + info.nen * info.dim);
-    }
-    if (!elem_table[b.type].enhanced) continue;
-    b.eas.resize(b.eas.size() + eas_size(b.shape));
-    eas_setup(b.shape, X, &b.w[b.w.size() - rule.n], b.law, &b.eas[b.eas.size() - eas_size(b.shape)]);
+    b.kind.push_back(kind_of(kinds[el.block_of[e]], rel, info.nen * info.dim, fresh));
+    if (!fresh || add_kind(b, X)) continue;
+    *worst = e;
+    return BAD_JACOBIAN;
   }
   el.home = el.block_of;
   elem_refresh(el);
   return STATUS_OK;
 }
 
-void elem_mass(const Model& m, const ElemBlock& b, int slot, double* me)
+const double* elem_mass(const ElemBlock& b, int slot)
+{
+  return &b.me[static_cast<size_t>(b.kind[slot]) * pair_count(shape_info[b.shape].nen)];
+}
+
+void elem_mass_form(const ElemBlock& b, const double* X, double* me)
 {
   const ShapeInfo& info = shape_info[b.shape];
-  const int* node       = m.mesh.conn.begin(b.elem[slot]);
-  double X[24];
-  for (int a = 0; a < info.nen; ++a)
-    for (int i = 0; i < info.dim; ++i) X[a * info.dim + i] = m.mesh.X[3 * node[a] + i];
   shape_mass(b.shape, X, b.density * (info.dim == 2 ? b.thickness : 1.0), me);
   if (b.lumped) lump(info.nen, me);
 }

@@ -13,11 +13,15 @@
 // Without NLGEOM:  E = sym(grad u), Fb = I, cG = 0.
 //
 // D dimension, N nodes (0: n given at run time). Matrices D x D row by row.
+// T is a number, or a Pack: the same number of PACK elements. G, of gradients and weights, may stay a number: equal elements.
 // ---------------------------------------------------------------------------
 #ifndef MPFE_ELEM_KERNEL_H
 #define MPFE_ELEM_KERNEL_H
 
 #include "mat/mat.h"
+
+const int PACK = 8;
+typedef double Pack __attribute__((vector_size(8 * PACK), may_alias));
 
 struct KernelMode {
   bool finite = true;          // NLGEOM
@@ -33,42 +37,42 @@ constexpr int pair_count(int n) { return n * (n + 1) / 2; }
 constexpr int pair_place(int a, int b) { return a * (a + 1) / 2 + b; }
 
 // H = sum_a u_a (x) dN_a/dX
-template <int D, int N>
-inline void ip_gradient(const double* dNdX, int n, const double* u, double* H)
+template <int D, int N, class G, class T>
+inline void ip_gradient(const G* dNdX, int n, const T* u, T* H)
 {
   const int nn = N ? N : n;
-  for (int k = 0; k < D * D; ++k) H[k] = 0.0;
+  for (int k = 0; k < D * D; ++k) H[k] = T{};
   for (int a = 0; a < nn; ++a)
     for (int i = 0; i < D; ++i)
       for (int j = 0; j < D; ++j) H[i * D + j] += u[a * D + i] * dNdX[a * D + j];
 }
 
 // E from H; S = lam tr(E) I + 2 mu E
-template <int D>
-inline void ip_strain(bool finite, const double* H, double* E)
+template <int D, class T>
+inline void ip_strain(bool finite, const T* H, T* E)
 {
   for (int i = 0; i < D; ++i)
     for (int j = 0; j < D; ++j) {
-      double e = H[i * D + j] + H[j * D + i];
+      T e = H[i * D + j] + H[j * D + i];
       if (finite)
         for (int k = 0; k < D; ++k) e += H[k * D + i] * H[k * D + j];
       E[i * D + j] = 0.5 * e;
     }
 }
 
-template <int D>
-inline double ip_det(const double* H)
+template <int D, class T>
+inline T ip_det(const T* H)
 {
   if (D == 2) return (1.0 + H[0]) * (1.0 + H[3]) - H[1] * H[2];
-  const double a = 1.0 + H[0], b = 1.0 + H[4], c = 1.0 + H[D * D - 1];
+  const T a = 1.0 + H[0], b = 1.0 + H[4], c = 1.0 + H[D * D - 1];
   return a * (b * c - H[5] * H[7]) - H[1] * (H[3] * c - H[5] * H[6]) + H[2] * (H[3] * H[7] - b * H[6]);
 }
 
 // S = lam tr(E) I + 2 mu E                                                         (2.1)
-template <int D>
-inline void ip_law(const MatLaw& law, const double* E, double* S)
+template <int D, class T>
+inline void ip_law(const MatLaw& law, const T* E, T* S)
 {
-  double tr = 0.0;
+  T tr{};
   for (int i = 0; i < D; ++i) tr += E[i * D + i];
   for (int k = 0; k < D * D; ++k) S[k] = 2.0 * law.mu * E[k];
   for (int i = 0; i < D; ++i) S[i * D + i] += law.lam * tr;
@@ -76,46 +80,45 @@ inline void ip_law(const MatLaw& law, const double* E, double* S)
 
 // Fb and the strain E of the step, mixed as the stress, from the displacement gradients at t(n) and t(n+1);
 // returns det F(n+1)
-template <int D>
-inline double ip_kinematics(const KernelMode& mode, const double* H0, const double* H1, double* Fb, double* E)
+template <int D, class T>
+inline T ip_kinematics(const KernelMode& mode, const T* H0, const T* H1, T* Fb, T* E)
 {
   ip_strain<D>(mode.finite, H1, E);
   if (mode.s_old != 0.0) {
-    double E0[D * D];
+    T E0[D * D];
     ip_strain<D>(mode.finite, H0, E0);
     for (int k = 0; k < D * D; ++k) E[k] = mode.s_new * E[k] + mode.s_old * E0[k];
   }
-  for (int k = 0; k < D * D; ++k) Fb[k] = !mode.finite ? 0.0 : mode.mid ? 0.5 * (H0[k] + H1[k]) : H1[k];
+  for (int k = 0; k < D * D; ++k) Fb[k] = !mode.finite ? T{} : mode.mid ? 0.5 * (H0[k] + H1[k]) : H1[k];
   for (int i = 0; i < D; ++i) Fb[i * D + i] += 1.0;
-  return mode.finite ? ip_det<D>(H1) : 1.0;
+  return mode.finite ? ip_det<D>(H1) : T{} + 1.0;
 }
 
 // Fb and S of the step; returns det F(n+1)
-template <int D>
-inline double ip_stress(const MatLaw& law, const KernelMode& mode, const double* H0, const double* H1,
-                        double* Fb, double* S)
+template <int D, class T>
+inline T ip_stress(const MatLaw& law, const KernelMode& mode, const T* H0, const T* H1, T* Fb, T* S)
 {
-  double E[D * D];
-  const double det = ip_kinematics<D>(mode, H0, H1, Fb, E);
+  T E[D * D];
+  const T det = ip_kinematics<D>(mode, H0, H1, Fb, E);
   ip_law<D>(law, E, S);
   return det;
 }
 
 // re [n*D] += w P dN_a/dX
-template <int D, int N>
-inline void ip_force(const double* dNdX, int n, double w, const double* Fb, const double* S, double* re)
+template <int D, int N, class G, class T>
+inline void ip_force(const G* dNdX, int n, G w, const T* Fb, const T* S, T* re)
 {
   const int nn = N ? N : n;
-  double P[D * D];
+  T P[D * D];
   for (int i = 0; i < D; ++i)
     for (int j = 0; j < D; ++j) {
-      double p = 0.0;
+      T p{};
       for (int k = 0; k < D; ++k) p += Fb[i * D + k] * S[k * D + j];
       P[i * D + j] = w * p;
     }
   for (int a = 0; a < nn; ++a)
     for (int i = 0; i < D; ++i) {
-      double f = 0.0;
+      T f{};
       for (int j = 0; j < D; ++j) f += P[i * D + j] * dNdX[a * D + j];
       re[a * D + i] += f;
     }
@@ -124,41 +127,41 @@ inline void ip_force(const double* dNdX, int n, double w, const double* Fb, cons
 // ke [pairs a >= b][D*D] += tangent. For the isotropic law B_a^T D B_b is, with f_a = Fb dN_a/dX,
 //   lam f_a f_b^T + mu [ f_b f_a^T + (dN_a/dX . dN_b/dX) Fb Fb^T ]                (1.7)
 // scratch f: [n*D]
-template <int D, int N>
-inline void ip_tangent(const double* dNdX, int n, double w, const MatLaw& law, const KernelMode& mode,
-                       const double* Fb, const double* S, double* f, double* ke)
+template <int D, int N, class G, class T>
+inline void ip_tangent(const G* dNdX, int n, G w, const MatLaw& law, const KernelMode& mode, const T* Fb, const T* S, T* f, T* ke)
 {
   const int nn = N ? N : n;
-  const double lam = w * mode.cD() * law.lam, mu = w * mode.cD() * law.mu, cg = w * mode.cG();
-  double b[D * D], Sg[D * D];
+  const G lam = w * mode.cD() * law.lam, mu = w * mode.cD() * law.mu, cg = w * mode.cG();
+  T b[D * D], Sg[D * D];
   for (int i = 0; i < D; ++i)
     for (int j = 0; j < D; ++j) {
-      double sum = 0.0;
+      T sum{};
       for (int k = 0; k < D; ++k) sum += Fb[i * D + k] * Fb[j * D + k];
       b[i * D + j]  = mu * sum;
       Sg[i * D + j] = cg * S[i * D + j];
     }
   for (int a = 0; a < nn; ++a)
     for (int i = 0; i < D; ++i) {
-      double sum = 0.0;
+      T sum{};
       for (int j = 0; j < D; ++j) sum += Fb[i * D + j] * dNdX[a * D + j];
       f[a * D + i] = sum;
     }
   for (int a = 0; a < nn; ++a) {
-    double h[D], fl[D], fm[D];
+    T h[D], fl[D], fm[D];
     for (int i = 0; i < D; ++i) {
-      h[i] = 0.0;
+      h[i] = T{};
       for (int j = 0; j < D; ++j) h[i] += Sg[i * D + j] * dNdX[a * D + j];
       fl[i] = lam * f[a * D + i];
       fm[i] = mu * f[a * D + i];
     }
     for (int c = 0; c <= a; ++c) {
-      double gg = 0.0, geo = 0.0;
+      G gg{};
+      T geo{};
       for (int j = 0; j < D; ++j) {
         gg += dNdX[a * D + j] * dNdX[c * D + j];
         geo += h[j] * dNdX[c * D + j];
       }
-      double* k = ke + pair_place(a, c) * D * D;
+      T* k = ke + pair_place(a, c) * D * D;
       for (int i = 0; i < D; ++i) {
         for (int j = 0; j < D; ++j)
           k[i * D + j] += fl[i] * f[c * D + j] + f[c * D + i] * fm[j] + b[i * D + j] * gg;

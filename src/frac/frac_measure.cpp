@@ -40,7 +40,8 @@ void load_element(const Model& m, const Elements& el, const Level& l, int e, Car
       c.v[a][i] = l.v[n * m.dim + i];
     }
   }
-  elem_mass(m, el.block[el.block_of[e]], el.slot_of[e], c.mass);
+  const double* mass = elem_mass(el.block[el.block_of[e]], el.slot_of[e]);
+  std::copy(mass, mass + pair_count(c.nen), c.mass);
 }
 
 void load_point(const Points& pts, int dim, const Level& l, int p, const double* mc, Carrier& c)
@@ -91,7 +92,7 @@ void count_items(const Model& m, const Elements& el, const Points& pts, Fragment
     Fragment& k         = f.item[f.of_elem[e]];
     const ElemBlock& b  = el.block[el.block_of[e]];
     const int ngp       = shape_info[b.shape].ngp;
-    for (int g = 0; g < ngp; ++g) k.volume += b.w[static_cast<size_t>(el.slot_of[e]) * ngp + g];
+    for (int g = 0; g < ngp; ++g) k.volume += b.w[b.gauss(el.slot_of[e]) + g];
     ++k.nelem;
     take_label(k, true, m.mesh.elem_label[e]);
   }

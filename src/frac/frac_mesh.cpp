@@ -31,7 +31,7 @@ void find_sizes(const Model& m, const Elements& el, FracMesh& fm)
     if (el.home[e] < 0) continue;
     const ElemBlock& b    = el.block[el.home[e]];
     const ShapeInfo& info = shape_info[b.shape];
-    for (int g = 0; g < info.ngp; ++g) fm.volume[e] += b.w[static_cast<size_t>(el.slot_of[e]) * info.ngp + g];
+    for (int g = 0; g < info.ngp; ++g) fm.volume[e] += b.w[b.gauss(el.slot_of[e]) + g];
     if (m.dim == 2) fm.thickness[e] = b.thickness;
     const double cube = fm.volume[e] / fm.thickness[e] * parts_of_cube(b.shape);
     fm.size[e] = m.dim == 2 ? std::sqrt(cube) : std::cbrt(cube);

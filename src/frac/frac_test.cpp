@@ -49,7 +49,7 @@ void mean_strain(const Scan& s, int e, double* E)
   elem_strains(s.m, s.el, e, s.l.u, s.step.nlgeom, all);
   for (int k = 0; k < d2; ++k) E[k] = 0.0;
   for (int g = 0; g < info.ngp; ++g) {
-    const double w = b.w[static_cast<size_t>(s.el.slot_of[e]) * info.ngp + g];
+    const double w = b.w[b.gauss(s.el.slot_of[e]) + g];
     volume += w;
     for (int k = 0; k < d2; ++k) E[k] += w * all[g * d2 + k];
   }
@@ -66,7 +66,7 @@ double drive_of(Scan& s, int e)
   double all[72], sum = 0.0;
   elem_strains(s.m, s.el, e, s.l.u, s.step.nlgeom, all);
   for (int g = 0; g < info.ngp; ++g)
-    sum += b.w[static_cast<size_t>(s.el.slot_of[e]) * info.ngp + g] *
+    sum += b.w[b.gauss(s.el.slot_of[e]) + g] *
            split_drive(b.law, s.m.dim, split, s.step.nlgeom, all + g * s.m.dim * s.m.dim);
   return s.drive[e] = sum / s.fm.volume[e];
 }
@@ -131,7 +131,7 @@ void add_force(const Scan& s, int e, const double* q, double* J)
   for (int a = 0; a < nen; ++a)
     for (int i = 0; i < D; ++i) u[a * D + i] = s.l.u[node[a] * D + i];
   for (int g = 0; g < info.ngp; ++g) {
-    const size_t at  = static_cast<size_t>(s.el.slot_of[e]) * info.ngp + g;
+    const size_t at  = b.gauss(s.el.slot_of[e]) + g;
     const double* dN = &b.dNdX[at * nen * D];
     double H[D * D], S[D * D], P[D * D], gq[D] = {0}, W = 0.0;
     ip_gradient<D, 0>(dN, nen, u, H);

@@ -80,6 +80,7 @@ ElemBlock block_of(Shape s, const Sample& e, const MatLaw& law, bool enhanced)
   b.dNdX  = e.dNdX;
   b.w     = e.w;
   b.elem  = {0};
+  b.kind  = {0};
   b.type  = !enhanced ? ELEM_CPE4 : s == SHAPE_QUAD4 ? ELEM_CPE4I : ELEM_C3D8I;
   if (!enhanced) return b;
   b.eas.resize(eas_size(s));
@@ -357,17 +358,10 @@ TEST(Element, LumpedMassHasTheSumsOfTheRows)
     const Sample e = make_sample(s, 1, 0.0);
     ElemBlock b    = block_of(s, e, law_of(1.0, 0.3, PLANE_NONE), false);
     b.density = 3.0, b.thickness = 0.5;
-    Model m;
-    m.dim = e.dim;
-    for (int a = 0; a < e.nen; ++a) {
-      m.mesh.conn.item.push_back(a);
-      for (int i = 0; i < 3; ++i) m.mesh.X.push_back(i < e.dim ? e.X[a * e.dim + i] : 0.0);
-    }
-    m.mesh.conn.off = {0, e.nen};
     double consistent[36], lumped[36];
-    elem_mass(m, b, 0, consistent);
+    elem_mass_form(b, e.X.data(), consistent);
     b.lumped = true;
-    elem_mass(m, b, 0, lumped);
+    elem_mass_form(b, e.X.data(), lumped);
     for (int a = 0; a < e.nen; ++a) {
       double row = 0.0;
       for (int c = 0; c < e.nen; ++c) {
@@ -394,6 +388,43 @@ TEST(Shape, PlaceInACellFarFromTheOrigin)
     ASSERT_TRUE(shape_inverse(s, X, x, xi)) << s;
     for (int i = 0; i < dim; ++i) EXPECT_NEAR(at[i], xi[i], 1e-9) << s;
   }
+}
+
+// eight elements at once, equal ones and others: force and tangent of each alone
+TEST(Element, PacksGiveTheSame)
+{
+  for (Shape s : all_shapes)
+    for (bool equal : {true, false}) {
+      const MatLaw law = law_of(1.0, 0.3, shape_info[s].dim == 3 ? PLANE_NONE : PLANE_STRAIN);
+      const Sample one = make_sample(s, 1, 0.05);
+      const int n = one.nen * one.dim, pairs = pair_count(one.nen) * one.dim * one.dim;
+      ElemBlock b = block_of(s, one, law, false);
+      b.type      = s == SHAPE_TRI3 ? ELEM_CPE3 : s == SHAPE_QUAD4 ? ELEM_CPE4 : s == SHAPE_TET4 ? ELEM_C3D4 : s == SHAPE_WEDGE6 ? ELEM_C3D6 : ELEM_C3D8;
+      b.kind.assign(PACK, 0);
+      int slot[PACK];
+      alignas(Pack) double u0[24 * PACK], u1[24 * PACK], re[24 * PACK], ke[324 * PACK];
+      std::vector<Sample> e;
+      for (int l = 0; l < PACK; ++l) {
+        e.push_back(make_sample(s, 10 + l, 0.05));
+        slot[l] = l;
+        for (int k = 0; k < n; ++k) u0[k * PACK + l] = e[l].u0[k], u1[k * PACK + l] = e[l].u1[k];
+        if (equal || l == 0) continue;
+        b.kind[l] = l;                               // l times as large
+        for (size_t k = 0; k < one.w.size(); ++k) b.w.push_back(one.w[k] * l * l);
+        for (size_t k = 0; k < one.dNdX.size(); ++k) b.dNdX.push_back(one.dNdX[k] / l);
+      }
+      KernelMode mode;
+      mode.mid = true, mode.s_new = mode.s_old = 0.5;
+      unsigned bad = 1;
+      EXPECT_EQ(STATUS_OK, elem_form_pack(b)(b, slot, mode, u0, u1, re, ke, bad));
+      EXPECT_EQ(0u, bad);
+      for (int l = 0; l < PACK; ++l) {
+        RealVec re1(n), ke1(pairs);
+        elem_form(b)(b, l, mode, e[l].u0.data(), e[l].u1.data(), re1.data(), ke1.data());
+        for (int k = 0; k < n; ++k) EXPECT_NEAR(re1[k], re[k * PACK + l], 1e-13 * l + 1e-14) << s;
+        for (int k = 0; k < pairs; ++k) EXPECT_NEAR(ke1[k], ke[k * PACK + l], 1e-13 * (1 + l)) << s;
+      }
+    }
 }
 
 TEST(Element, InsideOutIsReported)
