@@ -44,15 +44,15 @@ struct System {
   int neq() const { return nrow * dim; }
 };
 
-// The tangent in System::A, when it can only change with what stands here: no NLGEOM, contact or fracture
+// The tangent in System::A and what it was made for
 struct Frozen {
-  bool on = false;
+  bool on = false;             // nothing else can change it: no NLGEOM, contact or fracture
   long pattern = 0;
   double cM = 0.0;
   KernelMode mode;
   IntVec fixed;
   RealVec diag;                // [neq] diagonal before prescribed dofs went
-  long kept = 0;               // iterations that found their tangent there
+  long kept = 0, near = 0;     // iterations that found their tangent there; that took the one before, which is near
 };
 
 // Everything a step works on

@@ -27,6 +27,7 @@ struct MumpsData;              // private to solve_mumps.cpp
 
 struct Cholesky {              // incomplete, on the pattern of A
   double shift = 0.0;          // added to the diagonal, relative
+  long stamp = -1;             // of the matrix that it was made for
   std::vector<float> L;        // [col.size()*dim*dim], order of A.val; diagonal blocks: inverse of their factor
 };
 

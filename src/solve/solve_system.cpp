@@ -39,6 +39,15 @@ bool stale(const SolverData& d, double digits)
 // is it time to look at a path that is not the best?
 bool due(const PathCost& c, long now) { return !c.known || now - c.last > c.pause; }
 
+// the matrix is the one that was factorised
+bool factors_fit(const SolverData& d, const SolveAsk& ask) { return d.factored && d.stamp == ask.stamp; }
+
+// the incomplete factor of this matrix is there, and faster than a back substitution
+bool cholesky_fits(const SolverData& d, const SolveAsk& ask)
+{
+  return d.cholesky.stamp == ask.stamp && d.cost[PATH_CHOLESKY].known && expected(d.cost[PATH_CHOLESKY], ask.digits) < d.direct_back;
+}
+
 // ---- the choice ------------------------------------------------------------
 
 // what the deck allows beside a factorisation
@@ -54,6 +63,8 @@ SolvePath fastest(const Solver& s, const SolveAsk& ask, bool pattern_known, long
 {
   const SolverData& d = *s.data;
   const double direct = direct_seconds(d, pattern_known);
+  limit = 2.0 * direct;
+  if (factors_fit(d, ask)) return cholesky_fits(d, ask) ? PATH_CHOLESKY : PATH_BACK;
   SolvePath best = PATH_FACTOR;
   double least   = direct;
   for (SolvePath path : {PATH_KEPT, PATH_CHOLESKY}) {
@@ -74,7 +85,7 @@ SolvePath choose(const Solver& s, const SysMatrix& A, const SolveAsk& ask, long 
   const SolverData& d = *s.data;
   limit = NEVER;
   if (!s.def.reuse) return PATH_FACTOR;
-  if (d.factored && d.stamp == ask.stamp) return PATH_BACK;
+  if (factors_fit(d, ask) && (s.def.kind != SOLVER_AUTO || A.neq() < SMALL || ask.exact)) return PATH_BACK;
   if (s.def.kind == SOLVER_CG) {
     if (s.def.precond == PRECOND_FACTORS) return have_factors(s) && !comm_share(stale(d, ask.digits)) ? PATH_KEPT : PATH_FACTOR;
     return s.def.precond == PRECOND_DIAGONAL ? PATH_DIAGONAL : PATH_CHOLESKY;
@@ -146,7 +157,11 @@ bool form(Solver& s, const SysMatrix& A, const SolveAsk& ask, SolvePath path, Pr
     case PATH_CHOLESKY:
       if (sys_shared(A)) return form_blocks(s, A, M);
       M = [&](const RealVec& r, RealVec& z) { cholesky_apply(A, d.cholesky, r, z); return true; };
-      return cholesky_form(A, d.cholesky);
+      if (d.cholesky.stamp == ask.stamp) return true;
+      d.cholesky.stamp = -1;
+      if (!cholesky_form(A, d.cholesky)) return false;
+      d.cholesky.stamp = ask.stamp;
+      return true;
     default:
       M = [&](const RealVec& r, RealVec& z) { diagonal_apply(A, d.diagonal, r, z); return true; };
       return diagonal_form(A, d.diagonal);

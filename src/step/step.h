@@ -42,8 +42,11 @@ struct LinearSystem {
   double residual = 0.0, energy = 0.0;   // the largest norm of R and sqrt(f dx) so far, the scale of accuracy
 };
 
-// step_tangent : A = K + cM M and f = -R with the prescribed corrections put in; A stays when the scene is linear
-void step_tangent(Problem& p, const Attempt& a, const RealVec& R, const RealVec& pending, LinearSystem& l);
+// step_tangent : A = K + cM M of iteration it and f = -R with the prescribed corrections put in; A stays when the scene is
+// linear, or when the tangent of the iteration before is near enough for the last one (8.7)
+//   in   residual, accepted   norm of R, and that which ends the iteration
+void step_tangent(Problem& p, const Attempt& a, int it, double residual, double accepted, const RealVec& R, const RealVec& pending,
+                  LinearSystem& l);
 
 // step_solve : dx of iteration it, as exactly as Newton's method can use it (8.6)
 //   in   residual, accepted   norm of R, and that which ends the iteration

@@ -8,6 +8,7 @@ namespace {
 const double FINAL  = 3e-10;   // sqrt(energy) of the error of the last correction, relative to the largest correction
 const double ACCEPT = 3e-9;    // the same, when a correction turns out to be the last that was not thought to be
 const double BLIND  = 1e-6;    // reduction in iterations that the increment before did not have
+const double NEAR   = 0.1;     // of the accepted residual, when a tangent is used twice
 
 // nothing in the scene can change the tangent, but for what Frozen compares
 bool linear_scene(const Problem& p, const Attempt& a)
@@ -25,6 +26,13 @@ bool same_tangent(const Problem& p, const Attempt& a)
          z.fixed == p.sys.fixed;
 }
 
+// the iteration before, with its tangent, has brought the residual down so far that the same factor ends the iteration well  (8.7)
+bool near_tangent(const Problem& p, int it, double residual, double accepted)
+{
+  if (!p.m.solver.reuse || it == 1 || it - 2 >= static_cast<int>(p.newton_gain.size())) return false;
+  return residual * p.newton_gain[it - 2] <= NEAR * accepted;
+}
+
 // how far the linear residual must go down (8.6): a third of what Newton's method has made of it in the same iteration of
 // the increment before, and far enough when that iteration was the last
 double reduction(const RealVec& gain, int it, double residual, double accepted)
@@ -37,18 +45,19 @@ double reduction(const RealVec& gain, int it, double residual, double accepted)
 
 }  // namespace
 
-void step_tangent(Problem& p, const Attempt& a, const RealVec& R, const RealVec& pending, LinearSystem& l)
+void step_tangent(Problem& p, const Attempt& a, int it, double residual, double accepted, const RealVec& R, const RealVec& pending,
+                  LinearSystem& l)
 {
   System& s = p.sys;
   Frozen& z = p.frozen;
-  const bool same = same_tangent(p, a);
+  const bool same = same_tangent(p, a), stay = same || near_tangent(p, it, residual, accepted);
   l.f.resize(s.neq());
   for (int i = 0; i < s.neq(); ++i) l.f[i] = -R[i];
-  if (same && std::all_of(pending.begin(), pending.end(), [](double x) { return x == 0.0; })) {
+  if (stay && std::all_of(pending.begin(), pending.end(), [](double x) { return x == 0.0; })) {
     for (int i = 0; i < s.neq(); ++i)
       if (s.fixed[i]) l.f[i] = 0.0;
-    l.diag = z.diag;
-    ++z.kept;
+    if (same) l.diag = z.diag;
+    ++(same ? z.kept : z.near);
     return;
   }
   const long number = s.tangent;

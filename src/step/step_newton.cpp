@@ -165,13 +165,14 @@ Status step_newton(Problem& p, Attempt& a)
       moved      = moved && std::fabs(pending[i]) <= 1e-14 * std::fabs(s.target[i]);
     }
     // 1. tangent, prescribed dofs                                                  (6.2)
-    step_tangent(p, a, b.R, pending, l);
+    const double scale    = log.scale > 0.0 ? std::min(b.scale, log.scale) : b.scale;    // inertia of the predictor is large
+    const double accepted = a.step.ctl.tol_force * scale;
+    step_tangent(p, a, it, b.free_norm, accepted, b.R, pending, l);
     // loads below the floor are solved for once; without loads the floor ends the search for rounding
     if (it == 1 && moved && converged(p, a, b, diag, norm(a.fext) == 0.0)) break;
     // 2. solve
     const double before = b.free_norm;
-    const double scale  = log.scale > 0.0 ? std::min(b.scale, log.scale) : b.scale;    // inertia of the predictor is large
-    status = step_solve(p, a, it, before, a.step.ctl.tol_force * scale, pending, l);
+    status = step_solve(p, a, it, before, accepted, pending, l);
     if (status != STATUS_OK) return status;
     // 3. correct; smaller when an element turns inside out or the residual overshoots
     double g0 = 0.0;
@@ -193,7 +194,7 @@ Status step_newton(Problem& p, Attempt& a)
     moved = true;
     for (int i = 0; i < s.neq(); ++i)
       if (s.fixed[i]) moved = moved && std::fabs(s.target[i] - a.du[i]) <= 1e-12 * std::fabs(s.target[i]);
-    if (part == 1.0 && before > 0.0) step_gain(p, it, b.free_norm / before);
+    if (before > 0.0) step_gain(p, it, b.free_norm / before);
     if (moved && step_solved_well(p, l) && converged(p, a, b, diag, true)) {
       a.R = b.R;
       return STATUS_OK;
