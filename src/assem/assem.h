@@ -73,6 +73,7 @@ struct Problem {
   Solver solver;
   RealVec newton_gain;         // [iteration] residual after and before each iteration of the last increment
   Frozen frozen;
+  RealVec energy;              // [nelem] strain energy of intact elements when the ledger was made, for the test of fracture
   int worst = -1;              // element or point of the last failure
   bool worst_is_point = false;
   std::string note;            // why the increment failed, when the status alone does not say it

@@ -4,26 +4,27 @@
 #include "assem/assem.h"
 #include "base/comm.h"
 
-void mass_multiply(const System& s, const RealVec& x, RealVec& y)
+namespace {
+
+template <int D>
+void multiply(const System& s, const double* x, double* y)
 {
-  const int dim = s.dim;
-  y.assign(x.size(), 0.0);
   for (int r = 0; r < s.nrow; ++r) {
     const int diag = s.A.off[r + 1] - 1;
-    for (int i = 0; i < dim; ++i) y[r * dim + i] += s.M[diag] * x[r * dim + i];
+    double row[D];
+    for (int i = 0; i < D; ++i) row[i] = s.M[diag] * x[r * D + i];
     for (int k = s.A.off[r]; k < diag; ++k) {
-      const int c    = s.A.col[k];
+      const int c    = s.A.col[k] * D;
       const double m = s.M[k];
-      for (int i = 0; i < dim; ++i) {
-        y[r * dim + i] += m * x[c * dim + i];
-        y[c * dim + i] += m * x[r * dim + i];
+      for (int i = 0; i < D; ++i) {
+        row[i] += m * x[c + i];
+        y[c + i] += m * x[r * D + i];
       }
     }
+    for (int i = 0; i < D; ++i) y[r * D + i] += row[i];
   }
   comm_sum(y);
 }
-
-namespace {
 
 // y = M x for one direction, rows from first on; masked entries of x and y are zero
 void multiply_one(const System& s, int first, const RealVec& x, RealVec& y)
@@ -94,6 +95,13 @@ int solve_one(const System& s, int first, int d, const RealVec& f, RealVec& x)
 }
 
 }  // namespace
+
+void mass_multiply(const System& s, const RealVec& x, RealVec& y)
+{
+  y.assign(x.size(), 0.0);
+  if (s.dim == 2) multiply<2>(s, x.data(), y.data());
+  else multiply<3>(s, x.data(), y.data());
+}
 
 int mass_solve(const System& s, int first, const RealVec& f, RealVec& x)
 {

@@ -135,7 +135,7 @@ void elem_strains(const Model& m, const Elements& el, int e, const RealVec& u, b
 // elem_energy_one : strain energy of element e, with the law it has now
 double elem_energy_one(const Model& m, const Elements& el, int e, const RealVec& u, bool nlgeom);
 
-// elem_energy : strain energy of the elements of this rank
-double elem_energy(const Model& m, const Elements& el, const RealVec& u, bool nlgeom);
+// elem_energy : strain energy of the elements of this rank; each [nelem], unless null: of intact elements, 0 for others
+double elem_energy(const Model& m, const Elements& el, const RealVec& u, bool nlgeom, RealVec* each = nullptr);
 
 #endif

@@ -43,6 +43,42 @@ double one_energy(const Model& m, const ElemBlock& b, size_t s, const RealVec& u
   return sum;
 }
 
+// strain energies of PACK intact elements, not of an enhanced type                   [PACK]
+template <int D, int N, int NGP>
+void pack_energy(const Mesh& mesh, const ElemBlock& b, const int* slot, const RealVec& u, bool nlgeom, double* out)
+{
+  Pack ul[N * D], sum = {}, dN[N * D], w = {};
+  elem_ends_pack(u, mesh, b, slot, N, D, reinterpret_cast<double*>(ul));
+  for (int g = 0; g < NGP; ++g) {
+    for (int l = 0; l < PACK; ++l) {
+      const size_t at = b.gauss(slot[l]) + g;
+      for (int k = 0; k < N * D; ++k) dN[k][l] = b.dNdX[at * N * D + k];
+      w[l] = b.w[at];
+    }
+    Pack H[D * D], E[D * D], S[D * D], psi = {};
+    ip_gradient<D, N>(dN, N, ul, H);
+    ip_strain<D>(nlgeom, H, E);
+    ip_law<D>(b.law, E, S);
+    for (int k = 0; k < D * D; ++k) psi += 0.5 * S[k] * E[k];
+    sum += w * psi;
+  }
+  for (int l = 0; l < PACK; ++l) out[l] = sum[l];
+}
+
+using PackEnergy = void (*)(const Mesh& mesh, const ElemBlock& b, const int* slot, const RealVec& u, bool nlgeom, double* out);
+
+PackEnergy pack_energy_of(const ElemBlock& b)
+{
+  if (elem_table[b.type].enhanced) return nullptr;
+  switch (b.shape) {
+    case SHAPE_TRI3: return pack_energy<2, 3, 1>;
+    case SHAPE_QUAD4: return pack_energy<2, 4, 4>;
+    case SHAPE_TET4: return pack_energy<3, 4, 1>;
+    case SHAPE_WEDGE6: return pack_energy<3, 6, 6>;
+    default: return pack_energy<3, 8, 8>;
+  }
+}
+
 // S and psi of broken material from E of out, all six components
 void broken_stress(const MatLaw& law, int dim, bool nlgeom, const ErodedLaw& er, IpFields& out, double* S)
 {
@@ -161,11 +197,36 @@ double elem_energy_one(const Model& m, const Elements& el, int e, const RealVec&
   return m.dim == 2 ? one_energy<2>(m, b, el.slot_of[e], u, nlgeom, law) : one_energy<3>(m, b, el.slot_of[e], u, nlgeom, law);
 }
 
-double elem_energy(const Model& m, const Elements& el, const RealVec& u, bool nlgeom)
+double elem_energy(const Model& m, const Elements& el, const RealVec& u, bool nlgeom, RealVec* each)
 {
-  double sum = 0.0;
-  for (const ElemBlock& b : el.block)
-    for (int slot : b.mine) sum += elem_energy_one(m, el, b.elem[slot], u, nlgeom);
+  double sum = 0.0, energy[PACK];
+  int slot[PACK], n = 0;       // intact elements that wait for a full pack
+  if (each) each->assign(el.home.size(), 0.0);
+  const auto add = [&](int e, double value, bool intact) {
+    sum += value;
+    if (each && intact) (*each)[e] = value;
+  };
+  for (const ElemBlock& b : el.block) {
+    const PackEnergy pack = pack_energy_of(b);
+    const auto flush = [&]() {
+      if (n == 0) return;
+      for (int l = n; l < PACK; ++l) slot[l] = slot[0];
+      pack(m.mesh, b, slot, u, nlgeom, energy);
+      for (int l = 0; l < n; ++l) add(b.elem[slot[l]], energy[l], true);
+      n = 0;
+    };
+    for (int s : b.mine) {
+      const int e       = b.elem[s];
+      const bool intact = el.broken(e) < 0;
+      if (intact && pack) {
+        slot[n++] = s;
+        if (n == PACK) flush();
+      } else {
+        add(e, elem_energy_one(m, el, e, u, nlgeom), intact);
+      }
+    }
+    flush();
+  }
   return sum;
 }
 

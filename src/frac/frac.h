@@ -66,8 +66,9 @@ void frac_near(const FracMesh& fm, const double* x, double radius, Use use)
 }
 
 // frac_test : elements that break now, strongest first; l: a converged level. doc/theory.md (7.1) - (7.8). Collective.
+//   in   energy    strain energy of intact elements at l, those of this rank  [nelem]
 void frac_test(const Model& m, const Step& s, const Elements& el, const FracMesh& fm, const Fracture& fr, const Level& l,
-               std::vector<Erosion>& out);
+               const RealVec& energy, std::vector<Erosion>& out);
 
 // frac_estimate : G of element e by the estimate of its definition, whatever the gates say; J [3]: FORCE: its direction
 double frac_estimate(const Model& m, const Step& s, const Elements& el, const FracMesh& fm, const Fracture& fr,

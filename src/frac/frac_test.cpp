@@ -8,6 +8,7 @@
 namespace {
 
 const double pi = 3.14159265358979323846;
+const double ROUNDING = 1.0 + 1e-9;    // of a bound
 const double tied = 1e-3;      // ranks this close belong to a symmetric pair: Newton ends at a tolerance, not at zero
 
 // What one test knows of the state; what costs is made when it is asked for
@@ -91,14 +92,15 @@ double ball_constant(const Scan& s, int e)
   return s.m.dim == 2 ? pi / kappa : 8.0 / (3.0 * kappa);
 }
 
-double ball_estimate(Scan& s, int e)
+// bound: from the whole energy, which psi+ never exceeds
+double ball_estimate(Scan& s, int e, bool bound = false)
 {
   const double radius = radius_of(s, e);
   double energy = 0.0, volume = 0.0;
   // centres just at the radius belong to it: on an aligned mesh they would come and go with rounding
   frac_near(s.fm, &s.fm.centre[3 * e], radius * (1.0 + 1e-6), [&](int o, double) {
     volume += s.fm.volume[o];
-    if (s.intact(o)) energy += drive_of(s, o) * s.fm.volume[o];
+    if (s.intact(o)) energy += (bound ? s.W[o] : drive_of(s, o)) * s.fm.volume[o];
   });
   return volume > 0.0 ? ball_constant(s, e) * radius * energy / volume : 0.0;
 }
@@ -349,14 +351,13 @@ void turn_off(const double* J, double* N)
 // ranks take elements in turn, since candidates lie close together, and each knows the whole state
 bool my_turn(int e) { return e % comm_size() == comm_rank(); }
 
-void find_energies(Scan& s)
+void find_energies(const RealVec& energy, Scan& s)
 {
   const size_t nelem = s.fm.size.size();
   s.W.assign(nelem, 0.0);
   s.drive.assign(nelem, -1.0);
   for (size_t e = 0; e < nelem; ++e)
-    if (my_turn(static_cast<int>(e)) && s.intact(static_cast<int>(e)))
-      s.W[e] = elem_energy_one(s.m, s.el, static_cast<int>(e), s.l.u, s.step.nlgeom) / s.fm.volume[e];
+    if (s.intact(static_cast<int>(e))) s.W[e] = energy[e] / s.fm.volume[e];
   comm_sum(s.W);
 }
 
@@ -377,11 +378,20 @@ void by_element(Scan& s, int e, double part, std::vector<Erosion>& out)
   if (value >= part) out.push_back({e, value, value, {0, 0, 0}});
 }
 
-void by_griffith(Scan& s, int e, double W_max, std::vector<Erosion>& out)
+// BALL: W_most, the largest energy / volume of any element, is too little
+bool out_of_reach(const Scan& s, int e, double W_most)
+{
+  return ball_constant(s, e) * radius_of(s, e) * W_most * ROUNDING < s.fm.gc[e];
+}
+
+void by_griffith(Scan& s, int e, double W_max, double W_most, std::vector<Erosion>& out)
 {
   if (s.W[e] < 0.02 * W_max || s.W[e] == 0.0) return;
-  const bool force = estimate_of(s, e) == ESTIMATE_FORCE, at = at_crack(s, e);
+  const bool force = estimate_of(s, e) == ESTIMATE_FORCE;
+  if (!force && out_of_reach(s, e, W_most)) return;
+  const bool at = at_crack(s, e);
   if (at ? force && behind_tip(s, e) : !may_start(s, e)) return;
+  if (!force && ball_estimate(s, e, true) * ROUNDING < s.fm.gc[e]) return;
   if (!(largest_stress(s, e) > 0.0)) return;
   double J[3];
   const double G = estimate(s, e, J);
@@ -442,20 +452,22 @@ double frac_estimate(const Model& m, const Step& step, const Elements& el, const
 }
 
 void frac_test(const Model& m, const Step& step, const Elements& el, const FracMesh& fm, const Fracture& fr, const Level& l,
-               std::vector<Erosion>& out)
+               const RealVec& energy, std::vector<Erosion>& out)
 {
   out.clear();
   if (m.fracture.empty()) return;
   Scan s{m, step, el, fm, fr, l, {}, {}};
   const int nelem = m.mesh.nelem();
-  find_energies(s);
-  double W_max = 0.0;
-  for (int e = 0; e < nelem; ++e)
+  find_energies(energy, s);
+  double W_max = 0.0, W_most = 0.0;      // of elements that may break, of all
+  for (int e = 0; e < nelem; ++e) {
     if (fm.def[e] >= 0) W_max = std::max(W_max, s.W[e]);
+    W_most = std::max(W_most, s.W[e]);
+  }
   for (int e = 0; e < nelem; ++e) {
     if (!my_turn(e) || fm.def[e] < 0 || !s.intact(e)) continue;
     if (s.def(e).criterion == CRITERION_ELEMENT) by_element(s, e, 1.0, out);
-    else by_griffith(s, e, W_max, out);
+    else by_griffith(s, e, W_max, W_most, out);
   }
   join(out);
   keep_fronts(s, out);

@@ -22,7 +22,7 @@ void find_erosions(Problem& p, const Step& s, std::vector<Erosion>& erode)
     if (now < fr.next_test - 1e-6 * interval) return;
     fr.next_test = std::max(fr.next_test + interval, now + 0.5 * interval);
   }
-  frac_test(p.m, s, p.el, p.fm, fr, p.st.n, erode);
+  frac_test(p.m, s, p.el, p.fm, fr, p.st.n, p.energy, erode);
 }
 
 // points come off; elements break, and those that are to become points, do. The energy that goes is told apart.
