@@ -179,7 +179,9 @@ void mean_size(Problem& p)
   double volume = 0.0;
   size_t count = 0;
   for (const ElemBlock& b : p.el.block) {
-    for (double w : b.w) volume += w / (p.m.dim == 2 ? b.thickness : 1.0);
+    const int ngp = shape_info[b.shape].ngp;
+    for (size_t slot = 0; slot < b.elem.size(); ++slot)
+      for (int g = 0; g < ngp; ++g) volume += b.w[b.gauss(slot) + g] / (p.m.dim == 2 ? b.thickness : 1.0);
     count += b.elem.size();
   }
   p.sys.h_mean = count ? (p.m.dim == 2 ? __builtin_sqrt(volume / count) : __builtin_cbrt(volume / count))

@@ -126,7 +126,8 @@ void print_sections(std::FILE* file, const Model& m, const Elements& el)
     for (int e = 0; e < m.mesh.nelem(); ++e) {
       if (el.block_of[e] < 0 || m.mesh.elem_section[e] != static_cast<int>(i)) continue;
       const int ngp = elem_gauss(m, el, e);
-      const double* w = &el.block[el.block_of[e]].w[el.slot_of[e] * ngp];
+      const ElemBlock& b = el.block[el.block_of[e]];
+      const double* w    = &b.w[b.gauss(el.slot_of[e])];
       for (int g = 0; g < ngp; ++g) volume += w[g];
       ++elements;
     }

@@ -27,9 +27,10 @@ bool same_tangent(const Problem& p, const Attempt& a)
 }
 
 // the iteration before, with its tangent, has brought the residual down so far that the same factor ends the iteration well  (8.7)
-bool near_tangent(const Problem& p, int it, double residual, double accepted)
+// Not in statics, where a soft mode turns a small residual into a large error.
+bool near_tangent(const Problem& p, const Attempt& a, int it, double residual, double accepted)
 {
-  if (!p.m.solver.reuse || it == 1 || it - 2 >= static_cast<int>(p.newton_gain.size())) return false;
+  if (!p.m.solver.reuse || a.cM == 0.0 || it == 1 || it - 2 >= static_cast<int>(p.newton_gain.size())) return false;
   return residual * p.newton_gain[it - 2] <= NEAR * accepted;
 }
 
@@ -50,7 +51,7 @@ void step_tangent(Problem& p, const Attempt& a, int it, double residual, double 
 {
   System& s = p.sys;
   Frozen& z = p.frozen;
-  const bool same = same_tangent(p, a), stay = same || near_tangent(p, it, residual, accepted);
+  const bool same = same_tangent(p, a), stay = same || near_tangent(p, a, it, residual, accepted);
   l.f.resize(s.neq());
   for (int i = 0; i < s.neq(); ++i) l.f[i] = -R[i];
   if (stay && std::all_of(pending.begin(), pending.end(), [](double x) { return x == 0.0; })) {

@@ -393,7 +393,7 @@ TEST(Shape, PlaceInACellFarFromTheOrigin)
 // eight elements at once, equal ones and others: force and tangent of each alone
 TEST(Element, PacksGiveTheSame)
 {
-  for (Shape s : all_shapes)
+  for (Shape s : all_shapes) {
     for (bool equal : {true, false}) {
       const MatLaw law = law_of(1.0, 0.3, shape_info[s].dim == 3 ? PLANE_NONE : PLANE_STRAIN);
       const Sample one = make_sample(s, 1, 0.05);
@@ -425,6 +425,7 @@ TEST(Element, PacksGiveTheSame)
         for (int k = 0; k < pairs; ++k) EXPECT_NEAR(ke1[k], ke[k * PACK + l], 1e-13 * (1 + l)) << s;
       }
     }
+  }
 }
 
 TEST(Element, InsideOutIsReported)
