@@ -55,6 +55,13 @@ struct Frozen {
   long kept = 0, near = 0;     // iterations that found their tangent there; that took the one before, which is near
 };
 
+// Do supports hold everything? As it was when pattern and supports were these
+struct Held {
+  bool good = false;
+  long pattern = -1;
+  IntVec fixed;
+};
+
 // Everything a step works on
 struct Problem {
   Problem(const Model& model, State& state) : m(model), st(state) {}
@@ -73,6 +80,7 @@ struct Problem {
   Solver solver;
   RealVec newton_gain;         // [iteration] residual after and before each iteration of the last increment
   Frozen frozen;
+  Held held;
   RealVec energy;              // [nelem] strain energy of intact elements when the ledger was made, for the test of fracture
   int worst = -1;              // element or point of the last failure
   bool worst_is_point = false;

@@ -79,6 +79,7 @@ struct Solver {
   long nfactor = 0, nback = 0, nanalyse = 0;
   double seconds_factor = 0, seconds_back = 0, seconds_analyse = 0;   // wall
   double flops = 0, memory_mb = 0;  // of the last factorisation, as far as known
+  double flops_ahead = 0;           // what the analysis expects
   int negative = 0;                 // negative pivots of the last factorisation
   PathLog path[PATHS];
   double left = 0.0;                // of the last solution: sqrt(energy) of the error, 0: solved directly
@@ -92,6 +93,8 @@ struct SolveAsk {
   double energy = 0.0, residual = 0.0;   // or as small as these
   double digits = 10.0;             // how many decimals this will be, for the choice of the path
   bool exact = false;               // AUTO: nothing but a factorisation is good enough
+  bool inertia = false;             // A holds masses
+  bool held = false;                // A is not singular, without being factorised
 };
 
 // solve_open : AUTO and CG factorise by MUMPS when it was built in, else SKYLINE. Returns false when the kind is not built in.

@@ -93,6 +93,7 @@ struct SolverData {
   CgWork work;
   PathCost cost[PATHS];
   double direct_factor = 0.0, direct_back = 0.0, direct_analyse = 0.0;   // seconds, smoothed
+  double guess = 0.0;          // seconds of a factorisation before the first one, 0: not guessed
   long age = 0;                // solutions with the factors as preconditioner
   double fresh_rate = 0.0;     // rate of the first of them, smoothed
   double cycle_seconds = 0.0, cycle_digits = 0.0;   // spent and gained since the factorisation, which is included

@@ -204,7 +204,9 @@ Status mumps_analyse(Solver& s, const SysMatrix& A)
   give_entries(m);
   icntl(m, 14) = RELAX;
   m.x.resize(A.neq());
-  return call(m, JOB_ANALYSE) < 0 ? explain(s) : STATUS_OK;
+  if (call(m, JOB_ANALYSE) < 0) return explain(s);
+  s.flops_ahead = m.id.rinfog[0];
+  return STATUS_OK;
 }
 
 // equation of a zero pivot: of the first one that may not be held, else of the first one

@@ -18,10 +18,16 @@ void smooth(double& mean, double value) { mean = mean > 0.0 ? (1.0 - SMOOTH) * m
 // seconds that a path of CG will take for so many digits                          (8.5)
 double expected(const PathCost& c, double digits) { return c.setup + c.iteration * std::max(1.0, digits / c.rate); }
 
+// what a path will take that was not tried yet: the order of size is enough
+const double FACTOR_RATE = 2e10, CG_RATE = 3e9;    // operations a second
+const int GUESS          = 200;                    // iterations
+
+double cholesky_guess(const SysMatrix& A) { return GUESS * 8.0 * static_cast<double>(A.val.size()) / CG_RATE; }
+
 // seconds of a solution by factorisation
 double direct_seconds(const SolverData& d, bool pattern_known)
 {
-  return d.direct_factor + d.direct_back + (pattern_known ? 0.0 : d.direct_analyse);
+  return (d.direct_factor > 0.0 ? d.direct_factor : d.guess) + d.direct_back + (pattern_known ? 0.0 : d.direct_analyse);
 }
 
 // factors of an indefinite matrix are no preconditioner
@@ -57,9 +63,28 @@ bool allowed(const Solver& s, SolvePath path)
   return s.def.kind == SOLVER_AUTO;
 }
 
+// nothing was factorised yet: are conjugate gradients surely faster?
+bool without_factors(Solver& s, const SysMatrix& A, const SolveAsk& ask)
+{
+  SolverData& d = *s.data;
+  if (!ask.held) return false;
+  if (d.guess == 0.0) {
+    Timer timer(PHASE_ANALYSIS);
+    if (solve_analyse(s, A) != STATUS_OK) return false;
+    d.guess = std::max(1e-9, s.flops_ahead / FACTOR_RATE);
+  }
+  return cholesky_guess(A) < 0.5 * d.guess;
+}
+
+// is a path that is not known worth a trial? Masses make conjugate gradients fast, without them it goes by size
+bool promising(const SysMatrix& A, const SolveAsk& ask, SolvePath path, const PathCost& c, double least)
+{
+  return path != PATH_CHOLESKY || c.known || ask.inertia || cholesky_guess(A) < least;
+}
+
 // the fastest path by what this run has measured; a path that is not known, or was not tried for long, gets a trial that
 // ends when the best one would have been faster
-SolvePath fastest(const Solver& s, const SolveAsk& ask, bool pattern_known, long now, double& limit)
+SolvePath fastest(const Solver& s, const SysMatrix& A, const SolveAsk& ask, bool pattern_known, long now, double& limit)
 {
   const SolverData& d = *s.data;
   const double direct = direct_seconds(d, pattern_known);
@@ -75,12 +100,12 @@ SolvePath fastest(const Solver& s, const SolveAsk& ask, bool pattern_known, long
   }
   limit = least;
   for (SolvePath path : {PATH_KEPT, PATH_CHOLESKY})
-    if (path != best && allowed(s, path) && due(d.cost[path], now)) return path;
+    if (path != best && allowed(s, path) && due(d.cost[path], now) && promising(A, ask, path, d.cost[path], least)) return path;
   limit = 2.0 * direct;
   return best == PATH_KEPT && stale(d, ask.digits) ? PATH_FACTOR : best;
 }
 
-SolvePath choose(const Solver& s, const SysMatrix& A, const SolveAsk& ask, long now, double& limit)
+SolvePath choose(Solver& s, const SysMatrix& A, const SolveAsk& ask, long now, double& limit)
 {
   const SolverData& d = *s.data;
   limit = NEVER;
@@ -90,9 +115,9 @@ SolvePath choose(const Solver& s, const SysMatrix& A, const SolveAsk& ask, long 
     if (s.def.precond == PRECOND_FACTORS) return have_factors(s) && !comm_share(stale(d, ask.digits)) ? PATH_KEPT : PATH_FACTOR;
     return s.def.precond == PRECOND_DIAGONAL ? PATH_DIAGONAL : PATH_CHOLESKY;
   }
-  if (A.neq() < SMALL || !d.factored || ask.exact) return PATH_FACTOR;
+  if (A.neq() < SMALL || ask.exact || (!d.factored && !without_factors(s, A, ask))) return PATH_FACTOR;
   const bool pattern_known = solve_same_pattern(s, A);
-  double answer[2] = {static_cast<double>(fastest(s, ask, pattern_known, now, limit)), limit};
+  double answer[2] = {static_cast<double>(fastest(s, A, ask, pattern_known, now, limit)), limit};
   comm_share(answer, 2);                 // clocks differ, ranks must not
   limit = answer[1];
   return static_cast<SolvePath>(static_cast<int>(answer[0]));

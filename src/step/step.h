@@ -52,6 +52,10 @@ void step_tangent(Problem& p, const Attempt& a, int it, double residual, double 
 //   in   residual, accepted   norm of R, and that which ends the iteration
 Status step_solve(Problem& p, const Attempt& a, int it, double residual, double accepted, const RealVec& pending, LinearSystem& l);
 
+// step_held : do the supports hold every part of bodies of solid elements in space? false: not known. Parts are elements that share
+// faces; their supports must take all six rigid motions. Then a matrix of statics is not singular without being factorised.
+bool step_held(const Problem& p);
+
 // step_solved_well : was the correction exact enough for the last one?
 bool step_solved_well(const Problem& p, const LinearSystem& l);
 

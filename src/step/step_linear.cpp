@@ -8,6 +8,7 @@ namespace {
 const double FINAL  = 3e-10;   // sqrt(energy) of the error of the last correction, relative to the largest correction
 const double ACCEPT = 3e-9;    // the same, when a correction turns out to be the last that was not thought to be
 const double BLIND  = 1e-6;    // reduction in iterations that the increment before did not have
+const int LEAST     = 2000;    // equations; below, a factorisation is taken without asking
 const double NEAR   = 0.1;     // of the accepted residual, when a tangent is used twice
 
 // nothing in the scene can change the tangent, but for what Frozen compares
@@ -42,6 +43,18 @@ double reduction(const RealVec& gain, int it, double residual, double accepted)
   const double g = gain[it - 1];
   if (residual * g <= accepted) return FINAL;
   return std::min(std::max(0.3 * g, 1e-8), 1e-2);
+}
+
+// step_held, once for each set of supports
+bool supported(Problem& p)
+{
+  Held& h = p.held;
+  if (h.pattern != p.sys.pattern || h.fixed != p.sys.fixed) {
+    h.pattern = p.sys.pattern;
+    h.fixed   = p.sys.fixed;
+    h.good    = step_held(p);
+  }
+  return h.good;
 }
 
 }  // namespace
@@ -89,6 +102,8 @@ Status step_solve(Problem& p, const Attempt& a, int it, double residual, double 
   const bool loose = a.cM == 0.0 && p.fm.on && p.st.frac.neroded > 0;
   ask.exact  = loose || it > 8;
   p.solver.hold = loose ? s.nfe : -1;              // unknowns of the grid
+  ask.inertia   = a.cM != 0.0;
+  ask.held      = comm_size() == 1 && p.solver.nfactor == 0 && s.neq() >= LEAST && p.m.dim == 3 && (ask.inertia || supported(p));
   ask.digits = -std::log10(std::max(ask.eta, FINAL * l.residual / residual));
   const Status status = solve_system(p.solver, s.A, ask, l.f, l.dx);
   if (status != STATUS_OK) return status;
