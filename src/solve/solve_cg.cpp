@@ -6,6 +6,7 @@
 
 namespace {
 
+const double INDEPENDENT = 1e-8;   // part of the energy of a solution that others do not have
 const double CLEAR = 5.0;      // factor between the guess by the length of r and sqrt(r M^-1 r)
 
 // sums in eight parts, so that the compiler can use vector registers
@@ -49,7 +50,39 @@ bool late(const Clock& clock, double limit, int iteration)
 }  // namespace
 
 // ---------------------------------------------------------------------------
-// cg_solve : conjugate gradients for A x = b from x = 0, with a symmetric positive definite preconditioner M = P   (8.2)
+// cg_begin : earlier solutions are made orthogonal in A, the newest first; x = sum (v b)/(v A v) v             (8.8)
+// ---------------------------------------------------------------------------
+double cg_begin(const SysMatrix& A, const RealVec& b, const std::vector<RealVec>& past, RealVec& x)
+{
+  double energy = 0.0;
+  x.assign(b.size(), 0.0);
+  std::vector<RealVec> basis, image;   // orthogonal in A, and A times them
+  for (size_t k = past.size(); k-- > 0;) {
+    if (past[k].size() != b.size()) continue;
+    RealVec v = past[k], q;
+    sys_multiply(A, v, q);
+    const double whole = dot(v, q);
+    for (size_t i = 0; i < basis.size(); ++i) {
+      const double part = dot(image[i], v);
+      add(-part, basis[i], v);
+      add(-part, image[i], q);
+    }
+    const double vAv = dot(v, q);
+    if (!(vAv > INDEPENDENT * whole)) continue;
+    const double scale = 1.0 / std::sqrt(vAv);
+    for (double& value : v) value *= scale;
+    for (double& value : q) value *= scale;
+    const double along = dot(v, b);
+    energy += along * along;
+    add(along, v, x);
+    basis.push_back(std::move(v));
+    image.push_back(std::move(q));
+  }
+  return energy;
+}
+
+// ---------------------------------------------------------------------------
+// cg_solve : conjugate gradients for A x = b, with a symmetric positive definite preconditioner M = P   (8.2)
 //
 //   in   precondition   z = M^-1 r; false: it failed
 //        goal           of sqrt(r M^-1 r), which is near sqrt(energy) of the error, and of the norm of r: stiff bonds have
@@ -63,18 +96,26 @@ CgDone cg_solve(const SysMatrix& A, const Precondition& precondition, const Real
   const Clock clock;
   CgDone done;
   const size_t n = b.size();
-  x.assign(n, 0.0);
+  const double residual = std::max(goal.eta * norm(b), goal.residual);
   w.r = b;
   w.z.resize(n);
   w.p.assign(n, 0.0);
-  double length = norm(b), rho = 0.0, before = 1.0;
-  const double residual = std::max(goal.eta * length, goal.residual);
+  if (goal.begun > 0.0) {
+    sys_multiply(A, x, w.q);
+    add(-1.0, w.q, w.r);
+  } else {
+    x.assign(n, 0.0);
+  }
+  double length = norm(w.r), rho = 0.0, before = 1.0;
   for (;; ++done.iterations) {
     if (!precondition(w.r, w.z)) return done;
     rho = dot(w.r, w.z);
     if (!std::isfinite(rho) || rho < 0.0) return done;
     done.end = std::sqrt(rho);
-    if (done.iterations == 0) done.start = done.end;
+    if (done.iterations == 0) {
+      done.first = done.end;
+      done.start = std::sqrt(rho + goal.begun);
+    }
     const double energy = std::max(goal.eta * done.start, goal.energy);
     if (done.end <= energy && length <= residual) {
       done.good = true;

@@ -56,7 +56,7 @@ struct CgWork {
 
 struct CgDone {
   int iterations = 0;
-  double start = 0.0, end = 0.0;   // sqrt(r M^-1 r) of b and of the last iterate
+  double start = 0.0, first = 0.0, end = 0.0;   // sqrt(r M^-1 r) of b, of the first and of the last iterate
   bool good = false;
 };
 
@@ -66,6 +66,7 @@ struct CgGoal {                // both norms must arrive
   double residual = 0.0;       // or the norm of r against this
   int most = 0;                // iterations
   double seconds = 0.0;
+  double begun = 0.0;          // energy b x of the x to begin with, 0: x = 0
 };
 
 using Precondition = std::function<bool(const RealVec& r, RealVec& z)>;
@@ -91,6 +92,7 @@ struct SolverData {
   OwnBlock own;                // several ranks: what cholesky factorises
   RealVec diagonal;            // inverse diagonal blocks
   CgWork work;
+  std::vector<RealVec> past;   // solutions of the last systems, of the same size
   PathCost cost[PATHS];
   double direct_factor = 0.0, direct_back = 0.0, direct_analyse = 0.0;   // seconds, smoothed
   double guess = 0.0;          // seconds of a factorisation before the first one, 0: not guessed
@@ -136,6 +138,9 @@ struct Clock {
     return comm_size() > 1 ? passed : std::min(passed, timer_cpu() - cpu);
   }
 };
+
+// cg_begin : x = the best combination of earlier solutions, in the norm of the energy. Returns its energy b x, 0: x is not used
+double cg_begin(const SysMatrix& A, const RealVec& b, const std::vector<RealVec>& past, RealVec& x);
 
 CgDone cg_solve(const SysMatrix& A, const Precondition& precondition, const RealVec& b, const CgGoal& goal, CgWork& w, RealVec& x);
 

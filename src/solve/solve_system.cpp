@@ -10,6 +10,7 @@ namespace {
 const int SMALL     = 2000;    // equations; below, a factorisation takes a few milliseconds and nothing needs to be chosen
 const long PAUSE    = 50;      // solutions until a slower path is tried again; doubled when it fails
 const int MOST      = 5000;    // iterations
+const size_t PAST   = 6;       // solutions to begin the next one with
 const double SMOOTH = 0.5;     // weight of the newest measurement
 const double NEVER  = std::numeric_limits<double>::infinity();
 
@@ -125,6 +126,12 @@ SolvePath choose(Solver& s, const SysMatrix& A, const SolveAsk& ask, long now, d
 
 // ---- the paths ---------------------------------------------------------------
 
+void remember_solution(std::vector<RealVec>& past, const RealVec& x)
+{
+  if (past.size() == PAST) past.erase(past.begin());
+  past.push_back(x);
+}
+
 Status by_factor(Solver& s, const SysMatrix& A, const SolveAsk& ask, const RealVec& b, RealVec& x)
 {
   SolverData& d = *s.data;
@@ -151,6 +158,7 @@ Status by_factor(Solver& s, const SysMatrix& A, const SolveAsk& ask, const RealV
   const Clock clock;
   const Status status = solve_back(s, b, x);
   smooth(d.direct_back, clock.seconds());
+  if (status == STATUS_OK && s.def.reuse && A.neq() >= SMALL) remember_solution(d.past, x);
   d.cycle_seconds = direct_seconds(d, true);
   d.cycle_digits  = ask.digits;
   return status;
@@ -198,7 +206,7 @@ void remember(Solver& s, SolvePath path, const CgDone& done, double setup, doubl
 {
   SolverData& d = *s.data;
   PathCost& c   = d.cost[path];
-  const double brought = done.end > 0.0 ? std::log10(done.start / done.end) : 16.0;
+  const double brought = done.end > 0.0 ? std::log10(done.first / done.end) : 16.0;
   smooth(c.setup, setup);
   if (done.iterations > 0) {
     smooth(c.iteration, seconds / done.iterations);
@@ -228,7 +236,12 @@ Status by_cg(Solver& s, const SysMatrix& A, const SolveAsk& ask, SolvePath path,
     Timer timer(PHASE_CG);
     // A^-1 and M^-1 are far apart in smooth modes, but for factors: M^-1 sees too little of an error there
     const double safety = path == PATH_KEPT ? 1.0 : 0.1;
-    done = cg_solve(A, M, b, {safety * ask.eta, safety * ask.energy, ask.residual, MOST, limit - setup}, s.data->work, x);
+    std::vector<RealVec>& past = s.data->past;
+    CgGoal goal{safety * ask.eta, safety * ask.energy, ask.residual, MOST, limit - setup};
+    const bool same = path == PATH_KEPT && s.data->kept.same;      // where a product with A costs little beside M
+    if (same) goal.begun = cg_begin(A, b, past, x);
+    done = cg_solve(A, M, b, goal, s.data->work, x);
+    if (same && done.good) remember_solution(past, x);
   }
   const double seconds = clock.seconds();
   remember(s, path, done, setup, seconds - setup, now);

@@ -102,6 +102,33 @@ TEST(Krylov, ArrivesWithEachPreconditioner)
     }
 }
 
+// a right-hand side that earlier solutions make up needs no iteration, another one begins with what they have of it
+TEST(Krylov, BeginsWithEarlierSolutions)
+{
+  const Springs k = springs(2, 0, 13, 9, 1.0, 0.01);
+  const RealVec b = right_hand_side(k.A);
+  RealVec c = b, x, y, z;
+  for (size_t i = 0; i < c.size(); i += 3) c[i] = -c[i];
+  Cholesky f;
+  ASSERT_TRUE(cholesky_form(k.A, f));
+  const Precondition M = [&](const RealVec& r, RealVec& out) { cholesky_apply(k.A, f, r, out); return true; };
+  CgWork w;
+  const CgGoal goal{1e-12, 0.0, 0.0, 1000, 1e9};
+  ASSERT_TRUE(cg_solve(k.A, M, b, goal, w, x).good);
+  ASSERT_TRUE(cg_solve(k.A, M, c, goal, w, y).good);
+  RealVec both = b;
+  for (size_t i = 0; i < b.size(); ++i) both[i] = 2.0 * b[i] - c[i];
+  CgGoal begun = goal;
+  begun.eta    = 1e-8;
+  begun.begun  = cg_begin(k.A, both, {x, y, x}, z);            // a solution twice does no harm
+  EXPECT_NEAR(dot(both, z), begun.begun, 1e-9 * begun.begun);
+  const CgDone done = cg_solve(k.A, M, both, begun, w, z);
+  EXPECT_TRUE(done.good);
+  EXPECT_EQ(done.iterations, 0);
+  EXPECT_LT(residual(k.A, both, z), 1e-9);
+  EXPECT_EQ(cg_begin(k.A, b, {}, z), 0.0);
+}
+
 // a chain has no fill: the factor is complete, but for single precision
 TEST(Krylov, CholeskyOfAChainIsExact)
 {
