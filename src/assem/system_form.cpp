@@ -209,9 +209,13 @@ void system_form(Problem& p, bool mass)
     s.bond_rows  = s.bond;
     s.M.clear();
     if (s.h_mean == 0.0) mean_size(p);
+  } else {
+    timer_skip(PHASE_PATTERN);
   }
   if (mass && (fresh || p.st.points.npoint || s.M.size() != s.A.col.size())) {
     Timer timer(PHASE_MASS);
     form_mass(p);
+  } else {
+    timer_skip(PHASE_MASS);
   }
 }

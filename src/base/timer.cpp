@@ -5,7 +5,7 @@
 const char* const phase_name[PHASES] = {
   "input", "set-up", "active grid", "bonds", "contact search", "pattern", "mass", "projection",
   "residual", "tangent", "analysis", "factorisation", "back substitution", "preconditioner",
-  "conjugate gradients", "commit", "fracture", "output", "between ranks"};
+  "conjugate gradients", "commit", "fracture", "estimates of fracture", "output", "between ranks"};
 
 namespace {
 

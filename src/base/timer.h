@@ -7,20 +7,21 @@
 enum Phase {
   PHASE_INPUT, PHASE_SETUP, PHASE_GRID, PHASE_BOND, PHASE_CONTACT, PHASE_PATTERN, PHASE_MASS, PHASE_PROJECT,
   PHASE_RESIDUAL, PHASE_TANGENT, PHASE_ANALYSIS, PHASE_FACTOR, PHASE_SOLVE, PHASE_PRECOND, PHASE_CG, PHASE_COMMIT,
-  PHASE_FRACTURE, PHASE_OUTPUT, PHASE_COMM,
+  PHASE_FRACTURE, PHASE_ESTIMATE, PHASE_OUTPUT, PHASE_COMM,
   PHASES
 };
 
 extern const char* const phase_name[PHASES];
 
 struct PhaseTime {
-  long calls = 0;
+  long calls = 0, skipped = 0;    // skipped: the phase was looked at, and not needed
   double wall = 0.0, cpu = 0.0;   // seconds
 };
 
 double timer_wall();
 double timer_cpu();               // of all threads of this process
 PhaseTime& timer_phase(Phase p);
+inline void timer_skip(Phase p, long n = 1) { timer_phase(p).skipped += n; }
 
 // Timer timer(PHASE_X); adds the time until the end of its block, but for that which ranks spent with each other in it
 struct Timer {

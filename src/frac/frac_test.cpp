@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "base/comm.h"
+#include "base/timer.h"
 #include "frac/frac.h"
 #include "shape/shape.h"
 
@@ -373,7 +374,8 @@ void join(std::vector<Erosion>& all)
 void by_element(Scan& s, int e, double part, std::vector<Erosion>& out)
 {
   const double need = part * threshold(s, e);
-  if (s.W[e] * s.fm.volume[e] < need) return;        // psi+ is never more than the whole energy
+  if (s.W[e] * s.fm.volume[e] < need) return timer_skip(PHASE_ESTIMATE);   // psi+ is never more than the whole energy
+  ++timer_phase(PHASE_ESTIMATE).calls;
   const double value = drive_of(s, e) * s.fm.volume[e] / threshold(s, e);
   if (value >= part) out.push_back({e, value, value, {0, 0, 0}});
 }
@@ -388,12 +390,13 @@ void by_griffith(Scan& s, int e, double W_max, double W_most, std::vector<Erosio
 {
   if (s.W[e] < 0.02 * W_max || s.W[e] == 0.0) return;
   const bool force = estimate_of(s, e) == ESTIMATE_FORCE;
-  if (!force && out_of_reach(s, e, W_most)) return;
+  if (!force && out_of_reach(s, e, W_most)) return timer_skip(PHASE_ESTIMATE);
   const bool at = at_crack(s, e);
   if (at ? force && behind_tip(s, e) : !may_start(s, e)) return;
-  if (!force && ball_estimate(s, e, true) * ROUNDING < s.fm.gc[e]) return;
+  if (!force && ball_estimate(s, e, true) * ROUNDING < s.fm.gc[e]) return timer_skip(PHASE_ESTIMATE);
   if (!(largest_stress(s, e) > 0.0)) return;
   double J[3];
+  ++timer_phase(PHASE_ESTIMATE).calls;
   const double G = estimate(s, e, J);
   if (G < s.fm.gc[e] && !force) return;              // FORCE: keep_fronts judges
   const double rank = force ? force_rank(s, e, J, G) : drive_of(s, e) * s.fm.size[e];

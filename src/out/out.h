@@ -125,6 +125,7 @@ struct Output {
   int restart_inc = -1;        // increment of the last restart file
   std::vector<CheckResult> result;        // [Model::check]
   std::vector<RankLoad> ranks; // several ranks: filled before out_close
+  std::vector<MemoryUse> memory;          // for the listing
   bool terminal = false;       // progress line
   double progress_wall = 0.0, progress_last = 0.0;   // wall seconds: start of the run, last line
   double progress_from = 0.0;  // time that the run started at
@@ -179,6 +180,7 @@ void out_listing_solver(std::FILE* file, const Solver& solver);
 void out_listing_ranks(std::FILE* file, const std::vector<RankLoad>& ranks);
 double out_memory();           // peak of this rank, MB
 void out_listing_skipped(std::FILE* file, const Model& m, const State& s);
+void out_listing_memory(std::FILE* file, const std::vector<MemoryUse>& use, int equations);
 void out_listing_end(std::FILE* file, bool finished, int failed);
 const char* out_status_text(Status status);
 

@@ -230,7 +230,7 @@ void out_listing_phases(std::FILE* file)
   std::fprintf(file, "\nTIME\n  %-20s %10s %12s %12s %8s\n", "phase", "calls", "wall s", "cpu s", "share");
   for (int p = 0; p < PHASES; ++p) {
     const PhaseTime& t = timer_phase(static_cast<Phase>(p));
-    if (t.calls == 0) continue;
+    if (t.calls == 0 || p == PHASE_ESTIMATE) continue;     // which is a part of fracture, and counted alone
     std::fprintf(file, "  %-20s %10ld %12.4f %12.4f %6.1f %%\n", phase_name[p], t.calls, t.wall, t.cpu,
                  100.0 * t.wall / total);
     wall += t.wall;
@@ -268,7 +268,6 @@ void out_listing_solver(std::FILE* file, const Solver& s)
     std::fprintf(file, "  %-34s %8ld %12.6f %10ld %10.1f %8ld\n", path_name[k], l.solves, each(l.seconds, l.solves + l.failed), l.iterations,
                  each(static_cast<double>(l.iterations), l.solves + l.failed), l.failed);
   }
-  if (s.path[PATH_BACK].solves > 0) std::fprintf(file, "  the scene is linear: the tangent stays, and so do its factors\n");
   const double solve  = phase_wall(PHASE_FACTOR) + phase_wall(PHASE_SOLVE) + phase_wall(PHASE_PRECOND) + phase_wall(PHASE_CG);
   const double newton = solve + phase_wall(PHASE_RESIDUAL) + phase_wall(PHASE_TANGENT);
   std::fprintf(file, "  Newton iteration           %12.6f s each (residual, tangent, solution)\n", each(newton, solves));
@@ -278,21 +277,55 @@ void out_listing_solver(std::FILE* file, const Solver& s)
   if (s.negative > 0) std::fprintf(file, "  negative pivots %12d in the last factorisation\n", s.negative);
 }
 
+// ---------------------------------------------------------------------------
+// out_listing_skipped : what the scene did not need: how often a phase was done, how often it was looked at and skipped, and why
+// ---------------------------------------------------------------------------
 void out_listing_skipped(std::FILE* file, const Model& m, const State& s)
 {
-  const bool dynamic = std::any_of(m.step.begin(), m.step.end(), [](const Step& t) { return t.proc == PROC_DYNAMIC; });
-  std::fprintf(file, "\nSKIPPED\n");
-  if (s.points.npoint == 0) std::fprintf(file, "  grid, weights, projection: no material points\n");
-  if (s.bonds.nbond == 0) std::fprintf(file, "  bonds: none\n");
+  struct Line {
+    Phase phase;
+    const char *what, *why;
+  };
+  const Line lines[] = {
+    {PHASE_GRID, "active grid", "no material points"},
+    {PHASE_PROJECT, "projection", "no material points"},
+    {PHASE_BOND, "bonds", "there are none"},
+    {PHASE_CONTACT, "contact search", "no contact"},
+    {PHASE_PATTERN, "pattern", "no list has changed"},
+    {PHASE_MASS, "mass", "statics, or nothing has changed"},
+    {PHASE_TANGENT, "tangent", "linear, or the one before is near enough"},
+    {PHASE_ANALYSIS, "analysis", "the pattern stays, or conjugate gradients"},
+    {PHASE_FACTOR, "factorisation", "earlier factors, or conjugate gradients"},
+    {PHASE_FRACTURE, "test of fracture", "nothing can break, or not due"},
+    {PHASE_ESTIMATE, "estimates of fracture", "the threshold is out of reach (elements)"},
+    {PHASE_OUTPUT, "VTK frame", m.vtk.on ? "not due" : "not asked for"},
+  };
+  std::fprintf(file, "\nSKIPPED\n  %-22s %10s %12s   %s\n", "what", "done", "skipped", "because");
+  for (const Line& l : lines) {
+    const PhaseTime& t = timer_phase(l.phase);
+    if (t.skipped == 0) continue;
+    const long done = l.phase == PHASE_OUTPUT ? t.calls - t.skipped : t.calls;
+    std::fprintf(file, "  %-22s %10ld %12ld   %s\n", l.what, done, t.skipped, l.why);
+  }
   if (s.log.contact_searched + s.log.contact_skipped > 0)
     std::fprintf(file, "  contact search: %ld of %ld, the surfaces were apart\n", s.log.contact_skipped,
                  s.log.contact_searched + s.log.contact_skipped);
-  if (!dynamic) std::fprintf(file, "  mass, velocities: no dynamic step\n");
-  if (!m.vtk.on) std::fprintf(file, "  VTK: not asked for\n");
-  std::string idle;
-  for (int p = PHASE_GRID; p < PHASES; ++p)
-    if (timer_phase(static_cast<Phase>(p)).calls == 0) idle += (idle.empty() ? "" : ", ") + std::string(phase_name[p]);
-  if (!idle.empty()) std::fprintf(file, "  phases never called: %s\n", idle.c_str());
+}
+
+// ---------------------------------------------------------------------------
+// out_listing_memory : what lives through the run, in MB and in bytes an equation
+// ---------------------------------------------------------------------------
+void out_listing_memory(std::FILE* file, const std::vector<MemoryUse>& use, int equations)
+{
+  rusage peak;
+  getrusage(RUSAGE_SELF, &peak);
+  std::fprintf(file, "\nMEMORY\n  %-34s %10s %20s\n", "what", "MB", "bytes an equation");
+  const auto line = [&](const char* what, double bytes) {
+    std::fprintf(file, "  %-34s %10.2f %20.0f\n", what, 1e-6 * bytes, bytes / std::max(1, equations));
+  };
+  for (const MemoryUse& u : use)
+    if (u.bytes > 0.0) line(u.what, u.bytes);
+  line("peak of the process", 1024.0 * static_cast<double>(peak.ru_maxrss));
 }
 
 double out_memory()

@@ -50,6 +50,7 @@ void out_increment(const Model& m, const Elements& el, const State& s, const Act
   history_row(m, el, s, out);
   out_check_increment(m, el, s, out);
   if (vtk_due(m, s, out)) out_vtk(m, el, s, grid, out);
+  else timer_skip(PHASE_OUTPUT);
   out_dat(m, el, s, out);
   out_erosion(m, s, out);
   out_fragments(m, el, s, false, out);
@@ -79,6 +80,7 @@ int out_close(const Model& m, const Elements& el, const State& s, const ActiveGr
   out_listing_solver(out.lst, solver);
   out_listing_ranks(out.lst, out.ranks);
   out_listing_skipped(out.lst, m, s);
+  out_listing_memory(out.lst, out.memory, s.log.equations);
   out_listing_end(out.lst, finished, failed);
   log_open(nullptr);
   out_file_close(out.lst, out.base + ".lst");

@@ -171,6 +171,22 @@ Status solve_back(Solver& s, const RealVec& b, RealVec& x)
   return static_cast<Status>(comm_share(status));
 }
 
+void solve_memory(const Solver& s, std::vector<MemoryUse>& out)
+{
+  const SolverData& d = *s.data;
+  const auto reals = [](const RealVec& v) { return static_cast<double>(v.capacity() * sizeof(double)); };
+  double numbers = static_cast<double>((d.off.capacity() + d.col.capacity()) * sizeof(int)), factors = reals(d.sky.a) + 1e6 * s.memory_mb;
+#ifdef MPFE_MUMPS
+  if (s.kind == SOLVER_MUMPS && d.mumps) numbers += mumps_memory(s);
+#endif
+  double vectors = reals(d.work.r) + reals(d.work.z) + reals(d.work.p) + reals(d.work.q) + reals(d.kept.x) + reals(d.kept.inverse);
+  for (const RealVec& x : d.past) vectors += reals(x);
+  out.push_back({"numbers of the entries for MUMPS", numbers});
+  out.push_back({"factors", factors});
+  out.push_back({"incomplete factors", static_cast<double>(d.cholesky.L.capacity() * sizeof(float))});
+  out.push_back({"vectors of the solver", vectors});
+}
+
 void solve_close(Solver& s)
 {
 #ifdef MPFE_MUMPS

@@ -115,6 +115,13 @@ Status solve_back(Solver& s, const RealVec& b, RealVec& x);
 // solve_system : A x = b on the path that the deck asks for, or that is the fastest as far as this run knows
 Status solve_system(Solver& s, const SysMatrix& A, const SolveAsk& ask, const RealVec& b, RealVec& x);
 
+// solve_memory : adds what the solver holds
+struct MemoryUse {
+  const char* what;
+  double bytes;
+};
+void solve_memory(const Solver& s, std::vector<MemoryUse>& out);
+
 void solve_close(Solver& s);
 
 #endif

@@ -118,6 +118,7 @@ Status mumps_analyse(Solver& s, const SysMatrix& A);
 Status mumps_factor(Solver& s, const SysMatrix& A);
 Status mumps_back(Solver& s, RealVec& x);
 void mumps_close(Solver& s);
+double mumps_memory(const Solver& s);          // bytes of the numbers of the entries
 #endif
 
 // precond.cpp

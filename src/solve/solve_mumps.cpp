@@ -271,6 +271,12 @@ Status mumps_back(Solver& s, RealVec& x)
   return STATUS_OK;
 }
 
+double mumps_memory(const Solver& s)
+{
+  const MumpsData& m = *s.data->mumps;
+  return static_cast<double>((m.irn.capacity() + m.jcn.capacity() + m.perm.capacity() + m.number.capacity()) * sizeof(MUMPS_INT));
+}
+
 void mumps_close(Solver& s)
 {
   if (!s.data->mumps) return;

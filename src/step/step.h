@@ -56,6 +56,9 @@ Status step_solve(Problem& p, const Attempt& a, int it, double residual, double 
 // faces; their supports must take all six rigid motions. Then a matrix of statics is not singular without being factorised.
 bool step_held(const Problem& p);
 
+// step_memory : bytes of what lives through the run
+void step_memory(const Problem& p, std::vector<MemoryUse>& out);
+
 // step_solved_well : was the correction exact enough for the last one?
 bool step_solved_well(const Problem& p, const LinearSystem& l);
 

@@ -19,7 +19,7 @@ void find_erosions(Problem& p, const Step& s, std::vector<Erosion>& erode)
   for (const FractureDef& d : p.m.fracture) interval = std::max(interval, d.interval);
   if (s.proc == PROC_DYNAMIC && interval > 0.0) {
     const double now = p.st.n.time;
-    if (now < fr.next_test - 1e-6 * interval) return;
+    if (now < fr.next_test - 1e-6 * interval) return timer_skip(PHASE_FRACTURE);
     fr.next_test = std::max(fr.next_test + interval, now + 0.5 * interval);
   }
   frac_test(p.m, s, p.el, p.fm, fr, p.st.n, p.energy, erode);

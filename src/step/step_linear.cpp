@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/timer.h"
 #include "step/step.h"
 
 namespace {
@@ -70,6 +71,7 @@ void step_tangent(Problem& p, const Attempt& a, int it, double residual, double 
   if (stay && std::all_of(pending.begin(), pending.end(), [](double x) { return x == 0.0; })) {
     for (int i = 0; i < s.neq(); ++i)
       if (s.fixed[i]) l.f[i] = 0.0;
+    timer_skip(PHASE_TANGENT);
     if (same) l.diag = z.diag;
     ++(same ? z.kept : z.near);
     return;

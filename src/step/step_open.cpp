@@ -130,6 +130,8 @@ Status step_prepare(Problem& p, const Step& s)
   if (st.bonds.nbond) {
     Timer timer(PHASE_BOND);
     bond_places(p.m, st.points, st.bonds, st.n.u, st.n.uc, xb);
+  } else {
+    timer_skip(PHASE_BOND);
   }
   if (has_contact(p.m)) {
     Timer timer(PHASE_CONTACT);
@@ -138,6 +140,8 @@ Status step_prepare(Problem& p, const Step& s)
     st.log.contact_searched += p.pairs.searched;
     st.log.contact_skipped += p.pairs.skipped;
     p.contact_s.assign(static_cast<size_t>(st.bonds.nbond) * p.m.dim, 0.0);
+  } else {
+    timer_skip(PHASE_CONTACT);
   }
   if (st.points.npoint) {
     Timer timer(PHASE_GRID);
@@ -147,6 +151,8 @@ Status step_prepare(Problem& p, const Step& s)
       return status;
     }
   } else {
+    timer_skip(PHASE_GRID);
+    timer_skip(PHASE_PROJECT);
     p.grid = ActiveGrid();
     p.grid.bond.off.assign(st.bonds.nbond + 1, 0);    // bonds to the ground and contact only
   }

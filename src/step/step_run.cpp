@@ -199,6 +199,7 @@ Status run_step(Problem& p, const Step& s, Output& out)
         st.n.time = start + clock.t + dt;
         p.ready   = false;
         if (p.fm.on) status = step_fracture(p, s, clock.t + dt, out);
+        else timer_skip(PHASE_FRACTURE);
         st.log.iterations = iterations;
       }
       if (status == STATUS_OK || status == SOLVER_FAILED || status == BAD_VALUE || status == OUTSIDE_GRID) break;
@@ -333,6 +334,7 @@ int step_run(Problem& p, Archive& f, Output& out)
               p.st.log.cuts, step_explain(p, status).c_str());
   warn_balance(p);
   load_of_ranks(p, out.ranks);
+  step_memory(p, out.memory);
   const int failed = comm_share(out_close(p.m, p.el, p.st, p.grid, p.solver, status == STATUS_OK, out));
   if (status == SOLVER_FAILED) return EXIT_RESOURCE;
   if (status == BAD_VALUE) return EXIT_DECK;
