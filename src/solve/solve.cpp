@@ -11,6 +11,18 @@
 
 namespace {
 
+const int SMALL     = 2000;    // equations
+const double NARROW = 2e6;     // operations of the skyline, half a millisecond; MUMPS takes a quarter of one for nothing
+
+bool by_mumps(const Solver& s) { return s.kind == SOLVER_MUMPS && !s.data->narrow; }
+
+// a small matrix with masses and a narrow profile: the skyline is faster than MUMPS begins
+bool narrow_analyse(Solver& s, const SysMatrix& A)
+{
+  if (s.kind != SOLVER_MUMPS || s.def.kind == SOLVER_MUMPS || !s.masses || A.neq() >= SMALL || comm_size() > 1) return false;
+  return skyline_analyse(s, A) == STATUS_OK && s.flops < NARROW;
+}
+
 using Work = Status (*)(Solver& s, const SysMatrix& A);
 
 // the work on A; first_only: by rank 0 on the whole matrix, and the others hear how it went
@@ -29,7 +41,7 @@ Status do_work(Solver& s, const SysMatrix& A, bool values, Work work)
 Status back_work(Solver& s, RealVec& x)
 {
 #ifdef MPFE_MUMPS
-  if (s.kind == SOLVER_MUMPS) return mumps_back(s, x);
+  if (by_mumps(s)) return mumps_back(s, x);
 #endif
   return skyline_back(s, x);
 }
@@ -112,7 +124,7 @@ Status solve_analyse(Solver& s, const SysMatrix& A)
 {
   MPFE_CHECK(s.data, "solve_analyse before solve_open");
   SolverData& d = *s.data;
-  if (d.analysed && solve_same_pattern(s, A)) return STATUS_OK;
+  if (d.analysed && solve_same_pattern(s, A) && (s.masses || !d.narrow)) return STATUS_OK;
 
   Stopwatch watch(s.seconds_analyse);
   ++s.nanalyse;
@@ -122,8 +134,9 @@ Status solve_analyse(Solver& s, const SysMatrix& A)
   d.col = A.col;
   Status status = STATUS_OK;
   if (A.nrow > 0) {
+    d.narrow = narrow_analyse(s, A);
 #ifdef MPFE_MUMPS
-    status = do_work(s, A, false, s.kind == SOLVER_MUMPS ? mumps_analyse : skyline_analyse);
+    if (!d.narrow) status = do_work(s, A, false, s.kind == SOLVER_MUMPS ? mumps_analyse : skyline_analyse);
 #else
     status = do_work(s, A, false, skyline_analyse);
 #endif
@@ -146,7 +159,7 @@ Status solve_factor(Solver& s, const SysMatrix& A)
   if (comm_most(!is_finite(A.val))) return solve_fail(s, BAD_NUMBER, "the matrix holds a value that is not a number");
   if (A.nrow > 0) {
 #ifdef MPFE_MUMPS
-    status = do_work(s, A, true, s.kind == SOLVER_MUMPS ? mumps_factor : skyline_factor);
+    status = do_work(s, A, true, by_mumps(s) ? mumps_factor : skyline_factor);
 #else
     status = do_work(s, A, true, skyline_factor);
 #endif

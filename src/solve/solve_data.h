@@ -85,6 +85,7 @@ struct SolverData {
   IntVec off, col;
   bool analysed = false, factored = false;
   bool first_only = false;     // several ranks: the first one factorises the whole matrix alone
+  bool narrow = false;         // factorised by the skyline, although MUMPS is there
   Skyline sky;
   long stamp = -1;             // of the matrix that was factorised
   Kept kept;

@@ -300,6 +300,7 @@ Status solve_system(Solver& s, const SysMatrix& A, const SolveAsk& ask, const Re
 {
   MPFE_CHECK(&x != &b, "solve_system: x and b are one vector");
   MPFE_CHECK(static_cast<int>(ask.key.size()) == A.nrow, "solve_system: one key for each row");
+  s.masses = ask.inertia;
   const long analysed = s.nanalyse, factored = s.nfactor;
   const Status status = by_best(s, A, ask, b, x);
   if (s.nanalyse == analysed) timer_skip(PHASE_ANALYSIS);
