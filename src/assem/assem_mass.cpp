@@ -23,7 +23,6 @@ void multiply(const System& s, const double* x, double* y)
     }
     for (int i = 0; i < D; ++i) y[r * D + i] += row[i];
   }
-  comm_sum(y);
 }
 
 // y = M x for one direction, rows from first on; masked entries of x and y are zero
@@ -101,6 +100,7 @@ void mass_multiply(const System& s, const RealVec& x, RealVec& y)
   y.assign(x.size(), 0.0);
   if (s.dim == 2) multiply<2>(s, x.data(), y.data());
   else multiply<3>(s, x.data(), y.data());
+  comm_sum(y);
 }
 
 int mass_solve(const System& s, int first, const RealVec& f, RealVec& x)
