@@ -80,6 +80,37 @@ void sort_unique(std::vector<long>& v)
   v.erase(std::unique(v.begin(), v.end()), v.end());
 }
 
+// The different keys of a list, ascending, and their numbers. Keys that lie close together are counted in a table over their
+// range, which is faster than sorting them.
+struct KeyNumbers {
+  std::vector<long> key;
+  long low = 0;
+  IntVec number;               // of low, low + 1, ...; empty: look it up in key
+  int of(long k) const { return number.empty() ? find_key(key, k) : number[k - low]; }
+};
+
+KeyNumbers number_keys(const std::vector<long>& all)
+{
+  KeyNumbers out;
+  if (all.empty()) return out;
+  const auto ends  = std::minmax_element(all.begin(), all.end());
+  const long range = *ends.second - *ends.first + 1;
+  out.low = *ends.first;
+  if (range > 8 * static_cast<long>(all.size())) {
+    out.key = all;
+    sort_unique(out.key);
+    return out;
+  }
+  out.number.assign(range, -1);
+  for (long k : all) out.number[k - out.low] = 0;
+  for (long i = 0; i < range; ++i) {
+    if (out.number[i] < 0) continue;
+    out.number[i] = static_cast<int>(out.key.size());
+    out.key.push_back(out.low + i);
+  }
+  return out;
+}
+
 // 1. cells and nodes under every corner and bond
 Status touch(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& uc, const RealVec& xb,
              Raw& raw, ActiveGrid& g, int* worst)
@@ -139,12 +170,12 @@ Status touch(const Model& m, const Points& pts, const Bonds& bonds, const RealVe
       }
     if (locate(grid, m.dim, x, s)) g.cell.push_back(cell_key(grid, m.dim, pts.field[pts.conn.begin(p)[0]], s.cell));
   }
-  sort_unique(g.cell);
-  raw.key = corner_key;
-  raw.key.insert(raw.key.end(), bond_key.begin(), bond_key.end());
-  sort_unique(raw.key);
-  for (long k : corner_key) raw.corner.item.push_back(find_key(raw.key, k));
-  for (long k : bond_key) raw.bond.item.push_back(find_key(raw.key, k));
+  g.cell = number_keys(g.cell).key;
+  const size_t ncorner_key = corner_key.size();
+  corner_key.insert(corner_key.end(), bond_key.begin(), bond_key.end());
+  const KeyNumbers numbers = number_keys(corner_key);
+  raw.key = numbers.key;
+  for (size_t i = 0; i < corner_key.size(); ++i) (i < ncorner_key ? raw.corner : raw.bond).item.push_back(numbers.of(corner_key[i]));
   return STATUS_OK;
 }
 
