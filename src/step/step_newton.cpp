@@ -89,15 +89,17 @@ bool converged(const Problem& p, const Attempt& a, const Balance& b, const RealV
   const Controls& c = a.step.ctl;
   if (by_rounding && b.free_norm <= rounding_floor(p, diag, a.du, a.cM)) return true;
   if (b.free_norm > c.tol_force * b.scale) return false;
+  // unknowns that are held keep a residual, which is judged by the reactions as well (theory 8.1)
+  const bool held = p.solver.hold >= 0 && p.solver.zero_equation >= 0;
   double res = 0.0, ref = 0.0, least = 0.0;
   if (p.fm.on) {                                     // broken material has next to no stiffness, and need not be judged by it
     for (double d : diag) least += d;
     least *= 1e-3 / static_cast<double>(s.neq());
   }
   for (int i = 0; i < s.neq(); ++i) {
-    if (s.fixed[i] || !(diag[i] > 0.0)) continue;
+    if ((s.fixed[i] && !held) || !(diag[i] > 0.0)) continue;
     const double k = std::max(diag[i], least);
-    res += b.R[i] * b.R[i] / k;
+    if (!s.fixed[i]) res += b.R[i] * b.R[i] / k;
     const double f = std::max({std::fabs(a.fint[i]), std::fabs(a.fext[i]), std::fabs(b.inertia[i])});
     ref += f * f / k;
   }
