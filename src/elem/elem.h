@@ -81,6 +81,24 @@ using ElemFormPack = Status (*)(const ElemBlock& b, const int* slot, const Kerne
 ElemFormPack elem_form_pack(const ElemBlock& b);   // null: the type has none
 ElemForm eas_form(Shape s);
 
+// by_shape : use(z) with the sizes of a shape as constants: z.D dimensions, z.N nodes, z.NGP Gauss points
+template <int DIM, int NODES, int POINTS>
+struct ElemSize {
+  static constexpr int D = DIM, N = NODES, NGP = POINTS;
+};
+
+template <class Use>
+auto by_shape(Shape s, Use use)
+{
+  switch (s) {
+    case SHAPE_TRI3: return use(ElemSize<2, 3, 1>());
+    case SHAPE_QUAD4: return use(ElemSize<2, 4, 4>());
+    case SHAPE_TET4: return use(ElemSize<3, 4, 1>());
+    case SHAPE_WEDGE6: return use(ElemSize<3, 6, 6>());
+    default: return use(ElemSize<3, 8, 8>());
+  }
+}
+
 // elem_ends : displacements of the nodes of an element at both ends of the step      [nen*dim]
 inline void elem_ends(const State& st, const int* node, int nen, int dim, double* u0, double* u1)
 {

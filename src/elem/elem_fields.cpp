@@ -70,13 +70,7 @@ using PackEnergy = void (*)(const Mesh& mesh, const ElemBlock& b, const int* slo
 PackEnergy pack_energy_of(const ElemBlock& b)
 {
   if (elem_table[b.type].enhanced) return nullptr;
-  switch (b.shape) {
-    case SHAPE_TRI3: return pack_energy<2, 3, 1>;
-    case SHAPE_QUAD4: return pack_energy<2, 4, 4>;
-    case SHAPE_TET4: return pack_energy<3, 4, 1>;
-    case SHAPE_WEDGE6: return pack_energy<3, 6, 6>;
-    default: return pack_energy<3, 8, 8>;
-  }
+  return by_shape(b.shape, [](auto z) -> PackEnergy { return pack_energy<z.D, z.N, z.NGP>; });
 }
 
 // S and psi of broken material from E of out, all six components

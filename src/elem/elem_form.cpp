@@ -88,13 +88,7 @@ Status form_broken(const ElemBlock& b, size_t slot, const ErodedLaw& law, const 
 Status elem_form_broken(const ElemBlock& b, size_t slot, const ErodedLaw& law, const KernelMode& mode,
                         const double* u0, const double* u1, double* re, double* ke)
 {
-  switch (b.shape) {
-    case SHAPE_TRI3: return form_broken<2, 3, 1>(b, slot, law, mode, u0, u1, re, ke);
-    case SHAPE_QUAD4: return form_broken<2, 4, 4>(b, slot, law, mode, u0, u1, re, ke);
-    case SHAPE_TET4: return form_broken<3, 4, 1>(b, slot, law, mode, u0, u1, re, ke);
-    case SHAPE_WEDGE6: return form_broken<3, 6, 6>(b, slot, law, mode, u0, u1, re, ke);
-    default: return form_broken<3, 8, 8>(b, slot, law, mode, u0, u1, re, ke);
-  }
+  return by_shape(b.shape, [&](auto z) { return form_broken<z.D, z.N, z.NGP>(b, slot, law, mode, u0, u1, re, ke); });
 }
 
 ErodedLaw elem_broken_law(const Model& m, const Elements& el, int e)
@@ -105,23 +99,11 @@ ErodedLaw elem_broken_law(const Model& m, const Elements& el, int e)
 ElemForm elem_form(const ElemBlock& b)
 {
   if (elem_table[b.type].enhanced) return eas_form(b.shape);
-  switch (b.shape) {
-    case SHAPE_TRI3: return form_one<2, 3, 1>;
-    case SHAPE_QUAD4: return form_one<2, 4, 4>;
-    case SHAPE_TET4: return form_one<3, 4, 1>;
-    case SHAPE_WEDGE6: return form_one<3, 6, 6>;
-    default: return form_one<3, 8, 8>;
-  }
+  return by_shape(b.shape, [](auto z) -> ElemForm { return form_one<z.D, z.N, z.NGP>; });
 }
 
 ElemFormPack elem_form_pack(const ElemBlock& b)
 {
   if (elem_table[b.type].enhanced) return nullptr;
-  switch (b.shape) {
-    case SHAPE_TRI3: return form_pack<2, 3, 1>;
-    case SHAPE_QUAD4: return form_pack<2, 4, 4>;
-    case SHAPE_TET4: return form_pack<3, 4, 1>;
-    case SHAPE_WEDGE6: return form_pack<3, 6, 6>;
-    default: return form_pack<3, 8, 8>;
-  }
+  return by_shape(b.shape, [](auto z) -> ElemFormPack { return form_pack<z.D, z.N, z.NGP>; });
 }
