@@ -21,47 +21,40 @@ void interpolate(const CornerShare& share, const RealVec& node, int dim, RealVec
     }
 }
 
-// shape functions of element e at the place of corner c at t = 0
-void element_at_corner(const Model& m, const Points& pts, int e, int c, double* N)
-{
-  const Shape shape = elem_table[m.mesh.elem_type[e]].shape;
-  const int *node = m.mesh.conn.begin(e), dim = m.dim;
-  double X[24], xi[3];
-  for (int a = 0; a < m.mesh.conn.count(e); ++a)
-    for (int i = 0; i < dim; ++i) X[a * dim + i] = m.mesh.X[3 * node[a] + i];
-  MPFE_CHECK(shape_inverse(shape, X, &pts.Xc[c * dim], xi), "a corner of an element is not found in it");
-  shape_eval(shape, xi, N, nullptr);
-}
-
-// corners that a neighbour has made before share the momentum of both: the mean, weighted with the masses        (7.11)
-//   in   old: number of corners without those of e;  before, added: masses of the others and of e at the corners
-void share_momentum(const Model& m, const Points& pts, int e, int old, const RealVec& before, const RealVec& added, Level& l)
+// a corner that a neighbour has made before shares the momentum of both: the mean, weighted with the masses        (7.11)
+//   in   before, added: masses of the others and of e at corner c
+void share_momentum(const Model& m, const Points& pts, int e, int c, double before, double added, Level& l)
 {
   double N[8];
-  for (int c = 0; c < old; ++c) {
-    if (added[c] == 0.0) continue;
-    element_at_corner(m, pts, e, c, N);
-    for (int i = 0; i < m.dim; ++i) {
-      double v = 0.0;
-      for (int a = 0; a < m.mesh.conn.count(e); ++a) v += N[a] * l.v[m.mesh.conn.begin(e)[a] * m.dim + i];
-      double& vc = l.vc[c * m.dim + i];
-      vc = (before[c] * vc + added[c] * v) / (before[c] + added[c]);
-    }
+  MPFE_CHECK(point_corner_in_element(m, pts, e, c, N), "a corner of an element is not found in it");
+  for (int i = 0; i < m.dim; ++i) {
+    double v = 0.0;
+    for (int a = 0; a < m.mesh.conn.count(e); ++a) v += N[a] * l.v[m.mesh.conn.begin(e)[a] * m.dim + i];
+    double& vc = l.vc[c * m.dim + i];
+    vc = (before * vc + added * v) / (before + added);
   }
 }
 
-//   mass [ncorner]   of the domains so far at their corners
-void convert_one(const Model& m, const FracMesh& fm, int e, CornerShare& share, RealVec& mass, State& st)
+//   mass [ncorner]    of the domains so far at their corners
+//   added [ncorner]   scratch, all zero before and after
+void convert_one(const Model& m, const FracMesh& fm, int e, CornerShare& share, RealVec& mass, RealVec& added, State& st)
 {
   const ConversionDef& c = m.conversion[fm.conv[e]];
   const int first = st.points.npoint, old = st.points.ncorner;
+  const size_t first_mass = st.points.mc.size();
   point_convert(m, c.body[m.mesh.elem_section[e]], e, share, st.points);
   interpolate(share, st.n.u, m.dim, st.n.uc);
   interpolate(share, st.n.v, m.dim, st.n.vc);
-  const RealVec added = point_corner_mass(st.points, first);
-  share_momentum(m, st.points, e, old, mass, added, st.n);
   mass.resize(st.points.ncorner, 0.0);
-  for (int k = 0; k < st.points.ncorner; ++k) mass[k] += added[k];
+  added.resize(st.points.ncorner, 0.0);
+  point_add_mass(st.points, first, first_mass, added);
+  for (int k = st.points.conn.off[first]; k < st.points.conn.off[st.points.npoint]; ++k) {
+    const int corner = st.points.conn.item[k];
+    if (added[corner] == 0.0) continue;
+    if (corner < old) share_momentum(m, st.points, e, corner, mass[corner], added[corner], st.n);
+    mass[corner] += added[corner];
+    added[corner] = 0.0;
+  }
   for (int p = first; p < st.points.npoint; ++p) {
     st.points.broken[p] = st.frac.broken[e];
     for (int i = 0; i < 3; ++i) st.points.normal[3 * p + i] = st.frac.normal[3 * e + i];
@@ -157,8 +150,9 @@ void frac_due(const Model& m, const Elements& el, const FracMesh& fm, const Frac
 void frac_convert(const Model& m, Elements& el, const FracMesh& fm, const IntVec& elem, CornerShare& share, State& st)
 {
   if (elem.empty()) return;
-  RealVec mass = point_corner_mass(st.points, 0);
-  for (int e : elem) convert_one(m, fm, e, share, mass, st);
+  RealVec mass(st.points.ncorner, 0.0), added;
+  point_add_mass(st.points, 0, 0, mass);
+  for (int e : elem) convert_one(m, fm, e, share, mass, added, st);
   elem_refresh(el);
   frac_interfaces(m, fm, st);
 }

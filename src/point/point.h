@@ -76,8 +76,12 @@ Status point_corner_force(const Model& m, const Points& pts, const std::vector<M
 void point_tangent(const Model& m, const Points& pts, const std::vector<MatLaw>& law, const KernelMode& mode,
                    const RealVec& uc0, const RealVec& uc1, const ActiveGrid& g, int p, RealVec& work, double* ke);
 
-// point_corner_mass : mass of the domains from the first-th on, at their corners: sum_d m_cd               [ncorner]
-RealVec point_corner_mass(const Points& pts, int first);
+// point_add_mass : adds the mass of the domains from the first-th on at their corners, sum_d m_cd; at: place of its masses in
+// Points::mc;  mass [ncorner]
+void point_add_mass(const Points& pts, int first, size_t at, RealVec& mass);
+
+// point_corner_in_element : shape functions of element e at the place of corner c at t = 0; false when it is not found
+bool point_corner_in_element(const Model& m, const Points& pts, int e, int c, double* N);
 
 // point_corner_momentum : q_c = sum_d m_cd v_d over all domains          [ncorner*dim]
 RealVec point_corner_momentum(const Points& pts, int dim, const RealVec& vc);

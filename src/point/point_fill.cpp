@@ -323,18 +323,26 @@ int point_fill(const Model& m, Points& pts)
   return f.errors + point_surfaces(m, pts);
 }
 
+bool point_corner_in_element(const Model& m, const Points& pts, int e, int c, double* N)
+{
+  const Shape shape     = elem_table[m.mesh.elem_type[e]].shape;
+  const ShapeInfo& info = shape_info[shape];
+  double X[24], xi[3];
+  for (int a = 0; a < info.nen; ++a)
+    for (int i = 0; i < info.dim; ++i) X[a * info.dim + i] = m.mesh.X[3 * m.mesh.conn.begin(e)[a] + i];
+  if (!shape_inverse(shape, X, &pts.Xc[c * info.dim], xi)) return false;
+  shape_eval(shape, xi, N, nullptr);
+  return true;
+}
+
 namespace {
 
 // is the corner c of a point on face f of the element e that it was?
 bool on_element_face(const Model& m, const Points& pts, int e, int f, int c)
 {
-  const Shape shape     = elem_table[m.mesh.elem_type[e]].shape;
-  const ShapeInfo& info = shape_info[shape];
-  double X[24], xi[3], N[8];
-  for (int a = 0; a < info.nen; ++a)
-    for (int i = 0; i < info.dim; ++i) X[a * info.dim + i] = m.mesh.X[3 * m.mesh.conn.begin(e)[a] + i];
-  if (!shape_inverse(shape, X, &pts.Xc[c * info.dim], xi)) return false;
-  shape_eval(shape, xi, N, nullptr);
+  const ShapeInfo& info = shape_info[elem_table[m.mesh.elem_type[e]].shape];
+  double N[8];
+  if (!point_corner_in_element(m, pts, e, c, N)) return false;
   double beside = 0.0;
   for (int a = 0; a < info.nen; ++a) {
     bool of_face = false;

@@ -1,22 +1,16 @@
 #include "point/point.h"
 
-RealVec point_corner_mass(const Points& pts, int first)
+void point_add_mass(const Points& pts, int first, size_t at, RealVec& mass)
 {
-  RealVec out(pts.ncorner, 0.0);
-  const double* m = pts.mc.data();
-  for (int p = 0; p < pts.npoint; ++p) {
+  const double* m = pts.mc.data() + at;
+  for (int p = first; p < pts.npoint; ++p) {
     const int *corner = pts.conn.begin(p), nen = pts.conn.count(p);
-    if (p < first) {
-      m += pair_count(nen);
-      continue;
-    }
     for (int a = 0; a < nen; ++a)
       for (int b = 0; b <= a; ++b, ++m) {
-        out[corner[a]] += *m;
-        if (a != b) out[corner[b]] += *m;
+        mass[corner[a]] += *m;
+        if (a != b) mass[corner[b]] += *m;
       }
   }
-  return out;
 }
 
 RealVec point_corner_momentum(const Points& pts, int dim, const RealVec& vc)
