@@ -35,6 +35,19 @@ MUMPS_INT& icntl(MumpsData& m, int i) { return m.id.icntl[i - 1]; }
 double& cntl(MumpsData& m, int i) { return m.id.cntl[i - 1]; }
 int infog(const MumpsData& m, int i) { return m.id.infog[i - 1]; }
 
+// equation of a zero pivot: of the first one that may not be held, else of the first one
+int zero_pivot(const MumpsData& m, int dim, int hold)
+{
+  int first = -1;
+  for (int k = 0; k < infog(m, 28); ++k) {
+    const int row = (m.id.pivnul_list[k] - 1) / dim, component = (m.id.pivnul_list[k] - 1) % dim;
+    const int I   = static_cast<int>(std::find(m.number.begin(), m.number.end(), row) - m.number.begin());
+    if (k == 0 || I < hold) first = I * dim + component;
+    if (I < hold) break;
+  }
+  return first;
+}
+
 int call(MumpsData& m, Job job)
 {
   m.id.job = job;
@@ -207,19 +220,6 @@ Status mumps_analyse(Solver& s, const SysMatrix& A)
   if (call(m, JOB_ANALYSE) < 0) return explain(s);
   s.flops_ahead = m.id.rinfog[0];
   return STATUS_OK;
-}
-
-// equation of a zero pivot: of the first one that may not be held, else of the first one
-static int zero_pivot(const MumpsData& m, int dim, int hold)
-{
-  int first = -1;
-  for (int k = 0; k < m.id.infog[27]; ++k) {
-    const int row = (m.id.pivnul_list[k] - 1) / dim, component = (m.id.pivnul_list[k] - 1) % dim;
-    const int I   = static_cast<int>(std::find(m.number.begin(), m.number.end(), row) - m.number.begin());
-    if (k == 0 || I < hold) first = I * dim + component;
-    if (I < hold) break;
-  }
-  return first;
 }
 
 // ---------------------------------------------------------------------------
