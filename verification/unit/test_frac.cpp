@@ -8,6 +8,7 @@
 #include "elem/kernel_broken.h"
 #include "frac/frac.h"
 #include "shape/shape.h"
+#include "samples.h"
 
 namespace {
 
@@ -218,15 +219,6 @@ double energy(const Sample& s, const RealVec& u)
   return sum;
 }
 
-KernelMode middle(double dissipation)
-{
-  KernelMode mode;
-  mode.mid   = true;
-  mode.s_new = 0.5 + dissipation;
-  mode.s_old = 0.5 - dissipation;
-  return mode;
-}
-
 // discrete gradient at a strain of D dimensions: error of the symmetric part of its derivative
 template <int D>
 double gradient_error(Split split, double dissipation, unsigned seed)
@@ -234,7 +226,7 @@ double gradient_error(Split split, double dissipation, unsigned seed)
   constexpr int nv = VoigtPlace<D>::nv;
   const MatLaw law = law_of(D == 3 ? PLANE_NONE : PLANE_STRAIN);
   const ErodedLaw er = broken_law(split, D);
-  const KernelMode mode = middle(dissipation);
+  const KernelMode mode = energy_momentum(dissipation);
   double E0[D * D], E1[D * D], S[D * D], C[nv * nv], num[nv * nv];
   const RealVec r = random_numbers(2 * D * D, seed, 0.08);       // 2E + I stays positive definite
   for (int i = 0; i < D; ++i)
@@ -370,7 +362,7 @@ TEST(Broken, WorkOfTheStepIsTheChangeOfEnergy)
         for (double size : {1.0, 1e-3, 1e-6}) {       // of the step: below 1e-5 the middle stress alone is used
           Sample s(shape, split, plane, 11);
           for (size_t i = 0; i < s.u1.size(); ++i) s.u1[i] = s.u0[i] + size * (s.u1[i] - s.u0[i]);
-          const RealVec f = s.force(middle(0.0), s.u1);
+          const RealVec f = s.force(energy_momentum(0.0), s.u1);
           double work = 0.0;
           for (size_t i = 0; i < f.size(); ++i) work += f[i] * (s.u1[i] - s.u0[i]);
           EXPECT_NEAR(energy(s, s.u1) - energy(s, s.u0), work, 3e-16) << split << " " << shape << " " << plane << " " << size;

@@ -366,7 +366,9 @@ TEST(Element, LumpedMassHasTheSumsOfTheRows)
       double row = 0.0;
       for (int c = 0; c < e.nen; ++c) {
         row += consistent[a >= c ? pair_place(a, c) : pair_place(c, a)];
-        if (c < a) EXPECT_EQ(0.0, lumped[pair_place(a, c)]);
+        if (c < a) {
+          EXPECT_EQ(0.0, lumped[pair_place(a, c)]);
+        }
       }
       EXPECT_GT(row, 0.0);
       EXPECT_NEAR(row, lumped[pair_place(a, a)], 1e-15) << s;

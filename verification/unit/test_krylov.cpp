@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "solve/solve_data.h"
+#include "samples.h"
 
 namespace {
 
@@ -45,13 +46,6 @@ Springs springs(int dim, int x0, int nx, int ny, double stiff, double soft)
       }
   }
   return s;
-}
-
-RealVec right_hand_side(const SysMatrix& A)
-{
-  RealVec b(A.neq());
-  for (int k = 0; k < A.neq(); ++k) b[k] = std::sin(1.0 + k);
-  return b;
 }
 
 // length of b - A x against that of b

@@ -9,6 +9,7 @@
 
 #include "base/comm.h"
 #include "solve/solve.h"
+#include "samples.h"
 
 namespace {
 
@@ -108,13 +109,6 @@ Eigen::MatrixXd dense(const SysMatrix& A)
           M(I * A.dim + i, A.col[k] * A.dim + j) = M(A.col[k] * A.dim + j, I * A.dim + i) = v;
         }
   return M;
-}
-
-RealVec right_hand_side(const SysMatrix& A)
-{
-  RealVec b(A.neq());
-  for (int k = 0; k < A.neq(); ++k) b[k] = std::sin(1.0 + k);
-  return b;
 }
 
 // largest difference of x to the solution of a dense factorisation, relative to its largest value

@@ -10,17 +10,9 @@
 #include "bond/contact.h"
 #include "deck/deck.h"
 #include "step/step.h"
+#include "samples.h"
 
 namespace {
-
-KernelMode energy_momentum(double dissipation)
-{
-  KernelMode mode;
-  mode.mid   = true;
-  mode.s_new = 0.5 + dissipation;
-  mode.s_old = 0.5 - dissipation;
-  return mode;
-}
 
 // ---- one contact bond -----------------------------------------------------
 
