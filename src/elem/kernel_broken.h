@@ -6,6 +6,10 @@
 //
 //   S = S(Em) + a dE,  a = [psi(n+1) - psi(n) - S(Em) : dE] / (dE : dE),  Em the middle strain      (2.14)
 //   D = 1/2 C(Em) + a I + sym(dE (x) da/dE),  the symmetric part of its derivative                  (2.15)
+//
+// and for laws that are a multiple of the intact one and a pressure, of the change of volume j alone:
+//
+//   S = c S0(Em) + q G(Em) + a dE,  q = [psi-(n+1) - psi-(n)] / [j(n+1) - j(n)],  G = dj/dE         (2.17)
 // ---------------------------------------------------------------------------
 #ifndef MPFE_ELEM_KERNEL_BROKEN_H
 #define MPFE_ELEM_KERNEL_BROKEN_H
@@ -28,51 +32,140 @@ struct VoigtPlace {            // tensor components of the nv strains, engineeri
   static constexpr int col[6] = {0, 1, D == 2 ? 1 : 2, 1, 2, 0};
 };
 
+// the step of the strains E0 -> E1 [D*D]
+template <int D>
+struct StrainStep {
+  double mid[D * D], d[D * D], dd = 0.0;             // middle, difference, its square
+  bool small = true;                                 // the middle stress is exact to rounding
+  StrainStep(const double* E0, const double* E1)
+  {
+    double mm = 0.0;
+    for (int k = 0; k < D * D; ++k) {
+      mid[k] = 0.5 * (E0[k] + E1[k]);
+      d[k]   = E1[k] - E0[k];
+      dd += d[k] * d[k];
+      mm += mid[k] * mid[k];
+    }
+    small = dd <= 1e-10 * mm;
+  }
+};
+
+// adds a I + sym(d (x) g) + w sym(A (x) B); engineering shear columns
+template <int D>
+inline void add_symmetric(double a, const double* d, const double* g, double w, const double* A, const double* B, double* C)
+{
+  using V = VoigtPlace<D>;
+  constexpr int nv = V::nv;
+  for (int i = 0; i < nv; ++i) {
+    const int k = V::row[i] * D + V::col[i];
+    C[i * nv + i] += a * (i < D ? 1.0 : 0.5);
+    for (int j = 0; j < nv; ++j) {
+      const int l = V::row[j] * D + V::col[j];
+      C[i * nv + j] += 0.5 * (d[k] * g[l] + g[k] * d[l]) + 0.5 * w * (A[k] * B[l] + B[k] * A[l]);
+    }
+  }
+}
+
+// out = A : d                                                                          [D*D]
+template <int D>
+inline void double_dot(const double* A, const double* d, double* out)
+{
+  using V = VoigtPlace<D>;
+  constexpr int nv = V::nv;
+  for (int i = 0; i < nv; ++i) {
+    double sum = 0.0;
+    for (int j = 0; j < nv; ++j) sum += A[i * nv + j] * d[V::row[j] * D + V::col[j]] * (j < D ? 1.0 : 2.0);
+    out[V::row[i] * D + V::col[i]] = out[V::col[i] * D + V::row[i]] = sum;
+  }
+}
+
+// discrete gradient of any law                                                         (2.14), (2.15)
+template <int D>
+inline void ip_discrete(const MatLaw& law, const ErodedLaw& er, const KernelMode& mode, const double* E0, const double* E1, double* S,
+                        double* C)
+{
+  constexpr int nv = VoigtPlace<D>::nv;
+  const StrainStep<D> e(E0, E1);
+  double S1[D * D], S0[D * D], Cm[nv * nv], C1[nv * nv], psi0, psi1, psim, work = 0.0;
+  split_eroded(law, D, er.split, mode.finite, er.c, e.mid, er.N, &psim, S, Cm);
+  for (int k = 0; C && k < nv * nv; ++k) C[k] = 0.5 * Cm[k];
+  if (e.small) return;
+  split_eroded(law, D, er.split, mode.finite, er.c, E1, er.N, &psi1, S1, C1);
+  split_eroded(law, D, er.split, mode.finite, er.c, E0, er.N, &psi0, S0, C1);
+  for (int k = 0; k < D * D; ++k) work += S[k] * e.d[k];
+  const double a = (psi1 - psi0 - work) / e.dd;
+  if (C) {
+    double Cd[D * D], g[D * D];
+    double_dot<D>(Cm, e.d, Cd);
+    for (int k = 0; k < D * D; ++k) g[k] = (S1[k] - S[k] - 0.5 * Cd[k] - 2.0 * a * e.d[k]) / e.dd;
+    add_symmetric<D>(a, e.d, g, 0.0, e.d, g, C);
+  }
+  for (int k = 0; k < D * D; ++k) S[k] += a * e.d[k];
+}
+
+// is the law c times the intact one, and a pressure beside it?
+inline bool ip_has_pressure(const MatLaw& law, const ErodedLaw& er)
+{
+  return (er.split == SPLIT_PRESSURE || er.split == SPLIT_VD) && law.plane != PLANE_STRESS;
+}
+
+// discrete gradient of psi = c psi0 + (1 - c) K/2 <j>_-^2: the kink is that of a number, so the pressure stays a pressure   (2.17)
+template <int D>
+inline void ip_discrete_pressure(const MatLaw& law, const ErodedLaw& er, const KernelMode& mode, const double* E0, const double* E1,
+                                 double* S, double* C)
+{
+  constexpr int nv = VoigtPlace<D>::nv;
+  const bool finite = mode.finite && er.split == SPLIT_PRESSURE;
+  const double K    = (1.0 - er.c) * (law.lam3 + 2.0 / 3.0 * law.mu);
+  const StrainStep<D> e(E0, E1);
+  double psi, Cm[nv * nv], G[D * D], G1[D * D], dG[nv * nv], unused[nv * nv], j0, j1, jm;
+  split_eroded(law, D, SPLIT_NONE, mode.finite, er.c, e.mid, er.N, &psi, S, Cm);
+  for (int k = 0; C && k < nv * nv; ++k) C[k] = 0.5 * Cm[k];
+  if (!split_volume(D, finite, E0, &j0, G1, unused) || !split_volume(D, finite, e.mid, &jm, G, dG) ||
+      !split_volume(D, finite, E1, &j1, G1, unused)) {
+    for (int k = 0; k < D * D; ++k) S[k] = std::nan("");
+    return;
+  }
+  const double n0 = std::min(j0, 0.0), n1 = std::min(j1, 0.0), dj = j1 - j0;
+  double q = 0.5 * K * (n0 + n1), slope = j1 < 0.0 ? 0.5 * K : 0.0;
+  if ((j0 < 0.0) != (j1 < 0.0)) {
+    q     = 0.5 * K * (n1 * n1 - n0 * n0) / dj;
+    slope = (K * n1 - q) / dj;
+  }
+  double rest = 0.0, a = 0.0;                        // J is not quadratic in E
+  if (finite && !e.small) {
+    rest = dj;
+    for (int k = 0; k < D * D; ++k) rest -= G[k] * e.d[k];
+    a = q * rest / e.dd;
+  }
+  for (int k = 0; k < D * D; ++k) S[k] += q * G[k] + a * e.d[k];
+  if (!C) return;
+  double Gd[D * D], g[D * D] = {0};
+  if (finite && !e.small) {
+    double_dot<D>(dG, e.d, Gd);
+    for (int k = 0; k < D * D; ++k) g[k] = (slope * rest * G1[k] + q * (G1[k] - G[k] - 0.5 * Gd[k]) - 2.0 * a * e.d[k]) / e.dd;
+  }
+  for (int k = 0; k < nv * nv; ++k) C[k] += 0.5 * q * dG[k];
+  add_symmetric<D>(a, e.d, g, slope, G, G1, C);
+}
+
 // S of the step and, unless C is null, its derivative C [nv*nv]; E0, E1 strains at t(n), t(n+1)   [D*D]
 template <int D>
 inline void ip_stress_broken(const MatLaw& law, const ErodedLaw& er, const KernelMode& mode, const double* E0,
                              const double* E1, double* S, double* C)
 {
-  using V = VoigtPlace<D>;
-  constexpr int nv = V::nv;
-  double psi1, C1[nv * nv];
+  constexpr int nv = VoigtPlace<D>::nv;
+  double psi, S0[D * D], S1[D * D], C1[nv * nv];
   if (!mode.mid) {
-    split_eroded(law, D, er.split, mode.finite, er.c, E1, er.N, &psi1, S, C ? C : C1);
+    split_eroded(law, D, er.split, mode.finite, er.c, E1, er.N, &psi, S, C ? C : C1);
     return;
   }
-  double Em[D * D], dE[D * D], S1[D * D], S0[D * D], Cm[nv * nv], psi0, psim, dd = 0.0, mm = 0.0, work = 0.0;
-  for (int k = 0; k < D * D; ++k) {
-    Em[k] = 0.5 * (E0[k] + E1[k]);
-    dE[k] = E1[k] - E0[k];
-    dd += dE[k] * dE[k];
-    mm += Em[k] * Em[k];
-  }
-  split_eroded(law, D, er.split, mode.finite, er.c, Em, er.N, &psim, S, Cm);
-  split_eroded(law, D, er.split, mode.finite, er.c, E1, er.N, &psi1, S1, C1);
-  split_eroded(law, D, er.split, mode.finite, er.c, E0, er.N, &psi0, S0, C ? C : C1);
-  if (C)
-    for (int k = 0; k < nv * nv; ++k) C[k] = 0.5 * Cm[k];
-  if (dd > 1e-10 * mm) {                             // below that the middle stress is exact to rounding
-    for (int k = 0; k < D * D; ++k) work += S[k] * dE[k];
-    const double a = (psi1 - psi0 - work) / dd;
-    if (C) {
-      double d[nv], g[nv], Cd[nv];
-      for (int i = 0; i < nv; ++i) d[i] = dE[V::row[i] * D + V::col[i]];
-      for (int i = 0; i < nv; ++i) {
-        Cd[i] = 0.0;
-        for (int j = 0; j < nv; ++j) Cd[i] += Cm[i * nv + j] * d[j] * (j < D ? 1.0 : 2.0);
-        const int k = V::row[i] * D + V::col[i];
-        g[i] = (S1[k] - S[k] - 0.5 * Cd[i] - 2.0 * a * d[i]) / dd;
-      }
-      for (int i = 0; i < nv; ++i) {
-        C[i * nv + i] += a * (i < D ? 1.0 : 0.5);
-        for (int j = 0; j < nv; ++j) C[i * nv + j] += 0.5 * (d[i] * g[j] + g[i] * d[j]);
-      }
-    }
-    for (int k = 0; k < D * D; ++k) S[k] += a * dE[k];
-  }
+  if (ip_has_pressure(law, er)) ip_discrete_pressure<D>(law, er, mode, E0, E1, S, C);
+  else ip_discrete<D>(law, er, mode, E0, E1, S, C);
   const double more = mode.s_new - 0.5;              // dissipation on demand
   if (more == 0.0) return;
+  split_eroded(law, D, er.split, mode.finite, er.c, E0, er.N, &psi, S0, C1);
+  split_eroded(law, D, er.split, mode.finite, er.c, E1, er.N, &psi, S1, C1);
   for (int k = 0; k < D * D; ++k) S[k] += more * (S1[k] - S0[k]);
   if (C)
     for (int k = 0; k < nv * nv; ++k) C[k] += more * C1[k];

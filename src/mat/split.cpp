@@ -40,6 +40,13 @@ void six_of(int dim, const double* E, double E6[6])
   }
 }
 
+// the six in the components of the kernel
+const int* seen_by(int dim)
+{
+  static const int plane[3] = {0, 1, 3}, space[6] = {0, 1, 2, 3, 4, 5};
+  return dim == 2 ? plane : space;
+}
+
 // principal strains and their unit vectors: closed form when 33 is one of them. Otherwise the iterative solver:
 // the direct one of Eigen loses half of the digits near equal values.
 void principal(const double E[6], double e[3], double v[3][3])
@@ -155,48 +162,52 @@ void split_spectral(const MatLaw& law, const double E[6], SplitOut& o)
   }
 }
 
-// pressure of finite strain: psi-, S-, C-; false: 2E + I is not positive definite        (2.10)
-bool add_pressure(double K, const double E[6], double& psi, double S[6], double C[36])
+// j = J - 1 (finite) or tr E, its gradient G and the derivative D of that; false: 2E + I is not positive definite
+bool volume(bool finite, const double E[6], double& j, double G[6], double D[36])
 {
+  const double I1 = E[0] + E[1] + E[2];
+  std::fill(D, D + 36, 0.0);
+  std::copy(Id, Id + 6, G);
+  j = I1;
+  if (!finite) return true;
   const double c11 = 1.0 + 2.0 * E[0], c22 = 1.0 + 2.0 * E[1], c33 = 1.0 + 2.0 * E[2];
   const double c12 = 2.0 * E[3], c23 = 2.0 * E[4], c31 = 2.0 * E[5];
   // det C - 1 from the invariants of E, so that small strains lose no digits
-  const double I1 = E[0] + E[1] + E[2];
   const double I2 = E[0] * E[1] + E[1] * E[2] + E[2] * E[0] - E[3] * E[3] - E[4] * E[4] - E[5] * E[5];
   const double I3 = E[0] * (E[1] * E[2] - E[4] * E[4]) - E[3] * (E[3] * E[2] - E[4] * E[5]) + E[5] * (E[3] * E[4] - E[1] * E[5]);
   const double det1 = 2.0 * I1 + 4.0 * I2 + 8.0 * I3, det = 1.0 + det1;
   if (!(c11 > 0.0 && c11 * c22 - c12 * c12 > 0.0 && det > 0.0)) return false;
-  const double J = std::sqrt(det), J1 = det1 / (1.0 + J);
-  if (J1 > 0.0) return true;
+  const double J = std::sqrt(det);
   const double inv[3][3] = {
     {(c22 * c33 - c23 * c23) / det, (c31 * c23 - c12 * c33) / det, (c12 * c23 - c31 * c22) / det},
     {(c31 * c23 - c12 * c33) / det, (c11 * c33 - c31 * c31) / det, (c12 * c31 - c11 * c23) / det},
     {(c12 * c23 - c31 * c22) / det, (c12 * c31 - c11 * c23) / det, (c11 * c22 - c12 * c12) / det}};
-  psi = 0.5 * K * J1 * J1;
+  j = det1 / (1.0 + J);
   for (int m = 0; m < 6; ++m) {
-    const int i = voigt_i[m], j = voigt_j[m];
-    S[m] = K * J1 * J * inv[i][j];
+    const int a = voigt_i[m], b = voigt_j[m];
+    G[m] = J * inv[a][b];
     for (int n = 0; n < 6; ++n) {
       const int k = voigt_i[n], l = voigt_j[n];
-      C[6 * m + n] = K * (2.0 * J - 1.0) * J * inv[i][j] * inv[k][l]
-                   - K * J1 * J * (inv[i][k] * inv[j][l] + inv[i][l] * inv[j][k]);
+      D[6 * m + n] = J * (inv[a][b] * inv[k][l] - inv[a][k] * inv[b][l] - inv[a][l] * inv[b][k]);
     }
   }
   return true;
 }
 
+// pressure of a loss of volume                                                            (2.10)
 void split_pressure(const MatLaw& law, bool finite, const double E[6], SplitOut& o)
 {
-  const double K = law.lam3 + 2.0 / 3.0 * law.mu, tr = E[0] + E[1] + E[2];
-  if (finite) {
-    if (!add_pressure(K, E, o.psi_minus, o.Sm, o.Cm)) {
-      o.psi_plus = o.psi_minus = std::numeric_limits<double>::quiet_NaN();
-      return;
-    }
-  } else if (!(tr > 0.0)) {
-    o.psi_minus = 0.5 * K * tr * tr;
-    for (int m = 0; m < 3; ++m) o.Sm[m] = K * tr;
-    add_dyad(K, Id, o.Cm);
+  const double K = law.lam3 + 2.0 / 3.0 * law.mu;
+  double j, G[6], D[36];
+  if (!volume(finite, E, j, G, D)) {
+    o.psi_plus = o.psi_minus = std::numeric_limits<double>::quiet_NaN();
+    return;
+  }
+  if (!(j > 0.0)) {
+    o.psi_minus = 0.5 * K * j * j;
+    for (int m = 0; m < 6; ++m) o.Sm[m] = K * j * G[m];
+    for (int m = 0; m < 36; ++m) o.Cm[m] = K * j * D[m];
+    add_dyad(K, G, o.Cm);
   }
   add_rest(law, E, o.psi_minus, o.Sm, o.Cm, o.psi_plus, o.Sp, o.Cp);
 }
@@ -264,8 +275,7 @@ double split_drive(const MatLaw& law, int dim, Split split, bool finite, const d
 void split_eroded(const MatLaw& law, int dim, Split split, bool finite, double c, const double* E, const double N[3],
                   double* psi, double* S, double* C)
 {
-  const int nv = dim == 2 ? 3 : 6;
-  const int seen[6] = {0, 1, dim == 2 ? 3 : 2, 3, 4, 5};       // the six in the components of the kernel
+  const int nv = dim == 2 ? 3 : 6, *seen = seen_by(dim);
   const bool release = dim == 2 && law.plane == PLANE_STRESS;
   double E6[6];
   SplitOut o;
@@ -286,4 +296,18 @@ void split_eroded(const MatLaw& law, int dim, Split split, bool finite, double c
       C[nv * m + n] = D[6 * k + l];
       if (release && D[14] > 0.0) C[nv * m + n] -= D[6 * k + 2] * D[12 + l] / D[14];
     }
+}
+
+bool split_volume(int dim, bool finite, const double* E, double* j, double* G, double* D)
+{
+  const int nv = dim == 2 ? 3 : 6, *seen = seen_by(dim);
+  double E6[6], G6[6], D6[36];
+  six_of(dim, E, E6);
+  if (!volume(finite, E6, *j, G6, D6)) return false;
+  for (int m = 0; m < nv; ++m) {
+    const int i = voigt_i[seen[m]], k = voigt_j[seen[m]];
+    G[dim * i + k] = G[dim * k + i] = G6[seen[m]];
+    for (int n = 0; n < nv; ++n) D[nv * m + n] = D6[6 * seen[m] + seen[n]];
+  }
+  return true;
 }

@@ -66,4 +66,17 @@ double split_drive(const MatLaw& law, int dim, Split split, bool finite, const d
 void split_eroded(const MatLaw& law, int dim, Split split, bool finite, double c, const double* E, const double N[3],
                   double* psi, double* S, double* C);
 
+// ---------------------------------------------------------------------------
+// split_volume : what SPLIT_VD and SPLIT_PRESSURE take for the change of volume, psi- = K/2 <j>_-^2
+//
+//   in   finite   false: j = tr E; true: J - 1 of E (SPLIT_PRESSURE with NLGEOM)
+//        E        plane components                    [dim*dim]; plane strain: E33 = 0
+//   out  j
+//        G        dj/dE                               [dim*dim]
+//        D        dG/dE, engineering shear columns    [nv*nv]
+//   returns       false: 2E + I is not positive definite
+//   theory        doc/theory.md: (2.8), (2.10)
+// ---------------------------------------------------------------------------
+bool split_volume(int dim, bool finite, const double* E, double* j, double* G, double* D);
+
 #endif

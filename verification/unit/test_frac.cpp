@@ -379,6 +379,23 @@ TEST(Broken, DerivativeOfTheDiscreteGradient)
       }
 }
 
+// material that closes in the middle of a step while it shears: the stress is the pressure of (2.17), without shear
+TEST(Broken, ClosingUnderShearGivesPressureAlone)
+{
+  const MatLaw law = law_of(PLANE_NONE);
+  ErodedLaw er;
+  er.split = SPLIT_PRESSURE;
+  er.c     = 0.0;
+  for (double size : {1e-2, 1e-3}) {
+    const double E0[9] = {0.3 * size, size, 0, size, 0, 0, 0, 0, 0}, E1[9] = {-0.5 * size, 3 * size, 0, 3 * size, 0, 0, 0, 0, 0};
+    double S[9];
+    ip_stress_broken<3>(law, er, energy_momentum(0.0), E0, E1, S, nullptr);
+    EXPECT_LT(S[0], 0.0);
+    EXPECT_LT(std::fabs(S[1] / S[0]), 5 * size);
+    EXPECT_LT(std::fabs(S[0] / S[8] - 1.0), 2 * size);
+  }
+}
+
 // the tangent of a broken point, on the grid nodes of its corners, against differences of the corner forces
 TEST(Broken, PointTangentAgainstDifferences)
 {
