@@ -7,9 +7,9 @@
 //   S = S(Em) + a dE,  a = [psi(n+1) - psi(n) - S(Em) : dE] / (dE : dE),  Em the middle strain      (2.14)
 //   D = 1/2 C(Em) + a I + sym(dE (x) da/dE),  the symmetric part of its derivative                  (2.15)
 //
-// and for laws that are a multiple of the intact one and a pressure, of the change of volume j alone:
+// RCE, VD and PRESSURE have their kink in one number j (normal stress of the crack, change of volume):
 //
-//   S = c S0(Em) + q G(Em) + a dE,  q = [psi-(n+1) - psi-(n)] / [j(n+1) - j(n)],  G = dj/dE         (2.17)
+//   S = S(Em) + [q - f'(j(Em))] G(Em) + a dE,  q = [f(j(n+1)) - f(j(n))] / [j(n+1) - j(n)],  G = dj/dE    (2.17)
 // ---------------------------------------------------------------------------
 #ifndef MPFE_ELEM_KERNEL_BROKEN_H
 #define MPFE_ELEM_KERNEL_BROKEN_H
@@ -50,20 +50,25 @@ struct StrainStep {
   }
 };
 
-// adds a I + sym(d (x) g) + w sym(A (x) B); engineering shear columns
+// C += w sym(A (x) B); engineering shear columns
 template <int D>
-inline void add_symmetric(double a, const double* d, const double* g, double w, const double* A, const double* B, double* C)
+inline void add_dyad(double w, const double* A, const double* B, double* C)
 {
   using V = VoigtPlace<D>;
   constexpr int nv = V::nv;
-  for (int i = 0; i < nv; ++i) {
-    const int k = V::row[i] * D + V::col[i];
-    C[i * nv + i] += a * (i < D ? 1.0 : 0.5);
+  for (int i = 0; i < nv; ++i)
     for (int j = 0; j < nv; ++j) {
-      const int l = V::row[j] * D + V::col[j];
-      C[i * nv + j] += 0.5 * (d[k] * g[l] + g[k] * d[l]) + 0.5 * w * (A[k] * B[l] + B[k] * A[l]);
+      const int k = V::row[i] * D + V::col[i], l = V::row[j] * D + V::col[j];
+      C[i * nv + j] += 0.5 * w * (A[k] * B[l] + B[k] * A[l]);
     }
-  }
+}
+
+// C += a I
+template <int D>
+inline void add_identity(double a, double* C)
+{
+  constexpr int nv = VoigtPlace<D>::nv;
+  for (int i = 0; i < nv; ++i) C[i * nv + i] += a * (i < D ? 1.0 : 0.5);
 }
 
 // out = A : d                                                                          [D*D]
@@ -98,55 +103,58 @@ inline void ip_discrete(const MatLaw& law, const ErodedLaw& er, const KernelMode
     double Cd[D * D], g[D * D];
     double_dot<D>(Cm, e.d, Cd);
     for (int k = 0; k < D * D; ++k) g[k] = (S1[k] - S[k] - 0.5 * Cd[k] - 2.0 * a * e.d[k]) / e.dd;
-    add_symmetric<D>(a, e.d, g, 0.0, e.d, g, C);
+    add_identity<D>(a, C);
+    add_dyad<D>(1.0, e.d, g, C);
   }
   for (int k = 0; k < D * D; ++k) S[k] += a * e.d[k];
 }
 
-// is the law c times the intact one, and a pressure beside it?
-inline bool ip_has_pressure(const MatLaw& law, const ErodedLaw& er)
+// w/2 <side j>_+^2 from j0 to j1: its discrete derivative and the derivative of that to j1
+inline void ip_one_sided(double w, int side, double j0, double j1, double& q, double& slope)
 {
-  return (er.split == SPLIT_PRESSURE || er.split == SPLIT_VD) && law.plane != PLANE_STRESS;
+  const double p0 = std::max(side * j0, 0.0), p1 = std::max(side * j1, 0.0);
+  q     = 0.5 * w * side * (p0 + p1);
+  slope = p1 > 0.0 ? 0.5 * w : 0.0;
+  if ((p0 > 0.0) == (p1 > 0.0)) return;
+  q     = 0.5 * w * (p1 * p1 - p0 * p0) / (j1 - j0);
+  slope = (w * side * p1 - q) / (j1 - j0);
 }
 
-// discrete gradient of psi = c psi0 + (1 - c) K/2 <j>_-^2: the kink is that of a number, so the pressure stays a pressure   (2.17)
+// discrete gradient of a law whose kink is that of a number: what the crack passes in a step stays a normal stress or a pressure   (2.17)
 template <int D>
-inline void ip_discrete_pressure(const MatLaw& law, const ErodedLaw& er, const KernelMode& mode, const double* E0, const double* E1,
-                                 double* S, double* C)
+inline void ip_discrete_kink(const MatLaw& law, const ErodedLaw& er, const KernelMode& mode, const double* E0, const double* E1,
+                             double* S, double* C)
 {
   constexpr int nv = VoigtPlace<D>::nv;
-  const bool finite = mode.finite && er.split == SPLIT_PRESSURE;
-  const double K    = (1.0 - er.c) * (law.lam3 + 2.0 / 3.0 * law.mu);
   const StrainStep<D> e(E0, E1);
-  double psi, Cm[nv * nv], G[D * D], G1[D * D], dG[nv * nv], unused[nv * nv], j0, j1, jm;
-  split_eroded(law, D, SPLIT_NONE, mode.finite, er.c, e.mid, er.N, &psi, S, Cm);
-  for (int k = 0; C && k < nv * nv; ++k) C[k] = 0.5 * Cm[k];
-  if (!split_volume(D, finite, E0, &j0, G1, unused) || !split_volume(D, finite, e.mid, &jm, G, dG) ||
-      !split_volume(D, finite, E1, &j1, G1, unused)) {
+  double psi, Cm[nv * nv];
+  SplitKink k0, m, k1;
+  split_eroded(law, D, er.split, mode.finite, er.c, e.mid, er.N, &psi, S, Cm);
+  if (!split_kink(law, D, er.split, mode.finite, er.c, E0, er.N, k0) || !split_kink(law, D, er.split, mode.finite, er.c, e.mid, er.N, m) ||
+      !split_kink(law, D, er.split, mode.finite, er.c, E1, er.N, k1)) {
     for (int k = 0; k < D * D; ++k) S[k] = std::nan("");
     return;
   }
-  const double n0 = std::min(j0, 0.0), n1 = std::min(j1, 0.0), dj = j1 - j0;
-  double q = 0.5 * K * (n0 + n1), slope = j1 < 0.0 ? 0.5 * K : 0.0;
-  if ((j0 < 0.0) != (j1 < 0.0)) {
-    q     = 0.5 * K * (n1 * n1 - n0 * n0) / dj;
-    slope = (K * n1 - q) / dj;
+  const double had = m.side * m.j > 0.0 ? m.w : 0.0;           // the middle's share of the one-sided part gives way to q
+  double q, slope;
+  ip_one_sided(m.w, m.side, k0.j, k1.j, q, slope);
+  const double more = q - had * m.j;
+  if (C) {
+    for (int k = 0; k < nv * nv; ++k) C[k] = 0.5 * (Cm[k] + more * m.D[k]);
+    add_dyad<D>(slope, m.G, k1.G, C);
+    add_dyad<D>(-0.5 * had, m.G, m.G, C);
   }
-  double rest = 0.0, a = 0.0;                        // J is not quadratic in E
-  if (finite && !e.small) {
-    rest = dj;
-    for (int k = 0; k < D * D; ++k) rest -= G[k] * e.d[k];
-    a = q * rest / e.dd;
-  }
-  for (int k = 0; k < D * D; ++k) S[k] += q * G[k] + a * e.d[k];
+  for (int k = 0; k < D * D; ++k) S[k] += more * m.G[k];
+  if (!(mode.finite && er.split == SPLIT_PRESSURE) || e.small) return;
+  double rest = k1.j - k0.j, Gd[D * D], g[D * D];    // J is not linear in E
+  for (int k = 0; k < D * D; ++k) rest -= m.G[k] * e.d[k];
+  const double a = q * rest / e.dd;
+  for (int k = 0; k < D * D; ++k) S[k] += a * e.d[k];
   if (!C) return;
-  double Gd[D * D], g[D * D] = {0};
-  if (finite && !e.small) {
-    double_dot<D>(dG, e.d, Gd);
-    for (int k = 0; k < D * D; ++k) g[k] = (slope * rest * G1[k] + q * (G1[k] - G[k] - 0.5 * Gd[k]) - 2.0 * a * e.d[k]) / e.dd;
-  }
-  for (int k = 0; k < nv * nv; ++k) C[k] += 0.5 * q * dG[k];
-  add_symmetric<D>(a, e.d, g, slope, G, G1, C);
+  double_dot<D>(m.D, e.d, Gd);
+  for (int k = 0; k < D * D; ++k) g[k] = (slope * rest * k1.G[k] + q * (k1.G[k] - m.G[k] - 0.5 * Gd[k]) - 2.0 * a * e.d[k]) / e.dd;
+  add_identity<D>(a, C);
+  add_dyad<D>(1.0, e.d, g, C);
 }
 
 // S of the step and, unless C is null, its derivative C [nv*nv]; E0, E1 strains at t(n), t(n+1)   [D*D]
@@ -160,7 +168,7 @@ inline void ip_stress_broken(const MatLaw& law, const ErodedLaw& er, const Kerne
     split_eroded(law, D, er.split, mode.finite, er.c, E1, er.N, &psi, S, C ? C : C1);
     return;
   }
-  if (ip_has_pressure(law, er)) ip_discrete_pressure<D>(law, er, mode, E0, E1, S, C);
+  if (split_has_kink(law, er.split)) ip_discrete_kink<D>(law, er, mode, E0, E1, S, C);
   else ip_discrete<D>(law, er, mode, E0, E1, S, C);
   const double more = mode.s_new - 0.5;              // dissipation on demand
   if (more == 0.0) return;

@@ -298,16 +298,30 @@ void split_eroded(const MatLaw& law, int dim, Split split, bool finite, double c
     }
 }
 
-bool split_volume(int dim, bool finite, const double* E, double* j, double* G, double* D)
+bool split_has_kink(const MatLaw& law, Split split)
+{
+  return law.plane != PLANE_STRESS && (split == SPLIT_RCE || split == SPLIT_VD || split == SPLIT_PRESSURE);
+}
+
+bool split_kink(const MatLaw& law, int dim, Split split, bool finite, double c, const double* E, const double N[3], SplitKink& kink)
 {
   const int nv = dim == 2 ? 3 : 6, *seen = seen_by(dim);
-  double E6[6], G6[6], D6[36];
+  double E6[6], G6[6], D6[36] = {0};
   six_of(dim, E, E6);
-  if (!volume(finite, E6, *j, G6, D6)) return false;
+  if (split == SPLIT_RCE) {
+    for (int m = 0; m < 6; ++m) G6[m] = law.lam3 * Id[m] + 2.0 * law.mu * N[voigt_i[m]] * N[voigt_j[m]];
+    kink.j    = dot(G6, E6);
+    kink.side = 1;
+    kink.w    = -(1.0 - c) / (law.lam3 + 2.0 * law.mu);
+  } else {
+    if (!volume(finite && split == SPLIT_PRESSURE, E6, kink.j, G6, D6)) return false;
+    kink.side = -1;
+    kink.w    = (1.0 - c) * (law.lam3 + 2.0 / 3.0 * law.mu);
+  }
   for (int m = 0; m < nv; ++m) {
     const int i = voigt_i[seen[m]], k = voigt_j[seen[m]];
-    G[dim * i + k] = G[dim * k + i] = G6[seen[m]];
-    for (int n = 0; n < nv; ++n) D[nv * m + n] = D6[6 * seen[m] + seen[n]];
+    kink.G[dim * i + k] = kink.G[dim * k + i] = G6[seen[m]];
+    for (int n = 0; n < nv; ++n) kink.D[nv * m + n] = D6[6 * seen[m] + seen[n]];
   }
   return true;
 }

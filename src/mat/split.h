@@ -67,16 +67,24 @@ void split_eroded(const MatLaw& law, int dim, Split split, bool finite, double c
                   double* psi, double* S, double* C);
 
 // ---------------------------------------------------------------------------
-// split_volume : what SPLIT_VD and SPLIT_PRESSURE take for the change of volume, psi- = K/2 <j>_-^2
+// split_kink : the law of broken material as a quadratic form and a function of one number, which has the kink
 //
-//   in   finite   false: j = tr E; true: J - 1 of E (SPLIT_PRESSURE with NLGEOM)
-//        E        plane components                    [dim*dim]; plane strain: E33 = 0
-//   out  j
-//        G        dj/dE                               [dim*dim]
-//        D        dG/dE, engineering shear columns    [nv*nv]
+//   psi = quadratic + w/2 <side j>_+^2       RCE: j = s_n, side 1;  VD: j = tr E, PRESSURE with NLGEOM: j = J - 1, side -1
+//
+//   in   as split_eroded
+//   out  kink     j, dj/dE, d2j/dE2 (engineering shear columns), w, side
 //   returns       false: 2E + I is not positive definite
-//   theory        doc/theory.md: (2.8), (2.10)
+//   theory        doc/theory.md: (2.6), (2.8), (2.10), (2.17)
+//
+// split_has_kink : has it this form? Not SPECTRAL, nor plane stress
 // ---------------------------------------------------------------------------
-bool split_volume(int dim, bool finite, const double* E, double* j, double* G, double* D);
+struct SplitKink {
+  double j, w;
+  int side;
+  double G[9], D[36];          // [dim*dim], [nv*nv]
+};
+
+bool split_has_kink(const MatLaw& law, Split split);
+bool split_kink(const MatLaw& law, int dim, Split split, bool finite, double c, const double* E, const double N[3], SplitKink& kink);
 
 #endif
