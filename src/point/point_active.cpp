@@ -15,9 +15,10 @@ struct Spot {
   double xi[3] = {0, 0, 0};
 };
 
-bool locate(const Grid& g, int dim, const double* x, Spot& s)
+template <int D>
+bool locate(const Grid& g, const double* x, Spot& s)
 {
-  for (int i = 0; i < dim; ++i) {
+  for (int i = 0; i < D; ++i) {
     const double t = (x[i] - g.lo[i]) / g.h[i];
     if (!(t > -rim && t < g.n[i] + rim)) return false;
     int c     = static_cast<int>(std::floor(t));
@@ -60,14 +61,6 @@ void each_node(const Grid& g, int dim, int field, const int* cell, const double*
   }
 }
 
-// touched grid nodes before the extended basis: keys, and lists of corners and bonds on them
-struct Raw {
-  std::vector<long> key;
-  ListTable corner, bond;
-  RealVec corner_w, bond_w;
-  RealVec support;             // max_p S_pv
-};
-
 int find_key(const std::vector<long>& sorted, long key)
 {
   const auto it = std::lower_bound(sorted.begin(), sorted.end(), key);
@@ -80,151 +73,204 @@ void sort_unique(std::vector<long>& v)
   v.erase(std::unique(v.begin(), v.end()), v.end());
 }
 
-// The different keys of a list, ascending, and their numbers. Keys that lie close together are counted in a table over their
-// range, which is faster than sorting them.
+// The different keys of a list, ascending, and their numbers. Keys of the grid that lie close together are counted in a table
+// over their range, which is faster than sorting them.
 struct KeyNumbers {
   std::vector<long> key;
   long low = 0;
   IntVec number;               // of low, low + 1, ...; empty: look it up in key
-  int of(long k) const { return number.empty() ? find_key(key, k) : number[k - low]; }
+  int of(long k) const { return number.empty() || k >= key_own ? find_key(key, k) : number[k - low]; }
 };
 
-KeyNumbers number_keys(const std::vector<long>& all)
+void number_keys(const std::vector<long>& all, KeyNumbers& out)
 {
-  KeyNumbers out;
-  if (all.empty()) return out;
-  const auto ends  = std::minmax_element(all.begin(), all.end());
-  const long range = *ends.second - *ends.first + 1;
-  out.low = *ends.first;
-  if (range > 8 * static_cast<long>(all.size())) {
+  std::vector<long> own;
+  long low = key_own, high = -1;
+  for (long k : all) {
+    if (k >= key_own) {
+      own.push_back(k);
+    } else {
+      low  = std::min(low, k);
+      high = std::max(high, k);
+    }
+  }
+  out.key.clear();
+  out.number.clear();
+  out.low = low;
+  if (high - low >= 8 * static_cast<long>(all.size())) {
     out.key = all;
     sort_unique(out.key);
-    return out;
+    return;
   }
-  out.number.assign(range, -1);
-  for (long k : all) out.number[k - out.low] = 0;
-  for (long i = 0; i < range; ++i) {
-    if (out.number[i] < 0) continue;
-    out.number[i] = static_cast<int>(out.key.size());
-    out.key.push_back(out.low + i);
+  if (high >= low) {
+    out.number.assign(high - low + 1, -1);
+    for (long k : all)
+      if (k < key_own) out.number[k - low] = 0;
+    for (size_t i = 0; i < out.number.size(); ++i) {
+      if (out.number[i] < 0) continue;
+      out.number[i] = static_cast<int>(out.key.size());
+      out.key.push_back(low + static_cast<long>(i));
+    }
   }
-  return out;
+  sort_unique(own);
+  out.key.insert(out.key.end(), own.begin(), own.end());
 }
 
-// 1. cells and nodes under every corner and bond
+// the weights of a place on the nodes of its cell, without those that are zero; returns how many
+template <int D>
+int cell_weights(const Grid& g, int field, const Spot& s, long* key, double* w)
+{
+  const long first = node_key(g, D, field, s.cell), step[3] = {1, g.n[0] + 1L, (g.n[0] + 1L) * (g.n[1] + 1L)};
+  int n = 0;
+  for (int k = 0; k < (1 << D); ++k) {
+    double N  = 1.0;
+    long node = first;
+    for (int i = 0; i < D; ++i) {
+      const bool up = (k >> i) & 1;
+      N *= up ? s.xi[i] : 1.0 - s.xi[i];
+      if (up) node += step[i];
+    }
+    key[n] = node;
+    w[n]   = N;
+    n += N != 0.0;
+  }
+  return n;
+}
+
+// Weights and nodes of places, one after the other. There is room for a whole cell behind the last one.
+struct Touched {
+  std::vector<long>& key;
+  ListTable& list;
+  RealVec& w;
+  int n = 0, places = 0;
+  Touched(int most, int width, std::vector<long>& k, ListTable& l, RealVec& weight) : key(k), list(l), w(weight)
+  {
+    key.resize(static_cast<size_t>(most) * width);
+    w.resize(key.size());
+    list.off.resize(most + 1);
+    list.off[0] = 0;
+  }
+  void next(int count)
+  {
+    n += count;
+    list.off[++places] = n;
+  }
+  void end()
+  {
+    key.resize(n);
+    w.resize(n);
+    list.item.resize(n);
+  }
+};
+
+// 1. cells and nodes under every corner and bond: their keys, ascending, and lists and weights in these numbers
+template <int D>
 Status touch(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& uc, const RealVec& xb,
-             Raw& raw, ActiveGrid& g, int* worst)
+             std::vector<long>& node, ActiveGrid& g, int* worst)
 {
   const Grid& grid = m.grid;
-  std::vector<long> corner_key, bond_key;
+  std::vector<long> corner_key, bond_key, cell;
   Spot s;
-  auto add = [&](const double* x, int field, ListTable& list, RealVec& w, std::vector<long>& keys) {
-    if (!locate(grid, m.dim, x, s)) return false;
-    each_node(grid, m.dim, field, s.cell, s.xi, [&](long key, double N) {
-      keys.push_back(key);
-      w.push_back(N);
-    });
-    list.off.push_back(static_cast<int>(w.size()));
-    return true;
-  };
-  double x[3];
   std::vector<char> owned(pts.ncorner, 0);           // points that came off have left corners behind
   for (int c : pts.conn.item) owned[c] = 1;
+  RealVec x(pts.Xc.size());
+  for (size_t i = 0; i < x.size(); ++i) x[i] = pts.Xc[i] + uc[i];
+  Touched corner(pts.ncorner, 1 << D, corner_key, g.corner, g.corner_w);
   for (int c = 0; c < pts.ncorner; ++c) {
-    if (!owned[c]) {
-      raw.corner.off.push_back(static_cast<int>(raw.corner_w.size()));
-      continue;
+    int n = 0;
+    if (owned[c] && pts.field[c] == FIELD_OWN) {
+      corner_key[corner.n] = key_own + c;
+      g.corner_w[corner.n] = 1.0;
+      n = 1;
+    } else if (owned[c]) {
+      if (!locate<D>(grid, &x[static_cast<size_t>(c) * D], s)) {
+        *worst = c;
+        return OUTSIDE_GRID;
+      }
+      n = cell_weights<D>(grid, pts.field[c], s, &corner_key[corner.n], &g.corner_w[corner.n]);
+      // a corner on a cell face leaves open which cell it is in
+      if (n == 1 << D) cell.push_back(cell_key(grid, D, pts.field[c], s.cell));
     }
-    if (pts.field[c] == FIELD_OWN) {
-      corner_key.push_back(key_own + c);
-      raw.corner_w.push_back(1.0);
-      raw.corner.off.push_back(static_cast<int>(raw.corner_w.size()));
-      continue;
-    }
-    for (int i = 0; i < m.dim; ++i) x[i] = pts.Xc[c * m.dim + i] + uc[c * m.dim + i];
-    if (!add(x, pts.field[c], raw.corner, raw.corner_w, corner_key)) {
-      *worst = c;
-      return OUTSIDE_GRID;
-    }
-    bool inside = true;        // a corner on a cell face leaves open which cell it is in
-    for (int i = 0; i < m.dim; ++i) inside = inside && s.xi[i] > 0.0 && s.xi[i] < 1.0;
-    if (inside) g.cell.push_back(cell_key(grid, m.dim, pts.field[c], s.cell));
+    corner.next(n);
   }
+  corner.end();
+  Touched bond(bonds.nbond, 1 << D, bond_key, g.bond, g.bond_w);
   for (int b = 0; b < bonds.nbond; ++b) {
-    if (bonds.field[b] < 0) {
-      raw.bond.off.push_back(static_cast<int>(raw.bond_w.size()));
-      continue;
+    int n = 0;
+    if (bonds.field[b] >= 0) {
+      if (!locate<D>(grid, &xb[static_cast<size_t>(b) * D], s)) {
+        *worst = -1 - b;
+        return OUTSIDE_GRID;
+      }
+      n = cell_weights<D>(grid, bonds.field[b], s, &bond_key[bond.n], &g.bond_w[bond.n]);
     }
-    if (!add(&xb[b * m.dim], bonds.field[b], raw.bond, raw.bond_w, bond_key)) {
-      *worst = -1 - b;
-      return OUTSIDE_GRID;
-    }
+    bond.next(n);
   }
+  bond.end();
   for (int p = 0; p < pts.npoint; ++p) {
     if (pts.loose[p]) continue;
-    for (double& xi : x) xi = 0.0;
+    double mid[D] = {};
     for (int k = pts.conn.off[p]; k < pts.conn.off[p + 1]; ++k)
-      for (int i = 0; i < m.dim; ++i) {
-        const int dof = pts.conn.item[k] * m.dim + i;
-        x[i] += pts.w[k] * (pts.Xc[dof] + uc[dof]);
-      }
-    if (locate(grid, m.dim, x, s)) g.cell.push_back(cell_key(grid, m.dim, pts.field[pts.conn.begin(p)[0]], s.cell));
+      for (int i = 0; i < D; ++i) mid[i] += pts.w[k] * x[pts.conn.item[k] * D + i];
+    if (!locate<D>(grid, mid, s)) continue;
+    const long key = cell_key(grid, D, pts.field[pts.conn.begin(p)[0]], s.cell);
+    if (cell.empty() || cell.back() != key) cell.push_back(key);
   }
-  g.cell = number_keys(g.cell).key;
+  KeyNumbers numbers;
+  number_keys(cell, numbers);
+  g.cell.swap(numbers.key);
   const size_t ncorner_key = corner_key.size();
   corner_key.insert(corner_key.end(), bond_key.begin(), bond_key.end());
-  const KeyNumbers numbers = number_keys(corner_key);
-  raw.key = numbers.key;
-  for (size_t i = 0; i < corner_key.size(); ++i) (i < ncorner_key ? raw.corner : raw.bond).item.push_back(numbers.of(corner_key[i]));
+  number_keys(corner_key, numbers);
+  for (size_t i = 0; i < corner_key.size(); ++i)
+    (i < ncorner_key ? g.corner.item[i] : g.bond.item[i - ncorner_key]) = numbers.of(corner_key[i]);
+  node.swap(numbers.key);
   return STATUS_OK;
 }
 
-// sums weights by node, in the order of first sight
-struct Gather {
-  IntVec stamp, place;
-  int now = 0;
-  IntVec node;
-  RealVec value;               // [node*stride]
-  int stride = 1;
-  void start(int nnode, int width)
-  {
-    if (static_cast<int>(stamp.size()) < nnode) {
-      stamp.assign(nnode, 0);
-      place.assign(nnode, 0);
-      now = 0;
-    }
-    ++now;
-    stride = width;
-    node.clear();
-    value.clear();
-  }
-  double* at(int n)
-  {
-    if (stamp[n] != now) {
-      stamp[n] = now;
-      place[n] = static_cast<int>(node.size());
-      node.push_back(n);
-      value.resize(value.size() + stride, 0.0);
-    }
-    return &value[static_cast<size_t>(place[n]) * stride];
-  }
-};
-
-// 2. how well each node is supported: max_p S_pv
-void find_support(const Points& pts, Raw& raw)
+// 2. S_pv and dS_pv/dX of every point from its corners (3.7); support: max_p S_pv of every node      (3.10)
+template <int D>
+void point_lists(const Points& pts, int nnode, ActiveGrid& g, RealVec& support)
 {
-  Gather sum;
-  raw.support.assign(raw.key.size(), 0.0);
+  IntVec place(nnode, -1);     // of a node in the lists, where it was seen last
+  int used = 0;
+  support.assign(nnode, 0.0);
+  g.point.off.resize(pts.npoint + 1);
+  g.point.off[0] = 0;
   for (int p = 0; p < pts.npoint; ++p) {
-    sum.start(static_cast<int>(raw.key.size()), 1);
-    for (int k = pts.conn.off[p]; k < pts.conn.off[p + 1]; ++k) {
-      const int c = pts.conn.item[k];
-      for (int j = raw.corner.off[c]; j < raw.corner.off[c + 1]; ++j)
-        *sum.at(raw.corner.item[j]) += pts.w[k] * raw.corner_w[j];
+    const int first = used;
+    size_t most     = used;
+    for (int k = pts.conn.off[p]; k < pts.conn.off[p + 1]; ++k) most += g.corner.count(pts.conn.item[k]);
+    if (most > g.point.item.size()) {
+      g.point.item.resize(most + most / 4);
+      g.S.resize(g.point.item.size());
+      g.dS.resize(g.point.item.size() * D);
     }
-    for (size_t i = 0; i < sum.node.size(); ++i)
-      raw.support[sum.node[i]] = std::max(raw.support[sum.node[i]], sum.value[i]);
+    int* item  = g.point.item.data();
+    double *S = g.S.data(), *dS = g.dS.data();
+    for (int k = pts.conn.off[p]; k < pts.conn.off[p + 1]; ++k) {
+      const int c     = pts.conn.item[k];
+      const double wc = pts.w[k], *G = &pts.G[static_cast<size_t>(k) * D];
+      for (int j = g.corner.off[c]; j < g.corner.off[c + 1]; ++j) {
+        const int n    = g.corner.item[j];
+        const double N = g.corner_w[j];
+        int at = place[n];
+        if (at < first) {
+          at = place[n] = used++;
+          item[at] = n;
+          S[at]    = 0.0;
+          for (int i = 0; i < D; ++i) dS[at * D + i] = 0.0;
+        }
+        S[at] += wc * N;
+        for (int i = 0; i < D; ++i) dS[at * D + i] += G[i] * N;
+      }
+    }
+    for (int at = first; at < used; ++at) support[item[at]] = std::max(support[item[at]], S[at]);
+    g.point.off[p + 1] = used;
   }
+  g.point.item.resize(used);
+  g.S.resize(used);
+  g.dS.resize(static_cast<size_t>(used) * D);
 }
 
 // what a touched node follows: strong nodes and weights
@@ -247,7 +293,7 @@ bool keeps_planes(const Model& m, const int* at, const int* c)
 
 // 3. the nearest cells whose nodes are all strong; ties share
 bool extend_node(const Model& m, const std::vector<long>& cells, const std::vector<long>& key,
-                 const std::vector<char>& strong, int weak, Gather& out)
+                 const std::vector<char>& strong, int weak, Extend& out)
 {
   const Grid& g   = m.grid;
   const int dim   = m.dim;
@@ -282,98 +328,112 @@ bool extend_node(const Model& m, const std::vector<long>& cells, const std::vect
         best = dist;
         chosen.push_back({{c[0], c[1], c[2]}});
       }
-  out.start(static_cast<int>(key.size()), 1);
+  const long first = static_cast<long>(out.to.item.size());
   for (const auto& c : chosen) {
     double xi[3] = {0, 0, 0};
     for (int d = 0; d < dim; ++d) xi[d] = at[d] - c[d];
-    each_node(g, dim, field, c.data(), xi,
-              [&](long n, double N) { *out.at(find_key(key, n)) += N / static_cast<double>(chosen.size()); });
+    each_node(g, dim, field, c.data(), xi, [&](long n, double N) {
+      const int r       = find_key(key, n);
+      const size_t seen = std::find(out.to.item.begin() + first, out.to.item.end(), r) - out.to.item.begin();
+      if (seen == out.to.item.size()) {
+        out.to.item.push_back(r);
+        out.w.push_back(0.0);
+      }
+      out.w[seen] += N / static_cast<double>(chosen.size());
+    });
   }
   return !chosen.empty();
 }
 
 // 4. number the unknown nodes and say what each touched node follows
-void find_extension(const Model& m, const Raw& raw, ActiveGrid& g, Extend& ext)
+void find_extension(const Model& m, const std::vector<long>& key, const std::vector<char>& strong, ActiveGrid& g, Extend& ext)
 {
-  const int n = static_cast<int>(raw.key.size());
-  std::vector<char> strong(n), unknown;
-  for (int r = 0; r < n; ++r) strong[r] = raw.key[r] >= key_own || (raw.support[r] >= m.grid.weak && raw.support[r] > 0.0);
-  unknown = strong;
-  ListTable follow;            // of weak nodes, in raw numbers
-  RealVec follow_w;
-  Gather out;
-  g.nweak = g.nlone = 0;
+  const int n = static_cast<int>(key.size());
+  std::vector<char> unknown = strong;
+  Extend follow;               // of weak nodes, in the numbers of touched nodes
   for (int r = 0; r < n; ++r) {
-    if (!strong[r]) {
-      ++g.nweak;
-      if (extend_node(m, g.cell, raw.key, strong, r, out)) {
-        follow.item.insert(follow.item.end(), out.node.begin(), out.node.end());
-        follow_w.insert(follow_w.end(), out.value.begin(), out.value.end());
-      } else {
-        ++g.nlone;
-        unknown[r] = 1;
-      }
+    if (!strong[r] && !extend_node(m, g.cell, key, strong, r, follow)) {
+      ++g.nlone;
+      unknown[r] = 1;
     }
-    follow.off.push_back(static_cast<int>(follow.item.size()));
+    follow.to.off.push_back(static_cast<int>(follow.to.item.size()));
   }
   IntVec number(n, -1);
+  g.key.clear();
   for (int r = 0; r < n; ++r)
     if (unknown[r]) {
       number[r] = static_cast<int>(g.key.size());
-      g.key.push_back(raw.key[r]);
+      g.key.push_back(key[r]);
     }
-  g.nnode = static_cast<int>(g.key.size());
   for (int r = 0; r < n; ++r) {
     if (unknown[r]) {
       ext.to.item.push_back(number[r]);
       ext.w.push_back(1.0);
     } else {
-      for (int k = follow.off[r]; k < follow.off[r + 1]; ++k) {
-        ext.to.item.push_back(number[follow.item[k]]);
-        ext.w.push_back(follow_w[k]);
+      for (int k = follow.to.off[r]; k < follow.to.off[r + 1]; ++k) {
+        ext.to.item.push_back(number[follow.to.item[k]]);
+        ext.w.push_back(follow.w[k]);
       }
     }
     ext.to.off.push_back(static_cast<int>(ext.to.item.size()));
   }
 }
 
-// lists on touched nodes -> lists on unknown nodes
-void compose(const ListTable& raw, const RealVec& raw_w, const Extend& ext, int nnode, ListTable& out, RealVec& out_w)
+// lists on touched nodes become lists on unknown nodes                               (3.12)
+void compose(const Extend& ext, int nnode, ListTable& list, RealVec& list_w)
 {
-  Gather sum;
-  for (int i = 0; i < raw.size(); ++i) {
-    sum.start(nnode, 1);
-    for (int k = raw.off[i]; k < raw.off[i + 1]; ++k)
-      for (int j = ext.to.off[raw.item[k]]; j < ext.to.off[raw.item[k] + 1]; ++j)
-        *sum.at(ext.to.item[j]) += raw_w[k] * ext.w[j];
-    out.item.insert(out.item.end(), sum.node.begin(), sum.node.end());
-    out_w.insert(out_w.end(), sum.value.begin(), sum.value.end());
+  ListTable out;
+  RealVec out_w;
+  IntVec place(nnode, -1);     // of a node in out, where it was seen last
+  out.off.reserve(list.off.size());
+  out.item.reserve(list.item.size());
+  out_w.reserve(list.item.size());
+  for (int i = 0; i < list.size(); ++i) {
+    const int first = out.off[i];
+    for (int k = list.off[i]; k < list.off[i + 1]; ++k)
+      for (int j = ext.to.off[list.item[k]]; j < ext.to.off[list.item[k] + 1]; ++j) {
+        const int n = ext.to.item[j];
+        if (place[n] < first) {
+          place[n] = static_cast<int>(out.item.size());
+          out.item.push_back(n);
+          out_w.push_back(0.0);
+        }
+        out_w[place[n]] += list_w[k] * ext.w[j];
+      }
     out.off.push_back(static_cast<int>(out.item.size()));
   }
+  list.off.swap(out.off);
+  list.item.swap(out.item);
+  list_w.swap(out_w);
 }
 
-// 5. S_pv and dS_pv/dX of every point from its corners                             (3.7)
-void point_lists(const Points& pts, int dim, ActiveGrid& g)
+template <int D>
+Status activate(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& uc, const RealVec& xb, ActiveGrid& g, int* worst)
 {
-  Gather sum;
-  for (int p = 0; p < pts.npoint; ++p) {
-    sum.start(g.nnode, 1 + dim);
-    for (int k = pts.conn.off[p]; k < pts.conn.off[p + 1]; ++k) {
-      const int c = pts.conn.item[k];
-      for (int j = g.corner.off[c]; j < g.corner.off[c + 1]; ++j) {
-        double* v = sum.at(g.corner.item[j]);
-        v[0] += pts.w[k] * g.corner_w[j];
-        for (int i = 0; i < dim; ++i) v[1 + i] += pts.G[k * dim + i] * g.corner_w[j];
-      }
-    }
-    for (size_t a = 0; a < sum.node.size(); ++a) {
-      const double* v = &sum.value[a * (1 + dim)];
-      g.point.item.push_back(sum.node[a]);
-      g.S.push_back(v[0]);
-      g.dS.insert(g.dS.end(), v + 1, v + 1 + dim);
-    }
-    g.point.off.push_back(static_cast<int>(g.point.item.size()));
+  std::vector<long> node;
+  const Status status = touch<D>(m, pts, bonds, uc, xb, node, g, worst);
+  if (status != STATUS_OK) {
+    g = ActiveGrid();
+    return status;
   }
+  RealVec support;
+  point_lists<D>(pts, static_cast<int>(node.size()), g, support);
+  std::vector<char> strong(node.size());
+  for (size_t r = 0; r < node.size(); ++r) strong[r] = node[r] >= key_own || (support[r] >= m.grid.weak && support[r] > 0.0);
+  g.nweak = static_cast<int>(std::count(strong.begin(), strong.end(), 0));
+  g.nlone = 0;
+  if (g.nweak == 0) {          // touched nodes are the unknowns
+    g.key.swap(node);
+  } else {
+    Extend ext;
+    find_extension(m, node, strong, g, ext);
+    compose(ext, static_cast<int>(g.key.size()), g.corner, g.corner_w);
+    compose(ext, static_cast<int>(g.key.size()), g.bond, g.bond_w);
+    point_lists<D>(pts, static_cast<int>(g.key.size()), g, support);
+  }
+  g.nnode = static_cast<int>(g.key.size());
+  g.ncell = static_cast<int>(g.cell.size());
+  return STATUS_OK;
 }
 
 }  // namespace
@@ -415,16 +475,5 @@ void grid_cell_place(const Grid& g, int dim, long key, double x[3])
 Status grid_activate(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& uc, const RealVec& xb,
                      ActiveGrid& g, int* worst)
 {
-  g = ActiveGrid();
-  Raw raw;
-  Extend ext;
-  const Status status = touch(m, pts, bonds, uc, xb, raw, g, worst);
-  if (status != STATUS_OK) return status;
-  find_support(pts, raw);
-  find_extension(m, raw, g, ext);
-  compose(raw.corner, raw.corner_w, ext, g.nnode, g.corner, g.corner_w);
-  compose(raw.bond, raw.bond_w, ext, g.nnode, g.bond, g.bond_w);
-  point_lists(pts, m.dim, g);
-  g.ncell = static_cast<int>(g.cell.size());
-  return STATUS_OK;
+  return m.dim == 2 ? activate<2>(m, pts, bonds, uc, xb, g, worst) : activate<3>(m, pts, bonds, uc, xb, g, worst);
 }
