@@ -146,8 +146,9 @@ void assem_constrain(System& sys, const RealVec& diagonal, const RealVec& x, Rea
 // mass_multiply : y = M x
 void mass_multiply(const System& sys, const RealVec& x, RealVec& y);
 
-// mass_solve : M x = f on the free dofs of the rows from first on; x at fixed dofs is given. Diagonally scaled
-// conjugate gradients, one run for each direction. Returns the iterations; -1: not converged. doc/theory.md (3.14)
+// mass_solve : M x = f on the free dofs of the rows from first on; x at fixed dofs is given, the others do not matter.
+// Conjugate gradients with symmetric Gauss-Seidel, all directions at once. Returns the iterations; -1: not converged.
+// doc/theory.md (3.14)
 int mass_solve(const System& sys, int first, const RealVec& f, RealVec& x);
 
 // point_momentum : adds p_v = sum_cd N_v(x_c) m_cd v_d to the grid rows of out [neq]
@@ -155,5 +156,8 @@ void point_momentum(const Problem& p, const RealVec& vc, RealVec& out);
 
 // assem_scatter_corners : forces on corners fc [ncorner*dim] go to the grid with the weights of the corners
 void assem_scatter_corners(const Problem& p, const RealVec& fc, RealVec& f);
+
+// assem_gather_corners : after_c = before_c + sum_v N_v(x_c) x_v, x [neq] of the system, before and after [ncorner*dim]
+void assem_gather_corners(const Problem& p, const RealVec& x, const RealVec& before, RealVec& after);
 
 #endif

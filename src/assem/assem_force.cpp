@@ -7,6 +7,27 @@
 
 namespace {
 
+// f [grid nodes][D] += sum_c N_v(x_c) f_c
+template <int D>
+void scatter_corners(const ActiveGrid& g, const double* fc, double* f)
+{
+  for (int c = 0; c < g.corner.size(); ++c)
+    for (int k = g.corner.off[c]; k < g.corner.off[c + 1]; ++k)
+      for (int i = 0; i < D; ++i) f[g.corner.item[k] * D + i] += g.corner_w[k] * fc[c * D + i];
+}
+
+// after_c = before_c + sum_v N_v(x_c) x_v, x [grid nodes][D]
+template <int D>
+void gather_corners(const ActiveGrid& g, const double* x, const double* before, double* after)
+{
+  for (int c = 0; c < g.corner.size(); ++c) {
+    double sum[D] = {};
+    for (int k = g.corner.off[c]; k < g.corner.off[c + 1]; ++k)
+      for (int i = 0; i < D; ++i) sum[i] += g.corner_w[k] * x[g.corner.item[k] * D + i];
+    for (int i = 0; i < D; ++i) after[c * D + i] = before[c * D + i] + sum[i];
+  }
+}
+
 void move_nodes(Problem& p, const RealVec& du)
 {
   const int dim = p.m.dim;
@@ -15,20 +36,6 @@ void move_nodes(Problem& p, const RealVec& du)
     const int node = p.sys.node_of_row[r];
     for (int i = 0; i < dim; ++i) p.st.np1.u[node * dim + i] = n.u[node * dim + i] + du[r * dim + i];
   }
-}
-
-// u_c(n+1) = u_c(n) + sum_v N_v(x_c) du_v
-void move_corners(Problem& p, const RealVec& du)
-{
-  const int dim = p.m.dim;
-  const ActiveGrid& g = p.grid;
-  for (int c = 0; c < p.st.points.ncorner; ++c)
-    for (int i = 0; i < dim; ++i) {
-      double d = 0.0;
-      for (int k = g.corner.off[c]; k < g.corner.off[c + 1]; ++k)
-        d += g.corner_w[k] * du[(p.sys.nfe + g.corner.item[k]) * dim + i];
-      p.st.np1.uc[c * dim + i] = p.st.n.uc[c * dim + i] + d;
-    }
 }
 
 void move_bonds(Problem& p, const RealVec& du, double t0, double t1)
@@ -287,18 +294,22 @@ void body_loads(const Problem& p, const Step& step, const Load& l, double t_step
 
 void assem_scatter_corners(const Problem& p, const RealVec& fc, RealVec& f)
 {
-  const int dim = p.m.dim;
-  const ActiveGrid& g = p.grid;
-  for (int c = 0; c < p.st.points.ncorner; ++c)
-    for (int k = g.corner.off[c]; k < g.corner.off[c + 1]; ++k)
-      for (int i = 0; i < dim; ++i)
-        f[(p.sys.nfe + g.corner.item[k]) * dim + i] += g.corner_w[k] * fc[c * dim + i];
+  double* grid = f.data() + p.sys.nfe * p.m.dim;
+  if (p.m.dim == 2) scatter_corners<2>(p.grid, fc.data(), grid);
+  else scatter_corners<3>(p.grid, fc.data(), grid);
+}
+
+void assem_gather_corners(const Problem& p, const RealVec& x, const RealVec& before, RealVec& after)
+{
+  const double* grid = x.data() + p.sys.nfe * p.m.dim;
+  if (p.m.dim == 2) gather_corners<2>(p.grid, grid, before.data(), after.data());
+  else gather_corners<3>(p.grid, grid, before.data(), after.data());
 }
 
 void assem_move(Problem& p, const RealVec& du, double t_step0, double t_step1)
 {
   move_nodes(p, du);
-  move_corners(p, du);
+  assem_gather_corners(p, du, p.st.n.uc, p.st.np1.uc);                             // (3.1)
   move_bonds(p, du, t_step0, t_step1);
 }
 

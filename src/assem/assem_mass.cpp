@@ -25,72 +25,212 @@ void multiply(const System& s, const double* x, double* y)
   }
 }
 
-// y = M x for one direction, rows from first on; masked entries of x and y are zero
-void multiply_one(const System& s, int first, const RealVec& x, RealVec& y)
+// Couplings of rows from first on with earlier ones among them, scaled to a diagonal of 1 (of all ranks)
+struct MassRows {
+  int n = 0;
+  IntVec off{0}, col;          // rows count from first
+  RealVec val, diag;           // of this rank
+};
+
+// what this rank has; own: only rows that belong to it, with each other
+MassRows mass_rows(const System& s, int first, const RealVec& scale, bool own)
 {
-  std::fill(y.begin() + first, y.end(), 0.0);
+  MassRows m;
+  const auto here = [&](int r) { return s.owner.empty() || !own || s.owner[r] == comm_rank(); };
+  m.n = s.nrow - first;
+  m.diag.resize(m.n);
   for (int r = first; r < s.nrow; ++r) {
     const int diag = s.A.off[r + 1] - 1;
-    y[r] += s.M[diag] * x[r];
     for (int k = s.A.off[r]; k < diag; ++k) {
       const int c = s.A.col[k];
-      if (c < first) continue;
-      y[r] += s.M[k] * x[c];
-      y[c] += s.M[k] * x[r];
+      if (c < first || s.M[k] == 0.0 || !here(r) || !here(c)) continue;
+      m.col.push_back(c - first);
+      m.val.push_back(s.M[k] * scale[r - first] * scale[c - first]);
     }
+    m.off.push_back(static_cast<int>(m.col.size()));
+    m.diag[r - first] = here(r) ? s.M[diag] * scale[r - first] * scale[r - first] : 0.0;
   }
-  comm_sum(y.data() + first, s.nrow - first);
+  return m;
 }
 
-double dot(int first, const RealVec& a, const RealVec& b)
+// y = M x
+template <int D>
+void multiply(const MassRows& m, const RealVec& x, RealVec& y)
 {
-  double sum = 0.0;
-  for (size_t i = first; i < a.size(); ++i) sum += a[i] * b[i];
-  return sum;
+  for (int r = 0; r < m.n; ++r)
+    for (int i = 0; i < D; ++i) y[r * D + i] = m.diag[r] * x[r * D + i];
+  for (int r = 0; r < m.n; ++r) {
+    double row[D] = {};
+    for (int k = m.off[r]; k < m.off[r + 1]; ++k)
+      for (int i = 0; i < D; ++i) {
+        row[i] += m.val[k] * x[m.col[k] * D + i];
+        y[m.col[k] * D + i] += m.val[k] * x[r * D + i];
+      }
+    for (int i = 0; i < D; ++i) y[r * D + i] += row[i];
+  }
+  comm_sum(y);
 }
 
-// one direction d
-int solve_one(const System& s, int first, int d, const RealVec& f, RealVec& x)
+// Mass of the free dofs for all directions at once, in the variables of symmetric Gauss-Seidel             (3.14)
+template <int D>
+struct MassSystem {
+  MassRows all, own;           // own: several ranks, what is eliminated
+  RealVec free;                // [n*D] 1: free, 0: prescribed or without mass
+  RealVec mine;                // several ranks: [n] 1 for rows of this rank
+  const MassRows& low() const { return mine.empty() ? all : own; }
+
+  // y = (I + L)^-1 x; the same vector may be meant
+  void forward(const RealVec& x, RealVec& y) const
+  {
+    const MassRows& m = low();
+    for (int r = 0; r < m.n; ++r) {
+      double t[D];
+      for (int i = 0; i < D; ++i) t[i] = x[r * D + i];
+      for (int k = m.off[r]; k < m.off[r + 1]; ++k)
+        for (int i = 0; i < D; ++i) t[i] -= m.val[k] * y[m.col[k] * D + i];
+      for (int i = 0; i < D; ++i) y[r * D + i] = free[r * D + i] * t[i];
+    }
+    collect(y);
+  }
+  // y = (I + L)^-T x
+  void backward(const RealVec& x, RealVec& y) const
+  {
+    const MassRows& m = low();
+    y = x;
+    for (int r = m.n - 1; r >= 0; --r) {
+      double t[D];
+      for (int i = 0; i < D; ++i) y[r * D + i] = t[i] = free[r * D + i] * y[r * D + i];
+      for (int k = m.off[r]; k < m.off[r + 1]; ++k)
+        for (int i = 0; i < D; ++i) y[m.col[k] * D + i] -= m.val[k] * t[i];
+    }
+    collect(y);
+  }
+  // y = (I + L)^-1 M (I + L)^-T x; t: scratch. One rank: M = (I + L) + (I + L)^T - I, so that a product is not needed
+  void apply(const RealVec& x, RealVec& t, RealVec& y) const
+  {
+    backward(x, t);
+    if (mine.empty()) {
+      for (size_t i = 0; i < y.size(); ++i) y[i] = x[i] - t[i];
+      forward(y, y);
+      for (size_t i = 0; i < y.size(); ++i) y[i] += t[i];
+    } else {
+      multiply<D>(all, t, y);
+      forward(y, y);
+    }
+  }
+  // the residual of M from that of the variables: (I + L) r
+  void residual(const RealVec& r, RealVec& out) const
+  {
+    const MassRows& m = low();
+    for (int q = 0; q < m.n; ++q) {
+      double t[D];
+      for (int i = 0; i < D; ++i) t[i] = r[q * D + i];
+      for (int k = m.off[q]; k < m.off[q + 1]; ++k)
+        for (int i = 0; i < D; ++i) t[i] += m.val[k] * r[m.col[k] * D + i];
+      for (int i = 0; i < D; ++i) out[q * D + i] = free[q * D + i] * t[i];
+    }
+    collect(out);
+  }
+  // several ranks: each has made its rows
+  void collect(RealVec& y) const
+  {
+    if (mine.empty()) return;
+    for (int r = 0; r < all.n; ++r)
+      for (int i = 0; i < D; ++i) y[r * D + i] *= mine[r];
+    comm_sum(y);
+  }
+};
+
+// a . b in each direction
+template <int D>
+void dots(const RealVec& a, const RealVec& b, double* sum)
 {
-  const int n = s.nrow, dim = s.dim;
-  RealVec u(n, 0.0), r(n, 0.0), z(n, 0.0), q(n, 0.0), w(n, 0.0), diag(n, 0.0);
-  std::vector<char> free(n, 0);
-  double scale = 0.0;
-  for (int i = first; i < n; ++i) {
-    diag[i] = s.M_diag[i];
-    free[i] = !s.fixed[i * dim + d] && diag[i] > 0.0;
-    u[i]    = x[i * dim + d];
+  double part[4 * D] = {};     // in four parts, so that additions need not wait for each other
+  const size_t whole = a.size() / (4 * D) * (4 * D);
+  for (size_t k = 0; k < whole; k += 4 * D)
+    for (int l = 0; l < 4 * D; ++l) part[l] += a[k + l] * b[k + l];
+  for (size_t k = whole; k < a.size(); ++k) part[k - whole] += a[k] * b[k];
+  for (int i = 0; i < D; ++i) sum[i] = (part[i] + part[D + i]) + (part[2 * D + i] + part[3 * D + i]);
+}
+
+template <int D>
+bool below(const double* value, const double* goal)
+{
+  for (int i = 0; i < D; ++i)
+    if (!(value[i] <= goal[i])) return false;
+  return true;
+}
+
+template <int D>
+int solve(const System& s, int first, const RealVec& f, RealVec& x)
+{
+  const int n = s.nrow - first;
+  RealVec scale(n), u(n * D), r(n * D), w(n * D, 0.0), q(n * D), t(n * D), b(n * D), sum(n * D);
+  MassSystem<D> m;
+  m.free.assign(n * D, 0.0);
+  for (int k = 0; k < n; ++k) {
+    const double diag = s.M_diag[first + k];
+    scale[k] = diag > 0.0 ? 1.0 / std::sqrt(diag) : 0.0;
   }
-  multiply_one(s, first, u, q);
-  for (int i = first; i < n; ++i) {
-    if (!free[i]) continue;
-    r[i] = f[i * dim + d] - q[i];
-    scale += f[i * dim + d] * f[i * dim + d] / diag[i];
+  m.all = mass_rows(s, first, scale, false);
+  if (!s.owner.empty()) {
+    m.own = mass_rows(s, first, scale, true);
+    m.mine.resize(n);
+    for (int k = 0; k < n; ++k) m.mine[k] = s.owner[first + k] == comm_rank();
   }
-  double rho = 0.0, rho0 = 0.0;
-  const double goal = 1e-28 * scale;      // squared, in the norm of D^-1
-  for (int it = 0; it <= 1000; ++it) {
-    for (int i = first; i < n; ++i) z[i] = free[i] ? r[i] / diag[i] : 0.0;
-    rho = dot(first, r, z);
-    if (rho <= goal) {
-      for (int i = first; i < n; ++i) x[i * dim + d] = u[i];
-      return it;
+  // begin with f over the sum of the row, which is right where the answer is smooth
+  for (int k = 0; k < n * D; ++k) {
+    const int dof = first * D + k;
+    m.free[k] = !s.fixed[dof] && scale[k / D] > 0.0;
+    b[k] = m.free[k] * f[dof] * scale[k / D];
+    t[k] = scale[k / D] > 0.0 ? 1.0 / scale[k / D] : 0.0;
+  }
+  multiply<D>(m.all, t, sum);
+  for (int k = 0; k < n * D; ++k)
+    u[k] = m.free[k] ? b[k] / std::max(1.0, sum[k] * scale[k / D]) : scale[k / D] > 0.0 ? x[first * D + k] / scale[k / D] : 0.0;
+  multiply<D>(m.all, u, q);
+  for (int k = 0; k < n * D; ++k) r[k] = m.free[k] * (b[k] - q[k]);
+  m.forward(r, r);
+
+  // conjugate gradients, all directions side by side
+  double rho[D], before[D], wq[D], left[D], goal[D], size[D];
+  RealVec step(n * D, 0.0);                          // the correction in these variables
+  dots<D>(b, b, size);
+  for (int i = 0; i < D; ++i) goal[i] = 1e-28 * size[i];
+  int it = 0;
+  bool end = false;
+  for (; !end && it <= 1000; ++it) {
+    dots<D>(r, r, rho);
+    if (below<D>(rho, goal)) {
+      m.residual(r, q);
+      dots<D>(q, q, left);
+      if (below<D>(left, goal)) break;
     }
-    for (int i = first; i < n; ++i) w[i] = z[i] + (it ? rho / rho0 : 0.0) * w[i];
-    multiply_one(s, first, w, q);
-    for (int i = first; i < n; ++i)
-      if (!free[i]) q[i] = 0.0;
-    const double wq = dot(first, w, q);
-    if (!(wq > 0.0)) break;                          // M is singular in the direction w
-    const double alpha = rho / wq;
-    for (int i = first; i < n; ++i) {
-      u[i] += alpha * w[i];
-      r[i] -= alpha * q[i];
+    for (int i = 0; i < D; ++i) before[i] = it && before[i] > 0.0 ? rho[i] / before[i] : 0.0;
+    for (int k = 0; k < n; ++k)
+      for (int i = 0; i < D; ++i) w[k * D + i] = r[k * D + i] + before[i] * w[k * D + i];
+    m.apply(w, t, q);
+    dots<D>(w, q, wq);
+    bool stuck = false, busy = false;                // stuck: M is singular in the direction w
+    for (int i = 0; i < D; ++i) {
+      if (rho[i] > goal[i]) (wq[i] > 0.0 ? busy : stuck) = true;
+      wq[i]     = wq[i] > 0.0 ? rho[i] / wq[i] : 0.0;
+      before[i] = rho[i];
     }
-    rho0 = rho;
+    end = stuck && !busy;
+    for (int k = 0; k < n; ++k)
+      for (int i = 0; i < D; ++i) {
+        step[k * D + i] += wq[i] * w[k * D + i];
+        r[k * D + i] -= wq[i] * q[k * D + i];
+      }
   }
-  for (int i = first; i < n; ++i) x[i * dim + d] = u[i];
-  return rho <= 1e-16 * scale ? 1000 : -1;
+  m.residual(r, q);
+  dots<D>(q, q, left);
+  m.backward(step, t);
+  for (int k = 0; k < n * D; ++k)
+    if (scale[k / D] > 0.0) x[first * D + k] = (u[k] + t[k]) * scale[k / D];
+  for (int i = 0; i < D; ++i) goal[i] = 1e-16 * size[i];
+  return it <= 1000 && !end ? it : below<D>(left, goal) ? 1000 : -1;
 }
 
 }  // namespace
@@ -105,13 +245,7 @@ void mass_multiply(const System& s, const RealVec& x, RealVec& y)
 
 int mass_solve(const System& s, int first, const RealVec& f, RealVec& x)
 {
-  int most = 0;
-  for (int d = 0; d < s.dim; ++d) {
-    const int it = solve_one(s, first, d, f, x);
-    if (it < 0) return -1;
-    most = std::max(most, it);
-  }
-  return most;
+  return s.dim == 2 ? solve<2>(s, first, f, x) : solve<3>(s, first, f, x);
 }
 
 void point_momentum(const Problem& p, const RealVec& vc, RealVec& out)

@@ -91,34 +91,65 @@ void form_pattern(Problem& p)
   s.A.owner = s.owner;
 }
 
+// the place of column c in row r; rows are short, and counting needs no guess of the processor
 int block_place(const SysMatrix& A, int r, int c)
 {
-  const auto first = A.col.begin() + A.off[r], last = A.col.begin() + A.off[r + 1];
-  return static_cast<int>(std::lower_bound(first, last, c) - A.col.begin());
+  int place = A.off[r];
+  for (int k = A.off[r], last = A.off[r + 1]; k < last; ++k) place += A.col[k] < c;
+  return place;
 }
 
 // where every node pair goes
 void form_maps(Problem& p)
 {
   System& s = p.sys;
-  size_t nelem = 0, list = 0;
-  for (const ElemBlock& b : p.el.block) nelem += b.mine.size();
-  const size_t npoint = s.my_point.size();
-  s.elem_map.clear();
-  s.point_map.clear();
-  s.bond_map.clear();
+  size_t nelem = 0, list = 0, pairs[3] = {};
+  for (const ElemBlock& b : p.el.block) {
+    nelem += b.mine.size();
+    pairs[0] += b.mine.size() * pair_count(shape_info[b.shape].nen);
+  }
   s.point_map_off.assign(1, 0);
   s.bond_map_off.assign(1, 0);
+  for (int q : s.my_point) s.point_map_off.push_back(pairs[1] += pair_count(p.grid.point.count(q)));
+  for (int q : s.my_bond) s.bond_map_off.push_back(pairs[2] += pair_count(s.bond.count(q)));
+  s.elem_map.resize(pairs[0]);
+  s.point_map.resize(pairs[1]);
+  s.bond_map.resize(pairs[2]);
+  const size_t npoint = s.my_point.size();
+  int* map = s.elem_map.data();
   system_lists(p, false, [&](int n, const int* row) {
-    IntVec& map = list < nelem ? s.elem_map : list < nelem + npoint ? s.point_map : s.bond_map;
+    if (list == nelem) map = s.point_map.data();
+    if (list == nelem + npoint) map = s.bond_map.data();
     for (int a = 0; a < n; ++a)
       for (int b = 0; b <= a; ++b)
-        map.push_back(row[a] >= row[b] ? 2 * block_place(s.A, row[a], row[b])
-                                       : 2 * block_place(s.A, row[b], row[a]) + 1);
-    if (list >= nelem + npoint) s.bond_map_off.push_back(map.size());
-    else if (list >= nelem) s.point_map_off.push_back(map.size());
+        *map++ = row[a] >= row[b] ? 2 * block_place(s.A, row[a], row[b]) : 2 * block_place(s.A, row[b], row[a]) + 1;
     ++list;
   });
+}
+
+// numbers of neighbouring nodes, for vector registers; anywhere in memory
+const int WIDE = 8;
+typedef double Wide __attribute__((vector_size(8 * WIDE), aligned(8), may_alias));
+
+// adds the mass of a point to M, through map of its node pairs. N [nen][width]: weights of its corners on its n nodes, width a
+// multiple of WIDE; mN: scratch of the same size; mc: mass on the corners. NEN = 0: corners given at run time
+template <int NEN>
+inline void add_domain(int corners, int n, int width, const double* mc, const double* N, double* mN, const int* map, double* M)
+{
+  const int nen = NEN ? NEN : corners;
+  for (int c = 0; c < nen; ++c)
+    for (int first = 0; first < width; first += WIDE) {
+      Wide row = {};
+      for (int d = 0; d < nen; ++d)
+        row += mc[c >= d ? pair_place(c, d) : pair_place(d, c)] * *reinterpret_cast<const Wide*>(N + d * width + first);
+      *reinterpret_cast<Wide*>(mN + c * width + first) = row;
+    }
+  for (int a = 0; a < n; ++a)
+    for (int first = 0; first <= a; first += WIDE) {
+      Wide row = {};
+      for (int c = 0; c < nen; ++c) row += N[c * width + a] * *reinterpret_cast<const Wide*>(mN + c * width + first);
+      for (int b = first; b <= a && b < first + WIDE; ++b) M[*map++ / 2] += row[b - first];
+    }
 }
 
 // M_vw = sum_cd m_cd N_v(x_c) N_w(x_d) over the corners of each point                (3.12)
@@ -127,32 +158,26 @@ void add_point_mass(Problem& p)
   System& s = p.sys;
   const ActiveGrid& g = p.grid;
   const Points& pts   = p.st.points;
-  RealVec N, mN;               // [nen][n]: weights of the corners on the nodes of the point, m_c times them
+  RealVec N, mN;
+  IntVec place(g.nnode);       // of a node among those of the point
   const double* mc = pts.mc.data();
   int at = 0;                  // point that mc stands at
   for (size_t own = 0; own < s.my_point.size(); ++own) {
     const int q = s.my_point[own];
     for (; at < q; ++at) mc += pair_count(pts.conn.count(at));
-    const int n = g.point.count(q), nen = pts.conn.count(q), *list = g.point.begin(q);
-    N.assign(static_cast<size_t>(nen) * n, 0.0);
-    mN.assign(static_cast<size_t>(nen) * n, 0.0);
+    const int n = g.point.count(q), nen = pts.conn.count(q), width = (n + WIDE - 1) / WIDE * WIDE, *list = g.point.begin(q);
+    for (int a = 0; a < n; ++a) place[list[a]] = a;
+    N.assign(static_cast<size_t>(nen) * width, 0.0);
+    mN.resize(N.size());
     for (int c = 0; c < nen; ++c) {
       const int corner = pts.conn.begin(q)[c];
       for (int j = g.corner.off[corner]; j < g.corner.off[corner + 1]; ++j)
-        N[c * n + (std::find(list, list + n, g.corner.item[j]) - list)] = g.corner_w[j];
+        N[c * width + place[g.corner.item[j]]] = g.corner_w[j];
     }
-    for (int c = 0; c < nen; ++c)
-      for (int d = 0; d < nen; ++d) {
-        const double m = mc[c >= d ? pair_place(c, d) : pair_place(d, c)];
-        for (int a = 0; a < n; ++a) mN[c * n + a] += m * N[d * n + a];
-      }
-    size_t k = s.point_map_off[own];
-    for (int a = 0; a < n; ++a)
-      for (int b = 0; b <= a; ++b) {
-        double sum = 0.0;
-        for (int c = 0; c < nen; ++c) sum += N[c * n + a] * mN[c * n + b];
-        s.M[s.point_map[k++] / 2] += sum;
-      }
+    const int* map = &s.point_map[s.point_map_off[own]];
+    if (nen == 4) add_domain<4>(nen, n, width, mc, N.data(), mN.data(), map, s.M.data());
+    else if (nen == 8) add_domain<8>(nen, n, width, mc, N.data(), mN.data(), map, s.M.data());
+    else add_domain<0>(nen, n, width, mc, N.data(), mN.data(), map, s.M.data());
   }
 }
 

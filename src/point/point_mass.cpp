@@ -13,19 +13,46 @@ void point_add_mass(const Points& pts, int first, size_t at, RealVec& mass)
   }
 }
 
-RealVec point_corner_momentum(const Points& pts, int dim, const RealVec& vc)
+namespace {
+
+// q += m v of a domain; NEN = 0: n corners
+template <int D, int NEN>
+inline void add_momentum(int n, const int* corner, const double* m, const double* vc, double* q)
 {
-  RealVec q(vc.size(), 0.0);
+  const int nen = NEN ? NEN : n;
+  double v[8 * D], out[8 * D] = {};
+  for (int a = 0; a < nen; ++a)
+    for (int i = 0; i < D; ++i) v[a * D + i] = vc[corner[a] * D + i];
+  for (int a = 0; a < nen; ++a)
+    for (int b = 0; b <= a; ++b, ++m)
+      for (int i = 0; i < D; ++i) {
+        out[a * D + i] += *m * v[b * D + i];
+        if (a != b) out[b * D + i] += *m * v[a * D + i];
+      }
+  for (int a = 0; a < nen; ++a)
+    for (int i = 0; i < D; ++i) q[corner[a] * D + i] += out[a * D + i];
+}
+
+template <int D>
+void corner_momentum(const Points& pts, const RealVec& vc, RealVec& q)
+{
   const double* m = pts.mc.data();
   for (int p = 0; p < pts.npoint; ++p) {
     const int *corner = pts.conn.begin(p), nen = pts.conn.count(p);
-    for (int a = 0; a < nen; ++a)
-      for (int b = 0; b <= a; ++b, ++m)
-        for (int i = 0; i < dim; ++i) {
-          q[corner[a] * dim + i] += *m * vc[corner[b] * dim + i];
-          if (a != b) q[corner[b] * dim + i] += *m * vc[corner[a] * dim + i];
-        }
+    if (nen == 4) add_momentum<D, 4>(nen, corner, m, vc.data(), q.data());
+    else if (nen == 8) add_momentum<D, 8>(nen, corner, m, vc.data(), q.data());
+    else add_momentum<D, 0>(nen, corner, m, vc.data(), q.data());
+    m += nen * (nen + 1) / 2;
   }
+}
+
+}  // namespace
+
+RealVec point_corner_momentum(const Points& pts, int dim, const RealVec& vc)
+{
+  RealVec q(vc.size(), 0.0);
+  if (dim == 2) corner_momentum<2>(pts, vc, q);
+  else corner_momentum<3>(pts, vc, q);
   return q;
 }
 

@@ -22,10 +22,8 @@ Status project(Problem& p, Attempt& a)
   Timer timer(PHASE_PROJECT);
   const System& s = p.sys;
   a.vgrid.assign(s.neq(), 0.0);
-  for (int i = s.nfe * s.dim; i < s.neq(); ++i) {
-    const double m = s.M_diag[i / s.dim];
-    a.vgrid[i]     = s.fixed[i] ? s.rate0[i] : m > 0.0 ? a.momentum[i] / m : 0.0;
-  }
+  for (int i = s.nfe * s.dim; i < s.neq(); ++i)
+    if (s.fixed[i]) a.vgrid[i] = s.rate0[i];
   if (mass_solve(s, s.nfe, a.momentum, a.vgrid) < 0) return NOT_CONVERGED;
   RealVec Mv;                  // supports: the momentum that goes with their motion
   mass_multiply(s, a.vgrid, Mv);
@@ -161,14 +159,7 @@ void finish_points(Problem& p, const Attempt& a)
     else
       dv[i] = s.gamma / s.beta * (a.du[i] / a.dt - a.vgrid[i]) + a.dt * (1.0 - s.gamma / (2.0 * s.beta)) * a.agrid[i];
   }
-  const ActiveGrid& g = p.grid;
-  for (int c = 0; c < p.st.points.ncorner; ++c)
-    for (int i = 0; i < dim; ++i) {
-      double sum = 0.0;
-      for (int k = g.corner.off[c]; k < g.corner.off[c + 1]; ++k)
-        sum += g.corner_w[k] * dv[(first + g.corner.item[k]) * dim + i];
-      p.st.np1.vc[c * dim + i] = p.st.n.vc[c * dim + i] + sum;
-    }
+  assem_gather_corners(p, dv, p.st.n.vc, p.st.np1.vc);
   point_velocities(p.st.points, dim, p.st.np1.vc, p.st.np1.vp);
 }
 
