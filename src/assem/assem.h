@@ -16,7 +16,7 @@
 
 struct System {
   int dim = 0, nfe = 0, nrow = 0;
-  bool numbered = false;       // rows of nodes are those of the elements of now
+  bool numbered = false;       // rows of nodes are those of the elements and bonds of now
   IntVec row_of_node;          // [nnode] row of a node, -1: in no element
   IntVec node_of_row;          // [nfe]
   std::vector<long> row_key;   // [nrow] who a row is: node, or -1 - key of the grid node

@@ -30,7 +30,7 @@ inline void add_pairs(SysMatrix& A, const int* map, int n, const double* ke)
     for (int b = 0; b <= a; ++b, ++pair) add_block<D, STRIDE>(A, map[pair], a == b, ke + pair * D * D * STRIDE);
 }
 
-// intact elements that wait for a full pack
+// intact elements or points that wait for a full pack
 struct Waiting {
   int n = 0, slot[PACK];
   const int* map[PACK];
@@ -86,13 +86,32 @@ void add_points(Problem& p, const KernelMode& mode)
 {
   const Points& pts = p.st.points;
   RealVec work, ke;
+  Waiting waiting[POINT_PACK_NODES + 1];             // by number of grid nodes
+  alignas(Pack) double kp[pair_count(POINT_PACK_NODES) * D * D * PACK];
+  const auto flush = [&](Waiting& w, int n) {
+    if (w.n == 0) return;
+    for (int l = w.n; l < PACK; ++l) w.slot[l] = w.slot[0];
+    point_tangent_pack(D, pts, p.point_law, mode, p.st.n.uc, p.st.np1.uc, p.grid, w.slot, kp);
+    for (int l = 0; l < w.n; ++l) add_pairs<D, PACK>(p.sys.A, w.map[l], n, kp + l);
+    w.n = 0;
+  };
   const size_t* at = p.sys.point_map_off.data();
   for (int q : p.sys.my_point) {
-    const int n = p.grid.point.count(q);
+    const int n    = p.grid.point.count(q);
+    const int* map = &p.sys.point_map[*at++];
+    if (pts.broken[q] < 0 && n <= POINT_PACK_NODES) {
+      Waiting& w = waiting[n];
+      if (w.n && pts.body[w.slot[0]] != pts.body[q]) flush(w, n);
+      w.slot[w.n]  = q;
+      w.map[w.n++] = map;
+      if (w.n == PACK) flush(w, n);
+      continue;
+    }
     ke.resize(static_cast<size_t>(pair_count(n)) * D * D);
     point_tangent(p.m, pts, p.point_law, mode, p.st.n.uc, p.st.np1.uc, p.grid, q, work, ke.data());
-    add_pairs<D>(p.sys.A, &p.sys.point_map[*at++], n, ke.data());
+    add_pairs<D>(p.sys.A, map, n, ke.data());
   }
+  for (int n = 0; n <= POINT_PACK_NODES; ++n) flush(waiting[n], n);
 }
 
 template <int D>

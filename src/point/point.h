@@ -76,6 +76,12 @@ Status point_corner_force(const Model& m, const Points& pts, const std::vector<M
 void point_tangent(const Model& m, const Points& pts, const std::vector<MatLaw>& law, const KernelMode& mode,
                    const RealVec& uc0, const RealVec& uc1, const ActiveGrid& g, int p, RealVec& work, double* ke);
 
+// point_tangent_pack : the same for PACK intact points of one body, with as many grid nodes, POINT_PACK_NODES at most;
+// ke [pairs][dim*dim][PACK], aligned as Pack
+const int POINT_PACK_NODES = 12;
+void point_tangent_pack(int dim, const Points& pts, const std::vector<MatLaw>& law, const KernelMode& mode, const RealVec& uc0,
+                        const RealVec& uc1, const ActiveGrid& g, const int* point, double* ke);
+
 // point_add_mass : adds the mass of the domains from the first-th on at their corners, sum_d m_cd; at: place of its masses in
 // Points::mc;  mass [ncorner]
 void point_add_mass(const Points& pts, int first, size_t at, RealVec& mass);

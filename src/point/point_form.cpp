@@ -22,27 +22,139 @@ ErodedLaw broken_law(const Model& m, const Points& pts, int p)
   return eroded_law(m, pts.broken[p], &pts.normal[3 * static_cast<size_t>(p)]);
 }
 
+// calls pack(points, n) for n <= PACK intact points of one body and number of corners, repeated to PACK, and one(p) for broken ones
+template <class UsePack, class UseOne>
+void by_packs(const Points& pts, const IntVec& mine, UsePack pack, UseOne one)
+{
+  int point[PACK], n = 0;
+  const auto flush = [&]() {
+    if (n == 0) return;
+    for (int l = n; l < PACK; ++l) point[l] = point[0];
+    pack(point, n);
+    n = 0;
+  };
+  for (int p : mine) {
+    if (pts.broken[p] >= 0) {
+      one(p);
+      continue;
+    }
+    if (n && (pts.body[p] != pts.body[point[0]] || pts.conn.count(p) != pts.conn.count(point[0]))) flush();
+    point[n++] = p;
+    if (n == PACK) flush();
+  }
+  flush();
+}
+
+// gradients G [nen*D] and volumes of PACK points
+template <int D>
+void load_points(const Points& pts, const int* point, int nen, Pack* G, Pack& V0)
+{
+  for (int l = 0; l < PACK; ++l) {
+    const double* from = &pts.G[static_cast<size_t>(pts.conn.off[point[l]]) * D];
+    for (int k = 0; k < nen * D; ++k) G[k][l] = from[k];
+    V0[l] = pts.V0[point[l]];
+  }
+}
+
+// displacements u [nen*D] of their corners
+template <int D>
+void load_ends(const Points& pts, const int* point, int nen, const RealVec& uc, Pack* u)
+{
+  for (int l = 0; l < PACK; ++l) {
+    const int* corner = pts.conn.begin(point[l]);
+    for (int a = 0; a < nen; ++a)
+      for (int i = 0; i < D; ++i) u[a * D + i][l] = uc[corner[a] * D + i];
+  }
+}
+
+template <int D>
+void add_corner_force(const Points& pts, int p, const double* re, int stride, RealVec& fc)
+{
+  const int* corner = pts.conn.begin(p);
+  for (int a = 0; a < pts.conn.count(p); ++a)
+    for (int i = 0; i < D; ++i) fc[corner[a] * D + i] += re[(a * D + i) * stride];
+}
+
 template <int D>
 Status corner_force(const Model& m, const Points& pts, const std::vector<MatLaw>& law, const KernelMode& mode,
                     const RealVec& uc0, const RealVec& uc1, const IntVec& mine, RealVec& fc, int* worst)
 {
   Status status = STATUS_OK;
-  for (int p : mine) {
+  by_packs(pts, mine, [&](const int* point, int n) {
+    const int nen = pts.conn.count(point[0]);
+    Pack G[8 * D], V0, u[8 * D], H0[D * D] = {}, H1[D * D], Fb[D * D], S[D * D], re[8 * D] = {};
+    load_points<D>(pts, point, nen, G, V0);
+    load_ends<D>(pts, point, nen, uc1, u);
+    ip_gradient<D, 0>(G, nen, u, H1);
+    if (mode.mid) {
+      load_ends<D>(pts, point, nen, uc0, u);
+      ip_gradient<D, 0>(G, nen, u, H0);
+    }
+    const Pack det = ip_stress<D>(law[pts.body[point[0]]], mode, H0, H1, Fb, S);
+    ip_force<D, 0>(G, nen, V0, Fb, S, re);
+    for (int l = 0; l < n; ++l) {
+      if (!(det[l] > 0.0)) {
+        *worst = point[l];
+        status = BAD_JACOBIAN;
+      }
+      add_corner_force<D>(pts, point[l], reinterpret_cast<const double*>(re) + l, PACK, fc);
+    }
+  }, [&](int p) {
     double H0[D * D] = {0}, H1[D * D], Fb[D * D], S[D * D], re[8 * D] = {0};
     gradient<D>(pts, uc1, p, H1);
     if (mode.mid) gradient<D>(pts, uc0, p, H0);
-    if (pts.broken[p] >= 0) {
-      ip_broken<D>(law[pts.body[p]], broken_law(m, pts, p), mode, H0, H1, Fb, S, nullptr);
-    } else if (!(ip_stress<D>(law[pts.body[p]], mode, H0, H1, Fb, S) > 0.0)) {
-      *worst = p;
-      status = BAD_JACOBIAN;
-    }
-    const int first = pts.conn.off[p], n = pts.conn.count(p);
-    ip_force<D, 0>(&pts.G[static_cast<size_t>(first) * D], n, pts.V0[p], Fb, S, re);
-    for (int a = 0; a < n; ++a)
-      for (int i = 0; i < D; ++i) fc[pts.conn.item[first + a] * D + i] += re[a * D + i];
-  }
+    ip_broken<D>(law[pts.body[p]], broken_law(m, pts, p), mode, H0, H1, Fb, S, nullptr);
+    ip_force<D, 0>(&pts.G[static_cast<size_t>(pts.conn.off[p]) * D], pts.conn.count(p), pts.V0[p], Fb, S, re);
+    add_corner_force<D>(pts, p, re, 1, fc);
+  });
   return status;
+}
+
+template <int D>
+void tangent_pack(const Points& pts, const std::vector<MatLaw>& law, const KernelMode& mode, const RealVec& uc0,
+                  const RealVec& uc1, const ActiveGrid& g, const int* point, double* ke)
+{
+  const int n = g.point.count(point[0]);
+  Pack dS[POINT_PACK_NODES * D], f[POINT_PACK_NODES * D], V0, H0[D * D] = {}, H1[D * D], Fb[D * D], S[D * D];
+  for (int l = 0; l < PACK; ++l) {
+    const double* from = &g.dS[static_cast<size_t>(g.point.off[point[l]]) * D];
+    double H[D * D];
+    for (int k = 0; k < n * D; ++k) dS[k][l] = from[k];
+    gradient<D>(pts, uc1, point[l], H);
+    for (int k = 0; k < D * D; ++k) H1[k][l] = H[k];
+    if (mode.mid) gradient<D>(pts, uc0, point[l], H);
+    for (int k = 0; k < D * D && mode.mid; ++k) H0[k][l] = H[k];
+    V0[l] = pts.V0[point[l]];
+  }
+  Pack* k = reinterpret_cast<Pack*>(ke);
+  for (int i = 0; i < pair_count(n) * D * D; ++i) k[i] = Pack{};
+  const MatLaw& of_body = law[pts.body[point[0]]];
+  ip_stress<D>(of_body, mode, H0, H1, Fb, S);
+  ip_tangent<D, 0>(dS, n, V0, of_body, mode, Fb, S, f, k);
+}
+
+template <int D>
+double energy(const Model& m, const Points& pts, const RealVec& uc, const IntVec& mine)
+{
+  const std::vector<MatLaw> law = point_laws(m);
+  double sum = 0.0;
+  by_packs(pts, mine, [&](const int* point, int n) {
+    const int nen = pts.conn.count(point[0]);
+    Pack G[8 * D], V0, u[8 * D], H[D * D], E[D * D], S[D * D], psi = {};
+    load_points<D>(pts, point, nen, G, V0);
+    load_ends<D>(pts, point, nen, uc, u);
+    ip_gradient<D, 0>(G, nen, u, H);
+    ip_strain<D>(true, H, E);
+    ip_law<D>(law[pts.body[point[0]]], E, S);
+    for (int k = 0; k < D * D; ++k) psi += 0.5 * S[k] * E[k];
+    psi *= V0;
+    for (int l = 0; l < n; ++l) sum += psi[l];
+  }, [&](int p) {
+    IpFields f;
+    point_ip_fields(m, pts, uc, p, f);
+    sum += f.psi * f.V0;
+  });
+  return sum;
 }
 
 template <int D>
@@ -86,6 +198,13 @@ void point_tangent(const Model& m, const Points& pts, const std::vector<MatLaw>&
     tangent<3>(m, pts, law, mode, uc0, uc1, g, p, work, ke);
 }
 
+void point_tangent_pack(int dim, const Points& pts, const std::vector<MatLaw>& law, const KernelMode& mode, const RealVec& uc0,
+                        const RealVec& uc1, const ActiveGrid& g, const int* point, double* ke)
+{
+  if (dim == 2) tangent_pack<2>(pts, law, mode, uc0, uc1, g, point, ke);
+  else tangent_pack<3>(pts, law, mode, uc0, uc1, g, point, ke);
+}
+
 std::vector<MatLaw> point_laws(const Model& m)
 {
   std::vector<MatLaw> law;
@@ -119,11 +238,5 @@ void point_ip_fields(const Model& m, const Points& pts, const RealVec& uc, int p
 
 double point_energy(const Model& m, const Points& pts, const RealVec& uc, const IntVec& mine)
 {
-  IpFields f;
-  double sum = 0.0;
-  for (int p : mine) {
-    point_ip_fields(m, pts, uc, p, f);
-    sum += f.psi * f.V0;
-  }
-  return sum;
+  return m.dim == 2 ? energy<2>(m, pts, uc, mine) : energy<3>(m, pts, uc, mine);
 }

@@ -43,7 +43,7 @@ Status apply(Problem& p, const Step& s, const std::vector<Erosion>& erode, const
     }
     frac_convert(p.m, p.el, p.fm, convert, p.share, st);
   }
-  p.sys.numbered = p.sys.numbered && convert.empty();
+  if (!convert.empty() || !torn.empty()) p.sys.numbered = false;      // other nodes, or other bonds
   p.ready = false;
   const Status status = step_prepare(p, s);
   if (status != STATUS_OK) return status;
@@ -103,7 +103,8 @@ void step_undo_point(const Problem& p, UndoPoint& u)
 void step_undo(Problem& p, const UndoPoint& u)
 {
   const StepLog log = p.st.log;
-  const bool changed = p.st.frac.converted.size() != u.state.frac.converted.size();
+  const bool changed = p.st.frac.converted.size() != u.state.frac.converted.size() ||
+                       p.st.frac.released.size() != u.state.frac.released.size();
   p.st     = u.state;
   p.st.log = log;
   p.share  = u.share;
