@@ -171,9 +171,13 @@ void assem_constrain(System& s, const RealVec& diagonal, const RealVec& x, RealV
   // several ranks: each subtracts what it has of A from f of the first
   const bool sum = sys_shared(s.A) && std::any_of(x.begin(), x.end(), [](double v) { return v != 0.0; });
   if (sum && comm_rank() > 0) std::fill(f.begin(), f.end(), 0.0);
+  std::vector<char> held(s.nrow, 0);                 // has a prescribed dof
+  for (int i = 0; i < s.neq(); ++i)
+    if (s.fixed[i]) held[i / dim] = 1;
   for (int r = 0; r < s.nrow; ++r)
     for (int k = s.A.off[r]; k < s.A.off[r + 1]; ++k) {
       const int c = s.A.col[k];
+      if (!held[r] && !held[c]) continue;
       double* v   = &s.A.val[static_cast<size_t>(k) * dim * dim];
       for (int i = 0; i < dim; ++i)
         for (int j = 0; j < (r == c ? i : dim); ++j) {

@@ -2,27 +2,13 @@
 #include <cmath>
 
 #include "base/comm.h"
+#include "base/vec.h"
 #include "solve/solve_data.h"
 
 namespace {
 
 const double INDEPENDENT = 1e-8;   // part of the energy of a solution that others do not have
 const double CLEAR = 5.0;      // factor between the guess by the length of r and sqrt(r M^-1 r)
-
-// sums in eight parts, so that the compiler can use vector registers
-double dot(const RealVec& a, const RealVec& b)
-{
-  double part[8] = {};
-  const size_t whole = a.size() / 8 * 8;
-  for (size_t k = 0; k < whole; k += 8)
-    for (size_t l = 0; l < 8; ++l) part[l] += a[k + l] * b[k + l];
-  for (size_t k = whole; k < a.size(); ++k) part[0] += a[k] * b[k];
-  double sum = 0.0;
-  for (double p : part) sum += p;
-  return sum;
-}
-
-double norm(const RealVec& a) { return std::sqrt(dot(a, a)); }
 
 // y += a x
 void add(double a, const RealVec& x, RealVec& y)
