@@ -1,7 +1,7 @@
 // ---------------------------------------------------------------------------
 // assem.h : all loops over elements, points and bonds (doc/theory.md 5)
 //
-// Rows of the system: finite-element nodes in use, then the unknown grid nodes.
+// Rows of the system: finite-element nodes in use, those far from bonds first, then the unknown grid nodes.
 // Vectors of the system have rows*dim entries.
 // ---------------------------------------------------------------------------
 #ifndef MPFE_ASSEM_ASSEM_H
