@@ -228,7 +228,7 @@ int solve(const System& s, int first, const RealVec& f, RealVec& x)
   dots<D>(q, q, left);
   m.backward(step, t);
   for (int k = 0; k < n * D; ++k)
-    if (scale[k / D] > 0.0) x[first * D + k] = (u[k] + t[k]) * scale[k / D];
+    if (m.free[k] > 0.0) x[first * D + k] = (u[k] + t[k]) * scale[k / D];
   for (int i = 0; i < D; ++i) goal[i] = 1e-16 * size[i];
   return it <= 1000 && !end ? it : below<D>(left, goal) ? 1000 : -1;
 }

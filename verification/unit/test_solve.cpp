@@ -7,6 +7,7 @@
 #include <numeric>
 #include <random>
 
+#include "assem/assem.h"
 #include "base/comm.h"
 #include "solve/solve.h"
 #include "samples.h"
@@ -380,4 +381,53 @@ TEST(Ranks, OneRankCollectsItself)
   EXPECT_EQ(A.off, B.off);
   EXPECT_EQ(A.col, B.col);
   EXPECT_EQ(A.val, B.val);
+}
+
+// M x = f on the free dofs of the last rows, with supports and a row without mass
+TEST(Mass, SolvesForFreeDofsAndKeepsTheRest)
+{
+  for (int dim : {2, 3}) {
+    const int side = 12, n = side * side, first = 30, bare = n - 7;
+    System s;
+    ListTable lists;                                 // bilinear squares
+    for (int j = 0; j + 1 < side; ++j)
+      for (int i = 0; i + 1 < side; ++i) {
+        const int a = j * side + i;
+        for (int r : {a, a + 1, a + side, a + side + 1}) lists.item.push_back(r);
+        lists.off.push_back(static_cast<int>(lists.item.size()));
+      }
+    sys_pattern(lists, n, dim, s.A);
+    s.dim  = dim;
+    s.nrow = n;
+    s.M.assign(s.A.col.size(), 0.0);
+    const double part[3] = {4.0 / 36, 2.0 / 36, 1.0 / 36};
+    std::mt19937 random(dim);
+    std::uniform_real_distribution<double> number(0.5, 2.0);
+    for (int l = 0; l < lists.size(); ++l) {
+      const double mass = number(random);
+      for (int a = 0; a < 4; ++a)
+        for (int b = 0; b <= a; ++b) {
+          const int r = lists.begin(l)[a], c = lists.begin(l)[b];
+          if (r == bare || c == bare) continue;
+          const int k = static_cast<int>(std::find(s.A.col.begin() + s.A.off[r], s.A.col.begin() + s.A.off[r + 1], c) - s.A.col.begin());
+          s.M[k] += mass * part[a == b ? 0 : a + b == 3 ? 2 : 1];
+        }
+    }
+    for (int r = 0; r < n; ++r) s.M_diag.push_back(s.M[s.A.off[r + 1] - 1]);
+    s.fixed.assign(s.neq(), 0);
+    for (int k : {100, 101, 150, 233}) s.fixed[k] = 1;
+    RealVec x(s.neq(), 0.0), f(s.neq()), y;
+    for (double& v : f) v = number(random);
+    for (int k = 0; k < s.neq(); ++k)
+      if (s.fixed[k]) x[k] = number(random);
+    const RealVec before = x;
+    const int iterations = mass_solve(s, first, f, x);
+    EXPECT_GT(iterations, 0);
+    EXPECT_LT(iterations, 30);
+    mass_multiply(s, x, y);
+    for (int k = 0; k < s.neq(); ++k) {
+      if (k < first * dim || s.fixed[k] || k / dim == bare) EXPECT_EQ(before[k], x[k]) << k;
+      else EXPECT_NEAR(f[k], y[k], 1e-12) << k;
+    }
+  }
 }
