@@ -36,7 +36,7 @@ SysMatrix sys_collect(const SysMatrix& A, bool values);
 // sys_pattern : pattern of a matrix of nrow block rows that couples the rows of each list
 void sys_pattern(const ListTable& lists, int nrow, int dim, SysMatrix& A);
 
-// sys_multiply : y = A x
+// sys_multiply : y = A x, A as it is on this rank
 void sys_multiply(const SysMatrix& A, const RealVec& x, RealVec& y);
 
 // sys_diagonal : diagonal of A [neq]

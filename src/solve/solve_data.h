@@ -31,15 +31,21 @@ struct Cholesky {              // incomplete, on the pattern of A
   std::vector<float> L;        // [col.size()*dim*dim], order of A.val; diagonal blocks: inverse of their factor
 };
 
-// Several ranks: the rows of one rank with their neighbours, and what couples them, from all ranks
+// Several ranks: the rows of one rank with their neighbours, and what couples them, from all ranks. A vector of it
+// [rows*dim] is whole: right in all these rows, on all ranks that have them.
 struct OwnBlock {
   IntVec off, col, owner;      // of the matrix that it was made for
+  long stamp = -1;             // of the matrix that B has its numbers from
   IntVec row;                  // [rows] block rows: those of this rank and their neighbours
-  RealVec weight;              // [rows] 1/sqrt of the ranks that have the row
+  RealVec weight;              // [rows*dim] 1/sqrt of the ranks that have the row
+  RealVec once;                // [rows*dim] 1 in the rows of this rank, else 0
   SysMatrix B;                 // their matrix, numbered as in row
   std::vector<IntVec> to;      // [ranks] blocks of A that a rank needs
   IntVec place;                // block of B of each block that comes from the ranks, one rank after the other
-  RealVec r, z;                // [rows*dim]
+  std::vector<IntVec> common;  // [ranks] places in row of the rows that a rank has too
+  IntVec order, count;         // [nrow] all rows, those of the first rank first; [ranks] numbers of each in a vector
+  std::vector<RealVec> send, got;      // [ranks] for own_sum
+  RealVec s, r, z;             // [rows*dim], [neq], [neq]
 };
 
 struct Kept {                  // factors of an earlier matrix as preconditioner
@@ -69,7 +75,15 @@ struct CgGoal {                // both norms must arrive
   double begun = 0.0;          // energy b x of the x to begin with, 0: x = 0
 };
 
-using Precondition = std::function<bool(const RealVec& r, RealVec& z)>;
+// z = M^-1 r, rho = r z; false: it failed
+using Precondition = std::function<bool(const RealVec& r, RealVec& z, double& rho)>;
+
+// What conjugate gradients work on. Several ranks: A is own->B, and vectors are those of own
+struct CgSystem {
+  const SysMatrix& A;
+  OwnBlock* own = nullptr;     // several ranks
+  Precondition precondition;
+};
 
 // What a path of CG has cost in this run
 struct PathCost {
@@ -142,14 +156,43 @@ struct Clock {
 };
 
 // cg_begin : x = the best combination of earlier solutions, in the norm of the energy. Returns its energy b x, 0: x is not used
-double cg_begin(const SysMatrix& A, const RealVec& b, const std::vector<RealVec>& past, RealVec& x);
+double cg_begin(const CgSystem& s, const RealVec& b, const std::vector<RealVec>& past, RealVec& x);
 
-CgDone cg_solve(const SysMatrix& A, const Precondition& precondition, const RealVec& b, const CgGoal& goal, CgWork& w, RealVec& x);
+CgDone cg_solve(const CgSystem& s, const RealVec& b, const CgGoal& goal, CgWork& w, RealVec& x);
 
-// own_form : the matrix of the rows of this rank and their neighbours; own_gather, own_scatter : r there, and z from all ranks
-void own_form(const SysMatrix& A, OwnBlock& own);
-void own_gather(OwnBlock& own, const RealVec& r);
-void own_scatter(const OwnBlock& own, RealVec& z);
+// sum_terms : sum of n terms, in eight parts, so that the compiler can use vector registers
+template <class Term>
+double sum_terms(size_t n, Term term)
+{
+  double part[8] = {};
+  const size_t whole = n / 8 * 8;
+  for (size_t k = 0; k < whole; k += 8)
+    for (size_t l = 0; l < 8; ++l) part[l] += term(k + l);
+  for (size_t k = whole; k < n; ++k) part[0] += term(k);
+  double sum = 0.0;
+  for (double p : part) sum += p;
+  return sum;
+}
+
+// dot : a b of vectors as they are on this rank; own_dot : in the rows of this rank alone
+inline double dot(const RealVec& a, const RealVec& b)
+{
+  const double *x = a.data(), *y = b.data();
+  return sum_terms(a.size(), [=](size_t k) { return x[k] * y[k]; });
+}
+inline double own_dot(const OwnBlock& own, const RealVec& a, const RealVec& b)
+{
+  const double *x = a.data(), *y = b.data(), *once = own.once.data();
+  return sum_terms(a.size(), [=](size_t k) { return once[k] * x[k] * y[k]; });
+}
+
+// own_form : the matrix of the rows of this rank and their neighbours. Collective, as own_sum and own_gather.
+void own_form(const SysMatrix& A, long stamp, OwnBlock& own);
+// own_pick : v [rows*dim] of the vector x [neq]; own_gather : x from the rows of all ranks
+void own_pick(const OwnBlock& own, const RealVec& x, RealVec& v);
+void own_gather(const OwnBlock& own, const RealVec& v, RealVec& x);
+// own_sum : v from all ranks that have a row, and n numbers from all ranks
+void own_sum(OwnBlock& own, RealVec& v, double* number, int n);
 
 // solve_fail : keeps the message and returns the status
 Status solve_fail(Solver& s, Status status, const char* format, ...) __attribute__((format(printf, 3, 4)));

@@ -39,7 +39,7 @@ void multiply(const SysMatrix& A, const double* x, double* y)
 }  // namespace
 
 // ---------------------------------------------------------------------------
-// sys_multiply : y = A x
+// sys_multiply : y = A x, A as it is on this rank
 //
 //   in   x   [neq]
 //   out  y   [neq], another vector than x
@@ -54,7 +54,6 @@ void sys_multiply(const SysMatrix& A, const RealVec& x, RealVec& y)
     case 3: multiply<3>(A, x.data(), y.data()); break;
     default: log_bug("sys_multiply: blocks are 1 x 1, 2 x 2 or 3 x 3", __FILE__, __LINE__);
   }
-  if (sys_shared(A)) comm_sum(y);
 }
 
 void sys_diagonal(const SysMatrix& A, RealVec& d)
