@@ -143,7 +143,8 @@ void assem_tangent(Problem& p, const KernelMode& mode, double cM);
 // f(fixed) = 0: a solution that knows nothing of x, which is added afterwards; diagonal [neq] of A
 void assem_constrain(System& sys, const RealVec& diagonal, const RealVec& x, RealVec& f);
 
-// mass_multiply : y = M x
+// mass_multiply : y = M x; mass_part : with what this rank has of M
+void mass_part(const System& sys, const RealVec& x, RealVec& y);
 void mass_multiply(const System& sys, const RealVec& x, RealVec& y);
 
 // mass_solve : M x = f on the free dofs of the rows from first on; x at fixed dofs is given. Diagonally scaled

@@ -95,12 +95,17 @@ int solve_one(const System& s, int first, int d, const RealVec& f, RealVec& x)
 
 }  // namespace
 
-void mass_multiply(const System& s, const RealVec& x, RealVec& y)
+void mass_part(const System& s, const RealVec& x, RealVec& y)
 {
   y.assign(x.size(), 0.0);
   if (s.dim == 2) multiply<2>(s, x.data(), y.data());
   else multiply<3>(s, x.data(), y.data());
-  comm_sum(y);
+}
+
+void mass_multiply(const System& s, const RealVec& x, RealVec& y)
+{
+  mass_part(s, x, y);
+  sys_sum(s.A, y);
 }
 
 int mass_solve(const System& s, int first, const RealVec& f, RealVec& x)

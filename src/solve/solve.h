@@ -24,6 +24,7 @@ struct SysMatrix {
   IntVec col;                  // block columns, ascending in a row; the last one is the diagonal
   RealVec val;                 // [col.size()*dim*dim]
   IntVec owner;                // several ranks: [nrow] to whom a row belongs; else empty
+  ListTable rows;              // several ranks: [ranks] rows that each adds to, ascending
   int neq() const { return dim * nrow; }
 };
 
@@ -35,6 +36,9 @@ SysMatrix sys_collect(const SysMatrix& A, bool values);
 
 // sys_pattern : pattern of a matrix of nrow block rows that couples the rows of each list
 void sys_pattern(const ListTable& lists, int nrow, int dim, SysMatrix& A);
+
+// sys_sum : v [n*nrow] plus some numbers, of which each rank has what it adds to its rows, becomes the sum over the ranks
+void sys_sum(const SysMatrix& A, RealVec& v, int extra = 0);
 
 // sys_multiply : y = A x, A as it is on this rank
 void sys_multiply(const SysMatrix& A, const RealVec& x, RealVec& y);

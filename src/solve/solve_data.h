@@ -8,6 +8,7 @@
 #include <functional>
 
 #include "base/comm.h"
+#include "base/sum.h"
 #include "base/timer.h"
 #include "solve/solve.h"
 
@@ -160,26 +161,7 @@ double cg_begin(const CgSystem& s, const RealVec& b, const std::vector<RealVec>&
 
 CgDone cg_solve(const CgSystem& s, const RealVec& b, const CgGoal& goal, CgWork& w, RealVec& x);
 
-// sum_terms : sum of n terms, in eight parts, so that the compiler can use vector registers
-template <class Term>
-double sum_terms(size_t n, Term term)
-{
-  double part[8] = {};
-  const size_t whole = n / 8 * 8;
-  for (size_t k = 0; k < whole; k += 8)
-    for (size_t l = 0; l < 8; ++l) part[l] += term(k + l);
-  for (size_t k = whole; k < n; ++k) part[0] += term(k);
-  double sum = 0.0;
-  for (double p : part) sum += p;
-  return sum;
-}
-
-// dot : a b of vectors as they are on this rank; own_dot : in the rows of this rank alone
-inline double dot(const RealVec& a, const RealVec& b)
-{
-  const double *x = a.data(), *y = b.data();
-  return sum_terms(a.size(), [=](size_t k) { return x[k] * y[k]; });
-}
+// own_dot : a b in the rows of this rank alone
 inline double own_dot(const OwnBlock& own, const RealVec& a, const RealVec& b)
 {
   const double *x = a.data(), *y = b.data(), *once = own.once.data();

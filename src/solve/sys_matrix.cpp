@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <numeric>
 
 #include "base/comm.h"
 #include "base/log.h"
@@ -62,7 +63,33 @@ void sys_diagonal(const SysMatrix& A, RealVec& d)
   d.resize(A.neq());
   for (int I = 0; I < A.nrow; ++I)
     for (int i = 0; i < D; ++i) d[I * D + i] = A.val[(static_cast<size_t>(A.off[I + 1] - 1) * D + i) * D + i];
-  if (sys_shared(A)) comm_sum(d);
+  sys_sum(A, d);
+}
+
+// ---------------------------------------------------------------------------
+// sys_sum : what the ranks have added to the rows of A, in the order of the ranks
+//
+//   in   v       [n*nrow + extra], zero in rows that are not of A.rows of this rank
+//   out  v       the sum, on all ranks; one rank: as it was
+// ---------------------------------------------------------------------------
+void sys_sum(const SysMatrix& A, RealVec& v, int extra)
+{
+  if (!sys_shared(A)) return;
+  const int ranks = comm_size(), D = (static_cast<int>(v.size()) - extra) / A.nrow;
+  IntVec count(ranks);
+  for (int r = 0; r < ranks; ++r) count[r] = A.rows.count(r) * D + extra;
+  RealVec all(std::accumulate(count.begin(), count.end(), size_t(0)));
+  double* to = std::accumulate(count.begin(), count.begin() + comm_rank(), all.data());
+  for (const int* I = A.rows.begin(comm_rank()); I != A.rows.begin(comm_rank() + 1); ++I) to = std::copy_n(&v[*I * D], D, to);
+  std::copy(v.end() - extra, v.end(), to);
+  comm_gather(all, count);
+  std::fill(v.begin(), v.end(), 0.0);
+  const double* from = all.data();
+  for (int r = 0; r < ranks; ++r) {
+    for (const int* I = A.rows.begin(r); I != A.rows.begin(r + 1); ++I)
+      for (int i = 0; i < D; ++i) v[*I * D + i] += *from++;
+    for (int i = 0; i < extra; ++i) v[static_cast<size_t>(A.nrow) * D + i] += *from++;
+  }
 }
 
 // ---------------------------------------------------------------------------

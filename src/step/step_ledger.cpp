@@ -20,7 +20,7 @@ void add_nodes(const Problem& p, const Level& l, Ledger& g)
   RealVec v(p.sys.neq(), 0.0), Mv;
   for (int r = 0; r < p.sys.nfe; ++r)
     for (int i = 0; i < dim; ++i) v[r * dim + i] = l.v[p.sys.node_of_row[r] * dim + i];
-  mass_multiply(p.sys, v, Mv);
+  mass_part(p.sys, v, Mv);
   for (int r = 0; r < p.sys.nfe; ++r) {
     const int node = p.sys.node_of_row[r];
     double x[3] = {0, 0, 0}, q[3] = {0, 0, 0};
@@ -32,6 +32,11 @@ void add_nodes(const Problem& p, const Level& l, Ledger& g)
     }
     add_cross(x, q, g.angular);
   }
+  double sum[7] = {g.kinetic, g.momentum[0], g.momentum[1], g.momentum[2], g.angular[0], g.angular[1], g.angular[2]};
+  comm_sum(sum, 7);
+  g.kinetic = sum[0];
+  std::copy(sum + 1, sum + 4, g.momentum);
+  std::copy(sum + 4, sum + 7, g.angular);
 }
 
 void add_points(const Problem& p, const Level& l, Ledger& g)

@@ -1,23 +1,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/sum.h"
 #include "step/step.h"
 
 namespace {
 
-double norm(const RealVec& v)
-{
-  double sum = 0.0;
-  for (double x : v) sum += x * x;
-  return std::sqrt(sum);
-}
-
-double dot(const RealVec& a, const RealVec& b)
-{
-  double sum = 0.0;
-  for (size_t i = 0; i < a.size(); ++i) sum += a[i] * b[i];
-  return sum;
-}
+double norm(const RealVec& v) { return std::sqrt(dot(v, v)); }
 
 // residual and the sizes that it is judged by                                       (6.3)
 struct Balance {
@@ -42,14 +31,11 @@ Status form_residual(Problem& p, Attempt& a, const RealVec& du, Balance& b)
     mass_multiply(s, du, b.Mdu);
     for (int i = 0; i < s.neq(); ++i) b.inertia[i] = a.cM * b.Mdu[i] - a.g[i];
   }
-  double sum = 0.0;
-  for (int i = 0; i < s.neq(); ++i) {
-    b.R[i] = a.fint[i] - a.fext[i] + b.inertia[i];
-    if (!s.fixed[i]) sum += b.R[i] * b.R[i];
-  }
-  b.free_norm = std::sqrt(sum);
-  b.scale     = std::max({norm(a.fint), norm(a.fext), norm(b.inertia)});
-  return std::isfinite(b.free_norm) && std::isfinite(norm(a.fint) + norm(a.fext)) ? STATUS_OK : BAD_NUMBER;
+  for (int i = 0; i < s.neq(); ++i) b.R[i] = a.fint[i] - a.fext[i] + b.inertia[i];
+  b.free_norm = std::sqrt(sum_terms(s.neq(), [&](size_t i) { return s.fixed[i] ? 0.0 : b.R[i] * b.R[i]; }));
+  const double internal = norm(a.fint), external = norm(a.fext);
+  b.scale = std::max({internal, external, norm(b.inertia)});
+  return std::isfinite(b.free_norm) && std::isfinite(internal + external) ? STATUS_OK : BAD_NUMBER;
 }
 
 // the part of the diagonal that strains make: rounding of F acts through it. Mass and bonds see du alone, and would hide
