@@ -86,11 +86,8 @@ void form_rows(const IntVec& item, SysMatrix& A)
   IntVec row;
   for (int I = 0; I < A.nrow; ++I)
     if (in[I] || A.owner[I] == comm_rank()) row.push_back(I);
-  A.rows = ListTable();
-  for (const IntVec& of : comm_exchange(std::vector<IntVec>(comm_size(), row))) {
-    A.rows.item.insert(A.rows.item.end(), of.begin(), of.end());
-    A.rows.off.push_back(static_cast<int>(A.rows.item.size()));
-  }
+  A.rows = RowSets();
+  for (const IntVec& of : comm_exchange(std::vector<IntVec>(comm_size(), row))) rows_add(of, A.rows);
 }
 
 // pattern of what this rank works on

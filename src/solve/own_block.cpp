@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "base/comm.h"
+#include "base/log.h"
 #include "solve/solve_data.h"
 
 namespace {
@@ -57,22 +58,32 @@ void sort_blocks(const SysMatrix& A, OwnBlock& own)
     for (size_t I = 0; I < own.row.size() && r != comm_rank(); ++I)
       if (in[own.row[I]]) own.common[r].push_back(static_cast<int>(I));
   }
-  own.weight.clear();
   own.once.clear();
-  for (int I : own.row) {
-    own.weight.insert(own.weight.end(), A.dim, 1.0 / std::sqrt(static_cast<double>(count[I])));
-    own.once.insert(own.once.end(), A.dim, A.owner[I] == comm_rank() ? 1.0 : 0.0);
+  own.shared.clear();
+  own.weight.clear();
+  own.foreign.clear();
+  for (size_t k = 0; k < own.row.size(); ++k) {
+    const int I = own.row[k], place = static_cast<int>(k);
+    const bool mine = A.owner[I] == comm_rank();
+    own.once.insert(own.once.end(), A.dim, mine ? 1.0 : 0.0);
+    if (!mine) own.foreign.push_back(place);
+    if (count[I] == 1) continue;
+    own.shared.push_back(place);
+    own.weight.push_back(1.0 / std::sqrt(static_cast<double>(count[I])));
   }
 }
 
-// all rows, those of the first rank first
 void sort_rows(const SysMatrix& A, OwnBlock& own)
 {
-  own.order.resize(A.nrow);
-  std::iota(own.order.begin(), own.order.end(), 0);
-  std::stable_sort(own.order.begin(), own.order.end(), [&](int I, int J) { return A.owner[I] < A.owner[J]; });
-  own.count.assign(comm_size(), 0);
-  for (int r : A.owner) own.count[r] += A.dim;
+  std::vector<IntVec> of(comm_size());
+  for (int I = 0; I < A.nrow; ++I) of[A.owner[I]].push_back(I);
+  own.all = own.here = own.mine = RowSets();
+  for (const IntVec& row : of) rows_add(row, own.all);
+  rows_add(own.row, own.here);
+  IntVec place;
+  for (size_t k = 0; k < own.row.size(); ++k)
+    if (A.owner[own.row[k]] == comm_rank()) place.push_back(static_cast<int>(k));
+  rows_add(place, own.mine);
 }
 
 // pattern of B, and the place in it of each block that comes
@@ -120,6 +131,31 @@ void form_lists(const SysMatrix& A, OwnBlock& own)
   form_block_pattern(A, own);
 }
 
+// numbers of B: parts of all ranks, in their order
+template <int D>
+void form_values(const SysMatrix& A, OwnBlock& own)
+{
+  const int DD = D * D, me = comm_rank();
+  std::vector<RealVec> send(comm_size());
+  for (int r = 0; r < comm_size(); ++r)
+    for (size_t k = 0; r != me && k < own.to[r].size(); ++k) {
+      const double* a = &A.val[static_cast<size_t>(own.to[r][k]) * DD];
+      send[r].insert(send[r].end(), a, a + DD);
+    }
+  const std::vector<RealVec> from = comm_exchange(send);
+  own.B.val.assign(own.B.col.size() * DD, 0.0);
+  const int* place = own.place.data();
+  const auto add = [&](const double* block) {
+    double* b = &own.B.val[static_cast<size_t>(*place++) * DD];
+    for (int i = 0; i < DD; ++i) b[i] += block[i];
+  };
+  for (int r = 0; r < comm_size(); ++r) {
+    if (r == me)
+      for (int k : own.to[r]) add(&A.val[static_cast<size_t>(k) * DD]);
+    for (size_t k = 0; k < from[r].size(); k += DD) add(&from[r][k]);
+  }
+}
+
 }  // namespace
 
 // ---------------------------------------------------------------------------
@@ -132,48 +168,40 @@ void form_lists(const SysMatrix& A, OwnBlock& own)
 void own_form(const SysMatrix& A, long stamp, OwnBlock& own)
 {
   if (own.stamp == stamp) return;
-  own.stamp    = stamp;
-  const int DD = A.dim * A.dim;
+  own.stamp = stamp;
   if (comm_most(own.off != A.off || own.col != A.col || own.owner != A.owner)) form_lists(A, own);
-  std::vector<RealVec> send(comm_size());
-  for (int r = 0; r < comm_size(); ++r)
-    for (size_t k = 0; r != comm_rank() && k < own.to[r].size(); ++k) {
-      const double* a = &A.val[static_cast<size_t>(own.to[r][k]) * DD];
-      send[r].insert(send[r].end(), a, a + DD);
-    }
-  const std::vector<RealVec> from = comm_exchange(send);
-  own.B.val.assign(own.B.col.size() * DD, 0.0);
-  size_t at = 0;
-  const auto add = [&](const double* block) {
-    double* b = &own.B.val[static_cast<size_t>(own.place[at++]) * DD];
-    for (int i = 0; i < DD; ++i) b[i] += block[i];
-  };
-  for (int r = 0; r < comm_size(); ++r) {
-    if (r == comm_rank())
-      for (int k : own.to[r]) add(&A.val[static_cast<size_t>(k) * DD]);
-    for (size_t k = 0; k < from[r].size(); k += DD) add(&from[r][k]);
+  switch (A.dim) {
+    case 1: return form_values<1>(A, own);
+    case 2: return form_values<2>(A, own);
+    case 3: return form_values<3>(A, own);
   }
+  log_bug("own_form: blocks are 1 x 1, 2 x 2 or 3 x 3", __FILE__, __LINE__);
 }
 
 void own_pick(const OwnBlock& own, const RealVec& x, RealVec& v)
 {
-  const int D = own.B.dim;
-  v.resize(own.row.size() * D);
-  for (size_t I = 0; I < own.row.size(); ++I)
-    for (int i = 0; i < D; ++i) v[I * D + i] = x[own.row[I] * D + i];
+  v.resize(own.row.size() * own.B.dim);
+  rows_pack(own.here, 0, own.B.dim, x, v.data());
 }
 
-void own_gather(const OwnBlock& own, const RealVec& v, RealVec& x)
+void own_gather(OwnBlock& own, const RealVec& v, RealVec& x)
+{
+  const int ranks = comm_size(), D = own.B.dim;
+  IntVec count;
+  for (int rows : own.all.count) count.push_back(rows * D);
+  own.gathered.resize(std::accumulate(count.begin(), count.end(), size_t(0)));
+  rows_pack(own.mine, 0, D, v, own.gathered.data() + std::accumulate(count.begin(), count.begin() + comm_rank(), size_t(0)));
+  comm_gather(own.gathered, count);
+  x.resize(own.gathered.size());
+  const double* from = own.gathered.data();
+  for (int r = 0; r < ranks; ++r) from = rows_put(own.all, r, D, from, x);
+}
+
+void own_weigh(const OwnBlock& own, RealVec& v)
 {
   const int D = own.B.dim;
-  RealVec all(own.order.size() * D);
-  size_t at = std::accumulate(own.count.begin(), own.count.begin() + comm_rank(), size_t(0));
-  for (size_t i = 0; i < v.size(); ++i)
-    if (own.once[i] != 0.0) all[at++] = v[i];
-  comm_gather(all, own.count);
-  x.resize(all.size());
-  for (size_t I = 0; I < own.order.size(); ++I)
-    for (int i = 0; i < D; ++i) x[own.order[I] * D + i] = all[I * D + i];
+  for (size_t k = 0; k < own.shared.size(); ++k)
+    for (int i = 0; i < D; ++i) v[own.shared[k] * D + i] *= own.weight[k];
 }
 
 // parts are added in the order of the ranks, so that a run repeats

@@ -216,9 +216,8 @@ bool cholesky_form(const SysMatrix& A, Cholesky& c)
   }
 }
 
-void cholesky_apply(const SysMatrix& A, const Cholesky& c, const RealVec& r, RealVec& z)
+void cholesky_apply(const SysMatrix& A, const Cholesky& c, RealVec& z)
 {
-  std::copy(r.begin(), r.end(), z.begin());
   switch (A.dim) {
     case 1: return solve<1>(A, c.L.data(), z.data());
     case 2: return solve<2>(A, c.L.data(), z.data());

@@ -13,7 +13,8 @@ const double CLEAR = 5.0;      // factor between the guess by the length of r an
 double part_of_product(const CgSystem& s, const RealVec& p, RealVec& q)
 {
   sys_multiply(s.A, p, q);
-  for (size_t i = 0; s.own && i < q.size(); ++i) q[i] *= s.own->once[i];
+  if (s.own)
+    for (int I : s.own->foreign) std::fill_n(&q[I * s.A.dim], s.A.dim, 0.0);
   return dot(p, q);
 }
 
@@ -67,7 +68,7 @@ bool late(const Clock& clock, double limit, int iteration)
 // ---------------------------------------------------------------------------
 double cg_begin(const CgSystem& s, const RealVec& b, const std::vector<RealVec>& past, RealVec& x)
 {
-  const size_t neq = s.own ? s.own->order.size() * s.A.dim : b.size();
+  const size_t neq = s.own ? s.own->owner.size() * s.A.dim : b.size();
   double energy = 0.0;
   x.assign(b.size(), 0.0);
   std::vector<RealVec> basis, image;   // orthogonal in A, and A times them

@@ -38,15 +38,18 @@ struct OwnBlock {
   IntVec off, col, owner;      // of the matrix that it was made for
   long stamp = -1;             // of the matrix that B has its numbers from
   IntVec row;                  // [rows] block rows: those of this rank and their neighbours
-  RealVec weight;              // [rows*dim] 1/sqrt of the ranks that have the row
   RealVec once;                // [rows*dim] 1 in the rows of this rank, else 0
+  IntVec shared;               // places in row of rows that several ranks have
+  RealVec weight;              // [shared] 1/sqrt of the ranks that have the row
+  IntVec foreign;              // places in row of rows that belong to others
   SysMatrix B;                 // their matrix, numbered as in row
   std::vector<IntVec> to;      // [ranks] blocks of A that a rank needs
   IntVec place;                // block of B of each block that comes from the ranks, one rank after the other
   std::vector<IntVec> common;  // [ranks] places in row of the rows that a rank has too
-  IntVec order, count;         // [nrow] all rows, those of the first rank first; [ranks] numbers of each in a vector
+  RowSets all, here, mine;     // [ranks] rows that belong to each; rows in row; places in row of those that belong to this rank
   std::vector<RealVec> send, got;      // [ranks] for own_sum
-  RealVec s, r, z;             // [rows*dim], [neq], [neq]
+  RealVec gathered;            // [neq] rows of the first rank first
+  RealVec r, z;                // [neq]
 };
 
 struct Kept {                  // factors of an earlier matrix as preconditioner
@@ -141,7 +144,7 @@ double mumps_memory(const Solver& s);          // bytes of the numbers of the en
 bool diagonal_form(const SysMatrix& A, RealVec& inverse);
 void diagonal_apply(const SysMatrix& A, const RealVec& inverse, const RealVec& r, RealVec& z);
 bool cholesky_form(const SysMatrix& A, Cholesky& c);
-void cholesky_apply(const SysMatrix& A, const Cholesky& c, const RealVec& r, RealVec& z);
+void cholesky_apply(const SysMatrix& A, const Cholesky& c, RealVec& z);    // z: r in, M^-1 r out
 bool kept_form(const SysMatrix& A, const std::vector<long>& key, Kept& k);
 Status kept_apply(Solver& s, const SysMatrix& A, Kept& k, const RealVec& r, RealVec& z);
 
@@ -172,7 +175,9 @@ inline double own_dot(const OwnBlock& own, const RealVec& a, const RealVec& b)
 void own_form(const SysMatrix& A, long stamp, OwnBlock& own);
 // own_pick : v [rows*dim] of the vector x [neq]; own_gather : x from the rows of all ranks
 void own_pick(const OwnBlock& own, const RealVec& x, RealVec& v);
-void own_gather(const OwnBlock& own, const RealVec& v, RealVec& x);
+void own_gather(OwnBlock& own, const RealVec& v, RealVec& x);
+// own_weigh : v times the weights
+void own_weigh(const OwnBlock& own, RealVec& v);
 // own_sum : v from all ranks that have a row, and n numbers from all ranks
 void own_sum(OwnBlock& own, RealVec& v, double* number, int n);
 

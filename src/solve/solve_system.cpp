@@ -167,19 +167,12 @@ Status by_factor(Solver& s, const SysMatrix& A, const SolveAsk& ask, const RealV
 // z = M^-1 r by the incomplete factor; several ranks: by those of all, each with a part of the rows they share   (8.7)
 void cholesky_step(SolverData& d, const CgSystem& c, const RealVec& r, RealVec& z, double& rho)
 {
-  if (!c.own) {
-    cholesky_apply(c.A, d.cholesky, r, z);
-    rho = dot(r, z);
-    return;
-  }
-  RealVec& part = c.own->s;
-  const RealVec& weight = c.own->weight;
-  part.resize(r.size());
-  for (size_t i = 0; i < r.size(); ++i) part[i] = weight[i] * r[i];
-  cholesky_apply(c.A, d.cholesky, part, z);
-  rho = dot(part, z);
-  for (size_t i = 0; i < r.size(); ++i) z[i] *= weight[i];
-  own_sum(*c.own, z, &rho, 1);
+  z = r;
+  if (c.own) own_weigh(*c.own, z);
+  cholesky_apply(c.A, d.cholesky, z);
+  if (c.own) own_weigh(*c.own, z);
+  rho = dot(r, z);
+  if (c.own) own_sum(*c.own, z, &rho, 1);
 }
 
 void diagonal_step(SolverData& d, const CgSystem& c, const RealVec& r, RealVec& z, double& rho)

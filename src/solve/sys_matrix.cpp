@@ -66,6 +66,44 @@ void sys_diagonal(const SysMatrix& A, RealVec& d)
   sys_sum(A, d);
 }
 
+void rows_add(const IntVec& row, RowSets& s)
+{
+  for (size_t k = 0; k < row.size(); ++k) {
+    if (k == 0 || row[k] != row[k - 1] + 1) s.run.item.insert(s.run.item.end(), 2, row[k]);
+    s.run.item.back() = row[k] + 1;
+  }
+  s.run.off.push_back(static_cast<int>(s.run.item.size()));
+  s.count.push_back(static_cast<int>(row.size()));
+}
+
+double* rows_pack(const RowSets& s, int set, int D, const RealVec& v, double* to)
+{
+  for (const int* run = s.run.begin(set); run != s.run.begin(set + 1); run += 2)
+    to = std::copy(v.begin() + run[0] * D, v.begin() + run[1] * D, to);
+  return to;
+}
+
+const double* rows_put(const RowSets& s, int set, int D, const double* from, RealVec& v)
+{
+  for (const int* run = s.run.begin(set); run != s.run.begin(set + 1); run += 2) {
+    const int n = (run[1] - run[0]) * D;
+    std::copy(from, from + n, v.begin() + run[0] * D);
+    from += n;
+  }
+  return from;
+}
+
+const double* rows_add_to(const RowSets& s, int set, int D, const double* from, RealVec& v)
+{
+  for (const int* run = s.run.begin(set); run != s.run.begin(set + 1); run += 2) {
+    const int n = (run[1] - run[0]) * D;
+    double* to  = &v[static_cast<size_t>(run[0]) * D];
+    for (int i = 0; i < n; ++i) to[i] += from[i];
+    from += n;
+  }
+  return from;
+}
+
 // ---------------------------------------------------------------------------
 // sys_sum : what the ranks have added to the rows of A, in the order of the ranks
 //
@@ -75,20 +113,21 @@ void sys_diagonal(const SysMatrix& A, RealVec& d)
 void sys_sum(const SysMatrix& A, RealVec& v, int extra)
 {
   if (!sys_shared(A)) return;
-  const int ranks = comm_size(), D = (static_cast<int>(v.size()) - extra) / A.nrow;
+  static RealVec all;                    // kept, since large vectors are dear to make
+  const int ranks = comm_size(), me = comm_rank(), D = (static_cast<int>(v.size()) - extra) / A.nrow;
   IntVec count(ranks);
-  for (int r = 0; r < ranks; ++r) count[r] = A.rows.count(r) * D + extra;
-  RealVec all(std::accumulate(count.begin(), count.end(), size_t(0)));
-  double* to = std::accumulate(count.begin(), count.begin() + comm_rank(), all.data());
-  for (const int* I = A.rows.begin(comm_rank()); I != A.rows.begin(comm_rank() + 1); ++I) to = std::copy_n(&v[*I * D], D, to);
-  std::copy(v.end() - extra, v.end(), to);
+  for (int r = 0; r < ranks; ++r) count[r] = A.rows.count[r] * D + extra;
+  all.resize(std::accumulate(count.begin(), count.end(), size_t(0)));
+  double* to = std::accumulate(count.begin(), count.begin() + me, all.data(), [](double* p, int n) { return p + n; });
+  std::copy(v.end() - extra, v.end(), rows_pack(A.rows, me, D, v, to));
   comm_gather(all, count);
-  std::fill(v.begin(), v.end(), 0.0);
+  const bool two = ranks == 2;           // then the order does not matter, and what is in v may stay
+  if (!two) std::fill(v.begin(), v.end(), 0.0);
   const double* from = all.data();
-  for (int r = 0; r < ranks; ++r) {
-    for (const int* I = A.rows.begin(r); I != A.rows.begin(r + 1); ++I)
-      for (int i = 0; i < D; ++i) v[*I * D + i] += *from++;
-    for (int i = 0; i < extra; ++i) v[static_cast<size_t>(A.nrow) * D + i] += *from++;
+  for (int r = 0; r < ranks; from += count[r++]) {
+    if (two && r == me) continue;
+    const double* number = rows_add_to(A.rows, r, D, from, v);
+    for (auto last = v.end() - extra; last != v.end(); ++last) *last += *number++;
   }
 }
 
