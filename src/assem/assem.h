@@ -148,10 +148,10 @@ void mass_part(const System& sys, const RealVec& x, RealVec& y);
 void mass_multiply(const System& sys, const RealVec& x, RealVec& y);
 
 // mass_solve : M x = f on the free dofs of the rows from first on; x at fixed dofs is given. Diagonally scaled
-// conjugate gradients, one run for each direction. Returns the iterations; -1: not converged. doc/theory.md (3.14)
+// conjugate gradients, all directions in one run. Returns the iterations; -1: not converged. doc/theory.md (3.14)
 int mass_solve(const System& sys, int first, const RealVec& f, RealVec& x);
 
-// point_momentum : adds p_v = sum_cd N_v(x_c) m_cd v_d to the grid rows of out [neq]
+// point_momentum : adds p_v = sum_cd N_v(x_c) m_cd v_d of the points of this rank to the grid rows of out [neq]
 void point_momentum(const Problem& p, const RealVec& vc, RealVec& out);
 
 // assem_scatter_corners : forces on corners fc [ncorner*dim] go to the grid with the weights of the corners

@@ -289,10 +289,12 @@ void assem_scatter_corners(const Problem& p, const RealVec& fc, RealVec& f)
 {
   const int dim = p.m.dim;
   const ActiveGrid& g = p.grid;
-  for (int c = 0; c < p.st.points.ncorner; ++c)
+  for (int c = 0; c < p.st.points.ncorner; ++c) {
+    const double* force = &fc[c * dim];
+    if (std::all_of(force, force + dim, [](double x) { return x == 0.0; })) continue;      // of another rank
     for (int k = g.corner.off[c]; k < g.corner.off[c + 1]; ++k)
-      for (int i = 0; i < dim; ++i)
-        f[(p.sys.nfe + g.corner.item[k]) * dim + i] += g.corner_w[k] * fc[c * dim + i];
+      for (int i = 0; i < dim; ++i) f[(p.sys.nfe + g.corner.item[k]) * dim + i] += g.corner_w[k] * force[i];
+  }
 }
 
 void assem_move(Problem& p, const RealVec& du, double t_step0, double t_step1)

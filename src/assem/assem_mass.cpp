@@ -1,19 +1,21 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "assem/assem.h"
-#include "base/comm.h"
 
 namespace {
 
+// y += M x of the rows from first on and their columns from there on
 template <int D>
-void multiply(const System& s, const double* x, double* y)
+void multiply(const System& s, int first, const double* x, double* y)
 {
-  for (int r = 0; r < s.nrow; ++r) {
+  for (int r = first; r < s.nrow; ++r) {
     const int diag = s.A.off[r + 1] - 1;
     double row[D];
     for (int i = 0; i < D; ++i) row[i] = s.M[diag] * x[r * D + i];
     for (int k = s.A.off[r]; k < diag; ++k) {
+      if (s.A.col[k] < first) continue;
       const int c    = s.A.col[k] * D;
       const double m = s.M[k];
       for (int i = 0; i < D; ++i) {
@@ -25,72 +27,69 @@ void multiply(const System& s, const double* x, double* y)
   }
 }
 
-// y = M x for one direction, rows from first on; masked entries of x and y are zero
-void multiply_one(const System& s, int first, const RealVec& x, RealVec& y)
-{
-  std::fill(y.begin() + first, y.end(), 0.0);
-  for (int r = first; r < s.nrow; ++r) {
-    const int diag = s.A.off[r + 1] - 1;
-    y[r] += s.M[diag] * x[r];
-    for (int k = s.A.off[r]; k < diag; ++k) {
-      const int c = s.A.col[k];
-      if (c < first) continue;
-      y[r] += s.M[k] * x[c];
-      y[c] += s.M[k] * x[r];
-    }
-  }
-  comm_sum(y.data() + first, s.nrow - first);
-}
+template <int D>
+using Each = std::array<double, D>;    // a number for each direction
 
-double dot(int first, const RealVec& a, const RealVec& b)
+// a b of each direction, from the row first on
+template <int D>
+Each<D> dot(int first, const RealVec& a, const RealVec& b)
 {
-  double sum = 0.0;
-  for (size_t i = first; i < a.size(); ++i) sum += a[i] * b[i];
+  Each<D> sum{};
+  for (size_t i = static_cast<size_t>(first) * D; i < a.size(); i += D)
+    for (int d = 0; d < D; ++d) sum[d] += a[i + d] * b[i + d];
   return sum;
 }
 
-// one direction d
-int solve_one(const System& s, int first, int d, const RealVec& f, RealVec& x)
+// conjugate gradients; a direction that has arrived waits for the others
+template <int D>
+int solve(const System& s, int first, const RealVec& f, RealVec& x)
 {
-  const int n = s.nrow, dim = s.dim;
-  RealVec u(n, 0.0), r(n, 0.0), z(n, 0.0), q(n, 0.0), w(n, 0.0), diag(n, 0.0);
-  std::vector<char> free(n, 0);
-  double scale = 0.0;
-  for (int i = first; i < n; ++i) {
-    diag[i] = s.M_diag[i];
-    free[i] = !s.fixed[i * dim + d] && diag[i] > 0.0;
-    u[i]    = x[i * dim + d];
+  const int n = s.neq(), begin = first * D;
+  RealVec r(n, 0.0), z(n, 0.0), q(n, 0.0), w(n, 0.0), inverse(n, 0.0);     // inverse of the diagonal, 0: held
+  const auto multiply_by = [&](const RealVec& v) {
+    std::fill(q.begin(), q.end(), 0.0);
+    multiply<D>(s, first, v.data(), q.data());
+    sys_sum(s.A, q);
+  };
+  Each<D> goal{}, rho{}, before{};       // goal: squared, in the norm of D^-1
+  std::array<bool, D> on;
+  on.fill(true);
+  multiply_by(x);
+  for (int i = begin; i < n; ++i) {
+    const double m = s.M_diag[i / D];
+    if (s.fixed[i] || !(m > 0.0)) continue;
+    inverse[i] = 1.0 / m;
+    r[i]       = f[i] - q[i];
+    goal[i % D] += 1e-28 * f[i] * f[i] / m;
   }
-  multiply_one(s, first, u, q);
-  for (int i = first; i < n; ++i) {
-    if (!free[i]) continue;
-    r[i] = f[i * dim + d] - q[i];
-    scale += f[i * dim + d] * f[i * dim + d] / diag[i];
-  }
-  double rho = 0.0, rho0 = 0.0;
-  const double goal = 1e-28 * scale;      // squared, in the norm of D^-1
-  for (int it = 0; it <= 1000; ++it) {
-    for (int i = first; i < n; ++i) z[i] = free[i] ? r[i] / diag[i] : 0.0;
-    rho = dot(first, r, z);
-    if (rho <= goal) {
-      for (int i = first; i < n; ++i) x[i * dim + d] = u[i];
-      return it;
+  int it = 0;
+  for (; it <= 1000; ++it) {
+    for (int i = begin; i < n; ++i) z[i] = r[i] * inverse[i];
+    rho = dot<D>(first, r, z);
+    Each<D> turn{}, part{};
+    for (int d = 0; d < D; ++d) {
+      on[d]   = on[d] && rho[d] > goal[d];
+      turn[d] = it && on[d] ? rho[d] / before[d] : 0.0;
     }
-    for (int i = first; i < n; ++i) w[i] = z[i] + (it ? rho / rho0 : 0.0) * w[i];
-    multiply_one(s, first, w, q);
-    for (int i = first; i < n; ++i)
-      if (!free[i]) q[i] = 0.0;
-    const double wq = dot(first, w, q);
-    if (!(wq > 0.0)) break;                          // M is singular in the direction w
-    const double alpha = rho / wq;
-    for (int i = first; i < n; ++i) {
-      u[i] += alpha * w[i];
-      r[i] -= alpha * q[i];
+    if (std::none_of(on.begin(), on.end(), [](bool yes) { return yes; })) break;
+    for (int i = begin; i < n; ++i) w[i] = z[i] + turn[i % D] * w[i];
+    multiply_by(w);
+    for (int i = begin; i < n; ++i)
+      if (inverse[i] == 0.0) q[i] = 0.0;
+    const Each<D> wq = dot<D>(first, w, q);
+    for (int d = 0; d < D; ++d) {
+      on[d]   = on[d] && wq[d] > 0.0;                // else M is singular in the direction w
+      part[d] = on[d] ? rho[d] / wq[d] : 0.0;
     }
-    rho0 = rho;
+    for (int i = begin; i < n; ++i) {
+      x[i] += part[i % D] * w[i];
+      r[i] -= part[i % D] * q[i];
+    }
+    before = rho;
   }
-  for (int i = first; i < n; ++i) x[i * dim + d] = u[i];
-  return rho <= 1e-16 * scale ? 1000 : -1;
+  for (int d = 0; d < D; ++d)
+    if (!(rho[d] <= 1e12 * goal[d])) return -1;
+  return it;
 }
 
 }  // namespace
@@ -98,8 +97,8 @@ int solve_one(const System& s, int first, int d, const RealVec& f, RealVec& x)
 void mass_part(const System& s, const RealVec& x, RealVec& y)
 {
   y.assign(x.size(), 0.0);
-  if (s.dim == 2) multiply<2>(s, x.data(), y.data());
-  else multiply<3>(s, x.data(), y.data());
+  if (s.dim == 2) multiply<2>(s, 0, x.data(), y.data());
+  else multiply<3>(s, 0, x.data(), y.data());
 }
 
 void mass_multiply(const System& s, const RealVec& x, RealVec& y)
@@ -110,17 +109,11 @@ void mass_multiply(const System& s, const RealVec& x, RealVec& y)
 
 int mass_solve(const System& s, int first, const RealVec& f, RealVec& x)
 {
-  int most = 0;
-  for (int d = 0; d < s.dim; ++d) {
-    const int it = solve_one(s, first, d, f, x);
-    if (it < 0) return -1;
-    most = std::max(most, it);
-  }
-  return most;
+  return s.dim == 2 ? solve<2>(s, first, f, x) : solve<3>(s, first, f, x);
 }
 
 void point_momentum(const Problem& p, const RealVec& vc, RealVec& out)
 {
-  const RealVec q = point_corner_momentum(p.st.points, p.m.dim, vc);
+  const RealVec q = point_corner_momentum(p.st.points, p.m.dim, vc, p.sys.my_point);
   assem_scatter_corners(p, q, out);
 }

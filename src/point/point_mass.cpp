@@ -13,11 +13,14 @@ void point_add_mass(const Points& pts, int first, size_t at, RealVec& mass)
   }
 }
 
-RealVec point_corner_momentum(const Points& pts, int dim, const RealVec& vc)
+RealVec point_corner_momentum(const Points& pts, int dim, const RealVec& vc, const IntVec& list)
 {
   RealVec q(vc.size(), 0.0);
   const double* m = pts.mc.data();
-  for (int p = 0; p < pts.npoint; ++p) {
+  int at = 0;                  // point that m stands at
+  for (int p : list) {
+    for (; at < p; ++at) m += pair_count(pts.conn.count(at));
+    ++at;
     const int *corner = pts.conn.begin(p), nen = pts.conn.count(p);
     for (int a = 0; a < nen; ++a)
       for (int b = 0; b <= a; ++b, ++m)
