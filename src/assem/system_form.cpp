@@ -213,6 +213,7 @@ void system_form(Problem& p, bool mass)
   bool fresh = first || s.A.nrow != s.nrow;
   fresh = fresh || !same(s.point_rows, p.grid.point) || !same(s.bond_rows, s.bond);
   fresh = system_divide(p, fresh) || fresh;
+  if (p.st.points.npoint) grid_gradients(p.st.points, s.dim, s.my_point, p.grid);
   if (fresh) {
     Timer timer(PHASE_PATTERN);
     ++s.pattern;

@@ -22,8 +22,7 @@ struct ActiveGrid {
   ListTable corner;            // [ncorner] unknown grid nodes that a corner follows
   RealVec corner_w;            // [corner.item] weights, sum 1
   ListTable point;             // [npoint] unknown grid nodes of a point
-  RealVec S;                   // [point.item] S_pv
-  RealVec dS;                  // [point.item*dim] dS_pv/dX                         1/length
+  RealVec dS;                  // [point.item*dim] dS_pv/dX, of the points of this rank    1/length
   ListTable bond;              // [nbond] unknown grid nodes of side B, empty for the ground
   RealVec bond_w;
 };
@@ -66,6 +65,9 @@ int point_surfaces(const Model& m, Points& pts);
 // OUTSIDE_GRID: *worst is the corner (>= 0) or -1 - bond
 Status grid_activate(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& uc, const RealVec& xb,
                      ActiveGrid& g, int* worst);
+
+// grid_gradients : dS of the points of list
+void grid_gradients(const Points& pts, int dim, const IntVec& list, ActiveGrid& g);
 
 // point_corner_force : internal force of the points in mine on their corners, from corner displacements at t(n), t(n+1)
 //   out fc [ncorner*dim] added to;  BAD_JACOBIAN: *worst is the point

@@ -184,9 +184,8 @@ struct Gather {
   IntVec stamp, place;
   int now = 0;
   IntVec node;
-  RealVec value;               // [node*stride]
-  int stride = 1;
-  void start(int nnode, int width)
+  RealVec value;               // [node]
+  void start(int nnode)
   {
     if (static_cast<int>(stamp.size()) < nnode) {
       stamp.assign(nnode, 0);
@@ -194,19 +193,18 @@ struct Gather {
       now = 0;
     }
     ++now;
-    stride = width;
     node.clear();
     value.clear();
   }
-  double* at(int n)
+  double& at(int n)
   {
     if (stamp[n] != now) {
       stamp[n] = now;
       place[n] = static_cast<int>(node.size());
       node.push_back(n);
-      value.resize(value.size() + stride, 0.0);
+      value.push_back(0.0);
     }
-    return &value[static_cast<size_t>(place[n]) * stride];
+    return value[place[n]];
   }
 };
 
@@ -216,11 +214,11 @@ void find_support(const Points& pts, Raw& raw)
   Gather sum;
   raw.support.assign(raw.key.size(), 0.0);
   for (int p = 0; p < pts.npoint; ++p) {
-    sum.start(static_cast<int>(raw.key.size()), 1);
+    sum.start(static_cast<int>(raw.key.size()));
     for (int k = pts.conn.off[p]; k < pts.conn.off[p + 1]; ++k) {
       const int c = pts.conn.item[k];
       for (int j = raw.corner.off[c]; j < raw.corner.off[c + 1]; ++j)
-        *sum.at(raw.corner.item[j]) += pts.w[k] * raw.corner_w[j];
+        sum.at(raw.corner.item[j]) += pts.w[k] * raw.corner_w[j];
     }
     for (size_t i = 0; i < sum.node.size(); ++i)
       raw.support[sum.node[i]] = std::max(raw.support[sum.node[i]], sum.value[i]);
@@ -282,12 +280,12 @@ bool extend_node(const Model& m, const std::vector<long>& cells, const std::vect
         best = dist;
         chosen.push_back({{c[0], c[1], c[2]}});
       }
-  out.start(static_cast<int>(key.size()), 1);
+  out.start(static_cast<int>(key.size()));
   for (const auto& c : chosen) {
     double xi[3] = {0, 0, 0};
     for (int d = 0; d < dim; ++d) xi[d] = at[d] - c[d];
     each_node(g, dim, field, c.data(), xi,
-              [&](long n, double N) { *out.at(find_key(key, n)) += N / static_cast<double>(chosen.size()); });
+              [&](long n, double N) { out.at(find_key(key, n)) += N / static_cast<double>(chosen.size()); });
   }
   return !chosen.empty();
 }
@@ -342,35 +340,28 @@ void compose(const ListTable& raw, const RealVec& raw_w, const Extend& ext, int 
 {
   Gather sum;
   for (int i = 0; i < raw.size(); ++i) {
-    sum.start(nnode, 1);
+    sum.start(nnode);
     for (int k = raw.off[i]; k < raw.off[i + 1]; ++k)
       for (int j = ext.to.off[raw.item[k]]; j < ext.to.off[raw.item[k] + 1]; ++j)
-        *sum.at(ext.to.item[j]) += raw_w[k] * ext.w[j];
+        sum.at(ext.to.item[j]) += raw_w[k] * ext.w[j];
     out.item.insert(out.item.end(), sum.node.begin(), sum.node.end());
     out_w.insert(out_w.end(), sum.value.begin(), sum.value.end());
     out.off.push_back(static_cast<int>(out.item.size()));
   }
 }
 
-// 5. S_pv and dS_pv/dX of every point from its corners                             (3.7)
-void point_lists(const Points& pts, int dim, ActiveGrid& g)
+// 5. nodes of every point, in the order in which its corners name them
+void point_lists(const Points& pts, ActiveGrid& g)
 {
-  Gather sum;
+  IntVec stamp(g.nnode, -1);
   for (int p = 0; p < pts.npoint; ++p) {
-    sum.start(g.nnode, 1 + dim);
     for (int k = pts.conn.off[p]; k < pts.conn.off[p + 1]; ++k) {
       const int c = pts.conn.item[k];
       for (int j = g.corner.off[c]; j < g.corner.off[c + 1]; ++j) {
-        double* v = sum.at(g.corner.item[j]);
-        v[0] += pts.w[k] * g.corner_w[j];
-        for (int i = 0; i < dim; ++i) v[1 + i] += pts.G[k * dim + i] * g.corner_w[j];
+        if (stamp[g.corner.item[j]] == p) continue;
+        stamp[g.corner.item[j]] = p;
+        g.point.item.push_back(g.corner.item[j]);
       }
-    }
-    for (size_t a = 0; a < sum.node.size(); ++a) {
-      const double* v = &sum.value[a * (1 + dim)];
-      g.point.item.push_back(sum.node[a]);
-      g.S.push_back(v[0]);
-      g.dS.insert(g.dS.end(), v + 1, v + 1 + dim);
     }
     g.point.off.push_back(static_cast<int>(g.point.item.size()));
   }
@@ -424,7 +415,26 @@ Status grid_activate(const Model& m, const Points& pts, const Bonds& bonds, cons
   find_extension(m, raw, g, ext);
   compose(raw.corner, raw.corner_w, ext, g.nnode, g.corner, g.corner_w);
   compose(raw.bond, raw.bond_w, ext, g.nnode, g.bond, g.bond_w);
-  point_lists(pts, m.dim, g);
+  point_lists(pts, g);
   g.ncell = static_cast<int>(g.cell.size());
   return STATUS_OK;
+}
+
+// ---------------------------------------------------------------------------
+// grid_gradients : dS_pv/dX = sum_c G_pc N_v(x_c) of some points from their corners                             (3.7)
+// ---------------------------------------------------------------------------
+void grid_gradients(const Points& pts, int dim, const IntVec& list, ActiveGrid& g)
+{
+  g.dS.assign(g.point.item.size() * dim, 0.0);
+  IntVec place(g.nnode);                 // of a node in the list of the point at hand
+  for (int p : list) {
+    for (int a = g.point.off[p]; a < g.point.off[p + 1]; ++a) place[g.point.item[a]] = a;
+    for (int k = pts.conn.off[p]; k < pts.conn.off[p + 1]; ++k) {
+      const int c = pts.conn.item[k];
+      for (int j = g.corner.off[c]; j < g.corner.off[c + 1]; ++j) {
+        double* dS = &g.dS[static_cast<size_t>(place[g.corner.item[j]]) * dim];
+        for (int i = 0; i < dim; ++i) dS[i] += pts.G[k * dim + i] * g.corner_w[j];
+      }
+    }
+  }
 }
