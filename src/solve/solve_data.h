@@ -61,7 +61,7 @@ struct Kept {                  // factors of an earlier matrix as preconditioner
 };
 
 struct CgWork {
-  RealVec r, z, p, q;          // [neq]
+  RealVec r, z, p, q;          // [neq]; several ranks: [rows*dim] of OwnBlock
 };
 
 struct CgDone {
