@@ -92,6 +92,7 @@ struct CgSystem {
 // What a path of CG has cost in this run
 struct PathCost {
   bool known = false;
+  bool odd = false;            // the last solution took so long that it did not count
   double setup = 0.0, iteration = 0.0;   // seconds, smoothed
   double rate  = 1.0;          // decimal digits an iteration brings
   long last    = 0;            // number of the solution that tried it last

@@ -12,6 +12,7 @@ const long PAUSE    = 50;      // solutions until a slower path is tried again; 
 const int MOST      = 5000;    // iterations
 const size_t PAST   = 6;       // solutions to begin the next one with
 const double SMOOTH = 0.5;     // weight of the newest measurement
+const double ODD    = 3.0;     // times what was expected: the machine did something else, unless it happens twice
 const double NEVER  = std::numeric_limits<double>::infinity();
 
 void smooth(double& mean, double value) { mean = mean > 0.0 ? (1.0 - SMOOTH) * mean + SMOOTH * value : value; }
@@ -237,6 +238,9 @@ void remember(Solver& s, SolvePath path, const CgDone& done, double setup, doubl
   SolverData& d = *s.data;
   PathCost& c   = d.cost[path];
   const double brought = done.end > 0.0 ? std::log10(done.first / done.end) : 16.0;
+  c.last = now;
+  c.odd  = c.known && !c.odd && done.good && setup + seconds > ODD * expected(c, brought);
+  if (c.odd) return;
   smooth(c.setup, setup);
   if (done.iterations > 0) {
     smooth(c.iteration, seconds / done.iterations);
@@ -246,7 +250,6 @@ void remember(Solver& s, SolvePath path, const CgDone& done, double setup, doubl
     c.rate = 1e-3;                       // no preconditioner, or an indefinite matrix
   }
   c.known = true;
-  c.last  = now;
   c.pause = done.good ? PAUSE : std::max(PAUSE, 2 * c.pause);
   if (path != PATH_KEPT) return;
   if (!done.good || done.iterations == 0) return;
