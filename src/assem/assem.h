@@ -143,7 +143,8 @@ void assem_tangent(Problem& p, const KernelMode& mode, double cM);
 // f(fixed) = 0: a solution that knows nothing of x, which is added afterwards; diagonal [neq] of A
 void assem_constrain(System& sys, const RealVec& diagonal, const RealVec& x, RealVec& f);
 
-// mass_multiply : y = M x
+// mass_multiply : y = M x; mass_part : with what this rank has of M
+void mass_part(const System& sys, const RealVec& x, RealVec& y);
 void mass_multiply(const System& sys, const RealVec& x, RealVec& y);
 
 // mass_solve : M x = f on the free dofs of the rows from first on; x at fixed dofs is given, the others do not matter.
@@ -151,7 +152,7 @@ void mass_multiply(const System& sys, const RealVec& x, RealVec& y);
 // doc/theory.md (3.14)
 int mass_solve(const System& sys, int first, const RealVec& f, RealVec& x);
 
-// point_momentum : adds p_v = sum_cd N_v(x_c) m_cd v_d to the grid rows of out [neq]
+// point_momentum : adds p_v = sum_cd N_v(x_c) m_cd v_d of the points of this rank to the grid rows of out [neq]
 void point_momentum(const Problem& p, const RealVec& vc, RealVec& out);
 
 // assem_scatter_corners : forces on corners fc [ncorner*dim] go to the grid with the weights of the corners

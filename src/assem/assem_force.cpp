@@ -172,7 +172,7 @@ void add_bonds(Problem& p, const KernelMode& mode, RealVec& fint)
 Status sum_force(Problem& p, Status status, RealVec& fint)
 {
   fint.push_back(status == STATUS_OK ? 0.0 : 1.0);
-  comm_sum(fint);
+  sys_sum(p.sys.A, fint, 1);
   const bool bad = fint.back() != 0.0;
   fint.pop_back();
   if (!bad) return STATUS_OK;

@@ -6,6 +6,7 @@
 
 namespace {
 
+// y += M x
 template <int D>
 void multiply(const System& s, const double* x, double* y)
 {
@@ -235,12 +236,17 @@ int solve(const System& s, int first, const RealVec& f, RealVec& x)
 
 }  // namespace
 
-void mass_multiply(const System& s, const RealVec& x, RealVec& y)
+void mass_part(const System& s, const RealVec& x, RealVec& y)
 {
   y.assign(x.size(), 0.0);
   if (s.dim == 2) multiply<2>(s, x.data(), y.data());
   else multiply<3>(s, x.data(), y.data());
-  comm_sum(y);
+}
+
+void mass_multiply(const System& s, const RealVec& x, RealVec& y)
+{
+  mass_part(s, x, y);
+  sys_sum(s.A, y);
 }
 
 int mass_solve(const System& s, int first, const RealVec& f, RealVec& x)
@@ -250,6 +256,6 @@ int mass_solve(const System& s, int first, const RealVec& f, RealVec& x)
 
 void point_momentum(const Problem& p, const RealVec& vc, RealVec& out)
 {
-  const RealVec q = point_corner_momentum(p.st.points, p.m.dim, vc);
+  const RealVec q = point_corner_momentum(p.st.points, p.m.dim, vc, p.sys.my_point);
   assem_scatter_corners(p, q, out);
 }

@@ -168,32 +168,27 @@ void assem_constrain(System& s, const RealVec& diagonal, const RealVec& x, RealV
   double diag = 0.0;
   for (double d : diagonal) diag += d;
   diag /= s.neq();
-  // several ranks: each subtracts what it has of A from f of the first
-  const bool sum = sys_shared(s.A) && std::any_of(x.begin(), x.end(), [](double v) { return v != 0.0; });
-  if (sum && comm_rank() > 0) std::fill(f.begin(), f.end(), 0.0);
-  std::vector<char> held(s.nrow, 0);                 // has a prescribed dof
-  for (int i = 0; i < s.neq(); ++i)
-    if (s.fixed[i]) held[i / dim] = 1;
+  std::vector<char> held(s.nrow, 0);
+  for (int i = 0; i < s.neq(); ++i) held[i / dim] |= s.fixed[i] != 0;
+  RealVec Ax(f.size(), 0.0);           // of this rank, negative
   for (int r = 0; r < s.nrow; ++r)
     for (int k = s.A.off[r]; k < s.A.off[r + 1]; ++k) {
       const int c = s.A.col[k];
       if (!held[r] && !held[c]) continue;
-      double* v   = &s.A.val[static_cast<size_t>(k) * dim * dim];
+      double* v = &s.A.val[static_cast<size_t>(k) * dim * dim];
       for (int i = 0; i < dim; ++i)
         for (int j = 0; j < (r == c ? i : dim); ++j) {
           const int row = r * dim + i, col = c * dim + j;
           if (!s.fixed[row] && !s.fixed[col]) continue;
-          if (s.fixed[col] && !s.fixed[row]) f[row] -= v[i * dim + j] * x[col];
-          if (s.fixed[row] && !s.fixed[col]) f[col] -= v[i * dim + j] * x[row];
+          if (s.fixed[col] && !s.fixed[row]) Ax[row] -= v[i * dim + j] * x[col];
+          if (s.fixed[row] && !s.fixed[col]) Ax[col] -= v[i * dim + j] * x[row];
           v[i * dim + j] = 0.0;
         }
       if (r != c) continue;
       const bool here = s.owner.empty() || s.owner[r] == comm_rank();
       for (int i = 0; i < dim; ++i)
-        if (s.fixed[r * dim + i]) {
-          v[i * dim + i] = here ? diag : 0.0;
-          f[r * dim + i] = 0.0;
-        }
+        if (s.fixed[r * dim + i]) v[i * dim + i] = here ? diag : 0.0;
     }
-  if (sum) comm_sum(f);
+  if (std::any_of(x.begin(), x.end(), [](double v) { return v != 0.0; })) sys_sum(s.A, Ax);
+  for (int i = 0; i < s.neq(); ++i) f[i] = s.fixed[i] ? 0.0 : f[i] + Ax[i];
 }

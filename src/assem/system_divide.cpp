@@ -9,8 +9,8 @@ namespace {
 
 const double UNEVEN = 1.25;    // the largest work over the mean may grow by so much before all is divided again
 
-// work of an element and of a point on n grid nodes, for force and tangent, in the same unit
-double elem_work(const ElemBlock& b) { return pair_count(shape_info[b.shape].nen) * shape_info[b.shape].ngp; }
+// work of an element (eight at once take half of what one takes) and of a point on n grid nodes, in the same unit
+double elem_work(const ElemBlock& b) { return 0.5 * pair_count(shape_info[b.shape].nen) * shape_info[b.shape].ngp; }
 double point_work(int n) { return 2.0 * pair_count(n); }
 
 // calls use(rank, work) for each element and point, in the order of system_lists

@@ -115,6 +115,18 @@ void form_lists(Problem& p)
 
 bool same(const ListTable& a, const ListTable& b) { return a.off == b.off && a.item == b.item; }
 
+// rows that each rank adds to: those of what it works on, and its own
+void form_rows(const IntVec& item, SysMatrix& A)
+{
+  std::vector<char> in(A.nrow, 0);
+  for (int I : item) in[I] = 1;
+  IntVec row;
+  for (int I = 0; I < A.nrow; ++I)
+    if (in[I] || A.owner[I] == comm_rank()) row.push_back(I);
+  A.rows = RowSets();
+  for (const IntVec& of : comm_exchange(std::vector<IntVec>(comm_size(), row))) rows_add(of, A.rows);
+}
+
 // pattern of what this rank works on
 void form_pattern(Problem& p)
 {
@@ -126,6 +138,7 @@ void form_pattern(Problem& p)
   });
   sys_pattern(lists, s.nrow, s.dim, s.A);
   s.A.owner = s.owner;
+  if (sys_shared(s.A)) form_rows(lists.item, s.A);
 }
 
 // the place of column c in row r; rows are short, and counting needs no guess of the processor
@@ -233,7 +246,7 @@ void form_mass(Problem& p)
   add_point_mass(p);
   s.M_diag.resize(s.nrow);
   for (int r = 0; r < s.nrow; ++r) s.M_diag[r] = s.M[s.A.off[r + 1] - 1];
-  comm_sum(s.M_diag);
+  sys_sum(s.A, s.M_diag);
 }
 
 void mean_size(Problem& p)

@@ -37,6 +37,12 @@ int comm_most(int x);
 void comm_sum(double* x, int n);
 inline void comm_sum(RealVec& x) { comm_sum(x.data(), static_cast<int>(x.size())); }
 
+// comm_trade : to[r] goes to rank r, from[r] comes from there; its size tells how many numbers. Collective.
+void comm_trade(const std::vector<RealVec>& to, std::vector<RealVec>& from);
+
+// comm_gather : x holds count[r] numbers of rank r, one rank after the other; each brings its own. Collective.
+void comm_gather(RealVec& x, const IntVec& count);
+
 // comm_bytes : to[r] goes to rank r; returns what rank r has sent here. Collective.
 std::vector<std::string> comm_bytes(const std::vector<std::string>& to);
 

@@ -89,8 +89,8 @@ void point_add_mass(const Points& pts, int first, size_t at, RealVec& mass);
 // point_corner_in_element : shape functions of element e at the place of corner c at t = 0; false when it is not found
 bool point_corner_in_element(const Model& m, const Points& pts, int e, int c, double* N);
 
-// point_corner_momentum : q_c = sum_d m_cd v_d over all domains          [ncorner*dim]
-RealVec point_corner_momentum(const Points& pts, int dim, const RealVec& vc);
+// point_corner_momentum : q_c = sum_d m_cd v_d over the domains of list, ascending          [ncorner*dim]
+RealVec point_corner_momentum(const Points& pts, int dim, const RealVec& vc, const IntVec& list);
 
 // point_velocities : v_p = sum_c w_c v_c
 void point_velocities(const Points& pts, int dim, const RealVec& vc, RealVec& vp);

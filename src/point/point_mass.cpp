@@ -34,10 +34,13 @@ inline void add_momentum(int n, const int* corner, const double* m, const double
 }
 
 template <int D>
-void corner_momentum(const Points& pts, const RealVec& vc, RealVec& q)
+void corner_momentum(const Points& pts, const RealVec& vc, const IntVec& list, RealVec& q)
 {
   const double* m = pts.mc.data();
-  for (int p = 0; p < pts.npoint; ++p) {
+  int at = 0;                  // point that m stands at
+  for (int p : list) {
+    for (; at < p; ++at) m += pair_count(pts.conn.count(at));
+    ++at;
     const int *corner = pts.conn.begin(p), nen = pts.conn.count(p);
     if (nen == 4) add_momentum<D, 4>(nen, corner, m, vc.data(), q.data());
     else if (nen == 8) add_momentum<D, 8>(nen, corner, m, vc.data(), q.data());
@@ -48,11 +51,11 @@ void corner_momentum(const Points& pts, const RealVec& vc, RealVec& q)
 
 }  // namespace
 
-RealVec point_corner_momentum(const Points& pts, int dim, const RealVec& vc)
+RealVec point_corner_momentum(const Points& pts, int dim, const RealVec& vc, const IntVec& list)
 {
   RealVec q(vc.size(), 0.0);
-  if (dim == 2) corner_momentum<2>(pts, vc, q);
-  else corner_momentum<3>(pts, vc, q);
+  if (dim == 2) corner_momentum<2>(pts, vc, list, q);
+  else corner_momentum<3>(pts, vc, list, q);
   return q;
 }
 

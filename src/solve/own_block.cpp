@@ -1,8 +1,10 @@
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 #include "base/comm.h"
+#include "base/log.h"
 #include "solve/solve_data.h"
 
 namespace {
@@ -36,12 +38,13 @@ void add_neighbours(const SysMatrix& A, IntVec& row)
   sort_unique(row);
 }
 
-// which blocks of A each rank needs, and in how many of their matrices a row of this rank stands
+// which blocks of A each rank needs, which rows it shares with this one, and in how many of their matrices a row stands
 void sort_blocks(const SysMatrix& A, OwnBlock& own)
 {
   IntVec count(A.nrow, 0);
   std::vector<char> in(A.nrow);
   own.to.assign(comm_size(), IntVec());
+  own.common.assign(comm_size(), IntVec());
   const std::vector<IntVec> rows = all_lists(own.row);
   for (int r = 0; r < comm_size(); ++r) {
     std::fill(in.begin(), in.end(), 0);
@@ -52,9 +55,35 @@ void sort_blocks(const SysMatrix& A, OwnBlock& own)
     for (int I = 0; I < A.nrow; ++I)
       for (int k = A.off[I]; in[I] && k < A.off[I + 1]; ++k)
         if (in[A.col[k]]) own.to[r].push_back(k);
+    for (size_t I = 0; I < own.row.size() && r != comm_rank(); ++I)
+      if (in[own.row[I]]) own.common[r].push_back(static_cast<int>(I));
   }
+  own.once.clear();
+  own.shared.clear();
   own.weight.clear();
-  for (int I : own.row) own.weight.push_back(1.0 / std::sqrt(static_cast<double>(count[I])));
+  own.foreign.clear();
+  for (size_t k = 0; k < own.row.size(); ++k) {
+    const int I = own.row[k], place = static_cast<int>(k);
+    const bool mine = A.owner[I] == comm_rank();
+    own.once.insert(own.once.end(), A.dim, mine ? 1.0 : 0.0);
+    if (!mine) own.foreign.push_back(place);
+    if (count[I] == 1) continue;
+    own.shared.push_back(place);
+    own.weight.push_back(1.0 / std::sqrt(static_cast<double>(count[I])));
+  }
+}
+
+void sort_rows(const SysMatrix& A, OwnBlock& own)
+{
+  std::vector<IntVec> of(comm_size());
+  for (int I = 0; I < A.nrow; ++I) of[A.owner[I]].push_back(I);
+  own.all = own.here = own.mine = RowSets();
+  for (const IntVec& row : of) rows_add(row, own.all);
+  rows_add(own.row, own.here);
+  IntVec place;
+  for (size_t k = 0; k < own.row.size(); ++k)
+    if (A.owner[own.row[k]] == comm_rank()) place.push_back(static_cast<int>(k));
+  rows_add(place, own.mine);
 }
 
 // pattern of B, and the place in it of each block that comes
@@ -88,61 +117,113 @@ void form_block_pattern(const SysMatrix& A, OwnBlock& own)
     own.place.push_back(static_cast<int>(std::lower_bound(sorted.begin(), sorted.end(), p) - sorted.begin()));
 }
 
-}  // namespace
-
-// ---------------------------------------------------------------------------
-// own_form : the matrix of the rows of this rank and of their neighbours, with what all ranks add to it        (8.7)
-//
-//   out  own.B   these rows, numbered as in own.row; entries that couple them with others are left out
-// ---------------------------------------------------------------------------
-void own_form(const SysMatrix& A, OwnBlock& own)
+void form_lists(const SysMatrix& A, OwnBlock& own)
 {
-  const int DD = A.dim * A.dim;
-  if (comm_most(own.off != A.off || own.col != A.col || own.owner != A.owner)) {
-    own.off   = A.off;
-    own.col   = A.col;
-    own.owner = A.owner;
-    own.row.clear();
-    for (int I = 0; I < A.nrow; ++I)
-      if (A.owner[I] == comm_rank()) own.row.push_back(I);
-    add_neighbours(A, own.row);
-    sort_blocks(A, own);
-    form_block_pattern(A, own);
-  }
+  own.off   = A.off;
+  own.col   = A.col;
+  own.owner = A.owner;
+  own.row.clear();
+  for (int I = 0; I < A.nrow; ++I)
+    if (A.owner[I] == comm_rank()) own.row.push_back(I);
+  add_neighbours(A, own.row);
+  sort_blocks(A, own);
+  sort_rows(A, own);
+  form_block_pattern(A, own);
+}
+
+// numbers of B: parts of all ranks, in their order
+template <int D>
+void form_values(const SysMatrix& A, OwnBlock& own)
+{
+  const int DD = D * D, me = comm_rank();
   std::vector<RealVec> send(comm_size());
   for (int r = 0; r < comm_size(); ++r)
-    for (size_t k = 0; r != comm_rank() && k < own.to[r].size(); ++k) {
+    for (size_t k = 0; r != me && k < own.to[r].size(); ++k) {
       const double* a = &A.val[static_cast<size_t>(own.to[r][k]) * DD];
       send[r].insert(send[r].end(), a, a + DD);
     }
   const std::vector<RealVec> from = comm_exchange(send);
   own.B.val.assign(own.B.col.size() * DD, 0.0);
-  size_t at = 0;
+  const int* place = own.place.data();
   const auto add = [&](const double* block) {
-    double* b = &own.B.val[static_cast<size_t>(own.place[at++]) * DD];
+    double* b = &own.B.val[static_cast<size_t>(*place++) * DD];
     for (int i = 0; i < DD; ++i) b[i] += block[i];
   };
   for (int r = 0; r < comm_size(); ++r) {
-    if (r == comm_rank())
+    if (r == me)
       for (int k : own.to[r]) add(&A.val[static_cast<size_t>(k) * DD]);
     for (size_t k = 0; k < from[r].size(); k += DD) add(&from[r][k]);
   }
 }
 
-void own_gather(OwnBlock& own, const RealVec& r)
+}  // namespace
+
+// ---------------------------------------------------------------------------
+// own_form : the matrix of the rows of this rank and of their neighbours, with what all ranks add to it        (8.7)
+//
+//   in    stamp   number of the matrix A
+//   out   own.B   these rows, numbered as in own.row; entries that couple them with others are left out
+//   note  a product with B is right in the rows of this rank
+// ---------------------------------------------------------------------------
+void own_form(const SysMatrix& A, long stamp, OwnBlock& own)
 {
-  const int D = own.B.dim;
-  own.r.resize(own.row.size() * D);
-  own.z.resize(own.r.size());
-  for (size_t I = 0; I < own.row.size(); ++I)
-    for (int i = 0; i < D; ++i) own.r[I * D + i] = own.weight[I] * r[own.row[I] * D + i];
+  if (own.stamp == stamp) return;
+  own.stamp = stamp;
+  if (comm_most(own.off != A.off || own.col != A.col || own.owner != A.owner)) form_lists(A, own);
+  switch (A.dim) {
+    case 1: return form_values<1>(A, own);
+    case 2: return form_values<2>(A, own);
+    case 3: return form_values<3>(A, own);
+  }
+  log_bug("own_form: blocks are 1 x 1, 2 x 2 or 3 x 3", __FILE__, __LINE__);
 }
 
-void own_scatter(const OwnBlock& own, RealVec& z)
+void own_pick(const OwnBlock& own, const RealVec& x, RealVec& v)
+{
+  v.resize(own.row.size() * own.B.dim);
+  rows_pack(own.here, 0, own.B.dim, x, v.data());
+}
+
+void own_gather(OwnBlock& own, const RealVec& v, RealVec& x)
+{
+  const int ranks = comm_size(), D = own.B.dim;
+  IntVec count;
+  for (int rows : own.all.count) count.push_back(rows * D);
+  own.gathered.resize(std::accumulate(count.begin(), count.end(), size_t(0)));
+  rows_pack(own.mine, 0, D, v, own.gathered.data() + std::accumulate(count.begin(), count.begin() + comm_rank(), size_t(0)));
+  comm_gather(own.gathered, count);
+  x.resize(own.gathered.size());
+  const double* from = own.gathered.data();
+  for (int r = 0; r < ranks; ++r) from = rows_put(own.all, r, D, from, x);
+}
+
+void own_weigh(const OwnBlock& own, RealVec& v)
 {
   const int D = own.B.dim;
-  std::fill(z.begin(), z.end(), 0.0);
-  for (size_t I = 0; I < own.row.size(); ++I)
-    for (int i = 0; i < D; ++i) z[own.row[I] * D + i] = own.weight[I] * own.z[I * D + i];
-  comm_sum(z);
+  for (size_t k = 0; k < own.shared.size(); ++k)
+    for (int i = 0; i < D; ++i) v[own.shared[k] * D + i] *= own.weight[k];
+}
+
+// parts are added in the order of the ranks, so that a run repeats
+void own_sum(OwnBlock& own, RealVec& v, double* number, int n)
+{
+  const int ranks = comm_size(), D = own.B.dim;
+  own.send.resize(ranks);
+  own.got.resize(ranks);
+  for (int r = 0; r < ranks; ++r) {
+    if (r == comm_rank()) continue;
+    RealVec& to = own.send[r];
+    to.assign(number, number + n);
+    for (int I : own.common[r]) to.insert(to.end(), &v[I * D], &v[I * D] + D);
+    own.got[r].resize(to.size());
+  }
+  own.got[comm_rank()].assign(number, number + n);
+  comm_trade(own.send, own.got);
+  std::fill(number, number + n, 0.0);
+  for (int r = 0; r < ranks; ++r) {
+    const double* from = own.got[r].data();
+    for (int k = 0; k < n; ++k) number[k] += *from++;
+    for (int I : own.common[r])
+      for (int i = 0; i < D; ++i) v[I * D + i] += *from++;
+  }
 }

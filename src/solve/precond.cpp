@@ -44,7 +44,7 @@ struct Diagonal {
     if (!sys_shared(A)) return;
     const size_t DD = static_cast<size_t>(A.dim) * A.dim;
     for (int I = 0; I < A.nrow; ++I) sum.insert(sum.end(), own(I), own(I) + DD);
-    comm_sum(sum);
+    sys_sum(A, sum);
   }
   const double* own(int I) const { return &A.val[static_cast<size_t>(A.off[I + 1] - 1) * A.dim * A.dim]; }
   const double* block(int I) const { return sum.empty() ? own(I) : &sum[static_cast<size_t>(I) * A.dim * A.dim]; }
@@ -216,9 +216,8 @@ bool cholesky_form(const SysMatrix& A, Cholesky& c)
   }
 }
 
-void cholesky_apply(const SysMatrix& A, const Cholesky& c, const RealVec& r, RealVec& z)
+void cholesky_apply(const SysMatrix& A, const Cholesky& c, RealVec& z)
 {
-  std::copy(r.begin(), r.end(), z.begin());
   switch (A.dim) {
     case 1: return solve<1>(A, c.L.data(), z.data());
     case 2: return solve<2>(A, c.L.data(), z.data());

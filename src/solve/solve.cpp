@@ -196,6 +196,8 @@ void solve_memory(const Solver& s, std::vector<MemoryUse>& out)
   for (const RealVec& x : d.past) vectors += reals(x);
   out.push_back({"numbers of the entries for MUMPS", numbers});
   out.push_back({"factors", factors});
+  if (!d.own.row.empty())
+    out.push_back({"matrix of the rows of a rank", reals(d.own.B.val) + static_cast<double>((d.own.B.col.capacity() + d.own.place.capacity()) * sizeof(int))});
   out.push_back({"incomplete factors", static_cast<double>(d.cholesky.L.capacity() * sizeof(float))});
   out.push_back({"vectors of the solver", vectors});
 }

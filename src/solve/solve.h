@@ -17,6 +17,19 @@
 #include "base/types.h"
 #include "model/model.h"
 
+// Sets of rows, one for each rank, as runs of neighbouring rows
+struct RowSets {
+  ListTable run;               // [sets] first row and row behind the last, run after run
+  IntVec count;                // [sets] rows
+};
+
+// rows_add : one set more, of ascending rows; rows_pack : D numbers of each row of a set of v one behind the other; returns the
+// place behind them. rows_put, rows_add_to : the way back.
+void rows_add(const IntVec& row, RowSets& s);
+double* rows_pack(const RowSets& s, int set, int D, const RealVec& v, double* to);
+const double* rows_put(const RowSets& s, int set, int D, const double* from, RealVec& v);
+const double* rows_add_to(const RowSets& s, int set, int D, const double* from, RealVec& v);
+
 struct SysMatrix {
   int dim = 0;
   int nrow = 0;                // block rows
@@ -24,6 +37,7 @@ struct SysMatrix {
   IntVec col;                  // block columns, ascending in a row; the last one is the diagonal
   RealVec val;                 // [col.size()*dim*dim]
   IntVec owner;                // several ranks: [nrow] to whom a row belongs; else empty
+  RowSets rows;                // several ranks: [ranks] rows that each adds to
   int neq() const { return dim * nrow; }
 };
 
@@ -36,7 +50,10 @@ SysMatrix sys_collect(const SysMatrix& A, bool values);
 // sys_pattern : pattern of a matrix of nrow block rows that couples the rows of each list
 void sys_pattern(const ListTable& lists, int nrow, int dim, SysMatrix& A);
 
-// sys_multiply : y = A x
+// sys_sum : v [n*nrow] plus some numbers, of which each rank has what it adds to its rows, becomes the sum over the ranks
+void sys_sum(const SysMatrix& A, RealVec& v, int extra = 0);
+
+// sys_multiply : y = A x, A as it is on this rank
 void sys_multiply(const SysMatrix& A, const RealVec& x, RealVec& y);
 
 // sys_diagonal : diagonal of A [neq]

@@ -2,13 +2,41 @@
 #include <cmath>
 
 #include "base/comm.h"
-#include "base/vec.h"
 #include "solve/solve_data.h"
 
 namespace {
 
 const double INDEPENDENT = 1e-8;   // part of the energy of a solution that others do not have
 const double CLEAR = 5.0;      // factor between the guess by the length of r and sqrt(r M^-1 r)
+
+// q = A p in the rows of this rank, 0 in others; returns what these have of p q
+double part_of_product(const CgSystem& s, const RealVec& p, RealVec& q)
+{
+  sys_multiply(s.A, p, q);
+  if (s.own)
+    for (int I : s.own->foreign) std::fill_n(&q[I * s.A.dim], s.A.dim, 0.0);
+  return dot(p, q);
+}
+
+// q = A p; returns p q
+double multiply(const CgSystem& s, const RealVec& p, RealVec& q)
+{
+  double pq = part_of_product(s, p, q);
+  if (s.own) own_sum(*s.own, q, &pq, 1);
+  return pq;
+}
+
+// sum over the ranks
+double whole(const CgSystem& s, double part)
+{
+  if (s.own) comm_sum(&part, 1);
+  return part;
+}
+
+// a b of whole vectors
+double product(const CgSystem& s, const RealVec& a, const RealVec& b) { return s.own ? whole(s, own_dot(*s.own, a, b)) : dot(a, b); }
+
+double norm(const CgSystem& s, const RealVec& a) { return std::sqrt(product(s, a, a)); }
 
 // y += a x
 void add(double a, const RealVec& x, RealVec& y)
@@ -38,27 +66,29 @@ bool late(const Clock& clock, double limit, int iteration)
 // ---------------------------------------------------------------------------
 // cg_begin : earlier solutions are made orthogonal in A, the newest first; x = sum (v b)/(v A v) v             (8.8)
 // ---------------------------------------------------------------------------
-double cg_begin(const SysMatrix& A, const RealVec& b, const std::vector<RealVec>& past, RealVec& x)
+double cg_begin(const CgSystem& s, const RealVec& b, const std::vector<RealVec>& past, RealVec& x)
 {
+  const size_t neq = s.own ? s.own->owner.size() * s.A.dim : b.size();
   double energy = 0.0;
   x.assign(b.size(), 0.0);
   std::vector<RealVec> basis, image;   // orthogonal in A, and A times them
   for (size_t k = past.size(); k-- > 0;) {
-    if (past[k].size() != b.size()) continue;
-    RealVec v = past[k], q;
-    sys_multiply(A, v, q);
-    const double whole = dot(v, q);
+    if (past[k].size() != neq) continue;
+    RealVec v, q;
+    if (s.own) own_pick(*s.own, past[k], v);
+    else v = past[k];
+    const double all = whole(s, part_of_product(s, v, q));
     for (size_t i = 0; i < basis.size(); ++i) {
-      const double part = dot(image[i], v);
+      const double part = whole(s, dot(image[i], v));
       add(-part, basis[i], v);
       add(-part, image[i], q);
     }
-    const double vAv = dot(v, q);
-    if (!(vAv > INDEPENDENT * whole)) continue;
+    const double vAv = whole(s, dot(v, q));
+    if (!(vAv > INDEPENDENT * all)) continue;
     const double scale = 1.0 / std::sqrt(vAv);
     for (double& value : v) value *= scale;
     for (double& value : q) value *= scale;
-    const double along = dot(v, b);
+    const double along = product(s, v, b);
     energy += along * along;
     add(along, v, x);
     basis.push_back(std::move(v));
@@ -70,32 +100,31 @@ double cg_begin(const SysMatrix& A, const RealVec& b, const std::vector<RealVec>
 // ---------------------------------------------------------------------------
 // cg_solve : conjugate gradients for A x = b, with a symmetric positive definite preconditioner M = P   (8.2)
 //
-//   in   precondition   z = M^-1 r; false: it failed
+//   in   s              A and the preconditioner; several ranks: on the rows of this one
 //        goal           of sqrt(r M^-1 r), which is near sqrt(energy) of the error, and of the norm of r: stiff bonds have
 //                       large residuals of little energy, soft parts the reverse
 //   out  x              the last iterate, also when the end was not reached
 //
 // good = false: a limit was met, or a direction of no or negative curvature
 // ---------------------------------------------------------------------------
-CgDone cg_solve(const SysMatrix& A, const Precondition& precondition, const RealVec& b, const CgGoal& goal, CgWork& w, RealVec& x)
+CgDone cg_solve(const CgSystem& s, const RealVec& b, const CgGoal& goal, CgWork& w, RealVec& x)
 {
   const Clock clock;
   CgDone done;
   const size_t n = b.size();
-  const double residual = std::max(goal.eta * norm(b), goal.residual);
+  const double residual = std::max(goal.eta * norm(s, b), goal.residual);
   w.r = b;
   w.z.resize(n);
   w.p.assign(n, 0.0);
   if (goal.begun > 0.0) {
-    sys_multiply(A, x, w.q);
+    multiply(s, x, w.q);
     add(-1.0, w.q, w.r);
   } else {
     x.assign(n, 0.0);
   }
-  double length = norm(w.r), rho = 0.0, before = 1.0;
+  double length = norm(s, w.r), rho = 0.0, before = 1.0;
   for (;; ++done.iterations) {
-    if (!precondition(w.r, w.z)) return done;
-    rho = dot(w.r, w.z);
+    if (!s.precondition(w.r, w.z, rho)) return done;
     if (!std::isfinite(rho) || rho < 0.0) return done;
     done.end = std::sqrt(rho);
     if (done.iterations == 0) {
@@ -109,15 +138,14 @@ CgDone cg_solve(const SysMatrix& A, const Precondition& precondition, const Real
     }
     if (done.iterations >= goal.most || late(clock, goal.seconds, done.iterations)) return done;
     turn(done.iterations ? rho / before : 0.0, w.z, w.p);
-    sys_multiply(A, w.p, w.q);
-    const double curvature = dot(w.p, w.q);
+    const double curvature = multiply(s, w.p, w.q);
     if (!(curvature > 0.0)) return done;
     const double alpha = rho / curvature;
     add(alpha, w.p, x);
     add(-alpha, w.q, w.r);
     before = rho;
     // M^-1 r would only tell that this is the end: the length of r says so when it is clear
-    const double shorter = norm(w.r), guess = done.end * shorter / length;
+    const double shorter = norm(s, w.r), guess = done.end * shorter / length;
     length = shorter;
     if (length > residual || CLEAR * guess > energy) continue;
     ++done.iterations;

@@ -8,6 +8,7 @@
 #include <functional>
 
 #include "base/comm.h"
+#include "base/sum.h"
 #include "base/timer.h"
 #include "solve/solve.h"
 
@@ -31,15 +32,24 @@ struct Cholesky {              // incomplete, on the pattern of A
   std::vector<float> L;        // [col.size()*dim*dim], order of A.val; diagonal blocks: inverse of their factor
 };
 
-// Several ranks: the rows of one rank with their neighbours, and what couples them, from all ranks
+// Several ranks: the rows of one rank with their neighbours, and what couples them, from all ranks. A vector of it
+// [rows*dim] is whole: right in all these rows, on all ranks that have them.
 struct OwnBlock {
   IntVec off, col, owner;      // of the matrix that it was made for
+  long stamp = -1;             // of the matrix that B has its numbers from
   IntVec row;                  // [rows] block rows: those of this rank and their neighbours
-  RealVec weight;              // [rows] 1/sqrt of the ranks that have the row
+  RealVec once;                // [rows*dim] 1 in the rows of this rank, else 0
+  IntVec shared;               // places in row of rows that several ranks have
+  RealVec weight;              // [shared] 1/sqrt of the ranks that have the row
+  IntVec foreign;              // places in row of rows that belong to others
   SysMatrix B;                 // their matrix, numbered as in row
   std::vector<IntVec> to;      // [ranks] blocks of A that a rank needs
   IntVec place;                // block of B of each block that comes from the ranks, one rank after the other
-  RealVec r, z;                // [rows*dim]
+  std::vector<IntVec> common;  // [ranks] places in row of the rows that a rank has too
+  RowSets all, here, mine;     // [ranks] rows that belong to each; rows in row; places in row of those that belong to this rank
+  std::vector<RealVec> send, got;      // [ranks] for own_sum
+  RealVec gathered;            // [neq] rows of the first rank first
+  RealVec r, z;                // [neq]
 };
 
 struct Kept {                  // factors of an earlier matrix as preconditioner
@@ -51,7 +61,7 @@ struct Kept {                  // factors of an earlier matrix as preconditioner
 };
 
 struct CgWork {
-  RealVec r, z, p, q;          // [neq]
+  RealVec r, z, p, q;          // [neq]; several ranks: [rows*dim] of OwnBlock
 };
 
 struct CgDone {
@@ -69,11 +79,20 @@ struct CgGoal {                // both norms must arrive
   double begun = 0.0;          // energy b x of the x to begin with, 0: x = 0
 };
 
-using Precondition = std::function<bool(const RealVec& r, RealVec& z)>;
+// z = M^-1 r, rho = r z; false: it failed
+using Precondition = std::function<bool(const RealVec& r, RealVec& z, double& rho)>;
+
+// What conjugate gradients work on. Several ranks: A is own->B, and vectors are those of own
+struct CgSystem {
+  const SysMatrix& A;
+  OwnBlock* own = nullptr;     // several ranks
+  Precondition precondition;
+};
 
 // What a path of CG has cost in this run
 struct PathCost {
   bool known = false;
+  bool odd = false;            // the last solution took so long that it did not count
   double setup = 0.0, iteration = 0.0;   // seconds, smoothed
   double rate  = 1.0;          // decimal digits an iteration brings
   long last    = 0;            // number of the solution that tried it last
@@ -126,7 +145,7 @@ double mumps_memory(const Solver& s);          // bytes of the numbers of the en
 bool diagonal_form(const SysMatrix& A, RealVec& inverse);
 void diagonal_apply(const SysMatrix& A, const RealVec& inverse, const RealVec& r, RealVec& z);
 bool cholesky_form(const SysMatrix& A, Cholesky& c);
-void cholesky_apply(const SysMatrix& A, const Cholesky& c, const RealVec& r, RealVec& z);
+void cholesky_apply(const SysMatrix& A, const Cholesky& c, RealVec& z);    // z: r in, M^-1 r out
 bool kept_form(const SysMatrix& A, const std::vector<long>& key, Kept& k);
 Status kept_apply(Solver& s, const SysMatrix& A, Kept& k, const RealVec& r, RealVec& z);
 
@@ -142,14 +161,26 @@ struct Clock {
 };
 
 // cg_begin : x = the best combination of earlier solutions, in the norm of the energy. Returns its energy b x, 0: x is not used
-double cg_begin(const SysMatrix& A, const RealVec& b, const std::vector<RealVec>& past, RealVec& x);
+double cg_begin(const CgSystem& s, const RealVec& b, const std::vector<RealVec>& past, RealVec& x);
 
-CgDone cg_solve(const SysMatrix& A, const Precondition& precondition, const RealVec& b, const CgGoal& goal, CgWork& w, RealVec& x);
+CgDone cg_solve(const CgSystem& s, const RealVec& b, const CgGoal& goal, CgWork& w, RealVec& x);
 
-// own_form : the matrix of the rows of this rank and their neighbours; own_gather, own_scatter : r there, and z from all ranks
-void own_form(const SysMatrix& A, OwnBlock& own);
-void own_gather(OwnBlock& own, const RealVec& r);
-void own_scatter(const OwnBlock& own, RealVec& z);
+// own_dot : a b in the rows of this rank alone
+inline double own_dot(const OwnBlock& own, const RealVec& a, const RealVec& b)
+{
+  const double *x = a.data(), *y = b.data(), *once = own.once.data();
+  return sum_terms(a.size(), [=](size_t k) { return once[k] * x[k] * y[k]; });
+}
+
+// own_form : the matrix of the rows of this rank and their neighbours. Collective, as own_sum and own_gather.
+void own_form(const SysMatrix& A, long stamp, OwnBlock& own);
+// own_pick : v [rows*dim] of the vector x [neq]; own_gather : x from the rows of all ranks
+void own_pick(const OwnBlock& own, const RealVec& x, RealVec& v);
+void own_gather(OwnBlock& own, const RealVec& v, RealVec& x);
+// own_weigh : v times the weights
+void own_weigh(const OwnBlock& own, RealVec& v);
+// own_sum : v from all ranks that have a row, and n numbers from all ranks
+void own_sum(OwnBlock& own, RealVec& v, double* number, int n);
 
 // solve_fail : keeps the message and returns the status
 Status solve_fail(Solver& s, Status status, const char* format, ...) __attribute__((format(printf, 3, 4)));

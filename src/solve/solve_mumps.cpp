@@ -190,7 +190,7 @@ void mumps_open(Solver& s)
 // Inside MUMPS block rows are numbered by reverse Cuthill-McKee: near in space is near in memory, and
 // minimum fill breaks its ties well. Then minimum fill of MUMPS for dim <= 2 (as good a factor as nested
 // dissection in a fifth of the time), nested dissection of METIS in 3D (half the work and less) and with
-// several ranks (a wide tree). These have their entries each; rank 0 orders the whole pattern.
+// more than two ranks (a wide tree; two were no faster with it). These have their entries each; rank 0 orders the whole pattern.
 // ---------------------------------------------------------------------------
 Status mumps_analyse(Solver& s, const SysMatrix& A)
 {
@@ -201,8 +201,9 @@ Status mumps_analyse(Solver& s, const SysMatrix& A)
   if (m.shared) comm_join(m.number);                 // the others have none
   number_entries(m, A);
   icntl(m, 7)  = ORDER_AMF;
+  const bool dissect = A.dim == 3 || (m.shared && comm_size() > 2);
 #ifdef MPFE_METIS
-  if (A.dim == 3 || m.shared) {
+  if (dissect) {
     const IntVec pos = order_metis(whole);
     m.perm.resize(A.neq());
     for (int I = 0; I < whole.nrow; ++I)
@@ -211,7 +212,7 @@ Status mumps_analyse(Solver& s, const SysMatrix& A)
     icntl(m, 7)  = ORDER_GIVEN;
   }
 #else
-  if (A.dim == 3 || m.shared) icntl(m, 7) = ORDER_CHOOSE;
+  if (dissect) icntl(m, 7) = ORDER_CHOOSE;
 #endif
   m.id.n       = A.neq();
   give_entries(m);

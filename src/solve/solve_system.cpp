@@ -12,6 +12,7 @@ const long PAUSE    = 50;      // solutions until a slower path is tried again; 
 const int MOST      = 5000;    // iterations
 const size_t PAST   = 6;       // solutions to begin the next one with
 const double SMOOTH = 0.5;     // weight of the newest measurement
+const double ODD    = 3.0;     // times what was expected: the machine did something else, unless it happens twice
 const double NEVER  = std::numeric_limits<double>::infinity();
 
 void smooth(double& mean, double value) { mean = mean > 0.0 ? (1.0 - SMOOTH) * mean + SMOOTH * value : value; }
@@ -72,9 +73,9 @@ bool without_factors(Solver& s, const SysMatrix& A, const SolveAsk& ask)
   if (d.guess == 0.0) {
     Timer timer(PHASE_ANALYSIS);
     if (solve_analyse(s, A) != STATUS_OK) return false;
-    d.guess = std::max(1e-9, s.flops_ahead / FACTOR_RATE);
+    d.guess = std::max(1e-9, s.flops_ahead / (FACTOR_RATE * comm_size()));
   }
-  return cholesky_guess(A) < 0.5 * d.guess;
+  return comm_share(cholesky_guess(A) < 0.5 * d.guess);      // ranks have parts of A
 }
 
 // is a path that is not known worth a trial? Masses make conjugate gradients fast, without them it goes by size
@@ -164,40 +165,70 @@ Status by_factor(Solver& s, const SysMatrix& A, const SolveAsk& ask, const RealV
   return status;
 }
 
-// several ranks: incomplete Cholesky of the rows of each with their neighbours                                   (8.7)
-bool form_blocks(Solver& s, const SysMatrix& A, Precondition& M)
+// z = M^-1 r by the incomplete factor; several ranks: by those of all, each with a part of the rows they share   (8.7)
+void cholesky_step(SolverData& d, const CgSystem& c, const RealVec& r, RealVec& z, double& rho)
 {
-  SolverData& d = *s.data;
-  own_form(A, d.own);
-  M = [&d](const RealVec& r, RealVec& z) {
-    own_gather(d.own, r);
-    cholesky_apply(d.own.B, d.cholesky, d.own.r, d.own.z);
-    own_scatter(d.own, z);
-    return true;
-  };
-  return !comm_most(!cholesky_form(d.own.B, d.cholesky));
+  z = r;
+  if (c.own) own_weigh(*c.own, z);
+  cholesky_apply(c.A, d.cholesky, z);
+  if (c.own) own_weigh(*c.own, z);
+  rho = dot(r, z);
+  if (c.own) own_sum(*c.own, z, &rho, 1);
+}
+
+void diagonal_step(SolverData& d, const CgSystem& c, const RealVec& r, RealVec& z, double& rho)
+{
+  diagonal_apply(c.A, d.diagonal, r, z);
+  if (!c.own) {
+    rho = dot(r, z);
+    return;
+  }
+  rho = own_dot(*c.own, r, z);
+  comm_sum(&rho, 1);
+}
+
+// the factors are those of the whole matrix A
+bool kept_step(Solver& s, const SysMatrix& A, const CgSystem& c, const RealVec& r, RealVec& z, double& rho)
+{
+  Kept& kept = s.data->kept;
+  if (!c.own) {
+    const Status status = kept_apply(s, A, kept, r, z);
+    rho = dot(r, z);
+    return status == STATUS_OK;
+  }
+  OwnBlock& own = *c.own;
+  own_gather(own, r, own.r);
+  own.z.resize(own.r.size());
+  const Status status = kept_apply(s, A, kept, own.r, own.z);
+  rho = dot(own.r, own.z);
+  own_pick(own, own.z, z);
+  return status == STATUS_OK;
+}
+
+// the incomplete factor of the matrix with this stamp, on all ranks
+bool cholesky_ready(SolverData& d, const SysMatrix& A, long stamp)
+{
+  if (d.cholesky.stamp == stamp) return true;
+  d.cholesky.stamp = -1;
+  if (comm_most(!cholesky_form(A, d.cholesky))) return false;
+  d.cholesky.stamp = stamp;
+  return true;
 }
 
 // the preconditioner of a path; false: A has none
-bool form(Solver& s, const SysMatrix& A, const SolveAsk& ask, SolvePath path, Precondition& M)
+bool form(Solver& s, const SysMatrix& A, const SolveAsk& ask, SolvePath path, CgSystem& c)
 {
-  Timer timer(PHASE_PRECOND);
   SolverData& d = *s.data;
   switch (path) {
     case PATH_KEPT:
-      M = [&](const RealVec& r, RealVec& z) { return kept_apply(s, A, d.kept, r, z) == STATUS_OK; };
+      c.precondition = [&](const RealVec& r, RealVec& z, double& rho) { return kept_step(s, A, c, r, z, rho); };
       return kept_form(A, ask.key, d.kept);
     case PATH_CHOLESKY:
-      if (sys_shared(A)) return form_blocks(s, A, M);
-      M = [&](const RealVec& r, RealVec& z) { cholesky_apply(A, d.cholesky, r, z); return true; };
-      if (d.cholesky.stamp == ask.stamp) return true;
-      d.cholesky.stamp = -1;
-      if (!cholesky_form(A, d.cholesky)) return false;
-      d.cholesky.stamp = ask.stamp;
-      return true;
+      c.precondition = [&](const RealVec& r, RealVec& z, double& rho) { cholesky_step(d, c, r, z, rho); return true; };
+      return cholesky_ready(d, c.A, ask.stamp);
     default:
-      M = [&](const RealVec& r, RealVec& z) { diagonal_apply(A, d.diagonal, r, z); return true; };
-      return diagonal_form(A, d.diagonal);
+      c.precondition = [&](const RealVec& r, RealVec& z, double& rho) { diagonal_step(d, c, r, z, rho); return true; };
+      return !comm_most(!diagonal_form(c.A, d.diagonal));
   }
 }
 
@@ -207,6 +238,9 @@ void remember(Solver& s, SolvePath path, const CgDone& done, double setup, doubl
   SolverData& d = *s.data;
   PathCost& c   = d.cost[path];
   const double brought = done.end > 0.0 ? std::log10(done.first / done.end) : 16.0;
+  c.last = now;
+  c.odd  = c.known && !c.odd && done.good && setup + seconds > ODD * expected(c, brought);
+  if (c.odd) return;
   smooth(c.setup, setup);
   if (done.iterations > 0) {
     smooth(c.iteration, seconds / done.iterations);
@@ -216,7 +250,6 @@ void remember(Solver& s, SolvePath path, const CgDone& done, double setup, doubl
     c.rate = 1e-3;                       // no preconditioner, or an indefinite matrix
   }
   c.known = true;
-  c.last  = now;
   c.pause = done.good ? PAUSE : std::max(PAUSE, 2 * c.pause);
   if (path != PATH_KEPT) return;
   if (!done.good || done.iterations == 0) return;
@@ -228,20 +261,31 @@ void remember(Solver& s, SolvePath path, const CgDone& done, double setup, doubl
 Status by_cg(Solver& s, const SysMatrix& A, const SolveAsk& ask, SolvePath path, double limit, long now, const RealVec& b, RealVec& x)
 {
   const Clock clock;
-  Precondition M;
   CgDone done;
-  const bool formed  = form(s, A, ask, path, M);
+  SolverData& d = *s.data;
+  OwnBlock* own = sys_shared(A) ? &d.own : nullptr;
+  CgSystem c{own ? own->B : A, own, nullptr};
+  bool formed;
+  {
+    Timer timer(PHASE_PRECOND);
+    if (own) own_form(A, ask.stamp, *own);
+    formed = form(s, A, ask, path, c);
+  }
   const double setup = clock.seconds();
   if (formed) {
     Timer timer(PHASE_CG);
     // A^-1 and M^-1 are far apart in smooth modes, but for factors: M^-1 sees too little of an error there
     const double safety = path == PATH_KEPT ? 1.0 : 0.1;
-    std::vector<RealVec>& past = s.data->past;
     CgGoal goal{safety * ask.eta, safety * ask.energy, ask.residual, MOST, limit - setup};
-    const bool same = path == PATH_KEPT && s.data->kept.same;      // where a product with A costs little beside M
-    if (same) goal.begun = cg_begin(A, b, past, x);
-    done = cg_solve(A, M, b, goal, s.data->work, x);
-    if (same && done.good) remember_solution(past, x);
+    const bool same = path == PATH_KEPT && d.kept.same;      // where a product with A costs little beside M
+    RealVec own_b, own_x;
+    if (own) own_pick(*own, b, own_b);
+    const RealVec& right = own ? own_b : b;
+    RealVec& left        = own ? own_x : x;
+    if (same) goal.begun = cg_begin(c, right, d.past, left);
+    done = cg_solve(c, right, goal, d.work, left);
+    if (own) own_gather(*own, own_x, x);
+    if (same && done.good) remember_solution(d.past, x);
   }
   const double seconds = clock.seconds();
   remember(s, path, done, setup, seconds - setup, now);

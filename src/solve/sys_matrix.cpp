@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <numeric>
 
 #include "base/comm.h"
 #include "base/log.h"
@@ -39,7 +40,7 @@ void multiply(const SysMatrix& A, const double* x, double* y)
 }  // namespace
 
 // ---------------------------------------------------------------------------
-// sys_multiply : y = A x
+// sys_multiply : y = A x, A as it is on this rank
 //
 //   in   x   [neq]
 //   out  y   [neq], another vector than x
@@ -54,7 +55,6 @@ void sys_multiply(const SysMatrix& A, const RealVec& x, RealVec& y)
     case 3: multiply<3>(A, x.data(), y.data()); break;
     default: log_bug("sys_multiply: blocks are 1 x 1, 2 x 2 or 3 x 3", __FILE__, __LINE__);
   }
-  if (sys_shared(A)) comm_sum(y);
 }
 
 void sys_diagonal(const SysMatrix& A, RealVec& d)
@@ -63,7 +63,72 @@ void sys_diagonal(const SysMatrix& A, RealVec& d)
   d.resize(A.neq());
   for (int I = 0; I < A.nrow; ++I)
     for (int i = 0; i < D; ++i) d[I * D + i] = A.val[(static_cast<size_t>(A.off[I + 1] - 1) * D + i) * D + i];
-  if (sys_shared(A)) comm_sum(d);
+  sys_sum(A, d);
+}
+
+void rows_add(const IntVec& row, RowSets& s)
+{
+  for (size_t k = 0; k < row.size(); ++k) {
+    if (k == 0 || row[k] != row[k - 1] + 1) s.run.item.insert(s.run.item.end(), 2, row[k]);
+    s.run.item.back() = row[k] + 1;
+  }
+  s.run.off.push_back(static_cast<int>(s.run.item.size()));
+  s.count.push_back(static_cast<int>(row.size()));
+}
+
+double* rows_pack(const RowSets& s, int set, int D, const RealVec& v, double* to)
+{
+  for (const int* run = s.run.begin(set); run != s.run.begin(set + 1); run += 2)
+    to = std::copy(v.begin() + run[0] * D, v.begin() + run[1] * D, to);
+  return to;
+}
+
+const double* rows_put(const RowSets& s, int set, int D, const double* from, RealVec& v)
+{
+  for (const int* run = s.run.begin(set); run != s.run.begin(set + 1); run += 2) {
+    const int n = (run[1] - run[0]) * D;
+    std::copy(from, from + n, v.begin() + run[0] * D);
+    from += n;
+  }
+  return from;
+}
+
+const double* rows_add_to(const RowSets& s, int set, int D, const double* from, RealVec& v)
+{
+  for (const int* run = s.run.begin(set); run != s.run.begin(set + 1); run += 2) {
+    const int n = (run[1] - run[0]) * D;
+    double* to  = &v[static_cast<size_t>(run[0]) * D];
+    for (int i = 0; i < n; ++i) to[i] += from[i];
+    from += n;
+  }
+  return from;
+}
+
+// ---------------------------------------------------------------------------
+// sys_sum : what the ranks have added to the rows of A, in the order of the ranks
+//
+//   in   v       [n*nrow + extra], zero in rows that are not of A.rows of this rank
+//   out  v       the sum, on all ranks; one rank: as it was
+// ---------------------------------------------------------------------------
+void sys_sum(const SysMatrix& A, RealVec& v, int extra)
+{
+  if (!sys_shared(A)) return;
+  static RealVec all;                    // kept, since large vectors are dear to make
+  const int ranks = comm_size(), me = comm_rank(), D = (static_cast<int>(v.size()) - extra) / A.nrow;
+  IntVec count(ranks);
+  for (int r = 0; r < ranks; ++r) count[r] = A.rows.count[r] * D + extra;
+  all.resize(std::accumulate(count.begin(), count.end(), size_t(0)));
+  double* to = std::accumulate(count.begin(), count.begin() + me, all.data(), [](double* p, int n) { return p + n; });
+  std::copy(v.end() - extra, v.end(), rows_pack(A.rows, me, D, v, to));
+  comm_gather(all, count);
+  const bool two = ranks == 2;           // then the order does not matter, and what is in v may stay
+  if (!two) std::fill(v.begin(), v.end(), 0.0);
+  const double* from = all.data();
+  for (int r = 0; r < ranks; from += count[r++]) {
+    if (two && r == me) continue;
+    const double* number = rows_add_to(A.rows, r, D, from, v);
+    for (auto last = v.end() - extra; last != v.end(); ++last) *last += *number++;
+  }
 }
 
 // ---------------------------------------------------------------------------

@@ -70,8 +70,9 @@ Status step_inertia_begin(Problem& p, Attempt& a)
 {
   const Step& s = a.step;
   const RealVec v = node_vector(p, p.st.n.v);
-  mass_multiply(p.sys, v, a.momentum);
+  mass_part(p.sys, v, a.momentum);
   point_momentum(p, p.st.n.vc, a.momentum);
+  sys_sum(p.sys.A, a.momentum);
   Status status = STATUS_OK;
   if (p.grid.nnode) status = project(p, a);
   if (status != STATUS_OK) return status;

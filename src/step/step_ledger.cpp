@@ -20,7 +20,7 @@ void add_nodes(const Problem& p, const Level& l, Ledger& g)
   RealVec v(p.sys.neq(), 0.0), Mv;
   for (int r = 0; r < p.sys.nfe; ++r)
     for (int i = 0; i < dim; ++i) v[r * dim + i] = l.v[p.sys.node_of_row[r] * dim + i];
-  mass_multiply(p.sys, v, Mv);
+  mass_part(p.sys, v, Mv);
   for (int r = 0; r < p.sys.nfe; ++r) {
     const int node = p.sys.node_of_row[r];
     double x[3] = {0, 0, 0}, q[3] = {0, 0, 0};
@@ -34,10 +34,19 @@ void add_nodes(const Problem& p, const Level& l, Ledger& g)
   }
 }
 
+void sum_motion(Ledger& g)
+{
+  double sum[7] = {g.kinetic, g.momentum[0], g.momentum[1], g.momentum[2], g.angular[0], g.angular[1], g.angular[2]};
+  comm_sum(sum, 7);
+  g.kinetic = sum[0];
+  std::copy(sum + 1, sum + 4, g.momentum);
+  std::copy(sum + 4, sum + 7, g.angular);
+}
+
 void add_points(const Problem& p, const Level& l, Ledger& g)
 {
   const int dim     = p.m.dim;
-  const RealVec mom = point_corner_momentum(p.st.points, dim, l.vc);
+  const RealVec mom = point_corner_momentum(p.st.points, dim, l.vc, p.sys.my_point);
   for (int c = 0; c < p.st.points.ncorner; ++c) {
     double x[3] = {0, 0, 0}, q[3] = {0, 0, 0};
     for (int i = 0; i < dim; ++i) {
@@ -59,6 +68,7 @@ void ledger_update(Problem& p, const Level& l, bool nlgeom)
   for (int i = 0; i < 3; ++i) g.momentum[i] = g.angular[i] = 0.0;
   if (!p.sys.M.empty()) add_nodes(p, l, g);
   add_points(p, l, g);
+  sum_motion(g);
   g.strain  = elem_energy(p.m, p.el, l.u, nlgeom, p.fm.on ? &p.energy : nullptr) + point_energy(p.m, p.st.points, l.uc, p.sys.my_point);
   comm_sum(&g.strain, 1);
   g.bond    = bond_energy(p.st.bonds, p.m.dim, l, &g.slip_max, &g.slip_rms);

@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "base/comm.h"
 #include "base/timer.h"
 #include "step/step.h"
 
@@ -106,7 +105,7 @@ Status step_solve(Problem& p, const Attempt& a, int it, double residual, double 
   ask.exact  = loose || it > 8;
   p.solver.hold = loose ? s.nfe : -1;              // unknowns of the grid
   ask.inertia   = a.cM != 0.0;
-  ask.held      = comm_size() == 1 && p.solver.nfactor == 0 && s.neq() >= LEAST && p.m.dim == 3 && (ask.inertia || supported(p));
+  ask.held      = p.solver.nfactor == 0 && s.neq() >= LEAST && p.m.dim == 3 && (ask.inertia || supported(p));
   ask.digits = -std::log10(std::max(ask.eta, FINAL * l.residual / residual));
   const Status status = solve_system(p.solver, s.A, ask, l.f, l.dx);
   if (status != STATUS_OK) return status;

@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "base/vec.h"
+#include "base/sum.h"
 #include "step/step.h"
 
 namespace {
@@ -9,7 +9,6 @@ namespace {
 // residual and the sizes that it is judged by                                       (6.3)
 struct Balance {
   RealVec R, inertia, Mdu;
-  RealVec free;                // R, 0 at prescribed dofs
   double free_norm = 0.0;      // of R at free dofs
   double scale     = 0.0;      // largest of internal, external, inertia force
   bool finite      = true;
@@ -30,15 +29,11 @@ Status form_residual(Problem& p, Attempt& a, const RealVec& du, Balance& b)
     mass_multiply(s, du, b.Mdu);
     for (int i = 0; i < s.neq(); ++i) b.inertia[i] = a.cM * b.Mdu[i] - a.g[i];
   }
-  b.free.resize(s.neq());
-  for (int i = 0; i < s.neq(); ++i) {
-    b.R[i]    = a.fint[i] - a.fext[i] + b.inertia[i];
-    b.free[i] = s.fixed[i] ? 0.0 : b.R[i];
-  }
-  const double fint = norm(a.fint), fext = norm(a.fext);
-  b.free_norm = norm(b.free);
-  b.scale     = std::max({fint, fext, norm(b.inertia)});
-  return std::isfinite(b.free_norm) && std::isfinite(fint + fext) ? STATUS_OK : BAD_NUMBER;
+  for (int i = 0; i < s.neq(); ++i) b.R[i] = a.fint[i] - a.fext[i] + b.inertia[i];
+  b.free_norm = std::sqrt(sum_terms(s.neq(), [&](size_t i) { return s.fixed[i] ? 0.0 : b.R[i] * b.R[i]; }));
+  const double internal = norm(a.fint), external = norm(a.fext);
+  b.scale = std::max({internal, external, norm(b.inertia)});
+  return std::isfinite(b.free_norm) && std::isfinite(internal + external) ? STATUS_OK : BAD_NUMBER;
 }
 
 // the part of the diagonal that strains make: rounding of F acts through it. Mass and bonds see du alone, and would hide

@@ -61,8 +61,6 @@ double residual(const SysMatrix& A, const RealVec& b, const RealVec& x)
   return std::sqrt(r / f);
 }
 
-double dot(const RealVec& a, const RealVec& b) { return std::inner_product(a.begin(), a.end(), b.begin(), 0.0); }
-
 SolveAsk ask(const std::vector<long>& key, long stamp)
 {
   SolveAsk a{key};
@@ -105,22 +103,28 @@ TEST(Krylov, BeginsWithEarlierSolutions)
   for (size_t i = 0; i < c.size(); i += 3) c[i] = -c[i];
   Cholesky f;
   ASSERT_TRUE(cholesky_form(k.A, f));
-  const Precondition M = [&](const RealVec& r, RealVec& out) { cholesky_apply(k.A, f, r, out); return true; };
+  const auto M = [&](const RealVec& r, RealVec& out, double& rho) {
+    out = r;
+    cholesky_apply(k.A, f, out);
+    rho = dot(r, out);
+    return true;
+  };
+  const CgSystem system{k.A, nullptr, M};
   CgWork w;
   const CgGoal goal{1e-12, 0.0, 0.0, 1000, 1e9};
-  ASSERT_TRUE(cg_solve(k.A, M, b, goal, w, x).good);
-  ASSERT_TRUE(cg_solve(k.A, M, c, goal, w, y).good);
+  ASSERT_TRUE(cg_solve(system, b, goal, w, x).good);
+  ASSERT_TRUE(cg_solve(system, c, goal, w, y).good);
   RealVec both = b;
   for (size_t i = 0; i < b.size(); ++i) both[i] = 2.0 * b[i] - c[i];
   CgGoal begun = goal;
   begun.eta    = 1e-8;
-  begun.begun  = cg_begin(k.A, both, {x, y, x}, z);            // a solution twice does no harm
+  begun.begun  = cg_begin(system, both, {x, y, x}, z);            // a solution twice does no harm
   EXPECT_NEAR(dot(both, z), begun.begun, 1e-9 * begun.begun);
-  const CgDone done = cg_solve(k.A, M, both, begun, w, z);
+  const CgDone done = cg_solve(system, both, begun, w, z);
   EXPECT_TRUE(done.good);
   EXPECT_EQ(done.iterations, 0);
   EXPECT_LT(residual(k.A, both, z), 1e-9);
-  EXPECT_EQ(cg_begin(k.A, b, {}, z), 0.0);
+  EXPECT_EQ(cg_begin(system, b, {}, z), 0.0);
 }
 
 // a chain has no fill: the factor is complete, but for single precision
@@ -131,8 +135,8 @@ TEST(Krylov, CholeskyOfAChainIsExact)
   Cholesky c;
   ASSERT_TRUE(cholesky_form(k.A, c));
   EXPECT_EQ(c.shift, 0.0);
-  RealVec x(b.size());
-  cholesky_apply(k.A, c, b, x);
+  RealVec x = b;
+  cholesky_apply(k.A, c, x);
   EXPECT_LT(residual(k.A, b, x), 1e-5);
 }
 
@@ -172,8 +176,12 @@ TEST(Krylov, FactorsServeWhenRowsChange)
   EXPECT_GT(dot(v, Mv), 0.0);
 
   CgWork work;
-  const Precondition M = [&](const RealVec& r, RealVec& z) { return kept_apply(s, now.A, kept, r, z) == STATUS_OK; };
-  const CgDone done = cg_solve(now.A, M, u, {1e-10, 0.0, 0.0, 500, 1e9}, work, x);
+  const auto M = [&](const RealVec& r, RealVec& z, double& rho) {
+    const bool good = kept_apply(s, now.A, kept, r, z) == STATUS_OK;
+    rho = dot(r, z);
+    return good;
+  };
+  const CgDone done = cg_solve({now.A, nullptr, M}, u, {1e-10, 0.0, 0.0, 500, 1e9}, work, x);
   EXPECT_TRUE(done.good);
   EXPECT_LT(residual(now.A, u, x), 1e-9);
   solve_close(s);
