@@ -241,14 +241,16 @@ void contact_search(const Model& m, const Points& pts, const Bonds& bonds, const
   }
 }
 
-// A place that was open, or met no face, and now is behind one came in from the side or meets another face than before: its depth is
-// no compression. What it has moved out since does not come back.
+// A place that was open, or met no face, and now is behind one came in from the side; one that pushed, and now is deeper by more than
+// sliding makes, meets another face than before: its depth is no compression. What it has moved out since does not come back.
 void contact_enter(const Level& l, int dim, bool may_come, Bonds& bonds, ContactPairs& pairs)
 {
+  const double slide = 1e-3;                         // of the face
   for (int b = 0; b < bonds.nbond; ++b) {
     double &entry = bonds.entry[b], &gap = pairs.gap[b];
     entry = pairs.master.count(b) ? std::max(entry, std::min(gap, 0.0)) : 0.0;
-    if (may_come && pairs.master.count(b) && l.slip[b * dim] >= 0.0 && gap < entry) entry = gap;
+    const double was = std::min(l.slip[b * dim], 0.0), least = was < 0.0 ? was - slide * pairs.size[b] : 0.0;
+    if (may_come && pairs.master.count(b) && gap - entry < least) entry = gap - was;
     gap -= entry;
   }
 }

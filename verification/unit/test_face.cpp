@@ -198,12 +198,15 @@ TEST(Face, ContactFromTheSideBringsNoDepth)
   auto gap = [&](double before, double now, bool may_come) {
     ContactPairs pairs = met;
     pairs.gap = {now};
+    pairs.size = {1.0};
     l.slip = {before, 0.0, 0.0};
     contact_enter(l, 3, may_come, bonds, pairs);
     return pairs.gap[0];
   };
   EXPECT_EQ(-0.5, gap(1e300, -0.5, false));            // statics
-  EXPECT_EQ(-0.5, gap(-0.4, -0.5, true));              // was closed
+  EXPECT_EQ(-0.4005, gap(-0.4, -0.4005, true));        // was closed, slides
+  EXPECT_EQ(0.0, bonds.entry[0]);
+  EXPECT_NEAR(-0.4, gap(-0.4, -0.5, true), 1e-15);     // was closed, meets another face
   EXPECT_EQ(0.0, gap(1e300, -0.5, true));              // met no face before
   EXPECT_EQ(-0.5, bonds.entry[0]);
   EXPECT_NEAR(-0.1, gap(-0.1, -0.6, true), 1e-15);     // pressed deeper
