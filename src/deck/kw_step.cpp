@@ -1,7 +1,7 @@
 #include "deck/card.h"
 
 // ---------------------------------------------------------------------------
-// *STEP[, NLGEOM[=YES|NO]][, INC=] : text lines may follow. What the step before said stays until it is changed.
+// *STEP[, NLGEOM[=YES|NO]][, INC=][, EXTRAPOLATION=LINEAR|NO] : text lines may follow. What the step before said stays until it is changed.
 // ---------------------------------------------------------------------------
 void kw_step(Card& card, Model& model)
 {
@@ -17,6 +17,7 @@ void kw_step(Card& card, Model& model)
   s.ctl     = d.controls;
   s.nlgeom  = card_param_yes(card, "NLGEOM", true, !model.step.empty() && model.step.back().nlgeom);
   s.max_inc = card_param_int(card, "INC", s.max_inc, 1, 2147483647);
+  s.extrapolate = card_param_word(card, "EXTRAPOLATION", "LINEAR|NO", 0) <= 0;
   std::string title;
   while (card_text(card, title)) {}
   model.step.push_back(s);

@@ -263,6 +263,7 @@ struct Step {
   bool scheme_given = false;
   double beta = 0.25, gamma = 0.5;
   double dissipation = 0.0;    // energy-momentum: 0 ... 0.5
+  bool extrapolate = true;     // statics: an increment begins with what the one before would do in its time
   Controls ctl;
   std::vector<Load> load;              // all that act in this step, also those carried over
   std::vector<Prescribed> prescribed;  // all that act, later ones override

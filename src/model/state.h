@@ -141,6 +141,7 @@ struct State {
   RealVec rf;                  // [nnode*dim] reactions at t(n), 0 at free dofs
   std::vector<ContactLog> contact;   // [Model::bond], of contact pairs
   RealVec grid_rf;             // [Model::grid_bc * dim] sum of the reactions of each grid condition
+  RealVec rate;                // [nnode*dim] displacement over time of the last increment of this static step; first one: empty
   Ledger ledger;
   std::vector<ErosionLog> eroded;    // since the last output
   StepClock clock;

@@ -88,8 +88,8 @@ inline void io(Archive& f, ErosionLog& x)
 // between increments: the level n+1 is that of n
 inline void io(Archive& f, State& x)
 {
-  auto& [n, np1, points, bonds, frac, rf, contact, grid_rf, ledger, eroded, clock, division, log] = x;
-  io_all(f, n, points, bonds, frac, rf, contact, grid_rf, ledger, eroded, clock, division, log);
+  auto& [n, np1, points, bonds, frac, rf, contact, grid_rf, rate, ledger, eroded, clock, division, log] = x;
+  io_all(f, n, points, bonds, frac, rf, contact, grid_rf, rate, ledger, eroded, clock, division, log);
   if (f.reading) np1 = n;
 }
 

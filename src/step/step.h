@@ -24,6 +24,7 @@ struct Attempt {
   RealVec fint0{}, fext0{};        // [neq] at t(n) on the weights of this step (statics, Newmark)
   RealVec fint{}, fext{}, R{};       // [neq] at the solution
   RealVec du{};                  // [neq]
+  RealVec guess{};               // [neq] statics: where Newton's method begins; empty: at rest
 };
 
 // step_open : state at t = 0: points, bonds, elements, initial velocities. Returns the number of errors.
@@ -65,7 +66,7 @@ bool step_solved_well(const Problem& p, const LinearSystem& l);
 // step_gain : iteration it has changed the norm of R by this factor
 void step_gain(Problem& p, int it, double gain);
 
-// step_newton : solves R(du) = 0 for the attempt
+// step_newton : solves R(du) = 0 for the attempt. Not good with a guess: it may be without.
 Status step_newton(Problem& p, Attempt& a);
 
 // step_inertia_begin : momentum, projected velocity, g, cM of a dynamic step

@@ -138,6 +138,17 @@ Status step_newton(Problem& p, Attempt& a)
   }
   if (status != STATUS_OK) return status;
   if (a.cM == 0.0 && a.fint0.empty()) a.fint0 = a.fint;   // statics start from du = 0
+  double guessed = 0.0;                              // energy of the guess
+  if (!a.guess.empty()) {
+    const RealVec R0 = b.R;
+    a.du.swap(a.guess);
+    a.guess.clear();
+    status = form_residual(p, a, a.du, b);
+    if (status != STATUS_OK) return status;
+    for (int i = 0; i < s.neq(); ++i) guessed += (b.R[i] - R0[i]) * a.du[i];
+    guessed  = std::fabs(guessed);
+    l.energy = std::sqrt(guessed);
+  }
   StepLog& log = p.st.log;
   log.iterations = 0;
   out_listing_iteration(log.step, log.inc, 0, b.free_norm, b.scale, 0.0, 0.0);
@@ -155,7 +166,7 @@ Status step_newton(Problem& p, Attempt& a)
     const double accepted = a.step.ctl.tol_force * scale;
     step_tangent(p, a, it, b.free_norm, accepted, b.R, pending, l);
     // loads below the floor are solved for once; without loads the floor ends the search for rounding
-    if (it == 1 && moved && converged(p, a, b, diag, norm(a.fext) == 0.0)) break;
+    if (it == 1 && moved && guessed == 0.0 && converged(p, a, b, diag, norm(a.fext) == 0.0)) break;
     // 2. solve
     const double before = b.free_norm;
     status = step_solve(p, a, it, before, accepted, pending, l);
@@ -164,6 +175,7 @@ Status step_newton(Problem& p, Attempt& a)
     double g0 = 0.0;
     for (int i = 0; i < s.neq(); ++i)
       if (!s.fixed[i]) g0 += dx[i] * b.R[i];
+    if (it == 1 && guessed > 0.0 && std::fabs(g0) > guessed) return NOT_CONVERGED;    // the guess leads astray   (6.14)
     double part = 1.0;
     status = back_off(p, a, a.du, dx, trial, b, part);
     if (status != STATUS_OK) return status;

@@ -131,12 +131,21 @@ void stop_motion(Problem& p)
   for (RealVec* v : {&st.n.v, &st.n.a, &st.n.vc, &st.n.vp}) std::fill(v->begin(), v->end(), 0.0);
 }
 
+// what the next increment may begin with
+void note_rate(const Step& s, double dt, State& st)
+{
+  if (s.proc != PROC_STATIC || !s.extrapolate) return;
+  st.rate.resize(st.n.u.size());
+  for (size_t i = 0; i < st.rate.size(); ++i) st.rate[i] = (st.np1.u[i] - st.n.u[i]) / dt;
+}
+
 void begin_step(Problem& p, const Step& s)
 {
   p.st.clock       = StepClock();
   p.st.clock.start = p.st.n.time;
   p.st.clock.dt    = s.dt;
   p.st.log.inc     = 0;
+  p.st.rate.clear();
   if (s.proc == PROC_STATIC) stop_motion(p);
 }
 
@@ -195,6 +204,7 @@ Status run_step(Problem& p, const Step& s, Output& out)
       status = step_increment(p, s, clock.t, dt);
       const int iterations = st.log.iterations;
       if (status == STATUS_OK) {
+        note_rate(s, dt, st);
         st.n      = st.np1;
         st.n.time = start + clock.t + dt;
         p.ready   = false;
@@ -260,6 +270,19 @@ void load_of_ranks(const Problem& p, std::vector<RankLoad>& ranks)
   comm_join(ranks);
 }
 
+// where Newton's method begins in statics: the last increment goes on at its rate, prescribed dofs arrive     (6.14)
+// Only where nothing but elements acts that are whole, and not after a cut.
+void extrapolate(const Problem& p, double dt, Attempt& a)
+{
+  const State& st = p.st;
+  if (!a.step.extrapolate || st.rate.empty() || st.log.cuts > 0 || !p.m.bond.empty() || st.points.npoint || st.frac.neroded > 0) return;
+  a.guess = p.sys.target;
+  const int dim = p.sys.dim;
+  for (int r = 0; r < p.sys.nfe; ++r)
+    for (int i = 0; i < dim; ++i)
+      if (!p.sys.fixed[r * dim + i]) a.guess[r * dim + i] = dt * st.rate[p.sys.node_of_row[r] * dim + i];
+}
+
 // energies at the start need the mass of the first step
 void open_ledger(Problem& p)
 {
@@ -308,7 +331,14 @@ Status step_increment(Problem& p, const Step& s, double t0, double dt)
   if (!mid) assem_loads(p, s, a.t0, a.total0, 0.0, a.fext0);
   Status status = STATUS_OK;
   if (s.proc == PROC_DYNAMIC) status = step_inertia_begin(p, a);
+  if (dt > 0.0 && s.proc == PROC_STATIC) extrapolate(p, dt, a);
+  const bool guessed = !a.guess.empty();
   if (status == STATUS_OK) status = step_newton(p, a);
+  if (status != STATUS_OK && guessed) {
+    a.du.assign(p.sys.neq(), 0.0);
+    a.guess.clear();
+    status = step_newton(p, a);
+  }
   if (status == STATUS_OK && st.bonds.nbond) status = augment(p, a);
   if (status == STATUS_OK && p.pairs.near) status = contact_depth(p);
   if (status == STATUS_OK) step_finish(p, a);
