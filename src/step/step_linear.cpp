@@ -103,7 +103,8 @@ Status step_solve(Problem& p, const Attempt& a, int it, double residual, double 
   // does not come to an end
   const bool loose = a.cM == 0.0 && p.fm.on && p.st.frac.neroded > 0;
   ask.exact  = loose || it > 8;
-  p.solver.hold = loose ? s.nfe : -1;              // unknowns of the grid
+  // in motion too unknowns of the grid may be held: their mass may be singular in what no corner sees (3.14)
+  p.solver.hold = loose || (a.cM != 0.0 && p.grid.nnode) ? s.nfe : -1;
   ask.inertia   = a.cM != 0.0;
   ask.held      = p.solver.nfactor == 0 && s.neq() >= LEAST && p.m.dim == 3 && (ask.inertia || supported(p));
   ask.digits = -std::log10(std::max(ask.eta, FINAL * l.residual / residual));

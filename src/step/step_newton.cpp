@@ -74,7 +74,7 @@ bool converged(const Problem& p, const Attempt& a, const Balance& b, const RealV
   if (by_rounding && b.free_norm <= rounding_floor(p, diag, a.du, a.cM)) return true;
   if (b.free_norm > c.tol_force * b.scale) return false;
   // unknowns that are held keep a residual, which is judged by the reactions as well (theory 8.1)
-  const bool held = p.solver.hold >= 0 && p.solver.zero_equation >= 0;
+  const bool held = a.cM == 0.0 && p.solver.hold >= 0 && p.solver.zero_equation >= 0;
   double res = 0.0, ref = 0.0, least = 0.0;
   if (p.fm.on && a.cM == 0.0) {      // statics: broken material has next to no stiffness, and need not be judged by it
     for (double d : diag) least += d;
