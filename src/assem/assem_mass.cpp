@@ -162,11 +162,51 @@ bool below(const double* value, const double* goal)
   return true;
 }
 
+// Conjugate gradients for A step = r from step = 0, all directions side by side; r ends as the residual. apply: q = A w; left: squares of
+// the residual that counts. Returns the iterations; -1: not there, to 1e-8 after 1000 of them.
+template <int D, class Apply, class Left>
+int iterate(const double* size, Apply apply, Left left, RealVec& r, RealVec& step)
+{
+  RealVec w(r.size(), 0.0), q(r.size());
+  double rho[D], before[D], wq[D], square[D], goal[D], enough[D];
+  step.assign(r.size(), 0.0);
+  for (int i = 0; i < D; ++i) {
+    goal[i]   = 1e-28 * size[i];
+    enough[i] = 1e-16 * size[i];
+  }
+  bool stuck = false;                                // M is singular in the direction w, to rounding
+  for (int it = 0; !stuck && it <= 1000; ++it) {
+    dots<D>(r, r, rho);
+    if (below<D>(rho, goal)) {
+      left(r, square);
+      if (below<D>(square, goal)) return it;
+    }
+    for (int i = 0; i < D; ++i) before[i] = it && before[i] > 0.0 ? rho[i] / before[i] : 0.0;
+    for (size_t k = 0; k < r.size(); k += D)
+      for (int i = 0; i < D; ++i) w[k + i] = r[k + i] + before[i] * w[k + i];
+    apply(w, q);
+    dots<D>(w, q, wq);
+    stuck = true;
+    for (int i = 0; i < D; ++i) {
+      if (rho[i] > goal[i] && wq[i] > 0.0) stuck = false;
+      wq[i]     = wq[i] > 0.0 ? rho[i] / wq[i] : 0.0;
+      before[i] = rho[i];
+    }
+    for (size_t k = 0; k < r.size(); k += D)
+      for (int i = 0; i < D; ++i) {
+        step[k + i] += wq[i] * w[k + i];
+        r[k + i] -= wq[i] * q[k + i];
+      }
+  }
+  left(r, square);
+  return below<D>(square, enough) ? 1000 : -1;
+}
+
 template <int D>
 int solve(const System& s, int first, const RealVec& f, RealVec& x)
 {
   const int n = s.nrow - first;
-  RealVec scale(n), u(n * D), r(n * D), w(n * D, 0.0), q(n * D), t(n * D), b(n * D), sum(n * D);
+  RealVec scale(n), u(n * D), r(n * D), q(n * D), t(n * D), b(n * D), sum(n * D), step;
   MassSystem<D> m;
   m.free.assign(n * D, 0.0);
   for (int k = 0; k < n; ++k) {
@@ -189,49 +229,27 @@ int solve(const System& s, int first, const RealVec& f, RealVec& x)
   multiply<D>(m.all, t, sum);
   for (int k = 0; k < n * D; ++k)
     u[k] = m.free[k] ? b[k] / std::max(1.0, sum[k] * scale[k / D]) : scale[k / D] > 0.0 ? x[first * D + k] / scale[k / D] : 0.0;
-  multiply<D>(m.all, u, q);
-  for (int k = 0; k < n * D; ++k) r[k] = m.free[k] * (b[k] - q[k]);
-  m.forward(r, r);
-
-  // conjugate gradients, all directions side by side
-  double rho[D], before[D], wq[D], left[D], goal[D], size[D];
-  RealVec step(n * D, 0.0);                          // the correction in these variables
+  double size[D];
   dots<D>(b, b, size);
-  for (int i = 0; i < D; ++i) goal[i] = 1e-28 * size[i];
-  int it = 0;
-  bool end = false;
-  for (; !end && it <= 1000; ++it) {
-    dots<D>(r, r, rho);
-    if (below<D>(rho, goal)) {
-      m.residual(r, q);
-      dots<D>(q, q, left);
-      if (below<D>(left, goal)) break;
-    }
-    for (int i = 0; i < D; ++i) before[i] = it && before[i] > 0.0 ? rho[i] / before[i] : 0.0;
-    for (int k = 0; k < n; ++k)
-      for (int i = 0; i < D; ++i) w[k * D + i] = r[k * D + i] + before[i] * w[k * D + i];
-    m.apply(w, t, q);
-    dots<D>(w, q, wq);
-    bool stuck = false, busy = false;                // stuck: M is singular in the direction w
-    for (int i = 0; i < D; ++i) {
-      if (rho[i] > goal[i]) (wq[i] > 0.0 ? busy : stuck) = true;
-      wq[i]     = wq[i] > 0.0 ? rho[i] / wq[i] : 0.0;
-      before[i] = rho[i];
-    }
-    end = stuck && !busy;
-    for (int k = 0; k < n; ++k)
-      for (int i = 0; i < D; ++i) {
-        step[k * D + i] += wq[i] * w[k * D + i];
-        r[k * D + i] -= wq[i] * q[k * D + i];
-      }
-  }
-  m.residual(r, q);
-  dots<D>(q, q, left);
+  const auto first_residual = [&] {
+    multiply<D>(m.all, u, q);
+    for (int k = 0; k < n * D; ++k) r[k] = m.free[k] * (b[k] - q[k]);
+  };
+  first_residual();
+  m.forward(r, r);
+  int it = iterate<D>(size, [&](const RealVec& w, RealVec& Aw) { m.apply(w, t, Aw); },
+                      [&](const RealVec& rest, double* square) { m.residual(rest, q); dots<D>(q, q, square); }, r, step);
   m.backward(step, t);
+  if (it < 0) {                // where M is singular (I + L)^-1 may be so large that rounding spoils it: without it
+    first_residual();
+    it = iterate<D>(size, [&](const RealVec& w, RealVec& Aw) {
+      multiply<D>(m.all, w, Aw);
+      for (int k = 0; k < n * D; ++k) Aw[k] *= m.free[k];
+    }, [&](const RealVec& rest, double* square) { dots<D>(rest, rest, square); }, r, t);
+  }
   for (int k = 0; k < n * D; ++k)
     if (m.free[k] > 0.0) x[first * D + k] = (u[k] + t[k]) * scale[k / D];
-  for (int i = 0; i < D; ++i) goal[i] = 1e-16 * size[i];
-  return it <= 1000 && !end ? it : below<D>(left, goal) ? 1000 : -1;
+  return it;
 }
 
 }  // namespace

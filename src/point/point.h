@@ -16,7 +16,7 @@ struct ActiveGrid {
   int nnode = 0;               // unknown grid nodes
   int ncell = 0;               // cells that hold a corner or the centre of a point
   int nweak = 0;               // touched nodes that follow others (extended basis)
-  int nlone = 0;               // weak nodes without a good cell near: kept as unknowns
+  int nlone = 0;               // weak nodes without a good cell near: unknowns, or those with next to no support follow strong ones
   std::vector<long> key;       // [nnode] field * (nodes of the grid) + node number, ascending; key_own + c: corner c of a loose point
   std::vector<long> cell;      // [ncell] field * (cells of the grid) + cell number, ascending
   ListTable corner;            // [ncorner] unknown grid nodes that a corner follows

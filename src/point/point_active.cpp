@@ -291,20 +291,26 @@ bool keeps_planes(const Model& m, const int* at, const int* c)
   return true;
 }
 
+// field and place of a grid node, counted in cells
+int node_of_key(const Grid& g, int dim, long key, int* at)
+{
+  const long nn = grid_nodes(g, dim);
+  long rest = key % nn;
+  at[0] = static_cast<int>(rest % (g.n[0] + 1));
+  rest /= g.n[0] + 1;
+  at[1] = static_cast<int>(dim == 3 ? rest % (g.n[1] + 1) : rest);
+  at[2] = dim == 3 ? static_cast<int>(rest / (g.n[1] + 1)) : 0;
+  return static_cast<int>(key / nn);
+}
+
 // 3. the nearest cells whose nodes are all strong; ties share
 bool extend_node(const Model& m, const std::vector<long>& cells, const std::vector<long>& key,
                  const std::vector<char>& strong, int weak, Extend& out)
 {
-  const Grid& g   = m.grid;
-  const int dim   = m.dim;
-  const long nn   = grid_nodes(g, dim);
-  const int field = static_cast<int>(key[weak] / nn);
-  long rest = key[weak] % nn;
-  int at[3] = {0, 0, 0};
-  at[0] = static_cast<int>(rest % (g.n[0] + 1));
-  rest /= g.n[0] + 1;
-  at[1] = static_cast<int>(dim == 3 ? rest % (g.n[1] + 1) : rest);
-  if (dim == 3) at[2] = static_cast<int>(rest / (g.n[1] + 1));
+  const Grid& g = m.grid;
+  const int dim = m.dim;
+  int at[3];
+  const int field = node_of_key(g, dim, key[weak], at);
 
   const int reach = 2;         // cells between the node and the cell it may follow
   double best = 1e30;
@@ -345,16 +351,44 @@ bool extend_node(const Model& m, const std::vector<long>& cells, const std::vect
   return !chosen.empty();
 }
 
-// 4. number the unknown nodes and say what each touched node follows
-void find_extension(const Model& m, const std::vector<long>& key, const std::vector<char>& strong, ActiveGrid& g, Extend& ext)
+// The nearest strong nodes; ties share. For nodes with so little mass that as unknowns they make the mass singular to rounding, and
+// that the planes of *GRID BOUNDARY do not matter.
+bool follow_nearest(const Model& m, const std::vector<long>& key, const std::vector<char>& strong, int weak, Extend& out)
 {
+  const Grid& g = m.grid;
+  int at[3];
+  const int field = node_of_key(g, m.dim, key[weak], at), reach = 2, deep = m.dim == 3 ? reach : 0;
+  int best = 1 << 20;
+  IntVec chosen;
+  for (int k = -deep; k <= deep; ++k)
+    for (int j = -reach; j <= reach; ++j)
+      for (int i = -reach; i <= reach; ++i) {
+        const int to[3] = {at[0] + i, at[1] + j, at[2] + k}, dist = i * i + j * j + k * k;
+        bool good = dist <= best;
+        for (int d = 0; d < m.dim; ++d) good = good && to[d] >= 0 && to[d] <= g.n[d];
+        const int r = good ? find_key(key, node_key(g, m.dim, field, to)) : -1;
+        if (r < 0 || !strong[r]) continue;
+        if (dist < best) chosen.clear();
+        best = dist;
+        chosen.push_back(r);
+      }
+  out.to.item.insert(out.to.item.end(), chosen.begin(), chosen.end());
+  out.w.insert(out.w.end(), chosen.size(), 1.0 / static_cast<double>(std::max<size_t>(chosen.size(), 1)));
+  return !chosen.empty();
+}
+
+// 4. number the unknown nodes and say what each touched node follows
+void find_extension(const Model& m, const std::vector<long>& key, const std::vector<char>& strong, const RealVec& support, ActiveGrid& g,
+                    Extend& ext)
+{
+  const double tiny = 1e-2;    // support of a node that may not be an unknown
   const int n = static_cast<int>(key.size());
   std::vector<char> unknown = strong;
   Extend follow;               // of weak nodes, in the numbers of touched nodes
   for (int r = 0; r < n; ++r) {
     if (!strong[r] && !extend_node(m, g.cell, key, strong, r, follow)) {
       ++g.nlone;
-      unknown[r] = 1;
+      unknown[r] = support[r] > tiny || !follow_nearest(m, key, strong, r, follow);
     }
     follow.to.off.push_back(static_cast<int>(follow.to.item.size()));
   }
@@ -426,7 +460,7 @@ Status activate(const Model& m, const Points& pts, const Bonds& bonds, const Rea
     g.key.swap(node);
   } else {
     Extend ext;
-    find_extension(m, node, strong, g, ext);
+    find_extension(m, node, strong, support, g, ext);
     compose(ext, static_cast<int>(g.key.size()), g.corner, g.corner_w);
     compose(ext, static_cast<int>(g.key.size()), g.bond, g.bond_w);
     point_lists<D>(pts, static_cast<int>(g.key.size()), g, support);

@@ -76,7 +76,7 @@ bool converged(const Problem& p, const Attempt& a, const Balance& b, const RealV
   // unknowns that are held keep a residual, which is judged by the reactions as well (theory 8.1)
   const bool held = a.cM == 0.0 && p.solver.hold >= 0 && p.solver.zero_equation >= 0;
   double res = 0.0, ref = 0.0, least = 0.0;
-  if (p.fm.on && a.cM == 0.0) {      // statics: broken material has next to no stiffness, and need not be judged by it
+  if (p.fm.on) {                                     // broken material has next to no stiffness, and need not be judged by it
     for (double d : diag) least += d;
     least *= 1e-3 / static_cast<double>(s.neq());
   }
