@@ -162,12 +162,12 @@ bool below(const double* value, const double* goal)
   return true;
 }
 
-// Conjugate gradients for A step = r from step = 0, all directions side by side; r ends as the residual. apply: q = A w; left: squares of
-// the residual that counts. Returns the iterations; -1: not there, to 1e-8 after 1000 of them.
-template <int D, class Apply, class Left>
-int iterate(const double* size, Apply apply, Left left, RealVec& r, RealVec& step)
+// Conjugate gradients for step from 0, all directions side by side; r ends as the residual. The residual of M itself is what must be
+// small. Returns the iterations; -1: not there, to 1e-8 after 1000 of them.
+template <int D>
+int iterate(const MassSystem<D>& m, const double* size, RealVec& r, RealVec& step)
 {
-  RealVec w(r.size(), 0.0), q(r.size());
+  RealVec w(r.size(), 0.0), q(r.size()), t(r.size());
   double rho[D], before[D], wq[D], square[D], goal[D], enough[D];
   step.assign(r.size(), 0.0);
   for (int i = 0; i < D; ++i) {
@@ -178,13 +178,14 @@ int iterate(const double* size, Apply apply, Left left, RealVec& r, RealVec& ste
   for (int it = 0; !stuck && it <= 1000; ++it) {
     dots<D>(r, r, rho);
     if (below<D>(rho, goal)) {
-      left(r, square);
+      m.residual(r, t);
+      dots<D>(t, t, square);
       if (below<D>(square, goal)) return it;
     }
     for (int i = 0; i < D; ++i) before[i] = it && before[i] > 0.0 ? rho[i] / before[i] : 0.0;
     for (size_t k = 0; k < r.size(); k += D)
       for (int i = 0; i < D; ++i) w[k + i] = r[k + i] + before[i] * w[k + i];
-    apply(w, q);
+    m.apply(w, t, q);
     dots<D>(w, q, wq);
     stuck = true;
     for (int i = 0; i < D; ++i) {
@@ -198,7 +199,8 @@ int iterate(const double* size, Apply apply, Left left, RealVec& r, RealVec& ste
         r[k + i] -= wq[i] * q[k + i];
       }
   }
-  left(r, square);
+  m.residual(r, t);
+  dots<D>(t, t, square);
   return below<D>(square, enough) ? 1000 : -1;
 }
 
@@ -231,22 +233,11 @@ int solve(const System& s, int first, const RealVec& f, RealVec& x)
     u[k] = m.free[k] ? b[k] / std::max(1.0, sum[k] * scale[k / D]) : scale[k / D] > 0.0 ? x[first * D + k] / scale[k / D] : 0.0;
   double size[D];
   dots<D>(b, b, size);
-  const auto first_residual = [&] {
-    multiply<D>(m.all, u, q);
-    for (int k = 0; k < n * D; ++k) r[k] = m.free[k] * (b[k] - q[k]);
-  };
-  first_residual();
+  multiply<D>(m.all, u, q);
+  for (int k = 0; k < n * D; ++k) r[k] = m.free[k] * (b[k] - q[k]);
   m.forward(r, r);
-  int it = iterate<D>(size, [&](const RealVec& w, RealVec& Aw) { m.apply(w, t, Aw); },
-                      [&](const RealVec& rest, double* square) { m.residual(rest, q); dots<D>(q, q, square); }, r, step);
+  const int it = iterate<D>(m, size, r, step);
   m.backward(step, t);
-  if (it < 0) {                // where M is singular (I + L)^-1 may be so large that rounding spoils it: without it
-    first_residual();
-    it = iterate<D>(size, [&](const RealVec& w, RealVec& Aw) {
-      multiply<D>(m.all, w, Aw);
-      for (int k = 0; k < n * D; ++k) Aw[k] *= m.free[k];
-    }, [&](const RealVec& rest, double* square) { dots<D>(rest, rest, square); }, r, t);
-  }
   for (int k = 0; k < n * D; ++k)
     if (m.free[k] > 0.0) x[first * D + k] = (u[k] + t[k]) * scale[k / D];
   return it;
