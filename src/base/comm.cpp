@@ -78,7 +78,9 @@ void comm_open(int* argc, char*** argv)
     setenv("OMPI_MCA_orte_create_session_dirs", "0", 0);
     setenv("OMPI_MCA_pml", "ob1", 0);
     setenv("OMPI_MCA_btl", "self", 0);
-  } else if (one_machine()) {
+    return;                    // MPI starts when MUMPS asks for a communicator: 0.03 s that small decks need not spend
+  }
+  if (one_machine()) {
     setenv("OMPI_MCA_pml", "ob1", 0);
     setenv("OMPI_MCA_btl", "self,vader", 0);
   }
@@ -89,14 +91,22 @@ void comm_open(int* argc, char*** argv)
 
 void comm_close()
 {
-  int done = 0;
+  int begun = 0, done = 0;
+  MPI_Initialized(&begun);
   MPI_Finalized(&done);
-  if (!done) MPI_Finalize();
+  if (begun && !done) MPI_Finalize();
 }
 
 int comm_rank() { return rank; }
 int comm_size() { return size; }
-int comm_fortran(bool all) { return MPI_Comm_c2f(all ? MPI_COMM_WORLD : MPI_COMM_SELF); }
+
+int comm_fortran(bool all)
+{
+  int begun = 0;
+  MPI_Initialized(&begun);
+  if (!begun) MPI_Init(nullptr, nullptr);
+  return MPI_Comm_c2f(all ? MPI_COMM_WORLD : MPI_COMM_SELF);
+}
 
 void comm_stop(int code)
 {

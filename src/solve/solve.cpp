@@ -16,10 +16,13 @@ const double NARROW = 2e6;     // operations of the skyline, half a millisecond;
 
 bool by_mumps(const Solver& s) { return s.kind == SOLVER_MUMPS && !s.data->narrow; }
 
-// a small matrix with masses and a narrow profile: the skyline is faster than MUMPS begins
+// is a zero pivot an error, or not expected?
+bool regular(const Solver& s) { return s.masses || s.hold < 0; }
+
+// a small matrix with a narrow profile: the skyline is faster than MUMPS begins
 bool narrow_analyse(Solver& s, const SysMatrix& A)
 {
-  if (s.kind != SOLVER_MUMPS || s.def.kind == SOLVER_MUMPS || !s.masses || A.neq() >= SMALL || comm_size() > 1) return false;
+  if (s.kind != SOLVER_MUMPS || s.def.kind == SOLVER_MUMPS || !regular(s) || s.data->unfit || A.neq() >= SMALL || comm_size() > 1) return false;
   return skyline_analyse(s, A) == STATUS_OK && s.flops < NARROW;
 }
 
@@ -103,9 +106,6 @@ bool solve_open(Solver& s, const SolverDef& def)
   s.def  = def;
   s.data = std::make_shared<SolverData>();
   s.data->first_only = comm_size() > 1 && (kind == SOLVER_SKYLINE || !def.reuse);
-#ifdef MPFE_MUMPS
-  if (kind == SOLVER_MUMPS && !(s.data->first_only && comm_rank() > 0)) mumps_open(s);
-#endif
   return true;
 }
 
@@ -124,7 +124,9 @@ Status solve_analyse(Solver& s, const SysMatrix& A)
 {
   MPFE_CHECK(s.data, "solve_analyse before solve_open");
   SolverData& d = *s.data;
-  if (d.analysed && solve_same_pattern(s, A) && (s.masses || !d.narrow)) return STATUS_OK;
+  const bool same = d.analysed && solve_same_pattern(s, A);
+  if (same && (!d.narrow || (regular(s) && !d.unfit))) return STATUS_OK;
+  d.unfit = d.unfit && same;
 
   Stopwatch watch(s.seconds_analyse);
   ++s.nanalyse;
@@ -160,6 +162,12 @@ Status solve_factor(Solver& s, const SysMatrix& A)
   if (A.nrow > 0) {
 #ifdef MPFE_MUMPS
     status = do_work(s, A, true, by_mumps(s) ? mumps_factor : skyline_factor);
+    // the skyline does not pivot: what is singular or indefinite in statics is left to MUMPS, until the pattern is another one
+    if (d.narrow && (status != STATUS_OK || (s.negative > 0 && !s.masses))) {
+      d.unfit = true;
+      status  = solve_analyse(s, A);
+      if (status == STATUS_OK) status = do_work(s, A, true, mumps_factor);
+    }
 #else
     status = do_work(s, A, true, skyline_factor);
 #endif

@@ -90,7 +90,7 @@ struct Solver {
   std::shared_ptr<SolverData> data;
   std::string message;              // of the last failure, in words with a remedy
   int zero_equation = -1;           // of the first zero pivot, -1: none
-  bool masses = false;              // the matrix holds masses: no zero pivots, the skyline may factorise small ones for MUMPS
+  bool masses = false;              // the matrix holds masses: no zero pivots are expected
   int hold = -1;                    // MUMPS: zero pivots in this block row and later ones are no error, their unknowns do not
                                     // move; Newton's residual judges. -1: all are errors
   long nheld = 0;                   // how many there were

@@ -105,6 +105,7 @@ struct SolverData {
   bool analysed = false, factored = false;
   bool first_only = false;     // several ranks: the first one factorises the whole matrix alone
   bool narrow = false;         // factorised by the skyline, although MUMPS is there
+  bool unfit = false;          // the skyline has failed with this pattern
   Skyline sky;
   long stamp = -1;             // of the matrix that was factorised
   Kept kept;
@@ -133,7 +134,6 @@ Status skyline_factor(Solver& s, const SysMatrix& A);
 Status skyline_back(Solver& s, RealVec& x);    // x: right-hand side in, solution out
 
 #ifdef MPFE_MUMPS
-void mumps_open(Solver& s);
 Status mumps_analyse(Solver& s, const SysMatrix& A);
 Status mumps_factor(Solver& s, const SysMatrix& A);
 Status mumps_back(Solver& s, RealVec& x);

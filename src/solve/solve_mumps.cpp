@@ -145,11 +145,9 @@ void give_values(MumpsData& m, const SysMatrix& A)
   m.id.a_loc = m.a.data();
 }
 
-}  // namespace
-
 // ---------------------------------------------------------------------------
-// mumps_open : an instance of MUMPS on all ranks, or on this one alone (first_only). MPI must be open, and stay open
-// until mumps_close.
+// open_instance : an instance of MUMPS on all ranks, or on this one alone (first_only), with the first analysis.
+// MPI must stay open until mumps_close.
 //
 // What differs from the defaults of MUMPS, with the reason:
 //   ICNTL(6), (12)       no maximal transversal, no compressed ordering: stiffness has a strong diagonal
@@ -161,7 +159,7 @@ void give_values(MumpsData& m, const SysMatrix& A)
 //                        400 x 160 quadrilaterals have pivots of 3e-14 to 7e-13 by rounding, measured.
 // The pivot threshold CNTL(1) stays at 0.01: smaller ones are no faster.
 // ---------------------------------------------------------------------------
-void mumps_open(Solver& s)
+void open_instance(Solver& s)
 {
   s.data->mumps = std::make_shared<MumpsData>();
   MumpsData& m  = *s.data->mumps;
@@ -184,6 +182,8 @@ void mumps_open(Solver& s)
   cntl(m, 3)   = ZERO_PIVOT;
 }
 
+}  // namespace
+
 // ---------------------------------------------------------------------------
 // mumps_analyse : numbering, order of elimination, symbolic factorisation
 //
@@ -194,6 +194,7 @@ void mumps_open(Solver& s)
 // ---------------------------------------------------------------------------
 Status mumps_analyse(Solver& s, const SysMatrix& A)
 {
+  if (!s.data->mumps) open_instance(s);
   MumpsData& m = *s.data->mumps;
   const SysMatrix collected = m.shared ? sys_collect(A, false) : SysMatrix();
   const SysMatrix& whole    = m.shared ? collected : A;

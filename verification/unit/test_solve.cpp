@@ -310,6 +310,29 @@ TEST(Solve, AutoAndKindsNotBuiltIn)
 #endif
 }
 
+#ifdef MPFE_MUMPS
+// small matrices go to the skyline, and from there to MUMPS when they are indefinite: here a pivot is zero
+TEST(Solve, SmallAndIndefinite)
+{
+  SysMatrix A = random_matrix(2, 40, true, 4);
+  Solver s;
+  ASSERT_TRUE(solve_open(s, {SOLVER_AUTO}));
+  const RealVec b = right_hand_side(A);
+  RealVec x;
+  for (const bool zero : {false, true, true}) {
+    if (zero)
+      for (int I = 0; I < A.nrow; ++I) diagonal(A, I, 0) = 0.0;
+    ASSERT_EQ(solve_factor(s, A), STATUS_OK) << s.message;
+    ASSERT_EQ(solve_back(s, b, x), STATUS_OK) << s.message;
+    EXPECT_LT((Eigen::Map<Eigen::VectorXd>(x.data(), A.neq()) - dense(A).fullPivLu().solve(Eigen::Map<const Eigen::VectorXd>(b.data(), A.neq())))
+                .lpNorm<Eigen::Infinity>(), 1e-8);
+    EXPECT_EQ(s.nanalyse, zero ? 2 : 1);
+  }
+  EXPECT_GT(s.negative, 0);
+  solve_close(s);
+}
+#endif
+
 TEST(Order, RcmReducesTheProfile)
 {
   const SysMatrix A = shuffled_grid(2, 40, 10);
