@@ -1,0 +1,58 @@
+// ---------------------------------------------------------------------------
+// grid_cell.h : cells and nodes of the grid: places, keys. Private to the files of point/
+// ---------------------------------------------------------------------------
+#ifndef MPFE_POINT_GRID_CELL_H
+#define MPFE_POINT_GRID_CELL_H
+
+#include <algorithm>
+#include <cmath>
+
+#include "point/point.h"
+
+const double snap_to_face = 1e-12;     // a place this close to a cell face, in cells, lies on it
+const double grid_rim     = 1e-9;      // a place this far outside the grid, in cells, lies on its boundary
+
+// where a place lies in the grid: cell and local place 0 ... 1
+struct Spot {
+  int cell[3] = {0, 0, 0};
+  double xi[3] = {0, 0, 0};
+};
+
+template <int D>
+bool locate(const Grid& g, const double* x, Spot& s)
+{
+  for (int i = 0; i < D; ++i) {
+    const double t = (x[i] - g.lo[i]) / g.h[i];
+    if (!(t > -grid_rim && t < g.n[i] + grid_rim)) return false;
+    int c     = static_cast<int>(std::floor(t));
+    double xi = t - c;
+    if (xi < snap_to_face) xi = 0.0;
+    if (xi > 1.0 - snap_to_face) { ++c; xi = 0.0; }
+    if (c < 0) { c = 0; xi = 0.0; }
+    if (c >= g.n[i]) { c = g.n[i] - 1; xi = 1.0; }
+    s.cell[i] = c;
+    s.xi[i]   = xi;
+  }
+  return true;
+}
+
+inline long node_key(const Grid& g, int dim, int field, const int* at)
+{
+  const long node = at[0] + (g.n[0] + 1L) * (at[1] + (dim == 3 ? (g.n[1] + 1L) * at[2] : 0L));
+  return field * grid_nodes(g, dim) + node;
+}
+
+inline long cell_key(const Grid& g, int dim, int field, const int* at)
+{
+  const long cell = at[0] + static_cast<long>(g.n[0]) * (at[1] + (dim == 3 ? static_cast<long>(g.n[1]) * at[2] : 0L));
+  return field * grid_cells(g, dim) + cell;
+}
+
+// place of a key in an ascending list, -1: not there
+inline int find_key(const std::vector<long>& sorted, long key)
+{
+  const auto it = std::lower_bound(sorted.begin(), sorted.end(), key);
+  return it != sorted.end() && *it == key ? static_cast<int>(it - sorted.begin()) : -1;
+}
+
+#endif
