@@ -25,15 +25,15 @@ struct System {
   SysMatrix A;
   RealVec M;                   // [blocks of A] mass, one number serves all directions; of this rank, as A
   RealVec M_diag;              // [nrow] its diagonal, of all ranks
-  IntVec my_point, my_bond;    // what this rank works on; elements: ElemBlock::mine
+  IntVec my_point, my_bond, my_ghost;          // what this rank works on; elements: ElemBlock::mine
   std::vector<char> bond_is_mine;      // [nbond]
   IntVec owner;                // [nrow] rank that a row belongs to; one rank: empty
   IntVec elem_rank, point_rank;        // the division that the pattern was made for
   IntVec elem_map;             // block of A for each node pair, 2 k + 1: transposed; elements of this rank, block after block
-  IntVec point_map, bond_map;  // [my_point], [my_bond]
-  std::vector<size_t> point_map_off, bond_map_off;
+  IntVec point_map, bond_map, ghost_map;       // [my_point], [my_bond], [my_ghost]
+  std::vector<size_t> point_map_off, bond_map_off, ghost_map_off;
   ListTable point_rows;        // the lists that the pattern was made for
-  ListTable bond_rows;
+  ListTable bond_rows, ghost_rows;
   long pattern = 0;            // number of the pattern
   long tangent = 0;            // number of the tangent in A
   IntVec fixed;                // [nrow*dim] 0 free, 1 prescribed
@@ -74,6 +74,7 @@ struct Problem {
   FracMesh fm;
   CornerShare share;           // corners that conversion has made
   RealVec contact_s;           // [nbond*dim] relative displacement of contact bonds over the step
+  RealVec ghost_s;             // [nghost*dim] jump of the gradient of du at the faces, times the size of a cell
   System sys;
   bool ready = false;          // grid, rows, pattern and mass are those of t(n)
   bool opened = false;         // the first step has been prepared
@@ -91,7 +92,7 @@ struct Problem {
 // the one that the pattern was made for.                                                       doc/theory.md 5.1
 bool system_divide(Problem& p, bool fresh);
 
-// system_lists : calls use(n, rows) for every element, point and bond, in that order; all: also those of other ranks
+// system_lists : calls use(n, rows) for every element, point, bond and ghost, in that order; all: also those of other ranks
 template <class Use>
 void system_lists(const Problem& p, bool all, Use use)
 {
@@ -110,13 +111,20 @@ void system_lists(const Problem& p, bool all, Use use)
     for (int k = p.grid.point.off[q]; k < p.grid.point.off[q + 1]; ++k) row.push_back(s.nfe + p.grid.point.item[k]);
     use(static_cast<int>(row.size()), row.data());
   };
+  const auto use_ghost = [&](int q) {
+    row.clear();
+    for (int k = p.grid.ghost.off[q]; k < p.grid.ghost.off[q + 1]; ++k) row.push_back(s.nfe + p.grid.ghost.item[k]);
+    use(static_cast<int>(row.size()), row.data());
+  };
   if (all) {
     for (int q = 0; q < p.st.points.npoint; ++q) use_point(q);
     for (int b = 0; b < s.bond.size(); ++b) use(s.bond.count(b), s.bond.begin(b));
+    for (int q = 0; q < p.grid.ghost.size(); ++q) use_ghost(q);
     return;
   }
   for (int q : s.my_point) use_point(q);
   for (int b : s.my_bond) use(s.bond.count(b), s.bond.begin(b));
+  for (int q : s.my_ghost) use_ghost(q);
 }
 
 // system_form : rows, lists, and, when a list has changed, pattern and scatter maps; mass
@@ -160,5 +168,9 @@ void assem_scatter_corners(const Problem& p, const RealVec& fc, RealVec& f);
 
 // assem_gather_corners : after_c = before_c + sum_v N_v(x_c) x_v, x [neq] of the system, before and after [ncorner*dim]
 void assem_gather_corners(const Problem& p, const RealVec& x, const RealVec& before, RealVec& after);
+
+// assem_ghost_jump : of x [neq] at the ghost faces: jump of the gradient normal to the face, times the size of a cell
+//   [nghost*dim]                                                              doc/theory.md (3.16)
+void assem_ghost_jump(const Problem& p, const RealVec& x, RealVec& jump);
 
 #endif

@@ -168,6 +168,16 @@ void add_bonds(Problem& p, const KernelMode& mode, RealVec& fint)
   }
 }
 
+void add_ghosts(Problem& p, RealVec& fint)
+{
+  const int dim      = p.m.dim;
+  const ListTable& t = p.grid.ghost;
+  for (int q : p.sys.my_ghost)
+    for (int k = t.off[q]; k < t.off[q + 1]; ++k)
+      for (int i = 0; i < dim; ++i)
+        fint[(p.sys.nfe + t.item[k]) * dim + i] += p.grid.ghost_k[q] * p.grid.ghost_w[k] * p.ghost_s[q * dim + i];
+}
+
 // sum over the ranks, and a status that all agree on: the failure of the highest point or element
 Status sum_force(Problem& p, Status status, RealVec& fint)
 {
@@ -306,11 +316,22 @@ void assem_gather_corners(const Problem& p, const RealVec& x, const RealVec& bef
   else gather_corners<3>(p.grid, grid, before.data(), after.data());
 }
 
+void assem_ghost_jump(const Problem& p, const RealVec& x, RealVec& jump)
+{
+  const int dim      = p.m.dim;
+  const ListTable& t = p.grid.ghost;
+  jump.assign(static_cast<size_t>(t.size()) * dim, 0.0);
+  for (int q = 0; q < t.size(); ++q)
+    for (int k = t.off[q]; k < t.off[q + 1]; ++k)
+      for (int i = 0; i < dim; ++i) jump[q * dim + i] += p.grid.ghost_w[k] * x[(p.sys.nfe + t.item[k]) * dim + i];
+}
+
 void assem_move(Problem& p, const RealVec& du, double t_step0, double t_step1)
 {
   move_nodes(p, du);
   assem_gather_corners(p, du, p.st.n.uc, p.st.np1.uc);                             // (3.1)
   move_bonds(p, du, t_step0, t_step1);
+  assem_ghost_jump(p, du, p.ghost_s);
 }
 
 Status assem_internal(Problem& p, const KernelMode& mode, RealVec& fint)
@@ -330,6 +351,7 @@ Status assem_internal(Problem& p, const KernelMode& mode, RealVec& fint)
     assem_scatter_corners(p, fc, fint);
   }
   if (p.st.bonds.nbond) add_bonds(p, mode, fint);
+  add_ghosts(p, fint);
   return comm_size() > 1 ? sum_force(p, status, fint) : status;
 }
 

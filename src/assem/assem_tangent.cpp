@@ -140,6 +140,21 @@ void add_bonds(Problem& p, const KernelMode& mode)
   }
 }
 
+template <int D>
+void add_ghosts(Problem& p)
+{
+  const size_t* at = p.sys.ghost_map_off.data();
+  for (int q : p.sys.my_ghost) {
+    const int n = p.grid.ghost.count(q), *map = &p.sys.ghost_map[*at++];
+    const double* w = &p.grid.ghost_w[p.grid.ghost.off[q]];
+    for (int a = 0; a < n; ++a)
+      for (int b = 0; b <= a; ++b) {
+        double* v = &p.sys.A.val[static_cast<size_t>(*map++ / 2) * D * D];
+        for (int i = 0; i < D; ++i) v[i * D + i] += p.grid.ghost_k[q] * w[a] * w[b];
+      }
+  }
+}
+
 }  // namespace
 
 void assem_tangent(Problem& p, const KernelMode& mode, double cM)
@@ -152,10 +167,12 @@ void assem_tangent(Problem& p, const KernelMode& mode, double cM)
     add_elements<2>(p, mode);
     add_points<2>(p, mode);
     add_bonds<2>(p, mode);
+    add_ghosts<2>(p);
   } else {
     add_elements<3>(p, mode);
     add_points<3>(p, mode);
     add_bonds<3>(p, mode);
+    add_ghosts<3>(p);
   }
   if (cM == 0.0) return;
   for (size_t k = 0; k < s.M.size(); ++k)

@@ -81,7 +81,7 @@ void divide_work(Problem& p, const IntVec& part)
   for (const bool between : {false, true}) {
     size_t list = 0;
     system_lists(p, true, [&](int n, const int* row) {
-      if (list == rank.size()) return;               // bonds follow their rows
+      if (list == rank.size()) return;               // bonds and ghosts follow their rows
       int best = n ? part[row[0]] : 0;
       bool same = true;
       for (int a = 1; a < n; ++a) {
@@ -145,6 +145,9 @@ void take_mine(Problem& p)
     s.bond_is_mine[b] = (s.bond.count(b) ? s.owner[s.bond.begin(b)[0]] : 0) == me;
     if (s.bond_is_mine[b]) s.my_bond.push_back(b);
   }
+  s.my_ghost.clear();
+  for (int q = 0; q < p.grid.ghost.size(); ++q)
+    if (s.owner[s.nfe + p.grid.ghost.begin(q)[0]] == me) s.my_ghost.push_back(q);
 }
 
 // one rank: all
@@ -158,6 +161,7 @@ void take_all(Problem& p)
   };
   all(s.my_point, p.st.points.npoint);
   all(s.my_bond, s.bond.size());
+  all(s.my_ghost, p.grid.ghost.size());
   s.bond_is_mine.assign(s.bond.size(), 1);
 }
 

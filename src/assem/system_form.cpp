@@ -153,23 +153,27 @@ int block_place(const SysMatrix& A, int r, int c)
 void form_maps(Problem& p)
 {
   System& s = p.sys;
-  size_t nelem = 0, list = 0, pairs[3] = {};
+  size_t nelem = 0, list = 0, pairs[4] = {};
   for (const ElemBlock& b : p.el.block) {
     nelem += b.mine.size();
     pairs[0] += b.mine.size() * pair_count(shape_info[b.shape].nen);
   }
   s.point_map_off.assign(1, 0);
   s.bond_map_off.assign(1, 0);
+  s.ghost_map_off.assign(1, 0);
   for (int q : s.my_point) s.point_map_off.push_back(pairs[1] += pair_count(p.grid.point.count(q)));
   for (int q : s.my_bond) s.bond_map_off.push_back(pairs[2] += pair_count(s.bond.count(q)));
+  for (int q : s.my_ghost) s.ghost_map_off.push_back(pairs[3] += pair_count(p.grid.ghost.count(q)));
   s.elem_map.resize(pairs[0]);
   s.point_map.resize(pairs[1]);
   s.bond_map.resize(pairs[2]);
-  const size_t npoint = s.my_point.size();
+  s.ghost_map.resize(pairs[3]);
+  const size_t npoint = s.my_point.size(), nbond = s.my_bond.size();
   int* map = s.elem_map.data();
   system_lists(p, false, [&](int n, const int* row) {
     if (list == nelem) map = s.point_map.data();
     if (list == nelem + npoint) map = s.bond_map.data();
+    if (list == nelem + npoint + nbond) map = s.ghost_map.data();
     for (int a = 0; a < n; ++a)
       for (int b = 0; b <= a; ++b)
         *map++ = row[a] >= row[b] ? 2 * block_place(s.A, row[a], row[b]) : 2 * block_place(s.A, row[b], row[a]) + 1;
@@ -231,6 +235,19 @@ void add_point_mass(Problem& p)
   }
 }
 
+// ghost mass                                                                       (3.16)
+void add_ghost_mass(Problem& p)
+{
+  System& s = p.sys;
+  const size_t* at = s.ghost_map_off.data();
+  for (int q : s.my_ghost) {
+    const int n = p.grid.ghost.count(q), *map = &s.ghost_map[*at++];
+    const double* w = &p.grid.ghost_w[p.grid.ghost.off[q]];
+    for (int a = 0; a < n; ++a)
+      for (int b = 0; b <= a; ++b) s.M[*map++ / 2] += p.grid.ghost_m[q] * w[a] * w[b];
+  }
+}
+
 void form_mass(Problem& p)
 {
   System& s = p.sys;
@@ -244,6 +261,7 @@ void form_mass(Problem& p)
     }
   }
   add_point_mass(p);
+  add_ghost_mass(p);
   s.M_diag.resize(s.nrow);
   for (int r = 0; r < s.nrow; ++r) s.M_diag[r] = s.M[s.A.off[r + 1] - 1];
   sys_sum(s.A, s.M_diag);
@@ -273,7 +291,7 @@ void system_form(Problem& p, bool mass)
   number_nodes(p);
   form_lists(p);
   bool fresh = first || s.A.nrow != s.nrow;
-  fresh = fresh || !same(s.point_rows, p.grid.point) || !same(s.bond_rows, s.bond);
+  fresh = fresh || !same(s.point_rows, p.grid.point) || !same(s.bond_rows, s.bond) || !same(s.ghost_rows, p.grid.ghost);
   fresh = system_divide(p, fresh) || fresh;
   if (fresh) {
     Timer timer(PHASE_PATTERN);
@@ -282,6 +300,7 @@ void system_form(Problem& p, bool mass)
     form_maps(p);
     s.point_rows = p.grid.point;
     s.bond_rows  = s.bond;
+    s.ghost_rows = p.grid.ghost;
     s.M.clear();
     if (s.h_mean == 0.0) mean_size(p);
   } else {

@@ -303,6 +303,8 @@ void check_bodies(Deck& d, const Model& m)
     if (b.fill == FILL_BLOCK || b.fill == FILL_REGION) check_fill(d, m, b);
   }
   if (m.grid.given) check_overlap(d, m);
+  if (!m.grid.ghost_place.file.empty() && !m.grid.given)
+    fault(d, "GHOST", m.grid.ghost_place, "GHOST", "there is no grid to stabilise; write *GRID with the box and the size of a cell, or leave *GHOST out");
   if (m.grid.given && m.body.empty()) doubt(d, "GRID", m.grid.place, "GRID", "there is a grid, but no *MATERIAL POINTS; it has no effect");
 }
 

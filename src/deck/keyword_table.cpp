@@ -23,6 +23,7 @@ void kw_elset(Card&, Model&);
 void kw_end_step(Card&, Model&);
 void kw_fragments(Card&, Model&);
 void kw_friction(Card&, Model&);
+void kw_ghost(Card&, Model&);
 void kw_grid(Card&, Model&);
 void kw_grid_boundary(Card&, Model&);
 void kw_heading(Card&, Model&);
@@ -81,6 +82,7 @@ const Keyword keyword_table[] = {
   {"END STEP", kw_end_step, IN_STEP, "", "ends a step"},
   {"FRAGMENTS", kw_fragments, ANYWHERE, "FREQUENCY|TIME INTERVAL", "table of the connected pieces"},
   {"FRICTION", kw_friction, IN_INTERACTION, "", "Coulomb friction of a surface interaction"},
+  {"GHOST", kw_ghost, IN_MODEL, "STIFFNESS|MASS", "ghost stabilisation: keeps grid nodes calm that material hardly reaches"},
   {"GRID", kw_grid, IN_MODEL, "WEAK", "the box of equal cells that material points move through"},
   {"GRID BOUNDARY", kw_grid_boundary, OUTSIDE, "AMPLITUDE", "prescribed displacements of all grid nodes on a plane"},
   {"HEADING", kw_heading, ANYWHERE, "", "title of the run"},

@@ -4,19 +4,19 @@
 
 namespace {
 
-const char* const plane_words = "U1|U2|V1|V2|A1|A2|X1|X2|RF1|RF2|GRF1|GRF2|CFORCE|CGAP|CAREA|CWORK|CPRESS|NERODED|CRACKA|NPOINTS|NBONDS|EFRAC|ECONV|NFRAG|NLOOSE|TIP1|TIP2|S11|S22|S33|S12|E11|E22|E33|E12|SMISES|ENER";
-const char* const solid_words = "U1|U2|U3|V1|V2|V3|A1|A2|A3|X1|X2|X3|RF1|RF2|RF3|GRF1|GRF2|GRF3|CFORCE|CGAP|CAREA|CWORK|CPRESS|NERODED|CRACKA|NPOINTS|NBONDS|EFRAC|ECONV|NFRAG|NLOOSE|TIP1|TIP2|TIP3|"
+const char* const plane_words = "U1|U2|V1|V2|A1|A2|X1|X2|RF1|RF2|GRF1|GRF2|CFORCE|CGAP|CAREA|CWORK|CPRESS|NERODED|CRACKA|NPOINTS|NBONDS|EFRAC|ECONV|EGHOST|NFRAG|NLOOSE|TIP1|TIP2|S11|S22|S33|S12|E11|E22|E33|E12|SMISES|ENER";
+const char* const solid_words = "U1|U2|U3|V1|V2|V3|A1|A2|A3|X1|X2|X3|RF1|RF2|RF3|GRF1|GRF2|GRF3|CFORCE|CGAP|CAREA|CWORK|CPRESS|NERODED|CRACKA|NPOINTS|NBONDS|EFRAC|ECONV|EGHOST|NFRAG|NLOOSE|TIP1|TIP2|TIP3|"
                                 "S11|S22|S33|S12|S23|S31|S13|E11|E22|E33|E12|E23|E31|E13|SMISES|ENER";
 
-const char* const fracture_words = "NERODED|CRACKA|NPOINTS|NBONDS|EFRAC|ECONV|NFRAG|NLOOSE|TIP1|TIP2|TIP3";
+const char* const model_words = "NERODED|CRACKA|NPOINTS|NBONDS|EFRAC|ECONV|EGHOST|NFRAG|NLOOSE|TIP1|TIP2|TIP3";
 
-bool is_of_fracture(const std::string& what)
+bool is_of_model(const std::string& what)
 {
-  const std::vector<std::string> words = split_words(fracture_words);
+  const std::vector<std::string> words = split_words(model_words);
   return std::find(words.begin(), words.end(), what) != words.end();
 }
 
-bool is_of_elements(const std::string& what) { return !is_of_fracture(what) && (what[0] == 'S' || what[0] == 'E'); }
+bool is_of_elements(const std::string& what) { return !is_of_model(what) && (what[0] == 'S' || what[0] == 'E'); }
 bool is_of_points(const std::string& what) { return what[0] == 'U' || what[0] == 'V' || is_of_elements(what); }
 
 // a body goes before a set of the same name: its elements and nodes may have become points
@@ -78,7 +78,7 @@ void read_line(Card& card, const Model& model, std::vector<std::string>& names)
   else if (std::find(names.begin(), names.end(), h.name) != names.end()) card_error(card, name, "column " + text_show(h.name) + " is defined already");
   names.push_back(h.name);
 
-  if (is_of_fracture(h.what)) {                      // of the whole model: no target
+  if (is_of_model(h.what)) {                      // of the whole model: no target
     if (card_more(card)) {
       const int r = card_word(card, "reduction", "MAX|MIN");
       if (r >= 0) h.reduce = r == 0 ? REDUCE_MAX : REDUCE_MIN;

@@ -111,6 +111,9 @@ struct Grid {                  // *GRID : a box of equal cells
   std::array<int, 3> n{{0, 0, 0}};        // cells
   double weak = 0.05;          // extended basis: a node with max_p S_pv below this is no unknown; 0: off
   Place place;
+  double ghost_stiffness = 0.0;           // *GHOST: parts of E and rho that hold jumps of the gradient at the boundary; 0: off
+  double ghost_mass      = 0.0;
+  Place ghost_place;           // file empty: no *GHOST
 };
 
 struct GridBc {                // *GRID BOUNDARY : all grid nodes on a plane

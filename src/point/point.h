@@ -26,6 +26,9 @@ struct ActiveGrid {
   RealVec dS;                  // [point.item*dim] dS_pv/dX                         1/length
   ListTable bond;              // [nbond] unknown grid nodes of side B, empty for the ground
   RealVec bond_w;
+  ListTable ghost;             // [nghost] unknown grid nodes that a place on a face between cells ties
+  RealVec ghost_w;             // [ghost.item] jump of the gradient normal to the face, times the size of a cell
+  RealVec ghost_k, ghost_m;    // [nghost] force/length, mass: of that jump
 };
 
 // grid_nodes, grid_cells : how many the whole grid has
@@ -66,6 +69,9 @@ int point_surfaces(const Model& m, Points& pts);
 // OUTSIDE_GRID: *worst is the corner (>= 0) or -1 - bond
 Status grid_activate(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& uc, const RealVec& xb,
                      ActiveGrid& g, int* worst);
+
+// grid_ghost : ghost stabilisation of the active cells, on node, the keys of touched nodes, ascending.     doc/theory.md (3.16)
+void grid_ghost(const Model& m, const Points& pts, const RealVec& uc, const std::vector<long>& node, ActiveGrid& g);
 
 // point_corner_force : internal force of the points in mine on their corners, from corner displacements at t(n), t(n+1)
 //   out fc [ncorner*dim] added to;  BAD_JACOBIAN: *worst is the point

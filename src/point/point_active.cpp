@@ -411,6 +411,7 @@ Status activate(const Model& m, const Points& pts, const Bonds& bonds, const Rea
   for (size_t r = 0; r < node.size(); ++r) strong[r] = node[r] >= key_own || (support[r] >= m.grid.weak && support[r] > 0.0);
   g.nweak = static_cast<int>(std::count(strong.begin(), strong.end(), 0));
   g.nlone = 0;
+  grid_ghost(m, pts, uc, node, g);
   if (g.nweak == 0) {          // touched nodes are the unknowns
     g.key.swap(node);
   } else {
@@ -418,6 +419,7 @@ Status activate(const Model& m, const Points& pts, const Bonds& bonds, const Rea
     find_extension(m, node, strong, support, g, ext);
     compose(ext, static_cast<int>(g.key.size()), g.corner, g.corner_w);
     compose(ext, static_cast<int>(g.key.size()), g.bond, g.bond_w);
+    compose(ext, static_cast<int>(g.key.size()), g.ghost, g.ghost_w);
     point_lists<D>(pts, static_cast<int>(g.key.size()), g, support);
   }
   g.nnode = static_cast<int>(g.key.size());

@@ -145,12 +145,22 @@ void finish_nodes(Problem& p, const Attempt& a)
     }
 }
 
+// what the ghosts have taken: their spring acts with the whole increment, their mass does not keep its own motion     (3.17)
+void finish_ghosts(Problem& p, const Attempt& a, const RealVec& dv)
+{
+  const int dim  = p.m.dim;
+  const double k = a.mode.mid ? 1.0 : 0.5;
+  RealVec jump;
+  assem_ghost_jump(p, dv, jump);
+  for (size_t i = 0; i < jump.size(); ++i)
+    p.st.ledger.ghost += k * p.grid.ghost_k[i / dim] * p.ghost_s[i] * p.ghost_s[i] + 0.5 * p.grid.ghost_m[i / dim] * jump[i] * jump[i];
+}
+
 // v_c += sum_v N_v(x_c) dv_v                                                       (3.15)
-void finish_points(Problem& p, const Attempt& a)
+void finish_points(Problem& p, const Attempt& a, RealVec& dv)
 {
   const Step& s = a.step;
   const int dim = p.m.dim, first = p.sys.nfe;
-  RealVec dv(p.sys.neq(), 0.0);
   const bool mid = s.scheme == SCHEME_ENERGY_MOMENTUM;
   for (int i = first * dim; i < p.sys.neq(); ++i) {
     if (p.sys.fixed[i])
@@ -247,11 +257,13 @@ void step_finish(Problem& p, Attempt& a)
 {
   Timer timer(PHASE_COMMIT);
   const RealVec rf0 = p.st.rf.empty() ? RealVec(static_cast<size_t>(p.m.mesh.nnode()) * p.m.dim, 0.0) : p.st.rf;
+  RealVec dv(p.sys.neq(), 0.0);        // of the grid
   p.st.np1.time = a.total1;
   if (a.cM != 0.0) {
     finish_nodes(p, a);
-    if (p.st.points.npoint) finish_points(p, a);
+    if (p.st.points.npoint) finish_points(p, a, dv);
   }
+  if (p.grid.ghost.size()) finish_ghosts(p, a, dv);
   finish_reactions(p, a);
   if (p.pairs.near || !p.st.contact.empty()) finish_contact(p, a);
   p.st.ledger.external += external_work(p, a, rf0);

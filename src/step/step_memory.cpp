@@ -25,7 +25,7 @@ void step_memory(const Problem& p, std::vector<MemoryUse>& out)
   out.clear();
   out.push_back({"matrix", bytes(s.A.val) + bytes(s.A.col) + bytes(s.A.off)});
   out.push_back({"mass", bytes(s.M)});
-  out.push_back({"places in the matrix", bytes(s.elem_map) + bytes(s.point_map) + bytes(s.bond_map) + bytes(s.point_map_off) + bytes(s.bond_map_off)});
+  out.push_back({"places in the matrix", bytes(s.elem_map) + bytes(s.point_map) + bytes(s.bond_map) + bytes(s.ghost_map) + bytes(s.point_map_off) + bytes(s.bond_map_off)});
   solve_memory(p.solver, out);
   out.push_back({"elements", elements});
   out.push_back({"mesh", bytes(mesh.X) + bytes(mesh.conn) + bytes(mesh.node_label) + bytes(mesh.elem_label) + bytes(mesh.elem_type) + bytes(mesh.elem_section)});

@@ -51,6 +51,10 @@ RealVec strain_diagonal(const Problem& p, const RealVec& diag, double cM)
     for (int k = s.bond.off[b]; k < s.bond.off[b + 1]; ++k)
       for (int i = 0; i < s.dim; ++i) d[s.bond.item[k] * s.dim + i] -= s.bond_w[k] * s.bond_w[k] * C[i * s.dim + i];
   }
+  const ListTable& ghost = p.grid.ghost;
+  for (int q = 0; q < ghost.size(); ++q)
+    for (int k = ghost.off[q]; k < ghost.off[q + 1]; ++k)
+      for (int i = 0; i < s.dim; ++i) d[(s.nfe + ghost.item[k]) * s.dim + i] -= p.grid.ghost_k[q] * p.grid.ghost_w[k] * p.grid.ghost_w[k];
   return d;
 }
 

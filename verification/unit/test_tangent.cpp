@@ -1,5 +1,7 @@
 // Tangents of bonds, of contact and of the assembled system against central differences. Case A3.
 #include <gtest/gtest.h>
+
+#include <Eigen/Dense>
 #include <unistd.h>
 
 #include <cmath>
@@ -261,6 +263,62 @@ TEST(Tangent, SystemWithBonds)
       EXPECT_LT(tangent_error(sc, mode, 0.05), 1e-7);
     }
   }
+}
+
+// the same bodies on a stabilised grid; a linear field has no jump
+TEST(Tangent, SystemWithGhosts)
+{
+  for (std::string deck : {bonded_2d, bonded_3d}) {
+    deck.insert(deck.find("*BLOCK"), "*GHOST, STIFFNESS=0.3\n");
+    Scene sc(deck);
+    const System& s = sc.p.sys;
+    EXPECT_GT(sc.p.grid.ghost.size(), 3);
+    KernelMode mode;
+    EXPECT_LT(tangent_error(sc, mode, 0.05), 1e-7);
+    mode = energy_momentum(0.0);
+    mode.finite = false;
+    EXPECT_LT(tangent_error(sc, mode, 0.05), 1e-7);
+    RealVec x(s.neq(), 0.0), jump;
+    for (int v = 0; v < sc.p.grid.nnode; ++v) {
+      double at[3];
+      grid_node_place(sc.m.grid, sc.m.dim, sc.p.grid.key[v], at);
+      for (int i = 0; i < sc.m.dim; ++i) x[(s.nfe + v) * sc.m.dim + i] = 0.3 + 0.1 * at[i] - 0.7 * at[0] + 0.2 * at[1];
+    }
+    assem_ghost_jump(sc.p, x, jump);
+    for (double j : jump) EXPECT_NEAR(0.0, j, 1e-14);
+  }
+}
+
+namespace {
+
+// condition of the stiffness of a block of 4 x 4 cells that is held at the left and starts this part of a cell beyond a grid line
+double condition(double offset, const std::string& grid, const std::string& ghost)
+{
+  char place[200];
+  std::snprintf(place, sizeof place, "*GRID%s\n%.17g, %.17g, 2, 2\n0.25\n*MATERIAL POINTS, BODY=B, MATERIAL=M, POINTS=2\n0, 0, 1, 1\n4, 4\n%s",
+                grid.c_str(), -0.5 - 0.25 * offset, -0.5 - 0.25 * offset, ghost.c_str());
+  Scene sc(material + place + "*SURFACE, NAME=LEFT, TYPE=BODY, BODY=B, WHERE=\"x<1e-9\"\n*BOND, TYPE=GROUND, NAME=HOLD, SURFACE=LEFT, ALPHA=1\n" + step);
+  sc.force(KernelMode(), RealVec(sc.p.sys.neq(), 0.0));
+  assem_tangent(sc.p, KernelMode(), 0.0);
+  const RealVec K = full(sc.p.sys);
+  const int n = sc.p.sys.neq();
+  const Eigen::Map<const Eigen::MatrixXd> A(K.data(), n, n);
+  const Eigen::VectorXd value = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(A, Eigen::EigenvaluesOnly).eigenvalues().cwiseAbs();
+  return value.maxCoeff() / value.minCoeff();
+}
+
+}  // namespace
+
+// S1: wherever the grid lies, the condition is near that of the aligned grid (464). Without extended basis and ghosts it has no bound:
+// 4e3 at 0.3, 5e14 at 1e-3, 5e26 at 1e-6.
+TEST(Tangent, ConditionWithTheOffsetOfTheGrid)
+{
+  const double aligned = condition(0.0, "", "");
+  for (double offset : {1e-16, 1e-12, 1e-9, 1e-6, 1e-3, 0.01, 0.05, 0.1, 0.2, 0.3, 0.37, 0.5}) {
+    EXPECT_LT(condition(offset, "", ""), 3.0 * aligned) << offset;                     // measured: 0.7 to 2.1
+    EXPECT_LT(condition(offset, ", WEAK=0", "*GHOST\n"), 6.0 * aligned) << offset;    // 1.0 to 4.7
+  }
+  EXPECT_GT(condition(1e-3, ", WEAK=0", ""), 1e10 * aligned);
 }
 
 TEST(Tangent, SystemWithContactWithoutFriction)

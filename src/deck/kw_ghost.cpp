@@ -1,0 +1,11 @@
+#include "deck/card.h"
+
+// *GHOST[, STIFFNESS=, MASS=] : ghost stabilisation of the grid at the boundary of the bodies
+void kw_ghost(Card& card, Model& model)
+{
+  Grid& g = model.grid;
+  g.ghost_place     = card_place(card);
+  g.ghost_stiffness = card_param_real(card, "STIFFNESS", 0.01, from_to(0.0, 1e3));
+  g.ghost_mass      = card_param_real(card, "MASS", 0.0, from_to(0.0, 1e3));
+  card_end(card);
+}
