@@ -1,4 +1,5 @@
-"""Runs decks for sweeps: one call a run, results as numbers; verdict lines as in JOB.chk."""
+"""Runs decks for the scripts of verification/ and tools/: one call a run, results as numbers; verdict lines as in JOB.chk."""
+import collections
 import os
 import resource
 import subprocess
@@ -8,6 +9,7 @@ from mpfe_files import np, read_table
 
 TOP = os.path.dirname(os.path.dirname(os.path.dirname(os.path.realpath(__file__))))
 MPFE = os.path.abspath(os.environ.get("MPFE", os.path.join(TOP, "bin", "mpfe")))
+Call = collections.namedtuple("Call", "job code words cpu")      # base of the files, exit code, what it said, CPU seconds
 failures = 0
 
 
@@ -18,28 +20,36 @@ def results_dir(name):
     return path
 
 
-def run(deck, out, may_fail=False, **define):
-    """Runs a deck; returns None when it stopped and may_fail is set, else {"check": {name: value}, "his": columns, "cpu": seconds, "code": exit code}."""
+def call(deck, out, define):
+    """Runs a deck, a path from the top folder, with the definitions {name: value} into the folder out."""
     os.makedirs(out, exist_ok=True)
     args = [MPFE, os.path.join(TOP, deck), "-o", out]
     for name, value in define.items():
-        args += ["-D", "%s=%.17g" % (name, value)]
+        args += ["-D", "%s=%s" % (name, value if isinstance(value, str) else "%.17g" % value)]
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     done = subprocess.run(args, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    if done.returncode not in (0, 1):
+    cpu = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    return Call(os.path.join(out, os.path.splitext(os.path.basename(deck))[0]), done.returncode, done.stdout, cpu)
+
+
+def checks(job):
+    """[(name, value, difference)] of the .chk of a run."""
+    if not os.path.exists(job + ".chk"):
+        return []
+    words = [line.split() for line in open(job + ".chk")]
+    return [(w[1], float(w[2]), float(w[4])) for w in words if w and w[0] in ("PASS", "FAIL")]
+
+
+def run(deck, out, may_fail=False, **define):
+    """Runs a deck; returns None when it stopped and may_fail is set, else {"check": {name: value}, "his": columns, "cpu": seconds, "code": exit code}."""
+    done = call(deck, out, define)
+    if done.code not in (0, 1):
         if may_fail:
             return None
-        sys.exit("%s\n%s" % (" ".join(args), done.stdout))
-    job = os.path.join(out, os.path.splitext(os.path.basename(deck))[0])
-    check = {}
-    if os.path.exists(job + ".chk"):
-        for line in open(job + ".chk"):
-            word = line.split()
-            if word and word[0] in ("PASS", "FAIL"):
-                check[word[1]] = float(word[2])
-    cpu = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-    return {"check": check, "his": read_table(job + ".his"), "cpu": cpu, "code": done.returncode, "job": job}
+        sys.exit("%s %s\n%s" % (deck, define, done.words))
+    check = {name: value for name, value, _ in checks(done.job)}
+    return {"check": check, "his": read_table(done.job + ".his"), "cpu": done.cpu, "code": done.code, "job": done.job}
 
 
 def order(size, error):

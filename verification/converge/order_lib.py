@@ -3,44 +3,34 @@
 MPFE names the program (default bin/mpfe), MPFE_RESULTS the folder of the results (default results/converge).
 """
 import os
-import subprocess
 import sys
 
 TOP = os.path.dirname(os.path.dirname(os.path.dirname(os.path.realpath(__file__))))
 sys.path.insert(0, os.path.join(TOP, "tools", "lib"))
 from mpfe_files import np, read_table      # starts again under /usr/bin/python3 when numpy is missing
+import mpfe_sweep
 
-PROGRAM = os.path.abspath(os.environ.get("MPFE", os.path.join(TOP, "bin", "mpfe")))
 RESULTS = os.environ.get("MPFE_RESULTS", os.path.join(TOP, "results", "converge"))
-VERIFICATION = os.path.join(TOP, "verification")
 
 
 def run(deck, define):
     """Runs a deck of verification/ with -D definitions; returns the name of its files without ending."""
     job = os.path.splitext(os.path.basename(deck))[0]
     folder = os.path.join(RESULTS, "_".join([job] + [d.replace("=", "") for d in define]))
-    os.makedirs(folder, exist_ok=True)
-    command = [PROGRAM, os.path.join(VERIFICATION, deck), "-o", folder]
-    for d in define:
-        command += ["-D", d]
-    done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True)
-    if done.returncode not in (0, 1):          # 1: a check of the deck failed; the sweep judges for itself
-        sys.stdout.write(done.stdout)
-        print("FAIL  %s exit code %d" % (os.path.basename(folder), done.returncode))
+    done = mpfe_sweep.call(os.path.join("verification", deck), folder, dict(d.split("=", 1) for d in define))
+    if done.code not in (0, 1):                # 1: a check of the deck failed; the sweep judges for itself
+        sys.stdout.write(done.words)
+        print("FAIL  %s exit code %d" % (os.path.basename(folder), done.code))
         sys.exit(1)
-    return os.path.join(folder, job)
+    return done.job
 
 
 def run_errors(deck, define):
     """{check: difference} of the .chk of a run: field_U2 for L2(U2)@end, centre_S22 for L2centre(S22)@end, TOP for TOP@end; of two of a name the first."""
     out = {}
-    with open(run(deck, define) + ".chk") as f:
-        for line in f:
-            word = line.split()
-            if word and word[0] in ("PASS", "FAIL"):
-                name = word[1].split("@")[0]
-                name = name.replace("L2centre(", "centre_").replace("L2(", "field_").rstrip(")")
-                out.setdefault(name, float(word[4]))
+    for name, _, difference in mpfe_sweep.checks(run(deck, define)):
+        name = name.split("@")[0].replace("L2centre(", "centre_").replace("L2(", "field_").rstrip(")")
+        out.setdefault(name, difference)
     return out
 
 

@@ -12,6 +12,7 @@ HERE = os.path.dirname(os.path.realpath(__file__))
 TOP = os.path.dirname(os.path.dirname(HERE))
 sys.path.insert(0, os.path.join(TOP, "tools", "lib"))
 from mpfe_files import column, np, read_table, read_vtk   # noqa: F401  (np first: it may start the script again)
+import mpfe_sweep
 
 import matplotlib
 matplotlib.use("Agg")
@@ -21,7 +22,6 @@ plt.rcParams.update({"font.size": 10, "axes.grid": True, "grid.alpha": 0.25, "ax
                      "axes.spines.right": False, "legend.frameon": False, "lines.linewidth": 1.4,
                      "figure.dpi": 150, "savefig.bbox": "tight"})
 
-PROGRAM = os.path.abspath(os.environ.get("MPFE", os.path.join(TOP, "bin", "mpfe")))
 failed = 0
 
 
@@ -34,25 +34,21 @@ def results(case):
 def run(deck, folder, tag, quiet=False, **parameters):
     """Runs verification/paper/DECK with -D name=value; the base of its files: folder/tag/DECK. quiet: no lines of what passes."""
     out, name = os.path.join(folder, tag), os.path.splitext(os.path.basename(deck))[0]
-    os.makedirs(out, exist_ok=True)
     for old in glob.glob(os.path.join(out, "*.vtk")):
         os.remove(old)
-    command = [PROGRAM, os.path.join(HERE, deck), "-o", out]
-    for word, value in parameters.items():
-        command += ["-D", "%s=%r" % (word, value)]
     start = time.time()
-    done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    done = mpfe_sweep.call(os.path.join("verification", "paper", deck), out, parameters)
     words = " ".join(["%s=%g" % p for p in parameters.items()])
     if not quiet:
         print("      %s %s: %.1f s" % (os.path.basename(deck), words, time.time() - start))
-    for line in done.stdout.splitlines():
+    for line in done.words.splitlines():
         if line.startswith("FAIL") or (line.startswith("PASS") and not quiet):
             verdict(line.startswith("PASS"), "%s %s" % (name, line[6:].strip()))
-    if done.returncode not in (0, 1):
-        print(done.stdout[-2000:])
-        verdict(False, "%s ended with exit code %d" % (name, done.returncode))
+    if done.code not in (0, 1):
+        print(done.words[-2000:])
+        verdict(False, "%s ended with exit code %d" % (name, done.code))
         sys.exit(1)
-    return os.path.join(out, name)
+    return done.job
 
 
 def history(base, *names):
