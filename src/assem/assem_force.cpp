@@ -1,6 +1,7 @@
 #include <algorithm>
 
 #include "assem/assem.h"
+#include "assem/pack_list.h"
 #include "base/comm.h"
 #include "base/timer.h"
 #include "shape/face.h"
@@ -76,18 +77,13 @@ Status fail_at(Problem& p, int e)
   return BAD_JACOBIAN;
 }
 
-// intact elements that wait for a full pack
-struct Waiting {
-  int n = 0, slot[PACK];
-};
-
-Status add_pack(Problem& p, const KernelMode& mode, const ElemBlock& b, ElemFormPack form, Waiting& w, RealVec& fint)
+Status add_pack(Problem& p, const KernelMode& mode, const ElemBlock& b, ElemFormPack form, PackList& w, RealVec& fint)
 {
   if (w.n == 0) return STATUS_OK;
   const int dim = p.m.dim, nen = shape_info[b.shape].nen, n = w.n;
   alignas(Pack) double u0[24 * PACK], u1[24 * PACK], re[24 * PACK];
   unsigned bad;
-  for (int l = n; l < PACK; ++l) w.slot[l] = w.slot[0];
+  w.fill();
   if (mode.mid) elem_ends_pack(p.st.n.u, p.m.mesh, b, w.slot, nen, dim, u0);
   elem_ends_pack(p.st.np1.u, p.m.mesh, b, w.slot, nen, dim, u1);
   const Status status = form(b, w.slot, mode, u0, u1, re, nullptr, bad);
@@ -106,14 +102,13 @@ Status add_elements(Problem& p, const KernelMode& mode, RealVec& fint)
     const ShapeInfo& info   = shape_info[b.shape];
     const ElemForm form     = elem_form(b);
     const ElemFormPack pack = elem_form_pack(b);
-    Waiting w;
+    PackList w;
     for (int slot : b.mine) {
       const int e = b.elem[slot], *node = mesh.conn.begin(e);
       const bool intact = p.el.broken(e) < 0;
       Status s = STATUS_OK;
       if (intact && pack) {
-        w.slot[w.n++] = slot;
-        if (w.n == PACK) s = add_pack(p, mode, b, pack, w, fint);
+        if (w.add(slot)) s = add_pack(p, mode, b, pack, w, fint);
       } else {
         elem_ends(p.st, node, info.nen, dim, u0, u1);
         if (!intact) elem_form_broken(b, slot, elem_broken_law(p.m, p.el, e), mode, u0, u1, re, nullptr);

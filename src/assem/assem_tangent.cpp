@@ -1,6 +1,7 @@
 #include <algorithm>
 
 #include "assem/assem.h"
+#include "assem/pack_list.h"
 #include "base/comm.h"
 #include "base/timer.h"
 
@@ -30,20 +31,14 @@ inline void add_pairs(SysMatrix& A, const int* map, int n, const double* ke)
     for (int b = 0; b <= a; ++b, ++pair) add_block<D, STRIDE>(A, map[pair], a == b, ke + pair * D * D * STRIDE);
 }
 
-// intact elements or points that wait for a full pack
-struct Waiting {
-  int n = 0, slot[PACK];
-  const int* map[PACK];
-};
-
 template <int D>
-void add_pack(Problem& p, const KernelMode& mode, const ElemBlock& b, ElemFormPack form, Waiting& w)
+void add_pack(Problem& p, const KernelMode& mode, const ElemBlock& b, ElemFormPack form, PackList& w)
 {
   if (w.n == 0) return;
   const int nen = shape_info[b.shape].nen;
   alignas(Pack) double u0[8 * D * PACK], u1[8 * D * PACK], ke[36 * D * D * PACK];
   unsigned bad;
-  for (int l = w.n; l < PACK; ++l) w.slot[l] = w.slot[0];
+  w.fill();
   if (mode.mid) elem_ends_pack(p.st.n.u, p.m.mesh, b, w.slot, nen, D, u0);
   elem_ends_pack(p.st.np1.u, p.m.mesh, b, w.slot, nen, D, u1);
   form(b, w.slot, mode, u0, u1, nullptr, ke, bad);
@@ -61,14 +56,12 @@ void add_elements(Problem& p, const KernelMode& mode)
     const ShapeInfo& info   = shape_info[b.shape];
     const ElemForm form     = elem_form(b);
     const ElemFormPack pack = elem_form_pack(b);
-    Waiting w;
+    PackList w;
     for (int slot : b.mine) {
       const int e = b.elem[slot], *node = mesh.conn.begin(e);
       const bool intact = p.el.broken(e) < 0;
       if (intact && pack) {
-        w.slot[w.n]  = slot;
-        w.map[w.n++] = map;
-        if (w.n == PACK) add_pack<D>(p, mode, b, pack, w);
+        if (w.add(slot, map)) add_pack<D>(p, mode, b, pack, w);
       } else {
         elem_ends(p.st, node, info.nen, D, u0, u1);
         if (intact) form(b, slot, mode, u0, u1, re, ke);
@@ -86,11 +79,11 @@ void add_points(Problem& p, const KernelMode& mode)
 {
   const Points& pts = p.st.points;
   RealVec work, ke;
-  Waiting waiting[POINT_PACK_NODES + 1];             // by number of grid nodes
+  PackList waiting[POINT_PACK_NODES + 1];             // by number of grid nodes
   alignas(Pack) double kp[pair_count(POINT_PACK_NODES) * D * D * PACK];
-  const auto flush = [&](Waiting& w, int n) {
+  const auto flush = [&](PackList& w, int n) {
     if (w.n == 0) return;
-    for (int l = w.n; l < PACK; ++l) w.slot[l] = w.slot[0];
+    w.fill();
     point_tangent_pack(D, pts, p.point_law, mode, p.st.n.uc, p.st.np1.uc, p.grid, w.slot, kp);
     for (int l = 0; l < w.n; ++l) add_pairs<D, PACK>(p.sys.A, w.map[l], n, kp + l);
     w.n = 0;
@@ -100,11 +93,9 @@ void add_points(Problem& p, const KernelMode& mode)
     const int n    = p.grid.point.count(q);
     const int* map = &p.sys.point_map[*at++];
     if (pts.broken[q] < 0 && n <= POINT_PACK_NODES) {
-      Waiting& w = waiting[n];
+      PackList& w = waiting[n];
       if (w.n && pts.body[w.slot[0]] != pts.body[q]) flush(w, n);
-      w.slot[w.n]  = q;
-      w.map[w.n++] = map;
-      if (w.n == PACK) flush(w, n);
+      if (w.add(q, map)) flush(w, n);
       continue;
     }
     ke.resize(static_cast<size_t>(pair_count(n)) * D * D);
