@@ -28,6 +28,7 @@ struct Points {
   RealVec normal;              // [npoint*3] normal of the crack, frozen when it broke
   IntVec loose;                // [npoint] 1: came off its neighbours, its corners are its own
   IntVec field;                // [ncorner] grid field of a corner, or FIELD_OWN: it has unknowns of its own
+  IntVec twin;                 // [ncorner] the first corner of the same name: itself, or that of an element that became points before
   bool converted(int e) const { return !of_elem.empty() && of_elem[e] >= 0; }
   std::vector<Face> boundary;  // faces with one owner; elem: point, face: local face
   std::vector<std::vector<Face>> surface;   // [Model::surface] faces of points: of surfaces on bodies, and of surfaces on

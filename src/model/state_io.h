@@ -22,9 +22,9 @@ inline void io(Archive& f, Face& x)
 inline void io(Archive& f, Points& x)
 {
   auto& [npoint, ncorner, Xc, shape, conn, w, G, mc, V0, mass, body, label, of_elem, parent, broken, normal, loose, field,
-         boundary, surface] = x;
+         twin, boundary, surface] = x;
   io_all(f, npoint, ncorner, Xc, shape, conn, w, G, mc, V0, mass, body, label, of_elem, parent, broken, normal, loose, field,
-         boundary, surface);
+         twin, boundary, surface);
 }
 
 inline void io(Archive& f, Bonds& x)

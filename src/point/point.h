@@ -47,14 +47,15 @@ int point_fill(const Model& m, Points& pts);
 using CornerKey = std::vector<std::pair<long, int>>;
 
 struct CornerShare {
-  std::map<std::pair<int, CornerKey>, int> corner;   // (grid field, key) -> corner
+  std::map<std::pair<int, CornerKey>, int> corner;   // (grid field, key) -> corner, the first one
+  std::map<CornerKey, int> own;   // corners of the last element that it shares with no other
   IntVec made;                 // corners that the last element made,
   ListTable node;              // the nodes they hang on
   RealVec weight;              // and their weights, sum 1
 };
 
-// point_convert : the lattice of element e becomes points of a body, added to pts with parent e; corners that
-// neighbours have made already are shared
+// point_convert : the lattice of element e becomes points of a body, added to pts with parent e. Corners at nodes that neighbours
+// have made already are shared; those between nodes, which no bond held to the element, are not (7.9)
 void point_convert(const Model& m, int body, int e, CornerShare& share, Points& pts);
 
 // point_loosen : points get corners of their own, copies of those they shared; of the elements that they were, neighbours that

@@ -21,6 +21,7 @@ int add_corner(Filler& f, const double* X, int field)
 {
   f.pts.Xc.insert(f.pts.Xc.end(), X, X + f.m.dim);
   f.pts.field.push_back(field);
+  f.pts.twin.push_back(f.pts.ncorner);
   return f.pts.ncorner++;
 }
 
@@ -131,10 +132,18 @@ int shared_corner(Filler& f, int field, int e, const int* iw, int total)
     for (int i = 0; i < dim; ++i) X[i] += f.m.mesh.X[3 * node[a] + i] * iw[a] / total;
   }
   std::sort(key.begin(), key.end());
-  auto it = f.share.corner.find({field, key});
-  if (it != f.share.corner.end()) return it->second;
+  const auto first = f.share.corner.find({field, key});
+  const bool own   = f.parent >= 0 && key.size() > 1;
+  if (own) {
+    const auto it = f.share.own.find(key);
+    if (it != f.share.own.end()) return it->second;
+  } else if (first != f.share.corner.end()) {
+    return first->second;
+  }
   const int c = add_corner(f, X, field);
-  f.share.corner.emplace(std::make_pair(field, key), c);
+  if (own) f.share.own.emplace(key, c);
+  if (first == f.share.corner.end()) f.share.corner.emplace(std::make_pair(field, key), c);
+  else f.pts.twin[c] = first->second;
   f.share.made.push_back(c);
   for (const auto& k : key) {
     f.share.node.item.push_back(static_cast<int>(k.first));
@@ -261,7 +270,7 @@ void find_boundary(Points& p)
     const ShapeInfo& info = shape_info[p.shape[e]];
     for (int s = 0; s < info.nface; ++s) {
       std::array<int, 4> key{{-1, -1, -1, -1}};
-      for (int k = 0; k < info.nfnode[s]; ++k) key[k] = p.conn.begin(e)[info.face[s][k]];
+      for (int k = 0; k < info.nfnode[s]; ++k) key[k] = p.twin[p.conn.begin(e)[info.face[s][k]]];
       std::sort(key.begin(), key.end());
       all.push_back({key, Face{e, s}});
     }
@@ -394,6 +403,7 @@ int point_surfaces(const Model& m, Points& pts)
 void point_convert(const Model& m, int body, int e, CornerShare& share, Points& pts)
 {
   Filler f{m, pts, share, e};
+  share.own.clear();
   share.made.clear();
   share.node = ListTable();
   share.weight.clear();
