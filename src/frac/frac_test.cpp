@@ -41,6 +41,16 @@ double radius_of(const Scan& s, int e)
   return (given > 0.0 ? given : estimate_of(s, e) == ESTIMATE_FORCE ? 5.0 : 2.0) * s.fm.local[e];
 }
 
+// centres just at the radius belong to the ball: on an aligned mesh they would come and go with rounding, and with the units
+const double AT_RADIUS = 1.0 + 1e-6;
+
+// calls use(o, distance) for the elements whose centres lie in the ball of e
+template <class Use>
+void in_ball(const Scan& s, int e, Use use)
+{
+  frac_near(s.fm, &s.fm.centre[3 * e], radius_of(s, e) * AT_RADIUS, use);
+}
+
 // mean strain of an intact element                                                  [dim*dim]
 void mean_strain(const Scan& s, int e, double* E)
 {
@@ -98,8 +108,7 @@ double ball_estimate(Scan& s, int e, bool bound = false)
 {
   const double radius = radius_of(s, e);
   double energy = 0.0, volume = 0.0;
-  // centres just at the radius belong to it: on an aligned mesh they would come and go with rounding
-  frac_near(s.fm, &s.fm.centre[3 * e], radius * (1.0 + 1e-6), [&](int o, double) {
+  in_ball(s, e, [&](int o, double) {
     volume += s.fm.volume[o];
     if (s.intact(o)) energy += (bound ? s.W[o] : drive_of(s, o)) * s.fm.volume[o];
   });
@@ -290,7 +299,7 @@ double largest_stress(const Scan& s, int e)
 bool behind_tip(const Scan& s, int e)
 {
   double most = 0.0;
-  frac_near(s.fm, &s.fm.centre[3 * e], radius_of(s, e), [&](int o, double) { most = std::max(most, s.fm.def[o] >= 0 ? s.W[o] : 0.0); });
+  in_ball(s, e, [&](int o, double) { most = std::max(most, s.fm.def[o] >= 0 ? s.W[o] : 0.0); });
   return s.W[e] < 0.2 * most;
 }
 
@@ -303,7 +312,7 @@ bool may_start(const Scan& s, int e)
     if (o >= 0 && s.W[o] > s.W[e]) return false;
   }
   bool good = true;
-  frac_near(s.fm, &s.fm.centre[3 * e], radius_of(s, e), [&](int o, double) { good = good && !s.cracked(o) && s.W[o] <= s.W[e]; });
+  in_ball(s, e, [&](int o, double) { good = good && !s.cracked(o) && s.W[o] <= s.W[e]; });
   return good;
 }
 
@@ -311,7 +320,7 @@ bool may_start(const Scan& s, int e)
 double force_rank(const Scan& s, int e, const double* J, double G)
 {
   double mid[3] = {0, 0, 0}, volume = 0.0, d[3], norm = 0.0, along = 0.0;
-  frac_near(s.fm, &s.fm.centre[3 * e], radius_of(s, e), [&](int o, double) {
+  in_ball(s, e, [&](int o, double) {
     if (!s.cracked(o)) return;
     const double v = s.fm.volume[o] > 0.0 ? s.fm.volume[o] : 1.0;
     volume += v;
@@ -411,7 +420,7 @@ void keep_fronts(const Scan& s, std::vector<Erosion>& all)
   for (const Erosion& c : all) {
     if (c.value < 1.0) continue;
     const double* x  = &s.fm.centre[3 * c.elem];
-    const double far = radius_of(s, c.elem);
+    const double far = radius_of(s, c.elem) * AT_RADIUS;
     const Erosion* best = &c;
     for (const Erosion& o : all) {
       const double* y = &s.fm.centre[3 * o.elem];

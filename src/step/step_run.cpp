@@ -245,6 +245,9 @@ Status run_step(Problem& p, const Step& s, Output& out)
 void warn_balance(const Problem& p)
 {
   const Ledger& g = p.st.ledger;
+  if (g.conversion < -0.01 * g.scale)
+    log_warn("conversion to points has won %.1f %% of the energy (ECONV %.4g): elements and cells of one size, smaller increments or "
+             "*CONVERSION, INTERMEDIATE=1 make it smaller", -100.0 * g.conversion / g.scale, g.conversion);
   bool lossy = false, moves = false;
   for (const Step& s : p.m.step) {
     moves = moves || s.proc == PROC_DYNAMIC;
