@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/log.h"
 #include "out/out.h"
 
 namespace {
@@ -190,7 +191,7 @@ void print_materials(std::FILE* file, const Model& m)
   }
 }
 
-// cells and elements that the fastest wave crosses in one step
+// cells and elements that the fastest wave crosses in one step; with fracture a warning when it crosses many
 void print_wave_travel(std::FILE* file, const Model& m, const Elements& el, const Points& pts)
 {
   double c = 0.0;
@@ -204,6 +205,10 @@ void print_wave_travel(std::FILE* file, const Model& m, const Elements& el, cons
     if (edge.hi > 0.0) std::fprintf(file, ", %.3g of the smallest edge", c * m.step[i].dt / edge.lo);
     if (pts.npoint > 0 && h > 0.0) std::fprintf(file, ", %.3g cells", c * m.step[i].dt / h);
     std::fprintf(file, "\n");
+    const double crossed = edge.hi > 0.0 ? c * m.step[i].dt / edge.lo : 0.0;
+    if (!m.fracture.empty() && crossed > 5.0)
+      log_warn("step %zu: a wave crosses %.3g elements in an increment, so what waves break is not resolved; dt = %.3g carries it over one",
+               i + 1, crossed, m.step[i].dt / crossed);
   }
 }
 
