@@ -81,6 +81,10 @@ Status step_initial_acceleration(Problem& p, const Step& s, double t_step);
 // step_values_good : are all loads and supports finite at this time? false: p.note names the line of the deck
 bool step_values_good(Problem& p, const Step& s, double t_step, double t_total);
 
+// step_missed : at the start of a step: warns of loads and supports that fixed increments step over. mid: loads are asked for in the
+// middle of an increment
+void step_missed(const Problem& p, const Step& s, bool mid);
+
 // step_values : after a failed attempt: BAD_VALUE and p.note when a load or a support was not a finite number
 Status step_values(Problem& p, const Attempt& a);
 

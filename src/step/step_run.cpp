@@ -358,7 +358,10 @@ int step_run(Problem& p, Archive& f, Output& out)
   for (size_t k = first; k < p.m.step.size() && status == STATUS_OK; ++k) {
     p.st.log.step = static_cast<int>(k) + 1;
     out_step_begin(p.m, static_cast<int>(k), out);
-    if (!f.reading || k > first) begin_step(p, p.m.step[k]);
+    if (!f.reading || k > first) {
+      begin_step(p, p.m.step[k]);
+      step_missed(p, p.m.step[k], mode_of(p.m.step[k]).mid);
+    }
     status = run_step(p, p.m.step[k], out);
     out_step_end(p.m, p.st, out);
   }
