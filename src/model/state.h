@@ -88,9 +88,10 @@ struct Ledger {                // energies and momenta at t(n), [3] in space
   double friction = 0;         // dissipated by friction so far
   double fracture = 0;         // released by erosion, in statics also by the equilibrium that follows it, so far
   double ghost = 0;            // dissipated by ghost stabilisation so far
+  double renewal = 0;          // statics: lost on the way to equilibrium on a new grid so far
   double conversion = 0;       // lost when elements became points (averages, bonds), so far
   double total0 = 0;           // kinetic + strain + bond at the start of the run
-  double balance = 0;          // kinetic + strain + bond + friction + fracture + ghost + conversion - total0 - external
+  double balance = 0;          // kinetic + strain + bond + friction + fracture + ghost + renewal + conversion - total0 - external
   double scale = 0;            // largest energy seen so far
   double momentum[3] = {0, 0, 0};
   double angular[3] = {0, 0, 0};

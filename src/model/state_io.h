@@ -47,9 +47,9 @@ inline void io(Archive& f, Level& x)
 
 inline void io(Archive& f, Ledger& x)
 {
-  auto& [kinetic, strain, bond, external, friction, fracture, ghost, conversion, total0, balance, scale, momentum, angular,
+  auto& [kinetic, strain, bond, external, friction, fracture, ghost, renewal, conversion, total0, balance, scale, momentum, angular,
          slip_max, slip_rms] = x;
-  io_all(f, kinetic, strain, bond, external, friction, fracture, ghost, conversion, total0, balance, scale, momentum, angular,
+  io_all(f, kinetic, strain, bond, external, friction, fracture, ghost, renewal, conversion, total0, balance, scale, momentum, angular,
          slip_max, slip_rms);
 }
 

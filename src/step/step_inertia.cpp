@@ -222,6 +222,17 @@ double external_work(const Problem& p, const Attempt& a, const RealVec& rf0)
   return work;
 }
 
+// statics: corners follow other nodes than in the step before, whose equilibrium is none on these; what the forces that are left do on
+// the way to the new one is lost. Elements that break leave forces too, which are counted there (dt = 0).                     (6.15)
+double work_of_renewal(const Problem& p, const Attempt& a)
+{
+  if (a.cM != 0.0 || a.dt == 0.0 || p.grid.nnode == 0) return 0.0;
+  double work = 0.0;
+  for (int i = 0; i < p.sys.neq(); ++i)
+    if (!p.sys.fixed[i]) work += 0.5 * (a.fext0[i] - a.fint0[i]) * a.du[i];
+  return work;
+}
+
 // what the pairs did in this step: forces, gaps, closed area, work of friction; normals for the output
 void finish_contact(Problem& p, const Attempt& a)
 {
@@ -267,5 +278,6 @@ void step_finish(Problem& p, Attempt& a)
   finish_reactions(p, a);
   if (p.pairs.near || !p.st.contact.empty()) finish_contact(p, a);
   p.st.ledger.external += external_work(p, a, rf0);
+  p.st.ledger.renewal += work_of_renewal(p, a);
   ledger_update(p, p.st.np1, a.step.nlgeom);
 }
