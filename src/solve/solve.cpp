@@ -14,7 +14,9 @@ namespace {
 const int SMALL     = 2000;    // equations
 const double NARROW = 2e6;     // operations of the skyline, half a millisecond; MUMPS takes a quarter of one for nothing
 
+#ifdef MPFE_MUMPS
 bool by_mumps(const Solver& s) { return s.kind == SOLVER_MUMPS && !s.data->narrow; }
+#endif
 
 // is a zero pivot an error, or not expected?
 bool regular(const Solver& s) { return s.masses || s.hold < 0; }
