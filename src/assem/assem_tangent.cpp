@@ -79,7 +79,7 @@ void add_points(Problem& p, const KernelMode& mode)
 {
   const Points& pts = p.st.points;
   RealVec work, ke;
-  PackList waiting[POINT_PACK_NODES + 1];             // by number of grid nodes
+  PackList waiting[POINT_PACK_NODES + 1];            // by number of grid nodes
   alignas(Pack) double kp[pair_count(POINT_PACK_NODES) * D * D * PACK];
   const auto flush = [&](PackList& w, int n) {
     if (w.n == 0) return;
