@@ -48,6 +48,31 @@ inline long cell_key(const Grid& g, int dim, int field, const int* at)
   return field * grid_cells(g, dim) + cell;
 }
 
+// place of a node or cell, counted in cells, from its number; more: a row has so many more than cells
+inline void place_of_number(const Grid& g, int dim, int more, long number, int* at)
+{
+  for (int i = 0; i < 3; ++i) {
+    const int per = g.n[i] + more;
+    at[i] = i < dim ? static_cast<int>(number % per) : 0;
+    if (i < dim) number /= per;
+  }
+}
+
+// node_of_key, cell_of_key : the field, and the place counted in cells
+inline int node_of_key(const Grid& g, int dim, long key, int* at)
+{
+  const long nn = grid_nodes(g, dim);
+  place_of_number(g, dim, 1, key % nn, at);
+  return static_cast<int>(key / nn);
+}
+
+inline int cell_of_key(const Grid& g, int dim, long key, int* at)
+{
+  const long nc = grid_cells(g, dim);
+  place_of_number(g, dim, 0, key % nc, at);
+  return static_cast<int>(key / nc);
+}
+
 // place of a key in an ascending list, -1: not there
 inline int find_key(const std::vector<long>& sorted, long key)
 {

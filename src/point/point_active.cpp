@@ -246,18 +246,6 @@ bool keeps_planes(const Model& m, const int* at, const int* c)
   return true;
 }
 
-// field and place of a grid node, counted in cells
-int node_of_key(const Grid& g, int dim, long key, int* at)
-{
-  const long nn = grid_nodes(g, dim);
-  long rest = key % nn;
-  at[0] = static_cast<int>(rest % (g.n[0] + 1));
-  rest /= g.n[0] + 1;
-  at[1] = static_cast<int>(dim == 3 ? rest % (g.n[1] + 1) : rest);
-  at[2] = dim == 3 ? static_cast<int>(rest / (g.n[1] + 1)) : 0;
-  return static_cast<int>(key / nn);
-}
-
 // 3. the nearest cells whose nodes are all strong; ties share
 bool extend_node(const Model& m, const std::vector<long>& cells, const std::vector<long>& key,
                  const std::vector<char>& strong, int weak, Extend& out)
@@ -445,22 +433,16 @@ void grid_node_place(const Grid& g, int dim, long key, double x[3])
     x[0] = x[1] = x[2] = 1e300;
     return;
   }
-  long rest = key % grid_nodes(g, dim);
-  x[2] = 0.0;
-  for (int i = 0; i < dim; ++i) {
-    x[i] = g.lo[i] + g.h[i] * static_cast<double>(rest % (g.n[i] + 1));
-    rest /= g.n[i] + 1;
-  }
+  int at[3];
+  node_of_key(g, dim, key, at);
+  for (int i = 0; i < 3; ++i) x[i] = i < dim ? g.lo[i] + g.h[i] * at[i] : 0.0;
 }
 
 void grid_cell_place(const Grid& g, int dim, long key, double x[3])
 {
-  long rest = key % grid_cells(g, dim);
-  x[2] = 0.0;
-  for (int i = 0; i < dim; ++i) {
-    x[i] = g.lo[i] + g.h[i] * static_cast<double>(rest % g.n[i]);
-    rest /= g.n[i];
-  }
+  int at[3];
+  cell_of_key(g, dim, key, at);
+  for (int i = 0; i < 3; ++i) x[i] = i < dim ? g.lo[i] + g.h[i] * at[i] : 0.0;
 }
 
 Status grid_activate(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& uc, const RealVec& xb,

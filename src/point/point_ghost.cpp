@@ -41,18 +41,6 @@ void fill_cells(const Model& m, const Points& pts, const RealVec& uc, const Acti
   }
 }
 
-// field and place of a cell, counted in cells
-int cell_of_key(const Grid& g, int dim, long key, int* at)
-{
-  const long nc = grid_cells(g, dim);
-  long rest = key % nc;
-  for (int i = 0; i < 3; ++i) {
-    at[i] = i < dim ? static_cast<int>(rest % g.n[i]) : 0;
-    if (i < dim) rest /= g.n[i];
-  }
-  return static_cast<int>(key / nc);
-}
-
 // the active cell beside cell c, one on in direction axis (by = 1) or back (by = -1); -1: not active
 int neighbour(const Grid& g, int dim, const std::vector<long>& cell, int c, int axis, int by)
 {
