@@ -111,7 +111,7 @@ Status add_elements(Problem& p, const KernelMode& mode, RealVec& fint)
         if (w.add(slot)) s = add_pack(p, mode, b, pack, w, fint);
       } else {
         elem_ends(p.st, node, info.nen, dim, u0, u1);
-        if (!intact) elem_form_broken(b, slot, elem_broken_law(p.m, p.el, e), mode, u0, u1, re, nullptr);
+        if (!intact) elem_form_broken(b, slot, elem_broken_law(p.m, p.el, e, degr_of_step(p.st.n, p.st.np1, mode.mid, e)), mode, u0, u1, re, nullptr);
         else if (form(b, slot, mode, u0, u1, re, nullptr) != STATUS_OK) s = fail_at(p, e);
         add_force(p.sys, node, info.nen, dim, re, fint);
       }
@@ -337,7 +337,7 @@ Status assem_internal(Problem& p, const KernelMode& mode, RealVec& fint)
   if (p.st.points.npoint) {
     RealVec fc(p.st.points.Xc.size(), 0.0);
     int worst = -1;
-    const Status s = point_corner_force(p.m, p.st.points, p.point_law, mode, p.st.n.uc, p.st.np1.uc, p.sys.my_point, fc, &worst);
+    const Status s = point_corner_force(p.m, p.st.points, p.point_law, mode, p.st.n, p.st.np1, p.sys.my_point, fc, &worst);
     if (s != STATUS_OK) {
       status = s;
       p.worst = worst;

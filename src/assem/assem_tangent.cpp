@@ -65,7 +65,7 @@ void add_elements(Problem& p, const KernelMode& mode)
       } else {
         elem_ends(p.st, node, info.nen, D, u0, u1);
         if (intact) form(b, slot, mode, u0, u1, re, ke);
-        else elem_form_broken(b, slot, elem_broken_law(p.m, p.el, e), mode, u0, u1, re, ke);
+        else elem_form_broken(b, slot, elem_broken_law(p.m, p.el, e, degr_of_step(p.st.n, p.st.np1, mode.mid, e)), mode, u0, u1, re, ke);
         add_pairs<D>(p.sys.A, map, info.nen, ke);
       }
       map += pair_count(info.nen);
@@ -99,7 +99,7 @@ void add_points(Problem& p, const KernelMode& mode)
       continue;
     }
     ke.resize(static_cast<size_t>(pair_count(n)) * D * D);
-    point_tangent(p.m, pts, p.point_law, mode, p.st.n.uc, p.st.np1.uc, p.grid, q, work, ke.data());
+    point_tangent(p.m, pts, p.point_law, mode, p.st.n, p.st.np1, p.grid, q, work, ke.data());
     add_pairs<D>(p.sys.A, map, n, ke.data());
   }
   for (int n = 0; n <= POINT_PACK_NODES; ++n) flush(waiting[n], n);

@@ -72,7 +72,7 @@ const Keyword keyword_table[] = {
   {"DSLOAD", kw_dsload, IN_STEP, "AMPLITUDE|OP", "pressure and traction on surfaces"},
   {"DYNAMIC", kw_dynamic, IN_STEP, "DIRECT|SCHEME|BETA|GAMMA|DISSIPATION|ALPHA", "implicit dynamic step"},
   {"EIGENFRACTURE", kw_eigenfracture, IN_MODEL,
-   "ELSET!|CRITERION|ESTIMATE|EPSILON|SPLIT|RESIDUAL|STIFFNESS|ORDER|SPACING|INTERVAL|SPEED LIMIT|FALLBACK|START|WEIBULL|SEED",
+   "ELSET!|CRITERION|ESTIMATE|EPSILON|SPLIT|RESIDUAL|STIFFNESS|RELEASE|ORDER|SPACING|INTERVAL|SPEED LIMIT|FALLBACK|START|WEIBULL|SEED",
    "elements that may break, their toughness and criterion"},
   {"EL FILE", kw_el_file, IN_STEP, "FREQUENCY", "asks for VTK output of element results (CalculiX)"},
   {"EL PRINT", kw_el_print, IN_STEP, "ELSET!|FREQUENCY", "prints element results into the listing"},

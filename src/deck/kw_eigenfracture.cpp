@@ -2,7 +2,9 @@
 
 namespace {
 
-const char* const law_words = "RCE|VD|SPECTRAL|PRESSURE|NONE";
+const char* const drive_words = "RCE|VD|SPECTRAL|PRESSURE|NONE";
+const char* const residual_words = "RCE|VD|SPECTRAL|PRESSURE|NONE|CRACK";
+const double release_default = 4.0;      // of GRIFFITH: a running crack then pays its toughness (A14)
 const char* const criterion_words = "GRIFFITH|ELEMENT";
 
 void read_order(Card& card, FractureDef& f)
@@ -34,11 +36,12 @@ void kw_eigenfracture(Card& card, Model& model)
   FractureDef f;
   f.place = card_place(card);
   const int criterion = card_param_word(card, "CRITERION", criterion_words, 0), estimate = card_param_word(card, "ESTIMATE", "AUTO|FORCE|BALL", 0);
-  const int drive = card_param_word(card, "SPLIT", law_words, 0), residual = card_param_word(card, "RESIDUAL", law_words, drive < 0 ? 0 : drive);
+  const int drive = card_param_word(card, "SPLIT", drive_words, 0), residual = card_param_word(card, "RESIDUAL", residual_words, SPLIT_CRACK);
   f.criterion = static_cast<Criterion>(criterion < 0 ? 0 : criterion);
   f.estimate  = static_cast<Estimate>(estimate < 0 ? 0 : estimate);
   f.drive     = static_cast<Split>(drive < 0 ? 0 : drive);
   f.residual  = static_cast<Split>(residual < 0 ? 0 : residual);
+  f.release   = card_param_real(card, "RELEASE", f.criterion == CRITERION_GRIFFITH ? release_default : 0.0, at_least(0.0));
   f.epsilon   = card_param_real(card, "EPSILON", 0.0, at_least(1.0));
   f.stiffness = card_param_real(card, "STIFFNESS", f.stiffness, from_to(0.0, 1.0));
   f.weibull   = card_param_real(card, "WEIBULL", 0.0, above(0.0));

@@ -55,8 +55,8 @@ Status elem_setup(const Model& m, Elements& el, int* worst);
 // elem_refresh : lists of the elements that still are elements, after form has changed
 void elem_refresh(Elements& el);
 
-// elem_broken_law : law of broken element e (index into Model::fracture in el.broken)
-ErodedLaw elem_broken_law(const Model& m, const Elements& el, int e);
+// elem_broken_law : law of broken element e with the degradation factor c
+ErodedLaw elem_broken_law(const Model& m, const Elements& el, int e, double c);
 
 // elem_form_broken : as elem_form, for an element that carries what its law leaves; without enhanced strains, and
 // det F is not asked for
@@ -136,8 +136,8 @@ const double* elem_mass(const ElemBlock& b, int slot);
 // elem_mass_form : the same of an element of the block with nodes at X [nen*dim]; me [pairs]
 void elem_mass_form(const ElemBlock& b, const double* X, double* me);
 
-// elem_ip_fields : results at Gauss point g of element e; u [nnode*dim]
-void elem_ip_fields(const Model& m, const Elements& el, const RealVec& u, bool nlgeom,
+// elem_ip_fields : results at Gauss point g of element e; of l displacements and degradation are read
+void elem_ip_fields(const Model& m, const Elements& el, const Level& l, bool nlgeom,
                     int e, int g, IpFields& out);
 
 // ip_fields_from : fills E, sigma, psi of out from out.F; shared by elements and points; er: law of
@@ -150,10 +150,10 @@ void ip_stress_from(const MatLaw& law, int dim, bool nlgeom, const ErodedLaw* er
 // elem_strains : strains at the Gauss points of an intact element e, with their enhanced part      [ngp][dim*dim]
 void elem_strains(const Model& m, const Elements& el, int e, const RealVec& u, bool nlgeom, double* E);
 
-// elem_energy_one : strain energy of element e, with the law it has now
-double elem_energy_one(const Model& m, const Elements& el, int e, const RealVec& u, bool nlgeom);
+// elem_energy_one : strain energy of element e with displacements u; broken: with the degradation factor c
+double elem_energy_one(const Model& m, const Elements& el, int e, const RealVec& u, double c, bool nlgeom);
 
 // elem_energy : strain energy of the elements of this rank; each [nelem], unless null: of intact elements, 0 for others
-double elem_energy(const Model& m, const Elements& el, const RealVec& u, bool nlgeom, RealVec* each = nullptr);
+double elem_energy(const Model& m, const Elements& el, const Level& l, bool nlgeom, RealVec* each = nullptr);
 
 #endif

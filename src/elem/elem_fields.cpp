@@ -140,7 +140,7 @@ void ip_stress_from(const MatLaw& law, int dim, bool nlgeom, const ErodedLaw* er
   }
 }
 
-void elem_ip_fields(const Model& m, const Elements& el, const RealVec& u, bool nlgeom,
+void elem_ip_fields(const Model& m, const Elements& el, const Level& l, bool nlgeom,
                     int e, int g, IpFields& out)
 {
   const ElemBlock& b    = el.block[el.block_of[e]];
@@ -155,12 +155,12 @@ void elem_ip_fields(const Model& m, const Elements& el, const RealVec& u, bool n
     const int n = node[a];
     for (int i = 0; i < dim; ++i) {
       out.X[i] += N[a] * m.mesh.X[3 * n + i];
-      out.x[i] += N[a] * (m.mesh.X[3 * n + i] + u[n * dim + i]);
-      for (int j = 0; j < dim; ++j) out.F[3 * i + j] += u[n * dim + i] * dNdX[a * dim + j];
+      out.x[i] += N[a] * (m.mesh.X[3 * n + i] + l.u[n * dim + i]);
+      for (int j = 0; j < dim; ++j) out.F[3 * i + j] += l.u[n * dim + i] * dNdX[a * dim + j];
     }
   }
   if (el.broken(e) >= 0) {
-    const ErodedLaw er = elem_broken_law(m, el, e);
+    const ErodedLaw er = elem_broken_law(m, el, e, l.degr[e]);
     ip_fields_from(b.law, dim, nlgeom, &er, out);
     return;
   }
@@ -169,8 +169,8 @@ void elem_ip_fields(const Model& m, const Elements& el, const RealVec& u, bool n
     return;
   }
   double E[72];
-  if (dim == 2) element_strains<2>(m, b, slot, u, nlgeom, nullptr, E);
-  else element_strains<3>(m, b, slot, u, nlgeom, nullptr, E);
+  if (dim == 2) element_strains<2>(m, b, slot, l.u, nlgeom, nullptr, E);
+  else element_strains<3>(m, b, slot, l.u, nlgeom, nullptr, E);
   set_strain(E + g * dim * dim, dim, out);
   ip_stress_from(b.law, dim, nlgeom, nullptr, out);
 }
@@ -182,16 +182,16 @@ void elem_strains(const Model& m, const Elements& el, int e, const RealVec& u, b
   else element_strains<3>(m, b, el.slot_of[e], u, nlgeom, nullptr, E);
 }
 
-double elem_energy_one(const Model& m, const Elements& el, int e, const RealVec& u, bool nlgeom)
+double elem_energy_one(const Model& m, const Elements& el, int e, const RealVec& u, double c, bool nlgeom)
 {
   const ElemBlock& b = el.block[el.home[e]];
   ErodedLaw er;
-  if (el.broken(e) >= 0) er = elem_broken_law(m, el, e);
+  if (el.broken(e) >= 0) er = elem_broken_law(m, el, e, c);
   const ErodedLaw* law = el.broken(e) >= 0 ? &er : nullptr;
   return m.dim == 2 ? one_energy<2>(m, b, el.slot_of[e], u, nlgeom, law) : one_energy<3>(m, b, el.slot_of[e], u, nlgeom, law);
 }
 
-double elem_energy(const Model& m, const Elements& el, const RealVec& u, bool nlgeom, RealVec* each)
+double elem_energy(const Model& m, const Elements& el, const Level& l, bool nlgeom, RealVec* each)
 {
   double sum = 0.0, energy[PACK];
   int slot[PACK], n = 0;       // intact elements that wait for a full pack
@@ -204,9 +204,9 @@ double elem_energy(const Model& m, const Elements& el, const RealVec& u, bool nl
     const PackEnergy pack = pack_energy_of(b);
     const auto flush = [&]() {
       if (n == 0) return;
-      for (int l = n; l < PACK; ++l) slot[l] = slot[0];
-      pack(m.mesh, b, slot, u, nlgeom, energy);
-      for (int l = 0; l < n; ++l) add(b.elem[slot[l]], energy[l], true);
+      for (int k = n; k < PACK; ++k) slot[k] = slot[0];
+      pack(m.mesh, b, slot, l.u, nlgeom, energy);
+      for (int k = 0; k < n; ++k) add(b.elem[slot[k]], energy[k], true);
       n = 0;
     };
     for (int s : b.mine) {
@@ -216,7 +216,7 @@ double elem_energy(const Model& m, const Elements& el, const RealVec& u, bool nl
         slot[n++] = s;
         if (n == PACK) flush();
       } else {
-        add(e, elem_energy_one(m, el, e, u, nlgeom), intact);
+        add(e, elem_energy_one(m, el, e, l.u, intact ? 1.0 : l.degr[e], nlgeom), intact);
       }
     }
     flush();

@@ -91,9 +91,9 @@ Status elem_form_broken(const ElemBlock& b, size_t slot, const ErodedLaw& law, c
   return by_shape(b.shape, [&](auto z) { return form_broken<z.D, z.N, z.NGP>(b, slot, law, mode, u0, u1, re, ke); });
 }
 
-ErodedLaw elem_broken_law(const Model& m, const Elements& el, int e)
+ErodedLaw elem_broken_law(const Model& m, const Elements& el, int e, double c)
 {
-  return eroded_law(m, el.frac->broken[e], &el.frac->normal[3 * static_cast<size_t>(e)]);
+  return eroded_law(m, el.frac->broken[e], c, &el.frac->normal[3 * static_cast<size_t>(e)]);
 }
 
 ElemForm elem_form(const ElemBlock& b)

@@ -17,6 +17,7 @@ struct FracMesh {
   IntVec def;                  // [nelem] index into Model::fracture, -1: cannot break
   IntVec conv;                 // [nelem] index into Model::conversion, -1: stays an element
   RealVec gc;                  // [nelem] toughness, with its scatter               force/length
+  RealVec release;             // [nelem] dynamics: time in which psi+ of a broken element falls to c   time
   RealVec centre;              // [nelem*3]
   RealVec volume;              // [nelem] area x thickness in the plane
   RealVec thickness;           // [nelem] 1 in three dimensions
@@ -40,8 +41,8 @@ struct Erosion {
 // frac_mesh : topology, sizes, toughness. Returns the number of errors (messages in the log).
 int frac_mesh(const Model& m, const Elements& el, FracMesh& fm);
 
-// frac_begin : nothing is broken yet, but for pre-cracks
-void frac_begin(const Model& m, const FracMesh& fm, Fracture& fr);
+// frac_begin : nothing is broken yet, but for pre-cracks; l: the degradation factors
+void frac_begin(const Model& m, const FracMesh& fm, Fracture& fr, Level& l);
 
 // frac_near : calls use(element, distance) for all elements whose centre lies within radius of x
 template <class Use>
@@ -74,8 +75,19 @@ void frac_test(const Model& m, const Step& s, const Elements& el, const FracMesh
 double frac_estimate(const Model& m, const Step& s, const Elements& el, const FracMesh& fm, const Fracture& fr,
                      const Level& l, int e, double J[3]);
 
-// frac_erode : an element breaks: normal, time, counts. Returns the strain energy released at fixed displacement.
-double frac_erode(const Model& m, const Elements& el, const FracMesh& fm, const Level& l, bool nlgeom, const Erosion& x, Fracture& fr);
+// frac_erode : an element breaks: normal, time, counts, in statics or without gradual release its degradation factor.
+// Returns the strain energy released at fixed displacement.
+double frac_erode(const Model& m, const Step& s, const Elements& el, const FracMesh& fm, const Erosion& x, Fracture& fr, Level& l);
+
+// frac_degrade : degradation factors at the end l1 of an increment dt that begins at l0; statics: c at once      (7.14)
+void frac_degrade(const Model& m, const Step& s, const FracMesh& fm, const Fracture& fr, const Level& l0, double dt, Level& l1);
+
+// frac_degraded : energy that the degradation between l0 and l1 gives up                                       (7.15)
+double frac_degraded(const Model& m, const Step& s, const Elements& el, const Points& pts, const Fracture& fr, const Level& l0,
+                     const Level& l1);
+
+// frac_open : elements whose release is over leave the list; those to become points then are added to convert
+void frac_open(const Model& m, const FracMesh& fm, const Level& l, Fracture& fr, IntVec& convert);
 
 // frac_distorted : elements that a distortion or a time turns into points
 void frac_due(const Model& m, const Elements& el, const FracMesh& fm, const Fracture& fr, const Level& l, IntVec& out);

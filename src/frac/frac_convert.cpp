@@ -102,12 +102,12 @@ IntVec lost_nodes(const Model& m, const FracMesh& fm, const Fracture& fr)
 }
 
 // det F and the ratio of the principal stretches, at the worst Gauss point
-double distortion(const Model& m, const Elements& el, int e, const RealVec& u)
+double distortion(const Model& m, const Elements& el, int e, const Level& l)
 {
   double worst = 1.0;
   IpFields f;
   for (int g = 0; g < shape_info[el.block[el.home[e]].shape].ngp; ++g) {
-    elem_ip_fields(m, el, u, true, e, g, f);
+    elem_ip_fields(m, el, l, true, e, g, f);
     const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> F(f.F);
     Eigen::VectorXd stretch2;
     if (m.dim == 2) stretch2 = Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(F.topLeftCorner<2, 2>().transpose() * F.topLeftCorner<2, 2>()).eigenvalues();
@@ -141,7 +141,7 @@ void frac_due(const Model& m, const Elements& el, const FracMesh& fm, const Frac
       if (fm.conv[e] != static_cast<int>(c) || fr.form[e] != FORM_ELEMENT || el.home[e] < 0) continue;
       // ranks take elements in turn
       if (d.trigger == TRIGGER_DISTORTION && e % comm_size() != comm_rank()) continue;
-      if (d.trigger == TRIGGER_TIME || distortion(m, el, e, l.u) < d.limit) out.push_back(e);
+      if (d.trigger == TRIGGER_TIME || distortion(m, el, e, l) < d.limit) out.push_back(e);
     }
     if (d.trigger == TRIGGER_DISTORTION) join_sorted(out, first);
   }

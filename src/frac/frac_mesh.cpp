@@ -126,8 +126,15 @@ void find_of_node(const Model& m, FracMesh& fm)
     for (int k = m.mesh.conn.off[e]; k < m.mesh.conn.off[e + 1]; ++k) fm.of_node.item[count[m.mesh.conn.item[k]]++] = e;
 }
 
+// r h/c_d with the speed of a dilatational wave; without a density nothing moves
+double release_time(const Elements& el, const FractureDef& d, const FracMesh& fm, int e)
+{
+  const ElemBlock& b = el.block[el.home[e]];
+  return d.release * fm.size[e] * std::sqrt(b.density / (b.law.lam + 2.0 * b.law.mu));
+}
+
 // toughness of each element: the mean is Gc, a Weibull distribution gives its scatter
-void find_toughness(const Model& m, const FractureDef& d, int def, FracMesh& fm)
+void find_toughness(const Model& m, const Elements& el, const FractureDef& d, int def, FracMesh& fm)
 {
   gsl_rng* rng = nullptr;
   double scale = d.gc;
@@ -141,6 +148,7 @@ void find_toughness(const Model& m, const FractureDef& d, int def, FracMesh& fm)
     if (fm.size[e] == 0.0) continue;
     fm.def[e] = def;
     fm.gc[e]  = gc;
+    fm.release[e] = release_time(el, d, fm, e);
   }
   if (rng) gsl_rng_free(rng);
 }
@@ -161,13 +169,14 @@ int frac_mesh(const Model& m, const Elements& el, FracMesh& fm)
   fm.def.assign(nelem, -1);
   fm.conv.assign(nelem, -1);
   fm.gc.assign(nelem, 0.0);
-  for (size_t d = 0; d < m.fracture.size(); ++d) find_toughness(m, m.fracture[d], static_cast<int>(d), fm);
+  fm.release.assign(nelem, 0.0);
+  for (size_t d = 0; d < m.fracture.size(); ++d) find_toughness(m, el, m.fracture[d], static_cast<int>(d), fm);
   for (size_t c = 0; c < m.conversion.size(); ++c)
     for (int e : m.elset[m.conversion[c].elset].item) fm.conv[e] = static_cast<int>(c);
   return 0;
 }
 
-void frac_begin(const Model& m, const FracMesh& fm, Fracture& fr)
+void frac_begin(const Model& m, const FracMesh& fm, Fracture& fr, Level& l)
 {
   fr = Fracture();
   if (!fm.on) return;
@@ -175,6 +184,7 @@ void frac_begin(const Model& m, const FracMesh& fm, Fracture& fr)
   fr.form.assign(nelem, FORM_ELEMENT);
   fr.broken.assign(nelem, -1);
   fr.time.assign(nelem, -1.0);
+  l.degr.assign(nelem, 1.0);
   fr.normal.assign(3 * static_cast<size_t>(nelem), 0.0);
   for (const BrokenDef& b : m.broken)
     for (int e : b.elem) {
@@ -184,6 +194,7 @@ void frac_begin(const Model& m, const FracMesh& fm, Fracture& fr)
       }
       fr.broken[e] = fm.def[e];
       fr.time[e]   = 0.0;
+      l.degr[e]    = m.fracture[fm.def[e]].stiffness;
       for (int i = 0; i < 3; ++i) fr.normal[3 * static_cast<size_t>(e) + i] = b.normal[i];
     }
 }

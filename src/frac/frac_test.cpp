@@ -92,7 +92,14 @@ double threshold(const Scan& s, int e)
 
 // ---- energy average in a ball                                                      (7.3), (7.4)
 
-// pi / kappa: energy in a disc around a tip of mode I is kappa G r
+// weight of an element at the distance r in the average: 1 within radius - h, falling to 0 at radius + h. A sharp ball would make G
+// jump with each element that enters it, by up to a sixth on aligned squares
+double ball_weight(const Scan& s, int e, double radius, double r)
+{
+  return std::min(1.0, std::max(0.0, 0.5 * (radius - r) / s.fm.local[e] + 0.5));
+}
+
+// energy density times C radius is G: energy within r of a tip of mode I is kappa G r in the plane, pi/2 kappa G r^2 in space    (7.4)
 double ball_constant(const Scan& s, int e)
 {
   const MatLaw& law = s.law(e);
@@ -100,7 +107,8 @@ double ball_constant(const Scan& s, int e)
   const bool stress = law.plane == PLANE_STRESS;
   double kappa = stress ? (5.0 - 3.0 * nu) / 8.0 : (5.0 - 8.0 * nu) / (8.0 * (1.0 - nu));
   if (s.def(e).drive == SPLIT_RCE) kappa = stress ? 0.5247 * (1.0 - nu * nu) : 0.5247 * (1.0 - 2.0 * nu) / ((1.0 - nu) * (1.0 - nu));
-  return s.m.dim == 2 ? pi / kappa : 8.0 / (3.0 * kappa);
+  const double x = s.fm.local[e] / radius_of(s, e), x2 = x * x;
+  return s.m.dim == 2 ? pi / kappa * (1.0 + x2 / 3.0) : 8.0 / (3.0 * kappa) * (1.0 + x2) / (1.0 + x2 / 3.0);
 }
 
 // bound: from the whole energy, which psi+ never exceeds
@@ -108,9 +116,10 @@ double ball_estimate(Scan& s, int e, bool bound = false)
 {
   const double radius = radius_of(s, e);
   double energy = 0.0, volume = 0.0;
-  in_ball(s, e, [&](int o, double) {
-    volume += s.fm.volume[o];
-    if (s.intact(o)) energy += (bound ? s.W[o] : drive_of(s, o)) * s.fm.volume[o];
+  frac_near(s.fm, &s.fm.centre[3 * e], radius + s.fm.local[e], [&](int o, double r) {
+    const double w = ball_weight(s, e, radius, r) * s.fm.volume[o];
+    volume += w;
+    if (s.intact(o)) energy += (bound ? s.W[o] : drive_of(s, o)) * w;
   });
   return volume > 0.0 ? ball_constant(s, e) * radius * energy / volume : 0.0;
 }
@@ -210,7 +219,7 @@ void take_surface(const Scan& s, int e, const double* q, double* J)
     face_of(s, e, f, mid, area);
     for (int a = 0; a < info.nfnode[f]; ++a) qf += q[info.face[f][a]] / info.nfnode[f];
     if (qf == 0.0) continue;
-    const double W = elem_energy_one(s.m, s.el, e, s.l.u, s.step.nlgeom) / s.fm.volume[e];
+    const double W = elem_energy_one(s.m, s.el, e, s.l.u, 1.0, s.step.nlgeom) / s.fm.volume[e];
     for (int i = 0; i < 3; ++i) J[i] += qf * W * area[i];
   }
 }
@@ -453,6 +462,35 @@ void choose(const Scan& s, std::vector<Erosion>& all)
   all.swap(out);
 }
 
+// what an element that breaks adds to the crack: the square (2D: the edge) of its size in the plane of the crack, less what elements
+// that broke before, within 1.5 h of that plane, cover of it to either side                        (7.16)
+double crack_area(const Scan& s, int e, const double* N)
+{
+  const double h = s.fm.size[e];
+  double t[2][3] = {{-N[1], N[0], 0.0}, {0.0, 0.0, 0.0}}, covered[2] = {0.0, 0.0};
+  if (s.m.dim == 3) {
+    const double a[3] = {std::fabs(N[0]) < 0.6 ? 1.0 : 0.0, std::fabs(N[0]) < 0.6 ? 0.0 : 1.0, 0.0};
+    const double aN = a[0] * N[0] + a[1] * N[1], norm = std::sqrt(1.0 - aN * aN);
+    for (int i = 0; i < 3; ++i) t[0][i] = (a[i] - aN * N[i]) / norm;
+    for (int i = 0; i < 3; ++i) t[1][i] = N[(i + 1) % 3] * t[0][(i + 2) % 3] - N[(i + 2) % 3] * t[0][(i + 1) % 3];
+  }
+  frac_near(s.fm, &s.fm.centre[3 * e], 2.1 * s.fm.local[e], [&](int o, double) {
+    if (o == e || s.fr.broken[o] < 0) return;
+    double n = 0.0, along[2] = {0.0, 0.0};
+    for (int i = 0; i < 3; ++i) {
+      const double d = s.fm.centre[3 * o + i] - s.fm.centre[3 * e + i];
+      n += d * N[i];
+      for (int k = 0; k < 2; ++k) along[k] += d * t[k][i];
+    }
+    if (std::fabs(n) > 1.5 * s.fm.local[e]) return;
+    const double overlap = std::max(0.0, 1.0 - std::fabs(along[0]) / h) * std::max(0.0, 1.0 - std::fabs(along[1]) / h);
+    double& side = covered[along[0] > 0.0];
+    side = std::max(side, overlap);
+  });
+  const double share = std::max(0.0, 1.0 - covered[0] - covered[1]);
+  return share * h * (s.m.dim == 2 ? s.fm.thickness[e] : h);
+}
+
 }  // namespace
 
 double frac_estimate(const Model& m, const Step& step, const Elements& el, const FracMesh& fm, const Fracture& fr,
@@ -492,12 +530,10 @@ void frac_test(const Model& m, const Step& step, const Elements& el, const FracM
   choose(s, out);
 }
 
-double frac_erode(const Model& m, const Elements& el, const FracMesh& fm, const Level& l, bool nlgeom, const Erosion& x, Fracture& fr)
+double frac_erode(const Model& m, const Step& step, const Elements& el, const FracMesh& fm, const Erosion& x, Fracture& fr, Level& l)
 {
   const int e = x.elem;
-  const double before = elem_energy_one(m, el, e, l.u, nlgeom);
-  Step step;
-  step.nlgeom = nlgeom;
+  const double before = elem_energy_one(m, el, e, l.u, 1.0, step.nlgeom);
   const Scan s{m, step, el, fm, fr, l, {}, {}};
   double E[9];
   mean_strain(s, e, E);
@@ -507,6 +543,8 @@ double frac_erode(const Model& m, const Elements& el, const FracMesh& fm, const 
   fr.broken[e] = fm.def[e];
   fr.time[e]   = l.time;
   ++fr.neroded;
-  fr.area += fm.volume[e] / fm.size[e];
-  return before - elem_energy_one(m, el, e, l.u, nlgeom);
+  fr.area += crack_area(s, e, N);
+  if (s.dynamic() && fm.release[e] > 0.0) fr.releasing.push_back(e);
+  else l.degr[e] = s.def(e).stiffness;
+  return before - elem_energy_one(m, el, e, l.u, l.degr[e], step.nlgeom);
 }

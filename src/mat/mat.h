@@ -19,12 +19,12 @@ MatLaw mat_law(const Material& m, Plane plane);
 // Law of a broken element or point: psi = c psi+ + psi-
 struct ErodedLaw {
   Split split = SPLIT_RCE;
-  double c    = 1.0;
+  double c    = 1.0;           // degradation factor
   double N[3] = {1, 0, 0};     // normal of the crack at t = 0, unit
 };
 
-// eroded_law : of fracture definition def with the frozen normal N[3]
-ErodedLaw eroded_law(const Model& m, int def, const double* N);
+// eroded_law : of fracture definition def with the degradation factor c and the frozen normal N[3]
+ErodedLaw eroded_law(const Model& m, int def, double c, const double* N);
 
 // mat_full : plane components -> all six (11 22 33 12 23 31, tensor) of E and S
 void mat_full(const MatLaw& law, int dim, double E[6], double S[6]);

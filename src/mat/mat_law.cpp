@@ -22,11 +22,11 @@ void mat_full(const MatLaw& law, int dim, double E[6], double S[6])
   if (dim == 2 && law.plane == PLANE_STRESS) S[2] = 0.0;
 }
 
-ErodedLaw eroded_law(const Model& m, int def, const double* N)
+ErodedLaw eroded_law(const Model& m, int def, double c, const double* N)
 {
   ErodedLaw law;
   law.split = m.fracture[def].residual;
-  law.c     = m.fracture[def].stiffness;
+  law.c     = c;
   for (int i = 0; i < 3; ++i) law.N[i] = N[i];
   return law;
 }

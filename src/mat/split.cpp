@@ -212,6 +212,21 @@ void split_pressure(const MatLaw& law, bool finite, const double E[6], SplitOut&
   add_rest(law, E, o.psi_minus, o.Sm, o.Cm, o.psi_plus, o.Sp, o.Cp);
 }
 
+// pressure across the crack and nothing else                                               (2.18)
+void split_crack(const MatLaw& law, const double E[6], const double N[3], SplitOut& o)
+{
+  const double M = law.lam + 2.0 * law.mu;
+  double NN[6];
+  for (int m = 0; m < 6; ++m) NN[m] = N[voigt_i[m]] * N[voigt_j[m]];
+  const double j = dot(NN, E);
+  if (!(j > 0.0)) {
+    o.psi_minus = 0.5 * M * j * j;
+    for (int m = 0; m < 6; ++m) o.Sm[m] = M * j * NN[m];
+    add_dyad(M, NN, o.Cm);
+  }
+  add_rest(law, E, o.psi_minus, o.Sm, o.Cm, o.psi_plus, o.Sp, o.Cp);
+}
+
 // plane stress: the E33 with c S33+ + S33- = 0, and the law there. S33 of every split rises with E33 ever more slowly,
 // and the intact E33 lies below the root, so Newton's method goes up to the root and never past it.  (2.13)
 void release_thickness(const MatLaw& law, Split split, bool finite, double c, const double N[3], double E[6], SplitOut& o)
@@ -242,6 +257,7 @@ void split_full(const MatLaw& law, Split split, bool finite, const double E[6], 
     case SPLIT_VD:       split_vd(law, E, out); break;
     case SPLIT_SPECTRAL: split_spectral(law, E, out); break;
     case SPLIT_PRESSURE: split_pressure(law, finite, E, out); break;
+    case SPLIT_CRACK:    split_crack(law, E, N, out); break;
     case SPLIT_NONE:     add_intact(law, E, out.psi_plus, out.Sp, out.Cp); break;
   }
 }
@@ -300,7 +316,7 @@ void split_eroded(const MatLaw& law, int dim, Split split, bool finite, double c
 
 bool split_has_kink(const MatLaw& law, Split split)
 {
-  return law.plane != PLANE_STRESS && (split == SPLIT_RCE || split == SPLIT_VD || split == SPLIT_PRESSURE);
+  return split == SPLIT_CRACK || (law.plane != PLANE_STRESS && (split == SPLIT_RCE || split == SPLIT_VD || split == SPLIT_PRESSURE));
 }
 
 bool split_kink(const MatLaw& law, int dim, Split split, bool finite, double c, const double* E, const double N[3], SplitKink& kink)
@@ -313,6 +329,11 @@ bool split_kink(const MatLaw& law, int dim, Split split, bool finite, double c, 
     kink.j    = dot(G6, E6);
     kink.side = 1;
     kink.w    = -(1.0 - c) / (law.lam3 + 2.0 * law.mu);
+  } else if (split == SPLIT_CRACK) {
+    for (int m = 0; m < 6; ++m) G6[m] = N[voigt_i[m]] * N[voigt_j[m]];
+    kink.j    = dot(G6, E6);
+    kink.side = -1;
+    kink.w    = (1.0 - c) * (law.lam + 2.0 * law.mu);
   } else {
     if (!volume(finite && split == SPLIT_PRESSURE, E6, kink.j, G6, D6)) return false;
     kink.side = -1;

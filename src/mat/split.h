@@ -24,9 +24,9 @@ struct SplitOut {
 //   in   law      lam3 and mu are used
 //        finite   NLGEOM: SPLIT_PRESSURE takes J - 1 of E, otherwise tr E
 //        E        strain, tensor components           [6]; plane strain: E33 = 0
-//        N        unit normal of the crack            [3]; used by SPLIT_RCE only
+//        N        unit normal of the crack            [3]; used by SPLIT_RCE and SPLIT_CRACK
 //   out  out      at a kink (tr E, E_a, s_n or J - 1 = 0) the tangent is that of the closed side
-//   theory        doc/theory.md: (2.5) - (2.10)
+//   theory        doc/theory.md: (2.5) - (2.10), (2.18)
 //   fails         SPLIT_PRESSURE with finite, 2E + I not positive definite: both psi NaN, all S and C zero
 // ---------------------------------------------------------------------------
 void split_full(const MatLaw& law, Split split, bool finite, const double E[6], const double N[3], SplitOut& out);
@@ -55,7 +55,7 @@ double split_drive(const MatLaw& law, int dim, Split split, bool finite, const d
 //
 //   in   c        rest of the stiffness, 0 ... 1
 //        E        plane components                    [dim*dim]
-//        N        unit normal of the crack            [3]; used by SPLIT_RCE only
+//        N        unit normal of the crack            [3]; used by SPLIT_RCE and SPLIT_CRACK
 //   out  psi      energy per volume at t = 0          force/length^2
 //        S        stress                              [dim*dim]  force/length^2
 //        C        dS/dE, engineering shear columns    [nv*nv], nv = 3 (11 22 12) or 6 (11 22 33 12 23 31)
@@ -69,14 +69,15 @@ void split_eroded(const MatLaw& law, int dim, Split split, bool finite, double c
 // ---------------------------------------------------------------------------
 // split_kink : the law of broken material as a quadratic form and a function of one number, which has the kink
 //
-//   psi = quadratic + w/2 <side j>_+^2       RCE: j = s_n, side 1;  VD: j = tr E, PRESSURE with NLGEOM: j = J - 1, side -1
+//   psi = quadratic + w/2 <side j>_+^2       RCE: j = s_n, side 1;  VD: j = tr E, PRESSURE with NLGEOM: j = J - 1,
+//                                            CRACK: j = N.E.N, side -1
 //
 //   in   as split_eroded
 //   out  kink     j, dj/dE, d2j/dE2 (engineering shear columns), w, side
 //   returns       false: 2E + I is not positive definite
-//   theory        doc/theory.md: (2.6), (2.8), (2.10), (2.17)
+//   theory        doc/theory.md: (2.6), (2.8), (2.10), (2.17), (2.18)
 //
-// split_has_kink : has it this form? Not SPECTRAL, nor plane stress
+// split_has_kink : has it this form? Not SPECTRAL; in plane stress CRACK alone
 // ---------------------------------------------------------------------------
 struct SplitKink {
   double j, w;

@@ -54,7 +54,7 @@ struct Surface {
 };
 
 // How the energy divides into a part that a crack releases and one that it keeps (doc/theory.md 2.1)
-enum Split { SPLIT_RCE, SPLIT_VD, SPLIT_SPECTRAL, SPLIT_PRESSURE, SPLIT_NONE };
+enum Split { SPLIT_RCE, SPLIT_VD, SPLIT_SPECTRAL, SPLIT_PRESSURE, SPLIT_NONE, SPLIT_CRACK };
 
 struct Material {
   std::string name;
@@ -170,7 +170,7 @@ struct FractureDef {           // *EIGENFRACTURE
   Criterion criterion = CRITERION_GRIFFITH;
   Estimate estimate   = ESTIMATE_AUTO;   // AUTO: FORCE in statics, BALL in dynamics
   Split drive    = SPLIT_RCE;  // psi+ of the criterion
-  Split residual = SPLIT_RCE;  // what broken material still carries
+  Split residual = SPLIT_CRACK;        // what broken material still carries
   ErosionOrder order = ORDER_STRONGEST;
   double gc      = 0.0;        // toughness                                       force/length
   double weibull = 0.0;        // modulus of its scatter, 0: none
@@ -178,7 +178,8 @@ struct FractureDef {           // *EIGENFRACTURE
   double epsilon = 0.0;        // radius of the ball in element sizes; 0: the default of the estimate
   double spacing = -1.0;       // elements that break in one test lie this many sizes apart; -1: default, 0: one only
   double interval = 0.0;       // time between tests, 0: every increment
-  double stiffness = 1e-4;     // c of broken material
+  double stiffness = 1e-6;     // c of broken material
+  double release  = 0.0;       // dynamics: psi+ of a broken element falls to c in release h/c_d, 0: at once
   double speed    = 0.0;       // limit of the crack speed, 0: none
   double fallback = -1.0;      // part of Gc h that breaks an element anywhere; 0: off, -1: default
   bool start = true;           // may a crack start where there is none

@@ -63,6 +63,7 @@ struct Fracture {              // empty arrays: nothing can break or change its 
   IntVec broken;               // [nelem] index into Model::fracture when broken, -1: intact
   RealVec normal;              // [nelem*3] normal of the crack, frozen when it broke
   RealVec time;                // [nelem] when it broke, -1: intact
+  IntVec releasing;            // broken elements whose psi+ has not yet fallen to c, in the order of breaking
   IntVec converted;            // elements that became points, in that order
   IntVec released, released_at;     // points that came off, in that order, and how many elements had become points before
   int renewed = 0;             // loose points whose shape was made anew, so far
@@ -81,7 +82,14 @@ struct Level {                 // one time level
   RealVec slip;                // [nbond*dim] side A minus side B; contact: the gap, first entry  length
   RealVec lambda;              // [nbond*dim] multiplier of the augmented Lagrange; contact: friction   force
   RealVec lambda_n;            // [nbond] contact: normal multiplier, not positive            force
+  RealVec degr;                // [nelem] degradation factor of psi+: 1 intact, c when its release is over; empty: nothing can break
 };
+
+// degr_of_step : degradation factor of element e that acts over a step from l0 to l1: the mean for the energy-momentum scheme, else that of l1
+inline double degr_of_step(const Level& l0, const Level& l1, bool mid, int e)
+{
+  return mid ? 0.5 * (l0.degr[e] + l1.degr[e]) : l1.degr[e];
+}
 
 struct Ledger {                // energies and momenta at t(n), [3] in space
   double kinetic = 0, strain = 0, bond = 0, external = 0;   // external: work of loads and moved supports so far

@@ -35,14 +35,14 @@ inline void io(Archive& f, Bonds& x)
 
 inline void io(Archive& f, Fracture& x)
 {
-  auto& [form, broken, normal, time, converted, released, released_at, renewed, next_test, neroded, area] = x;
-  io_all(f, form, broken, normal, time, converted, released, released_at, renewed, next_test, neroded, area);
+  auto& [form, broken, normal, time, releasing, converted, released, released_at, renewed, next_test, neroded, area] = x;
+  io_all(f, form, broken, normal, time, releasing, converted, released, released_at, renewed, next_test, neroded, area);
 }
 
 inline void io(Archive& f, Level& x)
 {
-  auto& [time, u, v, a, uc, vc, vp, slip, lambda, lambda_n] = x;
-  io_all(f, time, u, v, a, uc, vc, vp, slip, lambda, lambda_n);
+  auto& [time, u, v, a, uc, vc, vp, slip, lambda, lambda_n, degr] = x;
+  io_all(f, time, u, v, a, uc, vc, vp, slip, lambda, lambda_n, degr);
 }
 
 inline void io(Archive& f, Ledger& x)

@@ -52,7 +52,7 @@ void add_centre(const Model& m, const Elements& el, const State& s, const Check&
   IpFields f;
   double V = 0.0, value = 0.0, X[3] = {0, 0, 0};
   for (int g = 0; g < elem_gauss(m, el, e); ++g) {
-    elem_ip_fields(m, el, s.n.u, out_nlgeom(m, s), e, g, f);
+    elem_ip_fields(m, el, s.n, out_nlgeom(m, s), e, g, f);
     V += f.V0;
     value += f.V0 * quantity_ip(q, f);
     for (int i = 0; i < 3; ++i) X[i] += f.V0 * f.X[i];
@@ -72,7 +72,7 @@ void add_elements(const Model& m, const Elements& el, const State& s, const Chec
       continue;
     }
     for (int g = 0; g < elem_gauss(m, el, e); ++g) {
-      elem_ip_fields(m, el, s.n.u, out_nlgeom(m, s), e, g, f);
+      elem_ip_fields(m, el, s.n, out_nlgeom(m, s), e, g, f);
       shape_eval(shape, gauss_rule(shape).xi[g], N, nullptr);
       const double value = quantity_is_place(q) ? elem_nodal_at(m, s.n, q, e, N) : quantity_ip(q, f);
       norm.add(value, expr_eval(c.exact, f.X, s.n.time), f.V0);
@@ -98,7 +98,7 @@ void add_points(const Model& m, const State& s, const Check& c, const Quantity& 
     if (quantity_is_place(q)) {
       value = point_nodal_at(m, pts, s.n, q, p, pts.w.data() + pts.conn.off[p]);
     } else {
-      point_ip_fields(m, pts, s.n.uc, p, f);
+      point_ip_fields(m, pts, s.n, p, f);
       value = quantity_ip(q, f);
     }
     norm.add(value, expr_eval(c.exact, X, s.n.time), pts.V0[p]);

@@ -65,7 +65,7 @@ void el_rows(std::FILE* file, const Model& m, const Elements& el, const State& s
   IpFields f;
   for (int e : set.item)
     for (int g = 0; g < elem_gauss(m, el, e); ++g) {
-      elem_ip_fields(m, el, s.n.u, out_nlgeom(m, s), e, g, f);
+      elem_ip_fields(m, el, s.n, out_nlgeom(m, s), e, g, f);
       std::fprintf(file, "%10d%4d", m.mesh.elem_label[e], g + 1);
       if (what == 'S') six(file, f.sig);
       if (what == 'E') six(file, f.E);

@@ -130,7 +130,7 @@ void sample_gauss(const Model& m, const Elements& el, const State& s, const Quan
 {
   IpFields f;
   for (int g = 0; g < elem_gauss(m, el, e); ++g) {
-    elem_ip_fields(m, el, s.n.u, out_nlgeom(m, s), e, g, f);
+    elem_ip_fields(m, el, s.n, out_nlgeom(m, s), e, g, f);
     sample.add(quantity_ip(q, f), f.V0);
   }
 }
@@ -142,7 +142,7 @@ void sample_point(const Model& m, const State& s, const Quantity& q, int p, cons
     return;
   }
   IpFields f;
-  point_ip_fields(m, s.points, s.n.uc, p, f);
+  point_ip_fields(m, s.points, s.n, p, f);
   sample.add(quantity_ip(q, f), s.points.V0[p]);
 }
 

@@ -107,7 +107,7 @@ void element_fields(const Model& m, const Elements& el, const State& s, const Fe
   for (int e : fe.elem) {
     double sig[6] = {0, 0, 0, 0, 0, 0}, energy = 0.0, det = 0.0, volume = 0.0;
     for (int g = 0; g < elem_gauss(m, el, e); ++g) {
-      elem_ip_fields(m, el, s.n.u, out_nlgeom(m, s), e, g, f);
+      elem_ip_fields(m, el, s.n, out_nlgeom(m, s), e, g, f);
       for (int k = 0; k < 6; ++k) sig[k] += f.V0 * f.sig[k];
       energy += f.V0 * f.psi;
       det    += f.V0 * det_F(f.F);
@@ -167,7 +167,7 @@ void write_mp(const Model& m, const State& s, const Fragments& fragments, Output
   IntVec type, body;
   IpFields ip;
   for (int p = 0; p < pts.npoint; ++p) {
-    point_ip_fields(m, pts, s.n.uc, p, ip);
+    point_ip_fields(m, pts, s.n, p, ip);
     add_fields(cell, ip.sig, ip.psi, det_F(ip.F));
     type.push_back(shape_info[pts.shape[p]].vtk);
     body.push_back(pts.body[p] + 1);

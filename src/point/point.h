@@ -74,14 +74,14 @@ Status grid_activate(const Model& m, const Points& pts, const Bonds& bonds, cons
 // grid_ghost : ghost stabilisation of the active cells, on node, the keys of touched nodes, ascending.     doc/theory.md (3.16)
 void grid_ghost(const Model& m, const Points& pts, const RealVec& uc, const std::vector<long>& node, ActiveGrid& g);
 
-// point_corner_force : internal force of the points in mine on their corners, from corner displacements at t(n), t(n+1)
+// point_corner_force : internal force of the points in mine on their corners, from displacements and degradation at t(n), t(n+1)
 //   out fc [ncorner*dim] added to;  BAD_JACOBIAN: *worst is the point
 Status point_corner_force(const Model& m, const Points& pts, const std::vector<MatLaw>& law, const KernelMode& mode,
-                          const RealVec& uc0, const RealVec& uc1, const IntVec& mine, RealVec& fc, int* worst);
+                          const Level& l0, const Level& l1, const IntVec& mine, RealVec& fc, int* worst);
 
 // point_tangent : tangent of point p for its grid nodes, pairs a >= b [pairs][dim*dim]; work: scratch
 void point_tangent(const Model& m, const Points& pts, const std::vector<MatLaw>& law, const KernelMode& mode,
-                   const RealVec& uc0, const RealVec& uc1, const ActiveGrid& g, int p, RealVec& work, double* ke);
+                   const Level& l0, const Level& l1, const ActiveGrid& g, int p, RealVec& work, double* ke);
 
 // point_tangent_pack : the same for PACK intact points of one body, with as many grid nodes, POINT_PACK_NODES at most;
 // ke [pairs][dim*dim][PACK], aligned as Pack
@@ -105,10 +105,13 @@ void point_velocities(const Points& pts, int dim, const RealVec& vc, RealVec& vp
 // point_laws : constitutive law of each body
 std::vector<MatLaw> point_laws(const Model& m);
 
-// point_ip_fields : results of a point; uc [ncorner*dim]
-void point_ip_fields(const Model& m, const Points& pts, const RealVec& uc, int p, IpFields& out);
+// point_ip_fields : results of a point; of l displacements of corners and degradation are read
+void point_ip_fields(const Model& m, const Points& pts, const Level& l, int p, IpFields& out);
 
 // point_energy : strain energy of the points in mine
-double point_energy(const Model& m, const Points& pts, const RealVec& uc, const IntVec& mine);
+double point_energy(const Model& m, const Points& pts, const Level& l, const IntVec& mine);
+
+// point_energy_one : strain energy of the broken point p with displacements of l; c: degradation factor
+double point_energy_one(const Model& m, const Points& pts, const Level& l, int p, double c);
 
 #endif

@@ -17,9 +17,9 @@ void gradient(const Points& pts, const RealVec& uc, int p, double* H)
   }
 }
 
-ErodedLaw broken_law(const Model& m, const Points& pts, int p)
+ErodedLaw broken_law(const Model& m, const Points& pts, int p, double c)
 {
-  return eroded_law(m, pts.broken[p], &pts.normal[3 * static_cast<size_t>(p)]);
+  return eroded_law(m, pts.broken[p], c, &pts.normal[3 * static_cast<size_t>(p)]);
 }
 
 // calls pack(points, n) for n <= PACK intact points of one body and number of corners, repeated to PACK, and one(p) for broken ones
@@ -77,17 +77,17 @@ void add_corner_force(const Points& pts, int p, const double* re, int stride, Re
 
 template <int D>
 Status corner_force(const Model& m, const Points& pts, const std::vector<MatLaw>& law, const KernelMode& mode,
-                    const RealVec& uc0, const RealVec& uc1, const IntVec& mine, RealVec& fc, int* worst)
+                    const Level& l0, const Level& l1, const IntVec& mine, RealVec& fc, int* worst)
 {
   Status status = STATUS_OK;
   by_packs(pts, mine, [&](const int* point, int n) {
     const int nen = pts.conn.count(point[0]);
     Pack G[8 * D], V0, u[8 * D], H0[D * D] = {}, H1[D * D], Fb[D * D], S[D * D], re[8 * D] = {};
     load_points<D>(pts, point, nen, G, V0);
-    load_ends<D>(pts, point, nen, uc1, u);
+    load_ends<D>(pts, point, nen, l1.uc, u);
     ip_gradient<D, 0>(G, nen, u, H1);
     if (mode.mid) {
-      load_ends<D>(pts, point, nen, uc0, u);
+      load_ends<D>(pts, point, nen, l0.uc, u);
       ip_gradient<D, 0>(G, nen, u, H0);
     }
     const Pack det = ip_stress<D>(law[pts.body[point[0]]], mode, H0, H1, Fb, S);
@@ -101,9 +101,10 @@ Status corner_force(const Model& m, const Points& pts, const std::vector<MatLaw>
     }
   }, [&](int p) {
     double H0[D * D] = {0}, H1[D * D], Fb[D * D], S[D * D], re[8 * D] = {0};
-    gradient<D>(pts, uc1, p, H1);
-    if (mode.mid) gradient<D>(pts, uc0, p, H0);
-    ip_broken<D>(law[pts.body[p]], broken_law(m, pts, p), mode, H0, H1, Fb, S, nullptr);
+    gradient<D>(pts, l1.uc, p, H1);
+    if (mode.mid) gradient<D>(pts, l0.uc, p, H0);
+    const double c = degr_of_step(l0, l1, mode.mid, pts.parent[p]);
+    ip_broken<D>(law[pts.body[p]], broken_law(m, pts, p, c), mode, H0, H1, Fb, S, nullptr);
     ip_force<D, 0>(&pts.G[static_cast<size_t>(pts.conn.off[p]) * D], pts.conn.count(p), pts.V0[p], Fb, S, re);
     add_corner_force<D>(pts, p, re, 1, fc);
   });
@@ -134,7 +135,7 @@ void tangent_pack(const Points& pts, const std::vector<MatLaw>& law, const Kerne
 }
 
 template <int D>
-double energy(const Model& m, const Points& pts, const RealVec& uc, const IntVec& mine)
+double energy(const Model& m, const Points& pts, const Level& l, const IntVec& mine)
 {
   const std::vector<MatLaw> law = point_laws(m);
   double sum = 0.0;
@@ -142,28 +143,26 @@ double energy(const Model& m, const Points& pts, const RealVec& uc, const IntVec
     const int nen = pts.conn.count(point[0]);
     Pack G[8 * D], V0, u[8 * D], H[D * D], E[D * D], S[D * D], psi = {};
     load_points<D>(pts, point, nen, G, V0);
-    load_ends<D>(pts, point, nen, uc, u);
+    load_ends<D>(pts, point, nen, l.uc, u);
     ip_gradient<D, 0>(G, nen, u, H);
     ip_strain<D>(true, H, E);
     ip_law<D>(law[pts.body[point[0]]], E, S);
     for (int k = 0; k < D * D; ++k) psi += 0.5 * S[k] * E[k];
     psi *= V0;
-    for (int l = 0; l < n; ++l) sum += psi[l];
+    for (int k = 0; k < n; ++k) sum += psi[k];
   }, [&](int p) {
-    IpFields f;
-    point_ip_fields(m, pts, uc, p, f);
-    sum += f.psi * f.V0;
+    sum += point_energy_one(m, pts, l, p, l.degr[pts.parent[p]]);
   });
   return sum;
 }
 
 template <int D>
 void tangent(const Model& m, const Points& pts, const std::vector<MatLaw>& law, const KernelMode& mode,
-             const RealVec& uc0, const RealVec& uc1, const ActiveGrid& g, int p, RealVec& work, double* ke)
+             const Level& l0, const Level& l1, const ActiveGrid& g, int p, RealVec& work, double* ke)
 {
   double H0[D * D] = {0}, H1[D * D], Fb[D * D], S[D * D];
-  gradient<D>(pts, uc1, p, H1);
-  if (mode.mid) gradient<D>(pts, uc0, p, H0);
+  gradient<D>(pts, l1.uc, p, H1);
+  if (mode.mid) gradient<D>(pts, l0.uc, p, H0);
   const int first = g.point.off[p], n = g.point.count(p);
   const double* dS = &g.dS[static_cast<size_t>(first) * D];
   for (int k = 0; k < pair_count(n) * D * D; ++k) ke[k] = 0.0;
@@ -176,26 +175,27 @@ void tangent(const Model& m, const Points& pts, const std::vector<MatLaw>& law, 
   constexpr int nv = VoigtPlace<D>::nv;
   double C[nv * nv];
   work.resize(static_cast<size_t>(2 * n) * nv * D);
-  ip_broken<D>(law[pts.body[p]], broken_law(m, pts, p), mode, H0, H1, Fb, S, C);
+  const double c = degr_of_step(l0, l1, mode.mid, pts.parent[p]);
+  ip_broken<D>(law[pts.body[p]], broken_law(m, pts, p, c), mode, H0, H1, Fb, S, C);
   ip_tangent_general<D, 0>(dS, n, pts.V0[p], C, mode.cG(), Fb, S, work.data(), work.data() + n * nv * D, ke);
 }
 
 }  // namespace
 
 Status point_corner_force(const Model& m, const Points& pts, const std::vector<MatLaw>& law, const KernelMode& mode,
-                          const RealVec& uc0, const RealVec& uc1, const IntVec& mine, RealVec& fc, int* worst)
+                          const Level& l0, const Level& l1, const IntVec& mine, RealVec& fc, int* worst)
 {
-  return m.dim == 2 ? corner_force<2>(m, pts, law, mode, uc0, uc1, mine, fc, worst)
-                    : corner_force<3>(m, pts, law, mode, uc0, uc1, mine, fc, worst);
+  return m.dim == 2 ? corner_force<2>(m, pts, law, mode, l0, l1, mine, fc, worst)
+                    : corner_force<3>(m, pts, law, mode, l0, l1, mine, fc, worst);
 }
 
 void point_tangent(const Model& m, const Points& pts, const std::vector<MatLaw>& law, const KernelMode& mode,
-                   const RealVec& uc0, const RealVec& uc1, const ActiveGrid& g, int p, RealVec& work, double* ke)
+                   const Level& l0, const Level& l1, const ActiveGrid& g, int p, RealVec& work, double* ke)
 {
   if (m.dim == 2)
-    tangent<2>(m, pts, law, mode, uc0, uc1, g, p, work, ke);
+    tangent<2>(m, pts, law, mode, l0, l1, g, p, work, ke);
   else
-    tangent<3>(m, pts, law, mode, uc0, uc1, g, p, work, ke);
+    tangent<3>(m, pts, law, mode, l0, l1, g, p, work, ke);
 }
 
 void point_tangent_pack(int dim, const Points& pts, const std::vector<MatLaw>& law, const KernelMode& mode, const RealVec& uc0,
@@ -212,9 +212,11 @@ std::vector<MatLaw> point_laws(const Model& m)
   return law;
 }
 
-void point_ip_fields(const Model& m, const Points& pts, const RealVec& uc, int p, IpFields& out)
+namespace {
+
+// place, displacement gradient and volume of a point; uc [ncorner*dim]
+void point_motion(const Points& pts, int dim, const RealVec& uc, int p, IpFields& out)
 {
-  const int dim = m.dim;
   out    = IpFields();
   out.V0 = pts.V0[p];
   for (int k = pts.conn.off[p]; k < pts.conn.off[p + 1]; ++k) {
@@ -226,17 +228,37 @@ void point_ip_fields(const Model& m, const Points& pts, const RealVec& uc, int p
       for (int j = 0; j < dim; ++j) out.F[3 * i + j] += u * pts.G[k * dim + j];
     }
   }
-  const Body& b    = m.body[pts.body[p]];
-  const MatLaw law = mat_law(m.material[b.material], dim == 2 ? b.plane : PLANE_NONE);
-  if (pts.broken[p] < 0) {
-    ip_fields_from(law, dim, true, nullptr, out);
-    return;
-  }
-  const ErodedLaw er = broken_law(m, pts, p);
-  ip_fields_from(law, dim, true, &er, out);
 }
 
-double point_energy(const Model& m, const Points& pts, const RealVec& uc, const IntVec& mine)
+// c: degradation factor of a broken point
+void point_fields(const Model& m, const Points& pts, const RealVec& uc, int p, double c, IpFields& out)
 {
-  return m.dim == 2 ? energy<2>(m, pts, uc, mine) : energy<3>(m, pts, uc, mine);
+  const Body& b    = m.body[pts.body[p]];
+  const MatLaw law = mat_law(m.material[b.material], m.dim == 2 ? b.plane : PLANE_NONE);
+  point_motion(pts, m.dim, uc, p, out);
+  if (pts.broken[p] < 0) {
+    ip_fields_from(law, m.dim, true, nullptr, out);
+    return;
+  }
+  const ErodedLaw er = broken_law(m, pts, p, c);
+  ip_fields_from(law, m.dim, true, &er, out);
+}
+
+}  // namespace
+
+void point_ip_fields(const Model& m, const Points& pts, const Level& l, int p, IpFields& out)
+{
+  point_fields(m, pts, l.uc, p, pts.broken[p] < 0 ? 1.0 : l.degr[pts.parent[p]], out);
+}
+
+double point_energy_one(const Model& m, const Points& pts, const Level& l, int p, double c)
+{
+  IpFields f;
+  point_fields(m, pts, l.uc, p, c, f);
+  return f.psi * f.V0;
+}
+
+double point_energy(const Model& m, const Points& pts, const Level& l, const IntVec& mine)
+{
+  return m.dim == 2 ? energy<2>(m, pts, l, mine) : energy<3>(m, pts, l, mine);
 }

@@ -23,11 +23,11 @@ double smallest_stretch(const Problem& p)
   for (const ElemBlock& b : p.el.block)
     for (int slot : b.live)
       for (int g = 0; g < shape_info[b.shape].ngp; ++g) {
-        elem_ip_fields(p.m, p.el, p.st.n.u, true, b.elem[slot], g, f);
+        elem_ip_fields(p.m, p.el, p.st.n, true, b.elem[slot], g, f);
         look();
       }
   for (int q = 0; q < p.st.points.npoint; ++q) {
-    point_ip_fields(p.m, p.st.points, p.st.n.uc, q, f);
+    point_ip_fields(p.m, p.st.points, p.st.n, q, f);
     look();
   }
   return least;

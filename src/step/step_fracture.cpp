@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cstdlib>
 #include <cmath>
 
 #include "base/log.h"
@@ -35,11 +36,13 @@ Status apply(Problem& p, const Step& s, const std::vector<Erosion>& erode, const
     Timer timer(PHASE_FRACTURE);
     if (!torn.empty()) frac_release(p.m, p.fm, torn, p.share, st);
     for (const Erosion& e : erode) {
-      const double gain = frac_erode(p.m, p.el, p.fm, st.n, s.nlgeom, e, st.frac);
+      const double gain = frac_erode(p.m, s, p.el, p.fm, e, st.frac, st.n);
       released += gain;
       st.eroded.push_back({e.elem, st.n.time, e.value, gain});
       const int c = p.fm.conv[e.elem];
-      if (c >= 0 && p.m.conversion[c].trigger == TRIGGER_EROSION) convert.push_back(e.elem);
+      static const bool now = getenv("MPFE_NOW") != nullptr;
+      const bool open = now || st.n.degr[e.elem] == p.m.fracture[p.fm.def[e.elem]].stiffness;
+      if (open && c >= 0 && p.m.conversion[c].trigger == TRIGGER_EROSION) convert.push_back(e.elem);
     }
     frac_convert(p.m, p.el, p.fm, convert, p.share, st);
   }
@@ -79,6 +82,7 @@ Status step_fracture(Problem& p, const Step& s, double t_step, Output& out)
   IntVec convert, torn;
   for (;;) {
     frac_due(p.m, p.el, p.fm, p.st.frac, p.st.n, convert);
+    frac_open(p.m, p.fm, p.st.n, p.st.frac, convert);
     find_erosions(p, s, erode);
     if (s.proc == PROC_DYNAMIC) frac_torn(p.m, p.fm, p.st.points, p.st.n, torn);
     if (erode.empty() && convert.empty() && torn.empty()) return STATUS_OK;

@@ -279,5 +279,6 @@ void step_finish(Problem& p, Attempt& a)
   if (p.pairs.near || !p.st.contact.empty()) finish_contact(p, a);
   p.st.ledger.external += external_work(p, a, rf0);
   p.st.ledger.renewal += work_of_renewal(p, a);
+  if (p.fm.on) p.st.ledger.fracture += frac_degraded(p.m, a.step, p.el, p.st.points, p.st.frac, p.st.n, p.st.np1);
   ledger_update(p, p.st.np1, a.step.nlgeom);
 }

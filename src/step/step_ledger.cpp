@@ -69,7 +69,7 @@ void ledger_update(Problem& p, const Level& l, bool nlgeom)
   if (!p.sys.M.empty()) add_nodes(p, l, g);
   add_points(p, l, g);
   sum_motion(g);
-  g.strain  = elem_energy(p.m, p.el, l.u, nlgeom, p.fm.on ? &p.energy : nullptr) + point_energy(p.m, p.st.points, l.uc, p.sys.my_point);
+  g.strain  = elem_energy(p.m, p.el, l, nlgeom, p.fm.on ? &p.energy : nullptr) + point_energy(p.m, p.st.points, l, p.sys.my_point);
   comm_sum(&g.strain, 1);
   g.bond    = bond_energy(p.st.bonds, p.m.dim, l, &g.slip_max, &g.slip_rms);
   g.balance = g.kinetic + g.strain + g.bond + g.friction + g.fracture + g.ghost + g.renewal + g.conversion - g.total0 - g.external;

@@ -92,7 +92,7 @@ int step_open(Problem& p)
   }
   int errors = frac_mesh(m, p.el, p.fm);
   if (errors) return errors;
-  frac_begin(m, p.fm, st.frac);
+  frac_begin(m, p.fm, st.frac, st.n);
   if (p.fm.on) p.el.frac = &st.frac;
   elem_refresh(p.el);
   errors = point_fill(m, st.points);

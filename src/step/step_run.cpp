@@ -326,6 +326,7 @@ Status step_increment(Problem& p, const Step& s, double t0, double dt)
   Attempt a{s, mode_of(s), t0, t0 + dt, dt, total0, total0 + dt, mid ? t0 + 0.5 * dt : t0 + dt,
             mid ? total0 + 0.5 * dt : total0 + dt, mid ? 0.5 : 1.0};
   st.np1 = st.n;
+  if (p.fm.on) frac_degrade(p.m, s, p.fm, st.frac, st.n, dt, st.np1);
   // in motion a multiplier of the step before would push a contact that opens: energy from nothing (4.2)
   if (s.proc == PROC_DYNAMIC) std::fill(st.np1.lambda_n.begin(), st.np1.lambda_n.end(), 0.0);
   p.note.clear();

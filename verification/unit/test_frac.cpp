@@ -12,7 +12,7 @@
 
 namespace {
 
-const Split all_splits[] = {SPLIT_RCE, SPLIT_VD, SPLIT_SPECTRAL, SPLIT_PRESSURE, SPLIT_NONE};
+const Split all_splits[] = {SPLIT_RCE, SPLIT_VD, SPLIT_SPECTRAL, SPLIT_PRESSURE, SPLIT_NONE, SPLIT_CRACK};
 const Shape all_shapes[] = {SHAPE_TRI3, SHAPE_QUAD4, SHAPE_TET4, SHAPE_WEDGE6, SHAPE_HEX8};
 const double skew[9] = {1.1, 0.3, 0.1, -0.2, 0.9, 0.2, 0.1, -0.1, 1.2};     // an affine map, positive
 
@@ -121,7 +121,7 @@ struct Trial {
     int worst = -1;
     EXPECT_EQ(STATUS_OK, elem_setup(m, el, &worst));
     EXPECT_EQ(0, frac_mesh(m, el, fm));
-    frac_begin(m, fm, st.frac);
+    frac_begin(m, fm, st.frac, st.n);
     el.frac = &st.frac;
     elem_refresh(el);
     EXPECT_EQ(0, point_fill(m, st.points));
@@ -350,7 +350,7 @@ TEST(Broken, ShearHoldAgainstDifferences)
   KernelMode mode;
   mode.steady = true;
   for (Shape shape : {SHAPE_QUAD4, SHAPE_HEX8}) {
-    for (Split split : {SPLIT_RCE, SPLIT_VD}) {
+    for (Split split : {SPLIT_RCE, SPLIT_VD, SPLIT_CRACK}) {
       Sample s(shape, split, PLANE_STRAIN, 3);
       for (int i = 0; i < 3; ++i) s.er.N[i] = i == 0;
       const int d = s.run.m.dim;
@@ -417,6 +417,7 @@ TEST(Broken, PointTangentAgainstDifferences)
       const ErodedLaw er = broken_law(split, m.dim);
       for (int e : all) {
         r.st.frac.broken[e] = 0;
+        r.st.n.degr[e]      = m.fracture[0].stiffness;
         std::copy(er.N, er.N + 3, &r.st.frac.normal[3 * e]);
       }
       frac_convert(m, r.el, r.fm, all, r.share, r.st);
@@ -428,15 +429,16 @@ TEST(Broken, PointTangentAgainstDifferences)
       RealVec work, ke(pair_count(n) * d * d);
       const std::vector<MatLaw> law = point_laws(m);
       const KernelMode mode;
-      point_tangent(m, p, law, mode, r.st.n.uc, r.st.n.uc, g, 0, work, ke.data());
+      point_tangent(m, p, law, mode, r.st.n, r.st.n, g, 0, work, ke.data());
       double worst = 0.0, size = 0.0;
       const double h = 1e-6;
       for (int b = 0; b < n; ++b)
         for (int j = 0; j < d; ++j) {
-          RealVec up = r.st.n.uc, down = up, fu(up.size()), fd(up.size());
+          Level up = r.st.n, down = up;
+          RealVec fu(up.uc.size()), fd(up.uc.size());
           int bad;
-          up[corner[b] * d + j] += h;
-          down[corner[b] * d + j] -= h;
+          up.uc[corner[b] * d + j] += h;
+          down.uc[corner[b] * d + j] -= h;
           point_corner_force(m, p, law, mode, up, up, {0}, fu, &bad);           // the first point alone
           point_corner_force(m, p, law, mode, down, down, {0}, fd, &bad);
           for (int a = b; a < n; ++a)
@@ -574,8 +576,8 @@ TEST(Conversion, CornersBetweenNodesThatHaveDriftedDeformNoNeighbour)
     frac_convert(m, fresh.el, fresh.fm, all, fresh.share, fresh.st);
     IntVec later;
     for (int q = first; q < p.npoint; ++q) later.push_back(q);
-    EXPECT_NEAR(point_energy(m, fresh.st.points, fresh.st.n.uc, later), point_energy(m, p, r.st.n.uc, later),
-                1e-13 * point_energy(m, p, r.st.n.uc, later)) << shape;
+    EXPECT_NEAR(point_energy(m, fresh.st.points, fresh.st.n, later), point_energy(m, p, r.st.n, later),
+                1e-13 * point_energy(m, p, r.st.n, later)) << shape;
     EXPECT_EQ(fresh.st.points.boundary.size(), p.boundary.size());
   }
 }
@@ -640,7 +642,7 @@ TEST(Conversion, TornPointsComeOff)
       EXPECT_EQ(1, p.loose[q]);
       EXPECT_EQ(FIELD_OWN, p.field[p.conn.begin(q)[0]]);
       IpFields f;
-      point_ip_fields(m, p, r.st.n.uc, q, f);
+      point_ip_fields(m, p, r.st.n, q, f);
       EXPECT_NEAR(0.0, f.psi, 1e-14) << shape;
     }
     IntVec again;
@@ -668,11 +670,11 @@ TEST(Conversion, KeepsPlacesAndStrain)
         r.st.n.u[n * m.dim + i] = 0.0;
         for (int j = 0; j < m.dim; ++j) r.st.n.u[n * m.dim + i] += H[3 * i + j] * m.mesh.X[3 * n + j];
       }
-    const double before = elem_energy(m, r.el, r.st.n.u, true);
+    const double before = elem_energy(m, r.el, r.st.n, true);
     frac_convert(m, r.el, r.fm, m.elset[0].item, r.share, r.st);
     IntVec all(r.st.points.npoint);
     std::iota(all.begin(), all.end(), 0);
-    EXPECT_NEAR(before, point_energy(m, r.st.points, r.st.n.uc, all), 1e-13 * before) << shape;
+    EXPECT_NEAR(before, point_energy(m, r.st.points, r.st.n, all), 1e-13 * before) << shape;
     const Points& p = r.st.points;
     for (int c = 0; c < p.ncorner; ++c)
       for (int i = 0; i < m.dim; ++i) {

@@ -1,0 +1,50 @@
+#include <algorithm>
+
+#include "frac/frac.h"
+
+namespace {
+
+// strain energy of a broken element, or of the points that it has become, with the degradation factor c
+double broken_energy(const Model& m, const Step& s, const Elements& el, const Points& pts, const Fracture& fr, const Level& l, int e, double c)
+{
+  if (fr.form[e] == FORM_ELEMENT) return elem_energy_one(m, el, e, l.u, c, s.nlgeom);
+  double sum = 0.0;
+  for (int p = pts.of_elem[e]; p < pts.npoint && pts.parent[p] == e; ++p) sum += point_energy_one(m, pts, l, p, c);
+  return sum;
+}
+
+}  // namespace
+
+void frac_degrade(const Model& m, const Step& s, const FracMesh& fm, const Fracture& fr, const Level& l0, double dt, Level& l1)
+{
+  for (int e : fr.releasing) {
+    const double c = m.fracture[fr.broken[e]].stiffness;
+    l1.degr[e] = s.proc == PROC_STATIC ? c : std::max(c, l0.degr[e] - (1.0 - c) * dt / fm.release[e]);
+  }
+}
+
+double frac_degraded(const Model& m, const Step& s, const Elements& el, const Points& pts, const Fracture& fr, const Level& l0,
+                     const Level& l1)
+{
+  double sum = 0.0;
+  for (int e : fr.releasing) {
+    const double c0 = l0.degr[e], c1 = l1.degr[e], mean = 0.5 * (c0 + c1);
+    const auto energy = [&](const Level& l, double c) { return broken_energy(m, s, el, pts, fr, l, e, c); };
+    sum += energy(l0, c0) - energy(l0, mean) + energy(l1, mean) - energy(l1, c1);
+  }
+  return sum;
+}
+
+void frac_open(const Model& m, const FracMesh& fm, const Level& l, Fracture& fr, IntVec& convert)
+{
+  IntVec still;
+  for (int e : fr.releasing) {
+    if (l.degr[e] > m.fracture[fr.broken[e]].stiffness) {
+      still.push_back(e);
+      continue;
+    }
+    const int c = fm.conv[e];
+    if (c >= 0 && m.conversion[c].trigger == TRIGGER_EROSION && fr.form[e] == FORM_ELEMENT) convert.push_back(e);
+  }
+  fr.releasing.swap(still);
+}
