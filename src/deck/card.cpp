@@ -400,3 +400,14 @@ void card_later(Card& c, Stage stage, std::function<void(Deck&, Model&)> run)
 }
 
 Material& card_parent_material(Card& c, Model& m) { return m.material[c.deck->material]; }
+
+void card_temperature(Card& c)
+{
+  card_real_or(c, "temperature", 0.0, any_number());
+  if (card_good(c) && card_line(c)) {
+    card_error(c, c.whole, "a second row would depend on temperature, which *" + c.head.word +
+               " does not offer; leave the row of the temperature of the run");
+    do c.next = c.field.size();
+    while (card_line(c));
+  }
+}

@@ -255,6 +255,7 @@ struct PrintRequest {          // *NODE PRINT, *EL PRINT
   std::vector<std::string> what;    // U V A RF | S E ENER
   int frequency = 1;
   bool totals = false;         // TOTALS=YES: the sum of RF as well
+  bool only = false;           // TOTALS=ONLY: the sum of RF without the forces of the nodes
 };
 
 struct Step {

@@ -313,6 +313,18 @@ TEST(Deck, output_requests)
   EXPECT_EQ(a.m.step[1].print[0].what.size(), 2u);
 }
 
+TEST(Deck, words_of_calculix_that_change_no_answer)
+{
+  const Answer a = read("*NODE\n1\n2, 1.\n3, 1., 1.\n4, , 1.\n*ELEMENT, TYPE=CPE4, ELSET=PLATE\n1, 1, 2, 3, 4\n*MATERIAL, NAME=A\n"
+                        "*ELASTIC\n1, 0.2, 293.\n*DENSITY\n1, 293.\n*SOLID SECTION, ELSET=PLATE, MATERIAL=A\n*BOUNDARY\n1, 1, 6\n2, 2, 3\n4, 4\n"
+                        "*STEP\n*STATIC, SOLVER=SPOOLES\n*NODE FILE, OUTPUT=2D\nU\n*NODE PRINT, NSET=1, TOTALS=ONLY\nRF\n*END STEP\n");
+  ASSERT_EQ(a.errors, 0) << a.text;
+  EXPECT_EQ(a.m.mesh.X, (RealVec{0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0}));
+  ASSERT_EQ(a.m.step[0].prescribed.size(), 3u);      // 1 and 2 of node 1, 2 of node 2
+  EXPECT_TRUE(says(a, "direction 4 is a rotation")) << a.text;
+  EXPECT_TRUE(a.m.step[0].print[0].only);
+}
+
 TEST(Deck, an_error_shows_the_line_and_a_caret)
 {
   const Answer a = read(block + "*ELASTIC\n1, 0.2\n*MATERIAL, NAME=B\n*ELASTIC\n\t 210.0e9,  0.52\n" + held + step);
