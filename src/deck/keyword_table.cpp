@@ -23,6 +23,7 @@ void kw_elastic(Card&, Model&);
 void kw_element(Card&, Model&);
 void kw_elset(Card&, Model&);
 void kw_end_step(Card&, Model&);
+void kw_equation(Card&, Model&);
 void kw_fragments(Card&, Model&);
 void kw_friction(Card&, Model&);
 void kw_ghost(Card&, Model&);
@@ -67,7 +68,7 @@ const Keyword keyword_table[] = {
   {"CONTACT FILE", kw_contact_file, IN_STEP, "FREQUENCY|OUTPUT", "asks for VTK output of contact (CalculiX)"},
   {"CONTACT PAIR", kw_contact_pair, IN_MODEL, "NAME|INTERACTION|TYPE|FRICTION|PENALTY|ALPHA|INTERMEDIATE|AUGMENT|OVERLAP|ADJUST",
    "contact of two surfaces, penalty, Coulomb friction"},
-  {"CONTACT PRINT", kw_contact_print, IN_STEP, "FREQUENCY|TOTALS", "read for decks of CalculiX; *HISTORY prints contact"},
+  {"CONTACT PRINT", kw_contact_print, IN_STEP, "NSET|FREQUENCY|TOTALS", "read for decks of CalculiX; *HISTORY prints contact"},
   {"CONVERSION", kw_conversion, IN_MODEL, "ELSET!|BODY|POINTS|FIELD|TRIGGER|LIMIT|TIME|RELEASE|INTERMEDIATE|PENALTY|ALPHA",
    "elements that become material points during the run"},
   {"CYLINDER", kw_cylinder, IN_MODEL, "TYPE!|ELSET!|QUARTER|MERGE", "structured mesh of a solid cylinder, with sets and surfaces of its sides"},
@@ -84,6 +85,7 @@ const Keyword keyword_table[] = {
   {"ELEMENT", kw_element, IN_MODEL, "TYPE!|ELSET", "elements by label and nodes"},
   {"ELSET", kw_elset, IN_MODEL, "ELSET!|GENERATE|WHERE", "set of elements"},
   {"END STEP", kw_end_step, IN_STEP, "", "ends a step"},
+  {"EQUATION", kw_equation, IN_MODEL | IN_STEP, "REMOVE|REMOVE ALL", "linear equations between displacements of nodes"},
   {"FRAGMENTS", kw_fragments, ANYWHERE, "FREQUENCY|TIME INTERVAL", "table of the connected pieces"},
   {"FRICTION", kw_friction, IN_INTERACTION, "", "Coulomb friction of a surface interaction"},
   {"GHOST", kw_ghost, IN_MODEL, "STIFFNESS|MASS", "ghost stabilisation: keeps grid nodes calm that material hardly reaches"},

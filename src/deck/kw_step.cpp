@@ -20,6 +20,8 @@ void kw_step(Card& card, Model& model)
   s.extrapolate = card_param_word(card, "EXTRAPOLATION", "LINEAR|NO", 0) <= 0;
   std::string title;
   while (card_text(card, title)) {}
+  if (!model.step.empty()) s.equation = model.step.back().equation;
+  else for (std::size_t k = 0; k < model.equation.size(); ++k) s.equation.push_back(static_cast<int>(k));
   model.step.push_back(s);
   carry_begin(d, model);
   d.in_step = true;
