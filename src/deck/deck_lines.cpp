@@ -190,7 +190,19 @@ bool load_file(const std::string& path, DeckFile& f, std::string& reason)
   return true;
 }
 
-// *INCLUDE, INPUT=file
+bool is_element_type(const std::string& word)
+{
+  return ("|" + element_type_words() + "|").find("|" + text_upper(word) + "|") != std::string::npos && word.find('|') == std::string::npos;
+}
+
+// CPE3|CPS3 as CPE3, CPS3
+std::string text_join(std::string words)
+{
+  for (std::size_t i = words.find('|'); i != std::string::npos; i = words.find('|')) words.replace(i, 1, ", ");
+  return words;
+}
+
+// *INCLUDE, INPUT=file[, type in the file=type here]
 void read_include(Deck& d)
 {
   const std::string before = d.word;
@@ -198,13 +210,16 @@ void read_include(Deck& d)
   Head head;
   deck_head(d, head);
   const HeadParam* input = nullptr;
+  std::vector<std::pair<std::string, std::string>> type;
   for (const HeadParam& p : head.param) {
     if (p.name == "INPUT" && p.has_value && !p.value.text.empty()) input = &p;
-    else deck_error(d, p.key, "parameter " + text_show(p.key.text) + " is not known; allowed: INPUT=file");
+    else if (p.has_value && is_element_type(p.value.text)) type.emplace_back(p.name, text_upper(p.value.text));
+    else deck_error(d, p.key, "parameter " + text_show(p.key.text) + " is not known; allowed: INPUT=file, and TYPE IN THE FILE=TYPE HERE, "
+                    "for example CPS3=CPE3, for types " + text_join(element_type_words()));
   }
   if (input) {
     const std::filesystem::path base = std::filesystem::path(d.file[head.at.file].path).parent_path();
-    deck_open(d, (base / input->value.text).string(), &input->value);
+    if (deck_open(d, (base / input->value.text).string(), &input->value)) d.reading.back().type = type;
   } else {
     deck_error(d, head.at, "the file is missing: write *INCLUDE, INPUT=file");
   }
