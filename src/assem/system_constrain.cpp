@@ -6,10 +6,30 @@ namespace {
 
 void fix(System& s, int dof, double increment, double rate, int grid_bc)
 {
-  s.fixed[dof]   = 1;
+  s.fixed[dof]   = DOF_FIXED;
   s.target[dof]  = increment;
   s.rate[dof]    = rate;
   s.grid_bc[dof] = grid_bc;
+}
+
+// dependent dofs; nodes without elements move only where an equation has them
+void constrain_ties(Problem& p)
+{
+  System& s     = p.sys;
+  Ties& t       = s.tie;
+  const int dim = s.dim;
+  const RealVec& u = p.st.n.u;
+  const auto of = [&](int dof) { return u[s.node_of_row[dof / dim] * dim + dof % dim]; };
+  for (size_t k = 0; k < t.dof.size(); ++k) {
+    s.fixed[t.dof[k]] = DOF_TIED;
+    t.gap[k] = -of(t.dof[k]);
+    for (int q = t.master.off[k]; q < t.master.off[k + 1]; ++q) t.gap[k] += t.coef[q] * of(t.master.item[q]);
+  }
+  std::vector<char> acts(s.nfe * dim, 0);
+  for (int m : t.master.item) acts[m] = 1;
+  for (int r = 0; r < s.nfe; ++r)
+    for (int dof = r * dim; dof < (r + 1) * dim && s.bare[r]; ++dof)
+      if (s.fixed[dof] == DOF_FREE && !acts[dof]) fix(s, dof, 0.0, 0.0, -1);
 }
 
 }  // namespace
@@ -52,4 +72,5 @@ void system_constrain(Problem& p, const Step& step, double t_step0, double t_ste
       }
     }
   }
+  if (!p.m.equation.empty()) constrain_ties(p);
 }

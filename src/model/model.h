@@ -202,6 +202,13 @@ struct ConversionDef {         // *CONVERSION : elements that become material po
   Place place;
 };
 
+struct EquationTerm { int node, dof; double coef; };
+
+struct Equation {              // *EQUATION : sum of coef u = 0; the first dof is the dependent one
+  std::vector<EquationTerm> term;
+  Place place;
+};
+
 struct BrokenDef {             // pre-cracks: *MODEL CHANGE, REMOVE and *INITIAL CONDITIONS, TYPE=BROKEN
   IntVec elem;
   bool remove = false;
@@ -255,6 +262,7 @@ struct PrintRequest {          // *NODE PRINT, *EL PRINT
   std::vector<std::string> what;    // U V A RF | S E ENER
   int frequency = 1;
   bool totals = false;         // TOTALS=YES: the sum of RF as well
+  bool only = false;           // TOTALS=ONLY: the sum of RF without the forces of the nodes
 };
 
 struct Step {
@@ -272,6 +280,7 @@ struct Step {
   std::vector<Load> load;              // all that act in this step, also those carried over
   std::vector<Prescribed> prescribed;  // all that act, later ones override
   std::vector<PrintRequest> print;
+  IntVec equation;             // indices into Model::equation of those that hold in this step
   Place place;
 };
 
@@ -364,6 +373,7 @@ struct Model {
   std::vector<FractureDef> fracture;
   std::vector<ConversionDef> conversion;
   std::vector<BrokenDef> broken;
+  std::vector<Equation> equation;
   std::vector<Step> step;
   std::vector<HistoryDef> history;
   HistoryOutput history_out;
@@ -383,6 +393,12 @@ int model_find_surface(const Model& m, const std::string& name);
 int model_find_material(const Model& m, const std::string& name);
 int model_find_amplitude(const Model& m, const std::string& name);
 int model_find_body(const Model& m, const std::string& name);
+
+// equations_resolve : the equations of the list with dependent dofs replaced by what they depend on, so that no master is dependent.
+// False: a dof depends on itself; bad names the equation.
+struct EquationMaster { int node, dof; double coef; };
+struct EquationSolved { int node, dof; std::vector<EquationMaster> master; };
+bool equations_resolve(const Model& m, const IntVec& list, std::vector<EquationSolved>& out, int& bad);
 
 // amplitude_eval : y(t); t_step and t_total are the times of the step and of the run
 double amplitude_eval(const Amplitude& a, double t_step, double t_total);
