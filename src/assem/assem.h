@@ -130,18 +130,21 @@ void system_lists(const Problem& p, bool all, Use use)
 // system_form : rows, lists, and, when a list has changed, pattern and scatter maps; mass
 void system_form(Problem& p, bool mass);
 
-// system_constrain : fixed dofs and their increments from t(n) to t_total; sets fixed, target, grid_bc
-void system_constrain(Problem& p, const Step& s, double t_step0, double t_step1);
+// Loads and supports are checked where they are evaluated, by all ranks alike. The routines below return BAD_VALUE
+// when one is no finite number; p.note then names keyword, line, function, node or face, and time.
 
-// assem_move : places and displacements at t(n+1) from the increment du: writes st.np1.u, uc, slip
-void assem_move(Problem& p, const RealVec& du, double t_step0, double t_step1);
+// system_constrain : fixed dofs and their increments from t(n) to t_total; sets fixed, target, grid_bc. BAD_VALUE
+Status system_constrain(Problem& p, const Step& s, double t_step0, double t_step1);
+
+// assem_move : places and displacements at t(n+1) from the increment du: writes st.np1.u, uc, slip. BAD_VALUE
+Status assem_move(Problem& p, const RealVec& du, double t_step0, double t_step1);
 
 // assem_internal : fint [neq] of elements, points and bonds for the two levels of the state
 //   BAD_JACOBIAN: p.worst names the element or point
 Status assem_internal(Problem& p, const KernelMode& mode, RealVec& fint);
 
-// assem_loads : fext [neq] at a time; followers act on the places of n (s = 0) ... n+1 (s = 1)
-void assem_loads(Problem& p, const Step& step, double t_step, double t_total, double s, RealVec& fext);
+// assem_loads : fext [neq] at a time; followers act on the places of n (s = 0) ... n+1 (s = 1). BAD_VALUE
+Status assem_loads(Problem& p, const Step& step, double t_step, double t_total, double s, RealVec& fext);
 bool assem_has_followers(const Step& step);
 
 // assem_tangent : A = K + cM M (all dofs, also the fixed ones)

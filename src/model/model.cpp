@@ -3,6 +3,7 @@
 #include <gsl/gsl_spline.h>
 
 #include <algorithm>
+#include <cstdio>
 
 namespace {
 
@@ -75,6 +76,34 @@ double amplitude_eval(const Amplitude& a, double t_step, double t_total)
   double s = (t - a.t[i]) / (a.t[i + 1] - a.t[i]);
   if (a.kind == AMP_SMOOTH_STEP) s = s * s * s * (10.0 - 15.0 * s + 6.0 * s * s);
   return a.y[i] + s * (a.y[i + 1] - a.y[i]);
+}
+
+std::string position_text(const double* X, int dim)
+{
+  char text[100];
+  if (dim == 2) std::snprintf(text, sizeof text, "(%g, %g)", X[0], X[1]);
+  else std::snprintf(text, sizeof text, "(%g, %g, %g)", X[0], X[1], X[2]);
+  return text;
+}
+
+std::string value_text(const Model& m, const char* keyword, const Place& place, const Expr& value, int amplitude,
+                       const std::string& where, const double* X, double time)
+{
+  char when[40];
+  std::snprintf(when, sizeof when, "%.8g", time);
+  std::string text = place.file + " line " + std::to_string(place.line) + ", *" + keyword + ": the value" +
+                     (value.is_const() ? "" : " \"" + value.text.substr(0, 200) + "\"");
+  if (amplitude >= 0) {
+    const Amplitude& a = m.amplitude[amplitude];
+    text += " times amplitude " + a.name + (a.kind == AMP_EXPRESSION ? " \"" + a.expr.text.substr(0, 200) + "\"" : "");
+  }
+  return text + " is not a finite number at " + where + " " + position_text(X, m.dim) + ", time " + when +
+         ": mind roots, logarithms and divisions";
+}
+
+const char* load_keyword(const Load& l)
+{
+  return l.kind == LOAD_NODE ? "CLOAD" : l.surface >= 0 ? "DSLOAD" : "DLOAD";
 }
 
 double load_value(const Model& m, const Step& s, const Load& l, const double x[3], double t_step, double t_total)

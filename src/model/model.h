@@ -392,6 +392,17 @@ double amplitude_eval(const Amplitude& a, double t_step, double t_total);
 double load_value(const Model& m, const Step& s, const Load& l, const double x[3], double t_step, double t_total);
 double prescribed_value(const Model& m, const Step& s, const Prescribed& b, const double x[3], double t_step, double t_total);
 
+// value_text : message of a value of the deck that is no finite number
+//   in   keyword   without star; where: node, face or element; X: its position at t = 0      [3]
+std::string value_text(const Model& m, const char* keyword, const Place& place, const Expr& value, int amplitude,
+                       const std::string& where, const double* X, double time);
+
+// position_text : (1, 2), in space (1, 2, 3)
+std::string position_text(const double* X, int dim);
+
+// load_keyword : keyword that gives loads of this kind
+const char* load_keyword(const Load& l);
+
 // support_value : displacement of grid planes and grounds since the start of the run. A plain number is ramped over
 // the first step when it is static, and reached at once when it is dynamic.
 double support_value(const Model& m, const Expr& value, int amplitude, const double x[3], double t_step, double t_total);

@@ -38,8 +38,8 @@ Status force_at_start(Problem& p, Attempt& a)
   const RealVec zero(p.sys.neq(), 0.0);
   KernelMode mode;
   mode.finite = a.mode.finite;
-  assem_move(p, zero, a.t0, a.t0);
-  return assem_internal(p, mode, a.fint0);
+  const Status status = assem_move(p, zero, a.t0, a.t0);
+  return status == STATUS_OK ? assem_internal(p, mode, a.fint0) : status;
 }
 
 // M a(n): from the accelerations of the nodes, for the grid from its forces: M a = fext - fint on free dofs, and
@@ -102,18 +102,17 @@ Status step_initial_acceleration(Problem& p, const Step& s, double t_step)
   if (sys.nfe == 0) return STATUS_OK;
   RealVec zero(sys.neq(), 0.0), fint, f, acc(sys.neq(), 0.0);
   p.st.np1 = p.st.n;
-  system_constrain(p, s, t_step, t_step);
   KernelMode mode;
   mode.finite = s.nlgeom;
-  assem_move(p, zero, t_step, t_step);
-  const Status status = assem_internal(p, mode, fint);
+  Status status = system_constrain(p, s, t_step, t_step);
+  if (status == STATUS_OK) status = assem_move(p, zero, t_step, t_step);
+  if (status == STATUS_OK) status = assem_internal(p, mode, fint);
+  if (status == STATUS_OK) status = assem_loads(p, s, t_step, p.st.n.time, 0.0, f);
   if (status != STATUS_OK) return status;
-  assem_loads(p, s, t_step, p.st.n.time, 0.0, f);
   for (int i = 0; i < sys.neq(); ++i) f[i] -= fint[i];
   for (int i = 0; i < sys.nfe * sys.dim; ++i)
     if (sys.fixed[i]) acc[i] = p.st.n.a[sys.node_of_row[i / sys.dim] * sys.dim + i % sys.dim];
-  if (mass_solve(sys, 0, f, acc) < 0)
-    return step_values_good(p, s, t_step, p.st.n.time) ? NOT_CONVERGED : BAD_VALUE;
+  if (mass_solve(sys, 0, f, acc) < 0) return NOT_CONVERGED;
   for (int r = 0; r < sys.nfe; ++r)
     for (int i = 0; i < sys.dim; ++i) p.st.n.a[sys.node_of_row[r] * sys.dim + i] = acc[r * sys.dim + i];
   return STATUS_OK;
