@@ -1,6 +1,8 @@
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <string>
+#include <utility>
 
 #include "assem/assem.h"
 #include "assem/pack_list.h"
@@ -235,7 +237,7 @@ inline Status value_here(Problem& p, const Step& step, const Load& l, const doub
 {
   value = load_value(p.m, step, l, X, t_step, t_total);
   if (std::isfinite(value)) return STATUS_OK;
-  p.note = value_text(p.m, load_keyword(l), l.place, l.value, l.amplitude, name(), X, t_total);
+  p.note = value_text(p.m, l.keyword, l.place, l.value, l.amplitude, name(), X, l.hold < 0.0 ? t_total : l.hold);
   return BAD_VALUE;
 }
 
@@ -293,13 +295,28 @@ Status faces_load(Problem& p, const Step& step, const Load& l, bool body, const 
   return STATUS_OK;
 }
 
+// of the faces of a body: not those that the surfaces of except have too, and of only those alone
+std::vector<Face> acting_faces(const Problem& p, const Load& l, const std::vector<Face>& face)
+{
+  std::set<std::pair<int, int>> except, only;
+  for (int s : l.except)
+    for (const Face& f : p.st.points.surface[s]) except.insert({f.elem, f.face});
+  for (int s : l.only)
+    for (const Face& f : p.st.points.surface[s]) only.insert({f.elem, f.face});
+  std::vector<Face> out;
+  for (const Face& f : face)
+    if (!except.count({f.elem, f.face}) && (l.only.empty() || only.count({f.elem, f.face}))) out.push_back(f);
+  return out;
+}
+
 // faces of finite elements into fn [nnode*dim], faces of bodies into fc [ncorner*dim]
 Status face_loads(Problem& p, const Step& step, const Load& l, double t_step, double t_total, double s, RealVec& fn, RealVec& fc)
 {
-  const bool surf = l.surface >= 0;
-  const Status status = faces_load(p, step, l, false, surf ? p.m.surface[l.surface].face : l.face, t_step, t_total, s, fn);
-  if (status != STATUS_OK || !surf) return status;
-  return faces_load(p, step, l, true, p.st.points.surface[l.surface], t_step, t_total, s, fc);
+  const Status status = faces_load(p, step, l, false, p.m.surface[l.surface].face, t_step, t_total, s, fn);
+  if (status != STATUS_OK) return status;
+  const std::vector<Face>& face = p.st.points.surface[l.surface];
+  if (l.except.empty() && l.only.empty()) return faces_load(p, step, l, true, face, t_step, t_total, s, fc);
+  return faces_load(p, step, l, true, acting_faces(p, l, face), t_step, t_total, s, fc);
 }
 
 Status body_loads(Problem& p, const Step& step, const Load& l, double t_step, double t_total, RealVec& fn, RealVec& fc)

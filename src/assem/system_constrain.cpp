@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <string>
 
@@ -40,18 +41,24 @@ Status system_constrain(Problem& p, const Step& step, double t_step0, double t_s
   s.grid_bc.assign(s.neq(), -1);
   const double dt = t_step1 - t_step0, back = 1e-3 * dt;     // rates by a difference just before t(n+1)
   const bool moves = step.proc == PROC_DYNAMIC;
+  // a ramp goes straight from where the node is to the value at the end of the step                               (6.16)
+  const double part0 = std::min(1.0, t_step0 / step.period), part1 = std::min(1.0, t_step1 / step.period);
+  const double ramped = part1 < 1.0 ? (part1 - part0) / (1.0 - part0) : 1.0;
   for (const Prescribed& b : step.prescribed)
     for (int n : b.node) {
       const int r = s.row_of_node[n];
       if (r < 0) continue;
-      const double value = prescribed_value(m, step, b, &m.mesh.X[3 * n], t_step1, total1);
+      const double value = prescribed_value(m, b, &m.mesh.X[3 * n], t_step1, total1);
       if (!std::isfinite(value)) return bad_node(p, b, n, total1);
       double rate = 0.0;
       if (moves && dt > 0.0) {
-        rate = (value - prescribed_value(m, step, b, &m.mesh.X[3 * n], t_step1 - back, total1 - back)) / back;
+        rate = (value - prescribed_value(m, b, &m.mesh.X[3 * n], t_step1 - back, total1 - back)) / back;
         if (!std::isfinite(rate)) return bad_node(p, b, n, total1 - back);
       }
-      for (int i = b.first; i <= b.last && i < dim; ++i) fix(s, r * dim + i, value - p.st.n.u[n * dim + i], rate, -1);
+      for (int i = b.first; i <= b.last && i < dim; ++i) {
+        const double increment = value - p.st.n.u[n * dim + i];
+        fix(s, r * dim + i, b.ramp ? ramped * increment : increment, rate, -1);
+      }
     }
   for (size_t k = 0; k < m.grid_bc.size(); ++k) {
     const GridBc& b = m.grid_bc[k];

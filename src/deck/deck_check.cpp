@@ -379,7 +379,7 @@ void check_loaded_supports(Deck& d, const Model& m, const Step& s)
     for (int n : b.node)
       for (int i = b.first; i <= b.last; ++i) held[3 * static_cast<std::size_t>(n) + i] = 1;
   for (const Load& l : s.load) {
-    if (l.kind != LOAD_NODE) continue;
+    if (l.kind != LOAD_NODE || l.ramp == RAMP_OUT) continue;
     for (int n : l.node)
       if (held[3 * static_cast<std::size_t>(n) + l.dof]) {
         doubt(d, "CLOAD", l.place, "",
@@ -435,11 +435,11 @@ void check_acting_nodes(Deck& d, const Model& m, const Step& s, const std::vecto
 void check_acting_faces(Deck& d, const Model& m, const Step& s, const IntVec& body)
 {
   for (const Load& l : s.load) {
-    std::vector<Face> face = l.face;
-    if (l.surface >= 0) face.insert(face.end(), m.surface[l.surface].face.begin(), m.surface[l.surface].face.end());
+    if (l.surface < 0) continue;
+    const std::vector<Face>& face = m.surface[l.surface].face;
     for (const Face& f : face) {
       if (body[f.elem] < 0) continue;
-      fault(d, l.surface >= 0 ? "DSLOAD" : "DLOAD", l.place, "",
+      fault(d, l.keyword, l.place, "",
             text_format("element %d becomes material points; load its body by *SURFACE, TYPE=BODY and *DSLOAD", m.mesh.elem_label[f.elem]));
       break;
     }
@@ -450,14 +450,14 @@ void check_acting_faces(Deck& d, const Model& m, const Step& s, const IntVec& bo
 void check_removed_faces(Deck& d, const Model& m, const Step& s, const IntVec& removed)
 {
   for (const Load& l : s.load) {
-    std::vector<Face> face = l.face;
-    if (l.surface >= 0) face.insert(face.end(), m.surface[l.surface].face.begin(), m.surface[l.surface].face.end());
+    if (l.surface < 0 || l.ramp == RAMP_OUT) continue;
+    const std::vector<Face>& face = m.surface[l.surface].face;
     const auto gone = std::count_if(face.begin(), face.end(), [&](const Face& f) { return removed[f.elem] != 0; });
     if (gone == 0) continue;
     const std::string text = text_format("%d of the %d loaded faces belong to elements that *MODEL CHANGE removes: they carry no load",
                                          static_cast<int>(gone), static_cast<int>(face.size()));
-    if (gone == static_cast<long>(face.size())) fault(d, l.surface >= 0 ? "DSLOAD" : "DLOAD", l.place, "", text + "; load what is left");
-    else doubt(d, l.surface >= 0 ? "DSLOAD" : "DLOAD", l.place, "", text);
+    if (gone == static_cast<long>(face.size())) fault(d, l.keyword, l.place, "", text + "; load what is left");
+    else doubt(d, l.keyword, l.place, "", text);
   }
 }
 

@@ -28,19 +28,10 @@ double spline(const Amplitude& a, const gsl_interp_type* type, std::size_t i, do
   return y;
 }
 
-// ramp of a static step from the value at the end of the step before
-bool ramps(const Step& s, const Expr& value, int amplitude)
+double value_at(const Model& m, const Expr& value, double factor, int amplitude, const double x[3], double t_step, double t_total)
 {
-  return s.proc == PROC_STATIC && amplitude < 0 && value.is_const();
-}
-
-double value_at(const Model& m, const Step& s, const Expr& value, double start, int amplitude,
-                const double x[3], double t_step, double t_total)
-{
-  const double v = expr_eval(value, x, t_total);
-  if (amplitude >= 0) return v * amplitude_eval(m.amplitude[amplitude], t_step, t_total);
-  if (ramps(s, value, amplitude)) return start + (v - start) * std::min(1.0, t_step / s.period);
-  return v;
+  const double v = factor * expr_eval(value, x, t_total);
+  return amplitude >= 0 ? v * amplitude_eval(m.amplitude[amplitude], t_step, t_total) : v;
 }
 
 }  // namespace
@@ -101,19 +92,17 @@ std::string value_text(const Model& m, const char* keyword, const Place& place, 
          ": mind roots, logarithms and divisions";
 }
 
-const char* load_keyword(const Load& l)
-{
-  return l.kind == LOAD_NODE ? "CLOAD" : l.surface >= 0 ? "DSLOAD" : "DLOAD";
-}
-
 double load_value(const Model& m, const Step& s, const Load& l, const double x[3], double t_step, double t_total)
 {
-  return value_at(m, s, l.value, l.start, l.amplitude, x, t_step, t_total);
+  const double v = value_at(m, l.value, l.factor, l.amplitude, x, t_step, l.hold < 0.0 ? t_total : l.hold);
+  if (l.ramp == RAMP_NONE) return v;
+  const double part = std::min(1.0, t_step / s.period);
+  return l.ramp == RAMP_IN ? v * part : v * (1.0 - part);
 }
 
-double prescribed_value(const Model& m, const Step& s, const Prescribed& b, const double x[3], double t_step, double t_total)
+double prescribed_value(const Model& m, const Prescribed& b, const double x[3], double t_step, double t_total)
 {
-  return value_at(m, s, b.value, b.start, b.amplitude, x, t_step, t_total);
+  return value_at(m, b.value, b.factor, b.amplitude, x, t_step, t_total);
 }
 
 double support_value(const Model& m, const Expr& value, int amplitude, const double x[3], double t_step, double t_total)

@@ -11,9 +11,8 @@ const double* place_of(const Model& m, const Load& l)
 {
   static const double origin[3] = {0, 0, 0};
   if (l.surface >= 0 && m.surface[l.surface].body >= 0) return origin;
-  const std::vector<Face>& face = l.surface >= 0 ? m.surface[l.surface].face : l.face;
   const int node = !l.node.empty() ? l.node[0] : !l.elem.empty() ? m.mesh.conn.begin(l.elem[0])[0]
-                 : !face.empty() ? m.mesh.conn.begin(face[0].elem)[0] : -1;
+                 : l.surface >= 0 ? m.mesh.conn.begin(m.surface[l.surface].face[0].elem)[0] : -1;
   return node >= 0 ? &m.mesh.X[3 * node] : origin;
 }
 
@@ -50,10 +49,10 @@ void step_missed(const Problem& p, const Step& s, bool mid)
   const Model& m     = p.m;
   const double start = p.st.clock.start;
   for (const Load& l : s.load)
-    if (!l.value.is_const() || l.amplitude >= 0)
+    if (l.ramp != RAMP_OUT && (!l.value.is_const() || l.amplitude >= 0))
       warn_missed(s, mid ? 0.5 : 1.0, l.place, "load", [&](double t) { return load_value(m, s, l, place_of(m, l), t, start + t); });
   for (const Prescribed& b : s.prescribed)
     if (!b.node.empty() && (!b.value.is_const() || b.amplitude >= 0))
       warn_missed(s, 1.0, b.place, "prescribed displacement",
-                  [&](double t) { return prescribed_value(m, s, b, &m.mesh.X[3 * b.node[0]], t, start + t); });
+                  [&](double t) { return prescribed_value(m, b, &m.mesh.X[3 * b.node[0]], t, start + t); });
 }
