@@ -7,12 +7,21 @@
 #ifndef MPFE_ASSEM_ASSEM_H
 #define MPFE_ASSEM_ASSEM_H
 
+#include <set>
+
 #include "bond/bond.h"
 #include "bond/contact.h"
 #include "elem/elem.h"
 #include "frac/frac.h"
 #include "point/point.h"
 #include "solve/solve.h"
+
+// A support that goes on at a corner: its share in a prescribed dof of the grid
+struct HeldPart {
+  int dof;                     // of the system
+  int node_dof;                // node*dim + direction
+  double part;                 // of the reaction; adds up to 1 for each dof
+};
 
 struct System {
   int dim = 0, nfe = 0, nrow = 0;
@@ -40,6 +49,7 @@ struct System {
   RealVec target;              // [nrow*dim] prescribed increment of the step, 0 at free dofs
   RealVec rate0, rate;         // [nrow*dim] velocity of prescribed dofs at t(n) (grid only), t(n+1)
   IntVec grid_bc;              // [nrow*dim] index of the grid condition, -1
+  std::vector<HeldPart> held;  // supports of nodes that have become corners of points
   double h_mean = 0.0;         // mean size of elements and cells at t = 0, for rounding floors
   int neq() const { return nrow * dim; }
 };
@@ -73,6 +83,8 @@ struct Problem {
   ContactPairs pairs;
   FracMesh fm;
   CornerShare share;           // corners that conversion has made
+  IntVec follow;               // corners that go on for nodes without elements, see frac_follow
+  std::set<std::string> told;  // warnings that are told once
   RealVec contact_s;           // [nbond*dim] relative displacement of contact bonds over the step
   RealVec ghost_s;             // [nghost*dim] jump of the gradient of du at the faces, times the size of a cell
   System sys;
@@ -132,6 +144,9 @@ void system_form(Problem& p, bool mass);
 
 // Loads and supports are checked where they are evaluated, by all ranks alike. The routines below return BAD_VALUE
 // when one is no finite number; p.note then names keyword, line, function, node or face, and time.
+
+// tell_once : a warning of a line of the deck, once for each line and text, that names a node and the time
+void tell_once(Problem& p, const char* keyword, const Place& place, int node, double time, const char* what);
 
 // system_constrain : fixed dofs and their increments from t(n) to t_total; sets fixed, target, grid_bc. BAD_VALUE
 Status system_constrain(Problem& p, const Step& s, double t_step0, double t_step1);

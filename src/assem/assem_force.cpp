@@ -355,13 +355,17 @@ Status body_loads(Problem& p, const Step& step, const Load& l, double t_step, do
   return STATUS_OK;
 }
 
-Status node_loads(Problem& p, const Step& step, const Load& l, double t_step, double t_total, RealVec& fn)
+// at nodes, or at the corners of points that go on for them
+Status node_loads(Problem& p, const Step& step, const Load& l, double t_step, double t_total, RealVec& fn, RealVec& fc)
 {
   double value;
   for (int n : l.node) {
     const auto name = [&] { return "node " + std::to_string(p.m.mesh.node_label[n]); };
     if (value_here(p, step, l, &p.m.mesh.X[3 * n], t_step, t_total, name, value) != STATUS_OK) return BAD_VALUE;
-    fn[n * p.m.dim + l.dof] += value;
+    const int c = p.follow.empty() ? FOLLOW_ELEMENT : p.follow[n];
+    if (c >= 0) fc[c * p.m.dim + l.dof] += value;
+    else fn[n * p.m.dim + l.dof] += value;
+    if (c == FOLLOW_NONE) tell_once(p, l.keyword, l.place, n, t_total, "its last element is gone and no corner of a point lies there; the load has ended");
   }
   return STATUS_OK;
 }
@@ -435,7 +439,7 @@ Status assem_loads(Problem& p, const Step& step, double t_step, double t_total, 
   RealVec fn(static_cast<size_t>(p.m.mesh.nnode()) * dim, 0.0), fc(p.st.points.Xc.size(), 0.0);
   for (const Load& l : step.load) {
     Status status;
-    if (l.kind == LOAD_NODE) status = node_loads(p, step, l, t_step, t_total, fn);
+    if (l.kind == LOAD_NODE) status = node_loads(p, step, l, t_step, t_total, fn, fc);
     else if (l.kind == LOAD_BODY) status = body_loads(p, step, l, t_step, t_total, fn, fc);
     else status = face_loads(p, step, l, t_step, t_total, s, fn, fc);
     if (status != STATUS_OK) return status;

@@ -185,6 +185,23 @@ void finish_reactions(Problem& p, const Attempt& a)
     if (r < p.sys.nfe) st.rf[p.sys.node_of_row[r] * dim + i % dim] = a.R[i];
     else if (p.sys.grid_bc[i] >= 0) st.grid_rf[p.sys.grid_bc[i] * dim + i % dim] += a.R[i];
   }
+  for (const HeldPart& h : p.sys.held)
+    if (p.sys.grid_bc[h.dof] < 0) st.rf[h.node_dof] += h.part * a.R[h.dof];
+}
+
+// nodes without elements move with the corners that go on for them, for the results
+void finish_followers(Problem& p, const Attempt& a)
+{
+  const int dim = p.m.dim;
+  Level& l = p.st.np1;
+  for (size_t n = 0; n < p.follow.size(); ++n)
+    for (int i = 0; i < dim && p.follow[n] >= 0; ++i) {
+      const size_t k = n * dim + i, c = static_cast<size_t>(p.follow[n]) * dim + i;
+      l.u[k] = l.uc[c];
+      if (a.cM == 0.0) continue;
+      l.v[k] = l.vc[c];
+      l.a[k] = (l.v[k] - p.st.n.v[k]) / a.dt;
+    }
 }
 
 // work of loads and moved supports over the step                                   (6.12)
@@ -274,6 +291,7 @@ void step_finish(Problem& p, Attempt& a)
     if (p.st.points.npoint) finish_points(p, a, dv);
   }
   if (p.grid.ghost.size()) finish_ghosts(p, a, dv);
+  finish_followers(p, a);
   finish_reactions(p, a);
   if (p.pairs.near || !p.st.contact.empty()) finish_contact(p, a);
   p.st.ledger.external += external_work(p, a, rf0);

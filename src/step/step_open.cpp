@@ -128,6 +128,7 @@ Status step_prepare(Problem& p, const Step& s)
 {
   if (p.ready) return STATUS_OK;
   State& st = p.st;
+  frac_follow(p.m, st.frac, st.points, p.follow);
   RealVec xb;
   if (st.bonds.nbond) {
     Timer timer(PHASE_BOND);
