@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 
 #include "deck/deck_state.h"
 
@@ -214,6 +215,48 @@ void check_materials(Deck& d, const Model& m)
   }
 }
 
+// elements and points without a remedy against volumetric locking
+void check_locking(Deck& d, const Model& m)
+{
+  IntVec element(m.material.size(), -1), body(m.material.size(), -1);
+  for (int e = m.mesh.nelem() - 1; e >= 0; --e) {
+    const ElemType& info = elem_table[m.mesh.elem_type[e]];
+    if (m.mesh.elem_section[e] < 0 || info.enhanced || info.plane == PLANE_STRESS) continue;
+    const int material = m.section[m.mesh.elem_section[e]].material;
+    if (material >= 0) element[material] = e;
+  }
+  for (std::size_t b = m.body.size(); b-- > 0;)
+    if (m.body[b].material >= 0 && m.body[b].plane != PLANE_STRESS) body[m.body[b].material] = static_cast<int>(b);
+  for (std::size_t k = 0; k < m.material.size(); ++k) {
+    const Material& a = m.material[k];
+    if (a.poisson < 0.49 || (element[k] < 0 && body[k] < 0)) continue;
+    std::string who = element[k] < 0 ? "" : text_format("%s (element %d)", elem_table[m.mesh.elem_type[element[k]]].name, m.mesh.elem_label[element[k]]);
+    if (body[k] >= 0) who += (who.empty() ? "" : " and ") + std::string("material points (body ") + m.body[body[k]].name + ")";
+    doubt(d, "ELASTIC", a.place, a.name, "poisson = " + text_number(a.poisson) + " of material " + a.name + " makes " + who + " too stiff: they lock when the volume "
+          "cannot change; take " + (m.dim == 3 ? "C3D8I" : "CPE4I, or CPS4 where plane stress fits") + ", or a smaller value (0.45) and a finer mesh");
+  }
+}
+
+// two start values for a node or body in the same direction: the last one holds
+void check_initial(Deck& d, const Model& m)
+{
+  std::map<std::pair<int, int>, const InitialValue*> known;   // node, or -1 - body; direction and kind
+  for (const InitialValue& v : m.initial) {
+    IntVec who = v.node;
+    if (v.body >= 0) who.push_back(-1 - v.body);
+    bool told = false;
+    for (int n : who) {
+      const InitialValue*& last = known[{n, v.dof + (v.displacement ? 3 : 0)}];
+      if (last && !told && (last->value.value != v.value.value || last->value.text != v.value.text)) {
+        told = true;
+        doubt(d, "INITIAL CONDITIONS", v.place, "", text_format("replaces what line %d says for ", last->place.line) +
+              (n < 0 ? "body " + m.body[-1 - n].name : text_format("node %d", m.mesh.node_label[n])) + text_format(", direction %d; the last value holds", v.dof + 1));
+      }
+      last = &v;
+    }
+  }
+}
+
 void check_fragments(Deck& d, const Model& m)
 {
   if (!m.fragments.on) return;
@@ -416,8 +459,10 @@ void check_acting_nodes(Deck& d, const Model& m, const Step& s, const std::vecto
 {
   for (const Load& l : s.load)
     for (int n : l.node) {
-      if (use[n] != USE_NONE) continue;
-      fault(d, "CLOAD", l.place, "", text_format("node %d is loaded but belongs to no element; remove it from the set", m.mesh.node_label[n]));
+      if (use[n] == USE_ELEMENT) continue;
+      const char* const text = use[n] == USE_NONE ? "node %d is loaded but belongs to no element; remove it from the set"
+                                                  : "node %d becomes a corner of material points; load the body by *SURFACE, TYPE=BODY and *DSLOAD";
+      fault(d, "CLOAD", l.place, "", text_format(text, m.mesh.node_label[n]));
       break;
     }
   for (const Prescribed& b : s.prescribed)
@@ -497,6 +542,8 @@ void check_missing(Deck& d, const Model& m, const IntVec& body)
   check_sets(d, m);
   check_sections(d, m, body);
   check_materials(d, m);
+  check_locking(d, m);
+  check_initial(d, m);
   check_fragments(d, m);
   check_bodies(d, m);
   for (const BondDef& b : m.bond) check_bond_distance(d, m, b);

@@ -86,6 +86,7 @@ struct Deck {
 
   ParamMap param;
   ParamMap define;             // -D
+  std::unordered_map<std::string, Spot> param_spot;    // where *PARAMETER gave it
   std::set<std::string> used;  // names that an expression of the deck holds
 
   int dim_first = 0;           // dimension of the first elements or grid, 0: none yet; what and where they are

@@ -233,6 +233,8 @@ Status run_step(Problem& p, const Step& s, Output& out)
     st.log.dt     = dt;
     st.log.t_step = clock.t;
     check_ranks(p);
+    if (s.proc == PROC_STATIC || st.log.inc_total % 10 == 0 || clock_done(s, clock)) step_limit(p, s);
+    if (p.fm.on) step_remainder(p, s);
     out_increment(p.m, p.el, st, p.grid, out);
     st.eroded.clear();
     out_restart(p.m, st, p.grid, false, out);

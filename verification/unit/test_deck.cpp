@@ -351,6 +351,35 @@ TEST(Deck, all_mistakes_in_one_run_but_at_most_fifty_printed)
   EXPECT_EQ(count, 51u);
 }
 
+TEST(Deck, what_is_said_twice_is_a_warning)
+{
+  const std::string twice = "*MATERIAL, NAME=M\n*ELASTIC\n1, 0\n*DENSITY\n1\n*ELASTIC\n2, 0\n*DENSITY\n3\n"
+                            "*BLOCK, TYPE=CPE4, ELSET=P\n0, 0, 1, 1\n<n>, 1\n*SOLID SECTION, ELSET=P, MATERIAL=M\n*BOUNDARY\nP, 1, 2\n"
+                            "*INITIAL CONDITIONS, TYPE=VELOCITY\nP, 1, 1\nP_XMIN, 1, 2\nP, 2, 1\n1, 2, 1\n";
+  const Answer a = read("*PARAMETER\nn = 1\nn = 2\n" + twice + step);
+  ASSERT_EQ(a.errors, 0) << a.text;
+  EXPECT_TRUE(says(a, "replaces the value of n in "));
+  EXPECT_TRUE(says(a, "material M has an *ELASTIC already; this one replaces it"));
+  EXPECT_TRUE(says(a, "material M has a *DENSITY already; this one replaces it"));
+  EXPECT_TRUE(says(a, "for node 1, direction 1; the last value holds"));
+  EXPECT_FALSE(says(a, "direction 2; the last value holds"));     // the same value
+  const Answer b = read("*PARAMETER\nn = 1\n" + twice + step, Defines{{"n", 2.0}});
+  EXPECT_FALSE(says(b, "replaces the value"));
+}
+
+TEST(Deck, nearly_incompressible_material_locks)
+{
+  const auto text = [](const char* type, const char* nu) {
+    return "*BLOCK, TYPE=" + std::string(type) + ", ELSET=P\n0, 0, 1, 1\n1, 1\n*MATERIAL, NAME=M\n*ELASTIC\n1, " + nu +
+           "\n*SOLID SECTION, ELSET=P, MATERIAL=M\n" + "*BOUNDARY\nP, 1, 2\n" + step;
+  };
+  EXPECT_TRUE(says(read(text("CPE4", "0.49")), "makes CPE4 (element 1) too stiff"));
+  EXPECT_TRUE(says(read(text("CPE3", "0.499")), "too stiff"));
+  EXPECT_FALSE(says(read(text("CPE4", "0.489")), "too stiff"));
+  EXPECT_FALSE(says(read(text("CPE4I", "0.499")), "too stiff"));
+  EXPECT_FALSE(says(read(text("CPS4", "0.499")), "too stiff"));
+}
+
 TEST(Deck, warnings_do_not_stop_the_run)
 {
   const Answer a = read(block + "*MATERIAL, NAME=SPARE\n*ELASTIC\n1, 0\n" + held + "*STEP\n*STATIC\n1, 1\n*CLOAD\n1, 1, 5\n*END STEP\n");
