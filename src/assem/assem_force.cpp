@@ -49,7 +49,8 @@ Status check_ground(Problem& p, int b, const double* g, double time)
   const BondDef& d = p.m.bond[p.st.bonds.def[b]];
   for (int i = 0; i < p.m.dim; ++i) {
     if (std::isfinite(g[i])) continue;
-    p.note = value_text(p.m, "BOND", d.place, d.motion[i], d.amplitude, "the ground of bond " + d.name, &p.st.bonds.X[3 * b], time);
+    p.note = value_text(p.m, "BOND", d.place, d.motion[i], d.amplitude, "the ground of bond " + d.name,
+                        &p.st.bonds.X[3 * b], time);
     return BAD_VALUE;
   }
   return STATUS_OK;
@@ -70,7 +71,8 @@ Status move_bonds(Problem& p, const RealVec& du, double t0, double t1)
     if (p.st.bonds.field[b] == SIDE_GROUND) {
       bond_ground_motion(p.m, p.st.bonds, b, t0, total0, g0);
       bond_ground_motion(p.m, p.st.bonds, b, t1, total1, g1);
-      if (check_ground(p, b, g0, total0) != STATUS_OK || check_ground(p, b, g1, total1) != STATUS_OK) return BAD_VALUE;
+      if (check_ground(p, b, g0, total0) != STATUS_OK) return BAD_VALUE;
+      if (check_ground(p, b, g1, total1) != STATUS_OK) return BAD_VALUE;
       for (int i = 0; i < dim; ++i) s[i] -= g1[i] - g0[i];
     }
     for (int i = 0; i < dim; ++i) p.st.np1.slip[b * dim + i] = p.st.n.slip[b * dim + i] + s[i];
@@ -232,25 +234,27 @@ struct Follower {
 
 // the value of a load at X; BAD_VALUE: name() says which node, face or element it is
 template <class Name>
-inline Status value_here(Problem& p, const Step& step, const Load& l, const double* X, double t_step, double t_total, Name name,
-                         double& value)
+inline Status value_here(Problem& p, const Step& step, const Load& l, const double* X, double t_step,
+                         double t_total, Name name, double& value)
 {
   value = load_value(p.m, step, l, X, t_step, t_total);
   if (std::isfinite(value)) return STATUS_OK;
-  p.note = value_text(p.m, l.keyword, l.place, l.value, l.amplitude, name(), X, l.hold < 0.0 ? t_total : l.hold);
+  const double time = l.hold < 0.0 ? t_total : l.hold;
+  p.note = value_text(p.m, l.keyword, l.place, l.value, l.amplitude, name(), X, time);
   return BAD_VALUE;
 }
 
 // the face q, of an element or a point (body), in the user's words
 std::string face_name(const Problem& p, bool body, const Face& q)
 {
-  const std::string face = "face " + std::to_string(q.face + 1) + " of ";
-  return body ? face + "material point " + std::to_string(p.st.points.label[q.elem]) : face + "element " + std::to_string(p.m.mesh.elem_label[q.elem]);
+  const int label = body ? p.st.points.label[q.elem] : p.m.mesh.elem_label[q.elem];
+  const char* const owner = body ? " of material point " : " of element ";
+  return "face " + std::to_string(q.face + 1) + owner + std::to_string(label);
 }
 
 // one face under pressure (on the place of now) or traction (dead, on the area of t = 0)
-Status face_load(Problem& p, const Follower& f, const Face& q, const Step& step, const Load& l, int nen, const int* node, double thickness,
-                 double t_step, double t_total, RealVec& out)
+Status face_load(Problem& p, const Follower& f, const Face& q, const Step& step, const Load& l, int nen,
+                 const int* node, double thickness, double t_step, double t_total, RealVec& out)
 {
   const Model& m       = f.p.m;
   const FaceRule& rule = face_rule(nen);
@@ -265,7 +269,8 @@ Status face_load(Problem& p, const Follower& f, const Face& q, const Step& step,
     for (int k = 0; k < nen; ++k)
       for (int i = 0; i < 3; ++i) at[i] += N[k] * X[3 * k + i];
     double value;
-    if (value_here(p, step, l, at, t_step, t_total, [&] { return face_name(p, f.body, q); }, value) != STATUS_OK) return BAD_VALUE;
+    const auto name = [&] { return face_name(p, f.body, q); };
+    if (value_here(p, step, l, at, t_step, t_total, name, value) != STATUS_OK) return BAD_VALUE;
     value *= rule.w[g] * thickness;
     const double dA    = face_area(nen, l.kind == LOAD_PRESSURE ? x : X, rule.xi[g], n);
     for (int i = 0; i < 3; ++i) force[i] = l.kind == LOAD_PRESSURE ? -value * n[i] : value * dA * l.dir[i];
@@ -276,8 +281,8 @@ Status face_load(Problem& p, const Follower& f, const Face& q, const Step& step,
 }
 
 // faces of finite elements, or of points (body)
-Status faces_load(Problem& p, const Step& step, const Load& l, bool body, const std::vector<Face>& face, double t_step,
-                  double t_total, double s, RealVec& out)
+Status faces_load(Problem& p, const Step& step, const Load& l, bool body, const std::vector<Face>& face,
+                  double t_step, double t_total, double s, RealVec& out)
 {
   const Model& m = p.m;
   const Follower f{p, body, s, step.nlgeom};
@@ -310,7 +315,8 @@ std::vector<Face> acting_faces(const Problem& p, const Load& l, const std::vecto
 }
 
 // faces of finite elements into fn [nnode*dim], faces of bodies into fc [ncorner*dim]
-Status face_loads(Problem& p, const Step& step, const Load& l, double t_step, double t_total, double s, RealVec& fn, RealVec& fc)
+Status face_loads(Problem& p, const Step& step, const Load& l, double t_step, double t_total, double s,
+                  RealVec& fn, RealVec& fc)
 {
   const Status status = faces_load(p, step, l, false, p.m.surface[l.surface].face, t_step, t_total, s, fn);
   if (status != STATUS_OK) return status;
@@ -319,7 +325,8 @@ Status face_loads(Problem& p, const Step& step, const Load& l, double t_step, do
   return faces_load(p, step, l, true, acting_faces(p, l, face), t_step, t_total, s, fc);
 }
 
-Status body_loads(Problem& p, const Step& step, const Load& l, double t_step, double t_total, RealVec& fn, RealVec& fc)
+Status body_loads(Problem& p, const Step& step, const Load& l, double t_step, double t_total,
+                  RealVec& fn, RealVec& fc)
 {
   const Model& m = p.m;
   const int dim  = m.dim;
@@ -356,16 +363,20 @@ Status body_loads(Problem& p, const Step& step, const Load& l, double t_step, do
 }
 
 // at nodes, or at the corners of points that go on for them
-Status node_loads(Problem& p, const Step& step, const Load& l, double t_step, double t_total, RealVec& fn, RealVec& fc)
+Status node_loads(Problem& p, const Step& step, const Load& l, double t_step, double t_total,
+                  RealVec& fn, RealVec& fc)
 {
   double value;
   for (int n : l.node) {
     const auto name = [&] { return "node " + std::to_string(p.m.mesh.node_label[n]); };
-    if (value_here(p, step, l, &p.m.mesh.X[3 * n], t_step, t_total, name, value) != STATUS_OK) return BAD_VALUE;
+    const double* X = &p.m.mesh.X[3 * n];
+    if (value_here(p, step, l, X, t_step, t_total, name, value) != STATUS_OK) return BAD_VALUE;
     const int c = p.follow.empty() ? FOLLOW_ELEMENT : p.follow[n];
     if (c >= 0) fc[c * p.m.dim + l.dof] += value;
     else fn[n * p.m.dim + l.dof] += value;
-    if (c == FOLLOW_NONE) tell_once(p, l.keyword, l.place, n, t_total, "its last element is gone and no corner of a point lies there; the load has ended");
+    if (c == FOLLOW_NONE)
+      tell_once(p, l.keyword, l.place, n, t_total,
+                "its last element is gone and no corner of a point lies there; the load has ended");
   }
   return STATUS_OK;
 }

@@ -28,11 +28,13 @@ template <class Use>
 void each_dof(const Problem& p, const HeldCorner& h, Use use)
 {
   const ListTable& list = p.grid.corner;
-  for (int k = list.off[h.corner]; k < list.off[h.corner + 1]; ++k)
-    if (std::fabs(p.grid.corner_w[k]) > 1e-9) use((p.sys.nfe + list.item[k]) * p.sys.dim + h.dir, p.grid.corner_w[k]);
+  for (int k = list.off[h.corner]; k < list.off[h.corner + 1]; ++k) {
+    const double N = p.grid.corner_w[k];
+    if (std::fabs(N) > 1e-9) use((p.sys.nfe + list.item[k]) * p.sys.dim + h.dir, N);
+  }
 }
 
-// Prescribes the grid nodes that the corners follow; a node of several corners gets their mean by |N_v|                       (7.14)
+// Prescribes the grid nodes that the corners follow; a node of several corners gets their mean by |N_v|   (7.14)
 void hold_corners(Problem& p, const std::vector<HeldCorner>& corners, double time)
 {
   System& s = p.sys;
@@ -41,7 +43,8 @@ void hold_corners(Problem& p, const std::vector<HeldCorner>& corners, double tim
   s.held.clear();
   for (const HeldCorner& h : corners) {
     if (p.st.points.field[h.corner] == FIELD_OWN) {
-      tell_once(p, "BOUNDARY", h.b->place, h.node, time, "its material point has come off its neighbours; the support has ended there");
+      tell_once(p, "BOUNDARY", h.b->place, h.node, time,
+                "its material point has come off its neighbours; the support has ended there");
       continue;
     }
     each_dof(p, h, [&](int dof, double N) {
@@ -65,14 +68,15 @@ void hold_corners(Problem& p, const std::vector<HeldCorner>& corners, double tim
     double moved = 0.0;
     each_dof(p, h, [&](int dof, double N) { moved += N * s.target[dof]; });
     if (std::fabs(moved - h.increment) > 0.01 * s.h_mean)
-      tell_once(p, "BOUNDARY", h.b->place, h.node, time, "supports with different values meet at a node of the grid; the corners that took the place of "
-                                                         "their nodes move by a mean");
+      tell_once(p, "BOUNDARY", h.b->place, h.node, time,
+                "supports with different values meet at a node of the grid; the corners there move by a mean");
   }
 }
 
 Status bad_node(Problem& p, const Prescribed& b, int n, double time)
 {
-  p.note = value_text(p.m, "BOUNDARY", b.place, b.value, b.amplitude, "node " + std::to_string(p.m.mesh.node_label[n]), &p.m.mesh.X[3 * n], time);
+  const std::string node = "node " + std::to_string(p.m.mesh.node_label[n]);
+  p.note = value_text(p.m, "BOUNDARY", b.place, b.value, b.amplitude, node, &p.m.mesh.X[3 * n], time);
   return BAD_VALUE;
 }
 
@@ -87,7 +91,8 @@ Status bad_grid_node(Problem& p, const GridBc& b, const double* x, double time)
 void tell_once(Problem& p, const char* keyword, const Place& place, int node, double time, const char* what)
 {
   if (!p.told.insert(place.file + std::to_string(place.line) + what).second) return;
-  log_warn("%s line %d, *%s: node %d, time %.8g: %s", place.file.c_str(), place.line, keyword, p.m.mesh.node_label[node], time, what);
+  log_warn("%s line %d, *%s: node %d, time %.8g: %s", place.file.c_str(), place.line, keyword,
+           p.m.mesh.node_label[node], time, what);
 }
 
 Status system_constrain(Problem& p, const Step& step, double t_step0, double t_step1)
@@ -104,13 +109,15 @@ Status system_constrain(Problem& p, const Step& step, double t_step0, double t_s
   std::vector<HeldCorner> corners;
   const double dt = t_step1 - t_step0, back = 1e-3 * dt;     // rates by a difference just before t(n+1)
   const bool moves = step.proc == PROC_DYNAMIC;
-  // a ramp goes straight from where the node is to the value at the end of the step                               (6.16)
+  // a ramp goes straight from where the node is to the value at the end of the step                  (6.16)
   const double part0 = std::min(1.0, t_step0 / step.period), part1 = std::min(1.0, t_step1 / step.period);
   const double ramped = part1 < 1.0 ? (part1 - part0) / (1.0 - part0) : 1.0;
   for (const Prescribed& b : step.prescribed)
     for (int n : b.node) {
       const int r = s.row_of_node[n], c = p.follow.empty() ? FOLLOW_ELEMENT : p.follow[n];
-      if (c == FOLLOW_NONE) tell_once(p, "BOUNDARY", b.place, n, total1, "its last element is gone and no corner of a point lies there; the support has ended");
+      if (c == FOLLOW_NONE)
+        tell_once(p, "BOUNDARY", b.place, n, total1,
+                  "its last element is gone and no corner of a point lies there; the support has ended");
       if (r < 0 && c < 0) continue;
       const double value = prescribed_value(m, b, &m.mesh.X[3 * n], t_step1, total1);
       if (!std::isfinite(value)) return bad_node(p, b, n, total1);

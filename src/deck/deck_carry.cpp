@@ -1,6 +1,6 @@
-// What stays from step to step (OP=MOD, OP=NEW), what a later step replaces, and what ramps: *CLOAD by node and
-// direction, loads on faces by element face, volume loads by target and direction, *BOUNDARY by node and direction.
-// Loads of one step add up; of prescribed displacements the last line holds.
+// What stays from step to step (OP=MOD, OP=NEW), what a later step replaces, and what ramps:
+// *CLOAD and *BOUNDARY by node and direction, loads on faces by element face, volume loads by target and
+// direction. Loads of one step add up; of prescribed displacements the last line holds.
 
 #include <algorithm>
 #include <iterator>
@@ -24,7 +24,11 @@ struct Replaced {
 int kind_of(const Load& l) { return l.kind == LOAD_TRACTION ? 1 : 0; }
 long face_key(const Load& l, const Face& f) { return (f.elem * 6L + f.face) * 2 + kind_of(l); }
 bool on_body(const Model& m, const Load& l) { return l.surface >= 0 && m.surface[l.surface].body >= 0; }
-bool ramps(const Step& s, const Expr& value, int amplitude) { return s.proc == PROC_STATIC && amplitude < 0 && value.is_const(); }
+
+bool ramps(const Step& s, const Expr& value, int amplitude)
+{
+  return s.proc == PROC_STATIC && amplitude < 0 && value.is_const();
+}
 
 template <class Key, class Table>
 void mark(Table& table, const Key& key, Replace r)
@@ -88,14 +92,16 @@ void part_surfaces(const Model& m, const Load& l, const Replaced& r, Load& kept,
 
 // what stays of a load of the step before, and what leaves by a ramp
 //   in   removed   OP=NEW: all of it goes, where nothing takes its place by a ramp
-void inherit(const Model& m, const Load& l, const Replaced& r, bool removed, bool is_static, std::vector<Load>& kept, std::vector<Load>& fading)
+void inherit(const Model& m, const Load& l, const Replaced& r, bool removed, bool is_static,
+             std::vector<Load>& kept, std::vector<Load>& fading)
 {
   const auto fate = [&](Replace x) { return x == KEEP && removed ? BY_RAMP : x; };
   Load stay = l, leave = l;
   stay.ramp = RAMP_NONE;
   std::vector<Load> gone;
   if (l.kind == LOAD_BODY || on_body(m, l)) {
-    const Replace x = fate(l.kind == LOAD_BODY ? find(r.volume, l.key) : find(r.surface[kind_of(l)], l.surface));
+    const Replace now = l.kind == LOAD_BODY ? find(r.volume, l.key) : find(r.surface[kind_of(l)], l.surface);
+    const Replace x   = fate(now);
     if (x == KEEP && on_body(m, l)) part_surfaces(m, l, r, stay, gone);
     if (x == KEEP) kept.push_back(stay);
     if (x == BY_RAMP) gone.push_back(leave);
@@ -127,11 +133,13 @@ void warn_beside(Deck& d, const Step& s, const std::vector<Load>& kept)
 {
   for (const Load& l : s.load)
     for (const Load& old : kept) {
-      if (l.kind != LOAD_BODY || old.kind != LOAD_BODY || l.per_mass != old.per_mass || (!l.per_mass && l.dir != old.dir)) continue;
+      if (l.kind != LOAD_BODY || old.kind != LOAD_BODY || l.per_mass != old.per_mass) continue;
+      if (!l.per_mass && l.dir != old.dir) continue;
       if (!meet(l.body, old.body) && !meet(l.elem, old.elem)) continue;
       d.word = l.keyword;
-      deck_warn(d, deck_field(d, l.place, ""), "acts beside the load of " + old.place.file + text_format(" line %d", old.place.line) +
-                ", which stays: a volume load is replaced when target and direction are the same; OP=NEW removes all");
+      deck_warn(d, deck_field(d, l.place, ""), "acts beside the load of " + old.place.file +
+                text_format(" line %d, which stays: a volume load is replaced ", old.place.line) +
+                "when target and direction are the same; OP=NEW removes all");
       break;
     }
 }
@@ -144,8 +152,9 @@ void warn_added(Deck& d, const Step& s)
     const auto first = said.emplace(l.key, &l);
     if (first.second) continue;
     d.word = l.keyword;
-    deck_warn(d, deck_field(d, l.place, ""), "adds to what " + first.first->second->place.file +
-              text_format(" line %d", first.first->second->place.line) + " says for the same target and direction in this step");
+    const Place& at = first.first->second->place;
+    deck_warn(d, deck_field(d, l.place, ""), "adds to what " + at.file + text_format(" line %d", at.line) +
+              " says for the same target and direction in this step");
   }
 }
 
@@ -153,9 +162,10 @@ void warn_added(Deck& d, const Step& s)
 void give_surface(Model& m, Load& l)
 {
   if (l.face.empty()) return;
+  const auto one  = [](const Face& a, const Face& b) { return a.elem == b.elem && a.face == b.face; };
   const auto same = [&](const Surface& s) {
     return s.body < 0 && s.face.size() == l.face.size() &&
-           std::equal(s.face.begin(), s.face.end(), l.face.begin(), [](const Face& a, const Face& b) { return a.elem == b.elem && a.face == b.face; });
+           std::equal(s.face.begin(), s.face.end(), l.face.begin(), one);
   };
   if (l.surface < 0 || !same(m.surface[l.surface])) {
     const auto at = std::find_if(m.surface.begin(), m.surface.end(), same);
@@ -185,7 +195,8 @@ void carry_loads(Deck& d, Model& m)
     for (Load& l : acting) {
       if (l.ramp == RAMP_OUT) continue;
       end_amplitude(m, period, time, l.factor, l.amplitude, false);
-      inherit(m, l, r, l.kind == LOAD_NODE ? d.removes[k].cload : d.removes[k].dload, is_static, kept, fading);
+      const bool removed = l.kind == LOAD_NODE ? d.removes[k].cload : d.removes[k].dload;
+      inherit(m, l, r, removed, is_static, kept, fading);
     }
     for (Load& l : fading) {
       end_amplitude(m, period, time, l.factor, l.amplitude, true);
@@ -207,7 +218,8 @@ void carry_loads(Deck& d, Model& m)
 
 bool same_value(const Prescribed& a, const Prescribed& b)
 {
-  return a.value.is_const() == b.value.is_const() && a.value.value == b.value.value && a.value.text == b.value.text && a.amplitude == b.amplitude;
+  return a.value.is_const() == b.value.is_const() && a.value.value == b.value.value &&
+         a.value.text == b.value.text && a.amplitude == b.amplitude;
 }
 
 // of several lines for a node and direction the last one holds; two values in one step are worth a warning
@@ -231,10 +243,12 @@ void drop_replaced(Deck& d, const Model& m, std::vector<Prescribed>& list, std::
     b.node.swap(node);
     if (other < 0) continue;
     d.word = "BOUNDARY";
-    deck_warn(d, deck_field(d, list[other].place, ""), text_format("replaces what line %d says for node %d, direction %d in the same step; the last value holds",
-                                                                  b.place.line, m.mesh.node_label[at], b.first + 1));
+    deck_warn(d, deck_field(d, list[other].place, ""),
+              text_format("replaces what line %d says for node %d, direction %d in the same step; the last value "
+                          "holds", b.place.line, m.mesh.node_label[at], b.first + 1));
   }
-  list.erase(std::remove_if(list.begin(), list.end(), [](const Prescribed& b) { return b.node.empty(); }), list.end());
+  const auto empty = [](const Prescribed& b) { return b.node.empty(); };
+  list.erase(std::remove_if(list.begin(), list.end(), empty), list.end());
 }
 
 void carry_supports(Deck& d, Model& m)

@@ -226,14 +226,19 @@ void check_locking(Deck& d, const Model& m)
     if (material >= 0) element[material] = e;
   }
   for (std::size_t b = m.body.size(); b-- > 0;)
-    if (m.body[b].material >= 0 && m.body[b].plane != PLANE_STRESS) body[m.body[b].material] = static_cast<int>(b);
+    if (m.body[b].material >= 0 && m.body[b].plane != PLANE_STRESS)
+      body[m.body[b].material] = static_cast<int>(b);
   for (std::size_t k = 0; k < m.material.size(); ++k) {
     const Material& a = m.material[k];
     if (a.poisson < 0.49 || (element[k] < 0 && body[k] < 0)) continue;
-    std::string who = element[k] < 0 ? "" : text_format("%s (element %d)", elem_table[m.mesh.elem_type[element[k]]].name, m.mesh.elem_label[element[k]]);
-    if (body[k] >= 0) who += (who.empty() ? "" : " and ") + std::string("material points (body ") + m.body[body[k]].name + ")";
-    doubt(d, "ELASTIC", a.place, a.name, "poisson = " + text_number(a.poisson) + " of material " + a.name + " makes " + who + " too stiff: they lock when the volume "
-          "cannot change; take " + (m.dim == 3 ? "C3D8I" : "CPE4I, or CPS4 where plane stress fits") + ", or a smaller value (0.45) and a finer mesh");
+    std::string who;
+    if (element[k] >= 0)
+      who = elem_table[m.mesh.elem_type[element[k]]].name + text_format(" (element %d)", m.mesh.elem_label[element[k]]);
+    if (body[k] >= 0) who += (who.empty() ? "" : " and ") + ("material points (body " + m.body[body[k]].name + ")");
+    doubt(d, "ELASTIC", a.place, a.name, "poisson = " + text_number(a.poisson) + " of material " + a.name +
+          " makes " + who + " too stiff: they lock when the volume cannot change; take " +
+          (m.dim == 3 ? "C3D8I" : "CPE4I, or CPS4 where plane stress fits") +
+          ", or a smaller value (0.45) and a finer mesh");
   }
 }
 
@@ -249,8 +254,10 @@ void check_initial(Deck& d, const Model& m)
       const InitialValue*& last = known[{n, v.dof + (v.displacement ? 3 : 0)}];
       if (last && !told && (last->value.value != v.value.value || last->value.text != v.value.text)) {
         told = true;
+        const std::string whose = n < 0 ? "body " + m.body[-1 - n].name
+                                        : text_format("node %d", m.mesh.node_label[n]);
         doubt(d, "INITIAL CONDITIONS", v.place, "", text_format("replaces what line %d says for ", last->place.line) +
-              (n < 0 ? "body " + m.body[-1 - n].name : text_format("node %d", m.mesh.node_label[n])) + text_format(", direction %d; the last value holds", v.dof + 1));
+              whose + text_format(", direction %d; the last value holds", v.dof + 1));
       }
       last = &v;
     }
@@ -460,9 +467,10 @@ void check_acting_nodes(Deck& d, const Model& m, const Step& s, const std::vecto
   for (const Load& l : s.load)
     for (int n : l.node) {
       if (use[n] == USE_ELEMENT) continue;
-      const char* const text = use[n] == USE_NONE ? "node %d is loaded but belongs to no element; remove it from the set"
-                                                  : "node %d becomes a corner of material points; load the body by *SURFACE, TYPE=BODY and *DSLOAD";
-      fault(d, "CLOAD", l.place, "", text_format(text, m.mesh.node_label[n]));
+      const std::string what = use[n] == USE_NONE ? " is loaded but belongs to no element; remove it from the set"
+                                                  : " becomes a corner of material points; load the body by "
+                                                    "*SURFACE, TYPE=BODY and *DSLOAD";
+      fault(d, "CLOAD", l.place, "", text_format("node %d", m.mesh.node_label[n]) + what);
       break;
     }
   for (const Prescribed& b : s.prescribed)

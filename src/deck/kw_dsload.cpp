@@ -19,6 +19,7 @@ void kw_dsload(Card& card, Model& model)
     l.amplitude = amplitude;
     if (!card_good(card)) continue;
     l.surface = target_surface(d, model, target);
-    if (l.surface >= 0) deck_load(d, model, "DSLOAD", text_upper(target.text) + (kind == 0 ? " P" : " TRVEC"), target, l);
+    const std::string key = text_upper(target.text) + (kind == 0 ? " P" : " TRVEC");
+    if (l.surface >= 0) deck_load(d, model, "DSLOAD", key, target, l);
   }
 }

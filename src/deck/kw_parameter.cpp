@@ -26,7 +26,8 @@ void kw_parameter(Card& card, Model&)
     }
     const auto first = d.param_spot.emplace(name, Spot{at.file, at.line});
     if (!first.second && !d.define.count(name))
-      card_warn(card, at, "replaces the value of " + name + " in " + spot_text(d, first.first->second) + " from here on");
+      card_warn(card, at, "replaces the value of " + name + " in " + spot_text(d, first.first->second) +
+                " from here on");
     first.first->second = Spot{at.file, at.line};
     d.used.insert(name);
     double value = 1.0;

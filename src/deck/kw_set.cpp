@@ -47,7 +47,8 @@ void selected(Card& card, const Model& model, bool nodes, const Expr& where, Int
     if (nodes) for (int k = 0; k < 3; ++k) x[k] = model.mesh.X[3 * static_cast<std::size_t>(i) + k];
     else mesh_centroid(model.mesh, i, x);
     const int label = nodes ? model.mesh.node_label[i] : model.mesh.elem_label[i];
-    if (card_where(card, where, x, model.dim, text_format(nodes ? "node %d" : "the centre of element %d", label))) item.push_back(i);
+    const std::string what = text_format(nodes ? "node %d" : "the centre of element %d", label);
+    if (card_where(card, where, x, model.dim, what)) item.push_back(i);
   }
 }
 

@@ -26,8 +26,9 @@ void read_faces(Card& card, const Model& model, Surface& s)
       break;
     }
     if (again > 0)
-      card_warn(card, f, text_format("%d face%s of this line %s in the surface already, the first is S%d of element %d; a face counts once", again,
-                                     again > 1 ? "s" : "", again > 1 ? "are" : "is", face + 1, model.mesh.elem_label[first]));
+      card_warn(card, f, text_format("%d face%s of this line %s in the surface already, the first is S%d of element %d; "
+                                     "a face counts once", again, again > 1 ? "s" : "", again > 1 ? "are" : "is",
+                                     face + 1, model.mesh.elem_label[first]));
   }
 }
 
@@ -43,7 +44,8 @@ void find_faces(Card& card, const Model& model, const IntVec& elem, const Expr* 
     bool take = true;
     for (int a = 0; where && a < info.nfnode[f.face]; ++a) {
       const int n = mesh.conn.begin(f.elem)[info.face[f.face][a]];
-      take = take && card_where(card, *where, &mesh.X[3 * static_cast<std::size_t>(n)], model.dim, text_format("node %d", mesh.node_label[n]));
+      const double* X = &mesh.X[3 * static_cast<std::size_t>(n)];
+      take = take && card_where(card, *where, X, model.dim, text_format("node %d", mesh.node_label[n]));
     }
     if (take) s.face.push_back(f);
   }

@@ -11,8 +11,10 @@ IntVec lost_nodes(const Model& m, const Fracture& fr)
   IntVec lost(m.mesh.nnode(), 0);
   for (int e : fr.converted)
     for (int k = m.mesh.conn.off[e]; k < m.mesh.conn.off[e + 1]; ++k) lost[m.mesh.conn.item[k]] = 1;
-  for (int e = 0; e < m.mesh.nelem(); ++e)
-    for (int k = m.mesh.conn.off[e]; k < m.mesh.conn.off[e + 1] && fr.form[e] == FORM_ELEMENT; ++k) lost[m.mesh.conn.item[k]] = 0;
+  for (int e = 0; e < m.mesh.nelem(); ++e) {
+    if (fr.form[e] != FORM_ELEMENT) continue;
+    for (int k = m.mesh.conn.off[e]; k < m.mesh.conn.off[e + 1]; ++k) lost[m.mesh.conn.item[k]] = 0;
+  }
   return lost;
 }
 
@@ -22,7 +24,8 @@ int corner_at(const Model& m, const Points& pts, int q, int n, double tol)
   for (int k = pts.conn.off[q]; k < pts.conn.off[q + 1]; ++k) {
     const int c = pts.conn.item[k];
     double apart = 0.0;
-    for (int i = 0; i < m.dim; ++i) apart = std::max(apart, std::fabs(pts.Xc[c * m.dim + i] - m.mesh.X[3 * n + i]));
+    for (int i = 0; i < m.dim; ++i)
+      apart = std::max(apart, std::fabs(pts.Xc[c * m.dim + i] - m.mesh.X[3 * n + i]));
     if (apart <= tol) return c;
   }
   return -1;
@@ -34,7 +37,8 @@ double tolerance(const Mesh& mesh, int e)
   double size = 0.0;
   const int* node = mesh.conn.begin(e);
   for (int a = 1; a < mesh.conn.count(e); ++a)
-    for (int i = 0; i < 3; ++i) size = std::max(size, std::fabs(mesh.X[3 * node[a] + i] - mesh.X[3 * node[0] + i]));
+    for (int i = 0; i < 3; ++i)
+      size = std::max(size, std::fabs(mesh.X[3 * node[a] + i] - mesh.X[3 * node[0] + i]));
   return 1e-6 * size;
 }
 
@@ -52,7 +56,7 @@ void frac_follow(const Model& m, const Fracture& fr, const Points& pts, IntVec& 
     const double tol = tolerance(m.mesh, e);
     for (int k = m.mesh.conn.off[e]; k < m.mesh.conn.off[e + 1]; ++k) {
       const int n = m.mesh.conn.item[k];
-      if (!lost[n] || (corner[n] >= 0 && pts.field[corner[n]] != FIELD_OWN)) continue;     // corners that hold together first
+      if (!lost[n] || (corner[n] >= 0 && pts.field[corner[n]] != FIELD_OWN)) continue;   // loose ones last
       for (int q = pts.of_elem[e]; q < pts.npoint && pts.parent[q] == e; ++q) {
         const int c = corner_at(m, pts, q, n, tol);
         if (c >= 0 && (corner[n] < 0 || pts.field[c] != FIELD_OWN)) corner[n] = c;

@@ -28,7 +28,8 @@ double spline(const Amplitude& a, const gsl_interp_type* type, std::size_t i, do
   return y;
 }
 
-double value_at(const Model& m, const Expr& value, double factor, int amplitude, const double x[3], double t_step, double t_total)
+double value_at(const Model& m, const Expr& value, double factor, int amplitude, const double x[3],
+                double t_step, double t_total)
 {
   const double v = factor * expr_eval(value, x, t_total);
   return amplitude >= 0 ? v * amplitude_eval(m.amplitude[amplitude], t_step, t_total) : v;
@@ -86,7 +87,8 @@ std::string value_text(const Model& m, const char* keyword, const Place& place, 
                      (value.is_const() ? "" : " \"" + value.text.substr(0, 200) + "\"");
   if (amplitude >= 0) {
     const Amplitude& a = m.amplitude[amplitude];
-    text += " times amplitude " + a.name + (a.kind == AMP_EXPRESSION ? " \"" + a.expr.text.substr(0, 200) + "\"" : "");
+    text += " times amplitude " + a.name;
+    if (a.kind == AMP_EXPRESSION) text += " \"" + a.expr.text.substr(0, 200) + "\"";
   }
   return text + " is not a finite number at " + where + " " + position_text(X, m.dim) + ", time " + when +
          ": mind roots, logarithms and divisions";

@@ -396,8 +396,8 @@ int model_find_body(const Model& m, const std::string& name);
 // amplitude_eval : y(t); t_step and t_total are the times of the step and of the run
 double amplitude_eval(const Amplitude& a, double t_step, double t_total);
 
-// load_value, prescribed_value : what acts at x at the given time; amplitudes, expressions of x y z t (t: total time), loads with
-// their ramp
+// load_value, prescribed_value : what acts at x at the given time; amplitudes, expressions of x y z t
+// (t: total time), loads with their ramp
 double load_value(const Model& m, const Step& s, const Load& l, const double x[3], double t_step, double t_total);
 double prescribed_value(const Model& m, const Prescribed& b, const double x[3], double t_step, double t_total);
 

@@ -59,13 +59,14 @@ void add_point(Filler& f, int body, Shape shape, const int* corner)
 }
 
 // WHERE of a body or a surface at X; a value that is no number is a mistake, told once for each
-bool accepts(const Expr& where, const double* X, int dim, const char* kind, const std::string& name, const Place& place, int& faults)
+bool accepts(const Expr& where, const double* X, int dim, const char* kind, const std::string& name,
+             const Place& place, int& faults)
 {
   if (where.is_const()) return true;
   const double value = expr_eval(where, X, 0.0);
   if (!std::isfinite(value) && faults++ == 0)
-    log_error("%s %s (%s line %d): WHERE is not a finite number at %s", kind, name.c_str(), place.file.c_str(), place.line,
-              position_text(X, dim).c_str());
+    log_error("%s %s (%s line %d): WHERE is not a finite number at %s", kind, name.c_str(),
+              place.file.c_str(), place.line, position_text(X, dim).c_str());
   return value != 0.0;
 }
 

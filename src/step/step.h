@@ -97,8 +97,8 @@ struct UndoPoint {
 void step_undo_point(const Problem& p, UndoPoint& u);
 void step_undo(Problem& p, const UndoPoint& u);
 
-// step_limit : warns when elements or points are compressed below the stretch at which St.Venant-Kirchhoff softens: how many, the worst
-// one, and again whenever twice as many are
+// step_limit : warns when elements or points are compressed below the stretch at which St.Venant-Kirchhoff
+// softens: how many, the worst one, and again whenever twice as many are
 void step_limit(Problem& p, const Step& s);
 
 // step_remainder : statics: warns when loads rest on broken material alone: the share that its STIFFNESS carries

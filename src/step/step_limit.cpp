@@ -27,7 +27,8 @@ double smallest(const double* F)
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) C[i][j] = F[i] * F[j] + F[3 + i] * F[3 + j] + F[6 + i] * F[6 + j];
   double bound = 1.0;
-  for (int i = 0; i < 3; ++i) bound = std::min(bound, C[i][i] - std::fabs(C[i][(i + 1) % 3]) - std::fabs(C[i][(i + 2) % 3]));
+  for (int i = 0; i < 3; ++i)
+    bound = std::min(bound, C[i][i] - std::fabs(C[i][(i + 1) % 3]) - std::fabs(C[i][(i + 2) % 3]));
   if (bound >= limit) return 1.0;
   const Eigen::Map<const Eigen::Matrix3d> A(&C[0][0]);
   return Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(A, Eigen::EigenvaluesOnly).eigenvalues()(0);
@@ -80,8 +81,9 @@ void step_limit(Problem& p, const Step& s)
   const Compressed c = compressed(p);
   const int count    = c.elements + c.points;
   if (count == 0 || !p.told.insert("stretch " + std::to_string(std::ilogb(count))).second) return;
-  const std::string who = c.is_point ? "material point " + std::to_string(p.st.points.label[c.worst]) : "element " + std::to_string(p.m.mesh.elem_label[c.worst]);
-  log_warn("time %.8g: %d elements and %d material points are compressed below a stretch of 0.577, where St.Venant-Kirchhoff softens and its answer "
-           "means little; the worst is %s at %s with %.3f", p.st.n.time, c.elements, c.points, who.c_str(), position_text(c.X, p.m.dim).c_str(),
-           std::sqrt(std::max(0.0, c.least)));
+  const int label = c.is_point ? p.st.points.label[c.worst] : p.m.mesh.elem_label[c.worst];
+  log_warn("time %.8g: %d elements and %d material points are compressed below a stretch of 0.577, where "
+           "St.Venant-Kirchhoff softens and its answer means little; the worst is %s %d at %s with %.3f",
+           p.st.n.time, c.elements, c.points, c.is_point ? "material point" : "element", label,
+           position_text(c.X, p.m.dim).c_str(), std::sqrt(std::max(0.0, c.least)));
 }

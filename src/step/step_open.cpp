@@ -12,7 +12,8 @@ double start_value(const Model& m, const InitialValue& iv, const std::string& wh
 {
   const double value = expr_eval(iv.value, X, 0.0);
   if (std::isfinite(value)) return value;
-  if (errors++ == 0) log_error("%s", value_text(m, "INITIAL CONDITIONS", iv.place, iv.value, -1, where, X, 0.0).c_str());
+  if (errors++ == 0)
+    log_error("%s", value_text(m, "INITIAL CONDITIONS", iv.place, iv.value, -1, where, X, 0.0).c_str());
   return 0.0;
 }
 

@@ -31,7 +31,8 @@ IntVec find_pieces(const Problem& p)
   for (const ElemBlock& b : p.el.block)
     for (int slot : b.live) {
       const int e = b.elem[slot], *node = p.m.mesh.conn.begin(e);
-      for (int a = 1; a < p.m.mesh.conn.count(e) && p.st.frac.broken[e] < 0; ++a) up[root_of(up, node[a])] = root_of(up, node[0]);
+      if (p.st.frac.broken[e] >= 0) continue;
+      for (int a = 1; a < p.m.mesh.conn.count(e); ++a) up[root_of(up, node[a])] = root_of(up, node[0]);
     }
   for (size_t n = 0; n < up.size(); ++n) up[n] = root_of(up, static_cast<int>(n));
   return up;
@@ -79,7 +80,8 @@ bool breaks(const Fracture& fr)
 void step_remainder(Problem& p, const Step& s)
 {
   const State& st = p.st;
-  if (s.proc != PROC_STATIC || !breaks(st.frac) || st.points.npoint || comm_rank() > 0 || p.sys.fixed.size() != static_cast<size_t>(p.sys.neq())) return;
+  if (s.proc != PROC_STATIC || !breaks(st.frac) || st.points.npoint || comm_rank() > 0) return;
+  if (p.sys.fixed.size() != static_cast<size_t>(p.sys.neq())) return;
   RealVec f;
   if (assem_loads(p, s, st.n.time - st.clock.start, st.n.time, 1.0, f) != STATUS_OK) return;
   const IntVec root = find_pieces(p);
@@ -100,6 +102,7 @@ void step_remainder(Problem& p, const Step& s)
     if (size(load) > 0.0) rest += borne / size(load);
   }
   if (rest < 0.01 * all || !p.told.insert("remainder " + std::to_string(st.log.step)).second) return;
-  log_warn("step %d, time %.8g: %.0f %% of the loads act on pieces that nothing intact ties to a support; broken elements carry them by their STIFFNESS "
-           "alone, and displacements mean little: end the step before, or prescribe displacements", st.log.step, st.n.time, 100.0 * rest / all);
+  log_warn("step %d, time %.8g: %.0f %% of the loads act on pieces that nothing intact ties to a support; "
+           "broken elements carry them by their STIFFNESS alone, and displacements mean little: end the step "
+           "before, or prescribe displacements", st.log.step, st.n.time, 100.0 * rest / all);
 }
