@@ -7,6 +7,8 @@
 #ifndef MPFE_ASSEM_ASSEM_H
 #define MPFE_ASSEM_ASSEM_H
 
+#include <set>
+
 #include "bond/bond.h"
 #include "bond/contact.h"
 #include "elem/elem.h"
@@ -23,6 +25,13 @@ struct Ties {
   ListTable master;            // [ntie] dofs
   RealVec coef;                // [master.item]
   RealVec gap;                 // [ntie] what is left of the equation at t(n); rounding
+};
+
+// A support that goes on at a corner: its share in a prescribed dof of the grid
+struct HeldPart {
+  int dof;                     // of the system
+  int node_dof;                // node*dim + direction
+  double part;                 // of the reaction; adds up to 1 for each dof
 };
 
 struct System {
@@ -53,6 +62,7 @@ struct System {
   RealVec target;              // [nrow*dim] prescribed increment of the step, 0 at free dofs
   RealVec rate0, rate;         // [nrow*dim] velocity of prescribed dofs at t(n) (grid only), t(n+1)
   IntVec grid_bc;              // [nrow*dim] index of the grid condition, -1
+  std::vector<HeldPart> held;  // supports of nodes that have become corners of points
   double h_mean = 0.0;         // mean size of elements and cells at t = 0, for rounding floors
   int neq() const { return nrow * dim; }
 };
@@ -86,6 +96,8 @@ struct Problem {
   ContactPairs pairs;
   FracMesh fm;
   CornerShare share;           // corners that conversion has made
+  IntVec follow;               // corners that go on for nodes without elements, see frac_follow
+  std::set<std::string> told;  // warnings that are told once
   RealVec contact_s;           // [nbond*dim] relative displacement of contact bonds over the step
   RealVec ghost_s;             // [nghost*dim] jump of the gradient of du at the faces, times the size of a cell
   System sys;
@@ -159,18 +171,24 @@ void tie_force(const System& s, RealVec& f);
 // tie_matrix : A = T^T A T of what this rank has; rows and columns of dependent dofs are zero afterwards
 void tie_matrix(System& s);
 
-// system_constrain : fixed dofs and their increments from t(n) to t_total; sets fixed, target, grid_bc
-void system_constrain(Problem& p, const Step& s, double t_step0, double t_step1);
+// Loads and supports are checked where they are evaluated, by all ranks alike. The routines below return BAD_VALUE
+// when one is no finite number; p.note then names keyword, line, function, node or face, and time.
 
-// assem_move : places and displacements at t(n+1) from the increment du: writes st.np1.u, uc, slip
-void assem_move(Problem& p, const RealVec& du, double t_step0, double t_step1);
+// tell_once : a warning of a line of the deck, once for each line and text, that names a node and the time
+void tell_once(Problem& p, const char* keyword, const Place& place, int node, double time, const char* what);
+
+// system_constrain : fixed dofs and their increments from t(n) to t_total; sets fixed, target, grid_bc. BAD_VALUE
+Status system_constrain(Problem& p, const Step& s, double t_step0, double t_step1);
+
+// assem_move : places and displacements at t(n+1) from the increment du: writes st.np1.u, uc, slip. BAD_VALUE
+Status assem_move(Problem& p, const RealVec& du, double t_step0, double t_step1);
 
 // assem_internal : fint [neq] of elements, points and bonds for the two levels of the state
 //   BAD_JACOBIAN: p.worst names the element or point
 Status assem_internal(Problem& p, const KernelMode& mode, RealVec& fint);
 
-// assem_loads : fext [neq] at a time; followers act on the places of n (s = 0) ... n+1 (s = 1)
-void assem_loads(Problem& p, const Step& step, double t_step, double t_total, double s, RealVec& fext);
+// assem_loads : fext [neq] at a time; followers act on the places of n (s = 0) ... n+1 (s = 1). BAD_VALUE
+Status assem_loads(Problem& p, const Step& step, double t_step, double t_total, double s, RealVec& fext);
 bool assem_has_followers(const Step& step);
 
 // assem_tangent : A = K + cM M (all dofs, also the fixed ones)

@@ -1,4 +1,8 @@
 #include <algorithm>
+#include <cmath>
+#include <set>
+#include <string>
+#include <utility>
 
 #include "assem/assem.h"
 #include "assem/pack_list.h"
@@ -39,7 +43,20 @@ void move_nodes(Problem& p, const RealVec& du)
   }
 }
 
-void move_bonds(Problem& p, const RealVec& du, double t0, double t1)
+// BAD_VALUE when the motion g of the ground under bond b is no finite number
+Status check_ground(Problem& p, int b, const double* g, double time)
+{
+  const BondDef& d = p.m.bond[p.st.bonds.def[b]];
+  for (int i = 0; i < p.m.dim; ++i) {
+    if (std::isfinite(g[i])) continue;
+    p.note = value_text(p.m, "BOND", d.place, d.motion[i], d.amplitude, "the ground of bond " + d.name,
+                        &p.st.bonds.X[3 * b], time);
+    return BAD_VALUE;
+  }
+  return STATUS_OK;
+}
+
+Status move_bonds(Problem& p, const RealVec& du, double t0, double t1)
 {
   const int dim = p.m.dim;
   const double total0 = p.st.n.time, total1 = p.st.n.time + (t1 - t0);
@@ -54,10 +71,13 @@ void move_bonds(Problem& p, const RealVec& du, double t0, double t1)
     if (p.st.bonds.field[b] == SIDE_GROUND) {
       bond_ground_motion(p.m, p.st.bonds, b, t0, total0, g0);
       bond_ground_motion(p.m, p.st.bonds, b, t1, total1, g1);
+      if (check_ground(p, b, g0, total0) != STATUS_OK) return BAD_VALUE;
+      if (check_ground(p, b, g1, total1) != STATUS_OK) return BAD_VALUE;
       for (int i = 0; i < dim; ++i) s[i] -= g1[i] - g0[i];
     }
     for (int i = 0; i < dim; ++i) p.st.np1.slip[b * dim + i] = p.st.n.slip[b * dim + i] + s[i];
   }
+  return STATUS_OK;
 }
 
 // adds the force re of an element; its numbers lie STRIDE apart
@@ -212,9 +232,29 @@ struct Follower {
   }
 };
 
+// the value of a load at X; BAD_VALUE: name() says which node, face or element it is
+template <class Name>
+inline Status value_here(Problem& p, const Step& step, const Load& l, const double* X, double t_step,
+                         double t_total, Name name, double& value)
+{
+  value = load_value(p.m, step, l, X, t_step, t_total);
+  if (std::isfinite(value)) return STATUS_OK;
+  const double time = l.hold < 0.0 ? t_total : l.hold;
+  p.note = value_text(p.m, l.keyword, l.place, l.value, l.amplitude, name(), X, time);
+  return BAD_VALUE;
+}
+
+// the face q, of an element or a point (body), in the user's words
+std::string face_name(const Problem& p, bool body, const Face& q)
+{
+  const int label = body ? p.st.points.label[q.elem] : p.m.mesh.elem_label[q.elem];
+  const char* const owner = body ? " of material point " : " of element ";
+  return "face " + std::to_string(q.face + 1) + owner + std::to_string(label);
+}
+
 // one face under pressure (on the place of now) or traction (dead, on the area of t = 0)
-void face_load(const Follower& f, const Step& step, const Load& l, int nen, const int* node, double thickness,
-               double t_step, double t_total, RealVec& out)
+Status face_load(Problem& p, const Follower& f, const Face& q, const Step& step, const Load& l, int nen,
+                 const int* node, double thickness, double t_step, double t_total, RealVec& out)
 {
   const Model& m       = f.p.m;
   const FaceRule& rule = face_rule(nen);
@@ -228,17 +268,21 @@ void face_load(const Follower& f, const Step& step, const Load& l, int nen, cons
     face_eval(nen, rule.xi[g], N, nullptr);
     for (int k = 0; k < nen; ++k)
       for (int i = 0; i < 3; ++i) at[i] += N[k] * X[3 * k + i];
-    const double value = rule.w[g] * thickness * load_value(m, step, l, at, t_step, t_total);
+    double value;
+    const auto name = [&] { return face_name(p, f.body, q); };
+    if (value_here(p, step, l, at, t_step, t_total, name, value) != STATUS_OK) return BAD_VALUE;
+    value *= rule.w[g] * thickness;
     const double dA    = face_area(nen, l.kind == LOAD_PRESSURE ? x : X, rule.xi[g], n);
     for (int i = 0; i < 3; ++i) force[i] = l.kind == LOAD_PRESSURE ? -value * n[i] : value * dA * l.dir[i];
     for (int k = 0; k < nen; ++k)
       for (int i = 0; i < m.dim; ++i) out[node[k] * m.dim + i] += N[k] * force[i];
   }
+  return STATUS_OK;
 }
 
 // faces of finite elements, or of points (body)
-void faces_load(const Problem& p, const Step& step, const Load& l, bool body, const std::vector<Face>& face, double t_step,
-                double t_total, double s, RealVec& out)
+Status faces_load(Problem& p, const Step& step, const Load& l, bool body, const std::vector<Face>& face,
+                  double t_step, double t_total, double s, RealVec& out)
 {
   const Model& m = p.m;
   const Follower f{p, body, s, step.nlgeom};
@@ -251,21 +295,38 @@ void faces_load(const Problem& p, const Step& step, const Load& l, bool body, co
     if (!body && p.el.block_of[q.elem] < 0) continue;     // no element any more
     const double t = m.dim == 3 ? 1.0 : body ? m.body[p.st.points.body[q.elem]].thickness
                                              : p.el.block[p.el.block_of[q.elem]].thickness;
-    face_load(f, step, l, nen, node, t, t_step, t_total, out);
+    if (face_load(p, f, q, step, l, nen, node, t, t_step, t_total, out) != STATUS_OK) return BAD_VALUE;
   }
+  return STATUS_OK;
+}
+
+// of the faces of a body: not those that the surfaces of except have too, and of only those alone
+std::vector<Face> acting_faces(const Problem& p, const Load& l, const std::vector<Face>& face)
+{
+  std::set<std::pair<int, int>> except, only;
+  for (int s : l.except)
+    for (const Face& f : p.st.points.surface[s]) except.insert({f.elem, f.face});
+  for (int s : l.only)
+    for (const Face& f : p.st.points.surface[s]) only.insert({f.elem, f.face});
+  std::vector<Face> out;
+  for (const Face& f : face)
+    if (!except.count({f.elem, f.face}) && (l.only.empty() || only.count({f.elem, f.face}))) out.push_back(f);
+  return out;
 }
 
 // faces of finite elements into fn [nnode*dim], faces of bodies into fc [ncorner*dim]
-void face_loads(const Problem& p, const Step& step, const Load& l, double t_step, double t_total, double s,
-                RealVec& fn, RealVec& fc)
+Status face_loads(Problem& p, const Step& step, const Load& l, double t_step, double t_total, double s,
+                  RealVec& fn, RealVec& fc)
 {
-  const bool surf = l.surface >= 0;
-  faces_load(p, step, l, false, surf ? p.m.surface[l.surface].face : l.face, t_step, t_total, s, fn);
-  if (surf) faces_load(p, step, l, true, p.st.points.surface[l.surface], t_step, t_total, s, fc);
+  const Status status = faces_load(p, step, l, false, p.m.surface[l.surface].face, t_step, t_total, s, fn);
+  if (status != STATUS_OK) return status;
+  const std::vector<Face>& face = p.st.points.surface[l.surface];
+  if (l.except.empty() && l.only.empty()) return faces_load(p, step, l, true, face, t_step, t_total, s, fc);
+  return faces_load(p, step, l, true, acting_faces(p, l, face), t_step, t_total, s, fc);
 }
 
-void body_loads(const Problem& p, const Step& step, const Load& l, double t_step, double t_total,
-                RealVec& fn, RealVec& fc)
+Status body_loads(Problem& p, const Step& step, const Load& l, double t_step, double t_total,
+                  RealVec& fn, RealVec& fc)
 {
   const Model& m = p.m;
   const int dim  = m.dim;
@@ -275,9 +336,11 @@ void body_loads(const Problem& p, const Step& step, const Load& l, double t_step
     const ElemBlock& b    = p.el.block[p.el.block_of[e]];
     const ShapeInfo& info = shape_info[b.shape];
     for (int g = 0; g < info.ngp; ++g) {
-      double X[3], N[8];
-      const double w = elem_gauss_place(m, p.el, e, g, X, N) * load_value(m, step, l, X, t_step, t_total) *
-                       (l.per_mass ? b.density : 1.0);
+      double X[3], N[8], value;
+      const double dV = elem_gauss_place(m, p.el, e, g, X, N);
+      const auto name = [&] { return "element " + std::to_string(m.mesh.elem_label[e]); };
+      if (value_here(p, step, l, X, t_step, t_total, name, value) != STATUS_OK) return BAD_VALUE;
+      const double w = dV * value * (l.per_mass ? b.density : 1.0);
       for (int a = 0; a < info.nen; ++a)
         for (int i = 0; i < dim; ++i) fn[m.mesh.conn.begin(e)[a] * dim + i] += w * N[a] * l.dir[i];
     }
@@ -289,10 +352,33 @@ void body_loads(const Problem& p, const Step& step, const Load& l, double t_step
       double X[3] = {0, 0, 0};
       for (int k = pts.conn.off[q]; k < pts.conn.off[q + 1]; ++k)
         for (int i = 0; i < dim; ++i) X[i] += pts.w[k] * pts.Xc[pts.conn.item[k] * dim + i];
-      const double w = load_value(m, step, l, X, t_step, t_total) * (l.per_mass ? pts.mass[q] : pts.V0[q]);
+      double value;
+      const auto name = [&] { return "material point " + std::to_string(pts.label[q]); };
+      if (value_here(p, step, l, X, t_step, t_total, name, value) != STATUS_OK) return BAD_VALUE;
+      const double w = value * (l.per_mass ? pts.mass[q] : pts.V0[q]);
       for (int k = pts.conn.off[q]; k < pts.conn.off[q + 1]; ++k)
         for (int i = 0; i < dim; ++i) fc[pts.conn.item[k] * dim + i] += w * pts.w[k] * l.dir[i];
     }
+  return STATUS_OK;
+}
+
+// at nodes, or at the corners of points that go on for them
+Status node_loads(Problem& p, const Step& step, const Load& l, double t_step, double t_total,
+                  RealVec& fn, RealVec& fc)
+{
+  double value;
+  for (int n : l.node) {
+    const auto name = [&] { return "node " + std::to_string(p.m.mesh.node_label[n]); };
+    const double* X = &p.m.mesh.X[3 * n];
+    if (value_here(p, step, l, X, t_step, t_total, name, value) != STATUS_OK) return BAD_VALUE;
+    const int c = p.follow.empty() ? FOLLOW_ELEMENT : p.follow[n];
+    if (c >= 0) fc[c * p.m.dim + l.dof] += value;
+    else fn[n * p.m.dim + l.dof] += value;
+    if (c == FOLLOW_NONE)
+      tell_once(p, l.keyword, l.place, n, t_total,
+                "its last element is gone and no corner of a point lies there; the load has ended");
+  }
+  return STATUS_OK;
 }
 
 }  // namespace
@@ -321,12 +407,12 @@ void assem_ghost_jump(const Problem& p, const RealVec& x, RealVec& jump)
       for (int i = 0; i < dim; ++i) jump[q * dim + i] += p.grid.ghost_w[k] * x[(p.sys.nfe + t.item[k]) * dim + i];
 }
 
-void assem_move(Problem& p, const RealVec& du, double t_step0, double t_step1)
+Status assem_move(Problem& p, const RealVec& du, double t_step0, double t_step1)
 {
   move_nodes(p, du);
   assem_gather_corners(p, du, p.st.n.uc, p.st.np1.uc);                             // (3.1)
-  move_bonds(p, du, t_step0, t_step1);
   assem_ghost_jump(p, du, p.ghost_s);
+  return move_bonds(p, du, t_step0, t_step1);
 }
 
 Status assem_internal(Problem& p, const KernelMode& mode, RealVec& fint)
@@ -358,20 +444,20 @@ bool assem_has_followers(const Step& step)
   return false;
 }
 
-void assem_loads(Problem& p, const Step& step, double t_step, double t_total, double s, RealVec& fext)
+Status assem_loads(Problem& p, const Step& step, double t_step, double t_total, double s, RealVec& fext)
 {
   const int dim = p.m.dim;
   RealVec fn(static_cast<size_t>(p.m.mesh.nnode()) * dim, 0.0), fc(p.st.points.Xc.size(), 0.0);
   for (const Load& l : step.load) {
-    if (l.kind == LOAD_NODE)
-      for (int n : l.node) fn[n * dim + l.dof] += load_value(p.m, step, l, &p.m.mesh.X[3 * n], t_step, t_total);
-    else if (l.kind == LOAD_BODY)
-      body_loads(p, step, l, t_step, t_total, fn, fc);
-    else
-      face_loads(p, step, l, t_step, t_total, s, fn, fc);
+    Status status;
+    if (l.kind == LOAD_NODE) status = node_loads(p, step, l, t_step, t_total, fn, fc);
+    else if (l.kind == LOAD_BODY) status = body_loads(p, step, l, t_step, t_total, fn, fc);
+    else status = face_loads(p, step, l, t_step, t_total, s, fn, fc);
+    if (status != STATUS_OK) return status;
   }
   fext.assign(p.sys.neq(), 0.0);
   for (int r = 0; r < p.sys.nfe; ++r)
     for (int i = 0; i < dim; ++i) fext[r * dim + i] = fn[p.sys.node_of_row[r] * dim + i];
   assem_scatter_corners(p, fc, fext);
+  return STATUS_OK;
 }

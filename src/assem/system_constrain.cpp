@@ -1,6 +1,10 @@
+#include <algorithm>
 #include <cmath>
+#include <map>
+#include <string>
 
 #include "assem/assem.h"
+#include "base/log.h"
 
 namespace {
 
@@ -32,9 +36,86 @@ void constrain_ties(Problem& p)
       if (s.fixed[dof] == DOF_FREE && !acts[dof]) fix(s, dof, 0.0, 0.0, -1);
 }
 
+// A support that goes on at the corner of a point
+struct HeldCorner {
+  const Prescribed* b;
+  int node, corner, dir;
+  double increment, rate, rate0;
+};
+
+// calls use(dof, weight) for the dofs of the grid that a corner follows
+template <class Use>
+void each_dof(const Problem& p, const HeldCorner& h, Use use)
+{
+  const ListTable& list = p.grid.corner;
+  for (int k = list.off[h.corner]; k < list.off[h.corner + 1]; ++k) {
+    const double N = p.grid.corner_w[k];
+    if (std::fabs(N) > 1e-9) use((p.sys.nfe + list.item[k]) * p.sys.dim + h.dir, N);
+  }
+}
+
+// Prescribes the grid nodes that the corners follow; a node of several corners gets their mean by |N_v|   (7.14)
+void hold_corners(Problem& p, const std::vector<HeldCorner>& corners, double time)
+{
+  System& s = p.sys;
+  struct Sum { double weight = 0.0, increment = 0.0, rate = 0.0, rate0 = 0.0; };
+  std::map<int, Sum> sum;
+  s.held.clear();
+  for (const HeldCorner& h : corners) {
+    if (p.st.points.field[h.corner] == FIELD_OWN) {
+      tell_once(p, "BOUNDARY", h.b->place, h.node, time,
+                "its material point has come off its neighbours; the support has ended there");
+      continue;
+    }
+    each_dof(p, h, [&](int dof, double N) {
+      const double w = std::fabs(N);
+      Sum& x = sum[dof];
+      x.weight += w;
+      x.increment += w * h.increment;
+      x.rate += w * h.rate;
+      x.rate0 += w * h.rate0;
+      s.held.push_back({dof, h.node * s.dim + h.dir, w});
+    });
+  }
+  for (const auto& x : sum) {
+    const Sum& q = x.second;
+    fix(s, x.first, q.increment / q.weight, q.rate / q.weight, -1);
+    s.rate0[x.first] = q.rate0 / q.weight;
+  }
+  for (HeldPart& h : s.held) h.part /= sum[h.dof].weight;
+  for (const HeldCorner& h : corners) {
+    if (p.st.points.field[h.corner] == FIELD_OWN) continue;
+    double moved = 0.0;
+    each_dof(p, h, [&](int dof, double N) { moved += N * s.target[dof]; });
+    if (std::fabs(moved - h.increment) > 0.01 * s.h_mean)
+      tell_once(p, "BOUNDARY", h.b->place, h.node, time,
+                "supports with different values meet at a node of the grid; the corners there move by a mean");
+  }
+}
+
+Status bad_node(Problem& p, const Prescribed& b, int n, double time)
+{
+  const std::string node = "node " + std::to_string(p.m.mesh.node_label[n]);
+  p.note = value_text(p.m, "BOUNDARY", b.place, b.value, b.amplitude, node, &p.m.mesh.X[3 * n], time);
+  return BAD_VALUE;
+}
+
+Status bad_grid_node(Problem& p, const GridBc& b, const double* x, double time)
+{
+  p.note = value_text(p.m, "GRID BOUNDARY", b.place, b.value, b.amplitude, "the grid node", x, time);
+  return BAD_VALUE;
+}
+
 }  // namespace
 
-void system_constrain(Problem& p, const Step& step, double t_step0, double t_step1)
+void tell_once(Problem& p, const char* keyword, const Place& place, int node, double time, const char* what)
+{
+  if (!p.told.insert(place.file + std::to_string(place.line) + what).second) return;
+  log_warn("%s line %d, *%s: node %d, time %.8g: %s", place.file.c_str(), place.line, keyword,
+           p.m.mesh.node_label[node], time, what);
+}
+
+Status system_constrain(Problem& p, const Step& step, double t_step0, double t_step1)
 {
   System& s = p.sys;
   const Model& m = p.m;
@@ -45,16 +126,45 @@ void system_constrain(Problem& p, const Step& step, double t_step0, double t_ste
   s.rate.assign(s.neq(), 0.0);
   s.rate0.assign(s.neq(), 0.0);
   s.grid_bc.assign(s.neq(), -1);
+  std::vector<HeldCorner> corners;
   const double dt = t_step1 - t_step0, back = 1e-3 * dt;     // rates by a difference just before t(n+1)
+  const bool moves = step.proc == PROC_DYNAMIC;
+  // a ramp goes straight from where the node is to the value at the end of the step                  (6.16)
+  const double part0 = std::min(1.0, t_step0 / step.period), part1 = std::min(1.0, t_step1 / step.period);
+  const double ramped = part1 < 1.0 ? (part1 - part0) / (1.0 - part0) : 1.0;
   for (const Prescribed& b : step.prescribed)
     for (int n : b.node) {
-      const int r = s.row_of_node[n];
-      if (r < 0) continue;
-      const double value = prescribed_value(m, step, b, &m.mesh.X[3 * n], t_step1, total1);
-      const double before = prescribed_value(m, step, b, &m.mesh.X[3 * n], t_step1 - back, total1 - back);
-      const double rate   = dt > 0.0 ? (value - before) / back : 0.0;
-      for (int i = b.first; i <= b.last && i < dim; ++i) fix(s, r * dim + i, value - p.st.n.u[n * dim + i], rate, -1);
+      const int r = s.row_of_node[n], c = p.follow.empty() ? FOLLOW_ELEMENT : p.follow[n];
+      if (c == FOLLOW_NONE)
+        tell_once(p, "BOUNDARY", b.place, n, total1,
+                  "its last element is gone and no corner of a point lies there; the support has ended");
+      if (r < 0 && c < 0) continue;
+      const double value = prescribed_value(m, b, &m.mesh.X[3 * n], t_step1, total1);
+      if (!std::isfinite(value)) return bad_node(p, b, n, total1);
+      double rate = 0.0;
+      if (moves && dt > 0.0) {
+        rate = (value - prescribed_value(m, b, &m.mesh.X[3 * n], t_step1 - back, total1 - back)) / back;
+        if (!std::isfinite(rate)) return bad_node(p, b, n, total1 - back);
+      }
+      if (r < 0) {
+        double rate0 = 0.0;
+        if (moves && dt > 0.0) {
+          const double v0 = prescribed_value(m, b, &m.mesh.X[3 * n], t_step0, total0);
+          rate0 = (prescribed_value(m, b, &m.mesh.X[3 * n], t_step0 + back, total0 + back) - v0) / back;
+          if (!std::isfinite(rate0)) return bad_node(p, b, n, total0);
+        }
+        for (int i = b.first; i <= b.last && i < dim; ++i) {
+          const double increment = value - p.st.n.uc[c * dim + i];
+          corners.push_back({&b, n, c, i, b.ramp ? ramped * increment : increment, rate, rate0});
+        }
+        continue;
+      }
+      for (int i = b.first; i <= b.last && i < dim; ++i) {
+        const double increment = value - p.st.n.u[n * dim + i];
+        fix(s, r * dim + i, b.ramp ? ramped * increment : increment, rate, -1);
+      }
     }
+  hold_corners(p, corners, total1);
   for (size_t k = 0; k < m.grid_bc.size(); ++k) {
     const GridBc& b = m.grid_bc[k];
     for (int v = 0; v < p.grid.nnode; ++v) {
@@ -62,9 +172,14 @@ void system_constrain(Problem& p, const Step& step, double t_step0, double t_ste
       grid_node_place(m.grid, dim, p.grid.key[v], x);
       if (std::fabs(x[b.axis] - b.position) > 1e-6 * m.grid.h[b.axis]) continue;
       auto at = [&](double t) { return support_value(m, b.value, b.amplitude, x, t_step0 + t, total0 + t); };
-      const double d     = at(dt) - at(0.0);
-      const double rate  = dt > 0.0 ? (at(dt) - at(dt - back)) / back : 0.0;
-      const double rate0 = dt > 0.0 ? (at(back) - at(0.0)) / back : 0.0;
+      const double begin = at(0.0), end = at(dt);
+      if (!std::isfinite(begin)) return bad_grid_node(p, b, x, total0);
+      if (!std::isfinite(end)) return bad_grid_node(p, b, x, total1);
+      const double d     = end - begin;
+      const double rate  = moves && dt > 0.0 ? (end - at(dt - back)) / back : 0.0;
+      const double rate0 = moves && dt > 0.0 ? (at(back) - begin) / back : 0.0;
+      if (!std::isfinite(rate)) return bad_grid_node(p, b, x, total1 - back);
+      if (!std::isfinite(rate0)) return bad_grid_node(p, b, x, total0 + back);
       for (int i = b.first; i <= b.last && i < dim; ++i) {
         const int dof = (s.nfe + v) * dim + i;
         fix(s, dof, d, rate, static_cast<int>(k));
@@ -73,4 +188,5 @@ void system_constrain(Problem& p, const Step& step, double t_step0, double t_ste
     }
   }
   if (!p.m.equation.empty()) constrain_ties(p);
+  return STATUS_OK;
 }

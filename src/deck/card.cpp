@@ -369,6 +369,15 @@ bool card_param_expr(Card& c, const char* name, Expr& out)
   return false;
 }
 
+bool card_where(Card& c, const Expr& where, const double* X, int dim, const std::string& what)
+{
+  const double value = expr_eval(where, X, 0.0);
+  if (!std::isfinite(value) && c.deck->errors == c.errors_before)
+    card_error(c, card_param(c, "WHERE")->value, "WHERE is not a finite number at " + what + " " +
+               position_text(X, dim) + ": mind roots, logarithms and divisions");
+  return value != 0.0;
+}
+
 int card_param_element(Card& c)
 {
   const HeadParam* const p = with_value(c, "TYPE");

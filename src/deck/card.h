@@ -66,6 +66,8 @@ bool card_param_yes(Card& c, const char* name, bool alone, bool otherwise);   //
 double card_param_real(Card& c, const char* name, double otherwise, const Limit& limit);
 int card_param_int(Card& c, const char* name, int otherwise, int lo, int hi);
 bool card_param_expr(Card& c, const char* name, Expr& out);
+// card_where : where != 0 at X; a value that is no finite number is an error, told once; what: node, element
+bool card_where(Card& c, const Expr& where, const double* X, int dim, const std::string& what);
 int card_param_element(Card& c);                                   // TYPE= as index into elem_table, -1: wrong
 int card_param_amplitude(Card& c, const Model& m);                 // index or -1
 bool card_op_new(Card& c);                                         // OP=NEW

@@ -1,191 +1,298 @@
-// What stays from step to step (OP=MOD, OP=NEW), and from which value a static step ramps.
+// What stays from step to step (OP=MOD, OP=NEW), what a later step replaces, and what ramps:
+// *CLOAD and *BOUNDARY by node and direction, loads on faces by element face, volume loads by target and
+// direction. Loads of one step add up; of prescribed displacements the last line holds.
 
-#include <cmath>
-#include <limits>
+#include <algorithm>
+#include <iterator>
 #include <map>
+#include <unordered_map>
 
 #include "deck/deck_state.h"
 
 namespace {
 
-const double nowhere = std::numeric_limits<double>::quiet_NaN();
+enum Replace { KEEP, AT_ONCE, BY_RAMP };      // what becomes of a load of the step before
 
-// A value of the step before that goes on: a table in step time has ended, and a number does not ramp again
-void freeze(const Deck& d, const Model& m, const Step& before, Expr& value, double& start, int& amplitude)
+// What the lines of a step replace
+struct Replaced {
+  std::unordered_map<long, Replace> dof;      // node*3 + direction
+  std::unordered_map<long, Replace> face;     // (element*6 + face)*2 + kind
+  std::map<int, Replace> surface[2];          // [kind] surfaces of bodies of points
+  std::map<std::string, Replace> volume;      // Load::key
+};
+
+int kind_of(const Load& l) { return l.kind == LOAD_TRACTION ? 1 : 0; }
+long face_key(const Load& l, const Face& f) { return (f.elem * 6L + f.face) * 2 + kind_of(l); }
+bool on_body(const Model& m, const Load& l) { return l.surface >= 0 && m.surface[l.surface].body >= 0; }
+
+bool ramps(const Step& s, const Expr& value, int amplitude)
 {
-  if (amplitude >= 0 && !m.amplitude[amplitude].total_time) {
-    const double factor = amplitude_eval(m.amplitude[amplitude], before.period, d.time_end);
-    amplitude = -1;
-    if (value.is_const()) {
-      value = expr_number(value.value * factor);
-    } else {
-      std::string error;
-      int position = 0;
-      Expr scaled;
-      if (expr_compile("(" + value.text + ")*(" + text_format("%.17g", factor) + ")", d.param, scaled, error, position)) value = scaled;
-    }
+  return s.proc == PROC_STATIC && amplitude < 0 && value.is_const();
+}
+
+template <class Key, class Table>
+void mark(Table& table, const Key& key, Replace r)
+{
+  Replace& now = table[key];
+  now = std::max(now, r);
+}
+
+template <class Key, class Table>
+Replace find(const Table& table, const Key& key)
+{
+  const auto at = table.find(key);
+  return at == table.end() ? KEEP : at->second;
+}
+
+Replaced replaced_by(const Model& m, const Step& s)
+{
+  Replaced out;
+  for (const Load& l : s.load) {
+    const Replace r = ramps(s, l.value, l.amplitude) ? BY_RAMP : AT_ONCE;
+    if (l.kind == LOAD_BODY) mark(out.volume, l.key, r);
+    else if (on_body(m, l)) mark(out.surface[kind_of(l)], l.surface, r);
+    for (int n : l.node) mark(out.dof, n * 3L + l.dof, r);
+    for (const Face& f : l.face) mark(out.face, face_key(l, f), r);
   }
-  if (value.is_const() && amplitude < 0) start = value.value;
+  return out;
 }
 
-Carried note_of(const std::string& card, const std::string& key, const Field& at)
+// A table in step time has ended with its step: its last value goes on as a factor
+void end_amplitude(const Model& m, double period, double time, double& factor, int& amplitude, bool any)
 {
-  Carried n;
-  n.card = card;
-  n.key = key;
-  n.spot = Spot{at.file, at.line};
-  return n;
+  if (amplitude < 0 || (m.amplitude[amplitude].total_time && !any)) return;
+  factor *= amplitude_eval(m.amplitude[amplitude], period, time);
+  amplitude = -1;
 }
 
-// marks what the new one replaces; twice in one step is worth a warning
-void replace(Deck& d, std::vector<Carried>& note, std::unordered_map<std::string, std::vector<int>>& index,
-             const std::string& key, const Field& at)
-{
-  const auto found = index.find(key);
-  if (found == index.end()) return;
-  for (int i : found->second) {
-    if (note[i].dead) continue;
-    note[i].dead = true;
-    if (!note[i].old) deck_warn(d, at, "replaces what " + spot_text(d, note[i].spot) + " says for the same place and direction in this step");
-  }
-  found->second.clear();
-}
-
-template <class Acting>
-void drop_dead(std::vector<Acting>& list, std::vector<Carried>& note)
+// items that fate(item) keeps; those that leave by a ramp go to fading
+template <class Item, class Fate>
+void part(std::vector<Item>& item, std::vector<Item>& fading, Fate fate)
 {
   std::size_t k = 0;
-  for (std::size_t i = 0; i < list.size(); ++i) {
-    if (note[i].dead) continue;
-    if (k != i) {
-      list[k] = std::move(list[i]);
-      note[k] = std::move(note[i]);
+  for (const Item& x : item) {
+    const Replace r = fate(x);
+    if (r == KEEP) item[k++] = x;
+    else if (r == BY_RAMP) fading.push_back(x);
+  }
+  item.resize(k);
+}
+
+// a load on a surface of a body: another surface of this body takes away what both have
+void part_surfaces(const Model& m, const Load& l, const Replaced& r, Load& kept, std::vector<Load>& out)
+{
+  for (const auto& other : r.surface[kind_of(l)]) {
+    if (other.first == l.surface || m.surface[other.first].body != m.surface[l.surface].body) continue;
+    kept.except.push_back(other.first);
+    if (other.second != BY_RAMP) continue;
+    out.push_back(l);
+    out.back().only.push_back(other.first);
+  }
+}
+
+// what stays of a load of the step before, and what leaves by a ramp
+//   in   removed   OP=NEW: all of it goes, where nothing takes its place by a ramp
+void inherit(const Model& m, const Load& l, const Replaced& r, bool removed, bool is_static,
+             std::vector<Load>& kept, std::vector<Load>& fading)
+{
+  const auto fate = [&](Replace x) { return x == KEEP && removed ? BY_RAMP : x; };
+  Load stay = l, leave = l;
+  stay.ramp = RAMP_NONE;
+  std::vector<Load> gone;
+  if (l.kind == LOAD_BODY || on_body(m, l)) {
+    const Replace now = l.kind == LOAD_BODY ? find(r.volume, l.key) : find(r.surface[kind_of(l)], l.surface);
+    const Replace x   = fate(now);
+    if (x == KEEP && on_body(m, l)) part_surfaces(m, l, r, stay, gone);
+    if (x == KEEP) kept.push_back(stay);
+    if (x == BY_RAMP) gone.push_back(leave);
+  } else {
+    leave.node.clear();
+    leave.face.clear();
+    part(stay.node, leave.node, [&](int n) { return fate(find(r.dof, n * 3L + l.dof)); });
+    part(stay.face, leave.face, [&](const Face& f) { return fate(find(r.face, face_key(l, f))); });
+    if (stay.node.size() + stay.face.size() > 0) kept.push_back(stay);
+    if (leave.node.size() + leave.face.size() > 0) gone.push_back(leave);
+  }
+  if (!is_static) return;
+  for (Load& g : gone) {
+    g.ramp = RAMP_OUT;
+    fading.push_back(g);
+  }
+}
+
+// have two ascending lists an item in common?
+bool meet(const IntVec& a, const IntVec& b)
+{
+  IntVec both;
+  std::set_intersection(a.begin(), a.end(), b.begin(), b.end(), std::back_inserter(both));
+  return !both.empty();
+}
+
+// a volume load beside one of an earlier step on the same elements or bodies, which is not replaced
+void warn_beside(Deck& d, const Step& s, const std::vector<Load>& kept)
+{
+  for (const Load& l : s.load)
+    for (const Load& old : kept) {
+      if (l.kind != LOAD_BODY || old.kind != LOAD_BODY || l.per_mass != old.per_mass) continue;
+      if (!l.per_mass && l.dir != old.dir) continue;
+      if (!meet(l.body, old.body) && !meet(l.elem, old.elem)) continue;
+      d.word = l.keyword;
+      deck_warn(d, deck_field(d, l.place, ""), "acts beside the load of " + old.place.file +
+                text_format(" line %d, which stays: a volume load is replaced ", old.place.line) +
+                "when target and direction are the same; OP=NEW removes all");
+      break;
     }
-    ++k;
-  }
-  list.resize(k);
-  note.resize(k);
 }
 
-void make_old(std::vector<Carried>& note, std::unordered_map<std::string, std::vector<int>>& index)
+// the same target and direction again, in one step
+void warn_added(Deck& d, const Step& s)
 {
-  index.clear();
-  for (std::size_t i = 0; i < note.size(); ++i) {
-    note[i].old = true;
-    index[note[i].key].push_back(static_cast<int>(i));
+  std::map<std::string, const Load*> said;
+  for (const Load& l : s.load) {
+    const auto first = said.emplace(l.key, &l);
+    if (first.second) continue;
+    d.word = l.keyword;
+    const Place& at = first.first->second->place;
+    deck_warn(d, deck_field(d, l.place, ""), "adds to what " + at.file + text_format(" line %d", at.line) +
+              " says for the same target and direction in this step");
   }
 }
 
-// value at the end of a step; false when it differs from place to place
-bool end_value(const Deck& d, const Model& m, const Step& s, const Load& l, double& value)
+// faces of elements as a surface: they go on as faces of points when their elements become points
+void give_surface(Model& m, Load& l)
 {
-  const double z = m.dim == 3 ? 1.0 : 0.0;
-  const double place[3][3] = {{0.0, 0.0, 0.0}, {0.61803, 0.41421, 0.73205 * z}, {-1.73205, 2.23607, -0.64575 * z}};
-  double v[3];
-  for (int i = 0; i < 3; ++i) v[i] = load_value(m, s, l, place[i], s.period, d.time_end);
-  value = v[0];
-  return v[0] == v[1] && v[0] == v[2];
+  if (l.face.empty()) return;
+  const auto one  = [](const Face& a, const Face& b) { return a.elem == b.elem && a.face == b.face; };
+  const auto same = [&](const Surface& s) {
+    return s.body < 0 && s.face.size() == l.face.size() &&
+           std::equal(s.face.begin(), s.face.end(), l.face.begin(), one);
+  };
+  if (l.surface < 0 || !same(m.surface[l.surface])) {
+    const auto at = std::find_if(m.surface.begin(), m.surface.end(), same);
+    l.surface = static_cast<int>(at - m.surface.begin());
+    if (at == m.surface.end()) {
+      Surface s;
+      s.face  = l.face;
+      s.place = l.place;
+      m.surface.push_back(s);
+    }
+  }
+  l.face.clear();
 }
 
-void remember(Deck& d, const Model& m, const Step& before)
+void carry_loads(Deck& d, Model& m)
 {
-  d.load_before.clear();
-  for (std::size_t i = 0; i < before.load.size(); ++i) {
-    double v = 0.0;
-    const bool uniform = end_value(d, m, before, before.load[i], v);
-    d.load_before[d.load_note[i].key] = uniform ? v : nowhere;
+  std::vector<Load> acting;
+  double time = 0.0, period = 0.0;
+  for (Step& s : m.step)
+    for (Load& l : s.load)
+      if (l.surface >= 0) l.face = m.surface[l.surface].face;
+  for (std::size_t k = 0; k < m.step.size(); ++k) {
+    Step& s = m.step[k];
+    const bool is_static = s.proc == PROC_STATIC;
+    const Replaced r = replaced_by(m, s);
+    std::vector<Load> kept, fading;
+    for (Load& l : acting) {
+      if (l.ramp == RAMP_OUT) continue;
+      end_amplitude(m, period, time, l.factor, l.amplitude, false);
+      const bool removed = l.kind == LOAD_NODE ? d.removes[k].cload : d.removes[k].dload;
+      inherit(m, l, r, removed, is_static, kept, fading);
+    }
+    for (Load& l : fading) {
+      end_amplitude(m, period, time, l.factor, l.amplitude, true);
+      l.hold = time;
+    }
+    warn_added(d, s);
+    warn_beside(d, s, kept);
+    for (Load& l : s.load) l.ramp = ramps(s, l.value, l.amplitude) ? RAMP_IN : RAMP_NONE;
+    kept.insert(kept.end(), fading.begin(), fading.end());
+    kept.insert(kept.end(), s.load.begin(), s.load.end());
+    acting = kept;
+    s.load.swap(kept);
+    period = s.period;
+    time += s.period;
   }
-  d.prescribed_before.assign(3 * m.mesh.node_label.size(), nowhere);
-  for (const Prescribed& b : before.prescribed)
-    for (int n : b.node)
-      for (int i = b.first; i <= b.last; ++i) {
-        const std::size_t k = 3 * static_cast<std::size_t>(n);
-        d.prescribed_before[k + i] = prescribed_value(m, before, b, &m.mesh.X[k], before.period, d.time_end);
+  for (Step& s : m.step)
+    for (Load& l : s.load) give_surface(m, l);
+}
+
+bool same_value(const Prescribed& a, const Prescribed& b)
+{
+  return a.value.is_const() == b.value.is_const() && a.value.value == b.value.value &&
+         a.value.text == b.value.text && a.amplitude == b.amplitude;
+}
+
+// of several lines for a node and direction the last one holds; two values in one step are worth a warning
+void drop_replaced(Deck& d, const Model& m, std::vector<Prescribed>& list, std::size_t first_new)
+{
+  std::vector<int> last(3 * m.mesh.node_label.size(), -1);
+  for (std::size_t k = list.size(); k-- > 0;) {
+    Prescribed& b = list[k];
+    IntVec node;
+    int other = -1, at = -1;
+    for (int n : b.node) {
+      int& l = last[3 * static_cast<std::size_t>(n) + b.first];
+      if (l < 0) {
+        l = static_cast<int>(k);
+        node.push_back(n);
+      } else if (other < 0 && k >= first_new && l != static_cast<int>(k) && !same_value(b, list[l])) {
+        other = l;
+        at    = n;
       }
+    }
+    b.node.swap(node);
+    if (other < 0) continue;
+    d.word = "BOUNDARY";
+    deck_warn(d, deck_field(d, list[other].place, ""),
+              text_format("replaces what line %d says for node %d, direction %d in the same step; the last value "
+                          "holds", b.place.line, m.mesh.node_label[at], b.first + 1));
+  }
+  const auto empty = [](const Prescribed& b) { return b.node.empty(); };
+  list.erase(std::remove_if(list.begin(), list.end(), empty), list.end());
+}
+
+void carry_supports(Deck& d, Model& m)
+{
+  std::vector<Prescribed> acting;
+  double time = 0.0, period = 0.0;
+  for (std::size_t k = 0; k < m.step.size(); ++k) {
+    Step& s = m.step[k];
+    if (k == 0) {
+      acting = d.base;
+      drop_replaced(d, m, acting, 0);
+    }
+    for (Prescribed& b : acting) {
+      b.ramp = k == 0 && ramps(s, b.value, b.amplitude);
+      if (k > 0) end_amplitude(m, period, time, b.factor, b.amplitude, false);
+    }
+    if (d.removes[k].boundary) acting.clear();
+    const std::size_t before = acting.size();
+    for (Prescribed& b : s.prescribed) b.ramp = ramps(s, b.value, b.amplitude);
+    acting.insert(acting.end(), s.prescribed.begin(), s.prescribed.end());
+    drop_replaced(d, m, acting, before);
+    s.prescribed = acting;
+    period = s.period;
+    time += s.period;
+  }
 }
 
 }  // namespace
 
-// ---------------------------------------------------------------------------
-// carry_begin : the new (last) step starts with the loads and supports of the step before;
-// the first one with the *BOUNDARY lines of the model
-// ---------------------------------------------------------------------------
-void carry_begin(Deck& d, Model& m)
+void deck_load(Deck& d, Model& m, const char* keyword, const std::string& key, const Field& at, Load load)
 {
-  const std::size_t k = m.step.size() - 1;
-  Step& s = m.step[k];
-  d.prescribed_before.clear();
-  d.load_before.clear();
-  if (k == 0) {
-    s.prescribed = d.base;
-    d.prescribed_note = d.base_note;
-    d.load_note.clear();
-  } else {
-    const Step& before = m.step[k - 1];
-    remember(d, m, before);
-    s.load = before.load;
-    s.prescribed = before.prescribed;
-    for (Load& l : s.load) freeze(d, m, before, l.value, l.start, l.amplitude);
-    for (Prescribed& b : s.prescribed) freeze(d, m, before, b.value, b.start, b.amplitude);
-  }
-  make_old(d.load_note, d.load_key);
-  make_old(d.prescribed_note, d.prescribed_key);
-}
-
-void carry_new(Deck& d, const std::string& card)
-{
-  for (Carried& n : card == "BOUNDARY" ? d.prescribed_note : d.load_note)
-    if (n.old && n.card == card) n.dead = true;
-}
-
-// ---------------------------------------------------------------------------
-// carry_load : a load of the open step; replaces the one of the same key and ramps from its last value
-// ---------------------------------------------------------------------------
-void carry_load(Deck& d, Model& m, const std::string& card, const std::string& key, Load load, const Field& at)
-{
-  const std::string full = card + " " + key;
-  replace(d, d.load_note, d.load_key, full, at);
-  const auto before = d.load_before.find(full);
-  if (before != d.load_before.end()) load.start = before->second;
-  if (std::isnan(load.start)) {
-    load.start = load.value.value;
-    deck_warn(d, at, "the load of the step before differs from place to place: the new value acts at once, without a ramp");
-  }
-  d.load_key[full].push_back(static_cast<int>(d.load_note.size()));
-  d.load_note.push_back(note_of(card, full, at));
+  load.keyword = keyword;
+  load.key     = std::string(keyword) + " " + key;
+  for (double n : load.dir) load.key += " " + text_number(n);
+  load.place = deck_place(d, at);
   m.step.back().load.push_back(std::move(load));
 }
 
 // ---------------------------------------------------------------------------
-// carry_prescribed : one dof of a node set. Nodes that stood at different values at the end of the step
-// before get entries of their own, so that each ramps from where it was.
+// deck_carry : from what each step says to what acts in it
 // ---------------------------------------------------------------------------
-void carry_prescribed(Deck& d, Model& m, const std::string& key, const Prescribed& b, const Field& at)
+void deck_carry(Deck& d, Model& m)
 {
-  std::vector<Carried>& note = d.in_step ? d.prescribed_note : d.base_note;
-  std::vector<Prescribed>& list = d.in_step ? m.step.back().prescribed : d.base;
-  const std::string full = "BOUNDARY " + key;
-  replace(d, note, d.prescribed_key, full, at);
-  std::map<double, IntVec> group;
-  for (int n : b.node) {
-    const std::size_t k = 3 * static_cast<std::size_t>(n) + b.first;
-    const double v = k < d.prescribed_before.size() ? d.prescribed_before[k] : 0.0;
-    group[std::isfinite(v) ? v : 0.0].push_back(n);
-  }
-  for (auto& g : group) {
-    Prescribed part = b;
-    part.start = g.first;
-    part.node.swap(g.second);
-    d.prescribed_key[full].push_back(static_cast<int>(note.size()));
-    note.push_back(note_of("BOUNDARY", full, at));
-    list.push_back(std::move(part));
-  }
-}
-
-void carry_end(Deck& d, Model& m)
-{
-  Step& s = m.step.back();
-  drop_dead(s.load, d.load_note);
-  drop_dead(s.prescribed, d.prescribed_note);
-  d.time_end += s.period;
+  d.removes.resize(m.step.size());
+  carry_loads(d, m);
+  carry_supports(d, m);
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 
 #include "deck/deck_state.h"
 
@@ -214,6 +215,55 @@ void check_materials(Deck& d, const Model& m)
   }
 }
 
+// elements and points without a remedy against volumetric locking
+void check_locking(Deck& d, const Model& m)
+{
+  IntVec element(m.material.size(), -1), body(m.material.size(), -1);
+  for (int e = m.mesh.nelem() - 1; e >= 0; --e) {
+    const ElemType& info = elem_table[m.mesh.elem_type[e]];
+    if (m.mesh.elem_section[e] < 0 || info.enhanced || info.plane == PLANE_STRESS) continue;
+    const int material = m.section[m.mesh.elem_section[e]].material;
+    if (material >= 0) element[material] = e;
+  }
+  for (std::size_t b = m.body.size(); b-- > 0;)
+    if (m.body[b].material >= 0 && m.body[b].plane != PLANE_STRESS)
+      body[m.body[b].material] = static_cast<int>(b);
+  for (std::size_t k = 0; k < m.material.size(); ++k) {
+    const Material& a = m.material[k];
+    if (a.poisson < 0.49 || (element[k] < 0 && body[k] < 0)) continue;
+    std::string who;
+    if (element[k] >= 0)
+      who = elem_table[m.mesh.elem_type[element[k]]].name + text_format(" (element %d)", m.mesh.elem_label[element[k]]);
+    if (body[k] >= 0) who += (who.empty() ? "" : " and ") + ("material points (body " + m.body[body[k]].name + ")");
+    doubt(d, "ELASTIC", a.place, a.name, "poisson = " + text_number(a.poisson) + " of material " + a.name +
+          " makes " + who + " too stiff: they lock when the volume cannot change; take " +
+          (m.dim == 3 ? "C3D8I" : "CPE4I, or CPS4 where plane stress fits") +
+          ", or a smaller value (0.45) and a finer mesh");
+  }
+}
+
+// two start values for a node or body in the same direction: the last one holds
+void check_initial(Deck& d, const Model& m)
+{
+  std::map<std::pair<int, int>, const InitialValue*> known;   // node, or -1 - body; direction and kind
+  for (const InitialValue& v : m.initial) {
+    IntVec who = v.node;
+    if (v.body >= 0) who.push_back(-1 - v.body);
+    bool told = false;
+    for (int n : who) {
+      const InitialValue*& last = known[{n, v.dof + (v.displacement ? 3 : 0)}];
+      if (last && !told && (last->value.value != v.value.value || last->value.text != v.value.text)) {
+        told = true;
+        const std::string whose = n < 0 ? "body " + m.body[-1 - n].name
+                                        : text_format("node %d", m.mesh.node_label[n]);
+        doubt(d, "INITIAL CONDITIONS", v.place, "", text_format("replaces what line %d says for ", last->place.line) +
+              whose + text_format(", direction %d; the last value holds", v.dof + 1));
+      }
+      last = &v;
+    }
+  }
+}
+
 void check_fragments(Deck& d, const Model& m)
 {
   if (!m.fragments.on) return;
@@ -379,7 +429,7 @@ void check_loaded_supports(Deck& d, const Model& m, const Step& s)
     for (int n : b.node)
       for (int i = b.first; i <= b.last; ++i) held[3 * static_cast<std::size_t>(n) + i] = 1;
   for (const Load& l : s.load) {
-    if (l.kind != LOAD_NODE) continue;
+    if (l.kind != LOAD_NODE || l.ramp == RAMP_OUT) continue;
     for (int n : l.node)
       if (held[3 * static_cast<std::size_t>(n) + l.dof]) {
         doubt(d, "CLOAD", l.place, "",
@@ -419,8 +469,11 @@ void check_acting_nodes(Deck& d, const Model& m, const Step& s, const std::vecto
 {
   for (const Load& l : s.load)
     for (int n : l.node) {
-      if (use[n] != USE_NONE) continue;
-      fault(d, "CLOAD", l.place, "", text_format("node %d is loaded but belongs to no element; remove it from the set", m.mesh.node_label[n]));
+      if (use[n] == USE_ELEMENT) continue;
+      const std::string what = use[n] == USE_NONE ? " is loaded but belongs to no element; remove it from the set"
+                                                  : " becomes a corner of material points; load the body by "
+                                                    "*SURFACE, TYPE=BODY and *DSLOAD";
+      fault(d, "CLOAD", l.place, "", text_format("node %d", m.mesh.node_label[n]) + what);
       break;
     }
   for (const Prescribed& b : s.prescribed)
@@ -438,11 +491,11 @@ void check_acting_nodes(Deck& d, const Model& m, const Step& s, const std::vecto
 void check_acting_faces(Deck& d, const Model& m, const Step& s, const IntVec& body)
 {
   for (const Load& l : s.load) {
-    std::vector<Face> face = l.face;
-    if (l.surface >= 0) face.insert(face.end(), m.surface[l.surface].face.begin(), m.surface[l.surface].face.end());
+    if (l.surface < 0) continue;
+    const std::vector<Face>& face = m.surface[l.surface].face;
     for (const Face& f : face) {
       if (body[f.elem] < 0) continue;
-      fault(d, l.surface >= 0 ? "DSLOAD" : "DLOAD", l.place, "",
+      fault(d, l.keyword, l.place, "",
             text_format("element %d becomes material points; load its body by *SURFACE, TYPE=BODY and *DSLOAD", m.mesh.elem_label[f.elem]));
       break;
     }
@@ -453,14 +506,14 @@ void check_acting_faces(Deck& d, const Model& m, const Step& s, const IntVec& bo
 void check_removed_faces(Deck& d, const Model& m, const Step& s, const IntVec& removed)
 {
   for (const Load& l : s.load) {
-    std::vector<Face> face = l.face;
-    if (l.surface >= 0) face.insert(face.end(), m.surface[l.surface].face.begin(), m.surface[l.surface].face.end());
+    if (l.surface < 0 || l.ramp == RAMP_OUT) continue;
+    const std::vector<Face>& face = m.surface[l.surface].face;
     const auto gone = std::count_if(face.begin(), face.end(), [&](const Face& f) { return removed[f.elem] != 0; });
     if (gone == 0) continue;
     const std::string text = text_format("%d of the %d loaded faces belong to elements that *MODEL CHANGE removes: they carry no load",
                                          static_cast<int>(gone), static_cast<int>(face.size()));
-    if (gone == static_cast<long>(face.size())) fault(d, l.surface >= 0 ? "DSLOAD" : "DLOAD", l.place, "", text + "; load what is left");
-    else doubt(d, l.surface >= 0 ? "DSLOAD" : "DLOAD", l.place, "", text);
+    if (gone == static_cast<long>(face.size())) fault(d, l.keyword, l.place, "", text + "; load what is left");
+    else doubt(d, l.keyword, l.place, "", text);
   }
 }
 
@@ -500,6 +553,8 @@ void check_missing(Deck& d, const Model& m, const IntVec& body)
   check_sets(d, m);
   check_sections(d, m, body);
   check_materials(d, m);
+  check_locking(d, m);
+  check_initial(d, m);
   check_fragments(d, m);
   check_bodies(d, m);
   for (const BondDef& b : m.bond) check_bond_distance(d, m, b);

@@ -66,11 +66,8 @@ struct Interaction {           // *SURFACE INTERACTION; its pairs copy it into t
   bool has_behavior = false, has_friction = false;
 };
 
-struct Carried {               // beside each load and each prescribed value of the open step
-  std::string card, key;       // CLOAD, "TOP 2"
-  bool old = false;            // of an earlier step
-  bool dead = false;           // replaced or removed
-  Spot spot;
+struct Removes {               // OP=NEW in a step
+  bool cload = false, dload = false, boundary = false;
 };
 
 enum Stage { STAGE_STEP, STAGE_END };   // before the first *STEP, after the last line
@@ -95,6 +92,7 @@ struct Deck {
 
   ParamMap param;
   ParamMap define;             // -D
+  std::unordered_map<std::string, Spot> param_spot;    // where *PARAMETER gave it
   std::set<std::string> used;  // names that an expression of the deck holds
 
   int dim_first = 0;           // dimension of the first elements or grid, 0: none yet; what and where they are
@@ -117,12 +115,7 @@ struct Deck {
   int free_face_nelem = -1;                        // number of elements when they were found
 
   std::vector<Prescribed> base;                    // *BOUNDARY outside steps
-  std::vector<Carried> base_note, load_note, prescribed_note;
-  std::unordered_map<std::string, std::vector<int>> load_key, prescribed_key;
-  std::unordered_map<std::string, double> load_before;   // key -> value at the end of the step before
-  RealVec prescribed_before;                       // [nnode*3], NaN: free
-  double time_end = 0.0;                           // total time at the end of the step before
-
+  std::vector<Removes> removes;                    // [steps]
 };
 
 // ---- messages (deck_error.cpp) ---------------------------------------------
@@ -186,11 +179,9 @@ int target_amplitude(Deck& d, const Model& m, const Field& at);
 bool column_built_in(const std::string& name, std::string& column);   // columns that are always there (deck_column.cpp)
 
 // ---- loads from step to step (deck_carry.cpp) ------------------------------
-void carry_begin(Deck& d, Model& m);                       // copies what stays from the step before
-void carry_new(Deck& d, const std::string& card);          // OP=NEW
-void carry_load(Deck& d, Model& m, const std::string& card, const std::string& key, Load load, const Field& at);
-void carry_prescribed(Deck& d, Model& m, const std::string& key, const Prescribed& b, const Field& at);
-void carry_end(Deck& d, Model& m);                         // drops what was replaced, adds up the time
+// deck_load : a load of the open step; deck_carry : from what each step says to what acts in it
+void deck_load(Deck& d, Model& m, const char* keyword, const std::string& key, const Field& at, Load load);
+void deck_carry(Deck& d, Model& m);
 
 // ---- after reading ---------------------------------------------------------
 void deck_run_later(Deck& d, Model& m, Stage stage);

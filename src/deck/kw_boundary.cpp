@@ -59,7 +59,7 @@ void apply(Deck& d, Model& m, const Line& line, int amplitude)
   b.place = deck_place(d, line.target);
   for (int i = line.first; i <= line.last; ++i) {
     b.first = b.last = i;
-    carry_prescribed(d, m, text_upper(line.target.text) + text_format(" %d", i + 1), b, line.target);
+    (d.in_step ? m.step.back().prescribed : d.base).push_back(b);
   }
 }
 
@@ -74,7 +74,7 @@ void kw_boundary(Card& card, Model& model)
   Deck& d = *card.deck;
   const Field name = card_param_field(card, "AMPLITUDE");
   const int amplitude = d.in_step ? card_param_amplitude(card, model) : -1;
-  if (card_op_new(card) && d.in_step) carry_new(d, "BOUNDARY");
+  if (card_op_new(card) && d.in_step) d.removes.back().boundary = true;
   while (card_line(card)) {
     Line line;
     if (!read_line(card, model, line)) continue;

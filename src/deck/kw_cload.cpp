@@ -7,7 +7,7 @@ void kw_cload(Card& card, Model& model)
 {
   Deck& d = *card.deck;
   const int amplitude = card_param_amplitude(card, model);
-  if (card_op_new(card)) carry_new(d, "CLOAD");
+  if (card_op_new(card)) d.removes.back().cload = true;
   while (card_line(card)) {
     Load l;
     const Field target = card_field(card, "node set or node");
@@ -16,7 +16,6 @@ void kw_cload(Card& card, Model& model)
     if (!card_good(card) || !target_nodes(d, model, target, l.node)) continue;
     l.kind = LOAD_NODE;
     l.amplitude = amplitude;
-    l.place = line_place(card);
-    carry_load(d, model, "CLOAD", text_upper(target.text) + text_format(" %d", l.dof + 1), l, target);
+    deck_load(d, model, "CLOAD", text_upper(target.text) + text_format(" %d", l.dof + 1), target, l);
   }
 }

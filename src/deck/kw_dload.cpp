@@ -65,14 +65,13 @@ bool read_line(Card& card, const Model& model, Load& l, Field& target, std::stri
 void kw_dload(Card& card, Model& model)
 {
   const int amplitude = card_param_amplitude(card, model);
-  if (card_op_new(card)) carry_new(*card.deck, "DLOAD");
+  if (card_op_new(card)) card.deck->removes.back().dload = true;
   while (card_line(card)) {
     Load l;
     Field target;
     std::string word;
     if (!read_line(card, model, l, target, word)) continue;
     l.amplitude = amplitude;
-    l.place = line_place(card);
-    carry_load(*card.deck, model, "DLOAD", text_upper(target.text) + " " + word, l, card.whole);
+    deck_load(*card.deck, model, "DLOAD", text_upper(target.text) + " " + word, card.whole, l);
   }
 }

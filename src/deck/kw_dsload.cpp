@@ -7,7 +7,7 @@ void kw_dsload(Card& card, Model& model)
 {
   Deck& d = *card.deck;
   const int amplitude = card_param_amplitude(card, model);
-  if (card_op_new(card)) carry_new(d, "DSLOAD");
+  if (card_op_new(card)) d.removes.back().dload = true;
   while (card_line(card)) {
     Load l;
     const Field target = card_field(card, "surface");
@@ -17,9 +17,9 @@ void kw_dsload(Card& card, Model& model)
     l.value = card_expr(card, kind == 0 ? "pressure" : "traction");
     if (kind == 1) l.dir = card_direction(card, model, "direction");
     l.amplitude = amplitude;
-    l.place = line_place(card);
     if (!card_good(card)) continue;
     l.surface = target_surface(d, model, target);
-    if (l.surface >= 0) carry_load(d, model, "DSLOAD", text_upper(target.text) + (kind == 0 ? " P" : " TRVEC"), l, target);
+    const std::string key = text_upper(target.text) + (kind == 0 ? " P" : " TRVEC");
+    if (l.surface >= 0) deck_load(d, model, "DSLOAD", key, target, l);
   }
 }

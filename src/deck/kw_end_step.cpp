@@ -10,5 +10,4 @@ void kw_end_step(Card& card, Model& model)
   if (model.step.size() > 1)
     for (const PrintRequest& p : model.step[model.step.size() - 2].print)
       if (p.element ? !d.prints_elem : !d.prints_node) s.print.push_back(p);
-  carry_end(d, model);
 }

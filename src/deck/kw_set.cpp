@@ -58,14 +58,16 @@ void listed(Card& card, const Model& model, bool nodes, IntVec& item, IntVec& fa
   }
 }
 
-void selected(const Model& model, bool nodes, const Expr& where, IntVec& item)
+void selected(Card& card, const Model& model, bool nodes, const Expr& where, IntVec& item)
 {
   const int n = nodes ? model.mesh.nnode() : model.mesh.nelem();
   for (int i = 0; i < n; ++i) {
     double x[3];
     if (nodes) for (int k = 0; k < 3; ++k) x[k] = model.mesh.X[3 * static_cast<std::size_t>(i) + k];
     else mesh_centroid(model.mesh, i, x);
-    if (expr_eval(where, x, 0.0) != 0.0) item.push_back(i);
+    const int label = nodes ? model.mesh.node_label[i] : model.mesh.elem_label[i];
+    const std::string what = text_format(nodes ? "node %d" : "the centre of element %d", label);
+    if (card_where(card, where, x, model.dim, what)) item.push_back(i);
   }
 }
 
@@ -77,7 +79,7 @@ void set_read(Card& card, Model& model, bool nodes)
   const bool generated = card_flag(card, "GENERATE");
   IntVec item, facet;
   Expr where;
-  if (card_param_expr(card, "WHERE", where)) selected(model, nodes, where, item);
+  if (card_param_expr(card, "WHERE", where)) selected(card, model, nodes, where, item);
   while (card_line(card)) {
     if (!generated) listed(card, model, nodes, item, facet);
     else if (nodes) generate(card, model.mesh.node_index, model.mesh.node_label, item);

@@ -6,11 +6,9 @@
 void kw_step(Card& card, Model& model)
 {
   Deck& d = *card.deck;
-  if (d.in_step) {
+  if (d.in_step)
     card_error(card, card.head.at,
                "the step of " + spot_text(d, Spot{d.step_at.file, d.step_at.line}) + " is still open; *END STEP is missing before this line");
-    carry_end(d, model);
-  }
   facet_surfaces(d, model);
   deck_run_later(d, model, STAGE_STEP);
   Step s;
@@ -24,7 +22,7 @@ void kw_step(Card& card, Model& model)
   if (!model.step.empty()) s.equation = model.step.back().equation;
   else for (std::size_t k = 0; k < model.equation.size(); ++k) s.equation.push_back(static_cast<int>(k));
   model.step.push_back(s);
-  carry_begin(d, model);
+  d.removes.emplace_back();
   d.in_step = true;
   d.proc_given = d.prints_node = d.prints_elem = false;
   d.step_at = card.head.at;

@@ -1,26 +1,34 @@
 #include <algorithm>
 #include <iterator>
+#include <set>
 
 #include "deck/card.h"
 
 namespace {
 
-// lines elset|element, S1
+// lines elset|element, S1; a face that is listed again would carry each load again
 void read_faces(Card& card, const Model& model, Surface& s)
 {
+  std::set<std::pair<int, int>> known;
   while (card_line(card)) {
     const Field f = card_field(card, "element or element set");
     const int face = card_word(card, "face", model.dim == 3 ? "S1|S2|S3|S4|S5|S6" : "S1|S2|S3|S4");
     IntVec elem;
     if (!card_good(card) || !target_elems(*card.deck, model, f, elem)) continue;
+    int again = 0, first = -1;
     for (int e : elem) {
       if (face < shape_info[elem_table[model.mesh.elem_type[e]].shape].nface) {
-        s.face.push_back(Face{e, face});
+        if (known.insert({e, face}).second) s.face.push_back(Face{e, face});
+        else if (again++ == 0) first = e;
         continue;
       }
       card_error(card, card.field[1], text_format("element %d is a %s and has no face S%d", model.mesh.elem_label[e], elem_table[model.mesh.elem_type[e]].name, face + 1));
       break;
     }
+    if (again > 0)
+      card_warn(card, f, text_format("%d face%s of this line %s in the surface already, the first is S%d of element %d; "
+                                     "a face counts once", again, again > 1 ? "s" : "", again > 1 ? "are" : "is",
+                                     face + 1, model.mesh.elem_label[first]));
   }
 }
 
@@ -36,7 +44,8 @@ void find_faces(Card& card, const Model& model, const IntVec& elem, const Expr* 
     bool take = true;
     for (int a = 0; where && a < info.nfnode[f.face]; ++a) {
       const int n = mesh.conn.begin(f.elem)[info.face[f.face][a]];
-      take = take && expr_eval(*where, &mesh.X[3 * static_cast<std::size_t>(n)], 0.0) != 0.0;
+      const double* X = &mesh.X[3 * static_cast<std::size_t>(n)];
+      take = take && card_where(card, *where, X, model.dim, text_format("node %d", mesh.node_label[n]));
     }
     if (take) s.face.push_back(f);
   }

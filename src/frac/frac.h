@@ -104,6 +104,13 @@ void frac_torn(const Model& m, const FracMesh& fm, const Points& pts, const Leve
 // motion with their mass, linear and, if it needs no energy, angular momentum; the bonds of their elements go                    (7.13)
 void frac_release(const Model& m, const FracMesh& fm, const IntVec& torn, CornerShare& share, State& st);
 
+// frac_follow : corners of points that go on for nodes whose last element has become points; of several the
+// first that is not loose. Loads, supports and results of the node go on there.         doc/theory.md (7.14)
+//   out  corner   [nnode] >= 0: corner; FOLLOW_ELEMENT: the node has elements, or never had;
+//                 FOLLOW_NONE: no corner lies there. Empty: nothing has been converted
+enum { FOLLOW_ELEMENT = -1, FOLLOW_NONE = -2 };
+void frac_follow(const Model& m, const Fracture& fr, const Points& pts, IntVec& corner);
+
 // frac_interfaces : surfaces of points and bonds of the interfaces, after elements or points have changed their form
 void frac_interfaces(const Model& m, const FracMesh& fm, State& st);
 

@@ -3,6 +3,7 @@
 #include <gsl/gsl_spline.h>
 
 #include <algorithm>
+#include <cstdio>
 
 namespace {
 
@@ -27,19 +28,11 @@ double spline(const Amplitude& a, const gsl_interp_type* type, std::size_t i, do
   return y;
 }
 
-// ramp of a static step from the value at the end of the step before
-bool ramps(const Step& s, const Expr& value, int amplitude)
+double value_at(const Model& m, const Expr& value, double factor, int amplitude, const double x[3],
+                double t_step, double t_total)
 {
-  return s.proc == PROC_STATIC && amplitude < 0 && value.is_const();
-}
-
-double value_at(const Model& m, const Step& s, const Expr& value, double start, int amplitude,
-                const double x[3], double t_step, double t_total)
-{
-  const double v = expr_eval(value, x, t_total);
-  if (amplitude >= 0) return v * amplitude_eval(m.amplitude[amplitude], t_step, t_total);
-  if (ramps(s, value, amplitude)) return start + (v - start) * std::min(1.0, t_step / s.period);
-  return v;
+  const double v = factor * expr_eval(value, x, t_total);
+  return amplitude >= 0 ? v * amplitude_eval(m.amplitude[amplitude], t_step, t_total) : v;
 }
 
 }  // namespace
@@ -77,14 +70,41 @@ double amplitude_eval(const Amplitude& a, double t_step, double t_total)
   return a.y[i] + s * (a.y[i + 1] - a.y[i]);
 }
 
-double load_value(const Model& m, const Step& s, const Load& l, const double x[3], double t_step, double t_total)
+std::string position_text(const double* X, int dim)
 {
-  return value_at(m, s, l.value, l.start, l.amplitude, x, t_step, t_total);
+  char text[100];
+  if (dim == 2) std::snprintf(text, sizeof text, "(%g, %g)", X[0], X[1]);
+  else std::snprintf(text, sizeof text, "(%g, %g, %g)", X[0], X[1], X[2]);
+  return text;
 }
 
-double prescribed_value(const Model& m, const Step& s, const Prescribed& b, const double x[3], double t_step, double t_total)
+std::string value_text(const Model& m, const char* keyword, const Place& place, const Expr& value, int amplitude,
+                       const std::string& where, const double* X, double time)
 {
-  return value_at(m, s, b.value, b.start, b.amplitude, x, t_step, t_total);
+  char when[40];
+  std::snprintf(when, sizeof when, "%.8g", time);
+  std::string text = place.file + " line " + std::to_string(place.line) + ", *" + keyword + ": the value" +
+                     (value.is_const() ? "" : " \"" + value.text.substr(0, 200) + "\"");
+  if (amplitude >= 0) {
+    const Amplitude& a = m.amplitude[amplitude];
+    text += " times amplitude " + a.name;
+    if (a.kind == AMP_EXPRESSION) text += " \"" + a.expr.text.substr(0, 200) + "\"";
+  }
+  return text + " is not a finite number at " + where + " " + position_text(X, m.dim) + ", time " + when +
+         ": mind roots, logarithms and divisions";
+}
+
+double load_value(const Model& m, const Step& s, const Load& l, const double x[3], double t_step, double t_total)
+{
+  const double v = value_at(m, l.value, l.factor, l.amplitude, x, t_step, l.hold < 0.0 ? t_total : l.hold);
+  if (l.ramp == RAMP_NONE) return v;
+  const double part = std::min(1.0, t_step / s.period);
+  return l.ramp == RAMP_IN ? v * part : v * (1.0 - part);
+}
+
+double prescribed_value(const Model& m, const Prescribed& b, const double x[3], double t_step, double t_total)
+{
+  return value_at(m, b.value, b.factor, b.amplitude, x, t_step, t_total);
 }
 
 double support_value(const Model& m, const Expr& value, int amplitude, const double x[3], double t_step, double t_total)

@@ -220,28 +220,37 @@ struct BrokenDef {             // pre-cracks: *MODEL CHANGE, REMOVE and *INITIAL
 
 enum LoadKind { LOAD_NODE, LOAD_PRESSURE, LOAD_TRACTION, LOAD_BODY };
 
+// How a load acts within a step: as it is; in a static step: from 0 to all of it; from all of it to 0
+enum Ramp { RAMP_NONE, RAMP_IN, RAMP_OUT };
+
 struct Load {
   LoadKind kind = LOAD_NODE;
+  const char* keyword = "";
+  std::string key;             // keyword, target, kind and direction as the deck has them
   IntVec node;                 // LOAD_NODE
-  std::vector<Face> face;      // LOAD_PRESSURE, LOAD_TRACTION on finite elements
-  int surface = -1;            // the same on a surface (of elements or of a body)
+  std::vector<Face> face;      // LOAD_PRESSURE, LOAD_TRACTION on finite elements, while the deck is read
+  int surface = -1;            // LOAD_PRESSURE, LOAD_TRACTION: surface of elements or of a body
+  IntVec except, only;         // surface of a body: not the faces that these surfaces have too; those alone
   IntVec elem;                 // LOAD_BODY: elements
   IntVec body;                 // LOAD_BODY: bodies of material points
   bool per_mass = false;       // LOAD_BODY: gravity (times density)
   int dof = 0;                 // LOAD_NODE
   std::array<double, 3> dir{{0, 0, 0}};   // unit vector of traction, gravity, body force
-  double start = 0.0;          // value at the end of the step before (a static step ramps from it)
   Expr value;                  // force, force/area, force/volume, acceleration
   int amplitude = -1;          // index, or -1
+  double factor = 1.0;         // last value of an amplitude that has ended with its step
+  Ramp ramp = RAMP_NONE;
+  double hold = -1.0;          // RAMP_OUT: total time at which the value is taken
   Place place;
 };
 
 struct Prescribed {            // *BOUNDARY
   IntVec node;
   int first = 0, last = 0;     // dofs, 0-based, both included
-  double start = 0.0;
   Expr value;                  // displacement, length
   int amplitude = -1;
+  double factor = 1.0;         // last value of an amplitude that has ended with its step
+  bool ramp = false;           // from the displacement at the start of the step
   Place place;
 };
 
@@ -277,8 +286,8 @@ struct Step {
   double dissipation = 0.0;    // energy-momentum: 0 ... 0.5
   bool extrapolate = true;     // statics: an increment begins with what the one before would do in its time
   Controls ctl;
-  std::vector<Load> load;              // all that act in this step, also those carried over
-  std::vector<Prescribed> prescribed;  // all that act, later ones override
+  std::vector<Load> load;              // all that act in this step, also those of earlier ones
+  std::vector<Prescribed> prescribed;  // all that act; a node and direction stands in one of them
   std::vector<PrintRequest> print;
   IntVec equation;             // indices into Model::equation of those that hold in this step
   Place place;
@@ -403,10 +412,18 @@ bool equations_resolve(const Model& m, const IntVec& list, std::vector<EquationS
 // amplitude_eval : y(t); t_step and t_total are the times of the step and of the run
 double amplitude_eval(const Amplitude& a, double t_step, double t_total);
 
-// load_value, prescribed_value : what acts at x at the given time; ramp of static steps, amplitudes,
-// expressions of x y z t (t: total time)
+// load_value, prescribed_value : what acts at x at the given time; amplitudes, expressions of x y z t
+// (t: total time), loads with their ramp
 double load_value(const Model& m, const Step& s, const Load& l, const double x[3], double t_step, double t_total);
-double prescribed_value(const Model& m, const Step& s, const Prescribed& b, const double x[3], double t_step, double t_total);
+double prescribed_value(const Model& m, const Prescribed& b, const double x[3], double t_step, double t_total);
+
+// value_text : message of a value of the deck that is no finite number
+//   in   keyword   without star; where: node, face or element; X: its position at t = 0      [3]
+std::string value_text(const Model& m, const char* keyword, const Place& place, const Expr& value, int amplitude,
+                       const std::string& where, const double* X, double time);
+
+// position_text : (1, 2), in space (1, 2, 3)
+std::string position_text(const double* X, int dim);
 
 // support_value : displacement of grid planes and grounds since the start of the run. A plain number is ramped over
 // the first step when it is static, and reached at once when it is dynamic.

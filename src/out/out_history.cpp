@@ -58,16 +58,13 @@ void read_elset(const Elements& el, const Points& pts, const IntVec& set, Probe&
     if (pts.parent[p] >= 0 && in[pts.parent[p]]) probe.point.push_back(p);
 }
 
-// nodes of a set, without those whose last element has become points
-void read_nset(const Model& m, const Elements& el, const State& s, const IntVec& set, Probe& probe)
+// nodes of a set, without those whose last element has become points and no corner of a point goes on for
+void read_nset(const Model& m, const State& s, const IntVec& set, Probe& probe)
 {
-  IntVec lost(m.mesh.nnode(), 0);
-  for (int e : s.frac.converted)
-    for (int k = m.mesh.conn.off[e]; k < m.mesh.conn.off[e + 1]; ++k) lost[m.mesh.conn.item[k]] = 1;
-  for (int e = 0; e < m.mesh.nelem() && !s.frac.converted.empty(); ++e)
-    for (int k = m.mesh.conn.off[e]; k < m.mesh.conn.off[e + 1] && el.block_of[e] >= 0; ++k) lost[m.mesh.conn.item[k]] = 0;
+  IntVec follow;
+  frac_follow(m, s.frac, s.points, follow);
   for (int n : set)
-    if (!lost[n]) probe.node.push_back(n);
+    if (follow.empty() || follow[n] != FOLLOW_NONE) probe.node.push_back(n);
 }
 
 // nodes, elements and points that a column reads now; again after elements have become points
@@ -78,7 +75,7 @@ void find_targets(const Model& m, const Elements& el, const State& s, const Hist
   probe.point.clear();
   probe.at = Located();
   if (d.at_point) probe.at = out_locate(m, el, s.points, d.X.data());
-  if (d.nset >= 0) read_nset(m, el, s, m.nset[d.nset].item, probe);
+  if (d.nset >= 0) read_nset(m, s, m.nset[d.nset].item, probe);
   if (d.elset >= 0) read_elset(el, s.points, m.elset[d.elset].item, probe);
   if (d.body >= 0) points_of_body(s.points, d.body, probe.point);
 }

@@ -223,11 +223,10 @@ void print_sets(std::FILE* file, const Model& m)
   };
   print("node sets", m.nset);
   print("element sets", m.elset);
-  if (m.surface.empty()) return;
-  std::fprintf(file, "  surfaces        ");
-  for (std::size_t i = 0; i < m.surface.size(); ++i)
-    std::fprintf(file, "%s%s", i ? ", " : "", m.surface[i].name.c_str());
-  std::fprintf(file, "\n");
+  std::string names;
+  for (const Surface& s : m.surface)                 // those of *DLOAD have no name
+    if (!s.name.empty()) names += (names.empty() ? "" : ", ") + s.name;
+  if (!names.empty()) std::fprintf(file, "  surfaces        %s\n", names.c_str());
 }
 
 }  // namespace

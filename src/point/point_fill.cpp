@@ -59,12 +59,14 @@ void add_point(Filler& f, int body, Shape shape, const int* corner)
 }
 
 // WHERE of a body or a surface at X; a value that is no number is a mistake, told once for each
-bool accepts(const Expr& where, const double* X, const char* kind, const std::string& name, const Place& place, int& faults)
+bool accepts(const Expr& where, const double* X, int dim, const char* kind, const std::string& name,
+             const Place& place, int& faults)
 {
   if (where.is_const()) return true;
   const double value = expr_eval(where, X, 0.0);
-  if (std::isnan(value) && faults++ == 0)
-    log_error("%s %s (%s line %d): WHERE is not a number at (%g, %g)", kind, name.c_str(), place.file.c_str(), place.line, X[0], X[1]);
+  if (!std::isfinite(value) && faults++ == 0)
+    log_error("%s %s (%s line %d): WHERE is not a finite number at %s", kind, name.c_str(),
+              place.file.c_str(), place.line, position_text(X, dim).c_str());
   return value != 0.0;
 }
 
@@ -94,7 +96,7 @@ void box_domain(Filler& f, int body, Box& box, int i, int j, int k)
   static const int step[8][3] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};
   double centre[3] = {0, 0, 0};
   for (int d = 0; d < f.m.dim; ++d) centre[d] = b.lo[d] + (at[d] + 0.5) * box.d[d];
-  if (b.fill == FILL_REGION && !accepts(b.where, centre, "body", b.name, b.place, box.faults)) return;
+  if (b.fill == FILL_REGION && !accepts(b.where, centre, f.m.dim, "body", b.name, b.place, box.faults)) return;
   int c[8];
   for (int a = 0; a < (f.m.dim == 3 ? 8 : 4); ++a) {
     const int corner[3] = {i + step[a][0], j + step[a][1], k + step[a][2]};
@@ -302,7 +304,7 @@ int find_surface(const Model& m, const Surface& s, const Points& p, std::vector<
       const int c   = p.conn.begin(f.elem)[info.face[f.face][k]];
       double X[3] = {0, 0, 0};
       for (int i = 0; i < m.dim; ++i) X[i] = p.Xc[c * m.dim + i];
-      inside = accepts(s.where, X, "surface", s.name, s.place, faults);
+      inside = accepts(s.where, X, m.dim, "surface", s.name, s.place, faults);
     }
     if (inside) out.push_back(f);
   }

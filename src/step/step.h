@@ -79,15 +79,9 @@ void step_finish(Problem& p, Attempt& a);
 // step_initial_acceleration : a = M^-1 (fext - fint) of the nodes, at the start of a Newmark step and after elements broke
 Status step_initial_acceleration(Problem& p, const Step& s, double t_step);
 
-// step_values_good : are all loads and supports finite at this time? false: p.note names the line of the deck
-bool step_values_good(Problem& p, const Step& s, double t_step, double t_total);
-
 // step_missed : at the start of a step: warns of loads and supports that fixed increments step over. mid: loads are asked for in the
 // middle of an increment
 void step_missed(const Problem& p, const Step& s, bool mid);
-
-// step_values : after a failed attempt: BAD_VALUE and p.note when a load or a support was not a finite number
-Status step_values(Problem& p, const Attempt& a);
 
 // ledger_update : energies and momenta of the level
 void ledger_update(Problem& p, const Level& l, bool nlgeom);
@@ -103,6 +97,13 @@ struct UndoPoint {
 };
 void step_undo_point(const Problem& p, UndoPoint& u);
 void step_undo(Problem& p, const UndoPoint& u);
+
+// step_limit : warns when elements or points are compressed below the stretch at which St.Venant-Kirchhoff
+// softens: how many, the worst one, and again whenever twice as many are
+void step_limit(Problem& p, const Step& s);
+
+// step_remainder : statics: warns when loads rest on broken material alone: the share that its STIFFNESS carries
+void step_remainder(Problem& p, const Step& s);
 
 // step_run : all steps of the model, or those that are left after a restart file (f.reading); returns an exit code
 int step_run(Problem& p, Archive& f, Output& out);

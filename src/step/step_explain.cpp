@@ -49,18 +49,9 @@ std::string solver_text(const Problem& p)
     std::snprintf(text, sizeof text, ". That is direction %d of a corner of a loose point", direction);
   } else {
     grid_node_place(p.m.grid, s.dim, p.grid.key[row - s.nfe], x);
-    std::snprintf(text, sizeof text, ". That is direction %d of the grid node at (%g, %g)", direction, x[0], x[1]);
+    std::snprintf(text, sizeof text, ". That is direction %d of the grid node at %s", direction, position_text(x, s.dim).c_str());
   }
   return words + text + "; when it is supported, stiffnesses lie too far apart (a penalty, a very thin element)";
-}
-
-// (1, 2), in space (1, 2, 3)
-std::string place_text(const double* x, int dim)
-{
-  char text[100];
-  if (dim == 2) std::snprintf(text, sizeof text, "(%g, %g)", x[0], x[1]);
-  else std::snprintf(text, sizeof text, "(%g, %g, %g)", x[0], x[1], x[2]);
-  return text;
 }
 
 // the bond, or the material point and its corner, that lies outside the grid
@@ -72,14 +63,14 @@ std::string wanderer(const Problem& p)
     RealVec xb;
     const int b = -1 - p.worst;
     bond_places(p.m, pts, p.st.bonds, p.st.n.u, p.st.n.uc, xb);
-    return "bond " + p.m.bond[p.st.bonds.def[b]].name.substr(0, 60) + " (now in " + place_text(&xb[b * dim], dim) + ", at t = 0 in " +
-           place_text(&p.st.bonds.X[3 * b], dim) + ")";
+    return "bond " + p.m.bond[p.st.bonds.def[b]].name.substr(0, 60) + " (now in " + position_text(&xb[b * dim], dim) + ", at t = 0 in " +
+           position_text(&p.st.bonds.X[3 * b], dim) + ")";
   }
   const int place = static_cast<int>(std::find(pts.conn.item.begin(), pts.conn.item.end(), p.worst) - pts.conn.item.begin());
   const int q = static_cast<int>(std::upper_bound(pts.conn.off.begin(), pts.conn.off.end(), place) - pts.conn.off.begin()) - 1;
   double x[3] = {0, 0, 0};
   for (int i = 0; i < dim; ++i) x[i] = pts.Xc[p.worst * dim + i] + p.st.n.uc[p.worst * dim + i];
-  std::string text = "the corner " + place_text(x, dim) + " of material point " + std::to_string(pts.label[q]) + " of body " +
+  std::string text = "the corner " + position_text(x, dim) + " of material point " + std::to_string(pts.label[q]) + " of body " +
                      p.m.body[pts.body[q]].name.substr(0, 60);
   if (pts.parent[q] >= 0) text += " (element " + std::to_string(p.m.mesh.elem_label[pts.parent[q]]) + ")";
   return text;
@@ -128,8 +119,8 @@ std::string step_explain(const Problem& p, Status status)
     double top[3] = {0, 0, 0}, lo[3], hi[3];
     for (int i = 0; i < m.dim; ++i) top[i] = m.grid.lo[i] + m.grid.n[i] * m.grid.h[i];
     needed_box(p, lo, hi);
-    return wanderer(p) + " left the grid, which reaches from " + place_text(m.grid.lo.data(), m.dim) + " to " + place_text(top, m.dim) +
-           ": enlarge *GRID; with the velocities of now the step needs it from " + place_text(lo, m.dim) + " to " + place_text(hi, m.dim);
+    return wanderer(p) + " left the grid, which reaches from " + position_text(m.grid.lo.data(), m.dim) + " to " + position_text(top, m.dim) +
+           ": enlarge *GRID; with the velocities of now the step needs it from " + position_text(lo, m.dim) + " to " + position_text(hi, m.dim);
   }
   if (status == BAD_NUMBER)
     return "forces or displacements have grown beyond all numbers (NaN or infinity): look for a value of the deck that is out "

@@ -38,8 +38,8 @@ Status force_at_start(Problem& p, Attempt& a)
   const RealVec zero(p.sys.neq(), 0.0);
   KernelMode mode;
   mode.finite = a.mode.finite;
-  assem_move(p, zero, a.t0, a.t0);
-  return assem_internal(p, mode, a.fint0);
+  const Status status = assem_move(p, zero, a.t0, a.t0);
+  return status == STATUS_OK ? assem_internal(p, mode, a.fint0) : status;
 }
 
 // M a(n): from the accelerations of the nodes, for the grid from its forces: M a = fext - fint on free dofs, and
@@ -102,18 +102,18 @@ Status step_initial_acceleration(Problem& p, const Step& s, double t_step)
   if (sys.nfe == 0) return STATUS_OK;
   RealVec zero(sys.neq(), 0.0), fint, f, acc(sys.neq(), 0.0);
   p.st.np1 = p.st.n;
-  system_constrain(p, s, t_step, t_step);
   KernelMode mode;
   mode.finite = s.nlgeom;
-  assem_move(p, zero, t_step, t_step);
-  const Status status = assem_internal(p, mode, fint);
+  Status status = system_constrain(p, s, t_step, t_step);
+  if (status == STATUS_OK) status = assem_move(p, zero, t_step, t_step);
+  if (status == STATUS_OK) status = assem_internal(p, mode, fint);
+  if (status == STATUS_OK) status = assem_loads(p, s, t_step, p.st.n.time, 0.0, f);
   if (status != STATUS_OK) return status;
-  assem_loads(p, s, t_step, p.st.n.time, 0.0, f);
   for (int i = 0; i < sys.neq(); ++i) f[i] -= fint[i];
   for (int i = 0; i < sys.nfe * sys.dim; ++i)
     if (sys.fixed[i] == DOF_FIXED) acc[i] = p.st.n.a[sys.node_of_row[i / sys.dim] * sys.dim + i % sys.dim];
   if ((sys.tie.dof.empty() ? mass_solve(sys, 0, f, acc) : mass_solve_tied(sys, f, acc)) < 0)
-    return step_values_good(p, s, t_step, p.st.n.time) ? NOT_CONVERGED : BAD_VALUE;
+    return NOT_CONVERGED;
   for (int r = 0; r < sys.nfe; ++r)
     for (int i = 0; i < sys.dim; ++i) p.st.n.a[sys.node_of_row[r] * sys.dim + i] = acc[r * sys.dim + i];
   return STATUS_OK;
@@ -201,6 +201,23 @@ void finish_reactions(Problem& p, const Attempt& a)
     if (r < p.sys.nfe) st.rf[p.sys.node_of_row[r] * dim + i % dim] = a.R[i];
     else if (p.sys.grid_bc[i] >= 0) st.grid_rf[p.sys.grid_bc[i] * dim + i % dim] += a.R[i];
   }
+  for (const HeldPart& h : p.sys.held)
+    if (p.sys.grid_bc[h.dof] < 0) st.rf[h.node_dof] += h.part * a.R[h.dof];
+}
+
+// nodes without elements move with the corners that go on for them, for the results
+void finish_followers(Problem& p, const Attempt& a)
+{
+  const int dim = p.m.dim;
+  Level& l = p.st.np1;
+  for (size_t n = 0; n < p.follow.size(); ++n)
+    for (int i = 0; i < dim && p.follow[n] >= 0; ++i) {
+      const size_t k = n * dim + i, c = static_cast<size_t>(p.follow[n]) * dim + i;
+      l.u[k] = l.uc[c];
+      if (a.cM == 0.0) continue;
+      l.v[k] = l.vc[c];
+      l.a[k] = (l.v[k] - p.st.n.v[k]) / a.dt;
+    }
 }
 
 // statics: R at t(n) on the weights of this step
@@ -302,6 +319,7 @@ void step_finish(Problem& p, Attempt& a)
     if (p.st.points.npoint) finish_points(p, a, dv);
   }
   if (p.grid.ghost.size()) finish_ghosts(p, a, dv);
+  finish_followers(p, a);
   finish_reactions(p, a);
   if (p.pairs.near || !p.st.contact.empty()) finish_contact(p, a);
   p.st.ledger.external += external_work(p, a, rf0);

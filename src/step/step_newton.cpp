@@ -18,11 +18,11 @@ struct Balance {
 Status form_residual(Problem& p, Attempt& a, const RealVec& du, Balance& b)
 {
   const System& s = p.sys;
-  assem_move(p, du, a.t0, a.t1);
-  const Status status = assem_internal(p, a.mode, a.fint);
+  Status status = assem_move(p, du, a.t0, a.t1);
+  if (status == STATUS_OK) status = assem_internal(p, a.mode, a.fint);
+  if (status == STATUS_OK && (a.fext.empty() || assem_has_followers(a.step)))
+    status = assem_loads(p, a.step, a.t_load, a.total_load, a.s_load, a.fext);
   if (status != STATUS_OK) return status;
-  if (a.fext.empty() || assem_has_followers(a.step))
-    assem_loads(p, a.step, a.t_load, a.total_load, a.s_load, a.fext);
   b.R.resize(s.neq());
   b.inertia.assign(s.neq(), 0.0);
   if (a.cM != 0.0) {

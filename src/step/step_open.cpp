@@ -8,13 +8,12 @@
 namespace {
 
 // the value at X; when it is not a finite number: 0 and a message, one for each line of the deck
-double start_value(const InitialValue& iv, const double* X, int& errors)
+double start_value(const Model& m, const InitialValue& iv, const std::string& where, const double* X, int& errors)
 {
   const double value = expr_eval(iv.value, X, 0.0);
   if (std::isfinite(value)) return value;
   if (errors++ == 0)
-    log_error("%s line %d, *INITIAL CONDITIONS: the value %s is not a finite number at (%g, %g)", iv.place.file.c_str(),
-              iv.place.line, iv.value.text.c_str(), X[0], X[1]);
+    log_error("%s", value_text(m, "INITIAL CONDITIONS", iv.place, iv.value, -1, where, X, 0.0).c_str());
   return 0.0;
 }
 
@@ -24,13 +23,14 @@ void start_body(Problem& p, const InitialValue& iv, int& errors)
   const Points& pts = p.st.points;
   const int dim     = p.m.dim;
   RealVec& field    = iv.displacement ? p.st.n.uc : p.st.n.vc;
+  const std::string where = "a corner of body " + p.m.body[iv.body].name;
   for (int q = 0; q < pts.npoint; ++q) {
     if (pts.body[q] != iv.body) continue;
     for (int k = pts.conn.off[q]; k < pts.conn.off[q + 1]; ++k) {
       const int c = pts.conn.item[k];
       double X[3] = {0, 0, 0};
       for (int i = 0; i < dim; ++i) X[i] = pts.Xc[c * dim + i];
-      field[c * dim + iv.dof] = start_value(iv, X, errors);
+      field[c * dim + iv.dof] = start_value(p.m, iv, where, X, errors);
     }
   }
 }
@@ -42,7 +42,10 @@ int start_values(Problem& p)
     if (iv.dof >= p.m.dim) continue;
     int errors = 0;
     RealVec& field = iv.displacement ? p.st.n.u : p.st.n.v;
-    for (int n : iv.node) field[n * p.m.dim + iv.dof] = start_value(iv, &p.m.mesh.X[3 * n], errors);
+    for (int n : iv.node) {
+      const std::string where = "node " + std::to_string(p.m.mesh.node_label[n]);
+      field[n * p.m.dim + iv.dof] = start_value(p.m, iv, where, &p.m.mesh.X[3 * n], errors);
+    }
     if (iv.body >= 0) start_body(p, iv, errors);
     wrong += errors > 0;
   }
@@ -150,6 +153,7 @@ Status step_prepare(Problem& p, const Step& s)
 {
   if (p.ready) return STATUS_OK;
   State& st = p.st;
+  frac_follow(p.m, st.frac, st.points, p.follow);
   RealVec xb;
   if (st.bonds.nbond) {
     Timer timer(PHASE_BOND);

@@ -233,6 +233,8 @@ Status run_step(Problem& p, const Step& s, Output& out)
     st.log.dt     = dt;
     st.log.t_step = clock.t;
     check_ranks(p);
+    if (s.proc == PROC_STATIC || st.log.inc_total % 10 == 0 || clock_done(s, clock)) step_limit(p, s);
+    if (p.fm.on) step_remainder(p, s);
     out_increment(p.m, p.el, st, p.grid, out);
     st.eroded.clear();
     out_restart(p.m, st, p.grid, false, out);
@@ -330,15 +332,15 @@ Status step_increment(Problem& p, const Step& s, double t0, double dt)
   // in motion a multiplier of the step before would push a contact that opens: energy from nothing (4.2)
   if (s.proc == PROC_DYNAMIC) std::fill(st.np1.lambda_n.begin(), st.np1.lambda_n.end(), 0.0);
   p.note.clear();
-  system_constrain(p, s, a.t0, a.t1);
   a.du.assign(p.sys.neq(), 0.0);
-  if (!mid) assem_loads(p, s, a.t0, a.total0, 0.0, a.fext0);
-  Status status = STATUS_OK;
-  if (s.proc == PROC_DYNAMIC) status = step_inertia_begin(p, a);
+  Status status = system_constrain(p, s, a.t0, a.t1);
+  if (status == STATUS_OK && !mid) status = assem_loads(p, s, a.t0, a.total0, 0.0, a.fext0);
+  if (status == STATUS_OK && s.proc == PROC_DYNAMIC) status = step_inertia_begin(p, a);
+  if (status == BAD_VALUE) return status;
   if (dt > 0.0 && s.proc == PROC_STATIC) extrapolate(p, dt, a);
   const bool guessed = !a.guess.empty();
   if (status == STATUS_OK) status = step_newton(p, a);
-  if (status != STATUS_OK && guessed) {
+  if (status != STATUS_OK && status != BAD_VALUE && guessed) {
     a.du.assign(p.sys.neq(), 0.0);
     a.guess.clear();
     status = step_newton(p, a);
@@ -347,7 +349,6 @@ Status step_increment(Problem& p, const Step& s, double t0, double dt)
   if (status == STATUS_OK && p.pairs.near) status = contact_depth(p);
   if (status == STATUS_OK) step_finish(p, a);
   if (status == STATUS_OK && !std::isfinite(st.ledger.balance)) status = BAD_NUMBER;
-  if (status != STATUS_OK && step_values(p, a) == BAD_VALUE) status = BAD_VALUE;
   return status;
 }
 

@@ -176,12 +176,14 @@ TEST(Deck, loads_stay_ramp_and_are_replaced)
   ASSERT_EQ(a.errors, 0) << a.text;
   ASSERT_EQ(a.m.step[0].load.size(), 2u);
   EXPECT_DOUBLE_EQ(value_of(a.m, 0, a.m.step[0].load[0], 0.5), 5.0);
-  ASSERT_EQ(a.m.step[1].load.size(), 2u);
+  ASSERT_EQ(a.m.step[1].load.size(), 3u);
   EXPECT_EQ(a.m.step[1].load[0].dof, 0);                                    // stays at 5
   EXPECT_DOUBLE_EQ(value_of(a.m, 1, a.m.step[1].load[0], 0.5), 5.0);
-  EXPECT_DOUBLE_EQ(value_of(a.m, 1, a.m.step[1].load[1], 1.0), 20.0);       // 10 -> 30
-  ASSERT_EQ(a.m.step[2].load.size(), 1u);                                   // OP=NEW removes the other one
-  EXPECT_DOUBLE_EQ(value_of(a.m, 2, a.m.step[2].load[0], 0.5), 35.0);       // 30 -> 40
+  EXPECT_DOUBLE_EQ(value_of(a.m, 1, a.m.step[1].load[1], 0.5), 7.5);        // 10 -> 30
+  EXPECT_DOUBLE_EQ(value_of(a.m, 1, a.m.step[1].load[2], 0.5), 7.5);
+  ASSERT_EQ(a.m.step[2].load.size(), 3u);                                   // OP=NEW: 5 leaves, 30 -> 40
+  EXPECT_DOUBLE_EQ(value_of(a.m, 2, a.m.step[2].load[0], 0.5), 2.5);
+  EXPECT_DOUBLE_EQ(value_of(a.m, 2, a.m.step[2].load[1], 0.5) + value_of(a.m, 2, a.m.step[2].load[2], 0.5), 35.0);
 }
 
 TEST(Deck, step_time_amplitudes_keep_their_end_value)
@@ -206,25 +208,28 @@ TEST(Deck, supports_stay_ramp_and_are_replaced)
   ASSERT_EQ(a.errors, 0) << a.text;
   ASSERT_EQ(a.m.step[0].prescribed.size(), 3u);
   ASSERT_EQ(a.m.step[1].prescribed.size(), 3u);
+  EXPECT_FALSE(a.m.step[1].prescribed[0].ramp);
   const Prescribed& b = a.m.step[1].prescribed[2];
-  EXPECT_DOUBLE_EQ(b.start, 0.1);
+  EXPECT_TRUE(b.ramp);
   const double x[3] = {0, 0, 0};
-  EXPECT_DOUBLE_EQ(prescribed_value(a.m, a.m.step[1], b, x, 0.5, 1.5), 0.2);
+  EXPECT_DOUBLE_EQ(prescribed_value(a.m, b, x, 0.5, 1.5), 0.3);
   EXPECT_EQ(a.m.step[2].prescribed.size(), 2u);
 }
 
-TEST(Deck, each_node_ramps_from_where_it_was)
+TEST(Deck, a_node_and_direction_has_one_support)
 {
-  const Answer a = read(block + held +
-    "*STEP\n*STATIC\n0.5, 1\n*BOUNDARY\nPLATE_YMAX, 2, 2, \"0.1*x*t\"\n*END STEP\n"
-    "*STEP\n*STATIC\n0.5, 1\n*BOUNDARY\nPLATE_YMAX, 2, 2, 0.3\n*END STEP\n");
+  const Answer a = read(block + held + "*STEP\n*STATIC\n0.5, 1\n*BOUNDARY\nPLATE_XMAX, 1, 1, 0.1\n10, 1, 1, 0.2\n*END STEP\n"
+                        "*STEP\n*STATIC\n0.5, 1\n*BOUNDARY\n5, 1, 1, 0.3\n*END STEP\n");
   ASSERT_EQ(a.errors, 0) << a.text;
-  double start[15];
-  for (double& s : start) s = -1.0;
-  for (const Prescribed& b : a.m.step[1].prescribed)
-    for (int n : b.node)
-      if (b.first == 1) start[n] = b.start;
-  for (int i = 1; i < 5; ++i) EXPECT_NEAR(start[10 + i], 0.05 * i, 1e-14);
+  EXPECT_TRUE(says(a, "for node 10, direction 1 in the same step; the last value holds"));
+  const std::vector<Prescribed>& one = a.m.step[0].prescribed;
+  ASSERT_EQ(one.size(), 4u);
+  EXPECT_EQ(one[2].node, IntVec({4, 14}));
+  EXPECT_EQ(one[3].node, IntVec({9}));
+  const std::vector<Prescribed>& two = a.m.step[1].prescribed;
+  ASSERT_EQ(two.size(), 5u);
+  EXPECT_EQ(two[2].node, IntVec({14}));
+  EXPECT_EQ(two[4].node, IntVec({4}));
 }
 
 TEST(Deck, dload_kinds)
@@ -235,7 +240,7 @@ TEST(Deck, dload_kinds)
   const std::vector<Load>& l = a.m.step[0].load;
   ASSERT_EQ(l.size(), 5u);
   EXPECT_TRUE(l[0].per_mass && l[0].dir[1] == -1.0 && l[0].elem.size() == 8u);
-  EXPECT_TRUE(l[1].kind == LOAD_PRESSURE && l[1].face[0].elem == 3 && l[1].face[0].face == 1);
+  EXPECT_TRUE(l[1].kind == LOAD_PRESSURE && a.m.surface[l[1].surface].face[0].elem == 3 && a.m.surface[l[1].surface].face[0].face == 1);
   EXPECT_TRUE(l[2].kind == LOAD_BODY && !l[2].per_mass && l[2].dir[0] == 1.0);
   EXPECT_NEAR(l[3].dir[0], 0.6, 1e-15);
   EXPECT_TRUE(l[4].surface >= 0 && l[4].face.empty());
@@ -245,6 +250,19 @@ const std::string points =
   "*BLOCK, TYPE=CPE4, ELSET=SOFT\n0, 0, 1, 1\n2, 2\n*MATERIAL, NAME=M\n*ELASTIC\n1e5, 0.3\n*DENSITY\n1000\n"
   "*MATERIAL POINTS, BODY=SOFT, MATERIAL=M, FILL=ELSET, ELSET=SOFT, POINTS=3\n*GRID\n-1, -1, 2.4, 2\n0.5\n";
 const std::string point_step = "*STEP, NLGEOM\n*DYNAMIC\n0.1, 1\n*END STEP\n";
+
+TEST(Deck, surfaces_of_a_body_share_faces)
+{
+  const std::string skin = "*SURFACE, NAME=SKIN, TYPE=BODY, BODY=SOFT\n*SURFACE, NAME=LEFT, TYPE=BODY, BODY=SOFT, WHERE=\"x < 1e-9\"\n";
+  const auto step_of = [](const char* s) { return std::string("*STEP, NLGEOM\n*STATIC\n0.5, 1\n*DSLOAD\n") + s + "\n*END STEP\n"; };
+  const Answer a = read(points + skin + step_of("SKIN, P, 1") + step_of("LEFT, P, 3"));
+  ASSERT_EQ(a.errors, 0) << a.text;
+  const std::vector<Load>& l = a.m.step[1].load;
+  ASSERT_EQ(l.size(), 3u);
+  EXPECT_EQ(l[0].except, IntVec({l[2].surface}));
+  EXPECT_EQ(l[1].only, IntVec({l[2].surface}));
+  EXPECT_EQ(l[1].ramp, RAMP_OUT);
+}
 
 TEST(Deck, material_points_grid_and_bonds)
 {
@@ -373,6 +391,35 @@ TEST(Deck, all_mistakes_in_one_run_but_at_most_fifty_printed)
   std::size_t count = 0;
   for (std::size_t i = a.text.find("ERROR"); i != std::string::npos; i = a.text.find("ERROR", i + 1)) ++count;
   EXPECT_EQ(count, 51u);
+}
+
+TEST(Deck, what_is_said_twice_is_a_warning)
+{
+  const std::string twice = "*MATERIAL, NAME=M\n*ELASTIC\n1, 0\n*DENSITY\n1\n*ELASTIC\n2, 0\n*DENSITY\n3\n"
+                            "*BLOCK, TYPE=CPE4, ELSET=P\n0, 0, 1, 1\n<n>, 1\n*SOLID SECTION, ELSET=P, MATERIAL=M\n*BOUNDARY\nP, 1, 2\n"
+                            "*INITIAL CONDITIONS, TYPE=VELOCITY\nP, 1, 1\nP_XMIN, 1, 2\nP, 2, 1\n1, 2, 1\n";
+  const Answer a = read("*PARAMETER\nn = 1\nn = 2\n" + twice + step);
+  ASSERT_EQ(a.errors, 0) << a.text;
+  EXPECT_TRUE(says(a, "replaces the value of n in "));
+  EXPECT_TRUE(says(a, "material M has an *ELASTIC already; this one replaces it"));
+  EXPECT_TRUE(says(a, "material M has a *DENSITY already; this one replaces it"));
+  EXPECT_TRUE(says(a, "for node 1, direction 1; the last value holds"));
+  EXPECT_FALSE(says(a, "direction 2; the last value holds"));     // the same value
+  const Answer b = read("*PARAMETER\nn = 1\n" + twice + step, Defines{{"n", 2.0}});
+  EXPECT_FALSE(says(b, "replaces the value"));
+}
+
+TEST(Deck, nearly_incompressible_material_locks)
+{
+  const auto text = [](const char* type, const char* nu) {
+    return "*BLOCK, TYPE=" + std::string(type) + ", ELSET=P\n0, 0, 1, 1\n1, 1\n*MATERIAL, NAME=M\n*ELASTIC\n1, " + nu +
+           "\n*SOLID SECTION, ELSET=P, MATERIAL=M\n" + "*BOUNDARY\nP, 1, 2\n" + step;
+  };
+  EXPECT_TRUE(says(read(text("CPE4", "0.49")), "makes CPE4 (element 1) too stiff"));
+  EXPECT_TRUE(says(read(text("CPE3", "0.499")), "too stiff"));
+  EXPECT_FALSE(says(read(text("CPE4", "0.489")), "too stiff"));
+  EXPECT_FALSE(says(read(text("CPE4I", "0.499")), "too stiff"));
+  EXPECT_FALSE(says(read(text("CPS4", "0.499")), "too stiff"));
 }
 
 TEST(Deck, warnings_do_not_stop_the_run)

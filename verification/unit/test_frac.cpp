@@ -302,6 +302,38 @@ void element_sums(const Trial& r, double& mass, double& kinetic, double* momentu
 
 }  // namespace
 
+// two squares side by side, the left one has become a point whose upper left corner lies elsewhere
+TEST(Follow, CornersGoOnForNodesWithoutElements)
+{
+  Model m;
+  m.dim = 2;
+  m.mesh.node_label = {1, 2, 3, 4, 5, 6};
+  m.mesh.X = {0, 0, 0, 1, 0, 0, 2, 0, 0, 0, 1, 0, 1, 1, 0, 2, 1, 0};
+  m.mesh.elem_label = {1, 2};
+  m.mesh.conn.off = {0, 4, 8};
+  m.mesh.conn.item = {0, 1, 4, 3, 1, 2, 5, 4};
+  Fracture fr;
+  fr.form = {FORM_POINTS, FORM_ELEMENT};
+  Points pts;
+  pts.npoint = 1;
+  pts.ncorner = 4;
+  pts.parent = {0};
+  pts.of_elem = {0, -1};
+  pts.conn.off = {0, 4};
+  pts.conn.item = {0, 1, 2, 3};
+  pts.Xc = {0, 0, 1, 0, 1, 1, 0, 0.9};
+  pts.field = {0, 0, 0, 0};
+  IntVec corner;
+  frac_follow(m, fr, pts, corner);
+  EXPECT_TRUE(corner.empty());                       // nothing has been converted
+  fr.converted = {0};
+  frac_follow(m, fr, pts, corner);
+  EXPECT_EQ(corner, IntVec({0, FOLLOW_ELEMENT, FOLLOW_ELEMENT, FOLLOW_NONE, FOLLOW_ELEMENT, FOLLOW_ELEMENT}));
+  pts.field[0] = FIELD_OWN;                          // a loose one is better than none
+  frac_follow(m, fr, pts, corner);
+  EXPECT_EQ(corner[0], 0);
+}
+
 TEST(Broken, TangentAgainstDifferences)
 {
   KernelMode finite, linear;

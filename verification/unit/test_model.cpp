@@ -91,20 +91,23 @@ TEST(Amplitude, expression_of_t)
   EXPECT_DOUBLE_EQ(amplitude_eval(a, 2.0, 5.0), 12.0);
 }
 
-TEST(Load, ramps_in_a_static_step_and_acts_at_once_in_a_dynamic_one)
+TEST(Load, ramps_in_and_out)
 {
   Model m;
   Step s;
   s.period = 2.0;
   Load l;
-  l.start = 10.0;
+  l.ramp  = RAMP_IN;
   l.value = expr_number(30.0);
   const double x[3] = {0.0, 0.0, 0.0};
-  EXPECT_DOUBLE_EQ(load_value(m, s, l, x, 0.0, 5.0), 10.0);
-  EXPECT_DOUBLE_EQ(load_value(m, s, l, x, 1.0, 6.0), 20.0);
+  EXPECT_DOUBLE_EQ(load_value(m, s, l, x, 0.0, 5.0), 0.0);
+  EXPECT_DOUBLE_EQ(load_value(m, s, l, x, 1.0, 6.0), 15.0);
   EXPECT_DOUBLE_EQ(load_value(m, s, l, x, 2.0, 7.0), 30.0);
-  s.proc = PROC_DYNAMIC;
-  EXPECT_DOUBLE_EQ(load_value(m, s, l, x, 0.5, 5.5), 30.0);
+  l.ramp = RAMP_OUT;
+  l.factor = 0.5;
+  EXPECT_DOUBLE_EQ(load_value(m, s, l, x, 0.5, 5.5), 11.25);
+  l.ramp = RAMP_NONE;
+  EXPECT_DOUBLE_EQ(load_value(m, s, l, x, 0.5, 5.5), 15.0);
 }
 
 TEST(Load, amplitude_and_expression_do_not_ramp)
@@ -115,18 +118,16 @@ TEST(Load, amplitude_and_expression_do_not_ramp)
   m.amplitude[0].y = {0.0, 1.0};
   Step s;
   Load l;
-  l.start = 100.0;
   l.value = expr_number(8.0);
   l.amplitude = 0;
   const double x[3] = {2.0, 0.0, 0.0};
   EXPECT_DOUBLE_EQ(load_value(m, s, l, x, 0.25, 0.25), 2.0);
 
   Prescribed b;
-  b.start = 100.0;
   std::string error;
   int position = 0;
   ASSERT_TRUE(expr_compile("x*t", ParamMap(), b.value, error, position));
-  EXPECT_DOUBLE_EQ(prescribed_value(m, s, b, x, 0.25, 3.0), 6.0);
+  EXPECT_DOUBLE_EQ(prescribed_value(m, b, x, 0.25, 3.0), 6.0);
 }
 
 TEST(Model, finders)

@@ -1,0 +1,58 @@
+#include <algorithm>
+#include <cmath>
+
+#include "base/log.h"
+#include "step/step.h"
+
+namespace {
+
+// a place where the load acts; of loads on bodies of points the origin
+const double* place_of(const Model& m, const Load& l)
+{
+  static const double origin[3] = {0, 0, 0};
+  if (l.surface >= 0 && m.surface[l.surface].body >= 0) return origin;
+  const int node = !l.node.empty() ? l.node[0] : !l.elem.empty() ? m.mesh.conn.begin(l.elem[0])[0]
+                 : l.surface >= 0 ? m.mesh.conn.begin(m.surface[l.surface].face[0].elem)[0] : -1;
+  return node >= 0 ? &m.mesh.X[3 * node] : origin;
+}
+
+// warns when value(t) is at most half of its largest size wherever the fixed increments ask for it; ask: part of an increment
+template <class Value>
+void warn_missed(const Step& s, double ask, const Place& place, const char* what, Value value)
+{
+  const int PARTS = 8;
+  const double n  = std::ceil(s.period / s.dt - 1e-9);
+  if (n > 20000) return;
+  double seen = 0.0, largest = 0.0, when = 0.0;
+  for (int k = 0; k < static_cast<int>(n); ++k) {
+    seen = std::max(seen, std::fabs(value(std::min(s.period, (k + ask) * s.dt))));
+    for (int j = 0; j <= PARTS; ++j) {
+      const double t = std::min(s.period, (k + static_cast<double>(j) / PARTS) * s.dt), f = std::fabs(value(t));
+      if (!(f > largest)) continue;
+      largest = f;
+      when    = t;
+    }
+  }
+  if (seen < 0.5 * largest)
+    log_warn("%s line %d: the %s reaches %.6g at t = %.6g of the step, between two increments; where they ask for it it is never more "
+             "than %.6g: take smaller increments", place.file.c_str(), place.line, what, largest, when, seen);
+}
+
+}  // namespace
+
+// ---------------------------------------------------------------------------
+// step_missed : warns of loads and supports that fixed increments step over; looks eight times into each increment
+// ---------------------------------------------------------------------------
+void step_missed(const Problem& p, const Step& s, bool mid)
+{
+  if (!s.direct) return;
+  const Model& m     = p.m;
+  const double start = p.st.clock.start;
+  for (const Load& l : s.load)
+    if (l.ramp != RAMP_OUT && (!l.value.is_const() || l.amplitude >= 0))
+      warn_missed(s, mid ? 0.5 : 1.0, l.place, "load", [&](double t) { return load_value(m, s, l, place_of(m, l), t, start + t); });
+  for (const Prescribed& b : s.prescribed)
+    if (!b.node.empty() && (!b.value.is_const() || b.amplitude >= 0))
+      warn_missed(s, 1.0, b.place, "prescribed displacement",
+                  [&](double t) { return prescribed_value(m, b, &m.mesh.X[3 * b.node[0]], t, start + t); });
+}

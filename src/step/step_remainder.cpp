@@ -1,0 +1,108 @@
+#include <cmath>
+#include <map>
+#include <numeric>
+
+#include "base/comm.h"
+#include "base/log.h"
+#include "step/step.h"
+
+namespace {
+
+int root_of(IntVec& up, int n)
+{
+  while (up[n] != n) n = up[n] = up[up[n]];
+  return n;
+}
+
+// Nodes that intact elements tie together, and what acts on them
+struct Piece {
+  bool held[3] = {false, false, false};      // by a support, a bond or contact
+  double load[3] = {0, 0, 0};
+  double rest[3] = {0, 0, 0};  // what broken elements bear by their STIFFNESS alone
+};
+
+double size(const double* v) { return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]); }
+
+// nodes of one intact element belong to one piece; a node of broken elements alone is a piece of its own
+IntVec find_pieces(const Problem& p)
+{
+  IntVec up(p.m.mesh.nnode());
+  std::iota(up.begin(), up.end(), 0);
+  for (const ElemBlock& b : p.el.block)
+    for (int slot : b.live) {
+      const int e = b.elem[slot], *node = p.m.mesh.conn.begin(e);
+      if (p.st.frac.broken[e] >= 0) continue;
+      for (int a = 1; a < p.m.mesh.conn.count(e); ++a) up[root_of(up, node[a])] = root_of(up, node[0]);
+    }
+  for (size_t n = 0; n < up.size(); ++n) up[n] = root_of(up, static_cast<int>(n));
+  return up;
+}
+
+void find_supports(const Problem& p, const IntVec& root, std::map<int, Piece>& piece)
+{
+  const int dim = p.m.dim;
+  for (int r = 0; r < p.sys.nfe; ++r)
+    for (int i = 0; i < dim; ++i)
+      if (p.sys.fixed[r * dim + i]) piece[root[p.sys.node_of_row[r]]].held[i] = true;
+  const Bonds& b = p.st.bonds;
+  for (int item : b.a.item)
+    for (int i = 0; i < dim && item < p.m.mesh.nnode(); ++i) piece[root[item]].held[i] = true;
+}
+
+// force of the broken elements less that which they would have without STIFFNESS
+void add_rest(const Problem& p, const Step& s, const IntVec& root, std::map<int, Piece>& piece)
+{
+  const int dim = p.m.dim;
+  KernelMode mode;
+  mode.finite = s.nlgeom;
+  mode.steady = true;
+  double u[24], with[24], without[24];
+  for (const ElemBlock& b : p.el.block)
+    for (int slot : b.live) {
+      const int e = b.elem[slot], nen = shape_info[b.shape].nen, *node = p.m.mesh.conn.begin(e);
+      if (p.st.frac.broken[e] < 0) continue;
+      for (int k = 0; k < nen * dim; ++k) u[k] = p.st.n.u[node[k / dim] * dim + k % dim];
+      elem_form_broken(b, slot, elem_broken_law(p.m, p.el, e, p.st.n.degr[e]), mode, u, u, with, nullptr);
+      elem_form_broken(b, slot, elem_broken_law(p.m, p.el, e, 0.0), mode, u, u, without, nullptr);
+      for (int k = 0; k < nen * dim; ++k) piece[root[node[k / dim]]].rest[k % dim] += with[k] - without[k];
+    }
+}
+
+bool breaks(const Fracture& fr)
+{
+  for (int def : fr.broken)
+    if (def >= 0) return true;
+  return false;
+}
+
+}  // namespace
+
+void step_remainder(Problem& p, const Step& s)
+{
+  const State& st = p.st;
+  if (s.proc != PROC_STATIC || !breaks(st.frac) || st.points.npoint || comm_rank() > 0) return;
+  if (p.sys.fixed.size() != static_cast<size_t>(p.sys.neq())) return;
+  RealVec f;
+  if (assem_loads(p, s, st.n.time - st.clock.start, st.n.time, 1.0, f) != STATUS_OK) return;
+  const IntVec root = find_pieces(p);
+  std::map<int, Piece> piece;
+  find_supports(p, root, piece);
+  for (int r = 0; r < p.sys.nfe; ++r)
+    for (int i = 0; i < p.m.dim; ++i) piece[root[p.sys.node_of_row[r]]].load[i] += f[r * p.m.dim + i];
+  add_rest(p, s, root, piece);
+  double all = 0.0, rest = 0.0;
+  for (const auto& x : piece) {
+    const Piece& q = x.second;
+    double load[3], borne = 0.0;
+    for (int i = 0; i < 3; ++i) {
+      load[i] = q.held[i] ? 0.0 : q.load[i];
+      borne += load[i] * q.rest[i];
+    }
+    all += size(q.load);
+    if (size(load) > 0.0) rest += borne / size(load);
+  }
+  if (rest < 0.01 * all || !p.told.insert("remainder " + std::to_string(st.log.step)).second) return;
+  log_warn("step %d, time %.8g: %.0f %% of the loads act on pieces that nothing intact ties to a support; "
+           "broken elements carry them by their STIFFNESS alone, and displacements mean little: end the step "
+           "before, or prescribe displacements", st.log.step, st.n.time, 100.0 * rest / all);
+}
