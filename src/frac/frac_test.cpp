@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "base/comm.h"
@@ -273,23 +274,36 @@ void join_faces(const std::vector<FreeFace>& face, IntVec& part)
   }
 }
 
-// the end of a notch lies in the ball: opposed faces, free faces of the ball lead from one to the other, and on out of the ball
-// (around a hole that lies in it whole J says nothing)
+// parts that lead out of the ball: a node (an edge in space) of theirs belongs to one face of the ball only
+std::vector<char> open_parts(const std::vector<FreeFace>& face, const IntVec& part)
+{
+  std::vector<std::array<int, 3>> end;               // nodes, part
+  for (size_t i = 0; i < face.size(); ++i)
+    for (int a = 0; a < face[i].n; ++a) {
+      const int n = face[i].node[a], o = face[i].n == 2 ? n : face[i].node[(a + 1) % face[i].n];
+      end.push_back({std::min(n, o), std::max(n, o), part[i]});
+    }
+  std::sort(end.begin(), end.end());
+  std::vector<char> open(face.size(), 0);
+  for (size_t i = 0, next; i < end.size(); i = next) {
+    for (next = i; next < end.size() && end[next] == end[i];) ++next;
+    if ((next - i) % 2 == 1) open[end[i][2]] = 1;
+  }
+  return open;
+}
+
+// the end of a notch lies in the ball: opposed faces, free faces of the ball lead from one to the other, and on out of
+// the ball (around a hole that lies in it whole J says nothing)
 bool at_notch(const Scan& s, int e, double radius)
 {
   std::vector<FreeFace> face;
   IntVec part;
-  const double h = s.fm.local[e], *c = &s.fm.centre[3 * e];
   free_faces(s, e, radius, face);
   join_faces(face, part);
-  std::vector<char> leaves(face.size(), 0);          // [part]
-  for (size_t i = 0; i < face.size(); ++i) {
-    const double* x = face[i].mid;
-    if (std::hypot(x[0] - c[0], x[1] - c[1], x[2] - c[2]) > radius - h) leaves[part[i]] = 1;
-  }
+  const std::vector<char> open = open_parts(face, part);
   for (size_t i = 0; i < face.size(); ++i)
     for (size_t j = 0; j < i; ++j)
-      if (part[i] == part[j] && leaves[part[i]] && look_at(face[i], face[j], h, true)) return true;
+      if (part[i] == part[j] && open[part[i]] && look_at(face[i], face[j], s.fm.local[e], true)) return true;
   return false;
 }
 
