@@ -66,8 +66,8 @@ void check_estimate(Deck& d, const Model& m)
     for (const Step& s : m.step) {
       if (f.estimate != ESTIMATE_FORCE || s.proc != PROC_DYNAMIC) continue;
       fault(d, "EIGENFRACTURE", f.place, "FORCE",
-            text_format("ESTIMATE=FORCE holds in static steps only, and the step of line %d is dynamic; leave it out: AUTO, the default, takes "
-                        "FORCE in static steps and BALL in dynamic ones", s.place.line));
+            text_format("ESTIMATE=FORCE holds in static steps only, and the step of line %d is dynamic; leave it out: "
+                        "AUTO, the default, takes FORCE in static steps and BALL in dynamic ones", s.place.line));
       break;
     }
 }

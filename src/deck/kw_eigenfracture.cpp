@@ -32,7 +32,8 @@ void read_order(Card& card, FractureDef& f)
 void check_words(Card& card, const FractureDef& f)
 {
   if (const HeadParam* p = card_param(card, "SPEED LIMIT"))
-    card_error(card, p->key, "SPEED LIMIT is gone, because it turned cracks along the lines of the mesh; leave it out");
+    card_error(card, p->key, "SPEED LIMIT is gone, because it turned cracks along the lines of the mesh; "
+                             "leave it out");
   if (f.criterion != CRITERION_ELEMENT) return;
   for (const char* name : {"ESTIMATE", "EPSILON", "FALLBACK", "START"})
     if (card_param(card, name)) card_error(card, card_param(card, name)->key, std::string(name) + " goes with CRITERION=GRIFFITH only");

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "base/comm.h"
@@ -11,7 +12,7 @@ namespace {
 const double pi = 3.14159265358979323846;
 const double ROUNDING = 1.0 + 1e-9;    // of a bound
 const double NOTCH_BALL = 5.0;         // radius of the ball around a notch in which BALL asks for J as well
-const double LEAST    = 0.01;          // part of Gc/h below which an element does not break; one at a tip holds 0.1 and more
+const double LEAST    = 0.01;          // part of Gc/h below which an element does not break; a tip holds 0.1
 const double tied = 1e-3;      // ranks this close belong to a symmetric pair: Newton ends at a tolerance, not at zero
 
 // What one test knows of the state; what costs is made when it is asked for
@@ -93,7 +94,10 @@ double drive_of(Scan& s, int e)
 }
 
 // the same of an element o beside e; one that cannot break: by the law of e
-double drive_beside(Scan& s, int e, int o) { return s.fm.def[o] >= 0 ? drive_of(s, o) : drive_by(s, o, s.def(e).drive); }
+double drive_beside(Scan& s, int e, int o)
+{
+  return s.fm.def[o] >= 0 ? drive_of(s, o) : drive_by(s, o, s.def(e).drive);
+}
 
 // threshold of one element: Gc h t                                                   (7.1)
 double threshold(const Scan& s, int e)
@@ -245,7 +249,8 @@ void free_faces(const Scan& s, int e, double radius, std::vector<FreeFace>& out)
   });
 }
 
-// two free faces with nothing but void between them; opposed: and 120 degrees or more between their normals. h: size of the mesh
+// two free faces with nothing but void between them; opposed: and 120 degrees or more between their normals.
+// h: size of the mesh
 bool look_at(const FreeFace& a, const FreeFace& b, double h, bool opposed)
 {
   double cosine = 0.0, before_a = 0.0, before_b = 0.0;
@@ -267,29 +272,43 @@ void join_faces(const std::vector<FreeFace>& face, IntVec& part)
     part[i] = static_cast<int>(i);
     for (size_t j = 0; j < i; ++j) {
       const FreeFace &a = face[i], &b = face[j];
-      if (part[i] == part[j] || std::find_first_of(a.node, a.node + a.n, b.node, b.node + b.n) == a.node + a.n) continue;
+      const int* end = a.node + a.n;
+      if (part[i] == part[j] || std::find_first_of(a.node, end, b.node, b.node + b.n) == end) continue;
       std::replace(part.begin(), part.begin() + i + 1, part[j], part[i]);
     }
   }
 }
 
-// the end of a notch lies in the ball: opposed faces, free faces of the ball lead from one to the other, and on out of the ball
-// (around a hole that lies in it whole J says nothing)
+// parts that lead out of the ball: a node (an edge in space) of theirs belongs to one face of the ball only
+std::vector<char> open_parts(const std::vector<FreeFace>& face, const IntVec& part)
+{
+  std::vector<std::array<int, 3>> end;               // nodes, part
+  for (size_t i = 0; i < face.size(); ++i)
+    for (int a = 0; a < face[i].n; ++a) {
+      const int n = face[i].node[a], o = face[i].n == 2 ? n : face[i].node[(a + 1) % face[i].n];
+      end.push_back({std::min(n, o), std::max(n, o), part[i]});
+    }
+  std::sort(end.begin(), end.end());
+  std::vector<char> open(face.size(), 0);
+  for (size_t i = 0, next; i < end.size(); i = next) {
+    for (next = i; next < end.size() && end[next] == end[i];) ++next;
+    if ((next - i) % 2 == 1) open[end[i][2]] = 1;
+  }
+  return open;
+}
+
+// the end of a notch lies in the ball: opposed faces, free faces of the ball lead from one to the other, and on
+// out of the ball (around a hole that lies in it whole J says nothing)
 bool at_notch(const Scan& s, int e, double radius)
 {
   std::vector<FreeFace> face;
   IntVec part;
-  const double h = s.fm.local[e], *c = &s.fm.centre[3 * e];
   free_faces(s, e, radius, face);
   join_faces(face, part);
-  std::vector<char> leaves(face.size(), 0);          // [part]
-  for (size_t i = 0; i < face.size(); ++i) {
-    const double* x = face[i].mid;
-    if (std::hypot(x[0] - c[0], x[1] - c[1], x[2] - c[2]) > radius - h) leaves[part[i]] = 1;
-  }
+  const std::vector<char> open = open_parts(face, part);
   for (size_t i = 0; i < face.size(); ++i)
     for (size_t j = 0; j < i; ++j)
-      if (part[i] == part[j] && leaves[part[i]] && look_at(face[i], face[j], h, true)) return true;
+      if (part[i] == part[j] && open[part[i]] && look_at(face[i], face[j], s.fm.local[e], true)) return true;
   return false;
 }
 
@@ -301,8 +320,8 @@ double weight_of(const Scan& s, int node, const double* c, double radius)
   return std::min(1.0, std::max(0.0, 2.0 * (1.0 - r / radius)));
 }
 
-// what the surface of the body adds to J where it cuts the ball: -int q W n dA on faces without traction. Those of a notch belong
-// to the crack
+// what the surface of the body adds to J where it cuts the ball: -int q W n dA on faces without traction. Those of a
+// notch belong to the crack
 void take_surface(const Scan& s, int e, double radius, double* J)
 {
   std::vector<FreeFace> face;
@@ -377,8 +396,8 @@ double force_estimate(const Scan& s, int e, double radius, double* J)
   return std::sqrt(J[0] * J[0] + J[1] * J[1] + J[2] * J[2]);
 }
 
-// BALL: where a notch ends within 5 h, J as well. It is right there from the first element on; the ball is a fifth too high, because
-// a void has no volume                                                               (7.7)
+// BALL: where a notch ends within 5 h, J as well. It is right there from the first element on; the ball is a fifth
+// too high, because a void has no volume                                                             (7.7)
 double estimate(Scan& s, int e, double* J)
 {
   for (int i = 0; i < 3; ++i) J[i] = 0.0;
