@@ -19,7 +19,7 @@
 // what a dof of the system is
 enum DofKind { DOF_FREE, DOF_FIXED, DOF_TIED };      // TIED: an equation gives it
 
-// Equations of the step: u[dof] = gap + sum of coef u[master], no master is tied itself               doc/theory.md (5.6)
+// Equations of the step: u[dof] = gap + sum of coef u[master], no master is tied itself  doc/theory.md (5.6)
 struct Ties {
   IntVec dof;                  // [ntie]
   ListTable master;            // [ntie] dofs
@@ -155,14 +155,15 @@ void system_lists(const Problem& p, bool all, Use use)
 // system_form : rows, lists, equations, and, when a list has changed, pattern and scatter maps; mass
 void system_form(Problem& p, const Step& s, bool mass);
 
-// ---- equations between dofs (system_tie.cpp), doc/theory.md (5.6) - (5.8). Without equations they do nothing.
+// ---- equations between dofs (system_tie.cpp), doc/theory.md (5.6) - (5.8)
 // system_tie : System::tie of the step; true: it is not the one of before
 bool system_tie(Problem& p, const Step& s);
 
 // tie_extend : what couples a dependent dof couples its masters
 void tie_extend(const System& s, ListTable& lists);
 
-// tie_follow : x = T x, dependent dofs follow their masters; gap: an increment, which also closes what is left of the equation
+// tie_follow : x = T x, dependent dofs follow their masters; gap: an increment, which also closes what is
+// left of the equation
 void tie_follow(const System& s, bool gap, RealVec& x);
 
 // tie_force : f = T^T f, forces on dependent dofs go to their masters
@@ -207,8 +208,8 @@ void mass_multiply(const System& sys, const RealVec& x, RealVec& y);
 // doc/theory.md (3.14)
 int mass_solve(const System& sys, int first, const RealVec& f, RealVec& x);
 
-// mass_solve_tied : M x = f in the nodes of elements with equations: T^T M T x = T^T f on the free dofs, x at fixed dofs is given.
-// Returns as mass_solve.
+// mass_solve_tied : M x = f in the nodes of elements with equations: T^T M T x = T^T f on the free dofs, x at
+// fixed dofs is given. // Returns as mass_solve.
 int mass_solve_tied(const System& sys, const RealVec& f, RealVec& x);
 
 // point_momentum : adds p_v = sum_cd N_v(x_c) m_cd v_d of the points of this rank to the grid rows of out [neq]

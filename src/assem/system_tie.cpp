@@ -88,7 +88,9 @@ bool system_tie(Problem& p, const Step& step)
     t.master.off.push_back(static_cast<int>(t.master.item.size()));
   }
   t.gap.assign(t.dof.size(), 0.0);
-  const bool same = t.dof == s.tie.dof && t.master.off == s.tie.master.off && t.master.item == s.tie.master.item && t.coef == s.tie.coef;
+  const Ties& old = s.tie;
+  const bool same = t.dof == old.dof && t.coef == old.coef && t.master.off == old.master.off &&
+                    t.master.item == old.master.item;
   s.tie = t;
   return !same;
 }
@@ -101,6 +103,7 @@ void tie_extend(const System& s, ListTable& lists)
   for (int r = 0; r < s.nrow; ++r) first[r + 1] += first[r];
   IntVec next(first.begin(), first.end() - 1);
   for (size_t k = 0; k < s.tie.dof.size(); ++k) order[next[s.tie.dof[k] / s.dim]++] = static_cast<int>(k);
+  const ListTable& master = s.tie.master;
   ListTable longer;
   IntVec row;
   for (int l = 0; l < lists.size(); ++l) {
@@ -108,7 +111,8 @@ void tie_extend(const System& s, ListTable& lists)
     const size_t before = row.size();
     for (size_t a = 0; a < before; ++a)
       for (int k = first[row[a]]; k < first[row[a] + 1]; ++k)
-        for (int q = s.tie.master.off[order[k]]; q < s.tie.master.off[order[k] + 1]; ++q) row.push_back(s.tie.master.item[q] / s.dim);
+        for (int q = master.off[order[k]]; q < master.off[order[k] + 1]; ++q)
+          row.push_back(master.item[q] / s.dim);
     if (row.size() > before) {
       std::sort(row.begin(), row.end());
       row.erase(std::unique(row.begin(), row.end()), row.end());
@@ -133,7 +137,8 @@ void tie_force(const System& s, RealVec& f)
 {
   const Ties& t = s.tie;
   for (size_t k = 0; k < t.dof.size(); ++k) {
-    for (int q = t.master.off[k]; q < t.master.off[k + 1]; ++q) f[t.master.item[q]] += t.coef[q] * f[t.dof[k]];
+    const double force = f[t.dof[k]];
+    for (int q = t.master.off[k]; q < t.master.off[k + 1]; ++q) f[t.master.item[q]] += t.coef[q] * force;
     f[t.dof[k]] = 0.0;
   }
 }
@@ -150,7 +155,8 @@ void tie_matrix(System& s)
       const int m    = t.master.item[q];
       const double c = t.coef[q];
       for (const Coupling& w : row) add_entry(s.A, m, w.dof, (w.dof == m ? 2.0 : 1.0) * c * w.value);
-      for (int r = t.master.off[k]; r <= q && dd != 0.0; ++r) add_entry(s.A, m, t.master.item[r], c * t.coef[r] * dd);
+      if (dd == 0.0) continue;
+      for (int r = t.master.off[k]; r <= q; ++r) add_entry(s.A, m, t.master.item[r], c * t.coef[r] * dd);
     }
   }
 }

@@ -16,7 +16,8 @@ namespace {
 int rank = 0, size = 1;
 
 const long SHORT = 1 << 16;    // numbers of all ranks; below, every rank gets all of them and sums for itself
-long piece = 1L << 30;         // bytes of a message at most: MPI counts by int. MPFE_COMM_PIECE makes them smaller, for tests
+// bytes of a message at most, since MPI counts by int; MPFE_COMM_PIECE makes them smaller, for tests
+long piece = 1L << 30;
 
 // calls use(first, bytes) for each piece of a message
 template <class Use>
@@ -49,7 +50,8 @@ void wait_all(std::vector<MPI_Request>& request)
 // what rank root has at x, to all
 void broadcast(void* x, long bytes, int root)
 {
-  each_piece(bytes, [&](long at, int n) { MPI_Bcast(static_cast<char*>(x) + at, n, MPI_BYTE, root, MPI_COMM_WORLD); });
+  char* const first = static_cast<char*>(x);
+  each_piece(bytes, [&](long at, int n) { MPI_Bcast(first + at, n, MPI_BYTE, root, MPI_COMM_WORLD); });
 }
 
 // Started without a launcher, Open MPI 4 would start a daemon beside every run (0.3 s), look for networks (0.2 s), and
@@ -208,7 +210,7 @@ void comm_gather(RealVec& x, const IntVec& count)
 {
   if (size == 1) return;
   Timer timer(PHASE_COMM);
-  if (8 * static_cast<long>(x.size()) > piece) {     // places behind this one have no number that MPI could count to
+  if (8 * static_cast<long>(x.size()) > piece) {     // MPI's offsets are int too
     long at = 0;
     for (int r = 0; r < size; at += count[r++]) broadcast(x.data() + at, 8L * count[r], r);
     return;

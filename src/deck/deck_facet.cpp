@@ -1,4 +1,5 @@
-// Elements of a lower dimension than the model, as mesh generators write them for sides and edges: sets of nodes and surfaces
+// Elements of a lower dimension than the model, as mesh generators write them for sides and edges: sets of nodes
+// and surfaces
 
 #include <algorithm>
 #include <array>
@@ -13,7 +14,8 @@ struct FacetType { const char* name; int dim, nodes; };
 const FacetType facet_table[] = {
   {"T2D2", 1, 2}, {"T3D2", 1, 2}, {"B21", 1, 2}, {"B31", 1, 2},
   {"CPS3", 2, 3}, {"CPE3", 2, 3}, {"S3", 2, 3}, {"S3R", 2, 3}, {"STRI3", 2, 3}, {"M3D3", 2, 3},
-  {"CPS4", 2, 4}, {"CPE4", 2, 4}, {"CPS4R", 2, 4}, {"CPE4R", 2, 4}, {"S4", 2, 4}, {"S4R", 2, 4}, {"M3D4", 2, 4}, {"M3D4R", 2, 4},
+  {"CPS4", 2, 4}, {"CPE4", 2, 4}, {"CPS4R", 2, 4}, {"CPE4R", 2, 4}, {"S4", 2, 4}, {"S4R", 2, 4},
+  {"M3D4", 2, 4}, {"M3D4R", 2, 4},
 };
 
 using Corners = std::array<int, 4>;
@@ -41,7 +43,7 @@ std::map<Corners, Face> outer_faces(Deck& d, const Model& m)
 
 }  // namespace
 
-// element_type_here : the type of the program that a name in the open file stands for; *INCLUDE may give names
+// element_type_here : the type that a name in the open file stands for; *INCLUDE may give names
 std::string element_type_here(const Deck& d, const std::string& type)
 {
   std::string name = text_upper(type);
@@ -77,7 +79,8 @@ void facet_set_merge(Deck& d, Model& m, const std::string& name, IntVec& item, c
 }
 
 // ---------------------------------------------------------------------------
-// facet_surfaces : each set of elements of a lower dimension that lie on outer faces of the mesh becomes a surface of its name
+// facet_surfaces : the outer faces of the mesh that a set of elements of a lower dimension lies on become a surface
+// of its name
 // ---------------------------------------------------------------------------
 void facet_surfaces(Deck& d, Model& m)
 {
@@ -95,8 +98,9 @@ void facet_surfaces(Deck& d, Model& m)
     if (s.face.empty()) continue;                    // edges in space, or inside the mesh: nodes alone
     if (model_find_surface(m, s.name) >= 0) continue;      // *SURFACE has made one of this name
     if (s.face.size() < set.item.size())
-      deck_warn(d, deck_field(d, set.place, set.name), text_format("%zu of the %zu elements of ", set.item.size() - s.face.size(), set.item.size()) +
-                set.name + " are no outer faces of the mesh; surface " + set.name + " has the others");
+      deck_warn(d, deck_field(d, set.place, set.name),
+                text_format("%zu of the %zu elements of ", set.item.size() - s.face.size(), set.item.size()) + set.name +
+                " are no outer faces of the mesh; surface " + set.name + " has the others");
     m.surface.push_back(s);
   }
 }

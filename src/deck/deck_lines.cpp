@@ -203,13 +203,16 @@ bool share_file(const std::string& path, DeckFile& f, std::string& reason)
 
 bool is_element_type(const std::string& word)
 {
-  return ("|" + element_type_words() + "|").find("|" + text_upper(word) + "|") != std::string::npos && word.find('|') == std::string::npos;
+  for (int i = 0; i < ELEM_TYPES; ++i)
+    if (text_upper(word) == elem_table[i].name) return true;
+  return false;
 }
 
 // CPE3|CPS3 as CPE3, CPS3
 std::string text_join(std::string words)
 {
-  for (std::size_t i = words.find('|'); i != std::string::npos; i = words.find('|')) words.replace(i, 1, ", ");
+  std::size_t i;
+  while ((i = words.find('|')) != std::string::npos) words.replace(i, 1, ", ");
   return words;
 }
 
@@ -224,9 +227,11 @@ void read_include(Deck& d)
   std::vector<std::pair<std::string, std::string>> type;
   for (const HeadParam& p : head.param) {
     if (p.name == "INPUT" && p.has_value && !p.value.text.empty()) input = &p;
-    else if (p.has_value && is_element_type(p.value.text)) type.emplace_back(p.name, text_upper(p.value.text));
-    else deck_error(d, p.key, "parameter " + text_show(p.key.text) + " is not known; allowed: INPUT=file, and TYPE IN THE FILE=TYPE HERE, "
-                    "for example CPS3=CPE3, for types " + text_join(element_type_words()));
+    else if (p.has_value && is_element_type(p.value.text))
+      type.emplace_back(p.name, text_upper(p.value.text));
+    else
+      deck_error(d, p.key, "parameter " + text_show(p.key.text) + " is not known; allowed: INPUT=file, and "
+                 "TYPE IN THE FILE=TYPE HERE, for example CPS3=CPE3; types: " + text_join(element_type_words()));
   }
   if (input) {
     const std::filesystem::path base = std::filesystem::path(d.file[head.at.file].path).parent_path();

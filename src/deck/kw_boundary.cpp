@@ -28,8 +28,9 @@ void leave_out_foreign(Card& card, const Model& model, Line& line)
 {
   if (!card_good(card) || line.last < model.dim) return;
   const int first = std::max(line.first, model.dim);
-  const std::string what = text_format("direction %d ", first + 1) +
-                           (first < 3 ? "does not exist in a plane model" : "is a rotation, which solid elements do not have");
+  const char* const why  = first < 3 ? "does not exist in a plane model"
+                                     : "is a rotation, which solid elements do not have";
+  const std::string what = text_format("direction %d %s", first + 1, why);
   if (!line.value.is_const() || line.value.value != 0.0)
     return card_error(card, card.whole, what + "; it can only be held at 0");
   line.last = model.dim - 1;

@@ -1,4 +1,7 @@
 #include "deck/kw_output.h"
 
 // *CONTACT FILE[, FREQUENCY=][, OUTPUT=]
-void kw_contact_file(Card& card, Model& model) { file_read(card, model, "CDIS|CDISP|CSTR|CSTRESS|CELS|PCON"); }
+void kw_contact_file(Card& card, Model& model)
+{
+  file_read(card, model, "CDIS|CDISP|CSTR|CSTRESS|CELS|PCON");
+}

@@ -19,9 +19,9 @@ bool label_is_new(Card& card, const Model& model, int label)
 {
   const auto old = model.mesh.elem_index.find(label);
   if (old == model.mesh.elem_index.end() && !card.deck->facet_index.count(label)) return true;
-  card_error(card, card.field[0], text_format("element %d is defined already", label) +
-             (old == model.mesh.elem_index.end() ? "" : ", in " + spot_text(*card.deck, card.deck->elem_spot[old->second])) +
-             "; give it another label");
+  std::string where;
+  if (old != model.mesh.elem_index.end()) where = ", in " + spot_text(*card.deck, card.deck->elem_spot[old->second]);
+  card_error(card, card.field[0], text_format("element %d is defined already", label) + where + "; give it another label");
   return false;
 }
 
@@ -40,7 +40,8 @@ void read_facets(Card& card, Model& model, int nen)
       const int number = card_label(card, "node");
       const auto n = model.mesh.node_index.find(number);
       if (card_good(card) && n == model.mesh.node_index.end())
-        card_error(card, card.field[a + 1], text_format("node %d of element %d is not defined; *NODE must stand before *ELEMENT", number, label));
+        card_error(card, card.field[a + 1],
+                   text_format("node %d of element %d is not defined; *NODE must stand before *ELEMENT", number, label));
       if (!card_good(card)) break;
       f.node[a] = n->second;
     }
@@ -82,7 +83,8 @@ void kw_element(Card& card, Model& model)
       if (!card_good(card)) break;
     }
     if (!card_good(card)) continue;
-    if (label_is_new(card, model, label)) item.push_back(mesh_add_elem(*card.deck, model, label, type, node, card.whole));
+    if (!label_is_new(card, model, label)) continue;
+    item.push_back(mesh_add_elem(*card.deck, model, label, type, node, card.whole));
   }
   if (!set.empty()) set_merge(model.elset, set, item, card_place(card));
 }

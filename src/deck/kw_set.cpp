@@ -51,7 +51,8 @@ void listed(Card& card, const Model& model, bool nodes, IntVec& item, IntVec& fa
 {
   while (card_more(card)) {
     Field f = card.field[card.next++];
-    if (!nodes && !card.deck->facet.empty() && !f.empty() && listed_facets(*card.deck, model, f, facet)) continue;
+    const bool may_be_facet = !nodes && !card.deck->facet.empty() && !f.empty();
+    if (may_be_facet && listed_facets(*card.deck, model, f, facet)) continue;
     if (f.empty()) card_error(card, f, "a label or a set name is missing here");
     else if (nodes) target_nodes(*card.deck, model, f, item);
     else target_elems(*card.deck, model, f, item);

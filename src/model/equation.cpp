@@ -19,7 +19,7 @@ void isolate(const Equation& e, std::map<long, double>& sum)
 }  // namespace
 
 // ---------------------------------------------------------------------------
-// equations_resolve : chains of equations end in masters that no equation has as its dependent dof  doc/theory.md (5.6)
+// equations_resolve : chains of equations end in masters that no equation has as its dependent dof       (5.6)
 //
 //   in   list   indices into Model::equation, no two with the same dependent dof
 //   out  out    in the order of list
@@ -29,7 +29,10 @@ bool equations_resolve(const Model& m, const IntVec& list, std::vector<EquationS
 {
   const int n = static_cast<int>(list.size());
   std::map<long, int> dependent;
-  for (int k = 0; k < n; ++k) dependent[key_of(m.equation[list[k]].term[0].node, m.equation[list[k]].term[0].dof)] = k;
+  for (int k = 0; k < n; ++k) {
+    const EquationTerm& t = m.equation[list[k]].term[0];
+    dependent[key_of(t.node, t.dof)] = k;
+  }
   std::vector<std::map<long, double>> sum(n);
   IntVec stage(n, 0), stack;                         // 0 not begun, 1 waits for others, 2 done
   for (int k = 0; k < n; ++k) {
@@ -67,8 +70,10 @@ bool equations_resolve(const Model& m, const IntVec& list, std::vector<EquationS
     out[k].node = d.node;
     out[k].dof  = d.dof;
     out[k].master.clear();
-    for (const auto& s : sum[k])
-      if (s.second != 0.0) out[k].master.push_back({static_cast<int>(s.first / 3), static_cast<int>(s.first % 3), s.second});
+    for (const auto& s : sum[k]) {
+      const int node = static_cast<int>(s.first / 3), dof = static_cast<int>(s.first % 3);
+      if (s.second != 0.0) out[k].master.push_back({node, dof, s.second});
+    }
   }
   return true;
 }

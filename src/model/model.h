@@ -403,8 +403,8 @@ int model_find_material(const Model& m, const std::string& name);
 int model_find_amplitude(const Model& m, const std::string& name);
 int model_find_body(const Model& m, const std::string& name);
 
-// equations_resolve : the equations of the list with dependent dofs replaced by what they depend on, so that no master is dependent.
-// False: a dof depends on itself; bad names the equation.
+// equations_resolve : the equations of the list with dependent dofs replaced by what they depend on, so that
+// no master is dependent. False: a dof depends on itself; bad names the equation.
 struct EquationMaster { int node, dof; double coef; };
 struct EquationSolved { int node, dof; std::vector<EquationMaster> master; };
 bool equations_resolve(const Model& m, const IntVec& list, std::vector<EquationSolved>& out, int& bad);

@@ -130,7 +130,8 @@ void finish_ties(Problem& p)
   for (size_t k = 0; k < s.tie.dof.size(); ++k)
     for (RealVec* x : {&p.st.np1.v, &p.st.np1.a}) {
       double sum = 0.0;
-      for (int q = s.tie.master.off[k]; q < s.tie.master.off[k + 1]; ++q) sum += s.tie.coef[q] * (*x)[at(s.tie.master.item[q])];
+      for (int q = s.tie.master.off[k]; q < s.tie.master.off[k + 1]; ++q)
+        sum += s.tie.coef[q] * (*x)[at(s.tie.master.item[q])];
       (*x)[at(s.tie.dof[k])] = sum;
     }
 }

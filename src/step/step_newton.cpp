@@ -71,17 +71,18 @@ double rounding_floor(const Problem& p, const RealVec& diag, const RealVec& du, 
   double sum = 0.0;
   for (size_t i = 0; i < diag.size(); ++i) sum += square(static_cast<int>(i));
   for (size_t k = 0; k < t.dof.size(); ++k)          // what masters get from dependent dofs
-    for (int q = t.master.off[k]; q < t.master.off[k + 1]; ++q) sum += t.coef[q] * t.coef[q] * square(t.dof[k]);
+    for (int q = t.master.off[k]; q < t.master.off[k + 1]; ++q)
+      sum += t.coef[q] * t.coef[q] * square(t.dof[k]);
   return std::sqrt(sum);
 }
 
 // residual against the force scale, and both in the energy norm of the diagonal    (6.4)
 bool converged(const Problem& p, const Attempt& a, const Balance& b, const LinearSystem& l, bool by_rounding)
 {
-  const RealVec& diag = l.diag;
+  const RealVec &diag = l.diag, &whole = l.whole.empty() ? l.diag : l.whole;
   const System& s  = p.sys;
   const Controls& c = a.step.ctl;
-  if (by_rounding && b.free_norm <= rounding_floor(p, l.whole.empty() ? diag : l.whole, a.du, a.cM)) return true;
+  if (by_rounding && b.free_norm <= rounding_floor(p, whole, a.du, a.cM)) return true;
   if (b.free_norm > c.tol_force * b.scale) return false;
   // unknowns that are held keep a residual, which is judged by the reactions as well (theory 8.1)
   const bool held = a.cM == 0.0 && p.solver.hold >= 0 && p.solver.zero_equation >= 0;
@@ -204,7 +205,8 @@ Status step_newton(Problem& p, Attempt& a)
     // 4. judge
     moved = true;
     for (int i = 0; i < s.neq(); ++i)
-      if (s.fixed[i] == DOF_FIXED) moved = moved && std::fabs(s.target[i] - a.du[i]) <= 1e-12 * std::fabs(s.target[i]);
+      if (s.fixed[i] == DOF_FIXED)
+        moved = moved && std::fabs(s.target[i] - a.du[i]) <= 1e-12 * std::fabs(s.target[i]);
     if (before > 0.0) step_gain(p, it, b.free_norm / before);
     if (moved && step_solved_well(p, l) && converged(p, a, b, l, true)) {
       a.R = b.R;

@@ -68,9 +68,9 @@ int start_equations(const Problem& p)
       }
       if (std::fabs(sum) <= 1e-9 * size) continue;
       if (errors++ < 10)
-        log_error("%s line %d, *EQUATION: the %s of the start do not fulfil it (sum %g of terms up to %g): *INITIAL CONDITIONS must give "
-                  "all its nodes what fits, also those without elements", e.place.file.c_str(), e.place.line,
-                  velocity ? "velocities" : "displacements", sum, size);
+        log_error("%s line %d, *EQUATION: the %s of the start do not fulfil it (sum %g of terms up to %g): *INITIAL "
+                  "CONDITIONS must give all its nodes what fits, also those without elements", e.place.file.c_str(),
+                  e.place.line, velocity ? "velocities" : "displacements", sum, size);
     }
   return errors;
 }
