@@ -76,7 +76,7 @@ std::vector<BondFace> interface_faces(const Model& m, const FracMesh& fm, const 
 {
   std::vector<BondFace> out;
   for (int e : fr.converted) {
-    if (has_loose(pts, e)) continue;
+    if (!m.conversion[fm.conv[e]].bonded || has_loose(pts, e)) continue;
     for (int f = 0; f < 6; ++f) {
       const int o = fm.across[6 * e + f];
       if (o < 0 || fr.form[o] != FORM_ELEMENT) continue;
@@ -87,6 +87,57 @@ std::vector<BondFace> interface_faces(const Model& m, const FracMesh& fm, const 
     return a.def != b.def ? a.def < b.def : a.face.elem != b.face.elem ? a.face.elem < b.face.elem : a.face.face < b.face.face;
   });
   return out;
+}
+
+// does the corner lie on a plane of *GRID BOUNDARY?
+bool on_plane(const Model& m, const Points& pts, const RealVec& uc, int c)
+{
+  for (const GridBc& b : m.grid_bc)
+    if (std::fabs(pts.Xc[c * m.dim + b.axis] + uc[c * m.dim + b.axis] - b.position) < 1e-6 * m.grid.h[b.axis]) return true;
+  return false;
+}
+
+// Elements whose corners are not on the grid: those that have a node with an element, and in the second row those that have no node
+// inside them, with converted elements all around: the grid does not hold so few points                                   (7.14)
+//   lost [nnode]   1: without an element
+std::vector<char> rim_elements(const Model& m, const FracMesh& fm, const IntVec& lost, const Fracture& fr, const Points& pts)
+{
+  std::vector<char> rim(m.mesh.nelem(), 0), beside(m.mesh.nnode(), 0);       // beside: nodes of elements of the first row
+  const auto any = [&](int e, auto good) {
+    return std::any_of(m.mesh.conn.begin(e), m.mesh.conn.begin(e) + m.mesh.conn.count(e), good);
+  };
+  for (int e : fr.converted) {
+    if (!any(e, [&](int n) { return !lost[n]; })) continue;
+    for (int k = m.mesh.conn.off[e]; k < m.mesh.conn.off[e + 1]; ++k) beside[m.mesh.conn.item[k]] = 1;
+    rim[e] = !has_loose(pts, e);
+  }
+  static const int around[5] = {5, 4, 18, 9, 8};     // by Shape: elements around a node inside a body, at least
+  for (int e : fr.converted) {
+    const int most    = around[elem_table[m.mesh.elem_type[e]].shape];
+    const auto inside = [&](int n) { return lost[n] && !beside[n] && fm.of_node.count(n) >= most; };
+    if (any(e, [&](int n) { return beside[n]; }) && !any(e, inside)) rim[e] = !has_loose(pts, e);
+  }
+  return rim;
+}
+
+// What carries the corners of such elements: the node where it lies; a corner at a node without elements is on its own unless others
+// share it; those between follow the ones at the nodes. All others are on the grid.                                      (7.14)
+void hang_corners(const Model& m, const FracMesh& fm, const IntVec& lost, const Fracture& fr, const RealVec& uc, Points& pts)
+{
+  enum { INNER = 1, RIM = 2 };
+  const std::vector<char> rim = rim_elements(m, fm, lost, fr, pts);
+  IntVec used(pts.ncorner, 0);
+  for (int e : fr.converted)
+    for (int p = pts.of_elem[e]; p < pts.npoint && pts.parent[p] == e; ++p)
+      for (int k = pts.conn.off[p]; k < pts.conn.off[p + 1]; ++k) used[pts.conn.item[k]] |= rim[e] ? RIM : INNER;
+  pts.hangs.assign(pts.ncorner, HANG_GRID);
+  for (int c = 0; c < pts.ncorner; ++c) {
+    const int n = pts.hang.count(c);
+    if (n == 0 || !(used[c] & RIM)) continue;
+    if (n > 1) pts.hangs[c] = HANG_CORNERS;
+    else if (!lost[pts.hang.begin(c)[0]]) pts.hangs[c] = HANG_NODE;
+    else if (!(used[c] & INNER) && !on_plane(m, pts, uc, c)) pts.hangs[c] = HANG_OWN;
+  }
 }
 
 // nodes whose last element has become points
@@ -161,5 +212,7 @@ void frac_interfaces(const Model& m, const FracMesh& fm, State& st)
 {
   point_velocities(st.points, m.dim, st.n.vc, st.n.vp);
   point_surfaces(m, st.points);
-  bond_rebuild(m, st.points, interface_faces(m, fm, st.points, st.frac), lost_nodes(m, fm, st.frac), st.bonds, st.n);
+  const IntVec lost = lost_nodes(m, fm, st.frac);
+  hang_corners(m, fm, lost, st.frac, st.n.uc, st.points);
+  bond_rebuild(m, st.points, interface_faces(m, fm, st.points, st.frac), lost, st.bonds, st.n);
 }
