@@ -64,7 +64,7 @@ const Keyword keyword_table[] = {
   {"CLOAD", kw_cload, IN_STEP, "AMPLITUDE|OP", "forces on nodes"},
   {"CONTACT PAIR", kw_contact_pair, IN_MODEL, "NAME|INTERACTION|TYPE|FRICTION|PENALTY|ALPHA|INTERMEDIATE|AUGMENT|OVERLAP|ADJUST",
    "contact of two surfaces, penalty, Coulomb friction"},
-  {"CONVERSION", kw_conversion, IN_MODEL, "ELSET!|BODY|POINTS|FIELD|TRIGGER|LIMIT|TIME|RELEASE|INTERMEDIATE|PENALTY|ALPHA",
+  {"CONVERSION", kw_conversion, IN_MODEL, "ELSET!|BODY|POINTS|FIELD|TRIGGER|LIMIT|TIME|RELEASE|INTERFACE|INTERMEDIATE|PENALTY|ALPHA",
    "elements that become material points during the run"},
   {"CYLINDER", kw_cylinder, IN_MODEL, "TYPE!|ELSET!|QUARTER|MERGE", "structured mesh of a solid cylinder, with sets and surfaces of its sides"},
   {"DENSITY", kw_density, IN_MATERIAL, "", "mass per volume of a material"},

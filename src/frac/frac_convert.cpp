@@ -89,14 +89,6 @@ std::vector<BondFace> interface_faces(const Model& m, const FracMesh& fm, const 
   return out;
 }
 
-// does the corner lie on a plane of *GRID BOUNDARY?
-bool on_plane(const Model& m, const Points& pts, const RealVec& uc, int c)
-{
-  for (const GridBc& b : m.grid_bc)
-    if (std::fabs(pts.Xc[c * m.dim + b.axis] + uc[c * m.dim + b.axis] - b.position) < 1e-6 * m.grid.h[b.axis]) return true;
-  return false;
-}
-
 // Elements whose corners are not on the grid: those that have a node with an element, and in the second row those that have no node
 // inside them, with converted elements all around: the grid does not hold so few points                                   (7.14)
 //   lost [nnode]   1: without an element
@@ -120,23 +112,28 @@ std::vector<char> rim_elements(const Model& m, const FracMesh& fm, const IntVec&
   return rim;
 }
 
-// What carries the corners of such elements: the node where it lies; a corner at a node without elements is on its own unless others
-// share it; those between follow the ones at the nodes. All others are on the grid.                                      (7.14)
-void hang_corners(const Model& m, const FracMesh& fm, const IntVec& lost, const Fracture& fr, const RealVec& uc, Points& pts)
+// What carries the corners of such elements: the node where it lies; at a node without elements it is on its own, or on the grid when
+// others that are broken share it; those between follow the ones at the nodes, on faces to others that are whole those of both.
+// All others are on the grid.                                                                                           (7.14)
+void hang_corners(const Model& m, const FracMesh& fm, const IntVec& lost, const Fracture& fr, Points& pts)
 {
-  enum { INNER = 1, RIM = 2 };
+  enum { RIM = 1, DEBRIS = 2, APART = 4 };
   const std::vector<char> rim = rim_elements(m, fm, lost, fr, pts);
-  IntVec used(pts.ncorner, 0);
-  for (int e : fr.converted)
-    for (int p = pts.of_elem[e]; p < pts.npoint && pts.parent[p] == e; ++p)
-      for (int k = pts.conn.off[p]; k < pts.conn.off[p + 1]; ++k) used[pts.conn.item[k]] |= rim[e] ? RIM : INNER;
+  IntVec used(pts.ncorner, 0), name(pts.ncorner, 0); // by elements; all corners of a name
+  for (int e : fr.converted) {
+    const int first = pts.of_elem[e], by = rim[e] ? RIM : has_loose(pts, e) ? APART : pts.broken[first] >= 0 ? DEBRIS : 0;
+    for (int p = first; p < pts.npoint && pts.parent[p] == e; ++p)
+      for (int k = pts.conn.off[p]; k < pts.conn.off[p + 1]; ++k) used[pts.conn.item[k]] |= by;
+  }
+  for (int c = 0; c < pts.ncorner; ++c) name[pts.twin[c]] |= used[c];
   pts.hangs.assign(pts.ncorner, HANG_GRID);
   for (int c = 0; c < pts.ncorner; ++c) {
-    const int n = pts.hang.count(c);
-    if (n == 0 || !(used[c] & RIM)) continue;
-    if (n > 1) pts.hangs[c] = HANG_CORNERS;
-    else if (!lost[pts.hang.begin(c)[0]]) pts.hangs[c] = HANG_NODE;
-    else if (!(used[c] & INNER) && !on_plane(m, pts, uc, c)) pts.hangs[c] = HANG_OWN;
+    const bool apart = used[c] & (DEBRIS | APART);
+    const int n      = pts.hang.count(c);
+    if (n > 1 && (name[pts.twin[c]] & RIM) && !apart) pts.hangs[c] = HANG_CORNERS;
+    if (n != 1 || !(used[c] & RIM)) continue;
+    if (!lost[pts.hang.begin(c)[0]]) pts.hangs[c] = HANG_NODE;
+    else if (!apart) pts.hangs[c] = HANG_OWN;
   }
 }
 
@@ -213,6 +210,6 @@ void frac_interfaces(const Model& m, const FracMesh& fm, State& st)
   point_velocities(st.points, m.dim, st.n.vc, st.n.vp);
   point_surfaces(m, st.points);
   const IntVec lost = lost_nodes(m, fm, st.frac);
-  hang_corners(m, fm, lost, st.frac, st.n.uc, st.points);
+  hang_corners(m, fm, lost, st.frac, st.points);
   bond_rebuild(m, st.points, interface_faces(m, fm, st.points, st.frac), lost, st.bonds, st.n);
 }

@@ -492,6 +492,14 @@ void grid_node_place(const Grid& g, int dim, long key, double x[3])
   for (int i = 0; i < 3; ++i) x[i] = i < dim ? g.lo[i] + g.h[i] * at[i] : 0.0;
 }
 
+void grid_unknown_place(const Model& m, const Points& pts, const RealVec& uc, const ActiveGrid& g, int node, double x[3])
+{
+  grid_node_place(m.grid, m.dim, g.key[node], x);
+  const long c = g.key[node] - key_own;
+  if (c < 0 || pts.field[c] == FIELD_OWN) return;
+  for (int i = 0; i < 3; ++i) x[i] = i < m.dim ? pts.Xc[c * m.dim + i] + uc[c * m.dim + i] : 0.0;
+}
+
 void grid_cell_place(const Grid& g, int dim, long key, double x[3])
 {
   int at[3];

@@ -47,7 +47,7 @@ bool supports_finite(Problem& p, const Step& s, double t_step, double t_total)
   double x[3];
   for (const GridBc& b : m.grid_bc)
     for (int v = 0; v < p.grid.nnode; ++v) {
-      grid_node_place(m.grid, m.dim, p.grid.key[v], x);
+      grid_unknown_place(m, p.st.points, p.st.n.uc, p.grid, v, x);
       if (std::fabs(x[b.axis] - b.position) > 1e-6 * m.grid.h[b.axis]) continue;
       if (!std::isfinite(support_value(m, b.value, b.amplitude, x, t_step, t_total)))
         return complain(p, b.place, "displacement of the grid", b.value.text, t_total);

@@ -715,7 +715,7 @@ TEST(Conversion, CornersHangOnNodes)
       const double x = p.Xc[c * m.dim];
       // the first row has a node with an element; the second none inside
       if (p.hang.count(c) == 1) {
-        EXPECT_EQ(x < 1.1 ? HANG_NODE : x < 2.9 ? HANG_OWN : HANG_GRID, p.hangs[c]) << shape << " at " << x;
+        EXPECT_EQ(x < 1.1 ? HANG_NODE : x < 3.1 ? HANG_OWN : HANG_GRID, p.hangs[c]) << shape << " at " << x;
       }
       double sum = 0.0;
       for (int k = g.corner.off[c]; k < g.corner.off[c + 1]; ++k) {
