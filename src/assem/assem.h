@@ -44,6 +44,8 @@ struct System {
   RealVec bond_w;              // [bond.item] N_a of side A, -N_v of side B
   SysMatrix A;
   RealVec M;                   // [blocks of A] mass, one number serves all directions; of this rank, as A
+  bool hung = false;           // points follow nodes of the mesh: M couples these with each other and with the grid
+  RealVec M_elem;              // [blocks of A] then: M of the elements alone
   RealVec M_diag;              // [nrow] its diagonal, of all ranks
   IntVec my_point, my_bond, my_ghost;          // what this rank works on; elements: ElemBlock::mine
   std::vector<char> bond_is_mine;      // [nbond]
@@ -199,20 +201,22 @@ void assem_tangent(Problem& p, const KernelMode& mode, double cM);
 // f(fixed) = 0: a solution that knows nothing of x, which is added afterwards; diagonal [neq] of A
 void assem_constrain(System& sys, const RealVec& diagonal, const RealVec& x, RealVec& f);
 
-// mass_multiply : y = M x; mass_part : with what this rank has of M
+// mass_multiply : y = M x; mass_part : with what this rank has of M, mass_elements : of the M of elements
+void mass_elements(const System& sys, const RealVec& x, RealVec& y);
 void mass_part(const System& sys, const RealVec& x, RealVec& y);
 void mass_multiply(const System& sys, const RealVec& x, RealVec& y);
 
-// mass_solve : M x = f on the free dofs of the rows from first on; x at fixed dofs is given, the others do not matter.
+// mass_solve : M x = f on the free dofs of the rows from first on; x at fixed dofs is given, in rows below guess it is where the
+// solution begins, the others do not matter.
 // Conjugate gradients with symmetric Gauss-Seidel, all directions at once. Returns the iterations; -1: not converged.
 // doc/theory.md (3.14)
-int mass_solve(const System& sys, int first, const RealVec& f, RealVec& x);
+int mass_solve(const System& sys, int first, int guess, const RealVec& f, RealVec& x);
 
 // mass_solve_tied : M x = f in the nodes of elements with equations: T^T M T x = T^T f on the free dofs, x at
 // fixed dofs is given. // Returns as mass_solve.
 int mass_solve_tied(const System& sys, const RealVec& f, RealVec& x);
 
-// point_momentum : adds p_v = sum_cd N_v(x_c) m_cd v_d of the points of this rank to the grid rows of out [neq]
+// point_momentum : adds p_v = sum_cd N_v(x_c) m_cd v_d of the points of this rank to out [neq]
 void point_momentum(const Problem& p, const RealVec& vc, RealVec& out);
 
 // assem_scatter_corners : forces on corners fc [ncorner*dim] go to the grid with the weights of the corners

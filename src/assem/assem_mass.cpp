@@ -9,15 +9,15 @@ namespace {
 
 // y += M x
 template <int D>
-void multiply(const System& s, const double* x, double* y)
+void multiply(const System& s, const RealVec& M, const double* x, double* y)
 {
   for (int r = 0; r < s.nrow; ++r) {
     const int diag = s.A.off[r + 1] - 1;
     double row[D];
-    for (int i = 0; i < D; ++i) row[i] = s.M[diag] * x[r * D + i];
+    for (int i = 0; i < D; ++i) row[i] = M[diag] * x[r * D + i];
     for (int k = s.A.off[r]; k < diag; ++k) {
       const int c    = s.A.col[k] * D;
-      const double m = s.M[k];
+      const double m = M[k];
       for (int i = 0; i < D; ++i) {
         row[i] += m * x[c + i];
         y[c + i] += m * x[r * D + i];
@@ -206,7 +206,7 @@ int iterate(const MassSystem<D>& m, const double* size, RealVec& r, RealVec& ste
 }
 
 template <int D>
-int solve(const System& s, int first, const RealVec& f, RealVec& x)
+int solve(const System& s, int first, int guess, const RealVec& f, RealVec& x)
 {
   const int n = s.nrow - first;
   RealVec scale(n), u(n * D), r(n * D), q(n * D), t(n * D), b(n * D), sum(n * D), step;
@@ -231,7 +231,7 @@ int solve(const System& s, int first, const RealVec& f, RealVec& x)
   }
   multiply<D>(m.all, t, sum);
   for (int k = 0; k < n * D; ++k)
-    u[k] = m.free[k] ? b[k] / std::max(1.0, sum[k] * scale[k / D]) : scale[k / D] > 0.0 ? x[first * D + k] / scale[k / D] : 0.0;
+    u[k] = m.free[k] && first + k / D >= guess ? b[k] / std::max(1.0, sum[k] * scale[k / D]) : scale[k / D] > 0.0 ? x[first * D + k] / scale[k / D] : 0.0;
   double size[D];
   dots<D>(b, b, size);
   multiply<D>(m.all, u, q);
@@ -249,8 +249,16 @@ int solve(const System& s, int first, const RealVec& f, RealVec& x)
 void mass_part(const System& s, const RealVec& x, RealVec& y)
 {
   y.assign(x.size(), 0.0);
-  if (s.dim == 2) multiply<2>(s, x.data(), y.data());
-  else multiply<3>(s, x.data(), y.data());
+  if (s.dim == 2) multiply<2>(s, s.M, x.data(), y.data());
+  else multiply<3>(s, s.M, x.data(), y.data());
+}
+
+void mass_elements(const System& s, const RealVec& x, RealVec& y)
+{
+  const RealVec& M = s.hung ? s.M_elem : s.M;
+  y.assign(x.size(), 0.0);
+  if (s.dim == 2) multiply<2>(s, M, x.data(), y.data());
+  else multiply<3>(s, M, x.data(), y.data());
 }
 
 void mass_multiply(const System& s, const RealVec& x, RealVec& y)
@@ -259,9 +267,9 @@ void mass_multiply(const System& s, const RealVec& x, RealVec& y)
   sys_sum(s.A, y);
 }
 
-int mass_solve(const System& s, int first, const RealVec& f, RealVec& x)
+int mass_solve(const System& s, int first, int guess, const RealVec& f, RealVec& x)
 {
-  return s.dim == 2 ? solve<2>(s, first, f, x) : solve<3>(s, first, f, x);
+  return s.dim == 2 ? solve<2>(s, first, guess, f, x) : solve<3>(s, first, guess, f, x);
 }
 
 int mass_solve_tied(const System& s, const RealVec& f, RealVec& x)

@@ -169,7 +169,7 @@ Status system_constrain(Problem& p, const Step& step, double t_step0, double t_s
     const GridBc& b = m.grid_bc[k];
     for (int v = 0; v < p.grid.nnode; ++v) {
       double x[3];
-      grid_node_place(m.grid, dim, p.grid.key[v], x);
+      grid_unknown_place(m, p.st.points, p.st.n.uc, p.grid, v, x);
       if (std::fabs(x[b.axis] - b.position) > 1e-6 * m.grid.h[b.axis]) continue;
       auto at = [&](double t) { return support_value(m, b.value, b.amplitude, x, t_step0 + t, total0 + t); };
       const double begin = at(0.0), end = at(dt);

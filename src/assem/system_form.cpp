@@ -25,7 +25,7 @@ ListTable elements_around(const Problem& p)
   return around;
 }
 
-// Nodes that are in use, those far from bonds to the grid first. A node that is tied to the grid then comes when its own
+// Nodes that are in use, those far from bonds to the grid and from points first. A node that is tied to the grid then comes when its own
 // neighbours have gone, and the incomplete factor need not drop what a stiff bond would make of them     doc/theory.md (8.3)
 IntVec order_nodes(const Problem& p, const ListTable& around)
 {
@@ -41,6 +41,9 @@ IntVec order_nodes(const Problem& p, const ListTable& around)
   for (int k = 0; k < bonds.nbond; ++k)
     for (int j = bonds.a.off[k]; j < bonds.a.off[k + 1]; ++j)
       if (bonds.field[k] >= 0 && bonds.a.item[j] < mesh.nnode()) reach(bonds.a.item[j]);
+  const Points& pts = p.st.points;
+  for (int c = 0; c < static_cast<int>(pts.hangs.size()); ++c)
+    if (pts.hangs[c] == HANG_NODE) reach(pts.hang.begin(c)[0]);
   for (size_t i = 0; i < near.size(); ++i)
     for (int k = around.off[near[i]]; k < around.off[near[i] + 1]; ++k)
       for (int j = mesh.conn.off[around.item[k]]; j < mesh.conn.off[around.item[k] + 1]; ++j) reach(mesh.conn.item[j]);
@@ -105,9 +108,23 @@ void bond_rows(const Problem& p, int b, IntVec& row, RealVec& w)
     add(s.nfe + p.grid.bond.item[j], -p.grid.bond_w[j]);
 }
 
+// corners and points that follow nodes of the mesh: their rows, counted from the first of the grid            (7.14)
+void find_mesh_rows(Problem& p)
+{
+  System& s = p.sys;
+  s.hung = false;
+  for (ListTable* list : {&p.grid.corner, &p.grid.point})
+    for (int& item : list->item) {
+      if (item >= 0) continue;
+      item   = s.row_of_node[-1 - item] - s.nfe;
+      s.hung = true;
+    }
+}
+
 void form_lists(Problem& p)
 {
   System& s = p.sys;
+  find_mesh_rows(p);
   s.nrow = s.nfe + p.grid.nnode;
   s.row_key.assign(s.node_of_row.begin(), s.node_of_row.end());
   for (long key : p.grid.key) s.row_key.push_back(-1 - key);
@@ -224,20 +241,20 @@ void add_point_mass(Problem& p)
   const ActiveGrid& g = p.grid;
   const Points& pts   = p.st.points;
   RealVec N, mN;
-  IntVec place(g.nnode);       // of a node among those of the point
+  IntVec place(s.nrow);        // of a row among those of the point
   const double* mc = pts.mc.data();
   int at = 0;                  // point that mc stands at
   for (size_t own = 0; own < s.my_point.size(); ++own) {
     const int q = s.my_point[own];
     for (; at < q; ++at) mc += pair_count(pts.conn.count(at));
     const int n = g.point.count(q), nen = pts.conn.count(q), width = (n + WIDE - 1) / WIDE * WIDE, *list = g.point.begin(q);
-    for (int a = 0; a < n; ++a) place[list[a]] = a;
+    for (int a = 0; a < n; ++a) place[s.nfe + list[a]] = a;
     N.assign(static_cast<size_t>(nen) * width, 0.0);
     mN.resize(N.size());
     for (int c = 0; c < nen; ++c) {
       const int corner = pts.conn.begin(q)[c];
       for (int j = g.corner.off[corner]; j < g.corner.off[corner + 1]; ++j)
-        N[c * width + place[g.corner.item[j]]] = g.corner_w[j];
+        N[c * width + place[s.nfe + g.corner.item[j]]] = g.corner_w[j];
     }
     const int* map = &s.point_map[s.point_map_off[own]];
     if (nen == 4) add_domain<4>(nen, n, width, mc, N.data(), mN.data(), map, s.M.data());
@@ -271,6 +288,8 @@ void form_mass(Problem& p)
       for (int k = 0; k < pairs; ++k) s.M[s.elem_map[at++] / 2] += me[k];
     }
   }
+  s.M_elem.clear();
+  if (s.hung) s.M_elem = s.M;
   add_point_mass(p);
   add_ghost_mass(p);
   s.M_diag.resize(s.nrow);

@@ -111,6 +111,7 @@ void make_body(Model& m, ConversionDef& c, int section, const IntVec& elem)
   b.fill      = FILL_CONVERSION;
   b.per_cell  = c.per_elem;
   b.field     = c.field;
+  b.hang      = !c.bonded;
   b.material  = m.section[section].material;
   b.plane     = elem_table[m.mesh.elem_type[elem[0]]].plane;
   b.thickness = m.section[section].thickness;

@@ -70,7 +70,7 @@ const Keyword keyword_table[] = {
    "contact of two surfaces, penalty, Coulomb friction"},
   {"CONTACT PRINT", kw_contact_print, IN_STEP, "NSET|FREQUENCY|TOTALS",
    "read for decks of CalculiX; *HISTORY prints contact"},
-  {"CONVERSION", kw_conversion, IN_MODEL, "ELSET!|BODY|POINTS|FIELD|TRIGGER|LIMIT|TIME|RELEASE|INTERMEDIATE|PENALTY|ALPHA",
+  {"CONVERSION", kw_conversion, IN_MODEL, "ELSET!|BODY|POINTS|FIELD|TRIGGER|LIMIT|TIME|RELEASE|INTERFACE|INTERMEDIATE|PENALTY|ALPHA",
    "elements that become material points during the run"},
   {"CYLINDER", kw_cylinder, IN_MODEL, "TYPE!|ELSET!|QUARTER|MERGE", "structured mesh of a solid cylinder, with sets and surfaces of its sides"},
   {"DENSITY", kw_density, IN_MATERIAL, "", "mass per volume of a material"},

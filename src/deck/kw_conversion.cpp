@@ -2,7 +2,7 @@
 
 // ---------------------------------------------------------------------------
 // *CONVERSION, ELSET=[, BODY=][, POINTS=][, FIELD=][, TRIGGER=EROSION|DISTORTION|TIME][, LIMIT=][, TIME=][, RELEASE=]
-// [, INTERMEDIATE=][, PENALTY= | ALPHA=]
+// [, INTERFACE=NODES|BONDS][, INTERMEDIATE=][, PENALTY= | ALPHA=]
 // elements of the set become material points during the run
 // ---------------------------------------------------------------------------
 void kw_conversion(Card& card, Model& model)
@@ -15,6 +15,7 @@ void kw_conversion(Card& card, Model& model)
   c.field    = card_param_int(card, "FIELD", 0, 0, 1000);
   c.release  = card_param_real(card, "RELEASE", 0.0, above(1.0));
   c.body_name = card_param(card, "BODY") ? card_param_name(card, "BODY") : "CONVERTED";
+  c.bonded    = card_param_word(card, "INTERFACE", "NODES|BONDS", 0) == 1;
   c.bond.penalty = card_param_real(card, "PENALTY", 0.0, above(0.0));
   c.bond.alpha   = card_param_real(card, "ALPHA", 0.0, above(0.0));
   c.bond.intermediate = card_param_int(card, "INTERMEDIATE", 0, 0, 1000);

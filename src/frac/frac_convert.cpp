@@ -76,7 +76,7 @@ std::vector<BondFace> interface_faces(const Model& m, const FracMesh& fm, const 
 {
   std::vector<BondFace> out;
   for (int e : fr.converted) {
-    if (has_loose(pts, e)) continue;
+    if (!m.conversion[fm.conv[e]].bonded || has_loose(pts, e)) continue;
     for (int f = 0; f < 6; ++f) {
       const int o = fm.across[6 * e + f];
       if (o < 0 || fr.form[o] != FORM_ELEMENT) continue;
@@ -87,6 +87,54 @@ std::vector<BondFace> interface_faces(const Model& m, const FracMesh& fm, const 
     return a.def != b.def ? a.def < b.def : a.face.elem != b.face.elem ? a.face.elem < b.face.elem : a.face.face < b.face.face;
   });
   return out;
+}
+
+// Elements whose corners are not on the grid: those that have a node with an element, and in the second row those that have no node
+// inside them, with converted elements all around: the grid does not hold so few points                                   (7.14)
+//   lost [nnode]   1: without an element
+std::vector<char> rim_elements(const Model& m, const FracMesh& fm, const IntVec& lost, const Fracture& fr, const Points& pts)
+{
+  std::vector<char> rim(m.mesh.nelem(), 0), beside(m.mesh.nnode(), 0);       // beside: nodes of elements of the first row
+  const auto any = [&](int e, auto good) {
+    return std::any_of(m.mesh.conn.begin(e), m.mesh.conn.begin(e) + m.mesh.conn.count(e), good);
+  };
+  for (int e : fr.converted) {
+    if (!any(e, [&](int n) { return !lost[n]; })) continue;
+    for (int k = m.mesh.conn.off[e]; k < m.mesh.conn.off[e + 1]; ++k) beside[m.mesh.conn.item[k]] = 1;
+    rim[e] = !has_loose(pts, e);
+  }
+  static const int around[5] = {5, 4, 18, 9, 8};     // by Shape: elements around a node inside a body, at least
+  for (int e : fr.converted) {
+    const int most    = around[elem_table[m.mesh.elem_type[e]].shape];
+    const auto inside = [&](int n) { return lost[n] && !beside[n] && fm.of_node.count(n) >= most; };
+    if (any(e, [&](int n) { return beside[n]; }) && !any(e, inside)) rim[e] = !has_loose(pts, e);
+  }
+  return rim;
+}
+
+// What carries the corners of such elements: the node where it lies; at a node without elements it is on its own, or on the grid when
+// others that are broken share it; those between follow the ones at the nodes, on faces to others that are whole those of both.
+// All others are on the grid.                                                                                           (7.14)
+void hang_corners(const Model& m, const FracMesh& fm, const IntVec& lost, const Fracture& fr, Points& pts)
+{
+  enum { RIM = 1, DEBRIS = 2, APART = 4 };
+  const std::vector<char> rim = rim_elements(m, fm, lost, fr, pts);
+  IntVec used(pts.ncorner, 0), name(pts.ncorner, 0); // by elements; all corners of a name
+  for (int e : fr.converted) {
+    const int first = pts.of_elem[e], by = rim[e] ? RIM : has_loose(pts, e) ? APART : pts.broken[first] >= 0 ? DEBRIS : 0;
+    for (int p = first; p < pts.npoint && pts.parent[p] == e; ++p)
+      for (int k = pts.conn.off[p]; k < pts.conn.off[p + 1]; ++k) used[pts.conn.item[k]] |= by;
+  }
+  for (int c = 0; c < pts.ncorner; ++c) name[pts.twin[c]] |= used[c];
+  pts.hangs.assign(pts.ncorner, HANG_GRID);
+  for (int c = 0; c < pts.ncorner; ++c) {
+    const bool apart = used[c] & (DEBRIS | APART);
+    const int n      = pts.hang.count(c);
+    if (n > 1 && (name[pts.twin[c]] & RIM) && !apart) pts.hangs[c] = HANG_CORNERS;
+    if (n != 1 || !(used[c] & RIM)) continue;
+    if (!lost[pts.hang.begin(c)[0]]) pts.hangs[c] = HANG_NODE;
+    else if (!apart) pts.hangs[c] = HANG_OWN;
+  }
 }
 
 // nodes whose last element has become points
@@ -161,5 +209,7 @@ void frac_interfaces(const Model& m, const FracMesh& fm, State& st)
 {
   point_velocities(st.points, m.dim, st.n.vc, st.n.vp);
   point_surfaces(m, st.points);
-  bond_rebuild(m, st.points, interface_faces(m, fm, st.points, st.frac), lost_nodes(m, fm, st.frac), st.bonds, st.n);
+  const IntVec lost = lost_nodes(m, fm, st.frac);
+  hang_corners(m, fm, lost, st.frac, st.points);
+  bond_rebuild(m, st.points, interface_faces(m, fm, st.points, st.frac), lost, st.bonds, st.n);
 }

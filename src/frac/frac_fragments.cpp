@@ -36,6 +36,8 @@ void join_points(const Model& m, const Points& pts, Forest& forest)
   for (int p = 0; p < pts.npoint; ++p)
     for (int a = 1; pts.broken[p] < 0 && a < pts.conn.count(p); ++a)
       forest.join(m.mesh.nnode() + pts.conn.begin(p)[0], m.mesh.nnode() + pts.conn.begin(p)[a]);
+  for (int c = 0; c < static_cast<int>(pts.hangs.size()); ++c)      // corners at nodes of elements      (7.14)
+    if (pts.hangs[c] == HANG_NODE) forest.join(pts.hang.begin(c)[0], m.mesh.nnode() + c);
 }
 
 ListTable elements_of_nodes(const Model& m)

@@ -101,6 +101,7 @@ struct Body {                  // *MATERIAL POINTS
   Plane plane = PLANE_STRAIN;
   double thickness = 1.0;
   int field = 0;               // grid field: bodies with the same number share grid unknowns
+  bool hang = false;           // FILL_CONVERSION: corners may follow nodes of the mesh (7.14)
   Place place;
 };
 
@@ -195,6 +196,7 @@ struct ConversionDef {         // *CONVERSION : elements that become material po
   int per_elem = 2;            // m x m (x m) points an element
   int field    = 0;            // grid field
   double release = 0.0;        // largest stretch of a broken point before it comes off its neighbours; 0: never
+  bool bonded = false;         // INTERFACE=BONDS: bonds hold points to the elements that stay; else corners hang on their nodes
   BondDef bond;                // what the deck says of the bonds: intermediate, penalty, alpha
   std::string body_name;
   IntVec body;                 // [section] body of material points, -1: no element of this section

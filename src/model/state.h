@@ -9,6 +9,10 @@
 // Points::field of the corners of loose points
 enum { FIELD_OWN = -1 };
 
+// What carries a corner: the grid; the node of the mesh where it lies; the corners at the nodes between which it lies; unknowns of
+// its own (doc/theory.md 7.14)
+enum HangOn { HANG_GRID, HANG_NODE, HANG_CORNERS, HANG_OWN };
+
 // Material points: domains of a corner mesh with shared corners (doc/theory.md 3)
 struct Points {
   int npoint = 0, ncorner = 0;
@@ -29,6 +33,9 @@ struct Points {
   IntVec loose;                // [npoint] 1: came off its neighbours, its corners are its own
   IntVec field;                // [ncorner] grid field of a corner, or FIELD_OWN: it has unknowns of its own
   IntVec twin;                 // [ncorner] the first corner of the same name: itself, or that of an element that became points before
+  ListTable hang;              // [ncorner] of corners made by conversion: at a node that node, between nodes -1 - corner of each of them
+  RealVec hang_w;              // [hang.item] weights, sum 1
+  IntVec hangs;                // [ncorner] HangOn; empty: all on the grid
   bool converted(int e) const { return !of_elem.empty() && of_elem[e] >= 0; }
   std::vector<Face> boundary;  // faces with one owner; elem: point, face: local face
   std::vector<std::vector<Face>> surface;   // [Model::surface] faces of points: of surfaces on bodies, and of surfaces on

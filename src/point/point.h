@@ -9,7 +9,8 @@
 #include "elem/elem.h"
 #include "model/state.h"
 
-const long key_own = 1L << 60;
+const long key_own  = 1L << 60;  // + c: corner c of a loose point
+const long key_node = 1L << 61;  // + n: node n of the mesh, which corners follow
 
 // The part of the grid that exists in this step, and what corners, points and bonds see of it
 struct ActiveGrid {
@@ -19,6 +20,8 @@ struct ActiveGrid {
   int nlone = 0;               // weak nodes without a good cell near: unknowns, or those with next to no support follow strong ones
   std::vector<long> key;       // [nnode] field * (nodes of the grid) + node number, ascending; key_own + c: corner c of a loose point
   std::vector<long> cell;      // [ncell] field * (cells of the grid) + cell number, ascending
+  // lists of grid nodes; those of corners and points also hold nodes n of the mesh as -1 - n, and once the rows are known as
+  // (row of n) - (number of rows of nodes), which is negative too
   ListTable corner;            // [ncorner] unknown grid nodes that a corner follows
   RealVec corner_w;            // [corner.item] weights, sum 1
   ListTable point;             // [npoint] unknown grid nodes of a point
@@ -34,6 +37,10 @@ struct ActiveGrid {
 // grid_nodes, grid_cells : how many the whole grid has
 long grid_nodes(const Grid& g, int dim);
 long grid_cells(const Grid& g, int dim);
+
+// grid_unknown_place : position of an unknown of g: of the grid node, or of the corner at t(n) that has unknowns of its own and is not of
+// a loose point (1e300 then), which conditions on planes of the grid hold like a node; uc [ncorner*dim]
+void grid_unknown_place(const Model& m, const Points& pts, const RealVec& uc, const ActiveGrid& g, int node, double x[3]);
 
 // grid_node_place, grid_cell_place : position of a node (1e300: corner of a loose point), lower corner of a cell, from a key
 void grid_node_place(const Grid& g, int dim, long key, double x[3]);

@@ -118,6 +118,42 @@ struct Touched {
   }
 };
 
+// what carries corner c                                                              (7.14)
+int carrier(const Points& pts, int c)
+{
+  return pts.field[c] == FIELD_OWN ? HANG_OWN : pts.hangs.empty() ? HANG_GRID : pts.hangs[c];
+}
+
+// corners between nodes get the unknowns of the corners at these nodes               (7.14)
+void follow_corners(const Points& pts, int nnode, ActiveGrid& g)
+{
+  if (std::find(pts.hangs.begin(), pts.hangs.end(), HANG_CORNERS) == pts.hangs.end()) return;
+  ListTable out;
+  RealVec out_w;
+  IntVec place(nnode, -1);     // of an unknown in out, where it was seen last
+  for (int c = 0; c < pts.ncorner; ++c) {
+    const int first  = out.off.back();
+    const auto add = [&](int from, double w) {
+      for (int k = g.corner.off[from]; k < g.corner.off[from + 1]; ++k) {
+        const int n = g.corner.item[k];
+        if (place[n] < first) {
+          place[n] = static_cast<int>(out.item.size());
+          out.item.push_back(n);
+          out_w.push_back(0.0);
+        }
+        out_w[place[n]] += w * g.corner_w[k];
+      }
+    };
+    if (carrier(pts, c) == HANG_CORNERS)
+      for (int k = pts.hang.off[c]; k < pts.hang.off[c + 1]; ++k) add(-1 - pts.hang.item[k], pts.hang_w[k]);
+    else add(c, 1.0);
+    out.off.push_back(static_cast<int>(out.item.size()));
+  }
+  g.corner.off.swap(out.off);
+  g.corner.item.swap(out.item);
+  g.corner_w.swap(out_w);
+}
+
 // 1. cells and nodes under every corner and bond: their keys, ascending, and lists and weights in these numbers
 template <int D>
 Status touch(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& uc, const RealVec& xb,
@@ -133,11 +169,12 @@ Status touch(const Model& m, const Points& pts, const Bonds& bonds, const RealVe
   Touched corner(pts.ncorner, 1 << D, corner_key, g.corner, g.corner_w);
   for (int c = 0; c < pts.ncorner; ++c) {
     int n = 0;
-    if (owned[c] && pts.field[c] == FIELD_OWN) {
-      corner_key[corner.n] = key_own + c;
+    const int on = owned[c] ? carrier(pts, c) : HANG_CORNERS;
+    if (on == HANG_NODE || on == HANG_OWN) {
+      corner_key[corner.n] = on == HANG_NODE ? key_node + pts.hang.begin(c)[0] : key_own + c;
       g.corner_w[corner.n] = 1.0;
       n = 1;
-    } else if (owned[c]) {
+    } else if (on == HANG_GRID) {
       if (!locate<D>(grid, &x[static_cast<size_t>(c) * D], s)) {
         *worst = c;
         return OUTSIDE_GRID;
@@ -165,8 +202,12 @@ Status touch(const Model& m, const Points& pts, const Bonds& bonds, const RealVe
   for (int p = 0; p < pts.npoint; ++p) {
     if (pts.loose[p]) continue;
     double mid[D] = {};
-    for (int k = pts.conn.off[p]; k < pts.conn.off[p + 1]; ++k)
+    bool follows = false;      // others: the grid around its centre need not exist
+    for (int k = pts.conn.off[p]; k < pts.conn.off[p + 1]; ++k) {
+      follows = follows || carrier(pts, pts.conn.item[k]) != HANG_GRID;
       for (int i = 0; i < D; ++i) mid[i] += pts.w[k] * x[pts.conn.item[k] * D + i];
+    }
+    if (follows) continue;
     if (!locate<D>(grid, mid, s)) continue;
     const long key = cell_key(grid, D, pts.field[pts.conn.begin(p)[0]], s.cell);
     if (cell.empty() || cell.back() != key) cell.push_back(key);
@@ -384,6 +425,17 @@ void compose(const Extend& ext, int nnode, ListTable& list, RealVec& list_w)
   list_w.swap(out_w);
 }
 
+// Nodes of the mesh, whose keys are the last ones, are no unknowns of the grid: their numbers become -1 - node
+void name_mesh_nodes(ActiveGrid& g)
+{
+  const int n = static_cast<int>(std::lower_bound(g.key.begin(), g.key.end(), key_node) - g.key.begin());
+  if (n == static_cast<int>(g.key.size())) return;
+  for (ListTable* list : {&g.corner, &g.point})
+    for (int& item : list->item)
+      if (item >= n) item = -1 - static_cast<int>(g.key[item] - key_node);
+  g.key.resize(n);
+}
+
 template <int D>
 Status activate(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& uc, const RealVec& xb, ActiveGrid& g, int* worst)
 {
@@ -393,6 +445,7 @@ Status activate(const Model& m, const Points& pts, const Bonds& bonds, const Rea
     g = ActiveGrid();
     return status;
   }
+  follow_corners(pts, static_cast<int>(node.size()), g);
   RealVec support;
   point_lists<D>(pts, static_cast<int>(node.size()), g, support);
   std::vector<char> strong(node.size());
@@ -410,6 +463,7 @@ Status activate(const Model& m, const Points& pts, const Bonds& bonds, const Rea
     compose(ext, static_cast<int>(g.key.size()), g.ghost, g.ghost_w);
     point_lists<D>(pts, static_cast<int>(g.key.size()), g, support);
   }
+  name_mesh_nodes(g);
   g.nnode = static_cast<int>(g.key.size());
   g.ncell = static_cast<int>(g.cell.size());
   return STATUS_OK;
@@ -436,6 +490,14 @@ void grid_node_place(const Grid& g, int dim, long key, double x[3])
   int at[3];
   node_of_key(g, dim, key, at);
   for (int i = 0; i < 3; ++i) x[i] = i < dim ? g.lo[i] + g.h[i] * at[i] : 0.0;
+}
+
+void grid_unknown_place(const Model& m, const Points& pts, const RealVec& uc, const ActiveGrid& g, int node, double x[3])
+{
+  grid_node_place(m.grid, m.dim, g.key[node], x);
+  const long c = g.key[node] - key_own;
+  if (c < 0 || pts.field[c] == FIELD_OWN) return;
+  for (int i = 0; i < 3; ++i) x[i] = i < m.dim ? pts.Xc[c * m.dim + i] + uc[c * m.dim + i] : 0.0;
 }
 
 void grid_cell_place(const Grid& g, int dim, long key, double x[3])

@@ -15,6 +15,7 @@ struct Filler {
   CornerShare& share;
   int parent = -1;             // element that becomes points during the run
   int errors = 0;
+  int at_node[8] = {};         // corners at the nodes of the element, of those that hang
 };
 
 int add_corner(Filler& f, const double* X, int field)
@@ -22,6 +23,7 @@ int add_corner(Filler& f, const double* X, int field)
   f.pts.Xc.insert(f.pts.Xc.end(), X, X + f.m.dim);
   f.pts.field.push_back(field);
   f.pts.twin.push_back(f.pts.ncorner);
+  f.pts.hang.off.push_back(f.pts.hang.off.back());
   return f.pts.ncorner++;
 }
 
@@ -122,9 +124,23 @@ void fill_box(Filler& f, int body)
   f.errors += box.faults > 0;
 }
 
-// corner at integer weights iw (their sum is total) on the nodes of element e
-int shared_corner(Filler& f, int field, int e, const int* iw, int total)
+// what the last corner made may follow: the node where it lies, or the corners at the nodes between which it lies          (7.14)
+void hang(Filler& f, int e, const CornerKey& key, int total)
 {
+  Points& p = f.pts;
+  const int* node = f.m.mesh.conn.begin(e);
+  for (const auto& k : key) {
+    const long a = std::find(node, node + f.m.mesh.conn.count(e), static_cast<int>(k.first)) - node;
+    p.hang.item.push_back(key.size() == 1 ? static_cast<int>(k.first) : -1 - f.at_node[a]);
+    p.hang_w.push_back(static_cast<double>(k.second) / total);
+  }
+  p.hang.off.back() = static_cast<int>(p.hang.item.size());
+}
+
+// corner at integer weights iw (their sum is total) on the nodes of element e
+int shared_corner(Filler& f, const Body& body, int e, const int* iw, int total)
+{
+  const int field = body.field;
   const int dim = f.m.dim, nen = f.m.mesh.conn.count(e), *node = f.m.mesh.conn.begin(e);
   CornerKey key;
   double X[3] = {0, 0, 0};
@@ -151,6 +167,7 @@ int shared_corner(Filler& f, int field, int e, const int* iw, int total)
     f.share.node.item.push_back(static_cast<int>(k.first));
     f.share.weight.push_back(static_cast<double>(k.second) / total);
   }
+  if (body.hang) hang(f, e, key, total);
   f.share.node.off.push_back(static_cast<int>(f.share.node.item.size()));
   return c;
 }
@@ -162,7 +179,7 @@ void fill_quad(Filler& f, int body, int e)
   const int m   = b.per_cell;
   auto corner = [&](int i, int j) {
     const int iw[4] = {(m - i) * (m - j), i * (m - j), i * j, (m - i) * j};
-    return shared_corner(f, b.field, e, iw, m * m);
+    return shared_corner(f, b, e, iw, m * m);
   };
   for (int j = 0; j < m; ++j)
     for (int i = 0; i < m; ++i) {
@@ -178,7 +195,7 @@ void fill_tri(Filler& f, int body, int e)
   const int m   = b.per_cell;
   auto corner = [&](int i, int j) {
     const int iw[3] = {(m - i - j) * m, i * m, j * m};
-    return shared_corner(f, b.field, e, iw, m * m);
+    return shared_corner(f, b, e, iw, m * m);
   };
   for (int j = 0; j < m; ++j)
     for (int i = 0; i + j < m; ++i) {
@@ -199,7 +216,7 @@ void fill_hex(Filler& f, int body, int e)
     const int x[2] = {m - i, i}, y[2] = {m - j, j}, z[2] = {m - k, k};
     const int iw[8] = {x[0] * y[0] * z[0], x[1] * y[0] * z[0], x[1] * y[1] * z[0], x[0] * y[1] * z[0],
                        x[0] * y[0] * z[1], x[1] * y[0] * z[1], x[1] * y[1] * z[1], x[0] * y[1] * z[1]};
-    return shared_corner(f, b.field, e, iw, m * m * m);
+    return shared_corner(f, b, e, iw, m * m * m);
   };
   for (int k = 0; k < m; ++k)
     for (int j = 0; j < m; ++j)
@@ -219,7 +236,7 @@ void fill_tet(Filler& f, int body, int e)
     for (int a = 0; a < 4; ++a) {
       int iw[4] = {0, 0, 0, 0};
       iw[a] = 1;
-      c[a]  = shared_corner(f, b.field, e, iw, 1);
+      c[a]  = shared_corner(f, b, e, iw, 1);
     }
     add_point(f, body, SHAPE_TET4, c);
     return;
@@ -233,13 +250,24 @@ void fill_tet(Filler& f, int body, int e)
     int iw[4] = {0, 0, 0, 0};
     iw[a] += 4;
     iw[d] += 4;
-    return shared_corner(f, b.field, e, iw, 8);
+    return shared_corner(f, b, e, iw, 8);
   };
   const int m01 = mid(0, 1), m02 = mid(0, 2), m03 = mid(0, 3), m12 = mid(1, 2), m13 = mid(1, 3), m23 = mid(2, 3);
   const int domain[8][4] = {{mid(0, 0), m01, m02, m03}, {m01, mid(1, 1), m12, m13}, {m02, m12, mid(2, 2), m23},
                             {m03, m13, m23, mid(3, 3)}, {m01, m12, m02, m03},       {m01, m13, m12, m03},
                             {m12, m13, m23, m03},       {m02, m12, m23, m03}};
   for (const auto& c : domain) add_point(f, body, SHAPE_TET4, c);
+}
+
+// the corners at the nodes of an element, which those between may follow; weights as the lattice has them
+void corners_at_nodes(Filler& f, const Body& b, int e)
+{
+  const int total = b.per_cell * b.per_cell * (f.m.dim == 3 ? b.per_cell : 1);
+  for (int a = 0; a < f.m.mesh.conn.count(e); ++a) {
+    int iw[8] = {};
+    iw[a]        = total;
+    f.at_node[a] = shared_corner(f, b, e, iw, total);
+  }
 }
 
 void fill_element(Filler& f, int body, int e)
@@ -411,5 +439,6 @@ void point_convert(const Model& m, int body, int e, CornerShare& share, Points& 
   share.weight.clear();
   if (pts.of_elem.empty()) pts.of_elem.assign(m.mesh.nelem(), -1);
   pts.of_elem[e] = pts.npoint;
+  if (m.body[body].hang) corners_at_nodes(f, m.body[body], e);
   fill_element(f, body, e);
 }

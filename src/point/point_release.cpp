@@ -23,6 +23,7 @@ void point_loosen(const IntVec& which, int dim, CornerShare& share, Points& pts)
       for (int i = 0; i < dim; ++i) pts.Xc.push_back(pts.Xc[pts.conn.item[k] * dim + i]);
       pts.field.push_back(FIELD_OWN);
       pts.twin.push_back(pts.ncorner);
+      pts.hang.off.push_back(pts.hang.off.back());
       pts.conn.item[k] = pts.ncorner++;
     }
     pts.loose[p] = 1;

@@ -19,7 +19,7 @@ struct Attempt {
   double cM = 0.0;
   RealVec g{};                   // [neq] inertia that does not depend on du
   RealVec momentum{};            // [neq] M v of nodes, sum m S v of points
-  RealVec vgrid{};               // [neq] projected velocity of the grid at t(n), rows of the grid
+  RealVec vgrid{};               // [neq] velocity at t(n) of nodes, and of the grid by projection; of nodes too where points follow them
   RealVec agrid{};             // [neq] acceleration of the grid at t(n), rows of the grid (Newmark)
   RealVec fint0{}, fext0{};        // [neq] at t(n) on the weights of this step (statics, Newmark)
   RealVec fint{}, fext{}, R{};       // [neq] at the solution; R with the forces of equations at their masters

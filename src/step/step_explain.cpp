@@ -46,7 +46,7 @@ std::string solver_text(const Problem& p)
   if (row < s.nfe) {
     std::snprintf(text, sizeof text, ". That is direction %d of node %d", direction, p.m.mesh.node_label[s.node_of_row[row]]);
   } else if (p.grid.key[row - s.nfe] >= key_own) {
-    std::snprintf(text, sizeof text, ". That is direction %d of a corner of a loose point", direction);
+    std::snprintf(text, sizeof text, ". That is direction %d of a corner of a point that the grid does not carry", direction);
   } else {
     grid_node_place(p.m.grid, s.dim, p.grid.key[row - s.nfe], x);
     std::snprintf(text, sizeof text, ". That is direction %d of the grid node at %s", direction, position_text(x, s.dim).c_str());

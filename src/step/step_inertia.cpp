@@ -21,13 +21,13 @@ Status project(Problem& p, Attempt& a)
 {
   Timer timer(PHASE_PROJECT);
   const System& s = p.sys;
-  a.vgrid.assign(s.neq(), 0.0);
+  const int first = s.hung ? 0 : s.nfe;
   for (int i = s.nfe * s.dim; i < s.neq(); ++i)
     if (s.fixed[i]) a.vgrid[i] = s.rate0[i];
-  if (mass_solve(s, s.nfe, a.momentum, a.vgrid) < 0) return NOT_CONVERGED;
+  if (mass_solve(s, first, s.nfe, a.momentum, a.vgrid) < 0) return NOT_CONVERGED;
   RealVec Mv;                  // supports: the momentum that goes with their motion
   mass_multiply(s, a.vgrid, Mv);
-  for (int i = s.nfe * s.dim; i < s.neq(); ++i)
+  for (int i = first * s.dim; i < s.neq(); ++i)
     if (s.fixed[i]) a.momentum[i] = Mv[i];
   return STATUS_OK;
 }
@@ -43,24 +43,23 @@ Status force_at_start(Problem& p, Attempt& a)
 }
 
 // M a(n): from the accelerations of the nodes, for the grid from its forces: M a = fext - fint on free dofs, and
-// from that solution the rows of its supports, whose reaction is not known otherwise
+// from that solution the rows of its supports, whose reaction is not known otherwise. Where points follow nodes all forces are
+// asked: the accelerations of the nodes belong to the grid of the step before.
 Status inertia_at_start(Problem& p, Attempt& a, RealVec& Ma)
 {
   const System& s = p.sys;
-  const int first = s.nfe * s.dim;
-  a.agrid.assign(s.neq(), 0.0);
-  if (p.grid.nnode) {
+  const int first = s.hung ? 0 : s.nfe, grid = s.nfe * s.dim;
+  a.agrid = node_vector(p, p.st.n.a);
+  if (p.grid.nnode || s.hung) {
     Timer timer(PHASE_PROJECT);
     RealVec f(s.neq(), 0.0);
-    for (int i = first; i < s.neq(); ++i) {
+    for (int i = first * s.dim; i < s.neq(); ++i) {
       f[i] = a.fext0[i] - a.fint0[i];
-      if (s.fixed[i]) a.agrid[i] = (s.rate[i] - s.rate0[i]) / a.dt;
+      if (s.fixed[i] && i >= grid) a.agrid[i] = (s.rate[i] - s.rate0[i]) / a.dt;
     }
-    if (mass_solve(s, s.nfe, f, a.agrid) < 0) return NOT_CONVERGED;
+    if (mass_solve(s, first, s.nfe, f, a.agrid) < 0) return NOT_CONVERGED;
   }
-  RealVec acc = node_vector(p, p.st.n.a);
-  for (int i = first; i < s.neq(); ++i) acc[i] = a.agrid[i];
-  mass_multiply(s, acc, Ma);
+  mass_multiply(s, a.agrid, Ma);
   return STATUS_OK;
 }
 
@@ -70,11 +69,12 @@ Status step_inertia_begin(Problem& p, Attempt& a)
 {
   const Step& s = a.step;
   const RealVec v = node_vector(p, p.st.n.v);
-  mass_part(p.sys, v, a.momentum);
+  a.vgrid = v;
+  mass_elements(p.sys, v, a.momentum);
   point_momentum(p, p.st.n.vc, a.momentum);
   sys_sum(p.sys.A, a.momentum);
   Status status = STATUS_OK;
-  if (p.grid.nnode) status = project(p, a);
+  if (p.grid.nnode || p.sys.hung) status = project(p, a);
   if (status != STATUS_OK) return status;
 
   if (s.scheme == SCHEME_ENERGY_MOMENTUM) {                                       // (6.9)
@@ -82,7 +82,7 @@ Status step_inertia_begin(Problem& p, Attempt& a)
     a.g  = a.momentum;
     for (double& x : a.g) x *= 2.0 / a.dt;
   } else {                                                                         // (6.7)
-    if (p.grid.nnode) status = force_at_start(p, a);
+    if (p.grid.nnode || p.sys.hung) status = force_at_start(p, a);
     if (status != STATUS_OK) return status;
     a.cM = 1.0 / (s.beta * a.dt * a.dt);
     status = inertia_at_start(p, a, a.g);
@@ -92,7 +92,7 @@ Status step_inertia_begin(Problem& p, Attempt& a)
   }
   // predictor: free flight
   for (int i = 0; i < p.sys.neq(); ++i)
-    a.du[i] = p.sys.fixed[i] ? 0.0 : a.dt * (i < p.sys.nfe * p.sys.dim ? v[i] : a.vgrid[i]);
+    a.du[i] = p.sys.fixed[i] ? 0.0 : a.dt * a.vgrid[i];
   return STATUS_OK;
 }
 
@@ -112,7 +112,7 @@ Status step_initial_acceleration(Problem& p, const Step& s, double t_step)
   for (int i = 0; i < sys.neq(); ++i) f[i] -= fint[i];
   for (int i = 0; i < sys.nfe * sys.dim; ++i)
     if (sys.fixed[i] == DOF_FIXED) acc[i] = p.st.n.a[sys.node_of_row[i / sys.dim] * sys.dim + i % sys.dim];
-  if ((sys.tie.dof.empty() ? mass_solve(sys, 0, f, acc) : mass_solve_tied(sys, f, acc)) < 0)
+  if ((sys.tie.dof.empty() ? mass_solve(sys, 0, 0, f, acc) : mass_solve_tied(sys, f, acc)) < 0)
     return NOT_CONVERGED;
   for (int r = 0; r < sys.nfe; ++r)
     for (int i = 0; i < sys.dim; ++i) p.st.n.a[sys.node_of_row[r] * sys.dim + i] = acc[r * sys.dim + i];
@@ -136,14 +136,16 @@ void finish_ties(Problem& p)
     }
 }
 
-void finish_nodes(Problem& p, const Attempt& a)
+//   out  dv   change of the velocities of the nodes
+void finish_nodes(Problem& p, const Attempt& a, RealVec& dv)
 {
   const Step& s = a.step;
+  const bool newmark = s.scheme == SCHEME_NEWMARK;
   const int dim = p.m.dim;
   for (int r = 0; r < p.sys.nfe; ++r)
     for (int i = 0; i < dim; ++i) {
       const int dof = r * dim + i, k = p.sys.node_of_row[r] * dim + i;
-      const double v = p.st.n.v[k], acc = p.st.n.a[k], du = a.du[dof];
+      const double v = a.vgrid[dof], acc = newmark ? a.agrid[dof] : 0.0, du = a.du[dof];
       double v1, a1;
       if (p.sys.fixed[dof] == DOF_FIXED) {           // prescribed motion: its own rate
         v1 = p.sys.rate[dof];
@@ -155,7 +157,9 @@ void finish_nodes(Problem& p, const Attempt& a)
         a1 = (du - a.dt * v) / (s.beta * a.dt * a.dt) - (1.0 - 2.0 * s.beta) / (2.0 * s.beta) * acc;
         v1 = v + a.dt * ((1.0 - s.gamma) * acc + s.gamma * a1);
       }
-      p.st.np1.v[k] = v1;
+      const bool projected = p.sys.hung && !p.sys.fixed[dof];          // v is not that of the node, but the change is its change
+      dv[dof] = v1 - (projected ? v : p.st.n.v[k]);
+      p.st.np1.v[k] = projected ? p.st.n.v[k] + dv[dof] : v1;
       p.st.np1.a[k] = a1;
     }
   finish_ties(p);
@@ -313,10 +317,10 @@ void step_finish(Problem& p, Attempt& a)
 {
   Timer timer(PHASE_COMMIT);
   const RealVec rf0 = p.st.rf.empty() ? RealVec(static_cast<size_t>(p.m.mesh.nnode()) * p.m.dim, 0.0) : p.st.rf;
-  RealVec dv(p.sys.neq(), 0.0);        // of the grid
+  RealVec dv(p.sys.neq(), 0.0);        // change of the velocities of the unknowns
   p.st.np1.time = a.total1;
   if (a.cM != 0.0) {
-    finish_nodes(p, a);
+    finish_nodes(p, a, dv);
     if (p.st.points.npoint) finish_points(p, a, dv);
   }
   if (p.grid.ghost.size()) finish_ghosts(p, a, dv);

@@ -20,7 +20,7 @@ void add_nodes(const Problem& p, const Level& l, Ledger& g)
   RealVec v(p.sys.neq(), 0.0), Mv;
   for (int r = 0; r < p.sys.nfe; ++r)
     for (int i = 0; i < dim; ++i) v[r * dim + i] = l.v[p.sys.node_of_row[r] * dim + i];
-  mass_part(p.sys, v, Mv);
+  mass_elements(p.sys, v, Mv);
   for (int r = 0; r < p.sys.nfe; ++r) {
     const int node = p.sys.node_of_row[r];
     double x[3] = {0, 0, 0}, q[3] = {0, 0, 0};

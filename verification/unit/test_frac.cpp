@@ -107,6 +107,7 @@ void allow_conversion(Model& m, int per_elem)
   c.per_elem = per_elem;
   c.body     = {0};
   c.bond_of  = {0};
+  c.bonded   = true;
   m.conversion.push_back(c);
 }
 
@@ -714,6 +715,52 @@ TEST(Conversion, KeepsPlacesAndStrain)
         for (int j = 0; j < m.dim; ++j) want += H[3 * i + j] * p.Xc[c * m.dim + j];
         EXPECT_NEAR(want, r.st.n.uc[c * m.dim + i], 1e-14) << shape;
       }
+  }
+}
+
+// what carries the corners: nodes that have an element, unknowns of their own between two rows of such elements, the grid inside; what
+// lies between nodes follows the corners there
+TEST(Conversion, CornersHangOnNodes)
+{
+  for (Shape shape : {SHAPE_TRI3, SHAPE_QUAD4, SHAPE_TET4, SHAPE_HEX8}) {
+    Model m = row_of(shape, 8, unit);
+    allow_conversion(m, 2);
+    m.body[0].hang         = true;
+    m.conversion[0].bonded = false;
+    m.grid.given = true;
+    for (int i = 0; i < 3; ++i) {
+      m.grid.lo[i] = -2.0;
+      m.grid.h[i]  = 0.9;
+      m.grid.n[i]  = 13;
+    }
+    Trial r(m, 3);
+    std::fill(r.st.n.u.begin(), r.st.n.u.end(), 0.0);
+    IntVec some;                                       // those from x = 1 to 8
+    for (int e = m.mesh.nelem() / 8; e < m.mesh.nelem(); ++e) some.push_back(e);
+    frac_convert(m, r.el, r.fm, some, r.share, r.st);
+    EXPECT_EQ(0, r.st.bonds.nbond);
+    const Points& p = r.st.points;
+    ActiveGrid g;
+    int worst = -1;
+    ASSERT_EQ(STATUS_OK, grid_activate(m, p, r.st.bonds, r.st.n.uc, {}, g, &worst));
+    for (int c = 0; c < p.ncorner; ++c) {
+      const double x = p.Xc[c * m.dim];
+      // the first row has a node with an element; the second none inside
+      if (p.hang.count(c) == 1) {
+        EXPECT_EQ(x < 1.1 ? HANG_NODE : x < 3.1 ? HANG_OWN : HANG_GRID, p.hangs[c]) << shape << " at " << x;
+      }
+      double sum = 0.0;
+      for (int k = g.corner.off[c]; k < g.corner.off[c + 1]; ++k) {
+        sum += g.corner_w[k];
+        if (g.corner.item[k] >= 0) continue;
+        EXPECT_EQ(1.0, m.mesh.X[3 * (-1 - g.corner.item[k])]);
+      }
+      EXPECT_NEAR(1.0, sum, 1e-14);
+    }
+    IntVec rest;                                       // no element is left: all on the grid
+    for (int e = 0; e < m.mesh.nelem() / 8; ++e) rest.push_back(e);
+    frac_convert(m, r.el, r.fm, rest, r.share, r.st);
+    for (int on : r.st.points.hangs) EXPECT_EQ(HANG_GRID, on);
   }
 }
 

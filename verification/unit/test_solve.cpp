@@ -444,7 +444,7 @@ TEST(Mass, SolvesForFreeDofsAndKeepsTheRest)
     for (int k = 0; k < s.neq(); ++k)
       if (s.fixed[k]) x[k] = number(random);
     const RealVec before = x;
-    const int iterations = mass_solve(s, first, f, x);
+    const int iterations = mass_solve(s, first, first, f, x);
     EXPECT_GT(iterations, 0);
     EXPECT_LT(iterations, 30);
     mass_multiply(s, x, y);
