@@ -246,6 +246,7 @@ void out_listing_phases(std::FILE* file)
 }
 
 const char* const path_name[PATHS] = {"factorisation", "factors of the same matrix", "CG, factors of an earlier matrix",
+                                      "CG, the same, changed rows corrected",
                                       "CG, incomplete Cholesky", "CG, diagonal blocks"};
 
 // ---------------------------------------------------------------------------
