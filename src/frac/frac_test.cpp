@@ -558,13 +558,22 @@ void keep_fronts(const Scan& s, std::vector<Erosion>& all)
   all.swap(out);
 }
 
+// START=stress: where a crack starts, the square of the stress over it must be 1 too
+double with_strength(const Scan& s, int e, double value)
+{
+  const FractureDef& d = s.def(e);
+  if (d.criterion != CRITERION_GRIFFITH || d.strength == 0.0 || at_crack(s, e) || at_removed(s, e)) return value;
+  const double part = std::max(0.0, largest_stress(s, e)) / d.strength;
+  return std::min(value, part * part);
+}
+
 // the criterion is met exactly at a load at which this is 1. FORCE: the best placed element of a ball decides (keep_fronts)
 FirstBreak most_exceeded(const Scan& s, const std::vector<Erosion>& all, bool fallback)
 {
   FirstBreak first;
   for (const Erosion& c : all) {
     const double part  = fallback ? fallback_of(s, c.elem) : 0.0;
-    const double value = fallback ? c.value / part : c.value;
+    const double value = fallback ? c.value / part : with_strength(s, c.elem, c.value);
     if (value <= first.value) continue;
     bool front = true;
     if (!fallback && s.def(c.elem).criterion == CRITERION_GRIFFITH && estimate_of(s, c.elem) == ESTIMATE_FORCE) {
@@ -678,7 +687,7 @@ double frac_value(const Model& m, const Step& step, const Elements& el, const Fr
   if (first.part > 0.0 || s.def(e).criterion == CRITERION_ELEMENT)
     return drive_of(s, e) * fm.volume[e] / ((first.part > 0.0 ? first.part : 1.0) * threshold(s, e));
   double J[3];
-  return estimate(s, e, J) / fm.gc[e];
+  return with_strength(s, e, estimate(s, e, J) / fm.gc[e]);
 }
 
 double frac_erode(const Model& m, const Step& step, const Elements& el, const FracMesh& fm, const Erosion& x, Fracture& fr, Level& l)

@@ -92,7 +92,7 @@ Status step_values(Problem& p, const Attempt& a);
 // ledger_update : energies and momenta of the level
 void ledger_update(Problem& p, const Level& l, bool nlgeom);
 
-// What an automatic increment of statics asks of the first break in it                             (7.20)
+// What an automatic increment of statics asks of the first break in it                             (7.25)
 struct BreakWatch {
   bool on = false;             // the increment may be cut
   double value0 = 0.0;         // of first at the start of the increment

@@ -73,7 +73,7 @@ Status settle(Problem& p, const Step& s, double t_step)
   return prepared;
 }
 
-// the load at which the first element breaks lies well inside the increment                        (7.20)
+// the load at which the first element breaks lies well inside the increment                        (7.25)
 bool stepped_over(Problem& p, const Step& s, const State& before, BreakWatch& w)
 {
   if (!w.on || w.first.elem < 0) return false;

@@ -133,7 +133,7 @@ void stop_motion(Problem& p)
 }
 
 // ---------------------------------------------------------------------------
-// break_time : the part of an increment after which the criterion has a value, since its root grows with the load     (7.20)
+// break_time : the part of an increment after which the criterion has a value, since its root grows with the load     (7.25)
 // ---------------------------------------------------------------------------
 double break_time(const BreakWatch& w, double value)
 {
