@@ -195,7 +195,7 @@ void assem_constrain(System& s, const RealVec& diagonal, const RealVec& x, RealV
       if (r != c) continue;
       const bool here = s.owner.empty() || s.owner[r] == comm_rank();
       for (int i = 0; i < dim; ++i)
-        if (s.fixed[r * dim + i]) v[i * dim + i] = here ? diag : 0.0;
+        if (s.fixed[r * dim + i]) v[i * dim + i] = !here ? 0.0 : diagonal[r * dim + i] > 0.0 ? diagonal[r * dim + i] : diag;
     }
   if (std::any_of(x.begin(), x.end(), [](double v) { return v != 0.0; })) sys_sum(s.A, Ax);
   for (int i = 0; i < s.neq(); ++i) f[i] = s.fixed[i] ? 0.0 : f[i] + Ax[i];

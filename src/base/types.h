@@ -21,6 +21,7 @@ enum Status {
   NOT_CONVERGED,       // Newton did not converge
   CONTACT_DEPTH,       // a contact point went too deep into its face
   OUTSIDE_GRID,        // a corner of a material point left the grid
+  CRITERION_EXCEEDED,  // the load at which the first element breaks was stepped over
   INTERRUPTED          // a signal asked the run to end
 };
 

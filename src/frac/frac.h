@@ -38,6 +38,13 @@ struct Erosion {
   double J[3]  = {0, 0, 0};    // direction of growth times G, 0: not known
 };
 
+// The element whose criterion is exceeded most among those that may break now
+struct FirstBreak {
+  int elem = -1;
+  double value = 0.0;          // criterion over the value at which it breaks, >= 1
+  double part  = 0.0;          // FALLBACK: part of Gc h; 0: by the criterion of its definition
+};
+
 // frac_mesh : topology, sizes, toughness. Returns the number of errors (messages in the log).
 int frac_mesh(const Model& m, const Elements& el, FracMesh& fm);
 
@@ -68,8 +75,13 @@ void frac_near(const FracMesh& fm, const double* x, double radius, Use use)
 
 // frac_test : elements that break now, strongest first; l: a converged level. doc/theory.md (7.1) - (7.8). Collective.
 //   in   energy    strain energy of intact elements at l, those of this rank  [nelem]
+//   out  first     by how much the criterion is exceeded
 void frac_test(const Model& m, const Step& s, const Elements& el, const FracMesh& fm, const Fracture& fr, const Level& l,
-               const RealVec& energy, std::vector<Erosion>& out);
+               const RealVec& energy, std::vector<Erosion>& out, FirstBreak& first);
+
+// frac_value : what first.value is at another level; first.elem is intact there
+double frac_value(const Model& m, const Step& s, const Elements& el, const FracMesh& fm, const Fracture& fr, const Level& l,
+                  const FirstBreak& first);
 
 // frac_estimate : G of element e by the estimate of its definition, whatever the gates say; J [3]: FORCE: its direction
 double frac_estimate(const Model& m, const Step& s, const Elements& el, const FracMesh& fm, const Fracture& fr,

@@ -577,6 +577,37 @@ void keep_fronts(const Scan& s, std::vector<Erosion>& all)
   all.swap(out);
 }
 
+// START=stress: where a crack starts, the square of the stress over it must be 1 too
+double with_strength(const Scan& s, int e, double value)
+{
+  const FractureDef& d = s.def(e);
+  if (d.criterion != CRITERION_GRIFFITH || d.strength == 0.0 || at_crack(s, e) || at_removed(s, e)) return value;
+  const double part = std::max(0.0, largest_stress(s, e)) / d.strength;
+  return std::min(value, part * part);
+}
+
+// the criterion is met exactly at a load at which this is 1. FORCE: the best placed element of a ball decides (keep_fronts)
+FirstBreak most_exceeded(const Scan& s, const std::vector<Erosion>& all, bool fallback)
+{
+  FirstBreak first;
+  for (const Erosion& c : all) {
+    const double part  = fallback ? fallback_of(s, c.elem) : 0.0;
+    const double value = fallback ? c.value / part : with_strength(s, c.elem, c.value);
+    if (value <= first.value) continue;
+    bool front = true;
+    if (!fallback && s.def(c.elem).criterion == CRITERION_GRIFFITH && estimate_of(s, c.elem) == ESTIMATE_FORCE) {
+      const double* x  = &s.fm.centre[3 * c.elem];
+      const double far = radius_of(s, c.elem) * AT_RADIUS;
+      for (const Erosion& o : all) {
+        const double* y = &s.fm.centre[3 * o.elem];
+        front = front && !(o.rank > c.rank && std::hypot(x[0] - y[0], x[1] - y[1], x[2] - y[2]) < far);
+      }
+    }
+    if (front) first = {c.elem, value, part};
+  }
+  return first;
+}
+
 // strongest first; others of the same test when they are tied, or far enough away
 void choose(const Scan& s, std::vector<Erosion>& all)
 {
@@ -639,9 +670,10 @@ double frac_estimate(const Model& m, const Step& step, const Elements& el, const
 }
 
 void frac_test(const Model& m, const Step& step, const Elements& el, const FracMesh& fm, const Fracture& fr, const Level& l,
-               const RealVec& energy, std::vector<Erosion>& out)
+               const RealVec& energy, std::vector<Erosion>& out, FirstBreak& first)
 {
   out.clear();
+  first = FirstBreak();
   if (m.fracture.empty()) return;
   Scan s{m, step, el, fm, fr, l, {}, {}};
   const int nelem = m.mesh.nelem();
@@ -654,13 +686,27 @@ void frac_test(const Model& m, const Step& step, const Elements& el, const FracM
   }
   join(out);
   keep_fronts(s, out);
-  if (out.empty()) {                                 // ligaments that the crack has left behind
+  const bool fallback = out.empty();
+  if (fallback) {                                 // ligaments that the crack has left behind
     for (int e = 0; e < nelem; ++e)
       if (my_turn(e) && fm.def[e] >= 0 && s.intact(e) && s.def(e).criterion == CRITERION_GRIFFITH && fallback_of(s, e) > 0.0)
         by_element(s, e, fallback_of(s, e), out);
     join(out);
   }
+  first = most_exceeded(s, out, fallback);
   choose(s, out);
+}
+
+double frac_value(const Model& m, const Step& step, const Elements& el, const FracMesh& fm, const Fracture& fr, const Level& l,
+                  const FirstBreak& first)
+{
+  Scan s{m, step, el, fm, fr, l, {}, {}};
+  s.drive.assign(fm.size.size(), -1.0);
+  const int e = first.elem;
+  if (first.part > 0.0 || s.def(e).criterion == CRITERION_ELEMENT)
+    return drive_of(s, e) * fm.volume[e] / ((first.part > 0.0 ? first.part : 1.0) * threshold(s, e));
+  double J[3];
+  return with_strength(s, e, estimate(s, e, J) / fm.gc[e]);
 }
 
 double frac_erode(const Model& m, const Step& step, const Elements& el, const FracMesh& fm, const Erosion& x, Fracture& fr, Level& l)

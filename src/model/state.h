@@ -127,6 +127,8 @@ struct StepClock {             // the step that is under way
   double dt = 0;               // of the next attempt
   long nominal = 1;            // DIRECT: end of the increment that is under way, in units of dt
   int easy = 0;                // increments in a row that converged quickly
+  double most = 0;             // statics: largest dt, that of the first break of the step; 0: nothing has broken in it
+  double aim = 0;              // statics: the next increment ends here at the latest, where an element breaks; 0: not known
 };
 
 struct Division {              // whose work is what; one rank: empty

@@ -126,6 +126,9 @@ struct Output {
   std::vector<CheckResult> result;        // [Model::check]
   std::vector<RankLoad> ranks; // several ranks: filled before out_close
   std::vector<MemoryUse> memory;          // for the listing
+  std::size_t ero_written = 0; // entries of State::eroded that are in JOB.ero
+  long ero_length = 0;         // of JOB.ero before them
+  int tip = -1, tip_before = -1;       // element that broke last, and before this increment
   bool terminal = false;       // progress line
   double progress_wall = 0.0, progress_last = 0.0;   // wall seconds: start of the run, last line
   double progress_from = 0.0;  // time that the run started at
@@ -159,11 +162,12 @@ void out_restart(const Model& m, State& s, ActiveGrid& grid, bool now, Output& o
 // ---- parts -------------------------------------------------------------------------
 
 // out_file_open : makes the folder when it is missing; append: behind what is there already.
-// out_file_flush, out_file_sync (to the disk itself), out_file_close see a full disk.
+// out_file_flush, out_file_sync (to the disk itself), out_file_close see a full disk. out_file_cut: all behind this length goes.
 // All stop the program in words with EXIT_RESOURCE.
 std::FILE* out_file_open(const std::string& path, bool append = false);
 void out_file_flush(std::FILE* file, const std::string& path);
 void out_file_sync(std::FILE* file, const std::string& path);
+void out_file_cut(std::FILE* file, long length, const std::string& path);
 void out_file_close(std::FILE*& file, const std::string& path);
 
 // out_model_summary : what the deck became; also for mpfe --check
@@ -200,7 +204,12 @@ void out_check_begin(const Model& m, Output& out);
 void out_check_increment(const Model& m, const Elements& el, const State& s, Output& out);
 int out_check_end(const Model& m, const Elements& el, const State& s, bool finished, Output& out);
 
+// out_erosion : JOB.ero, lines of the elements that broke since the last call; an increment that is undone takes its lines back
 void out_erosion(const Model& m, const State& s, Output& out);
+void out_erosion_undo(Output& out);
+
+// out_elem_centre : mean of the nodes of an element at t = 0
+void out_elem_centre(const Model& m, int e, double x[3]);
 
 // out_fragments : JOB.frag, one line a fragment, debris first; last: the end of the run, with the listing
 void out_fragments(const Model& m, const Elements& el, const State& s, bool last, Output& out);

@@ -1,23 +1,53 @@
+#include "base/comm.h"
 #include "out/out.h"
 
 // ---------------------------------------------------------------------------
-// out_erosion : JOB.ero, one line for each element that broke since the last increment
+// out_erosion : JOB.ero, one line for each element that broke since the last call
+//
+// In statics it is called after each equilibrium of an increment, so that a long increment tells what breaks.
 // ---------------------------------------------------------------------------
 void out_erosion(const Model& m, const State& s, Output& out)
 {
-  if (m.fracture.empty()) return;
+  if (m.fracture.empty() || comm_rank() > 0) return;
   if (!out.ero) {
     out.ero = out_file_open(out.base + ".ero");
     std::fprintf(out.ero, "# elements that broke: criterion = estimate / toughness; released: strain energy at fixed displacement\n"
                           "#%18s %8s %10s %19s %19s %19s %12s %19s\n", "time", "step", "element", "x", "y", "z", "criterion", "released");
+    out_file_flush(out.ero, out.base + ".ero");
   }
-  for (const ErosionLog& e : s.eroded) {
-    double x[3] = {0, 0, 0};
-    const int n = m.mesh.conn.count(e.elem);
-    for (int a = 0; a < n; ++a)
-      for (int i = 0; i < 3; ++i) x[i] += m.mesh.X[3 * m.mesh.conn.begin(e.elem)[a] + i] / n;
+  if (s.eroded.size() <= out.ero_written) return;
+  if (out.ero_written == 0) {
+    std::fseek(out.ero, 0, SEEK_END);
+    out.ero_length = std::ftell(out.ero);
+    out.tip_before = out.tip;
+  }
+  for (std::size_t k = out.ero_written; k < s.eroded.size(); ++k) {
+    const ErosionLog& e = s.eroded[k];
+    double x[3];
+    out_elem_centre(m, e.elem, x);
     std::fprintf(out.ero, "%19.11e %8d %10d %19.11e %19.11e %19.11e %12.5g %19.11e\n", e.time, s.log.step,
                  m.mesh.elem_label[e.elem], x[0], x[1], x[2], e.value, e.released);
   }
-  if (!s.eroded.empty()) out_file_flush(out.ero, out.base + ".ero");
+  out.ero_written = s.eroded.size();
+  out.tip         = s.eroded.back().elem;
+  out_file_flush(out.ero, out.base + ".ero");
+}
+
+// ---------------------------------------------------------------------------
+// out_erosion_undo : the lines of an increment that is undone leave JOB.ero
+// ---------------------------------------------------------------------------
+void out_erosion_undo(Output& out)
+{
+  if (out.ero_written == 0) return;
+  out.ero_written = 0;
+  out.tip         = out.tip_before;
+  out_file_cut(out.ero, out.ero_length, out.base + ".ero");
+}
+
+void out_elem_centre(const Model& m, int e, double x[3])
+{
+  const int n = m.mesh.conn.count(e);
+  for (int i = 0; i < 3; ++i) x[i] = 0.0;
+  for (int a = 0; a < n; ++a)
+    for (int i = 0; i < 3; ++i) x[i] += m.mesh.X[3 * m.mesh.conn.begin(e)[a] + i] / n;
 }

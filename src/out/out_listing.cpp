@@ -92,6 +92,7 @@ const char* out_status_text(Status status)
     case NOT_CONVERGED:   return "Newton did not converge";
     case CONTACT_DEPTH:   return "a contact point entered its face too deep";
     case OUTSIDE_GRID:    return "a material point left the grid";
+    case CRITERION_EXCEEDED: return "the load of the first break lies within the increment";
     case INTERRUPTED:     return "a signal asked the run to end";
   }
   return "unknown";
@@ -179,7 +180,8 @@ void out_listing_iteration(int step, int inc, int iter, double residual, double 
 
 void out_listing_cut(int step, int inc, double time, double dt, double dt_new, Status why, const char* detail)
 {
-  log_note("  step %d, increment %d, time %.9g, dt %.6g failed: %s%s%s", step, inc, time, dt, out_status_text(why),
+  log_note("  step %d, increment %d, time %.9g, dt %.6g %s: %s%s%s", step, inc, time, dt,
+           why == CRITERION_EXCEEDED ? "is cut" : "failed", out_status_text(why),
            detail && *detail ? "; " : "", detail ? detail : "");
   if (dt_new > 0.0) log_note("  back to time %.9g, next try with dt %.6g", time, dt_new);
 }
@@ -244,6 +246,7 @@ void out_listing_phases(std::FILE* file)
 }
 
 const char* const path_name[PATHS] = {"factorisation", "factors of the same matrix", "CG, factors of an earlier matrix",
+                                      "CG, the same, changed rows corrected",
                                       "CG, incomplete Cholesky", "CG, diagonal blocks"};
 
 // ---------------------------------------------------------------------------

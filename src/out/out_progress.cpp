@@ -26,6 +26,20 @@ std::string clock_text(double seconds)
   return text;
 }
 
+// what has broken, and where the crack is
+std::string crack_text(const Model& m, const State& s, const Output& out)
+{
+  if (s.frac.neroded == 0) return "";
+  char text[120];
+  double x[3];
+  int n = std::snprintf(text, sizeof text, "  %d broken", s.frac.neroded);
+  if (out.tip < 0) return text;                      // a run that goes on: nothing has broken since
+  out_elem_centre(m, out.tip, x);
+  n += std::snprintf(text + n, sizeof text - n, ", tip (%.4g, %.4g", x[0], x[1]);
+  std::snprintf(text + n, sizeof text - n, m.dim == 3 ? ", %.4g)" : ")", x[2]);
+  return text;
+}
+
 }  // namespace
 
 // ---------------------------------------------------------------------------
@@ -40,9 +54,9 @@ void out_progress(const Model& m, const State& s, Output& out)
   const double part = std::min(1.0, s.n.time / std::max(whole_time(m), 1e-300));
   const double done = part - out.progress_from / std::max(whole_time(m), 1e-300);
   const double rest = done > 0.0 ? (now - out.progress_wall) * (1.0 - part) / done : 0.0;
-  std::fprintf(stderr, "%s  step %d of %zu  increment %d  time %.5g (%.0f %%)  dt %.3g  %d iterations  about %s left\033[K\r",
+  std::fprintf(stderr, "%s  step %d of %zu  increment %d  time %.5g (%.0f %%)  dt %.3g  %d iterations%s  about %s left\033[K\r",
                m.job.c_str(), s.log.step, m.step.size(), s.log.inc, s.n.time, 100.0 * part, s.log.dt,
-               s.log.iterations, clock_text(rest).c_str());
+               s.log.iterations, crack_text(m, s, out).c_str(), clock_text(rest).c_str());
   std::fflush(stderr);
 }
 

@@ -46,7 +46,7 @@ Status do_work(Solver& s, const SysMatrix& A, bool values, Work work)
 Status back_work(Solver& s, RealVec& x)
 {
 #ifdef MPFE_MUMPS
-  if (by_mumps(s)) return mumps_back(s, x);
+  if (by_mumps(s)) return mumps_back(s, x.data(), 1);
 #endif
   return skyline_back(s, x);
 }
@@ -194,6 +194,26 @@ Status solve_back(Solver& s, const RealVec& b, RealVec& x)
   return static_cast<Status>(comm_share(status));
 }
 
+Status solve_back_many(Solver& s, double* x, int count)
+{
+  const SolverData& d = *s.data;
+  MPFE_CHECK(d.factored && comm_size() == 1, "solve_back_many: factors of one rank");
+  Stopwatch watch(s.seconds_back);
+  s.nback += count;
+#ifdef MPFE_MUMPS
+  if (by_mumps(s)) return mumps_back(s, x, count);
+#endif
+  const size_t n = (d.off.size() - 1) * d.dim;
+  RealVec one(n);
+  for (int k = 0; k < count; ++k) {
+    std::copy(x + k * n, x + (k + 1) * n, one.begin());
+    const Status status = skyline_back(s, one);
+    if (status != STATUS_OK) return status;
+    std::copy(one.begin(), one.end(), x + k * n);
+  }
+  return STATUS_OK;
+}
+
 void solve_memory(const Solver& s, std::vector<MemoryUse>& out)
 {
   const SolverData& d = *s.data;
@@ -202,7 +222,8 @@ void solve_memory(const Solver& s, std::vector<MemoryUse>& out)
 #ifdef MPFE_MUMPS
   if (s.kind == SOLVER_MUMPS && d.mumps) numbers += mumps_memory(s);
 #endif
-  double vectors = reals(d.work.r) + reals(d.work.z) + reals(d.work.p) + reals(d.work.q) + reals(d.kept.x) + reals(d.kept.inverse);
+  double vectors = reals(d.work.r) + reals(d.work.z) + reals(d.work.p) + reals(d.work.q) + reals(d.kept.x) + reals(d.kept.inverse) +
+                   reals(d.changed.A0.val) + reals(d.changed.V) + reals(d.changed.G) + reals(d.changed.Q) + reals(d.changed.y);
   for (const RealVec& x : d.past) vectors += reals(x);
   out.push_back({"numbers of the entries for MUMPS", numbers});
   out.push_back({"factors", factors});

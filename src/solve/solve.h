@@ -74,6 +74,7 @@ enum SolvePath {
   PATH_FACTOR,                 // analysis when the pattern is new, factorisation, back substitution
   PATH_BACK,                   // the matrix is the one that was factorised: back substitution
   PATH_KEPT,                   // CG with the factors of an earlier matrix
+  PATH_CHANGED,                // CG with the factors of an earlier matrix, corrected in the rows that have changed
   PATH_CHOLESKY,               // CG with an incomplete Cholesky factor
   PATH_DIAGONAL,               // CG with the diagonal blocks
   PATHS
@@ -111,6 +112,7 @@ struct SolveAsk {
   double energy = 0.0, residual = 0.0;   // or as small as these
   double digits = 10.0;             // how many decimals this will be, for the choice of the path
   bool exact = false;               // AUTO: nothing but a factorisation is good enough
+  bool broken = false;              // statics with broken material: few rows change much, some are nearly singular
   bool inertia = false;             // A holds masses
   bool held = false;                // A is not singular, without being factorised
 };
@@ -129,6 +131,9 @@ Status solve_factor(Solver& s, const SysMatrix& A);
 
 // solve_back : x = A^-1 b, b and x [neq], may be the same vector
 Status solve_back(Solver& s, const RealVec& b, RealVec& x);
+
+// solve_back_many : the same for count right-hand sides, one after the other [count*neq], on one rank
+Status solve_back_many(Solver& s, double* x, int count);
 
 // solve_system : A x = b on the path that the deck asks for, or that is the fastest as far as this run knows
 Status solve_system(Solver& s, const SysMatrix& A, const SolveAsk& ask, const RealVec& b, RealVec& x);

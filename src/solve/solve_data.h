@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <unordered_map>
 
 #include "base/comm.h"
 #include "base/sum.h"
@@ -60,6 +61,24 @@ struct Kept {                  // factors of an earlier matrix as preconditioner
   RealVec x;                   // [neq of the factors]
 };
 
+struct GridBlock;              // private to precond_changed.cpp
+
+struct Changed {               // factors of an earlier matrix, with the rows that have changed since as they are now     (8.9)
+  bool on = false;             // it may serve
+  SysMatrix A0;                // the matrix that was factorised
+  int nfe = 0;                 // its rows of elements; those behind belong to the grid
+  RealVec size;                // [nfe] stiffness of the elements at its rows
+  std::unordered_map<long, int> row_of;      // its row of a key
+  std::shared_ptr<GridBlock> grid0, grid;    // its rows of the grid, those of today
+  long stamp = -1;             // of the matrix that the rest was made for
+  IntVec old, now;             // rows of elements: [today] row of A0; [A0] row of today, -1: it has left
+  IntVec set, place;           // old rows that have changed or left; [nfe] their place in set, -1: not in it
+  RealVec V;                   // columns A0^-1 e of the set, one after the other [set*dim][A0.neq]
+  RealVec G;                   // inverse of the rows of V in the set            [set*dim][set*dim]
+  RealVec C0, Q;               // of the set: A0 without its grid; inverse of the dense matrix
+  RealVec y;                   // [A0.neq]
+};
+
 struct CgWork {
   RealVec r, z, p, q;          // [neq]; several ranks: [rows*dim] of OwnBlock
 };
@@ -109,6 +128,7 @@ struct SolverData {
   Skyline sky;
   long stamp = -1;             // of the matrix that was factorised
   Kept kept;
+  Changed changed;
   Cholesky cholesky;
   OwnBlock own;                // several ranks: what cholesky factorises
   RealVec diagonal;            // inverse diagonal blocks
@@ -136,7 +156,7 @@ Status skyline_back(Solver& s, RealVec& x);    // x: right-hand side in, solutio
 #ifdef MPFE_MUMPS
 Status mumps_analyse(Solver& s, const SysMatrix& A);
 Status mumps_factor(Solver& s, const SysMatrix& A);
-Status mumps_back(Solver& s, RealVec& x);
+Status mumps_back(Solver& s, double* x, int count);     // count right-hand sides, one after the other
 void mumps_close(Solver& s);
 double mumps_memory(const Solver& s);          // bytes of the numbers of the entries
 #endif
@@ -148,6 +168,11 @@ bool cholesky_form(const SysMatrix& A, Cholesky& c);
 void cholesky_apply(const SysMatrix& A, const Cholesky& c, RealVec& z);    // z: r in, M^-1 r out
 bool kept_form(const SysMatrix& A, const std::vector<long>& key, Kept& k);
 Status kept_apply(Solver& s, const SysMatrix& A, Kept& k, const RealVec& r, RealVec& z);
+
+// precond_changed.cpp
+void changed_begin(const SysMatrix& A, const std::vector<long>& key, int nfe, Changed& c);
+bool changed_form(Solver& s, const SysMatrix& A, const std::vector<long>& key, int nfe, long stamp, Changed& c);
+Status changed_apply(Solver& s, const SysMatrix& A, Changed& c, const RealVec& r, RealVec& z);
 
 // Seconds since it was made: those of the processor when the wall clock ran faster (a machine that others use too),
 // those of the wall when several threads worked, and on several ranks, where waiting for the others counts

@@ -257,19 +257,23 @@ Status mumps_factor(Solver& s, const SysMatrix& A)
   return STATUS_OK;
 }
 
-Status mumps_back(Solver& s, RealVec& x)
+Status mumps_back(Solver& s, double* x, int count)
 {
   MumpsData& m = *s.data->mumps;
   const int D = s.data->dim, nrow = static_cast<int>(m.number.size());
-  for (int I = 0; I < nrow; ++I)
-    for (int i = 0; i < D; ++i) m.x[m.number[I] * D + i] = (m.scale.empty() ? 1.0 : m.scale[I * D + i]) * x[I * D + i];
-  m.id.nrhs = 1;
+  const size_t n = static_cast<size_t>(nrow) * D;
+  m.x.resize(n * count);
+  for (int k = 0; k < count; ++k)
+    for (int I = 0; I < nrow; ++I)
+      for (int i = 0; i < D; ++i) m.x[k * n + m.number[I] * D + i] = (m.scale.empty() ? 1.0 : m.scale[I * D + i]) * x[k * n + I * D + i];
+  m.id.nrhs = count;
   m.id.lrhs = m.id.n;
   m.id.rhs  = m.x.data();
   if (call(m, JOB_BACK) < 0) return explain(s);
-  if (m.shared) comm_share(m.x.data(), m.id.n);
-  for (int I = 0; I < nrow; ++I)
-    for (int i = 0; i < D; ++i) x[I * D + i] = (m.scale.empty() ? 1.0 : m.scale[I * D + i]) * m.x[m.number[I] * D + i];
+  if (m.shared) comm_share(m.x.data(), m.id.n * count);
+  for (int k = 0; k < count; ++k)
+    for (int I = 0; I < nrow; ++I)
+      for (int i = 0; i < D; ++i) x[k * n + I * D + i] = (m.scale.empty() ? 1.0 : m.scale[I * D + i]) * m.x[k * n + m.number[I] * D + i];
   return STATUS_OK;
 }
 

@@ -10,6 +10,7 @@ namespace {
 const int SMALL     = 2000;    // equations; below, a factorisation takes a few milliseconds and nothing needs to be chosen
 const long PAUSE    = 50;      // solutions until a slower path is tried again; doubled when it fails
 const int MOST      = 5000;    // iterations
+const int FEW       = 30;      // the same, with corrected factors: more cost what a factorisation does
 const size_t PAST   = 6;       // solutions to begin the next one with
 const double SMOOTH = 0.5;     // weight of the newest measurement
 const double ODD    = 3.0;     // times what was expected: the machine did something else, unless it happens twice
@@ -54,6 +55,17 @@ bool factors_fit(const SolverData& d, const SolveAsk& ask) { return d.factored &
 bool cholesky_fits(const SolverData& d, const SolveAsk& ask)
 {
   return d.cholesky.stamp == ask.stamp && d.cost[PATH_CHOLESKY].known && expected(d.cost[PATH_CHOLESKY], ask.digits) < d.direct_back;
+}
+
+// ---- broken material in statics: which rows change is known                            (8.9)
+
+// factors with the changed rows corrected: as long as a solution costs less than the mean since the factorisation, which is included
+bool changed_pays(const Solver& s)
+{
+  const SolverData& d = *s.data;
+  const PathCost& c   = d.cost[PATH_CHANGED];
+  if (!d.changed.on || !have_factors(s)) return false;
+  return d.age == 0 || c.setup < d.cycle_seconds / (d.age + 1);
 }
 
 // ---- the choice ------------------------------------------------------------
@@ -112,12 +124,13 @@ SolvePath choose(Solver& s, const SysMatrix& A, const SolveAsk& ask, long now, d
   const SolverData& d = *s.data;
   limit = NEVER;
   if (!s.def.reuse) return PATH_FACTOR;
-  if (factors_fit(d, ask) && (s.def.kind != SOLVER_AUTO || A.neq() < SMALL || ask.exact)) return PATH_BACK;
+  if (factors_fit(d, ask) && (s.def.kind != SOLVER_AUTO || A.neq() < SMALL || ask.exact || ask.broken)) return PATH_BACK;
   if (s.def.kind == SOLVER_CG) {
     if (s.def.precond == PRECOND_FACTORS) return have_factors(s) && !comm_share(stale(d, ask.digits)) ? PATH_KEPT : PATH_FACTOR;
     return s.def.precond == PRECOND_DIAGONAL ? PATH_DIAGONAL : PATH_CHOLESKY;
   }
-  if (A.neq() < SMALL || ask.exact || (!d.factored && !without_factors(s, A, ask))) return PATH_FACTOR;
+  if (ask.broken && !ask.exact && A.neq() >= SMALL && changed_pays(s)) return PATH_CHANGED;
+  if (A.neq() < SMALL || ask.exact || ask.broken || (!d.factored && !without_factors(s, A, ask))) return PATH_FACTOR;
   const bool pattern_known = solve_same_pattern(s, A);
   double answer[2] = {static_cast<double>(fastest(s, A, ask, pattern_known, now, limit)), limit};
   comm_share(answer, 2);                 // clocks differ, ranks must not
@@ -153,6 +166,8 @@ Status by_factor(Solver& s, const SysMatrix& A, const SolveAsk& ask, const RealV
   }
   d.stamp    = ask.stamp;
   d.kept.key = ask.key;
+  d.changed.on = false;
+  if (ask.broken && s.hold >= 0 && s.def.reuse && A.neq() >= SMALL && !sys_shared(A)) changed_begin(A, ask.key, s.hold, d.changed);
   d.age      = 0;
   if (d.fresh_rate > 0.0) d.cost[PATH_KEPT].rate = d.fresh_rate;
   Timer timer(PHASE_SOLVE);
@@ -223,6 +238,13 @@ bool form(Solver& s, const SysMatrix& A, const SolveAsk& ask, SolvePath path, Cg
     case PATH_KEPT:
       c.precondition = [&](const RealVec& r, RealVec& z, double& rho) { return kept_step(s, A, c, r, z, rho); };
       return kept_form(A, ask.key, d.kept);
+    case PATH_CHANGED:
+      c.precondition = [&](const RealVec& r, RealVec& z, double& rho) {
+        const Status status = changed_apply(s, A, d.changed, r, z);
+        rho = dot(r, z);
+        return status == STATUS_OK;
+      };
+      return changed_form(s, A, ask.key, s.hold, ask.stamp, d.changed);
     case PATH_CHOLESKY:
       c.precondition = [&](const RealVec& r, RealVec& z, double& rho) { cholesky_step(d, c, r, z, rho); return true; };
       return cholesky_ready(d, c.A, ask.stamp);
@@ -251,6 +273,13 @@ void remember(Solver& s, SolvePath path, const CgDone& done, double setup, doubl
   }
   c.known = true;
   c.pause = done.good ? PAUSE : std::max(PAUSE, 2 * c.pause);
+  if (path == PATH_CHANGED) {
+    if (!done.good) d.changed.on = false;
+    // all in all; the first iterations of an increment bring new rows, later ones do not
+    c.setup = d.age++ == 0 ? setup + seconds : (1.0 - SMOOTH) * c.setup + SMOOTH * (setup + seconds);
+    d.cycle_seconds += setup + seconds;
+    return;
+  }
   if (path != PATH_KEPT) return;
   if (!done.good || done.iterations == 0) return;
   if (d.age++ == 0) smooth(d.fresh_rate, brought / done.iterations);
@@ -275,8 +304,8 @@ Status by_cg(Solver& s, const SysMatrix& A, const SolveAsk& ask, SolvePath path,
   if (formed) {
     Timer timer(PHASE_CG);
     // A^-1 and M^-1 are far apart in smooth modes, but for factors: M^-1 sees too little of an error there
-    const double safety = path == PATH_KEPT ? 1.0 : 0.1;
-    CgGoal goal{safety * ask.eta, safety * ask.energy, ask.residual, MOST, limit - setup};
+    const double safety = path == PATH_KEPT || path == PATH_CHANGED ? 1.0 : 0.1;
+    CgGoal goal{safety * ask.eta, safety * ask.energy, ask.residual, path == PATH_CHANGED ? FEW : MOST, limit - setup};
     const bool same = path == PATH_KEPT && d.kept.same;      // where a product with A costs little beside M
     RealVec own_b, own_x;
     if (own) own_pick(*own, b, own_b);

@@ -86,9 +86,18 @@ void step_missed(const Problem& p, const Step& s, bool mid);
 // ledger_update : energies and momenta of the level
 void ledger_update(Problem& p, const Level& l, bool nlgeom);
 
+// What an automatic increment of statics asks of the first break in it                             (7.25)
+struct BreakWatch {
+  bool on = false;             // the increment may be cut
+  double value0 = 0.0;         // of first at the start of the increment
+  FirstBreak first;            // what breaks at its end
+};
+
 // step_fracture : at t(n), just converged: what breaks, breaks and becomes points; in statics equilibrium follows at the
 // same load, until nothing breaks any more. Not good: the state is that of a failed attempt.
-Status step_fracture(Problem& p, const Step& s, double t_step, Output& out);
+//   in   before   the state at the start of the increment
+//   watch         CRITERION_EXCEEDED: the increment steps over the load of the first break; nothing has broken yet
+Status step_fracture(Problem& p, const Step& s, double t_step, const State& before, BreakWatch& watch, Output& out);
 
 // step_undo_point, step_undo : the state with its elements, points and bonds before an increment, and back to it
 struct UndoPoint {

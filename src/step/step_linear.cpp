@@ -106,12 +106,12 @@ Status step_solve(Problem& p, const Attempt& a, int it, double residual, double 
   SolveAsk ask{s.row_key};
   ask.stamp    = s.tangent;
   ask.eta      = reduction(p.newton_gain, it, residual, accepted);
-  ask.energy   = FINAL * l.energy;
   ask.residual = 0.01 * accepted;
-  // statics with broken material, nearly singular: what conjugate gradients leave there never goes away; nor where Newton
-  // does not come to an end
+  // statics with broken material, nearly singular: only a preconditioner that is exact there leaves nothing behind
   const bool loose = a.cM == 0.0 && p.fm.on && p.st.frac.neroded > 0;
-  ask.exact  = loose || it > 8;
+  ask.energy = (loose ? 0.5 * ACCEPT : FINAL) * l.energy;
+  ask.broken = loose;
+  ask.exact  = it > 8;               // Newton's method does not come to an end
   // in motion too unknowns of the grid may be held: their mass may be singular in what no corner sees (3.14)
   p.solver.hold = loose || (a.cM != 0.0 && p.grid.nnode) ? s.nfe : -1;
   ask.inertia   = a.cM != 0.0;

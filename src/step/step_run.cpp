@@ -86,6 +86,7 @@ double clock_next(const Step& s, const StepClock& c, const std::vector<double>& 
   double end = clock_goal(s, c);
   for (double stop : stops)
     if (stop > c.t + 1e-9 * s.dt && stop < end) end = stop;
+  if (c.aim > c.t) return std::min(c.aim, end) - c.t;
   const double left = end - c.t;
   // the last piece is not left as a sliver
   return c.dt >= left * (1.0 - 1e-9) ? left : c.dt > 0.5 * left && c.dt < left ? 0.5 * left : c.dt;
@@ -102,7 +103,7 @@ void clock_accept(const Step& s, double used, int iterations, StepClock& c)
   if (s.direct) return;
   c.easy = iterations <= 4 ? c.easy + 1 : 0;
   if (c.easy >= 2) {
-    c.dt   = std::min(s.dt_max, c.dt * 1.5);
+    c.dt   = std::min(c.most > 0.0 ? c.most : s.dt_max, c.dt * 1.5);
     c.easy = 0;
   } else if (iterations > 8) {
     c.dt *= 0.75;
@@ -129,6 +130,31 @@ void stop_motion(Problem& p)
   log_warn("step %d is static: the kinetic energy of %g is dropped", st.log.step, st.ledger.kinetic);
   st.ledger.external -= st.ledger.kinetic;
   for (RealVec* v : {&st.n.v, &st.n.a, &st.n.vc, &st.n.vp}) std::fill(v->begin(), v->end(), 0.0);
+}
+
+// ---------------------------------------------------------------------------
+// break_time : the part of an increment after which the criterion has a value, since its root grows with the load     (7.25)
+// ---------------------------------------------------------------------------
+double break_time(const BreakWatch& w, double value)
+{
+  const double from = std::sqrt(w.value0), to = std::sqrt(w.first.value), goal = std::sqrt(value);
+  return from < goal && goal < to ? (goal - from) / (to - from) : 0.5;
+}
+
+// how large the increment is that ends just before the first break; and where the one after it, in which it breaks, ends.
+// False: it cannot be cut any more.
+bool cut_to_break(const Problem& p, const Step& s, const BreakWatch& w, double dt, StepClock& clock, double& shorter)
+{
+  const double half = 0.5 * p.m.fracture[p.fm.def[w.first.elem]].tolerance;
+  const bool near   = w.value0 >= 1.0 - 2.0 * half;
+  const double aim  = dt * break_time(w, 1.0 + half);
+  shorter = near ? aim : dt * break_time(w, 1.0 - half);
+  if (p.st.log.cuts < s.ctl.max_cut && shorter >= s.dt_min) {
+    clock.aim = near || aim <= shorter ? 0.0 : clock.t + aim;
+    return true;
+  }
+  log_note("  the increment is not cut any more: the criterion is exceeded by %.3g %% when the first element breaks", 100.0 * (w.first.value - 1.0));
+  return false;
 }
 
 // what the next increment may begin with
@@ -197,10 +223,14 @@ Status run_step(Problem& p, const Step& s, Output& out)
       status = step_initial_acceleration(p, s, 0.0);
     // 3., 4., 5. attempts, each half as long as the one before
     double dt = clock_next(s, clock, stops);
+    clock.aim   = 0.0;
     st.log.cuts = 0;
     if (p.fm.on) step_undo_point(p, undo);
+    BreakWatch watch;
+    watch.on = s.proc == PROC_STATIC && !s.direct;
     while (status == STATUS_OK) {
       const Ledger before = st.ledger;
+      double shorter = 0.5 * dt;
       status = step_increment(p, s, clock.t, dt);
       const int iterations = st.log.iterations;
       if (status == STATUS_OK) {
@@ -208,25 +238,33 @@ Status run_step(Problem& p, const Step& s, Output& out)
         st.n      = st.np1;
         st.n.time = start + clock.t + dt;
         p.ready   = false;
-        if (p.fm.on) status = step_fracture(p, s, clock.t + dt, out);
+        if (p.fm.on) status = step_fracture(p, s, clock.t + dt, undo.state, watch, out);
         else timer_skip(PHASE_FRACTURE);
+        if (status == CRITERION_EXCEEDED && !cut_to_break(p, s, watch, dt, clock, shorter)) {
+          watch.on = false;
+          status   = step_fracture(p, s, clock.t + dt, undo.state, watch, out);
+        }
         st.log.iterations = iterations;
       }
       if (status == STATUS_OK || status == SOLVER_FAILED || status == BAD_VALUE || status == OUTSIDE_GRID) break;
       const std::string why = step_explain(p, status);
+      const StepClock now = clock;
       if (p.fm.on) step_undo(p, undo);
+      out_erosion_undo(out);
+      clock     = now;
       st.ledger = before;
       p.note    = why;                               // in the words of the state that is undone
       if (step_prepare(p, s) != STATUS_OK) break;
-      const double shorter = 0.5 * dt;
       if (st.log.cuts >= s.ctl.max_cut || shorter < s.dt_min) break;
       out_listing_cut(st.log.step, st.log.inc, start + clock.t, dt, shorter, status, why.c_str());
       ++st.log.cuts;
-      dt = clock.dt = shorter;
+      dt = shorter;
+      if (status != CRITERION_EXCEEDED) clock.dt = shorter;
       status = STATUS_OK;
     }
     if (status != STATUS_OK) return status;
     // 6. write
+    if (clock.most == 0.0 && !st.eroded.empty()) clock.most = clock.dt;
     clock_accept(s, dt, st.log.iterations, clock);
     st.n.time = start + clock.t;
     ++st.log.inc_total;

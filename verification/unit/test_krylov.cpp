@@ -237,3 +237,56 @@ TEST(Krylov, ChosenPathsAgree)
   EXPECT_GT(cg, 0);
   solve_close(s);
 }
+
+// without a row, and without what the springs to it gave to its neighbours
+static Springs without(const Springs& k, int row)
+{
+  Springs n;
+  const SysMatrix& A = k.A;
+  const int DD = A.dim * A.dim;
+  IntVec now(A.nrow, -1);
+  n.A.dim = A.dim;
+  for (int I = 0; I < A.nrow; ++I) {
+    if (I == row) continue;
+    now[I] = n.A.nrow++;
+    n.key.push_back(k.key[I]);
+    for (int q = A.off[I]; q < A.off[I + 1]; ++q) {
+      if (A.col[q] == row) continue;
+      n.A.col.push_back(now[A.col[q]]);
+      n.A.val.insert(n.A.val.end(), &A.val[static_cast<size_t>(q) * DD], &A.val[static_cast<size_t>(q + 1) * DD]);
+    }
+    n.A.off.push_back(static_cast<int>(n.A.col.size()));
+  }
+  for (int I = 0; I < A.nrow; ++I)
+    for (int q = A.off[I]; q < A.off[I + 1] - 1; ++q) {
+      if (I != row && A.col[q] != row) continue;
+      const int J = now[I == row ? A.col[q] : I];
+      for (int i = 0; i < A.dim; ++i) n.A.val[static_cast<size_t>(n.A.off[J + 1] - 1) * DD + i * A.dim + i] += A.val[static_cast<size_t>(q) * DD + i * A.dim + i];
+    }
+  return n;
+}
+
+// A row of elements leaves, and the rows of the grid (the last line) are other ones: the corrected factors are exact
+TEST(Krylov, ChangedRowsAreExact)
+{
+  const int nx = 13, nfe = nx * 8, leaves = 4 * nx + 6, now = nfe - 1;
+  const Springs k = springs(2, 0, nx, 9, 1.0, 0.01);
+  Springs n = without(k, leaves);
+  for (int I = now; I < n.A.nrow; ++I) n.key[I] += 1000000;
+  Solver s = open(SOLVER_AUTO, PRECOND_AUTO);
+  ASSERT_EQ(solve_factor(s, k.A), STATUS_OK);
+  Changed c;
+  changed_begin(k.A, k.key, nfe, c);
+  ASSERT_TRUE(c.on);
+  ASSERT_TRUE(changed_form(s, n.A, n.key, now, 2, c));
+  EXPECT_EQ(c.set.size(), 5u);                       // the row and its four neighbours
+  const RealVec b = right_hand_side(n.A);
+  RealVec x(b.size());
+  ASSERT_EQ(changed_apply(s, n.A, c, b, x), STATUS_OK);
+  EXPECT_LT(residual(n.A, b, x), 1e-9);
+  // a row of elements that was not there has no factors
+  n.key[3] = 77777;
+  EXPECT_FALSE(changed_form(s, n.A, n.key, now, 3, c));
+  EXPECT_FALSE(c.on);
+  solve_close(s);
+}
