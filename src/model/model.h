@@ -180,7 +180,7 @@ struct FractureDef {           // *EIGENFRACTURE
   double spacing = -1.0;       // elements that break in one test lie this many sizes apart; -1: default, 0: one only
   double interval = 0.0;       // time between tests, 0: every increment
   double stiffness = 1e-6;     // c of broken material
-  double release  = 0.0;       // dynamics: psi+ of a broken element falls to c in release h/c_d, 0: at once
+  double release  = 0.0;       // dynamics: psi+ of a broken element falls to c in release h/c_R, 0: at once
   double tolerance = 0.01;     // statics, automatic increments: by how much the criterion may be exceeded, 0: by anything
   double fallback = -1.0;      // part of Gc h that breaks an element anywhere; 0: off, -1: default
   bool start = true;           // may a crack start where there is none
