@@ -1,5 +1,5 @@
 // ---------------------------------------------------------------------------
-// state.h : what changes during the run. Only step/ writes it. A new field goes into state_io.h as well.
+// state.h : what changes during the run; step/ says when. A new field goes into state_io.h as well.
 // ---------------------------------------------------------------------------
 #ifndef MPFE_MODEL_STATE_H
 #define MPFE_MODEL_STATE_H
@@ -120,6 +120,7 @@ struct StepClock {             // the step that is under way
   double dt = 0;               // of the next attempt
   long nominal = 1;            // DIRECT: end of the increment that is under way, in units of dt
   int easy = 0;                // increments in a row that converged quickly
+  int cuts = 0;                // of all increments so far
 };
 
 struct Division {              // whose work is what; one rank: empty

@@ -61,8 +61,8 @@ inline void io(Archive& f, ContactLog& x)
 
 inline void io(Archive& f, StepClock& x)
 {
-  auto& [start, t, dt, nominal, easy] = x;
-  io_all(f, start, t, dt, nominal, easy);
+  auto& [start, t, dt, nominal, easy, cuts] = x;
+  io_all(f, start, t, dt, nominal, easy, cuts);
 }
 
 inline void io(Archive& f, Division& x)

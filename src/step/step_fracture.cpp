@@ -93,6 +93,7 @@ Status step_fracture(Problem& p, const Step& s, double t_step, Output& out)
     status = settle(p, s, t_step);
     if (status != STATUS_OK) return status;
     out_progress(p.m, p.st, out);
+    if (step_signalled()) return INTERRUPTED;        // a crack that runs may take longer than a queue waits
   }
 }
 
