@@ -1,5 +1,5 @@
 // ---------------------------------------------------------------------------
-// model.h : what the deck says. Filled by deck/, const after model_check.
+// model.h : what the deck says. Filled by deck/, const after deck_check.
 //
 // Labels are the user's, indices start at 0. Coordinates have three components
 // also in two dimensions; nodal vectors of the state have Model::dim.

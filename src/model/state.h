@@ -1,5 +1,5 @@
 // ---------------------------------------------------------------------------
-// state.h : what changes during the run. Only step/ writes it. A new field goes into state_io.h as well.
+// state.h : what changes during the run; step/ says when. A new field goes into state_io.h as well.
 // ---------------------------------------------------------------------------
 #ifndef MPFE_MODEL_STATE_H
 #define MPFE_MODEL_STATE_H
@@ -129,6 +129,7 @@ struct StepClock {             // the step that is under way
   int easy = 0;                // increments in a row that converged quickly
   double most = 0;             // statics: largest dt, that of the first break of the step; 0: nothing has broken in it
   double aim = 0;              // statics: the next increment ends here at the latest, where an element breaks; 0: not known
+  int cuts = 0;                // of all increments so far
 };
 
 struct Division {              // whose work is what; one rank: empty

@@ -90,6 +90,7 @@ const char* out_status_text(Status status)
     case SOLVER_SINGULAR: return "the matrix is singular (a body without support?)";
     case SOLVER_FAILED:   return "the linear solver gave up";
     case NOT_CONVERGED:   return "Newton did not converge";
+    case MASS_FAILED:     return "the system of the masses was not solved";
     case CONTACT_DEPTH:   return "a contact point entered its face too deep";
     case OUTSIDE_GRID:    return "a material point left the grid";
     case CRITERION_EXCEEDED: return "the load of the first break lies within the increment";

@@ -33,25 +33,40 @@ double smallest_stretch(const Problem& p)
   return least;
 }
 
-// what the solver says, and the unknown of the first zero pivot in the user's words
+// who has the row of the first zero pivot, and which of its directions it is
+std::string pivot_text(const Problem& p, int row, int direction)
+{
+  const System& s = p.sys;
+  char text[120];
+  double x[3];
+  if (row < s.nfe) {
+    std::snprintf(text, sizeof text, "direction %d of node %d", direction, p.m.mesh.node_label[s.node_of_row[row]]);
+  } else if (p.grid.key[row - s.nfe] >= key_own) {
+    std::snprintf(text, sizeof text, "direction %d of a corner of a point that the grid does not carry", direction);
+  } else {
+    grid_node_place(p.m.grid, s.dim, p.grid.key[row - s.nfe], x);
+    std::snprintf(text, sizeof text, "direction %d of the grid node at %s", direction, position_text(x, s.dim).c_str());
+  }
+  return text;
+}
+
+// what the solver says, what can move, and the unknown of the first zero pivot in the user's words. A pivot vanishes at any unknown that
+// takes part in the free motion; a rotation shows in a direction that is supported elsewhere.
 std::string solver_text(const Problem& p)
 {
   const System& s = p.sys;
   const int equation = p.solver.zero_equation;
   std::string words = p.solver.message.empty() ? "the linear solver failed" : p.solver.message;
   if (equation < 0 || equation >= s.neq()) return words;
-  char text[160];
-  const int row = equation / s.dim, direction = equation % s.dim + 1;
-  double x[3];
-  if (row < s.nfe) {
-    std::snprintf(text, sizeof text, ". That is direction %d of node %d", direction, p.m.mesh.node_label[s.node_of_row[row]]);
-  } else if (p.grid.key[row - s.nfe] >= key_own) {
-    std::snprintf(text, sizeof text, ". That is direction %d of a corner of a point that the grid does not carry", direction);
-  } else {
-    grid_node_place(p.m.grid, s.dim, p.grid.key[row - s.nfe], x);
-    std::snprintf(text, sizeof text, ". That is direction %d of the grid node at %s", direction, position_text(x, s.dim).c_str());
+  const int row = equation / s.dim;
+  words += ". It shows in " + pivot_text(p, row, equation % s.dim + 1);
+  if (row < s.nfe && !p.st.points.npoint && !p.st.bonds.nbond && s.tie.dof.empty()) {
+    const std::string motion = step_free_motion(p, s.node_of_row[row]);
+    if (!motion.empty()) return words + ": the supports leave free " + motion + " of its part";
+    return words + ": the supports take all rigid motions of its part, so a piece hangs on a hinge or on broken elements, or stiffnesses "
+                   "lie too far apart (a very thin element)";
   }
-  return words + text + "; when it is supported, stiffnesses lie too far apart (a penalty, a very thin element)";
+  return words + ", which takes part in the motion; when it is supported, stiffnesses lie too far apart (a penalty, a very thin element)";
 }
 
 // the bond, or the material point and its corner, that lies outside the grid
@@ -115,6 +130,10 @@ std::string step_explain(const Problem& p, Status status)
   const Model& m = p.m;
   if (!p.note.empty()) return p.note;
   if (status == SOLVER_SINGULAR || status == SOLVER_FAILED) return solver_text(p);
+  if (status == MASS_FAILED)
+    return "the velocities of the grid at the start of the increment, or the accelerations of the nodes, were not found in 1000 iterations "
+           "with the mass matrix, which no smaller increment changes: look for densities and velocities that are out of proportion, and "
+           "for points that hardly touch their cells (WEAK= of *GRID)";
   if (status == OUTSIDE_GRID) {
     double top[3] = {0, 0, 0}, lo[3], hi[3];
     for (int i = 0; i < m.dim; ++i) top[i] = m.grid.lo[i] + m.grid.n[i] * m.grid.h[i];
@@ -144,6 +163,7 @@ std::string step_explain(const Problem& p, Status status)
                   "Kirchhoff softens below 0.577 and carries no more load", p.st.log.residual, p.st.log.scale, stretch);
     return text;
   }
+  if (p.st.log.iterations == 0) return std::string(out_status_text(status)) + ", before the first iteration";
   std::snprintf(text, sizeof text, "residual %.3e against a force scale of %.3e after %d iterations: smaller increments, more "
                 "iterations (*NEWTON, MAX ITER=), or a load beyond what the structure can carry",
                 p.st.log.residual, p.st.log.scale, p.st.log.iterations);

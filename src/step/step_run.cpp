@@ -175,12 +175,25 @@ void begin_step(Problem& p, const Step& s)
   if (s.proc == PROC_STATIC) stop_motion(p);
 }
 
-// a signal that any rank has seen
-bool signalled()
+// can a shorter increment do better? Not without memory or a number, outside the grid, when the velocities at t(n) are not found, or
+// after a signal
+bool cut_helps(Status status)
 {
-  const int number = comm_most(interrupt_signal());
-  if (number && !interrupt_signal()) interrupt_note(number);
-  return number != 0;
+  return status != SOLVER_FAILED && status != BAD_VALUE && status != OUTSIDE_GRID && status != MASS_FAILED && status != INTERRUPTED;
+}
+
+// how often increments were cut before the run stopped, and why they are not cut again
+std::string cuts_text(const Problem& p, Status status)
+{
+  if (status == INTERRUPTED) return "stopped";
+  const StepLog& log = p.st.log;
+  const Step& s      = p.m.step[log.step - 1];
+  std::string text   = "stopped after " + std::to_string(log.cuts) + " cuts of this increment";
+  if (p.st.clock.cuts != log.cuts) text += ", " + std::to_string(p.st.clock.cuts) + " in this step";
+  char limit[80] = "";
+  if (p.note.compare(0, 4, "INC=") != 0 && cut_helps(status) && log.cuts < s.ctl.max_cut && 0.5 * p.st.clock.dt < s.dt_min)
+    std::snprintf(limit, sizeof limit, "; half of dt = %g is less than dt min = %g", p.st.clock.dt, s.dt_min);
+  return text + limit;
 }
 
 // ranks take decisions from numbers that are the same on all of them; when they are not, the machines differ
@@ -202,6 +215,15 @@ Status interrupted(Problem& p, Output& out)
   return INTERRUPTED;
 }
 
+// within an increment: it is forgotten, and the run goes on with it
+Status interrupted_inside(Problem& p, const StepLog& done, const UndoPoint& undo, Output& out)
+{
+  if (p.fm.on) step_undo(p, undo);
+  out_erosion_undo(out);
+  p.st.log = done;
+  return interrupted(p, out);
+}
+
 // one step of the deck, in the order of doc/theory.md 6.5
 Status run_step(Problem& p, const Step& s, Output& out)
 {
@@ -212,20 +234,23 @@ Status run_step(Problem& p, const Step& s, Output& out)
   UndoPoint undo;
   p.ready = false;
   while (!clock_done(s, clock)) {
-    if (signalled()) return interrupted(p, out);
+    if (step_signalled()) return interrupted(p, out);
+    const StepLog done = st.log;
+    st.log.cuts = 0;
     if (++st.log.inc > s.max_inc) {
       p.note = "INC=" + std::to_string(s.max_inc) + " increments are used up before the end of the step: raise INC, or dt";
       return NOT_CONVERGED;
     }
     // 1., 2. grid, rows, pattern, mass
+    const int cuts = clock.cuts;
+    if (p.fm.on && s.proc == PROC_STATIC) step_undo_point(p, undo);
     Status status = step_prepare(p, s);
     if (status == STATUS_OK && st.log.inc == 1 && s.proc == PROC_DYNAMIC && s.scheme == SCHEME_NEWMARK)
       status = step_initial_acceleration(p, s, 0.0);
     // 3., 4., 5. attempts, each half as long as the one before
     double dt = clock_next(s, clock, stops);
-    clock.aim   = 0.0;
-    st.log.cuts = 0;
-    if (p.fm.on) step_undo_point(p, undo);
+    if (p.fm.on && s.proc == PROC_DYNAMIC) step_undo_point(p, undo);      // with the first acceleration
+    clock.aim = 0.0;
     BreakWatch watch;
     watch.on = s.proc == PROC_STATIC && !s.direct;
     while (status == STATUS_OK) {
@@ -246,7 +271,7 @@ Status run_step(Problem& p, const Step& s, Output& out)
         }
         st.log.iterations = iterations;
       }
-      if (status == STATUS_OK || status == SOLVER_FAILED || status == BAD_VALUE || status == OUTSIDE_GRID) break;
+      if (status == STATUS_OK || !cut_helps(status)) break;
       const std::string why = step_explain(p, status);
       const StepClock now = clock;
       if (p.fm.on) step_undo(p, undo);
@@ -255,13 +280,17 @@ Status run_step(Problem& p, const Step& s, Output& out)
       st.ledger = before;
       p.note    = why;                               // in the words of the state that is undone
       if (step_prepare(p, s) != STATUS_OK) break;
+      if ((p.fm.on || !p.m.restart.write) && step_signalled()) status = INTERRUPTED;
+      if (status == INTERRUPTED) break;
       if (st.log.cuts >= s.ctl.max_cut || shorter < s.dt_min) break;
       out_listing_cut(st.log.step, st.log.inc, start + clock.t, dt, shorter, status, why.c_str());
       ++st.log.cuts;
+      clock.cuts = cuts + st.log.cuts;
       dt = shorter;
       if (status != CRITERION_EXCEEDED) clock.dt = shorter;
       status = STATUS_OK;
     }
+    if (status == INTERRUPTED) return interrupted_inside(p, done, undo, out);
     if (status != STATUS_OK) return status;
     // 6. write
     if (clock.most == 0.0 && !st.eroded.empty()) clock.most = clock.dt;
@@ -349,7 +378,11 @@ int continue_run(Problem& p, Archive& f, Output& out)
   const Points begin = p.st.points;
   const int errors   = out_reopen(p.m, p.el, f, p.st, p.grid, out);
   if (errors) return errors;
-  if (p.fm.on) frac_replay(p.m, p.fm, p.st, begin, p.share);
+  if (p.fm.on && !frac_replay(p.m, p.fm, p.st, begin, p.share)) {
+    log_error("the restart file does not fit this model (conversion made again gives other points): it is damaged, although its checksum "
+              "is right, or another machine has written it; take an earlier one");
+    return 1;
+  }
   elem_refresh(p.el);
   p.ready  = false;
   p.opened = true;
@@ -357,6 +390,13 @@ int continue_run(Problem& p, Archive& f, Output& out)
 }
 
 }  // namespace
+
+bool step_signalled()
+{
+  const int number = comm_most(interrupt_signal());
+  if (number && !interrupt_signal()) interrupt_note(number);
+  return number != 0;
+}
 
 Status step_increment(Problem& p, const Step& s, double t0, double dt)
 {
@@ -370,6 +410,8 @@ Status step_increment(Problem& p, const Step& s, double t0, double dt)
   // in motion a multiplier of the step before would push a contact that opens: energy from nothing (4.2)
   if (s.proc == PROC_DYNAMIC) std::fill(st.np1.lambda_n.begin(), st.np1.lambda_n.end(), 0.0);
   p.note.clear();
+  st.log.iterations = 0;                             // of this attempt: an error before the first one tells so
+  st.log.residual   = 0.0;
   a.du.assign(p.sys.neq(), 0.0);
   Status status = system_constrain(p, s, a.t0, a.t1);
   if (status == STATUS_OK && !mid) status = assem_loads(p, s, a.t0, a.total0, 0.0, a.fext0);
@@ -406,8 +448,8 @@ int step_run(Problem& p, Archive& f, Output& out)
     out_step_end(p.m, p.st, out);
   }
   if (status != STATUS_OK)
-    log_error("step %d, increment %d, time %.8g: stopped after %d cuts. %s", p.st.log.step, p.st.log.inc, p.st.n.time,
-              p.st.log.cuts, step_explain(p, status).c_str());
+    log_error("step %d, increment %d, time %.8g: %s. %s", p.st.log.step, p.st.log.inc, p.st.n.time, cuts_text(p, status).c_str(),
+              step_explain(p, status).c_str());
   warn_balance(p);
   load_of_ranks(p, out.ranks);
   step_memory(p, out.memory);
