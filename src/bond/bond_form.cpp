@@ -5,6 +5,7 @@
 
 #include "base/log.h"
 #include "bond/bond.h"
+#include "bond/contact.h"
 #include "shape/face.h"
 
 const double bond_alpha = 1000.0, contact_alpha = 10.0;
@@ -288,19 +289,97 @@ void cut_bonds(Bonds& b, int dim, int n)
 
 }  // namespace
 
+namespace {
+
+// What a bond that is made anew takes from the one of the same name that was there before
+struct KeptBond {
+  std::array<double, 3> slip{{0, 0, 0}}, lambda{{0, 0, 0}};
+  double lambda_n = 0.0, offset = 0.0, entry = 0.0, area = 0.0;
+};
+
+using KeptBonds = std::map<SlipKey, KeptBond>;
+
+KeptBonds keep_bonds(const Bonds& b, const Level& l, int dim)
+{
+  KeptBonds kept;
+  for (int q = b.nfixed; q < b.nbond; ++q) {
+    KeptBond& k = kept[slip_key(b, q)];
+    std::copy_n(&l.slip[q * dim], dim, k.slip.begin());
+    std::copy_n(&l.lambda[q * dim], dim, k.lambda.begin());
+    k.lambda_n = l.lambda_n[q];
+    k.offset   = b.offset[q];
+    k.entry    = b.entry[q];
+    k.area     = b.area[q];
+  }
+  return kept;
+}
+
+// bonds from nfixed on: what they were, or a start from nothing
+void restore_bonds(const Model& m, const Points& pts, const KeptBonds& kept, Bonds& b, Level& l)
+{
+  const int dim = m.dim;
+  IntVec fresh;                // places of contact that were not there before
+  const size_t fixed = static_cast<size_t>(b.nfixed), all = static_cast<size_t>(b.nbond);
+  l.slip.resize(fixed * dim);
+  l.lambda.resize(fixed * dim);
+  l.lambda_n.resize(fixed);
+  l.slip.resize(all * dim, 0.0);
+  l.lambda.resize(all * dim, 0.0);
+  l.lambda_n.resize(all, 0.0);
+  for (int q = b.nfixed; q < b.nbond; ++q) {
+    const auto it = kept.find(slip_key(b, q));
+    if (it == kept.end()) {
+      if (b.field[q] == SIDE_CONTACT) fresh.push_back(q);
+      continue;
+    }
+    const KeptBond& k = it->second;
+    std::copy_n(k.slip.begin(), dim, &l.slip[q * dim]);
+    std::copy_n(k.lambda.begin(), dim, &l.lambda[q * dim]);
+    l.lambda_n[q] = k.lambda_n * (k.area > 0.0 ? b.area[q] / k.area : 1.0);      // of contact: kept per area
+    b.offset[q]   = k.offset;
+    b.entry[q]    = k.entry;
+  }
+  contact_offsets(m, pts, fresh, b);
+}
+
+// Slave places of the deck keep the part of their area that belongs to faces of elements; the rest goes on at faces of points. Forces
+// are kept per area.
+void shrink_slaves(const Model& m, const Points& pts, Bonds& b, Level& l)
+{
+  const int dim = m.dim;
+  for (size_t d = 0; d < m.bond.size(); ++d) {
+    if (m.bond[d].kind != BOND_CONTACT || m.surface[m.bond[d].surface].body >= 0) continue;
+    if (pts.surface[m.bond[d].surface].empty()) continue;
+    Bonds rest;
+    Former f{m, rest, static_cast<int>(d), 0, {}};
+    for (const Face& s : m.surface[m.bond[d].surface].face)
+      if (!pts.converted(s.elem)) form_face(f, face_nodes(m, pts, -1, s), SIDE_CONTACT);
+    finish(f, 0);
+    std::map<SlipKey, int> find;
+    for (int r = 0; r < rest.nbond; ++r) find[slip_key(rest, r)] = r;
+    for (int q = 0; q < b.nfixed; ++q) {
+      if (b.def[q] != static_cast<int>(d) || b.area[q] == 0.0) continue;
+      const auto it      = find.find(slip_key(b, q));
+      const int r        = it == find.end() ? -1 : it->second;
+      const double share = r < 0 ? 0.0 : rest.area[r] / b.area[q];
+      if (share == 1.0) continue;
+      b.area[q] = r < 0 ? 0.0 : rest.area[r];
+      b.cn[q]   = r < 0 ? 0.0 : rest.cn[r];
+      b.ct[q]   = r < 0 ? 0.0 : rest.ct[r];
+      l.lambda_n[q] *= share;
+      for (int i = 0; i < dim; ++i) l.lambda[q * dim + i] *= share;
+    }
+  }
+}
+
+}  // namespace
+
 void bond_rebuild(const Model& m, const Points& pts, const std::vector<BondFace>& face, const IntVec& node_lost,
                   Bonds& b, Level& l)
 {
   const int dim = m.dim;
-  std::map<SlipKey, std::array<double, 7>> before;
-  for (int q = b.nfixed; q < b.nbond; ++q) {
-    std::array<double, 7>& v = before[slip_key(b, q)];
-    v[6] = b.entry[q];
-    for (int i = 0; i < dim; ++i) {
-      v[i]     = l.slip[q * dim + i];
-      v[3 + i] = l.lambda[q * dim + i];
-    }
-  }
+  const KeptBonds kept = keep_bonds(b, l, dim);
+  shrink_slaves(m, pts, b, l);
   for (int q = 0; q < b.nfixed; ++q)
     for (int k = b.a.off[q]; k < b.a.off[q + 1]; ++k) {
       if (b.a.item[k] >= m.mesh.nnode() || !node_lost[b.a.item[k]]) continue;
@@ -323,15 +402,5 @@ void bond_rebuild(const Model& m, const Points& pts, const std::vector<BondFace>
     for (const Face& s : pts.surface[m.bond[d].surface]) form_face(f, face_nodes(m, pts, pts.body[s.elem], s), SIDE_CONTACT);
     finish(f, first);
   }
-  l.slip.resize(static_cast<size_t>(b.nbond) * dim);
-  l.lambda.resize(static_cast<size_t>(b.nbond) * dim);
-  l.lambda_n.resize(b.nbond, 0.0);
-  for (int q = b.nfixed; q < b.nbond; ++q) {
-    const auto it = before.find(slip_key(b, q));
-    if (it != before.end()) b.entry[q] = it->second[6];
-    for (int i = 0; i < dim; ++i) {
-      l.slip[q * dim + i]   = it != before.end() ? it->second[i] : 0.0;
-      l.lambda[q * dim + i] = it != before.end() ? it->second[3 + i] : 0.0;
-    }
-  }
+  restore_bonds(m, pts, kept, b, l);
 }
