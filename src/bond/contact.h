@@ -30,9 +30,9 @@ void contact_search(const Model& m, const Points& pts, const Bonds& bonds, const
 void contact_search_start(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& u, const RealVec& uc,
                           const RealVec& xb, ContactPairs& pairs);
 
-// contact_enter : gaps without the depth at which places came in from the side; new such places when they may come (dynamics)
+// contact_enter : gaps without what is no compression: in motion (moves) they go on from the end of the last step
 //   in   l: level n;  bonds.entry and pairs.gap are updated                                  (4.16)
-void contact_enter(const Level& l, int dim, bool may_come, Bonds& bonds, ContactPairs& pairs);
+void contact_enter(const Level& l, int dim, bool moves, Bonds& bonds, ContactPairs& pairs);
 
 // contact_start : surfaces that overlap at the start: says by how much and where, and pushes, takes the gaps as offsets
 // (bonds.offset), or counts an error, as the deck wants                               (4.13)

@@ -265,16 +265,18 @@ void contact_search_start(const Model& m, const Points& pts, const Bonds& bonds,
   search(m, pts, bonds, true, u, uc, xb, pairs);
 }
 
-// A place that was open, or met no face, and now is behind one came in from the side; one that pushed, and now is deeper by more than
-// sliding makes, meets another face than before: its depth is no compression. What it has moved out since does not come back.
-void contact_enter(const Level& l, int dim, bool may_come, Bonds& bonds, ContactPairs& pairs)
+// In motion the gap of a place that pushes goes on from where the step left it: what the measurement says otherwise comes from a face
+// that has turned, from facets that are no smooth surface, or from another face that is met, and is no compression. A place that was
+// open, or met no face, and now is behind one came in from the side; what it has moved out since does not come back.
+void contact_enter(const Level& l, int dim, bool moves, Bonds& bonds, ContactPairs& pairs)
 {
-  const double slide = 1e-3;                         // of the face
   for (int b = 0; b < bonds.nbond; ++b) {
     double &entry = bonds.entry[b], &gap = pairs.gap[b];
-    entry = pairs.master.count(b) ? std::max(entry, std::min(gap, 0.0)) : 0.0;
-    const double was = std::min(l.slip[b * dim], 0.0), least = was < 0.0 ? was - slide * pairs.size[b] : 0.0;
-    if (may_come && pairs.master.count(b) && gap - entry < least) entry = gap - was;
+    const double was = l.slip[b * dim];
+    if (!pairs.master.count(b)) entry = 0.0;
+    else if (moves && was < 0.0) entry = gap - was;
+    else if (moves && gap < std::min(entry, 0.0)) entry = gap;
+    else entry = std::max(std::min(entry, 0.0), std::min(gap, 0.0));
     gap -= entry;
   }
 }
