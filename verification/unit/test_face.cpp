@@ -214,7 +214,7 @@ TEST(Face, ContactFromTheSideBringsNoDepth)
   EXPECT_EQ(0.0, gap(1e300, -0.5, true));              // met no face before
   EXPECT_EQ(-0.5, bonds.entry[0]);
   EXPECT_NEAR(-0.1, gap(-0.1, -0.6, true), 1e-15);     // pressed deeper
-  EXPECT_EQ(0.0, gap(-1e-9, -0.3, true));              // moves out
+  EXPECT_NEAR(-1e-9, gap(-1e-9, -0.3, true), 1e-15);   // moves out
   EXPECT_NEAR(-0.1, gap(-0.1, -0.4, true), 1e-15);     // and in again
   EXPECT_EQ(0.2, gap(0.1, 0.2, true));
   EXPECT_EQ(0.0, bonds.entry[0]);
