@@ -11,6 +11,7 @@
 
 #include "bond/bond.h"
 #include "bond/contact.h"
+#include "bond/overlap.h"
 #include "elem/elem.h"
 #include "frac/frac.h"
 #include "point/point.h"
@@ -96,6 +97,7 @@ struct Problem {
   std::vector<MatLaw> point_law;
   ActiveGrid grid;
   ContactPairs pairs;
+  OverlapWatch watch;          // parts that nothing keeps apart
   FracMesh fm;
   CornerShare share;           // corners that conversion has made
   IntVec follow;               // corners that go on for nodes without elements, see frac_follow

@@ -58,7 +58,7 @@ struct Bonds {
   RealVec normal;              // [nbond*dim] unit normal, from side A outwards
   RealVec cn, ct;              // [nbond] penalty normal and tangential x area        force/length
   RealVec offset;              // [nbond] contact: gap at the start that counts as zero (OVERLAP=ADJUST)   length
-  RealVec entry;               // [nbond] contact: depth at which the place came in from the side, <= 0; it pushes only deeper in   length
+  RealVec entry;               // [nbond] contact: part of the measured gap that is no compression (theory 4.16)   length
   IntVec intermediate;         // [nbond] 0: at a node, 1: between nodes
 };
 

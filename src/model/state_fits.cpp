@@ -54,6 +54,22 @@ bool faces(const std::vector<Face>& list, const Points& p)
   });
 }
 
+// what carries the corners of converted elements                                     (7.14)
+bool hangs_fit(const Model& m, const Points& p)
+{
+  if (!lists(p.hang, p.ncorner, -p.ncorner, m.mesh.nnode()) || !real(p.hang_w, p.hang.item.size())) return false;
+  const int n = static_cast<int>(p.hangs.size());
+  if (n > p.ncorner || !index(p.hangs, HANG_GRID, HANG_OWN + 1)) return false;
+  for (int c = 0; c < n; ++c) {
+    const bool at_node = p.hang.count(c) == 1 && p.hang.begin(c)[0] >= 0;
+    if (p.hangs[c] == HANG_NODE && !at_node) return false;
+    if (p.hangs[c] == HANG_CORNERS && std::any_of(p.hang.begin(c), p.hang.begin(c) + p.hang.count(c), [](int i) { return i >= 0; })) return false;
+  }
+  for (int c = n; c < p.ncorner && n > 0; ++c)
+    if (p.field[c] != FIELD_OWN) return false;         // of points that came off after the last conversion
+  return true;
+}
+
 bool points_fit(const Model& m, const Points& begin, const Points& p)
 {
   const int nelem = m.mesh.nelem(), nbody = static_cast<int>(m.body.size()), nfrac = static_cast<int>(m.fracture.size());
@@ -70,7 +86,7 @@ bool points_fit(const Model& m, const Points& begin, const Points& p)
   if (!real(p.Xc, c * dim) || !real(p.w, items) || !real(p.G, items * dim) || !real(p.mc, pairs) || !real(p.V0, n) || !real(p.mass, n)) return false;
   if (!index(p.body, n, 0, nbody) || !has(p.label, n) || !index(p.parent, n, -1, nelem) || !index(p.broken, n, -1, nfrac)) return false;
   if (!(p.of_elem.empty() || index(p.of_elem, nelem, -1, p.npoint))) return false;
-  if (!real(p.normal, 3 * n) || !has(p.loose, n) || !index(p.field, c, FIELD_OWN, fields(m)) || !index(p.twin, c, 0, p.ncorner)) return false;
+  if (!real(p.normal, 3 * n) || !has(p.loose, n) || !index(p.field, c, FIELD_OWN, fields(m)) || !index(p.twin, c, 0, p.ncorner) || !hangs_fit(m, p)) return false;
   // what was there at t = 0 has stayed what it was; only corners are given up
   const bool same = std::equal(begin.shape.begin(), begin.shape.end(), p.shape.begin()) && std::equal(begin.body.begin(), begin.body.end(), p.body.begin()) &&
                     std::equal(begin.label.begin(), begin.label.end(), p.label.begin()) && std::equal(begin.parent.begin(), begin.parent.end(), p.parent.begin());

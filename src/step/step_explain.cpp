@@ -33,6 +33,52 @@ double smallest_stretch(const Problem& p)
   return least;
 }
 
+// what the pairs of contact hold in a static step that found something free to move: nothing while they are open
+std::string contact_text(const Problem& p)
+{
+  const State& st = p.st;
+  std::string out;
+  if (p.m.step[st.log.step - 1].proc != PROC_STATIC || p.pairs.gap.empty()) return out;
+  for (size_t d = 0; d < p.m.bond.size(); ++d) {
+    const BondDef& def = p.m.bond[d];
+    if (def.kind != BOND_CONTACT) continue;
+    int closed = 0;
+    double least = 1e300, moved = 1e300;
+    for (int b = 0; b < st.bonds.nbond; ++b) {
+      if (st.bonds.def[b] != static_cast<int>(d) || !p.pairs.master.count(b)) continue;
+      const double now = st.np1.slip[b * p.m.dim];
+      least = std::min(least, p.pairs.gap[b]);
+      moved = std::min(moved, now);
+      closed += now <= 1e-9 * p.pairs.size[b];
+    }
+    char text[300];
+    if (closed)
+      std::snprintf(text, sizeof text, "; contact %.60s is closed at %d places and holds what rests on it %s", def.name.c_str(), closed,
+                    def.friction > 0.0 ? "as long as it is pressed" : "along its normal only (no friction)");
+    else if (least > 1e299)
+      std::snprintf(text, sizeof text, "; contact %.60s meets no face and holds nothing", def.name.c_str());
+    else
+      std::snprintf(text, sizeof text, "; contact %.60s is open (smallest gap %.3g at the start of the increment, %.3g now) and holds nothing: "
+                    "close it (*CONTACT PAIR, ADJUST=), or hold the body", def.name.c_str(), least, moved);
+    out += text;
+  }
+  return out;
+}
+
+// is the element a master of a pair that looks at nodes only? Nodes of the master between them are seen by nobody
+std::string unseen_master(const Problem& p, int e)
+{
+  const Mesh& mesh = p.m.mesh;
+  for (int b = 0; b < p.st.bonds.nbond && b < p.pairs.master.size(); ++b) {
+    const BondDef& d = p.m.bond[p.st.bonds.def[b]];
+    for (int k = p.pairs.master.off[b]; k < p.pairs.master.off[b + 1] && !d.by_face && d.intermediate == 0; ++k)
+      if (std::find(mesh.conn.begin(e), mesh.conn.begin(e) + mesh.conn.count(e), p.pairs.master.item[k]) != mesh.conn.begin(e) + mesh.conn.count(e))
+        return ". It belongs to the master surface of contact " + d.name.substr(0, 60) + ", whose slave nodes may not see how every second node "
+               "of it moves in: TYPE=SURFACE TO SURFACE, INTERMEDIATE=1, or a second pair with the roles exchanged";
+  }
+  return "";
+}
+
 // who has the row of the first zero pivot, and which of its directions it is
 std::string pivot_text(const Problem& p, int row, int direction)
 {
@@ -66,7 +112,8 @@ std::string solver_text(const Problem& p)
     return words + ": the supports take all rigid motions of its part, so a piece hangs on a hinge or on broken elements, or stiffnesses "
                    "lie too far apart (a very thin element)";
   }
-  return words + ", which takes part in the motion; when it is supported, stiffnesses lie too far apart (a penalty, a very thin element)";
+  const std::string contact = contact_text(p);
+  return words + ", which takes part in the motion" + contact + "; when it is supported, stiffnesses lie too far apart (a penalty, a very thin element)";
 }
 
 // the bond, or the material point and its corner, that lies outside the grid
@@ -155,7 +202,7 @@ std::string step_explain(const Problem& p, Status status)
     std::snprintf(text, sizeof text, "%s %d turned inside out (det F <= 0). St.Venant-Kirchhoff softens below a stretch of "
                   "0.577: check the load, or take smaller increments", p.worst_is_point ? "material point" : "element",
                   p.worst_is_point ? p.st.points.label[p.worst] : m.mesh.elem_label[p.worst]);
-    return text;
+    return p.worst_is_point ? text : text + unseen_master(p, p.worst);
   }
   const double stretch = smallest_stretch(p);
   if (stretch < 0.65) {

@@ -302,11 +302,20 @@ Status run_step(Problem& p, const Step& s, Output& out)
     check_ranks(p);
     if (s.proc == PROC_STATIC || st.log.inc_total % 10 == 0 || clock_done(s, clock)) step_limit(p, s);
     if (p.fm.on) step_remainder(p, s);
+    if (!p.watch.pair.empty()) overlap_look(p.m, p.el, st, p.watch);
     out_increment(p.m, p.el, st, p.grid, out);
     st.eroded.clear();
     out_restart(p.m, st, p.grid, false, out);
   }
   return STATUS_OK;
+}
+
+// does a scheme of the steps dissipate on purpose?
+bool lossy(const Model& m)
+{
+  for (const Step& s : m.step)
+    if (s.dissipation > 0.0 || (s.proc == PROC_DYNAMIC && s.scheme == SCHEME_NEWMARK && s.gamma > 0.5)) return true;
+  return false;
 }
 
 // more than a percent of energy from nowhere: say so. A dissipating scheme loses energy on purpose; in statics the
@@ -317,14 +326,26 @@ void warn_balance(const Problem& p)
   if (g.conversion < -0.01 * g.scale)
     log_warn("conversion to points has won %.1f %% of the energy (ECONV %.4g): elements and cells of one size, smaller increments or "
              "*CONVERSION, INTERMEDIATE=1 make it smaller", -100.0 * g.conversion / g.scale, g.conversion);
-  bool lossy = false, moves = false;
-  for (const Step& s : p.m.step) {
-    moves = moves || s.proc == PROC_DYNAMIC;
-    lossy = lossy || s.dissipation > 0.0 || (s.proc == PROC_DYNAMIC && s.gamma > 0.5);
-  }
-  if (lossy || std::fabs(g.balance) <= (moves ? 0.01 : 0.2) * g.scale) return;
+  bool moves = false;
+  for (const Step& s : p.m.step) moves = moves || s.proc == PROC_DYNAMIC;
+  if (lossy(p.m) || std::fabs(g.balance) <= (moves ? 0.01 : 0.2) * g.scale) return;
   log_warn("the energy balance is off by %.1f %% (%.4g of %.4g): smaller increments show whether the answer can be trusted",
            100.0 * std::fabs(g.balance) / g.scale, g.balance, g.scale);
+}
+
+// is more energy come from nowhere, or lost, than the steps allow? Loss is what a dissipating scheme is for.
+bool balance_failed(const Problem& p)
+{
+  const Ledger& g = p.st.ledger;
+  double limit = 0.0;
+  for (const Step& s : p.m.step) limit = std::max(limit, s.balance);
+  if (limit == 0.0 || g.balance <= limit * g.scale) {
+    if (limit == 0.0 || lossy(p.m) || g.balance >= -limit * g.scale) return false;
+  }
+  log_error("the energy balance is off by %.1f %% of the largest energy (%.4g of %.4g), more than the %.3g %% that *STEP, BALANCE= allows: "
+            "the answer is wrong. Smaller increments, or SCHEME=ENERGY-MOMENTUM", 100.0 * std::fabs(g.balance) / g.scale, g.balance,
+            g.scale, 100.0 * limit);
+  return true;
 }
 
 // what each rank did, for the listing; nothing on one rank
@@ -448,9 +469,10 @@ int step_run(Problem& p, Archive& f, Output& out)
     out_step_end(p.m, p.st, out);
   }
   if (status != STATUS_OK)
-    log_error("step %d, increment %d, time %.8g: %s. %s", p.st.log.step, p.st.log.inc, p.st.n.time, cuts_text(p, status).c_str(),
-              step_explain(p, status).c_str());
-  warn_balance(p);
+    log_error("step %d, increment %d, time %.8g: %s. %s", p.st.log.step, p.st.log.inc, p.st.n.time,
+              cuts_text(p, status).c_str(), step_explain(p, status).c_str());
+  const bool unbalanced = status == STATUS_OK && balance_failed(p);
+  if (!unbalanced) warn_balance(p);
   load_of_ranks(p, out.ranks);
   step_memory(p, out.memory);
   const int failed = comm_share(out_close(p.m, p.el, p.st, p.grid, p.solver, status == STATUS_OK, out));
@@ -458,5 +480,5 @@ int step_run(Problem& p, Archive& f, Output& out)
   if (status == BAD_VALUE) return EXIT_DECK;
   if (status == INTERRUPTED && p.m.restart.write) return EXIT_CONTINUE;
   if (status != STATUS_OK) return EXIT_PHYSICS;
-  return failed ? EXIT_CHECK_FAILED : EXIT_GOOD;
+  return failed || unbalanced ? EXIT_CHECK_FAILED : EXIT_GOOD;
 }

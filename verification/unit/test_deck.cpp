@@ -300,6 +300,19 @@ TEST(Deck, scheme_follows_from_what_is_given)
   EXPECT_EQ(read(head + ", BETA=0.3" + tail).m.step[0].scheme, SCHEME_NEWMARK);
   EXPECT_EQ(read(head + ", DISSIPATION=0.1" + tail).m.step[0].scheme, SCHEME_ENERGY_MOMENTUM);
   EXPECT_EQ(read(head + ", SCHEME=ENERGY-MOMENTUM" + tail).m.step[0].scheme, SCHEME_ENERGY_MOMENTUM);
+  // nothing linear: energy-momentum
+  const std::string large = block + held + "*STEP, NLGEOM, BALANCE=0.2\n*DYNAMIC";
+  EXPECT_EQ(read(large + tail).m.step[0].scheme, SCHEME_ENERGY_MOMENTUM);
+  EXPECT_EQ(read(large + ", SCHEME=NEWMARK" + tail).m.step[0].scheme, SCHEME_NEWMARK);
+  EXPECT_EQ(read(large + ", GAMMA=0.6" + tail).m.step[0].scheme, SCHEME_NEWMARK);
+  const std::string contact = "*BLOCK, TYPE=CPE4, ELSET=BALL\n0, 1.1, 1, 2\n1, 1\n*SOLID SECTION, ELSET=BALL, MATERIAL=STEEL\n"
+                              "*CONTACT PAIR, NAME=C\nBALL_YMIN, PLATE_YMAX\n";
+  const Answer a = read(block + held + contact + "*STEP\n*DYNAMIC" + tail);
+  EXPECT_EQ(a.errors, 0) << a.text;
+  EXPECT_EQ(a.m.step[0].scheme, SCHEME_ENERGY_MOMENTUM);
+  EXPECT_EQ(a.m.step[0].balance, 0.05);
+  EXPECT_EQ(read(large + tail).m.step[0].balance, 0.2);
+  EXPECT_EQ(read(block + held + "*STEP\n*STATIC" + tail).m.step[0].balance, 0.0);
 }
 
 TEST(Deck, checks_and_history)
