@@ -28,23 +28,41 @@ UNIT_OBJ := $(UNIT_SRC:%.cpp=$(BUILD)/%.o)
 WARNINGS = -Wall -Wextra -Wshadow -Wno-maybe-uninitialized
 COMPILE  = $(CXX) -std=c++17 $(CXXFLAGS) $(WARNINGS) $(DEFINES) -Isrc $(INCLUDE) -MMD -MP
 
-.PHONY: all setup demo test verify bench unit clean help
+# looks at the processor before the instructions of MARCH are used
+$(BUILD)/src/base/cpu_check.o: COMMON = $(if $(filter x86_64,$(shell uname -m)),-march=x86-64 -mtune=generic)
+
+# What the objects and the programs were made with: the command, and what the compiler behind it says of itself and of the
+# processor (native is another one on another machine). When it is not that of the last time, they are made again.
+COMPILER  = $(shell $(CXX) $(CXXFLAGS) -dM -E -x c++ /dev/null 2>/dev/null | cksum)
+remember  = printf '%s\n' '$(subst ','\'',$(1))' | cmp -s - $@ || printf '%s\n' '$(subst ','\'',$(1))' > $@
+
+.PHONY: all setup demo test verify bench unit clean help FORCE
 .DEFAULT_GOAL := all
 
 all: $(MPFE)
 unit: $(UNIT)
 
-$(MPFE): $(OBJ) $(MAIN_OBJ)
+$(MPFE): $(OBJ) $(MAIN_OBJ) $(BUILD)/link.txt
 	@mkdir -p $(@D)
-	$(CXX) $(LDFLAGS) $^ $(LDLIBS) -o $@
+	$(CXX) $(LDFLAGS) $(filter %.o,$^) $(LDLIBS) -o $@
 
-$(UNIT): $(OBJ) $(UNIT_OBJ)
+$(UNIT): $(OBJ) $(UNIT_OBJ) $(BUILD)/link.txt
 	@mkdir -p $(@D)
-	$(CXX) $(LDFLAGS) $^ -lgtest_main -lgtest $(LDLIBS) -pthread -o $@
+	$(CXX) $(LDFLAGS) $(filter %.o,$^) -lgtest_main -lgtest $(LDLIBS) -pthread -o $@
 
-$(BUILD)/%.o: %.cpp tools/machines/$(MACHINE).mk
+$(BUILD)/compile.txt: FORCE
 	@mkdir -p $(@D)
-	$(COMPILE) -c $< -o $@
+	@$(call remember,$(COMPILE) $(COMPILER))
+
+$(BUILD)/link.txt: FORCE
+	@mkdir -p $(@D)
+	@$(call remember,$(CXX) $(LDFLAGS) $(LDLIBS) $(COMPILER))
+
+FORCE:
+
+$(BUILD)/%.o: %.cpp $(BUILD)/compile.txt
+	@mkdir -p $(@D)
+	$(COMPILE) $(COMMON) -c $< -o $@
 
 # setup looks again; demo, test and verify look once, then trust the stamp.
 # They build in a second make, because setup may bring the compiler.
@@ -84,6 +102,7 @@ help:
 	@echo 'make bench      benchmarks into doc/benchmarks.md; ITEMS="name ..." picks some'
 	@echo 'make unit       build the unit tests, $(UNIT)'
 	@echo 'make clean      remove build/ and bin/'
+	@echo 'MARCH=name      processor to build for, instead of that of the machine file (now: $(MARCH))'
 	@echo 'MACHINE=name    $(basename $(notdir $(wildcard tools/machines/*.mk))) (now: $(MACHINE))'
 
 -include $(OBJ:.o=.d) $(MAIN_OBJ:.o=.d) $(UNIT_OBJ:.o=.d)

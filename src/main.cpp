@@ -2,6 +2,8 @@
 // mpfe : implicit material points and finite elements for brittle fracture.
 // The run on one screen: read, check, open, steps, close.
 // ---------------------------------------------------------------------------
+#include <gsl/gsl_errno.h>
+
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -15,6 +17,8 @@
 #include "base/comm.h"
 #include "base/interrupt.h"
 #include "base/log.h"
+#include "base/run_lock.h"
+#include "base/std_streams.h"
 #include "base/timer.h"
 #include "base/version.h"
 #include "deck/deck.h"
@@ -38,7 +42,7 @@ const char* const usage =
   "  --list-keywords  all keywords with one line each\n"
   "  --version, --help\n"
   "Exit codes: 0 good, 1 a *CHECK failed, 2 the deck or the restart file is wrong, 3 no convergence, 4 a bug,\n"
-  "5 memory, disk, solver, 6 a signal ended the run and JOB.rst continues it.\n";
+  "5 memory, disk, solver, another run in this folder, 6 a signal ended the run and JOB.rst continues it.\n";
 
 int usage_error(const char* what, const char* word)
 {
@@ -72,11 +76,13 @@ int read_options(int argc, char** argv, Options& o)
     else if (a == "-D" || a == "-o" || glued) {
       if (!glued && ++i >= argc) return usage_error("a value must follow", argv[i - 1]);
       value = glued ? a.substr(2) : argv[i];
+      if (a[1] == 'o' && value.empty()) return usage_error("a folder must follow", "-o");
       if (a[1] == 'o') o.out_dir = value;
       else if (!read_define(value, o)) return usage_error("-D needs name=number", value.c_str());
     } else if (a == "--restart") {
       if (++i >= argc) return usage_error("a file must follow", argv[i - 1]);
       o.restart = argv[i];
+      if (o.restart.empty()) return usage_error("a file must follow", "--restart");
     } else if (a[0] == '-') return usage_error("unknown option", a.c_str());
     else if (o.deck.empty()) o.deck = a;
     else return usage_error("only one deck can be run", a.c_str());
@@ -95,8 +101,9 @@ bool failed(int errors)
 
 int check_only(Problem& p)
 {
-  const int errors = step_open(p);
-  if (failed(errors)) return EXIT_DECK;
+  if (failed(step_open(p))) return EXIT_DECK;
+  Output out;
+  if (failed(history_setup(p.m, p.el, p.st, out))) return EXIT_DECK;
   if (comm_rank() == 0) out_model_summary(stdout, p.m, p.el, p.st.points, p.st.bonds);
   return EXIT_GOOD;
 }
@@ -115,6 +122,14 @@ bool load_restart(const Model& m, const Options& o, Archive& f)
   return true;
 }
 
+// nobody else writes JOB.*; rank 0 sees to it. taken: what a crash has left behind
+bool lock_job(const Model& m, std::string& taken)
+{
+  const bool good = comm_rank() > 0 || lock_take((m.out_dir.empty() ? "." : m.out_dir) + "/" + m.job + ".lock", taken);
+  if (!good) log_error("%s", taken.c_str());
+  return !comm_most(!good);
+}
+
 int run(const Options& o)
 {
   Model model;
@@ -123,6 +138,8 @@ int run(const Options& o)
     if (failed(deck_read(o.deck, o.defines, model))) return EXIT_DECK;
   }
   model.out_dir = o.out_dir;
+  std::string taken;
+  if (!o.check && !lock_job(model, taken)) return EXIT_RESOURCE;
   State state;
   Problem problem(model, state);
   Archive restart;
@@ -130,6 +147,7 @@ int run(const Options& o)
   if (o.check) return check_only(problem);
   Output out;
   out_listing_open(model, out, restart.reading);
+  if (!taken.empty()) log_warn("%s", taken.c_str());
   if (failed(step_open(problem))) return EXIT_DECK;
   const int code = step_run(problem, restart, out);
   solve_close(problem.solver);
@@ -176,10 +194,14 @@ int start(int argc, char** argv)
 
 int main(int argc, char** argv)
 {
+  streams_open();
   blas_choose(argc, argv);
   comm_open(&argc, &argv);
   log_mute(comm_rank() > 0);
-  const int code = start(argc, argv);
+  gsl_set_error_handler_off();                       // it would abort; who calls GSL looks at what comes back
+  int code = start(argc, argv);
+  if (!streams_good() && (code == EXIT_GOOD || code == EXIT_CHECK_FAILED)) code = EXIT_RESOURCE;
+  lock_release();
   comm_close();
   if (code != EXIT_CONTINUE) interrupt_finish();
   return code;

@@ -11,6 +11,7 @@
 
 #include "bond/bond.h"
 #include "bond/contact.h"
+#include "bond/overlap.h"
 #include "elem/elem.h"
 #include "frac/frac.h"
 #include "point/point.h"
@@ -96,6 +97,7 @@ struct Problem {
   std::vector<MatLaw> point_law;
   ActiveGrid grid;
   ContactPairs pairs;
+  OverlapWatch watch;          // parts that nothing keeps apart
   FracMesh fm;
   CornerShare share;           // corners that conversion has made
   IntVec follow;               // corners that go on for nodes without elements, see frac_follow
@@ -126,7 +128,7 @@ void system_lists(const Problem& p, bool all, Use use)
   const System& s = p.sys;
   IntVec row;
   for (const ElemBlock& b : p.el.block)
-    for (int slot : all ? b.live : b.mine) {
+    for (int slot : all ? b.live : elem_mine(b)) {
       const int e = b.elem[slot];
       row.clear();
       for (int k = p.m.mesh.conn.off[e]; k < p.m.mesh.conn.off[e + 1]; ++k)
@@ -180,7 +182,8 @@ void tie_matrix(System& s);
 // tell_once : a warning of a line of the deck, once for each line and text, that names a node and the time
 void tell_once(Problem& p, const char* keyword, const Place& place, int node, double time, const char* what);
 
-// system_constrain : fixed dofs and their increments from t(n) to t_total; sets fixed, target, grid_bc. BAD_VALUE
+// system_constrain : fixed dofs, their increments between two times of the step and their rates; sets fixed, target, rate,
+// rate0, grid_bc. BAD_VALUE
 Status system_constrain(Problem& p, const Step& s, double t_step0, double t_step1);
 
 // assem_move : places and displacements at t(n+1) from the increment du: writes st.np1.u, uc, slip. BAD_VALUE

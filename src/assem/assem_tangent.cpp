@@ -57,7 +57,7 @@ void add_elements(Problem& p, const KernelMode& mode)
     const ElemForm form     = elem_form(b);
     const ElemFormPack pack = elem_form_pack(b);
     PackList w;
-    for (int slot : b.mine) {
+    for (int slot : elem_mine(b)) {
       const int e = b.elem[slot], *node = mesh.conn.begin(e);
       const bool intact = p.el.broken(e) < 0;
       if (intact && pack) {

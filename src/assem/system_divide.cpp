@@ -133,6 +133,7 @@ void take_mine(Problem& p)
   const int me = comm_rank();
   for (ElemBlock& b : p.el.block) {
     b.mine.clear();
+    b.divided = true;
     for (int slot : b.live)
       if (d.elem[b.elem[slot]] == me) b.mine.push_back(slot);
   }

@@ -183,8 +183,8 @@ void form_maps(Problem& p)
   System& s = p.sys;
   size_t nelem = 0, list = 0, pairs[4] = {};
   for (const ElemBlock& b : p.el.block) {
-    nelem += b.mine.size();
-    pairs[0] += b.mine.size() * pair_count(shape_info[b.shape].nen);
+    nelem += elem_mine(b).size();
+    pairs[0] += elem_mine(b).size() * pair_count(shape_info[b.shape].nen);
   }
   s.point_map_off.assign(1, 0);
   s.bond_map_off.assign(1, 0);
@@ -283,7 +283,7 @@ void form_mass(Problem& p)
   size_t at = 0;
   for (const ElemBlock& b : p.el.block) {
     const int pairs = pair_count(shape_info[b.shape].nen);
-    for (int slot : b.mine) {
+    for (int slot : elem_mine(b)) {
       const double* me = elem_mass(b, slot);
       for (int k = 0; k < pairs; ++k) s.M[s.elem_map[at++] / 2] += me[k];
     }

@@ -2,6 +2,8 @@
 
 #include <cstdlib>
 
+#include "base/run_lock.h"
+
 #ifdef MPFE_MPI
 
 #include <mpi.h>
@@ -148,6 +150,7 @@ int comm_fortran(bool all)
 
 void comm_stop(int code)
 {
+  lock_release();
   if (size > 1) MPI_Abort(MPI_COMM_WORLD, code);
   std::exit(code);
 }

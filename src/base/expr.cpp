@@ -2,6 +2,7 @@
 
 #include <muParser.h>
 
+#include <cctype>
 #include <cmath>
 
 struct ExprCode {
@@ -13,12 +14,19 @@ namespace {
 
 double step_function(double s) { return s >= 0.0 ? 1.0 : 0.0; }
 
-// parser with the functions and constants that every expression knows
-void prepare(mu::Parser& parser, const ParamMap& param)
+bool name_char(char c) { return std::isalnum(static_cast<unsigned char>(c)) || c == '_'; }
+
+// parser with the functions and constants that every expression knows, and the parameters that this text names: a deck may
+// have thousands
+void prepare(mu::Parser& parser, const ParamMap& param, const std::string& text)
 {
   parser.DefineConst("pi", std::acos(-1.0));
   parser.DefineFun("heaviside", step_function);
-  for (const auto& p : param) parser.DefineConst(p.first, p.second);
+  for (std::size_t first = 0, last; first < text.size(); first = last + 1) {
+    for (last = first; last < text.size() && name_char(text[last]);) ++last;
+    const auto p = param.find(text.substr(first, last - first));
+    if (p != param.end()) parser.DefineConst(p->first, p->second);
+  }
 }
 
 bool report(const mu::Parser::exception_type& e, std::string& error, int& position)
@@ -42,7 +50,7 @@ bool expr_compile(const std::string& text, const ParamMap& param, Expr& out,
 {
   auto code = std::make_shared<ExprCode>();
   try {
-    prepare(code->parser, param);
+    prepare(code->parser, param, text);
     code->parser.DefineVar("x", &code->x);
     code->parser.DefineVar("y", &code->y);
     code->parser.DefineVar("z", &code->z);
@@ -62,7 +70,7 @@ bool expr_scalar(const std::string& text, const ParamMap& param, double& value,
 {
   mu::Parser parser;
   try {
-    prepare(parser, param);
+    prepare(parser, param, text);
     parser.SetExpr(text);
     value = parser.Eval();
   } catch (const mu::Parser::exception_type& e) {

@@ -19,6 +19,7 @@ enum Status {
   SOLVER_SINGULAR,     // zero pivot in the factorisation
   SOLVER_FAILED,       // the linear solver gave up (text in the log)
   NOT_CONVERGED,       // Newton did not converge
+  MASS_FAILED,         // velocities or accelerations were not found: the mass matrix could not be solved
   CONTACT_DEPTH,       // a contact point went too deep into its face
   OUTSIDE_GRID,        // a corner of a material point left the grid
   CRITERION_EXCEEDED,  // the load at which the first element breaks was stepped over

@@ -23,7 +23,7 @@ struct BondFace {
 
 // bond_rebuild : bonds of the interfaces that conversion has made, and slave places of contact on points that were elements,
 // from scratch; slips and multipliers of bonds that were
-// there before are kept. Bonds of the deck that have lost a node (row_lost [nnode]) tie nothing any more.
+// there before are kept. Bonds of the deck that have lost a node (node_lost [nnode]) tie nothing any more.
 void bond_rebuild(const Model& m, const Points& pts, const std::vector<BondFace>& face, const IntVec& node_lost,
                   Bonds& bonds, Level& l);
 

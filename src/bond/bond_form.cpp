@@ -5,6 +5,7 @@
 
 #include "base/log.h"
 #include "bond/bond.h"
+#include "bond/contact.h"
 #include "shape/face.h"
 
 const double bond_alpha = 1000.0, contact_alpha = 10.0;
@@ -114,17 +115,13 @@ struct Former {
   std::map<BondKey, int> known;
 };
 
-int new_bond(Former& f, int field, const BondKey& key, double total, const FaceNodes& face, const FacePoint& p)
+// a bond without area at the place with the shape functions N of the face; side A stands in the list
+int new_bond(Former& f, int field, const FaceNodes& face, const double* N)
 {
   Bonds& b = f.b;
-  double X[3] = {0, 0, 0}, all = 0.0;
-  for (int k = 0; k < face.n; ++k) all += p.iw[k];
+  double X[3] = {0, 0, 0};
   for (int k = 0; k < face.n; ++k)
-    for (int i = 0; i < 3; ++i) X[i] += p.iw[k] * face.X[3 * k + i] / all;
-  for (const auto& k : key) {
-    b.a.item.push_back(k.first);
-    b.a_w.push_back(k.second / total);
-  }
+    for (int i = 0; i < 3; ++i) X[i] += N[k] * face.X[3 * k + i];
   b.a.off.push_back(static_cast<int>(b.a.item.size()));
   b.X.insert(b.X.end(), X, X + 3);
   b.def.push_back(f.def);
@@ -135,9 +132,54 @@ int new_bond(Former& f, int field, const BondKey& key, double total, const FaceN
   b.ct.push_back(0.0);
   b.offset.push_back(0.0);
   b.entry.push_back(0.0);
-  b.intermediate.push_back(key.size() > 1);
-  f.known.emplace(key, b.nbond);
+  b.intermediate.push_back(b.a.count(b.nbond) > 1);
   return b.nbond++;
+}
+
+int lattice_bond(Former& f, int field, const BondKey& key, double total, const FaceNodes& face, const FacePoint& p)
+{
+  double N[4] = {0, 0, 0, 0}, all = 0.0;
+  for (int k = 0; k < face.n; ++k) all += p.iw[k];
+  for (int k = 0; k < face.n; ++k) N[k] = p.iw[k] / all;
+  for (const auto& k : key) {
+    f.b.a.item.push_back(k.first);
+    f.b.a_w.push_back(k.second / total);
+  }
+  f.known.emplace(key, f.b.nbond);
+  return new_bond(f, field, face, N);
+}
+
+// area, stiffness and normal that a face gives to bond b at the local place xi
+void add_area(Former& f, const FaceNodes& face, const double* xi, double area, double penalty, int b)
+{
+  double n[3];
+  const double norm = face_area(face.n, face.X, xi, n);
+  f.b.area[b] += area;
+  f.b.cn[b] += penalty * area;
+  for (int i = 0; i < f.m.dim; ++i) f.b.normal[b * f.m.dim + i] += area * n[i] / norm;
+}
+
+// parts of an edge of a slave face whose pressure acts at points inside: an error of 1e-3 in a patch test across meshes that do not
+// match (doc/verification.md, A1)
+int sample_parts(const Model& m, const BondDef& d)
+{
+  if (d.intermediate >= 0) return d.intermediate + 1;
+  const int body = m.surface[d.surface].body, parts = m.dim == 2 ? 8 : 4;
+  return body < 0 ? parts : std::max(2, parts / m.body[body].per_cell);          // faces of points are parts of a cell
+}
+
+// places of contact inside a slave face                                              (4.17)
+void form_inside(Former& f, const FaceNodes& face, int field, double penalty)
+{
+  const double thickness = f.m.dim == 2 ? face.thickness : 1.0;
+  for (const FaceSample& s : face_samples(face.n, face.X, sample_parts(f.m, f.m.bond[f.def]))) {
+    for (int k = 0; k < face.n; ++k) {
+      f.b.a.item.push_back(face.kin[k]);
+      f.b.a_w.push_back(s.N[k]);
+    }
+    const int b = new_bond(f, field, face, s.N);
+    add_area(f, face, s.xi, s.area * thickness, penalty, b);
+  }
 }
 
 void warn_thickness(const Former& f, const FaceNodes& face)
@@ -152,9 +194,11 @@ void warn_thickness(const Former& f, const FaceNodes& face)
 void form_face(Former& f, const FaceNodes& face, int field)
 {
   const BondDef& d     = f.m.bond[f.def];
-  const int dim        = f.m.dim, parts = edge_parts(f.m, d, face);
+  const int dim        = f.m.dim;
   const double penalty = penalty_of(f.m, d, face.young, face_size(face));
   if (dim == 2) warn_thickness(f, face);
+  if (d.by_face) return form_inside(f, face, field, penalty);
+  const int parts = edge_parts(f.m, d, face);
   for (const FacePoint& p : face_lattice(face.n, face.X, parts)) {
     BondKey key;
     for (int k = 0; k < face.n; ++k)
@@ -163,12 +207,8 @@ void form_face(Former& f, const FaceNodes& face, int field)
     if (key.size() == 1) key[0].second = 1;             // a node, whatever the parts of the faces that meet there
     const auto it     = f.known.find(key);
     const double total = key.size() == 1 ? 1.0 : static_cast<double>(parts) * parts;
-    const int b       = it != f.known.end() ? it->second : new_bond(f, field, key, total, face, p);
-    double n[3];
-    const double area = p.share * (dim == 2 ? face.thickness : 1.0), norm = face_area(face.n, face.X, p.xi, n);
-    f.b.area[b] += area;
-    f.b.cn[b] += penalty * area;
-    for (int i = 0; i < dim; ++i) f.b.normal[b * dim + i] += area * n[i] / norm;
+    const int b       = it != f.known.end() ? it->second : lattice_bond(f, field, key, total, face, p);
+    add_area(f, face, p.xi, p.share * (dim == 2 ? face.thickness : 1.0), penalty, b);
   }
 }
 
@@ -288,19 +328,97 @@ void cut_bonds(Bonds& b, int dim, int n)
 
 }  // namespace
 
+namespace {
+
+// What a bond that is made anew takes from the one of the same name that was there before
+struct KeptBond {
+  std::array<double, 3> slip{{0, 0, 0}}, lambda{{0, 0, 0}};
+  double lambda_n = 0.0, offset = 0.0, entry = 0.0, area = 0.0;
+};
+
+using KeptBonds = std::map<SlipKey, KeptBond>;
+
+KeptBonds keep_bonds(const Bonds& b, const Level& l, int dim)
+{
+  KeptBonds kept;
+  for (int q = b.nfixed; q < b.nbond; ++q) {
+    KeptBond& k = kept[slip_key(b, q)];
+    std::copy_n(&l.slip[q * dim], dim, k.slip.begin());
+    std::copy_n(&l.lambda[q * dim], dim, k.lambda.begin());
+    k.lambda_n = l.lambda_n[q];
+    k.offset   = b.offset[q];
+    k.entry    = b.entry[q];
+    k.area     = b.area[q];
+  }
+  return kept;
+}
+
+// bonds from nfixed on: what they were, or a start from nothing
+void restore_bonds(const Model& m, const Points& pts, const KeptBonds& kept, Bonds& b, Level& l)
+{
+  const int dim = m.dim;
+  IntVec fresh;                // places of contact that were not there before
+  const size_t fixed = static_cast<size_t>(b.nfixed), all = static_cast<size_t>(b.nbond);
+  l.slip.resize(fixed * dim);
+  l.lambda.resize(fixed * dim);
+  l.lambda_n.resize(fixed);
+  l.slip.resize(all * dim, 0.0);
+  l.lambda.resize(all * dim, 0.0);
+  l.lambda_n.resize(all, 0.0);
+  for (int q = b.nfixed; q < b.nbond; ++q) {
+    const auto it = kept.find(slip_key(b, q));
+    if (it == kept.end()) {
+      if (b.field[q] == SIDE_CONTACT) fresh.push_back(q);
+      continue;
+    }
+    const KeptBond& k = it->second;
+    std::copy_n(k.slip.begin(), dim, &l.slip[q * dim]);
+    std::copy_n(k.lambda.begin(), dim, &l.lambda[q * dim]);
+    l.lambda_n[q] = k.lambda_n * (k.area > 0.0 ? b.area[q] / k.area : 1.0);      // of contact: kept per area
+    b.offset[q]   = k.offset;
+    b.entry[q]    = k.entry;
+  }
+  contact_offsets(m, pts, fresh, b);
+}
+
+// Slave places of the deck keep the part of their area that belongs to faces of elements; the rest goes on at faces of points. Forces
+// are kept per area.
+void shrink_slaves(const Model& m, const Points& pts, Bonds& b, Level& l)
+{
+  const int dim = m.dim;
+  for (size_t d = 0; d < m.bond.size(); ++d) {
+    if (m.bond[d].kind != BOND_CONTACT || m.surface[m.bond[d].surface].body >= 0) continue;
+    if (pts.surface[m.bond[d].surface].empty()) continue;
+    Bonds rest;
+    Former f{m, rest, static_cast<int>(d), 0, {}};
+    for (const Face& s : m.surface[m.bond[d].surface].face)
+      if (!pts.converted(s.elem)) form_face(f, face_nodes(m, pts, -1, s), SIDE_CONTACT);
+    finish(f, 0);
+    std::map<SlipKey, int> find;
+    for (int r = 0; r < rest.nbond; ++r) find[slip_key(rest, r)] = r;
+    for (int q = 0; q < b.nfixed; ++q) {
+      if (b.def[q] != static_cast<int>(d) || b.area[q] == 0.0) continue;
+      const auto it      = find.find(slip_key(b, q));
+      const int r        = it == find.end() ? -1 : it->second;
+      const double share = r < 0 ? 0.0 : rest.area[r] / b.area[q];
+      if (share == 1.0) continue;
+      b.area[q] = r < 0 ? 0.0 : rest.area[r];
+      b.cn[q]   = r < 0 ? 0.0 : rest.cn[r];
+      b.ct[q]   = r < 0 ? 0.0 : rest.ct[r];
+      l.lambda_n[q] *= share;
+      for (int i = 0; i < dim; ++i) l.lambda[q * dim + i] *= share;
+    }
+  }
+}
+
+}  // namespace
+
 void bond_rebuild(const Model& m, const Points& pts, const std::vector<BondFace>& face, const IntVec& node_lost,
                   Bonds& b, Level& l)
 {
   const int dim = m.dim;
-  std::map<SlipKey, std::array<double, 7>> before;
-  for (int q = b.nfixed; q < b.nbond; ++q) {
-    std::array<double, 7>& v = before[slip_key(b, q)];
-    v[6] = b.entry[q];
-    for (int i = 0; i < dim; ++i) {
-      v[i]     = l.slip[q * dim + i];
-      v[3 + i] = l.lambda[q * dim + i];
-    }
-  }
+  const KeptBonds kept = keep_bonds(b, l, dim);
+  shrink_slaves(m, pts, b, l);
   for (int q = 0; q < b.nfixed; ++q)
     for (int k = b.a.off[q]; k < b.a.off[q + 1]; ++k) {
       if (b.a.item[k] >= m.mesh.nnode() || !node_lost[b.a.item[k]]) continue;
@@ -323,15 +441,5 @@ void bond_rebuild(const Model& m, const Points& pts, const std::vector<BondFace>
     for (const Face& s : pts.surface[m.bond[d].surface]) form_face(f, face_nodes(m, pts, pts.body[s.elem], s), SIDE_CONTACT);
     finish(f, first);
   }
-  l.slip.resize(static_cast<size_t>(b.nbond) * dim);
-  l.lambda.resize(static_cast<size_t>(b.nbond) * dim);
-  l.lambda_n.resize(b.nbond, 0.0);
-  for (int q = b.nfixed; q < b.nbond; ++q) {
-    const auto it = before.find(slip_key(b, q));
-    if (it != before.end()) b.entry[q] = it->second[6];
-    for (int i = 0; i < dim; ++i) {
-      l.slip[q * dim + i]   = it != before.end() ? it->second[i] : 0.0;
-      l.lambda[q * dim + i] = it != before.end() ? it->second[3 + i] : 0.0;
-    }
-  }
+  restore_bonds(m, pts, kept, b, l);
 }

@@ -26,14 +26,22 @@ struct ContactPairs {
 void contact_search(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& u, const RealVec& uc,
                     const RealVec& xb, ContactPairs& pairs);
 
-// contact_enter : gaps without the depth at which places came in from the side; new such places when they may come (dynamics)
+// contact_search_start : the same with the master faces of t = 0, whatever became of their elements since; u, uc, xb of t = 0
+void contact_search_start(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& u, const RealVec& uc,
+                          const RealVec& xb, ContactPairs& pairs);
+
+// contact_enter : gaps without what is no compression: in motion (moves) they go on from the end of the last step
 //   in   l: level n;  bonds.entry and pairs.gap are updated                                  (4.16)
-void contact_enter(const Level& l, int dim, bool may_come, Bonds& bonds, ContactPairs& pairs);
+void contact_enter(const Level& l, int dim, bool moves, Bonds& bonds, ContactPairs& pairs);
 
 // contact_start : surfaces that overlap at the start: says by how much and where, and pushes, takes the gaps as offsets
 // (bonds.offset), or counts an error, as the deck wants                               (4.13)
 //   in   pairs of t = 0;   returns the number of errors
 int contact_start(const Model& m, Bonds& bonds, const ContactPairs& pairs, const RealVec& xb);
+
+// contact_offsets : places of contact that conversion has made take the offset that they would have had at t = 0     (4.13)
+//   in   place: these bonds of contact;   bonds.offset is set
+void contact_offsets(const Model& m, const Points& pts, const IntVec& place, Bonds& bonds);
 
 // contact_force : force on side A minus side B and, unless K is null, its tangent, without the unsymmetric term of
 // slipping   (4.9) - (4.12)

@@ -5,14 +5,19 @@
 
 namespace {
 
+// A gap within rounding of zero is closed in statics: otherwise a body that rests on another has nothing to stand on in the first
+// iteration (part of the face, as in contact_start)
+const double touches = 1e-9;
+
 // normal force (negative: pressure) and its slope from the gaps at both ends of the step, shifted by lambda/C. The
 // energy-momentum scheme takes the discrete gradient of 1/2 C <g>^2, so that a contact gives back the energy it took   (4.10)
-void normal_law(const KernelMode& mode, double C, double g0, double g1, double& p, double& slope)
+//   in   touch: gaps up to it are closed in statics (the force has no jump, the slope has)
+void normal_law(const KernelMode& mode, double C, double touch, double g0, double g1, double& p, double& slope)
 {
   const double n0 = std::min(g0, 0.0), n1 = std::min(g1, 0.0), dg = g1 - g0;
   if (!mode.mid) {
     p     = C * n1;
-    slope = g1 < 0.0 ? C : 0.0;
+    slope = g1 < 0.0 || (mode.steady && g1 <= touch) ? C : 0.0;
   } else if (mode.s_new > 0.5) {                       // dissipation on demand, as for the stress
     p     = C * (mode.s_new * n1 + mode.s_old * n0);
     slope = g1 < 0.0 ? mode.s_new * C : 0.0;
@@ -39,14 +44,19 @@ double contact_force(const Model& m, const Bonds& bonds, const ContactPairs& pai
     tn += n[i] * t0[i];
   }
   const double g1 = g0 + sn;
-  normal_law(mode, C, g0 + shift, g1 + shift, p, slope);
+  normal_law(mode, C, touches * pairs.size[b], g0 + shift, g1 + shift, p, slope);
   for (int i = 0; i < dim; ++i) {
     f[i]  = p * n[i];
     t1[i] = 0.0;
     for (int j = 0; K && j < dim; ++j) K[i * dim + j] = slope * n[i] * n[j];
   }
   *slipped = 0.0;
-  if (mu == 0.0 || p >= 0.0) return g1;
+  if (mu == 0.0) return g1;
+  if (p >= 0.0) {                                      // touches without pressure: it sticks until Newton's method knows the pressure
+    for (int i = 0; K && slope > 0.0 && i < dim; ++i)
+      for (int j = 0; j < dim; ++j) K[i * dim + j] += Ct * ((i == j) - n[i] * n[j]);
+    return g1;
+  }
   // return mapping: the trial force sticks, its length is cut at mu |p|              (4.11)
   double size = 0.0, trial[3];
   for (int i = 0; i < dim; ++i) {

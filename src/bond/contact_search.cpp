@@ -191,19 +191,27 @@ void take_hits(const std::vector<Hit>& hits, int dim, double offset, int b, Cont
   for (int i = 0; i < dim; ++i) pairs.normal[b * dim + i] = n[i] / norm;
 }
 
+// faces of a master surface: elements that became points have left faces of points, but not yet at the start
+void master_faces(const Model& m, const Points& pts, int surface, bool at_start, const RealVec& u, const RealVec& uc,
+                  std::vector<MasterFace>& faces)
+{
+  const Surface& s = m.surface[surface];
+  for (const Face& f : s.face)
+    if (at_start || !pts.converted(f.elem)) faces.push_back(master_face(m, pts, false, f, u, uc));
+  if (at_start && s.body < 0) return;
+  for (const Face& f : pts.surface[surface]) faces.push_back(master_face(m, pts, true, f, u, uc));
+}
+
 // bonds first ... last-1 of one definition. The boxes of both surfaces come first: bodies apart end here.
-void search_pair(const Model& m, const Points& pts, const Bonds& bonds, int first, int last, const RealVec& u, const RealVec& uc,
-                 const RealVec& xb, ContactPairs& pairs)
+void search_pair(const Model& m, const Points& pts, const Bonds& bonds, int first, int last, bool at_start, const RealVec& u,
+                 const RealVec& uc, const RealVec& xb, ContactPairs& pairs)
 {
   const int dim = m.dim, master = m.bond[bonds.def[first]].master;
-  const Surface& s = m.surface[master];
   std::vector<MasterFace> faces;
   std::vector<Hit> hits;
   Box slave_box, master_box;
   double reach = 0.0;
-  for (const Face& f : s.face)                       // elements that became points have left faces of points
-    if (!pts.converted(f.elem)) faces.push_back(master_face(m, pts, false, f, u, uc));
-  for (const Face& f : pts.surface[master]) faces.push_back(master_face(m, pts, true, f, u, uc));
+  master_faces(m, pts, master, at_start, u, uc, faces);
   for (const MasterFace& f : faces) {
     reach = std::max(reach, f.size);
     master_box.add(f.lo, f.hi, dim);
@@ -227,8 +235,10 @@ void search_pair(const Model& m, const Points& pts, const Bonds& bonds, int firs
 
 }  // namespace
 
-void contact_search(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& u, const RealVec& uc,
-                    const RealVec& xb, ContactPairs& pairs)
+namespace {
+
+void search(const Model& m, const Points& pts, const Bonds& bonds, bool at_start, const RealVec& u, const RealVec& uc,
+            const RealVec& xb, ContactPairs& pairs)
 {
   pairs = ContactPairs();
   pairs.normal.assign(static_cast<size_t>(bonds.nbond) * m.dim, 0.0);
@@ -236,21 +246,37 @@ void contact_search(const Model& m, const Points& pts, const Bonds& bonds, const
   pairs.size.assign(bonds.nbond, 0.0);
   for (int first = 0, last; first < bonds.nbond; first = last) {       // bonds of a definition stand together
     for (last = first; last < bonds.nbond && bonds.def[last] == bonds.def[first]; ++last) {}
-    if (bonds.field[first] == SIDE_CONTACT) search_pair(m, pts, bonds, first, last, u, uc, xb, pairs);
+    if (bonds.field[first] == SIDE_CONTACT) search_pair(m, pts, bonds, first, last, at_start, u, uc, xb, pairs);
     else pairs.master.off.insert(pairs.master.off.end(), last - first, static_cast<int>(pairs.master.item.size()));
   }
 }
 
-// A place that was open, or met no face, and now is behind one came in from the side; one that pushed, and now is deeper by more than
-// sliding makes, meets another face than before: its depth is no compression. What it has moved out since does not come back.
-void contact_enter(const Level& l, int dim, bool may_come, Bonds& bonds, ContactPairs& pairs)
+}  // namespace
+
+void contact_search(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& u, const RealVec& uc,
+                    const RealVec& xb, ContactPairs& pairs)
 {
-  const double slide = 1e-3;                         // of the face
+  search(m, pts, bonds, false, u, uc, xb, pairs);
+}
+
+void contact_search_start(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& u, const RealVec& uc,
+                          const RealVec& xb, ContactPairs& pairs)
+{
+  search(m, pts, bonds, true, u, uc, xb, pairs);
+}
+
+// In motion the gap of a place that pushes goes on from where the step left it: what the measurement says otherwise comes from a face
+// that has turned, from facets that are no smooth surface, or from another face that is met, and is no compression. A place that was
+// open, or met no face, and now is behind one came in from the side; what it has moved out since does not come back.
+void contact_enter(const Level& l, int dim, bool moves, Bonds& bonds, ContactPairs& pairs)
+{
   for (int b = 0; b < bonds.nbond; ++b) {
     double &entry = bonds.entry[b], &gap = pairs.gap[b];
-    entry = pairs.master.count(b) ? std::max(entry, std::min(gap, 0.0)) : 0.0;
-    const double was = std::min(l.slip[b * dim], 0.0), least = was < 0.0 ? was - slide * pairs.size[b] : 0.0;
-    if (may_come && pairs.master.count(b) && gap - entry < least) entry = gap - was;
+    const double was = l.slip[b * dim];
+    if (!pairs.master.count(b)) entry = 0.0;
+    else if (moves && was < 0.0) entry = gap - was;
+    else if (moves && gap < std::min(entry, 0.0)) entry = gap;
+    else entry = std::max(std::min(entry, 0.0), std::min(gap, 0.0));
     gap -= entry;
   }
 }

@@ -2,7 +2,9 @@
 #include <cstdio>
 
 #include "base/log.h"
+#include "bond/bond.h"
 #include "bond/contact.h"
+#include "point/point.h"
 
 namespace {
 
@@ -63,4 +65,57 @@ int contact_start(const Model& m, Bonds& bonds, const ContactPairs& pairs, const
     }
   }
   return errors;
+}
+
+namespace {
+
+// displacements that the deck gives at t = 0, also those of corners that conversion has made since
+void start_displacement(const Model& m, const Points& pts, RealVec& u, RealVec& uc)
+{
+  const int dim = m.dim;
+  u.assign(static_cast<size_t>(m.mesh.nnode()) * dim, 0.0);
+  uc.assign(pts.Xc.size(), 0.0);
+  bool any = false;
+  for (const InitialValue& iv : m.initial) {
+    if (!iv.displacement || iv.dof >= dim) continue;
+    any = true;
+    for (int n : iv.node) u[n * dim + iv.dof] = expr_eval(iv.value, &m.mesh.X[3 * n], 0.0);
+    for (int k = 0; iv.body >= 0 && k < pts.conn.off.back(); ++k) {
+      const int c = pts.conn.item[k];
+      const int q = static_cast<int>(std::upper_bound(pts.conn.off.begin(), pts.conn.off.end(), k) - pts.conn.off.begin()) - 1;
+      double X[3] = {0, 0, 0};
+      std::copy_n(&pts.Xc[c * dim], dim, X);
+      if (pts.body[q] == iv.body) uc[c * dim + iv.dof] = expr_eval(iv.value, X, 0.0);
+    }
+  }
+  for (int q = 0; any && q < pts.npoint; ++q) {
+    const int e = pts.parent[q];
+    double N[8];
+    for (int k = pts.conn.off[q]; e >= 0 && k < pts.conn.off[q + 1]; ++k) {
+      const int c = pts.conn.item[k];
+      if (!point_corner_in_element(m, pts, e, c, N)) continue;
+      for (int i = 0; i < dim; ++i) {
+        uc[c * dim + i] = 0.0;
+        for (int a = 0; a < m.mesh.conn.count(e); ++a) uc[c * dim + i] += N[a] * u[m.mesh.conn.begin(e)[a] * dim + i];
+      }
+    }
+  }
+}
+
+}  // namespace
+
+void contact_offsets(const Model& m, const Points& pts, const IntVec& place, Bonds& bonds)
+{
+  bool any = false;
+  for (int b : place) any = any || m.bond[bonds.def[b]].overlap == OVERLAP_ADJUST;
+  if (!any) return;
+  RealVec u, uc, xb;
+  ContactPairs pairs;
+  start_displacement(m, pts, u, uc);
+  bond_places(m, pts, bonds, u, uc, xb);
+  contact_search_start(m, pts, bonds, u, uc, xb, pairs);
+  for (int b : place) {
+    const BondDef& def = m.bond[bonds.def[b]];
+    if (def.overlap == OVERLAP_ADJUST && pairs.master.count(b) && pairs.gap[b] <= def.adjust) bonds.offset[b] = pairs.gap[b];
+  }
 }

@@ -378,12 +378,50 @@ bool card_where(Card& c, const Expr& where, const double* X, int dim, const std:
   return value != 0.0;
 }
 
+// what to take for a type of Abaqus or CalculiX that is not there; "": nothing is near
+std::string other_element(const std::string& name)
+{
+  struct Family {
+    const char *begin, *words;
+  };
+  static const Family family[] = {
+    {"C3D20", "quadratic bricks are not available; take C3D8I, with the corner nodes alone"},
+    {"C3D27", "quadratic bricks are not available; take C3D8I, with the corner nodes alone"},
+    {"C3D15", "quadratic wedges are not available; take C3D6, with the corner nodes alone"},
+    {"C3D10", "quadratic tetrahedra are not available; take C3D4 on a finer mesh, with the corner nodes alone, or bricks C3D8I"},
+    {"C3D8", "this form of integration is not available; take C3D8, or C3D8I for bending"},
+    {"CPE8", "quadratic elements are not available; take CPE4I, with the corner nodes alone"},
+    {"CPS8", "quadratic elements are not available; take CPS4I, with the corner nodes alone"},
+    {"CPE6", "quadratic elements are not available; take CPE3 on a finer mesh, with the corner nodes alone, or CPE4I"},
+    {"CPS6", "quadratic elements are not available; take CPS3 on a finer mesh, with the corner nodes alone, or CPS4I"},
+    {"CPE4", "this form of integration is not available; take CPE4, or CPE4I for bending"},
+    {"CPS4", "this form of integration is not available; take CPS4, or CPS4I for bending"},
+    {"CAX", "elements of bodies of revolution are not available"},
+    {"S3", "shells are not available; take solid elements"}, {"S4", "shells are not available; take solid elements"},
+    {"S6", "shells are not available; take solid elements"}, {"S8", "shells are not available; take solid elements"},
+    {"M3D", "membranes are not available; take solid elements"}, {"B2", "beams are not available; take solid elements"},
+    {"B3", "beams are not available; take solid elements"}, {"T2D", "trusses are not available; take solid elements"},
+    {"T3D", "trusses are not available; take solid elements"}, {"SPRING", "springs are not available; *BOND, TYPE=GROUND is one to the ground"},
+  };
+  for (const Family& f : family) {
+    const std::string begin = f.begin;
+    if (name.compare(0, begin.size(), begin) == 0) return f.words;
+  }
+  return "";
+}
+
 int card_param_element(Card& c)
 {
   const HeadParam* const p = with_value(c, "TYPE");
-  Field f = p ? p->value : c.head.at;
-  if (p) f.text = element_type_here(*c.deck, f.text);
-  const int type = p ? word_of(c, f, "TYPE", element_type_words().c_str()) : -1;
+  if (!p) return -1;
+  Field f = p->value;
+  f.text  = element_type_here(*c.deck, f.text);
+  const std::string name = text_squeeze(f.text), other = elem_type_find(name) < 0 ? other_element(name) : "";
+  if (!other.empty()) {
+    card_error(c, f, "TYPE " + text_show(name) + ": " + other);
+    return -1;
+  }
+  const int type = word_of(c, f, "TYPE", element_type_words().c_str());
   if (type >= 0) deck_same_dimension(*c.deck, card_param(c, "TYPE")->value, elem_table[type].name, shape_info[elem_table[type].shape].dim);
   return type;
 }

@@ -560,18 +560,6 @@ void check_missing(Deck& d, const Model& m, const IntVec& body)
   for (const BondDef& b : m.bond) check_bond_distance(d, m, b);
 }
 
-// the same line may act in many steps
-void drop_repeated(Deck& d)
-{
-  std::set<std::string> told;
-  std::vector<Message> kept;
-  for (Message& msg : d.message) {
-    if (told.insert(msg.text).second) kept.push_back(msg);
-    else --(msg.warning ? d.warnings : d.errors);
-  }
-  d.message.swap(kept);
-}
-
 }  // namespace
 
 // ---------------------------------------------------------------------------
@@ -590,5 +578,4 @@ void deck_check(Deck& d, Model& m)
     if (m.body.empty()) check_contact_faces(d, m, b);   // faces towards elements that become points are outer ones too
   }
   check_times(d, m);
-  drop_repeated(d);
 }

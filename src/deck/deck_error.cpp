@@ -1,6 +1,9 @@
 #include <algorithm>
+#include <cctype>
 #include <cstdarg>
 #include <cstdio>
+#include <cstring>
+#include <functional>
 
 #include "base/log.h"
 #include "deck/deck_state.h"
@@ -8,6 +11,7 @@
 namespace {
 
 const int max_printed = 50;
+const int max_of_kind = 5;     // more of one kind would hide the others
 const std::size_t max_stored = 1000;
 const int window = 100;        // characters of a long line that are shown
 
@@ -37,9 +41,18 @@ std::string page(const std::string& word)
   return "doc/keywords/" + name + ".md";
 }
 
+// keyword and text without numbers and the words that are cited: mistakes of one kind differ in these alone
+std::string kind_of(const Deck& d, bool warning, const Field& at, const std::string& text)
+{
+  std::string kind = (warning ? "w" : "e") + d.word + text_format(" %d ", at.number);
+  for (char c : text)
+    if (!std::isdigit(static_cast<unsigned char>(c)) && !std::strchr("+-.", c)) kind += c;
+  return kind;
+}
+
 void add_message(Deck& d, bool warning, const Field& at, const std::string& text)
 {
-  if (d.message.size() >= max_stored || d.file.empty()) return;
+  if (d.file.empty()) return;
   Message m;
   m.warning = warning;
   m.file = at.file;
@@ -48,6 +61,9 @@ void add_message(Deck& d, bool warning, const Field& at, const std::string& text
   if (!d.word.empty()) m.text += ", *" + d.word;
   if (at.number > 0) m.text += text_format(", field %d", at.number);
   m.text += "\n" + echo(d, at) + "  " + text + "  (" + page(d.word) + ")";
+  if (!d.told.insert(std::hash<std::string>()(m.text + (warning ? "w" : "e"))).second) return;   // a line may act in many steps
+  m.kind = kind_of(d, warning, at, text);
+  if (++d.of_kind[m.kind] > max_of_kind || d.message.size() >= max_stored) return;
   d.message.push_back(m);
 }
 
@@ -144,7 +160,7 @@ void deck_warn(Deck& d, const Field& at, const std::string& text)
 }
 
 // ---------------------------------------------------------------------------
-// deck_print_messages : errors in the order of the deck, then warnings; 50 of each, then the count
+// deck_print_messages : errors in the order of the deck, then warnings; 5 of a kind and 50 of each, then the counts
 // ---------------------------------------------------------------------------
 void deck_print_messages(const Deck& d)
 {
@@ -153,14 +169,21 @@ void deck_print_messages(const Deck& d)
     if (a.warning != b.warning) return b.warning;
     return a.file != b.file ? a.file < b.file : a.line < b.line;
   });
-  int printed[2] = {0, 0};
+  std::unordered_map<std::string, int> shown;
+  int printed[2] = {0, 0}, hidden[2] = {0, 0};
   for (const Message& m : list) {
     if (++printed[m.warning] > max_printed) continue;
-    if (m.warning) log_warn("%s", m.text.c_str());
-    else log_error("%s", m.text.c_str());
+    const int more = ++shown[m.kind] == max_of_kind ? d.of_kind.at(m.kind) - max_of_kind : 0;
+    const std::string tail = more > 0 ? text_format("\n  and %d more of this kind", more) : "";
+    if (m.warning) log_warn("%s%s", m.text.c_str(), tail.c_str());
+    else log_error("%s%s", m.text.c_str(), tail.c_str());
   }
-  if (d.warnings > max_printed) log_warn("%d more warnings are not shown", d.warnings - max_printed);
-  if (d.errors > max_printed) log_error("%d more errors are not shown", d.errors - max_printed);
+  for (const auto& k : d.of_kind) {
+    const auto s = shown.find(k.first);
+    if (s == shown.end() || s->second < max_of_kind) hidden[k.first[0] == 'w'] += k.second - (s == shown.end() ? 0 : s->second);
+  }
+  if (hidden[1] > 0) log_warn("%d more warnings are not shown", hidden[1]);
+  if (hidden[0] > 0) log_error("%d more errors are not shown", hidden[0]);
 }
 
 Place deck_place(const Deck& d, const Field& at)

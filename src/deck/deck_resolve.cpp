@@ -56,9 +56,15 @@ void move_to_bodies(Deck& d, const Model& m, const IntVec& body, Load& l)
   l.elem.swap(rest);
 }
 
+// Newmark's scheme keeps the energy of linear motion only: anything nonlinear takes energy-momentum unless the deck says otherwise.
+// A dynamic step is judged by its balance of energy, a static one when the deck asks for it.
 void settle_scheme(const Model& m, Step& s)
 {
-  if (s.proc == PROC_DYNAMIC && !s.scheme_given) s.scheme = m.body.empty() ? SCHEME_NEWMARK : SCHEME_ENERGY_MOMENTUM;
+  if (s.proc != PROC_DYNAMIC) return;
+  bool nonlinear = s.nlgeom || !m.body.empty() || !m.fracture.empty() || !m.conversion.empty();
+  for (const BondDef& b : m.bond) nonlinear = nonlinear || b.kind == BOND_CONTACT;
+  if (!s.scheme_given && nonlinear) s.scheme = SCHEME_ENERGY_MOMENTUM;
+  if (s.balance == 0.0) s.balance = 0.05;
 }
 
 }  // namespace

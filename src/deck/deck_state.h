@@ -56,6 +56,7 @@ struct Message {
   bool warning = false;
   int file = 0, line = 0;
   std::string text;
+  std::string kind;            // keyword and text without its numbers
 };
 
 struct Spot { int file = 0, line = 0; };
@@ -83,7 +84,9 @@ struct Deck {
   std::vector<Reading> reading;
   int includes = 0;
 
-  std::vector<Message> message;
+  std::vector<Message> message;                    // the first few of each kind
+  std::unordered_map<std::string, int> of_kind;    // how many there are, each text once
+  std::set<std::size_t> told;                      // hashes of the texts
   int errors = 0, warnings = 0;
   std::string word;            // keyword that is read or checked, for messages
 

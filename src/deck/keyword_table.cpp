@@ -112,7 +112,7 @@ const Keyword keyword_table[] = {
   {"SOLID SECTION", kw_solid_section, IN_MODEL, "ELSET!|MATERIAL!|MASS", "material, thickness and mass of elements"},
   {"SOLVER", kw_solver, OUTSIDE, "TYPE|REUSE|PRECONDITIONER", "the linear solver"},
   {"STATIC", kw_static, IN_STEP, "DIRECT|SOLVER", "static step"},
-  {"STEP", kw_step, ANYWHERE, "NLGEOM|INC|EXTRAPOLATION", "begins a step"},
+  {"STEP", kw_step, ANYWHERE, "NLGEOM|INC|EXTRAPOLATION|BALANCE", "begins a step"},
   {"SURFACE", kw_surface, IN_MODEL, "NAME!|TYPE|ELSET|WHERE|BODY", "faces of elements or of a body of material points"},
   {"SURFACE BEHAVIOR", kw_surface_behavior, IN_INTERACTION, "PRESSURE-OVERCLOSURE!", "penalty of a surface interaction"},
   {"SURFACE INTERACTION", kw_surface_interaction, IN_MODEL, "NAME!", "begins a surface interaction, to which contact pairs refer"},

@@ -53,9 +53,9 @@ void kw_contact_pair(Card& card, Model& model)
   b.penalty  = card_param_real(card, "PENALTY", 0.0, above(0.0));
   b.alpha    = card_param_real(card, "ALPHA", 0.0, above(0.0));
   b.friction = card_param_real(card, "FRICTION", 0.0, at_least(0.0));
-  b.intermediate = card_param_int(card, "INTERMEDIATE", 0, 0, 1000);
+  b.by_face = card_param_word(card, "TYPE", "NODE TO SURFACE|SURFACE TO SURFACE", 0) == 1;
+  b.intermediate = card_param_int(card, "INTERMEDIATE", b.by_face ? -1 : 0, 0, 1000);
   b.augment = card_param_int(card, "AUGMENT", 0, 0, 1000);
-  card_param_word(card, "TYPE", "NODE TO SURFACE|SURFACE TO SURFACE", 0);
   read_overlap(card, b);
   check_params(card, b);
   const Field interaction = card_param_field(card, "INTERACTION");

@@ -57,7 +57,7 @@ void kw_eigenfracture(Card& card, Model& model)
   f.release   = card_param_real(card, "RELEASE", f.criterion == CRITERION_GRIFFITH ? release_default : 0.0, at_least(0.0));
   f.epsilon   = card_param_real(card, "EPSILON", 0.0, at_least(1.0));
   f.stiffness = card_param_real(card, "STIFFNESS", f.stiffness, from_to(0.0, 1.0));
-  f.weibull   = card_param_real(card, "WEIBULL", 0.0, above(0.0));
+  f.weibull   = card_param_real(card, "WEIBULL", 0.0, at_least(0.1));
   f.tolerance = card_param_real(card, "TOLERANCE", f.tolerance, from_to(0.0, 1.0));
   f.seed      = card_param_int(card, "SEED", 1, 0, 2147483647);
   read_order(card, f);

@@ -1,7 +1,8 @@
 #include "deck/card.h"
 
 // ---------------------------------------------------------------------------
-// *STEP[, NLGEOM[=YES|NO]][, INC=][, EXTRAPOLATION=LINEAR|NO] : text lines may follow. What the step before said stays until it is changed.
+// *STEP[, NLGEOM[=YES|NO]][, INC=][, EXTRAPOLATION=LINEAR|NO][, BALANCE=] : text lines may follow. What the step before said stays until
+// it is changed.
 // ---------------------------------------------------------------------------
 void kw_step(Card& card, Model& model)
 {
@@ -17,6 +18,7 @@ void kw_step(Card& card, Model& model)
   s.nlgeom  = card_param_yes(card, "NLGEOM", true, !model.step.empty() && model.step.back().nlgeom);
   s.max_inc = card_param_int(card, "INC", s.max_inc, 1, 2147483647);
   s.extrapolate = card_param_word(card, "EXTRAPOLATION", "LINEAR|NO", 0) <= 0;
+  s.balance = card_param_real(card, "BALANCE", 0.0, above(0.0));
   std::string title;
   while (card_text(card, title)) {}
   if (!model.step.empty()) s.equation = model.step.back().equation;

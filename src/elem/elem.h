@@ -31,7 +31,8 @@ struct ElemBlock {
   bool lumped = false;         // diagonal mass
   IntVec elem;                 // elements of the block
   IntVec live;                 // places of those that are still elements, ascending
-  IntVec mine;                 // those of live that this rank works on; one rank: all
+  IntVec mine;                 // those of live that this rank works on; read it by elem_mine
+  bool divided = false;        // mine belongs to live
   IntVec kind;                 // [nelem]
   RealVec dNdX;                // [kind][ngp][nen][dim]                               1/length
   RealVec w;                   // [kind][ngp] weight x volume                         length^3
@@ -52,8 +53,12 @@ struct Elements {
 // Returns BAD_JACOBIAN and the element in *worst when det(dX/dxi) <= 0 at a Gauss point.
 Status elem_setup(const Model& m, Elements& el, int* worst);
 
-// elem_refresh : lists of the elements that still are elements, after form has changed
+// elem_refresh : lists of the elements that still are elements, after form has changed. On several ranks nobody has them until
+// system_divide has divided them.
 void elem_refresh(Elements& el);
+
+// elem_mine : places of the elements that this rank works on; sums over them come after the division
+const IntVec& elem_mine(const ElemBlock& b);
 
 // elem_broken_law : law of broken element e with the degradation factor c
 ErodedLaw elem_broken_law(const Model& m, const Elements& el, int e, double c);

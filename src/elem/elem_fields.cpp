@@ -209,7 +209,7 @@ double elem_energy(const Model& m, const Elements& el, const Level& l, bool nlge
       for (int k = 0; k < n; ++k) add(b.elem[slot[k]], energy[k], true);
       n = 0;
     };
-    for (int s : b.mine) {
+    for (int s : elem_mine(b)) {
       const int e       = b.elem[s];
       const bool intact = el.broken(e) < 0;
       if (intact && pack) {

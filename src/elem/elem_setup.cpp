@@ -5,6 +5,8 @@
 #include <tuple>
 #include <unordered_map>
 
+#include "base/comm.h"
+#include "base/log.h"
 #include "elem/elem.h"
 #include "shape/shape.h"
 
@@ -159,5 +161,15 @@ void elem_refresh(Elements& el)
     el.block_of[e] = is ? el.home[e] : -1;
     if (is) el.block[el.home[e]].live.push_back(el.slot_of[e]);
   }
-  for (ElemBlock& b : el.block) b.mine = b.live;
+  for (ElemBlock& b : el.block) {
+    b.divided = comm_size() == 1;
+    if (b.divided) b.mine = b.live;
+    else b.mine.clear();
+  }
+}
+
+const IntVec& elem_mine(const ElemBlock& b)
+{
+  MPFE_CHECK(b.divided, "a sum over elements before they are divided among the ranks");
+  return b.mine;
 }

@@ -47,7 +47,7 @@ inline void ip_gradient(const G* dNdX, int n, const T* u, T* H)
       for (int j = 0; j < D; ++j) H[i * D + j] += u[a * D + i] * dNdX[a * D + j];
 }
 
-// E from H; S = lam tr(E) I + 2 mu E
+// E from H                                                                         (1.2)
 template <int D, class T>
 inline void ip_strain(bool finite, const T* H, T* E)
 {

@@ -101,7 +101,7 @@ double frac_degraded(const Model& m, const Step& s, const Elements& el, const Po
 // frac_open : elements whose release is over leave the list; those to become points then are added to convert
 void frac_open(const Model& m, const FracMesh& fm, const Level& l, Fracture& fr, IntVec& convert);
 
-// frac_distorted : elements that a distortion or a time turns into points
+// frac_due : elements that a distortion or a time turns into points now
 void frac_due(const Model& m, const Elements& el, const FracMesh& fm, const Fracture& fr, const Level& l, IntVec& out);
 
 // frac_convert : elements become material points: corners at the lattice of the element, bonds on the new interface.
@@ -162,7 +162,7 @@ void frac_measure(const Model& m, const Elements& el, const State& st, int n, Fr
 void frac_fragments(const Model& m, const Elements& el, const State& st, Fragments& f);
 
 // frac_replay : the corners that conversion has shared so far, made again from the points of t = 0 (start): neighbours that
-// convert later find the same numbers
-void frac_replay(const Model& m, const FracMesh& fm, const State& st, Points start, CornerShare& share);
+// convert later find the same numbers. False: the points of st are others than those made again.
+bool frac_replay(const Model& m, const FracMesh& fm, const State& st, Points start, CornerShare& share);
 
 #endif

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <new>
 
 #include "base/log.h"
 #include "frac/frac.h"
@@ -141,6 +142,7 @@ void find_toughness(const Model& m, const Elements& el, const FractureDef& d, in
   double scale = d.gc;
   if (d.weibull > 0.0) {
     rng = gsl_rng_alloc(gsl_rng_mt19937);
+    if (!rng) throw std::bad_alloc();
     gsl_rng_set(rng, static_cast<unsigned long>(d.seed));
     scale = d.gc / gsl_sf_gamma(1.0 + 1.0 / d.weibull);
   }

@@ -1,6 +1,5 @@
 #include <Eigen/Dense>
 
-#include "base/log.h"
 #include "frac/frac.h"
 
 namespace {
@@ -149,7 +148,7 @@ void frac_release(const Model& m, const FracMesh& fm, const IntVec& torn, Corner
   frac_interfaces(m, fm, st);
 }
 
-void frac_replay(const Model& m, const FracMesh& fm, const State& st, Points start, CornerShare& share)
+bool frac_replay(const Model& m, const FracMesh& fm, const State& st, Points start, CornerShare& share)
 {
   share = CornerShare();
   const Fracture& fr = st.frac;
@@ -157,10 +156,15 @@ void frac_replay(const Model& m, const FracMesh& fm, const State& st, Points sta
   for (size_t k = 0; k <= fr.converted.size(); ++k) {
     IntVec fresh;
     for (; r < fr.released.size() && fr.released_at[r] == static_cast<int>(k); ++r) fresh.push_back(fr.released[r]);
+    for (int p : fresh)
+      if (p >= start.npoint || start.parent[p] < 0 || start.of_elem.empty() || start.of_elem[start.parent[p]] < 0) return false;
     point_loosen(fresh, m.dim, share, start);
     if (k == fr.converted.size()) break;
     const int e = fr.converted[k];
+    if (fm.conv[e] < 0) return false;
     point_convert(m, m.conversion[fm.conv[e]].body[m.mesh.elem_section[e]], e, share, start);
   }
-  MPFE_CHECK(start.Xc == st.points.Xc, "conversion made again gives other corners");
+  const Points& pts = st.points;
+  return start.Xc == pts.Xc && start.shape == pts.shape && start.conn.off == pts.conn.off && start.conn.item == pts.conn.item &&
+         start.body == pts.body && start.of_elem == pts.of_elem && start.parent == pts.parent && start.twin == pts.twin;
 }

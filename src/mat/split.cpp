@@ -167,7 +167,9 @@ bool volume(bool finite, const double E[6], double& j, double G[6], double D[36]
 {
   const double I1 = E[0] + E[1] + E[2];
   std::fill(D, D + 36, 0.0);
-  std::copy(Id, Id + 6, G);
+  // not std::copy(Id, Id + 6, G): GCC 12.2 with AVX-512 copies the constants 1 1 1 0 as 1 1 1 1 (-O1; -O2 where this is not inlined),
+  // and broken material bears shear. Element by element it is right at all levels (Split.PressureBearsNoShear)
+  for (int m = 0; m < 6; ++m) G[m] = Id[m];
   j = I1;
   if (!finite) return true;
   const double c11 = 1.0 + 2.0 * E[0], c22 = 1.0 + 2.0 * E[1], c33 = 1.0 + 2.0 * E[2];

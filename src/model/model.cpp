@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <limits>
+#include <new>
 
 namespace {
 
@@ -22,8 +24,9 @@ double spline(const Amplitude& a, const gsl_interp_type* type, std::size_t i, do
   const std::size_t first = i > 31 ? i - 31 : 0;
   const std::size_t last  = std::min(a.t.size(), i + 33);
   gsl_interp* g = gsl_interp_alloc(type, last - first);
-  gsl_interp_init(g, &a.t[first], &a.y[first], last - first);
-  const double y = gsl_interp_eval(g, &a.t[first], &a.y[first], t, nullptr);
+  if (!g) throw std::bad_alloc();
+  double y = std::numeric_limits<double>::quiet_NaN();         // who asks for the value finds it
+  if (gsl_interp_init(g, &a.t[first], &a.y[first], last - first) == 0) y = gsl_interp_eval(g, &a.t[first], &a.y[first], t, nullptr);
   gsl_interp_free(g);
   return y;
 }

@@ -1,5 +1,5 @@
 // ---------------------------------------------------------------------------
-// model.h : what the deck says. Filled by deck/, const after model_check.
+// model.h : what the deck says. Filled by deck/, const after deck_check.
 //
 // Labels are the user's, indices start at 0. Coordinates have three components
 // also in two dimensions; nodal vectors of the state have Model::dim.
@@ -147,6 +147,7 @@ struct BondDef {               // *BOND
   double friction = 0.0;       // BOND_CONTACT: Coulomb
   OverlapPolicy overlap = OVERLAP_PUSH;
   double adjust = 0.0;         // OVERLAP_ADJUST: gaps at the start up to this are taken as zero as well   length
+  bool by_face = false;        // BOND_CONTACT: places inside the slave faces (SURFACE TO SURFACE) instead of nodes
   double stick = 0.0;          // BOND_CONTACT: tangential stiffness per area while it sticks; 0: that of the normal direction
   Place place;
 };
@@ -287,6 +288,7 @@ struct Step {
   bool scheme_given = false;
   double beta = 0.25, gamma = 0.5;
   double dissipation = 0.0;    // energy-momentum: 0 ... 0.5
+  double balance = 0.0;        // largest energy from nowhere, or lost, as a part of the largest energy; 0: the default
   bool extrapolate = true;     // statics: an increment begins with what the one before would do in its time
   Controls ctl;
   std::vector<Load> load;              // all that act in this step, also those of earlier ones

@@ -1,5 +1,5 @@
 // ---------------------------------------------------------------------------
-// state.h : what changes during the run. Only step/ writes it. A new field goes into state_io.h as well.
+// state.h : what changes during the run; step/ says when. A new field goes into state_io.h as well.
 // ---------------------------------------------------------------------------
 #ifndef MPFE_MODEL_STATE_H
 #define MPFE_MODEL_STATE_H
@@ -58,7 +58,7 @@ struct Bonds {
   RealVec normal;              // [nbond*dim] unit normal, from side A outwards
   RealVec cn, ct;              // [nbond] penalty normal and tangential x area        force/length
   RealVec offset;              // [nbond] contact: gap at the start that counts as zero (OVERLAP=ADJUST)   length
-  RealVec entry;               // [nbond] contact: depth at which the place came in from the side, <= 0; it pushes only deeper in   length
+  RealVec entry;               // [nbond] contact: part of the measured gap that is no compression (theory 4.16)   length
   IntVec intermediate;         // [nbond] 0: at a node, 1: between nodes
 };
 
@@ -129,6 +129,7 @@ struct StepClock {             // the step that is under way
   int easy = 0;                // increments in a row that converged quickly
   double most = 0;             // statics: largest dt, that of the first break of the step; 0: nothing has broken in it
   double aim = 0;              // statics: the next increment ends here at the latest, where an element breaks; 0: not known
+  int cuts = 0;                // of all increments so far
 };
 
 struct Division {              // whose work is what; one rank: empty

@@ -61,8 +61,8 @@ inline void io(Archive& f, ContactLog& x)
 
 inline void io(Archive& f, StepClock& x)
 {
-  auto& [start, t, dt, nominal, easy, most, aim] = x;
-  io_all(f, start, t, dt, nominal, easy, most, aim);
+  auto& [start, t, dt, nominal, easy, most, aim, cuts] = x;
+  io_all(f, start, t, dt, nominal, easy, most, aim, cuts);
 }
 
 inline void io(Archive& f, Division& x)

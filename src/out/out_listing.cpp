@@ -71,6 +71,7 @@ void step_defaults(std::FILE* file, const Model& m, int i)
   std::fprintf(file, "  period %g, dt %g, dt min %s, dt max %s, at most %d increments\n", s.period, s.dt,
                or_default(s.dt_min, "not given").c_str(), or_default(s.dt_max, "not given").c_str(), s.max_inc);
   if (s.proc == PROC_DYNAMIC) dynamic_defaults(file, s);
+  if (s.balance > 0.0) std::fprintf(file, "  balance         %g of the largest energy at the end of the run, or exit code 1\n", s.balance);
   std::fprintf(file, "  Newton          force tolerance %g, energy tolerance %g, %d iterations, %d cuts, line search %s\n",
                s.ctl.tol_force, s.ctl.tol_energy, s.ctl.max_iter, s.ctl.max_cut, s.ctl.line_search ? "yes" : "no");
   std::fprintf(file, "  acting          %zu loads, %zu boundary conditions\n", s.load.size(), s.prescribed.size());
@@ -90,6 +91,7 @@ const char* out_status_text(Status status)
     case SOLVER_SINGULAR: return "the matrix is singular (a body without support?)";
     case SOLVER_FAILED:   return "the linear solver gave up";
     case NOT_CONVERGED:   return "Newton did not converge";
+    case MASS_FAILED:     return "the system of the masses was not solved";
     case CONTACT_DEPTH:   return "a contact point entered its face too deep";
     case OUTSIDE_GRID:    return "a material point left the grid";
     case CRITERION_EXCEEDED: return "the load of the first break lies within the increment";
@@ -142,7 +144,7 @@ void out_listing_defaults(std::FILE* file, const Model& m, const Bonds& bonds)
     std::fprintf(file, "  bond %-10s penalty %s (%s), %s between nodes, %d augmentations, %s\n", d.name.c_str(),
                  or_default(per_area, "set when bonds form").c_str(),
                  d.penalty > 0.0 ? "given" : d.alpha > 0.0 ? "alpha E/h, alpha given" : "alpha E/h, alpha of the program",
-                 d.intermediate < 0 ? "as close as the corners of the body" : std::to_string(d.intermediate).c_str(), d.augment, d.normal_only ? "one direction" : "all directions");
+                 d.intermediate < 0 && d.by_face ? "at points inside the slave faces, none" : d.intermediate < 0 ? "as close as the corners of the body" : std::to_string(d.intermediate).c_str(), d.augment, d.normal_only ? "one direction" : "all directions");
   }
   std::fprintf(file, "  history         every %d increments\n", std::max(1, m.history_out.frequency));
   if (m.vtk.on)

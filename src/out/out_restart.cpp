@@ -10,6 +10,7 @@
 #include "base/log.h"
 #include "base/timer.h"
 #include "base/version.h"
+#include "model/state_fits.h"
 #include "model/state_io.h"
 #include "out/out.h"
 
@@ -35,7 +36,7 @@ static void io(Archive& f, Output& x)
 namespace {
 
 const char* const magic = "MPFE-RST";      // 8 letters
-const int format = 7;                      // of the content; changes with every change of a struct in it
+const int format = 8;                      // of the content; changes with every change of a struct in it
 
 struct Frame {                 // in front of the content
   char magic[8];
@@ -141,6 +142,18 @@ bool fits(const std::string& path, const Model& m, const Origin& o)
                                           "*EL FILE, *NODE PRINT, *EL PRINT and *HEADING may change");
 }
 
+// rows of the history under the columns of the deck, results of its checks, cells of its grid
+bool output_fits(const Model& m, const ActiveGrid& grid, const std::vector<std::string>& names, const Output& out)
+{
+  const int rows = static_cast<int>(out.history.rows.size());
+  if (out.history.names != names || out.result.size() != m.check.size() || out.row_written < -1 || out.row_written >= rows) return false;
+  for (const RealVec& row : out.history.rows)
+    if (row.size() != names.size()) return false;
+  for (const VtkSeries& s : out.series)
+    if (s.file.size() != s.time.size()) return false;
+  return out.vtk_frame >= 0 && grid.ncell == static_cast<int>(grid.cell.size());
+}
+
 // a file that goes on is cut back to the length that it had, and opened behind it
 int continue_file(const std::string& path, long length, std::FILE*& file)
 {
@@ -211,16 +224,24 @@ bool out_restart_load(const Model& m, const std::string& path, Archive& f)
 int out_reopen(const Model& m, const Elements& el, Archive& f, State& s, ActiveGrid& grid, Output& out)
 {
   const bool first = comm_rank() == 0;
-  if (first) out.chk = out_file_open(out.base + ".chk");
   const int errors = history_setup(m, el, s, out);
   if (errors > 0) return errors;
+  const Points begin = s.points;
+  const std::vector<std::string> names = out.history.names;
   Lengths length;
   io_content(f, length, s, grid, out);
   if (!f.good || f.at != f.bytes.size()) {
     log_error("the restart file has another content than this program expects: another build of mpfe has written it");
     return 1;
   }
+  const char* fault = state_fault(m, begin, s);
+  if (!fault && !output_fits(m, grid, names, out)) fault = "history and checks";
+  if (fault) {
+    log_error("the restart file does not fit this model (%s): it is damaged, although its checksum is right; take an earlier one", fault);
+    return 1;
+  }
   if (!first) return 0;
+  out.chk = out_file_open(out.base + ".chk");
   if (continue_file(out.base + ".dat", length.dat, out.dat) + continue_file(out.base + ".ero", length.ero, out.ero) +
       continue_file(out.base + ".frag", length.frag, out.frag)) return 1;
   history_open(out);

@@ -13,13 +13,13 @@ const double snap_to_face = 1e-12;     // a place this close to a cell face, in 
 const double grid_rim     = 1e-9;      // a place this far outside the grid, in cells, lies on its boundary
 
 // where a place lies in the grid: cell and local place 0 ... 1
-struct Spot {
+struct CellPlace {
   int cell[3] = {0, 0, 0};
   double xi[3] = {0, 0, 0};
 };
 
 template <int D>
-bool locate(const Grid& g, const double* x, Spot& s)
+bool locate(const Grid& g, const double* x, CellPlace& s)
 {
   for (int i = 0; i < D; ++i) {
     const double t = (x[i] - g.lo[i]) / g.h[i];

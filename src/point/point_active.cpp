@@ -73,7 +73,7 @@ void number_keys(const std::vector<long>& all, KeyNumbers& out)
 
 // the weights of a place on the nodes of its cell, without those that are zero; returns how many
 template <int D>
-int cell_weights(const Grid& g, int field, const Spot& s, long* key, double* w)
+int cell_weights(const Grid& g, int field, const CellPlace& s, long* key, double* w)
 {
   const long first = node_key(g, D, field, s.cell), step[3] = {1, g.n[0] + 1L, (g.n[0] + 1L) * (g.n[1] + 1L)};
   int n = 0;
@@ -161,7 +161,7 @@ Status touch(const Model& m, const Points& pts, const Bonds& bonds, const RealVe
 {
   const Grid& grid = m.grid;
   std::vector<long> corner_key, bond_key, cell;
-  Spot s;
+  CellPlace s;
   std::vector<char> owned(pts.ncorner, 0);           // points that came off have left corners behind
   for (int c : pts.conn.item) owned[c] = 1;
   RealVec x(pts.Xc.size());

@@ -13,7 +13,7 @@ void fill_cells(const Model& m, const Points& pts, const RealVec& uc, const Acti
 {
   f.E.assign(g.cell.size(), 0.0);
   f.rho = f.thickness = f.E;
-  Spot s;
+  CellPlace s;
   for (int q = 0; q < pts.npoint; ++q) {
     if (pts.loose[q]) continue;
     const Body& body    = m.body[pts.body[q]];

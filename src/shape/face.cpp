@@ -1,5 +1,6 @@
 #include "shape/face.h"
 
+#include <algorithm>
 #include <cmath>
 
 const FaceRule& face_rule(int nen)
@@ -113,5 +114,46 @@ std::vector<FacePoint> face_lattice(int nen, const double* x, int parts)
   }
   const double scale = area_of(nen, x) / sum;
   for (FacePoint& p : out) p.share *= scale;
+  return out;
+}
+
+namespace {
+
+// xi = a + A eta of a piece of a triangle: right way up, or turned over
+void tri_piece(int parts, int i, int j, bool turned, const double* eta, double* xi)
+{
+  const double h = 1.0 / parts, sign = turned ? -1.0 : 1.0;
+  xi[0] = h * (i + turned) + sign * h * eta[0];
+  xi[1] = h * (j + turned) + sign * h * eta[1];
+}
+
+void add_sample(int nen, const double* x, const double* xi, double w, std::vector<FaceSample>& out)
+{
+  FaceSample s;
+  double n[3];
+  std::copy(xi, xi + 2, s.xi);
+  face_eval(nen, xi, s.N, nullptr);
+  s.area = w * face_area(nen, x, xi, n);
+  out.push_back(s);
+}
+
+}  // namespace
+
+std::vector<FaceSample> face_samples(int nen, const double* x, int parts)
+{
+  std::vector<FaceSample> out;
+  const FaceRule& rule = face_rule(nen);
+  const double h = 1.0 / parts;
+  const int rows = nen == 2 ? 1 : parts;
+  for (int j = 0; j < rows; ++j)
+    for (int i = 0; i < (nen == 3 ? parts - j : parts); ++i)
+      for (int g = 0; g < rule.n; ++g) {
+        double xi[2] = {h * (2 * i + 1 + rule.xi[g][0]) - 1.0, nen == 2 ? 0.0 : h * (2 * j + 1 + rule.xi[g][1]) - 1.0};
+        if (nen == 3) tri_piece(parts, i, j, false, rule.xi[g], xi);
+        add_sample(nen, x, xi, rule.w[g] * (nen == 2 ? h : h * h), out);
+        if (nen != 3 || i + j + 1 >= parts) continue;
+        tri_piece(parts, i, j, true, rule.xi[g], xi);
+        add_sample(nen, x, xi, rule.w[g] * h * h, out);
+      }
   return out;
 }

@@ -34,6 +34,17 @@ struct FacePoint {
   double share = 0.0;          // area, by the trapezoidal rule; the shares sum to the area of the face
 };
 
+// A place inside a face with its share of the area by Gauss' rule
+struct FaceSample {
+  double xi[2] = {0, 0};
+  double N[4]  = {0, 0, 0, 0};
+  double area  = 0.0;
+};
+
+// face_samples : every edge cut into parts, and Gauss points in each piece (edge: 2 a piece, quadrilateral: 4, triangle: 3), so that
+// constant and linear pressures give the nodal forces of the face exactly. x [nen*3] at t = 0. doc/theory.md (4.17)
+std::vector<FaceSample> face_samples(int nen, const double* x, int parts);
+
 // face_lattice : parts + 1 points along every edge, corners included. x [nen*3] at t = 0. doc/theory.md (4.5)
 std::vector<FacePoint> face_lattice(int nen, const double* x, int parts);
 

@@ -1,6 +1,7 @@
 #ifdef MPFE_MUMPS
 
 #include <dmumps_c.h>
+#include <sys/mman.h>
 
 #include <algorithm>
 #include <cmath>
@@ -28,12 +29,23 @@ enum Order { ORDER_GIVEN = 1, ORDER_AMF = 2, ORDER_CHOOSE = 7 };      // ICNTL(7
 
 const int RELAX         = 20;        // percent of workspace above the estimate, at first
 const int RELAX_MOST    = 640;
+const double BLAS_BUFFER = 150.0;    // MB
 const double ZERO_PIVOT = 1e-12;     // relative to the norm of A scaled to unit diagonal
 
 // the numbering of the manual of MUMPS
 MUMPS_INT& icntl(MumpsData& m, int i) { return m.id.icntl[i - 1]; }
 double& cntl(MumpsData& m, int i) { return m.id.cntl[i - 1]; }
 int infog(const MumpsData& m, int i) { return m.id.infog[i - 1]; }
+
+// Is there room for the factors on all ranks? Asked for and given back, with the buffer of each thread of OpenBLAS, which under MUMPS
+// waits for ever when it gets none. part: of what the analysis has found
+bool memory_there(const MumpsData& m, double part)
+{
+  const double bytes = 1e6 * (part * m.id.info[14] + BLAS_BUFFER);
+  void* room = mmap(nullptr, static_cast<size_t>(bytes), PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+  if (room != MAP_FAILED) munmap(room, static_cast<size_t>(bytes));
+  return !(m.shared ? comm_most(room == MAP_FAILED) : room == MAP_FAILED);
+}
 
 // equation of a zero pivot: of the first one that may not be held, else of the first one
 int zero_pivot(const MumpsData& m, int dim, int hold)
@@ -233,10 +245,13 @@ Status mumps_factor(Solver& s, const SysMatrix& A)
 {
   MumpsData& m = *s.data->mumps;
   give_values(m, A);
-  int code = call(m, JOB_FACTOR);
-  while (workspace_too_small(code) && icntl(m, 14) < RELAX_MOST) {
-    icntl(m, 14) *= 2;
+  int code = -8;
+  for (double part = 1.0; workspace_too_small(code) && icntl(m, 14) <= RELAX_MOST; part *= 2.0) {
+    if (!memory_there(m, part))
+      return solve_fail(s, SOLVER_FAILED, "memory is not enough: the factors need %.0f MB, which the machine, or a limit that is set (ulimit), does "
+                        "not give: use a coarser mesh, more ranks on more machines, or a machine with more memory", part * m.id.infog[15]);
     code = call(m, JOB_FACTOR);
+    if (workspace_too_small(code)) icntl(m, 14) *= 2;
   }
   if (code < 0) return explain(s);
 

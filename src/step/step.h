@@ -45,7 +45,7 @@ struct LinearSystem {
 };
 
 // step_tangent : A = K + cM M of iteration it and f = -R with the prescribed corrections put in; A stays when the scene is
-// linear, or when the tangent of the iteration before is near enough for the last one (8.7)
+// linear, or when the tangent of the iteration before is near enough for the last one (8.9)
 //   in   residual, accepted   norm of R, and that which ends the iteration
 void step_tangent(Problem& p, const Attempt& a, int it, double residual, double accepted, const RealVec& R, const RealVec& pending,
                   LinearSystem& l);
@@ -57,6 +57,9 @@ Status step_solve(Problem& p, const Attempt& a, int it, double residual, double 
 // step_held : do the supports hold every part of bodies of solid elements in space? false: not known. Parts are elements that share
 // faces; their supports must take all six rigid motions. Then a matrix of statics is not singular without being factorised.
 bool step_held(const Problem& p);
+
+// step_free_motion : the rigid motions that the supports leave to the part of elements of this node, in words; empty: none
+std::string step_free_motion(const Problem& p, int node);
 
 // step_memory : bytes of what lives through the run
 void step_memory(const Problem& p, std::vector<MemoryUse>& out);
@@ -95,9 +98,13 @@ struct BreakWatch {
 
 // step_fracture : at t(n), just converged: what breaks, breaks and becomes points; in statics equilibrium follows at the
 // same load, until nothing breaks any more. Not good: the state is that of a failed attempt.
+// INTERRUPTED: a signal came between two equilibria.
 //   in   before   the state at the start of the increment
 //   watch         CRITERION_EXCEEDED: the increment steps over the load of the first break; nothing has broken yet
 Status step_fracture(Problem& p, const Step& s, double t_step, const State& before, BreakWatch& watch, Output& out);
+
+// step_signalled : has a signal come, on any rank? Collective.
+bool step_signalled();
 
 // step_undo_point, step_undo : the state with its elements, points and bonds before an increment, and back to it
 struct UndoPoint {

@@ -33,25 +33,87 @@ double smallest_stretch(const Problem& p)
   return least;
 }
 
-// what the solver says, and the unknown of the first zero pivot in the user's words
+// what the pairs of contact hold in a static step that found something free to move: nothing while they are open
+std::string contact_text(const Problem& p)
+{
+  const State& st = p.st;
+  std::string out;
+  if (p.m.step[st.log.step - 1].proc != PROC_STATIC || p.pairs.gap.empty()) return out;
+  for (size_t d = 0; d < p.m.bond.size(); ++d) {
+    const BondDef& def = p.m.bond[d];
+    if (def.kind != BOND_CONTACT) continue;
+    int closed = 0;
+    double least = 1e300, moved = 1e300;
+    for (int b = 0; b < st.bonds.nbond; ++b) {
+      if (st.bonds.def[b] != static_cast<int>(d) || !p.pairs.master.count(b)) continue;
+      const double now = st.np1.slip[b * p.m.dim];
+      least = std::min(least, p.pairs.gap[b]);
+      moved = std::min(moved, now);
+      closed += now <= 1e-9 * p.pairs.size[b];
+    }
+    char text[300];
+    if (closed)
+      std::snprintf(text, sizeof text, "; contact %.60s is closed at %d places and holds what rests on it %s", def.name.c_str(), closed,
+                    def.friction > 0.0 ? "as long as it is pressed" : "along its normal only (no friction)");
+    else if (least > 1e299)
+      std::snprintf(text, sizeof text, "; contact %.60s meets no face and holds nothing", def.name.c_str());
+    else
+      std::snprintf(text, sizeof text, "; contact %.60s is open (smallest gap %.3g at the start of the increment, %.3g now) and holds nothing: "
+                    "close it (*CONTACT PAIR, ADJUST=), or hold the body", def.name.c_str(), least, moved);
+    out += text;
+  }
+  return out;
+}
+
+// is the element a master of a pair that looks at nodes only? Nodes of the master between them are seen by nobody
+std::string unseen_master(const Problem& p, int e)
+{
+  const Mesh& mesh = p.m.mesh;
+  for (int b = 0; b < p.st.bonds.nbond && b < p.pairs.master.size(); ++b) {
+    const BondDef& d = p.m.bond[p.st.bonds.def[b]];
+    for (int k = p.pairs.master.off[b]; k < p.pairs.master.off[b + 1] && !d.by_face && d.intermediate == 0; ++k)
+      if (std::find(mesh.conn.begin(e), mesh.conn.begin(e) + mesh.conn.count(e), p.pairs.master.item[k]) != mesh.conn.begin(e) + mesh.conn.count(e))
+        return ". It belongs to the master surface of contact " + d.name.substr(0, 60) + ", whose slave nodes may not see how every second node "
+               "of it moves in: TYPE=SURFACE TO SURFACE, INTERMEDIATE=1, or a second pair with the roles exchanged";
+  }
+  return "";
+}
+
+// who has the row of the first zero pivot, and which of its directions it is
+std::string pivot_text(const Problem& p, int row, int direction)
+{
+  const System& s = p.sys;
+  char text[120];
+  double x[3];
+  if (row < s.nfe) {
+    std::snprintf(text, sizeof text, "direction %d of node %d", direction, p.m.mesh.node_label[s.node_of_row[row]]);
+  } else if (p.grid.key[row - s.nfe] >= key_own) {
+    std::snprintf(text, sizeof text, "direction %d of a corner of a point that the grid does not carry", direction);
+  } else {
+    grid_node_place(p.m.grid, s.dim, p.grid.key[row - s.nfe], x);
+    std::snprintf(text, sizeof text, "direction %d of the grid node at %s", direction, position_text(x, s.dim).c_str());
+  }
+  return text;
+}
+
+// what the solver says, what can move, and the unknown of the first zero pivot in the user's words. A pivot vanishes at any unknown that
+// takes part in the free motion; a rotation shows in a direction that is supported elsewhere.
 std::string solver_text(const Problem& p)
 {
   const System& s = p.sys;
   const int equation = p.solver.zero_equation;
   std::string words = p.solver.message.empty() ? "the linear solver failed" : p.solver.message;
   if (equation < 0 || equation >= s.neq()) return words;
-  char text[160];
-  const int row = equation / s.dim, direction = equation % s.dim + 1;
-  double x[3];
-  if (row < s.nfe) {
-    std::snprintf(text, sizeof text, ". That is direction %d of node %d", direction, p.m.mesh.node_label[s.node_of_row[row]]);
-  } else if (p.grid.key[row - s.nfe] >= key_own) {
-    std::snprintf(text, sizeof text, ". That is direction %d of a corner of a point that the grid does not carry", direction);
-  } else {
-    grid_node_place(p.m.grid, s.dim, p.grid.key[row - s.nfe], x);
-    std::snprintf(text, sizeof text, ". That is direction %d of the grid node at %s", direction, position_text(x, s.dim).c_str());
+  const int row = equation / s.dim;
+  words += ". It shows in " + pivot_text(p, row, equation % s.dim + 1);
+  if (row < s.nfe && !p.st.points.npoint && !p.st.bonds.nbond && s.tie.dof.empty()) {
+    const std::string motion = step_free_motion(p, s.node_of_row[row]);
+    if (!motion.empty()) return words + ": the supports leave free " + motion + " of its part";
+    return words + ": the supports take all rigid motions of its part, so a piece hangs on a hinge or on broken elements, or stiffnesses "
+                   "lie too far apart (a very thin element)";
   }
-  return words + text + "; when it is supported, stiffnesses lie too far apart (a penalty, a very thin element)";
+  const std::string contact = contact_text(p);
+  return words + ", which takes part in the motion" + contact + "; when it is supported, stiffnesses lie too far apart (a penalty, a very thin element)";
 }
 
 // the bond, or the material point and its corner, that lies outside the grid
@@ -115,6 +177,10 @@ std::string step_explain(const Problem& p, Status status)
   const Model& m = p.m;
   if (!p.note.empty()) return p.note;
   if (status == SOLVER_SINGULAR || status == SOLVER_FAILED) return solver_text(p);
+  if (status == MASS_FAILED)
+    return "the velocities of the grid at the start of the increment, or the accelerations of the nodes, were not found in 1000 iterations "
+           "with the mass matrix, which no smaller increment changes: look for densities and velocities that are out of proportion, and "
+           "for points that hardly touch their cells (WEAK= of *GRID)";
   if (status == OUTSIDE_GRID) {
     double top[3] = {0, 0, 0}, lo[3], hi[3];
     for (int i = 0; i < m.dim; ++i) top[i] = m.grid.lo[i] + m.grid.n[i] * m.grid.h[i];
@@ -136,7 +202,7 @@ std::string step_explain(const Problem& p, Status status)
     std::snprintf(text, sizeof text, "%s %d turned inside out (det F <= 0). St.Venant-Kirchhoff softens below a stretch of "
                   "0.577: check the load, or take smaller increments", p.worst_is_point ? "material point" : "element",
                   p.worst_is_point ? p.st.points.label[p.worst] : m.mesh.elem_label[p.worst]);
-    return text;
+    return p.worst_is_point ? text : text + unseen_master(p, p.worst);
   }
   const double stretch = smallest_stretch(p);
   if (stretch < 0.65) {
@@ -144,6 +210,7 @@ std::string step_explain(const Problem& p, Status status)
                   "Kirchhoff softens below 0.577 and carries no more load", p.st.log.residual, p.st.log.scale, stretch);
     return text;
   }
+  if (p.st.log.iterations == 0) return std::string(out_status_text(status)) + ", before the first iteration";
   std::snprintf(text, sizeof text, "residual %.3e against a force scale of %.3e after %d iterations: smaller increments, more "
                 "iterations (*NEWTON, MAX ITER=), or a load beyond what the structure can carry",
                 p.st.log.residual, p.st.log.scale, p.st.log.iterations);

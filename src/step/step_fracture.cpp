@@ -111,6 +111,7 @@ Status step_fracture(Problem& p, const Step& s, double t_step, const State& befo
     if (status != STATUS_OK) return status;
     out_erosion(p.m, p.st, out);
     out_progress(p.m, p.st, out);
+    if (step_signalled()) return INTERRUPTED;        // a crack that runs may take longer than a queue waits
   }
 }
 

@@ -24,7 +24,7 @@ Status project(Problem& p, Attempt& a)
   const int first = s.hung ? 0 : s.nfe;
   for (int i = s.nfe * s.dim; i < s.neq(); ++i)
     if (s.fixed[i]) a.vgrid[i] = s.rate0[i];
-  if (mass_solve(s, first, s.nfe, a.momentum, a.vgrid) < 0) return NOT_CONVERGED;
+  if (mass_solve(s, first, s.nfe, a.momentum, a.vgrid) < 0) return MASS_FAILED;
   RealVec Mv;                  // supports: the momentum that goes with their motion
   mass_multiply(s, a.vgrid, Mv);
   for (int i = first * s.dim; i < s.neq(); ++i)
@@ -57,7 +57,7 @@ Status inertia_at_start(Problem& p, Attempt& a, RealVec& Ma)
       f[i] = a.fext0[i] - a.fint0[i];
       if (s.fixed[i] && i >= grid) a.agrid[i] = (s.rate[i] - s.rate0[i]) / a.dt;
     }
-    if (mass_solve(s, first, s.nfe, f, a.agrid) < 0) return NOT_CONVERGED;
+    if (mass_solve(s, first, s.nfe, f, a.agrid) < 0) return MASS_FAILED;
   }
   mass_multiply(s, a.agrid, Ma);
   return STATUS_OK;
@@ -113,7 +113,7 @@ Status step_initial_acceleration(Problem& p, const Step& s, double t_step)
   for (int i = 0; i < sys.nfe * sys.dim; ++i)
     if (sys.fixed[i] == DOF_FIXED) acc[i] = p.st.n.a[sys.node_of_row[i / sys.dim] * sys.dim + i % sys.dim];
   if ((sys.tie.dof.empty() ? mass_solve(sys, 0, 0, f, acc) : mass_solve_tied(sys, f, acc)) < 0)
-    return NOT_CONVERGED;
+    return MASS_FAILED;
   for (int r = 0; r < sys.nfe; ++r)
     for (int i = 0; i < sys.dim; ++i) p.st.n.a[sys.node_of_row[r] * sys.dim + i] = acc[r * sys.dim + i];
   return STATUS_OK;

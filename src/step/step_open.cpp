@@ -140,6 +140,8 @@ int step_open(Problem& p)
   if (errors) return errors;
   if (has_contact(m)) errors = start_contact(p);
   if (errors) return errors;
+  overlap_pairs(m, p.watch);
+  overlap_start(m, p.el, st.points, st.n.u, st.n.uc, p.watch);
   point_velocities(st.points, m.dim, st.n.vc, st.n.vp);
   st.np1 = st.n;
   if (!solve_open(p.solver, m.solver)) {

@@ -175,12 +175,25 @@ void begin_step(Problem& p, const Step& s)
   if (s.proc == PROC_STATIC) stop_motion(p);
 }
 
-// a signal that any rank has seen
-bool signalled()
+// can a shorter increment do better? Not without memory or a number, outside the grid, when the velocities at t(n) are not found, or
+// after a signal
+bool cut_helps(Status status)
 {
-  const int number = comm_most(interrupt_signal());
-  if (number && !interrupt_signal()) interrupt_note(number);
-  return number != 0;
+  return status != SOLVER_FAILED && status != BAD_VALUE && status != OUTSIDE_GRID && status != MASS_FAILED && status != INTERRUPTED;
+}
+
+// how often increments were cut before the run stopped, and why they are not cut again
+std::string cuts_text(const Problem& p, Status status)
+{
+  if (status == INTERRUPTED) return "stopped";
+  const StepLog& log = p.st.log;
+  const Step& s      = p.m.step[log.step - 1];
+  std::string text   = "stopped after " + std::to_string(log.cuts) + " cuts of this increment";
+  if (p.st.clock.cuts != log.cuts) text += ", " + std::to_string(p.st.clock.cuts) + " in this step";
+  char limit[80] = "";
+  if (p.note.compare(0, 4, "INC=") != 0 && cut_helps(status) && log.cuts < s.ctl.max_cut && 0.5 * p.st.clock.dt < s.dt_min)
+    std::snprintf(limit, sizeof limit, "; half of dt = %g is less than dt min = %g", p.st.clock.dt, s.dt_min);
+  return text + limit;
 }
 
 // ranks take decisions from numbers that are the same on all of them; when they are not, the machines differ
@@ -202,6 +215,15 @@ Status interrupted(Problem& p, Output& out)
   return INTERRUPTED;
 }
 
+// within an increment: it is forgotten, and the run goes on with it
+Status interrupted_inside(Problem& p, const StepLog& done, const UndoPoint& undo, Output& out)
+{
+  if (p.fm.on) step_undo(p, undo);
+  out_erosion_undo(out);
+  p.st.log = done;
+  return interrupted(p, out);
+}
+
 // one step of the deck, in the order of doc/theory.md 6.5
 Status run_step(Problem& p, const Step& s, Output& out)
 {
@@ -212,20 +234,23 @@ Status run_step(Problem& p, const Step& s, Output& out)
   UndoPoint undo;
   p.ready = false;
   while (!clock_done(s, clock)) {
-    if (signalled()) return interrupted(p, out);
+    if (step_signalled()) return interrupted(p, out);
+    const StepLog done = st.log;
+    st.log.cuts = 0;
     if (++st.log.inc > s.max_inc) {
       p.note = "INC=" + std::to_string(s.max_inc) + " increments are used up before the end of the step: raise INC, or dt";
       return NOT_CONVERGED;
     }
     // 1., 2. grid, rows, pattern, mass
+    const int cuts = clock.cuts;
+    if (p.fm.on && s.proc == PROC_STATIC) step_undo_point(p, undo);
     Status status = step_prepare(p, s);
     if (status == STATUS_OK && st.log.inc == 1 && s.proc == PROC_DYNAMIC && s.scheme == SCHEME_NEWMARK)
       status = step_initial_acceleration(p, s, 0.0);
     // 3., 4., 5. attempts, each half as long as the one before
     double dt = clock_next(s, clock, stops);
-    clock.aim   = 0.0;
-    st.log.cuts = 0;
-    if (p.fm.on) step_undo_point(p, undo);
+    if (p.fm.on && s.proc == PROC_DYNAMIC) step_undo_point(p, undo);      // with the first acceleration
+    clock.aim = 0.0;
     BreakWatch watch;
     watch.on = s.proc == PROC_STATIC && !s.direct;
     while (status == STATUS_OK) {
@@ -246,7 +271,7 @@ Status run_step(Problem& p, const Step& s, Output& out)
         }
         st.log.iterations = iterations;
       }
-      if (status == STATUS_OK || status == SOLVER_FAILED || status == BAD_VALUE || status == OUTSIDE_GRID) break;
+      if (status == STATUS_OK || !cut_helps(status)) break;
       const std::string why = step_explain(p, status);
       const StepClock now = clock;
       if (p.fm.on) step_undo(p, undo);
@@ -255,13 +280,17 @@ Status run_step(Problem& p, const Step& s, Output& out)
       st.ledger = before;
       p.note    = why;                               // in the words of the state that is undone
       if (step_prepare(p, s) != STATUS_OK) break;
+      if ((p.fm.on || !p.m.restart.write) && step_signalled()) status = INTERRUPTED;
+      if (status == INTERRUPTED) break;
       if (st.log.cuts >= s.ctl.max_cut || shorter < s.dt_min) break;
       out_listing_cut(st.log.step, st.log.inc, start + clock.t, dt, shorter, status, why.c_str());
       ++st.log.cuts;
+      clock.cuts = cuts + st.log.cuts;
       dt = shorter;
       if (status != CRITERION_EXCEEDED) clock.dt = shorter;
       status = STATUS_OK;
     }
+    if (status == INTERRUPTED) return interrupted_inside(p, done, undo, out);
     if (status != STATUS_OK) return status;
     // 6. write
     if (clock.most == 0.0 && !st.eroded.empty()) clock.most = clock.dt;
@@ -273,11 +302,20 @@ Status run_step(Problem& p, const Step& s, Output& out)
     check_ranks(p);
     if (s.proc == PROC_STATIC || st.log.inc_total % 10 == 0 || clock_done(s, clock)) step_limit(p, s);
     if (p.fm.on) step_remainder(p, s);
+    if (!p.watch.pair.empty()) overlap_look(p.m, p.el, st, p.watch);
     out_increment(p.m, p.el, st, p.grid, out);
     st.eroded.clear();
     out_restart(p.m, st, p.grid, false, out);
   }
   return STATUS_OK;
+}
+
+// does a scheme of the steps dissipate on purpose?
+bool lossy(const Model& m)
+{
+  for (const Step& s : m.step)
+    if (s.dissipation > 0.0 || (s.proc == PROC_DYNAMIC && s.scheme == SCHEME_NEWMARK && s.gamma > 0.5)) return true;
+  return false;
 }
 
 // more than a percent of energy from nowhere: say so. A dissipating scheme loses energy on purpose; in statics the
@@ -288,14 +326,26 @@ void warn_balance(const Problem& p)
   if (g.conversion < -0.01 * g.scale)
     log_warn("conversion to points has won %.1f %% of the energy (ECONV %.4g): elements and cells of one size, smaller increments or "
              "*CONVERSION, INTERMEDIATE=1 make it smaller", -100.0 * g.conversion / g.scale, g.conversion);
-  bool lossy = false, moves = false;
-  for (const Step& s : p.m.step) {
-    moves = moves || s.proc == PROC_DYNAMIC;
-    lossy = lossy || s.dissipation > 0.0 || (s.proc == PROC_DYNAMIC && s.gamma > 0.5);
-  }
-  if (lossy || std::fabs(g.balance) <= (moves ? 0.01 : 0.2) * g.scale) return;
+  bool moves = false;
+  for (const Step& s : p.m.step) moves = moves || s.proc == PROC_DYNAMIC;
+  if (lossy(p.m) || std::fabs(g.balance) <= (moves ? 0.01 : 0.2) * g.scale) return;
   log_warn("the energy balance is off by %.1f %% (%.4g of %.4g): smaller increments show whether the answer can be trusted",
            100.0 * std::fabs(g.balance) / g.scale, g.balance, g.scale);
+}
+
+// is more energy come from nowhere, or lost, than the steps allow? Loss is what a dissipating scheme is for.
+bool balance_failed(const Problem& p)
+{
+  const Ledger& g = p.st.ledger;
+  double limit = 0.0;
+  for (const Step& s : p.m.step) limit = std::max(limit, s.balance);
+  if (limit == 0.0 || g.balance <= limit * g.scale) {
+    if (limit == 0.0 || lossy(p.m) || g.balance >= -limit * g.scale) return false;
+  }
+  log_error("the energy balance is off by %.1f %% of the largest energy (%.4g of %.4g), more than the %.3g %% that *STEP, BALANCE= allows: "
+            "the answer is wrong. Smaller increments, or SCHEME=ENERGY-MOMENTUM", 100.0 * std::fabs(g.balance) / g.scale, g.balance,
+            g.scale, 100.0 * limit);
+  return true;
 }
 
 // what each rank did, for the listing; nothing on one rank
@@ -349,7 +399,11 @@ int continue_run(Problem& p, Archive& f, Output& out)
   const Points begin = p.st.points;
   const int errors   = out_reopen(p.m, p.el, f, p.st, p.grid, out);
   if (errors) return errors;
-  if (p.fm.on) frac_replay(p.m, p.fm, p.st, begin, p.share);
+  if (p.fm.on && !frac_replay(p.m, p.fm, p.st, begin, p.share)) {
+    log_error("the restart file does not fit this model (conversion made again gives other points): it is damaged, although its checksum "
+              "is right, or another machine has written it; take an earlier one");
+    return 1;
+  }
   elem_refresh(p.el);
   p.ready  = false;
   p.opened = true;
@@ -357,6 +411,13 @@ int continue_run(Problem& p, Archive& f, Output& out)
 }
 
 }  // namespace
+
+bool step_signalled()
+{
+  const int number = comm_most(interrupt_signal());
+  if (number && !interrupt_signal()) interrupt_note(number);
+  return number != 0;
+}
 
 Status step_increment(Problem& p, const Step& s, double t0, double dt)
 {
@@ -370,6 +431,8 @@ Status step_increment(Problem& p, const Step& s, double t0, double dt)
   // in motion a multiplier of the step before would push a contact that opens: energy from nothing (4.2)
   if (s.proc == PROC_DYNAMIC) std::fill(st.np1.lambda_n.begin(), st.np1.lambda_n.end(), 0.0);
   p.note.clear();
+  st.log.iterations = 0;                             // of this attempt: an error before the first one tells so
+  st.log.residual   = 0.0;
   a.du.assign(p.sys.neq(), 0.0);
   Status status = system_constrain(p, s, a.t0, a.t1);
   if (status == STATUS_OK && !mid) status = assem_loads(p, s, a.t0, a.total0, 0.0, a.fext0);
@@ -406,9 +469,10 @@ int step_run(Problem& p, Archive& f, Output& out)
     out_step_end(p.m, p.st, out);
   }
   if (status != STATUS_OK)
-    log_error("step %d, increment %d, time %.8g: stopped after %d cuts. %s", p.st.log.step, p.st.log.inc, p.st.n.time,
-              p.st.log.cuts, step_explain(p, status).c_str());
-  warn_balance(p);
+    log_error("step %d, increment %d, time %.8g: %s. %s", p.st.log.step, p.st.log.inc, p.st.n.time,
+              cuts_text(p, status).c_str(), step_explain(p, status).c_str());
+  const bool unbalanced = status == STATUS_OK && balance_failed(p);
+  if (!unbalanced) warn_balance(p);
   load_of_ranks(p, out.ranks);
   step_memory(p, out.memory);
   const int failed = comm_share(out_close(p.m, p.el, p.st, p.grid, p.solver, status == STATUS_OK, out));
@@ -416,5 +480,5 @@ int step_run(Problem& p, Archive& f, Output& out)
   if (status == BAD_VALUE) return EXIT_DECK;
   if (status == INTERRUPTED && p.m.restart.write) return EXIT_CONTINUE;
   if (status != STATUS_OK) return EXIT_PHYSICS;
-  return failed ? EXIT_CHECK_FAILED : EXIT_GOOD;
+  return failed || unbalanced ? EXIT_CHECK_FAILED : EXIT_GOOD;
 }

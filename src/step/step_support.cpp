@@ -37,6 +37,20 @@ void join_faces(const Problem& p, IntVec& up)
   }
 }
 
+// the same for elements that share a node: nothing but a hinge may hold them together
+void join_nodes(const Problem& p, IntVec& up)
+{
+  const Mesh& mesh = p.m.mesh;
+  IntVec owner(mesh.nnode(), -1);
+  for (const ElemBlock& b : p.el.block)
+    for (int slot : b.live)
+      for (int a = 0; a < mesh.conn.count(b.elem[slot]); ++a) {
+        int& first = owner[mesh.conn.begin(b.elem[slot])[a]];
+        if (first < 0) first = b.elem[slot];
+        else up[root_of(up, b.elem[slot])] = root_of(up, first);
+      }
+}
+
 // what the supports of a part make of its six rigid motions: sum of r r^T over fixed dofs, r = their displacement
 struct Part {
   Mat6 gram = Mat6::Zero();
@@ -46,13 +60,14 @@ struct Part {
 
 void add_node(const Problem& p, int node, Part& part)
 {
+  const int dim   = p.m.dim;
   const double* X = &p.m.mesh.X[3 * node];
   if (!part.begun) std::copy(X, X + 3, part.X0);
   part.begun = true;
   const double d[3] = {X[0] - part.X0[0], X[1] - part.X0[1], X[2] - part.X0[2]};
   part.far = std::max({part.far, std::fabs(d[0]), std::fabs(d[1]), std::fabs(d[2])});
-  for (int i = 0; i < 3; ++i) {
-    if (p.sys.fixed[p.sys.row_of_node[node] * 3 + i] != DOF_FIXED) continue;
+  for (int i = 0; i < dim; ++i) {
+    if (p.sys.fixed[p.sys.row_of_node[node] * dim + i] != DOF_FIXED) continue;
     const int j = (i + 1) % 3, k = (i + 2) % 3;
     Vec6 r = Vec6::Zero();     // translation i; rotations about j and k move along i
     r[i]     = 1.0;
@@ -62,14 +77,20 @@ void add_node(const Problem& p, int node, Part& part)
   }
 }
 
-bool holds(const Part& part)
+// eigenvectors of the motions, rotations times the size of the part; in a plane the three that leave it are no motions
+Eigen::SelfAdjointEigenSolver<Mat6> motions(const Part& part, int dim)
 {
   Vec6 scale;
   scale << 1.0, 1.0, 1.0, 1.0 / part.far, 1.0 / part.far, 1.0 / part.far;
-  const Mat6 g = scale.asDiagonal() * part.gram * scale.asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<Mat6> eigen(g, Eigen::EigenvaluesOnly);
-  return eigen.eigenvalues()[0] > 1e-6 * eigen.eigenvalues()[5];
+  Mat6 g = scale.asDiagonal() * part.gram * scale.asDiagonal();
+  if (dim == 2)
+    for (int k : {2, 3, 4}) g(k, k) = 1.0 + g.trace();
+  return Eigen::SelfAdjointEigenSolver<Mat6>(g);
 }
+
+bool is_free(const Eigen::SelfAdjointEigenSolver<Mat6>& e, int k) { return e.eigenvalues()[k] <= 1e-6 * std::max(1e-300, e.eigenvalues()[5]); }
+
+bool holds(const Part& part) { return !is_free(motions(part, 3), 0); }
 
 }  // namespace
 
@@ -87,4 +108,36 @@ bool step_held(const Problem& p)
       for (int a = 0; a < mesh.conn.count(b.elem[slot]); ++a) add_node(p, mesh.conn.begin(b.elem[slot])[a], own);
     }
   return std::all_of(part.begin(), part.end(), [](const auto& x) { return holds(x.second); });
+}
+
+std::string step_free_motion(const Problem& p, int node)
+{
+  const Mesh& mesh = p.m.mesh;
+  const int dim    = p.m.dim;
+  IntVec up(mesh.nelem());
+  std::iota(up.begin(), up.end(), 0);
+  join_nodes(p, up);
+  int own = -1;                // the part of the node
+  for (const ElemBlock& b : p.el.block)
+    for (int slot : b.live)
+      for (int a = 0; a < mesh.conn.count(b.elem[slot]); ++a)
+        if (mesh.conn.begin(b.elem[slot])[a] == node) own = root_of(up, b.elem[slot]);
+  if (own < 0) return "";
+  Part part;
+  for (const ElemBlock& b : p.el.block)
+    for (int slot : b.live)
+      for (int a = 0; a < mesh.conn.count(b.elem[slot]) && root_of(up, b.elem[slot]) == own; ++a)
+        add_node(p, mesh.conn.begin(b.elem[slot])[a], part);
+  const auto e = motions(part, dim);
+  int number = 0;
+  while (number < 6 && is_free(e, number)) ++number;
+  if (number == 0) return "";
+  const auto free = e.eigenvectors().leftCols(number);
+  std::string text;
+  for (int i = 0; i < dim; ++i)                      // translations are those that the free motions make up
+    if (free.row(i).squaredNorm() > 1.0 - 1e-6) text += (text.empty() ? "a motion in direction " : " and ") + std::to_string(i + 1);
+  const Eigen::Matrix3d turning = free.bottomRows(3) * free.bottomRows(3).transpose();
+  const int turns = static_cast<int>((Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(turning, Eigen::EigenvaluesOnly).eigenvalues().array() > 1e-6).count());
+  if (turns == 0) return text.empty() ? "a motion across the directions" : text;
+  return text + (text.empty() ? "" : " and ") + (turns == 1 ? "a rotation" : std::to_string(turns) + " rotations");
 }

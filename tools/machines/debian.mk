@@ -2,7 +2,8 @@
 # Headers of others come by -isystem: warnings stay about our code.
 
 CXX      = mpicxx
-CXXFLAGS = -O3 -march=native
+MARCH   ?= native
+CXXFLAGS = -O3 -march=$(MARCH)
 DEFINES  = -DMPFE_MPI -DMPFE_MUMPS -DMPFE_METIS -DOMPI_SKIP_MPICXX
 INCLUDE  = -isystem /usr/include/eigen3 \
            $(addprefix -isystem ,$(shell $(CXX) --showme:incdirs 2>/dev/null))

@@ -2,7 +2,8 @@
 # Needs g++, Eigen, GSL and muParser.
 
 CXX      = g++
-CXXFLAGS = -O3 -march=native
+MARCH   ?= native
+CXXFLAGS = -O3 -march=$(MARCH)
 DEFINES  =
 INCLUDE  = -isystem /usr/include/eigen3
 LDLIBS   = -lgsl -lgslcblas -lmuparser

@@ -1,7 +1,10 @@
 // Restart: values to bytes and back, the state whole, corners that conversion shares.
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "frac/frac.h"
+#include "model/state_fits.h"
 #include "model/state_io.h"
 
 namespace {
@@ -53,6 +56,34 @@ TEST(Archive, BytesThatEndTooEarlyAreSeen)
     io(f, back);
     EXPECT_FALSE(f.good) << n;
   }
+}
+
+TEST(Archive, AStateThatDoesNotFitTheModelIsSeen)
+{
+  Model m;
+  m.step.resize(1);
+  m.step[0].period = 1.0;
+  m.step[0].dt     = 0.5;
+  State good;
+  good.log.step = 1;
+  good.clock.dt = 0.5;
+  EXPECT_EQ(state_fault(m, good.points, good), nullptr);
+  const auto fault = [&](void (*change)(State&)) {
+    State s = good;
+    change(s);
+    const char* text = state_fault(m, good.points, s);
+    return std::string(text ? text : "");
+  };
+  EXPECT_EQ(fault([](State& s) { s.log.step = 2; }), "times and increments");
+  EXPECT_EQ(fault([](State& s) { s.clock.t = std::nan(""); }), "times and increments");
+  EXPECT_EQ(fault([](State& s) { s.clock.dt = 0.0; }), "times and increments");
+  EXPECT_EQ(fault([](State& s) { s.n.u = {1.0}; }), "displacements and velocities");
+  EXPECT_EQ(fault([](State& s) { s.points.npoint = 1; }), "material points");
+  EXPECT_EQ(fault([](State& s) { s.points.conn.item = {3}; }), "material points");
+  EXPECT_EQ(fault([](State& s) { s.bonds.nbond = -1; }), "bonds");
+  EXPECT_EQ(fault([](State& s) { s.frac.converted = {0}; }), "broken and converted elements");
+  EXPECT_EQ(fault([](State& s) { s.rf = {0.0}; }), "reactions");
+  EXPECT_EQ(fault([](State& s) { s.division.ranks = 0; }), "division among ranks");
 }
 
 TEST(Archive, StateComesBackWhole)

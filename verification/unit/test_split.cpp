@@ -567,3 +567,19 @@ TEST(Split, SpectralClosed)
     EXPECT_EQ(0.0, largest(o.Cp, 36));
   }
 }
+
+// pressure alone bears no shear: the constants 1 1 1 0 0 0 of a gradient must not be copied as 1 1 1 1 0 0 (GCC 12.2, AVX-512, -O1)
+TEST(Split, PressureBearsNoShear)
+{
+  const double N[3] = {1, 0, 0}, plane[4] = {-0.01, 0.003, 0.003, -0.01};
+  const double space[9] = {-0.01, 0.003, 0.004, 0.003, -0.01, 0.002, 0.004, 0.002, -0.01};
+  for (int dim : {2, 3}) {
+    const MatLaw law = law_of(1.0, 0.2, dim == 3 ? PLANE_NONE : PLANE_STRAIN);
+    const int nv = dim == 3 ? 6 : 3, first = dim == 3 ? 3 : 2;
+    double psi, S[9], C[36];
+    split_eroded(law, dim, SPLIT_PRESSURE, false, 0.0, dim == 3 ? space : plane, N, &psi, S, C);
+    EXPECT_LT(S[0], 0.0);
+    EXPECT_EQ(0.0, S[1]) << dim;
+    for (int m = first; m < nv; ++m) EXPECT_EQ(0.0, C[nv * m + m]) << dim;
+  }
+}

@@ -1,0 +1,36 @@
+// ---------------------------------------------------------------------------
+// overlap.h : bodies that overlap, touch, or pass through each other without bond or contact (doc/theory.md 4.3)
+//
+// A part is a body of material points, or all finite elements of a section. Parts without common unknowns, bond or
+// contact pair do not know of each other.
+// ---------------------------------------------------------------------------
+#ifndef MPFE_BOND_OVERLAP_H
+#define MPFE_BOND_OVERLAP_H
+
+#include "elem/elem.h"
+#include "model/state.h"
+
+struct StrangerPair {          // two parts that do not know of each other
+  int body = -1;               // a body of points
+  int other = -1;              // another body, or
+  int section = -1;            // the elements of a section
+  bool told = false;
+};
+
+struct OverlapWatch {
+  std::vector<StrangerPair> pair;
+  int rest = 0;                // increments until the next look
+};
+
+// overlap_pairs : which parts do not know of each other; once, at the start
+void overlap_pairs(const Model& m, OverlapWatch& w);
+
+// overlap_start : warns of such parts that overlap or touch at the start
+//   in   el, u, uc at t = 0
+void overlap_start(const Model& m, const Elements& el, const Points& pts, const RealVec& u, const RealVec& uc,
+                   OverlapWatch& w);
+
+// overlap_look : warns, once a pair, of such parts that have come to overlap
+void overlap_look(const Model& m, const Elements& el, const State& st, OverlapWatch& w);
+
+#endif

@@ -1,0 +1,11 @@
+# Like debian, for the search for faults: address and undefined-behaviour sanitizers, checks of the
+# standard library and of Eigen. Five to twenty times slower; a fault ends the program at once.
+#     make MACHINE=debug unit && bin/unit-debug
+# Leaks are not looked for: Open MPI keeps what it has (src/base/sanitize.cpp).
+
+include tools/machines/debian.mk
+MARCH    = x86-64-v2
+CXXFLAGS = -O1 -g -march=$(MARCH) -fsanitize=address,undefined -fno-sanitize-recover=undefined \
+           -fno-omit-frame-pointer -D_GLIBCXX_ASSERTIONS
+LDFLAGS  = -fsanitize=address,undefined
+SUFFIX   = -debug
