@@ -35,7 +35,8 @@ const double* block_of(const SysMatrix& A, int I, int J)
   const int* first = A.col.data() + A.off[I];
   const int* last  = A.col.data() + A.off[I + 1];
   const int* found = std::lower_bound(first, last, J);
-  return found != last && *found == J ? &A.val[static_cast<size_t>(found - A.col.data()) * A.dim * A.dim] : nullptr;
+  if (found == last || *found != J) return nullptr;
+  return &A.val[static_cast<size_t>(found - A.col.data()) * A.dim * A.dim];
 }
 
 // the block in row I, column J of a symmetric matrix, whichever triangle it lies in, with all its numbers
@@ -46,7 +47,10 @@ bool whole_block(const SysMatrix& A, int I, int J, double* out)
   std::fill(out, out + D * D, 0.0);
   if (!a) return false;
   for (int i = 0; i < D; ++i)
-    for (int j = 0; j < D; ++j) out[i * D + j] = I == J ? a[std::max(i, j) * D + std::min(i, j)] : I > J ? a[i * D + j] : a[j * D + i];
+    for (int j = 0; j < D; ++j) {
+      const bool turned = I < J || (I == J && j > i);
+      out[i * D + j]    = turned ? a[j * D + i] : a[i * D + j];
+    }
   return true;
 }
 
@@ -125,7 +129,7 @@ void grid_couple(const SysMatrix& A, int first, bool turned, const double* x, do
 }
 
 // C -= A_Sg A_gg^-1 A_gS of rows S of A (-1: none)                        [m][m], m = D S
-void take_grid(const SysMatrix& A, GridBlock& g, const IntVec& set, double sign, RealVec& C)
+void take_grid(const SysMatrix& A, GridBlock& g, const IntVec& set, RealVec& C)
 {
   const int D = A.dim, m = static_cast<int>(set.size()) * D, n = g.size();
   if (n == 0) return;
@@ -154,7 +158,8 @@ void take_grid(const SysMatrix& A, GridBlock& g, const IntVec& set, double sign,
     grid_solve(g, x.data());
     for (const Part& p : part)
       for (int i = 0; i < D; ++i)
-        for (int q = 0; q < D; ++q) C[static_cast<size_t>(j) * m + p.col * D + q] -= sign * p.a[i * D + q] * x[p.row * D + i];
+        for (int q = 0; q < D; ++q)
+          C[static_cast<size_t>(j) * m + p.col * D + q] -= p.a[i * D + q] * x[p.row * D + i];
   }
 }
 
@@ -182,11 +187,12 @@ void find_changed(const SysMatrix& A, int nfe, Changed& c, std::vector<char>& in
   const int D = A.dim, DD = D * D;
   RealVec size;
   element_size(A, nfe, size);
+  const auto stiffness = [&](int J) { return c.now[J] >= 0 ? std::min(size[c.now[J]], c.size[J]) : c.size[J]; };
   const auto compare = [&](int I, int K, const double* today, const double* before) {      // old rows
-    const double a = c.now[I] >= 0 ? std::min(size[c.now[I]], c.size[I]) : c.size[I], b = c.now[K] >= 0 ? std::min(size[c.now[K]], c.size[K]) : c.size[K];
     double most = 0.0;
-    for (int i = 0; i < DD; ++i) most = std::max(most, std::fabs((today ? today[i] : 0.0) - (before ? before[i] : 0.0)));
-    if (most > CHANGED * std::sqrt(a * b)) in[I] = in[K] = 1;
+    for (int i = 0; i < DD; ++i)
+      most = std::max(most, std::fabs((today ? today[i] : 0.0) - (before ? before[i] : 0.0)));
+    if (most > CHANGED * std::sqrt(stiffness(I) * stiffness(K))) in[I] = in[K] = 1;
   };
   double other[9];
   for (int I = 0; I < nfe; ++I)
@@ -243,7 +249,7 @@ Status add_columns(Solver& s, Changed& c, const IntVec& rows)
       for (int i = 0; i < D; ++i)
         for (int j = 0; j < D; ++j) c.C0[static_cast<size_t>(J * D + j) * m + I * D + i] = block[i * D + j];
     }
-  take_grid(c.A0, *c.grid0, c.set, 1.0, c.C0);
+  take_grid(c.A0, *c.grid0, c.set, c.C0);
   return STATUS_OK;
 }
 
@@ -262,7 +268,7 @@ bool form_dense(const SysMatrix& A, Changed& c)
       for (int i = 0; i < D; ++i)
         for (int j = 0; j < D; ++j) C[static_cast<size_t>(J * D + j) * m + I * D + i] = block[i * D + j];
     }
-  take_grid(A, *c.grid, now, 1.0, C);
+  take_grid(A, *c.grid, now, C);
   for (int J = 0; J < set; ++J)
     for (int I = 0; I < set; ++I)
       for (int i = 0; i < D; ++i)
@@ -320,7 +326,9 @@ bool changed_form(Solver& s, const SysMatrix& A, const std::vector<long>& key, i
   IntVec rows;
   for (int J = 0; J < c.nfe; ++J)
     if (in[J] && c.place[J] < 0) rows.push_back(J);
-  c.on = (c.set.size() + rows.size()) * A.dim <= MOST && (rows.empty() || add_columns(s, c, rows) == STATUS_OK) && form_dense(A, c);
+  c.on = (c.set.size() + rows.size()) * A.dim <= MOST;
+  if (c.on && !rows.empty()) c.on = add_columns(s, c, rows) == STATUS_OK;
+  c.on = c.on && form_dense(A, c);
   if (c.on) c.stamp = stamp;
   return c.on;
 }
@@ -353,7 +361,8 @@ Status changed_apply(Solver& s, const SysMatrix& A, Changed& c, const RealVec& r
       x[k]          = row < 0 ? 0.0 : x[k] + rf[row * D + k % D];
     }
     x = (Q * x).eval();
-    Eigen::Map<Eigen::VectorXd>(c.y.data(), static_cast<long>(neq)) += Dense(c.V.data(), static_cast<long>(neq), m) * (G * (x - y));
+    const Dense V(c.V.data(), static_cast<long>(neq), m);
+    Eigen::Map<Eigen::VectorXd>(c.y.data(), static_cast<long>(neq)) += V * (G * (x - y));
     for (int k = 0; k < m; ++k) c.y[c.set[k / D] * D + k % D] = x[k];
   }
   for (int I = 0; I < nfe; ++I)

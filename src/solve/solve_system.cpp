@@ -167,7 +167,8 @@ Status by_factor(Solver& s, const SysMatrix& A, const SolveAsk& ask, const RealV
   d.stamp    = ask.stamp;
   d.kept.key = ask.key;
   d.changed.on = false;
-  if (ask.broken && s.hold >= 0 && s.def.reuse && A.neq() >= SMALL && !sys_shared(A)) changed_begin(A, ask.key, s.hold, d.changed);
+  if (ask.broken && s.hold >= 0 && s.def.reuse && A.neq() >= SMALL && !sys_shared(A))
+    changed_begin(A, ask.key, s.hold, d.changed);
   d.age      = 0;
   if (d.fresh_rate > 0.0) d.cost[PATH_KEPT].rate = d.fresh_rate;
   Timer timer(PHASE_SOLVE);

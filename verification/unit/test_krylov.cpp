@@ -253,7 +253,7 @@ static Springs without(const Springs& k, int row)
     for (int q = A.off[I]; q < A.off[I + 1]; ++q) {
       if (A.col[q] == row) continue;
       n.A.col.push_back(now[A.col[q]]);
-      n.A.val.insert(n.A.val.end(), &A.val[static_cast<size_t>(q) * DD], &A.val[static_cast<size_t>(q + 1) * DD]);
+      n.A.val.insert(n.A.val.end(), A.val.begin() + static_cast<long>(q) * DD, A.val.begin() + (q + 1L) * DD);
     }
     n.A.off.push_back(static_cast<int>(n.A.col.size()));
   }
@@ -261,7 +261,9 @@ static Springs without(const Springs& k, int row)
     for (int q = A.off[I]; q < A.off[I + 1] - 1; ++q) {
       if (I != row && A.col[q] != row) continue;
       const int J = now[I == row ? A.col[q] : I];
-      for (int i = 0; i < A.dim; ++i) n.A.val[static_cast<size_t>(n.A.off[J + 1] - 1) * DD + i * A.dim + i] += A.val[static_cast<size_t>(q) * DD + i * A.dim + i];
+      double* diagonal = &n.A.val[static_cast<size_t>(n.A.off[J + 1] - 1) * DD];
+      const double* spring = &A.val[static_cast<size_t>(q) * DD];
+      for (int i = 0; i < A.dim; ++i) diagonal[i * A.dim + i] += spring[i * A.dim + i];
     }
   return n;
 }
