@@ -109,7 +109,9 @@ bool load_restart(const Model& m, const Options& o, Archive& f)
   if (comm_share(comm_rank() == 0 && !out_restart_load(m, path, f))) return false;
   comm_share(f.bytes);
   f.reading = true;
-  f.at      = static_cast<std::size_t>(comm_share(static_cast<int>(f.at)));
+  double at = static_cast<double>(f.at);
+  comm_share(&at, 1);
+  f.at = static_cast<std::size_t>(at);
   return true;
 }
 

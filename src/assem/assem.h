@@ -23,6 +23,17 @@ struct HeldPart {
   double part;                 // of the reaction; adds up to 1 for each dof
 };
 
+// what a dof of the system is
+enum DofKind { DOF_FREE, DOF_FIXED, DOF_TIED };      // TIED: an equation gives it
+
+// Equations of the step: u[dof] = gap + sum of coef u[master], no master is tied itself               doc/theory.md (5.6)
+struct Ties {
+  IntVec dof;                  // [ntie]
+  ListTable master;            // [ntie] dofs
+  RealVec coef;                // [master.item]
+  RealVec gap;                 // [ntie] what is left of the equation at t(n); rounding
+};
+
 struct System {
   int dim = 0, nfe = 0, nrow = 0;
   bool numbered = false;       // rows of nodes are those of the elements and bonds of now
@@ -45,7 +56,9 @@ struct System {
   ListTable bond_rows, ghost_rows;
   long pattern = 0;            // number of the pattern
   long tangent = 0;            // number of the tangent in A
-  IntVec fixed;                // [nrow*dim] 0 free, 1 prescribed
+  Ties tie;
+  std::vector<char> bare;      // [nfe] a node of an equation that belongs to no element
+  IntVec fixed;                // [nrow*dim] DofKind
   RealVec target;              // [nrow*dim] prescribed increment of the step, 0 at free dofs
   RealVec rate0, rate;         // [nrow*dim] velocity of prescribed dofs at t(n) (grid only), t(n+1)
   IntVec grid_bc;              // [nrow*dim] index of the grid condition, -1
@@ -61,7 +74,7 @@ struct Frozen {
   double cM = 0.0;
   KernelMode mode;
   IntVec fixed;
-  RealVec diag;                // [neq] diagonal before prescribed dofs went
+  RealVec diag, whole;         // [neq] diagonal before prescribed dofs went, before equations were put in
   long kept = 0, near = 0;     // iterations that found their tangent there; that took the one before, which is near
 };
 
@@ -139,8 +152,24 @@ void system_lists(const Problem& p, bool all, Use use)
   for (int q : s.my_ghost) use_ghost(q);
 }
 
-// system_form : rows, lists, and, when a list has changed, pattern and scatter maps; mass
-void system_form(Problem& p, bool mass);
+// system_form : rows, lists, equations, and, when a list has changed, pattern and scatter maps; mass
+void system_form(Problem& p, const Step& s, bool mass);
+
+// ---- equations between dofs (system_tie.cpp), doc/theory.md (5.6) - (5.8). Without equations they do nothing.
+// system_tie : System::tie of the step; true: it is not the one of before
+bool system_tie(Problem& p, const Step& s);
+
+// tie_extend : what couples a dependent dof couples its masters
+void tie_extend(const System& s, ListTable& lists);
+
+// tie_follow : x = T x, dependent dofs follow their masters; gap: an increment, which also closes what is left of the equation
+void tie_follow(const System& s, bool gap, RealVec& x);
+
+// tie_force : f = T^T f, forces on dependent dofs go to their masters
+void tie_force(const System& s, RealVec& f);
+
+// tie_matrix : A = T^T A T of what this rank has; rows and columns of dependent dofs are zero afterwards
+void tie_matrix(System& s);
 
 // Loads and supports are checked where they are evaluated, by all ranks alike. The routines below return BAD_VALUE
 // when one is no finite number; p.note then names keyword, line, function, node or face, and time.
@@ -177,6 +206,10 @@ void mass_multiply(const System& sys, const RealVec& x, RealVec& y);
 // Conjugate gradients with symmetric Gauss-Seidel, all directions at once. Returns the iterations; -1: not converged.
 // doc/theory.md (3.14)
 int mass_solve(const System& sys, int first, const RealVec& f, RealVec& x);
+
+// mass_solve_tied : M x = f in the nodes of elements with equations: T^T M T x = T^T f on the free dofs, x at fixed dofs is given.
+// Returns as mass_solve.
+int mass_solve_tied(const System& sys, const RealVec& f, RealVec& x);
 
 // point_momentum : adds p_v = sum_cd N_v(x_c) m_cd v_d of the points of this rank to the grid rows of out [neq]
 void point_momentum(const Problem& p, const RealVec& vc, RealVec& out);

@@ -371,7 +371,7 @@ Status node_loads(Problem& p, const Step& step, const Load& l, double t_step, do
     const auto name = [&] { return "node " + std::to_string(p.m.mesh.node_label[n]); };
     const double* X = &p.m.mesh.X[3 * n];
     if (value_here(p, step, l, X, t_step, t_total, name, value) != STATUS_OK) return BAD_VALUE;
-    const int c = p.follow.empty() ? FOLLOW_ELEMENT : p.follow[n];
+    const int c = p.follow.empty() || p.sys.row_of_node[n] >= 0 ? FOLLOW_ELEMENT : p.follow[n];
     if (c >= 0) fc[c * p.m.dim + l.dof] += value;
     else fn[n * p.m.dim + l.dof] += value;
     if (c == FOLLOW_NONE)

@@ -3,6 +3,7 @@
 
 #include "assem/assem.h"
 #include "base/comm.h"
+#include "base/sum.h"
 
 namespace {
 
@@ -261,6 +262,52 @@ void mass_multiply(const System& s, const RealVec& x, RealVec& y)
 int mass_solve(const System& s, int first, const RealVec& f, RealVec& x)
 {
   return s.dim == 2 ? solve<2>(s, first, f, x) : solve<3>(s, first, f, x);
+}
+
+int mass_solve_tied(const System& s, const RealVec& f, RealVec& x)
+{
+  const int n = s.nfe * s.dim;
+  RealVec diag(s.neq(), 0.0), b = f, r, q, w(s.neq(), 0.0);
+  for (int i = 0; i < n; ++i) diag[i] = s.M_diag[i / s.dim];
+  for (size_t k = 0; k < s.tie.dof.size(); ++k)
+    for (int j = s.tie.master.off[k]; j < s.tie.master.off[k + 1]; ++j)
+      diag[s.tie.master.item[j]] += s.tie.coef[j] * s.tie.coef[j] * s.M_diag[s.tie.dof[k] / s.dim];
+  const auto free = [&](int i) { return s.fixed[i] == DOF_FREE && diag[i] > 0.0; };
+  const auto apply = [&](RealVec& in, RealVec& out) {          // out = T^T M T in
+    tie_follow(s, false, in);
+    mass_multiply(s, in, out);
+    tie_force(s, out);
+  };
+  const auto weighed = [&](const RealVec& v) {                 // v^T diag^-1 v
+    return sum_terms(n, [&](size_t i) { return free(static_cast<int>(i)) ? v[i] * v[i] / diag[i] : 0.0; });
+  };
+  tie_force(s, b);
+  for (int i = 0; i < n; ++i)
+    if (s.fixed[i] == DOF_FREE) x[i] = 0.0;
+  const double goal = 1e-28 * weighed(b);
+  apply(x, q);
+  r = b;
+  for (int i = 0; i < n; ++i) r[i] -= q[i];
+  double rho = weighed(r), before = 0.0;
+  for (int it = 0; it <= 1000; ++it) {
+    if (rho <= goal) {
+      tie_follow(s, false, x);
+      return it;
+    }
+    for (int i = 0; i < n; ++i) w[i] = free(i) ? r[i] / diag[i] + (it ? rho / before : 0.0) * w[i] : 0.0;
+    apply(w, q);
+    const double wq = sum_terms(n, [&](size_t i) { return free(static_cast<int>(i)) ? w[i] * q[i] : 0.0; });
+    if (!(wq > 0.0)) break;
+    for (int i = 0; i < n; ++i) {
+      if (!free(i)) continue;
+      x[i] += rho / wq * w[i];
+      r[i] -= rho / wq * q[i];
+    }
+    before = rho;
+    rho    = weighed(r);
+  }
+  tie_follow(s, false, x);
+  return rho <= 1e12 * goal ? 1000 : -1;
 }
 
 void point_momentum(const Problem& p, const RealVec& vc, RealVec& out)

@@ -10,7 +10,7 @@ namespace {
 
 void fix(System& s, int dof, double increment, double rate, int grid_bc)
 {
-  s.fixed[dof]   = 1;
+  s.fixed[dof]   = DOF_FIXED;
   s.target[dof]  = increment;
   s.rate[dof]    = rate;
   s.grid_bc[dof] = grid_bc;
@@ -34,7 +34,7 @@ void each_dof(const Problem& p, const HeldCorner& h, Use use)
   }
 }
 
-// Prescribes the grid nodes that the corners follow; a node of several corners gets their mean by |N_v|   (7.14)
+// Prescribes the grid nodes that the corners follow; a node of several corners gets their mean by |N_v|   (7.25)
 void hold_corners(Problem& p, const std::vector<HeldCorner>& corners, double time)
 {
   System& s = p.sys;
@@ -84,6 +84,26 @@ Status bad_grid_node(Problem& p, const GridBc& b, const double* x, double time)
 {
   p.note = value_text(p.m, "GRID BOUNDARY", b.place, b.value, b.amplitude, "the grid node", x, time);
   return BAD_VALUE;
+}
+
+// dependent dofs; nodes without elements move only where an equation has them
+void constrain_ties(Problem& p)
+{
+  System& s     = p.sys;
+  Ties& t       = s.tie;
+  const int dim = s.dim;
+  const RealVec& u = p.st.n.u;
+  const auto of = [&](int dof) { return u[s.node_of_row[dof / dim] * dim + dof % dim]; };
+  for (size_t k = 0; k < t.dof.size(); ++k) {
+    s.fixed[t.dof[k]] = DOF_TIED;
+    t.gap[k] = -of(t.dof[k]);
+    for (int q = t.master.off[k]; q < t.master.off[k + 1]; ++q) t.gap[k] += t.coef[q] * of(t.master.item[q]);
+  }
+  std::vector<char> acts(s.nfe * dim, 0);
+  for (int m : t.master.item) acts[m] = 1;
+  for (int r = 0; r < s.nfe; ++r)
+    for (int dof = r * dim; dof < (r + 1) * dim && s.bare[r]; ++dof)
+      if (s.fixed[dof] == DOF_FREE && !acts[dof]) fix(s, dof, 0.0, 0.0, -1);
 }
 
 }  // namespace
@@ -167,5 +187,6 @@ Status system_constrain(Problem& p, const Step& step, double t_step0, double t_s
       }
     }
   }
+  if (!p.m.equation.empty()) constrain_ties(p);
   return STATUS_OK;
 }

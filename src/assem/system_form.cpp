@@ -57,7 +57,17 @@ void number_nodes(Problem& p)
   System& s = p.sys;
   if (s.numbered) return;
   s.numbered    = true;
-  s.node_of_row = order_nodes(p, elements_around(p));
+  const ListTable around = elements_around(p);
+  s.node_of_row = order_nodes(p, around);
+  s.bare.assign(s.node_of_row.size(), 0);
+  std::vector<char> known(p.m.mesh.nnode(), 0);      // nodes of equations without elements come last
+  for (const Equation& e : p.m.equation)
+    for (const EquationTerm& t : e.term) {
+      if (around.count(t.node) || known[t.node]) continue;
+      known[t.node] = 1;
+      s.node_of_row.push_back(t.node);
+      s.bare.push_back(1);
+    }
   s.nfe         = static_cast<int>(s.node_of_row.size());
   s.row_of_node.assign(p.m.mesh.nnode(), -1);
   for (int r = 0; r < s.nfe; ++r) s.row_of_node[s.node_of_row[r]] = r;
@@ -136,6 +146,7 @@ void form_pattern(Problem& p)
     lists.item.insert(lists.item.end(), row, row + n);
     lists.off.push_back(static_cast<int>(lists.item.size()));
   });
+  tie_extend(s, lists);
   sys_pattern(lists, s.nrow, s.dim, s.A);
   s.A.owner = s.owner;
   if (sys_shared(s.A)) form_rows(lists.item, s.A);
@@ -283,7 +294,7 @@ void mean_size(Problem& p)
 
 }  // namespace
 
-void system_form(Problem& p, bool mass)
+void system_form(Problem& p, const Step& step, bool mass)
 {
   System& s = p.sys;
   const bool first = !s.numbered;
@@ -292,6 +303,7 @@ void system_form(Problem& p, bool mass)
   form_lists(p);
   bool fresh = first || s.A.nrow != s.nrow;
   fresh = fresh || !same(s.point_rows, p.grid.point) || !same(s.bond_rows, s.bond) || !same(s.ghost_rows, p.grid.ghost);
+  fresh = system_tie(p, step) || fresh;
   fresh = system_divide(p, fresh) || fresh;
   if (fresh) {
     Timer timer(PHASE_PATTERN);

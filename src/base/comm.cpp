@@ -16,6 +16,41 @@ namespace {
 int rank = 0, size = 1;
 
 const long SHORT = 1 << 16;    // numbers of all ranks; below, every rank gets all of them and sums for itself
+long piece = 1L << 30;         // bytes of a message at most: MPI counts by int. MPFE_COMM_PIECE makes them smaller, for tests
+
+// calls use(first, bytes) for each piece of a message
+template <class Use>
+void each_piece(long bytes, Use use)
+{
+  for (long at = 0; at < bytes; at += piece) use(at, static_cast<int>(std::min(piece, bytes - at)));
+}
+
+void receive(void* to, long bytes, int from, std::vector<MPI_Request>& request)
+{
+  each_piece(bytes, [&](long at, int n) {
+    request.emplace_back();
+    MPI_Irecv(static_cast<char*>(to) + at, n, MPI_BYTE, from, 0, MPI_COMM_WORLD, &request.back());
+  });
+}
+
+void send(const void* what, long bytes, int to, std::vector<MPI_Request>& request)
+{
+  each_piece(bytes, [&](long at, int n) {
+    request.emplace_back();
+    MPI_Isend(static_cast<const char*>(what) + at, n, MPI_BYTE, to, 0, MPI_COMM_WORLD, &request.back());
+  });
+}
+
+void wait_all(std::vector<MPI_Request>& request)
+{
+  MPI_Waitall(static_cast<int>(request.size()), request.data(), MPI_STATUSES_IGNORE);
+}
+
+// what rank root has at x, to all
+void broadcast(void* x, long bytes, int root)
+{
+  each_piece(bytes, [&](long at, int n) { MPI_Bcast(static_cast<char*>(x) + at, n, MPI_BYTE, root, MPI_COMM_WORLD); });
+}
 
 // Started without a launcher, Open MPI 4 would start a daemon beside every run (0.3 s), look for networks (0.2 s), and
 // make a folder in /tmp that all such runs share: two of them that start at the same moment end with an error.
@@ -87,6 +122,7 @@ void comm_open(int* argc, char*** argv)
   MPI_Init(argc, argv);
   MPI_Comm_rank(MPI_COMM_WORLD, &rank);
   MPI_Comm_size(MPI_COMM_WORLD, &size);
+  if (const char* text = std::getenv("MPFE_COMM_PIECE")) piece = std::max(8L, std::atol(text) / 8 * 8);
 }
 
 void comm_close()
@@ -118,7 +154,7 @@ void comm_share(double* x, int n)
 {
   if (size == 1) return;
   Timer timer(PHASE_COMM);
-  MPI_Bcast(x, n, MPI_DOUBLE, 0, MPI_COMM_WORLD);
+  broadcast(x, 8L * n, 0);
 }
 
 void comm_share(std::string& bytes)
@@ -128,9 +164,7 @@ void comm_share(std::string& bytes)
   long length = static_cast<long>(bytes.size());
   MPI_Bcast(&length, 1, MPI_LONG, 0, MPI_COMM_WORLD);
   bytes.resize(length);
-  const long most = 1L << 30;          // MPI counts by int
-  for (long at = 0; at < length; at += most)
-    MPI_Bcast(&bytes[at], static_cast<int>(std::min(most, length - at)), MPI_BYTE, 0, MPI_COMM_WORLD);
+  broadcast(&bytes[0], length, 0);
 }
 
 int comm_share(int x)
@@ -150,32 +184,35 @@ int comm_most(int x)
   return most;
 }
 
-void comm_sum(double* x, int n)
+void comm_sum(double* x, long n)
 {
   if (size == 1) return;
   Timer timer(PHASE_COMM);
   // two ranks: slices bring as many numbers in two messages
-  if (size == 2 || static_cast<long>(n) * size < SHORT) sum_short(x, n);
-  else sum_slices(x, n);
+  const bool small = size == 2 || n * size < SHORT;
+  each_piece(8 * n, [&](long at, int bytes) { (small ? sum_short : sum_slices)(x + at / 8, bytes / 8); });
 }
 
 void comm_trade(const std::vector<RealVec>& to, std::vector<RealVec>& from)
 {
   Timer timer(PHASE_COMM);
-  std::vector<MPI_Request> request(2 * size, MPI_REQUEST_NULL);
+  std::vector<MPI_Request> request;
   for (int r = 0; r < size; ++r)
-    if (r != rank && !from[r].empty())
-      MPI_Irecv(from[r].data(), static_cast<int>(from[r].size()), MPI_DOUBLE, r, 0, MPI_COMM_WORLD, &request[2 * r]);
+    if (r != rank) receive(from[r].data(), 8L * static_cast<long>(from[r].size()), r, request);
   for (int r = 0; r < size; ++r)
-    if (r != rank && !to[r].empty())
-      MPI_Isend(to[r].data(), static_cast<int>(to[r].size()), MPI_DOUBLE, r, 0, MPI_COMM_WORLD, &request[2 * r + 1]);
-  MPI_Waitall(2 * size, request.data(), MPI_STATUSES_IGNORE);
+    if (r != rank) send(to[r].data(), 8L * static_cast<long>(to[r].size()), r, request);
+  wait_all(request);
 }
 
 void comm_gather(RealVec& x, const IntVec& count)
 {
   if (size == 1) return;
   Timer timer(PHASE_COMM);
+  if (8 * static_cast<long>(x.size()) > piece) {     // places behind this one have no number that MPI could count to
+    long at = 0;
+    for (int r = 0; r < size; at += count[r++]) broadcast(x.data() + at, 8L * count[r], r);
+    return;
+  }
   IntVec first(size, 0);
   for (int r = 1; r < size; ++r) first[r] = first[r - 1] + count[r - 1];
   MPI_Allgatherv(MPI_IN_PLACE, 0, MPI_DOUBLE, x.data(), count.data(), first.data(), MPI_DOUBLE, MPI_COMM_WORLD);
@@ -185,19 +222,19 @@ std::vector<std::string> comm_bytes(const std::vector<std::string>& to)
 {
   if (size == 1) return to;
   Timer timer(PHASE_COMM);
-  IntVec out(size), in(size), out_at(size + 1, 0), in_at(size + 1, 0);
-  for (int r = 0; r < size; ++r) out[r] = static_cast<int>(to[r].size());
-  MPI_Alltoall(out.data(), 1, MPI_INT, in.data(), 1, MPI_INT, MPI_COMM_WORLD);
-  std::string send, got;
+  std::vector<long> out(size), in(size);
+  for (int r = 0; r < size; ++r) out[r] = static_cast<long>(to[r].size());
+  MPI_Alltoall(out.data(), 1, MPI_LONG, in.data(), 1, MPI_LONG, MPI_COMM_WORLD);
+  std::vector<std::string> from(size);
+  std::vector<MPI_Request> request;
   for (int r = 0; r < size; ++r) {
-    send += to[r];
-    out_at[r + 1] = out_at[r] + out[r];
-    in_at[r + 1]  = in_at[r] + in[r];
+    from[r].resize(in[r]);
+    if (r != rank) receive(&from[r][0], in[r], r, request);
   }
-  got.resize(in_at[size]);
-  MPI_Alltoallv(send.data(), out.data(), out_at.data(), MPI_BYTE, &got[0], in.data(), in_at.data(), MPI_BYTE, MPI_COMM_WORLD);
-  std::vector<std::string> from;
-  for (int r = 0; r < size; ++r) from.push_back(got.substr(in_at[r], in[r]));
+  from[rank] = to[rank];
+  for (int r = 0; r < size; ++r)
+    if (r != rank) send(to[r].data(), out[r], r, request);
+  wait_all(request);
   return from;
 }
 
@@ -213,7 +250,7 @@ void comm_share(double*, int) {}
 void comm_share(std::string&) {}
 int comm_share(int x) { return x; }
 int comm_most(int x) { return x; }
-void comm_sum(double*, int) {}
+void comm_sum(double*, long) {}
 void comm_trade(const std::vector<RealVec>&, std::vector<RealVec>&) {}
 void comm_gather(RealVec&, const IntVec&) {}
 std::vector<std::string> comm_bytes(const std::vector<std::string>& to) { return to; }

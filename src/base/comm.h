@@ -34,8 +34,8 @@ int comm_share(int x);
 int comm_most(int x);
 
 // comm_sum : sum over the ranks, in their order, so that all get the same bits in every run. Collective.
-void comm_sum(double* x, int n);
-inline void comm_sum(RealVec& x) { comm_sum(x.data(), static_cast<int>(x.size())); }
+void comm_sum(double* x, long n);
+inline void comm_sum(RealVec& x) { comm_sum(x.data(), static_cast<long>(x.size())); }
 
 // comm_trade : to[r] goes to rank r, from[r] comes from there; its size tells how many numbers. Collective.
 void comm_trade(const std::vector<RealVec>& to, std::vector<RealVec>& from);

@@ -380,7 +380,10 @@ bool card_where(Card& c, const Expr& where, const double* X, int dim, const std:
 
 int card_param_element(Card& c)
 {
-  const int type = card_param_word(c, "TYPE", element_type_words().c_str(), -1);
+  const HeadParam* const p = with_value(c, "TYPE");
+  Field f = p ? p->value : c.head.at;
+  if (p) f.text = element_type_here(*c.deck, f.text);
+  const int type = p ? word_of(c, f, "TYPE", element_type_words().c_str()) : -1;
   if (type >= 0) deck_same_dimension(*c.deck, card_param(c, "TYPE")->value, elem_table[type].name, shape_info[elem_table[type].shape].dim);
   return type;
 }
@@ -409,3 +412,14 @@ void card_later(Card& c, Stage stage, std::function<void(Deck&, Model&)> run)
 }
 
 Material& card_parent_material(Card& c, Model& m) { return m.material[c.deck->material]; }
+
+void card_temperature(Card& c)
+{
+  card_real_or(c, "temperature", 0.0, any_number());
+  if (card_good(c) && card_line(c)) {
+    card_error(c, c.whole, "a second row would depend on temperature, which *" + c.head.word +
+               " does not offer; leave the row of the temperature of the run");
+    do c.next = c.field.size();
+    while (card_line(c));
+  }
+}

@@ -79,6 +79,7 @@ Place card_place(const Card& c);                                   // the keywor
 Place line_place(const Card& c);                                   // the open data line
 void card_later(Card& c, Stage stage, std::function<void(Deck&, Model&)> run);
 Material& card_parent_material(Card& c, Model& m);
+void card_temperature(Card& c);                                    // a last field of a material row; no further row may follow
 bool parse_real(const std::string& text, double& value);           // whole text is a finite number
 std::vector<std::string> split_words(const char* words);
 

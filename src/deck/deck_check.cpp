@@ -439,7 +439,7 @@ void check_loaded_supports(Deck& d, const Model& m, const Step& s)
   }
 }
 
-enum NodeUse { USE_NONE, USE_BODY, USE_ELEMENT };
+enum NodeUse { USE_NONE, USE_BODY, USE_ELEMENT };      // nodes of equations alone count as those of elements
 
 // [nelem] 1: *MODEL CHANGE, REMOVE
 IntVec removed_elements(const Model& m)
@@ -458,6 +458,9 @@ std::vector<char> node_use(const Model& m, const IntVec& body, const IntVec& rem
       char& u = use[m.mesh.conn.begin(e)[a]];
       u = std::max<char>(u, body[e] < 0 ? USE_ELEMENT : USE_BODY);
     }
+  for (const Equation& e : m.equation)
+    for (const EquationTerm& t : e.term)
+      if (use[t.node] == USE_NONE) use[t.node] = USE_ELEMENT;
   return use;
 }
 
@@ -581,6 +584,7 @@ void deck_check(Deck& d, Model& m)
   const IntVec body = body_of_elements(d, m);
   if (read_well) check_missing(d, m, body);
   check_steps(d, m, body);
+  check_equations(d, m);
   for (const BondDef& b : m.bond) {
     check_bond_faces(d, m, b, body);
     if (m.body.empty()) check_contact_faces(d, m, b);   // faces towards elements that become points are outer ones too

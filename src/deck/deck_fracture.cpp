@@ -59,6 +59,19 @@ void check_broken(Deck& d, const Model& m)
     }
 }
 
+// configurational forces hold in equilibrium only
+void check_estimate(Deck& d, const Model& m)
+{
+  for (const FractureDef& f : m.fracture)
+    for (const Step& s : m.step) {
+      if (f.estimate != ESTIMATE_FORCE || s.proc != PROC_DYNAMIC) continue;
+      fault(d, "EIGENFRACTURE", f.place, "FORCE",
+            text_format("ESTIMATE=FORCE holds in static steps only, and the step of line %d is dynamic; leave it out: AUTO, the default, takes "
+                        "FORCE in static steps and BALL in dynamic ones", s.place.line));
+      break;
+    }
+}
+
 void check_wedges(Deck& d, const Model& m, const ConversionDef& c)
 {
   for (int e : m.elset[c.elset].item)
@@ -171,6 +184,7 @@ void deck_fracture(Deck& d, Model& m)
   check_once(d, m, m.conversion, "CONVERSION");
   check_elements(d, m, m.fracture, "EIGENFRACTURE");
   check_elements(d, m, m.conversion, "CONVERSION");
+  check_estimate(d, m);
   check_broken(d, m);
   for (ConversionDef& c : m.conversion) make_bodies(d, m, c);
 }

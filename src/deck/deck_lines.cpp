@@ -4,6 +4,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "base/comm.h"
 #include "deck/deck_state.h"
 
 namespace {
@@ -177,10 +178,20 @@ bool load_file(const std::string& path, DeckFile& f, std::string& reason)
   if (!in) {
     if (!in.eof() && std::filesystem::file_size(path, ec) > 0) return reason = "it cannot be read", false;
   }
-  f.path = path;
   f.text = all.str();
   if (f.text.size() > 2000000000u) return reason = "it is larger than 2 GB", false;
   if (f.text.find('\0') != std::string::npos) return reason = "it is not a text file (it holds a zero byte)", false;
+  return true;
+}
+
+// Rank 0 reads, or says why not, and the others get what it has: they may see other folders
+bool share_file(const std::string& path, DeckFile& f, std::string& reason)
+{
+  if (comm_rank() == 0 && reason.empty()) load_file(path, f, reason);
+  comm_share(reason);
+  if (!reason.empty()) return false;
+  comm_share(f.text);
+  f.path = path;
   if (f.text.compare(0, 3, "\xEF\xBB\xBF") == 0) f.text.erase(0, 3);
   for (std::size_t i = 0; i < f.text.size(); ++i) {
     f.start.push_back(i);
@@ -190,7 +201,19 @@ bool load_file(const std::string& path, DeckFile& f, std::string& reason)
   return true;
 }
 
-// *INCLUDE, INPUT=file
+bool is_element_type(const std::string& word)
+{
+  return ("|" + element_type_words() + "|").find("|" + text_upper(word) + "|") != std::string::npos && word.find('|') == std::string::npos;
+}
+
+// CPE3|CPS3 as CPE3, CPS3
+std::string text_join(std::string words)
+{
+  for (std::size_t i = words.find('|'); i != std::string::npos; i = words.find('|')) words.replace(i, 1, ", ");
+  return words;
+}
+
+// *INCLUDE, INPUT=file[, type in the file=type here]
 void read_include(Deck& d)
 {
   const std::string before = d.word;
@@ -198,13 +221,16 @@ void read_include(Deck& d)
   Head head;
   deck_head(d, head);
   const HeadParam* input = nullptr;
+  std::vector<std::pair<std::string, std::string>> type;
   for (const HeadParam& p : head.param) {
     if (p.name == "INPUT" && p.has_value && !p.value.text.empty()) input = &p;
-    else deck_error(d, p.key, "parameter " + text_show(p.key.text) + " is not known; allowed: INPUT=file");
+    else if (p.has_value && is_element_type(p.value.text)) type.emplace_back(p.name, text_upper(p.value.text));
+    else deck_error(d, p.key, "parameter " + text_show(p.key.text) + " is not known; allowed: INPUT=file, and TYPE IN THE FILE=TYPE HERE, "
+                    "for example CPS3=CPE3, for types " + text_join(element_type_words()));
   }
   if (input) {
     const std::filesystem::path base = std::filesystem::path(d.file[head.at.file].path).parent_path();
-    deck_open(d, (base / input->value.text).string(), &input->value);
+    if (deck_open(d, (base / input->value.text).string(), &input->value)) d.reading.back().type = type;
   } else {
     deck_error(d, head.at, "the file is missing: write *INCLUDE, INPUT=file");
   }
@@ -231,15 +257,16 @@ bool deck_open(Deck& d, const std::string& path, const Field* from)
   const std::string name = same_file(path);
   std::string reason;
   for (const Reading& r : d.reading)
-    if (same_file(d.file[r.file].path) == name) reason = "it includes itself (a cycle)";
+    if (comm_rank() == 0 && same_file(d.file[r.file].path) == name) reason = "it includes itself (a cycle)";
   if (static_cast<int>(d.reading.size()) >= max_depth) reason = "includes are nested more than 10 deep";
   if (++d.includes > max_includes) reason = "more than 1000 includes";
 
   int index = -1;
-  for (std::size_t i = 0; i < d.file.size() && reason.empty(); ++i)
+  for (std::size_t i = 0; i < d.file.size(); ++i)
     if (d.file[i].path == path) index = static_cast<int>(i);
   DeckFile f;
-  if (index < 0 && reason.empty() && load_file(path, f, reason)) {
+  if (index >= 0) comm_share(reason);
+  else if (share_file(path, f, reason)) {
     index = static_cast<int>(d.file.size());
     d.file.push_back(f);
   }

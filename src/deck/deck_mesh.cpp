@@ -17,12 +17,24 @@ std::vector<std::string> names_of(const std::vector<Named>& list)
   return names;
 }
 
+bool is_facet_set(const Deck& d, const std::string& name)
+{
+  for (const Set& s : d.facet_set)
+    if (s.name == name) return true;
+  return false;
+}
+
 template <class Named>
 int target(Deck& d, const Field& at, const std::vector<Named>& list, const char* what, const char* keyword)
 {
   const std::string name = text_upper(at.text);
   for (std::size_t i = 0; i < list.size(); ++i)
     if (list[i].name == name) return static_cast<int>(i);
+  if (std::string(keyword) == "ELSET" && is_facet_set(d, name)) {
+    deck_error(d, at, "the elements of set " + name + " are of a lower dimension than the model (T3D2, ...): they make a node set and a surface "
+               "of this name, and carry no stress, load or section");
+    return -1;
+  }
   deck_error(d, at, std::string(what) + " " + text_show(at.text) + " is not defined (*" + keyword + ")" +
              text_suggest(name, names_of(list)));
   return -1;

@@ -72,7 +72,7 @@ bool place_fits(Card& c, const Model& m)
 // the words and data lines of this card are part of what a restart file belongs to; those of output alone are not
 void hash_card(Deck& d, const Card& c)
 {
-  const std::vector<std::string> output = split_words("EL FILE|EL PRINT|FRAGMENTS|HEADING|NODE FILE|NODE PRINT|RESTART|VTK");
+  const std::vector<std::string> output = split_words("CONTACT FILE|CONTACT PRINT|EL FILE|EL PRINT|FRAGMENTS|HEADING|NODE FILE|NODE PRINT|RESTART|VTK");
   d.hashing = std::find(output.begin(), output.end(), c.head.word) == output.end();
   if (!d.hashing) return;
   deck_hash(d, c.head.word);

@@ -44,6 +44,12 @@ struct DeckFile {
 struct Reading {               // an open file: main deck, include of it, ...
   int file = 0;
   int line = 0;                // lines already taken
+  std::vector<std::pair<std::string, std::string>> type;   // element types with another name: in the file, here
+};
+
+struct Facet {                 // an element of a lower dimension than the model
+  int n = 0;
+  int node[4];
 };
 
 struct Message {
@@ -102,6 +108,9 @@ struct Deck {
 
   std::vector<std::string> column;                 // names of *HISTORY columns so far
   std::vector<Spot> node_spot, elem_spot;          // where each node and element was defined
+  std::vector<Facet> facet;                        // elements of a lower dimension: they make sets of nodes and surfaces
+  std::unordered_map<int, int> facet_index;        // label -> index
+  std::vector<Set> facet_set;                      // indices into facet
   std::vector<Face> free_face;                     // faces with one owner
   int free_face_nelem = -1;                        // number of elements when they were found
 
@@ -152,6 +161,11 @@ void mesh_centroid(const Mesh& mesh, int e, double x[3]);
 const std::vector<Face>& mesh_free_faces(Deck& d, const Model& m);
 int set_merge(std::vector<Set>& sets, const std::string& name, IntVec& item, const Place& place);
 std::vector<std::string> names_of_sets(const std::vector<Set>& sets);
+std::string element_type_here(const Deck& d, const std::string& type);         // what TYPE= of the open file means
+int facet_nodes(const std::string& type, int dim);         // nodes of a type of lower dimension than the model; 0: it is none
+void facet_add(Deck& d, int label, const Facet& f);
+void facet_set_merge(Deck& d, Model& m, const std::string& name, IntVec& item, const Place& place);   // and its nodes
+void facet_surfaces(Deck& d, Model& m);                    // when the mesh is complete (deck_facet.cpp)
 bool target_label(const std::string& text, int& label);
 bool target_nodes(Deck& d, const Model& m, const Field& at, IntVec& node);     // node set or label
 bool target_elems(Deck& d, const Model& m, const Field& at, IntVec& elem);     // element set or label
@@ -174,5 +188,6 @@ void deck_run_later(Deck& d, Model& m, Stage stage);
 void deck_resolve(Deck& d, Model& m);                      // sections of elements, schemes, loads on bodies
 void deck_fracture(Deck& d, Model& m);                     // bodies and bonds of conversion (deck_fracture.cpp)
 void deck_check(Deck& d, Model& m);
+void check_equations(Deck& d, const Model& m);             // deck_equation.cpp
 
 #endif

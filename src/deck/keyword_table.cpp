@@ -7,7 +7,9 @@ void kw_bond(Card&, Model&);
 void kw_boundary(Card&, Model&);
 void kw_check(Card&, Model&);
 void kw_cload(Card&, Model&);
+void kw_contact_file(Card&, Model&);
 void kw_contact_pair(Card&, Model&);
+void kw_contact_print(Card&, Model&);
 void kw_conversion(Card&, Model&);
 void kw_cylinder(Card&, Model&);
 void kw_density(Card&, Model&);
@@ -21,6 +23,7 @@ void kw_elastic(Card&, Model&);
 void kw_element(Card&, Model&);
 void kw_elset(Card&, Model&);
 void kw_end_step(Card&, Model&);
+void kw_equation(Card&, Model&);
 void kw_fragments(Card&, Model&);
 void kw_friction(Card&, Model&);
 void kw_ghost(Card&, Model&);
@@ -62,24 +65,27 @@ const Keyword keyword_table[] = {
   {"BOUNDARY", kw_boundary, IN_MODEL | IN_STEP, "AMPLITUDE|OP", "prescribed displacements of nodes"},
   {"CHECK", kw_check, ANYWHERE, "TYPE!|SOURCE!|TIME|AT|SCALE|CENTRE", "expected value, its tolerance and its source"},
   {"CLOAD", kw_cload, IN_STEP, "AMPLITUDE|OP", "forces on nodes"},
+  {"CONTACT FILE", kw_contact_file, IN_STEP, "FREQUENCY|OUTPUT", "asks for VTK output of contact (CalculiX)"},
   {"CONTACT PAIR", kw_contact_pair, IN_MODEL, "NAME|INTERACTION|TYPE|FRICTION|PENALTY|ALPHA|INTERMEDIATE|AUGMENT|OVERLAP|ADJUST",
    "contact of two surfaces, penalty, Coulomb friction"},
+  {"CONTACT PRINT", kw_contact_print, IN_STEP, "NSET|FREQUENCY|TOTALS", "read for decks of CalculiX; *HISTORY prints contact"},
   {"CONVERSION", kw_conversion, IN_MODEL, "ELSET!|BODY|POINTS|FIELD|TRIGGER|LIMIT|TIME|RELEASE|INTERMEDIATE|PENALTY|ALPHA",
    "elements that become material points during the run"},
   {"CYLINDER", kw_cylinder, IN_MODEL, "TYPE!|ELSET!|QUARTER|MERGE", "structured mesh of a solid cylinder, with sets and surfaces of its sides"},
   {"DENSITY", kw_density, IN_MATERIAL, "", "mass per volume of a material"},
   {"DLOAD", kw_dload, IN_STEP, "AMPLITUDE|OP", "pressure, traction, gravity and volume force on elements and bodies"},
   {"DSLOAD", kw_dsload, IN_STEP, "AMPLITUDE|OP", "pressure and traction on surfaces"},
-  {"DYNAMIC", kw_dynamic, IN_STEP, "DIRECT|SCHEME|BETA|GAMMA|DISSIPATION|ALPHA", "implicit dynamic step"},
+  {"DYNAMIC", kw_dynamic, IN_STEP, "DIRECT|SCHEME|BETA|GAMMA|DISSIPATION|ALPHA|SOLVER", "implicit dynamic step"},
   {"EIGENFRACTURE", kw_eigenfracture, IN_MODEL,
    "ELSET!|CRITERION|ESTIMATE|EPSILON|SPLIT|RESIDUAL|STIFFNESS|RELEASE|ORDER|SPACING|INTERVAL|SPEED LIMIT|FALLBACK|START|WEIBULL|SEED",
    "elements that may break, their toughness and criterion"},
-  {"EL FILE", kw_el_file, IN_STEP, "FREQUENCY", "asks for VTK output of element results (CalculiX)"},
+  {"EL FILE", kw_el_file, IN_STEP, "FREQUENCY|OUTPUT", "asks for VTK output of element results (CalculiX)"},
   {"EL PRINT", kw_el_print, IN_STEP, "ELSET!|FREQUENCY", "prints element results into the listing"},
   {"ELASTIC", kw_elastic, IN_MATERIAL, "TYPE", "Young's modulus and Poisson's ratio of a material"},
   {"ELEMENT", kw_element, IN_MODEL, "TYPE!|ELSET", "elements by label and nodes"},
   {"ELSET", kw_elset, IN_MODEL, "ELSET!|GENERATE|WHERE", "set of elements"},
   {"END STEP", kw_end_step, IN_STEP, "", "ends a step"},
+  {"EQUATION", kw_equation, IN_MODEL | IN_STEP, "REMOVE|REMOVE ALL", "linear equations between displacements of nodes"},
   {"FRAGMENTS", kw_fragments, ANYWHERE, "FREQUENCY|TIME INTERVAL", "table of the connected pieces"},
   {"FRICTION", kw_friction, IN_INTERACTION, "", "Coulomb friction of a surface interaction"},
   {"GHOST", kw_ghost, IN_MODEL, "STIFFNESS|MASS", "ghost stabilisation: keeps grid nodes calm that material hardly reaches"},
@@ -95,14 +101,14 @@ const Keyword keyword_table[] = {
   {"MODEL CHANGE", kw_model_change, IN_MODEL, "TYPE!|REMOVE", "elements that are not there from the start"},
   {"NEWTON", kw_newton, IN_MODEL | IN_STEP, "TOL FORCE|TOL ENERGY|MAX ITER|MAX CUT|LINE SEARCH", "tolerances of the iteration"},
   {"NODE", kw_node, IN_MODEL, "NSET", "nodes by label and coordinates"},
-  {"NODE FILE", kw_node_file, IN_STEP, "FREQUENCY", "asks for VTK output of nodal results (CalculiX)"},
+  {"NODE FILE", kw_node_file, IN_STEP, "FREQUENCY|OUTPUT", "asks for VTK output of nodal results (CalculiX)"},
   {"NODE PRINT", kw_node_print, IN_STEP, "NSET!|FREQUENCY|TOTALS", "prints nodal results into the listing"},
   {"NSET", kw_nset, IN_MODEL, "NSET!|GENERATE|WHERE", "set of nodes"},
   {"PARAMETER", kw_parameter, ANYWHERE, "", "names for numbers: name = expression"},
   {"RESTART", kw_restart, ANYWHERE, "READ|WRITE|FREQUENCY|TIME INTERVAL|OVERLAY", "files from which the run can be continued"},
   {"SOLID SECTION", kw_solid_section, IN_MODEL, "ELSET!|MATERIAL!|MASS", "material, thickness and mass of elements"},
   {"SOLVER", kw_solver, OUTSIDE, "TYPE|REUSE|PRECONDITIONER", "the linear solver"},
-  {"STATIC", kw_static, IN_STEP, "DIRECT", "static step"},
+  {"STATIC", kw_static, IN_STEP, "DIRECT|SOLVER", "static step"},
   {"STEP", kw_step, ANYWHERE, "NLGEOM|INC|EXTRAPOLATION", "begins a step"},
   {"SURFACE", kw_surface, IN_MODEL, "NAME!|TYPE|ELSET|WHERE|BODY", "faces of elements or of a body of material points"},
   {"SURFACE BEHAVIOR", kw_surface_behavior, IN_INTERACTION, "PRESSURE-OVERCLOSURE!", "penalty of a surface interaction"},

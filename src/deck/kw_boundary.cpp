@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include "deck/card.h"
 
 namespace {
@@ -21,16 +23,30 @@ bool read_word(Card& card, const Model& model, const Field& f, Line& line)
   return true;
 }
 
+// directions of other programs that have no unknowns here: 3 in the plane, rotations. At 0 they are left out.
+void leave_out_foreign(Card& card, const Model& model, Line& line)
+{
+  if (!card_good(card) || line.last < model.dim) return;
+  const int first = std::max(line.first, model.dim);
+  const std::string what = text_format("direction %d ", first + 1) +
+                           (first < 3 ? "does not exist in a plane model" : "is a rotation, which solid elements do not have");
+  if (!line.value.is_const() || line.value.value != 0.0)
+    return card_error(card, card.whole, what + "; it can only be held at 0");
+  line.last = model.dim - 1;
+  if (line.first > line.last) card_warn(card, card.whole, what + "; the line has no effect");
+}
+
 bool read_line(Card& card, const Model& model, Line& line)
 {
   line.target = card_field(card, "node set or node");
   if (card_more(card) && read_word(card, model, card.field[card.next], line)) return card_good(card);
-  line.first = line.last = card_dof(card, model, "first direction");
+  line.first = line.last = card_int(card, "first direction", 1, 6) - 1;
   if (card_more(card) && card.field[card.next].empty()) ++card.next;
-  else if (card_more(card)) line.last = card_dof(card, model, "last direction");
+  else if (card_more(card)) line.last = card_int(card, "last direction", 1, 6) - 1;
   line.value = card_expr_or(card, "displacement", 0.0);
   if (card_good(card) && line.last < line.first)
     card_error(card, card.field[2], "the last direction is smaller than the first");
+  leave_out_foreign(card, model, line);
   return card_good(card);
 }
 

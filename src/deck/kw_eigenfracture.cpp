@@ -7,20 +7,32 @@ const char* const residual_words = "RCE|VD|SPECTRAL|PRESSURE|NONE|CRACK";
 const double release_default = 4.0;      // of GRIFFITH: a running crack then pays its toughness (A14)
 const char* const criterion_words = "GRIFFITH|ELEMENT";
 
+// START=YES|NO|stress
+void read_start(Card& card, FractureDef& f)
+{
+  const HeadParam* p = card_param(card, "START");
+  double number = 0.0;
+  const std::string word = p && p->has_value ? text_upper(p->value.text) : "YES";
+  if (word == "YES" || word == "NO") f.start = card_param_yes(card, "START", false, true);
+  else if (parse_real(word, number)) f.strength = card_param_real(card, "START", 0.0, above(0.0));
+  else card_error(card, p->value, "START=" + p->value.text + " is neither YES nor NO nor a stress");
+}
+
 void read_order(Card& card, FractureDef& f)
 {
   f.order    = card_param_word(card, "ORDER", "STRONGEST|ALL", 0) == 1 ? ORDER_ALL : ORDER_STRONGEST;
   f.spacing  = card_param_real(card, "SPACING", -1.0, at_least(0.0));
   f.interval = card_param_real(card, "INTERVAL", 0.0, above(0.0));
-  f.speed    = card_param_real(card, "SPEED LIMIT", 0.0, above(0.0));
   f.fallback = card_param_real(card, "FALLBACK", -1.0, at_least(0.0));
-  f.start    = card_param_yes(card, "START", false, true);
+  read_start(card, f);
   if (f.order == ORDER_ALL && card_param(card, "SPACING")) card_error(card, card_param(card, "SPACING")->key, "SPACING has no meaning with ORDER=ALL; leave it out");
 }
 
-// which words go with which criterion
+// which words go with which criterion, and which are gone
 void check_words(Card& card, const FractureDef& f)
 {
+  if (const HeadParam* p = card_param(card, "SPEED LIMIT"))
+    card_error(card, p->key, "SPEED LIMIT is gone, because it turned cracks along the lines of the mesh; leave it out");
   if (f.criterion != CRITERION_ELEMENT) return;
   for (const char* name : {"ESTIMATE", "EPSILON", "FALLBACK", "START"})
     if (card_param(card, name)) card_error(card, card_param(card, name)->key, std::string(name) + " goes with CRITERION=GRIFFITH only");

@@ -1,6 +1,6 @@
 #include "deck/card.h"
 
-// *ELASTIC : young, poisson
+// *ELASTIC : young, poisson[, temperature]
 void kw_elastic(Card& card, Model& model)
 {
   Material& m = card_parent_material(card, model);
@@ -9,5 +9,6 @@ void kw_elastic(Card& card, Model& model)
   card_param_word(card, "TYPE", "ISOTROPIC|ISO", 0);
   m.young   = card_real(card, "young",   above(0.0));
   m.poisson = card_real(card, "poisson", between(-1.0, 0.5));
+  card_temperature(card);
   m.has_elastic = true;
 }

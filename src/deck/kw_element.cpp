@@ -14,14 +14,55 @@ void join_lines(Card& card, int wanted)
   }
 }
 
+// a label that no element has; false: told
+bool label_is_new(Card& card, const Model& model, int label)
+{
+  const auto old = model.mesh.elem_index.find(label);
+  if (old == model.mesh.elem_index.end() && !card.deck->facet_index.count(label)) return true;
+  card_error(card, card.field[0], text_format("element %d is defined already", label) +
+             (old == model.mesh.elem_index.end() ? "" : ", in " + spot_text(*card.deck, card.deck->elem_spot[old->second])) +
+             "; give it another label");
+  return false;
+}
+
+// elements of a lower dimension than the model
+void read_facets(Card& card, Model& model, int nen)
+{
+  Deck& d = *card.deck;
+  const std::string set = card_param_name(card, "ELSET");
+  IntVec item;
+  while (card_line(card)) {
+    join_lines(card, nen + 1);
+    const int label = card_label(card, "element label");
+    Facet f;
+    f.n = nen;
+    for (int a = 0; a < nen; ++a) {
+      const int number = card_label(card, "node");
+      const auto n = model.mesh.node_index.find(number);
+      if (card_good(card) && n == model.mesh.node_index.end())
+        card_error(card, card.field[a + 1], text_format("node %d of element %d is not defined; *NODE must stand before *ELEMENT", number, label));
+      if (!card_good(card)) break;
+      f.node[a] = n->second;
+    }
+    if (!card_good(card) || !label_is_new(card, model, label)) continue;
+    item.push_back(static_cast<int>(d.facet.size()));
+    facet_add(d, label, f);
+  }
+  if (!set.empty()) facet_set_merge(d, model, set, item, card_place(card));
+}
+
 }  // namespace
 
 // ---------------------------------------------------------------------------
 // *ELEMENT, TYPE=[, ELSET=] : label, nodes
+// Types of a lower dimension than the model make node sets and surfaces (deck_facet.cpp).
 // ---------------------------------------------------------------------------
 void kw_element(Card& card, Model& model)
 {
   Mesh& mesh = model.mesh;
+  const HeadParam* const named = card_param(card, "TYPE");
+  const int facet = named ? facet_nodes(element_type_here(*card.deck, named->value.text), model.dim) : 0;
+  if (facet) return read_facets(card, model, facet);
   const int type = card_param_element(card);
   const std::string set = card_param_name(card, "ELSET");
   const int nen = type < 0 ? 0 : shape_info[elem_table[type].shape].nen;
@@ -41,11 +82,7 @@ void kw_element(Card& card, Model& model)
       if (!card_good(card)) break;
     }
     if (!card_good(card)) continue;
-    const auto old = mesh.elem_index.find(label);
-    if (old != mesh.elem_index.end())
-      card_error(card, card.field[0], text_format("element %d is defined already, in ", label) +
-                 spot_text(*card.deck, card.deck->elem_spot[old->second]) + "; give it another label");
-    else item.push_back(mesh_add_elem(*card.deck, model, label, type, node, card.whole));
+    if (label_is_new(card, model, label)) item.push_back(mesh_add_elem(*card.deck, model, label, type, node, card.whole));
   }
   if (!set.empty()) set_merge(model.elset, set, item, card_place(card));
 }

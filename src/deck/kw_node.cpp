@@ -1,7 +1,7 @@
 #include "deck/card.h"
 
 // ---------------------------------------------------------------------------
-// *NODE[, NSET=] : label, x, y[, z]
+// *NODE[, NSET=] : label[, x[, y[, z]]], what is missing or blank is 0
 // ---------------------------------------------------------------------------
 void kw_node(Card& card, Model& model)
 {
@@ -9,8 +9,8 @@ void kw_node(Card& card, Model& model)
   IntVec item;
   while (card_line(card)) {
     const int label = card_label(card, "node label");
-    const double x = card_real(card, "x", any_number());
-    const double y = card_real(card, "y", any_number());
+    const double x = card_real_or(card, "x", 0.0, any_number());
+    const double y = card_real_or(card, "y", 0.0, any_number());
     const double z = card_real_or(card, "z", 0.0, model.dim == 3 ? any_number() : from_to(0.0, 0.0));
     if (!card_good(card)) continue;
     const auto old = model.mesh.node_index.find(label);

@@ -9,6 +9,7 @@ void file_read(Card& card, Model& model, const char* words)
   if (!v.on) v.frequency = frequency;
   else if (v.frequency > 0) v.frequency = std::min(v.frequency, frequency);
   v.on = true;
+  card_param_word(card, "OUTPUT", "2D|3D", 0);
   while (card_line(card))
     while (card_more(card)) card_word(card, "quantity", words);
 }
@@ -20,7 +21,9 @@ void print_read(Card& card, Model& model, bool element, const char* words)
   PrintRequest p;
   p.element   = element;
   p.frequency = card_param_int(card, "FREQUENCY", 1, 1, 2147483647);
-  p.totals    = card_param_yes(card, "TOTALS", false, false);
+  const int totals = card_param_word(card, "TOTALS", "NO|YES|ONLY", 0);
+  p.totals    = totals > 0;
+  p.only      = totals == 2;
   const Field set = card_param_field(card, element ? "ELSET" : "NSET");
   if (!set.empty()) p.set = element ? target_elset(d, model, set) : target_nset(d, model, set);
   while (card_line(card))

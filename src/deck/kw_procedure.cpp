@@ -31,6 +31,7 @@ void procedure_read(Card& card, Model& model, Procedure proc)
   d.proc_given = true;
   s.proc   = proc;
   s.direct = card_flag(card, "DIRECT");
+  card_param_word(card, "SOLVER", "SPOOLES|PARDISO|PASTIX|TAUCS|SGI|ITERATIVE SCALING|ITERATIVE CHOLESKY|DIRECT|ITERATIVE", 0);
   read_times(card, s);
   if (s.dt_min <= 0.0) s.dt_min = 1e-6 * s.dt;
   if (s.dt_max <= 0.0) s.dt_max = proc == PROC_DYNAMIC ? s.dt : s.period;

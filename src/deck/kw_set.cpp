@@ -28,11 +28,30 @@ void generate(Card& card, const std::unordered_map<int, int>& index, const IntVe
   if (missing > 0) card_warn(card, card.whole, text_format("%ld of the %ld labels of this range are not defined", missing, count));
 }
 
+// a label or a name of elements of a lower dimension
+bool listed_facets(const Deck& d, const Model& model, const Field& f, IntVec& facet)
+{
+  int label = 0;
+  if (target_label(f.text, label)) {
+    const auto i = d.facet_index.find(label);
+    if (i != d.facet_index.end()) facet.push_back(i->second);
+    return i != d.facet_index.end();
+  }
+  bool found = false;
+  for (const Set& s : d.facet_set)
+    if (s.name == text_upper(f.text)) {
+      facet.insert(facet.end(), s.item.begin(), s.item.end());
+      found = true;
+    }
+  return found && model_find_elset(model, text_upper(f.text)) < 0;     // a set may hold both
+}
+
 // labels and names of sets
-void listed(Card& card, const Model& model, bool nodes, IntVec& item)
+void listed(Card& card, const Model& model, bool nodes, IntVec& item, IntVec& facet)
 {
   while (card_more(card)) {
     Field f = card.field[card.next++];
+    if (!nodes && !card.deck->facet.empty() && !f.empty() && listed_facets(*card.deck, model, f, facet)) continue;
     if (f.empty()) card_error(card, f, "a label or a set name is missing here");
     else if (nodes) target_nodes(*card.deck, model, f, item);
     else target_elems(*card.deck, model, f, item);
@@ -58,15 +77,17 @@ void set_read(Card& card, Model& model, bool nodes)
 {
   const std::string name = card_param_name(card, nodes ? "NSET" : "ELSET");
   const bool generated = card_flag(card, "GENERATE");
-  IntVec item;
+  IntVec item, facet;
   Expr where;
   if (card_param_expr(card, "WHERE", where)) selected(card, model, nodes, where, item);
   while (card_line(card)) {
-    if (!generated) listed(card, model, nodes, item);
+    if (!generated) listed(card, model, nodes, item, facet);
     else if (nodes) generate(card, model.mesh.node_index, model.mesh.node_label, item);
     else generate(card, model.mesh.elem_index, model.mesh.elem_label, item);
   }
   if (name.empty()) return;
+  facet_set_merge(*card.deck, model, name, facet, card_place(card));
+  if (item.empty() && !facet.empty()) return;
   if (item.empty() && card.deck->errors == card.errors_before)
     card_error(card, card.head.at, "set " + name + " is empty" +
                (card_param(card, "WHERE") ? ": WHERE selects nothing; mind the tolerance, for example \"abs(x - 1) < 1e-9\""

@@ -9,6 +9,7 @@ void kw_step(Card& card, Model& model)
   if (d.in_step)
     card_error(card, card.head.at,
                "the step of " + spot_text(d, Spot{d.step_at.file, d.step_at.line}) + " is still open; *END STEP is missing before this line");
+  facet_surfaces(d, model);
   deck_run_later(d, model, STAGE_STEP);
   Step s;
   s.place   = card_place(card);
@@ -18,6 +19,8 @@ void kw_step(Card& card, Model& model)
   s.extrapolate = card_param_word(card, "EXTRAPOLATION", "LINEAR|NO", 0) <= 0;
   std::string title;
   while (card_text(card, title)) {}
+  if (!model.step.empty()) s.equation = model.step.back().equation;
+  else for (std::size_t k = 0; k < model.equation.size(); ++k) s.equation.push_back(static_cast<int>(k));
   model.step.push_back(s);
   d.removes.emplace_back();
   d.in_step = true;

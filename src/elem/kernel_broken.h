@@ -145,8 +145,8 @@ inline void ip_discrete_kink(const MatLaw& law, const ErodedLaw& er, const Kerne
     add_dyad<D>(-0.5 * had, m.G, m.G, C);
   }
   for (int k = 0; k < D * D; ++k) S[k] += more * m.G[k];
-  if (!(mode.finite && er.split == SPLIT_PRESSURE) || e.small) return;
-  double rest = k1.j - k0.j, Gd[D * D], g[D * D];    // J is not linear in E
+  if (!(mode.finite && (er.split == SPLIT_PRESSURE || er.split == SPLIT_CRACK)) || e.small) return;
+  double rest = k1.j - k0.j, Gd[D * D], g[D * D];    // j is not linear in E
   for (int k = 0; k < D * D; ++k) rest -= m.G[k] * e.d[k];
   const double a = q * rest / e.dd;
   for (int k = 0; k < D * D; ++k) S[k] += a * e.d[k];
@@ -226,7 +226,7 @@ inline void ip_broken(const MatLaw& law, const ErodedLaw& er, const KernelMode& 
   ip_strain<D>(mode.finite, H1, E1);
   if (mode.mid) ip_strain<D>(mode.finite, H0, E0);
   ip_stress_broken<D>(law, er, mode, E0, E1, S, C);
-  if (mode.steady && mode.finite && (er.split == SPLIT_RCE || er.split == SPLIT_VD || er.split == SPLIT_CRACK)) {
+  if (mode.steady && mode.finite && (er.split == SPLIT_RCE || er.split == SPLIT_VD)) {
     ip_hold_shear<D>(er.N, 2.0 * ip_compression<D>(S), E1, S, C);
   }
   for (int k = 0; k < D * D; ++k) Fb[k] = !mode.finite ? 0.0 : mode.mid ? 0.5 * (H0[k] + H1[k]) : H1[k];

@@ -105,7 +105,7 @@ void frac_torn(const Model& m, const FracMesh& fm, const Points& pts, const Leve
 void frac_release(const Model& m, const FracMesh& fm, const IntVec& torn, CornerShare& share, State& st);
 
 // frac_follow : corners of points that go on for nodes whose last element has become points; of several the
-// first that is not loose. Loads, supports and results of the node go on there.         doc/theory.md (7.14)
+// first that is not loose. Loads, supports and results of the node go on there.         doc/theory.md (7.25)
 //   out  corner   [nnode] >= 0: corner; FOLLOW_ELEMENT: the node has elements, or never had;
 //                 FOLLOW_NONE: no corner lies there. Empty: nothing has been converted
 enum { FOLLOW_ELEMENT = -1, FOLLOW_NONE = -2 };

@@ -10,6 +10,8 @@ namespace {
 
 const double pi = 3.14159265358979323846;
 const double ROUNDING = 1.0 + 1e-9;    // of a bound
+const double NOTCH_BALL = 5.0;         // radius of the ball around a notch in which BALL asks for J as well
+const double LEAST    = 0.01;          // part of Gc/h below which an element does not break; one at a tip holds 0.1 and more
 const double tied = 1e-3;      // ranks this close belong to a symmetric pair: Newton ends at a tolerance, not at zero
 
 // What one test knows of the state; what costs is made when it is asked for
@@ -26,7 +28,9 @@ struct Scan {
   const FractureDef& def(int e) const { return m.fracture[fm.def[e]]; }
   const MatLaw& law(int e) const { return el.block[el.home[e]].law; }
   bool intact(int e) const { return fr.form[e] == FORM_ELEMENT && fr.broken[e] < 0 && el.home[e] >= 0; }
-  bool cracked(int e) const { return fr.form[e] == FORM_REMOVED || fr.broken[e] >= 0; }
+  bool removed(int e) const { return fr.form[e] == FORM_REMOVED; }
+  bool broken(int e) const { return fr.broken[e] >= 0; }
+  bool cracked(int e) const { return removed(e) || broken(e); }
 };
 
 Estimate estimate_of(const Scan& s, int e)
@@ -68,20 +72,28 @@ void mean_strain(const Scan& s, int e, double* E)
   for (int k = 0; k < d2; ++k) E[k] /= volume;
 }
 
-// psi+ / volume of an intact element; the law that drives is that of its definition
-double drive_of(Scan& s, int e)
+// psi+ / volume of an intact element by a law
+double drive_by(const Scan& s, int e, Split split)
 {
-  if (s.drive[e] >= 0.0) return s.drive[e];
   const ElemBlock& b    = s.el.block[s.el.home[e]];
   const ShapeInfo& info = shape_info[b.shape];
-  const Split split     = s.fm.def[e] >= 0 ? s.def(e).drive : SPLIT_NONE;
   double all[72], sum = 0.0;
   elem_strains(s.m, s.el, e, s.l.u, s.step.nlgeom, all);
   for (int g = 0; g < info.ngp; ++g)
     sum += b.w[b.gauss(s.el.slot_of[e]) + g] *
            split_drive(b.law, s.m.dim, split, s.step.nlgeom, all + g * s.m.dim * s.m.dim);
-  return s.drive[e] = sum / s.fm.volume[e];
+  return sum / s.fm.volume[e];
 }
+
+// the same by the law of its definition
+double drive_of(Scan& s, int e)
+{
+  if (s.drive[e] >= 0.0) return s.drive[e];
+  return s.drive[e] = drive_by(s, e, s.def(e).drive);
+}
+
+// the same of an element o beside e; one that cannot break: by the law of e
+double drive_beside(Scan& s, int e, int o) { return s.fm.def[o] >= 0 ? drive_of(s, o) : drive_by(s, o, s.def(e).drive); }
 
 // threshold of one element: Gc h t                                                   (7.1)
 double threshold(const Scan& s, int e)
@@ -117,30 +129,35 @@ double ball_estimate(Scan& s, int e, bool bound = false)
   const double radius = radius_of(s, e);
   double energy = 0.0, volume = 0.0;
   frac_near(s.fm, &s.fm.centre[3 * e], radius + s.fm.local[e], [&](int o, double r) {
+    if (s.removed(o)) return;
     const double w = ball_weight(s, e, radius, r) * s.fm.volume[o];
     volume += w;
-    if (s.intact(o)) energy += (bound ? s.W[o] : drive_of(s, o)) * w;
+    if (s.intact(o)) energy += (bound ? s.W[o] : drive_beside(s, e, o)) * w;
   });
   return volume > 0.0 ? ball_constant(s, e) * radius * energy / volume : 0.0;
 }
 
-// a broken element behind a face, that the crack has had the time to leave
-bool at_crack(const Scan& s, int e)
+// an element behind a face for which is(o) holds
+template <class Is>
+bool beside(const Scan& s, int e, Is is)
 {
-  const double speed = s.def(e).speed;
-  for (int f = 0; f < 6; ++f) {
-    const int o = s.fm.across[6 * e + f];
-    if (o < 0 || !s.cracked(o)) continue;
-    if (speed <= 0.0 || !s.dynamic() || s.fr.form[o] == FORM_REMOVED) return true;
-    const double *a = &s.fm.centre[3 * e], *b = &s.fm.centre[3 * o];
-    if (s.l.time >= s.fr.time[o] + std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]) / speed) return true;
-  }
+  for (int f = 0; f < 6; ++f)
+    if (s.fm.across[6 * e + f] >= 0 && is(s.fm.across[6 * e + f])) return true;
   return false;
 }
 
-// ---- configurational force in a ball                                               (7.5) - (7.7)
+bool at_removed(const Scan& s, int e) { return beside(s, e, [&](int o) { return s.removed(o); }); }
 
-// J += sum_a q_a F_a of one element; in dynamics with the kinetic part
+// FORCE: a crack goes on from what was removed, too; BALL: it starts there
+bool at_crack(const Scan& s, int e)
+{
+  const bool force = estimate_of(s, e) == ESTIMATE_FORCE;
+  return beside(s, e, [&](int o) { return force ? s.cracked(o) : s.broken(o); });
+}
+
+// ---- configurational force in a ball                                               (7.5), (7.6)
+
+// J += sum_a q_a F_a of one element
 template <int D>
 void add_force(const Scan& s, int e, const double* q, double* J)
 {
@@ -166,23 +183,6 @@ void add_force(const Scan& s, int e, const double* q, double* J)
       }
     for (int a = 0; a < nen; ++a)
       for (int j = 0; j < D; ++j) gq[j] += q[a] * dN[a * D + j];
-    if (s.dynamic()) {
-      double N[8], v[D] = {0}, acc[D] = {0}, gv[D * D] = {0}, qg = 0.0, vv = 0.0;
-      shape_eval(b.shape, gauss_rule(b.shape).xi[g], N, nullptr);
-      for (int a = 0; a < nen; ++a) {
-        qg += N[a] * q[a];
-        for (int i = 0; i < D; ++i) {
-          v[i] += N[a] * s.l.v[node[a] * D + i];
-          acc[i] += N[a] * s.l.a[node[a] * D + i];
-          for (int j = 0; j < D; ++j) gv[i * D + j] += s.l.v[node[a] * D + i] * dN[a * D + j];
-        }
-      }
-      for (int i = 0; i < D; ++i) vv += v[i] * v[i];
-      W += 0.5 * b.density * vv;
-      for (int k = 0; k < D; ++k)
-        for (int i = 0; i < D; ++i)
-          J[k] += b.w[at] * qg * b.density * (acc[i] * H[i * D + k] - v[i] * gv[i * D + k]);
-    }
     for (int k = 0; k < D; ++k)
       for (int j = 0; j < D; ++j) {
         double eshelby = k == j ? -W : 0.0;
@@ -192,35 +192,131 @@ void add_force(const Scan& s, int e, const double* q, double* J)
   }
 }
 
-// a face of a brick, wedge or tetrahedron at t = 0: middle, area times outward normal
+// a face at t = 0: middle, area (length of an edge in the plane) times outward normal
 void face_of(const Scan& s, int e, int f, double* mid, double* area)
 {
   const ShapeInfo& info = shape_info[s.el.block[s.el.home[e]].shape];
   const int n = info.nfnode[f], *conn = s.m.mesh.conn.begin(e);
   const double* X[4];
   for (int a = 0; a < n; ++a) X[a] = &s.m.mesh.X[3 * conn[info.face[f][a]]];
-  double p[3], r[3];
   for (int i = 0; i < 3; ++i) {
     mid[i] = 0.0;
     for (int a = 0; a < n; ++a) mid[i] += X[a][i] / n;
+  }
+  if (n == 2) {
+    area[0] = X[1][1] - X[0][1];
+    area[1] = X[0][0] - X[1][0];
+    area[2] = 0.0;
+    return;
+  }
+  double p[3], r[3];
+  for (int i = 0; i < 3; ++i) {
     p[i] = X[2][i] - X[0][i];
     r[i] = n == 4 ? X[3][i] - X[1][i] : X[2][i] - X[1][i];
   }
   for (int i = 0; i < 3; ++i) area[i] = 0.5 * (p[(i + 1) % 3] * r[(i + 2) % 3] - p[(i + 2) % 3] * r[(i + 1) % 3]);
 }
 
-// what the surface of the body adds to J where it cuts the ball: -int q W n dA on faces without traction
-void take_surface(const Scan& s, int e, const double* q, double* J)
+// faces of a ball with nothing behind them: the surface of the body, and what was removed at the start
+struct FreeFace {
+  int elem, n, node[4];
+  bool removed;                // an element was there
+  double mid[3], area[3], size;
+};
+
+void free_faces(const Scan& s, int e, double radius, std::vector<FreeFace>& out)
 {
-  const ShapeInfo& info = shape_info[s.el.block[s.el.home[e]].shape];
-  for (int f = 0; f < info.nface; ++f) {
-    if (s.fm.across[6 * e + f] >= 0) continue;
-    double mid[3], area[3], qf = 0.0;
-    face_of(s, e, f, mid, area);
-    for (int a = 0; a < info.nfnode[f]; ++a) qf += q[info.face[f][a]] / info.nfnode[f];
-    if (qf == 0.0) continue;
-    const double W = elem_energy_one(s.m, s.el, e, s.l.u, 1.0, s.step.nlgeom) / s.fm.volume[e];
-    for (int i = 0; i < 3; ++i) J[i] += qf * W * area[i];
+  out.clear();
+  frac_near(s.fm, &s.fm.centre[3 * e], radius, [&](int o, double) {
+    if (s.removed(o) || s.el.home[o] < 0) return;
+    const ShapeInfo& info = shape_info[s.el.block[s.el.home[o]].shape];
+    for (int f = 0; f < info.nface; ++f) {
+      const int behind = s.fm.across[6 * o + f];
+      if (behind >= 0 && !s.removed(behind)) continue;
+      FreeFace g;
+      g.elem    = o;
+      g.n       = info.nfnode[f];
+      g.removed = behind >= 0;
+      for (int a = 0; a < g.n; ++a) g.node[a] = s.m.mesh.conn.begin(o)[info.face[f][a]];
+      face_of(s, o, f, g.mid, g.area);
+      g.size = std::hypot(g.area[0], g.area[1], g.area[2]);
+      out.push_back(g);
+    }
+  });
+}
+
+// two free faces with nothing but void between them; opposed: and 120 degrees or more between their normals. h: size of the mesh
+bool look_at(const FreeFace& a, const FreeFace& b, double h, bool opposed)
+{
+  double cosine = 0.0, before_a = 0.0, before_b = 0.0;
+  for (int k = 0; k < 3; ++k) {
+    cosine += a.area[k] * b.area[k] / (a.size * b.size);
+    before_a += (b.mid[k] - a.mid[k]) * a.area[k] / a.size;
+    before_b += (a.mid[k] - b.mid[k]) * b.area[k] / b.size;
+  }
+  if (opposed && cosine > -0.5) return false;
+  const double least = (cosine > -0.5 ? 1e-6 : -1e-6) * h;       // the faces of a slit may lie on each other
+  return before_a >= least && before_b >= least;
+}
+
+// faces that common nodes join get one number
+void join_faces(const std::vector<FreeFace>& face, IntVec& part)
+{
+  part.resize(face.size());
+  for (size_t i = 0; i < face.size(); ++i) {
+    part[i] = static_cast<int>(i);
+    for (size_t j = 0; j < i; ++j) {
+      const FreeFace &a = face[i], &b = face[j];
+      if (part[i] == part[j] || std::find_first_of(a.node, a.node + a.n, b.node, b.node + b.n) == a.node + a.n) continue;
+      std::replace(part.begin(), part.begin() + i + 1, part[j], part[i]);
+    }
+  }
+}
+
+// the end of a notch lies in the ball: opposed faces, free faces of the ball lead from one to the other, and on out of the ball
+// (around a hole that lies in it whole J says nothing)
+bool at_notch(const Scan& s, int e, double radius)
+{
+  std::vector<FreeFace> face;
+  IntVec part;
+  const double h = s.fm.local[e], *c = &s.fm.centre[3 * e];
+  free_faces(s, e, radius, face);
+  join_faces(face, part);
+  std::vector<char> leaves(face.size(), 0);          // [part]
+  for (size_t i = 0; i < face.size(); ++i) {
+    const double* x = face[i].mid;
+    if (std::hypot(x[0] - c[0], x[1] - c[1], x[2] - c[2]) > radius - h) leaves[part[i]] = 1;
+  }
+  for (size_t i = 0; i < face.size(); ++i)
+    for (size_t j = 0; j < i; ++j)
+      if (part[i] == part[j] && leaves[part[i]] && look_at(face[i], face[j], h, true)) return true;
+  return false;
+}
+
+// q of (7.6)
+double weight_of(const Scan& s, int node, const double* c, double radius)
+{
+  const double* X = &s.m.mesh.X[3 * node];
+  const double r  = std::hypot(X[0] - c[0], X[1] - c[1], X[2] - c[2]);
+  return std::min(1.0, std::max(0.0, 2.0 * (1.0 - r / radius)));
+}
+
+// what the surface of the body adds to J where it cuts the ball: -int q W n dA on faces without traction. Those of a notch belong
+// to the crack
+void take_surface(const Scan& s, int e, double radius, double* J)
+{
+  std::vector<FreeFace> face;
+  free_faces(s, e, radius + 1.5 * s.fm.local[e], face);
+  for (const FreeFace& f : face) {
+    if (f.removed || !s.intact(f.elem)) continue;
+    double q = 0.0;
+    for (int a = 0; a < f.n; ++a) q += weight_of(s, f.node[a], &s.fm.centre[3 * e], radius) / f.n;
+    if (q == 0.0) continue;
+    bool notch = false;
+    for (const FreeFace& o : face) notch = notch || (&o != &f && look_at(f, o, s.fm.local[e], false));
+    if (notch) continue;
+    const double W = elem_energy_one(s.m, s.el, f.elem, s.l.u, 1.0, s.step.nlgeom) / s.fm.volume[f.elem];
+    for (int i = 0; i < 3; ++i) J[i] += q * W * f.area[i];
   }
 }
 
@@ -261,37 +357,36 @@ double front_length(const Scan& s, int e, const double* J, double radius)
 }
 
 // J of the ball around an element, per thickness or per length of the front
-double force_estimate(const Scan& s, int e, double* J)
+double force_estimate(const Scan& s, int e, double radius, double* J)
 {
-  const double radius = radius_of(s, e), *c = &s.fm.centre[3 * e];
-  const double reach  = radius + 1.5 * s.fm.local[e];
-  const bool surface  = s.m.dim == 3 && at_crack(s, e);          // the surface itself may be where a crack starts
+  const double *c = &s.fm.centre[3 * e], reach = radius + 1.5 * s.fm.local[e];
   for (int i = 0; i < 3; ++i) J[i] = 0.0;
   frac_near(s.fm, c, reach, [&](int o, double) {
     if (!s.intact(o)) return;
     const int n = s.m.mesh.conn.count(o), *node = s.m.mesh.conn.begin(o);
-    double q[8];
-    bool any = false;
-    for (int a = 0; a < n; ++a) {
-      const double* X = &s.m.mesh.X[3 * node[a]];
-      const double r  = std::hypot(X[0] - c[0], X[1] - c[1], X[2] - c[2]);
-      q[a] = std::min(1.0, std::max(0.0, 2.0 * (1.0 - r / radius)));
-      any  = any || q[a] > 0.0;
-    }
-    if (!any) return;
+    double q[8], sum = 0.0;
+    for (int a = 0; a < n; ++a) sum += q[a] = weight_of(s, node[a], c, radius);
+    if (sum == 0.0) return;
     if (s.m.dim == 2) add_force<2>(s, o, q, J);
     else add_force<3>(s, o, q, J);
-    if (surface) take_surface(s, o, q, J);
   });
+  // without crack or notch the surface itself is where a crack may start
+  if (s.m.dim == 3 && (at_crack(s, e) || at_notch(s, e, radius))) take_surface(s, e, radius, J);
   const double per = s.m.dim == 2 ? s.fm.thickness[e] : front_length(s, e, J, radius);
   for (int i = 0; i < 3; ++i) J[i] /= per;
   return std::sqrt(J[0] * J[0] + J[1] * J[1] + J[2] * J[2]);
 }
 
+// BALL: where a notch ends within 5 h, J as well. It is right there from the first element on; the ball is a fifth too high, because
+// a void has no volume                                                               (7.7)
 double estimate(Scan& s, int e, double* J)
 {
   for (int i = 0; i < 3; ++i) J[i] = 0.0;
-  return estimate_of(s, e) == ESTIMATE_FORCE ? force_estimate(s, e, J) : ball_estimate(s, e);
+  if (estimate_of(s, e) == ESTIMATE_FORCE) return force_estimate(s, e, radius_of(s, e), J);
+  const double G = ball_estimate(s, e), radius = NOTCH_BALL * s.fm.local[e];
+  if (G < s.fm.gc[e] || !at_notch(s, e, radius)) return G;
+  double F[3];
+  return std::min(G, force_estimate(s, e, radius, F));
 }
 
 // ---- gates
@@ -303,25 +398,33 @@ double largest_stress(const Scan& s, int e)
   return split_normal(s.law(e), s.m.dim, E, N);
 }
 
-// holds little of what the densest element of its ball does. |J| is the same for all elements near a tip, also for those behind it;
-// on an aligned mesh the neighbours of the tip element hold a third of its energy, those behind it a tenth
-bool behind_tip(const Scan& s, int e)
+// an element in tension whose psi+ / volume, by the law of e, is above a limit
+bool denser(Scan& s, int o, int e, double limit)
 {
-  double most = 0.0;
-  in_ball(s, e, [&](int o, double) { most = std::max(most, s.fm.def[o] >= 0 ? s.W[o] : 0.0); });
-  return s.W[e] < 0.2 * most;
+  if (s.W[o] <= limit) return false;                 // psi+ is never more than the whole energy
+  return drive_beside(s, e, o) > limit && largest_stress(s, o) > 0.0;
 }
 
-// the densest element of its ball, with nothing broken in it: a crack may start here
-bool may_start(const Scan& s, int e)
+// holds little of what the densest element of its ball does. |J| is the same for all elements near a tip, also for those behind it;
+// on an aligned mesh the neighbours of the tip element hold a third of its energy, those behind it a tenth
+bool behind_tip(Scan& s, int e)
 {
-  if (!s.def(e).start) return false;
-  for (int f = 0; f < 6; ++f) {
-    const int o = s.fm.across[6 * e + f];
-    if (o >= 0 && s.W[o] > s.W[e]) return false;
-  }
+  const double limit = 5.0 * drive_of(s, e);
+  bool found = false;
+  in_ball(s, e, [&](int o, double) { found = found || (s.fm.def[o] >= 0 && denser(s, o, e, limit)); });
+  return found;
+}
+
+// the densest element in tension of its ball, with nothing broken in it: a crack may start here
+bool may_start(Scan& s, int e)
+{
   bool good = true;
-  in_ball(s, e, [&](int o, double) { good = good && !s.cracked(o) && s.W[o] <= s.W[e]; });
+  const bool force = estimate_of(s, e) == ESTIMATE_FORCE;
+  in_ball(s, e, [&](int o, double) { good = good && !(force ? s.cracked(o) : s.broken(o)); });
+  if (!good) return false;
+  const double limit = (1.0 + tied) * drive_of(s, e);
+  if (beside(s, e, [&](int o) { return denser(s, o, e, limit); })) return false;
+  in_ball(s, e, [&](int o, double) { good = good && !denser(s, o, e, limit); });
   return good;
 }
 
@@ -365,6 +468,20 @@ void turn_off(const double* J, double* N)
   for (int i = 0; i < 3; ++i) N[i] = n[i] / std::sqrt(norm);
 }
 
+// a crack may start where nothing is broken: at what was removed always, elsewhere as START says
+bool start_allowed(const Scan& s, int e)
+{
+  const FractureDef& d = s.def(e);
+  return (d.start && (d.strength == 0.0 || largest_stress(s, e) >= d.strength)) || at_removed(s, e);
+}
+
+bool near_crack(const Scan& s, int e)
+{
+  bool found = false;
+  in_ball(s, e, [&](int o, double) { found = found || s.cracked(o); });
+  return found;
+}
+
 // ---- candidates
 
 // ranks take elements in turn, since candidates lie close together, and each knows the whole state
@@ -395,7 +512,7 @@ void by_element(Scan& s, int e, double part, std::vector<Erosion>& out)
   if (s.W[e] * s.fm.volume[e] < need) return timer_skip(PHASE_ESTIMATE);   // psi+ is never more than the whole energy
   ++timer_phase(PHASE_ESTIMATE).calls;
   const double value = drive_of(s, e) * s.fm.volume[e] / threshold(s, e);
-  if (value >= part) out.push_back({e, value, value, {0, 0, 0}});
+  if (value >= part && (start_allowed(s, e) || near_crack(s, e))) out.push_back({e, value, value, {0, 0, 0}});
 }
 
 // BALL: W_most, the largest energy / volume of any element, is too little
@@ -404,15 +521,16 @@ bool out_of_reach(const Scan& s, int e, double W_most)
   return ball_constant(s, e) * radius_of(s, e) * W_most * ROUNDING < s.fm.gc[e];
 }
 
-void by_griffith(Scan& s, int e, double W_max, double W_most, std::vector<Erosion>& out)
+void by_griffith(Scan& s, int e, double W_most, std::vector<Erosion>& out)
 {
-  if (s.W[e] < 0.02 * W_max || s.W[e] == 0.0) return;
+  const double least = LEAST * s.fm.gc[e] / s.fm.size[e];
+  if (s.W[e] <= least) return;
   const bool force = estimate_of(s, e) == ESTIMATE_FORCE;
   if (!force && out_of_reach(s, e, W_most)) return timer_skip(PHASE_ESTIMATE);
-  const bool at = at_crack(s, e);
-  if (at ? force && behind_tip(s, e) : !may_start(s, e)) return;
   if (!force && ball_estimate(s, e, true) * ROUNDING < s.fm.gc[e]) return timer_skip(PHASE_ESTIMATE);
-  if (!(largest_stress(s, e) > 0.0)) return;
+  if (!(largest_stress(s, e) > 0.0) || drive_of(s, e) <= least) return;
+  const bool at = at_crack(s, e);
+  if (at ? force && behind_tip(s, e) : !start_allowed(s, e) || !may_start(s, e)) return;
   double J[3];
   ++timer_phase(PHASE_ESTIMATE).calls;
   const double G = estimate(s, e, J);
@@ -509,15 +627,11 @@ void frac_test(const Model& m, const Step& step, const Elements& el, const FracM
   Scan s{m, step, el, fm, fr, l, {}, {}};
   const int nelem = m.mesh.nelem();
   find_energies(energy, s);
-  double W_max = 0.0, W_most = 0.0;      // of elements that may break, of all
-  for (int e = 0; e < nelem; ++e) {
-    if (fm.def[e] >= 0) W_max = std::max(W_max, s.W[e]);
-    W_most = std::max(W_most, s.W[e]);
-  }
+  const double W_most = *std::max_element(s.W.begin(), s.W.end());
   for (int e = 0; e < nelem; ++e) {
     if (!my_turn(e) || fm.def[e] < 0 || !s.intact(e)) continue;
     if (s.def(e).criterion == CRITERION_ELEMENT) by_element(s, e, 1.0, out);
-    else by_griffith(s, e, W_max, W_most, out);
+    else by_griffith(s, e, W_most, out);
   }
   join(out);
   keep_fronts(s, out);

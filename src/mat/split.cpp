@@ -212,17 +212,55 @@ void split_pressure(const MatLaw& law, bool finite, const double E[6], SplitOut&
   add_rest(law, E, o.psi_minus, o.Sm, o.Cm, o.psi_plus, o.Sp, o.Cp);
 }
 
+// j = change of the thickness of the crack, h - 1 with h^2 = 1/(N.C^-1 N) (finite) or N.E.N, its gradient G and the derivative D of
+// that; false: C = 2E + I is not positive definite                                        (2.18)
+bool thickness(bool finite, const double E[6], const double N[3], double& j, double G[6], double D[36])
+{
+  std::fill(D, D + 36, 0.0);
+  for (int m = 0; m < 6; ++m) G[m] = N[voigt_i[m]] * N[voigt_j[m]];
+  j = dot(G, E);
+  if (!finite) return true;
+  const Eigen::Vector3d n(N[0], N[1], N[2]);
+  Eigen::Matrix3d A, cofA, C, inv;
+  A << E[0], E[3], E[5], E[3], E[1], E[4], E[5], E[4], E[2];
+  C = Eigen::Matrix3d::Identity() + 2.0 * A;
+  cofA << E[1] * E[2] - E[4] * E[4], E[5] * E[4] - E[3] * E[2], E[3] * E[4] - E[5] * E[1],
+          E[5] * E[4] - E[3] * E[2], E[0] * E[2] - E[5] * E[5], E[3] * E[5] - E[0] * E[4],
+          E[3] * E[4] - E[5] * E[1], E[3] * E[5] - E[0] * E[4], E[0] * E[1] - E[3] * E[3];
+  const double I1 = A.trace(), I2 = cofA.trace(), I3 = A.row(0).dot(cofA.row(0)), NcofN = n.dot(cofA * n);
+  const double det = 1.0 + 2.0 * I1 + 4.0 * I2 + 8.0 * I3, area2 = 1.0 + 2.0 * (I1 - j) + 4.0 * NcofN;
+  if (!(C(0, 0) > 0.0 && C(0, 0) * C(1, 1) - C(0, 1) * C(0, 1) > 0.0 && det > 0.0)) return false;
+  const double h = std::sqrt(det / area2);
+  j = (2.0 * j + 4.0 * (I2 - NcofN) + 8.0 * I3) / area2 / (1.0 + h);       // h - 1 without loss of digits
+  inv = (Eigen::Matrix3d::Identity() + 2.0 * (I1 * Eigen::Matrix3d::Identity() - A) + 4.0 * cofA) / det;
+  const Eigen::Vector3d a = inv * n;
+  const double h3 = h * h * h, h5 = h3 * h * h;
+  for (int m = 0; m < 6; ++m) {
+    const int r = voigt_i[m], s = voigt_j[m];
+    G[m] = h3 * a[r] * a[s];
+    for (int k = 0; k < 6; ++k) {
+      const int t = voigt_i[k], u = voigt_j[k];
+      D[6 * m + k] = 3.0 * h5 * a[r] * a[s] * a[t] * a[u] -
+                     h3 * ((inv(r, t) * a[u] + inv(r, u) * a[t]) * a[s] + (inv(s, t) * a[u] + inv(s, u) * a[t]) * a[r]);
+    }
+  }
+  return true;
+}
+
 // pressure across the crack and nothing else                                               (2.18)
-void split_crack(const MatLaw& law, const double E[6], const double N[3], SplitOut& o)
+void split_crack(const MatLaw& law, bool finite, const double E[6], const double N[3], SplitOut& o)
 {
   const double M = law.lam + 2.0 * law.mu;
-  double NN[6];
-  for (int m = 0; m < 6; ++m) NN[m] = N[voigt_i[m]] * N[voigt_j[m]];
-  const double j = dot(NN, E);
+  double j, G[6], D[36];
+  if (!thickness(finite, E, N, j, G, D)) {
+    o.psi_plus = o.psi_minus = std::numeric_limits<double>::quiet_NaN();
+    return;
+  }
   if (!(j > 0.0)) {
     o.psi_minus = 0.5 * M * j * j;
-    for (int m = 0; m < 6; ++m) o.Sm[m] = M * j * NN[m];
-    add_dyad(M, NN, o.Cm);
+    for (int m = 0; m < 6; ++m) o.Sm[m] = M * j * G[m];
+    for (int m = 0; m < 36; ++m) o.Cm[m] = M * j * D[m];
+    add_dyad(M, G, o.Cm);
   }
   add_rest(law, E, o.psi_minus, o.Sm, o.Cm, o.psi_plus, o.Sp, o.Cp);
 }
@@ -257,7 +295,7 @@ void split_full(const MatLaw& law, Split split, bool finite, const double E[6], 
     case SPLIT_VD:       split_vd(law, E, out); break;
     case SPLIT_SPECTRAL: split_spectral(law, E, out); break;
     case SPLIT_PRESSURE: split_pressure(law, finite, E, out); break;
-    case SPLIT_CRACK:    split_crack(law, E, N, out); break;
+    case SPLIT_CRACK:    split_crack(law, finite, E, N, out); break;
     case SPLIT_NONE:     add_intact(law, E, out.psi_plus, out.Sp, out.Cp); break;
   }
 }
@@ -330,8 +368,7 @@ bool split_kink(const MatLaw& law, int dim, Split split, bool finite, double c, 
     kink.side = 1;
     kink.w    = -(1.0 - c) / (law.lam3 + 2.0 * law.mu);
   } else if (split == SPLIT_CRACK) {
-    for (int m = 0; m < 6; ++m) G6[m] = N[voigt_i[m]] * N[voigt_j[m]];
-    kink.j    = dot(G6, E6);
+    if (!thickness(finite, E6, N, kink.j, G6, D6)) return false;
     kink.side = -1;
     kink.w    = (1.0 - c) * (law.lam + 2.0 * law.mu);
   } else {

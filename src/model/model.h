@@ -180,9 +180,9 @@ struct FractureDef {           // *EIGENFRACTURE
   double interval = 0.0;       // time between tests, 0: every increment
   double stiffness = 1e-6;     // c of broken material
   double release  = 0.0;       // dynamics: psi+ of a broken element falls to c in release h/c_d, 0: at once
-  double speed    = 0.0;       // limit of the crack speed, 0: none
   double fallback = -1.0;      // part of Gc h that breaks an element anywhere; 0: off, -1: default
   bool start = true;           // may a crack start where there is none
+  double strength = 0.0;       // largest principal stress that this needs, 0: energy alone              force/length^2
   Place place;
 };
 
@@ -199,6 +199,13 @@ struct ConversionDef {         // *CONVERSION : elements that become material po
   std::string body_name;
   IntVec body;                 // [section] body of material points, -1: no element of this section
   IntVec bond_of;              // [section] index into Model::bond
+  Place place;
+};
+
+struct EquationTerm { int node, dof; double coef; };
+
+struct Equation {              // *EQUATION : sum of coef u = 0; the first dof is the dependent one
+  std::vector<EquationTerm> term;
   Place place;
 };
 
@@ -264,6 +271,7 @@ struct PrintRequest {          // *NODE PRINT, *EL PRINT
   std::vector<std::string> what;    // U V A RF | S E ENER
   int frequency = 1;
   bool totals = false;         // TOTALS=YES: the sum of RF as well
+  bool only = false;           // TOTALS=ONLY: the sum of RF without the forces of the nodes
 };
 
 struct Step {
@@ -281,6 +289,7 @@ struct Step {
   std::vector<Load> load;              // all that act in this step, also those of earlier ones
   std::vector<Prescribed> prescribed;  // all that act; a node and direction stands in one of them
   std::vector<PrintRequest> print;
+  IntVec equation;             // indices into Model::equation of those that hold in this step
   Place place;
 };
 
@@ -373,6 +382,7 @@ struct Model {
   std::vector<FractureDef> fracture;
   std::vector<ConversionDef> conversion;
   std::vector<BrokenDef> broken;
+  std::vector<Equation> equation;
   std::vector<Step> step;
   std::vector<HistoryDef> history;
   HistoryOutput history_out;
@@ -392,6 +402,12 @@ int model_find_surface(const Model& m, const std::string& name);
 int model_find_material(const Model& m, const std::string& name);
 int model_find_amplitude(const Model& m, const std::string& name);
 int model_find_body(const Model& m, const std::string& name);
+
+// equations_resolve : the equations of the list with dependent dofs replaced by what they depend on, so that no master is dependent.
+// False: a dof depends on itself; bad names the equation.
+struct EquationMaster { int node, dof; double coef; };
+struct EquationSolved { int node, dof; std::vector<EquationMaster> master; };
+bool equations_resolve(const Model& m, const IntVec& list, std::vector<EquationSolved>& out, int& bad);
 
 // amplitude_eval : y(t); t_step and t_total are the times of the step and of the run
 double amplitude_eval(const Amplitude& a, double t_step, double t_total);

@@ -49,7 +49,7 @@ void node_print(std::FILE* file, const Model& m, const State& s, const PrintRequ
     if (what == "U") node_table(file, "displacements (vx,vy,vz)", m, s.n.u, set, s.n.time);
     if (what == "V") node_table(file, "velocities (vx,vy,vz)", m, s.n.v, set, s.n.time);
     if (what == "A") node_table(file, "accelerations (vx,vy,vz)", m, s.n.a, set, s.n.time);
-    if (what == "RF") node_table(file, "forces (fx,fy,fz)", m, s.rf, set, s.n.time);
+    if (what == "RF" && !request.only) node_table(file, "forces (fx,fy,fz)", m, s.rf, set, s.n.time);
     if (what == "RF" && request.totals) total_rows(file, m, s.rf, set, s.n.time);
   }
 }

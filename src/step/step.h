@@ -22,7 +22,7 @@ struct Attempt {
   RealVec vgrid{};               // [neq] projected velocity of the grid at t(n), rows of the grid
   RealVec agrid{};             // [neq] acceleration of the grid at t(n), rows of the grid (Newmark)
   RealVec fint0{}, fext0{};        // [neq] at t(n) on the weights of this step (statics, Newmark)
-  RealVec fint{}, fext{}, R{};       // [neq] at the solution
+  RealVec fint{}, fext{}, R{};       // [neq] at the solution; R with the forces of equations at their masters
   RealVec du{};                  // [neq]
   RealVec guess{};               // [neq] statics: where Newton's method begins; empty: at rest
 };
@@ -40,6 +40,7 @@ Status step_increment(Problem& p, const Step& s, double t0, double dt);
 struct LinearSystem {
   RealVec f, dx;               // [neq] right-hand side, correction
   RealVec diag;                // [neq] diagonal of A before prescribed dofs went
+  RealVec whole;               // [neq] diagonal before equations were put in; without equations: empty
   double residual = 0.0, energy = 0.0;   // the largest norm of R and sqrt(f dx) so far, the scale of accuracy
 };
 

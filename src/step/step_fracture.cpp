@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <cstdlib>
 #include <cmath>
 
 #include "base/log.h"
@@ -40,8 +39,7 @@ Status apply(Problem& p, const Step& s, const std::vector<Erosion>& erode, const
       released += gain;
       st.eroded.push_back({e.elem, st.n.time, e.value, gain});
       const int c = p.fm.conv[e.elem];
-      static const bool now = getenv("MPFE_NOW") != nullptr;
-      const bool open = now || st.n.degr[e.elem] == p.m.fracture[p.fm.def[e.elem]].stiffness;
+      const bool open = st.n.degr[e.elem] == p.m.fracture[p.fm.def[e.elem]].stiffness;
       if (open && c >= 0 && p.m.conversion[c].trigger == TRIGGER_EROSION) convert.push_back(e.elem);
     }
     frac_convert(p.m, p.el, p.fm, convert, p.share, st);

@@ -111,14 +111,28 @@ Status step_initial_acceleration(Problem& p, const Step& s, double t_step)
   if (status != STATUS_OK) return status;
   for (int i = 0; i < sys.neq(); ++i) f[i] -= fint[i];
   for (int i = 0; i < sys.nfe * sys.dim; ++i)
-    if (sys.fixed[i]) acc[i] = p.st.n.a[sys.node_of_row[i / sys.dim] * sys.dim + i % sys.dim];
-  if (mass_solve(sys, 0, f, acc) < 0) return NOT_CONVERGED;
+    if (sys.fixed[i] == DOF_FIXED) acc[i] = p.st.n.a[sys.node_of_row[i / sys.dim] * sys.dim + i % sys.dim];
+  if ((sys.tie.dof.empty() ? mass_solve(sys, 0, f, acc) : mass_solve_tied(sys, f, acc)) < 0) return NOT_CONVERGED;
   for (int r = 0; r < sys.nfe; ++r)
     for (int i = 0; i < sys.dim; ++i) p.st.n.a[sys.node_of_row[r] * sys.dim + i] = acc[r * sys.dim + i];
   return STATUS_OK;
 }
 
 namespace {
+
+// dependent dofs move as their masters do
+void finish_ties(Problem& p)
+{
+  const System& s = p.sys;
+  const int dim   = s.dim;
+  const auto at = [&](int dof) { return s.node_of_row[dof / dim] * dim + dof % dim; };
+  for (size_t k = 0; k < s.tie.dof.size(); ++k)
+    for (RealVec* x : {&p.st.np1.v, &p.st.np1.a}) {
+      double sum = 0.0;
+      for (int q = s.tie.master.off[k]; q < s.tie.master.off[k + 1]; ++q) sum += s.tie.coef[q] * (*x)[at(s.tie.master.item[q])];
+      (*x)[at(s.tie.dof[k])] = sum;
+    }
+}
 
 void finish_nodes(Problem& p, const Attempt& a)
 {
@@ -129,7 +143,7 @@ void finish_nodes(Problem& p, const Attempt& a)
       const int dof = r * dim + i, k = p.sys.node_of_row[r] * dim + i;
       const double v = p.st.n.v[k], acc = p.st.n.a[k], du = a.du[dof];
       double v1, a1;
-      if (p.sys.fixed[dof]) {                        // prescribed motion: its own rate
+      if (p.sys.fixed[dof] == DOF_FIXED) {           // prescribed motion: its own rate
         v1 = p.sys.rate[dof];
         a1 = (v1 - v) / a.dt;
       } else if (s.scheme == SCHEME_ENERGY_MOMENTUM) {
@@ -142,6 +156,7 @@ void finish_nodes(Problem& p, const Attempt& a)
       p.st.np1.v[k] = v1;
       p.st.np1.a[k] = a1;
     }
+  finish_ties(p);
 }
 
 // what the ghosts have taken: their spring acts with the whole increment, their mass does not keep its own motion     (3.17)
@@ -180,7 +195,7 @@ void finish_reactions(Problem& p, const Attempt& a)
   st.rf.assign(static_cast<size_t>(p.m.mesh.nnode()) * dim, 0.0);
   st.grid_rf.assign(p.m.grid_bc.size() * dim, 0.0);
   for (int i = 0; i < p.sys.neq(); ++i) {
-    if (!p.sys.fixed[i]) continue;
+    if (p.sys.fixed[i] != DOF_FIXED) continue;
     const int r = i / dim;
     if (r < p.sys.nfe) st.rf[p.sys.node_of_row[r] * dim + i % dim] = a.R[i];
     else if (p.sys.grid_bc[i] >= 0) st.grid_rf[p.sys.grid_bc[i] * dim + i % dim] += a.R[i];
@@ -195,7 +210,7 @@ void finish_followers(Problem& p, const Attempt& a)
   const int dim = p.m.dim;
   Level& l = p.st.np1;
   for (size_t n = 0; n < p.follow.size(); ++n)
-    for (int i = 0; i < dim && p.follow[n] >= 0; ++i) {
+    for (int i = 0; i < dim && p.follow[n] >= 0 && p.sys.row_of_node[n] < 0; ++i) {
       const size_t k = n * dim + i, c = static_cast<size_t>(p.follow[n]) * dim + i;
       l.u[k] = l.uc[c];
       if (a.cM == 0.0) continue;
@@ -204,19 +219,30 @@ void finish_followers(Problem& p, const Attempt& a)
     }
 }
 
+// statics: R at t(n) on the weights of this step
+RealVec residual_at_start(const Problem& p, const Attempt& a)
+{
+  RealVec R(p.sys.neq());
+  for (int i = 0; i < p.sys.neq(); ++i) R[i] = a.fint0[i] - a.fext0[i];
+  tie_force(p.sys, R);
+  return R;
+}
+
 // work of loads and moved supports over the step                                   (6.12)
 double external_work(const Problem& p, const Attempt& a, const RealVec& rf0)
 {
   const int dim  = p.m.dim;
   const bool mid = a.mode.mid;
   double work = 0.0;
+  RealVec R0;                  // statics: at t(n)
+  if (a.cM == 0.0) R0 = residual_at_start(p, a);
   for (int i = 0; i < p.sys.neq(); ++i) {
     const double f0 = mid ? a.fext[i] : a.fext0[i];
     work += 0.5 * (f0 + a.fext[i]) * a.du[i];
-    if (!p.sys.fixed[i] || a.du[i] == 0.0) continue;
+    if (p.sys.fixed[i] != DOF_FIXED || a.du[i] == 0.0) continue;
     const int r = i / dim;
     double r0   = a.R[i];
-    if (a.cM == 0.0) r0 = a.fint0[i] - a.fext0[i];
+    if (a.cM == 0.0) r0 = R0[i];
     else if (!mid && r < p.sys.nfe) r0 = rf0[p.sys.node_of_row[r] * dim + i % dim];
     work += 0.5 * (r0 + a.R[i]) * a.du[i];
   }
@@ -244,8 +270,9 @@ double work_of_renewal(const Problem& p, const Attempt& a)
 {
   if (a.cM != 0.0 || a.dt == 0.0 || p.grid.nnode == 0) return 0.0;
   double work = 0.0;
+  const RealVec R0 = residual_at_start(p, a);
   for (int i = 0; i < p.sys.neq(); ++i)
-    if (!p.sys.fixed[i]) work += 0.5 * (a.fext0[i] - a.fint0[i]) * a.du[i];
+    if (!p.sys.fixed[i]) work -= 0.5 * R0[i] * a.du[i];
   return work;
 }
 

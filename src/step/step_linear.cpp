@@ -72,7 +72,10 @@ void step_tangent(Problem& p, const Attempt& a, int it, double residual, double 
     for (int i = 0; i < s.neq(); ++i)
       if (s.fixed[i]) l.f[i] = 0.0;
     timer_skip(PHASE_TANGENT);
-    if (same) l.diag = z.diag;
+    if (same) {
+      l.diag  = z.diag;
+      l.whole = z.whole;
+    }
     ++(same ? z.kept : z.near);
     return;
   }
@@ -80,6 +83,11 @@ void step_tangent(Problem& p, const Attempt& a, int it, double residual, double 
   assem_tangent(p, a.mode, a.cM);
   if (same) s.tangent = number;
   sys_diagonal(s.A, l.diag);
+  if (!s.tie.dof.empty()) {
+    l.whole = l.diag;
+    tie_matrix(s);
+    sys_diagonal(s.A, l.diag);
+  }
   assem_constrain(s, l.diag, pending, l.f);
   z.on = linear_scene(p, a);
   if (!z.on) return;
@@ -88,6 +96,7 @@ void step_tangent(Problem& p, const Attempt& a, int it, double residual, double 
   z.mode    = a.mode;
   z.fixed   = s.fixed;
   z.diag    = l.diag;
+  z.whole   = l.whole;
 }
 
 Status step_solve(Problem& p, const Attempt& a, int it, double residual, double accepted, const RealVec& pending, LinearSystem& l)
@@ -115,6 +124,7 @@ Status step_solve(Problem& p, const Attempt& a, int it, double residual, double 
     energy += l.f[i] * l.dx[i];
     if (s.fixed[i]) l.dx[i] = pending[i];
   }
+  tie_follow(s, false, l.dx);
   l.energy = std::max(l.energy, std::sqrt(std::fabs(energy)));
   return STATUS_OK;
 }

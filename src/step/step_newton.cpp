@@ -30,6 +30,7 @@ Status form_residual(Problem& p, Attempt& a, const RealVec& du, Balance& b)
     for (int i = 0; i < s.neq(); ++i) b.inertia[i] = a.cM * b.Mdu[i] - a.g[i];
   }
   for (int i = 0; i < s.neq(); ++i) b.R[i] = a.fint[i] - a.fext[i] + b.inertia[i];
+  tie_force(s, b.R);
   b.free_norm = std::sqrt(sum_terms(s.neq(), [&](size_t i) { return s.fixed[i] ? 0.0 : b.R[i] * b.R[i]; }));
   const double internal = norm(a.fint), external = norm(a.fext);
   b.scale = std::max({internal, external, norm(b.inertia)});
@@ -62,20 +63,25 @@ RealVec strain_diagonal(const Problem& p, const RealVec& diag, double cM)
 double rounding_floor(const Problem& p, const RealVec& diag, const RealVec& du, double cM)
 {
   const RealVec strain = strain_diagonal(p, diag, cM);
-  double sum = 0.0;
-  for (size_t i = 0; i < diag.size(); ++i) {
+  const Ties& t = p.sys.tie;
+  const auto square = [&](int i) {
     const double f = std::max(0.0, strain[i]) * 2e-15 * p.sys.h_mean + diag[i] * 1e-14 * std::fabs(du[i]);
-    sum += f * f;
-  }
+    return f * f;
+  };
+  double sum = 0.0;
+  for (size_t i = 0; i < diag.size(); ++i) sum += square(static_cast<int>(i));
+  for (size_t k = 0; k < t.dof.size(); ++k)          // what masters get from dependent dofs
+    for (int q = t.master.off[k]; q < t.master.off[k + 1]; ++q) sum += t.coef[q] * t.coef[q] * square(t.dof[k]);
   return std::sqrt(sum);
 }
 
 // residual against the force scale, and both in the energy norm of the diagonal    (6.4)
-bool converged(const Problem& p, const Attempt& a, const Balance& b, const RealVec& diag, bool by_rounding)
+bool converged(const Problem& p, const Attempt& a, const Balance& b, const LinearSystem& l, bool by_rounding)
 {
+  const RealVec& diag = l.diag;
   const System& s  = p.sys;
   const Controls& c = a.step.ctl;
-  if (by_rounding && b.free_norm <= rounding_floor(p, diag, a.du, a.cM)) return true;
+  if (by_rounding && b.free_norm <= rounding_floor(p, l.whole.empty() ? diag : l.whole, a.du, a.cM)) return true;
   if (b.free_norm > c.tol_force * b.scale) return false;
   // unknowns that are held keep a residual, which is judged by the reactions as well (theory 8.1)
   const bool held = a.cM == 0.0 && p.solver.hold >= 0 && p.solver.zero_equation >= 0;
@@ -134,10 +140,12 @@ Status step_newton(Problem& p, Attempt& a)
   Balance b;
   LinearSystem l;
   RealVec trial(s.neq()), pending(s.neq());
-  const RealVec &dx = l.dx, &diag = l.diag;
+  const RealVec& dx = l.dx;
+  tie_follow(s, true, a.du);
   Status status = form_residual(p, a, a.du, b);
   if (status == BAD_JACOBIAN) {                      // the free flight turns something inside out: start from rest
     std::fill(a.du.begin(), a.du.end(), 0.0);
+    tie_follow(s, true, a.du);
     status = form_residual(p, a, a.du, b);
   }
   if (status != STATUS_OK) return status;
@@ -147,6 +155,7 @@ Status step_newton(Problem& p, Attempt& a)
     const RealVec R0 = b.R;
     a.du.swap(a.guess);
     a.guess.clear();
+    tie_follow(s, true, a.du);
     status = form_residual(p, a, a.du, b);
     if (status != STATUS_OK) return status;
     for (int i = 0; i < s.neq(); ++i) guessed += (b.R[i] - R0[i]) * a.du[i];
@@ -162,7 +171,7 @@ Status step_newton(Problem& p, Attempt& a)
   for (int it = 1; it <= most; ++it) {
     bool moved = true;         // prescribed dofs have reached their target
     for (int i = 0; i < s.neq(); ++i) {
-      pending[i] = s.fixed[i] ? s.target[i] - a.du[i] : 0.0;
+      pending[i] = s.fixed[i] == DOF_FIXED ? s.target[i] - a.du[i] : 0.0;
       moved      = moved && std::fabs(pending[i]) <= 1e-14 * std::fabs(s.target[i]);
     }
     // 1. tangent, prescribed dofs                                                  (6.2)
@@ -170,7 +179,7 @@ Status step_newton(Problem& p, Attempt& a)
     const double accepted = a.step.ctl.tol_force * scale;
     step_tangent(p, a, it, b.free_norm, accepted, b.R, pending, l);
     // loads below the floor are solved for once; without loads the floor ends the search for rounding
-    if (it == 1 && moved && guessed == 0.0 && converged(p, a, b, diag, norm(a.fext) == 0.0)) break;
+    if (it == 1 && moved && guessed == 0.0 && converged(p, a, b, l, norm(a.fext) == 0.0)) break;
     // 2. solve
     const double before = b.free_norm;
     status = step_solve(p, a, it, before, accepted, pending, l);
@@ -195,9 +204,9 @@ Status step_newton(Problem& p, Attempt& a)
     // 4. judge
     moved = true;
     for (int i = 0; i < s.neq(); ++i)
-      if (s.fixed[i]) moved = moved && std::fabs(s.target[i] - a.du[i]) <= 1e-12 * std::fabs(s.target[i]);
+      if (s.fixed[i] == DOF_FIXED) moved = moved && std::fabs(s.target[i] - a.du[i]) <= 1e-12 * std::fabs(s.target[i]);
     if (before > 0.0) step_gain(p, it, b.free_norm / before);
-    if (moved && step_solved_well(p, l) && converged(p, a, b, diag, true)) {
+    if (moved && step_solved_well(p, l) && converged(p, a, b, l, true)) {
       a.R = b.R;
       return STATUS_OK;
     }

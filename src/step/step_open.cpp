@@ -52,6 +52,29 @@ int start_values(Problem& p)
   return wrong;
 }
 
+// equations of the first step hold at the start
+int start_equations(const Problem& p)
+{
+  int errors = 0;
+  if (p.m.step.empty()) return 0;
+  for (int k : p.m.step[0].equation)
+    for (const bool velocity : {false, true}) {
+      const Equation& e = p.m.equation[k];
+      double sum = 0.0, size = 0.0;
+      for (const EquationTerm& t : e.term) {
+        const double x = t.coef * (velocity ? p.st.n.v : p.st.n.u)[t.node * p.m.dim + t.dof];
+        sum += x;
+        size = std::max(size, std::fabs(x));
+      }
+      if (std::fabs(sum) <= 1e-9 * size) continue;
+      if (errors++ < 10)
+        log_error("%s line %d, *EQUATION: the %s of the start do not fulfil it (sum %g of terms up to %g): *INITIAL CONDITIONS must give "
+                  "all its nodes what fits, also those without elements", e.place.file.c_str(), e.place.line,
+                  velocity ? "velocities" : "displacements", sum, size);
+    }
+  return errors;
+}
+
 // one point a cell sees only the mean gradient: the cell can deform as an hourglass without any stress
 void warn_few_points(const Problem& p)
 {
@@ -113,6 +136,7 @@ int step_open(Problem& p)
   st.n.lambda_n.assign(st.bonds.nbond, 0.0);
   st.grid_rf.assign(m.grid_bc.size() * m.dim, 0.0);
   errors = start_values(p);
+  if (errors == 0) errors = start_equations(p);
   if (errors) return errors;
   if (has_contact(m)) errors = start_contact(p);
   if (errors) return errors;
@@ -161,7 +185,7 @@ Status step_prepare(Problem& p, const Step& s)
     p.grid.bond.off.assign(st.bonds.nbond + 1, 0);    // bonds to the ground and contact only
   }
   if (st.points.npoint && !p.opened) warn_few_points(p);
-  system_form(p, s.proc == PROC_DYNAMIC);
+  system_form(p, s, s.proc == PROC_DYNAMIC);
   st.log.grid_nodes = p.grid.nnode;
   st.log.grid_cells = p.grid.ncell;
   st.log.weak_nodes = p.grid.nweak;

@@ -2,7 +2,8 @@
 
 write(path, kind, W, H, a, h, rows): the notch is `rows` rows of elements high. Kinds:
   aligned      squares; rows = 1: a row of them lies on y = 0, rows = 2: a line of nodes does
-  jitter       the same, inner nodes moved by up to 0.2 h, but for those of the notch
+  graded       the same; edges grow by 5 % from one to the next, up to 3 h, beyond 0.05 W around and 0.1 W ahead of the tip
+  jitter       the same as aligned, inner nodes moved by up to 0.2 h, but for those of the notch
   turned       the same, the squares around the tip turned by 30 degrees: nodes within 0.12 H are turned about it by that angle,
                beyond 0.4 H not at all
   triangles    Delaunay triangles of scattered nodes, two triangles to h^2
@@ -16,16 +17,42 @@ sys.path.insert(0, os.path.join(os.path.dirname(os.path.realpath(__file__)), "..
 from mpfe_files import np
 from mpfe_mesh import three_quads, triangulate, write_mesh
 
-KINDS = ["aligned", "jitter", "turned", "triangles", "quads"]
+KINDS = ["aligned", "graded", "jitter", "turned", "triangles", "quads"]
 
 
 def squares(W, H, h, rows):
     ny = 2 * int(round(0.5 * H / h)) + rows % 2
     nx = int(round(W / h))
-    x, y = np.meshgrid(W * np.arange(nx + 1) / nx, H * (np.arange(ny + 1) / ny - 0.5))
+    return lattice(W * np.arange(nx + 1) / nx, H * (np.arange(ny + 1) / ny - 0.5))
+
+
+def lattice(x, y):
+    """Nodes and quadrilaterals between the lines x and y."""
+    nx, ny = len(x) - 1, len(y) - 1
+    x, y = np.meshgrid(x, y)
     i, j = np.meshgrid(np.arange(nx), np.arange(ny))
     k = (j * (nx + 1) + i).ravel()
     return np.column_stack([x.ravel(), y.ravel()]), np.column_stack([k, k + 1, k + nx + 2, k + nx + 1])
+
+
+def growing(length, fine, h):
+    """Places from 0 to length: edges of h up to fine, then growing by 5 % up to 3 h."""
+    place = list(h * np.arange(int(round(fine / h)) + 1))
+    edge = h
+    while place[-1] < length - 1e-9 * h:
+        edge = min(1.05 * edge, 3 * h)
+        place.append(place[-1] + edge)
+    place = np.array(place)
+    outer = place > fine
+    return np.where(outer, fine + (place - fine) * (length - fine) / (place[-1] - fine), place)
+
+
+def graded(W, H, a, h):
+    """One row of elements on y = 0."""
+    up = 0.5 * h + growing(0.5 * (H - h), 0.05 * W, h)
+    y = np.concatenate([-up[::-1], up])
+    x = np.concatenate([a - growing(a, 0.05 * W, h)[:0:-1], a + growing(W - a, 0.1 * W, h)])
+    return y, x
 
 
 def scattered(W, H, h, seed=1):
@@ -43,6 +70,9 @@ def mesh(kind, W, H, a, h, rows):
         return scattered(W, H, h)
     if kind == "quads":
         return three_quads(*scattered(W, H, np.sqrt(6.0) * h))
+    if kind == "graded":
+        y, x = graded(W, H, a, h)
+        return lattice(x, y)
     X, conn = squares(W, H, h, rows)
     if kind == "jitter":
         inner = (abs(X[:, 1]) < 0.5 * H - 0.5 * h) & (X[:, 0] > 0.5 * h) & (X[:, 0] < W - 0.5 * h)

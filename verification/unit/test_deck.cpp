@@ -331,6 +331,48 @@ TEST(Deck, output_requests)
   EXPECT_EQ(a.m.step[1].print[0].what.size(), 2u);
 }
 
+// as gmsh writes it, but for the number of its elements
+const char* const mesh_of_gmsh = "*Heading\n plate.inp\n*NODE\n1, 0, 0, 0\n2, 1, 0, 0\n3, 1, 1, 0\n4, 0, 1, 0\n"
+                                 "******* E L E M E N T S *************\n*ELEMENT, type=T3D2, ELSET=Line1\n1, 1, 2\n"
+                                 "*ELEMENT, type=T3D2, ELSET=Line3\n2, 3, 4\n*ELEMENT, type=T3D2, ELSET=Line7\n3, 1, 3\n"
+                                 "*ELEMENT, type=CPS3, ELSET=Surface1\n11, 1, 2, 3\n12, 1, 3, 4\n"
+                                 "*ELSET,ELSET=SIDES\n1, 2, \n*ELSET,ELSET=PLATE\n11, 12, \n";
+
+TEST(Deck, elements_of_a_lower_dimension_become_sets_and_surfaces)
+{
+  const Answer a = read(std::string(mesh_of_gmsh) + "*MATERIAL, NAME=A\n*ELASTIC\n1, 0.2\n*SOLID SECTION, ELSET=PLATE, MATERIAL=A\n"
+                        "*BOUNDARY\nLINE1, 1, 2\n" + step);
+  ASSERT_EQ(a.errors, 0) << a.text;
+  EXPECT_EQ(a.m.mesh.nelem(), 2);
+  EXPECT_EQ(a.m.nset[model_find_nset(a.m, "SIDES")].item, (IntVec{0, 1, 2, 3}));
+  EXPECT_EQ(a.m.nset[model_find_nset(a.m, "LINE3")].item, (IntVec{2, 3}));
+  const int s = model_find_surface(a.m, "SIDES");
+  ASSERT_GE(s, 0);
+  ASSERT_EQ(a.m.surface[s].face.size(), 2u);
+  EXPECT_EQ(a.m.surface[s].face[0].elem, 0);
+  EXPECT_EQ(a.m.surface[s].face[1].face, 1);
+  EXPECT_LT(model_find_surface(a.m, "LINE7"), 0);            // between two elements
+}
+
+TEST(Deck, elements_of_a_lower_dimension_carry_nothing)
+{
+  const Answer a = read(std::string(mesh_of_gmsh) + "*MATERIAL, NAME=A\n*ELASTIC\n1, 0.2\n*SOLID SECTION, ELSET=PLATE, MATERIAL=A\n"
+                        "*SOLID SECTION, ELSET=LINE1, MATERIAL=A\n" + step);
+  EXPECT_TRUE(says(a, "the elements of set LINE1 are of a lower dimension than the model")) << a.text;
+}
+
+TEST(Deck, words_of_calculix_that_change_no_answer)
+{
+  const Answer a = read("*NODE\n1\n2, 1.\n3, 1., 1.\n4, , 1.\n*ELEMENT, TYPE=CPE4, ELSET=PLATE\n1, 1, 2, 3, 4\n*MATERIAL, NAME=A\n"
+                        "*ELASTIC\n1, 0.2, 293.\n*DENSITY\n1, 293.\n*SOLID SECTION, ELSET=PLATE, MATERIAL=A\n*BOUNDARY\n1, 1, 6\n2, 2, 3\n4, 4\n"
+                        "*STEP\n*STATIC, SOLVER=SPOOLES\n*NODE FILE, OUTPUT=2D\nU\n*NODE PRINT, NSET=1, TOTALS=ONLY\nRF\n*END STEP\n");
+  ASSERT_EQ(a.errors, 0) << a.text;
+  EXPECT_EQ(a.m.mesh.X, (RealVec{0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0}));
+  ASSERT_EQ(a.m.step[0].prescribed.size(), 3u);      // 1 and 2 of node 1, 2 of node 2
+  EXPECT_TRUE(says(a, "direction 4 is a rotation")) << a.text;
+  EXPECT_TRUE(a.m.step[0].print[0].only);
+}
+
 TEST(Deck, an_error_shows_the_line_and_a_caret)
 {
   const Answer a = read(block + "*ELASTIC\n1, 0.2\n*MATERIAL, NAME=B\n*ELASTIC\n\t 210.0e9,  0.52\n" + held + step);

@@ -1,0 +1,156 @@
+#include <algorithm>
+
+#include "assem/assem.h"
+#include "base/log.h"
+
+namespace {
+
+struct Coupling { int dof; double value; };          // an entry of a row of A
+
+// adds to the entry of A that couples two dofs
+void add_entry(SysMatrix& A, int i, int j, double value)
+{
+  const int D = A.dim;
+  if (i < j) std::swap(i, j);
+  const int I = i / D, J = j / D;
+  const auto first = A.col.begin() + A.off[I], last = A.col.begin() + A.off[I + 1];
+  const auto place = std::lower_bound(first, last, J);
+  MPFE_CHECK(place != last && *place == J, "an equation couples rows that the pattern does not");
+  A.val[static_cast<size_t>(place - A.col.begin()) * D * D + static_cast<size_t>(i % D) * D + j % D] += value;
+}
+
+// takes the row and the column of dof d out of A, which has zeros there afterwards
+//   out   row   its couplings with other dofs that are not zero
+//   returns the diagonal
+double take_row(SysMatrix& A, const ListTable& below, int d, std::vector<Coupling>& row)
+{
+  const int D = A.dim, I = d / D, i = d % D;
+  row.clear();
+  const auto take = [&](int dof, double& value) {
+    if (value != 0.0) row.push_back({dof, value});
+    value = 0.0;
+  };
+  const int diag = A.off[I + 1] - 1;
+  for (int k = A.off[I]; k < diag; ++k)
+    for (int j = 0; j < D; ++j) take(A.col[k] * D + j, A.val[(static_cast<size_t>(k) * D + i) * D + j]);
+  double* own = &A.val[static_cast<size_t>(diag) * D * D];
+  for (int j = 0; j < i; ++j) take(I * D + j, own[i * D + j]);
+  for (int j = i + 1; j < D; ++j) take(I * D + j, own[j * D + i]);
+  for (int q = below.off[I]; q < below.off[I + 1]; q += 2) {
+    const int k = below.item[q], R = below.item[q + 1];
+    for (int j = 0; j < D; ++j) take(R * D + j, A.val[(static_cast<size_t>(k) * D + j) * D + i]);
+  }
+  const double dd = own[i * D + i];
+  own[i * D + i] = 0.0;
+  return dd;
+}
+
+// blocks under the diagonal in the columns of rows with dependent dofs: k and row, pair after pair
+ListTable blocks_below(const System& s)
+{
+  std::vector<char> wanted(s.nrow, 0);
+  for (int d : s.tie.dof) wanted[d / s.dim] = 1;
+  const SysMatrix& A = s.A;
+  ListTable below;
+  below.off.assign(s.nrow + 1, 0);
+  const auto each = [&](auto use) {
+    for (int R = 0; R < s.nrow; ++R)
+      for (int k = A.off[R]; k < A.off[R + 1] - 1; ++k)
+        if (wanted[A.col[k]]) use(A.col[k], k, R);
+  };
+  each([&](int I, int, int) { below.off[I + 1] += 2; });
+  for (int I = 0; I < s.nrow; ++I) below.off[I + 1] += below.off[I];
+  below.item.resize(below.off.back());
+  IntVec next(below.off.begin(), below.off.end() - 1);
+  each([&](int I, int k, int R) {
+    below.item[next[I]++] = k;
+    below.item[next[I]++] = R;
+  });
+  return below;
+}
+
+}  // namespace
+
+bool system_tie(Problem& p, const Step& step)
+{
+  System& s = p.sys;
+  if (p.m.equation.empty()) return false;
+  std::vector<EquationSolved> solved;
+  int bad = -1;
+  MPFE_CHECK(equations_resolve(p.m, step.equation, solved, bad), "an equation depends on itself");
+  Ties t;
+  for (const EquationSolved& e : solved) {
+    t.dof.push_back(s.row_of_node[e.node] * s.dim + e.dof);
+    for (const EquationMaster& a : e.master) {
+      t.master.item.push_back(s.row_of_node[a.node] * s.dim + a.dof);
+      t.coef.push_back(a.coef);
+    }
+    t.master.off.push_back(static_cast<int>(t.master.item.size()));
+  }
+  t.gap.assign(t.dof.size(), 0.0);
+  const bool same = t.dof == s.tie.dof && t.master.off == s.tie.master.off && t.master.item == s.tie.master.item && t.coef == s.tie.coef;
+  s.tie = t;
+  return !same;
+}
+
+void tie_extend(const System& s, ListTable& lists)
+{
+  if (s.tie.dof.empty()) return;
+  IntVec first(s.nrow + 1, 0), order(s.tie.dof.size());        // ties of each row
+  for (int d : s.tie.dof) ++first[d / s.dim + 1];
+  for (int r = 0; r < s.nrow; ++r) first[r + 1] += first[r];
+  IntVec next(first.begin(), first.end() - 1);
+  for (size_t k = 0; k < s.tie.dof.size(); ++k) order[next[s.tie.dof[k] / s.dim]++] = static_cast<int>(k);
+  ListTable longer;
+  IntVec row;
+  for (int l = 0; l < lists.size(); ++l) {
+    row.assign(lists.begin(l), lists.begin(l) + lists.count(l));
+    const size_t before = row.size();
+    for (size_t a = 0; a < before; ++a)
+      for (int k = first[row[a]]; k < first[row[a] + 1]; ++k)
+        for (int q = s.tie.master.off[order[k]]; q < s.tie.master.off[order[k] + 1]; ++q) row.push_back(s.tie.master.item[q] / s.dim);
+    if (row.size() > before) {
+      std::sort(row.begin(), row.end());
+      row.erase(std::unique(row.begin(), row.end()), row.end());
+    }
+    longer.item.insert(longer.item.end(), row.begin(), row.end());
+    longer.off.push_back(static_cast<int>(longer.item.size()));
+  }
+  lists = longer;
+}
+
+void tie_follow(const System& s, bool gap, RealVec& x)
+{
+  const Ties& t = s.tie;
+  for (size_t k = 0; k < t.dof.size(); ++k) {
+    double sum = gap ? t.gap[k] : 0.0;
+    for (int q = t.master.off[k]; q < t.master.off[k + 1]; ++q) sum += t.coef[q] * x[t.master.item[q]];
+    x[t.dof[k]] = sum;
+  }
+}
+
+void tie_force(const System& s, RealVec& f)
+{
+  const Ties& t = s.tie;
+  for (size_t k = 0; k < t.dof.size(); ++k) {
+    for (int q = t.master.off[k]; q < t.master.off[k + 1]; ++q) f[t.master.item[q]] += t.coef[q] * f[t.dof[k]];
+    f[t.dof[k]] = 0.0;
+  }
+}
+
+void tie_matrix(System& s)
+{
+  const Ties& t = s.tie;
+  if (t.dof.empty()) return;
+  const ListTable below = blocks_below(s);
+  std::vector<Coupling> row;
+  for (size_t k = 0; k < t.dof.size(); ++k) {
+    const double dd = take_row(s.A, below, t.dof[k], row);
+    for (int q = t.master.off[k]; q < t.master.off[k + 1]; ++q) {
+      const int m    = t.master.item[q];
+      const double c = t.coef[q];
+      for (const Coupling& w : row) add_entry(s.A, m, w.dof, (w.dof == m ? 2.0 : 1.0) * c * w.value);
+      for (int r = t.master.off[k]; r <= q && dd != 0.0; ++r) add_entry(s.A, m, t.master.item[r], c * t.coef[r] * dd);
+    }
+  }
+}

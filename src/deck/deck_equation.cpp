@@ -1,0 +1,97 @@
+// Checks of equations between displacements, step by step
+
+#include <map>
+
+#include "deck/deck_state.h"
+
+namespace {
+
+void fault(Deck& d, const Place& place, const std::string& text)
+{
+  d.word = "EQUATION";
+  deck_error(d, deck_field(d, place, ""), text);
+}
+
+// [nnode] 1: some of its elements stay elements all the run, 2: none of them
+std::vector<char> node_lives(const Model& m)
+{
+  std::vector<char> leaves(m.mesh.nelem(), 0), life(m.mesh.nnode(), 0);
+  for (const Body& b : m.body)
+    if (b.elset >= 0)
+      for (int e : m.elset[b.elset].item) leaves[e] = 1;
+  for (const ConversionDef& c : m.conversion)
+    if (c.elset >= 0)
+      for (int e : m.elset[c.elset].item) leaves[e] = 1;
+  for (int e = 0; e < m.mesh.nelem(); ++e)
+    for (int k = m.mesh.conn.off[e]; k < m.mesh.conn.off[e + 1]; ++k) {
+      char& l = life[m.mesh.conn.item[k]];
+      if (!leaves[e]) l = 1;
+      else if (l == 0) l = 2;
+    }
+  return life;
+}
+
+// nodes whose elements all become material points leave nothing that an equation could hold
+void check_nodes(Deck& d, const Model& m, const std::vector<char>& life)
+{
+  for (const Equation& e : m.equation)
+    for (const EquationTerm& t : e.term) {
+      if (life[t.node] != 2) continue;
+      fault(d, e.place, text_format("all elements of node %d are or may become material points, which have no nodes that an equation could tie; "
+            "keep an element there out of *CONVERSION, or tie by *BOND", m.mesh.node_label[t.node]));
+      break;
+    }
+}
+
+// a dof is dependent or prescribed, not both
+void check_prescribed(Deck& d, const Model& m, const Step& s)
+{
+  std::map<int, int> dependent;
+  for (int k : s.equation) dependent[3 * m.equation[k].term[0].node + m.equation[k].term[0].dof] = k;
+  for (const Prescribed& b : s.prescribed)
+    for (int n : b.node)
+      for (int i = b.first; i <= b.last; ++i) {
+        const auto k = dependent.find(3 * n + i);
+        if (k == dependent.end()) continue;
+        fault(d, m.equation[k->second].place, text_format("direction %d of node %d depends on others by this equation, and is prescribed in ",
+              i + 1, m.mesh.node_label[n]) + b.place.file + text_format(" line %d; begin the equation with another term, or release the direction",
+              b.place.line));
+        return;
+      }
+}
+
+// a node without elements carries a load only where an equation takes it on
+void check_loads(Deck& d, const Model& m, const Step& s, const std::vector<char>& life)
+{
+  std::vector<char> taken(3 * static_cast<std::size_t>(m.mesh.nnode()), 0);
+  for (int k : s.equation)
+    for (const EquationTerm& t : m.equation[k].term) taken[3 * static_cast<std::size_t>(t.node) + t.dof] = 1;
+  for (const Load& l : s.load)
+    for (int n : l.node) {
+      if (life[n] || taken[3 * static_cast<std::size_t>(n) + l.dof]) continue;
+      d.word = "CLOAD";
+      deck_error(d, deck_field(d, l.place, ""), text_format("direction %d of node %d is loaded, but belongs to no element and to no equation of this step",
+                 l.dof + 1, m.mesh.node_label[n]));
+      break;
+    }
+}
+
+}  // namespace
+
+// ---------------------------------------------------------------------------
+// check_equations : can the equations hold in all steps?
+// ---------------------------------------------------------------------------
+void check_equations(Deck& d, const Model& m)
+{
+  if (m.equation.empty()) return;
+  const std::vector<char> life = node_lives(m);
+  check_nodes(d, m, life);
+  for (const Step& s : m.step) {
+    std::vector<EquationSolved> solved;
+    int bad = -1;
+    if (!equations_resolve(m, s.equation, solved, bad))
+      fault(d, m.equation[bad].place, "the first term of this equation depends on itself by way of other equations; begin one of them with another term");
+    check_prescribed(d, m, s);
+    check_loads(d, m, s, life);
+  }
+}

@@ -1,0 +1,102 @@
+// Elements of a lower dimension than the model, as mesh generators write them for sides and edges: sets of nodes and surfaces
+
+#include <algorithm>
+#include <array>
+#include <map>
+
+#include "deck/deck_state.h"
+
+namespace {
+
+struct FacetType { const char* name; int dim, nodes; };
+
+const FacetType facet_table[] = {
+  {"T2D2", 1, 2}, {"T3D2", 1, 2}, {"B21", 1, 2}, {"B31", 1, 2},
+  {"CPS3", 2, 3}, {"CPE3", 2, 3}, {"S3", 2, 3}, {"S3R", 2, 3}, {"STRI3", 2, 3}, {"M3D3", 2, 3},
+  {"CPS4", 2, 4}, {"CPE4", 2, 4}, {"CPS4R", 2, 4}, {"CPE4R", 2, 4}, {"S4", 2, 4}, {"S4R", 2, 4}, {"M3D4", 2, 4}, {"M3D4R", 2, 4},
+};
+
+using Corners = std::array<int, 4>;
+
+Corners sorted(int n, const int* node)
+{
+  Corners c{{-1, -1, -1, -1}};
+  std::copy(node, node + n, c.begin());
+  std::sort(c.begin(), c.end());
+  return c;
+}
+
+// outer faces of the mesh by their nodes
+std::map<Corners, Face> outer_faces(Deck& d, const Model& m)
+{
+  std::map<Corners, Face> out;
+  for (const Face& f : mesh_free_faces(d, m)) {
+    const ShapeInfo& info = shape_info[elem_table[m.mesh.elem_type[f.elem]].shape];
+    int node[4];
+    for (int a = 0; a < info.nfnode[f.face]; ++a) node[a] = m.mesh.conn.begin(f.elem)[info.face[f.face][a]];
+    out[sorted(info.nfnode[f.face], node)] = f;
+  }
+  return out;
+}
+
+}  // namespace
+
+// element_type_here : the type of the program that a name in the open file stands for; *INCLUDE may give names
+std::string element_type_here(const Deck& d, const std::string& type)
+{
+  std::string name = text_upper(type);
+  for (std::size_t i = d.reading.size(); i-- > 0;)
+    for (const auto& t : d.reading[i].type)
+      if (name == t.first) {
+        name = t.second;
+        break;
+      }
+  return name;
+}
+
+int facet_nodes(const std::string& type, int dim)
+{
+  for (const FacetType& f : facet_table)
+    if (type == f.name && f.dim < dim) return f.nodes;
+  return 0;
+}
+
+void facet_add(Deck& d, int label, const Facet& f)
+{
+  d.facet_index[label] = static_cast<int>(d.facet.size());
+  d.facet.push_back(f);
+}
+
+void facet_set_merge(Deck& d, Model& m, const std::string& name, IntVec& item, const Place& place)
+{
+  if (item.empty()) return;
+  IntVec node;
+  for (int i : item) node.insert(node.end(), d.facet[i].node, d.facet[i].node + d.facet[i].n);
+  set_merge(m.nset, name, node, place);
+  set_merge(d.facet_set, name, item, place);
+}
+
+// ---------------------------------------------------------------------------
+// facet_surfaces : each set of elements of a lower dimension that lie on outer faces of the mesh becomes a surface of its name
+// ---------------------------------------------------------------------------
+void facet_surfaces(Deck& d, Model& m)
+{
+  if (d.facet_set.empty() || !m.step.empty()) return;
+  const std::map<Corners, Face> outer = outer_faces(d, m);
+  d.word = "ELEMENT";
+  for (const Set& set : d.facet_set) {
+    Surface s;
+    s.name  = set.name;
+    s.place = set.place;
+    for (int i : set.item) {
+      const auto f = outer.find(sorted(d.facet[i].n, d.facet[i].node));
+      if (f != outer.end()) s.face.push_back(f->second);
+    }
+    if (s.face.empty()) continue;                    // edges in space, or inside the mesh: nodes alone
+    if (model_find_surface(m, s.name) >= 0) continue;      // *SURFACE has made one of this name
+    if (s.face.size() < set.item.size())
+      deck_warn(d, deck_field(d, set.place, set.name), text_format("%zu of the %zu elements of ", set.item.size() - s.face.size(), set.item.size()) +
+                set.name + " are no outer faces of the mesh; surface " + set.name + " has the others");
+    m.surface.push_back(s);
+  }
+}

@@ -1,0 +1,12 @@
+#include "deck/card.h"
+
+// *CONTACT PRINT[, FREQUENCY=][, TOTALS=] : read, and told that *HISTORY has what it asks for
+void kw_contact_print(Card& card, Model&)
+{
+  card_param_name(card, "NSET");
+  card_param_int(card, "FREQUENCY", 1, 1, 2147483647);
+  card_param_word(card, "TOTALS", "NO|YES|ONLY", 0);
+  while (card_line(card))
+    while (card_more(card)) card_word(card, "quantity", "CDIS|CDISP|CSTR|CSTRESS|CELS|CNUM|CF|CFN|CFS");
+  card_warn(card, card.head.at, "prints nothing here; *HISTORY has forces, gaps and areas of contact pairs (CFORCE, CGAP, CAREA, CWORK, CPRESS)");
+}

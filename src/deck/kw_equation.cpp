@@ -1,0 +1,109 @@
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "deck/card.h"
+
+namespace {
+
+struct Triple {                // one term as it was written
+  Field node;
+  int dof = 0;
+  double coef = 0.0;
+};
+
+// the node of a term: a label, or a set of one node; -1: told
+int node_of(Deck& d, const Model& m, const Field& at)
+{
+  IntVec node;
+  if (!target_nodes(d, m, at, node)) return -1;
+  if (node.size() == 1) return node[0];
+  deck_error(d, at, "set " + text_show(at.text) + text_format(" has %zu nodes, a term has one: sets do not keep an order, by which nodes "
+             "could be paired; write an equation for each pair", node.size()));
+  return -1;
+}
+
+void form(Deck& d, Model& m, const Place& place, const std::vector<Triple>& term)
+{
+  Equation e;
+  e.place = place;
+  for (const Triple& t : term) {
+    const int node = node_of(d, m, t.node);
+    if (node < 0) return;
+    e.term.push_back({node, t.dof, t.coef});
+  }
+  double first = 0.0, size = 0.0;
+  for (const EquationTerm& t : e.term) {
+    if (t.node != e.term[0].node || t.dof != e.term[0].dof) continue;
+    first += t.coef;
+    size  = std::max(size, std::fabs(t.coef));
+  }
+  if (std::fabs(first) <= 1e-14 * size)
+    return deck_error(d, term[0].node, "the coefficient of the first term is 0: the equation is solved for its direction, which depends on the others");
+  for (const Equation& other : m.equation)
+    if (other.term[0].node == e.term[0].node && other.term[0].dof == e.term[0].dof)
+      return deck_error(d, term[0].node, text_format("direction %d of node %d depends on others already, by the equation of ", e.term[0].dof + 1,
+                        m.mesh.node_label[e.term[0].node]) + other.place.file + text_format(" line %d; begin this one with another term", other.place.line));
+  m.equation.push_back(e);
+}
+
+// n, then n times node, direction, coefficient, in as many lines as it takes
+void read_equation(Card& card, const Model& model)
+{
+  const Place place = line_place(card);
+  const int errors  = card.deck->errors;
+  const int n       = card_int(card, "number of terms", 2, 1000000);
+  std::vector<Triple> term;
+  for (int k = 0; k < n && card.deck->errors == errors; ++k) {
+    if (!card_more(card) && !card_line(card))
+      return card_error(card, card.head.at, text_format("term %d of %d is missing: a line with node, direction, coefficient must follow", k + 1, n));
+    Triple t;
+    t.node = card_field(card, "node");
+    t.dof  = card_dof(card, model, "direction");
+    t.coef = card_real(card, "coefficient", any_number());
+    term.push_back(t);
+  }
+  if (card.deck->errors == errors)
+    card_later(card, STAGE_STEP, [=](Deck& d, Model& m) { form(d, m, place, term); });
+  else
+    card.next = card.field.size();
+}
+
+// nset|node, first[, last] : equations with these dependent dofs hold no longer
+void remove_line(Card& card, const Model& model, IntVec& active)
+{
+  IntVec node;
+  const Field at  = card_field(card, "node set or node");
+  const int first = card_dof(card, model, "first direction");
+  const int last  = card_int_or(card, "last direction", first + 1, 1, model.dim) - 1;
+  if (!card_good(card) || !target_nodes(*card.deck, model, at, node)) return;
+  const std::set<int> listed(node.begin(), node.end());
+  const std::size_t before = active.size();
+  const auto goes = [&](int q) {
+    const EquationTerm& t = model.equation[q].term[0];
+    return listed.count(t.node) && t.dof >= first && t.dof <= last;
+  };
+  active.erase(std::remove_if(active.begin(), active.end(), goes), active.end());
+  if (active.size() == before)
+    card_error(card, card.whole, "there is no equation that such a direction depends by (the first term of an equation); nothing is removed");
+}
+
+}  // namespace
+
+// ---------------------------------------------------------------------------
+// *EQUATION : n, then n times node, direction, coefficient; the first term is the dependent one
+// *EQUATION, REMOVE : nset|node, first[, last]; *EQUATION, REMOVE ALL: in a step, for this one and those that follow
+// ---------------------------------------------------------------------------
+void kw_equation(Card& card, Model& model)
+{
+  Deck& d = *card.deck;
+  const bool some = card_flag(card, "REMOVE"), all = card_flag(card, "REMOVE ALL");
+  if ((some || all) != d.in_step)
+    return card_error(card, card.head.at, d.in_step ? "equations stand before the first *STEP; in a step they can only be removed (REMOVE, REMOVE ALL)"
+                                                    : "REMOVE stands in a step; leave the equation out instead");
+  if (!d.in_step)
+    while (card_line(card)) read_equation(card, model);
+  else if (all) model.step.back().equation.clear();
+  else
+    while (card_line(card)) remove_line(card, model, model.step.back().equation);
+}
