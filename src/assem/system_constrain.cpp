@@ -54,7 +54,7 @@ void each_dof(const Problem& p, const HeldCorner& h, Use use)
   }
 }
 
-// Prescribes the grid nodes that the corners follow; a node of several corners gets their mean by |N_v|   (7.14)
+// Prescribes the grid nodes that the corners follow; a node of several corners gets their mean by |N_v|   (7.18)
 void hold_corners(Problem& p, const std::vector<HeldCorner>& corners, double time)
 {
   System& s = p.sys;

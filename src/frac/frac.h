@@ -91,10 +91,10 @@ double frac_estimate(const Model& m, const Step& s, const Elements& el, const Fr
 // Returns the strain energy released at fixed displacement.
 double frac_erode(const Model& m, const Step& s, const Elements& el, const FracMesh& fm, const Erosion& x, Fracture& fr, Level& l);
 
-// frac_degrade : degradation factors at the end l1 of an increment dt that begins at l0; statics: c at once      (7.14)
+// frac_degrade : degradation factors at the end l1 of an increment dt that begins at l0; statics: c at once      (7.15)
 void frac_degrade(const Model& m, const Step& s, const FracMesh& fm, const Fracture& fr, const Level& l0, double dt, Level& l1);
 
-// frac_degraded : energy that the degradation between l0 and l1 gives up                                       (7.15)
+// frac_degraded : energy that the degradation between l0 and l1 gives up                                       (7.16)
 double frac_degraded(const Model& m, const Step& s, const Elements& el, const Points& pts, const Fracture& fr, const Level& l0,
                      const Level& l1);
 
@@ -117,7 +117,7 @@ void frac_torn(const Model& m, const FracMesh& fm, const Points& pts, const Leve
 void frac_release(const Model& m, const FracMesh& fm, const IntVec& torn, CornerShare& share, State& st);
 
 // frac_follow : corners of points that go on for nodes whose last element has become points; of several the
-// first that is not loose. Loads, supports and results of the node go on there.         doc/theory.md (7.14)
+// first that is not loose. Loads, supports and results of the node go on there.         doc/theory.md (7.18)
 //   out  corner   [nnode] >= 0: corner; FOLLOW_ELEMENT: the node has elements, or never had;
 //                 FOLLOW_NONE: no corner lies there. Empty: nothing has been converted
 enum { FOLLOW_ELEMENT = -1, FOLLOW_NONE = -2 };

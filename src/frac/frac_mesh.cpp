@@ -127,7 +127,7 @@ void find_of_node(const Model& m, FracMesh& fm)
     for (int k = m.mesh.conn.off[e]; k < m.mesh.conn.off[e + 1]; ++k) fm.of_node.item[count[m.mesh.conn.item[k]]++] = e;
 }
 
-// r h/c_R with the speed of Rayleigh waves, c_R/c_s = (0.862 + 1.14 nu)/(1 + nu) to 0.5 %; without a density nothing moves     (7.17)
+// r h/c_R with the speed of Rayleigh waves, c_R/c_s = (0.862 + 1.14 nu)/(1 + nu) to 0.5 %; without a density nothing moves     (7.15)
 double release_time(const Elements& el, const FractureDef& d, const FracMesh& fm, int e)
 {
   const ElemBlock& b = el.block[el.home[e]];

@@ -631,7 +631,7 @@ void choose(const Scan& s, std::vector<Erosion>& all)
 }
 
 // what an element that breaks adds to the crack: the square (2D: the edge) of its size in the plane of the crack, less what elements
-// that broke before, within 1.5 h of that plane, cover of it to either side                        (7.16)
+// that broke before, within 1.5 h of that plane, cover of it to either side                        (7.17)
 double crack_area(const Scan& s, int e, const double* N)
 {
   const double h = s.fm.size[e];

@@ -126,11 +126,17 @@ bool fracture_fits(const Model& m, const Points& p, const Fracture& f)
   return index(f.released_at, f.released.size(), 0, static_cast<int>(f.converted.size()) + 1) && std::is_sorted(f.released_at.begin(), f.released_at.end());
 }
 
+// the gap of a place of contact that meets no face is 1e300
+bool finite(const RealVec& v, std::size_t n)
+{
+  return v.size() == n && std::all_of(v.begin(), v.end(), [](double x) { return std::isfinite(x); });
+}
+
 bool level_fits(const Model& m, const State& s, const Level& l)
 {
   const std::size_t dim = m.dim, nodal = m.mesh.nnode() * dim, corners = s.points.ncorner * dim, bonds = s.bonds.nbond;
   return std::fabs(l.time) < FAR && real(l.u, nodal) && real(l.v, nodal) && real(l.a, nodal) && real(l.uc, corners) && real(l.vc, corners) &&
-         real(l.degr, s.frac.empty() ? 0 : m.mesh.nelem()) && real(l.vp, s.points.npoint * dim) && real(l.slip, bonds * dim) && real(l.lambda, bonds * dim) && real(l.lambda_n, bonds);
+         real(l.degr, s.frac.empty() ? 0 : m.mesh.nelem()) && real(l.vp, s.points.npoint * dim) && finite(l.slip, bonds * dim) && real(l.lambda, bonds * dim) && real(l.lambda_n, bonds);
 }
 
 bool rest_fits(const Model& m, const State& s)
