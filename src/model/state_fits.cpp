@@ -8,6 +8,7 @@
 namespace {
 
 const double FAR = 1e150;      // larger numbers overflow when they are squared
+const double NO_FACE = 1e300;  // gap in slip of a place of contact that meets no face
 
 template <class T>
 bool has(const std::vector<T>& v, std::size_t n) { return v.size() == n; }
@@ -126,11 +127,21 @@ bool fracture_fits(const Model& m, const Points& p, const Fracture& f)
   return index(f.released_at, f.released.size(), 0, static_cast<int>(f.converted.size()) + 1) && std::is_sorted(f.released_at.begin(), f.released_at.end());
 }
 
+// relative displacements of bonds; of places of contact the first is the gap, NO_FACE where there is none
+bool slips(const Bonds& b, const RealVec& slip, int dim)
+{
+  RealVec v = slip;
+  if (!has(v, static_cast<std::size_t>(b.nbond) * dim)) return false;
+  for (int q = 0; q < b.nbond; ++q)
+    if (b.field[q] == SIDE_CONTACT && v[q * dim] == NO_FACE) v[q * dim] = 0.0;
+  return real(v, v.size());
+}
+
 bool level_fits(const Model& m, const State& s, const Level& l)
 {
   const std::size_t dim = m.dim, nodal = m.mesh.nnode() * dim, corners = s.points.ncorner * dim, bonds = s.bonds.nbond;
   return std::fabs(l.time) < FAR && real(l.u, nodal) && real(l.v, nodal) && real(l.a, nodal) && real(l.uc, corners) && real(l.vc, corners) &&
-         real(l.degr, s.frac.empty() ? 0 : m.mesh.nelem()) && real(l.vp, s.points.npoint * dim) && real(l.slip, bonds * dim) && real(l.lambda, bonds * dim) && real(l.lambda_n, bonds);
+         real(l.degr, s.frac.empty() ? 0 : m.mesh.nelem()) && real(l.vp, s.points.npoint * dim) && slips(s.bonds, l.slip, m.dim) && real(l.lambda, bonds * dim) && real(l.lambda_n, bonds);
 }
 
 bool rest_fits(const Model& m, const State& s)
