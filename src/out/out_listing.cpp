@@ -193,7 +193,9 @@ void out_listing_increment(const State& s)
   const StepLog& l = s.log;
   log_note("  increment %d done: time %.9g, dt %.6g, %d iterations, %d cuts, %d equations, balance %.3e",
            l.inc, s.n.time, l.dt, l.iterations, l.cuts, l.equations, s.ledger.balance);
-  if (!s.eroded.empty()) log_note("  broken: %zu elements in this increment, %d so far; %d points, %d bonds", s.eroded.size(), s.frac.neroded, s.points.npoint, s.bonds.nbond);
+  if (!s.eroded.empty())
+    log_note("  broken: %zu elements in this increment, %d so far, %zu under release; %d points, %d bonds", s.eroded.size(),
+             s.frac.neroded, s.frac.releasing.size(), s.points.npoint, s.bonds.nbond);
   if (l.grid_cells > 0)
     log_note("  grid: %d cells, %d nodes, %d weak; slip max %.4e, rms %.4e", l.grid_cells, l.grid_nodes,
              l.weak_nodes, s.ledger.slip_max, s.ledger.slip_rms);

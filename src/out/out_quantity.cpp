@@ -17,7 +17,7 @@ const Word words[] = {
   {"RF1", Q_RF, 0}, {"RF2", Q_RF, 1}, {"RF3", Q_RF, 2}, {"GRF1", Q_GRF, 0}, {"GRF2", Q_GRF, 1}, {"GRF3", Q_GRF, 2},
   {"CFORCE", Q_CONTACT, 0}, {"CGAP", Q_CONTACT, 1}, {"CAREA", Q_CONTACT, 2}, {"CWORK", Q_CONTACT, 3}, {"CPRESS", Q_CONTACT, 4},
   {"NERODED", Q_FRAC, 0}, {"CRACKA", Q_FRAC, 1}, {"NPOINTS", Q_FRAC, 2}, {"NBONDS", Q_FRAC, 3},
-  {"EFRAC", Q_FRAC, 4}, {"ECONV", Q_FRAC, 5}, {"TIP1", Q_FRAC, 6}, {"TIP2", Q_FRAC, 7}, {"TIP3", Q_FRAC, 8}, {"NFRAG", Q_FRAC, 9}, {"NLOOSE", Q_FRAC, 10}, {"EGHOST", Q_FRAC, 11},
+  {"EFRAC", Q_FRAC, 4}, {"ECONV", Q_FRAC, 5}, {"TIP1", Q_FRAC, 6}, {"TIP2", Q_FRAC, 7}, {"TIP3", Q_FRAC, 8}, {"NFRAG", Q_FRAC, 9}, {"NLOOSE", Q_FRAC, 10}, {"EGHOST", Q_FRAC, 11}, {"NRELEASE", Q_FRAC, 12},
   {"S11", Q_S, 0}, {"S22", Q_S, 1}, {"S33", Q_S, 2}, {"S12", Q_S, 3}, {"S23", Q_S, 4}, {"S31", Q_S, 5}, {"S13", Q_S, 5},
   {"E11", Q_E, 0}, {"E22", Q_E, 1}, {"E33", Q_E, 2}, {"E12", Q_E, 3}, {"E23", Q_E, 4}, {"E31", Q_E, 5}, {"E13", Q_E, 5},
   {"SMISES", Q_MISES, 0}, {"ENER", Q_ENER, 0}};

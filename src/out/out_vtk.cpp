@@ -145,13 +145,15 @@ void write_fe(const Model& m, const Elements& el, const State& s, const Fragment
   vtk_labels(f, "material", fe.material);
   if (!s.frac.empty()) {
     IntVec broken;
-    RealVec time;
+    RealVec time, degr;
     for (int e : fe.elem) {
       broken.push_back(s.frac.broken[e] >= 0);
       time.push_back(s.frac.time[e]);
+      degr.push_back(s.n.degr[e]);
     }
     vtk_labels(f, "broken", broken);
     vtk_scalars(f, "time_broken", time);
+    vtk_scalars(f, "degradation", degr);
   }
   if (m.fragments.on) vtk_labels(f, "fragment", gather(fragments.of_elem, fe.elem));
   end(f, VTK_FE, out);
