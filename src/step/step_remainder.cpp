@@ -101,7 +101,7 @@ void step_remainder(Problem& p, const Step& s)
     all += size(q.load);
     if (size(load) > 0.0) rest += borne / size(load);
   }
-  if (rest < 0.01 * all || !p.told.insert("remainder " + std::to_string(st.log.step)).second) return;
+  if (rest <= 0.01 * all || !p.told.insert("remainder " + std::to_string(st.log.step)).second) return;
   log_warn("step %d, time %.8g: %.0f %% of the loads act on pieces that nothing intact ties to a support; "
            "broken elements carry them by their STIFFNESS alone, and displacements mean little: end the step "
            "before, or prescribe displacements", st.log.step, st.n.time, 100.0 * rest / all);
