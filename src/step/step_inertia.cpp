@@ -28,7 +28,7 @@ Status project(Problem& p, Attempt& a)
   RealVec Mv;                  // supports: the momentum that goes with their motion
   mass_multiply(s, a.vgrid, Mv);
   for (int i = first * s.dim; i < s.neq(); ++i)
-    if (s.fixed[i]) a.momentum[i] = Mv[i];
+    if (s.fixed[i] == DOF_FIXED) a.momentum[i] = Mv[i];
   return STATUS_OK;
 }
 
@@ -122,7 +122,7 @@ Status step_initial_acceleration(Problem& p, const Step& s, double t_step)
 namespace {
 
 // dependent dofs move as their masters do
-void finish_ties(Problem& p)
+void finish_ties(Problem& p, RealVec& dv)
 {
   const System& s = p.sys;
   const int dim   = s.dim;
@@ -134,6 +134,7 @@ void finish_ties(Problem& p)
         sum += s.tie.coef[q] * (*x)[at(s.tie.master.item[q])];
       (*x)[at(s.tie.dof[k])] = sum;
     }
+  for (int dof : s.tie.dof) dv[dof] = p.st.np1.v[at(dof)] - p.st.n.v[at(dof)];
 }
 
 //   out  dv   change of the velocities of the nodes
@@ -162,7 +163,7 @@ void finish_nodes(Problem& p, const Attempt& a, RealVec& dv)
       p.st.np1.v[k] = projected ? p.st.n.v[k] + dv[dof] : v1;
       p.st.np1.a[k] = a1;
     }
-  finish_ties(p);
+  finish_ties(p, dv);
 }
 
 // what the ghosts have taken: their spring acts with the whole increment, their mass does not keep its own motion     (3.17)
