@@ -723,7 +723,7 @@ double frac_erode(const Model& m, const Step& step, const Elements& el, const Fr
   fr.time[e]   = l.time;
   ++fr.neroded;
   fr.area += crack_area(s, e, N);
-  if (s.dynamic() && fm.release[e] > 0.0) fr.releasing.push_back(e);
-  else l.degr[e] = s.def(e).stiffness;
+  fr.releasing.push_back(e);
+  if (!s.dynamic() || fm.release[e] == 0.0) l.degr[e] = s.def(e).stiffness;
   return before - elem_energy_one(m, el, e, l.u, l.degr[e], step.nlgeom);
 }

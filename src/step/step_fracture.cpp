@@ -39,10 +39,8 @@ Status apply(Problem& p, const Step& s, const std::vector<Erosion>& erode, const
       const double gain = frac_erode(p.m, s, p.el, p.fm, e, st.frac, st.n);
       released += gain;
       st.eroded.push_back({e.elem, st.n.time, e.value, gain});
-      const int c = p.fm.conv[e.elem];
-      const bool open = st.n.degr[e.elem] == p.m.fracture[p.fm.def[e.elem]].stiffness;
-      if (open && c >= 0 && p.m.conversion[c].trigger == TRIGGER_EROSION) convert.push_back(e.elem);
     }
+    frac_open(p.m, p.fm, st.n, st.frac, convert);    // those that drop their stress at once
     frac_convert(p.m, p.el, p.fm, convert, p.share, st);
   }
   if (!convert.empty() || !torn.empty()) p.sys.numbered = false;      // other nodes, or other bonds

@@ -324,8 +324,8 @@ void warn_balance(const Problem& p)
 {
   const Ledger& g = p.st.ledger;
   if (g.conversion < -0.01 * g.scale)
-    log_warn("conversion to points has won %.1f %% of the energy (ECONV %.4g): elements and cells of one size, smaller increments or "
-             "*CONVERSION, INTERMEDIATE=1 make it smaller", -100.0 * g.conversion / g.scale, g.conversion);
+    log_warn("conversion to points has won %.1f %% of the energy (ECONV %.4g): elements and cells of one size, or smaller "
+             "increments make it smaller", -100.0 * g.conversion / g.scale, g.conversion);
   bool moves = false;
   for (const Step& s : p.m.step) moves = moves || s.proc == PROC_DYNAMIC;
   if (lossy(p.m) || std::fabs(g.balance) <= (moves ? 0.01 : 0.2) * g.scale) return;

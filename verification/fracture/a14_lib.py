@@ -71,3 +71,17 @@ def crack(job, h, a):
     ero = read_table(job + ".ero")
     his = {name.lower(): v for name, v in read_table(job + ".his").items()}
     return np.atleast_1d(ero["time"]), np.maximum.accumulate(np.atleast_1d(ero["x"])) + 0.5 * h - a, his
+
+def fit(glass, time, front, ta, tau0, first, last):
+    """Gc*/Gc and x0 of the exact motion that is nearest to the front of a crack between two times (least squares)."""
+    s = np.linspace(first, last, 400)
+    k = np.searchsorted(time, s, side="right") - 1
+    tip = np.where(k >= 0, front[np.maximum(k, 0)], 0.0)
+    best = None
+    for ratio in np.linspace(0.3, 2.0, 1701):
+        exact = glass.advance(s - ta, ratio * tau0)
+        x0 = np.mean(tip - exact)
+        miss = np.sum((tip - exact - x0) ** 2)
+        if best is None or miss < best[0]:
+            best = (miss, ratio, x0)
+    return best[1:]
