@@ -216,7 +216,7 @@ void mass_multiply(const System& sys, const RealVec& x, RealVec& y);
 int mass_solve(const System& sys, int first, int guess, const RealVec& f, RealVec& x);
 
 // mass_solve_tied : M x = f in the nodes of elements with equations: T^T M T x = T^T f on the free dofs, x at
-// fixed dofs is given. // Returns as mass_solve.
+// fixed dofs is given. Returns as mass_solve.
 int mass_solve_tied(const System& sys, const RealVec& f, RealVec& x);
 
 // point_momentum : adds p_v = sum_cd N_v(x_c) m_cd v_d of the points of this rank to out [neq]
