@@ -4,7 +4,7 @@ namespace {
 
 const char* const drive_words = "RCE|VD|SPECTRAL|PRESSURE|NONE";
 const char* const residual_words = "RCE|VD|SPECTRAL|PRESSURE|NONE|CRACK";
-const double release_default = 1.9;      // of GRIFFITH: a running crack then pays its toughness (A14)
+const double release_default = 2.2;      // of GRIFFITH: a running crack then pays its toughness (A14)
 const char* const criterion_words = "GRIFFITH|ELEMENT";
 
 // START=YES|NO|stress

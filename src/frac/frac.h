@@ -35,6 +35,7 @@ struct Erosion {
   int elem = -1;
   double value = 0.0;          // criterion over toughness, >= 1
   double rank  = 0.0;          // what the order goes by
+  double time  = 0.0;          // when the criterion was met
   double J[3]  = {0, 0, 0};    // direction of growth times G, 0: not known
 };
 
@@ -90,6 +91,12 @@ double frac_estimate(const Model& m, const Step& s, const Elements& el, const Fr
 // frac_erode : an element breaks: normal, time, counts, in statics or without gradual release its degradation factor.
 // Returns the strain energy released at fixed displacement.
 double frac_erode(const Model& m, const Step& s, const Elements& el, const FracMesh& fm, const Erosion& x, Fracture& fr, Level& l);
+
+// frac_when : when, in the increment from l0 to l1, the criterion of x was met: its value taken to be linear in time; at l0 if it was
+// met there, at l1 in statics and for elements that drop their stress at once           (7.15)
+//   in   fr      before x breaks
+double frac_when(const Model& m, const Step& s, const Elements& el, const FracMesh& fm, const Fracture& fr, const Level& l0,
+                 const Level& l1, const Erosion& x);
 
 // frac_degrade : degradation factors at the end l1 of an increment dt that begins at l0; statics: c at once      (7.15)
 void frac_degrade(const Model& m, const Step& s, const FracMesh& fm, const Fracture& fr, const Level& l0, double dt, Level& l1);

@@ -19,7 +19,8 @@ void frac_degrade(const Model& m, const Step& s, const FracMesh& fm, const Fract
 {
   for (int e : fr.releasing) {
     const double c = m.fracture[fr.broken[e]].stiffness;
-    l1.degr[e] = s.proc == PROC_STATIC ? c : std::max(c, l0.degr[e] - (1.0 - c) * dt / fm.release[e]);
+    const double fallen = (1.0 - c) * (l0.time + dt - fr.time[e]) / fm.release[e];
+    l1.degr[e] = s.proc == PROC_STATIC ? c : std::min(l0.degr[e], std::max(c, 1.0 - fallen));
   }
 }
 

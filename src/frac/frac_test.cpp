@@ -13,6 +13,8 @@ const double pi = 3.14159265358979323846;
 const double ROUNDING = 1.0 + 1e-9;    // of a bound
 const double NOTCH_BALL = 5.0;         // radius of the ball around a notch in which BALL asks for J as well
 const double LEAST    = 0.01;          // part of Gc/h below which an element does not break; a tip holds 0.1
+const double TOGETHER = 0.4;           // in motion: see level_with; below, flanks of the crack break too early, above, a crack with the
+                                       // energy of two goes straight on (A14, P8)
 const double tied = 1e-3;      // ranks this close belong to a symmetric pair: Newton ends at a tolerance, not at zero
 
 // What one test knows of the state; what costs is made when it is asked for
@@ -152,11 +154,21 @@ bool beside(const Scan& s, int e, Is is)
 
 bool at_removed(const Scan& s, int e) { return beside(s, e, [&](int o) { return s.removed(o); }); }
 
-// FORCE: a crack goes on from what was removed, too; BALL: it starts there
+// a broken element that shares a node: a crack may go on across the corners of the mesh as well, else it keeps to its lines
+bool touches_broken(const Scan& s, int e)
+{
+  const int nen = s.m.mesh.conn.count(e), *node = s.m.mesh.conn.begin(e);
+  for (int a = 0; a < nen; ++a)
+    for (int k = 0; k < s.fm.of_node.count(node[a]); ++k)
+      if (s.broken(s.fm.of_node.begin(node[a])[k])) return true;
+  return false;
+}
+
+// FORCE: behind a face of a broken element, or of what was removed; BALL: it starts there
 bool at_crack(const Scan& s, int e)
 {
-  const bool force = estimate_of(s, e) == ESTIMATE_FORCE;
-  return beside(s, e, [&](int o) { return force ? s.cracked(o) : s.broken(o); });
+  if (estimate_of(s, e) == ESTIMATE_FORCE) return beside(s, e, [&](int o) { return s.cracked(o); });
+  return touches_broken(s, e);
 }
 
 // ---- configurational force in a ball                                               (7.5), (7.6)
@@ -531,7 +543,7 @@ void by_element(Scan& s, int e, double part, std::vector<Erosion>& out)
   if (s.W[e] * s.fm.volume[e] < need) return timer_skip(PHASE_ESTIMATE);   // psi+ is never more than the whole energy
   ++timer_phase(PHASE_ESTIMATE).calls;
   const double value = drive_of(s, e) * s.fm.volume[e] / threshold(s, e);
-  if (value >= part && (start_allowed(s, e) || near_crack(s, e))) out.push_back({e, value, value, {0, 0, 0}});
+  if (value >= part && (start_allowed(s, e) || near_crack(s, e))) out.push_back({e, value, value, s.l.time, {0, 0, 0}});
 }
 
 // BALL: W_most, the largest energy / volume of any element, is too little
@@ -556,7 +568,7 @@ void by_griffith(Scan& s, int e, double W_most, std::vector<Erosion>& out)
   if (G < s.fm.gc[e] && !force) return;              // FORCE: keep_fronts judges
   const double rank = force ? force_rank(s, e, J, G) : drive_of(s, e) * s.fm.size[e];
   if (!at) J[0] = J[1] = J[2] = 0.0;                 // no crack yet that could go on
-  out.push_back({e, G / s.fm.gc[e], rank / s.fm.gc[e], {J[0], J[1], J[2]}});
+  out.push_back({e, G / s.fm.gc[e], rank / s.fm.gc[e], s.l.time, {J[0], J[1], J[2]}});
 }
 
 // FORCE: all elements around a tip see much the same |J|. Where the best placed one of a ball holds, none of them breaks.
@@ -608,22 +620,26 @@ FirstBreak most_exceeded(const Scan& s, const std::vector<Erosion>& all, bool fa
   return first;
 }
 
-// strongest first; others of the same test when they are tied, or far enough away
+// part of the rank of the strongest from which another one beside it breaks in the same test
+double level_with(const Scan& s, const FractureDef& d)
+{
+  return s.dynamic() && d.criterion == CRITERION_GRIFFITH ? TOGETHER : 1.0 - tied;
+}
+
+// strongest first; others of the same test when they are level with it, or far enough away
 void choose(const Scan& s, std::vector<Erosion>& all)
 {
   std::sort(all.begin(), all.end(), [](const Erosion& a, const Erosion& b) { return a.rank != b.rank ? a.rank > b.rank : a.elem < b.elem; });
   std::vector<Erosion> out;
   for (const Erosion& c : all) {
     const FractureDef& d = s.def(c.elem);
-    bool take = out.empty() || d.order == ORDER_ALL || c.rank >= out[0].rank * (1.0 - tied);
     const double spacing = (d.spacing >= 0.0 ? d.spacing : s.dynamic() ? 2.0 : 0.0) * s.fm.local[c.elem];
-    if (!take && spacing > 0.0) {
-      take = true;
-      const double* x = &s.fm.centre[3 * c.elem];
-      for (const Erosion& o : out) {
-        const double* y = &s.fm.centre[3 * o.elem];
-        take = take && std::hypot(x[0] - y[0], x[1] - y[1], x[2] - y[2]) >= spacing * (1.0 - 1e-9);
-      }
+    const double level = level_with(s, d), *x = &s.fm.centre[3 * c.elem];
+    bool take = true;
+    for (const Erosion& o : out) {
+      const double* y = &s.fm.centre[3 * o.elem];
+      const bool far  = spacing > 0.0 && std::hypot(x[0] - y[0], x[1] - y[1], x[2] - y[2]) >= spacing * (1.0 - 1e-9);
+      take = take && (d.order == ORDER_ALL || c.rank >= level * o.rank || far);
     }
     if (take) out.push_back(c);
   }
@@ -709,6 +725,15 @@ double frac_value(const Model& m, const Step& step, const Elements& el, const Fr
   return with_strength(s, e, estimate(s, e, J) / fm.gc[e]);
 }
 
+double frac_when(const Model& m, const Step& step, const Elements& el, const FracMesh& fm, const Fracture& fr, const Level& l0,
+                 const Level& l1, const Erosion& x)
+{
+  if (step.proc != PROC_DYNAMIC || fm.release[x.elem] == 0.0) return l1.time;
+  const double value0 = frac_value(m, step, el, fm, fr, l0, {x.elem, x.value, 0.0});
+  if (value0 >= 1.0) return l0.time;
+  return l0.time + (1.0 - value0) / (x.value - value0) * (l1.time - l0.time);
+}
+
 double frac_erode(const Model& m, const Step& step, const Elements& el, const FracMesh& fm, const Erosion& x, Fracture& fr, Level& l)
 {
   const int e = x.elem;
@@ -720,7 +745,7 @@ double frac_erode(const Model& m, const Step& step, const Elements& el, const Fr
   split_normal(s.law(e), m.dim, E, N);
   turn_off(x.J, N);
   fr.broken[e] = fm.def[e];
-  fr.time[e]   = l.time;
+  fr.time[e]   = x.time;
   ++fr.neroded;
   fr.area += crack_area(s, e, N);
   fr.releasing.push_back(e);

@@ -38,7 +38,7 @@ Status apply(Problem& p, const Step& s, const std::vector<Erosion>& erode, const
     for (const Erosion& e : erode) {
       const double gain = frac_erode(p.m, s, p.el, p.fm, e, st.frac, st.n);
       released += gain;
-      st.eroded.push_back({e.elem, st.n.time, e.value, gain});
+      st.eroded.push_back({e.elem, e.time, e.value, gain});
     }
     frac_open(p.m, p.fm, st.n, st.frac, convert);    // those that drop their stress at once
     frac_convert(p.m, p.el, p.fm, convert, p.share, st);
@@ -97,6 +97,8 @@ Status step_fracture(Problem& p, const Step& s, double t_step, const State& befo
     if (start && stepped_over(p, s, before, watch)) return CRITERION_EXCEEDED;
     frac_due(p.m, p.el, p.fm, p.st.frac, p.st.n, convert);
     frac_open(p.m, p.fm, p.st.n, p.st.frac, convert);
+    for (Erosion& e : erode) e.time = frac_when(p.m, s, p.el, p.fm, p.st.frac, before.n, p.st.n, e);
+    std::stable_sort(erode.begin(), erode.end(), [](const Erosion& a, const Erosion& b) { return a.time < b.time; });
     if (s.proc == PROC_DYNAMIC) frac_torn(p.m, p.fm, p.st.points, p.st.n, torn);
     if (erode.empty() && convert.empty() && torn.empty()) return STATUS_OK;
     Status status = apply(p, s, erode, torn, convert);

@@ -542,6 +542,53 @@ TEST(FracMesh, WeibullKeepsTheMeanAndTheSeedTheNumbers)
   EXPECT_EQ(a.fm.gc, b.fm.gc);
 }
 
+// a row stretched from e0 to e1 within an increment: G = k e^2 without NLGEOM, so the time at which it is Gc, taken as linear
+TEST(Release, BeginsWhenTheCriterionIsMet)
+{
+  Model m = row_of(SHAPE_QUAD4, 9, unit);
+  m.fracture[0].release = 2.0;
+  Trial r(m, 1);
+  Step step;
+  step.proc   = PROC_DYNAMIC;
+  step.nlgeom = false;
+  const auto stretched = [&](double e, double time) {
+    Level l = r.st.n;
+    l.time  = time;
+    for (int n = 0; n < m.mesh.nnode(); ++n) {
+      l.u[2 * n]     = e * m.mesh.X[3 * n];
+      l.u[2 * n + 1] = 0.0;
+    }
+    return l;
+  };
+  const Level l0 = stretched(0.1, 5.0), l1 = stretched(0.2, 7.0);
+  double J[3];
+  const double G0 = frac_estimate(m, step, r.el, r.fm, r.st.frac, l0, 4, J), G1 = frac_estimate(m, step, r.el, r.fm, r.st.frac, l1, 4, J);
+  EXPECT_NEAR(4.0, G1 / G0, 1e-12);
+  Erosion x;
+  x.elem = 4;
+  for (double part : {0.25, 0.75}) {
+    r.fm.gc[4] = G0 + part * (G1 - G0);
+    x.value    = G1 / r.fm.gc[4];
+    EXPECT_NEAR(5.0 + 2.0 * part, frac_when(m, step, r.el, r.fm, r.st.frac, l0, l1, x), 1e-12);
+  }
+  r.fm.gc[4] = 0.5 * G0;                             // met before: it had to wait for its neighbour
+  x.value    = G1 / r.fm.gc[4];
+  EXPECT_EQ(5.0, frac_when(m, step, r.el, r.fm, r.st.frac, l0, l1, x));
+  r.fm.release[4] = 0.0;                             // drops its stress at once: when it breaks
+  EXPECT_EQ(7.0, frac_when(m, step, r.el, r.fm, r.st.frac, l0, l1, x));
+
+  r.fm.release[4] = 2.0;
+  r.st.frac.broken[4] = 0;
+  r.st.frac.time[4]   = 5.5;
+  r.st.frac.releasing = {4};
+  Level next = l1;
+  const double c = m.fracture[0].stiffness;
+  frac_degrade(m, step, r.fm, r.st.frac, l1, 0.25, next);        // 1.75 of 2 are over
+  EXPECT_NEAR(1.0 - (1.0 - c) * 1.75 / 2.0, next.degr[4], 1e-15);
+  frac_degrade(m, step, r.fm, r.st.frac, l1, 1.0, next);
+  EXPECT_EQ(c, next.degr[4]);
+}
+
 // mass, momentum and kinetic energy of elements go on in their points exactly; neighbours share corners
 TEST(Conversion, KeepsMassMomentumAndKineticEnergy)
 {
