@@ -13,7 +13,7 @@ const double pi = 3.14159265358979323846;
 const double ROUNDING = 1.0 + 1e-9;    // of a bound
 const double NOTCH_BALL = 5.0;         // radius of the ball around a notch in which BALL asks for J as well
 const double LEAST    = 0.01;          // part of Gc/h below which an element does not break; a tip holds 0.1
-const double TOGETHER = 0.3;           // in motion: see level_with; below, flanks of the crack break too early, above, a crack with the
+const double TOGETHER = 0.4;           // in motion: see level_with; below, flanks of the crack break too early, above, a crack with the
                                        // energy of two goes straight on (A14, P8)
 const double tied = 1e-3;      // ranks this close belong to a symmetric pair: Newton ends at a tolerance, not at zero
 
