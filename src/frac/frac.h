@@ -92,11 +92,11 @@ double frac_estimate(const Model& m, const Step& s, const Elements& el, const Fr
 // Returns the strain energy released at fixed displacement.
 double frac_erode(const Model& m, const Step& s, const Elements& el, const FracMesh& fm, const Erosion& x, Fracture& fr, Level& l);
 
-// frac_when : when, in the increment from l0 to l1, the criterion of x was met: its value taken to be linear in time; at l0 if it was
-// met there, at l1 in statics and for elements that drop their stress at once           (7.15)
+// frac_when : time at which the criterion of x was met, between l0 and l1, where its value is taken as linear (7.15);
+// l0 if it was met there; l1 in statics, with FALLBACK and for elements that drop their stress at once
 //   in   fr      before x breaks
-double frac_when(const Model& m, const Step& s, const Elements& el, const FracMesh& fm, const Fracture& fr, const Level& l0,
-                 const Level& l1, const Erosion& x);
+double frac_when(const Model& m, const Step& s, const Elements& el, const FracMesh& fm, const Fracture& fr,
+                 const Level& l0, const Level& l1, const Erosion& x);
 
 // frac_degrade : degradation factors at the end l1 of an increment dt that begins at l0; statics: c at once      (7.15)
 void frac_degrade(const Model& m, const Step& s, const FracMesh& fm, const Fracture& fr, const Level& l0, double dt, Level& l1);

@@ -13,8 +13,8 @@ const double pi = 3.14159265358979323846;
 const double ROUNDING = 1.0 + 1e-9;    // of a bound
 const double NOTCH_BALL = 5.0;         // radius of the ball around a notch in which BALL asks for J as well
 const double LEAST    = 0.01;          // part of Gc/h below which an element does not break; a tip holds 0.1
-const double TOGETHER = 0.4;           // in motion: see level_with; below, flanks of the crack break too early, above, a crack with the
-                                       // energy of two goes straight on (A14, P8)
+const double TOGETHER = 0.4;           // in motion, see level_with. Less: flanks of the crack break too early (A14);
+                                       // more: a crack with the energy of two goes straight on (P8)
 const double tied = 1e-3;      // ranks this close belong to a symmetric pair: Newton ends at a tolerance, not at zero
 
 // What one test knows of the state; what costs is made when it is asked for
@@ -154,7 +154,7 @@ bool beside(const Scan& s, int e, Is is)
 
 bool at_removed(const Scan& s, int e) { return beside(s, e, [&](int o) { return s.removed(o); }); }
 
-// a broken element that shares a node: a crack may go on across the corners of the mesh as well, else it keeps to its lines
+// a broken element that shares a node: a crack goes on across corners of the mesh too, else it keeps to its lines
 bool touches_broken(const Scan& s, int e)
 {
   const int nen = s.m.mesh.conn.count(e), *node = s.m.mesh.conn.begin(e);
@@ -543,7 +543,8 @@ void by_element(Scan& s, int e, double part, std::vector<Erosion>& out)
   if (s.W[e] * s.fm.volume[e] < need) return timer_skip(PHASE_ESTIMATE);   // psi+ is never more than the whole energy
   ++timer_phase(PHASE_ESTIMATE).calls;
   const double value = drive_of(s, e) * s.fm.volume[e] / threshold(s, e);
-  if (value >= part && (start_allowed(s, e) || near_crack(s, e))) out.push_back({e, value, value, s.l.time, {0, 0, 0}});
+  if (value >= part && (start_allowed(s, e) || near_crack(s, e)))
+    out.push_back({e, value, value, s.l.time, {0, 0, 0}});
 }
 
 // BALL: W_most, the largest energy / volume of any element, is too little
@@ -638,7 +639,8 @@ void choose(const Scan& s, std::vector<Erosion>& all)
     bool take = true;
     for (const Erosion& o : out) {
       const double* y = &s.fm.centre[3 * o.elem];
-      const bool far  = spacing > 0.0 && std::hypot(x[0] - y[0], x[1] - y[1], x[2] - y[2]) >= spacing * (1.0 - 1e-9);
+      const double r  = std::hypot(x[0] - y[0], x[1] - y[1], x[2] - y[2]);
+      const bool far  = spacing > 0.0 && r >= spacing * (1.0 - 1e-9);
       take = take && (d.order == ORDER_ALL || c.rank >= level * o.rank || far);
     }
     if (take) out.push_back(c);
@@ -725,10 +727,10 @@ double frac_value(const Model& m, const Step& step, const Elements& el, const Fr
   return with_strength(s, e, estimate(s, e, J) / fm.gc[e]);
 }
 
-double frac_when(const Model& m, const Step& step, const Elements& el, const FracMesh& fm, const Fracture& fr, const Level& l0,
-                 const Level& l1, const Erosion& x)
+double frac_when(const Model& m, const Step& step, const Elements& el, const FracMesh& fm, const Fracture& fr,
+                 const Level& l0, const Level& l1, const Erosion& x)
 {
-  if (step.proc != PROC_DYNAMIC || fm.release[x.elem] == 0.0) return l1.time;
+  if (step.proc != PROC_DYNAMIC || fm.release[x.elem] == 0.0 || x.value < 1.0) return l1.time;
   const double value0 = frac_value(m, step, el, fm, fr, l0, {x.elem, x.value, 0.0});
   if (value0 >= 1.0) return l0.time;
   return l0.time + (1.0 - value0) / (x.value - value0) * (l1.time - l0.time);

@@ -98,7 +98,8 @@ Status step_fracture(Problem& p, const Step& s, double t_step, const State& befo
     frac_due(p.m, p.el, p.fm, p.st.frac, p.st.n, convert);
     frac_open(p.m, p.fm, p.st.n, p.st.frac, convert);
     for (Erosion& e : erode) e.time = frac_when(p.m, s, p.el, p.fm, p.st.frac, before.n, p.st.n, e);
-    std::stable_sort(erode.begin(), erode.end(), [](const Erosion& a, const Erosion& b) { return a.time < b.time; });
+    std::stable_sort(erode.begin(), erode.end(),
+                     [](const Erosion& a, const Erosion& b) { return a.time < b.time; });
     if (s.proc == PROC_DYNAMIC) frac_torn(p.m, p.fm, p.st.points, p.st.n, torn);
     if (erode.empty() && convert.empty() && torn.empty()) return STATUS_OK;
     Status status = apply(p, s, erode, torn, convert);
