@@ -15,6 +15,7 @@ const double NOTCH_BALL = 5.0;         // radius of the ball around a notch in w
 const double LEAST    = 0.01;          // part of Gc/h below which an element does not break; a tip holds 0.1
 const double TOGETHER = 0.4;           // in motion, see level_with. Less: flanks of the crack break too early (A14);
                                        // more: a crack with the energy of two goes straight on (P8)
+const double FINE = 1e6;               // parts of an increment: rounding must not part a symmetric pair
 const double tied = 1e-3;      // ranks this close belong to a symmetric pair: Newton ends at a tolerance, not at zero
 
 // What one test knows of the state; what costs is made when it is asked for
@@ -733,7 +734,8 @@ double frac_when(const Model& m, const Step& step, const Elements& el, const Fra
   if (step.proc != PROC_DYNAMIC || fm.release[x.elem] == 0.0 || x.value < 1.0) return l1.time;
   const double value0 = frac_value(m, step, el, fm, fr, l0, {x.elem, x.value, 0.0});
   if (value0 >= 1.0) return l0.time;
-  return l0.time + (1.0 - value0) / (x.value - value0) * (l1.time - l0.time);
+  const double part = std::round(FINE * (1.0 - value0) / (x.value - value0)) / FINE;
+  return l0.time + part * (l1.time - l0.time);
 }
 
 double frac_erode(const Model& m, const Step& step, const Elements& el, const FracMesh& fm, const Erosion& x, Fracture& fr, Level& l)
