@@ -35,8 +35,8 @@ struct Erosion {
   int elem = -1;
   double value = 0.0;          // criterion over toughness, >= 1
   double rank  = 0.0;          // what the order goes by
-  double time  = 0.0;          // when the criterion was met
   double J[3]  = {0, 0, 0};    // direction of growth times G, 0: not known
+  double time  = 0.0;          // when the criterion was met, by frac_when
 };
 
 // The element whose criterion is exceeded most among those that may break now

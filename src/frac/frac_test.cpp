@@ -155,7 +155,7 @@ bool beside(const Scan& s, int e, Is is)
 
 bool at_removed(const Scan& s, int e) { return beside(s, e, [&](int o) { return s.removed(o); }); }
 
-// a broken element that shares a node: a crack goes on across corners of the mesh too, else it keeps to its lines
+// a broken element that shares a node: a crack goes on across corners of the mesh too, which frees it from its lines
 bool touches_broken(const Scan& s, int e)
 {
   const int nen = s.m.mesh.conn.count(e), *node = s.m.mesh.conn.begin(e);
@@ -545,7 +545,7 @@ void by_element(Scan& s, int e, double part, std::vector<Erosion>& out)
   ++timer_phase(PHASE_ESTIMATE).calls;
   const double value = drive_of(s, e) * s.fm.volume[e] / threshold(s, e);
   if (value >= part && (start_allowed(s, e) || near_crack(s, e)))
-    out.push_back({e, value, value, s.l.time, {0, 0, 0}});
+    out.push_back({e, value, value, {0, 0, 0}});
 }
 
 // BALL: W_most, the largest energy / volume of any element, is too little
@@ -570,7 +570,7 @@ void by_griffith(Scan& s, int e, double W_most, std::vector<Erosion>& out)
   if (G < s.fm.gc[e] && !force) return;              // FORCE: keep_fronts judges
   const double rank = force ? force_rank(s, e, J, G) : drive_of(s, e) * s.fm.size[e];
   if (!at) J[0] = J[1] = J[2] = 0.0;                 // no crack yet that could go on
-  out.push_back({e, G / s.fm.gc[e], rank / s.fm.gc[e], s.l.time, {J[0], J[1], J[2]}});
+  out.push_back({e, G / s.fm.gc[e], rank / s.fm.gc[e], {J[0], J[1], J[2]}});
 }
 
 // FORCE: all elements around a tip see much the same |J|. Where the best placed one of a ball holds, none of them breaks.
