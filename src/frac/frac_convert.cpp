@@ -119,6 +119,7 @@ void hang_corners(const Model& m, const FracMesh& fm, const IntVec& lost, const 
 {
   enum { RIM = 1, DEBRIS = 2, APART = 4 };
   const std::vector<char> rim = rim_elements(m, fm, lost, fr, pts);
+  for (int e : fr.converted) point_sample(m, e, rim[e] && !m.conversion[fm.conv[e]].bonded, pts);
   IntVec used(pts.ncorner, 0), name(pts.ncorner, 0); // by elements; all corners of a name
   for (int e : fr.converted) {
     const int first = pts.of_elem[e], by = rim[e] ? RIM : has_loose(pts, e) ? APART : pts.broken[first] >= 0 ? DEBRIS : 0;

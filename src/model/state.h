@@ -21,6 +21,7 @@ struct Points {
   ListTable conn;              // [npoint] corners of a domain
   RealVec w;                   // [conn.item] weights w_c, sum 1 over a domain
   RealVec G;                   // [conn.item*dim] gradients G_c, sum 0                1/length
+  IntVec sampled;              // [npoint] 1: G and V0 belong to a Gauss place of the element that it was, 0: means over the domain
   RealVec mc;                  // consistent mass of a domain on its corners, pairs a >= b, point after point
   RealVec V0;                  // [npoint] volume (area x thickness) at t = 0         length^3
   RealVec mass;                // [npoint]

@@ -83,7 +83,7 @@ bool points_fit(const Model& m, const Points& begin, const Points& p)
     pairs += info.nen * (info.nen + 1) / 2;
   }
   const std::size_t items = p.conn.item.size();
-  if (!real(p.Xc, c * dim) || !real(p.w, items) || !real(p.G, items * dim) || !real(p.mc, pairs) || !real(p.V0, n) || !real(p.mass, n)) return false;
+  if (!real(p.Xc, c * dim) || !real(p.w, items) || !real(p.G, items * dim) || !index(p.sampled, n, 0, 2) || !real(p.mc, pairs) || !real(p.V0, n) || !real(p.mass, n)) return false;
   if (!index(p.body, n, 0, nbody) || !has(p.label, n) || !index(p.parent, n, -1, nelem) || !index(p.broken, n, -1, nfrac)) return false;
   if (!(p.of_elem.empty() || index(p.of_elem, nelem, -1, p.npoint))) return false;
   if (!real(p.normal, 3 * n) || !has(p.loose, n) || !index(p.field, c, FIELD_OWN, fields(m)) || !index(p.twin, c, 0, p.ncorner) || !hangs_fit(m, p)) return false;

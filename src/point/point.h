@@ -65,6 +65,10 @@ struct CornerShare {
 // have made already are shared; those between nodes, which no bond held to the element, are not (7.9)
 void point_convert(const Model& m, int body, int e, CornerShare& share, Points& pts);
 
+// point_sample : G and V0 of the points of element e belong to the Gauss places of the element (at_gauss; quadrilaterals and bricks),
+// or are the means over their domains                                                            doc/theory.md (7.19), (3.2) - (3.4)
+void point_sample(const Model& m, int e, bool at_gauss, Points& pts);
+
 // point_loosen : points get corners of their own, copies of those they shared; of the elements that they were, neighbours that
 // convert later share no corner any more
 void point_loosen(const IntVec& which, int dim, CornerShare& share, Points& pts);

@@ -48,6 +48,7 @@ void add_point(Filler& f, int body, Shape shape, const int* corner)
   p.conn.off.push_back(static_cast<int>(p.conn.item.size()));
   p.w.insert(p.w.end(), w, w + nen);
   p.G.insert(p.G.end(), G, G + nen * dim);
+  p.sampled.push_back(0);
   p.V0.push_back(V * (dim == 2 ? b.thickness : 1.0));
   p.mass.push_back(p.V0.back() * f.m.material[b.material].density);
   shape_mass(shape, X, p.mass.back() / V, w);
@@ -441,4 +442,38 @@ void point_convert(const Model& m, int body, int e, CornerShare& share, Points& 
   pts.of_elem[e] = pts.npoint;
   if (m.body[body].hang) corners_at_nodes(f, m.body[body], e);
   fill_element(f, body, e);
+}
+
+namespace {
+
+// G and V (area in 2D) of a domain with corners X from the Gauss place that its part of the element has: number of m x m (x m)   (7.19)
+double gauss_weights(Shape shape, const double* X, int number, int m, double* G)
+{
+  const int dim = shape_info[shape].dim;
+  const double outwards = 1.0 / std::sqrt(1.0 - 1.0 / (m * m)) - 1.0;
+  double xi[3], N[8], dN[24];
+  for (int d = 0; d < dim; ++d, number /= m) xi[d] = outwards * (2 * (number % m) + 1 - m);
+  shape_eval(shape, xi, N, dN);
+  return shape_jacobian(shape, dN, X, G) * (dim == 3 ? 8.0 : 4.0);
+}
+
+}  // namespace
+
+void point_sample(const Model& m, int e, bool at_gauss, Points& pts)
+{
+  const int first = pts.of_elem[e], dim = m.dim;
+  const Body& b     = m.body[pts.body[first]];
+  const Shape shape = static_cast<Shape>(pts.shape[first]);
+  const int nen     = shape_info[shape].nen;
+  if (pts.sampled[first] == at_gauss || (shape != SHAPE_QUAD4 && shape != SHAPE_HEX8) || b.per_cell == 1) return;
+  for (int p = first; p < pts.npoint && pts.parent[p] == e; ++p) {
+    double X[24], w[8], G[24];
+    for (int c = 0; c < nen; ++c)
+      for (int i = 0; i < dim; ++i) X[c * dim + i] = pts.Xc[pts.conn.begin(p)[c] * dim + i];
+    const double V = at_gauss ? gauss_weights(shape, X, p - first, b.per_cell, G) : cpdi_weights(shape, X, w, G);
+    if (!(V > 0.0)) return point_sample(m, e, false, pts);         // so far out a distorted element is turned inside out
+    std::copy(G, G + nen * dim, &pts.G[static_cast<size_t>(pts.conn.off[p]) * dim]);
+    pts.V0[p]      = V * (dim == 2 ? b.thickness : 1.0);
+    pts.sampled[p] = at_gauss;
+  }
 }
