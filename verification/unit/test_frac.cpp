@@ -812,6 +812,56 @@ TEST(Conversion, CornersHangOnNodes)
   }
 }
 
+// points of the rim lie at the Gauss places of their element, distorted or not: its energy goes on exactly, intact or broken (m = 2), and a
+// uniform stress has its force (any m). When no element is left they are means over their domains                             (7.19)
+TEST(Conversion, RimKeepsTheEnergyOfItsElement)
+{
+  for (Shape shape : {SHAPE_TRI3, SHAPE_QUAD4, SHAPE_TET4, SHAPE_HEX8})
+    for (int per_elem : {2, 3})
+      for (bool broken : {false, true}) {
+        if (shape == SHAPE_TET4 && per_elem == 3) continue;
+        Model m = row_of(shape, 2, skew);
+        const RealVec shift = random_numbers(m.mesh.nnode() * m.dim, 7, 0.1);
+        for (int n = 0; n < m.mesh.nnode(); ++n)
+          for (int i = 0; i < m.dim; ++i) m.mesh.X[3 * n + i] += shift[n * m.dim + i];
+        allow_conversion(m, per_elem);
+        m.body[0].hang         = true;
+        m.conversion[0].bonded = false;
+        m.fracture[0].residual = SPLIT_PRESSURE;
+        Trial r(m, 5);
+        const int half = m.mesh.nelem() / 2;
+        IntVec some, rest;
+        for (int e = 0; e < 2 * half; ++e) (e < half ? some : rest).push_back(e);
+        for (int e : some) r.st.frac.broken[e] = broken ? 0 : -1;
+        const double before = elem_energy(m, r.el, r.st.n, true);
+        frac_convert(m, r.el, r.fm, some, r.share, r.st);
+        const Points& p = r.st.points;
+        const double now = elem_energy(m, r.el, r.st.n, true) + point_energy(m, p, r.st.n, all_points(p));
+        if (per_elem == 2) { EXPECT_NEAR(before, now, 1e-13 * before) << shape << " " << broken; }
+        for (int e : some) {
+          const ElemBlock& b = r.el.block[r.el.home[e]];
+          const int nen = shape_info[shape].nen;
+          double want[24] = {}, has[24] = {}, N[8];
+          for (int g = 0; g < shape_info[shape].ngp; ++g) {
+            const size_t at = b.gauss(r.el.slot_of[e]) + g;
+            for (int k = 0; k < nen * m.dim; ++k) want[k] += b.w[at] * b.dNdX[at * nen * m.dim + k];
+          }
+          for (int q = p.of_elem[e]; q < p.npoint && p.parent[q] == e; ++q)
+            for (int k = p.conn.off[q]; k < p.conn.off[q + 1]; ++k) {
+              ASSERT_TRUE(point_corner_in_element(m, p, e, p.conn.item[k], N));
+              for (int a = 0; a < nen; ++a)
+                for (int i = 0; i < m.dim; ++i) has[a * m.dim + i] += p.V0[q] * p.G[k * m.dim + i] * N[a];
+            }
+          for (int k = 0; k < nen * m.dim; ++k) EXPECT_NEAR(want[k], has[k], 1e-13) << shape << " " << per_elem;
+        }
+        frac_convert(m, r.el, r.fm, rest, r.share, r.st);
+        for (int q = 0; q < p.npoint; ++q) {
+          EXPECT_EQ(0, p.sampled[q]);
+          EXPECT_NEAR(p.mass[q], 3.0 * p.V0[q], 1e-14);
+        }
+      }
+}
+
 // the bonds of an interface have its area; when it moves on, those that stay keep their slip
 TEST(Conversion, BondsOfTheInterface)
 {
