@@ -4,7 +4,8 @@ namespace {
 
 const char* const drive_words = "RCE|VD|SPECTRAL|PRESSURE|NONE";
 const char* const residual_words = "RCE|VD|SPECTRAL|PRESSURE|NONE|CRACK";
-const double release_default = 2.2;      // of GRIFFITH: a running crack then pays its toughness (A14)
+const double average_default = 0.8;      // of GRIFFITH: waves shorter than an element do not break the next one (A14)
+const double release_default = 1.7;      // of GRIFFITH: a running crack then pays its toughness (A14)
 const char* const criterion_words = "GRIFFITH|ELEMENT";
 
 // START=YES|NO|stress
@@ -55,6 +56,7 @@ void kw_eigenfracture(Card& card, Model& model)
   f.drive     = static_cast<Split>(drive < 0 ? 0 : drive);
   f.residual  = static_cast<Split>(residual < 0 ? 0 : residual);
   f.release   = card_param_real(card, "RELEASE", f.criterion == CRITERION_GRIFFITH ? release_default : 0.0, at_least(0.0));
+  f.average   = card_param_real(card, "AVERAGE", f.criterion == CRITERION_GRIFFITH ? average_default : 0.0, at_least(0.0));
   f.epsilon   = card_param_real(card, "EPSILON", 0.0, at_least(1.0));
   f.stiffness = card_param_real(card, "STIFFNESS", f.stiffness, from_to(0.0, 1.0));
   f.weibull   = card_param_real(card, "WEIBULL", 0.0, at_least(0.1));

@@ -18,6 +18,7 @@ struct FracMesh {
   IntVec conv;                 // [nelem] index into Model::conversion, -1: stays an element
   RealVec gc;                  // [nelem] toughness, with its scatter               force/length
   RealVec release;             // [nelem] dynamics: time in which psi+ of a broken element falls to c   time
+  RealVec average;             // [nelem] dynamics: time over which the criterion averages psi+        time
   RealVec centre;              // [nelem*3]
   RealVec volume;              // [nelem] area x thickness in the plane
   RealVec thickness;           // [nelem] 1 in three dimensions
@@ -73,6 +74,13 @@ void frac_near(const FracMesh& fm, const double* x, double radius, Use use)
         }
       }
 }
+
+// frac_drive : psi+ / volume of an intact element by a law, at the displacements of l               force/length^2
+double frac_drive(const Model& m, const Step& s, const Elements& el, const FracMesh& fm, const Level& l, int e, Split split);
+
+// frac_average : dynamics: psi+ and its average over time at the converged level l                  (7.26). Collective.
+//   in   energy    strain energy of intact elements at l, those of this rank  [nelem]
+void frac_average(const Model& m, const Step& s, const Elements& el, const FracMesh& fm, const Level& l, const RealVec& energy, Fracture& fr);
 
 // frac_test : elements that break now, strongest first; l: a converged level. doc/theory.md (7.1) - (7.8). Collective.
 //   in   energy    strain energy of intact elements at l, those of this rank  [nelem]

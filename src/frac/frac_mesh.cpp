@@ -127,12 +127,12 @@ void find_of_node(const Model& m, FracMesh& fm)
     for (int k = m.mesh.conn.off[e]; k < m.mesh.conn.off[e + 1]; ++k) fm.of_node.item[count[m.mesh.conn.item[k]]++] = e;
 }
 
-// r h/c_R with the speed of Rayleigh waves, c_R/c_s = (0.862 + 1.14 nu)/(1 + nu) to 0.5 %; without a density nothing moves     (7.15)
-double release_time(const Elements& el, const FractureDef& d, const FracMesh& fm, int e)
+// time in which a Rayleigh wave goes over a length; c_R/c_s = (0.862 + 1.14 nu)/(1 + nu) to 0.5 %; without a density nothing moves
+double rayleigh_time(const Elements& el, int e, double length)
 {
   const ElemBlock& b = el.block[el.home[e]];
   const double nu    = b.law.lam / (2.0 * (b.law.lam + b.law.mu));     // plane stress: nu/(1 + nu), as lam is the reduced one
-  return d.release * fm.size[e] * std::sqrt(b.density / b.law.mu) * (1.0 + nu) / (0.862 + 1.14 * nu);
+  return length * std::sqrt(b.density / b.law.mu) * (1.0 + nu) / (0.862 + 1.14 * nu);
 }
 
 // toughness of each element: the mean is Gc, a Weibull distribution gives its scatter
@@ -151,7 +151,9 @@ void find_toughness(const Model& m, const Elements& el, const FractureDef& d, in
     if (fm.size[e] == 0.0) continue;
     fm.def[e] = def;
     fm.gc[e]  = gc;
-    fm.release[e] = release_time(el, d, fm, e);
+    const double part = fm.volume[e] / fm.thickness[e];
+    fm.release[e] = rayleigh_time(el, e, d.release * (m.dim == 2 ? std::sqrt(part) : std::cbrt(part)));      // (7.15)
+    fm.average[e] = rayleigh_time(el, e, d.average * fm.size[e]);                                            // (7.26)
   }
   if (rng) gsl_rng_free(rng);
 }
@@ -173,6 +175,7 @@ int frac_mesh(const Model& m, const Elements& el, FracMesh& fm)
   fm.conv.assign(nelem, -1);
   fm.gc.assign(nelem, 0.0);
   fm.release.assign(nelem, 0.0);
+  fm.average.assign(nelem, 0.0);
   for (size_t d = 0; d < m.fracture.size(); ++d) find_toughness(m, el, m.fracture[d], static_cast<int>(d), fm);
   for (size_t c = 0; c < m.conversion.size(); ++c)
     for (int e : m.elset[m.conversion[c].elset].item) fm.conv[e] = static_cast<int>(c);

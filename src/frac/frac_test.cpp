@@ -13,8 +13,7 @@ const double pi = 3.14159265358979323846;
 const double ROUNDING = 1.0 + 1e-9;    // of a bound
 const double NOTCH_BALL = 5.0;         // radius of the ball around a notch in which BALL asks for J as well
 const double LEAST    = 0.01;          // part of Gc/h below which an element does not break; a tip holds 0.1
-const double TOGETHER = 0.4;           // in motion, see level_with. Less: flanks of the crack break too early (A14);
-                                       // more: a crack with the energy of two goes straight on (P8)
+const double TIP_STATICS = 0.2, TIP_MOTION = 0.4;      // see behind_tip. Less: flanks of a crack break (A14); more: it cannot divide (P8)
 const double FINE = 1e6;               // parts of an increment: rounding must not part a symmetric pair
 const double tied = 1e-3;      // ranks this close belong to a symmetric pair: Newton ends at a tolerance, not at zero
 
@@ -26,9 +25,10 @@ struct Scan {
   const FracMesh& fm;
   const Fracture& fr;
   const Level& l;
-  RealVec W;                   // [nelem] strain energy / volume of intact elements, 0 for others
+  RealVec W;                   // [nelem] of intact elements: strain energy / volume, or its average; 0 for others
   RealVec drive;               // [nelem] psi+ / volume, -1: not yet known
   bool dynamic() const { return step.proc == PROC_DYNAMIC; }
+  bool averaged(int e) const { return dynamic() && !fr.mean.empty() && fr.mean[e] > 0.0; }
   const FractureDef& def(int e) const { return m.fracture[fm.def[e]]; }
   const MatLaw& law(int e) const { return el.block[el.home[e]].law; }
   bool intact(int e) const { return fr.form[e] == FORM_ELEMENT && fr.broken[e] < 0 && el.home[e] >= 0; }
@@ -76,23 +76,13 @@ void mean_strain(const Scan& s, int e, double* E)
   for (int k = 0; k < d2; ++k) E[k] /= volume;
 }
 
-// psi+ / volume of an intact element by a law
-double drive_by(const Scan& s, int e, Split split)
-{
-  const ElemBlock& b    = s.el.block[s.el.home[e]];
-  const ShapeInfo& info = shape_info[b.shape];
-  double all[72], sum = 0.0;
-  elem_strains(s.m, s.el, e, s.l.u, s.step.nlgeom, all);
-  for (int g = 0; g < info.ngp; ++g)
-    sum += b.w[b.gauss(s.el.slot_of[e]) + g] *
-           split_drive(b.law, s.m.dim, split, s.step.nlgeom, all + g * s.m.dim * s.m.dim);
-  return sum / s.fm.volume[e];
-}
+double drive_by(const Scan& s, int e, Split split) { return frac_drive(s.m, s.step, s.el, s.fm, s.l, e, split); }
 
-// the same by the law of its definition
+// psi+ / volume of an intact element by the law of its definition, in dynamics its average over time
 double drive_of(Scan& s, int e)
 {
   if (s.drive[e] >= 0.0) return s.drive[e];
+  if (s.averaged(e)) return s.drive[e] = s.fr.mean[e];
   return s.drive[e] = drive_by(s, e, s.def(e).drive);
 }
 
@@ -437,13 +427,23 @@ bool denser(Scan& s, int o, int e, double limit)
   return drive_beside(s, e, o) > limit && largest_stress(s, o) > 0.0;
 }
 
-// holds little of what the densest element of its ball does. |J| is the same for all elements near a tip, also for those behind it;
-// on an aligned mesh the neighbours of the tip element hold a third of its energy, those behind it a tenth
+double spacing_of(const Scan& s, int e)
+{
+  const FractureDef& d = s.def(e);
+  return (d.spacing >= 0.0 ? d.spacing : s.dynamic() ? 2.0 : 0.0) * s.fm.local[e];
+}
+
+// holds little of what the densest element near it does: FORCE: of its ball, BALL in motion: within SPACING. G of the ball, and |J|,
+// are much the same for all elements near a tip, also for those behind it; on an aligned mesh the neighbours of the tip element hold
+// a third of its energy, those behind it a tenth
 bool behind_tip(Scan& s, int e)
 {
-  const double limit = 5.0 * drive_of(s, e);
+  const bool force = estimate_of(s, e) == ESTIMATE_FORCE;
+  if (!force && (!s.dynamic() || s.def(e).order == ORDER_ALL)) return false;
+  const double reach = force ? radius_of(s, e) : spacing_of(s, e), limit = drive_of(s, e) / (force ? TIP_STATICS : TIP_MOTION);
   bool found = false;
-  in_ball(s, e, [&](int o, double) { found = found || (s.fm.def[o] >= 0 && denser(s, o, e, limit)); });
+  frac_near(s.fm, &s.fm.centre[3 * e], reach * AT_RADIUS,
+            [&](int o, double) { found = found || (s.fm.def[o] >= 0 && denser(s, o, e, limit)); });
   return found;
 }
 
@@ -527,6 +527,8 @@ void find_energies(const RealVec& energy, Scan& s)
   for (size_t e = 0; e < nelem; ++e)
     if (s.intact(static_cast<int>(e))) s.W[e] = energy[e] / s.fm.volume[e];
   comm_sum(s.W);
+  for (size_t e = 0; e < nelem; ++e)
+    if (s.averaged(static_cast<int>(e)) && s.W[e] > 0.0) s.W[e] = std::max(s.W[e], s.fr.mean[e]);
 }
 
 // candidates of all ranks, in the order of one
@@ -563,7 +565,7 @@ void by_griffith(Scan& s, int e, double W_most, std::vector<Erosion>& out)
   if (!force && ball_estimate(s, e, true) * ROUNDING < s.fm.gc[e]) return timer_skip(PHASE_ESTIMATE);
   if (!(largest_stress(s, e) > 0.0) || drive_of(s, e) <= least) return;
   const bool at = at_crack(s, e);
-  if (at ? force && behind_tip(s, e) : !start_allowed(s, e) || !may_start(s, e)) return;
+  if (at ? behind_tip(s, e) : !start_allowed(s, e) || !may_start(s, e)) return;
   double J[3];
   ++timer_phase(PHASE_ESTIMATE).calls;
   const double G = estimate(s, e, J);
@@ -622,27 +624,22 @@ FirstBreak most_exceeded(const Scan& s, const std::vector<Erosion>& all, bool fa
   return first;
 }
 
-// part of the rank of the strongest from which another one beside it breaks in the same test
-double level_with(const Scan& s, const FractureDef& d)
-{
-  return s.dynamic() && d.criterion == CRITERION_GRIFFITH ? TOGETHER : 1.0 - tied;
-}
-
-// strongest first; others of the same test when they are level with it, or far enough away
-void choose(const Scan& s, std::vector<Erosion>& all)
+// strongest first; others of the same test when they are level with it, or far enough away; in motion behind_tip has judged those of
+// GRIFFITH, and the two arms of a crack that divides may break at once
+void choose(const Scan& s, std::vector<Erosion>& all, bool fallback)
 {
   std::sort(all.begin(), all.end(), [](const Erosion& a, const Erosion& b) { return a.rank != b.rank ? a.rank > b.rank : a.elem < b.elem; });
   std::vector<Erosion> out;
   for (const Erosion& c : all) {
     const FractureDef& d = s.def(c.elem);
-    const double spacing = (d.spacing >= 0.0 ? d.spacing : s.dynamic() ? 2.0 : 0.0) * s.fm.local[c.elem];
-    const double level = level_with(s, d), *x = &s.fm.centre[3 * c.elem];
+    const bool judged    = d.order == ORDER_ALL || (s.dynamic() && d.criterion == CRITERION_GRIFFITH && !fallback);
+    const double spacing = spacing_of(s, c.elem), *x = &s.fm.centre[3 * c.elem];
     bool take = true;
     for (const Erosion& o : out) {
       const double* y = &s.fm.centre[3 * o.elem];
       const double r  = std::hypot(x[0] - y[0], x[1] - y[1], x[2] - y[2]);
       const bool far  = spacing > 0.0 && r >= spacing * (1.0 - 1e-9);
-      take = take && (d.order == ORDER_ALL || c.rank >= level * o.rank || far);
+      take = take && (judged || c.rank >= (1.0 - tied) * o.rank || far);
     }
     if (take) out.push_back(c);
   }
@@ -713,7 +710,7 @@ void frac_test(const Model& m, const Step& step, const Elements& el, const FracM
     join(out);
   }
   first = most_exceeded(s, out, fallback);
-  choose(s, out);
+  choose(s, out, fallback);
 }
 
 double frac_value(const Model& m, const Step& step, const Elements& el, const FracMesh& fm, const Fracture& fr, const Level& l,

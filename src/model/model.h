@@ -182,6 +182,7 @@ struct FractureDef {           // *EIGENFRACTURE
   double interval = 0.0;       // time between tests, 0: every increment
   double stiffness = 1e-6;     // c of broken material
   double release  = 0.0;       // dynamics: psi+ of a broken element falls to c in release h/c_R, 0: at once
+  double average  = 0.0;       // dynamics: time over which the criterion averages psi+, in h/c_R
   double tolerance = 0.01;     // statics, automatic increments: by how much the criterion may be exceeded, 0: by anything
   double fallback = -1.0;      // part of Gc h that breaks an element anywhere; 0: off, -1: default
   bool start = true;           // may a crack start where there is none

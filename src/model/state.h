@@ -76,6 +76,8 @@ struct Fracture {              // empty arrays: nothing can break or change its 
   IntVec released, released_at;     // points that came off, in that order, and how many elements had become points before
   int renewed = 0;             // loose points whose shape was made anew, so far
   double next_test = 0.0;      // total time of the next test
+  RealVec drive, mean;         // [nelem] dynamics: psi+ / volume, and its average over time (7.26); 0: not followed; empty: none yet
+  double drive_time = 0.0;     // total time of both
   int neroded = 0;             // broken by the criterion so far
   double area = 0.0;           // crack area: sum of V/h over them                  length x thickness
   bool empty() const { return form.empty(); }

@@ -110,6 +110,7 @@ bool fracture_fits(const Model& m, const Points& p, const Fracture& f)
   const std::size_t n = f.empty() ? 0 : nelem;
   if (!index(f.form, n, FORM_ELEMENT, FORM_REMOVED + 1) || !index(f.broken, n, -1, static_cast<int>(m.fracture.size()))) return false;
   if (!real(f.normal, 3 * n) || !real(f.time, n)) return false;
+  if (f.drive.size() != f.mean.size() || (!f.drive.empty() && (!real(f.drive, n) || !real(f.mean, n)))) return false;
   if (!index(f.releasing, 0, static_cast<int>(n)) || !distinct(f.releasing, nelem)) return false;
   for (int e : f.releasing)
     if (f.broken[e] < 0) return false;

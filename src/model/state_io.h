@@ -35,8 +35,8 @@ inline void io(Archive& f, Bonds& x)
 
 inline void io(Archive& f, Fracture& x)
 {
-  auto& [form, broken, normal, time, releasing, converted, released, released_at, renewed, next_test, neroded, area] = x;
-  io_all(f, form, broken, normal, time, releasing, converted, released, released_at, renewed, next_test, neroded, area);
+  auto& [form, broken, normal, time, releasing, converted, released, released_at, renewed, next_test, drive, mean, drive_time, neroded, area] = x;
+  io_all(f, form, broken, normal, time, releasing, converted, released, released_at, renewed, next_test, drive, mean, drive_time, neroded, area);
 }
 
 inline void io(Archive& f, Level& x)

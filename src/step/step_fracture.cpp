@@ -16,6 +16,7 @@ void find_erosions(Problem& p, const Step& s, std::vector<Erosion>& erode, First
   Timer timer(PHASE_FRACTURE);
   Fracture& fr = p.st.frac;
   erode.clear();
+  frac_average(p.m, s, p.el, p.fm, p.st.n, p.energy, fr);
   double interval = 0.0;
   for (const FractureDef& d : p.m.fracture) interval = std::max(interval, d.interval);
   if (s.proc == PROC_DYNAMIC && interval > 0.0) {

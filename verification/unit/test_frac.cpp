@@ -589,6 +589,46 @@ TEST(Release, BeginsWhenTheCriterionIsMet)
   EXPECT_EQ(c, next.degr[4]);
 }
 
+// a row in which psi+ grows by k per time: its average lags by k T (1 - exp(-t/T)), whatever the increment
+TEST(Release, AverageOfARampIsExact)
+{
+  Model m = row_of(SHAPE_QUAD4, 9, unit);
+  m.fracture[0].average = 1.0;
+  Trial r(m, 1);
+  Step step;
+  step.proc   = PROC_DYNAMIC;
+  step.nlgeom = false;
+  const double T = 3.0, end = 4.0, e0 = 0.1;
+  const int e = 4;
+  for (int n : {1, 4, 64}) {
+    Fracture fr = r.st.frac;
+    r.fm.average[e] = T;
+    double first = 0.0, last = 0.0;
+    for (int i = 0; i <= n; ++i) {
+      Level l = r.st.n;
+      l.time  = 10.0 + end * i / n;
+      for (int k = 0; k < m.mesh.nnode(); ++k) {
+        l.u[2 * k]     = e0 * std::sqrt(1.0 + static_cast<double>(i) / n) * m.mesh.X[3 * k];     // psi+ doubles
+        l.u[2 * k + 1] = 0.0;
+      }
+      const RealVec energy(m.mesh.nelem(), 1e3 * r.fm.gc[e]);
+      frac_average(m, step, r.el, r.fm, l, energy, fr);
+      last = frac_drive(m, step, r.el, r.fm, l, e, m.fracture[0].drive);
+      if (i == 0) first = last;
+    }
+    const double k = (last - first) / end;
+    EXPECT_NEAR(2.0, last / first, 1e-12);
+    EXPECT_NEAR(last - k * T * (1.0 - std::exp(-end / T)), fr.mean[e], 1e-12 * last);
+    EXPECT_EQ(last, fr.drive[e]);
+    frac_average(m, step, r.el, r.fm, Level{r.st.n}, RealVec(m.mesh.nelem(), 0.0), fr);           // at an older time: nothing
+    EXPECT_EQ(last, fr.drive[e]);
+    Level later = r.st.n;
+    later.time  = 20.0;
+    frac_average(m, step, r.el, r.fm, later, RealVec(m.mesh.nelem(), 0.0), fr);                   // unloaded: not followed
+    EXPECT_EQ(0.0, fr.mean[e]);
+  }
+}
+
 // mass, momentum and kinetic energy of elements go on in their points exactly; neighbours share corners
 TEST(Conversion, KeepsMassMomentumAndKineticEnergy)
 {

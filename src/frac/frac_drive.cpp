@@ -1,0 +1,52 @@
+#include <cmath>
+
+#include "base/comm.h"
+#include "frac/frac.h"
+#include "shape/shape.h"
+
+namespace {
+
+const double LEAST = 0.01;     // part of Gc/h below which psi+ of an element is not followed; a tip holds 0.1
+
+// the average decays towards psi+, which is linear in the increment: d mean/dt = (psi+ - mean)/T          (7.26)
+double averaged(double mean, double before, double now, double dt, double T)
+{
+  const double lag = T * (now - before) / dt;
+  return now - lag + (mean - before + lag) * std::exp(-dt / T);
+}
+
+}  // namespace
+
+double frac_drive(const Model& m, const Step& s, const Elements& el, const FracMesh& fm, const Level& l, int e, Split split)
+{
+  const ElemBlock& b    = el.block[el.home[e]];
+  const ShapeInfo& info = shape_info[b.shape];
+  double all[72], sum = 0.0;
+  elem_strains(m, el, e, l.u, s.nlgeom, all);
+  for (int g = 0; g < info.ngp; ++g)
+    sum += b.w[b.gauss(el.slot_of[e]) + g] * split_drive(b.law, m.dim, split, s.nlgeom, all + g * m.dim * m.dim);
+  return sum / fm.volume[e];
+}
+
+void frac_average(const Model& m, const Step& s, const Elements& el, const FracMesh& fm, const Level& l, const RealVec& energy, Fracture& fr)
+{
+  if (s.proc != PROC_DYNAMIC || m.fracture.empty()) return;
+  const size_t nelem = fm.def.size();
+  const double dt    = l.time - fr.drive_time;
+  if (!fr.mean.empty() && dt <= 0.0) return;
+  RealVec now(nelem, 0.0);
+  for (size_t e = 0; e < nelem; ++e) {
+    if (fm.def[e] < 0 || fm.average[e] == 0.0 || fr.broken[e] >= 0 || fr.form[e] != FORM_ELEMENT || el.home[e] < 0) continue;
+    if (energy[e] <= LEAST * fm.gc[e] / fm.size[e] * fm.volume[e]) continue;
+    now[e] = std::max(0.0, frac_drive(m, s, el, fm, l, static_cast<int>(e), m.fracture[fm.def[e]].drive));
+  }
+  comm_sum(now);
+  if (fr.mean.empty()) {
+    fr.drive.assign(nelem, 0.0);
+    fr.mean.assign(nelem, 0.0);
+  }
+  for (size_t e = 0; e < nelem; ++e)
+    fr.mean[e] = fr.drive[e] > 0.0 && now[e] > 0.0 ? averaged(fr.mean[e], fr.drive[e], now[e], dt, fm.average[e]) : now[e];
+  fr.drive.swap(now);
+  fr.drive_time = l.time;
+}
