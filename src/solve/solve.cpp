@@ -43,9 +43,40 @@ Status do_work(Solver& s, const SysMatrix& A, bool values, Work work)
   return status;
 }
 
+#ifdef MPFE_MUMPS
+// MUMPS orders; for a plane problem on one rank fronts of our own take half the time for the rest
+Status analyse_ordered(Solver& s, const SysMatrix& A)
+{
+  const Status status = mumps_analyse(s, A);
+  if (status == STATUS_OK && s.def.kind != SOLVER_MUMPS && A.dim == 2 && A.neq() >= SMALL && (comm_size() == 1 || s.data->first_only))
+    fronts_analyse(A, mumps_order(s), s.data->fronts);
+  return status;
+}
+
+// A matrix that is not clearly positive is left to MUMPS, and so are the next ones of this pattern. With REUSE=NO each one is
+// judged by itself, so that a run that was continued does the same
+Status factor_ordered(Solver& s, const SysMatrix& A)
+{
+  Fronts& f = s.data->fronts;
+  s.data->in_fronts = !f.place.empty() && fronts_factor(A, f);
+  if (!s.data->in_fronts) {
+    if (s.def.reuse) f = Fronts();
+    return mumps_factor(s, A);
+  }
+  ++s.nfronts;
+  s.flops     = f.flops;
+  s.memory_mb = static_cast<double>(f.L.size() * sizeof(double)) / 1e6;
+  return STATUS_OK;
+}
+#endif
+
 Status back_work(Solver& s, RealVec& x)
 {
 #ifdef MPFE_MUMPS
+  if (s.data->in_fronts) {
+    fronts_back(s.data->fronts, x.data(), 1);
+    return STATUS_OK;
+  }
   if (by_mumps(s)) return mumps_back(s, x.data(), 1);
 #endif
   return skyline_back(s, x);
@@ -132,7 +163,8 @@ Status solve_analyse(Solver& s, const SysMatrix& A)
 
   Stopwatch watch(s.seconds_analyse);
   ++s.nanalyse;
-  d.factored = d.analysed = false;
+  d.factored = d.analysed = d.in_fronts = false;
+  d.fronts   = Fronts();
   d.dim = A.dim;
   d.off = A.off;
   d.col = A.col;
@@ -140,7 +172,7 @@ Status solve_analyse(Solver& s, const SysMatrix& A)
   if (A.nrow > 0) {
     d.narrow = narrow_analyse(s, A);
 #ifdef MPFE_MUMPS
-    if (!d.narrow) status = do_work(s, A, false, s.kind == SOLVER_MUMPS ? mumps_analyse : skyline_analyse);
+    if (!d.narrow) status = do_work(s, A, false, s.kind == SOLVER_MUMPS ? analyse_ordered : skyline_analyse);
 #else
     status = do_work(s, A, false, skyline_analyse);
 #endif
@@ -163,7 +195,7 @@ Status solve_factor(Solver& s, const SysMatrix& A)
   if (comm_most(!is_finite(A.val))) return solve_fail(s, BAD_NUMBER, "the matrix holds a value that is not a number");
   if (A.nrow > 0) {
 #ifdef MPFE_MUMPS
-    status = do_work(s, A, true, by_mumps(s) ? mumps_factor : skyline_factor);
+    status = do_work(s, A, true, by_mumps(s) ? factor_ordered : skyline_factor);
     // the skyline does not pivot: what is singular or indefinite in statics is left to MUMPS, until the pattern is another one
     if (d.narrow && (status != STATUS_OK || (s.negative > 0 && !s.masses))) {
       d.unfit = true;
@@ -201,6 +233,10 @@ Status solve_back_many(Solver& s, double* x, int count)
   Stopwatch watch(s.seconds_back);
   s.nback += count;
 #ifdef MPFE_MUMPS
+  if (d.in_fronts) {
+    fronts_back(d.fronts, x, count);
+    return STATUS_OK;
+  }
   if (by_mumps(s)) return mumps_back(s, x, count);
 #endif
   const size_t n = (d.off.size() - 1) * d.dim;
@@ -222,6 +258,7 @@ void solve_memory(const Solver& s, std::vector<MemoryUse>& out)
 #ifdef MPFE_MUMPS
   if (s.kind == SOLVER_MUMPS && d.mumps) numbers += mumps_memory(s);
 #endif
+  numbers += static_cast<double>(d.fronts.block.capacity() * sizeof(FrontBlock) + d.fronts.below.item.capacity() * sizeof(int));
   double vectors = reals(d.work.r) + reals(d.work.z) + reals(d.work.p) + reals(d.work.q) + reals(d.kept.x) + reals(d.kept.inverse) +
                    reals(d.changed.A0.val) + reals(d.changed.V) + reals(d.changed.G) + reals(d.changed.Q) + reals(d.changed.y);
   for (const RealVec& x : d.past) vectors += reals(x);

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <numeric>
 
 #include "base/comm.h"
 #include "base/log.h"
@@ -234,6 +235,20 @@ Status mumps_analyse(Solver& s, const SysMatrix& A)
   if (call(m, JOB_ANALYSE) < 0) return explain(s);
   s.flops_ahead = m.id.rinfog[0];
   return STATUS_OK;
+}
+
+// ---------------------------------------------------------------------------
+// mumps_order : place of each block row in the elimination that the analysis has found, one rank         [nrow]
+// ---------------------------------------------------------------------------
+IntVec mumps_order(const Solver& s)
+{
+  const MumpsData& m = *s.data->mumps;
+  const int D = s.data->dim, nrow = static_cast<int>(m.number.size());
+  IntVec row(nrow), pos(nrow);
+  std::iota(row.begin(), row.end(), 0);
+  std::sort(row.begin(), row.end(), [&](int I, int J) { return m.id.sym_perm[m.number[I] * D] < m.id.sym_perm[m.number[J] * D]; });
+  for (int k = 0; k < nrow; ++k) pos[row[k]] = k;
+  return pos;
 }
 
 // ---------------------------------------------------------------------------
