@@ -25,29 +25,8 @@ struct Skyline {
   RealVec x;                   // [neq] right-hand side in the new order
 };
 
-// Cholesky factor of a plane problem in fronts: dense columns that leave together, and the rows that they touch. Block rows stand
-// at their place in the elimination.
-struct FrontBlock {
-  int k;                       // block of A
-  int row, col;                // in the front
-  bool turned;                 // its transpose
-};
-
-struct Fronts {
-  IntVec place;                // [nrow] of each block row
-  IntVec first{0};             // [fronts+1] first block column
-  IntVec parent;               // [fronts] front that takes what this one leaves, -1: none
-  ListTable below;             // [fronts] block rows below the columns, ascending
-  IntVec block_off;            // [fronts+1] blocks of A that begin in a front
-  std::vector<FrontBlock> block;
-  std::vector<size_t> start{0};        // [fronts+1] of their numbers in L
-  RealVec L;                   // columns of each front, with the inverse of the diagonal
-  size_t stack = 0, most = 0;  // numbers that wait for their parents at most; rows of the largest front
-  double flops = 0.0;
-  int count() const { return static_cast<int>(first.size()) - 1; }
-};
-
 struct MumpsData;              // private to solve_mumps.cpp
+struct ChmData;                // private to solve_cholmod.cpp
 
 struct Cholesky {              // incomplete, on the pattern of A
   double shift = 0.0;          // added to the diagonal, relative
@@ -146,10 +125,10 @@ struct SolverData {
   bool analysed = false, factored = false;
   bool first_only = false;     // several ranks: the first one factorises the whole matrix alone
   bool narrow = false;         // factorised by the skyline, although MUMPS is there
-  bool in_fronts = false;      // ordered by MUMPS, factorised in fronts
+  bool by_chm = false;         // factorised by CHOLMOD
+  bool for_mumps = false;      // MUMPS has analysed this pattern
   bool unfit = false;          // the skyline has failed with this pattern
   Skyline sky;
-  Fronts fronts;               // empty: not to be tried with this pattern
   long stamp = -1;             // of the matrix that was factorised
   Kept kept;
   Changed changed;
@@ -165,6 +144,7 @@ struct SolverData {
   double fresh_rate = 0.0;     // rate of the first of them, smoothed
   double cycle_seconds = 0.0, cycle_digits = 0.0;   // spent and gained since the factorisation, which is included
   std::shared_ptr<MumpsData> mumps;
+  std::shared_ptr<ChmData> chm;    // null: CHOLMOD is not to be tried with this pattern
 };
 
 // solve_same_pattern : is the pattern of A the one of the last analysis, on all ranks?
@@ -177,14 +157,16 @@ Status skyline_analyse(Solver& s, const SysMatrix& A);
 Status skyline_factor(Solver& s, const SysMatrix& A);
 Status skyline_back(Solver& s, RealVec& x);    // x: right-hand side in, solution out
 
-// solve_fronts.cpp
-void fronts_analyse(const SysMatrix& A, const IntVec& pos, Fronts& f);
-bool fronts_factor(const SysMatrix& A, Fronts& f);
-void fronts_back(const Fronts& f, double* x, int count);     // x: right-hand sides in, solutions out
+// solve_room : does the machine give mb MB for factors, and the buffer of OpenBLAS beside them?
+bool solve_room(double mb);
+
+// solve_cholmod.cpp; SOLVER_SINGULAR: the matrix is not for CHOLMOD, always so when it is not built in
+Status chm_analyse(Solver& s, const SysMatrix& A);
+Status chm_factor(Solver& s, const SysMatrix& A);
+Status chm_back(Solver& s, double* x, int count);       // count right-hand sides, one after the other
 
 #ifdef MPFE_MUMPS
 Status mumps_analyse(Solver& s, const SysMatrix& A);
-IntVec mumps_order(const Solver& s);           // place of each block row in the elimination
 Status mumps_factor(Solver& s, const SysMatrix& A);
 Status mumps_back(Solver& s, double* x, int count);     // count right-hand sides, one after the other
 void mumps_close(Solver& s);
