@@ -222,11 +222,10 @@ void find_changed(const SysMatrix& A, int nfe, Changed& c, std::vector<char>& in
 Status add_columns(Solver& s, Changed& c, const IntVec& rows)
 {
   const int D = c.A0.dim, count = static_cast<int>(rows.size()) * D;
-  const size_t n = static_cast<size_t>(c.A0.neq()), before = c.V.size() / n;
-  c.V.resize((before + count) * n, 0.0);
-  double* fresh = &c.V[before * n];
-  for (int k = 0; k < count; ++k) fresh[k * n + rows[k / D] * D + k % D] = 1.0;
-  const Status status = solve_back_many(s, fresh, count);
+  const size_t n = static_cast<size_t>(c.A0.neq());
+  c.V.emplace_back(count * n, 0.0);
+  for (int k = 0; k < count; ++k) c.V.back()[k * n + rows[k / D] * D + k % D] = 1.0;
+  const Status status = solve_back_many(s, c.V.back().data(), count);
   if (status != STATUS_OK) return status;
   for (int row : rows) {
     c.place[row] = static_cast<int>(c.set.size());
@@ -234,8 +233,10 @@ Status add_columns(Solver& s, Changed& c, const IntVec& rows)
   }
   const int m = static_cast<int>(c.set.size()) * D;
   Eigen::MatrixXd G(m, m);
-  for (int j = 0; j < m; ++j)
-    for (int i = 0; i < m; ++i) G(i, j) = c.V[j * n + c.set[i / D] * D + i % D];
+  int col = 0;
+  for (const RealVec& V : c.V)
+    for (const double* v = V.data(); v != V.data() + V.size(); v += n, ++col)
+      for (int i = 0; i < m; ++i) G(i, col) = v[c.set[i / D] * D + i % D];
   const Eigen::LLT<Eigen::MatrixXd> factor(0.5 * (G + G.transpose()));
   if (factor.info() != Eigen::Success) return SOLVER_SINGULAR;
   c.G.resize(static_cast<size_t>(m) * m);
@@ -361,8 +362,13 @@ Status changed_apply(Solver& s, const SysMatrix& A, Changed& c, const RealVec& r
       x[k]          = row < 0 ? 0.0 : x[k] + rf[row * D + k % D];
     }
     x = (Q * x).eval();
-    const Dense V(c.V.data(), static_cast<long>(neq), m);
-    Eigen::Map<Eigen::VectorXd>(c.y.data(), static_cast<long>(neq)) += V * (G * (x - y));
+    y = G * (x - y);
+    long first = 0;
+    for (RealVec& V : c.V) {
+      const long n = static_cast<long>(neq), columns = static_cast<long>(V.size()) / n;
+      Eigen::Map<Eigen::VectorXd>(c.y.data(), n) += Dense(V.data(), n, columns) * y.segment(first, columns);
+      first += columns;
+    }
     for (int k = 0; k < m; ++k) c.y[c.set[k / D] * D + k % D] = x[k];
   }
   for (int I = 0; I < nfe; ++I)

@@ -1,5 +1,7 @@
 #include "solve/solve.h"
 
+#include <sys/mman.h>
+
 #include <cmath>
 #include <cstdarg>
 #include <cstdio>
@@ -12,6 +14,7 @@
 namespace {
 
 const int SMALL     = 2000;    // equations
+const double BLAS_BUFFER = 150.0;    // MB
 const double NARROW = 2e6;     // operations of the skyline, half a millisecond; MUMPS takes a quarter of one for nothing
 
 #ifdef MPFE_MUMPS
@@ -43,9 +46,50 @@ Status do_work(Solver& s, const SysMatrix& A, bool values, Work work)
   return status;
 }
 
+#ifdef MPFE_MUMPS
+Status analyse_for_mumps(Solver& s, const SysMatrix& A)
+{
+  const Status status = mumps_analyse(s, A);
+  s.data->for_mumps   = status == STATUS_OK;
+  return status;
+}
+
+// Plane problems on one rank: CHOLMOD takes half the time of MUMPS, which is asked only when CHOLMOD does not take the matrix
+Status analyse_mumps_or_chm(Solver& s, const SysMatrix& A)
+{
+  if (s.def.kind != SOLVER_MUMPS && A.dim == 2 && A.neq() >= SMALL && (comm_size() == 1 || s.data->first_only)) {
+    const Status status = chm_analyse(s, A);
+    if (status != SOLVER_SINGULAR) return status;
+    s.data->chm.reset();
+  }
+  return analyse_for_mumps(s, A);
+}
+
+// A matrix that is not clearly positive is left to MUMPS, and so are the next ones of this pattern. With REUSE=NO each one is
+// judged by itself, so that a run that was continued does the same
+Status factor_mumps_or_chm(Solver& s, const SysMatrix& A)
+{
+  SolverData& d = *s.data;
+  d.by_chm      = false;
+  if (d.chm) {
+    const Status status = chm_factor(s, A);
+    d.by_chm            = status == STATUS_OK;
+    if (d.by_chm) ++s.ncholmod;
+    if (status != SOLVER_SINGULAR) return status;
+    if (s.def.reuse) d.chm.reset();
+  }
+  if (!d.for_mumps) {
+    const Status status = analyse_for_mumps(s, A);
+    if (status != STATUS_OK) return status;
+  }
+  return mumps_factor(s, A);
+}
+#endif
+
 Status back_work(Solver& s, RealVec& x)
 {
 #ifdef MPFE_MUMPS
+  if (s.data->by_chm) return chm_back(s, x.data(), 1);
   if (by_mumps(s)) return mumps_back(s, x.data(), 1);
 #endif
   return skyline_back(s, x);
@@ -95,6 +139,15 @@ bool solve_same_pattern(const Solver& s, const SysMatrix& A)
   return sys_shared(A) ? !comm_most(!same) : same;
 }
 
+// Asked for and given back, with the buffer of each thread of OpenBLAS, which waits for ever when it gets none
+bool solve_room(double mb)
+{
+  const size_t bytes = static_cast<size_t>(1e6 * (mb + BLAS_BUFFER));
+  void* room = mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+  if (room != MAP_FAILED) munmap(room, bytes);
+  return room != MAP_FAILED;
+}
+
 bool solve_open(Solver& s, const SolverDef& def)
 {
   SolverKind kind = def.kind == SOLVER_CG ? SOLVER_AUTO : def.kind;
@@ -132,7 +185,8 @@ Status solve_analyse(Solver& s, const SysMatrix& A)
 
   Stopwatch watch(s.seconds_analyse);
   ++s.nanalyse;
-  d.factored = d.analysed = false;
+  d.factored = d.analysed = d.by_chm = d.for_mumps = false;
+  d.chm.reset();
   d.dim = A.dim;
   d.off = A.off;
   d.col = A.col;
@@ -140,7 +194,7 @@ Status solve_analyse(Solver& s, const SysMatrix& A)
   if (A.nrow > 0) {
     d.narrow = narrow_analyse(s, A);
 #ifdef MPFE_MUMPS
-    if (!d.narrow) status = do_work(s, A, false, s.kind == SOLVER_MUMPS ? mumps_analyse : skyline_analyse);
+    if (!d.narrow) status = do_work(s, A, false, s.kind == SOLVER_MUMPS ? analyse_mumps_or_chm : skyline_analyse);
 #else
     status = do_work(s, A, false, skyline_analyse);
 #endif
@@ -163,7 +217,7 @@ Status solve_factor(Solver& s, const SysMatrix& A)
   if (comm_most(!is_finite(A.val))) return solve_fail(s, BAD_NUMBER, "the matrix holds a value that is not a number");
   if (A.nrow > 0) {
 #ifdef MPFE_MUMPS
-    status = do_work(s, A, true, by_mumps(s) ? mumps_factor : skyline_factor);
+    status = do_work(s, A, true, by_mumps(s) ? factor_mumps_or_chm : skyline_factor);
     // the skyline does not pivot: what is singular or indefinite in statics is left to MUMPS, until the pattern is another one
     if (d.narrow && (status != STATUS_OK || (s.negative > 0 && !s.masses))) {
       d.unfit = true;
@@ -201,6 +255,7 @@ Status solve_back_many(Solver& s, double* x, int count)
   Stopwatch watch(s.seconds_back);
   s.nback += count;
 #ifdef MPFE_MUMPS
+  if (d.by_chm) return chm_back(s, x, count);
   if (by_mumps(s)) return mumps_back(s, x, count);
 #endif
   const size_t n = (d.off.size() - 1) * d.dim;
@@ -223,7 +278,8 @@ void solve_memory(const Solver& s, std::vector<MemoryUse>& out)
   if (s.kind == SOLVER_MUMPS && d.mumps) numbers += mumps_memory(s);
 #endif
   double vectors = reals(d.work.r) + reals(d.work.z) + reals(d.work.p) + reals(d.work.q) + reals(d.kept.x) + reals(d.kept.inverse) +
-                   reals(d.changed.A0.val) + reals(d.changed.V) + reals(d.changed.G) + reals(d.changed.Q) + reals(d.changed.y);
+                   reals(d.changed.A0.val) + reals(d.changed.G) + reals(d.changed.Q) + reals(d.changed.y);
+  for (const RealVec& V : d.changed.V) vectors += reals(V);
   for (const RealVec& x : d.past) vectors += reals(x);
   out.push_back({"numbers of the entries for MUMPS", numbers});
   out.push_back({"factors", factors});

@@ -96,6 +96,7 @@ struct Solver {
                                     // move; Newton's residual judges. -1: all are errors
   long nheld = 0;                   // how many there were
   long nfactor = 0, nback = 0, nanalyse = 0;
+  long ncholmod = 0;                // factorisations by CHOLMOD
   double seconds_factor = 0, seconds_back = 0, seconds_analyse = 0;   // wall
   double flops = 0, memory_mb = 0;  // of the last factorisation, as far as known
   double flops_ahead = 0;           // what the analysis expects

@@ -26,6 +26,7 @@ struct Skyline {
 };
 
 struct MumpsData;              // private to solve_mumps.cpp
+struct ChmData;                // private to solve_cholmod.cpp
 
 struct Cholesky {              // incomplete, on the pattern of A
   double shift = 0.0;          // added to the diagonal, relative
@@ -73,7 +74,7 @@ struct Changed {               // factors of an earlier matrix, with the rows th
   long stamp = -1;             // of the matrix that the rest was made for
   IntVec old, now;             // rows of elements: [today] row of A0; [A0] row of today, -1: it has left
   IntVec set, place;           // old rows that have changed or left; [nfe] their place in set, -1: not in it
-  RealVec V;                   // columns A0^-1 e of the set, one after the other [set*dim][A0.neq]
+  std::vector<RealVec> V;      // columns A0^-1 e of the set, [A0.neq] each, those of rows that came together in one vector
   RealVec G;                   // inverse of the rows of V in the set            [set*dim][set*dim]
   RealVec C0, Q;               // of the set: A0 without its grid; inverse of the dense matrix
   RealVec y;                   // [A0.neq]
@@ -124,6 +125,8 @@ struct SolverData {
   bool analysed = false, factored = false;
   bool first_only = false;     // several ranks: the first one factorises the whole matrix alone
   bool narrow = false;         // factorised by the skyline, although MUMPS is there
+  bool by_chm = false;         // factorised by CHOLMOD
+  bool for_mumps = false;      // MUMPS has analysed this pattern
   bool unfit = false;          // the skyline has failed with this pattern
   Skyline sky;
   long stamp = -1;             // of the matrix that was factorised
@@ -141,6 +144,7 @@ struct SolverData {
   double fresh_rate = 0.0;     // rate of the first of them, smoothed
   double cycle_seconds = 0.0, cycle_digits = 0.0;   // spent and gained since the factorisation, which is included
   std::shared_ptr<MumpsData> mumps;
+  std::shared_ptr<ChmData> chm;    // null: CHOLMOD is not to be tried with this pattern
 };
 
 // solve_same_pattern : is the pattern of A the one of the last analysis, on all ranks?
@@ -152,6 +156,14 @@ ListTable sys_graph(const SysMatrix& A);
 Status skyline_analyse(Solver& s, const SysMatrix& A);
 Status skyline_factor(Solver& s, const SysMatrix& A);
 Status skyline_back(Solver& s, RealVec& x);    // x: right-hand side in, solution out
+
+// solve_room : does the machine give mb MB for factors, and the buffer of OpenBLAS beside them?
+bool solve_room(double mb);
+
+// solve_cholmod.cpp; SOLVER_SINGULAR: the matrix is not for CHOLMOD, always so when it is not built in
+Status chm_analyse(Solver& s, const SysMatrix& A);
+Status chm_factor(Solver& s, const SysMatrix& A);
+Status chm_back(Solver& s, double* x, int count);       // count right-hand sides, one after the other
 
 #ifdef MPFE_MUMPS
 Status mumps_analyse(Solver& s, const SysMatrix& A);

@@ -1,7 +1,6 @@
 #ifdef MPFE_MUMPS
 
 #include <dmumps_c.h>
-#include <sys/mman.h>
 
 #include <algorithm>
 #include <cmath>
@@ -29,7 +28,6 @@ enum Order { ORDER_GIVEN = 1, ORDER_AMF = 2, ORDER_CHOOSE = 7 };      // ICNTL(7
 
 const int RELAX         = 20;        // percent of workspace above the estimate, at first
 const int RELAX_MOST    = 640;
-const double BLAS_BUFFER = 150.0;    // MB
 const double ZERO_PIVOT = 1e-12;     // relative to the norm of A scaled to unit diagonal
 
 // the numbering of the manual of MUMPS
@@ -37,14 +35,11 @@ MUMPS_INT& icntl(MumpsData& m, int i) { return m.id.icntl[i - 1]; }
 double& cntl(MumpsData& m, int i) { return m.id.cntl[i - 1]; }
 int infog(const MumpsData& m, int i) { return m.id.infog[i - 1]; }
 
-// Is there room for the factors on all ranks? Asked for and given back, with the buffer of each thread of OpenBLAS, which under MUMPS
-// waits for ever when it gets none. part: of what the analysis has found
+// Is there room for the factors on all ranks? part: of what the analysis has found
 bool memory_there(const MumpsData& m, double part)
 {
-  const double bytes = 1e6 * (part * m.id.info[14] + BLAS_BUFFER);
-  void* room = mmap(nullptr, static_cast<size_t>(bytes), PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
-  if (room != MAP_FAILED) munmap(room, static_cast<size_t>(bytes));
-  return !(m.shared ? comm_most(room == MAP_FAILED) : room == MAP_FAILED);
+  const bool room = solve_room(part * m.id.info[14]);
+  return !(m.shared ? comm_most(!room) : !room);
 }
 
 // equation of a zero pivot: of the first one that may not be held, else of the first one

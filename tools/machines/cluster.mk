@@ -6,11 +6,12 @@
 EIGEN    ?= $(EIGEN_HOME)
 MUMPS    ?= $(MUMPS_HOME)
 METIS    ?= $(METIS_HOME)
+SUITESPARSE ?= $(SUITESPARSE_HOME)
 OPENBLAS ?= $(OPENBLAS_HOME)
 GSL      ?= $(GSL_HOME)
 MUPARSER ?= $(MUPARSER_HOME)
 GTEST    ?= $(GTEST_HOME)
-PREFIXES  = $(MUMPS) $(METIS) $(OPENBLAS) $(GSL) $(MUPARSER) $(GTEST)
+PREFIXES  = $(MUMPS) $(METIS) $(SUITESPARSE) $(OPENBLAS) $(GSL) $(MUPARSER) $(GTEST)
 
 # Processors of compute nodes differ, and from that of the node you compile on:
 # x86-64-v3 (AVX2) runs on all of the last ten years. Name yours for more speed,
@@ -18,8 +19,9 @@ PREFIXES  = $(MUMPS) $(METIS) $(OPENBLAS) $(GSL) $(MUPARSER) $(GTEST)
 MARCH   ?= x86-64-v3
 CXX      = mpicxx
 CXXFLAGS = -O3 -march=$(MARCH)
-DEFINES  = -DMPFE_MPI -DMPFE_MUMPS -DMPFE_METIS -DOMPI_SKIP_MPICXX -DMPICH_SKIP_MPICXX
+DEFINES  = -DMPFE_MPI -DMPFE_MUMPS -DMPFE_METIS -DMPFE_CHOLMOD -DOMPI_SKIP_MPICXX -DMPICH_SKIP_MPICXX
 INCLUDE  = $(if $(EIGEN),-isystem $(EIGEN)/include/eigen3) \
+           $(if $(SUITESPARSE),-isystem $(SUITESPARSE)/include/suitesparse) \
            $(foreach p,$(PREFIXES),-isystem $(p)/include)
 
 # Static MUMPS needs its own libraries named: PORD, ScaLAPACK, Fortran and MPI
@@ -28,5 +30,5 @@ BLAS_LIBS  = -lscalapack -lopenblas
 MUMPS_LIBS = -ldmumps -lmumps_common -lpord
 MPI_LIBS   = -lmpi_mpifh -lgfortran
 LDFLAGS  = $(foreach p,$(PREFIXES),-L$(p)/lib -Wl,-rpath,$(p)/lib)
-LDLIBS   = $(MUMPS_LIBS) -lmetis -lgsl -lmuparser $(BLAS_LIBS) $(MPI_LIBS) -lm
+LDLIBS   = $(MUMPS_LIBS) -lcholmod -lgomp -lmetis -lgsl -lmuparser $(BLAS_LIBS) $(MPI_LIBS) -lm
 SUFFIX   =

@@ -4,13 +4,13 @@
 CXX      = mpicxx
 MARCH   ?= native
 CXXFLAGS = -O3 -march=$(MARCH)
-DEFINES  = -DMPFE_MPI -DMPFE_MUMPS -DMPFE_METIS -DOMPI_SKIP_MPICXX
-INCLUDE  = -isystem /usr/include/eigen3 \
+DEFINES  = -DMPFE_MPI -DMPFE_MUMPS -DMPFE_METIS -DMPFE_CHOLMOD -DOMPI_SKIP_MPICXX
+INCLUDE  = -isystem /usr/include/eigen3 -isystem /usr/include/suitesparse \
            $(addprefix -isystem ,$(shell $(CXX) --showme:incdirs 2>/dev/null))
 
-# OpenBLAS first and kept, so that MUMPS finds its BLAS there whatever the
+# OpenBLAS first and kept, so that MUMPS and CHOLMOD find their BLAS there whatever the
 # alternative libblas.so.3 points to; GSL takes its CBLAS from it too.
 LDLIBS   = -Wl,--no-as-needed -lopenblas -Wl,--as-needed \
-           -ldmumps -lmumps_common -lmetis -lgsl -lmuparser
+           -ldmumps -lmumps_common -lcholmod -lgomp -lmetis -lgsl -lmuparser
 LDFLAGS  =
 SUFFIX   =

@@ -311,6 +311,40 @@ TEST(Solve, AutoAndKindsNotBuiltIn)
 }
 
 #ifdef MPFE_MUMPS
+// plane problems of 2000 equations and more are factorised by CHOLMOD, and by MUMPS when they are not positive
+TEST(Solve, Cholmod)
+{
+  SysMatrix A = shuffled_grid(2, 45, 30);            // 2700 equations; free
+  Solver s, mumps;
+  ASSERT_TRUE(solve_open(s, {SOLVER_AUTO}));
+  EXPECT_EQ(solve_factor(s, A), SOLVER_SINGULAR);
+  EXPECT_EQ(s.ncholmod, 0);
+  for (int i = 0; i < 2; ++i) diagonal(A, 7, i) += 1.0;
+  ASSERT_TRUE(solve_open(mumps, {SOLVER_MUMPS}));
+  ASSERT_EQ(solve_factor(mumps, A), STATUS_OK);
+  EXPECT_EQ(mumps.ncholmod, 0);
+  SysMatrix other = shuffled_grid(2, 30, 45);        // another pattern: a new analysis, after which CHOLMOD is tried again
+  ASSERT_EQ(solve_analyse(s, other), STATUS_OK);
+  ASSERT_EQ(solve_factor(s, A), STATUS_OK);
+  EXPECT_EQ(s.ncholmod, 1);
+  const size_t n = A.neq();
+  RealVec b = right_hand_side(A), x, y, many;
+  ASSERT_EQ(solve_back(s, b, x), STATUS_OK);
+  ASSERT_EQ(solve_back(mumps, b, y), STATUS_OK);
+  const double most = std::fabs(*std::max_element(y.begin(), y.end(), [](double p, double q) { return std::fabs(p) < std::fabs(q); }));
+  for (size_t k = 0; k < n; ++k) EXPECT_NEAR(x[k], y[k], 1e-10 * most);
+  for (int q = 1; q <= 20; ++q)                      // several right-hand sides at a time
+    for (size_t k = 0; k < n; ++k) many.push_back(q * b[k]);
+  ASSERT_EQ(solve_back_many(s, many.data(), 20), STATUS_OK);
+  for (size_t k = 0; k < many.size(); ++k) EXPECT_NEAR(many[k], static_cast<double>(k / n + 1) * x[k % n], 1e-10 * most);
+  diagonal(A, 3, 1) = -5.0;                          // indefinite: MUMPS
+  ASSERT_EQ(solve_factor(s, A), STATUS_OK);
+  EXPECT_EQ(s.ncholmod, 1);
+  EXPECT_GT(s.negative, 0);
+  solve_close(s);
+  solve_close(mumps);
+}
+
 // small matrices go to the skyline, and from there to MUMPS when they are indefinite: here a pivot is zero
 TEST(Solve, SmallAndIndefinite)
 {
