@@ -17,16 +17,13 @@ struct ChmData {
   ChmData& operator=(const ChmData&) = delete;
 };
 
-// What differs from the defaults of CHOLMOD: always supernodal, supernodes half as wide (a back substitution reads less), and ordered
-// by AMD alone: METIS takes five to ten times as long for factors that are at best a few percent smaller (doc/benchmarks.md)
+// What differs from the defaults of CHOLMOD: always supernodal, and ordered by AMD alone. METIS takes five to ten times as long for
+// factors that are at best a few percent smaller (doc/benchmarks.md)
 ChmData::ChmData()
 {
   cholmod_start(&common);
   common.print                      = 0;
   common.supernodal                 = CHOLMOD_SUPERNODAL;
-  common.nrelax[0]                  = 2;
-  common.nrelax[1]                  = 8;
-  common.nrelax[2]                  = 24;
   common.nmethods                   = 1;
   common.method[0].ordering         = CHOLMOD_AMD;
   common.quick_return_if_not_posdef = true;
