@@ -11,6 +11,9 @@
 #include "elem/elem.h"
 #include "point/point.h"
 
+// Part of Gc/h below which psi+ of an element neither breaks it nor is followed; an element at a tip holds 0.1
+const double FRAC_LEAST = 0.01;
+
 // What fracture and conversion need to know of the mesh at t = 0; made once
 struct FracMesh {
   bool on = false;             // something can break or change its form

@@ -6,8 +6,6 @@
 
 namespace {
 
-const double LEAST = 0.01;     // part of Gc/h below which psi+ of an element is not followed; a tip holds 0.1
-
 // the average decays towards psi+, which is linear in the increment: d mean/dt = (psi+ - mean)/T          (7.26)
 double averaged(double mean, double before, double now, double dt, double T)
 {
@@ -37,7 +35,7 @@ void frac_average(const Model& m, const Step& s, const Elements& el, const FracM
   RealVec now(nelem, 0.0);
   for (size_t e = 0; e < nelem; ++e) {
     if (fm.def[e] < 0 || fm.average[e] == 0.0 || fr.broken[e] >= 0 || fr.form[e] != FORM_ELEMENT || el.home[e] < 0) continue;
-    if (energy[e] <= LEAST * fm.gc[e] / fm.size[e] * fm.volume[e]) continue;
+    if (energy[e] <= FRAC_LEAST * fm.gc[e] / fm.size[e] * fm.volume[e]) continue;
     now[e] = std::max(0.0, frac_drive(m, s, el, fm, l, static_cast<int>(e), m.fracture[fm.def[e]].drive));
   }
   comm_sum(now);

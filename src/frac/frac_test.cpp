@@ -12,7 +12,6 @@ namespace {
 const double pi = 3.14159265358979323846;
 const double ROUNDING = 1.0 + 1e-9;    // of a bound
 const double NOTCH_BALL = 5.0;         // radius of the ball around a notch in which BALL asks for J as well
-const double LEAST    = 0.01;          // part of Gc/h below which an element does not break; a tip holds 0.1
 const double TIP_STATICS = 0.2, TIP_MOTION = 0.4;      // see behind_tip. Less: flanks of a crack break (A14); more: it cannot divide (P8)
 const double FINE = 1e6;               // parts of an increment: rounding must not part a symmetric pair
 const double tied = 1e-3;      // ranks this close belong to a symmetric pair: Newton ends at a tolerance, not at zero
@@ -558,7 +557,7 @@ bool out_of_reach(const Scan& s, int e, double W_most)
 
 void by_griffith(Scan& s, int e, double W_most, std::vector<Erosion>& out)
 {
-  const double least = LEAST * s.fm.gc[e] / s.fm.size[e];
+  const double least = FRAC_LEAST * s.fm.gc[e] / s.fm.size[e];
   if (s.W[e] <= least) return;
   const bool force = estimate_of(s, e) == ESTIMATE_FORCE;
   if (!force && out_of_reach(s, e, W_most)) return timer_skip(PHASE_ESTIMATE);

@@ -542,6 +542,18 @@ TEST(FracMesh, WeibullKeepsTheMeanAndTheSeedTheNumbers)
   EXPECT_EQ(a.fm.gc, b.fm.gc);
 }
 
+// a level at a time, with every node moved by e x along x
+Level stretched(const Model& m, const Trial& r, double e, double time)
+{
+  Level l = r.st.n;
+  l.time  = time;
+  for (int n = 0; n < m.mesh.nnode(); ++n) {
+    l.u[2 * n]     = e * m.mesh.X[3 * n];
+    l.u[2 * n + 1] = 0.0;
+  }
+  return l;
+}
+
 // a row stretched from e0 to e1 within an increment: G = k e^2 without NLGEOM, so the time at which it is Gc, taken as linear
 TEST(Release, BeginsWhenTheCriterionIsMet)
 {
@@ -551,16 +563,7 @@ TEST(Release, BeginsWhenTheCriterionIsMet)
   Step step;
   step.proc   = PROC_DYNAMIC;
   step.nlgeom = false;
-  const auto stretched = [&](double e, double time) {
-    Level l = r.st.n;
-    l.time  = time;
-    for (int n = 0; n < m.mesh.nnode(); ++n) {
-      l.u[2 * n]     = e * m.mesh.X[3 * n];
-      l.u[2 * n + 1] = 0.0;
-    }
-    return l;
-  };
-  const Level l0 = stretched(0.1, 5.0), l1 = stretched(0.2, 7.0);
+  const Level l0 = stretched(m, r, 0.1, 5.0), l1 = stretched(m, r, 0.2, 7.0);
   double J[3];
   const double G0 = frac_estimate(m, step, r.el, r.fm, r.st.frac, l0, 4, J), G1 = frac_estimate(m, step, r.el, r.fm, r.st.frac, l1, 4, J);
   EXPECT_NEAR(4.0, G1 / G0, 1e-12);
@@ -605,12 +608,7 @@ TEST(Release, AverageOfARampIsExact)
     r.fm.average[e] = T;
     double first = 0.0, last = 0.0;
     for (int i = 0; i <= n; ++i) {
-      Level l = r.st.n;
-      l.time  = 10.0 + end * i / n;
-      for (int k = 0; k < m.mesh.nnode(); ++k) {
-        l.u[2 * k]     = e0 * std::sqrt(1.0 + static_cast<double>(i) / n) * m.mesh.X[3 * k];     // psi+ doubles
-        l.u[2 * k + 1] = 0.0;
-      }
+      const Level l = stretched(m, r, e0 * std::sqrt(1.0 + static_cast<double>(i) / n), 10.0 + end * i / n);     // psi+ doubles
       const RealVec energy(m.mesh.nelem(), 1e3 * r.fm.gc[e]);
       frac_average(m, step, r.el, r.fm, l, energy, fr);
       last = frac_drive(m, step, r.el, r.fm, l, e, m.fracture[0].drive);
