@@ -15,6 +15,7 @@
 
 #include "base/blas_core.h"
 #include "base/comm.h"
+#include "base/heap.h"
 #include "base/interrupt.h"
 #include "base/log.h"
 #include "base/run_lock.h"
@@ -196,6 +197,7 @@ int main(int argc, char** argv)
 {
   streams_open();
   blas_choose(argc, argv);
+  heap_keep();
   comm_open(&argc, &argv);
   log_mute(comm_rank() > 0);
   gsl_set_error_handler_off();                       // it would abort; who calls GSL looks at what comes back

@@ -39,6 +39,14 @@ const double* block_of(const SysMatrix& A, int I, int J)
   return &A.val[static_cast<size_t>(found - A.col.data()) * A.dim * A.dim];
 }
 
+// the same, looked for at place next first; next is set behind what was found
+const double* block_at(const SysMatrix& A, int I, int J, int& next)
+{
+  const double* found = next < A.off[I + 1] && A.col[next] == J ? &A.val[static_cast<size_t>(next) * A.dim * A.dim] : block_of(A, I, J);
+  if (found) next = static_cast<int>((found - A.val.data()) / (A.dim * A.dim)) + 1;
+  return found;
+}
+
 // the block in row I, column J of a symmetric matrix, whichever triangle it lies in, with all its numbers
 bool whole_block(const SysMatrix& A, int I, int J, double* out)
 {
@@ -187,20 +195,23 @@ void find_changed(const SysMatrix& A, int nfe, Changed& c, std::vector<char>& in
   const int D = A.dim, DD = D * D;
   RealVec size;
   element_size(A, nfe, size);
-  const auto stiffness = [&](int J) { return c.now[J] >= 0 ? std::min(size[c.now[J]], c.size[J]) : c.size[J]; };
+  RealVec stiffness(c.nfe);
+  for (int J = 0; J < c.nfe; ++J) stiffness[J] = c.now[J] >= 0 ? std::min(size[c.now[J]], c.size[J]) : c.size[J];
   const auto compare = [&](int I, int K, const double* today, const double* before) {      // old rows
     double most = 0.0;
     for (int i = 0; i < DD; ++i)
       most = std::max(most, std::fabs((today ? today[i] : 0.0) - (before ? before[i] : 0.0)));
-    if (most > CHANGED * std::sqrt(stiffness(I) * stiffness(K))) in[I] = in[K] = 1;
+    if (most * most > CHANGED * CHANGED * stiffness[I] * stiffness[K]) in[I] = in[K] = 1;
   };
   double other[9];
-  for (int I = 0; I < nfe; ++I)
+  for (int I = 0; I < nfe; ++I) {
+    const int J0 = c.old[I];
+    int next = c.A0.off[J0];                               // rows mostly keep their order
     for (int k = A.off[I]; k < A.off[I + 1]; ++k) {
-      const int J0 = c.old[I], K0 = c.old[A.col[k]];
+      const int K0 = c.old[A.col[k]];
       if (in[J0] && in[K0]) continue;
       const double* today  = &A.val[static_cast<size_t>(k) * DD];
-      const double* before = J0 >= K0 ? block_of(c.A0, J0, K0) : block_of(c.A0, K0, J0);
+      const double* before = J0 >= K0 ? block_at(c.A0, J0, K0, next) : block_of(c.A0, K0, J0);
       if (before && J0 < K0) {                             // the other triangle
         for (int i = 0; i < D; ++i)
           for (int j = 0; j < D; ++j) other[i * D + j] = before[j * D + i];
@@ -208,36 +219,43 @@ void find_changed(const SysMatrix& A, int nfe, Changed& c, std::vector<char>& in
       }
       compare(J0, K0, today, before);
     }
-  for (int J = 0; J < c.nfe; ++J)                          // couplings that are no more
+  }
+  for (int J = 0; J < c.nfe; ++J) {                        // couplings that are no more
+    const int I = c.now[J];
+    int next    = I >= 0 ? A.off[I] : 0;
     for (int k = c.A0.off[J]; k < c.A0.off[J + 1]; ++k) {
-      const int K = c.A0.col[k];
+      const int K = c.A0.col[k], L = c.now[K];
       if (in[J] && in[K]) continue;
-      const int I = c.now[J], L = c.now[K];
-      if (I >= 0 && L >= 0 && block_of(A, std::max(I, L), std::min(I, L))) continue;
+      if (I >= 0 && L >= 0 && (I >= L ? block_at(A, I, L, next) : block_of(A, L, I))) continue;
       compare(J, K, nullptr, &c.A0.val[static_cast<size_t>(k) * DD]);
     }
+  }
 }
 
-// columns of the inverse of the old matrix for rows that are new in the set, and the inverse of their rows in the set
+// columns of the inverse of the old matrix for rows that are new in the set, and the inverse of their rows in the set. They are kept in
+// single precision, since reading them is a third of an application; the set itself, and what CG compares with, is double
 Status add_columns(Solver& s, Changed& c, const IntVec& rows)
 {
   const int D = c.A0.dim, count = static_cast<int>(rows.size()) * D;
   const size_t n = static_cast<size_t>(c.A0.neq());
-  c.V.emplace_back(count * n, 0.0);
-  for (int k = 0; k < count; ++k) c.V.back()[k * n + rows[k / D] * D + k % D] = 1.0;
-  const Status status = solve_back_many(s, c.V.back().data(), count);
+  RealVec fresh(count * n, 0.0);
+  for (int k = 0; k < count; ++k) fresh[k * n + rows[k / D] * D + k % D] = 1.0;
+  const Status status = solve_back_many(s, fresh.data(), count);
   if (status != STATUS_OK) return status;
+  c.V.emplace_back(fresh.begin(), fresh.end());
+  const int before = static_cast<int>(c.set.size()) * D;
   for (int row : rows) {
     c.place[row] = static_cast<int>(c.set.size());
     c.set.push_back(row);
   }
   const int m = static_cast<int>(c.set.size()) * D;
-  Eigen::MatrixXd G(m, m);
-  int col = 0;
-  for (const RealVec& V : c.V)
-    for (const double* v = V.data(); v != V.data() + V.size(); v += n, ++col)
-      for (int i = 0; i < m; ++i) G(i, col) = v[c.set[i / D] * D + i % D];
-  const Eigen::LLT<Eigen::MatrixXd> factor(0.5 * (G + G.transpose()));
+  Eigen::MatrixXd F(m, m);
+  F.topLeftCorner(before, before) = Dense(c.F.data(), before, before);
+  for (int k = 0; k < count; ++k)
+    for (int i = 0; i < m; ++i) F(i, before + k) = fresh[k * n + c.set[i / D] * D + i % D];
+  F.bottomLeftCorner(count, before) = F.topRightCorner(before, count).transpose();
+  c.F.assign(F.data(), F.data() + F.size());
+  const Eigen::LLT<Eigen::MatrixXd> factor(0.5 * (F + F.transpose()));
   if (factor.info() != Eigen::Success) return SOLVER_SINGULAR;
   c.G.resize(static_cast<size_t>(m) * m);
   Dense(c.G.data(), m, m) = factor.solve(Eigen::MatrixXd::Identity(m, m));
@@ -303,6 +321,7 @@ void changed_begin(const SysMatrix& A, const std::vector<long>& key, int nfe, Ch
   c.place.assign(nfe, -1);
   c.set.clear();
   c.V.clear();
+  c.F.clear();
   c.G.clear();
   c.C0.clear();
   c.grid0 = std::make_shared<GridBlock>();
@@ -364,11 +383,15 @@ Status changed_apply(Solver& s, const SysMatrix& A, Changed& c, const RealVec& r
     x = (Q * x).eval();
     y = G * (x - y);
     long first = 0;
-    for (RealVec& V : c.V) {
-      const long n = static_cast<long>(neq), columns = static_cast<long>(V.size()) / n;
-      Eigen::Map<Eigen::VectorXd>(c.y.data(), n) += Dense(V.data(), n, columns) * y.segment(first, columns);
+    const long n = static_cast<long>(neq);
+    const Eigen::VectorXf w = y.cast<float>();
+    Eigen::VectorXf move = Eigen::VectorXf::Zero(n);
+    for (const std::vector<float>& V : c.V) {
+      const long columns = static_cast<long>(V.size()) / n;
+      move += Eigen::Map<const Eigen::MatrixXf>(V.data(), n, columns) * w.segment(first, columns);
       first += columns;
     }
+    Eigen::Map<Eigen::VectorXd>(c.y.data(), n) += move.cast<double>();
     for (int k = 0; k < m; ++k) c.y[c.set[k / D] * D + k % D] = x[k];
   }
   for (int I = 0; I < nfe; ++I)

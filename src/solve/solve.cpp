@@ -279,7 +279,7 @@ void solve_memory(const Solver& s, std::vector<MemoryUse>& out)
 #endif
   double vectors = reals(d.work.r) + reals(d.work.z) + reals(d.work.p) + reals(d.work.q) + reals(d.kept.x) + reals(d.kept.inverse) +
                    reals(d.changed.A0.val) + reals(d.changed.G) + reals(d.changed.Q) + reals(d.changed.y);
-  for (const RealVec& V : d.changed.V) vectors += reals(V);
+  for (const std::vector<float>& V : d.changed.V) vectors += static_cast<double>(V.capacity() * sizeof(float));
   for (const RealVec& x : d.past) vectors += reals(x);
   out.push_back({"numbers of the entries for MUMPS", numbers});
   out.push_back({"factors", factors});

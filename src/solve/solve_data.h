@@ -74,8 +74,8 @@ struct Changed {               // factors of an earlier matrix, with the rows th
   long stamp = -1;             // of the matrix that the rest was made for
   IntVec old, now;             // rows of elements: [today] row of A0; [A0] row of today, -1: it has left
   IntVec set, place;           // old rows that have changed or left; [nfe] their place in set, -1: not in it
-  std::vector<RealVec> V;      // columns A0^-1 e of the set, [A0.neq] each, those of rows that came together in one vector
-  RealVec G;                   // inverse of the rows of V in the set            [set*dim][set*dim]
+  std::vector<std::vector<float>> V;         // columns A0^-1 e of the set, [A0.neq] each, those of rows that came together in one vector
+  RealVec F, G;                // rows of V in the set, double; their inverse            [set*dim][set*dim]
   RealVec C0, Q;               // of the set: A0 without its grid; inverse of the dense matrix
   RealVec y;                   // [A0.neq]
 };

@@ -36,10 +36,10 @@ def three_quads(X, conn):
 
 
 def write_mesh(path, X, conn, kind, elset, elsets=(), nsets=()):
-    """A file that a deck includes: kind (CPE or CPS), pairs of name and mask for the sets."""
+    """A file that a deck includes: kind (CPE, CPS or C3D), pairs of name and mask for the sets."""
     with open(path, "w") as f:
         f.write("*NODE\n")
-        f.writelines("%d, %.15g, %.15g\n" % (i + 1, a, b) for i, (a, b) in enumerate(X))
+        f.writelines("%d, %s\n" % (i + 1, ", ".join("%.15g" % a for a in x)) for i, x in enumerate(X))
         f.write("*ELEMENT, TYPE=%s%d, ELSET=%s\n" % (kind, conn.shape[1], elset))
         f.writelines(", ".join(map(str, [i + 1] + [int(a) + 1 for a in e])) + "\n" for i, e in enumerate(conn))
         for word, group in (("ELSET", elsets), ("NSET", nsets)):

@@ -52,6 +52,8 @@ def write_deck(folder, tag, glass, kind="aligned", rows=2, h=0.5e-3, dt=None, T=
     text = "*PARAMETER\n" + "".join("%s = %.12g\n" % p for p in values.items())
     text += "*INCLUDE, INPUT=%s\n*INCLUDE, INPUT=%s/a14_plate.inc\n" % (mesh, HERE)
     text += "*SOLID SECTION, ELSET=PLATE, MATERIAL=GLASS, MASS=%s\n*EIGENFRACTURE, ELSET=%s\n<Gc>\n" % (mass, breaks)
+    if kind == "slab":
+        text += "*BOUNDARY\nSIDES, 3\n"
     if shift is not None:
         cell = h if kind not in ("triangles", "quads") else 0.57 * h           # at most three times the smallest edge
         lo, hi = (-0.1 * W, -0.55 * H), (1.1 * W, 0.55 * H)

@@ -6,6 +6,7 @@ write(path, kind, W, H, a, h, rows): the notch is `rows` rows of elements high. 
   jitter       the same as aligned, inner nodes moved by up to 0.2 h, but for those of the notch
   turned       the same, the squares around the tip turned by 30 degrees: nodes within 0.12 H are turned about it by that angle,
                beyond 0.4 H not at all
+  slab         graded, and as bricks: LAYERS of edge h; SIDES: nodes of its two faces
   triangles    Delaunay triangles of scattered nodes, two triangles to h^2
   quads        Delaunay triangles of scattered nodes, each cut into three quadrilaterals, one to h^2
 Sets: PLATE, SLOT, MAYBREAK (0.05 H away from the loaded edges), ROW (ahead of the notch within half its height).
@@ -17,7 +18,8 @@ sys.path.insert(0, os.path.join(os.path.dirname(os.path.realpath(__file__)), "..
 from mpfe_files import np
 from mpfe_mesh import three_quads, triangulate, write_mesh
 
-KINDS = ["aligned", "graded", "jitter", "turned", "triangles", "quads"]
+KINDS = ["aligned", "graded", "slab", "jitter", "turned", "triangles", "quads"]
+LAYERS = 3
 
 
 def squares(W, H, h, rows):
@@ -55,6 +57,13 @@ def graded(W, H, a, h):
     return y, x
 
 
+def bricks(X, conn, h, layers):
+    """A plane mesh as layers of bricks."""
+    z = h * np.arange(layers + 1)
+    place = np.column_stack([np.tile(X, (layers + 1, 1)), np.repeat(z, len(X))])
+    return place, np.vstack([np.hstack([conn + k * len(X), conn + (k + 1) * len(X)]) for k in range(layers)])
+
+
 def scattered(W, H, h, seed=1):
     nx, ny = int(round(W / h)), int(round(H / h))
     rng = np.random.RandomState(seed)
@@ -70,9 +79,10 @@ def mesh(kind, W, H, a, h, rows):
         return scattered(W, H, h)
     if kind == "quads":
         return three_quads(*scattered(W, H, np.sqrt(6.0) * h))
-    if kind == "graded":
+    if kind in ("graded", "slab"):
         y, x = graded(W, H, a, h)
-        return lattice(x, y)
+        plane = lattice(x, y)
+        return plane if kind == "graded" else bricks(*plane, h, LAYERS)
     X, conn = squares(W, H, h, rows)
     if kind == "jitter":
         inner = (abs(X[:, 1]) < 0.5 * H - 0.5 * h) & (X[:, 0] > 0.5 * h) & (X[:, 0] < W - 0.5 * h)
@@ -99,6 +109,9 @@ def write(path, kind, W, H, a, h, rows):
     else:
         slot = (abs(centre[:, 1]) < 0.5 * rows * h) & (centre[:, 0] < a)
     row = (abs(centre[:, 1]) < 0.5 * rows * h) & ~slot
-    write_mesh(path, X, conn, "CPE", "PLATE",
-               [("SLOT", slot), ("MAYBREAK", (abs(centre[:, 1]) < 0.45 * H) & ~slot), ("ROW", row)], [])
+    elsets = [("SLOT", slot), ("MAYBREAK", (abs(centre[:, 1]) < 0.45 * H) & ~slot), ("ROW", row)]
+    if kind == "slab":
+        write_mesh(path, X, conn, "C3D", "PLATE", elsets, [("SIDES", (X[:, 2] == 0.0) | (X[:, 2] == X[:, 2].max()))])
+    else:
+        write_mesh(path, X, conn, "CPE", "PLATE", elsets)
     return h
