@@ -269,7 +269,7 @@ static Springs without(const Springs& k, int row)
 }
 
 // A row of elements leaves, and the rows of the grid (the last line) are other ones: the corrected factors are exact
-TEST(Krylov, ChangedRowsAreExact)
+TEST(Krylov, ChangedRowsAreExactToSinglePrecision)
 {
   const int nx = 13, nfe = nx * 8, leaves = 4 * nx + 6, now = nfe - 1;
   const Springs k = springs(2, 0, nx, 9, 1.0, 0.01);
@@ -285,7 +285,7 @@ TEST(Krylov, ChangedRowsAreExact)
   const RealVec b = right_hand_side(n.A);
   RealVec x(b.size());
   ASSERT_EQ(changed_apply(s, n.A, c, b, x), STATUS_OK);
-  EXPECT_LT(residual(n.A, b, x), 1e-9);
+  EXPECT_LT(residual(n.A, b, x), 1e-6);              // the columns of the set are float
   // a row of elements that was not there has no factors
   n.key[3] = 77777;
   EXPECT_FALSE(changed_form(s, n.A, n.key, now, 3, c));
