@@ -45,7 +45,7 @@ struct LinearSystem {
 };
 
 // step_tangent : A = K + cM M of iteration it and f = -R with the prescribed corrections put in; A stays when the scene is
-// linear, or when the tangent of the iteration before is near enough for the last one (8.9)
+// linear, or when the tangent of the iteration before is near enough for the last one (8.11)
 //   in   residual, accepted   norm of R, and that which ends the iteration
 void step_tangent(Problem& p, const Attempt& a, int it, double residual, double accepted, const RealVec& R, const RealVec& pending,
                   LinearSystem& l);

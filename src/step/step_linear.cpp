@@ -28,7 +28,7 @@ bool same_tangent(const Problem& p, const Attempt& a)
          z.fixed == p.sys.fixed;
 }
 
-// the iteration before, with its tangent, has brought the residual down so far that the same factor ends the iteration well  (8.9)
+// the iteration before, with its tangent, has brought the residual down so far that the same factor ends the iteration well  (8.11)
 // Not in statics, where a soft mode turns a small residual into a large error.
 bool near_tangent(const Problem& p, const Attempt& a, int it, double residual, double accepted)
 {
