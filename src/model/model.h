@@ -260,7 +260,7 @@ struct Prescribed {            // *BOUNDARY
 };
 
 enum Procedure { PROC_STATIC, PROC_DYNAMIC };
-enum TimeScheme { SCHEME_NEWMARK, SCHEME_ENERGY_MOMENTUM };
+enum TimeScheme { SCHEME_NEWMARK, SCHEME_ENERGY_MOMENTUM, SCHEME_HHT };      // rows of the table in scheme.cpp
 
 struct Controls {              // *NEWTON
   double tol_force  = 1e-8;    // residual / force scale
@@ -289,6 +289,7 @@ struct Step {
   bool scheme_given = false;
   double beta = 0.25, gamma = 0.5;
   double dissipation = 0.0;    // energy-momentum: 0 ... 0.5
+  double alpha = 0.0;          // HHT: -1/3 ... 0
   double balance = 0.0;        // largest energy from nowhere, or lost, as a part of the largest energy; 0: the default
   bool extrapolate = true;     // statics: an increment begins with what the one before would do in its time
   Controls ctl;

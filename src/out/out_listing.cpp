@@ -11,6 +11,7 @@
 #include "base/log.h"
 #include "base/timer.h"
 #include "base/version.h"
+#include "model/scheme.h"
 #include "out/out.h"
 
 namespace {
@@ -56,10 +57,8 @@ std::string or_default(double value, const char* meaning)
 void dynamic_defaults(std::FILE* file, const Step& s)
 {
   const char* origin = s.scheme_given ? "" : " (default for this model)";
-  if (s.scheme == SCHEME_NEWMARK)
-    std::fprintf(file, "  scheme          Newmark, beta %g, gamma %g%s\n", s.beta, s.gamma, origin);
-  else
-    std::fprintf(file, "  scheme          energy-momentum, dissipation %g%s\n", s.dissipation, origin);
+  const Scheme& scheme = scheme_of(s);
+  std::fprintf(file, "  scheme          %s, %s%s\n", scheme.name, scheme.describe(s).c_str(), origin);
 }
 
 void step_defaults(std::FILE* file, const Model& m, int i)

@@ -4,6 +4,7 @@
 
 #include "base/log.h"
 #include "base/timer.h"
+#include "model/scheme.h"
 #include "step/step.h"
 
 namespace {
@@ -106,7 +107,7 @@ Status step_fracture(Problem& p, const Step& s, double t_step, const State& befo
     Status status = apply(p, s, erode, torn, convert);
     if (status != STATUS_OK) return status;
     if (s.proc == PROC_DYNAMIC) {
-      if (s.scheme == SCHEME_NEWMARK) return step_initial_acceleration(p, s, t_step);
+      if (scheme_of(s).acceleration) return step_initial_acceleration(p, s, t_step);
       return STATUS_OK;
     }
     status = settle(p, s, t_step);

@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "base/timer.h"
+#include "model/scheme.h"
 #include "step/step.h"
 
 namespace {
@@ -63,6 +64,18 @@ Status inertia_at_start(Problem& p, Attempt& a, RealVec& Ma)
   return STATUS_OK;
 }
 
+// fint - fext - reactions at t(n): M a of a scheme that weighs forces of both ends
+void unbalanced_at_start(const Problem& p, const Attempt& a, RealVec& f)
+{
+  const System& s = p.sys;
+  f.resize(s.neq());
+  for (int i = 0; i < s.neq(); ++i) {
+    f[i] = a.fint0[i] - a.fext0[i];
+    if (s.fixed[i] == DOF_FIXED && i / s.dim < s.nfe && !p.st.rf.empty())
+      f[i] -= p.st.rf[s.node_of_row[i / s.dim] * s.dim + i % s.dim];
+  }
+}
+
 }  // namespace
 
 Status step_inertia_begin(Problem& p, Attempt& a)
@@ -77,19 +90,18 @@ Status step_inertia_begin(Problem& p, Attempt& a)
   if (p.grid.nnode || p.sys.hung) status = project(p, a);
   if (status != STATUS_OK) return status;
 
-  if (s.scheme == SCHEME_ENERGY_MOMENTUM) {                                       // (6.9)
-    a.cM = 2.0 / (a.dt * a.dt);
-    a.g  = a.momentum;
-    for (double& x : a.g) x *= 2.0 / a.dt;
-  } else {                                                                         // (6.7)
-    if (p.grid.nnode || p.sys.hung) status = force_at_start(p, a);
+  const Scheme& scheme = scheme_of(s);
+  RealVec Ma, force;
+  if (scheme.acceleration) {
+    if (p.grid.nnode || p.sys.hung || scheme.force) status = force_at_start(p, a);
+    if (status == STATUS_OK) status = inertia_at_start(p, a, Ma);
     if (status != STATUS_OK) return status;
-    a.cM = 1.0 / (s.beta * a.dt * a.dt);
-    status = inertia_at_start(p, a, a.g);
-    if (status != STATUS_OK) return status;
-    for (int i = 0; i < p.sys.neq(); ++i)
-      a.g[i] = a.momentum[i] / (s.beta * a.dt) + (1.0 - 2.0 * s.beta) / (2.0 * s.beta) * a.g[i];
   }
+  if (scheme.force) unbalanced_at_start(p, a, force);
+  a.cM = scheme.mass(s, a.dt);
+  a.g.resize(p.sys.neq());
+  for (int i = 0; i < p.sys.neq(); ++i)
+    a.g[i] = scheme.known(s, a.dt, a.momentum[i], Ma.empty() ? 0.0 : Ma[i], force.empty() ? 0.0 : force[i]);
   // predictor: free flight
   for (int i = 0; i < p.sys.neq(); ++i)
     a.du[i] = p.sys.fixed[i] ? 0.0 : a.dt * a.vgrid[i];
@@ -141,22 +153,18 @@ void finish_ties(Problem& p, RealVec& dv)
 void finish_nodes(Problem& p, const Attempt& a, RealVec& dv)
 {
   const Step& s = a.step;
-  const bool newmark = s.scheme == SCHEME_NEWMARK;
+  const Scheme& scheme = scheme_of(s);
   const int dim = p.m.dim;
   for (int r = 0; r < p.sys.nfe; ++r)
     for (int i = 0; i < dim; ++i) {
       const int dof = r * dim + i, k = p.sys.node_of_row[r] * dim + i;
-      const double v = a.vgrid[dof], acc = newmark ? a.agrid[dof] : 0.0, du = a.du[dof];
+      const double v = a.vgrid[dof], acc = scheme.acceleration ? a.agrid[dof] : 0.0, du = a.du[dof];
       double v1, a1;
       if (p.sys.fixed[dof] == DOF_FIXED) {           // prescribed motion: its own rate
         v1 = p.sys.rate[dof];
         a1 = (v1 - v) / a.dt;
-      } else if (s.scheme == SCHEME_ENERGY_MOMENTUM) {
-        v1 = 2.0 * du / a.dt - v;
-        a1 = (v1 - v) / a.dt;
       } else {
-        a1 = (du - a.dt * v) / (s.beta * a.dt * a.dt) - (1.0 - 2.0 * s.beta) / (2.0 * s.beta) * acc;
-        v1 = v + a.dt * ((1.0 - s.gamma) * acc + s.gamma * a1);
+        scheme.node(s, a.dt, du, v, acc, v1, a1);
       }
       const bool projected = p.sys.hung && !p.sys.fixed[dof];          // v is not that of the node, but the change is its change
       dv[dof] = v1 - (projected ? v : p.st.n.v[k]);
@@ -182,14 +190,12 @@ void finish_points(Problem& p, const Attempt& a, RealVec& dv)
 {
   const Step& s = a.step;
   const int dim = p.m.dim, first = p.sys.nfe;
-  const bool mid = s.scheme == SCHEME_ENERGY_MOMENTUM;
+  const Scheme& scheme = scheme_of(s);
   for (int i = first * dim; i < p.sys.neq(); ++i) {
     if (p.sys.fixed[i])
       dv[i] = p.sys.rate[i] - a.vgrid[i];
-    else if (mid)
-      dv[i] = 2.0 * (a.du[i] / a.dt - a.vgrid[i]);
     else
-      dv[i] = s.gamma / s.beta * (a.du[i] / a.dt - a.vgrid[i]) + a.dt * (1.0 - s.gamma / (2.0 * s.beta)) * a.agrid[i];
+      dv[i] = scheme.grid(s, a.dt, a.du[i], a.vgrid[i], scheme.acceleration ? a.agrid[i] : 0.0);
   }
   assem_gather_corners(p, dv, p.st.n.vc, p.st.np1.vc);
   point_velocities(p.st.points, dim, p.st.np1.vc, p.st.np1.vp);

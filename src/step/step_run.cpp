@@ -7,6 +7,7 @@
 #include "base/interrupt.h"
 #include "base/log.h"
 #include "base/timer.h"
+#include "model/scheme.h"
 #include "step/step.h"
 
 namespace {
@@ -17,7 +18,7 @@ KernelMode mode_of(const Step& s)
   KernelMode mode;
   mode.finite = s.nlgeom;
   mode.steady = s.proc == PROC_STATIC;
-  mode.mid    = s.proc == PROC_DYNAMIC && s.scheme == SCHEME_ENERGY_MOMENTUM;
+  mode.mid    = s.proc == PROC_DYNAMIC && scheme_of(s).midpoint;
   mode.s_new  = mode.mid ? 0.5 + s.dissipation : 1.0;
   mode.s_old  = mode.mid ? 0.5 - s.dissipation : 0.0;
   return mode;
@@ -245,7 +246,7 @@ Status run_step(Problem& p, const Step& s, Output& out)
     const int cuts = clock.cuts;
     if (p.fm.on && s.proc == PROC_STATIC) step_undo_point(p, undo);
     Status status = step_prepare(p, s);
-    if (status == STATUS_OK && st.log.inc == 1 && s.proc == PROC_DYNAMIC && s.scheme == SCHEME_NEWMARK)
+    if (status == STATUS_OK && st.log.inc == 1 && s.proc == PROC_DYNAMIC && scheme_of(s).acceleration)
       status = step_initial_acceleration(p, s, 0.0);
     // 3., 4., 5. attempts, each half as long as the one before
     double dt = clock_next(s, clock, stops);
@@ -314,7 +315,7 @@ Status run_step(Problem& p, const Step& s, Output& out)
 bool lossy(const Model& m)
 {
   for (const Step& s : m.step)
-    if (s.dissipation > 0.0 || (s.proc == PROC_DYNAMIC && s.scheme == SCHEME_NEWMARK && s.gamma > 0.5)) return true;
+    if (s.proc == PROC_DYNAMIC && scheme_of(s).dissipates(s)) return true;
   return false;
 }
 
