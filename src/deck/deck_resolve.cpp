@@ -58,9 +58,11 @@ void move_to_bodies(Deck& d, const Model& m, const IntVec& body, Load& l)
 
 // Newmark's scheme keeps the energy of linear motion only: anything nonlinear takes energy-momentum unless the deck says otherwise.
 // A dynamic step is judged by its balance of energy, a static one when the deck asks for it.
-void settle_scheme(const Model& m, Step& s)
+void settle_scheme(Deck& d, const Model& m, Step& s)
 {
   if (s.proc != PROC_DYNAMIC) return;
+  if (s.scheme == SCHEME_HHT && (!m.body.empty() || !m.conversion.empty()))
+    deck_error(d, deck_field(d, s.place, ""), "SCHEME=HHT (ALPHA) is for finite elements; with material points take SCHEME=ENERGY-MOMENTUM, DISSIPATION=0 ... 0.5");
   bool nonlinear = s.nlgeom || !m.body.empty() || !m.fracture.empty() || !m.conversion.empty();
   for (const BondDef& b : m.bond) nonlinear = nonlinear || b.kind == BOND_CONTACT;
   if (!s.scheme_given && nonlinear) s.scheme = SCHEME_ENERGY_MOMENTUM;
@@ -78,9 +80,10 @@ void deck_resolve(Deck& d, Model& m)
   give_sections(d, m);
   deck_fracture(d, m);
   const IntVec body = body_of_elements(m);
-  d.word = "DLOAD";
   for (Step& s : m.step) {
-    settle_scheme(m, s);
+    d.word = "DYNAMIC";
+    settle_scheme(d, m, s);
+    d.word = "DLOAD";
     for (Load& l : s.load)
       if (l.kind == LOAD_BODY) move_to_bodies(d, m, body, l);
   }

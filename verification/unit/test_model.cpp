@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "model/model.h"
+#include "model/scheme.h"
 
 namespace {
 
@@ -138,6 +139,95 @@ TEST(Model, finders)
   EXPECT_EQ(model_find_material(m, "STEEL"), 1);
   EXPECT_EQ(model_find_material(m, "GLASS"), -1);
   EXPECT_EQ(model_find_body(m, "STEEL"), -1);
+}
+
+// ---- time schemes on an oscillator of mass 1 and stiffness k
+
+struct Motion {
+  double u = 1.0, v = 0.0, a = 0.0;
+};
+
+void advance(const Step& s, double dt, double k, Motion& m)
+{
+  const Scheme& scheme = scheme_of(s);
+  const double part    = scheme.midpoint ? 0.5 : 1.0;       // of du in the force; linear: the discrete gradient is the middle
+  const double du      = (scheme.known(s, dt, m.v, m.a, k * m.u) - k * m.u) / (scheme.mass(s, dt) + part * k);
+  Motion next;
+  next.u = m.u + du;
+  scheme.node(s, dt, du, m.v, m.a, next.v, next.a);
+  EXPECT_NEAR(scheme.grid(s, dt, du, m.v, m.a), next.v - m.v, 1e-12 * (std::fabs(next.v) + std::fabs(m.v)) + 1e-14);
+  m = next;
+}
+
+double energy(const Motion& m, double k) { return 0.5 * m.v * m.v + 0.5 * k * m.u * m.u; }
+
+Step hht(double alpha)
+{
+  Step s;
+  s.scheme = SCHEME_HHT;
+  s.alpha  = alpha;
+  s.beta   = 0.25 * (1.0 - alpha) * (1.0 - alpha);
+  s.gamma  = 0.5 - alpha;
+  return s;
+}
+
+TEST(Scheme, NewmarkAndEnergyMomentumKeepTheEnergyOfAnOscillator)
+{
+  for (TimeScheme scheme : {SCHEME_NEWMARK, SCHEME_ENERGY_MOMENTUM}) {
+    Step s;
+    s.scheme = scheme;
+    Motion m;
+    m.a = -9.0;
+    for (int i = 0; i < 100; ++i) advance(s, 0.3, 9.0, m);
+    EXPECT_NEAR(energy(m, 9.0), 4.5, 1e-11);
+    EXPECT_FALSE(scheme_of(s).dissipates(s));
+  }
+}
+
+// of Hilber, Hughes and Taylor (1977): (1 + alpha)/(1 - alpha)
+TEST(Scheme, SpectralRadiusOfHhtAtLargeIncrements)
+{
+  for (double alpha : {-0.05, -0.1, -0.3}) {
+    const Step s = hht(alpha);
+    Motion m;
+    m.a = -1e12;
+    for (int i = 0; i < 400; ++i) advance(s, 1.0, 1e12, m);
+    double before = 0.0, after = 0.0;                 // of two increments, since the sign changes
+    for (int i = 0; i < 50; ++i) {
+      before = std::log(std::fabs(m.u));
+      advance(s, 1.0, 1e12, m);
+      advance(s, 1.0, 1e12, m);
+      after = std::log(std::fabs(m.u));
+      m.u *= 1e3;
+      m.v *= 1e3;
+      m.a *= 1e3;
+    }
+    EXPECT_NEAR(std::exp(0.5 * (after - before)), (1.0 + alpha) / (1.0 - alpha), 0.01);
+    EXPECT_TRUE(scheme_of(s).dissipates(s));
+  }
+}
+
+TEST(Scheme, HhtIsOfSecondOrderAndWithoutAlphaNewmark)
+{
+  double error[2], none = 0.0;
+  for (int n : {0, 1}) {
+    const Step s = hht(-0.1);
+    Motion m;
+    m.a = -1.0;
+    const int count = n == 0 ? 100 : 200;
+    for (int i = 0; i < count; ++i) advance(s, 5.0 / count, 1.0, m);
+    error[n] = std::fabs(m.u - std::cos(5.0));
+  }
+  EXPECT_NEAR(std::log2(error[0] / error[1]), 2.0, 0.05);
+  Step newmark;
+  Motion a, b;
+  a.a = b.a = -1.0;
+  for (int i = 0; i < 20; ++i) {
+    advance(hht(0.0), 0.3, 1.0, a);
+    advance(newmark, 0.3, 1.0, b);
+    none = std::max(none, std::fabs(a.u - b.u));
+  }
+  EXPECT_LT(none, 1e-14);
 }
 
 }  // namespace
