@@ -10,8 +10,8 @@
 #include <set>
 
 #include "bond/bond.h"
-#include "bond/contact.h"
-#include "bond/overlap.h"
+#include "contact/contact.h"
+#include "contact/overlap.h"
 #include "elem/elem.h"
 #include "frac/frac.h"
 #include "point/point.h"

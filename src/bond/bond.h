@@ -21,11 +21,11 @@ struct BondFace {
   Face face;
 };
 
-// bond_rebuild : bonds of the interfaces that conversion has made, and slave places of contact on points that were elements,
-// from scratch; slips and multipliers of bonds that were
-// there before are kept. Bonds of the deck that have lost a node (node_lost [nnode]) tie nothing any more.
-void bond_rebuild(const Model& m, const Points& pts, const std::vector<BondFace>& face, const IntVec& node_lost,
-                  Bonds& bonds, Level& l);
+// bond_rebuild : bonds of the interfaces that conversion has made, and slave points of contact on points that were elements, from
+// scratch; slips and multipliers of bonds that were there before are kept. Bonds of the deck that have lost a node (node_lost [nnode])
+// tie nothing any more. Returns the slave points that were not there before.
+IntVec bond_rebuild(const Model& m, const Points& pts, const std::vector<BondFace>& face, const IntVec& node_lost,
+                    Bonds& bonds, Level& l);
 
 // bond_places : where side A is, from displacements of nodes and corners                          xb [nbond*dim]
 void bond_places(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& u, const RealVec& uc, RealVec& xb);

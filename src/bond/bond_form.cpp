@@ -5,7 +5,6 @@
 
 #include "base/log.h"
 #include "bond/bond.h"
-#include "bond/contact.h"
 #include "shape/face.h"
 
 const double bond_alpha = 1000.0, contact_alpha = 10.0;
@@ -353,11 +352,10 @@ KeptBonds keep_bonds(const Bonds& b, const Level& l, int dim)
   return kept;
 }
 
-// bonds from nfixed on: what they were, or a start from nothing
-void restore_bonds(const Model& m, const Points& pts, const KeptBonds& kept, Bonds& b, Level& l)
+// bonds from nfixed on: what they were, or a start from nothing. Returns the points of contact that were not there before
+IntVec restore_bonds(int dim, const KeptBonds& kept, Bonds& b, Level& l)
 {
-  const int dim = m.dim;
-  IntVec fresh;                // places of contact that were not there before
+  IntVec fresh;
   const size_t fixed = static_cast<size_t>(b.nfixed), all = static_cast<size_t>(b.nbond);
   l.slip.resize(fixed * dim);
   l.lambda.resize(fixed * dim);
@@ -378,7 +376,7 @@ void restore_bonds(const Model& m, const Points& pts, const KeptBonds& kept, Bon
     b.offset[q]   = k.offset;
     b.entry[q]    = k.entry;
   }
-  contact_offsets(m, pts, fresh, b);
+  return fresh;
 }
 
 // Slave places of the deck keep the part of their area that belongs to faces of elements; the rest goes on at faces of points. Forces
@@ -413,8 +411,8 @@ void shrink_slaves(const Model& m, const Points& pts, Bonds& b, Level& l)
 
 }  // namespace
 
-void bond_rebuild(const Model& m, const Points& pts, const std::vector<BondFace>& face, const IntVec& node_lost,
-                  Bonds& b, Level& l)
+IntVec bond_rebuild(const Model& m, const Points& pts, const std::vector<BondFace>& face, const IntVec& node_lost,
+                    Bonds& b, Level& l)
 {
   const int dim = m.dim;
   const KeptBonds kept = keep_bonds(b, l, dim);
@@ -441,5 +439,5 @@ void bond_rebuild(const Model& m, const Points& pts, const std::vector<BondFace>
     for (const Face& s : pts.surface[m.bond[d].surface]) form_face(f, face_nodes(m, pts, pts.body[s.elem], s), SIDE_CONTACT);
     finish(f, first);
   }
-  restore_bonds(m, pts, kept, b, l);
+  return restore_bonds(dim, kept, b, l);
 }

@@ -5,6 +5,7 @@
 
 #include "base/comm.h"
 #include "base/log.h"
+#include "contact/contact.h"
 #include "frac/frac.h"
 #include "shape/shape.h"
 
@@ -212,5 +213,6 @@ void frac_interfaces(const Model& m, const FracMesh& fm, State& st)
   point_surfaces(m, st.points);
   const IntVec lost = lost_nodes(m, fm, st.frac);
   hang_corners(m, fm, lost, st.frac, st.points);
-  bond_rebuild(m, st.points, interface_faces(m, fm, st.points, st.frac), lost, st.bonds, st.n);
+  const IntVec fresh = bond_rebuild(m, st.points, interface_faces(m, fm, st.points, st.frac), lost, st.bonds, st.n);
+  contact_offsets(m, st.points, fresh, st.bonds);
 }

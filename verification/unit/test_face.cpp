@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "bond/bond.h"
-#include "bond/contact.h"
+#include "contact/contact.h"
 #include "point/point.h"
 #include "shape/face.h"
 

@@ -9,7 +9,7 @@
 #include <fstream>
 #include <random>
 
-#include "bond/contact.h"
+#include "contact/contact.h"
 #include "deck/deck.h"
 #include "step/step.h"
 #include "samples.h"

@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "bond/contact.h"
+#include "contact/contact.h"
 #include "shape/face.h"
 
 namespace {

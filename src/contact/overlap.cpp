@@ -1,4 +1,4 @@
-#include "bond/overlap.h"
+#include "contact/overlap.h"
 
 #include <algorithm>
 #include <cmath>

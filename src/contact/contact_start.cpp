@@ -3,7 +3,7 @@
 
 #include "base/log.h"
 #include "bond/bond.h"
-#include "bond/contact.h"
+#include "contact/contact.h"
 #include "point/point.h"
 
 namespace {

@@ -4,8 +4,8 @@
 // A part is a body of material points, or all finite elements of a section. Parts without common unknowns, bond or
 // contact pair do not know of each other.
 // ---------------------------------------------------------------------------
-#ifndef MPFE_BOND_OVERLAP_H
-#define MPFE_BOND_OVERLAP_H
+#ifndef MPFE_CONTACT_OVERLAP_H
+#define MPFE_CONTACT_OVERLAP_H
 
 #include "elem/elem.h"
 #include "model/state.h"

@@ -4,8 +4,8 @@
 // Side A of a contact bond is a point of the slave surface. Side B is the master face that it meets, found at t(n) and
 // kept over the step: place on the face, normal, gap. Faces are those of finite elements or the boundary of a body.
 // ---------------------------------------------------------------------------
-#ifndef MPFE_BOND_CONTACT_H
-#define MPFE_BOND_CONTACT_H
+#ifndef MPFE_CONTACT_CONTACT_H
+#define MPFE_CONTACT_CONTACT_H
 
 #include "elem/kernel.h"
 #include "model/state.h"
