@@ -35,15 +35,17 @@ struct Options {
 };
 
 const char* const usage =
-  "mpfe [options] deck.inp\n"
-  "  -o DIR           results go to DIR (made when missing; default: here)\n"
-  "  -D name=value    sets a parameter of the deck (*PARAMETER)\n"
-  "  --restart FILE   goes on from a restart file (*RESTART, WRITE), the deck as before\n"
-  "  --check          reads and checks the deck, prints the model, computes nothing\n"
-  "  --list-keywords  all keywords with one line each\n"
-  "  --version, --help\n"
-  "Exit codes: 0 good, 1 a *CHECK failed, 2 the deck or the restart file is wrong, 3 no convergence, 4 a bug,\n"
-  "5 memory, disk, solver, another run in this folder, 6 a signal ended the run and JOB.rst continues it.\n";
+    "mpfe [options] deck.inp\n"
+    "  -o DIR           results go to DIR (made when missing; default: here)\n"
+    "  -D name=value    sets a parameter of the deck (*PARAMETER)\n"
+    "  --restart FILE   goes on from a restart file (*RESTART, WRITE), the deck as before\n"
+    "  --check          reads and checks the deck, prints the model, computes nothing\n"
+    "  --list-keywords  all keywords with one line each\n"
+    "  --version, --help\n"
+    "Exit codes: 0 good, 1 a *CHECK failed, 2 the deck or the restart file is wrong, 3 no convergence, 4 a "
+    "bug,\n"
+    "5 memory, disk, solver, another run in this folder, 6 a signal ended the run and JOB.rst continues "
+    "it.\n";
 
 int usage_error(const char* what, const char* word)
 {
@@ -96,7 +98,9 @@ int read_options(int argc, char** argv, Options& o)
 bool failed(int errors)
 {
   const bool any = comm_most(errors) > 0;
-  if (any && errors == 0) log_error("other ranks could not read the deck as the first one did: do all machines see the same folder?");
+  if (any && errors == 0)
+    log_error(
+        "other ranks could not read the deck as the first one did: do all machines see the same folder?");
   return any;
 }
 
@@ -126,7 +130,8 @@ bool load_restart(const Model& m, const Options& o, Archive& f)
 // nobody else writes JOB.*; rank 0 sees to it. taken: what a crash has left behind
 bool lock_job(const Model& m, std::string& taken)
 {
-  const bool good = comm_rank() > 0 || lock_take((m.out_dir.empty() ? "." : m.out_dir) + "/" + m.job + ".lock", taken);
+  const bool good = comm_rank() > 0 ||
+                    lock_take((m.out_dir.empty() ? "." : m.out_dir) + "/" + m.job + ".lock", taken);
   if (!good) log_error("%s", taken.c_str());
   return !comm_most(!good);
 }
@@ -158,8 +163,9 @@ int run(const Options& o)
 // memory that is not there shows anywhere, and on one rank alone
 int run_guarded(const Options& o)
 {
-  const char* const words = "the memory of this machine is not enough for this model: take a coarser mesh or grid, or fewer "
-                            "points, or a machine with more memory";
+  const char* const words =
+      "the memory of this machine is not enough for this model: take a coarser mesh or grid, or fewer "
+      "points, or a machine with more memory";
   try {
     return run(o);
   } catch (const std::bad_alloc&) {

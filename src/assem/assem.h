@@ -45,14 +45,16 @@ struct System {
   RealVec bond_w;              // [bond.item] N_a of side A, -N_v of side B
   SysMatrix A;
   RealVec M;                   // [blocks of A] mass, one number serves all directions; of this rank, as A
-  bool hung = false;           // points follow nodes of the mesh: M couples these with each other and with the grid
+  // points follow nodes of the mesh: M couples these with each other and with the grid
+  bool hung = false;
   RealVec M_elem;              // [blocks of A] then: M of the elements alone
   RealVec M_diag;              // [nrow] its diagonal, of all ranks
   IntVec my_point, my_bond, my_ghost;          // what this rank works on; elements: ElemBlock::mine
   std::vector<char> bond_is_mine;      // [nbond]
   IntVec owner;                // [nrow] rank that a row belongs to; one rank: empty
   IntVec elem_rank, point_rank;        // the division that the pattern was made for
-  IntVec elem_map;             // block of A for each node pair, 2 k + 1: transposed; elements of this rank, block after block
+  // block of A for each node pair, 2 k + 1: transposed; elements of this rank, block after block
+  IntVec elem_map;
   IntVec point_map, bond_map, ghost_map;       // [my_point], [my_bond], [my_ghost]
   std::vector<size_t> point_map_off, bond_map_off, ghost_map_off;
   ListTable point_rows;        // the lists that the pattern was made for
@@ -78,7 +80,8 @@ struct Frozen {
   KernelMode mode;
   IntVec fixed;
   RealVec diag, whole;         // [neq] diagonal before prescribed dofs went, before equations were put in
-  long kept = 0, near = 0;     // iterations that found their tangent there; that took the one before, which is near
+  // iterations that found their tangent there; that took the one before, which is near
+  long kept = 0, near = 0;
 };
 
 // Do supports hold everything? As it was when pattern and supports were these
@@ -103,7 +106,8 @@ struct Problem {
   IntVec follow;               // corners that go on for nodes without elements, see frac_follow
   std::set<std::string> told;  // warnings that are told once
   RealVec contact_s;           // [nbond*dim] relative displacement of contact bonds over the step
-  RealVec ghost_s;             // [nghost*dim] jump of the gradient of du at the faces, times the size of a cell
+  // [nghost*dim] jump of the gradient of du at the faces, times the size of a cell
+  RealVec ghost_s;
   System sys;
   bool ready = false;          // grid, rows, pattern and mass are those of t(n)
   bool opened = false;         // the first step has been prepared
@@ -111,17 +115,20 @@ struct Problem {
   RealVec newton_gain;         // [iteration] residual after and before each iteration of the last increment
   Frozen frozen;
   Held held;
-  RealVec energy;              // [nelem] strain energy of intact elements when the ledger was made, for the test of fracture
+  // [nelem] strain energy of intact elements when the ledger was made, for the test of fracture
+  RealVec energy;
   int worst = -1;              // element or point of the last failure
   bool worst_is_point = false;
   std::string note;            // why the increment failed, when the status alone does not say it
 };
 
-// system_divide : whose work is what, and the lists of this rank; fresh: rows or lists have changed. True: the division is not
-// the one that the pattern was made for.                                                       doc/theory.md 5.1
+// system_divide : whose work is what, and the lists of this rank; fresh: rows or lists have changed. True:
+// the division is not the one that the pattern was made for.                                                 
+// doc/theory.md 5.1
 bool system_divide(Problem& p, bool fresh);
 
-// system_lists : calls use(n, rows) for every element, point, bond and ghost, in that order; all: also those of other ranks
+// system_lists : calls use(n, rows) for every element, point, bond and ghost, in that order; all: also those
+// of other ranks
 template <class Use>
 void system_lists(const Problem& p, bool all, Use use)
 {
@@ -137,12 +144,14 @@ void system_lists(const Problem& p, bool all, Use use)
     }
   const auto use_point = [&](int q) {
     row.clear();
-    for (int k = p.grid.point.off[q]; k < p.grid.point.off[q + 1]; ++k) row.push_back(s.nfe + p.grid.point.item[k]);
+    for (int k = p.grid.point.off[q]; k < p.grid.point.off[q + 1]; ++k)
+      row.push_back(s.nfe + p.grid.point.item[k]);
     use(static_cast<int>(row.size()), row.data());
   };
   const auto use_ghost = [&](int q) {
     row.clear();
-    for (int k = p.grid.ghost.off[q]; k < p.grid.ghost.off[q + 1]; ++k) row.push_back(s.nfe + p.grid.ghost.item[k]);
+    for (int k = p.grid.ghost.off[q]; k < p.grid.ghost.off[q + 1]; ++k)
+      row.push_back(s.nfe + p.grid.ghost.item[k]);
     use(static_cast<int>(row.size()), row.data());
   };
   if (all) {
@@ -176,14 +185,14 @@ void tie_force(const System& s, RealVec& f);
 // tie_matrix : A = T^T A T of what this rank has; rows and columns of dependent dofs are zero afterwards
 void tie_matrix(System& s);
 
-// Loads and supports are checked where they are evaluated, by all ranks alike. The routines below return BAD_VALUE
-// when one is no finite number; p.note then names keyword, line, function, node or face, and time.
+// Loads and supports are checked where they are evaluated, by all ranks alike. The routines below return
+// BAD_VALUE when one is no finite number; p.note then names keyword, line, function, node or face, and time.
 
 // tell_once : a warning of a line of the deck, once for each line and text, that names a node and the time
 void tell_once(Problem& p, const char* keyword, const Place& place, int node, double time, const char* what);
 
-// system_constrain : fixed dofs, their increments between two times of the step and their rates; sets fixed, target, rate,
-// rate0, grid_bc. BAD_VALUE
+// system_constrain : fixed dofs, their increments between two times of the step and their rates; sets fixed,
+// target, rate, rate0, grid_bc. BAD_VALUE
 Status system_constrain(Problem& p, const Step& s, double t_step0, double t_step1);
 
 // assem_move : places and displacements at t(n+1) from the increment du: writes st.np1.u, uc, slip. BAD_VALUE
@@ -200,8 +209,9 @@ bool assem_has_followers(const Step& step);
 // assem_tangent : A = K + cM M (all dofs, also the fixed ones)
 void assem_tangent(Problem& p, const KernelMode& mode, double cM);
 
-// assem_constrain : f -= A(:, fixed) x(fixed), then rows and columns of fixed dofs become those of a diagonal matrix, and
-// f(fixed) = 0: a solution that knows nothing of x, which is added afterwards; diagonal [neq] of A
+// assem_constrain : f -= A(:, fixed) x(fixed), then rows and columns of fixed dofs become those of a diagonal
+// matrix, and f(fixed) = 0: a solution that knows nothing of x, which is added afterwards; diagonal [neq] of
+// A
 void assem_constrain(System& sys, const RealVec& diagonal, const RealVec& x, RealVec& f);
 
 // mass_multiply : y = M x; mass_part : with what this rank has of M, mass_elements : of the M of elements
@@ -209,9 +219,10 @@ void mass_elements(const System& sys, const RealVec& x, RealVec& y);
 void mass_part(const System& sys, const RealVec& x, RealVec& y);
 void mass_multiply(const System& sys, const RealVec& x, RealVec& y);
 
-// mass_solve : M x = f on the free dofs of the rows from first on; x at fixed dofs is given, in rows below guess it is where the
-// solution begins, the others do not matter.
-// Conjugate gradients with symmetric Gauss-Seidel, all directions at once. Returns the iterations; -1: not converged.
+// mass_solve : M x = f on the free dofs of the rows from first on; x at fixed dofs is given, in rows below
+// guess it is where the solution begins, the others do not matter.
+// Conjugate gradients with symmetric Gauss-Seidel, all directions at once. Returns the iterations; -1: not
+// converged.
 // doc/theory.md (3.14)
 int mass_solve(const System& sys, int first, int guess, const RealVec& f, RealVec& x);
 
@@ -225,10 +236,12 @@ void point_momentum(const Problem& p, const RealVec& vc, RealVec& out);
 // assem_scatter_corners : forces on corners fc [ncorner*dim] go to the grid with the weights of the corners
 void assem_scatter_corners(const Problem& p, const RealVec& fc, RealVec& f);
 
-// assem_gather_corners : after_c = before_c + sum_v N_v(x_c) x_v, x [neq] of the system, before and after [ncorner*dim]
+// assem_gather_corners : after_c = before_c + sum_v N_v(x_c) x_v, x [neq] of the system, before and after
+// [ncorner*dim]
 void assem_gather_corners(const Problem& p, const RealVec& x, const RealVec& before, RealVec& after);
 
-// assem_ghost_jump : of x [neq] at the ghost faces: jump of the gradient normal to the face, times the size of a cell
+// assem_ghost_jump : of x [neq] at the ghost faces: jump of the gradient normal to the face, times the size
+// of a cell
 //   [nghost*dim]                                                              doc/theory.md (3.16)
 void assem_ghost_jump(const Problem& p, const RealVec& x, RealVec& jump);
 

@@ -64,7 +64,8 @@ Status move_bonds(Problem& p, const RealVec& du, double t0, double t1)
     double s[3] = {0, 0, 0}, g0[3], g1[3];
     for (int k = p.sys.bond.off[b]; k < p.sys.bond.off[b + 1]; ++k)
       for (int i = 0; i < dim; ++i) s[i] += p.sys.bond_w[k] * du[p.sys.bond.item[k] * dim + i];
-    if (p.st.bonds.field[b] == SIDE_CONTACT) {                   // contact: jump over the step, the gap is made with the force
+    // contact: jump over the step, the gap is made with the force
+    if (p.st.bonds.field[b] == SIDE_CONTACT) {
       for (int i = 0; i < dim; ++i) p.contact_s[b * dim + i] = s[i];
       continue;
     }
@@ -97,7 +98,8 @@ Status fail_at(Problem& p, int e)
   return BAD_JACOBIAN;
 }
 
-Status add_pack(Problem& p, const KernelMode& mode, const ElemBlock& b, ElemFormPack form, PackList& w, RealVec& fint)
+Status add_pack(Problem& p, const KernelMode& mode, const ElemBlock& b, ElemFormPack form, PackList& w,
+                RealVec& fint)
 {
   if (w.n == 0) return STATUS_OK;
   const int dim = p.m.dim, nen = shape_info[b.shape].nen, n = w.n;
@@ -107,7 +109,8 @@ Status add_pack(Problem& p, const KernelMode& mode, const ElemBlock& b, ElemForm
   if (mode.mid) elem_ends_pack(p.st.n.u, p.m.mesh, b, w.slot, nen, dim, u0);
   elem_ends_pack(p.st.np1.u, p.m.mesh, b, w.slot, nen, dim, u1);
   const Status status = form(b, w.slot, mode, u0, u1, re, nullptr, bad);
-  for (int l = 0; l < n; ++l) add_force<PACK>(p.sys, p.m.mesh.conn.begin(b.elem[w.slot[l]]), nen, dim, re + l, fint);
+  for (int l = 0; l < n; ++l)
+    add_force<PACK>(p.sys, p.m.mesh.conn.begin(b.elem[w.slot[l]]), nen, dim, re + l, fint);
   w.n = 0;
   return status == STATUS_OK ? status : fail_at(p, b.elem[w.slot[__builtin_ctz(bad)]]);
 }
@@ -131,7 +134,10 @@ Status add_elements(Problem& p, const KernelMode& mode, RealVec& fint)
         if (w.add(slot)) s = add_pack(p, mode, b, pack, w, fint);
       } else {
         elem_ends(p.st, node, info.nen, dim, u0, u1);
-        if (!intact) elem_form_broken(b, slot, elem_broken_law(p.m, p.el, e, degr_of_step(p.st.n, p.st.np1, mode.mid, e)), mode, u0, u1, re, nullptr);
+        if (!intact)
+          elem_form_broken(b, slot,
+                           elem_broken_law(p.m, p.el, e, degr_of_step(p.st.n, p.st.np1, mode.mid, e)), mode,
+                           u0, u1, re, nullptr);
         else if (form(b, slot, mode, u0, u1, re, nullptr) != STATUS_OK) s = fail_at(p, e);
         add_force(p.sys, node, info.nen, dim, re, fint);
       }
@@ -190,7 +196,8 @@ void add_ghosts(Problem& p, RealVec& fint)
   for (int q : p.sys.my_ghost)
     for (int k = t.off[q]; k < t.off[q + 1]; ++k)
       for (int i = 0; i < dim; ++i)
-        fint[(p.sys.nfe + t.item[k]) * dim + i] += p.grid.ghost_k[q] * p.grid.ghost_w[k] * p.ghost_s[q * dim + i];
+        fint[(p.sys.nfe + t.item[k]) * dim + i] += p.grid.ghost_k[q] * p.grid.ghost_w[k] *
+                                                   p.ghost_s[q * dim + i];
 }
 
 // sum over the ranks, and a status that all agree on: the failure of the highest point or element
@@ -287,7 +294,8 @@ Status faces_load(Problem& p, const Step& step, const Load& l, bool body, const 
   const Model& m = p.m;
   const Follower f{p, body, s, step.nlgeom};
   for (const Face& q : face) {
-    const Shape shape = body ? static_cast<Shape>(p.st.points.shape[q.elem]) : elem_table[m.mesh.elem_type[q.elem]].shape;
+    const Shape shape = body ? static_cast<Shape>(p.st.points.shape[q.elem])
+                             : elem_table[m.mesh.elem_type[q.elem]].shape;
     const int* conn   = body ? p.st.points.conn.begin(q.elem) : m.mesh.conn.begin(q.elem);
     const int nen     = shape_info[shape].nfnode[q.face];
     int node[4];
@@ -348,7 +356,9 @@ Status body_loads(Problem& p, const Step& step, const Load& l, double t_step, do
   const Points& pts = p.st.points;
   for (int q = 0; q < pts.npoint; ++q) {
       const bool of_body = std::find(l.body.begin(), l.body.end(), pts.body[q]) != l.body.end();
-      if (!of_body && !(pts.parent[q] >= 0 && std::binary_search(l.elem.begin(), l.elem.end(), pts.parent[q]))) continue;
+      if (!of_body &&
+          !(pts.parent[q] >= 0 && std::binary_search(l.elem.begin(), l.elem.end(), pts.parent[q])))
+        continue;
       double X[3] = {0, 0, 0};
       for (int k = pts.conn.off[q]; k < pts.conn.off[q + 1]; ++k)
         for (int i = 0; i < dim; ++i) X[i] += pts.w[k] * pts.Xc[pts.conn.item[k] * dim + i];
@@ -404,7 +414,8 @@ void assem_ghost_jump(const Problem& p, const RealVec& x, RealVec& jump)
   jump.assign(static_cast<size_t>(t.size()) * dim, 0.0);
   for (int q = 0; q < t.size(); ++q)
     for (int k = t.off[q]; k < t.off[q + 1]; ++k)
-      for (int i = 0; i < dim; ++i) jump[q * dim + i] += p.grid.ghost_w[k] * x[(p.sys.nfe + t.item[k]) * dim + i];
+      for (int i = 0; i < dim; ++i)
+        jump[q * dim + i] += p.grid.ghost_w[k] * x[(p.sys.nfe + t.item[k]) * dim + i];
 }
 
 Status assem_move(Problem& p, const RealVec& du, double t_step0, double t_step1)
@@ -423,7 +434,8 @@ Status assem_internal(Problem& p, const KernelMode& mode, RealVec& fint)
   if (p.st.points.npoint) {
     RealVec fc(p.st.points.Xc.size(), 0.0);
     int worst = -1;
-    const Status s = point_corner_force(p.m, p.st.points, p.point_law, mode, p.st.n, p.st.np1, p.sys.my_point, fc, &worst);
+    const Status s = point_corner_force(p.m, p.st.points, p.point_law, mode, p.st.n, p.st.np1, p.sys.my_point,
+                                        fc, &worst);
     if (s != STATUS_OK) {
       status = s;
       p.worst = worst;

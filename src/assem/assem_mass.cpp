@@ -73,7 +73,7 @@ void multiply(const MassRows& m, const RealVec& x, RealVec& y)
   comm_sum(y);
 }
 
-// Mass of the free dofs for all directions at once, in the variables of symmetric Gauss-Seidel             (3.14)
+// Mass of the free dofs for all directions at once, in the variables of symmetric Gauss-Seidel  (3.14)
 template <int D>
 struct MassSystem {
   MassRows all, own;           // own: several ranks, what is eliminated
@@ -107,7 +107,8 @@ struct MassSystem {
     }
     collect(y);
   }
-  // y = (I + L)^-1 M (I + L)^-T x; t: scratch. One rank: M = (I + L) + (I + L)^T - I, so that a product is not needed
+  // y = (I + L)^-1 M (I + L)^-T x; t: scratch. One rank: M = (I + L) + (I + L)^T - I, so that a product is
+  // not needed
   void apply(const RealVec& x, RealVec& t, RealVec& y) const
   {
     backward(x, t);
@@ -163,8 +164,8 @@ bool below(const double* value, const double* goal)
   return true;
 }
 
-// Conjugate gradients for step from 0, all directions side by side; r ends as the residual. The residual of M itself is what must be
-// small. Returns the iterations; -1: not there, to 1e-8 after 1000 of them.
+// Conjugate gradients for step from 0, all directions side by side; r ends as the residual. The residual of M
+// itself is what must be small. Returns the iterations; -1: not there, to 1e-8 after 1000 of them.
 template <int D>
 int iterate(const MassSystem<D>& m, const double* size, RealVec& r, RealVec& step)
 {
@@ -231,7 +232,9 @@ int solve(const System& s, int first, int guess, const RealVec& f, RealVec& x)
   }
   multiply<D>(m.all, t, sum);
   for (int k = 0; k < n * D; ++k)
-    u[k] = m.free[k] && first + k / D >= guess ? b[k] / std::max(1.0, sum[k] * scale[k / D]) : scale[k / D] > 0.0 ? x[first * D + k] / scale[k / D] : 0.0;
+    u[k] = m.free[k] && first + k / D >= guess ? b[k] / std::max(1.0, sum[k] * scale[k / D])
+           : scale[k / D] > 0.0                ? x[first * D + k] / scale[k / D]
+                                               : 0.0;
   double size[D];
   dots<D>(b, b, size);
   multiply<D>(m.all, u, q);

@@ -7,7 +7,8 @@
 
 namespace {
 
-// adds a block or its transpose; in a diagonal block only the lower part is kept. The numbers of k lie STRIDE apart
+// adds a block or its transpose; in a diagonal block only the lower part is kept. The numbers of k lie STRIDE
+// apart
 template <int D, int STRIDE = 1>
 inline void add_block(SysMatrix& A, int where, bool diagonal, const double* k)
 {
@@ -28,7 +29,8 @@ inline void add_pairs(SysMatrix& A, const int* map, int n, const double* ke)
 {
   int pair = 0;
   for (int a = 0; a < n; ++a)
-    for (int b = 0; b <= a; ++b, ++pair) add_block<D, STRIDE>(A, map[pair], a == b, ke + pair * D * D * STRIDE);
+    for (int b = 0; b <= a; ++b, ++pair)
+      add_block<D, STRIDE>(A, map[pair], a == b, ke + pair * D * D * STRIDE);
 }
 
 template <int D>
@@ -65,7 +67,10 @@ void add_elements(Problem& p, const KernelMode& mode)
       } else {
         elem_ends(p.st, node, info.nen, D, u0, u1);
         if (intact) form(b, slot, mode, u0, u1, re, ke);
-        else elem_form_broken(b, slot, elem_broken_law(p.m, p.el, e, degr_of_step(p.st.n, p.st.np1, mode.mid, e)), mode, u0, u1, re, ke);
+        else
+          elem_form_broken(b, slot,
+                           elem_broken_law(p.m, p.el, e, degr_of_step(p.st.n, p.st.np1, mode.mid, e)), mode,
+                           u0, u1, re, ke);
         add_pairs<D>(p.sys.A, map, info.nen, ke);
       }
       map += pair_count(info.nen);
@@ -116,8 +121,8 @@ void add_bonds(Problem& p, const KernelMode& mode)
     const bool contact = p.st.bonds.field[q] == SIDE_CONTACT;
     if (contact && !p.pairs.master.count(q)) continue;
     if (contact)
-      contact_force(p.m, p.st.bonds, p.pairs, q, mode, &p.contact_s[q * D], &p.st.n.lambda[q * D], p.st.np1.lambda_n[q], f, C, t1,
-                    &slipped);
+      contact_force(p.m, p.st.bonds, p.pairs, q, mode, &p.contact_s[q * D], &p.st.n.lambda[q * D],
+                    p.st.np1.lambda_n[q], f, C, t1, &slipped);
     else
       bond_stiffness(p.st.bonds, D, q, C);
     const double factor = contact ? 1.0 : mode.cD();
@@ -195,7 +200,8 @@ void assem_constrain(System& s, const RealVec& diagonal, const RealVec& x, RealV
       if (r != c) continue;
       const bool here = s.owner.empty() || s.owner[r] == comm_rank();
       for (int i = 0; i < dim; ++i)
-        if (s.fixed[r * dim + i]) v[i * dim + i] = !here ? 0.0 : diagonal[r * dim + i] > 0.0 ? diagonal[r * dim + i] : diag;
+        if (s.fixed[r * dim + i])
+          v[i * dim + i] = !here ? 0.0 : diagonal[r * dim + i] > 0.0 ? diagonal[r * dim + i] : diag;
     }
   if (std::any_of(x.begin(), x.end(), [](double v) { return v != 0.0; })) sys_sum(s.A, Ax);
   for (int i = 0; i < s.neq(); ++i) f[i] = s.fixed[i] ? 0.0 : f[i] + Ax[i];

@@ -54,7 +54,8 @@ void each_dof(const Problem& p, const HeldCorner& h, Use use)
   }
 }
 
-// Prescribes the grid nodes that the corners follow; a node of several corners gets their mean by |N_v|   (7.18)
+// Prescribes the grid nodes that the corners follow; a node of several corners gets their mean by
+// |N_v|  (7.18)
 void hold_corners(Problem& p, const std::vector<HeldCorner>& corners, double time)
 {
   System& s = p.sys;
@@ -88,8 +89,9 @@ void hold_corners(Problem& p, const std::vector<HeldCorner>& corners, double tim
     double moved = 0.0;
     each_dof(p, h, [&](int dof, double N) { moved += N * s.target[dof]; });
     if (std::fabs(moved - h.increment) > 0.01 * s.h_mean)
-      tell_once(p, "BOUNDARY", h.b->place, h.node, time,
-                "supports with different values meet at a node of the grid; the corners there move by a mean");
+      tell_once(
+          p, "BOUNDARY", h.b->place, h.node, time,
+          "supports with different values meet at a node of the grid; the corners there move by a mean");
   }
 }
 

@@ -7,10 +7,15 @@
 
 namespace {
 
-const double UNEVEN = 1.25;    // the largest work over the mean may grow by so much before all is divided again
+// the largest work over the mean may grow by so much before all is divided again
+const double UNEVEN = 1.25;
 
-// work of an element (eight at once take half of what one takes) and of a point on n grid nodes, in the same unit
-double elem_work(const ElemBlock& b) { return 0.5 * pair_count(shape_info[b.shape].nen) * shape_info[b.shape].ngp; }
+// work of an element (eight at once take half of what one takes) and of a point on n grid nodes, in the same
+// unit
+double elem_work(const ElemBlock& b)
+{
+  return 0.5 * pair_count(shape_info[b.shape].nen) * shape_info[b.shape].ngp;
+}
 double point_work(int n) { return 2.0 * pair_count(n); }
 
 // calls use(rank, work) for each element and point, in the order of system_lists
@@ -55,7 +60,8 @@ IntVec divide_rows(const Problem& p)
     RealVec weight(s.nrow, 0.0);
     int list = 0;
     each_work(p, [&](int, double work) {
-      for (int k = lists.off[list]; k < lists.off[list + 1]; ++k) weight[lists.item[k]] += work / lists.count(list);
+      for (int k = lists.off[list]; k < lists.off[list + 1]; ++k)
+        weight[lists.item[k]] += work / lists.count(list);
       ++list;
     });
     SysMatrix A;
@@ -116,7 +122,8 @@ void find_owners(Problem& p)
   each_work(p, [&](int r, double) { rank.push_back(r); });
   size_t list = 0;
   system_lists(p, true, [&](int n, const int* row) {
-    for (int a = 0; a < n && list < rank.size(); ++a) ++count[static_cast<size_t>(row[a]) * ranks + rank[list]];
+    for (int a = 0; a < n && list < rank.size(); ++a)
+      ++count[static_cast<size_t>(row[a]) * ranks + rank[list]];
     ++list;
   });
   s.owner.resize(s.nrow);
@@ -175,8 +182,9 @@ void take_all(Problem& p)
 //   out  State::division, ElemBlock::mine, my_point, my_bond, owner
 //   returns true when the division is not the one that the pattern was made for
 //
-// The division is a part of the state, so that a run that goes on sums in the same order. It is made once, and again
-// when conversion, erosion or motion has made it uneven, or the number of ranks is another one than in the restart file.
+// The division is a part of the state, so that a run that goes on sums in the same order. It is made once,
+// and again when conversion, erosion or motion has made it uneven, or the number of ranks is another one than
+// in the restart file.
 // ---------------------------------------------------------------------------
 bool system_divide(Problem& p, bool fresh)
 {
@@ -192,10 +200,12 @@ bool system_divide(Problem& p, bool fresh)
     take_new_points(p);
     const double now = excess(p);
     again = now > UNEVEN * d.excess;
-    if (again) log_note("  the work is divided among the ranks again: the largest part was %.2f of the mean", now);
+    if (again)
+      log_note("  the work is divided among the ranks again: the largest part was %.2f of the mean", now);
   }
   if (again) divide_again(p);
-  const bool other = s.elem_rank != d.elem || s.point_rank != d.point;     // an undone increment has its division back
+  // an undone increment has its division back
+  const bool other = s.elem_rank != d.elem || s.point_rank != d.point;
   if (fresh || other) find_owners(p);
   take_mine(p);
   s.elem_rank  = d.elem;

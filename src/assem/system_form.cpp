@@ -15,7 +15,8 @@ ListTable elements_around(const Problem& p)
   const auto each = [&](auto use) {
     for (const ElemBlock& b : p.el.block)
       for (int slot : b.live)
-        for (int k = mesh.conn.off[b.elem[slot]]; k < mesh.conn.off[b.elem[slot] + 1]; ++k) use(mesh.conn.item[k], b.elem[slot]);
+        for (int k = mesh.conn.off[b.elem[slot]]; k < mesh.conn.off[b.elem[slot] + 1]; ++k)
+          use(mesh.conn.item[k], b.elem[slot]);
   };
   each([&](int n, int) { ++around.off[n + 1]; });
   for (int n = 0; n < mesh.nnode(); ++n) around.off[n + 1] += around.off[n];
@@ -25,8 +26,9 @@ ListTable elements_around(const Problem& p)
   return around;
 }
 
-// Nodes that are in use, those far from bonds to the grid and from points first. A node that is tied to the grid then comes when its own
-// neighbours have gone, and the incomplete factor need not drop what a stiff bond would make of them     doc/theory.md (8.3)
+// Nodes that are in use, those far from bonds to the grid and from points first. A node that is tied to the
+// grid then comes when its own neighbours have gone, and the incomplete factor need not drop what a stiff
+// bond would make of them  doc/theory.md (8.3)
 IntVec order_nodes(const Problem& p, const ListTable& around)
 {
   const Mesh& mesh   = p.m.mesh;
@@ -46,7 +48,8 @@ IntVec order_nodes(const Problem& p, const ListTable& around)
     if (pts.hangs[c] == HANG_NODE) reach(pts.hang.begin(c)[0]);
   for (size_t i = 0; i < near.size(); ++i)
     for (int k = around.off[near[i]]; k < around.off[near[i] + 1]; ++k)
-      for (int j = mesh.conn.off[around.item[k]]; j < mesh.conn.off[around.item[k] + 1]; ++j) reach(mesh.conn.item[j]);
+      for (int j = mesh.conn.off[around.item[k]]; j < mesh.conn.off[around.item[k] + 1]; ++j)
+        reach(mesh.conn.item[j]);
   IntVec order;
   for (int n = 0; n < mesh.nnode(); ++n)
     if (waits[n]) order.push_back(n);
@@ -108,7 +111,7 @@ void bond_rows(const Problem& p, int b, IntVec& row, RealVec& w)
     add(s.nfe + p.grid.bond.item[j], -p.grid.bond_w[j]);
 }
 
-// corners and points that follow nodes of the mesh: their rows, counted from the first of the grid            (7.14)
+// corners and points that follow nodes of the mesh: their rows, counted from the first of the grid  (7.14)
 void find_mesh_rows(Problem& p)
 {
   System& s = p.sys;
@@ -204,7 +207,8 @@ void form_maps(Problem& p)
     if (list == nelem + npoint + nbond) map = s.ghost_map.data();
     for (int a = 0; a < n; ++a)
       for (int b = 0; b <= a; ++b)
-        *map++ = row[a] >= row[b] ? 2 * block_place(s.A, row[a], row[b]) : 2 * block_place(s.A, row[b], row[a]) + 1;
+        *map++ = row[a] >= row[b] ? 2 * block_place(s.A, row[a], row[b])
+                                  : 2 * block_place(s.A, row[b], row[a]) + 1;
     ++list;
   });
 }
@@ -213,23 +217,27 @@ void form_maps(Problem& p)
 const int WIDE = 8;
 typedef double Wide __attribute__((vector_size(8 * WIDE), aligned(8), may_alias));
 
-// adds the mass of a point to M, through map of its node pairs. N [nen][width]: weights of its corners on its n nodes, width a
-// multiple of WIDE; mN: scratch of the same size; mc: mass on the corners. NEN = 0: corners given at run time
+// adds the mass of a point to M, through map of its node pairs. N [nen][width]: weights of its corners on its
+// n nodes, width a multiple of WIDE; mN: scratch of the same size; mc: mass on the corners. NEN = 0: corners
+// given at run time
 template <int NEN>
-inline void add_domain(int corners, int n, int width, const double* mc, const double* N, double* mN, const int* map, double* M)
+inline void add_domain(int corners, int n, int width, const double* mc, const double* N, double* mN,
+                       const int* map, double* M)
 {
   const int nen = NEN ? NEN : corners;
   for (int c = 0; c < nen; ++c)
     for (int first = 0; first < width; first += WIDE) {
       Wide row = {};
       for (int d = 0; d < nen; ++d)
-        row += mc[c >= d ? pair_place(c, d) : pair_place(d, c)] * *reinterpret_cast<const Wide*>(N + d * width + first);
+        row += mc[c >= d ? pair_place(c, d) : pair_place(d, c)] *
+               *reinterpret_cast<const Wide*>(N + d * width + first);
       *reinterpret_cast<Wide*>(mN + c * width + first) = row;
     }
   for (int a = 0; a < n; ++a)
     for (int first = 0; first <= a; first += WIDE) {
       Wide row = {};
-      for (int c = 0; c < nen; ++c) row += N[c * width + a] * *reinterpret_cast<const Wide*>(mN + c * width + first);
+      for (int c = 0; c < nen; ++c)
+        row += N[c * width + a] * *reinterpret_cast<const Wide*>(mN + c * width + first);
       for (int b = first; b <= a && b < first + WIDE; ++b) M[*map++ / 2] += row[b - first];
     }
 }
@@ -247,7 +255,8 @@ void add_point_mass(Problem& p)
   for (size_t own = 0; own < s.my_point.size(); ++own) {
     const int q = s.my_point[own];
     for (; at < q; ++at) mc += pair_count(pts.conn.count(at));
-    const int n = g.point.count(q), nen = pts.conn.count(q), width = (n + WIDE - 1) / WIDE * WIDE, *list = g.point.begin(q);
+    const int n = g.point.count(q), nen = pts.conn.count(q), width = (n + WIDE - 1) / WIDE * WIDE,
+              *list = g.point.begin(q);
     for (int a = 0; a < n; ++a) place[s.nfe + list[a]] = a;
     N.assign(static_cast<size_t>(nen) * width, 0.0);
     mN.resize(N.size());
@@ -321,7 +330,8 @@ void system_form(Problem& p, const Step& step, bool mass)
   number_nodes(p);
   form_lists(p);
   bool fresh = first || s.A.nrow != s.nrow;
-  fresh = fresh || !same(s.point_rows, p.grid.point) || !same(s.bond_rows, s.bond) || !same(s.ghost_rows, p.grid.ghost);
+  fresh = fresh || !same(s.point_rows, p.grid.point) || !same(s.bond_rows, s.bond) ||
+          !same(s.ghost_rows, p.grid.ghost);
   fresh = system_tie(p, step) || fresh;
   fresh = system_divide(p, fresh) || fresh;
   if (fresh) {

@@ -1,8 +1,8 @@
 // ---------------------------------------------------------------------------
 // archive.h : values to bytes and back
 //
-// One io routine of a struct serves both ways: it hands all its fields to io_all. Structured bindings in it see to it
-// that a new field cannot be forgotten: the program does not compile then.
+// One io routine of a struct serves both ways: it hands all its fields to io_all. Structured bindings in it
+// see to it that a new field cannot be forgotten: the program does not compile then.
 // ---------------------------------------------------------------------------
 #ifndef MPFE_BASE_ARCHIVE_H
 #define MPFE_BASE_ARCHIVE_H

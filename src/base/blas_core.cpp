@@ -36,7 +36,8 @@ long local_ranks()
   return 0;
 }
 
-// one thread without a launcher; else the share of the machine that is left to a rank, and no more than the cores it is bound to
+// one thread without a launcher; else the share of the machine that is left to a rank, and no more than the
+// cores it is bound to
 long threads()
 {
   const long ranks = local_ranks();

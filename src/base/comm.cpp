@@ -56,8 +56,9 @@ void broadcast(void* x, long bytes, int root)
   each_piece(bytes, [&](long at, int n) { MPI_Bcast(first + at, n, MPI_BYTE, root, MPI_COMM_WORLD); });
 }
 
-// Started without a launcher, Open MPI 4 would start a daemon beside every run (0.3 s), look for networks (0.2 s), and
-// make a folder in /tmp that all such runs share: two of them that start at the same moment end with an error.
+// Started without a launcher, Open MPI 4 would start a daemon beside every run (0.3 s), look for networks
+// (0.2 s), and make a folder in /tmp that all such runs share: two of them that start at the same moment end
+// with an error.
 bool alone()
 {
   for (const char* launcher : {"OMPI_COMM_WORLD_SIZE", "PMIX_RANK", "PMI_RANK", "PMI_SIZE"})
@@ -65,7 +66,8 @@ bool alone()
   return true;
 }
 
-// All ranks on one machine (Open MPI tells): shared memory is all they need, and the search for networks takes 0.2 s
+// All ranks on one machine (Open MPI tells): shared memory is all they need, and the search for networks
+// takes 0.2 s
 bool one_machine()
 {
   const char *here = std::getenv("OMPI_COMM_WORLD_LOCAL_SIZE"), *all = std::getenv("OMPI_COMM_WORLD_SIZE");
@@ -100,7 +102,8 @@ void sum_slices(double* x, int n)
     place[r] = count[rank] * r;
   }
   RealVec part(static_cast<size_t>(count[rank]) * size);
-  MPI_Alltoallv(x, count.data(), first.data(), MPI_DOUBLE, part.data(), mine.data(), place.data(), MPI_DOUBLE, MPI_COMM_WORLD);
+  MPI_Alltoallv(x, count.data(), first.data(), MPI_DOUBLE, part.data(), mine.data(), place.data(), MPI_DOUBLE,
+                MPI_COMM_WORLD);
   add_parts(part, count[rank], x + first[rank]);
   MPI_Allgatherv(MPI_IN_PLACE, 0, MPI_DOUBLE, x, count.data(), first.data(), MPI_DOUBLE, MPI_COMM_WORLD);
 }
@@ -117,7 +120,8 @@ void comm_open(int* argc, char*** argv)
     setenv("OMPI_MCA_orte_create_session_dirs", "0", 0);
     setenv("OMPI_MCA_pml", "ob1", 0);
     setenv("OMPI_MCA_btl", "self", 0);
-    return;                    // MPI starts when MUMPS asks for a communicator: 0.03 s that small decks need not spend
+    // MPI starts when MUMPS asks for a communicator: 0.03 s that small decks need not spend
+    return;
   }
   if (one_machine()) {
     setenv("OMPI_MCA_pml", "ob1", 0);
@@ -220,7 +224,8 @@ void comm_gather(RealVec& x, const IntVec& count)
   }
   IntVec first(size, 0);
   for (int r = 1; r < size; ++r) first[r] = first[r - 1] + count[r - 1];
-  MPI_Allgatherv(MPI_IN_PLACE, 0, MPI_DOUBLE, x.data(), count.data(), first.data(), MPI_DOUBLE, MPI_COMM_WORLD);
+  MPI_Allgatherv(MPI_IN_PLACE, 0, MPI_DOUBLE, x.data(), count.data(), first.data(), MPI_DOUBLE,
+                 MPI_COMM_WORLD);
 }
 
 std::vector<std::string> comm_bytes(const std::vector<std::string>& to)

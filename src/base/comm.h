@@ -40,7 +40,8 @@ inline void comm_sum(RealVec& x) { comm_sum(x.data(), static_cast<long>(x.size()
 // comm_trade : to[r] goes to rank r, from[r] comes from there; its size tells how many numbers. Collective.
 void comm_trade(const std::vector<RealVec>& to, std::vector<RealVec>& from);
 
-// comm_gather : x holds count[r] numbers of rank r, one rank after the other; each brings its own. Collective.
+// comm_gather : x holds count[r] numbers of rank r, one rank after the other; each brings its own.
+// Collective.
 void comm_gather(RealVec& x, const IntVec& count);
 
 // comm_bytes : to[r] goes to rank r; returns what rank r has sent here. Collective.
@@ -53,7 +54,8 @@ std::vector<std::vector<T>> comm_exchange(const std::vector<std::vector<T>>& to)
   static_assert(std::is_trivially_copyable<T>::value, "comm_exchange sends bytes");
   if (comm_size() == 1) return to;
   std::vector<std::string> bytes;
-  for (const std::vector<T>& x : to) bytes.emplace_back(reinterpret_cast<const char*>(x.data()), x.size() * sizeof(T));
+  for (const std::vector<T>& x : to)
+    bytes.emplace_back(reinterpret_cast<const char*>(x.data()), x.size() * sizeof(T));
   bytes = comm_bytes(bytes);
   std::vector<std::vector<T>> from(bytes.size());
   for (std::size_t r = 0; r < bytes.size(); ++r) {
@@ -63,7 +65,8 @@ std::vector<std::vector<T>> comm_exchange(const std::vector<std::vector<T>>& to)
   return from;
 }
 
-// comm_join : the vectors of all ranks, one behind the other in the order of the ranks, on all ranks. Collective.
+// comm_join : the vectors of all ranks, one behind the other in the order of the ranks, on all ranks.
+// Collective.
 template <class T>
 void comm_join(std::vector<T>& x)
 {

@@ -15,8 +15,11 @@ struct Part {
 };
 
 const Part parts[] = {
-  {CPU_SSE42, " SSE4.2"}, {CPU_AVX, " AVX"}, {CPU_AVX2, " AVX2"}, {CPU_FMA, " FMA"}, {CPU_BMI2, " BMI2"}, {CPU_AVX512F, " AVX-512F"},
-  {CPU_AVX512BW, " AVX-512BW"}, {CPU_AVX512DQ, " AVX-512DQ"}, {CPU_AVX512VL, " AVX-512VL"}, {CPU_AVX512VBMI, " AVX-512VBMI"},
+    {CPU_SSE42, " SSE4.2"},       {CPU_AVX, " AVX"},
+    {CPU_AVX2, " AVX2"},          {CPU_FMA, " FMA"},
+    {CPU_BMI2, " BMI2"},          {CPU_AVX512F, " AVX-512F"},
+    {CPU_AVX512BW, " AVX-512BW"}, {CPU_AVX512DQ, " AVX-512DQ"},
+    {CPU_AVX512VL, " AVX-512VL"}, {CPU_AVX512VBMI, " AVX-512VBMI"},
 };
 
 unsigned processor()
@@ -45,10 +48,12 @@ __attribute__((constructor(101))) void look()
 {
   const unsigned missing = cpu_built & ~processor();
   if (!missing) return;
-  say("ERROR  this program was compiled for another processor; here the instructions are missing that it uses:");
+  say("ERROR  this program was compiled for another processor; here the instructions are missing that it "
+      "uses:");
   for (const Part& p : parts)
     if (missing & p.bit) say(p.name);
-  say(".\n  Build it again on this machine, or for a common processor: make MARCH=x86-64-v3 (AVX2), or make MARCH=x86-64 (any)\n");
+  say(".\n  Build it again on this machine, or for a common processor: make MARCH=x86-64-v3 (AVX2), or make "
+      "MARCH=x86-64 (any)\n");
   _exit(EXIT_NO_CPU);
 }
 

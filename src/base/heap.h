@@ -4,8 +4,9 @@
 #ifndef MPFE_BASE_HEAP_H
 #define MPFE_BASE_HEAP_H
 
-// heap_keep : freed memory stays with the process. Vectors of a model's length are made and freed in every solution; glibc would
-// give each of them back to the system and get it again page by page (P7: 4 % of the run). What the user has set in MALLOC_* stays.
+// heap_keep : freed memory stays with the process. Vectors of a model's length are made and freed in every
+// solution; glibc would give each of them back to the system and get it again page by page (P7: 4 % of the
+// run). What the user has set in MALLOC_* stays.
 void heap_keep();
 
 #endif

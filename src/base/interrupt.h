@@ -14,7 +14,8 @@ int interrupt_signal();
 // interrupt_note : a signal that another rank has seen
 void interrupt_note(int number);
 
-// interrupt_finish : ends the program by the signal that has come, so that the shell sees it; returns when none has
+// interrupt_finish : ends the program by the signal that has come, so that the shell sees it; returns when
+// none has
 void interrupt_finish();
 
 #endif

@@ -37,29 +37,35 @@ bool read_owner(int file, std::string& host, long& process)
 bool write_owner(int file)
 {
   const std::string text = "host " + host_name() + " process " + std::to_string(getpid()) + "\n";
-  return ftruncate(file, 0) == 0 && pwrite(file, text.data(), text.size(), 0) == static_cast<ssize_t>(text.size());
+  return ftruncate(file, 0) == 0 &&
+         pwrite(file, text.data(), text.size(), 0) == static_cast<ssize_t>(text.size());
 }
 
 // is the open file still the one of this path? Its owner may have removed it in between
 bool same_file(int file, const std::string& path)
 {
   struct stat mine, there;
-  return fstat(file, &mine) == 0 && stat(path.c_str(), &there) == 0 && mine.st_dev == there.st_dev && mine.st_ino == there.st_ino;
+  return fstat(file, &mine) == 0 && stat(path.c_str(), &there) == 0 && mine.st_dev == there.st_dev &&
+         mine.st_ino == there.st_ino;
 }
 
 bool alive(long process) { return kill(static_cast<pid_t>(process), 0) == 0 || errno == EPERM; }
 
 bool refuse(const std::string& path, const std::string& host, long process, std::string& message)
 {
-  message = "another run writes to the same files: process " + std::to_string(process) + " on " + host + " holds " + path +
-            ". Wait for its end, or take another folder (-o) or another name of the deck. If that process no longer exists, after a crash, "
-            "remove " + path + " and start again; *RESTART, READ goes on from its restart file";
+  message = "another run writes to the same files: process " + std::to_string(process) + " on " + host +
+            " holds " + path +
+            ". Wait for its end, or take another folder (-o) or another name of the deck. If that process no "
+            "longer exists, after a crash, "
+            "remove " +
+            path + " and start again; *RESTART, READ goes on from its restart file";
   return false;
 }
 
 bool fail(const std::string& path, int code, std::string& message)
 {
-  message = "cannot open " + path + ": " + std::strerror(code) + ". Check the folder, its permissions and the free space of the disk.";
+  message = "cannot open " + path + ": " + std::strerror(code) +
+            ". Check the folder, its permissions and the free space of the disk.";
   return false;
 }
 
@@ -73,7 +79,8 @@ Taken try_lock(const std::string& path, std::string& message)
   std::string host;
   long process     = 0;
   const bool free  = flock(file, LOCK_EX | LOCK_NB) == 0;
-  const bool taken = !free && errno == EWOULDBLOCK;            // neither: no flock on this disk, what the file says must do
+  // neither: no flock on this disk, what the file says must do
+  const bool taken = !free && errno == EWOULDBLOCK;
   if (free && !same_file(file, path)) return close(file), AGAIN;
   const bool owned = read_owner(file, host, process);
   const bool here  = host == host_name();
@@ -82,7 +89,9 @@ Taken try_lock(const std::string& path, std::string& message)
     refuse(path, owned ? host : "this or another machine", process, message);
     return close(file), REFUSED;
   }
-  if (owned) message = "process " + std::to_string(process) + " on this machine has left " + path + " behind when it was ended: taken over";
+  if (owned)
+    message = "process " + std::to_string(process) + " on this machine has left " + path +
+              " behind when it was ended: taken over";
   if (!write_owner(file)) {
     fail(path, errno, message);
     return close(file), REFUSED;

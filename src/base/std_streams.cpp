@@ -26,6 +26,7 @@ bool streams_good()
 {
   errno = 0;
   if (std::fflush(stdout) == 0 && !std::ferror(stdout)) return true;
-  log_error("cannot write to the standard output: %s. Check the free space of the disk.", errno ? std::strerror(errno) : "the disk refused the data");
+  log_error("cannot write to the standard output: %s. Check the free space of the disk.",
+            errno ? std::strerror(errno) : "the disk refused the data");
   return false;
 }

@@ -5,9 +5,26 @@
 #define MPFE_BASE_TIMER_H
 
 enum Phase {
-  PHASE_INPUT, PHASE_SETUP, PHASE_GRID, PHASE_BOND, PHASE_CONTACT, PHASE_PATTERN, PHASE_MASS, PHASE_PROJECT,
-  PHASE_RESIDUAL, PHASE_TANGENT, PHASE_ANALYSIS, PHASE_FACTOR, PHASE_SOLVE, PHASE_PRECOND, PHASE_CG, PHASE_COMMIT,
-  PHASE_FRACTURE, PHASE_ESTIMATE, PHASE_OUTPUT, PHASE_COMM,
+  PHASE_INPUT,
+  PHASE_SETUP,
+  PHASE_GRID,
+  PHASE_BOND,
+  PHASE_CONTACT,
+  PHASE_PATTERN,
+  PHASE_MASS,
+  PHASE_PROJECT,
+  PHASE_RESIDUAL,
+  PHASE_TANGENT,
+  PHASE_ANALYSIS,
+  PHASE_FACTOR,
+  PHASE_SOLVE,
+  PHASE_PRECOND,
+  PHASE_CG,
+  PHASE_COMMIT,
+  PHASE_FRACTURE,
+  PHASE_ESTIMATE,
+  PHASE_OUTPUT,
+  PHASE_COMM,
   PHASES
 };
 
@@ -23,7 +40,8 @@ double timer_cpu();               // of all threads of this process
 PhaseTime& timer_phase(Phase p);
 inline void timer_skip(Phase p, long n = 1) { timer_phase(p).skipped += n; }
 
-// Timer timer(PHASE_X); adds the time until the end of its block, but for that which ranks spent with each other in it
+// Timer timer(PHASE_X); adds the time until the end of its block, but for that which ranks spent with each
+// other in it
 struct Timer {
   explicit Timer(Phase p) : phase(p), comm(timer_phase(PHASE_COMM)), wall0(timer_wall()), cpu0(timer_cpu()) {}
   ~Timer()

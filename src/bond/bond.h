@@ -11,8 +11,8 @@
 // Contact: contact_alpha E/h.
 extern const double bond_alpha, contact_alpha;
 
-// bond_form : bonds of all definitions at t = 0: at the nodes of the surface and between them, tributary areas,
-// normals, penalties. Returns the number of errors (messages in the log).
+// bond_form : bonds of all definitions at t = 0: at the nodes of the surface and between them, tributary
+// areas, normals, penalties. Returns the number of errors (messages in the log).
 int bond_form(const Model& m, const Points& pts, Bonds& bonds);
 
 // A face of a finite element that looks at elements that have become points
@@ -21,14 +21,17 @@ struct BondFace {
   Face face;
 };
 
-// bond_rebuild : bonds of the interfaces that conversion has made, and slave points of contact on points that were elements, from
-// scratch; slips and multipliers of bonds that were there before are kept. Bonds of the deck that have lost a node (node_lost [nnode])
-// tie nothing any more. Returns the slave points that were not there before.
-IntVec bond_rebuild(const Model& m, const Points& pts, const std::vector<BondFace>& face, const IntVec& node_lost,
-                    Bonds& bonds, Level& l);
+// bond_rebuild : bonds of the interfaces that conversion has made, and slave points of contact on points that
+// were elements, from scratch; slips and multipliers of bonds that were there before are kept. Bonds of the
+// deck that have lost a node (node_lost [nnode]) tie nothing any more. Returns the slave points that were not
+// there before.
+IntVec bond_rebuild(const Model& m, const Points& pts, const std::vector<BondFace>& face,
+                    const IntVec& node_lost, Bonds& bonds, Level& l);
 
-// bond_places : where side A is, from displacements of nodes and corners                          xb [nbond*dim]
-void bond_places(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& u, const RealVec& uc, RealVec& xb);
+// bond_places : where side A is, from displacements of nodes and corners                          xb
+// [nbond*dim]
+void bond_places(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& u, const RealVec& uc,
+                 RealVec& xb);
 
 // bond_stiffness : C of bond b [dim*dim] = ct I + (cn - ct) n n^T             (4.3)
 void bond_stiffness(const Bonds& bonds, int dim, int b, double* C);

@@ -3,7 +3,8 @@
 
 #include "bond/bond.h"
 
-void bond_places(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& u, const RealVec& uc, RealVec& xb)
+void bond_places(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& u, const RealVec& uc,
+                 RealVec& xb)
 {
   const int dim = m.dim, nnode = m.mesh.nnode();
   xb.assign(static_cast<size_t>(bonds.nbond) * dim, 0.0);
@@ -28,7 +29,8 @@ void bond_stiffness(const Bonds& bonds, int dim, int b, double* C)
 void bond_ground_motion(const Model& m, const Bonds& bonds, int b, double t_step, double t_total, double* g)
 {
   const BondDef& d    = m.bond[bonds.def[b]];
-  for (int i = 0; i < m.dim; ++i) g[i] = support_value(m, d.motion[i], d.amplitude, &bonds.X[b * 3], t_step, t_total);
+  for (int i = 0; i < m.dim; ++i)
+    g[i] = support_value(m, d.motion[i], d.amplitude, &bonds.X[b * 3], t_step, t_total);
 }
 
 double bond_energy(const Bonds& bonds, int dim, const Level& l, double* slip_max, double* slip_rms)
@@ -38,7 +40,8 @@ double bond_energy(const Bonds& bonds, int dim, const Level& l, double* slip_max
     const double *s = &l.slip[b * dim], *lam = &l.lambda[b * dim];
     double ss = 0.0;
     if (bonds.field[b] == SIDE_CONTACT) {                        // contact                 (4.14)
-      const double shift = l.lambda_n[b] < 0.0 ? l.lambda_n[b] / bonds.cn[b] : 0.0, g = std::min(s[0] + shift, 0.0);
+      const double shift = l.lambda_n[b] < 0.0 ? l.lambda_n[b] / bonds.cn[b] : 0.0,
+                   g = std::min(s[0] + shift, 0.0);
       energy += 0.5 * bonds.cn[b] * (g * g - shift * shift);
       continue;
     }

@@ -63,7 +63,8 @@ double penalty_of(const Model& m, const BondDef& d, double young_face, double h_
   double young = young_face, h = h_face;
   if (d.body >= 0) young = std::max(young, m.material[m.body[d.body].material].young);
   if (d.master >= 0) young = std::max(young, surface_young(m, m.surface[d.master]));
-  const bool points = d.kind == BOND_MESH_GRID || m.surface[d.surface].body >= 0 || (d.master >= 0 && m.surface[d.master].body >= 0);
+  const bool points = d.kind == BOND_MESH_GRID || m.surface[d.surface].body >= 0 ||
+                      (d.master >= 0 && m.surface[d.master].body >= 0);
   if (m.grid.given && points) {
     h = m.grid.h[0];
     for (int i = 1; i < m.dim; ++i) h = std::min(h, m.grid.h[i]);
@@ -71,8 +72,8 @@ double penalty_of(const Model& m, const BondDef& d, double young_face, double h_
   return (d.alpha > 0.0 ? d.alpha : d.kind == BOND_CONTACT ? contact_alpha : bond_alpha) * young / h;
 }
 
-// parts of an edge: as the deck says, or as long as the domains of the body on side B, so that the grid receives a
-// traction as evenly as the points do (doc/theory.md 4, measured in doc/verification.md)
+// parts of an edge: as the deck says, or as long as the domains of the body on side B, so that the grid
+// receives a traction as evenly as the points do (doc/theory.md 4, measured in doc/verification.md)
 int edge_parts(const Model& m, const BondDef& d, const FaceNodes& face)
 {
   if (d.intermediate >= 0) return d.intermediate + 1;
@@ -135,7 +136,8 @@ int new_bond(Former& f, int field, const FaceNodes& face, const double* N)
   return b.nbond++;
 }
 
-int lattice_bond(Former& f, int field, const BondKey& key, double total, const FaceNodes& face, const FacePoint& p)
+int lattice_bond(Former& f, int field, const BondKey& key, double total, const FaceNodes& face,
+                 const FacePoint& p)
 {
   double N[4] = {0, 0, 0, 0}, all = 0.0;
   for (int k = 0; k < face.n; ++k) all += p.iw[k];
@@ -158,13 +160,14 @@ void add_area(Former& f, const FaceNodes& face, const double* xi, double area, d
   for (int i = 0; i < f.m.dim; ++i) f.b.normal[b * f.m.dim + i] += area * n[i] / norm;
 }
 
-// parts of an edge of a slave face whose pressure acts at points inside: an error of 1e-3 in a patch test across meshes that do not
-// match (doc/verification.md, A1)
+// parts of an edge of a slave face whose pressure acts at points inside: an error of 1e-3 in a patch test
+// across meshes that do not match (doc/verification.md, A1)
 int sample_parts(const Model& m, const BondDef& d)
 {
   if (d.intermediate >= 0) return d.intermediate + 1;
   const int body = m.surface[d.surface].body, parts = m.dim == 2 ? 8 : 4;
-  return body < 0 ? parts : std::max(2, parts / m.body[body].per_cell);          // faces of points are parts of a cell
+  // faces of points are parts of a cell
+  return body < 0 ? parts : std::max(2, parts / m.body[body].per_cell);
 }
 
 // places of contact inside a slave face                                              (4.17)
@@ -186,10 +189,12 @@ void warn_thickness(const Former& f, const FaceNodes& face)
   const BondDef& d = f.m.bond[f.def];
   if (d.body < 0 || f.b.nbond != f.first || face.thickness == f.m.body[d.body].thickness) return;
   log_warn("bond %s (%s line %d): the elements are %g thick, the body %s is %g thick", d.name.c_str(),
-           d.place.file.c_str(), d.place.line, face.thickness, f.m.body[d.body].name.c_str(), f.m.body[d.body].thickness);
+           d.place.file.c_str(), d.place.line, face.thickness, f.m.body[d.body].name.c_str(),
+           f.m.body[d.body].thickness);
 }
 
-// bonds of one face: trapezoidal shares, so that a uniform traction goes to the nodes as from the element   (4.5)
+// bonds of one face: trapezoidal shares, so that a uniform traction goes to the nodes as from the
+// element  (4.5)
 void form_face(Former& f, const FaceNodes& face, int field)
 {
   const BondDef& d     = f.m.bond[f.def];
@@ -203,7 +208,8 @@ void form_face(Former& f, const FaceNodes& face, int field)
     for (int k = 0; k < face.n; ++k)
       if (p.iw[k]) key.emplace_back(face.kin[k], p.iw[k]);
     std::sort(key.begin(), key.end());
-    if (key.size() == 1) key[0].second = 1;             // a node, whatever the parts of the faces that meet there
+    // a node, whatever the parts of the faces that meet there
+    if (key.size() == 1) key[0].second = 1;
     const auto it     = f.known.find(key);
     const double total = key.size() == 1 ? 1.0 : static_cast<double>(parts) * parts;
     const int b       = it != f.known.end() ? it->second : lattice_bond(f, field, key, total, face, p);
@@ -239,8 +245,10 @@ int outside_grid(const Model& m, const BondDef& d, const Bonds& bonds, int first
     for (int i = 0; i < m.dim; ++i) {
       const double t = (bonds.X[3 * b + i] - g.lo[i]) / g.h[i];
       if (t > -1e-9 && t < g.n[i] + 1e-9) continue;
-      log_error("bond %s (%s line %d): its place (%g, %g) on surface %s lies outside the grid: enlarge *GRID, or take another "
-                "surface", d.name.c_str(), d.place.file.c_str(), d.place.line, bonds.X[3 * b], bonds.X[3 * b + 1],
+      log_error("bond %s (%s line %d): its place (%g, %g) on surface %s lies outside the grid: enlarge "
+                "*GRID, or take another "
+                "surface",
+                d.name.c_str(), d.place.file.c_str(), d.place.line, bonds.X[3 * b], bonds.X[3 * b + 1],
                 m.surface[d.surface].name.c_str());
       return 1;
     }
@@ -268,8 +276,11 @@ void warn_same_way(const Model& m, const Points& pts, const BondDef& d)
   area_vector(m, pts, d.surface, a, area_a);
   area_vector(m, pts, d.master, b, area_b);
   if (a[0] * b[0] + a[1] * b[1] + a[2] * b[2] > 0.9 * area_a * area_b)
-    log_warn("contact %s (%s line %d): the surfaces %s and %s face the same way and cannot meet unless a body turns round; is one of them "
-             "the wrong side?", d.name.c_str(), d.place.file.c_str(), d.place.line, m.surface[d.surface].name.c_str(), m.surface[d.master].name.c_str());
+    log_warn("contact %s (%s line %d): the surfaces %s and %s face the same way and cannot meet unless a "
+             "body turns round; is one of them "
+             "the wrong side?",
+             d.name.c_str(), d.place.file.c_str(), d.place.line, m.surface[d.surface].name.c_str(),
+             m.surface[d.master].name.c_str());
 }
 
 }  // namespace
@@ -283,15 +294,18 @@ int bond_form(const Model& m, const Points& pts, Bonds& bonds)
     if (def.surface < 0) continue;                    // conversion
     const Surface& s = m.surface[def.surface];
     const int first    = bonds.nbond;
-    const int field    = def.kind == BOND_CONTACT ? SIDE_CONTACT : def.kind == BOND_GROUND ? SIDE_GROUND : m.body[def.body].field;
+    const int field = def.kind == BOND_CONTACT  ? SIDE_CONTACT
+                      : def.kind == BOND_GROUND ? SIDE_GROUND
+                                                : m.body[def.body].field;
     Former f{m, bonds, static_cast<int>(d), first, {}};
     for (const Face& face : s.body >= 0 ? pts.surface[def.surface] : s.face)
       form_face(f, face_nodes(m, pts, s.body, face), field);
     finish(f, first);
     if (field >= 0) errors += outside_grid(m, def, bonds, first);
     if (bonds.nbond == first) {
-      log_error("%s %s (%s line %d): its surface %s holds no face", def.kind == BOND_CONTACT ? "contact" : "bond", def.name.c_str(),
-                def.place.file.c_str(), def.place.line, s.name.c_str());
+      log_error("%s %s (%s line %d): its surface %s holds no face",
+                def.kind == BOND_CONTACT ? "contact" : "bond", def.name.c_str(), def.place.file.c_str(),
+                def.place.line, s.name.c_str());
       ++errors;
     }
     if (def.kind == BOND_CONTACT) warn_same_way(m, pts, def);
@@ -308,7 +322,8 @@ using SlipKey = std::pair<int, std::vector<std::pair<int, long>>>;
 SlipKey slip_key(const Bonds& b, int q)
 {
   SlipKey key{b.def[q], {}};
-  for (int k = b.a.off[q]; k < b.a.off[q + 1]; ++k) key.second.emplace_back(b.a.item[k], std::lround(b.a_w[k] * 1e9));
+  for (int k = b.a.off[q]; k < b.a.off[q + 1]; ++k)
+    key.second.emplace_back(b.a.item[k], std::lround(b.a_w[k] * 1e9));
   return key;
 }
 
@@ -352,7 +367,8 @@ KeptBonds keep_bonds(const Bonds& b, const Level& l, int dim)
   return kept;
 }
 
-// bonds from nfixed on: what they were, or a start from nothing. Returns the points of contact that were not there before
+// bonds from nfixed on: what they were, or a start from nothing. Returns the points of contact that were not
+// there before
 IntVec restore_bonds(int dim, const KeptBonds& kept, Bonds& b, Level& l)
 {
   IntVec fresh;
@@ -379,8 +395,8 @@ IntVec restore_bonds(int dim, const KeptBonds& kept, Bonds& b, Level& l)
   return fresh;
 }
 
-// Slave places of the deck keep the part of their area that belongs to faces of elements; the rest goes on at faces of points. Forces
-// are kept per area.
+// Slave places of the deck keep the part of their area that belongs to faces of elements; the rest goes on at
+// faces of points. Forces are kept per area.
 void shrink_slaves(const Model& m, const Points& pts, Bonds& b, Level& l)
 {
   const int dim = m.dim;
@@ -411,8 +427,8 @@ void shrink_slaves(const Model& m, const Points& pts, Bonds& b, Level& l)
 
 }  // namespace
 
-IntVec bond_rebuild(const Model& m, const Points& pts, const std::vector<BondFace>& face, const IntVec& node_lost,
-                    Bonds& b, Level& l)
+IntVec bond_rebuild(const Model& m, const Points& pts, const std::vector<BondFace>& face,
+                    const IntVec& node_lost, Bonds& b, Level& l)
 {
   const int dim = m.dim;
   const KeptBonds kept = keep_bonds(b, l, dim);
@@ -436,7 +452,8 @@ IntVec bond_rebuild(const Model& m, const Points& pts, const std::vector<BondFac
     if (m.bond[d].kind != BOND_CONTACT || m.surface[m.bond[d].surface].body >= 0) continue;
     const int first = b.nbond;
     Former f{m, b, static_cast<int>(d), first, {}};
-    for (const Face& s : pts.surface[m.bond[d].surface]) form_face(f, face_nodes(m, pts, pts.body[s.elem], s), SIDE_CONTACT);
+    for (const Face& s : pts.surface[m.bond[d].surface])
+      form_face(f, face_nodes(m, pts, pts.body[s.elem], s), SIDE_CONTACT);
     finish(f, first);
   }
   return restore_bonds(dim, kept, b, l);

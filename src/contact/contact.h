@@ -1,8 +1,9 @@
 // ---------------------------------------------------------------------------
 // contact.h : contact as a bond switched by conditions (doc/theory.md 4.2)
 //
-// Side A of a contact bond is a point of the slave surface. Side B is the master face that it meets, found at t(n) and
-// kept over the step: place on the face, normal, gap. Faces are those of finite elements or the boundary of a body.
+// Side A of a contact bond is a point of the slave surface. Side B is the master face that it meets, found at
+// t(n) and kept over the step: place on the face, normal, gap. Faces are those of finite elements or the
+// boundary of a body.
 // ---------------------------------------------------------------------------
 #ifndef MPFE_CONTACT_CONTACT_H
 #define MPFE_CONTACT_CONTACT_H
@@ -12,10 +13,12 @@
 
 // What contact bonds meet in this step
 struct ContactPairs {
-  ListTable master;            // [nbond] kinematic points of the master face (corner c: nnode + c), empty: none near
+  // [nbond] kinematic points of the master face (corner c: nnode + c), empty: none near
+  ListTable master;
   RealVec master_w;            // [master.item] shape functions of the face, sum 1
   RealVec normal;              // [nbond*dim] outward normal of the master face at t(n)
-  RealVec gap;                 // [nbond] at t(n), without offset and entry of the bond; negative: pushes   length
+  // [nbond] at t(n), without offset and entry of the bond; negative: pushes   length
+  RealVec gap;
   RealVec size;                // [nbond] longest edge of the face that is met        length
   int near = 0;                // bonds that meet a face
   int searched = 0, skipped = 0;    // definitions; skipped: the boxes of their surfaces are apart
@@ -23,35 +26,40 @@ struct ContactPairs {
 
 // contact_search : nearest master face of every slave point within reach; bodies apart cost their boxes only
 //   in   xb [nbond*dim] places of side A at t(n);  u, uc displacements of nodes and corners
-void contact_search(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& u, const RealVec& uc,
-                    const RealVec& xb, ContactPairs& pairs);
+void contact_search(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& u,
+                    const RealVec& uc, const RealVec& xb, ContactPairs& pairs);
 
-// contact_search_start : the same with the master faces of t = 0, whatever became of their elements since; u, uc, xb of t = 0
-void contact_search_start(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& u, const RealVec& uc,
-                          const RealVec& xb, ContactPairs& pairs);
+// contact_search_start : the same with the master faces of t = 0, whatever became of their elements since; u,
+// uc, xb of t = 0
+void contact_search_start(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& u,
+                          const RealVec& uc, const RealVec& xb, ContactPairs& pairs);
 
-// contact_enter : gaps without what is no compression: in motion (moves) they go on from the end of the last step
+// contact_enter : gaps without what is no compression: in motion (moves) they go on from the end of the last
+// step
 //   in   l: level n;  bonds.entry and pairs.gap are updated                                  (4.16)
 void contact_enter(const Level& l, int dim, bool moves, Bonds& bonds, ContactPairs& pairs);
 
-// contact_start : surfaces that overlap at the start: says by how much and where, and pushes, takes the gaps as offsets
-// (bonds.offset), or counts an error, as the deck wants                               (4.13)
+// contact_start : surfaces that overlap at the start: says by how much and where, and pushes, takes the gaps
+// as offsets (bonds.offset), or counts an error, as the deck wants                               (4.13)
 //   in   pairs of t = 0;   returns the number of errors
 int contact_start(const Model& m, Bonds& bonds, const ContactPairs& pairs, const RealVec& xb);
 
-// contact_offsets : places of contact that conversion has made take the offset that they would have had at t = 0     (4.13)
+// contact_offsets : places of contact that conversion has made take the offset that they would have had at t
+// = 0  (4.13)
 //   in   place: these bonds of contact;   bonds.offset is set
 void contact_offsets(const Model& m, const Points& pts, const IntVec& place, Bonds& bonds);
 
-// contact_force : force on side A minus side B and, unless K is null, its tangent, without the unsymmetric term of
-// slipping   (4.9) - (4.12)
+// contact_force : force on side A minus side B and, unless K is null, its tangent, without the unsymmetric
+// term of slipping   (4.9) - (4.12)
 //   in   s [dim]     relative displacement over the step;  t0 [dim] friction force at t(n);
 //        lambda multiplier of the normal force, <= 0
-//   out  f [dim], K [dim*dim], t1 [dim] friction force at t(n+1), slipped [1] distance slipped; returns the gap at t(n+1)
-double contact_force(const Model& m, const Bonds& bonds, const ContactPairs& pairs, int b, const KernelMode& mode,
-                     const double* s, const double* t0, double lambda, double* f, double* K, double* t1, double* slipped);
+//   out  f [dim], K [dim*dim], t1 [dim] friction force at t(n+1), slipped [1] distance slipped; returns
+//        the gap at t(n+1)
+double contact_force(const Model& m, const Bonds& bonds, const ContactPairs& pairs, int b,
+                     const KernelMode& mode, const double* s, const double* t0, double lambda, double* f,
+                     double* K, double* t1, double* slipped);
 
-// contact_multiplier : the normal multiplier after an update; never pulls                                    (4.15)
+// contact_multiplier : the normal multiplier after an update; never pulls  (4.15)
 double contact_multiplier(const KernelMode& mode, double C, double gap, double lambda);
 
 #endif

@@ -5,14 +5,16 @@
 
 namespace {
 
-// A gap within rounding of zero is closed in statics: otherwise a body that rests on another has nothing to stand on in the first
-// iteration (part of the face, as in contact_start)
+// A gap within rounding of zero is closed in statics: otherwise a body that rests on another has nothing to
+// stand on in the first iteration (part of the face, as in contact_start)
 const double touches = 1e-9;
 
-// normal force (negative: pressure) and its slope from the gaps at both ends of the step, shifted by lambda/C. The
-// energy-momentum scheme takes the discrete gradient of 1/2 C <g>^2, so that a contact gives back the energy it took   (4.10)
+// normal force (negative: pressure) and its slope from the gaps at both ends of the step, shifted by
+// lambda/C. The energy-momentum scheme takes the discrete gradient of 1/2 C <g>^2, so that a contact gives
+// back the energy it took  (4.10)
 //   in   touch: gaps up to it are closed in statics (the force has no jump, the slope has)
-void normal_law(const KernelMode& mode, double C, double touch, double g0, double g1, double& p, double& slope)
+void normal_law(const KernelMode& mode, double C, double touch, double g0, double g1, double& p,
+                double& slope)
 {
   const double n0 = std::min(g0, 0.0), n1 = std::min(g1, 0.0), dg = g1 - g0;
   if (!mode.mid) {
@@ -32,11 +34,13 @@ void normal_law(const KernelMode& mode, double C, double touch, double g0, doubl
 
 }  // namespace
 
-double contact_force(const Model& m, const Bonds& bonds, const ContactPairs& pairs, int b, const KernelMode& mode,
-                     const double* s, const double* t0, double lambda, double* f, double* K, double* t1, double* slipped)
+double contact_force(const Model& m, const Bonds& bonds, const ContactPairs& pairs, int b,
+                     const KernelMode& mode, const double* s, const double* t0, double lambda, double* f,
+                     double* K, double* t1, double* slipped)
 {
   const int dim     = m.dim;
-  const double *n   = &pairs.normal[b * dim], C = bonds.cn[b], Ct = bonds.ct[b], mu = m.bond[bonds.def[b]].friction;
+  const double *n = &pairs.normal[b * dim], C = bonds.cn[b], Ct = bonds.ct[b],
+               mu = m.bond[bonds.def[b]].friction;
   const double g0 = pairs.gap[b], shift = lambda < 0.0 ? lambda / C : 0.0;   // C = 0: a lost bond    (4.14)
   double p, slope, sn = 0.0, tn = 0.0;
   for (int i = 0; i < dim; ++i) {
@@ -52,7 +56,8 @@ double contact_force(const Model& m, const Bonds& bonds, const ContactPairs& pai
   }
   *slipped = 0.0;
   if (mu == 0.0) return g1;
-  if (p >= 0.0) {                                      // touches without pressure: it sticks until Newton's method knows the pressure
+  // touches without pressure: it sticks until Newton's method knows the pressure
+  if (p >= 0.0) {
     for (int i = 0; K && slope > 0.0 && i < dim; ++i)
       for (int j = 0; j < dim; ++j) K[i * dim + j] += Ct * ((i == j) - n[i] * n[j]);
     return g1;

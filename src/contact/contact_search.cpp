@@ -6,6 +6,12 @@
 
 namespace {
 
+const double DEEPEST = 0.5;    // of the size of a face: a point deeper below it has come from elsewhere
+// 1 + (1/4)^2, on squared distances: a point below an edge belongs to the face while it lies beside it by no
+// more than a quarter of its depth (14 degrees)
+const double BESIDE2 = 1.0625;
+const double RIM2    = 1e-4;   // of the squared size: a hundredth of the face beside its rim still meets it
+
 struct MasterFace {
   int n = 0;
   int kin[4];
@@ -15,7 +21,8 @@ struct MasterFace {
 };
 
 // body: points own the face, otherwise a finite element
-MasterFace master_face(const Model& m, const Points& pts, bool body, const Face& f, const RealVec& u, const RealVec& uc)
+MasterFace master_face(const Model& m, const Points& pts, bool body, const Face& f, const RealVec& u,
+                       const RealVec& uc)
 {
   MasterFace out;
   const ShapeInfo& info = shape_info[body ? pts.shape[f.elem] : elem_table[m.mesh.elem_type[f.elem]].shape];
@@ -26,7 +33,8 @@ MasterFace master_face(const Model& m, const Points& pts, bool body, const Face&
     out.kin[k]  = body ? m.mesh.nnode() + c : c;
     for (int i = 0; i < 3; ++i) {
       double x = 0.0;
-      if (i < m.dim) x = body ? pts.Xc[c * m.dim + i] + uc[c * m.dim + i] : m.mesh.X[3 * c + i] + u[c * m.dim + i];
+      if (i < m.dim)
+        x = body ? pts.Xc[c * m.dim + i] + uc[c * m.dim + i] : m.mesh.X[3 * c + i] + u[c * m.dim + i];
       out.x[3 * k + i] = x;
       out.lo[i] = k ? std::min(out.lo[i], x) : x;
       out.hi[i] = k ? std::max(out.hi[i], x) : x;
@@ -97,8 +105,8 @@ struct Hit {                   // a face that is met, and where
 
 enum Meeting { MEET_NONE, MEET_RIM, MEET_OVER };
 
-// the place of f that p meets: p lies over f, or beside its rim by no more than a hundredth of its size. None beyond reach or when p
-// has entered by more than half of its size.
+// the place of f that p meets: p lies over f, or beside its rim by no more than a hundredth of its size. None
+// beyond reach or when p has entered by more than half of its size.
 Meeting meet(const MasterFace& f, const double* p, double reach, Hit& hit)
 {
   for (int i = 0; i < 3; ++i)
@@ -118,15 +126,16 @@ Meeting meet(const MasterFace& f, const double* p, double reach, Hit& hit)
     hit.gap += hit.n[i] * hit.r[i];
     distance2 += hit.r[i] * hit.r[i];
   }
-  if (hit.gap > reach || hit.gap < -0.5 * f.size) return MEET_NONE;
+  if (hit.gap > reach || hit.gap < -DEEPEST * f.size) return MEET_NONE;
   // behind a dent a point may lie over no face at all: it belongs to the face whose edge it is behind
   const double gap2 = hit.gap * hit.gap;
-  if (over || (hit.gap <= 0.0 && distance2 <= 1.0625 * gap2)) return MEET_OVER;
-  return distance2 - gap2 <= 1e-4 * f.size * f.size ? MEET_RIM : MEET_NONE;
+  if (over || (hit.gap <= 0.0 && distance2 <= BESIDE2 * gap2)) return MEET_OVER;
+  return distance2 - gap2 <= RIM2 * f.size * f.size ? MEET_RIM : MEET_NONE;
 }
 
-// the nearest face that p lies over, or else the nearest with p beside its rim: nodes on the edge of both surfaces stay in contact
-// when they shiver. More than one when p stands over the edge or the node where they meet at an angle.
+// the nearest face that p lies over, or else the nearest with p beside its rim: nodes on the edge of both
+// surfaces stay in contact when they shiver. More than one when p stands over the edge or the node where they
+// meet at an angle.
 void nearest(const std::vector<MasterFace>& faces, const double* p, double reach, std::vector<Hit>& best)
 {
   Meeting kind = MEET_NONE;
@@ -192,8 +201,8 @@ void take_hits(const std::vector<Hit>& hits, int dim, double offset, int b, Cont
 }
 
 // faces of a master surface: elements that became points have left faces of points, but not yet at the start
-void master_faces(const Model& m, const Points& pts, int surface, bool at_start, const RealVec& u, const RealVec& uc,
-                  std::vector<MasterFace>& faces)
+void master_faces(const Model& m, const Points& pts, int surface, bool at_start, const RealVec& u,
+                  const RealVec& uc, std::vector<MasterFace>& faces)
 {
   const Surface& s = m.surface[surface];
   for (const Face& f : s.face)
@@ -203,8 +212,8 @@ void master_faces(const Model& m, const Points& pts, int surface, bool at_start,
 }
 
 // bonds first ... last-1 of one definition. The boxes of both surfaces come first: bodies apart end here.
-void search_pair(const Model& m, const Points& pts, const Bonds& bonds, int first, int last, bool at_start, const RealVec& u,
-                 const RealVec& uc, const RealVec& xb, ContactPairs& pairs)
+void search_pair(const Model& m, const Points& pts, const Bonds& bonds, int first, int last, bool at_start,
+                 const RealVec& u, const RealVec& uc, const RealVec& xb, ContactPairs& pairs)
 {
   const int dim = m.dim, master = m.bond[bonds.def[first]].master;
   std::vector<MasterFace> faces;
@@ -223,7 +232,8 @@ void search_pair(const Model& m, const Points& pts, const Bonds& bonds, int firs
     Box place;
     place.add(&xb[b * dim], &xb[b * dim], dim);
     hits.clear();
-    if (!apart && bonds.area[b] > 0.0 && !place.apart(master_box, reach, dim)) {   // no area: a node that is lost
+    // no area: a node that is lost
+    if (!apart && bonds.area[b] > 0.0 && !place.apart(master_box, reach, dim)) {
       double p[3] = {0, 0, 0};
       std::copy(&xb[b * dim], &xb[b * dim] + dim, p);
       nearest(faces, p, reach, hits);
@@ -237,8 +247,8 @@ void search_pair(const Model& m, const Points& pts, const Bonds& bonds, int firs
 
 namespace {
 
-void search(const Model& m, const Points& pts, const Bonds& bonds, bool at_start, const RealVec& u, const RealVec& uc,
-            const RealVec& xb, ContactPairs& pairs)
+void search(const Model& m, const Points& pts, const Bonds& bonds, bool at_start, const RealVec& u,
+            const RealVec& uc, const RealVec& xb, ContactPairs& pairs)
 {
   pairs = ContactPairs();
   pairs.normal.assign(static_cast<size_t>(bonds.nbond) * m.dim, 0.0);
@@ -246,28 +256,32 @@ void search(const Model& m, const Points& pts, const Bonds& bonds, bool at_start
   pairs.size.assign(bonds.nbond, 0.0);
   for (int first = 0, last; first < bonds.nbond; first = last) {       // bonds of a definition stand together
     for (last = first; last < bonds.nbond && bonds.def[last] == bonds.def[first]; ++last) {}
-    if (bonds.field[first] == SIDE_CONTACT) search_pair(m, pts, bonds, first, last, at_start, u, uc, xb, pairs);
-    else pairs.master.off.insert(pairs.master.off.end(), last - first, static_cast<int>(pairs.master.item.size()));
+    if (bonds.field[first] == SIDE_CONTACT)
+      search_pair(m, pts, bonds, first, last, at_start, u, uc, xb, pairs);
+    else
+      pairs.master.off.insert(pairs.master.off.end(), last - first,
+                              static_cast<int>(pairs.master.item.size()));
   }
 }
 
 }  // namespace
 
-void contact_search(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& u, const RealVec& uc,
-                    const RealVec& xb, ContactPairs& pairs)
+void contact_search(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& u,
+                    const RealVec& uc, const RealVec& xb, ContactPairs& pairs)
 {
   search(m, pts, bonds, false, u, uc, xb, pairs);
 }
 
-void contact_search_start(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& u, const RealVec& uc,
-                          const RealVec& xb, ContactPairs& pairs)
+void contact_search_start(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& u,
+                          const RealVec& uc, const RealVec& xb, ContactPairs& pairs)
 {
   search(m, pts, bonds, true, u, uc, xb, pairs);
 }
 
-// In motion the gap of a place that pushes goes on from where the step left it: what the measurement says otherwise comes from a face
-// that has turned, from facets that are no smooth surface, or from another face that is met, and is no compression. A place that was
-// open, or met no face, and now is behind one came in from the side; what it has moved out since does not come back.
+// In motion the gap of a place that pushes goes on from where the step left it: what the measurement says
+// otherwise comes from a face that has turned, from facets that are no smooth surface, or from another face
+// that is met, and is no compression. A place that was open, or met no face, and now is behind one came in
+// from the side; what it has moved out since does not come back.
 void contact_enter(const Level& l, int dim, bool moves, Bonds& bonds, ContactPairs& pairs)
 {
   for (int b = 0; b < bonds.nbond; ++b) {

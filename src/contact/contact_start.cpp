@@ -29,7 +29,8 @@ void take_offsets(Bonds& bonds, const ContactPairs& pairs, int def, double clear
   int count = 0;
   double lo = 0.0, hi = 0.0;
   for (int b = 0; b < bonds.nbond; ++b) {
-    if (bonds.def[b] != def || !pairs.master.count(b) || pairs.gap[b] > clearance || pairs.gap[b] == 0.0) continue;
+    if (bonds.def[b] != def || !pairs.master.count(b) || pairs.gap[b] > clearance || pairs.gap[b] == 0.0)
+      continue;
     bonds.offset[b] = pairs.gap[b];
     lo = std::min(lo, pairs.gap[b]);
     hi = std::max(hi, pairs.gap[b]);
@@ -51,8 +52,11 @@ int contact_start(const Model& m, Bonds& bonds, const ContactPairs& pairs, const
     if (o.count) {
       double x[3] = {0, 0, 0};
       for (int i = 0; i < m.dim; ++i) x[i] = xb[o.worst * m.dim + i];
-      std::snprintf(text, sizeof text, "contact %.80s (%.160s line %d): the surfaces overlap by %g at the start, deepest at (%g, %g, %g), %d places in all",
-                    def.name.c_str(), def.place.file.c_str(), def.place.line, -pairs.gap[o.worst], x[0], x[1], x[2], o.count);
+      std::snprintf(text, sizeof text,
+                    "contact %.80s (%.160s line %d): the surfaces overlap by %g at the start, deepest at "
+                    "(%g, %g, %g), %d places in all",
+                    def.name.c_str(), def.place.file.c_str(), def.place.line, -pairs.gap[o.worst], x[0], x[1],
+                    x[2], o.count);
     }
     if (def.overlap == OVERLAP_REFUSE && o.count) {
       log_error("%s: move them apart, or take OVERLAP=ADJUST", text);
@@ -82,7 +86,9 @@ void start_displacement(const Model& m, const Points& pts, RealVec& u, RealVec& 
     for (int n : iv.node) u[n * dim + iv.dof] = expr_eval(iv.value, &m.mesh.X[3 * n], 0.0);
     for (int k = 0; iv.body >= 0 && k < pts.conn.off.back(); ++k) {
       const int c = pts.conn.item[k];
-      const int q = static_cast<int>(std::upper_bound(pts.conn.off.begin(), pts.conn.off.end(), k) - pts.conn.off.begin()) - 1;
+      const int q = static_cast<int>(std::upper_bound(pts.conn.off.begin(), pts.conn.off.end(), k) -
+                                     pts.conn.off.begin()) -
+                    1;
       double X[3] = {0, 0, 0};
       std::copy_n(&pts.Xc[c * dim], dim, X);
       if (pts.body[q] == iv.body) uc[c * dim + iv.dof] = expr_eval(iv.value, X, 0.0);
@@ -96,7 +102,8 @@ void start_displacement(const Model& m, const Points& pts, RealVec& u, RealVec& 
       if (!point_corner_in_element(m, pts, e, c, N)) continue;
       for (int i = 0; i < dim; ++i) {
         uc[c * dim + i] = 0.0;
-        for (int a = 0; a < m.mesh.conn.count(e); ++a) uc[c * dim + i] += N[a] * u[m.mesh.conn.begin(e)[a] * dim + i];
+        for (int a = 0; a < m.mesh.conn.count(e); ++a)
+          uc[c * dim + i] += N[a] * u[m.mesh.conn.begin(e)[a] * dim + i];
       }
     }
   }
@@ -116,6 +123,7 @@ void contact_offsets(const Model& m, const Points& pts, const IntVec& place, Bon
   contact_search_start(m, pts, bonds, u, uc, xb, pairs);
   for (int b : place) {
     const BondDef& def = m.bond[bonds.def[b]];
-    if (def.overlap == OVERLAP_ADJUST && pairs.master.count(b) && pairs.gap[b] <= def.adjust) bonds.offset[b] = pairs.gap[b];
+    if (def.overlap == OVERLAP_ADJUST && pairs.master.count(b) && pairs.gap[b] <= def.adjust)
+      bonds.offset[b] = pairs.gap[b];
   }
 }

@@ -330,8 +330,9 @@ void overlap_start(const Model& m, const Elements& el, const Points& pts, const 
     const bool inside = both.size > 0.0;
     const char* measure = m.dim == 3 ? (inside ? "volume" : "area") : inside ? "area" : "length";
     log_warn("the body %s and %s %s at the start (%s %.4g, near %s), and no bond or contact pair knows of "
-             "both: they will not feel each other. %s", m.body[p.body].name.c_str(), name_of(m, p).c_str(),
-             inside ? "overlap" : "touch", measure, std::max(both.size, touch.size), place_of(m, inside ? both : touch).c_str(), remedy(p));
+             "both: they will not feel each other. %s",
+             m.body[p.body].name.c_str(), name_of(m, p).c_str(), inside ? "overlap" : "touch", measure,
+             std::max(both.size, touch.size), place_of(m, inside ? both : touch).c_str(), remedy(p));
   }
 }
 
@@ -346,7 +347,8 @@ void overlap_look(const Model& m, const Elements& el, const State& st, OverlapWa
     if (both.size == 0.0) continue;
     p.told = true;
     log_warn("time %.6g: the body %s passes into %s (%s %.4g, near %s), and no bond or contact pair knows of "
-             "both. %s", st.n.time, m.body[p.body].name.c_str(), name_of(m, p).c_str(), m.dim == 2 ? "area" : "volume",
+             "both. %s",
+             st.n.time, m.body[p.body].name.c_str(), name_of(m, p).c_str(), m.dim == 2 ? "area" : "volume",
              both.size, place_of(m, both).c_str(), remedy(p));
   }
 }

@@ -1,8 +1,9 @@
 // ---------------------------------------------------------------------------
-// overlap.h : bodies that overlap, touch, or pass through each other without bond or contact (doc/theory.md 4.3)
+// overlap.h : bodies that overlap, touch, or pass through each other without bond or contact (doc/theory.md
+// 4.3)
 //
-// A part is a body of material points, or all finite elements of a section. Parts without common unknowns, bond or
-// contact pair do not know of each other.
+// A part is a body of material points, or all finite elements of a section. Parts without common unknowns,
+// bond or contact pair do not know of each other.
 // ---------------------------------------------------------------------------
 #ifndef MPFE_CONTACT_OVERLAP_H
 #define MPFE_CONTACT_OVERLAP_H

@@ -19,7 +19,8 @@ std::string limit_text(const Limit& l, double v)
 {
   const std::string lo = text_number(l.lo), hi = text_number(l.hi);
   if (l.has_lo && l.has_hi)
-    return "must lie between " + lo + " and " + hi + (!l.ends && (v == l.lo || v == l.hi) ? ", ends excluded" : "");
+    return "must lie between " + lo + " and " + hi +
+           (!l.ends && (v == l.lo || v == l.hi) ? ", ends excluded" : "");
   return (l.ends ? "must be at least " : "must be above ") + lo;
 }
 
@@ -35,8 +36,10 @@ double real_of(Card& c, const Field& f, const char* what, const Limit& limit)
   double v = 0.0;
   if (f.bad) return harmless(limit);
   if (!parse_real(f.text, v) || f.quoted) {
-    card_error(c, f, std::string(what) + " must be a number, not " + (f.quoted ? "a function in quotes" : text_show(f.text)) +
-               " (an expression of parameters stands in < >)");
+    card_error(c, f,
+               std::string(what) + " must be a number, not " +
+                   (f.quoted ? "a function in quotes" : text_show(f.text)) +
+                   " (an expression of parameters stands in < >)");
     return harmless(limit);
   }
   if (within(limit, v)) return v;
@@ -56,7 +59,9 @@ int int_of(Card& c, const Field& f, const char* what, int lo, int hi)
     return lo;
   }
   if (r.ec == std::errc() && v >= lo && v <= hi) return static_cast<int>(v);
-  card_error(c, f, std::string(what) + " = " + text_show(f.text) + text_format(" must lie between %d and %d", lo, hi));
+  card_error(c, f,
+             std::string(what) + " = " + text_show(f.text) +
+                 text_format(" must lie between %d and %d", lo, hi));
   return lo;
 }
 
@@ -87,7 +92,9 @@ Expr expr_of(Card& c, const Field& f, const char* what)
   Expr e = expr_number(0.0);
   if (f.quoted) deck_function(*c.deck, f, f.text, e);
   else if (!parse_real(f.text, e.value))
-    card_error(c, f, std::string(what) + " must be a number or a function of x, y, z, t in double quotes, not " + text_show(f.text));
+    card_error(c, f,
+               std::string(what) + " must be a number or a function of x, y, z, t in double quotes, not " +
+                   text_show(f.text));
   return e;
 }
 
@@ -115,7 +122,8 @@ Limit from_to(double lo, double hi) { return {lo, hi, true, true, true}; }
 // ---------------------------------------------------------------------------
 bool parse_real(const std::string& text, double& value)
 {
-  if (text.empty() || text.size() > 400 || text.find_first_not_of("0123456789+-.eEdD") != std::string::npos) return false;
+  if (text.empty() || text.size() > 400 || text.find_first_not_of("0123456789+-.eEdD") != std::string::npos)
+    return false;
   std::string s = text[0] == '+' ? text.substr(1) : text;
   if (s.empty() || s[0] == '+' || (text[0] == '+' && s[0] == '-')) return false;
   for (char& c : s)
@@ -148,7 +156,8 @@ std::vector<std::string> split_words(const char* words)
 bool card_line(Card& c)
 {
   if (c.open && card_more(c) && card_good(c))
-    card_error(c, c.field[c.next], "this field is left over; *" + c.head.word + text_format(" reads %zu here", c.next));
+    card_error(c, c.field[c.next],
+               "this field is left over; *" + c.head.word + text_format(" reads %zu here", c.next));
   c.open = false;
   c.next = 0;
   c.field.clear();
@@ -268,7 +277,10 @@ std::array<double, 3> card_direction(Card& c, const Model& m, const char* what)
   for (int i = 0; i < m.dim; ++i) n[i] = card_real(c, what, any_number());
   if (m.dim == 2) n[2] = card_real_or(c, what, 0.0, from_to(0.0, 0.0));
   const double s = std::hypot(n[0], n[1], n[2]);
-  if (card_good(c) && !(s > 0.0 && std::isfinite(s))) card_error(c, first, std::string(what) + " has no length; give a direction such as " + (m.dim == 3 ? "0, 0, -1" : "0, -1"));
+  if (card_good(c) && !(s > 0.0 && std::isfinite(s)))
+    card_error(c, first,
+               std::string(what) + " has no length; give a direction such as " +
+                   (m.dim == 3 ? "0, 0, -1" : "0, -1"));
   for (double& v : n) v = s > 0.0 ? v / s : 0.0;
   return n;
 }
@@ -365,7 +377,9 @@ bool card_param_expr(Card& c, const char* name, Expr& out)
   const HeadParam* p = with_value(c, name);
   if (!p) return false;
   if (p->value.quoted) return deck_function(*c.deck, p->value, p->value.text, out);
-  card_error(c, p->value, std::string(name) + " is a function of x, y, z in double quotes, for example " + name + "=\"x > 0.5\"");
+  card_error(c, p->value,
+             std::string(name) + " is a function of x, y, z in double quotes, for example " + name +
+                 "=\"x > 0.5\"");
   return false;
 }
 
@@ -385,23 +399,31 @@ std::string other_element(const std::string& name)
     const char *begin, *words;
   };
   static const Family family[] = {
-    {"C3D20", "quadratic bricks are not available; take C3D8I, with the corner nodes alone"},
-    {"C3D27", "quadratic bricks are not available; take C3D8I, with the corner nodes alone"},
-    {"C3D15", "quadratic wedges are not available; take C3D6, with the corner nodes alone"},
-    {"C3D10", "quadratic tetrahedra are not available; take C3D4 on a finer mesh, with the corner nodes alone, or bricks C3D8I"},
-    {"C3D8", "this form of integration is not available; take C3D8, or C3D8I for bending"},
-    {"CPE8", "quadratic elements are not available; take CPE4I, with the corner nodes alone"},
-    {"CPS8", "quadratic elements are not available; take CPS4I, with the corner nodes alone"},
-    {"CPE6", "quadratic elements are not available; take CPE3 on a finer mesh, with the corner nodes alone, or CPE4I"},
-    {"CPS6", "quadratic elements are not available; take CPS3 on a finer mesh, with the corner nodes alone, or CPS4I"},
-    {"CPE4", "this form of integration is not available; take CPE4, or CPE4I for bending"},
-    {"CPS4", "this form of integration is not available; take CPS4, or CPS4I for bending"},
-    {"CAX", "elements of bodies of revolution are not available"},
-    {"S3", "shells are not available; take solid elements"}, {"S4", "shells are not available; take solid elements"},
-    {"S6", "shells are not available; take solid elements"}, {"S8", "shells are not available; take solid elements"},
-    {"M3D", "membranes are not available; take solid elements"}, {"B2", "beams are not available; take solid elements"},
-    {"B3", "beams are not available; take solid elements"}, {"T2D", "trusses are not available; take solid elements"},
-    {"T3D", "trusses are not available; take solid elements"}, {"SPRING", "springs are not available; *BOND, TYPE=GROUND is one to the ground"},
+      {"C3D20", "quadratic bricks are not available; take C3D8I, with the corner nodes alone"},
+      {"C3D27", "quadratic bricks are not available; take C3D8I, with the corner nodes alone"},
+      {"C3D15", "quadratic wedges are not available; take C3D6, with the corner nodes alone"},
+      {"C3D10", "quadratic tetrahedra are not available; take C3D4 on a finer mesh, with the corner nodes "
+                "alone, or bricks C3D8I"},
+      {"C3D8", "this form of integration is not available; take C3D8, or C3D8I for bending"},
+      {"CPE8", "quadratic elements are not available; take CPE4I, with the corner nodes alone"},
+      {"CPS8", "quadratic elements are not available; take CPS4I, with the corner nodes alone"},
+      {"CPE6", "quadratic elements are not available; take CPE3 on a finer mesh, with the corner nodes "
+               "alone, or CPE4I"},
+      {"CPS6", "quadratic elements are not available; take CPS3 on a finer mesh, with the corner nodes "
+               "alone, or CPS4I"},
+      {"CPE4", "this form of integration is not available; take CPE4, or CPE4I for bending"},
+      {"CPS4", "this form of integration is not available; take CPS4, or CPS4I for bending"},
+      {"CAX", "elements of bodies of revolution are not available"},
+      {"S3", "shells are not available; take solid elements"},
+      {"S4", "shells are not available; take solid elements"},
+      {"S6", "shells are not available; take solid elements"},
+      {"S8", "shells are not available; take solid elements"},
+      {"M3D", "membranes are not available; take solid elements"},
+      {"B2", "beams are not available; take solid elements"},
+      {"B3", "beams are not available; take solid elements"},
+      {"T2D", "trusses are not available; take solid elements"},
+      {"T3D", "trusses are not available; take solid elements"},
+      {"SPRING", "springs are not available; *BOND, TYPE=GROUND is one to the ground"},
   };
   for (const Family& f : family) {
     const std::string begin = f.begin;
@@ -422,7 +444,9 @@ int card_param_element(Card& c)
     return -1;
   }
   const int type = word_of(c, f, "TYPE", element_type_words().c_str());
-  if (type >= 0) deck_same_dimension(*c.deck, card_param(c, "TYPE")->value, elem_table[type].name, shape_info[elem_table[type].shape].dim);
+  if (type >= 0)
+    deck_same_dimension(*c.deck, card_param(c, "TYPE")->value, elem_table[type].name,
+                        shape_info[elem_table[type].shape].dim);
   return type;
 }
 

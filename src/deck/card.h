@@ -2,7 +2,8 @@
 // card.h : a keyword with its parameters and data lines, as its reader sees it
 //
 // A reader asks for fields one after the other. The first field opens the first data line; card_line opens
-// the next. Each card_ routine reports its own mistakes and returns something harmless, so that reading goes on.
+// the next. Each card_ routine reports its own mistakes and returns something harmless, so that reading goes
+// on.
 // ---------------------------------------------------------------------------
 #ifndef MPFE_DECK_CARD_H
 #define MPFE_DECK_CARD_H
@@ -34,7 +35,8 @@ Limit between(double lo, double hi);     // without the ends
 Limit from_to(double lo, double hi);     // with the ends
 
 // ---- data lines
-bool card_line(Card& c);                 // opens the next data line; reports fields left over in the one before
+// opens the next data line; reports fields left over in the one before
+bool card_line(Card& c);
 void card_join(Card& c);                 // appends the next data line to the open one
 bool card_text(Card& c, std::string& text);    // opens the next line as it stands
 bool card_more(const Card& c);           // another field in the open line
@@ -53,7 +55,8 @@ Expr card_expr(Card& c, const char* what);                         // number or 
 Expr card_expr_or(Card& c, const char* what, double otherwise);
 int card_dof(Card& c, const Model& m, const char* what);           // 0-based, -1: wrong
 std::array<double, 3> card_direction(Card& c, const Model& m, const char* what);   // unit vector
-bool card_box(Card& c, int dim, const char* low, const char* high, double lo[3], double hi[3]);   // xLOW, yLOW[, zLOW], xHIGH ...; false: wrong
+// xLOW, yLOW[, zLOW], xHIGH ...; false: wrong
+bool card_box(Card& c, int dim, const char* low, const char* high, double lo[3], double hi[3]);
 bool card_cells(Card& c, int dim, int n[3]);                       // nx, ny[, nz]; false: wrong
 
 // ---- parameters of the keyword line
@@ -62,13 +65,15 @@ bool card_flag(Card& c, const char* name);                         // NAME witho
 std::string card_param_name(Card& c, const char* name);            // upper case; "" when not given or wrong
 Field card_param_field(Card& c, const char* name);                 // name as a word to look up
 int card_param_word(Card& c, const char* name, const char* words, int otherwise);
-bool card_param_yes(Card& c, const char* name, bool alone, bool otherwise);   // NAME=YES|NO; alone: without a value
+// NAME=YES|NO; alone: without a value
+bool card_param_yes(Card& c, const char* name, bool alone, bool otherwise);
 double card_param_real(Card& c, const char* name, double otherwise, const Limit& limit);
 int card_param_int(Card& c, const char* name, int otherwise, int lo, int hi);
 bool card_param_expr(Card& c, const char* name, Expr& out);
 // card_where : where != 0 at X; a value that is no finite number is an error, told once; what: node, element
 bool card_where(Card& c, const Expr& where, const double* X, int dim, const std::string& what);
-int card_param_element(Card& c);                                   // TYPE= as index into elem_table, -1: wrong
+// TYPE= as index into elem_table, -1: wrong
+int card_param_element(Card& c);
 int card_param_amplitude(Card& c, const Model& m);                 // index or -1
 bool card_op_new(Card& c);                                         // OP=NEW
 

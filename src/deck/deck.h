@@ -13,7 +13,8 @@
 
 // deck_read : deck -> model, checked. defines are those of -D name=value.
 // All mistakes go to stderr, each with its line, a caret and what is allowed. Returns the number of errors.
-int deck_read(const std::string& path, const std::vector<std::pair<std::string, double>>& defines, Model& model);
+int deck_read(const std::string& path, const std::vector<std::pair<std::string, double>>& defines,
+              Model& model);
 
 // deck_list_keywords : name, one line of help, page
 void deck_list_keywords(std::FILE* out);

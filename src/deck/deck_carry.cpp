@@ -243,9 +243,11 @@ void drop_replaced(Deck& d, const Model& m, std::vector<Prescribed>& list, std::
     b.node.swap(node);
     if (other < 0) continue;
     d.word = "BOUNDARY";
-    deck_warn(d, deck_field(d, list[other].place, ""),
-              text_format("replaces what line %d says for node %d, direction %d in the same step; the last value "
-                          "holds", b.place.line, m.mesh.node_label[at], b.first + 1));
+    deck_warn(
+        d, deck_field(d, list[other].place, ""),
+        text_format("replaces what line %d says for node %d, direction %d in the same step; the last value "
+                    "holds",
+                    b.place.line, m.mesh.node_label[at], b.first + 1));
   }
   const auto empty = [](const Prescribed& b) { return b.node.empty(); };
   list.erase(std::remove_if(list.begin(), list.end(), empty), list.end());

@@ -36,7 +36,8 @@ void grow_by_element(Box& b, const Model& m, int e)
 
 Box body_box(const Model& m, const Body& body)
 {
-  if (body.fill != FILL_ELSET) return Box{{body.lo[0], body.lo[1], body.lo[2]}, {body.hi[0], body.hi[1], body.hi[2]}};
+  if (body.fill != FILL_ELSET)
+    return Box{{body.lo[0], body.lo[1], body.lo[2]}, {body.hi[0], body.hi[1], body.hi[2]}};
   Box b = empty_box();
   if (body.elset >= 0)
     for (int e : m.elset[body.elset].item) grow_by_element(b, m, e);
@@ -92,7 +93,8 @@ double corner(const Model& m, Shape shape, const int* node, int a)
     for (int i = 0; i < 3; ++i) r[j][i] = node_place(m, node[to[j]])[i] - node_place(m, node[a])[i];
   const double z = r[0][0] * r[1][1] - r[0][1] * r[1][0];
   if (dim == 2) return z;
-  return (r[0][1] * r[1][2] - r[0][2] * r[1][1]) * r[2][0] + (r[0][2] * r[1][0] - r[0][0] * r[1][2]) * r[2][1] + z * r[2][2];
+  return (r[0][1] * r[1][2] - r[0][2] * r[1][1]) * r[2][0] +
+         (r[0][2] * r[1][0] - r[0][0] * r[1][2]) * r[2][1] + z * r[2][2];
 }
 
 // labels in the order that turns the element round
@@ -112,7 +114,9 @@ std::string turned_round(const Model& m, Shape shape, const int* node)
 const char* keyword_of(const Deck& d, int e)
 {
   const std::string line = text_upper(deck_line_text(d, d.elem_spot[e].file, d.elem_spot[e].line));
-  return line.find("*BLOCK") != std::string::npos ? "BLOCK" : line.find("*CYLINDER") != std::string::npos ? "CYLINDER" : "ELEMENT";
+  return line.find("*BLOCK") != std::string::npos      ? "BLOCK"
+         : line.find("*CYLINDER") != std::string::npos ? "CYLINDER"
+                                                       : "ELEMENT";
 }
 
 void check_element(Deck& d, const Model& m, int e)
@@ -123,7 +127,8 @@ void check_element(Deck& d, const Model& m, int e)
   const int dim = shape_info[shape].dim;
   Box b = empty_box();
   grow_by_element(b, m, e);
-  const double size = (b.hi[0] - b.lo[0]) + (b.hi[1] - b.lo[1]) + (b.hi[2] - b.lo[2]), zero = 1e-12 * std::pow(size, dim);
+  const double size = (b.hi[0] - b.lo[0]) + (b.hi[1] - b.lo[1]) + (b.hi[2] - b.lo[2]),
+               zero = 1e-12 * std::pow(size, dim);
   int positive = 0, negative = 0, worst = 0;
   for (int a = 0; a < n; ++a) {
     const double part = corner(m, shape, node, a);
@@ -134,15 +139,22 @@ void check_element(Deck& d, const Model& m, int e)
   if (positive == n) return;
   std::string text;
   if (negative == n) {
-    text = text_format(dim == 3 ? "element %d is turned inside out; write its nodes in this order:" : "the nodes of element %d run clockwise; write them counter-clockwise:", label) +
+    text = text_format(dim == 3 ? "element %d is turned inside out; write its nodes in this order:"
+                                : "the nodes of element %d run clockwise; write them counter-clockwise:",
+                       label) +
            turned_round(m, shape, node);
   } else if (positive + negative == 0) {
-    text = text_format(dim == 3 ? "element %d has no volume; its nodes lie in a plane or on each other" : "element %d has no area; its nodes lie on a line or on each other", label);
+    text = text_format(dim == 3 ? "element %d has no volume; its nodes lie in a plane or on each other"
+                                : "element %d has no area; its nodes lie on a line or on each other",
+                       label);
   } else if (dim == 3) {
-    text = text_format("element %d is folded at node %d: its edges there span no positive volume; mind the order of the nodes", label, m.mesh.node_label[node[worst]]);
-  } else {
-    text = text_format("element %d is not convex at node %d: the angle is 180 degrees or more; mind the order of the nodes",
+    text = text_format("element %d is folded at node %d: its edges there span no positive volume; mind the "
+                       "order of the nodes",
                        label, m.mesh.node_label[node[worst]]);
+  } else {
+    text = text_format(
+        "element %d is not convex at node %d: the angle is 180 degrees or more; mind the order of the nodes",
+        label, m.mesh.node_label[node[worst]]);
   }
   fault(d, keyword_of(d, e), element_place(d, e), "", text);
 }
@@ -156,11 +168,15 @@ void check_elements(Deck& d, const Model& m)
 void check_sets(Deck& d, const Model& m)
 {
   for (const Set& s : m.nset)
-    if (s.item.empty()) fault(d, "NSET", s.place, s.name, "node set " + s.name + " is empty; give it nodes or remove it");
+    if (s.item.empty())
+      fault(d, "NSET", s.place, s.name, "node set " + s.name + " is empty; give it nodes or remove it");
   for (const Set& s : m.elset)
-    if (s.item.empty()) fault(d, "ELSET", s.place, s.name, "element set " + s.name + " is empty; give it elements or remove it");
+    if (s.item.empty())
+      fault(d, "ELSET", s.place, s.name,
+            "element set " + s.name + " is empty; give it elements or remove it");
   for (const Surface& s : m.surface)
-    if (s.face.empty() && s.body < 0) fault(d, "SURFACE", s.place, s.name, "surface " + s.name + " is empty; give it faces or remove it");
+    if (s.face.empty() && s.body < 0)
+      fault(d, "SURFACE", s.place, s.name, "surface " + s.name + " is empty; give it faces or remove it");
 }
 
 // body of each element that becomes points, -1: stays an element
@@ -177,10 +193,16 @@ IntVec body_of_elements(Deck& d, const Model& m)
       body[e] = static_cast<int>(b);
     }
     const std::string word = m.elset[m.body[b].elset].name;
-    if (section) fault(d, "MATERIAL POINTS", m.body[b].place, word,
-                       "elements of " + word + " have a *SOLID SECTION; they become material points and must not have one");
-    if (wedge) fault(d, "MATERIAL POINTS", m.body[b].place, word, "wedges (C3D6) cannot become material points; take C3D8 or C3D4");
-    if (shared) fault(d, "MATERIAL POINTS", m.body[b].place, word, "elements of " + word + " belong to another body as well; an element fills one body");
+    if (section)
+      fault(d, "MATERIAL POINTS", m.body[b].place, word,
+            "elements of " + word +
+                " have a *SOLID SECTION; they become material points and must not have one");
+    if (wedge)
+      fault(d, "MATERIAL POINTS", m.body[b].place, word,
+            "wedges (C3D6) cannot become material points; take C3D8 or C3D4");
+    if (shared)
+      fault(d, "MATERIAL POINTS", m.body[b].place, word,
+            "elements of " + word + " belong to another body as well; an element fills one body");
   }
   return body;
 }
@@ -194,7 +216,8 @@ void check_sections(Deck& d, const Model& m, const IntVec& body)
   }
   if (missing == 0) return;
   fault(d, "SOLID SECTION", element_place(d, first), "",
-        text_format("%d elements have no *SOLID SECTION, the first is element %d; write *SOLID SECTION, ELSET=..., MATERIAL=...",
+        text_format("%d elements have no *SOLID SECTION, the first is element %d; write *SOLID SECTION, "
+                    "ELSET=..., MATERIAL=...",
                     missing, m.mesh.elem_label[first]));
 }
 
@@ -206,12 +229,17 @@ void check_materials(Deck& d, const Model& m)
   for (const Step& s : m.step) dynamic = dynamic || s.proc == PROC_DYNAMIC;
   for (const Material& a : m.material) {
     if (!a.used) {
-      doubt(d, "MATERIAL", a.place, a.name, "material " + a.name + " is not used; name it in *SOLID SECTION or *MATERIAL POINTS, or remove it");
+      doubt(d, "MATERIAL", a.place, a.name,
+            "material " + a.name +
+                " is not used; name it in *SOLID SECTION or *MATERIAL POINTS, or remove it");
       continue;
     }
-    if (!a.has_elastic) fault(d, "ELASTIC", a.place, a.name, "material " + a.name + " has no *ELASTIC; write it after *MATERIAL");
+    if (!a.has_elastic)
+      fault(d, "ELASTIC", a.place, a.name,
+            "material " + a.name + " has no *ELASTIC; write it after *MATERIAL");
     if (dynamic && a.density == 0.0)
-      fault(d, "DENSITY", a.place, a.name, "material " + a.name + " has no *DENSITY, which a *DYNAMIC step needs; write it after *MATERIAL");
+      fault(d, "DENSITY", a.place, a.name,
+            "material " + a.name + " has no *DENSITY, which a *DYNAMIC step needs; write it after *MATERIAL");
   }
 }
 
@@ -233,8 +261,10 @@ void check_locking(Deck& d, const Model& m)
     if (a.poisson < 0.49 || (element[k] < 0 && body[k] < 0)) continue;
     std::string who;
     if (element[k] >= 0)
-      who = elem_table[m.mesh.elem_type[element[k]]].name + text_format(" (element %d)", m.mesh.elem_label[element[k]]);
-    if (body[k] >= 0) who += (who.empty() ? "" : " and ") + ("material points (body " + m.body[body[k]].name + ")");
+      who = elem_table[m.mesh.elem_type[element[k]]].name +
+            text_format(" (element %d)", m.mesh.elem_label[element[k]]);
+    if (body[k] >= 0)
+      who += (who.empty() ? "" : " and ") + ("material points (body " + m.body[body[k]].name + ")");
     doubt(d, "ELASTIC", a.place, a.name, "poisson = " + text_number(a.poisson) + " of material " + a.name +
           " makes " + who + " too stiff: they lock when the volume cannot change; take " +
           (m.dim == 3 ? "C3D8I" : "CPE4I, or CPS4 where plane stress fits") +
@@ -256,8 +286,9 @@ void check_initial(Deck& d, const Model& m)
         told = true;
         const std::string whose = n < 0 ? "body " + m.body[-1 - n].name
                                         : text_format("node %d", m.mesh.node_label[n]);
-        doubt(d, "INITIAL CONDITIONS", v.place, "", text_format("replaces what line %d says for ", last->place.line) +
-              whose + text_format(", direction %d; the last value holds", v.dof + 1));
+        doubt(d, "INITIAL CONDITIONS", v.place, "",
+              text_format("replaces what line %d says for ", last->place.line) + whose +
+                  text_format(", direction %d; the last value holds", v.dof + 1));
       }
       last = &v;
     }
@@ -269,7 +300,9 @@ void check_fragments(Deck& d, const Model& m)
   if (!m.fragments.on) return;
   for (const Material& a : m.material)
     if (a.used && a.density == 0.0)
-      fault(d, "FRAGMENTS", m.fragments.place, "FRAGMENTS", "masses of fragments need the density of material " + a.name + "; write *DENSITY after *MATERIAL");
+      fault(d, "FRAGMENTS", m.fragments.place, "FRAGMENTS",
+            "masses of fragments need the density of material " + a.name +
+                "; write *DENSITY after *MATERIAL");
 }
 
 void check_gravity(Deck& d, const Model& m, const Step& s)
@@ -278,9 +311,12 @@ void check_gravity(Deck& d, const Model& m, const Step& s)
   for (const Load& l : s.load) {
     if (!l.per_mass) continue;
     bool good = true;
-    for (int e : l.elem) good = good && (m.mesh.elem_section[e] < 0 || has_density(m.section[m.mesh.elem_section[e]].material));
+    for (int e : l.elem)
+      good = good && (m.mesh.elem_section[e] < 0 || has_density(m.section[m.mesh.elem_section[e]].material));
     for (int b : l.body) good = good && has_density(m.body[b].material);
-    if (!good && s.proc == PROC_STATIC) fault(d, "DENSITY", l.place, "GRAV", "gravity needs the density of the material; write *DENSITY after *MATERIAL");
+    if (!good && s.proc == PROC_STATIC)
+      fault(d, "DENSITY", l.place, "GRAV",
+            "gravity needs the density of the material; write *DENSITY after *MATERIAL");
   }
 }
 
@@ -294,8 +330,9 @@ void check_body_box(Deck& d, const Model& m, const Body& body)
     const double hi = g.lo[i] + g.n[i] * g.h[i], tol = 1e-9 * (hi - g.lo[i]);
     if (b.lo[i] > b.hi[i] || (b.lo[i] >= g.lo[i] - tol && b.hi[i] <= hi + tol)) continue;
     return fault(d, body.fill == FILL_CONVERSION ? "CONVERSION" : "MATERIAL POINTS", body.place, body.name,
-                 "body " + body.name + " reaches from " + text_number(b.lo[i]) + " to " + text_number(b.hi[i]) + in_axis[i] +
-                 ", the grid from " + text_number(g.lo[i]) + " to " + text_number(hi) + "; make the *GRID larger, with room for the motion");
+                 "body " + body.name + " reaches from " + text_number(b.lo[i]) + " to " +
+                     text_number(b.hi[i]) + in_axis[i] + ", the grid from " + text_number(g.lo[i]) + " to " +
+                     text_number(hi) + "; make the *GRID larger, with room for the motion");
   }
 }
 
@@ -308,11 +345,14 @@ void check_fill(Deck& d, const Model& m, const Body& body)
     n[i] = body.cells[i] > 0 ? body.cells[i] : std::round((body.hi[i] - body.lo[i]) / m.grid.h[i]);
     if (!(n[i] >= 1.0))
       return fault(d, "MATERIAL POINTS", body.place, body.name,
-            "the box of " + body.name + " is thinner than half a cell of the grid: 0 points; give " + std::string(counts) + " in a second data line");
+                   "the box of " + body.name + " is thinner than half a cell of the grid: 0 points; give " +
+                       std::string(counts) + " in a second data line");
     n[i] *= body.per_cell;
   }
   if (!(n[0] * n[1] * n[2] <= 5e7))
-    return fault(d, "MATERIAL POINTS", body.place, body.name, "body " + body.name + " has more than 5e7 points; give fewer cells (" + counts + ") or a coarser grid");
+    return fault(d, "MATERIAL POINTS", body.place, body.name,
+                 "body " + body.name + " has more than 5e7 points; give fewer cells (" + counts +
+                     ") or a coarser grid");
   if (body.fill != FILL_REGION || n[0] * n[1] * n[2] > 4e6 || body.where.is_const()) return;
   double at[3];
   for (at[2] = 0.5; at[2] < n[2]; ++at[2])
@@ -322,7 +362,8 @@ void check_fill(Deck& d, const Model& m, const Body& body)
         for (int i = 0; i < m.dim; ++i) x[i] = body.lo[i] + (body.hi[i] - body.lo[i]) * at[i] / n[i];
         if (expr_eval(body.where, x, 0.0) != 0.0) return;
       }
-  fault(d, "MATERIAL POINTS", body.place, "WHERE", "WHERE is 0 at the centre of every domain of the box: 0 points; mind the box and the function");
+  fault(d, "MATERIAL POINTS", body.place, "WHERE",
+        "WHERE is 0 at the centre of every domain of the box: 0 points; mind the box and the function");
 }
 
 // boxes of points in the same place: the material would be there twice
@@ -336,8 +377,10 @@ void check_overlap(Deck& d, const Model& m)
       for (int i = 0; i < m.dim; ++i)
         apart = apart || std::min(a.hi[i], b.hi[i]) - std::max(a.lo[i], b.lo[i]) <= 1e-6 * m.grid.h[i];
       if (!apart)
-        doubt(d, "MATERIAL POINTS", a.place, a.name, "the boxes of " + a.name + " and " + b.name + " overlap: the material is there twice, "
-              "with twice the mass and stiffness; is it meant?");
+        doubt(d, "MATERIAL POINTS", a.place, a.name,
+              "the boxes of " + a.name + " and " + b.name +
+                  " overlap: the material is there twice, "
+                  "with twice the mass and stiffness; is it meant?");
     }
 }
 
@@ -345,7 +388,8 @@ void check_bodies(Deck& d, const Model& m)
 {
   for (const Body& b : m.body) {
     if (!m.grid.given) {
-      fault(d, "GRID", b.place, b.name, "material points need a grid; write *GRID with the box and the size of a cell");
+      fault(d, "GRID", b.place, b.name,
+            "material points need a grid; write *GRID with the box and the size of a cell");
       continue;
     }
     if (b.lo[0] > b.hi[0] || m.grid.h[0] <= 0.0) continue;
@@ -354,8 +398,11 @@ void check_bodies(Deck& d, const Model& m)
   }
   if (m.grid.given) check_overlap(d, m);
   if (!m.grid.ghost_place.file.empty() && !m.grid.given)
-    fault(d, "GHOST", m.grid.ghost_place, "GHOST", "there is no grid to stabilise; write *GRID with the box and the size of a cell, or leave *GHOST out");
-  if (m.grid.given && m.body.empty()) doubt(d, "GRID", m.grid.place, "GRID", "there is a grid, but no *MATERIAL POINTS; it has no effect");
+    fault(d, "GHOST", m.grid.ghost_place, "GHOST",
+          "there is no grid to stabilise; write *GRID with the box and the size of a cell, or leave *GHOST "
+          "out");
+  if (m.grid.given && m.body.empty())
+    doubt(d, "GRID", m.grid.place, "GRID", "there is a grid, but no *MATERIAL POINTS; it has no effect");
 }
 
 const char* bond_word(const BondDef& bond) { return bond.kind == BOND_CONTACT ? "CONTACT PAIR" : "BOND"; }
@@ -368,9 +415,11 @@ void check_bond_faces(Deck& d, const Model& m, const BondDef& bond, const IntVec
     for (const Face& f : m.surface[s].face) {
       if (body[f.elem] < 0) continue;
       const std::string& name = m.surface[s].name;
-      fault(d, bond_word(bond), bond.place, name, text_format("element %d of surface ", m.mesh.elem_label[f.elem]) + name +
-            " becomes material points; take *SURFACE, TYPE=BODY, BODY=" + m.body[body[f.elem]].name +
-            (bond.kind == BOND_CONTACT ? "" : " (bonds to the ground)") + " or the surface of the elements that stay");
+      fault(d, bond_word(bond), bond.place, name,
+            text_format("element %d of surface ", m.mesh.elem_label[f.elem]) + name +
+                " becomes material points; take *SURFACE, TYPE=BODY, BODY=" + m.body[body[f.elem]].name +
+                (bond.kind == BOND_CONTACT ? "" : " (bonds to the ground)") +
+                " or the surface of the elements that stay");
       break;
     }
   }
@@ -387,16 +436,20 @@ void check_contact_faces(Deck& d, const Model& m, const BondDef& bond)
   for (const Face& f : m.surface[bond.master].face) {
     if (!slave.count(key(f))) continue;
     fault(d, "CONTACT PAIR", bond.place, bond.name,
-          text_format("face S%d of element %d belongs to both surfaces, ", f.face + 1, m.mesh.elem_label[f.elem]) + m.surface[bond.surface].name + " and " +
-          m.surface[bond.master].name + "; it cannot be in contact with itself");
+          text_format("face S%d of element %d belongs to both surfaces, ", f.face + 1,
+                      m.mesh.elem_label[f.elem]) +
+              m.surface[bond.surface].name + " and " + m.surface[bond.master].name +
+              "; it cannot be in contact with itself");
     break;
   }
   for (int s : {bond.surface, bond.master})
     for (const Face& f : m.surface[s].face) {
       if (outer.count(key(f))) continue;
       fault(d, "CONTACT PAIR", bond.place, bond.name,
-            text_format("face S%d of element %d in surface ", f.face + 1, m.mesh.elem_label[f.elem]) + m.surface[s].name +
-            " lies inside the mesh, between two elements; contact takes outer faces (*SURFACE, ELSET=... finds them)");
+            text_format("face S%d of element %d in surface ", f.face + 1, m.mesh.elem_label[f.elem]) +
+                m.surface[s].name +
+                " lies inside the mesh, between two elements; contact takes outer faces (*SURFACE, ELSET=... "
+                "finds them)");
       break;
     }
 }
@@ -407,15 +460,17 @@ void check_bond_distance(Deck& d, const Model& m, const BondDef& bond)
   Box s = empty_box();
   for (const Face& f : m.surface[bond.surface].face) {
     const ShapeInfo& info = shape_info[elem_table[m.mesh.elem_type[f.elem]].shape];
-    for (int a = 0; a < info.nfnode[f.face]; ++a) grow(s, node_place(m, m.mesh.conn.begin(f.elem)[info.face[f.face][a]]));
+    for (int a = 0; a < info.nfnode[f.face]; ++a)
+      grow(s, node_place(m, m.mesh.conn.begin(f.elem)[info.face[f.face][a]]));
   }
   const Box b = body_box(m, m.body[bond.body]);
   for (int i = 0; i < m.dim; ++i) {
     const double gap = std::max(s.lo[i] - b.hi[i], b.lo[i] - s.hi[i]);
     if (s.lo[i] > s.hi[i] || b.lo[i] > b.hi[i] || gap <= m.grid.h[i]) continue;
     return doubt(d, "BOND", bond.place, m.surface[bond.surface].name,
-          "surface " + m.surface[bond.surface].name + " is " + text_number(gap) + in_axis[i] +
-                 " away from body " + m.body[bond.body].name + ", more than a cell of the grid; is it the right surface?");
+                 "surface " + m.surface[bond.surface].name + " is " + text_number(gap) + in_axis[i] +
+                     " away from body " + m.body[bond.body].name +
+                     ", more than a cell of the grid; is it the right surface?");
   }
 }
 
@@ -433,7 +488,9 @@ void check_loaded_supports(Deck& d, const Model& m, const Step& s)
     for (int n : l.node)
       if (held[3 * static_cast<std::size_t>(n) + l.dof]) {
         doubt(d, "CLOAD", l.place, "",
-              text_format("direction %d of node %d is prescribed and loaded; the load has no effect on the motion", l.dof + 1, m.mesh.node_label[n]));
+              text_format(
+                  "direction %d of node %d is prescribed and loaded; the load has no effect on the motion",
+                  l.dof + 1, m.mesh.node_label[n]));
         break;
       }
   }
@@ -470,9 +527,10 @@ void check_acting_nodes(Deck& d, const Model& m, const Step& s, const std::vecto
   for (const Load& l : s.load)
     for (int n : l.node) {
       if (use[n] == USE_ELEMENT) continue;
-      const std::string what = use[n] == USE_NONE ? " is loaded but belongs to no element; remove it from the set"
-                                                  : " becomes a corner of material points; load the body by "
-                                                    "*SURFACE, TYPE=BODY and *DSLOAD";
+      const std::string what = use[n] == USE_NONE
+                                   ? " is loaded but belongs to no element; remove it from the set"
+                                   : " becomes a corner of material points; load the body by "
+                                     "*SURFACE, TYPE=BODY and *DSLOAD";
       fault(d, "CLOAD", l.place, "", text_format("node %d", m.mesh.node_label[n]) + what);
       break;
     }
@@ -481,9 +539,13 @@ void check_acting_nodes(Deck& d, const Model& m, const Step& s, const std::vecto
       if (use[n] == USE_ELEMENT) continue;
       if (use[n] == USE_BODY)
         fault(d, "BOUNDARY", b.place, "",
-              text_format("node %d becomes a corner of material points; hold it by *GRID BOUNDARY or *BOND, TYPE=GROUND", m.mesh.node_label[n]));
+              text_format("node %d becomes a corner of material points; hold it by *GRID BOUNDARY or *BOND, "
+                          "TYPE=GROUND",
+                          m.mesh.node_label[n]));
       else
-        doubt(d, "BOUNDARY", b.place, "", text_format("node %d is prescribed but belongs to no element; it has no effect", m.mesh.node_label[n]));
+        doubt(d, "BOUNDARY", b.place, "",
+              text_format("node %d is prescribed but belongs to no element; it has no effect",
+                          m.mesh.node_label[n]));
       break;
     }
 }
@@ -495,8 +557,10 @@ void check_acting_faces(Deck& d, const Model& m, const Step& s, const IntVec& bo
     const std::vector<Face>& face = m.surface[l.surface].face;
     for (const Face& f : face) {
       if (body[f.elem] < 0) continue;
-      fault(d, l.keyword, l.place, "",
-            text_format("element %d becomes material points; load its body by *SURFACE, TYPE=BODY and *DSLOAD", m.mesh.elem_label[f.elem]));
+      fault(
+          d, l.keyword, l.place, "",
+          text_format("element %d becomes material points; load its body by *SURFACE, TYPE=BODY and *DSLOAD",
+                      m.mesh.elem_label[f.elem]));
       break;
     }
   }
@@ -508,11 +572,14 @@ void check_removed_faces(Deck& d, const Model& m, const Step& s, const IntVec& r
   for (const Load& l : s.load) {
     if (l.surface < 0 || l.ramp == RAMP_OUT) continue;
     const std::vector<Face>& face = m.surface[l.surface].face;
-    const auto gone = std::count_if(face.begin(), face.end(), [&](const Face& f) { return removed[f.elem] != 0; });
+    const auto gone = std::count_if(face.begin(), face.end(),
+                                    [&](const Face& f) { return removed[f.elem] != 0; });
     if (gone == 0) continue;
-    const std::string text = text_format("%d of the %d loaded faces belong to elements that *MODEL CHANGE removes: they carry no load",
-                                         static_cast<int>(gone), static_cast<int>(face.size()));
-    if (gone == static_cast<long>(face.size())) fault(d, l.keyword, l.place, "", text + "; load what is left");
+    const std::string text = text_format(
+        "%d of the %d loaded faces belong to elements that *MODEL CHANGE removes: they carry no load",
+        static_cast<int>(gone), static_cast<int>(face.size()));
+    if (gone == static_cast<long>(face.size()))
+      fault(d, l.keyword, l.place, "", text + "; load what is left");
     else doubt(d, l.keyword, l.place, "", text);
   }
 }
@@ -523,7 +590,8 @@ void check_steps(Deck& d, const Model& m, const IntVec& body)
   const std::vector<char> use = node_use(m, body, removed);
   for (const Step& s : m.step) {
     if (!m.body.empty() && !s.nlgeom)
-      fault(d, "STEP", s.place, "STEP", "material points move through a grid and need large displacements; write *STEP, NLGEOM");
+      fault(d, "STEP", s.place, "STEP",
+            "material points move through a grid and need large displacements; write *STEP, NLGEOM");
     check_gravity(d, m, s);
     check_loaded_supports(d, m, s);
     check_acting_nodes(d, m, s, use);
@@ -538,18 +606,22 @@ void check_times(Deck& d, const Model& m)
   for (const Step& s : m.step) end += s.period;
   for (const Check& c : m.check)
     if (!m.step.empty() && c.at == AT_TIME && c.time > end * (1.0 + 1e-9))
-      fault(d, "CHECK", c.place, "", "TIME = " + text_number(c.time) + " is never reached; the run ends at " + text_number(end));
+      fault(d, "CHECK", c.place, "",
+            "TIME = " + text_number(c.time) + " is never reached; the run ends at " + text_number(end));
 }
 
 // what is missing altogether; said only when reading went well, so that one mistake gives one message
 void check_missing(Deck& d, const Model& m, const IntVec& body)
 {
   if (m.mesh.nelem() == 0 && m.body.empty())
-    fault(d, "ELEMENT", last_line(d), "", "the deck has neither elements nor material points; write *ELEMENT, *BLOCK or *MATERIAL POINTS");
+    fault(d, "ELEMENT", last_line(d), "",
+          "the deck has neither elements nor material points; write *ELEMENT, *BLOCK or *MATERIAL POINTS");
   const IntVec removed = removed_elements(m);
   if (!removed.empty() && m.body.empty() && std::count(removed.begin(), removed.end(), 0) == 0)
-    fault(d, "MODEL CHANGE", m.broken.front().place, "", "all elements are removed; nothing is left to solve");
-  if (m.step.empty()) fault(d, "STEP", last_line(d), "", "the deck has no step; write *STEP, *STATIC or *DYNAMIC, *END STEP");
+    fault(d, "MODEL CHANGE", m.broken.front().place, "",
+          "all elements are removed; nothing is left to solve");
+  if (m.step.empty())
+    fault(d, "STEP", last_line(d), "", "the deck has no step; write *STEP, *STATIC or *DYNAMIC, *END STEP");
   check_sets(d, m);
   check_sections(d, m, body);
   check_materials(d, m);
@@ -575,7 +647,8 @@ void deck_check(Deck& d, Model& m)
   check_equations(d, m);
   for (const BondDef& b : m.bond) {
     check_bond_faces(d, m, b, body);
-    if (m.body.empty()) check_contact_faces(d, m, b);   // faces towards elements that become points are outer ones too
+    // faces towards elements that become points are outer ones too
+    if (m.body.empty()) check_contact_faces(d, m, b);
   }
   check_times(d, m);
 }

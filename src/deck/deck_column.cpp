@@ -3,8 +3,8 @@
 // column_built_in : columns that every history file has; column: the name as the file spells it
 bool column_built_in(const std::string& name, std::string& column)
 {
-  for (const char* word : {"time", "step", "inc", "dt", "iter", "kinetic", "strain", "bond", "external", "balance",
-                           "px", "py", "pz", "lx", "ly", "lz", "slip_max", "slip_rms"})
+  for (const char* word : {"time", "step", "inc", "dt", "iter", "kinetic", "strain", "bond", "external",
+                           "balance", "px", "py", "pz", "lx", "ly", "lz", "slip_max", "slip_rms"})
     if (text_upper(name) == text_upper(word)) {
       column = word;
       return true;

@@ -60,7 +60,9 @@ bool deck_same_dimension(Deck& d, const Field& at, const std::string& what, int 
   }
   if (d.dim_first == dim) return true;
   const char* const word[2] = {"two", "three"};
-  deck_error(d, at, what + " has " + word[dim - 2] + " dimensions, but " + d.dim_what + " of " + spot_text(d, d.dim_spot) + " has " +
-             word[d.dim_first - 2] + "; a deck has elements and a grid of one dimension");
+  deck_error(d, at,
+             what + " has " + word[dim - 2] + " dimensions, but " + d.dim_what + " of " +
+                 spot_text(d, d.dim_spot) + " has " + word[d.dim_first - 2] +
+                 "; a deck has elements and a grid of one dimension");
   return false;
 }

@@ -37,9 +37,11 @@ void check_nodes(Deck& d, const Model& m, const std::vector<char>& life)
   for (const Equation& e : m.equation)
     for (const EquationTerm& t : e.term) {
       if (life[t.node] != 2) continue;
-      fault(d, e.place, text_format("all elements of node %d are or may become material points, which have no nodes "
-            "that an equation could tie; keep an element there out of *CONVERSION, or tie by *BOND",
-            m.mesh.node_label[t.node]));
+      fault(
+          d, e.place,
+          text_format("all elements of node %d are or may become material points, which have no nodes "
+                      "that an equation could tie; keep an element there out of *CONVERSION, or tie by *BOND",
+                      m.mesh.node_label[t.node]));
       break;
     }
 }
@@ -55,9 +57,11 @@ void check_prescribed(Deck& d, const Model& m, const Step& s)
         const auto k = dependent.find(3 * n + i);
         if (k == dependent.end()) continue;
         fault(d, m.equation[k->second].place,
-              text_format("direction %d of node %d depends on others by this equation, and is prescribed in ", i + 1,
-              m.mesh.node_label[n]) + b.place.file +
-              text_format(" line %d; begin the equation with another term, or release the direction", b.place.line));
+              text_format("direction %d of node %d depends on others by this equation, and is prescribed in ",
+                          i + 1, m.mesh.node_label[n]) +
+                  b.place.file +
+                  text_format(" line %d; begin the equation with another term, or release the direction",
+                              b.place.line));
         return;
       }
 }
@@ -72,9 +76,11 @@ void check_loads(Deck& d, const Model& m, const Step& s, const std::vector<char>
     for (int n : l.node) {
       if (life[n] || taken[3 * static_cast<std::size_t>(n) + l.dof]) continue;
       d.word = "CLOAD";
-      deck_error(d, deck_field(d, l.place, ""),
-                 text_format("direction %d of node %d is loaded, but belongs to no element and to no equation of "
-                 "this step", l.dof + 1, m.mesh.node_label[n]));
+      deck_error(
+          d, deck_field(d, l.place, ""),
+          text_format("direction %d of node %d is loaded, but belongs to no element and to no equation of "
+                      "this step",
+                      l.dof + 1, m.mesh.node_label[n]));
       break;
     }
 }
@@ -93,7 +99,8 @@ void check_equations(Deck& d, const Model& m)
     std::vector<EquationSolved> solved;
     int bad = -1;
     if (!equations_resolve(m, s.equation, solved, bad))
-      fault(d, m.equation[bad].place, "the first term of this equation depends on itself by way of other equations; "
+      fault(d, m.equation[bad].place,
+            "the first term of this equation depends on itself by way of other equations; "
             "begin one of them with another term");
     check_prescribed(d, m, s);
     check_loads(d, m, s, life);

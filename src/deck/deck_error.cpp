@@ -61,7 +61,8 @@ void add_message(Deck& d, bool warning, const Field& at, const std::string& text
   if (!d.word.empty()) m.text += ", *" + d.word;
   if (at.number > 0) m.text += text_format(", field %d", at.number);
   m.text += "\n" + echo(d, at) + "  " + text + "  (" + page(d.word) + ")";
-  if (!d.told.insert(std::hash<std::string>()(m.text + (warning ? "w" : "e"))).second) return;   // a line may act in many steps
+  // a line may act in many steps
+  if (!d.told.insert(std::hash<std::string>()(m.text + (warning ? "w" : "e"))).second) return;
   m.kind = kind_of(d, warning, at, text);
   if (++d.of_kind[m.kind] > max_of_kind || d.message.size() >= max_stored) return;
   d.message.push_back(m);
@@ -123,7 +124,8 @@ std::string text_squeeze(const std::string& word)
 std::string text_nearest(const std::string& word, const std::vector<std::string>& valid)
 {
   if (word.empty() || word.size() > 80) return "";
-  int best = std::min(static_cast<int>(word.size()) - 1, 1 + static_cast<int>(word.size()) / 3);   // more changes are another word
+  // more changes are another word
+  int best = std::min(static_cast<int>(word.size()) - 1, 1 + static_cast<int>(word.size()) / 3);
   std::string nearest;
   for (const std::string& v : valid) {
     if (v.size() > 80) continue;
@@ -160,7 +162,8 @@ void deck_warn(Deck& d, const Field& at, const std::string& text)
 }
 
 // ---------------------------------------------------------------------------
-// deck_print_messages : errors in the order of the deck, then warnings; 5 of a kind and 50 of each, then the counts
+// deck_print_messages : errors in the order of the deck, then warnings; 5 of a kind and 50 of each, then the
+// counts
 // ---------------------------------------------------------------------------
 void deck_print_messages(const Deck& d)
 {
@@ -180,7 +183,8 @@ void deck_print_messages(const Deck& d)
   }
   for (const auto& k : d.of_kind) {
     const auto s = shown.find(k.first);
-    if (s == shown.end() || s->second < max_of_kind) hidden[k.first[0] == 'w'] += k.second - (s == shown.end() ? 0 : s->second);
+    if (s == shown.end() || s->second < max_of_kind)
+      hidden[k.first[0] == 'w'] += k.second - (s == shown.end() ? 0 : s->second);
   }
   if (hidden[1] > 0) log_warn("%d more warnings are not shown", hidden[1]);
   if (hidden[0] > 0) log_error("%d more errors are not shown", hidden[0]);

@@ -10,9 +10,10 @@ namespace {
 
 const std::size_t max_text = 4000;
 
-const char* const functions[] = {"sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh",
-                                 "asinh", "acosh", "atanh", "log2", "log10", "log", "ln", "exp", "sqrt", "sign",
-                                 "rint", "abs", "min", "max", "sum", "avg", "heaviside"};
+const char* const functions[] = {"sin",   "cos",  "tan",  "asin",  "acos",  "atan",     "atan2",
+                                 "sinh",  "cosh", "tanh", "asinh", "acosh", "atanh",    "log2",
+                                 "log10", "log",  "ln",   "exp",   "sqrt",  "sign",     "rint",
+                                 "abs",   "min",  "max",  "sum",   "avg",   "heaviside"};
 const char* const reserved[] = {"x", "y", "z", "t", "pi", "_pi", "_e"};
 
 bool name_char(char c) { return std::isalnum(static_cast<unsigned char>(c)) || c == '_'; }
@@ -36,7 +37,8 @@ bool well_formed(const std::string& text, std::string& error, int& position)
     if (c == ',' && depth == 0) return fault("a comma may only stand between the arguments of a function", i);
     if (c == '=' && next != '=' && before != '=' && before != '<' && before != '>' && before != '!')
       return fault("= assigns nothing here; to compare write ==", i);
-    if (!name_char(c) && !std::strchr(" \t.+-*/^(),<>=!&|?:", c)) return fault("this character has no meaning in an expression", i);
+    if (!name_char(c) && !std::strchr(" \t.+-*/^(),<>=!&|?:", c))
+      return fault("this character has no meaning in an expression", i);
   }
   if (depth > 0) return fault("a closing bracket is missing", text.size());
   return true;
@@ -62,7 +64,8 @@ bool unknown_name(const Deck& d, const std::string& text, bool with_xyzt, std::s
       const std::size_t first = i;
       while (i < text.size() && name_char(text[i])) ++i;
       name = text.substr(first, i - first);
-      const bool known = is_function(name) || d.param.count(name) || (is_reserved(name) && (with_xyzt || name.size() > 1));
+      const bool known = is_function(name) || d.param.count(name) ||
+                         (is_reserved(name) && (with_xyzt || name.size() > 1));
       position = static_cast<int>(first);
       if (!known) return true;
     } else {
@@ -95,7 +98,8 @@ std::vector<std::string> known_names(const Deck& d, bool with_xyzt)
 }
 
 // caret under the wrong place of the expression
-void report(Deck& d, Field at, int offset, const std::string& text, const std::string& error, int position, int length)
+void report(Deck& d, Field at, int offset, const std::string& text, const std::string& error, int position,
+            int length)
 {
   at.column += offset + std::max(0, std::min(position, static_cast<int>(text.size())));
   at.length = length;
@@ -110,7 +114,8 @@ bool names_are_known(Deck& d, const Field& at, int offset, const std::string& te
   const bool letter = !with_xyzt && is_reserved(name);
   report(d, at, offset, text,
          letter ? "x, y, z, t have no value here; only parameters have"
-                : "the name " + text_show(name) + " is not known" + text_suggest(name, known_names(d, with_xyzt)),
+                : "the name " + text_show(name) + " is not known" +
+                      text_suggest(name, known_names(d, with_xyzt)),
          position, static_cast<int>(name.size()));
   return false;
 }
@@ -119,10 +124,12 @@ bool names_are_known(Deck& d, const Field& at, int offset, const std::string& te
 
 std::string deck_parameter_name_fault(const std::string& name)
 {
-  if (name.empty() || !name_start(name[0]) || name.size() > 60) return "must begin with a letter and have at most 60 characters";
+  if (name.empty() || !name_start(name[0]) || name.size() > 60)
+    return "must begin with a letter and have at most 60 characters";
   for (char c : name)
     if (!name_char(c)) return "may hold letters, digits and _ only";
-  if (is_reserved(name) || is_function(name)) return "is a word of every expression (x y z t pi, functions); take another one";
+  if (is_reserved(name) || is_function(name))
+    return "is a word of every expression (x y z t pi, functions); take another one";
   return "";
 }
 
@@ -139,9 +146,11 @@ bool deck_scalar(Deck& d, const Field& at, int offset, const std::string& text, 
   if (!well_formed(text, error, position)) return report(d, at, offset, text, error, position, 1), false;
   if (!names_are_known(d, at, offset, text, false)) return false;
   double v = 0.0;
-  if (!expr_scalar(text, d.param, v, error, position)) return report(d, at, offset, text, error, position, 1), false;
+  if (!expr_scalar(text, d.param, v, error, position))
+    return report(d, at, offset, text, error, position, 1), false;
   if (!std::isfinite(v)) {
-    report(d, at, offset, text, "the value is not a finite number (division by zero?)", 0, static_cast<int>(text.size()));
+    report(d, at, offset, text, "the value is not a finite number (division by zero?)", 0,
+           static_cast<int>(text.size()));
     return false;
   }
   value = v;
@@ -156,7 +165,8 @@ bool deck_function(Deck& d, const Field& at, const std::string& text, Expr& out)
   note_use(d, text);
   if (!well_formed(text, error, position)) return report(d, at, 1, text, error, position, 1), false;
   if (!names_are_known(d, at, 1, text, true)) return false;
-  if (!expr_compile(text, d.param, out, error, position)) return report(d, at, 1, text, error, position, 1), false;
+  if (!expr_compile(text, d.param, out, error, position))
+    return report(d, at, 1, text, error, position, 1), false;
   return true;
 }
 
@@ -164,7 +174,8 @@ bool deck_function(Deck& d, const Field& at, const std::string& text, Expr& out)
 bool deck_function_of_t(Deck& d, const Field& at, const std::string& text, Expr& out)
 {
   for (std::size_t i = 0; i < text.size(); ++i) {
-    const bool alone = (i == 0 || !name_char(text[i - 1])) && (i + 1 == text.size() || !name_char(text[i + 1]));
+    const bool alone = (i == 0 || !name_char(text[i - 1])) &&
+                       (i + 1 == text.size() || !name_char(text[i + 1]));
     if (alone && text[i] >= 'x' && text[i] <= 'z') {
       report(d, at, 1, text, "an amplitude is a function of t alone", static_cast<int>(i), 1);
       return false;

@@ -1,5 +1,5 @@
-// Elements of a lower dimension than the model, as mesh generators write them for sides and edges: sets of nodes
-// and surfaces
+// Elements of a lower dimension than the model, as mesh generators write them for sides and edges: sets of
+// nodes and surfaces
 
 #include <algorithm>
 #include <array>
@@ -79,8 +79,8 @@ void facet_set_merge(Deck& d, Model& m, const std::string& name, IntVec& item, c
 }
 
 // ---------------------------------------------------------------------------
-// facet_surfaces : the outer faces of the mesh that a set of elements of a lower dimension lies on become a surface
-// of its name
+// facet_surfaces : the outer faces of the mesh that a set of elements of a lower dimension lies on become a
+// surface of its name
 // ---------------------------------------------------------------------------
 void facet_surfaces(Deck& d, Model& m)
 {
@@ -99,8 +99,8 @@ void facet_surfaces(Deck& d, Model& m)
     if (model_find_surface(m, s.name) >= 0) continue;      // *SURFACE has made one of this name
     if (s.face.size() < set.item.size())
       deck_warn(d, deck_field(d, set.place, set.name),
-                text_format("%zu of the %zu elements of ", set.item.size() - s.face.size(), set.item.size()) + set.name +
-                " are no outer faces of the mesh; surface " + set.name + " has the others");
+                text_format("%zu of the %zu elements of ", set.item.size() - s.face.size(), set.item.size()) +
+                    set.name + " are no outer faces of the mesh; surface " + set.name + " has the others");
     m.surface.push_back(s);
   }
 }

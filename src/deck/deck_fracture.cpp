@@ -21,7 +21,8 @@ void check_once(Deck& d, const Model& m, const std::vector<Def>& defs, const cha
     for (int e : m.elset[defs[i].elset].item) {
       if (owner[e] >= 0) {
         fault(d, keyword, defs[i].place, m.elset[defs[i].elset].name,
-              text_format("element %d is in *%s of line %d already; sets must not overlap", m.mesh.elem_label[e], keyword, defs[owner[e]].place.line));
+              text_format("element %d is in *%s of line %d already; sets must not overlap",
+                          m.mesh.elem_label[e], keyword, defs[owner[e]].place.line));
         break;
       }
       owner[e] = static_cast<int>(i);
@@ -38,7 +39,9 @@ void check_elements(Deck& d, const Model& m, const std::vector<Def>& defs, const
     for (int e : m.elset[f.elset].item)
       if (m.mesh.elem_section[e] < 0) {
         fault(d, keyword, f.place, m.elset[f.elset].name,
-              text_format("element %d has no *SOLID SECTION; only finite elements can break or become points during the run", m.mesh.elem_label[e]));
+              text_format("element %d has no *SOLID SECTION; only finite elements can break or become points "
+                          "during the run",
+                          m.mesh.elem_label[e]));
         break;
       }
   }
@@ -53,8 +56,10 @@ void check_broken(Deck& d, const Model& m)
   for (const BrokenDef& b : m.broken)
     for (int e : b.elem) {
       if (b.remove || may[e]) continue;
-      fault(d, "INITIAL CONDITIONS", b.place, "", text_format("element %d is broken from the start, but belongs to no *EIGENFRACTURE, which "
-                                                              "says what it still carries; put it into the set of one", m.mesh.elem_label[e]));
+      fault(d, "INITIAL CONDITIONS", b.place, "",
+            text_format("element %d is broken from the start, but belongs to no *EIGENFRACTURE, which "
+                        "says what it still carries; put it into the set of one",
+                        m.mesh.elem_label[e]));
       break;
     }
 }
@@ -65,9 +70,12 @@ void check_estimate(Deck& d, const Model& m)
   for (const FractureDef& f : m.fracture)
     for (const Step& s : m.step) {
       if (f.estimate != ESTIMATE_FORCE || s.proc != PROC_DYNAMIC) continue;
-      fault(d, "EIGENFRACTURE", f.place, "FORCE",
-            text_format("ESTIMATE=FORCE holds in static steps only, and the step of line %d is dynamic; leave it out: "
-                        "AUTO, the default, takes FORCE in static steps and BALL in dynamic ones", s.place.line));
+      fault(
+          d, "EIGENFRACTURE", f.place, "FORCE",
+          text_format(
+              "ESTIMATE=FORCE holds in static steps only, and the step of line %d is dynamic; leave it out: "
+              "AUTO, the default, takes FORCE in static steps and BALL in dynamic ones",
+              s.place.line));
       break;
     }
 }
@@ -76,7 +84,8 @@ void check_wedges(Deck& d, const Model& m, const ConversionDef& c)
 {
   for (int e : m.elset[c.elset].item)
     if (elem_table[m.mesh.elem_type[e]].shape == SHAPE_WEDGE6)
-      return fault(d, "CONVERSION", c.place, m.elset[c.elset].name, "wedges (C3D6) cannot become material points; take C3D8 or C3D4");
+      return fault(d, "CONVERSION", c.place, m.elset[c.elset].name,
+                   "wedges (C3D6) cannot become material points; take C3D8 or C3D4");
 }
 
 void check_tetrahedra(Deck& d, const Model& m, const ConversionDef& c)
@@ -84,7 +93,8 @@ void check_tetrahedra(Deck& d, const Model& m, const ConversionDef& c)
   if (c.per_elem <= 2) return;
   for (int e : m.elset[c.elset].item)
     if (elem_table[m.mesh.elem_type[e]].shape == SHAPE_TET4)
-      return fault(d, "CONVERSION", c.place, "POINTS", text_format("a tetrahedron becomes 1 or 8 points: POINTS=1 or 2, not %d", c.per_elem));
+      return fault(d, "CONVERSION", c.place, "POINTS",
+                   text_format("a tetrahedron becomes 1 or 8 points: POINTS=1 or 2, not %d", c.per_elem));
 }
 
 // what waits to break must be able to
@@ -97,7 +107,8 @@ void check_trigger(Deck& d, const Model& m, const ConversionDef& c)
       for (int e : m.elset[f.elset].item) may[e] = 1;
   for (int e : m.elset[c.elset].item)
     if (may[e]) return;
-  fault(d, "CONVERSION", c.place, m.elset[c.elset].name, "no element of this set is in an *EIGENFRACTURE: none ever breaks, and none becomes "
+  fault(d, "CONVERSION", c.place, m.elset[c.elset].name,
+        "no element of this set is in an *EIGENFRACTURE: none ever breaks, and none becomes "
         "points; write one, or take TRIGGER=DISTORTION or TIME");
 }
 
@@ -151,8 +162,11 @@ void check_cells(Deck& d, const Model& m, const ConversionDef& c)
   double h = 0.0;
   for (int i = 0; i < m.dim; ++i) h = std::max(h, m.grid.h[i]);
   if (h > 3.0 * smallest)
-    fault(d, "CONVERSION", c.place, m.elset[c.elset].name, "the cells of the grid (" + text_number(h) + ") are more than three times as large as the "
-          "smallest edge of these elements (" + text_number(smallest) + "): the grid would hold a crack together; take smaller cells");
+    fault(d, "CONVERSION", c.place, m.elset[c.elset].name,
+          "the cells of the grid (" + text_number(h) +
+              ") are more than three times as large as the "
+              "smallest edge of these elements (" +
+              text_number(smallest) + "): the grid would hold a crack together; take smaller cells");
 }
 
 void make_bodies(Deck& d, Model& m, ConversionDef& c)
@@ -161,7 +175,8 @@ void make_bodies(Deck& d, Model& m, ConversionDef& c)
   c.bond_of.assign(m.section.size(), -1);
   if (c.elset < 0) return;
   if (model_find_body(m, c.body_name) >= 0 && c.body_name != "CONVERTED")
-    return fault(d, "CONVERSION", c.place, c.body_name, "body " + c.body_name + " is defined already; take another name");
+    return fault(d, "CONVERSION", c.place, c.body_name,
+                 "body " + c.body_name + " is defined already; take another name");
   check_wedges(d, m, c);
   check_tetrahedra(d, m, c);
   check_trigger(d, m, c);

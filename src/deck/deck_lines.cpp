@@ -60,14 +60,17 @@ void scan_number(Scan& s, Field& f)
 {
   const std::size_t open = s.pos, close = s.raw.find('>', open);
   if (close == std::string::npos) {
-    deck_error(s.deck, field_at(s, open, 1), "< begins an expression of parameters; the closing > is missing in this line");
+    deck_error(s.deck, field_at(s, open, 1),
+               "< begins an expression of parameters; the closing > is missing in this line");
     s.pos = s.raw.size();
     f.text += "0";
     f.bad = true;
     return;
   }
   double v = 0.0;
-  if (!deck_scalar(s.deck, field_at(s, open, close + 1 - open), 1, s.raw.substr(open + 1, close - open - 1), v)) f.bad = true;
+  if (!deck_scalar(s.deck, field_at(s, open, close + 1 - open), 1, s.raw.substr(open + 1, close - open - 1),
+                   v))
+    f.bad = true;
   f.text += printed(v);
   s.pos = close + 1;
 }
@@ -180,7 +183,8 @@ bool load_file(const std::string& path, DeckFile& f, std::string& reason)
   }
   f.text = all.str();
   if (f.text.size() > 2000000000u) return reason = "it is larger than 2 GB", false;
-  if (f.text.find('\0') != std::string::npos) return reason = "it is not a text file (it holds a zero byte)", false;
+  if (f.text.find('\0') != std::string::npos)
+    return reason = "it is not a text file (it holds a zero byte)", false;
   return true;
 }
 
@@ -230,8 +234,11 @@ void read_include(Deck& d)
     else if (p.has_value && is_element_type(p.value.text))
       type.emplace_back(p.name, text_upper(p.value.text));
     else
-      deck_error(d, p.key, "parameter " + text_show(p.key.text) + " is not known; allowed: INPUT=file, and "
-                 "TYPE IN THE FILE=TYPE HERE, for example CPS3=CPE3; types: " + text_join(element_type_words()));
+      deck_error(d, p.key,
+                 "parameter " + text_show(p.key.text) +
+                     " is not known; allowed: INPUT=file, and "
+                     "TYPE IN THE FILE=TYPE HERE, for example CPS3=CPE3; types: " +
+                     text_join(element_type_words()));
   }
   if (input) {
     const std::filesystem::path base = std::filesystem::path(d.file[head.at.file].path).parent_path();

@@ -31,8 +31,10 @@ int target(Deck& d, const Field& at, const std::vector<Named>& list, const char*
   for (std::size_t i = 0; i < list.size(); ++i)
     if (list[i].name == name) return static_cast<int>(i);
   if (std::string(keyword) == "ELSET" && is_facet_set(d, name)) {
-    deck_error(d, at, "the elements of set " + name + " are of a lower dimension than the model (T3D2, ...): they make "
-               "a node set and a surface of this name, and carry no stress, load or section");
+    deck_error(d, at,
+               "the elements of set " + name +
+                   " are of a lower dimension than the model (T3D2, ...): they make "
+                   "a node set and a surface of this name, and carry no stress, load or section");
     return -1;
   }
   deck_error(d, at, std::string(what) + " " + text_show(at.text) + " is not defined (*" + keyword + ")" +
@@ -44,7 +46,8 @@ int index_of(Deck& d, const std::unordered_map<int, int>& map, const Field& at, 
 {
   const auto i = map.find(label);
   if (i != map.end()) return i->second;
-  deck_error(d, at, std::string(what) + text_format(" %d is not defined; it must be read before it is used", label));
+  deck_error(d, at,
+             std::string(what) + text_format(" %d is not defined; it must be read before it is used", label));
   return -1;
 }
 
@@ -57,8 +60,9 @@ int set_of_one(std::vector<Set>& sets, const std::string& name, int item, const 
   return set_merge(sets, name, one, place);
 }
 
-bool target_items(Deck& d, const Field& at, const std::vector<Set>& sets, const std::unordered_map<int, int>& map,
-                  const char* what, const char* set, const char* keyword, IntVec& item)
+bool target_items(Deck& d, const Field& at, const std::vector<Set>& sets,
+                  const std::unordered_map<int, int>& map, const char* what, const char* set,
+                  const char* keyword, IntVec& item)
 {
   int label = 0;
   if (target_label(at.text, label)) {
@@ -153,7 +157,8 @@ const std::vector<Face>& mesh_free_faces(Deck& d, const Model& m)
 }
 
 // ---------------------------------------------------------------------------
-// set_merge : items (any order) join the set of this name, which is made when it does not exist; index of the set
+// set_merge : items (any order) join the set of this name, which is made when it does not exist; index of the
+// set
 // ---------------------------------------------------------------------------
 int set_merge(std::vector<Set>& sets, const std::string& name, IntVec& item, const Place& place)
 {
@@ -162,7 +167,8 @@ int set_merge(std::vector<Set>& sets, const std::string& name, IntVec& item, con
   for (std::size_t i = 0; i < sets.size(); ++i) {
     if (sets[i].name != name) continue;
     IntVec both;
-    std::set_union(sets[i].item.begin(), sets[i].item.end(), item.begin(), item.end(), std::back_inserter(both));
+    std::set_union(sets[i].item.begin(), sets[i].item.end(), item.begin(), item.end(),
+                   std::back_inserter(both));
     sets[i].item.swap(both);
     return static_cast<int>(i);
   }
@@ -191,7 +197,8 @@ bool target_nodes(Deck& d, const Model& m, const Field& at, IntVec& node)
 
 bool target_elems(Deck& d, const Model& m, const Field& at, IntVec& elem)
 {
-  return !at.empty() && target_items(d, at, m.elset, m.mesh.elem_index, "element", "element set", "ELSET", elem);
+  return !at.empty() &&
+         target_items(d, at, m.elset, m.mesh.elem_index, "element", "element set", "ELSET", elem);
 }
 
 int target_nset(Deck& d, Model& m, const Field& at)
@@ -210,7 +217,19 @@ int target_elset(Deck& d, Model& m, const Field& at)
   return e < 0 ? -1 : set_of_one(m.elset, std::to_string(label), e, deck_place(d, at));
 }
 
-int target_material(Deck& d, const Model& m, const Field& at) { return target(d, at, m.material, "material", "MATERIAL"); }
-int target_surface(Deck& d, const Model& m, const Field& at) { return target(d, at, m.surface, "surface", "SURFACE"); }
-int target_body(Deck& d, const Model& m, const Field& at) { return target(d, at, m.body, "body", "MATERIAL POINTS"); }
-int target_amplitude(Deck& d, const Model& m, const Field& at) { return target(d, at, m.amplitude, "amplitude", "AMPLITUDE"); }
+int target_material(Deck& d, const Model& m, const Field& at)
+{
+  return target(d, at, m.material, "material", "MATERIAL");
+}
+int target_surface(Deck& d, const Model& m, const Field& at)
+{
+  return target(d, at, m.surface, "surface", "SURFACE");
+}
+int target_body(Deck& d, const Model& m, const Field& at)
+{
+  return target(d, at, m.body, "body", "MATERIAL POINTS");
+}
+int target_amplitude(Deck& d, const Model& m, const Field& at)
+{
+  return target(d, at, m.amplitude, "amplitude", "AMPLITUDE");
+}

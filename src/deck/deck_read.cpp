@@ -40,8 +40,11 @@ bool params_fit(Card& c)
     bool known = false;
     for (const std::string& v : valid) known = known || text_squeeze(v) == p.name;
     if (!known && valid.empty()) card_error(c, p.key, "*" + c.head.word + " has no parameters");
-    else if (!known) card_error(c, p.key, "parameter " + text_show(p.key.text) + " is not known" + text_suggest(p.key.text, valid));
-    else if (card_param(c, p.name.c_str()) != &p) card_error(c, p.key, "parameter " + p.name + " is given twice");
+    else if (!known)
+      card_error(c, p.key,
+                 "parameter " + text_show(p.key.text) + " is not known" + text_suggest(p.key.text, valid));
+    else if (card_param(c, p.name.c_str()) != &p)
+      card_error(c, p.key, "parameter " + p.name + " is given twice");
   }
   return fit;
 }
@@ -63,17 +66,23 @@ bool place_fits(Card& c, const Model& m)
   }
   const int here = d.in_step ? IN_STEP : m.step.empty() ? IN_MODEL : AFTER_STEPS;
   if (where & here) return true;
-  if (d.in_step) card_error(c, c.head.at, word + " must not stand inside a step (opened in " + spot_text(d, Spot{d.step_at.file, d.step_at.line}) + ")");
-  else if (where == IN_STEP) card_error(c, c.head.at, word + " must stand inside a step, between *STEP and *END STEP");
+  if (d.in_step)
+    card_error(c, c.head.at,
+               word + " must not stand inside a step (opened in " +
+                   spot_text(d, Spot{d.step_at.file, d.step_at.line}) + ")");
+  else if (where == IN_STEP)
+    card_error(c, c.head.at, word + " must stand inside a step, between *STEP and *END STEP");
   else card_error(c, c.head.at, word + " must stand before the first *STEP");
   return false;
 }
 
-// the words and data lines of this card are part of what a restart file belongs to; those of output alone are not
+// the words and data lines of this card are part of what a restart file belongs to; those of output alone are
+// not
 void hash_card(Deck& d, const Card& c)
 {
-  const std::vector<std::string> output = split_words("CONTACT FILE|CONTACT PRINT|EL FILE|EL PRINT|FRAGMENTS|HEADING|"
-                                                      "NODE FILE|NODE PRINT|RESTART|VTK");
+  const std::vector<std::string> output = split_words(
+      "CONTACT FILE|CONTACT PRINT|EL FILE|EL PRINT|FRAGMENTS|HEADING|"
+      "NODE FILE|NODE PRINT|RESTART|VTK");
   d.hashing = std::find(output.begin(), output.end(), c.head.word) == output.end();
   if (!d.hashing) return;
   deck_hash(d, c.head.word);
@@ -120,7 +129,9 @@ void read_cards(Deck& d, Model& m)
     bool comma = false;
     d.word.clear();
     deck_split(d, false, field, at, comma);
-    deck_error(d, at, "a data line without a keyword before it; a deck begins with a line such as *HEADING or *NODE");
+    deck_error(
+        d, at,
+        "a data line without a keyword before it; a deck begins with a line such as *HEADING or *NODE");
     skip_data(d);
   }
   d.word = "STEP";
@@ -135,7 +146,8 @@ void set_defines(Deck& d, const std::vector<std::pair<std::string, double>>& def
   for (const auto& def : defines) {
     const std::string fault = deck_parameter_name_fault(def.first);
     if (!fault.empty()) deck_error(d, at, "-D " + text_show(def.first) + ": the name " + fault);
-    else if (!std::isfinite(def.second)) deck_error(d, at, "-D " + def.first + ": the value must be a finite number");
+    else if (!std::isfinite(def.second))
+      deck_error(d, at, "-D " + def.first + ": the value must be a finite number");
     else d.define[def.first] = d.param[def.first] = def.second;
   }
 }
@@ -149,7 +161,8 @@ void warn_unused_defines(Deck& d)
     if (!d.used.count(def.first)) deck_warn(d, at, "-D " + def.first + " is used nowhere in this deck");
 }
 
-void read_all(Deck& d, const std::string& path, const std::vector<std::pair<std::string, double>>& defines, Model& m)
+void read_all(Deck& d, const std::string& path, const std::vector<std::pair<std::string, double>>& defines,
+              Model& m)
 {
   if (!deck_open(d, path, nullptr)) return;
   m.dim = deck_dimension(path);
@@ -192,7 +205,8 @@ void deck_run_later(Deck& d, Model& m, Stage stage)
 //   in   defines   -D name=value
 //   out  number of errors; all messages are on stderr
 // ---------------------------------------------------------------------------
-int deck_read(const std::string& path, const std::vector<std::pair<std::string, double>>& defines, Model& model)
+int deck_read(const std::string& path, const std::vector<std::pair<std::string, double>>& defines,
+              Model& model)
 {
   Deck d;
   model.deck = path;
@@ -213,6 +227,7 @@ void deck_list_keywords(std::FILE* out)
     std::string name = keyword_table[i].word;
     for (char& c : name)
       if (c == ' ') c = '_';
-    std::fprintf(out, "*%-20s %s  (doc/keywords/%s.md)\n", keyword_table[i].word, keyword_table[i].help, name.c_str());
+    std::fprintf(out, "*%-20s %s  (doc/keywords/%s.md)\n", keyword_table[i].word, keyword_table[i].help,
+                 name.c_str());
   }
 }

@@ -16,8 +16,10 @@ void give_sections(Deck& d, Model& m)
     for (int e : m.elset[s.elset].item) {
       int& section = m.mesh.elem_section[e];
       if (section >= 0 && !told) {
-        deck_error(d, deck_field(d, s.place, m.elset[s.elset].name), text_format("element %d has a section already, in ", m.mesh.elem_label[e]) +
-                   m.section[section].place.file + text_format(" line %d; an element has one section", m.section[section].place.line));
+        deck_error(d, deck_field(d, s.place, m.elset[s.elset].name),
+                   text_format("element %d has a section already, in ", m.mesh.elem_label[e]) +
+                       m.section[section].place.file +
+                       text_format(" line %d; an element has one section", m.section[section].place.line));
         told = true;
       }
       section = static_cast<int>(i);
@@ -50,19 +52,25 @@ void move_to_bodies(Deck& d, const Model& m, const IntVec& body, Load& l)
   for (std::size_t b = 0; b < hit.size(); ++b) {
     if (hit[b] == 0) continue;
     if (hit[b] < m.elset[m.body[b].elset].item.size())
-      deck_error(d, deck_field(d, l.place, ""), "the load acts on a part of body " + m.body[b].name + "; name the body, loads act on whole bodies");
-    if (std::find(l.body.begin(), l.body.end(), static_cast<int>(b)) == l.body.end()) l.body.push_back(static_cast<int>(b));
+      deck_error(d, deck_field(d, l.place, ""),
+                 "the load acts on a part of body " + m.body[b].name +
+                     "; name the body, loads act on whole bodies");
+    if (std::find(l.body.begin(), l.body.end(), static_cast<int>(b)) == l.body.end())
+      l.body.push_back(static_cast<int>(b));
   }
   l.elem.swap(rest);
 }
 
-// Newmark's scheme keeps the energy of linear motion only: anything nonlinear takes energy-momentum unless the deck says otherwise.
+// Newmark's scheme keeps the energy of linear motion only: anything nonlinear takes energy-momentum unless
+// the deck says otherwise.
 // A dynamic step is judged by its balance of energy, a static one when the deck asks for it.
 void settle_scheme(Deck& d, const Model& m, Step& s)
 {
   if (s.proc != PROC_DYNAMIC) return;
   if (s.scheme == SCHEME_HHT && (!m.body.empty() || !m.conversion.empty()))
-    deck_error(d, deck_field(d, s.place, ""), "SCHEME=HHT (ALPHA) is for finite elements; with material points take SCHEME=ENERGY-MOMENTUM, DISSIPATION=0 ... 0.5");
+    deck_error(d, deck_field(d, s.place, ""),
+               "SCHEME=HHT (ALPHA) is for finite elements; with material points take SCHEME=ENERGY-MOMENTUM, "
+               "DISSIPATION=0 ... 0.5");
   bool nonlinear = s.nlgeom || !m.body.empty() || !m.fracture.empty() || !m.conversion.empty();
   for (const BondDef& b : m.bond) nonlinear = nonlinear || b.kind == BOND_CONTACT;
   if (!s.scheme_given && nonlinear) s.scheme = SCHEME_ENERGY_MOMENTUM;

@@ -98,7 +98,8 @@ struct Deck {
   std::unordered_map<std::string, Spot> param_spot;    // where *PARAMETER gave it
   std::set<std::string> used;  // names that an expression of the deck holds
 
-  int dim_first = 0;           // dimension of the first elements or grid, 0: none yet; what and where they are
+  // dimension of the first elements or grid, 0: none yet; what and where they are
+  int dim_first = 0;
   std::string dim_what;
   Spot dim_spot;
   int material = -1;           // open *MATERIAL
@@ -127,8 +128,10 @@ std::string text_show(const std::string& word);            // clipped, printable
 std::string text_number(double value);                     // shortest of 12 digits
 std::string text_upper(const std::string& word);
 std::string text_squeeze(const std::string& word);         // upper case without blanks
-std::string text_nearest(const std::string& word, const std::vector<std::string>& valid);   // "" when none is near
-std::string text_suggest(const std::string& word, const std::vector<std::string>& valid);   // "; did you mean X?" or the list
+// "" when none is near
+std::string text_nearest(const std::string& word, const std::vector<std::string>& valid);
+// "; did you mean X?" or the list
+std::string text_suggest(const std::string& word, const std::vector<std::string>& valid);
 void deck_error(Deck& d, const Field& at, const std::string& text);
 void deck_warn(Deck& d, const Field& at, const std::string& text);
 void deck_print_messages(const Deck& d);
@@ -180,7 +183,8 @@ int target_surface(Deck& d, const Model& m, const Field& at);
 int target_body(Deck& d, const Model& m, const Field& at);
 int target_amplitude(Deck& d, const Model& m, const Field& at);
 
-bool column_built_in(const std::string& name, std::string& column);   // columns that are always there (deck_column.cpp)
+// columns that are always there (deck_column.cpp)
+bool column_built_in(const std::string& name, std::string& column);
 
 // ---- loads from step to step (deck_carry.cpp) ------------------------------
 // deck_load : a load of the open step; deck_carry : from what each step says to what acts in it
@@ -190,7 +194,8 @@ void deck_carry(Deck& d, Model& m);
 // ---- after reading ---------------------------------------------------------
 void deck_run_later(Deck& d, Model& m, Stage stage);
 void deck_resolve(Deck& d, Model& m);                      // sections of elements, schemes, loads on bodies
-void deck_fracture(Deck& d, Model& m);                     // bodies and bonds of conversion (deck_fracture.cpp)
+// bodies and bonds of conversion (deck_fracture.cpp)
+void deck_fracture(Deck& d, Model& m);
 void deck_check(Deck& d, Model& m);
 void check_equations(Deck& d, const Model& m);             // deck_equation.cpp
 

@@ -14,7 +14,8 @@ void read_table(Card& card, Amplitude& a)
       const double y = card_real(card, "value", any_number());
       if (!card_good(card)) break;
       if (!a.t.empty() && t <= a.t.back()) {
-        card_error(card, at, "times must ascend: " + text_number(t) + " comes after " + text_number(a.t.back()));
+        card_error(card, at,
+                   "times must ascend: " + text_number(t) + " comes after " + text_number(a.t.back()));
         break;
       }
       a.t.push_back(t);
@@ -38,14 +39,20 @@ void kw_amplitude(Card& card, Model& model)
   a.kind = static_cast<AmplitudeKind>(kind < 0 ? 0 : kind);
   if (a.kind == AMP_EXPRESSION) {
     const Field f = card_field(card, "function of t in double quotes");
-    if (card_good(card) && !f.quoted) card_error(card, f, "DEFINITION=EXPRESSION needs a function of t in double quotes, for example \"sin(pi*t)\"");
+    if (card_good(card) && !f.quoted)
+      card_error(card, f,
+                 "DEFINITION=EXPRESSION needs a function of t in double quotes, for example \"sin(pi*t)\"");
     if (card_good(card)) deck_function_of_t(*card.deck, f, f.text, a.expr);
   } else {
     read_table(card, a);
   }
-  const std::size_t least = a.kind == AMP_AKIMA ? 5 : a.kind == AMP_STEFFEN || a.kind == AMP_CUBIC ? 3 : a.kind == AMP_SMOOTH_STEP ? 2 : 1;
+  const std::size_t least = a.kind == AMP_AKIMA                            ? 5
+                            : a.kind == AMP_STEFFEN || a.kind == AMP_CUBIC ? 3
+                            : a.kind == AMP_SMOOTH_STEP                    ? 2
+                                                                           : 1;
   if (a.kind != AMP_EXPRESSION && a.t.size() < least && card.deck->errors == card.errors_before)
-    card_error(card, card.head.at, text_format("%zu points are given; this DEFINITION needs at least %zu", a.t.size(), least));
+    card_error(card, card.head.at,
+               text_format("%zu points are given; this DEFINITION needs at least %zu", a.t.size(), least));
   if (!a.name.empty() && model_find_amplitude(model, a.name) >= 0)
     card_error(card, card.head.at, "amplitude " + a.name + " is defined already");
   model.amplitude.push_back(a);

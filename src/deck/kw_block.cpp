@@ -17,7 +17,9 @@ bool read_lines(Card& card, Block& b)
   const char* const axis[3] = {"X", "Y", "Z"};
   bool good = card_box(card, b.dim, "0", "1", b.lo, b.hi);
   if (!card_line(card)) {
-    if (good) card_error(card, card.head.at, std::string("the second data line, nx, ny") + (b.dim == 3 ? ", nz" : "") + ", is missing");
+    if (good)
+      card_error(card, card.head.at,
+                 std::string("the second data line, nx, ny") + (b.dim == 3 ? ", nz" : "") + ", is missing");
     return false;
   }
   good = card_cells(card, b.dim, b.n) && good;
@@ -55,8 +57,10 @@ bool make_nodes(Card& card, Model& model, const Block& b, Part& p)
         double x[3];
         place(b, at, x);
         if (part_node(card, model, x, sides_of(b, at), p)) continue;
-        card_error(card, card.head.at, text_format("%s no finite value at column %d, row %d", b.mapped ? "the map has" : "the block has", at[0], at[1]) +
-                   (b.dim == 3 ? text_format(", layer %d", at[2]) : "") + " of the nodes");
+        card_error(card, card.head.at,
+                   text_format("%s no finite value at column %d, row %d",
+                               b.mapped ? "the map has" : "the block has", at[0], at[1]) +
+                       (b.dim == 3 ? text_format(", layer %d", at[2]) : "") + " of the nodes");
         return false;
       }
   return true;

@@ -7,23 +7,33 @@ void check_params(Card& card, const BondDef& b)
   const bool ground = b.kind == BOND_GROUND;
   const HeadParam* const body = card_param(card, "BODY");
   if (card_param(card, "PENALTY") && card_param(card, "ALPHA"))
-    card_error(card, card_param(card, "ALPHA")->key, "the penalty is given twice: take PENALTY (force/length^3) or ALPHA (penalty = ALPHA E/h)");
-  if (!ground && !body) card_error(card, card.head.at, "BODY=name is missing: the body of material points on the other side (or TYPE=GROUND)");
-  if (ground && body) card_error(card, body->key, "BODY does not go with TYPE=GROUND; a surface of a body is *SURFACE, TYPE=BODY");
+    card_error(card, card_param(card, "ALPHA")->key,
+               "the penalty is given twice: take PENALTY (force/length^3) or ALPHA (penalty = ALPHA E/h)");
+  if (!ground && !body)
+    card_error(card, card.head.at,
+               "BODY=name is missing: the body of material points on the other side (or TYPE=GROUND)");
+  if (ground && body)
+    card_error(card, body->key,
+               "BODY does not go with TYPE=GROUND; a surface of a body is *SURFACE, TYPE=BODY");
   for (const char* name : {"NORMAL", "DOF", "AMPLITUDE"})
-    if (!ground && card_param(card, name)) card_error(card, card_param(card, name)->key, std::string(name) + " goes with TYPE=GROUND only");
+    if (!ground && card_param(card, name))
+      card_error(card, card_param(card, name)->key, std::string(name) + " goes with TYPE=GROUND only");
   if (card_param(card, "NORMAL") && card_param(card, "DOF"))
     card_error(card, card_param(card, "DOF")->key, "NORMAL and DOF exclude each other");
 }
 
-// bonds between the nodes along an edge: INTERMEDIATE=k, in three dimensions also LATTICE=k+2, corners counted
+// bonds between the nodes along an edge: INTERMEDIATE=k, in three dimensions also LATTICE=k+2, corners
+// counted
 int read_between(Card& card, const Model& model)
 {
   const HeadParam* const lattice = card_param(card, "LATTICE");
   const int between = card_param_int(card, "INTERMEDIATE", -1, 0, 1000);
   if (!lattice) return between;
-  if (card_param(card, "INTERMEDIATE")) card_error(card, lattice->key, "LATTICE=k is INTERMEDIATE=k-2; give one of them");
-  else if (model.dim == 2) card_error(card, lattice->key, "a lattice of bonds covers faces in three dimensions; on edges write INTERMEDIATE");
+  if (card_param(card, "INTERMEDIATE"))
+    card_error(card, lattice->key, "LATTICE=k is INTERMEDIATE=k-2; give one of them");
+  else if (model.dim == 2)
+    card_error(card, lattice->key,
+               "a lattice of bonds covers faces in three dimensions; on edges write INTERMEDIATE");
   return card_param_int(card, "LATTICE", 2, 2, 1002) - 2;
 }
 
@@ -47,12 +57,15 @@ void kw_bond(Card& card, Model& model)
   if (card_param(card, "DOF")) b.direction[dof > 0 ? dof - 1 : 0] = 1.0;
   check_params(card, b);
   if (b.kind == BOND_GROUND && card_line(card))
-    for (int i = 0; i < model.dim; ++i) b.motion[i] = card_expr_or(card, i == 2 ? "uz" : i ? "uy" : "ux", 0.0);
+    for (int i = 0; i < model.dim; ++i)
+      b.motion[i] = card_expr_or(card, i == 2 ? "uz" : i ? "uy" : "ux", 0.0);
   for (const BondDef& other : model.bond)
-    if (other.name == b.name && !b.name.empty()) card_error(card, card.head.at, "bond " + b.name + " is defined already");
+    if (other.name == b.name && !b.name.empty())
+      card_error(card, card.head.at, "bond " + b.name + " is defined already");
 
   const std::size_t i = model.bond.size();
-  const Field surface = card_param_field(card, "SURFACE"), body = card_param_field(card, "BODY"), amplitude = card_param_field(card, "AMPLITUDE");
+  const Field surface = card_param_field(card, "SURFACE"), body = card_param_field(card, "BODY"),
+              amplitude = card_param_field(card, "AMPLITUDE");
   model.bond.push_back(b);
   card_later(card, STAGE_STEP, [=](Deck& d, Model& m) {
     if (!surface.empty()) m.bond[i].surface = target_surface(d, m, surface);
@@ -60,6 +73,8 @@ void kw_bond(Card& card, Model& model)
     if (!amplitude.empty()) m.bond[i].amplitude = target_amplitude(d, m, amplitude);
     const int s = m.bond[i].surface;
     if (b.kind == BOND_MESH_GRID && s >= 0 && m.surface[s].body >= 0)
-      deck_error(d, surface, "a bond to a body starts from a surface of finite elements; " + m.surface[s].name + " is the boundary of a body");
+      deck_error(d, surface,
+                 "a bond to a body starts from a surface of finite elements; " + m.surface[s].name +
+                     " is the boundary of a body");
   });
 }

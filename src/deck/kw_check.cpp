@@ -5,7 +5,8 @@
 namespace {
 
 const char* const plane_words = "U1|U2|V1|V2|S11|S22|S33|S12|E11|E22|E33|E12|SMISES|ENER";
-const char* const solid_words = "U1|U2|U3|V1|V2|V3|S11|S22|S33|S12|S23|S31|S13|E11|E22|E33|E12|E23|E31|E13|SMISES|ENER";
+const char* const solid_words =
+    "U1|U2|U3|V1|V2|V3|S11|S22|S33|S12|S23|S31|S13|E11|E22|E33|E12|E23|E31|E13|SMISES|ENER";
 
 // 0.01 or 2% ; percent: of scale
 double read_tolerance(Card& card, double scale)
@@ -55,7 +56,9 @@ void settle(Deck& d, Model& m, Check c, const Field& at)
       m.check.push_back(c);
       return;
     }
-  deck_error(d, at, "column " + text_show(at.text) + " is neither built in nor a column of *HISTORY" + text_suggest(c.column, d.column));
+  deck_error(d, at,
+             "column " + text_show(at.text) + " is neither built in nor a column of *HISTORY" +
+                 text_suggest(c.column, d.column));
 }
 
 void read_time(Card& card, Check& c)
@@ -75,7 +78,8 @@ void read_time(Card& card, Check& c)
 
 // ---------------------------------------------------------------------------
 // *CHECK, TYPE=HISTORY, SOURCE=[, TIME= | AT=] : column, target, tolerance
-// *CHECK, TYPE=FIELD, SOURCE=[, TIME=][, SCALE=][, CENTRE] : quantity, "exact", tolerance of the relative L2 error
+// *CHECK, TYPE=FIELD, SOURCE=[, TIME=][, SCALE=][, CENTRE] : quantity, "exact", tolerance of the relative L2
+// error
 // ---------------------------------------------------------------------------
 void kw_check(Card& card, Model& model)
 {
@@ -88,7 +92,8 @@ void kw_check(Card& card, Model& model)
   read_time(card, c);
   c.centre = card_flag(card, "CENTRE");
   c.scale = card_param_real(card, "SCALE", 0.0, above(0.0));
-  if (card_param(card, "SCALE") && type == 0) card_error(card, card_param(card, "SCALE")->key, "SCALE goes with TYPE=FIELD only");
+  if (card_param(card, "SCALE") && type == 0)
+    card_error(card, card_param(card, "SCALE")->key, "SCALE goes with TYPE=FIELD only");
   std::vector<std::pair<Check, Field>> list;
   int lines = 0;
   while (type >= 0 && card_line(card)) {
@@ -97,6 +102,8 @@ void kw_check(Card& card, Model& model)
     if (type == 1) read_field(card, model, c, list);
     else read_history(card, c, list);
   }
-  if (type >= 0 && lines == 0) card_error(card, card.head.at, "a data line must follow: what is checked, target, tolerance");
-  for (const auto& l : list) card_later(card, STAGE_END, [l](Deck& d, Model& m) { settle(d, m, l.first, l.second); });
+  if (type >= 0 && lines == 0)
+    card_error(card, card.head.at, "a data line must follow: what is checked, target, tolerance");
+  for (const auto& l : list)
+    card_later(card, STAGE_END, [l](Deck& d, Model& m) { settle(d, m, l.first, l.second); });
 }

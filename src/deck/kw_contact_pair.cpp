@@ -6,22 +6,28 @@ void check_params(Card& card, const BondDef& b)
 {
   const bool interaction = card_param(card, "INTERACTION");
   if (card_param(card, "PENALTY") && card_param(card, "ALPHA"))
-    card_error(card, card_param(card, "ALPHA")->key, "the penalty is given twice: take PENALTY (force/length^3) or ALPHA (penalty = ALPHA E/h)");
+    card_error(card, card_param(card, "ALPHA")->key,
+               "the penalty is given twice: take PENALTY (force/length^3) or ALPHA (penalty = ALPHA E/h)");
   for (const char* name : {"PENALTY", "ALPHA", "FRICTION"})
     if (interaction && card_param(card, name))
-      card_error(card, card_param(card, name)->key, std::string(name) + " does not go with INTERACTION: it is said there, by *SURFACE BEHAVIOR or *FRICTION");
+      card_error(card, card_param(card, name)->key,
+                 std::string(name) +
+                     " does not go with INTERACTION: it is said there, by *SURFACE BEHAVIOR or *FRICTION");
   if (!interaction && b.name.empty() && !card_param(card, "NAME"))
-    card_error(card, card.head.at, "parameter NAME is missing: write *CONTACT PAIR, NAME=... (or INTERACTION=...)");
+    card_error(card, card.head.at,
+               "parameter NAME is missing: write *CONTACT PAIR, NAME=... (or INTERACTION=...)");
 }
 
 // OVERLAP=PUSH|ADJUST|REFUSE, or ADJUST=a as Abaqus has it: gaps up to a count as zero too
 void read_overlap(Card& card, BondDef& b)
 {
   const HeadParam* const adjust = card_param(card, "ADJUST");
-  const int word = card_param_word(card, "OVERLAP", "PUSH|ADJUST|REFUSE", adjust ? OVERLAP_ADJUST : OVERLAP_PUSH);
+  const int word = card_param_word(card, "OVERLAP", "PUSH|ADJUST|REFUSE",
+                                   adjust ? OVERLAP_ADJUST : OVERLAP_PUSH);
   b.overlap = static_cast<OverlapPolicy>(word < 0 ? 0 : word);
   b.adjust  = card_param_real(card, "ADJUST", 0.0, at_least(0.0));
-  if (adjust && word >= 0 && word != OVERLAP_ADJUST) card_error(card, adjust->key, "ADJUST=a goes with OVERLAP=ADJUST only");
+  if (adjust && word >= 0 && word != OVERLAP_ADJUST)
+    card_error(card, adjust->key, "ADJUST=a goes with OVERLAP=ADJUST only");
 }
 
 // the numbers of the interaction that the pair names
@@ -36,13 +42,16 @@ void take_interaction(Deck& d, const Field& at, BondDef& b)
     b.stick    = in.stick;
     return;
   }
-  deck_error(d, at, "there is no *SURFACE INTERACTION, NAME=" + text_show(at.text) + text_suggest(text_upper(at.text), names));
+  deck_error(d, at,
+             "there is no *SURFACE INTERACTION, NAME=" + text_show(at.text) +
+                 text_suggest(text_upper(at.text), names));
 }
 
 }  // namespace
 
 // ---------------------------------------------------------------------------
-// *CONTACT PAIR, NAME=[, FRICTION=][, PENALTY= | ALPHA=] ... or INTERACTION=[, NAME=] ... : slave surface, master surface
+// *CONTACT PAIR, NAME=[, FRICTION=][, PENALTY= | ALPHA=] ... or INTERACTION=[, NAME=] ... : slave surface,
+// master surface
 // ---------------------------------------------------------------------------
 void kw_contact_pair(Card& card, Model& model)
 {
@@ -67,7 +76,8 @@ void kw_contact_pair(Card& card, Model& model)
   if (slave.empty() || master.empty()) return;
   if (b.name.empty()) b.name = text_upper(slave.text + "_" + master.text);
   for (const BondDef& other : model.bond)
-    if (other.name == b.name) card_error(card, card.head.at, "bond or contact " + b.name + " is defined already");
+    if (other.name == b.name)
+      card_error(card, card.head.at, "bond or contact " + b.name + " is defined already");
   const std::size_t i = model.bond.size();
   model.bond.push_back(b);
   card_later(card, STAGE_STEP, [=](Deck& d, Model& m) {

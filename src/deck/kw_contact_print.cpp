@@ -8,6 +8,7 @@ void kw_contact_print(Card& card, Model&)
   card_param_word(card, "TOTALS", "NO|YES|ONLY", 0);
   while (card_line(card))
     while (card_more(card)) card_word(card, "quantity", "CDIS|CDISP|CSTR|CSTRESS|CELS|CNUM|CF|CFN|CFS");
-  card_warn(card, card.head.at, "prints nothing here; *HISTORY has forces, gaps and areas of contact pairs (CFORCE, "
+  card_warn(card, card.head.at,
+            "prints nothing here; *HISTORY has forces, gaps and areas of contact pairs (CFORCE, "
             "CGAP, CAREA, CWORK, CPRESS)");
 }

@@ -1,7 +1,8 @@
 #include "deck/card.h"
 
 // ---------------------------------------------------------------------------
-// *CONVERSION, ELSET=[, BODY=][, POINTS=][, FIELD=][, TRIGGER=EROSION|DISTORTION|TIME][, LIMIT=][, TIME=][, RELEASE=]
+// *CONVERSION, ELSET=[, BODY=][, POINTS=][, FIELD=][, TRIGGER=EROSION|DISTORTION|TIME][, LIMIT=][, TIME=][,
+// RELEASE=]
 // [, INTERFACE=NODES|BONDS][, INTERMEDIATE=][, PENALTY= | ALPHA=]
 // elements of the set become material points during the run
 // ---------------------------------------------------------------------------
@@ -20,11 +21,14 @@ void kw_conversion(Card& card, Model& model)
   c.bond.alpha   = card_param_real(card, "ALPHA", 0.0, above(0.0));
   c.bond.intermediate = card_param_int(card, "INTERMEDIATE", 0, 0, 1000);
   if (card_param(card, "PENALTY") && card_param(card, "ALPHA"))
-    card_error(card, card_param(card, "ALPHA")->key, "the penalty is given twice: take PENALTY (force/length^3) or ALPHA (penalty = ALPHA E/h)");
+    card_error(card, card_param(card, "ALPHA")->key,
+               "the penalty is given twice: take PENALTY (force/length^3) or ALPHA (penalty = ALPHA E/h)");
   if (c.trigger == TRIGGER_DISTORTION) c.limit = card_param_real(card, "LIMIT", 0.2, between(0.0, 1.0));
-  else if (card_param(card, "LIMIT")) card_error(card, card_param(card, "LIMIT")->key, "LIMIT goes with TRIGGER=DISTORTION only");
+  else if (card_param(card, "LIMIT"))
+    card_error(card, card_param(card, "LIMIT")->key, "LIMIT goes with TRIGGER=DISTORTION only");
   if (c.trigger == TRIGGER_TIME) {
-    if (!card_param(card, "TIME")) card_error(card, card.head.at, "TRIGGER=TIME needs TIME=, the total time of the conversion");
+    if (!card_param(card, "TIME"))
+      card_error(card, card.head.at, "TRIGGER=TIME needs TIME=, the total time of the conversion");
     c.limit = card_param_real(card, "TIME", 0.0, at_least(0.0));
   } else if (card_param(card, "TIME")) {
     card_error(card, card_param(card, "TIME")->key, "TIME goes with TRIGGER=TIME only");

@@ -7,11 +7,13 @@
 namespace {
 
 const double quarter_pi = 0.78539816339744830962;
-const double bulge = 0.5;      // the core: square in the middle, halfway between square and circle at its edge
+// the core: square in the middle, halfway between square and circle at its edge
+const double bulge = 0.5;
 
 enum { ON_ZMIN = 1, ON_ZMAX = 2, ON_R = 4, ON_XSYM = 8, ON_YSYM = 16 };
 
-// A section is a core of squares, n to each side of the axis, and nr rings of 8 n (quarter: 2 n) elements around it.
+// A section is a core of squares, n to each side of the axis, and nr rings of 8 n (quarter: 2 n) elements
+// around it.
 struct Cylinder {
   double x = 0, y = 0, z = 0, radius = 1, height = 1;
   int nr = 1, nz = 1, n = 1;
@@ -41,8 +43,8 @@ void direction(int i, int j, double e[2])
   e[flat ? 1 : 0] = sign * std::sin(angle);
 }
 
-// a square of the core grows rounder with its distance q from the axis. Its edge lies so far out that elements
-// of core and rings are equally long, in the mean of axis and diagonal.
+// a square of the core grows rounder with its distance q from the axis. Its edge lies so far out that
+// elements of core and rings are equally long, in the mean of axis and diagonal.
 void core_place(const Cylinder& c, int i, int j, double x[2])
 {
   x[0] = x[1] = 0.0;
@@ -83,7 +85,8 @@ void make_section(Card& card, Model& model, const Cylinder& c, int k, Part& p)
       core_place(c, i, j, x);
       direction(i, j, e);
       const double part = static_cast<double>(r) / c.nr;
-      for (int a = 0; a < 2; ++a) x[a] = r == c.nr ? c.radius * e[a] : (1.0 - part) * x[a] + part * c.radius * e[a];
+      for (int a = 0; a < 2; ++a)
+        x[a] = r == c.nr ? c.radius * e[a] : (1.0 - part) * x[a] + part * c.radius * e[a];
       add_node(card, model, c, x, k, r == c.nr ? ON_R : 0, p);
     }
 }
@@ -119,7 +122,8 @@ void make_layer(Card& card, Model& model, const Cylinder& c, int k, Part& p)
     }
   for (int r = 0; r < c.nr; ++r)
     for (int t = 0; t < c.ring_cells(); ++t) {
-      const int quad[4] = {ring_node(c, r, t), ring_node(c, r + 1, t), ring_node(c, r + 1, t + 1), ring_node(c, r, t + 1)};
+      const int quad[4] = {ring_node(c, r, t), ring_node(c, r + 1, t), ring_node(c, r + 1, t + 1),
+                           ring_node(c, r, t + 1)};
       add_cell(card, model, c, quad, k, p);
     }
 }
@@ -157,7 +161,9 @@ void kw_cylinder(Card& card, Model& model)
   if (c.quarter) sides.insert(sides.end(), {"XSYM", "YSYM"});
   const bool named = part_open(card, model, sides, p);
   const bool fits = p.type < 0 || p.type == ELEM_C3D8 || p.type == ELEM_C3D6;
-  if (!fits) card_error(card, card_param(card, "TYPE")->value, std::string("*CYLINDER makes C3D8 and C3D6, not ") + elem_table[p.type].name);
+  if (!fits)
+    card_error(card, card_param(card, "TYPE")->value,
+               std::string("*CYLINDER makes C3D8 and C3D6, not ") + elem_table[p.type].name);
   if (!read_lines(card, c) || !named || !fits) return;
   const double core = c.core_side() - 1.0;
   const double cells = (core * core + static_cast<double>(c.nr) * c.ring_cells()) * c.nz;

@@ -9,14 +9,18 @@ const char* const solid_words = "P1|P2|P3|P4|P5|P6|TRVEC1|TRVEC2|TRVEC3|TRVEC4|T
 bool take_faces(Card& card, const Model& model, const Field& target, int face, Load& l)
 {
   IntVec elem;
-  if (model_find_body(model, text_upper(target.text)) >= 0 && model_find_elset(model, text_upper(target.text)) < 0) {
-    card_error(card, target, "a body of material points has no numbered faces; use *SURFACE, TYPE=BODY and *DSLOAD");
+  if (model_find_body(model, text_upper(target.text)) >= 0 &&
+      model_find_elset(model, text_upper(target.text)) < 0) {
+    card_error(card, target,
+               "a body of material points has no numbered faces; use *SURFACE, TYPE=BODY and *DSLOAD");
     return false;
   }
   if (!target_elems(*card.deck, model, target, elem)) return false;
   for (int e : elem) {
     if (face >= shape_info[elem_table[model.mesh.elem_type[e]].shape].nface) {
-      card_error(card, card.field[1], text_format("element %d is a %s and has no face %d", model.mesh.elem_label[e], elem_table[model.mesh.elem_type[e]].name, face + 1));
+      card_error(card, card.field[1],
+                 text_format("element %d is a %s and has no face %d", model.mesh.elem_label[e],
+                             elem_table[model.mesh.elem_type[e]].name, face + 1));
       return false;
     }
     l.face.push_back(Face{e, face});
@@ -40,7 +44,8 @@ bool take_volume(Card& card, const Model& model, const Field& target, Load& l)
 
 bool read_line(Card& card, const Model& model, Load& l, Field& target, std::string& word)
 {
-  const bool everything = card.field[0].empty() && card.field.size() > 1 && text_squeeze(card.field[1].text) == "GRAV";
+  const bool everything = card.field[0].empty() && card.field.size() > 1 &&
+                          text_squeeze(card.field[1].text) == "GRAV";
   target = everything ? card.field[card.next++] : card_field(card, "element set, element or body");
   const char* const words = model.dim == 3 ? solid_words : plane_words;
   const int faces = model.dim == 3 ? 6 : 4;
@@ -49,11 +54,15 @@ bool read_line(Card& card, const Model& model, Load& l, Field& target, std::stri
   word = split_words(words)[kind];
   l.kind = kind < faces ? LOAD_PRESSURE : kind < 2 * faces ? LOAD_TRACTION : LOAD_BODY;
   l.per_mass = word == "GRAV";
-  l.value = card_expr(card, l.kind == LOAD_PRESSURE ? "pressure" : l.per_mass ? "acceleration" : l.kind == LOAD_BODY ? "force per volume" : "traction");
+  l.value = card_expr(card, l.kind == LOAD_PRESSURE ? "pressure"
+                            : l.per_mass            ? "acceleration"
+                            : l.kind == LOAD_BODY   ? "force per volume"
+                                                    : "traction");
   if (word[0] == 'B') l.dir[word[1] - 'X'] = 1.0;
   else if (l.kind != LOAD_PRESSURE) l.dir = card_direction(card, model, "direction");
   if (!card_good(card)) return false;
-  return l.kind == LOAD_BODY ? take_volume(card, model, target, l) : take_faces(card, model, target, kind % faces, l);
+  return l.kind == LOAD_BODY ? take_volume(card, model, target, l)
+                             : take_faces(card, model, target, kind % faces, l);
 }
 
 }  // namespace

@@ -22,10 +22,14 @@ void refuse(Card& card, TimeScheme scheme)
     const char* says;
   };
   const Belongs all[] = {
-    {"BETA", SCHEME_NEWMARK, "BETA and GAMMA belong to SCHEME=NEWMARK; HHT makes them of ALPHA, ENERGY-MOMENTUM has DISSIPATION"},
-    {"GAMMA", SCHEME_NEWMARK, "BETA and GAMMA belong to SCHEME=NEWMARK; HHT makes them of ALPHA, ENERGY-MOMENTUM has DISSIPATION"},
-    {"DISSIPATION", SCHEME_ENERGY_MOMENTUM, "DISSIPATION belongs to SCHEME=ENERGY-MOMENTUM; NEWMARK has GAMMA above 0.5, HHT has ALPHA"},
-    {"ALPHA", SCHEME_HHT, "ALPHA belongs to SCHEME=HHT; ENERGY-MOMENTUM has DISSIPATION, NEWMARK has GAMMA above 0.5"}};
+      {"BETA", SCHEME_NEWMARK,
+       "BETA and GAMMA belong to SCHEME=NEWMARK; HHT makes them of ALPHA, ENERGY-MOMENTUM has DISSIPATION"},
+      {"GAMMA", SCHEME_NEWMARK,
+       "BETA and GAMMA belong to SCHEME=NEWMARK; HHT makes them of ALPHA, ENERGY-MOMENTUM has DISSIPATION"},
+      {"DISSIPATION", SCHEME_ENERGY_MOMENTUM,
+       "DISSIPATION belongs to SCHEME=ENERGY-MOMENTUM; NEWMARK has GAMMA above 0.5, HHT has ALPHA"},
+      {"ALPHA", SCHEME_HHT,
+       "ALPHA belongs to SCHEME=HHT; ENERGY-MOMENTUM has DISSIPATION, NEWMARK has GAMMA above 0.5"}};
   for (const Belongs& b : all)
     if (const HeadParam* const word = card_param(card, b.word))
       if (b.scheme != scheme) return card_error(card, word->key, b.says);
@@ -35,7 +39,8 @@ void refuse(Card& card, TimeScheme scheme)
 
 // ---------------------------------------------------------------------------
 // *DYNAMIC[, DIRECT][, SCHEME=][, BETA=][, GAMMA=][, DISSIPATION=][, ALPHA=] : dt, period[, dt_min[, dt_max]]
-// Without SCHEME: BETA, GAMMA mean Newmark, DISSIPATION energy-momentum, ALPHA below 0 HHT; else deck_resolve settles it.
+// Without SCHEME: BETA, GAMMA mean Newmark, DISSIPATION energy-momentum, ALPHA below 0 HHT; else deck_resolve
+// settles it.
 // ---------------------------------------------------------------------------
 void kw_dynamic(Card& card, Model& model)
 {
@@ -43,14 +48,18 @@ void kw_dynamic(Card& card, Model& model)
   const HeadParam* const beta  = card_param(card, "BETA");
   const HeadParam* const alpha = card_param(card, "ALPHA");
   double zero = 1.0;           // ALPHA=0, no damping, names no scheme
-  const bool no_alpha = alpha && !card_param(card, "SCHEME") && parse_real(alpha->value.text, zero) && zero == 0.0;
+  const bool no_alpha = alpha && !card_param(card, "SCHEME") && parse_real(alpha->value.text, zero) &&
+                        zero == 0.0;
   s.scheme       = scheme_meant(card, no_alpha);
-  s.scheme_given = card_param(card, "SCHEME") || beta || card_param(card, "GAMMA") || card_param(card, "DISSIPATION") || (alpha && !no_alpha);
+  s.scheme_given = card_param(card, "SCHEME") || beta || card_param(card, "GAMMA") ||
+                   card_param(card, "DISSIPATION") || (alpha && !no_alpha);
   s.beta  = card_param_real(card, "BETA", 0.25, at_least(0.0));
   s.gamma = card_param_real(card, "GAMMA", 0.5, from_to(0.5, 1.0));
-  s.alpha = card_param_real(card, "ALPHA", s.scheme == SCHEME_HHT ? calculix_alpha : 0.0, from_to(-1.0 / 3.0, 0.0));
+  s.alpha = card_param_real(card, "ALPHA", s.scheme == SCHEME_HHT ? calculix_alpha : 0.0,
+                            from_to(-1.0 / 3.0, 0.0));
   s.dissipation = card_param_real(card, "DISSIPATION", 0.0, from_to(0.0, 0.5));
-  if (beta && (s.beta <= 0.0 || s.beta > 0.5)) card_error(card, beta->value, "BETA must be above 0 and at most 0.5; 0.25 is the usual value");
+  if (beta && (s.beta <= 0.0 || s.beta > 0.5))
+    card_error(card, beta->value, "BETA must be above 0 and at most 0.5; 0.25 is the usual value");
   if (!no_alpha) refuse(card, s.scheme);
   if (s.scheme == SCHEME_HHT) {
     s.beta  = 0.25 * (1.0 - s.alpha) * (1.0 - s.alpha);

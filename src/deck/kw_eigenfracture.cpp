@@ -4,7 +4,8 @@ namespace {
 
 const char* const drive_words = "RCE|VD|SPECTRAL|PRESSURE|NONE";
 const char* const residual_words = "RCE|VD|SPECTRAL|PRESSURE|NONE|CRACK";
-const double average_default = 0.8;      // of GRIFFITH: waves shorter than an element do not break the next one (A14)
+// of GRIFFITH: waves shorter than an element do not break the next one (A14)
+const double average_default = 0.8;
 const double release_default = 1.7;      // of GRIFFITH: a running crack then pays its toughness (A14)
 const char* const criterion_words = "GRIFFITH|ELEMENT";
 
@@ -26,7 +27,8 @@ void read_order(Card& card, FractureDef& f)
   f.interval = card_param_real(card, "INTERVAL", 0.0, above(0.0));
   f.fallback = card_param_real(card, "FALLBACK", -1.0, at_least(0.0));
   read_start(card, f);
-  if (f.order == ORDER_ALL && card_param(card, "SPACING")) card_error(card, card_param(card, "SPACING")->key, "SPACING has no meaning with ORDER=ALL; leave it out");
+  if (f.order == ORDER_ALL && card_param(card, "SPACING"))
+    card_error(card, card_param(card, "SPACING")->key, "SPACING has no meaning with ORDER=ALL; leave it out");
 }
 
 // which words go with which criterion, and which are gone
@@ -37,26 +39,32 @@ void check_words(Card& card, const FractureDef& f)
                              "leave it out");
   if (f.criterion != CRITERION_ELEMENT) return;
   for (const char* name : {"ESTIMATE", "EPSILON", "FALLBACK", "START"})
-    if (card_param(card, name)) card_error(card, card_param(card, name)->key, std::string(name) + " goes with CRITERION=GRIFFITH only");
+    if (card_param(card, name))
+      card_error(card, card_param(card, name)->key, std::string(name) + " goes with CRITERION=GRIFFITH only");
 }
 
 }  // namespace
 
 // ---------------------------------------------------------------------------
-// *EIGENFRACTURE, ELSET=[, CRITERION=GRIFFITH|ELEMENT][, ESTIMATE=][, EPSILON=][, SPLIT=][, RESIDUAL=][, STIFFNESS=] ... : Gc
+// *EIGENFRACTURE, ELSET=[, CRITERION=GRIFFITH|ELEMENT][, ESTIMATE=][, EPSILON=][, SPLIT=][, RESIDUAL=][,
+// STIFFNESS=] ... : Gc
 // ---------------------------------------------------------------------------
 void kw_eigenfracture(Card& card, Model& model)
 {
   FractureDef f;
   f.place = card_place(card);
-  const int criterion = card_param_word(card, "CRITERION", criterion_words, 0), estimate = card_param_word(card, "ESTIMATE", "AUTO|FORCE|BALL", 0);
-  const int drive = card_param_word(card, "SPLIT", drive_words, 0), residual = card_param_word(card, "RESIDUAL", residual_words, SPLIT_CRACK);
+  const int criterion = card_param_word(card, "CRITERION", criterion_words, 0),
+            estimate = card_param_word(card, "ESTIMATE", "AUTO|FORCE|BALL", 0);
+  const int drive = card_param_word(card, "SPLIT", drive_words, 0),
+            residual = card_param_word(card, "RESIDUAL", residual_words, SPLIT_CRACK);
   f.criterion = static_cast<Criterion>(criterion < 0 ? 0 : criterion);
   f.estimate  = static_cast<Estimate>(estimate < 0 ? 0 : estimate);
   f.drive     = static_cast<Split>(drive < 0 ? 0 : drive);
   f.residual  = static_cast<Split>(residual < 0 ? 0 : residual);
-  f.release   = card_param_real(card, "RELEASE", f.criterion == CRITERION_GRIFFITH ? release_default : 0.0, at_least(0.0));
-  f.average   = card_param_real(card, "AVERAGE", f.criterion == CRITERION_GRIFFITH ? average_default : 0.0, at_least(0.0));
+  f.release = card_param_real(card, "RELEASE", f.criterion == CRITERION_GRIFFITH ? release_default : 0.0,
+                              at_least(0.0));
+  f.average = card_param_real(card, "AVERAGE", f.criterion == CRITERION_GRIFFITH ? average_default : 0.0,
+                              at_least(0.0));
   f.epsilon   = card_param_real(card, "EPSILON", 0.0, at_least(1.0));
   f.stiffness = card_param_real(card, "STIFFNESS", f.stiffness, from_to(0.0, 1.0));
   f.weibull   = card_param_real(card, "WEIBULL", 0.0, at_least(0.1));
@@ -64,7 +72,8 @@ void kw_eigenfracture(Card& card, Model& model)
   f.seed      = card_param_int(card, "SEED", 1, 0, 2147483647);
   read_order(card, f);
   check_words(card, f);
-  if (card_param(card, "SEED") && !card_param(card, "WEIBULL")) card_error(card, card_param(card, "SEED")->key, "SEED goes with WEIBULL=modulus only");
+  if (card_param(card, "SEED") && !card_param(card, "WEIBULL"))
+    card_error(card, card_param(card, "SEED")->key, "SEED goes with WEIBULL=modulus only");
   const Field elset = card_param_field(card, "ELSET");
   if (!card_line(card)) {
     card_error(card, card.head.at, "a data line must follow: Gc, the toughness in force/length");

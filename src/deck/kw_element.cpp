@@ -20,8 +20,10 @@ bool label_is_new(Card& card, const Model& model, int label)
   const auto old = model.mesh.elem_index.find(label);
   if (old == model.mesh.elem_index.end() && !card.deck->facet_index.count(label)) return true;
   std::string where;
-  if (old != model.mesh.elem_index.end()) where = ", in " + spot_text(*card.deck, card.deck->elem_spot[old->second]);
-  card_error(card, card.field[0], text_format("element %d is defined already", label) + where + "; give it another label");
+  if (old != model.mesh.elem_index.end())
+    where = ", in " + spot_text(*card.deck, card.deck->elem_spot[old->second]);
+  card_error(card, card.field[0],
+             text_format("element %d is defined already", label) + where + "; give it another label");
   return false;
 }
 
@@ -41,7 +43,8 @@ void read_facets(Card& card, Model& model, int nen)
       const auto n = model.mesh.node_index.find(number);
       if (card_good(card) && n == model.mesh.node_index.end())
         card_error(card, card.field[a + 1],
-                   text_format("node %d of element %d is not defined; *NODE must stand before *ELEMENT", number, label));
+                   text_format("node %d of element %d is not defined; *NODE must stand before *ELEMENT",
+                               number, label));
       if (!card_good(card)) break;
       f.node[a] = n->second;
     }
@@ -76,7 +79,9 @@ void kw_element(Card& card, Model& model)
       const int number = card_label(card, "node");
       const auto n = mesh.node_index.find(number);
       if (card_good(card) && n == mesh.node_index.end())
-        card_error(card, card.field[a + 1], text_format("node %d of element %d is not defined; *NODE must stand before *ELEMENT", number, label));
+        card_error(card, card.field[a + 1],
+                   text_format("node %d of element %d is not defined; *NODE must stand before *ELEMENT",
+                               number, label));
       node[a] = card_good(card) ? n->second : -1;
       if (card_good(card) && std::find(node, node + a, node[a]) != node + a)
         card_error(card, card.field[a + 1], text_format("element %d has node %d twice", label, number));

@@ -18,9 +18,12 @@ int node_of(Deck& d, const Model& m, const Field& at)
   IntVec node;
   if (!target_nodes(d, m, at, node)) return -1;
   if (node.size() == 1) return node[0];
-  deck_error(d, at, "set " + text_show(at.text) +
-             text_format(" has %zu nodes, a term has one: sets do not keep an order, by which nodes could be paired; write "
-             "an equation for each pair", node.size()));
+  deck_error(d, at,
+             "set " + text_show(at.text) +
+                 text_format(" has %zu nodes, a term has one: sets do not keep an order, by which nodes "
+                             "could be paired; write "
+                             "an equation for each pair",
+                             node.size()));
   return -1;
 }
 
@@ -40,7 +43,8 @@ void form(Deck& d, Model& m, const Place& place, const std::vector<Triple>& term
     size  = std::max(size, std::fabs(t.coef));
   }
   if (std::fabs(first) <= 1e-14 * size)
-    return deck_error(d, term[0].node, "the coefficient of the first term is 0: the equation is solved for its direction, "
+    return deck_error(d, term[0].node,
+                      "the coefficient of the first term is 0: the equation is solved for its direction, "
                       "which depends on the others");
   for (const Equation& other : m.equation)
     if (other.term[0].node == e.term[0].node && other.term[0].dof == e.term[0].dof)
@@ -60,8 +64,10 @@ void read_equation(Card& card, const Model& model)
   std::vector<Triple> term;
   for (int k = 0; k < n && card.deck->errors == errors; ++k) {
     if (!card_more(card) && !card_line(card))
-      return card_error(card, card.head.at,
-                        text_format("term %d of %d is missing: a line with node, direction, coefficient must follow", k + 1, n));
+      return card_error(
+          card, card.head.at,
+          text_format("term %d of %d is missing: a line with node, direction, coefficient must follow", k + 1,
+                      n));
     Triple t;
     t.node = card_field(card, "node");
     t.dof  = card_dof(card, model, "direction");
@@ -90,7 +96,8 @@ void remove_line(Card& card, const Model& model, IntVec& active)
   };
   active.erase(std::remove_if(active.begin(), active.end(), goes), active.end());
   if (active.size() == before)
-    card_error(card, card.whole, "there is no equation that such a direction depends by (the first term of an equation); "
+    card_error(card, card.whole,
+               "there is no equation that such a direction depends by (the first term of an equation); "
                "nothing is removed");
 }
 
@@ -105,10 +112,11 @@ void kw_equation(Card& card, Model& model)
   Deck& d = *card.deck;
   const bool some = card_flag(card, "REMOVE"), all = card_flag(card, "REMOVE ALL");
   if ((some || all) != d.in_step)
-    return card_error(card, card.head.at,
-                      d.in_step ? "equations stand before the first *STEP; in a step they can only be removed (REMOVE, "
-                                  "REMOVE ALL)"
-                                : "REMOVE stands in a step; leave the equation out instead");
+    return card_error(
+        card, card.head.at,
+        d.in_step ? "equations stand before the first *STEP; in a step they can only be removed (REMOVE, "
+                    "REMOVE ALL)"
+                  : "REMOVE stands in a step; leave the equation out instead");
   if (!d.in_step)
     while (card_line(card)) read_equation(card, model);
   else if (all) model.step.back().equation.clear();

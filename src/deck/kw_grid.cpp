@@ -8,7 +8,9 @@
 void kw_grid(Card& card, Model& model)
 {
   Grid& g = model.grid;
-  if (g.given) card_error(card, card.head.at, "the grid is defined already, in " + g.place.file + text_format(" line %d", g.place.line));
+  if (g.given)
+    card_error(card, card.head.at,
+               "the grid is defined already, in " + g.place.file + text_format(" line %d", g.place.line));
   g.given = true;
   g.place = card_place(card);
   g.weak  = card_param_real(card, "WEAK", 0.05, from_to(0.0, 0.5));
@@ -17,7 +19,8 @@ void kw_grid(Card& card, Model& model)
                       !deck_same_dimension(*card.deck, card.whole, "the *GRID with a box of six numbers", 3);
   const bool box = !mixed && card_box(card, model.dim, "min", "max", g.lo.data(), hi);
   if (mixed) card.next = card.field.size();
-  if (box && !card_line(card)) return card_error(card, card.head.at, "the second data line, hx[, hy], the size of a cell, is missing");
+  if (box && !card_line(card))
+    return card_error(card, card.head.at, "the second data line, hx[, hy], the size of a cell, is missing");
   if (!box) {
     card_line(card);
     card.next = card.field.size();
@@ -33,7 +36,10 @@ void kw_grid(Card& card, Model& model)
     const double n = std::max(1.0, std::ceil((hi[i] - g.lo[i]) / g.h[i] - 1e-9));
     cells *= n;
     g.n[i] = n <= 1e8 ? static_cast<int>(n) : 1;
-    if (!(n <= 1e8)) card_error(card, card.field[0], "more than 1e8 cells in one direction; the size of a cell is too small");
+    if (!(n <= 1e8))
+      card_error(card, card.field[0],
+                 "more than 1e8 cells in one direction; the size of a cell is too small");
   }
-  if (card_good(card) && cells > 1e15) card_error(card, card.field[0], "more than 1e15 cells; the size of a cell is too small");
+  if (card_good(card) && cells > 1e15)
+    card_error(card, card.field[0], "more than 1e15 cells; the size of a cell is too small");
 }

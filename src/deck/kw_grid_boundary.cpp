@@ -12,8 +12,9 @@ struct GridPlane {             // XMIN ... ZMAX or X=0.05
 
 bool read_plane(Card& card, const Model& model, GridPlane& p)
 {
-  const char* const words = model.dim == 3 ? "XMIN, XMAX, YMIN, YMAX, ZMIN, ZMAX, X=position, Y=position, Z=position"
-                                           : "XMIN, XMAX, YMIN, YMAX, X=position, Y=position";
+  const char* const words = model.dim == 3
+                                ? "XMIN, XMAX, YMIN, YMAX, ZMIN, ZMAX, X=position, Y=position, Z=position"
+                                : "XMIN, XMAX, YMIN, YMAX, X=position, Y=position";
   const Field f = card_field(card, "plane (XMIN, YMAX, X=..., ...)");
   if (!card_good(card)) return false;
   const std::string s = text_squeeze(f.text);
@@ -33,12 +34,17 @@ void settle(Deck& d, Model& m, std::size_t i, const GridPlane& p, const Field& a
   if (!g.given) return deck_error(d, at, "there is no *GRID; write one with the box and the size of a cell");
   const double lo = g.lo[p.axis], h = g.h[p.axis];
   const int n = g.n[p.axis];
-  const double k = p.side < 0 ? 0.0 : p.side > 0 ? n : std::min(std::max(std::round((p.position - lo) / h), 0.0), static_cast<double>(n));
+  const double k = p.side < 0 ? 0.0
+                   : p.side > 0
+                       ? n
+                       : std::min(std::max(std::round((p.position - lo) / h), 0.0), static_cast<double>(n));
   m.grid_bc[i].position = lo + k * h;
   if (p.side != 0 || std::fabs(p.position - m.grid_bc[i].position) <= 1e-6 * h) return;
   const double below = std::min(std::max(std::floor((p.position - lo) / h), 0.0), n - 1.0);
-  deck_error(d, at, "no grid plane is there; the nearest are " + text_number(lo + below * h) + " and " + text_number(lo + (below + 1.0) * h) +
-             ". Between grid planes take *BOND, TYPE=GROUND on a surface of the body");
+  deck_error(d, at,
+             "no grid plane is there; the nearest are " + text_number(lo + below * h) + " and " +
+                 text_number(lo + (below + 1.0) * h) +
+                 ". Between grid planes take *BOND, TYPE=GROUND on a surface of the body");
 }
 
 }  // namespace
@@ -59,7 +65,8 @@ void kw_grid_boundary(Card& card, Model& model)
     else if (card_more(card)) b.last = card_dof(card, model, "last direction");
     b.value = card_expr_or(card, "displacement", 0.0);
     b.place = line_place(card);
-    if (card_good(card) && b.last < b.first) card_error(card, card.field[2], "the last direction is smaller than the first");
+    if (card_good(card) && b.last < b.first)
+      card_error(card, card.field[2], "the last direction is smaller than the first");
     if (!card_good(card)) continue;
     const std::size_t i = model.grid_bc.size();
     const Field at = card.field[0];

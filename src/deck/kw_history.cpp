@@ -4,11 +4,16 @@
 
 namespace {
 
-const char* const plane_words = "U1|U2|V1|V2|A1|A2|X1|X2|RF1|RF2|GRF1|GRF2|CFORCE|CGAP|CAREA|CWORK|CPRESS|NERODED|NRELEASE|CRACKA|NPOINTS|NBONDS|EFRAC|ECONV|EGHOST|NFRAG|NLOOSE|TIP1|TIP2|S11|S22|S33|S12|E11|E22|E33|E12|SMISES|ENER";
-const char* const solid_words = "U1|U2|U3|V1|V2|V3|A1|A2|A3|X1|X2|X3|RF1|RF2|RF3|GRF1|GRF2|GRF3|CFORCE|CGAP|CAREA|CWORK|CPRESS|NERODED|NRELEASE|CRACKA|NPOINTS|NBONDS|EFRAC|ECONV|EGHOST|NFRAG|NLOOSE|TIP1|TIP2|TIP3|"
-                                "S11|S22|S33|S12|S23|S31|S13|E11|E22|E33|E12|E23|E31|E13|SMISES|ENER";
+const char* const plane_words =
+    "U1|U2|V1|V2|A1|A2|X1|X2|RF1|RF2|GRF1|GRF2|CFORCE|CGAP|CAREA|CWORK|CPRESS|NERODED|NRELEASE|CRACKA|"
+    "NPOINTS|NBONDS|EFRAC|ECONV|EGHOST|NFRAG|NLOOSE|TIP1|TIP2|S11|S22|S33|S12|E11|E22|E33|E12|SMISES|ENER";
+const char* const solid_words =
+    "U1|U2|U3|V1|V2|V3|A1|A2|A3|X1|X2|X3|RF1|RF2|RF3|GRF1|GRF2|GRF3|CFORCE|CGAP|CAREA|CWORK|CPRESS|NERODED|"
+    "NRELEASE|CRACKA|NPOINTS|NBONDS|EFRAC|ECONV|EGHOST|NFRAG|NLOOSE|TIP1|TIP2|TIP3|"
+    "S11|S22|S33|S12|S23|S31|S13|E11|E22|E33|E12|E23|E31|E13|SMISES|ENER";
 
-const char* const model_words = "NERODED|NRELEASE|CRACKA|NPOINTS|NBONDS|EFRAC|ECONV|EGHOST|NFRAG|NLOOSE|TIP1|TIP2|TIP3";
+const char* const model_words =
+    "NERODED|NRELEASE|CRACKA|NPOINTS|NBONDS|EFRAC|ECONV|EGHOST|NFRAG|NLOOSE|TIP1|TIP2|TIP3";
 
 bool is_of_model(const std::string& what)
 {
@@ -16,20 +21,32 @@ bool is_of_model(const std::string& what)
   return std::find(words.begin(), words.end(), what) != words.end();
 }
 
-bool is_of_elements(const std::string& what) { return !is_of_model(what) && (what[0] == 'S' || what[0] == 'E'); }
-bool is_of_points(const std::string& what) { return what[0] == 'U' || what[0] == 'V' || is_of_elements(what); }
+bool is_of_elements(const std::string& what)
+{
+  return !is_of_model(what) && (what[0] == 'S' || what[0] == 'E');
+}
+bool is_of_points(const std::string& what)
+{
+  return what[0] == 'U' || what[0] == 'V' || is_of_elements(what);
+}
 
 // a body goes before a set of the same name: its elements and nodes may have become points
 void settle(Deck& d, Model& m, HistoryDef h, const Field& target)
 {
   const int body = model_find_body(m, text_upper(target.text));
-  const bool other_kind = is_of_elements(h.what) ? model_find_elset(m, text_upper(target.text)) < 0 && model_find_nset(m, text_upper(target.text)) >= 0
-                                                 : model_find_nset(m, text_upper(target.text)) < 0 && model_find_elset(m, text_upper(target.text)) >= 0;
+  const bool other_kind = is_of_elements(h.what) ? model_find_elset(m, text_upper(target.text)) < 0 &&
+                                                       model_find_nset(m, text_upper(target.text)) >= 0
+                                                 : model_find_nset(m, text_upper(target.text)) < 0 &&
+                                                       model_find_elset(m, text_upper(target.text)) >= 0;
   if (body >= 0 && is_of_points(h.what)) {
     h.body = body;
   } else if (body >= 0 || other_kind) {
-    deck_error(d, target, h.what + " is a quantity of " + (is_of_elements(h.what) ? "elements; " : "nodes; ") + text_show(target.text) +
-               " is a " + (body >= 0 ? "body of material points" : is_of_elements(h.what) ? "node set" : "element set"));
+    deck_error(d, target,
+               h.what + " is a quantity of " + (is_of_elements(h.what) ? "elements; " : "nodes; ") +
+                   text_show(target.text) + " is a " +
+                   (body >= 0                ? "body of material points"
+                    : is_of_elements(h.what) ? "node set"
+                                             : "element set"));
     return;
   } else if (is_of_elements(h.what)) {
     h.elset = target_elset(d, m, target);
@@ -45,7 +62,8 @@ void settle_grid(Deck& d, Model& m, HistoryDef h, const Field& target)
   int number = 0;
   const int n = static_cast<int>(m.grid_bc.size());
   if (!target_label(target.text, number) || number < 1 || number > n)
-    return deck_error(d, target, h.what + text_format(" needs the number of a *GRID BOUNDARY line, 1 to %d", n));
+    return deck_error(d, target,
+                      h.what + text_format(" needs the number of a *GRID BOUNDARY line, 1 to %d", n));
   h.grid_bc = number - 1;
   m.history.push_back(h);
 }
@@ -58,7 +76,10 @@ void settle_contact(Deck& d, Model& m, HistoryDef h, const Field& target)
     names.push_back(m.bond[i].name);
     if (m.bond[i].name == text_upper(target.text)) h.contact = static_cast<int>(i);
   }
-  if (h.contact < 0) return deck_error(d, target, h.what + " needs the name of a *CONTACT PAIR" + text_suggest(text_upper(target.text), names));
+  if (h.contact < 0)
+    return deck_error(d, target,
+                      h.what + " needs the name of a *CONTACT PAIR" +
+                          text_suggest(text_upper(target.text), names));
   m.history.push_back(h);
 }
 
@@ -74,8 +95,10 @@ void read_line(Card& card, const Model& model, std::vector<std::string>& names)
   h.name  = text_upper(name.text);
   h.place = line_place(card);
   std::string column;
-  if (column_built_in(h.name, column)) card_error(card, name, "column " + column + " is there always; take another name");
-  else if (std::find(names.begin(), names.end(), h.name) != names.end()) card_error(card, name, "column " + text_show(h.name) + " is defined already");
+  if (column_built_in(h.name, column))
+    card_error(card, name, "column " + column + " is there always; take another name");
+  else if (std::find(names.begin(), names.end(), h.name) != names.end())
+    card_error(card, name, "column " + text_show(h.name) + " is defined already");
   names.push_back(h.name);
 
   if (is_of_model(h.what)) {                      // of the whole model: no target
@@ -89,7 +112,8 @@ void read_line(Card& card, const Model& model, std::vector<std::string>& names)
   const Field target = card_field(card, "target (node set, node, element set, body or AT)");
   const bool grid = h.what[0] == 'G', contact = h.what[0] == 'C';
   h.at_point = text_upper(target.text) == "AT";
-  if (h.at_point && !is_of_points(h.what)) card_error(card, target, h.what + " is not available AT a place; name a node set");
+  if (h.at_point && !is_of_points(h.what))
+    card_error(card, target, h.what + " is not available AT a place; name a node set");
   for (int i = 0; h.at_point && i < model.dim; ++i) h.X[i] = card_real(card, axis[i], any_number());
   h.reduce = h.what[0] == 'R' || grid ? REDUCE_SUM : REDUCE_MEAN;
   if (!h.at_point && !grid && !contact && card_more(card)) {

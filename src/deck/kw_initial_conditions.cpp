@@ -21,7 +21,8 @@ void read_broken(Card& card, Model& model)
     b.place = line_place(card);
     const Field target = card_field(card, "element set or element");
     double norm = 0.0;
-    for (int i = 0; i < model.dim; ++i) b.normal[i] = card_real_or(card, axis[i], i == 0 && !card_more(card) ? 1.0 : 0.0, any_number());
+    for (int i = 0; i < model.dim; ++i)
+      b.normal[i] = card_real_or(card, axis[i], i == 0 && !card_more(card) ? 1.0 : 0.0, any_number());
     for (double n : b.normal) norm += n * n;
     if (card_good(card) && norm == 0.0) card_error(card, card.whole, "the normal has no length");
     for (double& n : b.normal) n /= norm > 0.0 ? std::sqrt(norm) : 1.0;

@@ -17,15 +17,20 @@ void read_box(Card& card, int dim, Body& b)
 void check_plane(Card& card, int dim)
 {
   for (const char* name : {"PLANE", "THICKNESS"})
-    if (dim == 3 && card_param(card, name)) card_error(card, card_param(card, name)->key, std::string(name) + " has no meaning in three dimensions; leave it out");
+    if (dim == 3 && card_param(card, name))
+      card_error(card, card_param(card, name)->key,
+                 std::string(name) + " has no meaning in three dimensions; leave it out");
 }
 
 void check_fill(Card& card, const Body& b, const Field& elset)
 {
-  if (b.fill == FILL_ELSET && elset.empty()) card_error(card, card.head.at, "FILL=ELSET needs ELSET=name of the elements that become points");
+  if (b.fill == FILL_ELSET && elset.empty())
+    card_error(card, card.head.at, "FILL=ELSET needs ELSET=name of the elements that become points");
   if (b.fill != FILL_ELSET && !elset.empty()) card_error(card, elset, "ELSET= goes with FILL=ELSET only");
-  if (b.fill != FILL_REGION && card_param(card, "WHERE")) card_error(card, card_param(card, "WHERE")->key, "WHERE goes with FILL=REGION only");
-  if (b.fill == FILL_REGION && !card_param(card, "WHERE")) card_error(card, card.head.at, "FILL=REGION needs WHERE=\"function\", not 0 inside the body");
+  if (b.fill != FILL_REGION && card_param(card, "WHERE"))
+    card_error(card, card_param(card, "WHERE")->key, "WHERE goes with FILL=REGION only");
+  if (b.fill == FILL_REGION && !card_param(card, "WHERE"))
+    card_error(card, card.head.at, "FILL=REGION needs WHERE=\"function\", not 0 inside the body");
 }
 
 }  // namespace
@@ -50,7 +55,8 @@ void kw_material_points(Card& card, Model& model)
   const Field elset = card_param_field(card, "ELSET"), material = card_param_field(card, "MATERIAL");
   check_fill(card, b, elset);
   if (b.fill != FILL_ELSET) read_box(card, model.dim, b);
-  if (!b.name.empty() && model_find_body(model, b.name) >= 0) card_error(card, card.head.at, "body " + b.name + " is defined already");
+  if (!b.name.empty() && model_find_body(model, b.name) >= 0)
+    card_error(card, card.head.at, "body " + b.name + " is defined already");
   const std::size_t i = model.body.size();
   model.body.push_back(b);
   card_later(card, STAGE_STEP, [=](Deck& d, Model& m) {

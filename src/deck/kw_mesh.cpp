@@ -18,7 +18,8 @@ const Cut cut_quad = {1, 4, {{0, 1, 2, 3}}};
 const Cut cut_tri  = {2, 3, {{0, 1, 2}, {0, 2, 3}}};
 const Cut cut_hex  = {1, 8, {{0, 1, 2, 3, 4, 5, 6, 7}}};
 const Cut cut_wedge = {2, 6, {{0, 1, 2, 4, 5, 6}, {0, 2, 3, 4, 6, 7}}};
-const Cut cut_tet  = {6, 4, {{0, 1, 2, 6}, {0, 2, 3, 6}, {0, 3, 7, 6}, {0, 7, 4, 6}, {0, 4, 5, 6}, {0, 5, 1, 6}}};
+const Cut cut_tet = {
+    6, 4, {{0, 1, 2, 6}, {0, 2, 3, 6}, {0, 3, 7, 6}, {0, 7, 4, 6}, {0, 4, 5, 6}, {0, 5, 1, 6}}};
 
 const Cut& cut_of(int type)
 {
@@ -73,7 +74,9 @@ bool part_open(Card& card, Model& model, const std::vector<std::string>& sides, 
   if (p.type < 0 || p.name.empty()) return false;
   bool taken = model_find_elset(model, p.name) >= 0;
   for (const std::string& side : sides) taken = taken || model_find_surface(model, p.name + "_" + side) >= 0;
-  if (taken) card_error(card, card.head.at, "the name " + p.name + " is taken already; *" + card.head.word + " needs a new one");
+  if (taken)
+    card_error(card, card.head.at,
+               "the name " + p.name + " is taken already; *" + card.head.word + " needs a new one");
   return !taken;
 }
 
@@ -87,8 +90,10 @@ bool part_room(Card& card, Model& model, double nodes, double cells, double size
   }
   p.node_label = mesh_max_label(mesh.node_label);
   p.elem_label = mesh_max_label(mesh.elem_label);
-  if (nodes + p.node_label >= 2147483647.0 || per_cell * cells + p.elem_label >= 2147483647.0 || nodes + mesh.nnode() >= 4e8) {
-    card_error(card, card.whole, "labels would pass 2147483647: the largest label before this line is too large");
+  if (nodes + p.node_label >= 2147483647.0 || per_cell * cells + p.elem_label >= 2147483647.0 ||
+      nodes + mesh.nnode() >= 4e8) {
+    card_error(card, card.whole,
+               "labels would pass 2147483647: the largest label before this line is too large");
     return false;
   }
   mesh.node_index.reserve(mesh.node_index.size() + static_cast<std::size_t>(nodes));
@@ -97,7 +102,9 @@ bool part_room(Card& card, Model& model, double nodes, double cells, double size
   p.tol = 1e-9 * size;
   for (int n = 0; n < mesh.nnode(); ++n) {
     const double* x = &mesh.X[3 * static_cast<std::size_t>(n)];
-    p.near.emplace(cell_key(std::floor(x[0] / (4 * p.tol)), std::floor(x[1] / (4 * p.tol)), std::floor(x[2] / (4 * p.tol))), n);
+    p.near.emplace(cell_key(std::floor(x[0] / (4 * p.tol)), std::floor(x[1] / (4 * p.tol)),
+                            std::floor(x[2] / (4 * p.tol))),
+                   n);
   }
   return true;
 }
@@ -106,7 +113,8 @@ bool part_node(Card& card, Model& model, const double x[3], int side, Part& p)
 {
   if (!std::isfinite(x[0]) || !std::isfinite(x[1]) || !std::isfinite(x[2])) return false;
   const int old = p.tol > 0.0 ? near_find(p, model.mesh, x) : -1;
-  p.node.push_back(old >= 0 ? old : mesh_add_node(*card.deck, model, ++p.node_label, x[0], x[1], x[2], card.head.at));
+  p.node.push_back(
+      old >= 0 ? old : mesh_add_node(*card.deck, model, ++p.node_label, x[0], x[1], x[2], card.head.at));
   p.side.push_back(side);
   return true;
 }

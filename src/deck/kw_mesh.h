@@ -30,7 +30,8 @@ bool part_room(Card& card, Model& model, double nodes, double cells, double size
 // part_node : the next node, at x; side: bits. False when x is not finite (not told).
 bool part_node(Card& card, Model& model, const double x[3], int side, Part& p);
 
-// part_cell : a quadrilateral [4] or brick [8] of nodes of the part, cut as the type needs it. Faces join their sides.
+// part_cell : a quadrilateral [4] or brick [8] of nodes of the part, cut as the type needs it. Faces join
+// their sides.
 void part_cell(Card& card, Model& model, const int* corner, Part& p);
 
 // part_close : sets and surfaces

@@ -32,6 +32,7 @@ void print_read(Card& card, Model& model, bool element, const char* words)
       if (w >= 0) p.what.push_back(split_words(words)[w]);
     }
   if (p.what.empty() && d.errors == card.errors_before)
-    card_error(card, card.head.at, "a data line with the quantities must follow, for example " + split_words(words)[0]);
+    card_error(card, card.head.at,
+               "a data line with the quantities must follow, for example " + split_words(words)[0]);
   if (p.set >= 0) model.step.back().print.push_back(p);
 }

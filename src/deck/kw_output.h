@@ -6,8 +6,8 @@
 
 #include "deck/card.h"
 
-// file_read : *NODE FILE, *EL FILE, *CONTACT FILE : a request for VTK; the quantities of the data lines are all in
-// there anyway
+// file_read : *NODE FILE, *EL FILE, *CONTACT FILE : a request for VTK; the quantities of the data lines are
+// all in there anyway
 void file_read(Card& card, Model& model, const char* words);
 
 // print_read : *NODE PRINT, *EL PRINT

@@ -12,7 +12,8 @@ void read_times(Card& card, Step& s)
   s.dt_max = card_real_or(card, "largest dt", 0.0, at_least(0.0));
   if (!card.open || !card_good(card)) return;
   if (s.dt > s.period * (1.0 + 1e-12))
-    card_error(card, card.field[0], "dt = " + text_number(s.dt) + " is larger than the period, " + text_number(s.period));
+    card_error(card, card.field[0],
+               "dt = " + text_number(s.dt) + " is larger than the period, " + text_number(s.period));
   else if (s.period / s.dt > max_increments)
     card_error(card, card.field[0], "dt is so small that the step has more than 1e9 increments");
   else if (s.dt_min > s.dt)
@@ -27,12 +28,14 @@ void procedure_read(Card& card, Model& model, Procedure proc)
 {
   Deck& d = *card.deck;
   Step& s = model.step.back();
-  if (d.proc_given) card_error(card, card.head.at, "the step has a procedure already; one *STATIC or *DYNAMIC a step");
+  if (d.proc_given)
+    card_error(card, card.head.at, "the step has a procedure already; one *STATIC or *DYNAMIC a step");
   d.proc_given = true;
   s.proc   = proc;
   s.direct = card_flag(card, "DIRECT");
   card_param_word(card, "SOLVER",
-                  "SPOOLES|PARDISO|PASTIX|TAUCS|SGI|ITERATIVE SCALING|ITERATIVE CHOLESKY|DIRECT|ITERATIVE", 0);
+                  "SPOOLES|PARDISO|PASTIX|TAUCS|SGI|ITERATIVE SCALING|ITERATIVE CHOLESKY|DIRECT|ITERATIVE",
+                  0);
   read_times(card, s);
   if (s.dt_min <= 0.0) s.dt_min = 1e-6 * s.dt;
   if (s.dt_max <= 0.0) s.dt_max = proc == PROC_DYNAMIC ? s.dt : s.period;

@@ -5,9 +5,11 @@ void kw_restart(Card& card, Model& model)
 {
   RestartDef& r    = model.restart;
   const bool write = card_flag(card, "WRITE"), read = card_flag(card, "READ");
-  if (!write && !read) card_error(card, card.head.at, "WRITE or READ must be given: *RESTART, WRITE or *RESTART, READ");
+  if (!write && !read)
+    card_error(card, card.head.at, "WRITE or READ must be given: *RESTART, WRITE or *RESTART, READ");
   for (const char* name : {"FREQUENCY", "TIME INTERVAL", "OVERLAY"})
-    if (!write && card_param(card, name)) card_error(card, card_param(card, name)->key, std::string(name) + " goes with WRITE only");
+    if (!write && card_param(card, name))
+      card_error(card, card_param(card, name)->key, std::string(name) + " goes with WRITE only");
   if (write && r.write) card_error(card, card.head.at, "*RESTART, WRITE is given already");
   r.read = r.read || read;
   if (!write) return;

@@ -11,9 +11,13 @@ void generate(Card& card, const std::unordered_map<int, int>& index, const IntVe
   const int last  = card_label(card, "last label");
   const int step  = card_int_or(card, "step", 1, 1, 2147483647);
   if (!card_good(card)) return;
-  if (last < first) return card_error(card, card.field[1], text_format("last label %d is smaller than the first, %d", last, first));
+  if (last < first)
+    return card_error(card, card.field[1],
+                      text_format("last label %d is smaller than the first, %d", last, first));
   const long count = (static_cast<long>(last) - first) / step + 1;
-  if (count > max_range) return card_error(card, card.whole, text_format("a range of %ld labels; at most %ld are allowed", count, max_range));
+  if (count > max_range)
+    return card_error(card, card.whole,
+                      text_format("a range of %ld labels; at most %ld are allowed", count, max_range));
   const std::size_t before = item.size();
   if (count < static_cast<long>(label.size())) {
     for (long k = 0; k < count; ++k) {
@@ -22,10 +26,13 @@ void generate(Card& card, const std::unordered_map<int, int>& index, const IntVe
     }
   } else {
     for (std::size_t i = 0; i < label.size(); ++i)
-      if (label[i] >= first && label[i] <= last && (static_cast<long>(label[i]) - first) % step == 0) item.push_back(static_cast<int>(i));
+      if (label[i] >= first && label[i] <= last && (static_cast<long>(label[i]) - first) % step == 0)
+        item.push_back(static_cast<int>(i));
   }
   const long missing = count - static_cast<long>(item.size() - before);
-  if (missing > 0) card_warn(card, card.whole, text_format("%ld of the %ld labels of this range are not defined", missing, count));
+  if (missing > 0)
+    card_warn(card, card.whole,
+              text_format("%ld of the %ld labels of this range are not defined", missing, count));
 }
 
 // a label or a name of elements of a lower dimension
@@ -90,8 +97,10 @@ void set_read(Card& card, Model& model, bool nodes)
   facet_set_merge(*card.deck, model, name, facet, card_place(card));
   if (item.empty() && !facet.empty()) return;
   if (item.empty() && card.deck->errors == card.errors_before)
-    card_error(card, card.head.at, "set " + name + " is empty" +
-               (card_param(card, "WHERE") ? ": WHERE selects nothing; mind the tolerance, for example \"abs(x - 1) < 1e-9\""
-                                           : "; give labels, set names or WHERE"));
+    card_error(card, card.head.at,
+               "set " + name + " is empty" +
+                   (card_param(card, "WHERE")
+                        ? ": WHERE selects nothing; mind the tolerance, for example \"abs(x - 1) < 1e-9\""
+                        : "; give labels, set names or WHERE"));
   set_merge(nodes ? model.nset : model.elset, name, item, card_place(card));
 }

@@ -6,7 +6,8 @@
 
 #include "deck/card.h"
 
-// set_read : data lines (labels and set names, or first, last, step) and WHERE of *NSET (nodes) and *ELSET (elements)
+// set_read : data lines (labels and set names, or first, last, step) and WHERE of *NSET (nodes) and *ELSET
+// (elements)
 void set_read(Card& card, Model& model, bool nodes);
 
 #endif

@@ -6,7 +6,8 @@ void kw_solid_section(Card& card, Model& model)
   Section s;
   s.elset = s.material = -1;
   s.thickness = card_real_or(card, "thickness", 1.0, above(0.0));
-  if (model.dim == 3 && card.open && card_good(card)) card_error(card, card.field[0], "elements in three dimensions have no thickness; leave this line out");
+  if (model.dim == 3 && card.open && card_good(card))
+    card_error(card, card.field[0], "elements in three dimensions have no thickness; leave this line out");
   s.lumped = card_param_word(card, "MASS", "CONSISTENT|LUMPED", 0) == 1;
   s.place = card_place(card);
   const Field elset = card_param_field(card, "ELSET"), material = card_param_field(card, "MATERIAL");

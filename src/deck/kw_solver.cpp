@@ -12,7 +12,10 @@ void kw_solver(Card& card, Model& model)
   s.precond = precond[word < 0 ? 0 : word];
   s.reuse   = card_param_yes(card, "REUSE", false, true);
   if (type >= 0 && s.kind != SOLVER_CG && card_param(card, "PRECONDITIONER"))
-    card_error(card, card_param(card, "PRECONDITIONER")->value, "only TYPE=CG takes a PRECONDITIONER: add TYPE=CG, or leave it out");
+    card_error(card, card_param(card, "PRECONDITIONER")->value,
+               "only TYPE=CG takes a PRECONDITIONER: add TYPE=CG, or leave it out");
   if (s.kind == SOLVER_CG && !s.reuse)
-    card_error(card, card_param(card, "REUSE")->value, "REUSE=NO asks for a factorisation in each iteration, and TYPE=CG makes none: leave one of them out");
+    card_error(
+        card, card_param(card, "REUSE")->value,
+        "REUSE=NO asks for a factorisation in each iteration, and TYPE=CG makes none: leave one of them out");
 }

@@ -1,15 +1,16 @@
 #include "deck/card.h"
 
 // ---------------------------------------------------------------------------
-// *STEP[, NLGEOM[=YES|NO]][, INC=][, EXTRAPOLATION=LINEAR|NO][, BALANCE=] : text lines may follow. What the step before said stays until
-// it is changed.
+// *STEP[, NLGEOM[=YES|NO]][, INC=][, EXTRAPOLATION=LINEAR|NO][, BALANCE=] : text lines may follow. What the
+// step before said stays until it is changed.
 // ---------------------------------------------------------------------------
 void kw_step(Card& card, Model& model)
 {
   Deck& d = *card.deck;
   if (d.in_step)
     card_error(card, card.head.at,
-               "the step of " + spot_text(d, Spot{d.step_at.file, d.step_at.line}) + " is still open; *END STEP is missing before this line");
+               "the step of " + spot_text(d, Spot{d.step_at.file, d.step_at.line}) +
+                   " is still open; *END STEP is missing before this line");
   facet_surfaces(d, model);
   deck_run_later(d, model, STAGE_STEP);
   Step s;

@@ -22,13 +22,18 @@ void read_faces(Card& card, const Model& model, Surface& s)
         else if (again++ == 0) first = e;
         continue;
       }
-      card_error(card, card.field[1], text_format("element %d is a %s and has no face S%d", model.mesh.elem_label[e], elem_table[model.mesh.elem_type[e]].name, face + 1));
+      card_error(card, card.field[1],
+                 text_format("element %d is a %s and has no face S%d", model.mesh.elem_label[e],
+                             elem_table[model.mesh.elem_type[e]].name, face + 1));
       break;
     }
     if (again > 0)
-      card_warn(card, f, text_format("%d face%s of this line %s in the surface already, the first is S%d of element %d; "
-                                     "a face counts once", again, again > 1 ? "s" : "", again > 1 ? "are" : "is",
-                                     face + 1, model.mesh.elem_label[first]));
+      card_warn(
+          card, f,
+          text_format("%d face%s of this line %s in the surface already, the first is S%d of element %d; "
+                      "a face counts once",
+                      again, again > 1 ? "s" : "", again > 1 ? "are" : "is", face + 1,
+                      model.mesh.elem_label[first]));
   }
 }
 
@@ -69,15 +74,19 @@ void kw_surface(Card& card, Model& model)
   if (of_body && body.empty()) card_error(card, card.head.at, "TYPE=BODY needs BODY=name");
   if (!of_body && !body.empty()) card_error(card, body, "BODY= goes with TYPE=BODY only");
   if (of_body && !elset.empty()) card_error(card, elset, "ELSET= does not go with TYPE=BODY");
-  if (!of_body && elset.empty() && selects) card_error(card, card.head.at, "WHERE needs ELSET=name (or TYPE=BODY, BODY=name)");
+  if (!of_body && elset.empty() && selects)
+    card_error(card, card.head.at, "WHERE needs ELSET=name (or TYPE=BODY, BODY=name)");
   IntVec elem;
   if (!of_body && elset.empty()) read_faces(card, model, s);
-  else if (!of_body && target_elems(*card.deck, model, elset, elem)) find_faces(card, model, elem, selects ? &where : nullptr, s);
+  else if (!of_body && target_elems(*card.deck, model, elset, elem))
+    find_faces(card, model, elem, selects ? &where : nullptr, s);
 
   if (s.name.empty()) return;
-  if (model_find_surface(model, s.name) >= 0) card_error(card, card.head.at, "surface " + s.name + " is defined already");
+  if (model_find_surface(model, s.name) >= 0)
+    card_error(card, card.head.at, "surface " + s.name + " is defined already");
   const bool good = card.deck->errors == card.errors_before;
-  if (good && !of_body && s.face.empty()) card_error(card, card.head.at, "surface " + s.name + " is empty: no free face fits");
+  if (good && !of_body && s.face.empty())
+    card_error(card, card.head.at, "surface " + s.name + " is empty: no free face fits");
   if (of_body && selects) s.where = where;
   const std::size_t i = model.surface.size();
   model.surface.push_back(s);

@@ -1,12 +1,14 @@
 #include "deck/card.h"
 
 // ---------------------------------------------------------------------------
-// *SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR : penalty[, tension, c0]; or PRESSURE-OVERCLOSURE=HARD without a line
+// *SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR : penalty[, tension, c0]; or PRESSURE-OVERCLOSURE=HARD
+// without a line
 // ---------------------------------------------------------------------------
 void kw_surface_behavior(Card& card, Model&)
 {
   Interaction& in = card.deck->interaction[card.deck->open_interaction];
-  if (in.has_behavior) card_error(card, card.head.at, "surface interaction " + in.name + " has a *SURFACE BEHAVIOR already");
+  if (in.has_behavior)
+    card_error(card, card.head.at, "surface interaction " + in.name + " has a *SURFACE BEHAVIOR already");
   in.has_behavior = true;
   const int kind = card_param_word(card, "PRESSURE-OVERCLOSURE", "LINEAR|HARD", 0);
   if (kind == 1) return;

@@ -20,8 +20,8 @@ struct IpFields {
   double V0  = 0.0;                            // volume of the point at t = 0
 };
 
-// Elements of one type, material and thickness; reference gradients are computed once, and once for all elements that are
-// equal but for their place: elements of one kind
+// Elements of one type, material and thickness; reference gradients are computed once, and once for all
+// elements that are equal but for their place: elements of one kind
 struct ElemBlock {
   int type;                    // index into elem_table
   Shape shape;
@@ -38,7 +38,8 @@ struct ElemBlock {
   RealVec w;                   // [kind][ngp] weight x volume                         length^3
   RealVec eas;                 // enhanced types: [kind][eas_size] modes and their inverse stiffness
   RealVec me;                  // [kind][pairs] mass, node pairs a >= b
-  size_t gauss(size_t slot) const { return static_cast<size_t>(kind[slot]) * shape_info[shape].ngp; }   // place of the first Gauss point
+  // place of the first Gauss point
+  size_t gauss(size_t slot) const { return static_cast<size_t>(kind[slot]) * shape_info[shape].ngp; }
 };
 
 struct Elements {
@@ -53,8 +54,8 @@ struct Elements {
 // Returns BAD_JACOBIAN and the element in *worst when det(dX/dxi) <= 0 at a Gauss point.
 Status elem_setup(const Model& m, Elements& el, int* worst);
 
-// elem_refresh : lists of the elements that still are elements, after form has changed. On several ranks nobody has them until
-// system_divide has divided them.
+// elem_refresh : lists of the elements that still are elements, after form has changed. On several ranks
+// nobody has them until system_divide has divided them.
 void elem_refresh(Elements& el);
 
 // elem_mine : places of the elements that this rank works on; sums over them come after the division
@@ -63,8 +64,8 @@ const IntVec& elem_mine(const ElemBlock& b);
 // elem_broken_law : law of broken element e with the degradation factor c
 ErodedLaw elem_broken_law(const Model& m, const Elements& el, int e, double c);
 
-// elem_form_broken : as elem_form, for an element that carries what its law leaves; without enhanced strains, and
-// det F is not asked for
+// elem_form_broken : as elem_form, for an element that carries what its law leaves; without enhanced strains,
+// and det F is not asked for
 Status elem_form_broken(const ElemBlock& b, size_t slot, const ErodedLaw& law, const KernelMode& mode,
                         const double* u0, const double* u1, double* re, double* ke);
 
@@ -77,7 +78,8 @@ using ElemForm = Status (*)(const ElemBlock& b, size_t slot, const KernelMode& m
                             const double* u0, const double* u1, double* re, double* ke);
 ElemForm elem_form(const ElemBlock& b);
 
-// elem_form_pack : elem_form of PACK elements at once, intact and not of an enhanced type; arrays as there, [...][PACK]
+// elem_form_pack : elem_form of PACK elements at once, intact and not of an enhanced type; arrays as there,
+// [...][PACK]
 //   in   slot      places of the elements                [PACK]
 //        u0        read by the energy-momentum scheme only; re or ke may be null
 //   BAD_JACOBIAN: bad has a bit for each element with det F(n+1) <= 0
@@ -115,7 +117,8 @@ inline void elem_ends(const State& st, const int* node, int nen, int dim, double
 }
 
 // elem_ends_pack : the same for PACK elements; u [nnode*dim]                            [nen*dim][PACK]
-inline void elem_ends_pack(const RealVec& u, const Mesh& mesh, const ElemBlock& b, const int* slot, int nen, int dim, double* ul)
+inline void elem_ends_pack(const RealVec& u, const Mesh& mesh, const ElemBlock& b, const int* slot, int nen,
+                           int dim, double* ul)
 {
   for (int l = 0; l < PACK; ++l) {
     const int* node = mesh.conn.begin(b.elem[slot[l]]);
@@ -124,18 +127,22 @@ inline void elem_ends_pack(const RealVec& u, const Mesh& mesh, const ElemBlock& 
   }
 }
 
-// eas_size, eas_setup : enhanced modes of one element from its nodal places X [nen*dim] and weights w [ngp]; [eas_size]
+// eas_size, eas_setup : enhanced modes of one element from its nodal places X [nen*dim] and weights w [ngp];
+// [eas_size]
 int eas_size(Shape s);
 void eas_setup(Shape s, const double* X, const double* w, const MatLaw& law, double* out);
 
-// eas_strain : enhanced part of the strain at Gauss point g, to be added to E, from the strains E [ngp][dim*dim]
-void eas_strain(Shape s, const double* eas, const double* w, const MatLaw& law, const double* E, int g, double* out);
+// eas_strain : enhanced part of the strain at Gauss point g, to be added to E, from the strains E
+// [ngp][dim*dim]
+void eas_strain(Shape s, const double* eas, const double* w, const MatLaw& law, const double* E, int g,
+                double* out);
 
-// elem_gauss_place : place X[3] at t = 0 and shape functions N [nen] of Gauss point g; returns weight x volume
+// elem_gauss_place : place X[3] at t = 0 and shape functions N [nen] of Gauss point g; returns weight x
+// volume
 double elem_gauss_place(const Model& m, const Elements& el, int e, int g, double* X, double* N);
 
-// elem_mass : mass of an element, node pairs a >= b [pairs]; one number serves all directions. Consistent, or, when the block is
-// lumped, the sums of its rows on the diagonal
+// elem_mass : mass of an element, node pairs a >= b [pairs]; one number serves all directions. Consistent,
+// or, when the block is lumped, the sums of its rows on the diagonal
 const double* elem_mass(const ElemBlock& b, int slot);
 
 // elem_mass_form : the same of an element of the block with nodes at X [nen*dim]; me [pairs]
@@ -152,13 +159,15 @@ void ip_fields_from(const MatLaw& law, int dim, bool nlgeom, const ErodedLaw* er
 // ip_stress_from : sigma, psi of out from out.F and out.E
 void ip_stress_from(const MatLaw& law, int dim, bool nlgeom, const ErodedLaw* er, IpFields& out);
 
-// elem_strains : strains at the Gauss points of an intact element e, with their enhanced part      [ngp][dim*dim]
+// elem_strains : strains at the Gauss points of an intact element e, with their enhanced part     
+// [ngp][dim*dim]
 void elem_strains(const Model& m, const Elements& el, int e, const RealVec& u, bool nlgeom, double* E);
 
 // elem_energy_one : strain energy of element e with displacements u; broken: with the degradation factor c
 double elem_energy_one(const Model& m, const Elements& el, int e, const RealVec& u, double c, bool nlgeom);
 
-// elem_energy : strain energy of the elements of this rank; each [nelem], unless null: of intact elements, 0 for others
+// elem_energy : strain energy of the elements of this rank; each [nelem], unless null: of intact elements, 0
+// for others
 double elem_energy(const Model& m, const Elements& el, const Level& l, bool nlgeom, RealVec* each = nullptr);
 
 #endif

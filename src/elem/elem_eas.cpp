@@ -1,9 +1,10 @@
 // ---------------------------------------------------------------------------
 // elem_eas.cpp : quadrilateral and brick with enhanced strains (doc/theory.md 1, enhanced strains)
 //
-// E + sum_k M_k alpha_k takes the place of E. St.Venant-Kirchhoff energy is quadratic in it, so the alphas that make
-// it least are a linear function of the strains of the element: nothing is iterated, nothing is stored from step to
-// step, and the energy-momentum scheme stays exact. The modes have no mean, so the patch test holds.
+// E + sum_k M_k alpha_k takes the place of E. St.Venant-Kirchhoff energy is quadratic in it, so the alphas
+// that make it least are a linear function of the strains of the element: nothing is iterated, nothing is
+// stored from step to step, and the energy-momentum scheme stays exact. The modes have no mean, so the patch
+// test holds.
 // ---------------------------------------------------------------------------
 #include <Eigen/Dense>
 
@@ -15,7 +16,8 @@ namespace {
 // modes in local coordinates: strain component (i, j) times local coordinate k
 struct Mode { int i, j, k; };
 const Mode modes2[4] = {{0, 0, 0}, {1, 1, 1}, {0, 1, 0}, {0, 1, 1}};
-const Mode modes3[9] = {{0, 0, 0}, {1, 1, 1}, {2, 2, 2}, {0, 1, 0}, {0, 1, 1}, {1, 2, 1}, {1, 2, 2}, {0, 2, 0}, {0, 2, 2}};
+const Mode modes3[9] = {{0, 0, 0}, {1, 1, 1}, {2, 2, 2}, {0, 1, 0}, {0, 1, 1},
+                        {1, 2, 1}, {1, 2, 2}, {0, 2, 0}, {0, 2, 2}};
 
 constexpr int mode_count(int dim) { return dim == 2 ? 4 : 9; }
 
@@ -38,7 +40,8 @@ double contract(const double* A, const double* B)
 
 // alpha = -H^-1 sum_g w M_g : D : E_g                                               (1.11)
 template <int D>
-void amplitudes(const double* eas, int ngp, const double* w, const MatLaw& law, const double* E, double* alpha)
+void amplitudes(const double* eas, int ngp, const double* w, const MatLaw& law, const double* E,
+                double* alpha)
 {
   constexpr int n = mode_count(D);
   double r[n] = {0}, S[D * D];
@@ -96,7 +99,8 @@ void setup(Shape s, const double* X, const double* w, const MatLaw& law, double*
 
 // L_k += w Fb (D : M_k) dN_a/dX                                                    (1.12)
 template <int D, int N>
-void add_coupling(const double* eas, int g, const MatLaw& law, double w, const double* Fb, const double* dN, double* L)
+void add_coupling(const double* eas, int g, const MatLaw& law, double w, const double* Fb, const double* dN,
+                  double* L)
 {
   for (int k = 0; k < mode_count(D); ++k) {
     double S[D * D], P[D * D];
@@ -140,7 +144,8 @@ Status form(const ElemBlock& b, size_t slot, const KernelMode& mode, const doubl
 {
   constexpr int n = mode_count(D), DD = D * D;
   const size_t first = b.gauss(slot);
-  const double *dNdX = &b.dNdX[first * N * D], *w = &b.w[first], *eas = &b.eas[b.kind[slot] * eas_size(b.shape)];
+  const double *dNdX = &b.dNdX[first * N * D], *w = &b.w[first],
+               *eas = &b.eas[b.kind[slot] * eas_size(b.shape)];
   double Fb[NGP * DD], E[NGP * DD], alpha[n], L[n * N * D] = {0}, det_min = 1.0;
   for (int k = 0; k < N * D; ++k) re[k] = 0.0;
   if (ke)
@@ -171,7 +176,8 @@ Status form(const ElemBlock& b, size_t slot, const KernelMode& mode, const doubl
 }
 
 template <int D>
-void strain(const double* eas, int ngp, const double* w, const MatLaw& law, const double* E, int g, double* out)
+void strain(const double* eas, int ngp, const double* w, const MatLaw& law, const double* E, int g,
+            double* out)
 {
   double alpha[mode_count(D)];
   amplitudes<D>(eas, ngp, w, law, E, alpha);
@@ -195,7 +201,8 @@ void eas_setup(Shape s, const double* X, const double* w, const MatLaw& law, dou
   else setup<3>(s, X, w, law, out);
 }
 
-void eas_strain(Shape s, const double* eas, const double* w, const MatLaw& law, const double* E, int g, double* out)
+void eas_strain(Shape s, const double* eas, const double* w, const MatLaw& law, const double* E, int g,
+                double* out)
 {
   if (shape_info[s].dim == 2) strain<2>(eas, shape_info[s].ngp, w, law, E, g, out);
   else strain<3>(eas, shape_info[s].ngp, w, law, E, g, out);

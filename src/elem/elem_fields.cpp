@@ -5,8 +5,8 @@ namespace {
 
 // strains of all Gauss points of an element, with their enhanced part                [ngp][dim*dim]
 template <int D>
-void element_strains(const Model& m, const ElemBlock& b, size_t slot, const RealVec& u, bool nlgeom, const ErodedLaw* er,
-                     double* E)
+void element_strains(const Model& m, const ElemBlock& b, size_t slot, const RealVec& u, bool nlgeom,
+                     const ErodedLaw* er, double* E)
 {
   const ShapeInfo& info = shape_info[b.shape];
   const int nen = info.nen, *node = m.mesh.conn.begin(b.elem[slot]);
@@ -19,13 +19,15 @@ void element_strains(const Model& m, const ElemBlock& b, size_t slot, const Real
   }
   if (!elem_table[b.type].enhanced || er) return;
   for (int g = 0; g < info.ngp; ++g)
-    eas_strain(b.shape, &b.eas[b.kind[slot] * eas_size(b.shape)], &b.w[b.gauss(slot)], b.law, E, g, extra + g * D * D);
+    eas_strain(b.shape, &b.eas[b.kind[slot] * eas_size(b.shape)], &b.w[b.gauss(slot)], b.law, E, g,
+               extra + g * D * D);
   for (int k = 0; k < info.ngp * D * D; ++k) E[k] += extra[k];
 }
 
 // strain energy of the element at place s; er: its law when it is broken, or null
 template <int D>
-double one_energy(const Model& m, const ElemBlock& b, size_t s, const RealVec& u, bool nlgeom, const ErodedLaw* er)
+double one_energy(const Model& m, const ElemBlock& b, size_t s, const RealVec& u, bool nlgeom,
+                  const ErodedLaw* er)
 {
   const int ngp = shape_info[b.shape].ngp;
   double sum = 0.0, E[8 * D * D], S[D * D], C[36];
@@ -45,7 +47,8 @@ double one_energy(const Model& m, const ElemBlock& b, size_t s, const RealVec& u
 
 // strain energies of PACK intact elements, not of an enhanced type                   [PACK]
 template <int D, int N, int NGP>
-void pack_energy(const Mesh& mesh, const ElemBlock& b, const int* slot, const RealVec& u, bool nlgeom, double* out)
+void pack_energy(const Mesh& mesh, const ElemBlock& b, const int* slot, const RealVec& u, bool nlgeom,
+                 double* out)
 {
   Pack ul[N * D], sum = {}, dN[N * D], w = {};
   elem_ends_pack(u, mesh, b, slot, N, D, reinterpret_cast<double*>(ul));
@@ -65,7 +68,8 @@ void pack_energy(const Mesh& mesh, const ElemBlock& b, const int* slot, const Re
   for (int l = 0; l < PACK; ++l) out[l] = sum[l];
 }
 
-using PackEnergy = void (*)(const Mesh& mesh, const ElemBlock& b, const int* slot, const RealVec& u, bool nlgeom, double* out);
+using PackEnergy = void (*)(const Mesh& mesh, const ElemBlock& b, const int* slot, const RealVec& u,
+                            bool nlgeom, double* out);
 
 PackEnergy pack_energy_of(const ElemBlock& b)
 {
@@ -128,7 +132,8 @@ void ip_stress_from(const MatLaw& law, int dim, bool nlgeom, const ErodedLaw* er
   double F[9];
   for (int k = 0; k < 9; ++k) F[k] = out.F[k];
   // plane stress: S33 = 0, so the thickness stretch enters sigma through J alone
-  if (dim == 2 && law.plane == PLANE_STRESS) F[8] = out.E[2] > -0.5 ? __builtin_sqrt(1.0 + 2.0 * out.E[2]) : 0.0;
+  if (dim == 2 && law.plane == PLANE_STRESS)
+    F[8] = out.E[2] > -0.5 ? __builtin_sqrt(1.0 + 2.0 * out.E[2]) : 0.0;
   const double J = F[0] * (F[4] * F[8] - F[5] * F[7]) - F[1] * (F[3] * F[8] - F[5] * F[6]) +
                    F[2] * (F[3] * F[7] - F[4] * F[6]);
   const double Sm[9] = {S[0], S[3], S[5], S[3], S[1], S[4], S[5], S[4], S[2]};
@@ -188,7 +193,8 @@ double elem_energy_one(const Model& m, const Elements& el, int e, const RealVec&
   ErodedLaw er;
   if (el.broken(e) >= 0) er = elem_broken_law(m, el, e, c);
   const ErodedLaw* law = el.broken(e) >= 0 ? &er : nullptr;
-  return m.dim == 2 ? one_energy<2>(m, b, el.slot_of[e], u, nlgeom, law) : one_energy<3>(m, b, el.slot_of[e], u, nlgeom, law);
+  return m.dim == 2 ? one_energy<2>(m, b, el.slot_of[e], u, nlgeom, law)
+                    : one_energy<3>(m, b, el.slot_of[e], u, nlgeom, law);
 }
 
 double elem_energy(const Model& m, const Elements& el, const Level& l, bool nlgeom, RealVec* each)

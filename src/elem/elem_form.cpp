@@ -6,7 +6,8 @@ namespace {
 // an element with NGP Gauss points and N nodes in D dimensions, or a pack of them; re or ke may be null.
 // Returns the least det F(n+1)
 template <int D, int N, int NGP, class G, class T>
-T form(const G* dNdX, const G* w, const MatLaw& law, const KernelMode& mode, const T* u0, const T* u1, T* re, T* ke)
+T form(const G* dNdX, const G* w, const MatLaw& law, const KernelMode& mode, const T* u0, const T* u1, T* re,
+       T* ke)
 {
   T det_min = T{} + 1.0;
   if (re)
@@ -31,13 +32,15 @@ Status form_one(const ElemBlock& b, size_t slot, const KernelMode& mode,
                 const double* u0, const double* u1, double* re, double* ke)
 {
   const size_t first = b.gauss(slot);
-  return form<D, N, NGP>(&b.dNdX[first * N * D], &b.w[first], b.law, mode, u0, u1, re, ke) > 0.0 ? STATUS_OK : BAD_JACOBIAN;
+  return form<D, N, NGP>(&b.dNdX[first * N * D], &b.w[first], b.law, mode, u0, u1, re, ke) > 0.0
+             ? STATUS_OK
+             : BAD_JACOBIAN;
 }
 
 // equal elements share their gradients; others have them side by side in packs
 template <int D, int N, int NGP>
-Status form_pack(const ElemBlock& b, const int* slot, const KernelMode& mode, const double* u0, const double* u1, double* re,
-                 double* ke, unsigned& bad)
+Status form_pack(const ElemBlock& b, const int* slot, const KernelMode& mode, const double* u0,
+                 const double* u1, double* re, double* ke, unsigned& bad)
 {
   const auto pack = [](const double* x) { return reinterpret_cast<const Pack*>(x); };
   Pack *rp = reinterpret_cast<Pack*>(re), *kp = reinterpret_cast<Pack*>(ke), det;
@@ -88,7 +91,8 @@ Status form_broken(const ElemBlock& b, size_t slot, const ErodedLaw& law, const 
 Status elem_form_broken(const ElemBlock& b, size_t slot, const ErodedLaw& law, const KernelMode& mode,
                         const double* u0, const double* u1, double* re, double* ke)
 {
-  return by_shape(b.shape, [&](auto z) { return form_broken<z.D, z.N, z.NGP>(b, slot, law, mode, u0, u1, re, ke); });
+  return by_shape(b.shape,
+                  [&](auto z) { return form_broken<z.D, z.N, z.NGP>(b, slot, law, mode, u0, u1, re, ke); });
 }
 
 ErodedLaw elem_broken_law(const Model& m, const Elements& el, int e, double c)

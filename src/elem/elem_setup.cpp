@@ -12,7 +12,8 @@
 
 namespace {
 
-ElemBlock& block_for(const Model& m, Elements& el, std::map<std::tuple<int, int, double, bool>, int>& known, int e)
+ElemBlock& block_for(const Model& m, Elements& el, std::map<std::tuple<int, int, double, bool>, int>& known,
+                     int e)
 {
   const Section& s = m.section[m.mesh.elem_section[e]];
   const int type   = m.mesh.elem_type[e];
@@ -70,12 +71,14 @@ int kind_of(Kinds& k, const double* rel, int n, bool& fresh)
   std::frexp(size, &exponent);
   std::uint64_t key = 14695981039346656037ULL;
   for (int i = 0; i < n; ++i)
-    key = (key ^ static_cast<std::uint64_t>(std::llround(std::ldexp(rel[i], 20 - exponent)))) * 1099511628211ULL;
+    key = (key ^ static_cast<std::uint64_t>(std::llround(std::ldexp(rel[i], 20 - exponent)))) *
+          1099511628211ULL;
   IntVec& list = k.bucket[key];
   fresh = false;
   for (int c : list) {
     bool same = true;
-    for (int i = 0; i < n; ++i) same = same && std::fabs(k.rel[static_cast<size_t>(c) * n + i] - rel[i]) <= SAME * size;
+    for (int i = 0; i < n; ++i)
+      same = same && std::fabs(k.rel[static_cast<size_t>(c) * n + i] - rel[i]) <= SAME * size;
     if (same) return c;
   }
   fresh = true;

@@ -13,7 +13,8 @@
 // Without NLGEOM:  E = sym(grad u), Fb = I, cG = 0.
 //
 // D dimension, N nodes (0: n given at run time). Matrices D x D row by row.
-// T is a number, or a Pack: the same number of PACK elements. G, of gradients and weights, may stay a number: equal elements.
+// T is a number, or a Pack: the same number of PACK elements. G, of gradients and weights, may stay a number:
+// equal elements.
 // ---------------------------------------------------------------------------
 #ifndef MPFE_ELEM_KERNEL_H
 #define MPFE_ELEM_KERNEL_H
@@ -128,7 +129,8 @@ inline void ip_force(const G* dNdX, int n, G w, const T* Fb, const T* S, T* re)
 //   lam f_a f_b^T + mu [ f_b f_a^T + (dN_a/dX . dN_b/dX) Fb Fb^T ]                (1.7)
 // scratch f: [n*D]
 template <int D, int N, class G, class T>
-inline void ip_tangent(const G* dNdX, int n, G w, const MatLaw& law, const KernelMode& mode, const T* Fb, const T* S, T* f, T* ke)
+inline void ip_tangent(const G* dNdX, int n, G w, const MatLaw& law, const KernelMode& mode, const T* Fb,
+                       const T* S, T* f, T* ke)
 {
   const int nn = N ? N : n;
   const G lam = w * mode.cD() * law.lam, mu = w * mode.cD() * law.mu, cg = w * mode.cG();

@@ -1,15 +1,15 @@
 // ---------------------------------------------------------------------------
 // kernel_broken.h : the integration-point kernel for broken material, whose law is psi = c psi+ + psi-
 //
-// Force and tangent have the form of (1.5), (1.6) with the general D of the law. Energy-momentum takes the discrete
-// gradient, so that the energy is that of the law whatever the strain does in a step:
+// Force and tangent have the form of (1.5), (1.6) with the general D of the law. Energy-momentum takes the
+// discrete gradient, so that the energy is that of the law whatever the strain does in a step:
 //
 //   S = S(Em) + a dE,  a = [psi(n+1) - psi(n) - S(Em) : dE] / (dE : dE),  Em the middle strain      (2.14)
 //   D = 1/2 C(Em) + a I + sym(dE (x) da/dE),  the symmetric part of its derivative                  (2.15)
 //
 // RCE, VD and PRESSURE have their kink in one number j (normal stress of the crack, change of volume):
 //
-//   S = S(Em) + [q - f'(j(Em))] G(Em) + a dE,  q = [f(j(n+1)) - f(j(n))] / [j(n+1) - j(n)],  G = dj/dE    (2.17)
+//   S = S(Em) + [q - f'(j(Em))] G(Em) + a dE,  q = [f(j(n+1)) - f(j(n))] / [j(n+1) - j(n)],  G = dj/dE (2.17)
 // ---------------------------------------------------------------------------
 #ifndef MPFE_ELEM_KERNEL_BROKEN_H
 #define MPFE_ELEM_KERNEL_BROKEN_H
@@ -20,10 +20,11 @@
 #include "elem/kernel.h"
 #include "mat/split.h"
 
-// Statics: a broken band carries stress along the crack, but no shear; under compression it wrinkles at once, and Newton's
-// method finds no minimum. A shear stiffness k = 2 |smallest principal stress| across the crack holds it:
+// Statics: a broken band carries stress along the crack, but no shear; under compression it wrinkles at once,
+// and Newton's method finds no minimum. A shear stiffness k = 2 |smallest principal stress| across the crack
+// holds it:
 //
-//   psi = k/2 sum_a (2 E_na)^2,  a: the directions in the crack plane                                      (2.16)
+//   psi = k/2 sum_a (2 E_na)^2,  a: the directions in the crack plane          (2.16)
 
 template <int D>
 struct VoigtPlace {            // tensor components of the nv strains, engineering shear last
@@ -86,8 +87,8 @@ inline void double_dot(const double* A, const double* d, double* out)
 
 // discrete gradient of any law                                                         (2.14), (2.15)
 template <int D>
-inline void ip_discrete(const MatLaw& law, const ErodedLaw& er, const KernelMode& mode, const double* E0, const double* E1, double* S,
-                        double* C)
+inline void ip_discrete(const MatLaw& law, const ErodedLaw& er, const KernelMode& mode, const double* E0,
+                        const double* E1, double* S, double* C)
 {
   constexpr int nv = VoigtPlace<D>::nv;
   const StrainStep<D> e(E0, E1);
@@ -120,22 +121,25 @@ inline void ip_one_sided(double w, int side, double j0, double j1, double& q, do
   slope = (w * side * p1 - q) / (j1 - j0);
 }
 
-// discrete gradient of a law whose kink is that of a number: what the crack passes in a step stays a normal stress or a pressure   (2.17)
+// discrete gradient of a law whose kink is that of a number: what the crack passes in a step stays a normal
+// stress or a pressure  (2.17)
 template <int D>
-inline void ip_discrete_kink(const MatLaw& law, const ErodedLaw& er, const KernelMode& mode, const double* E0, const double* E1,
-                             double* S, double* C)
+inline void ip_discrete_kink(const MatLaw& law, const ErodedLaw& er, const KernelMode& mode, const double* E0,
+                             const double* E1, double* S, double* C)
 {
   constexpr int nv = VoigtPlace<D>::nv;
   const StrainStep<D> e(E0, E1);
   double psi, Cm[nv * nv];
   SplitKink k0, m, k1;
   split_eroded(law, D, er.split, mode.finite, er.c, e.mid, er.N, &psi, S, Cm);
-  if (!split_kink(law, D, er.split, mode.finite, er.c, E0, er.N, k0) || !split_kink(law, D, er.split, mode.finite, er.c, e.mid, er.N, m) ||
+  if (!split_kink(law, D, er.split, mode.finite, er.c, E0, er.N, k0) ||
+      !split_kink(law, D, er.split, mode.finite, er.c, e.mid, er.N, m) ||
       !split_kink(law, D, er.split, mode.finite, er.c, E1, er.N, k1)) {
     for (int k = 0; k < D * D; ++k) S[k] = std::nan("");
     return;
   }
-  const double had = m.side * m.j > 0.0 ? m.w : 0.0;           // the middle's share of the one-sided part gives way to q
+  // the middle's share of the one-sided part gives way to q
+  const double had = m.side * m.j > 0.0 ? m.w : 0.0;
   double q, slope;
   ip_one_sided(m.w, m.side, k0.j, k1.j, q, slope);
   const double more = q - had * m.j;
@@ -152,7 +156,8 @@ inline void ip_discrete_kink(const MatLaw& law, const ErodedLaw& er, const Kerne
   for (int k = 0; k < D * D; ++k) S[k] += a * e.d[k];
   if (!C) return;
   double_dot<D>(m.D, e.d, Gd);
-  for (int k = 0; k < D * D; ++k) g[k] = (slope * rest * k1.G[k] + q * (k1.G[k] - m.G[k] - 0.5 * Gd[k]) - 2.0 * a * e.d[k]) / e.dd;
+  for (int k = 0; k < D * D; ++k)
+    g[k] = (slope * rest * k1.G[k] + q * (k1.G[k] - m.G[k] - 0.5 * Gd[k]) - 2.0 * a * e.d[k]) / e.dd;
   add_identity<D>(a, C);
   add_dyad<D>(1.0, e.d, g, C);
 }
@@ -184,7 +189,8 @@ template <int D>
 inline double ip_compression(const double* S)
 {
   if (D == 2) return std::max(0.0, std::hypot(0.5 * (S[0] - S[3]), S[1]) - 0.5 * (S[0] + S[3]));
-  double least = 0.0;                                // 3D: Gershgorin's bound is enough for a stiffness that holds
+  // 3D: Gershgorin's bound is enough for a stiffness that holds
+  double least = 0.0;
   for (int i = 0; i < D; ++i) {
     double off = 0.0;
     for (int j = 0; j < D; ++j) off += j != i ? std::fabs(S[i * D + j]) : 0.0;
@@ -213,7 +219,8 @@ inline void ip_hold_shear(const double* N, double k, const double* E, double* S,
   for (int a = 0; a < nv; ++a)
     for (int b = 0; b < nv; ++b) {
       const int i = V::row[a], j = V::col[a], m = V::row[b], l = V::col[b];
-      C[a * nv + b] += k * (N[i] * N[m] * P(j, l) + N[i] * N[l] * P(j, m) + N[j] * N[m] * P(i, l) + N[j] * N[l] * P(i, m));
+      C[a * nv + b] += k * (N[i] * N[m] * P(j, l) + N[i] * N[l] * P(j, m) + N[j] * N[m] * P(i, l) +
+                            N[j] * N[l] * P(i, m));
     }
 }
 
@@ -235,8 +242,8 @@ inline void ip_broken(const MatLaw& law, const ErodedLaw& er, const KernelMode& 
 
 // ke [pairs a >= b][D*D] += w [ B_a^T C B_b + cG (dN_a/dX . S dN_b/dX) I ]; scratch B, CB [n*nv*D]
 template <int D, int N>
-inline void ip_tangent_general(const double* dNdX, int n, double w, const double* C, double cG, const double* Fb,
-                               const double* S, double* B, double* CB, double* ke)
+inline void ip_tangent_general(const double* dNdX, int n, double w, const double* C, double cG,
+                               const double* Fb, const double* S, double* B, double* CB, double* ke)
 {
   using V = VoigtPlace<D>;
   constexpr int nv = V::nv;

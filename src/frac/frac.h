@@ -11,7 +11,8 @@
 #include "elem/elem.h"
 #include "point/point.h"
 
-// Part of Gc/h below which psi+ of an element neither breaks it nor is followed; an element at a tip holds 0.1
+// Part of Gc/h below which psi+ of an element neither breaks it nor is followed; an element at a tip holds
+// 0.1
 const double FRAC_LEAST = 0.01;
 
 // What fracture and conversion need to know of the mesh at t = 0; made once
@@ -25,7 +26,8 @@ struct FracMesh {
   RealVec centre;              // [nelem*3]
   RealVec volume;              // [nelem] area x thickness in the plane
   RealVec thickness;           // [nelem] 1 in three dimensions
-  RealVec size;                // [nelem] h: edge of the square or cube that the element is a part of     length
+  // [nelem] h: edge of the square or cube that the element is a part of     length
+  RealVec size;
   RealVec local;               // [nelem] h, mean with the neighbours
   IntVec across, across_face;  // [nelem*6] element behind a face and its face there, -1: none
   ListTable of_node;           // [nnode] elements of a node
@@ -78,60 +80,76 @@ void frac_near(const FracMesh& fm, const double* x, double radius, Use use)
       }
 }
 
-// frac_drive : psi+ / volume of an intact element by a law, at the displacements of l               force/length^2
-double frac_drive(const Model& m, const Step& s, const Elements& el, const FracMesh& fm, const Level& l, int e, Split split);
+// frac_drive : psi+ / volume of an intact element by a law, at the displacements of l              
+// force/length^2
+double frac_drive(const Model& m, const Step& s, const Elements& el, const FracMesh& fm, const Level& l,
+                  int e, Split split);
 
-// frac_average : dynamics: psi+ and its average over time at the converged level l                  (7.26). Collective.
+// frac_average : dynamics: psi+ and its average over time at the converged level l                  (7.26).
+// Collective.
 //   in   energy    strain energy of intact elements at l, those of this rank  [nelem]
-void frac_average(const Model& m, const Step& s, const Elements& el, const FracMesh& fm, const Level& l, const RealVec& energy, Fracture& fr);
+void frac_average(const Model& m, const Step& s, const Elements& el, const FracMesh& fm, const Level& l,
+                  const RealVec& energy, Fracture& fr);
 
-// frac_test : elements that break now, strongest first; l: a converged level. doc/theory.md (7.1) - (7.8). Collective.
+// frac_test : elements that break now, strongest first; l: a converged level. doc/theory.md (7.1) - (7.8).
+// Collective.
 //   in   energy    strain energy of intact elements at l, those of this rank  [nelem]
 //   out  first     by how much the criterion is exceeded
-void frac_test(const Model& m, const Step& s, const Elements& el, const FracMesh& fm, const Fracture& fr, const Level& l,
-               const RealVec& energy, std::vector<Erosion>& out, FirstBreak& first);
+void frac_test(const Model& m, const Step& s, const Elements& el, const FracMesh& fm, const Fracture& fr,
+               const Level& l, const RealVec& energy, std::vector<Erosion>& out, FirstBreak& first);
 
 // frac_value : what first.value is at another level; first.elem is intact there
-double frac_value(const Model& m, const Step& s, const Elements& el, const FracMesh& fm, const Fracture& fr, const Level& l,
-                  const FirstBreak& first);
+double frac_value(const Model& m, const Step& s, const Elements& el, const FracMesh& fm, const Fracture& fr,
+                  const Level& l, const FirstBreak& first);
 
-// frac_estimate : G of element e by the estimate of its definition, whatever the gates say; J [3]: FORCE: its direction
-double frac_estimate(const Model& m, const Step& s, const Elements& el, const FracMesh& fm, const Fracture& fr,
-                     const Level& l, int e, double J[3]);
+// frac_estimate : G of element e by the estimate of its definition, whatever the gates say; J [3]: FORCE: its
+// direction
+double frac_estimate(const Model& m, const Step& s, const Elements& el, const FracMesh& fm,
+                     const Fracture& fr, const Level& l, int e, double J[3]);
 
-// frac_erode : an element breaks: normal, time, counts, in statics or without gradual release its degradation factor.
+// frac_erode : an element breaks: normal, time, counts, in statics or without gradual release its degradation
+// factor.
 // Returns the strain energy released at fixed displacement.
-double frac_erode(const Model& m, const Step& s, const Elements& el, const FracMesh& fm, const Erosion& x, Fracture& fr, Level& l);
+double frac_erode(const Model& m, const Step& s, const Elements& el, const FracMesh& fm, const Erosion& x,
+                  Fracture& fr, Level& l);
 
-// frac_when : time at which the criterion of x was met, between l0 and l1, where its value is taken as linear (7.15);
-// l0 if it was met there; l1 in statics, with FALLBACK and for elements that drop their stress at once
+// frac_when : time at which the criterion of x was met, between l0 and l1, where its value is taken as linear
+// (7.15); l0 if it was met there; l1 in statics, with FALLBACK and for elements that drop their stress at
+// once
 //   in   fr      before x breaks
 double frac_when(const Model& m, const Step& s, const Elements& el, const FracMesh& fm, const Fracture& fr,
                  const Level& l0, const Level& l1, const Erosion& x);
 
-// frac_degrade : degradation factors at the end l1 of an increment dt that begins at l0; statics: c at once      (7.15)
-void frac_degrade(const Model& m, const Step& s, const FracMesh& fm, const Fracture& fr, const Level& l0, double dt, Level& l1);
+// frac_degrade : degradation factors at the end l1 of an increment dt that begins at l0; statics: c at
+// once  (7.15)
+void frac_degrade(const Model& m, const Step& s, const FracMesh& fm, const Fracture& fr, const Level& l0,
+                  double dt, Level& l1);
 
-// frac_degraded : energy that the degradation between l0 and l1 gives up                                       (7.16)
-double frac_degraded(const Model& m, const Step& s, const Elements& el, const Points& pts, const Fracture& fr, const Level& l0,
-                     const Level& l1);
+// frac_degraded : energy that the degradation between l0 and l1 gives up  (7.16)
+double frac_degraded(const Model& m, const Step& s, const Elements& el, const Points& pts, const Fracture& fr,
+                     const Level& l0, const Level& l1);
 
 // frac_open : elements whose release is over leave the list; those to become points then are added to convert
 void frac_open(const Model& m, const FracMesh& fm, const Level& l, Fracture& fr, IntVec& convert);
 
 // frac_due : elements that a distortion or a time turns into points now
-void frac_due(const Model& m, const Elements& el, const FracMesh& fm, const Fracture& fr, const Level& l, IntVec& out);
+void frac_due(const Model& m, const Elements& el, const FracMesh& fm, const Fracture& fr, const Level& l,
+              IntVec& out);
 
-// frac_convert : elements become material points: corners at the lattice of the element, bonds on the new interface.
-// Writes form, points, bonds and the level n; velocities and displacements of new corners are those of the element.
-void frac_convert(const Model& m, Elements& el, const FracMesh& fm, const IntVec& elem, CornerShare& share, State& st);
+// frac_convert : elements become material points: corners at the lattice of the element, bonds on the new
+// interface.
+// Writes form, points, bonds and the level n; velocities and displacements of new corners are those of the
+// element.
+void frac_convert(const Model& m, Elements& el, const FracMesh& fm, const IntVec& elem, CornerShare& share,
+                  State& st);
 
-// frac_torn : broken points whose largest stretch is above RELEASE, or whose volume is below 1/RELEASE of that at t = 0: those to
-// come off their neighbours, and loose ones whose shape is to be made anew                                   (7.12)
+// frac_torn : broken points whose largest stretch is above RELEASE, or whose volume is below 1/RELEASE of
+// that at t = 0: those to come off their neighbours, and loose ones whose shape is to be made anew  (7.12)
 void frac_torn(const Model& m, const FracMesh& fm, const Points& pts, const Level& l, IntVec& out);
 
-// frac_release : torn points come off: corners and unknowns of their own, the shape of t = 0 turned, and a rigid
-// motion with their mass, linear and, if it needs no energy, angular momentum; the bonds of their elements go                    (7.13)
+// frac_release : torn points come off: corners and unknowns of their own, the shape of t = 0 turned, and a
+// rigid motion with their mass, linear and, if it needs no energy, angular momentum; the bonds of their
+// elements go  (7.13)
 void frac_release(const Model& m, const FracMesh& fm, const IntVec& torn, CornerShare& share, State& st);
 
 // frac_follow : corners of points that go on for nodes whose last element has become points; of several the
@@ -141,14 +159,16 @@ void frac_release(const Model& m, const FracMesh& fm, const IntVec& torn, Corner
 enum { FOLLOW_ELEMENT = -1, FOLLOW_NONE = -2 };
 void frac_follow(const Model& m, const Fracture& fr, const Points& pts, IntVec& corner);
 
-// frac_interfaces : surfaces of points and bonds of the interfaces, after elements or points have changed their form
+// frac_interfaces : surfaces of points and bonds of the interfaces, after elements or points have changed
+// their form
 void frac_interfaces(const Model& m, const FracMesh& fm, State& st);
 
 // ---- fragments (doc/theory.md 7.5) --------------------------------------------
 
 struct Fragment {              // a connected piece; the first of Fragments: all debris
   int nelem = 0, npoint = 0;
-  int label = 0;               // smallest label: of its elements and of the elements that its points were; of points alone theirs
+  // smallest label: of its elements and of the elements that its points were; of points alone theirs
+  int label = 0;
   bool of_mesh = false;        // label is that of an element
   double volume = 0, mass = 0; // volume: at t = 0                                  length^3
   double centre[3] = {0, 0, 0}, velocity[3] = {0, 0, 0};
@@ -179,8 +199,9 @@ void frac_measure(const Model& m, const Elements& el, const State& st, int n, Fr
 // frac_fragments : pieces at t(n), numbered by falling mass, and their measures
 void frac_fragments(const Model& m, const Elements& el, const State& st, Fragments& f);
 
-// frac_replay : the corners that conversion has shared so far, made again from the points of t = 0 (start): neighbours that
-// convert later find the same numbers. False: the points of st are others than those made again.
+// frac_replay : the corners that conversion has shared so far, made again from the points of t = 0 (start):
+// neighbours that convert later find the same numbers. False: the points of st are others than those made
+// again.
 bool frac_replay(const Model& m, const FracMesh& fm, const State& st, Points start, CornerShare& share);
 
 #endif

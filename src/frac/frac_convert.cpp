@@ -17,12 +17,14 @@ void interpolate(const CornerShare& share, const RealVec& node, int dim, RealVec
   for (size_t k = 0; k < share.made.size(); ++k)
     for (int i = 0; i < dim; ++i) {
       double sum = 0.0;
-      for (int j = share.node.off[k]; j < share.node.off[k + 1]; ++j) sum += share.weight[j] * node[share.node.item[j] * dim + i];
+      for (int j = share.node.off[k]; j < share.node.off[k + 1]; ++j)
+        sum += share.weight[j] * node[share.node.item[j] * dim + i];
       corner.push_back(sum);
     }
 }
 
-// a corner that a neighbour has made before shares the momentum of both: the mean, weighted with the masses        (7.11)
+// a corner that a neighbour has made before shares the momentum of both: the mean, weighted with the
+// masses  (7.11)
 //   in   before, added: masses of the others and of e at corner c
 void share_momentum(const Model& m, const Points& pts, int e, int c, double before, double added, Level& l)
 {
@@ -38,7 +40,8 @@ void share_momentum(const Model& m, const Points& pts, int e, int c, double befo
 
 //   mass [ncorner]    of the domains so far at their corners
 //   added [ncorner]   scratch, all zero before and after
-void convert_one(const Model& m, const FracMesh& fm, int e, CornerShare& share, RealVec& mass, RealVec& added, State& st)
+void convert_one(const Model& m, const FracMesh& fm, int e, CornerShare& share, RealVec& mass, RealVec& added,
+                 State& st)
 {
   const ConversionDef& c = m.conversion[fm.conv[e]];
   const int first = st.points.npoint, old = st.points.ncorner;
@@ -73,7 +76,8 @@ bool has_loose(const Points& pts, int e)
 }
 
 // faces of finite elements with converted elements behind them that hold together, definition by definition
-std::vector<BondFace> interface_faces(const Model& m, const FracMesh& fm, const Points& pts, const Fracture& fr)
+std::vector<BondFace> interface_faces(const Model& m, const FracMesh& fm, const Points& pts,
+                                      const Fracture& fr)
 {
   std::vector<BondFace> out;
   for (int e : fr.converted) {
@@ -81,21 +85,27 @@ std::vector<BondFace> interface_faces(const Model& m, const FracMesh& fm, const 
     for (int f = 0; f < 6; ++f) {
       const int o = fm.across[6 * e + f];
       if (o < 0 || fr.form[o] != FORM_ELEMENT) continue;
-      out.push_back({m.conversion[fm.conv[e]].bond_of[m.mesh.elem_section[e]], {o, fm.across_face[6 * e + f]}});
+      out.push_back(
+          {m.conversion[fm.conv[e]].bond_of[m.mesh.elem_section[e]], {o, fm.across_face[6 * e + f]}});
     }
   }
   std::stable_sort(out.begin(), out.end(), [](const BondFace& a, const BondFace& b) {
-    return a.def != b.def ? a.def < b.def : a.face.elem != b.face.elem ? a.face.elem < b.face.elem : a.face.face < b.face.face;
+    return a.def != b.def               ? a.def < b.def
+           : a.face.elem != b.face.elem ? a.face.elem < b.face.elem
+                                        : a.face.face < b.face.face;
   });
   return out;
 }
 
-// Elements whose corners are not on the grid: those that have a node with an element, and in the second row those that have no node
-// inside them, with converted elements all around: the grid does not hold so few points                                   (7.14)
+// Elements whose corners are not on the grid: those that have a node with an element, and in the second row
+// those that have no node inside them, with converted elements all around: the grid does not hold so few
+// points  (7.14)
 //   lost [nnode]   1: without an element
-std::vector<char> rim_elements(const Model& m, const FracMesh& fm, const IntVec& lost, const Fracture& fr, const Points& pts)
+std::vector<char> rim_elements(const Model& m, const FracMesh& fm, const IntVec& lost, const Fracture& fr,
+                               const Points& pts)
 {
-  std::vector<char> rim(m.mesh.nelem(), 0), beside(m.mesh.nnode(), 0);       // beside: nodes of elements of the first row
+  // beside: nodes of elements of the first row
+  std::vector<char> rim(m.mesh.nelem(), 0), beside(m.mesh.nnode(), 0);
   const auto any = [&](int e, auto good) {
     return std::any_of(m.mesh.conn.begin(e), m.mesh.conn.begin(e) + m.mesh.conn.count(e), good);
   };
@@ -104,7 +114,8 @@ std::vector<char> rim_elements(const Model& m, const FracMesh& fm, const IntVec&
     for (int k = m.mesh.conn.off[e]; k < m.mesh.conn.off[e + 1]; ++k) beside[m.mesh.conn.item[k]] = 1;
     rim[e] = !has_loose(pts, e);
   }
-  static const int around[5] = {5, 4, 18, 9, 8};     // by Shape: elements around a node inside a body, at least
+  // by Shape: elements around a node inside a body, at least
+  static const int around[5] = {5, 4, 18, 9, 8};
   for (int e : fr.converted) {
     const int most    = around[elem_table[m.mesh.elem_type[e]].shape];
     const auto inside = [&](int n) { return lost[n] && !beside[n] && fm.of_node.count(n) >= most; };
@@ -113,9 +124,10 @@ std::vector<char> rim_elements(const Model& m, const FracMesh& fm, const IntVec&
   return rim;
 }
 
-// What carries the corners of such elements: the node where it lies; at a node without elements it is on its own, or on the grid when
-// others that are broken share it; those between follow the ones at the nodes, on faces to others that are whole those of both.
-// All others are on the grid.                                                                                           (7.14)
+// What carries the corners of such elements: the node where it lies; at a node without elements it is on its
+// own, or on the grid when others that are broken share it; those between follow the ones at the nodes, on
+// faces to others that are whole those of both.
+// All others are on the grid.  (7.14)
 void hang_corners(const Model& m, const FracMesh& fm, const IntVec& lost, const Fracture& fr, Points& pts)
 {
   enum { RIM = 1, DEBRIS = 2, APART = 4 };
@@ -123,7 +135,10 @@ void hang_corners(const Model& m, const FracMesh& fm, const IntVec& lost, const 
   for (int e : fr.converted) point_sample(m, e, rim[e] && !m.conversion[fm.conv[e]].bonded, pts);
   IntVec used(pts.ncorner, 0), name(pts.ncorner, 0); // by elements; all corners of a name
   for (int e : fr.converted) {
-    const int first = pts.of_elem[e], by = rim[e] ? RIM : has_loose(pts, e) ? APART : pts.broken[first] >= 0 ? DEBRIS : 0;
+    const int first = pts.of_elem[e], by = rim[e]                   ? RIM
+                                           : has_loose(pts, e)      ? APART
+                                           : pts.broken[first] >= 0 ? DEBRIS
+                                                                    : 0;
     for (int p = first; p < pts.npoint && pts.parent[p] == e; ++p)
       for (int k = pts.conn.off[p]; k < pts.conn.off[p + 1]; ++k) used[pts.conn.item[k]] |= by;
   }
@@ -160,9 +175,13 @@ double distortion(const Model& m, const Elements& el, int e, const Level& l)
     elem_ip_fields(m, el, l, true, e, g, f);
     const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> F(f.F);
     Eigen::VectorXd stretch2;
-    if (m.dim == 2) stretch2 = Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(F.topLeftCorner<2, 2>().transpose() * F.topLeftCorner<2, 2>()).eigenvalues();
+    if (m.dim == 2)
+      stretch2 = Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(F.topLeftCorner<2, 2>().transpose() *
+                                                                F.topLeftCorner<2, 2>())
+                     .eigenvalues();
     else stretch2 = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(F.transpose() * F).eigenvalues();
-    worst = std::min({worst, F.determinant(), std::sqrt(std::max(0.0, stretch2.minCoeff() / stretch2.maxCoeff()))});
+    worst = std::min(
+        {worst, F.determinant(), std::sqrt(std::max(0.0, stretch2.minCoeff() / stretch2.maxCoeff()))});
   }
   return worst;
 }
@@ -180,13 +199,15 @@ void join_sorted(IntVec& list, size_t first)
 
 }  // namespace
 
-void frac_due(const Model& m, const Elements& el, const FracMesh& fm, const Fracture& fr, const Level& l, IntVec& out)
+void frac_due(const Model& m, const Elements& el, const FracMesh& fm, const Fracture& fr, const Level& l,
+              IntVec& out)
 {
   out.clear();
   for (size_t c = 0; c < m.conversion.size(); ++c) {
     const ConversionDef& d = m.conversion[c];
     const size_t first     = out.size();
-    if (d.trigger == TRIGGER_EROSION || (d.trigger == TRIGGER_TIME && l.time < d.limit * (1.0 - 1e-9))) continue;
+    if (d.trigger == TRIGGER_EROSION || (d.trigger == TRIGGER_TIME && l.time < d.limit * (1.0 - 1e-9)))
+      continue;
     for (int e : m.elset[d.elset].item) {
       if (fm.conv[e] != static_cast<int>(c) || fr.form[e] != FORM_ELEMENT || el.home[e] < 0) continue;
       // ranks take elements in turn
@@ -197,7 +218,8 @@ void frac_due(const Model& m, const Elements& el, const FracMesh& fm, const Frac
   }
 }
 
-void frac_convert(const Model& m, Elements& el, const FracMesh& fm, const IntVec& elem, CornerShare& share, State& st)
+void frac_convert(const Model& m, Elements& el, const FracMesh& fm, const IntVec& elem, CornerShare& share,
+                  State& st)
 {
   if (elem.empty()) return;
   RealVec mass(st.points.ncorner, 0.0), added;
@@ -213,6 +235,7 @@ void frac_interfaces(const Model& m, const FracMesh& fm, State& st)
   point_surfaces(m, st.points);
   const IntVec lost = lost_nodes(m, fm, st.frac);
   hang_corners(m, fm, lost, st.frac, st.points);
-  const IntVec fresh = bond_rebuild(m, st.points, interface_faces(m, fm, st.points, st.frac), lost, st.bonds, st.n);
+  const IntVec fresh = bond_rebuild(m, st.points, interface_faces(m, fm, st.points, st.frac), lost, st.bonds,
+                                    st.n);
   contact_offsets(m, st.points, fresh, st.bonds);
 }

@@ -5,17 +5,20 @@
 namespace {
 
 // strain energy of a broken element, or of the points that it has become, with the degradation factor c
-double broken_energy(const Model& m, const Step& s, const Elements& el, const Points& pts, const Fracture& fr, const Level& l, int e, double c)
+double broken_energy(const Model& m, const Step& s, const Elements& el, const Points& pts, const Fracture& fr,
+                     const Level& l, int e, double c)
 {
   if (fr.form[e] == FORM_ELEMENT) return elem_energy_one(m, el, e, l.u, c, s.nlgeom);
   double sum = 0.0;
-  for (int p = pts.of_elem[e]; p < pts.npoint && pts.parent[p] == e; ++p) sum += point_energy_one(m, pts, l, p, c);
+  for (int p = pts.of_elem[e]; p < pts.npoint && pts.parent[p] == e; ++p)
+    sum += point_energy_one(m, pts, l, p, c);
   return sum;
 }
 
 }  // namespace
 
-void frac_degrade(const Model& m, const Step& s, const FracMesh& fm, const Fracture& fr, const Level& l0, double dt, Level& l1)
+void frac_degrade(const Model& m, const Step& s, const FracMesh& fm, const Fracture& fr, const Level& l0,
+                  double dt, Level& l1)
 {
   for (int e : fr.releasing) {
     const double c = m.fracture[fr.broken[e]].stiffness;
@@ -24,8 +27,8 @@ void frac_degrade(const Model& m, const Step& s, const FracMesh& fm, const Fract
   }
 }
 
-double frac_degraded(const Model& m, const Step& s, const Elements& el, const Points& pts, const Fracture& fr, const Level& l0,
-                     const Level& l1)
+double frac_degraded(const Model& m, const Step& s, const Elements& el, const Points& pts, const Fracture& fr,
+                     const Level& l0, const Level& l1)
 {
   double sum = 0.0;
   for (int e : fr.releasing) {
@@ -45,7 +48,8 @@ void frac_open(const Model& m, const FracMesh& fm, const Level& l, Fracture& fr,
       continue;
     }
     const int c = fm.conv[e];
-    if (c >= 0 && m.conversion[c].trigger == TRIGGER_EROSION && fr.form[e] == FORM_ELEMENT) convert.push_back(e);
+    if (c >= 0 && m.conversion[c].trigger == TRIGGER_EROSION && fr.form[e] == FORM_ELEMENT)
+      convert.push_back(e);
   }
   fr.releasing.swap(still);
 }

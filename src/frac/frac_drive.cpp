@@ -6,7 +6,7 @@
 
 namespace {
 
-// the average decays towards psi+, which is linear in the increment: d mean/dt = (psi+ - mean)/T          (7.26)
+// the average decays towards psi+, which is linear in the increment: d mean/dt = (psi+ - mean)/T  (7.26)
 double averaged(double mean, double before, double now, double dt, double T)
 {
   const double lag = T * (now - before) / dt;
@@ -15,18 +15,21 @@ double averaged(double mean, double before, double now, double dt, double T)
 
 }  // namespace
 
-double frac_drive(const Model& m, const Step& s, const Elements& el, const FracMesh& fm, const Level& l, int e, Split split)
+double frac_drive(const Model& m, const Step& s, const Elements& el, const FracMesh& fm, const Level& l,
+                  int e, Split split)
 {
   const ElemBlock& b    = el.block[el.home[e]];
   const ShapeInfo& info = shape_info[b.shape];
   double all[72], sum = 0.0;
   elem_strains(m, el, e, l.u, s.nlgeom, all);
   for (int g = 0; g < info.ngp; ++g)
-    sum += b.w[b.gauss(el.slot_of[e]) + g] * split_drive(b.law, m.dim, split, s.nlgeom, all + g * m.dim * m.dim);
+    sum += b.w[b.gauss(el.slot_of[e]) + g] *
+           split_drive(b.law, m.dim, split, s.nlgeom, all + g * m.dim * m.dim);
   return sum / fm.volume[e];
 }
 
-void frac_average(const Model& m, const Step& s, const Elements& el, const FracMesh& fm, const Level& l, const RealVec& energy, Fracture& fr)
+void frac_average(const Model& m, const Step& s, const Elements& el, const FracMesh& fm, const Level& l,
+                  const RealVec& energy, Fracture& fr)
 {
   if (s.proc != PROC_DYNAMIC || m.fracture.empty()) return;
   const size_t nelem = fm.def.size();
@@ -34,7 +37,9 @@ void frac_average(const Model& m, const Step& s, const Elements& el, const FracM
   if (!fr.mean.empty() && dt <= 0.0) return;
   RealVec now(nelem, 0.0);
   for (size_t e = 0; e < nelem; ++e) {
-    if (fm.def[e] < 0 || fm.average[e] == 0.0 || fr.broken[e] >= 0 || fr.form[e] != FORM_ELEMENT || el.home[e] < 0) continue;
+    if (fm.def[e] < 0 || fm.average[e] == 0.0 || fr.broken[e] >= 0 || fr.form[e] != FORM_ELEMENT ||
+        el.home[e] < 0)
+      continue;
     if (energy[e] <= FRAC_LEAST * fm.gc[e] / fm.size[e] * fm.volume[e]) continue;
     now[e] = std::max(0.0, frac_drive(m, s, el, fm, l, static_cast<int>(e), m.fracture[fm.def[e]].drive));
   }
@@ -44,7 +49,9 @@ void frac_average(const Model& m, const Step& s, const Elements& el, const FracM
     fr.mean.assign(nelem, 0.0);
   }
   for (size_t e = 0; e < nelem; ++e)
-    fr.mean[e] = fr.drive[e] > 0.0 && now[e] > 0.0 ? averaged(fr.mean[e], fr.drive[e], now[e], dt, fm.average[e]) : now[e];
+    fr.mean[e] = fr.drive[e] > 0.0 && now[e] > 0.0
+                     ? averaged(fr.mean[e], fr.drive[e], now[e], dt, fm.average[e])
+                     : now[e];
   fr.drive.swap(now);
   fr.drive_time = l.time;
 }

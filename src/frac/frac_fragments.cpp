@@ -36,7 +36,8 @@ void join_points(const Model& m, const Points& pts, Forest& forest)
   for (int p = 0; p < pts.npoint; ++p)
     for (int a = 1; pts.broken[p] < 0 && a < pts.conn.count(p); ++a)
       forest.join(m.mesh.nnode() + pts.conn.begin(p)[0], m.mesh.nnode() + pts.conn.begin(p)[a]);
-  for (int c = 0; c < static_cast<int>(pts.hangs.size()); ++c)      // corners at nodes of elements      (7.14)
+  // corners at nodes of elements  (7.14)
+  for (int c = 0; c < static_cast<int>(pts.hangs.size()); ++c)
     if (pts.hangs[c] == HANG_NODE) forest.join(pts.hang.begin(c)[0], m.mesh.nnode() + c);
 }
 
@@ -72,7 +73,8 @@ bool ties(const Model& m, const Elements& el, const Bonds& b, const ListTable& o
   return false;
 }
 
-// joins bond q with point p when that is intact and its domain at t = 0 contains or touches the place of the bond
+// joins bond q with point p when that is intact and its domain at t = 0 contains or touches the place of the
+// bond
 void join_bond(const Model& m, const Points& pts, const Bonds& b, int q, int p, Forest& forest)
 {
   if (pts.broken[p] >= 0) return;
@@ -84,7 +86,8 @@ void join_bond(const Model& m, const Points& pts, const Bonds& b, int q, int p, 
 }
 
 // bonds of conversion: the points of the elements that were at the bond
-void join_converted(const Model& m, const Points& pts, const Bonds& b, const ListTable& of_node, int q, Forest& forest)
+void join_converted(const Model& m, const Points& pts, const Bonds& b, const ListTable& of_node, int q,
+                    Forest& forest)
 {
   const int n = b.a.item[b.a.off[q]];
   for (int k = of_node.off[n]; k < of_node.off[n + 1]; ++k) {
@@ -107,7 +110,8 @@ void join_of_deck(const Model& m, const Points& pts, const Bonds& b, const IntVe
       hi = std::max(hi, pts.Xc[pts.conn.begin(p)[a] * m.dim]);
     }
     const double margin = 1e-5 * (hi - lo);
-    for (size_t k = std::lower_bound(x.begin(), x.end(), lo - margin) - x.begin(); k < x.size() && x[k] <= hi + margin; ++k)
+    for (size_t k = std::lower_bound(x.begin(), x.end(), lo - margin) - x.begin();
+         k < x.size() && x[k] <= hi + margin; ++k)
       if (m.bond[b.def[bond[k]]].body == pts.body[p]) join_bond(m, pts, b, bond[k], p, forest);
   }
 }

@@ -105,7 +105,8 @@ void count_items(const Model& m, const Elements& el, const Points& pts, Fragment
   }
 }
 
-// first pass: mass, centre, momentum, box. Each carrier is summed up alone: fewer terms, less rounding in the long sum
+// first pass: mass, centre, momentum, box. Each carrier is summed up alone: fewer terms, less rounding in the
+// long sum
 void add_first(Fragment& k, const Carrier& c)
 {
   double mass = 0.0;

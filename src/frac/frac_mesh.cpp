@@ -12,6 +12,8 @@
 
 namespace {
 
+const int MOST_BINS = 2000;    // in a direction: parts far apart must not fill the memory with empty ones
+
 // the element as a part of a square or a cube: two triangles, two wedges, six tetrahedra     (7.2)
 double parts_of_cube(Shape s)
 {
@@ -97,7 +99,7 @@ void find_bins(const Model& m, FracMesh& fm)
   fm.bin = 2.0 * mean;
   long cells = 1;
   for (int i = 0; i < 3; ++i) {
-    fm.nbin[i] = std::min(2000, static_cast<int>((hi[i] - fm.lo[i]) / fm.bin) + 1);
+    fm.nbin[i] = std::min(MOST_BINS, static_cast<int>((hi[i] - fm.lo[i]) / fm.bin) + 1);
     cells *= fm.nbin[i];
   }
   for (int i = 0; i < 3; ++i) fm.bin = std::max(fm.bin, (hi[i] - fm.lo[i]) / fm.nbin[i] * (1.0 + 1e-12));
@@ -124,14 +126,17 @@ void find_of_node(const Model& m, FracMesh& fm)
   fm.of_node.off = count;
   fm.of_node.item.resize(m.mesh.conn.item.size());
   for (int e = 0; e < m.mesh.nelem(); ++e)
-    for (int k = m.mesh.conn.off[e]; k < m.mesh.conn.off[e + 1]; ++k) fm.of_node.item[count[m.mesh.conn.item[k]]++] = e;
+    for (int k = m.mesh.conn.off[e]; k < m.mesh.conn.off[e + 1]; ++k)
+      fm.of_node.item[count[m.mesh.conn.item[k]]++] = e;
 }
 
-// time in which a Rayleigh wave goes over a length; c_R/c_s = (0.862 + 1.14 nu)/(1 + nu) to 0.5 %; without a density nothing moves
+// time in which a Rayleigh wave goes over a length; c_R/c_s = (0.862 + 1.14 nu)/(1 + nu) to 0.5 %; without a
+// density nothing moves
 double rayleigh_time(const Elements& el, int e, double length)
 {
   const ElemBlock& b = el.block[el.home[e]];
-  const double nu    = b.law.lam / (2.0 * (b.law.lam + b.law.mu));     // plane stress: nu/(1 + nu), as lam is the reduced one
+  // plane stress: nu/(1 + nu), as lam is the reduced one
+  const double nu    = b.law.lam / (2.0 * (b.law.lam + b.law.mu));
   return length * std::sqrt(b.density / b.law.mu) * (1.0 + nu) / (0.862 + 1.14 * nu);
 }
 
@@ -152,8 +157,9 @@ void find_toughness(const Model& m, const Elements& el, const FractureDef& d, in
     fm.def[e] = def;
     fm.gc[e]  = gc;
     const double part = fm.volume[e] / fm.thickness[e];
-    fm.release[e] = rayleigh_time(el, e, d.release * (m.dim == 2 ? std::sqrt(part) : std::cbrt(part)));      // (7.15)
-    fm.average[e] = rayleigh_time(el, e, d.average * fm.size[e]);                                            // (7.26)
+    // (7.15), (7.26)
+    fm.release[e] = rayleigh_time(el, e, d.release * (m.dim == 2 ? std::sqrt(part) : std::cbrt(part)));
+    fm.average[e] = rayleigh_time(el, e, d.average * fm.size[e]);
   }
   if (rng) gsl_rng_free(rng);
 }
@@ -176,7 +182,8 @@ int frac_mesh(const Model& m, const Elements& el, FracMesh& fm)
   fm.gc.assign(nelem, 0.0);
   fm.release.assign(nelem, 0.0);
   fm.average.assign(nelem, 0.0);
-  for (size_t d = 0; d < m.fracture.size(); ++d) find_toughness(m, el, m.fracture[d], static_cast<int>(d), fm);
+  for (size_t d = 0; d < m.fracture.size(); ++d)
+    find_toughness(m, el, m.fracture[d], static_cast<int>(d), fm);
   for (size_t c = 0; c < m.conversion.size(); ++c)
     for (int e : m.elset[m.conversion[c].elset].item) fm.conv[e] = static_cast<int>(c);
   return 0;

@@ -18,7 +18,8 @@ Eigen::Matrix3d rotation(const Eigen::Matrix3d& F)
 {
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(F, Eigen::ComputeFullU | Eigen::ComputeFullV);
   Eigen::Matrix3d U = svd.matrixU();
-  if ((U * svd.matrixV().transpose()).determinant() < 0.0) U.col(2) *= -1.0;     // inside out: along the smallest stretch
+  // inside out: along the smallest stretch
+  if ((U * svd.matrixV().transpose()).determinant() < 0.0) U.col(2) *= -1.0;
   return U * svd.matrixV().transpose();
 }
 
@@ -57,8 +58,8 @@ void read_grain(const Points& pts, int dim, const Level& l, int p, const double*
   for (int a = 0; a < g.n; ++a) g.mass += g.mc[a];
 }
 
-// the spin that has the angular momentum of the domain once its corners are at r from the centre, in the plane about axis 3; less when
-// that would need more energy than the motion about the centre had
+// the spin that has the angular momentum of the domain once its corners are at r from the centre, in the
+// plane about axis 3; less when that would need more energy than the motion about the centre had
 Eigen::Vector3d spin(const Grain& g, int dim, const Eigen::Vector3d* r)
 {
   const Eigen::Vector3d x = mean(g, g.x), v = mean(g, g.v);
@@ -71,7 +72,8 @@ Eigen::Vector3d spin(const Grain& g, int dim, const Eigen::Vector3d* r)
       had += 0.5 * g.m[a][b] * (g.v[a] - v).dot(g.v[b] - v);
       I += g.m[a][b] * (r[a].dot(r[b]) * Eigen::Matrix3d::Identity() - r[a] * r[b].transpose());
     }
-  const Eigen::Vector3d omega = dim == 2 ? Eigen::Vector3d(0.0, 0.0, L[2] / I(2, 2)) : Eigen::Vector3d(I.ldlt().solve(L));
+  const Eigen::Vector3d omega = dim == 2 ? Eigen::Vector3d(0.0, 0.0, L[2] / I(2, 2))
+                                         : Eigen::Vector3d(I.ldlt().solve(L));
   const double needs = 0.5 * omega.dot(L);
   return needs > had ? Eigen::Vector3d(std::sqrt(had / needs) * omega) : omega;
 }
@@ -118,7 +120,9 @@ void frac_torn(const Model& m, const FracMesh& fm, const Points& pts, const Leve
     const double limit = m.conversion[fm.conv[pts.parent[p]]].release;
     if (limit == 0.0) continue;
     const Eigen::Matrix3d F = gradient(pts, m.dim, l.uc, p);
-    const double most = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(F.transpose() * F, Eigen::EigenvaluesOnly).eigenvalues()[2];
+    const double most = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(F.transpose() * F,
+                                                                       Eigen::EigenvaluesOnly)
+                            .eigenvalues()[2];
     if (most > limit * limit || F.determinant() < 1.0 / limit) out.push_back(p);
   }
 }
@@ -155,9 +159,12 @@ bool frac_replay(const Model& m, const FracMesh& fm, const State& st, Points sta
   size_t r = 0;
   for (size_t k = 0; k <= fr.converted.size(); ++k) {
     IntVec fresh;
-    for (; r < fr.released.size() && fr.released_at[r] == static_cast<int>(k); ++r) fresh.push_back(fr.released[r]);
+    for (; r < fr.released.size() && fr.released_at[r] == static_cast<int>(k); ++r)
+      fresh.push_back(fr.released[r]);
     for (int p : fresh)
-      if (p >= start.npoint || start.parent[p] < 0 || start.of_elem.empty() || start.of_elem[start.parent[p]] < 0) return false;
+      if (p >= start.npoint || start.parent[p] < 0 || start.of_elem.empty() ||
+          start.of_elem[start.parent[p]] < 0)
+        return false;
     point_loosen(fresh, m.dim, share, start);
     if (k == fr.converted.size()) break;
     const int e = fr.converted[k];
@@ -165,6 +172,7 @@ bool frac_replay(const Model& m, const FracMesh& fm, const State& st, Points sta
     point_convert(m, m.conversion[fm.conv[e]].body[m.mesh.elem_section[e]], e, share, start);
   }
   const Points& pts = st.points;
-  return start.Xc == pts.Xc && start.shape == pts.shape && start.conn.off == pts.conn.off && start.conn.item == pts.conn.item &&
-         start.body == pts.body && start.of_elem == pts.of_elem && start.parent == pts.parent && start.twin == pts.twin;
+  return start.Xc == pts.Xc && start.shape == pts.shape && start.conn.off == pts.conn.off &&
+         start.conn.item == pts.conn.item && start.body == pts.body && start.of_elem == pts.of_elem &&
+         start.parent == pts.parent && start.twin == pts.twin;
 }

@@ -12,9 +12,11 @@ namespace {
 const double pi = 3.14159265358979323846;
 const double ROUNDING = 1.0 + 1e-9;    // of a bound
 const double NOTCH_BALL = 5.0;         // radius of the ball around a notch in which BALL asks for J as well
-const double TIP_STATICS = 0.2, TIP_MOTION = 0.4;      // see behind_tip. Less: flanks of a crack break (A14); more: it cannot divide (P8)
+// see behind_tip. Less: flanks of a crack break (A14); more: it cannot divide (P8)
+const double TIP_STATICS = 0.2, TIP_MOTION = 0.4;
 const double FINE = 1e6;               // parts of an increment: rounding must not part a symmetric pair
-const double tied = 1e-3;      // ranks this close belong to a symmetric pair: Newton ends at a tolerance, not at zero
+// ranks this close belong to a symmetric pair: Newton ends at a tolerance, not at zero
+const double tied = 1e-3;
 
 // What one test knows of the state; what costs is made when it is asked for
 struct Scan {
@@ -24,7 +26,8 @@ struct Scan {
   const FracMesh& fm;
   const Fracture& fr;
   const Level& l;
-  RealVec W;                   // [nelem] of intact elements: strain energy / volume, or its average; 0 for others
+  // [nelem] of intact elements: strain energy / volume, or its average; 0 for others
+  RealVec W;
   RealVec drive;               // [nelem] psi+ / volume, -1: not yet known
   bool dynamic() const { return step.proc == PROC_DYNAMIC; }
   bool averaged(int e) const { return dynamic() && !fr.mean.empty() && fr.mean[e] > 0.0; }
@@ -48,7 +51,8 @@ double radius_of(const Scan& s, int e)
   return (given > 0.0 ? given : estimate_of(s, e) == ESTIMATE_FORCE ? 5.0 : 2.0) * s.fm.local[e];
 }
 
-// centres just at the radius belong to the ball: on an aligned mesh they would come and go with rounding, and with the units
+// centres just at the radius belong to the ball: on an aligned mesh they would come and go with rounding, and
+// with the units
 const double AT_RADIUS = 1.0 + 1e-6;
 
 // calls use(o, distance) for the elements whose centres lie in the ball of e
@@ -75,7 +79,10 @@ void mean_strain(const Scan& s, int e, double* E)
   for (int k = 0; k < d2; ++k) E[k] /= volume;
 }
 
-double drive_by(const Scan& s, int e, Split split) { return frac_drive(s.m, s.step, s.el, s.fm, s.l, e, split); }
+double drive_by(const Scan& s, int e, Split split)
+{
+  return frac_drive(s.m, s.step, s.el, s.fm, s.l, e, split);
+}
 
 // psi+ / volume of an intact element by the law of its definition, in dynamics its average over time
 double drive_of(Scan& s, int e)
@@ -100,21 +107,23 @@ double threshold(const Scan& s, int e)
 
 // ---- energy average in a ball                                                      (7.3), (7.4)
 
-// weight of an element at the distance r in the average: 1 within radius - h, falling to 0 at radius + h. A sharp ball would make G
-// jump with each element that enters it, by up to a sixth on aligned squares
+// weight of an element at the distance r in the average: 1 within radius - h, falling to 0 at radius + h. A
+// sharp ball would make G jump with each element that enters it, by up to a sixth on aligned squares
 double ball_weight(const Scan& s, int e, double radius, double r)
 {
   return std::min(1.0, std::max(0.0, 0.5 * (radius - r) / s.fm.local[e] + 0.5));
 }
 
-// energy density times C radius is G: energy within r of a tip of mode I is kappa G r in the plane, pi/2 kappa G r^2 in space    (7.4)
+// energy density times C radius is G: energy within r of a tip of mode I is kappa G r in the plane, pi/2
+// kappa G r^2 in space  (7.4)
 double ball_constant(const Scan& s, int e)
 {
   const MatLaw& law = s.law(e);
   const double nu   = law.lam3 / (2.0 * (law.lam3 + law.mu));
   const bool stress = law.plane == PLANE_STRESS;
   double kappa = stress ? (5.0 - 3.0 * nu) / 8.0 : (5.0 - 8.0 * nu) / (8.0 * (1.0 - nu));
-  if (s.def(e).drive == SPLIT_RCE) kappa = stress ? 0.5247 * (1.0 - nu * nu) : 0.5247 * (1.0 - 2.0 * nu) / ((1.0 - nu) * (1.0 - nu));
+  if (s.def(e).drive == SPLIT_RCE)
+    kappa = stress ? 0.5247 * (1.0 - nu * nu) : 0.5247 * (1.0 - 2.0 * nu) / ((1.0 - nu) * (1.0 - nu));
   const double x = s.fm.local[e] / radius_of(s, e), x2 = x * x;
   return s.m.dim == 2 ? pi / kappa * (1.0 + x2 / 3.0) : 8.0 / (3.0 * kappa) * (1.0 + x2) / (1.0 + x2 / 3.0);
 }
@@ -144,7 +153,8 @@ bool beside(const Scan& s, int e, Is is)
 
 bool at_removed(const Scan& s, int e) { return beside(s, e, [&](int o) { return s.removed(o); }); }
 
-// a broken element that shares a node: a crack goes on across corners of the mesh too, which frees it from its lines
+// a broken element that shares a node: a crack goes on across corners of the mesh too, which frees it from
+// its lines
 bool touches_broken(const Scan& s, int e)
 {
   const int nen = s.m.mesh.conn.count(e), *node = s.m.mesh.conn.begin(e);
@@ -220,7 +230,8 @@ void face_of(const Scan& s, int e, int f, double* mid, double* area)
     p[i] = X[2][i] - X[0][i];
     r[i] = n == 4 ? X[3][i] - X[1][i] : X[2][i] - X[1][i];
   }
-  for (int i = 0; i < 3; ++i) area[i] = 0.5 * (p[(i + 1) % 3] * r[(i + 2) % 3] - p[(i + 2) % 3] * r[(i + 1) % 3]);
+  for (int i = 0; i < 3; ++i)
+    area[i] = 0.5 * (p[(i + 1) % 3] * r[(i + 2) % 3] - p[(i + 2) % 3] * r[(i + 1) % 3]);
 }
 
 // faces of a ball with nothing behind them: the surface of the body, and what was removed at the start
@@ -299,8 +310,8 @@ std::vector<char> open_parts(const std::vector<FreeFace>& face, const IntVec& pa
   return open;
 }
 
-// the end of a notch lies in the ball: opposed faces, free faces of the ball lead from one to the other, and on
-// out of the ball (around a hole that lies in it whole J says nothing)
+// the end of a notch lies in the ball: opposed faces, free faces of the ball lead from one to the other, and
+// on out of the ball (around a hole that lies in it whole J says nothing)
 bool at_notch(const Scan& s, int e, double radius)
 {
   std::vector<FreeFace> face;
@@ -322,8 +333,8 @@ double weight_of(const Scan& s, int node, const double* c, double radius)
   return std::min(1.0, std::max(0.0, 2.0 * (1.0 - r / radius)));
 }
 
-// what the surface of the body adds to J where it cuts the ball: -int q W n dA on faces without traction. Those of a
-// notch belong to the crack
+// what the surface of the body adds to J where it cuts the ball: -int q W n dA on faces without traction.
+// Those of a notch belong to the crack
 void take_surface(const Scan& s, int e, double radius, double* J)
 {
   std::vector<FreeFace> face;
@@ -341,8 +352,8 @@ void take_surface(const Scan& s, int e, double radius, double* J)
   }
 }
 
-// int q ds along the straight front through the element, square to J and to the largest principal stress, as far as the body
-// reaches: 1.5 radius inside                                                          (7.6)
+// int q ds along the straight front through the element, square to J and to the largest principal stress, as
+// far as the body reaches: 1.5 radius inside                                                          (7.6)
 double front_length(const Scan& s, int e, const double* J, double radius)
 {
   double E[9], N[3], t[3], norm = 0.0, reach[2] = {radius, radius};
@@ -398,8 +409,8 @@ double force_estimate(const Scan& s, int e, double radius, double* J)
   return std::sqrt(J[0] * J[0] + J[1] * J[1] + J[2] * J[2]);
 }
 
-// BALL: where a notch ends within 5 h, J as well. It is right there from the first element on; the ball is a fifth
-// too high, because a void has no volume                                                             (7.7)
+// BALL: where a notch ends within 5 h, J as well. It is right there from the first element on; the ball is a
+// fifth too high, because a void has no volume  (7.7)
 double estimate(Scan& s, int e, double* J)
 {
   for (int i = 0; i < 3; ++i) J[i] = 0.0;
@@ -432,14 +443,15 @@ double spacing_of(const Scan& s, int e)
   return (d.spacing >= 0.0 ? d.spacing : s.dynamic() ? 2.0 : 0.0) * s.fm.local[e];
 }
 
-// holds little of what the densest element near it does: FORCE: of its ball, BALL in motion: within SPACING. G of the ball, and |J|,
-// are much the same for all elements near a tip, also for those behind it; on an aligned mesh the neighbours of the tip element hold
-// a third of its energy, those behind it a tenth
+// holds little of what the densest element near it does: FORCE: of its ball, BALL in motion: within SPACING.
+// G of the ball, and |J|, are much the same for all elements near a tip, also for those behind it; on an
+// aligned mesh the neighbours of the tip element hold a third of its energy, those behind it a tenth
 bool behind_tip(Scan& s, int e)
 {
   const bool force = estimate_of(s, e) == ESTIMATE_FORCE;
   if (!force && (!s.dynamic() || s.def(e).order == ORDER_ALL)) return false;
-  const double reach = force ? radius_of(s, e) : spacing_of(s, e), limit = drive_of(s, e) / (force ? TIP_STATICS : TIP_MOTION);
+  const double reach = force ? radius_of(s, e) : spacing_of(s, e),
+               limit = drive_of(s, e) / (force ? TIP_STATICS : TIP_MOTION);
   bool found = false;
   frac_near(s.fm, &s.fm.centre[3 * e], reach * AT_RADIUS,
             [&](int o, double) { found = found || (s.fm.def[o] >= 0 && denser(s, o, e, limit)); });
@@ -459,7 +471,8 @@ bool may_start(Scan& s, int e)
   return good;
 }
 
-// the order: along the direction from the broken elements of the ball, so that the path leaves the mesh lines     (7.8)
+// the order: along the direction from the broken elements of the ball, so that the path leaves the mesh
+// lines  (7.8)
 double force_rank(const Scan& s, int e, const double* J, double G)
 {
   double mid[3] = {0, 0, 0}, volume = 0.0, d[3], norm = 0.0, along = 0.0;
@@ -542,7 +555,8 @@ void join(std::vector<Erosion>& all)
 void by_element(Scan& s, int e, double part, std::vector<Erosion>& out)
 {
   const double need = part * threshold(s, e);
-  if (s.W[e] * s.fm.volume[e] < need) return timer_skip(PHASE_ESTIMATE);   // psi+ is never more than the whole energy
+  // psi+ is never more than the whole energy
+  if (s.W[e] * s.fm.volume[e] < need) return timer_skip(PHASE_ESTIMATE);
   ++timer_phase(PHASE_ESTIMATE).calls;
   const double value = drive_of(s, e) * s.fm.volume[e] / threshold(s, e);
   if (value >= part && (start_allowed(s, e) || near_crack(s, e)))
@@ -574,7 +588,8 @@ void by_griffith(Scan& s, int e, double W_most, std::vector<Erosion>& out)
   out.push_back({e, G / s.fm.gc[e], rank / s.fm.gc[e], {J[0], J[1], J[2]}});
 }
 
-// FORCE: all elements around a tip see much the same |J|. Where the best placed one of a ball holds, none of them breaks.
+// FORCE: all elements around a tip see much the same |J|. Where the best placed one of a ball holds, none of
+// them breaks.
 void keep_fronts(const Scan& s, std::vector<Erosion>& all)
 {
   std::vector<Erosion> out;
@@ -596,12 +611,14 @@ void keep_fronts(const Scan& s, std::vector<Erosion>& all)
 double with_strength(const Scan& s, int e, double value)
 {
   const FractureDef& d = s.def(e);
-  if (d.criterion != CRITERION_GRIFFITH || d.strength == 0.0 || at_crack(s, e) || at_removed(s, e)) return value;
+  if (d.criterion != CRITERION_GRIFFITH || d.strength == 0.0 || at_crack(s, e) || at_removed(s, e))
+    return value;
   const double part = std::max(0.0, largest_stress(s, e)) / d.strength;
   return std::min(value, part * part);
 }
 
-// the criterion is met exactly at a load at which this is 1. FORCE: the best placed element of a ball decides (keep_fronts)
+// the criterion is met exactly at a load at which this is 1. FORCE: the best placed element of a ball decides
+// (keep_fronts)
 FirstBreak most_exceeded(const Scan& s, const std::vector<Erosion>& all, bool fallback)
 {
   FirstBreak first;
@@ -610,7 +627,8 @@ FirstBreak most_exceeded(const Scan& s, const std::vector<Erosion>& all, bool fa
     const double value = fallback ? c.value / part : with_strength(s, c.elem, c.value);
     if (value <= first.value) continue;
     bool front = true;
-    if (!fallback && s.def(c.elem).criterion == CRITERION_GRIFFITH && estimate_of(s, c.elem) == ESTIMATE_FORCE) {
+    if (!fallback && s.def(c.elem).criterion == CRITERION_GRIFFITH &&
+        estimate_of(s, c.elem) == ESTIMATE_FORCE) {
       const double* x  = &s.fm.centre[3 * c.elem];
       const double far = radius_of(s, c.elem) * AT_RADIUS;
       for (const Erosion& o : all) {
@@ -623,15 +641,18 @@ FirstBreak most_exceeded(const Scan& s, const std::vector<Erosion>& all, bool fa
   return first;
 }
 
-// strongest first; others of the same test when they are level with it, or far enough away; in motion behind_tip has judged those of
-// GRIFFITH, and the two arms of a crack that divides may break at once
+// strongest first; others of the same test when they are level with it, or far enough away; in motion
+// behind_tip has judged those of GRIFFITH, and the two arms of a crack that divides may break at once
 void choose(const Scan& s, std::vector<Erosion>& all, bool fallback)
 {
-  std::sort(all.begin(), all.end(), [](const Erosion& a, const Erosion& b) { return a.rank != b.rank ? a.rank > b.rank : a.elem < b.elem; });
+  std::sort(all.begin(), all.end(), [](const Erosion& a, const Erosion& b) {
+    return a.rank != b.rank ? a.rank > b.rank : a.elem < b.elem;
+  });
   std::vector<Erosion> out;
   for (const Erosion& c : all) {
     const FractureDef& d = s.def(c.elem);
-    const bool judged    = d.order == ORDER_ALL || (s.dynamic() && d.criterion == CRITERION_GRIFFITH && !fallback);
+    const bool judged = d.order == ORDER_ALL ||
+                        (s.dynamic() && d.criterion == CRITERION_GRIFFITH && !fallback);
     const double spacing = spacing_of(s, c.elem), *x = &s.fm.centre[3 * c.elem];
     bool take = true;
     for (const Erosion& o : out) {
@@ -645,8 +666,8 @@ void choose(const Scan& s, std::vector<Erosion>& all, bool fallback)
   all.swap(out);
 }
 
-// what an element that breaks adds to the crack: the square (2D: the edge) of its size in the plane of the crack, less what elements
-// that broke before, within 1.5 h of that plane, cover of it to either side                        (7.17)
+// what an element that breaks adds to the crack: the square (2D: the edge) of its size in the plane of the
+// crack, less what elements that broke before, within 1.5 h of that plane, cover of it to either side  (7.17)
 double crack_area(const Scan& s, int e, const double* N)
 {
   const double h = s.fm.size[e];
@@ -655,7 +676,8 @@ double crack_area(const Scan& s, int e, const double* N)
     const double a[3] = {std::fabs(N[0]) < 0.6 ? 1.0 : 0.0, std::fabs(N[0]) < 0.6 ? 0.0 : 1.0, 0.0};
     const double aN = a[0] * N[0] + a[1] * N[1], norm = std::sqrt(1.0 - aN * aN);
     for (int i = 0; i < 3; ++i) t[0][i] = (a[i] - aN * N[i]) / norm;
-    for (int i = 0; i < 3; ++i) t[1][i] = N[(i + 1) % 3] * t[0][(i + 2) % 3] - N[(i + 2) % 3] * t[0][(i + 1) % 3];
+    for (int i = 0; i < 3; ++i)
+      t[1][i] = N[(i + 1) % 3] * t[0][(i + 2) % 3] - N[(i + 2) % 3] * t[0][(i + 1) % 3];
   }
   frac_near(s.fm, &s.fm.centre[3 * e], 2.1 * s.fm.local[e], [&](int o, double) {
     if (o == e || s.fr.broken[o] < 0) return;
@@ -666,7 +688,8 @@ double crack_area(const Scan& s, int e, const double* N)
       for (int k = 0; k < 2; ++k) along[k] += d * t[k][i];
     }
     if (std::fabs(n) > 1.5 * s.fm.local[e]) return;
-    const double overlap = std::max(0.0, 1.0 - std::fabs(along[0]) / h) * std::max(0.0, 1.0 - std::fabs(along[1]) / h);
+    const double overlap = std::max(0.0, 1.0 - std::fabs(along[0]) / h) *
+                           std::max(0.0, 1.0 - std::fabs(along[1]) / h);
     double& side = covered[along[0] > 0.0];
     side = std::max(side, overlap);
   });
@@ -676,16 +699,16 @@ double crack_area(const Scan& s, int e, const double* N)
 
 }  // namespace
 
-double frac_estimate(const Model& m, const Step& step, const Elements& el, const FracMesh& fm, const Fracture& fr,
-                     const Level& l, int e, double J[3])
+double frac_estimate(const Model& m, const Step& step, const Elements& el, const FracMesh& fm,
+                     const Fracture& fr, const Level& l, int e, double J[3])
 {
   Scan s{m, step, el, fm, fr, l, {}, {}};
   s.drive.assign(fm.size.size(), -1.0);
   return estimate(s, e, J);
 }
 
-void frac_test(const Model& m, const Step& step, const Elements& el, const FracMesh& fm, const Fracture& fr, const Level& l,
-               const RealVec& energy, std::vector<Erosion>& out, FirstBreak& first)
+void frac_test(const Model& m, const Step& step, const Elements& el, const FracMesh& fm, const Fracture& fr,
+               const Level& l, const RealVec& energy, std::vector<Erosion>& out, FirstBreak& first)
 {
   out.clear();
   first = FirstBreak();
@@ -704,7 +727,8 @@ void frac_test(const Model& m, const Step& step, const Elements& el, const FracM
   const bool fallback = out.empty();
   if (fallback) {                                 // ligaments that the crack has left behind
     for (int e = 0; e < nelem; ++e)
-      if (my_turn(e) && fm.def[e] >= 0 && s.intact(e) && s.def(e).criterion == CRITERION_GRIFFITH && fallback_of(s, e) > 0.0)
+      if (my_turn(e) && fm.def[e] >= 0 && s.intact(e) && s.def(e).criterion == CRITERION_GRIFFITH &&
+          fallback_of(s, e) > 0.0)
         by_element(s, e, fallback_of(s, e), out);
     join(out);
   }
@@ -712,8 +736,8 @@ void frac_test(const Model& m, const Step& step, const Elements& el, const FracM
   choose(s, out, fallback);
 }
 
-double frac_value(const Model& m, const Step& step, const Elements& el, const FracMesh& fm, const Fracture& fr, const Level& l,
-                  const FirstBreak& first)
+double frac_value(const Model& m, const Step& step, const Elements& el, const FracMesh& fm,
+                  const Fracture& fr, const Level& l, const FirstBreak& first)
 {
   Scan s{m, step, el, fm, fr, l, {}, {}};
   s.drive.assign(fm.size.size(), -1.0);
@@ -734,7 +758,8 @@ double frac_when(const Model& m, const Step& step, const Elements& el, const Fra
   return l0.time + part * (l1.time - l0.time);
 }
 
-double frac_erode(const Model& m, const Step& step, const Elements& el, const FracMesh& fm, const Erosion& x, Fracture& fr, Level& l)
+double frac_erode(const Model& m, const Step& step, const Elements& el, const FracMesh& fm, const Erosion& x,
+                  Fracture& fr, Level& l)
 {
   const int e = x.elem;
   const double before = elem_energy_one(m, el, e, l.u, 1.0, step.nlgeom);

@@ -47,7 +47,8 @@ const int* seen_by(int dim)
   return dim == 2 ? plane : space;
 }
 
-// principal strains and their unit vectors: closed form when 33 is one of them. Otherwise the iterative solver:
+// principal strains and their unit vectors: closed form when 33 is one of them. Otherwise the iterative
+// solver:
 // the direct one of Eigen loses half of the digits near equal values.
 void principal(const double E[6], double e[3], double v[3][3])
 {
@@ -108,12 +109,14 @@ void split_rce(const MatLaw& law, const double E[6], const double N[3], SplitOut
     G[m]    = law.lam3 * Id[m] + 2.0 * mu * N[i] * N[j];
     o.Sp[m] = N[i] * tau[j] + tau[i] * N[j] + (open ? sn / M * G[m] : 0.0);
   }
-  o.psi_plus = 0.5 * (tau[0] * tau[0] + tau[1] * tau[1] + tau[2] * tau[2]) / mu + (open ? 0.5 * sn * sn / M : 0.0);
+  o.psi_plus = 0.5 * (tau[0] * tau[0] + tau[1] * tau[1] + tau[2] * tau[2]) / mu +
+               (open ? 0.5 * sn * sn / M : 0.0);
   auto P = [N](int i, int j) { return (i == j) - N[i] * N[j]; };
   for (int m = 0; m < 6; ++m)
     for (int n = 0; n < 6; ++n) {
       const int i = voigt_i[m], j = voigt_j[m], k = voigt_i[n], l = voigt_j[n];
-      o.Cp[6 * m + n] = mu * (N[i] * N[k] * P(j, l) + N[i] * N[l] * P(j, k) + N[j] * N[k] * P(i, l) + N[j] * N[l] * P(i, k));
+      o.Cp[6 * m + n] = mu * (N[i] * N[k] * P(j, l) + N[i] * N[l] * P(j, k) + N[j] * N[k] * P(i, l) +
+                              N[j] * N[l] * P(i, k));
     }
   if (open) add_dyad(1.0 / M, G, o.Cp);
   add_rest(law, E, o.psi_plus, o.Sp, o.Cp, o.psi_minus, o.Sm, o.Cm);
@@ -162,13 +165,15 @@ void split_spectral(const MatLaw& law, const double E[6], SplitOut& o)
   }
 }
 
-// j = J - 1 (finite) or tr E, its gradient G and the derivative D of that; false: 2E + I is not positive definite
+// j = J - 1 (finite) or tr E, its gradient G and the derivative D of that; false: 2E + I is not positive
+// definite
 bool volume(bool finite, const double E[6], double& j, double G[6], double D[36])
 {
   const double I1 = E[0] + E[1] + E[2];
   std::fill(D, D + 36, 0.0);
-  // not std::copy(Id, Id + 6, G): GCC 12.2 with AVX-512 copies the constants 1 1 1 0 as 1 1 1 1 (-O1; -O2 where this is not inlined),
-  // and broken material bears shear. Element by element it is right at all levels (Split.PressureBearsNoShear)
+  // not std::copy(Id, Id + 6, G): GCC 12.2 with AVX-512 copies the constants 1 1 1 0 as 1 1 1 1 (-O1; -O2
+  // where this is not inlined), and broken material bears shear. Element by element it is right at all levels
+  // (Split.PressureBearsNoShear)
   for (int m = 0; m < 6; ++m) G[m] = Id[m];
   j = I1;
   if (!finite) return true;
@@ -176,7 +181,8 @@ bool volume(bool finite, const double E[6], double& j, double G[6], double D[36]
   const double c12 = 2.0 * E[3], c23 = 2.0 * E[4], c31 = 2.0 * E[5];
   // det C - 1 from the invariants of E, so that small strains lose no digits
   const double I2 = E[0] * E[1] + E[1] * E[2] + E[2] * E[0] - E[3] * E[3] - E[4] * E[4] - E[5] * E[5];
-  const double I3 = E[0] * (E[1] * E[2] - E[4] * E[4]) - E[3] * (E[3] * E[2] - E[4] * E[5]) + E[5] * (E[3] * E[4] - E[1] * E[5]);
+  const double I3 = E[0] * (E[1] * E[2] - E[4] * E[4]) - E[3] * (E[3] * E[2] - E[4] * E[5]) +
+                    E[5] * (E[3] * E[4] - E[1] * E[5]);
   const double det1 = 2.0 * I1 + 4.0 * I2 + 8.0 * I3, det = 1.0 + det1;
   if (!(c11 > 0.0 && c11 * c22 - c12 * c12 > 0.0 && det > 0.0)) return false;
   const double J = std::sqrt(det);
@@ -214,8 +220,8 @@ void split_pressure(const MatLaw& law, bool finite, const double E[6], SplitOut&
   add_rest(law, E, o.psi_minus, o.Sm, o.Cm, o.psi_plus, o.Sp, o.Cp);
 }
 
-// j = change of the thickness of the crack, h - 1 with h^2 = 1/(N.C^-1 N) (finite) or N.E.N, its gradient G and the derivative D of
-// that; false: C = 2E + I is not positive definite                                        (2.18)
+// j = change of the thickness of the crack, h - 1 with h^2 = 1/(N.C^-1 N) (finite) or N.E.N, its gradient G
+// and the derivative D of that; false: C = 2E + I is not positive definite  (2.18)
 bool thickness(bool finite, const double E[6], const double N[3], double& j, double G[6], double D[36])
 {
   std::fill(D, D + 36, 0.0);
@@ -243,7 +249,8 @@ bool thickness(bool finite, const double E[6], const double N[3], double& j, dou
     for (int k = 0; k < 6; ++k) {
       const int t = voigt_i[k], u = voigt_j[k];
       D[6 * m + k] = 3.0 * h5 * a[r] * a[s] * a[t] * a[u] -
-                     h3 * ((inv(r, t) * a[u] + inv(r, u) * a[t]) * a[s] + (inv(s, t) * a[u] + inv(s, u) * a[t]) * a[r]);
+                     h3 * ((inv(r, t) * a[u] + inv(r, u) * a[t]) * a[s] +
+                           (inv(s, t) * a[u] + inv(s, u) * a[t]) * a[r]);
     }
   }
   return true;
@@ -267,9 +274,11 @@ void split_crack(const MatLaw& law, bool finite, const double E[6], const double
   add_rest(law, E, o.psi_minus, o.Sm, o.Cm, o.psi_plus, o.Sp, o.Cp);
 }
 
-// plane stress: the E33 with c S33+ + S33- = 0, and the law there. S33 of every split rises with E33 ever more slowly,
-// and the intact E33 lies below the root, so Newton's method goes up to the root and never past it.  (2.13)
-void release_thickness(const MatLaw& law, Split split, bool finite, double c, const double N[3], double E[6], SplitOut& o)
+// plane stress: the E33 with c S33+ + S33- = 0, and the law there. S33 of every split rises with E33 ever
+// more slowly, and the intact E33 lies below the root, so Newton's method goes up to the root and never past
+// it.  (2.13)
+void release_thickness(const MatLaw& law, Split split, bool finite, double c, const double N[3], double E[6],
+                       SplitOut& o)
 {
   const bool has_floor = finite && split == SPLIT_PRESSURE && c < 1.0;     // a root with E33 > -1/2 exists
   E[2] = -law.lam3 / (law.lam3 + 2.0 * law.mu) * (E[0] + E[1]);
@@ -282,14 +291,16 @@ void release_thickness(const MatLaw& law, Split split, bool finite, double c, co
     if (has_floor && next <= -0.5) next = 0.5 * (E[2] - 0.5);
     const double step = next - E[2], size = std::max({std::fabs(E[0]), std::fabs(E[1]), std::fabs(E[2])});
     E[2] = next;
-    if (std::fabs(step) <= 1e-14 * size) break;                            // the step is taken: what is left is rounding
+    // the step is taken: what is left is rounding
+    if (std::fabs(step) <= 1e-14 * size) break;
   }
   split_full(law, split, finite, E, N, o);
 }
 
 }  // namespace
 
-void split_full(const MatLaw& law, Split split, bool finite, const double E[6], const double N[3], SplitOut& out)
+void split_full(const MatLaw& law, Split split, bool finite, const double E[6], const double N[3],
+                SplitOut& out)
 {
   out = SplitOut{};
   switch (split) {
@@ -328,8 +339,8 @@ double split_drive(const MatLaw& law, int dim, Split split, bool finite, const d
   return o.psi_plus;
 }
 
-void split_eroded(const MatLaw& law, int dim, Split split, bool finite, double c, const double* E, const double N[3],
-                  double* psi, double* S, double* C)
+void split_eroded(const MatLaw& law, int dim, Split split, bool finite, double c, const double* E,
+                  const double N[3], double* psi, double* S, double* C)
 {
   const int nv = dim == 2 ? 3 : 6, *seen = seen_by(dim);
   const bool release = dim == 2 && law.plane == PLANE_STRESS;
@@ -356,10 +367,12 @@ void split_eroded(const MatLaw& law, int dim, Split split, bool finite, double c
 
 bool split_has_kink(const MatLaw& law, Split split)
 {
-  return split == SPLIT_CRACK || (law.plane != PLANE_STRESS && (split == SPLIT_RCE || split == SPLIT_VD || split == SPLIT_PRESSURE));
+  return split == SPLIT_CRACK ||
+         (law.plane != PLANE_STRESS && (split == SPLIT_RCE || split == SPLIT_VD || split == SPLIT_PRESSURE));
 }
 
-bool split_kink(const MatLaw& law, int dim, Split split, bool finite, double c, const double* E, const double N[3], SplitKink& kink)
+bool split_kink(const MatLaw& law, int dim, Split split, bool finite, double c, const double* E,
+                const double N[3], SplitKink& kink)
 {
   const int nv = dim == 2 ? 3 : 6, *seen = seen_by(dim);
   double E6[6], G6[6], D6[36] = {0};

@@ -29,7 +29,8 @@ struct SplitOut {
 //   theory        doc/theory.md: (2.5) - (2.10), (2.18)
 //   fails         SPLIT_PRESSURE with finite, 2E + I not positive definite: both psi NaN, all S and C zero
 // ---------------------------------------------------------------------------
-void split_full(const MatLaw& law, Split split, bool finite, const double E[6], const double N[3], SplitOut& out);
+void split_full(const MatLaw& law, Split split, bool finite, const double E[6], const double N[3],
+                SplitOut& out);
 
 // ---------------------------------------------------------------------------
 // split_normal : direction of the largest principal stress of the intact law, in the plane for dim 2
@@ -60,17 +61,19 @@ double split_drive(const MatLaw& law, int dim, Split split, bool finite, const d
 //        S        stress                              [dim*dim]  force/length^2
 //        C        dS/dE, engineering shear columns    [nv*nv], nv = 3 (11 22 12) or 6 (11 22 33 12 23 31)
 //   theory        doc/theory.md: (2.12), (2.13). Plane stress: S33 = 0, C condensed
-//   fails         as split_full: psi NaN, S and C zero; plane stress: when the plane part of 2E + I is not positive
-//                 definite, and with c = 1 when E33 of (2.2) is below -1/2. The caller rejects the step
+//   fails         as split_full: psi NaN, S and C zero; plane stress: when the plane part of 2E + I is not
+//                 positive definite, and with c = 1 when E33 of (2.2) is below -1/2. The caller rejects
+//                 the step
 // ---------------------------------------------------------------------------
-void split_eroded(const MatLaw& law, int dim, Split split, bool finite, double c, const double* E, const double N[3],
-                  double* psi, double* S, double* C);
+void split_eroded(const MatLaw& law, int dim, Split split, bool finite, double c, const double* E,
+                  const double N[3], double* psi, double* S, double* C);
 
 // ---------------------------------------------------------------------------
-// split_kink : the law of broken material as a quadratic form and a function of one number, which has the kink
+// split_kink : the law of broken material as a quadratic form and a function of one number, which has the
+// kink
 //
-//   psi = quadratic + w/2 <side j>_+^2       RCE: j = s_n, side 1;  VD: j = tr E, PRESSURE with NLGEOM: j = J - 1,
-//                                            CRACK: j = N.E.N, side -1
+//   psi = quadratic + w/2 <side j>_+^2       RCE: j = s_n, side 1;  VD: j = tr E;
+//                                            PRESSURE with NLGEOM: j = J - 1;  CRACK: j = N.E.N, side -1
 //
 //   in   as split_eroded
 //   out  kink     j, dj/dE, d2j/dE2 (engineering shear columns), w, side
@@ -86,6 +89,7 @@ struct SplitKink {
 };
 
 bool split_has_kink(const MatLaw& law, Split split);
-bool split_kink(const MatLaw& law, int dim, Split split, bool finite, double c, const double* E, const double N[3], SplitKink& kink);
+bool split_kink(const MatLaw& law, int dim, Split split, bool finite, double c, const double* E,
+                const double N[3], SplitKink& kink);
 
 #endif

@@ -1,7 +1,7 @@
 #include "model/element_table.h"
 
 const ShapeInfo shape_info[5] = {
-  // dim nen ngp nface  nfnode              face (local nodes)                                                    vtk
+  // dim nen ngp nface  nfnode              face (local nodes)                                 vtk
   {2, 3, 1, 3, {2, 2, 2, 0, 0, 0}, {{0, 1}, {1, 2}, {2, 0}}, 5},
   {2, 4, 4, 4, {2, 2, 2, 2, 0, 0}, {{0, 1}, {1, 2}, {2, 3}, {3, 0}}, 9},
   {3, 4, 1, 4, {3, 3, 3, 3, 0, 0}, {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}}, 10},

@@ -25,7 +25,8 @@ struct ElemType {
   const char* name;
   Shape shape;
   Plane plane;
-  bool enhanced;               // enhanced strains against locking in bending (doc/theory.md 1, enhanced strains)
+  // enhanced strains against locking in bending (doc/theory.md 1, enhanced strains)
+  bool enhanced;
 };
 
 enum { ELEM_CPE3, ELEM_CPS3, ELEM_CPE4, ELEM_CPS4, ELEM_C3D4, ELEM_C3D6, ELEM_C3D8,

@@ -19,7 +19,7 @@ void isolate(const Equation& e, std::map<long, double>& sum)
 }  // namespace
 
 // ---------------------------------------------------------------------------
-// equations_resolve : chains of equations end in masters that no equation has as its dependent dof       (5.6)
+// equations_resolve : chains of equations end in masters that no equation has as its dependent dof  (5.6)
 //
 //   in   list   indices into Model::equation, no two with the same dependent dof
 //   out  out    in the order of list

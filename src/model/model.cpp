@@ -26,7 +26,8 @@ double spline(const Amplitude& a, const gsl_interp_type* type, std::size_t i, do
   gsl_interp* g = gsl_interp_alloc(type, last - first);
   if (!g) throw std::bad_alloc();
   double y = std::numeric_limits<double>::quiet_NaN();         // who asks for the value finds it
-  if (gsl_interp_init(g, &a.t[first], &a.y[first], last - first) == 0) y = gsl_interp_eval(g, &a.t[first], &a.y[first], t, nullptr);
+  if (gsl_interp_init(g, &a.t[first], &a.y[first], last - first) == 0)
+    y = gsl_interp_eval(g, &a.t[first], &a.y[first], t, nullptr);
   gsl_interp_free(g);
   return y;
 }
@@ -62,7 +63,8 @@ double amplitude_eval(const Amplitude& a, double t_step, double t_total)
   if (t <= a.t.front()) return a.y.front();
   if (t >= a.t.back()) return a.y.back();
 
-  const std::size_t i = static_cast<std::size_t>(std::upper_bound(a.t.begin(), a.t.end(), t) - a.t.begin()) - 1;
+  const std::size_t i = static_cast<std::size_t>(std::upper_bound(a.t.begin(), a.t.end(), t) - a.t.begin()) -
+                        1;
   const std::size_t n = a.t.size();
   if (a.kind == AMP_STEFFEN && n >= 3) return spline(a, gsl_interp_steffen, i, t);
   if (a.kind == AMP_AKIMA && n >= 5) return spline(a, gsl_interp_akima, i, t);
@@ -81,8 +83,8 @@ std::string position_text(const double* X, int dim)
   return text;
 }
 
-std::string value_text(const Model& m, const char* keyword, const Place& place, const Expr& value, int amplitude,
-                       const std::string& where, const double* X, double time)
+std::string value_text(const Model& m, const char* keyword, const Place& place, const Expr& value,
+                       int amplitude, const std::string& where, const double* X, double time)
 {
   char when[40];
   std::snprintf(when, sizeof when, "%.8g", time);
@@ -97,7 +99,8 @@ std::string value_text(const Model& m, const char* keyword, const Place& place, 
          ": mind roots, logarithms and divisions";
 }
 
-double load_value(const Model& m, const Step& s, const Load& l, const double x[3], double t_step, double t_total)
+double load_value(const Model& m, const Step& s, const Load& l, const double x[3], double t_step,
+                  double t_total)
 {
   const double v = value_at(m, l.value, l.factor, l.amplitude, x, t_step, l.hold < 0.0 ? t_total : l.hold);
   if (l.ramp == RAMP_NONE) return v;
@@ -110,7 +113,8 @@ double prescribed_value(const Model& m, const Prescribed& b, const double x[3], 
   return value_at(m, b.value, b.factor, b.amplitude, x, t_step, t_total);
 }
 
-double support_value(const Model& m, const Expr& value, int amplitude, const double x[3], double t_step, double t_total)
+double support_value(const Model& m, const Expr& value, int amplitude, const double x[3], double t_step,
+                     double t_total)
 {
   const double v = expr_eval(value, x, t_total);
   if (amplitude >= 0) return v * amplitude_eval(m.amplitude[amplitude], t_step, t_total);

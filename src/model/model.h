@@ -87,7 +87,8 @@ struct Amplitude {
 
 // ---- material points ------------------------------------------------------
 
-enum FillKind { FILL_BLOCK, FILL_ELSET, FILL_REGION, FILL_CONVERSION };   // FILL_CONVERSION: empty until elements become points
+// FILL_CONVERSION: empty until elements become points
+enum FillKind { FILL_BLOCK, FILL_ELSET, FILL_REGION, FILL_CONVERSION };
 
 struct Body {                  // *MATERIAL POINTS
   std::string name;
@@ -112,7 +113,8 @@ struct Grid {                  // *GRID : a box of equal cells
   std::array<int, 3> n{{0, 0, 0}};        // cells
   double weak = 0.05;          // extended basis: a node with max_p S_pv below this is no unknown; 0: off
   Place place;
-  double ghost_stiffness = 0.0;           // *GHOST: parts of E and rho that hold jumps of the gradient at the boundary; 0: off
+  // *GHOST: parts of E and rho that hold jumps of the gradient at the boundary; 0: off
+  double ghost_stiffness = 0.0;
   double ghost_mass      = 0.0;
   Place ghost_place;           // file empty: no *GHOST
 };
@@ -126,14 +128,16 @@ struct GridBc {                // *GRID BOUNDARY : all grid nodes on a plane
   Place place;
 };
 
-enum OverlapPolicy { OVERLAP_PUSH, OVERLAP_ADJUST, OVERLAP_REFUSE };   // surfaces of a contact that overlap at the start
+// surfaces of a contact that overlap at the start
+enum OverlapPolicy { OVERLAP_PUSH, OVERLAP_ADJUST, OVERLAP_REFUSE };
 
 enum BondKind { BOND_MESH_GRID, BOND_GROUND, BOND_CONTACT };
 
 struct BondDef {               // *BOND
   std::string name;
   BondKind kind = BOND_MESH_GRID;
-  int surface = -1;            // surface of finite elements; BOND_GROUND: surface of finite elements or of a body
+  // surface of finite elements; BOND_GROUND: surface of finite elements or of a body
+  int surface = -1;
   int body = -1;               // BOND_MESH_GRID: the body of material points on the other side
   int intermediate = -1;       // bonds between the nodes of an edge; -1: as close as the corners of the body
   double penalty = 0.0;        // force/length^3; 0: alpha E/h
@@ -146,9 +150,12 @@ struct BondDef {               // *BOND
   int master = -1;             // BOND_CONTACT: the surface on the other side; surface is the slave
   double friction = 0.0;       // BOND_CONTACT: Coulomb
   OverlapPolicy overlap = OVERLAP_PUSH;
-  double adjust = 0.0;         // OVERLAP_ADJUST: gaps at the start up to this are taken as zero as well   length
-  bool by_face = false;        // BOND_CONTACT: places inside the slave faces (SURFACE TO SURFACE) instead of nodes
-  double stick = 0.0;          // BOND_CONTACT: tangential stiffness per area while it sticks; 0: that of the normal direction
+  // OVERLAP_ADJUST: gaps at the start up to this are taken as zero as well   length
+  double adjust = 0.0;
+  // BOND_CONTACT: places inside the slave faces (SURFACE TO SURFACE) instead of nodes
+  bool by_face = false;
+  // BOND_CONTACT: tangential stiffness per area while it sticks; 0: that of the normal direction
+  double stick = 0.0;
   Place place;
 };
 
@@ -178,15 +185,18 @@ struct FractureDef {           // *EIGENFRACTURE
   double weibull = 0.0;        // modulus of its scatter, 0: none
   int seed       = 1;
   double epsilon = 0.0;        // radius of the ball in element sizes; 0: the default of the estimate
-  double spacing = -1.0;       // elements that break in one test lie this many sizes apart; -1: default, 0: one only
+  // elements that break in one test lie this many sizes apart; -1: default, 0: one only
+  double spacing = -1.0;
   double interval = 0.0;       // time between tests, 0: every increment
   double stiffness = 1e-6;     // c of broken material
   double release  = 0.0;       // dynamics: psi+ of a broken element falls to c in release h/c_R, 0: at once
   double average  = 0.0;       // dynamics: time over which the criterion averages psi+, in h/c_R
-  double tolerance = 0.01;     // statics, automatic increments: by how much the criterion may be exceeded, 0: by anything
+  // statics, automatic increments: by how much the criterion may be exceeded, 0: by anything
+  double tolerance = 0.01;
   double fallback = -1.0;      // part of Gc h that breaks an element anywhere; 0: off, -1: default
   bool start = true;           // may a crack start where there is none
-  double strength = 0.0;       // largest principal stress that this needs, 0: energy alone              force/length^2
+  // largest principal stress that this needs, 0: energy alone              force/length^2
+  double strength = 0.0;
   Place place;
 };
 
@@ -195,11 +205,14 @@ enum ConversionTrigger { TRIGGER_EROSION, TRIGGER_DISTORTION, TRIGGER_TIME };
 struct ConversionDef {         // *CONVERSION : elements that become material points during the run
   int elset = -1;
   ConversionTrigger trigger = TRIGGER_EROSION;
-  double limit = 0.0;          // TRIGGER_DISTORTION: det F below this, or aspect of F above its inverse; TRIGGER_TIME: total time
+  // TRIGGER_DISTORTION: det F below this, or aspect of F above its inverse; TRIGGER_TIME: total time
+  double limit = 0.0;
   int per_elem = 2;            // m x m (x m) points an element
   int field    = 0;            // grid field
-  double release = 0.0;        // largest stretch of a broken point before it comes off its neighbours; 0: never
-  bool bonded = false;         // INTERFACE=BONDS: bonds hold points to the elements that stay; else corners hang on their nodes
+  // largest stretch of a broken point before it comes off its neighbours; 0: never
+  double release = 0.0;
+  // INTERFACE=BONDS: bonds hold points to the elements that stay; else corners hang on their nodes
+  bool bonded = false;
   BondDef bond;                // what the deck says of the bonds: intermediate, penalty, alpha
   std::string body_name;
   IntVec body;                 // [section] body of material points, -1: no element of this section
@@ -260,7 +273,8 @@ struct Prescribed {            // *BOUNDARY
 };
 
 enum Procedure { PROC_STATIC, PROC_DYNAMIC };
-enum TimeScheme { SCHEME_NEWMARK, SCHEME_ENERGY_MOMENTUM, SCHEME_HHT };      // rows of the table in scheme.cpp
+// rows of the table in scheme.cpp
+enum TimeScheme { SCHEME_NEWMARK, SCHEME_ENERGY_MOMENTUM, SCHEME_HHT };
 
 struct Controls {              // *NEWTON
   double tol_force  = 1e-8;    // residual / force scale
@@ -290,7 +304,8 @@ struct Step {
   double beta = 0.25, gamma = 0.5;
   double dissipation = 0.0;    // energy-momentum: 0 ... 0.5
   double alpha = 0.0;          // HHT: -1/3 ... 0
-  double balance = 0.0;        // largest energy from nowhere, or lost, as a part of the largest energy; 0: the default
+  // largest energy from nowhere, or lost, as a part of the largest energy; 0: the default
+  double balance = 0.0;
   bool extrapolate = true;     // statics: an increment begins with what the one before would do in its time
   Controls ctl;
   std::vector<Load> load;              // all that act in this step, also those of earlier ones
@@ -346,7 +361,8 @@ struct Check {                 // *CHECK
   std::string column;          // CHECK_HISTORY: column of the history
   std::string what;            // CHECK_FIELD: U1 V1 S11 ...
   Expr exact;                  // CHECK_FIELD: exact value, function of X (t = 0) and t
-  bool centre = false;         // CHECK_FIELD: stress of elements as the mean of the Gauss points, at the centre
+  // CHECK_FIELD: stress of elements as the mean of the Gauss points, at the centre
+  bool centre = false;
   double scale = 0.0;          // CHECK_FIELD: the error is divided by this; 0: by the L2 norm of exact
   CheckAt at = AT_END;
   double time = 0.0;
@@ -421,19 +437,22 @@ double amplitude_eval(const Amplitude& a, double t_step, double t_total);
 
 // load_value, prescribed_value : what acts at x at the given time; amplitudes, expressions of x y z t
 // (t: total time), loads with their ramp
-double load_value(const Model& m, const Step& s, const Load& l, const double x[3], double t_step, double t_total);
-double prescribed_value(const Model& m, const Prescribed& b, const double x[3], double t_step, double t_total);
+double load_value(const Model& m, const Step& s, const Load& l, const double x[3], double t_step,
+                  double t_total);
+double prescribed_value(const Model& m, const Prescribed& b, const double x[3], double t_step,
+                        double t_total);
 
 // value_text : message of a value of the deck that is no finite number
 //   in   keyword   without star; where: node, face or element; X: its position at t = 0      [3]
-std::string value_text(const Model& m, const char* keyword, const Place& place, const Expr& value, int amplitude,
-                       const std::string& where, const double* X, double time);
+std::string value_text(const Model& m, const char* keyword, const Place& place, const Expr& value,
+                       int amplitude, const std::string& where, const double* X, double time);
 
 // position_text : (1, 2), in space (1, 2, 3)
 std::string position_text(const double* X, int dim);
 
-// support_value : displacement of grid planes and grounds since the start of the run. A plain number is ramped over
-// the first step when it is static, and reached at once when it is dynamic.
-double support_value(const Model& m, const Expr& value, int amplitude, const double x[3], double t_step, double t_total);
+// support_value : displacement of grid planes and grounds since the start of the run. A plain number is
+// ramped over the first step when it is static, and reached at once when it is dynamic.
+double support_value(const Model& m, const Expr& value, int amplitude, const double x[3], double t_step,
+                     double t_total);
 
 #endif

@@ -53,7 +53,7 @@ bool momentum_dissipates(const Step& s) { return s.dissipation > 0.0; }
 
 std::string momentum_describe(const Step& s) { return text_of("dissipation %g", s.dissipation); }
 
-// ---- Hilber, Hughes and Taylor: Newmark's motion, forces at n + 1 + alpha; divided by 1 + alpha                  (6.17)
+// ---- Hilber, Hughes and Taylor: Newmark's motion, forces at n + 1 + alpha; divided by 1 + alpha  (6.17)
 
 double hht_mass(const Step& s, double dt) { return newmark_mass(s, dt) / (1.0 + s.alpha); }
 
@@ -64,16 +64,19 @@ double hht_known(const Step& s, double dt, double p, double Ma, double f)
 
 bool hht_dissipates(const Step& s) { return s.alpha < 0.0; }
 
-std::string hht_describe(const Step& s) { return text_of("alpha %g, beta %g, gamma %g", s.alpha, s.beta, s.gamma); }
+std::string hht_describe(const Step& s)
+{
+  return text_of("alpha %g, beta %g, gamma %g", s.alpha, s.beta, s.gamma);
+}
 
 //                   name              mid    accel  force  mass           known           node           grid
 const Scheme table[] = {
-  {"Newmark",                          false, true,  false, newmark_mass,  newmark_known,  newmark_node,  newmark_grid,
-   newmark_dissipates, newmark_describe},
-  {"energy-momentum",                  true,  false, false, momentum_mass, momentum_known, momentum_node, momentum_grid,
-   momentum_dissipates, momentum_describe},
-  {"Hilber, Hughes and Taylor",        false, true,  true,  hht_mass,      hht_known,      newmark_node,  newmark_grid,
-   hht_dissipates, hht_describe},
+    {"Newmark", false, true, false, newmark_mass, newmark_known, newmark_node, newmark_grid,
+     newmark_dissipates, newmark_describe},
+    {"energy-momentum", true, false, false, momentum_mass, momentum_known, momentum_node, momentum_grid,
+     momentum_dissipates, momentum_describe},
+    {"Hilber, Hughes and Taylor", false, true, true, hht_mass, hht_known, newmark_node, newmark_grid,
+     hht_dissipates, hht_describe},
 };
 
 }  // namespace

@@ -1,8 +1,9 @@
 // ---------------------------------------------------------------------------
 // scheme.h : time integration schemes (doc/theory.md 6.3), one table
 //
-// An increment solves  cM M du - g + fint - fext = 0  for du, its displacement. A scheme says what cM and g are, and which velocities
-// and accelerations the increment ends with. In statics cM = 0 and there is no scheme.
+// An increment solves  cM M du - g + fint - fext = 0  for du, its displacement. A scheme says what cM and g
+// are, and which velocities and accelerations the increment ends with. In statics cM = 0 and there is no
+// scheme.
 // ---------------------------------------------------------------------------
 #ifndef MPFE_MODEL_SCHEME_H
 #define MPFE_MODEL_SCHEME_H
@@ -13,7 +14,8 @@
 
 struct Scheme {
   const char* name;
-  bool midpoint;               // loads of the middle of the increment, stresses as discrete gradients: energy-momentum
+  // loads of the middle of the increment, stresses as discrete gradients: energy-momentum
+  bool midpoint;
   bool acceleration;           // nodes keep an acceleration from one increment to the next
   bool force;                  // asks for the force at t(n)
   // factor of the mass                                                                        1/time^2

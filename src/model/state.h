@@ -9,8 +9,8 @@
 // Points::field of the corners of loose points
 enum { FIELD_OWN = -1 };
 
-// What carries a corner: the grid; the node of the mesh where it lies; the corners at the nodes between which it lies; unknowns of
-// its own (doc/theory.md 7.14)
+// What carries a corner: the grid; the node of the mesh where it lies; the corners at the nodes between which
+// it lies; unknowns of its own (doc/theory.md 7.14)
 enum HangOn { HANG_GRID, HANG_NODE, HANG_CORNERS, HANG_OWN };
 
 // Material points: domains of a corner mesh with shared corners (doc/theory.md 3)
@@ -21,7 +21,8 @@ struct Points {
   ListTable conn;              // [npoint] corners of a domain
   RealVec w;                   // [conn.item] weights w_c, sum 1 over a domain
   RealVec G;                   // [conn.item*dim] gradients G_c, sum 0                1/length
-  IntVec sampled;              // [npoint] 1: G and V0 belong to a Gauss place of the element that it was, 0: means over the domain
+  // [npoint] 1: G and V0 belong to a Gauss place of the element that it was, 0: means over the domain
+  IntVec sampled;
   RealVec mc;                  // consistent mass of a domain on its corners, pairs a >= b, point after point
   RealVec V0;                  // [npoint] volume (area x thickness) at t = 0         length^3
   RealVec mass;                // [npoint]
@@ -33,13 +34,16 @@ struct Points {
   RealVec normal;              // [npoint*3] normal of the crack, frozen when it broke
   IntVec loose;                // [npoint] 1: came off its neighbours, its corners are its own
   IntVec field;                // [ncorner] grid field of a corner, or FIELD_OWN: it has unknowns of its own
-  IntVec twin;                 // [ncorner] the first corner of the same name: itself, or that of an element that became points before
-  ListTable hang;              // [ncorner] of corners made by conversion: at a node that node, between nodes -1 - corner of each of them
+  // [ncorner] the first corner of the same name: itself, or that of an element that became points before
+  IntVec twin;
+  // [ncorner] of corners made by conversion: at a node that node, between nodes -1 - corner of each of them
+  ListTable hang;
   RealVec hang_w;              // [hang.item] weights, sum 1
   IntVec hangs;                // [ncorner] HangOn; empty: all on the grid
   bool converted(int e) const { return !of_elem.empty() && of_elem[e] >= 0; }
   std::vector<Face> boundary;  // faces with one owner; elem: point, face: local face
-  std::vector<std::vector<Face>> surface;   // [Model::surface] faces of points: of surfaces on bodies, and of surfaces on
+  // [Model::surface] faces of points: of surfaces on bodies, and of surfaces on
+  std::vector<std::vector<Face>> surface;
                                // elements those that elements which became points have left
 };
 
@@ -53,13 +57,16 @@ struct Bonds {
   ListTable a;                 // side A: finite-element node n, or corner c as nnode + c
   RealVec a_w;                 // [a.item] weights, sum 1
   IntVec def;                  // [nbond] index into Model::bond
-  IntVec field;                // [nbond] grid field of side B, or SIDE_GROUND, or SIDE_CONTACT: found in each step
+  // [nbond] grid field of side B, or SIDE_GROUND, or SIDE_CONTACT: found in each step
+  IntVec field;
   RealVec area;                // [nbond] tributary area (length x thickness in 2D)
   RealVec X;                   // [nbond*3] place at t = 0
   RealVec normal;              // [nbond*dim] unit normal, from side A outwards
   RealVec cn, ct;              // [nbond] penalty normal and tangential x area        force/length
-  RealVec offset;              // [nbond] contact: gap at the start that counts as zero (OVERLAP=ADJUST)   length
-  RealVec entry;               // [nbond] contact: part of the measured gap that is no compression (theory 4.16)   length
+  // [nbond] contact: gap at the start that counts as zero (OVERLAP=ADJUST)   length
+  RealVec offset;
+  // [nbond] contact: part of the measured gap that is no compression (theory 4.16)   length
+  RealVec entry;
   IntVec intermediate;         // [nbond] 0: at a node, 1: between nodes
 };
 
@@ -73,10 +80,12 @@ struct Fracture {              // empty arrays: nothing can break or change its 
   RealVec time;                // [nelem] when it broke, -1: intact
   IntVec releasing;            // broken elements whose psi+ has not yet fallen to c, in the order of breaking
   IntVec converted;            // elements that became points, in that order
-  IntVec released, released_at;     // points that came off, in that order, and how many elements had become points before
+  // points that came off, in that order, and how many elements had become points before
+  IntVec released, released_at;
   int renewed = 0;             // loose points whose shape was made anew, so far
   double next_test = 0.0;      // total time of the next test
-  RealVec drive, mean;         // [nelem] dynamics: psi+ / volume, and its average over time (7.26); 0: not followed; empty: none yet
+  // [nelem] dynamics: psi+ / volume, and its average over time (7.26); 0: not followed; empty: none yet
+  RealVec drive, mean;
   double drive_time = 0.0;     // total time of both
   int neroded = 0;             // broken by the criterion so far
   double area = 0.0;           // crack area: sum of V/h over them                  length x thickness
@@ -92,24 +101,29 @@ struct Level {                 // one time level
   RealVec slip;                // [nbond*dim] side A minus side B; contact: the gap, first entry  length
   RealVec lambda;              // [nbond*dim] multiplier of the augmented Lagrange; contact: friction   force
   RealVec lambda_n;            // [nbond] contact: normal multiplier, not positive            force
-  RealVec degr;                // [nelem] degradation factor of psi+: 1 intact, c when its release is over; empty: nothing can break
+  // [nelem] degradation factor of psi+: 1 intact, c when its release is over; empty: nothing can break
+  RealVec degr;
 };
 
-// degr_of_step : degradation factor of element e that acts over a step from l0 to l1: the mean for the energy-momentum scheme, else that of l1
+// degr_of_step : degradation factor of element e that acts over a step from l0 to l1: the mean for the
+// energy-momentum scheme, else that of l1
 inline double degr_of_step(const Level& l0, const Level& l1, bool mid, int e)
 {
   return mid ? 0.5 * (l0.degr[e] + l1.degr[e]) : l1.degr[e];
 }
 
 struct Ledger {                // energies and momenta at t(n), [3] in space
-  double kinetic = 0, strain = 0, bond = 0, external = 0;   // external: work of loads and moved supports so far
+  // external: work of loads and moved supports so far
+  double kinetic = 0, strain = 0, bond = 0, external = 0;
   double friction = 0;         // dissipated by friction so far
-  double fracture = 0;         // released by erosion, in statics also by the equilibrium that follows it, so far
+  // released by erosion, in statics also by the equilibrium that follows it, so far
+  double fracture = 0;
   double ghost = 0;            // dissipated by ghost stabilisation so far
   double renewal = 0;          // statics: lost on the way to equilibrium on a new grid so far
   double conversion = 0;       // lost when elements became points (averages, bonds), so far
   double total0 = 0;           // kinetic + strain + bond at the start of the run
-  double balance = 0;          // kinetic + strain + bond + friction + fracture + ghost + renewal + conversion - total0 - external
+  // kinetic + strain + bond + friction + fracture + ghost + renewal + conversion - total0 - external
+  double balance = 0;
   double scale = 0;            // largest energy seen so far
   double momentum[3] = {0, 0, 0};
   double angular[3] = {0, 0, 0};
@@ -130,8 +144,10 @@ struct StepClock {             // the step that is under way
   double dt = 0;               // of the next attempt
   long nominal = 1;            // DIRECT: end of the increment that is under way, in units of dt
   int easy = 0;                // increments in a row that converged quickly
-  double most = 0;             // statics: largest dt, that of the first break of the step; 0: nothing has broken in it
-  double aim = 0;              // statics: the next increment ends here at the latest, where an element breaks; 0: not known
+  // statics: largest dt, that of the first break of the step; 0: nothing has broken in it
+  double most = 0;
+  // statics: the next increment ends here at the latest, where an element breaks; 0: not known
+  double aim = 0;
   int cuts = 0;                // of all increments so far
 };
 
@@ -165,7 +181,8 @@ struct State {
   RealVec rf;                  // [nnode*dim] reactions at t(n), 0 at free dofs
   std::vector<ContactLog> contact;   // [Model::bond], of contact pairs
   RealVec grid_rf;             // [Model::grid_bc * dim] sum of the reactions of each grid condition
-  RealVec rate;                // [nnode*dim] displacement over time of the last increment of this static step; first one: empty
+  // [nnode*dim] displacement over time of the last increment of this static step; first one: empty
+  RealVec rate;
   Ledger ledger;
   std::vector<ErosionLog> eroded;    // since the last output
   StepClock clock;

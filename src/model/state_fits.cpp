@@ -36,7 +36,9 @@ bool distinct(const IntVec& v, int n)
 
 bool lists(const ListTable& t, int n, int lo, int hi)
 {
-  if (n < 0 || !has(t.off, static_cast<std::size_t>(n) + 1) || t.off[0] != 0 || t.off[n] != static_cast<int>(t.item.size())) return false;
+  if (n < 0 || !has(t.off, static_cast<std::size_t>(n) + 1) || t.off[0] != 0 ||
+      t.off[n] != static_cast<int>(t.item.size()))
+    return false;
   return std::is_sorted(t.off.begin(), t.off.end()) && index(t.item, lo, hi);
 }
 
@@ -57,13 +59,16 @@ bool faces(const std::vector<Face>& list, const Points& p)
 // what carries the corners of converted elements                                     (7.14)
 bool hangs_fit(const Model& m, const Points& p)
 {
-  if (!lists(p.hang, p.ncorner, -p.ncorner, m.mesh.nnode()) || !real(p.hang_w, p.hang.item.size())) return false;
+  if (!lists(p.hang, p.ncorner, -p.ncorner, m.mesh.nnode()) || !real(p.hang_w, p.hang.item.size()))
+    return false;
   const int n = static_cast<int>(p.hangs.size());
   if (n > p.ncorner || !index(p.hangs, HANG_GRID, HANG_OWN + 1)) return false;
   for (int c = 0; c < n; ++c) {
     const bool at_node = p.hang.count(c) == 1 && p.hang.begin(c)[0] >= 0;
     if (p.hangs[c] == HANG_NODE && !at_node) return false;
-    if (p.hangs[c] == HANG_CORNERS && std::any_of(p.hang.begin(c), p.hang.begin(c) + p.hang.count(c), [](int i) { return i >= 0; })) return false;
+    if (p.hangs[c] == HANG_CORNERS &&
+        std::any_of(p.hang.begin(c), p.hang.begin(c) + p.hang.count(c), [](int i) { return i >= 0; }))
+      return false;
   }
   for (int c = n; c < p.ncorner && n > 0; ++c)
     if (p.field[c] != FIELD_OWN) return false;         // of points that came off after the last conversion
@@ -72,7 +77,8 @@ bool hangs_fit(const Model& m, const Points& p)
 
 bool points_fit(const Model& m, const Points& begin, const Points& p)
 {
-  const int nelem = m.mesh.nelem(), nbody = static_cast<int>(m.body.size()), nfrac = static_cast<int>(m.fracture.size());
+  const int nelem = m.mesh.nelem(), nbody = static_cast<int>(m.body.size()),
+            nfrac = static_cast<int>(m.fracture.size());
   if (p.npoint < begin.npoint || p.ncorner < begin.ncorner) return false;
   const std::size_t n = p.npoint, c = p.ncorner, dim = m.dim;
   if (!index(p.shape, n, 0, 5) || !lists(p.conn, p.npoint, 0, p.ncorner)) return false;
@@ -83,15 +89,24 @@ bool points_fit(const Model& m, const Points& begin, const Points& p)
     pairs += info.nen * (info.nen + 1) / 2;
   }
   const std::size_t items = p.conn.item.size();
-  if (!real(p.Xc, c * dim) || !real(p.w, items) || !real(p.G, items * dim) || !index(p.sampled, n, 0, 2) || !real(p.mc, pairs) || !real(p.V0, n) || !real(p.mass, n)) return false;
-  if (!index(p.body, n, 0, nbody) || !has(p.label, n) || !index(p.parent, n, -1, nelem) || !index(p.broken, n, -1, nfrac)) return false;
+  if (!real(p.Xc, c * dim) || !real(p.w, items) || !real(p.G, items * dim) || !index(p.sampled, n, 0, 2) ||
+      !real(p.mc, pairs) || !real(p.V0, n) || !real(p.mass, n))
+    return false;
+  if (!index(p.body, n, 0, nbody) || !has(p.label, n) || !index(p.parent, n, -1, nelem) ||
+      !index(p.broken, n, -1, nfrac))
+    return false;
   if (!(p.of_elem.empty() || index(p.of_elem, nelem, -1, p.npoint))) return false;
-  if (!real(p.normal, 3 * n) || !has(p.loose, n) || !index(p.field, c, FIELD_OWN, fields(m)) || !index(p.twin, c, 0, p.ncorner) || !hangs_fit(m, p)) return false;
+  if (!real(p.normal, 3 * n) || !has(p.loose, n) || !index(p.field, c, FIELD_OWN, fields(m)) ||
+      !index(p.twin, c, 0, p.ncorner) || !hangs_fit(m, p))
+    return false;
   // what was there at t = 0 has stayed what it was; only corners are given up
-  const bool same = std::equal(begin.shape.begin(), begin.shape.end(), p.shape.begin()) && std::equal(begin.body.begin(), begin.body.end(), p.body.begin()) &&
-                    std::equal(begin.label.begin(), begin.label.end(), p.label.begin()) && std::equal(begin.parent.begin(), begin.parent.end(), p.parent.begin());
+  const bool same = std::equal(begin.shape.begin(), begin.shape.end(), p.shape.begin()) &&
+                    std::equal(begin.body.begin(), begin.body.end(), p.body.begin()) &&
+                    std::equal(begin.label.begin(), begin.label.end(), p.label.begin()) &&
+                    std::equal(begin.parent.begin(), begin.parent.end(), p.parent.begin());
   return same && faces(p.boundary, p) && p.surface.size() == begin.surface.size() &&
-         std::all_of(p.surface.begin(), p.surface.end(), [&](const std::vector<Face>& f) { return faces(f, p); });
+         std::all_of(p.surface.begin(), p.surface.end(),
+                     [&](const std::vector<Face>& f) { return faces(f, p); });
 }
 
 bool bonds_fit(const Model& m, const Points& p, const Bonds& b)
@@ -99,18 +114,22 @@ bool bonds_fit(const Model& m, const Points& p, const Bonds& b)
   if (b.nbond < 0 || b.nfixed < 0 || b.nfixed > b.nbond) return false;
   const std::size_t n = b.nbond, dim = m.dim;
   if (!lists(b.a, b.nbond, 0, m.mesh.nnode() + p.ncorner) || !real(b.a_w, b.a.item.size())) return false;
-  if (!index(b.def, n, 0, static_cast<int>(m.bond.size())) || !index(b.field, n, SIDE_CONTACT, fields(m))) return false;
-  return real(b.area, n) && real(b.X, 3 * n) && real(b.normal, n * dim) && real(b.cn, n) && real(b.ct, n) && real(b.offset, n) && real(b.entry, n) &&
-         index(b.intermediate, n, 0, 2);
+  if (!index(b.def, n, 0, static_cast<int>(m.bond.size())) || !index(b.field, n, SIDE_CONTACT, fields(m)))
+    return false;
+  return real(b.area, n) && real(b.X, 3 * n) && real(b.normal, n * dim) && real(b.cn, n) && real(b.ct, n) &&
+         real(b.offset, n) && real(b.entry, n) && index(b.intermediate, n, 0, 2);
 }
 
 bool fracture_fits(const Model& m, const Points& p, const Fracture& f)
 {
   const int nelem = m.mesh.nelem();
   const std::size_t n = f.empty() ? 0 : nelem;
-  if (!index(f.form, n, FORM_ELEMENT, FORM_REMOVED + 1) || !index(f.broken, n, -1, static_cast<int>(m.fracture.size()))) return false;
+  if (!index(f.form, n, FORM_ELEMENT, FORM_REMOVED + 1) ||
+      !index(f.broken, n, -1, static_cast<int>(m.fracture.size())))
+    return false;
   if (!real(f.normal, 3 * n) || !real(f.time, n)) return false;
-  if (f.drive.size() != f.mean.size() || (!f.drive.empty() && (!real(f.drive, n) || !real(f.mean, n)))) return false;
+  if (f.drive.size() != f.mean.size() || (!f.drive.empty() && (!real(f.drive, n) || !real(f.mean, n))))
+    return false;
   if (!index(f.releasing, 0, static_cast<int>(n)) || !distinct(f.releasing, nelem)) return false;
   for (int e : f.releasing)
     if (f.broken[e] < 0) return false;
@@ -118,13 +137,15 @@ bool fracture_fits(const Model& m, const Points& p, const Fracture& f)
     if (p.broken[q] >= 0 && (f.empty() || p.parent[q] < 0)) return false;
   if (!index(f.converted, 0, static_cast<int>(n)) || !distinct(f.converted, nelem)) return false;
   for (int e : f.converted)
-    if (f.form[e] != FORM_POINTS || p.of_elem.empty() || p.of_elem[e] < 0 || m.mesh.elem_section[e] < 0) return false;
+    if (f.form[e] != FORM_POINTS || p.of_elem.empty() || p.of_elem[e] < 0 || m.mesh.elem_section[e] < 0)
+      return false;
   const auto made = std::count(f.form.begin(), f.form.end(), FORM_POINTS);
   if (made != static_cast<long>(f.converted.size())) return false;
   if (!index(f.released, 0, p.npoint) || !distinct(f.released, p.npoint)) return false;
   for (int q : f.released)
     if (p.parent[q] < 0 || !p.converted(p.parent[q])) return false;
-  return index(f.released_at, f.released.size(), 0, static_cast<int>(f.converted.size()) + 1) && std::is_sorted(f.released_at.begin(), f.released_at.end());
+  return index(f.released_at, f.released.size(), 0, static_cast<int>(f.converted.size()) + 1) &&
+         std::is_sorted(f.released_at.begin(), f.released_at.end());
 }
 
 // the gap of a place of contact that meets no face is 1e300
@@ -135,15 +156,20 @@ bool finite(const RealVec& v, std::size_t n)
 
 bool level_fits(const Model& m, const State& s, const Level& l)
 {
-  const std::size_t dim = m.dim, nodal = m.mesh.nnode() * dim, corners = s.points.ncorner * dim, bonds = s.bonds.nbond;
-  return std::fabs(l.time) < FAR && real(l.u, nodal) && real(l.v, nodal) && real(l.a, nodal) && real(l.uc, corners) && real(l.vc, corners) &&
-         real(l.degr, s.frac.empty() ? 0 : m.mesh.nelem()) && real(l.vp, s.points.npoint * dim) && finite(l.slip, bonds * dim) && real(l.lambda, bonds * dim) && real(l.lambda_n, bonds);
+  const std::size_t dim = m.dim, nodal = m.mesh.nnode() * dim, corners = s.points.ncorner * dim,
+                    bonds = s.bonds.nbond;
+  return std::fabs(l.time) < FAR && real(l.u, nodal) && real(l.v, nodal) && real(l.a, nodal) &&
+         real(l.uc, corners) && real(l.vc, corners) && real(l.degr, s.frac.empty() ? 0 : m.mesh.nelem()) &&
+         real(l.vp, s.points.npoint * dim) && finite(l.slip, bonds * dim) && real(l.lambda, bonds * dim) &&
+         real(l.lambda_n, bonds);
 }
 
 bool rest_fits(const Model& m, const State& s)
 {
   const std::size_t nodal = static_cast<std::size_t>(m.mesh.nnode()) * m.dim;
-  if (!real(s.rf, nodal) || !(s.contact.empty() || has(s.contact, m.bond.size())) || !real(s.grid_rf, m.grid_bc.size() * m.dim)) return false;
+  if (!real(s.rf, nodal) || !(s.contact.empty() || has(s.contact, m.bond.size())) ||
+      !real(s.grid_rf, m.grid_bc.size() * m.dim))
+    return false;
   if (!s.rate.empty() && !real(s.rate, nodal)) return false;
   for (const ErosionLog& e : s.eroded)
     if (e.elem < 0 || e.elem >= m.mesh.nelem()) return false;
@@ -153,10 +179,15 @@ bool rest_fits(const Model& m, const State& s)
 bool clock_fits(const Model& m, const State& s)
 {
   const StepClock& c = s.clock;
-  if (s.log.step < 1 || s.log.step > static_cast<int>(m.step.size()) || s.log.inc < 0 || s.log.inc_total < 0) return false;
+  if (s.log.step < 1 || s.log.step > static_cast<int>(m.step.size()) || s.log.inc < 0 || s.log.inc_total < 0)
+    return false;
   const double period = m.step[s.log.step - 1].period;
-  if (!(std::fabs(c.start) < FAR) || !(c.t >= 0.0 && c.t <= period * (1.0 + 1e-6)) || !(c.dt > 0.0 && c.dt < FAR)) return false;
-  if (c.nominal < 1 || c.easy < 0 || c.cuts < 0 || !(c.most >= 0.0 && c.most < FAR) || !(c.aim >= 0.0 && c.aim < FAR)) return false;
+  if (!(std::fabs(c.start) < FAR) || !(c.t >= 0.0 && c.t <= period * (1.0 + 1e-6)) ||
+      !(c.dt > 0.0 && c.dt < FAR))
+    return false;
+  if (c.nominal < 1 || c.easy < 0 || c.cuts < 0 || !(c.most >= 0.0 && c.most < FAR) ||
+      !(c.aim >= 0.0 && c.aim < FAR))
+    return false;
   const double goal = std::min(period, static_cast<double>(c.nominal) * m.step[s.log.step - 1].dt);
   return !m.step[s.log.step - 1].direct || goal > c.t || c.t >= period * (1.0 - 1e-10);
 }
@@ -165,7 +196,8 @@ bool division_fits(const Model& m, const State& s)
 {
   const Division& d = s.division;
   if (d.ranks < 1) return false;
-  return d.ranks == 1 || (index(d.elem, m.mesh.nelem(), -1, d.ranks) && index(d.point, s.points.npoint, -1, d.ranks));
+  return d.ranks == 1 ||
+         (index(d.elem, m.mesh.nelem(), -1, d.ranks) && index(d.point, s.points.npoint, -1, d.ranks));
 }
 
 }  // namespace

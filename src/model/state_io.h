@@ -21,10 +21,10 @@ inline void io(Archive& f, Face& x)
 
 inline void io(Archive& f, Points& x)
 {
-  auto& [npoint, ncorner, Xc, shape, conn, w, G, sampled, mc, V0, mass, body, label, of_elem, parent, broken, normal, loose, field,
-         twin, hang, hang_w, hangs, boundary, surface] = x;
-  io_all(f, npoint, ncorner, Xc, shape, conn, w, G, sampled, mc, V0, mass, body, label, of_elem, parent, broken, normal, loose, field,
-         twin, hang, hang_w, hangs, boundary, surface);
+  auto& [npoint, ncorner, Xc, shape, conn, w, G, sampled, mc, V0, mass, body, label, of_elem, parent, broken,
+         normal, loose, field, twin, hang, hang_w, hangs, boundary, surface] = x;
+  io_all(f, npoint, ncorner, Xc, shape, conn, w, G, sampled, mc, V0, mass, body, label, of_elem, parent,
+         broken, normal, loose, field, twin, hang, hang_w, hangs, boundary, surface);
 }
 
 inline void io(Archive& f, Bonds& x)
@@ -35,8 +35,10 @@ inline void io(Archive& f, Bonds& x)
 
 inline void io(Archive& f, Fracture& x)
 {
-  auto& [form, broken, normal, time, releasing, converted, released, released_at, renewed, next_test, drive, mean, drive_time, neroded, area] = x;
-  io_all(f, form, broken, normal, time, releasing, converted, released, released_at, renewed, next_test, drive, mean, drive_time, neroded, area);
+  auto& [form, broken, normal, time, releasing, converted, released, released_at, renewed, next_test, drive,
+         mean, drive_time, neroded, area] = x;
+  io_all(f, form, broken, normal, time, releasing, converted, released, released_at, renewed, next_test,
+         drive, mean, drive_time, neroded, area);
 }
 
 inline void io(Archive& f, Level& x)
@@ -47,10 +49,10 @@ inline void io(Archive& f, Level& x)
 
 inline void io(Archive& f, Ledger& x)
 {
-  auto& [kinetic, strain, bond, external, friction, fracture, ghost, renewal, conversion, total0, balance, scale, momentum, angular,
-         slip_max, slip_rms] = x;
-  io_all(f, kinetic, strain, bond, external, friction, fracture, ghost, renewal, conversion, total0, balance, scale, momentum, angular,
-         slip_max, slip_rms);
+  auto& [kinetic, strain, bond, external, friction, fracture, ghost, renewal, conversion, total0, balance,
+         scale, momentum, angular, slip_max, slip_rms] = x;
+  io_all(f, kinetic, strain, bond, external, friction, fracture, ghost, renewal, conversion, total0, balance,
+         scale, momentum, angular, slip_max, slip_rms);
 }
 
 inline void io(Archive& f, ContactLog& x)
@@ -73,10 +75,10 @@ inline void io(Archive& f, Division& x)
 
 inline void io(Archive& f, StepLog& x)
 {
-  auto& [step, inc, inc_total, iterations, cuts, dt, t_step, residual, scale, grid_nodes, grid_cells, weak_nodes, equations,
-         contact_searched, contact_skipped] = x;
-  io_all(f, step, inc, inc_total, iterations, cuts, dt, t_step, residual, scale, grid_nodes, grid_cells, weak_nodes, equations,
-         contact_searched, contact_skipped);
+  auto& [step, inc, inc_total, iterations, cuts, dt, t_step, residual, scale, grid_nodes, grid_cells,
+         weak_nodes, equations, contact_searched, contact_skipped] = x;
+  io_all(f, step, inc, inc_total, iterations, cuts, dt, t_step, residual, scale, grid_nodes, grid_cells,
+         weak_nodes, equations, contact_searched, contact_skipped);
 }
 
 inline void io(Archive& f, ErosionLog& x)

@@ -8,7 +8,8 @@
 //     out_listing_iteration, out_listing_cut, out_increment
 //   out_close                            checks, tables; returns the number of failed checks
 // A run that goes on from a restart file: out_restart_load, out_listing_open, out_reopen, then as above.
-// On several ranks the first one does it all; the others return at once, but for out_reopen, which gives all the state.
+// On several ranks the first one does it all; the others return at once, but for out_reopen, which gives all
+// the state.
 // ---------------------------------------------------------------------------
 #ifndef MPFE_OUT_OUT_H
 #define MPFE_OUT_OUT_H
@@ -44,7 +45,8 @@ double mises_stress(const double sig[6]);
 double elem_nodal_at(const Model& m, const Level& level, const Quantity& q, int e, const double* N);
 
 // point_nodal_at : U V X of material point p, weights N of its corners; A is not kept by points: NaN
-double point_nodal_at(const Model& m, const Points& pts, const Level& level, const Quantity& q, int p, const double* N);
+double point_nodal_at(const Model& m, const Points& pts, const Level& level, const Quantity& q, int p,
+                      const double* N);
 
 // elem_gauss : Gauss points of an element, 0 when it is no element any more
 int elem_gauss(const Model& m, const Elements& el, int e);
@@ -104,7 +106,8 @@ struct CheckResult {
 
 struct RankLoad {              // what one rank has done
   double elements = 0, points = 0, bonds = 0;        // at the end of the run
-  double assembly = 0, between = 0;                  // wall seconds; between: sums over the ranks, and waiting for others
+  // wall seconds; between: sums over the ranks, and waiting for others
+  double assembly = 0, between = 0;
   double memory = 0;                                 // peak, MB
 };
 
@@ -144,25 +147,27 @@ void out_step_end(const Model& m, const State& s, Output& out);
 void out_increment(const Model& m, const Elements& el, const State& s, const ActiveGrid& grid, Output& out);
 
 // out_close : finished = false when the run stopped before its end (checks at the end then fail)
-int out_close(const Model& m, const Elements& el, const State& s, const ActiveGrid& grid, const Solver& solver,
-              bool finished, Output& out);
+int out_close(const Model& m, const Elements& el, const State& s, const ActiveGrid& grid,
+              const Solver& solver, bool finished, Output& out);
 
 // ---- restart (out_restart.cpp) -------------------------------------------------------
 
 // out_restart_load : reads a restart file into f. False: it cannot continue this deck; the message says why.
 bool out_restart_load(const Model& m, const std::string& path, Archive& f);
 
-// out_reopen : instead of out_open: state, grid of the last frame and output as they were when the file f was written; on
-// entry s is the state at t = 0. Returns the number of errors.
+// out_reopen : instead of out_open: state, grid of the last frame and output as they were when the file f was
+// written; on entry s is the state at t = 0. Returns the number of errors.
 int out_reopen(const Model& m, const Elements& el, Archive& f, State& s, ActiveGrid& grid, Output& out);
 
-// out_restart : JOB.rst, when it is due or must be written now, so that a kill at any moment leaves a whole file
+// out_restart : JOB.rst, when it is due or must be written now, so that a kill at any moment leaves a whole
+// file
 void out_restart(const Model& m, State& s, ActiveGrid& grid, bool now, Output& out);
 
 // ---- parts -------------------------------------------------------------------------
 
 // out_file_open : makes the folder when it is missing; append: behind what is there already.
-// out_file_flush, out_file_sync (to the disk itself), out_file_close see a full disk. out_file_cut: all behind this length goes.
+// out_file_flush, out_file_sync (to the disk itself), out_file_close see a full disk. out_file_cut: all
+// behind this length goes.
 // All stop the program in words with EXIT_RESOURCE.
 std::FILE* out_file_open(const std::string& path, bool append = false);
 void out_file_flush(std::FILE* file, const std::string& path);
@@ -171,12 +176,14 @@ void out_file_cut(std::FILE* file, long length, const std::string& path);
 void out_file_close(std::FILE*& file, const std::string& path);
 
 // out_model_summary : what the deck became; also for mpfe --check
-void out_model_summary(std::FILE* file, const Model& m, const Elements& el, const Points& pts, const Bonds& bonds);
+void out_model_summary(std::FILE* file, const Model& m, const Elements& el, const Points& pts,
+                       const Bonds& bonds);
 
 void out_listing_defaults(std::FILE* file, const Model& m, const Bonds& bonds);
 void out_listing_iteration(int step, int inc, int iter, double residual, double scale, double energy,
                            double line_search);
-void out_listing_cut(int step, int inc, double time, double dt, double dt_new, Status why, const char* detail);
+void out_listing_cut(int step, int inc, double time, double dt, double dt_new, Status why,
+                     const char* detail);
 void out_listing_increment(const State& s);
 void out_listing_balance(std::FILE* file, const Model& m, const State& s);
 void out_listing_phases(std::FILE* file);
@@ -198,13 +205,15 @@ void out_vtk_series(const std::string& path, const VtkSeries& series);
 void out_dat(const Model& m, const Elements& el, const State& s, Output& out);
 
 bool out_check_due(const Check& c, const CheckResult& r, double time);
-double out_check_field(const Model& m, const Elements& el, const State& s, const Check& c, std::string& message);
+double out_check_field(const Model& m, const Elements& el, const State& s, const Check& c,
+                       std::string& message);
 void out_check_history(const History& h, const Check& c, bool finished, CheckResult& r);
 void out_check_begin(const Model& m, Output& out);
 void out_check_increment(const Model& m, const Elements& el, const State& s, Output& out);
 int out_check_end(const Model& m, const Elements& el, const State& s, bool finished, Output& out);
 
-// out_erosion : JOB.ero, lines of the elements that broke since the last call; an increment that is undone takes its lines back
+// out_erosion : JOB.ero, lines of the elements that broke since the last call; an increment that is undone
+// takes its lines back
 void out_erosion(const Model& m, const State& s, Output& out);
 void out_erosion_undo(Output& out);
 

@@ -26,7 +26,8 @@ std::string check_name(const Check& c)
   char text[40];
   std::snprintf(text, sizeof text, "%g", c.time);
   const std::string where = c.at == AT_TIME ? text : at[c.at];
-  return c.kind == CHECK_FIELD ? (c.centre ? "L2centre(" : "L2(") + c.what + ")@" + where : c.column + "@" + where;
+  return c.kind == CHECK_FIELD ? (c.centre ? "L2centre(" : "L2(") + c.what + ")@" + where
+                               : c.column + "@" + where;
 }
 
 void fail(CheckResult& r, const std::string& message)
@@ -47,7 +48,8 @@ void judge(CheckResult& r, double value)
 }
 
 // stress and strain of an element where they are best: mean of the Gauss points, at their mean place
-void add_centre(const Model& m, const Elements& el, const State& s, const Check& c, const Quantity& q, int e, Norm& norm)
+void add_centre(const Model& m, const Elements& el, const State& s, const Check& c, const Quantity& q, int e,
+                Norm& norm)
 {
   IpFields f;
   double V = 0.0, value = 0.0, X[3] = {0, 0, 0};
@@ -61,7 +63,8 @@ void add_centre(const Model& m, const Elements& el, const State& s, const Check&
   norm.add(value / V, expr_eval(c.exact, X, s.n.time), V);
 }
 
-void add_elements(const Model& m, const Elements& el, const State& s, const Check& c, const Quantity& q, Norm& norm)
+void add_elements(const Model& m, const Elements& el, const State& s, const Check& c, const Quantity& q,
+                  Norm& norm)
 {
   IpFields f;
   double N[8];
@@ -151,7 +154,8 @@ bool out_check_due(const Check& c, const CheckResult& r, double time)
 //
 //   returns NaN and a message when there is nothing to compare with
 // ---------------------------------------------------------------------------
-double out_check_field(const Model& m, const Elements& el, const State& s, const Check& c, std::string& message)
+double out_check_field(const Model& m, const Elements& el, const State& s, const Check& c,
+                       std::string& message)
 {
   const Quantity q = quantity_find(c.what);
   if (q.kind == Q_NONE || q.kind == Q_RF || q.kind == Q_GRF || q.kind == Q_CONTACT) {

@@ -24,7 +24,8 @@ void header(std::FILE* file, const char* what, const Set& set, double time)
   std::fprintf(file, "\n %s for set %s and time %s\n\n", what, set.name.c_str(), fortran_time(time).c_str());
 }
 
-void node_table(std::FILE* file, const char* what, const Model& m, const RealVec& field, const Set& set, double time)
+void node_table(std::FILE* file, const char* what, const Model& m, const RealVec& field, const Set& set,
+                double time)
 {
   header(file, what, set, time);
   for (int n : set.item) {
@@ -73,7 +74,8 @@ void el_rows(std::FILE* file, const Model& m, const Elements& el, const State& s
     }
 }
 
-void el_print(std::FILE* file, const Model& m, const Elements& el, const State& s, const PrintRequest& request)
+void el_print(std::FILE* file, const Model& m, const Elements& el, const State& s,
+              const PrintRequest& request)
 {
   const Set& set = m.elset[request.set];
   const char* const points = "elem, integ.pnt.,";

@@ -11,8 +11,11 @@ void out_erosion(const Model& m, const State& s, Output& out)
   if (m.fracture.empty() || comm_rank() > 0) return;
   if (!out.ero) {
     out.ero = out_file_open(out.base + ".ero");
-    std::fprintf(out.ero, "# elements that broke: criterion = estimate / toughness; released: strain energy at fixed displacement\n"
-                          "#%18s %8s %10s %19s %19s %19s %12s %19s\n", "time", "step", "element", "x", "y", "z", "criterion", "released");
+    std::fprintf(out.ero,
+                 "# elements that broke: criterion = estimate / toughness; released: strain energy at fixed "
+                 "displacement\n"
+                 "#%18s %8s %10s %19s %19s %19s %12s %19s\n",
+                 "time", "step", "element", "x", "y", "z", "criterion", "released");
     out_file_flush(out.ero, out.base + ".ero");
   }
   if (s.eroded.size() <= out.ero_written) return;

@@ -40,14 +40,16 @@ void out_file_sync(std::FILE* file, const std::string& path)
 {
   out_file_flush(file, path);
   errno = 0;
-  if (fsync(fileno(file)) != 0 && errno != EINVAL) stop(path, "write", errno);     // EINVAL: no file of a disk
+  // EINVAL: no file of a disk
+  if (fsync(fileno(file)) != 0 && errno != EINVAL) stop(path, "write", errno);
 }
 
 void out_file_cut(std::FILE* file, long length, const std::string& path)
 {
   out_file_flush(file, path);
   errno = 0;
-  if (ftruncate(fileno(file), length) != 0 || std::fseek(file, length, SEEK_SET) != 0) stop(path, "write", errno);
+  if (ftruncate(fileno(file), length) != 0 || std::fseek(file, length, SEEK_SET) != 0)
+    stop(path, "write", errno);
 }
 
 void out_file_close(std::FILE*& file, const std::string& path)

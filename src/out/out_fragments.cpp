@@ -3,9 +3,11 @@
 namespace {
 
 const char* const column_names[] = {
-  "time", "fragment", "elements", "points", "volume", "mass", "x", "y", "z", "vx", "vy", "vz", "px", "py", "pz", "lx", "ly", "lz",
-  "wx", "wy", "wz", "kinetic", "translation", "rotation", "rest", "i11", "i22", "i33", "i12", "i23", "i31", "p1", "p2", "p3",
-  "a1x", "a1y", "a1z", "a2x", "a2y", "a2z", "a3x", "a3y", "a3z", "xmin", "ymin", "zmin", "xmax", "ymax", "zmax"};
+    "time", "fragment", "elements",    "points",   "volume", "mass", "x",    "y",    "z",   "vx",
+    "vy",   "vz",       "px",          "py",       "pz",     "lx",   "ly",   "lz",   "wx",  "wy",
+    "wz",   "kinetic",  "translation", "rotation", "rest",   "i11",  "i22",  "i33",  "i12", "i23",
+    "i31",  "p1",       "p2",          "p3",       "a1x",    "a1y",  "a1z",  "a2x",  "a2y", "a2z",
+    "a3x",  "a3y",      "a3z",         "xmin",     "ymin",   "zmin", "xmax", "ymax", "zmax"};
 
 void write_header(std::FILE* file)
 {
@@ -41,11 +43,11 @@ void write_listing(std::FILE* file, double time, const Fragments& f)
   for (const Fragment& k : f.item) total += k.mass;
   std::fprintf(file, "\nFRAGMENTS at time %.9g: %d\n", time, f.count());
   for (int i = 1; i <= f.count() && i <= 5; ++i)
-    std::fprintf(file, "  %-15d mass %.9g (%.4g %%), %d elements, %d points\n", i, f.item[i].mass, 100.0 * f.item[i].mass / total,
-                 f.item[i].nelem, f.item[i].npoint);
+    std::fprintf(file, "  %-15d mass %.9g (%.4g %%), %d elements, %d points\n", i, f.item[i].mass,
+                 100.0 * f.item[i].mass / total, f.item[i].nelem, f.item[i].npoint);
   const Fragment& debris = f.item[0];
-  std::fprintf(file, "  debris          mass %.9g (%.4g %%), %d elements, %d points\n", debris.mass, 100.0 * debris.mass / total,
-               debris.nelem, debris.npoint);
+  std::fprintf(file, "  debris          mass %.9g (%.4g %%), %d elements, %d points\n", debris.mass,
+               100.0 * debris.mass / total, debris.nelem, debris.npoint);
 }
 
 bool due(const FragmentsDef& d, const State& s, Output& out)
@@ -57,7 +59,8 @@ bool due(const FragmentsDef& d, const State& s, Output& out)
 }  // namespace
 
 // ---------------------------------------------------------------------------
-// out_fragments : the pieces at t(n) into JOB.frag when it is time, and at the end of the run into the listing
+// out_fragments : the pieces at t(n) into JOB.frag when it is time, and at the end of the run into the
+// listing
 // ---------------------------------------------------------------------------
 void out_fragments(const Model& m, const Elements& el, const State& s, bool last, Output& out)
 {
@@ -70,7 +73,8 @@ void out_fragments(const Model& m, const Elements& el, const State& s, bool last
   }
   if (out.frag_inc != s.log.inc_total) {
     for (size_t i = 0; i < f.item.size(); ++i)
-      if (f.item[i].nelem + f.item[i].npoint > 0) write_line(out.frag, s.n.time, static_cast<int>(i), f.item[i]);
+      if (f.item[i].nelem + f.item[i].npoint > 0)
+        write_line(out.frag, s.n.time, static_cast<int>(i), f.item[i]);
     out_file_flush(out.frag, out.base + ".frag");
     out.frag_inc = s.log.inc_total;
   }

@@ -26,7 +26,8 @@ int complain(const HistoryDef& d, const char* why)
 
 void built_in_names(int dim, std::vector<std::string>& names)
 {
-  names = {"time", "step", "inc", "dt", "iter", "kinetic", "strain", "bond", "external", "balance", "px", "py"};
+  names = {"time",   "step", "inc",      "dt",      "iter", "kinetic",
+           "strain", "bond", "external", "balance", "px",   "py"};
   if (dim == 3) names.insert(names.end(), {"pz", "lx", "ly"});
   names.insert(names.end(), {"lz", "slip_max", "slip_rms"});
 }
@@ -98,12 +99,15 @@ int make_probe(const Model& m, const Elements& el, const State& s, const History
   if (probe.q.kind == Q_FRAC) return 0;
   find_targets(m, el, s, d, probe);
   if (d.at_point) {
-    if (probe.at.elem.empty() && probe.at.point.empty()) return complain(d, "no element and no material point contains this place at t = 0");
-    if (probe.q.kind == Q_A && probe.at.elem.empty()) return complain(d, "material points keep no acceleration");
+    if (probe.at.elem.empty() && probe.at.point.empty())
+      return complain(d, "no element and no material point contains this place at t = 0");
+    if (probe.q.kind == Q_A && probe.at.elem.empty())
+      return complain(d, "material points keep no acceleration");
     return 0;
   }
   if (d.body >= 0 && m.body[d.body].fill == FILL_CONVERSION) return 0;        // empty at t = 0
-  if (probe.node.empty() && probe.elem.empty() && probe.point.empty()) return complain(d, "the target is empty");
+  if (probe.node.empty() && probe.elem.empty() && probe.point.empty())
+    return complain(d, "the target is empty");
   if (quantity_is_nodal(probe.q) ? !probe.elem.empty() : !probe.node.empty())
     return complain(d, "this quantity does not belong to this kind of target");
   if (!probe.point.empty() && (probe.q.kind == Q_A || probe.q.kind == Q_RF))
@@ -123,7 +127,8 @@ double node_value(const Model& m, const State& s, const Quantity& q, int n)
   }
 }
 
-void sample_gauss(const Model& m, const Elements& el, const State& s, const Quantity& q, int e, Sample& sample)
+void sample_gauss(const Model& m, const Elements& el, const State& s, const Quantity& q, int e,
+                  Sample& sample)
 {
   IpFields f;
   for (int g = 0; g < elem_gauss(m, el, e); ++g) {
@@ -158,7 +163,8 @@ void sample_place(const Model& m, const Elements& el, const State& s, const Prob
     sample_point(m, s, probe.q, probe.at.point[i], N + 8 * i, sample);
 }
 
-// place of the crack tip in one direction: the last centre, or the first with MIN, of what the criterion has broken
+// place of the crack tip in one direction: the last centre, or the first with MIN, of what the criterion has
+// broken
 double tip_place(const Model& m, const State& s, int axis, bool first)
 {
   double tip = not_a_number;
@@ -180,8 +186,8 @@ double fracture_value(const Model& m, const Elements& el, const State& s, const 
   if (probe.q.comp == 11) return s.ledger.ghost;
   if (probe.q.comp == 12) return static_cast<double>(s.frac.releasing.size());
   if (probe.q.comp >= 6) return tip_place(m, s, probe.q.comp - 6, probe.reduce == REDUCE_MIN);
-  const double value[6] = {double(s.frac.neroded), s.frac.area, double(s.points.npoint), double(s.bonds.nbond),
-                           s.ledger.fracture, s.ledger.conversion};
+  const double value[6] = {double(s.frac.neroded), s.frac.area,       double(s.points.npoint),
+                           double(s.bonds.nbond),  s.ledger.fracture, s.ledger.conversion};
   return value[probe.q.comp];
 }
 
@@ -189,7 +195,8 @@ double probe_value(const Model& m, const Elements& el, const State& s, const Pro
 {
   if (probe.q.kind == Q_FRAC) return fracture_value(m, el, s, probe);
   if (probe.contact >= 0) {
-    const ContactLog c = probe.contact < static_cast<int>(s.contact.size()) ? s.contact[probe.contact] : ContactLog();
+    const ContactLog c = probe.contact < static_cast<int>(s.contact.size()) ? s.contact[probe.contact]
+                                                                            : ContactLog();
     const double value[5] = {c.force, c.gap, c.area, c.work, c.peak};
     return value[probe.q.comp];
   }

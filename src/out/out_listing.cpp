@@ -68,12 +68,18 @@ void step_defaults(std::FILE* file, const Model& m, int i)
                s.proc == PROC_STATIC ? "static" : "dynamic", s.nlgeom ? "nonlinear" : "linear",
                s.direct ? "fixed" : "automatic");
   std::fprintf(file, "  period %g, dt %g, dt min %s, dt max %s, at most %d increments\n", s.period, s.dt,
-               or_default(s.dt_min, "not given").c_str(), or_default(s.dt_max, "not given").c_str(), s.max_inc);
+               or_default(s.dt_min, "not given").c_str(), or_default(s.dt_max, "not given").c_str(),
+               s.max_inc);
   if (s.proc == PROC_DYNAMIC) dynamic_defaults(file, s);
-  if (s.balance > 0.0) std::fprintf(file, "  balance         %g of the largest energy at the end of the run, or exit code 1\n", s.balance);
-  std::fprintf(file, "  Newton          force tolerance %g, energy tolerance %g, %d iterations, %d cuts, line search %s\n",
-               s.ctl.tol_force, s.ctl.tol_energy, s.ctl.max_iter, s.ctl.max_cut, s.ctl.line_search ? "yes" : "no");
-  std::fprintf(file, "  acting          %zu loads, %zu boundary conditions\n", s.load.size(), s.prescribed.size());
+  if (s.balance > 0.0)
+    std::fprintf(file, "  balance         %g of the largest energy at the end of the run, or exit code 1\n",
+                 s.balance);
+  std::fprintf(
+      file,
+      "  Newton          force tolerance %g, energy tolerance %g, %d iterations, %d cuts, line search %s\n",
+      s.ctl.tol_force, s.ctl.tol_energy, s.ctl.max_iter, s.ctl.max_cut, s.ctl.line_search ? "yes" : "no");
+  std::fprintf(file, "  acting          %zu loads, %zu boundary conditions\n", s.load.size(),
+               s.prescribed.size());
 }
 
 double phase_wall(Phase p) { return timer_phase(p).wall; }
@@ -120,8 +126,10 @@ void out_listing_open(const Model& m, Output& out, bool goes_on)
   std::fprintf(out.lst, "  ranks           %d\n", comm_size());
   std::fprintf(out.lst, "  threads         OMP_NUM_THREADS %s, OPENBLAS_NUM_THREADS %s\n",
                environment("OMP_NUM_THREADS"), environment("OPENBLAS_NUM_THREADS"));
-  std::fprintf(out.lst, "  compiled        by C++ compiler %s, vector instructions %s\n", __VERSION__, mode_text());
-  for (const auto& p : m.param) std::fprintf(out.lst, "  parameter       %s = %.15g\n", p.first.c_str(), p.second);
+  std::fprintf(out.lst, "  compiled        by C++ compiler %s, vector instructions %s\n", __VERSION__,
+               mode_text());
+  for (const auto& p : m.param)
+    std::fprintf(out.lst, "  parameter       %s = %.15g\n", p.first.c_str(), p.second);
 }
 
 // out_listing_defaults : what the program uses where the deck is silent
@@ -129,29 +137,40 @@ void out_listing_defaults(std::FILE* file, const Model& m, const Bonds& bonds)
 {
   std::fprintf(file, "\nSETTINGS (also those the deck leaves to the program)\n");
   const char* const solver[] = {"automatic", "skyline", "MUMPS", "conjugate gradients"};
-  const char* const precond[] = {"incomplete Cholesky", "diagonal blocks", "incomplete Cholesky", "earlier factors"};
-  std::fprintf(file, "  solver          %s%s%s\n", solver[m.solver.kind], m.solver.kind == SOLVER_CG ? ", preconditioner " : "",
-               m.solver.kind == SOLVER_CG ? precond[m.solver.precond] : m.solver.reuse ? "" : ", a factorisation in each iteration");
+  const char* const precond[] = {"incomplete Cholesky", "diagonal blocks", "incomplete Cholesky",
+                                 "earlier factors"};
+  std::fprintf(file, "  solver          %s%s%s\n", solver[m.solver.kind],
+               m.solver.kind == SOLVER_CG ? ", preconditioner " : "",
+               m.solver.kind == SOLVER_CG ? precond[m.solver.precond]
+               : m.solver.reuse           ? ""
+                                          : ", a factorisation in each iteration");
   if (m.grid.given)
-    std::fprintf(file, "  grid            nodes weaker than %g follow others (extended basis%s)\n", m.grid.weak,
-                 m.grid.weak > 0.0 ? "" : ", off");
+    std::fprintf(file, "  grid            nodes weaker than %g follow others (extended basis%s)\n",
+                 m.grid.weak, m.grid.weak > 0.0 ? "" : ", off");
   for (std::size_t i = 0; i < m.bond.size(); ++i) {
     const BondDef& d = m.bond[i];
     double per_area  = d.penalty;
     for (int b = 0; b < bonds.nbond && per_area <= 0.0; ++b)
       if (bonds.def[b] == static_cast<int>(i) && bonds.area[b] > 0.0) per_area = bonds.cn[b] / bonds.area[b];
-    std::fprintf(file, "  bond %-10s penalty %s (%s), %s between nodes, %d augmentations, %s\n", d.name.c_str(),
-                 or_default(per_area, "set when bonds form").c_str(),
-                 d.penalty > 0.0 ? "given" : d.alpha > 0.0 ? "alpha E/h, alpha given" : "alpha E/h, alpha of the program",
-                 d.intermediate < 0 && d.by_face ? "at points inside the slave faces, none" : d.intermediate < 0 ? "as close as the corners of the body" : std::to_string(d.intermediate).c_str(), d.augment, d.normal_only ? "one direction" : "all directions");
+    std::fprintf(file, "  bond %-10s penalty %s (%s), %s between nodes, %d augmentations, %s\n",
+                 d.name.c_str(), or_default(per_area, "set when bonds form").c_str(),
+                 d.penalty > 0.0 ? "given"
+                 : d.alpha > 0.0 ? "alpha E/h, alpha given"
+                                 : "alpha E/h, alpha of the program",
+                 d.intermediate < 0 && d.by_face ? "at points inside the slave faces, none"
+                 : d.intermediate < 0            ? "as close as the corners of the body"
+                                                 : std::to_string(d.intermediate).c_str(),
+                 d.augment, d.normal_only ? "one direction" : "all directions");
   }
   std::fprintf(file, "  history         every %d increments\n", std::max(1, m.history_out.frequency));
   if (m.vtk.on)
-    std::fprintf(file, "  VTK             %s, every %s increments, time interval %s\n", m.vtk.ascii ? "text" : "binary",
+    std::fprintf(file, "  VTK             %s, every %s increments, time interval %s\n",
+                 m.vtk.ascii ? "text" : "binary",
                  or_default(m.vtk.frequency, m.vtk.interval > 0.0 ? "-" : "1").c_str(),
                  or_default(m.vtk.interval, "-").c_str());
   if (m.restart.write)
-    std::fprintf(file, "  restart         every %s increments, time interval %s, at the end of each step; %s\n",
+    std::fprintf(file,
+                 "  restart         every %s increments, time interval %s, at the end of each step; %s\n",
                  or_default(m.restart.frequency, "-").c_str(), or_default(m.restart.interval, "-").c_str(),
                  m.restart.overlay ? "the last file stays" : "all files stay");
 }
@@ -160,13 +179,16 @@ void out_step_begin(const Model& m, int step, Output& out)
 {
   if (comm_rank() > 0) return;
   step_defaults(out.lst, m, step);
-  std::fprintf(out.lst, "\n   step    inc   iter      residual   force scale         ratio        energy  line search\n");
+  std::fprintf(
+      out.lst,
+      "\n   step    inc   iter      residual   force scale         ratio        energy  line search\n");
 }
 
 void out_step_end(const Model& m, const State& s, Output& out)
 {
   if (comm_rank() > 0) return;
-  std::fprintf(out.lst, "\nend of step %d after %d increments at time %.9g\n", s.log.step, s.log.inc, s.n.time);
+  std::fprintf(out.lst, "\nend of step %d after %d increments at time %.9g\n", s.log.step, s.log.inc,
+               s.n.time);
   out_listing_balance(out.lst, m, s);
 }
 
@@ -193,8 +215,8 @@ void out_listing_increment(const State& s)
   log_note("  increment %d done: time %.9g, dt %.6g, %d iterations, %d cuts, %d equations, balance %.3e",
            l.inc, s.n.time, l.dt, l.iterations, l.cuts, l.equations, s.ledger.balance);
   if (!s.eroded.empty())
-    log_note("  broken: %zu elements in this increment, %d so far, %zu under release; %d points, %d bonds", s.eroded.size(),
-             s.frac.neroded, s.frac.releasing.size(), s.points.npoint, s.bonds.nbond);
+    log_note("  broken: %zu elements in this increment, %d so far, %zu under release; %d points, %d bonds",
+             s.eroded.size(), s.frac.neroded, s.frac.releasing.size(), s.points.npoint, s.bonds.nbond);
   if (l.grid_cells > 0)
     log_note("  grid: %d cells, %d nodes, %d weak; slip max %.4e, rms %.4e", l.grid_cells, l.grid_nodes,
              l.weak_nodes, s.ledger.slip_max, s.ledger.slip_rms);
@@ -206,14 +228,16 @@ void out_listing_balance(std::FILE* file, const Model& m, const State& s)
 {
   const Ledger& l = s.ledger;
   std::fprintf(file, "\nENERGY at time %.9g\n", s.n.time);
-  std::fprintf(file, "  kinetic         %18.10e\n  strain          %18.10e\n  bonds           %18.10e\n", l.kinetic,
-               l.strain, l.bond);
+  std::fprintf(file, "  kinetic         %18.10e\n  strain          %18.10e\n  bonds           %18.10e\n",
+               l.kinetic, l.strain, l.bond);
   if (l.fracture != 0.0 || s.frac.neroded > 0)
-    std::fprintf(file, "  fracture        %18.10e   (%d elements, crack area %.6g)\n", l.fracture, s.frac.neroded, s.frac.area);
+    std::fprintf(file, "  fracture        %18.10e   (%d elements, crack area %.6g)\n", l.fracture,
+                 s.frac.neroded, s.frac.area);
   if (!s.frac.converted.empty())
     std::fprintf(file, "  conversion      %18.10e   (%zu elements)\n", l.conversion, s.frac.converted.size());
   if (!s.frac.released.empty())
-    std::fprintf(file, "  loose points    %18zu   (their shape was made anew %d times)\n", s.frac.released.size(), s.frac.renewed);
+    std::fprintf(file, "  loose points    %18zu   (their shape was made anew %d times)\n",
+                 s.frac.released.size(), s.frac.renewed);
   if (l.friction != 0.0) std::fprintf(file, "  friction        %18.10e\n", l.friction);
   if (l.ghost != 0.0) std::fprintf(file, "  ghosts          %18.10e\n", l.ghost);
   if (l.renewal != 0.0) std::fprintf(file, "  grid renewed    %18.10e\n", l.renewal);
@@ -248,9 +272,12 @@ void out_listing_phases(std::FILE* file)
   std::fprintf(file, "  %-20s %10s %12.4f %12.4f\n", "whole run", "", total, timer_cpu());
 }
 
-const char* const path_name[PATHS] = {"factorisation", "factors of the same matrix", "CG, factors of an earlier matrix",
+const char* const path_name[PATHS] = {"factorisation",
+                                      "factors of the same matrix",
+                                      "CG, factors of an earlier matrix",
                                       "CG, the same, changed rows corrected",
-                                      "CG, incomplete Cholesky", "CG, diagonal blocks"};
+                                      "CG, incomplete Cholesky",
+                                      "CG, diagonal blocks"};
 
 // ---------------------------------------------------------------------------
 // out_listing_solver : work of the linear solver, and what a Newton iteration costs beside it
@@ -265,21 +292,28 @@ void out_listing_solver(std::FILE* file, const Solver& s)
     return;
   }
   const auto each = [](double seconds, long n) { return n > 0 ? seconds / static_cast<double>(n) : 0.0; };
-  std::fprintf(file, "  analyses        %8ld   %12.6f s each\n", s.nanalyse, each(s.seconds_analyse, s.nanalyse));
-  std::fprintf(file, "  factorisations  %8ld   %12.6f s each\n", s.nfactor, each(s.seconds_factor, s.nfactor));
+  std::fprintf(file, "  analyses        %8ld   %12.6f s each\n", s.nanalyse,
+               each(s.seconds_analyse, s.nanalyse));
+  std::fprintf(file, "  factorisations  %8ld   %12.6f s each\n", s.nfactor,
+               each(s.seconds_factor, s.nfactor));
   if (s.ncholmod) std::fprintf(file, "  by CHOLMOD      %8ld   of them, the others by MUMPS\n", s.ncholmod);
-  if (s.nheld) std::fprintf(file, "  zero pivots     %8ld   unknowns of broken material that were held\n", s.nheld);
+  if (s.nheld)
+    std::fprintf(file, "  zero pivots     %8ld   unknowns of broken material that were held\n", s.nheld);
   std::fprintf(file, "  back            %8ld   %12.6f s each\n", s.nback, each(s.seconds_back, s.nback));
-  std::fprintf(file, "  %-34s %8s %12s %10s %10s %8s\n", "solutions by", "number", "cpu s each", "iterations", "each", "given up");
+  std::fprintf(file, "  %-34s %8s %12s %10s %10s %8s\n", "solutions by", "number", "cpu s each", "iterations",
+               "each", "given up");
   for (int k = 0; k < PATHS; ++k) {
     const PathLog& l = s.path[k];
     if (l.solves + l.failed == 0) continue;
-    std::fprintf(file, "  %-34s %8ld %12.6f %10ld %10.1f %8ld\n", path_name[k], l.solves, each(l.seconds, l.solves + l.failed), l.iterations,
+    std::fprintf(file, "  %-34s %8ld %12.6f %10ld %10.1f %8ld\n", path_name[k], l.solves,
+                 each(l.seconds, l.solves + l.failed), l.iterations,
                  each(static_cast<double>(l.iterations), l.solves + l.failed), l.failed);
   }
-  const double solve  = phase_wall(PHASE_FACTOR) + phase_wall(PHASE_SOLVE) + phase_wall(PHASE_PRECOND) + phase_wall(PHASE_CG);
+  const double solve = phase_wall(PHASE_FACTOR) + phase_wall(PHASE_SOLVE) + phase_wall(PHASE_PRECOND) +
+                       phase_wall(PHASE_CG);
   const double newton = solve + phase_wall(PHASE_RESIDUAL) + phase_wall(PHASE_TANGENT);
-  std::fprintf(file, "  Newton iteration           %12.6f s each (residual, tangent, solution)\n", each(newton, solves));
+  std::fprintf(file, "  Newton iteration           %12.6f s each (residual, tangent, solution)\n",
+               each(newton, solves));
   std::fprintf(file, "  Newton iteration / solution  %.3f\n", solve > 0.0 ? newton / solve : 0.0);
   if (s.flops > 0.0) std::fprintf(file, "  operations      %12.4e of the last factorisation\n", s.flops);
   if (s.memory_mb > 0.0) std::fprintf(file, "  memory          %12.1f MB of the factors\n", s.memory_mb);
@@ -287,7 +321,8 @@ void out_listing_solver(std::FILE* file, const Solver& s)
 }
 
 // ---------------------------------------------------------------------------
-// out_listing_skipped : what the scene did not need: how often a phase was done, how often it was looked at and skipped, and why
+// out_listing_skipped : what the scene did not need: how often a phase was done, how often it was looked at
+// and skipped, and why
 // ---------------------------------------------------------------------------
 void out_listing_skipped(std::FILE* file, const Model& m, const State& s)
 {
@@ -349,15 +384,18 @@ void out_listing_ranks(std::FILE* file, const std::vector<RankLoad>& ranks)
 {
   if (ranks.empty()) return;
   double most = 0.0, all = 0.0;
-  std::fprintf(file, "\nRANKS\n  %4s %10s %10s %10s %12s %12s %12s\n", "rank", "elements", "points", "bonds", "assembly s", "between s",
-               "memory MB");
+  std::fprintf(file, "\nRANKS\n  %4s %10s %10s %10s %12s %12s %12s\n", "rank", "elements", "points", "bonds",
+               "assembly s", "between s", "memory MB");
   for (std::size_t r = 0; r < ranks.size(); ++r) {
     const RankLoad& k = ranks[r];
-    std::fprintf(file, "  %4zu %10.0f %10.0f %10.0f %12.4f %12.4f %12.1f\n", r, k.elements, k.points, k.bonds, k.assembly, k.between, k.memory);
+    std::fprintf(file, "  %4zu %10.0f %10.0f %10.0f %12.4f %12.4f %12.1f\n", r, k.elements, k.points, k.bonds,
+                 k.assembly, k.between, k.memory);
     most = std::max(most, k.assembly);
     all += k.assembly;
   }
-  if (all > 0.0) std::fprintf(file, "  assembly: the slowest rank took %.2f of the mean\n", most * static_cast<double>(ranks.size()) / all);
+  if (all > 0.0)
+    std::fprintf(file, "  assembly: the slowest rank took %.2f of the mean\n",
+                 most * static_cast<double>(ranks.size()) / all);
 }
 
 void out_listing_end(std::FILE* file, bool finished, int failed)

@@ -62,8 +62,8 @@ void out_increment(const Model& m, const Elements& el, const State& s, const Act
 // ---------------------------------------------------------------------------
 // out_close : last row and frame, checks, tables of time and solver
 // ---------------------------------------------------------------------------
-int out_close(const Model& m, const Elements& el, const State& s, const ActiveGrid& grid, const Solver& solver,
-              bool finished, Output& out)
+int out_close(const Model& m, const Elements& el, const State& s, const ActiveGrid& grid,
+              const Solver& solver, bool finished, Output& out)
 {
   if (comm_rank() > 0) return 0;
   out_progress_clear(out);

@@ -54,7 +54,9 @@ void out_progress(const Model& m, const State& s, Output& out)
   const double part = std::min(1.0, s.n.time / std::max(whole_time(m), 1e-300));
   const double done = part - out.progress_from / std::max(whole_time(m), 1e-300);
   const double rest = done > 0.0 ? (now - out.progress_wall) * (1.0 - part) / done : 0.0;
-  std::fprintf(stderr, "%s  step %d of %zu  increment %d  time %.5g (%.0f %%)  dt %.3g  %d iterations%s  about %s left\033[K\r",
+  std::fprintf(stderr,
+               "%s  step %d of %zu  increment %d  time %.5g (%.0f %%)  dt %.3g  %d iterations%s  about %s "
+               "left\033[K\r",
                m.job.c_str(), s.log.step, m.step.size(), s.log.inc, s.n.time, 100.0 * part, s.log.dt,
                s.log.iterations, crack_text(m, s, out).c_str(), clock_text(rest).c_str());
   std::fflush(stderr);

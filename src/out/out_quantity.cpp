@@ -12,15 +12,19 @@ struct Word {
 };
 
 const Word words[] = {
-  {"U1", Q_U, 0}, {"U2", Q_U, 1}, {"U3", Q_U, 2}, {"V1", Q_V, 0}, {"V2", Q_V, 1}, {"V3", Q_V, 2},
-  {"A1", Q_A, 0}, {"A2", Q_A, 1}, {"A3", Q_A, 2}, {"X1", Q_X, 0}, {"X2", Q_X, 1}, {"X3", Q_X, 2},
-  {"RF1", Q_RF, 0}, {"RF2", Q_RF, 1}, {"RF3", Q_RF, 2}, {"GRF1", Q_GRF, 0}, {"GRF2", Q_GRF, 1}, {"GRF3", Q_GRF, 2},
-  {"CFORCE", Q_CONTACT, 0}, {"CGAP", Q_CONTACT, 1}, {"CAREA", Q_CONTACT, 2}, {"CWORK", Q_CONTACT, 3}, {"CPRESS", Q_CONTACT, 4},
-  {"NERODED", Q_FRAC, 0}, {"CRACKA", Q_FRAC, 1}, {"NPOINTS", Q_FRAC, 2}, {"NBONDS", Q_FRAC, 3},
-  {"EFRAC", Q_FRAC, 4}, {"ECONV", Q_FRAC, 5}, {"TIP1", Q_FRAC, 6}, {"TIP2", Q_FRAC, 7}, {"TIP3", Q_FRAC, 8}, {"NFRAG", Q_FRAC, 9}, {"NLOOSE", Q_FRAC, 10}, {"EGHOST", Q_FRAC, 11}, {"NRELEASE", Q_FRAC, 12},
-  {"S11", Q_S, 0}, {"S22", Q_S, 1}, {"S33", Q_S, 2}, {"S12", Q_S, 3}, {"S23", Q_S, 4}, {"S31", Q_S, 5}, {"S13", Q_S, 5},
-  {"E11", Q_E, 0}, {"E22", Q_E, 1}, {"E33", Q_E, 2}, {"E12", Q_E, 3}, {"E23", Q_E, 4}, {"E31", Q_E, 5}, {"E13", Q_E, 5},
-  {"SMISES", Q_MISES, 0}, {"ENER", Q_ENER, 0}};
+    {"U1", Q_U, 0},          {"U2", Q_U, 1},          {"U3", Q_U, 2},           {"V1", Q_V, 0},
+    {"V2", Q_V, 1},          {"V3", Q_V, 2},          {"A1", Q_A, 0},           {"A2", Q_A, 1},
+    {"A3", Q_A, 2},          {"X1", Q_X, 0},          {"X2", Q_X, 1},           {"X3", Q_X, 2},
+    {"RF1", Q_RF, 0},        {"RF2", Q_RF, 1},        {"RF3", Q_RF, 2},         {"GRF1", Q_GRF, 0},
+    {"GRF2", Q_GRF, 1},      {"GRF3", Q_GRF, 2},      {"CFORCE", Q_CONTACT, 0}, {"CGAP", Q_CONTACT, 1},
+    {"CAREA", Q_CONTACT, 2}, {"CWORK", Q_CONTACT, 3}, {"CPRESS", Q_CONTACT, 4}, {"NERODED", Q_FRAC, 0},
+    {"CRACKA", Q_FRAC, 1},   {"NPOINTS", Q_FRAC, 2},  {"NBONDS", Q_FRAC, 3},    {"EFRAC", Q_FRAC, 4},
+    {"ECONV", Q_FRAC, 5},    {"TIP1", Q_FRAC, 6},     {"TIP2", Q_FRAC, 7},      {"TIP3", Q_FRAC, 8},
+    {"NFRAG", Q_FRAC, 9},    {"NLOOSE", Q_FRAC, 10},  {"EGHOST", Q_FRAC, 11},   {"NRELEASE", Q_FRAC, 12},
+    {"S11", Q_S, 0},         {"S22", Q_S, 1},         {"S33", Q_S, 2},          {"S12", Q_S, 3},
+    {"S23", Q_S, 4},         {"S31", Q_S, 5},         {"S13", Q_S, 5},          {"E11", Q_E, 0},
+    {"E22", Q_E, 1},         {"E33", Q_E, 2},         {"E12", Q_E, 3},          {"E23", Q_E, 4},
+    {"E31", Q_E, 5},         {"E13", Q_E, 5},         {"SMISES", Q_MISES, 0},   {"ENER", Q_ENER, 0}};
 
 }  // namespace
 
@@ -84,7 +88,8 @@ double elem_nodal_at(const Model& m, const Level& level, const Quantity& q, int 
 //
 //   in   N      weights of its corners         [corners of the point]
 // ---------------------------------------------------------------------------
-double point_nodal_at(const Model& m, const Points& pts, const Level& level, const Quantity& q, int p, const double* N)
+double point_nodal_at(const Model& m, const Points& pts, const Level& level, const Quantity& q, int p,
+                      const double* N)
 {
   if (q.kind == Q_A) return std::numeric_limits<double>::quiet_NaN();
   double value = 0.0;

@@ -29,8 +29,8 @@ static void io(Archive& f, CheckResult& x)
 // what the output must remember; JOB.his is written again from its rows
 static void io(Archive& f, Output& x)
 {
-  io_all(f, x.history.names, x.history.rows, x.row_written, x.series, x.vtk_frame, x.vtk_next, x.vtk_inc, x.frag_next, x.frag_inc,
-         x.result, x.restart_next);
+  io_all(f, x.history.names, x.history.rows, x.row_written, x.series, x.vtk_frame, x.vtk_next, x.vtk_inc,
+         x.frag_next, x.frag_inc, x.result, x.restart_next);
 }
 
 namespace {
@@ -78,7 +78,8 @@ void put_file(const std::string& path, const Frame& frame, const std::string& co
   std::fwrite(content.data(), 1, content.size(), file);
   out_file_sync(file, fresh);
   out_file_close(file, fresh);
-  if (std::rename(fresh.c_str(), path.c_str()) != 0) log_warn("%s cannot be renamed: %s", fresh.c_str(), std::strerror(errno));
+  if (std::rename(fresh.c_str(), path.c_str()) != 0)
+    log_warn("%s cannot be renamed: %s", fresh.c_str(), std::strerror(errno));
   const std::string folder = std::filesystem::path(path).parent_path().string();
   const int handle = open(folder.empty() ? "." : folder.c_str(), O_RDONLY);
   if (handle < 0) return;
@@ -112,7 +113,9 @@ bool refuse(const std::string& path, const std::string& why)
 bool read_file(const std::string& path, std::string& bytes)
 {
   std::FILE* file = std::fopen(path.c_str(), "rb");
-  if (!file) return refuse(path, std::string(std::strerror(errno)) + ". *RESTART, WRITE makes it; mpfe --restart FILE reads another one");
+  if (!file)
+    return refuse(path, std::string(std::strerror(errno)) +
+                            ". *RESTART, WRITE makes it; mpfe --restart FILE reads another one");
   std::error_code error;
   const std::uintmax_t size = std::filesystem::file_size(path, error);
   if (!error) bytes.resize(size);
@@ -130,23 +133,31 @@ bool open_frame(const std::string& path, std::string& bytes)
   std::memcpy(&frame, bytes.data(), sizeof frame);
   bytes.erase(0, sizeof frame);
   if (bytes.size() != frame.size)
-    return refuse(path, "it is not complete, " + std::to_string(bytes.size()) + " bytes instead of " + std::to_string(frame.size) + "; take an earlier one");
-  return hash_add(hash_start, bytes.data(), bytes.size()) == frame.hash || refuse(path, "it is damaged (wrong checksum); take an earlier one");
+    return refuse(path, "it is not complete, " + std::to_string(bytes.size()) + " bytes instead of " +
+                            std::to_string(frame.size) + "; take an earlier one");
+  return hash_add(hash_start, bytes.data(), bytes.size()) == frame.hash ||
+         refuse(path, "it is damaged (wrong checksum); take an earlier one");
 }
 
 bool fits(const std::string& path, const Model& m, const Origin& o)
 {
   if (o.version != MPFE_VERSION || o.format != format)
-    return refuse(path, "mpfe " + o.version + ", format " + std::to_string(o.format) + ", has written it; this is mpfe " MPFE_VERSION ", format " + std::to_string(format));
-  return o.deck == m.hash || refuse(path, "it belongs to another deck: its cards or parameters are not those of now. Only *RESTART, *VTK, *FRAGMENTS, *NODE FILE, "
+    return refuse(path, "mpfe " + o.version + ", format " + std::to_string(o.format) +
+                            ", has written it; this is mpfe " MPFE_VERSION ", format " +
+                            std::to_string(format));
+  return o.deck == m.hash || refuse(path, "it belongs to another deck: its cards or parameters are not those "
+                                          "of now. Only *RESTART, *VTK, *FRAGMENTS, *NODE FILE, "
                                           "*EL FILE, *NODE PRINT, *EL PRINT and *HEADING may change");
 }
 
 // rows of the history under the columns of the deck, results of its checks, cells of its grid
-bool output_fits(const Model& m, const ActiveGrid& grid, const std::vector<std::string>& names, const Output& out)
+bool output_fits(const Model& m, const ActiveGrid& grid, const std::vector<std::string>& names,
+                 const Output& out)
 {
   const int rows = static_cast<int>(out.history.rows.size());
-  if (out.history.names != names || out.result.size() != m.check.size() || out.row_written < -1 || out.row_written >= rows) return false;
+  if (out.history.names != names || out.result.size() != m.check.size() || out.row_written < -1 ||
+      out.row_written >= rows)
+    return false;
   for (const RealVec& row : out.history.rows)
     if (row.size() != names.size()) return false;
   for (const VtkSeries& s : out.series)
@@ -164,7 +175,8 @@ int continue_file(const std::string& path, long length, std::FILE*& file)
   }
   const std::uintmax_t now = std::filesystem::file_size(path, error);
   if (error || now < static_cast<std::uintmax_t>(length)) {
-    log_error("%s goes on, but its first %ld bytes are not there: bring the file back into this folder", path.c_str(), length);
+    log_error("%s goes on, but its first %ld bytes are not there: bring the file back into this folder",
+              path.c_str(), length);
     return 1;
   }
   std::filesystem::resize_file(path, static_cast<std::uintmax_t>(length), error);
@@ -177,7 +189,8 @@ int continue_file(const std::string& path, long length, std::FILE*& file)
 // ---------------------------------------------------------------------------
 // out_restart : the state between two increments, and what the output remembers
 //
-// JOB.rst is always the last one; without OVERLAY each is kept as JOB_000123.rst too. doc/developer.md, Restart
+// JOB.rst is always the last one; without OVERLAY each is kept as JOB_000123.rst too. doc/developer.md,
+// Restart
 // ---------------------------------------------------------------------------
 void out_restart(const Model& m, State& s, ActiveGrid& grid, bool now, Output& out)
 {
@@ -231,19 +244,24 @@ int out_reopen(const Model& m, const Elements& el, Archive& f, State& s, ActiveG
   Lengths length;
   io_content(f, length, s, grid, out);
   if (!f.good || f.at != f.bytes.size()) {
-    log_error("the restart file has another content than this program expects: another build of mpfe has written it");
+    log_error("the restart file has another content than this program expects: another build of mpfe has "
+              "written it");
     return 1;
   }
   const char* fault = state_fault(m, begin, s);
   if (!fault && !output_fits(m, grid, names, out)) fault = "history and checks";
   if (fault) {
-    log_error("the restart file does not fit this model (%s): it is damaged, although its checksum is right; take an earlier one", fault);
+    log_error("the restart file does not fit this model (%s): it is damaged, although its checksum is right; "
+              "take an earlier one",
+              fault);
     return 1;
   }
   if (!first) return 0;
   out.chk = out_file_open(out.base + ".chk");
-  if (continue_file(out.base + ".dat", length.dat, out.dat) + continue_file(out.base + ".ero", length.ero, out.ero) +
-      continue_file(out.base + ".frag", length.frag, out.frag)) return 1;
+  if (continue_file(out.base + ".dat", length.dat, out.dat) +
+      continue_file(out.base + ".ero", length.ero, out.ero) +
+      continue_file(out.base + ".frag", length.frag, out.frag))
+    return 1;
   history_open(out);
   const int every = std::max(1, m.history_out.frequency);
   for (int row = 0; row <= out.row_written; row += every) history_write(out, row);

@@ -29,7 +29,8 @@ struct Range {
 void print_box(std::FILE* file, const char* what, const Box& box, int dim)
 {
   std::fprintf(file, "  %-16s", what);
-  for (int i = 0; i < dim; ++i) std::fprintf(file, "%s%c %g ... %g", i ? ", " : "", 'x' + i, box.lo[i], box.hi[i]);
+  for (int i = 0; i < dim; ++i)
+    std::fprintf(file, "%s%c %g ... %g", i ? ", " : "", 'x' + i, box.lo[i], box.hi[i]);
   std::fprintf(file, "\n");
 }
 
@@ -96,7 +97,8 @@ void print_mesh(std::FILE* file, const Model& m, const Elements& el)
   std::fprintf(file, "  nodes           %d\n", m.mesh.nnode());
   for (int t = 0; t < ELEM_TYPES; ++t)
     if (count[t]) std::fprintf(file, "  elements        %d %s\n", count[t], elem_table[t].name);
-  if (points) std::fprintf(file, "  cells           %d elements of the deck that are no finite elements\n", points);
+  if (points)
+    std::fprintf(file, "  cells           %d elements of the deck that are no finite elements\n", points);
   Box box;
   for (int n = 0; n < m.mesh.nnode(); ++n) box.add(&m.mesh.X[3 * n], m.dim);
   print_box(file, "nodes lie in", box, m.dim);
@@ -133,7 +135,8 @@ void print_sections(std::FILE* file, const Model& m, const Elements& el)
       ++elements;
     }
     const Material& mat = m.material[section.material];
-    std::fprintf(file, "  section %-7s of %s: %d elements", m.elset[section.elset].name.c_str(), mat.name.c_str(), elements);
+    std::fprintf(file, "  section %-7s of %s: %d elements", m.elset[section.elset].name.c_str(),
+                 mat.name.c_str(), elements);
     if (m.dim == 2) std::fprintf(file, ", thickness %g", section.thickness);
     std::fprintf(file, ", volume %.9g, mass %.9g\n", volume, volume * mat.density);
   }
@@ -142,8 +145,8 @@ void print_sections(std::FILE* file, const Model& m, const Elements& el)
 void print_bodies(std::FILE* file, const Model& m, const Points& pts)
 {
   if (pts.npoint == 0) return;
-  std::fprintf(file, "  points          %d with %d corners, %zu faces on the boundary\n", pts.npoint, pts.ncorner,
-               pts.boundary.size());
+  std::fprintf(file, "  points          %d with %d corners, %zu faces on the boundary\n", pts.npoint,
+               pts.ncorner, pts.boundary.size());
   for (std::size_t i = 0; i < m.body.size(); ++i) {
     double volume = 0.0, mass = 0.0;
     int count = 0;
@@ -155,8 +158,9 @@ void print_bodies(std::FILE* file, const Model& m, const Points& pts)
       mass += pts.mass[p];
       for (int a = 0; a < pts.conn.count(p); ++a) box.add(&pts.Xc[pts.conn.begin(p)[a] * m.dim], m.dim);
     }
-    std::fprintf(file, "  body %-10s of %s: %d points, grid field %d, volume %.9g, mass %.9g\n", m.body[i].name.c_str(),
-                 m.material[m.body[i].material].name.c_str(), count, m.body[i].field, volume, mass);
+    std::fprintf(file, "  body %-10s of %s: %d points, grid field %d, volume %.9g, mass %.9g\n",
+                 m.body[i].name.c_str(), m.material[m.body[i].material].name.c_str(), count, m.body[i].field,
+                 volume, mass);
     if (count) print_box(file, "  lies in", box, m.dim);
   }
 }
@@ -172,7 +176,8 @@ void print_bonds(std::FILE* file, const Model& m, const Bonds& bonds)
       ++(bonds.intermediate[b] ? between : nodal);
       area += bonds.area[b];
     }
-    std::fprintf(file, "  bond %-10s %d nodal, %d intermediate, area %g", m.bond[i].name.c_str(), nodal, between, area);
+    std::fprintf(file, "  bond %-10s %d nodal, %d intermediate, area %g", m.bond[i].name.c_str(), nodal,
+                 between, area);
     const double penalty = first >= 0 && bonds.area[first] > 0.0 ? bonds.cn[first] / bonds.area[first] : 0.0;
     const double young = bond_young(m, m.bond[i]);
     if (penalty > 0.0) std::fprintf(file, ", penalty %g", penalty);
@@ -185,7 +190,8 @@ void print_bonds(std::FILE* file, const Model& m, const Bonds& bonds)
 void print_materials(std::FILE* file, const Model& m)
 {
   for (const Material& mat : m.material) {
-    std::fprintf(file, "  material %-6s E %g, nu %g, density %g", mat.name.c_str(), mat.young, mat.poisson, mat.density);
+    std::fprintf(file, "  material %-6s E %g, nu %g, density %g", mat.name.c_str(), mat.young, mat.poisson,
+                 mat.density);
     if (wave_speed(mat) > 0.0) std::fprintf(file, ", pressure waves %.6g", wave_speed(mat));
     std::fprintf(file, "%s\n", mat.used ? "" : " (not used)");
   }
@@ -207,7 +213,8 @@ void print_wave_travel(std::FILE* file, const Model& m, const Elements& el, cons
     std::fprintf(file, "\n");
     const double crossed = edge.hi > 0.0 ? c * m.step[i].dt / edge.lo : 0.0;
     if (!m.fracture.empty() && crossed > 5.0)
-      log_warn("step %zu: a wave crosses %.3g elements in an increment, so what waves break is not resolved; dt = %.3g carries it over one",
+      log_warn("step %zu: a wave crosses %.3g elements in an increment, so what waves break is not resolved; "
+               "dt = %.3g carries it over one",
                i + 1, crossed, m.step[i].dt / crossed);
   }
 }
@@ -234,7 +241,8 @@ void print_sets(std::FILE* file, const Model& m)
 // ---------------------------------------------------------------------------
 // out_model_summary : what the deck became: counts, boxes, volumes, masses, wave speeds, penalties
 // ---------------------------------------------------------------------------
-void out_model_summary(std::FILE* file, const Model& m, const Elements& el, const Points& pts, const Bonds& bonds)
+void out_model_summary(std::FILE* file, const Model& m, const Elements& el, const Points& pts,
+                       const Bonds& bonds)
 {
   std::fprintf(file, "\nMODEL  %d dimensions, %zu steps, %zu checks\n", m.dim, m.step.size(), m.check.size());
   print_mesh(file, m, el);

@@ -20,7 +20,8 @@ void add_fields(CellFields& c, const double sig[6], double energy, double det)
 
 double det_F(const double F[9])
 {
-  return F[0] * (F[4] * F[8] - F[5] * F[7]) - F[1] * (F[3] * F[8] - F[5] * F[6]) + F[2] * (F[3] * F[7] - F[4] * F[6]);
+  return F[0] * (F[4] * F[8] - F[5] * F[7]) - F[1] * (F[3] * F[8] - F[5] * F[6]) +
+         F[2] * (F[3] * F[7] - F[4] * F[6]);
 }
 
 void write_fields(VtkFile& f, const CellFields& c, int dim)
@@ -210,7 +211,8 @@ void write_mp(const Model& m, const State& s, const Fragments& fragments, Output
 void bond_force(const State& s, int dim, int b, double force[3])
 {
   double C[9];
-  if (s.bonds.field[b] == SIDE_CONTACT) {                     // contact: pressure along the normal, and friction
+  // contact: pressure along the normal, and friction
+  if (s.bonds.field[b] == SIDE_CONTACT) {
     const double p = std::min(s.bonds.cn[b] * s.n.slip[b * dim] + s.n.lambda_n[b], 0.0);
     for (int i = 0; i < dim; ++i) force[i] = p * s.bonds.normal[b * dim + i] + s.n.lambda[b * dim + i];
     return;
@@ -234,7 +236,8 @@ void write_bonds(const Model& m, const State& s, Output& out)
   for (int b = 0; b < n; ++b) {
     double f[3];
     for (int i = 0; i < m.dim; ++i) u[b * m.dim + i] -= s.bonds.X[3 * b + i];
-    if (s.bonds.field[b] == SIDE_CONTACT) {                   // contact: the penetration along the normal; kind 2 open, 3 closed
+    // contact: the penetration along the normal; kind 2 open, 3 closed
+    if (s.bonds.field[b] == SIDE_CONTACT) {
       const double g = std::min(s.n.slip[b * m.dim], 0.0);
       kind[b] = s.bonds.cn[b] * s.n.slip[b * m.dim] + s.n.lambda_n[b] < 0.0 ? 3 : 2;
       for (int i = 0; i < m.dim; ++i) slip[b * m.dim + i] = g * s.bonds.normal[b * m.dim + i];
@@ -263,7 +266,8 @@ void write_bonds(const Model& m, const State& s, Output& out)
 
 void cell_corners(const Grid& g, int dim, long key, RealVec& x)
 {
-  const int corner[8][3] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};
+  const int corner[8][3] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0},
+                            {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};
   double low[3];
   grid_cell_place(g, dim, key, low);
   for (int a = 0; a < (dim == 3 ? 8 : 4); ++a)
@@ -302,8 +306,8 @@ void out_vtk_series(const std::string& path, const VtkSeries& series)
   std::FILE* file = out_file_open(path);
   std::fprintf(file, "{\n  \"file-series-version\" : \"1.0\",\n  \"files\" : [\n");
   for (std::size_t i = 0; i < series.file.size(); ++i)
-    std::fprintf(file, "    { \"name\" : \"%s\", \"time\" : %.16g }%s\n", series.file[i].c_str(), series.time[i],
-                 i + 1 < series.file.size() ? "," : "");
+    std::fprintf(file, "    { \"name\" : \"%s\", \"time\" : %.16g }%s\n", series.file[i].c_str(),
+                 series.time[i], i + 1 < series.file.size() ? "," : "");
   std::fprintf(file, "  ]\n}\n");
   out_file_close(file, path);
 }

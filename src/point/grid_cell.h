@@ -44,7 +44,8 @@ inline long node_key(const Grid& g, int dim, int field, const int* at)
 
 inline long cell_key(const Grid& g, int dim, int field, const int* at)
 {
-  const long cell = at[0] + static_cast<long>(g.n[0]) * (at[1] + (dim == 3 ? static_cast<long>(g.n[1]) * at[2] : 0L));
+  const long cell = at[0] +
+                    static_cast<long>(g.n[0]) * (at[1] + (dim == 3 ? static_cast<long>(g.n[1]) * at[2] : 0L));
   return field * grid_cells(g, dim) + cell;
 }
 

@@ -17,11 +17,13 @@ struct ActiveGrid {
   int nnode = 0;               // unknown grid nodes
   int ncell = 0;               // cells that hold a corner or the centre of a point
   int nweak = 0;               // touched nodes that follow others (extended basis)
-  int nlone = 0;               // weak nodes without a good cell near: unknowns, or those with next to no support follow strong ones
-  std::vector<long> key;       // [nnode] field * (nodes of the grid) + node number, ascending; key_own + c: corner c of a loose point
+  // weak nodes without a good cell near: unknowns, or those with next to no support follow strong ones
+  int nlone = 0;
+  // [nnode] field * (nodes of the grid) + node number, ascending; key_own + c: corner c of a loose point
+  std::vector<long> key;
   std::vector<long> cell;      // [ncell] field * (cells of the grid) + cell number, ascending
-  // lists of grid nodes; those of corners and points also hold nodes n of the mesh as -1 - n, and once the rows are known as
-  // (row of n) - (number of rows of nodes), which is negative too
+  // lists of grid nodes; those of corners and points also hold nodes n of the mesh as -1 - n, and once the
+  // rows are known as (row of n) - (number of rows of nodes), which is negative too
   ListTable corner;            // [ncorner] unknown grid nodes that a corner follows
   RealVec corner_w;            // [corner.item] weights, sum 1
   ListTable point;             // [npoint] unknown grid nodes of a point
@@ -30,7 +32,8 @@ struct ActiveGrid {
   ListTable bond;              // [nbond] unknown grid nodes of side B, empty for the ground
   RealVec bond_w;
   ListTable ghost;             // [nghost] unknown grid nodes that a place on a face between cells ties
-  RealVec ghost_w;             // [ghost.item] jump of the gradient normal to the face, times the size of a cell
+  // [ghost.item] jump of the gradient normal to the face, times the size of a cell
+  RealVec ghost_w;
   RealVec ghost_k, ghost_m;    // [nghost] force/length, mass: of that jump
 };
 
@@ -38,11 +41,14 @@ struct ActiveGrid {
 long grid_nodes(const Grid& g, int dim);
 long grid_cells(const Grid& g, int dim);
 
-// grid_unknown_place : position of an unknown of g: of the grid node, or of the corner at t(n) that has unknowns of its own and is not of
-// a loose point (1e300 then), which conditions on planes of the grid hold like a node; uc [ncorner*dim]
-void grid_unknown_place(const Model& m, const Points& pts, const RealVec& uc, const ActiveGrid& g, int node, double x[3]);
+// grid_unknown_place : position of an unknown of g: of the grid node, or of the corner at t(n) that has
+// unknowns of its own and is not of a loose point (1e300 then), which conditions on planes of the grid hold
+// like a node; uc [ncorner*dim]
+void grid_unknown_place(const Model& m, const Points& pts, const RealVec& uc, const ActiveGrid& g, int node,
+                        double x[3]);
 
-// grid_node_place, grid_cell_place : position of a node (1e300: corner of a loose point), lower corner of a cell, from a key
+// grid_node_place, grid_cell_place : position of a node (1e300: corner of a loose point), lower corner of a
+// cell, from a key
 void grid_node_place(const Grid& g, int dim, long key, double x[3]);
 void grid_cell_place(const Grid& g, int dim, long key, double x[3]);
 
@@ -61,50 +67,58 @@ struct CornerShare {
   RealVec weight;              // and their weights, sum 1
 };
 
-// point_convert : the lattice of element e becomes points of a body, added to pts with parent e. Corners at nodes that neighbours
-// have made already are shared; those between nodes, which no bond held to the element, are not (7.9)
+// point_convert : the lattice of element e becomes points of a body, added to pts with parent e. Corners at
+// nodes that neighbours have made already are shared; those between nodes, which no bond held to the element,
+// are not (7.9)
 void point_convert(const Model& m, int body, int e, CornerShare& share, Points& pts);
 
-// point_sample : G and V0 of the points of element e belong to the Gauss places of the element (at_gauss; quadrilaterals and bricks),
-// or are the means over their domains                                                            doc/theory.md (7.19), (3.2) - (3.4)
+// point_sample : G and V0 of the points of element e belong to the Gauss places of the element (at_gauss;
+// quadrilaterals and bricks), or are the means over their domains                                            
+// doc/theory.md (7.19), (3.2) - (3.4)
 void point_sample(const Model& m, int e, bool at_gauss, Points& pts);
 
-// point_loosen : points get corners of their own, copies of those they shared; of the elements that they were, neighbours that
-// convert later share no corner any more
+// point_loosen : points get corners of their own, copies of those they shared; of the elements that they
+// were, neighbours that convert later share no corner any more
 void point_loosen(const IntVec& which, int dim, CornerShare& share, Points& pts);
 
 // point_surfaces : boundary of all bodies, and the faces of surfaces on them. Returns the number of errors.
 int point_surfaces(const Model& m, Points& pts);
 
-// grid_activate : cells and nodes that corners, displaced by uc [ncorner*dim], and bonds at xb [nbond*dim] touch,
-// weights of corners, points and bonds, extended basis. doc/theory.md (3.8) - (3.12)
+// grid_activate : cells and nodes that corners, displaced by uc [ncorner*dim], and bonds at xb [nbond*dim]
+// touch, weights of corners, points and bonds, extended basis. doc/theory.md (3.8) - (3.12)
 // OUTSIDE_GRID: *worst is the corner (>= 0) or -1 - bond
-Status grid_activate(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& uc, const RealVec& xb,
-                     ActiveGrid& g, int* worst);
+Status grid_activate(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& uc,
+                     const RealVec& xb, ActiveGrid& g, int* worst);
 
-// grid_ghost : ghost stabilisation of the active cells, on node, the keys of touched nodes, ascending.     doc/theory.md (3.16)
-void grid_ghost(const Model& m, const Points& pts, const RealVec& uc, const std::vector<long>& node, ActiveGrid& g);
+// grid_ghost : ghost stabilisation of the active cells, on node, the keys of touched nodes,
+// ascending.  doc/theory.md (3.16)
+void grid_ghost(const Model& m, const Points& pts, const RealVec& uc, const std::vector<long>& node,
+                ActiveGrid& g);
 
-// point_corner_force : internal force of the points in mine on their corners, from displacements and degradation at t(n), t(n+1)
+// point_corner_force : internal force of the points in mine on their corners, from displacements and
+// degradation at t(n), t(n+1)
 //   out fc [ncorner*dim] added to;  BAD_JACOBIAN: *worst is the point
-Status point_corner_force(const Model& m, const Points& pts, const std::vector<MatLaw>& law, const KernelMode& mode,
-                          const Level& l0, const Level& l1, const IntVec& mine, RealVec& fc, int* worst);
+Status point_corner_force(const Model& m, const Points& pts, const std::vector<MatLaw>& law,
+                          const KernelMode& mode, const Level& l0, const Level& l1, const IntVec& mine,
+                          RealVec& fc, int* worst);
 
 // point_tangent : tangent of point p for its grid nodes, pairs a >= b [pairs][dim*dim]; work: scratch
 void point_tangent(const Model& m, const Points& pts, const std::vector<MatLaw>& law, const KernelMode& mode,
                    const Level& l0, const Level& l1, const ActiveGrid& g, int p, RealVec& work, double* ke);
 
-// point_tangent_pack : the same for PACK intact points of one body, with as many grid nodes, POINT_PACK_NODES at most;
-// ke [pairs][dim*dim][PACK], aligned as Pack
+// point_tangent_pack : the same for PACK intact points of one body, with as many grid nodes, POINT_PACK_NODES
+// at most; ke [pairs][dim*dim][PACK], aligned as Pack
 const int POINT_PACK_NODES = 12;
-void point_tangent_pack(int dim, const Points& pts, const std::vector<MatLaw>& law, const KernelMode& mode, const RealVec& uc0,
-                        const RealVec& uc1, const ActiveGrid& g, const int* point, double* ke);
+void point_tangent_pack(int dim, const Points& pts, const std::vector<MatLaw>& law, const KernelMode& mode,
+                        const RealVec& uc0, const RealVec& uc1, const ActiveGrid& g, const int* point,
+                        double* ke);
 
-// point_add_mass : adds the mass of the domains from the first-th on at their corners, sum_d m_cd; at: place of its masses in
-// Points::mc;  mass [ncorner]
+// point_add_mass : adds the mass of the domains from the first-th on at their corners, sum_d m_cd; at: place
+// of its masses in Points::mc;  mass [ncorner]
 void point_add_mass(const Points& pts, int first, size_t at, RealVec& mass);
 
-// point_corner_in_element : shape functions of element e at the place of corner c at t = 0; false when it is not found
+// point_corner_in_element : shape functions of element e at the place of corner c at t = 0; false when it is
+// not found
 bool point_corner_in_element(const Model& m, const Points& pts, int e, int c, double* N);
 
 // point_corner_momentum : q_c = sum_d m_cd v_d over the domains of list, ascending          [ncorner*dim]

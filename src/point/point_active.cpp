@@ -28,8 +28,8 @@ void sort_unique(std::vector<long>& v)
   v.erase(std::unique(v.begin(), v.end()), v.end());
 }
 
-// The different keys of a list, ascending, and their numbers. Keys of the grid that lie close together are counted in a table
-// over their range, which is faster than sorting them.
+// The different keys of a list, ascending, and their numbers. Keys of the grid that lie close together are
+// counted in a table over their range, which is faster than sorting them.
 struct KeyNumbers {
   std::vector<long> key;
   long low = 0;
@@ -98,7 +98,8 @@ struct Touched {
   ListTable& list;
   RealVec& w;
   int n = 0, places = 0;
-  Touched(int most, int width, std::vector<long>& k, ListTable& l, RealVec& weight) : key(k), list(l), w(weight)
+  Touched(int most, int width, std::vector<long>& k, ListTable& l, RealVec& weight)
+      : key(k), list(l), w(weight)
   {
     key.resize(static_cast<size_t>(most) * width);
     w.resize(key.size());
@@ -154,7 +155,8 @@ void follow_corners(const Points& pts, int nnode, ActiveGrid& g)
   g.corner_w.swap(out_w);
 }
 
-// 1. cells and nodes under every corner and bond: their keys, ascending, and lists and weights in these numbers
+// 1. cells and nodes under every corner and bond: their keys, ascending, and lists and weights in these
+// numbers
 template <int D>
 Status touch(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& uc, const RealVec& xb,
              std::vector<long>& node, ActiveGrid& g, int* worst)
@@ -275,14 +277,15 @@ struct Extend {
   RealVec w;
 };
 
-// does a cell c touch all planes of *GRID BOUNDARY that the node lies on? Then the node follows nodes of the plane alone,
-// and what is prescribed there holds for it too
+// does a cell c touch all planes of *GRID BOUNDARY that the node lies on? Then the node follows nodes of the
+// plane alone, and what is prescribed there holds for it too
 bool keeps_planes(const Model& m, const int* at, const int* c)
 {
   for (const GridBc& b : m.grid_bc) {
     const Grid& g = m.grid;
     const double plane = (b.position - g.lo[b.axis]) / g.h[b.axis];
-    if (std::fabs(plane - at[b.axis]) < 1e-6 && c[b.axis] != at[b.axis] && c[b.axis] != at[b.axis] - 1) return false;
+    if (std::fabs(plane - at[b.axis]) < 1e-6 && c[b.axis] != at[b.axis] && c[b.axis] != at[b.axis] - 1)
+      return false;
   }
   return true;
 }
@@ -306,7 +309,8 @@ bool extend_node(const Model& m, const std::vector<long>& cells, const std::vect
         bool good = true;
         for (int d = 0; d < dim; ++d) good = good && c[d] >= 0 && c[d] < g.n[d];
         if (!good || find_key(cells, cell_key(g, dim, field, c)) < 0) continue;
-        const double dist = (i + 0.5) * (i + 0.5) + (j + 0.5) * (j + 0.5) + (dim == 3 ? (k + 0.5) * (k + 0.5) : 0.0);
+        const double dist = (i + 0.5) * (i + 0.5) + (j + 0.5) * (j + 0.5) +
+                            (dim == 3 ? (k + 0.5) * (k + 0.5) : 0.0);
         if (dist > best || !keeps_planes(m, at, c)) continue;
         const double mid[3] = {0.5, 0.5, 0.5};
         each_node(g, dim, field, c, mid, [&](long n, double) {
@@ -335,9 +339,10 @@ bool extend_node(const Model& m, const std::vector<long>& cells, const std::vect
   return !chosen.empty();
 }
 
-// The nearest strong nodes; ties share. For nodes with so little mass that as unknowns they make the mass singular to rounding, and
-// that the planes of *GRID BOUNDARY do not matter.
-bool follow_nearest(const Model& m, const std::vector<long>& key, const std::vector<char>& strong, int weak, Extend& out)
+// The nearest strong nodes; ties share. For nodes with so little mass that as unknowns they make the mass
+// singular to rounding, and that the planes of *GRID BOUNDARY do not matter.
+bool follow_nearest(const Model& m, const std::vector<long>& key, const std::vector<char>& strong, int weak,
+                    Extend& out)
 {
   const Grid& g = m.grid;
   int at[3];
@@ -362,8 +367,8 @@ bool follow_nearest(const Model& m, const std::vector<long>& key, const std::vec
 }
 
 // 4. number the unknown nodes and say what each touched node follows
-void find_extension(const Model& m, const std::vector<long>& key, const std::vector<char>& strong, const RealVec& support, ActiveGrid& g,
-                    Extend& ext)
+void find_extension(const Model& m, const std::vector<long>& key, const std::vector<char>& strong,
+                    const RealVec& support, ActiveGrid& g, Extend& ext)
 {
   const double tiny = 1e-2;    // support of a node that may not be an unknown
   const int n = static_cast<int>(key.size());
@@ -425,7 +430,8 @@ void compose(const Extend& ext, int nnode, ListTable& list, RealVec& list_w)
   list_w.swap(out_w);
 }
 
-// Nodes of the mesh, whose keys are the last ones, are no unknowns of the grid: their numbers become -1 - node
+// Nodes of the mesh, whose keys are the last ones, are no unknowns of the grid: their numbers become -1 -
+// node
 void name_mesh_nodes(ActiveGrid& g)
 {
   const int n = static_cast<int>(std::lower_bound(g.key.begin(), g.key.end(), key_node) - g.key.begin());
@@ -437,7 +443,8 @@ void name_mesh_nodes(ActiveGrid& g)
 }
 
 template <int D>
-Status activate(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& uc, const RealVec& xb, ActiveGrid& g, int* worst)
+Status activate(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& uc, const RealVec& xb,
+                ActiveGrid& g, int* worst)
 {
   std::vector<long> node;
   const Status status = touch<D>(m, pts, bonds, uc, xb, node, g, worst);
@@ -449,7 +456,8 @@ Status activate(const Model& m, const Points& pts, const Bonds& bonds, const Rea
   RealVec support;
   point_lists<D>(pts, static_cast<int>(node.size()), g, support);
   std::vector<char> strong(node.size());
-  for (size_t r = 0; r < node.size(); ++r) strong[r] = node[r] >= key_own || (support[r] >= m.grid.weak && support[r] > 0.0);
+  for (size_t r = 0; r < node.size(); ++r)
+    strong[r] = node[r] >= key_own || (support[r] >= m.grid.weak && support[r] > 0.0);
   g.nweak = static_cast<int>(std::count(strong.begin(), strong.end(), 0));
   g.nlone = 0;
   grid_ghost(m, pts, uc, node, g);
@@ -492,7 +500,8 @@ void grid_node_place(const Grid& g, int dim, long key, double x[3])
   for (int i = 0; i < 3; ++i) x[i] = i < dim ? g.lo[i] + g.h[i] * at[i] : 0.0;
 }
 
-void grid_unknown_place(const Model& m, const Points& pts, const RealVec& uc, const ActiveGrid& g, int node, double x[3])
+void grid_unknown_place(const Model& m, const Points& pts, const RealVec& uc, const ActiveGrid& g, int node,
+                        double x[3])
 {
   grid_node_place(m.grid, m.dim, g.key[node], x);
   const long c = g.key[node] - key_own;
@@ -507,8 +516,9 @@ void grid_cell_place(const Grid& g, int dim, long key, double x[3])
   for (int i = 0; i < 3; ++i) x[i] = i < dim ? g.lo[i] + g.h[i] * at[i] : 0.0;
 }
 
-Status grid_activate(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& uc, const RealVec& xb,
-                     ActiveGrid& g, int* worst)
+Status grid_activate(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& uc,
+                     const RealVec& xb, ActiveGrid& g, int* worst)
 {
-  return m.dim == 2 ? activate<2>(m, pts, bonds, uc, xb, g, worst) : activate<3>(m, pts, bonds, uc, xb, g, worst);
+  return m.dim == 2 ? activate<2>(m, pts, bonds, uc, xb, g, worst)
+                    : activate<3>(m, pts, bonds, uc, xb, g, worst);
 }

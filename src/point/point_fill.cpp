@@ -38,8 +38,10 @@ void add_point(Filler& f, int body, Shape shape, const int* corner)
     for (int i = 0; i < dim; ++i) X[c * dim + i] = p.Xc[corner[c] * dim + i];
   const double V = cpdi_weights(shape, X, w, G);
   if (!(V > 0.0)) {
-    log_error("body %s: a material point near (%g, %g) has a domain of volume %g: the element it fills is turned "
-              "inside out or degenerate", b.name.c_str(), X[0], X[1], V);
+    log_error(
+        "body %s: a material point near (%g, %g) has a domain of volume %g: the element it fills is turned "
+        "inside out or degenerate",
+        b.name.c_str(), X[0], X[1], V);
     ++f.errors;
     return;
   }
@@ -96,10 +98,12 @@ void box_domain(Filler& f, int body, Box& box, int i, int j, int k)
 {
   const Body& b = f.m.body[body];
   const int at[3] = {i, j, k};
-  static const int step[8][3] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};
+  static const int step[8][3] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0},
+                                 {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};
   double centre[3] = {0, 0, 0};
   for (int d = 0; d < f.m.dim; ++d) centre[d] = b.lo[d] + (at[d] + 0.5) * box.d[d];
-  if (b.fill == FILL_REGION && !accepts(b.where, centre, f.m.dim, "body", b.name, b.place, box.faults)) return;
+  if (b.fill == FILL_REGION && !accepts(b.where, centre, f.m.dim, "body", b.name, b.place, box.faults))
+    return;
   int c[8];
   for (int a = 0; a < (f.m.dim == 3 ? 8 : 4); ++a) {
     const int corner[3] = {i + step[a][0], j + step[a][1], k + step[a][2]};
@@ -114,7 +118,8 @@ void fill_box(Filler& f, int body)
   Box box;
   for (int i = 0; i < f.m.dim; ++i) {
     const double length = b.hi[i] - b.lo[i];
-    const int cells     = b.cells[i] > 0 ? b.cells[i] : std::max(1, static_cast<int>(std::lround(length / f.m.grid.h[i])));
+    const int cells = b.cells[i] > 0 ? b.cells[i]
+                                     : std::max(1, static_cast<int>(std::lround(length / f.m.grid.h[i])));
     box.n[i] = cells * b.per_cell;
     box.d[i] = length / box.n[i];
   }
@@ -125,7 +130,8 @@ void fill_box(Filler& f, int body)
   f.errors += box.faults > 0;
 }
 
-// what the last corner made may follow: the node where it lies, or the corners at the nodes between which it lies          (7.14)
+// what the last corner made may follow: the node where it lies, or the corners at the nodes between which it
+// lies  (7.14)
 void hang(Filler& f, int e, const CornerKey& key, int total)
 {
   Points& p = f.pts;
@@ -222,13 +228,20 @@ void fill_hex(Filler& f, int body, int e)
   for (int k = 0; k < m; ++k)
     for (int j = 0; j < m; ++j)
       for (int i = 0; i < m; ++i) {
-        const int c[8] = {corner(i, j, k),     corner(i + 1, j, k),     corner(i + 1, j + 1, k),     corner(i, j + 1, k),
-                          corner(i, j, k + 1), corner(i + 1, j, k + 1), corner(i + 1, j + 1, k + 1), corner(i, j + 1, k + 1)};
+        const int c[8] = {corner(i, j, k),
+                          corner(i + 1, j, k),
+                          corner(i + 1, j + 1, k),
+                          corner(i, j + 1, k),
+                          corner(i, j, k + 1),
+                          corner(i + 1, j, k + 1),
+                          corner(i + 1, j + 1, k + 1),
+                          corner(i, j + 1, k + 1)};
         add_point(f, body, SHAPE_HEX8, c);
       }
 }
 
-// a tetrahedron is one domain (m = 1) or 8 (m = 2: four at the corners, the octahedron in the middle cut into four)
+// a tetrahedron is one domain (m = 1) or 8 (m = 2: four at the corners, the octahedron in the middle cut into
+// four)
 void fill_tet(Filler& f, int body, int e)
 {
   const Body& b = f.m.body[body];
@@ -243,7 +256,8 @@ void fill_tet(Filler& f, int body, int e)
     return;
   }
   if (b.per_cell > 2) {
-    log_error("body %s: a tetrahedron becomes 1 or 8 points: POINTS=1 or 2, not %d", b.name.c_str(), b.per_cell);
+    log_error("body %s: a tetrahedron becomes 1 or 8 points: POINTS=1 or 2, not %d", b.name.c_str(),
+              b.per_cell);
     ++f.errors;
     return;
   }
@@ -253,9 +267,11 @@ void fill_tet(Filler& f, int body, int e)
     iw[d] += 4;
     return shared_corner(f, b, e, iw, 8);
   };
-  const int m01 = mid(0, 1), m02 = mid(0, 2), m03 = mid(0, 3), m12 = mid(1, 2), m13 = mid(1, 3), m23 = mid(2, 3);
-  const int domain[8][4] = {{mid(0, 0), m01, m02, m03}, {m01, mid(1, 1), m12, m13}, {m02, m12, mid(2, 2), m23},
-                            {m03, m13, m23, mid(3, 3)}, {m01, m12, m02, m03},       {m01, m13, m12, m03},
+  const int m01 = mid(0, 1), m02 = mid(0, 2), m03 = mid(0, 3), m12 = mid(1, 2), m13 = mid(1, 3),
+            m23 = mid(2, 3);
+  const int domain[8][4] = {{mid(0, 0), m01, m02, m03}, {m01, mid(1, 1), m12, m13},
+                            {m02, m12, mid(2, 2), m23}, {m03, m13, m23, mid(3, 3)},
+                            {m01, m12, m02, m03},       {m01, m13, m12, m03},
                             {m12, m13, m23, m03},       {m02, m12, m23, m03}};
   for (const auto& c : domain) add_point(f, body, SHAPE_TET4, c);
 }
@@ -316,12 +332,13 @@ void find_boundary(Points& p)
     if (j == i + 1) p.boundary.push_back(all[i].second);
     i = j;
   }
-  std::sort(p.boundary.begin(), p.boundary.end(),
-            [](const Face& a, const Face& b) { return a.elem != b.elem ? a.elem < b.elem : a.face < b.face; });
-
+  std::sort(p.boundary.begin(), p.boundary.end(), [](const Face& a, const Face& b) {
+    return a.elem != b.elem ? a.elem < b.elem : a.face < b.face;
+  });
 }
 
-// faces of a surface on a body: all corners accepted by its expression. Returns the corners where that is no number.
+// faces of a surface on a body: all corners accepted by its expression. Returns the corners where that is no
+// number.
 int find_surface(const Model& m, const Surface& s, const Points& p, std::vector<Face>& out)
 {
   int faults = 0;
@@ -423,9 +440,10 @@ int point_surfaces(const Model& m, Points& pts)
     }
     errors += find_surface(m, m.surface[s], pts, pts.surface[s]) > 0;
     if (!pts.surface[s].empty() || m.body[m.surface[s].body].fill == FILL_CONVERSION) continue;
-    log_error("surface %s (%s line %d) holds no face of body %s: its WHERE is met by no boundary face at t = 0",
-              m.surface[s].name.c_str(), m.surface[s].place.file.c_str(), m.surface[s].place.line,
-              m.body[m.surface[s].body].name.c_str());
+    log_error(
+        "surface %s (%s line %d) holds no face of body %s: its WHERE is met by no boundary face at t = 0",
+        m.surface[s].name.c_str(), m.surface[s].place.file.c_str(), m.surface[s].place.line,
+        m.body[m.surface[s].body].name.c_str());
     ++errors;
   }
   return errors;
@@ -446,7 +464,8 @@ void point_convert(const Model& m, int body, int e, CornerShare& share, Points& 
 
 namespace {
 
-// G and V (area in 2D) of a domain with corners X from the Gauss place that its part of the element has: number of m x m (x m)   (7.19)
+// G and V (area in 2D) of a domain with corners X from the Gauss place that its part of the element has:
+// number of m x m (x m)  (7.19)
 double gauss_weights(Shape shape, const double* X, int number, int m, double* G)
 {
   const int dim = shape_info[shape].dim;
@@ -465,13 +484,16 @@ void point_sample(const Model& m, int e, bool at_gauss, Points& pts)
   const Body& b     = m.body[pts.body[first]];
   const Shape shape = static_cast<Shape>(pts.shape[first]);
   const int nen     = shape_info[shape].nen;
-  if (pts.sampled[first] == at_gauss || (shape != SHAPE_QUAD4 && shape != SHAPE_HEX8) || b.per_cell == 1) return;
+  if (pts.sampled[first] == at_gauss || (shape != SHAPE_QUAD4 && shape != SHAPE_HEX8) || b.per_cell == 1)
+    return;
   for (int p = first; p < pts.npoint && pts.parent[p] == e; ++p) {
     double X[24], w[8], G[24];
     for (int c = 0; c < nen; ++c)
       for (int i = 0; i < dim; ++i) X[c * dim + i] = pts.Xc[pts.conn.begin(p)[c] * dim + i];
-    const double V = at_gauss ? gauss_weights(shape, X, p - first, b.per_cell, G) : cpdi_weights(shape, X, w, G);
-    if (!(V > 0.0)) return point_sample(m, e, false, pts);         // so far out a distorted element is turned inside out
+    const double V = at_gauss ? gauss_weights(shape, X, p - first, b.per_cell, G)
+                              : cpdi_weights(shape, X, w, G);
+    // so far out a distorted element is turned inside out
+    if (!(V > 0.0)) return point_sample(m, e, false, pts);
     std::copy(G, G + nen * dim, &pts.G[static_cast<size_t>(pts.conn.off[p]) * dim]);
     pts.V0[p]      = V * (dim == 2 ? b.thickness : 1.0);
     pts.sampled[p] = at_gauss;

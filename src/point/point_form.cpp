@@ -22,7 +22,8 @@ ErodedLaw broken_law(const Model& m, const Points& pts, int p, double c)
   return eroded_law(m, pts.broken[p], c, &pts.normal[3 * static_cast<size_t>(p)]);
 }
 
-// calls pack(points, n) for n <= PACK intact points of one body and number of corners, repeated to PACK, and one(p) for broken ones
+// calls pack(points, n) for n <= PACK intact points of one body and number of corners, repeated to PACK, and
+// one(p) for broken ones
 template <class UsePack, class UseOne>
 void by_packs(const Points& pts, const IntVec& mine, UsePack pack, UseOne one)
 {
@@ -112,8 +113,8 @@ Status corner_force(const Model& m, const Points& pts, const std::vector<MatLaw>
 }
 
 template <int D>
-void tangent_pack(const Points& pts, const std::vector<MatLaw>& law, const KernelMode& mode, const RealVec& uc0,
-                  const RealVec& uc1, const ActiveGrid& g, const int* point, double* ke)
+void tangent_pack(const Points& pts, const std::vector<MatLaw>& law, const KernelMode& mode,
+                  const RealVec& uc0, const RealVec& uc1, const ActiveGrid& g, const int* point, double* ke)
 {
   const int n = g.point.count(point[0]);
   Pack dS[POINT_PACK_NODES * D], f[POINT_PACK_NODES * D], V0, H0[D * D] = {}, H1[D * D], Fb[D * D], S[D * D];
@@ -182,8 +183,9 @@ void tangent(const Model& m, const Points& pts, const std::vector<MatLaw>& law, 
 
 }  // namespace
 
-Status point_corner_force(const Model& m, const Points& pts, const std::vector<MatLaw>& law, const KernelMode& mode,
-                          const Level& l0, const Level& l1, const IntVec& mine, RealVec& fc, int* worst)
+Status point_corner_force(const Model& m, const Points& pts, const std::vector<MatLaw>& law,
+                          const KernelMode& mode, const Level& l0, const Level& l1, const IntVec& mine,
+                          RealVec& fc, int* worst)
 {
   return m.dim == 2 ? corner_force<2>(m, pts, law, mode, l0, l1, mine, fc, worst)
                     : corner_force<3>(m, pts, law, mode, l0, l1, mine, fc, worst);
@@ -198,8 +200,9 @@ void point_tangent(const Model& m, const Points& pts, const std::vector<MatLaw>&
     tangent<3>(m, pts, law, mode, l0, l1, g, p, work, ke);
 }
 
-void point_tangent_pack(int dim, const Points& pts, const std::vector<MatLaw>& law, const KernelMode& mode, const RealVec& uc0,
-                        const RealVec& uc1, const ActiveGrid& g, const int* point, double* ke)
+void point_tangent_pack(int dim, const Points& pts, const std::vector<MatLaw>& law, const KernelMode& mode,
+                        const RealVec& uc0, const RealVec& uc1, const ActiveGrid& g, const int* point,
+                        double* ke)
 {
   if (dim == 2) tangent_pack<2>(pts, law, mode, uc0, uc1, g, point, ke);
   else tangent_pack<3>(pts, law, mode, uc0, uc1, g, point, ke);
@@ -208,7 +211,8 @@ void point_tangent_pack(int dim, const Points& pts, const std::vector<MatLaw>& l
 std::vector<MatLaw> point_laws(const Model& m)
 {
   std::vector<MatLaw> law;
-  for (const Body& b : m.body) law.push_back(mat_law(m.material[b.material], m.dim == 2 ? b.plane : PLANE_NONE));
+  for (const Body& b : m.body)
+    law.push_back(mat_law(m.material[b.material], m.dim == 2 ? b.plane : PLANE_NONE));
   return law;
 }
 

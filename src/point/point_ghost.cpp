@@ -4,7 +4,8 @@ namespace {
 
 // what material fills the active cells
 struct CellFill {
-  RealVec E, rho, thickness;   // [ncell] largest of the points that reach into it; broken ones count with what they keep
+  // [ncell] largest of the points that reach into it; broken ones count with what they keep
+  RealVec E, rho, thickness;
   std::vector<char> boundary;  // [ncell] a neighbour is not active
 };
 
@@ -50,10 +51,13 @@ int neighbour(const Grid& g, int dim, const std::vector<long>& cell, int c, int 
   return at[axis] < 0 || at[axis] >= g.n[axis] ? -1 : find_key(cell, cell_key(g, dim, field, at));
 }
 
-// The places of Gauss on the face between cell c and the one that follows in direction axis, exact for the square of the jump.
-// Jump times h of the gradient normal to the face: sum_k N_k (u_k(before) - 2 u_k + u_k(behind)) over the nodes k of the face.
+// The places of Gauss on the face between cell c and the one that follows in direction axis, exact for the
+// square of the jump.
+// Jump times h of the gradient normal to the face: sum_k N_k (u_k(before) - 2 u_k + u_k(behind)) over the
+// nodes k of the face.
 template <int D>
-void add_face(const Model& m, const std::vector<long>& node, int c, int axis, double k, double mass, ActiveGrid& g)
+void add_face(const Model& m, const std::vector<long>& node, int c, int axis, double k, double mass,
+              ActiveGrid& g)
 {
   const int corners = 1 << (D - 1);
   const double gauss = 0.5 / std::sqrt(3.0);
@@ -111,7 +115,8 @@ void ghost(const Model& m, const Points& pts, const RealVec& uc, const std::vect
 
 }  // namespace
 
-void grid_ghost(const Model& m, const Points& pts, const RealVec& uc, const std::vector<long>& node, ActiveGrid& g)
+void grid_ghost(const Model& m, const Points& pts, const RealVec& uc, const std::vector<long>& node,
+                ActiveGrid& g)
 {
   g.ghost = ListTable();
   g.ghost_w.clear();

@@ -17,7 +17,8 @@ IntVec corners_of_parents(const Points& pts, const IntVec& which)
 void point_loosen(const IntVec& which, int dim, CornerShare& share, Points& pts)
 {
   const IntVec taken = corners_of_parents(pts, which);
-  for (auto it = share.corner.begin(); it != share.corner.end();) it = taken[it->second] ? share.corner.erase(it) : std::next(it);
+  for (auto it = share.corner.begin(); it != share.corner.end();)
+    it = taken[it->second] ? share.corner.erase(it) : std::next(it);
   for (int p : which) {
     for (int k = pts.conn.off[p]; k < pts.conn.off[p + 1]; ++k) {
       for (int i = 0; i < dim; ++i) pts.Xc.push_back(pts.Xc[pts.conn.item[k] * dim + i]);

@@ -106,7 +106,9 @@ std::vector<FacePoint> tri_lattice(int parts)
 
 std::vector<FacePoint> face_lattice(int nen, const double* x, int parts)
 {
-  std::vector<FacePoint> out = nen == 2 ? edge_lattice(parts) : nen == 3 ? tri_lattice(parts) : quad_lattice(parts);
+  std::vector<FacePoint> out = nen == 2   ? edge_lattice(parts)
+                               : nen == 3 ? tri_lattice(parts)
+                                          : quad_lattice(parts);
   double n[3], sum = 0.0;
   for (FacePoint& p : out) {
     p.share *= face_area(nen, x, p.xi, n);
@@ -148,7 +150,8 @@ std::vector<FaceSample> face_samples(int nen, const double* x, int parts)
   for (int j = 0; j < rows; ++j)
     for (int i = 0; i < (nen == 3 ? parts - j : parts); ++i)
       for (int g = 0; g < rule.n; ++g) {
-        double xi[2] = {h * (2 * i + 1 + rule.xi[g][0]) - 1.0, nen == 2 ? 0.0 : h * (2 * j + 1 + rule.xi[g][1]) - 1.0};
+        double xi[2] = {h * (2 * i + 1 + rule.xi[g][0]) - 1.0,
+                        nen == 2 ? 0.0 : h * (2 * j + 1 + rule.xi[g][1]) - 1.0};
         if (nen == 3) tri_piece(parts, i, j, false, rule.xi[g], xi);
         add_sample(nen, x, xi, rule.w[g] * (nen == 2 ? h : h * h), out);
         if (nen != 3 || i + j + 1 >= parts) continue;

@@ -1,7 +1,8 @@
 // ---------------------------------------------------------------------------
 // face.h : edges of plane cells, faces of cells in space (doc/theory.md 4, 5)
 //
-// A face is 2 nodes (edge), 3 (triangle) or 4 (quadrilateral), ordered so that its normal points out of the cell.
+// A face is 2 nodes (edge), 3 (triangle) or 4 (quadrilateral), ordered so that its normal points out of the
+// cell.
 // Local places: edge -1 ... 1, triangle xi >= 0 with sum <= 1, quadrilateral -1 ... 1.
 // ---------------------------------------------------------------------------
 #ifndef MPFE_SHAPE_FACE_H
@@ -23,7 +24,8 @@ const FaceRule& face_rule(int nen);
 // face_eval : N [nen] and, unless null, dN/dxi [nen*2]
 void face_eval(int nen, const double* xi, double* N, double* dN);
 
-// face_area : area vector per unit of the local place, outward: x [nen*3]; returns its length and, in n[3], the vector.
+// face_area : area vector per unit of the local place, outward: x [nen*3]; returns its length and, in n[3],
+// the vector.
 // In two dimensions (nen = 2) the edge has unit thickness.
 double face_area(int nen, const double* x, const double* xi, double* n);
 
@@ -41,8 +43,9 @@ struct FaceSample {
   double area  = 0.0;
 };
 
-// face_samples : every edge cut into parts, and Gauss points in each piece (edge: 2 a piece, quadrilateral: 4, triangle: 3), so that
-// constant and linear pressures give the nodal forces of the face exactly. x [nen*3] at t = 0. doc/theory.md (4.17)
+// face_samples : every edge cut into parts, and Gauss points in each piece (edge: 2 a piece, quadrilateral:
+// 4, triangle: 3), so that constant and linear pressures give the nodal forces of the face exactly. x [nen*3]
+// at t = 0. doc/theory.md (4.17)
 std::vector<FaceSample> face_samples(int nen, const double* x, int parts);
 
 // face_lattice : parts + 1 points along every edge, corners included. x [nen*3] at t = 0. doc/theory.md (4.5)

@@ -126,7 +126,8 @@ bool shape_inverse(Shape s, const double* X, const double* x, double* xi)
   for (int i = 0; i < dim; ++i) xi[i] = start;
   for (int it = 0; it < 25; ++it) {
     shape_eval(s, xi, N, dN);
-    double J[9] = {0}, inv[9], r[3] = {0, 0, 0};     // r from the first node on: digits that a far origin would cost
+    // r from the first node on: digits that a far origin would cost
+    double J[9] = {0}, inv[9], r[3] = {0, 0, 0};
     for (int a = 0; a < nen; ++a)
       for (int i = 0; i < dim; ++i) {
         r[i] += N[a] * (X[a * dim + i] - X[i]);
@@ -156,7 +157,8 @@ bool shape_inside(Shape s, const double* xi, double tolerance)
       if (N[a] < -tolerance) return false;
     return true;
   }
-  if (s == SHAPE_WEDGE6 && (xi[0] < -tolerance || xi[1] < -tolerance || xi[0] + xi[1] > 1.0 + tolerance)) return false;
+  if (s == SHAPE_WEDGE6 && (xi[0] < -tolerance || xi[1] < -tolerance || xi[0] + xi[1] > 1.0 + tolerance))
+    return false;
   for (int i = s == SHAPE_WEDGE6 ? 2 : 0; i < shape_info[s].dim; ++i)
     if (std::fabs(xi[i]) > 1.0 + tolerance) return false;
   return true;

@@ -35,7 +35,8 @@ IntVec order_metis(const SysMatrix& A)
   if (result == METIS_OK)
     pos.assign(inverse.begin(), inverse.end());
   else
-    log_warn("METIS could not order the equations (code %d): they keep their order, the solver may be slow", result);
+    log_warn("METIS could not order the equations (code %d): they keep their order, the solver may be slow",
+             result);
   return pos;
 }
 

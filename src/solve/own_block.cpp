@@ -18,7 +18,10 @@ void sort_unique(IntVec& list)
 }
 
 // what all ranks have of the list of each
-std::vector<IntVec> all_lists(const IntVec& mine) { return comm_exchange(std::vector<IntVec>(comm_size(), mine)); }
+std::vector<IntVec> all_lists(const IntVec& mine)
+{
+  return comm_exchange(std::vector<IntVec>(comm_size(), mine));
+}
 
 // adds the neighbours of the rows of each rank, which any rank may know of
 void add_neighbours(const SysMatrix& A, IntVec& row)
@@ -38,7 +41,8 @@ void add_neighbours(const SysMatrix& A, IntVec& row)
   sort_unique(row);
 }
 
-// which blocks of A each rank needs, which rows it shares with this one, and in how many of their matrices a row stands
+// which blocks of A each rank needs, which rows it shares with this one, and in how many of their matrices a
+// row stands
 void sort_blocks(const SysMatrix& A, OwnBlock& own)
 {
   IntVec count(A.nrow, 0);
@@ -159,7 +163,8 @@ void form_values(const SysMatrix& A, OwnBlock& own)
 }  // namespace
 
 // ---------------------------------------------------------------------------
-// own_form : the matrix of the rows of this rank and of their neighbours, with what all ranks add to it        (8.7)
+// own_form : the matrix of the rows of this rank and of their neighbours, with what all ranks add to
+// it  (8.7)
 //
 //   in    stamp   number of the matrix A
 //   out   own.B   these rows, numbered as in own.row; entries that couple them with others are left out
@@ -190,7 +195,8 @@ void own_gather(OwnBlock& own, const RealVec& v, RealVec& x)
   IntVec count;
   for (int rows : own.all.count) count.push_back(rows * D);
   own.gathered.resize(std::accumulate(count.begin(), count.end(), size_t(0)));
-  rows_pack(own.mine, 0, D, v, own.gathered.data() + std::accumulate(count.begin(), count.begin() + comm_rank(), size_t(0)));
+  rows_pack(own.mine, 0, D, v,
+            own.gathered.data() + std::accumulate(count.begin(), count.begin() + comm_rank(), size_t(0)));
   comm_gather(own.gathered, count);
   x.resize(own.gathered.size());
   const double* from = own.gathered.data();

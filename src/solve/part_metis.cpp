@@ -42,15 +42,17 @@ IntVec part_metis(const SysMatrix& A, const RealVec& weight, int parts)
     for (double w : weight) most = std::max(most, w);
     std::vector<idx_t> off(graph.off.begin(), graph.off.end()), item(graph.item.begin(), graph.item.end());
     std::vector<idx_t> part(A.nrow), load(A.nrow);
-    for (int I = 0; I < A.nrow; ++I) load[I] = 1 + static_cast<idx_t>(std::lround(1000.0 * weight[I] / std::max(most, 1e-300)));
+    for (int I = 0; I < A.nrow; ++I)
+      load[I] = 1 + static_cast<idx_t>(std::lround(1000.0 * weight[I] / std::max(most, 1e-300)));
     idx_t n = A.nrow, one = 1, count = parts, cut = 0, option[METIS_NOPTIONS];
     METIS_SetDefaultOptions(option);
     option[METIS_OPTION_NUMBERING] = 0;
     option[METIS_OPTION_SEED]      = 1;
-    const int result = METIS_PartGraphKway(&n, &one, off.data(), item.data(), load.data(), nullptr, nullptr, &count, nullptr,
-                                           nullptr, option, &cut, part.data());
+    const int result = METIS_PartGraphKway(&n, &one, off.data(), item.data(), load.data(), nullptr, nullptr,
+                                           &count, nullptr, nullptr, option, &cut, part.data());
     if (result == METIS_OK) return IntVec(part.begin(), part.end());
-    log_warn("METIS could not divide the rows among the ranks (code %d): they are cut in their order", result);
+    log_warn("METIS could not divide the rows among the ranks (code %d): they are cut in their order",
+             result);
   }
 #else
   (void)A;

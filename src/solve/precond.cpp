@@ -9,7 +9,8 @@
 namespace {
 
 const double LEAST_PIVOT   = 1e-6;     // of the diagonal of A; below, the incomplete factor is worthless
-const double FIRST_SHIFT   = 1e-3;     // of the diagonal, when a pivot is not positive; then ten times as much
+// of the diagonal, when a pivot is not positive; then ten times as much
+const double FIRST_SHIFT   = 1e-3;
 const double LARGEST_SHIFT = 10.0;
 
 // K = inverse of the lower Cholesky factor of the symmetric block a (i >= j is read); false: not positive
@@ -47,7 +48,10 @@ struct Diagonal {
     sys_sum(A, sum);
   }
   const double* own(int I) const { return &A.val[static_cast<size_t>(A.off[I + 1] - 1) * A.dim * A.dim]; }
-  const double* block(int I) const { return sum.empty() ? own(I) : &sum[static_cast<size_t>(I) * A.dim * A.dim]; }
+  const double* block(int I) const
+  {
+    return sum.empty() ? own(I) : &sum[static_cast<size_t>(I) * A.dim * A.dim];
+  }
   const SysMatrix& A;
   RealVec sum;
 };
@@ -69,7 +73,9 @@ bool invert_block(const double* a, double* inverse)
 
 bool invert_block(int D, const double* a, double* inverse)
 {
-  return D == 1 ? invert_block<1>(a, inverse) : D == 2 ? invert_block<2>(a, inverse) : invert_block<3>(a, inverse);
+  return D == 1   ? invert_block<1>(a, inverse)
+         : D == 2 ? invert_block<2>(a, inverse)
+                  : invert_block<3>(a, inverse);
 }
 
 // s -= a b^T, then the same with b of single precision
@@ -90,7 +96,8 @@ bool factor(const SysMatrix& A, double shift, std::vector<float>& L)
   RealVec row;
   for (int I = 0; I < A.nrow; ++I) {
     const int first = A.off[I], last = A.off[I + 1] - 1;
-    row.assign(A.val.begin() + static_cast<long>(first) * DD, A.val.begin() + static_cast<long>(last + 1) * DD);
+    row.assign(A.val.begin() + static_cast<long>(first) * DD,
+               A.val.begin() + static_cast<long>(last + 1) * DD);
     double* diag = &row[static_cast<size_t>(last - first) * DD];
     double least[D];
     for (int i = 0; i < D; ++i) {
@@ -102,7 +109,8 @@ bool factor(const SysMatrix& A, double shift, std::vector<float>& L)
       double* s   = &row[static_cast<size_t>(k - first) * DD];
       // L_IJ = (A_IJ - sum_K L_IK L_JK^T) L_JJ^-T, K < J
       for (int m = A.off[J]; m < A.off[J + 1] - 1; ++m)
-        if (place[A.col[m]] >= 0) subtract<D>(&row[static_cast<size_t>(place[A.col[m]]) * DD], &L[static_cast<size_t>(m) * DD], s);
+        if (place[A.col[m]] >= 0)
+          subtract<D>(&row[static_cast<size_t>(place[A.col[m]]) * DD], &L[static_cast<size_t>(m) * DD], s);
       const float* inv = &L[static_cast<size_t>(A.off[J + 1] - 1) * DD];
       double l[DD];
       for (int i = 0; i < D; ++i)
@@ -183,14 +191,16 @@ bool diagonal_form(const SysMatrix& A, RealVec& inverse)
   const Diagonal diagonal(A);
   inverse.resize(static_cast<size_t>(A.nrow) * A.dim * A.dim);
   for (int I = 0; I < A.nrow; ++I)
-    if (!invert_block(A.dim, diagonal.block(I), &inverse[static_cast<size_t>(I) * A.dim * A.dim])) return false;
+    if (!invert_block(A.dim, diagonal.block(I), &inverse[static_cast<size_t>(I) * A.dim * A.dim]))
+      return false;
   return true;
 }
 
 void diagonal_apply(const SysMatrix& A, const RealVec& inverse, const RealVec& r, RealVec& z)
 {
   const int D = A.dim;
-  for (int I = 0; I < A.nrow; ++I) multiply_block(D, &inverse[static_cast<size_t>(I) * D * D], &r[I * D], &z[I * D]);
+  for (int I = 0; I < A.nrow; ++I)
+    multiply_block(D, &inverse[static_cast<size_t>(I) * D * D], &r[I * D], &z[I * D]);
 }
 
 // ---------------------------------------------------------------------------
@@ -199,14 +209,16 @@ void diagonal_apply(const SysMatrix& A, const RealVec& inverse, const RealVec& r
 //   out  c   L in single precision, which halves what the memory must bring; L^-T L^-1 stays symmetric.
 //            The place of a diagonal block holds the inverse of the factor of that block.
 //
-// A pivot that is not positive asks for a larger diagonal, (1 + shift) times that of A; the shift that went well is
-// where the next form begins. false: not even the largest shift helps.
+// A pivot that is not positive asks for a larger diagonal, (1 + shift) times that of A; the shift that went
+// well is where the next form begins. false: not even the largest shift helps.
 // ---------------------------------------------------------------------------
 bool cholesky_form(const SysMatrix& A, Cholesky& c)
 {
   c.L.resize(A.val.size());
   for (;;) {
-    const bool good = A.dim == 1 ? factor<1>(A, c.shift, c.L) : A.dim == 2 ? factor<2>(A, c.shift, c.L) : factor<3>(A, c.shift, c.L);
+    const bool good = A.dim == 1   ? factor<1>(A, c.shift, c.L)
+                      : A.dim == 2 ? factor<2>(A, c.shift, c.L)
+                                   : factor<3>(A, c.shift, c.L);
     if (good) return true;
     c.shift = c.shift > 0.0 ? 10.0 * c.shift : FIRST_SHIFT;
     if (c.shift > LARGEST_SHIFT) {
@@ -254,7 +266,8 @@ bool kept_form(const SysMatrix& A, const std::vector<long>& key, Kept& k)
   return true;
 }
 
-// z = P^T F^-1 P r + inverse diagonal blocks of the rows that P leaves out: symmetric and positive definite when F is
+// z = P^T F^-1 P r + inverse diagonal blocks of the rows that P leaves out: symmetric and positive definite
+// when F is
 Status kept_apply(Solver& s, const SysMatrix& A, Kept& k, const RealVec& r, RealVec& z)
 {
   if (k.same) return solve_back(s, r, z);

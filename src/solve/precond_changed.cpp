@@ -18,9 +18,11 @@ struct GridBlock {
 
 namespace {
 
-const double CHANGED    = 0.01;      // of the stiffness of its elements: a block that differs by more belongs to the set
+// of the stiffness of its elements: a block that differs by more belongs to the set
+const double CHANGED    = 0.01;
 const size_t MOST       = 300;       // unknowns of the set
-const double SHIFT      = 1e-14;     // of a unit diagonal: rows of the grid may have no stiffness of their own
+// of a unit diagonal: rows of the grid may have no stiffness of their own
+const double SHIFT      = 1e-14;
 
 double largest(const double* a, int n)
 {
@@ -42,7 +44,9 @@ const double* block_of(const SysMatrix& A, int I, int J)
 // the same, looked for at place next first; next is set behind what was found
 const double* block_at(const SysMatrix& A, int I, int J, int& next)
 {
-  const double* found = next < A.off[I + 1] && A.col[next] == J ? &A.val[static_cast<size_t>(next) * A.dim * A.dim] : block_of(A, I, J);
+  const double* found = next < A.off[I + 1] && A.col[next] == J
+                            ? &A.val[static_cast<size_t>(next) * A.dim * A.dim]
+                            : block_of(A, I, J);
   if (found) next = static_cast<int>((found - A.val.data()) / (A.dim * A.dim)) + 1;
   return found;
 }
@@ -62,7 +66,8 @@ bool whole_block(const SysMatrix& A, int I, int J, double* out)
   return true;
 }
 
-// stiffness of the elements at a row: its largest coupling with another one. The diagonal may be that of stiff bonds.   [nfe]
+// stiffness of the elements at a row: its largest coupling with another one. The diagonal may be that of
+// stiff bonds.   [nfe]
 void element_size(const SysMatrix& A, int nfe, RealVec& size)
 {
   const int DD = A.dim * A.dim;
@@ -98,7 +103,8 @@ bool grid_factor(const SysMatrix& A, int first, GridBlock& g)
         for (int j = 0; j < D; ++j) {
           if (I == J && j > i) continue;
           const int row = (I - first) * D + i, col = (J - first) * D + j;
-          entry.emplace_back(row, col, A.val[static_cast<size_t>(k) * D * D + i * D + j] * g.scale[row] * g.scale[col]);
+          entry.emplace_back(row, col,
+                             A.val[static_cast<size_t>(k) * D * D + i * D + j] * g.scale[row] * g.scale[col]);
         }
     }
   for (int i = 0; i < n; ++i) entry.emplace_back(i, i, SHIFT);
@@ -173,7 +179,8 @@ void take_grid(const SysMatrix& A, GridBlock& g, const IntVec& set, RealVec& C)
 
 using Dense = Eigen::Map<Eigen::MatrixXd>;
 
-// rows of elements today in the old matrix, and the reverse; rows that have left belong to the set. false: one is new
+// rows of elements today in the old matrix, and the reverse; rows that have left belong to the set. false:
+// one is new
 bool match_rows(const std::vector<long>& key, int nfe, Changed& c, std::vector<char>& in)
 {
   c.old.resize(nfe);
@@ -196,7 +203,8 @@ void find_changed(const SysMatrix& A, int nfe, Changed& c, std::vector<char>& in
   RealVec size;
   element_size(A, nfe, size);
   RealVec stiffness(c.nfe);
-  for (int J = 0; J < c.nfe; ++J) stiffness[J] = c.now[J] >= 0 ? std::min(size[c.now[J]], c.size[J]) : c.size[J];
+  for (int J = 0; J < c.nfe; ++J)
+    stiffness[J] = c.now[J] >= 0 ? std::min(size[c.now[J]], c.size[J]) : c.size[J];
   const auto compare = [&](int I, int K, const double* today, const double* before) {      // old rows
     double most = 0.0;
     for (int i = 0; i < DD; ++i)
@@ -232,8 +240,9 @@ void find_changed(const SysMatrix& A, int nfe, Changed& c, std::vector<char>& in
   }
 }
 
-// columns of the inverse of the old matrix for rows that are new in the set, and the inverse of their rows in the set. They are kept in
-// single precision, since reading them is a third of an application; the set itself, and what CG compares with, is double
+// columns of the inverse of the old matrix for rows that are new in the set, and the inverse of their rows in
+// the set. They are kept in single precision, since reading them is a third of an application; the set
+// itself, and what CG compares with, is double
 Status add_columns(Solver& s, Changed& c, const IntVec& rows)
 {
   const int D = c.A0.dim, count = static_cast<int>(rows.size()) * D;
@@ -331,11 +340,13 @@ void changed_begin(const SysMatrix& A, const std::vector<long>& key, int nfe, Ch
 }
 
 // ---------------------------------------------------------------------------
-// changed_form : the set of rows in which A differs from the matrix that was factorised, and their dense matrix       (8.9)
+// changed_form : the set of rows in which A differs from the matrix that was factorised, and their dense
+// matrix  (8.9)
 //
 // false: too many, or a matrix is not positive
 // ---------------------------------------------------------------------------
-bool changed_form(Solver& s, const SysMatrix& A, const std::vector<long>& key, int nfe, long stamp, Changed& c)
+bool changed_form(Solver& s, const SysMatrix& A, const std::vector<long>& key, int nfe, long stamp,
+                  Changed& c)
 {
   if (!c.on || c.stamp == stamp) return c.on;
   std::vector<char> in(c.nfe, 0);
@@ -358,7 +369,8 @@ bool changed_form(Solver& s, const SysMatrix& A, const std::vector<long>& key, i
 // ---------------------------------------------------------------------------
 Status changed_apply(Solver& s, const SysMatrix& A, Changed& c, const RealVec& r, RealVec& z)
 {
-  const int D = A.dim, m = static_cast<int>(c.set.size()) * D, nfe = static_cast<int>(c.old.size()), nf = nfe * D;
+  const int D = A.dim, m = static_cast<int>(c.set.size()) * D, nfe = static_cast<int>(c.old.size()),
+            nf = nfe * D;
   const size_t neq = static_cast<size_t>(c.A0.neq());
   // 1. the grid leaves
   RealVec rf(r.begin(), r.begin() + nf), rg(r.begin() + nf, r.end());

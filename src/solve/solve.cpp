@@ -13,9 +13,9 @@
 
 namespace {
 
-const int SMALL     = 2000;    // equations
 const double BLAS_BUFFER = 150.0;    // MB
-const double NARROW = 2e6;     // operations of the skyline, half a millisecond; MUMPS takes a quarter of one for nothing
+// operations of the skyline, half a millisecond; MUMPS takes a quarter of one for nothing
+const double NARROW = 2e6;
 
 #ifdef MPFE_MUMPS
 bool by_mumps(const Solver& s) { return s.kind == SOLVER_MUMPS && !s.data->narrow; }
@@ -27,7 +27,9 @@ bool regular(const Solver& s) { return s.masses || s.hold < 0; }
 // a small matrix with a narrow profile: the skyline is faster than MUMPS begins
 bool narrow_analyse(Solver& s, const SysMatrix& A)
 {
-  if (s.kind != SOLVER_MUMPS || s.def.kind == SOLVER_MUMPS || !regular(s) || s.data->unfit || A.neq() >= SMALL || comm_size() > 1) return false;
+  if (s.kind != SOLVER_MUMPS || s.def.kind == SOLVER_MUMPS || !regular(s) || s.data->unfit ||
+      A.neq() >= SMALL_SYSTEM || comm_size() > 1)
+    return false;
   return skyline_analyse(s, A) == STATUS_OK && s.flops < NARROW;
 }
 
@@ -54,10 +56,12 @@ Status analyse_for_mumps(Solver& s, const SysMatrix& A)
   return status;
 }
 
-// Plane problems on one rank: CHOLMOD takes half the time of MUMPS, which is asked only when CHOLMOD does not take the matrix
+// Plane problems on one rank: CHOLMOD takes half the time of MUMPS, which is asked only when CHOLMOD does not
+// take the matrix
 Status analyse_mumps_or_chm(Solver& s, const SysMatrix& A)
 {
-  if (s.def.kind != SOLVER_MUMPS && A.dim == 2 && A.neq() >= SMALL && (comm_size() == 1 || s.data->first_only)) {
+  if (s.def.kind != SOLVER_MUMPS && A.dim == 2 && A.neq() >= SMALL_SYSTEM &&
+      (comm_size() == 1 || s.data->first_only)) {
     const Status status = chm_analyse(s, A);
     if (status != SOLVER_SINGULAR) return status;
     s.data->chm.reset();
@@ -65,8 +69,8 @@ Status analyse_mumps_or_chm(Solver& s, const SysMatrix& A)
   return analyse_for_mumps(s, A);
 }
 
-// A matrix that is not clearly positive is left to MUMPS, and so are the next ones of this pattern. With REUSE=NO each one is
-// judged by itself, so that a run that was continued does the same
+// A matrix that is not clearly positive is left to MUMPS, and so are the next ones of this pattern. With
+// REUSE=NO each one is judged by itself, so that a run that was continued does the same
 Status factor_mumps_or_chm(Solver& s, const SysMatrix& A)
 {
   SolverData& d = *s.data;
@@ -139,7 +143,8 @@ bool solve_same_pattern(const Solver& s, const SysMatrix& A)
   return sys_shared(A) ? !comm_most(!same) : same;
 }
 
-// Asked for and given back, with the buffer of each thread of OpenBLAS, which waits for ever when it gets none
+// Asked for and given back, with the buffer of each thread of OpenBLAS, which waits for ever when it gets
+// none
 bool solve_room(double mb)
 {
   const size_t bytes = static_cast<size_t>(1e6 * (mb + BLAS_BUFFER));
@@ -194,7 +199,8 @@ Status solve_analyse(Solver& s, const SysMatrix& A)
   if (A.nrow > 0) {
     d.narrow = narrow_analyse(s, A);
 #ifdef MPFE_MUMPS
-    if (!d.narrow) status = do_work(s, A, false, s.kind == SOLVER_MUMPS ? analyse_mumps_or_chm : skyline_analyse);
+    if (!d.narrow)
+      status = do_work(s, A, false, s.kind == SOLVER_MUMPS ? analyse_mumps_or_chm : skyline_analyse);
 #else
     status = do_work(s, A, false, skyline_analyse);
 #endif
@@ -214,11 +220,13 @@ Status solve_factor(Solver& s, const SysMatrix& A)
   d.factored    = false;
   s.negative    = 0;
   s.zero_equation = -1;
-  if (comm_most(!is_finite(A.val))) return solve_fail(s, BAD_NUMBER, "the matrix holds a value that is not a number");
+  if (comm_most(!is_finite(A.val)))
+    return solve_fail(s, BAD_NUMBER, "the matrix holds a value that is not a number");
   if (A.nrow > 0) {
 #ifdef MPFE_MUMPS
     status = do_work(s, A, true, by_mumps(s) ? factor_mumps_or_chm : skyline_factor);
-    // the skyline does not pivot: what is singular or indefinite in statics is left to MUMPS, until the pattern is another one
+    // the skyline does not pivot: what is singular or indefinite in statics is left to MUMPS, until the
+    // pattern is another one
     if (d.narrow && (status != STATUS_OK || (s.negative > 0 && !s.masses))) {
       d.unfit = true;
       status  = solve_analyse(s, A);
@@ -236,7 +244,8 @@ Status solve_back(Solver& s, const RealVec& b, RealVec& x)
 {
   MPFE_CHECK(s.data && s.data->factored, "solve_back without a factorisation");
   const SolverData& d = *s.data;
-  MPFE_CHECK(b.size() == (d.off.size() - 1) * d.dim, "solve_back: the right-hand side has another size than the matrix");
+  MPFE_CHECK(b.size() == (d.off.size() - 1) * d.dim,
+             "solve_back: the right-hand side has another size than the matrix");
 
   Stopwatch watch(s.seconds_back);
   ++s.nback;
@@ -273,18 +282,23 @@ void solve_memory(const Solver& s, std::vector<MemoryUse>& out)
 {
   const SolverData& d = *s.data;
   const auto reals = [](const RealVec& v) { return static_cast<double>(v.capacity() * sizeof(double)); };
-  double numbers = static_cast<double>((d.off.capacity() + d.col.capacity()) * sizeof(int)), factors = reals(d.sky.a) + 1e6 * s.memory_mb;
+  double numbers = static_cast<double>((d.off.capacity() + d.col.capacity()) * sizeof(int)),
+         factors = reals(d.sky.a) + 1e6 * s.memory_mb;
 #ifdef MPFE_MUMPS
   if (s.kind == SOLVER_MUMPS && d.mumps) numbers += mumps_memory(s);
 #endif
-  double vectors = reals(d.work.r) + reals(d.work.z) + reals(d.work.p) + reals(d.work.q) + reals(d.kept.x) + reals(d.kept.inverse) +
-                   reals(d.changed.A0.val) + reals(d.changed.G) + reals(d.changed.Q) + reals(d.changed.y);
-  for (const std::vector<float>& V : d.changed.V) vectors += static_cast<double>(V.capacity() * sizeof(float));
+  double vectors = reals(d.work.r) + reals(d.work.z) + reals(d.work.p) + reals(d.work.q) + reals(d.kept.x) +
+                   reals(d.kept.inverse) + reals(d.changed.A0.val) + reals(d.changed.G) + reals(d.changed.Q) +
+                   reals(d.changed.y);
+  for (const std::vector<float>& V : d.changed.V)
+    vectors += static_cast<double>(V.capacity() * sizeof(float));
   for (const RealVec& x : d.past) vectors += reals(x);
   out.push_back({"numbers of the entries for MUMPS", numbers});
   out.push_back({"factors", factors});
   if (!d.own.row.empty())
-    out.push_back({"matrix of the rows of a rank", reals(d.own.B.val) + static_cast<double>((d.own.B.col.capacity() + d.own.place.capacity()) * sizeof(int))});
+    out.push_back({"matrix of the rows of a rank",
+                   reals(d.own.B.val) +
+                       static_cast<double>((d.own.B.col.capacity() + d.own.place.capacity()) * sizeof(int))});
   out.push_back({"incomplete factors", static_cast<double>(d.cholesky.L.capacity() * sizeof(float))});
   out.push_back({"vectors of the solver", vectors});
 }

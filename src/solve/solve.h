@@ -1,12 +1,14 @@
 // ---------------------------------------------------------------------------
-// solve.h : the system matrix and its solvers: open, solve (analyse, factor, back, conjugate gradients), close
+// solve.h : the system matrix and its solvers: open, solve (analyse, factor, back, conjugate gradients),
+// close
 //
 // Symmetric matrix of dim x dim blocks, lower block triangle, rows sorted.
 // Block k of row I, column J = col[k] <= I, holds val[k*dim*dim + i*dim + j] = A(I*dim+i, J*dim+j).
 // In a diagonal block only i >= j is meant; the others are zero.
 //
-// On several ranks A is the sum of their matrices: each holds what its elements, points and bonds add, in a pattern of its
-// own with all diagonal blocks. Vectors are the same on all ranks. The solver routines are then collective.
+// On several ranks A is the sum of their matrices: each holds what its elements, points and bonds add, in a
+// pattern of its own with all diagonal blocks. Vectors are the same on all ranks. The solver routines are
+// then collective.
 // ---------------------------------------------------------------------------
 #ifndef MPFE_SOLVE_SOLVE_H
 #define MPFE_SOLVE_SOLVE_H
@@ -23,8 +25,8 @@ struct RowSets {
   IntVec count;                // [sets] rows
 };
 
-// rows_add : one set more, of ascending rows; rows_pack : D numbers of each row of a set of v one behind the other; returns the
-// place behind them. rows_put, rows_add_to : the way back.
+// rows_add : one set more, of ascending rows; rows_pack : D numbers of each row of a set of v one behind the
+// other; returns the place behind them. rows_put, rows_add_to : the way back.
 void rows_add(const IntVec& row, RowSets& s);
 double* rows_pack(const RowSets& s, int set, int D, const RealVec& v, double* to);
 const double* rows_put(const RowSets& s, int set, int D, const double* from, RealVec& v);
@@ -50,7 +52,8 @@ SysMatrix sys_collect(const SysMatrix& A, bool values);
 // sys_pattern : pattern of a matrix of nrow block rows that couples the rows of each list
 void sys_pattern(const ListTable& lists, int nrow, int dim, SysMatrix& A);
 
-// sys_sum : v [n*nrow] plus some numbers, of which each rank has what it adds to its rows, becomes the sum over the ranks
+// sys_sum : v [n*nrow] plus some numbers, of which each rank has what it adds to its rows, becomes the sum
+// over the ranks
 void sys_sum(const SysMatrix& A, RealVec& v, int extra = 0);
 
 // sys_multiply : y = A x, A as it is on this rank
@@ -69,12 +72,16 @@ IntVec part_metis(const SysMatrix& A, const RealVec& weight, int parts);
 
 struct SolverData;             // private to the solver files
 
+// equations; below, a factorisation takes a few milliseconds and nothing needs to be chosen
+const int SMALL_SYSTEM = 2000;
+
 // Ways to a solution                                                          doc/theory.md 8
 enum SolvePath {
   PATH_FACTOR,                 // analysis when the pattern is new, factorisation, back substitution
   PATH_BACK,                   // the matrix is the one that was factorised: back substitution
   PATH_KEPT,                   // CG with the factors of an earlier matrix
-  PATH_CHANGED,                // CG with the factors of an earlier matrix, corrected in the rows that have changed
+  // CG with the factors of an earlier matrix, corrected in the rows that have changed
+  PATH_CHANGED,
   PATH_CHOLESKY,               // CG with an incomplete Cholesky factor
   PATH_DIAGONAL,               // CG with the diagonal blocks
   PATHS
@@ -92,7 +99,8 @@ struct Solver {
   std::string message;              // of the last failure, in words with a remedy
   int zero_equation = -1;           // of the first zero pivot, -1: none
   bool masses = false;              // the matrix holds masses: no zero pivots are expected
-  int hold = -1;                    // MUMPS: zero pivots in this block row and later ones are no error, their unknowns do not
+  // MUMPS: zero pivots in this block row and later ones are no error, their unknowns do not
+  int hold = -1;
                                     // move; Newton's residual judges. -1: all are errors
   long nheld = 0;                   // how many there were
   long nfactor = 0, nback = 0, nanalyse = 0;
@@ -109,18 +117,21 @@ struct Solver {
 struct SolveAsk {
   const std::vector<long>& key;     // [nrow] who a row is; the same node has the same key in every matrix
   long stamp = 0;                   // matrices with the same number are equal
-  double eta = 0.0;                 // the residual may be eta of b, in the norm of the energy and in that of the force,
+  // the residual may be eta of b, in the norm of the energy and in that of the force,
+  double eta = 0.0;
   double energy = 0.0, residual = 0.0;   // or as small as these
   double digits = 10.0;             // how many decimals this will be, for the choice of the path
   bool exact = false;               // AUTO: nothing but a factorisation is good enough
-  bool broken = false;              // statics with broken material: few rows change much, some are nearly singular
+  // statics with broken material: few rows change much, some are nearly singular
+  bool broken = false;
   bool inertia = false;             // A holds masses
   bool held = false;                // A is not singular, without being factorised
 };
 
-// solve_open : AUTO and CG factorise by MUMPS when it was built in, else SKYLINE. Returns false when the kind is not built in.
-// On several ranks rank 0 factorises alone when it is SKYLINE, and with REUSE=NO: MUMPS sums what ranks send each other as it
-// comes, so that two runs differ in their last bits.
+// solve_open : AUTO and CG factorise by MUMPS when it was built in, else SKYLINE. Returns false when the kind
+// is not built in.
+// On several ranks rank 0 factorises alone when it is SKYLINE, and with REUSE=NO: MUMPS sums what ranks send
+// each other as it comes, so that two runs differ in their last bits.
 bool solve_open(Solver& s, const SolverDef& def);
 const char* solve_name(const Solver& s);
 

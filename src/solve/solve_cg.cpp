@@ -34,7 +34,10 @@ double whole(const CgSystem& s, double part)
 }
 
 // a b of whole vectors
-double product(const CgSystem& s, const RealVec& a, const RealVec& b) { return s.own ? whole(s, own_dot(*s.own, a, b)) : dot(a, b); }
+double product(const CgSystem& s, const RealVec& a, const RealVec& b)
+{
+  return s.own ? whole(s, own_dot(*s.own, a, b)) : dot(a, b);
+}
 
 double norm(const CgSystem& s, const RealVec& a) { return std::sqrt(product(s, a, a)); }
 
@@ -64,7 +67,7 @@ bool late(const Clock& clock, double limit, int iteration)
 }  // namespace
 
 // ---------------------------------------------------------------------------
-// cg_begin : earlier solutions are made orthogonal in A, the newest first; x = sum (v b)/(v A v) v             (8.8)
+// cg_begin : earlier solutions are made orthogonal in A, the newest first; x = sum (v b)/(v A v) v  (8.8)
 // ---------------------------------------------------------------------------
 double cg_begin(const CgSystem& s, const RealVec& b, const std::vector<RealVec>& past, RealVec& x)
 {
@@ -101,8 +104,8 @@ double cg_begin(const CgSystem& s, const RealVec& b, const std::vector<RealVec>&
 // cg_solve : conjugate gradients for A x = b, with a symmetric positive definite preconditioner M = P   (8.2)
 //
 //   in   s              A and the preconditioner; several ranks: on the rows of this one
-//        goal           of sqrt(r M^-1 r), which is near sqrt(energy) of the error, and of the norm of r: stiff bonds have
-//                       large residuals of little energy, soft parts the reverse
+//        goal           of sqrt(r M^-1 r), which is near sqrt(energy) of the error, and of the norm of r:
+//                       stiff bonds have large residuals of little energy, soft parts the reverse
 //   out  x              the last iterate, also when the end was not reached
 //
 // good = false: a limit was met, or a direction of no or negative curvature

@@ -17,8 +17,8 @@ struct ChmData {
   ChmData& operator=(const ChmData&) = delete;
 };
 
-// What differs from the defaults of CHOLMOD: always supernodal, and ordered by AMD alone. METIS takes five to ten times as long for
-// factors that are at best a few percent smaller (doc/benchmarks.md)
+// What differs from the defaults of CHOLMOD: always supernodal, and ordered by AMD alone. METIS takes five to
+// ten times as long for factors that are at best a few percent smaller (doc/benchmarks.md)
 ChmData::ChmData()
 {
   cholmod_start(&common);
@@ -41,7 +41,8 @@ namespace {
 const double ZERO_PIVOT = 3e-12;     // of the diagonal of A in the same equation, as for the skyline
 const int TOGETHER      = 16;        // right-hand sides at a time: more are no cheaper
 
-// CHOLMOD asks OpenMP for four threads in each supernode, whatever the user has set; they make the factorisation half as dear again
+// CHOLMOD asks OpenMP for four threads in each supernode, whatever the user has set; they make the
+// factorisation half as dear again
 struct OneThread {
   const int levels = omp_get_max_active_levels();
   OneThread() { omp_set_max_active_levels(0); }
@@ -56,7 +57,8 @@ cholmod_sparse* upper_triangle(const SysMatrix& A, bool values, cholmod_common& 
   const int D          = A.dim;
   const size_t n       = static_cast<size_t>(A.neq());
   const size_t entries = A.col.size() * D * D - n * (D - 1) / 2;
-  cholmod_sparse* S    = cholmod_allocate_sparse(n, n, entries, true, true, 1, values ? CHOLMOD_REAL : CHOLMOD_PATTERN, &common);
+  cholmod_sparse* S = cholmod_allocate_sparse(n, n, entries, true, true, 1,
+                                              values ? CHOLMOD_REAL : CHOLMOD_PATTERN, &common);
   if (!S) return S;
   int *p = static_cast<int*>(S->p), *row = static_cast<int*>(S->i), next = 0;
   double* x = static_cast<double*>(S->x);
@@ -78,7 +80,8 @@ bool clearly_positive(const cholmod_factor& L, const SysMatrix& A)
 {
   RealVec diagonal;
   sys_diagonal(A, diagonal);
-  const int *first = static_cast<int*>(L.super), *rows = static_cast<int*>(L.pi), *start = static_cast<int*>(L.px);
+  const int *first = static_cast<int*>(L.super), *rows = static_cast<int*>(L.pi),
+            *start = static_cast<int*>(L.px);
   const int* equation = static_cast<int*>(L.Perm);
   const double* x     = static_cast<double*>(L.x);
   for (size_t s = 0; s < L.nsuper; ++s)
@@ -95,7 +98,10 @@ Status refuse(Solver& s)
   const ChmData& c = *s.data->chm;
   if (c.common.status != CHOLMOD_OUT_OF_MEMORY) return SOLVER_SINGULAR;
   const double mb = c.L ? static_cast<double>(c.L->xsize * sizeof(double)) / 1e6 : 0.0;
-  return solve_fail(s, SOLVER_FAILED, "memory is not enough for CHOLMOD, whose factors need %.0f MB: use a coarser mesh, or a machine with more memory", mb);
+  return solve_fail(s, SOLVER_FAILED,
+                    "memory is not enough for CHOLMOD, whose factors need %.0f MB: use a coarser mesh, or a "
+                    "machine with more memory",
+                    mb);
 }
 
 }  // namespace

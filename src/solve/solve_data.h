@@ -13,8 +13,8 @@
 #include "base/timer.h"
 #include "solve/solve.h"
 
-// Profile of the upper triangle of D x D blocks, D = dim. Block column J reaches from block row first[J] to J;
-// its D scalar columns lie one after the other, each of (J - first[J] + 1)*D numbers, from start[J] on.
+// Profile of the upper triangle of D x D blocks, D = dim. Block column J reaches from block row first[J] to
+// J; its D scalar columns lie one after the other, each of (J - first[J] + 1)*D numbers, from start[J] on.
 // After the factorisation: above the diagonal U = L^T with unit diagonal, and d.
 struct Skyline {
   IntVec pos;                  // [nrow] new position of each block row
@@ -31,11 +31,12 @@ struct ChmData;                // private to solve_cholmod.cpp
 struct Cholesky {              // incomplete, on the pattern of A
   double shift = 0.0;          // added to the diagonal, relative
   long stamp = -1;             // of the matrix that it was made for
-  std::vector<float> L;        // [col.size()*dim*dim], order of A.val; diagonal blocks: inverse of their factor
+  // [col.size()*dim*dim], order of A.val; diagonal blocks: inverse of their factor
+  std::vector<float> L;
 };
 
-// Several ranks: the rows of one rank with their neighbours, and what couples them, from all ranks. A vector of it
-// [rows*dim] is whole: right in all these rows, on all ranks that have them.
+// Several ranks: the rows of one rank with their neighbours, and what couples them, from all ranks. A vector
+// of it [rows*dim] is whole: right in all these rows, on all ranks that have them.
 struct OwnBlock {
   IntVec off, col, owner;      // of the matrix that it was made for
   long stamp = -1;             // of the matrix that B has its numbers from
@@ -48,7 +49,8 @@ struct OwnBlock {
   std::vector<IntVec> to;      // [ranks] blocks of A that a rank needs
   IntVec place;                // block of B of each block that comes from the ranks, one rank after the other
   std::vector<IntVec> common;  // [ranks] places in row of the rows that a rank has too
-  RowSets all, here, mine;     // [ranks] rows that belong to each; rows in row; places in row of those that belong to this rank
+  // [ranks] rows that belong to each; rows in row; places in row of those that belong to this rank
+  RowSets all, here, mine;
   std::vector<RealVec> send, got;      // [ranks] for own_sum
   RealVec gathered;            // [neq] rows of the first rank first
   RealVec r, z;                // [neq]
@@ -64,7 +66,8 @@ struct Kept {                  // factors of an earlier matrix as preconditioner
 
 struct GridBlock;              // private to precond_changed.cpp
 
-struct Changed {               // factors of an earlier matrix, with the rows that have changed since as they are now     (8.9)
+// factors of an earlier matrix, with the rows that have changed since as they are now  (8.9)
+struct Changed {
   bool on = false;             // it may serve
   SysMatrix A0;                // the matrix that was factorised
   int nfe = 0;                 // its rows of elements; those behind belong to the grid
@@ -74,7 +77,8 @@ struct Changed {               // factors of an earlier matrix, with the rows th
   long stamp = -1;             // of the matrix that the rest was made for
   IntVec old, now;             // rows of elements: [today] row of A0; [A0] row of today, -1: it has left
   IntVec set, place;           // old rows that have changed or left; [nfe] their place in set, -1: not in it
-  std::vector<std::vector<float>> V;         // columns A0^-1 e of the set, [A0.neq] each, those of rows that came together in one vector
+  // columns A0^-1 e of the set, [A0.neq] each, those of rows that came together in one vector
+  std::vector<std::vector<float>> V;
   RealVec F, G;                // rows of V in the set, double; their inverse            [set*dim][set*dim]
   RealVec C0, Q;               // of the set: A0 without its grid; inverse of the dense matrix
   RealVec y;                   // [A0.neq]
@@ -142,7 +146,8 @@ struct SolverData {
   double guess = 0.0;          // seconds of a factorisation before the first one, 0: not guessed
   long age = 0;                // solutions with the factors as preconditioner
   double fresh_rate = 0.0;     // rate of the first of them, smoothed
-  double cycle_seconds = 0.0, cycle_digits = 0.0;   // spent and gained since the factorisation, which is included
+  // spent and gained since the factorisation, which is included
+  double cycle_seconds = 0.0, cycle_digits = 0.0;
   std::shared_ptr<MumpsData> mumps;
   std::shared_ptr<ChmData> chm;    // null: CHOLMOD is not to be tried with this pattern
 };
@@ -183,11 +188,13 @@ Status kept_apply(Solver& s, const SysMatrix& A, Kept& k, const RealVec& r, Real
 
 // precond_changed.cpp
 void changed_begin(const SysMatrix& A, const std::vector<long>& key, int nfe, Changed& c);
-bool changed_form(Solver& s, const SysMatrix& A, const std::vector<long>& key, int nfe, long stamp, Changed& c);
+bool changed_form(Solver& s, const SysMatrix& A, const std::vector<long>& key, int nfe, long stamp,
+                  Changed& c);
 Status changed_apply(Solver& s, const SysMatrix& A, Changed& c, const RealVec& r, RealVec& z);
 
-// Seconds since it was made: those of the processor when the wall clock ran faster (a machine that others use too),
-// those of the wall when several threads worked, and on several ranks, where waiting for the others counts
+// Seconds since it was made: those of the processor when the wall clock ran faster (a machine that others use
+// too), those of the wall when several threads worked, and on several ranks, where waiting for the others
+// counts
 struct Clock {
   double wall = timer_wall(), cpu = timer_cpu();
   double seconds() const
@@ -197,7 +204,8 @@ struct Clock {
   }
 };
 
-// cg_begin : x = the best combination of earlier solutions, in the norm of the energy. Returns its energy b x, 0: x is not used
+// cg_begin : x = the best combination of earlier solutions, in the norm of the energy. Returns its energy b
+// x, 0: x is not used
 double cg_begin(const CgSystem& s, const RealVec& b, const std::vector<RealVec>& past, RealVec& x);
 
 CgDone cg_solve(const CgSystem& s, const RealVec& b, const CgGoal& goal, CgWork& w, RealVec& x);

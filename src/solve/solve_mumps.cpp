@@ -15,9 +15,11 @@ struct MumpsData {
   bool shared = false;               // all ranks work together
   IntVec number;                     // [nrow] number of each block row inside MUMPS
   std::vector<MUMPS_INT> irn, jcn;   // [col.size()*dim*dim] equation numbers from 1, in the order of A.val
-  std::vector<MUMPS_INT> perm;       // [neq] place of each equation (its number inside MUMPS) in the elimination
+  // [neq] place of each equation (its number inside MUMPS) in the elimination
+  std::vector<MUMPS_INT> perm;
   RealVec x;                         // [neq] right-hand side and solution, numbered as inside MUMPS
-  RealVec scale, a;                  // several ranks: [neq] 1/sqrt of the diagonal; [A.val] what MUMPS gets, scaled by it
+  // several ranks: [neq] 1/sqrt of the diagonal; [A.val] what MUMPS gets, scaled by it
+  RealVec scale, a;
 };
 
 namespace {
@@ -73,10 +75,14 @@ Status explain(Solver& s)
     case -4: words = "the order of the equations is no permutation"; break;
     case -6: return solve_fail(s, SOLVER_SINGULAR, "the matrix is singular by its pattern (rank %d of %d): "
                                "some equations have no stiffness; look for missing supports", detail, m.id.n);
-    case -10: return solve_fail(s, SOLVER_SINGULAR, "the matrix is singular (zero pivot after %d of %d equations): "
-                                "something can move freely; look for missing supports", detail, m.id.n);
+    case -10:
+      return solve_fail(s, SOLVER_SINGULAR,
+                        "the matrix is singular (zero pivot after %d of %d equations): "
+                        "something can move freely; look for missing supports",
+                        detail, m.id.n);
     case -5: case -7: case -13: case -22: case -23:
-      words = "memory is not enough: use a coarser mesh, more ranks on more machines, or a machine with more memory";
+      words = "memory is not enough: use a coarser mesh, more ranks on more machines, or a machine with more "
+              "memory";
       break;
     case -8: case -9: case -11: case -12: case -14: case -15: case -17: case -18: case -20:
       words = "the workspace stayed too small after several enlargements: the matrix is badly conditioned; "
@@ -89,7 +95,8 @@ Status explain(Solver& s)
     case -90: words = "out of core: writing failed, look for room on the disk"; break;
     default: break;
   }
-  return solve_fail(s, SOLVER_FAILED, "MUMPS stopped with INFOG(1) = %d, INFOG(2) = %d: %s", code, detail, words);
+  return solve_fail(s, SOLVER_FAILED, "MUMPS stopped with INFOG(1) = %d, INFOG(2) = %d: %s", code, detail,
+                    words);
 }
 
 bool workspace_too_small(int code) { return code == -8 || code == -9; }
@@ -153,7 +160,8 @@ void give_values(MumpsData& m, const SysMatrix& A)
 }
 
 // ---------------------------------------------------------------------------
-// open_instance : an instance of MUMPS on all ranks, or on this one alone (first_only), with the first analysis.
+// open_instance : an instance of MUMPS on all ranks, or on this one alone (first_only), with the first
+// analysis.
 // MPI must stay open until mumps_close.
 //
 // What differs from the defaults of MUMPS, with the reason:
@@ -197,7 +205,8 @@ void open_instance(Solver& s)
 // Inside MUMPS block rows are numbered by reverse Cuthill-McKee: near in space is near in memory, and
 // minimum fill breaks its ties well. Then minimum fill of MUMPS for dim <= 2 (as good a factor as nested
 // dissection in a fifth of the time), nested dissection of METIS in 3D (half the work and less) and with
-// more than two ranks (a wide tree; two were no faster with it). These have their entries each; rank 0 orders the whole pattern.
+// more than two ranks (a wide tree; two were no faster with it). These have their entries each; rank 0 orders
+// the whole pattern.
 // ---------------------------------------------------------------------------
 Status mumps_analyse(Solver& s, const SysMatrix& A)
 {
@@ -243,8 +252,12 @@ Status mumps_factor(Solver& s, const SysMatrix& A)
   int code = -8;
   for (double part = 1.0; workspace_too_small(code) && icntl(m, 14) <= RELAX_MOST; part *= 2.0) {
     if (!memory_there(m, part))
-      return solve_fail(s, SOLVER_FAILED, "memory is not enough: the factors need %.0f MB, which the machine, or a limit that is set (ulimit), does "
-                        "not give: use a coarser mesh, more ranks on more machines, or a machine with more memory", part * m.id.infog[15]);
+      return solve_fail(
+          s, SOLVER_FAILED,
+          "memory is not enough: the factors need %.0f MB, which the machine, or a limit that is set "
+          "(ulimit), does "
+          "not give: use a coarser mesh, more ranks on more machines, or a machine with more memory",
+          part * m.id.infog[15]);
     code = call(m, JOB_FACTOR);
     if (workspace_too_small(code)) icntl(m, 14) *= 2;
   }
@@ -275,7 +288,9 @@ Status mumps_back(Solver& s, double* x, int count)
   m.x.resize(n * count);
   for (int k = 0; k < count; ++k)
     for (int I = 0; I < nrow; ++I)
-      for (int i = 0; i < D; ++i) m.x[k * n + m.number[I] * D + i] = (m.scale.empty() ? 1.0 : m.scale[I * D + i]) * x[k * n + I * D + i];
+      for (int i = 0; i < D; ++i)
+        m.x[k * n + m.number[I] * D + i] = (m.scale.empty() ? 1.0 : m.scale[I * D + i]) *
+                                           x[k * n + I * D + i];
   m.id.nrhs = count;
   m.id.lrhs = m.id.n;
   m.id.rhs  = m.x.data();
@@ -283,14 +298,17 @@ Status mumps_back(Solver& s, double* x, int count)
   if (m.shared) comm_share(m.x.data(), m.id.n * count);
   for (int k = 0; k < count; ++k)
     for (int I = 0; I < nrow; ++I)
-      for (int i = 0; i < D; ++i) x[k * n + I * D + i] = (m.scale.empty() ? 1.0 : m.scale[I * D + i]) * m.x[k * n + m.number[I] * D + i];
+      for (int i = 0; i < D; ++i)
+        x[k * n + I * D + i] = (m.scale.empty() ? 1.0 : m.scale[I * D + i]) *
+                               m.x[k * n + m.number[I] * D + i];
   return STATUS_OK;
 }
 
 double mumps_memory(const Solver& s)
 {
   const MumpsData& m = *s.data->mumps;
-  return static_cast<double>((m.irn.capacity() + m.jcn.capacity() + m.perm.capacity() + m.number.capacity()) * sizeof(MUMPS_INT));
+  return static_cast<double>((m.irn.capacity() + m.jcn.capacity() + m.perm.capacity() + m.number.capacity()) *
+                             sizeof(MUMPS_INT));
 }
 
 void mumps_close(Solver& s)

@@ -124,8 +124,10 @@ Status factor(Solver& s, const SysMatrix& A)
     if (zero >= 0) {
       const long I = std::find(K.pos.begin(), K.pos.end(), J) - K.pos.begin();
       s.zero_equation = static_cast<int>(I * D + zero);
-      return solve_fail(s, SOLVER_SINGULAR, "the pivot of equation %ld (block row %ld, component %d) is zero: something "
-                        "can move freely; look for missing supports", I * D + zero + 1, I + 1, zero + 1);
+      return solve_fail(s, SOLVER_SINGULAR,
+                        "the pivot of equation %ld (block row %ld, component %d) is zero: something "
+                        "can move freely; look for missing supports",
+                        I * D + zero + 1, I + 1, zero + 1);
     }
   }
   s.negative = static_cast<int>(std::count_if(K.d.begin(), K.d.end(), [](double d) { return d < 0.0; }));
@@ -200,7 +202,8 @@ Status skyline_analyse(Solver& s, const SysMatrix& A)
     K.d.resize(A.neq());
     K.x.resize(A.neq());
   } catch (const std::bad_alloc&) {
-    return solve_fail(s, SOLVER_FAILED, "the skyline needs %.0f MB, more than there is: use *SOLVER MUMPS, or a coarser mesh",
+    return solve_fail(s, SOLVER_FAILED,
+                      "the skyline needs %.0f MB, more than there is: use *SOLVER MUMPS, or a coarser mesh",
                       s.memory_mb);
   }
   return STATUS_OK;

@@ -7,36 +7,48 @@
 
 namespace {
 
-const int SMALL     = 2000;    // equations; below, a factorisation takes a few milliseconds and nothing needs to be chosen
 const long PAUSE    = 50;      // solutions until a slower path is tried again; doubled when it fails
 const int MOST      = 5000;    // iterations
 const int FEW       = 30;      // the same, with corrected factors: more cost what a factorisation does
 const size_t PAST   = 6;       // solutions to begin the next one with
 const double SMOOTH = 0.5;     // weight of the newest measurement
-const double ODD    = 3.0;     // times what was expected: the machine did something else, unless it happens twice
+// times what was expected: the machine did something else, unless it happens twice
+const double ODD    = 3.0;
 const double NEVER  = std::numeric_limits<double>::infinity();
 
-void smooth(double& mean, double value) { mean = mean > 0.0 ? (1.0 - SMOOTH) * mean + SMOOTH * value : value; }
+void smooth(double& mean, double value)
+{
+  mean = mean > 0.0 ? (1.0 - SMOOTH) * mean + SMOOTH * value : value;
+}
 
 // seconds that a path of CG will take for so many digits                          (8.5)
-double expected(const PathCost& c, double digits) { return c.setup + c.iteration * std::max(1.0, digits / c.rate); }
+double expected(const PathCost& c, double digits)
+{
+  return c.setup + c.iteration * std::max(1.0, digits / c.rate);
+}
 
-// what a path will take that was not tried yet: the order of size is enough
-const double FACTOR_RATE = 2e10, CG_RATE = 3e9;    // operations a second
+// operations a second of one core, for what a path will take that was not tried yet: the order of size is
+// enough, as measured times replace the guess (cube and cantilever of doc/benchmarks.md)
+const double FACTOR_RATE = 2e10, CG_RATE = 3e9;
 const int GUESS          = 200;                    // iterations
 
-double cholesky_guess(const SysMatrix& A) { return GUESS * 8.0 * static_cast<double>(A.val.size()) / CG_RATE; }
+double cholesky_guess(const SysMatrix& A)
+{
+  return GUESS * 8.0 * static_cast<double>(A.val.size()) / CG_RATE;
+}
 
 // seconds of a solution by factorisation
 double direct_seconds(const SolverData& d, bool pattern_known)
 {
-  return (d.direct_factor > 0.0 ? d.direct_factor : d.guess) + d.direct_back + (pattern_known ? 0.0 : d.direct_analyse);
+  return (d.direct_factor > 0.0 ? d.direct_factor : d.guess) + d.direct_back +
+         (pattern_known ? 0.0 : d.direct_analyse);
 }
 
 // factors of an indefinite matrix are no preconditioner
 bool have_factors(const Solver& s) { return s.data->factored && s.negative == 0; }
 
-// a new factorisation is faster, or a digit costs more than it has cost on average since the last one, which is included:
+// a new factorisation is faster, or a digit costs more than it has cost on average since the last one, which
+// is included:
 // the average grows from here on
 bool stale(const SolverData& d, double digits)
 {
@@ -54,12 +66,14 @@ bool factors_fit(const SolverData& d, const SolveAsk& ask) { return d.factored &
 // the incomplete factor of this matrix is there, and faster than a back substitution
 bool cholesky_fits(const SolverData& d, const SolveAsk& ask)
 {
-  return d.cholesky.stamp == ask.stamp && d.cost[PATH_CHOLESKY].known && expected(d.cost[PATH_CHOLESKY], ask.digits) < d.direct_back;
+  return d.cholesky.stamp == ask.stamp && d.cost[PATH_CHOLESKY].known &&
+         expected(d.cost[PATH_CHOLESKY], ask.digits) < d.direct_back;
 }
 
 // ---- broken material in statics: which rows change is known                            (8.9)
 
-// factors with the changed rows corrected: as long as a solution costs less than the mean since the factorisation, which is included
+// factors with the changed rows corrected: as long as a solution costs less than the mean since the
+// factorisation, which is included
 bool changed_pays(const Solver& s)
 {
   const SolverData& d = *s.data;
@@ -90,15 +104,17 @@ bool without_factors(Solver& s, const SysMatrix& A, const SolveAsk& ask)
   return comm_share(cholesky_guess(A) < 0.5 * d.guess);      // ranks have parts of A
 }
 
-// is a path that is not known worth a trial? Masses make conjugate gradients fast, without them it goes by size
+// is a path that is not known worth a trial? Masses make conjugate gradients fast, without them it goes by
+// size
 bool promising(const SysMatrix& A, const SolveAsk& ask, SolvePath path, const PathCost& c, double least)
 {
   return path != PATH_CHOLESKY || c.known || ask.inertia || cholesky_guess(A) < least;
 }
 
-// the fastest path by what this run has measured; a path that is not known, or was not tried for long, gets a trial that
-// ends when the best one would have been faster
-SolvePath fastest(const Solver& s, const SysMatrix& A, const SolveAsk& ask, bool pattern_known, long now, double& limit)
+// the fastest path by what this run has measured; a path that is not known, or was not tried for long, gets a
+// trial that ends when the best one would have been faster
+SolvePath fastest(const Solver& s, const SysMatrix& A, const SolveAsk& ask, bool pattern_known, long now,
+                  double& limit)
 {
   const SolverData& d = *s.data;
   const double direct = direct_seconds(d, pattern_known);
@@ -114,7 +130,9 @@ SolvePath fastest(const Solver& s, const SysMatrix& A, const SolveAsk& ask, bool
   }
   limit = least;
   for (SolvePath path : {PATH_KEPT, PATH_CHOLESKY})
-    if (path != best && allowed(s, path) && due(d.cost[path], now) && promising(A, ask, path, d.cost[path], least)) return path;
+    if (path != best && allowed(s, path) && due(d.cost[path], now) &&
+        promising(A, ask, path, d.cost[path], least))
+      return path;
   limit = 2.0 * direct;
   return best == PATH_KEPT && stale(d, ask.digits) ? PATH_FACTOR : best;
 }
@@ -124,13 +142,16 @@ SolvePath choose(Solver& s, const SysMatrix& A, const SolveAsk& ask, long now, d
   const SolverData& d = *s.data;
   limit = NEVER;
   if (!s.def.reuse) return PATH_FACTOR;
-  if (factors_fit(d, ask) && (s.def.kind != SOLVER_AUTO || A.neq() < SMALL || ask.exact || ask.broken)) return PATH_BACK;
+  if (factors_fit(d, ask) && (s.def.kind != SOLVER_AUTO || A.neq() < SMALL_SYSTEM || ask.exact || ask.broken))
+    return PATH_BACK;
   if (s.def.kind == SOLVER_CG) {
-    if (s.def.precond == PRECOND_FACTORS) return have_factors(s) && !comm_share(stale(d, ask.digits)) ? PATH_KEPT : PATH_FACTOR;
+    if (s.def.precond == PRECOND_FACTORS)
+      return have_factors(s) && !comm_share(stale(d, ask.digits)) ? PATH_KEPT : PATH_FACTOR;
     return s.def.precond == PRECOND_DIAGONAL ? PATH_DIAGONAL : PATH_CHOLESKY;
   }
-  if (ask.broken && !ask.exact && A.neq() >= SMALL && changed_pays(s)) return PATH_CHANGED;
-  if (A.neq() < SMALL || ask.exact || ask.broken || (!d.factored && !without_factors(s, A, ask))) return PATH_FACTOR;
+  if (ask.broken && !ask.exact && A.neq() >= SMALL_SYSTEM && changed_pays(s)) return PATH_CHANGED;
+  if (A.neq() < SMALL_SYSTEM || ask.exact || ask.broken || (!d.factored && !without_factors(s, A, ask)))
+    return PATH_FACTOR;
   const bool pattern_known = solve_same_pattern(s, A);
   double answer[2] = {static_cast<double>(fastest(s, A, ask, pattern_known, now, limit)), limit};
   comm_share(answer, 2);                 // clocks differ, ranks must not
@@ -167,7 +188,7 @@ Status by_factor(Solver& s, const SysMatrix& A, const SolveAsk& ask, const RealV
   d.stamp    = ask.stamp;
   d.kept.key = ask.key;
   d.changed.on = false;
-  if (ask.broken && s.hold >= 0 && s.def.reuse && A.neq() >= SMALL && !sys_shared(A))
+  if (ask.broken && s.hold >= 0 && s.def.reuse && A.neq() >= SMALL_SYSTEM && !sys_shared(A))
     changed_begin(A, ask.key, s.hold, d.changed);
   d.age      = 0;
   if (d.fresh_rate > 0.0) d.cost[PATH_KEPT].rate = d.fresh_rate;
@@ -175,13 +196,14 @@ Status by_factor(Solver& s, const SysMatrix& A, const SolveAsk& ask, const RealV
   const Clock clock;
   const Status status = solve_back(s, b, x);
   smooth(d.direct_back, clock.seconds());
-  if (status == STATUS_OK && s.def.reuse && A.neq() >= SMALL) remember_solution(d.past, x);
+  if (status == STATUS_OK && s.def.reuse && A.neq() >= SMALL_SYSTEM) remember_solution(d.past, x);
   d.cycle_seconds = direct_seconds(d, true);
   d.cycle_digits  = ask.digits;
   return status;
 }
 
-// z = M^-1 r by the incomplete factor; several ranks: by those of all, each with a part of the rows they share   (8.7)
+// z = M^-1 r by the incomplete factor; several ranks: by those of all, each with a part of the rows they
+// share  (8.7)
 void cholesky_step(SolverData& d, const CgSystem& c, const RealVec& r, RealVec& z, double& rho)
 {
   z = r;
@@ -237,7 +259,9 @@ bool form(Solver& s, const SysMatrix& A, const SolveAsk& ask, SolvePath path, Cg
   SolverData& d = *s.data;
   switch (path) {
     case PATH_KEPT:
-      c.precondition = [&](const RealVec& r, RealVec& z, double& rho) { return kept_step(s, A, c, r, z, rho); };
+      c.precondition = [&](const RealVec& r, RealVec& z, double& rho) {
+        return kept_step(s, A, c, r, z, rho);
+      };
       return kept_form(A, ask.key, d.kept);
     case PATH_CHANGED:
       c.precondition = [&](const RealVec& r, RealVec& z, double& rho) {
@@ -247,10 +271,16 @@ bool form(Solver& s, const SysMatrix& A, const SolveAsk& ask, SolvePath path, Cg
       };
       return changed_form(s, A, ask.key, s.hold, ask.stamp, d.changed);
     case PATH_CHOLESKY:
-      c.precondition = [&](const RealVec& r, RealVec& z, double& rho) { cholesky_step(d, c, r, z, rho); return true; };
+      c.precondition = [&](const RealVec& r, RealVec& z, double& rho) {
+        cholesky_step(d, c, r, z, rho);
+        return true;
+      };
       return cholesky_ready(d, c.A, ask.stamp);
     default:
-      c.precondition = [&](const RealVec& r, RealVec& z, double& rho) { diagonal_step(d, c, r, z, rho); return true; };
+      c.precondition = [&](const RealVec& r, RealVec& z, double& rho) {
+        diagonal_step(d, c, r, z, rho);
+        return true;
+      };
       return !comm_most(!diagonal_form(c.A, d.diagonal));
   }
 }
@@ -288,7 +318,8 @@ void remember(Solver& s, SolvePath path, const CgDone& done, double setup, doubl
   d.cycle_digits += brought;
 }
 
-Status by_cg(Solver& s, const SysMatrix& A, const SolveAsk& ask, SolvePath path, double limit, long now, const RealVec& b, RealVec& x)
+Status by_cg(Solver& s, const SysMatrix& A, const SolveAsk& ask, SolvePath path, double limit, long now,
+             const RealVec& b, RealVec& x)
 {
   const Clock clock;
   CgDone done;
@@ -306,7 +337,8 @@ Status by_cg(Solver& s, const SysMatrix& A, const SolveAsk& ask, SolvePath path,
     Timer timer(PHASE_CG);
     // A^-1 and M^-1 are far apart in smooth modes, but for factors: M^-1 sees too little of an error there
     const double safety = path == PATH_KEPT || path == PATH_CHANGED ? 1.0 : 0.1;
-    CgGoal goal{safety * ask.eta, safety * ask.energy, ask.residual, path == PATH_CHANGED ? FEW : MOST, limit - setup};
+    CgGoal goal{safety * ask.eta, safety * ask.energy, ask.residual, path == PATH_CHANGED ? FEW : MOST,
+                limit - setup};
     const bool same = path == PATH_KEPT && d.kept.same;      // where a product with A costs little beside M
     RealVec own_b, own_x;
     if (own) own_pick(*own, b, own_b);
@@ -367,8 +399,8 @@ Status by_best(Solver& s, const SysMatrix& A, const SolveAsk& ask, const RealVec
 //   out  x      [neq], another vector than b; s.left: bound of its error
 //   status      SOLVER_SINGULAR, SOLVER_FAILED, BAD_NUMBER of the factorisation
 //
-// When conjugate gradients do not arrive, the next best path follows, at last a factorisation. The choice goes by seconds: two runs may take other paths,
-// and agree to the tolerance of Newton's method.
+// When conjugate gradients do not arrive, the next best path follows, at last a factorisation. The choice
+// goes by seconds: two runs may take other paths, and agree to the tolerance of Newton's method.
 // ---------------------------------------------------------------------------
 Status solve_system(Solver& s, const SysMatrix& A, const SolveAsk& ask, const RealVec& b, RealVec& x)
 {

@@ -118,7 +118,8 @@ void sys_sum(const SysMatrix& A, RealVec& v, int extra)
   IntVec count(ranks);
   for (int r = 0; r < ranks; ++r) count[r] = A.rows.count[r] * D + extra;
   all.resize(std::accumulate(count.begin(), count.end(), size_t(0)));
-  double* to = std::accumulate(count.begin(), count.begin() + me, all.data(), [](double* p, int n) { return p + n; });
+  double* to = std::accumulate(count.begin(), count.begin() + me, all.data(),
+                               [](double* p, int n) { return p + n; });
   std::copy(v.end() - extra, v.end(), rows_pack(A.rows, me, D, v, to));
   comm_gather(all, count);
   const bool two = ranks == 2;           // then the order does not matter, and what is in v may stay
@@ -202,7 +203,8 @@ SysMatrix sys_collect(const SysMatrix& A, bool values)
     for (size_t r = 0; values && r < col.size(); ++r)
       for (int k = off[r][I]; k < off[r][I + 1]; ++k)
         for (int i = 0; i < DD; ++i)
-          whole.val[static_cast<size_t>(place[col[r][k]]) * DD + i] += val[r][static_cast<size_t>(k) * DD + i];
+          whole.val[static_cast<size_t>(place[col[r][k]]) * DD + i] +=
+              val[r][static_cast<size_t>(k) * DD + i];
     for (int k = first; k < whole.off.back(); ++k) place[whole.col[k]] = -1;
   }
   return whole;

@@ -19,7 +19,8 @@ struct Attempt {
   double cM = 0.0;
   RealVec g{};                   // [neq] inertia that does not depend on du
   RealVec momentum{};            // [neq] M v of nodes, sum m S v of points
-  RealVec vgrid{};               // [neq] velocity at t(n) of nodes, and of the grid by projection; of nodes too where points follow them
+  // [neq] velocity at t(n) of nodes, and of the grid by projection; of nodes too where points follow them
+  RealVec vgrid{};
   RealVec agrid{};             // [neq] acceleration of the grid at t(n), rows of the grid (Newmark)
   RealVec fint0{}, fext0{};        // [neq] at t(n) on the weights of this step (statics, Newmark)
   RealVec fint{}, fext{}, R{};       // [neq] at the solution; R with the forces of equations at their masters
@@ -44,21 +45,24 @@ struct LinearSystem {
   double residual = 0.0, energy = 0.0;   // the largest norm of R and sqrt(f dx) so far, the scale of accuracy
 };
 
-// step_tangent : A = K + cM M of iteration it and f = -R with the prescribed corrections put in; A stays when the scene is
-// linear, or when the tangent of the iteration before is near enough for the last one (8.11)
+// step_tangent : A = K + cM M of iteration it and f = -R with the prescribed corrections put in; A stays when
+// the scene is linear, or when the tangent of the iteration before is near enough for the last one (8.11)
 //   in   residual, accepted   norm of R, and that which ends the iteration
-void step_tangent(Problem& p, const Attempt& a, int it, double residual, double accepted, const RealVec& R, const RealVec& pending,
-                  LinearSystem& l);
+void step_tangent(Problem& p, const Attempt& a, int it, double residual, double accepted, const RealVec& R,
+                  const RealVec& pending, LinearSystem& l);
 
 // step_solve : dx of iteration it, as exactly as Newton's method can use it (8.6)
 //   in   residual, accepted   norm of R, and that which ends the iteration
-Status step_solve(Problem& p, const Attempt& a, int it, double residual, double accepted, const RealVec& pending, LinearSystem& l);
+Status step_solve(Problem& p, const Attempt& a, int it, double residual, double accepted,
+                  const RealVec& pending, LinearSystem& l);
 
-// step_held : do the supports hold every part of bodies of solid elements in space? false: not known. Parts are elements that share
-// faces; their supports must take all six rigid motions. Then a matrix of statics is not singular without being factorised.
+// step_held : do the supports hold every part of bodies of solid elements in space? false: not known. Parts
+// are elements that share faces; their supports must take all six rigid motions. Then a matrix of statics is
+// not singular without being factorised.
 bool step_held(const Problem& p);
 
-// step_free_motion : the rigid motions that the supports leave to the part of elements of this node, in words; empty: none
+// step_free_motion : the rigid motions that the supports leave to the part of elements of this node, in
+// words; empty: none
 std::string step_free_motion(const Problem& p, int node);
 
 // step_memory : bytes of what lives through the run
@@ -79,11 +83,12 @@ Status step_inertia_begin(Problem& p, Attempt& a);
 // step_finish : velocities, reactions, energies at t(n+1) into st.np1 and st.ledger
 void step_finish(Problem& p, Attempt& a);
 
-// step_initial_acceleration : a = M^-1 (fext - fint) of the nodes, at the start of a Newmark step and after elements broke
+// step_initial_acceleration : a = M^-1 (fext - fint) of the nodes, at the start of a Newmark step and after
+// elements broke
 Status step_initial_acceleration(Problem& p, const Step& s, double t_step);
 
-// step_missed : at the start of a step: warns of loads and supports that fixed increments step over. mid: loads are asked for in the
-// middle of an increment
+// step_missed : at the start of a step: warns of loads and supports that fixed increments step over. mid:
+// loads are asked for in the middle of an increment
 void step_missed(const Problem& p, const Step& s, bool mid);
 
 // ledger_update : energies and momenta of the level
@@ -96,17 +101,20 @@ struct BreakWatch {
   FirstBreak first;            // what breaks at its end
 };
 
-// step_fracture : at t(n), just converged: what breaks, breaks and becomes points; in statics equilibrium follows at the
-// same load, until nothing breaks any more. Not good: the state is that of a failed attempt.
+// step_fracture : at t(n), just converged: what breaks, breaks and becomes points; in statics equilibrium
+// follows at the same load, until nothing breaks any more. Not good: the state is that of a failed attempt.
 // INTERRUPTED: a signal came between two equilibria.
 //   in   before   the state at the start of the increment
-//   watch         CRITERION_EXCEEDED: the increment steps over the load of the first break; nothing has broken yet
-Status step_fracture(Problem& p, const Step& s, double t_step, const State& before, BreakWatch& watch, Output& out);
+//   watch         CRITERION_EXCEEDED: the increment steps over the load of the first break; nothing has
+//                 broken yet
+Status step_fracture(Problem& p, const Step& s, double t_step, const State& before, BreakWatch& watch,
+                     Output& out);
 
 // step_signalled : has a signal come, on any rank? Collective.
 bool step_signalled();
 
-// step_undo_point, step_undo : the state with its elements, points and bonds before an increment, and back to it
+// step_undo_point, step_undo : the state with its elements, points and bonds before an increment, and back to
+// it
 struct UndoPoint {
   State state;
   CornerShare share;
@@ -118,10 +126,12 @@ void step_undo(Problem& p, const UndoPoint& u);
 // softens: how many, the worst one, and again whenever twice as many are
 void step_limit(Problem& p, const Step& s);
 
-// step_remainder : statics: warns when loads rest on broken material alone: the share that its STIFFNESS carries
+// step_remainder : statics: warns when loads rest on broken material alone: the share that its STIFFNESS
+// carries
 void step_remainder(Problem& p, const Step& s);
 
-// step_run : all steps of the model, or those that are left after a restart file (f.reading); returns an exit code
+// step_run : all steps of the model, or those that are left after a restart file (f.reading); returns an exit
+// code
 int step_run(Problem& p, Archive& f, Output& out);
 
 // step_explain : what failed, where, and what to try

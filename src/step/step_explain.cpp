@@ -33,7 +33,8 @@ double smallest_stretch(const Problem& p)
   return least;
 }
 
-// what the pairs of contact hold in a static step that found something free to move: nothing while they are open
+// what the pairs of contact hold in a static step that found something free to move: nothing while they are
+// open
 std::string contact_text(const Problem& p)
 {
   const State& st = p.st;
@@ -53,28 +54,37 @@ std::string contact_text(const Problem& p)
     }
     char text[300];
     if (closed)
-      std::snprintf(text, sizeof text, "; contact %.60s is closed at %d places and holds what rests on it %s", def.name.c_str(), closed,
+      std::snprintf(text, sizeof text, "; contact %.60s is closed at %d places and holds what rests on it %s",
+                    def.name.c_str(), closed,
                     def.friction > 0.0 ? "as long as it is pressed" : "along its normal only (no friction)");
     else if (least > 1e299)
       std::snprintf(text, sizeof text, "; contact %.60s meets no face and holds nothing", def.name.c_str());
     else
-      std::snprintf(text, sizeof text, "; contact %.60s is open (smallest gap %.3g at the start of the increment, %.3g now) and holds nothing: "
-                    "close it (*CONTACT PAIR, ADJUST=), or hold the body", def.name.c_str(), least, moved);
+      std::snprintf(text, sizeof text,
+                    "; contact %.60s is open (smallest gap %.3g at the start of the increment, %.3g now) and "
+                    "holds nothing: "
+                    "close it (*CONTACT PAIR, ADJUST=), or hold the body",
+                    def.name.c_str(), least, moved);
     out += text;
   }
   return out;
 }
 
-// is the element a master of a pair that looks at nodes only? Nodes of the master between them are seen by nobody
+// is the element a master of a pair that looks at nodes only? Nodes of the master between them are seen by
+// nobody
 std::string unseen_master(const Problem& p, int e)
 {
   const Mesh& mesh = p.m.mesh;
   for (int b = 0; b < p.st.bonds.nbond && b < p.pairs.master.size(); ++b) {
     const BondDef& d = p.m.bond[p.st.bonds.def[b]];
-    for (int k = p.pairs.master.off[b]; k < p.pairs.master.off[b + 1] && !d.by_face && d.intermediate == 0; ++k)
-      if (std::find(mesh.conn.begin(e), mesh.conn.begin(e) + mesh.conn.count(e), p.pairs.master.item[k]) != mesh.conn.begin(e) + mesh.conn.count(e))
-        return ". It belongs to the master surface of contact " + d.name.substr(0, 60) + ", whose slave nodes may not see how every second node "
-               "of it moves in: TYPE=SURFACE TO SURFACE, INTERMEDIATE=1, or a second pair with the roles exchanged";
+    for (int k = p.pairs.master.off[b]; k < p.pairs.master.off[b + 1] && !d.by_face && d.intermediate == 0;
+         ++k)
+      if (std::find(mesh.conn.begin(e), mesh.conn.begin(e) + mesh.conn.count(e), p.pairs.master.item[k]) !=
+          mesh.conn.begin(e) + mesh.conn.count(e))
+        return ". It belongs to the master surface of contact " + d.name.substr(0, 60) +
+               ", whose slave nodes may not see how every second node "
+               "of it moves in: TYPE=SURFACE TO SURFACE, INTERMEDIATE=1, or a second pair with the roles "
+               "exchanged";
   }
   return "";
 }
@@ -86,18 +96,22 @@ std::string pivot_text(const Problem& p, int row, int direction)
   char text[120];
   double x[3];
   if (row < s.nfe) {
-    std::snprintf(text, sizeof text, "direction %d of node %d", direction, p.m.mesh.node_label[s.node_of_row[row]]);
+    std::snprintf(text, sizeof text, "direction %d of node %d", direction,
+                  p.m.mesh.node_label[s.node_of_row[row]]);
   } else if (p.grid.key[row - s.nfe] >= key_own) {
-    std::snprintf(text, sizeof text, "direction %d of a corner of a point that the grid does not carry", direction);
+    std::snprintf(text, sizeof text, "direction %d of a corner of a point that the grid does not carry",
+                  direction);
   } else {
     grid_node_place(p.m.grid, s.dim, p.grid.key[row - s.nfe], x);
-    std::snprintf(text, sizeof text, "direction %d of the grid node at %s", direction, position_text(x, s.dim).c_str());
+    std::snprintf(text, sizeof text, "direction %d of the grid node at %s", direction,
+                  position_text(x, s.dim).c_str());
   }
   return text;
 }
 
-// what the solver says, what can move, and the unknown of the first zero pivot in the user's words. A pivot vanishes at any unknown that
-// takes part in the free motion; a rotation shows in a direction that is supported elsewhere.
+// what the solver says, what can move, and the unknown of the first zero pivot in the user's words. A pivot
+// vanishes at any unknown that takes part in the free motion; a rotation shows in a direction that is
+// supported elsewhere.
 std::string solver_text(const Problem& p)
 {
   const System& s = p.sys;
@@ -109,11 +123,13 @@ std::string solver_text(const Problem& p)
   if (row < s.nfe && !p.st.points.npoint && !p.st.bonds.nbond && s.tie.dof.empty()) {
     const std::string motion = step_free_motion(p, s.node_of_row[row]);
     if (!motion.empty()) return words + ": the supports leave free " + motion + " of its part";
-    return words + ": the supports take all rigid motions of its part, so a piece hangs on a hinge or on broken elements, or stiffnesses "
+    return words + ": the supports take all rigid motions of its part, so a piece hangs on a hinge or on "
+                   "broken elements, or stiffnesses "
                    "lie too far apart (a very thin element)";
   }
   const std::string contact = contact_text(p);
-  return words + ", which takes part in the motion" + contact + "; when it is supported, stiffnesses lie too far apart (a penalty, a very thin element)";
+  return words + ", which takes part in the motion" + contact +
+         "; when it is supported, stiffnesses lie too far apart (a penalty, a very thin element)";
 }
 
 // the bond, or the material point and its corner, that lies outside the grid
@@ -125,15 +141,19 @@ std::string wanderer(const Problem& p)
     RealVec xb;
     const int b = -1 - p.worst;
     bond_places(p.m, pts, p.st.bonds, p.st.n.u, p.st.n.uc, xb);
-    return "bond " + p.m.bond[p.st.bonds.def[b]].name.substr(0, 60) + " (now in " + position_text(&xb[b * dim], dim) + ", at t = 0 in " +
-           position_text(&p.st.bonds.X[3 * b], dim) + ")";
+    return "bond " + p.m.bond[p.st.bonds.def[b]].name.substr(0, 60) + " (now in " +
+           position_text(&xb[b * dim], dim) + ", at t = 0 in " + position_text(&p.st.bonds.X[3 * b], dim) +
+           ")";
   }
-  const int place = static_cast<int>(std::find(pts.conn.item.begin(), pts.conn.item.end(), p.worst) - pts.conn.item.begin());
-  const int q = static_cast<int>(std::upper_bound(pts.conn.off.begin(), pts.conn.off.end(), place) - pts.conn.off.begin()) - 1;
+  const int place = static_cast<int>(std::find(pts.conn.item.begin(), pts.conn.item.end(), p.worst) -
+                                     pts.conn.item.begin());
+  const int q = static_cast<int>(std::upper_bound(pts.conn.off.begin(), pts.conn.off.end(), place) -
+                                 pts.conn.off.begin()) -
+                1;
   double x[3] = {0, 0, 0};
   for (int i = 0; i < dim; ++i) x[i] = pts.Xc[p.worst * dim + i] + p.st.n.uc[p.worst * dim + i];
-  std::string text = "the corner " + position_text(x, dim) + " of material point " + std::to_string(pts.label[q]) + " of body " +
-                     p.m.body[pts.body[q]].name.substr(0, 60);
+  std::string text = "the corner " + position_text(x, dim) + " of material point " +
+                     std::to_string(pts.label[q]) + " of body " + p.m.body[pts.body[q]].name.substr(0, 60);
   if (pts.parent[q] >= 0) text += " (element " + std::to_string(p.m.mesh.elem_label[pts.parent[q]]) + ")";
   return text;
 }
@@ -178,40 +198,53 @@ std::string step_explain(const Problem& p, Status status)
   if (!p.note.empty()) return p.note;
   if (status == SOLVER_SINGULAR || status == SOLVER_FAILED) return solver_text(p);
   if (status == MASS_FAILED)
-    return "the velocities of the grid at the start of the increment, or the accelerations of the nodes, were not found in 1000 iterations "
-           "with the mass matrix, which no smaller increment changes: look for densities and velocities that are out of proportion, and "
+    return "the velocities of the grid at the start of the increment, or the accelerations of the nodes, "
+           "were not found in 1000 iterations "
+           "with the mass matrix, which no smaller increment changes: look for densities and velocities that "
+           "are out of proportion, and "
            "for points that hardly touch their cells (WEAK= of *GRID)";
   if (status == OUTSIDE_GRID) {
     double top[3] = {0, 0, 0}, lo[3], hi[3];
     for (int i = 0; i < m.dim; ++i) top[i] = m.grid.lo[i] + m.grid.n[i] * m.grid.h[i];
     needed_box(p, lo, hi);
-    return wanderer(p) + " left the grid, which reaches from " + position_text(m.grid.lo.data(), m.dim) + " to " + position_text(top, m.dim) +
-           ": enlarge *GRID; with the velocities of now the step needs it from " + position_text(lo, m.dim) + " to " + position_text(hi, m.dim);
+    return wanderer(p) + " left the grid, which reaches from " + position_text(m.grid.lo.data(), m.dim) +
+           " to " + position_text(top, m.dim) +
+           ": enlarge *GRID; with the velocities of now the step needs it from " + position_text(lo, m.dim) +
+           " to " + position_text(hi, m.dim);
   }
   if (status == BAD_NUMBER)
-    return "forces or displacements have grown beyond all numbers (NaN or infinity): look for a value of the deck that is out "
+    return "forces or displacements have grown beyond all numbers (NaN or infinity): look for a value of the "
+           "deck that is out "
            "of proportion (units, sizes, stiffness, density, penalty, dt)";
   if (status == CONTACT_DEPTH) {
     const double* X = &p.st.bonds.X[3 * p.worst];
-    std::snprintf(text, sizeof text, "contact %s: the point that was at (%g, %g, %g) enters its master face by %g, too deep "
-                  "for the size of the face: smaller increments, or a stiffer penalty (*CONTACT PAIR, ALPHA=)",
-                  m.bond[p.st.bonds.def[p.worst]].name.c_str(), X[0], X[1], X[2], -p.st.np1.slip[p.worst * m.dim]);
+    std::snprintf(
+        text, sizeof text,
+        "contact %s: the point that was at (%g, %g, %g) enters its master face by %g, too deep "
+        "for the size of the face: smaller increments, or a stiffer penalty (*CONTACT PAIR, ALPHA=)",
+        m.bond[p.st.bonds.def[p.worst]].name.c_str(), X[0], X[1], X[2], -p.st.np1.slip[p.worst * m.dim]);
     return text;
   }
   if (status == BAD_JACOBIAN && p.worst >= 0) {
-    std::snprintf(text, sizeof text, "%s %d turned inside out (det F <= 0). St.Venant-Kirchhoff softens below a stretch of "
-                  "0.577: check the load, or take smaller increments", p.worst_is_point ? "material point" : "element",
+    std::snprintf(text, sizeof text,
+                  "%s %d turned inside out (det F <= 0). St.Venant-Kirchhoff softens below a stretch of "
+                  "0.577: check the load, or take smaller increments",
+                  p.worst_is_point ? "material point" : "element",
                   p.worst_is_point ? p.st.points.label[p.worst] : m.mesh.elem_label[p.worst]);
     return p.worst_is_point ? text : text + unseen_master(p, p.worst);
   }
   const double stretch = smallest_stretch(p);
   if (stretch < 0.65) {
-    std::snprintf(text, sizeof text, "no equilibrium found (residual %.3e against %.3e); the smallest stretch is %.3f: St.Venant-"
-                  "Kirchhoff softens below 0.577 and carries no more load", p.st.log.residual, p.st.log.scale, stretch);
+    std::snprintf(
+        text, sizeof text,
+        "no equilibrium found (residual %.3e against %.3e); the smallest stretch is %.3f: St.Venant-"
+        "Kirchhoff softens below 0.577 and carries no more load",
+        p.st.log.residual, p.st.log.scale, stretch);
     return text;
   }
   if (p.st.log.iterations == 0) return std::string(out_status_text(status)) + ", before the first iteration";
-  std::snprintf(text, sizeof text, "residual %.3e against a force scale of %.3e after %d iterations: smaller increments, more "
+  std::snprintf(text, sizeof text,
+                "residual %.3e against a force scale of %.3e after %d iterations: smaller increments, more "
                 "iterations (*NEWTON, MAX ITER=), or a load beyond what the structure can carry",
                 p.st.log.residual, p.st.log.scale, p.st.log.iterations);
   return p.solver.hold >= 0 && p.solver.zero_equation >= 0 ? text + ("; " + solver_text(p)) : text;

@@ -28,7 +28,8 @@ void find_erosions(Problem& p, const Step& s, std::vector<Erosion>& erode, First
   frac_test(p.m, s, p.el, p.fm, fr, p.st.n, p.energy, erode, first);
 }
 
-// points come off; elements break, and those that are to become points, do. The energy that goes is told apart.
+// points come off; elements break, and those that are to become points, do. The energy that goes is told
+// apart.
 Status apply(Problem& p, const Step& s, const std::vector<Erosion>& erode, const IntVec& torn, IntVec convert)
 {
   State& st = p.st;
@@ -82,14 +83,16 @@ bool stepped_over(Problem& p, const Step& s, const State& before, BreakWatch& w)
   w.value0 = frac_value(p.m, s, p.el, p.fm, before.frac, before.n, w.first);
   if (w.first.value <= 1.0 + tolerance && w.value0 >= 1.0 - tolerance) return false;
   char text[100];
-  std::snprintf(text, sizeof text, "element %d: criterion %.5g, at the start %.5g", p.m.mesh.elem_label[w.first.elem], w.first.value, w.value0);
+  std::snprintf(text, sizeof text, "element %d: criterion %.5g, at the start %.5g",
+                p.m.mesh.elem_label[w.first.elem], w.first.value, w.value0);
   p.note = text;
   return true;
 }
 
 }  // namespace
 
-Status step_fracture(Problem& p, const Step& s, double t_step, const State& before, BreakWatch& watch, Output& out)
+Status step_fracture(Problem& p, const Step& s, double t_step, const State& before, BreakWatch& watch,
+                     Output& out)
 {
   std::vector<Erosion> erode;
   IntVec convert, torn;

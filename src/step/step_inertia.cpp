@@ -43,9 +43,9 @@ Status force_at_start(Problem& p, Attempt& a)
   return status == STATUS_OK ? assem_internal(p, mode, a.fint0) : status;
 }
 
-// M a(n): from the accelerations of the nodes, for the grid from its forces: M a = fext - fint on free dofs, and
-// from that solution the rows of its supports, whose reaction is not known otherwise. Where points follow nodes all forces are
-// asked: the accelerations of the nodes belong to the grid of the step before.
+// M a(n): from the accelerations of the nodes, for the grid from its forces: M a = fext - fint on free dofs,
+// and from that solution the rows of its supports, whose reaction is not known otherwise. Where points follow
+// nodes all forces are asked: the accelerations of the nodes belong to the grid of the step before.
 Status inertia_at_start(Problem& p, Attempt& a, RealVec& Ma)
 {
   const System& s = p.sys;
@@ -166,7 +166,8 @@ void finish_nodes(Problem& p, const Attempt& a, RealVec& dv)
       } else {
         scheme.node(s, a.dt, du, v, acc, v1, a1);
       }
-      const bool projected = p.sys.hung && !p.sys.fixed[dof];          // v is not that of the node, but the change is its change
+      // v is not that of the node, but the change is its change
+      const bool projected = p.sys.hung && !p.sys.fixed[dof];
       dv[dof] = v1 - (projected ? v : p.st.n.v[k]);
       p.st.np1.v[k] = projected ? p.st.n.v[k] + dv[dof] : v1;
       p.st.np1.a[k] = a1;
@@ -174,7 +175,8 @@ void finish_nodes(Problem& p, const Attempt& a, RealVec& dv)
   finish_ties(p, dv);
 }
 
-// what the ghosts have taken: their spring acts with the whole increment, their mass does not keep its own motion     (3.17)
+// what the ghosts have taken: their spring acts with the whole increment, their mass does not keep its own
+// motion  (3.17)
 void finish_ghosts(Problem& p, const Attempt& a, const RealVec& dv)
 {
   const int dim  = p.m.dim;
@@ -182,7 +184,8 @@ void finish_ghosts(Problem& p, const Attempt& a, const RealVec& dv)
   RealVec jump;
   assem_ghost_jump(p, dv, jump);
   for (size_t i = 0; i < jump.size(); ++i)
-    p.st.ledger.ghost += k * p.grid.ghost_k[i / dim] * p.ghost_s[i] * p.ghost_s[i] + 0.5 * p.grid.ghost_m[i / dim] * jump[i] * jump[i];
+    p.st.ledger.ghost += k * p.grid.ghost_k[i / dim] * p.ghost_s[i] * p.ghost_s[i] +
+                         0.5 * p.grid.ghost_m[i / dim] * jump[i] * jump[i];
 }
 
 // v_c += sum_v N_v(x_c) dv_v                                                       (3.15)
@@ -277,8 +280,9 @@ double external_work(const Problem& p, const Attempt& a, const RealVec& rf0)
   return work;
 }
 
-// statics: corners follow other nodes than in the step before, whose equilibrium is none on these; what the forces that are left do on
-// the way to the new one is lost. Elements that break leave forces too, which are counted there (dt = 0).                     (6.15)
+// statics: corners follow other nodes than in the step before, whose equilibrium is none on these; what the
+// forces that are left do on the way to the new one is lost. Elements that break leave forces too, which are
+// counted there (dt = 0).  (6.15)
 double work_of_renewal(const Problem& p, const Attempt& a)
 {
   if (a.cM != 0.0 || a.dt == 0.0 || p.grid.nnode == 0) return 0.0;
@@ -300,8 +304,8 @@ void finish_contact(Problem& p, const Attempt& a)
     if (st.bonds.field[b] != SIDE_CONTACT || !p.pairs.master.count(b)) continue;
     ContactLog& c = log[st.bonds.def[b]];
     double f[3], t1[3], slipped, pressure = 0.0, friction = 0.0;
-    const double gap = contact_force(p.m, st.bonds, p.pairs, b, a.mode, &p.contact_s[b * dim], &st.n.lambda[b * dim],
-                                     st.np1.lambda_n[b], f, nullptr, t1, &slipped);
+    const double gap = contact_force(p.m, st.bonds, p.pairs, b, a.mode, &p.contact_s[b * dim],
+                                     &st.n.lambda[b * dim], st.np1.lambda_n[b], f, nullptr, t1, &slipped);
     if (st.np1.lambda_n[b] + st.bonds.cn[b] * gap >= 0.0) st.np1.lambda_n[b] = 0.0;     // open: forgotten
     for (int i = 0; i < dim; ++i) {
       st.bonds.normal[b * dim + i] = p.pairs.normal[b * dim + i];
@@ -323,7 +327,8 @@ void finish_contact(Problem& p, const Attempt& a)
 void step_finish(Problem& p, Attempt& a)
 {
   Timer timer(PHASE_COMMIT);
-  const RealVec rf0 = p.st.rf.empty() ? RealVec(static_cast<size_t>(p.m.mesh.nnode()) * p.m.dim, 0.0) : p.st.rf;
+  const RealVec rf0 = p.st.rf.empty() ? RealVec(static_cast<size_t>(p.m.mesh.nnode()) * p.m.dim, 0.0)
+                                      : p.st.rf;
   RealVec dv(p.sys.neq(), 0.0);        // change of the velocities of the unknowns
   p.st.np1.time = a.total1;
   if (a.cM != 0.0) {
@@ -336,6 +341,7 @@ void step_finish(Problem& p, Attempt& a)
   if (p.pairs.near || !p.st.contact.empty()) finish_contact(p, a);
   p.st.ledger.external += external_work(p, a, rf0);
   p.st.ledger.renewal += work_of_renewal(p, a);
-  if (p.fm.on) p.st.ledger.fracture += frac_degraded(p.m, a.step, p.el, p.st.points, p.st.frac, p.st.n, p.st.np1);
+  if (p.fm.on)
+    p.st.ledger.fracture += frac_degraded(p.m, a.step, p.el, p.st.points, p.st.frac, p.st.n, p.st.np1);
   ledger_update(p, p.st.np1, a.step.nlgeom);
 }

@@ -36,7 +36,8 @@ void add_nodes(const Problem& p, const Level& l, Ledger& g)
 
 void sum_motion(Ledger& g)
 {
-  double sum[7] = {g.kinetic, g.momentum[0], g.momentum[1], g.momentum[2], g.angular[0], g.angular[1], g.angular[2]};
+  double sum[7] = {g.kinetic,    g.momentum[0], g.momentum[1], g.momentum[2],
+                   g.angular[0], g.angular[1],  g.angular[2]};
   comm_sum(sum, 7);
   g.kinetic = sum[0];
   std::copy(sum + 1, sum + 4, g.momentum);
@@ -69,9 +70,11 @@ void ledger_update(Problem& p, const Level& l, bool nlgeom)
   if (!p.sys.M.empty()) add_nodes(p, l, g);
   add_points(p, l, g);
   sum_motion(g);
-  g.strain  = elem_energy(p.m, p.el, l, nlgeom, p.fm.on ? &p.energy : nullptr) + point_energy(p.m, p.st.points, l, p.sys.my_point);
+  g.strain = elem_energy(p.m, p.el, l, nlgeom, p.fm.on ? &p.energy : nullptr) +
+             point_energy(p.m, p.st.points, l, p.sys.my_point);
   comm_sum(&g.strain, 1);
   g.bond    = bond_energy(p.st.bonds, p.m.dim, l, &g.slip_max, &g.slip_rms);
-  g.balance = g.kinetic + g.strain + g.bond + g.friction + g.fracture + g.ghost + g.renewal + g.conversion - g.total0 - g.external;
+  g.balance = g.kinetic + g.strain + g.bond + g.friction + g.fracture + g.ghost + g.renewal + g.conversion -
+              g.total0 - g.external;
   g.scale   = std::max({g.scale, g.kinetic + g.strain, std::fabs(g.external)});
 }

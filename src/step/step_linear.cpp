@@ -6,10 +6,12 @@
 
 namespace {
 
-const double FINAL  = 3e-10;   // sqrt(energy) of the error of the last correction, relative to the largest correction
-const double ACCEPT = 3e-9;    // the same, when a correction turns out to be the last that was not thought to be
+// sqrt(energy) of the error of the last correction, relative to the largest correction
+const double FINAL  = 3e-10;
+// the same, when a correction turns out to be the last that was not thought to be
+const double ACCEPT = 3e-9;
 const double BLIND  = 1e-6;    // reduction in iterations that the increment before did not have
-const int LEAST     = 2000;    // equations; below, a factorisation is taken without asking
+const int SLOW      = 8;       // iterations; Newton's method that takes more gets factorised tangents
 const double NEAR   = 0.1;     // of the accepted residual, when a tangent is used twice
 
 // nothing in the scene can change the tangent, but for what Frozen compares
@@ -24,20 +26,22 @@ bool linear_scene(const Problem& p, const Attempt& a)
 bool same_tangent(const Problem& p, const Attempt& a)
 {
   const Frozen& z = p.frozen;
-  return z.on && z.pattern == p.sys.pattern && z.mode.cD() == a.mode.cD() && std::fabs(z.cM - a.cM) <= 1e-12 * a.cM &&
-         z.fixed == p.sys.fixed;
+  return z.on && z.pattern == p.sys.pattern && z.mode.cD() == a.mode.cD() &&
+         std::fabs(z.cM - a.cM) <= 1e-12 * a.cM && z.fixed == p.sys.fixed;
 }
 
-// the iteration before, with its tangent, has brought the residual down so far that the same factor ends the iteration well  (8.11)
+// the iteration before, with its tangent, has brought the residual down so far that the same factor ends the
+// iteration well  (8.11)
 // Not in statics, where a soft mode turns a small residual into a large error.
 bool near_tangent(const Problem& p, const Attempt& a, int it, double residual, double accepted)
 {
-  if (!p.m.solver.reuse || a.cM == 0.0 || it == 1 || it - 2 >= static_cast<int>(p.newton_gain.size())) return false;
+  if (!p.m.solver.reuse || a.cM == 0.0 || it == 1 || it - 2 >= static_cast<int>(p.newton_gain.size()))
+    return false;
   return residual * p.newton_gain[it - 2] <= NEAR * accepted;
 }
 
-// how far the linear residual must go down (8.6): a third of what Newton's method has made of it in the same iteration of
-// the increment before, and far enough when that iteration was the last
+// how far the linear residual must go down (8.6): a third of what Newton's method has made of it in the same
+// iteration of the increment before, and far enough when that iteration was the last
 double reduction(const RealVec& gain, int it, double residual, double accepted)
 {
   if (it > static_cast<int>(gain.size())) return BLIND;
@@ -60,8 +64,8 @@ bool supported(Problem& p)
 
 }  // namespace
 
-void step_tangent(Problem& p, const Attempt& a, int it, double residual, double accepted, const RealVec& R, const RealVec& pending,
-                  LinearSystem& l)
+void step_tangent(Problem& p, const Attempt& a, int it, double residual, double accepted, const RealVec& R,
+                  const RealVec& pending, LinearSystem& l)
 {
   System& s = p.sys;
   Frozen& z = p.frozen;
@@ -99,7 +103,8 @@ void step_tangent(Problem& p, const Attempt& a, int it, double residual, double 
   z.whole   = l.whole;
 }
 
-Status step_solve(Problem& p, const Attempt& a, int it, double residual, double accepted, const RealVec& pending, LinearSystem& l)
+Status step_solve(Problem& p, const Attempt& a, int it, double residual, double accepted,
+                  const RealVec& pending, LinearSystem& l)
 {
   const System& s = p.sys;
   l.residual = std::max(l.residual, residual);
@@ -107,15 +112,17 @@ Status step_solve(Problem& p, const Attempt& a, int it, double residual, double 
   ask.stamp    = s.tangent;
   ask.eta      = reduction(p.newton_gain, it, residual, accepted);
   ask.residual = 0.01 * accepted;
-  // statics with broken material, nearly singular: only a preconditioner that is exact there leaves nothing behind
+  // statics with broken material, nearly singular: only a preconditioner that is exact there leaves nothing
+  // behind
   const bool loose = a.cM == 0.0 && p.fm.on && p.st.frac.neroded > 0;
   ask.energy = (loose ? 0.5 * ACCEPT : FINAL) * l.energy;
   ask.broken = loose;
-  ask.exact  = it > 8;               // Newton's method does not come to an end
+  ask.exact  = it > SLOW;
   // in motion too unknowns of the grid may be held: their mass may be singular in what no corner sees (3.14)
   p.solver.hold = loose || (a.cM != 0.0 && p.grid.nnode) ? s.nfe : -1;
   ask.inertia   = a.cM != 0.0;
-  ask.held      = p.solver.nfactor == 0 && s.neq() >= LEAST && p.m.dim == 3 && (ask.inertia || supported(p));
+  ask.held      = p.solver.nfactor == 0 && s.neq() >= SMALL_SYSTEM && p.m.dim == 3 &&
+                  (ask.inertia || supported(p));
   ask.digits = -std::log10(std::max(ask.eta, FINAL * l.residual / residual));
   const Status status = solve_system(p.solver, s.A, ask, l.f, l.dx);
   if (status != STATUS_OK) return status;

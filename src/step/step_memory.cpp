@@ -9,7 +9,8 @@ double bytes(const ListTable& t) { return bytes(t.off) + bytes(t.item); }
 
 double bytes(const Level& l)
 {
-  return bytes(l.u) + bytes(l.v) + bytes(l.a) + bytes(l.uc) + bytes(l.vc) + bytes(l.vp) + bytes(l.slip) + bytes(l.lambda) + bytes(l.lambda_n);
+  return bytes(l.u) + bytes(l.v) + bytes(l.a) + bytes(l.uc) + bytes(l.vc) + bytes(l.vp) + bytes(l.slip) +
+         bytes(l.lambda) + bytes(l.lambda_n);
 }
 
 }  // namespace
@@ -20,16 +21,21 @@ void step_memory(const Problem& p, std::vector<MemoryUse>& out)
   const Mesh& mesh = p.m.mesh;
   double elements = bytes(p.el.block_of) + bytes(p.el.slot_of) + bytes(p.el.home);
   for (const ElemBlock& b : p.el.block)
-    elements += bytes(b.elem) + bytes(b.live) + bytes(b.kind) + bytes(b.dNdX) + bytes(b.w) + bytes(b.eas) + bytes(b.me);
+    elements += bytes(b.elem) + bytes(b.live) + bytes(b.kind) + bytes(b.dNdX) + bytes(b.w) + bytes(b.eas) +
+                bytes(b.me);
   const Points& q = p.st.points;
   out.clear();
   out.push_back({"matrix", bytes(s.A.val) + bytes(s.A.col) + bytes(s.A.off)});
   out.push_back({"mass", bytes(s.M)});
-  out.push_back({"places in the matrix", bytes(s.elem_map) + bytes(s.point_map) + bytes(s.bond_map) + bytes(s.ghost_map) + bytes(s.point_map_off) + bytes(s.bond_map_off)});
+  out.push_back({"places in the matrix", bytes(s.elem_map) + bytes(s.point_map) + bytes(s.bond_map) +
+                                             bytes(s.ghost_map) + bytes(s.point_map_off) +
+                                             bytes(s.bond_map_off)});
   solve_memory(p.solver, out);
   out.push_back({"elements", elements});
-  out.push_back({"mesh", bytes(mesh.X) + bytes(mesh.conn) + bytes(mesh.node_label) + bytes(mesh.elem_label) + bytes(mesh.elem_type) + bytes(mesh.elem_section)});
-  out.push_back({"points and grid", bytes(q.Xc) + bytes(q.G) + bytes(q.w) + bytes(q.mc) + bytes(q.conn) + bytes(p.grid.point) + bytes(p.grid.dS) +
-                                    bytes(p.grid.corner) + bytes(p.grid.corner_w)});
+  out.push_back({"mesh", bytes(mesh.X) + bytes(mesh.conn) + bytes(mesh.node_label) + bytes(mesh.elem_label) +
+                             bytes(mesh.elem_type) + bytes(mesh.elem_section)});
+  out.push_back({"points and grid", bytes(q.Xc) + bytes(q.G) + bytes(q.w) + bytes(q.mc) + bytes(q.conn) +
+                                        bytes(p.grid.point) + bytes(p.grid.dS) + bytes(p.grid.corner) +
+                                        bytes(p.grid.corner_w)});
   out.push_back({"state", bytes(p.st.n) + bytes(p.st.np1)});
 }

@@ -16,7 +16,8 @@ const double* place_of(const Model& m, const Load& l)
   return node >= 0 ? &m.mesh.X[3 * node] : origin;
 }
 
-// warns when value(t) is at most half of its largest size wherever the fixed increments ask for it; ask: part of an increment
+// warns when value(t) is at most half of its largest size wherever the fixed increments ask for it; ask: part
+// of an increment
 template <class Value>
 void warn_missed(const Step& s, double ask, const Place& place, const char* what, Value value)
 {
@@ -27,21 +28,25 @@ void warn_missed(const Step& s, double ask, const Place& place, const char* what
   for (int k = 0; k < static_cast<int>(n); ++k) {
     seen = std::max(seen, std::fabs(value(std::min(s.period, (k + ask) * s.dt))));
     for (int j = 0; j <= PARTS; ++j) {
-      const double t = std::min(s.period, (k + static_cast<double>(j) / PARTS) * s.dt), f = std::fabs(value(t));
+      const double t = std::min(s.period, (k + static_cast<double>(j) / PARTS) * s.dt),
+                   f = std::fabs(value(t));
       if (!(f > largest)) continue;
       largest = f;
       when    = t;
     }
   }
   if (seen < 0.5 * largest)
-    log_warn("%s line %d: the %s reaches %.6g at t = %.6g of the step, between two increments; where they ask for it it is never more "
-             "than %.6g: take smaller increments", place.file.c_str(), place.line, what, largest, when, seen);
+    log_warn("%s line %d: the %s reaches %.6g at t = %.6g of the step, between two increments; where they "
+             "ask for it it is never more "
+             "than %.6g: take smaller increments",
+             place.file.c_str(), place.line, what, largest, when, seen);
 }
 
 }  // namespace
 
 // ---------------------------------------------------------------------------
-// step_missed : warns of loads and supports that fixed increments step over; looks eight times into each increment
+// step_missed : warns of loads and supports that fixed increments step over; looks eight times into each
+// increment
 // ---------------------------------------------------------------------------
 void step_missed(const Problem& p, const Step& s, bool mid)
 {
@@ -50,7 +55,8 @@ void step_missed(const Problem& p, const Step& s, bool mid)
   const double start = p.st.clock.start;
   for (const Load& l : s.load)
     if (l.ramp != RAMP_OUT && (!l.value.is_const() || l.amplitude >= 0))
-      warn_missed(s, mid ? 0.5 : 1.0, l.place, "load", [&](double t) { return load_value(m, s, l, place_of(m, l), t, start + t); });
+      warn_missed(s, mid ? 0.5 : 1.0, l.place, "load",
+                  [&](double t) { return load_value(m, s, l, place_of(m, l), t, start + t); });
   for (const Prescribed& b : s.prescribed)
     if (!b.node.empty() && (!b.value.is_const() || b.amplitude >= 0))
       warn_missed(s, 1.0, b.place, "prescribed displacement",

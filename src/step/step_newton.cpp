@@ -6,6 +6,12 @@
 
 namespace {
 
+const int BACK_OFF = 6;        // halvings of a correction that turns something inside out
+// Line search: trials; with fracture more, since broken material kinks the line (P7)
+const int TRIALS = 4, TRIALS_BROKEN = 6;
+const double SMOOTH_ENOUGH = 0.8;    // of |g(0)|: a correction that leaves no more needs no search (6.6)
+const double LEAST_PART = 0.1;       // of the correction, or of the bracket
+
 // residual and the sizes that it is judged by                                       (6.3)
 struct Balance {
   RealVec R, inertia, Mdu;
@@ -37,8 +43,8 @@ Status form_residual(Problem& p, Attempt& a, const RealVec& du, Balance& b)
   return std::isfinite(b.free_norm) && std::isfinite(internal + external) ? STATUS_OK : BAD_NUMBER;
 }
 
-// the part of the diagonal that strains make: rounding of F acts through it. Mass and bonds see du alone, and would hide
-// the loads when dt is small or a penalty large.
+// the part of the diagonal that strains make: rounding of F acts through it. Mass and bonds see du alone, and
+// would hide the loads when dt is small or a penalty large.
 RealVec strain_diagonal(const Problem& p, const RealVec& diag, double cM)
 {
   const System& s = p.sys;
@@ -50,16 +56,19 @@ RealVec strain_diagonal(const Problem& p, const RealVec& diag, double cM)
     if (p.m.bond[p.st.bonds.def[b]].kind == BOND_CONTACT) continue;
     bond_stiffness(p.st.bonds, s.dim, b, C);
     for (int k = s.bond.off[b]; k < s.bond.off[b + 1]; ++k)
-      for (int i = 0; i < s.dim; ++i) d[s.bond.item[k] * s.dim + i] -= s.bond_w[k] * s.bond_w[k] * C[i * s.dim + i];
+      for (int i = 0; i < s.dim; ++i)
+        d[s.bond.item[k] * s.dim + i] -= s.bond_w[k] * s.bond_w[k] * C[i * s.dim + i];
   }
   const ListTable& ghost = p.grid.ghost;
   for (int q = 0; q < ghost.size(); ++q)
     for (int k = ghost.off[q]; k < ghost.off[q + 1]; ++k)
-      for (int i = 0; i < s.dim; ++i) d[(s.nfe + ghost.item[k]) * s.dim + i] -= p.grid.ghost_k[q] * p.grid.ghost_w[k] * p.grid.ghost_w[k];
+      for (int i = 0; i < s.dim; ++i)
+        d[(s.nfe + ghost.item[k]) * s.dim + i] -= p.grid.ghost_k[q] * p.grid.ghost_w[k] * p.grid.ghost_w[k];
   return d;
 }
 
-// force that rounding alone makes: the stiffness times 1e-15 of the displacement and of the element size    (6.5)
+// force that rounding alone makes: the stiffness times 1e-15 of the displacement and of the element
+// size  (6.5)
 double rounding_floor(const Problem& p, const RealVec& diag, const RealVec& du, double cM)
 {
   const RealVec strain = strain_diagonal(p, diag, cM);
@@ -87,7 +96,8 @@ bool converged(const Problem& p, const Attempt& a, const Balance& b, const Linea
   // unknowns that are held keep a residual, which is judged by the reactions as well (theory 8.1)
   const bool held = a.cM == 0.0 && p.solver.hold >= 0 && p.solver.zero_equation >= 0;
   double res = 0.0, ref = 0.0, least = 0.0;
-  if (p.fm.on) {                                     // broken material has next to no stiffness, and need not be judged by it
+  // broken material has next to no stiffness, and need not be judged by it
+  if (p.fm.on) {
     for (double d : diag) least += d;
     least *= 1e-3 / static_cast<double>(s.neq());
   }
@@ -102,10 +112,11 @@ bool converged(const Problem& p, const Attempt& a, const Balance& b, const Linea
 }
 
 // largest part of the correction that keeps every det F positive
-Status back_off(Problem& p, Attempt& a, const RealVec& du, const RealVec& dx, RealVec& trial, Balance& b, double& s)
+Status back_off(Problem& p, Attempt& a, const RealVec& du, const RealVec& dx, RealVec& trial, Balance& b,
+                double& s)
 {
   Status status = BAD_JACOBIAN;
-  for (int k = 0; k < 6 && status != STATUS_OK; ++k, s *= 0.5) {
+  for (int k = 0; k < BACK_OFF && status != STATUS_OK; ++k, s *= 0.5) {
     for (size_t i = 0; i < du.size(); ++i) trial[i] = du[i] + s * dx[i];
     status = form_residual(p, a, trial, b);
     if (status == STATUS_OK) return status;
@@ -119,10 +130,10 @@ Status line_search(Problem& p, Attempt& a, const RealVec& du, const RealVec& dx,
 {
   double g1 = dot(dx, b.R), lo = 0.0, glo = g0, hi = s, ghi = g1;
   // broken material that opens or closes kinks the line: a smaller part may be the right one
-  const int most = p.fm.on ? 6 : 4;
-  for (int k = 0; k < most && std::fabs(g1) > 0.8 * std::fabs(g0); ++k) {
+  const int most = p.fm.on ? TRIALS_BROKEN : TRIALS;
+  for (int k = 0; k < most && std::fabs(g1) > SMOOTH_ENOUGH * std::fabs(g0); ++k) {
     double next = glo * ghi < 0.0 ? lo - glo * (hi - lo) / (ghi - glo) : 0.5 * (lo + hi);
-    next = std::min(std::max(next, p.fm.on ? lo + 0.1 * (hi - lo) : 0.1), 1.0);
+    next = std::min(std::max(next, p.fm.on ? lo + LEAST_PART * (hi - lo) : LEAST_PART), 1.0);
     for (size_t i = 0; i < du.size(); ++i) trial[i] = du[i] + next * dx[i];
     const Status status = form_residual(p, a, trial, b);
     if (status != STATUS_OK) return status;
@@ -144,7 +155,8 @@ Status step_newton(Problem& p, Attempt& a)
   const RealVec& dx = l.dx;
   tie_follow(s, true, a.du);
   Status status = form_residual(p, a, a.du, b);
-  if (status == BAD_JACOBIAN) {                      // the free flight turns something inside out: start from rest
+  // the free flight turns something inside out: start from rest
+  if (status == BAD_JACOBIAN) {
     std::fill(a.du.begin(), a.du.end(), 0.0);
     tie_follow(s, true, a.du);
     status = form_residual(p, a, a.du, b);
@@ -176,7 +188,8 @@ Status step_newton(Problem& p, Attempt& a)
       moved      = moved && std::fabs(pending[i]) <= 1e-14 * std::fabs(s.target[i]);
     }
     // 1. tangent, prescribed dofs                                                  (6.2)
-    const double scale    = log.scale > 0.0 ? std::min(b.scale, log.scale) : b.scale;    // inertia of the predictor is large
+    // inertia of the predictor is large
+    const double scale    = log.scale > 0.0 ? std::min(b.scale, log.scale) : b.scale;
     const double accepted = a.step.ctl.tol_force * scale;
     step_tangent(p, a, it, b.free_norm, accepted, b.R, pending, l);
     // loads below the floor are solved for once; without loads the floor ends the search for rounding
@@ -189,7 +202,8 @@ Status step_newton(Problem& p, Attempt& a)
     double g0 = 0.0;
     for (int i = 0; i < s.neq(); ++i)
       if (!s.fixed[i]) g0 += dx[i] * b.R[i];
-    if (it == 1 && guessed > 0.0 && std::fabs(g0) > guessed) return NOT_CONVERGED;    // the guess leads astray   (6.14)
+    // the guess leads astray  (6.14)
+    if (it == 1 && guessed > 0.0 && std::fabs(g0) > guessed) return NOT_CONVERGED;
     double part = 1.0;
     status = back_off(p, a, a.du, dx, trial, b, part);
     if (status != STATUS_OK) return status;

@@ -8,7 +8,8 @@
 namespace {
 
 // the value at X; when it is not a finite number: 0 and a message, one for each line of the deck
-double start_value(const Model& m, const InitialValue& iv, const std::string& where, const double* X, int& errors)
+double start_value(const Model& m, const InitialValue& iv, const std::string& where, const double* X,
+                   int& errors)
 {
   const double value = expr_eval(iv.value, X, 0.0);
   if (std::isfinite(value)) return value;
@@ -68,9 +69,10 @@ int start_equations(const Problem& p)
       }
       if (std::fabs(sum) <= 1e-9 * size) continue;
       if (errors++ < 10)
-        log_error("%s line %d, *EQUATION: the %s of the start do not fulfil it (sum %g of terms up to %g): *INITIAL "
-                  "CONDITIONS must give all its nodes what fits, also those without elements", e.place.file.c_str(),
-                  e.place.line, velocity ? "velocities" : "displacements", sum, size);
+        log_error("%s line %d, *EQUATION: the %s of the start do not fulfil it (sum %g of terms up to %g): "
+                  "*INITIAL "
+                  "CONDITIONS must give all its nodes what fits, also those without elements",
+                  e.place.file.c_str(), e.place.line, velocity ? "velocities" : "displacements", sum, size);
     }
   return errors;
 }
@@ -79,7 +81,8 @@ int start_equations(const Problem& p)
 void warn_few_points(const Problem& p)
 {
   if (p.st.points.npoint > 1.5 * p.grid.ncell) return;
-  log_warn("%d material points in %d cells: with about one point a cell the grid can move as an hourglass without any "
+  log_warn("%d material points in %d cells: with about one point a cell the grid can move as an hourglass "
+           "without any "
            "stress, and statics may be singular or wrong; take POINTS=2 or more, or larger cells",
            p.st.points.npoint, p.grid.ncell);
 }

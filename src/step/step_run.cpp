@@ -12,6 +12,17 @@
 
 namespace {
 
+// Contact, parts of the size of a face: a point that enters by more than ENTERED in one increment may have
+// missed a face; at 0.5 the search would lose it (contact_search), so TOO_DEEP ends the increment before
+const double ENTERED = 0.25, TOO_DEEP = 0.45;
+// Automatic increments: two in a row of at most EASY iterations, and the next is longer by GROWS; more than
+// HARD, and it is shorter by SHRINKS. Newton's method that takes 4 iterations has converged quadratically
+const int EASY = 4, EASY_ONES = 2, HARD = 8;
+const double GROWS = 1.5, SHRINKS = 0.75;
+// Parts of the largest energy that are told when they are missing: in motion; in statics, where the work of
+// a few large increments is taken by the trapezoidal rule
+const double TOLD_MOTION = 0.01, TOLD_STATICS = 0.2;
+
 // S of energy-momentum, or everything at t(n+1)
 KernelMode mode_of(const Step& s)
 {
@@ -58,15 +69,17 @@ Status augment(Problem& p, Attempt& a)
   return STATUS_OK;
 }
 
-// a point that entered a face by more than a quarter of its size in one step may have missed it: shorter steps see it.
+// a point that entered a face by more than a quarter of its size in one step may have missed it: shorter
+// steps see it.
 // Beyond half of its size the search would lose the point: the penalty is far too soft then.
 Status contact_depth(Problem& p)
 {
   const Bonds& b = p.st.bonds;
   for (int q = 0; q < b.nbond; ++q) {
     if (b.field[q] != SIDE_CONTACT || !p.pairs.master.count(q)) continue;
-    const double gap = p.st.np1.slip[q * p.m.dim] / p.pairs.size[q], before = p.pairs.gap[q] / p.pairs.size[q];
-    if (gap > -0.45 && (gap > -0.25 || before - gap < 0.25)) continue;
+    const double gap = p.st.np1.slip[q * p.m.dim] / p.pairs.size[q],
+                 before = p.pairs.gap[q] / p.pairs.size[q];
+    if (gap > -TOO_DEEP && (gap > -ENTERED || before - gap < ENTERED)) continue;
     p.worst = q;
     return CONTACT_DEPTH;
   }
@@ -102,12 +115,12 @@ void clock_accept(const Step& s, double used, int iterations, StepClock& c)
     if (s.direct) c.dt = s.dt;
   }
   if (s.direct) return;
-  c.easy = iterations <= 4 ? c.easy + 1 : 0;
-  if (c.easy >= 2) {
-    c.dt   = std::min(c.most > 0.0 ? c.most : s.dt_max, c.dt * 1.5);
+  c.easy = iterations <= EASY ? c.easy + 1 : 0;
+  if (c.easy >= EASY_ONES) {
+    c.dt   = std::min(c.most > 0.0 ? c.most : s.dt_max, c.dt * GROWS);
     c.easy = 0;
-  } else if (iterations > 8) {
-    c.dt *= 0.75;
+  } else if (iterations > HARD) {
+    c.dt *= SHRINKS;
   }
 }
 
@@ -118,7 +131,8 @@ std::vector<double> stops_of(const Model& m, double start, const Step& s)
   for (const Check& c : m.check)
     if (c.at == AT_TIME && c.time > start && c.time < start + s.period) out.push_back(c.time - start);
   for (const ConversionDef& c : m.conversion)
-    if (c.trigger == TRIGGER_TIME && c.limit > start && c.limit < start + s.period) out.push_back(c.limit - start);
+    if (c.trigger == TRIGGER_TIME && c.limit > start && c.limit < start + s.period)
+      out.push_back(c.limit - start);
   std::sort(out.begin(), out.end());
   return out;
 }
@@ -134,7 +148,8 @@ void stop_motion(Problem& p)
 }
 
 // ---------------------------------------------------------------------------
-// break_time : the part of an increment after which the criterion has a value, since its root grows with the load     (7.25)
+// break_time : the part of an increment after which the criterion has a value, since its root grows with the
+// load  (7.25)
 // ---------------------------------------------------------------------------
 double break_time(const BreakWatch& w, double value)
 {
@@ -142,9 +157,11 @@ double break_time(const BreakWatch& w, double value)
   return from < goal && goal < to ? (goal - from) / (to - from) : 0.5;
 }
 
-// how large the increment is that ends just before the first break; and where the one after it, in which it breaks, ends.
+// how large the increment is that ends just before the first break; and where the one after it, in which it
+// breaks, ends.
 // False: it cannot be cut any more.
-bool cut_to_break(const Problem& p, const Step& s, const BreakWatch& w, double dt, StepClock& clock, double& shorter)
+bool cut_to_break(const Problem& p, const Step& s, const BreakWatch& w, double dt, StepClock& clock,
+                  double& shorter)
 {
   const double half = 0.5 * p.m.fracture[p.fm.def[w.first.elem]].tolerance;
   const bool near   = w.value0 >= 1.0 - 2.0 * half;
@@ -154,7 +171,9 @@ bool cut_to_break(const Problem& p, const Step& s, const BreakWatch& w, double d
     clock.aim = near || aim <= shorter ? 0.0 : clock.t + aim;
     return true;
   }
-  log_note("  the increment is not cut any more: the criterion is exceeded by %.3g %% when the first element breaks", 100.0 * (w.first.value - 1.0));
+  log_note("  the increment is not cut any more: the criterion is exceeded by %.3g %% when the first element "
+           "breaks",
+           100.0 * (w.first.value - 1.0));
   return false;
 }
 
@@ -176,11 +195,12 @@ void begin_step(Problem& p, const Step& s)
   if (s.proc == PROC_STATIC) stop_motion(p);
 }
 
-// can a shorter increment do better? Not without memory or a number, outside the grid, when the velocities at t(n) are not found, or
-// after a signal
+// can a shorter increment do better? Not without memory or a number, outside the grid, when the velocities at
+// t(n) are not found, or after a signal
 bool cut_helps(Status status)
 {
-  return status != SOLVER_FAILED && status != BAD_VALUE && status != OUTSIDE_GRID && status != MASS_FAILED && status != INTERRUPTED;
+  return status != SOLVER_FAILED && status != BAD_VALUE && status != OUTSIDE_GRID && status != MASS_FAILED &&
+         status != INTERRUPTED;
 }
 
 // how often increments were cut before the run stopped, and why they are not cut again
@@ -192,7 +212,8 @@ std::string cuts_text(const Problem& p, Status status)
   std::string text   = "stopped after " + std::to_string(log.cuts) + " cuts of this increment";
   if (p.st.clock.cuts != log.cuts) text += ", " + std::to_string(p.st.clock.cuts) + " in this step";
   char limit[80] = "";
-  if (p.note.compare(0, 4, "INC=") != 0 && cut_helps(status) && log.cuts < s.ctl.max_cut && 0.5 * p.st.clock.dt < s.dt_min)
+  if (p.note.compare(0, 4, "INC=") != 0 && cut_helps(status) && log.cuts < s.ctl.max_cut &&
+      0.5 * p.st.clock.dt < s.dt_min)
     std::snprintf(limit, sizeof limit, "; half of dt = %g is less than dt min = %g", p.st.clock.dt, s.dt_min);
   return text + limit;
 }
@@ -201,18 +222,22 @@ std::string cuts_text(const Problem& p, Status status)
 void check_ranks(const Problem& p)
 {
   if (comm_size() == 1) return;
-  const double mine[4] = {p.st.log.residual, p.st.ledger.strain, p.st.ledger.balance, static_cast<double>(p.st.log.iterations)};
+  const double mine[4] = {p.st.log.residual, p.st.ledger.strain, p.st.ledger.balance,
+                          static_cast<double>(p.st.log.iterations)};
   double first[4];
   std::memcpy(first, mine, sizeof first);
   comm_share(first, 4);
-  MPFE_CHECK(std::memcmp(first, mine, sizeof first) == 0, "the ranks have different numbers: run on machines of one kind");
+  MPFE_CHECK(std::memcmp(first, mine, sizeof first) == 0,
+             "the ranks have different numbers: run on machines of one kind");
 }
 
 Status interrupted(Problem& p, Output& out)
 {
-  p.note = "signal " + std::to_string(interrupt_signal()) + " has ended the run; the files are complete up to here";
+  p.note = "signal " + std::to_string(interrupt_signal()) +
+           " has ended the run; the files are complete up to here";
   out_restart(p.m, p.st, p.grid, true, out);
-  if (p.m.restart.write) p.note += ". mpfe --restart " + out.base + ".rst, or *RESTART, READ in the deck, continues it";
+  if (p.m.restart.write)
+    p.note += ". mpfe --restart " + out.base + ".rst, or *RESTART, READ in the deck, continues it";
   return INTERRUPTED;
 }
 
@@ -239,7 +264,8 @@ Status run_step(Problem& p, const Step& s, Output& out)
     const StepLog done = st.log;
     st.log.cuts = 0;
     if (++st.log.inc > s.max_inc) {
-      p.note = "INC=" + std::to_string(s.max_inc) + " increments are used up before the end of the step: raise INC, or dt";
+      p.note = "INC=" + std::to_string(s.max_inc) +
+               " increments are used up before the end of the step: raise INC, or dt";
       return NOT_CONVERGED;
     }
     // 1., 2. grid, rows, pattern, mass
@@ -319,18 +345,21 @@ bool lossy(const Model& m)
   return false;
 }
 
-// more than a percent of energy from nowhere: say so. A dissipating scheme loses energy on purpose; in statics the
-// work of a few large increments is taken by the trapezoidal rule, so only a gross error counts.
+// more than a percent of energy from nowhere: say so. A dissipating scheme loses energy on purpose; in
+// statics the work of a few large increments is taken by the trapezoidal rule, so only a gross error counts.
 void warn_balance(const Problem& p)
 {
   const Ledger& g = p.st.ledger;
-  if (g.conversion < -0.01 * g.scale)
-    log_warn("conversion to points has won %.1f %% of the energy (ECONV %.4g): elements and cells of one size, or smaller "
-             "increments make it smaller", -100.0 * g.conversion / g.scale, g.conversion);
+  if (g.conversion < -TOLD_MOTION * g.scale)
+    log_warn("conversion to points has won %.1f %% of the energy (ECONV %.4g): elements and cells of one "
+             "size, or smaller "
+             "increments make it smaller",
+             -100.0 * g.conversion / g.scale, g.conversion);
   bool moves = false;
   for (const Step& s : p.m.step) moves = moves || s.proc == PROC_DYNAMIC;
-  if (lossy(p.m) || std::fabs(g.balance) <= (moves ? 0.01 : 0.2) * g.scale) return;
-  log_warn("the energy balance is off by %.1f %% (%.4g of %.4g): smaller increments show whether the answer can be trusted",
+  if (lossy(p.m) || std::fabs(g.balance) <= (moves ? TOLD_MOTION : TOLD_STATICS) * g.scale) return;
+  log_warn("the energy balance is off by %.1f %% (%.4g of %.4g): smaller increments show whether the answer "
+           "can be trusted",
            100.0 * std::fabs(g.balance) / g.scale, g.balance, g.scale);
 }
 
@@ -343,9 +372,10 @@ bool balance_failed(const Problem& p)
   if (limit == 0.0 || g.balance <= limit * g.scale) {
     if (limit == 0.0 || lossy(p.m) || g.balance >= -limit * g.scale) return false;
   }
-  log_error("the energy balance is off by %.1f %% of the largest energy (%.4g of %.4g), more than the %.3g %% that *STEP, BALANCE= allows: "
-            "the answer is wrong. Smaller increments, or SCHEME=ENERGY-MOMENTUM", 100.0 * std::fabs(g.balance) / g.scale, g.balance,
-            g.scale, 100.0 * limit);
+  log_error("the energy balance is off by %.1f %% of the largest energy (%.4g of %.4g), more than the %.3g "
+            "%% that *STEP, BALANCE= allows: "
+            "the answer is wrong. Smaller increments, or SCHEME=ENERGY-MOMENTUM",
+            100.0 * std::fabs(g.balance) / g.scale, g.balance, g.scale, 100.0 * limit);
   return true;
 }
 
@@ -364,12 +394,15 @@ void load_of_ranks(const Problem& p, std::vector<RankLoad>& ranks)
   comm_join(ranks);
 }
 
-// where Newton's method begins in statics: the last increment goes on at its rate, prescribed dofs arrive     (6.14)
+// where Newton's method begins in statics: the last increment goes on at its rate, prescribed dofs
+// arrive  (6.14)
 // Only where nothing but elements acts that are whole, and not after a cut.
 void extrapolate(const Problem& p, double dt, Attempt& a)
 {
   const State& st = p.st;
-  if (!a.step.extrapolate || st.rate.empty() || st.log.cuts > 0 || !p.m.bond.empty() || st.points.npoint || st.frac.neroded > 0) return;
+  if (!a.step.extrapolate || st.rate.empty() || st.log.cuts > 0 || !p.m.bond.empty() || st.points.npoint ||
+      st.frac.neroded > 0)
+    return;
   a.guess = p.sys.target;
   const int dim = p.sys.dim;
   for (int r = 0; r < p.sys.nfe; ++r)
@@ -401,7 +434,8 @@ int continue_run(Problem& p, Archive& f, Output& out)
   const int errors   = out_reopen(p.m, p.el, f, p.st, p.grid, out);
   if (errors) return errors;
   if (p.fm.on && !frac_replay(p.m, p.fm, p.st, begin, p.share)) {
-    log_error("the restart file does not fit this model (conversion made again gives other points): it is damaged, although its checksum "
+    log_error("the restart file does not fit this model (conversion made again gives other points): it is "
+              "damaged, although its checksum "
               "is right, or another machine has written it; take an earlier one");
     return 1;
   }
@@ -432,7 +466,8 @@ Status step_increment(Problem& p, const Step& s, double t0, double dt)
   // in motion a multiplier of the step before would push a contact that opens: energy from nothing (4.2)
   if (s.proc == PROC_DYNAMIC) std::fill(st.np1.lambda_n.begin(), st.np1.lambda_n.end(), 0.0);
   p.note.clear();
-  st.log.iterations = 0;                             // of this attempt: an error before the first one tells so
+  // of this attempt: an error before the first one tells so
+  st.log.iterations = 0;
   st.log.residual   = 0.0;
   a.du.assign(p.sys.neq(), 0.0);
   Status status = system_constrain(p, s, a.t0, a.t1);

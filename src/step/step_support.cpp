@@ -51,7 +51,8 @@ void join_nodes(const Problem& p, IntVec& up)
       }
 }
 
-// what the supports of a part make of its six rigid motions: sum of r r^T over fixed dofs, r = their displacement
+// what the supports of a part make of its six rigid motions: sum of r r^T over fixed dofs, r = their
+// displacement
 struct Part {
   Mat6 gram = Mat6::Zero();
   double X0[3] = {0, 0, 0}, far = 0.0;
@@ -77,7 +78,8 @@ void add_node(const Problem& p, int node, Part& part)
   }
 }
 
-// eigenvectors of the motions, rotations times the size of the part; in a plane the three that leave it are no motions
+// eigenvectors of the motions, rotations times the size of the part; in a plane the three that leave it are
+// no motions
 Eigen::SelfAdjointEigenSolver<Mat6> motions(const Part& part, int dim)
 {
   Vec6 scale;
@@ -88,7 +90,10 @@ Eigen::SelfAdjointEigenSolver<Mat6> motions(const Part& part, int dim)
   return Eigen::SelfAdjointEigenSolver<Mat6>(g);
 }
 
-bool is_free(const Eigen::SelfAdjointEigenSolver<Mat6>& e, int k) { return e.eigenvalues()[k] <= 1e-6 * std::max(1e-300, e.eigenvalues()[5]); }
+bool is_free(const Eigen::SelfAdjointEigenSolver<Mat6>& e, int k)
+{
+  return e.eigenvalues()[k] <= 1e-6 * std::max(1e-300, e.eigenvalues()[5]);
+}
 
 bool holds(const Part& part) { return !is_free(motions(part, 3), 0); }
 
@@ -105,7 +110,8 @@ bool step_held(const Problem& p)
   for (const ElemBlock& b : p.el.block)
     for (int slot : b.live) {
       Part& own = part[root_of(up, b.elem[slot])];
-      for (int a = 0; a < mesh.conn.count(b.elem[slot]); ++a) add_node(p, mesh.conn.begin(b.elem[slot])[a], own);
+      for (int a = 0; a < mesh.conn.count(b.elem[slot]); ++a)
+        add_node(p, mesh.conn.begin(b.elem[slot])[a], own);
     }
   return std::all_of(part.begin(), part.end(), [](const auto& x) { return holds(x.second); });
 }
@@ -135,9 +141,14 @@ std::string step_free_motion(const Problem& p, int node)
   const auto free = e.eigenvectors().leftCols(number);
   std::string text;
   for (int i = 0; i < dim; ++i)                      // translations are those that the free motions make up
-    if (free.row(i).squaredNorm() > 1.0 - 1e-6) text += (text.empty() ? "a motion in direction " : " and ") + std::to_string(i + 1);
+    if (free.row(i).squaredNorm() > 1.0 - 1e-6)
+      text += (text.empty() ? "a motion in direction " : " and ") + std::to_string(i + 1);
   const Eigen::Matrix3d turning = free.bottomRows(3) * free.bottomRows(3).transpose();
-  const int turns = static_cast<int>((Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(turning, Eigen::EigenvaluesOnly).eigenvalues().array() > 1e-6).count());
+  const int turns = static_cast<int>(
+      (Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(turning, Eigen::EigenvaluesOnly).eigenvalues().array() >
+       1e-6)
+          .count());
   if (turns == 0) return text.empty() ? "a motion across the directions" : text;
-  return text + (text.empty() ? "" : " and ") + (turns == 1 ? "a rotation" : std::to_string(turns) + " rotations");
+  return text + (text.empty() ? "" : " and ") +
+         (turns == 1 ? "a rotation" : std::to_string(turns) + " rotations");
 }

@@ -107,18 +107,22 @@ TEST(Deck, surfaces_of_blocks_point_outwards)
 
 TEST(Deck, blocks_merge_and_map)
 {
-  const std::string second = "*BLOCK, TYPE=CPE4, ELSET=RIGHT, MERGE\n2, 0, 3, 1\n2, 2\n\"x + 0.1*(x - 2)\", \"y\"\n";
+  const std::string second =
+      "*BLOCK, TYPE=CPE4, ELSET=RIGHT, MERGE\n2, 0, 3, 1\n2, 2\n\"x + 0.1*(x - 2)\", \"y\"\n";
   const Answer a = read(block + second + "*SOLID SECTION, ELSET=RIGHT, MATERIAL=STEEL\n" + held + step);
   ASSERT_EQ(a.errors, 0) << a.text;
   EXPECT_EQ(a.m.mesh.nnode(), 15 + 6);
   EXPECT_NEAR(a.m.mesh.X[3 * 20], 3.1, 1e-14);
-  EXPECT_EQ(a.m.nset[model_find_nset(a.m, "RIGHT_XMIN")].item, a.m.nset[model_find_nset(a.m, "PLATE_XMAX")].item);
+  EXPECT_EQ(a.m.nset[model_find_nset(a.m, "RIGHT_XMIN")].item,
+            a.m.nset[model_find_nset(a.m, "PLATE_XMAX")].item);
 }
 
 TEST(Deck, parameters_and_command_line)
 {
-  const std::string text = "*PARAMETER\nn = 2\nE = 3*n^2\n*BLOCK, TYPE=CPE4, ELSET=PLATE\n0, 0, 1, 1\n<n>, <n+1>\n"
-                           "*MATERIAL, NAME=M\n*ELASTIC\n<E/7>, 0.\n*SOLID SECTION, ELSET=PLATE, MATERIAL=M\n" + held + step;
+  const std::string text =
+      "*PARAMETER\nn = 2\nE = 3*n^2\n*BLOCK, TYPE=CPE4, ELSET=PLATE\n0, 0, 1, 1\n<n>, <n+1>\n"
+      "*MATERIAL, NAME=M\n*ELASTIC\n<E/7>, 0.\n*SOLID SECTION, ELSET=PLATE, MATERIAL=M\n" +
+      held + step;
   const Answer a = read(text);
   ASSERT_EQ(a.errors, 0) << a.text;
   EXPECT_EQ(a.m.mesh.nelem(), 6);
@@ -135,7 +139,9 @@ TEST(Deck, includes_crlf_tabs_comments_case_and_continuation)
   write("nodes.txt", "2, 1, 0\r\n** a comment\r\n\t3,\t1.0d0, +1.\r\n");
   const Answer a = read("*node , nset = all\r\n1, 0, 0,\r\n\r\n*INCLUDE, INPUT=nodes.txt\r\n4, 0, 1\r\n"
                         "*Element, type=cpe4,\r\n elset=Sheet\r\n1, 1, 2,\r\n3, 4\r\n"
-                        "*MATERIAL, NAME=m\n*ELASTIC\n1.e5, .3\n*SOLIDSECTION, ELSET=SHEET, MATERIAL=M\n*BOUNDARY\nall, 1, 2\n" + step);
+                        "*MATERIAL, NAME=m\n*ELASTIC\n1.e5, .3\n*SOLIDSECTION, ELSET=SHEET, "
+                        "MATERIAL=M\n*BOUNDARY\nall, 1, 2\n" +
+                        step);
   ASSERT_EQ(a.errors, 0) << a.text;
   EXPECT_EQ(a.m.mesh.nnode(), 4);
   EXPECT_EQ(a.m.mesh.X[3 * 2 + 1], 1.0);
@@ -145,8 +151,11 @@ TEST(Deck, includes_crlf_tabs_comments_case_and_continuation)
 
 TEST(Deck, sets_by_range_name_and_place)
 {
-  const Answer a = read(block + "*NSET, NSET=ODD, GENERATE\n1, 5, 2\n*NSET, NSET=MORE\nODD, 2\n*NSET, NSET=TOP, WHERE=\"y > 0.99\"\n3\n"
-                        "*ELSET, ELSET=LEFT, WHERE=\"x < 1\"\n" + held + step);
+  const Answer a = read(
+      block +
+      "*NSET, NSET=ODD, GENERATE\n1, 5, 2\n*NSET, NSET=MORE\nODD, 2\n*NSET, NSET=TOP, WHERE=\"y > 0.99\"\n3\n"
+      "*ELSET, ELSET=LEFT, WHERE=\"x < 1\"\n" +
+      held + step);
   ASSERT_EQ(a.errors, 0) << a.text;
   EXPECT_EQ(a.m.nset[model_find_nset(a.m, "ODD")].item, IntVec({0, 2, 4}));
   EXPECT_EQ(a.m.nset[model_find_nset(a.m, "MORE")].item, IntVec({0, 1, 2, 4}));
@@ -156,8 +165,11 @@ TEST(Deck, sets_by_range_name_and_place)
 
 TEST(Deck, surfaces_by_where_are_free_faces)
 {
-  const Answer a = read(block + "*SURFACE, NAME=ALL, ELSET=PLATE\n*SURFACE, NAME=TOP, ELSET=PLATE, WHERE=\"abs(y - 1) < 1e-9\"\n"
-                        "*SURFACE, NAME=ONE\n3, S2\n" + held + step);
+  const Answer a = read(
+      block +
+      "*SURFACE, NAME=ALL, ELSET=PLATE\n*SURFACE, NAME=TOP, ELSET=PLATE, WHERE=\"abs(y - 1) < 1e-9\"\n"
+      "*SURFACE, NAME=ONE\n3, S2\n" +
+      held + step);
   ASSERT_EQ(a.errors, 0) << a.text;
   EXPECT_EQ(a.m.surface[model_find_surface(a.m, "ALL")].face.size(), 12u);
   const Surface& top = a.m.surface[model_find_surface(a.m, "TOP")];
@@ -183,13 +195,18 @@ TEST(Deck, loads_stay_ramp_and_are_replaced)
   EXPECT_DOUBLE_EQ(value_of(a.m, 1, a.m.step[1].load[2], 0.5), 7.5);
   ASSERT_EQ(a.m.step[2].load.size(), 3u);                                   // OP=NEW: 5 leaves, 30 -> 40
   EXPECT_DOUBLE_EQ(value_of(a.m, 2, a.m.step[2].load[0], 0.5), 2.5);
-  EXPECT_DOUBLE_EQ(value_of(a.m, 2, a.m.step[2].load[1], 0.5) + value_of(a.m, 2, a.m.step[2].load[2], 0.5), 35.0);
+  EXPECT_DOUBLE_EQ(value_of(a.m, 2, a.m.step[2].load[1], 0.5) + value_of(a.m, 2, a.m.step[2].load[2], 0.5),
+                   35.0);
 }
 
 TEST(Deck, step_time_amplitudes_keep_their_end_value)
 {
-  const Answer a = read(block + held + "*AMPLITUDE, NAME=A\n0, 0, 1, 0.5, 2, 9\n*AMPLITUDE, NAME=B, TIME=TOTAL TIME\n0, 0, 4, 4\n"
-    "*STEP\n*STATIC\n0.5, 1\n*CLOAD, AMPLITUDE=A\nPLATE_XMAX, 2, 10\n*CLOAD, AMPLITUDE=B\nPLATE_XMAX, 1, 10\n*CLOAD, AMPLITUDE=A\nPLATE_YMAX, 2, \"6*x\"\n*END STEP\n" + step);
+  const Answer a = read(
+      block + held +
+      "*AMPLITUDE, NAME=A\n0, 0, 1, 0.5, 2, 9\n*AMPLITUDE, NAME=B, TIME=TOTAL TIME\n0, 0, 4, 4\n"
+      "*STEP\n*STATIC\n0.5, 1\n*CLOAD, AMPLITUDE=A\nPLATE_XMAX, 2, 10\n*CLOAD, AMPLITUDE=B\nPLATE_XMAX, 1, "
+      "10\n*CLOAD, AMPLITUDE=A\nPLATE_YMAX, 2, \"6*x\"\n*END STEP\n" +
+      step);
   ASSERT_EQ(a.errors, 0) << a.text;
   const Step& s = a.m.step[1];
   EXPECT_EQ(s.load[0].amplitude, -1);
@@ -218,7 +235,8 @@ TEST(Deck, supports_stay_ramp_and_are_replaced)
 
 TEST(Deck, a_node_and_direction_has_one_support)
 {
-  const Answer a = read(block + held + "*STEP\n*STATIC\n0.5, 1\n*BOUNDARY\nPLATE_XMAX, 1, 1, 0.1\n10, 1, 1, 0.2\n*END STEP\n"
+  const Answer a = read(block + held +
+                        "*STEP\n*STATIC\n0.5, 1\n*BOUNDARY\nPLATE_XMAX, 1, 1, 0.1\n10, 1, 1, 0.2\n*END STEP\n"
                         "*STEP\n*STATIC\n0.5, 1\n*BOUNDARY\n5, 1, 1, 0.3\n*END STEP\n");
   ASSERT_EQ(a.errors, 0) << a.text;
   EXPECT_TRUE(says(a, "for node 10, direction 1 in the same step; the last value holds"));
@@ -234,13 +252,16 @@ TEST(Deck, a_node_and_direction_has_one_support)
 
 TEST(Deck, dload_kinds)
 {
-  const Answer a = read(block + held + "*SURFACE, NAME=TOP, ELSET=PLATE, WHERE=\"y > 0.99\"\n*STEP\n*STATIC\n1, 1\n"
-    "*DLOAD\nPLATE, GRAV, 9.81, 0, -2\n4, P2, 3\nPLATE, BX, \"x\"\n4, TRVEC2, 7, 3, 4\n*DSLOAD\nTOP, P, 5\n*END STEP\n");
+  const Answer a = read(block + held +
+                        "*SURFACE, NAME=TOP, ELSET=PLATE, WHERE=\"y > 0.99\"\n*STEP\n*STATIC\n1, 1\n"
+                        "*DLOAD\nPLATE, GRAV, 9.81, 0, -2\n4, P2, 3\nPLATE, BX, \"x\"\n4, TRVEC2, 7, 3, "
+                        "4\n*DSLOAD\nTOP, P, 5\n*END STEP\n");
   ASSERT_EQ(a.errors, 0) << a.text;
   const std::vector<Load>& l = a.m.step[0].load;
   ASSERT_EQ(l.size(), 5u);
   EXPECT_TRUE(l[0].per_mass && l[0].dir[1] == -1.0 && l[0].elem.size() == 8u);
-  EXPECT_TRUE(l[1].kind == LOAD_PRESSURE && a.m.surface[l[1].surface].face[0].elem == 3 && a.m.surface[l[1].surface].face[0].face == 1);
+  EXPECT_TRUE(l[1].kind == LOAD_PRESSURE && a.m.surface[l[1].surface].face[0].elem == 3 &&
+              a.m.surface[l[1].surface].face[0].face == 1);
   EXPECT_TRUE(l[2].kind == LOAD_BODY && !l[2].per_mass && l[2].dir[0] == 1.0);
   EXPECT_NEAR(l[3].dir[0], 0.6, 1e-15);
   EXPECT_TRUE(l[4].surface >= 0 && l[4].face.empty());
@@ -253,8 +274,11 @@ const std::string point_step = "*STEP, NLGEOM\n*DYNAMIC\n0.1, 1\n*END STEP\n";
 
 TEST(Deck, surfaces_of_a_body_share_faces)
 {
-  const std::string skin = "*SURFACE, NAME=SKIN, TYPE=BODY, BODY=SOFT\n*SURFACE, NAME=LEFT, TYPE=BODY, BODY=SOFT, WHERE=\"x < 1e-9\"\n";
-  const auto step_of = [](const char* s) { return std::string("*STEP, NLGEOM\n*STATIC\n0.5, 1\n*DSLOAD\n") + s + "\n*END STEP\n"; };
+  const std::string skin = "*SURFACE, NAME=SKIN, TYPE=BODY, BODY=SOFT\n*SURFACE, NAME=LEFT, TYPE=BODY, "
+                           "BODY=SOFT, WHERE=\"x < 1e-9\"\n";
+  const auto step_of = [](const char* s) {
+    return std::string("*STEP, NLGEOM\n*STATIC\n0.5, 1\n*DSLOAD\n") + s + "\n*END STEP\n";
+  };
   const Answer a = read(points + skin + step_of("SKIN, P, 1") + step_of("LEFT, P, 3"));
   ASSERT_EQ(a.errors, 0) << a.text;
   const std::vector<Load>& l = a.m.step[1].load;
@@ -266,9 +290,11 @@ TEST(Deck, surfaces_of_a_body_share_faces)
 
 TEST(Deck, material_points_grid_and_bonds)
 {
-  const Answer a = read(points + "*BOND, NAME=GLUE, TYPE=GROUND, SURFACE=SKIN, DOF=2, ALPHA=20\n0, \"0.1*t\"\n"
-    "*SURFACE, NAME=SKIN, TYPE=BODY, BODY=SOFT, WHERE=\"y < 1e-9\"\n*GRID BOUNDARY\nXMIN, 1, 1\nY=-0.5, 2, 2, 0.1\n" + point_step +
-    "*HISTORY\nu, U2, SOFT\nr, GRF2, 2\n");
+  const Answer a = read(points +
+                        "*BOND, NAME=GLUE, TYPE=GROUND, SURFACE=SKIN, DOF=2, ALPHA=20\n0, \"0.1*t\"\n"
+                        "*SURFACE, NAME=SKIN, TYPE=BODY, BODY=SOFT, WHERE=\"y < 1e-9\"\n*GRID "
+                        "BOUNDARY\nXMIN, 1, 1\nY=-0.5, 2, 2, 0.1\n" +
+                        point_step + "*HISTORY\nu, U2, SOFT\nr, GRF2, 2\n");
   ASSERT_EQ(a.errors, 0) << a.text;
   EXPECT_EQ(a.m.grid.n[0], 7);
   EXPECT_EQ(a.m.grid.n[1], 6);
@@ -285,7 +311,9 @@ TEST(Deck, material_points_grid_and_bonds)
 
 TEST(Deck, gravity_on_elements_that_become_points_acts_on_the_body)
 {
-  const Answer a = read(points + "*STEP, NLGEOM\n*DYNAMIC\n0.1, 1\n*DLOAD\nSOFT, GRAV, 9.81, 0, -1\n, GRAV, 1, 0, -1\n*END STEP\n");
+  const Answer a = read(
+      points +
+      "*STEP, NLGEOM\n*DYNAMIC\n0.1, 1\n*DLOAD\nSOFT, GRAV, 9.81, 0, -1\n, GRAV, 1, 0, -1\n*END STEP\n");
   ASSERT_EQ(a.errors, 0) << a.text;
   for (const Load& l : a.m.step[0].load) {
     EXPECT_TRUE(l.elem.empty());
@@ -305,8 +333,9 @@ TEST(Deck, scheme_follows_from_what_is_given)
   EXPECT_EQ(read(large + tail).m.step[0].scheme, SCHEME_ENERGY_MOMENTUM);
   EXPECT_EQ(read(large + ", SCHEME=NEWMARK" + tail).m.step[0].scheme, SCHEME_NEWMARK);
   EXPECT_EQ(read(large + ", GAMMA=0.6" + tail).m.step[0].scheme, SCHEME_NEWMARK);
-  const std::string contact = "*BLOCK, TYPE=CPE4, ELSET=BALL\n0, 1.1, 1, 2\n1, 1\n*SOLID SECTION, ELSET=BALL, MATERIAL=STEEL\n"
-                              "*CONTACT PAIR, NAME=C\nBALL_YMIN, PLATE_YMAX\n";
+  const std::string contact =
+      "*BLOCK, TYPE=CPE4, ELSET=BALL\n0, 1.1, 1, 2\n1, 1\n*SOLID SECTION, ELSET=BALL, MATERIAL=STEEL\n"
+      "*CONTACT PAIR, NAME=C\nBALL_YMIN, PLATE_YMAX\n";
   const Answer a = read(block + held + contact + "*STEP\n*DYNAMIC" + tail);
   EXPECT_EQ(a.errors, 0) << a.text;
   EXPECT_EQ(a.m.step[0].scheme, SCHEME_ENERGY_MOMENTUM);
@@ -317,9 +346,10 @@ TEST(Deck, scheme_follows_from_what_is_given)
 
 TEST(Deck, checks_and_history)
 {
-  const Answer a = read("*CHECK, TYPE=HISTORY, SOURCE=PUBLISHED, AT=MAX\ntip, -4, 2%\nKinetic, 0, 1e-3\n" + block + held + step +
-    "*HISTORY, FREQUENCY=5\ntip, U2, 15\nr, RF1, PLATE_XMIN\ns, SMISES, AT, 0.5, 0.5\n"
-    "*CHECK, TYPE=FIELD, SOURCE=ANALYTIC, TIME=1, SCALE=3\nS11, \"x*y\", 5%\n");
+  const Answer a = read("*CHECK, TYPE=HISTORY, SOURCE=PUBLISHED, AT=MAX\ntip, -4, 2%\nKinetic, 0, 1e-3\n" +
+                        block + held + step +
+                        "*HISTORY, FREQUENCY=5\ntip, U2, 15\nr, RF1, PLATE_XMIN\ns, SMISES, AT, 0.5, 0.5\n"
+                        "*CHECK, TYPE=FIELD, SOURCE=ANALYTIC, TIME=1, SCALE=3\nS11, \"x*y\", 5%\n");
   ASSERT_EQ(a.errors, 0) << a.text;
   EXPECT_EQ(a.m.history_out.frequency, 5);
   EXPECT_EQ(a.m.nset[a.m.history[0].nset].item, IntVec({14}));
@@ -335,7 +365,10 @@ TEST(Deck, checks_and_history)
 
 TEST(Deck, output_requests)
 {
-  const Answer a = read(block + held + "*STEP\n*STATIC\n0.5, 1\n*NODE FILE, FREQUENCY=3\nU, RF\n*EL FILE\nS\n*NODE PRINT, NSET=PLATE_XMIN, TOTALS=YES\nRF, U\n*END STEP\n" + step);
+  const Answer a = read(block + held +
+                        "*STEP\n*STATIC\n0.5, 1\n*NODE FILE, FREQUENCY=3\nU, RF\n*EL FILE\nS\n*NODE PRINT, "
+                        "NSET=PLATE_XMIN, TOTALS=YES\nRF, U\n*END STEP\n" +
+                        step);
   ASSERT_EQ(a.errors, 0) << a.text;
   EXPECT_TRUE(a.m.vtk.on);
   EXPECT_EQ(a.m.vtk.frequency, 1);
@@ -345,16 +378,19 @@ TEST(Deck, output_requests)
 }
 
 // as gmsh writes it, but for the number of its elements
-const char* const mesh_of_gmsh = "*Heading\n plate.inp\n*NODE\n1, 0, 0, 0\n2, 1, 0, 0\n3, 1, 1, 0\n4, 0, 1, 0\n"
-                                 "******* E L E M E N T S *************\n*ELEMENT, type=T3D2, ELSET=Line1\n1, 1, 2\n"
-                                 "*ELEMENT, type=T3D2, ELSET=Line3\n2, 3, 4\n*ELEMENT, type=T3D2, ELSET=Line7\n3, 1, 3\n"
-                                 "*ELEMENT, type=CPS3, ELSET=Surface1\n11, 1, 2, 3\n12, 1, 3, 4\n"
-                                 "*ELSET,ELSET=SIDES\n1, 2, \n*ELSET,ELSET=PLATE\n11, 12, \n";
+const char* const mesh_of_gmsh =
+    "*Heading\n plate.inp\n*NODE\n1, 0, 0, 0\n2, 1, 0, 0\n3, 1, 1, 0\n4, 0, 1, 0\n"
+    "******* E L E M E N T S *************\n*ELEMENT, type=T3D2, ELSET=Line1\n1, 1, 2\n"
+    "*ELEMENT, type=T3D2, ELSET=Line3\n2, 3, 4\n*ELEMENT, type=T3D2, ELSET=Line7\n3, 1, 3\n"
+    "*ELEMENT, type=CPS3, ELSET=Surface1\n11, 1, 2, 3\n12, 1, 3, 4\n"
+    "*ELSET,ELSET=SIDES\n1, 2, \n*ELSET,ELSET=PLATE\n11, 12, \n";
 
 TEST(Deck, elements_of_a_lower_dimension_become_sets_and_surfaces)
 {
-  const Answer a = read(std::string(mesh_of_gmsh) + "*MATERIAL, NAME=A\n*ELASTIC\n1, 0.2\n*SOLID SECTION, ELSET=PLATE, MATERIAL=A\n"
-                        "*BOUNDARY\nLINE1, 1, 2\n" + step);
+  const Answer a = read(std::string(mesh_of_gmsh) +
+                        "*MATERIAL, NAME=A\n*ELASTIC\n1, 0.2\n*SOLID SECTION, ELSET=PLATE, MATERIAL=A\n"
+                        "*BOUNDARY\nLINE1, 1, 2\n" +
+                        step);
   ASSERT_EQ(a.errors, 0) << a.text;
   EXPECT_EQ(a.m.mesh.nelem(), 2);
   EXPECT_EQ(a.m.nset[model_find_nset(a.m, "SIDES")].item, (IntVec{0, 1, 2, 3}));
@@ -369,16 +405,21 @@ TEST(Deck, elements_of_a_lower_dimension_become_sets_and_surfaces)
 
 TEST(Deck, elements_of_a_lower_dimension_carry_nothing)
 {
-  const Answer a = read(std::string(mesh_of_gmsh) + "*MATERIAL, NAME=A\n*ELASTIC\n1, 0.2\n*SOLID SECTION, ELSET=PLATE, MATERIAL=A\n"
-                        "*SOLID SECTION, ELSET=LINE1, MATERIAL=A\n" + step);
+  const Answer a = read(std::string(mesh_of_gmsh) +
+                        "*MATERIAL, NAME=A\n*ELASTIC\n1, 0.2\n*SOLID SECTION, ELSET=PLATE, MATERIAL=A\n"
+                        "*SOLID SECTION, ELSET=LINE1, MATERIAL=A\n" +
+                        step);
   EXPECT_TRUE(says(a, "the elements of set LINE1 are of a lower dimension than the model")) << a.text;
 }
 
 TEST(Deck, words_of_calculix_that_change_no_answer)
 {
-  const Answer a = read("*NODE\n1\n2, 1.\n3, 1., 1.\n4, , 1.\n*ELEMENT, TYPE=CPE4, ELSET=PLATE\n1, 1, 2, 3, 4\n*MATERIAL, NAME=A\n"
-                        "*ELASTIC\n1, 0.2, 293.\n*DENSITY\n1, 293.\n*SOLID SECTION, ELSET=PLATE, MATERIAL=A\n*BOUNDARY\n1, 1, 6\n2, 2, 3\n4, 4\n"
-                        "*STEP\n*STATIC, SOLVER=SPOOLES\n*NODE FILE, OUTPUT=2D\nU\n*NODE PRINT, NSET=1, TOTALS=ONLY\nRF\n*END STEP\n");
+  const Answer a = read("*NODE\n1\n2, 1.\n3, 1., 1.\n4, , 1.\n*ELEMENT, TYPE=CPE4, ELSET=PLATE\n1, 1, 2, 3, "
+                        "4\n*MATERIAL, NAME=A\n"
+                        "*ELASTIC\n1, 0.2, 293.\n*DENSITY\n1, 293.\n*SOLID SECTION, ELSET=PLATE, "
+                        "MATERIAL=A\n*BOUNDARY\n1, 1, 6\n2, 2, 3\n4, 4\n"
+                        "*STEP\n*STATIC, SOLVER=SPOOLES\n*NODE FILE, OUTPUT=2D\nU\n*NODE PRINT, NSET=1, "
+                        "TOTALS=ONLY\nRF\n*END STEP\n");
   ASSERT_EQ(a.errors, 0) << a.text;
   EXPECT_EQ(a.m.mesh.X, (RealVec{0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0}));
   ASSERT_EQ(a.m.step[0].prescribed.size(), 3u);      // 1 and 2 of node 1, 2 of node 2
@@ -388,9 +429,12 @@ TEST(Deck, words_of_calculix_that_change_no_answer)
 
 TEST(Deck, an_error_shows_the_line_and_a_caret)
 {
-  const Answer a = read(block + "*ELASTIC\n1, 0.2\n*MATERIAL, NAME=B\n*ELASTIC\n\t 210.0e9,  0.52\n" + held + step);
+  const Answer a = read(block + "*ELASTIC\n1, 0.2\n*MATERIAL, NAME=B\n*ELASTIC\n\t 210.0e9,  0.52\n" + held +
+                        step);
   EXPECT_EQ(a.errors, 2);
-  EXPECT_TRUE(says(a, "line 14, *ELASTIC, field 2\n    210.0e9,  0.52\n              ^^^^\n  poisson = 0.52 must lie between -1 and 0.5  (doc/keywords/ELASTIC.md)")) << a.text;
+  EXPECT_TRUE(says(a, "line 14, *ELASTIC, field 2\n    210.0e9,  0.52\n              ^^^^\n  poisson = 0.52 "
+                      "must lie between -1 and 0.5  (doc/keywords/ELASTIC.md)"))
+      << a.text;
 }
 
 namespace {
@@ -407,7 +451,9 @@ std::size_t errors_printed(const Answer& a)
 TEST(Deck, all_mistakes_in_one_run_but_at_most_fifty_printed)
 {
   std::string text = block + held + step;
-  for (int i = 0; i < 120; ++i) text += "*NOTHING" + std::string(1, static_cast<char>('A' + i % 26)) + std::string(1, static_cast<char>('A' + i / 26)) + "\n";
+  for (int i = 0; i < 120; ++i)
+    text += "*NOTHING" + std::string(1, static_cast<char>('A' + i % 26)) +
+            std::string(1, static_cast<char>('A' + i / 26)) + "\n";
   const Answer a = read(text);
   EXPECT_GE(a.errors, 120);
   EXPECT_TRUE(says(a, "70 more errors are not shown")) << a.text;
@@ -427,7 +473,8 @@ TEST(Deck, mistakes_of_one_kind_do_not_hide_others)
 TEST(Deck, what_is_said_twice_is_a_warning)
 {
   const std::string twice = "*MATERIAL, NAME=M\n*ELASTIC\n1, 0\n*DENSITY\n1\n*ELASTIC\n2, 0\n*DENSITY\n3\n"
-                            "*BLOCK, TYPE=CPE4, ELSET=P\n0, 0, 1, 1\n<n>, 1\n*SOLID SECTION, ELSET=P, MATERIAL=M\n*BOUNDARY\nP, 1, 2\n"
+                            "*BLOCK, TYPE=CPE4, ELSET=P\n0, 0, 1, 1\n<n>, 1\n*SOLID SECTION, ELSET=P, "
+                            "MATERIAL=M\n*BOUNDARY\nP, 1, 2\n"
                             "*INITIAL CONDITIONS, TYPE=VELOCITY\nP, 1, 1\nP_XMIN, 1, 2\nP, 2, 1\n1, 2, 1\n";
   const Answer a = read("*PARAMETER\nn = 1\nn = 2\n" + twice + step);
   ASSERT_EQ(a.errors, 0) << a.text;
@@ -443,7 +490,8 @@ TEST(Deck, what_is_said_twice_is_a_warning)
 TEST(Deck, nearly_incompressible_material_locks)
 {
   const auto text = [](const char* type, const char* nu) {
-    return "*BLOCK, TYPE=" + std::string(type) + ", ELSET=P\n0, 0, 1, 1\n1, 1\n*MATERIAL, NAME=M\n*ELASTIC\n1, " + nu +
+    return "*BLOCK, TYPE=" + std::string(type) +
+           ", ELSET=P\n0, 0, 1, 1\n1, 1\n*MATERIAL, NAME=M\n*ELASTIC\n1, " + nu +
            "\n*SOLID SECTION, ELSET=P, MATERIAL=M\n" + "*BOUNDARY\nP, 1, 2\n" + step;
   };
   EXPECT_TRUE(says(read(text("CPE4", "0.49")), "makes CPE4 (element 1) too stiff"));
@@ -455,7 +503,8 @@ TEST(Deck, nearly_incompressible_material_locks)
 
 TEST(Deck, warnings_do_not_stop_the_run)
 {
-  const Answer a = read(block + "*MATERIAL, NAME=SPARE\n*ELASTIC\n1, 0\n" + held + "*STEP\n*STATIC\n1, 1\n*CLOAD\n1, 1, 5\n*END STEP\n");
+  const Answer a = read(block + "*MATERIAL, NAME=SPARE\n*ELASTIC\n1, 0\n" + held +
+                        "*STEP\n*STATIC\n1, 1\n*CLOAD\n1, 1, 5\n*END STEP\n");
   EXPECT_EQ(a.errors, 0) << a.text;
   EXPECT_TRUE(says(a, "material SPARE is not used"));
   EXPECT_TRUE(says(a, "prescribed and loaded"));
@@ -465,7 +514,8 @@ TEST(Deck, warnings_do_not_stop_the_run)
 
 std::string solid_block(const std::string& type)
 {
-  return "*BLOCK, TYPE=" + type + ", ELSET=B\n0, 0, 0, 2, 1, 3\n2, 3, 1\n*MATERIAL, NAME=M\n*ELASTIC\n1000, 0.3\n*DENSITY\n1\n"
+  return "*BLOCK, TYPE=" + type +
+         ", ELSET=B\n0, 0, 0, 2, 1, 3\n2, 3, 1\n*MATERIAL, NAME=M\n*ELASTIC\n1000, 0.3\n*DENSITY\n1\n"
          "*SOLID SECTION, ELSET=B, MATERIAL=M\n";
 }
 
@@ -495,8 +545,8 @@ Vec area_of(const Model& m, const char* name)
   return sum;
 }
 
-// volume inside the free faces: 1/3 of the sum of place x area over triangles; it is that of the mesh only when
-// the faces of neighbours match
+// volume inside the free faces: 1/3 of the sum of place x area over triangles; it is that of the mesh only
+// when the faces of neighbours match
 double volume_inside(const std::vector<Face>& faces, const Mesh& mesh)
 {
   double volume = 0.0;
@@ -513,9 +563,13 @@ double volume_inside(const std::vector<Face>& faces, const Mesh& mesh)
 
 TEST(Deck3, blocks_of_bricks_wedges_and_tetrahedra)
 {
-  const struct { const char* type; int cut, faces; } kind[3] = {{"C3D8", 1, 22}, {"C3D6", 2, 34}, {"C3D4", 6, 44}};
+  const struct {
+    const char* type;
+    int cut, faces;
+  } kind[3] = {{"C3D8", 1, 22}, {"C3D6", 2, 34}, {"C3D4", 6, 44}};
   for (const auto& k : kind) {
-    const Answer a = read(solid_block(k.type) + "*SURFACE, NAME=SKIN, ELSET=B\n*BOUNDARY\nB_XMIN, ENCASTRE\n" + step);
+    const Answer a = read(solid_block(k.type) +
+                          "*SURFACE, NAME=SKIN, ELSET=B\n*BOUNDARY\nB_XMIN, ENCASTRE\n" + step);
     ASSERT_EQ(a.errors, 0) << a.text;
     EXPECT_EQ(a.m.dim, 3);
     EXPECT_EQ(a.m.mesh.nnode(), 24);
@@ -540,8 +594,11 @@ TEST(Deck3, blocks_of_bricks_wedges_and_tetrahedra)
 
 TEST(Deck3, blocks_merge_and_map)
 {
-  const Answer a = read(solid_block("C3D8") + "*BLOCK, TYPE=C3D4, ELSET=UP, MERGE\n0, 0, 3, 2, 1, 4\n2, 3, 1\n\"x\", \"y\", \"z + (z - 3)*x\"\n"
-                        "*SOLID SECTION, ELSET=UP, MATERIAL=M\n*BOUNDARY\nB_ZMIN, ZSYMM\n" + step);
+  const Answer a = read(
+      solid_block("C3D8") +
+      "*BLOCK, TYPE=C3D4, ELSET=UP, MERGE\n0, 0, 3, 2, 1, 4\n2, 3, 1\n\"x\", \"y\", \"z + (z - 3)*x\"\n"
+      "*SOLID SECTION, ELSET=UP, MATERIAL=M\n*BOUNDARY\nB_ZMIN, ZSYMM\n" +
+      step);
   ASSERT_EQ(a.errors, 0) << a.text;
   EXPECT_EQ(a.m.mesh.nnode(), 24 + 12);
   EXPECT_EQ(a.m.nset[model_find_nset(a.m, "UP_ZMIN")].item, a.m.nset[model_find_nset(a.m, "B_ZMAX")].item);
@@ -553,9 +610,11 @@ TEST(Deck3, the_quarter_cylinder_of_135_bricks)
 {
   const char* const lines[2] = {"1, 9, 3", "3, 5, 3"};
   for (const char* line : lines) {
-    const Answer a = read(std::string("*CYLINDER, TYPE=C3D8, ELSET=I, QUARTER\n1, 2, 3, 25, 100\n") + line +
-                          "\n*MATERIAL, NAME=M\n*ELASTIC\n1000, 0.3\n*SOLID SECTION, ELSET=I, MATERIAL=M\n"
-                          "*SURFACE, NAME=SKIN, ELSET=I\n*BOUNDARY\nI_XSYM, XSYMM\nI_YSYM, YSYMM\nI_ZMIN, 3\n" + step);
+    const Answer a = read(
+        std::string("*CYLINDER, TYPE=C3D8, ELSET=I, QUARTER\n1, 2, 3, 25, 100\n") + line +
+        "\n*MATERIAL, NAME=M\n*ELASTIC\n1000, 0.3\n*SOLID SECTION, ELSET=I, MATERIAL=M\n"
+        "*SURFACE, NAME=SKIN, ELSET=I\n*BOUNDARY\nI_XSYM, XSYMM\nI_YSYM, YSYMM\nI_ZMIN, 3\n" +
+        step);
     ASSERT_EQ(a.errors, 0) << a.text;
     EXPECT_EQ(a.m.mesh.nelem(), 135);
     const double section = 0.5 * 25 * 25 * 6 * std::sin(std::acos(-1.0) / 12);      // six triangles
@@ -564,7 +623,8 @@ TEST(Deck3, the_quarter_cylinder_of_135_bricks)
     EXPECT_NEAR(area_of(a.m, "I_XSYM").v[0], -2500, 1e-9);
     EXPECT_NEAR(area_of(a.m, "I_YSYM").v[1], -2500, 1e-9);
     EXPECT_NEAR(area_of(a.m, "I_R").v[0], 2500, 1e-9);
-    EXPECT_NEAR(volume_inside(a.m.surface[model_find_surface(a.m, "SKIN")].face, a.m.mesh), 100 * section, 1e-8);
+    EXPECT_NEAR(volume_inside(a.m.surface[model_find_surface(a.m, "SKIN")].face, a.m.mesh), 100 * section,
+                1e-8);
     for (int n : a.m.nset[model_find_nset(a.m, "I_XSYM")].item) EXPECT_EQ(a.m.mesh.X[3 * n], 1.0);
     for (int n : a.m.nset[model_find_nset(a.m, "I_R")].item)
       EXPECT_NEAR(std::hypot(a.m.mesh.X[3 * n] - 1, a.m.mesh.X[3 * n + 1] - 2), 25.0, 1e-13);
@@ -575,12 +635,16 @@ TEST(Deck3, full_cylinders_of_bricks_and_wedges)
 {
   for (const char* type : {"C3D8", "C3D6"})
     for (int nsq : {1, 2, 5}) {
-      const Answer a = read(std::string("*CYLINDER, TYPE=") + type + ", ELSET=I\n0, 0, 0, 2, 3\n2, 2, " + std::to_string(nsq) +
-                            "\n*MATERIAL, NAME=M\n*ELASTIC\n1000, 0.3\n*SOLID SECTION, ELSET=I, MATERIAL=M\n*SURFACE, NAME=SKIN, ELSET=I\n*BOUNDARY\nI_ZMIN, PINNED\n" + step);
+      const Answer a = read(std::string("*CYLINDER, TYPE=") + type + ", ELSET=I\n0, 0, 0, 2, 3\n2, 2, " +
+                            std::to_string(nsq) +
+                            "\n*MATERIAL, NAME=M\n*ELASTIC\n1000, 0.3\n*SOLID SECTION, ELSET=I, "
+                            "MATERIAL=M\n*SURFACE, NAME=SKIN, ELSET=I\n*BOUNDARY\nI_ZMIN, PINNED\n" +
+                            step);
       ASSERT_EQ(a.errors, 0) << a.text;
       EXPECT_EQ(a.m.mesh.nelem(), (type[3] == '8' ? 1 : 2) * 2 * (4 * nsq * nsq + 2 * 8 * nsq));
       const double section = 0.5 * 4 * 8 * nsq * std::sin(std::acos(-1.0) / (4 * nsq));
-      EXPECT_NEAR(volume_inside(a.m.surface[model_find_surface(a.m, "SKIN")].face, a.m.mesh), 3 * section, 1e-12);
+      EXPECT_NEAR(volume_inside(a.m.surface[model_find_surface(a.m, "SKIN")].face, a.m.mesh), 3 * section,
+                  1e-12);
       const Vec mantle = area_of(a.m, "I_R");
       EXPECT_NEAR(std::fabs(mantle.v[0]) + std::fabs(mantle.v[1]) + std::fabs(mantle.v[2]), 0.0, 1e-12);
     }
@@ -588,12 +652,17 @@ TEST(Deck3, full_cylinders_of_bricks_and_wedges)
 
 TEST(Deck3, elements_by_hand_loads_and_history)
 {
-  const Answer a = read("*NODE\n1, 0, 0, 0\n2, 1, 0, 0\n3, 1, 1, 0\n4, 0, 1, 0\n5, 0, 0, 1\n6, 1, 0, 1\n7, 1, 1, 1\n8, 0, 1, 1\n9, 2, 0, 0\n"
-    "*ELEMENT, TYPE=C3D8, ELSET=E\n1, 1, 2, 3, 4,\n5, 6, 7, 8\n*ELEMENT, TYPE=C3D4, ELSET=E\n2, 2, 9, 3, 6\n"
-    "*MATERIAL, NAME=M\n*ELASTIC\n1000, 0.3\n*DENSITY\n2\n*SOLID SECTION, ELSET=E, MATERIAL=M\n*SURFACE, NAME=TOP, ELSET=E, WHERE=\"z > 0.99\"\n"
-    "*BOUNDARY\n1, 1, 3\n*INITIAL CONDITIONS, TYPE=VELOCITY\n7, 3, -2\n"
-    "*STEP\n*DYNAMIC\n1, 1\n*DLOAD\nE, GRAV, 9.81, 0, 0, -2\n1, P6, 3\nE, BZ, \"z\"\n2, TRVEC3, 7, 0, 3, 4\n*DSLOAD\nTOP, TRVEC, 5, 0, 0, 1\n*CLOAD\n7, 3, 1\n*END STEP\n"
-    "*HISTORY\nu, U3, 7\nw, S31, E\np, E23, AT, 0.1, 0.2, 0.3\nr, RF3, 1\n*CHECK, TYPE=FIELD, SOURCE=ANALYTIC, SCALE=1\nS23, \"z\", 1\nU3, 0, 1\n");
+  const Answer a = read("*NODE\n1, 0, 0, 0\n2, 1, 0, 0\n3, 1, 1, 0\n4, 0, 1, 0\n5, 0, 0, 1\n6, 1, 0, 1\n7, "
+                        "1, 1, 1\n8, 0, 1, 1\n9, 2, 0, 0\n"
+                        "*ELEMENT, TYPE=C3D8, ELSET=E\n1, 1, 2, 3, 4,\n5, 6, 7, 8\n*ELEMENT, TYPE=C3D4, "
+                        "ELSET=E\n2, 2, 9, 3, 6\n"
+                        "*MATERIAL, NAME=M\n*ELASTIC\n1000, 0.3\n*DENSITY\n2\n*SOLID SECTION, ELSET=E, "
+                        "MATERIAL=M\n*SURFACE, NAME=TOP, ELSET=E, WHERE=\"z > 0.99\"\n"
+                        "*BOUNDARY\n1, 1, 3\n*INITIAL CONDITIONS, TYPE=VELOCITY\n7, 3, -2\n"
+                        "*STEP\n*DYNAMIC\n1, 1\n*DLOAD\nE, GRAV, 9.81, 0, 0, -2\n1, P6, 3\nE, BZ, \"z\"\n2, "
+                        "TRVEC3, 7, 0, 3, 4\n*DSLOAD\nTOP, TRVEC, 5, 0, 0, 1\n*CLOAD\n7, 3, 1\n*END STEP\n"
+                        "*HISTORY\nu, U3, 7\nw, S31, E\np, E23, AT, 0.1, 0.2, 0.3\nr, RF3, 1\n*CHECK, "
+                        "TYPE=FIELD, SOURCE=ANALYTIC, SCALE=1\nS23, \"z\", 1\nU3, 0, 1\n");
   ASSERT_EQ(a.errors, 0) << a.text;
   const std::vector<Load>& l = a.m.step[0].load;
   ASSERT_EQ(l.size(), 6u);
@@ -611,10 +680,13 @@ TEST(Deck3, elements_by_hand_loads_and_history)
 
 TEST(Deck3, grid_points_and_bonds_without_elements)
 {
-  const Answer a = read("*MATERIAL, NAME=M\n*ELASTIC\n1000, 0.3\n*DENSITY\n1\n*GRID\n-1, -1, 0, 2, 2, 3.1\n0.5, 0.25\n"
-    "*MATERIAL POINTS, BODY=A, MATERIAL=M\n0, 0, 1, 1, 1, 2\n4, 5, 6\n*SURFACE, NAME=LOW, TYPE=BODY, BODY=A, WHERE=\"z < 1.01\"\n"
-    "*BOND, NAME=F, TYPE=GROUND, SURFACE=LOW, DOF=3, LATTICE=4\n0, 0, \"0.1*t\"\n*GRID BOUNDARY\nZMAX, 3\nZ=0.5, 1, 3\n" + point_step +
-    "*HISTORY\ng, GRF3, 2\n");
+  const Answer a = read(
+      "*MATERIAL, NAME=M\n*ELASTIC\n1000, 0.3\n*DENSITY\n1\n*GRID\n-1, -1, 0, 2, 2, 3.1\n0.5, 0.25\n"
+      "*MATERIAL POINTS, BODY=A, MATERIAL=M\n0, 0, 1, 1, 1, 2\n4, 5, 6\n*SURFACE, NAME=LOW, TYPE=BODY, "
+      "BODY=A, WHERE=\"z < 1.01\"\n"
+      "*BOND, NAME=F, TYPE=GROUND, SURFACE=LOW, DOF=3, LATTICE=4\n0, 0, \"0.1*t\"\n*GRID BOUNDARY\nZMAX, "
+      "3\nZ=0.5, 1, 3\n" +
+      point_step + "*HISTORY\ng, GRF3, 2\n");
   ASSERT_EQ(a.errors, 0) << a.text;
   EXPECT_EQ(a.m.dim, 3);
   EXPECT_EQ(a.m.grid.n, (std::array<int, 3>{{6, 12, 7}}));
@@ -633,8 +705,10 @@ TEST(Deck3, grid_points_and_bonds_without_elements)
 TEST(Deck3, the_dimension_is_seen_through_includes_and_continued_lines)
 {
   write("mesh.txt", "*Block, elset=B,\n type = c3d8\n0, 0, 0, <w>, 1, 1\n1, 1, 1\n");
-  const Answer a = read("*PARAMETER\nw = 2\n*NODE\n100, 5, 5, 5\n*INCLUDE, INPUT=mesh.txt\n*MATERIAL, NAME=M\n*ELASTIC\n1, 0\n"
-                        "*SOLID SECTION, ELSET=B, MATERIAL=M\n*BOUNDARY\nB_XMIN, PINNED\n" + step);
+  const Answer a = read(
+      "*PARAMETER\nw = 2\n*NODE\n100, 5, 5, 5\n*INCLUDE, INPUT=mesh.txt\n*MATERIAL, NAME=M\n*ELASTIC\n1, 0\n"
+      "*SOLID SECTION, ELSET=B, MATERIAL=M\n*BOUNDARY\nB_XMIN, PINNED\n" +
+      step);
   ASSERT_EQ(a.errors, 0) << a.text;
   EXPECT_EQ(a.m.dim, 3);
   EXPECT_EQ(a.m.mesh.X[2], 5.0);

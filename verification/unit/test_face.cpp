@@ -66,7 +66,8 @@ TEST(Face, LatticeSharesSumToTheArea)
     EXPECT_EQ(parts + 1, count);
     EXPECT_NEAR(2.0, lattice_area(3, tri, parts, &count), 1e-14);
     EXPECT_EQ((parts + 1) * (parts + 2) / 2, count);
-    EXPECT_NEAR(0.5 * std::fabs((0 - 1.8) * (0.1 - 1.1) - (2 + 0.1) * (0 - 1.5)), lattice_area(4, quad, parts, &count), 1e-13);
+    EXPECT_NEAR(0.5 * std::fabs((0 - 1.8) * (0.1 - 1.1) - (2 + 0.1) * (0 - 1.5)),
+                lattice_area(4, quad, parts, &count), 1e-13);
     EXPECT_EQ((parts + 1) * (parts + 1), count);
   }
 }
@@ -129,7 +130,8 @@ TEST(Face, LatticeOfFourByFourHasNoBondTwice)
   EXPECT_EQ(8, nodal);
 }
 
-// A point straight over the node where four faces of a roof or of a dent meet: the mean of the four, so what is symmetric stays so
+// A point straight over the node where four faces of a roof or of a dent meet: the mean of the four, so what
+// is symmetric stays so
 TEST(Face, ContactOverASharedNodeIsSymmetric)
 {
   for (double top : {0.1, -0.1}) {
@@ -144,7 +146,8 @@ TEST(Face, ContactOverASharedNodeIsSymmetric)
     Surface s;
     for (int e = 0; e < 4; ++e) {
       const int a = e % 2 + 3 * (e / 2);
-      m.mesh.conn.item.insert(m.mesh.conn.item.end(), {a, a + 1, a + 4, a + 3, a + 9, a + 10, a + 13, a + 12});
+      m.mesh.conn.item.insert(m.mesh.conn.item.end(),
+                              {a, a + 1, a + 4, a + 3, a + 9, a + 10, a + 13, a + 12});
       m.mesh.conn.off.push_back(8 * (e + 1));
       m.mesh.elem_label.push_back(e + 1);
       m.mesh.elem_type.push_back(ELEM_C3D8);
@@ -185,8 +188,8 @@ TEST(Face, ContactOverASharedNodeIsSymmetric)
   }
 }
 
-// in motion a gap goes on from where the step left it; a place that comes in from the side pushes only when it goes deeper, and what it
-// has moved out does not come back  (4.16)
+// in motion a gap goes on from where the step left it; a place that comes in from the side pushes only when
+// it goes deeper, and what it has moved out does not come back  (4.16)
 TEST(Face, ContactFromTheSideBringsNoDepth)
 {
   Bonds bonds;

@@ -60,10 +60,12 @@ Model row_of(Shape shape, int n, const double* A)
     for (int k = 0; k < layer; ++k) {
       const double x[3] = {1.0 * i, 1.0 * (k % 2), 1.0 * (k / 2)};
       m.mesh.node_label.push_back(layer * i + k + 1);
-      for (int r = 0; r < 3; ++r) m.mesh.X.push_back(A[3 * r] * x[0] + A[3 * r + 1] * x[1] + A[3 * r + 2] * x[2]);
+      for (int r = 0; r < 3; ++r)
+        m.mesh.X.push_back(A[3 * r] * x[0] + A[3 * r + 1] * x[1] + A[3 * r + 2] * x[2]);
       if (m.dim == 2) m.mesh.X.back() = 0.0;
     }
-  static const int tets[6][4] = {{0, 1, 2, 6}, {0, 2, 3, 6}, {0, 3, 7, 6}, {0, 7, 4, 6}, {0, 4, 5, 6}, {0, 5, 1, 6}};
+  static const int tets[6][4] = {{0, 1, 2, 6}, {0, 2, 3, 6}, {0, 3, 7, 6},
+                                 {0, 7, 4, 6}, {0, 4, 5, 6}, {0, 5, 1, 6}};
   static const int tris[2][4] = {{0, 1, 2}, {0, 2, 3}};
   Set all{"E", {}, {}};
   for (int i = 0; i < n; ++i) {
@@ -71,11 +73,15 @@ Model row_of(Shape shape, int n, const double* A)
     const int node[8] = {a, b, b + 1, a + 1, a + 2, b + 2, b + 3, a + 3};
     const int parts = shape == SHAPE_TRI3 ? 2 : shape == SHAPE_TET4 ? 6 : 1, nen = shape_info[shape].nen;
     for (int q = 0; q < parts; ++q) {
-      for (int k = 0; k < nen; ++k) m.mesh.conn.item.push_back(node[parts == 6 ? tets[q][k] : parts == 2 ? tris[q][k] : k]);
+      for (int k = 0; k < nen; ++k)
+        m.mesh.conn.item.push_back(node[parts == 6 ? tets[q][k] : parts == 2 ? tris[q][k] : k]);
       m.mesh.conn.off.push_back(static_cast<int>(m.mesh.conn.item.size()));
       all.item.push_back(m.mesh.nelem());
       m.mesh.elem_label.push_back(all.item.back() + 1);
-      m.mesh.elem_type.push_back(shape == SHAPE_TRI3 ? ELEM_CPE3 : shape == SHAPE_QUAD4 ? ELEM_CPE4 : shape == SHAPE_TET4 ? ELEM_C3D4 : ELEM_C3D8);
+      m.mesh.elem_type.push_back(shape == SHAPE_TRI3    ? ELEM_CPE3
+                                 : shape == SHAPE_QUAD4 ? ELEM_CPE4
+                                 : shape == SHAPE_TET4  ? ELEM_C3D4
+                                                        : ELEM_C3D8);
       m.mesh.elem_section.push_back(0);
     }
   }
@@ -244,7 +250,8 @@ double gradient_error(Split split, double dissipation, unsigned seed)
     std::copy(E1, E1 + D * D, up);
     std::copy(E1, E1 + D * D, down);
     const int row = VoigtPlace<D>::row[j], col = VoigtPlace<D>::col[j];
-    up[row * D + col] += 0.5 * h;                    // an engineering shear is halved by its two places, a normal strain is not
+    // an engineering shear is halved by its two places, a normal strain is not
+    up[row * D + col] += 0.5 * h;
     up[col * D + row] += 0.5 * h;
     down[row * D + col] -= 0.5 * h;
     down[col * D + row] -= 0.5 * h;
@@ -349,8 +356,8 @@ TEST(Broken, TangentAgainstDifferences)
       }
 }
 
-// the shear that statics add: its own tangent, with the stiffness held; without shear strain across the crack also
-// the tangent of the whole element is exact
+// the shear that statics add: its own tangent, with the stiffness held; without shear strain across the crack
+// also the tangent of the whole element is exact
 TEST(Broken, ShearHoldAgainstDifferences)
 {
   const ErodedLaw er = broken_law(SPLIT_RCE, 3);
@@ -366,7 +373,8 @@ TEST(Broken, ShearHoldAgainstDifferences)
       energy += 0.5 * S[3 * i + j] * E[3 * i + j];
     }
   EXPECT_NEAR(0.0, Sn, 1e-15);
-  for (int a = 0; a < 6; ++a) {                      // linear in E: the tangent times the strain is the stress
+  // linear in E: the tangent times the strain is the stress
+  for (int a = 0; a < 6; ++a) {
     double sum = 0.0;
     for (int b = 0; b < 6; ++b)
       sum += C[6 * a + b] * E[3 * VoigtPlace<3>::row[b] + VoigtPlace<3>::col[b]] * (b < 3 ? 1.0 : 2.0);
@@ -389,7 +397,10 @@ TEST(Broken, ShearHoldAgainstDifferences)
       for (int i = 0; i < 3; ++i) s.er.N[i] = i == 0;
       const int d = s.run.m.dim;
       for (size_t k = 0; k < s.u1.size(); ++k)       // u = (-0.1 x, 0.05 y, 0.02 z)
-        s.u1[k] = (k % d == 0 ? -0.1 : k % d == 1 ? 0.05 : 0.02) * s.run.m.mesh.X[3 * s.run.m.mesh.conn.item[k / d] + k % d];
+        s.u1[k] = (k % d == 0   ? -0.1
+                   : k % d == 1 ? 0.05
+                                : 0.02) *
+                  s.run.m.mesh.X[3 * s.run.m.mesh.conn.item[k / d] + k % d];
       EXPECT_LT(tangent_error(s, mode), 1e-7) << shape << " " << split;
     }
   }
@@ -400,13 +411,15 @@ TEST(Broken, WorkOfTheStepIsTheChangeOfEnergy)
   for (Split split : all_splits)
     for (Shape shape : all_shapes)
       for (Plane plane : {PLANE_STRAIN, PLANE_STRESS})
-        for (double size : {1.0, 1e-3, 1e-6}) {       // of the step: below 1e-5 the middle stress alone is used
+        // of the step: below 1e-5 the middle stress alone is used
+        for (double size : {1.0, 1e-3, 1e-6}) {
           Sample s(shape, split, plane, 11);
           for (size_t i = 0; i < s.u1.size(); ++i) s.u1[i] = s.u0[i] + size * (s.u1[i] - s.u0[i]);
           const RealVec f = s.force(energy_momentum(0.0), s.u1);
           double work = 0.0;
           for (size_t i = 0; i < f.size(); ++i) work += f[i] * (s.u1[i] - s.u0[i]);
-          EXPECT_NEAR(energy(s, s.u1) - energy(s, s.u0), work, 3e-16) << split << " " << shape << " " << plane << " " << size;
+          EXPECT_NEAR(energy(s, s.u1) - energy(s, s.u0), work, 3e-16)
+              << split << " " << shape << " " << plane << " " << size;
         }
 }
 
@@ -420,7 +433,8 @@ TEST(Broken, DerivativeOfTheDiscreteGradient)
       }
 }
 
-// material that closes in the middle of a step while it shears: the stress is the pressure of (2.17), without shear
+// material that closes in the middle of a step while it shears: the stress is the pressure of (2.17), without
+// shear
 TEST(Broken, ClosingUnderShearGivesPressureAlone)
 {
   const MatLaw law = law_of(PLANE_NONE);
@@ -428,7 +442,8 @@ TEST(Broken, ClosingUnderShearGivesPressureAlone)
   er.split = SPLIT_PRESSURE;
   er.c     = 0.0;
   for (double size : {1e-2, 1e-3}) {
-    const double E0[9] = {0.3 * size, size, 0, size, 0, 0, 0, 0, 0}, E1[9] = {-0.5 * size, 3 * size, 0, 3 * size, 0, 0, 0, 0, 0};
+    const double E0[9] = {0.3 * size, size, 0, size, 0, 0, 0, 0, 0},
+                 E1[9] = {-0.5 * size, 3 * size, 0, 3 * size, 0, 0, 0, 0, 0};
     double S[9];
     ip_stress_broken<3>(law, er, energy_momentum(0.0), E0, E1, S, nullptr);
     EXPECT_LT(S[0], 0.0);
@@ -478,7 +493,8 @@ TEST(Broken, PointTangentAgainstDifferences)
           for (int a = b; a < n; ++a)
             for (int i = 0; i < d; ++i) {
               const double k = ke[pair_place(a, b) * d * d + i * d + j];
-              worst = std::fmax(worst, std::fabs(k - (fu[corner[a] * d + i] - fd[corner[a] * d + i]) / (2 * h)));
+              worst = std::fmax(worst,
+                                std::fabs(k - (fu[corner[a] * d + i] - fd[corner[a] * d + i]) / (2 * h)));
               size  = std::fmax(size, std::fabs(k));
             }
         }
@@ -554,7 +570,8 @@ Level stretched(const Model& m, const Trial& r, double e, double time)
   return l;
 }
 
-// a row stretched from e0 to e1 within an increment: G = k e^2 without NLGEOM, so the time at which it is Gc, taken as linear
+// a row stretched from e0 to e1 within an increment: G = k e^2 without NLGEOM, so the time at which it is Gc,
+// taken as linear
 TEST(Release, BeginsWhenTheCriterionIsMet)
 {
   Model m = row_of(SHAPE_QUAD4, 9, unit);
@@ -565,7 +582,8 @@ TEST(Release, BeginsWhenTheCriterionIsMet)
   step.nlgeom = false;
   const Level l0 = stretched(m, r, 0.1, 5.0), l1 = stretched(m, r, 0.2, 7.0);
   double J[3];
-  const double G0 = frac_estimate(m, step, r.el, r.fm, r.st.frac, l0, 4, J), G1 = frac_estimate(m, step, r.el, r.fm, r.st.frac, l1, 4, J);
+  const double G0 = frac_estimate(m, step, r.el, r.fm, r.st.frac, l0, 4, J),
+               G1 = frac_estimate(m, step, r.el, r.fm, r.st.frac, l1, 4, J);
   EXPECT_NEAR(4.0, G1 / G0, 1e-12);
   Erosion x;
   x.elem = 4;
@@ -608,7 +626,8 @@ TEST(Release, AverageOfARampIsExact)
     r.fm.average[e] = T;
     double first = 0.0, last = 0.0;
     for (int i = 0; i <= n; ++i) {
-      const Level l = stretched(m, r, e0 * std::sqrt(1.0 + static_cast<double>(i) / n), 10.0 + end * i / n);     // psi+ doubles
+      // psi+ doubles
+      const Level l = stretched(m, r, e0 * std::sqrt(1.0 + static_cast<double>(i) / n), 10.0 + end * i / n);
       const RealVec energy(m.mesh.nelem(), 1e3 * r.fm.gc[e]);
       frac_average(m, step, r.el, r.fm, l, energy, fr);
       last = frac_drive(m, step, r.el, r.fm, l, e, m.fracture[0].drive);
@@ -618,11 +637,13 @@ TEST(Release, AverageOfARampIsExact)
     EXPECT_NEAR(2.0, last / first, 1e-12);
     EXPECT_NEAR(last - k * T * (1.0 - std::exp(-end / T)), fr.mean[e], 1e-12 * last);
     EXPECT_EQ(last, fr.drive[e]);
-    frac_average(m, step, r.el, r.fm, Level{r.st.n}, RealVec(m.mesh.nelem(), 0.0), fr);           // at an older time: nothing
+    // at an older time: nothing
+    frac_average(m, step, r.el, r.fm, Level{r.st.n}, RealVec(m.mesh.nelem(), 0.0), fr);
     EXPECT_EQ(last, fr.drive[e]);
     Level later = r.st.n;
     later.time  = 20.0;
-    frac_average(m, step, r.el, r.fm, later, RealVec(m.mesh.nelem(), 0.0), fr);                   // unloaded: not followed
+    // unloaded: not followed
+    frac_average(m, step, r.el, r.fm, later, RealVec(m.mesh.nelem(), 0.0), fr);
     EXPECT_EQ(0.0, fr.mean[e]);
   }
 }
@@ -648,9 +669,11 @@ TEST(Conversion, KeepsMassMomentumAndKineticEnergy)
       EXPECT_NEAR(mass, now_mass, 1e-13 * mass) << shape << " " << per_elem;
       EXPECT_NEAR(mass / 3.0, volume, 1e-13 * mass);
       EXPECT_NEAR(kinetic, now_kinetic, 1e-13 * kinetic) << shape << " " << per_elem;
-      for (int i = 0; i < m.dim; ++i) EXPECT_NEAR(momentum[i], now[i], 1e-13 * mass) << shape << " " << per_elem;
+      for (int i = 0; i < m.dim; ++i)
+        EXPECT_NEAR(momentum[i], now[i], 1e-13 * mass) << shape << " " << per_elem;
       const int k = per_elem;
-      int names = 0;                                       // neighbours have corners of one name between nodes, each its own
+      // neighbours have corners of one name between nodes, each its own
+      int names = 0;
       for (int c = 0; c < p.ncorner; ++c) names += p.twin[c] == c;
       EXPECT_EQ((3 * k + 1) * (k + 1) * (m.dim == 2 ? 1 : k + 1), names);
       EXPECT_TRUE(r.el.block[0].live.empty());
@@ -658,7 +681,8 @@ TEST(Conversion, KeepsMassMomentumAndKineticEnergy)
     }
 }
 
-// a neighbour that converts later finds corners that move in another way: mass and linear momentum go on all the same
+// a neighbour that converts later finds corners that move in another way: mass and linear momentum go on all
+// the same
 TEST(Conversion, SharedCornersKeepTheMomentum)
 {
   for (Shape shape : {SHAPE_TRI3, SHAPE_QUAD4, SHAPE_TET4, SHAPE_HEX8}) {
@@ -678,8 +702,8 @@ TEST(Conversion, SharedCornersKeepTheMomentum)
   }
 }
 
-// corners between nodes are held by no bond: a neighbour that converts later has its own ones there, undeformed by where the first
-// ones have gone, and no face between the two counts as boundary
+// corners between nodes are held by no bond: a neighbour that converts later has its own ones there,
+// undeformed by where the first ones have gone, and no face between the two counts as boundary
 TEST(Conversion, CornersBetweenNodesThatHaveDriftedDeformNoNeighbour)
 {
   for (Shape shape : {SHAPE_TRI3, SHAPE_QUAD4, SHAPE_TET4, SHAPE_HEX8}) {
@@ -716,8 +740,8 @@ void point_spin(const Points& p, int dim, const Level& l, double* L)
   }
 }
 
-// a point that is torn comes off: shape of t = 0, mass and both momenta as before, its own corners, no bonds behind it; what has come
-// off is found again by the replay of a restart
+// a point that is torn comes off: shape of t = 0, mass and both momenta as before, its own corners, no bonds
+// behind it; what has come off is found again by the replay of a restart
 TEST(Conversion, TornPointsComeOff)
 {
   for (int k = 0; k < 8; ++k) {
@@ -753,7 +777,8 @@ TEST(Conversion, TornPointsComeOff)
     point_sums(p, m.dim, r.st.n.vc, now_energy, now);
     point_spin(p, m.dim, r.st.n, now_L);
     for (int i = 0; i < m.dim; ++i) EXPECT_NEAR(momentum[i], now[i], 1e-13 * mass) << shape;
-    for (int i = m.dim == 2 ? 2 : 0; crushed && i < 3; ++i) EXPECT_NEAR(L[i], now_L[i], 1e-12 * mass) << shape;
+    for (int i = m.dim == 2 ? 2 : 0; crushed && i < 3; ++i)
+      EXPECT_NEAR(L[i], now_L[i], 1e-12 * mass) << shape;
     EXPECT_LE(now_energy, energy * (1 + 1e-14));
     EXPECT_EQ(corners + static_cast<int>(torn.size()) * p.conn.count(0), p.ncorner);
     EXPECT_EQ(torn.size(), r.st.frac.released.size());
@@ -767,7 +792,8 @@ TEST(Conversion, TornPointsComeOff)
     IntVec again;
     frac_torn(m, r.fm, p, r.st.n, again);
     EXPECT_TRUE(again.empty()) << shape;
-    IntVec rest;                                       // a neighbour shares no corner with an element that has come apart
+    // a neighbour shares no corner with an element that has come apart
+    IntVec rest;
     for (int e = 2 * parts; e < 3 * parts; ++e) rest.push_back(e);
     frac_convert(m, r.el, r.fm, rest, r.share, r.st);
     CornerShare share;
@@ -804,8 +830,8 @@ TEST(Conversion, KeepsPlacesAndStrain)
   }
 }
 
-// what carries the corners: nodes that have an element, unknowns of their own between two rows of such elements, the grid inside; what
-// lies between nodes follows the corners there
+// what carries the corners: nodes that have an element, unknowns of their own between two rows of such
+// elements, the grid inside; what lies between nodes follows the corners there
 TEST(Conversion, CornersHangOnNodes)
 {
   for (Shape shape : {SHAPE_TRI3, SHAPE_QUAD4, SHAPE_TET4, SHAPE_HEX8}) {
@@ -850,8 +876,9 @@ TEST(Conversion, CornersHangOnNodes)
   }
 }
 
-// points of the rim lie at the Gauss places of their element, distorted or not: its energy goes on exactly, intact or broken (m = 2), and a
-// uniform stress has its force (any m). When no element is left they are means over their domains                             (7.19)
+// points of the rim lie at the Gauss places of their element, distorted or not: its energy goes on exactly,
+// intact or broken (m = 2), and a uniform stress has its force (any m). When no element is left they are
+// means over their domains  (7.19)
 TEST(Conversion, RimKeepsTheEnergyOfItsElement)
 {
   for (Shape shape : {SHAPE_TRI3, SHAPE_QUAD4, SHAPE_TET4, SHAPE_HEX8})
@@ -890,7 +917,8 @@ TEST(Conversion, RimKeepsTheEnergyOfItsElement)
               for (int a = 0; a < nen; ++a)
                 for (int i = 0; i < m.dim; ++i) has[a * m.dim + i] += p.V0[q] * p.G[k * m.dim + i] * N[a];
             }
-          for (int k = 0; k < nen * m.dim; ++k) EXPECT_NEAR(want[k], has[k], 1e-13) << shape << " " << per_elem;
+          for (int k = 0; k < nen * m.dim; ++k)
+            EXPECT_NEAR(want[k], has[k], 1e-13) << shape << " " << per_elem;
         }
         frac_convert(m, r.el, r.fm, rest, r.share, r.st);
         for (int q = 0; q < p.npoint; ++q) {
@@ -944,7 +972,8 @@ TEST(Elements, SumsWaitForTheDivision)
   EXPECT_EQ(elem_mine(b).size(), 1u);
 }
 
-// places of contact are made anew by each conversion: pressure, offset and entry stay with the place, the area is that of the surface
+// places of contact are made anew by each conversion: pressure, offset and entry stay with the place, the
+// area is that of the surface
 TEST(Conversion, PlacesOfContact)
 {
   Model m = row_of(SHAPE_QUAD4, 4, unit);

@@ -20,7 +20,8 @@ struct Solved {                   // a deck that has run
 
 void run_deck(const std::string& text, Solved& r)
 {
-  const auto folder = std::filesystem::temp_directory_path() / ("mpfe_test_fragments_" + std::to_string(getpid()));
+  const auto folder = std::filesystem::temp_directory_path() /
+                      ("mpfe_test_fragments_" + std::to_string(getpid()));
   std::filesystem::create_directories(folder);
   std::ofstream(folder / "deck.inp") << text;
   ASSERT_EQ(deck_read((folder / "deck.inp").string(), {}, r.m), 0);
@@ -64,23 +65,26 @@ void expect_sums(const Solved& r)
 
 // elements 0 to 6 and points 6 to 8; a column of broken elements at 2, points at 4 to 6 after two increments
 const char* const plane =
-  "*BLOCK, TYPE=CPE4, ELSET=BAR\n0, 0, 6, 2\n12, 4\n"
-  "*ELSET, ELSET=BROKEN, WHERE=\"x > 2 && x < 2.5\"\n*ELSET, ELSET=CONV, WHERE=\"x > 4\"\n"
-  "*MATERIAL, NAME=M\n*ELASTIC\n1000, 0.2\n*DENSITY\n1.3\n*SOLID SECTION, ELSET=BAR, MATERIAL=M\n"
-  "*EIGENFRACTURE, ELSET=BROKEN, START=NO\n1e9\n*INITIAL CONDITIONS, TYPE=BROKEN\nBROKEN\n"
-  "*CONVERSION, ELSET=CONV, TRIGGER=TIME, TIME=2e-3\n*GRID\n-1, -3, 10, 5\n0.5, 0.5\n"
-  "*MATERIAL POINTS, BODY=B, MATERIAL=M\n6, 0, 8, 2\n*BOND, NAME=J, SURFACE=BAR_XMAX, BODY=B\n"
-  "*NSET, NSET=ALL, WHERE=\"1\"\n*INITIAL CONDITIONS, TYPE=VELOCITY\nALL, 1, \"0.3*sin(x) - 0.2*y\"\nALL, 2, \"0.5*x\"\nB, 1, \"0.3*sin(x) - 0.2*y\"\nB, 2, \"0.5*x\"\n"
-  "*STEP, NLGEOM\n*DYNAMIC, DIRECT\n1e-3, ";
+    "*BLOCK, TYPE=CPE4, ELSET=BAR\n0, 0, 6, 2\n12, 4\n"
+    "*ELSET, ELSET=BROKEN, WHERE=\"x > 2 && x < 2.5\"\n*ELSET, ELSET=CONV, WHERE=\"x > 4\"\n"
+    "*MATERIAL, NAME=M\n*ELASTIC\n1000, 0.2\n*DENSITY\n1.3\n*SOLID SECTION, ELSET=BAR, MATERIAL=M\n"
+    "*EIGENFRACTURE, ELSET=BROKEN, START=NO\n1e9\n*INITIAL CONDITIONS, TYPE=BROKEN\nBROKEN\n"
+    "*CONVERSION, ELSET=CONV, TRIGGER=TIME, TIME=2e-3\n*GRID\n-1, -3, 10, 5\n0.5, 0.5\n"
+    "*MATERIAL POINTS, BODY=B, MATERIAL=M\n6, 0, 8, 2\n*BOND, NAME=J, SURFACE=BAR_XMAX, BODY=B\n"
+    "*NSET, NSET=ALL, WHERE=\"1\"\n*INITIAL CONDITIONS, TYPE=VELOCITY\nALL, 1, \"0.3*sin(x) - 0.2*y\"\nALL, "
+    "2, \"0.5*x\"\nB, 1, \"0.3*sin(x) - 0.2*y\"\nB, 2, \"0.5*x\"\n"
+    "*STEP, NLGEOM\n*DYNAMIC, DIRECT\n1e-3, ";
 
 std::string bricks(const char* conversion)
 {
   return std::string("*BLOCK, TYPE=C3D8, ELSET=BAR\n0, 0, 0, 4, 1, 1\n8, 2, 2\n") +
-    "*ELSET, ELSET=BROKEN, WHERE=\"x > 2 && x < 2.5\"\n*ELSET, ELSET=CONV, WHERE=\"x > 3\"\n"
-    "*MATERIAL, NAME=M\n*ELASTIC\n1000, 0.2\n*DENSITY\n1.3\n*SOLID SECTION, ELSET=BAR, MATERIAL=M\n"
-    "*EIGENFRACTURE, ELSET=BROKEN, START=NO\n1e9\n*INITIAL CONDITIONS, TYPE=BROKEN\nBROKEN\n" + conversion +
-    "*NSET, NSET=ALL, WHERE=\"1\"\n*INITIAL CONDITIONS, TYPE=VELOCITY\nALL, 1, \"0.3*sin(x) - 0.2*y\"\nALL, 2, \"0.5*x*z\"\nALL, 3, \"0.1 + y\"\n"
-    "*STEP, NLGEOM\n*DYNAMIC, DIRECT, SCHEME=ENERGY-MOMENTUM\n1e-3, 4e-3\n*END STEP\n";
+         "*ELSET, ELSET=BROKEN, WHERE=\"x > 2 && x < 2.5\"\n*ELSET, ELSET=CONV, WHERE=\"x > 3\"\n"
+         "*MATERIAL, NAME=M\n*ELASTIC\n1000, 0.2\n*DENSITY\n1.3\n*SOLID SECTION, ELSET=BAR, MATERIAL=M\n"
+         "*EIGENFRACTURE, ELSET=BROKEN, START=NO\n1e9\n*INITIAL CONDITIONS, TYPE=BROKEN\nBROKEN\n" +
+         conversion +
+         "*NSET, NSET=ALL, WHERE=\"1\"\n*INITIAL CONDITIONS, TYPE=VELOCITY\nALL, 1, \"0.3*sin(x) - "
+         "0.2*y\"\nALL, 2, \"0.5*x*z\"\nALL, 3, \"0.1 + y\"\n"
+         "*STEP, NLGEOM\n*DYNAMIC, DIRECT, SCHEME=ENERGY-MOMENTUM\n1e-3, 4e-3\n*END STEP\n";
 }
 
 // elements 0 and 1 share node 3 alone, or nothing but a broken element between them
@@ -143,7 +147,9 @@ TEST(Fragments, sums_are_the_ledger_after_conversion)
 TEST(Fragments, sums_are_the_ledger_in_three_dimensions)
 {
   Solved r;
-  run_deck(bricks("*CONVERSION, ELSET=CONV, TRIGGER=TIME, TIME=2e-3\n*GRID\n-1, -1, -1, 5, 2, 2\n0.5, 0.5, 0.5\n"), r);
+  run_deck(
+      bricks("*CONVERSION, ELSET=CONV, TRIGGER=TIME, TIME=2e-3\n*GRID\n-1, -1, -1, 5, 2, 2\n0.5, 0.5, 0.5\n"),
+      r);
   ASSERT_EQ(r.f.count(), 2);
   EXPECT_EQ(r.f.item[0].nelem, 4);
   EXPECT_EQ(r.f.item[1].nelem, 16);

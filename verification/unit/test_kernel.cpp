@@ -127,7 +127,8 @@ double tangent_error(Shape s, const KernelMode& mode, double amplitude, bool enh
     RealVec up = e.u1, down = e.u1;
     up[j] += h;
     down[j] -= h;
-    const RealVec fu = force_of(s, e, law, mode, up, enhanced), fd = force_of(s, e, law, mode, down, enhanced);
+    const RealVec fu = force_of(s, e, law, mode, up, enhanced),
+                  fd = force_of(s, e, law, mode, down, enhanced);
     for (int i = 0; i < n; ++i) {
       worst = std::fmax(worst, std::fabs((fu[i] - fd[i]) / (2 * h) - K[i * n + j]));
       size  = std::fmax(size, std::fabs(K[i * n + j]));
@@ -168,8 +169,10 @@ TEST(Cpdi, PartitionAndLinearExactness)
     const Sample e = make_sample(s, 3, 0.1);
     double X[24], w[8], G[24], sum = 0.0;
     for (int i = 0; i < e.nen * e.dim; ++i) X[i] = 0.3 * e.u0[i];
-    static const double sign[8][3] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};
-    static const int corner[5][8] = {{0, 1, 3}, {0, 1, 2, 3}, {0, 1, 3, 4}, {0, 1, 3, 4, 5, 7}, {0, 1, 2, 3, 4, 5, 6, 7}};
+    static const double sign[8][3] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0},
+                                      {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};
+    static const int corner[5][8] = {
+        {0, 1, 3}, {0, 1, 2, 3}, {0, 1, 3, 4}, {0, 1, 3, 4, 5, 7}, {0, 1, 2, 3, 4, 5, 6, 7}};
     for (int a = 0; a < e.nen; ++a)
       for (int i = 0; i < e.dim; ++i) X[a * e.dim + i] += sign[corner[s][a]][i];
     EXPECT_GT(cpdi_weights(s, X, w, G), 0.0);
@@ -234,12 +237,14 @@ TEST(Kernel, EnhancedStrainsPassThePatchTest)
     for (int a = 0; a < e.nen; ++a)
       for (int i = 0; i < dim; ++i)
         for (int j = 0; j < dim; ++j) e.u1[a * dim + i] += A[3 * i + j] * e.X[a * dim + j];
-    const RealVec plain = force_of(s, e, law, KernelMode(), e.u1), rich = force_of(s, e, law, KernelMode(), e.u1, true);
+    const RealVec plain = force_of(s, e, law, KernelMode(), e.u1),
+                  rich = force_of(s, e, law, KernelMode(), e.u1, true);
     for (size_t i = 0; i < plain.size(); ++i) EXPECT_NEAR(plain[i], rich[i], 1e-15);
   }
 }
 
-// in-plane bending of a rectangle: with nu = 0 the enhanced element has the exact stiffness, the plain one locks
+// in-plane bending of a rectangle: with nu = 0 the enhanced element has the exact stiffness, the plain one
+// locks
 TEST(Kernel, EnhancedStrainsBendWithoutLocking)
 {
   Sample e = make_sample(SHAPE_QUAD4, 1, 0.0);
@@ -260,7 +265,8 @@ TEST(Kernel, EnhancedStrainsBendWithoutLocking)
   linear.finite = false;
   const MatLaw law = law_of(1.0, 0.0, PLANE_STRAIN);
   double plain = 0.0, rich = 0.0;
-  const RealVec fp = force_of(SHAPE_QUAD4, e, law, linear, e.u1), fr = force_of(SHAPE_QUAD4, e, law, linear, e.u1, true);
+  const RealVec fp = force_of(SHAPE_QUAD4, e, law, linear, e.u1),
+                fr = force_of(SHAPE_QUAD4, e, law, linear, e.u1, true);
   for (int i = 0; i < 8; ++i) {
     plain += 0.5 * fp[i] * e.u1[i];
     rich += 0.5 * fr[i] * e.u1[i];
@@ -270,8 +276,8 @@ TEST(Kernel, EnhancedStrainsBendWithoutLocking)
   EXPECT_GT(plain / exact, 2.0);
 }
 
-// The tangent of the energy-momentum scheme is symmetrised: exact when u(n+1) = u(n), and off by the order of the
-// step otherwise.
+// The tangent of the energy-momentum scheme is symmetrised: exact when u(n+1) = u(n), and off by the order of
+// the step otherwise.
 TEST(Kernel, EnergyMomentumTangentIsExactAtRest)
 {
   KernelMode mode;
@@ -333,7 +339,8 @@ TEST(Element, RigidMotionGivesNoForce)
     const int dim = shape_info[s].dim, nen = shape_info[s].nen;
     Sample e = make_sample(s, 1, 0.0);
     double X[24] = {0};
-    // places from the gradients are not at hand: any affine map of the nodes will do, so use the nodes of the sample
+    // places from the gradients are not at hand: any affine map of the nodes will do, so use the nodes of the
+    // sample
     static const double base[5][24] = {
       {0, 0, 1.1, 0.1, 0.2, 0.9},
       {0, 0, 1.2, 0.1, 1.0, 1.1, -0.1, 0.8},
@@ -401,7 +408,11 @@ TEST(Element, PacksGiveTheSame)
       const Sample one = make_sample(s, 1, 0.05);
       const int n = one.nen * one.dim, pairs = pair_count(one.nen) * one.dim * one.dim;
       ElemBlock b = block_of(s, one, law, false);
-      b.type      = s == SHAPE_TRI3 ? ELEM_CPE3 : s == SHAPE_QUAD4 ? ELEM_CPE4 : s == SHAPE_TET4 ? ELEM_C3D4 : s == SHAPE_WEDGE6 ? ELEM_C3D6 : ELEM_C3D8;
+      b.type = s == SHAPE_TRI3     ? ELEM_CPE3
+               : s == SHAPE_QUAD4  ? ELEM_CPE4
+               : s == SHAPE_TET4   ? ELEM_C3D4
+               : s == SHAPE_WEDGE6 ? ELEM_C3D6
+                                   : ELEM_C3D8;
       b.kind.assign(PACK, 0);
       int slot[PACK];
       alignas(Pack) double u0[24 * PACK], u1[24 * PACK], re[24 * PACK], ke[324 * PACK];

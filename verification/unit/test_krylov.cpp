@@ -10,8 +10,9 @@
 
 namespace {
 
-// nx x ny rows (x nz), each tied to its neighbours by springs of stiffness 1 along all axes, stiff in x; every row held by
-// soft. Positive definite. key: x + 1000 y, so that a smaller grid knows its rows in a larger one.
+// nx x ny rows (x nz), each tied to its neighbours by springs of stiffness 1 along all axes, stiff in x;
+// every row held by soft. Positive definite. key: x + 1000 y, so that a smaller grid knows its rows in a
+// larger one.
 struct Springs {
   SysMatrix A;
   std::vector<long> key;
@@ -34,7 +35,9 @@ Springs springs(int dim, int x0, int nx, int ny, double stiff, double soft)
       s.key.push_back(x0 + x + 1000L * y);
     }
   A.val.assign(A.col.size() * DD, 0.0);
-  auto diagonal = [&](int I, int i) -> double& { return A.val[static_cast<size_t>(A.off[I + 1] - 1) * DD + i * dim + i]; };
+  auto diagonal = [&](int I, int i) -> double& {
+    return A.val[static_cast<size_t>(A.off[I + 1] - 1) * DD + i * dim + i];
+  };
   for (int I = 0; I < A.nrow; ++I) {
     for (int i = 0; i < dim; ++i) diagonal(I, i) += soft;
     for (int k = A.off[I]; k < A.off[I + 1] - 1; ++k)
@@ -94,7 +97,8 @@ TEST(Krylov, ArrivesWithEachPreconditioner)
     }
 }
 
-// a right-hand side that earlier solutions make up needs no iteration, another one begins with what they have of it
+// a right-hand side that earlier solutions make up needs no iteration, another one begins with what they have
+// of it
 TEST(Krylov, BeginsWithEarlierSolutions)
 {
   const Springs k = springs(2, 0, 13, 9, 1.0, 0.01);
@@ -140,7 +144,8 @@ TEST(Krylov, CholeskyOfAChainIsExact)
   EXPECT_LT(residual(k.A, b, x), 1e-5);
 }
 
-// springs a thousand times as stiff between the columns, as bonds are: diagonal blocks suffer, the factor does not
+// springs a thousand times as stiff between the columns, as bonds are: diagonal blocks suffer, the factor
+// does not
 TEST(Krylov, CholeskyBearsStiffBonds)
 {
   long iterations[2];
@@ -268,7 +273,8 @@ static Springs without(const Springs& k, int row)
   return n;
 }
 
-// A row of elements leaves, and the rows of the grid (the last line) are other ones: the corrected factors are exact
+// A row of elements leaves, and the rows of the grid (the last line) are other ones: the corrected factors
+// are exact
 TEST(Krylov, ChangedRowsAreExactToSinglePrecision)
 {
   const int nx = 13, nfe = nx * 8, leaves = 4 * nx + 6, now = nfe - 1;

@@ -66,7 +66,8 @@ TEST(Amplitude, the_window_of_a_cubic_spline_is_as_good_as_the_whole_table)
   Amplitude middle = a;                     // 100 points around t = 20
   middle.t.assign(a.t.begin() + 150, a.t.begin() + 250);
   middle.y.assign(a.y.begin() + 150, a.y.begin() + 250);
-  for (double t = 19.0; t < 21.0; t += 0.0613) EXPECT_NEAR(amplitude_eval(a, t, 0.0), amplitude_eval(middle, t, 0.0), 1e-15);
+  for (double t = 19.0; t < 21.0; t += 0.0613)
+    EXPECT_NEAR(amplitude_eval(a, t, 0.0), amplitude_eval(middle, t, 0.0), 1e-15);
 }
 
 TEST(Amplitude, steffen_keeps_a_plateau_flat)
@@ -150,12 +151,14 @@ struct Motion {
 void advance(const Step& s, double dt, double k, Motion& m)
 {
   const Scheme& scheme = scheme_of(s);
-  const double part    = scheme.midpoint ? 0.5 : 1.0;       // of du in the force; linear: the discrete gradient is the middle
+  // of du in the force; linear: the discrete gradient is the middle
+  const double part    = scheme.midpoint ? 0.5 : 1.0;
   const double du      = (scheme.known(s, dt, m.v, m.a, k * m.u) - k * m.u) / (scheme.mass(s, dt) + part * k);
   Motion next;
   next.u = m.u + du;
   scheme.node(s, dt, du, m.v, m.a, next.v, next.a);
-  EXPECT_NEAR(scheme.grid(s, dt, du, m.v, m.a), next.v - m.v, 1e-12 * (std::fabs(next.v) + std::fabs(m.v)) + 1e-14);
+  EXPECT_NEAR(scheme.grid(s, dt, du, m.v, m.a), next.v - m.v,
+              1e-12 * (std::fabs(next.v) + std::fabs(m.v)) + 1e-14);
   m = next;
 }
 

@@ -233,7 +233,8 @@ TEST(OutLocate, PointsWhereNoElementIs)
   EXPECT_EQ(point_nodal_at(m, p, s.n, quantity_find("V2"), 0, found.N.data()), 4.0);
 }
 
-// a brick, a wedge or a tetrahedron far from the origin and skew: a place goes to natural coordinates and back
+// a brick, a wedge or a tetrahedron far from the origin and skew: a place goes to natural coordinates and
+// back
 TEST(OutLocate, SolidsFarFromTheOrigin)
 {
   const double unit[3][8][3] = {
@@ -321,7 +322,9 @@ TEST(OutDat, SixComponentsOfABrick)
   const std::size_t at = text.find("         9   1");
   ASSERT_NE(at, std::string::npos) << text;
   double v[6];
-  ASSERT_EQ(std::sscanf(text.c_str() + at + 14, "%14lf%14lf%14lf%14lf%14lf%14lf", v, v + 1, v + 2, v + 3, v + 4, v + 5), 6);
+  ASSERT_EQ(std::sscanf(text.c_str() + at + 14, "%14lf%14lf%14lf%14lf%14lf%14lf", v, v + 1, v + 2, v + 3,
+                        v + 4, v + 5),
+            6);
   const double strain[6] = {0, 0, 0, 0.01, 0.02, 0.03};
   for (int i = 0; i < 6; ++i) EXPECT_NEAR(v[i], strain[i], 1e-7) << i;
 }
@@ -341,7 +344,8 @@ TEST(OutVtk, TextFile)
   vtk_labels(f, "label", {7});
   vtk_close(f);
   EXPECT_EQ(file_text(folder.file("text.vtk")),
-            "# vtk DataFile Version 3.0\na title\nASCII\nDATASET UNSTRUCTURED_GRID\nFIELD FieldData 1\nTIME 1 1 double\n0.25\n"
+            "# vtk DataFile Version 3.0\na title\nASCII\nDATASET UNSTRUCTURED_GRID\nFIELD FieldData 1\nTIME "
+            "1 1 double\n0.25\n"
             "POINTS 3 double\n0 0 0\n1 0 0\n0 1 0\nCELLS 1 4\n3\n0\n1\n2\nCELL_TYPES 1\n5\n"
             "CELL_DATA 1\nSCALARS S11 float 1\nLOOKUP_TABLE default\n2.5\n"
             "SCALARS label int 1\nLOOKUP_TABLE default\n7\n");
@@ -386,5 +390,6 @@ TEST(OutFile, MakesTheFolderAndSaysWhenItCannot)
   ASSERT_NE(file, nullptr);
   out_file_close(file, "x.txt");
   EXPECT_EQ(file, nullptr);
-  EXPECT_EXIT(out_file_open(folder.file("new/deep/x.txt/y")), ::testing::ExitedWithCode(EXIT_RESOURCE), "cannot open");
+  EXPECT_EXIT(out_file_open(folder.file("new/deep/x.txt/y")), ::testing::ExitedWithCode(EXIT_RESOURCE),
+              "cannot open");
 }

@@ -63,18 +63,21 @@ SysMatrix random_matrix(int dim, int nrow, bool definite, unsigned seed)
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> value(-1.0, 1.0);
   std::vector<std::pair<int, int>> pair;
-  for (int k = 0; k < 3 * nrow; ++k) pair.push_back({static_cast<int>(random() % nrow), static_cast<int>(random() % nrow)});
+  for (int k = 0; k < 3 * nrow; ++k)
+    pair.push_back({static_cast<int>(random() % nrow), static_cast<int>(random() % nrow)});
   SysMatrix A = pattern(dim, nrow, pair);
   for (double& v : A.val) v = value(random);
   for (int I = 0; I < nrow; ++I)
     for (int i = 0; i < dim; ++i) {
-      for (int j = i + 1; j < dim; ++j) A.val[(static_cast<size_t>(A.off[I + 1]) - 1) * dim * dim + i * dim + j] = 0.0;
+      for (int j = i + 1; j < dim; ++j)
+        A.val[(static_cast<size_t>(A.off[I + 1]) - 1) * dim * dim + i * dim + j] = 0.0;
       diagonal(A, I, i) = (definite || value(random) > 0.0 ? 1.0 : -1.0) * (30.0 + value(random));
     }
   return A;
 }
 
-// Grid of nx x ny rows, each tied to its right and upper neighbour by unit springs in all directions, numbered at random:
+// Grid of nx x ny rows, each tied to its right and upper neighbour by unit springs in all directions,
+// numbered at random:
 // free, singular with one zero mode per direction.
 SysMatrix shuffled_grid(int dim, int nx, int ny)
 {
@@ -164,7 +167,8 @@ TEST(Solve, SolversAgainstDense)
     for (int dim : {1, 2, 3})
       for (bool definite : {true, false})
         for (int nrow : {1, 2, 7, 60}) {
-          SCOPED_TRACE(testing::Message() << "kind " << kind << " dim " << dim << " definite " << definite << " nrow " << nrow);
+          SCOPED_TRACE(testing::Message()
+                       << "kind " << kind << " dim " << dim << " definite " << definite << " nrow " << nrow);
           const SysMatrix A = random_matrix(dim, nrow, definite, 11u + nrow);
           const RealVec b   = right_hand_side(A);
           RealVec x;
@@ -311,7 +315,8 @@ TEST(Solve, AutoAndKindsNotBuiltIn)
 }
 
 #ifdef MPFE_MUMPS
-// plane problems of 2000 equations and more are factorised by CHOLMOD, and by MUMPS when they are not positive
+// plane problems of 2000 equations and more are factorised by CHOLMOD, and by MUMPS when they are not
+// positive
 TEST(Solve, Cholmod)
 {
   SysMatrix A = shuffled_grid(2, 45, 30);            // 2700 equations; free
@@ -323,7 +328,8 @@ TEST(Solve, Cholmod)
   ASSERT_TRUE(solve_open(mumps, {SOLVER_MUMPS}));
   ASSERT_EQ(solve_factor(mumps, A), STATUS_OK);
   EXPECT_EQ(mumps.ncholmod, 0);
-  SysMatrix other = shuffled_grid(2, 30, 45);        // another pattern: a new analysis, after which CHOLMOD is tried again
+  // another pattern: a new analysis, after which CHOLMOD is tried again
+  SysMatrix other = shuffled_grid(2, 30, 45);
   ASSERT_EQ(solve_analyse(s, other), STATUS_OK);
   ASSERT_EQ(solve_factor(s, A), STATUS_OK);
   EXPECT_EQ(s.ncholmod, 1);
@@ -331,12 +337,14 @@ TEST(Solve, Cholmod)
   RealVec b = right_hand_side(A), x, y, many;
   ASSERT_EQ(solve_back(s, b, x), STATUS_OK);
   ASSERT_EQ(solve_back(mumps, b, y), STATUS_OK);
-  const double most = std::fabs(*std::max_element(y.begin(), y.end(), [](double p, double q) { return std::fabs(p) < std::fabs(q); }));
+  const double most = std::fabs(
+      *std::max_element(y.begin(), y.end(), [](double p, double q) { return std::fabs(p) < std::fabs(q); }));
   for (size_t k = 0; k < n; ++k) EXPECT_NEAR(x[k], y[k], 1e-10 * most);
   for (int q = 1; q <= 20; ++q)                      // several right-hand sides at a time
     for (size_t k = 0; k < n; ++k) many.push_back(q * b[k]);
   ASSERT_EQ(solve_back_many(s, many.data(), 20), STATUS_OK);
-  for (size_t k = 0; k < many.size(); ++k) EXPECT_NEAR(many[k], static_cast<double>(k / n + 1) * x[k % n], 1e-10 * most);
+  for (size_t k = 0; k < many.size(); ++k)
+    EXPECT_NEAR(many[k], static_cast<double>(k / n + 1) * x[k % n], 1e-10 * most);
   diagonal(A, 3, 1) = -5.0;                          // indefinite: MUMPS
   ASSERT_EQ(solve_factor(s, A), STATUS_OK);
   EXPECT_EQ(s.ncholmod, 1);
@@ -358,8 +366,10 @@ TEST(Solve, SmallAndIndefinite)
       for (int I = 0; I < A.nrow; ++I) diagonal(A, I, 0) = 0.0;
     ASSERT_EQ(solve_factor(s, A), STATUS_OK) << s.message;
     ASSERT_EQ(solve_back(s, b, x), STATUS_OK) << s.message;
-    EXPECT_LT((Eigen::Map<Eigen::VectorXd>(x.data(), A.neq()) - dense(A).fullPivLu().solve(Eigen::Map<const Eigen::VectorXd>(b.data(), A.neq())))
-                .lpNorm<Eigen::Infinity>(), 1e-8);
+    EXPECT_LT((Eigen::Map<Eigen::VectorXd>(x.data(), A.neq()) -
+               dense(A).fullPivLu().solve(Eigen::Map<const Eigen::VectorXd>(b.data(), A.neq())))
+                  .lpNorm<Eigen::Infinity>(),
+              1e-8);
     EXPECT_EQ(s.nanalyse, zero ? 2 : 1);
   }
   EXPECT_GT(s.negative, 0);
@@ -389,7 +399,8 @@ TEST(Order, RcmOfSeparateParts)
 #ifdef MPFE_METIS
 TEST(Order, MetisIsAPermutationAndRepeats)
 {
-  for (const SysMatrix& A : {shuffled_grid(2, 40, 30), shuffled_grid(3, 2, 1), pattern(2, 5, {}), pattern(3, 1, {})}) {
+  for (const SysMatrix& A :
+       {shuffled_grid(2, 40, 30), shuffled_grid(3, 2, 1), pattern(2, 5, {}), pattern(3, 1, {})}) {
     const IntVec pos = order_metis(A);
     EXPECT_TRUE(is_permutation_of_rows(pos, A.nrow));
     EXPECT_EQ(pos, order_metis(A));
@@ -466,7 +477,8 @@ TEST(Mass, SolvesForFreeDofsAndKeepsTheRest)
         for (int b = 0; b <= a; ++b) {
           const int r = lists.begin(l)[a], c = lists.begin(l)[b];
           if (r == bare || c == bare) continue;
-          const int k = static_cast<int>(std::find(s.A.col.begin() + s.A.off[r], s.A.col.begin() + s.A.off[r + 1], c) - s.A.col.begin());
+          const int k = static_cast<int>(
+              std::find(s.A.col.begin() + s.A.off[r], s.A.col.begin() + s.A.off[r + 1], c) - s.A.col.begin());
           s.M[k] += mass * part[a == b ? 0 : a + b == 3 ? 2 : 1];
         }
     }

@@ -1,5 +1,5 @@
-// Energy splits: against the vectors of verification/data, against differences, and against what must hold for any
-// of them (parts add up, symmetry, rotation). Cases A3 and A11.
+// Energy splits: against the vectors of verification/data, against differences, and against what must hold
+// for any of them (parts add up, symmetry, rotation). Cases A3 and A11.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -61,7 +61,10 @@ Split split_of(const Row& r)
 struct Random {
   std::mt19937 gen;
   explicit Random(unsigned seed) : gen(seed) {}
-  double operator()(double amplitude) { return std::uniform_real_distribution<double>(-amplitude, amplitude)(gen); }
+  double operator()(double amplitude)
+  {
+    return std::uniform_real_distribution<double>(-amplitude, amplitude)(gen);
+  }
   void unit(double N[3], int dim)
   {
     double sum = 0.0;
@@ -120,7 +123,8 @@ TEST(Split, Vectors)
       for (int n = 0; n < 6; ++n) {
         const int a = std::min(in_file[m], in_file[n]), b = std::max(in_file[m], in_file[n]);
         const double Cp = std::stod(r.at(std::string("Cp_") + file_word[a] + "_" + file_word[b]));
-        EXPECT_NEAR(Cp, o.Cp[6 * m + n], 1e-12) << where << " " << m << " " << n;     // the largest entry is about E = 1
+        // the largest entry is about E = 1
+        EXPECT_NEAR(Cp, o.Cp[6 * m + n], 1e-12) << where << " " << m << " " << n;
       }
     }
     ++seen;
@@ -140,8 +144,11 @@ TEST(Split, DriveAgainstVectors)
     double e[6], E[9], N[3];
     six_from(r, "e_", e);
     for (int m = 0; m < 6; ++m)
-      if (voigt_i[m] < dim && voigt_j[m] < dim) E[dim * voigt_i[m] + voigt_j[m]] = E[dim * voigt_j[m] + voigt_i[m]] = e[m];
-    EXPECT_NEAR(std::stod(r.at("psi_plus")), split_drive(law, dim, split_of(r), false, E), 1e-12 * std::stod(r.at("psi"))) << where;
+      if (voigt_i[m] < dim && voigt_j[m] < dim)
+        E[dim * voigt_i[m] + voigt_j[m]] = E[dim * voigt_j[m] + voigt_i[m]] = e[m];
+    EXPECT_NEAR(std::stod(r.at("psi_plus")), split_drive(law, dim, split_of(r), false, E),
+                1e-12 * std::stod(r.at("psi")))
+        << where;
     if (split_of(r) == SPLIT_RCE && r.at("case")[0] != 'E') {     // E has two equal principal stresses
       split_normal(law, dim, E, N);
       double cosine = 0.0;
@@ -164,7 +171,8 @@ TEST(Split, StressAndTangentAgainstDifferences)
       for (int sample = 0; sample < 40; ++sample) {
         double E9[9], E[6], N[3];
         do rnd.strain(0.15, 3, E9);
-        while (std::fabs(E9[0] + E9[4] + E9[8]) < 1e-3);     // tangents jump at tr E = 0; no sample is at another kink
+        // tangents jump at tr E = 0; no sample is at another kink
+        while (std::fabs(E9[0] + E9[4] + E9[8]) < 1e-3);
         rnd.unit(N, 3);
         auto full = [&](const double* strain, SplitOut& o) {
           for (int m = 0; m < 6; ++m) E[m] = strain[3 * voigt_i[m] + voigt_j[m]];
@@ -184,8 +192,10 @@ TEST(Split, StressAndTangentAgainstDifferences)
           EXPECT_NEAR((up.psi_plus - down.psi_plus) / (2 * h), o.Sp[n], 1e-7) << split << finite << sample;
           EXPECT_NEAR((up.psi_minus - down.psi_minus) / (2 * h), o.Sm[n], 1e-7) << split << finite << sample;
           for (int m = 0; m < 6; ++m) {
-            EXPECT_NEAR((up.Sp[m] - down.Sp[m]) / (2 * h), o.Cp[6 * m + n], 1e-7) << split << finite << sample;
-            EXPECT_NEAR((up.Sm[m] - down.Sm[m]) / (2 * h), o.Cm[6 * m + n], 1e-7) << split << finite << sample;
+            EXPECT_NEAR((up.Sp[m] - down.Sp[m]) / (2 * h), o.Cp[6 * m + n], 1e-7)
+                << split << finite << sample;
+            EXPECT_NEAR((up.Sm[m] - down.Sm[m]) / (2 * h), o.Cm[6 * m + n], 1e-7)
+                << split << finite << sample;
           }
         }
       }
@@ -216,7 +226,8 @@ TEST(Split, PartsAddUp)
           EXPECT_NEAR(whole.Sp[m], o.Sp[m] + o.Sm[m], 1e-15) << split << finite << sample;
           for (int n = 0; n < 6; ++n) {
             // SPECTRAL: four eigenvectors in a product, each orthonormal to 2e-15
-            EXPECT_NEAR(whole.Cp[6 * m + n], o.Cp[6 * m + n] + o.Cm[6 * m + n], 1e-14) << split << finite << sample;
+            EXPECT_NEAR(whole.Cp[6 * m + n], o.Cp[6 * m + n] + o.Cm[6 * m + n], 1e-14)
+                << split << finite << sample;
             EXPECT_NEAR(o.Cp[6 * n + m], o.Cp[6 * m + n], 1e-15) << split << finite << sample;
             EXPECT_NEAR(o.Cm[6 * n + m], o.Cm[6 * m + n], 1e-15) << split << finite << sample;
           }
@@ -224,8 +235,8 @@ TEST(Split, PartsAddUp)
       }
 }
 
-// psi, S and C do not depend on the axes: E and N turned by Q give Q S Q^T. Covers finite PRESSURE under J < 1,
-// and equal principal strains, where any pair of directions must give the same.
+// psi, S and C do not depend on the axes: E and N turned by Q give Q S Q^T. Covers finite PRESSURE under J <
+// 1, and equal principal strains, where any pair of directions must give the same.
 TEST(Split, TurnsWithTheAxes)
 {
   const MatLaw law = law_of(1.0, 0.2, PLANE_NONE);
@@ -255,7 +266,8 @@ TEST(Split, TurnsWithTheAxes)
       split_full(law, split, true, E0, N0, a);
       split_full(law, split, true, E, N, b);
       EXPECT_NEAR(a.psi_minus, b.psi_minus, 1e-14) << split << " " << sample;
-      auto turn = [&Q](int c, int m) {                         // share of component m in component c after turning
+      // share of component m in component c after turning
+      auto turn = [&Q](int c, int m) {
         const int i = voigt_i[c], j = voigt_j[c], k = voigt_i[m], l = voigt_j[m];
         return Q[i][k] * Q[j][l] + (m < 3 ? 0.0 : Q[i][l] * Q[j][k]);
       };
@@ -306,8 +318,9 @@ TEST(Split, CrackOpenAndClosed)
   EXPECT_LT(open, 70);
 }
 
-// A11: crack normal 2, compression across it and shear along it. RCE keeps the compression in full and loses the
-// shear; pulled, it carries nothing. VD and SPECTRAL keep part of the shear or lose part of the compression.
+// A11: crack normal 2, compression across it and shear along it. RCE keeps the compression in full and loses
+// the shear; pulled, it carries nothing. VD and SPECTRAL keep part of the shear or lose part of the
+// compression.
 TEST(Split, ClosedCrackUnderCompressionAndShear)
 {
   const MatLaw law  = law_of(1.0, 0.2, PLANE_STRAIN);
@@ -324,7 +337,8 @@ TEST(Split, ClosedCrackUnderCompressionAndShear)
   EXPECT_NEAR(c * 2.0 * law.mu * 2e-3, S[1], 1e-15);
   EXPECT_NEAR(c * 1e-3 * law.lam, S[0], 1e-15);
   split_eroded(law, 2, SPLIT_VD, false, c, press, N, &psi, S, C);
-  EXPECT_NEAR(-1e-3 * K, S[3], 1e-11);                              // half of M at nu = 0.2: compression is lost
+  // half of M at nu = 0.2: compression is lost
+  EXPECT_NEAR(-1e-3 * K, S[3], 1e-11);
   EXPECT_NEAR(0.0, S[1], 1e-11);
   split_eroded(law, 2, SPLIT_SPECTRAL, false, c, press, N, &psi, S, C);
   EXPECT_GT(S[1], 0.3 * 2.0 * law.mu * 2e-3);                       // keeps shear of a closed crack
@@ -345,7 +359,8 @@ TEST(Split, PressureAloneWhenVolumeShrinks)
         for (int k = 0; k < 3; ++k) c += F[3 * k + i] * F[3 * k + j];
         E[3 * i + j] = 0.5 * (c - (i == j));
       }
-    const double J = F[0] * (F[4] * F[8] - F[5] * F[7]) - F[1] * (F[3] * F[8] - F[5] * F[6]) + F[2] * (F[3] * F[7] - F[4] * F[6]);
+    const double J = F[0] * (F[4] * F[8] - F[5] * F[7]) - F[1] * (F[3] * F[8] - F[5] * F[6]) +
+                     F[2] * (F[3] * F[7] - F[4] * F[6]);
     split_eroded(law, 3, SPLIT_PRESSURE, true, 0.0, E, N, &psi, S, C);
     // Cauchy stress F S F^T / J is K (J - 1) I, or nothing
     for (int i = 0; i < 3; ++i)
@@ -411,8 +426,8 @@ TEST(Split, IntactIsTheLaw)      // c = 1, any split: (2.1) in the components of
   }
 }
 
-// The law of eroded material in the components of the kernel: S = dpsi/dE, C = dS/dE, C symmetric. In plane stress
-// psi is the least over E33, found here by bisection of S33 of split_full.
+// The law of eroded material in the components of the kernel: S = dpsi/dE, C = dS/dE, C symmetric. In plane
+// stress psi is the least over E33, found here by bisection of S33 of split_full.
 TEST(Split, ErodedAgainstDifferences)
 {
   Random rnd(19);
@@ -450,8 +465,9 @@ TEST(Split, ErodedAgainstDifferences)
   }
 }
 
-// S33 = 0: energy and stress are those at the E33 that bisection of split_full finds. PRESSURE measured 5.2e-15: with E33 up to 9 the terms of det(2E + I)
-// are 20 times the result, so J has lost that factor, the others 2e-16 times a few.
+// S33 = 0: energy and stress are those at the E33 that bisection of split_full finds. PRESSURE measured
+// 5.2e-15: with E33 up to 9 the terms of det(2E + I) are 20 times the result, so J has lost that factor, the
+// others 2e-16 times a few.
 TEST(Split, PlaneStressHasNoStressAcross)
 {
   const MatLaw law = law_of(1.0, 0.2, PLANE_STRESS);
@@ -478,10 +494,12 @@ TEST(Split, PlaneStressHasNoStressAcross)
             (across(mid) > 0.0 ? hi : lo) = mid;
           }
           EXPECT_NEAR(0.0, across(0.5 * (lo + hi)), 1e-15);
-          EXPECT_NEAR(c * o.psi_plus + o.psi_minus, psi, 1e-15) << split << finite << " " << c << " " << sample;
+          EXPECT_NEAR(c * o.psi_plus + o.psi_minus, psi, 1e-15)
+              << split << finite << " " << c << " " << sample;
           const int seen[3] = {0, 1, 3}, at[3] = {0, 3, 1};
           for (int m = 0; m < 3; ++m)
-            EXPECT_NEAR(c * o.Sp[seen[m]] + o.Sm[seen[m]], S[at[m]], floor ? 2e-14 : 2e-15) << split << finite << " " << c << " " << sample;
+            EXPECT_NEAR(c * o.Sp[seen[m]] + o.Sm[seen[m]], S[at[m]], floor ? 2e-14 : 2e-15)
+                << split << finite << " " << c << " " << sample;
         }
 }
 
@@ -490,14 +508,16 @@ TEST(Split, PlaneStressKeepsAThickness)
 {
   const MatLaw law = law_of(1.0, 0.45, PLANE_STRESS);
   const double E[4] = {1.5, 0.2, 0.2, 1.2}, N[3] = {1, 0, 0}, K = law.lam3 + 2.0 / 3.0 * law.mu;
-  const double det2 = 4.0 * 3.4 - 0.16, tr2 = 2.7, ee2 = 1.5 * 1.5 + 1.2 * 1.2 + 2.0 * 0.04;     // of the plane part
+  // of the plane part
+  const double det2 = 4.0 * 3.4 - 0.16, tr2 = 2.7, ee2 = 1.5 * 1.5 + 1.2 * 1.2 + 2.0 * 0.04;
   double psi, S[4], C[9];
   for (double c : {0.3, 1e-3, 1e-6, 1e-9}) {
     double lo = -0.5, hi = 1.0;
     auto J = [&](double e33) { return std::min(1.0, std::sqrt(det2 * (1.0 + 2.0 * e33))); };
     for (int it = 0; it < 80; ++it) {
       const double x = 0.5 * (lo + hi);
-      const double S33 = c * (law.lam3 * (tr2 + x) + 2.0 * law.mu * x) + (1.0 - c) * K * (J(x) - 1.0) * det2 / J(x);
+      const double S33 = c * (law.lam3 * (tr2 + x) + 2.0 * law.mu * x) +
+                         (1.0 - c) * K * (J(x) - 1.0) * det2 / J(x);
       (S33 > 0.0 ? hi : lo) = x;
     }
     const double tr = tr2 + lo, psi0 = 0.5 * law.lam3 * tr * tr + law.mu * (ee2 + lo * lo);
@@ -509,8 +529,8 @@ TEST(Split, PlaneStressKeepsAThickness)
   EXPECT_EQ(0.0, largest(S, 4));
 }
 
-// RCE in plane stress: what a crack releases is (2.6) with the moduli of plane stress, so psi(c = 1) - psi(c = 0)
-// with the normal of split_normal is split_drive
+// RCE in plane stress: what a crack releases is (2.6) with the moduli of plane stress, so psi(c = 1) - psi(c
+// = 0) with the normal of split_normal is split_drive
 TEST(Split, DriveInPlaneStress)
 {
   const MatLaw law = law_of(1.0, 0.2, PLANE_STRESS);
@@ -558,7 +578,8 @@ TEST(Split, ZeroStrain)
 TEST(Split, SpectralClosed)
 {
   const MatLaw law = law_of(1.0, 0.2, PLANE_NONE);
-  const double N[3] = {0, 0, 0}, closed[3][6] = {{0, 0, 0, 0, 0, 0}, {0, 0, -0.1, 0, 0, 0}, {-0.1, -0.1, -0.1, 0, 0, 0}};
+  const double N[3] = {0, 0, 0},
+               closed[3][6] = {{0, 0, 0, 0, 0, 0}, {0, 0, -0.1, 0, 0, 0}, {-0.1, -0.1, -0.1, 0, 0, 0}};
   for (const auto& E : closed) {
     SplitOut o;
     split_full(law, SPLIT_SPECTRAL, true, E, N, o);
@@ -568,7 +589,8 @@ TEST(Split, SpectralClosed)
   }
 }
 
-// pressure alone bears no shear: the constants 1 1 1 0 0 0 of a gradient must not be copied as 1 1 1 1 0 0 (GCC 12.2, AVX-512, -O1)
+// pressure alone bears no shear: the constants 1 1 1 0 0 0 of a gradient must not be copied as 1 1 1 1 0 0
+// (GCC 12.2, AVX-512, -O1)
 TEST(Split, PressureBearsNoShear)
 {
   const double N[3] = {1, 0, 0}, plane[4] = {-0.01, 0.003, 0.003, -0.01};

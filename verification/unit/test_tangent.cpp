@@ -42,7 +42,8 @@ struct Contact {               // one bond with an oblique normal; the penalty i
     double t1[3];
     contact_force(m, bonds, pairs, 0, mode, s, t0, lambda, f, K, t1, slipped);
   }
-  // tangent by differences minus the program's; slope: change of the normal force with the gap, by differences
+  // tangent by differences minus the program's; slope: change of the normal force with the gap, by
+  // differences
   void error(const KernelMode& mode, const double* s, double* wrong, double* slope, double* slipped)
   {
     const double h = 1e-6;
@@ -89,7 +90,8 @@ struct Scene {
   Problem p{m, st};
   Scene(const std::string& deck)
   {
-    const auto folder = std::filesystem::temp_directory_path() / ("mpfe_test_tangent_" + std::to_string(getpid()));
+    const auto folder = std::filesystem::temp_directory_path() /
+                        ("mpfe_test_tangent_" + std::to_string(getpid()));
     std::filesystem::create_directories(folder);
     std::ofstream(folder / "deck.inp") << deck;
     EXPECT_EQ(0, deck_read((folder / "deck.inp").string(), {}, m));
@@ -118,12 +120,14 @@ RealVec full(const System& s)
       for (int i = 0; i < d; ++i)
         for (int j = 0; j < (s.A.col[k] == r ? i + 1 : d); ++j) {
           const int row = r * d + i, col = s.A.col[k] * d + j;
-          K[static_cast<size_t>(row) * n + col] = K[static_cast<size_t>(col) * n + row] = s.A.val[(static_cast<size_t>(k) * d + i) * d + j];
+          K[static_cast<size_t>(row) * n + col] = K[static_cast<size_t>(col) * n + row] =
+              s.A.val[(static_cast<size_t>(k) * d + i) * d + j];
         }
   return K;
 }
 
-// largest difference of the tangent from central differences at a random increment, over the largest entry of the tangent
+// largest difference of the tangent from central differences at a random increment, over the largest entry of
+// the tangent
 double tangent_error(Scene& sc, const KernelMode& mode, double amplitude)
 {
   const int n = sc.p.sys.neq();
@@ -165,27 +169,45 @@ const std::string material = "*MATERIAL, NAME=M\n*ELASTIC\n1, 0.3\n";
 const std::string step     = "*STEP, NLGEOM\n*STATIC\n1, 1\n*END STEP\n";
 
 // points beside elements of another size, bonded to one another and, along the normal only, to the ground
-const std::string bonded_2d = material +
-  "*GRID\n-0.87, -0.91, 2, 2\n0.5\n*MATERIAL POINTS, BODY=B, MATERIAL=M, POINTS=2\n0, 0, 0.5, 1\n1, 2\n"
-  "*BLOCK, TYPE=CPE4, ELSET=FE\n0.5, 0, 1, 1\n1, 3\n*SOLID SECTION, ELSET=FE, MATERIAL=M\n"
-  "*SURFACE, NAME=LEFT, TYPE=BODY, BODY=B, WHERE=\"x<1e-9\"\n*BOND, TYPE=GROUND, NAME=HOLD, SURFACE=LEFT, NORMAL, ALPHA=2\n"
-  "*BOND, NAME=TIE, SURFACE=FE_XMIN, BODY=B, ALPHA=2\n" + step;
-const std::string bonded_3d = material +
-  "*GRID\n-0.87, -0.91, -0.8, 2, 2, 2\n0.5\n*MATERIAL POINTS, BODY=B, MATERIAL=M, POINTS=2\n0, 0, 0, 0.5, 0.5, 0.5\n1, 1, 1\n"
-  "*BLOCK, TYPE=C3D8, ELSET=FE\n0.5, 0, 0, 1, 0.5, 0.5\n1, 1, 2\n*SOLID SECTION, ELSET=FE, MATERIAL=M\n"
-  "*SURFACE, NAME=LEFT, TYPE=BODY, BODY=B, WHERE=\"x<1e-9\"\n*BOND, TYPE=GROUND, NAME=HOLD, SURFACE=LEFT, NORMAL, ALPHA=2\n"
-  "*BOND, NAME=TIE, SURFACE=FE_XMIN, BODY=B, ALPHA=2\n" + step;
+const std::string bonded_2d =
+    material +
+    "*GRID\n-0.87, -0.91, 2, 2\n0.5\n*MATERIAL POINTS, BODY=B, MATERIAL=M, POINTS=2\n0, 0, 0.5, 1\n1, 2\n"
+    "*BLOCK, TYPE=CPE4, ELSET=FE\n0.5, 0, 1, 1\n1, 3\n*SOLID SECTION, ELSET=FE, MATERIAL=M\n"
+    "*SURFACE, NAME=LEFT, TYPE=BODY, BODY=B, WHERE=\"x<1e-9\"\n*BOND, TYPE=GROUND, NAME=HOLD, SURFACE=LEFT, "
+    "NORMAL, ALPHA=2\n"
+    "*BOND, NAME=TIE, SURFACE=FE_XMIN, BODY=B, ALPHA=2\n" +
+    step;
+const std::string bonded_3d =
+    material +
+    "*GRID\n-0.87, -0.91, -0.8, 2, 2, 2\n0.5\n*MATERIAL POINTS, BODY=B, MATERIAL=M, POINTS=2\n0, 0, 0, 0.5, "
+    "0.5, 0.5\n1, 1, 1\n"
+    "*BLOCK, TYPE=C3D8, ELSET=FE\n0.5, 0, 0, 1, 0.5, 0.5\n1, 1, 2\n*SOLID SECTION, ELSET=FE, MATERIAL=M\n"
+    "*SURFACE, NAME=LEFT, TYPE=BODY, BODY=B, WHERE=\"x<1e-9\"\n*BOND, TYPE=GROUND, NAME=HOLD, SURFACE=LEFT, "
+    "NORMAL, ALPHA=2\n"
+    "*BOND, NAME=TIE, SURFACE=FE_XMIN, BODY=B, ALPHA=2\n" +
+    step;
 
-// a block that has entered another one by 0.02, and a wall of points on the other side, met by places of which some are open
-const std::string touching_2d = material +
-  "*BLOCK, TYPE=CPE4, ELSET=A\n0, 0, 1, 1\n1, 2\n*BLOCK, TYPE=CPE4, ELSET=B\n0.98, -0.2, 2, 1.3\n1, 3\n*SOLID SECTION, ELSET=A, MATERIAL=M\n"
-  "*SOLID SECTION, ELSET=B, MATERIAL=M\n*GRID\n-1.13, -1.07, 2, 2\n0.5\n*MATERIAL POINTS, BODY=P, MATERIAL=M, POINTS=2\n-0.5, -0.1, 0.01, 1.4\n1, 3\n"
-  "*SURFACE, NAME=WALL, TYPE=BODY, BODY=P, WHERE=\"x>0.009\"\n*CONTACT PAIR, NAME=FACES\nA_XMAX, B_XMIN\n*CONTACT PAIR, NAME=POINTS\nA_XMIN, WALL\n" + step;
-const std::string touching_3d = material +
-  "*BLOCK, TYPE=C3D8, ELSET=A\n0, 0, 0, 1, 1, 1\n1, 1, 2\n*BLOCK, TYPE=C3D8, ELSET=B\n0.98, -0.2, -0.1, 2, 1.3, 1.2\n1, 1, 1\n"
-  "*SOLID SECTION, ELSET=A, MATERIAL=M\n*SOLID SECTION, ELSET=B, MATERIAL=M\n*GRID\n-1.13, -1.07, -1.17, 2, 2, 2\n0.8\n"
-  "*MATERIAL POINTS, BODY=P, MATERIAL=M, POINTS=2\n-0.5, -0.1, -0.3, 0.01, 1.4, 1.4\n1, 1, 1\n"
-  "*SURFACE, NAME=WALL, TYPE=BODY, BODY=P, WHERE=\"x>0.009\"\n*CONTACT PAIR, NAME=FACES\nA_XMAX, B_XMIN\n*CONTACT PAIR, NAME=POINTS\nA_XMIN, WALL\n" + step;
+// a block that has entered another one by 0.02, and a wall of points on the other side, met by places of
+// which some are open
+const std::string touching_2d =
+    material +
+    "*BLOCK, TYPE=CPE4, ELSET=A\n0, 0, 1, 1\n1, 2\n*BLOCK, TYPE=CPE4, ELSET=B\n0.98, -0.2, 2, 1.3\n1, "
+    "3\n*SOLID SECTION, ELSET=A, MATERIAL=M\n"
+    "*SOLID SECTION, ELSET=B, MATERIAL=M\n*GRID\n-1.13, -1.07, 2, 2\n0.5\n*MATERIAL POINTS, BODY=P, "
+    "MATERIAL=M, POINTS=2\n-0.5, -0.1, 0.01, 1.4\n1, 3\n"
+    "*SURFACE, NAME=WALL, TYPE=BODY, BODY=P, WHERE=\"x>0.009\"\n*CONTACT PAIR, NAME=FACES\nA_XMAX, "
+    "B_XMIN\n*CONTACT PAIR, NAME=POINTS\nA_XMIN, WALL\n" +
+    step;
+const std::string touching_3d =
+    material +
+    "*BLOCK, TYPE=C3D8, ELSET=A\n0, 0, 0, 1, 1, 1\n1, 1, 2\n*BLOCK, TYPE=C3D8, ELSET=B\n0.98, -0.2, -0.1, 2, "
+    "1.3, 1.2\n1, 1, 1\n"
+    "*SOLID SECTION, ELSET=A, MATERIAL=M\n*SOLID SECTION, ELSET=B, MATERIAL=M\n*GRID\n-1.13, -1.07, -1.17, "
+    "2, 2, 2\n0.8\n"
+    "*MATERIAL POINTS, BODY=P, MATERIAL=M, POINTS=2\n-0.5, -0.1, -0.3, 0.01, 1.4, 1.4\n1, 1, 1\n"
+    "*SURFACE, NAME=WALL, TYPE=BODY, BODY=P, WHERE=\"x>0.009\"\n*CONTACT PAIR, NAME=FACES\nA_XMAX, "
+    "B_XMIN\n*CONTACT PAIR, NAME=POINTS\nA_XMIN, WALL\n" +
+    step;
 
 }  // namespace
 
@@ -193,7 +215,8 @@ TEST(Tangent, ContactNormal)
 {
   for (int dim : {2, 3})
     for (const KernelMode& mode : schemes)
-      for (double lambda : {0.0, -0.045})                // with a multiplier the gap of 0.01 is closed, those of 0.02 and 0.03 are open
+      // with a multiplier the gap of 0.01 is closed, those of 0.02 and 0.03 are open
+      for (double lambda : {0.0, -0.045})
         for (const auto& g : gaps) {
           Contact c(dim, g[0], 0.0);
           c.lambda = lambda;
@@ -219,7 +242,8 @@ TEST(Tangent, FrictionThatSticks)
       }
 }
 
-// What the program leaves out when it slips is -mu k_n t n^T, t the direction of the friction, and nothing else    (4.12)
+// What the program leaves out when it slips is -mu k_n t n^T, t the direction of the friction, and nothing
+// else  (4.12)
 TEST(Tangent, FrictionThatSlips)
 {
   const double mu = 0.5;
@@ -257,7 +281,8 @@ TEST(Tangent, SystemWithBonds)
     Scene sc(deck);
     EXPECT_GT(sc.st.bonds.nbond, 6);
     EXPECT_LT(tangent_error(sc, KernelMode(), 0.05), 1e-7);
-    // energy-momentum: with small strains nothing is left out of the tangent of the kernel, so the bonds stand alone to be judged
+    // energy-momentum: with small strains nothing is left out of the tangent of the kernel, so the bonds
+    // stand alone to be judged
     for (double a : {0.0, 0.1}) {
       KernelMode mode = energy_momentum(a);
       mode.finite = false;
@@ -283,7 +308,8 @@ TEST(Tangent, SystemWithGhosts)
     for (int v = 0; v < sc.p.grid.nnode; ++v) {
       double at[3];
       grid_node_place(sc.m.grid, sc.m.dim, sc.p.grid.key[v], at);
-      for (int i = 0; i < sc.m.dim; ++i) x[(s.nfe + v) * sc.m.dim + i] = 0.3 + 0.1 * at[i] - 0.7 * at[0] + 0.2 * at[1];
+      for (int i = 0; i < sc.m.dim; ++i)
+        x[(s.nfe + v) * sc.m.dim + i] = 0.3 + 0.1 * at[i] - 0.7 * at[0] + 0.2 * at[1];
     }
     assem_ghost_jump(sc.p, x, jump);
     for (double j : jump) EXPECT_NEAR(0.0, j, 1e-14);
@@ -292,25 +318,33 @@ TEST(Tangent, SystemWithGhosts)
 
 namespace {
 
-// condition of the stiffness of a block of 4 x 4 cells that is held at the left and starts this part of a cell beyond a grid line
+// condition of the stiffness of a block of 4 x 4 cells that is held at the left and starts this part of a
+// cell beyond a grid line
 double condition(double offset, const std::string& grid, const std::string& ghost)
 {
   char place[200];
-  std::snprintf(place, sizeof place, "*GRID%s\n%.17g, %.17g, 2, 2\n0.25\n*MATERIAL POINTS, BODY=B, MATERIAL=M, POINTS=2\n0, 0, 1, 1\n4, 4\n%s",
+  std::snprintf(place, sizeof place,
+                "*GRID%s\n%.17g, %.17g, 2, 2\n0.25\n*MATERIAL POINTS, BODY=B, MATERIAL=M, POINTS=2\n0, 0, 1, "
+                "1\n4, 4\n%s",
                 grid.c_str(), -0.5 - 0.25 * offset, -0.5 - 0.25 * offset, ghost.c_str());
-  Scene sc(material + place + "*SURFACE, NAME=LEFT, TYPE=BODY, BODY=B, WHERE=\"x<1e-9\"\n*BOND, TYPE=GROUND, NAME=HOLD, SURFACE=LEFT, ALPHA=1\n" + step);
+  Scene sc(material + place +
+           "*SURFACE, NAME=LEFT, TYPE=BODY, BODY=B, WHERE=\"x<1e-9\"\n*BOND, TYPE=GROUND, NAME=HOLD, "
+           "SURFACE=LEFT, ALPHA=1\n" +
+           step);
   sc.force(KernelMode(), RealVec(sc.p.sys.neq(), 0.0));
   assem_tangent(sc.p, KernelMode(), 0.0);
   const RealVec K = full(sc.p.sys);
   const int n = sc.p.sys.neq();
   const Eigen::Map<const Eigen::MatrixXd> A(K.data(), n, n);
-  const Eigen::VectorXd value = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(A, Eigen::EigenvaluesOnly).eigenvalues().cwiseAbs();
+  const Eigen::VectorXd value =
+      Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(A, Eigen::EigenvaluesOnly).eigenvalues().cwiseAbs();
   return value.maxCoeff() / value.minCoeff();
 }
 
 }  // namespace
 
-// S1: wherever the grid lies, the condition is near that of the aligned grid (464). Without extended basis and ghosts it has no bound:
+// S1: wherever the grid lies, the condition is near that of the aligned grid (464). Without extended basis
+// and ghosts it has no bound:
 // 4e3 at 0.3, 5e14 at 1e-3, 5e26 at 1e-6.
 TEST(Tangent, ConditionWithTheOffsetOfTheGrid)
 {

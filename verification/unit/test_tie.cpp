@@ -9,7 +9,8 @@ namespace {
 
 const int D = 2, ROWS = 6;
 
-// rows 1, 4 and direction 1 of row 5 depend on others; row 2 is a master of all, row 0 belongs to nothing that depends
+// rows 1, 4 and direction 1 of row 5 depend on others; row 2 is a master of all, row 0 belongs to nothing
+// that depends
 Ties ties()
 {
   Ties t;
@@ -48,7 +49,8 @@ System sample()
   for (int I = 0; I < ROWS; ++I)
     for (int k = s.A.off[I]; k < s.A.off[I + 1]; ++k)
       for (int i = 0; i < D; ++i)
-        for (int j = 0; j < (s.A.col[k] == I ? i + 1 : D); ++j) s.A.val[(static_cast<size_t>(k) * D + i) * D + j] = number();
+        for (int j = 0; j < (s.A.col[k] == I ? i + 1 : D); ++j)
+          s.A.val[(static_cast<size_t>(k) * D + i) * D + j] = number();
   return s;
 }
 
