@@ -21,11 +21,11 @@ void refuse(Card& card, TimeScheme scheme)
     TimeScheme scheme;
     const char* says;
   };
+  const char* const of_newmark =
+    "BETA and GAMMA belong to SCHEME=NEWMARK; HHT makes them of ALPHA, ENERGY-MOMENTUM has DISSIPATION";
   const Belongs all[] = {
-      {"BETA", SCHEME_NEWMARK,
-       "BETA and GAMMA belong to SCHEME=NEWMARK; HHT makes them of ALPHA, ENERGY-MOMENTUM has DISSIPATION"},
-      {"GAMMA", SCHEME_NEWMARK,
-       "BETA and GAMMA belong to SCHEME=NEWMARK; HHT makes them of ALPHA, ENERGY-MOMENTUM has DISSIPATION"},
+      {"BETA", SCHEME_NEWMARK, of_newmark},
+      {"GAMMA", SCHEME_NEWMARK, of_newmark},
       {"DISSIPATION", SCHEME_ENERGY_MOMENTUM,
        "DISSIPATION belongs to SCHEME=ENERGY-MOMENTUM; NEWMARK has GAMMA above 0.5, HHT has ALPHA"},
       {"ALPHA", SCHEME_HHT,

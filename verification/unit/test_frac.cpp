@@ -570,6 +570,15 @@ Level stretched(const Model& m, const Trial& r, double e, double time)
   return l;
 }
 
+// a dynamic step without NLGEOM
+Step motion()
+{
+  Step step;
+  step.proc   = PROC_DYNAMIC;
+  step.nlgeom = false;
+  return step;
+}
+
 // a row stretched from e0 to e1 within an increment: G = k e^2 without NLGEOM, so the time at which it is Gc,
 // taken as linear
 TEST(Release, BeginsWhenTheCriterionIsMet)
@@ -577,9 +586,7 @@ TEST(Release, BeginsWhenTheCriterionIsMet)
   Model m = row_of(SHAPE_QUAD4, 9, unit);
   m.fracture[0].release = 2.0;
   Trial r(m, 1);
-  Step step;
-  step.proc   = PROC_DYNAMIC;
-  step.nlgeom = false;
+  const Step step = motion();
   const Level l0 = stretched(m, r, 0.1, 5.0), l1 = stretched(m, r, 0.2, 7.0);
   double J[3];
   const double G0 = frac_estimate(m, step, r.el, r.fm, r.st.frac, l0, 4, J),
@@ -616,9 +623,7 @@ TEST(Release, AverageOfARampIsExact)
   Model m = row_of(SHAPE_QUAD4, 9, unit);
   m.fracture[0].average = 1.0;
   Trial r(m, 1);
-  Step step;
-  step.proc   = PROC_DYNAMIC;
-  step.nlgeom = false;
+  const Step step = motion();
   const double T = 3.0, end = 4.0, e0 = 0.1;
   const int e = 4;
   for (int n : {1, 4, 64}) {
