@@ -24,15 +24,6 @@
 const int PACK = 8;
 typedef double Pack __attribute__((vector_size(8 * PACK), may_alias));
 
-struct KernelMode {
-  bool finite = true;          // NLGEOM
-  bool mid    = false;         // energy-momentum
-  bool steady = false;         // statics: broken material is kept from wrinkling, kernel_broken.h
-  double s_new = 1.0, s_old = 0.0;
-  double cD() const { return s_new; }
-  double cG() const { return !finite ? 0.0 : mid ? 0.5 : 1.0; }
-};
-
 // number of node pairs a >= b, and the place of a pair
 constexpr int pair_count(int n) { return n * (n + 1) / 2; }
 constexpr int pair_place(int a, int b) { return a * (a + 1) / 2 + b; }

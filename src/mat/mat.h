@@ -6,6 +6,16 @@
 
 #include "model/model.h"
 
+// What a time scheme asks of the law over a step t(n) -> t(n+1)                        (1.8)
+struct KernelMode {
+  bool finite = true;          // NLGEOM
+  bool mid    = false;         // energy-momentum
+  bool steady = false;         // statics: broken material is kept from wrinkling (2.16)
+  double s_new = 1.0, s_old = 0.0;
+  double cD() const { return s_new; }
+  double cG() const { return !finite ? 0.0 : mid ? 0.5 : 1.0; }
+};
+
 // St.Venant-Kirchhoff: S = lam tr(E) I + 2 mu E. In plane stress lam is the reduced one,
 // so that the law of the plane components has the same form.
 struct MatLaw {
