@@ -1,199 +1,12 @@
 // ---------------------------------------------------------------------------
 // assem.h : all loops over elements, points and bonds (doc/theory.md 5)
 //
-// Rows of the system: finite-element nodes in use, those far from bonds first, then the unknown grid nodes.
-// Vectors of the system have rows*dim entries.
+// Rows and vectors of the system: dof/dof.h
 // ---------------------------------------------------------------------------
 #ifndef MPFE_ASSEM_ASSEM_H
 #define MPFE_ASSEM_ASSEM_H
 
-#include <set>
-
-#include "bond/bond.h"
-#include "contact/contact.h"
-#include "contact/overlap.h"
-#include "elem/elem.h"
-#include "frac/frac.h"
-#include "point/point.h"
-#include "solve/solve.h"
-
-// what a dof of the system is
-enum DofKind { DOF_FREE, DOF_FIXED, DOF_TIED };      // TIED: an equation gives it
-
-// Equations of the step: u[dof] = gap + sum of coef u[master], no master is tied itself  doc/theory.md (5.6)
-struct Ties {
-  IntVec dof;                  // [ntie]
-  ListTable master;            // [ntie] dofs
-  RealVec coef;                // [master.item]
-  RealVec gap;                 // [ntie] what is left of the equation at t(n); rounding
-};
-
-// A support that goes on at a corner: its share in a prescribed dof of the grid
-struct HeldPart {
-  int dof;                     // of the system
-  int node_dof;                // node*dim + direction
-  double part;                 // of the reaction; adds up to 1 for each dof
-};
-
-struct System {
-  int dim = 0, nfe = 0, nrow = 0;
-  bool numbered = false;       // rows of nodes are those of the elements and bonds of now
-  IntVec row_of_node;          // [nnode] row of a node, -1: in no element
-  IntVec node_of_row;          // [nfe]
-  std::vector<long> row_key;   // [nrow] who a row is: node, or -1 - key of the grid node
-  ListTable bond;              // [nbond] rows of both sides
-  RealVec bond_w;              // [bond.item] N_a of side A, -N_v of side B
-  SysMatrix A;
-  RealVec M;                   // [blocks of A] mass, one number serves all directions; of this rank, as A
-  // points follow nodes of the mesh: M couples these with each other and with the grid
-  bool hung = false;
-  RealVec M_elem;              // [blocks of A] then: M of the elements alone
-  RealVec M_diag;              // [nrow] its diagonal, of all ranks
-  IntVec my_point, my_bond, my_ghost;          // what this rank works on; elements: ElemBlock::mine
-  std::vector<char> bond_is_mine;      // [nbond]
-  IntVec owner;                // [nrow] rank that a row belongs to; one rank: empty
-  IntVec elem_rank, point_rank;        // the division that the pattern was made for
-  // block of A for each node pair, 2 k + 1: transposed; elements of this rank, block after block
-  IntVec elem_map;
-  IntVec point_map, bond_map, ghost_map;       // [my_point], [my_bond], [my_ghost]
-  std::vector<size_t> point_map_off, bond_map_off, ghost_map_off;
-  ListTable point_rows;        // the lists that the pattern was made for
-  ListTable bond_rows, ghost_rows;
-  long pattern = 0;            // number of the pattern
-  long tangent = 0;            // number of the tangent in A
-  Ties tie;
-  std::vector<char> bare;      // [nfe] a node of an equation that belongs to no element
-  IntVec fixed;                // [nrow*dim] DofKind
-  RealVec target;              // [nrow*dim] prescribed increment of the step, 0 at free dofs
-  RealVec rate0, rate;         // [nrow*dim] velocity of prescribed dofs at t(n) (grid only), t(n+1)
-  IntVec grid_bc;              // [nrow*dim] index of the grid condition, -1
-  std::vector<HeldPart> held;  // supports of nodes that have become corners of points
-  double h_mean = 0.0;         // mean size of elements and cells at t = 0, for rounding floors
-  int neq() const { return nrow * dim; }
-};
-
-// The tangent in System::A and what it was made for
-struct Frozen {
-  bool on = false;             // nothing else can change it: no NLGEOM, contact or fracture
-  long pattern = 0;
-  double cM = 0.0;
-  KernelMode mode;
-  IntVec fixed;
-  RealVec diag, whole;         // [neq] diagonal before prescribed dofs went, before equations were put in
-  // iterations that found their tangent there; that took the one before, which is near
-  long kept = 0, near = 0;
-};
-
-// Do supports hold everything? As it was when pattern and supports were these
-struct Held {
-  bool good = false;
-  long pattern = -1;
-  IntVec fixed;
-};
-
-// Everything a step works on
-struct Problem {
-  Problem(const Model& model, State& state) : m(model), st(state) {}
-  const Model& m;
-  State& st;
-  Elements el;
-  std::vector<MatLaw> point_law;
-  ActiveGrid grid;
-  ContactPairs pairs;
-  OverlapWatch watch;          // parts that nothing keeps apart
-  FracMesh fm;
-  CornerShare share;           // corners that conversion has made
-  IntVec follow;               // corners that go on for nodes without elements, see frac_follow
-  std::set<std::string> told;  // warnings that are told once
-  RealVec contact_s;           // [nbond*dim] relative displacement of contact bonds over the step
-  // [nghost*dim] jump of the gradient of du at the faces, times the size of a cell
-  RealVec ghost_s;
-  System sys;
-  bool ready = false;          // grid, rows, pattern and mass are those of t(n)
-  bool opened = false;         // the first step has been prepared
-  Solver solver;
-  RealVec newton_gain;         // [iteration] residual after and before each iteration of the last increment
-  Frozen frozen;
-  Held held;
-  // [nelem] strain energy of intact elements when the ledger was made, for the test of fracture
-  RealVec energy;
-  int worst = -1;              // element or point of the last failure
-  bool worst_is_point = false;
-  std::string note;            // why the increment failed, when the status alone does not say it
-};
-
-// system_divide : whose work is what, and the lists of this rank; fresh: rows or lists have changed. True:
-// the division is not the one that the pattern was made for.                                                 
-// doc/theory.md 5.1
-bool system_divide(Problem& p, bool fresh);
-
-// system_lists : calls use(n, rows) for every element, point, bond and ghost, in that order; all: also those
-// of other ranks
-template <class Use>
-void system_lists(const Problem& p, bool all, Use use)
-{
-  const System& s = p.sys;
-  IntVec row;
-  for (const ElemBlock& b : p.el.block)
-    for (int slot : all ? b.live : elem_mine(b)) {
-      const int e = b.elem[slot];
-      row.clear();
-      for (int k = p.m.mesh.conn.off[e]; k < p.m.mesh.conn.off[e + 1]; ++k)
-        row.push_back(s.row_of_node[p.m.mesh.conn.item[k]]);
-      use(static_cast<int>(row.size()), row.data());
-    }
-  const auto use_point = [&](int q) {
-    row.clear();
-    for (int k = p.grid.point.off[q]; k < p.grid.point.off[q + 1]; ++k)
-      row.push_back(s.nfe + p.grid.point.item[k]);
-    use(static_cast<int>(row.size()), row.data());
-  };
-  const auto use_ghost = [&](int q) {
-    row.clear();
-    for (int k = p.grid.ghost.off[q]; k < p.grid.ghost.off[q + 1]; ++k)
-      row.push_back(s.nfe + p.grid.ghost.item[k]);
-    use(static_cast<int>(row.size()), row.data());
-  };
-  if (all) {
-    for (int q = 0; q < p.st.points.npoint; ++q) use_point(q);
-    for (int b = 0; b < s.bond.size(); ++b) use(s.bond.count(b), s.bond.begin(b));
-    for (int q = 0; q < p.grid.ghost.size(); ++q) use_ghost(q);
-    return;
-  }
-  for (int q : s.my_point) use_point(q);
-  for (int b : s.my_bond) use(s.bond.count(b), s.bond.begin(b));
-  for (int q : s.my_ghost) use_ghost(q);
-}
-
-// system_form : rows, lists, equations, and, when a list has changed, pattern and scatter maps; mass
-void system_form(Problem& p, const Step& s, bool mass);
-
-// ---- equations between dofs (system_tie.cpp), doc/theory.md (5.6) - (5.8)
-// system_tie : System::tie of the step; true: it is not the one of before
-bool system_tie(Problem& p, const Step& s);
-
-// tie_extend : what couples a dependent dof couples its masters
-void tie_extend(const System& s, ListTable& lists);
-
-// tie_follow : x = T x, dependent dofs follow their masters; gap: an increment, which also closes what is
-// left of the equation
-void tie_follow(const System& s, bool gap, RealVec& x);
-
-// tie_force : f = T^T f, forces on dependent dofs go to their masters
-void tie_force(const System& s, RealVec& f);
-
-// tie_matrix : A = T^T A T of what this rank has; rows and columns of dependent dofs are zero afterwards
-void tie_matrix(System& s);
-
-// Loads and supports are checked where they are evaluated, by all ranks alike. The routines below return
-// BAD_VALUE when one is no finite number; p.note then names keyword, line, function, node or face, and time.
-
-// tell_once : a warning of a line of the deck, once for each line and text, that names a node and the time
-void tell_once(Problem& p, const char* keyword, const Place& place, int node, double time, const char* what);
-
-// system_constrain : fixed dofs, their increments between two times of the step and their rates; sets fixed,
-// target, rate, rate0, grid_bc. BAD_VALUE
-Status system_constrain(Problem& p, const Step& s, double t_step0, double t_step1);
+#include "dof/dof.h"
 
 // assem_move : places and displacements at t(n+1) from the increment du: writes st.np1.u, uc, slip. BAD_VALUE
 Status assem_move(Problem& p, const RealVec& du, double t_step0, double t_step1);
@@ -212,23 +25,26 @@ void assem_tangent(Problem& p, const KernelMode& mode, double cM);
 // assem_constrain : f -= A(:, fixed) x(fixed), then rows and columns of fixed dofs become those of a diagonal
 // matrix, and f(fixed) = 0: a solution that knows nothing of x, which is added afterwards; diagonal [neq] of
 // A
-void assem_constrain(System& sys, const RealVec& diagonal, const RealVec& x, RealVec& f);
+void assem_constrain(Dofs& s, const RealVec& diagonal, const RealVec& x, RealVec& f);
+
+// assem_mass : Dofs::M, unless it is that of the pattern of now and no points move            (3.12), (3.16)
+void assem_mass(Problem& p);
 
 // mass_multiply : y = M x; mass_part : with what this rank has of M, mass_elements : of the M of elements
-void mass_elements(const System& sys, const RealVec& x, RealVec& y);
-void mass_part(const System& sys, const RealVec& x, RealVec& y);
-void mass_multiply(const System& sys, const RealVec& x, RealVec& y);
+void mass_elements(const Dofs& s, const RealVec& x, RealVec& y);
+void mass_part(const Dofs& s, const RealVec& x, RealVec& y);
+void mass_multiply(const Dofs& s, const RealVec& x, RealVec& y);
 
 // mass_solve : M x = f on the free dofs of the rows from first on; x at fixed dofs is given, in rows below
 // guess it is where the solution begins, the others do not matter.
 // Conjugate gradients with symmetric Gauss-Seidel, all directions at once. Returns the iterations; -1: not
 // converged.
 // doc/theory.md (3.14)
-int mass_solve(const System& sys, int first, int guess, const RealVec& f, RealVec& x);
+int mass_solve(const Dofs& s, int first, int guess, const RealVec& f, RealVec& x);
 
 // mass_solve_tied : M x = f in the nodes of elements with equations: T^T M T x = T^T f on the free dofs, x at
 // fixed dofs is given. Returns as mass_solve.
-int mass_solve_tied(const System& sys, const RealVec& f, RealVec& x);
+int mass_solve_tied(const Dofs& s, const RealVec& f, RealVec& x);
 
 // point_momentum : adds p_v = sum_cd N_v(x_c) m_cd v_d of the points of this rank to out [neq]
 void point_momentum(const Problem& p, const RealVec& vc, RealVec& out);

@@ -37,8 +37,8 @@ void move_nodes(Problem& p, const RealVec& du)
 {
   const int dim = p.m.dim;
   const Level& n = p.st.n;
-  for (int r = 0; r < p.sys.nfe; ++r) {
-    const int node = p.sys.node_of_row[r];
+  for (int r = 0; r < p.dofs.nfe; ++r) {
+    const int node = p.dofs.node_of_row[r];
     for (int i = 0; i < dim; ++i) p.st.np1.u[node * dim + i] = n.u[node * dim + i] + du[r * dim + i];
   }
 }
@@ -62,8 +62,8 @@ Status move_bonds(Problem& p, const RealVec& du, double t0, double t1)
   const double total0 = p.st.n.time, total1 = p.st.n.time + (t1 - t0);
   for (int b = 0; b < p.st.bonds.nbond; ++b) {
     double s[3] = {0, 0, 0}, g0[3], g1[3];
-    for (int k = p.sys.bond.off[b]; k < p.sys.bond.off[b + 1]; ++k)
-      for (int i = 0; i < dim; ++i) s[i] += p.sys.bond_w[k] * du[p.sys.bond.item[k] * dim + i];
+    for (int k = p.dofs.bond.off[b]; k < p.dofs.bond.off[b + 1]; ++k)
+      for (int i = 0; i < dim; ++i) s[i] += p.dofs.bond_w[k] * du[p.dofs.bond.item[k] * dim + i];
     // contact: jump over the step, the gap is made with the force
     if (p.st.bonds.field[b] == SIDE_CONTACT) {
       for (int i = 0; i < dim; ++i) p.contact_s[b * dim + i] = s[i];
@@ -83,7 +83,7 @@ Status move_bonds(Problem& p, const RealVec& du, double t0, double t1)
 
 // adds the force re of an element; its numbers lie STRIDE apart
 template <int STRIDE = 1>
-inline void add_force(const System& s, const int* node, int nen, int dim, const double* re, RealVec& fint)
+inline void add_force(const Dofs& s, const int* node, int nen, int dim, const double* re, RealVec& fint)
 {
   for (int a = 0; a < nen; ++a) {
     double* f = &fint[s.row_of_node[node[a]] * dim];
@@ -110,7 +110,7 @@ Status add_pack(Problem& p, const KernelMode& mode, const ElemBlock& b, ElemForm
   elem_ends_pack(p.st.np1.u, p.m.mesh, b, w.slot, nen, dim, u1);
   const Status status = form(b, w.slot, mode, u0, u1, re, nullptr, bad);
   for (int l = 0; l < n; ++l)
-    add_force<PACK>(p.sys, p.m.mesh.conn.begin(b.elem[w.slot[l]]), nen, dim, re + l, fint);
+    add_force<PACK>(p.dofs, p.m.mesh.conn.begin(b.elem[w.slot[l]]), nen, dim, re + l, fint);
   w.n = 0;
   return status == STATUS_OK ? status : fail_at(p, b.elem[w.slot[__builtin_ctz(bad)]]);
 }
@@ -139,7 +139,7 @@ Status add_elements(Problem& p, const KernelMode& mode, RealVec& fint)
                            elem_broken_law(p.m, p.el, e, degr_of_step(p.st.n, p.st.np1, mode.mid, e)), mode,
                            u0, u1, re, nullptr);
         else if (form(b, slot, mode, u0, u1, re, nullptr) != STATUS_OK) s = fail_at(p, e);
-        add_force(p.sys, node, info.nen, dim, re, fint);
+        add_force(p.dofs, node, info.nen, dim, re, fint);
       }
       if (s != STATUS_OK) status = s;
     }
@@ -157,8 +157,8 @@ void add_contact(Problem& p, const KernelMode& mode, int b, RealVec& fint)
   if (p.pairs.master.count(b)) {
     gap = contact_force(p.m, p.st.bonds, p.pairs, b, mode, &p.contact_s[b * dim], &p.st.n.lambda[b * dim],
                         p.st.np1.lambda_n[b], f, nullptr, t1, &slipped);
-    for (int k = p.sys.bond.off[b]; k < p.sys.bond.off[b + 1] && p.sys.bond_is_mine[b]; ++k)
-      for (int i = 0; i < dim; ++i) fint[p.sys.bond.item[k] * dim + i] += p.sys.bond_w[k] * f[i];
+    for (int k = p.dofs.bond.off[b]; k < p.dofs.bond.off[b + 1] && p.dofs.bond_is_mine[b]; ++k)
+      for (int i = 0; i < dim; ++i) fint[p.dofs.bond.item[k] * dim + i] += p.dofs.bond_w[k] * f[i];
   } else {
     p.st.np1.lambda_n[b] = 0.0;
   }
@@ -176,15 +176,15 @@ void add_bonds(Problem& p, const KernelMode& mode, RealVec& fint)
       add_contact(p, mode, b, fint);
       continue;
     }
-    if (!p.sys.bond_is_mine[b]) continue;
+    if (!p.dofs.bond_is_mine[b]) continue;
     bond_stiffness(p.st.bonds, dim, b, C);
     for (int i = 0; i < dim; ++i)
       s[i] = mode.s_new * p.st.np1.slip[b * dim + i] + mode.s_old * p.st.n.slip[b * dim + i];
     for (int i = 0; i < dim; ++i) {
       double f = p.st.np1.lambda[b * dim + i];
       for (int j = 0; j < dim; ++j) f += C[i * dim + j] * s[j];
-      for (int k = p.sys.bond.off[b]; k < p.sys.bond.off[b + 1]; ++k)
-        fint[p.sys.bond.item[k] * dim + i] += p.sys.bond_w[k] * f;
+      for (int k = p.dofs.bond.off[b]; k < p.dofs.bond.off[b + 1]; ++k)
+        fint[p.dofs.bond.item[k] * dim + i] += p.dofs.bond_w[k] * f;
     }
   }
 }
@@ -193,10 +193,10 @@ void add_ghosts(Problem& p, RealVec& fint)
 {
   const int dim      = p.m.dim;
   const ListTable& t = p.grid.ghost;
-  for (int q : p.sys.my_ghost)
+  for (int q : p.dofs.my_ghost)
     for (int k = t.off[q]; k < t.off[q + 1]; ++k)
       for (int i = 0; i < dim; ++i)
-        fint[(p.sys.nfe + t.item[k]) * dim + i] += p.grid.ghost_k[q] * p.grid.ghost_w[k] *
+        fint[(p.dofs.nfe + t.item[k]) * dim + i] += p.grid.ghost_k[q] * p.grid.ghost_w[k] *
                                                    p.ghost_s[q * dim + i];
 }
 
@@ -204,7 +204,7 @@ void add_ghosts(Problem& p, RealVec& fint)
 Status sum_force(Problem& p, Status status, RealVec& fint)
 {
   fint.push_back(status == STATUS_OK ? 0.0 : 1.0);
-  sys_sum(p.sys.A, fint, 1);
+  sys_sum(p.dofs.A, fint, 1);
   const bool bad = fint.back() != 0.0;
   fint.pop_back();
   if (!bad) return STATUS_OK;
@@ -395,14 +395,14 @@ Status node_loads(Problem& p, const Step& step, const Load& l, double t_step, do
 
 void assem_scatter_corners(const Problem& p, const RealVec& fc, RealVec& f)
 {
-  double* grid = f.data() + p.sys.nfe * p.m.dim;
+  double* grid = f.data() + p.dofs.nfe * p.m.dim;
   if (p.m.dim == 2) scatter_corners<2>(p.grid, fc.data(), grid);
   else scatter_corners<3>(p.grid, fc.data(), grid);
 }
 
 void assem_gather_corners(const Problem& p, const RealVec& x, const RealVec& before, RealVec& after)
 {
-  const double* grid = x.data() + p.sys.nfe * p.m.dim;
+  const double* grid = x.data() + p.dofs.nfe * p.m.dim;
   if (p.m.dim == 2) gather_corners<2>(p.grid, grid, before.data(), after.data());
   else gather_corners<3>(p.grid, grid, before.data(), after.data());
 }
@@ -415,7 +415,7 @@ void assem_ghost_jump(const Problem& p, const RealVec& x, RealVec& jump)
   for (int q = 0; q < t.size(); ++q)
     for (int k = t.off[q]; k < t.off[q + 1]; ++k)
       for (int i = 0; i < dim; ++i)
-        jump[q * dim + i] += p.grid.ghost_w[k] * x[(p.sys.nfe + t.item[k]) * dim + i];
+        jump[q * dim + i] += p.grid.ghost_w[k] * x[(p.dofs.nfe + t.item[k]) * dim + i];
 }
 
 Status assem_move(Problem& p, const RealVec& du, double t_step0, double t_step1)
@@ -429,13 +429,13 @@ Status assem_move(Problem& p, const RealVec& du, double t_step0, double t_step1)
 Status assem_internal(Problem& p, const KernelMode& mode, RealVec& fint)
 {
   Timer timer(PHASE_RESIDUAL);
-  fint.assign(p.sys.neq(), 0.0);
+  fint.assign(p.dofs.neq(), 0.0);
   Status status = add_elements(p, mode, fint);
   if (p.st.points.npoint) {
     RealVec fc(p.st.points.Xc.size(), 0.0);
     int worst = -1;
-    const Status s = point_corner_force(p.m, p.st.points, p.point_law, mode, p.st.n, p.st.np1, p.sys.my_point,
-                                        fc, &worst);
+    const Status s = point_corner_force(p.m, p.st.points, p.point_law, mode, p.st.n, p.st.np1,
+                                        p.dofs.my_point, fc, &worst);
     if (s != STATUS_OK) {
       status = s;
       p.worst = worst;
@@ -467,9 +467,9 @@ Status assem_loads(Problem& p, const Step& step, double t_step, double t_total, 
     else status = face_loads(p, step, l, t_step, t_total, s, fn, fc);
     if (status != STATUS_OK) return status;
   }
-  fext.assign(p.sys.neq(), 0.0);
-  for (int r = 0; r < p.sys.nfe; ++r)
-    for (int i = 0; i < dim; ++i) fext[r * dim + i] = fn[p.sys.node_of_row[r] * dim + i];
+  fext.assign(p.dofs.neq(), 0.0);
+  for (int r = 0; r < p.dofs.nfe; ++r)
+    for (int i = 0; i < dim; ++i) fext[r * dim + i] = fn[p.dofs.node_of_row[r] * dim + i];
   assem_scatter_corners(p, fc, fext);
   return STATUS_OK;
 }

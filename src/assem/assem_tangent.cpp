@@ -44,7 +44,7 @@ void add_pack(Problem& p, const KernelMode& mode, const ElemBlock& b, ElemFormPa
   if (mode.mid) elem_ends_pack(p.st.n.u, p.m.mesh, b, w.slot, nen, D, u0);
   elem_ends_pack(p.st.np1.u, p.m.mesh, b, w.slot, nen, D, u1);
   form(b, w.slot, mode, u0, u1, nullptr, ke, bad);
-  for (int l = 0; l < w.n; ++l) add_pairs<D, PACK>(p.sys.A, w.map[l], nen, ke + l);
+  for (int l = 0; l < w.n; ++l) add_pairs<D, PACK>(p.dofs.A, w.map[l], nen, ke + l);
   w.n = 0;
 }
 
@@ -52,7 +52,7 @@ template <int D>
 void add_elements(Problem& p, const KernelMode& mode)
 {
   const Mesh& mesh = p.m.mesh;
-  const int* map = p.sys.elem_map.data();
+  const int* map = p.dofs.elem_map.data();
   double u0[8 * D], u1[8 * D], re[8 * D], ke[36 * D * D];
   for (const ElemBlock& b : p.el.block) {
     const ShapeInfo& info   = shape_info[b.shape];
@@ -71,7 +71,7 @@ void add_elements(Problem& p, const KernelMode& mode)
           elem_form_broken(b, slot,
                            elem_broken_law(p.m, p.el, e, degr_of_step(p.st.n, p.st.np1, mode.mid, e)), mode,
                            u0, u1, re, ke);
-        add_pairs<D>(p.sys.A, map, info.nen, ke);
+        add_pairs<D>(p.dofs.A, map, info.nen, ke);
       }
       map += pair_count(info.nen);
     }
@@ -90,13 +90,13 @@ void add_points(Problem& p, const KernelMode& mode)
     if (w.n == 0) return;
     w.fill();
     point_tangent_pack(D, pts, p.point_law, mode, p.st.n.uc, p.st.np1.uc, p.grid, w.slot, kp);
-    for (int l = 0; l < w.n; ++l) add_pairs<D, PACK>(p.sys.A, w.map[l], n, kp + l);
+    for (int l = 0; l < w.n; ++l) add_pairs<D, PACK>(p.dofs.A, w.map[l], n, kp + l);
     w.n = 0;
   };
-  const size_t* at = p.sys.point_map_off.data();
-  for (int q : p.sys.my_point) {
+  const size_t* at = p.dofs.point_map_off.data();
+  for (int q : p.dofs.my_point) {
     const int n    = p.grid.point.count(q);
-    const int* map = &p.sys.point_map[*at++];
+    const int* map = &p.dofs.point_map[*at++];
     if (pts.broken[q] < 0 && n <= POINT_PACK_NODES) {
       PackList& w = waiting[n];
       if (w.n && pts.body[w.slot[0]] != pts.body[q]) flush(w, n);
@@ -105,7 +105,7 @@ void add_points(Problem& p, const KernelMode& mode)
     }
     ke.resize(static_cast<size_t>(pair_count(n)) * D * D);
     point_tangent(p.m, pts, p.point_law, mode, p.st.n, p.st.np1, p.grid, q, work, ke.data());
-    add_pairs<D>(p.sys.A, map, n, ke.data());
+    add_pairs<D>(p.dofs.A, map, n, ke.data());
   }
   for (int n = 0; n <= POINT_PACK_NODES; ++n) flush(waiting[n], n);
 }
@@ -115,9 +115,9 @@ void add_bonds(Problem& p, const KernelMode& mode)
 {
   double C[D * D], k[D * D];
   double f[D], t1[D], slipped;
-  const size_t* at = p.sys.bond_map_off.data();
-  for (int q : p.sys.my_bond) {
-    const int* map     = &p.sys.bond_map[*at++];
+  const size_t* at = p.dofs.bond_map_off.data();
+  for (int q : p.dofs.my_bond) {
+    const int* map     = &p.dofs.bond_map[*at++];
     const bool contact = p.st.bonds.field[q] == SIDE_CONTACT;
     if (contact && !p.pairs.master.count(q)) continue;
     if (contact)
@@ -126,12 +126,12 @@ void add_bonds(Problem& p, const KernelMode& mode)
     else
       bond_stiffness(p.st.bonds, D, q, C);
     const double factor = contact ? 1.0 : mode.cD();
-    const int n     = p.sys.bond.count(q);
-    const double* w = &p.sys.bond_w[p.sys.bond.off[q]];
+    const int n     = p.dofs.bond.count(q);
+    const double* w = &p.dofs.bond_w[p.dofs.bond.off[q]];
     for (int a = 0; a < n; ++a)
       for (int b = 0; b <= a; ++b) {
         for (int i = 0; i < D * D; ++i) k[i] = factor * w[a] * w[b] * C[i];
-        add_block<D>(p.sys.A, map[pair_place(a, b)], a == b, k);
+        add_block<D>(p.dofs.A, map[pair_place(a, b)], a == b, k);
       }
   }
 }
@@ -139,13 +139,13 @@ void add_bonds(Problem& p, const KernelMode& mode)
 template <int D>
 void add_ghosts(Problem& p)
 {
-  const size_t* at = p.sys.ghost_map_off.data();
-  for (int q : p.sys.my_ghost) {
-    const int n = p.grid.ghost.count(q), *map = &p.sys.ghost_map[*at++];
+  const size_t* at = p.dofs.ghost_map_off.data();
+  for (int q : p.dofs.my_ghost) {
+    const int n = p.grid.ghost.count(q), *map = &p.dofs.ghost_map[*at++];
     const double* w = &p.grid.ghost_w[p.grid.ghost.off[q]];
     for (int a = 0; a < n; ++a)
       for (int b = 0; b <= a; ++b) {
-        double* v = &p.sys.A.val[static_cast<size_t>(*map++ / 2) * D * D];
+        double* v = &p.dofs.A.val[static_cast<size_t>(*map++ / 2) * D * D];
         for (int i = 0; i < D; ++i) v[i * D + i] += p.grid.ghost_k[q] * w[a] * w[b];
       }
   }
@@ -156,7 +156,7 @@ void add_ghosts(Problem& p)
 void assem_tangent(Problem& p, const KernelMode& mode, double cM)
 {
   Timer timer(PHASE_TANGENT);
-  System& s = p.sys;
+  Dofs& s = p.dofs;
   ++s.tangent;
   std::fill(s.A.val.begin(), s.A.val.end(), 0.0);
   if (s.dim == 2) {
@@ -175,7 +175,7 @@ void assem_tangent(Problem& p, const KernelMode& mode, double cM)
     for (int i = 0; i < s.dim; ++i) s.A.val[(k * s.dim + i) * s.dim + i] += cM * s.M[k];
 }
 
-void assem_constrain(System& s, const RealVec& diagonal, const RealVec& x, RealVec& f)
+void assem_constrain(Dofs& s, const RealVec& diagonal, const RealVec& x, RealVec& f)
 {
   const int dim = s.dim;
   double diag = 0.0;

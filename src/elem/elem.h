@@ -55,7 +55,7 @@ struct Elements {
 Status elem_setup(const Model& m, Elements& el, int* worst);
 
 // elem_refresh : lists of the elements that still are elements, after form has changed. On several ranks
-// nobody has them until system_divide has divided them.
+// nobody has them until dof_divide has divided them.
 void elem_refresh(Elements& el);
 
 // elem_mine : places of the elements that this rank works on; sums over them come after the division

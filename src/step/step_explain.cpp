@@ -92,7 +92,7 @@ std::string unseen_master(const Problem& p, int e)
 // who has the row of the first zero pivot, and which of its directions it is
 std::string pivot_text(const Problem& p, int row, int direction)
 {
-  const System& s = p.sys;
+  const Dofs& s = p.dofs;
   char text[120];
   double x[3];
   if (row < s.nfe) {
@@ -114,7 +114,7 @@ std::string pivot_text(const Problem& p, int row, int direction)
 // supported elsewhere.
 std::string solver_text(const Problem& p)
 {
-  const System& s = p.sys;
+  const Dofs& s = p.dofs;
   const int equation = p.solver.zero_equation;
   std::string words = p.solver.message.empty() ? "the linear solver failed" : p.solver.message;
   if (equation < 0 || equation >= s.neq()) return words;

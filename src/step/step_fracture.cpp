@@ -46,7 +46,7 @@ Status apply(Problem& p, const Step& s, const std::vector<Erosion>& erode, const
     frac_open(p.m, p.fm, st.n, st.frac, convert);    // those that drop their stress at once
     frac_convert(p.m, p.el, p.fm, convert, p.share, st);
   }
-  if (!convert.empty() || !torn.empty()) p.sys.numbered = false;      // other nodes, or other bonds
+  if (!convert.empty() || !torn.empty()) p.dofs.numbered = false;      // other nodes, or other bonds
   p.ready = false;
   const Status status = step_prepare(p, s);
   if (status != STATUS_OK) return status;
@@ -136,6 +136,6 @@ void step_undo(Problem& p, const UndoPoint& u)
   p.st.log = log;
   p.share  = u.share;
   elem_refresh(p.el);
-  if (changed) p.sys.numbered = false;
+  if (changed) p.dofs.numbered = false;
   p.ready = false;
 }

@@ -11,9 +11,9 @@ namespace {
 RealVec node_vector(const Problem& p, const RealVec& v)
 {
   const int dim = p.m.dim;
-  RealVec out(p.sys.neq(), 0.0);
-  for (int r = 0; r < p.sys.nfe; ++r)
-    for (int i = 0; i < dim; ++i) out[r * dim + i] = v[p.sys.node_of_row[r] * dim + i];
+  RealVec out(p.dofs.neq(), 0.0);
+  for (int r = 0; r < p.dofs.nfe; ++r)
+    for (int i = 0; i < dim; ++i) out[r * dim + i] = v[p.dofs.node_of_row[r] * dim + i];
   return out;
 }
 
@@ -21,7 +21,7 @@ RealVec node_vector(const Problem& p, const RealVec& v)
 Status project(Problem& p, Attempt& a)
 {
   Timer timer(PHASE_PROJECT);
-  const System& s = p.sys;
+  const Dofs& s = p.dofs;
   const int first = s.hung ? 0 : s.nfe;
   for (int i = s.nfe * s.dim; i < s.neq(); ++i)
     if (s.fixed[i]) a.vgrid[i] = s.rate0[i];
@@ -36,7 +36,7 @@ Status project(Problem& p, Attempt& a)
 // internal force at t(n) on the weights of this step: the grid has no acceleration of its own
 Status force_at_start(Problem& p, Attempt& a)
 {
-  const RealVec zero(p.sys.neq(), 0.0);
+  const RealVec zero(p.dofs.neq(), 0.0);
   KernelMode mode;
   mode.finite = a.mode.finite;
   const Status status = assem_move(p, zero, a.t0, a.t0);
@@ -48,7 +48,7 @@ Status force_at_start(Problem& p, Attempt& a)
 // nodes all forces are asked: the accelerations of the nodes belong to the grid of the step before.
 Status inertia_at_start(Problem& p, Attempt& a, RealVec& Ma)
 {
-  const System& s = p.sys;
+  const Dofs& s = p.dofs;
   const int first = s.hung ? 0 : s.nfe, grid = s.nfe * s.dim;
   a.agrid = node_vector(p, p.st.n.a);
   if (p.grid.nnode || s.hung) {
@@ -67,7 +67,7 @@ Status inertia_at_start(Problem& p, Attempt& a, RealVec& Ma)
 // fint - fext - reactions at t(n): M a of a scheme that weighs forces of both ends
 void unbalanced_at_start(const Problem& p, const Attempt& a, RealVec& f)
 {
-  const System& s = p.sys;
+  const Dofs& s = p.dofs;
   f.resize(s.neq());
   for (int i = 0; i < s.neq(); ++i) {
     f[i] = a.fint0[i] - a.fext0[i];
@@ -83,40 +83,40 @@ Status step_inertia_begin(Problem& p, Attempt& a)
   const Step& s = a.step;
   const RealVec v = node_vector(p, p.st.n.v);
   a.vgrid = v;
-  mass_elements(p.sys, v, a.momentum);
+  mass_elements(p.dofs, v, a.momentum);
   point_momentum(p, p.st.n.vc, a.momentum);
-  sys_sum(p.sys.A, a.momentum);
+  sys_sum(p.dofs.A, a.momentum);
   Status status = STATUS_OK;
-  if (p.grid.nnode || p.sys.hung) status = project(p, a);
+  if (p.grid.nnode || p.dofs.hung) status = project(p, a);
   if (status != STATUS_OK) return status;
 
   const Scheme& scheme = scheme_of(s);
   RealVec Ma, force;
   if (scheme.acceleration) {
-    if (p.grid.nnode || p.sys.hung || scheme.force) status = force_at_start(p, a);
+    if (p.grid.nnode || p.dofs.hung || scheme.force) status = force_at_start(p, a);
     if (status == STATUS_OK) status = inertia_at_start(p, a, Ma);
     if (status != STATUS_OK) return status;
   }
   if (scheme.force) unbalanced_at_start(p, a, force);
   a.cM = scheme.mass(s, a.dt);
-  a.g.resize(p.sys.neq());
-  for (int i = 0; i < p.sys.neq(); ++i)
+  a.g.resize(p.dofs.neq());
+  for (int i = 0; i < p.dofs.neq(); ++i)
     a.g[i] = scheme.known(s, a.dt, a.momentum[i], Ma.empty() ? 0.0 : Ma[i], force.empty() ? 0.0 : force[i]);
   // predictor: free flight
-  for (int i = 0; i < p.sys.neq(); ++i)
-    a.du[i] = p.sys.fixed[i] ? 0.0 : a.dt * a.vgrid[i];
+  for (int i = 0; i < p.dofs.neq(); ++i)
+    a.du[i] = p.dofs.fixed[i] ? 0.0 : a.dt * a.vgrid[i];
   return STATUS_OK;
 }
 
 Status step_initial_acceleration(Problem& p, const Step& s, double t_step)
 {
-  System& sys = p.sys;
+  Dofs& sys = p.dofs;
   if (sys.nfe == 0) return STATUS_OK;
   RealVec zero(sys.neq(), 0.0), fint, f, acc(sys.neq(), 0.0);
   p.st.np1 = p.st.n;
   KernelMode mode;
   mode.finite = s.nlgeom;
-  Status status = system_constrain(p, s, t_step, t_step);
+  Status status = dof_constrain(p, s, t_step, t_step);
   if (status == STATUS_OK) status = assem_move(p, zero, t_step, t_step);
   if (status == STATUS_OK) status = assem_internal(p, mode, fint);
   if (status == STATUS_OK) status = assem_loads(p, s, t_step, p.st.n.time, 0.0, f);
@@ -136,7 +136,7 @@ namespace {
 // dependent dofs move as their masters do
 void finish_ties(Problem& p, RealVec& dv)
 {
-  const System& s = p.sys;
+  const Dofs& s = p.dofs;
   const int dim   = s.dim;
   const auto at = [&](int dof) { return s.node_of_row[dof / dim] * dim + dof % dim; };
   for (size_t k = 0; k < s.tie.dof.size(); ++k)
@@ -155,19 +155,19 @@ void finish_nodes(Problem& p, const Attempt& a, RealVec& dv)
   const Step& s = a.step;
   const Scheme& scheme = scheme_of(s);
   const int dim = p.m.dim;
-  for (int r = 0; r < p.sys.nfe; ++r)
+  for (int r = 0; r < p.dofs.nfe; ++r)
     for (int i = 0; i < dim; ++i) {
-      const int dof = r * dim + i, k = p.sys.node_of_row[r] * dim + i;
+      const int dof = r * dim + i, k = p.dofs.node_of_row[r] * dim + i;
       const double v = a.vgrid[dof], acc = scheme.acceleration ? a.agrid[dof] : 0.0, du = a.du[dof];
       double v1, a1;
-      if (p.sys.fixed[dof] == DOF_FIXED) {           // prescribed motion: its own rate
-        v1 = p.sys.rate[dof];
+      if (p.dofs.fixed[dof] == DOF_FIXED) {           // prescribed motion: its own rate
+        v1 = p.dofs.rate[dof];
         a1 = (v1 - v) / a.dt;
       } else {
         scheme.node(s, a.dt, du, v, acc, v1, a1);
       }
       // v is not that of the node, but the change is its change
-      const bool projected = p.sys.hung && !p.sys.fixed[dof];
+      const bool projected = p.dofs.hung && !p.dofs.fixed[dof];
       dv[dof] = v1 - (projected ? v : p.st.n.v[k]);
       p.st.np1.v[k] = projected ? p.st.n.v[k] + dv[dof] : v1;
       p.st.np1.a[k] = a1;
@@ -192,11 +192,11 @@ void finish_ghosts(Problem& p, const Attempt& a, const RealVec& dv)
 void finish_points(Problem& p, const Attempt& a, RealVec& dv)
 {
   const Step& s = a.step;
-  const int dim = p.m.dim, first = p.sys.nfe;
+  const int dim = p.m.dim, first = p.dofs.nfe;
   const Scheme& scheme = scheme_of(s);
-  for (int i = first * dim; i < p.sys.neq(); ++i) {
-    if (p.sys.fixed[i])
-      dv[i] = p.sys.rate[i] - a.vgrid[i];
+  for (int i = first * dim; i < p.dofs.neq(); ++i) {
+    if (p.dofs.fixed[i])
+      dv[i] = p.dofs.rate[i] - a.vgrid[i];
     else
       dv[i] = scheme.grid(s, a.dt, a.du[i], a.vgrid[i], scheme.acceleration ? a.agrid[i] : 0.0);
   }
@@ -210,14 +210,14 @@ void finish_reactions(Problem& p, const Attempt& a)
   State& st = p.st;
   st.rf.assign(static_cast<size_t>(p.m.mesh.nnode()) * dim, 0.0);
   st.grid_rf.assign(p.m.grid_bc.size() * dim, 0.0);
-  for (int i = 0; i < p.sys.neq(); ++i) {
-    if (p.sys.fixed[i] != DOF_FIXED) continue;
+  for (int i = 0; i < p.dofs.neq(); ++i) {
+    if (p.dofs.fixed[i] != DOF_FIXED) continue;
     const int r = i / dim;
-    if (r < p.sys.nfe) st.rf[p.sys.node_of_row[r] * dim + i % dim] = a.R[i];
-    else if (p.sys.grid_bc[i] >= 0) st.grid_rf[p.sys.grid_bc[i] * dim + i % dim] += a.R[i];
+    if (r < p.dofs.nfe) st.rf[p.dofs.node_of_row[r] * dim + i % dim] = a.R[i];
+    else if (p.dofs.grid_bc[i] >= 0) st.grid_rf[p.dofs.grid_bc[i] * dim + i % dim] += a.R[i];
   }
-  for (const HeldPart& h : p.sys.held)
-    if (p.sys.grid_bc[h.dof] < 0) st.rf[h.node_dof] += h.part * a.R[h.dof];
+  for (const HeldPart& h : p.dofs.held)
+    if (p.dofs.grid_bc[h.dof] < 0) st.rf[h.node_dof] += h.part * a.R[h.dof];
 }
 
 // nodes without elements move with the corners that go on for them, for the results
@@ -238,9 +238,9 @@ void finish_followers(Problem& p, const Attempt& a)
 // statics: R at t(n) on the weights of this step
 RealVec residual_at_start(const Problem& p, const Attempt& a)
 {
-  RealVec R(p.sys.neq());
-  for (int i = 0; i < p.sys.neq(); ++i) R[i] = a.fint0[i] - a.fext0[i];
-  tie_force(p.sys, R);
+  RealVec R(p.dofs.neq());
+  for (int i = 0; i < p.dofs.neq(); ++i) R[i] = a.fint0[i] - a.fext0[i];
+  tie_force(p.dofs, R);
   return R;
 }
 
@@ -252,14 +252,14 @@ double external_work(const Problem& p, const Attempt& a, const RealVec& rf0)
   double work = 0.0;
   RealVec R0;                  // statics: at t(n)
   if (a.cM == 0.0) R0 = residual_at_start(p, a);
-  for (int i = 0; i < p.sys.neq(); ++i) {
+  for (int i = 0; i < p.dofs.neq(); ++i) {
     const double f0 = mid ? a.fext[i] : a.fext0[i];
     work += 0.5 * (f0 + a.fext[i]) * a.du[i];
-    if (p.sys.fixed[i] != DOF_FIXED || a.du[i] == 0.0) continue;
+    if (p.dofs.fixed[i] != DOF_FIXED || a.du[i] == 0.0) continue;
     const int r = i / dim;
     double r0   = a.R[i];
     if (a.cM == 0.0) r0 = R0[i];
-    else if (!mid && r < p.sys.nfe) r0 = rf0[p.sys.node_of_row[r] * dim + i % dim];
+    else if (!mid && r < p.dofs.nfe) r0 = rf0[p.dofs.node_of_row[r] * dim + i % dim];
     work += 0.5 * (r0 + a.R[i]) * a.du[i];
   }
   // grounds that move push through their bonds
@@ -288,8 +288,8 @@ double work_of_renewal(const Problem& p, const Attempt& a)
   if (a.cM != 0.0 || a.dt == 0.0 || p.grid.nnode == 0) return 0.0;
   double work = 0.0;
   const RealVec R0 = residual_at_start(p, a);
-  for (int i = 0; i < p.sys.neq(); ++i)
-    if (!p.sys.fixed[i]) work -= 0.5 * R0[i] * a.du[i];
+  for (int i = 0; i < p.dofs.neq(); ++i)
+    if (!p.dofs.fixed[i]) work -= 0.5 * R0[i] * a.du[i];
   return work;
 }
 
@@ -329,7 +329,7 @@ void step_finish(Problem& p, Attempt& a)
   Timer timer(PHASE_COMMIT);
   const RealVec rf0 = p.st.rf.empty() ? RealVec(static_cast<size_t>(p.m.mesh.nnode()) * p.m.dim, 0.0)
                                       : p.st.rf;
-  RealVec dv(p.sys.neq(), 0.0);        // change of the velocities of the unknowns
+  RealVec dv(p.dofs.neq(), 0.0);        // change of the velocities of the unknowns
   p.st.np1.time = a.total1;
   if (a.cM != 0.0) {
     finish_nodes(p, a, dv);

@@ -17,12 +17,12 @@ void add_cross(const double* x, const double* y, double* out)
 void add_nodes(const Problem& p, const Level& l, Ledger& g)
 {
   const int dim = p.m.dim;
-  RealVec v(p.sys.neq(), 0.0), Mv;
-  for (int r = 0; r < p.sys.nfe; ++r)
-    for (int i = 0; i < dim; ++i) v[r * dim + i] = l.v[p.sys.node_of_row[r] * dim + i];
-  mass_elements(p.sys, v, Mv);
-  for (int r = 0; r < p.sys.nfe; ++r) {
-    const int node = p.sys.node_of_row[r];
+  RealVec v(p.dofs.neq(), 0.0), Mv;
+  for (int r = 0; r < p.dofs.nfe; ++r)
+    for (int i = 0; i < dim; ++i) v[r * dim + i] = l.v[p.dofs.node_of_row[r] * dim + i];
+  mass_elements(p.dofs, v, Mv);
+  for (int r = 0; r < p.dofs.nfe; ++r) {
+    const int node = p.dofs.node_of_row[r];
     double x[3] = {0, 0, 0}, q[3] = {0, 0, 0};
     for (int i = 0; i < dim; ++i) {
       x[i] = p.m.mesh.X[3 * node + i] + l.u[node * dim + i];
@@ -47,7 +47,7 @@ void sum_motion(Ledger& g)
 void add_points(const Problem& p, const Level& l, Ledger& g)
 {
   const int dim     = p.m.dim;
-  const RealVec mom = point_corner_momentum(p.st.points, dim, l.vc, p.sys.my_point);
+  const RealVec mom = point_corner_momentum(p.st.points, dim, l.vc, p.dofs.my_point);
   for (int c = 0; c < p.st.points.ncorner; ++c) {
     double x[3] = {0, 0, 0}, q[3] = {0, 0, 0};
     for (int i = 0; i < dim; ++i) {
@@ -67,11 +67,11 @@ void ledger_update(Problem& p, const Level& l, bool nlgeom)
   Ledger& g = p.st.ledger;
   g.kinetic = 0.0;
   for (int i = 0; i < 3; ++i) g.momentum[i] = g.angular[i] = 0.0;
-  if (!p.sys.M.empty()) add_nodes(p, l, g);
+  if (!p.dofs.M.empty()) add_nodes(p, l, g);
   add_points(p, l, g);
   sum_motion(g);
   g.strain = elem_energy(p.m, p.el, l, nlgeom, p.fm.on ? &p.energy : nullptr) +
-             point_energy(p.m, p.st.points, l, p.sys.my_point);
+             point_energy(p.m, p.st.points, l, p.dofs.my_point);
   comm_sum(&g.strain, 1);
   g.bond    = bond_energy(p.st.bonds, p.m.dim, l, &g.slip_max, &g.slip_rms);
   g.balance = g.kinetic + g.strain + g.bond + g.friction + g.fracture + g.ghost + g.renewal + g.conversion -

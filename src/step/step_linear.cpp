@@ -26,8 +26,8 @@ bool linear_scene(const Problem& p, const Attempt& a)
 bool same_tangent(const Problem& p, const Attempt& a)
 {
   const Frozen& z = p.frozen;
-  return z.on && z.pattern == p.sys.pattern && z.mode.cD() == a.mode.cD() &&
-         std::fabs(z.cM - a.cM) <= 1e-12 * a.cM && z.fixed == p.sys.fixed;
+  return z.on && z.pattern == p.dofs.pattern && z.mode.cD() == a.mode.cD() &&
+         std::fabs(z.cM - a.cM) <= 1e-12 * a.cM && z.fixed == p.dofs.fixed;
 }
 
 // the iteration before, with its tangent, has brought the residual down so far that the same factor ends the
@@ -54,9 +54,9 @@ double reduction(const RealVec& gain, int it, double residual, double accepted)
 bool supported(Problem& p)
 {
   Held& h = p.held;
-  if (h.pattern != p.sys.pattern || h.fixed != p.sys.fixed) {
-    h.pattern = p.sys.pattern;
-    h.fixed   = p.sys.fixed;
+  if (h.pattern != p.dofs.pattern || h.fixed != p.dofs.fixed) {
+    h.pattern = p.dofs.pattern;
+    h.fixed   = p.dofs.fixed;
     h.good    = step_held(p);
   }
   return h.good;
@@ -67,7 +67,7 @@ bool supported(Problem& p)
 void step_tangent(Problem& p, const Attempt& a, int it, double residual, double accepted, const RealVec& R,
                   const RealVec& pending, LinearSystem& l)
 {
-  System& s = p.sys;
+  Dofs& s = p.dofs;
   Frozen& z = p.frozen;
   const bool same = same_tangent(p, a), stay = same || near_tangent(p, a, it, residual, accepted);
   l.f.resize(s.neq());
@@ -106,7 +106,7 @@ void step_tangent(Problem& p, const Attempt& a, int it, double residual, double 
 Status step_solve(Problem& p, const Attempt& a, int it, double residual, double accepted,
                   const RealVec& pending, LinearSystem& l)
 {
-  const System& s = p.sys;
+  const Dofs& s = p.dofs;
   l.residual = std::max(l.residual, residual);
   SolveAsk ask{s.row_key};
   ask.stamp    = s.tangent;

@@ -17,7 +17,7 @@ double bytes(const Level& l)
 
 void step_memory(const Problem& p, std::vector<MemoryUse>& out)
 {
-  const System& s = p.sys;
+  const Dofs& s = p.dofs;
   const Mesh& mesh = p.m.mesh;
   double elements = bytes(p.el.block_of) + bytes(p.el.slot_of) + bytes(p.el.home);
   for (const ElemBlock& b : p.el.block)

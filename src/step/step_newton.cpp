@@ -23,7 +23,7 @@ struct Balance {
 // R(du); moves the state n+1
 Status form_residual(Problem& p, Attempt& a, const RealVec& du, Balance& b)
 {
-  const System& s = p.sys;
+  const Dofs& s = p.dofs;
   Status status = assem_move(p, du, a.t0, a.t1);
   if (status == STATUS_OK) status = assem_internal(p, a.mode, a.fint);
   if (status == STATUS_OK && (a.fext.empty() || assem_has_followers(a.step)))
@@ -47,7 +47,7 @@ Status form_residual(Problem& p, Attempt& a, const RealVec& du, Balance& b)
 // would hide the loads when dt is small or a penalty large.
 RealVec strain_diagonal(const Problem& p, const RealVec& diag, double cM)
 {
-  const System& s = p.sys;
+  const Dofs& s = p.dofs;
   RealVec d = diag;
   if (cM != 0.0)
     for (int i = 0; i < s.neq(); ++i) d[i] -= cM * s.M_diag[i / s.dim];
@@ -72,9 +72,9 @@ RealVec strain_diagonal(const Problem& p, const RealVec& diag, double cM)
 double rounding_floor(const Problem& p, const RealVec& diag, const RealVec& du, double cM)
 {
   const RealVec strain = strain_diagonal(p, diag, cM);
-  const Ties& t = p.sys.tie;
+  const Ties& t = p.dofs.tie;
   const auto square = [&](int i) {
-    const double f = std::max(0.0, strain[i]) * 2e-15 * p.sys.h_mean + diag[i] * 1e-14 * std::fabs(du[i]);
+    const double f = std::max(0.0, strain[i]) * 2e-15 * p.dofs.h_mean + diag[i] * 1e-14 * std::fabs(du[i]);
     return f * f;
   };
   double sum = 0.0;
@@ -89,7 +89,7 @@ double rounding_floor(const Problem& p, const RealVec& diag, const RealVec& du, 
 bool converged(const Problem& p, const Attempt& a, const Balance& b, const LinearSystem& l, bool by_rounding)
 {
   const RealVec &diag = l.diag, &whole = l.whole.empty() ? l.diag : l.whole;
-  const System& s  = p.sys;
+  const Dofs& s  = p.dofs;
   const Controls& c = a.step.ctl;
   if (by_rounding && b.free_norm <= rounding_floor(p, whole, a.du, a.cM)) return true;
   if (b.free_norm > c.tol_force * b.scale) return false;
@@ -148,7 +148,7 @@ Status line_search(Problem& p, Attempt& a, const RealVec& du, const RealVec& dx,
 
 Status step_newton(Problem& p, Attempt& a)
 {
-  System& s = p.sys;
+  Dofs& s = p.dofs;
   Balance b;
   LinearSystem l;
   RealVec trial(s.neq()), pending(s.neq());

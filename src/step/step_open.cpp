@@ -190,11 +190,13 @@ Status step_prepare(Problem& p, const Step& s)
     p.grid.bond.off.assign(st.bonds.nbond + 1, 0);    // bonds to the ground and contact only
   }
   if (st.points.npoint && !p.opened) warn_few_points(p);
-  system_form(p, s, s.proc == PROC_DYNAMIC);
+  dof_form(p, s);
+  if (s.proc == PROC_DYNAMIC) assem_mass(p);
+  else timer_skip(PHASE_MASS);
   st.log.grid_nodes = p.grid.nnode;
   st.log.grid_cells = p.grid.ncell;
   st.log.weak_nodes = p.grid.nweak;
-  st.log.equations  = p.sys.neq();
+  st.log.equations  = p.dofs.neq();
   p.ready = p.opened = true;
   return STATUS_OK;
 }

@@ -41,9 +41,9 @@ IntVec find_pieces(const Problem& p)
 void find_supports(const Problem& p, const IntVec& root, std::map<int, Piece>& piece)
 {
   const int dim = p.m.dim;
-  for (int r = 0; r < p.sys.nfe; ++r)
+  for (int r = 0; r < p.dofs.nfe; ++r)
     for (int i = 0; i < dim; ++i)
-      if (p.sys.fixed[r * dim + i]) piece[root[p.sys.node_of_row[r]]].held[i] = true;
+      if (p.dofs.fixed[r * dim + i]) piece[root[p.dofs.node_of_row[r]]].held[i] = true;
   const Bonds& b = p.st.bonds;
   for (int item : b.a.item)
     for (int i = 0; i < dim && item < p.m.mesh.nnode(); ++i) piece[root[item]].held[i] = true;
@@ -81,14 +81,14 @@ void step_remainder(Problem& p, const Step& s)
 {
   const State& st = p.st;
   if (s.proc != PROC_STATIC || !breaks(st.frac) || st.points.npoint || comm_rank() > 0) return;
-  if (p.sys.fixed.size() != static_cast<size_t>(p.sys.neq())) return;
+  if (p.dofs.fixed.size() != static_cast<size_t>(p.dofs.neq())) return;
   RealVec f;
   if (assem_loads(p, s, st.n.time - st.clock.start, st.n.time, 1.0, f) != STATUS_OK) return;
   const IntVec root = find_pieces(p);
   std::map<int, Piece> piece;
   find_supports(p, root, piece);
-  for (int r = 0; r < p.sys.nfe; ++r)
-    for (int i = 0; i < p.m.dim; ++i) piece[root[p.sys.node_of_row[r]]].load[i] += f[r * p.m.dim + i];
+  for (int r = 0; r < p.dofs.nfe; ++r)
+    for (int i = 0; i < p.m.dim; ++i) piece[root[p.dofs.node_of_row[r]]].load[i] += f[r * p.m.dim + i];
   add_rest(p, s, root, piece);
   double all = 0.0, rest = 0.0;
   for (const auto& x : piece) {

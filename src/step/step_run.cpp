@@ -385,8 +385,8 @@ void load_of_ranks(const Problem& p, std::vector<RankLoad>& ranks)
   if (comm_size() == 1) return;
   RankLoad mine;
   for (const ElemBlock& b : p.el.block) mine.elements += static_cast<double>(b.mine.size());
-  mine.points = static_cast<double>(p.sys.my_point.size());
-  mine.bonds  = static_cast<double>(p.sys.my_bond.size());
+  mine.points = static_cast<double>(p.dofs.my_point.size());
+  mine.bonds  = static_cast<double>(p.dofs.my_bond.size());
   for (Phase phase : {PHASE_RESIDUAL, PHASE_TANGENT, PHASE_MASS}) mine.assembly += timer_phase(phase).wall;
   mine.between = timer_phase(PHASE_COMM).wall;
   mine.memory  = out_memory();
@@ -403,11 +403,11 @@ void extrapolate(const Problem& p, double dt, Attempt& a)
   if (!a.step.extrapolate || st.rate.empty() || st.log.cuts > 0 || !p.m.bond.empty() || st.points.npoint ||
       st.frac.neroded > 0)
     return;
-  a.guess = p.sys.target;
-  const int dim = p.sys.dim;
-  for (int r = 0; r < p.sys.nfe; ++r)
+  a.guess = p.dofs.target;
+  const int dim = p.dofs.dim;
+  for (int r = 0; r < p.dofs.nfe; ++r)
     for (int i = 0; i < dim; ++i)
-      if (!p.sys.fixed[r * dim + i]) a.guess[r * dim + i] = dt * st.rate[p.sys.node_of_row[r] * dim + i];
+      if (!p.dofs.fixed[r * dim + i]) a.guess[r * dim + i] = dt * st.rate[p.dofs.node_of_row[r] * dim + i];
 }
 
 // energies at the start need the mass of the first step
@@ -469,8 +469,8 @@ Status step_increment(Problem& p, const Step& s, double t0, double dt)
   // of this attempt: an error before the first one tells so
   st.log.iterations = 0;
   st.log.residual   = 0.0;
-  a.du.assign(p.sys.neq(), 0.0);
-  Status status = system_constrain(p, s, a.t0, a.t1);
+  a.du.assign(p.dofs.neq(), 0.0);
+  Status status = dof_constrain(p, s, a.t0, a.t1);
   if (status == STATUS_OK && !mid) status = assem_loads(p, s, a.t0, a.total0, 0.0, a.fext0);
   if (status == STATUS_OK && s.proc == PROC_DYNAMIC) status = step_inertia_begin(p, a);
   if (status == BAD_VALUE) return status;
@@ -478,7 +478,7 @@ Status step_increment(Problem& p, const Step& s, double t0, double dt)
   const bool guessed = !a.guess.empty();
   if (status == STATUS_OK) status = step_newton(p, a);
   if (status != STATUS_OK && status != BAD_VALUE && guessed) {
-    a.du.assign(p.sys.neq(), 0.0);
+    a.du.assign(p.dofs.neq(), 0.0);
     a.guess.clear();
     status = step_newton(p, a);
   }

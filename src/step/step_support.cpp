@@ -68,7 +68,7 @@ void add_node(const Problem& p, int node, Part& part)
   const double d[3] = {X[0] - part.X0[0], X[1] - part.X0[1], X[2] - part.X0[2]};
   part.far = std::max({part.far, std::fabs(d[0]), std::fabs(d[1]), std::fabs(d[2])});
   for (int i = 0; i < dim; ++i) {
-    if (p.sys.fixed[p.sys.row_of_node[node] * dim + i] != DOF_FIXED) continue;
+    if (p.dofs.fixed[p.dofs.row_of_node[node] * dim + i] != DOF_FIXED) continue;
     const int j = (i + 1) % 3, k = (i + 2) % 3;
     Vec6 r = Vec6::Zero();     // translation i; rotations about j and k move along i
     r[i]     = 1.0;

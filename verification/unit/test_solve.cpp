@@ -456,7 +456,7 @@ TEST(Mass, SolvesForFreeDofsAndKeepsTheRest)
 {
   for (int dim : {2, 3}) {
     const int side = 12, n = side * side, first = 30, bare = n - 7;
-    System s;
+    Dofs s;
     ListTable lists;                                 // bilinear squares
     for (int j = 0; j + 1 < side; ++j)
       for (int i = 0; i + 1 < side; ++i) {

@@ -111,7 +111,7 @@ struct Scene {
 };
 
 // full matrix from the lower block triangle
-RealVec full(const System& s)
+RealVec full(const Dofs& s)
 {
   const int d = s.dim, n = s.neq();
   RealVec K(static_cast<size_t>(n) * n, 0.0);
@@ -130,14 +130,14 @@ RealVec full(const System& s)
 // the tangent
 double tangent_error(Scene& sc, const KernelMode& mode, double amplitude)
 {
-  const int n = sc.p.sys.neq();
+  const int n = sc.p.dofs.neq();
   RealVec du(n);
   std::mt19937 gen(3);
   std::uniform_real_distribution<double> rnd(-amplitude, amplitude);
   for (double& x : du) x = rnd(gen);
   sc.force(mode, du);
   assem_tangent(sc.p, mode, 0.0);
-  const RealVec K = full(sc.p.sys);
+  const RealVec K = full(sc.p.dofs);
   const double h  = 1e-6;
   double worst = 0.0, size = 0.0;
   for (int j = 0; j < n; ++j) {
@@ -297,7 +297,7 @@ TEST(Tangent, SystemWithGhosts)
   for (std::string deck : {bonded_2d, bonded_3d}) {
     deck.insert(deck.find("*BLOCK"), "*GHOST, STIFFNESS=0.3\n");
     Scene sc(deck);
-    const System& s = sc.p.sys;
+    const Dofs& s = sc.p.dofs;
     EXPECT_GT(sc.p.grid.ghost.size(), 3);
     KernelMode mode;
     EXPECT_LT(tangent_error(sc, mode, 0.05), 1e-7);
@@ -331,10 +331,10 @@ double condition(double offset, const std::string& grid, const std::string& ghos
            "*SURFACE, NAME=LEFT, TYPE=BODY, BODY=B, WHERE=\"x<1e-9\"\n*BOND, TYPE=GROUND, NAME=HOLD, "
            "SURFACE=LEFT, ALPHA=1\n" +
            step);
-  sc.force(KernelMode(), RealVec(sc.p.sys.neq(), 0.0));
+  sc.force(KernelMode(), RealVec(sc.p.dofs.neq(), 0.0));
   assem_tangent(sc.p, KernelMode(), 0.0);
-  const RealVec K = full(sc.p.sys);
-  const int n = sc.p.sys.neq();
+  const RealVec K = full(sc.p.dofs);
+  const int n = sc.p.dofs.neq();
   const Eigen::Map<const Eigen::MatrixXd> A(K.data(), n, n);
   const Eigen::VectorXd value =
       Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(A, Eigen::EigenvaluesOnly).eigenvalues().cwiseAbs();

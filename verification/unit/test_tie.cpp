@@ -31,9 +31,9 @@ Ties ties()
   return t;
 }
 
-System sample()
+Dofs sample()
 {
-  System s;
+  Dofs s;
   s.dim  = D;
   s.nrow = s.nfe = ROWS;
   s.tie  = ties();
@@ -72,7 +72,7 @@ double product(const RealVec& a, const RealVec& b)
 
 TEST(Tie, forces_do_the_same_work)
 {
-  const System s = sample();
+  const Dofs s = sample();
   RealVec x = wave(0.1), f = wave(0.7), g = f;
   tie_follow(s, false, x);
   tie_force(s, g);
@@ -82,7 +82,7 @@ TEST(Tie, forces_do_the_same_work)
 
 TEST(Tie, matrix_is_condensed)
 {
-  System s = sample();
+  Dofs s = sample();
   const SysMatrix before = s.A;
   tie_matrix(s);
   for (double phase : {0.2, 1.1, 2.5}) {
@@ -98,7 +98,7 @@ TEST(Tie, matrix_is_condensed)
 
 TEST(Tie, increments_close_the_gap)
 {
-  const System s = sample();
+  const Dofs s = sample();
   RealVec x = wave(0.4);
   tie_follow(s, true, x);
   EXPECT_DOUBLE_EQ(x[3], 0.25 - 2.0 * x[5]);

@@ -1,7 +1,7 @@
 #include <algorithm>
 
-#include "assem/assem.h"
 #include "base/log.h"
+#include "dof/dof.h"
 
 namespace {
 
@@ -46,7 +46,7 @@ double take_row(SysMatrix& A, const ListTable& below, int d, std::vector<Couplin
 }
 
 // blocks under the diagonal in the columns of rows with dependent dofs: k and row, pair after pair
-ListTable blocks_below(const System& s)
+ListTable blocks_below(const Dofs& s)
 {
   std::vector<char> wanted(s.nrow, 0);
   for (int d : s.tie.dof) wanted[d / s.dim] = 1;
@@ -71,9 +71,9 @@ ListTable blocks_below(const System& s)
 
 }  // namespace
 
-bool system_tie(Problem& p, const Step& step)
+bool dof_tie(Problem& p, const Step& step)
 {
-  System& s = p.sys;
+  Dofs& s = p.dofs;
   if (p.m.equation.empty()) return false;
   std::vector<EquationSolved> solved;
   int bad = -1;
@@ -95,7 +95,7 @@ bool system_tie(Problem& p, const Step& step)
   return !same;
 }
 
-void tie_extend(const System& s, ListTable& lists)
+void tie_extend(const Dofs& s, ListTable& lists)
 {
   if (s.tie.dof.empty()) return;
   IntVec first(s.nrow + 1, 0), order(s.tie.dof.size());        // ties of each row
@@ -123,7 +123,7 @@ void tie_extend(const System& s, ListTable& lists)
   lists = longer;
 }
 
-void tie_follow(const System& s, bool gap, RealVec& x)
+void tie_follow(const Dofs& s, bool gap, RealVec& x)
 {
   const Ties& t = s.tie;
   for (size_t k = 0; k < t.dof.size(); ++k) {
@@ -133,7 +133,7 @@ void tie_follow(const System& s, bool gap, RealVec& x)
   }
 }
 
-void tie_force(const System& s, RealVec& f)
+void tie_force(const Dofs& s, RealVec& f)
 {
   const Ties& t = s.tie;
   for (size_t k = 0; k < t.dof.size(); ++k) {
@@ -143,7 +143,7 @@ void tie_force(const System& s, RealVec& f)
   }
 }
 
-void tie_matrix(System& s)
+void tie_matrix(Dofs& s)
 {
   const Ties& t = s.tie;
   if (t.dof.empty()) return;

@@ -1,8 +1,8 @@
 #include <algorithm>
 
-#include "assem/assem.h"
 #include "base/comm.h"
 #include "base/timer.h"
+#include "dof/dof.h"
 
 namespace {
 
@@ -60,7 +60,7 @@ IntVec order_nodes(const Problem& p, const ListTable& around)
 // rows of finite-element nodes: those of an element that is still one
 void number_nodes(Problem& p)
 {
-  System& s = p.sys;
+  Dofs& s = p.dofs;
   if (s.numbered) return;
   s.numbered    = true;
   const ListTable around = elements_around(p);
@@ -82,7 +82,7 @@ void number_nodes(Problem& p)
 // rows and weights of one bond: side A positive, side B negative, equal rows summed
 void bond_rows(const Problem& p, int b, IntVec& row, RealVec& w)
 {
-  const System& s = p.sys;
+  const Dofs& s = p.dofs;
   const Bonds& bonds = p.st.bonds;
   const int nnode = p.m.mesh.nnode();
   row.clear();
@@ -114,7 +114,7 @@ void bond_rows(const Problem& p, int b, IntVec& row, RealVec& w)
 // corners and points that follow nodes of the mesh: their rows, counted from the first of the grid  (7.14)
 void find_mesh_rows(Problem& p)
 {
-  System& s = p.sys;
+  Dofs& s = p.dofs;
   s.hung = false;
   for (ListTable* list : {&p.grid.corner, &p.grid.point})
     for (int& item : list->item) {
@@ -126,7 +126,7 @@ void find_mesh_rows(Problem& p)
 
 void form_lists(Problem& p)
 {
-  System& s = p.sys;
+  Dofs& s = p.dofs;
   find_mesh_rows(p);
   s.nrow = s.nfe + p.grid.nnode;
   s.row_key.assign(s.node_of_row.begin(), s.node_of_row.end());
@@ -160,9 +160,9 @@ void form_rows(const IntVec& item, SysMatrix& A)
 // pattern of what this rank works on
 void form_pattern(Problem& p)
 {
-  System& s = p.sys;
+  Dofs& s = p.dofs;
   ListTable lists;
-  system_lists(p, false, [&](int n, const int* row) {
+  dof_lists(p, false, [&](int n, const int* row) {
     lists.item.insert(lists.item.end(), row, row + n);
     lists.off.push_back(static_cast<int>(lists.item.size()));
   });
@@ -183,7 +183,7 @@ int block_place(const SysMatrix& A, int r, int c)
 // where every node pair goes
 void form_maps(Problem& p)
 {
-  System& s = p.sys;
+  Dofs& s = p.dofs;
   size_t nelem = 0, list = 0, pairs[4] = {};
   for (const ElemBlock& b : p.el.block) {
     nelem += elem_mine(b).size();
@@ -201,7 +201,7 @@ void form_maps(Problem& p)
   s.ghost_map.resize(pairs[3]);
   const size_t npoint = s.my_point.size(), nbond = s.my_bond.size();
   int* map = s.elem_map.data();
-  system_lists(p, false, [&](int n, const int* row) {
+  dof_lists(p, false, [&](int n, const int* row) {
     if (list == nelem) map = s.point_map.data();
     if (list == nelem + npoint) map = s.bond_map.data();
     if (list == nelem + npoint + nbond) map = s.ghost_map.data();
@@ -211,99 +211,6 @@ void form_maps(Problem& p)
                                   : 2 * block_place(s.A, row[b], row[a]) + 1;
     ++list;
   });
-}
-
-// numbers of neighbouring nodes, for vector registers; anywhere in memory
-const int WIDE = 8;
-typedef double Wide __attribute__((vector_size(8 * WIDE), aligned(8), may_alias));
-
-// adds the mass of a point to M, through map of its node pairs. N [nen][width]: weights of its corners on its
-// n nodes, width a multiple of WIDE; mN: scratch of the same size; mc: mass on the corners. NEN = 0: corners
-// given at run time
-template <int NEN>
-inline void add_domain(int corners, int n, int width, const double* mc, const double* N, double* mN,
-                       const int* map, double* M)
-{
-  const int nen = NEN ? NEN : corners;
-  for (int c = 0; c < nen; ++c)
-    for (int first = 0; first < width; first += WIDE) {
-      Wide row = {};
-      for (int d = 0; d < nen; ++d)
-        row += mc[c >= d ? pair_place(c, d) : pair_place(d, c)] *
-               *reinterpret_cast<const Wide*>(N + d * width + first);
-      *reinterpret_cast<Wide*>(mN + c * width + first) = row;
-    }
-  for (int a = 0; a < n; ++a)
-    for (int first = 0; first <= a; first += WIDE) {
-      Wide row = {};
-      for (int c = 0; c < nen; ++c)
-        row += N[c * width + a] * *reinterpret_cast<const Wide*>(mN + c * width + first);
-      for (int b = first; b <= a && b < first + WIDE; ++b) M[*map++ / 2] += row[b - first];
-    }
-}
-
-// M_vw = sum_cd m_cd N_v(x_c) N_w(x_d) over the corners of each point                (3.12)
-void add_point_mass(Problem& p)
-{
-  System& s = p.sys;
-  const ActiveGrid& g = p.grid;
-  const Points& pts   = p.st.points;
-  RealVec N, mN;
-  IntVec place(s.nrow);        // of a row among those of the point
-  const double* mc = pts.mc.data();
-  int at = 0;                  // point that mc stands at
-  for (size_t own = 0; own < s.my_point.size(); ++own) {
-    const int q = s.my_point[own];
-    for (; at < q; ++at) mc += pair_count(pts.conn.count(at));
-    const int n = g.point.count(q), nen = pts.conn.count(q), width = (n + WIDE - 1) / WIDE * WIDE,
-              *list = g.point.begin(q);
-    for (int a = 0; a < n; ++a) place[s.nfe + list[a]] = a;
-    N.assign(static_cast<size_t>(nen) * width, 0.0);
-    mN.resize(N.size());
-    for (int c = 0; c < nen; ++c) {
-      const int corner = pts.conn.begin(q)[c];
-      for (int j = g.corner.off[corner]; j < g.corner.off[corner + 1]; ++j)
-        N[c * width + place[s.nfe + g.corner.item[j]]] = g.corner_w[j];
-    }
-    const int* map = &s.point_map[s.point_map_off[own]];
-    if (nen == 4) add_domain<4>(nen, n, width, mc, N.data(), mN.data(), map, s.M.data());
-    else if (nen == 8) add_domain<8>(nen, n, width, mc, N.data(), mN.data(), map, s.M.data());
-    else add_domain<0>(nen, n, width, mc, N.data(), mN.data(), map, s.M.data());
-  }
-}
-
-// ghost mass                                                                       (3.16)
-void add_ghost_mass(Problem& p)
-{
-  System& s = p.sys;
-  const size_t* at = s.ghost_map_off.data();
-  for (int q : s.my_ghost) {
-    const int n = p.grid.ghost.count(q), *map = &s.ghost_map[*at++];
-    const double* w = &p.grid.ghost_w[p.grid.ghost.off[q]];
-    for (int a = 0; a < n; ++a)
-      for (int b = 0; b <= a; ++b) s.M[*map++ / 2] += p.grid.ghost_m[q] * w[a] * w[b];
-  }
-}
-
-void form_mass(Problem& p)
-{
-  System& s = p.sys;
-  s.M.assign(s.A.col.size(), 0.0);
-  size_t at = 0;
-  for (const ElemBlock& b : p.el.block) {
-    const int pairs = pair_count(shape_info[b.shape].nen);
-    for (int slot : elem_mine(b)) {
-      const double* me = elem_mass(b, slot);
-      for (int k = 0; k < pairs; ++k) s.M[s.elem_map[at++] / 2] += me[k];
-    }
-  }
-  s.M_elem.clear();
-  if (s.hung) s.M_elem = s.M;
-  add_point_mass(p);
-  add_ghost_mass(p);
-  s.M_diag.resize(s.nrow);
-  for (int r = 0; r < s.nrow; ++r) s.M_diag[r] = s.M[s.A.off[r + 1] - 1];
-  sys_sum(s.A, s.M_diag);
 }
 
 void mean_size(Problem& p)
@@ -316,15 +223,15 @@ void mean_size(Problem& p)
       for (int g = 0; g < ngp; ++g) volume += b.w[b.gauss(slot) + g] / (p.m.dim == 2 ? b.thickness : 1.0);
     count += b.elem.size();
   }
-  p.sys.h_mean = count ? (p.m.dim == 2 ? __builtin_sqrt(volume / count) : __builtin_cbrt(volume / count))
+  p.dofs.h_mean = count ? (p.m.dim == 2 ? __builtin_sqrt(volume / count) : __builtin_cbrt(volume / count))
                        : p.m.grid.h[0];
 }
 
 }  // namespace
 
-void system_form(Problem& p, const Step& step, bool mass)
+void dof_form(Problem& p, const Step& step)
 {
-  System& s = p.sys;
+  Dofs& s = p.dofs;
   const bool first = !s.numbered;
   s.dim = p.m.dim;
   number_nodes(p);
@@ -332,8 +239,8 @@ void system_form(Problem& p, const Step& step, bool mass)
   bool fresh = first || s.A.nrow != s.nrow;
   fresh = fresh || !same(s.point_rows, p.grid.point) || !same(s.bond_rows, s.bond) ||
           !same(s.ghost_rows, p.grid.ghost);
-  fresh = system_tie(p, step) || fresh;
-  fresh = system_divide(p, fresh) || fresh;
+  fresh = dof_tie(p, step) || fresh;
+  fresh = dof_divide(p, fresh) || fresh;
   if (fresh) {
     Timer timer(PHASE_PATTERN);
     ++s.pattern;
@@ -346,11 +253,5 @@ void system_form(Problem& p, const Step& step, bool mass)
     if (s.h_mean == 0.0) mean_size(p);
   } else {
     timer_skip(PHASE_PATTERN);
-  }
-  if (mass && (fresh || p.st.points.npoint || s.M.size() != s.A.col.size())) {
-    Timer timer(PHASE_MASS);
-    form_mass(p);
-  } else {
-    timer_skip(PHASE_MASS);
   }
 }

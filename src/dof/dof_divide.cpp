@@ -1,9 +1,9 @@
 #include <algorithm>
 #include <numeric>
 
-#include "assem/assem.h"
 #include "base/comm.h"
 #include "base/log.h"
+#include "dof/dof.h"
 
 namespace {
 
@@ -18,7 +18,7 @@ double elem_work(const ElemBlock& b)
 }
 double point_work(int n) { return 2.0 * pair_count(n); }
 
-// calls use(rank, work) for each element and point, in the order of system_lists
+// calls use(rank, work) for each element and point, in the order of dof_lists
 template <class Use>
 void each_work(const Problem& p, Use use)
 {
@@ -48,12 +48,12 @@ void take_new_points(Problem& p)
 // parts of the rows by METIS, on rank 0 for all
 IntVec divide_rows(const Problem& p)
 {
-  const System& s = p.sys;
+  const Dofs& s = p.dofs;
   ListTable lists;
   std::string bytes;
   IntVec part(s.nrow);
   if (comm_rank() == 0) {
-    system_lists(p, true, [&](int n, const int* row) {
+    dof_lists(p, true, [&](int n, const int* row) {
       lists.item.insert(lists.item.end(), row, row + n);
       lists.off.push_back(static_cast<int>(lists.item.size()));
     });
@@ -86,7 +86,7 @@ void divide_work(Problem& p, const IntVec& part)
   });
   for (const bool between : {false, true}) {
     size_t list = 0;
-    system_lists(p, true, [&](int n, const int* row) {
+    dof_lists(p, true, [&](int n, const int* row) {
       if (list == rank.size()) return;               // bonds and ghosts follow their rows
       int best = n ? part[row[0]] : 0;
       bool same = true;
@@ -116,12 +116,12 @@ void divide_again(Problem& p)
 // a row belongs to the rank that has most of what touches it, a bond to the rank of its first row
 void find_owners(Problem& p)
 {
-  System& s = p.sys;
+  Dofs& s = p.dofs;
   const int ranks = comm_size();
   IntVec count(static_cast<size_t>(s.nrow) * ranks, 0), rank;
   each_work(p, [&](int r, double) { rank.push_back(r); });
   size_t list = 0;
-  system_lists(p, true, [&](int n, const int* row) {
+  dof_lists(p, true, [&](int n, const int* row) {
     for (int a = 0; a < n && list < rank.size(); ++a)
       ++count[static_cast<size_t>(row[a]) * ranks + rank[list]];
     ++list;
@@ -135,7 +135,7 @@ void find_owners(Problem& p)
 
 void take_mine(Problem& p)
 {
-  System& s = p.sys;
+  Dofs& s = p.dofs;
   const Division& d = p.st.division;
   const int me = comm_rank();
   for (ElemBlock& b : p.el.block) {
@@ -161,7 +161,7 @@ void take_mine(Problem& p)
 // one rank: all
 void take_all(Problem& p)
 {
-  System& s = p.sys;
+  Dofs& s = p.dofs;
   const auto all = [](IntVec& list, int n) {
     if (static_cast<int>(list.size()) == n) return;
     list.resize(n);
@@ -176,7 +176,7 @@ void take_all(Problem& p)
 }  // namespace
 
 // ---------------------------------------------------------------------------
-// system_divide : whose work is what                                          doc/theory.md 5.1
+// dof_divide : whose work is what                                          doc/theory.md 5.1
 //
 //   in   rows and lists of now; fresh: they have changed
 //   out  State::division, ElemBlock::mine, my_point, my_bond, owner
@@ -186,9 +186,9 @@ void take_all(Problem& p)
 // and again when conversion, erosion or motion has made it uneven, or the number of ranks is another one than
 // in the restart file.
 // ---------------------------------------------------------------------------
-bool system_divide(Problem& p, bool fresh)
+bool dof_divide(Problem& p, bool fresh)
 {
-  System& s   = p.sys;
+  Dofs& s   = p.dofs;
   Division& d = p.st.division;
   if (comm_size() == 1) {
     take_all(p);

@@ -3,12 +3,12 @@
 #include <map>
 #include <string>
 
-#include "assem/assem.h"
 #include "base/log.h"
+#include "dof/dof.h"
 
 namespace {
 
-void fix(System& s, int dof, double increment, double rate, int grid_bc)
+void fix(Dofs& s, int dof, double increment, double rate, int grid_bc)
 {
   s.fixed[dof]   = DOF_FIXED;
   s.target[dof]  = increment;
@@ -19,7 +19,7 @@ void fix(System& s, int dof, double increment, double rate, int grid_bc)
 // dependent dofs; nodes without elements move only where an equation has them
 void constrain_ties(Problem& p)
 {
-  System& s     = p.sys;
+  Dofs& s     = p.dofs;
   Ties& t       = s.tie;
   const int dim = s.dim;
   const RealVec& u = p.st.n.u;
@@ -50,7 +50,7 @@ void each_dof(const Problem& p, const HeldCorner& h, Use use)
   const ListTable& list = p.grid.corner;
   for (int k = list.off[h.corner]; k < list.off[h.corner + 1]; ++k) {
     const double N = p.grid.corner_w[k];
-    if (std::fabs(N) > 1e-9) use((p.sys.nfe + list.item[k]) * p.sys.dim + h.dir, N);
+    if (std::fabs(N) > 1e-9) use((p.dofs.nfe + list.item[k]) * p.dofs.dim + h.dir, N);
   }
 }
 
@@ -58,7 +58,7 @@ void each_dof(const Problem& p, const HeldCorner& h, Use use)
 // |N_v|  (7.18)
 void hold_corners(Problem& p, const std::vector<HeldCorner>& corners, double time)
 {
-  System& s = p.sys;
+  Dofs& s = p.dofs;
   struct Sum { double weight = 0.0, increment = 0.0, rate = 0.0, rate0 = 0.0; };
   std::map<int, Sum> sum;
   s.held.clear();
@@ -117,9 +117,9 @@ void tell_once(Problem& p, const char* keyword, const Place& place, int node, do
            p.m.mesh.node_label[node], time, what);
 }
 
-Status system_constrain(Problem& p, const Step& step, double t_step0, double t_step1)
+Status dof_constrain(Problem& p, const Step& step, double t_step0, double t_step1)
 {
-  System& s = p.sys;
+  Dofs& s = p.dofs;
   const Model& m = p.m;
   const int dim  = m.dim;
   const double total0 = p.st.n.time, total1 = total0 + (t_step1 - t_step0);

@@ -1,0 +1,328 @@
+#include <algorithm>
+#include <cmath>
+
+#include "assem/assem.h"
+#include "base/comm.h"
+#include "base/sum.h"
+
+namespace {
+
+// y += M x
+template <int D>
+void multiply(const Dofs& s, const RealVec& M, const double* x, double* y)
+{
+  for (int r = 0; r < s.nrow; ++r) {
+    const int diag = s.A.off[r + 1] - 1;
+    double row[D];
+    for (int i = 0; i < D; ++i) row[i] = M[diag] * x[r * D + i];
+    for (int k = s.A.off[r]; k < diag; ++k) {
+      const int c    = s.A.col[k] * D;
+      const double m = M[k];
+      for (int i = 0; i < D; ++i) {
+        row[i] += m * x[c + i];
+        y[c + i] += m * x[r * D + i];
+      }
+    }
+    for (int i = 0; i < D; ++i) y[r * D + i] += row[i];
+  }
+}
+
+// Couplings of rows from first on with earlier ones among them, scaled to a diagonal of 1 (of all ranks)
+struct MassRows {
+  int n = 0;
+  IntVec off{0}, col;          // rows count from first
+  RealVec val, diag;           // of this rank
+};
+
+// what this rank has; own: only rows that belong to it, with each other
+MassRows mass_rows(const Dofs& s, int first, const RealVec& scale, bool own)
+{
+  MassRows m;
+  const auto here = [&](int r) { return s.owner.empty() || !own || s.owner[r] == comm_rank(); };
+  m.n = s.nrow - first;
+  m.diag.resize(m.n);
+  for (int r = first; r < s.nrow; ++r) {
+    const int diag = s.A.off[r + 1] - 1;
+    for (int k = s.A.off[r]; k < diag; ++k) {
+      const int c = s.A.col[k];
+      if (c < first || s.M[k] == 0.0 || !here(r) || !here(c)) continue;
+      m.col.push_back(c - first);
+      m.val.push_back(s.M[k] * scale[r - first] * scale[c - first]);
+    }
+    m.off.push_back(static_cast<int>(m.col.size()));
+    m.diag[r - first] = here(r) ? s.M[diag] * scale[r - first] * scale[r - first] : 0.0;
+  }
+  return m;
+}
+
+// y = M x
+template <int D>
+void multiply(const MassRows& m, const RealVec& x, RealVec& y)
+{
+  for (int r = 0; r < m.n; ++r)
+    for (int i = 0; i < D; ++i) y[r * D + i] = m.diag[r] * x[r * D + i];
+  for (int r = 0; r < m.n; ++r) {
+    double row[D] = {};
+    for (int k = m.off[r]; k < m.off[r + 1]; ++k)
+      for (int i = 0; i < D; ++i) {
+        row[i] += m.val[k] * x[m.col[k] * D + i];
+        y[m.col[k] * D + i] += m.val[k] * x[r * D + i];
+      }
+    for (int i = 0; i < D; ++i) y[r * D + i] += row[i];
+  }
+  comm_sum(y);
+}
+
+// Mass of the free dofs for all directions at once, in the variables of symmetric Gauss-Seidel  (3.14)
+template <int D>
+struct MassSystem {
+  MassRows all, own;           // own: several ranks, what is eliminated
+  RealVec free;                // [n*D] 1: free, 0: prescribed or without mass
+  RealVec mine;                // several ranks: [n] 1 for rows of this rank
+  const MassRows& low() const { return mine.empty() ? all : own; }
+
+  // y = (I + L)^-1 x; the same vector may be meant
+  void forward(const RealVec& x, RealVec& y) const
+  {
+    const MassRows& m = low();
+    for (int r = 0; r < m.n; ++r) {
+      double t[D];
+      for (int i = 0; i < D; ++i) t[i] = x[r * D + i];
+      for (int k = m.off[r]; k < m.off[r + 1]; ++k)
+        for (int i = 0; i < D; ++i) t[i] -= m.val[k] * y[m.col[k] * D + i];
+      for (int i = 0; i < D; ++i) y[r * D + i] = free[r * D + i] * t[i];
+    }
+    collect(y);
+  }
+  // y = (I + L)^-T x
+  void backward(const RealVec& x, RealVec& y) const
+  {
+    const MassRows& m = low();
+    y = x;
+    for (int r = m.n - 1; r >= 0; --r) {
+      double t[D];
+      for (int i = 0; i < D; ++i) y[r * D + i] = t[i] = free[r * D + i] * y[r * D + i];
+      for (int k = m.off[r]; k < m.off[r + 1]; ++k)
+        for (int i = 0; i < D; ++i) y[m.col[k] * D + i] -= m.val[k] * t[i];
+    }
+    collect(y);
+  }
+  // y = (I + L)^-1 M (I + L)^-T x; t: scratch. One rank: M = (I + L) + (I + L)^T - I, so that a product is
+  // not needed
+  void apply(const RealVec& x, RealVec& t, RealVec& y) const
+  {
+    backward(x, t);
+    if (mine.empty()) {
+      for (size_t i = 0; i < y.size(); ++i) y[i] = x[i] - t[i];
+      forward(y, y);
+      for (size_t i = 0; i < y.size(); ++i) y[i] += t[i];
+    } else {
+      multiply<D>(all, t, y);
+      forward(y, y);
+    }
+  }
+  // the residual of M from that of the variables: (I + L) r
+  void residual(const RealVec& r, RealVec& out) const
+  {
+    const MassRows& m = low();
+    for (int q = 0; q < m.n; ++q) {
+      double t[D];
+      for (int i = 0; i < D; ++i) t[i] = r[q * D + i];
+      for (int k = m.off[q]; k < m.off[q + 1]; ++k)
+        for (int i = 0; i < D; ++i) t[i] += m.val[k] * r[m.col[k] * D + i];
+      for (int i = 0; i < D; ++i) out[q * D + i] = free[q * D + i] * t[i];
+    }
+    collect(out);
+  }
+  // several ranks: each has made its rows
+  void collect(RealVec& y) const
+  {
+    if (mine.empty()) return;
+    for (int r = 0; r < all.n; ++r)
+      for (int i = 0; i < D; ++i) y[r * D + i] *= mine[r];
+    comm_sum(y);
+  }
+};
+
+// a . b in each direction
+template <int D>
+void dots(const RealVec& a, const RealVec& b, double* sum)
+{
+  double part[4 * D] = {};     // in four parts, so that additions need not wait for each other
+  const size_t whole = a.size() / (4 * D) * (4 * D);
+  for (size_t k = 0; k < whole; k += 4 * D)
+    for (int l = 0; l < 4 * D; ++l) part[l] += a[k + l] * b[k + l];
+  for (size_t k = whole; k < a.size(); ++k) part[k - whole] += a[k] * b[k];
+  for (int i = 0; i < D; ++i) sum[i] = (part[i] + part[D + i]) + (part[2 * D + i] + part[3 * D + i]);
+}
+
+template <int D>
+bool below(const double* value, const double* goal)
+{
+  for (int i = 0; i < D; ++i)
+    if (!(value[i] <= goal[i])) return false;
+  return true;
+}
+
+// Conjugate gradients for step from 0, all directions side by side; r ends as the residual. The residual of M
+// itself is what must be small. Returns the iterations; -1: not there, to 1e-8 after 1000 of them.
+template <int D>
+int iterate(const MassSystem<D>& m, const double* size, RealVec& r, RealVec& step)
+{
+  RealVec w(r.size(), 0.0), q(r.size()), t(r.size());
+  double rho[D], before[D], wq[D], square[D], goal[D], enough[D];
+  step.assign(r.size(), 0.0);
+  for (int i = 0; i < D; ++i) {
+    goal[i]   = 1e-28 * size[i];
+    enough[i] = 1e-16 * size[i];
+  }
+  bool stuck = false;                                // M is singular in the direction w, to rounding
+  for (int it = 0; !stuck && it <= 1000; ++it) {
+    dots<D>(r, r, rho);
+    if (below<D>(rho, goal)) {
+      m.residual(r, t);
+      dots<D>(t, t, square);
+      if (below<D>(square, goal)) return it;
+    }
+    for (int i = 0; i < D; ++i) before[i] = it && before[i] > 0.0 ? rho[i] / before[i] : 0.0;
+    for (size_t k = 0; k < r.size(); k += D)
+      for (int i = 0; i < D; ++i) w[k + i] = r[k + i] + before[i] * w[k + i];
+    m.apply(w, t, q);
+    dots<D>(w, q, wq);
+    stuck = true;
+    for (int i = 0; i < D; ++i) {
+      if (rho[i] > goal[i] && wq[i] > 0.0) stuck = false;
+      wq[i]     = wq[i] > 0.0 ? rho[i] / wq[i] : 0.0;
+      before[i] = rho[i];
+    }
+    for (size_t k = 0; k < r.size(); k += D)
+      for (int i = 0; i < D; ++i) {
+        step[k + i] += wq[i] * w[k + i];
+        r[k + i] -= wq[i] * q[k + i];
+      }
+  }
+  m.residual(r, t);
+  dots<D>(t, t, square);
+  return below<D>(square, enough) ? 1000 : -1;
+}
+
+template <int D>
+int solve(const Dofs& s, int first, int guess, const RealVec& f, RealVec& x)
+{
+  const int n = s.nrow - first;
+  RealVec scale(n), u(n * D), r(n * D), q(n * D), t(n * D), b(n * D), sum(n * D), step;
+  MassSystem<D> m;
+  m.free.assign(n * D, 0.0);
+  for (int k = 0; k < n; ++k) {
+    const double diag = s.M_diag[first + k];
+    scale[k] = diag > 0.0 ? 1.0 / std::sqrt(diag) : 0.0;
+  }
+  m.all = mass_rows(s, first, scale, false);
+  if (!s.owner.empty()) {
+    m.own = mass_rows(s, first, scale, true);
+    m.mine.resize(n);
+    for (int k = 0; k < n; ++k) m.mine[k] = s.owner[first + k] == comm_rank();
+  }
+  // begin with f over the sum of the row, which is right where the answer is smooth
+  for (int k = 0; k < n * D; ++k) {
+    const int dof = first * D + k;
+    m.free[k] = !s.fixed[dof] && scale[k / D] > 0.0;
+    b[k] = m.free[k] * f[dof] * scale[k / D];
+    t[k] = scale[k / D] > 0.0 ? 1.0 / scale[k / D] : 0.0;
+  }
+  multiply<D>(m.all, t, sum);
+  for (int k = 0; k < n * D; ++k)
+    u[k] = m.free[k] && first + k / D >= guess ? b[k] / std::max(1.0, sum[k] * scale[k / D])
+           : scale[k / D] > 0.0                ? x[first * D + k] / scale[k / D]
+                                               : 0.0;
+  double size[D];
+  dots<D>(b, b, size);
+  multiply<D>(m.all, u, q);
+  for (int k = 0; k < n * D; ++k) r[k] = m.free[k] * (b[k] - q[k]);
+  m.forward(r, r);
+  const int it = iterate<D>(m, size, r, step);
+  m.backward(step, t);
+  for (int k = 0; k < n * D; ++k)
+    if (m.free[k] > 0.0) x[first * D + k] = (u[k] + t[k]) * scale[k / D];
+  return it;
+}
+
+}  // namespace
+
+void mass_part(const Dofs& s, const RealVec& x, RealVec& y)
+{
+  y.assign(x.size(), 0.0);
+  if (s.dim == 2) multiply<2>(s, s.M, x.data(), y.data());
+  else multiply<3>(s, s.M, x.data(), y.data());
+}
+
+void mass_elements(const Dofs& s, const RealVec& x, RealVec& y)
+{
+  const RealVec& M = s.hung ? s.M_elem : s.M;
+  y.assign(x.size(), 0.0);
+  if (s.dim == 2) multiply<2>(s, M, x.data(), y.data());
+  else multiply<3>(s, M, x.data(), y.data());
+}
+
+void mass_multiply(const Dofs& s, const RealVec& x, RealVec& y)
+{
+  mass_part(s, x, y);
+  sys_sum(s.A, y);
+}
+
+int mass_solve(const Dofs& s, int first, int guess, const RealVec& f, RealVec& x)
+{
+  return s.dim == 2 ? solve<2>(s, first, guess, f, x) : solve<3>(s, first, guess, f, x);
+}
+
+int mass_solve_tied(const Dofs& s, const RealVec& f, RealVec& x)
+{
+  const int n = s.nfe * s.dim;
+  RealVec diag(s.neq(), 0.0), b = f, r, q, w(s.neq(), 0.0);
+  for (int i = 0; i < n; ++i) diag[i] = s.M_diag[i / s.dim];
+  for (size_t k = 0; k < s.tie.dof.size(); ++k)
+    for (int j = s.tie.master.off[k]; j < s.tie.master.off[k + 1]; ++j)
+      diag[s.tie.master.item[j]] += s.tie.coef[j] * s.tie.coef[j] * s.M_diag[s.tie.dof[k] / s.dim];
+  const auto free = [&](int i) { return s.fixed[i] == DOF_FREE && diag[i] > 0.0; };
+  const auto apply = [&](RealVec& in, RealVec& out) {          // out = T^T M T in
+    tie_follow(s, false, in);
+    mass_multiply(s, in, out);
+    tie_force(s, out);
+  };
+  const auto weighed = [&](const RealVec& v) {                 // v^T diag^-1 v
+    return sum_terms(n, [&](size_t i) { return free(static_cast<int>(i)) ? v[i] * v[i] / diag[i] : 0.0; });
+  };
+  tie_force(s, b);
+  for (int i = 0; i < n; ++i)
+    if (s.fixed[i] == DOF_FREE) x[i] = 0.0;
+  const double goal = 1e-28 * weighed(b);
+  apply(x, q);
+  r = b;
+  for (int i = 0; i < n; ++i) r[i] -= q[i];
+  double rho = weighed(r), before = 0.0;
+  for (int it = 0; it <= 1000; ++it) {
+    if (rho <= goal) {
+      tie_follow(s, false, x);
+      return it;
+    }
+    for (int i = 0; i < n; ++i) w[i] = free(i) ? r[i] / diag[i] + (it ? rho / before : 0.0) * w[i] : 0.0;
+    apply(w, q);
+    const double wq = sum_terms(n, [&](size_t i) { return free(static_cast<int>(i)) ? w[i] * q[i] : 0.0; });
+    if (!(wq > 0.0)) break;
+    for (int i = 0; i < n; ++i) {
+      if (!free(i)) continue;
+      x[i] += rho / wq * w[i];
+      r[i] -= rho / wq * q[i];
+    }
+    before = rho;
+    rho    = weighed(r);
+  }
+  tie_follow(s, false, x);
+  return rho <= 1e12 * goal ? 1000 : -1;
+}
+
+void point_momentum(const Problem& p, const RealVec& vc, RealVec& out)
+{
+  const RealVec q = point_corner_momentum(p.st.points, p.m.dim, vc, p.dofs.my_point);
+  assem_scatter_corners(p, q, out);
+}
