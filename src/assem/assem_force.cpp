@@ -106,7 +106,7 @@ Status add_pack(Problem& p, const KernelMode& mode, const ElemBlock& b, ElemForm
   alignas(Pack) double u0[24 * PACK], u1[24 * PACK], re[24 * PACK];
   unsigned bad;
   w.fill();
-  if (mode.mid) elem_ends_pack(p.st.n.u, p.m.mesh, b, w.slot, nen, dim, u0);
+  if (mode_reads_old(mode, b.law)) elem_ends_pack(p.st.n.u, p.m.mesh, b, w.slot, nen, dim, u0);
   elem_ends_pack(p.st.np1.u, p.m.mesh, b, w.slot, nen, dim, u1);
   const Status status = form(b, w.slot, mode, u0, u1, re, nullptr, bad);
   for (int l = 0; l < n; ++l)

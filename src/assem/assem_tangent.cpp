@@ -41,7 +41,7 @@ void add_pack(Problem& p, const KernelMode& mode, const ElemBlock& b, ElemFormPa
   alignas(Pack) double u0[8 * D * PACK], u1[8 * D * PACK], ke[36 * D * D * PACK];
   unsigned bad;
   w.fill();
-  if (mode.mid) elem_ends_pack(p.st.n.u, p.m.mesh, b, w.slot, nen, D, u0);
+  if (mode_reads_old(mode, b.law)) elem_ends_pack(p.st.n.u, p.m.mesh, b, w.slot, nen, D, u0);
   elem_ends_pack(p.st.np1.u, p.m.mesh, b, w.slot, nen, D, u1);
   form(b, w.slot, mode, u0, u1, nullptr, ke, bad);
   for (int l = 0; l < w.n; ++l) add_pairs<D, PACK>(p.dofs.A, w.map[l], nen, ke + l);

@@ -81,7 +81,7 @@ ElemForm elem_form(const ElemBlock& b);
 // elem_form_pack : elem_form of PACK elements at once, intact and not of an enhanced type; arrays as there,
 // [...][PACK]
 //   in   slot      places of the elements                [PACK]
-//        u0        read by the energy-momentum scheme only; re or ke may be null
+//        u0        read when mode_reads_old says so; re or ke may be null
 //   BAD_JACOBIAN: bad has a bit for each element with det F(n+1) <= 0
 using ElemFormPack = Status (*)(const ElemBlock& b, const int* slot, const KernelMode& mode,
                                 const double* u0, const double* u1, double* re, double* ke, unsigned& bad);

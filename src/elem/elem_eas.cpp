@@ -146,6 +146,7 @@ Status form(const ElemBlock& b, size_t slot, const KernelMode& mode, const doubl
   const size_t first = b.gauss(slot);
   const double *dNdX = &b.dNdX[first * N * D], *w = &b.w[first],
                *eas = &b.eas[b.kind[slot] * eas_size(b.shape)];
+  const KernelMode of_law = mode_of_law(mode, b.law);
   double Fb[NGP * DD], E[NGP * DD], alpha[n], L[n * N * D] = {0}, det_min = 1.0;
   for (int k = 0; k < N * D; ++k) re[k] = 0.0;
   if (ke)
@@ -154,8 +155,8 @@ Status form(const ElemBlock& b, size_t slot, const KernelMode& mode, const doubl
   for (int g = 0; g < NGP; ++g) {
     double H0[DD] = {0}, H1[DD];
     ip_gradient<D, N>(dNdX + g * N * D, N, u1, H1);
-    if (mode.mid) ip_gradient<D, N>(dNdX + g * N * D, N, u0, H0);
-    const double det = ip_kinematics<D>(mode, H0, H1, Fb + g * DD, E + g * DD);
+    if (mode_reads_old(mode, b.law)) ip_gradient<D, N>(dNdX + g * N * D, N, u0, H0);
+    const double det = ip_kinematics<D>(of_law, H0, H1, Fb + g * DD, E + g * DD);
     det_min          = det < det_min ? det : det_min;
   }
   amplitudes<D>(eas, NGP, w, b.law, E, alpha);
@@ -171,7 +172,7 @@ Status form(const ElemBlock& b, size_t slot, const KernelMode& mode, const doubl
     ip_tangent<D, N>(dN, N, w[g], b.law, mode, Fb + g * DD, S, f, ke);
     add_coupling<D, N>(eas, g, b.law, w[g], Fb + g * DD, dN, L);
   }
-  if (ke) condense<D, N>(inverse_at(eas, D, NGP), mode.cD(), L, ke);
+  if (ke) condense<D, N>(inverse_at(eas, D, NGP), of_law.cD(), L, ke);
   return det_min > 0.0 ? STATUS_OK : BAD_JACOBIAN;
 }
 

@@ -18,7 +18,7 @@ T form(const G* dNdX, const G* w, const MatLaw& law, const KernelMode& mode, con
     const G* dN = dNdX + g * N * D;
     T H0[D * D] = {}, H1[D * D], Fb[D * D], S[D * D], f[N * D];
     ip_gradient<D, N>(dN, N, u1, H1);
-    if (mode.mid) ip_gradient<D, N>(dN, N, u0, H0);
+    if (mode_reads_old(mode, law)) ip_gradient<D, N>(dN, N, u0, H0);
     const T det = ip_stress<D>(law, mode, H0, H1, Fb, S);
     det_min     = det < det_min ? det : det_min;
     if (re) ip_force<D, N>(dN, N, w[g], Fb, S, re);

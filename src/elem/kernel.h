@@ -11,6 +11,7 @@
 // Static, Newmark: Fb = F(n+1), S = S(n+1), cD = cG = 1.
 // Energy-momentum: Fb = F(n+1/2), S = s_new S(n+1) + s_old S(n), cD = s_new, cG = 1/2.
 // Without NLGEOM:  E = sym(grad u), Fb = I, cG = 0.
+// Viscous stress of a law with beta: eta = beta rate adds to s_new and cD, and is subtracted from s_old (2.19)
 //
 // D dimension, N nodes (0: n given at run time). Matrices D x D row by row.
 // T is a number, or a Pack: the same number of PACK elements. G, of gradients and weights, may stay a number:
@@ -71,7 +72,7 @@ inline void ip_law(const MatLaw& law, const T* E, T* S)
 }
 
 // Fb and the strain E of the step, mixed as the stress, from the displacement gradients at t(n) and t(n+1);
-// returns det F(n+1)
+// mode: of the law; returns det F(n+1)
 template <int D, class T>
 inline T ip_kinematics(const KernelMode& mode, const T* H0, const T* H1, T* Fb, T* E)
 {
@@ -91,7 +92,7 @@ template <int D, class T>
 inline T ip_stress(const MatLaw& law, const KernelMode& mode, const T* H0, const T* H1, T* Fb, T* S)
 {
   T E[D * D];
-  const T det = ip_kinematics<D>(mode, H0, H1, Fb, E);
+  const T det = ip_kinematics<D>(mode_of_law(mode, law), H0, H1, Fb, E);
   ip_law<D>(law, E, S);
   return det;
 }
@@ -124,7 +125,8 @@ inline void ip_tangent(const G* dNdX, int n, G w, const MatLaw& law, const Kerne
                        const T* S, T* f, T* ke)
 {
   const int nn = N ? N : n;
-  const G lam = w * mode.cD() * law.lam, mu = w * mode.cD() * law.mu, cg = w * mode.cG();
+  const double cD = mode_of_law(mode, law).cD();
+  const G lam = w * cD * law.lam, mu = w * cD * law.mu, cg = w * mode.cG();
   T b[D * D], Sg[D * D];
   for (int i = 0; i < D; ++i)
     for (int j = 0; j < D; ++j) {

@@ -12,6 +12,7 @@ struct KernelMode {
   bool mid    = false;         // energy-momentum
   bool steady = false;         // statics: broken material is kept from wrinkling (2.16)
   double s_new = 1.0, s_old = 0.0;
+  double rate  = 0.0;          // of viscous stress: 1/dt, HHT 1/((1 + alpha) dt); statics: 0      1/time
   double cD() const { return s_new; }
   double cG() const { return !finite ? 0.0 : mid ? 0.5 : 1.0; }
 };
@@ -21,10 +22,26 @@ struct KernelMode {
 struct MatLaw {
   double lam = 0, mu = 0;      // of the components that the kernel sees          force/length^2
   double lam3 = 0;             // lam of three dimensions
+  double beta = 0;             // viscous stress beta D : dE/dt, D of lam and mu                  time
   Plane plane = PLANE_STRAIN;
 };
 
 MatLaw mat_law(const Material& m, Plane plane);
+
+// mode_of_law : the mode with the viscous stress of this law                         (2.19)
+inline KernelMode mode_of_law(const KernelMode& mode, const MatLaw& law)
+{
+  KernelMode of = mode;
+  of.s_new += law.beta * mode.rate;
+  of.s_old -= law.beta * mode.rate;
+  return of;
+}
+
+// mode_reads_old : does the kernel read the displacements at t(n)?
+inline bool mode_reads_old(const KernelMode& mode, const MatLaw& law)
+{
+  return mode.mid || law.beta * mode.rate != 0.0;
+}
 
 // Law of a broken element or point: psi = c psi+ + psi-
 struct ErodedLaw {

@@ -6,6 +6,7 @@ MatLaw mat_law(const Material& m, Plane plane)
   law.mu    = m.young / (2.0 * (1.0 + m.poisson));
   law.lam3  = m.young * m.poisson / ((1.0 + m.poisson) * (1.0 - 2.0 * m.poisson));
   law.lam   = plane == PLANE_STRESS ? 2.0 * law.lam3 * law.mu / (law.lam3 + 2.0 * law.mu) : law.lam3;
+  law.beta  = m.beta;
   law.plane = plane;
   return law;
 }

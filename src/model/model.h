@@ -61,6 +61,8 @@ struct Material {
   double young   = 0.0;        // force/length^2
   double poisson = 0.0;
   double density = 0.0;        // mass/length^3, 0: not given
+  double alpha = 0.0;          // *DAMPING: force alpha M v                                      1/time
+  double beta  = 0.0;          // *DAMPING: stress beta D : dE/dt                                time
   bool has_elastic = false;
   bool used = false;           // by a section or a body
   Place place;

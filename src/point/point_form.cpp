@@ -87,7 +87,7 @@ Status corner_force(const Model& m, const Points& pts, const std::vector<MatLaw>
     load_points<D>(pts, point, nen, G, V0);
     load_ends<D>(pts, point, nen, l1.uc, u);
     ip_gradient<D, 0>(G, nen, u, H1);
-    if (mode.mid) {
+    if (mode_reads_old(mode, law[pts.body[point[0]]])) {
       load_ends<D>(pts, point, nen, l0.uc, u);
       ip_gradient<D, 0>(G, nen, u, H0);
     }
@@ -117,6 +117,8 @@ void tangent_pack(const Points& pts, const std::vector<MatLaw>& law, const Kerne
                   const RealVec& uc0, const RealVec& uc1, const ActiveGrid& g, const int* point, double* ke)
 {
   const int n = g.point.count(point[0]);
+  const MatLaw& of_body = law[pts.body[point[0]]];
+  const bool old        = mode_reads_old(mode, of_body);
   Pack dS[POINT_PACK_NODES * D], f[POINT_PACK_NODES * D], V0, H0[D * D] = {}, H1[D * D], Fb[D * D], S[D * D];
   for (int l = 0; l < PACK; ++l) {
     const double* from = &g.dS[static_cast<size_t>(g.point.off[point[l]]) * D];
@@ -124,13 +126,12 @@ void tangent_pack(const Points& pts, const std::vector<MatLaw>& law, const Kerne
     for (int k = 0; k < n * D; ++k) dS[k][l] = from[k];
     gradient<D>(pts, uc1, point[l], H);
     for (int k = 0; k < D * D; ++k) H1[k][l] = H[k];
-    if (mode.mid) gradient<D>(pts, uc0, point[l], H);
-    for (int k = 0; k < D * D && mode.mid; ++k) H0[k][l] = H[k];
+    if (old) gradient<D>(pts, uc0, point[l], H);
+    for (int k = 0; k < D * D && old; ++k) H0[k][l] = H[k];
     V0[l] = pts.V0[point[l]];
   }
   Pack* k = reinterpret_cast<Pack*>(ke);
   for (int i = 0; i < pair_count(n) * D * D; ++i) k[i] = Pack{};
-  const MatLaw& of_body = law[pts.body[point[0]]];
   ip_stress<D>(of_body, mode, H0, H1, Fb, S);
   ip_tangent<D, 0>(dS, n, V0, of_body, mode, Fb, S, f, k);
 }
@@ -163,7 +164,7 @@ void tangent(const Model& m, const Points& pts, const std::vector<MatLaw>& law, 
 {
   double H0[D * D] = {0}, H1[D * D], Fb[D * D], S[D * D];
   gradient<D>(pts, l1.uc, p, H1);
-  if (mode.mid) gradient<D>(pts, l0.uc, p, H0);
+  if (mode_reads_old(mode, law[pts.body[p]])) gradient<D>(pts, l0.uc, p, H0);
   const int first = g.point.off[p], n = g.point.count(p);
   const double* dS = &g.dS[static_cast<size_t>(first) * D];
   for (int k = 0; k < pair_count(n) * D * D; ++k) ke[k] = 0.0;

@@ -117,7 +117,8 @@ RealVec tangent_of(Shape s, const Sample& e, const MatLaw& law, const KernelMode
 
 double tangent_error(Shape s, const KernelMode& mode, double amplitude, bool enhanced = false)
 {
-  const MatLaw law = law_of(1.0, 0.3, shape_info[s].dim == 3 ? PLANE_NONE : PLANE_STRAIN);
+  MatLaw law = law_of(1.0, 0.3, shape_info[s].dim == 3 ? PLANE_NONE : PLANE_STRAIN);
+  law.beta   = 0.5;
   const Sample e   = make_sample(s, 7, amplitude);
   const RealVec K  = tangent_of(s, e, law, mode, enhanced);
   const int n      = e.nen * e.dim;
@@ -216,6 +217,22 @@ TEST(Kernel, TangentAgainstDifferences)
 {
   KernelMode finite, linear;
   linear.finite = false;
+  for (Shape s : all_shapes) {
+    EXPECT_LT(tangent_error(s, finite, 0.2), 1e-7) << s;
+    EXPECT_LT(tangent_error(s, linear, 0.2), 1e-7) << s;
+  }
+  for (Shape s : {SHAPE_QUAD4, SHAPE_HEX8}) {
+    EXPECT_LT(tangent_error(s, finite, 0.2, true), 1e-7) << s;
+    EXPECT_LT(tangent_error(s, linear, 0.2, true), 1e-7) << s;
+  }
+}
+
+// a law with beta in motion: viscous stress of E(n+1) - E(n)
+TEST(Kernel, ViscousTangentAgainstDifferences)
+{
+  KernelMode finite, linear;
+  linear.finite = false;
+  finite.rate = linear.rate = 3.0;
   for (Shape s : all_shapes) {
     EXPECT_LT(tangent_error(s, finite, 0.2), 1e-7) << s;
     EXPECT_LT(tangent_error(s, linear, 0.2), 1e-7) << s;
@@ -333,6 +350,54 @@ TEST(Kernel, EnergyMomentumWorkIsEnergy)
   }
 }
 
+// and with viscous stress the rest of the work is beta/dt sum w dE : D : dE, enhanced strains included
+TEST(Kernel, EnergyMomentumWorkOfViscousStress)
+{
+  KernelMode mode;
+  mode.mid   = true;
+  mode.s_new = mode.s_old = 0.5;
+  for (bool enhanced : {false, true})
+    for (Shape s : all_shapes) {
+      if (enhanced && s != SHAPE_QUAD4 && s != SHAPE_HEX8) continue;
+      const int dim  = shape_info[s].dim;
+      MatLaw law     = law_of(1.0, 0.3, dim == 3 ? PLANE_NONE : PLANE_STRAIN);
+      const Sample e = make_sample(s, 11, 0.15);
+      mode.rate      = 0.0;
+      const RealVec elastic = force_of(s, e, law, mode, e.u1, enhanced);
+      law.beta  = 0.5;
+      mode.rate = 3.0;
+      const RealVec viscous = force_of(s, e, law, mode, e.u1, enhanced);
+      const ElemBlock b = block_of(s, e, law, enhanced);
+      double work = 0.0, lost = 0.0, dE[72], extra[9], S[9];
+      for (int i = 0; i < e.nen * dim; ++i) work += (viscous[i] - elastic[i]) * (e.u1[i] - e.u0[i]);
+      for (int g = 0; g < e.ngp; ++g) {
+        double H[9], E[2][9];
+        for (int k = 0; k < 2; ++k) {
+          const double *dN = &e.dNdX[g * e.nen * dim], *u = k ? e.u1.data() : e.u0.data();
+          if (dim == 2) {
+            ip_gradient<2, 0>(dN, e.nen, u, H);
+            ip_strain<2>(true, H, E[k]);
+          } else {
+            ip_gradient<3, 0>(dN, e.nen, u, H);
+            ip_strain<3>(true, H, E[k]);
+          }
+        }
+        for (int i = 0; i < dim * dim; ++i) dE[g * dim * dim + i] = E[1][i] - E[0][i];
+      }
+      const RealVec plain(dE, dE + e.ngp * dim * dim);
+      for (int g = 0; g < e.ngp; ++g) {
+        double* at = dE + g * dim * dim;
+        if (enhanced) eas_strain(s, b.eas.data(), e.w.data(), law, plain.data(), g, extra);
+        for (int i = 0; i < dim * dim && enhanced; ++i) at[i] += extra[i];
+        if (dim == 2) ip_law<2>(law, at, S);
+        else ip_law<3>(law, at, S);
+        for (int i = 0; i < dim * dim; ++i) lost += e.w[g] * law.beta * mode.rate * S[i] * at[i];
+      }
+      EXPECT_GT(lost, 0.0) << s;
+      EXPECT_NEAR(lost, work, 1e-13) << s;
+    }
+}
+
 TEST(Element, RigidMotionGivesNoForce)
 {
   for (Shape s : all_shapes) {
@@ -404,7 +469,8 @@ TEST(Element, PacksGiveTheSame)
 {
   for (Shape s : all_shapes) {
     for (bool equal : {true, false}) {
-      const MatLaw law = law_of(1.0, 0.3, shape_info[s].dim == 3 ? PLANE_NONE : PLANE_STRAIN);
+      MatLaw law = law_of(1.0, 0.3, shape_info[s].dim == 3 ? PLANE_NONE : PLANE_STRAIN);
+      law.beta   = 0.1;
       const Sample one = make_sample(s, 1, 0.05);
       const int n = one.nen * one.dim, pairs = pair_count(one.nen) * one.dim * one.dim;
       ElemBlock b = block_of(s, one, law, false);
@@ -427,7 +493,8 @@ TEST(Element, PacksGiveTheSame)
         for (size_t k = 0; k < one.dNdX.size(); ++k) b.dNdX.push_back(one.dNdX[k] / l);
       }
       KernelMode mode;
-      mode.mid = true, mode.s_new = mode.s_old = 0.5;
+      mode.mid = !equal, mode.s_new = mode.mid ? 0.5 : 1.0, mode.s_old = 1.0 - mode.s_new;
+      mode.rate = 3.0;
       unsigned bad = 1;
       EXPECT_EQ(STATUS_OK, elem_form_pack(b)(b, slot, mode, u0, u1, re, ke, bad));
       EXPECT_EQ(0u, bad);
