@@ -9,14 +9,14 @@
 #include "dof/dof.h"
 
 // assem_move : places and displacements at t(n+1) from the increment du: writes st.np1.u, uc, slip. BAD_VALUE
-Status assem_move(Problem& p, const RealVec& du, double t_step0, double t_step1);
+Failure assem_move(Problem& p, const RealVec& du, double t_step0, double t_step1);
 
 // assem_internal : fint [neq] of elements, points and bonds for the two levels of the state
-//   BAD_JACOBIAN: p.worst names the element or point
-Status assem_internal(Problem& p, const KernelMode& mode, RealVec& fint);
+//   BAD_JACOBIAN: with the element or point
+Failure assem_internal(Problem& p, const KernelMode& mode, RealVec& fint);
 
 // assem_loads : fext [neq] at a time; followers act on the places of n (s = 0) ... n+1 (s = 1). BAD_VALUE
-Status assem_loads(Problem& p, const Step& step, double t_step, double t_total, double s, RealVec& fext);
+Failure assem_loads(Problem& p, const Step& step, double t_step, double t_total, double s, RealVec& fext);
 bool assem_has_followers(const Step& step);
 
 // assem_tangent : A = K + cM M (all dofs, also the fixed ones)

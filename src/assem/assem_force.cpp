@@ -44,19 +44,18 @@ void move_nodes(Problem& p, const RealVec& du)
 }
 
 // BAD_VALUE when the motion g of the ground under bond b is no finite number
-Status check_ground(Problem& p, int b, const double* g, double time)
+Failure check_ground(const Problem& p, int b, const double* g, double time)
 {
   const BondDef& d = p.m.bond[p.st.bonds.def[b]];
   for (int i = 0; i < p.m.dim; ++i) {
     if (std::isfinite(g[i])) continue;
-    p.note = value_text(p.m, "BOND", d.place, d.motion[i], d.amplitude, "the ground of bond " + d.name,
-                        &p.st.bonds.X[3 * b], time);
-    return BAD_VALUE;
+    return {BAD_VALUE, value_text(p.m, "BOND", d.place, d.motion[i], d.amplitude,
+                                  "the ground of bond " + d.name, &p.st.bonds.X[3 * b], time)};
   }
   return STATUS_OK;
 }
 
-Status move_bonds(Problem& p, const RealVec& du, double t0, double t1)
+Failure move_bonds(Problem& p, const RealVec& du, double t0, double t1)
 {
   const int dim = p.m.dim;
   const double total0 = p.st.n.time, total1 = p.st.n.time + (t1 - t0);
@@ -72,8 +71,9 @@ Status move_bonds(Problem& p, const RealVec& du, double t0, double t1)
     if (p.st.bonds.field[b] == SIDE_GROUND) {
       bond_ground_motion(p.m, p.st.bonds, b, t0, total0, g0);
       bond_ground_motion(p.m, p.st.bonds, b, t1, total1, g1);
-      if (check_ground(p, b, g0, total0) != STATUS_OK) return BAD_VALUE;
-      if (check_ground(p, b, g1, total1) != STATUS_OK) return BAD_VALUE;
+      Failure failure = check_ground(p, b, g0, total0);
+      if (failure.ok()) failure = check_ground(p, b, g1, total1);
+      if (!failure.ok()) return failure;
       for (int i = 0; i < dim; ++i) s[i] -= g1[i] - g0[i];
     }
     for (int i = 0; i < dim; ++i) p.st.np1.slip[b * dim + i] = p.st.n.slip[b * dim + i] + s[i];
@@ -91,15 +91,8 @@ inline void add_force(const Dofs& s, const int* node, int nen, int dim, const do
   }
 }
 
-Status fail_at(Problem& p, int e)
-{
-  p.worst = e;
-  p.worst_is_point = false;
-  return BAD_JACOBIAN;
-}
-
-Status add_pack(Problem& p, const KernelMode& mode, const ElemBlock& b, ElemFormPack form, PackList& w,
-                RealVec& fint)
+Failure add_pack(Problem& p, const KernelMode& mode, const ElemBlock& b, ElemFormPack form, PackList& w,
+                 RealVec& fint)
 {
   if (w.n == 0) return STATUS_OK;
   const int dim = p.m.dim, nen = shape_info[b.shape].nen, n = w.n;
@@ -112,14 +105,15 @@ Status add_pack(Problem& p, const KernelMode& mode, const ElemBlock& b, ElemForm
   for (int l = 0; l < n; ++l)
     add_force<PACK>(p.dofs, p.m.mesh.conn.begin(b.elem[w.slot[l]]), nen, dim, re + l, fint);
   w.n = 0;
-  return status == STATUS_OK ? status : fail_at(p, b.elem[w.slot[__builtin_ctz(bad)]]);
+  if (status == STATUS_OK) return STATUS_OK;
+  return {BAD_JACOBIAN, AT_ELEMENT, b.elem[w.slot[__builtin_ctz(bad)]]};
 }
 
-Status add_elements(Problem& p, const KernelMode& mode, RealVec& fint)
+Failure add_elements(Problem& p, const KernelMode& mode, RealVec& fint)
 {
   const Mesh& mesh = p.m.mesh;
   const int dim    = p.m.dim;
-  Status status    = STATUS_OK;
+  Failure failure;             // the last one
   double u0[24], u1[24], re[24];
   for (const ElemBlock& b : p.el.block) {
     const ShapeInfo& info   = shape_info[b.shape];
@@ -129,24 +123,25 @@ Status add_elements(Problem& p, const KernelMode& mode, RealVec& fint)
     for (int slot : elem_mine(b)) {
       const int e = b.elem[slot], *node = mesh.conn.begin(e);
       const bool intact = p.el.broken(e) < 0;
-      Status s = STATUS_OK;
       if (intact && pack) {
-        if (w.add(slot)) s = add_pack(p, mode, b, pack, w, fint);
+        if (!w.add(slot)) continue;
+        const Failure f = add_pack(p, mode, b, pack, w, fint);
+        if (!f.ok()) failure = f;
       } else {
         elem_ends(p.st, node, info.nen, dim, u0, u1);
         if (!intact)
           elem_form_broken(b, slot,
                            elem_broken_law(p.m, p.el, e, degr_of_step(p.st.n, p.st.np1, mode.mid, e)), mode,
                            u0, u1, re, nullptr);
-        else if (form(b, slot, mode, u0, u1, re, nullptr) != STATUS_OK) s = fail_at(p, e);
+        else if (form(b, slot, mode, u0, u1, re, nullptr) != STATUS_OK)
+          failure = {BAD_JACOBIAN, AT_ELEMENT, e};
         add_force(p.dofs, node, info.nen, dim, re, fint);
       }
-      if (s != STATUS_OK) status = s;
     }
-    const Status s = add_pack(p, mode, b, pack, w, fint);
-    if (s != STATUS_OK) status = s;
+    const Failure f = add_pack(p, mode, b, pack, w, fint);
+    if (!f.ok()) failure = f;
   }
-  return status;
+  return failure;
 }
 
 // a contact bond that meets a face; the state at t(n+1) gets gap and friction, on all ranks
@@ -200,19 +195,18 @@ void add_ghosts(Problem& p, RealVec& fint)
                                                    p.ghost_s[q * dim + i];
 }
 
-// sum over the ranks, and a status that all agree on: the failure of the highest point or element
-Status sum_force(Problem& p, Status status, RealVec& fint)
+// sum over the ranks, and a failure that all agree on: that of the highest point or element
+Failure sum_force(const SysMatrix& A, const Failure& failure, RealVec& fint)
 {
-  fint.push_back(status == STATUS_OK ? 0.0 : 1.0);
-  sys_sum(p.dofs.A, fint, 1);
+  fint.push_back(failure.ok() ? 0.0 : 1.0);
+  sys_sum(A, fint, 1);
   const bool bad = fint.back() != 0.0;
   fint.pop_back();
   if (!bad) return STATUS_OK;
   const int point = 1 << 30;           // above all elements
-  const int worst = comm_most(status == STATUS_OK ? -1 : p.worst + (p.worst_is_point ? point : 0));
-  p.worst_is_point = worst >= point;
-  p.worst = p.worst_is_point ? worst - point : worst;
-  return BAD_JACOBIAN;
+  const int worst = comm_most(failure.ok() ? -1 : failure.index + (failure.at == AT_POINT ? point : 0));
+  if (worst >= point) return {BAD_JACOBIAN, AT_POINT, worst - point};
+  return {BAD_JACOBIAN, AT_ELEMENT, worst};
 }
 
 // ---- loads ----------------------------------------------------------------
@@ -241,14 +235,13 @@ struct Follower {
 
 // the value of a load at X; BAD_VALUE: name() says which node, face or element it is
 template <class Name>
-inline Status value_here(Problem& p, const Step& step, const Load& l, const double* X, double t_step,
-                         double t_total, Name name, double& value)
+inline Failure value_here(const Problem& p, const Step& step, const Load& l, const double* X, double t_step,
+                          double t_total, Name name, double& value)
 {
   value = load_value(p.m, step, l, X, t_step, t_total);
   if (std::isfinite(value)) return STATUS_OK;
   const double time = l.hold < 0.0 ? t_total : l.hold;
-  p.note = value_text(p.m, l.keyword, l.place, l.value, l.amplitude, name(), X, time);
-  return BAD_VALUE;
+  return {BAD_VALUE, value_text(p.m, l.keyword, l.place, l.value, l.amplitude, name(), X, time)};
 }
 
 // the face q, of an element or a point (body), in the user's words
@@ -260,8 +253,8 @@ std::string face_name(const Problem& p, bool body, const Face& q)
 }
 
 // one face under pressure (on the place of now) or traction (dead, on the area of t = 0)
-Status face_load(Problem& p, const Follower& f, const Face& q, const Step& step, const Load& l, int nen,
-                 const int* node, double thickness, double t_step, double t_total, RealVec& out)
+Failure face_load(const Problem& p, const Follower& f, const Face& q, const Step& step, const Load& l,
+                  int nen, const int* node, double thickness, double t_step, double t_total, RealVec& out)
 {
   const Model& m       = f.p.m;
   const FaceRule& rule = face_rule(nen);
@@ -277,7 +270,8 @@ Status face_load(Problem& p, const Follower& f, const Face& q, const Step& step,
       for (int i = 0; i < 3; ++i) at[i] += N[k] * X[3 * k + i];
     double value;
     const auto name = [&] { return face_name(p, f.body, q); };
-    if (value_here(p, step, l, at, t_step, t_total, name, value) != STATUS_OK) return BAD_VALUE;
+    const Failure failure = value_here(p, step, l, at, t_step, t_total, name, value);
+    if (!failure.ok()) return failure;
     value *= rule.w[g] * thickness;
     const double dA    = face_area(nen, l.kind == LOAD_PRESSURE ? x : X, rule.xi[g], n);
     for (int i = 0; i < 3; ++i) force[i] = l.kind == LOAD_PRESSURE ? -value * n[i] : value * dA * l.dir[i];
@@ -288,8 +282,8 @@ Status face_load(Problem& p, const Follower& f, const Face& q, const Step& step,
 }
 
 // faces of finite elements, or of points (body)
-Status faces_load(Problem& p, const Step& step, const Load& l, bool body, const std::vector<Face>& face,
-                  double t_step, double t_total, double s, RealVec& out)
+Failure faces_load(const Problem& p, const Step& step, const Load& l, bool body,
+                   const std::vector<Face>& face, double t_step, double t_total, double s, RealVec& out)
 {
   const Model& m = p.m;
   const Follower f{p, body, s, step.nlgeom};
@@ -303,7 +297,8 @@ Status faces_load(Problem& p, const Step& step, const Load& l, bool body, const 
     if (!body && p.el.block_of[q.elem] < 0) continue;     // no element any more
     const double t = m.dim == 3 ? 1.0 : body ? m.body[p.st.points.body[q.elem]].thickness
                                              : p.el.block[p.el.block_of[q.elem]].thickness;
-    if (face_load(p, f, q, step, l, nen, node, t, t_step, t_total, out) != STATUS_OK) return BAD_VALUE;
+    const Failure failure = face_load(p, f, q, step, l, nen, node, t, t_step, t_total, out);
+    if (!failure.ok()) return failure;
   }
   return STATUS_OK;
 }
@@ -323,18 +318,18 @@ std::vector<Face> acting_faces(const Problem& p, const Load& l, const std::vecto
 }
 
 // faces of finite elements into fn [nnode*dim], faces of bodies into fc [ncorner*dim]
-Status face_loads(Problem& p, const Step& step, const Load& l, double t_step, double t_total, double s,
-                  RealVec& fn, RealVec& fc)
+Failure face_loads(const Problem& p, const Step& step, const Load& l, double t_step, double t_total, double s,
+                   RealVec& fn, RealVec& fc)
 {
-  const Status status = faces_load(p, step, l, false, p.m.surface[l.surface].face, t_step, t_total, s, fn);
-  if (status != STATUS_OK) return status;
+  const Failure failure = faces_load(p, step, l, false, p.m.surface[l.surface].face, t_step, t_total, s, fn);
+  if (!failure.ok()) return failure;
   const std::vector<Face>& face = p.st.points.surface[l.surface];
   if (l.except.empty() && l.only.empty()) return faces_load(p, step, l, true, face, t_step, t_total, s, fc);
   return faces_load(p, step, l, true, acting_faces(p, l, face), t_step, t_total, s, fc);
 }
 
-Status body_loads(Problem& p, const Step& step, const Load& l, double t_step, double t_total,
-                  RealVec& fn, RealVec& fc)
+Failure body_loads(const Problem& p, const Step& step, const Load& l, double t_step, double t_total,
+                   RealVec& fn, RealVec& fc)
 {
   const Model& m = p.m;
   const int dim  = m.dim;
@@ -347,7 +342,8 @@ Status body_loads(Problem& p, const Step& step, const Load& l, double t_step, do
       double X[3], N[8], value;
       const double dV = elem_gauss_place(m, p.el, e, g, X, N);
       const auto name = [&] { return "element " + std::to_string(m.mesh.elem_label[e]); };
-      if (value_here(p, step, l, X, t_step, t_total, name, value) != STATUS_OK) return BAD_VALUE;
+      const Failure failure = value_here(p, step, l, X, t_step, t_total, name, value);
+      if (!failure.ok()) return failure;
       const double w = dV * value * (l.per_mass ? b.density : 1.0);
       for (int a = 0; a < info.nen; ++a)
         for (int i = 0; i < dim; ++i) fn[m.mesh.conn.begin(e)[a] * dim + i] += w * N[a] * l.dir[i];
@@ -364,7 +360,8 @@ Status body_loads(Problem& p, const Step& step, const Load& l, double t_step, do
         for (int i = 0; i < dim; ++i) X[i] += pts.w[k] * pts.Xc[pts.conn.item[k] * dim + i];
       double value;
       const auto name = [&] { return "material point " + std::to_string(pts.label[q]); };
-      if (value_here(p, step, l, X, t_step, t_total, name, value) != STATUS_OK) return BAD_VALUE;
+      const Failure failure = value_here(p, step, l, X, t_step, t_total, name, value);
+      if (!failure.ok()) return failure;
       const double w = value * (l.per_mass ? pts.mass[q] : pts.V0[q]);
       for (int k = pts.conn.off[q]; k < pts.conn.off[q + 1]; ++k)
         for (int i = 0; i < dim; ++i) fc[pts.conn.item[k] * dim + i] += w * pts.w[k] * l.dir[i];
@@ -373,14 +370,15 @@ Status body_loads(Problem& p, const Step& step, const Load& l, double t_step, do
 }
 
 // at nodes, or at the corners of points that go on for them
-Status node_loads(Problem& p, const Step& step, const Load& l, double t_step, double t_total,
-                  RealVec& fn, RealVec& fc)
+Failure node_loads(Problem& p, const Step& step, const Load& l, double t_step, double t_total, RealVec& fn,
+                   RealVec& fc)
 {
   double value;
   for (int n : l.node) {
     const auto name = [&] { return "node " + std::to_string(p.m.mesh.node_label[n]); };
     const double* X = &p.m.mesh.X[3 * n];
-    if (value_here(p, step, l, X, t_step, t_total, name, value) != STATUS_OK) return BAD_VALUE;
+    const Failure failure = value_here(p, step, l, X, t_step, t_total, name, value);
+    if (!failure.ok()) return failure;
     const int c = p.follow.empty() ? FOLLOW_ELEMENT : p.follow[n];
     if (c >= 0) fc[c * p.m.dim + l.dof] += value;
     else fn[n * p.m.dim + l.dof] += value;
@@ -418,7 +416,7 @@ void assem_ghost_jump(const Problem& p, const RealVec& x, RealVec& jump)
         jump[q * dim + i] += p.grid.ghost_w[k] * x[(p.dofs.nfe + t.item[k]) * dim + i];
 }
 
-Status assem_move(Problem& p, const RealVec& du, double t_step0, double t_step1)
+Failure assem_move(Problem& p, const RealVec& du, double t_step0, double t_step1)
 {
   move_nodes(p, du);
   assem_gather_corners(p, du, p.st.n.uc, p.st.np1.uc);                             // (3.1)
@@ -426,26 +424,22 @@ Status assem_move(Problem& p, const RealVec& du, double t_step0, double t_step1)
   return move_bonds(p, du, t_step0, t_step1);
 }
 
-Status assem_internal(Problem& p, const KernelMode& mode, RealVec& fint)
+Failure assem_internal(Problem& p, const KernelMode& mode, RealVec& fint)
 {
   Timer timer(PHASE_RESIDUAL);
   fint.assign(p.dofs.neq(), 0.0);
-  Status status = add_elements(p, mode, fint);
+  Failure failure = add_elements(p, mode, fint);
   if (p.st.points.npoint) {
     RealVec fc(p.st.points.Xc.size(), 0.0);
     int worst = -1;
     const Status s = point_corner_force(p.m, p.st.points, p.point_law, mode, p.st.n, p.st.np1,
                                         p.dofs.my_point, fc, &worst);
-    if (s != STATUS_OK) {
-      status = s;
-      p.worst = worst;
-      p.worst_is_point = true;
-    }
+    if (s != STATUS_OK) failure = {s, AT_POINT, worst};
     assem_scatter_corners(p, fc, fint);
   }
   if (p.st.bonds.nbond) add_bonds(p, mode, fint);
   add_ghosts(p, fint);
-  return comm_size() > 1 ? sum_force(p, status, fint) : status;
+  return comm_size() > 1 ? sum_force(p.dofs.A, failure, fint) : failure;
 }
 
 bool assem_has_followers(const Step& step)
@@ -456,16 +450,16 @@ bool assem_has_followers(const Step& step)
   return false;
 }
 
-Status assem_loads(Problem& p, const Step& step, double t_step, double t_total, double s, RealVec& fext)
+Failure assem_loads(Problem& p, const Step& step, double t_step, double t_total, double s, RealVec& fext)
 {
   const int dim = p.m.dim;
   RealVec fn(static_cast<size_t>(p.m.mesh.nnode()) * dim, 0.0), fc(p.st.points.Xc.size(), 0.0);
   for (const Load& l : step.load) {
-    Status status;
-    if (l.kind == LOAD_NODE) status = node_loads(p, step, l, t_step, t_total, fn, fc);
-    else if (l.kind == LOAD_BODY) status = body_loads(p, step, l, t_step, t_total, fn, fc);
-    else status = face_loads(p, step, l, t_step, t_total, s, fn, fc);
-    if (status != STATUS_OK) return status;
+    Failure failure;
+    if (l.kind == LOAD_NODE) failure = node_loads(p, step, l, t_step, t_total, fn, fc);
+    else if (l.kind == LOAD_BODY) failure = body_loads(p, step, l, t_step, t_total, fn, fc);
+    else failure = face_loads(p, step, l, t_step, t_total, s, fn, fc);
+    if (!failure.ok()) return failure;
   }
   fext.assign(p.dofs.neq(), 0.0);
   for (int r = 0; r < p.dofs.nfe; ++r)

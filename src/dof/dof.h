@@ -9,6 +9,7 @@
 
 #include <set>
 
+#include "base/failure.h"
 #include "bond/bond.h"
 #include "contact/contact.h"
 #include "contact/overlap.h"
@@ -117,9 +118,6 @@ struct Problem {
   Held held;
   // [nelem] strain energy of intact elements when the ledger was made, for the test of fracture
   RealVec energy;
-  int worst = -1;              // element or point of the last failure
-  bool worst_is_point = false;
-  std::string note;            // why the increment failed, when the status alone does not say it
 };
 
 // dof_divide : whose work is what, and the lists of this rank; fresh: rows or lists have changed. True:
@@ -187,13 +185,14 @@ void tie_force(const Dofs& s, RealVec& f);
 void tie_matrix(Dofs& s);
 
 // Loads and supports are checked where they are evaluated, by all ranks alike. The routines below return
-// BAD_VALUE when one is no finite number; p.note then names keyword, line, function, node or face, and time.
+// BAD_VALUE when one is no finite number, with a note that names keyword, line, function, node or face, and
+// time.
 
 // tell_once : a warning of a line of the deck, once for each line and text, that names a node and the time
 void tell_once(Problem& p, const char* keyword, const Place& place, int node, double time, const char* what);
 
 // dof_constrain : fixed dofs, their increments between two times of the step and their rates; sets fixed,
 // target, rate, rate0, grid_bc. BAD_VALUE
-Status dof_constrain(Problem& p, const Step& s, double t_step0, double t_step1);
+Failure dof_constrain(Problem& p, const Step& s, double t_step0, double t_step1);
 
 #endif

@@ -95,17 +95,17 @@ void hold_corners(Problem& p, const std::vector<HeldCorner>& corners, double tim
   }
 }
 
-Status bad_node(Problem& p, const Prescribed& b, int n, double time)
+Failure bad_node(const Problem& p, const Prescribed& b, int n, double time)
 {
   const std::string node = "node " + std::to_string(p.m.mesh.node_label[n]);
-  p.note = value_text(p.m, "BOUNDARY", b.place, b.value, b.amplitude, node, &p.m.mesh.X[3 * n], time);
-  return BAD_VALUE;
+  return {BAD_VALUE,
+          value_text(p.m, "BOUNDARY", b.place, b.value, b.amplitude, node, &p.m.mesh.X[3 * n], time)};
 }
 
-Status bad_grid_node(Problem& p, const GridBc& b, const double* x, double time)
+Failure bad_grid_node(const Problem& p, const GridBc& b, const double* x, double time)
 {
-  p.note = value_text(p.m, "GRID BOUNDARY", b.place, b.value, b.amplitude, "the grid node", x, time);
-  return BAD_VALUE;
+  return {BAD_VALUE,
+          value_text(p.m, "GRID BOUNDARY", b.place, b.value, b.amplitude, "the grid node", x, time)};
 }
 
 }  // namespace
@@ -117,7 +117,7 @@ void tell_once(Problem& p, const char* keyword, const Place& place, int node, do
            p.m.mesh.node_label[node], time, what);
 }
 
-Status dof_constrain(Problem& p, const Step& step, double t_step0, double t_step1)
+Failure dof_constrain(Problem& p, const Step& step, double t_step0, double t_step1)
 {
   Dofs& s = p.dofs;
   const Model& m = p.m;

@@ -32,10 +32,10 @@ struct Attempt {
 int step_open(Problem& p);
 
 // step_prepare : active grid, rows, pattern, mass of the coming step (once for all attempts)
-Status step_prepare(Problem& p, const Step& s);
+Failure step_prepare(Problem& p, const Step& s);
 
 // step_increment : one attempt from t(n) over dt; st.np1 holds the result. Never touches st.n.
-Status step_increment(Problem& p, const Step& s, double t0, double dt);
+Failure step_increment(Problem& p, const Step& s, double t0, double dt);
 
 // The linear system of a Newton iteration                                          (6.2)
 struct LinearSystem {
@@ -53,8 +53,8 @@ void step_tangent(Problem& p, const Attempt& a, int it, double residual, double 
 
 // step_solve : dx of iteration it, as exactly as Newton's method can use it (8.6)
 //   in   residual, accepted   norm of R, and that which ends the iteration
-Status step_solve(Problem& p, const Attempt& a, int it, double residual, double accepted,
-                  const RealVec& pending, LinearSystem& l);
+Failure step_solve(Problem& p, const Attempt& a, int it, double residual, double accepted,
+                   const RealVec& pending, LinearSystem& l);
 
 // step_held : do the supports hold every part of bodies of solid elements in space? false: not known. Parts
 // are elements that share faces; their supports must take all six rigid motions. Then a matrix of statics is
@@ -75,17 +75,17 @@ bool step_solved_well(const Problem& p, const LinearSystem& l);
 void step_gain(Problem& p, int it, double gain);
 
 // step_newton : solves R(du) = 0 for the attempt. Not good with a guess: it may be without.
-Status step_newton(Problem& p, Attempt& a);
+Failure step_newton(Problem& p, Attempt& a);
 
 // step_inertia_begin : momentum, projected velocity, g, cM of a dynamic step
-Status step_inertia_begin(Problem& p, Attempt& a);
+Failure step_inertia_begin(Problem& p, Attempt& a);
 
 // step_finish : velocities, reactions, energies at t(n+1) into st.np1 and st.ledger
 void step_finish(Problem& p, Attempt& a);
 
 // step_initial_acceleration : a = M^-1 (fext - fint) of the nodes, at the start of a Newmark step and after
 // elements broke
-Status step_initial_acceleration(Problem& p, const Step& s, double t_step);
+Failure step_initial_acceleration(Problem& p, const Step& s, double t_step);
 
 // step_missed : at the start of a step: warns of loads and supports that fixed increments step over. mid:
 // loads are asked for in the middle of an increment
@@ -107,8 +107,8 @@ struct BreakWatch {
 //   in   before   the state at the start of the increment
 //   watch         CRITERION_EXCEEDED: the increment steps over the load of the first break; nothing has
 //                 broken yet
-Status step_fracture(Problem& p, const Step& s, double t_step, const State& before, BreakWatch& watch,
-                     Output& out);
+Failure step_fracture(Problem& p, const Step& s, double t_step, const State& before, BreakWatch& watch,
+                      Output& out);
 
 // step_signalled : has a signal come, on any rank? Collective.
 bool step_signalled();
@@ -135,6 +135,6 @@ void step_remainder(Problem& p, const Step& s);
 int step_run(Problem& p, Archive& f, Output& out);
 
 // step_explain : what failed, where, and what to try
-std::string step_explain(const Problem& p, Status status);
+std::string step_explain(const Problem& p, const Failure& failure);
 
 #endif

@@ -133,25 +133,25 @@ std::string solver_text(const Problem& p)
 }
 
 // the bond, or the material point and its corner, that lies outside the grid
-std::string wanderer(const Problem& p)
+std::string wanderer(const Problem& p, const Failure& f)
 {
   const Points& pts = p.st.points;
   const int dim = p.m.dim;
-  if (p.worst < 0) {
+  if (f.at == AT_BOND) {
     RealVec xb;
-    const int b = -1 - p.worst;
+    const int b = f.index;
     bond_places(p.m, pts, p.st.bonds, p.st.n.u, p.st.n.uc, xb);
     return "bond " + p.m.bond[p.st.bonds.def[b]].name.substr(0, 60) + " (now in " +
            position_text(&xb[b * dim], dim) + ", at t = 0 in " + position_text(&p.st.bonds.X[3 * b], dim) +
            ")";
   }
-  const int place = static_cast<int>(std::find(pts.conn.item.begin(), pts.conn.item.end(), p.worst) -
+  const int place = static_cast<int>(std::find(pts.conn.item.begin(), pts.conn.item.end(), f.index) -
                                      pts.conn.item.begin());
   const int q = static_cast<int>(std::upper_bound(pts.conn.off.begin(), pts.conn.off.end(), place) -
                                  pts.conn.off.begin()) -
                 1;
   double x[3] = {0, 0, 0};
-  for (int i = 0; i < dim; ++i) x[i] = pts.Xc[p.worst * dim + i] + p.st.n.uc[p.worst * dim + i];
+  for (int i = 0; i < dim; ++i) x[i] = pts.Xc[f.index * dim + i] + p.st.n.uc[f.index * dim + i];
   std::string text = "the corner " + position_text(x, dim) + " of material point " +
                      std::to_string(pts.label[q]) + " of body " + p.m.body[pts.body[q]].name.substr(0, 60);
   if (pts.parent[q] >= 0) text += " (element " + std::to_string(p.m.mesh.elem_label[pts.parent[q]]) + ")";
@@ -191,11 +191,12 @@ void needed_box(const Problem& p, double* lo, double* hi)
 
 }  // namespace
 
-std::string step_explain(const Problem& p, Status status)
+std::string step_explain(const Problem& p, const Failure& f)
 {
   char text[512];
   const Model& m = p.m;
-  if (!p.note.empty()) return p.note;
+  if (!f.note.empty()) return f.note;
+  const Status status = f.status;
   if (status == SOLVER_SINGULAR || status == SOLVER_FAILED) return solver_text(p);
   if (status == MASS_FAILED)
     return "the velocities of the grid at the start of the increment, or the accelerations of the nodes, "
@@ -207,7 +208,7 @@ std::string step_explain(const Problem& p, Status status)
     double top[3] = {0, 0, 0}, lo[3], hi[3];
     for (int i = 0; i < m.dim; ++i) top[i] = m.grid.lo[i] + m.grid.n[i] * m.grid.h[i];
     needed_box(p, lo, hi);
-    return wanderer(p) + " left the grid, which reaches from " + position_text(m.grid.lo.data(), m.dim) +
+    return wanderer(p, f) + " left the grid, which reaches from " + position_text(m.grid.lo.data(), m.dim) +
            " to " + position_text(top, m.dim) +
            ": enlarge *GRID; with the velocities of now the step needs it from " + position_text(lo, m.dim) +
            " to " + position_text(hi, m.dim);
@@ -217,21 +218,22 @@ std::string step_explain(const Problem& p, Status status)
            "deck that is out "
            "of proportion (units, sizes, stiffness, density, penalty, dt)";
   if (status == CONTACT_DEPTH) {
-    const double* X = &p.st.bonds.X[3 * p.worst];
+    const double* X = &p.st.bonds.X[3 * f.index];
     std::snprintf(
         text, sizeof text,
         "contact %s: the point that was at (%g, %g, %g) enters its master face by %g, too deep "
         "for the size of the face: smaller increments, or a stiffer penalty (*CONTACT PAIR, ALPHA=)",
-        m.bond[p.st.bonds.def[p.worst]].name.c_str(), X[0], X[1], X[2], -p.st.np1.slip[p.worst * m.dim]);
+        m.bond[p.st.bonds.def[f.index]].name.c_str(), X[0], X[1], X[2], -p.st.np1.slip[f.index * m.dim]);
     return text;
   }
-  if (status == BAD_JACOBIAN && p.worst >= 0) {
+  if (status == BAD_JACOBIAN && f.index >= 0) {
+    const bool is_point = f.at == AT_POINT;
     std::snprintf(text, sizeof text,
                   "%s %d turned inside out (det F <= 0). St.Venant-Kirchhoff softens below a stretch of "
                   "0.577: check the load, or take smaller increments",
-                  p.worst_is_point ? "material point" : "element",
-                  p.worst_is_point ? p.st.points.label[p.worst] : m.mesh.elem_label[p.worst]);
-    return p.worst_is_point ? text : text + unseen_master(p, p.worst);
+                  is_point ? "material point" : "element",
+                  is_point ? p.st.points.label[f.index] : m.mesh.elem_label[f.index]);
+    return is_point ? text : text + unseen_master(p, f.index);
   }
   const double stretch = smallest_stretch(p);
   if (stretch < 0.65) {

@@ -30,7 +30,8 @@ void find_erosions(Problem& p, const Step& s, std::vector<Erosion>& erode, First
 
 // points come off; elements break, and those that are to become points, do. The energy that goes is told
 // apart.
-Status apply(Problem& p, const Step& s, const std::vector<Erosion>& erode, const IntVec& torn, IntVec convert)
+Failure apply(Problem& p, const Step& s, const std::vector<Erosion>& erode, const IntVec& torn,
+              IntVec convert)
 {
   State& st = p.st;
   const double before = all_energy(st.ledger);
@@ -48,8 +49,8 @@ Status apply(Problem& p, const Step& s, const std::vector<Erosion>& erode, const
   }
   if (!convert.empty() || !torn.empty()) p.dofs.numbered = false;      // other nodes, or other bonds
   p.ready = false;
-  const Status status = step_prepare(p, s);
-  if (status != STATUS_OK) return status;
+  const Failure failure = step_prepare(p, s);
+  if (!failure.ok()) return failure;
   ledger_update(p, st.n, s.nlgeom);
   st.ledger.fracture += released;
   st.ledger.conversion += before - all_energy(st.ledger) - released;
@@ -58,48 +59,50 @@ Status apply(Problem& p, const Step& s, const std::vector<Erosion>& erode, const
 }
 
 // statics: equilibrium at the same load; what the energy loses on the way belongs to the crack
-Status settle(Problem& p, const Step& s, double t_step)
+Failure settle(Problem& p, const Step& s, double t_step)
 {
   State& st = p.st;
   const Ledger before = st.ledger;
-  const Status status = step_increment(p, s, t_step, 0.0);
-  if (status != STATUS_OK) return status;
+  const Failure failure = step_increment(p, s, t_step, 0.0);
+  if (!failure.ok()) return failure;
   const double time = st.n.time;
   st.n      = st.np1;
   st.n.time = time;
   p.ready   = false;
   st.ledger.fracture += all_energy(before) + st.ledger.external - before.external - all_energy(st.ledger);
-  const Status prepared = step_prepare(p, s);
-  if (prepared == STATUS_OK) ledger_update(p, st.n, s.nlgeom);
+  const Failure prepared = step_prepare(p, s);
+  if (prepared.ok()) ledger_update(p, st.n, s.nlgeom);
   return prepared;
 }
 
-// the load at which the first element breaks lies well inside the increment                        (7.25)
-bool stepped_over(Problem& p, const Step& s, const State& before, BreakWatch& w)
+// CRITERION_EXCEEDED: the load at which the first element breaks lies well inside the increment    (7.25)
+Failure stepped_over(const Problem& p, const Step& s, const State& before, BreakWatch& w)
 {
-  if (!w.on || w.first.elem < 0) return false;
+  if (!w.on || w.first.elem < 0) return STATUS_OK;
   const double tolerance = p.m.fracture[p.fm.def[w.first.elem]].tolerance;
-  if (tolerance <= 0.0) return false;
+  if (tolerance <= 0.0) return STATUS_OK;
   w.value0 = frac_value(p.m, s, p.el, p.fm, before.frac, before.n, w.first);
-  if (w.first.value <= 1.0 + tolerance && w.value0 >= 1.0 - tolerance) return false;
+  if (w.first.value <= 1.0 + tolerance && w.value0 >= 1.0 - tolerance) return STATUS_OK;
   char text[100];
   std::snprintf(text, sizeof text, "element %d: criterion %.5g, at the start %.5g",
                 p.m.mesh.elem_label[w.first.elem], w.first.value, w.value0);
-  p.note = text;
-  return true;
+  return {CRITERION_EXCEEDED, text};
 }
 
 }  // namespace
 
-Status step_fracture(Problem& p, const Step& s, double t_step, const State& before, BreakWatch& watch,
-                     Output& out)
+Failure step_fracture(Problem& p, const Step& s, double t_step, const State& before, BreakWatch& watch,
+                      Output& out)
 {
   std::vector<Erosion> erode;
   IntVec convert, torn;
   FirstBreak later;
   for (bool start = true;; start = false) {
     find_erosions(p, s, erode, start ? watch.first : later);
-    if (start && stepped_over(p, s, before, watch)) return CRITERION_EXCEEDED;
+    if (start) {
+      const Failure over = stepped_over(p, s, before, watch);
+      if (!over.ok()) return over;
+    }
     frac_due(p.m, p.el, p.fm, p.st.frac, p.st.n, convert);
     frac_open(p.m, p.fm, p.st.n, p.st.frac, convert);
     for (Erosion& e : erode) e.time = frac_when(p.m, s, p.el, p.fm, p.st.frac, before.n, p.st.n, e);
@@ -107,14 +110,14 @@ Status step_fracture(Problem& p, const Step& s, double t_step, const State& befo
                      [](const Erosion& a, const Erosion& b) { return a.time < b.time; });
     if (s.proc == PROC_DYNAMIC) frac_torn(p.m, p.fm, p.st.points, p.st.n, torn);
     if (erode.empty() && convert.empty() && torn.empty()) return STATUS_OK;
-    Status status = apply(p, s, erode, torn, convert);
-    if (status != STATUS_OK) return status;
+    Failure failure = apply(p, s, erode, torn, convert);
+    if (!failure.ok()) return failure;
     if (s.proc == PROC_DYNAMIC) {
       if (scheme_of(s).acceleration) return step_initial_acceleration(p, s, t_step);
       return STATUS_OK;
     }
-    status = settle(p, s, t_step);
-    if (status != STATUS_OK) return status;
+    failure = settle(p, s, t_step);
+    if (!failure.ok()) return failure;
     out_erosion(p.m, p.st, out);
     out_progress(p.m, p.st, out);
     if (step_signalled()) return INTERRUPTED;        // a crack that runs may take longer than a queue waits

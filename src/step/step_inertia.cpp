@@ -18,7 +18,7 @@ RealVec node_vector(const Problem& p, const RealVec& v)
 }
 
 // velocity of the grid: M-orthogonal projection of the velocities of the points    (3.13)
-Status project(Problem& p, Attempt& a)
+Failure project(Problem& p, Attempt& a)
 {
   Timer timer(PHASE_PROJECT);
   const Dofs& s = p.dofs;
@@ -34,19 +34,19 @@ Status project(Problem& p, Attempt& a)
 }
 
 // internal force at t(n) on the weights of this step: the grid has no acceleration of its own
-Status force_at_start(Problem& p, Attempt& a)
+Failure force_at_start(Problem& p, Attempt& a)
 {
   const RealVec zero(p.dofs.neq(), 0.0);
   KernelMode mode;
   mode.finite = a.mode.finite;
-  const Status status = assem_move(p, zero, a.t0, a.t0);
-  return status == STATUS_OK ? assem_internal(p, mode, a.fint0) : status;
+  const Failure failure = assem_move(p, zero, a.t0, a.t0);
+  return failure.ok() ? assem_internal(p, mode, a.fint0) : failure;
 }
 
 // M a(n): from the accelerations of the nodes, for the grid from its forces: M a = fext - fint on free dofs,
 // and from that solution the rows of its supports, whose reaction is not known otherwise. Where points follow
 // nodes all forces are asked: the accelerations of the nodes belong to the grid of the step before.
-Status inertia_at_start(Problem& p, Attempt& a, RealVec& Ma)
+Failure inertia_at_start(Problem& p, Attempt& a, RealVec& Ma)
 {
   const Dofs& s = p.dofs;
   const int first = s.hung ? 0 : s.nfe, grid = s.nfe * s.dim;
@@ -78,7 +78,7 @@ void unbalanced_at_start(const Problem& p, const Attempt& a, RealVec& f)
 
 }  // namespace
 
-Status step_inertia_begin(Problem& p, Attempt& a)
+Failure step_inertia_begin(Problem& p, Attempt& a)
 {
   const Step& s = a.step;
   const RealVec v = node_vector(p, p.st.n.v);
@@ -86,16 +86,16 @@ Status step_inertia_begin(Problem& p, Attempt& a)
   mass_elements(p.dofs, v, a.momentum);
   point_momentum(p, p.st.n.vc, a.momentum);
   sys_sum(p.dofs.A, a.momentum);
-  Status status = STATUS_OK;
-  if (p.grid.nnode || p.dofs.hung) status = project(p, a);
-  if (status != STATUS_OK) return status;
+  Failure failure = STATUS_OK;
+  if (p.grid.nnode || p.dofs.hung) failure = project(p, a);
+  if (!failure.ok()) return failure;
 
   const Scheme& scheme = scheme_of(s);
   RealVec Ma, force;
   if (scheme.acceleration) {
-    if (p.grid.nnode || p.dofs.hung || scheme.force) status = force_at_start(p, a);
-    if (status == STATUS_OK) status = inertia_at_start(p, a, Ma);
-    if (status != STATUS_OK) return status;
+    if (p.grid.nnode || p.dofs.hung || scheme.force) failure = force_at_start(p, a);
+    if (failure.ok()) failure = inertia_at_start(p, a, Ma);
+    if (!failure.ok()) return failure;
   }
   if (scheme.force) unbalanced_at_start(p, a, force);
   a.cM = scheme.mass(s, a.dt);
@@ -108,7 +108,7 @@ Status step_inertia_begin(Problem& p, Attempt& a)
   return STATUS_OK;
 }
 
-Status step_initial_acceleration(Problem& p, const Step& s, double t_step)
+Failure step_initial_acceleration(Problem& p, const Step& s, double t_step)
 {
   Dofs& sys = p.dofs;
   if (sys.nfe == 0) return STATUS_OK;
@@ -116,11 +116,11 @@ Status step_initial_acceleration(Problem& p, const Step& s, double t_step)
   p.st.np1 = p.st.n;
   KernelMode mode;
   mode.finite = s.nlgeom;
-  Status status = dof_constrain(p, s, t_step, t_step);
-  if (status == STATUS_OK) status = assem_move(p, zero, t_step, t_step);
-  if (status == STATUS_OK) status = assem_internal(p, mode, fint);
-  if (status == STATUS_OK) status = assem_loads(p, s, t_step, p.st.n.time, 0.0, f);
-  if (status != STATUS_OK) return status;
+  Failure failure = dof_constrain(p, s, t_step, t_step);
+  if (failure.ok()) failure = assem_move(p, zero, t_step, t_step);
+  if (failure.ok()) failure = assem_internal(p, mode, fint);
+  if (failure.ok()) failure = assem_loads(p, s, t_step, p.st.n.time, 0.0, f);
+  if (!failure.ok()) return failure;
   for (int i = 0; i < sys.neq(); ++i) f[i] -= fint[i];
   for (int i = 0; i < sys.nfe * sys.dim; ++i)
     if (sys.fixed[i] == DOF_FIXED) acc[i] = p.st.n.a[sys.node_of_row[i / sys.dim] * sys.dim + i % sys.dim];

@@ -103,8 +103,8 @@ void step_tangent(Problem& p, const Attempt& a, int it, double residual, double 
   z.whole   = l.whole;
 }
 
-Status step_solve(Problem& p, const Attempt& a, int it, double residual, double accepted,
-                  const RealVec& pending, LinearSystem& l)
+Failure step_solve(Problem& p, const Attempt& a, int it, double residual, double accepted,
+                   const RealVec& pending, LinearSystem& l)
 {
   const Dofs& s = p.dofs;
   l.residual = std::max(l.residual, residual);

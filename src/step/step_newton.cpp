@@ -21,14 +21,14 @@ struct Balance {
 };
 
 // R(du); moves the state n+1
-Status form_residual(Problem& p, Attempt& a, const RealVec& du, Balance& b)
+Failure form_residual(Problem& p, Attempt& a, const RealVec& du, Balance& b)
 {
   const Dofs& s = p.dofs;
-  Status status = assem_move(p, du, a.t0, a.t1);
-  if (status == STATUS_OK) status = assem_internal(p, a.mode, a.fint);
-  if (status == STATUS_OK && (a.fext.empty() || assem_has_followers(a.step)))
-    status = assem_loads(p, a.step, a.t_load, a.total_load, a.s_load, a.fext);
-  if (status != STATUS_OK) return status;
+  Failure failure = assem_move(p, du, a.t0, a.t1);
+  if (failure.ok()) failure = assem_internal(p, a.mode, a.fint);
+  if (failure.ok() && (a.fext.empty() || assem_has_followers(a.step)))
+    failure = assem_loads(p, a.step, a.t_load, a.total_load, a.s_load, a.fext);
+  if (!failure.ok()) return failure;
   b.R.resize(s.neq());
   b.inertia.assign(s.neq(), 0.0);
   if (a.cM != 0.0) {
@@ -112,21 +112,21 @@ bool converged(const Problem& p, const Attempt& a, const Balance& b, const Linea
 }
 
 // largest part of the correction that keeps every det F positive
-Status back_off(Problem& p, Attempt& a, const RealVec& du, const RealVec& dx, RealVec& trial, Balance& b,
-                double& s)
+Failure back_off(Problem& p, Attempt& a, const RealVec& du, const RealVec& dx, RealVec& trial, Balance& b,
+                 double& s)
 {
-  Status status = BAD_JACOBIAN;
-  for (int k = 0; k < BACK_OFF && status != STATUS_OK; ++k, s *= 0.5) {
+  Failure failure = BAD_JACOBIAN;
+  for (int k = 0; k < BACK_OFF && !failure.ok(); ++k, s *= 0.5) {
     for (size_t i = 0; i < du.size(); ++i) trial[i] = du[i] + s * dx[i];
-    status = form_residual(p, a, trial, b);
-    if (status == STATUS_OK) return status;
+    failure = form_residual(p, a, trial, b);
+    if (failure.ok()) return failure;
   }
-  return status;
+  return failure;
 }
 
 // line search on dx . R = 0 when the full correction overshoots                    (6.6)
-Status line_search(Problem& p, Attempt& a, const RealVec& du, const RealVec& dx, double g0, RealVec& trial,
-                   Balance& b, double& s)
+Failure line_search(Problem& p, Attempt& a, const RealVec& du, const RealVec& dx, double g0, RealVec& trial,
+                    Balance& b, double& s)
 {
   double g1 = dot(dx, b.R), lo = 0.0, glo = g0, hi = s, ghi = g1;
   // broken material that opens or closes kinks the line: a smaller part may be the right one
@@ -135,8 +135,8 @@ Status line_search(Problem& p, Attempt& a, const RealVec& du, const RealVec& dx,
     double next = glo * ghi < 0.0 ? lo - glo * (hi - lo) / (ghi - glo) : 0.5 * (lo + hi);
     next = std::min(std::max(next, p.fm.on ? lo + LEAST_PART * (hi - lo) : LEAST_PART), 1.0);
     for (size_t i = 0; i < du.size(); ++i) trial[i] = du[i] + next * dx[i];
-    const Status status = form_residual(p, a, trial, b);
-    if (status != STATUS_OK) return status;
+    const Failure failure = form_residual(p, a, trial, b);
+    if (!failure.ok()) return failure;
     s  = next;
     g1 = dot(dx, b.R);
     if (g1 * glo > 0.0) { lo = next; glo = g1; } else { hi = next; ghi = g1; }
@@ -146,7 +146,7 @@ Status line_search(Problem& p, Attempt& a, const RealVec& du, const RealVec& dx,
 
 }  // namespace
 
-Status step_newton(Problem& p, Attempt& a)
+Failure step_newton(Problem& p, Attempt& a)
 {
   Dofs& s = p.dofs;
   Balance b;
@@ -154,14 +154,14 @@ Status step_newton(Problem& p, Attempt& a)
   RealVec trial(s.neq()), pending(s.neq());
   const RealVec& dx = l.dx;
   tie_follow(s, true, a.du);
-  Status status = form_residual(p, a, a.du, b);
+  Failure failure = form_residual(p, a, a.du, b);
   // the free flight turns something inside out: start from rest
-  if (status == BAD_JACOBIAN) {
+  if (failure.status == BAD_JACOBIAN) {
     std::fill(a.du.begin(), a.du.end(), 0.0);
     tie_follow(s, true, a.du);
-    status = form_residual(p, a, a.du, b);
+    failure = form_residual(p, a, a.du, b);
   }
-  if (status != STATUS_OK) return status;
+  if (!failure.ok()) return failure;
   if (a.cM == 0.0 && a.fint0.empty()) a.fint0 = a.fint;   // statics start from du = 0
   double guessed = 0.0;                              // energy of the guess
   if (!a.guess.empty()) {
@@ -169,8 +169,8 @@ Status step_newton(Problem& p, Attempt& a)
     a.du.swap(a.guess);
     a.guess.clear();
     tie_follow(s, true, a.du);
-    status = form_residual(p, a, a.du, b);
-    if (status != STATUS_OK) return status;
+    failure = form_residual(p, a, a.du, b);
+    if (!failure.ok()) return failure;
     for (int i = 0; i < s.neq(); ++i) guessed += (b.R[i] - R0[i]) * a.du[i];
     guessed  = std::fabs(guessed);
     l.energy = std::sqrt(guessed);
@@ -196,8 +196,8 @@ Status step_newton(Problem& p, Attempt& a)
     if (it == 1 && moved && guessed == 0.0 && converged(p, a, b, l, norm(a.fext) == 0.0)) break;
     // 2. solve
     const double before = b.free_norm;
-    status = step_solve(p, a, it, before, accepted, pending, l);
-    if (status != STATUS_OK) return status;
+    failure = step_solve(p, a, it, before, accepted, pending, l);
+    if (!failure.ok()) return failure;
     // 3. correct; smaller when an element turns inside out or the residual overshoots
     double g0 = 0.0;
     for (int i = 0; i < s.neq(); ++i)
@@ -205,11 +205,11 @@ Status step_newton(Problem& p, Attempt& a)
     // the guess leads astray  (6.14)
     if (it == 1 && guessed > 0.0 && std::fabs(g0) > guessed) return NOT_CONVERGED;
     double part = 1.0;
-    status = back_off(p, a, a.du, dx, trial, b, part);
-    if (status != STATUS_OK) return status;
+    failure = back_off(p, a, a.du, dx, trial, b, part);
+    if (!failure.ok()) return failure;
     if (a.step.ctl.line_search && part == 1.0 && moved && b.free_norm > a.step.ctl.tol_force * b.scale) {
-      status = line_search(p, a, a.du, dx, g0, trial, b, part);
-      if (status != STATUS_OK) return status;
+      failure = line_search(p, a, a.du, dx, g0, trial, b, part);
+      if (!failure.ok()) return failure;
     }
     a.du.swap(trial);
     log.iterations = it;

@@ -154,7 +154,7 @@ int step_open(Problem& p)
   return 0;
 }
 
-Status step_prepare(Problem& p, const Step& s)
+Failure step_prepare(Problem& p, const Step& s)
 {
   if (p.ready) return STATUS_OK;
   State& st = p.st;
@@ -178,11 +178,9 @@ Status step_prepare(Problem& p, const Step& s)
   }
   if (st.points.npoint) {
     Timer timer(PHASE_GRID);
-    const Status status = grid_activate(p.m, st.points, st.bonds, st.n.uc, xb, p.grid, &p.worst);
-    if (status != STATUS_OK) {
-      p.worst_is_point = true;
-      return status;
-    }
+    int worst = 0;
+    const Status status = grid_activate(p.m, st.points, st.bonds, st.n.uc, xb, p.grid, &worst);
+    if (status != STATUS_OK) return {status, worst < 0 ? AT_BOND : AT_CORNER, worst < 0 ? -1 - worst : worst};
   } else {
     timer_skip(PHASE_GRID);
     timer_skip(PHASE_PROJECT);

@@ -83,7 +83,7 @@ void step_remainder(Problem& p, const Step& s)
   if (s.proc != PROC_STATIC || !breaks(st.frac) || st.points.npoint || comm_rank() > 0) return;
   if (p.dofs.fixed.size() != static_cast<size_t>(p.dofs.neq())) return;
   RealVec f;
-  if (assem_loads(p, s, st.n.time - st.clock.start, st.n.time, 1.0, f) != STATUS_OK) return;
+  if (!assem_loads(p, s, st.n.time - st.clock.start, st.n.time, 1.0, f).ok()) return;
   const IntVec root = find_pieces(p);
   std::map<int, Piece> piece;
   find_supports(p, root, piece);

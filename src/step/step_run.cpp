@@ -60,11 +60,11 @@ bool update_multipliers(Problem& p, const KernelMode& mode, int k)
   return changed;
 }
 
-Status augment(Problem& p, Attempt& a)
+Failure augment(Problem& p, Attempt& a)
 {
   for (int k = 0; update_multipliers(p, a.mode, k); ++k) {
-    const Status status = step_newton(p, a);
-    if (status != STATUS_OK) return status;
+    const Failure failure = step_newton(p, a);
+    if (!failure.ok()) return failure;
   }
   return STATUS_OK;
 }
@@ -72,7 +72,7 @@ Status augment(Problem& p, Attempt& a)
 // a point that entered a face by more than a quarter of its size in one step may have missed it: shorter
 // steps see it.
 // Beyond half of its size the search would lose the point: the penalty is far too soft then.
-Status contact_depth(Problem& p)
+Failure contact_depth(const Problem& p)
 {
   const Bonds& b = p.st.bonds;
   for (int q = 0; q < b.nbond; ++q) {
@@ -80,8 +80,7 @@ Status contact_depth(Problem& p)
     const double gap = p.st.np1.slip[q * p.m.dim] / p.pairs.size[q],
                  before = p.pairs.gap[q] / p.pairs.size[q];
     if (gap > -TOO_DEEP && (gap > -ENTERED || before - gap < ENTERED)) continue;
-    p.worst = q;
-    return CONTACT_DEPTH;
+    return {CONTACT_DEPTH, AT_BOND, q};
   }
   return STATUS_OK;
 }
@@ -204,15 +203,15 @@ bool cut_helps(Status status)
 }
 
 // how often increments were cut before the run stopped, and why they are not cut again
-std::string cuts_text(const Problem& p, Status status)
+std::string cuts_text(const Problem& p, const Failure& f)
 {
-  if (status == INTERRUPTED) return "stopped";
+  if (f.status == INTERRUPTED) return "stopped";
   const StepLog& log = p.st.log;
   const Step& s      = p.m.step[log.step - 1];
   std::string text   = "stopped after " + std::to_string(log.cuts) + " cuts of this increment";
   if (p.st.clock.cuts != log.cuts) text += ", " + std::to_string(p.st.clock.cuts) + " in this step";
   char limit[80] = "";
-  if (p.note.compare(0, 4, "INC=") != 0 && cut_helps(status) && log.cuts < s.ctl.max_cut &&
+  if (f.note.compare(0, 4, "INC=") != 0 && cut_helps(f.status) && log.cuts < s.ctl.max_cut &&
       0.5 * p.st.clock.dt < s.dt_min)
     std::snprintf(limit, sizeof limit, "; half of dt = %g is less than dt min = %g", p.st.clock.dt, s.dt_min);
   return text + limit;
@@ -231,18 +230,18 @@ void check_ranks(const Problem& p)
              "the ranks have different numbers: run on machines of one kind");
 }
 
-Status interrupted(Problem& p, Output& out)
+Failure interrupted(Problem& p, Output& out)
 {
-  p.note = "signal " + std::to_string(interrupt_signal()) +
-           " has ended the run; the files are complete up to here";
+  std::string note = "signal " + std::to_string(interrupt_signal()) +
+                     " has ended the run; the files are complete up to here";
   out_restart(p.m, p.st, p.grid, true, out);
   if (p.m.restart.write)
-    p.note += ". mpfe --restart " + out.base + ".rst, or *RESTART, READ in the deck, continues it";
-  return INTERRUPTED;
+    note += ". mpfe --restart " + out.base + ".rst, or *RESTART, READ in the deck, continues it";
+  return {INTERRUPTED, note};
 }
 
 // within an increment: it is forgotten, and the run goes on with it
-Status interrupted_inside(Problem& p, const StepLog& done, const UndoPoint& undo, Output& out)
+Failure interrupted_inside(Problem& p, const StepLog& done, const UndoPoint& undo, Output& out)
 {
   if (p.fm.on) step_undo(p, undo);
   out_erosion_undo(out);
@@ -251,7 +250,7 @@ Status interrupted_inside(Problem& p, const StepLog& done, const UndoPoint& undo
 }
 
 // one step of the deck, in the order of doc/theory.md 6.5
-Status run_step(Problem& p, const Step& s, Output& out)
+Failure run_step(Problem& p, const Step& s, Output& out)
 {
   State& st = p.st;
   StepClock& clock = st.clock;
@@ -263,62 +262,60 @@ Status run_step(Problem& p, const Step& s, Output& out)
     if (step_signalled()) return interrupted(p, out);
     const StepLog done = st.log;
     st.log.cuts = 0;
-    if (++st.log.inc > s.max_inc) {
-      p.note = "INC=" + std::to_string(s.max_inc) +
-               " increments are used up before the end of the step: raise INC, or dt";
-      return NOT_CONVERGED;
-    }
+    if (++st.log.inc > s.max_inc)
+      return {NOT_CONVERGED, "INC=" + std::to_string(s.max_inc) +
+                                 " increments are used up before the end of the step: raise INC, or dt"};
     // 1., 2. grid, rows, pattern, mass
     const int cuts = clock.cuts;
     if (p.fm.on && s.proc == PROC_STATIC) step_undo_point(p, undo);
-    Status status = step_prepare(p, s);
-    if (status == STATUS_OK && st.log.inc == 1 && s.proc == PROC_DYNAMIC && scheme_of(s).acceleration)
-      status = step_initial_acceleration(p, s, 0.0);
+    Failure failure = step_prepare(p, s);
+    if (failure.ok() && st.log.inc == 1 && s.proc == PROC_DYNAMIC && scheme_of(s).acceleration)
+      failure = step_initial_acceleration(p, s, 0.0);
     // 3., 4., 5. attempts, each half as long as the one before
     double dt = clock_next(s, clock, stops);
     if (p.fm.on && s.proc == PROC_DYNAMIC) step_undo_point(p, undo);      // with the first acceleration
     clock.aim = 0.0;
     BreakWatch watch;
     watch.on = s.proc == PROC_STATIC && !s.direct;
-    while (status == STATUS_OK) {
+    while (failure.ok()) {
       const Ledger before = st.ledger;
       double shorter = 0.5 * dt;
-      status = step_increment(p, s, clock.t, dt);
+      failure = step_increment(p, s, clock.t, dt);
       const int iterations = st.log.iterations;
-      if (status == STATUS_OK) {
+      if (failure.ok()) {
         note_rate(s, dt, st);
         st.n      = st.np1;
         st.n.time = start + clock.t + dt;
         p.ready   = false;
-        if (p.fm.on) status = step_fracture(p, s, clock.t + dt, undo.state, watch, out);
+        if (p.fm.on) failure = step_fracture(p, s, clock.t + dt, undo.state, watch, out);
         else timer_skip(PHASE_FRACTURE);
-        if (status == CRITERION_EXCEEDED && !cut_to_break(p, s, watch, dt, clock, shorter)) {
+        if (failure.status == CRITERION_EXCEEDED && !cut_to_break(p, s, watch, dt, clock, shorter)) {
           watch.on = false;
-          status   = step_fracture(p, s, clock.t + dt, undo.state, watch, out);
+          failure  = step_fracture(p, s, clock.t + dt, undo.state, watch, out);
         }
         st.log.iterations = iterations;
       }
-      if (status == STATUS_OK || !cut_helps(status)) break;
-      const std::string why = step_explain(p, status);
+      if (failure.ok() || !cut_helps(failure.status)) break;
+      failure.note = step_explain(p, failure);       // in the words of the state that is undone
       const StepClock now = clock;
       if (p.fm.on) step_undo(p, undo);
       out_erosion_undo(out);
       clock     = now;
       st.ledger = before;
-      p.note    = why;                               // in the words of the state that is undone
-      if (step_prepare(p, s) != STATUS_OK) break;
-      if ((p.fm.on || !p.m.restart.write) && step_signalled()) status = INTERRUPTED;
-      if (status == INTERRUPTED) break;
+      if (!step_prepare(p, s).ok()) break;
+      if ((p.fm.on || !p.m.restart.write) && step_signalled()) failure = INTERRUPTED;
+      if (failure.status == INTERRUPTED) break;
       if (st.log.cuts >= s.ctl.max_cut || shorter < s.dt_min) break;
-      out_listing_cut(st.log.step, st.log.inc, start + clock.t, dt, shorter, status, why.c_str());
+      out_listing_cut(st.log.step, st.log.inc, start + clock.t, dt, shorter, failure.status,
+                        failure.note.c_str());
       ++st.log.cuts;
       clock.cuts = cuts + st.log.cuts;
       dt = shorter;
-      if (status != CRITERION_EXCEEDED) clock.dt = shorter;
-      status = STATUS_OK;
+      if (failure.status != CRITERION_EXCEEDED) clock.dt = shorter;
+      failure = STATUS_OK;
     }
-    if (status == INTERRUPTED) return interrupted_inside(p, done, undo, out);
-    if (status != STATUS_OK) return status;
+    if (failure.status == INTERRUPTED) return interrupted_inside(p, done, undo, out);
+    if (!failure.ok()) return failure;
     // 6. write
     if (clock.most == 0.0 && !st.eroded.empty()) clock.most = clock.dt;
     clock_accept(s, dt, st.log.iterations, clock);
@@ -413,7 +410,7 @@ void extrapolate(const Problem& p, double dt, Attempt& a)
 // energies at the start need the mass of the first step
 void open_ledger(Problem& p)
 {
-  if (step_prepare(p, p.m.step.front()) != STATUS_OK) return;
+  if (!step_prepare(p, p.m.step.front()).ok()) return;
   ledger_update(p, p.st.n, p.m.step.front().nlgeom);
   Ledger& g = p.st.ledger;
   g.total0  = g.kinetic + g.strain + g.bond;
@@ -454,7 +451,7 @@ bool step_signalled()
   return number != 0;
 }
 
-Status step_increment(Problem& p, const Step& s, double t0, double dt)
+Failure step_increment(Problem& p, const Step& s, double t0, double dt)
 {
   State& st = p.st;
   const double total0 = st.n.time;
@@ -465,48 +462,48 @@ Status step_increment(Problem& p, const Step& s, double t0, double dt)
   if (p.fm.on) frac_degrade(p.m, s, p.fm, st.frac, st.n, dt, st.np1);
   // in motion a multiplier of the step before would push a contact that opens: energy from nothing (4.2)
   if (s.proc == PROC_DYNAMIC) std::fill(st.np1.lambda_n.begin(), st.np1.lambda_n.end(), 0.0);
-  p.note.clear();
   // of this attempt: an error before the first one tells so
   st.log.iterations = 0;
   st.log.residual   = 0.0;
   a.du.assign(p.dofs.neq(), 0.0);
-  Status status = dof_constrain(p, s, a.t0, a.t1);
-  if (status == STATUS_OK && !mid) status = assem_loads(p, s, a.t0, a.total0, 0.0, a.fext0);
-  if (status == STATUS_OK && s.proc == PROC_DYNAMIC) status = step_inertia_begin(p, a);
-  if (status == BAD_VALUE) return status;
+  Failure failure = dof_constrain(p, s, a.t0, a.t1);
+  if (failure.ok() && !mid) failure = assem_loads(p, s, a.t0, a.total0, 0.0, a.fext0);
+  if (failure.ok() && s.proc == PROC_DYNAMIC) failure = step_inertia_begin(p, a);
+  if (failure.status == BAD_VALUE) return failure;
   if (dt > 0.0 && s.proc == PROC_STATIC) extrapolate(p, dt, a);
   const bool guessed = !a.guess.empty();
-  if (status == STATUS_OK) status = step_newton(p, a);
-  if (status != STATUS_OK && status != BAD_VALUE && guessed) {
+  if (failure.ok()) failure = step_newton(p, a);
+  if (!failure.ok() && failure.status != BAD_VALUE && guessed) {
     a.du.assign(p.dofs.neq(), 0.0);
     a.guess.clear();
-    status = step_newton(p, a);
+    failure = step_newton(p, a);
   }
-  if (status == STATUS_OK && st.bonds.nbond) status = augment(p, a);
-  if (status == STATUS_OK && p.pairs.near) status = contact_depth(p);
-  if (status == STATUS_OK) step_finish(p, a);
-  if (status == STATUS_OK && !std::isfinite(st.ledger.balance)) status = BAD_NUMBER;
-  return status;
+  if (failure.ok() && st.bonds.nbond) failure = augment(p, a);
+  if (failure.ok() && p.pairs.near) failure = contact_depth(p);
+  if (failure.ok()) step_finish(p, a);
+  if (failure.ok() && !std::isfinite(st.ledger.balance)) failure = BAD_NUMBER;
+  return failure;
 }
 
 int step_run(Problem& p, Archive& f, Output& out)
 {
   if (comm_most(f.reading ? continue_run(p, f, out) : begin_run(p, out))) return EXIT_DECK;
-  Status status = STATUS_OK;
+  Failure failure;
   const size_t first = f.reading ? p.st.log.step - 1 : 0;
-  for (size_t k = first; k < p.m.step.size() && status == STATUS_OK; ++k) {
+  for (size_t k = first; k < p.m.step.size() && failure.ok(); ++k) {
     p.st.log.step = static_cast<int>(k) + 1;
     out_step_begin(p.m, static_cast<int>(k), out);
     if (!f.reading || k > first) {
       begin_step(p, p.m.step[k]);
       step_missed(p, p.m.step[k], mode_of(p.m.step[k]).mid);
     }
-    status = run_step(p, p.m.step[k], out);
+    failure = run_step(p, p.m.step[k], out);
     out_step_end(p.m, p.st, out);
   }
-  if (status != STATUS_OK)
+  const Status status = failure.status;
+  if (!failure.ok())
     log_error("step %d, increment %d, time %.8g: %s. %s", p.st.log.step, p.st.log.inc, p.st.n.time,
-              cuts_text(p, status).c_str(), step_explain(p, status).c_str());
+              cuts_text(p, failure).c_str(), step_explain(p, failure).c_str());
   const bool unbalanced = status == STATUS_OK && balance_failed(p);
   if (!unbalanced) warn_balance(p);
   load_of_ranks(p, out.ranks);

@@ -1,0 +1,26 @@
+// ---------------------------------------------------------------------------
+// failure.h : the outcome of a routine of the physics: a status, where it failed, and why
+// ---------------------------------------------------------------------------
+#ifndef MPFE_BASE_FAILURE_H
+#define MPFE_BASE_FAILURE_H
+
+#include <utility>
+
+#include "base/types.h"
+
+enum FailureAt { AT_NOTHING, AT_ELEMENT, AT_POINT, AT_CORNER, AT_BOND };
+
+// Returned by value; a good one costs nothing. step_explain puts it into words.
+struct Failure {
+  Status status = STATUS_OK;
+  FailureAt at  = AT_NOTHING;
+  int index     = -1;          // element, point, corner or bond
+  std::string note;            // the reason, when status and place do not say it
+
+  Failure(Status s = STATUS_OK) : status(s) {}
+  Failure(Status s, FailureAt where, int which) : status(s), at(where), index(which) {}
+  Failure(Status s, std::string why) : status(s), note(std::move(why)) {}
+  bool ok() const { return status == STATUS_OK; }
+};
+
+#endif
