@@ -108,8 +108,8 @@ int check_only(Problem& p)
 {
   if (failed(step_open(p))) return EXIT_DECK;
   Output out;
-  if (failed(history_setup(p.m, p.el, p.st, out))) return EXIT_DECK;
-  if (comm_rank() == 0) out_model_summary(stdout, p.m, p.el, p.st.points, p.st.bonds);
+  if (failed(history_setup(p.m, p.d.el, p.st, out))) return EXIT_DECK;
+  if (comm_rank() == 0) out_model_summary(stdout, p.m, p.d.el, p.st.points, p.st.bonds);
   return EXIT_GOOD;
 }
 
@@ -156,7 +156,7 @@ int run(const Options& o)
   if (!taken.empty()) log_warn("%s", taken.c_str());
   if (failed(step_open(problem))) return EXIT_DECK;
   const int code = step_run(problem, restart, out);
-  solve_close(problem.solver);
+  solve_close(problem.newton.solver);
   return code;
 }
 

@@ -8,19 +8,38 @@
 
 #include "dof/dof.h"
 
-// assem_move : places and displacements at t(n+1) from the increment du: writes st.np1.u, uc, slip. BAD_VALUE
-Failure assem_move(Problem& p, const RealVec& du, double t_step0, double t_step1);
+// What an increment du moves and no level of the state holds
+struct Jumps {
+  RealVec contact;             // [nbond*dim] relative displacement of contact bonds over the step
+  // [nghost*dim] jump of the gradient of du at the ghost faces, times the size of a cell
+  RealVec ghost;
+};
 
-// assem_internal : fint [neq] of elements, points and bonds for the two levels of the state
+// assem_move : places and displacements at t(n+1) from the increment du: writes st.np1.u, uc, slip
+// and the jumps. BAD_VALUE
+Failure assem_move(const Model& m, const ActiveGrid& grid, const Dofs& dofs, const RealVec& du,
+                   double t_step0, double t_step1, State& st, Jumps& j);
+
+// assem_internal : fint [neq] of elements, points and bonds for the two levels of the state;
+// writes gap, friction and multiplier of contact into st.np1
 //   BAD_JACOBIAN: with the element or point
-Failure assem_internal(Problem& p, const KernelMode& mode, RealVec& fint);
+Failure assem_internal(const Model& m, const Discretisation& d, const Dofs& dofs, const KernelMode& mode,
+                       const Jumps& j, State& st, RealVec& fint);
 
-// assem_loads : fext [neq] at a time; followers act on the places of n (s = 0) ... n+1 (s = 1). BAD_VALUE
-Failure assem_loads(Problem& p, const Step& step, double t_step, double t_total, double s, RealVec& fext);
+// When loads are taken: times of the step and of the run; followers act on places between t(n), s = 0, and
+// t(n+1), s = 1
+struct LoadTime {
+  double step, total, s;
+};
+
+// assem_loads : fext [neq] of a step at a time. BAD_VALUE
+Failure assem_loads(const Model& m, const Discretisation& d, const Dofs& dofs, const State& st,
+                    const Step& step, const LoadTime& at, Warned& warned, RealVec& fext);
 bool assem_has_followers(const Step& step);
 
 // assem_tangent : A = K + cM M (all dofs, also the fixed ones)
-void assem_tangent(Problem& p, const KernelMode& mode, double cM);
+void assem_tangent(const Model& m, const Discretisation& d, const State& st, const KernelMode& mode,
+                   double cM, const Jumps& j, Dofs& s);
 
 // assem_constrain : f -= A(:, fixed) x(fixed), then rows and columns of fixed dofs become those of a diagonal
 // matrix, and f(fixed) = 0: a solution that knows nothing of x, which is added afterwards; diagonal [neq] of
@@ -28,7 +47,7 @@ void assem_tangent(Problem& p, const KernelMode& mode, double cM);
 void assem_constrain(Dofs& s, const RealVec& diagonal, const RealVec& x, RealVec& f);
 
 // assem_mass : Dofs::M, unless it is that of the pattern of now and no points move            (3.12), (3.16)
-void assem_mass(Problem& p);
+void assem_mass(const Points& pts, const Discretisation& d, Dofs& s);
 
 // mass_multiply : y = M x; mass_part : with what this rank has of M, mass_elements : of the M of elements
 void mass_elements(const Dofs& s, const RealVec& x, RealVec& y);
@@ -47,18 +66,20 @@ int mass_solve(const Dofs& s, int first, int guess, const RealVec& f, RealVec& x
 int mass_solve_tied(const Dofs& s, const RealVec& f, RealVec& x);
 
 // point_momentum : adds p_v = sum_cd N_v(x_c) m_cd v_d of the points of this rank to out [neq]
-void point_momentum(const Problem& p, const RealVec& vc, RealVec& out);
+void point_momentum(const Points& pts, const ActiveGrid& grid, const Dofs& s, const RealVec& vc,
+                    RealVec& out);
 
 // assem_scatter_corners : forces on corners fc [ncorner*dim] go to the grid with the weights of the corners
-void assem_scatter_corners(const Problem& p, const RealVec& fc, RealVec& f);
+void assem_scatter_corners(const ActiveGrid& grid, const Dofs& dofs, const RealVec& fc, RealVec& f);
 
 // assem_gather_corners : after_c = before_c + sum_v N_v(x_c) x_v, x [neq] of the system, before and after
 // [ncorner*dim]
-void assem_gather_corners(const Problem& p, const RealVec& x, const RealVec& before, RealVec& after);
+void assem_gather_corners(const ActiveGrid& grid, const Dofs& dofs, const RealVec& x, const RealVec& before,
+                          RealVec& after);
 
 // assem_ghost_jump : of x [neq] at the ghost faces: jump of the gradient normal to the face, times the size
 // of a cell
 //   [nghost*dim]                                                              doc/theory.md (3.16)
-void assem_ghost_jump(const Problem& p, const RealVec& x, RealVec& jump);
+void assem_ghost_jump(const ActiveGrid& grid, const Dofs& dofs, const RealVec& x, RealVec& jump);
 
 #endif

@@ -33,166 +33,171 @@ void gather_corners(const ActiveGrid& g, const double* x, const double* before, 
   }
 }
 
-void move_nodes(Problem& p, const RealVec& du)
+void move_nodes(const Dofs& dofs, const RealVec& du, State& st)
 {
-  const int dim = p.m.dim;
-  const Level& n = p.st.n;
-  for (int r = 0; r < p.dofs.nfe; ++r) {
-    const int node = p.dofs.node_of_row[r];
-    for (int i = 0; i < dim; ++i) p.st.np1.u[node * dim + i] = n.u[node * dim + i] + du[r * dim + i];
+  const int dim = dofs.dim;
+  const Level& n = st.n;
+  for (int r = 0; r < dofs.nfe; ++r) {
+    const int node = dofs.node_of_row[r];
+    for (int i = 0; i < dim; ++i) st.np1.u[node * dim + i] = n.u[node * dim + i] + du[r * dim + i];
   }
 }
 
 // BAD_VALUE when the motion g of the ground under bond b is no finite number
-Failure check_ground(const Problem& p, int b, const double* g, double time)
+Failure check_ground(const Model& m, const Bonds& bonds, int b, const double* g, double time)
 {
-  const BondDef& d = p.m.bond[p.st.bonds.def[b]];
-  for (int i = 0; i < p.m.dim; ++i) {
+  const BondDef& d = m.bond[bonds.def[b]];
+  for (int i = 0; i < m.dim; ++i) {
     if (std::isfinite(g[i])) continue;
-    return {BAD_VALUE, value_text(p.m, "BOND", d.place, d.motion[i], d.amplitude,
-                                  "the ground of bond " + d.name, &p.st.bonds.X[3 * b], time)};
+    return {BAD_VALUE, value_text(m, "BOND", d.place, d.motion[i], d.amplitude,
+                                  "the ground of bond " + d.name, &bonds.X[3 * b], time)};
   }
   return STATUS_OK;
 }
 
-Failure move_bonds(Problem& p, const RealVec& du, double t0, double t1)
+Failure move_bonds(const Model& m, const Dofs& dofs, const RealVec& du, double t0, double t1, State& st,
+                   Jumps& j)
 {
-  const int dim = p.m.dim;
-  const double total0 = p.st.n.time, total1 = p.st.n.time + (t1 - t0);
-  for (int b = 0; b < p.st.bonds.nbond; ++b) {
+  const int dim = m.dim;
+  j.contact.resize(static_cast<size_t>(st.bonds.nbond) * dim);
+  const double total0 = st.n.time, total1 = st.n.time + (t1 - t0);
+  for (int b = 0; b < st.bonds.nbond; ++b) {
     double s[3] = {0, 0, 0}, g0[3], g1[3];
-    for (int k = p.dofs.bond.off[b]; k < p.dofs.bond.off[b + 1]; ++k)
-      for (int i = 0; i < dim; ++i) s[i] += p.dofs.bond_w[k] * du[p.dofs.bond.item[k] * dim + i];
+    for (int k = dofs.bond.off[b]; k < dofs.bond.off[b + 1]; ++k)
+      for (int i = 0; i < dim; ++i) s[i] += dofs.bond_w[k] * du[dofs.bond.item[k] * dim + i];
     // contact: jump over the step, the gap is made with the force
-    if (p.st.bonds.field[b] == SIDE_CONTACT) {
-      for (int i = 0; i < dim; ++i) p.contact_s[b * dim + i] = s[i];
+    if (st.bonds.field[b] == SIDE_CONTACT) {
+      for (int i = 0; i < dim; ++i) j.contact[b * dim + i] = s[i];
       continue;
     }
-    if (p.st.bonds.field[b] == SIDE_GROUND) {
-      bond_ground_motion(p.m, p.st.bonds, b, t0, total0, g0);
-      bond_ground_motion(p.m, p.st.bonds, b, t1, total1, g1);
-      Failure failure = check_ground(p, b, g0, total0);
-      if (failure.ok()) failure = check_ground(p, b, g1, total1);
+    if (st.bonds.field[b] == SIDE_GROUND) {
+      bond_ground_motion(m, st.bonds, b, t0, total0, g0);
+      bond_ground_motion(m, st.bonds, b, t1, total1, g1);
+      Failure failure = check_ground(m, st.bonds, b, g0, total0);
+      if (failure.ok()) failure = check_ground(m, st.bonds, b, g1, total1);
       if (!failure.ok()) return failure;
       for (int i = 0; i < dim; ++i) s[i] -= g1[i] - g0[i];
     }
-    for (int i = 0; i < dim; ++i) p.st.np1.slip[b * dim + i] = p.st.n.slip[b * dim + i] + s[i];
+    for (int i = 0; i < dim; ++i) st.np1.slip[b * dim + i] = st.n.slip[b * dim + i] + s[i];
   }
   return STATUS_OK;
 }
 
 // adds the force re of an element; its numbers lie STRIDE apart
 template <int STRIDE = 1>
-inline void add_force(const Dofs& s, const int* node, int nen, int dim, const double* re, RealVec& fint)
+inline void add_force(const Dofs& dofs, const int* node, int nen, int dim, const double* re, RealVec& fint)
 {
   for (int a = 0; a < nen; ++a) {
-    double* f = &fint[s.row_of_node[node[a]] * dim];
+    double* f = &fint[dofs.row_of_node[node[a]] * dim];
     for (int i = 0; i < dim; ++i) f[i] += re[(a * dim + i) * STRIDE];
   }
 }
 
-Failure add_pack(Problem& p, const KernelMode& mode, const ElemBlock& b, ElemFormPack form, PackList& w,
-                 RealVec& fint)
+Failure add_pack(const Mesh& mesh, const State& st, const Dofs& dofs, const KernelMode& mode,
+                 const ElemBlock& b, ElemFormPack form, PackList& w, RealVec& fint)
 {
   if (w.n == 0) return STATUS_OK;
-  const int dim = p.m.dim, nen = shape_info[b.shape].nen, n = w.n;
+  const int dim = dofs.dim, nen = shape_info[b.shape].nen, n = w.n;
   alignas(Pack) double u0[24 * PACK], u1[24 * PACK], re[24 * PACK];
   unsigned bad;
   w.fill();
-  if (mode_reads_old(mode, b.law)) elem_ends_pack(p.st.n.u, p.m.mesh, b, w.slot, nen, dim, u0);
-  elem_ends_pack(p.st.np1.u, p.m.mesh, b, w.slot, nen, dim, u1);
+  if (mode_reads_old(mode, b.law)) elem_ends_pack(st.n.u, mesh, b, w.slot, nen, dim, u0);
+  elem_ends_pack(st.np1.u, mesh, b, w.slot, nen, dim, u1);
   const Status status = form(b, w.slot, mode, u0, u1, re, nullptr, bad);
   for (int l = 0; l < n; ++l)
-    add_force<PACK>(p.dofs, p.m.mesh.conn.begin(b.elem[w.slot[l]]), nen, dim, re + l, fint);
+    add_force<PACK>(dofs, mesh.conn.begin(b.elem[w.slot[l]]), nen, dim, re + l, fint);
   w.n = 0;
   if (status == STATUS_OK) return STATUS_OK;
   return {BAD_JACOBIAN, AT_ELEMENT, b.elem[w.slot[__builtin_ctz(bad)]]};
 }
 
-Failure add_elements(Problem& p, const KernelMode& mode, RealVec& fint)
+Failure add_elements(const Model& m, const Elements& el, const State& st, const Dofs& dofs,
+                     const KernelMode& mode, RealVec& fint)
 {
-  const Mesh& mesh = p.m.mesh;
-  const int dim    = p.m.dim;
+  const Mesh& mesh = m.mesh;
+  const int dim    = m.dim;
   Failure failure;             // the last one
   double u0[24], u1[24], re[24];
-  for (const ElemBlock& b : p.el.block) {
+  for (const ElemBlock& b : el.block) {
     const ShapeInfo& info   = shape_info[b.shape];
     const ElemForm form     = elem_form(b);
     const ElemFormPack pack = elem_form_pack(b);
     PackList w;
     for (int slot : elem_mine(b)) {
       const int e = b.elem[slot], *node = mesh.conn.begin(e);
-      const bool intact = p.el.broken(e) < 0;
+      const bool intact = el.broken(e) < 0;
       if (intact && pack) {
         if (!w.add(slot)) continue;
-        const Failure f = add_pack(p, mode, b, pack, w, fint);
+        const Failure f = add_pack(mesh, st, dofs, mode, b, pack, w, fint);
         if (!f.ok()) failure = f;
       } else {
-        elem_ends(p.st, node, info.nen, dim, u0, u1);
+        elem_ends(st, node, info.nen, dim, u0, u1);
         if (!intact)
           elem_form_broken(b, slot,
-                           elem_broken_law(p.m, p.el, e, degr_of_step(p.st.n, p.st.np1, mode.mid, e)), mode,
+                           elem_broken_law(m, el, e, degr_of_step(st.n, st.np1, mode.mid, e)), mode,
                            u0, u1, re, nullptr);
         else if (form(b, slot, mode, u0, u1, re, nullptr) != STATUS_OK)
           failure = {BAD_JACOBIAN, AT_ELEMENT, e};
-        add_force(p.dofs, node, info.nen, dim, re, fint);
+        add_force(dofs, node, info.nen, dim, re, fint);
       }
     }
-    const Failure f = add_pack(p, mode, b, pack, w, fint);
+    const Failure f = add_pack(mesh, st, dofs, mode, b, pack, w, fint);
     if (!f.ok()) failure = f;
   }
   return failure;
 }
 
 // a contact bond that meets a face; the state at t(n+1) gets gap and friction, on all ranks
-void add_contact(Problem& p, const KernelMode& mode, int b, RealVec& fint)
+void add_contact(const Model& m, const ContactPairs& pairs, const Dofs& dofs, const KernelMode& mode,
+                 const Jumps& j, int b, State& st, RealVec& fint)
 {
-  const int dim = p.m.dim;
+  const int dim = m.dim;
   double f[3], t1[3] = {0, 0, 0}, slipped = 0.0, gap = 1e300;
-  if (p.pairs.master.count(b)) {
-    gap = contact_force(p.m, p.st.bonds, p.pairs, b, mode, &p.contact_s[b * dim], &p.st.n.lambda[b * dim],
-                        p.st.np1.lambda_n[b], f, nullptr, t1, &slipped);
-    for (int k = p.dofs.bond.off[b]; k < p.dofs.bond.off[b + 1] && p.dofs.bond_is_mine[b]; ++k)
-      for (int i = 0; i < dim; ++i) fint[p.dofs.bond.item[k] * dim + i] += p.dofs.bond_w[k] * f[i];
+  if (pairs.master.count(b)) {
+    gap = contact_force(m, st.bonds, pairs, b, mode, &j.contact[b * dim], &st.n.lambda[b * dim],
+                        st.np1.lambda_n[b], f, nullptr, t1, &slipped);
+    for (int k = dofs.bond.off[b]; k < dofs.bond.off[b + 1] && dofs.bond_is_mine[b]; ++k)
+      for (int i = 0; i < dim; ++i) fint[dofs.bond.item[k] * dim + i] += dofs.bond_w[k] * f[i];
   } else {
-    p.st.np1.lambda_n[b] = 0.0;
+    st.np1.lambda_n[b] = 0.0;
   }
-  p.st.np1.slip[b * dim] = gap;
-  for (int i = 0; i < dim; ++i) p.st.np1.lambda[b * dim + i] = t1[i];
+  st.np1.slip[b * dim] = gap;
+  for (int i = 0; i < dim; ++i) st.np1.lambda[b * dim + i] = t1[i];
 }
 
 // f = lambda + C s, s mixed as the stress                                          (4.2)
-void add_bonds(Problem& p, const KernelMode& mode, RealVec& fint)
+void add_bonds(const Model& m, const ContactPairs& pairs, const Dofs& dofs, const KernelMode& mode,
+               const Jumps& jumps, State& st, RealVec& fint)
 {
-  const int dim = p.m.dim;
+  const int dim = m.dim;
   double C[9], s[3];
-  for (int b = 0; b < p.st.bonds.nbond; ++b) {
-    if (p.st.bonds.field[b] == SIDE_CONTACT) {
-      add_contact(p, mode, b, fint);
+  for (int b = 0; b < st.bonds.nbond; ++b) {
+    if (st.bonds.field[b] == SIDE_CONTACT) {
+      add_contact(m, pairs, dofs, mode, jumps, b, st, fint);
       continue;
     }
-    if (!p.dofs.bond_is_mine[b]) continue;
-    bond_stiffness(p.st.bonds, dim, b, C);
+    if (!dofs.bond_is_mine[b]) continue;
+    bond_stiffness(st.bonds, dim, b, C);
     for (int i = 0; i < dim; ++i)
-      s[i] = mode.s_new * p.st.np1.slip[b * dim + i] + mode.s_old * p.st.n.slip[b * dim + i];
+      s[i] = mode.s_new * st.np1.slip[b * dim + i] + mode.s_old * st.n.slip[b * dim + i];
     for (int i = 0; i < dim; ++i) {
-      double f = p.st.np1.lambda[b * dim + i];
+      double f = st.np1.lambda[b * dim + i];
       for (int j = 0; j < dim; ++j) f += C[i * dim + j] * s[j];
-      for (int k = p.dofs.bond.off[b]; k < p.dofs.bond.off[b + 1]; ++k)
-        fint[p.dofs.bond.item[k] * dim + i] += p.dofs.bond_w[k] * f;
+      for (int k = dofs.bond.off[b]; k < dofs.bond.off[b + 1]; ++k)
+        fint[dofs.bond.item[k] * dim + i] += dofs.bond_w[k] * f;
     }
   }
 }
 
-void add_ghosts(Problem& p, RealVec& fint)
+void add_ghosts(const ActiveGrid& grid, const Dofs& dofs, const Jumps& j, RealVec& fint)
 {
-  const int dim      = p.m.dim;
-  const ListTable& t = p.grid.ghost;
-  for (int q : p.dofs.my_ghost)
+  const int dim      = dofs.dim;
+  const ListTable& t = grid.ghost;
+  for (int q : dofs.my_ghost)
     for (int k = t.off[q]; k < t.off[q + 1]; ++k)
       for (int i = 0; i < dim; ++i)
-        fint[(p.dofs.nfe + t.item[k]) * dim + i] += p.grid.ghost_k[q] * p.grid.ghost_w[k] *
-                                                   p.ghost_s[q * dim + i];
+        fint[(dofs.nfe + t.item[k]) * dim + i] += grid.ghost_k[q] * grid.ghost_w[k] *
+                                                   j.ghost[q * dim + i];
 }
 
 // sum over the ranks, and a failure that all agree on: that of the highest point or element
@@ -213,50 +218,51 @@ Failure sum_force(const SysMatrix& A, const Failure& failure, RealVec& fint)
 
 // the place of a kinematic point between t(n) (s = 0) and t(n+1) (s = 1)
 struct Follower {
-  const Problem& p;
+  const Model& m;
+  const State& st;
   bool body;
   double s;
   bool follow;
   void reference(int n, double* X) const
   {
     for (int i = 0; i < 3; ++i)
-      X[i] = !body ? p.m.mesh.X[3 * n + i] : i < p.m.dim ? p.st.points.Xc[n * p.m.dim + i] : 0.0;
+      X[i] = !body ? m.mesh.X[3 * n + i] : i < m.dim ? st.points.Xc[n * m.dim + i] : 0.0;
   }
   void place(int n, double* x) const
   {
-    const int dim = p.m.dim;
+    const int dim = m.dim;
     reference(n, x);
     if (!follow) return;
     for (int i = 0; i < dim; ++i)
-      x[i] += body ? (1.0 - s) * p.st.n.uc[n * dim + i] + s * p.st.np1.uc[n * dim + i]
-                   : (1.0 - s) * p.st.n.u[n * dim + i] + s * p.st.np1.u[n * dim + i];
+      x[i] += body ? (1.0 - s) * st.n.uc[n * dim + i] + s * st.np1.uc[n * dim + i]
+                   : (1.0 - s) * st.n.u[n * dim + i] + s * st.np1.u[n * dim + i];
   }
 };
 
 // the value of a load at X; BAD_VALUE: name() says which node, face or element it is
 template <class Name>
-inline Failure value_here(const Problem& p, const Step& step, const Load& l, const double* X, double t_step,
-                          double t_total, Name name, double& value)
+inline Failure value_here(const Model& m, const Step& step, const Load& l, const double* X,
+                          const LoadTime& at, Name name, double& value)
 {
-  value = load_value(p.m, step, l, X, t_step, t_total);
+  value = load_value(m, step, l, X, at.step, at.total);
   if (std::isfinite(value)) return STATUS_OK;
-  const double time = l.hold < 0.0 ? t_total : l.hold;
-  return {BAD_VALUE, value_text(p.m, l.keyword, l.place, l.value, l.amplitude, name(), X, time)};
+  const double time = l.hold < 0.0 ? at.total : l.hold;
+  return {BAD_VALUE, value_text(m, l.keyword, l.place, l.value, l.amplitude, name(), X, time)};
 }
 
 // the face q, of an element or a point (body), in the user's words
-std::string face_name(const Problem& p, bool body, const Face& q)
+std::string face_name(const Mesh& mesh, const Points& pts, bool body, const Face& q)
 {
-  const int label = body ? p.st.points.label[q.elem] : p.m.mesh.elem_label[q.elem];
+  const int label = body ? pts.label[q.elem] : mesh.elem_label[q.elem];
   const char* const owner = body ? " of material point " : " of element ";
   return "face " + std::to_string(q.face + 1) + owner + std::to_string(label);
 }
 
 // one face under pressure (on the place of now) or traction (dead, on the area of t = 0)
-Failure face_load(const Problem& p, const Follower& f, const Face& q, const Step& step, const Load& l,
-                  int nen, const int* node, double thickness, double t_step, double t_total, RealVec& out)
+Failure face_load(const Follower& f, const Face& q, const Step& step, const Load& l, int nen, const int* node,
+                  double thickness, const LoadTime& at, RealVec& out)
 {
-  const Model& m       = f.p.m;
+  const Model& m       = f.m;
   const FaceRule& rule = face_rule(nen);
   double X[12], x[12], N[4], n[3];
   for (int k = 0; k < nen; ++k) {
@@ -264,13 +270,13 @@ Failure face_load(const Problem& p, const Follower& f, const Face& q, const Step
     f.place(node[k], x + 3 * k);
   }
   for (int g = 0; g < rule.n; ++g) {
-    double at[3] = {0, 0, 0}, force[3];
+    double xg[3] = {0, 0, 0}, force[3];
     face_eval(nen, rule.xi[g], N, nullptr);
     for (int k = 0; k < nen; ++k)
-      for (int i = 0; i < 3; ++i) at[i] += N[k] * X[3 * k + i];
+      for (int i = 0; i < 3; ++i) xg[i] += N[k] * X[3 * k + i];
     double value;
-    const auto name = [&] { return face_name(p, f.body, q); };
-    const Failure failure = value_here(p, step, l, at, t_step, t_total, name, value);
+    const auto name = [&] { return face_name(m.mesh, f.st.points, f.body, q); };
+    const Failure failure = value_here(m, step, l, xg, at, name, value);
     if (!failure.ok()) return failure;
     value *= rule.w[g] * thickness;
     const double dA    = face_area(nen, l.kind == LOAD_PRESSURE ? x : X, rule.xi[g], n);
@@ -282,35 +288,34 @@ Failure face_load(const Problem& p, const Follower& f, const Face& q, const Step
 }
 
 // faces of finite elements, or of points (body)
-Failure faces_load(const Problem& p, const Step& step, const Load& l, bool body,
-                   const std::vector<Face>& face, double t_step, double t_total, double s, RealVec& out)
+Failure faces_load(const Model& m, const Discretisation& d, const State& st, const Step& step, const Load& l,
+                   bool body, const std::vector<Face>& face, const LoadTime& at, RealVec& out)
 {
-  const Model& m = p.m;
-  const Follower f{p, body, s, step.nlgeom};
+  const Follower f{m, st, body, at.s, step.nlgeom};
   for (const Face& q : face) {
-    const Shape shape = body ? static_cast<Shape>(p.st.points.shape[q.elem])
+    const Shape shape = body ? static_cast<Shape>(st.points.shape[q.elem])
                              : elem_table[m.mesh.elem_type[q.elem]].shape;
-    const int* conn   = body ? p.st.points.conn.begin(q.elem) : m.mesh.conn.begin(q.elem);
+    const int* conn   = body ? st.points.conn.begin(q.elem) : m.mesh.conn.begin(q.elem);
     const int nen     = shape_info[shape].nfnode[q.face];
     int node[4];
     for (int k = 0; k < nen; ++k) node[k] = conn[shape_info[shape].face[q.face][k]];
-    if (!body && p.el.block_of[q.elem] < 0) continue;     // no element any more
-    const double t = m.dim == 3 ? 1.0 : body ? m.body[p.st.points.body[q.elem]].thickness
-                                             : p.el.block[p.el.block_of[q.elem]].thickness;
-    const Failure failure = face_load(p, f, q, step, l, nen, node, t, t_step, t_total, out);
+    if (!body && d.el.block_of[q.elem] < 0) continue;     // no element any more
+    const double t = m.dim == 3 ? 1.0 : body ? m.body[st.points.body[q.elem]].thickness
+                                             : d.el.block[d.el.block_of[q.elem]].thickness;
+    const Failure failure = face_load(f, q, step, l, nen, node, t, at, out);
     if (!failure.ok()) return failure;
   }
   return STATUS_OK;
 }
 
 // of the faces of a body: not those that the surfaces of except have too, and of only those alone
-std::vector<Face> acting_faces(const Problem& p, const Load& l, const std::vector<Face>& face)
+std::vector<Face> acting_faces(const Points& pts, const Load& l, const std::vector<Face>& face)
 {
   std::set<std::pair<int, int>> except, only;
   for (int s : l.except)
-    for (const Face& f : p.st.points.surface[s]) except.insert({f.elem, f.face});
+    for (const Face& f : pts.surface[s]) except.insert({f.elem, f.face});
   for (int s : l.only)
-    for (const Face& f : p.st.points.surface[s]) only.insert({f.elem, f.face});
+    for (const Face& f : pts.surface[s]) only.insert({f.elem, f.face});
   std::vector<Face> out;
   for (const Face& f : face)
     if (!except.count({f.elem, f.face}) && (l.only.empty() || only.count({f.elem, f.face}))) out.push_back(f);
@@ -318,38 +323,37 @@ std::vector<Face> acting_faces(const Problem& p, const Load& l, const std::vecto
 }
 
 // faces of finite elements into fn [nnode*dim], faces of bodies into fc [ncorner*dim]
-Failure face_loads(const Problem& p, const Step& step, const Load& l, double t_step, double t_total, double s,
-                   RealVec& fn, RealVec& fc)
+Failure face_loads(const Model& m, const Discretisation& d, const State& st, const Step& step, const Load& l,
+                   const LoadTime& at, RealVec& fn, RealVec& fc)
 {
-  const Failure failure = faces_load(p, step, l, false, p.m.surface[l.surface].face, t_step, t_total, s, fn);
+  const Failure failure = faces_load(m, d, st, step, l, false, m.surface[l.surface].face, at, fn);
   if (!failure.ok()) return failure;
-  const std::vector<Face>& face = p.st.points.surface[l.surface];
-  if (l.except.empty() && l.only.empty()) return faces_load(p, step, l, true, face, t_step, t_total, s, fc);
-  return faces_load(p, step, l, true, acting_faces(p, l, face), t_step, t_total, s, fc);
+  const std::vector<Face>& face = st.points.surface[l.surface];
+  if (l.except.empty() && l.only.empty()) return faces_load(m, d, st, step, l, true, face, at, fc);
+  return faces_load(m, d, st, step, l, true, acting_faces(st.points, l, face), at, fc);
 }
 
-Failure body_loads(const Problem& p, const Step& step, const Load& l, double t_step, double t_total,
-                   RealVec& fn, RealVec& fc)
+Failure body_loads(const Model& m, const Discretisation& d, const State& st, const Step& step, const Load& l,
+                   const LoadTime& at, RealVec& fn, RealVec& fc)
 {
-  const Model& m = p.m;
   const int dim  = m.dim;
   IpFields ip;
   for (int e : l.elem) {
-    if (p.el.block_of[e] < 0) continue;
-    const ElemBlock& b    = p.el.block[p.el.block_of[e]];
+    if (d.el.block_of[e] < 0) continue;
+    const ElemBlock& b    = d.el.block[d.el.block_of[e]];
     const ShapeInfo& info = shape_info[b.shape];
     for (int g = 0; g < info.ngp; ++g) {
       double X[3], N[8], value;
-      const double dV = elem_gauss_place(m, p.el, e, g, X, N);
+      const double dV = elem_gauss_place(m, d.el, e, g, X, N);
       const auto name = [&] { return "element " + std::to_string(m.mesh.elem_label[e]); };
-      const Failure failure = value_here(p, step, l, X, t_step, t_total, name, value);
+      const Failure failure = value_here(m, step, l, X, at, name, value);
       if (!failure.ok()) return failure;
       const double w = dV * value * (l.per_mass ? b.density : 1.0);
       for (int a = 0; a < info.nen; ++a)
         for (int i = 0; i < dim; ++i) fn[m.mesh.conn.begin(e)[a] * dim + i] += w * N[a] * l.dir[i];
     }
   }
-  const Points& pts = p.st.points;
+  const Points& pts = st.points;
   for (int q = 0; q < pts.npoint; ++q) {
       const bool of_body = std::find(l.body.begin(), l.body.end(), pts.body[q]) != l.body.end();
       if (!of_body &&
@@ -360,7 +364,7 @@ Failure body_loads(const Problem& p, const Step& step, const Load& l, double t_s
         for (int i = 0; i < dim; ++i) X[i] += pts.w[k] * pts.Xc[pts.conn.item[k] * dim + i];
       double value;
       const auto name = [&] { return "material point " + std::to_string(pts.label[q]); };
-      const Failure failure = value_here(p, step, l, X, t_step, t_total, name, value);
+      const Failure failure = value_here(m, step, l, X, at, name, value);
       if (!failure.ok()) return failure;
       const double w = value * (l.per_mass ? pts.mass[q] : pts.V0[q]);
       for (int k = pts.conn.off[q]; k < pts.conn.off[q + 1]; ++k)
@@ -370,20 +374,20 @@ Failure body_loads(const Problem& p, const Step& step, const Load& l, double t_s
 }
 
 // at nodes, or at the corners of points that go on for them
-Failure node_loads(Problem& p, const Step& step, const Load& l, double t_step, double t_total, RealVec& fn,
-                   RealVec& fc)
+Failure node_loads(const Model& m, const IntVec& follow, const Step& step, const Load& l, const LoadTime& at,
+                   Warned& warned, RealVec& fn, RealVec& fc)
 {
   double value;
   for (int n : l.node) {
-    const auto name = [&] { return "node " + std::to_string(p.m.mesh.node_label[n]); };
-    const double* X = &p.m.mesh.X[3 * n];
-    const Failure failure = value_here(p, step, l, X, t_step, t_total, name, value);
+    const auto name = [&] { return "node " + std::to_string(m.mesh.node_label[n]); };
+    const double* X = &m.mesh.X[3 * n];
+    const Failure failure = value_here(m, step, l, X, at, name, value);
     if (!failure.ok()) return failure;
-    const int c = p.follow.empty() ? FOLLOW_ELEMENT : p.follow[n];
-    if (c >= 0) fc[c * p.m.dim + l.dof] += value;
-    else fn[n * p.m.dim + l.dof] += value;
+    const int c = follow.empty() ? FOLLOW_ELEMENT : follow[n];
+    if (c >= 0) fc[c * m.dim + l.dof] += value;
+    else fn[n * m.dim + l.dof] += value;
     if (c == FOLLOW_NONE)
-      tell_once(p, l.keyword, l.place, n, t_total,
+      warn_once(warned, m.mesh, l.keyword, l.place, n, at.total,
                 "its last element is gone and no corner of a point lies there; the load has ended");
   }
   return STATUS_OK;
@@ -391,55 +395,58 @@ Failure node_loads(Problem& p, const Step& step, const Load& l, double t_step, d
 
 }  // namespace
 
-void assem_scatter_corners(const Problem& p, const RealVec& fc, RealVec& f)
+void assem_scatter_corners(const ActiveGrid& grid, const Dofs& dofs, const RealVec& fc, RealVec& f)
 {
-  double* grid = f.data() + p.dofs.nfe * p.m.dim;
-  if (p.m.dim == 2) scatter_corners<2>(p.grid, fc.data(), grid);
-  else scatter_corners<3>(p.grid, fc.data(), grid);
+  double* rows = f.data() + dofs.nfe * dofs.dim;
+  if (dofs.dim == 2) scatter_corners<2>(grid, fc.data(), rows);
+  else scatter_corners<3>(grid, fc.data(), rows);
 }
 
-void assem_gather_corners(const Problem& p, const RealVec& x, const RealVec& before, RealVec& after)
+void assem_gather_corners(const ActiveGrid& grid, const Dofs& dofs, const RealVec& x, const RealVec& before,
+                          RealVec& after)
 {
-  const double* grid = x.data() + p.dofs.nfe * p.m.dim;
-  if (p.m.dim == 2) gather_corners<2>(p.grid, grid, before.data(), after.data());
-  else gather_corners<3>(p.grid, grid, before.data(), after.data());
+  const double* rows = x.data() + dofs.nfe * dofs.dim;
+  if (dofs.dim == 2) gather_corners<2>(grid, rows, before.data(), after.data());
+  else gather_corners<3>(grid, rows, before.data(), after.data());
 }
 
-void assem_ghost_jump(const Problem& p, const RealVec& x, RealVec& jump)
+void assem_ghost_jump(const ActiveGrid& grid, const Dofs& dofs, const RealVec& x, RealVec& jump)
 {
-  const int dim      = p.m.dim;
-  const ListTable& t = p.grid.ghost;
+  const int dim      = dofs.dim;
+  const ListTable& t = grid.ghost;
   jump.assign(static_cast<size_t>(t.size()) * dim, 0.0);
   for (int q = 0; q < t.size(); ++q)
     for (int k = t.off[q]; k < t.off[q + 1]; ++k)
       for (int i = 0; i < dim; ++i)
-        jump[q * dim + i] += p.grid.ghost_w[k] * x[(p.dofs.nfe + t.item[k]) * dim + i];
+        jump[q * dim + i] += grid.ghost_w[k] * x[(dofs.nfe + t.item[k]) * dim + i];
 }
 
-Failure assem_move(Problem& p, const RealVec& du, double t_step0, double t_step1)
+Failure assem_move(const Model& m, const ActiveGrid& grid, const Dofs& dofs, const RealVec& du,
+                   double t_step0, double t_step1, State& st, Jumps& j)
 {
-  move_nodes(p, du);
-  assem_gather_corners(p, du, p.st.n.uc, p.st.np1.uc);                             // (3.1)
-  assem_ghost_jump(p, du, p.ghost_s);
-  return move_bonds(p, du, t_step0, t_step1);
+  move_nodes(dofs, du, st);
+  assem_gather_corners(grid, dofs, du, st.n.uc, st.np1.uc);                             // (3.1)
+  assem_ghost_jump(grid, dofs, du, j.ghost);
+  return move_bonds(m, dofs, du, t_step0, t_step1, st, j);
 }
 
-Failure assem_internal(Problem& p, const KernelMode& mode, RealVec& fint)
+Failure assem_internal(const Model& m, const Discretisation& d, const Dofs& dofs, const KernelMode& mode,
+                       const Jumps& j, State& st, RealVec& fint)
 {
   Timer timer(PHASE_RESIDUAL);
-  fint.assign(p.dofs.neq(), 0.0);
-  Failure failure = add_elements(p, mode, fint);
-  if (p.st.points.npoint) {
-    RealVec fc(p.st.points.Xc.size(), 0.0);
+  fint.assign(dofs.neq(), 0.0);
+  Failure failure = add_elements(m, d.el, st, dofs, mode, fint);
+  if (st.points.npoint) {
+    RealVec fc(st.points.Xc.size(), 0.0);
     int worst = -1;
-    const Status s = point_corner_force(p.m, p.st.points, p.point_law, mode, p.st.n, p.st.np1,
-                                        p.dofs.my_point, fc, &worst);
+    const Status s = point_corner_force(m, st.points, d.point_law, mode, st.n, st.np1,
+                                        dofs.my_point, fc, &worst);
     if (s != STATUS_OK) failure = {s, AT_POINT, worst};
-    assem_scatter_corners(p, fc, fint);
+    assem_scatter_corners(d.grid, dofs, fc, fint);
   }
-  if (p.st.bonds.nbond) add_bonds(p, mode, fint);
-  add_ghosts(p, fint);
-  return comm_size() > 1 ? sum_force(p.dofs.A, failure, fint) : failure;
+  if (st.bonds.nbond) add_bonds(m, d.pairs, dofs, mode, j, st, fint);
+  add_ghosts(d.grid, dofs, j, fint);
+  return comm_size() > 1 ? sum_force(dofs.A, failure, fint) : failure;
 }
 
 bool assem_has_followers(const Step& step)
@@ -450,20 +457,21 @@ bool assem_has_followers(const Step& step)
   return false;
 }
 
-Failure assem_loads(Problem& p, const Step& step, double t_step, double t_total, double s, RealVec& fext)
+Failure assem_loads(const Model& m, const Discretisation& d, const Dofs& dofs, const State& st,
+                    const Step& step, const LoadTime& at, Warned& warned, RealVec& fext)
 {
-  const int dim = p.m.dim;
-  RealVec fn(static_cast<size_t>(p.m.mesh.nnode()) * dim, 0.0), fc(p.st.points.Xc.size(), 0.0);
+  const int dim = m.dim;
+  RealVec fn(static_cast<size_t>(m.mesh.nnode()) * dim, 0.0), fc(st.points.Xc.size(), 0.0);
   for (const Load& l : step.load) {
     Failure failure;
-    if (l.kind == LOAD_NODE) failure = node_loads(p, step, l, t_step, t_total, fn, fc);
-    else if (l.kind == LOAD_BODY) failure = body_loads(p, step, l, t_step, t_total, fn, fc);
-    else failure = face_loads(p, step, l, t_step, t_total, s, fn, fc);
+    if (l.kind == LOAD_NODE) failure = node_loads(m, d.follow, step, l, at, warned, fn, fc);
+    else if (l.kind == LOAD_BODY) failure = body_loads(m, d, st, step, l, at, fn, fc);
+    else failure = face_loads(m, d, st, step, l, at, fn, fc);
     if (!failure.ok()) return failure;
   }
-  fext.assign(p.dofs.neq(), 0.0);
-  for (int r = 0; r < p.dofs.nfe; ++r)
-    for (int i = 0; i < dim; ++i) fext[r * dim + i] = fn[p.dofs.node_of_row[r] * dim + i];
-  assem_scatter_corners(p, fc, fext);
+  fext.assign(dofs.neq(), 0.0);
+  for (int r = 0; r < dofs.nfe; ++r)
+    for (int i = 0; i < dim; ++i) fext[r * dim + i] = fn[dofs.node_of_row[r] * dim + i];
+  assem_scatter_corners(d.grid, dofs, fc, fext);
   return STATUS_OK;
 }

@@ -33,11 +33,8 @@ inline void add_domain(int corners, int n, int width, const double* mc, const do
 }
 
 // M_vw = sum_cd m_cd N_v(x_c) N_w(x_d) over the corners of each point                (3.12)
-void add_point_mass(Problem& p)
+void add_point_mass(const Points& pts, const ActiveGrid& g, Dofs& s)
 {
-  Dofs& s = p.dofs;
-  const ActiveGrid& g = p.grid;
-  const Points& pts   = p.st.points;
   RealVec N, mN;
   IntVec place(s.nrow);        // of a row among those of the point
   const double* mc = pts.mc.data();
@@ -63,24 +60,22 @@ void add_point_mass(Problem& p)
 }
 
 // ghost mass                                                                       (3.16)
-void add_ghost_mass(Problem& p)
+void add_ghost_mass(const ActiveGrid& grid, Dofs& s)
 {
-  Dofs& s = p.dofs;
   const size_t* at = s.ghost_map_off.data();
   for (int q : s.my_ghost) {
-    const int n = p.grid.ghost.count(q), *map = &s.ghost_map[*at++];
-    const double* w = &p.grid.ghost_w[p.grid.ghost.off[q]];
+    const int n = grid.ghost.count(q), *map = &s.ghost_map[*at++];
+    const double* w = &grid.ghost_w[grid.ghost.off[q]];
     for (int a = 0; a < n; ++a)
-      for (int b = 0; b <= a; ++b) s.M[*map++ / 2] += p.grid.ghost_m[q] * w[a] * w[b];
+      for (int b = 0; b <= a; ++b) s.M[*map++ / 2] += grid.ghost_m[q] * w[a] * w[b];
   }
 }
 
-void form_mass(Problem& p)
+void form_mass(const Points& pts, const Discretisation& d, Dofs& s)
 {
-  Dofs& s = p.dofs;
   s.M.assign(s.A.col.size(), 0.0);
   size_t at = 0;
-  for (const ElemBlock& b : p.el.block) {
+  for (const ElemBlock& b : d.el.block) {
     const int pairs = pair_count(shape_info[b.shape].nen);
     for (int slot : elem_mine(b)) {
       const double* me = elem_mass(b, slot);
@@ -89,8 +84,8 @@ void form_mass(Problem& p)
   }
   s.M_elem.clear();
   if (s.hung) s.M_elem = s.M;
-  add_point_mass(p);
-  add_ghost_mass(p);
+  add_point_mass(pts, d.grid, s);
+  add_ghost_mass(d.grid, s);
   s.M_diag.resize(s.nrow);
   for (int r = 0; r < s.nrow; ++r) s.M_diag[r] = s.M[s.A.off[r + 1] - 1];
   sys_sum(s.A, s.M_diag);
@@ -98,10 +93,9 @@ void form_mass(Problem& p)
 
 }  // namespace
 
-void assem_mass(Problem& p)
+void assem_mass(const Points& pts, const Discretisation& d, Dofs& s)
 {
-  const Dofs& s = p.dofs;
-  if (!p.st.points.npoint && s.M.size() == s.A.col.size()) return timer_skip(PHASE_MASS);
+  if (!pts.npoint && s.M.size() == s.A.col.size()) return timer_skip(PHASE_MASS);
   Timer timer(PHASE_MASS);
-  form_mass(p);
+  form_mass(pts, d, s);
 }

@@ -34,69 +34,70 @@ inline void add_pairs(SysMatrix& A, const int* map, int n, const double* ke)
 }
 
 template <int D>
-void add_pack(Problem& p, const KernelMode& mode, const ElemBlock& b, ElemFormPack form, PackList& w)
+void add_pack(const Mesh& mesh, const State& st, const KernelMode& mode, const ElemBlock& b,
+              ElemFormPack form, PackList& w, SysMatrix& A)
 {
   if (w.n == 0) return;
   const int nen = shape_info[b.shape].nen;
   alignas(Pack) double u0[8 * D * PACK], u1[8 * D * PACK], ke[36 * D * D * PACK];
   unsigned bad;
   w.fill();
-  if (mode_reads_old(mode, b.law)) elem_ends_pack(p.st.n.u, p.m.mesh, b, w.slot, nen, D, u0);
-  elem_ends_pack(p.st.np1.u, p.m.mesh, b, w.slot, nen, D, u1);
+  if (mode_reads_old(mode, b.law)) elem_ends_pack(st.n.u, mesh, b, w.slot, nen, D, u0);
+  elem_ends_pack(st.np1.u, mesh, b, w.slot, nen, D, u1);
   form(b, w.slot, mode, u0, u1, nullptr, ke, bad);
-  for (int l = 0; l < w.n; ++l) add_pairs<D, PACK>(p.dofs.A, w.map[l], nen, ke + l);
+  for (int l = 0; l < w.n; ++l) add_pairs<D, PACK>(A, w.map[l], nen, ke + l);
   w.n = 0;
 }
 
 template <int D>
-void add_elements(Problem& p, const KernelMode& mode)
+void add_elements(const Model& m, const Elements& el, const State& st, const KernelMode& mode, Dofs& dofs)
 {
-  const Mesh& mesh = p.m.mesh;
-  const int* map = p.dofs.elem_map.data();
+  const Mesh& mesh = m.mesh;
+  const int* map = dofs.elem_map.data();
   double u0[8 * D], u1[8 * D], re[8 * D], ke[36 * D * D];
-  for (const ElemBlock& b : p.el.block) {
+  for (const ElemBlock& b : el.block) {
     const ShapeInfo& info   = shape_info[b.shape];
     const ElemForm form     = elem_form(b);
     const ElemFormPack pack = elem_form_pack(b);
     PackList w;
     for (int slot : elem_mine(b)) {
       const int e = b.elem[slot], *node = mesh.conn.begin(e);
-      const bool intact = p.el.broken(e) < 0;
+      const bool intact = el.broken(e) < 0;
       if (intact && pack) {
-        if (w.add(slot, map)) add_pack<D>(p, mode, b, pack, w);
+        if (w.add(slot, map)) add_pack<D>(mesh, st, mode, b, pack, w, dofs.A);
       } else {
-        elem_ends(p.st, node, info.nen, D, u0, u1);
+        elem_ends(st, node, info.nen, D, u0, u1);
         if (intact) form(b, slot, mode, u0, u1, re, ke);
         else
           elem_form_broken(b, slot,
-                           elem_broken_law(p.m, p.el, e, degr_of_step(p.st.n, p.st.np1, mode.mid, e)), mode,
+                           elem_broken_law(m, el, e, degr_of_step(st.n, st.np1, mode.mid, e)), mode,
                            u0, u1, re, ke);
-        add_pairs<D>(p.dofs.A, map, info.nen, ke);
+        add_pairs<D>(dofs.A, map, info.nen, ke);
       }
       map += pair_count(info.nen);
     }
-    add_pack<D>(p, mode, b, pack, w);
+    add_pack<D>(mesh, st, mode, b, pack, w, dofs.A);
   }
 }
 
 template <int D>
-void add_points(Problem& p, const KernelMode& mode)
+void add_points(const Model& m, const Discretisation& d, const State& st, const KernelMode& mode, Dofs& dofs)
 {
-  const Points& pts = p.st.points;
+  const Points& pts = st.points;
   RealVec work, ke;
   PackList waiting[POINT_PACK_NODES + 1];            // by number of grid nodes
   alignas(Pack) double kp[pair_count(POINT_PACK_NODES) * D * D * PACK];
   const auto flush = [&](PackList& w, int n) {
     if (w.n == 0) return;
     w.fill();
-    point_tangent_pack(D, pts, p.point_law, mode, p.st.n.uc, p.st.np1.uc, p.grid, w.slot, kp);
-    for (int l = 0; l < w.n; ++l) add_pairs<D, PACK>(p.dofs.A, w.map[l], n, kp + l);
+    point_tangent_pack(D, pts, d.point_law, mode, st.n.uc, st.np1.uc, d.grid, w.slot, kp);
+    for (int l = 0; l < w.n; ++l) add_pairs<D, PACK>(dofs.A, w.map[l], n, kp + l);
     w.n = 0;
   };
-  const size_t* at = p.dofs.point_map_off.data();
-  for (int q : p.dofs.my_point) {
-    const int n    = p.grid.point.count(q);
-    const int* map = &p.dofs.point_map[*at++];
+  const size_t* at = dofs.point_map_off.data();
+  for (int q : dofs.my_point) {
+    const int n    = d.grid.point.count(q);
+    const int* map = &dofs.point_map[*at++];
     if (pts.broken[q] < 0 && n <= POINT_PACK_NODES) {
       PackList& w = waiting[n];
       if (w.n && pts.body[w.slot[0]] != pts.body[q]) flush(w, n);
@@ -104,71 +105,72 @@ void add_points(Problem& p, const KernelMode& mode)
       continue;
     }
     ke.resize(static_cast<size_t>(pair_count(n)) * D * D);
-    point_tangent(p.m, pts, p.point_law, mode, p.st.n, p.st.np1, p.grid, q, work, ke.data());
-    add_pairs<D>(p.dofs.A, map, n, ke.data());
+    point_tangent(m, pts, d.point_law, mode, st.n, st.np1, d.grid, q, work, ke.data());
+    add_pairs<D>(dofs.A, map, n, ke.data());
   }
   for (int n = 0; n <= POINT_PACK_NODES; ++n) flush(waiting[n], n);
 }
 
 template <int D>
-void add_bonds(Problem& p, const KernelMode& mode)
+void add_bonds(const Model& m, const ContactPairs& pairs, const State& st, const KernelMode& mode,
+               const Jumps& j, Dofs& dofs)
 {
   double C[D * D], k[D * D];
   double f[D], t1[D], slipped;
-  const size_t* at = p.dofs.bond_map_off.data();
-  for (int q : p.dofs.my_bond) {
-    const int* map     = &p.dofs.bond_map[*at++];
-    const bool contact = p.st.bonds.field[q] == SIDE_CONTACT;
-    if (contact && !p.pairs.master.count(q)) continue;
+  const size_t* at = dofs.bond_map_off.data();
+  for (int q : dofs.my_bond) {
+    const int* map     = &dofs.bond_map[*at++];
+    const bool contact = st.bonds.field[q] == SIDE_CONTACT;
+    if (contact && !pairs.master.count(q)) continue;
     if (contact)
-      contact_force(p.m, p.st.bonds, p.pairs, q, mode, &p.contact_s[q * D], &p.st.n.lambda[q * D],
-                    p.st.np1.lambda_n[q], f, C, t1, &slipped);
+      contact_force(m, st.bonds, pairs, q, mode, &j.contact[q * D], &st.n.lambda[q * D],
+                    st.np1.lambda_n[q], f, C, t1, &slipped);
     else
-      bond_stiffness(p.st.bonds, D, q, C);
+      bond_stiffness(st.bonds, D, q, C);
     const double factor = contact ? 1.0 : mode.cD();
-    const int n     = p.dofs.bond.count(q);
-    const double* w = &p.dofs.bond_w[p.dofs.bond.off[q]];
+    const int n     = dofs.bond.count(q);
+    const double* w = &dofs.bond_w[dofs.bond.off[q]];
     for (int a = 0; a < n; ++a)
       for (int b = 0; b <= a; ++b) {
         for (int i = 0; i < D * D; ++i) k[i] = factor * w[a] * w[b] * C[i];
-        add_block<D>(p.dofs.A, map[pair_place(a, b)], a == b, k);
+        add_block<D>(dofs.A, map[pair_place(a, b)], a == b, k);
       }
   }
 }
 
 template <int D>
-void add_ghosts(Problem& p)
+void add_ghosts(const ActiveGrid& grid, Dofs& dofs)
 {
-  const size_t* at = p.dofs.ghost_map_off.data();
-  for (int q : p.dofs.my_ghost) {
-    const int n = p.grid.ghost.count(q), *map = &p.dofs.ghost_map[*at++];
-    const double* w = &p.grid.ghost_w[p.grid.ghost.off[q]];
+  const size_t* at = dofs.ghost_map_off.data();
+  for (int q : dofs.my_ghost) {
+    const int n = grid.ghost.count(q), *map = &dofs.ghost_map[*at++];
+    const double* w = &grid.ghost_w[grid.ghost.off[q]];
     for (int a = 0; a < n; ++a)
       for (int b = 0; b <= a; ++b) {
-        double* v = &p.dofs.A.val[static_cast<size_t>(*map++ / 2) * D * D];
-        for (int i = 0; i < D; ++i) v[i * D + i] += p.grid.ghost_k[q] * w[a] * w[b];
+        double* v = &dofs.A.val[static_cast<size_t>(*map++ / 2) * D * D];
+        for (int i = 0; i < D; ++i) v[i * D + i] += grid.ghost_k[q] * w[a] * w[b];
       }
   }
 }
 
 }  // namespace
 
-void assem_tangent(Problem& p, const KernelMode& mode, double cM)
+void assem_tangent(const Model& m, const Discretisation& d, const State& st, const KernelMode& mode,
+                   double cM, const Jumps& j, Dofs& s)
 {
   Timer timer(PHASE_TANGENT);
-  Dofs& s = p.dofs;
   ++s.tangent;
   std::fill(s.A.val.begin(), s.A.val.end(), 0.0);
   if (s.dim == 2) {
-    add_elements<2>(p, mode);
-    add_points<2>(p, mode);
-    add_bonds<2>(p, mode);
-    add_ghosts<2>(p);
+    add_elements<2>(m, d.el, st, mode, s);
+    add_points<2>(m, d, st, mode, s);
+    add_bonds<2>(m, d.pairs, st, mode, j, s);
+    add_ghosts<2>(d.grid, s);
   } else {
-    add_elements<3>(p, mode);
-    add_points<3>(p, mode);
-    add_bonds<3>(p, mode);
-    add_ghosts<3>(p);
+    add_elements<3>(m, d.el, st, mode, s);
+    add_points<3>(m, d, st, mode, s);
+    add_bonds<3>(m, d.pairs, st, mode, j, s);
+    add_ghosts<3>(d.grid, s);
   }
   if (cM == 0.0) return;
   for (size_t k = 0; k < s.M.size(); ++k)

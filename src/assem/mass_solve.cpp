@@ -321,8 +321,8 @@ int mass_solve_tied(const Dofs& s, const RealVec& f, RealVec& x)
   return rho <= 1e12 * goal ? 1000 : -1;
 }
 
-void point_momentum(const Problem& p, const RealVec& vc, RealVec& out)
+void point_momentum(const Points& pts, const ActiveGrid& grid, const Dofs& s, const RealVec& vc, RealVec& out)
 {
-  const RealVec q = point_corner_momentum(p.st.points, p.m.dim, vc, p.dofs.my_point);
-  assem_scatter_corners(p, q, out);
+  const RealVec q = point_corner_momentum(pts, s.dim, vc, s.my_point);
+  assem_scatter_corners(grid, s, q, out);
 }

@@ -10,12 +10,7 @@
 #include <set>
 
 #include "base/failure.h"
-#include "bond/bond.h"
-#include "contact/contact.h"
-#include "contact/overlap.h"
-#include "elem/elem.h"
-#include "frac/frac.h"
-#include "point/point.h"
+#include "dof/discretisation.h"
 #include "solve/solve.h"
 
 // what a dof of the system is
@@ -73,89 +68,44 @@ struct Dofs {
   int neq() const { return nrow * dim; }
 };
 
-// The tangent in Dofs::A and what it was made for
-struct Frozen {
-  bool on = false;             // nothing else can change it: no NLGEOM, contact or fracture
-  long pattern = 0;
-  double cM = 0.0;
-  KernelMode mode;
-  IntVec fixed;
-  RealVec diag, whole;         // [neq] diagonal before prescribed dofs went, before equations were put in
-  // iterations that found their tangent there; that took the one before, which is near
-  long kept = 0, near = 0;
-};
-
-// Do supports hold everything? As it was when pattern and supports were these
-struct Held {
-  bool good = false;
-  long pattern = -1;
-  IntVec fixed;
-};
-
-// Everything a step works on
-struct Problem {
-  Problem(const Model& model, State& state) : m(model), st(state) {}
-  const Model& m;
-  State& st;
-  Elements el;
-  std::vector<MatLaw> point_law;
-  ActiveGrid grid;
-  ContactPairs pairs;
-  OverlapWatch watch;          // parts that nothing keeps apart
-  FracMesh fm;
-  CornerShare share;           // corners that conversion has made
-  IntVec follow;               // corners that go on for nodes without elements, see frac_follow
-  std::set<std::string> told;  // warnings that are told once
-  RealVec contact_s;           // [nbond*dim] relative displacement of contact bonds over the step
-  // [nghost*dim] jump of the gradient of du at the faces, times the size of a cell
-  RealVec ghost_s;
-  Dofs dofs;
-  bool ready = false;          // grid, rows, pattern and mass are those of t(n)
-  bool opened = false;         // the first step has been prepared
-  Solver solver;
-  RealVec newton_gain;         // [iteration] residual after and before each iteration of the last increment
-  Frozen frozen;
-  Held held;
-  // [nelem] strain energy of intact elements when the ledger was made, for the test of fracture
-  RealVec energy;
-};
+// Warnings that are given once, each with its key
+using Warned = std::set<std::string>;
 
 // dof_divide : whose work is what, and the lists of this rank; fresh: rows or lists have changed. True:
-// the division is not the one that the pattern was made for.                                                 
-// doc/theory.md 5.1
-bool dof_divide(Problem& p, bool fresh);
+// the division is not the one that the pattern was made for.                               doc/theory.md 5.1
+bool dof_divide(const Mesh& mesh, const Points& pts, const ActiveGrid& grid, bool fresh, Elements& el,
+                Division& d, Dofs& s);
 
 // dof_lists : calls use(n, rows) for every element, point, bond and ghost, in that order; all: also those
 // of other ranks
 template <class Use>
-void dof_lists(const Problem& p, bool all, Use use)
+void dof_lists(const Mesh& mesh, const Elements& el, const ActiveGrid& grid, const Dofs& s, bool all, Use use)
 {
-  const Dofs& s = p.dofs;
   IntVec row;
-  for (const ElemBlock& b : p.el.block)
+  for (const ElemBlock& b : el.block)
     for (int slot : all ? b.live : elem_mine(b)) {
       const int e = b.elem[slot];
       row.clear();
-      for (int k = p.m.mesh.conn.off[e]; k < p.m.mesh.conn.off[e + 1]; ++k)
-        row.push_back(s.row_of_node[p.m.mesh.conn.item[k]]);
+      for (int k = mesh.conn.off[e]; k < mesh.conn.off[e + 1]; ++k)
+        row.push_back(s.row_of_node[mesh.conn.item[k]]);
       use(static_cast<int>(row.size()), row.data());
     }
   const auto use_point = [&](int q) {
     row.clear();
-    for (int k = p.grid.point.off[q]; k < p.grid.point.off[q + 1]; ++k)
-      row.push_back(s.nfe + p.grid.point.item[k]);
+    for (int k = grid.point.off[q]; k < grid.point.off[q + 1]; ++k)
+      row.push_back(s.nfe + grid.point.item[k]);
     use(static_cast<int>(row.size()), row.data());
   };
   const auto use_ghost = [&](int q) {
     row.clear();
-    for (int k = p.grid.ghost.off[q]; k < p.grid.ghost.off[q + 1]; ++k)
-      row.push_back(s.nfe + p.grid.ghost.item[k]);
+    for (int k = grid.ghost.off[q]; k < grid.ghost.off[q + 1]; ++k)
+      row.push_back(s.nfe + grid.ghost.item[k]);
     use(static_cast<int>(row.size()), row.data());
   };
   if (all) {
-    for (int q = 0; q < p.st.points.npoint; ++q) use_point(q);
+    for (int q = 0; q < grid.point.size(); ++q) use_point(q);
     for (int b = 0; b < s.bond.size(); ++b) use(s.bond.count(b), s.bond.begin(b));
-    for (int q = 0; q < p.grid.ghost.size(); ++q) use_ghost(q);
+    for (int q = 0; q < grid.ghost.size(); ++q) use_ghost(q);
     return;
   }
   for (int q : s.my_point) use_point(q);
@@ -165,11 +115,12 @@ void dof_lists(const Problem& p, bool all, Use use)
 
 // dof_form : rows, lists, equations, and, when a list has changed, division, pattern and scatter maps; the
 // mass of an earlier pattern is dropped then
-void dof_form(Problem& p, const Step& s);
+//   writes st.division, ElemBlock::mine, the rows of mesh nodes in d.grid
+void dof_form(const Model& m, const Step& step, State& st, Discretisation& d, Dofs& s);
 
 // ---- equations between dofs (dof_tie.cpp), doc/theory.md (5.6) - (5.8)
 // dof_tie : Dofs::tie of the step; true: it is not the one of before
-bool dof_tie(Problem& p, const Step& s);
+bool dof_tie(const Model& m, const Step& step, Dofs& s);
 
 // tie_extend : what couples a dependent dof couples its masters
 void tie_extend(const Dofs& s, ListTable& lists);
@@ -188,11 +139,13 @@ void tie_matrix(Dofs& s);
 // BAD_VALUE when one is no finite number, with a note that names keyword, line, function, node or face, and
 // time.
 
-// tell_once : a warning of a line of the deck, once for each line and text, that names a node and the time
-void tell_once(Problem& p, const char* keyword, const Place& place, int node, double time, const char* what);
+// warn_once : a warning of a line of the deck, once for each line and text, that names a node and the time
+void warn_once(Warned& warned, const Mesh& mesh, const char* keyword, const Place& place, int node,
+               double time, const char* what);
 
 // dof_constrain : fixed dofs, their increments between two times of the step and their rates; sets fixed,
 // target, rate, rate0, grid_bc. BAD_VALUE
-Failure dof_constrain(Problem& p, const Step& s, double t_step0, double t_step1);
+Failure dof_constrain(const Model& m, const Discretisation& d, const State& st, const Step& step,
+                      double t_step0, double t_step1, Dofs& s, Warned& warned);
 
 #endif

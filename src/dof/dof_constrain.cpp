@@ -17,12 +17,10 @@ void fix(Dofs& s, int dof, double increment, double rate, int grid_bc)
 }
 
 // dependent dofs; nodes without elements move only where an equation has them
-void constrain_ties(Problem& p)
+void constrain_ties(const RealVec& u, Dofs& s)
 {
-  Dofs& s     = p.dofs;
   Ties& t       = s.tie;
   const int dim = s.dim;
-  const RealVec& u = p.st.n.u;
   const auto of = [&](int dof) { return u[s.node_of_row[dof / dim] * dim + dof % dim]; };
   for (size_t k = 0; k < t.dof.size(); ++k) {
     s.fixed[t.dof[k]] = DOF_TIED;
@@ -45,30 +43,30 @@ struct HeldCorner {
 
 // calls use(dof, weight) for the dofs of the grid that a corner follows
 template <class Use>
-void each_dof(const Problem& p, const HeldCorner& h, Use use)
+void each_dof(const ActiveGrid& grid, const Dofs& s, const HeldCorner& h, Use use)
 {
-  const ListTable& list = p.grid.corner;
+  const ListTable& list = grid.corner;
   for (int k = list.off[h.corner]; k < list.off[h.corner + 1]; ++k) {
-    const double N = p.grid.corner_w[k];
-    if (std::fabs(N) > 1e-9) use((p.dofs.nfe + list.item[k]) * p.dofs.dim + h.dir, N);
+    const double N = grid.corner_w[k];
+    if (std::fabs(N) > 1e-9) use((s.nfe + list.item[k]) * s.dim + h.dir, N);
   }
 }
 
 // Prescribes the grid nodes that the corners follow; a node of several corners gets their mean by
 // |N_v|  (7.18)
-void hold_corners(Problem& p, const std::vector<HeldCorner>& corners, double time)
+void hold_corners(const Mesh& mesh, const Points& pts, const ActiveGrid& grid,
+                  const std::vector<HeldCorner>& corners, double time, Dofs& s, Warned& warned)
 {
-  Dofs& s = p.dofs;
   struct Sum { double weight = 0.0, increment = 0.0, rate = 0.0, rate0 = 0.0; };
   std::map<int, Sum> sum;
   s.held.clear();
   for (const HeldCorner& h : corners) {
-    if (p.st.points.field[h.corner] == FIELD_OWN) {
-      tell_once(p, "BOUNDARY", h.b->place, h.node, time,
+    if (pts.field[h.corner] == FIELD_OWN) {
+      warn_once(warned, mesh, "BOUNDARY", h.b->place, h.node, time,
                 "its material point has come off its neighbours; the support has ended there");
       continue;
     }
-    each_dof(p, h, [&](int dof, double N) {
+    each_dof(grid, s, h, [&](int dof, double N) {
       const double w = std::fabs(N);
       Sum& x = sum[dof];
       x.weight += w;
@@ -85,44 +83,44 @@ void hold_corners(Problem& p, const std::vector<HeldCorner>& corners, double tim
   }
   for (HeldPart& h : s.held) h.part /= sum[h.dof].weight;
   for (const HeldCorner& h : corners) {
-    if (p.st.points.field[h.corner] == FIELD_OWN) continue;
+    if (pts.field[h.corner] == FIELD_OWN) continue;
     double moved = 0.0;
-    each_dof(p, h, [&](int dof, double N) { moved += N * s.target[dof]; });
+    each_dof(grid, s, h, [&](int dof, double N) { moved += N * s.target[dof]; });
     if (std::fabs(moved - h.increment) > 0.01 * s.h_mean)
-      tell_once(
-          p, "BOUNDARY", h.b->place, h.node, time,
+      warn_once(
+          warned, mesh, "BOUNDARY", h.b->place, h.node, time,
           "supports with different values meet at a node of the grid; the corners there move by a mean");
   }
 }
 
-Failure bad_node(const Problem& p, const Prescribed& b, int n, double time)
+Failure bad_node(const Model& m, const Prescribed& b, int n, double time)
 {
-  const std::string node = "node " + std::to_string(p.m.mesh.node_label[n]);
+  const std::string node = "node " + std::to_string(m.mesh.node_label[n]);
   return {BAD_VALUE,
-          value_text(p.m, "BOUNDARY", b.place, b.value, b.amplitude, node, &p.m.mesh.X[3 * n], time)};
+          value_text(m, "BOUNDARY", b.place, b.value, b.amplitude, node, &m.mesh.X[3 * n], time)};
 }
 
-Failure bad_grid_node(const Problem& p, const GridBc& b, const double* x, double time)
+Failure bad_grid_node(const Model& m, const GridBc& b, const double* x, double time)
 {
   return {BAD_VALUE,
-          value_text(p.m, "GRID BOUNDARY", b.place, b.value, b.amplitude, "the grid node", x, time)};
+          value_text(m, "GRID BOUNDARY", b.place, b.value, b.amplitude, "the grid node", x, time)};
 }
 
 }  // namespace
 
-void tell_once(Problem& p, const char* keyword, const Place& place, int node, double time, const char* what)
+void warn_once(Warned& warned, const Mesh& mesh, const char* keyword, const Place& place, int node,
+               double time, const char* what)
 {
-  if (!p.told.insert(place.file + std::to_string(place.line) + what).second) return;
+  if (!warned.insert(place.file + std::to_string(place.line) + what).second) return;
   log_warn("%s line %d, *%s: node %d, time %.8g: %s", place.file.c_str(), place.line, keyword,
-           p.m.mesh.node_label[node], time, what);
+           mesh.node_label[node], time, what);
 }
 
-Failure dof_constrain(Problem& p, const Step& step, double t_step0, double t_step1)
+Failure dof_constrain(const Model& m, const Discretisation& d, const State& st, const Step& step,
+                      double t_step0, double t_step1, Dofs& s, Warned& warned)
 {
-  Dofs& s = p.dofs;
-  const Model& m = p.m;
   const int dim  = m.dim;
-  const double total0 = p.st.n.time, total1 = total0 + (t_step1 - t_step0);
+  const double total0 = st.n.time, total1 = total0 + (t_step1 - t_step0);
   s.fixed.assign(s.neq(), 0);
   s.target.assign(s.neq(), 0.0);
   s.rate.assign(s.neq(), 0.0);
@@ -136,59 +134,59 @@ Failure dof_constrain(Problem& p, const Step& step, double t_step0, double t_ste
   const double ramped = part1 < 1.0 ? (part1 - part0) / (1.0 - part0) : 1.0;
   for (const Prescribed& b : step.prescribed)
     for (int n : b.node) {
-      const int r = s.row_of_node[n], c = p.follow.empty() ? FOLLOW_ELEMENT : p.follow[n];
+      const int r = s.row_of_node[n], c = d.follow.empty() ? FOLLOW_ELEMENT : d.follow[n];
       if (c == FOLLOW_NONE)
-        tell_once(p, "BOUNDARY", b.place, n, total1,
+        warn_once(warned, m.mesh, "BOUNDARY", b.place, n, total1,
                   "its last element is gone and no corner of a point lies there; the support has ended");
       if (r < 0 && c < 0) continue;
       const double value = prescribed_value(m, b, &m.mesh.X[3 * n], t_step1, total1);
-      if (!std::isfinite(value)) return bad_node(p, b, n, total1);
+      if (!std::isfinite(value)) return bad_node(m, b, n, total1);
       double rate = 0.0;
       if (moves && dt > 0.0) {
         rate = (value - prescribed_value(m, b, &m.mesh.X[3 * n], t_step1 - back, total1 - back)) / back;
-        if (!std::isfinite(rate)) return bad_node(p, b, n, total1 - back);
+        if (!std::isfinite(rate)) return bad_node(m, b, n, total1 - back);
       }
       if (r < 0) {
         double rate0 = 0.0;
         if (moves && dt > 0.0) {
           const double v0 = prescribed_value(m, b, &m.mesh.X[3 * n], t_step0, total0);
           rate0 = (prescribed_value(m, b, &m.mesh.X[3 * n], t_step0 + back, total0 + back) - v0) / back;
-          if (!std::isfinite(rate0)) return bad_node(p, b, n, total0);
+          if (!std::isfinite(rate0)) return bad_node(m, b, n, total0);
         }
         for (int i = b.first; i <= b.last && i < dim; ++i) {
-          const double increment = value - p.st.n.uc[c * dim + i];
+          const double increment = value - st.n.uc[c * dim + i];
           corners.push_back({&b, n, c, i, b.ramp ? ramped * increment : increment, rate, rate0});
         }
         continue;
       }
       for (int i = b.first; i <= b.last && i < dim; ++i) {
-        const double increment = value - p.st.n.u[n * dim + i];
+        const double increment = value - st.n.u[n * dim + i];
         fix(s, r * dim + i, b.ramp ? ramped * increment : increment, rate, -1);
       }
     }
-  hold_corners(p, corners, total1);
+  hold_corners(m.mesh, st.points, d.grid, corners, total1, s, warned);
   for (size_t k = 0; k < m.grid_bc.size(); ++k) {
     const GridBc& b = m.grid_bc[k];
-    for (int v = 0; v < p.grid.nnode; ++v) {
+    for (int v = 0; v < d.grid.nnode; ++v) {
       double x[3];
-      grid_unknown_place(m, p.st.points, p.st.n.uc, p.grid, v, x);
+      grid_unknown_place(m, st.points, st.n.uc, d.grid, v, x);
       if (std::fabs(x[b.axis] - b.position) > 1e-6 * m.grid.h[b.axis]) continue;
       auto at = [&](double t) { return support_value(m, b.value, b.amplitude, x, t_step0 + t, total0 + t); };
       const double begin = at(0.0), end = at(dt);
-      if (!std::isfinite(begin)) return bad_grid_node(p, b, x, total0);
-      if (!std::isfinite(end)) return bad_grid_node(p, b, x, total1);
-      const double d     = end - begin;
+      if (!std::isfinite(begin)) return bad_grid_node(m, b, x, total0);
+      if (!std::isfinite(end)) return bad_grid_node(m, b, x, total1);
+      const double moved = end - begin;
       const double rate  = moves && dt > 0.0 ? (end - at(dt - back)) / back : 0.0;
       const double rate0 = moves && dt > 0.0 ? (at(back) - begin) / back : 0.0;
-      if (!std::isfinite(rate)) return bad_grid_node(p, b, x, total1 - back);
-      if (!std::isfinite(rate0)) return bad_grid_node(p, b, x, total0 + back);
+      if (!std::isfinite(rate)) return bad_grid_node(m, b, x, total1 - back);
+      if (!std::isfinite(rate0)) return bad_grid_node(m, b, x, total0 + back);
       for (int i = b.first; i <= b.last && i < dim; ++i) {
         const int dof = (s.nfe + v) * dim + i;
-        fix(s, dof, d, rate, static_cast<int>(k));
+        fix(s, dof, moved, rate, static_cast<int>(k));
         s.rate0[dof] = rate0;
       }
     }
   }
-  if (!p.m.equation.empty()) constrain_ties(p);
+  if (!m.equation.empty()) constrain_ties(st.n.u, s);
   return STATUS_OK;
 }

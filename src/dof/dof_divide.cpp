@@ -20,46 +20,43 @@ double point_work(int n) { return 2.0 * pair_count(n); }
 
 // calls use(rank, work) for each element and point, in the order of dof_lists
 template <class Use>
-void each_work(const Problem& p, Use use)
+void each_work(const Elements& el, const ActiveGrid& grid, Division& d, Use use)
 {
-  Division& d = p.st.division;
-  for (const ElemBlock& b : p.el.block)
+  for (const ElemBlock& b : el.block)
     for (int slot : b.live) use(d.elem[b.elem[slot]], elem_work(b));
-  for (int q = 0; q < p.st.points.npoint; ++q) use(d.point[q], point_work(p.grid.point.count(q)));
+  for (int q = 0; q < grid.point.size(); ++q) use(d.point[q], point_work(grid.point.count(q)));
 }
 
 // the largest work of a rank over the mean
-double excess(const Problem& p)
+double excess(const Elements& el, const ActiveGrid& grid, Division& d)
 {
   RealVec load(comm_size(), 0.0);
-  each_work(p, [&](int rank, double work) { load[rank] += work; });
+  each_work(el, grid, d, [&](int rank, double work) { load[rank] += work; });
   const double all = std::accumulate(load.begin(), load.end(), 0.0);
   return all > 0.0 ? *std::max_element(load.begin(), load.end()) * comm_size() / all : 1.0;
 }
 
 // points that were elements stay where these were
-void take_new_points(Problem& p)
+void take_new_points(const Points& pts, Division& d)
 {
-  Division& d = p.st.division;
-  for (int q = static_cast<int>(d.point.size()); q < p.st.points.npoint; ++q)
-    d.point.push_back(p.st.points.parent[q] >= 0 ? d.elem[p.st.points.parent[q]] : 0);
+  for (int q = static_cast<int>(d.point.size()); q < pts.npoint; ++q)
+    d.point.push_back(pts.parent[q] >= 0 ? d.elem[pts.parent[q]] : 0);
 }
 
 // parts of the rows by METIS, on rank 0 for all
-IntVec divide_rows(const Problem& p)
+IntVec divide_rows(const Mesh& mesh, const Elements& el, const ActiveGrid& grid, const Dofs& s, Division& d)
 {
-  const Dofs& s = p.dofs;
   ListTable lists;
   std::string bytes;
   IntVec part(s.nrow);
   if (comm_rank() == 0) {
-    dof_lists(p, true, [&](int n, const int* row) {
+    dof_lists(mesh, el, grid, s, true, [&](int n, const int* row) {
       lists.item.insert(lists.item.end(), row, row + n);
       lists.off.push_back(static_cast<int>(lists.item.size()));
     });
     RealVec weight(s.nrow, 0.0);
     int list = 0;
-    each_work(p, [&](int, double work) {
+    each_work(el, grid, d, [&](int, double work) {
       for (int k = lists.off[list]; k < lists.off[list + 1]; ++k)
         weight[lists.item[k]] += work / lists.count(list);
       ++list;
@@ -75,18 +72,19 @@ IntVec divide_rows(const Problem& p)
 }
 
 // an element or point goes where all its rows are; between parts, to the rank of them with the least work
-void divide_work(Problem& p, const IntVec& part)
+void divide_work(const Mesh& mesh, const Elements& el, const ActiveGrid& grid, const Dofs& s,
+                 const IntVec& part, Division& d)
 {
   RealVec load(comm_size(), 0.0);
   std::vector<int*> rank;
   RealVec work;
-  each_work(p, [&](int& r, double w) {
+  each_work(el, grid, d, [&](int& r, double w) {
     rank.push_back(&r);
     work.push_back(w);
   });
   for (const bool between : {false, true}) {
     size_t list = 0;
-    dof_lists(p, true, [&](int n, const int* row) {
+    dof_lists(mesh, el, grid, s, true, [&](int n, const int* row) {
       if (list == rank.size()) return;               // bonds and ghosts follow their rows
       int best = n ? part[row[0]] : 0;
       bool same = true;
@@ -103,25 +101,23 @@ void divide_work(Problem& p, const IntVec& part)
   }
 }
 
-void divide_again(Problem& p)
+void divide_again(const Mesh& mesh, const Elements& el, const ActiveGrid& grid, const Dofs& s, Division& d)
 {
-  Division& d = p.st.division;
   d.ranks = comm_size();
-  d.elem.assign(p.m.mesh.nelem(), 0);
-  d.point.assign(p.st.points.npoint, 0);
-  divide_work(p, divide_rows(p));
-  d.excess = excess(p);
+  d.elem.assign(mesh.nelem(), 0);
+  d.point.assign(grid.point.size(), 0);
+  divide_work(mesh, el, grid, s, divide_rows(mesh, el, grid, s, d), d);
+  d.excess = excess(el, grid, d);
 }
 
 // a row belongs to the rank that has most of what touches it, a bond to the rank of its first row
-void find_owners(Problem& p)
+void find_owners(const Mesh& mesh, const Elements& el, const ActiveGrid& grid, Division& d, Dofs& s)
 {
-  Dofs& s = p.dofs;
   const int ranks = comm_size();
   IntVec count(static_cast<size_t>(s.nrow) * ranks, 0), rank;
-  each_work(p, [&](int r, double) { rank.push_back(r); });
+  each_work(el, grid, d, [&](int r, double) { rank.push_back(r); });
   size_t list = 0;
-  dof_lists(p, true, [&](int n, const int* row) {
+  dof_lists(mesh, el, grid, s, true, [&](int n, const int* row) {
     for (int a = 0; a < n && list < rank.size(); ++a)
       ++count[static_cast<size_t>(row[a]) * ranks + rank[list]];
     ++list;
@@ -133,19 +129,17 @@ void find_owners(Problem& p)
   }
 }
 
-void take_mine(Problem& p)
+void take_mine(const Division& d, const ActiveGrid& grid, Elements& el, Dofs& s)
 {
-  Dofs& s = p.dofs;
-  const Division& d = p.st.division;
   const int me = comm_rank();
-  for (ElemBlock& b : p.el.block) {
+  for (ElemBlock& b : el.block) {
     b.mine.clear();
     b.divided = true;
     for (int slot : b.live)
       if (d.elem[b.elem[slot]] == me) b.mine.push_back(slot);
   }
   s.my_point.clear();
-  for (int q = 0; q < p.st.points.npoint; ++q)
+  for (int q = 0; q < grid.point.size(); ++q)
     if (d.point[q] == me) s.my_point.push_back(q);
   s.my_bond.clear();
   s.bond_is_mine.assign(s.bond.size(), 0);
@@ -154,22 +148,21 @@ void take_mine(Problem& p)
     if (s.bond_is_mine[b]) s.my_bond.push_back(b);
   }
   s.my_ghost.clear();
-  for (int q = 0; q < p.grid.ghost.size(); ++q)
-    if (s.owner[s.nfe + p.grid.ghost.begin(q)[0]] == me) s.my_ghost.push_back(q);
+  for (int q = 0; q < grid.ghost.size(); ++q)
+    if (s.owner[s.nfe + grid.ghost.begin(q)[0]] == me) s.my_ghost.push_back(q);
 }
 
 // one rank: all
-void take_all(Problem& p)
+void take_all(const ActiveGrid& grid, Dofs& s)
 {
-  Dofs& s = p.dofs;
   const auto all = [](IntVec& list, int n) {
     if (static_cast<int>(list.size()) == n) return;
     list.resize(n);
     std::iota(list.begin(), list.end(), 0);
   };
-  all(s.my_point, p.st.points.npoint);
+  all(s.my_point, grid.point.size());
   all(s.my_bond, s.bond.size());
-  all(s.my_ghost, p.grid.ghost.size());
+  all(s.my_ghost, grid.ghost.size());
   s.bond_is_mine.assign(s.bond.size(), 1);
 }
 
@@ -186,28 +179,27 @@ void take_all(Problem& p)
 // and again when conversion, erosion or motion has made it uneven, or the number of ranks is another one than
 // in the restart file.
 // ---------------------------------------------------------------------------
-bool dof_divide(Problem& p, bool fresh)
+bool dof_divide(const Mesh& mesh, const Points& pts, const ActiveGrid& grid, bool fresh, Elements& el,
+                Division& d, Dofs& s)
 {
-  Dofs& s   = p.dofs;
-  Division& d = p.st.division;
   if (comm_size() == 1) {
-    take_all(p);
+    take_all(grid, s);
     d = Division();
     return false;
   }
   bool again = d.ranks != comm_size();
   if (!again && fresh) {
-    take_new_points(p);
-    const double now = excess(p);
+    take_new_points(pts, d);
+    const double now = excess(el, grid, d);
     again = now > UNEVEN * d.excess;
     if (again)
       log_note("  the work is divided among the ranks again: the largest part was %.2f of the mean", now);
   }
-  if (again) divide_again(p);
+  if (again) divide_again(mesh, el, grid, s, d);
   // an undone increment has its division back
   const bool other = s.elem_rank != d.elem || s.point_rank != d.point;
-  if (fresh || other) find_owners(p);
-  take_mine(p);
+  if (fresh || other) find_owners(mesh, el, grid, d, s);
+  take_mine(d, grid, el, s);
   s.elem_rank  = d.elem;
   s.point_rank = d.point;
   return other;

@@ -7,13 +7,12 @@
 namespace {
 
 // elements around each node, of those that still are elements
-ListTable elements_around(const Problem& p)
+ListTable elements_around(const Mesh& mesh, const Elements& el)
 {
-  const Mesh& mesh = p.m.mesh;
   ListTable around;
   around.off.assign(mesh.nnode() + 1, 0);
   const auto each = [&](auto use) {
-    for (const ElemBlock& b : p.el.block)
+    for (const ElemBlock& b : el.block)
       for (int slot : b.live)
         for (int k = mesh.conn.off[b.elem[slot]]; k < mesh.conn.off[b.elem[slot] + 1]; ++k)
           use(mesh.conn.item[k], b.elem[slot]);
@@ -29,10 +28,8 @@ ListTable elements_around(const Problem& p)
 // Nodes that are in use, those far from bonds to the grid and from points first. A node that is tied to the
 // grid then comes when its own neighbours have gone, and the incomplete factor need not drop what a stiff
 // bond would make of them  doc/theory.md (8.3)
-IntVec order_nodes(const Problem& p, const ListTable& around)
+IntVec order_nodes(const Mesh& mesh, const Bonds& bonds, const Points& pts, const ListTable& around)
 {
-  const Mesh& mesh   = p.m.mesh;
-  const Bonds& bonds = p.st.bonds;
   std::vector<char> waits(mesh.nnode());
   for (int n = 0; n < mesh.nnode(); ++n) waits[n] = around.count(n) > 0;
   IntVec near;                 // from the bonds outwards
@@ -43,7 +40,6 @@ IntVec order_nodes(const Problem& p, const ListTable& around)
   for (int k = 0; k < bonds.nbond; ++k)
     for (int j = bonds.a.off[k]; j < bonds.a.off[k + 1]; ++j)
       if (bonds.field[k] >= 0 && bonds.a.item[j] < mesh.nnode()) reach(bonds.a.item[j]);
-  const Points& pts = p.st.points;
   for (int c = 0; c < static_cast<int>(pts.hangs.size()); ++c)
     if (pts.hangs[c] == HANG_NODE) reach(pts.hang.begin(c)[0]);
   for (size_t i = 0; i < near.size(); ++i)
@@ -58,16 +54,15 @@ IntVec order_nodes(const Problem& p, const ListTable& around)
 }
 
 // rows of finite-element nodes: those of an element that is still one
-void number_nodes(Problem& p)
+void number_nodes(const Model& m, const State& st, const Elements& el, Dofs& s)
 {
-  Dofs& s = p.dofs;
   if (s.numbered) return;
   s.numbered    = true;
-  const ListTable around = elements_around(p);
-  s.node_of_row = order_nodes(p, around);
+  const ListTable around = elements_around(m.mesh, el);
+  s.node_of_row = order_nodes(m.mesh, st.bonds, st.points, around);
   s.bare.assign(s.node_of_row.size(), 0);
-  std::vector<char> known(p.m.mesh.nnode(), 0);      // nodes of equations without elements come last
-  for (const Equation& e : p.m.equation)
+  std::vector<char> known(m.mesh.nnode(), 0);      // nodes of equations without elements come last
+  for (const Equation& e : m.equation)
     for (const EquationTerm& t : e.term) {
       if (around.count(t.node) || known[t.node]) continue;
       known[t.node] = 1;
@@ -75,16 +70,14 @@ void number_nodes(Problem& p)
       s.bare.push_back(1);
     }
   s.nfe         = static_cast<int>(s.node_of_row.size());
-  s.row_of_node.assign(p.m.mesh.nnode(), -1);
+  s.row_of_node.assign(m.mesh.nnode(), -1);
   for (int r = 0; r < s.nfe; ++r) s.row_of_node[s.node_of_row[r]] = r;
 }
 
 // rows and weights of one bond: side A positive, side B negative, equal rows summed
-void bond_rows(const Problem& p, int b, IntVec& row, RealVec& w)
+void bond_rows(const Bonds& bonds, const Discretisation& d, const Dofs& s, int b, IntVec& row, RealVec& w)
 {
-  const Dofs& s = p.dofs;
-  const Bonds& bonds = p.st.bonds;
-  const int nnode = p.m.mesh.nnode();
+  const int nnode = static_cast<int>(s.row_of_node.size());
   row.clear();
   w.clear();
   auto add = [&](int r, double value) {
@@ -99,24 +92,23 @@ void bond_rows(const Problem& p, int b, IntVec& row, RealVec& w)
       return;
     }
     const int c = kin - nnode;
-    for (int j = p.grid.corner.off[c]; j < p.grid.corner.off[c + 1]; ++j)
-      add(s.nfe + p.grid.corner.item[j], value * p.grid.corner_w[j]);
+    for (int j = d.grid.corner.off[c]; j < d.grid.corner.off[c + 1]; ++j)
+      add(s.nfe + d.grid.corner.item[j], value * d.grid.corner_w[j]);
   };
-  if (bonds.field[b] == SIDE_CONTACT && !p.pairs.master.count(b)) return;     // nothing near
+  if (bonds.field[b] == SIDE_CONTACT && !d.pairs.master.count(b)) return;     // nothing near
   for (int k = bonds.a.off[b]; k < bonds.a.off[b + 1]; ++k) add_kin(bonds.a.item[k], bonds.a_w[k]);
   if (bonds.field[b] == SIDE_CONTACT)
-    for (int k = p.pairs.master.off[b]; k < p.pairs.master.off[b + 1]; ++k)
-      add_kin(p.pairs.master.item[k], -p.pairs.master_w[k]);
-  for (int j = p.grid.bond.off[b]; j < p.grid.bond.off[b + 1]; ++j)
-    add(s.nfe + p.grid.bond.item[j], -p.grid.bond_w[j]);
+    for (int k = d.pairs.master.off[b]; k < d.pairs.master.off[b + 1]; ++k)
+      add_kin(d.pairs.master.item[k], -d.pairs.master_w[k]);
+  for (int j = d.grid.bond.off[b]; j < d.grid.bond.off[b + 1]; ++j)
+    add(s.nfe + d.grid.bond.item[j], -d.grid.bond_w[j]);
 }
 
 // corners and points that follow nodes of the mesh: their rows, counted from the first of the grid  (7.14)
-void find_mesh_rows(Problem& p)
+void find_mesh_rows(ActiveGrid& grid, Dofs& s)
 {
-  Dofs& s = p.dofs;
   s.hung = false;
-  for (ListTable* list : {&p.grid.corner, &p.grid.point})
+  for (ListTable* list : {&grid.corner, &grid.point})
     for (int& item : list->item) {
       if (item >= 0) continue;
       item   = s.row_of_node[-1 - item] - s.nfe;
@@ -124,19 +116,18 @@ void find_mesh_rows(Problem& p)
     }
 }
 
-void form_lists(Problem& p)
+void form_lists(const Bonds& bonds, Discretisation& d, Dofs& s)
 {
-  Dofs& s = p.dofs;
-  find_mesh_rows(p);
-  s.nrow = s.nfe + p.grid.nnode;
+  find_mesh_rows(d.grid, s);
+  s.nrow = s.nfe + d.grid.nnode;
   s.row_key.assign(s.node_of_row.begin(), s.node_of_row.end());
-  for (long key : p.grid.key) s.row_key.push_back(-1 - key);
+  for (long key : d.grid.key) s.row_key.push_back(-1 - key);
   s.bond = ListTable();
   s.bond_w.clear();
   IntVec row;
   RealVec w;
-  for (int b = 0; b < p.st.bonds.nbond; ++b) {
-    bond_rows(p, b, row, w);
+  for (int b = 0; b < bonds.nbond; ++b) {
+    bond_rows(bonds, d, s, b, row, w);
     s.bond.item.insert(s.bond.item.end(), row.begin(), row.end());
     s.bond_w.insert(s.bond_w.end(), w.begin(), w.end());
     s.bond.off.push_back(static_cast<int>(s.bond.item.size()));
@@ -158,11 +149,10 @@ void form_rows(const IntVec& item, SysMatrix& A)
 }
 
 // pattern of what this rank works on
-void form_pattern(Problem& p)
+void form_pattern(const Mesh& mesh, const Elements& el, const ActiveGrid& grid, Dofs& s)
 {
-  Dofs& s = p.dofs;
   ListTable lists;
-  dof_lists(p, false, [&](int n, const int* row) {
+  dof_lists(mesh, el, grid, s, false, [&](int n, const int* row) {
     lists.item.insert(lists.item.end(), row, row + n);
     lists.off.push_back(static_cast<int>(lists.item.size()));
   });
@@ -181,27 +171,26 @@ int block_place(const SysMatrix& A, int r, int c)
 }
 
 // where every node pair goes
-void form_maps(Problem& p)
+void form_maps(const Mesh& mesh, const Elements& el, const ActiveGrid& grid, Dofs& s)
 {
-  Dofs& s = p.dofs;
   size_t nelem = 0, list = 0, pairs[4] = {};
-  for (const ElemBlock& b : p.el.block) {
+  for (const ElemBlock& b : el.block) {
     nelem += elem_mine(b).size();
     pairs[0] += elem_mine(b).size() * pair_count(shape_info[b.shape].nen);
   }
   s.point_map_off.assign(1, 0);
   s.bond_map_off.assign(1, 0);
   s.ghost_map_off.assign(1, 0);
-  for (int q : s.my_point) s.point_map_off.push_back(pairs[1] += pair_count(p.grid.point.count(q)));
+  for (int q : s.my_point) s.point_map_off.push_back(pairs[1] += pair_count(grid.point.count(q)));
   for (int q : s.my_bond) s.bond_map_off.push_back(pairs[2] += pair_count(s.bond.count(q)));
-  for (int q : s.my_ghost) s.ghost_map_off.push_back(pairs[3] += pair_count(p.grid.ghost.count(q)));
+  for (int q : s.my_ghost) s.ghost_map_off.push_back(pairs[3] += pair_count(grid.ghost.count(q)));
   s.elem_map.resize(pairs[0]);
   s.point_map.resize(pairs[1]);
   s.bond_map.resize(pairs[2]);
   s.ghost_map.resize(pairs[3]);
   const size_t npoint = s.my_point.size(), nbond = s.my_bond.size();
   int* map = s.elem_map.data();
-  dof_lists(p, false, [&](int n, const int* row) {
+  dof_lists(mesh, el, grid, s, false, [&](int n, const int* row) {
     if (list == nelem) map = s.point_map.data();
     if (list == nelem + npoint) map = s.bond_map.data();
     if (list == nelem + npoint + nbond) map = s.ghost_map.data();
@@ -213,44 +202,43 @@ void form_maps(Problem& p)
   });
 }
 
-void mean_size(Problem& p)
+double mean_size(const Model& m, const Elements& el)
 {
   double volume = 0.0;
   size_t count = 0;
-  for (const ElemBlock& b : p.el.block) {
+  for (const ElemBlock& b : el.block) {
     const int ngp = shape_info[b.shape].ngp;
     for (size_t slot = 0; slot < b.elem.size(); ++slot)
-      for (int g = 0; g < ngp; ++g) volume += b.w[b.gauss(slot) + g] / (p.m.dim == 2 ? b.thickness : 1.0);
+      for (int g = 0; g < ngp; ++g) volume += b.w[b.gauss(slot) + g] / (m.dim == 2 ? b.thickness : 1.0);
     count += b.elem.size();
   }
-  p.dofs.h_mean = count ? (p.m.dim == 2 ? __builtin_sqrt(volume / count) : __builtin_cbrt(volume / count))
-                       : p.m.grid.h[0];
+  if (count == 0) return m.grid.h[0];
+  return m.dim == 2 ? __builtin_sqrt(volume / count) : __builtin_cbrt(volume / count);
 }
 
 }  // namespace
 
-void dof_form(Problem& p, const Step& step)
+void dof_form(const Model& m, const Step& step, State& st, Discretisation& d, Dofs& s)
 {
-  Dofs& s = p.dofs;
   const bool first = !s.numbered;
-  s.dim = p.m.dim;
-  number_nodes(p);
-  form_lists(p);
+  s.dim = m.dim;
+  number_nodes(m, st, d.el, s);
+  form_lists(st.bonds, d, s);
   bool fresh = first || s.A.nrow != s.nrow;
-  fresh = fresh || !same(s.point_rows, p.grid.point) || !same(s.bond_rows, s.bond) ||
-          !same(s.ghost_rows, p.grid.ghost);
-  fresh = dof_tie(p, step) || fresh;
-  fresh = dof_divide(p, fresh) || fresh;
+  fresh = fresh || !same(s.point_rows, d.grid.point) || !same(s.bond_rows, s.bond) ||
+          !same(s.ghost_rows, d.grid.ghost);
+  fresh = dof_tie(m, step, s) || fresh;
+  fresh = dof_divide(m.mesh, st.points, d.grid, fresh, d.el, st.division, s) || fresh;
   if (fresh) {
     Timer timer(PHASE_PATTERN);
     ++s.pattern;
-    form_pattern(p);
-    form_maps(p);
-    s.point_rows = p.grid.point;
+    form_pattern(m.mesh, d.el, d.grid, s);
+    form_maps(m.mesh, d.el, d.grid, s);
+    s.point_rows = d.grid.point;
     s.bond_rows  = s.bond;
-    s.ghost_rows = p.grid.ghost;
+    s.ghost_rows = d.grid.ghost;
     s.M.clear();
-    if (s.h_mean == 0.0) mean_size(p);
+    if (s.h_mean == 0.0) s.h_mean = mean_size(m, d.el);
   } else {
     timer_skip(PHASE_PATTERN);
   }

@@ -71,13 +71,12 @@ ListTable blocks_below(const Dofs& s)
 
 }  // namespace
 
-bool dof_tie(Problem& p, const Step& step)
+bool dof_tie(const Model& m, const Step& step, Dofs& s)
 {
-  Dofs& s = p.dofs;
-  if (p.m.equation.empty()) return false;
+  if (m.equation.empty()) return false;
   std::vector<EquationSolved> solved;
   int bad = -1;
-  MPFE_CHECK(equations_resolve(p.m, step.equation, solved, bad), "an equation depends on itself");
+  MPFE_CHECK(equations_resolve(m, step.equation, solved, bad), "an equation depends on itself");
   Ties t;
   for (const EquationSolved& e : solved) {
     t.dof.push_back(s.row_of_node[e.node] * s.dim + e.dof);

@@ -7,6 +7,46 @@
 #include "assem/assem.h"
 #include "out/out.h"
 
+// The tangent in Dofs::A and what it was made for
+struct ReusedTangent {
+  bool on = false;             // nothing else can change it: no NLGEOM, contact or fracture
+  long pattern = 0;
+  double cM = 0.0;
+  KernelMode mode;
+  IntVec fixed;
+  RealVec diag, whole;         // [neq] diagonal before prescribed dofs went, before equations were put in
+  // iterations that found their tangent there; that took the one before, which is near
+  long kept = 0, near = 0;
+};
+
+// Is the tangent of statics known to be regular, from the supports alone? As it was when pattern and supports
+// were these
+struct KnownRegular {
+  bool good = false;
+  long pattern = -1;
+  IntVec fixed;
+};
+
+// What Newton's method keeps from one increment to the next; results do not depend on it, but for rounding
+struct NewtonMemory {
+  Solver solver;
+  RealVec gain;                // [iteration] residual after and before each iteration of the last increment
+  ReusedTangent tangent;
+  KnownRegular regular;
+};
+
+// Everything a run holds
+struct Problem {
+  Problem(const Model& model, State& state) : m(model), st(state) {}
+  const Model& m;
+  State& st;
+  Discretisation d;
+  Dofs dofs;
+  bool ready = false;          // grid, rows, pattern and mass are those of t(n)
+  NewtonMemory newton;
+  Warned warned;
+};
+
 // What one attempt of an increment needs to know                                   (6.1)
 //   residual  R = fint + cM M du - g - fext
 struct Attempt {
@@ -14,8 +54,7 @@ struct Attempt {
   KernelMode mode;
   double t0, t1, dt;           // times of the step
   double total0, total1;       // times of the run
-  double t_load, total_load;   // where the loads are taken: t1, or the middle
-  double s_load;               // and on which places followers act: 0 ... 1
+  LoadTime load;               // t1, or the middle
   double cM = 0.0;
   RealVec g{};                   // [neq] inertia that does not depend on du
   RealVec momentum{};            // [neq] M v of nodes, sum m S v of points
@@ -25,6 +64,7 @@ struct Attempt {
   RealVec fint0{}, fext0{};        // [neq] at t(n) on the weights of this step (statics, Newmark)
   RealVec fint{}, fext{}, R{};       // [neq] at the solution; R with the forces of equations at their masters
   RealVec du{};                  // [neq]
+  Jumps jumps{};               // of du
   RealVec guess{};               // [neq] statics: where Newton's method begins; empty: at rest
 };
 
@@ -35,7 +75,8 @@ int step_open(Problem& p);
 Failure step_prepare(Problem& p, const Step& s);
 
 // step_increment : one attempt from t(n) over dt; st.np1 holds the result. Never touches st.n.
-Failure step_increment(Problem& p, const Step& s, double t0, double dt);
+//   out  energy   with fracture: strain energy of intact elements at t(n+1), of this rank  [nelem]
+Failure step_increment(Problem& p, const Step& s, double t0, double dt, RealVec& energy);
 
 // The linear system of a Newton iteration                                          (6.2)
 struct LinearSystem {
@@ -80,8 +121,9 @@ Failure step_newton(Problem& p, Attempt& a);
 // step_inertia_begin : momentum, projected velocity, g, cM of a dynamic step
 Failure step_inertia_begin(Problem& p, Attempt& a);
 
-// step_finish : velocities, reactions, energies at t(n+1) into st.np1 and st.ledger
-void step_finish(Problem& p, Attempt& a);
+// step_finish : velocities, reactions, energies at t(n+1) into st.np1 and st.ledger; energy as
+// step_increment
+void step_finish(Problem& p, Attempt& a, RealVec& energy);
 
 // step_initial_acceleration : a = M^-1 (fext - fint) of the nodes, at the start of a Newmark step and after
 // elements broke
@@ -91,8 +133,8 @@ Failure step_initial_acceleration(Problem& p, const Step& s, double t_step);
 // loads are asked for in the middle of an increment
 void step_missed(const Problem& p, const Step& s, bool mid);
 
-// ledger_update : energies and momenta of the level
-void ledger_update(Problem& p, const Level& l, bool nlgeom);
+// ledger_update : energies and momenta of the level; energy: strain energy of intact elements [nelem]
+void ledger_update(Problem& p, const Level& l, bool nlgeom, RealVec* energy = nullptr);
 
 // What an automatic increment of statics asks of the first break in it                             (7.25)
 struct BreakWatch {
@@ -107,8 +149,9 @@ struct BreakWatch {
 //   in   before   the state at the start of the increment
 //   watch         CRITERION_EXCEEDED: the increment steps over the load of the first break; nothing has
 //                 broken yet
+//   inout energy  of step_increment; that of the last equilibrium
 Failure step_fracture(Problem& p, const Step& s, double t_step, const State& before, BreakWatch& watch,
-                      Output& out);
+                      RealVec& energy, Output& out);
 
 // step_signalled : has a signal come, on any rank? Collective.
 bool step_signalled();

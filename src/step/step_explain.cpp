@@ -20,10 +20,10 @@ double smallest_stretch(const Problem& p)
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> C(F.transpose() * F, Eigen::EigenvaluesOnly);
     least = std::min(least, std::sqrt(std::max(0.0, C.eigenvalues()(0))));
   };
-  for (const ElemBlock& b : p.el.block)
+  for (const ElemBlock& b : p.d.el.block)
     for (int slot : b.live)
       for (int g = 0; g < shape_info[b.shape].ngp; ++g) {
-        elem_ip_fields(p.m, p.el, p.st.n, true, b.elem[slot], g, f);
+        elem_ip_fields(p.m, p.d.el, p.st.n, true, b.elem[slot], g, f);
         look();
       }
   for (int q = 0; q < p.st.points.npoint; ++q) {
@@ -39,18 +39,18 @@ std::string contact_text(const Problem& p)
 {
   const State& st = p.st;
   std::string out;
-  if (p.m.step[st.log.step - 1].proc != PROC_STATIC || p.pairs.gap.empty()) return out;
+  if (p.m.step[st.log.step - 1].proc != PROC_STATIC || p.d.pairs.gap.empty()) return out;
   for (size_t d = 0; d < p.m.bond.size(); ++d) {
     const BondDef& def = p.m.bond[d];
     if (def.kind != BOND_CONTACT) continue;
     int closed = 0;
     double least = 1e300, moved = 1e300;
     for (int b = 0; b < st.bonds.nbond; ++b) {
-      if (st.bonds.def[b] != static_cast<int>(d) || !p.pairs.master.count(b)) continue;
+      if (st.bonds.def[b] != static_cast<int>(d) || !p.d.pairs.master.count(b)) continue;
       const double now = st.np1.slip[b * p.m.dim];
-      least = std::min(least, p.pairs.gap[b]);
+      least = std::min(least, p.d.pairs.gap[b]);
       moved = std::min(moved, now);
-      closed += now <= 1e-9 * p.pairs.size[b];
+      closed += now <= 1e-9 * p.d.pairs.size[b];
     }
     char text[300];
     if (closed)
@@ -75,11 +75,11 @@ std::string contact_text(const Problem& p)
 std::string unseen_master(const Problem& p, int e)
 {
   const Mesh& mesh = p.m.mesh;
-  for (int b = 0; b < p.st.bonds.nbond && b < p.pairs.master.size(); ++b) {
+  for (int b = 0; b < p.st.bonds.nbond && b < p.d.pairs.master.size(); ++b) {
     const BondDef& d = p.m.bond[p.st.bonds.def[b]];
-    for (int k = p.pairs.master.off[b]; k < p.pairs.master.off[b + 1] && !d.by_face && d.intermediate == 0;
-         ++k)
-      if (std::find(mesh.conn.begin(e), mesh.conn.begin(e) + mesh.conn.count(e), p.pairs.master.item[k]) !=
+    if (d.by_face || d.intermediate != 0) continue;
+    for (int k = p.d.pairs.master.off[b]; k < p.d.pairs.master.off[b + 1]; ++k)
+      if (std::find(mesh.conn.begin(e), mesh.conn.begin(e) + mesh.conn.count(e), p.d.pairs.master.item[k]) !=
           mesh.conn.begin(e) + mesh.conn.count(e))
         return ". It belongs to the master surface of contact " + d.name.substr(0, 60) +
                ", whose slave nodes may not see how every second node "
@@ -98,11 +98,11 @@ std::string pivot_text(const Problem& p, int row, int direction)
   if (row < s.nfe) {
     std::snprintf(text, sizeof text, "direction %d of node %d", direction,
                   p.m.mesh.node_label[s.node_of_row[row]]);
-  } else if (p.grid.key[row - s.nfe] >= key_own) {
+  } else if (p.d.grid.key[row - s.nfe] >= key_own) {
     std::snprintf(text, sizeof text, "direction %d of a corner of a point that the grid does not carry",
                   direction);
   } else {
-    grid_node_place(p.m.grid, s.dim, p.grid.key[row - s.nfe], x);
+    grid_node_place(p.m.grid, s.dim, p.d.grid.key[row - s.nfe], x);
     std::snprintf(text, sizeof text, "direction %d of the grid node at %s", direction,
                   position_text(x, s.dim).c_str());
   }
@@ -115,8 +115,8 @@ std::string pivot_text(const Problem& p, int row, int direction)
 std::string solver_text(const Problem& p)
 {
   const Dofs& s = p.dofs;
-  const int equation = p.solver.zero_equation;
-  std::string words = p.solver.message.empty() ? "the linear solver failed" : p.solver.message;
+  const int equation = p.newton.solver.zero_equation;
+  std::string words = p.newton.solver.message.empty() ? "the linear solver failed" : p.newton.solver.message;
   if (equation < 0 || equation >= s.neq()) return words;
   const int row = equation / s.dim;
   words += ". It shows in " + pivot_text(p, row, equation % s.dim + 1);
@@ -249,5 +249,6 @@ std::string step_explain(const Problem& p, const Failure& f)
                 "residual %.3e against a force scale of %.3e after %d iterations: smaller increments, more "
                 "iterations (*NEWTON, MAX ITER=), or a load beyond what the structure can carry",
                 p.st.log.residual, p.st.log.scale, p.st.log.iterations);
-  return p.solver.hold >= 0 && p.solver.zero_equation >= 0 ? text + ("; " + solver_text(p)) : text;
+  const Solver& solver = p.newton.solver;
+  return solver.hold >= 0 && solver.zero_equation >= 0 ? text + ("; " + solver_text(p)) : text;
 }

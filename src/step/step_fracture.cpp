@@ -12,12 +12,13 @@ namespace {
 double all_energy(const Ledger& g) { return g.kinetic + g.strain + g.bond; }
 
 // what breaks now; dynamics: not before the next test is due
-void find_erosions(Problem& p, const Step& s, std::vector<Erosion>& erode, FirstBreak& first)
+void find_erosions(Problem& p, const Step& s, const RealVec& energy, std::vector<Erosion>& erode,
+                   FirstBreak& first)
 {
   Timer timer(PHASE_FRACTURE);
   Fracture& fr = p.st.frac;
   erode.clear();
-  frac_average(p.m, s, p.el, p.fm, p.st.n, p.energy, fr);
+  frac_average(p.m, s, p.d.el, p.d.fm, p.st.n, energy, fr);
   double interval = 0.0;
   for (const FractureDef& d : p.m.fracture) interval = std::max(interval, d.interval);
   if (s.proc == PROC_DYNAMIC && interval > 0.0) {
@@ -25,7 +26,7 @@ void find_erosions(Problem& p, const Step& s, std::vector<Erosion>& erode, First
     if (now < fr.next_test - 1e-6 * interval) return timer_skip(PHASE_FRACTURE);
     fr.next_test = std::max(fr.next_test + interval, now + 0.5 * interval);
   }
-  frac_test(p.m, s, p.el, p.fm, fr, p.st.n, p.energy, erode, first);
+  frac_test(p.m, s, p.d.el, p.d.fm, fr, p.st.n, energy, erode, first);
 }
 
 // points come off; elements break, and those that are to become points, do. The energy that goes is told
@@ -38,14 +39,14 @@ Failure apply(Problem& p, const Step& s, const std::vector<Erosion>& erode, cons
   double released = 0.0;
   {
     Timer timer(PHASE_FRACTURE);
-    if (!torn.empty()) frac_release(p.m, p.fm, torn, p.share, st);
+    if (!torn.empty()) frac_release(p.m, p.d.fm, torn, p.d.share, st);
     for (const Erosion& e : erode) {
-      const double gain = frac_erode(p.m, s, p.el, p.fm, e, st.frac, st.n);
+      const double gain = frac_erode(p.m, s, p.d.el, p.d.fm, e, st.frac, st.n);
       released += gain;
       st.eroded.push_back({e.elem, e.time, e.value, gain});
     }
-    frac_open(p.m, p.fm, st.n, st.frac, convert);    // those that drop their stress at once
-    frac_convert(p.m, p.el, p.fm, convert, p.share, st);
+    frac_open(p.m, p.d.fm, st.n, st.frac, convert);    // those that drop their stress at once
+    frac_convert(p.m, p.d.el, p.d.fm, convert, p.d.share, st);
   }
   if (!convert.empty() || !torn.empty()) p.dofs.numbered = false;      // other nodes, or other bonds
   p.ready = false;
@@ -59,11 +60,11 @@ Failure apply(Problem& p, const Step& s, const std::vector<Erosion>& erode, cons
 }
 
 // statics: equilibrium at the same load; what the energy loses on the way belongs to the crack
-Failure settle(Problem& p, const Step& s, double t_step)
+Failure settle(Problem& p, const Step& s, double t_step, RealVec& energy)
 {
   State& st = p.st;
   const Ledger before = st.ledger;
-  const Failure failure = step_increment(p, s, t_step, 0.0);
+  const Failure failure = step_increment(p, s, t_step, 0.0, energy);
   if (!failure.ok()) return failure;
   const double time = st.n.time;
   st.n      = st.np1;
@@ -71,7 +72,7 @@ Failure settle(Problem& p, const Step& s, double t_step)
   p.ready   = false;
   st.ledger.fracture += all_energy(before) + st.ledger.external - before.external - all_energy(st.ledger);
   const Failure prepared = step_prepare(p, s);
-  if (prepared.ok()) ledger_update(p, st.n, s.nlgeom);
+  if (prepared.ok()) ledger_update(p, st.n, s.nlgeom, &energy);
   return prepared;
 }
 
@@ -79,9 +80,9 @@ Failure settle(Problem& p, const Step& s, double t_step)
 Failure stepped_over(const Problem& p, const Step& s, const State& before, BreakWatch& w)
 {
   if (!w.on || w.first.elem < 0) return STATUS_OK;
-  const double tolerance = p.m.fracture[p.fm.def[w.first.elem]].tolerance;
+  const double tolerance = p.m.fracture[p.d.fm.def[w.first.elem]].tolerance;
   if (tolerance <= 0.0) return STATUS_OK;
-  w.value0 = frac_value(p.m, s, p.el, p.fm, before.frac, before.n, w.first);
+  w.value0 = frac_value(p.m, s, p.d.el, p.d.fm, before.frac, before.n, w.first);
   if (w.first.value <= 1.0 + tolerance && w.value0 >= 1.0 - tolerance) return STATUS_OK;
   char text[100];
   std::snprintf(text, sizeof text, "element %d: criterion %.5g, at the start %.5g",
@@ -92,23 +93,23 @@ Failure stepped_over(const Problem& p, const Step& s, const State& before, Break
 }  // namespace
 
 Failure step_fracture(Problem& p, const Step& s, double t_step, const State& before, BreakWatch& watch,
-                      Output& out)
+                      RealVec& energy, Output& out)
 {
   std::vector<Erosion> erode;
   IntVec convert, torn;
   FirstBreak later;
   for (bool start = true;; start = false) {
-    find_erosions(p, s, erode, start ? watch.first : later);
+    find_erosions(p, s, energy, erode, start ? watch.first : later);
     if (start) {
       const Failure over = stepped_over(p, s, before, watch);
       if (!over.ok()) return over;
     }
-    frac_due(p.m, p.el, p.fm, p.st.frac, p.st.n, convert);
-    frac_open(p.m, p.fm, p.st.n, p.st.frac, convert);
-    for (Erosion& e : erode) e.time = frac_when(p.m, s, p.el, p.fm, p.st.frac, before.n, p.st.n, e);
+    frac_due(p.m, p.d.el, p.d.fm, p.st.frac, p.st.n, convert);
+    frac_open(p.m, p.d.fm, p.st.n, p.st.frac, convert);
+    for (Erosion& e : erode) e.time = frac_when(p.m, s, p.d.el, p.d.fm, p.st.frac, before.n, p.st.n, e);
     std::stable_sort(erode.begin(), erode.end(),
                      [](const Erosion& a, const Erosion& b) { return a.time < b.time; });
-    if (s.proc == PROC_DYNAMIC) frac_torn(p.m, p.fm, p.st.points, p.st.n, torn);
+    if (s.proc == PROC_DYNAMIC) frac_torn(p.m, p.d.fm, p.st.points, p.st.n, torn);
     if (erode.empty() && convert.empty() && torn.empty()) return STATUS_OK;
     Failure failure = apply(p, s, erode, torn, convert);
     if (!failure.ok()) return failure;
@@ -116,7 +117,7 @@ Failure step_fracture(Problem& p, const Step& s, double t_step, const State& bef
       if (scheme_of(s).acceleration) return step_initial_acceleration(p, s, t_step);
       return STATUS_OK;
     }
-    failure = settle(p, s, t_step);
+    failure = settle(p, s, t_step, energy);
     if (!failure.ok()) return failure;
     out_erosion(p.m, p.st, out);
     out_progress(p.m, p.st, out);
@@ -127,7 +128,7 @@ Failure step_fracture(Problem& p, const Step& s, double t_step, const State& bef
 void step_undo_point(const Problem& p, UndoPoint& u)
 {
   u.state = p.st;
-  u.share = p.share;
+  u.share = p.d.share;
 }
 
 void step_undo(Problem& p, const UndoPoint& u)
@@ -137,8 +138,8 @@ void step_undo(Problem& p, const UndoPoint& u)
                        p.st.frac.released.size() != u.state.frac.released.size();
   p.st     = u.state;
   p.st.log = log;
-  p.share  = u.share;
-  elem_refresh(p.el);
+  p.d.share  = u.share;
+  elem_refresh(p.d.el);
   if (changed) p.dofs.numbered = false;
   p.ready = false;
 }

@@ -39,8 +39,8 @@ Failure force_at_start(Problem& p, Attempt& a)
   const RealVec zero(p.dofs.neq(), 0.0);
   KernelMode mode;
   mode.finite = a.mode.finite;
-  const Failure failure = assem_move(p, zero, a.t0, a.t0);
-  return failure.ok() ? assem_internal(p, mode, a.fint0) : failure;
+  const Failure failure = assem_move(p.m, p.d.grid, p.dofs, zero, a.t0, a.t0, p.st, a.jumps);
+  return failure.ok() ? assem_internal(p.m, p.d, p.dofs, mode, a.jumps, p.st, a.fint0) : failure;
 }
 
 // M a(n): from the accelerations of the nodes, for the grid from its forces: M a = fext - fint on free dofs,
@@ -51,7 +51,7 @@ Failure inertia_at_start(Problem& p, Attempt& a, RealVec& Ma)
   const Dofs& s = p.dofs;
   const int first = s.hung ? 0 : s.nfe, grid = s.nfe * s.dim;
   a.agrid = node_vector(p, p.st.n.a);
-  if (p.grid.nnode || s.hung) {
+  if (p.d.grid.nnode || s.hung) {
     Timer timer(PHASE_PROJECT);
     RealVec f(s.neq(), 0.0);
     for (int i = first * s.dim; i < s.neq(); ++i) {
@@ -84,16 +84,16 @@ Failure step_inertia_begin(Problem& p, Attempt& a)
   const RealVec v = node_vector(p, p.st.n.v);
   a.vgrid = v;
   mass_elements(p.dofs, v, a.momentum);
-  point_momentum(p, p.st.n.vc, a.momentum);
+  point_momentum(p.st.points, p.d.grid, p.dofs, p.st.n.vc, a.momentum);
   sys_sum(p.dofs.A, a.momentum);
   Failure failure = STATUS_OK;
-  if (p.grid.nnode || p.dofs.hung) failure = project(p, a);
+  if (p.d.grid.nnode || p.dofs.hung) failure = project(p, a);
   if (!failure.ok()) return failure;
 
   const Scheme& scheme = scheme_of(s);
   RealVec Ma, force;
   if (scheme.acceleration) {
-    if (p.grid.nnode || p.dofs.hung || scheme.force) failure = force_at_start(p, a);
+    if (p.d.grid.nnode || p.dofs.hung || scheme.force) failure = force_at_start(p, a);
     if (failure.ok()) failure = inertia_at_start(p, a, Ma);
     if (!failure.ok()) return failure;
   }
@@ -110,24 +110,27 @@ Failure step_inertia_begin(Problem& p, Attempt& a)
 
 Failure step_initial_acceleration(Problem& p, const Step& s, double t_step)
 {
-  Dofs& sys = p.dofs;
-  if (sys.nfe == 0) return STATUS_OK;
-  RealVec zero(sys.neq(), 0.0), fint, f, acc(sys.neq(), 0.0);
+  Dofs& dofs = p.dofs;
+  if (dofs.nfe == 0) return STATUS_OK;
+  RealVec zero(dofs.neq(), 0.0), fint, f, acc(dofs.neq(), 0.0);
+  Jumps jumps;
   p.st.np1 = p.st.n;
   KernelMode mode;
   mode.finite = s.nlgeom;
-  Failure failure = dof_constrain(p, s, t_step, t_step);
-  if (failure.ok()) failure = assem_move(p, zero, t_step, t_step);
-  if (failure.ok()) failure = assem_internal(p, mode, fint);
-  if (failure.ok()) failure = assem_loads(p, s, t_step, p.st.n.time, 0.0, f);
+  Failure failure = dof_constrain(p.m, p.d, p.st, s, t_step, t_step, dofs, p.warned);
+  if (failure.ok()) failure = assem_move(p.m, p.d.grid, dofs, zero, t_step, t_step, p.st, jumps);
+  if (failure.ok()) failure = assem_internal(p.m, p.d, dofs, mode, jumps, p.st, fint);
+  if (failure.ok())
+    failure = assem_loads(p.m, p.d, dofs, p.st, s, {t_step, p.st.n.time, 0.0}, p.warned, f);
   if (!failure.ok()) return failure;
-  for (int i = 0; i < sys.neq(); ++i) f[i] -= fint[i];
-  for (int i = 0; i < sys.nfe * sys.dim; ++i)
-    if (sys.fixed[i] == DOF_FIXED) acc[i] = p.st.n.a[sys.node_of_row[i / sys.dim] * sys.dim + i % sys.dim];
-  if ((sys.tie.dof.empty() ? mass_solve(sys, 0, 0, f, acc) : mass_solve_tied(sys, f, acc)) < 0)
+  for (int i = 0; i < dofs.neq(); ++i) f[i] -= fint[i];
+  for (int i = 0; i < dofs.nfe * dofs.dim; ++i)
+    if (dofs.fixed[i] == DOF_FIXED)
+      acc[i] = p.st.n.a[dofs.node_of_row[i / dofs.dim] * dofs.dim + i % dofs.dim];
+  if ((dofs.tie.dof.empty() ? mass_solve(dofs, 0, 0, f, acc) : mass_solve_tied(dofs, f, acc)) < 0)
     return MASS_FAILED;
-  for (int r = 0; r < sys.nfe; ++r)
-    for (int i = 0; i < sys.dim; ++i) p.st.n.a[sys.node_of_row[r] * sys.dim + i] = acc[r * sys.dim + i];
+  for (int r = 0; r < dofs.nfe; ++r)
+    for (int i = 0; i < dofs.dim; ++i) p.st.n.a[dofs.node_of_row[r] * dofs.dim + i] = acc[r * dofs.dim + i];
   return STATUS_OK;
 }
 
@@ -182,10 +185,10 @@ void finish_ghosts(Problem& p, const Attempt& a, const RealVec& dv)
   const int dim  = p.m.dim;
   const double k = a.mode.mid ? 1.0 : 0.5;
   RealVec jump;
-  assem_ghost_jump(p, dv, jump);
+  assem_ghost_jump(p.d.grid, p.dofs, dv, jump);
   for (size_t i = 0; i < jump.size(); ++i)
-    p.st.ledger.ghost += k * p.grid.ghost_k[i / dim] * p.ghost_s[i] * p.ghost_s[i] +
-                         0.5 * p.grid.ghost_m[i / dim] * jump[i] * jump[i];
+    p.st.ledger.ghost += k * p.d.grid.ghost_k[i / dim] * a.jumps.ghost[i] * a.jumps.ghost[i] +
+                         0.5 * p.d.grid.ghost_m[i / dim] * jump[i] * jump[i];
 }
 
 // v_c += sum_v N_v(x_c) dv_v                                                       (3.15)
@@ -200,7 +203,7 @@ void finish_points(Problem& p, const Attempt& a, RealVec& dv)
     else
       dv[i] = scheme.grid(s, a.dt, a.du[i], a.vgrid[i], scheme.acceleration ? a.agrid[i] : 0.0);
   }
-  assem_gather_corners(p, dv, p.st.n.vc, p.st.np1.vc);
+  assem_gather_corners(p.d.grid, p.dofs, dv, p.st.n.vc, p.st.np1.vc);
   point_velocities(p.st.points, dim, p.st.np1.vc, p.st.np1.vp);
 }
 
@@ -225,9 +228,9 @@ void finish_followers(Problem& p, const Attempt& a)
 {
   const int dim = p.m.dim;
   Level& l = p.st.np1;
-  for (size_t n = 0; n < p.follow.size(); ++n)
-    for (int i = 0; i < dim && p.follow[n] >= 0; ++i) {
-      const size_t k = n * dim + i, c = static_cast<size_t>(p.follow[n]) * dim + i;
+  for (size_t n = 0; n < p.d.follow.size(); ++n)
+    for (int i = 0; i < dim && p.d.follow[n] >= 0; ++i) {
+      const size_t k = n * dim + i, c = static_cast<size_t>(p.d.follow[n]) * dim + i;
       l.u[k] = l.uc[c];
       if (a.cM == 0.0) continue;
       l.v[k] = l.vc[c];
@@ -285,7 +288,7 @@ double external_work(const Problem& p, const Attempt& a, const RealVec& rf0)
 // counted there (dt = 0).  (6.15)
 double work_of_renewal(const Problem& p, const Attempt& a)
 {
-  if (a.cM != 0.0 || a.dt == 0.0 || p.grid.nnode == 0) return 0.0;
+  if (a.cM != 0.0 || a.dt == 0.0 || p.d.grid.nnode == 0) return 0.0;
   double work = 0.0;
   const RealVec R0 = residual_at_start(p, a);
   for (int i = 0; i < p.dofs.neq(); ++i)
@@ -301,15 +304,15 @@ void finish_contact(Problem& p, const Attempt& a)
   std::vector<ContactLog> log(p.m.bond.size());
   for (size_t d = 0; d < log.size() && d < st.contact.size(); ++d) log[d].work = st.contact[d].work;
   for (int b = 0; b < st.bonds.nbond; ++b) {
-    if (st.bonds.field[b] != SIDE_CONTACT || !p.pairs.master.count(b)) continue;
+    if (st.bonds.field[b] != SIDE_CONTACT || !p.d.pairs.master.count(b)) continue;
     ContactLog& c = log[st.bonds.def[b]];
     double f[3], t1[3], slipped, pressure = 0.0, friction = 0.0;
-    const double gap = contact_force(p.m, st.bonds, p.pairs, b, a.mode, &p.contact_s[b * dim],
+    const double gap = contact_force(p.m, st.bonds, p.d.pairs, b, a.mode, &a.jumps.contact[b * dim],
                                      &st.n.lambda[b * dim], st.np1.lambda_n[b], f, nullptr, t1, &slipped);
     if (st.np1.lambda_n[b] + st.bonds.cn[b] * gap >= 0.0) st.np1.lambda_n[b] = 0.0;     // open: forgotten
     for (int i = 0; i < dim; ++i) {
-      st.bonds.normal[b * dim + i] = p.pairs.normal[b * dim + i];
-      pressure -= f[i] * p.pairs.normal[b * dim + i];
+      st.bonds.normal[b * dim + i] = p.d.pairs.normal[b * dim + i];
+      pressure -= f[i] * p.d.pairs.normal[b * dim + i];
       friction += t1[i] * t1[i];
     }
     c.force += pressure;
@@ -324,7 +327,7 @@ void finish_contact(Problem& p, const Attempt& a)
 
 }  // namespace
 
-void step_finish(Problem& p, Attempt& a)
+void step_finish(Problem& p, Attempt& a, RealVec& energy)
 {
   Timer timer(PHASE_COMMIT);
   const RealVec rf0 = p.st.rf.empty() ? RealVec(static_cast<size_t>(p.m.mesh.nnode()) * p.m.dim, 0.0)
@@ -335,13 +338,13 @@ void step_finish(Problem& p, Attempt& a)
     finish_nodes(p, a, dv);
     if (p.st.points.npoint) finish_points(p, a, dv);
   }
-  if (p.grid.ghost.size()) finish_ghosts(p, a, dv);
+  if (p.d.grid.ghost.size()) finish_ghosts(p, a, dv);
   finish_followers(p, a);
   finish_reactions(p, a);
-  if (p.pairs.near || !p.st.contact.empty()) finish_contact(p, a);
+  if (p.d.pairs.near || !p.st.contact.empty()) finish_contact(p, a);
   p.st.ledger.external += external_work(p, a, rf0);
   p.st.ledger.renewal += work_of_renewal(p, a);
-  if (p.fm.on)
-    p.st.ledger.fracture += frac_degraded(p.m, a.step, p.el, p.st.points, p.st.frac, p.st.n, p.st.np1);
-  ledger_update(p, p.st.np1, a.step.nlgeom);
+  if (p.d.fm.on)
+    p.st.ledger.fracture += frac_degraded(p.m, a.step, p.d.el, p.st.points, p.st.frac, p.st.n, p.st.np1);
+  ledger_update(p, p.st.np1, a.step.nlgeom, p.d.fm.on ? &energy : nullptr);
 }

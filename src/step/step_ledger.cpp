@@ -62,7 +62,7 @@ void add_points(const Problem& p, const Level& l, Ledger& g)
 
 }  // namespace
 
-void ledger_update(Problem& p, const Level& l, bool nlgeom)
+void ledger_update(Problem& p, const Level& l, bool nlgeom, RealVec* energy)
 {
   Ledger& g = p.st.ledger;
   g.kinetic = 0.0;
@@ -70,7 +70,7 @@ void ledger_update(Problem& p, const Level& l, bool nlgeom)
   if (!p.dofs.M.empty()) add_nodes(p, l, g);
   add_points(p, l, g);
   sum_motion(g);
-  g.strain = elem_energy(p.m, p.el, l, nlgeom, p.fm.on ? &p.energy : nullptr) +
+  g.strain = elem_energy(p.m, p.d.el, l, nlgeom, energy) +
              point_energy(p.m, p.st.points, l, p.dofs.my_point);
   comm_sum(&g.strain, 1);
   g.bond    = bond_energy(p.st.bonds, p.m.dim, l, &g.slip_max, &g.slip_rms);

@@ -53,13 +53,13 @@ Compressed compressed(const Problem& p)
   Compressed c;
   IpFields f;
   const bool breaks = !p.st.frac.broken.empty();
-  for (const ElemBlock& b : p.el.block)
+  for (const ElemBlock& b : p.d.el.block)
     for (int slot : b.live) {
       const int e = b.elem[slot];
       if (breaks && p.st.frac.broken[e] >= 0) continue;
       bool beyond = false;
       for (int g = 0; g < shape_info[b.shape].ngp; ++g) {
-        elem_ip_fields(p.m, p.el, p.st.n, true, e, g, f);
+        elem_ip_fields(p.m, p.d.el, p.st.n, true, e, g, f);
         beyond = note(c, f, e, false) || beyond;
       }
       c.elements += beyond;
@@ -80,7 +80,7 @@ void step_limit(Problem& p, const Step& s)
   Timer timer(PHASE_COMMIT);
   const Compressed c = compressed(p);
   const int count    = c.elements + c.points;
-  if (count == 0 || !p.told.insert("stretch " + std::to_string(std::ilogb(count))).second) return;
+  if (count == 0 || !p.warned.insert("stretch " + std::to_string(std::ilogb(count))).second) return;
   const int label = c.is_point ? p.st.points.label[c.worst] : p.m.mesh.elem_label[c.worst];
   log_warn("time %.8g: %d elements and %d material points are compressed below a stretch of 0.577, where "
            "St.Venant-Kirchhoff softens and its answer means little; the worst is %s %d at %s with %.3f",

@@ -14,10 +14,10 @@ const double BLIND  = 1e-6;    // reduction in iterations that the increment bef
 const int SLOW      = 8;       // iterations; Newton's method that takes more gets factorised tangents
 const double NEAR   = 0.1;     // of the accepted residual, when a tangent is used twice
 
-// nothing in the scene can change the tangent, but for what Frozen compares
+// nothing in the scene can change the tangent, but for what ReusedTangent compares
 bool linear_scene(const Problem& p, const Attempt& a)
 {
-  if (a.mode.finite || p.fm.on || p.st.points.npoint || !p.m.solver.reuse) return false;
+  if (a.mode.finite || p.d.fm.on || p.st.points.npoint || !p.m.solver.reuse) return false;
   for (const BondDef& b : p.m.bond)
     if (b.kind == BOND_CONTACT) return false;
   return true;
@@ -25,7 +25,7 @@ bool linear_scene(const Problem& p, const Attempt& a)
 
 bool same_tangent(const Problem& p, const Attempt& a)
 {
-  const Frozen& z = p.frozen;
+  const ReusedTangent& z = p.newton.tangent;
   return z.on && z.pattern == p.dofs.pattern && z.mode.cD() == a.mode.cD() &&
          std::fabs(z.cM - a.cM) <= 1e-12 * a.cM && z.fixed == p.dofs.fixed;
 }
@@ -35,9 +35,9 @@ bool same_tangent(const Problem& p, const Attempt& a)
 // Not in statics, where a soft mode turns a small residual into a large error.
 bool near_tangent(const Problem& p, const Attempt& a, int it, double residual, double accepted)
 {
-  if (!p.m.solver.reuse || a.cM == 0.0 || it == 1 || it - 2 >= static_cast<int>(p.newton_gain.size()))
+  if (!p.m.solver.reuse || a.cM == 0.0 || it == 1 || it - 2 >= static_cast<int>(p.newton.gain.size()))
     return false;
-  return residual * p.newton_gain[it - 2] <= NEAR * accepted;
+  return residual * p.newton.gain[it - 2] <= NEAR * accepted;
 }
 
 // how far the linear residual must go down (8.6): a third of what Newton's method has made of it in the same
@@ -53,7 +53,7 @@ double reduction(const RealVec& gain, int it, double residual, double accepted)
 // step_held, once for each set of supports
 bool supported(Problem& p)
 {
-  Held& h = p.held;
+  KnownRegular& h = p.newton.regular;
   if (h.pattern != p.dofs.pattern || h.fixed != p.dofs.fixed) {
     h.pattern = p.dofs.pattern;
     h.fixed   = p.dofs.fixed;
@@ -68,7 +68,7 @@ void step_tangent(Problem& p, const Attempt& a, int it, double residual, double 
                   const RealVec& pending, LinearSystem& l)
 {
   Dofs& s = p.dofs;
-  Frozen& z = p.frozen;
+  ReusedTangent& z = p.newton.tangent;
   const bool same = same_tangent(p, a), stay = same || near_tangent(p, a, it, residual, accepted);
   l.f.resize(s.neq());
   for (int i = 0; i < s.neq(); ++i) l.f[i] = -R[i];
@@ -84,7 +84,7 @@ void step_tangent(Problem& p, const Attempt& a, int it, double residual, double 
     return;
   }
   const long number = s.tangent;
-  assem_tangent(p, a.mode, a.cM);
+  assem_tangent(p.m, p.d, p.st, a.mode, a.cM, a.jumps, s);
   if (same) s.tangent = number;
   sys_diagonal(s.A, l.diag);
   if (!s.tie.dof.empty()) {
@@ -110,21 +110,21 @@ Failure step_solve(Problem& p, const Attempt& a, int it, double residual, double
   l.residual = std::max(l.residual, residual);
   SolveAsk ask{s.row_key};
   ask.stamp    = s.tangent;
-  ask.eta      = reduction(p.newton_gain, it, residual, accepted);
+  ask.eta      = reduction(p.newton.gain, it, residual, accepted);
   ask.residual = 0.01 * accepted;
   // statics with broken material, nearly singular: only a preconditioner that is exact there leaves nothing
   // behind
-  const bool loose = a.cM == 0.0 && p.fm.on && p.st.frac.neroded > 0;
+  const bool loose = a.cM == 0.0 && p.d.fm.on && p.st.frac.neroded > 0;
   ask.energy = (loose ? 0.5 * ACCEPT : FINAL) * l.energy;
   ask.broken = loose;
   ask.exact  = it > SLOW;
   // in motion too unknowns of the grid may be held: their mass may be singular in what no corner sees (3.14)
-  p.solver.hold = loose || (a.cM != 0.0 && p.grid.nnode) ? s.nfe : -1;
+  p.newton.solver.hold = loose || (a.cM != 0.0 && p.d.grid.nnode) ? s.nfe : -1;
   ask.inertia   = a.cM != 0.0;
-  ask.held      = p.solver.nfactor == 0 && s.neq() >= SMALL_SYSTEM && p.m.dim == 3 &&
+  ask.held      = p.newton.solver.nfactor == 0 && s.neq() >= SMALL_SYSTEM && p.m.dim == 3 &&
                   (ask.inertia || supported(p));
   ask.digits = -std::log10(std::max(ask.eta, FINAL * l.residual / residual));
-  const Status status = solve_system(p.solver, s.A, ask, l.f, l.dx);
+  const Status status = solve_system(p.newton.solver, s.A, ask, l.f, l.dx);
   if (status != STATUS_OK) return status;
   double energy = 0.0;
   for (int i = 0; i < s.neq(); ++i) {
@@ -136,10 +136,13 @@ Failure step_solve(Problem& p, const Attempt& a, int it, double residual, double
   return STATUS_OK;
 }
 
-bool step_solved_well(const Problem& p, const LinearSystem& l) { return p.solver.left <= ACCEPT * l.energy; }
+bool step_solved_well(const Problem& p, const LinearSystem& l)
+{
+  return p.newton.solver.left <= ACCEPT * l.energy;
+}
 
 void step_gain(Problem& p, int it, double gain)
 {
-  if (it > static_cast<int>(p.newton_gain.size())) p.newton_gain.resize(it, BLIND);
-  p.newton_gain[it - 1] = gain;
+  if (it > static_cast<int>(p.newton.gain.size())) p.newton.gain.resize(it, BLIND);
+  p.newton.gain[it - 1] = gain;
 }

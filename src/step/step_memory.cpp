@@ -19,8 +19,8 @@ void step_memory(const Problem& p, std::vector<MemoryUse>& out)
 {
   const Dofs& s = p.dofs;
   const Mesh& mesh = p.m.mesh;
-  double elements = bytes(p.el.block_of) + bytes(p.el.slot_of) + bytes(p.el.home);
-  for (const ElemBlock& b : p.el.block)
+  double elements = bytes(p.d.el.block_of) + bytes(p.d.el.slot_of) + bytes(p.d.el.home);
+  for (const ElemBlock& b : p.d.el.block)
     elements += bytes(b.elem) + bytes(b.live) + bytes(b.kind) + bytes(b.dNdX) + bytes(b.w) + bytes(b.eas) +
                 bytes(b.me);
   const Points& q = p.st.points;
@@ -30,12 +30,12 @@ void step_memory(const Problem& p, std::vector<MemoryUse>& out)
   out.push_back({"places in the matrix", bytes(s.elem_map) + bytes(s.point_map) + bytes(s.bond_map) +
                                              bytes(s.ghost_map) + bytes(s.point_map_off) +
                                              bytes(s.bond_map_off)});
-  solve_memory(p.solver, out);
+  solve_memory(p.newton.solver, out);
   out.push_back({"elements", elements});
   out.push_back({"mesh", bytes(mesh.X) + bytes(mesh.conn) + bytes(mesh.node_label) + bytes(mesh.elem_label) +
                              bytes(mesh.elem_type) + bytes(mesh.elem_section)});
   out.push_back({"points and grid", bytes(q.Xc) + bytes(q.G) + bytes(q.w) + bytes(q.mc) + bytes(q.conn) +
-                                        bytes(p.grid.point) + bytes(p.grid.dS) + bytes(p.grid.corner) +
-                                        bytes(p.grid.corner_w)});
+                                        bytes(p.d.grid.point) + bytes(p.d.grid.dS) + bytes(p.d.grid.corner) +
+                                        bytes(p.d.grid.corner_w)});
   out.push_back({"state", bytes(p.st.n) + bytes(p.st.np1)});
 }

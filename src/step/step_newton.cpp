@@ -24,10 +24,10 @@ struct Balance {
 Failure form_residual(Problem& p, Attempt& a, const RealVec& du, Balance& b)
 {
   const Dofs& s = p.dofs;
-  Failure failure = assem_move(p, du, a.t0, a.t1);
-  if (failure.ok()) failure = assem_internal(p, a.mode, a.fint);
+  Failure failure = assem_move(p.m, p.d.grid, s, du, a.t0, a.t1, p.st, a.jumps);
+  if (failure.ok()) failure = assem_internal(p.m, p.d, s, a.mode, a.jumps, p.st, a.fint);
   if (failure.ok() && (a.fext.empty() || assem_has_followers(a.step)))
-    failure = assem_loads(p, a.step, a.t_load, a.total_load, a.s_load, a.fext);
+    failure = assem_loads(p.m, p.d, s, p.st, a.step, a.load, p.warned, a.fext);
   if (!failure.ok()) return failure;
   b.R.resize(s.neq());
   b.inertia.assign(s.neq(), 0.0);
@@ -59,11 +59,12 @@ RealVec strain_diagonal(const Problem& p, const RealVec& diag, double cM)
       for (int i = 0; i < s.dim; ++i)
         d[s.bond.item[k] * s.dim + i] -= s.bond_w[k] * s.bond_w[k] * C[i * s.dim + i];
   }
-  const ListTable& ghost = p.grid.ghost;
+  const ActiveGrid& grid = p.d.grid;
+  const ListTable& ghost = grid.ghost;
   for (int q = 0; q < ghost.size(); ++q)
     for (int k = ghost.off[q]; k < ghost.off[q + 1]; ++k)
       for (int i = 0; i < s.dim; ++i)
-        d[(s.nfe + ghost.item[k]) * s.dim + i] -= p.grid.ghost_k[q] * p.grid.ghost_w[k] * p.grid.ghost_w[k];
+        d[(s.nfe + ghost.item[k]) * s.dim + i] -= grid.ghost_k[q] * grid.ghost_w[k] * grid.ghost_w[k];
   return d;
 }
 
@@ -94,10 +95,10 @@ bool converged(const Problem& p, const Attempt& a, const Balance& b, const Linea
   if (by_rounding && b.free_norm <= rounding_floor(p, whole, a.du, a.cM)) return true;
   if (b.free_norm > c.tol_force * b.scale) return false;
   // unknowns that are held keep a residual, which is judged by the reactions as well (theory 8.1)
-  const bool held = a.cM == 0.0 && p.solver.hold >= 0 && p.solver.zero_equation >= 0;
+  const bool held = a.cM == 0.0 && p.newton.solver.hold >= 0 && p.newton.solver.zero_equation >= 0;
   double res = 0.0, ref = 0.0, least = 0.0;
   // broken material has next to no stiffness, and need not be judged by it
-  if (p.fm.on) {
+  if (p.d.fm.on) {
     for (double d : diag) least += d;
     least *= 1e-3 / static_cast<double>(s.neq());
   }
@@ -130,10 +131,10 @@ Failure line_search(Problem& p, Attempt& a, const RealVec& du, const RealVec& dx
 {
   double g1 = dot(dx, b.R), lo = 0.0, glo = g0, hi = s, ghi = g1;
   // broken material that opens or closes kinks the line: a smaller part may be the right one
-  const int most = p.fm.on ? TRIALS_BROKEN : TRIALS;
+  const int most = p.d.fm.on ? TRIALS_BROKEN : TRIALS;
   for (int k = 0; k < most && std::fabs(g1) > SMOOTH_ENOUGH * std::fabs(g0); ++k) {
     double next = glo * ghi < 0.0 ? lo - glo * (hi - lo) / (ghi - glo) : 0.5 * (lo + hi);
-    next = std::min(std::max(next, p.fm.on ? lo + LEAST_PART * (hi - lo) : LEAST_PART), 1.0);
+    next = std::min(std::max(next, p.d.fm.on ? lo + LEAST_PART * (hi - lo) : LEAST_PART), 1.0);
     for (size_t i = 0; i < du.size(); ++i) trial[i] = du[i] + next * dx[i];
     const Failure failure = form_residual(p, a, trial, b);
     if (!failure.ok()) return failure;

@@ -77,16 +77,6 @@ int start_equations(const Problem& p)
   return errors;
 }
 
-// one point a cell sees only the mean gradient: the cell can deform as an hourglass without any stress
-void warn_few_points(const Problem& p)
-{
-  if (p.st.points.npoint > 1.5 * p.grid.ncell) return;
-  log_warn("%d material points in %d cells: with about one point a cell the grid can move as an hourglass "
-           "without any "
-           "stress, and statics may be singular or wrong; take POINTS=2 or more, or larger cells",
-           p.st.points.npoint, p.grid.ncell);
-}
-
 bool has_contact(const Model& m)
 {
   for (const BondDef& d : m.bond)
@@ -99,10 +89,11 @@ int start_contact(Problem& p)
 {
   RealVec xb;
   bond_places(p.m, p.st.points, p.st.bonds, p.st.n.u, p.st.n.uc, xb);
-  contact_search(p.m, p.st.points, p.st.bonds, p.st.n.u, p.st.n.uc, xb, p.pairs);
-  const int errors = contact_start(p.m, p.st.bonds, p.pairs, xb);
+  contact_search(p.m, p.st.points, p.st.bonds, p.st.n.u, p.st.n.uc, xb, p.d.pairs);
+  const int errors = contact_start(p.m, p.st.bonds, p.d.pairs, xb);
   for (int b = 0; b < p.st.bonds.nbond; ++b)
-    if (p.st.bonds.field[b] == SIDE_CONTACT) p.st.n.slip[b * p.m.dim] = p.pairs.gap[b] - p.st.bonds.offset[b];
+    if (p.st.bonds.field[b] == SIDE_CONTACT)
+      p.st.n.slip[b * p.m.dim] = p.d.pairs.gap[b] - p.st.bonds.offset[b];
   return errors;
 }
 
@@ -114,21 +105,21 @@ int step_open(Problem& p)
   const Model& m = p.m;
   State& st      = p.st;
   int worst      = -1;
-  if (elem_setup(m, p.el, &worst) != STATUS_OK) {
+  if (elem_setup(m, p.d.el, &worst) != STATUS_OK) {
     log_error("element %d has det(dX/dxi) <= 0: its nodes are not counter-clockwise, or it is degenerate",
               m.mesh.elem_label[worst]);
     return 1;
   }
-  int errors = frac_mesh(m, p.el, p.fm);
+  int errors = frac_mesh(m, p.d.el, p.d.fm);
   if (errors) return errors;
-  frac_begin(m, p.fm, st.frac, st.n);
-  if (p.fm.on) p.el.frac = &st.frac;
-  elem_refresh(p.el);
+  frac_begin(m, p.d.fm, st.frac, st.n);
+  if (p.d.fm.on) p.d.el.frac = &st.frac;
+  elem_refresh(p.d.el);
   errors = point_fill(m, st.points);
   if (errors) return errors;
   errors = bond_form(m, st.points, st.bonds);
   if (errors) return errors;
-  p.point_law = point_laws(m);
+  p.d.point_law = point_laws(m);
   const size_t nodal = static_cast<size_t>(m.mesh.nnode()) * m.dim;
   st.n.u.assign(nodal, 0.0);
   st.n.v = st.n.a = st.rf = st.n.u;
@@ -143,11 +134,11 @@ int step_open(Problem& p)
   if (errors) return errors;
   if (has_contact(m)) errors = start_contact(p);
   if (errors) return errors;
-  overlap_pairs(m, p.watch);
-  overlap_start(m, p.el, st.points, st.n.u, st.n.uc, p.watch);
+  overlap_pairs(m, p.d.watch);
+  overlap_start(m, p.d.el, st.points, st.n.u, st.n.uc, p.d.watch);
   point_velocities(st.points, m.dim, st.n.vc, st.n.vp);
   st.np1 = st.n;
-  if (!solve_open(p.solver, m.solver)) {
+  if (!solve_open(p.newton.solver, m.solver)) {
     log_error("the solver that *SOLVER asks for is not built into this program (see tools/machines)");
     return 1;
   }
@@ -158,7 +149,7 @@ Failure step_prepare(Problem& p, const Step& s)
 {
   if (p.ready) return STATUS_OK;
   State& st = p.st;
-  frac_follow(p.m, st.frac, st.points, p.follow);
+  frac_follow(p.m, st.frac, st.points, p.d.follow);
   RealVec xb;
   if (st.bonds.nbond) {
     Timer timer(PHASE_BOND);
@@ -168,33 +159,31 @@ Failure step_prepare(Problem& p, const Step& s)
   }
   if (has_contact(p.m)) {
     Timer timer(PHASE_CONTACT);
-    contact_search(p.m, st.points, st.bonds, st.n.u, st.n.uc, xb, p.pairs);
-    contact_enter(st.n, p.m.dim, s.proc == PROC_DYNAMIC, st.bonds, p.pairs);
-    st.log.contact_searched += p.pairs.searched;
-    st.log.contact_skipped += p.pairs.skipped;
-    p.contact_s.assign(static_cast<size_t>(st.bonds.nbond) * p.m.dim, 0.0);
+    contact_search(p.m, st.points, st.bonds, st.n.u, st.n.uc, xb, p.d.pairs);
+    contact_enter(st.n, p.m.dim, s.proc == PROC_DYNAMIC, st.bonds, p.d.pairs);
+    st.log.contact_searched += p.d.pairs.searched;
+    st.log.contact_skipped += p.d.pairs.skipped;
   } else {
     timer_skip(PHASE_CONTACT);
   }
   if (st.points.npoint) {
     Timer timer(PHASE_GRID);
     int worst = 0;
-    const Status status = grid_activate(p.m, st.points, st.bonds, st.n.uc, xb, p.grid, &worst);
+    const Status status = grid_activate(p.m, st.points, st.bonds, st.n.uc, xb, p.d.grid, &worst);
     if (status != STATUS_OK) return {status, worst < 0 ? AT_BOND : AT_CORNER, worst < 0 ? -1 - worst : worst};
   } else {
     timer_skip(PHASE_GRID);
     timer_skip(PHASE_PROJECT);
-    p.grid = ActiveGrid();
-    p.grid.bond.off.assign(st.bonds.nbond + 1, 0);    // bonds to the ground and contact only
+    p.d.grid = ActiveGrid();
+    p.d.grid.bond.off.assign(st.bonds.nbond + 1, 0);    // bonds to the ground and contact only
   }
-  if (st.points.npoint && !p.opened) warn_few_points(p);
-  dof_form(p, s);
-  if (s.proc == PROC_DYNAMIC) assem_mass(p);
+  dof_form(p.m, s, st, p.d, p.dofs);
+  if (s.proc == PROC_DYNAMIC) assem_mass(st.points, p.d, p.dofs);
   else timer_skip(PHASE_MASS);
-  st.log.grid_nodes = p.grid.nnode;
-  st.log.grid_cells = p.grid.ncell;
-  st.log.weak_nodes = p.grid.nweak;
+  st.log.grid_nodes = p.d.grid.nnode;
+  st.log.grid_cells = p.d.grid.ncell;
+  st.log.weak_nodes = p.d.grid.nweak;
   st.log.equations  = p.dofs.neq();
-  p.ready = p.opened = true;
+  p.ready = true;
   return STATUS_OK;
 }

@@ -28,7 +28,7 @@ IntVec find_pieces(const Problem& p)
 {
   IntVec up(p.m.mesh.nnode());
   std::iota(up.begin(), up.end(), 0);
-  for (const ElemBlock& b : p.el.block)
+  for (const ElemBlock& b : p.d.el.block)
     for (int slot : b.live) {
       const int e = b.elem[slot], *node = p.m.mesh.conn.begin(e);
       if (p.st.frac.broken[e] >= 0) continue;
@@ -57,13 +57,13 @@ void add_rest(const Problem& p, const Step& s, const IntVec& root, std::map<int,
   mode.finite = s.nlgeom;
   mode.steady = true;
   double u[24], with[24], without[24];
-  for (const ElemBlock& b : p.el.block)
+  for (const ElemBlock& b : p.d.el.block)
     for (int slot : b.live) {
       const int e = b.elem[slot], nen = shape_info[b.shape].nen, *node = p.m.mesh.conn.begin(e);
       if (p.st.frac.broken[e] < 0) continue;
       for (int k = 0; k < nen * dim; ++k) u[k] = p.st.n.u[node[k / dim] * dim + k % dim];
-      elem_form_broken(b, slot, elem_broken_law(p.m, p.el, e, p.st.n.degr[e]), mode, u, u, with, nullptr);
-      elem_form_broken(b, slot, elem_broken_law(p.m, p.el, e, 0.0), mode, u, u, without, nullptr);
+      elem_form_broken(b, slot, elem_broken_law(p.m, p.d.el, e, p.st.n.degr[e]), mode, u, u, with, nullptr);
+      elem_form_broken(b, slot, elem_broken_law(p.m, p.d.el, e, 0.0), mode, u, u, without, nullptr);
       for (int k = 0; k < nen * dim; ++k) piece[root[node[k / dim]]].rest[k % dim] += with[k] - without[k];
     }
 }
@@ -83,7 +83,8 @@ void step_remainder(Problem& p, const Step& s)
   if (s.proc != PROC_STATIC || !breaks(st.frac) || st.points.npoint || comm_rank() > 0) return;
   if (p.dofs.fixed.size() != static_cast<size_t>(p.dofs.neq())) return;
   RealVec f;
-  if (!assem_loads(p, s, st.n.time - st.clock.start, st.n.time, 1.0, f).ok()) return;
+  const LoadTime now{st.n.time - st.clock.start, st.n.time, 1.0};
+  if (!assem_loads(p.m, p.d, p.dofs, st, s, now, p.warned, f).ok()) return;
   const IntVec root = find_pieces(p);
   std::map<int, Piece> piece;
   find_supports(p, root, piece);
@@ -101,7 +102,7 @@ void step_remainder(Problem& p, const Step& s)
     all += size(q.load);
     if (size(load) > 0.0) rest += borne / size(load);
   }
-  if (rest <= 0.01 * all || !p.told.insert("remainder " + std::to_string(st.log.step)).second) return;
+  if (rest <= 0.01 * all || !p.warned.insert("remainder " + std::to_string(st.log.step)).second) return;
   log_warn("step %d, time %.8g: %.0f %% of the loads act on pieces that nothing intact ties to a support; "
            "broken elements carry them by their STIFFNESS alone, and displacements mean little: end the step "
            "before, or prescribe displacements", st.log.step, st.n.time, 100.0 * rest / all);

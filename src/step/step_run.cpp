@@ -76,9 +76,9 @@ Failure contact_depth(const Problem& p)
 {
   const Bonds& b = p.st.bonds;
   for (int q = 0; q < b.nbond; ++q) {
-    if (b.field[q] != SIDE_CONTACT || !p.pairs.master.count(q)) continue;
-    const double gap = p.st.np1.slip[q * p.m.dim] / p.pairs.size[q],
-                 before = p.pairs.gap[q] / p.pairs.size[q];
+    if (b.field[q] != SIDE_CONTACT || !p.d.pairs.master.count(q)) continue;
+    const double gap = p.st.np1.slip[q * p.m.dim] / p.d.pairs.size[q],
+                 before = p.d.pairs.gap[q] / p.d.pairs.size[q];
     if (gap > -TOO_DEEP && (gap > -ENTERED || before - gap < ENTERED)) continue;
     return {CONTACT_DEPTH, AT_BOND, q};
   }
@@ -162,7 +162,7 @@ double break_time(const BreakWatch& w, double value)
 bool cut_to_break(const Problem& p, const Step& s, const BreakWatch& w, double dt, StepClock& clock,
                   double& shorter)
 {
-  const double half = 0.5 * p.m.fracture[p.fm.def[w.first.elem]].tolerance;
+  const double half = 0.5 * p.m.fracture[p.d.fm.def[w.first.elem]].tolerance;
   const bool near   = w.value0 >= 1.0 - 2.0 * half;
   const double aim  = dt * break_time(w, 1.0 + half);
   shorter = near ? aim : dt * break_time(w, 1.0 - half);
@@ -234,7 +234,7 @@ Failure interrupted(Problem& p, Output& out)
 {
   std::string note = "signal " + std::to_string(interrupt_signal()) +
                      " has ended the run; the files are complete up to here";
-  out_restart(p.m, p.st, p.grid, true, out);
+  out_restart(p.m, p.st, p.d.grid, true, out);
   if (p.m.restart.write)
     note += ". mpfe --restart " + out.base + ".rst, or *RESTART, READ in the deck, continues it";
   return {INTERRUPTED, note};
@@ -243,7 +243,7 @@ Failure interrupted(Problem& p, Output& out)
 // within an increment: it is forgotten, and the run goes on with it
 Failure interrupted_inside(Problem& p, const StepLog& done, const UndoPoint& undo, Output& out)
 {
-  if (p.fm.on) step_undo(p, undo);
+  if (p.d.fm.on) step_undo(p, undo);
   out_erosion_undo(out);
   p.st.log = done;
   return interrupted(p, out);
@@ -257,6 +257,7 @@ Failure run_step(Problem& p, const Step& s, Output& out)
   const double start = clock.start;
   const std::vector<double> stops = stops_of(p.m, start, s);
   UndoPoint undo;
+  RealVec energy;
   p.ready = false;
   while (!clock_done(s, clock)) {
     if (step_signalled()) return interrupted(p, out);
@@ -267,43 +268,43 @@ Failure run_step(Problem& p, const Step& s, Output& out)
                                  " increments are used up before the end of the step: raise INC, or dt"};
     // 1., 2. grid, rows, pattern, mass
     const int cuts = clock.cuts;
-    if (p.fm.on && s.proc == PROC_STATIC) step_undo_point(p, undo);
+    if (p.d.fm.on && s.proc == PROC_STATIC) step_undo_point(p, undo);
     Failure failure = step_prepare(p, s);
     if (failure.ok() && st.log.inc == 1 && s.proc == PROC_DYNAMIC && scheme_of(s).acceleration)
       failure = step_initial_acceleration(p, s, 0.0);
     // 3., 4., 5. attempts, each half as long as the one before
     double dt = clock_next(s, clock, stops);
-    if (p.fm.on && s.proc == PROC_DYNAMIC) step_undo_point(p, undo);      // with the first acceleration
+    if (p.d.fm.on && s.proc == PROC_DYNAMIC) step_undo_point(p, undo);      // with the first acceleration
     clock.aim = 0.0;
     BreakWatch watch;
     watch.on = s.proc == PROC_STATIC && !s.direct;
     while (failure.ok()) {
       const Ledger before = st.ledger;
       double shorter = 0.5 * dt;
-      failure = step_increment(p, s, clock.t, dt);
+      failure = step_increment(p, s, clock.t, dt, energy);
       const int iterations = st.log.iterations;
       if (failure.ok()) {
         note_rate(s, dt, st);
         st.n      = st.np1;
         st.n.time = start + clock.t + dt;
         p.ready   = false;
-        if (p.fm.on) failure = step_fracture(p, s, clock.t + dt, undo.state, watch, out);
+        if (p.d.fm.on) failure = step_fracture(p, s, clock.t + dt, undo.state, watch, energy, out);
         else timer_skip(PHASE_FRACTURE);
         if (failure.status == CRITERION_EXCEEDED && !cut_to_break(p, s, watch, dt, clock, shorter)) {
           watch.on = false;
-          failure  = step_fracture(p, s, clock.t + dt, undo.state, watch, out);
+          failure  = step_fracture(p, s, clock.t + dt, undo.state, watch, energy, out);
         }
         st.log.iterations = iterations;
       }
       if (failure.ok() || !cut_helps(failure.status)) break;
       failure.note = step_explain(p, failure);       // in the words of the state that is undone
       const StepClock now = clock;
-      if (p.fm.on) step_undo(p, undo);
+      if (p.d.fm.on) step_undo(p, undo);
       out_erosion_undo(out);
       clock     = now;
       st.ledger = before;
       if (!step_prepare(p, s).ok()) break;
-      if ((p.fm.on || !p.m.restart.write) && step_signalled()) failure = INTERRUPTED;
+      if ((p.d.fm.on || !p.m.restart.write) && step_signalled()) failure = INTERRUPTED;
       if (failure.status == INTERRUPTED) break;
       if (st.log.cuts >= s.ctl.max_cut || shorter < s.dt_min) break;
       out_listing_cut(st.log.step, st.log.inc, start + clock.t, dt, shorter, failure.status,
@@ -325,11 +326,11 @@ Failure run_step(Problem& p, const Step& s, Output& out)
     st.log.t_step = clock.t;
     check_ranks(p);
     if (s.proc == PROC_STATIC || st.log.inc_total % 10 == 0 || clock_done(s, clock)) step_limit(p, s);
-    if (p.fm.on) step_remainder(p, s);
-    if (!p.watch.pair.empty()) overlap_look(p.m, p.el, st, p.watch);
-    out_increment(p.m, p.el, st, p.grid, out);
+    if (p.d.fm.on) step_remainder(p, s);
+    if (!p.d.watch.pair.empty()) overlap_look(p.m, p.d.el, st, p.d.watch);
+    out_increment(p.m, p.d.el, st, p.d.grid, out);
     st.eroded.clear();
-    out_restart(p.m, st, p.grid, false, out);
+    out_restart(p.m, st, p.d.grid, false, out);
   }
   return STATUS_OK;
 }
@@ -381,7 +382,7 @@ void load_of_ranks(const Problem& p, std::vector<RankLoad>& ranks)
 {
   if (comm_size() == 1) return;
   RankLoad mine;
-  for (const ElemBlock& b : p.el.block) mine.elements += static_cast<double>(b.mine.size());
+  for (const ElemBlock& b : p.d.el.block) mine.elements += static_cast<double>(b.mine.size());
   mine.points = static_cast<double>(p.dofs.my_point.size());
   mine.bonds  = static_cast<double>(p.dofs.my_bond.size());
   for (Phase phase : {PHASE_RESIDUAL, PHASE_TANGENT, PHASE_MASS}) mine.assembly += timer_phase(phase).wall;
@@ -407,10 +408,21 @@ void extrapolate(const Problem& p, double dt, Attempt& a)
       if (!p.dofs.fixed[r * dim + i]) a.guess[r * dim + i] = dt * st.rate[p.dofs.node_of_row[r] * dim + i];
 }
 
+// one point a cell sees only the mean gradient: the cell can deform as an hourglass without any stress
+void warn_few_points(const Problem& p)
+{
+  if (p.st.points.npoint > 1.5 * p.d.grid.ncell) return;
+  log_warn("%d material points in %d cells: with about one point a cell the grid can move as an hourglass "
+           "without any "
+           "stress, and statics may be singular or wrong; take POINTS=2 or more, or larger cells",
+           p.st.points.npoint, p.d.grid.ncell);
+}
+
 // energies at the start need the mass of the first step
 void open_ledger(Problem& p)
 {
   if (!step_prepare(p, p.m.step.front()).ok()) return;
+  if (p.st.points.npoint) warn_few_points(p);
   ledger_update(p, p.st.n, p.m.step.front().nlgeom);
   Ledger& g = p.st.ledger;
   g.total0  = g.kinetic + g.strain + g.bond;
@@ -421,24 +433,23 @@ void open_ledger(Problem& p)
 int begin_run(Problem& p, Output& out)
 {
   open_ledger(p);
-  return out_open(p.m, p.el, p.st, p.grid, out);
+  return out_open(p.m, p.d.el, p.st, p.d.grid, out);
 }
 
 // state and output of the restart file; what follows from the state is made again
 int continue_run(Problem& p, Archive& f, Output& out)
 {
   const Points begin = p.st.points;
-  const int errors   = out_reopen(p.m, p.el, f, p.st, p.grid, out);
+  const int errors   = out_reopen(p.m, p.d.el, f, p.st, p.d.grid, out);
   if (errors) return errors;
-  if (p.fm.on && !frac_replay(p.m, p.fm, p.st, begin, p.share)) {
+  if (p.d.fm.on && !frac_replay(p.m, p.d.fm, p.st, begin, p.d.share)) {
     log_error("the restart file does not fit this model (conversion made again gives other points): it is "
               "damaged, although its checksum "
               "is right, or another machine has written it; take an earlier one");
     return 1;
   }
-  elem_refresh(p.el);
-  p.ready  = false;
-  p.opened = true;
+  elem_refresh(p.d.el);
+  p.ready = false;
   return 0;
 }
 
@@ -451,23 +462,24 @@ bool step_signalled()
   return number != 0;
 }
 
-Failure step_increment(Problem& p, const Step& s, double t0, double dt)
+Failure step_increment(Problem& p, const Step& s, double t0, double dt, RealVec& energy)
 {
   State& st = p.st;
   const double total0 = st.n.time;
   const bool mid = mode_of(s).mid;
-  Attempt a{s, mode_of(s), t0, t0 + dt, dt, total0, total0 + dt, mid ? t0 + 0.5 * dt : t0 + dt,
-            mid ? total0 + 0.5 * dt : total0 + dt, mid ? 0.5 : 1.0};
+  const double load = mid ? 0.5 : 1.0;               // where in the increment the loads are taken
+  Attempt a{s, mode_of(s), t0, t0 + dt, dt, total0, total0 + dt, {t0 + load * dt, total0 + load * dt, load}};
   st.np1 = st.n;
-  if (p.fm.on) frac_degrade(p.m, s, p.fm, st.frac, st.n, dt, st.np1);
+  if (p.d.fm.on) frac_degrade(p.m, s, p.d.fm, st.frac, st.n, dt, st.np1);
   // in motion a multiplier of the step before would push a contact that opens: energy from nothing (4.2)
   if (s.proc == PROC_DYNAMIC) std::fill(st.np1.lambda_n.begin(), st.np1.lambda_n.end(), 0.0);
   // of this attempt: an error before the first one tells so
   st.log.iterations = 0;
   st.log.residual   = 0.0;
   a.du.assign(p.dofs.neq(), 0.0);
-  Failure failure = dof_constrain(p, s, a.t0, a.t1);
-  if (failure.ok() && !mid) failure = assem_loads(p, s, a.t0, a.total0, 0.0, a.fext0);
+  Failure failure = dof_constrain(p.m, p.d, st, s, a.t0, a.t1, p.dofs, p.warned);
+  if (failure.ok() && !mid)
+    failure = assem_loads(p.m, p.d, p.dofs, st, s, {a.t0, a.total0, 0.0}, p.warned, a.fext0);
   if (failure.ok() && s.proc == PROC_DYNAMIC) failure = step_inertia_begin(p, a);
   if (failure.status == BAD_VALUE) return failure;
   if (dt > 0.0 && s.proc == PROC_STATIC) extrapolate(p, dt, a);
@@ -479,8 +491,8 @@ Failure step_increment(Problem& p, const Step& s, double t0, double dt)
     failure = step_newton(p, a);
   }
   if (failure.ok() && st.bonds.nbond) failure = augment(p, a);
-  if (failure.ok() && p.pairs.near) failure = contact_depth(p);
-  if (failure.ok()) step_finish(p, a);
+  if (failure.ok() && p.d.pairs.near) failure = contact_depth(p);
+  if (failure.ok()) step_finish(p, a, energy);
   if (failure.ok() && !std::isfinite(st.ledger.balance)) failure = BAD_NUMBER;
   return failure;
 }
@@ -508,7 +520,8 @@ int step_run(Problem& p, Archive& f, Output& out)
   if (!unbalanced) warn_balance(p);
   load_of_ranks(p, out.ranks);
   step_memory(p, out.memory);
-  const int failed = comm_share(out_close(p.m, p.el, p.st, p.grid, p.solver, status == STATUS_OK, out));
+  const int failed =
+      comm_share(out_close(p.m, p.d.el, p.st, p.d.grid, p.newton.solver, status == STATUS_OK, out));
   if (status == SOLVER_FAILED) return EXIT_RESOURCE;
   if (status == BAD_VALUE) return EXIT_DECK;
   if (status == INTERRUPTED && p.m.restart.write) return EXIT_CONTINUE;

@@ -24,7 +24,7 @@ void join_faces(const Problem& p, IntVec& up)
 {
   const Mesh& mesh = p.m.mesh;
   std::map<std::array<int, 4>, int> owner;
-  for (const ElemBlock& b : p.el.block) {
+  for (const ElemBlock& b : p.d.el.block) {
     const ShapeInfo& info = shape_info[b.shape];
     for (int slot : b.live)
       for (int f = 0; f < info.nface; ++f) {
@@ -42,7 +42,7 @@ void join_nodes(const Problem& p, IntVec& up)
 {
   const Mesh& mesh = p.m.mesh;
   IntVec owner(mesh.nnode(), -1);
-  for (const ElemBlock& b : p.el.block)
+  for (const ElemBlock& b : p.d.el.block)
     for (int slot : b.live)
       for (int a = 0; a < mesh.conn.count(b.elem[slot]); ++a) {
         int& first = owner[mesh.conn.begin(b.elem[slot])[a]];
@@ -101,13 +101,13 @@ bool holds(const Part& part) { return !is_free(motions(part, 3), 0); }
 
 bool step_held(const Problem& p)
 {
-  if (p.m.dim != 3 || p.st.points.npoint || p.st.bonds.nbond || p.fm.on) return false;
+  if (p.m.dim != 3 || p.st.points.npoint || p.st.bonds.nbond || p.d.fm.on) return false;
   const Mesh& mesh = p.m.mesh;
   IntVec up(mesh.nelem());
   std::iota(up.begin(), up.end(), 0);
   join_faces(p, up);
   std::map<int, Part> part;
-  for (const ElemBlock& b : p.el.block)
+  for (const ElemBlock& b : p.d.el.block)
     for (int slot : b.live) {
       Part& own = part[root_of(up, b.elem[slot])];
       for (int a = 0; a < mesh.conn.count(b.elem[slot]); ++a)
@@ -124,13 +124,13 @@ std::string step_free_motion(const Problem& p, int node)
   std::iota(up.begin(), up.end(), 0);
   join_nodes(p, up);
   int own = -1;                // the part of the node
-  for (const ElemBlock& b : p.el.block)
+  for (const ElemBlock& b : p.d.el.block)
     for (int slot : b.live)
       for (int a = 0; a < mesh.conn.count(b.elem[slot]); ++a)
         if (mesh.conn.begin(b.elem[slot])[a] == node) own = root_of(up, b.elem[slot]);
   if (own < 0) return "";
   Part part;
-  for (const ElemBlock& b : p.el.block)
+  for (const ElemBlock& b : p.d.el.block)
     for (int slot : b.live)
       for (int a = 0; a < mesh.conn.count(b.elem[slot]) && root_of(up, b.elem[slot]) == own; ++a)
         add_node(p, mesh.conn.begin(b.elem[slot])[a], part);

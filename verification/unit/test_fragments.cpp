@@ -32,9 +32,9 @@ void run_deck(const std::string& text, Solved& r)
   ASSERT_EQ(step_open(p), 0);
   Archive fresh;
   ASSERT_EQ(step_run(p, fresh, out), EXIT_GOOD);
-  frac_fragments(r.m, p.el, r.st, r.f);
+  frac_fragments(r.m, p.d.el, r.st, r.f);
   for (int e = 0; e < r.m.mesh.nelem(); ++e)
-    if (p.el.block_of[e] >= 0) r.mass += p.fm.volume[e] * p.el.block[p.el.block_of[e]].density;
+    if (p.d.el.block_of[e] >= 0) r.mass += p.d.fm.volume[e] * p.d.el.block[p.d.el.block_of[e]].density;
   for (double k : r.st.points.mass) r.mass += k;
   std::filesystem::remove_all(folder);
 }

@@ -88,6 +88,7 @@ struct Scene {
   Model m;
   State st;
   Problem p{m, st};
+  Jumps jumps;
   Scene(const std::string& deck)
   {
     const auto folder = std::filesystem::temp_directory_path() /
@@ -104,8 +105,8 @@ struct Scene {
   RealVec force(const KernelMode& mode, const RealVec& du)
   {
     RealVec f;
-    assem_move(p, du, 0.0, 1.0);
-    EXPECT_TRUE(assem_internal(p, mode, f).ok());
+    assem_move(m, p.d.grid, p.dofs, du, 0.0, 1.0, st, jumps);
+    EXPECT_TRUE(assem_internal(m, p.d, p.dofs, mode, jumps, st, f).ok());
     return f;
   }
 };
@@ -136,7 +137,7 @@ double tangent_error(Scene& sc, const KernelMode& mode, double amplitude)
   std::uniform_real_distribution<double> rnd(-amplitude, amplitude);
   for (double& x : du) x = rnd(gen);
   sc.force(mode, du);
-  assem_tangent(sc.p, mode, 0.0);
+  assem_tangent(sc.m, sc.p.d, sc.st, mode, 0.0, sc.jumps, sc.p.dofs);
   const RealVec K = full(sc.p.dofs);
   const double h  = 1e-6;
   double worst = 0.0, size = 0.0;
@@ -159,7 +160,7 @@ void count_contacts(const Scene& sc, int* closed, int* met)
 {
   *closed = *met = 0;
   for (int b = 0; b < sc.st.bonds.nbond; ++b) {
-    if (sc.st.bonds.field[b] != SIDE_CONTACT || !sc.p.pairs.master.count(b)) continue;
+    if (sc.st.bonds.field[b] != SIDE_CONTACT || !sc.p.d.pairs.master.count(b)) continue;
     ++*met;
     *closed += sc.st.np1.slip[b * sc.m.dim] < 0.0;
   }
@@ -298,20 +299,20 @@ TEST(Tangent, SystemWithGhosts)
     deck.insert(deck.find("*BLOCK"), "*GHOST, STIFFNESS=0.3\n");
     Scene sc(deck);
     const Dofs& s = sc.p.dofs;
-    EXPECT_GT(sc.p.grid.ghost.size(), 3);
+    EXPECT_GT(sc.p.d.grid.ghost.size(), 3);
     KernelMode mode;
     EXPECT_LT(tangent_error(sc, mode, 0.05), 1e-7);
     mode = energy_momentum(0.0);
     mode.finite = false;
     EXPECT_LT(tangent_error(sc, mode, 0.05), 1e-7);
     RealVec x(s.neq(), 0.0), jump;
-    for (int v = 0; v < sc.p.grid.nnode; ++v) {
+    for (int v = 0; v < sc.p.d.grid.nnode; ++v) {
       double at[3];
-      grid_node_place(sc.m.grid, sc.m.dim, sc.p.grid.key[v], at);
+      grid_node_place(sc.m.grid, sc.m.dim, sc.p.d.grid.key[v], at);
       for (int i = 0; i < sc.m.dim; ++i)
         x[(s.nfe + v) * sc.m.dim + i] = 0.3 + 0.1 * at[i] - 0.7 * at[0] + 0.2 * at[1];
     }
-    assem_ghost_jump(sc.p, x, jump);
+    assem_ghost_jump(sc.p.d.grid, sc.p.dofs, x, jump);
     for (double j : jump) EXPECT_NEAR(0.0, j, 1e-14);
   }
 }
@@ -332,7 +333,7 @@ double condition(double offset, const std::string& grid, const std::string& ghos
            "SURFACE=LEFT, ALPHA=1\n" +
            step);
   sc.force(KernelMode(), RealVec(sc.p.dofs.neq(), 0.0));
-  assem_tangent(sc.p, KernelMode(), 0.0);
+  assem_tangent(sc.m, sc.p.d, sc.st, KernelMode(), 0.0, sc.jumps, sc.p.dofs);
   const RealVec K = full(sc.p.dofs);
   const int n = sc.p.dofs.neq();
   const Eigen::Map<const Eigen::MatrixXd> A(K.data(), n, n);
