@@ -47,6 +47,14 @@ struct Problem {
   Warned warned;
 };
 
+// What Newton's method is told of the material, by step_increment
+struct NewtonControls {
+  bool linear   = false;       // the tangent does not depend on du: it may be reused
+  bool breaks   = false;       // material may break: it then kinks the residual, and has next to no stiffness
+  bool singular = false;       // statics with broken material: the tangent is nearly singular
+  int max_iter  = 0;
+};
+
 // What one attempt of an increment needs to know                                   (6.1)
 //   residual  R = fint + cM M du - g - fext
 struct Attempt {
@@ -55,6 +63,7 @@ struct Attempt {
   double t0, t1, dt;           // times of the step
   double total0, total1;       // times of the run
   LoadTime load;               // t1, or the middle
+  NewtonControls newton;
   double cM = 0.0;
   RealVec g{};                   // [neq] inertia that does not depend on du
   RealVec momentum{};            // [neq] M v of nodes, sum m S v of points

@@ -14,15 +14,6 @@ const double BLIND  = 1e-6;    // reduction in iterations that the increment bef
 const int SLOW      = 8;       // iterations; Newton's method that takes more gets factorised tangents
 const double NEAR   = 0.1;     // of the accepted residual, when a tangent is used twice
 
-// nothing in the scene can change the tangent, but for what ReusedTangent compares
-bool linear_scene(const Problem& p, const Attempt& a)
-{
-  if (a.mode.finite || p.d.fm.on || p.st.points.npoint || !p.m.solver.reuse) return false;
-  for (const BondDef& b : p.m.bond)
-    if (b.kind == BOND_CONTACT) return false;
-  return true;
-}
-
 bool same_tangent(const Problem& p, const Attempt& a)
 {
   const ReusedTangent& z = p.newton.tangent;
@@ -93,7 +84,7 @@ void step_tangent(Problem& p, const Attempt& a, int it, double residual, double 
     sys_diagonal(s.A, l.diag);
   }
   assem_constrain(s, l.diag, pending, l.f);
-  z.on = linear_scene(p, a);
+  z.on = a.newton.linear && p.m.solver.reuse;
   if (!z.on) return;
   z.pattern = s.pattern;
   z.cM      = a.cM;
@@ -112,9 +103,8 @@ Failure step_solve(Problem& p, const Attempt& a, int it, double residual, double
   ask.stamp    = s.tangent;
   ask.eta      = reduction(p.newton.gain, it, residual, accepted);
   ask.residual = 0.01 * accepted;
-  // statics with broken material, nearly singular: only a preconditioner that is exact there leaves nothing
-  // behind
-  const bool loose = a.cM == 0.0 && p.d.fm.on && p.st.frac.neroded > 0;
+  // only a preconditioner that is exact where the tangent is nearly singular leaves nothing behind
+  const bool loose = a.newton.singular;
   ask.energy = (loose ? 0.5 * ACCEPT : FINAL) * l.energy;
   ask.broken = loose;
   ask.exact  = it > SLOW;

@@ -13,7 +13,7 @@ const double SMOOTH_ENOUGH = 0.8;    // of |g(0)|: a correction that leaves no m
 const double LEAST_PART = 0.1;       // of the correction, or of the bracket
 
 // residual and the sizes that it is judged by                                       (6.3)
-struct Balance {
+struct Residual {
   RealVec R, inertia, Mdu;
   double free_norm = 0.0;      // of R at free dofs
   double scale     = 0.0;      // largest of internal, external, inertia force
@@ -21,7 +21,7 @@ struct Balance {
 };
 
 // R(du); moves the state n+1
-Failure form_residual(Problem& p, Attempt& a, const RealVec& du, Balance& b)
+Failure form_residual(Problem& p, Attempt& a, const RealVec& du, Residual& b)
 {
   const Dofs& s = p.dofs;
   Failure failure = assem_move(p.m, p.d.grid, s, du, a.t0, a.t1, p.st, a.jumps);
@@ -87,7 +87,7 @@ double rounding_floor(const Problem& p, const RealVec& diag, const RealVec& du, 
 }
 
 // residual against the force scale, and both in the energy norm of the diagonal    (6.4)
-bool converged(const Problem& p, const Attempt& a, const Balance& b, const LinearSystem& l, bool by_rounding)
+bool converged(const Problem& p, const Attempt& a, const Residual& b, const LinearSystem& l, bool by_rounding)
 {
   const RealVec &diag = l.diag, &whole = l.whole.empty() ? l.diag : l.whole;
   const Dofs& s  = p.dofs;
@@ -98,7 +98,7 @@ bool converged(const Problem& p, const Attempt& a, const Balance& b, const Linea
   const bool held = a.cM == 0.0 && p.newton.solver.hold >= 0 && p.newton.solver.zero_equation >= 0;
   double res = 0.0, ref = 0.0, least = 0.0;
   // broken material has next to no stiffness, and need not be judged by it
-  if (p.d.fm.on) {
+  if (a.newton.breaks) {
     for (double d : diag) least += d;
     least *= 1e-3 / static_cast<double>(s.neq());
   }
@@ -113,7 +113,7 @@ bool converged(const Problem& p, const Attempt& a, const Balance& b, const Linea
 }
 
 // largest part of the correction that keeps every det F positive
-Failure back_off(Problem& p, Attempt& a, const RealVec& du, const RealVec& dx, RealVec& trial, Balance& b,
+Failure back_off(Problem& p, Attempt& a, const RealVec& du, const RealVec& dx, RealVec& trial, Residual& b,
                  double& s)
 {
   Failure failure = BAD_JACOBIAN;
@@ -127,14 +127,14 @@ Failure back_off(Problem& p, Attempt& a, const RealVec& du, const RealVec& dx, R
 
 // line search on dx . R = 0 when the full correction overshoots                    (6.6)
 Failure line_search(Problem& p, Attempt& a, const RealVec& du, const RealVec& dx, double g0, RealVec& trial,
-                    Balance& b, double& s)
+                    Residual& b, double& s)
 {
   double g1 = dot(dx, b.R), lo = 0.0, glo = g0, hi = s, ghi = g1;
   // broken material that opens or closes kinks the line: a smaller part may be the right one
-  const int most = p.d.fm.on ? TRIALS_BROKEN : TRIALS;
+  const int most = a.newton.breaks ? TRIALS_BROKEN : TRIALS;
   for (int k = 0; k < most && std::fabs(g1) > SMOOTH_ENOUGH * std::fabs(g0); ++k) {
     double next = glo * ghi < 0.0 ? lo - glo * (hi - lo) / (ghi - glo) : 0.5 * (lo + hi);
-    next = std::min(std::max(next, p.d.fm.on ? lo + LEAST_PART * (hi - lo) : LEAST_PART), 1.0);
+    next = std::min(std::max(next, a.newton.breaks ? lo + LEAST_PART * (hi - lo) : LEAST_PART), 1.0);
     for (size_t i = 0; i < du.size(); ++i) trial[i] = du[i] + next * dx[i];
     const Failure failure = form_residual(p, a, trial, b);
     if (!failure.ok()) return failure;
@@ -145,90 +145,125 @@ Failure line_search(Problem& p, Attempt& a, const RealVec& du, const RealVec& dx
   return STATUS_OK;
 }
 
-}  // namespace
-
-Failure step_newton(Problem& p, Attempt& a)
+// R of the predictor; when the free flight turns something inside out, from rest
+Failure begin_at_predictor(Problem& p, Attempt& a, Residual& b)
 {
-  Dofs& s = p.dofs;
-  Balance b;
-  LinearSystem l;
-  RealVec trial(s.neq()), pending(s.neq());
-  const RealVec& dx = l.dx;
-  tie_follow(s, true, a.du);
+  tie_follow(p.dofs, true, a.du);
   Failure failure = form_residual(p, a, a.du, b);
-  // the free flight turns something inside out: start from rest
   if (failure.status == BAD_JACOBIAN) {
     std::fill(a.du.begin(), a.du.end(), 0.0);
-    tie_follow(s, true, a.du);
+    tie_follow(p.dofs, true, a.du);
     failure = form_residual(p, a, a.du, b);
   }
-  if (!failure.ok()) return failure;
-  if (a.cM == 0.0 && a.fint0.empty()) a.fint0 = a.fint;   // statics start from du = 0
-  double guessed = 0.0;                              // energy of the guess
-  if (!a.guess.empty()) {
-    const RealVec R0 = b.R;
-    a.du.swap(a.guess);
-    a.guess.clear();
-    tie_follow(s, true, a.du);
-    failure = form_residual(p, a, a.du, b);
-    if (!failure.ok()) return failure;
-    for (int i = 0; i < s.neq(); ++i) guessed += (b.R[i] - R0[i]) * a.du[i];
-    guessed  = std::fabs(guessed);
-    l.energy = std::sqrt(guessed);
-  }
-  StepLog& log = p.st.log;
-  log.iterations = 0;
-  out_listing_iteration(log.step, log.inc, 0, b.free_norm, b.scale, 0.0, 0.0);
+  if (failure.ok() && a.cM == 0.0 && a.fint0.empty()) a.fint0 = a.fint;     // statics start from du = 0
+  return failure;
+}
 
-  // equilibrium after elements broke (dt = 0) opens and closes many cracks: it may take longer
-  const int most = a.dt > 0.0 ? a.step.ctl.max_iter : 4 * a.step.ctl.max_iter;
-  for (int it = 1; it <= most; ++it) {
-    bool moved = true;         // prescribed dofs have reached their target
-    for (int i = 0; i < s.neq(); ++i) {
-      pending[i] = s.fixed[i] == DOF_FIXED ? s.target[i] - a.du[i] : 0.0;
-      moved      = moved && std::fabs(pending[i]) <= 1e-14 * std::fabs(s.target[i]);
-    }
-    // 1. tangent, prescribed dofs                                                  (6.2)
+// R of the guess; guessed: its energy                                              (6.14)
+Failure begin_at_guess(Problem& p, Attempt& a, Residual& b, double& guessed)
+{
+  const RealVec R0 = b.R;
+  a.du.swap(a.guess);
+  a.guess.clear();
+  tie_follow(p.dofs, true, a.du);
+  const Failure failure = form_residual(p, a, a.du, b);
+  if (!failure.ok()) return failure;
+  for (int i = 0; i < p.dofs.neq(); ++i) guessed += (b.R[i] - R0[i]) * a.du[i];
+  guessed = std::fabs(guessed);
+  return STATUS_OK;
+}
+
+// what prescribed dofs still have to go; true: all have reached their target
+bool find_pending(const Dofs& s, const RealVec& du, RealVec& pending)
+{
+  bool there = true;
+  for (int i = 0; i < s.neq(); ++i) {
+    pending[i] = s.fixed[i] == DOF_FIXED ? s.target[i] - du[i] : 0.0;
+    there      = there && std::fabs(pending[i]) <= 1e-14 * std::fabs(s.target[i]);
+  }
+  return there;
+}
+
+bool targets_reached(const Dofs& s, const RealVec& du)
+{
+  bool there = true;
+  for (int i = 0; i < s.neq(); ++i)
+    if (s.fixed[i] == DOF_FIXED)
+      there = there && std::fabs(s.target[i] - du[i]) <= 1e-12 * std::fabs(s.target[i]);
+  return there;
+}
+
+// du += a part of dx; smaller than 1 when an element turns inside out or the residual overshoots
+//   in   search   a line search is allowed;   g0 = dx R at free dofs
+Failure correct(Problem& p, Attempt& a, const RealVec& dx, double g0, bool search, RealVec& trial,
+                Residual& b, double& part)
+{
+  Failure failure = back_off(p, a, a.du, dx, trial, b, part);
+  if (failure.ok() && search && part == 1.0 && b.free_norm > a.step.ctl.tol_force * b.scale)
+    failure = line_search(p, a, a.du, dx, g0, trial, b, part);
+  if (failure.ok()) a.du.swap(trial);
+  return failure;
+}
+
+void tell_iteration(StepLog& log, int it, const Residual& b, double energy, double part)
+{
+  log.iterations = it;
+  if (it > 0) {
+    log.residual = b.free_norm;
+    log.scale    = b.scale;
+  }
+  out_listing_iteration(log.step, log.inc, it, b.free_norm, b.scale, energy, part);
+}
+
+}  // namespace
+
+// ---------------------------------------------------------------------------
+// step_newton : du of the attempt, from the predictor or the guess                 doc/theory.md 6.2
+// ---------------------------------------------------------------------------
+Failure step_newton(Problem& p, Attempt& a)
+{
+  const Dofs& s = p.dofs;
+  StepLog& log  = p.st.log;
+  Residual b;
+  LinearSystem l;
+  RealVec trial(s.neq()), pending(s.neq());
+  // 1. where it begins
+  double guessed  = 0.0;       // energy of the guess
+  Failure failure = begin_at_predictor(p, a, b);
+  if (failure.ok() && !a.guess.empty()) failure = begin_at_guess(p, a, b, guessed);
+  if (!failure.ok()) return failure;
+  l.energy = std::sqrt(guessed);
+  tell_iteration(log, 0, b, 0.0, 0.0);
+  for (int it = 1; it <= a.newton.max_iter; ++it) {
+    // 2. tangent, prescribed dofs                                                  (6.2)
+    const bool there = find_pending(s, a.du, pending);
     // inertia of the predictor is large
     const double scale    = log.scale > 0.0 ? std::min(b.scale, log.scale) : b.scale;
-    const double accepted = a.step.ctl.tol_force * scale;
-    step_tangent(p, a, it, b.free_norm, accepted, b.R, pending, l);
+    const double accepted = a.step.ctl.tol_force * scale, before = b.free_norm;
+    step_tangent(p, a, it, before, accepted, b.R, pending, l);
     // loads below the floor are solved for once; without loads the floor ends the search for rounding
-    if (it == 1 && moved && guessed == 0.0 && converged(p, a, b, l, norm(a.fext) == 0.0)) break;
-    // 2. solve
-    const double before = b.free_norm;
+    if (it == 1 && there && guessed == 0.0 && converged(p, a, b, l, norm(a.fext) == 0.0)) {
+      a.R = b.R;                                     // nothing to do: the predictor is the solution
+      return STATUS_OK;
+    }
+    // 3. solve
     failure = step_solve(p, a, it, before, accepted, pending, l);
     if (!failure.ok()) return failure;
-    // 3. correct; smaller when an element turns inside out or the residual overshoots
     double g0 = 0.0;
     for (int i = 0; i < s.neq(); ++i)
-      if (!s.fixed[i]) g0 += dx[i] * b.R[i];
-    // the guess leads astray  (6.14)
-    if (it == 1 && guessed > 0.0 && std::fabs(g0) > guessed) return NOT_CONVERGED;
+      if (!s.fixed[i]) g0 += l.dx[i] * b.R[i];
+    if (it == 1 && guessed > 0.0 && std::fabs(g0) > guessed) return NOT_CONVERGED;   // it leads astray (6.14)
+    // 4. correct                                                                   (6.6)
     double part = 1.0;
-    failure = back_off(p, a, a.du, dx, trial, b, part);
+    failure = correct(p, a, l.dx, g0, a.step.ctl.line_search && there, trial, b, part);
     if (!failure.ok()) return failure;
-    if (a.step.ctl.line_search && part == 1.0 && moved && b.free_norm > a.step.ctl.tol_force * b.scale) {
-      failure = line_search(p, a, a.du, dx, g0, trial, b, part);
-      if (!failure.ok()) return failure;
-    }
-    a.du.swap(trial);
-    log.iterations = it;
-    log.residual   = b.free_norm;
-    log.scale      = b.scale;
-    out_listing_iteration(log.step, log.inc, it, b.free_norm, b.scale, std::fabs(g0), part);
-    // 4. judge
-    moved = true;
-    for (int i = 0; i < s.neq(); ++i)
-      if (s.fixed[i] == DOF_FIXED)
-        moved = moved && std::fabs(s.target[i] - a.du[i]) <= 1e-12 * std::fabs(s.target[i]);
+    tell_iteration(log, it, b, std::fabs(g0), part);
+    // 5. judge                                                                     (6.4)
     if (before > 0.0) step_gain(p, it, b.free_norm / before);
-    if (moved && step_solved_well(p, l) && converged(p, a, b, l, true)) {
+    if (targets_reached(s, a.du) && step_solved_well(p, l) && converged(p, a, b, l, true)) {
       a.R = b.R;
       return STATUS_OK;
     }
   }
-  if (log.iterations > 0) return NOT_CONVERGED;
-  a.R = b.R;                   // nothing to do: the predictor is the solution
-  return STATUS_OK;
+  return NOT_CONVERGED;
 }

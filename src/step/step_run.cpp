@@ -176,6 +176,26 @@ bool cut_to_break(const Problem& p, const Step& s, const BreakWatch& w, double d
   return false;
 }
 
+// elements alone, without NLGEOM, contact or fracture: the tangent does not depend on displacements
+bool linear_scene(const Problem& p, const Step& s)
+{
+  if (s.nlgeom || p.d.fm.on || p.st.points.npoint) return false;
+  for (const BondDef& b : p.m.bond)
+    if (b.kind == BOND_CONTACT) return false;
+  return true;
+}
+
+NewtonControls newton_controls(const Problem& p, const Step& s, double dt)
+{
+  NewtonControls c;
+  c.linear   = linear_scene(p, s);
+  c.breaks   = p.d.fm.on;
+  c.singular = s.proc == PROC_STATIC && p.d.fm.on && p.st.frac.neroded > 0;
+  // equilibrium after elements broke (dt = 0) opens and closes many cracks: it may take longer
+  c.max_iter = dt > 0.0 ? s.ctl.max_iter : 4 * s.ctl.max_iter;
+  return c;
+}
+
 // what the next increment may begin with
 void note_rate(const Step& s, double dt, State& st)
 {
@@ -468,7 +488,8 @@ Failure step_increment(Problem& p, const Step& s, double t0, double dt, RealVec&
   const double total0 = st.n.time;
   const bool mid = mode_of(s).mid;
   const double load = mid ? 0.5 : 1.0;               // where in the increment the loads are taken
-  Attempt a{s, mode_of(s), t0, t0 + dt, dt, total0, total0 + dt, {t0 + load * dt, total0 + load * dt, load}};
+  Attempt a{s, mode_of(s), t0, t0 + dt, dt, total0, total0 + dt, {t0 + load * dt, total0 + load * dt, load},
+            newton_controls(p, s, dt)};
   st.np1 = st.n;
   if (p.d.fm.on) frac_degrade(p.m, s, p.d.fm, st.frac, st.n, dt, st.np1);
   // in motion a multiplier of the step before would push a contact that opens: energy from nothing (4.2)
