@@ -83,6 +83,18 @@ int step_open(Problem& p);
 // step_prepare : active grid, rows, pattern, mass of the coming step (once for all attempts)
 Failure step_prepare(Problem& p, const Step& s);
 
+// ---- the clock of a step (step_clock.cpp): nominal increments, cuts, and times that must be hit
+// clock_stops : times of the step of field checks and of conversions: automatic increments end on them
+std::vector<double> clock_stops(const Model& m, const Step& s, double start);
+
+// clock_done : is the step at its end?   clock_next : length of the next attempt
+bool clock_done(const Step& s, const StepClock& c);
+double clock_next(const Step& s, const StepClock& c, const std::vector<double>& stops);
+
+// clock_accept : an increment of this length was good; automatic increments choose the next length by its
+// iterations
+void clock_accept(const Step& s, double used, int iterations, StepClock& c);
+
 // step_increment : one attempt from t(n) over dt; st.np1 holds the result. Never touches st.n.
 //   out  energy   with fracture: strain energy of intact elements at t(n+1), of this rank  [nelem]
 Failure step_increment(Problem& p, const Step& s, double t0, double dt, RealVec& energy);
@@ -123,6 +135,9 @@ bool step_solved_well(const Problem& p, const LinearSystem& l);
 
 // step_gain : iteration it has changed the norm of R by this factor
 void step_gain(Problem& p, int it, double gain);
+
+// step_mode : what the kernel is told of the scheme: S of energy-momentum, or everything at t(n+1)
+KernelMode step_mode(const Step& s);
 
 // step_newton : solves R(du) = 0 for the attempt. Not good with a guess: it may be without.
 Failure step_newton(Problem& p, Attempt& a);

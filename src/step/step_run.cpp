@@ -12,129 +12,9 @@
 
 namespace {
 
-// Contact, parts of the size of a face: a point that enters by more than ENTERED in one increment may have
-// missed a face; at 0.5 the search would lose it (contact_search), so TOO_DEEP ends the increment before
-const double ENTERED = 0.25, TOO_DEEP = 0.45;
-// Automatic increments: two in a row of at most EASY iterations, and the next is longer by GROWS; more than
-// HARD, and it is shorter by SHRINKS. Newton's method that takes 4 iterations has converged quadratically
-const int EASY = 4, EASY_ONES = 2, HARD = 8;
-const double GROWS = 1.5, SHRINKS = 0.75;
 // Parts of the largest energy that are told when they are missing: in motion; in statics, where the work of
 // a few large increments is taken by the trapezoidal rule
 const double TOLD_MOTION = 0.01, TOLD_STATICS = 0.2;
-
-// S of energy-momentum, or everything at t(n+1)
-KernelMode mode_of(const Step& s)
-{
-  KernelMode mode;
-  mode.finite = s.nlgeom;
-  mode.steady = s.proc == PROC_STATIC;
-  mode.mid    = s.proc == PROC_DYNAMIC && scheme_of(s).midpoint;
-  mode.s_new  = mode.mid ? 0.5 + s.dissipation : 1.0;
-  mode.s_old  = mode.mid ? 0.5 - s.dissipation : 0.0;
-  return mode;
-}
-
-// augmented Lagrange: the bond force becomes the multiplier (4.6), the pressure of a contact as well (4.15).
-// k: updates so far in this step. False: none is due.
-bool update_multipliers(Problem& p, const KernelMode& mode, int k)
-{
-  const int dim = p.m.dim;
-  const Bonds& b = p.st.bonds;
-  Level& l = p.st.np1;
-  double C[9];
-  bool changed = false;
-  for (int q = 0; q < b.nbond; ++q) {
-    if (p.m.bond[b.def[q]].augment <= k) continue;
-    if (b.field[q] == SIDE_CONTACT) {
-      const double next = contact_multiplier(mode, b.cn[q], l.slip[q * dim], l.lambda_n[q]);
-      changed = changed || next != l.lambda_n[q];
-      l.lambda_n[q] = next;
-      continue;
-    }
-    changed = true;
-    bond_stiffness(b, dim, q, C);
-    for (int i = 0; i < dim; ++i)
-      for (int j = 0; j < dim; ++j) l.lambda[q * dim + i] += C[i * dim + j] * l.slip[q * dim + j];
-  }
-  return changed;
-}
-
-Failure augment(Problem& p, Attempt& a)
-{
-  for (int k = 0; update_multipliers(p, a.mode, k); ++k) {
-    const Failure failure = step_newton(p, a);
-    if (!failure.ok()) return failure;
-  }
-  return STATUS_OK;
-}
-
-// a point that entered a face by more than a quarter of its size in one step may have missed it: shorter
-// steps see it.
-// Beyond half of its size the search would lose the point: the penalty is far too soft then.
-Failure contact_depth(const Problem& p)
-{
-  const Bonds& b = p.st.bonds;
-  for (int q = 0; q < b.nbond; ++q) {
-    if (b.field[q] != SIDE_CONTACT || !p.d.pairs.master.count(q)) continue;
-    const double gap = p.st.np1.slip[q * p.m.dim] / p.d.pairs.size[q],
-                 before = p.d.pairs.gap[q] / p.d.pairs.size[q];
-    if (gap > -TOO_DEEP && (gap > -ENTERED || before - gap < ENTERED)) continue;
-    return {CONTACT_DEPTH, AT_BOND, q};
-  }
-  return STATUS_OK;
-}
-
-// the clock of a step: nominal increments, cuts, and times that must be hit
-double clock_goal(const Step& s, const StepClock& c)
-{
-  return s.direct ? std::min(s.period, static_cast<double>(c.nominal) * s.dt) : s.period;
-}
-
-bool clock_done(const Step& s, const StepClock& c) { return c.t >= s.period * (1.0 - 1e-10); }
-
-// the next attempt; stops: times that must be hit
-double clock_next(const Step& s, const StepClock& c, const std::vector<double>& stops)
-{
-  double end = clock_goal(s, c);
-  for (double stop : stops)
-    if (stop > c.t + 1e-9 * s.dt && stop < end) end = stop;
-  if (c.aim > c.t) return std::min(c.aim, end) - c.t;
-  const double left = end - c.t;
-  // the last piece is not left as a sliver
-  return c.dt >= left * (1.0 - 1e-9) ? left : c.dt > 0.5 * left && c.dt < left ? 0.5 * left : c.dt;
-}
-
-void clock_accept(const Step& s, double used, int iterations, StepClock& c)
-{
-  c.t += used;
-  if (std::fabs(c.t - clock_goal(s, c)) < 1e-9 * s.dt) {
-    c.t = clock_goal(s, c);
-    ++c.nominal;
-    if (s.direct) c.dt = s.dt;
-  }
-  if (s.direct) return;
-  c.easy = iterations <= EASY ? c.easy + 1 : 0;
-  if (c.easy >= EASY_ONES) {
-    c.dt   = std::min(c.most > 0.0 ? c.most : s.dt_max, c.dt * GROWS);
-    c.easy = 0;
-  } else if (iterations > HARD) {
-    c.dt *= SHRINKS;
-  }
-}
-
-// times of field checks and of conversions: automatic increments end on them
-std::vector<double> stops_of(const Model& m, double start, const Step& s)
-{
-  std::vector<double> out;
-  for (const Check& c : m.check)
-    if (c.at == AT_TIME && c.time > start && c.time < start + s.period) out.push_back(c.time - start);
-  for (const ConversionDef& c : m.conversion)
-    if (c.trigger == TRIGGER_TIME && c.limit > start && c.limit < start + s.period)
-      out.push_back(c.limit - start);
-  std::sort(out.begin(), out.end());
-  return out;
-}
 
 // statics know no velocity: what moves is stopped, and its energy leaves the ledger as external work
 void stop_motion(Problem& p)
@@ -174,26 +54,6 @@ bool cut_to_break(const Problem& p, const Step& s, const BreakWatch& w, double d
            "breaks",
            100.0 * (w.first.value - 1.0));
   return false;
-}
-
-// elements alone, without NLGEOM, contact or fracture: the tangent does not depend on displacements
-bool linear_scene(const Problem& p, const Step& s)
-{
-  if (s.nlgeom || p.d.fm.on || p.st.points.npoint) return false;
-  for (const BondDef& b : p.m.bond)
-    if (b.kind == BOND_CONTACT) return false;
-  return true;
-}
-
-NewtonControls newton_controls(const Problem& p, const Step& s, double dt)
-{
-  NewtonControls c;
-  c.linear   = linear_scene(p, s);
-  c.breaks   = p.d.fm.on;
-  c.singular = s.proc == PROC_STATIC && p.d.fm.on && p.st.frac.neroded > 0;
-  // equilibrium after elements broke (dt = 0) opens and closes many cracks: it may take longer
-  c.max_iter = dt > 0.0 ? s.ctl.max_iter : 4 * s.ctl.max_iter;
-  return c;
 }
 
 // what the next increment may begin with
@@ -260,94 +120,146 @@ Failure interrupted(Problem& p, Output& out)
   return {INTERRUPTED, note};
 }
 
+// An increment under way
+struct Increment {
+  StepLog before;              // of the increment before
+  int cuts = 0;                // of the step, before it
+  double dt = 0.0;             // of this attempt
+  double shorter = 0.0;        // of the next one, when this fails
+  UndoPoint undo;              // with fracture
+  BreakWatch watch;
+  RealVec energy;              // of step_increment
+};
+
 // within an increment: it is forgotten, and the run goes on with it
-Failure interrupted_inside(Problem& p, const StepLog& done, const UndoPoint& undo, Output& out)
+Failure interrupted_inside(Problem& p, const Increment& inc, Output& out)
 {
-  if (p.d.fm.on) step_undo(p, undo);
+  if (p.d.fm.on) step_undo(p, inc.undo);
   out_erosion_undo(out);
-  p.st.log = done;
+  p.st.log = inc.before;
   return interrupted(p, out);
 }
 
-// one step of the deck, in the order of doc/theory.md 6.5
-Failure run_step(Problem& p, const Step& s, Output& out)
+// grid, rows, pattern and mass at t(n), the length of the first attempt, and the way back
+Failure begin_increment(Problem& p, const Step& s, const std::vector<double>& stops, Increment& inc)
+{
+  State& st  = p.st;
+  inc.before = st.log;
+  inc.cuts   = st.clock.cuts;
+  st.log.cuts = 0;
+  if (++st.log.inc > s.max_inc)
+    return {NOT_CONVERGED, "INC=" + std::to_string(s.max_inc) +
+                               " increments are used up before the end of the step: raise INC, or dt"};
+  const bool moves = s.proc == PROC_DYNAMIC;
+  if (p.d.fm.on && !moves) step_undo_point(p, inc.undo);
+  Failure failure = step_prepare(p, s);
+  if (failure.ok() && st.log.inc == 1 && moves && scheme_of(s).acceleration)
+    failure = step_initial_acceleration(p, s, 0.0);
+  inc.dt = clock_next(s, st.clock, stops);
+  if (p.d.fm.on && moves) step_undo_point(p, inc.undo);      // with the first acceleration
+  st.clock.aim = 0.0;
+  inc.watch    = BreakWatch();
+  inc.watch.on = !moves && !s.direct;
+  return failure;
+}
+
+// the increment over inc.dt; when it is good, it is t(n), and what breaks then breaks
+Failure attempt(Problem& p, const Step& s, Increment& inc, Output& out)
 {
   State& st = p.st;
   StepClock& clock = st.clock;
-  const double start = clock.start;
-  const std::vector<double> stops = stops_of(p.m, start, s);
-  UndoPoint undo;
-  RealVec energy;
+  inc.shorter = 0.5 * inc.dt;
+  Failure failure = step_increment(p, s, clock.t, inc.dt, inc.energy);
+  if (!failure.ok()) return failure;
+  const int iterations = st.log.iterations;
+  note_rate(s, inc.dt, st);
+  st.n      = st.np1;
+  st.n.time = clock.start + clock.t + inc.dt;
+  p.ready   = false;
+  if (!p.d.fm.on) {
+    timer_skip(PHASE_FRACTURE);
+    return STATUS_OK;
+  }
+  const double t = clock.t + inc.dt;
+  failure = step_fracture(p, s, t, inc.undo.state, inc.watch, inc.energy, out);
+  if (failure.status == CRITERION_EXCEEDED &&
+      !cut_to_break(p, s, inc.watch, inc.dt, clock, inc.shorter)) {
+    inc.watch.on = false;
+    failure = step_fracture(p, s, t, inc.undo.state, inc.watch, inc.energy, out);
+  }
+  st.log.iterations = iterations;
+  return failure;
+}
+
+// back to t(n) after an attempt that failed, with the ledger of before. True: a shorter one follows
+bool cut(Problem& p, const Step& s, const Ledger& before, Increment& inc, Failure& failure, Output& out)
+{
+  if (!cut_helps(failure.status)) return false;
+  State& st = p.st;
+  failure.note = step_explain(p, failure);           // in the words of the state that is undone
+  const StepClock clock = st.clock;
+  if (p.d.fm.on) step_undo(p, inc.undo);
+  out_erosion_undo(out);
+  st.clock  = clock;
+  st.ledger = before;
+  if (!step_prepare(p, s).ok()) return false;
+  if ((p.d.fm.on || !p.m.restart.write) && step_signalled()) failure = INTERRUPTED;
+  if (failure.status == INTERRUPTED || st.log.cuts >= s.ctl.max_cut || inc.shorter < s.dt_min) return false;
+  out_listing_cut(st.log.step, st.log.inc, clock.start + clock.t, inc.dt, inc.shorter, failure.status,
+                  failure.note.c_str());
+  ++st.log.cuts;
+  st.clock.cuts = inc.cuts + st.log.cuts;
+  inc.dt = inc.shorter;
+  if (failure.status != CRITERION_EXCEEDED) st.clock.dt = inc.shorter;
+  return true;
+}
+
+// clock and log go on behind a good increment
+void accept(const Step& s, double dt, State& st)
+{
+  if (st.clock.most == 0.0 && !st.eroded.empty()) st.clock.most = st.clock.dt;
+  clock_accept(s, dt, st.log.iterations, st.clock);
+  st.n.time = st.clock.start + st.clock.t;
+  ++st.log.inc_total;
+  st.log.dt     = dt;
+  st.log.t_step = st.clock.t;
+}
+
+// what the user should know of the new state
+void warn_of_state(Problem& p, const Step& s)
+{
+  const State& st = p.st;
+  check_ranks(p);
+  if (s.proc == PROC_STATIC || st.log.inc_total % 10 == 0 || clock_done(s, st.clock)) step_limit(p, s);
+  if (p.d.fm.on) step_remainder(p, s);
+  if (!p.d.watch.pair.empty()) overlap_look(p.m, p.d.el, st, p.d.watch);
+}
+
+// ---------------------------------------------------------------------------
+// run_step : one step of the deck                                              doc/theory.md 6.5
+// ---------------------------------------------------------------------------
+Failure run_step(Problem& p, const Step& s, Output& out)
+{
+  State& st = p.st;
+  const std::vector<double> stops = clock_stops(p.m, s, st.clock.start);
+  Increment inc;
   p.ready = false;
-  while (!clock_done(s, clock)) {
+  while (!clock_done(s, st.clock)) {
     if (step_signalled()) return interrupted(p, out);
-    const StepLog done = st.log;
-    st.log.cuts = 0;
-    if (++st.log.inc > s.max_inc)
-      return {NOT_CONVERGED, "INC=" + std::to_string(s.max_inc) +
-                                 " increments are used up before the end of the step: raise INC, or dt"};
     // 1., 2. grid, rows, pattern, mass
-    const int cuts = clock.cuts;
-    if (p.d.fm.on && s.proc == PROC_STATIC) step_undo_point(p, undo);
-    Failure failure = step_prepare(p, s);
-    if (failure.ok() && st.log.inc == 1 && s.proc == PROC_DYNAMIC && scheme_of(s).acceleration)
-      failure = step_initial_acceleration(p, s, 0.0);
-    // 3., 4., 5. attempts, each half as long as the one before
-    double dt = clock_next(s, clock, stops);
-    if (p.d.fm.on && s.proc == PROC_DYNAMIC) step_undo_point(p, undo);      // with the first acceleration
-    clock.aim = 0.0;
-    BreakWatch watch;
-    watch.on = s.proc == PROC_STATIC && !s.direct;
+    Failure failure = begin_increment(p, s, stops, inc);
+    // 3., 4., 5. attempts, each shorter than the one before
     while (failure.ok()) {
       const Ledger before = st.ledger;
-      double shorter = 0.5 * dt;
-      failure = step_increment(p, s, clock.t, dt, energy);
-      const int iterations = st.log.iterations;
-      if (failure.ok()) {
-        note_rate(s, dt, st);
-        st.n      = st.np1;
-        st.n.time = start + clock.t + dt;
-        p.ready   = false;
-        if (p.d.fm.on) failure = step_fracture(p, s, clock.t + dt, undo.state, watch, energy, out);
-        else timer_skip(PHASE_FRACTURE);
-        if (failure.status == CRITERION_EXCEEDED && !cut_to_break(p, s, watch, dt, clock, shorter)) {
-          watch.on = false;
-          failure  = step_fracture(p, s, clock.t + dt, undo.state, watch, energy, out);
-        }
-        st.log.iterations = iterations;
-      }
-      if (failure.ok() || !cut_helps(failure.status)) break;
-      failure.note = step_explain(p, failure);       // in the words of the state that is undone
-      const StepClock now = clock;
-      if (p.d.fm.on) step_undo(p, undo);
-      out_erosion_undo(out);
-      clock     = now;
-      st.ledger = before;
-      if (!step_prepare(p, s).ok()) break;
-      if ((p.d.fm.on || !p.m.restart.write) && step_signalled()) failure = INTERRUPTED;
-      if (failure.status == INTERRUPTED) break;
-      if (st.log.cuts >= s.ctl.max_cut || shorter < s.dt_min) break;
-      out_listing_cut(st.log.step, st.log.inc, start + clock.t, dt, shorter, failure.status,
-                        failure.note.c_str());
-      ++st.log.cuts;
-      clock.cuts = cuts + st.log.cuts;
-      dt = shorter;
-      if (failure.status != CRITERION_EXCEEDED) clock.dt = shorter;
+      failure = attempt(p, s, inc, out);
+      if (failure.ok() || !cut(p, s, before, inc, failure, out)) break;
       failure = STATUS_OK;
     }
-    if (failure.status == INTERRUPTED) return interrupted_inside(p, done, undo, out);
+    if (failure.status == INTERRUPTED) return interrupted_inside(p, inc, out);
     if (!failure.ok()) return failure;
+    accept(s, inc.dt, st);
+    warn_of_state(p, s);
     // 6. write
-    if (clock.most == 0.0 && !st.eroded.empty()) clock.most = clock.dt;
-    clock_accept(s, dt, st.log.iterations, clock);
-    st.n.time = start + clock.t;
-    ++st.log.inc_total;
-    st.log.dt     = dt;
-    st.log.t_step = clock.t;
-    check_ranks(p);
-    if (s.proc == PROC_STATIC || st.log.inc_total % 10 == 0 || clock_done(s, clock)) step_limit(p, s);
-    if (p.d.fm.on) step_remainder(p, s);
-    if (!p.d.watch.pair.empty()) overlap_look(p.m, p.d.el, st, p.d.watch);
     out_increment(p.m, p.d.el, st, p.d.grid, out);
     st.eroded.clear();
     out_restart(p.m, st, p.d.grid, false, out);
@@ -412,22 +324,6 @@ void load_of_ranks(const Problem& p, std::vector<RankLoad>& ranks)
   comm_join(ranks);
 }
 
-// where Newton's method begins in statics: the last increment goes on at its rate, prescribed dofs
-// arrive  (6.14)
-// Only where nothing but elements acts that are whole, and not after a cut.
-void extrapolate(const Problem& p, double dt, Attempt& a)
-{
-  const State& st = p.st;
-  if (!a.step.extrapolate || st.rate.empty() || st.log.cuts > 0 || !p.m.bond.empty() || st.points.npoint ||
-      st.frac.neroded > 0)
-    return;
-  a.guess = p.dofs.target;
-  const int dim = p.dofs.dim;
-  for (int r = 0; r < p.dofs.nfe; ++r)
-    for (int i = 0; i < dim; ++i)
-      if (!p.dofs.fixed[r * dim + i]) a.guess[r * dim + i] = dt * st.rate[p.dofs.node_of_row[r] * dim + i];
-}
-
 // one point a cell sees only the mean gradient: the cell can deform as an hourglass without any stress
 void warn_few_points(const Problem& p)
 {
@@ -482,42 +378,6 @@ bool step_signalled()
   return number != 0;
 }
 
-Failure step_increment(Problem& p, const Step& s, double t0, double dt, RealVec& energy)
-{
-  State& st = p.st;
-  const double total0 = st.n.time;
-  const bool mid = mode_of(s).mid;
-  const double load = mid ? 0.5 : 1.0;               // where in the increment the loads are taken
-  Attempt a{s, mode_of(s), t0, t0 + dt, dt, total0, total0 + dt, {t0 + load * dt, total0 + load * dt, load},
-            newton_controls(p, s, dt)};
-  st.np1 = st.n;
-  if (p.d.fm.on) frac_degrade(p.m, s, p.d.fm, st.frac, st.n, dt, st.np1);
-  // in motion a multiplier of the step before would push a contact that opens: energy from nothing (4.2)
-  if (s.proc == PROC_DYNAMIC) std::fill(st.np1.lambda_n.begin(), st.np1.lambda_n.end(), 0.0);
-  // of this attempt: an error before the first one tells so
-  st.log.iterations = 0;
-  st.log.residual   = 0.0;
-  a.du.assign(p.dofs.neq(), 0.0);
-  Failure failure = dof_constrain(p.m, p.d, st, s, a.t0, a.t1, p.dofs, p.warned);
-  if (failure.ok() && !mid)
-    failure = assem_loads(p.m, p.d, p.dofs, st, s, {a.t0, a.total0, 0.0}, p.warned, a.fext0);
-  if (failure.ok() && s.proc == PROC_DYNAMIC) failure = step_inertia_begin(p, a);
-  if (failure.status == BAD_VALUE) return failure;
-  if (dt > 0.0 && s.proc == PROC_STATIC) extrapolate(p, dt, a);
-  const bool guessed = !a.guess.empty();
-  if (failure.ok()) failure = step_newton(p, a);
-  if (!failure.ok() && failure.status != BAD_VALUE && guessed) {
-    a.du.assign(p.dofs.neq(), 0.0);
-    a.guess.clear();
-    failure = step_newton(p, a);
-  }
-  if (failure.ok() && st.bonds.nbond) failure = augment(p, a);
-  if (failure.ok() && p.d.pairs.near) failure = contact_depth(p);
-  if (failure.ok()) step_finish(p, a, energy);
-  if (failure.ok() && !std::isfinite(st.ledger.balance)) failure = BAD_NUMBER;
-  return failure;
-}
-
 int step_run(Problem& p, Archive& f, Output& out)
 {
   if (comm_most(f.reading ? continue_run(p, f, out) : begin_run(p, out))) return EXIT_DECK;
@@ -528,7 +388,7 @@ int step_run(Problem& p, Archive& f, Output& out)
     out_step_begin(p.m, static_cast<int>(k), out);
     if (!f.reading || k > first) {
       begin_step(p, p.m.step[k]);
-      step_missed(p, p.m.step[k], mode_of(p.m.step[k]).mid);
+      step_missed(p, p.m.step[k], step_mode(p.m.step[k]).mid);
     }
     failure = run_step(p, p.m.step[k], out);
     out_step_end(p.m, p.st, out);

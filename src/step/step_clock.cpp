@@ -1,0 +1,62 @@
+#include <algorithm>
+#include <cmath>
+
+#include "step/step.h"
+
+namespace {
+
+// Automatic increments: two in a row of at most EASY iterations, and the next is longer by GROWS; more than
+// HARD, and it is shorter by SHRINKS. Newton's method that takes 4 iterations has converged quadratically
+const int EASY = 4, EASY_ONES = 2, HARD = 8;
+const double GROWS = 1.5, SHRINKS = 0.75;
+
+// the end of the nominal increment, or of the step
+double clock_goal(const Step& s, const StepClock& c)
+{
+  return s.direct ? std::min(s.period, static_cast<double>(c.nominal) * s.dt) : s.period;
+}
+
+}  // namespace
+
+bool clock_done(const Step& s, const StepClock& c) { return c.t >= s.period * (1.0 - 1e-10); }
+
+double clock_next(const Step& s, const StepClock& c, const std::vector<double>& stops)
+{
+  double end = clock_goal(s, c);
+  for (double stop : stops)
+    if (stop > c.t + 1e-9 * s.dt && stop < end) end = stop;
+  if (c.aim > c.t) return std::min(c.aim, end) - c.t;
+  const double left = end - c.t;
+  // the last piece is not left as a sliver
+  return c.dt >= left * (1.0 - 1e-9) ? left : c.dt > 0.5 * left && c.dt < left ? 0.5 * left : c.dt;
+}
+
+void clock_accept(const Step& s, double used, int iterations, StepClock& c)
+{
+  c.t += used;
+  if (std::fabs(c.t - clock_goal(s, c)) < 1e-9 * s.dt) {
+    c.t = clock_goal(s, c);
+    ++c.nominal;
+    if (s.direct) c.dt = s.dt;
+  }
+  if (s.direct) return;
+  c.easy = iterations <= EASY ? c.easy + 1 : 0;
+  if (c.easy >= EASY_ONES) {
+    c.dt   = std::min(c.most > 0.0 ? c.most : s.dt_max, c.dt * GROWS);
+    c.easy = 0;
+  } else if (iterations > HARD) {
+    c.dt *= SHRINKS;
+  }
+}
+
+std::vector<double> clock_stops(const Model& m, const Step& s, double start)
+{
+  std::vector<double> out;
+  for (const Check& c : m.check)
+    if (c.at == AT_TIME && c.time > start && c.time < start + s.period) out.push_back(c.time - start);
+  for (const ConversionDef& c : m.conversion)
+    if (c.trigger == TRIGGER_TIME && c.limit > start && c.limit < start + s.period)
+      out.push_back(c.limit - start);
+  std::sort(out.begin(), out.end());
+  return out;
+}

@@ -1,0 +1,146 @@
+#include <algorithm>
+#include <cmath>
+
+#include "model/scheme.h"
+#include "step/step.h"
+
+namespace {
+
+// Contact, parts of the size of a face: a point that enters by more than ENTERED in one increment may have
+// missed a face; at 0.5 the search would lose it (contact_search), so TOO_DEEP ends the increment before
+const double ENTERED = 0.25, TOO_DEEP = 0.45;
+
+// augmented Lagrange: the bond force becomes the multiplier (4.6), the pressure of a contact as well (4.15).
+// k: updates so far in this step. False: none is due.
+bool update_multipliers(Problem& p, const KernelMode& mode, int k)
+{
+  const int dim = p.m.dim;
+  const Bonds& b = p.st.bonds;
+  Level& l = p.st.np1;
+  double C[9];
+  bool changed = false;
+  for (int q = 0; q < b.nbond; ++q) {
+    if (p.m.bond[b.def[q]].augment <= k) continue;
+    if (b.field[q] == SIDE_CONTACT) {
+      const double next = contact_multiplier(mode, b.cn[q], l.slip[q * dim], l.lambda_n[q]);
+      changed = changed || next != l.lambda_n[q];
+      l.lambda_n[q] = next;
+      continue;
+    }
+    changed = true;
+    bond_stiffness(b, dim, q, C);
+    for (int i = 0; i < dim; ++i)
+      for (int j = 0; j < dim; ++j) l.lambda[q * dim + i] += C[i * dim + j] * l.slip[q * dim + j];
+  }
+  return changed;
+}
+
+Failure augment(Problem& p, Attempt& a)
+{
+  for (int k = 0; update_multipliers(p, a.mode, k); ++k) {
+    const Failure failure = step_newton(p, a);
+    if (!failure.ok()) return failure;
+  }
+  return STATUS_OK;
+}
+
+// a point that entered a face by more than a quarter of its size in one step may have missed it: shorter
+// steps see it.
+// Beyond half of its size the search would lose the point: the penalty is far too soft then.
+Failure contact_depth(const Problem& p)
+{
+  const Bonds& b = p.st.bonds;
+  for (int q = 0; q < b.nbond; ++q) {
+    if (b.field[q] != SIDE_CONTACT || !p.d.pairs.master.count(q)) continue;
+    const double gap = p.st.np1.slip[q * p.m.dim] / p.d.pairs.size[q],
+                 before = p.d.pairs.gap[q] / p.d.pairs.size[q];
+    if (gap > -TOO_DEEP && (gap > -ENTERED || before - gap < ENTERED)) continue;
+    return {CONTACT_DEPTH, AT_BOND, q};
+  }
+  return STATUS_OK;
+}
+
+// elements alone, without NLGEOM, contact or fracture: the tangent does not depend on displacements
+bool linear_scene(const Problem& p, const Step& s)
+{
+  if (s.nlgeom || p.d.fm.on || p.st.points.npoint) return false;
+  for (const BondDef& b : p.m.bond)
+    if (b.kind == BOND_CONTACT) return false;
+  return true;
+}
+
+NewtonControls newton_controls(const Problem& p, const Step& s, double dt)
+{
+  NewtonControls c;
+  c.linear   = linear_scene(p, s);
+  c.breaks   = p.d.fm.on;
+  c.singular = s.proc == PROC_STATIC && p.d.fm.on && p.st.frac.neroded > 0;
+  // equilibrium after elements broke (dt = 0) opens and closes many cracks: it may take longer
+  c.max_iter = dt > 0.0 ? s.ctl.max_iter : 4 * s.ctl.max_iter;
+  return c;
+}
+
+// where Newton's method begins in statics: the last increment goes on at its rate, prescribed dofs
+// arrive  (6.14)
+// Only where nothing but elements acts that are whole, and not after a cut.
+void extrapolate(const Problem& p, double dt, Attempt& a)
+{
+  const State& st = p.st;
+  if (!a.step.extrapolate || st.rate.empty() || st.log.cuts > 0 || !p.m.bond.empty() || st.points.npoint ||
+      st.frac.neroded > 0)
+    return;
+  a.guess = p.dofs.target;
+  const int dim = p.dofs.dim;
+  for (int r = 0; r < p.dofs.nfe; ++r)
+    for (int i = 0; i < dim; ++i)
+      if (!p.dofs.fixed[r * dim + i]) a.guess[r * dim + i] = dt * st.rate[p.dofs.node_of_row[r] * dim + i];
+}
+
+}  // namespace
+
+KernelMode step_mode(const Step& s)
+{
+  KernelMode mode;
+  mode.finite = s.nlgeom;
+  mode.steady = s.proc == PROC_STATIC;
+  mode.mid    = s.proc == PROC_DYNAMIC && scheme_of(s).midpoint;
+  mode.s_new  = mode.mid ? 0.5 + s.dissipation : 1.0;
+  mode.s_old  = mode.mid ? 0.5 - s.dissipation : 0.0;
+  return mode;
+}
+
+Failure step_increment(Problem& p, const Step& s, double t0, double dt, RealVec& energy)
+{
+  State& st = p.st;
+  const double total0 = st.n.time;
+  const bool mid = step_mode(s).mid;
+  const double load = mid ? 0.5 : 1.0;               // where in the increment the loads are taken
+  Attempt a{s, step_mode(s), t0, t0 + dt, dt, total0, total0 + dt, {t0 + load * dt, total0 + load * dt, load},
+            newton_controls(p, s, dt)};
+  st.np1 = st.n;
+  if (p.d.fm.on) frac_degrade(p.m, s, p.d.fm, st.frac, st.n, dt, st.np1);
+  // in motion a multiplier of the step before would push a contact that opens: energy from nothing (4.2)
+  if (s.proc == PROC_DYNAMIC) std::fill(st.np1.lambda_n.begin(), st.np1.lambda_n.end(), 0.0);
+  // of this attempt: an error before the first one tells so
+  st.log.iterations = 0;
+  st.log.residual   = 0.0;
+  a.du.assign(p.dofs.neq(), 0.0);
+  Failure failure = dof_constrain(p.m, p.d, st, s, a.t0, a.t1, p.dofs, p.warned);
+  if (failure.ok() && !mid)
+    failure = assem_loads(p.m, p.d, p.dofs, st, s, {a.t0, a.total0, 0.0}, p.warned, a.fext0);
+  if (failure.ok() && s.proc == PROC_DYNAMIC) failure = step_inertia_begin(p, a);
+  if (failure.status == BAD_VALUE) return failure;
+  if (dt > 0.0 && s.proc == PROC_STATIC) extrapolate(p, dt, a);
+  const bool guessed = !a.guess.empty();
+  if (failure.ok()) failure = step_newton(p, a);
+  if (!failure.ok() && failure.status != BAD_VALUE && guessed) {
+    a.du.assign(p.dofs.neq(), 0.0);
+    a.guess.clear();
+    failure = step_newton(p, a);
+  }
+  if (failure.ok() && st.bonds.nbond) failure = augment(p, a);
+  if (failure.ok() && p.d.pairs.near) failure = contact_depth(p);
+  if (failure.ok()) step_finish(p, a, energy);
+  if (failure.ok() && !std::isfinite(st.ledger.balance)) failure = BAD_NUMBER;
+  return failure;
+}
