@@ -121,20 +121,20 @@ Failure step_solve(Problem& p, const Attempt& a, int it, double residual, double
 // step_held : do the supports hold every part of bodies of solid elements in space? false: not known. Parts
 // are elements that share faces; their supports must take all six rigid motions. Then a matrix of statics is
 // not singular without being factorised.
-bool step_held(const Problem& p);
+bool step_held(const Mesh& mesh, const Elements& el, const Dofs& dofs);
 
 // step_free_motion : the rigid motions that the supports leave to the part of elements of this node, in
 // words; empty: none
-std::string step_free_motion(const Problem& p, int node);
+std::string step_free_motion(const Mesh& mesh, const Elements& el, const Dofs& dofs, int node);
 
 // step_memory : bytes of what lives through the run
 void step_memory(const Problem& p, std::vector<MemoryUse>& out);
 
 // step_solved_well : was the correction exact enough for the last one?
-bool step_solved_well(const Problem& p, const LinearSystem& l);
+bool step_solved_well(const Solver& solver, const LinearSystem& l);
 
 // step_gain : iteration it has changed the norm of R by this factor
-void step_gain(Problem& p, int it, double gain);
+void step_gain(NewtonMemory& memory, int it, double gain);
 
 // step_mode : what the kernel is told of the scheme: S of energy-momentum, or everything at t(n+1)
 KernelMode step_mode(const Step& s);
@@ -153,12 +153,13 @@ void step_finish(Problem& p, Attempt& a, RealVec& energy);
 // elements broke
 Failure step_initial_acceleration(Problem& p, const Step& s, double t_step);
 
-// step_missed : at the start of a step: warns of loads and supports that fixed increments step over. mid:
-// loads are asked for in the middle of an increment
-void step_missed(const Problem& p, const Step& s, bool mid);
+// step_missed : at the start of a step: warns of loads and supports that fixed increments step over
+//   in   mid   loads are asked for in the middle of an increment
+void step_missed(const Model& m, const Step& s, double start, bool mid);
 
 // ledger_update : energies and momenta of the level; energy: strain energy of intact elements [nelem]
-void ledger_update(Problem& p, const Level& l, bool nlgeom, RealVec* energy = nullptr);
+void ledger_update(const Model& m, const Elements& el, const Dofs& dofs, const Level& l, bool nlgeom,
+                   State& st, RealVec* energy = nullptr);
 
 // What an automatic increment of statics asks of the first break in it                             (7.25)
 struct BreakWatch {
@@ -186,16 +187,17 @@ struct UndoPoint {
   State state;
   CornerShare share;
 };
-void step_undo_point(const Problem& p, UndoPoint& u);
+void step_undo_point(const State& st, const CornerShare& share, UndoPoint& u);
 void step_undo(Problem& p, const UndoPoint& u);
 
 // step_limit : warns when elements or points are compressed below the stretch at which St.Venant-Kirchhoff
 // softens: how many, the worst one, and again whenever twice as many are
-void step_limit(Problem& p, const Step& s);
+void step_limit(const Model& m, const Elements& el, const State& st, const Step& s, Warned& warned);
 
 // step_remainder : statics: warns when loads rest on broken material alone: the share that its STIFFNESS
 // carries
-void step_remainder(Problem& p, const Step& s);
+void step_remainder(const Model& m, const Discretisation& d, const Dofs& dofs, const State& st, const Step& s,
+                    Warned& warned);
 
 // step_run : all steps of the model, or those that are left after a restart file (f.reading); returns an exit
 // code

@@ -9,7 +9,7 @@
 namespace {
 
 // smallest principal stretch of the last accepted state
-double smallest_stretch(const Problem& p)
+double smallest_stretch(const Model& m, const Elements& el, const State& st)
 {
   double least = 1.0;
   IpFields f;
@@ -20,14 +20,14 @@ double smallest_stretch(const Problem& p)
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> C(F.transpose() * F, Eigen::EigenvaluesOnly);
     least = std::min(least, std::sqrt(std::max(0.0, C.eigenvalues()(0))));
   };
-  for (const ElemBlock& b : p.d.el.block)
+  for (const ElemBlock& b : el.block)
     for (int slot : b.live)
       for (int g = 0; g < shape_info[b.shape].ngp; ++g) {
-        elem_ip_fields(p.m, p.d.el, p.st.n, true, b.elem[slot], g, f);
+        elem_ip_fields(m, el, st.n, true, b.elem[slot], g, f);
         look();
       }
-  for (int q = 0; q < p.st.points.npoint; ++q) {
-    point_ip_fields(p.m, p.st.points, p.st.n, q, f);
+  for (int q = 0; q < st.points.npoint; ++q) {
+    point_ip_fields(m, st.points, st.n, q, f);
     look();
   }
   return least;
@@ -35,22 +35,21 @@ double smallest_stretch(const Problem& p)
 
 // what the pairs of contact hold in a static step that found something free to move: nothing while they are
 // open
-std::string contact_text(const Problem& p)
+std::string contact_text(const Model& m, const State& st, const ContactPairs& pairs)
 {
-  const State& st = p.st;
   std::string out;
-  if (p.m.step[st.log.step - 1].proc != PROC_STATIC || p.d.pairs.gap.empty()) return out;
-  for (size_t d = 0; d < p.m.bond.size(); ++d) {
-    const BondDef& def = p.m.bond[d];
+  if (m.step[st.log.step - 1].proc != PROC_STATIC || pairs.gap.empty()) return out;
+  for (size_t d = 0; d < m.bond.size(); ++d) {
+    const BondDef& def = m.bond[d];
     if (def.kind != BOND_CONTACT) continue;
     int closed = 0;
     double least = 1e300, moved = 1e300;
     for (int b = 0; b < st.bonds.nbond; ++b) {
-      if (st.bonds.def[b] != static_cast<int>(d) || !p.d.pairs.master.count(b)) continue;
-      const double now = st.np1.slip[b * p.m.dim];
-      least = std::min(least, p.d.pairs.gap[b]);
+      if (st.bonds.def[b] != static_cast<int>(d) || !pairs.master.count(b)) continue;
+      const double now = st.np1.slip[b * m.dim];
+      least = std::min(least, pairs.gap[b]);
       moved = std::min(moved, now);
-      closed += now <= 1e-9 * p.d.pairs.size[b];
+      closed += now <= 1e-9 * pairs.size[b];
     }
     char text[300];
     if (closed)
@@ -72,14 +71,14 @@ std::string contact_text(const Problem& p)
 
 // is the element a master of a pair that looks at nodes only? Nodes of the master between them are seen by
 // nobody
-std::string unseen_master(const Problem& p, int e)
+std::string unseen_master(const Model& m, const Bonds& bonds, const ContactPairs& pairs, int e)
 {
-  const Mesh& mesh = p.m.mesh;
-  for (int b = 0; b < p.st.bonds.nbond && b < p.d.pairs.master.size(); ++b) {
-    const BondDef& d = p.m.bond[p.st.bonds.def[b]];
+  const Mesh& mesh = m.mesh;
+  for (int b = 0; b < bonds.nbond && b < pairs.master.size(); ++b) {
+    const BondDef& d = m.bond[bonds.def[b]];
     if (d.by_face || d.intermediate != 0) continue;
-    for (int k = p.d.pairs.master.off[b]; k < p.d.pairs.master.off[b + 1]; ++k)
-      if (std::find(mesh.conn.begin(e), mesh.conn.begin(e) + mesh.conn.count(e), p.d.pairs.master.item[k]) !=
+    for (int k = pairs.master.off[b]; k < pairs.master.off[b + 1]; ++k)
+      if (std::find(mesh.conn.begin(e), mesh.conn.begin(e) + mesh.conn.count(e), pairs.master.item[k]) !=
           mesh.conn.begin(e) + mesh.conn.count(e))
         return ". It belongs to the master surface of contact " + d.name.substr(0, 60) +
                ", whose slave nodes may not see how every second node "
@@ -90,19 +89,18 @@ std::string unseen_master(const Problem& p, int e)
 }
 
 // who has the row of the first zero pivot, and which of its directions it is
-std::string pivot_text(const Problem& p, int row, int direction)
+std::string pivot_text(const Model& m, const ActiveGrid& grid, const Dofs& s, int row, int direction)
 {
-  const Dofs& s = p.dofs;
   char text[120];
   double x[3];
   if (row < s.nfe) {
     std::snprintf(text, sizeof text, "direction %d of node %d", direction,
-                  p.m.mesh.node_label[s.node_of_row[row]]);
-  } else if (p.d.grid.key[row - s.nfe] >= key_own) {
+                  m.mesh.node_label[s.node_of_row[row]]);
+  } else if (grid.key[row - s.nfe] >= key_own) {
     std::snprintf(text, sizeof text, "direction %d of a corner of a point that the grid does not carry",
                   direction);
   } else {
-    grid_node_place(p.m.grid, s.dim, p.d.grid.key[row - s.nfe], x);
+    grid_node_place(m.grid, s.dim, grid.key[row - s.nfe], x);
     std::snprintf(text, sizeof text, "direction %d of the grid node at %s", direction,
                   position_text(x, s.dim).c_str());
   }
@@ -119,30 +117,30 @@ std::string solver_text(const Problem& p)
   std::string words = p.newton.solver.message.empty() ? "the linear solver failed" : p.newton.solver.message;
   if (equation < 0 || equation >= s.neq()) return words;
   const int row = equation / s.dim;
-  words += ". It shows in " + pivot_text(p, row, equation % s.dim + 1);
+  words += ". It shows in " + pivot_text(p.m, p.d.grid, s, row, equation % s.dim + 1);
   if (row < s.nfe && !p.st.points.npoint && !p.st.bonds.nbond && s.tie.dof.empty()) {
-    const std::string motion = step_free_motion(p, s.node_of_row[row]);
+    const std::string motion = step_free_motion(p.m.mesh, p.d.el, s, s.node_of_row[row]);
     if (!motion.empty()) return words + ": the supports leave free " + motion + " of its part";
     return words + ": the supports take all rigid motions of its part, so a piece hangs on a hinge or on "
                    "broken elements, or stiffnesses "
                    "lie too far apart (a very thin element)";
   }
-  const std::string contact = contact_text(p);
+  const std::string contact = contact_text(p.m, p.st, p.d.pairs);
   return words + ", which takes part in the motion" + contact +
          "; when it is supported, stiffnesses lie too far apart (a penalty, a very thin element)";
 }
 
 // the bond, or the material point and its corner, that lies outside the grid
-std::string wanderer(const Problem& p, const Failure& f)
+std::string wanderer(const Model& m, const State& st, const Failure& f)
 {
-  const Points& pts = p.st.points;
-  const int dim = p.m.dim;
+  const Points& pts = st.points;
+  const int dim = m.dim;
   if (f.at == AT_BOND) {
     RealVec xb;
     const int b = f.index;
-    bond_places(p.m, pts, p.st.bonds, p.st.n.u, p.st.n.uc, xb);
-    return "bond " + p.m.bond[p.st.bonds.def[b]].name.substr(0, 60) + " (now in " +
-           position_text(&xb[b * dim], dim) + ", at t = 0 in " + position_text(&p.st.bonds.X[3 * b], dim) +
+    bond_places(m, pts, st.bonds, st.n.u, st.n.uc, xb);
+    return "bond " + m.bond[st.bonds.def[b]].name.substr(0, 60) + " (now in " +
+           position_text(&xb[b * dim], dim) + ", at t = 0 in " + position_text(&st.bonds.X[3 * b], dim) +
            ")";
   }
   const int place = static_cast<int>(std::find(pts.conn.item.begin(), pts.conn.item.end(), f.index) -
@@ -151,22 +149,21 @@ std::string wanderer(const Problem& p, const Failure& f)
                                  pts.conn.off.begin()) -
                 1;
   double x[3] = {0, 0, 0};
-  for (int i = 0; i < dim; ++i) x[i] = pts.Xc[f.index * dim + i] + p.st.n.uc[f.index * dim + i];
+  for (int i = 0; i < dim; ++i) x[i] = pts.Xc[f.index * dim + i] + st.n.uc[f.index * dim + i];
   std::string text = "the corner " + position_text(x, dim) + " of material point " +
-                     std::to_string(pts.label[q]) + " of body " + p.m.body[pts.body[q]].name.substr(0, 60);
-  if (pts.parent[q] >= 0) text += " (element " + std::to_string(p.m.mesh.elem_label[pts.parent[q]]) + ")";
+                     std::to_string(pts.label[q]) + " of body " + m.body[pts.body[q]].name.substr(0, 60);
+  if (pts.parent[q] >= 0) text += " (element " + std::to_string(m.mesh.elem_label[pts.parent[q]]) + ")";
   return text;
 }
 
 // box of all that needs the grid, now and at the end of the step with the velocities of now
-void needed_box(const Problem& p, double* lo, double* hi)
+void needed_box(const Model& m, const State& st, double* lo, double* hi)
 {
-  const State& st = p.st;
-  const int dim = p.m.dim;
-  const double rest = std::max(0.0, p.m.step[st.log.step - 1].period - st.log.t_step);
+  const int dim = m.dim;
+  const double rest = std::max(0.0, m.step[st.log.step - 1].period - st.log.t_step);
   for (int i = 0; i < dim; ++i) {
-    lo[i] = p.m.grid.lo[i];
-    hi[i] = p.m.grid.lo[i] + p.m.grid.n[i] * p.m.grid.h[i];
+    lo[i] = m.grid.lo[i];
+    hi[i] = m.grid.lo[i] + m.grid.n[i] * m.grid.h[i];
   }
   auto include = [&](const double* x) {
     for (int i = 0; i < dim; ++i) {
@@ -176,7 +173,7 @@ void needed_box(const Problem& p, double* lo, double* hi)
   };
   RealVec u = st.n.u, uc = st.n.uc, xb;
   for (int end = 0; end < 2; ++end) {
-    bond_places(p.m, st.points, st.bonds, u, uc, xb);
+    bond_places(m, st.points, st.bonds, u, uc, xb);
     for (int b = 0; b < st.bonds.nbond; ++b)
       if (st.bonds.field[b] >= 0) include(&xb[b * dim]);
     for (int c = 0; c < st.points.ncorner; ++c) {
@@ -207,9 +204,9 @@ std::string step_explain(const Problem& p, const Failure& f)
   if (status == OUTSIDE_GRID) {
     double top[3] = {0, 0, 0}, lo[3], hi[3];
     for (int i = 0; i < m.dim; ++i) top[i] = m.grid.lo[i] + m.grid.n[i] * m.grid.h[i];
-    needed_box(p, lo, hi);
-    return wanderer(p, f) + " left the grid, which reaches from " + position_text(m.grid.lo.data(), m.dim) +
-           " to " + position_text(top, m.dim) +
+    needed_box(m, p.st, lo, hi);
+    return wanderer(m, p.st, f) + " left the grid, which reaches from " +
+           position_text(m.grid.lo.data(), m.dim) + " to " + position_text(top, m.dim) +
            ": enlarge *GRID; with the velocities of now the step needs it from " + position_text(lo, m.dim) +
            " to " + position_text(hi, m.dim);
   }
@@ -233,9 +230,9 @@ std::string step_explain(const Problem& p, const Failure& f)
                   "0.577: check the load, or take smaller increments",
                   is_point ? "material point" : "element",
                   is_point ? p.st.points.label[f.index] : m.mesh.elem_label[f.index]);
-    return is_point ? text : text + unseen_master(p, f.index);
+    return is_point ? text : text + unseen_master(m, p.st.bonds, p.d.pairs, f.index);
   }
-  const double stretch = smallest_stretch(p);
+  const double stretch = smallest_stretch(m, p.d.el, p.st);
   if (stretch < 0.65) {
     std::snprintf(
         text, sizeof text,

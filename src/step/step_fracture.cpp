@@ -12,21 +12,21 @@ namespace {
 double all_energy(const Ledger& g) { return g.kinetic + g.strain + g.bond; }
 
 // what breaks now; dynamics: not before the next test is due
-void find_erosions(Problem& p, const Step& s, const RealVec& energy, std::vector<Erosion>& erode,
-                   FirstBreak& first)
+void find_erosions(const Model& m, const Discretisation& d, const Step& s, const RealVec& energy, State& st,
+                   std::vector<Erosion>& erode, FirstBreak& first)
 {
   Timer timer(PHASE_FRACTURE);
-  Fracture& fr = p.st.frac;
+  Fracture& fr = st.frac;
   erode.clear();
-  frac_average(p.m, s, p.d.el, p.d.fm, p.st.n, energy, fr);
+  frac_average(m, s, d.el, d.fm, st.n, energy, fr);
   double interval = 0.0;
-  for (const FractureDef& d : p.m.fracture) interval = std::max(interval, d.interval);
+  for (const FractureDef& f : m.fracture) interval = std::max(interval, f.interval);
   if (s.proc == PROC_DYNAMIC && interval > 0.0) {
-    const double now = p.st.n.time;
+    const double now = st.n.time;
     if (now < fr.next_test - 1e-6 * interval) return timer_skip(PHASE_FRACTURE);
     fr.next_test = std::max(fr.next_test + interval, now + 0.5 * interval);
   }
-  frac_test(p.m, s, p.d.el, p.d.fm, fr, p.st.n, energy, erode, first);
+  frac_test(m, s, d.el, d.fm, fr, st.n, energy, erode, first);
 }
 
 // points come off; elements break, and those that are to become points, do. The energy that goes is told
@@ -52,10 +52,10 @@ Failure apply(Problem& p, const Step& s, const std::vector<Erosion>& erode, cons
   p.ready = false;
   const Failure failure = step_prepare(p, s);
   if (!failure.ok()) return failure;
-  ledger_update(p, st.n, s.nlgeom);
+  ledger_update(p.m, p.d.el, p.dofs, st.n, s.nlgeom, st);
   st.ledger.fracture += released;
   st.ledger.conversion += before - all_energy(st.ledger) - released;
-  ledger_update(p, st.n, s.nlgeom);
+  ledger_update(p.m, p.d.el, p.dofs, st.n, s.nlgeom, st);
   return STATUS_OK;
 }
 
@@ -72,21 +72,22 @@ Failure settle(Problem& p, const Step& s, double t_step, RealVec& energy)
   p.ready   = false;
   st.ledger.fracture += all_energy(before) + st.ledger.external - before.external - all_energy(st.ledger);
   const Failure prepared = step_prepare(p, s);
-  if (prepared.ok()) ledger_update(p, st.n, s.nlgeom, &energy);
+  if (prepared.ok()) ledger_update(p.m, p.d.el, p.dofs, st.n, s.nlgeom, st, &energy);
   return prepared;
 }
 
 // CRITERION_EXCEEDED: the load at which the first element breaks lies well inside the increment    (7.25)
-Failure stepped_over(const Problem& p, const Step& s, const State& before, BreakWatch& w)
+Failure stepped_over(const Model& m, const Discretisation& d, const Step& s, const State& before,
+                     BreakWatch& w)
 {
   if (!w.on || w.first.elem < 0) return STATUS_OK;
-  const double tolerance = p.m.fracture[p.d.fm.def[w.first.elem]].tolerance;
+  const double tolerance = m.fracture[d.fm.def[w.first.elem]].tolerance;
   if (tolerance <= 0.0) return STATUS_OK;
-  w.value0 = frac_value(p.m, s, p.d.el, p.d.fm, before.frac, before.n, w.first);
+  w.value0 = frac_value(m, s, d.el, d.fm, before.frac, before.n, w.first);
   if (w.first.value <= 1.0 + tolerance && w.value0 >= 1.0 - tolerance) return STATUS_OK;
   char text[100];
   std::snprintf(text, sizeof text, "element %d: criterion %.5g, at the start %.5g",
-                p.m.mesh.elem_label[w.first.elem], w.first.value, w.value0);
+                m.mesh.elem_label[w.first.elem], w.first.value, w.value0);
   return {CRITERION_EXCEEDED, text};
 }
 
@@ -99,9 +100,9 @@ Failure step_fracture(Problem& p, const Step& s, double t_step, const State& bef
   IntVec convert, torn;
   FirstBreak later;
   for (bool start = true;; start = false) {
-    find_erosions(p, s, energy, erode, start ? watch.first : later);
+    find_erosions(p.m, p.d, s, energy, p.st, erode, start ? watch.first : later);
     if (start) {
-      const Failure over = stepped_over(p, s, before, watch);
+      const Failure over = stepped_over(p.m, p.d, s, before, watch);
       if (!over.ok()) return over;
     }
     frac_due(p.m, p.d.el, p.d.fm, p.st.frac, p.st.n, convert);
@@ -125,10 +126,10 @@ Failure step_fracture(Problem& p, const Step& s, double t_step, const State& bef
   }
 }
 
-void step_undo_point(const Problem& p, UndoPoint& u)
+void step_undo_point(const State& st, const CornerShare& share, UndoPoint& u)
 {
-  u.state = p.st;
-  u.share = p.d.share;
+  u.state = st;
+  u.share = share;
 }
 
 void step_undo(Problem& p, const UndoPoint& u)

@@ -12,15 +12,13 @@ const double ENTERED = 0.25, TOO_DEEP = 0.45;
 
 // augmented Lagrange: the bond force becomes the multiplier (4.6), the pressure of a contact as well (4.15).
 // k: updates so far in this step. False: none is due.
-bool update_multipliers(Problem& p, const KernelMode& mode, int k)
+bool update_multipliers(const Model& m, const Bonds& b, const KernelMode& mode, int k, Level& l)
 {
-  const int dim = p.m.dim;
-  const Bonds& b = p.st.bonds;
-  Level& l = p.st.np1;
+  const int dim = m.dim;
   double C[9];
   bool changed = false;
   for (int q = 0; q < b.nbond; ++q) {
-    if (p.m.bond[b.def[q]].augment <= k) continue;
+    if (m.bond[b.def[q]].augment <= k) continue;
     if (b.field[q] == SIDE_CONTACT) {
       const double next = contact_multiplier(mode, b.cn[q], l.slip[q * dim], l.lambda_n[q]);
       changed = changed || next != l.lambda_n[q];
@@ -37,7 +35,7 @@ bool update_multipliers(Problem& p, const KernelMode& mode, int k)
 
 Failure augment(Problem& p, Attempt& a)
 {
-  for (int k = 0; update_multipliers(p, a.mode, k); ++k) {
+  for (int k = 0; update_multipliers(p.m, p.st.bonds, a.mode, k, p.st.np1); ++k) {
     const Failure failure = step_newton(p, a);
     if (!failure.ok()) return failure;
   }
@@ -47,13 +45,12 @@ Failure augment(Problem& p, Attempt& a)
 // a point that entered a face by more than a quarter of its size in one step may have missed it: shorter
 // steps see it.
 // Beyond half of its size the search would lose the point: the penalty is far too soft then.
-Failure contact_depth(const Problem& p)
+Failure contact_depth(const Bonds& b, const ContactPairs& pairs, const Level& l, int dim)
 {
-  const Bonds& b = p.st.bonds;
   for (int q = 0; q < b.nbond; ++q) {
-    if (b.field[q] != SIDE_CONTACT || !p.d.pairs.master.count(q)) continue;
-    const double gap = p.st.np1.slip[q * p.m.dim] / p.d.pairs.size[q],
-                 before = p.d.pairs.gap[q] / p.d.pairs.size[q];
+    if (b.field[q] != SIDE_CONTACT || !pairs.master.count(q)) continue;
+    const double gap = l.slip[q * dim] / pairs.size[q],
+                 before = pairs.gap[q] / pairs.size[q];
     if (gap > -TOO_DEEP && (gap > -ENTERED || before - gap < ENTERED)) continue;
     return {CONTACT_DEPTH, AT_BOND, q};
   }
@@ -61,20 +58,20 @@ Failure contact_depth(const Problem& p)
 }
 
 // elements alone, without NLGEOM, contact or fracture: the tangent does not depend on displacements
-bool linear_scene(const Problem& p, const Step& s)
+bool linear_scene(const Model& m, const FracMesh& fm, const Points& pts, const Step& s)
 {
-  if (s.nlgeom || p.d.fm.on || p.st.points.npoint) return false;
-  for (const BondDef& b : p.m.bond)
+  if (s.nlgeom || fm.on || pts.npoint) return false;
+  for (const BondDef& b : m.bond)
     if (b.kind == BOND_CONTACT) return false;
   return true;
 }
 
-NewtonControls newton_controls(const Problem& p, const Step& s, double dt)
+NewtonControls newton_controls(const Model& m, const FracMesh& fm, const State& st, const Step& s, double dt)
 {
   NewtonControls c;
-  c.linear   = linear_scene(p, s);
-  c.breaks   = p.d.fm.on;
-  c.singular = s.proc == PROC_STATIC && p.d.fm.on && p.st.frac.neroded > 0;
+  c.linear   = linear_scene(m, fm, st.points, s);
+  c.breaks   = fm.on;
+  c.singular = s.proc == PROC_STATIC && fm.on && st.frac.neroded > 0;
   // equilibrium after elements broke (dt = 0) opens and closes many cracks: it may take longer
   c.max_iter = dt > 0.0 ? s.ctl.max_iter : 4 * s.ctl.max_iter;
   return c;
@@ -83,17 +80,16 @@ NewtonControls newton_controls(const Problem& p, const Step& s, double dt)
 // where Newton's method begins in statics: the last increment goes on at its rate, prescribed dofs
 // arrive  (6.14)
 // Only where nothing but elements acts that are whole, and not after a cut.
-void extrapolate(const Problem& p, double dt, Attempt& a)
+void extrapolate(const Model& m, const State& st, const Dofs& dofs, double dt, Attempt& a)
 {
-  const State& st = p.st;
-  if (!a.step.extrapolate || st.rate.empty() || st.log.cuts > 0 || !p.m.bond.empty() || st.points.npoint ||
+  if (!a.step.extrapolate || st.rate.empty() || st.log.cuts > 0 || !m.bond.empty() || st.points.npoint ||
       st.frac.neroded > 0)
     return;
-  a.guess = p.dofs.target;
-  const int dim = p.dofs.dim;
-  for (int r = 0; r < p.dofs.nfe; ++r)
+  a.guess = dofs.target;
+  const int dim = dofs.dim;
+  for (int r = 0; r < dofs.nfe; ++r)
     for (int i = 0; i < dim; ++i)
-      if (!p.dofs.fixed[r * dim + i]) a.guess[r * dim + i] = dt * st.rate[p.dofs.node_of_row[r] * dim + i];
+      if (!dofs.fixed[r * dim + i]) a.guess[r * dim + i] = dt * st.rate[dofs.node_of_row[r] * dim + i];
 }
 
 }  // namespace
@@ -116,7 +112,7 @@ Failure step_increment(Problem& p, const Step& s, double t0, double dt, RealVec&
   const bool mid = step_mode(s).mid;
   const double load = mid ? 0.5 : 1.0;               // where in the increment the loads are taken
   Attempt a{s, step_mode(s), t0, t0 + dt, dt, total0, total0 + dt, {t0 + load * dt, total0 + load * dt, load},
-            newton_controls(p, s, dt)};
+            newton_controls(p.m, p.d.fm, st, s, dt)};
   st.np1 = st.n;
   if (p.d.fm.on) frac_degrade(p.m, s, p.d.fm, st.frac, st.n, dt, st.np1);
   // in motion a multiplier of the step before would push a contact that opens: energy from nothing (4.2)
@@ -130,7 +126,7 @@ Failure step_increment(Problem& p, const Step& s, double t0, double dt, RealVec&
     failure = assem_loads(p.m, p.d, p.dofs, st, s, {a.t0, a.total0, 0.0}, p.warned, a.fext0);
   if (failure.ok() && s.proc == PROC_DYNAMIC) failure = step_inertia_begin(p, a);
   if (failure.status == BAD_VALUE) return failure;
-  if (dt > 0.0 && s.proc == PROC_STATIC) extrapolate(p, dt, a);
+  if (dt > 0.0 && s.proc == PROC_STATIC) extrapolate(p.m, st, p.dofs, dt, a);
   const bool guessed = !a.guess.empty();
   if (failure.ok()) failure = step_newton(p, a);
   if (!failure.ok() && failure.status != BAD_VALUE && guessed) {
@@ -139,7 +135,7 @@ Failure step_increment(Problem& p, const Step& s, double t0, double dt, RealVec&
     failure = step_newton(p, a);
   }
   if (failure.ok() && st.bonds.nbond) failure = augment(p, a);
-  if (failure.ok() && p.d.pairs.near) failure = contact_depth(p);
+  if (failure.ok() && p.d.pairs.near) failure = contact_depth(st.bonds, p.d.pairs, st.np1, p.m.dim);
   if (failure.ok()) step_finish(p, a, energy);
   if (failure.ok() && !std::isfinite(st.ledger.balance)) failure = BAD_NUMBER;
   return failure;

@@ -346,5 +346,5 @@ void step_finish(Problem& p, Attempt& a, RealVec& energy)
   p.st.ledger.renewal += work_of_renewal(p, a);
   if (p.d.fm.on)
     p.st.ledger.fracture += frac_degraded(p.m, a.step, p.d.el, p.st.points, p.st.frac, p.st.n, p.st.np1);
-  ledger_update(p, p.st.np1, a.step.nlgeom, p.d.fm.on ? &energy : nullptr);
+  ledger_update(p.m, p.d.el, p.dofs, p.st.np1, a.step.nlgeom, p.st, p.d.fm.on ? &energy : nullptr);
 }

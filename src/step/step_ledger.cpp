@@ -14,18 +14,18 @@ void add_cross(const double* x, const double* y, double* out)
   out[2] += x[0] * y[1] - x[1] * y[0];
 }
 
-void add_nodes(const Problem& p, const Level& l, Ledger& g)
+void add_nodes(const Mesh& mesh, const Dofs& dofs, const Level& l, Ledger& g)
 {
-  const int dim = p.m.dim;
-  RealVec v(p.dofs.neq(), 0.0), Mv;
-  for (int r = 0; r < p.dofs.nfe; ++r)
-    for (int i = 0; i < dim; ++i) v[r * dim + i] = l.v[p.dofs.node_of_row[r] * dim + i];
-  mass_elements(p.dofs, v, Mv);
-  for (int r = 0; r < p.dofs.nfe; ++r) {
-    const int node = p.dofs.node_of_row[r];
+  const int dim = dofs.dim;
+  RealVec v(dofs.neq(), 0.0), Mv;
+  for (int r = 0; r < dofs.nfe; ++r)
+    for (int i = 0; i < dim; ++i) v[r * dim + i] = l.v[dofs.node_of_row[r] * dim + i];
+  mass_elements(dofs, v, Mv);
+  for (int r = 0; r < dofs.nfe; ++r) {
+    const int node = dofs.node_of_row[r];
     double x[3] = {0, 0, 0}, q[3] = {0, 0, 0};
     for (int i = 0; i < dim; ++i) {
-      x[i] = p.m.mesh.X[3 * node + i] + l.u[node * dim + i];
+      x[i] = mesh.X[3 * node + i] + l.u[node * dim + i];
       q[i] = Mv[r * dim + i];
       g.kinetic += 0.5 * v[r * dim + i] * q[i];
       g.momentum[i] += q[i];
@@ -44,14 +44,14 @@ void sum_motion(Ledger& g)
   std::copy(sum + 4, sum + 7, g.angular);
 }
 
-void add_points(const Problem& p, const Level& l, Ledger& g)
+void add_points(const Points& pts, const Dofs& dofs, const Level& l, Ledger& g)
 {
-  const int dim     = p.m.dim;
-  const RealVec mom = point_corner_momentum(p.st.points, dim, l.vc, p.dofs.my_point);
-  for (int c = 0; c < p.st.points.ncorner; ++c) {
+  const int dim     = dofs.dim;
+  const RealVec mom = point_corner_momentum(pts, dim, l.vc, dofs.my_point);
+  for (int c = 0; c < pts.ncorner; ++c) {
     double x[3] = {0, 0, 0}, q[3] = {0, 0, 0};
     for (int i = 0; i < dim; ++i) {
-      x[i] = p.st.points.Xc[c * dim + i] + l.uc[c * dim + i];
+      x[i] = pts.Xc[c * dim + i] + l.uc[c * dim + i];
       q[i] = mom[c * dim + i];
       g.kinetic += 0.5 * q[i] * l.vc[c * dim + i];
       g.momentum[i] += q[i];
@@ -62,18 +62,19 @@ void add_points(const Problem& p, const Level& l, Ledger& g)
 
 }  // namespace
 
-void ledger_update(Problem& p, const Level& l, bool nlgeom, RealVec* energy)
+void ledger_update(const Model& m, const Elements& el, const Dofs& dofs, const Level& l, bool nlgeom,
+                   State& st, RealVec* energy)
 {
-  Ledger& g = p.st.ledger;
+  Ledger& g = st.ledger;
   g.kinetic = 0.0;
   for (int i = 0; i < 3; ++i) g.momentum[i] = g.angular[i] = 0.0;
-  if (!p.dofs.M.empty()) add_nodes(p, l, g);
-  add_points(p, l, g);
+  if (!dofs.M.empty()) add_nodes(m.mesh, dofs, l, g);
+  add_points(st.points, dofs, l, g);
   sum_motion(g);
-  g.strain = elem_energy(p.m, p.d.el, l, nlgeom, energy) +
-             point_energy(p.m, p.st.points, l, p.dofs.my_point);
+  g.strain = elem_energy(m, el, l, nlgeom, energy) +
+             point_energy(m, st.points, l, dofs.my_point);
   comm_sum(&g.strain, 1);
-  g.bond    = bond_energy(p.st.bonds, p.m.dim, l, &g.slip_max, &g.slip_rms);
+  g.bond    = bond_energy(st.bonds, m.dim, l, &g.slip_max, &g.slip_rms);
   g.balance = g.kinetic + g.strain + g.bond + g.friction + g.fracture + g.ghost + g.renewal + g.conversion -
               g.total0 - g.external;
   g.scale   = std::max({g.scale, g.kinetic + g.strain, std::fabs(g.external)});

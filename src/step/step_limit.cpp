@@ -48,25 +48,25 @@ bool note(Compressed& c, const IpFields& f, int item, bool is_point)
 }
 
 // intact elements and points; what has broken may close as far as it likes
-Compressed compressed(const Problem& p)
+Compressed compressed(const Model& m, const Elements& el, const State& st)
 {
   Compressed c;
   IpFields f;
-  const bool breaks = !p.st.frac.broken.empty();
-  for (const ElemBlock& b : p.d.el.block)
+  const bool breaks = !st.frac.broken.empty();
+  for (const ElemBlock& b : el.block)
     for (int slot : b.live) {
       const int e = b.elem[slot];
-      if (breaks && p.st.frac.broken[e] >= 0) continue;
+      if (breaks && st.frac.broken[e] >= 0) continue;
       bool beyond = false;
       for (int g = 0; g < shape_info[b.shape].ngp; ++g) {
-        elem_ip_fields(p.m, p.d.el, p.st.n, true, e, g, f);
+        elem_ip_fields(m, el, st.n, true, e, g, f);
         beyond = note(c, f, e, false) || beyond;
       }
       c.elements += beyond;
     }
-  for (int q = 0; q < p.st.points.npoint; ++q) {
-    if (p.st.points.broken[q] >= 0) continue;
-    point_ip_fields(p.m, p.st.points, p.st.n, q, f);
+  for (int q = 0; q < st.points.npoint; ++q) {
+    if (st.points.broken[q] >= 0) continue;
+    point_ip_fields(m, st.points, st.n, q, f);
     c.points += note(c, f, q, true);
   }
   return c;
@@ -74,16 +74,16 @@ Compressed compressed(const Problem& p)
 
 }  // namespace
 
-void step_limit(Problem& p, const Step& s)
+void step_limit(const Model& m, const Elements& el, const State& st, const Step& s, Warned& warned)
 {
   if (!s.nlgeom || comm_rank() > 0) return;
   Timer timer(PHASE_COMMIT);
-  const Compressed c = compressed(p);
+  const Compressed c = compressed(m, el, st);
   const int count    = c.elements + c.points;
-  if (count == 0 || !p.warned.insert("stretch " + std::to_string(std::ilogb(count))).second) return;
-  const int label = c.is_point ? p.st.points.label[c.worst] : p.m.mesh.elem_label[c.worst];
+  if (count == 0 || !warned.insert("stretch " + std::to_string(std::ilogb(count))).second) return;
+  const int label = c.is_point ? st.points.label[c.worst] : m.mesh.elem_label[c.worst];
   log_warn("time %.8g: %d elements and %d material points are compressed below a stretch of 0.577, where "
            "St.Venant-Kirchhoff softens and its answer means little; the worst is %s %d at %s with %.3f",
-           p.st.n.time, c.elements, c.points, c.is_point ? "material point" : "element", label,
-           position_text(c.X, p.m.dim).c_str(), std::sqrt(std::max(0.0, c.least)));
+           st.n.time, c.elements, c.points, c.is_point ? "material point" : "element", label,
+           position_text(c.X, m.dim).c_str(), std::sqrt(std::max(0.0, c.least)));
 }

@@ -14,21 +14,20 @@ const double BLIND  = 1e-6;    // reduction in iterations that the increment bef
 const int SLOW      = 8;       // iterations; Newton's method that takes more gets factorised tangents
 const double NEAR   = 0.1;     // of the accepted residual, when a tangent is used twice
 
-bool same_tangent(const Problem& p, const Attempt& a)
+bool same_tangent(const ReusedTangent& z, const Dofs& dofs, const Attempt& a)
 {
-  const ReusedTangent& z = p.newton.tangent;
-  return z.on && z.pattern == p.dofs.pattern && z.mode.cD() == a.mode.cD() &&
-         std::fabs(z.cM - a.cM) <= 1e-12 * a.cM && z.fixed == p.dofs.fixed;
+  return z.on && z.pattern == dofs.pattern && z.mode.cD() == a.mode.cD() &&
+         std::fabs(z.cM - a.cM) <= 1e-12 * a.cM && z.fixed == dofs.fixed;
 }
 
 // the iteration before, with its tangent, has brought the residual down so far that the same factor ends the
 // iteration well  (8.11)
 // Not in statics, where a soft mode turns a small residual into a large error.
-bool near_tangent(const Problem& p, const Attempt& a, int it, double residual, double accepted)
+bool near_tangent(const RealVec& gain, const Attempt& a, int it, double residual, double accepted)
 {
-  if (!p.m.solver.reuse || a.cM == 0.0 || it == 1 || it - 2 >= static_cast<int>(p.newton.gain.size()))
+  if (a.cM == 0.0 || it == 1 || it - 2 >= static_cast<int>(gain.size()))
     return false;
-  return residual * p.newton.gain[it - 2] <= NEAR * accepted;
+  return residual * gain[it - 2] <= NEAR * accepted;
 }
 
 // how far the linear residual must go down (8.6): a third of what Newton's method has made of it in the same
@@ -48,7 +47,7 @@ bool supported(Problem& p)
   if (h.pattern != p.dofs.pattern || h.fixed != p.dofs.fixed) {
     h.pattern = p.dofs.pattern;
     h.fixed   = p.dofs.fixed;
-    h.good    = step_held(p);
+    h.good    = !p.st.points.npoint && !p.st.bonds.nbond && !p.d.fm.on && step_held(p.m.mesh, p.d.el, p.dofs);
   }
   return h.good;
 }
@@ -60,7 +59,8 @@ void step_tangent(Problem& p, const Attempt& a, int it, double residual, double 
 {
   Dofs& s = p.dofs;
   ReusedTangent& z = p.newton.tangent;
-  const bool same = same_tangent(p, a), stay = same || near_tangent(p, a, it, residual, accepted);
+  const bool same = same_tangent(z, s, a);
+  const bool stay = same || (p.m.solver.reuse && near_tangent(p.newton.gain, a, it, residual, accepted));
   l.f.resize(s.neq());
   for (int i = 0; i < s.neq(); ++i) l.f[i] = -R[i];
   if (stay && std::all_of(pending.begin(), pending.end(), [](double x) { return x == 0.0; })) {
@@ -126,13 +126,13 @@ Failure step_solve(Problem& p, const Attempt& a, int it, double residual, double
   return STATUS_OK;
 }
 
-bool step_solved_well(const Problem& p, const LinearSystem& l)
+bool step_solved_well(const Solver& solver, const LinearSystem& l)
 {
-  return p.newton.solver.left <= ACCEPT * l.energy;
+  return solver.left <= ACCEPT * l.energy;
 }
 
-void step_gain(Problem& p, int it, double gain)
+void step_gain(NewtonMemory& memory, int it, double gain)
 {
-  if (it > static_cast<int>(p.newton.gain.size())) p.newton.gain.resize(it, BLIND);
-  p.newton.gain[it - 1] = gain;
+  if (it > static_cast<int>(memory.gain.size())) memory.gain.resize(it, BLIND);
+  memory.gain[it - 1] = gain;
 }

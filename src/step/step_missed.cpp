@@ -48,11 +48,9 @@ void warn_missed(const Step& s, double ask, const Place& place, const char* what
 // step_missed : warns of loads and supports that fixed increments step over; looks eight times into each
 // increment
 // ---------------------------------------------------------------------------
-void step_missed(const Problem& p, const Step& s, bool mid)
+void step_missed(const Model& m, const Step& s, double start, bool mid)
 {
   if (!s.direct) return;
-  const Model& m     = p.m;
-  const double start = p.st.clock.start;
   for (const Load& l : s.load)
     if (l.ramp != RAMP_OUT && (!l.value.is_const() || l.amplitude >= 0))
       warn_missed(s, mid ? 0.5 : 1.0, l.place, "load",

@@ -45,21 +45,20 @@ Failure form_residual(Problem& p, Attempt& a, const RealVec& du, Residual& b)
 
 // the part of the diagonal that strains make: rounding of F acts through it. Mass and bonds see du alone, and
 // would hide the loads when dt is small or a penalty large.
-RealVec strain_diagonal(const Problem& p, const RealVec& diag, double cM)
+RealVec strain_diagonal(const Model& m, const Bonds& bonds, const ActiveGrid& grid, const Dofs& s,
+                        const RealVec& diag, double cM)
 {
-  const Dofs& s = p.dofs;
   RealVec d = diag;
   if (cM != 0.0)
     for (int i = 0; i < s.neq(); ++i) d[i] -= cM * s.M_diag[i / s.dim];
   double C[9];
-  for (int b = 0; b < p.st.bonds.nbond; ++b) {
-    if (p.m.bond[p.st.bonds.def[b]].kind == BOND_CONTACT) continue;
-    bond_stiffness(p.st.bonds, s.dim, b, C);
+  for (int b = 0; b < bonds.nbond; ++b) {
+    if (m.bond[bonds.def[b]].kind == BOND_CONTACT) continue;
+    bond_stiffness(bonds, s.dim, b, C);
     for (int k = s.bond.off[b]; k < s.bond.off[b + 1]; ++k)
       for (int i = 0; i < s.dim; ++i)
         d[s.bond.item[k] * s.dim + i] -= s.bond_w[k] * s.bond_w[k] * C[i * s.dim + i];
   }
-  const ActiveGrid& grid = p.d.grid;
   const ListTable& ghost = grid.ghost;
   for (int q = 0; q < ghost.size(); ++q)
     for (int k = ghost.off[q]; k < ghost.off[q + 1]; ++k)
@@ -72,7 +71,7 @@ RealVec strain_diagonal(const Problem& p, const RealVec& diag, double cM)
 // size  (6.5)
 double rounding_floor(const Problem& p, const RealVec& diag, const RealVec& du, double cM)
 {
-  const RealVec strain = strain_diagonal(p, diag, cM);
+  const RealVec strain = strain_diagonal(p.m, p.st.bonds, p.d.grid, p.dofs, diag, cM);
   const Ties& t = p.dofs.tie;
   const auto square = [&](int i) {
     const double f = std::max(0.0, strain[i]) * 2e-15 * p.dofs.h_mean + diag[i] * 1e-14 * std::fabs(du[i]);
@@ -259,8 +258,8 @@ Failure step_newton(Problem& p, Attempt& a)
     if (!failure.ok()) return failure;
     tell_iteration(log, it, b, std::fabs(g0), part);
     // 5. judge                                                                     (6.4)
-    if (before > 0.0) step_gain(p, it, b.free_norm / before);
-    if (targets_reached(s, a.du) && step_solved_well(p, l) && converged(p, a, b, l, true)) {
+    if (before > 0.0) step_gain(p.newton, it, b.free_norm / before);
+    if (targets_reached(s, a.du) && step_solved_well(p.newton.solver, l) && converged(p, a, b, l, true)) {
       a.R = b.R;
       return STATUS_OK;
     }

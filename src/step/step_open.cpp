@@ -19,51 +19,51 @@ double start_value(const Model& m, const InitialValue& iv, const std::string& wh
 }
 
 // corners of a body: v_c or u_c at X_c
-void start_body(Problem& p, const InitialValue& iv, int& errors)
+void start_body(const Model& m, const InitialValue& iv, State& st, int& errors)
 {
-  const Points& pts = p.st.points;
-  const int dim     = p.m.dim;
-  RealVec& field    = iv.displacement ? p.st.n.uc : p.st.n.vc;
-  const std::string where = "a corner of body " + p.m.body[iv.body].name;
+  const Points& pts = st.points;
+  const int dim     = m.dim;
+  RealVec& field    = iv.displacement ? st.n.uc : st.n.vc;
+  const std::string where = "a corner of body " + m.body[iv.body].name;
   for (int q = 0; q < pts.npoint; ++q) {
     if (pts.body[q] != iv.body) continue;
     for (int k = pts.conn.off[q]; k < pts.conn.off[q + 1]; ++k) {
       const int c = pts.conn.item[k];
       double X[3] = {0, 0, 0};
       for (int i = 0; i < dim; ++i) X[i] = pts.Xc[c * dim + i];
-      field[c * dim + iv.dof] = start_value(p.m, iv, where, X, errors);
+      field[c * dim + iv.dof] = start_value(m, iv, where, X, errors);
     }
   }
 }
 
-int start_values(Problem& p)
+int start_values(const Model& m, State& st)
 {
   int wrong = 0;               // lines
-  for (const InitialValue& iv : p.m.initial) {
-    if (iv.dof >= p.m.dim) continue;
+  for (const InitialValue& iv : m.initial) {
+    if (iv.dof >= m.dim) continue;
     int errors = 0;
-    RealVec& field = iv.displacement ? p.st.n.u : p.st.n.v;
+    RealVec& field = iv.displacement ? st.n.u : st.n.v;
     for (int n : iv.node) {
-      const std::string where = "node " + std::to_string(p.m.mesh.node_label[n]);
-      field[n * p.m.dim + iv.dof] = start_value(p.m, iv, where, &p.m.mesh.X[3 * n], errors);
+      const std::string where = "node " + std::to_string(m.mesh.node_label[n]);
+      field[n * m.dim + iv.dof] = start_value(m, iv, where, &m.mesh.X[3 * n], errors);
     }
-    if (iv.body >= 0) start_body(p, iv, errors);
+    if (iv.body >= 0) start_body(m, iv, st, errors);
     wrong += errors > 0;
   }
   return wrong;
 }
 
 // equations of the first step hold at the start
-int start_equations(const Problem& p)
+int start_equations(const Model& m, const Level& l)
 {
   int errors = 0;
-  if (p.m.step.empty()) return 0;
-  for (int k : p.m.step[0].equation)
+  if (m.step.empty()) return 0;
+  for (int k : m.step[0].equation)
     for (const bool velocity : {false, true}) {
-      const Equation& e = p.m.equation[k];
+      const Equation& e = m.equation[k];
       double sum = 0.0, size = 0.0;
       for (const EquationTerm& t : e.term) {
-        const double x = t.coef * (velocity ? p.st.n.v : p.st.n.u)[t.node * p.m.dim + t.dof];
+        const double x = t.coef * (velocity ? l.v : l.u)[t.node * m.dim + t.dof];
         sum += x;
         size = std::max(size, std::fabs(x));
       }
@@ -85,15 +85,15 @@ bool has_contact(const Model& m)
 }
 
 // contact looks at the start for surfaces that overlap
-int start_contact(Problem& p)
+int start_contact(const Model& m, State& st, ContactPairs& pairs)
 {
   RealVec xb;
-  bond_places(p.m, p.st.points, p.st.bonds, p.st.n.u, p.st.n.uc, xb);
-  contact_search(p.m, p.st.points, p.st.bonds, p.st.n.u, p.st.n.uc, xb, p.d.pairs);
-  const int errors = contact_start(p.m, p.st.bonds, p.d.pairs, xb);
-  for (int b = 0; b < p.st.bonds.nbond; ++b)
-    if (p.st.bonds.field[b] == SIDE_CONTACT)
-      p.st.n.slip[b * p.m.dim] = p.d.pairs.gap[b] - p.st.bonds.offset[b];
+  bond_places(m, st.points, st.bonds, st.n.u, st.n.uc, xb);
+  contact_search(m, st.points, st.bonds, st.n.u, st.n.uc, xb, pairs);
+  const int errors = contact_start(m, st.bonds, pairs, xb);
+  for (int b = 0; b < st.bonds.nbond; ++b)
+    if (st.bonds.field[b] == SIDE_CONTACT)
+      st.n.slip[b * m.dim] = pairs.gap[b] - st.bonds.offset[b];
   return errors;
 }
 
@@ -129,10 +129,10 @@ int step_open(Problem& p)
   st.n.lambda = st.n.slip;
   st.n.lambda_n.assign(st.bonds.nbond, 0.0);
   st.grid_rf.assign(m.grid_bc.size() * m.dim, 0.0);
-  errors = start_values(p);
-  if (errors == 0) errors = start_equations(p);
+  errors = start_values(m, st);
+  if (errors == 0) errors = start_equations(m, st.n);
   if (errors) return errors;
-  if (has_contact(m)) errors = start_contact(p);
+  if (has_contact(m)) errors = start_contact(m, st, p.d.pairs);
   if (errors) return errors;
   overlap_pairs(m, p.d.watch);
   overlap_start(m, p.d.el, st.points, st.n.u, st.n.uc, p.d.watch);

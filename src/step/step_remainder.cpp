@@ -24,46 +24,47 @@ struct Piece {
 double size(const double* v) { return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]); }
 
 // nodes of one intact element belong to one piece; a node of broken elements alone is a piece of its own
-IntVec find_pieces(const Problem& p)
+IntVec find_pieces(const Mesh& mesh, const Elements& el, const Fracture& fr)
 {
-  IntVec up(p.m.mesh.nnode());
+  IntVec up(mesh.nnode());
   std::iota(up.begin(), up.end(), 0);
-  for (const ElemBlock& b : p.d.el.block)
+  for (const ElemBlock& b : el.block)
     for (int slot : b.live) {
-      const int e = b.elem[slot], *node = p.m.mesh.conn.begin(e);
-      if (p.st.frac.broken[e] >= 0) continue;
-      for (int a = 1; a < p.m.mesh.conn.count(e); ++a) up[root_of(up, node[a])] = root_of(up, node[0]);
+      const int e = b.elem[slot], *node = mesh.conn.begin(e);
+      if (fr.broken[e] >= 0) continue;
+      for (int a = 1; a < mesh.conn.count(e); ++a) up[root_of(up, node[a])] = root_of(up, node[0]);
     }
   for (size_t n = 0; n < up.size(); ++n) up[n] = root_of(up, static_cast<int>(n));
   return up;
 }
 
-void find_supports(const Problem& p, const IntVec& root, std::map<int, Piece>& piece)
+void find_supports(const Bonds& b, const Dofs& dofs, const IntVec& root, std::map<int, Piece>& piece)
 {
-  const int dim = p.m.dim;
-  for (int r = 0; r < p.dofs.nfe; ++r)
+  const int dim = dofs.dim;
+  for (int r = 0; r < dofs.nfe; ++r)
     for (int i = 0; i < dim; ++i)
-      if (p.dofs.fixed[r * dim + i]) piece[root[p.dofs.node_of_row[r]]].held[i] = true;
-  const Bonds& b = p.st.bonds;
+      if (dofs.fixed[r * dim + i]) piece[root[dofs.node_of_row[r]]].held[i] = true;
+  const int nnode = static_cast<int>(root.size());
   for (int item : b.a.item)
-    for (int i = 0; i < dim && item < p.m.mesh.nnode(); ++i) piece[root[item]].held[i] = true;
+    for (int i = 0; i < dim && item < nnode; ++i) piece[root[item]].held[i] = true;
 }
 
 // force of the broken elements less that which they would have without STIFFNESS
-void add_rest(const Problem& p, const Step& s, const IntVec& root, std::map<int, Piece>& piece)
+void add_rest(const Model& m, const Elements& el, const State& st, const Step& s, const IntVec& root,
+              std::map<int, Piece>& piece)
 {
-  const int dim = p.m.dim;
+  const int dim = m.dim;
   KernelMode mode;
   mode.finite = s.nlgeom;
   mode.steady = true;
   double u[24], with[24], without[24];
-  for (const ElemBlock& b : p.d.el.block)
+  for (const ElemBlock& b : el.block)
     for (int slot : b.live) {
-      const int e = b.elem[slot], nen = shape_info[b.shape].nen, *node = p.m.mesh.conn.begin(e);
-      if (p.st.frac.broken[e] < 0) continue;
-      for (int k = 0; k < nen * dim; ++k) u[k] = p.st.n.u[node[k / dim] * dim + k % dim];
-      elem_form_broken(b, slot, elem_broken_law(p.m, p.d.el, e, p.st.n.degr[e]), mode, u, u, with, nullptr);
-      elem_form_broken(b, slot, elem_broken_law(p.m, p.d.el, e, 0.0), mode, u, u, without, nullptr);
+      const int e = b.elem[slot], nen = shape_info[b.shape].nen, *node = m.mesh.conn.begin(e);
+      if (st.frac.broken[e] < 0) continue;
+      for (int k = 0; k < nen * dim; ++k) u[k] = st.n.u[node[k / dim] * dim + k % dim];
+      elem_form_broken(b, slot, elem_broken_law(m, el, e, st.n.degr[e]), mode, u, u, with, nullptr);
+      elem_form_broken(b, slot, elem_broken_law(m, el, e, 0.0), mode, u, u, without, nullptr);
       for (int k = 0; k < nen * dim; ++k) piece[root[node[k / dim]]].rest[k % dim] += with[k] - without[k];
     }
 }
@@ -77,20 +78,20 @@ bool breaks(const Fracture& fr)
 
 }  // namespace
 
-void step_remainder(Problem& p, const Step& s)
+void step_remainder(const Model& m, const Discretisation& d, const Dofs& dofs, const State& st, const Step& s,
+                    Warned& warned)
 {
-  const State& st = p.st;
   if (s.proc != PROC_STATIC || !breaks(st.frac) || st.points.npoint || comm_rank() > 0) return;
-  if (p.dofs.fixed.size() != static_cast<size_t>(p.dofs.neq())) return;
+  if (dofs.fixed.size() != static_cast<size_t>(dofs.neq())) return;
   RealVec f;
   const LoadTime now{st.n.time - st.clock.start, st.n.time, 1.0};
-  if (!assem_loads(p.m, p.d, p.dofs, st, s, now, p.warned, f).ok()) return;
-  const IntVec root = find_pieces(p);
+  if (!assem_loads(m, d, dofs, st, s, now, warned, f).ok()) return;
+  const IntVec root = find_pieces(m.mesh, d.el, st.frac);
   std::map<int, Piece> piece;
-  find_supports(p, root, piece);
-  for (int r = 0; r < p.dofs.nfe; ++r)
-    for (int i = 0; i < p.m.dim; ++i) piece[root[p.dofs.node_of_row[r]]].load[i] += f[r * p.m.dim + i];
-  add_rest(p, s, root, piece);
+  find_supports(st.bonds, dofs, root, piece);
+  for (int r = 0; r < dofs.nfe; ++r)
+    for (int i = 0; i < m.dim; ++i) piece[root[dofs.node_of_row[r]]].load[i] += f[r * m.dim + i];
+  add_rest(m, d.el, st, s, root, piece);
   double all = 0.0, rest = 0.0;
   for (const auto& x : piece) {
     const Piece& q = x.second;
@@ -102,7 +103,7 @@ void step_remainder(Problem& p, const Step& s)
     all += size(q.load);
     if (size(load) > 0.0) rest += borne / size(load);
   }
-  if (rest <= 0.01 * all || !p.warned.insert("remainder " + std::to_string(st.log.step)).second) return;
+  if (rest <= 0.01 * all || !warned.insert("remainder " + std::to_string(st.log.step)).second) return;
   log_warn("step %d, time %.8g: %.0f %% of the loads act on pieces that nothing intact ties to a support; "
            "broken elements carry them by their STIFFNESS alone, and displacements mean little: end the step "
            "before, or prescribe displacements", st.log.step, st.n.time, 100.0 * rest / all);

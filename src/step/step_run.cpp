@@ -17,9 +17,8 @@ namespace {
 const double TOLD_MOTION = 0.01, TOLD_STATICS = 0.2;
 
 // statics know no velocity: what moves is stopped, and its energy leaves the ledger as external work
-void stop_motion(Problem& p)
+void stop_motion(State& st)
 {
-  State& st = p.st;
   if (st.ledger.kinetic == 0.0) return;
   log_warn("step %d is static: the kinetic energy of %g is dropped", st.log.step, st.ledger.kinetic);
   st.ledger.external -= st.ledger.kinetic;
@@ -39,14 +38,14 @@ double break_time(const BreakWatch& w, double value)
 // how large the increment is that ends just before the first break; and where the one after it, in which it
 // breaks, ends.
 // False: it cannot be cut any more.
-bool cut_to_break(const Problem& p, const Step& s, const BreakWatch& w, double dt, StepClock& clock,
-                  double& shorter)
+bool cut_to_break(const Model& m, const FracMesh& fm, const Step& s, const BreakWatch& w, double dt, int cuts,
+                  StepClock& clock, double& shorter)
 {
-  const double half = 0.5 * p.m.fracture[p.d.fm.def[w.first.elem]].tolerance;
+  const double half = 0.5 * m.fracture[fm.def[w.first.elem]].tolerance;
   const bool near   = w.value0 >= 1.0 - 2.0 * half;
   const double aim  = dt * break_time(w, 1.0 + half);
   shorter = near ? aim : dt * break_time(w, 1.0 - half);
-  if (p.st.log.cuts < s.ctl.max_cut && shorter >= s.dt_min) {
+  if (cuts < s.ctl.max_cut && shorter >= s.dt_min) {
     clock.aim = near || aim <= shorter ? 0.0 : clock.t + aim;
     return true;
   }
@@ -64,14 +63,14 @@ void note_rate(const Step& s, double dt, State& st)
   for (size_t i = 0; i < st.rate.size(); ++i) st.rate[i] = (st.np1.u[i] - st.n.u[i]) / dt;
 }
 
-void begin_step(Problem& p, const Step& s)
+void begin_step(const Step& s, State& st)
 {
-  p.st.clock       = StepClock();
-  p.st.clock.start = p.st.n.time;
-  p.st.clock.dt    = s.dt;
-  p.st.log.inc     = 0;
-  p.st.rate.clear();
-  if (s.proc == PROC_STATIC) stop_motion(p);
+  st.clock       = StepClock();
+  st.clock.start = st.n.time;
+  st.clock.dt    = s.dt;
+  st.log.inc     = 0;
+  st.rate.clear();
+  if (s.proc == PROC_STATIC) stop_motion(st);
 }
 
 // can a shorter increment do better? Not without memory or a number, outside the grid, when the velocities at
@@ -83,26 +82,26 @@ bool cut_helps(Status status)
 }
 
 // how often increments were cut before the run stopped, and why they are not cut again
-std::string cuts_text(const Problem& p, const Failure& f)
+std::string cuts_text(const Model& m, const State& st, const Failure& f)
 {
   if (f.status == INTERRUPTED) return "stopped";
-  const StepLog& log = p.st.log;
-  const Step& s      = p.m.step[log.step - 1];
+  const StepLog& log = st.log;
+  const Step& s      = m.step[log.step - 1];
   std::string text   = "stopped after " + std::to_string(log.cuts) + " cuts of this increment";
-  if (p.st.clock.cuts != log.cuts) text += ", " + std::to_string(p.st.clock.cuts) + " in this step";
+  if (st.clock.cuts != log.cuts) text += ", " + std::to_string(st.clock.cuts) + " in this step";
   char limit[80] = "";
   if (f.note.compare(0, 4, "INC=") != 0 && cut_helps(f.status) && log.cuts < s.ctl.max_cut &&
-      0.5 * p.st.clock.dt < s.dt_min)
-    std::snprintf(limit, sizeof limit, "; half of dt = %g is less than dt min = %g", p.st.clock.dt, s.dt_min);
+      0.5 * st.clock.dt < s.dt_min)
+    std::snprintf(limit, sizeof limit, "; half of dt = %g is less than dt min = %g", st.clock.dt, s.dt_min);
   return text + limit;
 }
 
 // ranks take decisions from numbers that are the same on all of them; when they are not, the machines differ
-void check_ranks(const Problem& p)
+void check_ranks(const State& st)
 {
   if (comm_size() == 1) return;
-  const double mine[4] = {p.st.log.residual, p.st.ledger.strain, p.st.ledger.balance,
-                          static_cast<double>(p.st.log.iterations)};
+  const double mine[4] = {st.log.residual, st.ledger.strain, st.ledger.balance,
+                          static_cast<double>(st.log.iterations)};
   double first[4];
   std::memcpy(first, mine, sizeof first);
   comm_share(first, 4);
@@ -151,12 +150,12 @@ Failure begin_increment(Problem& p, const Step& s, const std::vector<double>& st
     return {NOT_CONVERGED, "INC=" + std::to_string(s.max_inc) +
                                " increments are used up before the end of the step: raise INC, or dt"};
   const bool moves = s.proc == PROC_DYNAMIC;
-  if (p.d.fm.on && !moves) step_undo_point(p, inc.undo);
+  if (p.d.fm.on && !moves) step_undo_point(st, p.d.share, inc.undo);
   Failure failure = step_prepare(p, s);
   if (failure.ok() && st.log.inc == 1 && moves && scheme_of(s).acceleration)
     failure = step_initial_acceleration(p, s, 0.0);
   inc.dt = clock_next(s, st.clock, stops);
-  if (p.d.fm.on && moves) step_undo_point(p, inc.undo);      // with the first acceleration
+  if (p.d.fm.on && moves) step_undo_point(st, p.d.share, inc.undo);      // with the first acceleration
   st.clock.aim = 0.0;
   inc.watch    = BreakWatch();
   inc.watch.on = !moves && !s.direct;
@@ -183,7 +182,7 @@ Failure attempt(Problem& p, const Step& s, Increment& inc, Output& out)
   const double t = clock.t + inc.dt;
   failure = step_fracture(p, s, t, inc.undo.state, inc.watch, inc.energy, out);
   if (failure.status == CRITERION_EXCEEDED &&
-      !cut_to_break(p, s, inc.watch, inc.dt, clock, inc.shorter)) {
+      !cut_to_break(p.m, p.d.fm, s, inc.watch, inc.dt, st.log.cuts, clock, inc.shorter)) {
     inc.watch.on = false;
     failure = step_fracture(p, s, t, inc.undo.state, inc.watch, inc.energy, out);
   }
@@ -229,9 +228,10 @@ void accept(const Step& s, double dt, State& st)
 void warn_of_state(Problem& p, const Step& s)
 {
   const State& st = p.st;
-  check_ranks(p);
-  if (s.proc == PROC_STATIC || st.log.inc_total % 10 == 0 || clock_done(s, st.clock)) step_limit(p, s);
-  if (p.d.fm.on) step_remainder(p, s);
+  check_ranks(st);
+  if (s.proc == PROC_STATIC || st.log.inc_total % 10 == 0 || clock_done(s, st.clock))
+    step_limit(p.m, p.d.el, st, s, p.warned);
+  if (p.d.fm.on) step_remainder(p.m, p.d, p.dofs, st, s, p.warned);
   if (!p.d.watch.pair.empty()) overlap_look(p.m, p.d.el, st, p.d.watch);
 }
 
@@ -277,30 +277,28 @@ bool lossy(const Model& m)
 
 // more than a percent of energy from nowhere: say so. A dissipating scheme loses energy on purpose; in
 // statics the work of a few large increments is taken by the trapezoidal rule, so only a gross error counts.
-void warn_balance(const Problem& p)
+void warn_balance(const Model& m, const Ledger& g)
 {
-  const Ledger& g = p.st.ledger;
   if (g.conversion < -TOLD_MOTION * g.scale)
     log_warn("conversion to points has won %.1f %% of the energy (ECONV %.4g): elements and cells of one "
              "size, or smaller "
              "increments make it smaller",
              -100.0 * g.conversion / g.scale, g.conversion);
   bool moves = false;
-  for (const Step& s : p.m.step) moves = moves || s.proc == PROC_DYNAMIC;
-  if (lossy(p.m) || std::fabs(g.balance) <= (moves ? TOLD_MOTION : TOLD_STATICS) * g.scale) return;
+  for (const Step& s : m.step) moves = moves || s.proc == PROC_DYNAMIC;
+  if (lossy(m) || std::fabs(g.balance) <= (moves ? TOLD_MOTION : TOLD_STATICS) * g.scale) return;
   log_warn("the energy balance is off by %.1f %% (%.4g of %.4g): smaller increments show whether the answer "
            "can be trusted",
            100.0 * std::fabs(g.balance) / g.scale, g.balance, g.scale);
 }
 
 // is more energy come from nowhere, or lost, than the steps allow? Loss is what a dissipating scheme is for.
-bool balance_failed(const Problem& p)
+bool balance_failed(const Model& m, const Ledger& g)
 {
-  const Ledger& g = p.st.ledger;
   double limit = 0.0;
-  for (const Step& s : p.m.step) limit = std::max(limit, s.balance);
+  for (const Step& s : m.step) limit = std::max(limit, s.balance);
   if (limit == 0.0 || g.balance <= limit * g.scale) {
-    if (limit == 0.0 || lossy(p.m) || g.balance >= -limit * g.scale) return false;
+    if (limit == 0.0 || lossy(m) || g.balance >= -limit * g.scale) return false;
   }
   log_error("the energy balance is off by %.1f %% of the largest energy (%.4g of %.4g), more than the %.3g "
             "%% that *STEP, BALANCE= allows: "
@@ -310,13 +308,13 @@ bool balance_failed(const Problem& p)
 }
 
 // what each rank did, for the listing; nothing on one rank
-void load_of_ranks(const Problem& p, std::vector<RankLoad>& ranks)
+void load_of_ranks(const Elements& el, const Dofs& dofs, std::vector<RankLoad>& ranks)
 {
   if (comm_size() == 1) return;
   RankLoad mine;
-  for (const ElemBlock& b : p.d.el.block) mine.elements += static_cast<double>(b.mine.size());
-  mine.points = static_cast<double>(p.dofs.my_point.size());
-  mine.bonds  = static_cast<double>(p.dofs.my_bond.size());
+  for (const ElemBlock& b : el.block) mine.elements += static_cast<double>(b.mine.size());
+  mine.points = static_cast<double>(dofs.my_point.size());
+  mine.bonds  = static_cast<double>(dofs.my_bond.size());
   for (Phase phase : {PHASE_RESIDUAL, PHASE_TANGENT, PHASE_MASS}) mine.assembly += timer_phase(phase).wall;
   mine.between = timer_phase(PHASE_COMM).wall;
   mine.memory  = out_memory();
@@ -325,21 +323,21 @@ void load_of_ranks(const Problem& p, std::vector<RankLoad>& ranks)
 }
 
 // one point a cell sees only the mean gradient: the cell can deform as an hourglass without any stress
-void warn_few_points(const Problem& p)
+void warn_few_points(const Points& pts, const ActiveGrid& grid)
 {
-  if (p.st.points.npoint > 1.5 * p.d.grid.ncell) return;
+  if (pts.npoint > 1.5 * grid.ncell) return;
   log_warn("%d material points in %d cells: with about one point a cell the grid can move as an hourglass "
            "without any "
            "stress, and statics may be singular or wrong; take POINTS=2 or more, or larger cells",
-           p.st.points.npoint, p.d.grid.ncell);
+           pts.npoint, grid.ncell);
 }
 
 // energies at the start need the mass of the first step
 void open_ledger(Problem& p)
 {
   if (!step_prepare(p, p.m.step.front()).ok()) return;
-  if (p.st.points.npoint) warn_few_points(p);
-  ledger_update(p, p.st.n, p.m.step.front().nlgeom);
+  if (p.st.points.npoint) warn_few_points(p.st.points, p.d.grid);
+  ledger_update(p.m, p.d.el, p.dofs, p.st.n, p.m.step.front().nlgeom, p.st);
   Ledger& g = p.st.ledger;
   g.total0  = g.kinetic + g.strain + g.bond;
   g.balance = 0.0;
@@ -387,8 +385,8 @@ int step_run(Problem& p, Archive& f, Output& out)
     p.st.log.step = static_cast<int>(k) + 1;
     out_step_begin(p.m, static_cast<int>(k), out);
     if (!f.reading || k > first) {
-      begin_step(p, p.m.step[k]);
-      step_missed(p, p.m.step[k], step_mode(p.m.step[k]).mid);
+      begin_step(p.m.step[k], p.st);
+      step_missed(p.m, p.m.step[k], p.st.clock.start, step_mode(p.m.step[k]).mid);
     }
     failure = run_step(p, p.m.step[k], out);
     out_step_end(p.m, p.st, out);
@@ -396,10 +394,10 @@ int step_run(Problem& p, Archive& f, Output& out)
   const Status status = failure.status;
   if (!failure.ok())
     log_error("step %d, increment %d, time %.8g: %s. %s", p.st.log.step, p.st.log.inc, p.st.n.time,
-              cuts_text(p, failure).c_str(), step_explain(p, failure).c_str());
-  const bool unbalanced = status == STATUS_OK && balance_failed(p);
-  if (!unbalanced) warn_balance(p);
-  load_of_ranks(p, out.ranks);
+              cuts_text(p.m, p.st, failure).c_str(), step_explain(p, failure).c_str());
+  const bool unbalanced = status == STATUS_OK && balance_failed(p.m, p.st.ledger);
+  if (!unbalanced) warn_balance(p.m, p.st.ledger);
+  load_of_ranks(p.d.el, p.dofs, out.ranks);
   step_memory(p, out.memory);
   const int failed =
       comm_share(out_close(p.m, p.d.el, p.st, p.d.grid, p.newton.solver, status == STATUS_OK, out));

@@ -20,11 +20,10 @@ int root_of(IntVec& up, int e)
 }
 
 // up [nelem]: elements that share a face are in one part
-void join_faces(const Problem& p, IntVec& up)
+void join_faces(const Mesh& mesh, const Elements& el, IntVec& up)
 {
-  const Mesh& mesh = p.m.mesh;
   std::map<std::array<int, 4>, int> owner;
-  for (const ElemBlock& b : p.d.el.block) {
+  for (const ElemBlock& b : el.block) {
     const ShapeInfo& info = shape_info[b.shape];
     for (int slot : b.live)
       for (int f = 0; f < info.nface; ++f) {
@@ -38,11 +37,10 @@ void join_faces(const Problem& p, IntVec& up)
 }
 
 // the same for elements that share a node: nothing but a hinge may hold them together
-void join_nodes(const Problem& p, IntVec& up)
+void join_nodes(const Mesh& mesh, const Elements& el, IntVec& up)
 {
-  const Mesh& mesh = p.m.mesh;
   IntVec owner(mesh.nnode(), -1);
-  for (const ElemBlock& b : p.d.el.block)
+  for (const ElemBlock& b : el.block)
     for (int slot : b.live)
       for (int a = 0; a < mesh.conn.count(b.elem[slot]); ++a) {
         int& first = owner[mesh.conn.begin(b.elem[slot])[a]];
@@ -59,16 +57,16 @@ struct Part {
   bool begun = false;
 };
 
-void add_node(const Problem& p, int node, Part& part)
+void add_node(const Mesh& mesh, const Dofs& dofs, int node, Part& part)
 {
-  const int dim   = p.m.dim;
-  const double* X = &p.m.mesh.X[3 * node];
+  const int dim   = dofs.dim;
+  const double* X = &mesh.X[3 * node];
   if (!part.begun) std::copy(X, X + 3, part.X0);
   part.begun = true;
   const double d[3] = {X[0] - part.X0[0], X[1] - part.X0[1], X[2] - part.X0[2]};
   part.far = std::max({part.far, std::fabs(d[0]), std::fabs(d[1]), std::fabs(d[2])});
   for (int i = 0; i < dim; ++i) {
-    if (p.dofs.fixed[p.dofs.row_of_node[node] * dim + i] != DOF_FIXED) continue;
+    if (dofs.fixed[dofs.row_of_node[node] * dim + i] != DOF_FIXED) continue;
     const int j = (i + 1) % 3, k = (i + 2) % 3;
     Vec6 r = Vec6::Zero();     // translation i; rotations about j and k move along i
     r[i]     = 1.0;
@@ -99,41 +97,39 @@ bool holds(const Part& part) { return !is_free(motions(part, 3), 0); }
 
 }  // namespace
 
-bool step_held(const Problem& p)
+bool step_held(const Mesh& mesh, const Elements& el, const Dofs& dofs)
 {
-  if (p.m.dim != 3 || p.st.points.npoint || p.st.bonds.nbond || p.d.fm.on) return false;
-  const Mesh& mesh = p.m.mesh;
+  if (dofs.dim != 3) return false;
   IntVec up(mesh.nelem());
   std::iota(up.begin(), up.end(), 0);
-  join_faces(p, up);
+  join_faces(mesh, el, up);
   std::map<int, Part> part;
-  for (const ElemBlock& b : p.d.el.block)
+  for (const ElemBlock& b : el.block)
     for (int slot : b.live) {
       Part& own = part[root_of(up, b.elem[slot])];
       for (int a = 0; a < mesh.conn.count(b.elem[slot]); ++a)
-        add_node(p, mesh.conn.begin(b.elem[slot])[a], own);
+        add_node(mesh, dofs, mesh.conn.begin(b.elem[slot])[a], own);
     }
   return std::all_of(part.begin(), part.end(), [](const auto& x) { return holds(x.second); });
 }
 
-std::string step_free_motion(const Problem& p, int node)
+std::string step_free_motion(const Mesh& mesh, const Elements& el, const Dofs& dofs, int node)
 {
-  const Mesh& mesh = p.m.mesh;
-  const int dim    = p.m.dim;
+  const int dim    = dofs.dim;
   IntVec up(mesh.nelem());
   std::iota(up.begin(), up.end(), 0);
-  join_nodes(p, up);
+  join_nodes(mesh, el, up);
   int own = -1;                // the part of the node
-  for (const ElemBlock& b : p.d.el.block)
+  for (const ElemBlock& b : el.block)
     for (int slot : b.live)
       for (int a = 0; a < mesh.conn.count(b.elem[slot]); ++a)
         if (mesh.conn.begin(b.elem[slot])[a] == node) own = root_of(up, b.elem[slot]);
   if (own < 0) return "";
   Part part;
-  for (const ElemBlock& b : p.d.el.block)
+  for (const ElemBlock& b : el.block)
     for (int slot : b.live)
       for (int a = 0; a < mesh.conn.count(b.elem[slot]) && root_of(up, b.elem[slot]) == own; ++a)
-        add_node(p, mesh.conn.begin(b.elem[slot])[a], part);
+        add_node(mesh, dofs, mesh.conn.begin(b.elem[slot])[a], part);
   const auto e = motions(part, dim);
   int number = 0;
   while (number < 6 && is_free(e, number)) ++number;
