@@ -37,9 +37,9 @@ Failure assem_loads(const Model& m, const Discretisation& d, const Dofs& dofs, c
                     const Step& step, const LoadTime& at, Warned& warned, RealVec& fext);
 bool assem_has_followers(const Step& step);
 
-// assem_tangent : A = K + cM M (all dofs, also the fixed ones)
+// assem_tangent : A = K + cM M + cC C (all dofs, also the fixed ones)
 void assem_tangent(const Model& m, const Discretisation& d, const State& st, const KernelMode& mode,
-                   double cM, const Jumps& j, Dofs& s);
+                   double cM, double cC, const Jumps& j, Dofs& s);
 
 // assem_constrain : f -= A(:, fixed) x(fixed), then rows and columns of fixed dofs become those of a diagonal
 // matrix, and f(fixed) = 0: a solution that knows nothing of x, which is added afterwards; diagonal [neq] of
@@ -48,6 +48,17 @@ void assem_constrain(Dofs& s, const RealVec& diagonal, const RealVec& x, RealVec
 
 // assem_mass : Dofs::M, unless it is that of the pattern of now and no points move            (3.12), (3.16)
 void assem_mass(const Points& pts, const Discretisation& d, Dofs& s);
+
+// mass_damping : M [blocks of A] of this rank with alpha times the density of each material
+void mass_damping(const Model& m, const Points& pts, const Discretisation& d, const Dofs& s, RealVec& M);
+
+// assem_damping : Dofs::C of *DAMPING, ALPHA= and *VISCOUS BOUNDARY, unless it is that of the pattern of now
+// and no points move                                                          doc/theory.md (6.18), (6.19)
+void assem_damping(const Model& m, const Points& pts, const Discretisation& d, Dofs& s);
+
+// damping_multiply : y = C x; damping_work : x . C x; both of all ranks
+void damping_multiply(const Dofs& s, const RealVec& x, RealVec& y);
+double damping_work(const Dofs& s, const RealVec& x);
 
 // mass_multiply : y = M x; mass_part : with what this rank has of M, mass_elements : of the M of elements
 void mass_elements(const Dofs& s, const RealVec& x, RealVec& y);

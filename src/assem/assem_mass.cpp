@@ -33,7 +33,8 @@ inline void add_domain(int corners, int n, int width, const double* mc, const do
 }
 
 // M_vw = sum_cd m_cd N_v(x_c) N_w(x_d) over the corners of each point                (3.12)
-void add_point_mass(const Points& pts, const ActiveGrid& g, Dofs& s)
+// damping: factor alpha [body] of m_cd; null: 1
+void add_point_mass(const Points& pts, const ActiveGrid& g, const RealVec* alpha, const Dofs& s, RealVec& M)
 {
   RealVec N, mN;
   IntVec place(s.nrow);        // of a row among those of the point
@@ -42,6 +43,8 @@ void add_point_mass(const Points& pts, const ActiveGrid& g, Dofs& s)
   for (size_t own = 0; own < s.my_point.size(); ++own) {
     const int q = s.my_point[own];
     for (; at < q; ++at) mc += pair_count(pts.conn.count(at));
+    const double factor = alpha ? (*alpha)[pts.body[q]] : 1.0;
+    if (factor == 0.0) continue;
     const int n = g.point.count(q), nen = pts.conn.count(q), width = (n + WIDE - 1) / WIDE * WIDE,
               *list = g.point.begin(q);
     for (int a = 0; a < n; ++a) place[s.nfe + list[a]] = a;
@@ -53,9 +56,12 @@ void add_point_mass(const Points& pts, const ActiveGrid& g, Dofs& s)
         N[c * width + place[s.nfe + g.corner.item[j]]] = g.corner_w[j];
     }
     const int* map = &s.point_map[s.point_map_off[own]];
-    if (nen == 4) add_domain<4>(nen, n, width, mc, N.data(), mN.data(), map, s.M.data());
-    else if (nen == 8) add_domain<8>(nen, n, width, mc, N.data(), mN.data(), map, s.M.data());
-    else add_domain<0>(nen, n, width, mc, N.data(), mN.data(), map, s.M.data());
+    double scaled[36];
+    for (int k = 0; k < pair_count(nen) && alpha; ++k) scaled[k] = factor * mc[k];
+    const double* of_point = alpha ? scaled : mc;
+    if (nen == 4) add_domain<4>(nen, n, width, of_point, N.data(), mN.data(), map, M.data());
+    else if (nen == 8) add_domain<8>(nen, n, width, of_point, N.data(), mN.data(), map, M.data());
+    else add_domain<0>(nen, n, width, of_point, N.data(), mN.data(), map, M.data());
   }
 }
 
@@ -71,20 +77,27 @@ void add_ghost_mass(const ActiveGrid& grid, Dofs& s)
   }
 }
 
+// damping: alpha times the mass
+void add_element_mass(const Elements& el, bool damping, const Dofs& s, RealVec& M)
+{
+  const int* map = s.elem_map.data();
+  for (const ElemBlock& b : el.block) {
+    const int pairs     = pair_count(shape_info[b.shape].nen);
+    const double factor = damping ? b.alpha : 1.0;
+    for (int slot : elem_mine(b)) {
+      const double* me = elem_mass(b, slot);
+      for (int k = 0; k < pairs; ++k) M[*map++ / 2] += factor * me[k];
+    }
+  }
+}
+
 void form_mass(const Points& pts, const Discretisation& d, Dofs& s)
 {
   s.M.assign(s.A.col.size(), 0.0);
-  size_t at = 0;
-  for (const ElemBlock& b : d.el.block) {
-    const int pairs = pair_count(shape_info[b.shape].nen);
-    for (int slot : elem_mine(b)) {
-      const double* me = elem_mass(b, slot);
-      for (int k = 0; k < pairs; ++k) s.M[s.elem_map[at++] / 2] += me[k];
-    }
-  }
+  add_element_mass(d.el, false, s, s.M);
   s.M_elem.clear();
   if (s.hung) s.M_elem = s.M;
-  add_point_mass(pts, d.grid, s);
+  add_point_mass(pts, d.grid, nullptr, s, s.M);
   add_ghost_mass(d.grid, s);
   s.M_diag.resize(s.nrow);
   for (int r = 0; r < s.nrow; ++r) s.M_diag[r] = s.M[s.A.off[r + 1] - 1];
@@ -98,4 +111,13 @@ void assem_mass(const Points& pts, const Discretisation& d, Dofs& s)
   if (!pts.npoint && s.M.size() == s.A.col.size()) return timer_skip(PHASE_MASS);
   Timer timer(PHASE_MASS);
   form_mass(pts, d, s);
+}
+
+void mass_damping(const Model& m, const Points& pts, const Discretisation& d, const Dofs& s, RealVec& M)
+{
+  RealVec alpha;
+  for (const Body& b : m.body) alpha.push_back(m.material[b.material].alpha);
+  M.assign(s.A.col.size(), 0.0);
+  add_element_mass(d.el, true, s, M);
+  add_point_mass(pts, d.grid, &alpha, s, M);
 }

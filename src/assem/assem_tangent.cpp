@@ -156,7 +156,7 @@ void add_ghosts(const ActiveGrid& grid, Dofs& dofs)
 }  // namespace
 
 void assem_tangent(const Model& m, const Discretisation& d, const State& st, const KernelMode& mode,
-                   double cM, const Jumps& j, Dofs& s)
+                   double cM, double cC, const Jumps& j, Dofs& s)
 {
   Timer timer(PHASE_TANGENT);
   ++s.tangent;
@@ -172,6 +172,7 @@ void assem_tangent(const Model& m, const Discretisation& d, const State& st, con
     add_bonds<3>(m, d.pairs, st, mode, j, s);
     add_ghosts<3>(d.grid, s);
   }
+  for (size_t k = 0; k < s.C.size() && cC != 0.0; ++k) s.A.val[k] += cC * s.C[k];
   if (cM == 0.0) return;
   for (size_t k = 0; k < s.M.size(); ++k)
     for (int i = 0; i < s.dim; ++i) s.A.val[(k * s.dim + i) * s.dim + i] += cM * s.M[k];

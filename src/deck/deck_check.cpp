@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <set>
+#include <utility>
 
 #include "deck/deck_state.h"
 
@@ -405,6 +407,40 @@ void check_bodies(Deck& d, const Model& m)
     doubt(d, "GRID", m.grid.place, "GRID", "there is a grid, but no *MATERIAL POINTS; it has no effect");
 }
 
+// *DAMPING and *VISCOUS BOUNDARY act in motion only; each face has one damper, on an element or a point
+void check_damping(Deck& d, const Model& m, const IntVec& body)
+{
+  const bool dynamic = std::any_of(m.step.begin(), m.step.end(),
+                                   [](const Step& s) { return s.proc == PROC_DYNAMIC; });
+  for (const Material& a : m.material)
+    if (a.used && a.has_damping && !dynamic && !m.step.empty())
+      doubt(d, "DAMPING", a.place, a.name,
+            "material " + a.name + " has a *DAMPING, which has no effect: no step is *DYNAMIC");
+  std::set<std::pair<int, int>> known;
+  for (const ViscousBoundary& v : m.viscous) {
+    if (v.surface < 0) continue;
+    const Surface& s = m.surface[v.surface];
+    if (!dynamic && !m.step.empty())
+      doubt(d, "VISCOUS BOUNDARY", v.place, s.name,
+            "viscous boundary " + s.name + " has no effect: no step is *DYNAMIC");
+    for (const ViscousBoundary* w = m.viscous.data(); w != &v; ++w)
+      if (w->surface == v.surface && s.body >= 0)
+        fault(d, "VISCOUS BOUNDARY", v.place, s.name, "surface " + s.name + " is a viscous boundary already");
+    for (const Face& f : s.face) {
+      const std::string face = text_format("face S%d of element %d", f.face + 1, m.mesh.elem_label[f.elem]);
+      if (body[f.elem] >= 0)
+        fault(d, "VISCOUS BOUNDARY", v.place, s.name,
+              text_format("element %d of surface ", m.mesh.elem_label[f.elem]) + s.name +
+                  " becomes material points; take *SURFACE, TYPE=BODY, BODY=" + m.body[body[f.elem]].name);
+      else if (!known.insert({f.elem, f.face}).second)
+        fault(d, "VISCOUS BOUNDARY", v.place, s.name,
+              face + " of surface " + s.name + " is on a viscous boundary already");
+      else continue;
+      break;
+    }
+  }
+}
+
 const char* bond_word(const BondDef& bond) { return bond.kind == BOND_CONTACT ? "CONTACT PAIR" : "BOND"; }
 
 // faces of elements that become points are gone when bonds are made
@@ -629,6 +665,7 @@ void check_missing(Deck& d, const Model& m, const IntVec& body)
   check_initial(d, m);
   check_fragments(d, m);
   check_bodies(d, m);
+  check_damping(d, m, body);
   for (const BondDef& b : m.bond) check_bond_distance(d, m, b);
 }
 

@@ -12,6 +12,7 @@ void kw_contact_pair(Card&, Model&);
 void kw_contact_print(Card&, Model&);
 void kw_conversion(Card&, Model&);
 void kw_cylinder(Card&, Model&);
+void kw_damping(Card&, Model&);
 void kw_density(Card&, Model&);
 void kw_dload(Card&, Model&);
 void kw_dsload(Card&, Model&);
@@ -50,6 +51,7 @@ void kw_step(Card&, Model&);
 void kw_surface(Card&, Model&);
 void kw_surface_behavior(Card&, Model&);
 void kw_surface_interaction(Card&, Model&);
+void kw_viscous_boundary(Card&, Model&);
 void kw_vtk(Card&, Model&);
 
 namespace {
@@ -81,6 +83,7 @@ const Keyword keyword_table[] = {
      "elements that become material points during the run"},
     {"CYLINDER", kw_cylinder, IN_MODEL, "TYPE!|ELSET!|QUARTER|MERGE",
      "structured mesh of a solid cylinder, with sets and surfaces of its sides"},
+    {"DAMPING", kw_damping, IN_MATERIAL, "ALPHA|BETA", "Rayleigh damping of a material in dynamic steps"},
     {"DENSITY", kw_density, IN_MATERIAL, "", "mass per volume of a material"},
     {"DLOAD", kw_dload, IN_STEP, "AMPLITUDE|OP",
      "pressure, traction, gravity and volume force on elements and bodies"},
@@ -136,6 +139,8 @@ const Keyword keyword_table[] = {
      "penalty of a surface interaction"},
     {"SURFACE INTERACTION", kw_surface_interaction, IN_MODEL, "NAME!",
      "begins a surface interaction, to which contact pairs refer"},
+    {"VISCOUS BOUNDARY", kw_viscous_boundary, IN_MODEL, "",
+     "dampers on surfaces that let waves leave the model"},
     {"VTK", kw_vtk, ANYWHERE, "FREQUENCY|TIME INTERVAL|FORMAT", "output for ParaView"},
 };
 

@@ -45,6 +45,9 @@ struct Dofs {
   bool hung = false;
   RealVec M_elem;              // [blocks of A] then: M of the elements alone
   RealVec M_diag;              // [nrow] its diagonal, of all ranks
+  // [blocks of A][dim*dim] damping matrix of this rank, as A; empty: there is no damping    (6.18), (6.19)
+  RealVec C;
+  RealVec C_diag;              // [nrow*dim] its diagonal, of all ranks
   IntVec my_point, my_bond, my_ghost;          // what this rank works on; elements: ElemBlock::mine
   std::vector<char> bond_is_mine;      // [nbond]
   IntVec owner;                // [nrow] rank that a row belongs to; one rank: empty

@@ -238,6 +238,7 @@ void dof_form(const Model& m, const Step& step, State& st, Discretisation& d, Do
     s.bond_rows  = s.bond;
     s.ghost_rows = d.grid.ghost;
     s.M.clear();
+    s.C.clear();
     if (s.h_mean == 0.0) s.h_mean = mean_size(m, d.el);
   } else {
     timer_skip(PHASE_PATTERN);

@@ -27,6 +27,7 @@ struct ElemBlock {
   Shape shape;
   MatLaw law;
   double density;
+  double alpha = 0.0;          // *DAMPING: force alpha M v                             1/time
   double thickness;
   bool lumped = false;         // diagonal mass
   IntVec elem;                 // elements of the block
@@ -165,6 +166,10 @@ void elem_strains(const Model& m, const Elements& el, int e, const RealVec& u, b
 
 // elem_energy_one : strain energy of element e with displacements u; broken: with the degradation factor c
 double elem_energy_one(const Model& m, const Elements& el, int e, const RealVec& u, double c, bool nlgeom);
+
+// elem_viscous_loss : sum beta w dE : D : dE of the intact elements of this rank from l0 to l1; divided by
+// the time between them it is what viscous stress dissipates   doc/theory.md (2.20)
+double elem_viscous_loss(const Model& m, const Elements& el, const Level& l0, const Level& l1, bool nlgeom);
 
 // elem_energy : strain energy of the elements of this rank; each [nelem], unless null: of intact elements, 0
 // for others

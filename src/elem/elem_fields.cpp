@@ -230,6 +230,30 @@ double elem_energy(const Model& m, const Elements& el, const Level& l, bool nlge
   return sum;
 }
 
+double elem_viscous_loss(const Model& m, const Elements& el, const Level& l0, const Level& l1, bool nlgeom)
+{
+  double sum = 0.0, E0[72], E1[72], S[9];
+  const int dd = m.dim * m.dim;
+  for (const ElemBlock& b : el.block) {
+    if (b.law.beta == 0.0) continue;
+    for (int slot : elem_mine(b)) {
+      const int e = b.elem[slot];
+      if (el.broken(e) >= 0) continue;
+      elem_strains(m, el, e, l0.u, nlgeom, E0);
+      elem_strains(m, el, e, l1.u, nlgeom, E1);
+      for (int g = 0; g < shape_info[b.shape].ngp; ++g) {
+        double *dE = E1 + g * dd, loss = 0.0;
+        for (int k = 0; k < dd; ++k) dE[k] -= E0[g * dd + k];
+        if (m.dim == 2) ip_law<2>(b.law, dE, S);
+        else ip_law<3>(b.law, dE, S);
+        for (int k = 0; k < dd; ++k) loss += S[k] * dE[k];
+        sum += b.law.beta * b.w[b.gauss(slot) + g] * loss;
+      }
+    }
+  }
+  return sum;
+}
+
 double elem_gauss_place(const Model& m, const Elements& el, int e, int g, double* X, double* N)
 {
   const ElemBlock& b    = el.block[el.block_of[e]];

@@ -27,6 +27,7 @@ ElemBlock& block_for(const Model& m, Elements& el, std::map<std::tuple<int, int,
     b.shape     = elem_table[type].shape;
     b.law       = mat_law(mat, elem_table[type].plane);
     b.density   = mat.density;
+    b.alpha     = mat.alpha;
     b.thickness = s.thickness;
     b.lumped    = s.lumped;
     el.block.push_back(b);

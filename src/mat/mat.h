@@ -12,7 +12,8 @@ struct KernelMode {
   bool mid    = false;         // energy-momentum
   bool steady = false;         // statics: broken material is kept from wrinkling (2.16)
   double s_new = 1.0, s_old = 0.0;
-  double rate  = 0.0;          // of viscous stress: 1/dt, HHT 1/((1 + alpha) dt); statics: 0      1/time
+  // viscous stress: factor of E(n+1) - E(n) in dE/dt; 1/dt, Newmark gamma/(beta dt); statics: 0     1/time
+  double rate = 0.0;
   double cD() const { return s_new; }
   double cG() const { return !finite ? 0.0 : mid ? 0.5 : 1.0; }
 };

@@ -123,3 +123,9 @@ double support_value(const Model& m, const Expr& value, int amplitude, const dou
   if (first.proc == PROC_STATIC) return v * std::min(1.0, t_total / first.period);
   return t_total > 0.0 ? v : 0.0;
 }
+
+bool model_viscous(const Model& m)
+{
+  return std::any_of(m.material.begin(), m.material.end(),
+                     [](const Material& a) { return a.used && a.beta > 0.0; });
+}

@@ -64,6 +64,7 @@ struct Material {
   double alpha = 0.0;          // *DAMPING: force alpha M v                                      1/time
   double beta  = 0.0;          // *DAMPING: stress beta D : dE/dt                                time
   bool has_elastic = false;
+  bool has_damping = false;
   bool used = false;           // by a section or a body
   Place place;
 };
@@ -119,6 +120,12 @@ struct Grid {                  // *GRID : a box of equal cells
   double ghost_stiffness = 0.0;
   double ghost_mass      = 0.0;
   Place ghost_place;           // file empty: no *GHOST
+};
+
+struct ViscousBoundary {       // *VISCOUS BOUNDARY
+  int surface = -1;
+  double a = 1.0, b = 1.0;     // factors of the impedance along the normal and across it
+  Place place;
 };
 
 struct GridBc {                // *GRID BOUNDARY : all grid nodes on a plane
@@ -402,6 +409,7 @@ struct Model {
   std::vector<Body> body;
   Grid grid;
   std::vector<GridBc> grid_bc;
+  std::vector<ViscousBoundary> viscous;
   std::vector<BondDef> bond;
   std::vector<InitialValue> initial;
   std::vector<FractureDef> fracture;
@@ -427,6 +435,9 @@ int model_find_surface(const Model& m, const std::string& name);
 int model_find_material(const Model& m, const std::string& name);
 int model_find_amplitude(const Model& m, const std::string& name);
 int model_find_body(const Model& m, const std::string& name);
+
+// model_viscous : has any material in use a viscous stress (*DAMPING, BETA=)?
+bool model_viscous(const Model& m);
 
 // equations_resolve : the equations of the list with dependent dofs replaced by what they depend on, so that
 // no master is dependent. False: a dof depends on itself; bad names the equation.

@@ -20,6 +20,13 @@ double newmark_known(const Step& s, double dt, double p, double Ma, double)
   return p / (s.beta * dt) + (1.0 - 2.0 * s.beta) / (2.0 * s.beta) * Ma;
 }
 
+double newmark_damping(const Step& s, double dt) { return s.gamma / (s.beta * dt); }
+
+double newmark_damping_known(const Step& s, double dt, double v, double a)
+{
+  return (1.0 - s.gamma / s.beta) * v + dt * (1.0 - s.gamma / (2.0 * s.beta)) * a;
+}
+
 void newmark_node(const Step& s, double dt, double du, double v, double a, double& v1, double& a1)
 {
   a1 = (du - dt * v) / (s.beta * dt * dt) - (1.0 - 2.0 * s.beta) / (2.0 * s.beta) * a;
@@ -40,6 +47,10 @@ std::string newmark_describe(const Step& s) { return text_of("beta %g, gamma %g"
 double momentum_mass(const Step&, double dt) { return 2.0 / (dt * dt); }
 
 double momentum_known(const Step&, double dt, double p, double, double) { return p * (2.0 / dt); }
+
+double momentum_damping(const Step&, double dt) { return 1.0 / dt; }
+
+double momentum_damping_known(const Step&, double, double, double) { return 0.0; }
 
 void momentum_node(const Step&, double dt, double du, double v, double, double& v1, double& a1)
 {
@@ -62,6 +73,11 @@ double hht_known(const Step& s, double dt, double p, double Ma, double f)
   return (newmark_known(s, dt, p, Ma, 0.0) + s.alpha * f) / (1.0 + s.alpha);
 }
 
+double hht_damping_known(const Step& s, double dt, double v, double a)
+{
+  return newmark_damping_known(s, dt, v, a) - s.alpha / (1.0 + s.alpha) * v;
+}
+
 bool hht_dissipates(const Step& s) { return s.alpha < 0.0; }
 
 std::string hht_describe(const Step& s)
@@ -69,14 +85,14 @@ std::string hht_describe(const Step& s)
   return text_of("alpha %g, beta %g, gamma %g", s.alpha, s.beta, s.gamma);
 }
 
-//                   name              mid    accel  force  mass           known           node           grid
+//   name, mid, accel, force, mass, known, damping, damping_known, node, grid, dissipates, describe
 const Scheme table[] = {
-    {"Newmark", false, true, false, newmark_mass, newmark_known, newmark_node, newmark_grid,
-     newmark_dissipates, newmark_describe},
-    {"energy-momentum", true, false, false, momentum_mass, momentum_known, momentum_node, momentum_grid,
-     momentum_dissipates, momentum_describe},
-    {"Hilber, Hughes and Taylor", false, true, true, hht_mass, hht_known, newmark_node, newmark_grid,
-     hht_dissipates, hht_describe},
+    {"Newmark", false, true, false, newmark_mass, newmark_known, newmark_damping, newmark_damping_known,
+     newmark_node, newmark_grid, newmark_dissipates, newmark_describe},
+    {"energy-momentum", true, false, false, momentum_mass, momentum_known, momentum_damping,
+     momentum_damping_known, momentum_node, momentum_grid, momentum_dissipates, momentum_describe},
+    {"Hilber, Hughes and Taylor", false, true, true, hht_mass, hht_known, newmark_damping,
+     hht_damping_known, newmark_node, newmark_grid, hht_dissipates, hht_describe},
 };
 
 }  // namespace

@@ -1,9 +1,9 @@
 // ---------------------------------------------------------------------------
 // scheme.h : time integration schemes (doc/theory.md 6.3), one table
 //
-// An increment solves  cM M du - g + fint - fext = 0  for du, its displacement. A scheme says what cM and g
-// are, and which velocities and accelerations the increment ends with. In statics cM = 0 and there is no
-// scheme.
+// An increment solves  cM M du - g + C (cC du + v) + fint - fext = 0  for du, its displacement. A scheme says
+// what cM, g, cC and v are, and which velocities and accelerations the increment ends with. In statics
+// cM = cC = 0 and there is no scheme.
 // ---------------------------------------------------------------------------
 #ifndef MPFE_MODEL_SCHEME_H
 #define MPFE_MODEL_SCHEME_H
@@ -22,6 +22,9 @@ struct Scheme {
   double (*mass)(const Step& s, double dt);
   // g of one unknown; at t(n): p = M v, Ma = M a, f = fint - fext - reactions                  force
   double (*known)(const Step& s, double dt, double p, double Ma, double f);
+  // damping: factor of C, and what of its velocity does not depend on du; v, a at t(n)           (6.20)
+  double (*damping)(const Step& s, double dt);
+  double (*damping_known)(const Step& s, double dt, double v, double a);
   // velocity and acceleration of a node at t(n+1); v, a at t(n)
   void (*node)(const Step& s, double dt, double du, double v, double a, double& v1, double& a1);
   // change of the velocity of the grid; v projected, a from its forces at t(n)

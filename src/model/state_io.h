@@ -49,10 +49,10 @@ inline void io(Archive& f, Level& x)
 
 inline void io(Archive& f, Ledger& x)
 {
-  auto& [kinetic, strain, bond, external, friction, fracture, ghost, renewal, conversion, total0, balance,
-         scale, momentum, angular, slip_max, slip_rms] = x;
-  io_all(f, kinetic, strain, bond, external, friction, fracture, ghost, renewal, conversion, total0, balance,
-         scale, momentum, angular, slip_max, slip_rms);
+  auto& [kinetic, strain, bond, external, friction, fracture, ghost, viscous, renewal, conversion, total0,
+         balance, scale, momentum, angular, slip_max, slip_rms] = x;
+  io_all(f, kinetic, strain, bond, external, friction, fracture, ghost, viscous, renewal, conversion, total0,
+         balance, scale, momentum, angular, slip_max, slip_rms);
 }
 
 inline void io(Archive& f, ContactLog& x)

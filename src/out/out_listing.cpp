@@ -240,6 +240,7 @@ void out_listing_balance(std::FILE* file, const Model& m, const State& s)
                  s.frac.released.size(), s.frac.renewed);
   if (l.friction != 0.0) std::fprintf(file, "  friction        %18.10e\n", l.friction);
   if (l.ghost != 0.0) std::fprintf(file, "  ghosts          %18.10e\n", l.ghost);
+  if (l.viscous != 0.0) std::fprintf(file, "  viscous         %18.10e\n", l.viscous);
   if (l.renewal != 0.0) std::fprintf(file, "  grid renewed    %18.10e\n", l.renewal);
   std::fprintf(file, "  at the start    %18.10e\n  external work   %18.10e\n", l.total0, l.external);
   std::fprintf(file, "  balance         %18.10e   (%.3e of the largest energy)\n", l.balance,

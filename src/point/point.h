@@ -136,6 +136,10 @@ void point_ip_fields(const Model& m, const Points& pts, const Level& l, int p, I
 // point_energy : strain energy of the points in mine
 double point_energy(const Model& m, const Points& pts, const Level& l, const IntVec& mine);
 
+// point_viscous_loss : elem_viscous_loss of the points in mine; law [body]
+double point_viscous_loss(const Points& pts, int dim, const std::vector<MatLaw>& law, const Level& l0,
+                          const Level& l1, const IntVec& mine);
+
 // point_energy_one : strain energy of the broken point p with displacements of l; c: degradation factor
 double point_energy_one(const Model& m, const Points& pts, const Level& l, int p, double c);
 

@@ -209,6 +209,35 @@ void point_tangent_pack(int dim, const Points& pts, const std::vector<MatLaw>& l
   else tangent_pack<3>(pts, law, mode, uc0, uc1, g, point, ke);
 }
 
+namespace {
+
+template <int D>
+double viscous_loss(const Points& pts, const std::vector<MatLaw>& law, const Level& l0, const Level& l1,
+                    const IntVec& mine)
+{
+  double sum = 0.0, H[D * D], E0[D * D], dE[D * D], S[D * D];
+  for (int p : mine) {
+    const MatLaw& of_body = law[pts.body[p]];
+    if (of_body.beta == 0.0 || pts.broken[p] >= 0) continue;
+    gradient<D>(pts, l0.uc, p, H);
+    ip_strain<D>(true, H, E0);
+    gradient<D>(pts, l1.uc, p, H);
+    ip_strain<D>(true, H, dE);
+    for (int k = 0; k < D * D; ++k) dE[k] -= E0[k];
+    ip_law<D>(of_body, dE, S);
+    for (int k = 0; k < D * D; ++k) sum += of_body.beta * pts.V0[p] * S[k] * dE[k];
+  }
+  return sum;
+}
+
+}  // namespace
+
+double point_viscous_loss(const Points& pts, int dim, const std::vector<MatLaw>& law, const Level& l0,
+                          const Level& l1, const IntVec& mine)
+{
+  return dim == 2 ? viscous_loss<2>(pts, law, l0, l1, mine) : viscous_loss<3>(pts, law, l0, l1, mine);
+}
+
 std::vector<MatLaw> point_laws(const Model& m)
 {
   std::vector<MatLaw> law;

@@ -59,6 +59,9 @@ void sys_sum(const SysMatrix& A, RealVec& v, int extra = 0);
 // sys_multiply : y = A x, A as it is on this rank
 void sys_multiply(const SysMatrix& A, const RealVec& x, RealVec& y);
 
+// sys_multiply : with val instead of the values of A
+void sys_multiply(const SysMatrix& A, const RealVec& val, const RealVec& x, RealVec& y);
+
 // sys_diagonal : diagonal of A [neq]
 void sys_diagonal(const SysMatrix& A, RealVec& d);
 

@@ -9,14 +9,14 @@ namespace {
 
 // y += A x, D known to the compiler. Blocks off the diagonal act twice, as A_IJ and as its transpose.
 template <int D>
-void multiply(const SysMatrix& A, const double* x, double* y)
+void multiply(const SysMatrix& A, const RealVec& val, const double* x, double* y)
 {
   for (int I = 0; I < A.nrow; ++I) {
     double row[D] = {};
     const double* xI = x + I * D;
     const int last   = A.off[I + 1] - 1;
     for (int k = A.off[I]; k < last; ++k) {
-      const double* a  = &A.val[static_cast<size_t>(k) * D * D];
+      const double* a  = &val[static_cast<size_t>(k) * D * D];
       const double* xJ = x + A.col[k] * D;
       double* yJ       = y + A.col[k] * D;
       for (int i = 0; i < D; ++i)
@@ -25,7 +25,7 @@ void multiply(const SysMatrix& A, const double* x, double* y)
           yJ[j] += a[i * D + j] * xI[i];
         }
     }
-    const double* a = &A.val[static_cast<size_t>(last) * D * D];
+    const double* a = &val[static_cast<size_t>(last) * D * D];
     for (int i = 0; i < D; ++i) {
       row[i] += a[i * D + i] * xI[i];
       for (int j = 0; j < i; ++j) {
@@ -45,14 +45,16 @@ void multiply(const SysMatrix& A, const double* x, double* y)
 //   in   x   [neq]
 //   out  y   [neq], another vector than x
 // ---------------------------------------------------------------------------
-void sys_multiply(const SysMatrix& A, const RealVec& x, RealVec& y)
+void sys_multiply(const SysMatrix& A, const RealVec& x, RealVec& y) { sys_multiply(A, A.val, x, y); }
+
+void sys_multiply(const SysMatrix& A, const RealVec& val, const RealVec& x, RealVec& y)
 {
   MPFE_CHECK(&x != &y, "sys_multiply: x and y are one vector");
   y.assign(A.neq(), 0.0);
   switch (A.dim) {
-    case 1: multiply<1>(A, x.data(), y.data()); break;
-    case 2: multiply<2>(A, x.data(), y.data()); break;
-    case 3: multiply<3>(A, x.data(), y.data()); break;
+    case 1: multiply<1>(A, val, x.data(), y.data()); break;
+    case 2: multiply<2>(A, val, x.data(), y.data()); break;
+    case 3: multiply<3>(A, val, x.data(), y.data()); break;
     default: log_bug("sys_multiply: blocks are 1 x 1, 2 x 2 or 3 x 3", __FILE__, __LINE__);
   }
 }

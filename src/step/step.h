@@ -11,7 +11,7 @@
 struct ReusedTangent {
   bool on = false;             // nothing else can change it: no NLGEOM, contact or fracture
   long pattern = 0;
-  double cM = 0.0;
+  double cM = 0.0, cC = 0.0;
   KernelMode mode;
   IntVec fixed;
   RealVec diag, whole;         // [neq] diagonal before prescribed dofs went, before equations were put in
@@ -56,7 +56,7 @@ struct NewtonControls {
 };
 
 // What one attempt of an increment needs to know                                   (6.1)
-//   residual  R = fint + cM M du - g - fext
+//   residual  R = fint + cM M du + cC C du - g - fext
 struct Attempt {
   const Step& step;
   KernelMode mode;
@@ -64,8 +64,8 @@ struct Attempt {
   double total0, total1;       // times of the run
   LoadTime load;               // t1, or the middle
   NewtonControls newton;
-  double cM = 0.0;
-  RealVec g{};                   // [neq] inertia that does not depend on du
+  double cM = 0.0, cC = 0.0;
+  RealVec g{};                   // [neq] inertia and damping that do not depend on du
   RealVec momentum{};            // [neq] M v of nodes, sum m S v of points
   // [neq] velocity at t(n) of nodes, and of the grid by projection; of nodes too where points follow them
   RealVec vgrid{};

@@ -113,6 +113,7 @@ Failure step_increment(Problem& p, const Step& s, double t0, double dt, RealVec&
   const double load = mid ? 0.5 : 1.0;               // where in the increment the loads are taken
   Attempt a{s, step_mode(s), t0, t0 + dt, dt, total0, total0 + dt, {t0 + load * dt, total0 + load * dt, load},
             newton_controls(p.m, p.d.fm, st, s, dt)};
+  if (s.proc == PROC_DYNAMIC) a.mode.rate = scheme_of(s).damping(s, dt);
   st.np1 = st.n;
   if (p.d.fm.on) frac_degrade(p.m, s, p.d.fm, st.frac, st.n, dt, st.np1);
   // in motion a multiplier of the step before would push a contact that opens: energy from nothing (4.2)

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/comm.h"
 #include "base/timer.h"
 #include "model/scheme.h"
 #include "step/step.h"
@@ -18,18 +19,25 @@ RealVec node_vector(const Problem& p, const RealVec& v)
 }
 
 // velocity of the grid: M-orthogonal projection of the velocities of the points    (3.13)
-Failure project(Problem& p, Attempt& a)
+//   out  momentum   [neq] M v of nodes, sum m S v of points
+//        vgrid      [neq] velocity of nodes and of the grid
+Failure velocity_at_start(Problem& p, RealVec& momentum, RealVec& vgrid)
 {
+  vgrid = node_vector(p, p.st.n.v);
+  mass_elements(p.dofs, vgrid, momentum);
+  point_momentum(p.st.points, p.d.grid, p.dofs, p.st.n.vc, momentum);
+  sys_sum(p.dofs.A, momentum);
+  if (!p.d.grid.nnode && !p.dofs.hung) return STATUS_OK;
   Timer timer(PHASE_PROJECT);
   const Dofs& s = p.dofs;
   const int first = s.hung ? 0 : s.nfe;
   for (int i = s.nfe * s.dim; i < s.neq(); ++i)
-    if (s.fixed[i]) a.vgrid[i] = s.rate0[i];
-  if (mass_solve(s, first, s.nfe, a.momentum, a.vgrid) < 0) return MASS_FAILED;
+    if (s.fixed[i]) vgrid[i] = s.rate0[i];
+  if (mass_solve(s, first, s.nfe, momentum, vgrid) < 0) return MASS_FAILED;
   RealVec Mv;                  // supports: the momentum that goes with their motion
-  mass_multiply(s, a.vgrid, Mv);
+  mass_multiply(s, vgrid, Mv);
   for (int i = first * s.dim; i < s.neq(); ++i)
-    if (s.fixed[i] == DOF_FIXED) a.momentum[i] = Mv[i];
+    if (s.fixed[i] == DOF_FIXED) momentum[i] = Mv[i];
   return STATUS_OK;
 }
 
@@ -43,6 +51,47 @@ Failure force_at_start(Problem& p, Attempt& a)
   return failure.ok() ? assem_internal(p.m, p.d, p.dofs, mode, a.jumps, p.st, a.fint0) : failure;
 }
 
+bool damps(const Problem& p) { return !p.dofs.C.empty() || model_viscous(p.m); }
+
+// Part of the increment in which the nodes go on at their velocities, to get the viscous stress of t(n): small
+// against 1, and far above the rounding of strains
+const double GLANCE = 1e-3;
+
+// damping force at t(n) of the velocities v [neq]: C v, and that of the viscous stress, as the difference of
+// the internal force with and without it; t_step: time of the step. Writes st.np1.
+Failure damping_at_start(Problem& p, bool finite, double t_step, double dt, const RealVec& v, RealVec& f)
+{
+  f.assign(p.dofs.neq(), 0.0);
+  if (!p.dofs.C.empty()) damping_multiply(p.dofs, v, f);
+  if (!model_viscous(p.m)) return STATUS_OK;
+  RealVec ahead = v, with, without;
+  for (double& x : ahead) x *= GLANCE * dt;
+  Jumps jumps;
+  KernelMode mode;
+  mode.finite = finite;
+  Failure failure = assem_move(p.m, p.d.grid, p.dofs, ahead, t_step, t_step, p.st, jumps);
+  if (failure.ok()) failure = assem_internal(p.m, p.d, p.dofs, mode, jumps, p.st, without);
+  mode.rate = 1.0 / (GLANCE * dt);
+  if (failure.ok()) failure = assem_internal(p.m, p.d, p.dofs, mode, jumps, p.st, with);
+  if (!failure.ok()) return failure;
+  for (int i = 0; i < p.dofs.neq(); ++i) f[i] += with[i] - without[i];
+  return STATUS_OK;
+}
+
+// damping at the velocity of the end of the increment, as far as it is known                (6.20)
+Failure begin_damping(Problem& p, Attempt& a)
+{
+  const Scheme& scheme = scheme_of(a.step);
+  if (!p.dofs.C.empty()) a.cC = scheme.damping(a.step, a.dt);
+  if (a.mode.mid) return STATUS_OK;
+  RealVec v(p.dofs.neq()), f;
+  for (int i = 0; i < p.dofs.neq(); ++i)
+    v[i] = scheme.damping_known(a.step, a.dt, a.vgrid[i], a.agrid.empty() ? 0.0 : a.agrid[i]);
+  const Failure failure = damping_at_start(p, a.mode.finite, a.t0, a.dt, v, f);
+  for (int i = 0; i < p.dofs.neq() && failure.ok(); ++i) a.g[i] -= f[i];
+  return failure;
+}
+
 // M a(n): from the accelerations of the nodes, for the grid from its forces: M a = fext - fint on free dofs,
 // and from that solution the rows of its supports, whose reaction is not known otherwise. Where points follow
 // nodes all forces are asked: the accelerations of the nodes belong to the grid of the step before.
@@ -52,10 +101,14 @@ Failure inertia_at_start(Problem& p, Attempt& a, RealVec& Ma)
   const int first = s.hung ? 0 : s.nfe, grid = s.nfe * s.dim;
   a.agrid = node_vector(p, p.st.n.a);
   if (p.d.grid.nnode || s.hung) {
+    RealVec f(s.neq(), 0.0), damping(s.neq(), 0.0);
+    if (damps(p)) {
+      const Failure failure = damping_at_start(p, a.mode.finite, a.t0, a.dt, a.vgrid, damping);
+      if (!failure.ok()) return failure;
+    }
     Timer timer(PHASE_PROJECT);
-    RealVec f(s.neq(), 0.0);
     for (int i = first * s.dim; i < s.neq(); ++i) {
-      f[i] = a.fext0[i] - a.fint0[i];
+      f[i] = a.fext0[i] - a.fint0[i] - damping[i];
       if (s.fixed[i] && i >= grid) a.agrid[i] = (s.rate[i] - s.rate0[i]) / a.dt;
     }
     if (mass_solve(s, first, s.nfe, f, a.agrid) < 0) return MASS_FAILED;
@@ -81,13 +134,7 @@ void unbalanced_at_start(const Problem& p, const Attempt& a, RealVec& f)
 Failure step_inertia_begin(Problem& p, Attempt& a)
 {
   const Step& s = a.step;
-  const RealVec v = node_vector(p, p.st.n.v);
-  a.vgrid = v;
-  mass_elements(p.dofs, v, a.momentum);
-  point_momentum(p.st.points, p.d.grid, p.dofs, p.st.n.vc, a.momentum);
-  sys_sum(p.dofs.A, a.momentum);
-  Failure failure = STATUS_OK;
-  if (p.d.grid.nnode || p.dofs.hung) failure = project(p, a);
+  Failure failure = velocity_at_start(p, a.momentum, a.vgrid);
   if (!failure.ok()) return failure;
 
   const Scheme& scheme = scheme_of(s);
@@ -102,17 +149,18 @@ Failure step_inertia_begin(Problem& p, Attempt& a)
   a.g.resize(p.dofs.neq());
   for (int i = 0; i < p.dofs.neq(); ++i)
     a.g[i] = scheme.known(s, a.dt, a.momentum[i], Ma.empty() ? 0.0 : Ma[i], force.empty() ? 0.0 : force[i]);
+  if (damps(p)) failure = begin_damping(p, a);
   // predictor: free flight
   for (int i = 0; i < p.dofs.neq(); ++i)
     a.du[i] = p.dofs.fixed[i] ? 0.0 : a.dt * a.vgrid[i];
-  return STATUS_OK;
+  return failure;
 }
 
 Failure step_initial_acceleration(Problem& p, const Step& s, double t_step)
 {
   Dofs& dofs = p.dofs;
   if (dofs.nfe == 0) return STATUS_OK;
-  RealVec zero(dofs.neq(), 0.0), fint, f, acc(dofs.neq(), 0.0);
+  RealVec zero(dofs.neq(), 0.0), fint, f, acc(dofs.neq(), 0.0), momentum, v, damping(dofs.neq(), 0.0);
   Jumps jumps;
   p.st.np1 = p.st.n;
   KernelMode mode;
@@ -122,8 +170,10 @@ Failure step_initial_acceleration(Problem& p, const Step& s, double t_step)
   if (failure.ok()) failure = assem_internal(p.m, p.d, dofs, mode, jumps, p.st, fint);
   if (failure.ok())
     failure = assem_loads(p.m, p.d, dofs, p.st, s, {t_step, p.st.n.time, 0.0}, p.warned, f);
+  if (failure.ok() && damps(p)) failure = velocity_at_start(p, momentum, v);
+  if (failure.ok() && damps(p)) failure = damping_at_start(p, s.nlgeom, t_step, s.dt, v, damping);
   if (!failure.ok()) return failure;
-  for (int i = 0; i < dofs.neq(); ++i) f[i] -= fint[i];
+  for (int i = 0; i < dofs.neq(); ++i) f[i] -= fint[i] + damping[i];
   for (int i = 0; i < dofs.nfe * dofs.dim; ++i)
     if (dofs.fixed[i] == DOF_FIXED)
       acc[i] = p.st.n.a[dofs.node_of_row[i / dofs.dim] * dofs.dim + i % dofs.dim];
@@ -189,6 +239,18 @@ void finish_ghosts(Problem& p, const Attempt& a, const RealVec& dv)
   for (size_t i = 0; i < jump.size(); ++i)
     p.st.ledger.ghost += k * p.d.grid.ghost_k[i / dim] * a.jumps.ghost[i] * a.jumps.ghost[i] +
                          0.5 * p.d.grid.ghost_m[i / dim] * jump[i] * jump[i];
+}
+
+// what damping has taken: du . C du / dt, and viscous stress              (2.20), (6.21)
+void finish_damping(Problem& p, const Attempt& a)
+{
+  if (a.cM == 0.0) return;
+  if (!p.dofs.C.empty()) p.st.ledger.viscous += damping_work(p.dofs, a.du) / a.dt;
+  if (!model_viscous(p.m)) return;
+  double loss = elem_viscous_loss(p.m, p.d.el, p.st.n, p.st.np1, a.mode.finite) +
+                point_viscous_loss(p.st.points, p.m.dim, p.d.point_law, p.st.n, p.st.np1, p.dofs.my_point);
+  comm_sum(&loss, 1);
+  p.st.ledger.viscous += loss / a.dt;
 }
 
 // v_c += sum_v N_v(x_c) dv_v                                                       (3.15)
@@ -339,6 +401,7 @@ void step_finish(Problem& p, Attempt& a, RealVec& energy)
     if (p.st.points.npoint) finish_points(p, a, dv);
   }
   if (p.d.grid.ghost.size()) finish_ghosts(p, a, dv);
+  finish_damping(p, a);
   finish_followers(p, a);
   finish_reactions(p, a);
   if (p.d.pairs.near || !p.st.contact.empty()) finish_contact(p, a);

@@ -16,8 +16,9 @@ const double NEAR   = 0.1;     // of the accepted residual, when a tangent is us
 
 bool same_tangent(const ReusedTangent& z, const Dofs& dofs, const Attempt& a)
 {
+  const auto same = [](double before, double now) { return std::fabs(before - now) <= 1e-12 * now; };
   return z.on && z.pattern == dofs.pattern && z.mode.cD() == a.mode.cD() &&
-         std::fabs(z.cM - a.cM) <= 1e-12 * a.cM && z.fixed == dofs.fixed;
+         same(z.mode.rate, a.mode.rate) && same(z.cM, a.cM) && same(z.cC, a.cC) && z.fixed == dofs.fixed;
 }
 
 // the iteration before, with its tangent, has brought the residual down so far that the same factor ends the
@@ -75,7 +76,7 @@ void step_tangent(Problem& p, const Attempt& a, int it, double residual, double 
     return;
   }
   const long number = s.tangent;
-  assem_tangent(p.m, p.d, p.st, a.mode, a.cM, a.jumps, s);
+  assem_tangent(p.m, p.d, p.st, a.mode, a.cM, a.cC, a.jumps, s);
   if (same) s.tangent = number;
   sys_diagonal(s.A, l.diag);
   if (!s.tie.dof.empty()) {
@@ -88,6 +89,7 @@ void step_tangent(Problem& p, const Attempt& a, int it, double residual, double 
   if (!z.on) return;
   z.pattern = s.pattern;
   z.cM      = a.cM;
+  z.cC      = a.cC;
   z.mode    = a.mode;
   z.fixed   = s.fixed;
   z.diag    = l.diag;

@@ -14,7 +14,7 @@ const double LEAST_PART = 0.1;       // of the correction, or of the bracket
 
 // residual and the sizes that it is judged by                                       (6.3)
 struct Residual {
-  RealVec R, inertia, Mdu;
+  RealVec R, inertia, Mdu, Cdu;        // inertia: with damping
   double free_norm = 0.0;      // of R at free dofs
   double scale     = 0.0;      // largest of internal, external, inertia force
   bool finite      = true;
@@ -35,6 +35,10 @@ Failure form_residual(Problem& p, Attempt& a, const RealVec& du, Residual& b)
     mass_multiply(s, du, b.Mdu);
     for (int i = 0; i < s.neq(); ++i) b.inertia[i] = a.cM * b.Mdu[i] - a.g[i];
   }
+  if (a.cC != 0.0) {
+    damping_multiply(s, du, b.Cdu);
+    for (int i = 0; i < s.neq(); ++i) b.inertia[i] += a.cC * b.Cdu[i];
+  }
   for (int i = 0; i < s.neq(); ++i) b.R[i] = a.fint[i] - a.fext[i] + b.inertia[i];
   tie_force(s, b.R);
   b.free_norm = std::sqrt(sum_terms(s.neq(), [&](size_t i) { return s.fixed[i] ? 0.0 : b.R[i] * b.R[i]; }));
@@ -43,14 +47,16 @@ Failure form_residual(Problem& p, Attempt& a, const RealVec& du, Residual& b)
   return std::isfinite(b.free_norm) && std::isfinite(internal + external) ? STATUS_OK : BAD_NUMBER;
 }
 
-// the part of the diagonal that strains make: rounding of F acts through it. Mass and bonds see du alone, and
-// would hide the loads when dt is small or a penalty large.
+// the part of the diagonal that strains make: rounding of F acts through it. Mass, damping and bonds see du
+// alone, and would hide the loads when dt is small or a penalty large.
 RealVec strain_diagonal(const Model& m, const Bonds& bonds, const ActiveGrid& grid, const Dofs& s,
-                        const RealVec& diag, double cM)
+                        const RealVec& diag, double cM, double cC)
 {
   RealVec d = diag;
   if (cM != 0.0)
     for (int i = 0; i < s.neq(); ++i) d[i] -= cM * s.M_diag[i / s.dim];
+  if (cC != 0.0)
+    for (int i = 0; i < s.neq(); ++i) d[i] -= cC * s.C_diag[i];
   double C[9];
   for (int b = 0; b < bonds.nbond; ++b) {
     if (m.bond[bonds.def[b]].kind == BOND_CONTACT) continue;
@@ -69,9 +75,10 @@ RealVec strain_diagonal(const Model& m, const Bonds& bonds, const ActiveGrid& gr
 
 // force that rounding alone makes: the stiffness times 1e-15 of the displacement and of the element
 // size  (6.5)
-double rounding_floor(const Problem& p, const RealVec& diag, const RealVec& du, double cM)
+double rounding_floor(const Problem& p, const RealVec& diag, const Attempt& a)
 {
-  const RealVec strain = strain_diagonal(p.m, p.st.bonds, p.d.grid, p.dofs, diag, cM);
+  const RealVec& du    = a.du;
+  const RealVec strain = strain_diagonal(p.m, p.st.bonds, p.d.grid, p.dofs, diag, a.cM, a.cC);
   const Ties& t = p.dofs.tie;
   const auto square = [&](int i) {
     const double f = std::max(0.0, strain[i]) * 2e-15 * p.dofs.h_mean + diag[i] * 1e-14 * std::fabs(du[i]);
@@ -91,7 +98,7 @@ bool converged(const Problem& p, const Attempt& a, const Residual& b, const Line
   const RealVec &diag = l.diag, &whole = l.whole.empty() ? l.diag : l.whole;
   const Dofs& s  = p.dofs;
   const Controls& c = a.step.ctl;
-  if (by_rounding && b.free_norm <= rounding_floor(p, whole, a.du, a.cM)) return true;
+  if (by_rounding && b.free_norm <= rounding_floor(p, whole, a)) return true;
   if (b.free_norm > c.tol_force * b.scale) return false;
   // unknowns that are held keep a residual, which is judged by the reactions as well (theory 8.1)
   const bool held = a.cM == 0.0 && p.newton.solver.hold >= 0 && p.newton.solver.zero_equation >= 0;

@@ -178,8 +178,12 @@ Failure step_prepare(Problem& p, const Step& s)
     p.d.grid.bond.off.assign(st.bonds.nbond + 1, 0);    // bonds to the ground and contact only
   }
   dof_form(p.m, s, st, p.d, p.dofs);
-  if (s.proc == PROC_DYNAMIC) assem_mass(st.points, p.d, p.dofs);
-  else timer_skip(PHASE_MASS);
+  if (s.proc == PROC_DYNAMIC) {
+    assem_mass(st.points, p.d, p.dofs);
+    assem_damping(p.m, st.points, p.d, p.dofs);
+  } else {
+    timer_skip(PHASE_MASS);
+  }
   st.log.grid_nodes = p.d.grid.nnode;
   st.log.grid_cells = p.d.grid.ncell;
   st.log.weak_nodes = p.d.grid.nweak;

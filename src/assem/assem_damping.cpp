@@ -1,0 +1,143 @@
+#include <algorithm>
+#include <cmath>
+
+#include "assem/assem.h"
+#include "base/comm.h"
+#include "base/timer.h"
+#include "shape/face.h"
+
+namespace {
+
+// does the deck ask for a damping matrix?
+bool damped(const Model& m)
+{
+  return !m.viscous.empty() ||
+         std::any_of(m.material.begin(), m.material.end(), [](const Material& a) { return a.alpha > 0.0; });
+}
+
+// a node or a corner in the rows that it follows
+struct FaceNode {
+  int n = 0;                   // rows
+  const int* row = nullptr;
+  const double* w = nullptr;
+  int first = 0;               // to be added to a row
+};
+
+// C_IJ += w k; in the diagonal block its lower part alone
+void add_block(Dofs& s, int I, int J, double w, const double* k)
+{
+  const auto begin = s.A.col.begin() + s.A.off[I], end = s.A.col.begin() + s.A.off[I + 1];
+  const size_t at  = std::lower_bound(begin, end, J) - s.A.col.begin();
+  double* v = &s.C[at * s.dim * s.dim];
+  for (int i = 0; i < s.dim; ++i)
+    for (int j = 0; j < (I == J ? i + 1 : s.dim); ++j) v[i * s.dim + j] += w * k[i * s.dim + j];
+}
+
+// What a face of an element or a point damps with: impedances times the factors of the deck
+struct Impedance {
+  double normal, shear;        // rho c_p, rho c_s                                   mass/(length^2 time)
+};
+
+Impedance impedance_of(const MatLaw& law, double density, const ViscousBoundary& v)
+{
+  return {v.a * std::sqrt(density * (law.lam + 2.0 * law.mu)), v.b * std::sqrt(density * law.mu)};
+}
+
+// C_ab += int N_a N_b [ rho c_p n n + rho c_s (I - n n) ] dA on the face at t = 0, X [nen*3]       (6.19)
+void add_face(Dofs& s, int nen, const double* X, const FaceNode* node, double thickness, const Impedance& z)
+{
+  const FaceRule& rule = face_rule(nen);
+  double N[4], n[3], k[9];
+  for (int g = 0; g < rule.n; ++g) {
+    face_eval(nen, rule.xi[g], N, nullptr);
+    const double dA = face_area(nen, X, rule.xi[g], n);
+    for (int i = 0; i < s.dim; ++i)
+      for (int j = 0; j < s.dim; ++j)
+        k[i * s.dim + j] = rule.w[g] * thickness * dA *
+                           ((i == j) * z.shear + (z.normal - z.shear) * n[i] * n[j] / (dA * dA));
+    for (int a = 0; a < nen; ++a)
+      for (int b = 0; b < nen; ++b)
+        for (int p = 0; p < node[a].n; ++p)
+          for (int q = 0; q < node[b].n; ++q) {
+            const int I = node[a].first + node[a].row[p], J = node[b].first + node[b].row[q];
+            if (I >= J) add_block(s, I, J, N[a] * N[b] * node[a].w[p] * node[b].w[q], k);
+          }
+  }
+}
+
+void add_element_face(const Mesh& mesh, const Elements& el, const ViscousBoundary& v, const Face& f, Dofs& s)
+{
+  if (el.block_of[f.elem] < 0) return;               // no element any more
+  if (!s.owner.empty() && s.elem_rank[f.elem] != comm_rank()) return;
+  const double one      = 1.0;
+  const ElemBlock& b    = el.block[el.block_of[f.elem]];
+  const ShapeInfo& info = shape_info[b.shape];
+  const int* conn       = mesh.conn.begin(f.elem);
+  const int nen         = info.nfnode[f.face];
+  double X[12];
+  FaceNode node[4];
+  for (int k = 0; k < nen; ++k) {
+    const int n = conn[info.face[f.face][k]];
+    std::copy(&mesh.X[3 * n], &mesh.X[3 * n] + 3, X + 3 * k);
+    node[k] = {1, &s.row_of_node[n], &one, 0};
+  }
+  add_face(s, nen, X, node, s.dim == 2 ? b.thickness : 1.0, impedance_of(b.law, b.density, v));
+}
+
+void add_point_face(const Model& m, const Points& pts, const Discretisation& d, const ViscousBoundary& v,
+                    const Face& f, Dofs& s)
+{
+  if (!s.owner.empty() && s.point_rank[f.elem] != comm_rank()) return;
+  const Body& body      = m.body[pts.body[f.elem]];
+  const ShapeInfo& info = shape_info[pts.shape[f.elem]];
+  const int* conn       = pts.conn.begin(f.elem);
+  const int nen         = info.nfnode[f.face];
+  double X[12];
+  FaceNode node[4];
+  for (int k = 0; k < nen; ++k) {
+    const int c = conn[info.face[f.face][k]];
+    for (int i = 0; i < 3; ++i) X[3 * k + i] = i < s.dim ? pts.Xc[c * s.dim + i] : 0.0;
+    node[k] = {d.grid.corner.count(c), d.grid.corner.begin(c), &d.grid.corner_w[d.grid.corner.off[c]], s.nfe};
+  }
+  add_face(s, nen, X, node, s.dim == 2 ? body.thickness : 1.0,
+           impedance_of(d.point_law[pts.body[f.elem]], m.material[body.material].density, v));
+}
+
+}  // namespace
+
+void assem_damping(const Model& m, const Points& pts, const Discretisation& d, Dofs& s)
+{
+  if (!damped(m) || (!pts.npoint && s.C.size() == s.A.val.size())) return;
+  Timer timer(PHASE_MASS);
+  RealVec M;
+  mass_damping(m, pts, d, s, M);                       // alpha M                                     (6.18)
+  const int dim = s.dim;
+  s.C.assign(s.A.val.size(), 0.0);
+  for (size_t k = 0; k < M.size(); ++k)
+    for (int i = 0; i < dim; ++i) s.C[(k * dim + i) * dim + i] = M[k];
+  for (const ViscousBoundary& v : m.viscous) {
+    for (const Face& f : m.surface[v.surface].face) add_element_face(m.mesh, d.el, v, f, s);
+    for (const Face& f : pts.surface[v.surface]) add_point_face(m, pts, d, v, f, s);
+  }
+  s.C_diag.resize(s.neq());
+  for (int r = 0; r < s.nrow; ++r)
+    for (int i = 0; i < dim; ++i)
+      s.C_diag[r * dim + i] = s.C[(static_cast<size_t>(s.A.off[r + 1] - 1) * dim + i) * dim + i];
+  sys_sum(s.A, s.C_diag);
+}
+
+void damping_multiply(const Dofs& s, const RealVec& x, RealVec& y)
+{
+  sys_multiply(s.A, s.C, x, y);
+  sys_sum(s.A, y);
+}
+
+double damping_work(const Dofs& s, const RealVec& x)
+{
+  RealVec y;
+  sys_multiply(s.A, s.C, x, y);
+  double work = 0.0;
+  for (int i = 0; i < s.neq(); ++i) work += x[i] * y[i];
+  comm_sum(&work, 1);
+  return work;
+}
