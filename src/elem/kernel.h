@@ -11,7 +11,7 @@
 // Static, Newmark: Fb = F(n+1), S = S(n+1), cD = cG = 1.
 // Energy-momentum: Fb = F(n+1/2), S = s_new S(n+1) + s_old S(n), cD = s_new, cG = 1/2.
 // Without NLGEOM:  E = sym(grad u), Fb = I, cG = 0.
-// Viscous stress of a law with beta: eta = beta rate adds to s_new and cD, and is subtracted from s_old (2.19)
+// A law with beta (2.19): eta = beta rate adds to s_new and cD, and is subtracted from s_old.
 //
 // D dimension, N nodes (0: n given at run time). Matrices D x D row by row.
 // T is a number, or a Pack: the same number of PACK elements. G, of gradients and weights, may stay a number:

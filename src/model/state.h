@@ -123,7 +123,8 @@ struct Ledger {                // energies and momenta at t(n), [3] in space
   double renewal = 0;          // statics: lost on the way to equilibrium on a new grid so far
   double conversion = 0;       // lost when elements became points (averages, bonds), so far
   double total0 = 0;           // kinetic + strain + bond at the start of the run
-  // kinetic + strain + bond + friction + fracture + ghost + viscous + renewal + conversion - total0 - external
+  // kinetic + strain + bond + friction + fracture + ghost + viscous + renewal + conversion - total0
+  // - external
   double balance = 0;
   double scale = 0;            // largest energy seen so far
   double momentum[3] = {0, 0, 0};

@@ -21,7 +21,8 @@ const Word words[] = {
     {"CRACKA", Q_FRAC, 1},   {"NPOINTS", Q_FRAC, 2},  {"NBONDS", Q_FRAC, 3},    {"EFRAC", Q_FRAC, 4},
     {"ECONV", Q_FRAC, 5},    {"TIP1", Q_FRAC, 6},     {"TIP2", Q_FRAC, 7},      {"TIP3", Q_FRAC, 8},
     {"NFRAG", Q_FRAC, 9},    {"NLOOSE", Q_FRAC, 10},  {"EGHOST", Q_FRAC, 11},   {"NRELEASE", Q_FRAC, 12},
-    {"EVISC", Q_FRAC, 13},   {"S11", Q_S, 0},         {"S22", Q_S, 1},         {"S33", Q_S, 2},          {"S12", Q_S, 3},
+    {"EVISC", Q_FRAC, 13},
+    {"S11", Q_S, 0},        {"S22", Q_S, 1},         {"S33", Q_S, 2},          {"S12", Q_S, 3},
     {"S23", Q_S, 4},         {"S31", Q_S, 5},         {"S13", Q_S, 5},          {"E11", Q_E, 0},
     {"E22", Q_E, 1},         {"E33", Q_E, 2},         {"E12", Q_E, 3},          {"E23", Q_E, 4},
     {"E31", Q_E, 5},         {"E13", Q_E, 5},         {"SMISES", Q_MISES, 0},   {"ENER", Q_ENER, 0}};

@@ -53,8 +53,8 @@ Failure force_at_start(Problem& p, Attempt& a)
 
 bool damps(const Problem& p) { return !p.dofs.C.empty() || model_viscous(p.m); }
 
-// Part of the increment in which the nodes go on at their velocities, to get the viscous stress of t(n): small
-// against 1, and far above the rounding of strains
+// Part of the increment in which the nodes go on at their velocities, to get the viscous stress of t(n):
+// small against 1, and far above the rounding of strains
 const double GLANCE = 1e-3;
 
 // damping force at t(n) of the velocities v [neq]: C v, and that of the viscous stress, as the difference of
