@@ -97,7 +97,7 @@ int read_options(int argc, char** argv, Options& o)
 // has a rank errors? Rank 0 has told its own, and says when it has none
 bool failed(int errors)
 {
-  const bool any = comm_most(errors) > 0;
+  const bool any = comm_allreduce_max(errors) > 0;
   if (any && errors == 0)
     log_error(
         "other ranks could not read the deck as the first one did: do all machines see the same folder?");
@@ -118,11 +118,11 @@ bool load_restart(const Model& m, const Options& o, Archive& f)
 {
   if (o.restart.empty() && !m.restart.read) return true;
   const std::string path = o.restart.empty() ? m.out_dir + "/" + m.job + ".rst" : o.restart;
-  if (comm_share(comm_rank() == 0 && !out_restart_load(m, path, f))) return false;
-  comm_share(f.bytes);
+  if (comm_bcast(comm_rank() == 0 && !out_restart_load(m, path, f))) return false;
+  comm_bcast(f.bytes);
   f.reading = true;
   double at = static_cast<double>(f.at);
-  comm_share(&at, 1);
+  comm_bcast(&at, 1);
   f.at = static_cast<std::size_t>(at);
   return true;
 }
@@ -133,7 +133,7 @@ bool lock_job(const Model& m, std::string& taken)
   const bool good = comm_rank() > 0 ||
                     lock_take((m.out_dir.empty() ? "." : m.out_dir) + "/" + m.job + ".lock", taken);
   if (!good) log_error("%s", taken.c_str());
-  return !comm_most(!good);
+  return !comm_allreduce_max(!good);
 }
 
 int run(const Options& o)

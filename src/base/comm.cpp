@@ -159,14 +159,14 @@ void comm_stop(int code)
   std::exit(code);
 }
 
-void comm_share(double* x, int n)
+void comm_bcast(double* x, int n)
 {
   if (size == 1) return;
   Timer timer(PHASE_COMM);
   broadcast(x, 8L * n, 0);
 }
 
-void comm_share(std::string& bytes)
+void comm_bcast(std::string& bytes)
 {
   if (size == 1) return;
   Timer timer(PHASE_COMM);
@@ -176,7 +176,7 @@ void comm_share(std::string& bytes)
   broadcast(&bytes[0], length, 0);
 }
 
-int comm_share(int x)
+int comm_bcast(int x)
 {
   if (size == 1) return x;
   Timer timer(PHASE_COMM);
@@ -184,7 +184,7 @@ int comm_share(int x)
   return x;
 }
 
-int comm_most(int x)
+int comm_allreduce_max(int x)
 {
   if (size == 1) return x;
   Timer timer(PHASE_COMM);
@@ -202,7 +202,7 @@ void comm_sum(double* x, long n)
   each_piece(8 * n, [&](long at, int bytes) { (small ? sum_short : sum_slices)(x + at / 8, bytes / 8); });
 }
 
-void comm_trade(const std::vector<RealVec>& to, std::vector<RealVec>& from)
+void comm_exchange(const std::vector<RealVec>& to, std::vector<RealVec>& from)
 {
   Timer timer(PHASE_COMM);
   std::vector<MPI_Request> request;
@@ -213,7 +213,7 @@ void comm_trade(const std::vector<RealVec>& to, std::vector<RealVec>& from)
   wait_all(request);
 }
 
-void comm_gather(RealVec& x, const IntVec& count)
+void comm_allgatherv(RealVec& x, const IntVec& count)
 {
   if (size == 1) return;
   Timer timer(PHASE_COMM);
@@ -256,13 +256,13 @@ int comm_rank() { return 0; }
 int comm_size() { return 1; }
 int comm_fortran(bool) { return -987654; }           // MUMPS without MPI
 void comm_stop(int code) { std::exit(code); }
-void comm_share(double*, int) {}
-void comm_share(std::string&) {}
-int comm_share(int x) { return x; }
-int comm_most(int x) { return x; }
+void comm_bcast(double*, int) {}
+void comm_bcast(std::string&) {}
+int comm_bcast(int x) { return x; }
+int comm_allreduce_max(int x) { return x; }
 void comm_sum(double*, long) {}
-void comm_trade(const std::vector<RealVec>&, std::vector<RealVec>&) {}
-void comm_gather(RealVec&, const IntVec&) {}
+void comm_exchange(const std::vector<RealVec>&, std::vector<RealVec>&) {}
+void comm_allgatherv(RealVec&, const IntVec&) {}
 std::vector<std::string> comm_bytes(const std::vector<std::string>& to) { return to; }
 
 #endif

@@ -25,24 +25,24 @@ int comm_fortran(bool all);
 // comm_stop : ends this rank, and with it all others, when they cannot agree on an ending any more
 [[noreturn]] void comm_stop(int code);
 
-// comm_share : what rank 0 has, to all ranks. Collective.
-void comm_share(double* x, int n);
-void comm_share(std::string& bytes);
-int comm_share(int x);
+// comm_bcast : what rank 0 has, to all ranks. Collective.
+void comm_bcast(double* x, int n);
+void comm_bcast(std::string& bytes);
+int comm_bcast(int x);
 
-// comm_most : the largest x of all ranks. Collective.
-int comm_most(int x);
+// comm_allreduce_max : the largest x of all ranks. Collective.
+int comm_allreduce_max(int x);
 
 // comm_sum : sum over the ranks, in their order, so that all get the same bits in every run. Collective.
 void comm_sum(double* x, long n);
 inline void comm_sum(RealVec& x) { comm_sum(x.data(), static_cast<long>(x.size())); }
 
-// comm_trade : to[r] goes to rank r, from[r] comes from there; its size tells how many numbers. Collective.
-void comm_trade(const std::vector<RealVec>& to, std::vector<RealVec>& from);
+// comm_exchange : to[r] goes to rank r, from[r] comes from there; its size tells how many numbers. Collective.
+void comm_exchange(const std::vector<RealVec>& to, std::vector<RealVec>& from);
 
-// comm_gather : x holds count[r] numbers of rank r, one rank after the other; each brings its own.
+// comm_allgatherv : x holds count[r] numbers of rank r, one rank after the other; each brings its own.
 // Collective.
-void comm_gather(RealVec& x, const IntVec& count);
+void comm_allgatherv(RealVec& x, const IntVec& count);
 
 // comm_bytes : to[r] goes to rank r; returns what rank r has sent here. Collective.
 std::vector<std::string> comm_bytes(const std::vector<std::string>& to);
@@ -65,10 +65,10 @@ std::vector<std::vector<T>> comm_exchange(const std::vector<std::vector<T>>& to)
   return from;
 }
 
-// comm_join : the vectors of all ranks, one behind the other in the order of the ranks, on all ranks.
+// comm_allgatherv : the vectors of all ranks, one behind the other in the order of the ranks, on all ranks.
 // Collective.
 template <class T>
-void comm_join(std::vector<T>& x)
+void comm_allgatherv(std::vector<T>& x)
 {
   if (comm_size() == 1) return;
   const std::vector<std::vector<T>> from = comm_exchange(std::vector<std::vector<T>>(comm_size(), x));

@@ -192,9 +192,9 @@ bool load_file(const std::string& path, DeckFile& f, std::string& reason)
 bool share_file(const std::string& path, DeckFile& f, std::string& reason)
 {
   if (comm_rank() == 0 && reason.empty()) load_file(path, f, reason);
-  comm_share(reason);
+  comm_bcast(reason);
   if (!reason.empty()) return false;
-  comm_share(f.text);
+  comm_bcast(f.text);
   f.path = path;
   if (f.text.compare(0, 3, "\xEF\xBB\xBF") == 0) f.text.erase(0, 3);
   for (std::size_t i = 0; i < f.text.size(); ++i) {
@@ -277,7 +277,7 @@ bool deck_open(Deck& d, const std::string& path, const Field* from)
   for (std::size_t i = 0; i < d.file.size(); ++i)
     if (d.file[i].path == path) index = static_cast<int>(i);
   DeckFile f;
-  if (index >= 0) comm_share(reason);
+  if (index >= 0) comm_bcast(reason);
   else if (share_file(path, f, reason)) {
     index = static_cast<int>(d.file.size());
     d.file.push_back(f);

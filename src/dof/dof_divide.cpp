@@ -66,7 +66,7 @@ IntVec divide_rows(const Mesh& mesh, const Elements& el, const ActiveGrid& grid,
     part  = part_metis(A, weight, comm_size());
     bytes = std::string(reinterpret_cast<const char*>(part.data()), part.size() * sizeof(int));
   }
-  comm_share(bytes);
+  comm_bcast(bytes);
   std::memcpy(part.data(), bytes.data(), bytes.size());
   return part;
 }

@@ -191,7 +191,7 @@ void join_sorted(IntVec& list, size_t first)
 {
   if (comm_size() == 1) return;
   IntVec part(list.begin() + static_cast<long>(first), list.end());
-  comm_join(part);
+  comm_allgatherv(part);
   std::sort(part.begin(), part.end());
   list.resize(first);
   list.insert(list.end(), part.begin(), part.end());

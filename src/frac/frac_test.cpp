@@ -547,7 +547,7 @@ void find_energies(const RealVec& energy, Scan& s)
 void join(std::vector<Erosion>& all)
 {
   if (comm_size() == 1) return;
-  comm_join(all);
+  comm_allgatherv(all);
   std::sort(all.begin(), all.end(), [](const Erosion& a, const Erosion& b) { return a.elem < b.elem; });
 }
 

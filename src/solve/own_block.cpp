@@ -174,7 +174,7 @@ void own_form(const SysMatrix& A, long stamp, OwnBlock& own)
 {
   if (own.stamp == stamp) return;
   own.stamp = stamp;
-  if (comm_most(own.off != A.off || own.col != A.col || own.owner != A.owner)) form_lists(A, own);
+  if (comm_allreduce_max(own.off != A.off || own.col != A.col || own.owner != A.owner)) form_lists(A, own);
   switch (A.dim) {
     case 1: return form_values<1>(A, own);
     case 2: return form_values<2>(A, own);
@@ -197,7 +197,7 @@ void own_gather(OwnBlock& own, const RealVec& v, RealVec& x)
   own.gathered.resize(std::accumulate(count.begin(), count.end(), size_t(0)));
   rows_pack(own.mine, 0, D, v,
             own.gathered.data() + std::accumulate(count.begin(), count.begin() + comm_rank(), size_t(0)));
-  comm_gather(own.gathered, count);
+  comm_allgatherv(own.gathered, count);
   x.resize(own.gathered.size());
   const double* from = own.gathered.data();
   for (int r = 0; r < ranks; ++r) from = rows_put(own.all, r, D, from, x);
@@ -224,7 +224,7 @@ void own_sum(OwnBlock& own, RealVec& v, double* number, int n)
     own.got[r].resize(to.size());
   }
   own.got[comm_rank()].assign(number, number + n);
-  comm_trade(own.send, own.got);
+  comm_exchange(own.send, own.got);
   std::fill(number, number + n, 0.0);
   for (int r = 0; r < ranks; ++r) {
     const double* from = own.got[r].data();

@@ -41,10 +41,10 @@ Status do_work(Solver& s, const SysMatrix& A, bool values, Work work)
   if (!s.data->first_only) return work(s, A);
   const SysMatrix whole = sys_collect(A, values);
   Status status = comm_rank() == 0 ? work(s, whole) : STATUS_OK;
-  status = static_cast<Status>(comm_share(status));
-  s.zero_equation = comm_share(s.zero_equation);
-  s.negative      = comm_share(s.negative);
-  comm_share(s.message);
+  status = static_cast<Status>(comm_bcast(status));
+  s.zero_equation = comm_bcast(s.zero_equation);
+  s.negative      = comm_bcast(s.negative);
+  comm_bcast(s.message);
   return status;
 }
 
@@ -140,7 +140,7 @@ bool solve_same_pattern(const Solver& s, const SysMatrix& A)
 {
   const SolverData& d = *s.data;
   const bool same = d.dim == A.dim && d.off == A.off && d.col == A.col;
-  return sys_shared(A) ? !comm_most(!same) : same;
+  return sys_shared(A) ? !comm_allreduce_max(!same) : same;
 }
 
 // Asked for and given back, with the buffer of each thread of OpenBLAS, which waits for ever when it gets
@@ -220,7 +220,7 @@ Status solve_factor(Solver& s, const SysMatrix& A)
   d.factored    = false;
   s.negative    = 0;
   s.zero_equation = -1;
-  if (comm_most(!is_finite(A.val)))
+  if (comm_allreduce_max(!is_finite(A.val)))
     return solve_fail(s, BAD_NUMBER, "the matrix holds a value that is not a number");
   if (A.nrow > 0) {
 #ifdef MPFE_MUMPS
@@ -253,8 +253,8 @@ Status solve_back(Solver& s, const RealVec& b, RealVec& x)
   if (x.empty()) return STATUS_OK;
   if (!s.data->first_only) return back_work(s, x);
   const Status status = comm_rank() == 0 ? back_work(s, x) : STATUS_OK;
-  comm_share(x.data(), static_cast<int>(x.size()));
-  return static_cast<Status>(comm_share(status));
+  comm_bcast(x.data(), static_cast<int>(x.size()));
+  return static_cast<Status>(comm_bcast(status));
 }
 
 Status solve_back_many(Solver& s, double* x, int count)

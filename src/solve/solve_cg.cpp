@@ -61,7 +61,7 @@ void turn(double a, const RealVec& z, RealVec& p)
 bool late(const Clock& clock, double limit, int iteration)
 {
   if (comm_size() == 1) return clock.seconds() > limit;
-  return iteration % 8 == 7 && comm_share(clock.seconds() > limit);
+  return iteration % 8 == 7 && comm_bcast(clock.seconds() > limit);
 }
 
 }  // namespace

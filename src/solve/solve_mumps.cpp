@@ -41,7 +41,7 @@ int infog(const MumpsData& m, int i) { return m.id.infog[i - 1]; }
 bool memory_there(const MumpsData& m, double part)
 {
   const bool room = solve_room(part * m.id.info[14]);
-  return !(m.shared ? comm_most(!room) : !room);
+  return !(m.shared ? comm_allreduce_max(!room) : !room);
 }
 
 // equation of a zero pivot: of the first one that may not be held, else of the first one
@@ -215,7 +215,7 @@ Status mumps_analyse(Solver& s, const SysMatrix& A)
   const SysMatrix collected = m.shared ? sys_collect(A, false) : SysMatrix();
   const SysMatrix& whole    = m.shared ? collected : A;
   m.number     = order_rcm(whole);
-  if (m.shared) comm_join(m.number);                 // the others have none
+  if (m.shared) comm_allgatherv(m.number);                 // the others have none
   number_entries(m, A);
   icntl(m, 7)  = ORDER_AMF;
   const bool dissect = A.dim == 3 || (m.shared && comm_size() > 2);
@@ -268,7 +268,7 @@ Status mumps_factor(Solver& s, const SysMatrix& A)
   s.negative  = infog(m, 12);
   if (infog(m, 28) > 0) {
     int equation = comm_rank() == 0 ? zero_pivot(m, A.dim, s.hold) : 0;     // PIVNUL_LIST is on rank 0
-    if (m.shared) equation = comm_share(equation);
+    if (m.shared) equation = comm_bcast(equation);
     const int I = equation / A.dim, component = equation % A.dim;
     s.zero_equation = equation;
     solve_fail(s, SOLVER_SINGULAR, "%d zero pivots, the first in equation %d (block row %d, component %d): "
@@ -295,7 +295,7 @@ Status mumps_back(Solver& s, double* x, int count)
   m.id.lrhs = m.id.n;
   m.id.rhs  = m.x.data();
   if (call(m, JOB_BACK) < 0) return explain(s);
-  if (m.shared) comm_share(m.x.data(), m.id.n * count);
+  if (m.shared) comm_bcast(m.x.data(), m.id.n * count);
   for (int k = 0; k < count; ++k)
     for (int I = 0; I < nrow; ++I)
       for (int i = 0; i < D; ++i)

@@ -101,7 +101,7 @@ bool without_factors(Solver& s, const SysMatrix& A, const SolveAsk& ask)
     if (solve_analyse(s, A) != STATUS_OK) return false;
     d.guess = std::max(1e-9, s.flops_ahead / (FACTOR_RATE * comm_size()));
   }
-  return comm_share(cholesky_guess(A) < 0.5 * d.guess);      // ranks have parts of A
+  return comm_bcast(cholesky_guess(A) < 0.5 * d.guess);      // ranks have parts of A
 }
 
 // is a path that is not known worth a trial? Masses make conjugate gradients fast, without them it goes by
@@ -146,7 +146,7 @@ SolvePath choose(Solver& s, const SysMatrix& A, const SolveAsk& ask, long now, d
     return PATH_BACK;
   if (s.def.kind == SOLVER_CG) {
     if (s.def.precond == PRECOND_FACTORS)
-      return have_factors(s) && !comm_share(stale(d, ask.digits)) ? PATH_KEPT : PATH_FACTOR;
+      return have_factors(s) && !comm_bcast(stale(d, ask.digits)) ? PATH_KEPT : PATH_FACTOR;
     return s.def.precond == PRECOND_DIAGONAL ? PATH_DIAGONAL : PATH_CHOLESKY;
   }
   if (ask.broken && !ask.exact && A.neq() >= SMALL_SYSTEM && changed_pays(s)) return PATH_CHANGED;
@@ -154,7 +154,7 @@ SolvePath choose(Solver& s, const SysMatrix& A, const SolveAsk& ask, long now, d
     return PATH_FACTOR;
   const bool pattern_known = solve_same_pattern(s, A);
   double answer[2] = {static_cast<double>(fastest(s, A, ask, pattern_known, now, limit)), limit};
-  comm_share(answer, 2);                 // clocks differ, ranks must not
+  comm_bcast(answer, 2);                 // clocks differ, ranks must not
   limit = answer[1];
   return static_cast<SolvePath>(static_cast<int>(answer[0]));
 }
@@ -248,7 +248,7 @@ bool cholesky_ready(SolverData& d, const SysMatrix& A, long stamp)
 {
   if (d.cholesky.stamp == stamp) return true;
   d.cholesky.stamp = -1;
-  if (comm_most(!cholesky_form(A, d.cholesky))) return false;
+  if (comm_allreduce_max(!cholesky_form(A, d.cholesky))) return false;
   d.cholesky.stamp = stamp;
   return true;
 }
@@ -281,7 +281,7 @@ bool form(Solver& s, const SysMatrix& A, const SolveAsk& ask, SolvePath path, Cg
         diagonal_step(d, c, r, z, rho);
         return true;
       };
-      return !comm_most(!diagonal_form(c.A, d.diagonal));
+      return !comm_allreduce_max(!diagonal_form(c.A, d.diagonal));
   }
 }
 

@@ -123,7 +123,7 @@ void sys_sum(const SysMatrix& A, RealVec& v, int extra)
   double* to = std::accumulate(count.begin(), count.begin() + me, all.data(),
                                [](double* p, int n) { return p + n; });
   std::copy(v.end() - extra, v.end(), rows_pack(A.rows, me, D, v, to));
-  comm_gather(all, count);
+  comm_allgatherv(all, count);
   const bool two = ranks == 2;           // then the order does not matter, and what is in v may stay
   if (!two) std::fill(v.begin(), v.end(), 0.0);
   const double* from = all.data();

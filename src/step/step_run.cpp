@@ -104,7 +104,7 @@ void check_ranks(const State& st)
                           static_cast<double>(st.log.iterations)};
   double first[4];
   std::memcpy(first, mine, sizeof first);
-  comm_share(first, 4);
+  comm_bcast(first, 4);
   MPFE_CHECK(std::memcmp(first, mine, sizeof first) == 0,
              "the ranks have different numbers: run on machines of one kind");
 }
@@ -319,7 +319,7 @@ void load_of_ranks(const Elements& el, const Dofs& dofs, std::vector<RankLoad>& 
   mine.between = timer_phase(PHASE_COMM).wall;
   mine.memory  = out_memory();
   ranks.assign(1, mine);
-  comm_join(ranks);
+  comm_allgatherv(ranks);
 }
 
 // one point a cell sees only the mean gradient: the cell can deform as an hourglass without any stress
@@ -371,14 +371,14 @@ int continue_run(Problem& p, Archive& f, Output& out)
 
 bool step_signalled()
 {
-  const int number = comm_most(interrupt_signal());
+  const int number = comm_allreduce_max(interrupt_signal());
   if (number && !interrupt_signal()) interrupt_note(number);
   return number != 0;
 }
 
 int step_run(Problem& p, Archive& f, Output& out)
 {
-  if (comm_most(f.reading ? continue_run(p, f, out) : begin_run(p, out))) return EXIT_DECK;
+  if (comm_allreduce_max(f.reading ? continue_run(p, f, out) : begin_run(p, out))) return EXIT_DECK;
   Failure failure;
   const size_t first = f.reading ? p.st.log.step - 1 : 0;
   for (size_t k = first; k < p.m.step.size() && failure.ok(); ++k) {
@@ -400,7 +400,7 @@ int step_run(Problem& p, Archive& f, Output& out)
   load_of_ranks(p.d.el, p.dofs, out.ranks);
   step_memory(p, out.memory);
   const int failed =
-      comm_share(out_close(p.m, p.d.el, p.st, p.d.grid, p.newton.solver, status == STATUS_OK, out));
+      comm_bcast(out_close(p.m, p.d.el, p.st, p.d.grid, p.newton.solver, status == STATUS_OK, out));
   if (status == SOLVER_FAILED) return EXIT_RESOURCE;
   if (status == BAD_VALUE) return EXIT_DECK;
   if (status == INTERRUPTED && p.m.restart.write) return EXIT_CONTINUE;
