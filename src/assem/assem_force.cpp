@@ -123,7 +123,7 @@ Failure add_elements(const Model& m, const Elements& el, const State& st, const 
     const ElemForm form     = elem_form(b);
     const ElemFormPack pack = elem_form_pack(b);
     PackList w;
-    for (int slot : elem_mine(b)) {
+    for (int slot : elem_owned(b)) {
       const int e = b.elem[slot], *node = mesh.conn.begin(e);
       const bool intact = el.broken(e) < 0;
       if (intact && pack) {
@@ -156,7 +156,7 @@ void add_contact(const Model& m, const ContactPairs& pairs, const Dofs& dofs, co
   if (pairs.master.count(b)) {
     gap = contact_force(m, st.bonds, pairs, b, mode, &j.contact[b * dim], &st.n.lambda[b * dim],
                         st.np1.lambda_n[b], f, nullptr, t1, &slipped);
-    for (int k = dofs.bond.off[b]; k < dofs.bond.off[b + 1] && dofs.bond_is_mine[b]; ++k)
+    for (int k = dofs.bond.off[b]; k < dofs.bond.off[b + 1] && dofs.bond_owned[b]; ++k)
       for (int i = 0; i < dim; ++i) fint[dofs.bond.item[k] * dim + i] += dofs.bond_w[k] * f[i];
   } else {
     st.np1.lambda_n[b] = 0.0;
@@ -176,7 +176,7 @@ void add_bonds(const Model& m, const ContactPairs& pairs, const Dofs& dofs, cons
       add_contact(m, pairs, dofs, mode, jumps, b, st, fint);
       continue;
     }
-    if (!dofs.bond_is_mine[b]) continue;
+    if (!dofs.bond_owned[b]) continue;
     bond_stiffness(st.bonds, dim, b, C);
     for (int i = 0; i < dim; ++i)
       s[i] = mode.s_new * st.np1.slip[b * dim + i] + mode.s_old * st.n.slip[b * dim + i];
@@ -193,7 +193,7 @@ void add_ghosts(const ActiveGrid& grid, const Dofs& dofs, const Jumps& j, RealVe
 {
   const int dim      = dofs.dim;
   const ListTable& t = grid.ghost;
-  for (int q : dofs.my_ghost)
+  for (int q : dofs.owned_ghost)
     for (int k = t.off[q]; k < t.off[q + 1]; ++k)
       for (int i = 0; i < dim; ++i)
         fint[(dofs.nfe + t.item[k]) * dim + i] += grid.ghost_k[q] * grid.ghost_w[k] *
@@ -440,7 +440,7 @@ Failure assem_internal(const Model& m, const Discretisation& d, const Dofs& dofs
     RealVec fc(st.points.Xc.size(), 0.0);
     int worst = -1;
     const Status s = point_corner_force(m, st.points, d.point_law, mode, st.n, st.np1,
-                                        dofs.my_point, fc, &worst);
+                                        dofs.owned_point, fc, &worst);
     if (s != STATUS_OK) failure = {s, AT_POINT, worst};
     assem_scatter_corners(d.grid, dofs, fc, fint);
   }

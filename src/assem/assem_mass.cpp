@@ -40,8 +40,8 @@ void add_point_mass(const Points& pts, const ActiveGrid& g, const RealVec* alpha
   IntVec place(s.nrow);        // of a row among those of the point
   const double* mc = pts.mc.data();
   int at = 0;                  // point that mc stands at
-  for (size_t own = 0; own < s.my_point.size(); ++own) {
-    const int q = s.my_point[own];
+  for (size_t own = 0; own < s.owned_point.size(); ++own) {
+    const int q = s.owned_point[own];
     for (; at < q; ++at) mc += pair_count(pts.conn.count(at));
     const double factor = alpha ? (*alpha)[pts.body[q]] : 1.0;
     if (factor == 0.0) continue;
@@ -69,7 +69,7 @@ void add_point_mass(const Points& pts, const ActiveGrid& g, const RealVec* alpha
 void add_ghost_mass(const ActiveGrid& grid, Dofs& s)
 {
   const size_t* at = s.ghost_map_off.data();
-  for (int q : s.my_ghost) {
+  for (int q : s.owned_ghost) {
     const int n = grid.ghost.count(q), *map = &s.ghost_map[*at++];
     const double* w = &grid.ghost_w[grid.ghost.off[q]];
     for (int a = 0; a < n; ++a)
@@ -84,7 +84,7 @@ void add_element_mass(const Elements& el, bool damping, const Dofs& s, RealVec& 
   for (const ElemBlock& b : el.block) {
     const int pairs     = pair_count(shape_info[b.shape].nen);
     const double factor = damping ? b.alpha : 1.0;
-    for (int slot : elem_mine(b)) {
+    for (int slot : elem_owned(b)) {
       const double* me = elem_mass(b, slot);
       for (int k = 0; k < pairs; ++k) M[*map++ / 2] += factor * me[k];
     }

@@ -60,7 +60,7 @@ void add_elements(const Model& m, const Elements& el, const State& st, const Ker
     const ElemForm form     = elem_form(b);
     const ElemFormPack pack = elem_form_pack(b);
     PackList w;
-    for (int slot : elem_mine(b)) {
+    for (int slot : elem_owned(b)) {
       const int e = b.elem[slot], *node = mesh.conn.begin(e);
       const bool intact = el.broken(e) < 0;
       if (intact && pack) {
@@ -95,7 +95,7 @@ void add_points(const Model& m, const Discretisation& d, const State& st, const 
     w.n = 0;
   };
   const size_t* at = dofs.point_map_off.data();
-  for (int q : dofs.my_point) {
+  for (int q : dofs.owned_point) {
     const int n    = d.grid.point.count(q);
     const int* map = &dofs.point_map[*at++];
     if (pts.broken[q] < 0 && n <= POINT_PACK_NODES) {
@@ -118,7 +118,7 @@ void add_bonds(const Model& m, const ContactPairs& pairs, const State& st, const
   double C[D * D], k[D * D];
   double f[D], t1[D], slipped;
   const size_t* at = dofs.bond_map_off.data();
-  for (int q : dofs.my_bond) {
+  for (int q : dofs.owned_bond) {
     const int* map     = &dofs.bond_map[*at++];
     const bool contact = st.bonds.field[q] == SIDE_CONTACT;
     if (contact && !pairs.master.count(q)) continue;
@@ -142,7 +142,7 @@ template <int D>
 void add_ghosts(const ActiveGrid& grid, Dofs& dofs)
 {
   const size_t* at = dofs.ghost_map_off.data();
-  for (int q : dofs.my_ghost) {
+  for (int q : dofs.owned_ghost) {
     const int n = grid.ghost.count(q), *map = &dofs.ghost_map[*at++];
     const double* w = &grid.ghost_w[grid.ghost.off[q]];
     for (int a = 0; a < n; ++a)

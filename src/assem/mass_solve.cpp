@@ -78,8 +78,8 @@ template <int D>
 struct MassSystem {
   MassRows all, own;           // own: several ranks, what is eliminated
   RealVec free;                // [n*D] 1: free, 0: prescribed or without mass
-  RealVec mine;                // several ranks: [n] 1 for rows of this rank
-  const MassRows& low() const { return mine.empty() ? all : own; }
+  RealVec owned;                // several ranks: [n] 1 for rows of this rank
+  const MassRows& low() const { return owned.empty() ? all : own; }
 
   // y = (I + L)^-1 x; the same vector may be meant
   void forward(const RealVec& x, RealVec& y) const
@@ -112,7 +112,7 @@ struct MassSystem {
   void apply(const RealVec& x, RealVec& t, RealVec& y) const
   {
     backward(x, t);
-    if (mine.empty()) {
+    if (owned.empty()) {
       for (size_t i = 0; i < y.size(); ++i) y[i] = x[i] - t[i];
       forward(y, y);
       for (size_t i = 0; i < y.size(); ++i) y[i] += t[i];
@@ -137,9 +137,9 @@ struct MassSystem {
   // several ranks: each has made its rows
   void collect(RealVec& y) const
   {
-    if (mine.empty()) return;
+    if (owned.empty()) return;
     for (int r = 0; r < all.n; ++r)
-      for (int i = 0; i < D; ++i) y[r * D + i] *= mine[r];
+      for (int i = 0; i < D; ++i) y[r * D + i] *= owned[r];
     comm_sum(y);
   }
 };
@@ -220,8 +220,8 @@ int solve(const Dofs& s, int first, int guess, const RealVec& f, RealVec& x)
   m.all = mass_rows(s, first, scale, false);
   if (!s.owner.empty()) {
     m.own = mass_rows(s, first, scale, true);
-    m.mine.resize(n);
-    for (int k = 0; k < n; ++k) m.mine[k] = s.owner[first + k] == comm_rank();
+    m.owned.resize(n);
+    for (int k = 0; k < n; ++k) m.owned[k] = s.owner[first + k] == comm_rank();
   }
   // begin with f over the sum of the row, which is right where the answer is smooth
   for (int k = 0; k < n * D; ++k) {
@@ -323,6 +323,6 @@ int mass_solve_tied(const Dofs& s, const RealVec& f, RealVec& x)
 
 void point_momentum(const Points& pts, const ActiveGrid& grid, const Dofs& s, const RealVec& vc, RealVec& out)
 {
-  const RealVec q = point_corner_momentum(pts, s.dim, vc, s.my_point);
+  const RealVec q = point_corner_momentum(pts, s.dim, vc, s.owned_point);
   assem_scatter_corners(grid, s, q, out);
 }

@@ -48,13 +48,13 @@ struct Dofs {
   // [blocks of A][dim*dim] damping matrix of this rank, as A; empty: there is no damping    (6.18), (6.19)
   RealVec C;
   RealVec C_diag;              // [nrow*dim] its diagonal, of all ranks
-  IntVec my_point, my_bond, my_ghost;          // what this rank works on; elements: ElemBlock::mine
-  std::vector<char> bond_is_mine;      // [nbond]
+  IntVec owned_point, owned_bond, owned_ghost;          // what this rank works on; elements: ElemBlock::owned
+  std::vector<char> bond_owned;      // [nbond]
   IntVec owner;                // [nrow] rank that a row belongs to; one rank: empty
   IntVec elem_rank, point_rank;        // the division that the pattern was made for
   // block of A for each node pair, 2 k + 1: transposed; elements of this rank, block after block
   IntVec elem_map;
-  IntVec point_map, bond_map, ghost_map;       // [my_point], [my_bond], [my_ghost]
+  IntVec point_map, bond_map, ghost_map;       // [owned_point], [owned_bond], [owned_ghost]
   std::vector<size_t> point_map_off, bond_map_off, ghost_map_off;
   ListTable point_rows;        // the lists that the pattern was made for
   ListTable bond_rows, ghost_rows;
@@ -86,7 +86,7 @@ void dof_lists(const Mesh& mesh, const Elements& el, const ActiveGrid& grid, con
 {
   IntVec row;
   for (const ElemBlock& b : el.block)
-    for (int slot : all ? b.live : elem_mine(b)) {
+    for (int slot : all ? b.live : elem_owned(b)) {
       const int e = b.elem[slot];
       row.clear();
       for (int k = mesh.conn.off[e]; k < mesh.conn.off[e + 1]; ++k)
@@ -111,14 +111,14 @@ void dof_lists(const Mesh& mesh, const Elements& el, const ActiveGrid& grid, con
     for (int q = 0; q < grid.ghost.size(); ++q) use_ghost(q);
     return;
   }
-  for (int q : s.my_point) use_point(q);
-  for (int b : s.my_bond) use(s.bond.count(b), s.bond.begin(b));
-  for (int q : s.my_ghost) use_ghost(q);
+  for (int q : s.owned_point) use_point(q);
+  for (int b : s.owned_bond) use(s.bond.count(b), s.bond.begin(b));
+  for (int q : s.owned_ghost) use_ghost(q);
 }
 
 // dof_form : rows, lists, equations, and, when a list has changed, division, pattern and scatter maps; the
 // mass of an earlier pattern is dropped then
-//   writes st.division, ElemBlock::mine, the rows of mesh nodes in d.grid
+//   writes st.division, ElemBlock::owned, the rows of mesh nodes in d.grid
 void dof_form(const Model& m, const Step& step, State& st, Discretisation& d, Dofs& s);
 
 // ---- equations between dofs (dof_tie.cpp), doc/theory.md (5.6) - (5.8)

@@ -129,27 +129,27 @@ void find_owners(const Mesh& mesh, const Elements& el, const ActiveGrid& grid, D
   }
 }
 
-void take_mine(const Division& d, const ActiveGrid& grid, Elements& el, Dofs& s)
+void take_owned(const Division& d, const ActiveGrid& grid, Elements& el, Dofs& s)
 {
   const int me = comm_rank();
   for (ElemBlock& b : el.block) {
-    b.mine.clear();
+    b.owned.clear();
     b.divided = true;
     for (int slot : b.live)
-      if (d.elem[b.elem[slot]] == me) b.mine.push_back(slot);
+      if (d.elem[b.elem[slot]] == me) b.owned.push_back(slot);
   }
-  s.my_point.clear();
+  s.owned_point.clear();
   for (int q = 0; q < grid.point.size(); ++q)
-    if (d.point[q] == me) s.my_point.push_back(q);
-  s.my_bond.clear();
-  s.bond_is_mine.assign(s.bond.size(), 0);
+    if (d.point[q] == me) s.owned_point.push_back(q);
+  s.owned_bond.clear();
+  s.bond_owned.assign(s.bond.size(), 0);
   for (int b = 0; b < s.bond.size(); ++b) {
-    s.bond_is_mine[b] = (s.bond.count(b) ? s.owner[s.bond.begin(b)[0]] : 0) == me;
-    if (s.bond_is_mine[b]) s.my_bond.push_back(b);
+    s.bond_owned[b] = (s.bond.count(b) ? s.owner[s.bond.begin(b)[0]] : 0) == me;
+    if (s.bond_owned[b]) s.owned_bond.push_back(b);
   }
-  s.my_ghost.clear();
+  s.owned_ghost.clear();
   for (int q = 0; q < grid.ghost.size(); ++q)
-    if (s.owner[s.nfe + grid.ghost.begin(q)[0]] == me) s.my_ghost.push_back(q);
+    if (s.owner[s.nfe + grid.ghost.begin(q)[0]] == me) s.owned_ghost.push_back(q);
 }
 
 // one rank: all
@@ -160,10 +160,10 @@ void take_all(const ActiveGrid& grid, Dofs& s)
     list.resize(n);
     std::iota(list.begin(), list.end(), 0);
   };
-  all(s.my_point, grid.point.size());
-  all(s.my_bond, s.bond.size());
-  all(s.my_ghost, grid.ghost.size());
-  s.bond_is_mine.assign(s.bond.size(), 1);
+  all(s.owned_point, grid.point.size());
+  all(s.owned_bond, s.bond.size());
+  all(s.owned_ghost, grid.ghost.size());
+  s.bond_owned.assign(s.bond.size(), 1);
 }
 
 }  // namespace
@@ -172,7 +172,7 @@ void take_all(const ActiveGrid& grid, Dofs& s)
 // dof_divide : whose work is what                                          doc/theory.md 5.1
 //
 //   in   rows and lists of now; fresh: they have changed
-//   out  State::division, ElemBlock::mine, my_point, my_bond, owner
+//   out  State::division, ElemBlock::owned, owned_point, owned_bond, owner
 //   returns true when the division is not the one that the pattern was made for
 //
 // The division is a part of the state, so that a run that goes on sums in the same order. It is made once,
@@ -199,7 +199,7 @@ bool dof_divide(const Mesh& mesh, const Points& pts, const ActiveGrid& grid, boo
   // an undone increment has its division back
   const bool other = s.elem_rank != d.elem || s.point_rank != d.point;
   if (fresh || other) find_owners(mesh, el, grid, d, s);
-  take_mine(d, grid, el, s);
+  take_owned(d, grid, el, s);
   s.elem_rank  = d.elem;
   s.point_rank = d.point;
   return other;

@@ -175,20 +175,20 @@ void form_maps(const Mesh& mesh, const Elements& el, const ActiveGrid& grid, Dof
 {
   size_t nelem = 0, list = 0, pairs[4] = {};
   for (const ElemBlock& b : el.block) {
-    nelem += elem_mine(b).size();
-    pairs[0] += elem_mine(b).size() * pair_count(shape_info[b.shape].nen);
+    nelem += elem_owned(b).size();
+    pairs[0] += elem_owned(b).size() * pair_count(shape_info[b.shape].nen);
   }
   s.point_map_off.assign(1, 0);
   s.bond_map_off.assign(1, 0);
   s.ghost_map_off.assign(1, 0);
-  for (int q : s.my_point) s.point_map_off.push_back(pairs[1] += pair_count(grid.point.count(q)));
-  for (int q : s.my_bond) s.bond_map_off.push_back(pairs[2] += pair_count(s.bond.count(q)));
-  for (int q : s.my_ghost) s.ghost_map_off.push_back(pairs[3] += pair_count(grid.ghost.count(q)));
+  for (int q : s.owned_point) s.point_map_off.push_back(pairs[1] += pair_count(grid.point.count(q)));
+  for (int q : s.owned_bond) s.bond_map_off.push_back(pairs[2] += pair_count(s.bond.count(q)));
+  for (int q : s.owned_ghost) s.ghost_map_off.push_back(pairs[3] += pair_count(grid.ghost.count(q)));
   s.elem_map.resize(pairs[0]);
   s.point_map.resize(pairs[1]);
   s.bond_map.resize(pairs[2]);
   s.ghost_map.resize(pairs[3]);
-  const size_t npoint = s.my_point.size(), nbond = s.my_bond.size();
+  const size_t npoint = s.owned_point.size(), nbond = s.owned_bond.size();
   int* map = s.elem_map.data();
   dof_lists(mesh, el, grid, s, false, [&](int n, const int* row) {
     if (list == nelem) map = s.point_map.data();

@@ -32,8 +32,8 @@ struct ElemBlock {
   bool lumped = false;         // diagonal mass
   IntVec elem;                 // elements of the block
   IntVec live;                 // places of those that are still elements, ascending
-  IntVec mine;                 // those of live that this rank works on; read it by elem_mine
-  bool divided = false;        // mine belongs to live
+  IntVec owned;                 // those of live that this rank works on; read it by elem_owned
+  bool divided = false;        // owned belongs to live
   IntVec kind;                 // [nelem]
   RealVec dNdX;                // [kind][ngp][nen][dim]                               1/length
   RealVec w;                   // [kind][ngp] weight x volume                         length^3
@@ -59,8 +59,8 @@ Status elem_setup(const Model& m, Elements& el, int* worst);
 // nobody has them until dof_divide has divided them.
 void elem_refresh(Elements& el);
 
-// elem_mine : places of the elements that this rank works on; sums over them come after the division
-const IntVec& elem_mine(const ElemBlock& b);
+// elem_owned : places of the elements that this rank works on; sums over them come after the division
+const IntVec& elem_owned(const ElemBlock& b);
 
 // elem_broken_law : law of broken element e with the degradation factor c
 ErodedLaw elem_broken_law(const Model& m, const Elements& el, int e, double c);

@@ -215,7 +215,7 @@ double elem_energy(const Model& m, const Elements& el, const Level& l, bool nlge
       for (int k = 0; k < n; ++k) add(b.elem[slot[k]], energy[k], true);
       n = 0;
     };
-    for (int s : elem_mine(b)) {
+    for (int s : elem_owned(b)) {
       const int e       = b.elem[s];
       const bool intact = el.broken(e) < 0;
       if (intact && pack) {
@@ -236,7 +236,7 @@ double elem_viscous_loss(const Model& m, const Elements& el, const Level& l0, co
   const int dd = m.dim * m.dim;
   for (const ElemBlock& b : el.block) {
     if (b.law.beta == 0.0) continue;
-    for (int slot : elem_mine(b)) {
+    for (int slot : elem_owned(b)) {
       const int e = b.elem[slot];
       if (el.broken(e) >= 0) continue;
       elem_strains(m, el, e, l0.u, nlgeom, E0);

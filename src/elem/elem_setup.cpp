@@ -167,13 +167,13 @@ void elem_refresh(Elements& el)
   }
   for (ElemBlock& b : el.block) {
     b.divided = comm_size() == 1;
-    if (b.divided) b.mine = b.live;
-    else b.mine.clear();
+    if (b.divided) b.owned = b.live;
+    else b.owned.clear();
   }
 }
 
-const IntVec& elem_mine(const ElemBlock& b)
+const IntVec& elem_owned(const ElemBlock& b)
 {
   MPFE_CHECK(b.divided, "a sum over elements before they are divided among the ranks");
-  return b.mine;
+  return b.owned;
 }

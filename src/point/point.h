@@ -95,11 +95,11 @@ Status grid_activate(const Model& m, const Points& pts, const Bonds& bonds, cons
 void grid_ghost(const Model& m, const Points& pts, const RealVec& uc, const std::vector<long>& node,
                 ActiveGrid& g);
 
-// point_corner_force : internal force of the points in mine on their corners, from displacements and
+// point_corner_force : internal force of the points in owned on their corners, from displacements and
 // degradation at t(n), t(n+1)
 //   out fc [ncorner*dim] added to;  BAD_JACOBIAN: *worst is the point
 Status point_corner_force(const Model& m, const Points& pts, const std::vector<MatLaw>& law,
-                          const KernelMode& mode, const Level& l0, const Level& l1, const IntVec& mine,
+                          const KernelMode& mode, const Level& l0, const Level& l1, const IntVec& owned,
                           RealVec& fc, int* worst);
 
 // point_tangent : tangent of point p for its grid nodes, pairs a >= b [pairs][dim*dim]; work: scratch
@@ -133,12 +133,12 @@ std::vector<MatLaw> point_laws(const Model& m);
 // point_ip_fields : results of a point; of l displacements of corners and degradation are read
 void point_ip_fields(const Model& m, const Points& pts, const Level& l, int p, IpFields& out);
 
-// point_energy : strain energy of the points in mine
-double point_energy(const Model& m, const Points& pts, const Level& l, const IntVec& mine);
+// point_energy : strain energy of the points in owned
+double point_energy(const Model& m, const Points& pts, const Level& l, const IntVec& owned);
 
-// point_viscous_loss : elem_viscous_loss of the points in mine; law [body]
+// point_viscous_loss : elem_viscous_loss of the points in owned; law [body]
 double point_viscous_loss(const Points& pts, int dim, const std::vector<MatLaw>& law, const Level& l0,
-                          const Level& l1, const IntVec& mine);
+                          const Level& l1, const IntVec& owned);
 
 // point_energy_one : strain energy of the broken point p with displacements of l; c: degradation factor
 double point_energy_one(const Model& m, const Points& pts, const Level& l, int p, double c);

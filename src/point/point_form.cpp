@@ -25,7 +25,7 @@ ErodedLaw broken_law(const Model& m, const Points& pts, int p, double c)
 // calls pack(points, n) for n <= PACK intact points of one body and number of corners, repeated to PACK, and
 // one(p) for broken ones
 template <class UsePack, class UseOne>
-void by_packs(const Points& pts, const IntVec& mine, UsePack pack, UseOne one)
+void by_packs(const Points& pts, const IntVec& owned, UsePack pack, UseOne one)
 {
   int point[PACK], n = 0;
   const auto flush = [&]() {
@@ -34,7 +34,7 @@ void by_packs(const Points& pts, const IntVec& mine, UsePack pack, UseOne one)
     pack(point, n);
     n = 0;
   };
-  for (int p : mine) {
+  for (int p : owned) {
     if (pts.broken[p] >= 0) {
       one(p);
       continue;
@@ -78,10 +78,10 @@ void add_corner_force(const Points& pts, int p, const double* re, int stride, Re
 
 template <int D>
 Status corner_force(const Model& m, const Points& pts, const std::vector<MatLaw>& law, const KernelMode& mode,
-                    const Level& l0, const Level& l1, const IntVec& mine, RealVec& fc, int* worst)
+                    const Level& l0, const Level& l1, const IntVec& owned, RealVec& fc, int* worst)
 {
   Status status = STATUS_OK;
-  by_packs(pts, mine, [&](const int* point, int n) {
+  by_packs(pts, owned, [&](const int* point, int n) {
     const int nen = pts.conn.count(point[0]);
     Pack G[8 * D], V0, u[8 * D], H0[D * D] = {}, H1[D * D], Fb[D * D], S[D * D], re[8 * D] = {};
     load_points<D>(pts, point, nen, G, V0);
@@ -137,11 +137,11 @@ void tangent_pack(const Points& pts, const std::vector<MatLaw>& law, const Kerne
 }
 
 template <int D>
-double energy(const Model& m, const Points& pts, const Level& l, const IntVec& mine)
+double energy(const Model& m, const Points& pts, const Level& l, const IntVec& owned)
 {
   const std::vector<MatLaw> law = point_laws(m);
   double sum = 0.0;
-  by_packs(pts, mine, [&](const int* point, int n) {
+  by_packs(pts, owned, [&](const int* point, int n) {
     const int nen = pts.conn.count(point[0]);
     Pack G[8 * D], V0, u[8 * D], H[D * D], E[D * D], S[D * D], psi = {};
     load_points<D>(pts, point, nen, G, V0);
@@ -185,11 +185,11 @@ void tangent(const Model& m, const Points& pts, const std::vector<MatLaw>& law, 
 }  // namespace
 
 Status point_corner_force(const Model& m, const Points& pts, const std::vector<MatLaw>& law,
-                          const KernelMode& mode, const Level& l0, const Level& l1, const IntVec& mine,
+                          const KernelMode& mode, const Level& l0, const Level& l1, const IntVec& owned,
                           RealVec& fc, int* worst)
 {
-  return m.dim == 2 ? corner_force<2>(m, pts, law, mode, l0, l1, mine, fc, worst)
-                    : corner_force<3>(m, pts, law, mode, l0, l1, mine, fc, worst);
+  return m.dim == 2 ? corner_force<2>(m, pts, law, mode, l0, l1, owned, fc, worst)
+                    : corner_force<3>(m, pts, law, mode, l0, l1, owned, fc, worst);
 }
 
 void point_tangent(const Model& m, const Points& pts, const std::vector<MatLaw>& law, const KernelMode& mode,
@@ -213,10 +213,10 @@ namespace {
 
 template <int D>
 double viscous_loss(const Points& pts, const std::vector<MatLaw>& law, const Level& l0, const Level& l1,
-                    const IntVec& mine)
+                    const IntVec& owned)
 {
   double sum = 0.0, H[D * D], E0[D * D], dE[D * D], S[D * D];
-  for (int p : mine) {
+  for (int p : owned) {
     const MatLaw& of_body = law[pts.body[p]];
     if (of_body.beta == 0.0 || pts.broken[p] >= 0) continue;
     gradient<D>(pts, l0.uc, p, H);
@@ -233,9 +233,9 @@ double viscous_loss(const Points& pts, const std::vector<MatLaw>& law, const Lev
 }  // namespace
 
 double point_viscous_loss(const Points& pts, int dim, const std::vector<MatLaw>& law, const Level& l0,
-                          const Level& l1, const IntVec& mine)
+                          const Level& l1, const IntVec& owned)
 {
-  return dim == 2 ? viscous_loss<2>(pts, law, l0, l1, mine) : viscous_loss<3>(pts, law, l0, l1, mine);
+  return dim == 2 ? viscous_loss<2>(pts, law, l0, l1, owned) : viscous_loss<3>(pts, law, l0, l1, owned);
 }
 
 std::vector<MatLaw> point_laws(const Model& m)
@@ -292,7 +292,7 @@ double point_energy_one(const Model& m, const Points& pts, const Level& l, int p
   return f.psi * f.V0;
 }
 
-double point_energy(const Model& m, const Points& pts, const Level& l, const IntVec& mine)
+double point_energy(const Model& m, const Points& pts, const Level& l, const IntVec& owned)
 {
-  return m.dim == 2 ? energy<2>(m, pts, l, mine) : energy<3>(m, pts, l, mine);
+  return m.dim == 2 ? energy<2>(m, pts, l, owned) : energy<3>(m, pts, l, owned);
 }

@@ -18,9 +18,9 @@ void sort_unique(IntVec& list)
 }
 
 // what all ranks have of the list of each
-std::vector<IntVec> all_lists(const IntVec& mine)
+std::vector<IntVec> all_lists(const IntVec& list)
 {
-  return comm_exchange(std::vector<IntVec>(comm_size(), mine));
+  return comm_exchange(std::vector<IntVec>(comm_size(), list));
 }
 
 // adds the neighbours of the rows of each rank, which any rank may know of
@@ -68,9 +68,9 @@ void sort_blocks(const SysMatrix& A, OwnBlock& own)
   own.foreign.clear();
   for (size_t k = 0; k < own.row.size(); ++k) {
     const int I = own.row[k], place = static_cast<int>(k);
-    const bool mine = A.owner[I] == comm_rank();
-    own.once.insert(own.once.end(), A.dim, mine ? 1.0 : 0.0);
-    if (!mine) own.foreign.push_back(place);
+    const bool owned = A.owner[I] == comm_rank();
+    own.once.insert(own.once.end(), A.dim, owned ? 1.0 : 0.0);
+    if (!owned) own.foreign.push_back(place);
     if (count[I] == 1) continue;
     own.shared.push_back(place);
     own.weight.push_back(1.0 / std::sqrt(static_cast<double>(count[I])));
@@ -81,13 +81,13 @@ void sort_rows(const SysMatrix& A, OwnBlock& own)
 {
   std::vector<IntVec> of(comm_size());
   for (int I = 0; I < A.nrow; ++I) of[A.owner[I]].push_back(I);
-  own.all = own.here = own.mine = RowSets();
+  own.all = own.here = own.owned = RowSets();
   for (const IntVec& row : of) rows_add(row, own.all);
   rows_add(own.row, own.here);
   IntVec place;
   for (size_t k = 0; k < own.row.size(); ++k)
     if (A.owner[own.row[k]] == comm_rank()) place.push_back(static_cast<int>(k));
-  rows_add(place, own.mine);
+  rows_add(place, own.owned);
 }
 
 // pattern of B, and the place in it of each block that comes
@@ -195,7 +195,7 @@ void own_gather(OwnBlock& own, const RealVec& v, RealVec& x)
   IntVec count;
   for (int rows : own.all.count) count.push_back(rows * D);
   own.gathered.resize(std::accumulate(count.begin(), count.end(), size_t(0)));
-  rows_pack(own.mine, 0, D, v,
+  rows_pack(own.owned, 0, D, v,
             own.gathered.data() + std::accumulate(count.begin(), count.begin() + comm_rank(), size_t(0)));
   comm_allgatherv(own.gathered, count);
   x.resize(own.gathered.size());

@@ -50,7 +50,7 @@ struct OwnBlock {
   IntVec place;                // block of B of each block that comes from the ranks, one rank after the other
   std::vector<IntVec> common;  // [ranks] places in row of the rows that a rank has too
   // [ranks] rows that belong to each; rows in row; places in row of those that belong to this rank
-  RowSets all, here, mine;
+  RowSets all, here, owned;
   std::vector<RealVec> send, got;      // [ranks] for own_sum
   RealVec gathered;            // [neq] rows of the first rank first
   RealVec r, z;                // [neq]

@@ -248,7 +248,7 @@ void finish_damping(Problem& p, const Attempt& a)
   if (!p.dofs.C.empty()) p.st.ledger.viscous += damping_work(p.dofs, a.du) / a.dt;
   if (!model_viscous(p.m)) return;
   double loss = elem_viscous_loss(p.m, p.d.el, p.st.n, p.st.np1, a.mode.finite) +
-                point_viscous_loss(p.st.points, p.m.dim, p.d.point_law, p.st.n, p.st.np1, p.dofs.my_point);
+                point_viscous_loss(p.st.points, p.m.dim, p.d.point_law, p.st.n, p.st.np1, p.dofs.owned_point);
   comm_sum(&loss, 1);
   p.st.ledger.viscous += loss / a.dt;
 }

@@ -47,7 +47,7 @@ void sum_motion(Ledger& g)
 void add_points(const Points& pts, const Dofs& dofs, const Level& l, Ledger& g)
 {
   const int dim     = dofs.dim;
-  const RealVec mom = point_corner_momentum(pts, dim, l.vc, dofs.my_point);
+  const RealVec mom = point_corner_momentum(pts, dim, l.vc, dofs.owned_point);
   for (int c = 0; c < pts.ncorner; ++c) {
     double x[3] = {0, 0, 0}, q[3] = {0, 0, 0};
     for (int i = 0; i < dim; ++i) {
@@ -72,7 +72,7 @@ void ledger_update(const Model& m, const Elements& el, const Dofs& dofs, const L
   add_points(st.points, dofs, l, g);
   sum_motion(g);
   g.strain = elem_energy(m, el, l, nlgeom, energy) +
-             point_energy(m, st.points, l, dofs.my_point);
+             point_energy(m, st.points, l, dofs.owned_point);
   comm_sum(&g.strain, 1);
   g.bond    = bond_energy(st.bonds, m.dim, l, &g.slip_max, &g.slip_rms);
   g.balance = g.kinetic + g.strain + g.bond + g.friction + g.fracture + g.ghost + g.viscous + g.renewal +

@@ -100,12 +100,12 @@ std::string cuts_text(const Model& m, const State& st, const Failure& f)
 void check_ranks(const State& st)
 {
   if (comm_size() == 1) return;
-  const double mine[4] = {st.log.residual, st.ledger.strain, st.ledger.balance,
+  const double own[4] = {st.log.residual, st.ledger.strain, st.ledger.balance,
                           static_cast<double>(st.log.iterations)};
   double first[4];
-  std::memcpy(first, mine, sizeof first);
+  std::memcpy(first, own, sizeof first);
   comm_bcast(first, 4);
-  MPFE_CHECK(std::memcmp(first, mine, sizeof first) == 0,
+  MPFE_CHECK(std::memcmp(first, own, sizeof first) == 0,
              "the ranks have different numbers: run on machines of one kind");
 }
 
@@ -311,14 +311,14 @@ bool balance_failed(const Model& m, const Ledger& g)
 void load_of_ranks(const Elements& el, const Dofs& dofs, std::vector<RankLoad>& ranks)
 {
   if (comm_size() == 1) return;
-  RankLoad mine;
-  for (const ElemBlock& b : el.block) mine.elements += static_cast<double>(b.mine.size());
-  mine.points = static_cast<double>(dofs.my_point.size());
-  mine.bonds  = static_cast<double>(dofs.my_bond.size());
-  for (Phase phase : {PHASE_RESIDUAL, PHASE_TANGENT, PHASE_MASS}) mine.assembly += timer_phase(phase).wall;
-  mine.between = timer_phase(PHASE_COMM).wall;
-  mine.memory  = out_memory();
-  ranks.assign(1, mine);
+  RankLoad own;
+  for (const ElemBlock& b : el.block) own.elements += static_cast<double>(b.owned.size());
+  own.points = static_cast<double>(dofs.owned_point.size());
+  own.bonds  = static_cast<double>(dofs.owned_bond.size());
+  for (Phase phase : {PHASE_RESIDUAL, PHASE_TANGENT, PHASE_MASS}) own.assembly += timer_phase(phase).wall;
+  own.between = timer_phase(PHASE_COMM).wall;
+  own.memory  = out_memory();
+  ranks.assign(1, own);
   comm_allgatherv(ranks);
 }
 

@@ -971,10 +971,10 @@ TEST(Conversion, BondsOfTheInterface)
 TEST(Elements, SumsWaitForTheDivision)
 {
   ElemBlock b{};
-  EXPECT_EXIT(elem_mine(b), testing::ExitedWithCode(EXIT_BUG), "before they are divided among the ranks");
+  EXPECT_EXIT(elem_owned(b), testing::ExitedWithCode(EXIT_BUG), "before they are divided among the ranks");
   b.divided = true;
-  b.mine    = {3};
-  EXPECT_EQ(elem_mine(b).size(), 1u);
+  b.owned    = {3};
+  EXPECT_EQ(elem_owned(b).size(), 1u);
 }
 
 // places of contact are made anew by each conversion: pressure, offset and entry stay with the place, the
