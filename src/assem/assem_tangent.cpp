@@ -184,13 +184,13 @@ void assem_constrain(Dofs& s, const RealVec& diagonal, const RealVec& x, RealVec
   double diag = 0.0;
   for (double d : diagonal) diag += d;
   diag /= s.neq();
-  std::vector<char> held(s.nrow, 0);
-  for (int i = 0; i < s.neq(); ++i) held[i / dim] |= s.fixed[i] != 0;
+  std::vector<char> fixed(s.nrow, 0);
+  for (int i = 0; i < s.neq(); ++i) fixed[i / dim] |= s.fixed[i] != 0;
   RealVec Ax(f.size(), 0.0);           // of this rank, negative
   for (int r = 0; r < s.nrow; ++r)
     for (int k = s.A.off[r]; k < s.A.off[r + 1]; ++k) {
       const int c = s.A.col[k];
-      if (!held[r] && !held[c]) continue;
+      if (!fixed[r] && !fixed[c]) continue;
       double* v = &s.A.val[static_cast<size_t>(k) * dim * dim];
       for (int i = 0; i < dim; ++i)
         for (int j = 0; j < (r == c ? i : dim); ++j) {

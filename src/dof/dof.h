@@ -25,7 +25,7 @@ struct Ties {
 };
 
 // A support that goes on at a corner: its share in a prescribed dof of the grid
-struct HeldPart {
+struct CornerSupport {
   int dof;                     // of the system
   int node_dof;                // node*dim + direction
   double part;                 // of the reaction; adds up to 1 for each dof
@@ -66,7 +66,7 @@ struct Dofs {
   RealVec target;              // [nrow*dim] prescribed increment of the step, 0 at free dofs
   RealVec rate0, rate;         // [nrow*dim] velocity of prescribed dofs at t(n) (grid only), t(n+1)
   IntVec grid_bc;              // [nrow*dim] index of the grid condition, -1
-  std::vector<HeldPart> held;  // supports of nodes that have become corners of points
+  std::vector<CornerSupport> corner_support;  // supports of nodes that have become corners of points
   double h_mean = 0.0;         // mean size of elements and cells at t = 0, for rounding floors
   int neq() const { return nrow * dim; }
 };

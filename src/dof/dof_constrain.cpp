@@ -35,7 +35,7 @@ void constrain_ties(const RealVec& u, Dofs& s)
 }
 
 // A support that goes on at the corner of a point
-struct HeldCorner {
+struct SupportedCorner {
   const Prescribed* b;
   int node, corner, dir;
   double increment, rate, rate0;
@@ -43,7 +43,7 @@ struct HeldCorner {
 
 // calls use(dof, weight) for the dofs of the grid that a corner follows
 template <class Use>
-void each_dof(const ActiveGrid& grid, const Dofs& s, const HeldCorner& h, Use use)
+void each_dof(const ActiveGrid& grid, const Dofs& s, const SupportedCorner& h, Use use)
 {
   const ListTable& list = grid.corner;
   for (int k = list.off[h.corner]; k < list.off[h.corner + 1]; ++k) {
@@ -54,13 +54,13 @@ void each_dof(const ActiveGrid& grid, const Dofs& s, const HeldCorner& h, Use us
 
 // Prescribes the grid nodes that the corners follow; a node of several corners gets their mean by
 // |N_v|  (7.18)
-void hold_corners(const Mesh& mesh, const Points& pts, const ActiveGrid& grid,
-                  const std::vector<HeldCorner>& corners, double time, Dofs& s, Warned& warned)
+void support_corners(const Mesh& mesh, const Points& pts, const ActiveGrid& grid,
+                  const std::vector<SupportedCorner>& corners, double time, Dofs& s, Warned& warned)
 {
   struct Sum { double weight = 0.0, increment = 0.0, rate = 0.0, rate0 = 0.0; };
   std::map<int, Sum> sum;
-  s.held.clear();
-  for (const HeldCorner& h : corners) {
+  s.corner_support.clear();
+  for (const SupportedCorner& h : corners) {
     if (pts.field[h.corner] == FIELD_OWN) {
       warn_once(warned, mesh, "BOUNDARY", h.b->place, h.node, time,
                 "its material point has come off its neighbours; the support has ended there");
@@ -73,7 +73,7 @@ void hold_corners(const Mesh& mesh, const Points& pts, const ActiveGrid& grid,
       x.increment += w * h.increment;
       x.rate += w * h.rate;
       x.rate0 += w * h.rate0;
-      s.held.push_back({dof, h.node * s.dim + h.dir, w});
+      s.corner_support.push_back({dof, h.node * s.dim + h.dir, w});
     });
   }
   for (const auto& x : sum) {
@@ -81,8 +81,8 @@ void hold_corners(const Mesh& mesh, const Points& pts, const ActiveGrid& grid,
     fix(s, x.first, q.increment / q.weight, q.rate / q.weight, -1);
     s.rate0[x.first] = q.rate0 / q.weight;
   }
-  for (HeldPart& h : s.held) h.part /= sum[h.dof].weight;
-  for (const HeldCorner& h : corners) {
+  for (CornerSupport& h : s.corner_support) h.part /= sum[h.dof].weight;
+  for (const SupportedCorner& h : corners) {
     if (pts.field[h.corner] == FIELD_OWN) continue;
     double moved = 0.0;
     each_dof(grid, s, h, [&](int dof, double N) { moved += N * s.target[dof]; });
@@ -126,7 +126,7 @@ Failure dof_constrain(const Model& m, const Discretisation& d, const State& st, 
   s.rate.assign(s.neq(), 0.0);
   s.rate0.assign(s.neq(), 0.0);
   s.grid_bc.assign(s.neq(), -1);
-  std::vector<HeldCorner> corners;
+  std::vector<SupportedCorner> corners;
   const double dt = t_step1 - t_step0, back = 1e-3 * dt;     // rates by a difference just before t(n+1)
   const bool moves = step.proc == PROC_DYNAMIC;
   // a ramp goes straight from where the node is to the value at the end of the step                  (6.16)
@@ -164,7 +164,7 @@ Failure dof_constrain(const Model& m, const Discretisation& d, const State& st, 
         fix(s, r * dim + i, b.ramp ? ramped * increment : increment, rate, -1);
       }
     }
-  hold_corners(m.mesh, st.points, d.grid, corners, total1, s, warned);
+  support_corners(m.mesh, st.points, d.grid, corners, total1, s, warned);
   for (size_t k = 0; k < m.grid_bc.size(); ++k) {
     const GridBc& b = m.grid_bc[k];
     for (int v = 0; v < d.grid.nnode; ++v) {

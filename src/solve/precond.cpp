@@ -239,14 +239,14 @@ void cholesky_apply(const SysMatrix& A, const Cholesky& c, RealVec& z)
 }
 
 // ---------------------------------------------------------------------------
-// kept_form : which row of the factorised matrix each row of A was                     (8.4)
+// reused_form : which row of the factorised matrix each row of A was                     (8.4)
 //
 //   in   key   [nrow] who a row is: two rows with the same key are the same node
 //   out  k     old row of each row, or -1; those get the inverse of their diagonal block
 //
 // false: the diagonal block of a new row is not positive definite
 // ---------------------------------------------------------------------------
-bool kept_form(const SysMatrix& A, const std::vector<long>& key, Kept& k)
+bool reused_form(const SysMatrix& A, const std::vector<long>& key, ReusedFactors& k)
 {
   const int D = A.dim;
   k.same = key == k.key;
@@ -268,7 +268,7 @@ bool kept_form(const SysMatrix& A, const std::vector<long>& key, Kept& k)
 
 // z = P^T F^-1 P r + inverse diagonal blocks of the rows that P leaves out: symmetric and positive definite
 // when F is
-Status kept_apply(Solver& s, const SysMatrix& A, Kept& k, const RealVec& r, RealVec& z)
+Status reused_apply(Solver& s, const SysMatrix& A, ReusedFactors& k, const RealVec& r, RealVec& z)
 {
   if (k.same) return solve_back(s, r, z);
   const int D = A.dim;

@@ -22,7 +22,7 @@ bool by_mumps(const Solver& s) { return s.kind == SOLVER_MUMPS && !s.data->narro
 #endif
 
 // is a zero pivot an error, or not expected?
-bool regular(const Solver& s) { return s.masses || s.hold < 0; }
+bool regular(const Solver& s) { return s.masses || s.null_pivot_row < 0; }
 
 // a small matrix with a narrow profile: the skyline is faster than MUMPS begins
 bool narrow_analyse(Solver& s, const SysMatrix& A)
@@ -287,8 +287,8 @@ void solve_memory(const Solver& s, std::vector<MemoryUse>& out)
 #ifdef MPFE_MUMPS
   if (s.kind == SOLVER_MUMPS && d.mumps) numbers += mumps_memory(s);
 #endif
-  double vectors = reals(d.work.r) + reals(d.work.z) + reals(d.work.p) + reals(d.work.q) + reals(d.kept.x) +
-                   reals(d.kept.inverse) + reals(d.changed.A0.val) + reals(d.changed.G) + reals(d.changed.Q) +
+  double vectors = reals(d.work.r) + reals(d.work.z) + reals(d.work.p) + reals(d.work.q) + reals(d.reused.x) +
+                   reals(d.reused.inverse) + reals(d.changed.A0.val) + reals(d.changed.G) + reals(d.changed.Q) +
                    reals(d.changed.y);
   for (const std::vector<float>& V : d.changed.V)
     vectors += static_cast<double>(V.capacity() * sizeof(float));

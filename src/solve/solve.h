@@ -82,7 +82,7 @@ const int SMALL_SYSTEM = 2000;
 enum SolvePath {
   PATH_FACTOR,                 // analysis when the pattern is new, factorisation, back substitution
   PATH_BACK,                   // the matrix is the one that was factorised: back substitution
-  PATH_KEPT,                   // CG with the factors of an earlier matrix
+  PATH_REUSED,                   // CG with the factors of an earlier matrix
   // CG with the factors of an earlier matrix, corrected in the rows that have changed
   PATH_CHANGED,
   PATH_CHOLESKY,               // CG with an incomplete Cholesky factor
@@ -103,9 +103,9 @@ struct Solver {
   int zero_equation = -1;           // of the first zero pivot, -1: none
   bool masses = false;              // the matrix holds masses: no zero pivots are expected
   // MUMPS: zero pivots in this block row and later ones are no error, their unknowns do not
-  int hold = -1;
+  int null_pivot_row = -1;
                                     // move; Newton's residual judges. -1: all are errors
-  long nheld = 0;                   // how many there were
+  long fixed_null_pivots = 0;                   // how many there were
   long nfactor = 0, nback = 0, nanalyse = 0;
   long ncholmod = 0;                // factorisations by CHOLMOD
   double seconds_factor = 0, seconds_back = 0, seconds_analyse = 0;   // wall
@@ -128,7 +128,7 @@ struct SolveAsk {
   // statics with broken material: few rows change much, some are nearly singular
   bool broken = false;
   bool inertia = false;             // A holds masses
-  bool held = false;                // A is not singular, without being factorised
+  bool known_regular = false;                // A is not singular, without being factorised
 };
 
 // solve_open : AUTO and CG factorise by MUMPS when it was built in, else SKYLINE. Returns false when the kind

@@ -56,7 +56,7 @@ struct OwnBlock {
   RealVec r, z;                // [neq]
 };
 
-struct Kept {                  // factors of an earlier matrix as preconditioner
+struct ReusedFactors {                  // factors of an earlier matrix as preconditioner
   std::vector<long> key;       // [rows of the factors] who they are
   bool same = false;           // rows are those of today
   IntVec old;                  // [nrow] row in the factors, -1: none
@@ -134,7 +134,7 @@ struct SolverData {
   bool unfit = false;          // the skyline has failed with this pattern
   Skyline sky;
   long stamp = -1;             // of the matrix that was factorised
-  Kept kept;
+  ReusedFactors reused;
   Changed changed;
   Cholesky cholesky;
   OwnBlock own;                // several ranks: what cholesky factorises
@@ -183,8 +183,8 @@ bool diagonal_form(const SysMatrix& A, RealVec& inverse);
 void diagonal_apply(const SysMatrix& A, const RealVec& inverse, const RealVec& r, RealVec& z);
 bool cholesky_form(const SysMatrix& A, Cholesky& c);
 void cholesky_apply(const SysMatrix& A, const Cholesky& c, RealVec& z);    // z: r in, M^-1 r out
-bool kept_form(const SysMatrix& A, const std::vector<long>& key, Kept& k);
-Status kept_apply(Solver& s, const SysMatrix& A, Kept& k, const RealVec& r, RealVec& z);
+bool reused_form(const SysMatrix& A, const std::vector<long>& key, ReusedFactors& k);
+Status reused_apply(Solver& s, const SysMatrix& A, ReusedFactors& k, const RealVec& r, RealVec& z);
 
 // precond_changed.cpp
 void changed_begin(const SysMatrix& A, const std::vector<long>& key, int nfe, Changed& c);

@@ -45,14 +45,14 @@ bool memory_there(const MumpsData& m, double part)
 }
 
 // equation of a zero pivot: of the first one that may not be held, else of the first one
-int zero_pivot(const MumpsData& m, int dim, int hold)
+int zero_pivot(const MumpsData& m, int dim, int null_pivot_row)
 {
   int first = -1;
   for (int k = 0; k < infog(m, 28); ++k) {
     const int row = (m.id.pivnul_list[k] - 1) / dim, component = (m.id.pivnul_list[k] - 1) % dim;
     const int I   = static_cast<int>(std::find(m.number.begin(), m.number.end(), row) - m.number.begin());
-    if (k == 0 || I < hold) first = I * dim + component;
-    if (I < hold) break;
+    if (k == 0 || I < null_pivot_row) first = I * dim + component;
+    if (I < null_pivot_row) break;
   }
   return first;
 }
@@ -267,15 +267,15 @@ Status mumps_factor(Solver& s, const SysMatrix& A)
   s.memory_mb = infog(m, 19);
   s.negative  = infog(m, 12);
   if (infog(m, 28) > 0) {
-    int equation = comm_rank() == 0 ? zero_pivot(m, A.dim, s.hold) : 0;     // PIVNUL_LIST is on rank 0
+    int equation = comm_rank() == 0 ? zero_pivot(m, A.dim, s.null_pivot_row) : 0;     // PIVNUL_LIST is on rank 0
     if (m.shared) equation = comm_bcast(equation);
     const int I = equation / A.dim, component = equation % A.dim;
     s.zero_equation = equation;
     solve_fail(s, SOLVER_SINGULAR, "%d zero pivots, the first in equation %d (block row %d, component %d): "
                "something can move freely; look for missing supports",
                infog(m, 28), equation + 1, I + 1, component + 1);
-    if (s.hold < 0 || I < s.hold) return SOLVER_SINGULAR;
-    s.nheld += infog(m, 28);
+    if (s.null_pivot_row < 0 || I < s.null_pivot_row) return SOLVER_SINGULAR;
+    s.fixed_null_pivots += infog(m, 28);
   }
   return STATUS_OK;
 }

@@ -52,7 +52,7 @@ bool have_factors(const Solver& s) { return s.data->factored && s.negative == 0;
 // the average grows from here on
 bool stale(const SolverData& d, double digits)
 {
-  const PathCost& c = d.cost[PATH_KEPT];
+  const PathCost& c = d.cost[PATH_REUSED];
   return c.known && (expected(c, digits) > direct_seconds(d, true) ||
                      (d.age > 0 && c.iteration / c.rate > d.cycle_seconds / d.cycle_digits));
 }
@@ -87,7 +87,7 @@ bool changed_pays(const Solver& s)
 // what the deck allows beside a factorisation
 bool allowed(const Solver& s, SolvePath path)
 {
-  if (path == PATH_KEPT) return have_factors(s);
+  if (path == PATH_REUSED) return have_factors(s);
   return s.def.kind == SOLVER_AUTO;
 }
 
@@ -95,7 +95,7 @@ bool allowed(const Solver& s, SolvePath path)
 bool without_factors(Solver& s, const SysMatrix& A, const SolveAsk& ask)
 {
   SolverData& d = *s.data;
-  if (!ask.held) return false;
+  if (!ask.known_regular) return false;
   if (d.guess == 0.0) {
     Timer timer(PHASE_ANALYSIS);
     if (solve_analyse(s, A) != STATUS_OK) return false;
@@ -122,19 +122,19 @@ SolvePath fastest(const Solver& s, const SysMatrix& A, const SolveAsk& ask, bool
   if (factors_fit(d, ask)) return cholesky_fits(d, ask) ? PATH_CHOLESKY : PATH_BACK;
   SolvePath best = PATH_FACTOR;
   double least   = direct;
-  for (SolvePath path : {PATH_KEPT, PATH_CHOLESKY}) {
+  for (SolvePath path : {PATH_REUSED, PATH_CHOLESKY}) {
     const PathCost& c = d.cost[path];
     if (!allowed(s, path) || !c.known || expected(c, ask.digits) >= least) continue;
     best  = path;
     least = expected(c, ask.digits);
   }
   limit = least;
-  for (SolvePath path : {PATH_KEPT, PATH_CHOLESKY})
+  for (SolvePath path : {PATH_REUSED, PATH_CHOLESKY})
     if (path != best && allowed(s, path) && due(d.cost[path], now) &&
         promising(A, ask, path, d.cost[path], least))
       return path;
   limit = 2.0 * direct;
-  return best == PATH_KEPT && stale(d, ask.digits) ? PATH_FACTOR : best;
+  return best == PATH_REUSED && stale(d, ask.digits) ? PATH_FACTOR : best;
 }
 
 SolvePath choose(Solver& s, const SysMatrix& A, const SolveAsk& ask, long now, double& limit)
@@ -146,7 +146,7 @@ SolvePath choose(Solver& s, const SysMatrix& A, const SolveAsk& ask, long now, d
     return PATH_BACK;
   if (s.def.kind == SOLVER_CG) {
     if (s.def.precond == PRECOND_FACTORS)
-      return have_factors(s) && !comm_bcast(stale(d, ask.digits)) ? PATH_KEPT : PATH_FACTOR;
+      return have_factors(s) && !comm_bcast(stale(d, ask.digits)) ? PATH_REUSED : PATH_FACTOR;
     return s.def.precond == PRECOND_DIAGONAL ? PATH_DIAGONAL : PATH_CHOLESKY;
   }
   if (ask.broken && !ask.exact && A.neq() >= SMALL_SYSTEM && changed_pays(s)) return PATH_CHANGED;
@@ -186,12 +186,12 @@ Status by_factor(Solver& s, const SysMatrix& A, const SolveAsk& ask, const RealV
     smooth(d.direct_factor, clock.seconds());
   }
   d.stamp    = ask.stamp;
-  d.kept.key = ask.key;
+  d.reused.key = ask.key;
   d.changed.on = false;
-  if (ask.broken && s.hold >= 0 && s.def.reuse && A.neq() >= SMALL_SYSTEM && !sys_shared(A))
-    changed_begin(A, ask.key, s.hold, d.changed);
+  if (ask.broken && s.null_pivot_row >= 0 && s.def.reuse && A.neq() >= SMALL_SYSTEM && !sys_shared(A))
+    changed_begin(A, ask.key, s.null_pivot_row, d.changed);
   d.age      = 0;
-  if (d.fresh_rate > 0.0) d.cost[PATH_KEPT].rate = d.fresh_rate;
+  if (d.fresh_rate > 0.0) d.cost[PATH_REUSED].rate = d.fresh_rate;
   Timer timer(PHASE_SOLVE);
   const Clock clock;
   const Status status = solve_back(s, b, x);
@@ -228,16 +228,16 @@ void diagonal_step(SolverData& d, const CgSystem& c, const RealVec& r, RealVec& 
 // the factors are those of the whole matrix A
 bool kept_step(Solver& s, const SysMatrix& A, const CgSystem& c, const RealVec& r, RealVec& z, double& rho)
 {
-  Kept& kept = s.data->kept;
+  ReusedFactors& reused = s.data->reused;
   if (!c.own) {
-    const Status status = kept_apply(s, A, kept, r, z);
+    const Status status = reused_apply(s, A, reused, r, z);
     rho = dot(r, z);
     return status == STATUS_OK;
   }
   OwnBlock& own = *c.own;
   own_gather(own, r, own.r);
   own.z.resize(own.r.size());
-  const Status status = kept_apply(s, A, kept, own.r, own.z);
+  const Status status = reused_apply(s, A, reused, own.r, own.z);
   rho = dot(own.r, own.z);
   own_pick(own, own.z, z);
   return status == STATUS_OK;
@@ -258,18 +258,18 @@ bool form(Solver& s, const SysMatrix& A, const SolveAsk& ask, SolvePath path, Cg
 {
   SolverData& d = *s.data;
   switch (path) {
-    case PATH_KEPT:
+    case PATH_REUSED:
       c.precondition = [&](const RealVec& r, RealVec& z, double& rho) {
         return kept_step(s, A, c, r, z, rho);
       };
-      return kept_form(A, ask.key, d.kept);
+      return reused_form(A, ask.key, d.reused);
     case PATH_CHANGED:
       c.precondition = [&](const RealVec& r, RealVec& z, double& rho) {
         const Status status = changed_apply(s, A, d.changed, r, z);
         rho = dot(r, z);
         return status == STATUS_OK;
       };
-      return changed_form(s, A, ask.key, s.hold, ask.stamp, d.changed);
+      return changed_form(s, A, ask.key, s.null_pivot_row, ask.stamp, d.changed);
     case PATH_CHOLESKY:
       c.precondition = [&](const RealVec& r, RealVec& z, double& rho) {
         cholesky_step(d, c, r, z, rho);
@@ -311,7 +311,7 @@ void remember(Solver& s, SolvePath path, const CgDone& done, double setup, doubl
     d.cycle_seconds += setup + seconds;
     return;
   }
-  if (path != PATH_KEPT) return;
+  if (path != PATH_REUSED) return;
   if (!done.good || done.iterations == 0) return;
   if (d.age++ == 0) smooth(d.fresh_rate, brought / done.iterations);
   d.cycle_seconds += seconds;
@@ -336,10 +336,10 @@ Status by_cg(Solver& s, const SysMatrix& A, const SolveAsk& ask, SolvePath path,
   if (formed) {
     Timer timer(PHASE_CG);
     // A^-1 and M^-1 are far apart in smooth modes, but for factors: M^-1 sees too little of an error there
-    const double safety = path == PATH_KEPT || path == PATH_CHANGED ? 1.0 : 0.1;
+    const double safety = path == PATH_REUSED || path == PATH_CHANGED ? 1.0 : 0.1;
     CgGoal goal{safety * ask.eta, safety * ask.energy, ask.residual, path == PATH_CHANGED ? FEW : MOST,
                 limit - setup};
-    const bool same = path == PATH_KEPT && d.kept.same;      // where a product with A costs little beside M
+    const bool same = path == PATH_REUSED && d.reused.same;      // where a product with A costs little beside M
     RealVec own_b, own_x;
     if (own) own_pick(*own, b, own_b);
     const RealVec& right = own ? own_b : b;
@@ -367,7 +367,7 @@ Status by_best(Solver& s, const SysMatrix& A, const SolveAsk& ask, const RealVec
   bool tried[PATHS] = {};
   double limit;
   SolvePath path = choose(s, A, ask, now, limit);
-  while (path >= PATH_KEPT && !tried[path]) {
+  while (path >= PATH_REUSED && !tried[path]) {
     tried[path] = true;
     if (by_cg(s, A, ask, path, limit, now, b, x) == STATUS_OK) {
       ++s.path[path].solves;

@@ -16,7 +16,7 @@ struct ReusedTangent {
   IntVec fixed;
   RealVec diag, whole;         // [neq] diagonal before prescribed dofs went, before equations were put in
   // iterations that found their tangent there; that took the one before, which is near
-  long kept = 0, near = 0;
+  long same = 0, near = 0;
 };
 
 // Is the tangent of statics known to be regular, from the supports alone? As it was when pattern and supports
@@ -118,10 +118,10 @@ void step_tangent(Problem& p, const Attempt& a, int it, double residual, double 
 Failure step_solve(Problem& p, const Attempt& a, int it, double residual, double accepted,
                    const RealVec& pending, LinearSystem& l);
 
-// step_held : do the supports hold every part of bodies of solid elements in space? false: not known. Parts
+// step_supports_fix : do the supports hold every part of bodies of solid elements in space? false: not known. Parts
 // are elements that share faces; their supports must take all six rigid motions. Then a matrix of statics is
 // not singular without being factorised.
-bool step_held(const Mesh& mesh, const Elements& el, const Dofs& dofs);
+bool step_supports_fix(const Mesh& mesh, const Elements& el, const Dofs& dofs);
 
 // step_free_motion : the rigid motions that the supports leave to the part of elements of this node, in
 // words; empty: none

@@ -247,5 +247,5 @@ std::string step_explain(const Problem& p, const Failure& f)
                 "iterations (*NEWTON, MAX ITER=), or a load beyond what the structure can carry",
                 p.st.log.residual, p.st.log.scale, p.st.log.iterations);
   const Solver& solver = p.newton.solver;
-  return solver.hold >= 0 && solver.zero_equation >= 0 ? text + ("; " + solver_text(p)) : text;
+  return solver.null_pivot_row >= 0 && solver.zero_equation >= 0 ? text + ("; " + solver_text(p)) : text;
 }

@@ -281,7 +281,7 @@ void finish_reactions(Problem& p, const Attempt& a)
     if (r < p.dofs.nfe) st.rf[p.dofs.node_of_row[r] * dim + i % dim] = a.R[i];
     else if (p.dofs.grid_bc[i] >= 0) st.grid_rf[p.dofs.grid_bc[i] * dim + i % dim] += a.R[i];
   }
-  for (const HeldPart& h : p.dofs.held)
+  for (const CornerSupport& h : p.dofs.corner_support)
     if (p.dofs.grid_bc[h.dof] < 0) st.rf[h.node_dof] += h.part * a.R[h.dof];
 }
 

@@ -41,14 +41,14 @@ double reduction(const RealVec& gain, int it, double residual, double accepted)
   return std::min(std::max(0.3 * g, 1e-8), 1e-2);
 }
 
-// step_held, once for each set of supports
+// step_supports_fix, once for each set of supports
 bool supported(Problem& p)
 {
   KnownRegular& h = p.newton.regular;
   if (h.pattern != p.dofs.pattern || h.fixed != p.dofs.fixed) {
     h.pattern = p.dofs.pattern;
     h.fixed   = p.dofs.fixed;
-    h.good    = !p.st.points.npoint && !p.st.bonds.nbond && !p.d.fm.on && step_held(p.m.mesh, p.d.el, p.dofs);
+    h.good    = !p.st.points.npoint && !p.st.bonds.nbond && !p.d.fm.on && step_supports_fix(p.m.mesh, p.d.el, p.dofs);
   }
   return h.good;
 }
@@ -72,7 +72,7 @@ void step_tangent(Problem& p, const Attempt& a, int it, double residual, double 
       l.diag  = z.diag;
       l.whole = z.whole;
     }
-    ++(same ? z.kept : z.near);
+    ++(same ? z.same : z.near);
     return;
   }
   const long number = s.tangent;
@@ -111,9 +111,9 @@ Failure step_solve(Problem& p, const Attempt& a, int it, double residual, double
   ask.broken = loose;
   ask.exact  = it > SLOW;
   // in motion too unknowns of the grid may be held: their mass may be singular in what no corner sees (3.14)
-  p.newton.solver.hold = loose || (a.cM != 0.0 && p.d.grid.nnode) ? s.nfe : -1;
+  p.newton.solver.null_pivot_row = loose || (a.cM != 0.0 && p.d.grid.nnode) ? s.nfe : -1;
   ask.inertia   = a.cM != 0.0;
-  ask.held      = p.newton.solver.nfactor == 0 && s.neq() >= SMALL_SYSTEM && p.m.dim == 3 &&
+  ask.known_regular      = p.newton.solver.nfactor == 0 && s.neq() >= SMALL_SYSTEM && p.m.dim == 3 &&
                   (ask.inertia || supported(p));
   ask.digits = -std::log10(std::max(ask.eta, FINAL * l.residual / residual));
   const Status status = solve_system(p.newton.solver, s.A, ask, l.f, l.dx);

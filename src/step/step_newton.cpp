@@ -101,7 +101,7 @@ bool converged(const Problem& p, const Attempt& a, const Residual& b, const Line
   if (by_rounding && b.free_norm <= rounding_floor(p, whole, a)) return true;
   if (b.free_norm > c.tol_force * b.scale) return false;
   // unknowns that are held keep a residual, which is judged by the reactions as well (theory 8.1)
-  const bool held = a.cM == 0.0 && p.newton.solver.hold >= 0 && p.newton.solver.zero_equation >= 0;
+  const bool held = a.cM == 0.0 && p.newton.solver.null_pivot_row >= 0 && p.newton.solver.zero_equation >= 0;
   double res = 0.0, ref = 0.0, least = 0.0;
   // broken material has next to no stiffness, and need not be judged by it
   if (a.newton.breaks) {

@@ -97,7 +97,7 @@ bool holds(const Part& part) { return !is_free(motions(part, 3), 0); }
 
 }  // namespace
 
-bool step_held(const Mesh& mesh, const Elements& el, const Dofs& dofs)
+bool step_supports_fix(const Mesh& mesh, const Elements& el, const Dofs& dofs)
 {
   if (dofs.dim != 3) return false;
   IntVec up(mesh.nelem());

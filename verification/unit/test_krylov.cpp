@@ -169,20 +169,20 @@ TEST(Krylov, FactorsServeWhenRowsChange)
   Solver s = open(SOLVER_CG, PRECOND_FACTORS);
   RealVec x;
   ASSERT_EQ(solve_system(s, old.A, ask(old.key, 1), right_hand_side(old.A), x), STATUS_OK);
-  Kept& kept = s.data->kept;
-  ASSERT_TRUE(kept_form(now.A, now.key, kept));
+  ReusedFactors& kept = s.data->reused;
+  ASSERT_TRUE(reused_form(now.A, now.key, kept));
   EXPECT_EQ(std::count(kept.old.begin(), kept.old.end(), -1), 3 * 8);
   RealVec u = right_hand_side(now.A), v(u.size()), Mu(u.size()), Mv(u.size());
   for (size_t i = 0; i < v.size(); ++i) v[i] = std::cos(0.3 * static_cast<double>(i * i));
-  ASSERT_EQ(kept_apply(s, now.A, kept, u, Mu), STATUS_OK);
-  ASSERT_EQ(kept_apply(s, now.A, kept, v, Mv), STATUS_OK);
+  ASSERT_EQ(reused_apply(s, now.A, kept, u, Mu), STATUS_OK);
+  ASSERT_EQ(reused_apply(s, now.A, kept, v, Mv), STATUS_OK);
   EXPECT_NEAR(dot(u, Mv), dot(v, Mu), 1e-12 * std::sqrt(dot(u, u) * dot(v, v)) * 100.0);
   EXPECT_GT(dot(u, Mu), 0.0);
   EXPECT_GT(dot(v, Mv), 0.0);
 
   CgWork work;
   const auto M = [&](const RealVec& r, RealVec& z, double& rho) {
-    const bool good = kept_apply(s, now.A, kept, r, z) == STATUS_OK;
+    const bool good = reused_apply(s, now.A, kept, r, z) == STATUS_OK;
     rho = dot(r, z);
     return good;
   };
@@ -238,7 +238,7 @@ TEST(Krylov, ChosenPathsAgree)
     EXPECT_LT(residual(k.A, b, x), 1e-9) << n;
   }
   long cg = 0;
-  for (SolvePath p : {PATH_KEPT, PATH_CHOLESKY}) cg += s.path[p].solves;
+  for (SolvePath p : {PATH_REUSED, PATH_CHOLESKY}) cg += s.path[p].solves;
   EXPECT_GT(cg, 0);
   solve_close(s);
 }
