@@ -131,7 +131,7 @@ int new_bond(Former& f, int field, const FaceNodes& face, const double* N)
   b.cn.push_back(0.0);
   b.ct.push_back(0.0);
   b.offset.push_back(0.0);
-  b.entry.push_back(0.0);
+  b.initial_penetration.push_back(0.0);
   b.intermediate.push_back(b.a.count(b.nbond) > 1);
   return b.nbond++;
 }
@@ -335,7 +335,7 @@ void cut_bonds(Bonds& b, int dim, int n)
   b.a.item.resize(b.a.off[n]);
   b.a_w.resize(b.a.off[n]);
   for (IntVec* v : {&b.def, &b.field, &b.intermediate}) v->resize(n);
-  for (RealVec* v : {&b.area, &b.cn, &b.ct, &b.offset, &b.entry}) v->resize(n);
+  for (RealVec* v : {&b.area, &b.cn, &b.ct, &b.offset, &b.initial_penetration}) v->resize(n);
   b.X.resize(3 * static_cast<size_t>(n));
   b.normal.resize(static_cast<size_t>(dim) * n);
 }
@@ -347,7 +347,7 @@ namespace {
 // What a bond that is made anew takes from the one of the same name that was there before
 struct KeptBond {
   std::array<double, 3> slip{{0, 0, 0}}, lambda{{0, 0, 0}};
-  double lambda_n = 0.0, offset = 0.0, entry = 0.0, area = 0.0;
+  double lambda_n = 0.0, offset = 0.0, initial_penetration = 0.0, area = 0.0;
 };
 
 using KeptBonds = std::map<SlipKey, KeptBond>;
@@ -361,7 +361,7 @@ KeptBonds keep_bonds(const Bonds& b, const Level& l, int dim)
     std::copy_n(&l.lambda[q * dim], dim, k.lambda.begin());
     k.lambda_n = l.lambda_n[q];
     k.offset   = b.offset[q];
-    k.entry    = b.entry[q];
+    k.initial_penetration    = b.initial_penetration[q];
     k.area     = b.area[q];
   }
   return kept;
@@ -390,7 +390,7 @@ IntVec restore_bonds(int dim, const KeptBonds& kept, Bonds& b, Level& l)
     std::copy_n(k.lambda.begin(), dim, &l.lambda[q * dim]);
     l.lambda_n[q] = k.lambda_n * (k.area > 0.0 ? b.area[q] / k.area : 1.0);      // of contact: kept per area
     b.offset[q]   = k.offset;
-    b.entry[q]    = k.entry;
+    b.initial_penetration[q]    = k.initial_penetration;
   }
   return fresh;
 }

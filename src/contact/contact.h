@@ -17,7 +17,7 @@ struct ContactPairs {
   ListTable master;
   RealVec master_w;            // [master.item] shape functions of the face, sum 1
   RealVec normal;              // [nbond*dim] outward normal of the master face at t(n)
-  // [nbond] at t(n), without offset and entry of the bond; negative: pushes   length
+  // [nbond] at t(n), without offset and initial penetration of the bond; negative: pushes   length
   RealVec gap;
   RealVec size;                // [nbond] longest edge of the face that is met        length
   int near = 0;                // bonds that meet a face
@@ -34,10 +34,10 @@ void contact_search(const Model& m, const Points& pts, const Bonds& bonds, const
 void contact_search_start(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& u,
                           const RealVec& uc, const RealVec& xb, ContactPairs& pairs);
 
-// contact_enter : gaps without what is no compression: in motion (moves) they go on from the end of the last
+// contact_initial : gaps without what is no compression: in motion (moves) they go on from the end of the last
 // step
-//   in   l: level n;  bonds.entry and pairs.gap are updated                                  (4.16)
-void contact_enter(const Level& l, int dim, bool moves, Bonds& bonds, ContactPairs& pairs);
+//   in   l: level n;  bonds.initial_penetration and pairs.gap are updated                                  (4.16)
+void contact_initial(const Level& l, int dim, bool moves, Bonds& bonds, ContactPairs& pairs);
 
 // contact_start : surfaces that overlap at the start: says by how much and where, and pushes, takes the gaps
 // as offsets (bonds.offset), or counts an error, as the deck wants                               (4.13)

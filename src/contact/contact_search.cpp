@@ -282,15 +282,15 @@ void contact_search_start(const Model& m, const Points& pts, const Bonds& bonds,
 // otherwise comes from a face that has turned, from facets that are no smooth surface, or from another face
 // that is met, and is no compression. A place that was open, or met no face, and now is behind one came in
 // from the side; what it has moved out since does not come back.
-void contact_enter(const Level& l, int dim, bool moves, Bonds& bonds, ContactPairs& pairs)
+void contact_initial(const Level& l, int dim, bool moves, Bonds& bonds, ContactPairs& pairs)
 {
   for (int b = 0; b < bonds.nbond; ++b) {
-    double &entry = bonds.entry[b], &gap = pairs.gap[b];
+    double &initial = bonds.initial_penetration[b], &gap = pairs.gap[b];
     const double was = l.slip[b * dim];
-    if (!pairs.master.count(b)) entry = 0.0;
-    else if (moves && was < 0.0) entry = gap - was;
-    else if (moves && gap < std::min(entry, 0.0)) entry = gap;
-    else entry = std::max(std::min(entry, 0.0), std::min(gap, 0.0));
-    gap -= entry;
+    if (!pairs.master.count(b)) initial = 0.0;
+    else if (moves && was < 0.0) initial = gap - was;
+    else if (moves && gap < std::min(initial, 0.0)) initial = gap;
+    else initial = std::max(std::min(initial, 0.0), std::min(gap, 0.0));
+    gap -= initial;
   }
 }

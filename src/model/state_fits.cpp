@@ -117,7 +117,7 @@ bool bonds_fit(const Model& m, const Points& p, const Bonds& b)
   if (!index(b.def, n, 0, static_cast<int>(m.bond.size())) || !index(b.field, n, SIDE_CONTACT, fields(m)))
     return false;
   return real(b.area, n) && real(b.X, 3 * n) && real(b.normal, n * dim) && real(b.cn, n) && real(b.ct, n) &&
-         real(b.offset, n) && real(b.entry, n) && index(b.intermediate, n, 0, 2);
+         real(b.offset, n) && real(b.initial_penetration, n) && index(b.intermediate, n, 0, 2);
 }
 
 bool fracture_fits(const Model& m, const Points& p, const Fracture& f)

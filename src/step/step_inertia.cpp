@@ -378,7 +378,7 @@ void finish_contact(Problem& p, const Attempt& a)
       friction += t1[i] * t1[i];
     }
     c.force += pressure;
-    c.gap  = std::min(c.gap, gap + st.bonds.entry[b]);
+    c.gap  = std::min(c.gap, gap + st.bonds.initial_penetration[b]);
     c.peak = std::max(c.peak, pressure / st.bonds.area[b]);
     if (pressure > 0.0) c.area += st.bonds.area[b];
     c.work += std::sqrt(friction) * slipped;

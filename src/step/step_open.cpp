@@ -160,7 +160,7 @@ Failure step_prepare(Problem& p, const Step& s)
   if (has_contact(p.m)) {
     Timer timer(PHASE_CONTACT);
     contact_search(p.m, st.points, st.bonds, st.n.u, st.n.uc, xb, p.d.pairs);
-    contact_enter(st.n, p.m.dim, s.proc == PROC_DYNAMIC, st.bonds, p.d.pairs);
+    contact_initial(st.n, p.m.dim, s.proc == PROC_DYNAMIC, st.bonds, p.d.pairs);
     st.log.contact_searched += p.d.pairs.searched;
     st.log.contact_skipped += p.d.pairs.skipped;
   } else {

@@ -194,7 +194,7 @@ TEST(Face, ContactFromTheSideBringsNoDepth)
 {
   Bonds bonds;
   bonds.nbond = 1;
-  bonds.entry = {0.0};
+  bonds.initial_penetration = {0.0};
   Level l;
   ContactPairs met;
   met.master.item = {0};
@@ -204,28 +204,28 @@ TEST(Face, ContactFromTheSideBringsNoDepth)
     pairs.gap = {now};
     pairs.size = {1.0};
     l.slip = {before, 0.0, 0.0};
-    contact_enter(l, 3, may_come, bonds, pairs);
+    contact_initial(l, 3, may_come, bonds, pairs);
     return pairs.gap[0];
   };
   EXPECT_EQ(-0.5, gap(1e300, -0.5, false));            // statics
   EXPECT_EQ(-0.4, gap(-0.4, -0.4005, true));           // was closed, slides over the edge of a facet
   EXPECT_NEAR(-0.4, gap(-0.4, -0.3995, true), 1e-15);
-  EXPECT_NEAR(0.0005, bonds.entry[0], 1e-15);
+  EXPECT_NEAR(0.0005, bonds.initial_penetration[0], 1e-15);
   EXPECT_EQ(-0.3995, gap(-0.4, -0.3995, false));       // statics measure
-  EXPECT_EQ(0.0, bonds.entry[0]);
+  EXPECT_EQ(0.0, bonds.initial_penetration[0]);
   EXPECT_NEAR(-0.4, gap(-0.4, -0.5, true), 1e-15);     // was closed, meets another face
   EXPECT_EQ(0.0, gap(1e300, -0.5, true));              // met no face before
-  EXPECT_EQ(-0.5, bonds.entry[0]);
+  EXPECT_EQ(-0.5, bonds.initial_penetration[0]);
   EXPECT_NEAR(-0.1, gap(-0.1, -0.6, true), 1e-15);     // pressed deeper
   EXPECT_NEAR(-1e-9, gap(-1e-9, -0.3, true), 1e-15);   // moves out
   EXPECT_NEAR(-0.1, gap(-0.1, -0.4, true), 1e-15);     // and in again
   EXPECT_EQ(0.2, gap(0.1, 0.2, true));
-  EXPECT_EQ(0.0, bonds.entry[0]);
+  EXPECT_EQ(0.0, bonds.initial_penetration[0]);
   EXPECT_EQ(-0.1, gap(-0.1, -0.1, true));
   EXPECT_EQ(0.0, gap(0.1, -0.3, true));                // was open over another face
   met.master.off = {0, 0};
   gap(-0.1, 1e300, true);
-  EXPECT_EQ(0.0, bonds.entry[0]);                      // meets nothing: forgotten
+  EXPECT_EQ(0.0, bonds.initial_penetration[0]);                      // meets nothing: forgotten
 }
 
 TEST(Fill, BricksAndTetrahedra)

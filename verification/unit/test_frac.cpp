@@ -1009,7 +1009,7 @@ TEST(Conversion, PlacesOfContact)
       if (b.field[q] == SIDE_CONTACT && b.area[q] > 0.0 && b.a.item[b.a.off[q]] >= m.mesh.nnode()) {
         l.lambda_n[q] = pressure(b.X[3 * q]) * b.area[q];
         b.offset[q]   = -0.1 * b.X[3 * q];
-        b.entry[q]    = -0.2 * b.X[3 * q];
+        b.initial_penetration[q]    = -0.2 * b.X[3 * q];
         before[b.X[3 * q]] = 1.0;
       }
     frac_convert(m, r.el, r.fm, {e}, r.share, r.st);
@@ -1025,7 +1025,7 @@ TEST(Conversion, PlacesOfContact)
       const bool node = b.a.item[b.a.off[q]] < m.mesh.nnode(), known = before.count(x) > 0;
       EXPECT_NEAR(node || known ? pressure(x) * b.area[q] : 0.0, l.lambda_n[q], 1e-14) << e << " " << x;
       EXPECT_EQ(!node && known ? -0.1 * x : 0.0, b.offset[q]);
-      EXPECT_EQ(!node && known ? -0.2 * x : 0.0, b.entry[q]);
+      EXPECT_EQ(!node && known ? -0.2 * x : 0.0, b.initial_penetration[q]);
       kept += !node && known;
     }
     EXPECT_NEAR(4.0, area, 1e-14);
