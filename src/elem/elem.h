@@ -46,7 +46,7 @@ struct ElemBlock {
 struct Elements {
   std::vector<ElemBlock> block;
   IntVec block_of, slot_of;    // [Mesh::nelem] block and place in it, -1: no longer an element
-  IntVec home;                 // [Mesh::nelem] block at t = 0
+  IntVec initial_block;                 // [Mesh::nelem] block at t = 0
   const Fracture* frac = nullptr;   // what is broken; null: nothing can break
   int broken(int e) const { return frac ? frac->broken[e] : -1; }
 };

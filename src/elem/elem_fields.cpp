@@ -182,14 +182,14 @@ void elem_ip_fields(const Model& m, const Elements& el, const Level& l, bool nlg
 
 void elem_strains(const Model& m, const Elements& el, int e, const RealVec& u, bool nlgeom, double* E)
 {
-  const ElemBlock& b = el.block[el.home[e]];
+  const ElemBlock& b = el.block[el.initial_block[e]];
   if (m.dim == 2) element_strains<2>(m, b, el.slot_of[e], u, nlgeom, nullptr, E);
   else element_strains<3>(m, b, el.slot_of[e], u, nlgeom, nullptr, E);
 }
 
 double elem_energy_one(const Model& m, const Elements& el, int e, const RealVec& u, double c, bool nlgeom)
 {
-  const ElemBlock& b = el.block[el.home[e]];
+  const ElemBlock& b = el.block[el.initial_block[e]];
   ErodedLaw er;
   if (el.broken(e) >= 0) er = elem_broken_law(m, el, e, c);
   const ErodedLaw* law = el.broken(e) >= 0 ? &er : nullptr;
@@ -201,7 +201,7 @@ double elem_energy(const Model& m, const Elements& el, const Level& l, bool nlge
 {
   double sum = 0.0, energy[PACK];
   int slot[PACK], n = 0;       // intact elements that wait for a full pack
-  if (each) each->assign(el.home.size(), 0.0);
+  if (each) each->assign(el.initial_block.size(), 0.0);
   const auto add = [&](int e, double value, bool intact) {
     sum += value;
     if (each && intact) (*each)[e] = value;

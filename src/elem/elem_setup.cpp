@@ -140,7 +140,7 @@ Status elem_setup(const Model& m, Elements& el, int* worst)
     *worst = e;
     return BAD_JACOBIAN;
   }
-  el.home = el.block_of;
+  el.initial_block = el.block_of;
   elem_refresh(el);
   return STATUS_OK;
 }
@@ -160,10 +160,10 @@ void elem_mass_form(const ElemBlock& b, const double* X, double* me)
 void elem_refresh(Elements& el)
 {
   for (ElemBlock& b : el.block) b.live.clear();
-  for (size_t e = 0; e < el.home.size(); ++e) {
-    const bool is = el.home[e] >= 0 && (!el.frac || el.frac->form[e] == FORM_ELEMENT);
-    el.block_of[e] = is ? el.home[e] : -1;
-    if (is) el.block[el.home[e]].live.push_back(el.slot_of[e]);
+  for (size_t e = 0; e < el.initial_block.size(); ++e) {
+    const bool is = el.initial_block[e] >= 0 && (!el.frac || el.frac->form[e] == FORM_ELEMENT);
+    el.block_of[e] = is ? el.initial_block[e] : -1;
+    if (is) el.block[el.initial_block[e]].live.push_back(el.slot_of[e]);
   }
   for (ElemBlock& b : el.block) {
     b.divided = comm_size() == 1;

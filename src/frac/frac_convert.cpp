@@ -171,7 +171,7 @@ double distortion(const Model& m, const Elements& el, int e, const Level& l)
 {
   double worst = 1.0;
   IpFields f;
-  for (int g = 0; g < shape_info[el.block[el.home[e]].shape].ngp; ++g) {
+  for (int g = 0; g < shape_info[el.block[el.initial_block[e]].shape].ngp; ++g) {
     elem_ip_fields(m, el, l, true, e, g, f);
     const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> F(f.F);
     Eigen::VectorXd stretch2;
@@ -209,7 +209,7 @@ void frac_due(const Model& m, const Elements& el, const FracMesh& fm, const Frac
     if (d.trigger == TRIGGER_EROSION || (d.trigger == TRIGGER_TIME && l.time < d.limit * (1.0 - 1e-9)))
       continue;
     for (int e : m.elset[d.elset].item) {
-      if (fm.conv[e] != static_cast<int>(c) || fr.form[e] != FORM_ELEMENT || el.home[e] < 0) continue;
+      if (fm.conv[e] != static_cast<int>(c) || fr.form[e] != FORM_ELEMENT || el.initial_block[e] < 0) continue;
       // ranks take elements in turn
       if (d.trigger == TRIGGER_DISTORTION && e % comm_size() != comm_rank()) continue;
       if (d.trigger == TRIGGER_TIME || distortion(m, el, e, l) < d.limit) out.push_back(e);

@@ -18,7 +18,7 @@ double averaged(double mean, double before, double now, double dt, double T)
 double frac_drive(const Model& m, const Step& s, const Elements& el, const FracMesh& fm, const Level& l,
                   int e, Split split)
 {
-  const ElemBlock& b    = el.block[el.home[e]];
+  const ElemBlock& b    = el.block[el.initial_block[e]];
   const ShapeInfo& info = shape_info[b.shape];
   double all[72], sum = 0.0;
   elem_strains(m, el, e, l.u, s.nlgeom, all);
@@ -38,7 +38,7 @@ void frac_average(const Model& m, const Step& s, const Elements& el, const FracM
   RealVec now(nelem, 0.0);
   for (size_t e = 0; e < nelem; ++e) {
     if (fm.def[e] < 0 || fm.average[e] == 0.0 || fr.broken[e] >= 0 || fr.form[e] != FORM_ELEMENT ||
-        el.home[e] < 0)
+        el.initial_block[e] < 0)
       continue;
     if (energy[e] <= FRAC_LEAST * fm.gc[e] / fm.size[e] * fm.volume[e]) continue;
     now[e] = std::max(0.0, frac_drive(m, s, el, fm, l, static_cast<int>(e), m.fracture[fm.def[e]].drive));

@@ -31,8 +31,8 @@ void find_sizes(const Model& m, const Elements& el, FracMesh& fm)
     const int n = m.mesh.conn.count(e), *node = m.mesh.conn.begin(e);
     for (int a = 0; a < n; ++a)
       for (int i = 0; i < 3; ++i) fm.centre[3 * e + i] += m.mesh.X[3 * node[a] + i] / n;
-    if (el.home[e] < 0) continue;
-    const ElemBlock& b    = el.block[el.home[e]];
+    if (el.initial_block[e] < 0) continue;
+    const ElemBlock& b    = el.block[el.initial_block[e]];
     const ShapeInfo& info = shape_info[b.shape];
     for (int g = 0; g < info.ngp; ++g) fm.volume[e] += b.w[b.gauss(el.slot_of[e]) + g];
     if (m.dim == 2) fm.thickness[e] = b.thickness;
@@ -134,7 +134,7 @@ void find_of_node(const Model& m, FracMesh& fm)
 // density nothing moves
 double rayleigh_time(const Elements& el, int e, double length)
 {
-  const ElemBlock& b = el.block[el.home[e]];
+  const ElemBlock& b = el.block[el.initial_block[e]];
   // plane stress: nu/(1 + nu), as lam is the reduced one
   const double nu    = b.law.lam / (2.0 * (b.law.lam + b.law.mu));
   return length * std::sqrt(b.density / b.law.mu) * (1.0 + nu) / (0.862 + 1.14 * nu);

@@ -32,8 +32,8 @@ struct Scan {
   bool dynamic() const { return step.proc == PROC_DYNAMIC; }
   bool averaged(int e) const { return dynamic() && !fr.mean.empty() && fr.mean[e] > 0.0; }
   const FractureDef& def(int e) const { return m.fracture[fm.def[e]]; }
-  const MatLaw& law(int e) const { return el.block[el.home[e]].law; }
-  bool intact(int e) const { return fr.form[e] == FORM_ELEMENT && fr.broken[e] < 0 && el.home[e] >= 0; }
+  const MatLaw& law(int e) const { return el.block[el.initial_block[e]].law; }
+  bool intact(int e) const { return fr.form[e] == FORM_ELEMENT && fr.broken[e] < 0 && el.initial_block[e] >= 0; }
   bool removed(int e) const { return fr.form[e] == FORM_REMOVED; }
   bool broken(int e) const { return fr.broken[e] >= 0; }
   bool cracked(int e) const { return removed(e) || broken(e); }
@@ -65,7 +65,7 @@ void in_ball(const Scan& s, int e, Use use)
 // mean strain of an intact element                                                  [dim*dim]
 void mean_strain(const Scan& s, int e, double* E)
 {
-  const ElemBlock& b    = s.el.block[s.el.home[e]];
+  const ElemBlock& b    = s.el.block[s.el.initial_block[e]];
   const ShapeInfo& info = shape_info[b.shape];
   const int d2 = s.m.dim * s.m.dim;
   double all[72], volume = 0.0;
@@ -177,7 +177,7 @@ bool at_crack(const Scan& s, int e)
 template <int D>
 void add_force(const Scan& s, int e, const double* q, double* J)
 {
-  const ElemBlock& b    = s.el.block[s.el.home[e]];
+  const ElemBlock& b    = s.el.block[s.el.initial_block[e]];
   const ShapeInfo& info = shape_info[b.shape];
   const int nen = info.nen, *node = s.m.mesh.conn.begin(e);
   double E[72], u[24];
@@ -211,7 +211,7 @@ void add_force(const Scan& s, int e, const double* q, double* J)
 // a face at t = 0: middle, area (length of an edge in the plane) times outward normal
 void face_of(const Scan& s, int e, int f, double* mid, double* area)
 {
-  const ShapeInfo& info = shape_info[s.el.block[s.el.home[e]].shape];
+  const ShapeInfo& info = shape_info[s.el.block[s.el.initial_block[e]].shape];
   const int n = info.nfnode[f], *conn = s.m.mesh.conn.begin(e);
   const double* X[4];
   for (int a = 0; a < n; ++a) X[a] = &s.m.mesh.X[3 * conn[info.face[f][a]]];
@@ -245,8 +245,8 @@ void free_faces(const Scan& s, int e, double radius, std::vector<FreeFace>& out)
 {
   out.clear();
   frac_near(s.fm, &s.fm.centre[3 * e], radius, [&](int o, double) {
-    if (s.removed(o) || s.el.home[o] < 0) return;
-    const ShapeInfo& info = shape_info[s.el.block[s.el.home[o]].shape];
+    if (s.removed(o) || s.el.initial_block[o] < 0) return;
+    const ShapeInfo& info = shape_info[s.el.block[s.el.initial_block[o]].shape];
     for (int f = 0; f < info.nface; ++f) {
       const int behind = s.fm.across[6 * o + f];
       if (behind >= 0 && !s.removed(behind)) continue;
@@ -367,8 +367,8 @@ double front_length(const Scan& s, int e, const double* J, double radius)
   if (norm == 0.0) return 1.5 * radius;
   for (int i = 0; i < 3; ++i) t[i] /= std::sqrt(norm);
   frac_near(s.fm, c, radius + s.fm.local[e], [&](int o, double) {
-    if (s.el.home[o] < 0) return;
-    for (int f = 0; f < shape_info[s.el.block[s.el.home[o]].shape].nface; ++f) {
+    if (s.el.initial_block[o] < 0) return;
+    for (int f = 0; f < shape_info[s.el.block[s.el.initial_block[o]].shape].nface; ++f) {
       if (s.fm.across[6 * o + f] >= 0) continue;
       double mid[3], area[3], to_face = 0.0, slope = 0.0, size2 = 0.0, miss2 = 0.0;
       face_of(s, o, f, mid, area);

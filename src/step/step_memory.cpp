@@ -19,7 +19,7 @@ void step_memory(const Problem& p, std::vector<MemoryUse>& out)
 {
   const Dofs& s = p.dofs;
   const Mesh& mesh = p.m.mesh;
-  double elements = bytes(p.d.el.block_of) + bytes(p.d.el.slot_of) + bytes(p.d.el.home);
+  double elements = bytes(p.d.el.block_of) + bytes(p.d.el.slot_of) + bytes(p.d.el.initial_block);
   for (const ElemBlock& b : p.d.el.block)
     elements += bytes(b.elem) + bytes(b.live) + bytes(b.kind) + bytes(b.dNdX) + bytes(b.w) + bytes(b.eas) +
                 bytes(b.me);

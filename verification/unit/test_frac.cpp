@@ -909,7 +909,7 @@ TEST(Conversion, RimKeepsTheEnergyOfItsElement)
         const double now = elem_energy(m, r.el, r.st.n, true) + point_energy(m, p, r.st.n, all_points(p));
         if (per_elem == 2) { EXPECT_NEAR(before, now, 1e-13 * before) << shape << " " << broken; }
         for (int e : some) {
-          const ElemBlock& b = r.el.block[r.el.home[e]];
+          const ElemBlock& b = r.el.block[r.el.initial_block[e]];
           const int nen = shape_info[shape].nen;
           double want[24] = {}, has[24] = {}, N[8];
           for (int g = 0; g < shape_info[shape].ngp; ++g) {

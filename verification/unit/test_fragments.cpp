@@ -100,7 +100,7 @@ Fragments two_corners(bool broken_between)
   m.mesh.conn.item = {0, 1, 3, 2, 3, 4, 6, 5, 1, 7, 4, 3};
   if (broken_between) m.mesh.conn.item[4] = 5;       // the second element turns away from node 3
   Elements el;
-  el.block_of = el.home = el.slot_of = {0, 0, 0};
+  el.block_of = el.initial_block = el.slot_of = {0, 0, 0};
   Fracture frac;
   frac.form.assign(3, FORM_ELEMENT);
   frac.broken = {-1, -1, 0};
