@@ -161,7 +161,7 @@ void elem_refresh(Elements& el)
 {
   for (ElemBlock& b : el.block) b.live.clear();
   for (size_t e = 0; e < el.initial_block.size(); ++e) {
-    const bool is = el.initial_block[e] >= 0 && (!el.frac || el.frac->form[e] == FORM_ELEMENT);
+    const bool is = el.initial_block[e] >= 0 && (!el.frac || el.frac->phase[e] == AS_ELEMENT);
     el.block_of[e] = is ? el.initial_block[e] : -1;
     if (is) el.block[el.initial_block[e]].live.push_back(el.slot_of[e]);
   }

@@ -63,7 +63,7 @@ void convert_one(const Model& m, const FracMesh& fm, int e, CornerShare& share, 
     st.points.broken[p] = st.frac.broken[e];
     for (int i = 0; i < 3; ++i) st.points.normal[3 * p + i] = st.frac.normal[3 * e + i];
   }
-  st.frac.form[e] = FORM_POINTS;
+  st.frac.phase[e] = AS_POINTS;
   st.frac.converted.push_back(e);
 }
 
@@ -84,7 +84,7 @@ std::vector<BondFace> interface_faces(const Model& m, const FracMesh& fm, const 
     if (!m.conversion[fm.conv[e]].bonded || has_loose(pts, e)) continue;
     for (int f = 0; f < 6; ++f) {
       const int o = fm.across[6 * e + f];
-      if (o < 0 || fr.form[o] != FORM_ELEMENT) continue;
+      if (o < 0 || fr.phase[o] != AS_ELEMENT) continue;
       out.push_back(
           {m.conversion[fm.conv[e]].bond_of[m.mesh.elem_section[e]], {o, fm.across_face[6 * e + f]}});
     }
@@ -162,7 +162,7 @@ IntVec lost_nodes(const Model& m, const FracMesh& fm, const Fracture& fr)
     for (int k = m.mesh.conn.off[e]; k < m.mesh.conn.off[e + 1]; ++k) lost[m.mesh.conn.item[k]] = 1;
   for (int n = 0; n < m.mesh.nnode(); ++n)
     for (int k = fm.of_node.off[n]; lost[n] && k < fm.of_node.off[n + 1]; ++k)
-      if (fr.form[fm.of_node.item[k]] == FORM_ELEMENT) lost[n] = 0;
+      if (fr.phase[fm.of_node.item[k]] == AS_ELEMENT) lost[n] = 0;
   return lost;
 }
 
@@ -209,7 +209,7 @@ void frac_due(const Model& m, const Elements& el, const FracMesh& fm, const Frac
     if (d.trigger == TRIGGER_EROSION || (d.trigger == TRIGGER_TIME && l.time < d.limit * (1.0 - 1e-9)))
       continue;
     for (int e : m.elset[d.elset].item) {
-      if (fm.conv[e] != static_cast<int>(c) || fr.form[e] != FORM_ELEMENT || el.initial_block[e] < 0) continue;
+      if (fm.conv[e] != static_cast<int>(c) || fr.phase[e] != AS_ELEMENT || el.initial_block[e] < 0) continue;
       // ranks take elements in turn
       if (d.trigger == TRIGGER_DISTORTION && e % comm_size() != comm_rank()) continue;
       if (d.trigger == TRIGGER_TIME || distortion(m, el, e, l) < d.limit) out.push_back(e);

@@ -37,7 +37,7 @@ void frac_average(const Model& m, const Step& s, const Elements& el, const FracM
   if (!fr.mean.empty() && dt <= 0.0) return;
   RealVec now(nelem, 0.0);
   for (size_t e = 0; e < nelem; ++e) {
-    if (fm.def[e] < 0 || fm.average[e] == 0.0 || fr.broken[e] >= 0 || fr.form[e] != FORM_ELEMENT ||
+    if (fm.def[e] < 0 || fm.average[e] == 0.0 || fr.broken[e] >= 0 || fr.phase[e] != AS_ELEMENT ||
         el.initial_block[e] < 0)
       continue;
     if (energy[e] <= FRAC_LEAST * fm.gc[e] / fm.size[e] * fm.volume[e]) continue;

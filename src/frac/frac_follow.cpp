@@ -12,7 +12,7 @@ IntVec lost_nodes(const Model& m, const Fracture& fr)
   for (int e : fr.converted)
     for (int k = m.mesh.conn.off[e]; k < m.mesh.conn.off[e + 1]; ++k) lost[m.mesh.conn.item[k]] = 1;
   for (int e = 0; e < m.mesh.nelem(); ++e) {
-    if (fr.form[e] != FORM_ELEMENT) continue;
+    if (fr.phase[e] != AS_ELEMENT) continue;
     for (int k = m.mesh.conn.off[e]; k < m.mesh.conn.off[e + 1]; ++k) lost[m.mesh.conn.item[k]] = 0;
   }
   return lost;

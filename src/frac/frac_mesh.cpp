@@ -194,7 +194,7 @@ void frac_begin(const Model& m, const FracMesh& fm, Fracture& fr, Level& l)
   fr = Fracture();
   if (!fm.on) return;
   const int nelem = m.mesh.nelem();
-  fr.form.assign(nelem, FORM_ELEMENT);
+  fr.phase.assign(nelem, AS_ELEMENT);
   fr.broken.assign(nelem, -1);
   fr.time.assign(nelem, -1.0);
   l.degr.assign(nelem, 1.0);
@@ -202,7 +202,7 @@ void frac_begin(const Model& m, const FracMesh& fm, Fracture& fr, Level& l)
   for (const BrokenDef& b : m.broken)
     for (int e : b.elem) {
       if (b.remove) {
-        fr.form[e] = FORM_REMOVED;
+        fr.phase[e] = AS_NOTHING;
         continue;
       }
       fr.broken[e] = fm.def[e];

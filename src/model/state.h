@@ -71,10 +71,10 @@ struct Bonds {
 };
 
 // What became of the finite elements
-enum ElemLife { FORM_ELEMENT, FORM_POINTS, FORM_REMOVED };
+enum ElemPhase { AS_ELEMENT, AS_POINTS, AS_NOTHING };
 
 struct Fracture {              // empty arrays: nothing can break or change its form
-  IntVec form;                 // [nelem] ElemLife
+  IntVec phase;                // [nelem] ElemPhase
   IntVec broken;               // [nelem] index into Model::fracture when broken, -1: intact
   RealVec normal;              // [nelem*3] normal of the crack, frozen when it broke
   RealVec time;                // [nelem] when it broke, -1: intact
@@ -89,7 +89,7 @@ struct Fracture {              // empty arrays: nothing can break or change its 
   double drive_time = 0.0;     // total time of both
   int neroded = 0;             // broken by the criterion so far
   double area = 0.0;           // crack area: sum of V/h over them                  length x thickness
-  bool empty() const { return form.empty(); }
+  bool empty() const { return phase.empty(); }
 };
 
 struct Level {                 // one time level

@@ -124,7 +124,7 @@ bool fracture_fits(const Model& m, const Points& p, const Fracture& f)
 {
   const int nelem = m.mesh.nelem();
   const std::size_t n = f.empty() ? 0 : nelem;
-  if (!index(f.form, n, FORM_ELEMENT, FORM_REMOVED + 1) ||
+  if (!index(f.phase, n, AS_ELEMENT, AS_NOTHING + 1) ||
       !index(f.broken, n, -1, static_cast<int>(m.fracture.size())))
     return false;
   if (!real(f.normal, 3 * n) || !real(f.time, n)) return false;
@@ -137,9 +137,9 @@ bool fracture_fits(const Model& m, const Points& p, const Fracture& f)
     if (p.broken[q] >= 0 && (f.empty() || p.parent[q] < 0)) return false;
   if (!index(f.converted, 0, static_cast<int>(n)) || !distinct(f.converted, nelem)) return false;
   for (int e : f.converted)
-    if (f.form[e] != FORM_POINTS || p.of_elem.empty() || p.of_elem[e] < 0 || m.mesh.elem_section[e] < 0)
+    if (f.phase[e] != AS_POINTS || p.of_elem.empty() || p.of_elem[e] < 0 || m.mesh.elem_section[e] < 0)
       return false;
-  const auto made = std::count(f.form.begin(), f.form.end(), FORM_POINTS);
+  const auto made = std::count(f.phase.begin(), f.phase.end(), AS_POINTS);
   if (made != static_cast<long>(f.converted.size())) return false;
   if (!index(f.released, 0, p.npoint) || !distinct(f.released, p.npoint)) return false;
   for (int q : f.released)

@@ -35,9 +35,9 @@ inline void io(Archive& f, Bonds& x)
 
 inline void io(Archive& f, Fracture& x)
 {
-  auto& [form, broken, normal, time, releasing, converted, released, released_at, renewed, next_test, drive,
+  auto& [phase, broken, normal, time, releasing, converted, released, released_at, renewed, next_test, drive,
          mean, drive_time, neroded, area] = x;
-  io_all(f, form, broken, normal, time, releasing, converted, released, released_at, renewed, next_test,
+  io_all(f, phase, broken, normal, time, releasing, converted, released, released_at, renewed, next_test,
          drive, mean, drive_time, neroded, area);
 }
 

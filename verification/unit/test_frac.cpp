@@ -322,7 +322,7 @@ TEST(Follow, CornersGoOnForNodesWithoutElements)
   m.mesh.conn.off = {0, 4, 8};
   m.mesh.conn.item = {0, 1, 4, 3, 1, 2, 5, 4};
   Fracture fr;
-  fr.form = {FORM_POINTS, FORM_ELEMENT};
+  fr.phase = {AS_POINTS, AS_ELEMENT};
   Points pts;
   pts.npoint = 1;
   pts.ncorner = 4;

@@ -102,7 +102,7 @@ Fragments two_corners(bool broken_between)
   Elements el;
   el.block_of = el.initial_block = el.slot_of = {0, 0, 0};
   Fracture frac;
-  frac.form.assign(3, FORM_ELEMENT);
+  frac.phase.assign(3, AS_ELEMENT);
   frac.broken = {-1, -1, 0};
   el.frac = &frac;
   State st;
