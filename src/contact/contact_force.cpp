@@ -19,7 +19,7 @@ void normal_law(const KernelMode& mode, double C, double touch, double g0, doubl
   const double n0 = std::min(g0, 0.0), n1 = std::min(g1, 0.0), dg = g1 - g0;
   if (!mode.mid) {
     p     = C * n1;
-    slope = g1 < 0.0 || (mode.steady && g1 <= touch) ? C : 0.0;
+    slope = g1 < 0.0 || (mode.is_static && g1 <= touch) ? C : 0.0;
   } else if (mode.s_new > 0.5) {                       // dissipation on demand, as for the stress
     p     = C * (mode.s_new * n1 + mode.s_old * n0);
     slope = g1 < 0.0 ? mode.s_new * C : 0.0;

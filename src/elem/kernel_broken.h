@@ -233,7 +233,7 @@ inline void ip_broken(const MatLaw& law, const ErodedLaw& er, const KernelMode& 
   ip_strain<D>(mode.finite, H1, E1);
   if (mode.mid) ip_strain<D>(mode.finite, H0, E0);
   ip_stress_broken<D>(law, er, mode, E0, E1, S, C);
-  if (mode.steady && mode.finite && (er.split == SPLIT_RCE || er.split == SPLIT_VD)) {
+  if (mode.is_static && mode.finite && (er.split == SPLIT_RCE || er.split == SPLIT_VD)) {
     ip_hold_shear<D>(er.N, 2.0 * ip_compression<D>(S), E1, S, C);
   }
   for (int k = 0; k < D * D; ++k) Fb[k] = !mode.finite ? 0.0 : mode.mid ? 0.5 * (H0[k] + H1[k]) : H1[k];

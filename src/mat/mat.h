@@ -10,7 +10,7 @@
 struct KernelMode {
   bool finite = true;          // NLGEOM
   bool mid    = false;         // energy-momentum
-  bool steady = false;         // statics: broken material is kept from wrinkling (2.16)
+  bool is_static = false;         // statics: broken material is kept from wrinkling (2.16)
   double s_new = 1.0, s_old = 0.0;
   // viscous stress: factor of E(n+1) - E(n) in dE/dt; 1/dt, Newmark gamma/(beta dt); statics: 0     1/time
   double rate = 0.0;

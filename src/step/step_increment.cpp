@@ -98,7 +98,7 @@ KernelMode step_mode(const Step& s)
 {
   KernelMode mode;
   mode.finite = s.nlgeom;
-  mode.steady = s.proc == PROC_STATIC;
+  mode.is_static = s.proc == PROC_STATIC;
   mode.mid    = s.proc == PROC_DYNAMIC && scheme_of(s).midpoint;
   mode.s_new  = mode.mid ? 0.5 + s.dissipation : 1.0;
   mode.s_old  = mode.mid ? 0.5 - s.dissipation : 0.0;

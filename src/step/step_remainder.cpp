@@ -56,7 +56,7 @@ void add_rest(const Model& m, const Elements& el, const State& st, const Step& s
   const int dim = m.dim;
   KernelMode mode;
   mode.finite = s.nlgeom;
-  mode.steady = true;
+  mode.is_static = true;
   double u[24], with[24], without[24];
   for (const ElemBlock& b : el.block)
     for (int slot : b.live) {

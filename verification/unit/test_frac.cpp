@@ -390,7 +390,7 @@ TEST(Broken, ShearHoldAgainstDifferences)
   EXPECT_NEAR(0.5 * 0.7 * 4.0 * shear2, energy, 1e-15);
 
   KernelMode mode;
-  mode.steady = true;
+  mode.is_static = true;
   for (Shape shape : {SHAPE_QUAD4, SHAPE_HEX8}) {
     for (Split split : {SPLIT_RCE, SPLIT_VD}) {
       Sample s(shape, split, PLANE_STRAIN, 3);
