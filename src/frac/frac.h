@@ -144,7 +144,7 @@ void frac_convert(const Model& m, Elements& el, const FracMesh& fm, const IntVec
                   State& st);
 
 // frac_torn : broken points whose largest stretch is above RELEASE, or whose volume is below 1/RELEASE of
-// that at t = 0: those to come off their neighbours, and loose ones whose shape is to be made anew  (7.12)
+// that at t = 0: those to come off their neighbours, and released ones whose shape is to be made anew  (7.12)
 void frac_torn(const Model& m, const FracMesh& fm, const Points& pts, const Level& l, IntVec& out);
 
 // frac_release : torn points come off: corners and unknowns of their own, the shape of t = 0 turned, and a

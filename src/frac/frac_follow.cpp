@@ -56,7 +56,7 @@ void frac_follow(const Model& m, const Fracture& fr, const Points& pts, IntVec& 
     const double tol = tolerance(m.mesh, e);
     for (int k = m.mesh.conn.off[e]; k < m.mesh.conn.off[e + 1]; ++k) {
       const int n = m.mesh.conn.item[k];
-      if (!lost[n] || (corner[n] >= 0 && pts.field[corner[n]] != FIELD_OWN)) continue;   // loose ones last
+      if (!lost[n] || (corner[n] >= 0 && pts.field[corner[n]] != FIELD_OWN)) continue;   // released ones last
       for (int q = pts.of_elem[e]; q < pts.npoint && pts.parent[q] == e; ++q) {
         const int c = corner_at(m, pts, q, n, tol);
         if (c >= 0 && (corner[n] < 0 || pts.field[c] != FIELD_OWN)) corner[n] = c;

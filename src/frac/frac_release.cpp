@@ -133,7 +133,7 @@ void frac_release(const Model& m, const FracMesh& fm, const IntVec& torn, Corner
   IntVec fresh, source, shape_of(pts.npoint, 0);
   for (int p : torn) {
     shape_of[p] = 1;
-    if (pts.loose[p]) {
+    if (pts.released[p]) {
       ++st.frac.renewed;
       continue;
     }
@@ -142,7 +142,7 @@ void frac_release(const Model& m, const FracMesh& fm, const IntVec& torn, Corner
     st.frac.released.push_back(p);
     st.frac.released_at.push_back(static_cast<int>(st.frac.converted.size()));
   }
-  point_loosen(fresh, m.dim, share, pts);
+  point_release(fresh, m.dim, share, pts);
   copy_corners(fresh, source, pts, m.dim, st.n);
   const double* pairs = pts.mc.data();
   for (int p = 0; p < pts.npoint; ++p) {
@@ -165,7 +165,7 @@ bool frac_replay(const Model& m, const FracMesh& fm, const State& st, Points sta
       if (p >= start.npoint || start.parent[p] < 0 || start.of_elem.empty() ||
           start.of_elem[start.parent[p]] < 0)
         return false;
-    point_loosen(fresh, m.dim, share, start);
+    point_release(fresh, m.dim, share, start);
     if (k == fr.converted.size()) break;
     const int e = fr.converted[k];
     if (fm.conv[e] < 0) return false;

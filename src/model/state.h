@@ -6,7 +6,7 @@
 
 #include "model/model.h"
 
-// Points::field of the corners of loose points
+// Points::field of the corners of released points
 enum { FIELD_OWN = -1 };
 
 // What carries a corner: the grid; the node of the mesh where it lies; the corners at the nodes between which
@@ -32,7 +32,7 @@ struct Points {
   IntVec parent;               // [npoint] element that it was, -1: a point from the start
   IntVec broken;               // [npoint] index into Model::fracture when broken, -1: intact
   RealVec normal;              // [npoint*3] normal of the crack, frozen when it broke
-  IntVec loose;                // [npoint] 1: came off its neighbours, its corners are its own
+  IntVec released;              // [npoint] 1: came off its neighbours, its corners are its own
   IntVec field;                // [ncorner] grid field of a corner, or FIELD_OWN: it has unknowns of its own
   // [ncorner] the first corner of the same name: itself, or that of an element that became points before
   IntVec twin;
@@ -82,7 +82,7 @@ struct Fracture {              // empty arrays: nothing can break or change its 
   IntVec converted;            // elements that became points, in that order
   // points that came off, in that order, and how many elements had become points before
   IntVec released, released_at;
-  int renewed = 0;             // loose points whose shape was made anew, so far
+  int renewed = 0;             // released points whose shape was made anew, so far
   double next_test = 0.0;      // total time of the next test
   // [nelem] dynamics: psi+ / volume, and its average over time (7.26); 0: not followed; empty: none yet
   RealVec drive, mean;

@@ -96,7 +96,7 @@ bool points_fit(const Model& m, const Points& begin, const Points& p)
       !index(p.broken, n, -1, nfrac))
     return false;
   if (!(p.of_elem.empty() || index(p.of_elem, nelem, -1, p.npoint))) return false;
-  if (!real(p.normal, 3 * n) || !has(p.loose, n) || !index(p.field, c, FIELD_OWN, fields(m)) ||
+  if (!real(p.normal, 3 * n) || !has(p.released, n) || !index(p.field, c, FIELD_OWN, fields(m)) ||
       !index(p.twin, c, 0, p.ncorner) || !hangs_fit(m, p))
     return false;
   // what was there at t = 0 has stayed what it was; only corners are given up

@@ -22,9 +22,9 @@ inline void io(Archive& f, Face& x)
 inline void io(Archive& f, Points& x)
 {
   auto& [npoint, ncorner, Xc, shape, conn, w, G, sampled, mc, V0, mass, body, label, of_elem, parent, broken,
-         normal, loose, field, twin, hang, hang_w, hangs, boundary, surface] = x;
+         normal, released, field, twin, hang, hang_w, hangs, boundary, surface] = x;
   io_all(f, npoint, ncorner, Xc, shape, conn, w, G, sampled, mc, V0, mass, body, label, of_elem, parent,
-         broken, normal, loose, field, twin, hang, hang_w, hangs, boundary, surface);
+         broken, normal, released, field, twin, hang, hang_w, hangs, boundary, surface);
 }
 
 inline void io(Archive& f, Bonds& x)

@@ -236,7 +236,7 @@ void out_listing_balance(std::FILE* file, const Model& m, const State& s)
   if (!s.frac.converted.empty())
     std::fprintf(file, "  conversion      %18.10e   (%zu elements)\n", l.conversion, s.frac.converted.size());
   if (!s.frac.released.empty())
-    std::fprintf(file, "  loose points    %18zu   (their shape was made anew %d times)\n",
+    std::fprintf(file, "  released points    %18zu   (their shape was made anew %d times)\n",
                  s.frac.released.size(), s.frac.renewed);
   if (l.friction != 0.0) std::fprintf(file, "  friction        %18.10e\n", l.friction);
   if (l.ghost != 0.0) std::fprintf(file, "  ghosts          %18.10e\n", l.ghost);

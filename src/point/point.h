@@ -9,7 +9,7 @@
 #include "elem/elem.h"
 #include "model/state.h"
 
-const long key_own  = 1L << 60;  // + c: corner c of a loose point
+const long key_own  = 1L << 60;  // + c: corner c of a released point
 const long key_node = 1L << 61;  // + n: node n of the mesh, which corners follow
 
 // The part of the grid that exists in this step, and what corners, points and bonds see of it
@@ -19,7 +19,7 @@ struct ActiveGrid {
   int nweak = 0;               // touched nodes that follow others (extended basis)
   // weak nodes without a good cell near: unknowns, or those with next to no support follow strong ones
   int nlone = 0;
-  // [nnode] field * (nodes of the grid) + node number, ascending; key_own + c: corner c of a loose point
+  // [nnode] field * (nodes of the grid) + node number, ascending; key_own + c: corner c of a released point
   std::vector<long> key;
   std::vector<long> cell;      // [ncell] field * (cells of the grid) + cell number, ascending
   // lists of grid nodes; those of corners and points also hold nodes n of the mesh as -1 - n, and once the
@@ -42,12 +42,12 @@ long grid_nodes(const Grid& g, int dim);
 long grid_cells(const Grid& g, int dim);
 
 // grid_unknown_place : position of an unknown of g: of the grid node, or of the corner at t(n) that has
-// unknowns of its own and is not of a loose point (1e300 then), which conditions on planes of the grid hold
+// unknowns of its own and is not of a released point (1e300 then), which conditions on planes of the grid hold
 // like a node; uc [ncorner*dim]
 void grid_unknown_place(const Model& m, const Points& pts, const RealVec& uc, const ActiveGrid& g, int node,
                         double x[3]);
 
-// grid_node_place, grid_cell_place : position of a node (1e300: corner of a loose point), lower corner of a
+// grid_node_place, grid_cell_place : position of a node (1e300: corner of a released point), lower corner of a
 // cell, from a key
 void grid_node_place(const Grid& g, int dim, long key, double x[3]);
 void grid_cell_place(const Grid& g, int dim, long key, double x[3]);
@@ -77,9 +77,9 @@ void point_convert(const Model& m, int body, int e, CornerShare& share, Points& 
 // doc/theory.md (7.19), (3.2) - (3.4)
 void point_sample(const Model& m, int e, bool at_gauss, Points& pts);
 
-// point_loosen : points get corners of their own, copies of those they shared; of the elements that they
+// point_release : points get corners of their own, copies of those they shared; of the elements that they
 // were, neighbours that convert later share no corner any more
-void point_loosen(const IntVec& which, int dim, CornerShare& share, Points& pts);
+void point_release(const IntVec& which, int dim, CornerShare& share, Points& pts);
 
 // point_surfaces : boundary of all bodies, and the faces of surfaces on them. Returns the number of errors.
 int point_surfaces(const Model& m, Points& pts);

@@ -202,7 +202,7 @@ Status touch(const Model& m, const Points& pts, const Bonds& bonds, const RealVe
   }
   bond.end();
   for (int p = 0; p < pts.npoint; ++p) {
-    if (pts.loose[p]) continue;
+    if (pts.released[p]) continue;
     double mid[D] = {};
     bool follows = false;      // others: the grid around its centre need not exist
     for (int k = pts.conn.off[p]; k < pts.conn.off[p + 1]; ++k) {

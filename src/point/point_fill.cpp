@@ -59,7 +59,7 @@ void add_point(Filler& f, int body, Shape shape, const int* corner)
   p.label.push_back(++p.npoint);
   p.parent.push_back(f.parent);
   p.broken.push_back(-1);
-  p.loose.push_back(0);
+  p.released.push_back(0);
   p.normal.insert(p.normal.end(), 3, 0.0);
 }
 

@@ -16,7 +16,7 @@ void fill_cells(const Model& m, const Points& pts, const RealVec& uc, const Acti
   f.rho = f.thickness = f.E;
   CellPlace s;
   for (int q = 0; q < pts.npoint; ++q) {
-    if (pts.loose[q]) continue;
+    if (pts.released[q]) continue;
     const Body& body    = m.body[pts.body[q]];
     const Material& mat = m.material[body.material];
     const double E      = mat.young * (pts.broken[q] < 0 ? 1.0 : m.fracture[pts.broken[q]].stiffness);

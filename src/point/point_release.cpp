@@ -14,7 +14,7 @@ IntVec corners_of_parents(const Points& pts, const IntVec& which)
 
 }  // namespace
 
-void point_loosen(const IntVec& which, int dim, CornerShare& share, Points& pts)
+void point_release(const IntVec& which, int dim, CornerShare& share, Points& pts)
 {
   const IntVec taken = corners_of_parents(pts, which);
   for (auto it = share.corner.begin(); it != share.corner.end();)
@@ -27,6 +27,6 @@ void point_loosen(const IntVec& which, int dim, CornerShare& share, Points& pts)
       pts.hang.off.push_back(pts.hang.off.back());
       pts.conn.item[k] = pts.ncorner++;
     }
-    pts.loose[p] = 1;
+    pts.released[p] = 1;
   }
 }

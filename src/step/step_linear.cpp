@@ -106,12 +106,12 @@ Failure step_solve(Problem& p, const Attempt& a, int it, double residual, double
   ask.eta      = reduction(p.newton.gain, it, residual, accepted);
   ask.residual = 0.01 * accepted;
   // only a preconditioner that is exact where the tangent is nearly singular leaves nothing behind
-  const bool loose = a.newton.singular;
-  ask.energy = (loose ? 0.5 * ACCEPT : FINAL) * l.energy;
-  ask.broken = loose;
+  const bool singular = a.newton.singular;
+  ask.energy = (singular ? 0.5 * ACCEPT : FINAL) * l.energy;
+  ask.broken = singular;
   ask.exact  = it > SLOW;
   // in motion too unknowns of the grid may be held: their mass may be singular in what no corner sees (3.14)
-  p.newton.solver.null_pivot_row = loose || (a.cM != 0.0 && p.d.grid.nnode) ? s.nfe : -1;
+  p.newton.solver.null_pivot_row = singular || (a.cM != 0.0 && p.d.grid.nnode) ? s.nfe : -1;
   ask.inertia   = a.cM != 0.0;
   ask.known_regular      = p.newton.solver.nfactor == 0 && s.neq() >= SMALL_SYSTEM && p.m.dim == 3 &&
                   (ask.inertia || supported(p));

@@ -338,7 +338,7 @@ TEST(Follow, CornersGoOnForNodesWithoutElements)
   fr.converted = {0};
   frac_follow(m, fr, pts, corner);
   EXPECT_EQ(corner, IntVec({0, FOLLOW_ELEMENT, FOLLOW_ELEMENT, FOLLOW_NONE, FOLLOW_ELEMENT, FOLLOW_ELEMENT}));
-  pts.field[0] = FIELD_OWN;                          // a loose one is better than none
+  pts.field[0] = FIELD_OWN;                          // a released one is better than none
   frac_follow(m, fr, pts, corner);
   EXPECT_EQ(corner[0], 0);
 }
@@ -788,7 +788,7 @@ TEST(Conversion, TornPointsComeOff)
     EXPECT_EQ(corners + static_cast<int>(torn.size()) * p.conn.count(0), p.ncorner);
     EXPECT_EQ(torn.size(), r.st.frac.released.size());
     for (int q : torn) {
-      EXPECT_EQ(1, p.loose[q]);
+      EXPECT_EQ(1, p.released[q]);
       EXPECT_EQ(FIELD_OWN, p.field[p.conn.begin(q)[0]]);
       IpFields f;
       point_ip_fields(m, p, r.st.n, q, f);
