@@ -103,14 +103,14 @@ struct Hit {                   // a face that is met, and where
   double gap = 0.0;
 };
 
-enum Meeting { MEET_NONE, MEET_RIM, MEET_OVER };
+enum Projection { PROJ_NONE, PROJ_RIM, PROJ_OVER };
 
 // the place of f that p meets: p lies over f, or beside its rim by no more than a hundredth of its size. None
 // beyond reach or when p has entered by more than half of its size.
-Meeting meet(const MasterFace& f, const double* p, double reach, Hit& hit)
+Projection meet(const MasterFace& f, const double* p, double reach, Hit& hit)
 {
   for (int i = 0; i < 3; ++i)
-    if (p[i] < f.lo[i] - reach || p[i] > f.hi[i] + reach) return MEET_NONE;
+    if (p[i] < f.lo[i] - reach || p[i] > f.hi[i] + reach) return PROJ_NONE;
   double xi[2], distance2 = 0.0;
   project(f, p, xi);
   const bool over = on_face(f, xi);
@@ -126,11 +126,11 @@ Meeting meet(const MasterFace& f, const double* p, double reach, Hit& hit)
     hit.gap += hit.n[i] * hit.r[i];
     distance2 += hit.r[i] * hit.r[i];
   }
-  if (hit.gap > reach || hit.gap < -DEEPEST * f.size) return MEET_NONE;
+  if (hit.gap > reach || hit.gap < -DEEPEST * f.size) return PROJ_NONE;
   // behind a dent a point may lie over no face at all: it belongs to the face whose edge it is behind
   const double gap2 = hit.gap * hit.gap;
-  if (over || (hit.gap <= 0.0 && distance2 <= BESIDE2 * gap2)) return MEET_OVER;
-  return distance2 - gap2 <= RIM2 * f.size * f.size ? MEET_RIM : MEET_NONE;
+  if (over || (hit.gap <= 0.0 && distance2 <= BESIDE2 * gap2)) return PROJ_OVER;
+  return distance2 - gap2 <= RIM2 * f.size * f.size ? PROJ_RIM : PROJ_NONE;
 }
 
 // the nearest face that p lies over, or else the nearest with p beside its rim: nodes on the edge of both
@@ -138,12 +138,12 @@ Meeting meet(const MasterFace& f, const double* p, double reach, Hit& hit)
 // meet at an angle.
 void nearest(const std::vector<MasterFace>& faces, const double* p, double reach, std::vector<Hit>& best)
 {
-  Meeting kind = MEET_NONE;
+  Projection kind = PROJ_NONE;
   best.clear();
   for (const MasterFace& f : faces) {
     Hit hit;
-    const Meeting k = meet(f, p, reach, hit);
-    if (k == MEET_NONE || k < kind) continue;
+    const Projection k = meet(f, p, reach, hit);
+    if (k == PROJ_NONE || k < kind) continue;
     if (k > kind) best.clear();
     kind = k;
     if (best.empty() || std::fabs(hit.gap) >= std::fabs(best[0].gap)) best.push_back(hit);

@@ -24,23 +24,23 @@ Eigen::Matrix3d rotation(const Eigen::Matrix3d& F)
 }
 
 // one domain as a body: places and velocities of its corners, pairs of its consistent mass
-struct Grain {
+struct RigidFragment {
   int n = 0;
   Eigen::Vector3d X[8], x[8], v[8];
   double m[8][8], mc[8], mass = 0.0;
 };
 
 // the mean over the mass
-Eigen::Vector3d mean(const Grain& g, const Eigen::Vector3d* value)
+Eigen::Vector3d mean(const RigidFragment& g, const Eigen::Vector3d* value)
 {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (int a = 0; a < g.n; ++a) sum += g.mc[a] * value[a];
   return sum / g.mass;
 }
 
-void read_grain(const Points& pts, int dim, const Level& l, int p, const double* pairs, Grain& g)
+void read_fragment(const Points& pts, int dim, const Level& l, int p, const double* pairs, RigidFragment& g)
 {
-  g = Grain();
+  g = RigidFragment();
   g.n = pts.conn.count(p);
   for (int a = 0; a < g.n; ++a) {
     const int c = pts.conn.begin(p)[a];
@@ -60,7 +60,7 @@ void read_grain(const Points& pts, int dim, const Level& l, int p, const double*
 
 // the spin that has the angular momentum of the domain once its corners are at r from the centre, in the
 // plane about axis 3; less when that would need more energy than the motion about the centre had
-Eigen::Vector3d spin(const Grain& g, int dim, const Eigen::Vector3d* r)
+Eigen::Vector3d spin(const RigidFragment& g, int dim, const Eigen::Vector3d* r)
 {
   const Eigen::Vector3d x = mean(g, g.x), v = mean(g, g.v);
   Eigen::Vector3d L = Eigen::Vector3d::Zero();
@@ -81,8 +81,8 @@ Eigen::Vector3d spin(const Grain& g, int dim, const Eigen::Vector3d* r)
 // the shape of t = 0, turned, and a rigid motion                                              (7.13)
 void restore(const Points& pts, int dim, int p, const double* pairs, Level& l)
 {
-  Grain g;
-  read_grain(pts, dim, l, p, pairs, g);
+  RigidFragment g;
+  read_fragment(pts, dim, l, p, pairs, g);
   const Eigen::Matrix3d R = rotation(gradient(pts, dim, l.uc, p));
   const Eigen::Vector3d X = mean(g, g.X), x = mean(g, g.x), v = mean(g, g.v);
   Eigen::Vector3d r[8];

@@ -131,7 +131,7 @@ std::string solver_text(const Problem& p)
 }
 
 // the bond, or the material point and its corner, that lies outside the grid
-std::string wanderer(const Model& m, const State& st, const Failure& f)
+std::string outside_text(const Model& m, const State& st, const Failure& f)
 {
   const Points& pts = st.points;
   const int dim = m.dim;
@@ -205,7 +205,7 @@ std::string step_explain(const Problem& p, const Failure& f)
     double top[3] = {0, 0, 0}, lo[3], hi[3];
     for (int i = 0; i < m.dim; ++i) top[i] = m.grid.lo[i] + m.grid.n[i] * m.grid.h[i];
     needed_box(m, p.st, lo, hi);
-    return wanderer(m, p.st, f) + " left the grid, which reaches from " +
+    return outside_text(m, p.st, f) + " left the grid, which reaches from " +
            position_text(m.grid.lo.data(), m.dim) + " to " + position_text(top, m.dim) +
            ": enlarge *GRID; with the velocities of now the step needs it from " + position_text(lo, m.dim) +
            " to " + position_text(hi, m.dim);
