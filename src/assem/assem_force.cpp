@@ -209,7 +209,8 @@ Failure sum_force(const SysMatrix& A, const Failure& failure, RealVec& fint)
   fint.pop_back();
   if (!bad) return STATUS_OK;
   const int point = 1 << 30;           // above all elements
-  const int worst = comm_allreduce_max(failure.ok() ? -1 : failure.index + (failure.at == AT_POINT ? point : 0));
+  const int own   = failure.index + (failure.at == AT_POINT ? point : 0);
+  const int worst = comm_allreduce_max(failure.ok() ? -1 : own);
   if (worst >= point) return {BAD_JACOBIAN, AT_POINT, worst - point};
   return {BAD_JACOBIAN, AT_ELEMENT, worst};
 }

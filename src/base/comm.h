@@ -37,7 +37,7 @@ int comm_allreduce_max(int x);
 void comm_sum(double* x, long n);
 inline void comm_sum(RealVec& x) { comm_sum(x.data(), static_cast<long>(x.size())); }
 
-// comm_exchange : to[r] goes to rank r, from[r] comes from there; its size tells how many numbers. Collective.
+// comm_exchange : to[r] goes to rank r, from[r] comes from there; its size is the count. Collective.
 void comm_exchange(const std::vector<RealVec>& to, std::vector<RealVec>& from);
 
 // comm_allgatherv : x holds count[r] numbers of rank r, one rank after the other; each brings its own.

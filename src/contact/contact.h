@@ -34,9 +34,9 @@ void contact_search(const Model& m, const Points& pts, const Bonds& bonds, const
 void contact_search_start(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& u,
                           const RealVec& uc, const RealVec& xb, ContactPairs& pairs);
 
-// contact_initial : gaps without what is no compression: in motion (moves) they go on from the end of the last
-// step
-//   in   l: level n;  bonds.initial_penetration and pairs.gap are updated                                  (4.16)
+// contact_initial : initial penetrations, and gaps without them; in motion (moves) gaps continue those at the
+// end of the last step                                                             (4.16)
+//   in   l: level n;  bonds.initial_penetration and pairs.gap are updated
 void contact_initial(const Level& l, int dim, bool moves, Bonds& bonds, ContactPairs& pairs);
 
 // contact_start : surfaces that overlap at the start: says by how much and where, and pushes, takes the gaps

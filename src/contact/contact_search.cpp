@@ -103,6 +103,7 @@ struct Hit {                   // a face that is met, and where
   double gap = 0.0;
 };
 
+// how a point projects on a face: not, on its rim, inside
 enum Projection { PROJ_NONE, PROJ_RIM, PROJ_OVER };
 
 // the place of f that p meets: p lies over f, or beside its rim by no more than a hundredth of its size. None
@@ -134,8 +135,8 @@ Projection meet(const MasterFace& f, const double* p, double reach, Hit& hit)
 }
 
 // the nearest face that p lies over, or else the nearest with p beside its rim: nodes on the edge of both
-// surfaces stay in contact when they shiver. More than one when p stands over the edge or the node where they
-// meet at an angle.
+// surfaces stay in contact under small oscillations. More than one when p stands over the edge or the node
+// where they meet at an angle.
 void nearest(const std::vector<MasterFace>& faces, const double* p, double reach, std::vector<Hit>& best)
 {
   Projection kind = PROJ_NONE;

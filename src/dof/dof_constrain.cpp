@@ -55,7 +55,7 @@ void each_dof(const ActiveGrid& grid, const Dofs& s, const SupportedCorner& h, U
 // Prescribes the grid nodes that the corners follow; a node of several corners gets their mean by
 // |N_v|  (7.18)
 void support_corners(const Mesh& mesh, const Points& pts, const ActiveGrid& grid,
-                  const std::vector<SupportedCorner>& corners, double time, Dofs& s, Warned& warned)
+                     const std::vector<SupportedCorner>& corners, double time, Dofs& s, Warned& warned)
 {
   struct Sum { double weight = 0.0, increment = 0.0, rate = 0.0, rate0 = 0.0; };
   std::map<int, Sum> sum;

@@ -23,7 +23,7 @@ Eigen::Matrix3d rotation(const Eigen::Matrix3d& F)
   return U * svd.matrixV().transpose();
 }
 
-// one domain as a body: places and velocities of its corners, pairs of its consistent mass
+// One domain as a rigid body: places and velocities of its corners, pairs of its consistent mass
 struct RigidFragment {
   int n = 0;
   Eigen::Vector3d X[8], x[8], v[8];

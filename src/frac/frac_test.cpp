@@ -33,7 +33,10 @@ struct Scan {
   bool averaged(int e) const { return dynamic() && !fr.mean.empty() && fr.mean[e] > 0.0; }
   const FractureDef& def(int e) const { return m.fracture[fm.def[e]]; }
   const MatLaw& law(int e) const { return el.block[el.initial_block[e]].law; }
-  bool intact(int e) const { return fr.phase[e] == AS_ELEMENT && fr.broken[e] < 0 && el.initial_block[e] >= 0; }
+  bool intact(int e) const
+  {
+    return fr.phase[e] == AS_ELEMENT && fr.broken[e] < 0 && el.initial_block[e] >= 0;
+  }
   bool removed(int e) const { return fr.phase[e] == AS_NOTHING; }
   bool broken(int e) const { return fr.broken[e] >= 0; }
   bool cracked(int e) const { return removed(e) || broken(e); }

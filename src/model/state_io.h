@@ -29,8 +29,10 @@ inline void io(Archive& f, Points& x)
 
 inline void io(Archive& f, Bonds& x)
 {
-  auto& [nbond, nfixed, a, a_w, def, field, area, X, normal, cn, ct, offset, initial_penetration, intermediate] = x;
-  io_all(f, nbond, nfixed, a, a_w, def, field, area, X, normal, cn, ct, offset, initial_penetration, intermediate);
+  auto& [nbond, nfixed, a, a_w, def, field, area, X, normal, cn, ct, offset, initial_penetration,
+         intermediate] = x;
+  io_all(f, nbond, nfixed, a, a_w, def, field, area, X, normal, cn, ct, offset, initial_penetration,
+         intermediate);
 }
 
 inline void io(Archive& f, Fracture& x)

@@ -299,7 +299,8 @@ void out_listing_solver(std::FILE* file, const Solver& s)
                each(s.seconds_factor, s.nfactor));
   if (s.ncholmod) std::fprintf(file, "  by CHOLMOD      %8ld   of them, the others by MUMPS\n", s.ncholmod);
   if (s.fixed_null_pivots)
-    std::fprintf(file, "  zero pivots     %8ld   unknowns of broken material that were held\n", s.fixed_null_pivots);
+    std::fprintf(file, "  zero pivots     %8ld   unknowns of broken material that were fixed\n",
+                 s.fixed_null_pivots);
   std::fprintf(file, "  back            %8ld   %12.6f s each\n", s.nback, each(s.seconds_back, s.nback));
   std::fprintf(file, "  %-34s %8s %12s %10s %10s %8s\n", "solutions by", "number", "cpu s each", "iterations",
                "each", "given up");

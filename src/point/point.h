@@ -42,13 +42,13 @@ long grid_nodes(const Grid& g, int dim);
 long grid_cells(const Grid& g, int dim);
 
 // grid_unknown_place : position of an unknown of g: of the grid node, or of the corner at t(n) that has
-// unknowns of its own and is not of a released point (1e300 then), which conditions on planes of the grid hold
-// like a node; uc [ncorner*dim]
+// unknowns of its own and is not of a released point (1e300 then), which conditions on planes of the grid
+// prescribe like a node; uc [ncorner*dim]
 void grid_unknown_place(const Model& m, const Points& pts, const RealVec& uc, const ActiveGrid& g, int node,
                         double x[3]);
 
-// grid_node_place, grid_cell_place : position of a node (1e300: corner of a released point), lower corner of a
-// cell, from a key
+// grid_node_place, grid_cell_place : position of a node (1e300: corner of a released point), lower corner of
+// a cell, from a key
 void grid_node_place(const Grid& g, int dim, long key, double x[3]);
 void grid_cell_place(const Grid& g, int dim, long key, double x[3]);
 

@@ -288,8 +288,8 @@ void solve_memory(const Solver& s, std::vector<MemoryUse>& out)
   if (s.kind == SOLVER_MUMPS && d.mumps) numbers += mumps_memory(s);
 #endif
   double vectors = reals(d.work.r) + reals(d.work.z) + reals(d.work.p) + reals(d.work.q) + reals(d.reused.x) +
-                   reals(d.reused.inverse) + reals(d.changed.A0.val) + reals(d.changed.G) + reals(d.changed.Q) +
-                   reals(d.changed.y);
+                   reals(d.reused.inverse) + reals(d.changed.A0.val) + reals(d.changed.G) +
+                   reals(d.changed.Q) + reals(d.changed.y);
   for (const std::vector<float>& V : d.changed.V)
     vectors += static_cast<double>(V.capacity() * sizeof(float));
   for (const RealVec& x : d.past) vectors += reals(x);

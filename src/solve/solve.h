@@ -102,10 +102,10 @@ struct Solver {
   std::string message;              // of the last failure, in words with a remedy
   int zero_equation = -1;           // of the first zero pivot, -1: none
   bool masses = false;              // the matrix holds masses: no zero pivots are expected
-  // MUMPS: zero pivots in this block row and later ones are no error, their unknowns do not
+  // MUMPS: zero pivots in this block row and later ones are no error, their unknowns are fixed; Newton's
+  // residual judges. -1: all are errors
   int null_pivot_row = -1;
-                                    // move; Newton's residual judges. -1: all are errors
-  long fixed_null_pivots = 0;                   // how many there were
+  long fixed_null_pivots = 0;       // how many there were
   long nfactor = 0, nback = 0, nanalyse = 0;
   long ncholmod = 0;                // factorisations by CHOLMOD
   double seconds_factor = 0, seconds_back = 0, seconds_analyse = 0;   // wall
@@ -128,7 +128,7 @@ struct SolveAsk {
   // statics with broken material: few rows change much, some are nearly singular
   bool broken = false;
   bool inertia = false;             // A holds masses
-  bool known_regular = false;                // A is not singular, without being factorised
+  bool known_regular = false;       // A is not singular, without being factorised
 };
 
 // solve_open : AUTO and CG factorise by MUMPS when it was built in, else SKYLINE. Returns false when the kind

@@ -44,7 +44,7 @@ bool memory_there(const MumpsData& m, double part)
   return !(m.shared ? comm_allreduce_max(!room) : !room);
 }
 
-// equation of a zero pivot: of the first one that may not be held, else of the first one
+// equation of a zero pivot: of the first one that may not be fixed, else of the first one
 int zero_pivot(const MumpsData& m, int dim, int null_pivot_row)
 {
   int first = -1;
@@ -243,7 +243,7 @@ Status mumps_analyse(Solver& s, const SysMatrix& A)
 // ---------------------------------------------------------------------------
 // mumps_factor : L D L^T of today's values
 //
-//   status  SOLVER_SINGULAR: zero pivot, unless the solver may hold it; SOLVER_FAILED: see the message
+//   status  SOLVER_SINGULAR: zero pivot, unless the solver may fix it; SOLVER_FAILED: see the message
 // ---------------------------------------------------------------------------
 Status mumps_factor(Solver& s, const SysMatrix& A)
 {
@@ -267,7 +267,7 @@ Status mumps_factor(Solver& s, const SysMatrix& A)
   s.memory_mb = infog(m, 19);
   s.negative  = infog(m, 12);
   if (infog(m, 28) > 0) {
-    int equation = comm_rank() == 0 ? zero_pivot(m, A.dim, s.null_pivot_row) : 0;     // PIVNUL_LIST is on rank 0
+    int equation = comm_rank() == 0 ? zero_pivot(m, A.dim, s.null_pivot_row) : 0;   // PIVNUL_LIST: rank 0
     if (m.shared) equation = comm_bcast(equation);
     const int I = equation / A.dim, component = equation % A.dim;
     s.zero_equation = equation;

@@ -339,7 +339,7 @@ Status by_cg(Solver& s, const SysMatrix& A, const SolveAsk& ask, SolvePath path,
     const double safety = path == PATH_REUSED || path == PATH_CHANGED ? 1.0 : 0.1;
     CgGoal goal{safety * ask.eta, safety * ask.energy, ask.residual, path == PATH_CHANGED ? FEW : MOST,
                 limit - setup};
-    const bool same = path == PATH_REUSED && d.reused.same;      // where a product with A costs little beside M
+    const bool same = path == PATH_REUSED && d.reused.same;    // where a product with A costs little beside M
     RealVec own_b, own_x;
     if (own) own_pick(*own, b, own_b);
     const RealVec& right = own ? own_b : b;

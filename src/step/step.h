@@ -118,9 +118,9 @@ void step_tangent(Problem& p, const Attempt& a, int it, double residual, double 
 Failure step_solve(Problem& p, const Attempt& a, int it, double residual, double accepted,
                    const RealVec& pending, LinearSystem& l);
 
-// step_supports_fix : do the supports hold every part of bodies of solid elements in space? false: not known. Parts
-// are elements that share faces; their supports must take all six rigid motions. Then a matrix of statics is
-// not singular without being factorised.
+// step_supports_fix : do the supports fix every part of bodies of solid elements in space? false: not known.
+// Parts are elements that share faces; their supports must take all six rigid motions. Then a matrix of
+// statics is known to be regular without being factorised.
 bool step_supports_fix(const Mesh& mesh, const Elements& el, const Dofs& dofs);
 
 // step_free_motion : the rigid motions that the supports leave to the part of elements of this node, in

@@ -48,7 +48,8 @@ bool supported(Problem& p)
   if (h.pattern != p.dofs.pattern || h.fixed != p.dofs.fixed) {
     h.pattern = p.dofs.pattern;
     h.fixed   = p.dofs.fixed;
-    h.good    = !p.st.points.npoint && !p.st.bonds.nbond && !p.d.fm.on && step_supports_fix(p.m.mesh, p.d.el, p.dofs);
+    h.good    = !p.st.points.npoint && !p.st.bonds.nbond && !p.d.fm.on &&
+                step_supports_fix(p.m.mesh, p.d.el, p.dofs);
   }
   return h.good;
 }
@@ -110,7 +111,7 @@ Failure step_solve(Problem& p, const Attempt& a, int it, double residual, double
   ask.energy = (singular ? 0.5 * ACCEPT : FINAL) * l.energy;
   ask.broken = singular;
   ask.exact  = it > SLOW;
-  // in motion too unknowns of the grid may be held: their mass may be singular in what no corner sees (3.14)
+  // in motion too: the mass of the grid may be singular in what no corner sees  (3.14)
   p.newton.solver.null_pivot_row = singular || (a.cM != 0.0 && p.d.grid.nnode) ? s.nfe : -1;
   ask.inertia   = a.cM != 0.0;
   ask.known_regular      = p.newton.solver.nfactor == 0 && s.neq() >= SMALL_SYSTEM && p.m.dim == 3 &&

@@ -100,8 +100,9 @@ bool converged(const Problem& p, const Attempt& a, const Residual& b, const Line
   const Controls& c = a.step.ctl;
   if (by_rounding && b.free_norm <= rounding_floor(p, whole, a)) return true;
   if (b.free_norm > c.tol_force * b.scale) return false;
-  // unknowns that are held keep a residual, which is judged by the reactions as well (theory 8.1)
-  const bool held = a.cM == 0.0 && p.newton.solver.null_pivot_row >= 0 && p.newton.solver.zero_equation >= 0;
+  // fixed null pivots keep a residual, which is judged by the reactions as well (theory 8.1)
+  const Solver& solver    = p.newton.solver;
+  const bool fixed_pivots = a.cM == 0.0 && solver.null_pivot_row >= 0 && solver.zero_equation >= 0;
   double res = 0.0, ref = 0.0, least = 0.0;
   // broken material has next to no stiffness, and need not be judged by it
   if (a.newton.breaks) {
@@ -109,7 +110,7 @@ bool converged(const Problem& p, const Attempt& a, const Residual& b, const Line
     least *= 1e-3 / static_cast<double>(s.neq());
   }
   for (int i = 0; i < s.neq(); ++i) {
-    if ((s.fixed[i] && !held) || !(diag[i] > 0.0)) continue;
+    if ((s.fixed[i] && !fixed_pivots) || !(diag[i] > 0.0)) continue;
     const double k = std::max(diag[i], least);
     if (!s.fixed[i]) res += b.R[i] * b.R[i] / k;
     const double f = std::max({std::fabs(a.fint[i]), std::fabs(a.fext[i]), std::fabs(b.inertia[i])});
