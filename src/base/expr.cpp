@@ -79,6 +79,12 @@ bool expr_scalar(const std::string& text, const ParamMap& param, double& value,
   return true;
 }
 
+bool expr_same(const Expr& a, const Expr& b)
+{
+  if (!a.code || !b.code) return !a.code && !b.code && a.value == b.value;
+  return a.text == b.text && a.code->parser.GetConst() == b.code->parser.GetConst();
+}
+
 double expr_eval(const Expr& e, const double x[3], double t)
 {
   if (!e.code) return e.value;

@@ -30,6 +30,9 @@ bool expr_compile(const std::string& text, const ParamMap& param, Expr& out,
 bool expr_scalar(const std::string& text, const ParamMap& param, double& value,
                  std::string& error, int& position);
 
+// expr_same : the same number, or the same text with the same parameters
+bool expr_same(const Expr& a, const Expr& b);
+
 // expr_eval : value at x[3] (length), t (time)
 double expr_eval(const Expr& e, const double x[3], double t);
 

@@ -284,7 +284,7 @@ void check_initial(Deck& d, const Model& m)
     bool told = false;
     for (int n : who) {
       const InitialValue*& last = known[{n, v.dof + (v.displacement ? 3 : 0)}];
-      if (last && !told && (last->value.value != v.value.value || last->value.text != v.value.text)) {
+      if (last && !told && !expr_same(last->value, v.value)) {
         told = true;
         const std::string whose = n < 0 ? "body " + m.body[-1 - n].name
                                         : text_format("node %d", m.mesh.node_label[n]);

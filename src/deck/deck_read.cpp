@@ -171,7 +171,7 @@ void read_all(Deck& d, const std::string& path, const std::vector<std::pair<std:
   deck_run_later(d, m, STAGE_STEP);
   deck_resolve(d, m);
   deck_run_later(d, m, STAGE_END);
-  deck_carry(d, m);
+  deck_inherit(d, m);
   warn_unused_defines(d);
   deck_check(d, m);
   hash_parameters(d);

@@ -186,10 +186,10 @@ int target_amplitude(Deck& d, const Model& m, const Field& at);
 // columns that are always there (deck_column.cpp)
 bool column_built_in(const std::string& name, std::string& column);
 
-// ---- loads from step to step (deck_carry.cpp) ------------------------------
-// deck_load : a load of the open step; deck_carry : from what each step says to what acts in it
+// ---- loads from step to step (deck_inherit.cpp) ------------------------------
+// deck_load : a load of the open step; deck_inherit : from what each step says to what acts in it
 void deck_load(Deck& d, Model& m, const char* keyword, const std::string& key, const Field& at, Load load);
-void deck_carry(Deck& d, Model& m);
+void deck_inherit(Deck& d, Model& m);
 
 // ---- after reading ---------------------------------------------------------
 void deck_run_later(Deck& d, Model& m, Stage stage);

@@ -20,6 +20,23 @@ Amplitude table(AmplitudeKind kind, int n)
   return a;
 }
 
+TEST(Expr, same_number_or_same_text_with_the_same_parameters)
+{
+  std::string error;
+  int position;
+  Expr a, b, c, d;
+  ASSERT_TRUE(expr_compile("k*x", {{"k", 2.0}, {"other", 1.0}}, a, error, position));
+  ASSERT_TRUE(expr_compile("k*x", {{"k", 2.0}, {"other", 5.0}}, b, error, position));
+  ASSERT_TRUE(expr_compile("k*x", {{"k", 3.0}, {"other", 1.0}}, c, error, position));
+  ASSERT_TRUE(expr_compile("x*k", {{"k", 2.0}}, d, error, position));
+  EXPECT_TRUE(expr_same(a, b));
+  EXPECT_FALSE(expr_same(a, c));                     // the parameter has got another value between the lines
+  EXPECT_FALSE(expr_same(a, d));
+  EXPECT_TRUE(expr_same(expr_number(2.0), expr_number(2.0)));
+  EXPECT_FALSE(expr_same(expr_number(2.0), expr_number(3.0)));
+  EXPECT_FALSE(expr_same(expr_number(0.0), a));
+}
+
 TEST(Amplitude, tabular_is_linear_and_constant_outside)
 {
   Amplitude a;

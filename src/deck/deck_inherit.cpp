@@ -92,7 +92,7 @@ void part_surfaces(const Model& m, const Load& l, const Replaced& r, Load& kept,
 
 // what stays of a load of the step before, and what leaves by a ramp
 //   in   removed   OP=NEW: all of it goes, where nothing takes its place by a ramp
-void inherit(const Model& m, const Load& l, const Replaced& r, bool removed, bool is_static,
+void inherit_load(const Model& m, const Load& l, const Replaced& r, bool removed, bool is_static,
              std::vector<Load>& kept, std::vector<Load>& fading)
 {
   const auto fate = [&](Replace x) { return x == KEEP && removed ? BY_RAMP : x; };
@@ -180,7 +180,7 @@ void give_surface(Model& m, Load& l)
   l.face.clear();
 }
 
-void carry_loads(Deck& d, Model& m)
+void inherit_loads(Deck& d, Model& m)
 {
   std::vector<Load> acting;
   double time = 0.0, period = 0.0;
@@ -196,7 +196,7 @@ void carry_loads(Deck& d, Model& m)
       if (l.ramp == RAMP_OUT) continue;
       end_amplitude(m, period, time, l.factor, l.amplitude, false);
       const bool removed = l.kind == LOAD_NODE ? d.removes[k].cload : d.removes[k].dload;
-      inherit(m, l, r, removed, is_static, kept, fading);
+      inherit_load(m, l, r, removed, is_static, kept, fading);
     }
     for (Load& l : fading) {
       end_amplitude(m, period, time, l.factor, l.amplitude, true);
@@ -218,8 +218,7 @@ void carry_loads(Deck& d, Model& m)
 
 bool same_value(const Prescribed& a, const Prescribed& b)
 {
-  return a.value.is_const() == b.value.is_const() && a.value.value == b.value.value &&
-         a.value.text == b.value.text && a.amplitude == b.amplitude;
+  return expr_same(a.value, b.value) && a.amplitude == b.amplitude;
 }
 
 // of several lines for a node and direction the last one holds; two values in one step are worth a warning
@@ -253,7 +252,7 @@ void drop_replaced(Deck& d, const Model& m, std::vector<Prescribed>& list, std::
   list.erase(std::remove_if(list.begin(), list.end(), empty), list.end());
 }
 
-void carry_supports(Deck& d, Model& m)
+void inherit_supports(Deck& d, Model& m)
 {
   std::vector<Prescribed> acting;
   double time = 0.0, period = 0.0;
@@ -290,11 +289,11 @@ void deck_load(Deck& d, Model& m, const char* keyword, const std::string& key, c
 }
 
 // ---------------------------------------------------------------------------
-// deck_carry : from what each step says to what acts in it
+// deck_inherit : from what each step says to what acts in it
 // ---------------------------------------------------------------------------
-void deck_carry(Deck& d, Model& m)
+void deck_inherit(Deck& d, Model& m)
 {
   d.removes.resize(m.step.size());
-  carry_loads(d, m);
-  carry_supports(d, m);
+  inherit_loads(d, m);
+  inherit_supports(d, m);
 }
