@@ -1,26 +1,11 @@
 #include <algorithm>
 #include <numeric>
 
+#include "base/forest.h"
 #include "frac/frac.h"
 #include "shape/shape.h"
 
 namespace {
-
-// sets of nodes and corners that hang together; corner c is nnode + c
-struct Forest {
-  IntVec up;
-  int root(int i)
-  {
-    while (up[i] != i) i = up[i] = up[up[i]];
-    return i;
-  }
-  void join(int i, int j)
-  {
-    i = root(i);
-    j = root(j);
-    up[std::max(i, j)] = std::min(i, j);
-  }
-};
 
 bool intact_elem(const Elements& el, int e) { return el.block_of[e] >= 0 && el.broken(e) < 0; }
 
@@ -151,9 +136,7 @@ IntVec order_pieces(const std::vector<Fragment>& item)
 int frac_connect(const Model& m, const Elements& el, const State& st, Fragments& f)
 {
   const Points& pts = st.points;
-  Forest forest;
-  forest.up.resize(m.mesh.nnode() + pts.ncorner);
-  std::iota(forest.up.begin(), forest.up.end(), 0);
+  Forest forest(m.mesh.nnode() + pts.ncorner);       // nodes, then corners
   join_elements(m, el, forest);
   join_points(m, pts, forest);
   join_bonds(m, el, pts, st.bonds, forest);

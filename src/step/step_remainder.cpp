@@ -1,18 +1,12 @@
 #include <cmath>
 #include <map>
-#include <numeric>
 
 #include "base/comm.h"
+#include "base/forest.h"
 #include "base/log.h"
 #include "step/step.h"
 
 namespace {
-
-int root_of(IntVec& up, int n)
-{
-  while (up[n] != n) n = up[n] = up[up[n]];
-  return n;
-}
 
 // Nodes that intact elements tie together, and what acts on them
 struct Piece {
@@ -26,16 +20,15 @@ double size(const double* v) { return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2]
 // nodes of one intact element belong to one piece; a node of broken elements alone is a piece of its own
 IntVec find_pieces(const Mesh& mesh, const Elements& el, const Fracture& fr)
 {
-  IntVec up(mesh.nnode());
-  std::iota(up.begin(), up.end(), 0);
+  Forest pieces(mesh.nnode());
   for (const ElemBlock& b : el.block)
     for (int slot : b.live) {
       const int e = b.elem[slot], *node = mesh.conn.begin(e);
       if (fr.broken[e] >= 0) continue;
-      for (int a = 1; a < mesh.conn.count(e); ++a) up[root_of(up, node[a])] = root_of(up, node[0]);
+      for (int a = 1; a < mesh.conn.count(e); ++a) pieces.join(node[a], node[0]);
     }
-  for (size_t n = 0; n < up.size(); ++n) up[n] = root_of(up, static_cast<int>(n));
-  return up;
+  for (int n = 0; n < mesh.nnode(); ++n) pieces.up[n] = pieces.root(n);
+  return pieces.up;
 }
 
 void find_supports(const Bonds& b, const Dofs& dofs, const IntVec& root, std::map<int, Piece>& piece)

@@ -2,10 +2,10 @@
 #include <array>
 #include <cmath>
 #include <map>
-#include <numeric>
 
 #include <Eigen/Eigenvalues>
 
+#include "base/forest.h"
 #include "step/step.h"
 
 namespace {
@@ -13,14 +13,8 @@ namespace {
 using Mat6 = Eigen::Matrix<double, 6, 6>;
 using Vec6 = Eigen::Matrix<double, 6, 1>;
 
-int root_of(IntVec& up, int e)
-{
-  while (up[e] != e) e = up[e] = up[up[e]];
-  return e;
-}
-
-// up [nelem]: elements that share a face are in one part
-void join_faces(const Mesh& mesh, const Elements& el, IntVec& up)
+// elements that share a face are in one part
+void join_faces(const Mesh& mesh, const Elements& el, Forest& parts)
 {
   std::map<std::array<int, 4>, int> owner;
   for (const ElemBlock& b : el.block) {
@@ -31,13 +25,13 @@ void join_faces(const Mesh& mesh, const Elements& el, IntVec& up)
         for (int a = 0; a < info.nfnode[f]; ++a) key[a] = mesh.conn.begin(b.elem[slot])[info.face[f][a]];
         std::sort(key.begin(), key.end());
         const auto known = owner.emplace(key, b.elem[slot]);
-        if (!known.second) up[root_of(up, b.elem[slot])] = root_of(up, known.first->second);
+        if (!known.second) parts.join(b.elem[slot], known.first->second);
       }
   }
 }
 
 // the same for elements that share a node: nothing but a hinge may hold them together
-void join_nodes(const Mesh& mesh, const Elements& el, IntVec& up)
+void join_nodes(const Mesh& mesh, const Elements& el, Forest& parts)
 {
   IntVec owner(mesh.nnode(), -1);
   for (const ElemBlock& b : el.block)
@@ -45,7 +39,7 @@ void join_nodes(const Mesh& mesh, const Elements& el, IntVec& up)
       for (int a = 0; a < mesh.conn.count(b.elem[slot]); ++a) {
         int& first = owner[mesh.conn.begin(b.elem[slot])[a]];
         if (first < 0) first = b.elem[slot];
-        else up[root_of(up, b.elem[slot])] = root_of(up, first);
+        else parts.join(b.elem[slot], first);
       }
 }
 
@@ -100,13 +94,12 @@ bool holds(const Part& part) { return !is_free(motions(part, 3), 0); }
 bool step_supports_fix(const Mesh& mesh, const Elements& el, const Dofs& dofs)
 {
   if (dofs.dim != 3) return false;
-  IntVec up(mesh.nelem());
-  std::iota(up.begin(), up.end(), 0);
-  join_faces(mesh, el, up);
+  Forest parts(mesh.nelem());
+  join_faces(mesh, el, parts);
   std::map<int, Part> part;
   for (const ElemBlock& b : el.block)
     for (int slot : b.live) {
-      Part& own = part[root_of(up, b.elem[slot])];
+      Part& own = part[parts.root(b.elem[slot])];
       for (int a = 0; a < mesh.conn.count(b.elem[slot]); ++a)
         add_node(mesh, dofs, mesh.conn.begin(b.elem[slot])[a], own);
     }
@@ -116,19 +109,18 @@ bool step_supports_fix(const Mesh& mesh, const Elements& el, const Dofs& dofs)
 std::string step_free_motion(const Mesh& mesh, const Elements& el, const Dofs& dofs, int node)
 {
   const int dim    = dofs.dim;
-  IntVec up(mesh.nelem());
-  std::iota(up.begin(), up.end(), 0);
-  join_nodes(mesh, el, up);
+  Forest parts(mesh.nelem());
+  join_nodes(mesh, el, parts);
   int own = -1;                // the part of the node
   for (const ElemBlock& b : el.block)
     for (int slot : b.live)
       for (int a = 0; a < mesh.conn.count(b.elem[slot]); ++a)
-        if (mesh.conn.begin(b.elem[slot])[a] == node) own = root_of(up, b.elem[slot]);
+        if (mesh.conn.begin(b.elem[slot])[a] == node) own = parts.root(b.elem[slot]);
   if (own < 0) return "";
   Part part;
   for (const ElemBlock& b : el.block)
     for (int slot : b.live)
-      for (int a = 0; a < mesh.conn.count(b.elem[slot]) && root_of(up, b.elem[slot]) == own; ++a)
+      for (int a = 0; a < mesh.conn.count(b.elem[slot]) && parts.root(b.elem[slot]) == own; ++a)
         add_node(mesh, dofs, mesh.conn.begin(b.elem[slot])[a], part);
   const auto e = motions(part, dim);
   int number = 0;
