@@ -204,6 +204,40 @@ TEST(Scheme, NewmarkAndEnergyMomentumKeepTheEnergyOfAnOscillator)
   }
 }
 
+// damping c: second order of all schemes, and energy-momentum loses c du^2/dt in an increment
+TEST(Scheme, DampedOscillatorIsOfSecondOrder)
+{
+  const double k = 1.0, c = 0.2, w = std::sqrt(k - 0.25 * c * c), end = 5.0;
+  const double exact = std::exp(-0.5 * c * end) * (std::cos(w * end) + 0.5 * c / w * std::sin(w * end));
+  Step newmark, middle;
+  newmark.scheme = SCHEME_NEWMARK;
+  middle.scheme  = SCHEME_ENERGY_MOMENTUM;
+  for (const Step& s : {newmark, middle, hht(-0.1)}) {
+    const Scheme& scheme = scheme_of(s);
+    double error[2];
+    for (int n : {0, 1}) {
+      const int count = n == 0 ? 100 : 200;
+      const double dt = end / count, part = scheme.midpoint ? 0.5 : 1.0;
+      Motion m;
+      m.a = -k;
+      for (int i = 0; i < count; ++i) {
+        const double cC = scheme.damping(s, dt), known = scheme.damping_known(s, dt, m.v, m.a);
+        const double du = (scheme.known(s, dt, m.v, m.a, k * m.u) - k * m.u - c * known) /
+                          (scheme.mass(s, dt) + part * k + c * cC);
+        Motion next;
+        next.u = m.u + du;
+        scheme.node(s, dt, du, m.v, m.a, next.v, next.a);
+        if (scheme.midpoint) {
+          EXPECT_NEAR(energy(m, k) - energy(next, k), c * du * du / dt, 1e-14);
+        }
+        m = next;
+      }
+      error[n] = std::fabs(m.u - exact);
+    }
+    EXPECT_NEAR(std::log2(error[0] / error[1]), 2.0, 0.05) << scheme.name;
+  }
+}
+
 // of Hilber, Hughes and Taylor (1977): (1 + alpha)/(1 - alpha)
 TEST(Scheme, SpectralRadiusOfHhtAtLargeIncrements)
 {

@@ -292,6 +292,54 @@ TEST(Tangent, SystemWithBonds)
   }
 }
 
+// C of *DAMPING and *VISCOUS BOUNDARY: A gets cC C; of a translation e it takes alpha times the mass, and the
+// impedance along e times the area of the boundary, whatever the grid
+TEST(Tangent, DampersOfATranslation)
+{
+  const double alpha = 0.7, a = 0.5, b = 2.0, rho = 3.0, lam3 = 0.3 / (1.3 * 0.4), mu = 0.5 / 1.3;
+  const std::string damped =
+      "*MATERIAL, NAME=M\n*ELASTIC\n1, 0.3\n*DENSITY\n3\n*DAMPING, ALPHA=0.7, BETA=0.1\n";
+  const std::string moving = "*STEP, NLGEOM\n*DYNAMIC\n1, 1\n*END STEP\n";
+  const std::string grid   = "*GRID\n-0.87, -0.91, 2, 2\n0.5\n";
+  struct Case {
+    std::string deck;
+    double volume, area, lam;
+  };
+  const Case list[] = {
+      {"*BLOCK, TYPE=CPE4, ELSET=FE\n0, 0, 1, 0.8\n3, 2\n*SOLID SECTION, ELSET=FE, MATERIAL=M\n0.25\n"
+       "*VISCOUS BOUNDARY\nFE_XMAX, 0.5, 2\n", 0.2, 0.2, lam3},
+      {"*BLOCK, TYPE=CPS3, ELSET=FE\n0, 0, 1, 0.8\n3, 2\n*SOLID SECTION, ELSET=FE, MATERIAL=M\n0.25\n"
+       "*VISCOUS BOUNDARY\nFE_XMAX, 0.5, 2\n", 0.2, 0.2, 2.0 * lam3 * mu / (lam3 + 2.0 * mu)},
+      {"*BLOCK, TYPE=C3D8, ELSET=FE\n0, 0, 0, 1, 0.8, 0.5\n2, 2, 2\n*SOLID SECTION, ELSET=FE, MATERIAL=M\n"
+       "*VISCOUS BOUNDARY\nFE_XMAX, 0.5, 2\n", 0.4, 0.4, lam3},
+      {grid + "*MATERIAL POINTS, BODY=B, MATERIAL=M, POINTS=2, THICKNESS=0.25\n0, 0, 1, 0.8\n3, 2\n"
+       "*SURFACE, NAME=S, TYPE=BODY, BODY=B, WHERE=\"abs(x-1)<1e-9\"\n*VISCOUS BOUNDARY\nS, 0.5, 2\n",
+       0.2, 0.2, lam3}};
+  for (const Case& c : list) {
+    Scene sc(damped + c.deck + moving);
+    const Dofs& s = sc.p.dofs;
+    for (int i = 0; i < s.dim; ++i) {
+      RealVec e(s.neq(), 0.0), Ce;
+      for (int r = 0; r < s.nrow; ++r) e[r * s.dim + i] = 1.0;
+      const double impedance = i == 0 ? a * std::sqrt(rho * (c.lam + 2.0 * mu)) : b * std::sqrt(rho * mu);
+      EXPECT_NEAR(damping_work(s, e), alpha * rho * c.volume + impedance * c.area, 1e-12) << c.deck;
+      damping_multiply(s, e, Ce);
+      double along = 0.0;
+      for (int r = 0; r < s.nrow; ++r) along += Ce[r * s.dim + i];
+      EXPECT_NEAR(along, damping_work(s, e), 1e-12);
+    }
+    sc.force(KernelMode(), RealVec(s.neq(), 0.0));
+    assem_tangent(sc.m, sc.p.d, sc.st, KernelMode(), 0.0, 0.0, sc.jumps, sc.p.dofs);
+    const RealVec without = s.A.val;
+    assem_tangent(sc.m, sc.p.d, sc.st, KernelMode(), 0.0, 5.0, sc.jumps, sc.p.dofs);
+    for (size_t k = 0; k < without.size(); ++k) EXPECT_NEAR(s.A.val[k], without[k] + 5.0 * s.C[k], 1e-12);
+    // viscous stress of points and elements
+    KernelMode mode;
+    mode.rate = 3.0;
+    EXPECT_LT(tangent_error(sc, mode, 0.01), 1e-7) << c.deck;
+  }
+}
+
 // the same bodies on a stabilised grid; a linear field has no jump
 TEST(Tangent, SystemWithGhosts)
 {
