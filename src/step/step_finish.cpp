@@ -1,0 +1,239 @@
+#include <algorithm>
+#include <cmath>
+
+#include "base/comm.h"
+#include "base/timer.h"
+#include "model/scheme.h"
+#include "step/step.h"
+
+namespace {
+
+// dependent dofs move as their masters do
+void finish_ties(const Dofs& s, State& st, RealVec& dv)
+{
+  const int dim   = s.dim;
+  const auto at = [&](int dof) { return s.node_of_row[dof / dim] * dim + dof % dim; };
+  for (size_t k = 0; k < s.tie.dof.size(); ++k)
+    for (RealVec* x : {&st.np1.v, &st.np1.a}) {
+      double sum = 0.0;
+      for (int q = s.tie.master.off[k]; q < s.tie.master.off[k + 1]; ++q)
+        sum += s.tie.coef[q] * (*x)[at(s.tie.master.item[q])];
+      (*x)[at(s.tie.dof[k])] = sum;
+    }
+  for (int dof : s.tie.dof) dv[dof] = st.np1.v[at(dof)] - st.n.v[at(dof)];
+}
+
+//   out  dv   change of the velocities of the nodes
+void finish_nodes(const Dofs& dofs, const Attempt& a, State& st, RealVec& dv)
+{
+  const Step& s = a.step;
+  const Scheme& scheme = scheme_of(s);
+  const int dim = dofs.dim;
+  for (int r = 0; r < dofs.nfe; ++r)
+    for (int i = 0; i < dim; ++i) {
+      const int dof = r * dim + i, k = dofs.node_of_row[r] * dim + i;
+      const double v = a.vgrid[dof], acc = scheme.acceleration ? a.agrid[dof] : 0.0, du = a.du[dof];
+      double v1, a1;
+      if (dofs.fixed[dof] == DOF_FIXED) {           // prescribed motion: its own rate
+        v1 = dofs.rate[dof];
+        a1 = (v1 - v) / a.dt;
+      } else {
+        scheme.node(s, a.dt, du, v, acc, v1, a1);
+      }
+      // v is not that of the node, but the change is its change
+      const bool projected = dofs.hung && !dofs.fixed[dof];
+      dv[dof] = v1 - (projected ? v : st.n.v[k]);
+      st.np1.v[k] = projected ? st.n.v[k] + dv[dof] : v1;
+      st.np1.a[k] = a1;
+    }
+  finish_ties(dofs, st, dv);
+}
+
+// what the ghosts have taken: their spring acts with the whole increment, their mass does not keep its own
+// motion  (3.17)
+void finish_ghosts(const ActiveGrid& grid, const Dofs& dofs, const Attempt& a, const RealVec& dv, Ledger& g)
+{
+  const int dim  = dofs.dim;
+  const double k = a.mode.mid ? 1.0 : 0.5;
+  RealVec jump;
+  assem_ghost_jump(grid, dofs, dv, jump);
+  for (size_t i = 0; i < jump.size(); ++i)
+    g.ghost += k * grid.ghost_k[i / dim] * a.jumps.ghost[i] * a.jumps.ghost[i] +
+                         0.5 * grid.ghost_m[i / dim] * jump[i] * jump[i];
+}
+
+// what damping has taken: du . C du / dt, and viscous stress              (2.20), (6.21)
+void finish_damping(const Model& m, const Discretisation& d, const Dofs& dofs, const Attempt& a, State& st)
+{
+  if (a.cM == 0.0) return;
+  if (!dofs.C.empty()) st.ledger.viscous += damping_work(dofs, a.du) / a.dt;
+  if (!model_viscous(m)) return;
+  double loss = elem_viscous_loss(m, d.el, st.n, st.np1, a.mode.finite) +
+                point_viscous_loss(st.points, m.dim, d.point_law, st.n, st.np1, dofs.owned_point);
+  comm_sum(&loss, 1);
+  st.ledger.viscous += loss / a.dt;
+}
+
+// v_c += sum_v N_v(x_c) dv_v                                                       (3.15)
+void finish_points(const ActiveGrid& grid, const Dofs& dofs, const Attempt& a, State& st, RealVec& dv)
+{
+  const Step& s = a.step;
+  const int dim = dofs.dim, first = dofs.nfe;
+  const Scheme& scheme = scheme_of(s);
+  for (int i = first * dim; i < dofs.neq(); ++i) {
+    if (dofs.fixed[i])
+      dv[i] = dofs.rate[i] - a.vgrid[i];
+    else
+      dv[i] = scheme.grid(s, a.dt, a.du[i], a.vgrid[i], scheme.acceleration ? a.agrid[i] : 0.0);
+  }
+  assem_gather_corners(grid, dofs, dv, st.n.vc, st.np1.vc);
+  point_velocities(st.points, dim, st.np1.vc, st.np1.vp);
+}
+
+void finish_reactions(const Model& m, const Dofs& dofs, const Attempt& a, State& st)
+{
+  const int dim = m.dim;
+  st.rf.assign(static_cast<size_t>(m.mesh.nnode()) * dim, 0.0);
+  st.grid_rf.assign(m.grid_bc.size() * dim, 0.0);
+  for (int i = 0; i < dofs.neq(); ++i) {
+    if (dofs.fixed[i] != DOF_FIXED) continue;
+    const int r = i / dim;
+    if (r < dofs.nfe) st.rf[dofs.node_of_row[r] * dim + i % dim] = a.R[i];
+    else if (dofs.grid_bc[i] >= 0) st.grid_rf[dofs.grid_bc[i] * dim + i % dim] += a.R[i];
+  }
+  for (const CornerSupport& h : dofs.corner_support)
+    if (dofs.grid_bc[h.dof] < 0) st.rf[h.node_dof] += h.part * a.R[h.dof];
+}
+
+// nodes without elements move with the corners that go on for them, for the results
+void finish_followers(const IntVec& follow, const Attempt& a, int dim, State& st)
+{
+  Level& l = st.np1;
+  for (size_t n = 0; n < follow.size(); ++n)
+    for (int i = 0; i < dim && follow[n] >= 0; ++i) {
+      const size_t k = n * dim + i, c = static_cast<size_t>(follow[n]) * dim + i;
+      l.u[k] = l.uc[c];
+      if (a.cM == 0.0) continue;
+      l.v[k] = l.vc[c];
+      l.a[k] = (l.v[k] - st.n.v[k]) / a.dt;
+    }
+}
+
+// statics: R at t(n) on the weights of this step
+RealVec residual_at_start(const Dofs& dofs, const Attempt& a)
+{
+  RealVec R(dofs.neq());
+  for (int i = 0; i < dofs.neq(); ++i) R[i] = a.fint0[i] - a.fext0[i];
+  tie_force(dofs, R);
+  return R;
+}
+
+// work of loads and moved supports over the step                                   (6.12)
+double external_work(const Model& m, const Dofs& dofs, const State& st, const Attempt& a, const RealVec& rf0)
+{
+  const int dim  = m.dim;
+  const bool mid = a.mode.mid;
+  double work = 0.0;
+  RealVec R0;                  // statics: at t(n)
+  if (a.cM == 0.0) R0 = residual_at_start(dofs, a);
+  for (int i = 0; i < dofs.neq(); ++i) {
+    const double f0 = mid ? a.fext[i] : a.fext0[i];
+    work += 0.5 * (f0 + a.fext[i]) * a.du[i];
+    if (dofs.fixed[i] != DOF_FIXED || a.du[i] == 0.0) continue;
+    const int r = i / dim;
+    double r0   = a.R[i];
+    if (a.cM == 0.0) r0 = R0[i];
+    else if (!mid && r < dofs.nfe) r0 = rf0[dofs.node_of_row[r] * dim + i % dim];
+    work += 0.5 * (r0 + a.R[i]) * a.du[i];
+  }
+  // grounds that move push through their bonds
+  const Bonds& b = st.bonds;
+  double C[9], g0[3], g1[3];
+  for (int k = 0; k < b.nbond; ++k) {
+    if (b.field[k] != SIDE_GROUND) continue;
+    bond_ground_motion(m, b, k, a.t0, a.total0, g0);
+    bond_ground_motion(m, b, k, a.t1, a.total1, g1);
+    bond_stiffness(b, dim, k, C);
+    for (int i = 0; i < dim; ++i) {
+      double f = st.np1.lambda[k * dim + i];
+      for (int j = 0; j < dim; ++j)
+        f += 0.5 * C[i * dim + j] * (st.n.slip[k * dim + j] + st.np1.slip[k * dim + j]);
+      work -= f * (g1[i] - g0[i]);
+    }
+  }
+  return work;
+}
+
+// statics: corners follow other nodes than in the step before, whose equilibrium is none on these; what the
+// forces that are left do on the way to the new one is lost. Elements that break leave forces too, which are
+// counted there (dt = 0).  (6.15)
+double work_of_renewal(const ActiveGrid& grid, const Dofs& dofs, const Attempt& a)
+{
+  if (a.cM != 0.0 || a.dt == 0.0 || grid.nnode == 0) return 0.0;
+  double work = 0.0;
+  const RealVec R0 = residual_at_start(dofs, a);
+  for (int i = 0; i < dofs.neq(); ++i)
+    if (!dofs.fixed[i]) work -= 0.5 * R0[i] * a.du[i];
+  return work;
+}
+
+// what the pairs did in this step: forces, gaps, closed area, work of friction; normals for the output
+void finish_contact(const Model& m, const ContactPairs& pairs, const Attempt& a, State& st)
+{
+  const int dim = m.dim;
+  std::vector<ContactLog> log(m.bond.size());
+  for (size_t d = 0; d < log.size() && d < st.contact.size(); ++d) log[d].work = st.contact[d].work;
+  for (int b = 0; b < st.bonds.nbond; ++b) {
+    if (st.bonds.field[b] != SIDE_CONTACT || !pairs.master.count(b)) continue;
+    ContactLog& c = log[st.bonds.def[b]];
+    double f[3], t1[3], slipped, pressure = 0.0, friction = 0.0;
+    const double gap = contact_force(m, st.bonds, pairs, b, a.mode, &a.jumps.contact[b * dim],
+                                     &st.n.lambda[b * dim], st.np1.lambda_n[b], f, nullptr, t1, &slipped);
+    if (st.np1.lambda_n[b] + st.bonds.cn[b] * gap >= 0.0) st.np1.lambda_n[b] = 0.0;     // open: forgotten
+    for (int i = 0; i < dim; ++i) {
+      st.bonds.normal[b * dim + i] = pairs.normal[b * dim + i];
+      pressure -= f[i] * pairs.normal[b * dim + i];
+      friction += t1[i] * t1[i];
+    }
+    c.force += pressure;
+    c.gap  = std::min(c.gap, gap + st.bonds.initial_penetration[b]);
+    c.peak = std::max(c.peak, pressure / st.bonds.area[b]);
+    if (pressure > 0.0) c.area += st.bonds.area[b];
+    c.work += std::sqrt(friction) * slipped;
+    st.ledger.friction += std::sqrt(friction) * slipped;
+  }
+  st.contact = log;
+}
+
+}  // namespace
+
+// ---------------------------------------------------------------------------
+// step_finish : level n+1 and the ledger after Newton's method                    doc/theory.md 6.5
+// ---------------------------------------------------------------------------
+void step_finish(Problem& p, Attempt& a, RealVec& energy)
+{
+  Timer timer(PHASE_COMMIT);
+  const Model& m = p.m;
+  const Dofs& s  = p.dofs;
+  State& st      = p.st;
+  const RealVec rf0 = st.rf.empty() ? RealVec(static_cast<size_t>(m.mesh.nnode()) * m.dim, 0.0) : st.rf;
+  RealVec dv(s.neq(), 0.0);    // change of the velocities of the unknowns
+  st.np1.time = a.total1;
+  // 1. velocities                                                                   (6.3), (3.15)
+  if (a.cM != 0.0) {
+    finish_nodes(s, a, st, dv);
+    if (st.points.npoint) finish_points(p.d.grid, s, a, st, dv);
+  }
+  // 2. what ghosts and damping have taken                                           (3.17), (6.21)
+  if (p.d.grid.ghost.size()) finish_ghosts(p.d.grid, s, a, dv, st.ledger);
+  finish_damping(m, p.d, s, a, st);
+  // 3. results
+  finish_followers(p.d.follow, a, m.dim, st);
+  finish_reactions(m, s, a, st);
+  if (p.d.pairs.near || !st.contact.empty()) finish_contact(m, p.d.pairs, a, st);
+  // 4. ledger                                                                       (6.12), (6.15), (7.16)
+  st.ledger.external += external_work(m, s, st, a, rf0);
+  st.ledger.renewal += work_of_renewal(p.d.grid, s, a);
+  if (p.d.fm.on) st.ledger.fracture += frac_degraded(m, a.step, p.d.el, st.points, st.frac, st.n, st.np1);
+  ledger_update(m, p.d.el, s, st.np1, a.step.nlgeom, st, p.d.fm.on ? &energy : nullptr);
+}
