@@ -6,6 +6,7 @@
 
 namespace {
 
+// Test of all three: Face.ContactMeetsNearTheRimAndNotTooDeep (unit)
 const double DEEPEST = 0.5;    // of the size of a face: a point deeper below it has come from elsewhere
 // 1 + (1/4)^2, on squared distances: a point below an edge belongs to the face while it lies beside it by no
 // more than a quarter of its depth (14 degrees)

@@ -7,6 +7,7 @@
 
 namespace {
 
+// Answers depend on none of these, seconds do. Tests: SPEED (speed/guard: seconds, speed/reuse: answers)
 const long PAUSE    = 50;      // solutions until a slower path is tried again; doubled when it fails
 const int MOST      = 5000;    // iterations
 const int FEW       = 30;      // the same, with corrected factors: more cost what a factorisation does

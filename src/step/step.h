@@ -139,6 +139,11 @@ void step_gain(NewtonMemory& memory, int it, double gain);
 // step_mode : what the kernel is told of the scheme: S of energy-momentum, or everything at t(n+1)
 KernelMode step_mode(const Step& s);
 
+// step_contact_depth : CONTACT_DEPTH when a point has entered its face by more than a quarter of the size in
+// one increment, and may have missed another; or by nearly half, where the search would lose it: the penalty
+// is far too soft then.   l: level n+1
+Failure step_contact_depth(const Bonds& b, const ContactPairs& pairs, const Level& l, int dim);
+
 // step_newton : solves R(du) = 0 for the attempt. Not good with a guess: it may be without.
 Failure step_newton(Problem& p, Attempt& a);
 

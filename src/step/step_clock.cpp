@@ -6,7 +6,8 @@
 namespace {
 
 // Automatic increments: two in a row of at most EASY iterations, and the next is longer by GROWS; more than
-// HARD, and it is shorter by SHRINKS. Newton's method that takes 4 iterations has converged quadratically
+// HARD, and it is shorter by SHRINKS. Newton's method that takes 4 iterations has converged quadratically.
+// Test: Clock.TwoEasyIncrementsGrowAndOneHardShrinks (unit)
 const int EASY = 4, EASY_ONES = 2, HARD = 8;
 const double GROWS = 1.5, SHRINKS = 0.75;
 

@@ -7,7 +7,8 @@
 namespace {
 
 // Contact, parts of the size of a face: a point that enters by more than ENTERED in one increment may have
-// missed a face; at 0.5 the search would lose it (contact_search), so TOO_DEEP ends the increment before
+// missed a face; at 0.5 the search would lose it (contact_search), so TOO_DEEP ends the increment before.
+// Test: Increment.PointsThatEnterTooDeep (unit)
 const double ENTERED = 0.25, TOO_DEEP = 0.45;
 
 // augmented Lagrange: the bond force becomes the multiplier (4.6), the pressure of a contact as well (4.15).
@@ -38,21 +39,6 @@ Failure augment(Problem& p, Attempt& a)
   for (int k = 0; update_multipliers(p.m, p.st.bonds, a.mode, k, p.st.np1); ++k) {
     const Failure failure = step_newton(p, a);
     if (!failure.ok()) return failure;
-  }
-  return STATUS_OK;
-}
-
-// a point that entered a face by more than a quarter of its size in one step may have missed it: shorter
-// steps see it.
-// Beyond half of its size the search would lose the point: the penalty is far too soft then.
-Failure contact_depth(const Bonds& b, const ContactPairs& pairs, const Level& l, int dim)
-{
-  for (int q = 0; q < b.nbond; ++q) {
-    if (b.field[q] != SIDE_CONTACT || !pairs.master.count(q)) continue;
-    const double gap = l.slip[q * dim] / pairs.size[q],
-                 before = pairs.gap[q] / pairs.size[q];
-    if (gap > -TOO_DEEP && (gap > -ENTERED || before - gap < ENTERED)) continue;
-    return {CONTACT_DEPTH, AT_BOND, q};
   }
   return STATUS_OK;
 }
@@ -93,6 +79,18 @@ void extrapolate(const Model& m, const State& st, const Dofs& dofs, double dt, A
 }
 
 }  // namespace
+
+Failure step_contact_depth(const Bonds& b, const ContactPairs& pairs, const Level& l, int dim)
+{
+  for (int q = 0; q < b.nbond; ++q) {
+    if (b.field[q] != SIDE_CONTACT || !pairs.master.count(q)) continue;
+    const double gap = l.slip[q * dim] / pairs.size[q],
+                 before = pairs.gap[q] / pairs.size[q];
+    if (gap > -TOO_DEEP && (gap > -ENTERED || before - gap < ENTERED)) continue;
+    return {CONTACT_DEPTH, AT_BOND, q};
+  }
+  return STATUS_OK;
+}
 
 KernelMode step_mode(const Step& s)
 {
@@ -136,7 +134,7 @@ Failure step_increment(Problem& p, const Step& s, double t0, double dt, RealVec&
     failure = step_newton(p, a);
   }
   if (failure.ok() && st.bonds.nbond) failure = augment(p, a);
-  if (failure.ok() && p.d.pairs.near) failure = contact_depth(st.bonds, p.d.pairs, st.np1, p.m.dim);
+  if (failure.ok() && p.d.pairs.near) failure = step_contact_depth(st.bonds, p.d.pairs, st.np1, p.m.dim);
   if (failure.ok()) step_finish(p, a, energy);
   if (failure.ok() && !std::isfinite(st.ledger.balance)) failure = BAD_NUMBER;
   return failure;

@@ -6,6 +6,7 @@
 
 namespace {
 
+// Tests of all: SPEED (speed/reuse: answers; speed/guard: seconds); of NEAR also A2 (patch/a2_spin_fem.inp).
 // sqrt(energy) of the error of the last correction, relative to the largest correction
 const double FINAL  = 3e-10;
 // the same, when a correction turns out to be the last that was not thought to be

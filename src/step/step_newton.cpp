@@ -6,8 +6,10 @@
 
 namespace {
 
-const int BACK_OFF = 6;        // halvings of a correction that turns something inside out
-// Line search: trials; with fracture more, since broken material kinks the line (P7)
+// Halvings of a correction that turns something inside out. No test: with fewer the increment is cut instead
+const int BACK_OFF = 6;
+// Line search: trials; with fracture more, since broken material kinks the line (P7).
+// Test of these and of the two below: A1 (patch/a1_bond_default.inp) misses its tolerance without a search
 const int TRIALS = 4, TRIALS_BROKEN = 6;
 const double SMOOTH_ENOUGH = 0.8;    // of |g(0)|: a correction that leaves no more needs no search (6.6)
 const double LEAST_PART = 0.1;       // of the correction, or of the bracket

@@ -13,7 +13,7 @@
 namespace {
 
 // Parts of the largest energy that are told when they are missing: in motion; in statics, where the work of
-// a few large increments is taken by the trapezoidal rule
+// a few large increments is taken by the trapezoidal rule. Test: A8 (stress/balance_limit), motion
 const double TOLD_MOTION = 0.01, TOLD_STATICS = 0.2;
 
 // statics know no velocity: what moves is stopped, and its energy leaves the ledger as external work

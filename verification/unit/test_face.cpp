@@ -188,6 +188,45 @@ TEST(Face, ContactOverASharedNodeIsSymmetric)
   }
 }
 
+// What a face meets (RIM2, BESIDE2, DEEPEST of contact_search.cpp): points over it, beside its rim by less than
+// a hundredth of its size, below its edge by less than 14 degrees aside, to half of its size deep
+TEST(Face, ContactMeetsNearTheRimAndNotTooDeep)
+{
+  Model m;
+  m.dim = 3;
+  m.mesh.X = {0, 0, -1, 1, 0, -1, 1, 1, -1, 0, 1, -1, 0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0, 0.5, 0.5, 1};
+  for (int n = 0; n < 9; ++n) m.mesh.node_label.push_back(n + 1);
+  m.mesh.conn.item = {0, 1, 2, 3, 4, 5, 6, 7};
+  m.mesh.conn.off  = {0, 8};
+  m.mesh.elem_label = {1};
+  m.mesh.elem_type  = {ELEM_C3D8};
+  m.surface.resize(1);
+  m.surface[0].face = {{0, 1}};
+  m.bond.resize(1);
+  m.bond[0].kind   = BOND_CONTACT;
+  m.bond[0].master = 0;
+  Bonds bonds;
+  bonds.nbond  = 1;
+  bonds.def    = {0};
+  bonds.field  = {SIDE_CONTACT};
+  bonds.offset = {0.0};
+  bonds.area   = {1.0};
+  Points points;
+  points.surface.resize(1);
+  const auto meets = [&](double beside, double gap) {
+    ContactPairs pairs;
+    contact_search(m, points, bonds, RealVec(27, 0.0), RealVec(), {1.0 + beside, 0.5, gap}, pairs);
+    return pairs.master.count(0) > 0;
+  };
+  EXPECT_TRUE(meets(-0.1, 0.1));
+  EXPECT_TRUE(meets(0.009, 0.1));                    // rim
+  EXPECT_FALSE(meets(0.02, 0.1));
+  EXPECT_TRUE(meets(0.24 * 0.2, -0.2));              // below the edge
+  EXPECT_FALSE(meets(0.26 * 0.2, -0.2));
+  EXPECT_TRUE(meets(-0.1, -0.49));                   // depth
+  EXPECT_FALSE(meets(-0.1, -0.51));
+}
+
 // in motion a gap goes on from where the step left it; a place that comes in from the side pushes only when
 // it goes deeper, and what it has moved out does not come back  (4.16)
 TEST(Face, ContactFromTheSideBringsNoDepth)

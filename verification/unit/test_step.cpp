@@ -1,4 +1,4 @@
-// the clock of a step: lengths of automatic increments, times that must be hit
+// the clock of a step, and when an increment is too long
 #include <gtest/gtest.h>
 
 #include "step/step.h"
@@ -53,4 +53,26 @@ TEST(Clock, EndsOnStopsAndOnTheStepWithoutASliver)
   clock_accept(s, 0.3, 6, c);
   clock_accept(s, clock_next(s, c, {}), 6, c);
   EXPECT_TRUE(clock_done(s, c));
+}
+
+TEST(Increment, PointsThatEnterTooDeep)
+{
+  Bonds bonds;
+  bonds.nbond = 1;
+  bonds.field = {SIDE_CONTACT};
+  ContactPairs pairs;
+  pairs.master.item = {0};
+  pairs.master.off  = {0, 1};
+  pairs.size = {2.0};
+  Level l;
+  const auto status = [&](double before, double now) {       // gaps, parts of the size
+    pairs.gap = {2.0 * before};
+    l.slip    = {2.0 * now, 0.0, 0.0};
+    return step_contact_depth(bonds, pairs, l, 3).status;
+  };
+  EXPECT_EQ(STATUS_OK, status(0.2, -0.2));           // not a quarter deep
+  EXPECT_EQ(CONTACT_DEPTH, status(0.2, -0.3));       // in one increment
+  EXPECT_EQ(STATUS_OK, status(-0.2, -0.3));          // in several
+  EXPECT_EQ(CONTACT_DEPTH, status(-0.4, -0.46));     // nearly half of the size
+  EXPECT_EQ(AT_BOND, step_contact_depth(bonds, pairs, l, 3).at);
 }
