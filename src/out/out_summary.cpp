@@ -193,7 +193,18 @@ void print_materials(std::FILE* file, const Model& m)
     std::fprintf(file, "  material %-6s E %g, nu %g, density %g", mat.name.c_str(), mat.young, mat.poisson,
                  mat.density);
     if (wave_speed(mat) > 0.0) std::fprintf(file, ", pressure waves %.6g", wave_speed(mat));
+    if (mat.has_damping) std::fprintf(file, ", damping alpha %g, beta %g", mat.alpha, mat.beta);
     std::fprintf(file, "%s\n", mat.used ? "" : " (not used)");
+  }
+}
+
+void print_viscous(std::FILE* file, const Model& m, const Points& pts)
+{
+  for (const ViscousBoundary& v : m.viscous) {
+    const Surface& s  = m.surface[v.surface];
+    const size_t face = s.body >= 0 ? pts.surface[v.surface].size() : s.face.size();
+    std::fprintf(file, "  dampers %-7s %zu faces, factors %g along the normal, %g across\n", s.name.c_str(),
+                 face, v.a, v.b);
   }
 }
 
@@ -251,6 +262,7 @@ void out_model_summary(std::FILE* file, const Model& m, const Elements& el, cons
   print_sections(file, m, el);
   print_bodies(file, m, pts);
   print_bonds(file, m, bonds);
+  print_viscous(file, m, pts);
   print_wave_travel(file, m, el, pts);
   print_sets(file, m);
 }
