@@ -37,9 +37,10 @@ Failure assem_loads(const Model& m, const Discretisation& d, const Dofs& dofs, c
                     const Step& step, const LoadTime& at, Warned& warned, RealVec& fext);
 bool assem_has_followers(const Step& step);
 
-// assem_tangent : A = K + cM M + cC C (all dofs, also the fixed ones)
-void assem_tangent(const Model& m, const Discretisation& d, const State& st, const KernelMode& mode,
-                   double cM, double cC, const Jumps& j, Dofs& s);
+// assem_tangent : A = K + cM M + cC C (all dofs, also the fixed ones); the history of laws at t(n+1) is
+// written again
+void assem_tangent(const Model& m, const Discretisation& d, const KernelMode& mode, double cM, double cC,
+                   const Jumps& j, State& st, Dofs& s);
 
 // assem_constrain : f -= A(:, fixed) x(fixed), then rows and columns of fixed dofs become those of a diagonal
 // matrix, and f(fixed) = 0: a solution that knows nothing of x, which is added afterwards; diagonal [neq] of

@@ -100,7 +100,7 @@ void add_point_face(const Model& m, const Points& pts, const Discretisation& d, 
     node[k] = {d.grid.corner.count(c), d.grid.corner.begin(c), &d.grid.corner_w[d.grid.corner.off[c]], s.nfe};
   }
   add_face(s, nen, X, node, s.dim == 2 ? body.thickness : 1.0,
-           impedance_of(d.point_law[pts.body[f.elem]], m.material[body.material].density, v));
+           impedance_of(d.point_law.body[pts.body[f.elem]], m.material[body.material].density, v));
 }
 
 }  // namespace

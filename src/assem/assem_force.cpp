@@ -111,13 +111,13 @@ Failure add_pack(const Mesh& mesh, const State& st, const Dofs& dofs, const Kern
   return {BAD_JACOBIAN, AT_ELEMENT, b.elem[w.slot[__builtin_ctz(bad)]]};
 }
 
-Failure add_elements(const Model& m, const Elements& el, const State& st, const Dofs& dofs,
-                     const KernelMode& mode, RealVec& fint)
+Failure add_elements(const Model& m, const Elements& el, const Dofs& dofs, const KernelMode& mode, State& st,
+                     RealVec& fint)
 {
   const Mesh& mesh = m.mesh;
   const int dim    = m.dim;
   Failure failure;             // the last one
-  double u0[24], u1[24], re[24];
+  double re[24];
   for (const ElemBlock& b : el.block) {
     const ShapeInfo& info   = shape_info[b.shape];
     const ElemForm form     = elem_form(b);
@@ -131,12 +131,7 @@ Failure add_elements(const Model& m, const Elements& el, const State& st, const 
         const Failure f = add_pack(mesh, st, dofs, mode, b, pack, w, fint);
         if (!f.ok()) failure = f;
       } else {
-        elem_ends(st, node, info.nen, dim, u0, u1);
-        if (!intact)
-          elem_form_broken(b, slot,
-                           elem_broken_law(m, el, e, degr_of_step(st.n, st.np1, mode.mid, e)), mode,
-                           u0, u1, re, nullptr);
-        else if (form(b, slot, mode, u0, u1, re, nullptr) != STATUS_OK)
+        if (elem_form_one(m, el, mode, b, slot, form, st.n, st.np1, re, nullptr) != STATUS_OK)
           failure = {BAD_JACOBIAN, AT_ELEMENT, e};
         add_force(dofs, node, info.nen, dim, re, fint);
       }
@@ -436,12 +431,12 @@ Failure assem_internal(const Model& m, const Discretisation& d, const Dofs& dofs
 {
   Timer timer(PHASE_RESIDUAL);
   fint.assign(dofs.neq(), 0.0);
-  Failure failure = add_elements(m, d.el, st, dofs, mode, fint);
+  Failure failure = add_elements(m, d.el, dofs, mode, st, fint);
   if (st.points.npoint) {
     RealVec fc(st.points.Xc.size(), 0.0);
     int worst = -1;
     const Status s = point_corner_force(m, st.points, d.point_law, mode, st.n, st.np1,
-                                        dofs.owned_point, fc, &worst);
+                                        dofs.owned_point, dofs.owned_group, fc, &worst);
     if (s != STATUS_OK) failure = {s, AT_POINT, worst};
     assem_scatter_corners(d.grid, dofs, fc, fint);
   }

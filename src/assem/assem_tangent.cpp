@@ -50,28 +50,22 @@ void add_pack(const Mesh& mesh, const State& st, const KernelMode& mode, const E
 }
 
 template <int D>
-void add_elements(const Model& m, const Elements& el, const State& st, const KernelMode& mode, Dofs& dofs)
+void add_elements(const Model& m, const Elements& el, const KernelMode& mode, State& st, Dofs& dofs)
 {
   const Mesh& mesh = m.mesh;
   const int* map = dofs.elem_map.data();
-  double u0[8 * D], u1[8 * D], re[8 * D], ke[36 * D * D];
+  double re[8 * D], ke[36 * D * D];
   for (const ElemBlock& b : el.block) {
     const ShapeInfo& info   = shape_info[b.shape];
     const ElemForm form     = elem_form(b);
     const ElemFormPack pack = elem_form_pack(b);
     PackList w;
     for (int slot : elem_owned(b)) {
-      const int e = b.elem[slot], *node = mesh.conn.begin(e);
-      const bool intact = el.broken(e) < 0;
+      const bool intact = el.broken(b.elem[slot]) < 0;
       if (intact && pack) {
         if (w.add(slot, map)) add_pack<D>(mesh, st, mode, b, pack, w, dofs.A);
       } else {
-        elem_ends(st, node, info.nen, D, u0, u1);
-        if (intact) form(b, slot, mode, u0, u1, re, ke);
-        else
-          elem_form_broken(b, slot,
-                           elem_broken_law(m, el, e, degr_of_step(st.n, st.np1, mode.mid, e)), mode,
-                           u0, u1, re, ke);
+        elem_form_one(m, el, mode, b, slot, form, st.n, st.np1, re, ke);
         add_pairs<D>(dofs.A, map, info.nen, ke);
       }
       map += pair_count(info.nen);
@@ -81,7 +75,7 @@ void add_elements(const Model& m, const Elements& el, const State& st, const Ker
 }
 
 template <int D>
-void add_points(const Model& m, const Discretisation& d, const State& st, const KernelMode& mode, Dofs& dofs)
+void add_points(const Model& m, const Discretisation& d, const KernelMode& mode, State& st, Dofs& dofs)
 {
   const Points& pts = st.points;
   RealVec work, ke;
@@ -98,7 +92,8 @@ void add_points(const Model& m, const Discretisation& d, const State& st, const 
   for (int q : dofs.owned_point) {
     const int n    = d.grid.point.count(q);
     const int* map = &dofs.point_map[*at++];
-    if (pts.broken[q] < 0 && n <= POINT_PACK_NODES) {
+    if (d.point_law.in_group(q)) continue;
+    if (pts.broken[q] < 0 && n <= POINT_PACK_NODES && !law_is_general(d.point_law.body[pts.body[q]])) {
       PackList& w = waiting[n];
       if (w.n && pts.body[w.slot[0]] != pts.body[q]) flush(w, n);
       if (w.add(q, map)) flush(w, n);
@@ -109,6 +104,15 @@ void add_points(const Model& m, const Discretisation& d, const State& st, const 
     add_pairs<D>(dofs.A, map, n, ke.data());
   }
   for (int n = 0; n <= POINT_PACK_NODES; ++n) flush(waiting[n], n);
+  // points that share their change of volume, on the nodes of all of them
+  at = dofs.group_map_off.data();
+  for (int k : dofs.owned_group) {
+    const int n = dofs.group.count(k), *map = &dofs.group_map[*at++];
+    ke.resize(static_cast<size_t>(pair_count(n)) * D * D);
+    point_group_tangent(m, pts, d.point_law, mode, st.n, st.np1, d.grid, k, n, dofs.group.begin(k), dofs.nfe,
+                        ke.data());
+    add_pairs<D>(dofs.A, map, n, ke.data());
+  }
 }
 
 template <int D>
@@ -155,20 +159,20 @@ void add_ghosts(const ActiveGrid& grid, Dofs& dofs)
 
 }  // namespace
 
-void assem_tangent(const Model& m, const Discretisation& d, const State& st, const KernelMode& mode,
-                   double cM, double cC, const Jumps& j, Dofs& s)
+void assem_tangent(const Model& m, const Discretisation& d, const KernelMode& mode, double cM, double cC,
+                   const Jumps& j, State& st, Dofs& s)
 {
   Timer timer(PHASE_TANGENT);
   ++s.tangent;
   std::fill(s.A.val.begin(), s.A.val.end(), 0.0);
   if (s.dim == 2) {
-    add_elements<2>(m, d.el, st, mode, s);
-    add_points<2>(m, d, st, mode, s);
+    add_elements<2>(m, d.el, mode, st, s);
+    add_points<2>(m, d, mode, st, s);
     add_bonds<2>(m, d.pairs, st, mode, j, s);
     add_ghosts<2>(d.grid, s);
   } else {
-    add_elements<3>(m, d.el, st, mode, s);
-    add_points<3>(m, d, st, mode, s);
+    add_elements<3>(m, d.el, mode, st, s);
+    add_points<3>(m, d, mode, st, s);
     add_bonds<3>(m, d.pairs, st, mode, j, s);
     add_ghosts<3>(d.grid, s);
   }

@@ -238,14 +238,41 @@ void check_materials(Deck& d, const Model& m)
     }
     if (!a.has_elastic)
       fault(d, "ELASTIC", a.place, a.name,
-            "material " + a.name + " has no *ELASTIC; write it after *MATERIAL");
+            "material " + a.name + " has no *ELASTIC (or *HYPERELASTIC); write it after *MATERIAL");
+    if (a.law == LAW_J2 && a.hyper)
+      fault(d, "PLASTIC", a.place, a.name,
+            "material " + a.name + " has *HYPERELASTIC and *PLASTIC; plasticity goes with *ELASTIC");
+    if (a.law == LAW_J2 && a.breaks)
+      fault(d, "PLASTIC", a.place, a.name,
+            "material " + a.name + " has *PLASTIC, and *EIGENFRACTURE names elements of it: the energy that "
+            "plastic flow takes at a crack tip is not in the criterion; remove *PLASTIC, or these elements "
+            "from the set");
     if (dynamic && a.density == 0.0)
       fault(d, "DENSITY", a.place, a.name,
             "material " + a.name + " has no *DENSITY, which a *DYNAMIC step needs; write it after *MATERIAL");
   }
 }
 
-// elements and points without a remedy against volumetric locking
+// elements of laws that only the plain types know
+void check_law_elements(Deck& d, const Model& m)
+{
+  std::vector<char> told(m.material.size(), 0);
+  for (int e = 0; e < m.mesh.nelem(); ++e) {
+    if (m.mesh.elem_section[e] < 0) continue;
+    const int k = m.section[m.mesh.elem_section[e]].material;
+    if (k < 0 || told[k] || !elem_table[m.mesh.elem_type[e]].enhanced) continue;
+    const Material& a = m.material[k];
+    if (a.law == LAW_SVK) continue;
+    told[k] = 1;
+    const std::string type = elem_table[m.mesh.elem_type[e]].name;
+    fault(d, a.law == LAW_J2 ? "PLASTIC" : "HYPERELASTIC", a.place, a.name,
+          text_format("element %d of type ", m.mesh.elem_label[e]) + type + " has material " + a.name +
+              ": enhanced strains go with *ELASTIC alone; take " + type.substr(0, type.size() - 1) +
+              (a.law == LAW_J2 ? ", which does not lock by its volume" : ""));
+  }
+}
+
+// elements without a remedy against volumetric locking: one integration point, or they can break
 void check_locking(Deck& d, const Model& m)
 {
   IntVec element(m.material.size(), -1), body(m.material.size(), -1);
@@ -253,24 +280,31 @@ void check_locking(Deck& d, const Model& m)
     const ElemType& info = elem_table[m.mesh.elem_type[e]];
     if (m.mesh.elem_section[e] < 0 || info.enhanced || info.plane == PLANE_STRESS) continue;
     const int material = m.section[m.mesh.elem_section[e]].material;
-    if (material >= 0) element[material] = e;
+    if (material >= 0 && (shape_info[info.shape].ngp == 1 || m.material[material].breaks))
+      element[material] = e;
   }
-  for (std::size_t b = m.body.size(); b-- > 0;)
-    if (m.body[b].material >= 0 && m.body[b].plane != PLANE_STRESS)
-      body[m.body[b].material] = static_cast<int>(b);
+  for (std::size_t b = m.body.size(); b-- > 0;) {
+    const int material = m.body[b].material;
+    if (material >= 0 && m.body[b].plane != PLANE_STRESS &&
+        (m.material[material].breaks || (m.body[b].per_cell == 1 && m.body[b].fill != FILL_CONVERSION)))
+      body[material] = static_cast<int>(b);
+  }
   for (std::size_t k = 0; k < m.material.size(); ++k) {
     const Material& a = m.material[k];
-    if (a.poisson < 0.49 || (element[k] < 0 && body[k] < 0)) continue;
+    if ((a.poisson < 0.49 && a.law != LAW_J2) || (element[k] < 0 && body[k] < 0)) continue;
     std::string who;
     if (element[k] >= 0)
       who = elem_table[m.mesh.elem_type[element[k]]].name +
             text_format(" (element %d)", m.mesh.elem_label[element[k]]);
     if (body[k] >= 0)
       who += (who.empty() ? "" : " and ") + ("material points (body " + m.body[body[k]].name + ")");
-    doubt(d, "ELASTIC", a.place, a.name, "poisson = " + text_number(a.poisson) + " of material " + a.name +
-          " makes " + who + " too stiff: they lock when the volume cannot change; take " +
-          (m.dim == 3 ? "C3D8I" : "CPE4I, or CPS4 where plane stress fits") +
-          ", or a smaller value (0.45) and a finer mesh");
+    const std::string why = a.law == LAW_J2 ? "plastic flow" : "poisson = " + text_number(a.poisson);
+    doubt(d, a.law == LAW_J2 ? "PLASTIC" : "ELASTIC", a.place, a.name,
+          why + " of material " + a.name + " makes " + who +
+              " too stiff: they lock when the volume cannot change; take " +
+              (m.dim == 3 ? "C3D8" : "CPE4, or CPS4 where plane stress fits") +
+              (body[k] >= 0 ? ", and POINTS=2 or more for material points" : "") +
+              (a.breaks ? "; with *EIGENFRACTURE a smaller Poisson's ratio (0.45)" : ""));
   }
 }
 
@@ -661,6 +695,7 @@ void check_missing(Deck& d, const Model& m, const IntVec& body)
   check_sets(d, m);
   check_sections(d, m, body);
   check_materials(d, m);
+  check_law_elements(d, m);
   check_locking(d, m);
   check_initial(d, m);
   check_fragments(d, m);

@@ -29,6 +29,34 @@ void give_sections(Deck& d, Model& m)
     if (b.material >= 0) m.material[b.material].used = true;
 }
 
+// materials of elements that can break, and of those that *CONVERSION makes points of
+void mark_breaking(Model& m)
+{
+  for (const FractureDef& f : m.fracture) {
+    if (f.elset < 0) continue;
+    for (int e : m.elset[f.elset].item) {
+      const int section = m.mesh.elem_section[e];
+      if (section >= 0 && m.section[section].material >= 0)
+        m.material[m.section[section].material].breaks = true;
+    }
+  }
+}
+
+// a hyperelastic material knows no small strains: NLGEOM in all steps, as CalculiX does
+void force_nlgeom(Deck& d, Model& m)
+{
+  for (const Material& a : m.material) {
+    if (!a.used || !a.hyper) continue;
+    for (std::size_t k = 0; k < m.step.size(); ++k) {
+      if (m.step[k].nlgeom) continue;
+      deck_warn(d, deck_field(d, m.step[k].place, "STEP"),
+                "material " + a.name + " is hyperelastic: step " + std::to_string(k + 1) +
+                    " is computed with NLGEOM; write *STEP, NLGEOM");
+      m.step[k].nlgeom = true;
+    }
+  }
+}
+
 // body of each element that becomes material points, -1: stays an element
 IntVec body_of_elements(const Model& m)
 {
@@ -73,6 +101,7 @@ void settle_scheme(Deck& d, const Model& m, Step& s)
                "DISSIPATION=0 ... 0.5");
   bool nonlinear = s.nlgeom || !m.body.empty() || !m.fracture.empty() || !m.conversion.empty();
   for (const BondDef& b : m.bond) nonlinear = nonlinear || b.kind == BOND_CONTACT;
+  for (const Material& a : m.material) nonlinear = nonlinear || (a.used && a.law != LAW_SVK);
   if (!s.scheme_given && nonlinear) s.scheme = SCHEME_ENERGY_MOMENTUM;
   if (s.balance == 0.0) s.balance = 0.05;
 }
@@ -87,6 +116,8 @@ void deck_resolve(Deck& d, Model& m)
 {
   give_sections(d, m);
   deck_fracture(d, m);
+  mark_breaking(m);
+  force_nlgeom(d, m);
   const IntVec body = body_of_elements(m);
   for (Step& s : m.step) {
     d.word = "DYNAMIC";

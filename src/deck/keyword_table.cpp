@@ -32,6 +32,7 @@ void kw_grid(Card&, Model&);
 void kw_grid_boundary(Card&, Model&);
 void kw_heading(Card&, Model&);
 void kw_history(Card&, Model&);
+void kw_hyperelastic(Card&, Model&);
 void kw_include(Card&, Model&);
 void kw_initial_conditions(Card&, Model&);
 void kw_material(Card&, Model&);
@@ -43,6 +44,7 @@ void kw_node_file(Card&, Model&);
 void kw_node_print(Card&, Model&);
 void kw_nset(Card&, Model&);
 void kw_parameter(Card&, Model&);
+void kw_plastic(Card&, Model&);
 void kw_restart(Card&, Model&);
 void kw_solid_section(Card&, Model&);
 void kw_solver(Card&, Model&);
@@ -111,6 +113,8 @@ const Keyword keyword_table[] = {
      "prescribed displacements of all grid nodes on a plane"},
     {"HEADING", kw_heading, ANYWHERE, "", "title of the run"},
     {"HISTORY", kw_history, ANYWHERE, "FREQUENCY", "columns of the history file"},
+    {"HYPERELASTIC", kw_hyperelastic, IN_MATERIAL, "NEO HOOKE!",
+     "neo-Hookean material: C10, D1"},
     {"INCLUDE", kw_include, ANYWHERE | IN_MATERIAL, "INPUT!", "reads another file in this place"},
     {"INITIAL CONDITIONS", kw_initial_conditions, IN_MODEL, "TYPE!",
      "velocity or displacement at the start of the run"},
@@ -126,6 +130,8 @@ const Keyword keyword_table[] = {
     {"NODE PRINT", kw_node_print, IN_STEP, "NSET!|FREQUENCY|TOTALS", "prints nodal results into the listing"},
     {"NSET", kw_nset, IN_MODEL, "NSET!|GENERATE|WHERE", "set of nodes"},
     {"PARAMETER", kw_parameter, ANYWHERE, "", "names for numbers: name = expression"},
+    {"PLASTIC", kw_plastic, IN_MATERIAL, "HARDENING",
+     "yield stress over plastic strain: von Mises plasticity, isotropic hardening"},
     {"RESTART", kw_restart, ANYWHERE, "READ|WRITE|FREQUENCY|TIME INTERVAL|OVERLAY",
      "files from which the run can be continued"},
     {"SOLID SECTION", kw_solid_section, IN_MODEL, "ELSET!|MATERIAL!|MASS",

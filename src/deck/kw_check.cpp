@@ -4,9 +4,9 @@
 
 namespace {
 
-const char* const plane_words = "U1|U2|V1|V2|S11|S22|S33|S12|E11|E22|E33|E12|SMISES|ENER";
+const char* const plane_words = "U1|U2|V1|V2|S11|S22|S33|S12|E11|E22|E33|E12|SMISES|ENER|PEEQ";
 const char* const solid_words =
-    "U1|U2|U3|V1|V2|V3|S11|S22|S33|S12|S23|S31|S13|E11|E22|E33|E12|E23|E31|E13|SMISES|ENER";
+    "U1|U2|U3|V1|V2|V3|S11|S22|S33|S12|S23|S31|S13|E11|E22|E33|E12|E23|E31|E13|SMISES|ENER|PEEQ";
 
 // 0.01 or 2% ; percent: of scale
 double read_tolerance(Card& card, double scale)

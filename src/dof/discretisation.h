@@ -15,7 +15,7 @@
 
 struct Discretisation {
   Elements el;
-  std::vector<MatLaw> point_law;       // of each body
+  PointLaws point_law;
   ActiveGrid grid;
   ContactPairs pairs;
   OverlapWatch watch;          // parts that nothing keeps apart

@@ -37,6 +37,8 @@ struct Dofs {
   IntVec row_of_node;          // [nnode] row of a node, -1: in no element
   IntVec node_of_row;          // [nfe]
   std::vector<long> row_key;   // [nrow] who a row is: node, or -1 - key of the grid node
+  ListTable group;             // [PointLaws::group] rows of all their points, ascending
+  IntVec group_first;          // [PointLaws::group] their first points
   ListTable bond;              // [nbond] rows of both sides
   RealVec bond_w;              // [bond.item] N_a of side A, -N_v of side B
   SysMatrix A;
@@ -49,15 +51,17 @@ struct Dofs {
   RealVec C;
   RealVec C_diag;              // [nrow*dim] its diagonal, of all ranks
   IntVec owned_point, owned_bond, owned_ghost;          // what this rank works on; elements: ElemBlock::owned
+  IntVec owned_group;          // groups of points (1.14) whose first point this rank works on
   std::vector<char> bond_owned;      // [nbond]
   IntVec owner;                // [nrow] rank that a row belongs to; one rank: empty
   IntVec elem_rank, point_rank;        // the division that the pattern was made for
   // block of A for each node pair, 2 k + 1: transposed; elements of this rank, block after block
   IntVec elem_map;
   IntVec point_map, bond_map, ghost_map;       // [owned_point], [owned_bond], [owned_ghost]
-  std::vector<size_t> point_map_off, bond_map_off, ghost_map_off;
+  IntVec group_map;            // [owned_group]
+  std::vector<size_t> point_map_off, bond_map_off, ghost_map_off, group_map_off;
   ListTable point_rows;        // the lists that the pattern was made for
-  ListTable bond_rows, ghost_rows;
+  ListTable bond_rows, ghost_rows, group_rows;
   long pattern = 0;            // number of the pattern
   long tangent = 0;            // number of the tangent in A
   Ties tie;
@@ -79,8 +83,8 @@ using Warned = std::set<std::string>;
 bool dof_divide(const Mesh& mesh, const Points& pts, const ActiveGrid& grid, bool fresh, Elements& el,
                 Division& d, Dofs& s);
 
-// dof_lists : calls use(n, rows) for every element, point, bond and ghost, in that order; all: also those
-// of other ranks
+// dof_lists : calls use(n, rows) for every element, point, bond, ghost and group of points, in that order;
+// all: also those of other ranks
 template <class Use>
 void dof_lists(const Mesh& mesh, const Elements& el, const ActiveGrid& grid, const Dofs& s, bool all, Use use)
 {
@@ -109,11 +113,13 @@ void dof_lists(const Mesh& mesh, const Elements& el, const ActiveGrid& grid, con
     for (int q = 0; q < grid.point.size(); ++q) use_point(q);
     for (int b = 0; b < s.bond.size(); ++b) use(s.bond.count(b), s.bond.begin(b));
     for (int q = 0; q < grid.ghost.size(); ++q) use_ghost(q);
+    for (int k = 0; k < s.group.size(); ++k) use(s.group.count(k), s.group.begin(k));
     return;
   }
   for (int q : s.owned_point) use_point(q);
   for (int b : s.owned_bond) use(s.bond.count(b), s.bond.begin(b));
   for (int q : s.owned_ghost) use_ghost(q);
+  for (int k : s.owned_group) use(s.group.count(k), s.group.begin(k));
 }
 
 // dof_form : rows, lists, equations, and, when a list has changed, division, pattern and scatter maps; the

@@ -150,6 +150,9 @@ void take_owned(const Division& d, const ActiveGrid& grid, Elements& el, Dofs& s
   s.owned_ghost.clear();
   for (int q = 0; q < grid.ghost.size(); ++q)
     if (s.owner[s.nfe + grid.ghost.begin(q)[0]] == me) s.owned_ghost.push_back(q);
+  s.owned_group.clear();
+  for (int k = 0; k < s.group.size(); ++k)
+    if (d.point[s.group_first[k]] == me) s.owned_group.push_back(k);
 }
 
 // one rank: all
@@ -163,6 +166,7 @@ void take_all(const ActiveGrid& grid, Dofs& s)
   all(s.owned_point, grid.point.size());
   all(s.owned_bond, s.bond.size());
   all(s.owned_ghost, grid.ghost.size());
+  all(s.owned_group, s.group.size());
   s.bond_owned.assign(s.bond.size(), 1);
 }
 

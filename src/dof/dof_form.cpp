@@ -116,9 +116,29 @@ void find_mesh_rows(ActiveGrid& grid, Dofs& s)
     }
 }
 
+// rows of the points that share their change of volume, each once
+void form_groups(const ListTable& group, const ActiveGrid& grid, Dofs& s)
+{
+  s.group = ListTable();
+  s.group_first.clear();
+  IntVec row;
+  for (int k = 0; k < group.size(); ++k) {
+    row.clear();
+    for (int i = group.off[k]; i < group.off[k + 1]; ++i)
+      for (int j = grid.point.off[group.item[i]]; j < grid.point.off[group.item[i] + 1]; ++j)
+        row.push_back(s.nfe + grid.point.item[j]);
+    std::sort(row.begin(), row.end());
+    row.erase(std::unique(row.begin(), row.end()), row.end());
+    s.group.item.insert(s.group.item.end(), row.begin(), row.end());
+    s.group.off.push_back(static_cast<int>(s.group.item.size()));
+    s.group_first.push_back(group.begin(k)[0]);
+  }
+}
+
 void form_lists(const Bonds& bonds, Discretisation& d, Dofs& s)
 {
   find_mesh_rows(d.grid, s);
+  form_groups(d.point_law.group, d.grid, s);
   s.nrow = s.nfe + d.grid.nnode;
   s.row_key.assign(s.node_of_row.begin(), s.node_of_row.end());
   for (long key : d.grid.key) s.row_key.push_back(-1 - key);
@@ -173,7 +193,7 @@ int block_place(const SysMatrix& A, int r, int c)
 // where every node pair goes
 void form_maps(const Mesh& mesh, const Elements& el, const ActiveGrid& grid, Dofs& s)
 {
-  size_t nelem = 0, list = 0, pairs[4] = {};
+  size_t nelem = 0, list = 0, pairs[5] = {};
   for (const ElemBlock& b : el.block) {
     nelem += elem_owned(b).size();
     pairs[0] += elem_owned(b).size() * pair_count(shape_info[b.shape].nen);
@@ -181,19 +201,23 @@ void form_maps(const Mesh& mesh, const Elements& el, const ActiveGrid& grid, Dof
   s.point_map_off.assign(1, 0);
   s.bond_map_off.assign(1, 0);
   s.ghost_map_off.assign(1, 0);
+  s.group_map_off.assign(1, 0);
   for (int q : s.owned_point) s.point_map_off.push_back(pairs[1] += pair_count(grid.point.count(q)));
   for (int q : s.owned_bond) s.bond_map_off.push_back(pairs[2] += pair_count(s.bond.count(q)));
   for (int q : s.owned_ghost) s.ghost_map_off.push_back(pairs[3] += pair_count(grid.ghost.count(q)));
+  for (int k : s.owned_group) s.group_map_off.push_back(pairs[4] += pair_count(s.group.count(k)));
   s.elem_map.resize(pairs[0]);
   s.point_map.resize(pairs[1]);
   s.bond_map.resize(pairs[2]);
   s.ghost_map.resize(pairs[3]);
-  const size_t npoint = s.owned_point.size(), nbond = s.owned_bond.size();
+  s.group_map.resize(pairs[4]);
+  const size_t npoint = s.owned_point.size(), nbond = s.owned_bond.size(), nghost = s.owned_ghost.size();
   int* map = s.elem_map.data();
   dof_lists(mesh, el, grid, s, false, [&](int n, const int* row) {
     if (list == nelem) map = s.point_map.data();
     if (list == nelem + npoint) map = s.bond_map.data();
     if (list == nelem + npoint + nbond) map = s.ghost_map.data();
+    if (list == nelem + npoint + nbond + nghost) map = s.group_map.data();
     for (int a = 0; a < n; ++a)
       for (int b = 0; b <= a; ++b)
         *map++ = row[a] >= row[b] ? 2 * block_place(s.A, row[a], row[b])
@@ -226,7 +250,7 @@ void dof_form(const Model& m, const Step& step, State& st, Discretisation& d, Do
   form_lists(st.bonds, d, s);
   bool fresh = first || s.A.nrow != s.nrow;
   fresh = fresh || !same(s.point_rows, d.grid.point) || !same(s.bond_rows, s.bond) ||
-          !same(s.ghost_rows, d.grid.ghost);
+          !same(s.ghost_rows, d.grid.ghost) || !same(s.group_rows, s.group);
   fresh = dof_tie(m, step, s) || fresh;
   fresh = dof_divide(m.mesh, st.points, d.grid, fresh, d.el, st.division, s) || fresh;
   if (fresh) {
@@ -237,6 +261,7 @@ void dof_form(const Model& m, const Step& step, State& st, Discretisation& d, Do
     s.point_rows = d.grid.point;
     s.bond_rows  = s.bond;
     s.ghost_rows = d.grid.ghost;
+    s.group_rows = s.group;
     s.M.clear();
     s.C.clear();
     if (s.h_mean == 0.0) s.h_mean = mean_size(m, d.el);

@@ -4,6 +4,7 @@
 #ifndef MPFE_ELEM_ELEM_H
 #define MPFE_ELEM_ELEM_H
 
+#include "elem/bar_form.h"
 #include "elem/kernel.h"
 #include "mat/mat.h"
 #include "mat/split.h"
@@ -17,6 +18,7 @@ struct IpFields {
   double sig[6] = {0, 0, 0, 0, 0, 0};          // Cauchy stress
   double E[6]   = {0, 0, 0, 0, 0, 0};          // Green-Lagrange strain (linear strain without NLGEOM)
   double psi = 0.0;                            // strain energy / volume at t = 0
+  double plastic = 0.0;                        // equivalent plastic strain
   double V0  = 0.0;                            // volume of the point at t = 0
 };
 
@@ -30,6 +32,8 @@ struct ElemBlock {
   double alpha = 0.0;          // *DAMPING: force alpha M v                             1/time
   double thickness;
   bool lumped = false;         // diagonal mass
+  bool general = false;        // intact elements take elem_form_general, not the short form of the kernel
+  bool bar = false;            // their Gauss points share the change of volume (1.14)
   IntVec elem;                 // elements of the block
   IntVec live;                 // places of those that are still elements, ascending
   IntVec owned;                 // those of live that this rank works on; read it by elem_owned
@@ -47,6 +51,8 @@ struct Elements {
   std::vector<ElemBlock> block;
   IntVec block_of, slot_of;    // [Mesh::nelem] block and place in it, -1: no longer an element
   IntVec initial_block;                 // [Mesh::nelem] block at t = 0
+  IntVec gauss_of;             // [Mesh::nelem + 1] first Gauss point of an element among those of all
+  int history = 0;             // numbers that an integration point keeps
   const Fracture* frac = nullptr;   // what is broken; null: nothing can break
   int broken(int e) const { return frac ? frac->broken[e] : -1; }
 };
@@ -65,10 +71,16 @@ const IntVec& elem_owned(const ElemBlock& b);
 // elem_broken_law : law of broken element e with the degradation factor c
 ErodedLaw elem_broken_law(const Model& m, const Elements& el, int e, double c);
 
-// elem_form_broken : as elem_form, for an element that carries what its law leaves; without enhanced strains,
-// and det F is not asked for
-Status elem_form_broken(const ElemBlock& b, size_t slot, const ErodedLaw& law, const KernelMode& mode,
-                        const double* u0, const double* u1, double* re, double* ke);
+// elem_history : history of the Gauss points of element e at both ends of the step             [ngp]
+void elem_history(const Elements& el, const Level& l0, Level& l1, int e, HistoryStep* h);
+
+// elem_form_general : as elem_form, for laws that the short form of the kernel does not know
+//   in   broken    law of an element that carries what its law leaves: without enhanced strains, and det F is
+//                  not asked for; null: intact
+//        h         history of each Gauss point           [ngp]; its np1 is written
+Status elem_form_general(const ElemBlock& b, size_t slot, const ErodedLaw* broken, const KernelMode& mode,
+                         const double* u0, const double* u1, const HistoryStep* h, double* re,
+                         double* ke);
 
 // elem_form : residual and, unless ke is null, tangent of the element at place slot of its block
 //   in   u0, u1    nodal displacements at t(n), t(n+1)   [nen*dim]
@@ -78,6 +90,10 @@ Status elem_form_broken(const ElemBlock& b, size_t slot, const ErodedLaw& law, c
 using ElemForm = Status (*)(const ElemBlock& b, size_t slot, const KernelMode& mode,
                             const double* u0, const double* u1, double* re, double* ke);
 ElemForm elem_form(const ElemBlock& b);
+
+// elem_form_one : elem_form of an element of the state as it is, intact or broken; form: elem_form(b)
+Status elem_form_one(const Model& m, const Elements& el, const KernelMode& mode, const ElemBlock& b, int slot,
+                     ElemForm form, const Level& l0, Level& l1, double* re, double* ke);
 
 // elem_form_pack : elem_form of PACK elements at once, intact and not of an enhanced type; arrays as there,
 // [...][PACK]
@@ -108,12 +124,13 @@ auto by_shape(Shape s, Use use)
 }
 
 // elem_ends : displacements of the nodes of an element at both ends of the step      [nen*dim]
-inline void elem_ends(const State& st, const int* node, int nen, int dim, double* u0, double* u1)
+inline void elem_ends(const Level& l0, const Level& l1, const int* node, int nen, int dim, double* u0,
+                      double* u1)
 {
   for (int a = 0; a < nen; ++a)
     for (int i = 0; i < dim; ++i) {
-      u0[a * dim + i] = st.n.u[node[a] * dim + i];
-      u1[a * dim + i] = st.np1.u[node[a] * dim + i];
+      u0[a * dim + i] = l0.u[node[a] * dim + i];
+      u1[a * dim + i] = l1.u[node[a] * dim + i];
     }
 }
 
@@ -157,6 +174,10 @@ void elem_ip_fields(const Model& m, const Elements& el, const Level& l, bool nlg
 // broken material, or null
 void ip_fields_from(const MatLaw& law, int dim, bool nlgeom, const ErodedLaw* er, IpFields& out);
 
+// ip_general_from : strain E [6], sigma, psi of out from E and F of out; scale: Fbar = scale F; h: history
+void ip_general_from(const MatLaw& law, bool nlgeom, const double* E, double scale, const double* h,
+                     IpFields& out);
+
 // ip_stress_from : sigma, psi of out from out.F and out.E
 void ip_stress_from(const MatLaw& law, int dim, bool nlgeom, const ErodedLaw* er, IpFields& out);
 
@@ -164,8 +185,14 @@ void ip_stress_from(const MatLaw& law, int dim, bool nlgeom, const ErodedLaw* er
 // [ngp][dim*dim]
 void elem_strains(const Model& m, const Elements& el, int e, const RealVec& u, bool nlgeom, double* E);
 
-// elem_energy_one : strain energy of element e with displacements u; broken: with the degradation factor c
-double elem_energy_one(const Model& m, const Elements& el, int e, const RealVec& u, double c, bool nlgeom);
+// elem_energy_one : strain energy of element e in the level; broken: with the degradation factor c
+double elem_energy_one(const Model& m, const Elements& el, int e, const Level& l, double c, bool nlgeom);
+
+// elem_share_history : l.he as the ranks that work on the elements have it, on all ranks. Collective
+void elem_share_history(const Elements& el, Level& l);
+
+// elem_plastic : energy dissipated by plastic flow in the elements of this rank
+double elem_plastic(const Elements& el, const Level& l);
 
 // elem_viscous_loss : sum beta w dE : D : dE of the intact elements of this rank from l0 to l1; divided by
 // the time between them it is what viscous stress dissipates   doc/theory.md (2.20)

@@ -1,3 +1,6 @@
+#include <algorithm>
+#include <cmath>
+
 #include "elem/elem.h"
 #include "shape/shape.h"
 
@@ -22,6 +25,47 @@ void element_strains(const Model& m, const ElemBlock& b, size_t slot, const Real
     eas_strain(b.shape, &b.eas[b.kind[slot] * eas_size(b.shape)], &b.w[b.gauss(slot)], b.law, E, g,
                extra + g * D * D);
   for (int k = 0; k < info.ngp * D * D; ++k) E[k] += extra[k];
+}
+
+// strains of all Gauss points of an intact element of a general law               [ngp][6], scale [ngp]
+void general_strains(const Model& m, const ElemBlock& b, size_t slot, const RealVec& u, bool nlgeom,
+                     double* E, double* scale)
+{
+  const ShapeInfo& info = shape_info[b.shape];
+  const int dim = info.dim, nen = info.nen, *node = m.mesh.conn.begin(b.elem[slot]);
+  const size_t first = b.gauss(slot);
+  double ul[24], H[72], plane[72];
+  for (int a = 0; a < nen; ++a)
+    for (int i = 0; i < dim; ++i) ul[a * dim + i] = u[node[a] * dim + i];
+  for (int g = 0; g < info.ngp; ++g) {
+    const double* dN = &b.dNdX[(first + g) * nen * dim];
+    if (dim == 2) ip_gradient<2, 0>(dN, nen, ul, H + 4 * g);
+    else ip_gradient<3, 0>(dN, nen, ul, H + 9 * g);
+  }
+  std::fill_n(scale, info.ngp, 1.0);
+  if (b.bar && bar_strains({dim, info.ngp, nen, nullptr, &b.w[first], &b.law}, nlgeom, H, E, scale)) return;
+  for (int g = 0; g < info.ngp; ++g)
+    if (dim == 2) {
+      ip_strain<2>(nlgeom, H + 4 * g, plane);
+      six_components<2>(plane, 0.0, E + 6 * g);
+    } else {
+      ip_strain<3>(nlgeom, H + 9 * g, plane);
+      six_components<3>(plane, 0.0, E + 6 * g);
+    }
+}
+
+// stored energy of an intact element of a general law; h: history of its first Gauss point
+double general_energy(const Model& m, const ElemBlock& b, size_t slot, const RealVec& u, bool nlgeom,
+                      const double* h, int stride)
+{
+  double E[48], scale[8], none[MAX_HISTORY], sum = 0.0;
+  LawOutput out;
+  general_strains(m, b, slot, u, nlgeom, E, scale);
+  for (int g = 0; g < shape_info[b.shape].ngp; ++g) {
+    if (!law_update(b.law, nlgeom, E + 6 * g, h + g * stride, none, false, out)) return std::nan("");
+    sum += b.w[b.gauss(slot) + g] * out.psi;
+  }
+  return sum;
 }
 
 // strain energy of the element at place s; er: its law when it is broken, or null
@@ -73,7 +117,7 @@ using PackEnergy = void (*)(const Mesh& mesh, const ElemBlock& b, const int* slo
 
 PackEnergy pack_energy_of(const ElemBlock& b)
 {
-  if (elem_table[b.type].enhanced) return nullptr;
+  if (elem_table[b.type].enhanced || b.general) return nullptr;
   return by_shape(b.shape, [](auto z) -> PackEnergy { return pack_energy<z.D, z.N, z.NGP>; });
 }
 
@@ -94,6 +138,21 @@ void broken_stress(const MatLaw& law, int dim, bool nlgeom, const ErodedLaw& er,
   split_full(law, er.split, nlgeom, out.E, er.N, split);
   out.psi = er.c * split.psi_plus + split.psi_minus;
   for (int k = 0; k < 6; ++k) S[k] = er.c * split.Sp[k] + split.Sm[k];
+}
+
+// sigma = F S F^T / det F                                                            (2.3)
+void cauchy_stress(const double* F, const double* S, double* sig)
+{
+  static const int row[6] = {0, 1, 2, 0, 1, 2}, col[6] = {0, 1, 2, 1, 2, 0};
+  const double J = F[0] * (F[4] * F[8] - F[5] * F[7]) - F[1] * (F[3] * F[8] - F[5] * F[6]) +
+                   F[2] * (F[3] * F[7] - F[4] * F[6]);
+  const double Sm[9] = {S[0], S[3], S[5], S[3], S[1], S[4], S[5], S[4], S[2]};
+  for (int k = 0; k < 6; ++k) {
+    double s = 0.0;
+    for (int a = 0; a < 3; ++a)
+      for (int b = 0; b < 3; ++b) s += F[3 * row[k] + a] * Sm[3 * a + b] * F[3 * col[k] + b];
+    sig[k] = s / J;
+  }
 }
 
 // E of out (six components) from an enhanced element
@@ -119,7 +178,6 @@ void ip_fields_from(const MatLaw& law, int dim, bool nlgeom, const ErodedLaw* er
 
 void ip_stress_from(const MatLaw& law, int dim, bool nlgeom, const ErodedLaw* er, IpFields& out)
 {
-  static const int row[6] = {0, 1, 2, 0, 1, 2}, col[6] = {0, 1, 2, 1, 2, 0};
   double S[6];
   mat_full(law, dim, out.E, S);
   out.psi = 0.0;
@@ -134,15 +192,28 @@ void ip_stress_from(const MatLaw& law, int dim, bool nlgeom, const ErodedLaw* er
   // plane stress: S33 = 0, so the thickness stretch enters sigma through J alone
   if (dim == 2 && law.plane == PLANE_STRESS)
     F[8] = out.E[2] > -0.5 ? __builtin_sqrt(1.0 + 2.0 * out.E[2]) : 0.0;
-  const double J = F[0] * (F[4] * F[8] - F[5] * F[7]) - F[1] * (F[3] * F[8] - F[5] * F[6]) +
-                   F[2] * (F[3] * F[7] - F[4] * F[6]);
-  const double Sm[9] = {S[0], S[3], S[5], S[3], S[1], S[4], S[5], S[4], S[2]};
-  for (int k = 0; k < 6; ++k) {
-    double s = 0.0;
-    for (int a = 0; a < 3; ++a)
-      for (int b = 0; b < 3; ++b) s += F[3 * row[k] + a] * Sm[3 * a + b] * F[3 * col[k] + b];
-    out.sig[k] = s / J;
+  cauchy_stress(F, S, out.sig);
+}
+
+void ip_general_from(const MatLaw& law, bool nlgeom, const double* E, double scale, const double* h,
+                     IpFields& out)
+{
+  double none[MAX_HISTORY];
+  LawOutput l;
+  for (int k = 0; k < 6; ++k) out.E[k] = E[k];
+  if (!law_update(law, nlgeom, out.E, h, none, false, l)) {
+    out.psi = std::nan("");
+    for (double& s : out.sig) s = std::nan("");
+    return;
   }
+  out.psi     = l.psi;
+  out.plastic = law_of(law).history > HISTORY_EQUIVALENT ? h[HISTORY_EQUIVALENT] : 0.0;
+  for (int k = 0; k < 6; ++k) out.sig[k] = l.S[k];
+  if (!nlgeom) return;
+  double F[9];
+  for (int k = 0; k < 9; ++k) F[k] = scale * out.F[k];
+  if (law.plane == PLANE_STRESS) F[8] = std::sqrt(1.0 + 2.0 * out.E[2]);
+  cauchy_stress(F, l.S, out.sig);
 }
 
 void elem_ip_fields(const Model& m, const Elements& el, const Level& l, bool nlgeom,
@@ -169,6 +240,13 @@ void elem_ip_fields(const Model& m, const Elements& el, const Level& l, bool nlg
     ip_fields_from(b.law, dim, nlgeom, &er, out);
     return;
   }
+  if (b.general) {
+    double strain[48], scale[8];
+    general_strains(m, b, slot, l.u, nlgeom, strain, scale);
+    const double* h = el.history ? &l.he[static_cast<size_t>(el.gauss_of[e] + g) * el.history] : nullptr;
+    ip_general_from(b.law, nlgeom, strain + 6 * g, scale[g], h, out);
+    return;
+  }
   if (!elem_table[b.type].enhanced) {
     ip_fields_from(b.law, dim, nlgeom, nullptr, out);
     return;
@@ -187,14 +265,31 @@ void elem_strains(const Model& m, const Elements& el, int e, const RealVec& u, b
   else element_strains<3>(m, b, el.slot_of[e], u, nlgeom, nullptr, E);
 }
 
-double elem_energy_one(const Model& m, const Elements& el, int e, const RealVec& u, double c, bool nlgeom)
+double elem_energy_one(const Model& m, const Elements& el, int e, const Level& l, double c, bool nlgeom)
 {
   const ElemBlock& b = el.block[el.initial_block[e]];
+  if (b.general && el.broken(e) < 0)
+    return general_energy(m, b, el.slot_of[e], l.u, nlgeom,
+                          el.history ? &l.he[static_cast<size_t>(el.gauss_of[e]) * el.history] : nullptr,
+                          el.history);
   ErodedLaw er;
   if (el.broken(e) >= 0) er = elem_broken_law(m, el, e, c);
   const ErodedLaw* law = el.broken(e) >= 0 ? &er : nullptr;
-  return m.dim == 2 ? one_energy<2>(m, b, el.slot_of[e], u, nlgeom, law)
-                    : one_energy<3>(m, b, el.slot_of[e], u, nlgeom, law);
+  return m.dim == 2 ? one_energy<2>(m, b, el.slot_of[e], l.u, nlgeom, law)
+                    : one_energy<3>(m, b, el.slot_of[e], l.u, nlgeom, law);
+}
+
+double elem_plastic(const Elements& el, const Level& l)
+{
+  double sum = 0.0;
+  if (el.history <= HISTORY_DISSIPATED) return sum;
+  for (const ElemBlock& b : el.block)
+    for (int s : elem_owned(b)) {
+      const double* h = &l.he[static_cast<size_t>(el.gauss_of[b.elem[s]]) * el.history];
+      for (int g = 0; g < shape_info[b.shape].ngp; ++g)
+        sum += b.w[b.gauss(s) + g] * h[g * el.history + HISTORY_DISSIPATED];
+    }
+  return sum;
 }
 
 double elem_energy(const Model& m, const Elements& el, const Level& l, bool nlgeom, RealVec* each)
@@ -222,7 +317,7 @@ double elem_energy(const Model& m, const Elements& el, const Level& l, bool nlge
         slot[n++] = s;
         if (n == PACK) flush();
       } else {
-        add(e, elem_energy_one(m, el, e, l.u, intact ? 1.0 : l.degr[e], nlgeom), intact);
+        add(e, elem_energy_one(m, el, e, l, intact ? 1.0 : l.degr[e], nlgeom), intact);
       }
     }
     flush();
@@ -239,6 +334,16 @@ double elem_viscous_loss(const Model& m, const Elements& el, const Level& l0, co
     for (int slot : elem_owned(b)) {
       const int e = b.elem[slot];
       if (el.broken(e) >= 0) continue;
+      if (b.general) {
+        double scale[8];
+        general_strains(m, b, slot, l0.u, nlgeom, E0, scale);
+        general_strains(m, b, slot, l1.u, nlgeom, E1, scale);
+        for (int g = 0; g < shape_info[b.shape].ngp; ++g) {
+          for (int k = 6 * g; k < 6 * g + 6; ++k) E1[k] -= E0[k];
+          sum += b.law.beta * b.w[b.gauss(slot) + g] * law_viscous_work(b.law, E1 + 6 * g);
+        }
+        continue;
+      }
       elem_strains(m, el, e, l0.u, nlgeom, E0);
       elem_strains(m, el, e, l1.u, nlgeom, E1);
       for (int g = 0; g < shape_info[b.shape].ngp; ++g) {

@@ -1,5 +1,4 @@
 #include "elem/elem.h"
-#include "elem/kernel_broken.h"
 
 namespace {
 
@@ -64,36 +63,7 @@ Status form_pack(const ElemBlock& b, const int* slot, const KernelMode& mode, co
   return bad ? BAD_JACOBIAN : STATUS_OK;
 }
 
-template <int D, int N, int NGP>
-Status form_broken(const ElemBlock& b, size_t slot, const ErodedLaw& law, const KernelMode& mode,
-                   const double* u0, const double* u1, double* re, double* ke)
-{
-  constexpr int nv = VoigtPlace<D>::nv;
-  const size_t first = b.gauss(slot);
-  const double *dNdX = &b.dNdX[first * N * D], *w = &b.w[first];
-  for (int k = 0; k < N * D; ++k) re[k] = 0.0;
-  if (ke)
-    for (int k = 0; k < pair_count(N) * D * D; ++k) ke[k] = 0.0;
-  for (int g = 0; g < NGP; ++g) {
-    const double* dN = dNdX + g * N * D;
-    double H0[D * D] = {0}, H1[D * D], Fb[D * D], S[D * D], C[nv * nv], B[N * nv * D], CB[N * nv * D];
-    ip_gradient<D, N>(dN, N, u1, H1);
-    if (mode.mid) ip_gradient<D, N>(dN, N, u0, H0);
-    ip_broken<D>(b.law, law, mode, H0, H1, Fb, S, ke ? C : nullptr);
-    ip_force<D, N>(dN, N, w[g], Fb, S, re);
-    if (ke) ip_tangent_general<D, N>(dN, N, w[g], C, mode.cG(), Fb, S, B, CB, ke);
-  }
-  return STATUS_OK;
-}
-
 }  // namespace
-
-Status elem_form_broken(const ElemBlock& b, size_t slot, const ErodedLaw& law, const KernelMode& mode,
-                        const double* u0, const double* u1, double* re, double* ke)
-{
-  return by_shape(b.shape,
-                  [&](auto z) { return form_broken<z.D, z.N, z.NGP>(b, slot, law, mode, u0, u1, re, ke); });
-}
 
 ErodedLaw elem_broken_law(const Model& m, const Elements& el, int e, double c)
 {
@@ -108,6 +78,6 @@ ElemForm elem_form(const ElemBlock& b)
 
 ElemFormPack elem_form_pack(const ElemBlock& b)
 {
-  if (elem_table[b.type].enhanced) return nullptr;
+  if (elem_table[b.type].enhanced || b.general) return nullptr;
   return by_shape(b.shape, [](auto z) -> ElemFormPack { return form_pack<z.D, z.N, z.NGP>; });
 }

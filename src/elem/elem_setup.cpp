@@ -30,6 +30,8 @@ ElemBlock& block_for(const Model& m, Elements& el, std::map<std::tuple<int, int,
     b.alpha     = mat.alpha;
     b.thickness = s.thickness;
     b.lumped    = s.lumped;
+    b.bar       = b.law.bar && !elem_table[type].enhanced && shape_info[b.shape].ngp > 1;
+    b.general   = b.law.kind != LAW_SVK || b.bar;
     el.block.push_back(b);
   }
   el.block_of[e] = it->second;
@@ -120,11 +122,16 @@ Status elem_setup(const Model& m, Elements& el, int* worst)
   el = Elements();
   el.block_of.assign(mesh.nelem(), -1);
   el.slot_of.assign(mesh.nelem(), -1);
+  el.gauss_of.assign(mesh.nelem(), 0);
+  el.history = law_history(m);
+  int gauss  = 0;
   for (int e = 0; e < mesh.nelem(); ++e) {
     if (mesh.elem_section[e] < 0) continue;
     ElemBlock& b          = block_for(m, el, known, e);
     const ShapeInfo& info = shape_info[b.shape];
     const int* node       = mesh.conn.begin(e);
+    el.gauss_of[e]        = gauss;
+    gauss += info.ngp;
     double X[24], rel[24];
     for (int a = 0; a < info.nen; ++a)
       for (int i = 0; i < info.dim; ++i) {
@@ -140,6 +147,7 @@ Status elem_setup(const Model& m, Elements& el, int* worst)
     *worst = e;
     return BAD_JACOBIAN;
   }
+  el.gauss_of.push_back(gauss);
   el.initial_block = el.block_of;
   elem_refresh(el);
   return STATUS_OK;

@@ -17,7 +17,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "elem/kernel.h"
+#include "elem/kernel_general.h"
 #include "mat/split.h"
 
 // Statics: a broken band carries stress along the crack, but no shear; under compression it wrinkles at once,
@@ -25,13 +25,6 @@
 // holds it:
 //
 //   psi = k/2 sum_a (2 E_na)^2,  a: the directions in the crack plane          (2.16)
-
-template <int D>
-struct VoigtPlace {            // tensor components of the nv strains, engineering shear last
-  static constexpr int nv = D == 2 ? 3 : 6;
-  static constexpr int row[6] = {0, 1, D == 2 ? 0 : 2, 0, 1, 2};
-  static constexpr int col[6] = {0, 1, D == 2 ? 1 : 2, 1, 2, 0};
-};
 
 // the step of the strains E0 -> E1 [D*D]
 template <int D>
@@ -238,45 +231,6 @@ inline void ip_broken(const MatLaw& law, const ErodedLaw& er, const KernelMode& 
   }
   for (int k = 0; k < D * D; ++k) Fb[k] = !mode.finite ? 0.0 : mode.mid ? 0.5 * (H0[k] + H1[k]) : H1[k];
   for (int i = 0; i < D; ++i) Fb[i * D + i] += 1.0;
-}
-
-// ke [pairs a >= b][D*D] += w [ B_a^T C B_b + cG (dN_a/dX . S dN_b/dX) I ]; scratch B, CB [n*nv*D]
-template <int D, int N>
-inline void ip_tangent_general(const double* dNdX, int n, double w, const double* C, double cG,
-                               const double* Fb, const double* S, double* B, double* CB, double* ke)
-{
-  using V = VoigtPlace<D>;
-  constexpr int nv = V::nv;
-  const int nn = N ? N : n;
-  for (int a = 0; a < nn; ++a)
-    for (int i = 0; i < nv; ++i)
-      for (int k = 0; k < D; ++k) {
-        const int r = V::row[i], c = V::col[i];
-        const double* g = dNdX + a * D;
-        B[(a * nv + i) * D + k] = r == c ? Fb[k * D + r] * g[r] : Fb[k * D + r] * g[c] + Fb[k * D + c] * g[r];
-      }
-  for (int a = 0; a < nn; ++a)
-    for (int i = 0; i < nv; ++i)
-      for (int k = 0; k < D; ++k) {
-        double sum = 0.0;
-        for (int j = 0; j < nv; ++j) sum += C[i * nv + j] * B[(a * nv + j) * D + k];
-        CB[(a * nv + i) * D + k] = w * sum;
-      }
-  for (int a = 0; a < nn; ++a)
-    for (int b = 0; b <= a; ++b) {
-      double* k = ke + pair_place(a, b) * D * D;
-      double geo = 0.0;
-      for (int i = 0; i < D; ++i)
-        for (int j = 0; j < D; ++j) geo += dNdX[a * D + i] * S[i * D + j] * dNdX[b * D + j];
-      for (int i = 0; i < D; ++i) {
-        for (int j = 0; j < D; ++j) {
-          double sum = 0.0;
-          for (int v = 0; v < nv; ++v) sum += B[(a * nv + v) * D + i] * CB[(b * nv + v) * D + j];
-          k[i * D + j] += sum;
-        }
-        k[i * D + i] += w * cG * geo;
-      }
-    }
 }
 
 #endif

@@ -38,10 +38,34 @@ void share_momentum(const Model& m, const Points& pts, int e, int c, double befo
   }
 }
 
+// The points take the history of the Gauss point next to them at t = 0: whole, since means of plastic
+// deformations are none
+void pass_history(const Model& m, const Elements& el, int e, int first, State& st)
+{
+  const size_t n = static_cast<size_t>(el.history);
+  if (n == 0) return;
+  const Points& pts = st.points;
+  const int ngp = shape_info[el.block[el.initial_block[e]].shape].ngp;
+  st.n.hp.resize(pts.npoint * n);
+  for (int p = first; p < pts.npoint; ++p) {
+    double X[3] = {0, 0, 0}, at[3], N[8], nearest = 1e300;
+    for (int k = pts.conn.off[p]; k < pts.conn.off[p + 1]; ++k)
+      for (int i = 0; i < m.dim; ++i) X[i] += pts.w[k] * pts.Xc[pts.conn.item[k] * m.dim + i];
+    for (int g = 0; g < ngp; ++g) {
+      elem_gauss_place(m, el, e, g, at, N);
+      double d = 0.0;
+      for (int i = 0; i < m.dim; ++i) d += (X[i] - at[i]) * (X[i] - at[i]);
+      if (d >= nearest * (1.0 - 1e-9)) continue;
+      nearest = d;
+      std::copy_n(&st.n.he[(el.gauss_of[e] + g) * n], n, &st.n.hp[p * n]);
+    }
+  }
+}
+
 //   mass [ncorner]    of the domains so far at their corners
 //   added [ncorner]   scratch, all zero before and after
-void convert_one(const Model& m, const FracMesh& fm, int e, CornerShare& share, RealVec& mass, RealVec& added,
-                 State& st)
+void convert_one(const Model& m, const Elements& el, const FracMesh& fm, int e, CornerShare& share,
+                 RealVec& mass, RealVec& added, State& st)
 {
   const ConversionDef& c = m.conversion[fm.conv[e]];
   const int first = st.points.npoint, old = st.points.ncorner;
@@ -63,6 +87,7 @@ void convert_one(const Model& m, const FracMesh& fm, int e, CornerShare& share, 
     st.points.broken[p] = st.frac.broken[e];
     for (int i = 0; i < 3; ++i) st.points.normal[3 * p + i] = st.frac.normal[3 * e + i];
   }
+  pass_history(m, el, e, first, st);
   st.frac.phase[e] = AS_POINTS;
   st.frac.converted.push_back(e);
 }
@@ -224,7 +249,7 @@ void frac_convert(const Model& m, Elements& el, const FracMesh& fm, const IntVec
   if (elem.empty()) return;
   RealVec mass(st.points.ncorner, 0.0), added;
   point_add_mass(st.points, 0, 0, mass);
-  for (int e : elem) convert_one(m, fm, e, share, mass, added, st);
+  for (int e : elem) convert_one(m, el, fm, e, share, mass, added, st);
   elem_refresh(el);
   frac_interfaces(m, fm, st);
 }

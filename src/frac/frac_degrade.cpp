@@ -8,7 +8,7 @@ namespace {
 double broken_energy(const Model& m, const Step& s, const Elements& el, const Points& pts, const Fracture& fr,
                      const Level& l, int e, double c)
 {
-  if (fr.phase[e] == AS_ELEMENT) return elem_energy_one(m, el, e, l.u, c, s.nlgeom);
+  if (fr.phase[e] == AS_ELEMENT) return elem_energy_one(m, el, e, l, c, s.nlgeom);
   double sum = 0.0;
   for (int p = pts.of_elem[e]; p < pts.npoint && pts.parent[p] == e; ++p)
     sum += point_energy_one(m, pts, l, p, c);

@@ -350,7 +350,7 @@ void take_surface(const Scan& s, int e, double radius, double* J)
     bool notch = false;
     for (const FreeFace& o : face) notch = notch || (&o != &f && look_at(f, o, s.fm.local[e], false));
     if (notch) continue;
-    const double W = elem_energy_one(s.m, s.el, f.elem, s.l.u, 1.0, s.step.nlgeom) / s.fm.volume[f.elem];
+    const double W = elem_energy_one(s.m, s.el, f.elem, s.l, 1.0, s.step.nlgeom) / s.fm.volume[f.elem];
     for (int i = 0; i < 3; ++i) J[i] += q * W * f.area[i];
   }
 }
@@ -765,7 +765,7 @@ double frac_erode(const Model& m, const Step& step, const Elements& el, const Fr
                   Fracture& fr, Level& l)
 {
   const int e = x.elem;
-  const double before = elem_energy_one(m, el, e, l.u, 1.0, step.nlgeom);
+  const double before = elem_energy_one(m, el, e, l, 1.0, step.nlgeom);
   const Scan s{m, step, el, fm, fr, l, {}, {}};
   double E[9];
   mean_strain(s, e, E);
@@ -778,5 +778,5 @@ double frac_erode(const Model& m, const Step& step, const Elements& el, const Fr
   fr.area += crack_area(s, e, N);
   fr.releasing.push_back(e);
   if (!s.dynamic() || fm.release[e] == 0.0) l.degr[e] = s.def(e).stiffness;
-  return before - elem_energy_one(m, el, e, l.u, l.degr[e], step.nlgeom);
+  return before - elem_energy_one(m, el, e, l, l.degr[e], step.nlgeom);
 }

@@ -25,6 +25,9 @@ struct MatLaw {
   double lam3 = 0;             // lam of three dimensions
   double beta = 0;             // viscous stress beta D : dE/dt, D of lam and mu                  time
   Plane plane = PLANE_STRAIN;
+  LawKind kind = LAW_SVK;
+  bool bar = false;            // integration points share their change of volume (1.14)
+  const Material* material = nullptr;  // of the model, which is const
 };
 
 MatLaw mat_law(const Material& m, Plane plane);

@@ -1,5 +1,12 @@
 #include "mat/mat.h"
 
+namespace {
+
+const double LOCKS = 0.49;     // Poisson's ratio from which full integration is too stiff: bending of CPE4 at
+                               // 0.49 has a third of its deflection (verification A16, Cook's membrane)
+
+}  // namespace
+
 MatLaw mat_law(const Material& m, Plane plane)
 {
   MatLaw law;
@@ -8,6 +15,9 @@ MatLaw mat_law(const Material& m, Plane plane)
   law.lam   = plane == PLANE_STRESS ? 2.0 * law.lam3 * law.mu / (law.lam3 + 2.0 * law.mu) : law.lam3;
   law.beta  = m.beta;
   law.plane = plane;
+  law.kind  = m.law;
+  law.bar   = plane != PLANE_STRESS && !m.breaks && (m.law == LAW_J2 || m.poisson >= LOCKS);
+  law.material = &m;
   return law;
 }
 

@@ -56,16 +56,24 @@ struct Surface {
 // How the energy divides into a part that a crack releases and one that it keeps (doc/theory.md 2.1)
 enum Split { SPLIT_RCE, SPLIT_VD, SPLIT_SPECTRAL, SPLIT_PRESSURE, SPLIT_NONE, SPLIT_CRACK };
 
+// rows of the table in mat/law_step.cpp
+enum LawKind { LAW_SVK, LAW_NEO_HOOKE, LAW_J2 };
+
 struct Material {
   std::string name;
+  LawKind law = LAW_SVK;
   double young   = 0.0;        // force/length^2
   double poisson = 0.0;
   double density = 0.0;        // mass/length^3, 0: not given
   double alpha = 0.0;          // *DAMPING: force alpha M v                                      1/time
   double beta  = 0.0;          // *DAMPING: stress beta D : dE/dt                                time
-  bool has_elastic = false;
+  // *PLASTIC: yield stress over equivalent plastic strain, piecewise linear, constant beyond the last
+  RealVec yield, plastic_strain;
+  bool has_elastic = false;    // *ELASTIC, or *HYPERELASTIC: young and poisson are those of small strains
   bool has_damping = false;
   bool used = false;           // by a section or a body
+  bool hyper  = false;         // *HYPERELASTIC
+  bool breaks = false;         // an element of it can break
   Place place;
 };
 

@@ -30,6 +30,9 @@ struct Points {
   IntVec label;                // [npoint] the user's: 1, 2, ...
   IntVec of_elem;              // [nelem] first point of an element that became points, -1; empty: none did
   IntVec parent;               // [npoint] element that it was, -1: a point from the start
+  // [npoint] next one of the points of its initial cell, or of the element that it was; the last leads to the
+  // first
+  IntVec next;
   IntVec broken;               // [npoint] index into Model::fracture when broken, -1: intact
   RealVec normal;              // [npoint*3] normal of the crack, frozen when it broke
   IntVec released;              // [npoint] 1: came off its neighbours, its corners are its own
@@ -101,6 +104,8 @@ struct Level {                 // one time level
   RealVec slip;                // [nbond*dim] side A minus side B; contact: the gap  length
   RealVec lambda;              // [nbond*dim] multiplier of the augmented Lagrange; contact: friction   force
   RealVec lambda_n;            // [nbond] contact: normal multiplier, not positive            force
+  // history of the law at the Gauss points of all elements, and of points; empty: no law keeps any
+  RealVec he, hp;
   // [nelem] degradation factor of psi+: 1 intact, c when its release is over; empty: nothing can break
   RealVec degr;
 };
@@ -116,6 +121,7 @@ struct Ledger {                // energies and momenta at t(n), [3] in space
   // external: work of loads and moved supports so far
   double kinetic = 0, strain = 0, bond = 0, external = 0;
   double friction = 0;         // dissipated by friction so far
+  double plastic = 0;          // dissipated by plastic flow so far
   // released by erosion, in statics also by the equilibrium that follows it, so far
   double fracture = 0;
   double ghost = 0;            // dissipated by ghost stabilisation so far
@@ -123,7 +129,7 @@ struct Ledger {                // energies and momenta at t(n), [3] in space
   double renewal = 0;          // statics: lost on the way to equilibrium on a new grid so far
   double conversion = 0;       // lost when elements became points (averages, bonds), so far
   double total0 = 0;           // kinetic + strain + bond at the start of the run
-  // kinetic + strain + bond + friction + fracture + ghost + viscous + renewal + conversion - total0
+  // kinetic + strain + bond + plastic + friction + fracture + ghost + viscous + renewal + conversion - total0
   // - external
   double balance = 0;
   double scale = 0;            // largest energy seen so far

@@ -95,6 +95,7 @@ bool points_fit(const Model& m, const Points& begin, const Points& p)
   if (!index(p.body, n, 0, nbody) || !has(p.label, n) || !index(p.parent, n, -1, nelem) ||
       !index(p.broken, n, -1, nfrac))
     return false;
+  if (!index(p.next, n, 0, p.npoint) || !distinct(p.next, p.npoint)) return false;
   if (!(p.of_elem.empty() || index(p.of_elem, nelem, -1, p.npoint))) return false;
   if (!real(p.normal, 3 * n) || !has(p.released, n) || !index(p.field, c, FIELD_OWN, fields(m)) ||
       !index(p.twin, c, 0, p.ncorner) || !hangs_fit(m, p))
@@ -154,14 +155,25 @@ bool finite(const RealVec& v, std::size_t n)
   return v.size() == n && std::all_of(v.begin(), v.end(), [](double x) { return std::isfinite(x); });
 }
 
+// history of the laws: the same number for each integration point
+bool history_fits(const Model& m, const Points& p, const Level& l)
+{
+  size_t gauss = 0;
+  for (int e = 0; e < m.mesh.nelem(); ++e)
+    if (m.mesh.elem_section[e] >= 0) gauss += shape_info[elem_table[m.mesh.elem_type[e]].shape].ngp;
+  const size_t n = l.he.empty() || gauss == 0 ? 0 : l.he.size() / gauss;
+  const size_t k = l.hp.empty() || p.npoint == 0 ? 0 : l.hp.size() / p.npoint;
+  return real(l.he, gauss * n) && real(l.hp, p.npoint * k);
+}
+
 bool level_fits(const Model& m, const State& s, const Level& l)
 {
   const std::size_t dim = m.dim, nodal = m.mesh.nnode() * dim, corners = s.points.ncorner * dim,
                     bonds = s.bonds.nbond;
   return std::fabs(l.time) < FAR && real(l.u, nodal) && real(l.v, nodal) && real(l.a, nodal) &&
          real(l.uc, corners) && real(l.vc, corners) && real(l.degr, s.frac.empty() ? 0 : m.mesh.nelem()) &&
-         real(l.vp, s.points.npoint * dim) && finite(l.slip, bonds * dim) && real(l.lambda, bonds * dim) &&
-         real(l.lambda_n, bonds);
+         real(l.vp, s.points.npoint * dim) && history_fits(m, s.points, l) && finite(l.slip, bonds * dim) &&
+         real(l.lambda, bonds * dim) && real(l.lambda_n, bonds);
 }
 
 bool rest_fits(const Model& m, const State& s)

@@ -21,10 +21,10 @@ inline void io(Archive& f, Face& x)
 
 inline void io(Archive& f, Points& x)
 {
-  auto& [npoint, ncorner, Xc, shape, conn, w, G, sampled, mc, V0, mass, body, label, of_elem, parent, broken,
-         normal, released, field, twin, hang, hang_w, hangs, boundary, surface] = x;
+  auto& [npoint, ncorner, Xc, shape, conn, w, G, sampled, mc, V0, mass, body, label, of_elem, parent, next,
+         broken, normal, released, field, twin, hang, hang_w, hangs, boundary, surface] = x;
   io_all(f, npoint, ncorner, Xc, shape, conn, w, G, sampled, mc, V0, mass, body, label, of_elem, parent,
-         broken, normal, released, field, twin, hang, hang_w, hangs, boundary, surface);
+         next, broken, normal, released, field, twin, hang, hang_w, hangs, boundary, surface);
 }
 
 inline void io(Archive& f, Bonds& x)
@@ -45,16 +45,16 @@ inline void io(Archive& f, Fracture& x)
 
 inline void io(Archive& f, Level& x)
 {
-  auto& [time, u, v, a, uc, vc, vp, slip, lambda, lambda_n, degr] = x;
-  io_all(f, time, u, v, a, uc, vc, vp, slip, lambda, lambda_n, degr);
+  auto& [time, u, v, a, uc, vc, vp, slip, lambda, lambda_n, he, hp, degr] = x;
+  io_all(f, time, u, v, a, uc, vc, vp, slip, lambda, lambda_n, he, hp, degr);
 }
 
 inline void io(Archive& f, Ledger& x)
 {
-  auto& [kinetic, strain, bond, external, friction, fracture, ghost, viscous, renewal, conversion, total0,
-         balance, scale, momentum, angular, slip_max, slip_rms] = x;
-  io_all(f, kinetic, strain, bond, external, friction, fracture, ghost, viscous, renewal, conversion, total0,
-         balance, scale, momentum, angular, slip_max, slip_rms);
+  auto& [kinetic, strain, bond, external, friction, plastic, fracture, ghost, viscous, renewal, conversion,
+         total0, balance, scale, momentum, angular, slip_max, slip_rms] = x;
+  io_all(f, kinetic, strain, bond, external, friction, plastic, fracture, ghost, viscous, renewal, conversion,
+         total0, balance, scale, momentum, angular, slip_max, slip_rms);
 }
 
 inline void io(Archive& f, ContactLog& x)

@@ -27,7 +27,9 @@
 
 // ---- quantities (out_quantity.cpp) ------------------------------------------
 
-enum QuantityKind { Q_NONE, Q_U, Q_V, Q_A, Q_X, Q_RF, Q_GRF, Q_CONTACT, Q_FRAC, Q_S, Q_E, Q_MISES, Q_ENER };
+enum QuantityKind {
+  Q_NONE, Q_U, Q_V, Q_A, Q_X, Q_RF, Q_GRF, Q_CONTACT, Q_FRAC, Q_S, Q_E, Q_MISES, Q_ENER, Q_PEEQ
+};
 
 struct Quantity {              // U1: {Q_U, 0};  S12: {Q_S, 3}
   QuantityKind kind = Q_NONE;
@@ -38,7 +40,7 @@ struct Quantity {              // U1: {Q_U, 0};  S12: {Q_S, 3}
 Quantity quantity_find(const std::string& word);
 bool quantity_is_nodal(const Quantity& q);       // U V A X RF GRF
 bool quantity_is_place(const Quantity& q);       // U V A X: known at every place of a body
-double quantity_ip(const Quantity& q, const IpFields& f);   // S E SMISES ENER
+double quantity_ip(const Quantity& q, const IpFields& f);   // S E SMISES ENER PEEQ
 double mises_stress(const double sig[6]);
 
 // elem_nodal_at : U V A X in element e, shape functions N at the place

@@ -71,6 +71,7 @@ void el_rows(std::FILE* file, const Model& m, const Elements& el, const State& s
       if (what == 'S') six(file, f.sig);
       if (what == 'E') six(file, f.E);
       if (what == 'W') std::fprintf(file, "%14.6E\n", f.psi);
+      if (what == 'P') std::fprintf(file, "%14.6E\n", f.plastic);
     }
 }
 
@@ -80,13 +81,14 @@ void el_print(std::FILE* file, const Model& m, const Elements& el, const State& 
   const Set& set = m.elset[request.set];
   const char* const points = "elem, integ.pnt.,";
   for (const std::string& what : request.what) {
-    const bool stress = what == "S", strain = what == "E", energy = what == "ENER";
-    if (!stress && !strain && !energy) continue;
+    const bool stress = what == "S", strain = what == "E", energy = what == "ENER", plastic = what == "PEEQ";
+    if (!stress && !strain && !energy && !plastic) continue;
     const std::string head = stress ? std::string("stresses (") + points + "sxx,syy,szz,sxy,sxz,syz)"
                            : strain ? std::string("strains (") + points + "exx,eyy,ezz,exy,exz,eyz)"
-                                    : std::string("internal energy density (") + points + "energy)";
+                           : energy ? std::string("internal energy density (") + points + "energy)"
+                                    : std::string("equivalent plastic strain (") + points + "pe)";
     header(file, head.c_str(), set, s.n.time);
-    el_rows(file, m, el, s, set, stress ? 'S' : strain ? 'E' : 'W');
+    el_rows(file, m, el, s, set, stress ? 'S' : strain ? 'E' : energy ? 'W' : 'P');
   }
 }
 

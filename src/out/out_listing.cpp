@@ -238,6 +238,7 @@ void out_listing_balance(std::FILE* file, const Model& m, const State& s)
   if (!s.frac.released.empty())
     std::fprintf(file, "  released points    %18zu   (their shape was made anew %d times)\n",
                  s.frac.released.size(), s.frac.renewed);
+  if (l.plastic != 0.0) std::fprintf(file, "  plastic flow    %18.10e\n", l.plastic);
   if (l.friction != 0.0) std::fprintf(file, "  friction        %18.10e\n", l.friction);
   if (l.ghost != 0.0) std::fprintf(file, "  ghosts          %18.10e\n", l.ghost);
   if (l.viscous != 0.0) std::fprintf(file, "  viscous         %18.10e\n", l.viscous);

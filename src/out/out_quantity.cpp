@@ -25,7 +25,8 @@ const Word words[] = {
     {"S11", Q_S, 0},        {"S22", Q_S, 1},         {"S33", Q_S, 2},          {"S12", Q_S, 3},
     {"S23", Q_S, 4},         {"S31", Q_S, 5},         {"S13", Q_S, 5},          {"E11", Q_E, 0},
     {"E22", Q_E, 1},         {"E33", Q_E, 2},         {"E12", Q_E, 3},          {"E23", Q_E, 4},
-    {"E31", Q_E, 5},         {"E13", Q_E, 5},         {"SMISES", Q_MISES, 0},   {"ENER", Q_ENER, 0}};
+    {"E31", Q_E, 5},         {"E13", Q_E, 5},         {"SMISES", Q_MISES, 0},   {"ENER", Q_ENER, 0},
+    {"PEEQ", Q_PEEQ, 0},     {"EPLAST", Q_FRAC, 14}};
 
 }  // namespace
 
@@ -63,6 +64,7 @@ double quantity_ip(const Quantity& q, const IpFields& f)
     case Q_E:     return f.E[q.comp];
     case Q_MISES: return mises_stress(f.sig);
     case Q_ENER:  return f.psi;
+    case Q_PEEQ:  return f.plastic;
     default:      return std::numeric_limits<double>::quiet_NaN();
   }
 }

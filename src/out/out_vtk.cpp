@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include "bond/bond.h"
 #include "out/out.h"
 #include "out/out_vtk_file.h"
@@ -7,15 +9,16 @@ namespace {
 const char* const kind_name[VTK_KINDS] = {"fe", "mp", "bond", "grid"};
 
 struct CellFields {            // one value a cell
-  RealVec stress[6], mises, energy, det;
+  RealVec stress[6], mises, energy, det, plastic;
 };
 
-void add_fields(CellFields& c, const double sig[6], double energy, double det)
+void add_fields(CellFields& c, const double sig[6], double energy, double det, double plastic)
 {
   for (int k = 0; k < 6; ++k) c.stress[k].push_back(sig[k]);
   c.mises.push_back(mises_stress(sig));
   c.energy.push_back(energy);
   c.det.push_back(det);
+  c.plastic.push_back(plastic);
 }
 
 double det_F(const double F[9])
@@ -24,13 +27,20 @@ double det_F(const double F[9])
          F[2] * (F[3] * F[7] - F[4] * F[6]);
 }
 
-void write_fields(VtkFile& f, const CellFields& c, int dim)
+bool yields(const Model& m)
+{
+  return std::any_of(m.material.begin(), m.material.end(),
+                     [](const Material& a) { return a.used && a.law == LAW_J2; });
+}
+
+void write_fields(VtkFile& f, const CellFields& c, int dim, bool plastic)
 {
   const char* const name[6] = {"S11", "S22", "S33", "S12", "S23", "S31"};
   for (int k = 0; k < (dim == 3 ? 6 : 4); ++k) vtk_scalars(f, name[k], c.stress[k]);
   vtk_scalars(f, "SMISES", c.mises);
   vtk_scalars(f, "ENER", c.energy);
   vtk_scalars(f, "J", c.det);
+  if (plastic) vtk_scalars(f, "PEEQ", c.plastic);
 }
 
 // opens JOB_kind_000123.vtk and puts it into the series
@@ -106,16 +116,17 @@ void element_fields(const Model& m, const Elements& el, const State& s, const Fe
 {
   IpFields f;
   for (int e : fe.elem) {
-    double sig[6] = {0, 0, 0, 0, 0, 0}, energy = 0.0, det = 0.0, volume = 0.0;
+    double sig[6] = {0, 0, 0, 0, 0, 0}, energy = 0.0, det = 0.0, plastic = 0.0, volume = 0.0;
     for (int g = 0; g < elem_gauss(m, el, e); ++g) {
       elem_ip_fields(m, el, s.n, out_nlgeom(m, s), e, g, f);
       for (int k = 0; k < 6; ++k) sig[k] += f.V0 * f.sig[k];
       energy += f.V0 * f.psi;
       det    += f.V0 * det_F(f.F);
+      plastic += f.V0 * f.plastic;
       volume += f.V0;
     }
     for (double& k : sig) k /= volume;
-    add_fields(cell, sig, energy / volume, det / volume);
+    add_fields(cell, sig, energy / volume, det / volume, plastic / volume);
   }
 }
 
@@ -141,7 +152,7 @@ void write_fe(const Model& m, const Elements& el, const State& s, const Fragment
   vtk_vectors(f, "reaction", gather(s.rf, fe.node, m.dim), m.dim);
   vtk_labels(f, "node_label", fe.node_label);
   vtk_cell_data(f, fe.conn.size());
-  write_fields(f, cell, m.dim);
+  write_fields(f, cell, m.dim, yields(m));
   vtk_labels(f, "label", fe.elem_label);
   vtk_labels(f, "material", fe.material);
   if (!s.frac.empty()) {
@@ -171,7 +182,7 @@ void write_mp(const Model& m, const State& s, const Fragments& fragments, Output
   IpFields ip;
   for (int p = 0; p < pts.npoint; ++p) {
     point_ip_fields(m, pts, s.n, p, ip);
-    add_fields(cell, ip.sig, ip.psi, det_F(ip.F));
+    add_fields(cell, ip.sig, ip.psi, det_F(ip.F), ip.plastic);
     type.push_back(shape_info[pts.shape[p]].vtk);
     body.push_back(pts.body[p] + 1);
   }
@@ -186,7 +197,7 @@ void write_mp(const Model& m, const State& s, const Fragments& fragments, Output
   vtk_vectors(f, "displacement", s.n.uc, m.dim);
   vtk_cell_data(f, pts.npoint);
   vtk_vectors(f, "velocity", s.n.vp, m.dim);
-  write_fields(f, cell, m.dim);
+  write_fields(f, cell, m.dim, yields(m));
   vtk_labels(f, "body", body);
   vtk_labels(f, "label", pts.label);
   if (!s.frac.empty()) {

@@ -95,21 +95,41 @@ Status grid_activate(const Model& m, const Points& pts, const Bonds& bonds, cons
 void grid_ghost(const Model& m, const Points& pts, const RealVec& uc, const std::vector<long>& node,
                 ActiveGrid& g);
 
+// Laws of the points, and which of them share their change of volume                    (1.14)
+struct PointLaws {
+  std::vector<MatLaw> body;    // [Model::body]
+  int history = 0;             // numbers that a point keeps
+  ListTable group;             // intact points of one initial cell or element; empty: no law asks for it
+  IntVec group_of;             // [npoint] -1: none; empty: no groups
+  bool in_group(int p) const { return !group_of.empty() && group_of[p] >= 0; }
+};
+
+// point_laws : law of each body. point_groups : the groups of the points as they are
+PointLaws point_laws(const Model& m);
+void point_groups(const Points& pts, PointLaws& law);
+
 // point_corner_force : internal force of the points in owned on their corners, from displacements and
-// degradation at t(n), t(n+1)
-//   out fc [ncorner*dim] added to;  BAD_JACOBIAN: *worst is the point
-Status point_corner_force(const Model& m, const Points& pts, const std::vector<MatLaw>& law,
-                          const KernelMode& mode, const Level& l0, const Level& l1, const IntVec& owned,
-                          RealVec& fc, int* worst);
+// degradation at t(n), t(n+1); groups: of PointLaws, those that this rank works on
+//   out l1.hp, fc [ncorner*dim] added to;  BAD_JACOBIAN: *worst is the point
+Status point_corner_force(const Model& m, const Points& pts, const PointLaws& law, const KernelMode& mode,
+                          const Level& l0, Level& l1, const IntVec& owned, const IntVec& groups, RealVec& fc,
+                          int* worst);
 
 // point_tangent : tangent of point p for its grid nodes, pairs a >= b [pairs][dim*dim]; work: scratch
-void point_tangent(const Model& m, const Points& pts, const std::vector<MatLaw>& law, const KernelMode& mode,
-                   const Level& l0, const Level& l1, const ActiveGrid& g, int p, RealVec& work, double* ke);
+void point_tangent(const Model& m, const Points& pts, const PointLaws& law, const KernelMode& mode,
+                   const Level& l0, Level& l1, const ActiveGrid& g, int p, RealVec& work, double* ke);
+
+// point_group_tangent : tangent of the points of group k
+//   in   n, row    rows of the nodes of all of them, ascending, counted from first       [n]
+//   out  ke        pairs a >= b [pairs][dim*dim]
+void point_group_tangent(const Model& m, const Points& pts, const PointLaws& law, const KernelMode& mode,
+                         const Level& l0, Level& l1, const ActiveGrid& g, int k, int n, const int* row,
+                         int first, double* ke);
 
 // point_tangent_pack : the same for PACK intact points of one body, with as many grid nodes, POINT_PACK_NODES
 // at most; ke [pairs][dim*dim][PACK], aligned as Pack
 const int POINT_PACK_NODES = 12;
-void point_tangent_pack(int dim, const Points& pts, const std::vector<MatLaw>& law, const KernelMode& mode,
+void point_tangent_pack(int dim, const Points& pts, const PointLaws& law, const KernelMode& mode,
                         const RealVec& uc0, const RealVec& uc1, const ActiveGrid& g, const int* point,
                         double* ke);
 
@@ -127,9 +147,6 @@ RealVec point_corner_momentum(const Points& pts, int dim, const RealVec& vc, con
 // point_velocities : v_p = sum_c w_c v_c
 void point_velocities(const Points& pts, int dim, const RealVec& vc, RealVec& vp);
 
-// point_laws : constitutive law of each body
-std::vector<MatLaw> point_laws(const Model& m);
-
 // point_ip_fields : results of a point; of l displacements of corners and degradation are read
 void point_ip_fields(const Model& m, const Points& pts, const Level& l, int p, IpFields& out);
 
@@ -137,10 +154,16 @@ void point_ip_fields(const Model& m, const Points& pts, const Level& l, int p, I
 double point_energy(const Model& m, const Points& pts, const Level& l, const IntVec& owned);
 
 // point_viscous_loss : elem_viscous_loss of the points in owned; law [body]
-double point_viscous_loss(const Points& pts, int dim, const std::vector<MatLaw>& law, const Level& l0,
-                          const Level& l1, const IntVec& owned);
+double point_viscous_loss(const Points& pts, int dim, const PointLaws& law, const Level& l0, const Level& l1,
+                          const IntVec& owned);
 
 // point_energy_one : strain energy of the broken point p with displacements of l; c: degradation factor
 double point_energy_one(const Model& m, const Points& pts, const Level& l, int p, double c);
+
+// point_share_history : l.hp as the ranks that work on points and groups have it, on all ranks. Collective
+void point_share_history(const PointLaws& law, const IntVec& mine, const IntVec& groups, Level& l);
+
+// point_plastic : energy dissipated by plastic flow in the points in mine
+double point_plastic(const Points& pts, const Level& l, const IntVec& mine);
 
 #endif

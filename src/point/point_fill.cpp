@@ -58,9 +58,16 @@ void add_point(Filler& f, int body, Shape shape, const int* corner)
   p.body.push_back(body);
   p.label.push_back(++p.npoint);
   p.parent.push_back(f.parent);
+  p.next.push_back(p.npoint - 1);
   p.broken.push_back(-1);
   p.released.push_back(0);
   p.normal.insert(p.normal.end(), 3, 0.0);
+}
+
+// the points from first on share their change of volume with each other
+void join_points(Points& p, int first)
+{
+  for (int q = first; q < p.npoint; ++q) p.next[q] = q + 1 < p.npoint ? q + 1 : first;
 }
 
 // WHERE of a body or a surface at X; a value that is no number is a mistake, told once for each
@@ -80,6 +87,7 @@ struct Box {
   int n[3] = {1, 1, 0};        // domains; n[2] = 0 in the plane
   double d[3] = {0, 0, 0};     // their size
   IntVec number;               // corner at (i, j, k), -1: not made yet
+  IntVec last;                 // [cells] last point made in a cell, -1: none yet
   int faults = 0;              // centres where WHERE is no number
 };
 
@@ -109,7 +117,14 @@ void box_domain(Filler& f, int body, Box& box, int i, int j, int k)
     const int corner[3] = {i + step[a][0], j + step[a][1], k + step[a][2]};
     c[a] = box_corner(f, body, box, corner);
   }
+  const int before = f.pts.npoint;
   add_point(f, body, f.m.dim == 3 ? SHAPE_HEX8 : SHAPE_QUAD4, c);
+  if (f.pts.npoint == before) return;
+  // into the ring of the points of its cell
+  const int m = b.per_cell;
+  int& last = box.last[(static_cast<size_t>(k / m) * (box.n[1] / m) + j / m) * (box.n[0] / m) + i / m];
+  if (last >= 0) std::swap(f.pts.next[before], f.pts.next[last]);
+  last = before;
 }
 
 void fill_box(Filler& f, int body)
@@ -124,6 +139,8 @@ void fill_box(Filler& f, int body)
     box.d[i] = length / box.n[i];
   }
   box.number.assign(static_cast<size_t>(box.n[0] + 1) * (box.n[1] + 1) * (box.n[2] + 1), -1);
+  box.last.assign(static_cast<size_t>(box.n[0] / b.per_cell) * (box.n[1] / b.per_cell) *
+                      std::max(1, box.n[2] / b.per_cell), -1);
   for (int k = 0; k < std::max(1, box.n[2]); ++k)
     for (int j = 0; j < box.n[1]; ++j)
       for (int i = 0; i < box.n[0]; ++i) box_domain(f, body, box, i, j, k);
@@ -289,6 +306,7 @@ void corners_at_nodes(Filler& f, const Body& b, int e)
 
 void fill_element(Filler& f, int body, int e)
 {
+  const int first = f.pts.npoint;
   switch (elem_table[f.m.mesh.elem_type[e]].shape) {
     case SHAPE_TRI3: fill_tri(f, body, e); break;
     case SHAPE_QUAD4: fill_quad(f, body, e); break;
@@ -299,6 +317,7 @@ void fill_element(Filler& f, int body, int e)
                 f.m.body[body].name.c_str());
       ++f.errors;
   }
+  join_points(f.pts, first);
 }
 
 void fill_elset(Filler& f, int body)

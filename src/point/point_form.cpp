@@ -1,3 +1,7 @@
+#include <algorithm>
+#include <cmath>
+
+#include "base/comm.h"
 #include "elem/kernel_broken.h"
 #include "point/point.h"
 
@@ -22,10 +26,23 @@ ErodedLaw broken_law(const Model& m, const Points& pts, int p, double c)
   return eroded_law(m, pts.broken[p], c, &pts.normal[3 * static_cast<size_t>(p)]);
 }
 
+// an intact point whose law the packs do not know
+bool is_general(const Points& pts, const PointLaws& law, int p)
+{
+  return pts.broken[p] < 0 && law_is_general(law.body[pts.body[p]]);
+}
+
+// history of point p at both ends of the step
+HistoryStep history_of(const PointLaws& law, const Level& l0, Level& l1, int p)
+{
+  const size_t at = static_cast<size_t>(p) * law.history;
+  return law.history ? HistoryStep{&l0.hp[at], &l1.hp[at]} : HistoryStep();
+}
+
 // calls pack(points, n) for n <= PACK intact points of one body and number of corners, repeated to PACK, and
-// one(p) for broken ones
+// one(p) for broken ones and those of general laws, but for those in groups
 template <class UsePack, class UseOne>
-void by_packs(const Points& pts, const IntVec& owned, UsePack pack, UseOne one)
+void by_packs(const Points& pts, const PointLaws& law, const IntVec& owned, UsePack pack, UseOne one)
 {
   int point[PACK], n = 0;
   const auto flush = [&]() {
@@ -35,7 +52,8 @@ void by_packs(const Points& pts, const IntVec& owned, UsePack pack, UseOne one)
     n = 0;
   };
   for (int p : owned) {
-    if (pts.broken[p] >= 0) {
+    if (law.in_group(p)) continue;
+    if (pts.broken[p] >= 0 || is_general(pts, law, p)) {
       one(p);
       continue;
     }
@@ -76,22 +94,102 @@ void add_corner_force(const Points& pts, int p, const double* re, int stride, Re
     for (int i = 0; i < D; ++i) fc[corner[a] * D + i] += re[(a * D + i) * stride];
 }
 
+// Fb, S and, unless C is null, C of a point that is broken or of a general law
 template <int D>
-Status corner_force(const Model& m, const Points& pts, const std::vector<MatLaw>& law, const KernelMode& mode,
-                    const Level& l0, const Level& l1, const IntVec& owned, RealVec& fc, int* worst)
+Status form_one(const Model& m, const Points& pts, const PointLaws& law, const KernelMode& mode,
+                const Level& l0, Level& l1, int p, const double* H0, const double* H1, double* Fb, double* S,
+                double* C)
+{
+  const MatLaw& of_body = law.body[pts.body[p]];
+  if (pts.broken[p] < 0) {
+    const HistoryStep h = history_of(law, l0, l1, p);
+    return ip_general<D>(of_body, mode, H0, H1, h.n, h.np1, Fb, S, C);
+  }
+  const double c = degr_of_step(l0, l1, mode.mid, pts.parent[p]);
+  ip_broken<D>(of_body, broken_law(m, pts, p, c), mode, H0, H1, Fb, S, C);
+  return STATUS_OK;
+}
+
+// What a group of points gives to bar_form, on any nodes
+template <int D>
+struct Group {
+  RealVec H0, H1, dNdX, V0;
+  std::vector<HistoryStep> history;
+  Group(const Points& pts, const PointLaws& law, const Level& l0, Level& l1, int k)
+  {
+    const int n = law.group.count(k);
+    H0.resize(static_cast<size_t>(n) * D * D);
+    H1.resize(H0.size());
+    for (int i = 0; i < n; ++i) {
+      const int p = law.group.begin(k)[i];
+      gradient<D>(pts, l0.uc, p, &H0[i * D * D]);
+      gradient<D>(pts, l1.uc, p, &H1[i * D * D]);
+      V0.push_back(pts.V0[p]);
+      history.push_back(history_of(law, l0, l1, p));
+    }
+  }
+  // nodes of all points of the group, ascending [n]; each(i, use) calls use(node, gradient [D]) for the nodes
+  // of its i-th point
+  template <class Each>
+  void set_nodes(int n, const int* node, Each each)
+  {
+    dNdX.assign(V0.size() * n * D, 0.0);
+    for (size_t i = 0; i < V0.size(); ++i)
+      each(static_cast<int>(i), [&](int of, const double* g) {
+        const size_t a = std::lower_bound(node, node + n, of) - node;
+        for (int j = 0; j < D; ++j) dNdX[(i * n + a) * D + j] += g[j];
+      });
+  }
+  Status form(const MatLaw& law, const KernelMode& mode, int n, double* re, double* ke)
+  {
+    const BarGroup g{D, static_cast<int>(V0.size()), n, dNdX.data(), V0.data(), &law};
+    return bar_form(g, mode, H0.data(), H1.data(), history.data(), re, ke);
+  }
+};
+
+// force of the group k on its corners
+template <int D>
+Status group_force(const Points& pts, const PointLaws& law, const KernelMode& mode, const Level& l0,
+                   Level& l1, int k, RealVec& fc)
+{
+  Group<D> group(pts, law, l0, l1, k);
+  const int* point = law.group.begin(k);
+  IntVec corner;
+  for (int i = 0; i < law.group.count(k); ++i) {
+    const int* of = pts.conn.begin(point[i]);
+    corner.insert(corner.end(), of, of + pts.conn.count(point[i]));
+  }
+  std::sort(corner.begin(), corner.end());
+  corner.erase(std::unique(corner.begin(), corner.end()), corner.end());
+  const int n = static_cast<int>(corner.size());
+  group.set_nodes(n, corner.data(), [&](int i, auto use) {
+    for (int a = pts.conn.off[point[i]]; a < pts.conn.off[point[i] + 1]; ++a)
+      use(pts.conn.item[a], &pts.G[static_cast<size_t>(a) * D]);
+  });
+  RealVec re(static_cast<size_t>(n) * D);
+  const Status status = group.form(law.body[pts.body[point[0]]], mode, n, re.data(), nullptr);
+  for (int a = 0; a < n && status == STATUS_OK; ++a)
+    for (int i = 0; i < D; ++i) fc[corner[a] * D + i] += re[a * D + i];
+  return status;
+}
+
+template <int D>
+Status corner_force(const Model& m, const Points& pts, const PointLaws& law, const KernelMode& mode,
+                    const Level& l0, Level& l1, const IntVec& owned, const IntVec& groups, RealVec& fc,
+                    int* worst)
 {
   Status status = STATUS_OK;
-  by_packs(pts, owned, [&](const int* point, int n) {
+  by_packs(pts, law, owned, [&](const int* point, int n) {
     const int nen = pts.conn.count(point[0]);
     Pack G[8 * D], V0, u[8 * D], H0[D * D] = {}, H1[D * D], Fb[D * D], S[D * D], re[8 * D] = {};
     load_points<D>(pts, point, nen, G, V0);
     load_ends<D>(pts, point, nen, l1.uc, u);
     ip_gradient<D, 0>(G, nen, u, H1);
-    if (mode_reads_old(mode, law[pts.body[point[0]]])) {
+    if (mode_reads_old(mode, law.body[pts.body[point[0]]])) {
       load_ends<D>(pts, point, nen, l0.uc, u);
       ip_gradient<D, 0>(G, nen, u, H0);
     }
-    const Pack det = ip_stress<D>(law[pts.body[point[0]]], mode, H0, H1, Fb, S);
+    const Pack det = ip_stress<D>(law.body[pts.body[point[0]]], mode, H0, H1, Fb, S);
     ip_force<D, 0>(G, nen, V0, Fb, S, re);
     for (int l = 0; l < n; ++l) {
       if (!(det[l] > 0.0)) {
@@ -103,21 +201,29 @@ Status corner_force(const Model& m, const Points& pts, const std::vector<MatLaw>
   }, [&](int p) {
     double H0[D * D] = {0}, H1[D * D], Fb[D * D], S[D * D], re[8 * D] = {0};
     gradient<D>(pts, l1.uc, p, H1);
-    if (mode.mid) gradient<D>(pts, l0.uc, p, H0);
-    const double c = degr_of_step(l0, l1, mode.mid, pts.parent[p]);
-    ip_broken<D>(law[pts.body[p]], broken_law(m, pts, p, c), mode, H0, H1, Fb, S, nullptr);
+    gradient<D>(pts, l0.uc, p, H0);
+    if (form_one<D>(m, pts, law, mode, l0, l1, p, H0, H1, Fb, S, nullptr) != STATUS_OK) {
+      *worst = p;
+      status = BAD_JACOBIAN;
+      return;
+    }
     ip_force<D, 0>(&pts.G[static_cast<size_t>(pts.conn.off[p]) * D], pts.conn.count(p), pts.V0[p], Fb, S, re);
     add_corner_force<D>(pts, p, re, 1, fc);
   });
+  for (int k : groups)
+    if (group_force<D>(pts, law, mode, l0, l1, k, fc) != STATUS_OK) {
+      *worst = law.group.begin(k)[0];
+      status = BAD_JACOBIAN;
+    }
   return status;
 }
 
 template <int D>
-void tangent_pack(const Points& pts, const std::vector<MatLaw>& law, const KernelMode& mode,
+void tangent_pack(const Points& pts, const PointLaws& law, const KernelMode& mode,
                   const RealVec& uc0, const RealVec& uc1, const ActiveGrid& g, const int* point, double* ke)
 {
   const int n = g.point.count(point[0]);
-  const MatLaw& of_body = law[pts.body[point[0]]];
+  const MatLaw& of_body = law.body[pts.body[point[0]]];
   const bool old        = mode_reads_old(mode, of_body);
   Pack dS[POINT_PACK_NODES * D], f[POINT_PACK_NODES * D], V0, H0[D * D] = {}, H1[D * D], Fb[D * D], S[D * D];
   for (int l = 0; l < PACK; ++l) {
@@ -139,61 +245,75 @@ void tangent_pack(const Points& pts, const std::vector<MatLaw>& law, const Kerne
 template <int D>
 double energy(const Model& m, const Points& pts, const Level& l, const IntVec& owned)
 {
-  const std::vector<MatLaw> law = point_laws(m);
+  const PointLaws law = point_laws(m);
   double sum = 0.0;
-  by_packs(pts, owned, [&](const int* point, int n) {
+  by_packs(pts, law, owned, [&](const int* point, int n) {
     const int nen = pts.conn.count(point[0]);
     Pack G[8 * D], V0, u[8 * D], H[D * D], E[D * D], S[D * D], psi = {};
     load_points<D>(pts, point, nen, G, V0);
     load_ends<D>(pts, point, nen, l.uc, u);
     ip_gradient<D, 0>(G, nen, u, H);
     ip_strain<D>(true, H, E);
-    ip_law<D>(law[pts.body[point[0]]], E, S);
+    ip_law<D>(law.body[pts.body[point[0]]], E, S);
     for (int k = 0; k < D * D; ++k) psi += 0.5 * S[k] * E[k];
     psi *= V0;
     for (int k = 0; k < n; ++k) sum += psi[k];
   }, [&](int p) {
-    sum += point_energy_one(m, pts, l, p, l.degr[pts.parent[p]]);
+    sum += point_energy_one(m, pts, l, p, pts.broken[p] < 0 ? 1.0 : l.degr[pts.parent[p]]);
   });
   return sum;
 }
 
 template <int D>
-void tangent(const Model& m, const Points& pts, const std::vector<MatLaw>& law, const KernelMode& mode,
-             const Level& l0, const Level& l1, const ActiveGrid& g, int p, RealVec& work, double* ke)
+void tangent(const Model& m, const Points& pts, const PointLaws& law, const KernelMode& mode,
+             const Level& l0, Level& l1, const ActiveGrid& g, int p, RealVec& work, double* ke)
 {
   double H0[D * D] = {0}, H1[D * D], Fb[D * D], S[D * D];
+  const MatLaw& of_body = law.body[pts.body[p]];
   gradient<D>(pts, l1.uc, p, H1);
-  if (mode_reads_old(mode, law[pts.body[p]])) gradient<D>(pts, l0.uc, p, H0);
+  gradient<D>(pts, l0.uc, p, H0);
   const int first = g.point.off[p], n = g.point.count(p);
   const double* dS = &g.dS[static_cast<size_t>(first) * D];
   for (int k = 0; k < pair_count(n) * D * D; ++k) ke[k] = 0.0;
-  if (pts.broken[p] < 0) {
+  if (pts.broken[p] < 0 && !is_general(pts, law, p)) {
     work.resize(static_cast<size_t>(n) * D);
-    ip_stress<D>(law[pts.body[p]], mode, H0, H1, Fb, S);
-    ip_tangent<D, 0>(dS, n, pts.V0[p], law[pts.body[p]], mode, Fb, S, work.data(), ke);
+    ip_stress<D>(of_body, mode, H0, H1, Fb, S);
+    ip_tangent<D, 0>(dS, n, pts.V0[p], of_body, mode, Fb, S, work.data(), ke);
     return;
   }
   constexpr int nv = VoigtPlace<D>::nv;
   double C[nv * nv];
   work.resize(static_cast<size_t>(2 * n) * nv * D);
-  const double c = degr_of_step(l0, l1, mode.mid, pts.parent[p]);
-  ip_broken<D>(law[pts.body[p]], broken_law(m, pts, p, c), mode, H0, H1, Fb, S, C);
+  if (form_one<D>(m, pts, law, mode, l0, l1, p, H0, H1, Fb, S, C) != STATUS_OK) return;
   ip_tangent_general<D, 0>(dS, n, pts.V0[p], C, mode.cG(), Fb, S, work.data(), work.data() + n * nv * D, ke);
+}
+
+template <int D>
+void group_tangent(const Points& pts, const PointLaws& law, const KernelMode& mode, const Level& l0,
+                   Level& l1, const ActiveGrid& g, int k, int n, const int* row, int first, double* ke)
+{
+  Group<D> group(pts, law, l0, l1, k);
+  const int* point = law.group.begin(k);
+  group.set_nodes(n, row, [&](int i, auto use) {
+    for (int a = g.point.off[point[i]]; a < g.point.off[point[i] + 1]; ++a)
+      use(first + g.point.item[a], &g.dS[static_cast<size_t>(a) * D]);
+  });
+  RealVec re(static_cast<size_t>(n) * D);
+  group.form(law.body[pts.body[point[0]]], mode, n, re.data(), ke);
 }
 
 }  // namespace
 
-Status point_corner_force(const Model& m, const Points& pts, const std::vector<MatLaw>& law,
-                          const KernelMode& mode, const Level& l0, const Level& l1, const IntVec& owned,
-                          RealVec& fc, int* worst)
+Status point_corner_force(const Model& m, const Points& pts, const PointLaws& law, const KernelMode& mode,
+                          const Level& l0, Level& l1, const IntVec& owned, const IntVec& groups, RealVec& fc,
+                          int* worst)
 {
-  return m.dim == 2 ? corner_force<2>(m, pts, law, mode, l0, l1, owned, fc, worst)
-                    : corner_force<3>(m, pts, law, mode, l0, l1, owned, fc, worst);
+  return m.dim == 2 ? corner_force<2>(m, pts, law, mode, l0, l1, owned, groups, fc, worst)
+                    : corner_force<3>(m, pts, law, mode, l0, l1, owned, groups, fc, worst);
 }
 
-void point_tangent(const Model& m, const Points& pts, const std::vector<MatLaw>& law, const KernelMode& mode,
-                   const Level& l0, const Level& l1, const ActiveGrid& g, int p, RealVec& work, double* ke)
+void point_tangent(const Model& m, const Points& pts, const PointLaws& law, const KernelMode& mode,
+                   const Level& l0, Level& l1, const ActiveGrid& g, int p, RealVec& work, double* ke)
 {
   if (m.dim == 2)
     tangent<2>(m, pts, law, mode, l0, l1, g, p, work, ke);
@@ -201,7 +321,15 @@ void point_tangent(const Model& m, const Points& pts, const std::vector<MatLaw>&
     tangent<3>(m, pts, law, mode, l0, l1, g, p, work, ke);
 }
 
-void point_tangent_pack(int dim, const Points& pts, const std::vector<MatLaw>& law, const KernelMode& mode,
+void point_group_tangent(const Model& m, const Points& pts, const PointLaws& law, const KernelMode& mode,
+                         const Level& l0, Level& l1, const ActiveGrid& g, int k, int n, const int* row,
+                         int first, double* ke)
+{
+  if (m.dim == 2) group_tangent<2>(pts, law, mode, l0, l1, g, k, n, row, first, ke);
+  else group_tangent<3>(pts, law, mode, l0, l1, g, k, n, row, first, ke);
+}
+
+void point_tangent_pack(int dim, const Points& pts, const PointLaws& law, const KernelMode& mode,
                         const RealVec& uc0, const RealVec& uc1, const ActiveGrid& g, const int* point,
                         double* ke)
 {
@@ -209,41 +337,36 @@ void point_tangent_pack(int dim, const Points& pts, const std::vector<MatLaw>& l
   else tangent_pack<3>(pts, law, mode, uc0, uc1, g, point, ke);
 }
 
-namespace {
-
-template <int D>
-double viscous_loss(const Points& pts, const std::vector<MatLaw>& law, const Level& l0, const Level& l1,
-                    const IntVec& owned)
+PointLaws point_laws(const Model& m)
 {
-  double sum = 0.0, H[D * D], E0[D * D], dE[D * D], S[D * D];
-  for (int p : owned) {
-    const MatLaw& of_body = law[pts.body[p]];
-    if (of_body.beta == 0.0 || pts.broken[p] >= 0) continue;
-    gradient<D>(pts, l0.uc, p, H);
-    ip_strain<D>(true, H, E0);
-    gradient<D>(pts, l1.uc, p, H);
-    ip_strain<D>(true, H, dE);
-    for (int k = 0; k < D * D; ++k) dE[k] -= E0[k];
-    ip_law<D>(of_body, dE, S);
-    for (int k = 0; k < D * D; ++k) sum += of_body.beta * pts.V0[p] * S[k] * dE[k];
-  }
-  return sum;
-}
-
-}  // namespace
-
-double point_viscous_loss(const Points& pts, int dim, const std::vector<MatLaw>& law, const Level& l0,
-                          const Level& l1, const IntVec& owned)
-{
-  return dim == 2 ? viscous_loss<2>(pts, law, l0, l1, owned) : viscous_loss<3>(pts, law, l0, l1, owned);
-}
-
-std::vector<MatLaw> point_laws(const Model& m)
-{
-  std::vector<MatLaw> law;
+  PointLaws law;
   for (const Body& b : m.body)
-    law.push_back(mat_law(m.material[b.material], m.dim == 2 ? b.plane : PLANE_NONE));
+    law.body.push_back(mat_law(m.material[b.material], m.dim == 2 ? b.plane : PLANE_NONE));
+  law.history = law_history(m);
   return law;
+}
+
+void point_groups(const Points& pts, PointLaws& law)
+{
+  law.group = ListTable();
+  law.group_of.clear();
+  if (std::none_of(law.body.begin(), law.body.end(), [](const MatLaw& l) { return l.bar; })) return;
+  const auto shares = [&](int p) {
+    return law.body[pts.body[p]].bar && pts.broken[p] < 0 && !pts.released[p];
+  };
+  law.group_of.assign(pts.npoint, -1);
+  for (int p = 0; p < pts.npoint; ++p) {
+    if (law.group_of[p] >= 0 || !shares(p)) continue;
+    int q = p;
+    do {
+      if (shares(q)) {
+        law.group_of[q] = law.group.size();
+        law.group.item.push_back(q);
+      }
+      q = pts.next[q];
+    } while (q != p);
+    law.group.off.push_back(static_cast<int>(law.group.item.size()));
+  }
 }
 
 namespace {
@@ -264,12 +387,55 @@ void point_motion(const Points& pts, int dim, const RealVec& uc, int p, IpFields
   }
 }
 
+// strain [6] of an intact point of a general law, and the scale of its F                       (1.14)
+template <int D>
+void general_strain(const Points& pts, const MatLaw& law, const RealVec& uc, int p, double* E, double* scale)
+{
+  RealVec H(D * D), V0{pts.V0[p]};
+  gradient<D>(pts, uc, p, H.data());
+  for (int q = pts.next[p]; law.bar && q != p; q = pts.next[q]) {
+    if (pts.broken[q] >= 0 || pts.released[q]) continue;
+    H.resize(H.size() + D * D);
+    gradient<D>(pts, uc, q, &H[H.size() - D * D]);
+    V0.push_back(pts.V0[q]);
+  }
+  RealVec all(6 * V0.size()), scales(V0.size(), 1.0);
+  const BarGroup g{D, static_cast<int>(V0.size()), 0, nullptr, V0.data(), &law};
+  if (!bar_strains(g, true, H.data(), all.data(), scales.data())) all.assign(all.size(), std::nan(""));
+  std::copy_n(all.data(), 6, E);
+  *scale = scales[0];
+}
+
+template <int D>
+double viscous_loss(const Points& pts, const PointLaws& law, const Level& l0, const Level& l1,
+                    const IntVec& mine)
+{
+  double sum = 0.0, dE[6], E0[6], scale;
+  for (int p : mine) {
+    const MatLaw& of_body = law.body[pts.body[p]];
+    if (of_body.beta == 0.0 || pts.broken[p] >= 0) continue;
+    general_strain<D>(pts, of_body, l0.uc, p, E0, &scale);
+    general_strain<D>(pts, of_body, l1.uc, p, dE, &scale);
+    for (int k = 0; k < 6; ++k) dE[k] -= E0[k];
+    sum += of_body.beta * pts.V0[p] * law_viscous_work(of_body, dE);
+  }
+  return sum;
+}
+
 // c: degradation factor of a broken point
-void point_fields(const Model& m, const Points& pts, const RealVec& uc, int p, double c, IpFields& out)
+void point_fields(const Model& m, const Points& pts, const Level& l, int p, double c, IpFields& out)
 {
   const Body& b    = m.body[pts.body[p]];
   const MatLaw law = mat_law(m.material[b.material], m.dim == 2 ? b.plane : PLANE_NONE);
-  point_motion(pts, m.dim, uc, p, out);
+  point_motion(pts, m.dim, l.uc, p, out);
+  if (pts.broken[p] < 0 && law_is_general(law)) {
+    double E[6], scale;
+    if (m.dim == 2) general_strain<2>(pts, law, l.uc, p, E, &scale);
+    else general_strain<3>(pts, law, l.uc, p, E, &scale);
+    const size_t history = l.hp.size() / pts.npoint;
+    ip_general_from(law, true, E, scale, history ? &l.hp[p * history] : nullptr, out);
+    return;
+  }
   if (pts.broken[p] < 0) {
     ip_fields_from(law, m.dim, true, nullptr, out);
     return;
@@ -282,17 +448,48 @@ void point_fields(const Model& m, const Points& pts, const RealVec& uc, int p, d
 
 void point_ip_fields(const Model& m, const Points& pts, const Level& l, int p, IpFields& out)
 {
-  point_fields(m, pts, l.uc, p, pts.broken[p] < 0 ? 1.0 : l.degr[pts.parent[p]], out);
+  point_fields(m, pts, l, p, pts.broken[p] < 0 ? 1.0 : l.degr[pts.parent[p]], out);
 }
 
 double point_energy_one(const Model& m, const Points& pts, const Level& l, int p, double c)
 {
   IpFields f;
-  point_fields(m, pts, l.uc, p, c, f);
+  point_fields(m, pts, l, p, c, f);
   return f.psi * f.V0;
 }
 
 double point_energy(const Model& m, const Points& pts, const Level& l, const IntVec& owned)
 {
   return m.dim == 2 ? energy<2>(m, pts, l, owned) : energy<3>(m, pts, l, owned);
+}
+
+double point_viscous_loss(const Points& pts, int dim, const PointLaws& law, const Level& l0, const Level& l1,
+                          const IntVec& mine)
+{
+  return dim == 2 ? viscous_loss<2>(pts, law, l0, l1, mine) : viscous_loss<3>(pts, law, l0, l1, mine);
+}
+
+double point_plastic(const Points& pts, const Level& l, const IntVec& mine)
+{
+  const size_t history = pts.npoint ? l.hp.size() / pts.npoint : 0;
+  double sum = 0.0;
+  if (history <= HISTORY_DISSIPATED) return sum;
+  for (int p : mine) sum += pts.V0[p] * l.hp[p * history + HISTORY_DISSIPATED];
+  return sum;
+}
+
+void point_share_history(const PointLaws& law, const IntVec& mine, const IntVec& groups, Level& l)
+{
+  if (comm_size() == 1 || l.hp.empty()) return;
+  RealVec all(l.hp.size(), 0.0);
+  const auto take = [&](int p) {
+    const auto from = l.hp.begin() + static_cast<long>(p) * law.history;
+    std::copy(from, from + law.history, all.begin() + static_cast<long>(p) * law.history);
+  };
+  for (int p : mine)
+    if (!law.in_group(p)) take(p);
+  for (int k : groups)
+    for (int i = law.group.off[k]; i < law.group.off[k + 1]; ++i) take(law.group.item[i]);
+  comm_sum(all);
+  l.hp.swap(all);
 }

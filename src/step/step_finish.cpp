@@ -219,6 +219,8 @@ void step_finish(Problem& p, Attempt& a, RealVec& energy)
   const RealVec rf0 = st.rf.empty() ? RealVec(static_cast<size_t>(m.mesh.nnode()) * m.dim, 0.0) : st.rf;
   RealVec dv(s.neq(), 0.0);    // change of the velocities of the unknowns
   st.np1.time = a.total1;
+  elem_share_history(p.d.el, st.np1);
+  point_share_history(p.d.point_law, s.owned_point, s.owned_group, st.np1);
   // 1. velocities                                                                   (6.3), (3.15)
   if (a.cM != 0.0) {
     finish_nodes(s, a, st, dv);

@@ -9,7 +9,7 @@
 
 namespace {
 
-double all_energy(const Ledger& g) { return g.kinetic + g.strain + g.bond; }
+double all_energy(const Ledger& g) { return g.kinetic + g.strain + g.bond + g.plastic; }
 
 // what breaks now; dynamics: not before the next test is due
 void find_erosions(const Model& m, const Discretisation& d, const Step& s, const RealVec& energy, State& st,

@@ -49,6 +49,8 @@ bool linear_scene(const Model& m, const FracMesh& fm, const Points& pts, const S
   if (s.nlgeom || fm.on || pts.npoint) return false;
   for (const BondDef& b : m.bond)
     if (b.kind == BOND_CONTACT) return false;
+  for (const Material& a : m.material)
+    if (a.used && !law_of(mat_law(a, PLANE_NONE)).linear) return false;
   return true;
 }
 

@@ -74,8 +74,10 @@ void ledger_update(const Model& m, const Elements& el, const Dofs& dofs, const L
   g.strain = elem_energy(m, el, l, nlgeom, energy) +
              point_energy(m, st.points, l, dofs.owned_point);
   comm_sum(&g.strain, 1);
+  g.plastic = elem_plastic(el, l) + point_plastic(st.points, l, dofs.owned_point);
+  comm_sum(&g.plastic, 1);
   g.bond    = bond_energy(st.bonds, m.dim, l, &g.slip_max, &g.slip_rms);
-  g.balance = g.kinetic + g.strain + g.bond + g.friction + g.fracture + g.ghost + g.viscous + g.renewal +
-              g.conversion - g.total0 - g.external;
+  g.balance = g.kinetic + g.strain + g.bond + g.plastic + g.friction + g.fracture + g.ghost + g.viscous +
+              g.renewal + g.conversion - g.total0 - g.external;
   g.scale   = std::max({g.scale, g.kinetic + g.strain, std::fabs(g.external)});
 }

@@ -56,7 +56,7 @@ Compressed compressed(const Model& m, const Elements& el, const State& st)
   for (const ElemBlock& b : el.block)
     for (int slot : b.live) {
       const int e = b.elem[slot];
-      if (breaks && st.frac.broken[e] >= 0) continue;
+      if ((breaks && st.frac.broken[e] >= 0) || b.law.kind != LAW_SVK) continue;
       bool beyond = false;
       for (int g = 0; g < shape_info[b.shape].ngp; ++g) {
         elem_ip_fields(m, el, st.n, true, e, g, f);
@@ -65,7 +65,7 @@ Compressed compressed(const Model& m, const Elements& el, const State& st)
       c.elements += beyond;
     }
   for (int q = 0; q < st.points.npoint; ++q) {
-    if (st.points.broken[q] >= 0) continue;
+    if (st.points.broken[q] >= 0 || m.material[m.body[st.points.body[q]].material].law != LAW_SVK) continue;
     point_ip_fields(m, st.points, st.n, q, f);
     c.points += note(c, f, q, true);
   }

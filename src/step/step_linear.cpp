@@ -78,7 +78,7 @@ void step_tangent(Problem& p, const Attempt& a, int it, double residual, double 
     return;
   }
   const long number = s.tangent;
-  assem_tangent(p.m, p.d, p.st, a.mode, a.cM, a.cC, a.jumps, s);
+  assem_tangent(p.m, p.d, a.mode, a.cM, a.cC, a.jumps, p.st, s);
   if (same) s.tangent = number;
   sys_diagonal(s.A, l.diag);
   if (!s.tie.dof.empty()) {

@@ -128,6 +128,8 @@ int step_open(Problem& p)
   st.n.slip.assign(static_cast<size_t>(st.bonds.nbond) * m.dim, 0.0);
   st.n.lambda = st.n.slip;
   st.n.lambda_n.assign(st.bonds.nbond, 0.0);
+  st.n.he.assign(static_cast<size_t>(p.d.el.gauss_of.back()) * p.d.el.history, 0.0);
+  st.n.hp.assign(static_cast<size_t>(st.points.npoint) * p.d.point_law.history, 0.0);
   st.grid_rf.assign(m.grid_bc.size() * m.dim, 0.0);
   errors = start_values(m, st);
   if (errors == 0) errors = start_equations(m, st.n);
@@ -177,6 +179,7 @@ Failure step_prepare(Problem& p, const Step& s)
     p.d.grid = ActiveGrid();
     p.d.grid.bond.off.assign(st.bonds.nbond + 1, 0);    // bonds to the ground and contact only
   }
+  point_groups(st.points, p.d.point_law);
   dof_form(p.m, s, st, p.d, p.dofs);
   if (s.proc == PROC_DYNAMIC) {
     assem_mass(st.points, p.d, p.dofs);

@@ -56,8 +56,10 @@ void add_rest(const Model& m, const Elements& el, const State& st, const Step& s
       const int e = b.elem[slot], nen = shape_info[b.shape].nen, *node = m.mesh.conn.begin(e);
       if (st.frac.broken[e] < 0) continue;
       for (int k = 0; k < nen * dim; ++k) u[k] = st.n.u[node[k / dim] * dim + k % dim];
-      elem_form_broken(b, slot, elem_broken_law(m, el, e, st.n.degr[e]), mode, u, u, with, nullptr);
-      elem_form_broken(b, slot, elem_broken_law(m, el, e, 0.0), mode, u, u, without, nullptr);
+      const ErodedLaw law  = elem_broken_law(m, el, e, st.n.degr[e]);
+      const ErodedLaw bare = elem_broken_law(m, el, e, 0.0);
+      elem_form_general(b, slot, &law, mode, u, u, nullptr, with, nullptr);
+      elem_form_general(b, slot, &bare, mode, u, u, nullptr, without, nullptr);
       for (int k = 0; k < nen * dim; ++k) piece[root[node[k / dim]]].rest[k % dim] += with[k] - without[k];
     }
 }

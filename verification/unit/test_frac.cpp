@@ -172,7 +172,7 @@ struct Sample {
   RealVec force(const KernelMode& mode, const RealVec& u) const
   {
     RealVec re(u.size());
-    EXPECT_EQ(STATUS_OK, elem_form_broken(block(), 0, er, mode, u0.data(), u.data(), re.data(), nullptr));
+    EXPECT_EQ(STATUS_OK, elem_form_general(block(), 0, &er, mode, u0.data(), u.data(), nullptr, re.data(), nullptr));
     return re;
   }
 };
@@ -184,7 +184,7 @@ double tangent_error(const Sample& s, const KernelMode& mode)
   const int n = static_cast<int>(s.u1.size()), d = s.run.m.dim, nen = n / d;
   const double h = 1e-6;
   RealVec re(n), ke(pair_count(nen) * d * d), num(n * n);
-  elem_form_broken(s.block(), 0, s.er, mode, s.u0.data(), s.u1.data(), re.data(), ke.data());
+  elem_form_general(s.block(), 0, &s.er, mode, s.u0.data(), s.u1.data(), nullptr, re.data(), ke.data());
   for (int j = 0; j < n; ++j) {
     RealVec up = s.u1, down = s.u1;
     up[j] += h;
@@ -476,7 +476,7 @@ TEST(Broken, PointTangentAgainstDifferences)
       g.point = p.conn;
       g.dS    = p.G;
       RealVec work, ke(pair_count(n) * d * d);
-      const std::vector<MatLaw> law = point_laws(m);
+      const PointLaws law = point_laws(m);
       const KernelMode mode;
       point_tangent(m, p, law, mode, r.st.n, r.st.n, g, 0, work, ke.data());
       double worst = 0.0, size = 0.0;
@@ -488,8 +488,8 @@ TEST(Broken, PointTangentAgainstDifferences)
           int bad;
           up.uc[corner[b] * d + j] += h;
           down.uc[corner[b] * d + j] -= h;
-          point_corner_force(m, p, law, mode, up, up, {0}, fu, &bad);           // the first point alone
-          point_corner_force(m, p, law, mode, down, down, {0}, fd, &bad);
+          point_corner_force(m, p, law, mode, up, up, {0}, {}, fu, &bad);           // the first point alone
+          point_corner_force(m, p, law, mode, down, down, {0}, {}, fd, &bad);
           for (int a = b; a < n; ++a)
             for (int i = 0; i < d; ++i) {
               const double k = ke[pair_place(a, b) * d * d + i * d + j];

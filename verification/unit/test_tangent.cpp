@@ -137,7 +137,7 @@ double tangent_error(Scene& sc, const KernelMode& mode, double amplitude)
   std::uniform_real_distribution<double> rnd(-amplitude, amplitude);
   for (double& x : du) x = rnd(gen);
   sc.force(mode, du);
-  assem_tangent(sc.m, sc.p.d, sc.st, mode, 0.0, 0.0, sc.jumps, sc.p.dofs);
+  assem_tangent(sc.m, sc.p.d, mode, 0.0, 0.0, sc.jumps, sc.st, sc.p.dofs);
   const RealVec K = full(sc.p.dofs);
   const double h  = 1e-6;
   double worst = 0.0, size = 0.0;
@@ -329,9 +329,9 @@ TEST(Tangent, DampersOfATranslation)
       EXPECT_NEAR(along, damping_work(s, e), 1e-12);
     }
     sc.force(KernelMode(), RealVec(s.neq(), 0.0));
-    assem_tangent(sc.m, sc.p.d, sc.st, KernelMode(), 0.0, 0.0, sc.jumps, sc.p.dofs);
+    assem_tangent(sc.m, sc.p.d, KernelMode(), 0.0, 0.0, sc.jumps, sc.st, sc.p.dofs);
     const RealVec without = s.A.val;
-    assem_tangent(sc.m, sc.p.d, sc.st, KernelMode(), 0.0, 5.0, sc.jumps, sc.p.dofs);
+    assem_tangent(sc.m, sc.p.d, KernelMode(), 0.0, 5.0, sc.jumps, sc.st, sc.p.dofs);
     for (size_t k = 0; k < without.size(); ++k) EXPECT_NEAR(s.A.val[k], without[k] + 5.0 * s.C[k], 1e-12);
     // viscous stress of points and elements
     KernelMode mode;
@@ -381,7 +381,7 @@ double condition(double offset, const std::string& grid, const std::string& ghos
            "SURFACE=LEFT, ALPHA=1\n" +
            step);
   sc.force(KernelMode(), RealVec(sc.p.dofs.neq(), 0.0));
-  assem_tangent(sc.m, sc.p.d, sc.st, KernelMode(), 0.0, 0.0, sc.jumps, sc.p.dofs);
+  assem_tangent(sc.m, sc.p.d, KernelMode(), 0.0, 0.0, sc.jumps, sc.st, sc.p.dofs);
   const RealVec K = full(sc.p.dofs);
   const int n = sc.p.dofs.neq();
   const Eigen::Map<const Eigen::MatrixXd> A(K.data(), n, n);

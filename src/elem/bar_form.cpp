@@ -1,0 +1,342 @@
+#include "elem/bar_form.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace {
+
+// one integration point at both ends of the step
+template <int D>
+struct BarPoint {
+  double H0[D * D], H1[D * D];
+  double theta0 = 0.0, theta1 = 0.0;   // ln J, without NLGEOM tr H
+  double E0[6], E1[6];                 // Ebar
+  double a0 = 1.0, a1 = 1.0;           // (Jbar/J)^(2/3)
+};
+
+// What the kernel needs beside the nodes; kept from call to call, so that nothing is allocated
+struct Work {
+  std::vector<double> beta, mean;      // [ngp][nn*dim] d theta/du of the step, [nn*dim] its mean
+  std::vector<double> G, CG;           // [6][nn*dim] d Ebar/du, C times it
+  std::vector<double> S;               // [ngp][6]
+  std::vector<double> C;               // [ngp][36]
+  std::vector<double> pressure;        // [ngp] S : Cbar / 3
+};
+
+template <int D>
+bool theta_of(bool finite, const double* H, double& theta)
+{
+  if (!finite) {
+    theta = 0.0;
+    for (int i = 0; i < D; ++i) theta += H[i * D + i];
+    return true;
+  }
+  // J - 1, so that small strains lose no digits
+  double v = 0.0;
+  for (int i = 0; i < D; ++i) v += H[i * D + i];
+  if (D == 2) {
+    v += H[0] * H[3] - H[1] * H[2];
+  } else {
+    const double b = H[4], c = H[D * D - 1];
+    v += H[0] * b + b * c + c * H[0] - H[1] * H[3] - H[5] * H[7] - H[2] * H[6];
+    v += H[0] * (b * c - H[5] * H[7]) - H[1] * (H[3] * c - H[5] * H[6]) + H[2] * (H[3] * H[7] - b * H[6]);
+  }
+  if (!(v > -1.0)) return false;
+  theta = std::log1p(v);
+  return true;
+}
+
+// Ebar of H with thetabar - theta; returns a = (Jbar/J)^(2/3)
+template <int D>
+double strain_bar(bool finite, const double* H, double more, double* six)
+{
+  double E[D * D];
+  ip_strain<D>(finite, H, E);
+  six_components<D>(E, 0.0, six);
+  if (!finite) {
+    for (int i = 0; i < 3; ++i) six[i] += more / 3.0;
+    return 1.0;
+  }
+  const double a1 = std::expm1(2.0 / 3.0 * more);      // a - 1
+  for (int i = 0; i < 6; ++i) six[i] += a1 * six[i] + (i < 3 ? 0.5 * a1 : 0.0);
+  return 1.0 + a1;
+}
+
+// cofactors of I + H
+template <int D>
+void cofactors(const double* H, double* c)
+{
+  double F[D * D];
+  for (int k = 0; k < D * D; ++k) F[k] = H[k];
+  for (int i = 0; i < D; ++i) F[i * D + i] += 1.0;
+  if (D == 2) {
+    c[0] = F[3];
+    c[1] = -F[2];
+    c[2] = -F[1];
+    c[3] = F[0];
+    return;
+  }
+  for (int i = 0; i < D; ++i)
+    for (int j = 0; j < D; ++j) {
+      const int i1 = (i + 1) % D, i2 = (i + 2) % D, j1 = (j + 1) % D, j2 = (j + 2) % D;
+      c[i * D + j] = F[i1 * D + j1] * F[i2 * D + j2] - F[i1 * D + j2] * F[i2 * D + j1];
+    }
+}
+
+// d theta / d H of the step, with d theta = theta1 - theta0 exactly when mid                   (1.17)
+template <int D>
+void theta_gradient(const KernelMode& mode, const BarPoint<D>& q, double* g)
+{
+  if (!mode.finite) {
+    for (int k = 0; k < D * D; ++k) g[k] = k % (D + 1) == 0 ? 1.0 : 0.0;
+    return;
+  }
+  cofactors<D>(q.H1, g);
+  if (!mode.mid) {
+    for (int k = 0; k < D * D; ++k) g[k] *= std::exp(-q.theta1);
+    return;
+  }
+  double Hm[D * D], c0[D * D], cm[D * D];
+  for (int k = 0; k < D * D; ++k) Hm[k] = 0.5 * (q.H0[k] + q.H1[k]);
+  cofactors<D>(q.H0, c0);
+  cofactors<D>(Hm, cm);
+  // the slope of the logarithm between J0 and J1
+  const double J0 = std::exp(q.theta0), r = std::expm1(q.theta1 - q.theta0);
+  const double L = (r == 0.0 ? 1.0 : (q.theta1 - q.theta0) / r) / J0;
+  for (int k = 0; k < D * D; ++k) g[k] = L * (c0[k] + 4.0 * cm[k] + g[k]) / 6.0;       // Simpson: J is cubic
+}
+
+// 2/3 a between both ends: the slope of a = exp(2/3 x)
+double scale_slope(const KernelMode& mode, double x0, double x1)
+{
+  if (!mode.mid) return 2.0 / 3.0 * std::exp(2.0 / 3.0 * x1);
+  const double d = (x1 - x0) / 3.0;
+  return 2.0 / 3.0 * std::exp((x0 + x1) / 3.0) * (std::fabs(d) < 1e-6 ? 1.0 + d * d / 6.0 : std::sinh(d) / d);
+}
+
+template <int D>
+bool strains(const BarGroup& g, bool finite, const double* H, double* E, double* scale)
+{
+  std::vector<double> theta(g.ngp);
+  double mean = 0.0, volume = 0.0;
+  for (int q = 0; q < g.ngp; ++q) {
+    if (!theta_of<D>(finite, &H[q * D * D], theta[q])) return false;
+    mean += g.w[q] * theta[q];
+    volume += g.w[q];
+  }
+  mean /= volume;
+  for (int q = 0; q < g.ngp; ++q) {
+    const double a = strain_bar<D>(finite, &H[q * D * D], mean - theta[q], E + 6 * q);
+    if (scale) scale[q] = std::sqrt(a);
+  }
+  return true;
+}
+
+// gradients, volumes and strains of all points at both ends
+template <int D>
+Status kinematics(const BarGroup& g, const KernelMode& mode, const double* H0, const double* H1,
+                  std::vector<BarPoint<D>>& point, double& mean0, double& mean1)
+{
+  double volume = 0.0;
+  mean0 = mean1 = 0.0;
+  for (int q = 0; q < g.ngp; ++q) {
+    BarPoint<D>& b = point[q];
+    std::copy_n(H1 + q * D * D, D * D, b.H1);
+    std::copy_n(H0 + q * D * D, D * D, b.H0);
+    if (!theta_of<D>(mode.finite, b.H1, b.theta1) || !theta_of<D>(mode.finite, b.H0, b.theta0))
+      return BAD_JACOBIAN;
+    mean0 += g.w[q] * b.theta0;
+    mean1 += g.w[q] * b.theta1;
+    volume += g.w[q];
+  }
+  mean0 /= volume;
+  mean1 /= volume;
+  for (BarPoint<D>& b : point) {
+    b.a0 = strain_bar<D>(mode.finite, b.H0, mean0 - b.theta0, b.E0);
+    b.a1 = strain_bar<D>(mode.finite, b.H1, mean1 - b.theta1, b.E1);
+  }
+  return STATUS_OK;
+}
+
+// out [6] = engineering components of A^T A scaled, A = I + H: C of one end; 33 of a plane problem is 1
+template <int D>
+void right_cauchy(const double* H, double* six)
+{
+  double E[D * D];
+  ip_strain<D>(true, H, E);
+  six_components<D>(E, 0.0, six);
+  for (int i = 0; i < 6; ++i) six[i] = 2.0 * six[i] + (i < 3 ? 1.0 : 0.0);
+}
+
+// F of the step: at t(n+1), in the middle; without NLGEOM I
+template <int D>
+void deformation(const KernelMode& mode, const BarPoint<D>& b, double* F)
+{
+  for (int k = 0; k < D * D; ++k)
+    F[k] = !mode.finite ? 0.0 : mode.mid ? 0.5 * (b.H0[k] + b.H1[k]) : b.H1[k];
+  for (int i = 0; i < D; ++i) F[i * D + i] += 1.0;
+}
+
+template <int D>
+Status form(const BarGroup& g, const KernelMode& mode, const double* H0, const double* H1,
+            const HistoryStep* h, double* re, double* ke)
+{
+  using V = VoigtPlace<3>;
+  constexpr int rows = D == 2 ? 4 : 6;                 // 11 22 33 12 (23 31)
+  static thread_local Work w;
+  static thread_local std::vector<BarPoint<D>> point;
+  const int nd = g.nn * D;
+  point.resize(g.ngp);
+  w.beta.resize(static_cast<size_t>(g.ngp) * nd);
+  w.mean.assign(nd, 0.0);
+  w.G.resize(static_cast<size_t>(6) * nd);
+  w.CG.resize(static_cast<size_t>(6) * nd);
+  w.S.resize(6 * static_cast<size_t>(g.ngp));
+  w.C.resize(36 * static_cast<size_t>(g.ngp));
+  w.pressure.resize(g.ngp);
+  for (int k = 0; k < nd; ++k) re[k] = 0.0;
+  for (int k = 0; ke && k < pair_count(g.nn) * D * D; ++k) ke[k] = 0.0;
+
+  // 1. strains and the derivatives of the volumes
+  double mean0, mean1, volume = 0.0;
+  const Status status = kinematics<D>(g, mode, H0, H1, point, mean0, mean1);
+  if (status != STATUS_OK) return status;
+  for (int q = 0; q < g.ngp; ++q) {
+    double grad[D * D];
+    theta_gradient<D>(mode, point[q], grad);
+    const double* dN = g.dNdX + static_cast<size_t>(q) * nd;
+    double* beta = &w.beta[static_cast<size_t>(q) * nd];
+    for (int a = 0; a < g.nn; ++a)
+      for (int i = 0; i < D; ++i) {
+        double sum = 0.0;
+        for (int j = 0; j < D; ++j) sum += grad[i * D + j] * dN[a * D + j];
+        beta[a * D + i] = sum;
+        w.mean[a * D + i] += g.w[q] * sum;
+      }
+    volume += g.w[q];
+  }
+  for (double& m : w.mean) m /= volume;
+
+  // 2. stresses
+  double mean_pressure = 0.0;
+  for (int q = 0; q < g.ngp; ++q) {
+    BarPoint<D>& b = point[q];
+    double* S = &w.S[6 * static_cast<size_t>(q)];
+    if (!law_step(*g.law, mode, b.E0, b.E1, h[q].n, h[q].np1, S,
+                  ke ? &w.C[36 * static_cast<size_t>(q)] : nullptr))
+      return BAD_JACOBIAN;
+  }
+
+  // 3. force, and the tangent of the stresses
+  for (int q = 0; q < g.ngp; ++q) {
+    const BarPoint<D>& b = point[q];
+    const double *dN = g.dNdX + static_cast<size_t>(q) * nd, *beta = &w.beta[static_cast<size_t>(q) * nd],
+                 *S = &w.S[6 * static_cast<size_t>(q)];
+    double Fb[D * D], v[6] = {1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0, 0, 0, 0};     // v: dEbar / d(thetabar - theta)
+    double am = 1.0;
+    deformation<D>(mode, b, Fb);
+    if (mode.finite) {
+      double C1[6], C0[6];
+      right_cauchy<D>(b.H1, C1);
+      right_cauchy<D>(b.H0, C0);
+      const double slope = scale_slope(mode, mean0 - b.theta0, mean1 - b.theta1);
+      am = mode.mid ? 0.5 * (b.a0 + b.a1) : b.a1;
+      for (int i = 0; i < 6; ++i) v[i] = 0.5 * slope * (mode.mid ? 0.5 * (C0[i] + C1[i]) : C1[i]);
+      double p = 0.0;
+      for (int i = 0; i < 6; ++i) p += (i < 3 ? 1.0 : 2.0) * S[i] * v[i];
+      w.pressure[q] = p;
+      mean_pressure += g.w[q] * p / volume;
+    }
+    for (int i = 3; i < 6; ++i) v[i] *= 2.0;           // engineering shear
+    for (int a = 0; a < g.nn; ++a)
+      for (int k = 0; k < D; ++k) {
+        const int col = a * D + k;
+        const double* n = dN + a * D;
+        const double d = w.mean[col] - beta[col];
+        double f = 0.0;
+        for (int i = 0; i < rows; ++i) {
+          const int r = V::row[i], c = V::col[i];
+          double B = 0.0;
+          if (r < D && c < D) B = r == c ? Fb[k * D + r] * n[r] : Fb[k * D + r] * n[c] + Fb[k * D + c] * n[r];
+          const double G = am * B + v[i] * d;
+          w.G[i * nd + col] = G;
+          f += G * S[i];
+        }
+        re[col] += g.w[q] * f;
+      }
+    if (!ke) continue;
+    const double* C = &w.C[36 * static_cast<size_t>(q)];
+    for (int i = 0; i < rows; ++i)
+      for (int col = 0; col < nd; ++col) {
+        double sum = 0.0;
+        for (int j = 0; j < rows; ++j) sum += C[i * 6 + j] * w.G[j * nd + col];
+        w.CG[i * nd + col] = g.w[q] * sum;
+      }
+    for (int a = 0; a < g.nn; ++a)
+      for (int c = 0; c <= a; ++c) {
+        double* k = ke + pair_place(a, c) * D * D;
+        for (int i = 0; i < D; ++i)
+          for (int j = 0; j < D; ++j) {
+            double sum = 0.0;
+            for (int r = 0; r < rows; ++r) sum += w.G[r * nd + a * D + i] * w.CG[r * nd + c * D + j];
+            k[i * D + j] += sum;
+          }
+      }
+  }
+  if (!ke || !mode.finite) return STATUS_OK;
+
+  // 4. the tangent of the geometry                                                         (1.18)
+  for (int q = 0; q < g.ngp; ++q) {
+    const BarPoint<D>& b = point[q];
+    const double *dN = g.dNdX + static_cast<size_t>(q) * nd, *beta = &w.beta[static_cast<size_t>(q) * nd];
+    double S[D * D], Fb[D * D];
+    full_tensor<D>(&w.S[6 * static_cast<size_t>(q)], S);
+    deformation<D>(mode, b, Fb);
+    const double am = mode.mid ? 0.5 * (b.a0 + b.a1) : b.a1, cg = mode.cG();
+    const double p = w.pressure[q], kappa = cg * g.w[q] * (mean_pressure - p);
+    double* qa = w.G.data();                           // [nn*dim] w cg 2/3 a Fb S dN_a
+    double* sn = w.CG.data();                          // [nn*dim] w cg a S dN_a
+    for (int a = 0; a < g.nn; ++a) {
+      for (int i = 0; i < D; ++i) {
+        double sum = 0.0;
+        for (int j = 0; j < D; ++j) sum += S[i * D + j] * dN[a * D + j];
+        sn[a * D + i] = g.w[q] * cg * am * sum;
+      }
+      for (int i = 0; i < D; ++i) {
+        double sum = 0.0;
+        for (int j = 0; j < D; ++j) sum += Fb[i * D + j] * sn[a * D + j];
+        qa[a * D + i] = 2.0 / 3.0 * sum;
+      }
+    }
+    for (int a = 0; a < g.nn; ++a)
+      for (int c = 0; c <= a; ++c) {
+        double* k = ke + pair_place(a, c) * D * D;
+        double geo = 0.0;
+        for (int j = 0; j < D; ++j) geo += sn[a * D + j] * dN[c * D + j];
+        for (int i = 0; i < D; ++i) {
+          const double da = w.mean[a * D + i] - beta[a * D + i];
+          for (int j = 0; j < D; ++j) {
+            const double dc = w.mean[c * D + j] - beta[c * D + j];
+            k[i * D + j] += qa[a * D + i] * dc + da * qa[c * D + j] + 2.0 / 3.0 * cg * g.w[q] * p * da * dc -
+                            kappa * beta[a * D + j] * beta[c * D + i];
+          }
+          k[i * D + i] += geo;
+        }
+      }
+  }
+  return STATUS_OK;
+}
+
+}  // namespace
+
+bool bar_strains(const BarGroup& g, bool finite, const double* H, double* E, double* scale)
+{
+  return g.dim == 2 ? strains<2>(g, finite, H, E, scale) : strains<3>(g, finite, H, E, scale);
+}
+
+Status bar_form(const BarGroup& g, const KernelMode& mode, const double* H0, const double* H1,
+                const HistoryStep* h, double* re, double* ke)
+{
+  return g.dim == 2 ? form<2>(g, mode, H0, H1, h, re, ke) : form<3>(g, mode, H0, H1, h, re, ke);
+}

@@ -1,0 +1,88 @@
+#include <algorithm>
+
+#include "base/comm.h"
+#include "elem/elem.h"
+#include "elem/kernel_broken.h"
+
+namespace {
+
+template <int D, int N, int NGP>
+Status form(const ElemBlock& b, size_t slot, const ErodedLaw* broken, const KernelMode& mode,
+            const double* u0, const double* u1, const HistoryStep* h, double* re, double* ke)
+{
+  constexpr int nv = VoigtPlace<D>::nv;
+  const size_t first = b.gauss(slot);
+  const double *dNdX = &b.dNdX[first * N * D], *w = &b.w[first];
+  for (int k = 0; k < N * D; ++k) re[k] = 0.0;
+  for (int k = 0; ke && k < pair_count(N) * D * D; ++k) ke[k] = 0.0;
+  for (int g = 0; g < NGP; ++g) {
+    const double* dN = dNdX + g * N * D;
+    double H0[D * D] = {0}, H1[D * D], Fb[D * D], S[D * D], C[nv * nv], B[N * nv * D], CB[N * nv * D];
+    ip_gradient<D, N>(dN, N, u1, H1);
+    if (!broken || mode.mid) ip_gradient<D, N>(dN, N, u0, H0);
+    if (broken) {
+      ip_broken<D>(b.law, *broken, mode, H0, H1, Fb, S, ke ? C : nullptr);
+    } else if (ip_general<D>(b.law, mode, H0, H1, h[g].n, h[g].np1, Fb, S, ke ? C : nullptr) != STATUS_OK) {
+      return BAD_JACOBIAN;
+    }
+    ip_force<D, N>(dN, N, w[g], Fb, S, re);
+    if (ke) ip_tangent_general<D, N>(dN, N, w[g], C, mode.cG(), Fb, S, B, CB, ke);
+  }
+  return STATUS_OK;
+}
+
+}  // namespace
+
+void elem_history(const Elements& el, const Level& l0, Level& l1, int e, HistoryStep* h)
+{
+  for (int k = el.gauss_of[e]; k < el.gauss_of[e + 1] && el.history; ++k) {
+    const size_t at = static_cast<size_t>(k) * el.history;
+    *h++ = {&l0.he[at], &l1.he[at]};
+  }
+}
+
+Status elem_form_general(const ElemBlock& b, size_t slot, const ErodedLaw* broken, const KernelMode& mode,
+                         const double* u0, const double* u1, const HistoryStep* h, double* re, double* ke)
+{
+  return by_shape(b.shape, [&](auto z) {
+    if (!b.bar || broken) return form<z.D, z.N, z.NGP>(b, slot, broken, mode, u0, u1, h, re, ke);
+    const size_t first = b.gauss(slot);
+    const double* dNdX = &b.dNdX[first * z.N * z.D];
+    double H0[z.NGP * z.D * z.D], H1[z.NGP * z.D * z.D];
+    for (int g = 0; g < z.NGP; ++g) {
+      ip_gradient<z.D, z.N>(dNdX + g * z.N * z.D, z.N, u0, H0 + g * z.D * z.D);
+      ip_gradient<z.D, z.N>(dNdX + g * z.N * z.D, z.N, u1, H1 + g * z.D * z.D);
+    }
+    return bar_form({z.D, z.NGP, z.N, dNdX, &b.w[first], &b.law}, mode, H0, H1, h, re, ke);
+  });
+}
+
+Status elem_form_one(const Model& m, const Elements& el, const KernelMode& mode, const ElemBlock& b, int slot,
+                     ElemForm form, const Level& l0, Level& l1, double* re, double* ke)
+{
+  const int e       = b.elem[slot];
+  const bool intact = el.broken(e) < 0;
+  double u0[24], u1[24];
+  HistoryStep h[8];
+  elem_ends(l0, l1, m.mesh.conn.begin(e), shape_info[b.shape].nen, m.dim, u0, u1);
+  if (intact && !b.general) return form(b, slot, mode, u0, u1, re, ke);
+  elem_history(el, l0, l1, e, h);
+  if (intact) return elem_form_general(b, slot, nullptr, mode, u0, u1, h, re, ke);
+  const ErodedLaw broken = elem_broken_law(m, el, e, degr_of_step(l0, l1, mode.mid, e));
+  return elem_form_general(b, slot, &broken, mode, u0, u1, h, re, ke);
+}
+
+void elem_share_history(const Elements& el, Level& l)
+{
+  if (comm_size() == 1 || l.he.empty()) return;
+  RealVec all(l.he.size(), 0.0);
+  for (const ElemBlock& b : el.block)
+    for (int s : elem_owned(b)) {
+      const int e = b.elem[s];
+      const size_t from = static_cast<size_t>(el.gauss_of[e]) * el.history,
+                   to   = static_cast<size_t>(el.gauss_of[e + 1]) * el.history;
+      std::copy(l.he.begin() + from, l.he.begin() + to, all.begin() + from);
+    }
+  comm_sum(all);
+  l.he.swap(all);
+}

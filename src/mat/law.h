@@ -1,0 +1,95 @@
+// ---------------------------------------------------------------------------
+// law.h : what an integration point asks of its material (doc/theory.md 2.3)
+//
+// A law gives energy, stress and tangent at a strain, and the history that it leaves there. law_step makes of
+// it the stress of a step of any time scheme; the energy-momentum scheme gets a discrete gradient, so that
+//
+//   stored + dissipated = work of the stress, to rounding, whatever the law                    (2.21)
+//
+// Intact St.Venant-Kirchhoff material has a short form of all this in elem/kernel.h, eight points at a time.
+// Strains are Green-Lagrange (linear without NLGEOM). Six components 11 22 33 12 23 31, those of a tensor;
+// the tangent has engineering shear columns.
+// ---------------------------------------------------------------------------
+#ifndef MPFE_MAT_LAW_H
+#define MPFE_MAT_LAW_H
+
+#include "mat/mat.h"
+
+const int MAX_HISTORY = 8;     // numbers that a point keeps, at most
+
+// What laws with history keep. At t = 0 all are zero
+enum HistoryPlace {
+  HISTORY_PLASTIC    = 0,      // [6] Cp^-1 - I of the plastic part of the deformation; without NLGEOM -2 ep
+  HISTORY_EQUIVALENT = 6,      // equivalent plastic strain
+  HISTORY_DISSIPATED = 7       // energy dissipated so far / volume at t = 0          force/length^2
+};
+
+struct LawOutput {
+  double psi;                  // stored energy / volume at t = 0                     force/length^2
+  double S[6];                 // stress                                              force/length^2
+  double D[36];                // dS/dE                                               force/length^2
+};
+
+struct Law {
+  const char* name;            // as the listing calls it
+  int history;                 // numbers that a point keeps
+  bool linear;                 // the tangent never changes without NLGEOM
+  // ---------------------------------------------------------------------------
+  // update : the law in three dimensions at one strain
+  //
+  //   in   finite   NLGEOM
+  //        E        strain                                    [6]
+  //        h_n      history at t(n)                           [history]
+  //   out  h_np1    history at this strain                    [history]
+  //        out      D when tangent is set
+  //   returns       false: 2E + I is not positive definite, or no stress was found
+  // ---------------------------------------------------------------------------
+  bool (*update)(const MatLaw& law, bool finite, const double* E, const double* h_n, double* h_np1,
+                 bool tangent, LawOutput& out);
+};
+
+// law_of : the law of intact material
+const Law& law_of(const MatLaw& law);
+
+// law_is_general : does intact material need law_step? false: the short form of elem/kernel.h serves
+bool law_is_general(const MatLaw& law);
+
+// law_history : numbers that points of this model keep: the most of all its materials
+int law_history(const Model& m);
+
+// law_update : the law of intact material; in plane stress E33 is found so that S33 = 0, and D is condensed
+// (2.13). Arguments as Law::update; E is changed in plane stress
+bool law_update(const MatLaw& law, bool finite, double* E, const double* h_n, double* h_np1, bool tangent,
+                LawOutput& out);
+
+// ---------------------------------------------------------------------------
+// law_step : stress of intact material over a step
+//
+//   in   E0, E1   strains at t(n), t(n+1)                   [6]
+//        h_n      history at t(n)                           [history]
+//   out  h_np1    history at t(n+1)                         [history]
+//        S        stress of table (1.8), with viscosity     [6]
+//        C        its derivative to E1, unless null         [36]
+//   theory        doc/theory.md: (2.14), (2.15), (2.21)
+//   returns       as Law::update
+// ---------------------------------------------------------------------------
+bool law_step(const MatLaw& law, const KernelMode& mode, const double* E0, const double* E1,
+              const double* h_n, double* h_np1, double* S, double* C);
+
+// law_viscous_work : dE : D : dE with the elastic D of small strains: beta/dt times it is what viscous stress
+// dissipates in a step (2.20);  dE [6]
+double law_viscous_work(const MatLaw& law, const double* dE);
+
+// the laws, one file each
+bool law_svk(const MatLaw& law, bool finite, const double* E, const double* h_n, double* h_np1, bool tangent,
+             LawOutput& out);
+bool law_neo_hooke(const MatLaw& law, bool finite, const double* E, const double* h_n, double* h_np1,
+                   bool tangent, LawOutput& out);
+bool law_j2(const MatLaw& law, bool finite, const double* E, const double* h_n, double* h_np1, bool tangent,
+            LawOutput& out);
+
+// yield_stress : (2.26), at the equivalent plastic strain a; slope: its derivative. yield_work : its integral
+double yield_stress(const Material& m, double a, double* slope);
+double yield_work(const Material& m, double a);
+
+#endif

@@ -1,0 +1,174 @@
+#include <algorithm>
+#include <cmath>
+
+#include "mat/law.h"
+
+namespace {
+
+const int MOST_ITERATIONS = 50;      // for E33 in plane stress; quadratic from a good start: 3 to 6
+// (dE/E)^2: below it the mean stress is exact to rounding (2.14). Plastic flow bends the path, whatever E is
+const double SAME_STRAIN = 1e-14;
+
+// A : B of six tensor components
+double double_dot(const double* A, const double* B)
+{
+  return A[0] * B[0] + A[1] * B[1] + A[2] * B[2] + 2.0 * (A[3] * B[3] + A[4] * B[4] + A[5] * B[5]);
+}
+
+// out = C : E
+void multiply(const double* C, const double* E, double* out)
+{
+  for (int i = 0; i < 6; ++i) {
+    out[i] = 0.0;
+    for (int j = 0; j < 6; ++j) out[i] += C[i * 6 + j] * E[j] * (j < 3 ? 1.0 : 2.0);
+  }
+}
+
+// D of plane stress: without row and column 33                                       (2.13)
+void condense(double* D)
+{
+  const double pivot = D[14];
+  double row[6];
+  for (int j = 0; j < 6; ++j) row[j] = D[12 + j];
+  for (int i = 0; i < 6; ++i)
+    for (int j = 0; j < 6; ++j) D[i * 6 + j] -= row[i] * row[j] / pivot;
+}
+
+// viscous stress eta D (E1 - E0), D of small strains, and its tangent unless C is null   (2.19)
+void add_viscosity(const MatLaw& law, double eta, const double* E0, const double* E1, double* S, double* C)
+{
+  const bool plane_stress = law.plane == PLANE_STRESS;
+  const double lam = plane_stress ? law.lam : law.lam3;
+  double tr = 0.0;
+  for (int i = 0; i < 3; ++i)
+    if (!plane_stress || i != 2) tr += E1[i] - E0[i];
+  for (int i = 0; i < 6; ++i) {
+    if (plane_stress && i == 2) continue;
+    S[i] += eta * ((i < 3 ? lam * tr : 0.0) + 2.0 * law.mu * (E1[i] - E0[i]));
+    if (!C) continue;
+    for (int j = 0; j < 3 && i < 3; ++j)
+      if (!plane_stress || j != 2) C[i * 6 + j] += eta * lam;
+    C[i * 7] += eta * law.mu * (i < 3 ? 2.0 : 1.0);
+  }
+}
+
+// the discrete gradient between the states zero and one: S and C                        (2.14), (2.15)
+//   gone   dissipated / volume between them
+void discrete_gradient(const LawOutput& zero, const LawOutput& one, double gone, const double* E0,
+                       const double* E1, bool plane_stress, double* S, double* C)
+{
+  double d[6], mean[6];
+  for (int i = 0; i < 6; ++i) {
+    d[i]    = plane_stress && i == 2 ? 0.0 : E1[i] - E0[i];
+    S[i]    = 0.5 * (zero.S[i] + one.S[i]);
+    mean[i] = 0.5 * (E0[i] + E1[i]);
+  }
+  for (int i = 0; C && i < 36; ++i) C[i] = 0.5 * one.D[i];
+  const double dd = double_dot(d, d);
+  if (dd <= SAME_STRAIN * double_dot(mean, mean)) return;
+  const double a = (one.psi - zero.psi + gone - double_dot(S, d)) / dd;
+  if (C) {
+    double Cd[6], g[6];
+    multiply(one.D, d, Cd);
+    for (int i = 0; i < 6; ++i) g[i] = (one.S[i] - S[i] - 0.5 * Cd[i] - 2.0 * a * d[i]) / dd;
+    for (int i = 0; i < 6; ++i) {
+      if (plane_stress && i == 2) continue;
+      for (int j = 0; j < 6; ++j) C[i * 6 + j] += 0.5 * (d[i] * g[j] + g[i] * d[j]);
+      C[i * 7] += a * (i < 3 ? 1.0 : 0.5);
+    }
+  }
+  for (int i = 0; i < 6; ++i) S[i] += a * d[i];
+}
+
+}  // namespace
+
+const Law& law_of(const MatLaw& law)
+{
+  static const Law table[] = {
+      {"St.Venant-Kirchhoff", 0, true, law_svk},
+      {"neo-Hooke", 0, false, law_neo_hooke},
+      {"J2 plasticity", 8, false, law_j2},
+  };
+  return table[law.kind];
+}
+
+bool law_is_general(const MatLaw& law) { return law.kind != LAW_SVK || law.bar; }
+
+int law_history(const Model& m)
+{
+  int n = 0;
+  for (const Material& mat : m.material)
+    if (mat.used) n = std::max(n, law_of(mat_law(mat, PLANE_NONE)).history);
+  return n;
+}
+
+bool law_update(const MatLaw& law, bool finite, double* E, const double* h_n, double* h_np1, bool tangent,
+                LawOutput& out)
+{
+  const Law& l = law_of(law);
+  if (law.plane != PLANE_STRESS) return l.update(law, finite, E, h_n, h_np1, tangent, out);
+  // S33(E33) = 0 by Newton's method; a step that leaves the positive stretches is halved
+  E[2] = -law.lam3 / (law.lam3 + 2.0 * law.mu) * (E[0] + E[1]);
+  if (finite && E[2] < -0.45) E[2] = -0.45;
+  for (int it = 0; it < MOST_ITERATIONS; ++it) {
+    if (!l.update(law, finite, E, h_n, h_np1, true, out)) return false;
+    const double size = std::fabs(out.S[0]) + std::fabs(out.S[1]) + std::fabs(out.S[3]);
+    const double step = -out.S[2] / out.D[14];
+    if (std::fabs(out.S[2]) <= 1e-15 * law.mu || std::fabs(out.S[2]) <= 1e-14 * size || !(out.D[14] > 0.0)) {
+      if (!(out.D[14] > 0.0)) return false;
+      out.S[2] = 0.0;
+      if (tangent) condense(out.D);
+      return true;
+    }
+    E[2] += finite && E[2] + step <= -0.5 ? 0.5 * (-0.5 - E[2]) : step;
+  }
+  return false;
+}
+
+bool law_step(const MatLaw& law, const KernelMode& mode, const double* E0, const double* E1,
+              const double* h_n, double* h_np1, double* S, double* C)
+{
+  LawOutput one, zero;
+  double end[6], start[6], scratch[MAX_HISTORY];
+  std::copy(E1, E1 + 6, end);
+  if (!law_update(law, mode.finite, end, h_n, h_np1, C != nullptr, one)) return false;
+  if (mode.mid) {
+    std::copy(E0, E0 + 6, start);
+    if (!law_update(law, mode.finite, start, h_n, scratch, false, zero)) return false;
+    const bool keeps  = law_of(law).history > HISTORY_DISSIPATED;
+    const double gone = keeps ? h_np1[HISTORY_DISSIPATED] - h_n[HISTORY_DISSIPATED] : 0.0;
+    discrete_gradient(zero, one, gone, E0, E1, law.plane == PLANE_STRESS, S, C);
+    const double more = mode.s_new - 0.5;              // dissipation on demand
+    for (int i = 0; i < 6; ++i) S[i] += more * (one.S[i] - zero.S[i]);
+    for (int i = 0; C && i < 36; ++i) C[i] += more * one.D[i];
+  } else {
+    std::copy(one.S, one.S + 6, S);
+    if (C) std::copy(one.D, one.D + 36, C);
+  }
+  const double eta = law.beta * mode.rate;
+  if (eta != 0.0) add_viscosity(law, eta, E0, E1, S, C);
+  return true;
+}
+
+double law_viscous_work(const MatLaw& law, const double* dE)
+{
+  const double zero[6] = {0};
+  double S[6] = {0};
+  add_viscosity(law, 1.0, zero, dE, S, nullptr);
+  return double_dot(S, dE);
+}
+
+bool law_svk(const MatLaw& law, bool, const double* E, const double*, double*, bool tangent, LawOutput& out)
+{
+  const double p = law.lam3 * (E[0] + E[1] + E[2]);
+  for (int i = 0; i < 6; ++i) out.S[i] = (i < 3 ? p : 0.0) + 2.0 * law.mu * E[i];
+  out.psi = 0.5 * double_dot(out.S, E);
+  if (!tangent) return true;
+  for (int i = 0; i < 36; ++i) out.D[i] = 0.0;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) out.D[i * 6 + j] = law.lam3;
+    out.D[i * 7] += 2.0 * law.mu;
+    out.D[(i + 3) * 7] = law.mu;
+  }
+  return true;
+}

@@ -1,0 +1,242 @@
+// Constitutive laws: stress against energy, tangent against stress, closed forms, the step (2.21). Case A16.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "mat/law.h"
+#include "samples.h"
+
+namespace {
+
+// E 200, nu 0.3; neo-Hooke with the same constants of small strains; yield 1, hardening 5, then 2
+Material sample(LawKind kind)
+{
+  Material m;
+  m.law            = kind;
+  m.young          = 200.0;
+  m.poisson        = 0.3;
+  m.yield          = {1.0, 1.5, 1.9};
+  m.plastic_strain = {0.0, 0.1, 0.3};
+  m.used           = true;
+  return m;
+}
+
+struct Point {
+  MatLaw law;
+  bool finite;
+  double h[MAX_HISTORY] = {0};
+  bool at(const double* E, LawOutput& out, double* h1 = nullptr)
+  {
+    double e[6], none[MAX_HISTORY];
+    for (int i = 0; i < 6; ++i) e[i] = E[i];
+    return law_update(law, finite, e, h, h1 ? h1 : none, true, out);
+  }
+  void go(const double* E)
+  {
+    LawOutput out;
+    double h1[MAX_HISTORY] = {0};
+    ASSERT_TRUE(at(E, out, h1));
+    for (int i = 0; i < MAX_HISTORY; ++i) h[i] = h1[i];
+  }
+};
+
+// a strain with components of this size
+void random_strain(std::mt19937& gen, double size, Plane plane, double* E)
+{
+  std::uniform_real_distribution<double> any(-size, size);
+  for (int i = 0; i < 6; ++i) E[i] = any(gen);
+  if (plane == PLANE_NONE) return;
+  E[2] = E[4] = E[5] = 0.0;
+}
+
+double contract(const double* A, const double* B)
+{
+  return A[0] * B[0] + A[1] * B[1] + A[2] * B[2] + 2.0 * (A[3] * B[3] + A[4] * B[4] + A[5] * B[5]);
+}
+
+const Plane planes[3]  = {PLANE_NONE, PLANE_STRAIN, PLANE_STRESS};
+const LawKind kinds[3] = {LAW_SVK, LAW_NEO_HOOKE, LAW_J2};
+
+}  // namespace
+
+TEST(Law, StressIsTheDerivativeOfTheIncrementalEnergyAndTangentThatOfTheStress)
+{
+  std::mt19937 gen(3);
+  for (LawKind kind : kinds)
+    for (Plane plane : planes)
+      for (bool finite : {false, true}) {
+        const Material m = sample(kind);
+        Point p{mat_law(m, plane), finite};
+        double E[6];
+        random_strain(gen, 0.03, plane, E);
+        p.go(E);                                       // a history
+        for (int k = 0; k < 6; ++k) E[k] *= 1.3;
+        E[3] += 0.01;
+        LawOutput out, up, down;
+        double h_up[MAX_HISTORY] = {0}, h_down[MAX_HISTORY] = {0};
+        ASSERT_TRUE(p.at(E, out));
+        const double h = 1e-6;
+        for (int j = 0; j < 6; ++j) {
+          if (plane != PLANE_NONE && (j == 2 || j > 3)) continue;
+          double a[6], b[6];
+          for (int i = 0; i < 6; ++i) a[i] = b[i] = E[i];
+          const double d = j < 3 ? h : 0.5 * h;        // engineering shear
+          a[j] += d;
+          b[j] -= d;
+          ASSERT_TRUE(p.at(a, up, h_up) && p.at(b, down, h_down));
+          const double work = kind == LAW_J2 ? h_up[HISTORY_DISSIPATED] - h_down[HISTORY_DISSIPATED] : 0.0;
+          EXPECT_NEAR((up.psi - down.psi + work) / (2 * h), out.S[j], 1e-6) << kind << plane << finite << j;
+          for (int i = 0; i < 6; ++i) {
+            if (plane == PLANE_STRESS && (i == 2 || i > 3)) continue;
+            EXPECT_NEAR((up.S[i] - down.S[i]) / (2 * h), out.D[i * 6 + j], 3e-5)
+                << kind << plane << finite << i << j;
+            EXPECT_NEAR(out.D[j * 6 + i], out.D[i * 6 + j], 1e-9);
+          }
+        }
+        if (plane == PLANE_STRESS) {
+          EXPECT_EQ(out.S[2], 0.0);
+        }
+      }
+}
+
+TEST(Law, StepOfEnergyMomentumStoresAndDissipatesTheWork)
+{
+  std::mt19937 gen(5);
+  for (LawKind kind : kinds)
+    for (Plane plane : planes)
+      for (double size : {1e-5, 0.02, 0.2}) {
+        const Material m = sample(kind);
+        Point p{mat_law(m, plane), true};
+        double E0[6], E1[6], S[6], C[36], h1[MAX_HISTORY] = {0};
+        random_strain(gen, size, plane, E0);
+        p.go(E0);
+        random_strain(gen, size, plane, E1);
+        LawOutput zero, one;
+        double e0[6], e1[6];
+        std::copy(E0, E0 + 6, e0);
+        std::copy(E1, E1 + 6, e1);
+        ASSERT_TRUE(p.at(E0, zero) && p.at(E1, one));
+        ASSERT_TRUE(law_step(p.law, energy_momentum(0.0), E0, E1, p.h, h1, S, C));
+        for (int i = 0; i < 6; ++i) e1[i] -= e0[i];
+        if (plane == PLANE_STRESS) e1[2] = 0.0;
+        const double gone = kind == LAW_J2 ? h1[HISTORY_DISSIPATED] - p.h[HISTORY_DISSIPATED] : 0.0;
+        EXPECT_GE(gone, 0.0);
+        EXPECT_NEAR(one.psi - zero.psi + gone, contract(S, e1), 1e-13 * (one.psi + zero.psi) + 1e-18)
+            << kind << plane << size;
+        // the symmetric part of the derivative
+        const double h = 1e-3 * size;
+        double up[6], down[6], N[36];
+        for (int j = 0; j < 6; ++j) {
+          double a[6], b[6], none[MAX_HISTORY];
+          std::copy(E1, E1 + 6, a);
+          std::copy(E1, E1 + 6, b);
+          a[j] += j < 3 ? h : 0.5 * h;
+          b[j] -= j < 3 ? h : 0.5 * h;
+          ASSERT_TRUE(law_step(p.law, energy_momentum(0.0), E0, a, p.h, none, up, nullptr));
+          ASSERT_TRUE(law_step(p.law, energy_momentum(0.0), E0, b, p.h, none, down, nullptr));
+          for (int i = 0; i < 6; ++i) N[i * 6 + j] = (up[i] - down[i]) / (2 * h);
+        }
+        if (kind == LAW_J2) continue;                  // the table has kinks
+        for (int i = 0; i < 6; ++i)
+          for (int j = 0; j < 6; ++j) {
+            if (plane != PLANE_NONE && (i == 2 || j == 2 || i > 3 || j > 3)) continue;
+            EXPECT_NEAR(0.5 * (N[i * 6 + j] + N[j * 6 + i]), C[i * 6 + j], 0.01) << kind << plane << size;
+          }
+      }
+}
+
+TEST(Law, NeoHookeUniaxialAndSmallStrains)
+{
+  const Material m = sample(LAW_NEO_HOOKE);
+  const MatLaw law = mat_law(m, PLANE_NONE);
+  Point p{law, true};
+  LawOutput out, svk;
+  const double K = law.lam3 + 2.0 / 3.0 * law.mu;
+  for (double f : {0.3, 0.8, 1.5, 4.0}) {              // uniaxial strain: J = f
+    const double E[6] = {0.5 * (f * f - 1.0), 0, 0, 0, 0, 0};
+    ASSERT_TRUE(p.at(E, out));
+    const double sig = law.mu * std::pow(f, -5.0 / 3.0) * (f * f - (f * f + 2.0) / 3.0) + K * (f - 1.0);
+    EXPECT_NEAR(out.S[0] * f, sig, 1e-12 * std::fabs(sig)) << f;       // sigma_11 = F S F / J
+  }
+  const double tiny[6] = {1e-9, -2e-9, 3e-10, 1e-9, 5e-10, -1e-9};
+  ASSERT_TRUE(p.at(tiny, out));
+  law_svk(law, true, tiny, nullptr, nullptr, true, svk);
+  for (int i = 0; i < 6; ++i) EXPECT_NEAR(out.S[i], svk.S[i], 1e-7 * std::fabs(svk.S[i]) + 1e-17);
+  for (int i = 0; i < 36; ++i) EXPECT_NEAR(out.D[i], svk.D[i], 1e-5);
+  EXPECT_NEAR(out.psi, svk.psi, 1e-6 * svk.psi);
+}
+
+TEST(Law, PlasticUniaxialStressFollowsTheTableInLogarithmicStrain)
+{
+  const Material m = sample(LAW_J2);
+  Point p{mat_law(m, PLANE_NONE), true};
+  // pulled to stretches f, the lateral one found so that S22 = S33 = 0
+  for (double f : {1.002, 1.01, 1.1, 1.25, 1.6}) {
+    double E[6] = {0.5 * (f * f - 1.0), 0, 0, 0, 0, 0};
+    E[1] = E[2] = 0.5 * (1.0 / f - 1.0);
+    LawOutput out;
+    for (int it = 0; it < 60; ++it) {
+      ASSERT_TRUE(p.at(E, out));
+      const double step = -out.S[1] / (out.D[7] + out.D[8]);
+      E[1] += step;
+      E[2] = E[1];
+    }
+    p.go(E);
+    double slope;
+    const double J     = f * (1.0 + 2.0 * E[1]);
+    const double tau   = out.S[0] * f * f;              // Kirchhoff
+    const double a     = p.h[HISTORY_EQUIVALENT];
+    EXPECT_NEAR(std::log(f), tau / m.young + a, 1e-12) << f;
+    EXPECT_NEAR(tau, f < 1.005 ? m.young * std::log(f) : yield_stress(m, a, &slope), 1e-12) << f;
+    EXPECT_NEAR(std::log(J), (1.0 - 2.0 * m.poisson) * tau / m.young, 1e-12);
+    EXPECT_NEAR(p.h[HISTORY_DISSIPATED], yield_work(m, a), 1e-12);
+  }
+  EXPECT_NEAR(yield_work(m, 0.5), 0.125 + 0.34 + 0.38, 1e-14);
+}
+
+TEST(Law, PlasticSimpleShearInOneStepIsTheReturnOfTheLogarithms)
+{
+  const Material m = sample(LAW_J2);
+  const MatLaw law = mat_law(m, PLANE_NONE);
+  Point p{law, true};
+  const double g = 0.4;
+  const double E[6] = {0, 0.5 * g * g, 0, 0.5 * g, 0, 0};      // F = I + g e1 (x) e2
+  LawOutput out;
+  double h[MAX_HISTORY];
+  ASSERT_TRUE(p.at(E, out, h));
+  // principal stretches of simple shear: exp(+-asinh(g/2)); the stress is coaxial with b
+  const double e = std::asinh(0.5 * g), q = 2.0 * law.mu * e * std::sqrt(3.0);
+  double slope;
+  EXPECT_NEAR(q - 3.0 * law.mu * h[HISTORY_EQUIVALENT], yield_stress(m, h[HISTORY_EQUIVALENT], &slope), 1e-12);
+  const double tau = (q - 3.0 * law.mu * h[HISTORY_EQUIVALENT]) / std::sqrt(3.0);      // principal stress
+  // tau_12 of F S F^T
+  const double t12 = (out.S[3] + g * out.S[1]);
+  EXPECT_NEAR(t12, tau / std::sqrt(1.0 + 0.25 * g * g), 1e-12);
+}
+
+TEST(Law, TurningTheBodyTurnsNothing)
+{
+  // a strain path and the same path with the reference axes turned: same energies
+  std::mt19937 gen(9);
+  const Material m = sample(LAW_J2);
+  Point p{mat_law(m, PLANE_NONE), true}, t{mat_law(m, PLANE_NONE), true};
+  for (int step = 0; step < 5; ++step) {
+    double E[6];
+    random_strain(gen, 0.1, PLANE_NONE, E);
+    const double c = std::cos(0.7), s = std::sin(0.7);
+    // axes 1, 2 turned about 3
+    const double T[6] = {c * c * E[0] + s * s * E[1] + 2 * c * s * E[3],
+                         s * s * E[0] + c * c * E[1] - 2 * c * s * E[3],
+                         E[2],
+                         c * s * (E[1] - E[0]) + (c * c - s * s) * E[3],
+                         c * E[4] - s * E[5],
+                         c * E[5] + s * E[4]};
+    LawOutput a, b;
+    ASSERT_TRUE(p.at(E, a) && t.at(T, b));
+    EXPECT_NEAR(a.psi, b.psi, 1e-12 * a.psi + 1e-16);
+    p.go(E);
+    t.go(T);
+    EXPECT_NEAR(p.h[HISTORY_EQUIVALENT], t.h[HISTORY_EQUIVALENT], 1e-12);
+  }
+}
