@@ -1,5 +1,5 @@
 // ---------------------------------------------------------------------------
-// contact.h : contact as a bond switched by conditions (doc/theory.md 4.2)
+// contact.h : contact as a bond activated by the gap condition (doc/theory.md 4.2)
 //
 // Side A of a contact bond is a point of the slave surface. Side B is the master face that it meets, found at
 // t(n) and kept over the step: place on the face, normal, gap. Faces are those of finite elements or the

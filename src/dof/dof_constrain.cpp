@@ -63,7 +63,7 @@ void support_corners(const Mesh& mesh, const Points& pts, const ActiveGrid& grid
   for (const SupportedCorner& h : corners) {
     if (pts.field[h.corner] == FIELD_OWN) {
       warn_once(warned, mesh, "BOUNDARY", h.b->place, h.node, time,
-                "its material point has come off its neighbours; the support has ended there");
+                "its material point was released from its neighbours; the support has ended there");
       continue;
     }
     each_dof(grid, s, h, [&](int dof, double N) {

@@ -144,16 +144,17 @@ void frac_convert(const Model& m, Elements& el, const FracMesh& fm, const IntVec
                   State& st);
 
 // frac_torn : broken points whose largest stretch is above RELEASE, or whose volume is below 1/RELEASE of
-// that at t = 0: those to come off their neighbours, and released ones whose shape is to be made anew  (7.12)
+// that at t = 0: those to be released from their neighbours, and released ones whose shape is to be made
+// anew  (7.12)
 void frac_torn(const Model& m, const FracMesh& fm, const Points& pts, const Level& l, IntVec& out);
 
-// frac_release : torn points come off: corners and unknowns of their own, the shape of t = 0 turned, and a
-// rigid motion with their mass, linear and, if it needs no energy, angular momentum; the bonds of their
+// frac_release : torn points are released: corners and unknowns of their own, the shape of t = 0 turned, and
+// a rigid motion with their mass, linear and, if it needs no energy, angular momentum; the bonds of their
 // elements go  (7.13)
 void frac_release(const Model& m, const FracMesh& fm, const IntVec& torn, CornerShare& share, State& st);
 
 // frac_follow : corners of points that go on for nodes whose last element has become points; of several the
-// first that is not loose. Loads, supports and results of the node go on there.         doc/theory.md (7.18)
+// first that is not released. Loads, supports and results of the node go on there.       doc/theory.md (7.18)
 //   out  corner   [nnode] >= 0: corner; FOLLOW_ELEMENT: the node has elements, or never had;
 //                 FOLLOW_NONE: no corner lies there. Empty: nothing has been converted
 enum { FOLLOW_ELEMENT = -1, FOLLOW_NONE = -2 };

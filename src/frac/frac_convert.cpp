@@ -92,7 +92,7 @@ void convert_one(const Model& m, const Elements& el, const FracMesh& fm, int e, 
   st.frac.converted.push_back(e);
 }
 
-// has a point of a converted element come off?
+// has a point of a converted element been released?
 bool has_released(const Points& pts, int e)
 {
   for (int p = pts.of_elem[e]; p < pts.npoint && pts.parent[p] == e; ++p)

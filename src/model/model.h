@@ -226,7 +226,7 @@ struct ConversionDef {         // *CONVERSION : elements that become material po
   double limit = 0.0;
   int per_elem = 2;            // m x m (x m) points an element
   int field    = 0;            // grid field
-  // largest stretch of a broken point before it comes off its neighbours; 0: never
+  // largest stretch of a broken point before it is released from its neighbours; 0: never
   double release = 0.0;
   // INTERFACE=BONDS: bonds hold points to the elements that stay; else corners hang on their nodes
   bool bonded = false;

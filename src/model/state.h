@@ -35,7 +35,7 @@ struct Points {
   IntVec next;
   IntVec broken;               // [npoint] index into Model::fracture when broken, -1: intact
   RealVec normal;              // [npoint*3] normal of the crack, frozen when it broke
-  IntVec released;              // [npoint] 1: came off its neighbours, its corners are its own
+  IntVec released;              // [npoint] 1: released from its neighbours, its corners are its own
   IntVec field;                // [ncorner] grid field of a corner, or FIELD_OWN: it has unknowns of its own
   // [ncorner] the first corner of the same name: itself, or that of an element that became points before
   IntVec twin;
@@ -83,7 +83,7 @@ struct Fracture {              // empty arrays: nothing can break or change its 
   RealVec time;                // [nelem] when it broke, -1: intact
   IntVec releasing;            // broken elements whose psi+ has not yet fallen to c, in the order of breaking
   IntVec converted;            // elements that became points, in that order
-  // points that came off, in that order, and how many elements had become points before
+  // released points, in that order, and how many elements had become points before
   IntVec released, released_at;
   int renewed = 0;             // released points whose shape was made anew, so far
   double next_test = 0.0;      // total time of the next test

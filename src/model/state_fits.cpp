@@ -71,7 +71,7 @@ bool hangs_fit(const Model& m, const Points& p)
       return false;
   }
   for (int c = n; c < p.ncorner && n > 0; ++c)
-    if (p.field[c] != FIELD_OWN) return false;         // of points that came off after the last conversion
+    if (p.field[c] != FIELD_OWN) return false;         // of points released after the last conversion
   return true;
 }
 

@@ -382,7 +382,7 @@ double out_memory()
   return static_cast<double>(use.ru_maxrss) / 1024.0;
 }
 
-// out_listing_ranks : how even the work is, and what each rank holds; nothing on one rank
+// out_listing_ranks : load balance, and what each rank holds; nothing on one rank
 void out_listing_ranks(std::FILE* file, const std::vector<RankLoad>& ranks)
 {
   if (ranks.empty()) return;

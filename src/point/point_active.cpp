@@ -164,7 +164,7 @@ Status touch(const Model& m, const Points& pts, const Bonds& bonds, const RealVe
   const Grid& grid = m.grid;
   std::vector<long> corner_key, bond_key, cell;
   CellPlace s;
-  std::vector<char> owned(pts.ncorner, 0);           // points that came off have left corners behind
+  std::vector<char> owned(pts.ncorner, 0);           // released points have left corners behind
   for (int c : pts.conn.item) owned[c] = 1;
   RealVec x(pts.Xc.size());
   for (size_t i = 0; i < x.size(); ++i) x[i] = pts.Xc[i] + uc[i];

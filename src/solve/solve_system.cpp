@@ -360,7 +360,8 @@ Status by_cg(Solver& s, const SysMatrix& A, const SolveAsk& ask, SolvePath path,
   return done.good ? STATUS_OK : SOLVER_FAILED;
 }
 
-// the path that the deck asks for, or the best one; when it does not arrive the next, at last a factorisation
+// the path that the deck asks for, or the best one; when it does not converge the next, at last a
+// factorisation
 Status by_best(Solver& s, const SysMatrix& A, const SolveAsk& ask, const RealVec& b, RealVec& x)
 {
   long now = 1;
@@ -400,8 +401,8 @@ Status by_best(Solver& s, const SysMatrix& A, const SolveAsk& ask, const RealVec
 //   out  x      [neq], another vector than b; s.left: bound of its error
 //   status      SOLVER_SINGULAR, SOLVER_FAILED, BAD_NUMBER of the factorisation
 //
-// When conjugate gradients do not arrive, the next best path follows, at last a factorisation. The choice
-// goes by seconds: two runs may take other paths, and agree to the tolerance of Newton's method.
+// When conjugate gradients do not converge, the next best path follows, at last a factorisation. The choice
+// goes by measured time: two runs may take other paths, and agree to the tolerance of Newton's method.
 // ---------------------------------------------------------------------------
 Status solve_system(Solver& s, const SysMatrix& A, const SolveAsk& ask, const RealVec& b, RealVec& x)
 {

@@ -29,7 +29,7 @@ void find_erosions(const Model& m, const Discretisation& d, const Step& s, const
   frac_test(m, s, d.el, d.fm, fr, st.n, energy, erode, first);
 }
 
-// points come off; elements break, and those that are to become points, do. The energy that goes is told
+// points are released; elements break, and those that are to become points, do. The energy that goes is told
 // apart.
 Failure apply(Problem& p, const Step& s, const std::vector<Erosion>& erode, const IntVec& torn,
               IntVec convert)

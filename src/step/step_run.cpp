@@ -280,7 +280,7 @@ bool lossy(const Model& m)
 void warn_balance(const Model& m, const Ledger& g)
 {
   if (g.conversion < -TOLD_MOTION * g.scale)
-    log_warn("conversion to points has won %.1f %% of the energy (ECONV %.4g): elements and cells of one "
+    log_warn("conversion to points has added %.1f %% of the energy (ECONV %.4g): elements and cells of one "
              "size, or smaller "
              "increments make it smaller",
              -100.0 * g.conversion / g.scale, g.conversion);
