@@ -113,7 +113,7 @@ const Keyword keyword_table[] = {
      "prescribed displacements of all grid nodes on a plane"},
     {"HEADING", kw_heading, ANYWHERE, "", "title of the run"},
     {"HISTORY", kw_history, ANYWHERE, "FREQUENCY", "columns of the history file"},
-    {"HYPERELASTIC", kw_hyperelastic, IN_MATERIAL, "NEO HOOKE!",
+    {"HYPERELASTIC", kw_hyperelastic, IN_MATERIAL, "NEO HOOKE",
      "neo-Hookean material: C10, D1"},
     {"INCLUDE", kw_include, ANYWHERE | IN_MATERIAL, "INPUT!", "reads another file in this place"},
     {"INITIAL CONDITIONS", kw_initial_conditions, IN_MODEL, "TYPE!",

@@ -7,7 +7,8 @@
 void kw_hyperelastic(Card& card, Model& model)
 {
   Material& m = card_parent_material(card, model);
-  card_flag(card, "NEO HOOKE");
+  if (!card_flag(card, "NEO HOOKE"))
+    card_error(card, card.head.at, "the model is missing: write *HYPERELASTIC, NEO HOOKE");
   if (m.has_elastic)
     card_warn(card, card.head.at,
               "material " + m.name + " has elastic constants already; *HYPERELASTIC replaces them");
