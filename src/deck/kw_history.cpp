@@ -24,7 +24,7 @@ bool is_of_model(const std::string& what)
 
 bool is_of_elements(const std::string& what)
 {
-  return !is_of_model(what) && (what[0] == 'S' || what[0] == 'E');
+  return !is_of_model(what) && (what[0] == 'S' || what[0] == 'E' || what == "PEEQ");
 }
 bool is_of_points(const std::string& what)
 {
