@@ -25,7 +25,9 @@ bool law_neo_hooke(const MatLaw& law, bool finite, const double* E, const double
   const double J = std::sqrt(1.0 + x), v = x / (1.0 + J);        // v = J - 1
   const double y = std::expm1(-std::log1p(x) / 3.0);             // J^-2/3 - 1
   const double iso = 1.0 + y;
-  out.psi = 0.5 * law.mu * (3.0 * y + i1 + i1 * y) + 0.5 * K * v * v;
+  // J^-2/3 tr C - 3, of the order of E^2, without terms of the order of E: u = J^2/3
+  const double r = std::expm1(std::log1p(x) / 3.0), u = 1.0 + r;
+  out.psi = 0.5 * law.mu * (r * r * (u + 2.0) - i2 - i3) / u + 0.5 * K * v * v;
   const double det = J * J;
   const double B[6] = {(c1 * c2 - A[4] * A[4]) / det,   (c0 * c2 - A[5] * A[5]) / det,
                        (c0 * c1 - A[3] * A[3]) / det,   (A[5] * A[4] - A[3] * c2) / det,

@@ -165,6 +165,11 @@ TEST(Law, NeoHookeUniaxialAndSmallStrains)
   for (int i = 0; i < 6; ++i) EXPECT_NEAR(out.S[i], svk.S[i], 1e-7 * std::fabs(svk.S[i]) + 1e-17);
   for (int i = 0; i < 36; ++i) EXPECT_NEAR(out.D[i], svk.D[i], 1e-5);
   EXPECT_NEAR(out.psi, svk.psi, 1e-6 * svk.psi);
+  double least[6];                                     // no rounding of the order of E in the energy
+  for (int i = 0; i < 6; ++i) least[i] = 1e-5 * tiny[i];
+  ASSERT_TRUE(p.at(least, out));
+  law_svk(law, true, least, nullptr, nullptr, false, svk);
+  EXPECT_NEAR(out.psi, svk.psi, 1e-12 * svk.psi);
 }
 
 TEST(Law, PlasticUniaxialStressFollowsTheTableInLogarithmicStrain)
