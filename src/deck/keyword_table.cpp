@@ -93,8 +93,8 @@ const Keyword keyword_table[] = {
     {"DYNAMIC", kw_dynamic, IN_STEP, "DIRECT|SCHEME|BETA|GAMMA|DISSIPATION|ALPHA|SOLVER",
      "implicit dynamic step"},
     {"EIGENFRACTURE", kw_eigenfracture, IN_MODEL,
-     "ELSET!|CRITERION|ESTIMATE|EPSILON|SPLIT|RESIDUAL|STIFFNESS|RELEASE|AVERAGE|ORDER|SPACING|INTERVAL|"
-     "SPEED LIMIT|FALLBACK|START|TOLERANCE|WEIBULL|SEED",
+     "ELSET!|CRITERION|ESTIMATE|EPSILON|SPLIT|RESIDUAL|ANGLE|STIFFNESS|RELEASE|AVERAGE|ORDER|SPACING|"
+     "INTERVAL|SPEED LIMIT|FALLBACK|START|TOLERANCE|WEIBULL|SEED",
      "elements that may break, their toughness and criterion"},
     {"EL FILE", kw_el_file, IN_STEP, "FREQUENCY|OUTPUT", "asks for VTK output of element results (CalculiX)"},
     {"EL PRINT", kw_el_print, IN_STEP, "ELSET!|FREQUENCY", "prints element results into the listing"},

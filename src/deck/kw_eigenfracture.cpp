@@ -1,9 +1,11 @@
+#include <cmath>
+
 #include "deck/card.h"
 
 namespace {
 
 const char* const drive_words = "RCE|VD|SPECTRAL|PRESSURE|NONE";
-const char* const residual_words = "RCE|VD|SPECTRAL|PRESSURE|NONE|CRACK";
+const char* const residual_words = "RCE|VD|SPECTRAL|PRESSURE|NONE|CRACK|GRANULAR";
 // of GRIFFITH: waves shorter than an element do not break the next one (A14)
 const double average_default = 0.8;
 const double release_default = 1.7;      // of GRIFFITH: a running crack then pays its toughness (A14)
@@ -29,6 +31,19 @@ void read_order(Card& card, FractureDef& f)
   read_start(card, f);
   if (f.order == ORDER_ALL && card_param(card, "SPACING"))
     card_error(card, card_param(card, "SPACING")->key, "SPACING has no meaning with ORDER=ALL; leave it out");
+}
+
+// ANGLE= of RESIDUAL=GRANULAR, in degrees
+void read_angle(Card& card, FractureDef& f)
+{
+  const HeadParam* p  = card_param(card, "ANGLE");
+  const double degree = card_param_real(card, "ANGLE", 0.0, between(0.0, 90.0));
+  f.friction = std::tan(degree * std::acos(-1.0) / 180.0);
+  if (f.residual == SPLIT_GRANULAR && !p)
+    card_error(card, card.head.at, "RESIDUAL=GRANULAR needs the angle of internal friction in degrees; write "
+                                   "ANGLE=35 or so");
+  if (f.residual != SPLIT_GRANULAR && p)
+    card_error(card, p->key, "ANGLE goes with RESIDUAL=GRANULAR only");
 }
 
 // which words go with which criterion, and which are gone
@@ -61,6 +76,7 @@ void kw_eigenfracture(Card& card, Model& model)
   f.estimate  = static_cast<Estimate>(estimate < 0 ? 0 : estimate);
   f.drive     = static_cast<Split>(drive < 0 ? 0 : drive);
   f.residual  = static_cast<Split>(residual < 0 ? 0 : residual);
+  read_angle(card, f);
   f.release = card_param_real(card, "RELEASE", f.criterion == CRITERION_GRIFFITH ? release_default : 0.0,
                               at_least(0.0));
   f.average = card_param_real(card, "AVERAGE", f.criterion == CRITERION_GRIFFITH ? average_default : 0.0,

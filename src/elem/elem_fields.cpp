@@ -27,9 +27,9 @@ void element_strains(const Model& m, const ElemBlock& b, size_t slot, const Real
   for (int k = 0; k < info.ngp * D * D; ++k) E[k] += extra[k];
 }
 
-// strains of all Gauss points of an intact element of a general law               [ngp][6], scale [ngp]
-void general_strains(const Model& m, const ElemBlock& b, size_t slot, const RealVec& u, bool nlgeom,
-                     double* E, double* scale)
+// strains of all Gauss points of an element of a general law               [ngp][6], scale [ngp]
+void general_strains(const Model& m, const ElemBlock& b, bool bar, size_t slot, const RealVec& u,
+                     bool nlgeom, double* E, double* scale)
 {
   const ShapeInfo& info = shape_info[b.shape];
   const int dim = info.dim, nen = info.nen, *node = m.mesh.conn.begin(b.elem[slot]);
@@ -43,7 +43,7 @@ void general_strains(const Model& m, const ElemBlock& b, size_t slot, const Real
     else ip_gradient<3, 0>(dN, nen, ul, H + 9 * g);
   }
   std::fill_n(scale, info.ngp, 1.0);
-  if (b.bar && bar_strains({dim, info.ngp, nen, nullptr, &b.w[first], &b.law}, nlgeom, H, E, scale)) return;
+  if (bar && b.bar && bar_strains({dim, info.ngp, nen, nullptr, &b.w[first], &b.law}, nlgeom, H, E, scale)) return;
   for (int g = 0; g < info.ngp; ++g)
     if (dim == 2) {
       ip_strain<2>(nlgeom, H + 4 * g, plane);
@@ -54,15 +54,15 @@ void general_strains(const Model& m, const ElemBlock& b, size_t slot, const Real
     }
 }
 
-// stored energy of an intact element of a general law; h: history of its first Gauss point
-double general_energy(const Model& m, const ElemBlock& b, size_t slot, const RealVec& u, bool nlgeom,
-                      const double* h, int stride)
+// stored energy of an element of a general law; h: history of its first Gauss point
+double general_energy(const Model& m, const ElemBlock& b, const MatLaw& law, size_t slot, const RealVec& u,
+                      bool nlgeom, const double* h, int stride)
 {
   double E[48], scale[8], none[MAX_HISTORY], sum = 0.0;
   LawOutput out;
-  general_strains(m, b, slot, u, nlgeom, E, scale);
+  general_strains(m, b, law.bar, slot, u, nlgeom, E, scale);
   for (int g = 0; g < shape_info[b.shape].ngp; ++g) {
-    if (!law_update(b.law, nlgeom, E + 6 * g, h + g * stride, none, false, out)) return std::nan("");
+    if (!law_update(law, nlgeom, E + 6 * g, h + g * stride, none, false, out)) return std::nan("");
     sum += b.w[b.gauss(slot) + g] * out.psi;
   }
   return sum;
@@ -235,16 +235,18 @@ void elem_ip_fields(const Model& m, const Elements& el, const Level& l, bool nlg
       for (int j = 0; j < dim; ++j) out.F[3 * i + j] += l.u[n * dim + i] * dNdX[a * dim + j];
     }
   }
-  if (el.broken(e) >= 0) {
-    const ErodedLaw er = elem_broken_law(m, el, e, l.degr[e]);
-    ip_fields_from(b.law, dim, nlgeom, &er, out);
+  const bool broken  = el.broken(e) >= 0;
+  const ErodedLaw er = broken ? elem_broken_law(m, el, e, l.degr[e]) : ErodedLaw();
+  if (broken ? broken_keeps_history(er) : b.general) {
+    double strain[48], scale[8];
+    const MatLaw law = broken ? law_broken(b.law, er) : b.law;
+    general_strains(m, b, law.bar, slot, l.u, nlgeom, strain, scale);
+    const double* h = el.history ? &l.he[static_cast<size_t>(el.gauss_of[e] + g) * el.history] : nullptr;
+    ip_general_from(law, nlgeom, strain + 6 * g, scale[g], h, out);
     return;
   }
-  if (b.general) {
-    double strain[48], scale[8];
-    general_strains(m, b, slot, l.u, nlgeom, strain, scale);
-    const double* h = el.history ? &l.he[static_cast<size_t>(el.gauss_of[e] + g) * el.history] : nullptr;
-    ip_general_from(b.law, nlgeom, strain + 6 * g, scale[g], h, out);
+  if (broken) {
+    ip_fields_from(b.law, dim, nlgeom, &er, out);
     return;
   }
   if (!elem_table[b.type].enhanced) {
@@ -268,13 +270,14 @@ void elem_strains(const Model& m, const Elements& el, int e, const RealVec& u, b
 double elem_energy_one(const Model& m, const Elements& el, int e, const Level& l, double c, bool nlgeom)
 {
   const ElemBlock& b = el.block[el.initial_block[e]];
-  if (b.general && el.broken(e) < 0)
-    return general_energy(m, b, el.slot_of[e], l.u, nlgeom,
-                          el.history ? &l.he[static_cast<size_t>(el.gauss_of[e]) * el.history] : nullptr,
-                          el.history);
-  ErodedLaw er;
-  if (el.broken(e) >= 0) er = elem_broken_law(m, el, e, c);
-  const ErodedLaw* law = el.broken(e) >= 0 ? &er : nullptr;
+  const bool broken  = el.broken(e) >= 0;
+  const ErodedLaw er = broken ? elem_broken_law(m, el, e, c) : ErodedLaw();
+  if (broken ? broken_keeps_history(er) : b.general) {
+    const MatLaw law = broken ? law_broken(b.law, er) : b.law;
+    const double* h  = el.history ? &l.he[static_cast<size_t>(el.gauss_of[e]) * el.history] : nullptr;
+    return general_energy(m, b, law, el.slot_of[e], l.u, nlgeom, h, el.history);
+  }
+  const ErodedLaw* law = broken ? &er : nullptr;
   return m.dim == 2 ? one_energy<2>(m, b, el.slot_of[e], l.u, nlgeom, law)
                     : one_energy<3>(m, b, el.slot_of[e], l.u, nlgeom, law);
 }
@@ -336,8 +339,8 @@ double elem_viscous_loss(const Model& m, const Elements& el, const Level& l0, co
       if (el.broken(e) >= 0) continue;
       if (b.general) {
         double scale[8];
-        general_strains(m, b, slot, l0.u, nlgeom, E0, scale);
-        general_strains(m, b, slot, l1.u, nlgeom, E1, scale);
+        general_strains(m, b, true, slot, l0.u, nlgeom, E0, scale);
+        general_strains(m, b, true, slot, l1.u, nlgeom, E1, scale);
         for (int g = 0; g < shape_info[b.shape].ngp; ++g) {
           for (int k = 6 * g; k < 6 * g + 6; ++k) E1[k] -= E0[k];
           sum += b.law.beta * b.w[b.gauss(slot) + g] * law_viscous_work(b.law, E1 + 6 * g);

@@ -13,16 +13,18 @@ Status form(const ElemBlock& b, size_t slot, const ErodedLaw* broken, const Kern
   constexpr int nv = VoigtPlace<D>::nv;
   const size_t first = b.gauss(slot);
   const double *dNdX = &b.dNdX[first * N * D], *w = &b.w[first];
+  const bool split = broken && !broken_keeps_history(*broken);
+  const MatLaw law = broken && !split ? law_broken(b.law, *broken) : b.law;
   for (int k = 0; k < N * D; ++k) re[k] = 0.0;
   for (int k = 0; ke && k < pair_count(N) * D * D; ++k) ke[k] = 0.0;
   for (int g = 0; g < NGP; ++g) {
     const double* dN = dNdX + g * N * D;
     double H0[D * D] = {0}, H1[D * D], Fb[D * D], S[D * D], C[nv * nv], B[N * nv * D], CB[N * nv * D];
     ip_gradient<D, N>(dN, N, u1, H1);
-    if (!broken || mode.mid) ip_gradient<D, N>(dN, N, u0, H0);
-    if (broken) {
+    if (!split || mode.mid) ip_gradient<D, N>(dN, N, u0, H0);
+    if (split) {
       ip_broken<D>(b.law, *broken, mode, H0, H1, Fb, S, ke ? C : nullptr);
-    } else if (ip_general<D>(b.law, mode, H0, H1, h[g].n, h[g].np1, Fb, S, ke ? C : nullptr) != STATUS_OK) {
+    } else if (ip_general<D>(law, mode, H0, H1, h[g].n, h[g].np1, Fb, S, ke ? C : nullptr) != STATUS_OK) {
       return BAD_JACOBIAN;
     }
     ip_force<D, N>(dN, N, w[g], Fb, S, re);

@@ -47,15 +47,15 @@ inline void full_tensor(const double* six, double* S)
     for (int j = 0; j < D; ++j) S[i * D + j] = six[at[i][j]];
 }
 
-// Fb, S [D*D] and, unless C is null, C [nv*nv] of intact material from the displacement gradients at t(n) and
-// t(n+1)
+// Fb, S [D*D] and, unless C is null, C [nv*nv] of intact or granular material from the displacement
+// gradients at t(n) and t(n+1); det F of granular material is not asked for
 template <int D>
 inline Status ip_general(const MatLaw& law, const KernelMode& mode, const double* H0, const double* H1,
                          const double* h_n, double* h_np1, double* Fb, double* S, double* C)
 {
   constexpr int nv = VoigtPlace<D>::nv;
   double E[D * D], E0[6] = {0}, E1[6], S6[6], C6[36];
-  if (mode.finite && !(ip_det<D>(H1) > 0.0)) return BAD_JACOBIAN;
+  if (mode.finite && law.kind != LAW_GRANULAR && !(ip_det<D>(H1) > 0.0)) return BAD_JACOBIAN;
   ip_strain<D>(mode.finite, H1, E);
   six_components<D>(E, 0.0, E1);
   ip_strain<D>(mode.finite, H0, E);

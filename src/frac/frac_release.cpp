@@ -110,6 +110,13 @@ void copy_corners(const IntVec& fresh, const IntVec& source, const Points& pts, 
       }
 }
 
+// a shape that is made anew has no plastic deformation; what is dissipated stays
+void forget_flow(const Points& pts, int p, RealVec& hp)
+{
+  const size_t n = hp.size() / static_cast<size_t>(pts.npoint);
+  if (n > HISTORY_EQUIVALENT) std::fill_n(&hp[p * n], HISTORY_EQUIVALENT, 0.0);
+}
+
 }  // namespace
 
 void frac_torn(const Model& m, const FracMesh& fm, const Points& pts, const Level& l, IntVec& out)
@@ -146,7 +153,10 @@ void frac_release(const Model& m, const FracMesh& fm, const IntVec& torn, Corner
   copy_corners(fresh, source, pts, m.dim, st.n);
   const double* pairs = pts.mc.data();
   for (int p = 0; p < pts.npoint; ++p) {
-    if (shape_of[p]) restore(pts, m.dim, p, pairs, st.n);
+    if (shape_of[p]) {
+      restore(pts, m.dim, p, pairs, st.n);
+      forget_flow(pts, p, st.n.hp);
+    }
     pairs += pair_count(pts.conn.count(p));
   }
   frac_interfaces(m, fm, st);

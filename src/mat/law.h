@@ -54,6 +54,10 @@ const Law& law_of(const MatLaw& law);
 // law_is_general : does intact material need law_step? false: the short form of elem/kernel.h serves
 bool law_is_general(const MatLaw& law);
 
+// law_broken : broken material with history: the law of the kernel in its place. Others: split.h
+inline bool broken_keeps_history(const ErodedLaw& er) { return er.split == SPLIT_GRANULAR; }
+MatLaw law_broken(const MatLaw& intact, const ErodedLaw& er);
+
 // law_history : numbers that points of this model keep: the most of all its materials
 int law_history(const Model& m);
 
@@ -63,7 +67,7 @@ bool law_update(const MatLaw& law, bool finite, double* E, const double* h_n, do
                 LawOutput& out);
 
 // ---------------------------------------------------------------------------
-// law_step : stress of intact material over a step
+// law_step : stress of intact, or granular, material over a step
 //
 //   in   E0, E1   strains at t(n), t(n+1)                   [6]
 //        h_n      history at t(n)                           [history]
@@ -85,6 +89,10 @@ bool law_svk(const MatLaw& law, bool finite, const double* E, const double* h_n,
              LawOutput& out);
 bool law_neo_hooke(const MatLaw& law, bool finite, const double* E, const double* h_n, double* h_np1,
                    bool tangent, LawOutput& out);
+bool law_granular(const MatLaw& law, bool finite, const double* E, const double* h_n, double* h_np1,
+                  bool tangent, LawOutput& out);
+bool law_granular_step(const MatLaw& law, bool finite, const double* E0, const double* E1, const double* h_n,
+                       double* h_np1, double* S, double* C);
 bool law_j2(const MatLaw& law, bool finite, const double* E, const double* h_n, double* h_np1, bool tangent,
             LawOutput& out);
 

@@ -3,59 +3,17 @@
 //
 // F = Fe Fp, the energy is quadratic in the logarithmic elastic strains (Hencky), plastic flow is integrated
 // with the exponential map: radial return of the logarithms. What is kept is Cp^-1 = (Fp^T Fp)^-1.
-// The law depends on F through C alone: any L^T with L L^T = C takes the place of F.
 // ---------------------------------------------------------------------------
 #include <algorithm>
 #include <cmath>
 
-#include <Eigen/Eigenvalues>
-
-#include "mat/law.h"
+#include "mat/hencky.h"
 
 namespace {
 
-using Mat3 = Eigen::Matrix3d;
 using Vec3 = Eigen::Vector3d;
 
 const double ON_SURFACE = 1e-12;     // of the yield stress: rounding of a state that has just yielded
-const double EQUAL_STRETCH = 1e-6;   // relative difference of squares of stretches: below it the limit (2.28)
-
-Mat3 tensor(const double* a)
-{
-  Mat3 M;
-  M << a[0], a[3], a[5], a[3], a[1], a[4], a[5], a[4], a[2];
-  return M;
-}
-
-void six(const Mat3& M, double* a)
-{
-  a[0] = M(0, 0);
-  a[1] = M(1, 1);
-  a[2] = M(2, 2);
-  a[3] = 0.5 * (M(0, 1) + M(1, 0));
-  a[4] = 0.5 * (M(1, 2) + M(2, 1));
-  a[5] = 0.5 * (M(2, 0) + M(0, 2));
-}
-
-// l of the Cholesky factor I + l of I + 2 E, written so that small strains lose no digits
-bool cholesky(const double* E, Mat3& l)
-{
-  const auto root = [](double x) { return x / (1.0 + std::sqrt(1.0 + x)); };
-  l.setZero();
-  double x = 2.0 * E[0];
-  if (!(x > -1.0)) return false;
-  l(0, 0) = root(x);
-  l(1, 0) = 2.0 * E[3] / (1.0 + l(0, 0));
-  l(2, 0) = 2.0 * E[5] / (1.0 + l(0, 0));
-  x = 2.0 * E[1] - l(1, 0) * l(1, 0);
-  if (!(x > -1.0)) return false;
-  l(1, 1) = root(x);
-  l(2, 1) = (2.0 * E[4] - l(2, 0) * l(1, 0)) / (1.0 + l(1, 1));
-  x = 2.0 * E[2] - l(2, 0) * l(2, 0) - l(2, 1) * l(2, 1);
-  if (!(x > -1.0)) return false;
-  l(2, 2) = root(x);
-  return true;
-}
 
 // Return to the yield surface of the deviatoric part s of a trial stress
 struct Return {
@@ -161,60 +119,27 @@ bool law_j2(const MatLaw& law, bool finite, const double* E, const double* h_n, 
 {
   if (!finite) return small_strain(law, E, h_n, h_np1, tangent, out);
   const double K = law.lam3 + 2.0 / 3.0 * law.mu;
-  // 1. trial: be - I = L^T Cp^-1 L - I, its logarithms
-  Mat3 l;
-  if (!cholesky(E, l)) return false;
-  const Mat3 L = Mat3::Identity() + l, LL = l + l.transpose() + l.transpose() * l;     // L^T L - I
-  const Mat3 X = LL + L.transpose() * tensor(h_n + HISTORY_PLASTIC) * L;
-  const Eigen::SelfAdjointEigenSolver<Mat3> spectrum(X);
-  const Vec3 x = spectrum.eigenvalues();
-  const Mat3& n = spectrum.eigenvectors();
-  if (!(x.minCoeff() > -1.0)) return false;
-  Vec3 e;
-  for (int i = 0; i < 3; ++i) e(i) = 0.5 * std::log1p(x(i));
-  const double tr = e.sum();
-  const Vec3 s    = 2.0 * law.mu * (e.array() - tr / 3.0);
+  // 1. trial
+  HenckyTrial t;
+  if (!hencky_trial(E, h_n, t)) return false;
+  const double tr = t.e.sum();
+  const Vec3 s    = 2.0 * law.mu * (t.e.array() - tr / 3.0);
   // 2. return
   const Return r = radial_return(law, std::sqrt(1.5) * s.norm(), h_n[HISTORY_EQUIVALENT]);
   const Vec3 tau = r.beta * s + Vec3::Constant(K * tr);
   out.psi = 0.5 * K * tr * tr + 0.25 / law.mu * r.beta * r.beta * s.squaredNorm();
+  hencky_stress(t, tau, out.S);
+  // 3. history
+  std::copy_n(h_n, HISTORY_EQUIVALENT, h_np1);
   note_flow(law, r, h_n, h_np1);
-  // 3. stress: S = L^-T tau L^-1
-  const Mat3 M = L.transpose().triangularView<Eigen::Upper>().solve(n);                // L^-T n_A
-  six(M * tau.asDiagonal() * M.transpose(), out.S);
-  // 4. history
-  for (int i = 0; i < 6; ++i) h_np1[HISTORY_PLASTIC + i] = h_n[HISTORY_PLASTIC + i];
-  if (r.plastic) {
-    Vec3 be;                                           // of the elastic strains that are left, minus I
-    for (int i = 0; i < 3; ++i) be(i) = std::expm1(2.0 * (e(i) - 1.5 * r.gamma * s(i) / r.q));
-    const Mat3 change = n * be.asDiagonal() * n.transpose() - LL;
-    const Mat3 half   = L.transpose().triangularView<Eigen::Upper>().solve(change);
-    six(L.transpose().triangularView<Eigen::Upper>().solve(half.transpose()), h_np1 + HISTORY_PLASTIC);
-  }
+  if (r.plastic) hencky_flow(t, t.e - 1.5 * r.gamma / r.q * s, h_np1);
   if (!tangent) return true;
-  // 5. tangent in principal directions                                               (2.27), (2.28)
+  // 4. tangent                                                                        (2.27)
   const double flow = flow_factor(law, r);
-  double W[6][6], c[6][6] = {};                        // W: M_A (x) M_A and M_A (x) M_B + M_B (x) M_A
-  for (int a = 0; a < 3; ++a) {
-    six(M.col(a) * M.col(a).transpose(), W[a]);
+  Eigen::Matrix3d c;
+  for (int a = 0; a < 3; ++a)
     for (int b = 0; b < 3; ++b)
-      c[a][b] = K + 2.0 * law.mu * r.beta * ((a == b) - 1.0 / 3.0) + flow * s(a) * s(b);
-  }
-  for (int k = 0; k < 3; ++k) {
-    const int a = k, b = (k + 1) % 3;
-    const double ba = 1.0 + x(a), bb = 1.0 + x(b);
-    six(2.0 * M.col(a) * M.col(b).transpose(), W[3 + k]);
-    c[3 + k][3 + k] = std::fabs(x(a) - x(b)) > EQUAL_STRETCH * (ba + bb)
-                          ? (tau(a) * bb - tau(b) * ba) / (x(a) - x(b))
-                          : 0.25 * (c[a][a] + c[b][b] - 2.0 * c[a][b]) - 0.5 * (tau(a) + tau(b));
-  }
-  for (int a = 0; a < 3; ++a) c[a][a] -= 2.0 * tau(a);
-  for (int i = 0; i < 36; ++i) out.D[i] = 0.0;
-  for (int a = 0; a < 6; ++a)
-    for (int b = 0; b < 6; ++b) {
-      if (c[a][b] == 0.0) continue;
-      for (int i = 0; i < 6; ++i)
-        for (int j = 0; j < 6; ++j) out.D[i * 6 + j] += c[a][b] * W[a][i] * W[b][j];
-    }
+      c(a, b) = K + 2.0 * law.mu * r.beta * ((a == b) - 1.0 / 3.0) + flow * s(a) * s(b);
+  hencky_tangent(t, tau, c, out.D);
   return true;
 }

@@ -88,6 +88,7 @@ const Law& law_of(const MatLaw& law)
       {"St.Venant-Kirchhoff", 0, true, law_svk},
       {"neo-Hooke", 0, false, law_neo_hooke},
       {"J2 plasticity", 8, false, law_j2},
+      {"granular", 8, false, law_granular},
   };
   return table[law.kind];
 }
@@ -99,7 +100,20 @@ int law_history(const Model& m)
   int n = 0;
   for (const Material& mat : m.material)
     if (mat.used) n = std::max(n, law_of(mat_law(mat, PLANE_NONE)).history);
+  for (const FractureDef& f : m.fracture)
+    if (f.residual == SPLIT_GRANULAR) n = std::max(n, static_cast<int>(HISTORY_DISSIPATED) + 1);
   return n;
+}
+
+MatLaw law_broken(const MatLaw& intact, const ErodedLaw& er)
+{
+  MatLaw law   = intact;
+  law.kind     = LAW_GRANULAR;
+  law.c        = er.c;
+  law.friction = er.friction;
+  law.beta     = 0.0;
+  law.bar      = false;
+  return law;
 }
 
 bool law_update(const MatLaw& law, bool finite, double* E, const double* h_n, double* h_np1, bool tangent,
@@ -128,6 +142,8 @@ bool law_update(const MatLaw& law, bool finite, double* E, const double* h_n, do
 bool law_step(const MatLaw& law, const KernelMode& mode, const double* E0, const double* E1,
               const double* h_n, double* h_np1, double* S, double* C)
 {
+  if (law.kind == LAW_GRANULAR && mode.mid && law.plane != PLANE_STRESS)
+    return law_granular_step(law, mode.finite, E0, E1, h_n, h_np1, S, C);
   LawOutput one, zero;
   double end[6], start[6], scratch[MAX_HISTORY];
   std::copy(E1, E1 + 6, end);

@@ -26,6 +26,7 @@ struct MatLaw {
   double beta = 0;             // viscous stress beta D : dE/dt, D of lam and mu                  time
   Plane plane = PLANE_STRAIN;
   LawKind kind = LAW_SVK;
+  double c = 1.0, friction = 0.0;      // LAW_GRANULAR: degradation factor, tangent of the angle
   bool bar = false;            // integration points share their change of volume (1.14)
   const Material* material = nullptr;  // of the model, which is const
 };
@@ -52,6 +53,7 @@ struct ErodedLaw {
   Split split = SPLIT_RCE;
   double c    = 1.0;           // degradation factor
   double N[3] = {1, 0, 0};     // normal of the crack at t = 0, unit
+  double friction = 0.0;       // SPLIT_GRANULAR
 };
 
 // eroded_law : of fracture definition def with the degradation factor c and the frozen normal N[3]

@@ -38,6 +38,7 @@ ErodedLaw eroded_law(const Model& m, int def, double c, const double* N)
   ErodedLaw law;
   law.split = m.fracture[def].residual;
   law.c     = c;
+  law.friction = m.fracture[def].friction;
   for (int i = 0; i < 3; ++i) law.N[i] = N[i];
   return law;
 }

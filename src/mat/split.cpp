@@ -310,6 +310,7 @@ void split_full(const MatLaw& law, Split split, bool finite, const double E[6], 
     case SPLIT_PRESSURE: split_pressure(law, finite, E, out); break;
     case SPLIT_CRACK:    split_crack(law, finite, E, N, out); break;
     case SPLIT_NONE:     add_intact(law, E, out.psi_plus, out.Sp, out.Cp); break;
+    case SPLIT_GRANULAR: break;          // has a history: law_granular
   }
 }
 

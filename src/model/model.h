@@ -54,10 +54,10 @@ struct Surface {
 };
 
 // How the energy divides into a part that a crack releases and one that it keeps (doc/theory.md 2.1)
-enum Split { SPLIT_RCE, SPLIT_VD, SPLIT_SPECTRAL, SPLIT_PRESSURE, SPLIT_NONE, SPLIT_CRACK };
+enum Split { SPLIT_RCE, SPLIT_VD, SPLIT_SPECTRAL, SPLIT_PRESSURE, SPLIT_NONE, SPLIT_CRACK, SPLIT_GRANULAR };
 
 // rows of the table in mat/law_step.cpp
-enum LawKind { LAW_SVK, LAW_NEO_HOOKE, LAW_J2 };
+enum LawKind { LAW_SVK, LAW_NEO_HOOKE, LAW_J2, LAW_GRANULAR };
 
 struct Material {
   std::string name;
@@ -197,6 +197,7 @@ struct FractureDef {           // *EIGENFRACTURE
   Estimate estimate   = ESTIMATE_AUTO;   // AUTO: FORCE in statics, BALL in dynamics
   Split drive    = SPLIT_RCE;  // psi+ of the criterion
   Split residual = SPLIT_CRACK;        // what broken material still carries
+  double friction = 0.0;       // SPLIT_GRANULAR: tangent of the angle of internal friction
   ErosionOrder order = ORDER_STRONGEST;
   double gc      = 0.0;        // toughness                                       force/length
   double weibull = 0.0;        // modulus of its scatter, 0: none

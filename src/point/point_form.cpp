@@ -105,8 +105,12 @@ Status form_one(const Model& m, const Points& pts, const PointLaws& law, const K
     const HistoryStep h = history_of(law, l0, l1, p);
     return ip_general<D>(of_body, mode, H0, H1, h.n, h.np1, Fb, S, C);
   }
-  const double c = degr_of_step(l0, l1, mode.mid, pts.parent[p]);
-  ip_broken<D>(of_body, broken_law(m, pts, p, c), mode, H0, H1, Fb, S, C);
+  const ErodedLaw er = broken_law(m, pts, p, degr_of_step(l0, l1, mode.mid, pts.parent[p]));
+  if (broken_keeps_history(er)) {
+    const HistoryStep h = history_of(law, l0, l1, p);
+    return ip_general<D>(law_broken(of_body, er), mode, H0, H1, h.n, h.np1, Fb, S, C);
+  }
+  ip_broken<D>(of_body, er, mode, H0, H1, Fb, S, C);
   return STATUS_OK;
 }
 
@@ -428,20 +432,18 @@ void point_fields(const Model& m, const Points& pts, const Level& l, int p, doub
   const Body& b    = m.body[pts.body[p]];
   const MatLaw law = mat_law(m.material[b.material], m.dim == 2 ? b.plane : PLANE_NONE);
   point_motion(pts, m.dim, l.uc, p, out);
-  if (pts.broken[p] < 0 && law_is_general(law)) {
+  const bool broken  = pts.broken[p] >= 0;
+  const ErodedLaw er = broken ? broken_law(m, pts, p, c) : ErodedLaw();
+  if (broken ? broken_keeps_history(er) : law_is_general(law)) {
     double E[6], scale;
-    if (m.dim == 2) general_strain<2>(pts, law, l.uc, p, E, &scale);
-    else general_strain<3>(pts, law, l.uc, p, E, &scale);
+    const MatLaw of = broken ? law_broken(law, er) : law;
+    if (m.dim == 2) general_strain<2>(pts, of, l.uc, p, E, &scale);
+    else general_strain<3>(pts, of, l.uc, p, E, &scale);
     const size_t history = l.hp.size() / pts.npoint;
-    ip_general_from(law, true, E, scale, history ? &l.hp[p * history] : nullptr, out);
+    ip_general_from(of, true, E, scale, history ? &l.hp[p * history] : nullptr, out);
     return;
   }
-  if (pts.broken[p] < 0) {
-    ip_fields_from(law, m.dim, true, nullptr, out);
-    return;
-  }
-  const ErodedLaw er = broken_law(m, pts, p, c);
-  ip_fields_from(law, m.dim, true, &er, out);
+  ip_fields_from(law, m.dim, true, broken ? &er : nullptr, out);
 }
 
 }  // namespace

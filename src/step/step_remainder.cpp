@@ -58,8 +58,12 @@ void add_rest(const Model& m, const Elements& el, const State& st, const Step& s
       for (int k = 0; k < nen * dim; ++k) u[k] = st.n.u[node[k / dim] * dim + k % dim];
       const ErodedLaw law  = elem_broken_law(m, el, e, st.n.degr[e]);
       const ErodedLaw bare = elem_broken_law(m, el, e, 0.0);
-      elem_form_general(b, slot, &law, mode, u, u, nullptr, with, nullptr);
-      elem_form_general(b, slot, &bare, mode, u, u, nullptr, without, nullptr);
+      double scratch[8 * MAX_HISTORY];
+      HistoryStep h[8];
+      for (int g = 0; g < shape_info[b.shape].ngp && el.history; ++g)
+        h[g] = {&st.n.he[static_cast<size_t>(el.gauss_of[e] + g) * el.history], scratch + g * MAX_HISTORY};
+      elem_form_general(b, slot, &law, mode, u, u, h, with, nullptr);
+      elem_form_general(b, slot, &bare, mode, u, u, h, without, nullptr);
       for (int k = 0; k < nen * dim; ++k) piece[root[node[k / dim]]].rest[k % dim] += with[k] - without[k];
     }
 }

@@ -245,3 +245,94 @@ TEST(Law, TurningTheBodyTurnsNothing)
     EXPECT_NEAR(p.h[HISTORY_EQUIVALENT], t.h[HISTORY_EQUIVALENT], 1e-12);
   }
 }
+
+namespace {
+
+MatLaw granular(const Material& m, Plane plane, double c, double friction)
+{
+  ErodedLaw er;
+  er.split    = SPLIT_GRANULAR;
+  er.c        = c;
+  er.friction = friction;
+  return law_broken(mat_law(m, plane), er);
+}
+
+}  // namespace
+
+TEST(Law, GranularMaterialShearsAtTheFrictionOfItsPressureAndCarriesNoTension)
+{
+  const Material m  = sample(LAW_SVK);
+  const double tan  = 0.7;
+  const MatLaw law  = granular(m, PLANE_NONE, 0.0, tan);
+  for (bool finite : {false, true}) {
+    Point p{law, finite};
+    const double v = -0.01, g = 0.2;                   // volume, shear of a layer
+    const double f = finite ? 1.0 + v : 1.0;
+    const double E[6] = {0, finite ? 0.5 * (g * g + f * f - 1.0) : v, 0, 0.5 * g, 0, 0};  // F: x + g y, f y
+    LawOutput out;
+    double h[MAX_HISTORY];
+    ASSERT_TRUE(p.at(E, out, h));
+    // sigma = F S F^T / J: pressure, and the largest shear stress
+    const double F[2][2] = {{1, g}, {0, f}}, S[2][2] = {{out.S[0], out.S[3]}, {out.S[3], out.S[1]}};
+    double sig[3] = {0, 0, 0};
+    for (int a = 0; a < 2; ++a)
+      for (int b = 0; b < 2; ++b) {
+        sig[0] += F[0][a] * S[a][b] * F[0][b];
+        sig[1] += F[1][a] * S[a][b] * F[1][b];
+        sig[2] += F[0][a] * S[a][b] * F[1][b];
+      }
+    const double J = finite ? f : 1.0;
+    if (!finite) sig[0] = out.S[0], sig[1] = out.S[1], sig[2] = out.S[3];
+    const double s33 = out.S[2] / J;
+    const double pressure = -(sig[0] / J + sig[1] / J + s33) / 3.0;
+    const double K = law.lam3 + 2.0 / 3.0 * law.mu;
+    EXPECT_NEAR(pressure, -K * v, 1e-12);
+    const double d[3] = {sig[0] / J + pressure, sig[1] / J + pressure, s33 + pressure};
+    const double shear = std::sqrt(0.5 * (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]) + sig[2] * sig[2] / J / J);
+    EXPECT_NEAR(shear, tan * pressure, 1e-12);         // sqrt(J2)
+    EXPECT_GT(h[HISTORY_DISSIPATED], 0.0);
+    const double open[6] = {0.01, 0.0, 0.0, 0.02, 0, 0};
+    ASSERT_TRUE(p.at(open, out));
+    for (double s : out.S) EXPECT_NEAR(s, 0.0, 1e-15);
+    EXPECT_EQ(out.psi, 0.0);
+  }
+}
+
+TEST(Law, GranularTangentIsTheSymmetricPartAndStepsStoreAndDissipateTheWork)
+{
+  std::mt19937 gen(21);
+  const Material m = sample(LAW_SVK);
+  for (bool finite : {false, true})
+    for (double c : {0.0, 0.3}) {
+      Point p{granular(m, PLANE_NONE, c, 0.7), finite};
+      double E[6], S[6], h1[MAX_HISTORY] = {0};
+      random_strain(gen, 0.01, PLANE_NONE, E);
+      for (int i = 0; i < 3; ++i) E[i] -= 0.01;
+      p.go(E);
+      double E1[6];
+      for (int i = 0; i < 6; ++i) E1[i] = 1.2 * E[i];
+      E1[3] += 0.01;
+      LawOutput zero, one, up, down;
+      ASSERT_TRUE(p.at(E, zero) && p.at(E1, one));
+      double N[36];
+      const double h = 1e-7;
+      for (int j = 0; j < 6; ++j) {
+        double a[6], b[6];
+        for (int i = 0; i < 6; ++i) a[i] = b[i] = E1[i];
+        a[j] += j < 3 ? h : 0.5 * h;
+        b[j] -= j < 3 ? h : 0.5 * h;
+        ASSERT_TRUE(p.at(a, up) && p.at(b, down));
+        for (int i = 0; i < 6; ++i) N[i * 6 + j] = (up.S[i] - down.S[i]) / (2 * h);
+      }
+      // D has the symmetric part in principal axes; its largest entries are some 100
+      for (int i = 0; i < 6; ++i)
+        for (int j = 0; j < 6; ++j)
+          EXPECT_NEAR(0.5 * (N[i * 6 + j] + N[j * 6 + i]), one.D[i * 6 + j], 1e-3) << finite << c << i << j;
+      if (!finite) continue;
+      ASSERT_TRUE(law_step(p.law, energy_momentum(0.0), E, E1, p.h, h1, S, nullptr));
+      const double gone = h1[HISTORY_DISSIPATED] - p.h[HISTORY_DISSIPATED];
+      EXPECT_GE(gone, 0.0);
+      for (int i = 0; i < 6; ++i) E1[i] -= E[i];
+      EXPECT_NEAR(one.psi - zero.psi + gone, contract(S, E1), 1e-13);
+    }
+}

@@ -1,0 +1,105 @@
+#include "mat/hencky.h"
+
+#include <cmath>
+
+namespace {
+
+using Mat3 = Eigen::Matrix3d;
+using Vec3 = Eigen::Vector3d;
+
+const double EQUAL_STRETCH = 1e-6;   // relative difference of squares of stretches: below it the limit (2.28)
+
+Mat3 tensor(const double* a)
+{
+  Mat3 M;
+  M << a[0], a[3], a[5], a[3], a[1], a[4], a[5], a[4], a[2];
+  return M;
+}
+
+void six(const Mat3& M, double* a)
+{
+  a[0] = M(0, 0);
+  a[1] = M(1, 1);
+  a[2] = M(2, 2);
+  a[3] = 0.5 * (M(0, 1) + M(1, 0));
+  a[4] = 0.5 * (M(1, 2) + M(2, 1));
+  a[5] = 0.5 * (M(2, 0) + M(0, 2));
+}
+
+// l of the Cholesky factor I + l of I + 2 E, written so that small strains lose no digits
+bool cholesky(const double* E, Mat3& l)
+{
+  const auto root = [](double x) { return x / (1.0 + std::sqrt(1.0 + x)); };
+  l.setZero();
+  double x = 2.0 * E[0];
+  if (!(x > -1.0)) return false;
+  l(0, 0) = root(x);
+  l(1, 0) = 2.0 * E[3] / (1.0 + l(0, 0));
+  l(2, 0) = 2.0 * E[5] / (1.0 + l(0, 0));
+  x = 2.0 * E[1] - l(1, 0) * l(1, 0);
+  if (!(x > -1.0)) return false;
+  l(1, 1) = root(x);
+  l(2, 1) = (2.0 * E[4] - l(2, 0) * l(1, 0)) / (1.0 + l(1, 1));
+  x = 2.0 * E[2] - l(2, 0) * l(2, 0) - l(2, 1) * l(2, 1);
+  if (!(x > -1.0)) return false;
+  l(2, 2) = root(x);
+  return true;
+}
+
+// L^-T A
+Mat3 back(const Mat3& L, const Mat3& A) { return L.transpose().triangularView<Eigen::Upper>().solve(A); }
+
+}  // namespace
+
+bool hencky_trial(const double* E, const double* h_n, HenckyTrial& t)
+{
+  Mat3 l;
+  if (!cholesky(E, l)) return false;
+  t.L  = Mat3::Identity() + l;
+  t.LL = l + l.transpose() + l.transpose() * l;
+  const Mat3 X = t.LL + t.L.transpose() * tensor(h_n + HISTORY_PLASTIC) * t.L;       // be - I
+  const Eigen::SelfAdjointEigenSolver<Mat3> spectrum(X);
+  t.x = spectrum.eigenvalues();
+  t.n = spectrum.eigenvectors();
+  if (!(t.x.minCoeff() > -1.0)) return false;
+  for (int i = 0; i < 3; ++i) t.e(i) = 0.5 * std::log1p(t.x(i));
+  t.M = back(t.L, t.n);
+  return true;
+}
+
+void hencky_stress(const HenckyTrial& t, const Vec3& tau, double* S)
+{
+  six(t.M * tau.asDiagonal() * t.M.transpose(), S);
+}
+
+void hencky_flow(const HenckyTrial& t, const Vec3& e, double* h_np1)
+{
+  Vec3 be;                                             // minus I
+  for (int i = 0; i < 3; ++i) be(i) = std::expm1(2.0 * e(i));
+  const Mat3 change = t.n * be.asDiagonal() * t.n.transpose() - t.LL;
+  six(back(t.L, back(t.L, change).transpose()), h_np1 + HISTORY_PLASTIC);
+}
+
+void hencky_tangent(const HenckyTrial& t, const Vec3& tau, const Mat3& of, double* D)
+{
+  double W[6][6], c[6][6] = {};                        // W: M_A (x) M_A and M_A (x) M_B + M_B (x) M_A
+  for (int a = 0; a < 3; ++a) {
+    six(t.M.col(a) * t.M.col(a).transpose(), W[a]);
+    for (int b = 0; b < 3; ++b) c[a][b] = of(a, b) - (a == b ? 2.0 * tau(a) : 0.0);
+  }
+  for (int k = 0; k < 3; ++k) {
+    const int a = k, b = (k + 1) % 3;
+    const double ba = 1.0 + t.x(a), bb = 1.0 + t.x(b), d = t.x(a) - t.x(b);
+    six(2.0 * t.M.col(a) * t.M.col(b).transpose(), W[3 + k]);
+    c[3 + k][3 + k] = std::fabs(d) > EQUAL_STRETCH * (ba + bb)
+                          ? (tau(a) * bb - tau(b) * ba) / d
+                          : 0.25 * (of(a, a) + of(b, b) - of(a, b) - of(b, a)) - 0.5 * (tau(a) + tau(b));
+  }
+  for (int i = 0; i < 36; ++i) D[i] = 0.0;
+  for (int a = 0; a < 6; ++a)
+    for (int b = 0; b < 6; ++b) {
+      if (c[a][b] == 0.0) continue;
+      for (int i = 0; i < 6; ++i)
+        for (int j = 0; j < 6; ++j) D[i * 6 + j] += c[a][b] * W[a][i] * W[b][j];
+    }
+}
