@@ -43,7 +43,8 @@ void general_strains(const Model& m, const ElemBlock& b, bool bar, size_t slot, 
     else ip_gradient<3, 0>(dN, nen, ul, H + 9 * g);
   }
   std::fill_n(scale, info.ngp, 1.0);
-  if (bar && b.bar && bar_strains({dim, info.ngp, nen, nullptr, &b.w[first], &b.law}, nlgeom, H, E, scale)) return;
+  const BarGroup group{dim, info.ngp, nen, nullptr, &b.w[first], &b.law};
+  if (bar && b.bar && bar_strains(group, nlgeom, H, E, scale)) return;
   for (int g = 0; g < info.ngp; ++g)
     if (dim == 2) {
       ip_strain<2>(nlgeom, H + 4 * g, plane);
