@@ -8,7 +8,12 @@
 
 namespace {
 
-// smallest principal stretch of the last accepted state
+const Material& body_material(const Model& m, const State& st, int point)
+{
+  return m.material[m.body[st.points.body[point]].material];
+}
+
+// smallest principal stretch of the last accepted state, of St.Venant-Kirchhoff material; 1: there is none
 double smallest_stretch(const Model& m, const Elements& el, const State& st)
 {
   double least = 1.0;
@@ -20,13 +25,16 @@ double smallest_stretch(const Model& m, const Elements& el, const State& st)
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> C(F.transpose() * F, Eigen::EigenvaluesOnly);
     least = std::min(least, std::sqrt(std::max(0.0, C.eigenvalues()(0))));
   };
-  for (const ElemBlock& b : el.block)
+  for (const ElemBlock& b : el.block) {
+    if (b.law.kind != LAW_SVK) continue;
     for (int slot : b.live)
       for (int g = 0; g < shape_info[b.shape].ngp; ++g) {
         elem_ip_fields(m, el, st.n, true, b.elem[slot], g, f);
         look();
       }
+  }
   for (int q = 0; q < st.points.npoint; ++q) {
+    if (body_material(m, st, q).law != LAW_SVK) continue;
     point_ip_fields(m, st.points, st.n, q, f);
     look();
   }
@@ -225,11 +233,13 @@ std::string step_explain(const Problem& p, const Failure& f)
   }
   if (status == BAD_JACOBIAN && f.index >= 0) {
     const bool is_point = f.at == AT_POINT;
+    const Material& material = is_point ? body_material(m, p.st, f.index)
+                                        : m.material[m.section[m.mesh.elem_section[f.index]].material];
     std::snprintf(text, sizeof text,
-                  "%s %d turned inside out (det F <= 0). St.Venant-Kirchhoff softens below a stretch of "
-                  "0.577: check the load, or take smaller increments",
+                  "%s %d turned inside out (det F <= 0)%s: check the load, or take smaller increments",
                   is_point ? "material point" : "element",
-                  is_point ? p.st.points.label[f.index] : m.mesh.elem_label[f.index]);
+                  is_point ? p.st.points.label[f.index] : m.mesh.elem_label[f.index],
+                  material.law == LAW_SVK ? ". St.Venant-Kirchhoff softens below a stretch of 0.577" : "");
     return is_point ? text : text + unseen_master(m, p.st.bonds, p.d.pairs, f.index);
   }
   const double stretch = smallest_stretch(m, p.d.el, p.st);
