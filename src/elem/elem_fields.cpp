@@ -214,6 +214,7 @@ void ip_general_from(const MatLaw& law, bool nlgeom, const double* E, double sca
   double F[9];
   for (int k = 0; k < 9; ++k) F[k] = scale * out.F[k];
   if (law.plane == PLANE_STRESS) F[8] = std::sqrt(1.0 + 2.0 * out.E[2]);
+  std::copy_n(F, 9, out.Fbar);
   cauchy_stress(F, l.S, out.sig);
 }
 

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include <Eigen/Eigenvalues>
 
@@ -38,34 +39,96 @@ void share_momentum(const Model& m, const Points& pts, int e, int c, double befo
   }
 }
 
-// The points take the history of the Gauss point next to them at t = 0: whole, since means of plastic
-// deformations are none
-void pass_history(const Model& m, const Elements& el, int e, int first, State& st)
+using Mat3 = Eigen::Matrix3d;
+
+Mat3 plastic_metric(const double* h)                   // Cp^-1
+{
+  const double* a = h + HISTORY_PLASTIC;
+  Mat3 M;
+  M << 1 + a[0], a[3], a[5], a[3], 1 + a[1], a[4], a[5], a[4], 1 + a[2];
+  return M;
+}
+
+Mat3 matrix(const double* F) { return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(F); }
+
+bool yields(const Model& m, const Points& pts, int p)
+{
+  return pts.broken[p] < 0 && m.material[m.body[pts.body[p]].material].law == LAW_J2;
+}
+
+// Elastic deformation be = Fbar Cp^-1 Fbar^T of a Gauss point or a point of plastic material: what its stress
+// depends on
+Mat3 elastic_metric(const IpFields& f, const double* h)
+{
+  const Mat3 F = matrix(f.Fbar);
+  return F * plastic_metric(h) * F.transpose();
+}
+
+// the plastic deformation with which point p has this elastic one
+void set_elastic(const Model& m, int p, const Mat3& be, State& st)
+{
+  const size_t n = st.n.hp.size() / static_cast<size_t>(st.points.npoint);
+  IpFields f;
+  point_ip_fields(m, st.points, st.n, p, f);
+  const Mat3 inv = matrix(f.Fbar).inverse(), C = inv * be * inv.transpose() - Mat3::Identity();
+  double* h = &st.n.hp[p * n + HISTORY_PLASTIC];
+  const int row[6] = {0, 1, 2, 0, 1, 2}, col[6] = {0, 1, 2, 1, 2, 0};
+  for (int k = 0; k < 6; ++k) h[k] = 0.5 * (C(row[k], col[k]) + C(col[k], row[k]));
+}
+
+// Gauss point of element e next to point p at t = 0
+int nearest_gauss(const Model& m, const Elements& el, int e, const Points& pts, int p)
+{
+  double X[3] = {0, 0, 0}, at[3], N[8], nearest = 1e300;
+  int best = 0;
+  for (int k = pts.conn.off[p]; k < pts.conn.off[p + 1]; ++k)
+    for (int i = 0; i < m.dim; ++i) X[i] += pts.w[k] * pts.Xc[pts.conn.item[k] * m.dim + i];
+  for (int g = 0; g < shape_info[el.block[el.initial_block[e]].shape].ngp; ++g) {
+    elem_gauss_place(m, el, e, g, at, N);
+    double d = 0.0;
+    for (int i = 0; i < m.dim; ++i) d += (X[i] - at[i]) * (X[i] - at[i]);
+    if (d >= nearest * (1.0 - 1e-9)) continue;
+    nearest = d;
+    best    = g;
+  }
+  return best;
+}
+
+// The points of element e take the history of the Gauss point next to them: whole, since means of plastic
+// deformations are none;  be: their elastic deformations, of plastic material
+void pass_history(const Model& m, const Elements& el, int e, int first, State& st, std::map<int, Mat3>& be)
 {
   const size_t n = static_cast<size_t>(el.history);
   if (n == 0) return;
-  const Points& pts = st.points;
-  const int ngp = shape_info[el.block[el.initial_block[e]].shape].ngp;
-  st.n.hp.resize(pts.npoint * n);
-  for (int p = first; p < pts.npoint; ++p) {
-    double X[3] = {0, 0, 0}, at[3], N[8], nearest = 1e300;
-    for (int k = pts.conn.off[p]; k < pts.conn.off[p + 1]; ++k)
-      for (int i = 0; i < m.dim; ++i) X[i] += pts.w[k] * pts.Xc[pts.conn.item[k] * m.dim + i];
-    for (int g = 0; g < ngp; ++g) {
-      elem_gauss_place(m, el, e, g, at, N);
-      double d = 0.0;
-      for (int i = 0; i < m.dim; ++i) d += (X[i] - at[i]) * (X[i] - at[i]);
-      if (d >= nearest * (1.0 - 1e-9)) continue;
-      nearest = d;
-      std::copy_n(&st.n.he[(el.gauss_of[e] + g) * n], n, &st.n.hp[p * n]);
-    }
+  st.n.hp.resize(st.points.npoint * n);
+  IpFields f;
+  for (int p = first; p < st.points.npoint; ++p) {
+    const int g     = nearest_gauss(m, el, e, st.points, p);
+    const double* h = &st.n.he[(el.gauss_of[e] + g) * n];
+    std::copy_n(h, n, &st.n.hp[p * n]);
+    if (!yields(m, st.points, p)) continue;
+    elem_ip_fields(m, el, st.n, true, e, g, f);
+    be[p] = elastic_metric(f, h);
+  }
+}
+
+// points whose gradients conversion may change (7.14): their elastic deformations
+void note_elastic(const Model& m, const State& st, std::map<int, Mat3>& be)
+{
+  if (st.n.hp.empty()) return;
+  const size_t n = st.n.hp.size() / static_cast<size_t>(st.points.npoint);
+  IpFields f;
+  for (int p = 0; p < st.points.npoint; ++p) {
+    if (st.points.parent[p] < 0 || !yields(m, st.points, p)) continue;
+    point_ip_fields(m, st.points, st.n, p, f);
+    be[p] = elastic_metric(f, &st.n.hp[p * n]);
   }
 }
 
 //   mass [ncorner]    of the domains so far at their corners
 //   added [ncorner]   scratch, all zero before and after
 void convert_one(const Model& m, const Elements& el, const FracMesh& fm, int e, CornerShare& share,
-                 RealVec& mass, RealVec& added, State& st)
+                 RealVec& mass, RealVec& added, State& st, std::map<int, Mat3>& be)
 {
   const ConversionDef& c = m.conversion[fm.conv[e]];
   const int first = st.points.npoint, old = st.points.ncorner;
@@ -87,7 +150,7 @@ void convert_one(const Model& m, const Elements& el, const FracMesh& fm, int e, 
     st.points.broken[p] = st.frac.broken[e];
     for (int i = 0; i < 3; ++i) st.points.normal[3 * p + i] = st.frac.normal[3 * e + i];
   }
-  pass_history(m, el, e, first, st);
+  pass_history(m, el, e, first, st, be);
   st.frac.phase[e] = AS_POINTS;
   st.frac.converted.push_back(e);
 }
@@ -248,10 +311,13 @@ void frac_convert(const Model& m, Elements& el, const FracMesh& fm, const IntVec
 {
   if (elem.empty()) return;
   RealVec mass(st.points.ncorner, 0.0), added;
+  std::map<int, Mat3> be;      // [point] of plastic material: its stress goes on
+  note_elastic(m, st, be);
   point_add_mass(st.points, 0, 0, mass);
-  for (int e : elem) convert_one(m, el, fm, e, share, mass, added, st);
+  for (int e : elem) convert_one(m, el, fm, e, share, mass, added, st, be);
   elem_refresh(el);
   frac_interfaces(m, fm, st);
+  for (const auto& b : be) set_elastic(m, b.first, b.second, st);
 }
 
 void frac_interfaces(const Model& m, const FracMesh& fm, State& st)

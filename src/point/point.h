@@ -163,10 +163,6 @@ double point_energy_one(const Model& m, const Points& pts, const Level& l, int p
 // point_share_history : l.hp as the ranks that work on points and groups have it, on all ranks. Collective
 void point_share_history(const PointLaws& law, const IntVec& mine, const IntVec& groups, Level& l);
 
-// point_return : points of converted elements flow until their stress is on the yield surface again: their
-// strain is not that of the Gauss point whose history they have. Changes l.hp
-void point_return(const Model& m, const Points& pts, const PointLaws& law, Level& l);
-
 // point_plastic : energy dissipated by plastic flow in the points in mine
 double point_plastic(const Points& pts, const Level& l, const IntVec& mine);
 

@@ -471,20 +471,6 @@ double point_viscous_loss(const Points& pts, int dim, const PointLaws& law, cons
   return dim == 2 ? viscous_loss<2>(pts, law, l0, l1, mine) : viscous_loss<3>(pts, law, l0, l1, mine);
 }
 
-void point_return(const Model& m, const Points& pts, const PointLaws& law, Level& l)
-{
-  for (int p = 0; law.history > 0 && p < pts.npoint; ++p) {
-    const MatLaw& of_body = law.body[pts.body[p]];
-    if (pts.parent[p] < 0 || pts.broken[p] >= 0 || law_of(of_body).history == 0) continue;
-    double E[6], scale, h[MAX_HISTORY];
-    if (m.dim == 2) general_strain<2>(pts, of_body, l.uc, p, E, &scale);
-    else general_strain<3>(pts, of_body, l.uc, p, E, &scale);
-    double* h_n = &l.hp[static_cast<size_t>(p) * law.history];
-    LawOutput out;
-    if (law_update(of_body, true, E, h_n, h, false, out)) std::copy_n(h, law_of(of_body).history, h_n);
-  }
-}
-
 double point_plastic(const Points& pts, const Level& l, const IntVec& mine)
 {
   const size_t history = pts.npoint ? l.hp.size() / pts.npoint : 0;

@@ -52,7 +52,6 @@ Failure apply(Problem& p, const Step& s, const std::vector<Erosion>& erode, cons
   p.ready = false;
   const Failure failure = step_prepare(p, s);
   if (!failure.ok()) return failure;
-  point_return(p.m, st.points, p.d.point_law, st.n);
   ledger_update(p.m, p.d.el, p.dofs, st.n, s.nlgeom, st);
   st.ledger.fracture += released;
   st.ledger.conversion += before - all_energy(st.ledger) - released;
