@@ -51,9 +51,19 @@ struct Problem {
 struct NewtonControls {
   bool linear   = false;       // the tangent does not depend on du: it may be reused
   bool breaks   = false;       // material may break: it then kinks the residual, and has next to no stiffness
+  bool rubs     = false;       // granular material: the matrix is but the symmetric part of the tangent
   bool singular = false;       // statics with broken material: the tangent is nearly singular
   int max_iter  = 0;
 };
+
+// What earlier iterations tell of a tangent that the symmetric matrix does not hold      (6.20)
+struct Secants {
+  std::vector<RealVec> du, dx;         // differences between iterations
+  RealVec last_du, last_dx;            // [neq] the last iterate, and what the matrix made of it
+};
+
+// step_secant : the correction dx of the matrix at du becomes that of Anderson's method
+void step_secant(Secants& h, const RealVec& du, const RealVec& diag, RealVec& dx);
 
 // What one attempt of an increment needs to know                                   (6.1)
 //   residual  R = fint + cM M du + cC C du - g - fext

@@ -59,6 +59,7 @@ NewtonControls newton_controls(const Model& m, const FracMesh& fm, const State& 
   NewtonControls c;
   c.linear   = linear_scene(m, fm, st.points, s);
   c.breaks   = fm.on;
+  for (const FractureDef& f : m.fracture) c.rubs = c.rubs || f.residual == SPLIT_GRANULAR;
   c.singular = s.proc == PROC_STATIC && fm.on && st.frac.neroded > 0;
   // equilibrium after elements broke (dt = 0) opens and closes many cracks: it may take longer
   c.max_iter = dt > 0.0 ? s.ctl.max_iter : 4 * s.ctl.max_iter;

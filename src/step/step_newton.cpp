@@ -235,6 +235,7 @@ Failure step_newton(Problem& p, Attempt& a)
   StepLog& log  = p.st.log;
   Residual b;
   LinearSystem l;
+  Secants secants;
   RealVec trial(s.neq()), pending(s.neq());
   // 1. where it begins
   double guessed  = 0.0;       // energy of the guess
@@ -258,6 +259,7 @@ Failure step_newton(Problem& p, Attempt& a)
     // 3. solve
     failure = step_solve(p, a, it, before, accepted, pending, l);
     if (!failure.ok()) return failure;
+    if (a.newton.rubs && there) step_secant(secants, a.du, l.diag, l.dx);
     double g0 = 0.0;
     for (int i = 0; i < s.neq(); ++i)
       if (!s.fixed[i]) g0 += l.dx[i] * b.R[i];

@@ -1,0 +1,56 @@
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Dense>
+
+#include "base/sum.h"
+#include "step/step.h"
+
+namespace {
+
+const std::size_t MOST_SECANTS = 6;
+const double SAME_DIRECTION = 1e-10;   // secants that others already hold are left out
+
+double product(const RealVec& a, const RealVec& b, const RealVec& diag)
+{
+  return sum_terms(a.size(), [&](std::size_t i) { return a[i] * b[i] * std::max(diag[i], 0.0); });
+}
+
+}  // namespace
+
+// ---------------------------------------------------------------------------
+// step_secant : Anderson's method in the energy norm of the diagonal                  (6.20)
+// ---------------------------------------------------------------------------
+void step_secant(Secants& h, const RealVec& du, const RealVec& diag, RealVec& dx)
+{
+  const RealVec newton = dx;
+  if (!h.last_du.empty()) {
+    h.du.push_back(du);
+    h.dx.push_back(dx);
+    for (std::size_t i = 0; i < du.size(); ++i) {
+      h.du.back()[i] -= h.last_du[i];
+      h.dx.back()[i] -= h.last_dx[i];
+    }
+    if (h.du.size() > MOST_SECANTS) {
+      h.du.erase(h.du.begin());
+      h.dx.erase(h.dx.begin());
+    }
+    const int n = static_cast<int>(h.du.size());
+    Eigen::MatrixXd A(n, n);
+    Eigen::VectorXd b(n), size(n);
+    for (int i = 0; i < n; ++i) {
+      for (int j = 0; j <= i; ++j) A(i, j) = A(j, i) = product(h.dx[i], h.dx[j], diag);
+      b(i)    = product(h.dx[i], dx, diag);
+      size(i) = A(i, i) > 0.0 ? 1.0 / std::sqrt(A(i, i)) : 0.0;
+    }
+    A = size.asDiagonal() * A * size.asDiagonal();
+    Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> solver(n, n);
+    solver.setThreshold(SAME_DIRECTION);
+    solver.compute(A);
+    const Eigen::VectorXd w = size.asDiagonal() * solver.solve(size.asDiagonal() * b);
+    for (int k = 0; k < n; ++k)
+      for (std::size_t i = 0; i < dx.size(); ++i) dx[i] -= w(k) * (h.du[k][i] + h.dx[k][i]);
+  }
+  h.last_du = du;
+  h.last_dx = newton;
+}
