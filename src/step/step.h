@@ -56,7 +56,7 @@ struct NewtonControls {
   int max_iter  = 0;
 };
 
-// What earlier iterations tell of a tangent that the symmetric matrix does not hold      (6.20)
+// What earlier iterations tell of a tangent that the symmetric matrix does not hold      (6.22)
 struct Secants {
   std::vector<RealVec> du, dx;         // differences between iterations
   RealVec last_du, last_dx;            // [neq] the last iterate, and what the matrix made of it

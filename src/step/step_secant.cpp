@@ -19,7 +19,7 @@ double product(const RealVec& a, const RealVec& b, const RealVec& diag)
 }  // namespace
 
 // ---------------------------------------------------------------------------
-// step_secant : Anderson's method in the energy norm of the diagonal                  (6.20)
+// step_secant : Anderson's method in the energy norm of the diagonal                  (6.22)
 // ---------------------------------------------------------------------------
 void step_secant(Secants& h, const RealVec& du, const RealVec& diag, RealVec& dx)
 {

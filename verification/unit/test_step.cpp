@@ -1,4 +1,6 @@
 // the clock of a step, and when an increment is too long
+#include <cmath>
+
 #include <gtest/gtest.h>
 
 #include "step/step.h"
@@ -75,4 +77,33 @@ TEST(Increment, PointsThatEnterTooDeep)
   EXPECT_EQ(STATUS_OK, status(-0.2, -0.3));          // in several
   EXPECT_EQ(CONTACT_DEPTH, status(-0.4, -0.46));     // nearly half of the size
   EXPECT_EQ(AT_BOND, step_contact_depth(bonds, pairs, l, 3).at);
+}
+
+// a linear force whose matrix is known but for its skew part: alone it diverges, with secants it ends exactly
+TEST(Newton, SecantsFindTheSkewPartOfTheTangent)
+{
+  const int n = 4;
+  const double skew[n][n] = {{0, 1.5, 0, 0.2}, {-1.5, 0, 0.4, 0}, {0, -0.4, 0, 1.2}, {-0.2, 0, -1.2, 0}};
+  const RealVec diag = {1.0, 2.0, 1.0, 3.0}, f = {1.0, -2.0, 0.5, 3.0};
+  const auto correction = [&](const RealVec& u) {
+    RealVec dx(n);
+    for (int i = 0; i < n; ++i) {
+      double r = f[i] - diag[i] * u[i];
+      for (int j = 0; j < n; ++j) r -= skew[i][j] * u[j];
+      dx[i] = r / diag[i];
+    }
+    return dx;
+  };
+  const auto size = [](const RealVec& a) { return std::hypot(std::hypot(a[0], a[1]), std::hypot(a[2], a[3])); };
+  for (bool with : {false, true}) {
+    Secants h;
+    RealVec u(n, 0.0), dx;
+    for (int it = 0; it < n + 2; ++it) {
+      dx = correction(u);
+      if (with) step_secant(h, u, diag, dx);
+      for (int i = 0; i < n; ++i) u[i] += dx[i];
+    }
+    if (with) EXPECT_LT(size(correction(u)), 1e-10);
+    else EXPECT_GT(size(correction(u)), 1.0);
+  }
 }
