@@ -92,19 +92,32 @@ void theta_gradient(const KernelMode& mode, const BarPoint<D>& q, double* g)
     for (int k = 0; k < D * D; ++k) g[k] = k % (D + 1) == 0 ? 1.0 : 0.0;
     return;
   }
-  cofactors<D>(q.H1, g);
   if (!mode.mid) {
+    cofactors<D>(q.H1, g);
     for (int k = 0; k < D * D; ++k) g[k] *= std::exp(-q.theta1);
     return;
   }
-  double Hm[D * D], c0[D * D], cm[D * D];
-  for (int k = 0; k < D * D; ++k) Hm[k] = 0.5 * (q.H0[k] + q.H1[k]);
-  cofactors<D>(q.H0, c0);
-  cofactors<D>(Hm, cm);
-  // the slope of the logarithm between J0 and J1
-  const double J0 = std::exp(q.theta0), r = std::expm1(q.theta1 - q.theta0);
-  const double L = (r == 0.0 ? 1.0 : (q.theta1 - q.theta0) / r) / J0;
-  for (int k = 0; k < D * D; ++k) g[k] = L * (c0[k] + 4.0 * cm[k] + g[k]) / 6.0;       // Simpson: J is cubic
+  // by C and not by F, so that angular momentum is kept: det C is cubic in C, Simpson's rule exact
+  double A0[D * D], A1[D * D], Am[D * D], c0[D * D], c1[D * D], cm[D * D];             // C - I
+  ip_strain<D>(true, q.H0, A0);
+  ip_strain<D>(true, q.H1, A1);
+  for (int k = 0; k < D * D; ++k) {
+    Am[k] = A0[k] + A1[k];
+    A0[k] *= 2.0;
+    A1[k] *= 2.0;
+  }
+  cofactors<D>(A0, c0);
+  cofactors<D>(Am, cm);
+  cofactors<D>(A1, c1);
+  // the slope of the logarithm between J0^2 and J1^2
+  const double d = 2.0 * (q.theta1 - q.theta0), r = std::expm1(d);
+  const double L = (r == 0.0 ? 1.0 : d / r) * std::exp(-2.0 * q.theta0) / 6.0;
+  for (int k = 0; k < D * D; ++k) cm[k] = L * (c0[k] + 4.0 * cm[k] + c1[k]);
+  for (int i = 0; i < D; ++i)
+    for (int j = 0; j < D; ++j) {
+      g[i * D + j] = cm[i * D + j];
+      for (int k = 0; k < D; ++k) g[i * D + j] += 0.5 * (q.H0[i * D + k] + q.H1[i * D + k]) * cm[k * D + j];
+    }
 }
 
 // 2/3 a between both ends: the slope of a = exp(2/3 x)
