@@ -242,6 +242,11 @@ void check_materials(Deck& d, const Model& m)
     if (a.law == LAW_J2 && a.hyper)
       fault(d, "PLASTIC", a.place, a.name,
             "material " + a.name + " has *HYPERELASTIC and *PLASTIC; plasticity goes with *ELASTIC");
+    if (a.law == LAW_NEO_HOOKE && a.breaks)
+      doubt(d, "HYPERELASTIC", a.place, a.name,
+            "material " + a.name + " is hyperelastic and can break: the criterion of *EIGENFRACTURE and "
+            "broken material take the elastic constants of small strains, which is right for strains of a "
+            "few per cent");
     if (a.law == LAW_J2 && a.breaks)
       fault(d, "PLASTIC", a.place, a.name,
             "material " + a.name + " has *PLASTIC, and *EIGENFRACTURE names elements of it: the energy that "
