@@ -45,6 +45,7 @@ void mark_breaking(Model& m)
 // a hyperelastic material knows no small strains: NLGEOM in all steps, as CalculiX does
 void force_nlgeom(Deck& d, Model& m)
 {
+  d.word = "STEP";
   for (const Material& a : m.material) {
     if (!a.used || !a.hyper) continue;
     for (std::size_t k = 0; k < m.step.size(); ++k) {
