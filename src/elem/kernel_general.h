@@ -1,5 +1,5 @@
 // ---------------------------------------------------------------------------
-// kernel_general.h : the integration-point kernel for laws with a general tangent D (doc/theory.md 2.3)
+// kernel_general.h : the integration-point kernel for laws with a general tangent D (doc/theory.md 2.4)
 //
 // Force and tangent have the form of (1.5), (1.6); the law is three-dimensional and sees six components.
 // ---------------------------------------------------------------------------

@@ -1,5 +1,5 @@
 // ---------------------------------------------------------------------------
-// law.h : what an integration point asks of its material (doc/theory.md 2.3)
+// law.h : what an integration point asks of its material (doc/theory.md 2.4)
 //
 // A law gives energy, stress and tangent at a strain, and the history that it leaves there. law_step makes of
 // it the stress of a step of any time scheme; the energy-momentum scheme gets a discrete gradient, so that

@@ -1,4 +1,4 @@
-// F-bar: force against energy, tangent against force, the step of energy-momentum, rigid motion. Case A16.
+// F-bar: force against energy, tangent against force, the step of energy-momentum. Case A17.
 #include <gtest/gtest.h>
 
 #include <cmath>

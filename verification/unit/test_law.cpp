@@ -1,4 +1,4 @@
-// Constitutive laws: stress against energy, tangent against stress, closed forms, the step (2.21). Case A16.
+// Constitutive laws: stress against energy, tangent against stress, closed forms, the step (2.21). Case A17.
 #include <gtest/gtest.h>
 
 #include <cmath>
