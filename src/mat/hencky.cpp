@@ -80,8 +80,12 @@ void hencky_flow(const HenckyTrial& t, const Vec3& e, double* h_np1)
   six(back(t.L, back(t.L, change).transpose()), h_np1 + HISTORY_PLASTIC);
 }
 
-void hencky_tangent(const HenckyTrial& t, const Vec3& tau, const Mat3& of, double* D)
+void hencky_tangent(const HenckyTrial& t, const Vec3& tau, const Vec3& s, const Moduli& moduli, double* D)
 {
+  const auto of = [&](int a, int b) {
+    return moduli.bulk + moduli.dev * ((a == b) - 1.0 / 3.0) + moduli.flow * s(a) * s(b) +
+           moduli.mixed * (s(a) + s(b));
+  };
   double W[6][6], c[6][6] = {};                        // W: M_A (x) M_A and M_A (x) M_B + M_B (x) M_A
   for (int a = 0; a < 3; ++a) {
     six(t.M.col(a) * t.M.col(a).transpose(), W[a]);
@@ -93,7 +97,7 @@ void hencky_tangent(const HenckyTrial& t, const Vec3& tau, const Mat3& of, doubl
     six(2.0 * t.M.col(a) * t.M.col(b).transpose(), W[3 + k]);
     c[3 + k][3 + k] = std::fabs(d) > EQUAL_STRETCH * (ba + bb)
                           ? (tau(a) * bb - tau(b) * ba) / d
-                          : 0.25 * (of(a, a) + of(b, b) - of(a, b) - of(b, a)) - 0.5 * (tau(a) + tau(b));
+                          : 0.25 * (of(a, a) + of(b, b) - 2.0 * of(a, b)) - 0.5 * (tau(a) + tau(b));
   }
   for (int i = 0; i < 36; ++i) D[i] = 0.0;
   for (int a = 0; a < 6; ++a)
@@ -101,5 +105,34 @@ void hencky_tangent(const HenckyTrial& t, const Vec3& tau, const Mat3& of, doubl
       if (c[a][b] == 0.0) continue;
       for (int i = 0; i < 6; ++i)
         for (int j = 0; j < 6; ++j) D[i * 6 + j] += c[a][b] * W[a][i] * W[b][j];
+    }
+}
+
+SmallTrial small_trial(const MatLaw& law, const double* E, const double* h_n)
+{
+  SmallTrial t;
+  double e[6];
+  for (int i = 0; i < 6; ++i) e[i] = E[i] + 0.5 * h_n[HISTORY_PLASTIC + i];
+  t.tr = e[0] + e[1] + e[2];
+  t.ss = 0.0;
+  for (int i = 0; i < 6; ++i) {
+    t.s[i] = 2.0 * law.mu * (e[i] - (i < 3 ? t.tr / 3.0 : 0.0));
+    t.ss += t.s[i] * t.s[i] * (i < 3 ? 1.0 : 2.0);
+  }
+  return t;
+}
+
+void small_flow(const SmallTrial& t, double w, const double* h_n, double* h_np1)
+{
+  for (int i = 0; i < 6; ++i) h_np1[HISTORY_PLASTIC + i] = h_n[HISTORY_PLASTIC + i] - 2.0 * w * t.s[i];
+}
+
+void small_tangent(const SmallTrial& t, const Moduli& c, double* D)
+{
+  for (int i = 0; i < 6; ++i)
+    for (int j = 0; j < 6; ++j) {
+      const double dev = (i == j ? (i < 3 ? 1.0 : 0.5) : 0.0) - (i < 3 && j < 3 ? 1.0 / 3.0 : 0.0);
+      D[i * 6 + j] = (i < 3 && j < 3 ? c.bulk : 0.0) + c.dev * dev + c.flow * t.s[i] * t.s[j] +
+                     c.mixed * (t.s[i] * (j < 3) + t.s[j] * (i < 3));
     }
 }

@@ -27,7 +27,23 @@ void hencky_stress(const HenckyTrial& t, const Eigen::Vector3d& tau, double* S);
 // hencky_flow : history after the elastic strains have become e
 void hencky_flow(const HenckyTrial& t, const Eigen::Vector3d& e, double* h_np1);
 
-// hencky_tangent : D of c_AB = d tau_A / d e_B                                    (2.27), (2.28) [36]
-void hencky_tangent(const HenckyTrial& t, const Eigen::Vector3d& tau, const Eigen::Matrix3d& c, double* D);
+// Derivative of the returned stress to the elastic strain of the trial, s its deviator:
+//   bulk 1 1 + dev (I - 1 1/3) + flow s s + mixed (s 1 + 1 s)                        (2.27), (2.31)
+struct Moduli { double bulk, dev, flow, mixed = 0.0; };
+
+// hencky_tangent : D of the principal stresses tau; s: principal deviator of the trial        (2.28) [36]
+void hencky_tangent(const HenckyTrial& t, const Eigen::Vector3d& tau, const Eigen::Vector3d& s,
+                    const Moduli& c, double* D);
+
+// ---- without NLGEOM: additive strains                                                   (2.29)
+struct SmallTrial {
+  double s[6], ss, tr;         // deviator of the stress, s : s, trace of the elastic strain
+};
+SmallTrial small_trial(const MatLaw& law, const double* E, const double* h_n);
+
+// small_flow : history after the plastic strain has grown by w s
+void small_flow(const SmallTrial& t, double w, const double* h_n, double* h_np1);
+
+void small_tangent(const SmallTrial& t, const Moduli& c, double* D);
 
 #endif

@@ -58,44 +58,29 @@ void note_flow(const MatLaw& law, const Grains& g, const double* h_n, double* h_
   h_np1[HISTORY_DISSIPATED] = h_n[HISTORY_DISSIPATED] + (1.0 - law.c) * g.beta * g.q * g.gamma;
 }
 
-// factors of the identity of deviators, of s (x) s, and of s (x) 1 + 1 (x) s in the symmetric tangent
-struct Factors { double dev, flow, mixed; };
-
-Factors factors(const MatLaw& law, const Grains& g)
+// the symmetric part                                                                   (2.31)
+Moduli moduli(const MatLaw& law, const Grains& g)
 {
-  Factors f{2.0 * law.mu * g.beta, 0.0, 0.0};
-  if (!g.flows || g.q == 0.0) return f;
-  f.flow  = -3.0 * law.mu * g.beta / (g.q * g.q);
-  f.mixed = 0.5 * std::sqrt(3.0) * law.friction * g.slope / g.q;
-  return f;
+  Moduli c{-g.slope, 2.0 * law.mu * g.beta, 0.0};
+  if (!g.flows || g.q == 0.0) return c;
+  c.flow  = -3.0 * law.mu * g.beta / (g.q * g.q);
+  c.mixed = 0.5 * std::sqrt(3.0) * law.friction * g.slope / g.q;
+  return c;
 }
+
+// increment of the plastic strain over the deviator of the trial
+double flow_rate(const Grains& g) { return g.flows && g.q > 0.0 ? 1.5 * g.gamma / g.q : 0.0; }
 
 void small_strain(const MatLaw& law, const double* E, const double* h_n, double* h_np1, bool tangent,
                   LawOutput& out)
 {
-  double e[6], s[6], ss = 0.0;
-  for (int i = 0; i < 6; ++i) e[i] = E[i] + 0.5 * h_n[HISTORY_PLASTIC + i];
-  const double tr = e[0] + e[1] + e[2];
-  for (int i = 0; i < 6; ++i) {
-    s[i] = 2.0 * law.mu * (e[i] - (i < 3 ? tr / 3.0 : 0.0));
-    ss += s[i] * s[i] * (i < 3 ? 1.0 : 2.0);
-  }
-  const Grains g = flow(law, false, tr, ss);
-  for (int i = 0; i < 6; ++i) {
-    out.S[i] = g.beta * s[i] - (i < 3 ? g.pressure : 0.0);
-    h_np1[HISTORY_PLASTIC + i] =
-        h_n[HISTORY_PLASTIC + i] - (g.flows && g.q > 0.0 ? 3.0 * g.gamma / g.q * s[i] : 0.0);
-  }
+  const SmallTrial t = small_trial(law, E, h_n);
+  const Grains g     = flow(law, false, t.tr, t.ss);
+  for (int i = 0; i < 6; ++i) out.S[i] = g.beta * t.s[i] - (i < 3 ? g.pressure : 0.0);
   out.psi = g.psi;
+  small_flow(t, flow_rate(g), h_n, h_np1);
   note_flow(law, g, h_n, h_np1);
-  if (!tangent) return;
-  const Factors f = factors(law, g);
-  for (int i = 0; i < 6; ++i)
-    for (int j = 0; j < 6; ++j) {
-      const double dev = (i == j ? (i < 3 ? 1.0 : 0.5) : 0.0) - (i < 3 && j < 3 ? 1.0 / 3.0 : 0.0);
-      out.D[i * 6 + j] = (i < 3 && j < 3 ? -g.slope : 0.0) + f.dev * dev + f.flow * s[i] * s[j] +
-                         f.mixed * (s[i] * (j < 3) + s[j] * (i < 3));
-    }
+  if (tangent) small_tangent(t, moduli(law, g), out.D);
 }
 
 }  // namespace
@@ -120,15 +105,8 @@ bool law_granular(const MatLaw& law, bool finite, const double* E, const double*
   hencky_stress(t, tau, out.S);
   std::copy_n(h_n, HISTORY_EQUIVALENT, h_np1);
   note_flow(law, g, h_n, h_np1);
-  if (g.flows && g.q > 0.0) hencky_flow(t, t.e - 1.5 * g.gamma / g.q * s, h_np1);
-  if (tangent) {
-    const Factors f = factors(law, g);
-    Eigen::Matrix3d c;
-    for (int a = 0; a < 3; ++a)
-      for (int b = 0; b < 3; ++b)
-        c(a, b) = -g.slope + f.dev * ((a == b) - 1.0 / 3.0) + f.flow * s(a) * s(b) + f.mixed * (s(a) + s(b));
-    hencky_tangent(t, tau, c, out.D);
-  }
+  if (flow_rate(g) > 0.0) hencky_flow(t, t.e - flow_rate(g) * s, h_np1);
+  if (tangent) hencky_tangent(t, tau, s, moduli(law, g), out.D);
   blend(law.c, intact, tangent, out);
   return true;
 }

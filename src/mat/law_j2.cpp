@@ -44,10 +44,10 @@ Return radial_return(const MatLaw& law, double q, double a)
   return r;
 }
 
-// factor of s (x) s in the derivative of the returned stress                           (2.27)
-double flow_factor(const MatLaw& law, const Return& r)
+Moduli moduli(const MatLaw& law, double K, const Return& r)
 {
-  return r.plastic ? (r.slope / (3.0 * law.mu + r.slope) - r.beta) * 3.0 * law.mu / (r.q * r.q) : 0.0;
+  const double flow = (r.slope / (3.0 * law.mu + r.slope) - r.beta) * 3.0 * law.mu / (r.q * r.q);
+  return {K, 2.0 * law.mu * r.beta, r.plastic ? flow : 0.0};
 }
 
 void note_flow(const MatLaw& law, const Return& r, const double* h_n, double* h_np1)
@@ -64,28 +64,13 @@ bool small_strain(const MatLaw& law, const double* E, const double* h_n, double*
                   LawOutput& out)
 {
   const double K = law.lam3 + 2.0 / 3.0 * law.mu;
-  double e[6], s[6], ss = 0.0;
-  for (int i = 0; i < 6; ++i) e[i] = E[i] + 0.5 * h_n[HISTORY_PLASTIC + i];
-  const double tr = e[0] + e[1] + e[2];
-  for (int i = 0; i < 6; ++i) {
-    s[i] = 2.0 * law.mu * (e[i] - (i < 3 ? tr / 3.0 : 0.0));
-    ss += s[i] * s[i] * (i < 3 ? 1.0 : 2.0);
-  }
-  const Return r = radial_return(law, std::sqrt(1.5 * ss), h_n[HISTORY_EQUIVALENT]);
-  for (int i = 0; i < 6; ++i) {
-    out.S[i] = r.beta * s[i] + (i < 3 ? K * tr : 0.0);
-    h_np1[HISTORY_PLASTIC + i] =
-        h_n[HISTORY_PLASTIC + i] - (r.plastic ? 3.0 * r.gamma / r.q * s[i] : 0.0);
-  }
-  out.psi = 0.5 * K * tr * tr + 0.25 / law.mu * r.beta * r.beta * ss;
+  const SmallTrial t = small_trial(law, E, h_n);
+  const Return r = radial_return(law, std::sqrt(1.5 * t.ss), h_n[HISTORY_EQUIVALENT]);
+  for (int i = 0; i < 6; ++i) out.S[i] = r.beta * t.s[i] + (i < 3 ? K * t.tr : 0.0);
+  out.psi = 0.5 * K * t.tr * t.tr + 0.25 / law.mu * r.beta * r.beta * t.ss;
+  small_flow(t, r.plastic ? 1.5 * r.gamma / r.q : 0.0, h_n, h_np1);
   note_flow(law, r, h_n, h_np1);
-  if (!tangent) return true;
-  const double flow = flow_factor(law, r);
-  for (int i = 0; i < 6; ++i)
-    for (int j = 0; j < 6; ++j) {
-      const double dev = (i == j ? (i < 3 ? 2.0 : 1.0) : 0.0) - (i < 3 && j < 3 ? 2.0 / 3.0 : 0.0);
-      out.D[i * 6 + j] = (i < 3 && j < 3 ? K : 0.0) + law.mu * r.beta * dev + flow * s[i] * s[j];
-    }
+  if (tangent) small_tangent(t, moduli(law, K, r), out.D);
   return true;
 }
 
@@ -133,13 +118,7 @@ bool law_j2(const MatLaw& law, bool finite, const double* E, const double* h_n, 
   std::copy_n(h_n, HISTORY_EQUIVALENT, h_np1);
   note_flow(law, r, h_n, h_np1);
   if (r.plastic) hencky_flow(t, t.e - 1.5 * r.gamma / r.q * s, h_np1);
-  if (!tangent) return true;
   // 4. tangent                                                                        (2.27)
-  const double flow = flow_factor(law, r);
-  Eigen::Matrix3d c;
-  for (int a = 0; a < 3; ++a)
-    for (int b = 0; b < 3; ++b)
-      c(a, b) = K + 2.0 * law.mu * r.beta * ((a == b) - 1.0 / 3.0) + flow * s(a) * s(b);
-  hencky_tangent(t, tau, c, out.D);
+  if (tangent) hencky_tangent(t, tau, s, moduli(law, K, r), out.D);
   return true;
 }
