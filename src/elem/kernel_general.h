@@ -8,13 +8,7 @@
 
 #include "elem/kernel.h"
 #include "mat/law.h"
-
-template <int D>
-struct VoigtPlace {            // tensor components of the nv strains, engineering shear last
-  static constexpr int nv = D == 2 ? 3 : 6;
-  static constexpr int row[6] = {0, 1, D == 2 ? 0 : 2, 0, 1, 2};
-  static constexpr int col[6] = {0, 1, D == 2 ? 1 : 2, 1, 2, 0};
-};
+#include "mat/split_step.h"
 
 // history of an integration point
 struct HistoryStep {

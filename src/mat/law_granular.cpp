@@ -10,10 +10,19 @@
 #include <cmath>
 
 #include "mat/hencky.h"
+#include "mat/split_step.h"
 
 namespace {
 
 using Vec3 = Eigen::Vector3d;
+
+const int row[6] = {0, 1, 2, 0, 1, 2}, col[6] = {0, 1, 2, 1, 2, 0};    // of the six components
+
+// six components -> [9]
+void tensor_of(const double* six, double* E)
+{
+  for (int i = 0; i < 6; ++i) E[3 * row[i] + col[i]] = E[3 * col[i] + row[i]] = six[i];
+}
 
 // The law in principal logarithmic strains e
 struct Grains {
@@ -111,109 +120,41 @@ bool law_granular(const MatLaw& law, bool finite, const double* E, const double*
   return true;
 }
 
-namespace {
-
-double double_dot(const double* A, const double* B)
-{
-  return A[0] * B[0] + A[1] * B[1] + A[2] * B[2] + 2.0 * (A[3] * B[3] + A[4] * B[4] + A[5] * B[5]);
-}
-
-// The change of volume j = J - 1 (without NLGEOM tr E) with its derivatives to E
-struct Volume {
-  double j = 0.0;
-  double G[6] = {1, 1, 1, 0, 0, 0}, D[36] = {0};
-};
-
-bool volume(bool finite, const double* E, Volume& v)
-{
-  v.j = E[0] + E[1] + E[2];
-  if (!finite) return true;
-  Eigen::Matrix3d C;
-  C << 1 + 2 * E[0], 2 * E[3], 2 * E[5], 2 * E[3], 1 + 2 * E[1], 2 * E[4], 2 * E[5], 2 * E[4], 1 + 2 * E[2];
-  const double det = C.determinant();
-  if (!(det > 0.0)) return false;
-  const double J = std::sqrt(det);
-  const Eigen::Matrix3d B = C.inverse();
-  static const int row[6] = {0, 1, 2, 0, 1, 2}, col[6] = {0, 1, 2, 1, 2, 0};
-  v.j = J - 1.0;
-  for (int a = 0; a < 6; ++a) {
-    const int i = row[a], k = col[a];
-    v.G[a] = J * B(i, k);
-    for (int b = 0; b < 6; ++b) {
-      const int l = row[b], m = col[b];
-      v.D[a * 6 + b] = J * (B(i, k) * B(l, m) - B(i, l) * B(k, m) - B(i, m) * B(k, l));
-    }
-  }
-  return true;
-}
-
-void add_dyad(double w, const double* A, const double* B, double* C)       // w sym(A (x) B)
-{
-  for (int i = 0; i < 6; ++i)
-    for (int j = 0; j < 6; ++j) C[i * 6 + j] += 0.5 * w * (A[i] * B[j] + B[i] * A[j]);
-}
-
-// discrete gradient of K/2 <j>_-^2, and its derivative unless C is null                     (2.17)
-void pressure_step(double K, const Volume& v0, const Volume& vm, const Volume& v1, const double* d, double* S,
-                   double* C)
-{
-  const double p0 = std::min(v0.j, 0.0), p1 = std::min(v1.j, 0.0), dd = double_dot(d, d);
-  double q = 0.5 * K * (p0 + p1), slope = p1 < 0.0 ? 0.5 * K : 0.0;
-  if ((p0 < 0.0) != (p1 < 0.0)) {
-    q     = 0.5 * K * (p1 * p1 - p0 * p0) / (v1.j - v0.j);
-    slope = (K * p1 - q) / (v1.j - v0.j);
-  }
-  const double rest = v1.j - v0.j - double_dot(vm.G, d), a = dd > 0.0 ? q * rest / dd : 0.0;
-  for (int i = 0; i < 6; ++i) S[i] = q * vm.G[i] + a * d[i];
-  if (!C) return;
-  for (int i = 0; i < 36; ++i) C[i] = 0.5 * q * vm.D[i];
-  add_dyad(slope, vm.G, v1.G, C);
-  if (dd == 0.0) return;
-  double g[6];
-  for (int i = 0; i < 6; ++i) {
-    double Dd = 0.0;
-    for (int k = 0; k < 6; ++k) Dd += vm.D[i * 6 + k] * d[k] * (k < 3 ? 1.0 : 2.0);
-    g[i] = (slope * rest * v1.G[i] + q * (v1.G[i] - vm.G[i] - 0.5 * Dd) - 2.0 * a * d[i]) / dd;
-  }
-  for (int i = 0; i < 6; ++i) C[i * 7] += a * (i < 3 ? 1.0 : 0.5);
-  add_dyad(1.0, d, g, C);
-}
-
-}  // namespace
-
 // ---------------------------------------------------------------------------
 // law_granular_step : the step of the energy-momentum scheme                        (2.32)
 //
-// The pressure takes its discrete gradient; the shear stress is that of the end of the step. What the work of
-// both is more than the change of the stored energy is dissipated: friction, and what backward Euler takes
+// The pressure takes its discrete gradient, that of broken material whose law is PRESSURE; the shear stress
+// is that of the end of the step. What the work of both is more than the change of the stored energy is
+// dissipated: friction, and what backward Euler takes
 // ---------------------------------------------------------------------------
-bool law_granular_step(const MatLaw& law, bool finite, const double* E0, const double* E1, const double* h_n,
-                       double* h_np1, double* S, double* C)
+bool law_granular_step(const MatLaw& law, const KernelMode& mode, const double* E0, const double* E1,
+                       const double* h_n, double* h_np1, double* S, double* C)
 {
   MatLaw bare = law;
   bare.c = 0.0;
+  ErodedLaw pressure;                                  // the part without history
+  pressure.split = SPLIT_PRESSURE;
+  pressure.c     = 0.0;
   LawOutput zero, one;
-  double scratch[MAX_HISTORY], d[6], mid[6];
-  for (int i = 0; i < 6; ++i) {
-    d[i]   = E1[i] - E0[i];
-    mid[i] = 0.5 * (E0[i] + E1[i]);
-  }
-  Volume v0, vm, v1;
-  if (!law_granular(bare, finite, E0, h_n, scratch, false, zero) ||
-      !law_granular(bare, finite, E1, h_n, h_np1, C != nullptr, one) || !volume(finite, E0, v0) ||
-      !volume(finite, mid, vm) || !volume(finite, E1, v1))
+  double scratch[MAX_HISTORY], mid[6], start[9], end[9], Sp[9], Sp1[9], Cp[36], Cp1[36], psi, work = 0.0;
+  if (!law_granular(bare, mode.finite, E0, h_n, scratch, false, zero) ||
+      !law_granular(bare, mode.finite, E1, h_n, h_np1, C != nullptr, one))
     return false;
-  const double K = law.lam3 + 2.0 / 3.0 * law.mu, p1 = K * std::min(v1.j, 0.0);
-  pressure_step(K, v0, vm, v1, d, S, C);
-  for (int i = 0; i < 6; ++i) S[i] += one.S[i] - p1 * v1.G[i];
-  h_np1[HISTORY_DISSIPATED] =
-      h_n[HISTORY_DISSIPATED] + (1.0 - law.c) * (double_dot(S, d) - one.psi + zero.psi);
-  if (C) {
-    for (int i = 0; i < 36; ++i) C[i] += one.D[i] - p1 * v1.D[i];
-    add_dyad(p1 < 0.0 ? -K : 0.0, v1.G, v1.G, C);
+  tensor_of(E0, start);
+  tensor_of(E1, end);
+  ip_discrete_kink<3>(law, pressure, mode, start, end, Sp, C ? Cp : nullptr);
+  split_eroded(law, 3, SPLIT_PRESSURE, mode.finite, 0.0, end, pressure.N, &psi, Sp1, Cp1);
+  if (std::isnan(Sp[0])) return false;
+  for (int i = 0; i < 6; ++i) {
+    const int at = 3 * row[i] + col[i];
+    S[i]   = Sp[at] + one.S[i] - Sp1[at];
+    mid[i] = 0.5 * (E0[i] + E1[i]);
+    work += S[i] * (E1[i] - E0[i]) * (i < 3 ? 1.0 : 2.0);
   }
+  for (int i = 0; C && i < 36; ++i) C[i] = Cp[i] + one.D[i] - Cp1[i];
+  h_np1[HISTORY_DISSIPATED] = h_n[HISTORY_DISSIPATED] + (1.0 - law.c) * (work - one.psi + zero.psi);
   LawOutput intact;                                    // quadratic: the middle is exact
-  law_svk(law, finite, mid, nullptr, nullptr, C != nullptr, intact);
+  law_svk(law, mode.finite, mid, nullptr, nullptr, C != nullptr, intact);
   for (int i = 0; i < 6; ++i) S[i] = law.c * intact.S[i] + (1.0 - law.c) * S[i];
   for (int i = 0; C && i < 36; ++i) C[i] = 0.5 * law.c * intact.D[i] + (1.0 - law.c) * C[i];
   return true;

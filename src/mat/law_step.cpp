@@ -143,7 +143,7 @@ bool law_step(const MatLaw& law, const KernelMode& mode, const double* E0, const
               const double* h_n, double* h_np1, double* S, double* C)
 {
   if (law.kind == LAW_GRANULAR && mode.mid && law.plane != PLANE_STRESS)
-    return law_granular_step(law, mode.finite, E0, E1, h_n, h_np1, S, C);
+    return law_granular_step(law, mode, E0, E1, h_n, h_np1, S, C);
   LawOutput one, zero;
   double end[6], start[6], scratch[MAX_HISTORY];
   std::copy(E1, E1 + 6, end);

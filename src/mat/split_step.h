@@ -1,0 +1,181 @@
+// ---------------------------------------------------------------------------
+// split_step.h : stress of broken material without history over a step: the discrete gradients (2.14), (2.17)
+// of psi = c psi+ + psi- (doc/theory.md 2.2)
+//
+// Energy-momentum takes the
+// discrete gradient, so that the energy is that of the law whatever the strain does in a step:
+//
+//   S = S(Em) + a dE,  a = [psi(n+1) - psi(n) - S(Em) : dE] / (dE : dE),  Em the middle strain      (2.14)
+//   D = 1/2 C(Em) + a I + sym(dE (x) da/dE),  the symmetric part of its derivative                  (2.15)
+//
+// RCE, VD and PRESSURE have their kink in one number j (normal stress of the crack, change of volume):
+//
+//   S = S(Em) + [q - f'(j(Em))] G(Em) + a dE,  q = [f(j(n+1)) - f(j(n))] / [j(n+1) - j(n)],  G = dj/dE (2.17)
+// ---------------------------------------------------------------------------
+#ifndef MPFE_MAT_SPLIT_STEP_H
+#define MPFE_MAT_SPLIT_STEP_H
+
+#include <algorithm>
+#include <cmath>
+
+#include "mat/split.h"
+
+template <int D>
+struct VoigtPlace {            // tensor components of the nv strains, engineering shear last
+  static constexpr int nv = D == 2 ? 3 : 6;
+  static constexpr int row[6] = {0, 1, D == 2 ? 0 : 2, 0, 1, 2};
+  static constexpr int col[6] = {0, 1, D == 2 ? 1 : 2, 1, 2, 0};
+};
+
+// the step of the strains E0 -> E1 [D*D]
+template <int D>
+struct StrainStep {
+  double mid[D * D], d[D * D], dd = 0.0;             // middle, difference, its square
+  bool small = true;                                 // the middle stress is exact to rounding
+  StrainStep(const double* E0, const double* E1)
+  {
+    double mm = 0.0;
+    for (int k = 0; k < D * D; ++k) {
+      mid[k] = 0.5 * (E0[k] + E1[k]);
+      d[k]   = E1[k] - E0[k];
+      dd += d[k] * d[k];
+      mm += mid[k] * mid[k];
+    }
+    small = dd <= 1e-10 * mm;
+  }
+};
+
+// C += w sym(A (x) B); engineering shear columns
+template <int D>
+inline void add_dyad(double w, const double* A, const double* B, double* C)
+{
+  using V = VoigtPlace<D>;
+  constexpr int nv = V::nv;
+  for (int i = 0; i < nv; ++i)
+    for (int j = 0; j < nv; ++j) {
+      const int k = V::row[i] * D + V::col[i], l = V::row[j] * D + V::col[j];
+      C[i * nv + j] += 0.5 * w * (A[k] * B[l] + B[k] * A[l]);
+    }
+}
+
+// C += a I
+template <int D>
+inline void add_identity(double a, double* C)
+{
+  constexpr int nv = VoigtPlace<D>::nv;
+  for (int i = 0; i < nv; ++i) C[i * nv + i] += a * (i < D ? 1.0 : 0.5);
+}
+
+// out = A : d                                                                          [D*D]
+template <int D>
+inline void double_dot(const double* A, const double* d, double* out)
+{
+  using V = VoigtPlace<D>;
+  constexpr int nv = V::nv;
+  for (int i = 0; i < nv; ++i) {
+    double sum = 0.0;
+    for (int j = 0; j < nv; ++j) sum += A[i * nv + j] * d[V::row[j] * D + V::col[j]] * (j < D ? 1.0 : 2.0);
+    out[V::row[i] * D + V::col[i]] = out[V::col[i] * D + V::row[i]] = sum;
+  }
+}
+
+// discrete gradient of any law                                                         (2.14), (2.15)
+template <int D>
+inline void ip_discrete(const MatLaw& law, const ErodedLaw& er, const KernelMode& mode, const double* E0,
+                        const double* E1, double* S, double* C)
+{
+  constexpr int nv = VoigtPlace<D>::nv;
+  const StrainStep<D> e(E0, E1);
+  double S1[D * D], S0[D * D], Cm[nv * nv], C1[nv * nv], psi0, psi1, psim, work = 0.0;
+  split_eroded(law, D, er.split, mode.finite, er.c, e.mid, er.N, &psim, S, Cm);
+  for (int k = 0; C && k < nv * nv; ++k) C[k] = 0.5 * Cm[k];
+  if (e.small) return;
+  split_eroded(law, D, er.split, mode.finite, er.c, E1, er.N, &psi1, S1, C1);
+  split_eroded(law, D, er.split, mode.finite, er.c, E0, er.N, &psi0, S0, C1);
+  for (int k = 0; k < D * D; ++k) work += S[k] * e.d[k];
+  const double a = (psi1 - psi0 - work) / e.dd;
+  if (C) {
+    double Cd[D * D], g[D * D];
+    double_dot<D>(Cm, e.d, Cd);
+    for (int k = 0; k < D * D; ++k) g[k] = (S1[k] - S[k] - 0.5 * Cd[k] - 2.0 * a * e.d[k]) / e.dd;
+    add_identity<D>(a, C);
+    add_dyad<D>(1.0, e.d, g, C);
+  }
+  for (int k = 0; k < D * D; ++k) S[k] += a * e.d[k];
+}
+
+// w/2 <side j>_+^2 from j0 to j1: its discrete derivative and the derivative of that to j1
+inline void ip_one_sided(double w, int side, double j0, double j1, double& q, double& slope)
+{
+  const double p0 = std::max(side * j0, 0.0), p1 = std::max(side * j1, 0.0);
+  q     = 0.5 * w * side * (p0 + p1);
+  slope = p1 > 0.0 ? 0.5 * w : 0.0;
+  if ((p0 > 0.0) == (p1 > 0.0)) return;
+  q     = 0.5 * w * (p1 * p1 - p0 * p0) / (j1 - j0);
+  slope = (w * side * p1 - q) / (j1 - j0);
+}
+
+// discrete gradient of a law whose kink is that of a number: what the crack passes in a step stays a normal
+// stress or a pressure  (2.17)
+template <int D>
+inline void ip_discrete_kink(const MatLaw& law, const ErodedLaw& er, const KernelMode& mode, const double* E0,
+                             const double* E1, double* S, double* C)
+{
+  constexpr int nv = VoigtPlace<D>::nv;
+  const StrainStep<D> e(E0, E1);
+  double psi, Cm[nv * nv];
+  SplitKink k0, m, k1;
+  split_eroded(law, D, er.split, mode.finite, er.c, e.mid, er.N, &psi, S, Cm);
+  if (!split_kink(law, D, er.split, mode.finite, er.c, E0, er.N, k0) ||
+      !split_kink(law, D, er.split, mode.finite, er.c, e.mid, er.N, m) ||
+      !split_kink(law, D, er.split, mode.finite, er.c, E1, er.N, k1)) {
+    for (int k = 0; k < D * D; ++k) S[k] = std::nan("");
+    return;
+  }
+  // the middle's share of the one-sided part gives way to q
+  const double had = m.side * m.j > 0.0 ? m.w : 0.0;
+  double q, slope;
+  ip_one_sided(m.w, m.side, k0.j, k1.j, q, slope);
+  const double more = q - had * m.j;
+  if (C) {
+    for (int k = 0; k < nv * nv; ++k) C[k] = 0.5 * (Cm[k] + more * m.D[k]);
+    add_dyad<D>(slope, m.G, k1.G, C);
+    add_dyad<D>(-0.5 * had, m.G, m.G, C);
+  }
+  for (int k = 0; k < D * D; ++k) S[k] += more * m.G[k];
+  if (!(mode.finite && (er.split == SPLIT_PRESSURE || er.split == SPLIT_CRACK)) || e.small) return;
+  double rest = k1.j - k0.j, Gd[D * D], g[D * D];    // j is not linear in E
+  for (int k = 0; k < D * D; ++k) rest -= m.G[k] * e.d[k];
+  const double a = q * rest / e.dd;
+  for (int k = 0; k < D * D; ++k) S[k] += a * e.d[k];
+  if (!C) return;
+  double_dot<D>(m.D, e.d, Gd);
+  for (int k = 0; k < D * D; ++k)
+    g[k] = (slope * rest * k1.G[k] + q * (k1.G[k] - m.G[k] - 0.5 * Gd[k]) - 2.0 * a * e.d[k]) / e.dd;
+  add_identity<D>(a, C);
+  add_dyad<D>(1.0, e.d, g, C);
+}
+
+// S of the step and, unless C is null, its derivative C [nv*nv]; E0, E1 strains at t(n), t(n+1)   [D*D]
+template <int D>
+inline void ip_stress_broken(const MatLaw& law, const ErodedLaw& er, const KernelMode& mode, const double* E0,
+                             const double* E1, double* S, double* C)
+{
+  constexpr int nv = VoigtPlace<D>::nv;
+  double psi, S0[D * D], S1[D * D], C1[nv * nv];
+  if (!mode.mid) {
+    split_eroded(law, D, er.split, mode.finite, er.c, E1, er.N, &psi, S, C ? C : C1);
+    return;
+  }
+  if (split_has_kink(law, er.split)) ip_discrete_kink<D>(law, er, mode, E0, E1, S, C);
+  else ip_discrete<D>(law, er, mode, E0, E1, S, C);
+  const double more = mode.s_new - 0.5;              // dissipation on demand
+  if (more == 0.0) return;
+  split_eroded(law, D, er.split, mode.finite, er.c, E0, er.N, &psi, S0, C1);
+  split_eroded(law, D, er.split, mode.finite, er.c, E1, er.N, &psi, S1, C1);
+  for (int k = 0; k < D * D; ++k) S[k] += more * (S1[k] - S0[k]);
+  if (C)
+    for (int k = 0; k < nv * nv; ++k) C[k] += more * C1[k];
+}
+
+#endif
