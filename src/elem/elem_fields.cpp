@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "elem/elem.h"
+#include "mat/voigt.h"
 #include "shape/shape.h"
 
 namespace {
@@ -144,14 +145,14 @@ void broken_stress(const MatLaw& law, int dim, bool nlgeom, const ErodedLaw& er,
 // sigma = F S F^T / det F                                                            (2.3)
 void cauchy_stress(const double* F, const double* S, double* sig)
 {
-  static const int row[6] = {0, 1, 2, 0, 1, 2}, col[6] = {0, 1, 2, 1, 2, 0};
+  using V = VoigtPlace<3>;
   const double J = F[0] * (F[4] * F[8] - F[5] * F[7]) - F[1] * (F[3] * F[8] - F[5] * F[6]) +
                    F[2] * (F[3] * F[7] - F[4] * F[6]);
   const double Sm[9] = {S[0], S[3], S[5], S[3], S[1], S[4], S[5], S[4], S[2]};
   for (int k = 0; k < 6; ++k) {
     double s = 0.0;
     for (int a = 0; a < 3; ++a)
-      for (int b = 0; b < 3; ++b) s += F[3 * row[k] + a] * Sm[3 * a + b] * F[3 * col[k] + b];
+      for (int b = 0; b < 3; ++b) s += F[3 * V::row[k] + a] * Sm[3 * a + b] * F[3 * V::col[k] + b];
     sig[k] = s / J;
   }
 }
@@ -159,17 +160,20 @@ void cauchy_stress(const double* F, const double* S, double* sig)
 // E of out (six components) from an enhanced element
 void set_strain(const double* E, int dim, IpFields& out)
 {
-  static const int row[6] = {0, 1, 2, 0, 1, 2}, col[6] = {0, 1, 2, 1, 2, 0};
-  for (int k = 0; k < 6; ++k) out.E[k] = row[k] < dim && col[k] < dim ? E[row[k] * dim + col[k]] : 0.0;
+  using V = VoigtPlace<3>;
+  for (int k = 0; k < 6; ++k) {
+    const int i = V::row[k], j = V::col[k];
+    out.E[k] = i < dim && j < dim ? E[i * dim + j] : 0.0;
+  }
 }
 
 }  // namespace
 
 void ip_fields_from(const MatLaw& law, int dim, bool nlgeom, const ErodedLaw* er, IpFields& out)
 {
-  static const int row[6] = {0, 1, 2, 0, 1, 2}, col[6] = {0, 1, 2, 1, 2, 0};
+  using V = VoigtPlace<3>;
   for (int k = 0; k < 6; ++k) {
-    const int i = row[k], j = col[k];
+    const int i = V::row[k], j = V::col[k];
     double e = 0.0;
     for (int l = 0; l < 3; ++l) e += out.F[3 * l + i] * out.F[3 * l + j];
     out.E[k] = 0.5 * (nlgeom ? e - (i == j) : out.F[3 * i + j] + out.F[3 * j + i] - 2.0 * (i == j));

@@ -11,7 +11,7 @@
 #include <cmath>
 
 #include "elem/kernel_general.h"
-#include "mat/split.h"
+#include "mat/split_step.h"
 
 // Statics: a broken band carries stress along the crack, but no shear; under compression it wrinkles at once,
 // and Newton's method finds no minimum. A shear stiffness k = 2 |smallest principal stress| across the crack

@@ -8,38 +8,13 @@
 
 #include "elem/kernel.h"
 #include "mat/law.h"
-#include "mat/split_step.h"
+#include "mat/voigt.h"
 
 // history of an integration point
 struct HistoryStep {
   const double* n = nullptr;   // at t(n)
   double* np1     = nullptr;   // at t(n+1)
 };
-
-// E [D*D] as six components; in the plane 33 is E33, 23 and 31 are zero
-template <int D>
-inline void six_components(const double* E, double E33, double* six)
-{
-  if (D == 2) {
-    six[0] = E[0];
-    six[1] = E[3];
-    six[2] = E33;
-    six[3] = E[1];
-    six[4] = six[5] = 0.0;
-    return;
-  }
-  using V = VoigtPlace<3>;
-  for (int i = 0; i < 6; ++i) six[i] = E[(V::row[i] * D + V::col[i]) % (D * D)];
-}
-
-// the six components of a stress as D x D
-template <int D>
-inline void full_tensor(const double* six, double* S)
-{
-  static const int at[3][3] = {{0, 3, 5}, {3, 1, 4}, {5, 4, 2}};
-  for (int i = 0; i < D; ++i)
-    for (int j = 0; j < D; ++j) S[i * D + j] = six[at[i][j]];
-}
 
 // Fb, S [D*D] and, unless C is null, C [nv*nv] of intact or granular material from the displacement
 // gradients at t(n) and t(n+1); det F of granular material is not asked for

@@ -8,6 +8,7 @@
 #include "base/log.h"
 #include "contact/contact.h"
 #include "frac/frac.h"
+#include "mat/voigt.h"
 #include "shape/shape.h"
 
 namespace {
@@ -72,8 +73,8 @@ void set_elastic(const Model& m, int p, const Mat3& be, State& st)
   point_ip_fields(m, st.points, st.n, p, f);
   const Mat3 inv = matrix(f.Fbar).inverse(), C = inv * be * inv.transpose() - Mat3::Identity();
   double* h = &st.n.hp[p * n + HISTORY_PLASTIC];
-  const int row[6] = {0, 1, 2, 0, 1, 2}, col[6] = {0, 1, 2, 1, 2, 0};
-  for (int k = 0; k < 6; ++k) h[k] = 0.5 * (C(row[k], col[k]) + C(col[k], row[k]));
+  using V = VoigtPlace<3>;
+  for (int k = 0; k < 6; ++k) h[k] = 0.5 * (C(V::row[k], V::col[k]) + C(V::col[k], V::row[k]));
 }
 
 // Gauss point of element e next to point p at t = 0

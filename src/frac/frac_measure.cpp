@@ -5,6 +5,7 @@
 #include <Eigen/Eigenvalues>
 
 #include "frac/frac.h"
+#include "mat/voigt.h"
 
 namespace {
 
@@ -146,8 +147,8 @@ void add_second(Fragment& k, const Carrier& c, Mat3& S)
 void finish(Fragment& k, const Mat3& S)
 {
   const Mat3 I = S.trace() * Mat3::Identity() - 0.5 * (S + S.transpose());
-  const int row[6] = {0, 1, 2, 0, 1, 2}, col[6] = {0, 1, 2, 1, 2, 0};
-  for (int i = 0; i < 6; ++i) k.inertia[i] = I(row[i], col[i]);
+  using V = VoigtPlace<3>;
+  for (int i = 0; i < 6; ++i) k.inertia[i] = I(V::row[i], V::col[i]);
   const Eigen::SelfAdjointEigenSolver<Mat3> eigen(I);
   const Vec3 L = MapVec(k.angular);
   Vec3 spin = Vec3::Zero();

@@ -16,14 +16,6 @@ namespace {
 
 using Vec3 = Eigen::Vector3d;
 
-const int row[6] = {0, 1, 2, 0, 1, 2}, col[6] = {0, 1, 2, 1, 2, 0};    // of the six components
-
-// six components -> [9]
-void tensor_of(const double* six, double* E)
-{
-  for (int i = 0; i < 6; ++i) E[3 * row[i] + col[i]] = E[3 * col[i] + row[i]] = six[i];
-}
-
 // The law in principal logarithmic strains e
 struct Grains {
   double psi;                  // stored
@@ -130,6 +122,7 @@ bool law_granular(const MatLaw& law, bool finite, const double* E, const double*
 bool law_granular_step(const MatLaw& law, const KernelMode& mode, const double* E0, const double* E1,
                        const double* h_n, double* h_np1, double* S, double* C)
 {
+  using V = VoigtPlace<3>;
   MatLaw bare = law;
   bare.c = 0.0;
   ErodedLaw pressure;                                  // the part without history
@@ -140,13 +133,13 @@ bool law_granular_step(const MatLaw& law, const KernelMode& mode, const double* 
   if (!law_granular(bare, mode.finite, E0, h_n, scratch, false, zero) ||
       !law_granular(bare, mode.finite, E1, h_n, h_np1, C != nullptr, one))
     return false;
-  tensor_of(E0, start);
-  tensor_of(E1, end);
+  full_tensor<3>(E0, start);
+  full_tensor<3>(E1, end);
   ip_discrete_kink<3>(law, pressure, mode, start, end, Sp, C ? Cp : nullptr);
   split_eroded(law, 3, SPLIT_PRESSURE, mode.finite, 0.0, end, pressure.N, &psi, Sp1, Cp1);
   if (std::isnan(Sp[0])) return false;
   for (int i = 0; i < 6; ++i) {
-    const int at = 3 * row[i] + col[i];
+    const int at = 3 * V::row[i] + V::col[i];
     S[i]   = Sp[at] + one.S[i] - Sp1[at];
     mid[i] = 0.5 * (E0[i] + E1[i]);
     work += S[i] * (E1[i] - E0[i]) * (i < 3 ? 1.0 : 2.0);

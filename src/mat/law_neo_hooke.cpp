@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "mat/law.h"
+#include "mat/voigt.h"
 
 bool law_neo_hooke(const MatLaw& law, bool finite, const double* E, const double* h_n, double* h_np1,
                    bool tangent, LawOutput& out)
@@ -32,14 +33,12 @@ bool law_neo_hooke(const MatLaw& law, bool finite, const double* E, const double
   const double B[6] = {(c1 * c2 - A[4] * A[4]) / det,   (c0 * c2 - A[5] * A[5]) / det,
                        (c0 * c1 - A[3] * A[3]) / det,   (A[5] * A[4] - A[3] * c2) / det,
                        (A[3] * A[5] - c0 * A[4]) / det, (A[3] * A[4] - A[5] * c1) / det};   // C^-1
-  // 11 22 33 12 23 31 as rows and columns
-  static const int at[3][3] = {{0, 3, 5}, {3, 1, 4}, {5, 4, 2}};
-  static const int row[6] = {0, 1, 2, 0, 1, 2}, col[6] = {0, 1, 2, 1, 2, 0};
+  using V = VoigtPlace<3>;
   // mu J^-2/3 C^-1 dev C, with dev C = dev A
   for (int k = 0; k < 6; ++k) {
     double s = 0.0;
     for (int l = 0; l < 3; ++l)
-      s += B[at[row[k]][l]] * (A[at[l][col[k]]] - (l == col[k] ? i1 / 3.0 : 0.0));
+      s += B[six_at[V::row[k]][l]] * (A[six_at[l][V::col[k]]] - (l == V::col[k] ? i1 / 3.0 : 0.0));
     out.S[k] = law.mu * iso * s + K * v * J * B[k];
   }
   if (!tangent) return true;
@@ -47,8 +46,8 @@ bool law_neo_hooke(const MatLaw& law, bool finite, const double* E, const double
   const double both = m * I1 / 3.0 + K * (2.0 * J - 1.0) * J, turn = m * I1 - 2.0 * K * v * J;
   for (int a = 0; a < 6; ++a)
     for (int b = 0; b < 6; ++b) {
-      const int i = row[a], j = col[a], k = row[b], l = col[b];
-      const double sym = 0.5 * (B[at[i][k]] * B[at[j][l]] + B[at[i][l]] * B[at[j][k]]);
+      const int i = V::row[a], j = V::col[a], k = V::row[b], l = V::col[b];
+      const double sym = 0.5 * (B[six_at[i][k]] * B[six_at[j][l]] + B[six_at[i][l]] * B[six_at[j][k]]);
       const double trace = (i == j ? B[b] : 0.0) + (k == l ? B[a] : 0.0);
       out.D[a * 6 + b] = -m * trace + both * B[a] * B[b] + turn * sym;
     }

@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "mat/law.h"
+#include "mat/voigt.h"
 
 namespace {
 
@@ -9,14 +10,8 @@ const int MOST_ITERATIONS = 50;      // for E33 in plane stress; quadratic from 
 // (dE/E)^2: below it the mean stress is exact to rounding (2.14). Plastic flow bends the path, whatever E is
 const double SAME_STRAIN = 1e-14;
 
-// A : B of six tensor components
-double double_dot(const double* A, const double* B)
-{
-  return A[0] * B[0] + A[1] * B[1] + A[2] * B[2] + 2.0 * (A[3] * B[3] + A[4] * B[4] + A[5] * B[5]);
-}
-
-// out = C : E
-void multiply(const double* C, const double* E, double* out)
+// out = C : E of six components
+void six_times(const double* C, const double* E, double* out)
 {
   for (int i = 0; i < 6; ++i) {
     out[i] = 0.0;
@@ -64,12 +59,12 @@ void discrete_gradient(const LawOutput& zero, const LawOutput& one, double gone,
     mean[i] = 0.5 * (E0[i] + E1[i]);
   }
   for (int i = 0; C && i < 36; ++i) C[i] = 0.5 * one.D[i];
-  const double dd = double_dot(d, d);
-  if (dd <= SAME_STRAIN * double_dot(mean, mean)) return;
-  const double a = (one.psi - zero.psi + gone - double_dot(S, d)) / dd;
+  const double dd = six_dot(d, d);
+  if (dd <= SAME_STRAIN * six_dot(mean, mean)) return;
+  const double a = (one.psi - zero.psi + gone - six_dot(S, d)) / dd;
   if (C) {
     double Cd[6], g[6];
-    multiply(one.D, d, Cd);
+    six_times(one.D, d, Cd);
     for (int i = 0; i < 6; ++i) g[i] = (one.S[i] - S[i] - 0.5 * Cd[i] - 2.0 * a * d[i]) / dd;
     for (int i = 0; i < 6; ++i) {
       if (plane_stress && i == 2) continue;
@@ -171,14 +166,14 @@ double law_viscous_work(const MatLaw& law, const double* dE)
   const double zero[6] = {0};
   double S[6] = {0};
   add_viscosity(law, 1.0, zero, dE, S, nullptr);
-  return double_dot(S, dE);
+  return six_dot(S, dE);
 }
 
 bool law_svk(const MatLaw& law, bool, const double* E, const double*, double*, bool tangent, LawOutput& out)
 {
   const double p = law.lam3 * (E[0] + E[1] + E[2]);
   for (int i = 0; i < 6; ++i) out.S[i] = (i < 3 ? p : 0.0) + 2.0 * law.mu * E[i];
-  out.psi = 0.5 * double_dot(out.S, E);
+  out.psi = 0.5 * six_dot(out.S, E);
   if (!tangent) return true;
   for (int i = 0; i < 36; ++i) out.D[i] = 0.0;
   for (int i = 0; i < 3; ++i) {

@@ -6,15 +6,13 @@
 
 #include <Eigen/Eigenvalues>
 
+#include "mat/voigt.h"
+
 namespace {
 
-const double Id[6]   = {1, 1, 1, 0, 0, 0};
-const int voigt_i[6] = {0, 1, 2, 0, 1, 2}, voigt_j[6] = {0, 1, 2, 1, 2, 0};
+using V = VoigtPlace<3>;
 
-double dot(const double A[6], const double B[6])     // A : B
-{
-  return A[0] * B[0] + A[1] * B[1] + A[2] * B[2] + 2.0 * (A[3] * B[3] + A[4] * B[4] + A[5] * B[5]);
-}
+const double Id[6]   = {1, 1, 1, 0, 0, 0};
 
 void add_dyad(double w, const double A[6], double C[36])     // C += w A (x) A
 {
@@ -30,14 +28,8 @@ void add_identity(double w, double C[36])     // C += w times the identity of sy
 // plane components -> six
 void six_of(int dim, const double* E, double E6[6])
 {
-  if (dim == 2) {
-    E6[0] = E[0];
-    E6[1] = E[3];
-    E6[3] = E[1];
-    E6[2] = E6[4] = E6[5] = 0.0;
-  } else {
-    for (int m = 0; m < 6; ++m) E6[m] = E[3 * voigt_i[m] + voigt_j[m]];
-  }
+  if (dim == 2) six_components<2>(E, 0.0, E6);
+  else six_components<3>(E, 0.0, E6);
 }
 
 // the six in the components of the kernel
@@ -76,7 +68,7 @@ void principal(const double E[6], double e[3], double v[3][3])
 void add_intact(const MatLaw& law, const double E[6], double& psi, double S[6], double C[36])
 {
   const double tr = E[0] + E[1] + E[2];
-  psi += 0.5 * law.lam3 * tr * tr + law.mu * dot(E, E);
+  psi += 0.5 * law.lam3 * tr * tr + law.mu * six_dot(E, E);
   for (int m = 0; m < 6; ++m) S[m] += law.lam3 * tr * Id[m] + 2.0 * law.mu * E[m];
   add_dyad(law.lam3, Id, C);
   add_identity(2.0 * law.mu, C);
@@ -105,7 +97,7 @@ void split_rce(const MatLaw& law, const double E[6], const double N[3], SplitOut
   for (int i = 0; i < 3; ++i) tau[i] -= sn * N[i];
   const bool open = sn > 0.0;
   for (int m = 0; m < 6; ++m) {
-    const int i = voigt_i[m], j = voigt_j[m];
+    const int i = V::row[m], j = V::col[m];
     G[m]    = law.lam3 * Id[m] + 2.0 * mu * N[i] * N[j];
     o.Sp[m] = N[i] * tau[j] + tau[i] * N[j] + (open ? sn / M * G[m] : 0.0);
   }
@@ -114,7 +106,7 @@ void split_rce(const MatLaw& law, const double E[6], const double N[3], SplitOut
   auto P = [N](int i, int j) { return (i == j) - N[i] * N[j]; };
   for (int m = 0; m < 6; ++m)
     for (int n = 0; n < 6; ++n) {
-      const int i = voigt_i[m], j = voigt_j[m], k = voigt_i[n], l = voigt_j[n];
+      const int i = V::row[m], j = V::col[m], k = V::row[n], l = V::col[n];
       o.Cp[6 * m + n] = mu * (N[i] * N[k] * P(j, l) + N[i] * N[l] * P(j, k) + N[j] * N[k] * P(i, l) +
                               N[j] * N[l] * P(i, k));
     }
@@ -129,7 +121,7 @@ void split_vd(const MatLaw& law, const double E[6], SplitOut& o)
   double dev[6];
   for (int m = 0; m < 6; ++m) dev[m] = E[m] - tr / 3.0 * Id[m];
   (tr > 0.0 ? o.psi_plus : o.psi_minus) = 0.5 * K * tr * tr;
-  o.psi_plus += law.mu * dot(dev, dev);
+  o.psi_plus += law.mu * six_dot(dev, dev);
   for (int m = 0; m < 6; ++m) {
     (tr > 0.0 ? o.Sp : o.Sm)[m] = K * tr * Id[m];
     o.Sp[m] += 2.0 * law.mu * dev[m];
@@ -151,12 +143,12 @@ void split_spectral(const MatLaw& law, const double E[6], SplitOut& o)
   for (int a = 0; a < 3; ++a) {
     const bool plus = e[a] > 0.0;
     (plus ? o.psi_plus : o.psi_minus) += law.mu * e[a] * e[a];
-    for (int m = 0; m < 6; ++m) vv[m] = v[a][voigt_i[m]] * v[a][voigt_j[m]];
+    for (int m = 0; m < 6; ++m) vv[m] = v[a][V::row[m]] * v[a][V::col[m]];
     for (int m = 0; m < 6; ++m) (plus ? o.Sp : o.Sm)[m] += 2.0 * law.mu * e[a] * vv[m];
     add_dyad(2.0 * law.mu, vv, plus ? o.Cp : o.Cm);
     for (int b = 0; b < a; ++b) {
       for (int m = 0; m < 6; ++m)
-        vv[m] = v[a][voigt_i[m]] * v[b][voigt_j[m]] + v[b][voigt_i[m]] * v[a][voigt_j[m]];
+        vv[m] = v[a][V::row[m]] * v[b][V::col[m]] + v[b][V::row[m]] * v[a][V::col[m]];
       const double hi = std::max(e[a], e[b]), lo = std::min(e[a], e[b]);
       const double theta = hi <= 0.0 ? 0.0 : lo >= 0.0 ? 1.0 : hi / (hi - lo);
       add_dyad(law.mu * theta, vv, o.Cp);
@@ -192,10 +184,10 @@ bool volume(bool finite, const double E[6], double& j, double G[6], double D[36]
     {(c12 * c23 - c31 * c22) / det, (c12 * c31 - c11 * c23) / det, (c11 * c22 - c12 * c12) / det}};
   j = det1 / (1.0 + J);
   for (int m = 0; m < 6; ++m) {
-    const int a = voigt_i[m], b = voigt_j[m];
+    const int a = V::row[m], b = V::col[m];
     G[m] = J * inv[a][b];
     for (int n = 0; n < 6; ++n) {
-      const int k = voigt_i[n], l = voigt_j[n];
+      const int k = V::row[n], l = V::col[n];
       D[6 * m + n] = J * (inv[a][b] * inv[k][l] - inv[a][k] * inv[b][l] - inv[a][l] * inv[b][k]);
     }
   }
@@ -225,8 +217,8 @@ void split_pressure(const MatLaw& law, bool finite, const double E[6], SplitOut&
 bool thickness(bool finite, const double E[6], const double N[3], double& j, double G[6], double D[36])
 {
   std::fill(D, D + 36, 0.0);
-  for (int m = 0; m < 6; ++m) G[m] = N[voigt_i[m]] * N[voigt_j[m]];
-  j = dot(G, E);
+  for (int m = 0; m < 6; ++m) G[m] = N[V::row[m]] * N[V::col[m]];
+  j = six_dot(G, E);
   if (!finite) return true;
   const Eigen::Vector3d n(N[0], N[1], N[2]);
   Eigen::Matrix3d A, cofA, C, inv;
@@ -244,10 +236,10 @@ bool thickness(bool finite, const double E[6], const double N[3], double& j, dou
   const Eigen::Vector3d a = inv * n;
   const double h3 = h * h * h, h5 = h3 * h * h;
   for (int m = 0; m < 6; ++m) {
-    const int r = voigt_i[m], s = voigt_j[m];
+    const int r = V::row[m], s = V::col[m];
     G[m] = h3 * a[r] * a[s];
     for (int k = 0; k < 6; ++k) {
-      const int t = voigt_i[k], u = voigt_j[k];
+      const int t = V::row[k], u = V::col[k];
       D[6 * m + k] = 3.0 * h5 * a[r] * a[s] * a[t] * a[u] -
                      h3 * ((inv(r, t) * a[u] + inv(r, u) * a[t]) * a[s] +
                            (inv(s, t) * a[u] + inv(s, u) * a[t]) * a[r]);
@@ -353,7 +345,7 @@ void split_eroded(const MatLaw& law, int dim, Split split, bool finite, double c
 
   *psi = c * o.psi_plus + o.psi_minus;
   for (int m = 0; m < nv; ++m) {
-    const int k = seen[m], i = voigt_i[k], j = voigt_j[k];
+    const int k = seen[m], i = V::row[k], j = V::col[k];
     S[dim * i + j] = S[dim * j + i] = c * o.Sp[k] + o.Sm[k];
   }
   double D[36];
@@ -379,8 +371,8 @@ bool split_kink(const MatLaw& law, int dim, Split split, bool finite, double c, 
   double E6[6], G6[6], D6[36] = {0};
   six_of(dim, E, E6);
   if (split == SPLIT_RCE) {
-    for (int m = 0; m < 6; ++m) G6[m] = law.lam3 * Id[m] + 2.0 * law.mu * N[voigt_i[m]] * N[voigt_j[m]];
-    kink.j    = dot(G6, E6);
+    for (int m = 0; m < 6; ++m) G6[m] = law.lam3 * Id[m] + 2.0 * law.mu * N[V::row[m]] * N[V::col[m]];
+    kink.j    = six_dot(G6, E6);
     kink.side = 1;
     kink.w    = -(1.0 - c) / (law.lam3 + 2.0 * law.mu);
   } else if (split == SPLIT_CRACK) {
@@ -393,7 +385,7 @@ bool split_kink(const MatLaw& law, int dim, Split split, bool finite, double c, 
     kink.w    = (1.0 - c) * (law.lam3 + 2.0 / 3.0 * law.mu);
   }
   for (int m = 0; m < nv; ++m) {
-    const int i = voigt_i[seen[m]], k = voigt_j[seen[m]];
+    const int i = V::row[seen[m]], k = V::col[seen[m]];
     kink.G[dim * i + k] = kink.G[dim * k + i] = G6[seen[m]];
     for (int n = 0; n < nv; ++n) kink.D[nv * m + n] = D6[6 * seen[m] + seen[n]];
   }

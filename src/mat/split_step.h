@@ -19,13 +19,7 @@
 #include <cmath>
 
 #include "mat/split.h"
-
-template <int D>
-struct VoigtPlace {            // tensor components of the nv strains, engineering shear last
-  static constexpr int nv = D == 2 ? 3 : 6;
-  static constexpr int row[6] = {0, 1, D == 2 ? 0 : 2, 0, 1, 2};
-  static constexpr int col[6] = {0, 1, D == 2 ? 1 : 2, 1, 2, 0};
-};
+#include "mat/voigt.h"
 
 // the step of the strains E0 -> E1 [D*D]
 template <int D>
@@ -66,15 +60,15 @@ inline void add_identity(double a, double* C)
   for (int i = 0; i < nv; ++i) C[i * nv + i] += a * (i < D ? 1.0 : 0.5);
 }
 
-// out = A : d                                                                          [D*D]
+// out = C : d                                                                          [D*D]
 template <int D>
-inline void double_dot(const double* A, const double* d, double* out)
+inline void tangent_times(const double* C, const double* d, double* out)
 {
   using V = VoigtPlace<D>;
   constexpr int nv = V::nv;
   for (int i = 0; i < nv; ++i) {
     double sum = 0.0;
-    for (int j = 0; j < nv; ++j) sum += A[i * nv + j] * d[V::row[j] * D + V::col[j]] * (j < D ? 1.0 : 2.0);
+    for (int j = 0; j < nv; ++j) sum += C[i * nv + j] * d[V::row[j] * D + V::col[j]] * (j < D ? 1.0 : 2.0);
     out[V::row[i] * D + V::col[i]] = out[V::col[i] * D + V::row[i]] = sum;
   }
 }
@@ -96,7 +90,7 @@ inline void ip_discrete(const MatLaw& law, const ErodedLaw& er, const KernelMode
   const double a = (psi1 - psi0 - work) / e.dd;
   if (C) {
     double Cd[D * D], g[D * D];
-    double_dot<D>(Cm, e.d, Cd);
+    tangent_times<D>(Cm, e.d, Cd);
     for (int k = 0; k < D * D; ++k) g[k] = (S1[k] - S[k] - 0.5 * Cd[k] - 2.0 * a * e.d[k]) / e.dd;
     add_identity<D>(a, C);
     add_dyad<D>(1.0, e.d, g, C);
@@ -149,7 +143,7 @@ inline void ip_discrete_kink(const MatLaw& law, const ErodedLaw& er, const Kerne
   const double a = q * rest / e.dd;
   for (int k = 0; k < D * D; ++k) S[k] += a * e.d[k];
   if (!C) return;
-  double_dot<D>(m.D, e.d, Gd);
+  tangent_times<D>(m.D, e.d, Gd);
   for (int k = 0; k < D * D; ++k)
     g[k] = (slope * rest * k1.G[k] + q * (k1.G[k] - m.G[k] - 0.5 * Gd[k]) - 2.0 * a * e.d[k]) / e.dd;
   add_identity<D>(a, C);
