@@ -29,7 +29,7 @@ struct Grains {
 // v = J - 1 (without NLGEOM tr E), ss = s : s of the trial deviator
 Grains flow(const MatLaw& law, bool finite, double v, double ss)
 {
-  const double K = law.lam3 + 2.0 / 3.0 * law.mu, J = finite ? 1.0 + v : 1.0;
+  const double K = bulk_modulus(law), J = finite ? 1.0 + v : 1.0;
   Grains g;
   const double closed = std::min(v, 0.0);
   g.pressure = -K * closed * J;

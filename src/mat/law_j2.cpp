@@ -63,7 +63,7 @@ void note_flow(const MatLaw& law, const Return& r, const double* h_n, double* h_
 bool small_strain(const MatLaw& law, const double* E, const double* h_n, double* h_np1, bool tangent,
                   LawOutput& out)
 {
-  const double K = law.lam3 + 2.0 / 3.0 * law.mu;
+  const double K = bulk_modulus(law);
   const SmallTrial t = small_trial(law, E, h_n);
   const Return r = radial_return(law, std::sqrt(1.5 * t.ss), h_n[HISTORY_EQUIVALENT]);
   for (int i = 0; i < 6; ++i) out.S[i] = r.beta * t.s[i] + (i < 3 ? K * t.tr : 0.0);
@@ -103,7 +103,7 @@ bool law_j2(const MatLaw& law, bool finite, const double* E, const double* h_n, 
             LawOutput& out)
 {
   if (!finite) return small_strain(law, E, h_n, h_np1, tangent, out);
-  const double K = law.lam3 + 2.0 / 3.0 * law.mu;
+  const double K = bulk_modulus(law);
   // 1. trial
   HenckyTrial t;
   if (!hencky_trial(E, h_n, t)) return false;

@@ -12,7 +12,7 @@ bool law_neo_hooke(const MatLaw& law, bool finite, const double* E, const double
                    bool tangent, LawOutput& out)
 {
   if (!finite) return law_svk(law, finite, E, h_n, h_np1, tangent, out);
-  const double K = law.lam3 + 2.0 / 3.0 * law.mu;
+  const double K = bulk_modulus(law);
   // A = C - I = 2 E; invariants of A, so that small strains lose no digits
   double A[6];
   for (int i = 0; i < 6; ++i) A[i] = 2.0 * E[i];

@@ -33,6 +33,9 @@ struct MatLaw {
 
 MatLaw mat_law(const Material& m, Plane plane);
 
+// bulk_modulus : K of three dimensions                                       force/length^2
+inline double bulk_modulus(const MatLaw& law) { return law.lam3 + 2.0 / 3.0 * law.mu; }
+
 // mode_of_law : the mode with the viscous stress of this law                         (2.19)
 inline KernelMode mode_of_law(const KernelMode& mode, const MatLaw& law)
 {

@@ -117,7 +117,7 @@ void split_rce(const MatLaw& law, const double E[6], const double N[3], SplitOut
 // volumetric - deviatoric                                                                  (2.8)
 void split_vd(const MatLaw& law, const double E[6], SplitOut& o)
 {
-  const double K = law.lam3 + 2.0 / 3.0 * law.mu, tr = E[0] + E[1] + E[2];
+  const double K = bulk_modulus(law), tr = E[0] + E[1] + E[2];
   double dev[6];
   for (int m = 0; m < 6; ++m) dev[m] = E[m] - tr / 3.0 * Id[m];
   (tr > 0.0 ? o.psi_plus : o.psi_minus) = 0.5 * K * tr * tr;
@@ -197,7 +197,7 @@ bool volume(bool finite, const double E[6], double& j, double G[6], double D[36]
 // pressure of a loss of volume                                                            (2.10)
 void split_pressure(const MatLaw& law, bool finite, const double E[6], SplitOut& o)
 {
-  const double K = law.lam3 + 2.0 / 3.0 * law.mu;
+  const double K = bulk_modulus(law);
   double j, G[6], D[36];
   if (!volume(finite, E, j, G, D)) {
     o.psi_plus = o.psi_minus = std::numeric_limits<double>::quiet_NaN();
@@ -382,7 +382,7 @@ bool split_kink(const MatLaw& law, int dim, Split split, bool finite, double c, 
   } else {
     if (!volume(finite && split == SPLIT_PRESSURE, E6, kink.j, G6, D6)) return false;
     kink.side = -1;
-    kink.w    = (1.0 - c) * (law.lam3 + 2.0 / 3.0 * law.mu);
+    kink.w    = (1.0 - c) * bulk_modulus(law);
   }
   for (int m = 0; m < nv; ++m) {
     const int i = V::row[seen[m]], k = V::col[seen[m]];
