@@ -6,22 +6,34 @@
 
 namespace {
 
-// one integration point at both ends of the step
+template <int D>
+constexpr int STRAINS = D == 2 ? 4 : 6;                // 11 22 33 12 (23 31)
+
+// an integration point at one end of the step
 template <int D>
 struct BarPoint {
-  double H0[D * D], H1[D * D];
-  double theta0 = 0.0, theta1 = 0.0;   // ln J, without NLGEOM tr H
-  double E0[6], E1[6];                 // Ebar
-  double a0 = 1.0, a1 = 1.0;           // (Jbar/J)^(2/3)
+  const double* H;
+  double theta;                // ln J, without NLGEOM tr H
+  double E[6];                 // Ebar
+  double a;                    // (Jbar/J)^(2/3)
+};
+
+template <int D>
+struct BarEnd {
+  std::vector<BarPoint<D>> point;      // [ngp]
+  double mean;                         // thetabar
 };
 
 // What the kernel needs beside the nodes; kept from call to call, so that nothing is allocated
+template <int D>
 struct Work {
+  BarEnd<D> n, np1;                    // n: only when the mode reads it
   std::vector<double> beta, mean;      // [ngp][nn*dim] d theta/du of the step, [nn*dim] its mean
   std::vector<double> G, CG;           // [6][nn*dim] d Ebar/du, C times it
   std::vector<double> S;               // [ngp][6]
   std::vector<double> C;               // [ngp][36]
   std::vector<double> pressure;        // [ngp] S : Cbar / 3
+  double volume;
 };
 
 template <int D>
@@ -86,21 +98,21 @@ void cofactors(const double* H, double* c)
 
 // d theta / d H of the step, with d theta = theta1 - theta0 exactly when mid                   (1.17)
 template <int D>
-void theta_gradient(const KernelMode& mode, const BarPoint<D>& q, double* g)
+void theta_gradient(const KernelMode& mode, const BarPoint<D>& zero, const BarPoint<D>& one, double* g)
 {
   if (!mode.finite) {
     for (int k = 0; k < D * D; ++k) g[k] = k % (D + 1) == 0 ? 1.0 : 0.0;
     return;
   }
   if (!mode.mid) {
-    cofactors<D>(q.H1, g);
-    for (int k = 0; k < D * D; ++k) g[k] *= std::exp(-q.theta1);
+    cofactors<D>(one.H, g);
+    for (int k = 0; k < D * D; ++k) g[k] *= std::exp(-one.theta);
     return;
   }
   // by C and not by F, so that angular momentum is kept: det C is cubic in C, Simpson's rule exact
   double A0[D * D], A1[D * D], Am[D * D], c0[D * D], c1[D * D], cm[D * D];             // C - I
-  ip_strain<D>(true, q.H0, A0);
-  ip_strain<D>(true, q.H1, A1);
+  ip_strain<D>(true, zero.H, A0);
+  ip_strain<D>(true, one.H, A1);
   for (int k = 0; k < D * D; ++k) {
     Am[k] = A0[k] + A1[k];
     A0[k] *= 2.0;
@@ -110,13 +122,14 @@ void theta_gradient(const KernelMode& mode, const BarPoint<D>& q, double* g)
   cofactors<D>(Am, cm);
   cofactors<D>(A1, c1);
   // the slope of the logarithm between J0^2 and J1^2
-  const double d = 2.0 * (q.theta1 - q.theta0), r = std::expm1(d);
-  const double L = (r == 0.0 ? 1.0 : d / r) * std::exp(-2.0 * q.theta0) / 6.0;
+  const double d = 2.0 * (one.theta - zero.theta), r = std::expm1(d);
+  const double L = (r == 0.0 ? 1.0 : d / r) * std::exp(-2.0 * zero.theta) / 6.0;
   for (int k = 0; k < D * D; ++k) cm[k] = L * (c0[k] + 4.0 * cm[k] + c1[k]);
   for (int i = 0; i < D; ++i)
     for (int j = 0; j < D; ++j) {
       g[i * D + j] = cm[i * D + j];
-      for (int k = 0; k < D; ++k) g[i * D + j] += 0.5 * (q.H0[i * D + k] + q.H1[i * D + k]) * cm[k * D + j];
+      for (int k = 0; k < D; ++k)
+        g[i * D + j] += 0.5 * (zero.H[i * D + k] + one.H[i * D + k]) * cm[k * D + j];
     }
 }
 
@@ -128,48 +141,23 @@ double scale_slope(const KernelMode& mode, double x0, double x1)
   return 2.0 / 3.0 * std::exp((x0 + x1) / 3.0) * (std::fabs(d) < 1e-6 ? 1.0 + d * d / 6.0 : std::sinh(d) / d);
 }
 
+// one end of the step, from its displacement gradients; false: det F <= 0
 template <int D>
-bool strains(const BarGroup& g, bool finite, const double* H, double* E, double* scale)
-{
-  std::vector<double> theta(g.ngp);
-  double mean = 0.0, volume = 0.0;
-  for (int q = 0; q < g.ngp; ++q) {
-    if (!theta_of<D>(finite, &H[q * D * D], theta[q])) return false;
-    mean += g.w[q] * theta[q];
-    volume += g.w[q];
-  }
-  mean /= volume;
-  for (int q = 0; q < g.ngp; ++q) {
-    const double a = strain_bar<D>(finite, &H[q * D * D], mean - theta[q], E + 6 * q);
-    if (scale) scale[q] = std::sqrt(a);
-  }
-  return true;
-}
-
-// gradients, volumes and strains of all points at both ends
-template <int D>
-Status kinematics(const BarGroup& g, const KernelMode& mode, const double* H0, const double* H1,
-                  std::vector<BarPoint<D>>& point, double& mean0, double& mean1)
+bool strains(const BarGroup& g, bool finite, const double* H, BarEnd<D>& end)
 {
   double volume = 0.0;
-  mean0 = mean1 = 0.0;
+  end.mean = 0.0;
+  end.point.resize(g.ngp);
   for (int q = 0; q < g.ngp; ++q) {
-    BarPoint<D>& b = point[q];
-    std::copy_n(H1 + q * D * D, D * D, b.H1);
-    std::copy_n(H0 + q * D * D, D * D, b.H0);
-    if (!theta_of<D>(mode.finite, b.H1, b.theta1) || !theta_of<D>(mode.finite, b.H0, b.theta0))
-      return BAD_JACOBIAN;
-    mean0 += g.w[q] * b.theta0;
-    mean1 += g.w[q] * b.theta1;
+    BarPoint<D>& b = end.point[q];
+    b.H = H + q * D * D;
+    if (!theta_of<D>(finite, b.H, b.theta)) return false;
+    end.mean += g.w[q] * b.theta;
     volume += g.w[q];
   }
-  mean0 /= volume;
-  mean1 /= volume;
-  for (BarPoint<D>& b : point) {
-    b.a0 = strain_bar<D>(mode.finite, b.H0, mean0 - b.theta0, b.E0);
-    b.a1 = strain_bar<D>(mode.finite, b.H1, mean1 - b.theta1, b.E1);
-  }
-  return STATUS_OK;
+  end.mean /= volume;
+  for (BarPoint<D>& b : end.point) b.a = strain_bar<D>(finite, b.H, end.mean - b.theta, b.E);
+  return true;
 }
 
 // out [6] = engineering components of A^T A scaled, A = I + H: C of one end; 33 of a plane problem is 1
@@ -184,42 +172,47 @@ void right_cauchy(const double* H, double* six)
 
 // F of the step: at t(n+1), in the middle; without NLGEOM I
 template <int D>
-void deformation(const KernelMode& mode, const BarPoint<D>& b, double* F)
+void deformation(const KernelMode& mode, const BarPoint<D>& zero, const BarPoint<D>& one, double* F)
 {
   for (int k = 0; k < D * D; ++k)
-    F[k] = !mode.finite ? 0.0 : mode.mid ? 0.5 * (b.H0[k] + b.H1[k]) : b.H1[k];
+    F[k] = !mode.finite ? 0.0 : mode.mid ? 0.5 * (zero.H[k] + one.H[k]) : one.H[k];
   for (int i = 0; i < D; ++i) F[i * D + i] += 1.0;
 }
 
+// a of the step
 template <int D>
-Status form(const BarGroup& g, const KernelMode& mode, const double* H0, const double* H1,
-            const HistoryStep* h, double* re, double* ke)
+double scale_of(const KernelMode& mode, const BarPoint<D>& zero, const BarPoint<D>& one)
 {
-  using V = VoigtPlace<3>;
-  constexpr int rows = D == 2 ? 4 : 6;                 // 11 22 33 12 (23 31)
-  static thread_local Work w;
-  static thread_local std::vector<BarPoint<D>> point;
+  return mode.mid ? 0.5 * (zero.a + one.a) : one.a;
+}
+
+// v = dEbar / d(thetabar - theta) of the step at point q, components of a tensor               [6]
+template <int D>
+void volume_strain(const KernelMode& mode, const Work<D>& w, int q, double* v)
+{
+  for (int i = 0; i < 6; ++i) v[i] = i < 3 ? 1.0 / 3.0 : 0.0;
+  if (!mode.finite) return;
+  const BarPoint<D>&zero = w.n.point[q], &one = w.np1.point[q];
+  double C0[6], C1[6];
+  right_cauchy<D>(one.H, C1);
+  if (mode.mid) right_cauchy<D>(zero.H, C0);
+  const double slope = scale_slope(mode, mode.mid ? w.n.mean - zero.theta : 0.0, w.np1.mean - one.theta);
+  for (int i = 0; i < 6; ++i) v[i] = 0.5 * slope * (mode.mid ? 0.5 * (C0[i] + C1[i]) : C1[i]);
+}
+
+// d theta/du of the step: beta of each point, and its mean
+template <int D>
+void volume_gradients(const BarGroup& g, const KernelMode& mode, Work<D>& w)
+{
   const int nd = g.nn * D;
-  point.resize(g.ngp);
+  w.volume     = 0.0;
   w.beta.resize(static_cast<size_t>(g.ngp) * nd);
   w.mean.assign(nd, 0.0);
-  w.G.resize(static_cast<size_t>(6) * nd);
-  w.CG.resize(static_cast<size_t>(6) * nd);
-  w.S.resize(6 * static_cast<size_t>(g.ngp));
-  w.C.resize(36 * static_cast<size_t>(g.ngp));
-  w.pressure.resize(g.ngp);
-  for (int k = 0; k < nd; ++k) re[k] = 0.0;
-  for (int k = 0; ke && k < pair_count(g.nn) * D * D; ++k) ke[k] = 0.0;
-
-  // 1. strains and the derivatives of the volumes
-  double mean0, mean1, volume = 0.0;
-  const Status status = kinematics<D>(g, mode, H0, H1, point, mean0, mean1);
-  if (status != STATUS_OK) return status;
   for (int q = 0; q < g.ngp; ++q) {
     double grad[D * D];
-    theta_gradient<D>(mode, point[q], grad);
+    theta_gradient<D>(mode, w.n.point[q], w.np1.point[q], grad);
     const double* dN = g.dNdX + static_cast<size_t>(q) * nd;
-    double* beta = &w.beta[static_cast<size_t>(q) * nd];
+    double* beta     = &w.beta[static_cast<size_t>(q) * nd];
     for (int a = 0; a < g.nn; ++a)
       for (int i = 0; i < D; ++i) {
         double sum = 0.0;
@@ -227,125 +220,180 @@ Status form(const BarGroup& g, const KernelMode& mode, const double* H0, const d
         beta[a * D + i] = sum;
         w.mean[a * D + i] += g.w[q] * sum;
       }
-    volume += g.w[q];
+    w.volume += g.w[q];
   }
-  for (double& m : w.mean) m /= volume;
+  for (double& m : w.mean) m /= w.volume;
+}
+
+// S and, when tangent is set, C of all points; false: as law_step
+template <int D>
+bool stresses(const BarGroup& g, const KernelMode& mode, bool old, const HistoryStep* h, bool tangent,
+              Work<D>& w)
+{
+  const double none[6] = {0};
+  w.S.resize(6 * static_cast<size_t>(g.ngp));
+  w.C.resize(36 * static_cast<size_t>(g.ngp));
+  for (int q = 0; q < g.ngp; ++q)
+    if (!law_step(*g.law, mode, old ? w.n.point[q].E : none, w.np1.point[q].E, h[q].n, h[q].np1,
+                  &w.S[6 * static_cast<size_t>(q)], tangent ? &w.C[36 * static_cast<size_t>(q)] : nullptr))
+      return false;
+  return true;
+}
+
+// G = dEbar/du of point q, and its force, which is added to re                               (1.16)
+template <int D>
+void add_force(const BarGroup& g, const KernelMode& mode, int q, Work<D>& w, double* re)
+{
+  using V = VoigtPlace<3>;
+  const int nd = g.nn * D;
+  const double *dN = g.dNdX + static_cast<size_t>(q) * nd, *beta = &w.beta[static_cast<size_t>(q) * nd],
+               *S = &w.S[6 * static_cast<size_t>(q)];
+  const double am = scale_of(mode, w.n.point[q], w.np1.point[q]);
+  double Fb[D * D], v[6];
+  deformation<D>(mode, w.n.point[q], w.np1.point[q], Fb);
+  volume_strain<D>(mode, w, q, v);
+  double p = 0.0;
+  for (int i = 0; i < 6; ++i) p += (i < 3 ? 1.0 : 2.0) * S[i] * v[i];
+  w.pressure[q] = p;
+  for (int i = 3; i < 6; ++i) v[i] *= 2.0;             // engineering shear
+  for (int a = 0; a < g.nn; ++a)
+    for (int k = 0; k < D; ++k) {
+      const int col   = a * D + k;
+      const double* n = dN + a * D;
+      const double d  = w.mean[col] - beta[col];
+      double f = 0.0;
+      for (int i = 0; i < STRAINS<D>; ++i) {
+        const int r = V::row[i], c = V::col[i];
+        double B = 0.0;
+        if (r < D && c < D) B = r == c ? Fb[k * D + r] * n[r] : Fb[k * D + r] * n[c] + Fb[k * D + c] * n[r];
+        const double G = am * B + v[i] * d;
+        w.G[i * nd + col] = G;
+        f += G * S[i];
+      }
+      re[col] += g.w[q] * f;
+    }
+}
+
+// ke += w G^T C G of point q, whose G stands in w
+template <int D>
+void add_stress_tangent(const BarGroup& g, int q, Work<D>& w, double* ke)
+{
+  const int nd    = g.nn * D;
+  const double* C = &w.C[36 * static_cast<size_t>(q)];
+  for (int i = 0; i < STRAINS<D>; ++i)
+    for (int col = 0; col < nd; ++col) {
+      double sum = 0.0;
+      for (int j = 0; j < STRAINS<D>; ++j) sum += C[i * 6 + j] * w.G[j * nd + col];
+      w.CG[i * nd + col] = g.w[q] * sum;
+    }
+  for (int a = 0; a < g.nn; ++a)
+    for (int c = 0; c <= a; ++c) {
+      double* k = ke + pair_place(a, c) * D * D;
+      for (int i = 0; i < D; ++i)
+        for (int j = 0; j < D; ++j) {
+          double sum = 0.0;
+          for (int r = 0; r < STRAINS<D>; ++r) sum += w.G[r * nd + a * D + i] * w.CG[r * nd + c * D + j];
+          k[i * D + j] += sum;
+        }
+    }
+}
+
+// the tangent of the geometry of point q                                                     (1.18)
+template <int D>
+void add_geometric_tangent(const BarGroup& g, const KernelMode& mode, double mean_pressure, int q, Work<D>& w,
+                           double* ke)
+{
+  const int nd     = g.nn * D;
+  const double *dN = g.dNdX + static_cast<size_t>(q) * nd, *beta = &w.beta[static_cast<size_t>(q) * nd];
+  double S[D * D], Fb[D * D];
+  full_tensor<D>(&w.S[6 * static_cast<size_t>(q)], S);
+  deformation<D>(mode, w.n.point[q], w.np1.point[q], Fb);
+  const double am = scale_of(mode, w.n.point[q], w.np1.point[q]), cg = mode.cG();
+  const double p = w.pressure[q], kappa = cg * g.w[q] * (mean_pressure - p);
+  double* qa = w.G.data();                             // [nn*dim] w cg 2/3 a Fb S dN_a
+  double* sn = w.CG.data();                            // [nn*dim] w cg a S dN_a
+  for (int a = 0; a < g.nn; ++a) {
+    for (int i = 0; i < D; ++i) {
+      double sum = 0.0;
+      for (int j = 0; j < D; ++j) sum += S[i * D + j] * dN[a * D + j];
+      sn[a * D + i] = g.w[q] * cg * am * sum;
+    }
+    for (int i = 0; i < D; ++i) {
+      double sum = 0.0;
+      for (int j = 0; j < D; ++j) sum += Fb[i * D + j] * sn[a * D + j];
+      qa[a * D + i] = 2.0 / 3.0 * sum;
+    }
+  }
+  for (int a = 0; a < g.nn; ++a)
+    for (int c = 0; c <= a; ++c) {
+      double* k  = ke + pair_place(a, c) * D * D;
+      double geo = 0.0;
+      for (int j = 0; j < D; ++j) geo += sn[a * D + j] * dN[c * D + j];
+      for (int i = 0; i < D; ++i) {
+        const double da = w.mean[a * D + i] - beta[a * D + i];
+        for (int j = 0; j < D; ++j) {
+          const double dc = w.mean[c * D + j] - beta[c * D + j];
+          k[i * D + j] += qa[a * D + i] * dc + da * qa[c * D + j] + 2.0 / 3.0 * cg * g.w[q] * p * da * dc -
+                          kappa * beta[a * D + j] * beta[c * D + i];
+        }
+        k[i * D + i] += geo;
+      }
+    }
+}
+
+template <int D>
+Status form(const BarGroup& g, const KernelMode& mode, const double* H0, const double* H1,
+            const HistoryStep* h, double* re, double* ke)
+{
+  static thread_local Work<D> w;
+  const int nd   = g.nn * D;
+  const bool old = mode_reads_old(mode, *g.law);
+  std::fill_n(re, nd, 0.0);
+  if (ke) std::fill_n(ke, pair_count(g.nn) * D * D, 0.0);
+
+  // 1. strains and the derivatives of the volumes
+  w.n.point.resize(g.ngp);
+  if (!strains<D>(g, mode.finite, H1, w.np1) || (old && !strains<D>(g, mode.finite, H0, w.n)))
+    return BAD_JACOBIAN;
+  volume_gradients<D>(g, mode, w);
 
   // 2. stresses
-  double mean_pressure = 0.0;
-  for (int q = 0; q < g.ngp; ++q) {
-    BarPoint<D>& b = point[q];
-    double* S = &w.S[6 * static_cast<size_t>(q)];
-    if (!law_step(*g.law, mode, b.E0, b.E1, h[q].n, h[q].np1, S,
-                  ke ? &w.C[36 * static_cast<size_t>(q)] : nullptr))
-      return BAD_JACOBIAN;
-  }
+  if (!stresses<D>(g, mode, old, h, ke, w)) return BAD_JACOBIAN;
 
   // 3. force, and the tangent of the stresses
+  double mean_pressure = 0.0;
+  w.G.resize(static_cast<size_t>(6) * nd);
+  w.CG.resize(static_cast<size_t>(6) * nd);
+  w.pressure.resize(g.ngp);
   for (int q = 0; q < g.ngp; ++q) {
-    const BarPoint<D>& b = point[q];
-    const double *dN = g.dNdX + static_cast<size_t>(q) * nd, *beta = &w.beta[static_cast<size_t>(q) * nd],
-                 *S = &w.S[6 * static_cast<size_t>(q)];
-    double Fb[D * D], v[6] = {1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0, 0, 0, 0};     // v: dEbar / d(thetabar - theta)
-    double am = 1.0;
-    deformation<D>(mode, b, Fb);
-    if (mode.finite) {
-      double C1[6], C0[6];
-      right_cauchy<D>(b.H1, C1);
-      right_cauchy<D>(b.H0, C0);
-      const double slope = scale_slope(mode, mean0 - b.theta0, mean1 - b.theta1);
-      am = mode.mid ? 0.5 * (b.a0 + b.a1) : b.a1;
-      for (int i = 0; i < 6; ++i) v[i] = 0.5 * slope * (mode.mid ? 0.5 * (C0[i] + C1[i]) : C1[i]);
-      double p = 0.0;
-      for (int i = 0; i < 6; ++i) p += (i < 3 ? 1.0 : 2.0) * S[i] * v[i];
-      w.pressure[q] = p;
-      mean_pressure += g.w[q] * p / volume;
-    }
-    for (int i = 3; i < 6; ++i) v[i] *= 2.0;           // engineering shear
-    for (int a = 0; a < g.nn; ++a)
-      for (int k = 0; k < D; ++k) {
-        const int col = a * D + k;
-        const double* n = dN + a * D;
-        const double d = w.mean[col] - beta[col];
-        double f = 0.0;
-        for (int i = 0; i < rows; ++i) {
-          const int r = V::row[i], c = V::col[i];
-          double B = 0.0;
-          if (r < D && c < D) B = r == c ? Fb[k * D + r] * n[r] : Fb[k * D + r] * n[c] + Fb[k * D + c] * n[r];
-          const double G = am * B + v[i] * d;
-          w.G[i * nd + col] = G;
-          f += G * S[i];
-        }
-        re[col] += g.w[q] * f;
-      }
-    if (!ke) continue;
-    const double* C = &w.C[36 * static_cast<size_t>(q)];
-    for (int i = 0; i < rows; ++i)
-      for (int col = 0; col < nd; ++col) {
-        double sum = 0.0;
-        for (int j = 0; j < rows; ++j) sum += C[i * 6 + j] * w.G[j * nd + col];
-        w.CG[i * nd + col] = g.w[q] * sum;
-      }
-    for (int a = 0; a < g.nn; ++a)
-      for (int c = 0; c <= a; ++c) {
-        double* k = ke + pair_place(a, c) * D * D;
-        for (int i = 0; i < D; ++i)
-          for (int j = 0; j < D; ++j) {
-            double sum = 0.0;
-            for (int r = 0; r < rows; ++r) sum += w.G[r * nd + a * D + i] * w.CG[r * nd + c * D + j];
-            k[i * D + j] += sum;
-          }
-      }
+    add_force<D>(g, mode, q, w, re);
+    if (ke) add_stress_tangent<D>(g, q, w, ke);
+    mean_pressure += g.w[q] * w.pressure[q] / w.volume;
   }
   if (!ke || !mode.finite) return STATUS_OK;
 
-  // 4. the tangent of the geometry                                                         (1.18)
-  for (int q = 0; q < g.ngp; ++q) {
-    const BarPoint<D>& b = point[q];
-    const double *dN = g.dNdX + static_cast<size_t>(q) * nd, *beta = &w.beta[static_cast<size_t>(q) * nd];
-    double S[D * D], Fb[D * D];
-    full_tensor<D>(&w.S[6 * static_cast<size_t>(q)], S);
-    deformation<D>(mode, b, Fb);
-    const double am = mode.mid ? 0.5 * (b.a0 + b.a1) : b.a1, cg = mode.cG();
-    const double p = w.pressure[q], kappa = cg * g.w[q] * (mean_pressure - p);
-    double* qa = w.G.data();                           // [nn*dim] w cg 2/3 a Fb S dN_a
-    double* sn = w.CG.data();                          // [nn*dim] w cg a S dN_a
-    for (int a = 0; a < g.nn; ++a) {
-      for (int i = 0; i < D; ++i) {
-        double sum = 0.0;
-        for (int j = 0; j < D; ++j) sum += S[i * D + j] * dN[a * D + j];
-        sn[a * D + i] = g.w[q] * cg * am * sum;
-      }
-      for (int i = 0; i < D; ++i) {
-        double sum = 0.0;
-        for (int j = 0; j < D; ++j) sum += Fb[i * D + j] * sn[a * D + j];
-        qa[a * D + i] = 2.0 / 3.0 * sum;
-      }
-    }
-    for (int a = 0; a < g.nn; ++a)
-      for (int c = 0; c <= a; ++c) {
-        double* k = ke + pair_place(a, c) * D * D;
-        double geo = 0.0;
-        for (int j = 0; j < D; ++j) geo += sn[a * D + j] * dN[c * D + j];
-        for (int i = 0; i < D; ++i) {
-          const double da = w.mean[a * D + i] - beta[a * D + i];
-          for (int j = 0; j < D; ++j) {
-            const double dc = w.mean[c * D + j] - beta[c * D + j];
-            k[i * D + j] += qa[a * D + i] * dc + da * qa[c * D + j] + 2.0 / 3.0 * cg * g.w[q] * p * da * dc -
-                            kappa * beta[a * D + j] * beta[c * D + i];
-          }
-          k[i * D + i] += geo;
-        }
-      }
-  }
+  // 4. the tangent of the geometry
+  for (int q = 0; q < g.ngp; ++q) add_geometric_tangent<D>(g, mode, mean_pressure, q, w, ke);
   return STATUS_OK;
+}
+
+template <int D>
+bool all_strains(const BarGroup& g, bool finite, const double* H, double* E, double* scale)
+{
+  BarEnd<D> end;
+  if (!strains<D>(g, finite, H, end)) return false;
+  for (int q = 0; q < g.ngp; ++q) {
+    std::copy_n(end.point[q].E, 6, E + 6 * q);
+    if (scale) scale[q] = std::sqrt(end.point[q].a);
+  }
+  return true;
 }
 
 }  // namespace
 
 bool bar_strains(const BarGroup& g, bool finite, const double* H, double* E, double* scale)
 {
-  return g.dim == 2 ? strains<2>(g, finite, H, E, scale) : strains<3>(g, finite, H, E, scale);
+  return g.dim == 2 ? all_strains<2>(g, finite, H, E, scale) : all_strains<3>(g, finite, H, E, scale);
 }
 
 Status bar_form(const BarGroup& g, const KernelMode& mode, const double* H0, const double* H1,

@@ -31,7 +31,7 @@ struct BarGroup {
 bool bar_strains(const BarGroup& g, bool finite, const double* H, double* E, double* scale);
 
 // bar_form : force and, unless ke is null, tangent of a group
-//   in   H0, H1   displacement gradients at t(n), t(n+1) [ngp][dim*dim]
+//   in   H0, H1   displacement gradients at t(n), t(n+1) [ngp][dim*dim]; H0: when mode_reads_old
 //        h        history of each integration point     [ngp]
 //   out  re       [nn*dim];  ke [pairs a >= b][dim*dim]
 //   BAD_JACOBIAN: det F(n+1) <= 0

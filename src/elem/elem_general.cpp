@@ -15,13 +15,14 @@ Status form(const ElemBlock& b, size_t slot, const ErodedLaw* broken, const Kern
   const double *dNdX = &b.dNdX[first * N * D], *w = &b.w[first];
   const bool split = broken && !broken_keeps_history(*broken);
   const MatLaw law = broken && !split ? law_broken(b.law, *broken) : b.law;
+  const bool old   = split ? mode.mid : mode_reads_old(mode, law);
   for (int k = 0; k < N * D; ++k) re[k] = 0.0;
   for (int k = 0; ke && k < pair_count(N) * D * D; ++k) ke[k] = 0.0;
   for (int g = 0; g < NGP; ++g) {
     const double* dN = dNdX + g * N * D;
     double H0[D * D] = {0}, H1[D * D], Fb[D * D], S[D * D], C[nv * nv], B[N * nv * D], CB[N * nv * D];
     ip_gradient<D, N>(dN, N, u1, H1);
-    if (!split || mode.mid) ip_gradient<D, N>(dN, N, u0, H0);
+    if (old) ip_gradient<D, N>(dN, N, u0, H0);
     if (split) {
       ip_broken<D>(b.law, *broken, mode, H0, H1, Fb, S, ke ? C : nullptr);
     } else if (ip_general<D>(law, mode, H0, H1, h[g].n, h[g].np1, Fb, S, ke ? C : nullptr) != STATUS_OK) {
@@ -50,10 +51,11 @@ Status elem_form_general(const ElemBlock& b, size_t slot, const ErodedLaw* broke
     if (!b.bar || broken) return form<z.D, z.N, z.NGP>(b, slot, broken, mode, u0, u1, h, re, ke);
     const size_t first = b.gauss(slot);
     const double* dNdX = &b.dNdX[first * z.N * z.D];
+    const bool old = mode_reads_old(mode, b.law);
     double H0[z.NGP * z.D * z.D], H1[z.NGP * z.D * z.D];
     for (int g = 0; g < z.NGP; ++g) {
-      ip_gradient<z.D, z.N>(dNdX + g * z.N * z.D, z.N, u0, H0 + g * z.D * z.D);
       ip_gradient<z.D, z.N>(dNdX + g * z.N * z.D, z.N, u1, H1 + g * z.D * z.D);
+      if (old) ip_gradient<z.D, z.N>(dNdX + g * z.N * z.D, z.N, u0, H0 + g * z.D * z.D);
     }
     return bar_form({z.D, z.NGP, z.N, dNdX, &b.w[first], &b.law}, mode, H0, H1, h, re, ke);
   });

@@ -17,7 +17,7 @@ struct HistoryStep {
 };
 
 // Fb, S [D*D] and, unless C is null, C [nv*nv] of intact or granular material from the displacement
-// gradients at t(n) and t(n+1); det F of granular material is not asked for
+// gradients at t(n), when mode_reads_old, and t(n+1); det F of granular material is not asked for
 template <int D>
 inline Status ip_general(const MatLaw& law, const KernelMode& mode, const double* H0, const double* H1,
                          const double* h_n, double* h_np1, double* Fb, double* S, double* C)
@@ -27,8 +27,10 @@ inline Status ip_general(const MatLaw& law, const KernelMode& mode, const double
   if (mode.finite && law.kind != LAW_GRANULAR && !(ip_det<D>(H1) > 0.0)) return BAD_JACOBIAN;
   ip_strain<D>(mode.finite, H1, E);
   six_components<D>(E, 0.0, E1);
-  ip_strain<D>(mode.finite, H0, E);
-  six_components<D>(E, 0.0, E0);
+  if (mode_reads_old(mode, law)) {
+    ip_strain<D>(mode.finite, H0, E);
+    six_components<D>(E, 0.0, E0);
+  }
   if (!law_step(law, mode, E0, E1, h_n, h_np1, S6, C ? C6 : nullptr)) return BAD_JACOBIAN;
   full_tensor<D>(S6, S);
   if (C) {

@@ -39,6 +39,12 @@ HistoryStep history_of(const PointLaws& law, const Level& l0, Level& l1, int p)
   return law.history ? HistoryStep{&l0.hp[at], &l1.hp[at]} : HistoryStep();
 }
 
+// does the law of point p read the displacements at t(n)?
+bool reads_old(const Points& pts, const PointLaws& law, const KernelMode& mode, int p)
+{
+  return mode_reads_old(mode, law.body[pts.body[p]]);
+}
+
 // calls pack(points, n) for n <= PACK intact points of one body and number of corners, repeated to PACK, and
 // one(p) for broken ones and those of general laws, but for those in groups
 template <class UsePack, class UseOne>
@@ -119,14 +125,15 @@ template <int D>
 struct Group {
   RealVec H0, H1, dNdX, V0;
   std::vector<HistoryStep> history;
-  Group(const Points& pts, const PointLaws& law, const Level& l0, Level& l1, int k)
+  Group(const Points& pts, const PointLaws& law, const KernelMode& mode, const Level& l0, Level& l1, int k)
   {
-    const int n = law.group.count(k);
+    const int n    = law.group.count(k);
+    const bool old = reads_old(pts, law, mode, law.group.begin(k)[0]);
     H0.resize(static_cast<size_t>(n) * D * D);
     H1.resize(H0.size());
     for (int i = 0; i < n; ++i) {
       const int p = law.group.begin(k)[i];
-      gradient<D>(pts, l0.uc, p, &H0[i * D * D]);
+      if (old) gradient<D>(pts, l0.uc, p, &H0[i * D * D]);
       gradient<D>(pts, l1.uc, p, &H1[i * D * D]);
       V0.push_back(pts.V0[p]);
       history.push_back(history_of(law, l0, l1, p));
@@ -156,7 +163,7 @@ template <int D>
 Status group_force(const Points& pts, const PointLaws& law, const KernelMode& mode, const Level& l0,
                    Level& l1, int k, RealVec& fc)
 {
-  Group<D> group(pts, law, l0, l1, k);
+  Group<D> group(pts, law, mode, l0, l1, k);
   const int* point = law.group.begin(k);
   IntVec corner;
   for (int i = 0; i < law.group.count(k); ++i) {
@@ -189,7 +196,7 @@ Status corner_force(const Model& m, const Points& pts, const PointLaws& law, con
     load_points<D>(pts, point, nen, G, V0);
     load_ends<D>(pts, point, nen, l1.uc, u);
     ip_gradient<D, 0>(G, nen, u, H1);
-    if (mode_reads_old(mode, law.body[pts.body[point[0]]])) {
+    if (reads_old(pts, law, mode, point[0])) {
       load_ends<D>(pts, point, nen, l0.uc, u);
       ip_gradient<D, 0>(G, nen, u, H0);
     }
@@ -205,7 +212,7 @@ Status corner_force(const Model& m, const Points& pts, const PointLaws& law, con
   }, [&](int p) {
     double H0[D * D] = {0}, H1[D * D], Fb[D * D], S[D * D], re[8 * D] = {0};
     gradient<D>(pts, l1.uc, p, H1);
-    gradient<D>(pts, l0.uc, p, H0);
+    if (reads_old(pts, law, mode, p)) gradient<D>(pts, l0.uc, p, H0);
     if (form_one<D>(m, pts, law, mode, l0, l1, p, H0, H1, Fb, S, nullptr) != STATUS_OK) {
       *worst = p;
       status = BAD_JACOBIAN;
@@ -228,7 +235,7 @@ void tangent_pack(const Points& pts, const PointLaws& law, const KernelMode& mod
 {
   const int n = g.point.count(point[0]);
   const MatLaw& of_body = law.body[pts.body[point[0]]];
-  const bool old        = mode_reads_old(mode, of_body);
+  const bool old        = reads_old(pts, law, mode, point[0]);
   Pack dS[POINT_PACK_NODES * D], f[POINT_PACK_NODES * D], V0, H0[D * D] = {}, H1[D * D], Fb[D * D], S[D * D];
   for (int l = 0; l < PACK; ++l) {
     const double* from = &g.dS[static_cast<size_t>(g.point.off[point[l]]) * D];
@@ -275,7 +282,7 @@ void tangent(const Model& m, const Points& pts, const PointLaws& law, const Kern
   double H0[D * D] = {0}, H1[D * D], Fb[D * D], S[D * D];
   const MatLaw& of_body = law.body[pts.body[p]];
   gradient<D>(pts, l1.uc, p, H1);
-  gradient<D>(pts, l0.uc, p, H0);
+  if (reads_old(pts, law, mode, p)) gradient<D>(pts, l0.uc, p, H0);
   const int first = g.point.off[p], n = g.point.count(p);
   const double* dS = &g.dS[static_cast<size_t>(first) * D];
   for (int k = 0; k < pair_count(n) * D * D; ++k) ke[k] = 0.0;
@@ -296,7 +303,7 @@ template <int D>
 void group_tangent(const Points& pts, const PointLaws& law, const KernelMode& mode, const Level& l0,
                    Level& l1, const ActiveGrid& g, int k, int n, const int* row, int first, double* ke)
 {
-  Group<D> group(pts, law, l0, l1, k);
+  Group<D> group(pts, law, mode, l0, l1, k);
   const int* point = law.group.begin(k);
   group.set_nodes(n, row, [&](int i, auto use) {
     for (int a = g.point.off[point[i]]; a < g.point.off[point[i] + 1]; ++a)
