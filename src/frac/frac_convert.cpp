@@ -54,7 +54,7 @@ Mat3 matrix(const double* F) { return Eigen::Map<const Eigen::Matrix<double, 3, 
 
 bool yields(const Model& m, const Points& pts, int p)
 {
-  return pts.broken[p] < 0 && m.material[m.body[pts.body[p]].material].law == LAW_J2;
+  return pts.broken[p] < 0 && point_material(m, pts, p).law == LAW_J2;
 }
 
 // Elastic deformation be = Fbar Cp^-1 Fbar^T of a Gauss point or a point of plastic material: what its stress

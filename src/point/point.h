@@ -147,6 +147,12 @@ RealVec point_corner_momentum(const Points& pts, int dim, const RealVec& vc, con
 // point_velocities : v_p = sum_c w_c v_c
 void point_velocities(const Points& pts, int dim, const RealVec& vc, RealVec& vp);
 
+// point_material : of the body of point p
+inline const Material& point_material(const Model& m, const Points& pts, int p)
+{
+  return m.material[m.body[pts.body[p]].material];
+}
+
 // point_ip_fields : results of a point; of l displacements of corners and degradation are read
 void point_ip_fields(const Model& m, const Points& pts, const Level& l, int p, IpFields& out);
 

@@ -8,11 +8,6 @@
 
 namespace {
 
-const Material& body_material(const Model& m, const State& st, int point)
-{
-  return m.material[m.body[st.points.body[point]].material];
-}
-
 // smallest principal stretch of the last accepted state, of St.Venant-Kirchhoff material; 1: there is none
 double smallest_stretch(const Model& m, const Elements& el, const State& st)
 {
@@ -34,7 +29,7 @@ double smallest_stretch(const Model& m, const Elements& el, const State& st)
       }
   }
   for (int q = 0; q < st.points.npoint; ++q) {
-    if (body_material(m, st, q).law != LAW_SVK) continue;
+    if (point_material(m, st.points, q).law != LAW_SVK) continue;
     point_ip_fields(m, st.points, st.n, q, f);
     look();
   }
@@ -233,7 +228,7 @@ std::string step_explain(const Problem& p, const Failure& f)
   }
   if (status == BAD_JACOBIAN && f.index >= 0) {
     const bool is_point = f.at == AT_POINT;
-    const Material& material = is_point ? body_material(m, p.st, f.index)
+    const Material& material = is_point ? point_material(m, p.st.points, f.index)
                                         : m.material[m.section[m.mesh.elem_section[f.index]].material];
     std::snprintf(text, sizeof text,
                   "%s %d turned inside out (det F <= 0)%s: check the load, or take smaller increments",

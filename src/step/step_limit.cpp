@@ -65,7 +65,7 @@ Compressed compressed(const Model& m, const Elements& el, const State& st)
       c.elements += beyond;
     }
   for (int q = 0; q < st.points.npoint; ++q) {
-    if (st.points.broken[q] >= 0 || m.material[m.body[st.points.body[q]].material].law != LAW_SVK) continue;
+    if (st.points.broken[q] >= 0 || point_material(m, st.points, q).law != LAW_SVK) continue;
     point_ip_fields(m, st.points, st.n, q, f);
     c.points += note(c, f, q, true);
   }
