@@ -247,7 +247,7 @@ void elem_ip_fields(const Model& m, const Elements& el, const Level& l, bool nlg
     double strain[48], scale[8];
     const MatLaw law = broken ? law_broken(b.law, er) : b.law;
     general_strains(m, b, law.bar, slot, l.u, nlgeom, strain, scale);
-    const double* h = el.history ? &l.he[static_cast<size_t>(el.gauss_of[e] + g) * el.history] : nullptr;
+    const double* h = history_at(l.he, el.history, el.gauss_of[e] + g);
     ip_general_from(law, nlgeom, strain + 6 * g, scale[g], h, out);
     return;
   }
@@ -280,7 +280,7 @@ double elem_energy_one(const Model& m, const Elements& el, int e, const Level& l
   const ErodedLaw er = broken ? elem_broken_law(m, el, e, c) : ErodedLaw();
   if (broken ? broken_keeps_history(er) : b.general) {
     const MatLaw law = broken ? law_broken(b.law, er) : b.law;
-    const double* h  = el.history ? &l.he[static_cast<size_t>(el.gauss_of[e]) * el.history] : nullptr;
+    const double* h  = history_at(l.he, el.history, el.gauss_of[e]);
     return general_energy(m, b, law, el.slot_of[e], l.u, nlgeom, h, el.history);
   }
   const ErodedLaw* law = broken ? &er : nullptr;
@@ -294,7 +294,7 @@ double elem_plastic(const Elements& el, const Level& l)
   if (el.history <= HISTORY_DISSIPATED) return sum;
   for (const ElemBlock& b : el.block)
     for (int s : elem_owned(b)) {
-      const double* h = &l.he[static_cast<size_t>(el.gauss_of[b.elem[s]]) * el.history];
+      const double* h = history_at(l.he, el.history, el.gauss_of[b.elem[s]]);
       for (int g = 0; g < shape_info[b.shape].ngp; ++g)
         sum += b.w[b.gauss(s) + g] * h[g * el.history + HISTORY_DISSIPATED];
     }

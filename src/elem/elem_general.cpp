@@ -38,10 +38,8 @@ Status form(const ElemBlock& b, size_t slot, const ErodedLaw* broken, const Kern
 
 void elem_history(const Elements& el, const Level& l0, Level& l1, int e, HistoryStep* h)
 {
-  for (int k = el.gauss_of[e]; k < el.gauss_of[e + 1] && el.history; ++k) {
-    const size_t at = static_cast<size_t>(k) * el.history;
-    *h++ = {&l0.he[at], &l1.he[at]};
-  }
+  for (int k = el.gauss_of[e]; k < el.gauss_of[e + 1]; ++k)
+    *h++ = {history_at(l0.he, el.history, k), history_at(l1.he, el.history, k)};
 }
 
 Status elem_form_general(const ElemBlock& b, size_t slot, const ErodedLaw* broken, const KernelMode& mode,

@@ -68,11 +68,11 @@ Mat3 elastic_metric(const IpFields& f, const double* h)
 // the plastic deformation with which point p has this elastic one
 void set_elastic(const Model& m, int p, const Mat3& be, State& st)
 {
-  const size_t n = st.n.hp.size() / static_cast<size_t>(st.points.npoint);
+  const size_t n = point_history_size(st.points, st.n);
   IpFields f;
   point_ip_fields(m, st.points, st.n, p, f);
   const Mat3 inv = matrix(f.Fbar).inverse(), C = inv * be * inv.transpose() - Mat3::Identity();
-  double* h = &st.n.hp[p * n + HISTORY_PLASTIC];
+  double* h = history_at(st.n.hp, n, p) + HISTORY_PLASTIC;
   using V = VoigtPlace<3>;
   for (int k = 0; k < 6; ++k) h[k] = 0.5 * (C(V::row[k], V::col[k]) + C(V::col[k], V::row[k]));
 }
@@ -105,8 +105,8 @@ void pass_history(const Model& m, const Elements& el, int e, int first, State& s
   IpFields f;
   for (int p = first; p < st.points.npoint; ++p) {
     const int g     = nearest_gauss(m, el, e, st.points, p);
-    const double* h = &st.n.he[(el.gauss_of[e] + g) * n];
-    std::copy_n(h, n, &st.n.hp[p * n]);
+    const double* h = history_at(st.n.he, n, el.gauss_of[e] + g);
+    std::copy_n(h, n, history_at(st.n.hp, n, p));
     if (!yields(m, st.points, p)) continue;
     elem_ip_fields(m, el, st.n, true, e, g, f);
     be[p] = elastic_metric(f, h);
@@ -117,12 +117,12 @@ void pass_history(const Model& m, const Elements& el, int e, int first, State& s
 void note_elastic(const Model& m, const State& st, std::map<int, Mat3>& be)
 {
   if (st.n.hp.empty()) return;
-  const size_t n = st.n.hp.size() / static_cast<size_t>(st.points.npoint);
+  const size_t n = point_history_size(st.points, st.n);
   IpFields f;
   for (int p = 0; p < st.points.npoint; ++p) {
     if (st.points.parent[p] < 0 || !yields(m, st.points, p)) continue;
     point_ip_fields(m, st.points, st.n, p, f);
-    be[p] = elastic_metric(f, &st.n.hp[p * n]);
+    be[p] = elastic_metric(f, history_at(st.n.hp, n, p));
   }
 }
 

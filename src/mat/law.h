@@ -24,6 +24,13 @@ enum HistoryPlace {
   HISTORY_DISSIPATED = 7       // energy dissipated so far / volume at t = 0          force/length^2
 };
 
+// history_at : that of the k-th integration point in h, size numbers each; null when laws keep none
+inline double* history_at(RealVec& h, size_t size, int k) { return size ? &h[k * size] : nullptr; }
+inline const double* history_at(const RealVec& h, size_t size, int k)
+{
+  return size ? &h[k * size] : nullptr;
+}
+
 struct LawOutput {
   double psi;                  // stored energy / volume at t = 0                     force/length^2
   double S[6];                 // stress                                              force/length^2

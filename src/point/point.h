@@ -147,6 +147,12 @@ RealVec point_corner_momentum(const Points& pts, int dim, const RealVec& vc, con
 // point_velocities : v_p = sum_c w_c v_c
 void point_velocities(const Points& pts, int dim, const RealVec& vc, RealVec& vp);
 
+// point_history_size : numbers that each point keeps in the level
+inline size_t point_history_size(const Points& pts, const Level& l)
+{
+  return pts.npoint ? l.hp.size() / pts.npoint : 0;
+}
+
 // point_material : of the body of point p
 inline const Material& point_material(const Model& m, const Points& pts, int p)
 {

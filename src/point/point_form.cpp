@@ -35,8 +35,7 @@ bool is_general(const Points& pts, const PointLaws& law, int p)
 // history of point p at both ends of the step
 HistoryStep history_of(const PointLaws& law, const Level& l0, Level& l1, int p)
 {
-  const size_t at = static_cast<size_t>(p) * law.history;
-  return law.history ? HistoryStep{&l0.hp[at], &l1.hp[at]} : HistoryStep();
+  return {history_at(l0.hp, law.history, p), history_at(l1.hp, law.history, p)};
 }
 
 // does the law of point p read the displacements at t(n)?
@@ -446,8 +445,7 @@ void point_fields(const Model& m, const Points& pts, const Level& l, int p, doub
     const MatLaw of = broken ? law_broken(law, er) : law;
     if (m.dim == 2) general_strain<2>(pts, of, l.uc, p, E, &scale);
     else general_strain<3>(pts, of, l.uc, p, E, &scale);
-    const size_t history = l.hp.size() / pts.npoint;
-    ip_general_from(of, true, E, scale, history ? &l.hp[p * history] : nullptr, out);
+    ip_general_from(of, true, E, scale, history_at(l.hp, point_history_size(pts, l), p), out);
     return;
   }
   ip_fields_from(law, m.dim, true, broken ? &er : nullptr, out);
@@ -480,10 +478,10 @@ double point_viscous_loss(const Points& pts, int dim, const PointLaws& law, cons
 
 double point_plastic(const Points& pts, const Level& l, const IntVec& mine)
 {
-  const size_t history = pts.npoint ? l.hp.size() / pts.npoint : 0;
+  const size_t history = point_history_size(pts, l);
   double sum = 0.0;
   if (history <= HISTORY_DISSIPATED) return sum;
-  for (int p : mine) sum += pts.V0[p] * l.hp[p * history + HISTORY_DISSIPATED];
+  for (int p : mine) sum += pts.V0[p] * history_at(l.hp, history, p)[HISTORY_DISSIPATED];
   return sum;
 }
 

@@ -60,8 +60,8 @@ void add_rest(const Model& m, const Elements& el, const State& st, const Step& s
       const ErodedLaw bare = elem_broken_law(m, el, e, 0.0);
       double scratch[8 * MAX_HISTORY];
       HistoryStep h[8];
-      for (int g = 0; g < shape_info[b.shape].ngp && el.history; ++g)
-        h[g] = {&st.n.he[static_cast<size_t>(el.gauss_of[e] + g) * el.history], scratch + g * MAX_HISTORY};
+      for (int g = 0; g < shape_info[b.shape].ngp; ++g)
+        h[g] = {history_at(st.n.he, el.history, el.gauss_of[e] + g), scratch + g * MAX_HISTORY};
       elem_form_general(b, slot, &law, mode, u, u, h, with, nullptr);
       elem_form_general(b, slot, &bare, mode, u, u, h, without, nullptr);
       for (int k = 0; k < nen * dim; ++k) piece[root[node[k / dim]]].rest[k % dim] += with[k] - without[k];
