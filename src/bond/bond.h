@@ -21,12 +21,16 @@ struct BondFace {
   Face face;
 };
 
-// bond_rebuild : bonds of the interfaces that conversion has made, and slave points of contact on points that
-// were elements, from scratch; slips and multipliers of bonds that were there before are kept. Bonds of the
+// bond_skin : places of general contact at the nodes of these faces and between them. Each side carries half:
+// their area is half of what belongs to them.
+void bond_skin(const Model& m, const Points& pts, const std::vector<SkinFace>& skin, Bonds& bonds);
+
+// bond_rebuild : bonds of the interfaces that conversion has made, slave points of contact on points that
+// were elements, and those of general contact, from scratch; slips and multipliers of bonds that were there before are kept. Bonds of the
 // deck that have lost a node (node_lost [nnode]) tie nothing any more. Returns the slave points that were not
 // there before.
 IntVec bond_rebuild(const Model& m, const Points& pts, const std::vector<BondFace>& face,
-                    const IntVec& node_lost, Bonds& bonds, Level& l);
+                    const IntVec& node_lost, const std::vector<SkinFace>& skin, Bonds& bonds, Level& l);
 
 // bond_places : where side A is, from displacements of nodes and corners                          xb
 // [nbond*dim]

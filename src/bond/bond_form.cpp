@@ -44,6 +44,17 @@ FaceNodes face_nodes(const Model& m, const Points& pts, int of_body, const Face&
   return out;
 }
 
+// longest edge of a face
+double face_size(const FaceNodes& face)
+{
+  double most = 0.0;
+  for (int k = 0; k < face.n; ++k) {
+    const double *x = &face.X[3 * k], *y = &face.X[3 * ((k + 1) % face.n)];
+    most = std::max(most, std::hypot(y[0] - x[0], y[1] - x[1], y[2] - x[2]));
+  }
+  return most;
+}
+
 // largest Young's modulus behind a surface
 double surface_young(const Model& m, const Surface& s)
 {
@@ -72,6 +83,14 @@ double penalty_of(const Model& m, const BondDef& d, double young_face, double h_
   return (d.alpha > 0.0 ? d.alpha : d.kind == BOND_CONTACT ? contact_alpha : bond_alpha) * young / h;
 }
 
+// penalty per area of a face of general contact: of its own material and size
+double skin_penalty(const Model& m, const BondDef& d, bool on_grid, const FaceNodes& face)
+{
+  if (d.penalty > 0.0) return d.penalty;
+  const double h = on_grid ? *std::min_element(m.grid.h.begin(), m.grid.h.begin() + m.dim) : face_size(face);
+  return (d.alpha > 0.0 ? d.alpha : contact_alpha) * face.young / h;
+}
+
 // parts of an edge: as the deck says, or as long as the domains of the body on side B, so that the grid
 // receives a traction as evenly as the points do (doc/theory.md 4, measured in doc/verification.md)
 int edge_parts(const Model& m, const BondDef& d, const FaceNodes& face)
@@ -91,17 +110,6 @@ int edge_parts(const Model& m, const BondDef& d, const FaceNodes& face)
     most = std::max(most, length2 / domains);         // length / (size of a domain along the edge)
   }
   return std::max(1, static_cast<int>(std::lround(most)));
-}
-
-// longest edge of a face
-double face_size(const FaceNodes& face)
-{
-  double most = 0.0;
-  for (int k = 0; k < face.n; ++k) {
-    const double *x = &face.X[3 * k], *y = &face.X[3 * ((k + 1) % face.n)];
-    most = std::max(most, std::hypot(y[0] - x[0], y[1] - x[1], y[2] - x[2]));
-  }
-  return most;
 }
 
 // a lattice point is named by the nodes it hangs on and its integer weights: shared edges make one bond
@@ -132,6 +140,8 @@ int new_bond(Former& f, int field, const FaceNodes& face, const double* N)
   b.ct.push_back(0.0);
   b.offset.push_back(0.0);
   b.initial_penetration.push_back(0.0);
+  b.friction.push_back(f.m.bond[f.def].friction);
+  b.skin_of.push_back(-1);
   b.intermediate.push_back(b.a.count(b.nbond) > 1);
   return b.nbond++;
 }
@@ -291,7 +301,7 @@ int bond_form(const Model& m, const Points& pts, Bonds& bonds)
   int errors = 0;
   for (size_t d = 0; d < m.bond.size(); ++d) {
     const BondDef& def = m.bond[d];
-    if (def.surface < 0) continue;                    // conversion
+    if (def.surface < 0) continue;                    // conversion, general contact
     const Surface& s = m.surface[def.surface];
     const int first    = bonds.nbond;
     const int field = def.kind == BOND_CONTACT  ? SIDE_CONTACT
@@ -319,9 +329,14 @@ namespace {
 // bonds keep their name when the mesh around them changes: what side A hangs on
 using SlipKey = std::pair<int, std::vector<std::pair<int, long>>>;
 
+// places of general contact stand on a face: nodes have one for each face that meets there
 SlipKey slip_key(const Bonds& b, int q)
 {
   SlipKey key{b.def[q], {}};
+  if (b.skin_of[q] >= 0) {
+    const SkinFace& f = b.skin[b.skin_of[q]];
+    key.second = {{f.elem, f.face}, {f.points, 0}};
+  }
   for (int k = b.a.off[q]; k < b.a.off[q + 1]; ++k)
     key.second.emplace_back(b.a.item[k], std::lround(b.a_w[k] * 1e9));
   return key;
@@ -334,8 +349,8 @@ void cut_bonds(Bonds& b, int dim, int n)
   b.a.off.resize(n + 1);
   b.a.item.resize(b.a.off[n]);
   b.a_w.resize(b.a.off[n]);
-  for (IntVec* v : {&b.def, &b.field, &b.intermediate}) v->resize(n);
-  for (RealVec* v : {&b.area, &b.cn, &b.ct, &b.offset, &b.initial_penetration}) v->resize(n);
+  for (IntVec* v : {&b.def, &b.field, &b.intermediate, &b.skin_of}) v->resize(n);
+  for (RealVec* v : {&b.area, &b.cn, &b.ct, &b.offset, &b.initial_penetration, &b.friction}) v->resize(n);
   b.X.resize(3 * static_cast<size_t>(n));
   b.normal.resize(static_cast<size_t>(dim) * n);
 }
@@ -395,13 +410,19 @@ IntVec restore_bonds(int dim, const KeptBonds& kept, Bonds& b, Level& l)
   return fresh;
 }
 
+// contact pair whose slave surface is one of elements
+bool has_slave_elements(const Model& m, const BondDef& d)
+{
+  return d.kind == BOND_CONTACT && !d.general && m.surface[d.surface].body < 0;
+}
+
 // Slave places of the deck keep the part of their area that belongs to faces of elements; the rest goes on at
 // faces of points. Forces are kept per area.
 void shrink_slaves(const Model& m, const Points& pts, Bonds& b, Level& l)
 {
   const int dim = m.dim;
   for (size_t d = 0; d < m.bond.size(); ++d) {
-    if (m.bond[d].kind != BOND_CONTACT || m.surface[m.bond[d].surface].body >= 0) continue;
+    if (!has_slave_elements(m, m.bond[d])) continue;
     if (pts.surface[m.bond[d].surface].empty()) continue;
     Bonds rest;
     Former f{m, rest, static_cast<int>(d), 0, {}};
@@ -427,8 +448,40 @@ void shrink_slaves(const Model& m, const Points& pts, Bonds& b, Level& l)
 
 }  // namespace
 
+void bond_skin(const Model& m, const Points& pts, const std::vector<SkinFace>& skin, Bonds& b)
+{
+  b.skin = skin;
+  b.skin_penalty.assign(skin.size(), 0.0);
+  if (skin.empty()) return;
+  int def = 0;
+  while (!m.bond[def].general) ++def;
+  const BondDef& d   = m.bond[def];
+  const int first    = b.nbond, parts = d.intermediate + 1;
+  Former f{m, b, def, first, {}};
+  for (size_t s = 0; s < skin.size(); ++s) {
+    const int elem         = skin[s].elem;
+    const FaceNodes face   = face_nodes(m, pts, skin[s].points ? pts.body[elem] : -1, {elem, skin[s].face});
+    const bool on_grid     = skin[s].points && !pts.released[elem];
+    const double thickness = m.dim == 2 ? face.thickness : 1.0, penalty = skin_penalty(m, d, on_grid, face);
+    b.skin_penalty[s] = penalty;
+    for (const FacePoint& p : face_lattice(face.n, face.X, parts)) {
+      double N[4] = {0, 0, 0, 0};
+      for (int k = 0; k < face.n; ++k) {
+        N[k] = p.iw[k] / (static_cast<double>(parts) * parts);
+        if (p.iw[k] == 0) continue;
+        b.a.item.push_back(face.kin[k]);
+        b.a_w.push_back(N[k]);
+      }
+      const int q  = new_bond(f, SIDE_CONTACT, face, N);
+      b.skin_of[q] = static_cast<int>(s);
+      add_area(f, face, p.xi, 0.5 * p.share * thickness, penalty, q);
+    }
+  }
+  finish(f, first);
+}
+
 IntVec bond_rebuild(const Model& m, const Points& pts, const std::vector<BondFace>& face,
-                    const IntVec& node_lost, Bonds& b, Level& l)
+                    const IntVec& node_lost, const std::vector<SkinFace>& skin, Bonds& b, Level& l)
 {
   const int dim = m.dim;
   const KeptBonds kept = keep_bonds(b, l, dim);
@@ -449,12 +502,13 @@ IntVec bond_rebuild(const Model& m, const Points& pts, const std::vector<BondFac
     finish(f, first);
   }
   for (size_t d = 0; d < m.bond.size(); ++d) {       // slave surfaces go on as faces of points
-    if (m.bond[d].kind != BOND_CONTACT || m.surface[m.bond[d].surface].body >= 0) continue;
+    if (!has_slave_elements(m, m.bond[d])) continue;
     const int first = b.nbond;
     Former f{m, b, static_cast<int>(d), first, {}};
     for (const Face& s : pts.surface[m.bond[d].surface])
       form_face(f, face_nodes(m, pts, pts.body[s.elem], s), SIDE_CONTACT);
     finish(f, first);
   }
+  bond_skin(m, pts, skin, b);
   return restore_bonds(dim, kept, b, l);
 }

@@ -20,17 +20,34 @@ struct ContactPairs {
   // [nbond] at t(n), without offset and initial penetration of the bond; negative: pushes   length
   RealVec gap;
   RealVec size;                // [nbond] longest edge of the face that is met        length
+  // [nbond] general contact: penalty per area and friction of the two faces, of those that meet one
+  RealVec penalty, friction, stick;
   int near = 0;                // bonds that meet a face
   int searched = 0, skipped = 0;    // definitions; skipped: the boxes of their surfaces are apart
 };
 
-// contact_search : nearest master face of every slave point within reach; bodies apart cost their boxes only
-//   in   xb [nbond*dim] places of side A at t(n);  u, uc displacements of nodes and corners
-void contact_search(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& u,
-                    const RealVec& uc, const RealVec& xb, ContactPairs& pairs);
+// contact_general : is there a *CONTACT?
+bool contact_general(const Model& m);
 
-// contact_search_start : the same with the master faces of t = 0, whatever became of their elements since; u,
-// uc, xb of t = 0
+// contact_skin : outer faces of elements, and of points, that take part in general contact. Left out: what
+// bonds tie to a body (interface: faces besides those of *BOND), and where points hang on elements
+std::vector<SkinFace> contact_skin(const Model& m, const Fracture& fr, const Points& pts,
+                                   const std::vector<Face>& interface);
+
+// contact_base : nodes and corners (nnode + first of the same name) that carry a node or corner, added to out
+void contact_base(const Model& m, const Points& pts, int kin, IntVec& out);
+
+struct ContactScene;
+
+// contact_search : nearest master face of every place within reach; bodies apart cost their boxes only
+//   in   xb [nbond*dim] places of side A at t(n);  u, uc displacements of nodes and corners;
+//        is_static, travel  general contact, see scene_update
+void contact_search(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& u,
+                    const RealVec& uc, const RealVec& xb, bool is_static, double travel, ContactScene& scene,
+                    ContactPairs& pairs);
+
+// contact_search_start : the same for contact pairs with the master faces of t = 0, whatever became of their
+// elements since; u, uc, xb of t = 0
 void contact_search_start(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& u,
                           const RealVec& uc, const RealVec& xb, ContactPairs& pairs);
 
@@ -38,6 +55,9 @@ void contact_search_start(const Model& m, const Points& pts, const Bonds& bonds,
 // end of the last step                                                             (4.16)
 //   in   l: level n;  bonds.initial_penetration and pairs.gap are updated
 void contact_initial(const Level& l, int dim, bool moves, Bonds& bonds, ContactPairs& pairs);
+
+// contact_stiffness : places of general contact that do not push take penalty and friction of what they meet
+void contact_stiffness(const Level& l, int dim, const ContactPairs& pairs, Bonds& bonds);
 
 // contact_start : surfaces that overlap at the start: says by how much and where, and pushes, takes the gaps
 // as offsets (bonds.offset), or counts an error, as the deck wants                               (4.13)

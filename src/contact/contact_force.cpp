@@ -40,7 +40,7 @@ double contact_force(const Model& m, const Bonds& bonds, const ContactPairs& pai
 {
   const int dim     = m.dim;
   const double *n = &pairs.normal[b * dim], C = bonds.cn[b], Ct = bonds.ct[b],
-               mu = m.bond[bonds.def[b]].friction;
+               mu = bonds.friction[b];
   const double g0 = pairs.gap[b], shift = lambda < 0.0 ? lambda / C : 0.0;   // C = 0: a lost bond    (4.14)
   double p, slope, sn = 0.0, tn = 0.0;
   for (int i = 0; i < dim; ++i) {

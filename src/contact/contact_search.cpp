@@ -2,138 +2,9 @@
 #include <cmath>
 
 #include "contact/contact.h"
-#include "shape/face.h"
+#include "contact/contact_scene.h"
 
 namespace {
-
-// Test of all three: Face.ContactMeetsNearTheRimAndNotTooDeep (unit)
-const double DEEPEST = 0.5;    // of the size of a face: a point deeper below it has come from elsewhere
-// 1 + (1/4)^2, on squared distances: a point below an edge belongs to the face while it lies beside it by no
-// more than a quarter of its depth (14 degrees)
-const double BESIDE2 = 1.0625;
-const double RIM2    = 1e-4;   // of the squared size: a hundredth of the face beside its rim still meets it
-
-struct MasterFace {
-  int n = 0;
-  int kin[4];
-  double x[12];                // places at t(n)
-  double lo[3], hi[3];
-  double size = 0.0;           // longest edge
-};
-
-// body: points own the face, otherwise a finite element
-MasterFace master_face(const Model& m, const Points& pts, bool body, const Face& f, const RealVec& u,
-                       const RealVec& uc)
-{
-  MasterFace out;
-  const ShapeInfo& info = shape_info[body ? pts.shape[f.elem] : elem_table[m.mesh.elem_type[f.elem]].shape];
-  const int* conn       = body ? pts.conn.begin(f.elem) : m.mesh.conn.begin(f.elem);
-  out.n = info.nfnode[f.face];
-  for (int k = 0; k < out.n; ++k) {
-    const int c = conn[info.face[f.face][k]];
-    out.kin[k]  = body ? m.mesh.nnode() + c : c;
-    for (int i = 0; i < 3; ++i) {
-      double x = 0.0;
-      if (i < m.dim)
-        x = body ? pts.Xc[c * m.dim + i] + uc[c * m.dim + i] : m.mesh.X[3 * c + i] + u[c * m.dim + i];
-      out.x[3 * k + i] = x;
-      out.lo[i] = k ? std::min(out.lo[i], x) : x;
-      out.hi[i] = k ? std::max(out.hi[i], x) : x;
-    }
-  }
-  for (int k = 0; k < out.n; ++k) {
-    const double *a = out.x + 3 * k, *b = out.x + 3 * ((k + 1) % out.n);
-    out.size = std::max(out.size, std::hypot(b[0] - a[0], b[1] - a[1], b[2] - a[2]));
-  }
-  return out;
-}
-
-// local place of the point of the face nearest to p: Newton on the two tangents (one step for flat faces)
-void project(const MasterFace& f, const double* p, double* xi)
-{
-  double N[4], dN[8];
-  xi[0] = xi[1] = f.n == 3 ? 1.0 / 3 : 0.0;
-  for (int it = 0; it < 10; ++it) {
-    double r[3] = {p[0], p[1], p[2]}, t[2][3] = {{0, 0, 0}, {0, 0, 0}};
-    face_eval(f.n, xi, N, dN);
-    for (int k = 0; k < f.n; ++k)
-      for (int i = 0; i < 3; ++i) {
-        r[i] -= N[k] * f.x[3 * k + i];
-        t[0][i] += dN[2 * k] * f.x[3 * k + i];
-        t[1][i] += dN[2 * k + 1] * f.x[3 * k + i];
-      }
-    double a = 0, b = 0, c = 0, p0 = 0, p1 = 0;
-    for (int i = 0; i < 3; ++i) {
-      a += t[0][i] * t[0][i];
-      b += t[0][i] * t[1][i];
-      c += t[1][i] * t[1][i];
-      p0 += t[0][i] * r[i];
-      p1 += t[1][i] * r[i];
-    }
-    if (f.n == 2) { b = p1 = 0.0; c = 1.0; }
-    const double det = a * c - b * b, d0 = (c * p0 - b * p1) / det, d1 = (a * p1 - b * p0) / det;
-    xi[0] += d0;
-    xi[1] += d1;
-    if (std::fabs(d0) + std::fabs(d1) < 1e-12) return;
-  }
-}
-
-bool on_face(const MasterFace& f, const double* xi)
-{
-  const double tol = 1e-6;     // of the face: neighbours overlap by as much, so nothing slips through an edge
-  if (f.n == 3) return xi[0] > -tol && xi[1] > -tol && xi[0] + xi[1] < 1.0 + tol;
-  return std::fabs(xi[0]) < 1.0 + tol && std::fabs(xi[1]) < 1.0 + tol;
-}
-
-// the place of the face nearest to xi
-void clamp(const MasterFace& f, double* xi)
-{
-  if (f.n != 3) {
-    for (int k = 0; k < 2; ++k) xi[k] = std::min(std::max(xi[k], -1.0), 1.0);
-    return;
-  }
-  for (int k = 0; k < 2; ++k) xi[k] = std::max(xi[k], 0.0);
-  const double sum = xi[0] + xi[1];
-  if (sum > 1.0)
-    for (int k = 0; k < 2; ++k) xi[k] /= sum;
-}
-
-struct Hit {                   // a face that is met, and where
-  const MasterFace* face = nullptr;
-  double N[4], n[3], r[3];     // shape functions of the place, normal, from the place to the point
-  double gap = 0.0;
-};
-
-// how a point projects on a face: not, on its rim, inside
-enum Projection { PROJ_NONE, PROJ_RIM, PROJ_OVER };
-
-// the place of f that p meets: p lies over f, or beside its rim by no more than a hundredth of its size. None
-// beyond reach or when p has entered by more than half of its size.
-Projection meet(const MasterFace& f, const double* p, double reach, Hit& hit)
-{
-  for (int i = 0; i < 3; ++i)
-    if (p[i] < f.lo[i] - reach || p[i] > f.hi[i] + reach) return PROJ_NONE;
-  double xi[2], distance2 = 0.0;
-  project(f, p, xi);
-  const bool over = on_face(f, xi);
-  if (!over) clamp(f, xi);
-  face_eval(f.n, xi, hit.N, nullptr);
-  const double norm = face_area(f.n, f.x, xi, hit.n);
-  hit.face = &f;
-  hit.gap  = 0.0;
-  for (int i = 0; i < 3; ++i) {
-    hit.r[i] = p[i];
-    for (int k = 0; k < f.n; ++k) hit.r[i] -= hit.N[k] * f.x[3 * k + i];
-    hit.n[i] /= norm;
-    hit.gap += hit.n[i] * hit.r[i];
-    distance2 += hit.r[i] * hit.r[i];
-  }
-  if (hit.gap > reach || hit.gap < -DEEPEST * f.size) return PROJ_NONE;
-  // behind a dent a point may lie over no face at all: it belongs to the face whose edge it is behind
-  const double gap2 = hit.gap * hit.gap;
-  if (over || (hit.gap <= 0.0 && distance2 <= BESIDE2 * gap2)) return PROJ_OVER;
-  return distance2 - gap2 <= RIM2 * f.size * f.size ? PROJ_RIM : PROJ_NONE;
-}
 
 // the nearest face that p lies over, or else the nearest with p beside its rim: nodes on the edge of both
 // surfaces stay in contact under small oscillations. More than one when p stands over the edge or the node
@@ -144,23 +15,9 @@ void nearest(const std::vector<MasterFace>& faces, const double* p, double reach
   best.clear();
   for (const MasterFace& f : faces) {
     Hit hit;
-    const Projection k = meet(f, p, reach, hit);
-    if (k == PROJ_NONE || k < kind) continue;
-    if (k > kind) best.clear();
-    kind = k;
-    if (best.empty() || std::fabs(hit.gap) >= std::fabs(best[0].gap)) best.push_back(hit);
-    else best.insert(best.begin(), hit);
+    contact_nearer(hit, contact_meet(f, p, reach, hit), kind, best);
   }
-  bool flat = true;
-  size_t n  = 0;
-  for (const Hit& hit : best) {
-    const double *a = best[0].n, cosine = a[0] * hit.n[0] + a[1] * hit.n[1] + a[2] * hit.n[2];
-    if (std::fabs(hit.gap) > std::fabs(best[0].gap) + 1e-8 * hit.face->size) continue;
-    if (cosine < 0.5) continue;                         // back to back, or around a sharp corner
-    flat = flat && cosine > 1.0 - 1e-12;
-    best[n++] = hit;
-  }
-  if (!best.empty()) best.resize(flat ? 1 : n);
+  contact_equal(best);
 }
 
 struct Box {
@@ -245,12 +102,96 @@ void search_pair(const Model& m, const Points& pts, const Bonds& bonds, int firs
   }
 }
 
-}  // namespace
+// Faces that look at each other: cosine of their normals below this. A face that stands across another, as the
+// side of a block on a floor, does not push on it.  Test: verification/stress/contact_general.inp
+const double OPPOSED = -0.2;
 
-namespace {
+// places of general contact: bonds first ... last-1, face by face
+struct GeneralSearch {
+  const Model& m;
+  const Points& pts;
+  const Bonds& bonds;
+  const RealVec &u, &uc, &xb;
+  const ContactScene& scene;
+  std::vector<MasterFace> face;      // [skin] where it is; n = 0: not asked yet
+  RealVec normal;                    // [skin*3]
+};
 
+const MasterFace& face_now(GeneralSearch& g, int i)
+{
+  MasterFace& f = g.face[i];
+  if (f.n) return f;
+  const SkinFace& s = g.scene.skin[i];
+  double x[3];
+  f = master_face(g.m, g.pts, s.points, {s.elem, s.face}, g.u, g.uc);
+  face_middle(f, x, &g.normal[3 * i]);
+  return f;
+}
+
+// the faces that look at face i and whose boxes are within reach
+void facing(GeneralSearch& g, int i, IntVec& out)
+{
+  out.clear();
+  if (g.scene.near.count(i) == 0) return;
+  const MasterFace& a = face_now(g, i);
+  for (int k = g.scene.near.off[i]; k < g.scene.near.off[i + 1]; ++k) {
+    const int j = g.scene.near.item[k];
+    const MasterFace& b = face_now(g, j);
+    const double *n = &g.normal[3 * i], *o = &g.normal[3 * j],
+                 reach = g.scene.part * (a.size + b.size) + g.scene.travel;
+    bool apart = n[0] * o[0] + n[1] * o[1] + n[2] * o[2] > OPPOSED;
+    for (int c = 0; c < g.m.dim; ++c) apart = apart || a.lo[c] > b.hi[c] + reach || b.lo[c] > a.hi[c] + reach;
+    if (!apart) out.push_back(j);
+  }
+}
+
+void search_place(GeneralSearch& g, int b, const IntVec& facing, std::vector<Hit>& hits)
+{
+  double p[3] = {0, 0, 0};
+  Projection kind = PROJ_NONE;
+  const int i = g.bonds.skin_of[b];
+  std::copy_n(&g.xb[b * g.m.dim], g.m.dim, p);
+  hits.clear();
+  for (int j : facing) {
+    Hit hit;
+    const double reach = g.scene.part * (g.face[i].size + g.face[j].size) + g.scene.travel;
+    contact_nearer(hit, contact_meet(g.face[j], p, reach, hit), kind, hits);
+  }
+  contact_equal(hits);
+}
+
+void search_general(GeneralSearch& g, int first, int last, ContactPairs& pairs)
+{
+  const BondDef& d = g.m.bond[g.bonds.def[first]];
+  IntVec look;
+  std::vector<Hit> hits;
+  int open = -1;               // face whose list look is
+  g.face.resize(g.scene.skin.size());
+  g.normal.resize(3 * g.scene.skin.size());
+  for (RealVec* v : {&pairs.penalty, &pairs.friction, &pairs.stick}) v->assign(g.bonds.nbond, 0.0);
+  ++(g.scene.near.item.empty() ? pairs.skipped : pairs.searched);
+  for (int b = first; b < last; ++b) {
+    const int i = g.bonds.skin_of[b];
+    if (i != open) facing(g, i, look);
+    open = i;
+    if (!look.empty()) search_place(g, b, look, hits);
+    else hits.clear();
+    if (!hits.empty()) {
+      const int j = static_cast<int>(hits[0].face - g.face.data());
+      const ContactRule* r = scene_property(d, g.scene, i, j);
+      take_hits(hits, g.m.dim, g.bonds.offset[b], b, pairs);
+      pairs.penalty[b]  = r && r->penalty > 0.0 ? r->penalty
+                                                : std::min(g.bonds.skin_penalty[i], g.bonds.skin_penalty[j]);
+      pairs.friction[b] = r ? r->friction : d.friction;
+      pairs.stick[b]    = r && r->stick > 0.0 ? r->stick : d.stick;
+    }
+    pairs.master.off.push_back(static_cast<int>(pairs.master.item.size()));
+  }
+}
+
+// scene: null: not of general contact
 void search(const Model& m, const Points& pts, const Bonds& bonds, bool at_start, const RealVec& u,
-            const RealVec& uc, const RealVec& xb, ContactPairs& pairs)
+            const RealVec& uc, const RealVec& xb, const ContactScene* scene, ContactPairs& pairs)
 {
   pairs = ContactPairs();
   pairs.normal.assign(static_cast<size_t>(bonds.nbond) * m.dim, 0.0);
@@ -258,26 +199,45 @@ void search(const Model& m, const Points& pts, const Bonds& bonds, bool at_start
   pairs.size.assign(bonds.nbond, 0.0);
   for (int first = 0, last; first < bonds.nbond; first = last) {       // bonds of a definition stand together
     for (last = first; last < bonds.nbond && bonds.def[last] == bonds.def[first]; ++last) {}
-    if (bonds.field[first] == SIDE_CONTACT)
+    const bool general = bonds.skin_of[first] >= 0;
+    if (general && scene) {
+      GeneralSearch g{m, pts, bonds, u, uc, xb, *scene, {}, {}};
+      search_general(g, first, last, pairs);
+    } else if (!general && bonds.field[first] == SIDE_CONTACT) {
       search_pair(m, pts, bonds, first, last, at_start, u, uc, xb, pairs);
-    else
+    } else {
       pairs.master.off.insert(pairs.master.off.end(), last - first,
                               static_cast<int>(pairs.master.item.size()));
+    }
   }
 }
 
 }  // namespace
 
 void contact_search(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& u,
-                    const RealVec& uc, const RealVec& xb, ContactPairs& pairs)
+                    const RealVec& uc, const RealVec& xb, bool is_static, double travel, ContactScene& scene,
+                    ContactPairs& pairs)
 {
-  search(m, pts, bonds, false, u, uc, xb, pairs);
+  const bool general = !bonds.skin.empty();
+  if (general) scene_update(m, pts, bonds, u, uc, is_static, travel, scene);
+  search(m, pts, bonds, false, u, uc, xb, general ? &scene : nullptr, pairs);
 }
 
 void contact_search_start(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& u,
                           const RealVec& uc, const RealVec& xb, ContactPairs& pairs)
 {
-  search(m, pts, bonds, true, u, uc, xb, pairs);
+  search(m, pts, bonds, true, u, uc, xb, nullptr, pairs);
+}
+
+// A place that pushes keeps its stiffness: with another one its energy would be another
+void contact_stiffness(const Level& l, int dim, const ContactPairs& pairs, Bonds& bonds)
+{
+  for (int b = 0; b < bonds.nbond; ++b) {
+    if (bonds.skin_of[b] < 0 || !pairs.master.count(b) || l.slip[b * dim] < 0.0) continue;
+    bonds.cn[b]       = pairs.penalty[b] * bonds.area[b];
+    bonds.ct[b]       = pairs.stick[b] > 0.0 ? pairs.stick[b] * bonds.area[b] : bonds.cn[b];
+    bonds.friction[b] = pairs.friction[b];
+  }
 }
 
 // In motion the gap of a place that pushes goes on from where the step left it: what the measurement says

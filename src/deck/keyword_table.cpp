@@ -7,9 +7,13 @@ void kw_bond(Card&, Model&);
 void kw_boundary(Card&, Model&);
 void kw_check(Card&, Model&);
 void kw_cload(Card&, Model&);
+void kw_contact(Card&, Model&);
+void kw_contact_exclusions(Card&, Model&);
 void kw_contact_file(Card&, Model&);
+void kw_contact_inclusions(Card&, Model&);
 void kw_contact_pair(Card&, Model&);
 void kw_contact_print(Card&, Model&);
+void kw_contact_property(Card&, Model&);
 void kw_conversion(Card&, Model&);
 void kw_cylinder(Card&, Model&);
 void kw_damping(Card&, Model&);
@@ -73,13 +77,22 @@ const Keyword keyword_table[] = {
     {"CHECK", kw_check, ANYWHERE, "TYPE!|SOURCE!|TIME|AT|SCALE|CENTRE",
      "expected value, its tolerance and its source"},
     {"CLOAD", kw_cload, IN_STEP, "AMPLITUDE|OP", "forces on nodes"},
+    {"CONTACT", kw_contact, IN_MODEL,
+     "NAME|INTERACTION|FRICTION|PENALTY|ALPHA|INTERMEDIATE|OVERLAP|ADJUST",
+     "general contact: all outer faces, fragments and debris, against all"},
+    {"CONTACT EXCLUSIONS", kw_contact_exclusions, IN_MODEL, "",
+     "surfaces, element sets and bodies that general contact leaves alone"},
     {"CONTACT FILE", kw_contact_file, IN_STEP, "FREQUENCY|OUTPUT",
      "asks for VTK output of contact (CalculiX)"},
+    {"CONTACT INCLUSIONS", kw_contact_inclusions, IN_MODEL, "ALL EXTERIOR",
+     "what general contact keeps apart; without it everything"},
     {"CONTACT PAIR", kw_contact_pair, IN_MODEL,
      "NAME|INTERACTION|TYPE|FRICTION|PENALTY|ALPHA|INTERMEDIATE|AUGMENT|OVERLAP|ADJUST",
      "contact of two surfaces, penalty, Coulomb friction"},
     {"CONTACT PRINT", kw_contact_print, IN_STEP, "NSET|FREQUENCY|TOTALS",
      "read for decks of CalculiX; *HISTORY prints contact"},
+    {"CONTACT PROPERTY ASSIGNMENT", kw_contact_property, IN_MODEL, "",
+     "surface interaction of two sides of general contact"},
     {"CONVERSION", kw_conversion, IN_MODEL,
      "ELSET!|BODY|POINTS|FIELD|TRIGGER|LIMIT|TIME|RELEASE|INTERFACE|INTERMEDIATE|PENALTY|ALPHA",
      "elements that become material points during the run"},

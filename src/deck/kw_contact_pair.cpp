@@ -1,50 +1,13 @@
-#include "deck/card.h"
+#include "deck/kw_contact.h"
 
 namespace {
 
 void check_params(Card& card, const BondDef& b)
 {
-  const bool interaction = card_param(card, "INTERACTION");
-  if (card_param(card, "PENALTY") && card_param(card, "ALPHA"))
-    card_error(card, card_param(card, "ALPHA")->key,
-               "the penalty is given twice: take PENALTY (force/length^3) or ALPHA (penalty = ALPHA E/h)");
-  for (const char* name : {"PENALTY", "ALPHA", "FRICTION"})
-    if (interaction && card_param(card, name))
-      card_error(card, card_param(card, name)->key,
-                 std::string(name) +
-                     " does not go with INTERACTION: it is said there, by *SURFACE BEHAVIOR or *FRICTION");
-  if (!interaction && b.name.empty() && !card_param(card, "NAME"))
+  contact_twice(card);
+  if (!card_param(card, "INTERACTION") && b.name.empty() && !card_param(card, "NAME"))
     card_error(card, card.head.at,
                "parameter NAME is missing: write *CONTACT PAIR, NAME=... (or INTERACTION=...)");
-}
-
-// OVERLAP=PUSH|ADJUST|REFUSE, or ADJUST=a as Abaqus has it: gaps up to a count as zero too
-void read_overlap(Card& card, BondDef& b)
-{
-  const HeadParam* const adjust = card_param(card, "ADJUST");
-  const int word = card_param_word(card, "OVERLAP", "PUSH|ADJUST|REFUSE",
-                                   adjust ? OVERLAP_ADJUST : OVERLAP_PUSH);
-  b.overlap = static_cast<OverlapPolicy>(word < 0 ? 0 : word);
-  b.adjust  = card_param_real(card, "ADJUST", 0.0, at_least(0.0));
-  if (adjust && word >= 0 && word != OVERLAP_ADJUST)
-    card_error(card, adjust->key, "ADJUST=a goes with OVERLAP=ADJUST only");
-}
-
-// the numbers of the interaction that the pair names
-void take_interaction(Deck& d, const Field& at, BondDef& b)
-{
-  std::vector<std::string> names;
-  for (const Interaction& in : d.interaction) {
-    names.push_back(in.name);
-    if (in.name != text_upper(at.text)) continue;
-    b.penalty  = in.penalty;
-    b.friction = in.friction;
-    b.stick    = in.stick;
-    return;
-  }
-  deck_error(d, at,
-             "there is no *SURFACE INTERACTION, NAME=" + text_show(at.text) +
-                 text_suggest(text_upper(at.text), names));
 }
 
 }  // namespace
@@ -65,7 +28,7 @@ void kw_contact_pair(Card& card, Model& model)
   b.by_face = card_param_word(card, "TYPE", "NODE TO SURFACE|SURFACE TO SURFACE", 0) == 1;
   b.intermediate = card_param_int(card, "INTERMEDIATE", b.by_face ? -1 : 0, 0, 1000);
   b.augment = card_param_int(card, "AUGMENT", 0, 0, 1000);
-  read_overlap(card, b);
+  contact_overlap(card, b);
   check_params(card, b);
   const Field interaction = card_param_field(card, "INTERACTION");
   if (!card_line(card)) {
@@ -81,7 +44,10 @@ void kw_contact_pair(Card& card, Model& model)
   const std::size_t i = model.bond.size();
   model.bond.push_back(b);
   card_later(card, STAGE_STEP, [=](Deck& d, Model& m) {
-    if (!interaction.empty()) take_interaction(d, interaction, m.bond[i]);
+    if (!interaction.empty()) {
+      const Interaction* in = contact_interaction(d, interaction);
+      if (in) contact_take(*in, m.bond[i]);
+    }
     m.bond[i].surface = target_surface(d, m, slave);
     m.bond[i].master  = target_surface(d, m, master);
     if (m.bond[i].surface >= 0 && m.bond[i].surface == m.bond[i].master)

@@ -8,6 +8,7 @@
 
 #include "bond/bond.h"
 #include "contact/contact.h"
+#include "contact/contact_scene.h"
 #include "contact/overlap.h"
 #include "elem/elem.h"
 #include "frac/frac.h"
@@ -18,6 +19,7 @@ struct Discretisation {
   PointLaws point_law;
   ActiveGrid grid;
   ContactPairs pairs;
+  ContactScene scene;          // general contact: faces that are near
   OverlapWatch watch;          // parts that nothing keeps apart
   FracMesh fm;
   CornerShare share;           // corners that conversion has made

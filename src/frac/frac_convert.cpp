@@ -327,7 +327,10 @@ void frac_interfaces(const Model& m, const FracMesh& fm, State& st)
   point_surfaces(m, st.points);
   const IntVec lost = lost_nodes(m, fm, st.frac);
   hang_corners(m, fm, lost, st.frac, st.points);
-  const IntVec fresh = bond_rebuild(m, st.points, interface_faces(m, fm, st.points, st.frac), lost, st.bonds,
-                                    st.n);
+  const std::vector<BondFace> bonded = interface_faces(m, fm, st.points, st.frac);
+  std::vector<Face> tied;
+  for (const BondFace& b : bonded) tied.push_back(b.face);
+  const IntVec fresh = bond_rebuild(m, st.points, bonded, lost, contact_skin(m, st.frac, st.points, tied),
+                                    st.bonds, st.n);
   contact_offsets(m, st.points, fresh, st.bonds);
 }

@@ -150,7 +150,17 @@ enum OverlapPolicy { OVERLAP_PUSH, OVERLAP_ADJUST, OVERLAP_REFUSE };
 
 enum BondKind { BOND_MESH_GRID, BOND_GROUND, BOND_CONTACT };
 
-struct BondDef {               // *BOND
+// A side of a rule of general contact: faces of a surface, of an element set, of a body; none of them: all
+struct ContactSide {
+  int surface = -1, elset = -1, body = -1;
+};
+
+struct ContactRule {           // *CONTACT INCLUSIONS, EXCLUSIONS, PROPERTY ASSIGNMENT: a line
+  ContactSide a, b;
+  double friction = 0.0, stick = 0.0, penalty = 0.0;     // of a property
+};
+
+struct BondDef {               // *BOND, *CONTACT PAIR, *CONTACT
   std::string name;
   BondKind kind = BOND_MESH_GRID;
   // surface of finite elements; BOND_GROUND: surface of finite elements or of a body
@@ -173,6 +183,9 @@ struct BondDef {               // *BOND
   bool by_face = false;
   // BOND_CONTACT: tangential stiffness per area while it sticks; 0: that of the normal direction
   double stick = 0.0;
+  // *CONTACT: all outer faces, each with places on it, against all; the last property that fits counts
+  bool general = false;
+  std::vector<ContactRule> include, exclude, property;
   Place place;
 };
 

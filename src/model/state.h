@@ -53,6 +53,12 @@ struct Points {
 // Bonds::field where side B is no grid
 enum { SIDE_GROUND = -1, SIDE_CONTACT = -2 };
 
+// An outer face that takes part in general contact: of a finite element, or of a point
+struct SkinFace {
+  int elem = -1, face = -1, points = 0;
+  bool operator==(const SkinFace& b) const { return elem == b.elem && face == b.face && points == b.points; }
+};
+
 // Bonds tie side A (nodes or corners) to the grid or to the ground (doc/theory.md 4)
 struct Bonds {
   int nbond = 0;
@@ -71,6 +77,10 @@ struct Bonds {
   // [nbond] contact: part of the measured gap that is no compression (theory 4.16)   length
   RealVec initial_penetration;
   IntVec intermediate;         // [nbond] 0: at a node, 1: between nodes
+  RealVec friction;            // [nbond] contact: Coulomb
+  std::vector<SkinFace> skin;  // general contact: all faces; those of elements first
+  IntVec skin_of;              // [nbond] index into skin, -1: not of general contact
+  RealVec skin_penalty;        // [skin] penalty per area of the face alone          force/length^3
 };
 
 // What became of the finite elements

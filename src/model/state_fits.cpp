@@ -110,6 +110,17 @@ bool points_fit(const Model& m, const Points& begin, const Points& p)
                      [&](const std::vector<Face>& f) { return faces(f, p); });
 }
 
+bool skin_fits(const Model& m, const Points& p, const Bonds& b)
+{
+  for (const SkinFace& f : b.skin) {
+    if (f.elem < 0 || f.elem >= (f.points ? p.npoint : m.mesh.nelem())) return false;
+    const Shape shape = f.points ? static_cast<Shape>(p.shape[f.elem])
+                                 : elem_table[m.mesh.elem_type[f.elem]].shape;
+    if (f.face < 0 || f.face >= shape_info[shape].nface) return false;
+  }
+  return true;
+}
+
 bool bonds_fit(const Model& m, const Points& p, const Bonds& b)
 {
   if (b.nbond < 0 || b.nfixed < 0 || b.nfixed > b.nbond) return false;
@@ -118,7 +129,8 @@ bool bonds_fit(const Model& m, const Points& p, const Bonds& b)
   if (!index(b.def, n, 0, static_cast<int>(m.bond.size())) || !index(b.field, n, SIDE_CONTACT, fields(m)))
     return false;
   return real(b.area, n) && real(b.X, 3 * n) && real(b.normal, n * dim) && real(b.cn, n) && real(b.ct, n) &&
-         real(b.offset, n) && real(b.initial_penetration, n) && index(b.intermediate, n, 0, 2);
+         real(b.offset, n) && real(b.initial_penetration, n) && index(b.intermediate, n, 0, 2) &&
+         real(b.friction, n) && real(b.skin_penalty, b.skin.size()) && index(b.skin_of, n, -1, static_cast<int>(b.skin.size())) && skin_fits(m, p, b);
 }
 
 bool fracture_fits(const Model& m, const Points& p, const Fracture& f)

@@ -19,6 +19,12 @@ inline void io(Archive& f, Face& x)
   io_all(f, elem, face);
 }
 
+inline void io(Archive& f, SkinFace& x)
+{
+  auto& [elem, face, points] = x;
+  io_all(f, elem, face, points);
+}
+
 inline void io(Archive& f, Points& x)
 {
   auto& [npoint, ncorner, Xc, shape, conn, w, G, sampled, mc, V0, mass, body, label, of_elem, parent, next,
@@ -30,9 +36,9 @@ inline void io(Archive& f, Points& x)
 inline void io(Archive& f, Bonds& x)
 {
   auto& [nbond, nfixed, a, a_w, def, field, area, X, normal, cn, ct, offset, initial_penetration,
-         intermediate] = x;
+         intermediate, friction, skin, skin_of, skin_penalty] = x;
   io_all(f, nbond, nfixed, a, a_w, def, field, area, X, normal, cn, ct, offset, initial_penetration,
-         intermediate);
+         intermediate, friction, skin, skin_of, skin_penalty);
 }
 
 inline void io(Archive& f, Fracture& x)

@@ -85,11 +85,11 @@ bool has_contact(const Model& m)
 }
 
 // contact looks at the start for surfaces that overlap
-int start_contact(const Model& m, State& st, ContactPairs& pairs)
+int start_contact(const Model& m, State& st, ContactScene& scene, ContactPairs& pairs)
 {
   RealVec xb;
   bond_places(m, st.points, st.bonds, st.n.u, st.n.uc, xb);
-  contact_search(m, st.points, st.bonds, st.n.u, st.n.uc, xb, pairs);
+  contact_search(m, st.points, st.bonds, st.n.u, st.n.uc, xb, true, 0.0, scene, pairs);
   const int errors = contact_start(m, st.bonds, pairs, xb);
   for (int b = 0; b < st.bonds.nbond; ++b)
     if (st.bonds.field[b] == SIDE_CONTACT)
@@ -119,6 +119,7 @@ int step_open(Problem& p)
   if (errors) return errors;
   errors = bond_form(m, st.points, st.bonds);
   if (errors) return errors;
+  bond_skin(m, st.points, contact_skin(m, st.frac, st.points, {}), st.bonds);
   p.d.point_law = point_laws(m);
   const size_t nodal = static_cast<size_t>(m.mesh.nnode()) * m.dim;
   st.n.u.assign(nodal, 0.0);
@@ -134,7 +135,7 @@ int step_open(Problem& p)
   errors = start_values(m, st);
   if (errors == 0) errors = start_equations(m, st.n);
   if (errors) return errors;
-  if (has_contact(m)) errors = start_contact(m, st, p.d.pairs);
+  if (has_contact(m)) errors = start_contact(m, st, p.d.scene, p.d.pairs);
   if (errors) return errors;
   overlap_pairs(m, p.d.watch);
   overlap_start(m, p.d.el, st.points, st.n.u, st.n.uc, p.d.watch);
@@ -146,6 +147,19 @@ int step_open(Problem& p)
   }
   return 0;
 }
+
+namespace {
+
+// largest component of the velocities
+double fastest(const Level& l)
+{
+  double most = 0.0;
+  for (const RealVec* v : {&l.v, &l.vc})
+    for (double x : *v) most = std::max(most, std::fabs(x));
+  return most;
+}
+
+}  // namespace
 
 Failure step_prepare(Problem& p, const Step& s)
 {
@@ -161,7 +175,10 @@ Failure step_prepare(Problem& p, const Step& s)
   }
   if (has_contact(p.m)) {
     Timer timer(PHASE_CONTACT);
-    contact_search(p.m, st.points, st.bonds, st.n.u, st.n.uc, xb, p.d.pairs);
+    const bool is_static = s.proc == PROC_STATIC;
+    contact_search(p.m, st.points, st.bonds, st.n.u, st.n.uc, xb, is_static,
+                   is_static ? 0.0 : 2.0 * st.clock.dt * fastest(st.n), p.d.scene, p.d.pairs);
+    contact_stiffness(st.n, p.m.dim, p.d.pairs, st.bonds);
     contact_initial(st.n, p.m.dim, s.proc == PROC_DYNAMIC, st.bonds, p.d.pairs);
     st.log.contact_searched += p.d.pairs.searched;
     st.log.contact_skipped += p.d.pairs.skipped;

@@ -1,0 +1,159 @@
+#include "contact/contact_meet.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "shape/face.h"
+
+namespace {
+
+// Test of all three: Face.ContactMeetsNearTheRimAndNotTooDeep (unit)
+const double DEEPEST = 0.5;    // of the size of a face: a point deeper below it has come from elsewhere
+// 1 + (1/4)^2, on squared distances: a point below an edge belongs to the face while it lies beside it by no
+// more than a quarter of its depth (14 degrees)
+const double BESIDE2 = 1.0625;
+const double RIM2    = 1e-4;   // of the squared size: a hundredth of the face beside its rim still meets it
+
+}  // namespace
+
+MasterFace master_face(const Model& m, const Points& pts, bool body, const Face& f, const RealVec& u,
+                       const RealVec& uc)
+{
+  MasterFace out;
+  const ShapeInfo& info = shape_info[body ? pts.shape[f.elem] : elem_table[m.mesh.elem_type[f.elem]].shape];
+  const int* conn       = body ? pts.conn.begin(f.elem) : m.mesh.conn.begin(f.elem);
+  out.n = info.nfnode[f.face];
+  for (int k = 0; k < out.n; ++k) {
+    const int c = conn[info.face[f.face][k]];
+    out.kin[k]  = body ? m.mesh.nnode() + c : c;
+    for (int i = 0; i < 3; ++i) {
+      double x = 0.0;
+      if (i < m.dim)
+        x = body ? pts.Xc[c * m.dim + i] + uc[c * m.dim + i] : m.mesh.X[3 * c + i] + u[c * m.dim + i];
+      out.x[3 * k + i] = x;
+      out.lo[i] = k ? std::min(out.lo[i], x) : x;
+      out.hi[i] = k ? std::max(out.hi[i], x) : x;
+    }
+  }
+  for (int k = 0; k < out.n; ++k) {
+    const double *a = out.x + 3 * k, *b = out.x + 3 * ((k + 1) % out.n);
+    out.size = std::max(out.size, std::hypot(b[0] - a[0], b[1] - a[1], b[2] - a[2]));
+  }
+  return out;
+}
+
+void face_middle(const MasterFace& f, double* x, double* n)
+{
+  const double xi[2] = {f.n == 3 ? 1.0 / 3 : 0.0, f.n == 3 ? 1.0 / 3 : 0.0};
+  double N[4];
+  face_eval(f.n, xi, N, nullptr);
+  const double norm = face_area(f.n, f.x, xi, n);
+  for (int i = 0; i < 3; ++i) {
+    n[i] /= norm;
+    x[i] = 0.0;
+    for (int k = 0; k < f.n; ++k) x[i] += N[k] * f.x[3 * k + i];
+  }
+}
+
+namespace {
+
+// local place of the point of the face nearest to p: Newton on the two tangents (one step for flat faces)
+void project(const MasterFace& f, const double* p, double* xi)
+{
+  double N[4], dN[8];
+  xi[0] = xi[1] = f.n == 3 ? 1.0 / 3 : 0.0;
+  for (int it = 0; it < 10; ++it) {
+    double r[3] = {p[0], p[1], p[2]}, t[2][3] = {{0, 0, 0}, {0, 0, 0}};
+    face_eval(f.n, xi, N, dN);
+    for (int k = 0; k < f.n; ++k)
+      for (int i = 0; i < 3; ++i) {
+        r[i] -= N[k] * f.x[3 * k + i];
+        t[0][i] += dN[2 * k] * f.x[3 * k + i];
+        t[1][i] += dN[2 * k + 1] * f.x[3 * k + i];
+      }
+    double a = 0, b = 0, c = 0, p0 = 0, p1 = 0;
+    for (int i = 0; i < 3; ++i) {
+      a += t[0][i] * t[0][i];
+      b += t[0][i] * t[1][i];
+      c += t[1][i] * t[1][i];
+      p0 += t[0][i] * r[i];
+      p1 += t[1][i] * r[i];
+    }
+    if (f.n == 2) { b = p1 = 0.0; c = 1.0; }
+    const double det = a * c - b * b, d0 = (c * p0 - b * p1) / det, d1 = (a * p1 - b * p0) / det;
+    xi[0] += d0;
+    xi[1] += d1;
+    if (std::fabs(d0) + std::fabs(d1) < 1e-12) return;
+  }
+}
+
+bool on_face(const MasterFace& f, const double* xi)
+{
+  const double tol = 1e-6;     // of the face: neighbours overlap by as much, so nothing slips through an edge
+  if (f.n == 3) return xi[0] > -tol && xi[1] > -tol && xi[0] + xi[1] < 1.0 + tol;
+  return std::fabs(xi[0]) < 1.0 + tol && std::fabs(xi[1]) < 1.0 + tol;
+}
+
+// the place of the face nearest to xi
+void clamp(const MasterFace& f, double* xi)
+{
+  if (f.n != 3) {
+    for (int k = 0; k < 2; ++k) xi[k] = std::min(std::max(xi[k], -1.0), 1.0);
+    return;
+  }
+  for (int k = 0; k < 2; ++k) xi[k] = std::max(xi[k], 0.0);
+  const double sum = xi[0] + xi[1];
+  if (sum > 1.0)
+    for (int k = 0; k < 2; ++k) xi[k] /= sum;
+}
+
+}  // namespace
+
+Projection contact_meet(const MasterFace& f, const double* p, double reach, Hit& hit)
+{
+  for (int i = 0; i < 3; ++i)
+    if (p[i] < f.lo[i] - reach || p[i] > f.hi[i] + reach) return PROJ_NONE;
+  double xi[2], distance2 = 0.0;
+  project(f, p, xi);
+  const bool over = on_face(f, xi);
+  if (!over) clamp(f, xi);
+  face_eval(f.n, xi, hit.N, nullptr);
+  const double norm = face_area(f.n, f.x, xi, hit.n);
+  hit.face = &f;
+  hit.gap  = 0.0;
+  for (int i = 0; i < 3; ++i) {
+    hit.r[i] = p[i];
+    for (int k = 0; k < f.n; ++k) hit.r[i] -= hit.N[k] * f.x[3 * k + i];
+    hit.n[i] /= norm;
+    hit.gap += hit.n[i] * hit.r[i];
+    distance2 += hit.r[i] * hit.r[i];
+  }
+  if (hit.gap > reach || hit.gap < -DEEPEST * f.size) return PROJ_NONE;
+  // behind a dent a point may lie over no face at all: it belongs to the face whose edge it is behind
+  const double gap2 = hit.gap * hit.gap;
+  if (over || (hit.gap <= 0.0 && distance2 <= BESIDE2 * gap2)) return PROJ_OVER;
+  return distance2 - gap2 <= RIM2 * f.size * f.size ? PROJ_RIM : PROJ_NONE;
+}
+
+void contact_nearer(const Hit& hit, Projection k, Projection& kind, std::vector<Hit>& best)
+{
+  if (k == PROJ_NONE || k < kind) return;
+  if (k > kind) best.clear();
+  kind = k;
+  if (best.empty() || std::fabs(hit.gap) >= std::fabs(best[0].gap)) best.push_back(hit);
+  else best.insert(best.begin(), hit);
+}
+
+void contact_equal(std::vector<Hit>& best)
+{
+  bool flat = true;
+  size_t n  = 0;
+  for (const Hit& hit : best) {
+    const double *a = best[0].n, cosine = a[0] * hit.n[0] + a[1] * hit.n[1] + a[2] * hit.n[2];
+    if (std::fabs(hit.gap) > std::fabs(best[0].gap) + 1e-8 * hit.face->size) continue;
+    if (cosine < 0.5) continue;                         // back to back, or around a sharp corner
+    flat = flat && cosine > 1.0 - 1e-12;
+    best[n++] = hit;
+  }
+  if (!best.empty()) best.resize(flat ? 1 : n);
+}

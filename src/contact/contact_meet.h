@@ -1,0 +1,45 @@
+// ---------------------------------------------------------------------------
+// contact_meet.h : one place of contact and the faces that it may meet                         (4.9)
+// ---------------------------------------------------------------------------
+#ifndef MPFE_CONTACT_CONTACT_MEET_H
+#define MPFE_CONTACT_CONTACT_MEET_H
+
+#include <vector>
+
+#include "model/state.h"
+
+struct MasterFace {
+  int n = 0;
+  int kin[4];                  // nodes (corner c: nnode + c)
+  double x[12];                // places at t(n)
+  double lo[3], hi[3];
+  double size = 0.0;           // longest edge
+};
+
+// master_face : the face f where it is; body: points own it, otherwise a finite element
+MasterFace master_face(const Model& m, const Points& pts, bool body, const Face& f, const RealVec& u,
+                       const RealVec& uc);
+
+// face_middle : its middle and unit normal there                                                 [3]
+void face_middle(const MasterFace& f, double* x, double* n);
+
+struct Hit {                   // a face that is met, and where
+  const MasterFace* face = nullptr;
+  double N[4], n[3], r[3];     // shape functions of the place, normal, from the place to the point
+  double gap = 0.0;
+};
+
+// how a point projects on a face: not, on its rim, inside
+enum Projection { PROJ_NONE, PROJ_RIM, PROJ_OVER };
+
+// contact_meet : the place of f that p [3] meets: p lies over f, or beside its rim by no more than a hundredth
+// of its size. None beyond reach or when p has entered by more than half of its size.
+Projection contact_meet(const MasterFace& f, const double* p, double reach, Hit& hit);
+
+// contact_nearer : takes the face of hit into best, the nearest faces so far, of one kind of projection
+void contact_nearer(const Hit& hit, Projection k, Projection& kind, std::vector<Hit>& best);
+
+// contact_equal : leaves in best the nearest face, or those that are equally near and meet at an angle
+void contact_equal(std::vector<Hit>& best);
+
+#endif

@@ -1,0 +1,220 @@
+#include "contact/contact_scene.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/forest.h"
+#include "contact/contact.h"
+#include "contact/contact_tree.h"
+#include "shape/face.h"
+
+namespace {
+
+// Test of all: verification/stress/contact_general.inp
+const double REACH_STATIC = 0.5;     // of the size of each of two faces: what may meet in an increment
+const double REACH_MOTION = 0.125;   // the same in motion, besides what moves in the increment
+const double MARGIN = 0.25;          // of the mean size: lists of near faces hold for half of this motion
+// of the size of a face: at t = 0 what lies this far behind it, and no further off than BACK_NEAR sizes, is
+// the back of its own body
+const double BACK      = 1e-6;
+const double BACK_NEAR = 2.0;
+
+// parts of the mesh at t = 0 that share nodes, by node
+IntVec parts_of_mesh(const Mesh& mesh)
+{
+  Forest parts(mesh.nnode());
+  for (int e = 0; e < mesh.nelem(); ++e)
+    for (int k = mesh.conn.off[e] + 1; k < mesh.conn.off[e + 1]; ++k)
+      parts.join(mesh.conn.item[k], mesh.conn.item[mesh.conn.off[e]]);
+  IntVec root(mesh.nnode());
+  for (int n = 0; n < mesh.nnode(); ++n) root[n] = parts.root(n);
+  return root;
+}
+
+// grid field of a face: that of its corners on the grid, -1: none is
+int grid_field(const Points& pts, const SkinFace& f)
+{
+  if (!f.points) return -1;
+  const ShapeInfo& info = shape_info[pts.shape[f.elem]];
+  for (int k = 0; k < info.nfnode[f.face]; ++k) {
+    const int c = pts.conn.begin(f.elem)[info.face[f.face][k]];
+    const bool on_grid = c >= static_cast<int>(pts.hangs.size()) || pts.hangs[c] == HANG_GRID;
+    if (pts.field[c] != FIELD_OWN && on_grid) return pts.field[c];
+  }
+  return -1;
+}
+
+bool on_side(const Model& m, const Points& pts, const SkinFace& f, const ContactSide& side)
+{
+  const int element = f.points ? pts.parent[f.elem] : f.elem;
+  if (side.elset >= 0) {
+    const IntVec& set = m.elset[side.elset].item;
+    return element >= 0 && std::binary_search(set.begin(), set.end(), element);
+  }
+  if (side.body >= 0) return f.points && pts.body[f.elem] == side.body;
+  if (side.surface < 0) return true;
+  const std::vector<Face>& face = f.points ? pts.surface[side.surface] : m.surface[side.surface].face;
+  return std::any_of(face.begin(), face.end(),
+                     [&](const Face& g) { return g.elem == f.elem && g.face == f.face; });
+}
+
+// calls use(rule, bit of its side a, bit of its side b)
+template <class Use>
+void each_rule(const BondDef& d, Use use)
+{
+  int bit = 0;
+  for (const std::vector<ContactRule>* list : {&d.include, &d.exclude, &d.property})
+    for (const ContactRule& r : *list) {
+      use(*list, r, std::uint64_t(1) << bit, std::uint64_t(1) << (bit + 1));
+      bit += 2;
+    }
+}
+
+bool fits(std::uint64_t a, std::uint64_t b, std::uint64_t x, std::uint64_t y)
+{
+  return ((x & a) && (y & b)) || ((x & b) && (y & a));
+}
+
+bool allowed(const BondDef& d, std::uint64_t x, std::uint64_t y)
+{
+  bool in = false, out = false;
+  each_rule(d, [&](const std::vector<ContactRule>& list, const ContactRule&, std::uint64_t a, std::uint64_t b) {
+    if (&list == &d.include) in = in || fits(a, b, x, y);
+    if (&list == &d.exclude) out = out || fits(a, b, x, y);
+  });
+  return in && !out;
+}
+
+const BondDef& definition(const Model& m)
+{
+  return *std::find_if(m.bond.begin(), m.bond.end(), [](const BondDef& d) { return d.general; });
+}
+
+// what the faces are, whatever their motion
+void describe(const Model& m, const Points& pts, const Bonds& bonds, ContactScene& s)
+{
+  const RealVec u(static_cast<size_t>(m.mesh.nnode()) * m.dim, 0.0), uc(pts.Xc.size(), 0.0);
+  const IntVec part = parts_of_mesh(m.mesh);
+  const BondDef& d  = definition(m);
+  s = ContactScene();
+  s.skin = bonds.skin;
+  for (const SkinFace& f : s.skin) {
+    const MasterFace at_start = master_face(m, pts, f.points, {f.elem, f.face}, u, uc);
+    const int element = f.points ? pts.parent[f.elem] : f.elem;
+    s.field.push_back(grid_field(pts, f));
+    s.body.push_back(element >= 0 ? part[m.mesh.conn.begin(element)[0]]
+                                  : m.mesh.nnode() + m.body[pts.body[f.elem]].field);
+    IntVec base;
+    for (int k = 0; k < at_start.n; ++k) contact_base(m, pts, at_start.kin[k], base);
+    std::sort(base.begin(), base.end());
+    base.erase(std::unique(base.begin(), base.end()), base.end());
+    s.base.item.insert(s.base.item.end(), base.begin(), base.end());
+    s.base.off.push_back(static_cast<int>(s.base.item.size()));
+    std::uint64_t sides = 0;
+    each_rule(d, [&](const std::vector<ContactRule>&, const ContactRule& r, std::uint64_t a, std::uint64_t b) {
+      if (on_side(m, pts, f, r.a)) sides |= a;
+      if (on_side(m, pts, f, r.b)) sides |= b;
+    });
+    s.sides.push_back(sides);
+    double X[3], n[3];
+    face_middle(at_start, X, n);
+    s.X.insert(s.X.end(), X, X + 3);
+    s.normal.insert(s.normal.end(), n, n + 3);
+    s.size.push_back(at_start.size);
+  }
+}
+
+bool share_nodes(const ListTable& base, int a, int b)
+{
+  const int *i = base.begin(a), *j = base.begin(b), *const iend = i + base.count(a),
+            *const jend = j + base.count(b);
+  while (i != iend && j != jend) {
+    if (*i == *j) return true;
+    ++(*i < *j ? i : j);
+  }
+  return false;
+}
+
+// did a lie behind b at t = 0, near by: the two sides of a thin part
+bool back_of(const ContactScene& s, int a, int b)
+{
+  const double *x = &s.X[3 * a], *y = &s.X[3 * b], *n = &s.normal[3 * b];
+  const double r[3] = {x[0] - y[0], x[1] - y[1], x[2] - y[2]};
+  if (std::hypot(r[0], r[1], r[2]) > BACK_NEAR * std::max(s.size[a], s.size[b])) return false;
+  return n[0] * r[0] + n[1] * r[1] + n[2] * r[2] < -BACK * s.size[b];
+}
+
+bool may_meet(const BondDef& d, const ContactScene& s, int a, int b)
+{
+  if (a == b || (s.field[a] >= 0 && s.field[a] == s.field[b])) return false;
+  if (!allowed(d, s.sides[a], s.sides[b]) || share_nodes(s.base, a, b)) return false;
+  return s.body[a] != s.body[b] || !back_of(s, a, b);
+}
+
+double largest_change(const RealVec& a, const RealVec& b)
+{
+  double most = 0.0;
+  for (size_t i = 0; i < a.size(); ++i) most = std::max(most, std::fabs(a[i] - b[i]));
+  return most;
+}
+
+void find_near(const Model& m, const Points& pts, const RealVec& u, const RealVec& uc, ContactScene& s)
+{
+  const BondDef& d = definition(m);
+  const int n = static_cast<int>(s.skin.size());
+  double mean = 0.0;
+  for (double size : s.size) mean += size / n;
+  s.margin = MARGIN * mean;
+  s.u  = u;
+  s.uc = uc;
+  std::vector<ContactBox> box(n);
+  for (int i = 0; i < n; ++i) {
+    const MasterFace f = master_face(m, pts, s.skin[i].points, {s.skin[i].elem, s.skin[i].face}, u, uc);
+    const double more  = s.part * f.size + 0.5 * (s.travel + s.margin);
+    for (int k = 0; k < 3; ++k) {
+      box[i].lo[k] = f.lo[k] - more;
+      box[i].hi[k] = f.hi[k] + more;
+    }
+  }
+  const ContactTree tree(box);
+  s.near = ListTable();
+  IntVec found;
+  for (int i = 0; i < n; ++i) {
+    found.clear();
+    tree.overlap(box[i], found);
+    std::sort(found.begin(), found.end());
+    for (int j : found)
+      if (may_meet(d, s, i, j)) s.near.item.push_back(j);
+    s.near.off.push_back(static_cast<int>(s.near.item.size()));
+  }
+  ++s.built;
+}
+
+}  // namespace
+
+void scene_update(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& u, const RealVec& uc,
+                  bool is_static, double travel, ContactScene& s)
+{
+  const double part = is_static ? REACH_STATIC : REACH_MOTION;
+  const long built  = s.built;
+  const bool same   = s.skin == bonds.skin && s.built > 0;
+  if (!same) {
+    describe(m, pts, bonds, s);
+    s.built = built;
+  }
+  if (same && part == s.part && travel <= s.travel &&
+      std::sqrt(m.dim) * 2.0 * std::max(largest_change(u, s.u), largest_change(uc, s.uc)) < s.margin)
+    return;
+  s.part   = part;
+  s.travel = std::max(travel, same ? s.travel : 0.0);
+  find_near(m, pts, u, uc, s);
+}
+
+const ContactRule* scene_property(const BondDef& d, const ContactScene& s, int a, int b)
+{
+  const ContactRule* last = nullptr;
+  each_rule(d, [&](const std::vector<ContactRule>& list, const ContactRule& r, std::uint64_t x, std::uint64_t y) {
+    if (&list == &d.property && fits(x, y, s.sides[a], s.sides[b])) last = &r;
+  });
+  return last;
+}

@@ -1,0 +1,165 @@
+#include <algorithm>
+#include <array>
+#include <map>
+
+#include "contact/contact.h"
+#include "shape/face.h"
+
+namespace {
+
+// is e an element of finite elements now?
+bool is_element(const Model& m, const Fracture& fr, int e)
+{
+  return m.mesh.elem_section[e] >= 0 && (fr.empty() || fr.phase[e] == AS_ELEMENT);
+}
+
+using FaceKey = std::array<int, 4>;
+
+FaceKey face_key(const Mesh& mesh, const Face& f)
+{
+  const ShapeInfo& info = shape_info[elem_table[mesh.elem_type[f.elem]].shape];
+  FaceKey key{{-1, -1, -1, -1}};
+  for (int k = 0; k < info.nfnode[f.face]; ++k) key[k] = mesh.conn.begin(f.elem)[info.face[f.face][k]];
+  std::sort(key.begin(), key.end());
+  return key;
+}
+
+struct OuterFace {
+  FaceKey key;
+  Face face;
+};
+
+// faces of elements with one owner, without those of bonded, in the order of their nodes
+std::vector<OuterFace> outer_faces(const Model& m, const Fracture& fr, const std::vector<Face>& bonded)
+{
+  std::vector<OuterFace> all, out;
+  for (int e = 0; e < m.mesh.nelem(); ++e)
+    for (int s = 0; is_element(m, fr, e) && s < shape_info[elem_table[m.mesh.elem_type[e]].shape].nface; ++s)
+      all.push_back({face_key(m.mesh, {e, s}), {e, s}});
+  std::vector<FaceKey> tied;
+  for (const Face& f : bonded) tied.push_back(face_key(m.mesh, f));
+  std::sort(tied.begin(), tied.end());
+  std::sort(all.begin(), all.end(), [](const OuterFace& a, const OuterFace& b) { return a.key < b.key; });
+  for (size_t i = 0, j; i < all.size(); i = j) {
+    for (j = i + 1; j < all.size() && all[j].key == all[i].key; ++j) {}
+    if (j == i + 1 && !std::binary_search(tied.begin(), tied.end(), all[i].key)) out.push_back(all[i]);
+  }
+  return out;
+}
+
+double area_of(int n, const double* X)
+{
+  const FaceRule& rule = face_rule(n);
+  double sum = 0.0, normal[3];
+  for (int g = 0; g < rule.n; ++g) sum += rule.w[g] * face_area(n, X, rule.xi[g], normal);
+  return sum;
+}
+
+double area_of(const Mesh& mesh, const Face& f)
+{
+  const ShapeInfo& info = shape_info[elem_table[mesh.elem_type[f.elem]].shape];
+  double X[12];
+  for (int k = 0; k < info.nfnode[f.face]; ++k)
+    std::copy_n(&mesh.X[3 * mesh.conn.begin(f.elem)[info.face[f.face][k]]], 3, X + 3 * k);
+  return area_of(info.nfnode[f.face], X);
+}
+
+double area_of(const Points& pts, int dim, const Face& f)
+{
+  const ShapeInfo& info = shape_info[pts.shape[f.elem]];
+  double X[12] = {0};
+  for (int k = 0; k < info.nfnode[f.face]; ++k)
+    std::copy_n(&pts.Xc[pts.conn.begin(f.elem)[info.face[f.face][k]] * dim], dim, X + 3 * k);
+  return area_of(info.nfnode[f.face], X);
+}
+
+// outer faces of elements by node
+struct FacesOfNodes {
+  std::vector<std::pair<int, int>> of;       // node, index of the face; ascending
+  explicit FacesOfNodes(const std::vector<OuterFace>& faces)
+  {
+    for (size_t i = 0; i < faces.size(); ++i)
+      for (int n : faces[i].key)
+        if (n >= 0) of.emplace_back(n, static_cast<int>(i));
+    std::sort(of.begin(), of.end());
+  }
+};
+
+// the outer face of an element that these nodes belong to, -1: none
+int face_under(const std::vector<OuterFace>& faces, const FacesOfNodes& around, const IntVec& node)
+{
+  auto it = std::lower_bound(around.of.begin(), around.of.end(), std::make_pair(node[0], 0));
+  for (; it != around.of.end() && it->first == node[0]; ++it) {
+    const FaceKey& key = faces[it->second].key;
+    if (std::all_of(node.begin(), node.end(),
+                    [&](int n) { return std::find(key.begin(), key.end(), n) != key.end(); }))
+      return it->second;
+  }
+  return -1;
+}
+
+// faces of the boundary of the points that hang on the outer face of an element are inside the body, as that
+// face is where they cover it
+void drop_covered(const Model& m, const Points& pts, std::vector<OuterFace>& faces, std::vector<Face>& boundary)
+{
+  const FacesOfNodes around(faces);
+  RealVec covered(faces.size(), 0.0);
+  IntVec node;
+  std::vector<Face> rest;
+  for (const Face& f : boundary) {
+    const ShapeInfo& info = shape_info[pts.shape[f.elem]];
+    node.clear();
+    for (int k = 0; k < info.nfnode[f.face]; ++k)
+      contact_base(m, pts, m.mesh.nnode() + pts.conn.begin(f.elem)[info.face[f.face][k]], node);
+    const bool hangs = *std::max_element(node.begin(), node.end()) < m.mesh.nnode();
+    const int under  = hangs ? face_under(faces, around, node) : -1;
+    if (under < 0) rest.push_back(f);
+    else covered[under] += area_of(pts, m.dim, f);
+  }
+  boundary.swap(rest);
+  size_t n = 0;
+  for (size_t i = 0; i < faces.size(); ++i)
+    if (covered[i] < (1.0 - 1e-6) * area_of(m.mesh, faces[i].face)) faces[n++] = faces[i];
+  faces.resize(n);
+}
+
+}  // namespace
+
+bool contact_general(const Model& m)
+{
+  return std::any_of(m.bond.begin(), m.bond.end(), [](const BondDef& d) { return d.general; });
+}
+
+void contact_base(const Model& m, const Points& pts, int kin, IntVec& out)
+{
+  const int nnode = m.mesh.nnode(), c = kin - nnode;
+  if (c < 0) {
+    out.push_back(kin);
+    return;
+  }
+  const int hangs = c < static_cast<int>(pts.hangs.size()) && pts.field[c] != FIELD_OWN ? pts.hangs[c]
+                                                                                        : HANG_GRID;
+  if (hangs == HANG_NODE) out.push_back(pts.hang.begin(c)[0]);
+  else if (hangs == HANG_CORNERS)
+    for (int k = 0; k < pts.hang.count(c); ++k) contact_base(m, pts, nnode - 1 - pts.hang.begin(c)[k], out);
+  else out.push_back(nnode + pts.twin[c]);
+}
+
+std::vector<SkinFace> contact_skin(const Model& m, const Fracture& fr, const Points& pts,
+                                   const std::vector<Face>& interface)
+{
+  std::vector<SkinFace> skin;
+  if (!contact_general(m)) return skin;
+  std::vector<Face> bonded = interface, boundary = pts.boundary;
+  for (const BondDef& d : m.bond)
+    if (d.kind == BOND_MESH_GRID && d.surface >= 0)
+      bonded.insert(bonded.end(), m.surface[d.surface].face.begin(), m.surface[d.surface].face.end());
+  std::vector<OuterFace> faces = outer_faces(m, fr, bonded);
+  drop_covered(m, pts, faces, boundary);
+  for (const OuterFace& f : faces) skin.push_back({f.face.elem, f.face.face, 0});
+  std::sort(skin.begin(), skin.end(), [](const SkinFace& a, const SkinFace& b) {
+    return a.elem != b.elem ? a.elem < b.elem : a.face < b.face;
+  });
+  for (const Face& f : boundary) skin.push_back({f.elem, f.face, 1});
+  return skin;
+}

@@ -1,0 +1,65 @@
+#include "contact/contact_tree.h"
+
+#include <algorithm>
+#include <numeric>
+
+namespace {
+
+const int LEAF = 8;            // boxes of a leaf
+
+bool meet(const ContactBox& a, const ContactBox& b)
+{
+  for (int i = 0; i < 3; ++i)
+    if (a.lo[i] > b.hi[i] || b.lo[i] > a.hi[i]) return false;
+  return true;
+}
+
+}  // namespace
+
+ContactTree::ContactTree(const std::vector<ContactBox>& box) : box_(box), item_(box.size())
+{
+  std::iota(item_.begin(), item_.end(), 0);
+  if (!box.empty()) split(0, static_cast<int>(box.size()));
+}
+
+void ContactTree::split(int first, int last)
+{
+  Node n{box_[item_[first]], first, last, 0};
+  for (int k = first; k < last; ++k)
+    for (int i = 0; i < 3; ++i) {
+      n.box.lo[i] = std::min(n.box.lo[i], box_[item_[k]].lo[i]);
+      n.box.hi[i] = std::max(n.box.hi[i], box_[item_[k]].hi[i]);
+    }
+  const size_t at = node_.size();
+  node_.push_back(n);
+  if (last - first <= LEAF) return;
+  int axis = 0;
+  for (int i = 1; i < 3; ++i)
+    if (n.box.hi[i] - n.box.lo[i] > n.box.hi[axis] - n.box.lo[axis]) axis = i;
+  const int middle = (first + last) / 2;
+  std::nth_element(item_.begin() + first, item_.begin() + middle, item_.begin() + last, [&](int a, int b) {
+    const double x = box_[a].lo[axis] + box_[a].hi[axis], y = box_[b].lo[axis] + box_[b].hi[axis];
+    return x != y ? x < y : a < b;
+  });
+  split(first, middle);
+  node_[at].right = static_cast<int>(node_.size());
+  split(middle, last);
+}
+
+void ContactTree::overlap(const ContactBox& b, IntVec& found) const
+{
+  int stack[64], n = 0;
+  if (!node_.empty()) stack[n++] = 0;
+  while (n > 0) {
+    const int at = stack[--n];
+    const Node& node = node_[at];
+    if (!meet(node.box, b)) continue;
+    if (node.right) {
+      stack[n++] = node.right;
+      stack[n++] = at + 1;
+      continue;
+    }
+    for (int k = node.first; k < node.last; ++k)
+      if (meet(box_[item_[k]], b)) found.push_back(item_[k]);
+  }
+}

@@ -1,0 +1,34 @@
+// ---------------------------------------------------------------------------
+// contact_tree.h : which of many boxes overlap a box: a binary tree of boxes, split at the middle item along
+// the longest axis; n log n to make, log n and what is found to ask
+// ---------------------------------------------------------------------------
+#ifndef MPFE_CONTACT_CONTACT_TREE_H
+#define MPFE_CONTACT_CONTACT_TREE_H
+
+#include <vector>
+
+#include "base/types.h"
+
+struct ContactBox {
+  double lo[3], hi[3];
+};
+
+class ContactTree {
+public:
+  explicit ContactTree(const std::vector<ContactBox>& box);
+  // overlap : the boxes that overlap b are added to found, in no order
+  void overlap(const ContactBox& b, IntVec& found) const;
+
+private:
+  struct Node {
+    ContactBox box;
+    int first, last;           // items of a leaf
+    int right;                 // node of the second half, 0: a leaf; the first half follows its node
+  };
+  const std::vector<ContactBox>& box_;
+  IntVec item_;
+  std::vector<Node> node_;
+  void split(int first, int last);
+};
+
+#endif

@@ -1,0 +1,177 @@
+#include "deck/kw_contact.h"
+
+// OVERLAP=PUSH|ADJUST|REFUSE, or ADJUST=a as Abaqus has it: gaps up to a count as zero too
+void contact_overlap(Card& card, BondDef& b)
+{
+  const HeadParam* const adjust = card_param(card, "ADJUST");
+  const int word = card_param_word(card, "OVERLAP", "PUSH|ADJUST|REFUSE",
+                                   adjust ? OVERLAP_ADJUST : OVERLAP_PUSH);
+  b.overlap = static_cast<OverlapPolicy>(word < 0 ? 0 : word);
+  b.adjust  = card_param_real(card, "ADJUST", 0.0, at_least(0.0));
+  if (adjust && word >= 0 && word != OVERLAP_ADJUST)
+    card_error(card, adjust->key, "ADJUST=a goes with OVERLAP=ADJUST only");
+}
+
+void contact_twice(Card& card)
+{
+  const bool interaction = card_param(card, "INTERACTION");
+  if (card_param(card, "PENALTY") && card_param(card, "ALPHA"))
+    card_error(card, card_param(card, "ALPHA")->key,
+               "the penalty is given twice: take PENALTY (force/length^3) or ALPHA (penalty = ALPHA E/h)");
+  for (const char* name : {"PENALTY", "ALPHA", "FRICTION"})
+    if (interaction && card_param(card, name))
+      card_error(card, card_param(card, name)->key,
+                 std::string(name) +
+                     " does not go with INTERACTION: it is said there, by *SURFACE BEHAVIOR or *FRICTION");
+}
+
+const Interaction* contact_interaction(Deck& d, const Field& at)
+{
+  std::vector<std::string> names;
+  for (const Interaction& in : d.interaction) {
+    names.push_back(in.name);
+    if (in.name == text_upper(at.text)) return &in;
+  }
+  deck_error(d, at,
+             "there is no *SURFACE INTERACTION, NAME=" + text_show(at.text) +
+                 text_suggest(text_upper(at.text), names));
+  return nullptr;
+}
+
+void contact_take(const Interaction& in, BondDef& b)
+{
+  b.penalty  = in.penalty;
+  b.friction = in.friction;
+  b.stick    = in.stick;
+}
+
+namespace {
+
+const std::size_t MOST_RULES = 30;     // two bits of 64 a rule (ContactScene::sides)
+
+// the *CONTACT of the deck, -1: none yet
+int general_of(const Model& m)
+{
+  for (std::size_t i = 0; i < m.bond.size(); ++i)
+    if (m.bond[i].general) return static_cast<int>(i);
+  return -1;
+}
+
+// surface, element set or body of a name; an empty word: all faces
+ContactSide contact_side(Deck& d, const Model& m, const Field& at)
+{
+  ContactSide side;
+  if (at.empty()) return side;
+  const std::string name = text_upper(at.text);
+  if (name == "ALL EXTERIOR") return side;
+  side.surface = model_find_surface(m, name);
+  if (side.surface < 0) side.body = model_find_body(m, name);
+  if (side.surface < 0 && side.body < 0) side.elset = model_find_elset(m, name);
+  if (side.surface < 0 && side.body < 0 && side.elset < 0) {
+    std::vector<std::string> names;
+    for (const Surface& s : m.surface) names.push_back(s.name);
+    for (const Body& b : m.body) names.push_back(b.name);
+    for (const Set& s : m.elset) names.push_back(s.name);
+    deck_error(d, at, "there is no surface, body or element set " + text_show(at.text) +
+                          text_suggest(name, names));
+  }
+  return side;
+}
+
+enum RuleKind { RULE_INCLUDE, RULE_EXCLUDE, RULE_PROPERTY };
+
+std::vector<ContactRule>& rules_of(BondDef& b, RuleKind kind)
+{
+  return kind == RULE_INCLUDE ? b.include : kind == RULE_EXCLUDE ? b.exclude : b.property;
+}
+
+// a line: side, side[, interaction]; an empty first side: all faces, an empty second one: the first
+void rule_line(Card& card, int general, RuleKind kind)
+{
+  const Field a = card_field(card, "surface"),
+              b = card_more(card) ? card_field(card, "second surface") : Field();
+  const Field property = kind == RULE_PROPERTY ? card_field(card, "surface interaction") : Field();
+  card_later(card, STAGE_STEP, [=](Deck& d, Model& m) {
+    ContactRule rule;
+    rule.a = contact_side(d, m, a);
+    rule.b = b.empty() && !a.empty() ? rule.a : contact_side(d, m, b);
+    const Interaction* in = kind == RULE_PROPERTY ? contact_interaction(d, property) : nullptr;
+    if (in) rule.friction = in->friction;
+    if (in) rule.stick    = in->stick;
+    if (in) rule.penalty  = in->penalty;
+    rules_of(m.bond[general], kind).push_back(rule);
+  });
+}
+
+void read_rules(Card& card, Model& model, RuleKind kind)
+{
+  const int general = general_of(model);
+  if (general < 0) card_error(card, card.head.at, "it belongs to *CONTACT, which must stand before it");
+  while (card_line(card))
+    if (general >= 0) rule_line(card, general, kind);
+    else card.next = card.field.size();
+}
+
+// faces of contact pairs meet there; without inclusions everything meets everything
+void complete(Deck& d, Model& m, int general)
+{
+  BondDef& g = m.bond[general];
+  if (g.include.empty()) g.include.push_back(ContactRule());
+  if (g.include.size() + g.exclude.size() + g.property.size() + m.bond.size() > MOST_RULES)
+    deck_error(d, deck_field(d, g.place, "CONTACT"),
+               "inclusions, exclusions, properties and contact pairs are more than 30 in all");
+  for (const BondDef& b : m.bond)
+    if (b.kind == BOND_CONTACT && !b.general && b.surface >= 0 && b.master >= 0) {
+      ContactRule rule;
+      rule.a.surface = b.surface;
+      rule.b.surface = b.master;
+      g.exclude.push_back(rule);
+    }
+}
+
+}  // namespace
+
+// ---------------------------------------------------------------------------
+// *CONTACT[, NAME=][, FRICTION=][, PENALTY= | ALPHA=][, INTERACTION=][, INTERMEDIATE=][, OVERLAP=][, ADJUST=] :
+// general contact of all outer faces, unless *CONTACT INCLUSIONS says which
+// ---------------------------------------------------------------------------
+void kw_contact(Card& card, Model& model)
+{
+  BondDef b;
+  b.kind     = BOND_CONTACT;
+  b.general  = true;
+  b.name     = card_param(card, "NAME") ? card_param_name(card, "NAME") : "GENERAL";
+  b.place    = card_place(card);
+  b.penalty  = card_param_real(card, "PENALTY", 0.0, above(0.0));
+  b.alpha    = card_param_real(card, "ALPHA", 0.0, above(0.0));
+  b.friction = card_param_real(card, "FRICTION", 0.0, at_least(0.0));
+  b.intermediate = card_param_int(card, "INTERMEDIATE", 1, 0, 1000);
+  contact_overlap(card, b);
+  contact_twice(card);
+  const Field interaction = card_param_field(card, "INTERACTION");
+  if (general_of(model) >= 0) card_error(card, card.head.at, "there is a *CONTACT already; one holds for all");
+  for (const BondDef& other : model.bond)
+    if (other.name == b.name && !other.general)
+      card_error(card, card.head.at, "bond or contact " + b.name + " is defined already");
+  const int i = static_cast<int>(model.bond.size());
+  model.bond.push_back(b);
+  card_later(card, STAGE_STEP, [=](Deck& d, Model& m) {
+    const Interaction* in = interaction.empty() ? nullptr : contact_interaction(d, interaction);
+    if (in) contact_take(*in, m.bond[i]);
+  });
+  card_later(card, STAGE_END, [=](Deck& d, Model& m) { complete(d, m, i); });
+}
+
+// *CONTACT INCLUSIONS[, ALL EXTERIOR] : side, side; what general contact keeps apart
+void kw_contact_inclusions(Card& card, Model& model)
+{
+  const int general = general_of(model);
+  if (card_flag(card, "ALL EXTERIOR") && general >= 0) model.bond[general].include.push_back(ContactRule());
+  read_rules(card, model, RULE_INCLUDE);
+}
+
+// *CONTACT EXCLUSIONS : side, side; what general contact leaves alone
+void kw_contact_exclusions(Card& card, Model& model) { read_rules(card, model, RULE_EXCLUDE); }
+
+// *CONTACT PROPERTY ASSIGNMENT : side, side, interaction; the last line that fits two faces counts
+void kw_contact_property(Card& card, Model& model) { read_rules(card, model, RULE_PROPERTY); }
