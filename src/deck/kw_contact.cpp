@@ -145,7 +145,7 @@ void kw_contact(Card& card, Model& model)
   b.penalty  = card_param_real(card, "PENALTY", 0.0, above(0.0));
   b.alpha    = card_param_real(card, "ALPHA", 0.0, above(0.0));
   b.friction = card_param_real(card, "FRICTION", 0.0, at_least(0.0));
-  b.intermediate = card_param_int(card, "INTERMEDIATE", 1, 0, 1000);
+  b.intermediate = card_param_int(card, "INTERMEDIATE", -1, 0, 1000);
   contact_overlap(card, b);
   contact_twice(card);
   const Field interaction = card_param_field(card, "INTERACTION");
