@@ -26,9 +26,9 @@ struct BondFace {
 void bond_skin(const Model& m, const Points& pts, const std::vector<SkinFace>& skin, Bonds& bonds);
 
 // bond_rebuild : bonds of the interfaces that conversion has made, slave points of contact on points that
-// were elements, and those of general contact, from scratch; slips and multipliers of bonds that were there before are kept. Bonds of the
-// deck that have lost a node (node_lost [nnode]) tie nothing any more. Returns the slave points that were not
-// there before.
+// were elements, and those of general contact, from scratch; slips and multipliers of bonds that were there
+// before are kept. Bonds of the deck that have lost a node (node_lost [nnode]) tie nothing any more. Returns
+// the slave points that were not there before.
 IntVec bond_rebuild(const Model& m, const Points& pts, const std::vector<BondFace>& face,
                     const IntVec& node_lost, const std::vector<SkinFace>& skin, Bonds& bonds, Level& l);
 

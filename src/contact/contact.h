@@ -41,10 +41,9 @@ struct ContactScene;
 
 // contact_search : nearest master face of every place within reach; bodies apart cost their boxes only
 //   in   xb [nbond*dim] places of side A at t(n);  u, uc displacements of nodes and corners;
-//        is_static, travel  general contact, see scene_update
+//        scene  near faces of general contact, of scene_update
 void contact_search(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& u,
-                    const RealVec& uc, const RealVec& xb, bool is_static, double travel, ContactScene& scene,
-                    ContactPairs& pairs);
+                    const RealVec& uc, const RealVec& xb, const ContactScene& scene, ContactPairs& pairs);
 
 // contact_search_start : the same for contact pairs with the master faces of t = 0, whatever became of their
 // elements since; u, uc, xb of t = 0

@@ -32,8 +32,8 @@ struct Hit {                   // a face that is met, and where
 // how a point projects on a face: not, on its rim, inside
 enum Projection { PROJ_NONE, PROJ_RIM, PROJ_OVER };
 
-// contact_meet : the place of f that p [3] meets: p lies over f, or beside its rim by no more than a hundredth
-// of its size. None beyond reach or when p has entered by more than half of its size.
+// contact_meet : the place of f that p [3] meets: p lies over f, or beside its rim by no more than a
+// hundredth of its size. None beyond reach or when p has entered by more than half of its size.
 Projection contact_meet(const MasterFace& f, const double* p, double reach, Hit& hit);
 
 // contact_nearer : takes the face of hit into best, the nearest faces so far, of one kind of projection

@@ -58,27 +58,29 @@ bool on_side(const Model& m, const Points& pts, const SkinFace& f, const Contact
                      [&](const Face& g) { return g.elem == f.elem && g.face == f.face; });
 }
 
-// calls use(rule, bit of its side a, bit of its side b)
+using RuleList = std::vector<ContactRule>;
+
+// calls use(list, rule, bit of its side a, bit of its side b)
 template <class Use>
 void each_rule(const BondDef& d, Use use)
 {
   int bit = 0;
   for (const std::vector<ContactRule>* list : {&d.include, &d.exclude, &d.property})
     for (const ContactRule& r : *list) {
-      use(*list, r, std::uint64_t(1) << bit, std::uint64_t(1) << (bit + 1));
+      use(*list, r, SideBits(1) << bit, SideBits(1) << (bit + 1));
       bit += 2;
     }
 }
 
-bool fits(std::uint64_t a, std::uint64_t b, std::uint64_t x, std::uint64_t y)
+bool fits(SideBits a, SideBits b, SideBits x, SideBits y)
 {
   return ((x & a) && (y & b)) || ((x & b) && (y & a));
 }
 
-bool allowed(const BondDef& d, std::uint64_t x, std::uint64_t y)
+bool allowed(const BondDef& d, SideBits x, SideBits y)
 {
   bool in = false, out = false;
-  each_rule(d, [&](const std::vector<ContactRule>& list, const ContactRule&, std::uint64_t a, std::uint64_t b) {
+  each_rule(d, [&](const RuleList& list, const ContactRule&, SideBits a, SideBits b) {
     if (&list == &d.include) in = in || fits(a, b, x, y);
     if (&list == &d.exclude) out = out || fits(a, b, x, y);
   });
@@ -110,8 +112,8 @@ void describe(const Model& m, const Points& pts, const Bonds& bonds, ContactScen
     base.erase(std::unique(base.begin(), base.end()), base.end());
     s.base.item.insert(s.base.item.end(), base.begin(), base.end());
     s.base.off.push_back(static_cast<int>(s.base.item.size()));
-    std::uint64_t sides = 0;
-    each_rule(d, [&](const std::vector<ContactRule>&, const ContactRule& r, std::uint64_t a, std::uint64_t b) {
+    SideBits sides = 0;
+    each_rule(d, [&](const RuleList&, const ContactRule& r, SideBits a, SideBits b) {
       if (on_side(m, pts, f, r.a)) sides |= a;
       if (on_side(m, pts, f, r.b)) sides |= b;
     });
@@ -195,6 +197,7 @@ void find_near(const Model& m, const Points& pts, const RealVec& u, const RealVe
 void scene_update(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& u, const RealVec& uc,
                   bool is_static, double travel, ContactScene& s)
 {
+  if (bonds.skin.empty()) return;
   const double part = is_static ? REACH_STATIC : REACH_MOTION;
   const long built  = s.built;
   const bool same   = s.skin == bonds.skin && s.built > 0;
@@ -213,7 +216,7 @@ void scene_update(const Model& m, const Points& pts, const Bonds& bonds, const R
 const ContactRule* scene_property(const BondDef& d, const ContactScene& s, int a, int b)
 {
   const ContactRule* last = nullptr;
-  each_rule(d, [&](const std::vector<ContactRule>& list, const ContactRule& r, std::uint64_t x, std::uint64_t y) {
+  each_rule(d, [&](const RuleList& list, const ContactRule& r, SideBits x, SideBits y) {
     if (&list == &d.property && fits(x, y, s.sides[a], s.sides[b])) last = &r;
   });
   return last;

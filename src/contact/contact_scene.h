@@ -8,6 +8,8 @@
 
 #include "contact/contact_meet.h"
 
+using SideBits = std::uint64_t;
+
 // What stays as long as the faces are the same
 struct ContactScene {
   std::vector<SkinFace> skin;  // Bonds::skin that the rest belongs to
@@ -15,7 +17,7 @@ struct ContactScene {
   IntVec field;
   IntVec body;                 // [skin] connected part of the mesh at t = 0, or grid field of a body
   ListTable base;              // [skin] nodes and corners that carry the face
-  std::vector<std::uint64_t> sides;    // [skin] bits: sides of the rules of which it is one
+  std::vector<SideBits> sides; // [skin] bits: sides of the rules of which it is one
   RealVec X, normal, size;     // [skin*3], [skin*3], [skin] centre, unit normal, longest edge at t = 0
   // near faces, found when the places were u, uc
   ListTable near;              // [skin]

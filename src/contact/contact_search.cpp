@@ -102,8 +102,8 @@ void search_pair(const Model& m, const Points& pts, const Bonds& bonds, int firs
   }
 }
 
-// Faces that look at each other: cosine of their normals below this. A face that stands across another, as the
-// side of a block on a floor, does not push on it.  Test: verification/stress/contact_general.inp
+// Faces that look at each other: cosine of their normals below this. A face that stands across another, as
+// the side of a block on a floor, does not push on it.  Test: verification/stress/contact_general.inp
 const double OPPOSED = -0.2;
 
 // places of general contact: bonds first ... last-1, face by face
@@ -199,7 +199,7 @@ void search(const Model& m, const Points& pts, const Bonds& bonds, bool at_start
   pairs.size.assign(bonds.nbond, 0.0);
   for (int first = 0, last; first < bonds.nbond; first = last) {       // bonds of a definition stand together
     for (last = first; last < bonds.nbond && bonds.def[last] == bonds.def[first]; ++last) {}
-    const bool general = bonds.skin_of[first] >= 0;
+    const bool general = !bonds.skin.empty() && bonds.skin_of[first] >= 0;
     if (general && scene) {
       GeneralSearch g{m, pts, bonds, u, uc, xb, *scene, {}, {}};
       search_general(g, first, last, pairs);
@@ -215,12 +215,9 @@ void search(const Model& m, const Points& pts, const Bonds& bonds, bool at_start
 }  // namespace
 
 void contact_search(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& u,
-                    const RealVec& uc, const RealVec& xb, bool is_static, double travel, ContactScene& scene,
-                    ContactPairs& pairs)
+                    const RealVec& uc, const RealVec& xb, const ContactScene& scene, ContactPairs& pairs)
 {
-  const bool general = !bonds.skin.empty();
-  if (general) scene_update(m, pts, bonds, u, uc, is_static, travel, scene);
-  search(m, pts, bonds, false, u, uc, xb, general ? &scene : nullptr, pairs);
+  search(m, pts, bonds, false, u, uc, xb, &scene, pairs);
 }
 
 void contact_search_start(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& u,
@@ -233,7 +230,8 @@ void contact_search_start(const Model& m, const Points& pts, const Bonds& bonds,
 void contact_stiffness(const Level& l, int dim, const ContactPairs& pairs, Bonds& bonds)
 {
   for (int b = 0; b < bonds.nbond; ++b) {
-    if (bonds.skin_of[b] < 0 || !pairs.master.count(b) || l.slip[b * dim] < 0.0) continue;
+    const bool pushes = l.slip[b * dim] < 0.0;
+    if (bonds.skin.empty() || bonds.skin_of[b] < 0 || !pairs.master.count(b) || pushes) continue;
     bonds.cn[b]       = pairs.penalty[b] * bonds.area[b];
     bonds.ct[b]       = pairs.stick[b] > 0.0 ? pairs.stick[b] * bonds.area[b] : bonds.cn[b];
     bonds.friction[b] = pairs.friction[b];

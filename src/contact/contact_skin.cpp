@@ -100,7 +100,8 @@ int face_under(const std::vector<OuterFace>& faces, const FacesOfNodes& around, 
 
 // faces of the boundary of the points that hang on the outer face of an element are inside the body, as that
 // face is where they cover it
-void drop_covered(const Model& m, const Points& pts, std::vector<OuterFace>& faces, std::vector<Face>& boundary)
+void drop_covered(const Model& m, const Points& pts, std::vector<OuterFace>& faces,
+                  std::vector<Face>& boundary)
 {
   const FacesOfNodes around(faces);
   RealVec covered(faces.size(), 0.0);

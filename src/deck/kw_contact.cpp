@@ -132,8 +132,8 @@ void complete(Deck& d, Model& m, int general)
 }  // namespace
 
 // ---------------------------------------------------------------------------
-// *CONTACT[, NAME=][, FRICTION=][, PENALTY= | ALPHA=][, INTERACTION=][, INTERMEDIATE=][, OVERLAP=][, ADJUST=] :
-// general contact of all outer faces, unless *CONTACT INCLUSIONS says which
+// *CONTACT[, NAME=][, FRICTION=][, PENALTY= | ALPHA=][, INTERACTION=][, INTERMEDIATE=][, OVERLAP=]
+// [, ADJUST=] : general contact of all outer faces, unless *CONTACT INCLUSIONS says which
 // ---------------------------------------------------------------------------
 void kw_contact(Card& card, Model& model)
 {
@@ -149,7 +149,8 @@ void kw_contact(Card& card, Model& model)
   contact_overlap(card, b);
   contact_twice(card);
   const Field interaction = card_param_field(card, "INTERACTION");
-  if (general_of(model) >= 0) card_error(card, card.head.at, "there is a *CONTACT already; one holds for all");
+  if (general_of(model) >= 0)
+    card_error(card, card.head.at, "there is a *CONTACT already; one holds for all");
   for (const BondDef& other : model.bond)
     if (other.name == b.name && !other.general)
       card_error(card, card.head.at, "bond or contact " + b.name + " is defined already");

@@ -89,7 +89,8 @@ int start_contact(const Model& m, State& st, ContactScene& scene, ContactPairs& 
 {
   RealVec xb;
   bond_places(m, st.points, st.bonds, st.n.u, st.n.uc, xb);
-  contact_search(m, st.points, st.bonds, st.n.u, st.n.uc, xb, true, 0.0, scene, pairs);
+  scene_update(m, st.points, st.bonds, st.n.u, st.n.uc, true, 0.0, scene);
+  contact_search(m, st.points, st.bonds, st.n.u, st.n.uc, xb, scene, pairs);
   const int errors = contact_start(m, st.bonds, pairs, xb);
   for (int b = 0; b < st.bonds.nbond; ++b)
     if (st.bonds.field[b] == SIDE_CONTACT)
@@ -176,8 +177,9 @@ Failure step_prepare(Problem& p, const Step& s)
   if (has_contact(p.m)) {
     Timer timer(PHASE_CONTACT);
     const bool is_static = s.proc == PROC_STATIC;
-    contact_search(p.m, st.points, st.bonds, st.n.u, st.n.uc, xb, is_static,
-                   is_static ? 0.0 : 2.0 * st.clock.dt * fastest(st.n), p.d.scene, p.d.pairs);
+    const double travel  = is_static ? 0.0 : 2.0 * st.clock.dt * fastest(st.n);
+    scene_update(p.m, st.points, st.bonds, st.n.u, st.n.uc, is_static, travel, p.d.scene);
+    contact_search(p.m, st.points, st.bonds, st.n.u, st.n.uc, xb, p.d.scene, p.d.pairs);
     contact_stiffness(st.n, p.m.dim, p.d.pairs, st.bonds);
     contact_initial(st.n, p.m.dim, s.proc == PROC_DYNAMIC, st.bonds, p.d.pairs);
     st.log.contact_searched += p.d.pairs.searched;

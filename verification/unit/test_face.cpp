@@ -5,6 +5,7 @@
 
 #include "bond/bond.h"
 #include "contact/contact.h"
+#include "contact/contact_scene.h"
 #include "point/point.h"
 #include "shape/face.h"
 
@@ -167,7 +168,7 @@ TEST(Face, ContactOverASharedNodeIsSymmetric)
     Points points;
     points.surface.resize(1);
     ContactPairs pairs;
-    contact_search(m, points, bonds, RealVec(57, 0.0), RealVec(), {0.0, 0.0, top - 0.05}, pairs);
+    contact_search(m, points, bonds, RealVec(57, 0.0), RealVec(), {0.0, 0.0, top - 0.05}, ContactScene(), pairs);
     EXPECT_EQ(16, pairs.master.count(0));
     EXPECT_NEAR(0.0, pairs.normal[0], 1e-12);
     EXPECT_NEAR(0.0, pairs.normal[1], 1e-12);
@@ -183,7 +184,7 @@ TEST(Face, ContactOverASharedNodeIsSymmetric)
     EXPECT_NEAR(0.0, place[0], 1e-12);
     EXPECT_NEAR(0.0, place[1], 1e-12);
     // a little aside one face is enough again
-    contact_search(m, points, bonds, RealVec(57, 0.0), RealVec(), {0.1, 0.2, top - 0.05}, pairs);
+    contact_search(m, points, bonds, RealVec(57, 0.0), RealVec(), {0.1, 0.2, top - 0.05}, ContactScene(), pairs);
     EXPECT_EQ(4, pairs.master.count(0));
   }
 }
@@ -215,7 +216,7 @@ TEST(Face, ContactMeetsNearTheRimAndNotTooDeep)
   points.surface.resize(1);
   const auto meets = [&](double beside, double gap) {
     ContactPairs pairs;
-    contact_search(m, points, bonds, RealVec(27, 0.0), RealVec(), {1.0 + beside, 0.5, gap}, pairs);
+    contact_search(m, points, bonds, RealVec(27, 0.0), RealVec(), {1.0 + beside, 0.5, gap}, ContactScene(), pairs);
     return pairs.master.count(0) > 0;
   };
   EXPECT_TRUE(meets(-0.1, 0.1));

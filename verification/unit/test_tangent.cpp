@@ -27,10 +27,9 @@ struct Contact {               // one bond with an oblique normal; the penalty i
   Contact(int dimension, double gap, double friction) : dim(dimension)
   {
     m.dim = dim;
-    m.bond.resize(1);
-    m.bond[0].friction = friction;
     bonds.nbond = 1;
     bonds.def   = {0};
+    bonds.friction = {friction};
     bonds.cn    = {3.0};
     bonds.ct    = {2.5};
     pairs.gap   = {gap};
