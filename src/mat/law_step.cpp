@@ -80,7 +80,7 @@ void discrete_gradient(const LawOutput& zero, const LawOutput& one, double gone,
 const Law& law_of(const MatLaw& law)
 {
   static const Law table[] = {
-      {"St.Venant-Kirchhoff", 0, true, law_svk},
+      {"elastic", 0, true, law_svk},
       {"neo-Hooke", 0, false, law_neo_hooke},
       {"J2 plasticity", 8, false, law_j2},
       {"granular", 8, false, law_granular},

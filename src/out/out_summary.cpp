@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "base/log.h"
+#include "mat/law.h"
 #include "out/out.h"
 
 namespace {
@@ -190,8 +191,8 @@ void print_bonds(std::FILE* file, const Model& m, const Bonds& bonds)
 void print_materials(std::FILE* file, const Model& m)
 {
   for (const Material& mat : m.material) {
-    std::fprintf(file, "  material %-6s E %g, nu %g, density %g", mat.name.c_str(), mat.young, mat.poisson,
-                 mat.density);
+    std::fprintf(file, "  material %-6s %s, E %g, nu %g, density %g", mat.name.c_str(),
+                 law_of(mat_law(mat, PLANE_NONE)).name, mat.young, mat.poisson, mat.density);
     if (wave_speed(mat) > 0.0) std::fprintf(file, ", pressure waves %.6g", wave_speed(mat));
     if (mat.has_damping) std::fprintf(file, ", damping alpha %g, beta %g", mat.alpha, mat.beta);
     std::fprintf(file, "%s\n", mat.used ? "" : " (not used)");
