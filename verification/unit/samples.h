@@ -16,6 +16,19 @@ inline KernelMode energy_momentum(double dissipation)
   return mode;
 }
 
+// E 200; yield: stresses at the plastic strains
+inline Material material_of(LawKind kind, double poisson, const RealVec& yield, const RealVec& plastic_strain)
+{
+  Material m;
+  m.law            = kind;
+  m.young          = 200.0;
+  m.poisson        = poisson;
+  m.yield          = yield;
+  m.plastic_strain = plastic_strain;
+  m.used           = true;
+  return m;
+}
+
 inline RealVec right_hand_side(const SysMatrix& A)
 {
   RealVec b(A.neq());

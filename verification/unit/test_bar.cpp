@@ -10,24 +10,13 @@
 
 namespace {
 
-Material sample(LawKind kind)
-{
-  Material m;
-  m.law            = kind;
-  m.young          = 200.0;
-  m.poisson        = 0.45;
-  m.yield          = {1.0, 6.0};
-  m.plastic_strain = {0.0, 1.0};
-  return m;
-}
-
 // a distorted quadrilateral or brick
 struct Element {
   Material material;
   MatLaw law;
   BarGroup g;
   RealVec dNdX, w, h;
-  Element(int dim, LawKind kind) : material(sample(kind))
+  Element(int dim, LawKind kind) : material(material_of(kind, 0.45, {1.0, 6.0}, {0.0, 1.0}))
   {
     law = mat_law(material, dim == 2 ? PLANE_STRAIN : PLANE_NONE);
     const Shape shape = dim == 2 ? SHAPE_QUAD4 : SHAPE_HEX8;

@@ -55,6 +55,25 @@ Model brick_row(int n)
   return m;
 }
 
+// what one contact point at x meets of surface 0 of a model that has not moved
+ContactPairs pairs_of_point(Model m, const RealVec& x)
+{
+  m.bond.resize(1);
+  m.bond[0].kind   = BOND_CONTACT;
+  m.bond[0].master = 0;
+  Bonds bonds;
+  bonds.nbond  = 1;
+  bonds.def    = {0};
+  bonds.field  = {SIDE_CONTACT};
+  bonds.offset = {0.0};
+  bonds.area   = {1.0};
+  Points points;
+  points.surface.resize(1);
+  ContactPairs pairs;
+  contact_search(m, points, bonds, RealVec(m.mesh.X.size(), 0.0), RealVec(), x, ContactScene(), pairs);
+  return pairs;
+}
+
 }  // namespace
 
 TEST(Face, LatticeSharesSumToTheArea)
@@ -155,20 +174,7 @@ TEST(Face, ContactOverASharedNodeIsSymmetric)
       s.face.push_back({e, 1});
     }
     m.surface.push_back(s);
-    BondDef d;
-    d.kind = BOND_CONTACT;
-    d.master = 0;
-    m.bond.push_back(d);
-    Bonds bonds;
-    bonds.nbond = 1;
-    bonds.def   = {0};
-    bonds.field  = {SIDE_CONTACT};
-    bonds.offset = {0.0};
-    bonds.area   = {1.0};
-    Points points;
-    points.surface.resize(1);
-    ContactPairs pairs;
-    contact_search(m, points, bonds, RealVec(57, 0.0), RealVec(), {0.0, 0.0, top - 0.05}, ContactScene(), pairs);
+    const ContactPairs pairs = pairs_of_point(m, {0.0, 0.0, top - 0.05});
     EXPECT_EQ(16, pairs.master.count(0));
     EXPECT_NEAR(0.0, pairs.normal[0], 1e-12);
     EXPECT_NEAR(0.0, pairs.normal[1], 1e-12);
@@ -184,8 +190,7 @@ TEST(Face, ContactOverASharedNodeIsSymmetric)
     EXPECT_NEAR(0.0, place[0], 1e-12);
     EXPECT_NEAR(0.0, place[1], 1e-12);
     // a little aside one face is enough again
-    contact_search(m, points, bonds, RealVec(57, 0.0), RealVec(), {0.1, 0.2, top - 0.05}, ContactScene(), pairs);
-    EXPECT_EQ(4, pairs.master.count(0));
+    EXPECT_EQ(4, pairs_of_point(m, {0.1, 0.2, top - 0.05}).master.count(0));
   }
 }
 
@@ -203,21 +208,8 @@ TEST(Face, ContactMeetsNearTheRimAndNotTooDeep)
   m.mesh.elem_type  = {ELEM_C3D8};
   m.surface.resize(1);
   m.surface[0].face = {{0, 1}};
-  m.bond.resize(1);
-  m.bond[0].kind   = BOND_CONTACT;
-  m.bond[0].master = 0;
-  Bonds bonds;
-  bonds.nbond  = 1;
-  bonds.def    = {0};
-  bonds.field  = {SIDE_CONTACT};
-  bonds.offset = {0.0};
-  bonds.area   = {1.0};
-  Points points;
-  points.surface.resize(1);
   const auto meets = [&](double beside, double gap) {
-    ContactPairs pairs;
-    contact_search(m, points, bonds, RealVec(27, 0.0), RealVec(), {1.0 + beside, 0.5, gap}, ContactScene(), pairs);
-    return pairs.master.count(0) > 0;
+    return pairs_of_point(m, {1.0 + beside, 0.5, gap}).master.count(0) > 0;
   };
   EXPECT_TRUE(meets(-0.1, 0.1));
   EXPECT_TRUE(meets(0.009, 0.1));                    // rim

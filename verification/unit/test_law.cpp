@@ -5,22 +5,13 @@
 #include <random>
 
 #include "mat/law.h"
+#include "mat/voigt.h"
 #include "samples.h"
 
 namespace {
 
 // E 200, nu 0.3; neo-Hooke with the same constants of small strains; yield 1, hardening 5, then 2
-Material sample(LawKind kind)
-{
-  Material m;
-  m.law            = kind;
-  m.young          = 200.0;
-  m.poisson        = 0.3;
-  m.yield          = {1.0, 1.5, 1.9};
-  m.plastic_strain = {0.0, 0.1, 0.3};
-  m.used           = true;
-  return m;
-}
+Material sample(LawKind kind) { return material_of(kind, 0.3, {1.0, 1.5, 1.9}, {0.0, 0.1, 0.3}); }
 
 struct Point {
   MatLaw law;
@@ -48,11 +39,6 @@ void random_strain(std::mt19937& gen, double size, Plane plane, double* E)
   for (int i = 0; i < 6; ++i) E[i] = any(gen);
   if (plane == PLANE_NONE) return;
   E[2] = E[4] = E[5] = 0.0;
-}
-
-double contract(const double* A, const double* B)
-{
-  return A[0] * B[0] + A[1] * B[1] + A[2] * B[2] + 2.0 * (A[3] * B[3] + A[4] * B[4] + A[5] * B[5]);
 }
 
 const Plane planes[3]  = {PLANE_NONE, PLANE_STRAIN, PLANE_STRESS};
@@ -122,7 +108,7 @@ TEST(Law, StepOfEnergyMomentumStoresAndDissipatesTheWork)
         if (plane == PLANE_STRESS) e1[2] = 0.0;
         const double gone = kind == LAW_J2 ? h1[HISTORY_DISSIPATED] - p.h[HISTORY_DISSIPATED] : 0.0;
         EXPECT_GE(gone, 0.0);
-        EXPECT_NEAR(one.psi - zero.psi + gone, contract(S, e1), 1e-13 * (one.psi + zero.psi) + 1e-18)
+        EXPECT_NEAR(one.psi - zero.psi + gone, six_dot(S, e1), 1e-13 * (one.psi + zero.psi) + 1e-18)
             << kind << plane << size;
         // the symmetric part of the derivative
         const double h = 1e-3 * size;
@@ -333,6 +319,6 @@ TEST(Law, GranularTangentIsTheSymmetricPartAndStepsStoreAndDissipateTheWork)
       const double gone = h1[HISTORY_DISSIPATED] - p.h[HISTORY_DISSIPATED];
       EXPECT_GE(gone, 0.0);
       for (int i = 0; i < 6; ++i) E1[i] -= E[i];
-      EXPECT_NEAR(one.psi - zero.psi + gone, contract(S, E1), 1e-13);
+      EXPECT_NEAR(one.psi - zero.psi + gone, six_dot(S, E1), 1e-13);
     }
 }
