@@ -43,6 +43,7 @@ double bond_energy(const Bonds& bonds, int dim, const Level& l, double* slip_max
       const double shift = l.lambda_n[b] < 0.0 ? l.lambda_n[b] / bonds.cn[b] : 0.0,
                    g = std::min(s[0] + shift, 0.0);
       energy += 0.5 * bonds.cn[b] * (g * g - shift * shift);
+      for (int i = 0; i < dim && bonds.ct[b] > 0.0; ++i) energy += 0.5 * lam[i] * lam[i] / bonds.ct[b];
       continue;
     }
     bond_stiffness(bonds, dim, b, C);

@@ -177,6 +177,19 @@ double work_of_renewal(const ActiveGrid& grid, const Dofs& dofs, const Attempt& 
   return work;
 }
 
+// energy that friction takes at place b: its work less the change of what sticking stores            (4.11)
+double friction_loss(const Attempt& a, int b, int dim, const State& st)
+{
+  const double ct = st.bonds.ct[b];
+  double work = 0.0, stored = 0.0;
+  for (int i = 0; i < dim && ct > 0.0; ++i) {
+    const double t0 = st.n.lambda[b * dim + i], t1 = st.np1.lambda[b * dim + i];
+    work += t1 * a.jumps.contact[b * dim + i];
+    stored += 0.5 * (t1 * t1 - t0 * t0) / ct;
+  }
+  return work - stored;
+}
+
 // what the pairs did in this step: forces, gaps, closed area, work of friction; normals for the output
 void finish_contact(const Model& m, const ContactPairs& pairs, const Attempt& a, State& st)
 {
@@ -184,7 +197,9 @@ void finish_contact(const Model& m, const ContactPairs& pairs, const Attempt& a,
   std::vector<ContactLog> log(m.bond.size());
   for (size_t d = 0; d < log.size() && d < st.contact.size(); ++d) log[d].work = st.contact[d].work;
   for (int b = 0; b < st.bonds.nbond; ++b) {
-    if (st.bonds.field[b] != SIDE_CONTACT || !pairs.master.count(b)) continue;
+    if (st.bonds.field[b] != SIDE_CONTACT) continue;
+    st.ledger.friction += friction_loss(a, b, dim, st);
+    if (!pairs.master.count(b)) continue;
     ContactLog& c = log[st.bonds.def[b]];
     double f[3], t1[3], slipped, pressure = 0.0, friction = 0.0;
     const double gap = contact_force(m, st.bonds, pairs, b, a.mode, &a.jumps.contact[b * dim],
@@ -200,7 +215,6 @@ void finish_contact(const Model& m, const ContactPairs& pairs, const Attempt& a,
     c.peak = std::max(c.peak, pressure / st.bonds.area[b]);
     if (pressure > 0.0) c.area += st.bonds.area[b];
     c.work += std::sqrt(friction) * slipped;
-    st.ledger.friction += std::sqrt(friction) * slipped;
   }
   st.contact = log;
 }
