@@ -142,6 +142,7 @@ int new_bond(Former& f, int field, const FaceNodes& face, const double* N)
   b.initial_penetration.push_back(0.0);
   b.friction.push_back(f.m.bond[f.def].friction);
   b.skin_of.push_back(-1);
+  b.met.push_back(-1);
   b.intermediate.push_back(b.a.count(b.nbond) > 1);
   return b.nbond++;
 }
@@ -349,7 +350,7 @@ void cut_bonds(Bonds& b, int dim, int n)
   b.a.off.resize(n + 1);
   b.a.item.resize(b.a.off[n]);
   b.a_w.resize(b.a.off[n]);
-  for (IntVec* v : {&b.def, &b.field, &b.intermediate, &b.skin_of}) v->resize(n);
+  for (IntVec* v : {&b.def, &b.field, &b.intermediate, &b.skin_of, &b.met}) v->resize(n);
   for (RealVec* v : {&b.area, &b.cn, &b.ct, &b.offset, &b.initial_penetration, &b.friction}) v->resize(n);
   b.X.resize(3 * static_cast<size_t>(n));
   b.normal.resize(static_cast<size_t>(dim) * n);
@@ -363,6 +364,8 @@ namespace {
 struct KeptBond {
   std::array<double, 3> slip{{0, 0, 0}}, lambda{{0, 0, 0}};
   double lambda_n = 0.0, offset = 0.0, initial_penetration = 0.0, area = 0.0;
+  double cn = 0.0, ct = 0.0, friction = 0.0;   // of general contact: those of the face that it met
+  SkinFace met;
 };
 
 using KeptBonds = std::map<SlipKey, KeptBond>;
@@ -378,6 +381,10 @@ KeptBonds keep_bonds(const Bonds& b, const Level& l, int dim)
     k.offset   = b.offset[q];
     k.initial_penetration    = b.initial_penetration[q];
     k.area     = b.area[q];
+    k.cn       = b.cn[q];
+    k.ct       = b.ct[q];
+    k.friction = b.friction[q];
+    if (b.met[q] >= 0) k.met = b.skin[b.met[q]];
   }
   return kept;
 }
@@ -406,6 +413,12 @@ IntVec restore_bonds(int dim, const KeptBonds& kept, Bonds& b, Level& l)
     l.lambda_n[q] = k.lambda_n * (k.area > 0.0 ? b.area[q] / k.area : 1.0);      // of contact: kept per area
     b.offset[q]   = k.offset;
     b.initial_penetration[q]    = k.initial_penetration;
+    if (b.skin_of[q] < 0) continue;
+    b.cn[q]       = k.cn;
+    b.ct[q]       = k.ct;
+    b.friction[q] = k.friction;
+    const auto met = std::find(b.skin.begin(), b.skin.end(), k.met);
+    if (k.met.elem >= 0 && met != b.skin.end()) b.met[q] = static_cast<int>(met - b.skin.begin());
   }
   return fresh;
 }

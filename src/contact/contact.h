@@ -22,6 +22,7 @@ struct ContactPairs {
   RealVec size;                // [nbond] longest edge of the face that is met        length
   // [nbond] general contact: penalty per area and friction of the two faces, of those that meet one
   RealVec penalty, friction, stick;
+  IntVec face;                 // [nbond] general contact: index into Bonds::skin of what is met
   int near = 0;                // bonds that meet a face
   int searched = 0, skipped = 0;    // definitions; skipped: the boxes of their surfaces are apart
 };

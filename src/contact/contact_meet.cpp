@@ -13,6 +13,9 @@ const double DEEPEST = 0.5;    // of the size of a face: a point deeper below it
 // more than a quarter of its depth (14 degrees)
 const double BESIDE2 = 1.0625;
 const double RIM2    = 1e-4;   // of the squared size: a hundredth of the face beside its rim still meets it
+// of the squared size: a place that pushes and meets nothing more keeps its face while it is beside it by less
+// than a quarter of it: what it stores comes back.  Test: verification/contact/g2_flight.inp
+const double HELD2   = 0.0625;
 
 }  // namespace
 
@@ -109,13 +112,14 @@ void clamp(const MasterFace& f, double* xi)
 
 }  // namespace
 
-Projection contact_meet(const MasterFace& f, const double* p, double reach, Hit& hit)
+namespace {
+
+// the place of f nearest to p; in over: does p lie over f. Returns the squared distance
+double nearest_place(const MasterFace& f, const double* p, bool& over, Hit& hit)
 {
-  for (int i = 0; i < 3; ++i)
-    if (p[i] < f.lo[i] - reach || p[i] > f.hi[i] + reach) return PROJ_NONE;
   double xi[2], distance2 = 0.0;
   project(f, p, xi);
-  const bool over = on_face(f, xi);
+  over = on_face(f, xi);
   if (!over) clamp(f, xi);
   face_eval(f.n, xi, hit.N, nullptr);
   const double norm = face_area(f.n, f.x, xi, hit.n);
@@ -128,11 +132,29 @@ Projection contact_meet(const MasterFace& f, const double* p, double reach, Hit&
     hit.gap += hit.n[i] * hit.r[i];
     distance2 += hit.r[i] * hit.r[i];
   }
+  return distance2;
+}
+
+}  // namespace
+
+Projection contact_meet(const MasterFace& f, const double* p, double reach, Hit& hit)
+{
+  for (int i = 0; i < 3; ++i)
+    if (p[i] < f.lo[i] - reach || p[i] > f.hi[i] + reach) return PROJ_NONE;
+  bool over;
+  const double distance2 = nearest_place(f, p, over, hit);
   if (hit.gap > reach || hit.gap < -DEEPEST * f.size) return PROJ_NONE;
   // behind a dent a point may lie over no face at all: it belongs to the face whose edge it is behind
   const double gap2 = hit.gap * hit.gap;
   if (over || (hit.gap <= 0.0 && distance2 <= BESIDE2 * gap2)) return PROJ_OVER;
   return distance2 - gap2 <= RIM2 * f.size * f.size ? PROJ_RIM : PROJ_NONE;
+}
+
+bool contact_hold(const MasterFace& f, const double* p, Hit& hit)
+{
+  bool over;
+  const double distance2 = nearest_place(f, p, over, hit);
+  return distance2 - hit.gap * hit.gap <= HELD2 * f.size * f.size;
 }
 
 void contact_nearer(const Hit& hit, Projection k, Projection& kind, std::vector<Hit>& best)

@@ -158,6 +158,9 @@ void search_place(GeneralSearch& g, int b, const IntVec& facing, std::vector<Hit
     contact_nearer(hit, contact_meet(g.face[j], p, reach, hit), kind, hits);
   }
   contact_equal(hits);
+  Hit hit;
+  if (hits.empty() && g.bonds.met[b] >= 0 && contact_hold(face_now(g, g.bonds.met[b]), p, hit))
+    hits.push_back(hit);
 }
 
 void search_general(GeneralSearch& g, int first, int last, ContactPairs& pairs)
@@ -169,17 +172,19 @@ void search_general(GeneralSearch& g, int first, int last, ContactPairs& pairs)
   g.face.resize(g.scene.skin.size());
   g.normal.resize(3 * g.scene.skin.size());
   for (RealVec* v : {&pairs.penalty, &pairs.friction, &pairs.stick}) v->assign(g.bonds.nbond, 0.0);
+  pairs.face.assign(g.bonds.nbond, -1);
   ++(g.scene.near.item.empty() ? pairs.skipped : pairs.searched);
   for (int b = first; b < last; ++b) {
     const int i = g.bonds.skin_of[b];
     if (i != open) facing(g, i, look);
     open = i;
-    if (!look.empty()) search_place(g, b, look, hits);
+    if (!look.empty() || g.bonds.met[b] >= 0) search_place(g, b, look, hits);
     else hits.clear();
     if (!hits.empty()) {
       const int j = static_cast<int>(hits[0].face - g.face.data());
       const ContactRule* r = scene_property(d, g.scene, i, j);
       take_hits(hits, g.m.dim, g.bonds.offset[b], b, pairs);
+      pairs.face[b]     = j;
       pairs.penalty[b]  = r && r->penalty > 0.0 ? r->penalty
                                                 : std::min(g.bonds.skin_penalty[i], g.bonds.skin_penalty[j]);
       pairs.friction[b] = r ? r->friction : d.friction;

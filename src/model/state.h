@@ -80,6 +80,7 @@ struct Bonds {
   RealVec friction;            // [nbond] contact: Coulomb
   std::vector<SkinFace> skin;  // general contact: all faces; those of elements first
   IntVec skin_of;              // [nbond] index into skin, -1: not of general contact
+  IntVec met;                  // [nbond] general contact: face that it pushes on, index into skin; -1: none
   RealVec skin_penalty;        // [skin] penalty per area of the face alone          force/length^3
 };
 

@@ -131,7 +131,8 @@ bool bonds_fit(const Model& m, const Points& p, const Bonds& b)
   return real(b.area, n) && real(b.X, 3 * n) && real(b.normal, n * dim) && real(b.cn, n) && real(b.ct, n) &&
          real(b.offset, n) && real(b.initial_penetration, n) && index(b.intermediate, n, 0, 2) &&
          real(b.friction, n) && real(b.skin_penalty, b.skin.size()) &&
-         index(b.skin_of, n, -1, static_cast<int>(b.skin.size())) && skin_fits(m, p, b);
+         index(b.skin_of, n, -1, static_cast<int>(b.skin.size())) &&
+         index(b.met, n, -1, static_cast<int>(b.skin.size())) && skin_fits(m, p, b);
 }
 
 bool fracture_fits(const Model& m, const Points& p, const Fracture& f)
