@@ -145,9 +145,11 @@ Projection contact_meet(const MasterFace& f, const double* p, double reach, Hit&
   const double distance2 = nearest_place(f, p, over, hit);
   if (hit.gap > reach || hit.gap < -DEEPEST * f.size) return PROJ_NONE;
   // behind a dent a point may lie over no face at all: it belongs to the face whose edge it is behind
-  const double gap2 = hit.gap * hit.gap;
+  const double gap2 = hit.gap * hit.gap, rim2 = RIM2 * f.size * f.size;
+  // far from a distorted face Newton's method may not converge, and end inside by chance
+  if (over && distance2 - gap2 > rim2) return PROJ_NONE;
   if (over || (hit.gap <= 0.0 && distance2 <= BESIDE2 * gap2)) return PROJ_OVER;
-  return distance2 - gap2 <= RIM2 * f.size * f.size ? PROJ_RIM : PROJ_NONE;
+  return distance2 - gap2 <= rim2 ? PROJ_RIM : PROJ_NONE;
 }
 
 bool contact_hold(const MasterFace& f, const double* p, Hit& hit)
