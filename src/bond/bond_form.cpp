@@ -83,11 +83,33 @@ double penalty_of(const Model& m, const BondDef& d, double young_face, double h_
   return (d.alpha > 0.0 ? d.alpha : d.kind == BOND_CONTACT ? contact_alpha : bond_alpha) * young / h;
 }
 
-// penalty per area of a face of general contact: of its own material and size
-double skin_penalty(const Model& m, const BondDef& d, bool on_grid, const FaceNodes& face)
+// Height of an element over its face f: mean distance of its other nodes from it, where elements side by side
+// on a face of any mesh are alike. Slivers count as a tenth of the longest edge of the face.
+double height_over(const Model& m, const Points& pts, bool body, const Face& f, const FaceNodes& face)
+{
+  const ListTable& conn = body ? pts.conn : m.mesh.conn;
+  const double xi[2] = {face.n == 3 ? 1.0 / 3 : 0.0, face.n == 3 ? 1.0 / 3 : 0.0};
+  double n[3], sum = 0.0, centre = 0.0;
+  const double norm = face_area(face.n, face.X, xi, n);
+  for (int k = 0; k < face.n; ++k)
+    for (int i = 0; i < m.dim; ++i) centre += face.X[3 * k + i] * n[i] / face.n;
+  for (int k = 0; k < conn.count(f.elem); ++k) {
+    const int node  = conn.begin(f.elem)[k];
+    const double* X = body ? &pts.Xc[node * m.dim] : &m.mesh.X[3 * node];
+    for (int i = 0; i < m.dim; ++i) sum -= X[i] * n[i];
+    sum += centre;
+  }
+  return std::max(sum / (conn.count(f.elem) - face.n) / norm, 0.1 * face_size(face));
+}
+
+// penalty per area of a face of general contact: of the material and the size behind it
+double skin_penalty(const Model& m, const Points& pts, const BondDef& d, const SkinFace& s,
+                    const FaceNodes& face)
 {
   if (d.penalty > 0.0) return d.penalty;
-  const double h = on_grid ? *std::min_element(m.grid.h.begin(), m.grid.h.begin() + m.dim) : face_size(face);
+  const bool on_grid = s.points && !pts.released[s.elem];
+  const double h = on_grid ? *std::min_element(m.grid.h.begin(), m.grid.h.begin() + m.dim)
+                           : height_over(m, pts, s.points, {s.elem, s.face}, face);
   return (d.alpha > 0.0 ? d.alpha : contact_alpha) * face.young / h;
 }
 
@@ -478,8 +500,8 @@ void bond_skin(const Model& m, const Points& pts, const std::vector<SkinFace>& s
   for (size_t s = 0; s < skin.size(); ++s) {
     const int elem         = skin[s].elem;
     const FaceNodes face   = face_nodes(m, pts, skin[s].points ? pts.body[elem] : -1, {elem, skin[s].face});
-    const bool on_grid     = skin[s].points && !pts.released[elem];
-    const double thickness = m.dim == 2 ? face.thickness : 1.0, penalty = skin_penalty(m, d, on_grid, face);
+    const double thickness = m.dim == 2 ? face.thickness : 1.0,
+                 penalty   = skin_penalty(m, pts, d, skin[s], face);
     b.skin_penalty[s] = penalty;
     for (const FacePoint& p : face_lattice(face.n, face.X, parts)) {
       double N[4] = {0, 0, 0, 0};
