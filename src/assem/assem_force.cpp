@@ -61,7 +61,7 @@ Failure move_bonds(const Model& m, const Dofs& dofs, const RealVec& du, double t
   const int dim = m.dim;
   j.contact.resize(static_cast<size_t>(st.bonds.nbond) * dim);
   const double total0 = st.n.time, total1 = st.n.time + (t1 - t0);
-  for (int b = 0; b < st.bonds.nbond; ++b) {
+  for (int b : dofs.bond_acts) {
     double s[3] = {0, 0, 0}, g0[3], g1[3];
     for (int k = dofs.bond.off[b]; k < dofs.bond.off[b + 1]; ++k)
       for (int i = 0; i < dim; ++i) s[i] += dofs.bond_w[k] * du[dofs.bond.item[k] * dim + i];
@@ -147,16 +147,11 @@ void add_contact(const Model& m, const ContactPairs& pairs, const Dofs& dofs, co
                  const Jumps& j, int b, State& st, RealVec& fint)
 {
   const int dim = m.dim;
-  double f[3], t1[3] = {0, 0, 0}, slipped = 0.0, gap = 1e300;
-  if (pairs.master.count(b)) {
-    gap = contact_force(m, st.bonds, pairs, b, mode, &j.contact[b * dim], &st.n.lambda[b * dim],
-                        st.np1.lambda_n[b], f, nullptr, t1, &slipped);
-    for (int k = dofs.bond.off[b]; k < dofs.bond.off[b + 1] && dofs.bond_owned[b]; ++k)
-      for (int i = 0; i < dim; ++i) fint[dofs.bond.item[k] * dim + i] += dofs.bond_w[k] * f[i];
-  } else {
-    st.np1.lambda_n[b] = 0.0;
-  }
-  st.np1.slip[b * dim] = gap;
+  double f[3], t1[3], slipped;
+  st.np1.slip[b * dim] = contact_force(m, st.bonds, pairs, b, mode, &j.contact[b * dim], &st.n.lambda[b * dim],
+                                       st.np1.lambda_n[b], f, nullptr, t1, &slipped);
+  for (int k = dofs.bond.off[b]; k < dofs.bond.off[b + 1] && dofs.bond_owned[b]; ++k)
+    for (int i = 0; i < dim; ++i) fint[dofs.bond.item[k] * dim + i] += dofs.bond_w[k] * f[i];
   for (int i = 0; i < dim; ++i) st.np1.lambda[b * dim + i] = t1[i];
 }
 
@@ -166,7 +161,7 @@ void add_bonds(const Model& m, const ContactPairs& pairs, const Dofs& dofs, cons
 {
   const int dim = m.dim;
   double C[9], s[3];
-  for (int b = 0; b < st.bonds.nbond; ++b) {
+  for (int b : dofs.bond_acts) {
     if (st.bonds.field[b] == SIDE_CONTACT) {
       add_contact(m, pairs, dofs, mode, jumps, b, st, fint);
       continue;

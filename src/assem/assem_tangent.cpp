@@ -125,7 +125,6 @@ void add_bonds(const Model& m, const ContactPairs& pairs, const State& st, const
   for (int q : dofs.owned_bond) {
     const int* map     = &dofs.bond_map[*at++];
     const bool contact = st.bonds.field[q] == SIDE_CONTACT;
-    if (contact && !pairs.master.count(q)) continue;
     if (contact)
       contact_force(m, st.bonds, pairs, q, mode, &j.contact[q * D], &st.n.lambda[q * D],
                     st.np1.lambda_n[q], f, C, t1, &slipped);

@@ -56,6 +56,9 @@ void contact_search_start(const Model& m, const Points& pts, const Bonds& bonds,
 //   in   l: level n;  bonds.initial_penetration and pairs.gap are updated
 void contact_initial(const Level& l, int dim, bool moves, Bonds& bonds, ContactPairs& pairs);
 
+// contact_forget : places of contact that meet no face are open and without force over the step
+void contact_forget(const Bonds& bonds, const ContactPairs& pairs, int dim, Level& l);
+
 // contact_stiffness : places of general contact that do not push take penalty and friction of what they meet
 void contact_stiffness(const Level& l, int dim, const ContactPairs& pairs, Bonds& bonds);
 

@@ -14,6 +14,7 @@ struct MasterFace {
   double x[12];                // places at t(n)
   double lo[3], hi[3];
   double size = 0.0;           // longest edge
+  int skin = -1;               // general contact: index into the skin
 };
 
 // master_face : the face f where it is; body: points own it, otherwise a finite element

@@ -106,6 +106,36 @@ void search_pair(const Model& m, const Points& pts, const Bonds& bonds, int firs
 // the side of a block on a floor, does not push on it.  Test: verification/stress/contact_general.inp
 const double OPPOSED = -0.2;
 
+// Where a face is, and the cylinder about its middle outside of which no place meets it: half of its diameter
+// and what lies beside it yet (contact_meet). A place at the height of a face, its normal 0.03 off, is off by
+// 0.03 of its size. No cylinder for faces that are warped more.
+struct FaceNow {
+  MasterFace f;                // n = 0: not asked yet
+  double x[3], n[3];           // middle, unit normal
+  double radius2 = 0.0;        // squared, of the cylinder; warped: 1e300
+};
+
+void take_cylinder(FaceNow& a)
+{
+  double radius = 0.0, warp = 0.0, shortest = a.f.size;
+  for (int k = 0; k < a.f.n; ++k) {
+    const double *p = a.f.x + 3 * k, *q = a.f.x + 3 * ((k + 1) % a.f.n);
+    const double r[3] = {p[0] - a.x[0], p[1] - a.x[1], p[2] - a.x[2]};
+    radius   = std::max(radius, std::hypot(r[0], r[1], r[2]));
+    warp     = std::max(warp, std::fabs(r[0] * a.n[0] + r[1] * a.n[1] + r[2] * a.n[2]));
+    shortest = std::min(shortest, std::hypot(q[0] - p[0], q[1] - p[1], q[2] - p[2]));
+  }
+  radius += 0.16 * a.f.size;
+  a.radius2 = warp < 0.01 * shortest ? radius * radius : 1e300;
+}
+
+bool outside_cylinder(const FaceNow& a, const double* p)
+{
+  const double r[3] = {p[0] - a.x[0], p[1] - a.x[1], p[2] - a.x[2]};
+  const double height = r[0] * a.n[0] + r[1] * a.n[1] + r[2] * a.n[2];
+  return r[0] * r[0] + r[1] * r[1] + r[2] * r[2] - height * height > a.radius2;
+}
+
 // places of general contact: bonds first ... last-1, face by face
 struct GeneralSearch {
   const Model& m;
@@ -113,19 +143,19 @@ struct GeneralSearch {
   const Bonds& bonds;
   const RealVec &u, &uc, &xb;
   const ContactScene& scene;
-  std::vector<MasterFace> face;      // [skin] where it is; n = 0: not asked yet
-  RealVec normal;                    // [skin*3]
+  std::vector<FaceNow> face;         // [skin]
 };
 
-const MasterFace& face_now(GeneralSearch& g, int i)
+const FaceNow& face_now(GeneralSearch& g, int i)
 {
-  MasterFace& f = g.face[i];
-  if (f.n) return f;
+  FaceNow& a = g.face[i];
+  if (a.f.n) return a;
   const SkinFace& s = g.scene.skin[i];
-  double x[3];
-  f = master_face(g.m, g.pts, s.points, {s.elem, s.face}, g.u, g.uc);
-  face_middle(f, x, &g.normal[3 * i]);
-  return f;
+  a.f = master_face(g.m, g.pts, s.points, {s.elem, s.face}, g.u, g.uc);
+  a.f.skin = i;
+  face_middle(a.f, a.x, a.n);
+  take_cylinder(a);
+  return a;
 }
 
 // the faces that look at face i and whose boxes are within reach
@@ -133,14 +163,14 @@ void facing(GeneralSearch& g, int i, IntVec& out)
 {
   out.clear();
   if (g.scene.near.count(i) == 0) return;
-  const MasterFace& a = face_now(g, i);
+  const FaceNow& a = face_now(g, i);
   for (int k = g.scene.near.off[i]; k < g.scene.near.off[i + 1]; ++k) {
     const int j = g.scene.near.item[k];
-    const MasterFace& b = face_now(g, j);
-    const double *n = &g.normal[3 * i], *o = &g.normal[3 * j],
-                 reach = g.scene.part * (a.size + b.size) + g.scene.travel;
-    bool apart = n[0] * o[0] + n[1] * o[1] + n[2] * o[2] > OPPOSED;
-    for (int c = 0; c < g.m.dim; ++c) apart = apart || a.lo[c] > b.hi[c] + reach || b.lo[c] > a.hi[c] + reach;
+    const FaceNow& b   = face_now(g, j);
+    const double reach = g.scene.part * (a.f.size + b.f.size) + g.scene.travel;
+    bool apart = a.n[0] * b.n[0] + a.n[1] * b.n[1] + a.n[2] * b.n[2] > OPPOSED;
+    for (int c = 0; c < g.m.dim; ++c)
+      apart = apart || a.f.lo[c] > b.f.hi[c] + reach || b.f.lo[c] > a.f.hi[c] + reach;
     if (!apart) out.push_back(j);
   }
 }
@@ -154,12 +184,13 @@ void search_place(GeneralSearch& g, int b, const IntVec& facing, std::vector<Hit
   hits.clear();
   for (int j : facing) {
     Hit hit;
-    const double reach = g.scene.part * (g.face[i].size + g.face[j].size) + g.scene.travel;
-    contact_nearer(hit, contact_meet(g.face[j], p, reach, hit), kind, hits);
+    const double reach = g.scene.part * (g.face[i].f.size + g.face[j].f.size) + g.scene.travel;
+    if (outside_cylinder(g.face[j], p)) continue;
+    contact_nearer(hit, contact_meet(g.face[j].f, p, reach, hit), kind, hits);
   }
   contact_equal(hits);
   Hit hit;
-  if (hits.empty() && g.bonds.met[b] >= 0 && contact_hold(face_now(g, g.bonds.met[b]), p, hit))
+  if (hits.empty() && g.bonds.met[b] >= 0 && contact_hold(face_now(g, g.bonds.met[b]).f, p, hit))
     hits.push_back(hit);
 }
 
@@ -170,7 +201,6 @@ void search_general(GeneralSearch& g, int first, int last, ContactPairs& pairs)
   std::vector<Hit> hits;
   int open = -1;               // face whose list look is
   g.face.resize(g.scene.skin.size());
-  g.normal.resize(3 * g.scene.skin.size());
   for (RealVec* v : {&pairs.penalty, &pairs.friction, &pairs.stick}) v->assign(g.bonds.nbond, 0.0);
   pairs.face.assign(g.bonds.nbond, -1);
   ++(g.scene.near.item.empty() ? pairs.skipped : pairs.searched);
@@ -181,7 +211,7 @@ void search_general(GeneralSearch& g, int first, int last, ContactPairs& pairs)
     if (!look.empty() || g.bonds.met[b] >= 0) search_place(g, b, look, hits);
     else hits.clear();
     if (!hits.empty()) {
-      const int j = static_cast<int>(hits[0].face - g.face.data());
+      const int j = hits[0].face->skin;
       const ContactRule* r = scene_property(d, g.scene, i, j);
       take_hits(hits, g.m.dim, g.bonds.offset[b], b, pairs);
       pairs.face[b]     = j;
@@ -206,7 +236,7 @@ void search(const Model& m, const Points& pts, const Bonds& bonds, bool at_start
     for (last = first; last < bonds.nbond && bonds.def[last] == bonds.def[first]; ++last) {}
     const bool general = !bonds.skin.empty() && bonds.skin_of[first] >= 0;
     if (general && scene) {
-      GeneralSearch g{m, pts, bonds, u, uc, xb, *scene, {}, {}};
+      GeneralSearch g{m, pts, bonds, u, uc, xb, *scene, {}};
       search_general(g, first, last, pairs);
     } else if (!general && bonds.field[first] == SIDE_CONTACT) {
       search_pair(m, pts, bonds, first, last, at_start, u, uc, xb, pairs);
@@ -229,6 +259,16 @@ void contact_search_start(const Model& m, const Points& pts, const Bonds& bonds,
                           const RealVec& uc, const RealVec& xb, ContactPairs& pairs)
 {
   search(m, pts, bonds, true, u, uc, xb, nullptr, pairs);
+}
+
+void contact_forget(const Bonds& bonds, const ContactPairs& pairs, int dim, Level& l)
+{
+  for (int b = 0; b < bonds.nbond; ++b) {
+    if (bonds.field[b] != SIDE_CONTACT || pairs.master.count(b)) continue;
+    l.slip[b * dim] = 1e300;
+    l.lambda_n[b]   = 0.0;
+    std::fill_n(&l.lambda[b * dim], dim, 0.0);
+  }
 }
 
 // A place that pushes keeps its stiffness: with another one its energy would be another

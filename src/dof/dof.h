@@ -41,6 +41,7 @@ struct Dofs {
   IntVec group_first;          // [PointLaws::group] their first points
   ListTable bond;              // [nbond] rows of both sides
   RealVec bond_w;              // [bond.item] N_a of side A, -N_v of side B
+  IntVec bond_acts;            // bonds but for places of contact that meet no face
   SysMatrix A;
   RealVec M;                   // [blocks of A] mass, one number serves all directions; of this rank, as A
   // points follow nodes of the mesh: M couples these with each other and with the grid

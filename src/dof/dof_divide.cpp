@@ -143,7 +143,7 @@ void take_owned(const Division& d, const ActiveGrid& grid, Elements& el, Dofs& s
     if (d.point[q] == me) s.owned_point.push_back(q);
   s.owned_bond.clear();
   s.bond_owned.assign(s.bond.size(), 0);
-  for (int b = 0; b < s.bond.size(); ++b) {
+  for (int b : s.bond_acts) {
     s.bond_owned[b] = (s.bond.count(b) ? s.owner[s.bond.begin(b)[0]] : 0) == me;
     if (s.bond_owned[b]) s.owned_bond.push_back(b);
   }
@@ -164,7 +164,7 @@ void take_all(const ActiveGrid& grid, Dofs& s)
     std::iota(list.begin(), list.end(), 0);
   };
   all(s.owned_point, grid.point.size());
-  all(s.owned_bond, s.bond.size());
+  s.owned_bond = s.bond_acts;
   all(s.owned_ghost, grid.ghost.size());
   all(s.owned_group, s.group.size());
   s.bond_owned.assign(s.bond.size(), 1);

@@ -144,6 +144,7 @@ void form_lists(const Bonds& bonds, Discretisation& d, Dofs& s)
   for (long key : d.grid.key) s.row_key.push_back(-1 - key);
   s.bond = ListTable();
   s.bond_w.clear();
+  s.bond_acts.clear();
   IntVec row;
   RealVec w;
   for (int b = 0; b < bonds.nbond; ++b) {
@@ -151,6 +152,7 @@ void form_lists(const Bonds& bonds, Discretisation& d, Dofs& s)
     s.bond.item.insert(s.bond.item.end(), row.begin(), row.end());
     s.bond_w.insert(s.bond_w.end(), w.begin(), w.end());
     s.bond.off.push_back(static_cast<int>(s.bond.item.size()));
+    if (bonds.field[b] != SIDE_CONTACT || d.pairs.master.count(b)) s.bond_acts.push_back(b);
   }
 }
 

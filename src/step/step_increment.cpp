@@ -116,6 +116,7 @@ Failure step_increment(Problem& p, const Step& s, double t0, double dt, RealVec&
             newton_controls(p.m, p.d.fm, st, s, dt)};
   if (s.proc == PROC_DYNAMIC) a.mode.rate = scheme_of(s).damping(s, dt);
   st.np1 = st.n;
+  if (!p.d.pairs.gap.empty()) contact_forget(st.bonds, p.d.pairs, p.m.dim, st.np1);
   if (p.d.fm.on) frac_degrade(p.m, s, p.d.fm, st.frac, st.n, dt, st.np1);
   // in motion a multiplier of the step before would push a contact that opens: energy from nothing (4.2)
   if (s.proc == PROC_DYNAMIC) std::fill(st.np1.lambda_n.begin(), st.np1.lambda_n.end(), 0.0);

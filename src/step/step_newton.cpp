@@ -60,7 +60,7 @@ RealVec strain_diagonal(const Model& m, const Bonds& bonds, const ActiveGrid& gr
   if (cC != 0.0)
     for (int i = 0; i < s.neq(); ++i) d[i] -= cC * s.C_diag[i];
   double C[9];
-  for (int b = 0; b < bonds.nbond; ++b) {
+  for (int b : s.bond_acts) {
     if (m.bond[bonds.def[b]].kind == BOND_CONTACT) continue;
     bond_stiffness(bonds, s.dim, b, C);
     for (int k = s.bond.off[b]; k < s.bond.off[b + 1]; ++k)
