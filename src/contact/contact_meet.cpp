@@ -13,8 +13,8 @@ const double DEEPEST = 0.5;    // of the size of a face: a point deeper below it
 // more than a quarter of its depth (14 degrees)
 const double BESIDE2 = 1.0625;
 const double RIM2    = 1e-4;   // of the squared size: a hundredth of the face beside its rim still meets it
-// of the squared size: a place that pushes and meets nothing more keeps its face while it is beside it by less
-// than a quarter of it: what it stores comes back.  Test: verification/contact/g2_flight.inp
+// of the squared size: a place that pushes and meets nothing more keeps its face while it is beside it by
+// less than a quarter of it: what it stores comes back.  Test: verification/contact/g2_flight.inp
 const double HELD2   = 0.0625;
 
 }  // namespace

@@ -37,7 +37,8 @@ enum Projection { PROJ_NONE, PROJ_RIM, PROJ_OVER };
 // hundredth of its size. None beyond reach or when p has entered by more than half of its size.
 Projection contact_meet(const MasterFace& f, const double* p, double reach, Hit& hit);
 
-// contact_hold : the place of f nearest to p, whatever its depth; false: further beside f than a quarter of its size
+// contact_hold : the place of f nearest to p, whatever its depth; false: further beside f than a quarter of
+// its size
 bool contact_hold(const MasterFace& f, const double* p, Hit& hit);
 
 // contact_nearer : takes the face of hit into best, the nearest faces so far, of one kind of projection
