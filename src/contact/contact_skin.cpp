@@ -161,6 +161,6 @@ std::vector<SkinFace> contact_skin(const Model& m, const Fracture& fr, const Poi
   std::sort(skin.begin(), skin.end(), [](const SkinFace& a, const SkinFace& b) {
     return a.elem != b.elem ? a.elem < b.elem : a.face < b.face;
   });
-  for (const Face& f : boundary) skin.push_back({f.elem, f.face, 1});
+  for (const Face& f : boundary) skin.push_back({f.elem, f.face, pts.released[f.elem] ? 2 : 1});
   return skin;
 }

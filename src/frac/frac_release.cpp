@@ -4,6 +4,10 @@
 
 namespace {
 
+// a released point, which is elastic, is made anew above this stretch and below its inverse in volume, however
+// small RELEASE is.  Test: verification/contact/g3_grains.inp
+const double RENEW = 1.5;
+
 // F of a point; 33 is 1 in the plane                                                          (3.5)
 Eigen::Matrix3d gradient(const Points& pts, int dim, const RealVec& uc, int p)
 {
@@ -124,8 +128,9 @@ void frac_torn(const Model& m, const FracMesh& fm, const Points& pts, const Leve
   out.clear();
   for (int p = 0; p < pts.npoint; ++p) {
     if (pts.broken[p] < 0 || pts.parent[p] < 0 || fm.conv[pts.parent[p]] < 0) continue;
-    const double limit = m.conversion[fm.conv[pts.parent[p]]].release;
-    if (limit == 0.0) continue;
+    const double release = m.conversion[fm.conv[pts.parent[p]]].release,
+                 limit   = pts.released[p] ? std::max(release, RENEW) : release;
+    if (release == 0.0) continue;
     const Eigen::Matrix3d F = gradient(pts, m.dim, l.uc, p);
     const double most = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(F.transpose() * F,
                                                                        Eigen::EigenvaluesOnly)

@@ -44,6 +44,8 @@ struct Points {
   RealVec hang_w;              // [hang.item] weights, sum 1
   IntVec hangs;                // [ncorner] HangOn; empty: all on the grid
   bool converted(int e) const { return !of_elem.empty() && of_elem[e] >= 0; }
+  // carries what broken material still does; a released point is a whole piece of material again
+  bool eroded(int p) const { return broken[p] >= 0 && !released[p]; }
   std::vector<Face> boundary;  // faces with one owner; elem: point, face: local face
   // [Model::surface] faces of points: of surfaces on bodies, and of surfaces on
   std::vector<std::vector<Face>> surface;
@@ -55,7 +57,8 @@ enum { SIDE_GROUND = -1, SIDE_CONTACT = -2 };
 
 // An outer face that takes part in general contact: of a finite element, or of a point
 struct SkinFace {
-  int elem = -1, face = -1, points = 0;
+  int elem = -1, face = -1;
+  int points = 0;              // 0: of an element, 1: of a point, 2: of a released one
   bool operator==(const SkinFace& b) const { return elem == b.elem && face == b.face && points == b.points; }
 };
 

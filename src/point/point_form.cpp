@@ -29,7 +29,7 @@ ErodedLaw broken_law(const Model& m, const Points& pts, int p, double c)
 // an intact point whose law the packs do not know
 bool is_general(const Points& pts, const PointLaws& law, int p)
 {
-  return pts.broken[p] < 0 && law_is_general(law.body[pts.body[p]]);
+  return !pts.eroded(p) && law_is_general(law.body[pts.body[p]]);
 }
 
 // history of point p at both ends of the step
@@ -58,7 +58,7 @@ void by_packs(const Points& pts, const PointLaws& law, const IntVec& owned, UseP
   };
   for (int p : owned) {
     if (law.in_group(p)) continue;
-    if (pts.broken[p] >= 0 || is_general(pts, law, p)) {
+    if (pts.eroded(p) || is_general(pts, law, p)) {
       one(p);
       continue;
     }
@@ -106,7 +106,7 @@ Status form_one(const Model& m, const Points& pts, const PointLaws& law, const K
                 double* C)
 {
   const MatLaw& of_body = law.body[pts.body[p]];
-  if (pts.broken[p] < 0) {
+  if (!pts.eroded(p)) {
     const HistoryStep h = history_of(law, l0, l1, p);
     return ip_general<D>(of_body, mode, H0, H1, h.n, h.np1, Fb, S, C);
   }
@@ -117,6 +117,98 @@ Status form_one(const Model& m, const Points& pts, const PointLaws& law, const K
   }
   ip_broken<D>(of_body, er, mode, H0, H1, Fb, S, C);
   return STATUS_OK;
+}
+
+// ---- released points: a domain of its own has one mean gradient, and motions of its corners that this does
+// not see; they are held as by the Gauss points of an element                                        (7.33)
+
+struct Hourglass {
+  int modes = 0;               // 0: none, the point is not released, or its corners have no such motion
+  double gamma[4][8];          // vectors on the corners, orthogonal to all that F sees
+  double k = 0.0;              // stiffness                                        force/length
+};
+
+template <int D>
+Hourglass hourglass(const Points& pts, const MatLaw& law, int p)
+{
+  static const double h2[1][4] = {{1, -1, 1, -1}},
+                      h3[4][8] = {{1, 1, -1, -1, -1, -1, 1, 1}, {1, -1, -1, 1, -1, 1, 1, -1},
+                                  {1, -1, 1, -1, 1, -1, 1, -1}, {-1, 1, -1, 1, 1, -1, 1, -1}};
+  Hourglass g;
+  const int n = pts.conn.count(p);
+  if (!pts.released[p] || n != (D == 2 ? 4 : 8)) return g;
+  g.modes = D == 2 ? 1 : 4;
+  const int* corner = pts.conn.begin(p);
+  const double* G   = &pts.G[static_cast<size_t>(pts.conn.off[p]) * D];
+  double GG = 0.0;
+  for (int k = 0; k < n * D; ++k) GG += G[k] * G[k];
+  for (int m = 0; m < g.modes; ++m) {
+    const double* h = D == 2 ? h2[0] : h3[m];
+    for (int a = 0; a < n; ++a) g.gamma[m][a] = h[a] / n;
+    for (int i = 0; i < D; ++i) {
+      double hX = 0.0;
+      for (int b = 0; b < n; ++b) hX += h[b] * pts.Xc[corner[b] * D + i] / n;
+      for (int a = 0; a < n; ++a) g.gamma[m][a] -= hX * G[a * D + i];
+    }
+  }
+  g.k = (D == 2 ? 2.0 / 3 : 8.0 / 9) * (law.lam3 + 3.0 * law.mu) * pts.V0[p] * GG;
+  return g;
+}
+
+// amount of a mode [D]
+template <int D>
+void hourglass_amount(const Points& pts, const Hourglass& g, int m, const RealVec& uc, int p, double* q)
+{
+  for (int i = 0; i < D; ++i) q[i] = 0.0;
+  for (int a = 0; a < pts.conn.count(p); ++a)
+    for (int i = 0; i < D; ++i) q[i] += g.gamma[m][a] * uc[pts.conn.begin(p)[a] * D + i];
+}
+
+template <int D>
+void hourglass_force(const Points& pts, const MatLaw& law, const KernelMode& mode, const Level& l0,
+                     const Level& l1, int p, RealVec& fc)
+{
+  const Hourglass g = hourglass<D>(pts, law, p);
+  for (int m = 0; m < g.modes; ++m) {
+    double q0[D], q1[D];
+    hourglass_amount<D>(pts, g, m, l0.uc, p, q0);
+    hourglass_amount<D>(pts, g, m, l1.uc, p, q1);
+    for (int a = 0; a < pts.conn.count(p); ++a)
+      for (int i = 0; i < D; ++i)
+        fc[pts.conn.begin(p)[a] * D + i] += g.k * g.gamma[m][a] * (mode.s_new * q1[i] + mode.s_old * q0[i]);
+  }
+}
+
+template <int D>
+double hourglass_energy(const Points& pts, const MatLaw& law, const Level& l, int p)
+{
+  const Hourglass g = hourglass<D>(pts, law, p);
+  double sum = 0.0, q[D];
+  for (int m = 0; m < g.modes; ++m) {
+    hourglass_amount<D>(pts, g, m, l.uc, p, q);
+    for (int i = 0; i < D; ++i) sum += 0.5 * g.k * q[i] * q[i];
+  }
+  return sum;
+}
+
+// the tangent for the nodes of the grid that carry the corners: of a released point each node is one of them
+template <int D>
+void hourglass_tangent(const Points& pts, const MatLaw& law, const KernelMode& mode, const ActiveGrid& grid,
+                       int p, double* ke)
+{
+  const Hourglass g = hourglass<D>(pts, law, p);
+  if (g.modes == 0) return;
+  const int n = grid.point.count(p), *node = grid.point.begin(p);
+  int corner_at[8];
+  for (int a = 0; a < n; ++a)
+    for (int b = 0; b < n; ++b)
+      if (grid.corner.begin(pts.conn.begin(p)[b])[0] == node[a]) corner_at[a] = b;
+  for (int m = 0; m < g.modes; ++m)
+    for (int a = 0; a < n; ++a)
+      for (int b = 0; b <= a; ++b)
+        for (int i = 0; i < D; ++i)
+          ke[pair_place(a, b) * D * D + i * (D + 1)] +=
+              mode.s_new * g.k * g.gamma[m][corner_at[a]] * g.gamma[m][corner_at[b]];
 }
 
 // What a group of points gives to bar_form, on any nodes
@@ -220,6 +312,7 @@ Status corner_force(const Model& m, const Points& pts, const PointLaws& law, con
     ip_force<D, 0>(&pts.G[static_cast<size_t>(pts.conn.off[p]) * D], pts.conn.count(p), pts.V0[p], Fb, S, re);
     add_corner_force<D>(pts, p, re, 1, fc);
   });
+  for (int p : owned) hourglass_force<D>(pts, law.body[pts.body[p]], mode, l0, l1, p, fc);
   for (int k : groups)
     if (group_force<D>(pts, law, mode, l0, l1, k, fc) != STATUS_OK) {
       *worst = law.group.begin(k)[0];
@@ -269,8 +362,9 @@ double energy(const Model& m, const Points& pts, const Level& l, const IntVec& o
     psi *= V0;
     for (int k = 0; k < n; ++k) sum += psi[k];
   }, [&](int p) {
-    sum += point_energy_one(m, pts, l, p, pts.broken[p] < 0 ? 1.0 : l.degr[pts.parent[p]]);
+    sum += point_energy_one(m, pts, l, p, !pts.eroded(p) ? 1.0 : l.degr[pts.parent[p]]);
   });
+  for (int p : owned) sum += hourglass_energy<D>(pts, law.body[pts.body[p]], l, p);
   return sum;
 }
 
@@ -285,10 +379,11 @@ void tangent(const Model& m, const Points& pts, const PointLaws& law, const Kern
   const int first = g.point.off[p], n = g.point.count(p);
   const double* dS = &g.dS[static_cast<size_t>(first) * D];
   for (int k = 0; k < pair_count(n) * D * D; ++k) ke[k] = 0.0;
-  if (pts.broken[p] < 0 && !is_general(pts, law, p)) {
+  if (!pts.eroded(p) && !is_general(pts, law, p)) {
     work.resize(static_cast<size_t>(n) * D);
     ip_stress<D>(of_body, mode, H0, H1, Fb, S);
     ip_tangent<D, 0>(dS, n, pts.V0[p], of_body, mode, Fb, S, work.data(), ke);
+    hourglass_tangent<D>(pts, of_body, mode, g, p, ke);
     return;
   }
   constexpr int nv = VoigtPlace<D>::nv;
@@ -296,6 +391,7 @@ void tangent(const Model& m, const Points& pts, const PointLaws& law, const Kern
   work.resize(static_cast<size_t>(2 * n) * nv * D);
   if (form_one<D>(m, pts, law, mode, l0, l1, p, H0, H1, Fb, S, C) != STATUS_OK) return;
   ip_tangent_general<D, 0>(dS, n, pts.V0[p], C, mode.cG(), Fb, S, work.data(), work.data() + n * nv * D, ke);
+  hourglass_tangent<D>(pts, of_body, mode, g, p, ke);
 }
 
 template <int D>
@@ -423,7 +519,7 @@ double viscous_loss(const Points& pts, const PointLaws& law, const Level& l0, co
   double sum = 0.0, dE[6], E0[6], scale;
   for (int p : mine) {
     const MatLaw& of_body = law.body[pts.body[p]];
-    if (of_body.beta == 0.0 || pts.broken[p] >= 0) continue;
+    if (of_body.beta == 0.0 || pts.eroded(p)) continue;
     general_strain<D>(pts, of_body, l0.uc, p, E0, &scale);
     general_strain<D>(pts, of_body, l1.uc, p, dE, &scale);
     for (int k = 0; k < 6; ++k) dE[k] -= E0[k];
@@ -438,7 +534,7 @@ void point_fields(const Model& m, const Points& pts, const Level& l, int p, doub
   const Body& b    = m.body[pts.body[p]];
   const MatLaw law = mat_law(m.material[b.material], m.dim == 2 ? b.plane : PLANE_NONE);
   point_motion(pts, m.dim, l.uc, p, out);
-  const bool broken  = pts.broken[p] >= 0;
+  const bool broken  = pts.eroded(p);
   const ErodedLaw er = broken ? broken_law(m, pts, p, c) : ErodedLaw();
   if (broken ? broken_keeps_history(er) : law_is_general(law)) {
     double E[6], scale;
@@ -455,7 +551,7 @@ void point_fields(const Model& m, const Points& pts, const Level& l, int p, doub
 
 void point_ip_fields(const Model& m, const Points& pts, const Level& l, int p, IpFields& out)
 {
-  point_fields(m, pts, l, p, pts.broken[p] < 0 ? 1.0 : l.degr[pts.parent[p]], out);
+  point_fields(m, pts, l, p, !pts.eroded(p) ? 1.0 : l.degr[pts.parent[p]], out);
 }
 
 double point_energy_one(const Model& m, const Points& pts, const Level& l, int p, double c)
