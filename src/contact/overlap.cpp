@@ -37,6 +37,23 @@ std::vector<int> parts_of(const Model& m, int surface)
   return out;
 }
 
+// parts that a side of general contact belongs to
+std::vector<int> parts_of(const Model& m, const Relations& r, const ContactSide& side)
+{
+  if (side.surface >= 0) return parts_of(m, side.surface);
+  if (side.body >= 0) return {side.body};
+  std::vector<int> out;
+  for (int part = 0; part < r.n; ++part) {
+    if (side.elset < 0) out.push_back(part);
+    for (int e : side.elset >= 0 ? m.elset[side.elset].item : IntVec()) {
+      if (r.nbody + m.mesh.elem_section[e] != part) continue;
+      out.push_back(part);
+      break;
+    }
+  }
+  return out;
+}
+
 // sections whose elements share a node
 void join_meshes(const Model& m, Relations& r)
 {
@@ -74,6 +91,9 @@ Relations relations(const Model& m)
     for (int b = 0; b < nbody; ++b)
       if (m.body[a].field == m.body[b].field) r.join(a, b);
   for (const BondDef& d : m.bond) {
+    for (const ContactRule& rule : d.include)
+      for (int a : parts_of(m, r, rule.a))
+        for (int b : parts_of(m, r, rule.b)) r.join(a, b);
     if (d.surface < 0 || d.kind == BOND_GROUND) continue;
     std::vector<int> other;
     if (d.kind == BOND_CONTACT) other = parts_of(m, d.master);
