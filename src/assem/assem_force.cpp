@@ -148,8 +148,8 @@ void add_contact(const Model& m, const ContactPairs& pairs, const Dofs& dofs, co
 {
   const int dim = m.dim;
   double f[3], t1[3], slipped;
-  st.np1.slip[b * dim] = contact_force(m, st.bonds, pairs, b, mode, &j.contact[b * dim], &st.n.lambda[b * dim],
-                                       st.np1.lambda_n[b], f, nullptr, t1, &slipped);
+  st.np1.slip[b * dim] = contact_force(m, st.bonds, pairs, b, mode, &j.contact[b * dim],
+                                       &st.n.lambda[b * dim], st.np1.lambda_n[b], f, nullptr, t1, &slipped);
   for (int k = dofs.bond.off[b]; k < dofs.bond.off[b + 1] && dofs.bond_owned[b]; ++k)
     for (int i = 0; i < dim; ++i) fint[dofs.bond.item[k] * dim + i] += dofs.bond_w[k] * f[i];
   for (int i = 0; i < dim; ++i) st.np1.lambda[b * dim + i] = t1[i];

@@ -4,8 +4,8 @@
 
 namespace {
 
-// a released point, which is elastic, is made anew above this stretch and below its inverse in volume, however
-// small RELEASE is.  Test: verification/contact/g3_grains.inp
+// a released point, which is elastic, is made anew above this stretch and below its inverse in volume,
+// however small RELEASE is.  Test: verification/contact/g3_grains.inp
 const double RENEW = 1.5;
 
 // F of a point; 33 is 1 in the plane                                                          (3.5)
