@@ -5,7 +5,7 @@ import sys
 
 TOP = os.path.dirname(os.path.dirname(os.path.dirname(os.path.realpath(__file__))))
 sys.path.insert(0, os.path.join(TOP, "tools", "lib"))
-from mpfe_files import np, read_vtk
+from mpfe_files import np, read_table, read_vtk
 
 
 def clip(subject, clipper):
