@@ -172,7 +172,7 @@ void find_near(const Model& m, const Points& pts, const RealVec& u, const RealVe
   std::vector<ContactBox> box(n);
   for (int i = 0; i < n; ++i) {
     const MasterFace f = master_face(m, pts, s.skin[i].points, {s.skin[i].elem, s.skin[i].face}, u, uc);
-    const double more  = s.part * f.size + 0.5 * (s.travel + s.margin);
+    const double more  = s.part * f.size + 0.5 * (s.most + s.margin);
     for (int k = 0; k < 3; ++k) {
       box[i].lo[k] = f.lo[k] - more;
       box[i].hi[k] = f.hi[k] + more;
@@ -205,11 +205,13 @@ void scene_update(const Model& m, const Points& pts, const Bonds& bonds, const R
     describe(m, pts, bonds, s);
     s.built = built;
   }
-  if (same && part == s.part && travel <= s.travel &&
+  const bool reaches = part == s.part && travel <= s.most;
+  s.part   = part;
+  s.travel = travel;
+  if (same && reaches &&
       std::sqrt(m.dim) * 2.0 * std::max(largest_change(u, s.u), largest_change(uc, s.uc)) < s.margin)
     return;
-  s.part   = part;
-  s.travel = std::max(travel, same ? s.travel : 0.0);
+  s.most = 1.5 * travel;       // increments grow
   find_near(m, pts, u, uc, s);
 }
 

@@ -23,7 +23,8 @@ struct ContactScene {
   ListTable near;              // [skin]
   RealVec u, uc;
   double margin = 0.0;         // near holds for motions below half of it             length
-  double part = 0.0, travel = 0.0;     // reach: part of the size of both faces, and what places may move
+  double part = 0.0, travel = 0.0;     // reach of now: part of the size of both faces, what places may move
+  double most = 0.0;           // travel that near holds for; what is met depends on the reach of now alone
   long built = 0;              // how often near was made
 };
 
