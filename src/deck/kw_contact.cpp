@@ -1,5 +1,7 @@
 #include "deck/kw_contact.h"
 
+#include <algorithm>
+
 // OVERLAP=PUSH|ADJUST|REFUSE, or ADJUST=a as Abaqus has it: gaps up to a count as zero too
 void contact_overlap(Card& card, BondDef& b)
 {
@@ -112,6 +114,23 @@ void read_rules(Card& card, Model& model, RuleKind kind)
     else card.next = card.field.size();
 }
 
+// does side a hold all of side b?
+bool holds(const ContactSide& a, const ContactSide& b)
+{
+  const bool all = a.surface < 0 && a.elset < 0 && a.body < 0;
+  return all || (a.surface == b.surface && a.elset == b.elset && a.body == b.body);
+}
+
+// is every inclusion taken back by an exclusion?
+bool nothing_left(const BondDef& g)
+{
+  return std::all_of(g.include.begin(), g.include.end(), [&](const ContactRule& in) {
+    return std::any_of(g.exclude.begin(), g.exclude.end(), [&](const ContactRule& out) {
+      return (holds(out.a, in.a) && holds(out.b, in.b)) || (holds(out.a, in.b) && holds(out.b, in.a));
+    });
+  });
+}
+
 // faces of contact pairs meet there; without inclusions everything meets everything
 void complete(Deck& d, Model& m, int general)
 {
@@ -120,6 +139,9 @@ void complete(Deck& d, Model& m, int general)
   if (g.include.size() + g.exclude.size() + g.property.size() + m.bond.size() > MOST_RULES)
     deck_error(d, deck_field(d, g.place, "CONTACT"),
                "inclusions, exclusions, properties and contact pairs are more than 30 in all");
+  if (nothing_left(g))
+    deck_error(d, deck_field(d, g.place, "CONTACT"),
+               "*CONTACT EXCLUSIONS take back all that is included; nothing is left to meet");
   for (const BondDef& b : m.bond)
     if (b.kind == BOND_CONTACT && !b.general && b.surface >= 0 && b.master >= 0) {
       ContactRule rule;
