@@ -1,0 +1,213 @@
+// General contact: tree of boxes, outer faces, near faces, projection on distorted faces.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "bond/bond.h"
+#include "contact/contact.h"
+#include "contact/contact_scene.h"
+#include "contact/contact_tree.h"
+
+namespace {
+
+using Random = std::mt19937;
+
+double number(Random& random, double lo, double hi)
+{
+  return std::uniform_real_distribution<double>(lo, hi)(random);
+}
+
+// adds a unit cube of n^3 bricks, its lower side at z0
+void add_cube(Model& m, int n, double z0)
+{
+  Mesh& mesh = m.mesh;
+  const int first = mesh.nnode(), row = n + 1, layer = row * row;
+  for (int k = 0; k <= n; ++k)
+    for (int j = 0; j <= n; ++j)
+      for (int i = 0; i <= n; ++i) {
+        mesh.X.insert(mesh.X.end(), {double(i) / n, double(j) / n, z0 + double(k) / n});
+        mesh.node_label.push_back(mesh.nnode() + 1);
+      }
+  for (int k = 0; k < n; ++k)
+    for (int j = 0; j < n; ++j)
+      for (int i = 0; i < n; ++i) {
+        const int a = first + i + row * j + layer * k;
+        for (int up : {a, a + layer})
+          mesh.conn.item.insert(mesh.conn.item.end(), {up, up + 1, up + 1 + row, up + row});
+        mesh.conn.off.push_back(static_cast<int>(mesh.conn.item.size()));
+        mesh.elem_label.push_back(mesh.nelem());
+        mesh.elem_type.push_back(ELEM_C3D8);
+        mesh.elem_section.push_back(0);
+      }
+}
+
+// one section, *CONTACT of all with all
+Model contact_model()
+{
+  Model m;
+  m.dim = 3;
+  Material mat;
+  mat.young = mat.density = 1.0;
+  m.material.push_back(mat);
+  m.section.push_back(Section{0, 0, 1.0, {}});
+  BondDef d;
+  d.kind    = BOND_CONTACT;
+  d.general = true;
+  d.include.resize(1);
+  m.bond.push_back(d);
+  return m;
+}
+
+// two cubes of bricks on each other that share no node
+Model two_cubes(int below, int above)
+{
+  Model m = contact_model();
+  add_cube(m, below, 0.0);
+  add_cube(m, above, 1.0);
+  return m;
+}
+
+struct Scene {
+  Model m;
+  Points pts;
+  Bonds bonds;
+  RealVec u, uc;
+  ContactScene near;
+};
+
+ContactPairs search(Scene& s, ContactScene& scene)
+{
+  RealVec xb;
+  ContactPairs pairs;
+  bond_places(s.m, s.pts, s.bonds, s.u, s.uc, xb);
+  scene_update(s.m, s.pts, s.bonds, s.u, s.uc, true, 0.0, scene);
+  contact_search(s.m, s.pts, s.bonds, s.u, s.uc, xb, scene, pairs);
+  return pairs;
+}
+
+void shake(Random& random, double size, RealVec& u)
+{
+  for (double& x : u) x += number(random, -size, size);
+}
+
+}  // namespace
+
+TEST(Contact, TreeFindsWhatAllPairsFind)
+{
+  Random random(1);
+  for (int n : {0, 1, 8, 9, 500}) {
+    std::vector<ContactBox> box(n);
+    for (ContactBox& b : box)
+      for (int i = 0; i < 3; ++i) {
+        b.lo[i] = number(random, 0.0, 1.0);
+        b.hi[i] = b.lo[i] + number(random, 0.0, 0.2);
+      }
+    if (n > 9) box[7] = box[9] = box[100];             // at the same place
+    const ContactTree tree(box);
+    for (int k = 0; k < n; ++k) {
+      IntVec found, all;
+      tree.overlap(box[k], found);
+      std::sort(found.begin(), found.end());
+      for (int j = 0; j < n; ++j) {
+        bool apart = false;
+        for (int i = 0; i < 3; ++i)
+          apart = apart || box[k].lo[i] > box[j].hi[i] || box[j].lo[i] > box[k].hi[i];
+        if (!apart) all.push_back(j);
+      }
+      EXPECT_EQ(all, found);
+    }
+  }
+}
+
+TEST(Contact, SkinIsWhatHasOneOwnerAndIsNotTied)
+{
+  Model m = contact_model();
+  Fracture fr;
+  Points pts;
+  add_cube(m, 3, 0.0);
+  EXPECT_EQ(54u, contact_skin(m, fr, pts, {}).size());
+  // the brick in the middle is lost: six faces inside; one at a corner: three go, three come
+  fr.phase.assign(27, AS_ELEMENT);
+  fr.phase[13] = AS_NOTHING;
+  EXPECT_EQ(60u, contact_skin(m, fr, pts, {}).size());
+  fr.phase[13] = AS_ELEMENT;
+  fr.phase[0]  = AS_NOTHING;
+  EXPECT_EQ(54u, contact_skin(m, fr, pts, {}).size());
+  fr.phase.clear();
+  // without a section it is no finite element
+  m.mesh.elem_section[13] = -1;
+  EXPECT_EQ(60u, contact_skin(m, fr, pts, {}).size());
+  m.mesh.elem_section[13] = 0;
+  // tied by conversion, tied by *BOND
+  const std::vector<SkinFace> all = contact_skin(m, fr, pts, {});
+  const std::vector<SkinFace> one = contact_skin(m, fr, pts, {{all[5].elem, all[5].face}});
+  EXPECT_EQ(53u, one.size());
+  EXPECT_EQ(one.end(), std::find(one.begin(), one.end(), all[5]));
+  m.surface.resize(1);
+  m.surface[0].face = {{all[0].elem, all[0].face}, {all[1].elem, all[1].face}};
+  BondDef tie;
+  tie.surface = 0;
+  m.bond.push_back(tie);
+  EXPECT_EQ(52u, contact_skin(m, fr, pts, {}).size());
+  m.bond.erase(m.bond.begin());                        // no *CONTACT, no skin
+  EXPECT_TRUE(contact_skin(m, fr, pts, {}).empty());
+}
+
+// near faces are kept while motions are small: what is met is what a new list gives
+TEST(Contact, NearFacesHoldForSmallMotions)
+{
+  Random random(2);
+  Scene s;
+  s.m = two_cubes(3, 4);
+  s.u.assign(s.m.mesh.X.size(), 0.0);
+  const std::vector<SkinFace> skin = contact_skin(s.m, Fracture(), s.pts, {});
+  bond_skin(s.m, s.pts, skin, s.bonds);
+  EXPECT_EQ(6u * (9 + 16), skin.size());
+  EXPECT_EQ(16 * 6 * (9 + 16), s.bonds.nbond);
+  search(s, s.near);
+  const double margin = s.near.margin;
+  for (int k = 0; k < 20; ++k) {
+    shake(random, 0.02 * margin, s.u);
+    ContactScene fresh;
+    const ContactPairs kept = search(s, s.near), anew = search(s, fresh);
+    EXPECT_GT(kept.near, 16 * 16);
+    EXPECT_EQ(anew.master.off, kept.master.off);
+    EXPECT_EQ(anew.master.item, kept.master.item);
+    EXPECT_EQ(anew.gap, kept.gap);
+    EXPECT_EQ(anew.face, kept.face);
+  }
+  EXPECT_EQ(1, s.near.built);
+  // a large motion: another list, as if made from nothing
+  for (size_t n = 0; n < s.m.mesh.X.size() / 3; ++n)
+    if (s.m.mesh.X[3 * n + 2] > 1.5) s.u[3 * n] += margin;
+  ContactScene fresh;
+  search(s, s.near);
+  search(s, fresh);
+  EXPECT_EQ(2, s.near.built);
+  EXPECT_EQ(fresh.near.off, s.near.near.off);
+  EXPECT_EQ(fresh.near.item, s.near.near.item);
+}
+
+// far from a distorted face Newton's method need not converge: it must not end on the face by chance
+TEST(Contact, NoPlaceFarFromADistortedFaceMeetsIt)
+{
+  Random random(3);
+  for (int k = 0; k < 20000; ++k) {
+    const double X[8] = {-1, -1, 1, -1, 1, 1, -1, 1};
+    MasterFace f;
+    f.n = 4;
+    f.size = 2.0;
+    for (int n = 0; n < 4; ++n)
+      for (int i = 0; i < 3; ++i) {
+        f.x[3 * n + i] = i < 2 ? X[2 * n + i] + number(random, -0.4, 0.4) : 0.0;
+        f.lo[i] = -1.4;
+        f.hi[i] = 1.4;
+      }
+    const double angle = number(random, 0.0, 7.0), far = number(random, 2.1, 4.0);
+    const double p[3] = {far * std::cos(angle), far * std::sin(angle), 0.01};
+    Hit hit;
+    EXPECT_EQ(PROJ_NONE, contact_meet(f, p, 4.0, hit));
+  }
+}
