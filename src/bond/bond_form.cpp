@@ -483,8 +483,8 @@ void shrink_slaves(const Model& m, const Points& pts, Bonds& b, Level& l)
 
 }  // namespace
 
-// general contact: parts of an edge of a face, in the plane and in space: stress of a patch test within 2e-3
-// where ten faces meet eleven (doc/verification.md, G6)
+// general contact: parts of an edge of a face, in the plane and in space: the least that hold the stress of a
+// patch test to 1e-3 from ten faces on (doc/verification.md, G6)
 const int SKIN_PARTS[4] = {0, 0, 4, 3};
 
 void bond_skin(const Model& m, const Points& pts, const std::vector<SkinFace>& skin, Bonds& b)
