@@ -423,6 +423,8 @@ IntVec restore_bonds(int dim, const KeptBonds& kept, Bonds& b, Level& l)
   l.slip.resize(all * dim, 0.0);
   l.lambda.resize(all * dim, 0.0);
   l.lambda_n.resize(all, 0.0);
+  std::map<std::array<int, 3>, int> place;           // of the faces of general contact
+  for (const SkinFace& f : b.skin) place.emplace(std::array<int, 3>{f.elem, f.face, f.points}, place.size());
   for (int q = b.nfixed; q < b.nbond; ++q) {
     const auto it = kept.find(slip_key(b, q));
     if (it == kept.end()) {
@@ -439,8 +441,8 @@ IntVec restore_bonds(int dim, const KeptBonds& kept, Bonds& b, Level& l)
     b.cn[q]       = k.cn;
     b.ct[q]       = k.ct;
     b.friction[q] = k.friction;
-    const auto met = std::find(b.skin.begin(), b.skin.end(), k.met);
-    if (k.met.elem >= 0 && met != b.skin.end()) b.met[q] = static_cast<int>(met - b.skin.begin());
+    const auto met = k.met.elem < 0 ? place.end() : place.find({k.met.elem, k.met.face, k.met.points});
+    if (met != place.end()) b.met[q] = met->second;
   }
   return fresh;
 }
