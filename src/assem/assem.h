@@ -42,6 +42,19 @@ bool assem_has_followers(const Step& step);
 void assem_tangent(const Model& m, const Discretisation& d, const KernelMode& mode, double cM, double cC,
                    const Jumps& j, State& st, Dofs& s);
 
+// Slipping contact: what the symmetric tangent leaves out, the sum of B_k B_l across n^T over bonds   (4.12)
+struct SlipTangent {
+  IntVec bond;                 // bonds of this rank that slip
+  RealVec across;              // [bond.size()*dim]
+  bool any = false;            // on any rank
+};
+
+// assem_slip : these bonds;   slip_multiply : y = its product with x [neq], at the free dofs; x is that of
+// all ranks, and 0 or whatever follows at tied dofs
+void assem_slip(const Model& m, const ContactPairs& pairs, const KernelMode& mode, const Jumps& j,
+                const State& st, const Dofs& s, SlipTangent& slip);
+void slip_multiply(const SlipTangent& slip, const ContactPairs& pairs, const Dofs& s, RealVec x, RealVec& y);
+
 // assem_constrain : f -= A(:, fixed) x(fixed), then rows and columns of fixed dofs become those of a diagonal
 // matrix, and f(fixed) = 0: a solution that knows nothing of x, which is added afterwards; diagonal [neq] of
 // A

@@ -72,15 +72,15 @@ int contact_start(const Model& m, Bonds& bonds, const ContactPairs& pairs, const
 //   in   place: these bonds of contact;   bonds.offset is set
 void contact_offsets(const Model& m, const Points& pts, const IntVec& place, Bonds& bonds);
 
-// contact_force : force on side A minus side B and, unless K is null, its tangent, without the unsymmetric
-// term of slipping   (4.9) - (4.12)
+// contact_force : force on side A minus side B and, unless K is null, the symmetric part of its tangent and
+// the rest, across n^T   (4.9) - (4.12)
 //   in   s [dim]     relative displacement over the step;  t0 [dim] friction force at t(n);
 //        lambda multiplier of the normal force, <= 0
-//   out  f [dim], K [dim*dim], t1 [dim] friction force at t(n+1), slipped [1] distance slipped; returns
-//        the gap at t(n+1)
+//   out  f [dim], K [dim*dim], t1 [dim] friction force at t(n+1), slipped [1] distance slipped,
+//        across [dim] unless null, zero where nothing slips; returns the gap at t(n+1)
 double contact_force(const Model& m, const Bonds& bonds, const ContactPairs& pairs, int b,
                      const KernelMode& mode, const double* s, const double* t0, double lambda, double* f,
-                     double* K, double* t1, double* slipped);
+                     double* K, double* t1, double* slipped, double* across = nullptr);
 
 // contact_multiplier : the normal multiplier after an update; never pulls  (4.15)
 double contact_multiplier(const KernelMode& mode, double C, double gap, double lambda);

@@ -36,7 +36,7 @@ void normal_law(const KernelMode& mode, double C, double touch, double g0, doubl
 
 double contact_force(const Model& m, const Bonds& bonds, const ContactPairs& pairs, int b,
                      const KernelMode& mode, const double* s, const double* t0, double lambda, double* f,
-                     double* K, double* t1, double* slipped)
+                     double* K, double* t1, double* slipped, double* across)
 {
   const int dim     = m.dim;
   const double *n = &pairs.normal[b * dim], C = bonds.cn[b], Ct = bonds.ct[b],
@@ -52,6 +52,7 @@ double contact_force(const Model& m, const Bonds& bonds, const ContactPairs& pai
   for (int i = 0; i < dim; ++i) {
     f[i]  = p * n[i];
     t1[i] = 0.0;
+    if (across) across[i] = 0.0;
     for (int j = 0; K && j < dim; ++j) K[i * dim + j] = slope * n[i] * n[j];
   }
   *slipped = 0.0;
@@ -74,6 +75,7 @@ double contact_force(const Model& m, const Bonds& bonds, const ContactPairs& pai
   for (int i = 0; i < dim; ++i) {
     t1[i] = cut * trial[i];
     f[i] += t1[i];
+    if (across && cut < 1.0) across[i] = -mu * slope * trial[i] / size;
     for (int j = 0; K && j < dim; ++j) {
       double k = (i == j) - n[i] * n[j];
       if (cut < 1.0) k -= trial[i] * trial[j] / (size * size);

@@ -215,6 +215,12 @@ void scene_update(const Model& m, const Points& pts, const Bonds& bonds, const R
   find_near(m, pts, u, uc, s);
 }
 
+double scene_reach(const ContactScene& s)
+{
+  const auto least = std::min_element(s.size.begin(), s.size.end());
+  return least == s.size.end() ? 0.0 : 2.0 * s.part * *least + s.travel;
+}
+
 const ContactRule* scene_property(const BondDef& d, const ContactScene& s, int a, int b)
 {
   const ContactRule* last = nullptr;

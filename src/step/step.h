@@ -4,6 +4,8 @@
 #ifndef MPFE_STEP_STEP_H
 #define MPFE_STEP_STEP_H
 
+#include <functional>
+
 #include "assem/assem.h"
 #include "out/out.h"
 
@@ -52,8 +54,10 @@ struct NewtonControls {
   bool linear   = false;       // the tangent does not depend on du: it may be reused
   bool breaks   = false;       // material may break: it then kinks the residual, and has next to no stiffness
   bool rubs     = false;       // granular material: the matrix is but the symmetric part of the tangent
+  bool slips    = false;       // statics with friction in contact: the tangent may be unsymmetric   (6.23)
   bool singular = false;       // statics with broken material: the tangent is nearly singular
   int max_iter  = 0;
+  int patience  = 0;           // iterations without a smaller residual before corrections are searched  (6.6)
 };
 
 // What earlier iterations tell of a tangent that the symmetric matrix does not hold      (6.22)
@@ -64,6 +68,11 @@ struct Secants {
 
 // step_secant : the correction dx of the matrix at du becomes that of Anderson's method
 void step_secant(Secants& h, const RealVec& du, const RealVec& diag, RealVec& dx);
+
+// step_slip : x, the solution of the symmetric matrix A x = f, becomes that of (A + E) x = f     (6.23)
+//   in   diag [neq] of A;  eta  what may be left;  back(v, z): z = A^-1 E v
+Status step_slip(const RealVec& diag, double eta, const std::function<Status(const RealVec&, RealVec&)>& back,
+                 RealVec& x);
 
 // What one attempt of an increment needs to know                                   (6.1)
 //   residual  R = fint + cM M du + cC C du - g - fext

@@ -10,6 +10,10 @@ namespace {
 // missed a face; at 0.5 the search would lose it (contact_search), so TOO_DEEP ends the increment before.
 // Test: Increment.PointsThatEnterTooDeep (unit)
 const double ENTERED = 0.25, TOO_DEEP = 0.45;
+const double TOUCHES = 1e-9;   // what is less deep lies on the face
+// Contacts that close raise the residual for an iteration, and full corrections are the way to the set that
+// is closed. Test: CONTACT (contact/convergence)
+const int PATIENCE = 2;
 
 // augmented Lagrange: the bond force becomes the multiplier (4.6), the pressure of a contact as well (4.15).
 // k: updates so far in this step. False: none is due.
@@ -54,12 +58,18 @@ bool linear_scene(const Model& m, const FracMesh& fm, const Points& pts, const S
   return true;
 }
 
-NewtonControls newton_controls(const Model& m, const FracMesh& fm, const State& st, const Step& s, double dt)
+NewtonControls newton_controls(const Model& m, const Discretisation& d, const State& st, const Step& s,
+                               double dt)
 {
   NewtonControls c;
+  const FracMesh& fm = d.fm;
   c.linear   = linear_scene(m, fm, st.points, s);
   c.breaks   = fm.on;
   for (const FractureDef& f : m.fracture) c.rubs = c.rubs || f.residual == SPLIT_GRANULAR;
+  if (s.proc == PROC_STATIC && d.pairs.near) {
+    for (double mu : st.bonds.friction) c.slips = c.slips || mu > 0.0;
+    if (!c.breaks) c.patience = PATIENCE;
+  }
   c.singular = s.proc == PROC_STATIC && fm.on && st.frac.neroded > 0;
   // equilibrium after elements broke (dt = 0) opens and closes many cracks: it may take longer
   c.max_iter = dt > 0.0 ? s.ctl.max_iter : 4 * s.ctl.max_iter;
@@ -79,6 +89,31 @@ void extrapolate(const Model& m, const State& st, const Dofs& dofs, double dt, A
   for (int r = 0; r < dofs.nfe; ++r)
     for (int i = 0; i < dim; ++i)
       if (!dofs.fixed[r * dim + i]) a.guess[r * dim + i] = dt * st.rate[dofs.node_of_row[r] * dim + i];
+}
+
+// General contact in statics: a place that met no face at t(n) and lies inside one now has come from further
+// than the search looked at.  Test: G1 (contact/g1_compare)
+Failure find_missed_contact(const Problem& p, State& st)
+{
+  if (st.bonds.skin.empty()) return STATUS_OK;
+  double most = 0.0;
+  for (size_t i = 0; i < st.n.u.size(); ++i) most = std::max(most, std::fabs(st.np1.u[i] - st.n.u[i]));
+  for (size_t i = 0; i < st.n.uc.size(); ++i) most = std::max(most, std::fabs(st.np1.uc[i] - st.n.uc[i]));
+  const int dim = p.m.dim;
+  if (2.0 * std::sqrt(dim) * most <= scene_reach(p.d.scene)) return STATUS_OK;
+  ContactScene scene = p.d.scene;
+  ContactPairs pairs;
+  RealVec xb;
+  bond_places(p.m, st.points, st.bonds, st.np1.u, st.np1.uc, xb);
+  scene_update(p.m, st.points, st.bonds, st.np1.u, st.np1.uc, true, 0.0, scene);
+  contact_search(p.m, st.points, st.bonds, st.np1.u, st.np1.uc, xb, scene, pairs);
+  for (int b = 0; b < st.bonds.nbond; ++b) {
+    if (st.bonds.skin_of[b] < 0 || p.d.pairs.master.count(b) || !pairs.master.count(b)) continue;
+    if (pairs.gap[b] >= -TOUCHES * pairs.size[b]) continue;
+    st.np1.slip[b * dim] = pairs.gap[b];
+    return {CONTACT_DEPTH, AT_BOND, b};
+  }
+  return STATUS_OK;
 }
 
 }  // namespace
@@ -113,7 +148,7 @@ Failure step_increment(Problem& p, const Step& s, double t0, double dt, RealVec&
   const bool mid = step_mode(s).mid;
   const double load = mid ? 0.5 : 1.0;               // where in the increment the loads are taken
   Attempt a{s, step_mode(s), t0, t0 + dt, dt, total0, total0 + dt, {t0 + load * dt, total0 + load * dt, load},
-            newton_controls(p.m, p.d.fm, st, s, dt)};
+            newton_controls(p.m, p.d, st, s, dt)};
   if (s.proc == PROC_DYNAMIC) a.mode.rate = scheme_of(s).damping(s, dt);
   st.np1 = st.n;
   if (!p.d.pairs.gap.empty()) contact_forget(st.bonds, p.d.pairs, p.m.dim, st.np1);
@@ -139,6 +174,7 @@ Failure step_increment(Problem& p, const Step& s, double t0, double dt, RealVec&
   }
   if (failure.ok() && st.bonds.nbond) failure = augment(p, a);
   if (failure.ok() && p.d.pairs.near) failure = step_contact_depth(st.bonds, p.d.pairs, st.np1, p.m.dim);
+  if (failure.ok() && s.proc == PROC_STATIC) failure = find_missed_contact(p, st);
   if (failure.ok()) step_finish(p, a, energy);
   if (failure.ok() && !std::isfinite(st.ledger.balance)) failure = BAD_NUMBER;
   return failure;

@@ -15,6 +15,7 @@ const double ACCEPT = 3e-9;
 const double BLIND  = 1e-6;    // reduction in iterations that the increment before did not have
 const int SLOW      = 8;       // iterations; Newton's method that takes more gets factorised tangents
 const double NEAR   = 0.1;     // of the accepted residual, when a tangent is used twice
+const double SLIP   = 1e-6;    // of the correction, left where contact slips. CONTACT (contact/convergence)
 
 bool same_tangent(const ReusedTangent& z, const Dofs& dofs, const Attempt& a)
 {
@@ -54,6 +55,31 @@ bool supported(Problem& p)
                 step_supports_fix(p.m.mesh, p.d.el, p.dofs);
   }
   return h.good;
+}
+
+// (A + E) x = f, E what slipping contact adds that is not symmetric; its solutions share the factors  (6.23)
+Status solve_slipping(Problem& p, const Attempt& a, const RealVec& pending, SolveAsk& ask, LinearSystem& l)
+{
+  const Dofs& s  = p.dofs;
+  Solver& solver = p.newton.solver;
+  SlipTangent slip;
+  if (a.newton.slips) assem_slip(p.m, p.d.pairs, a.mode, a.jumps, p.st, s, slip);
+  if (!slip.any) return solve_system(solver, s.A, ask, l.f, l.dx);
+  RealVec y;
+  ask.exact = true;
+  ask.eta   = std::min(ask.eta, SLIP);
+  slip_multiply(slip, p.d.pairs, s, pending, y);
+  for (int i = 0; i < s.neq(); ++i) l.f[i] -= y[i];
+  const Status status = solve_system(solver, s.A, ask, l.f, l.dx);
+  if (status != STATUS_OK) return status;
+  const auto back = [&](const RealVec& v, RealVec& z) {
+    slip_multiply(slip, p.d.pairs, s, v, y);
+    return solve_system(solver, s.A, ask, y, z);
+  };
+  const double left = solver.left;
+  const Status more = step_slip(l.diag, SLIP, back, l.dx);
+  solver.left = left;
+  return more;
 }
 
 }  // namespace
@@ -119,7 +145,7 @@ Failure step_solve(Problem& p, const Attempt& a, int it, double residual, double
   ask.known_regular      = p.newton.solver.nfactor == 0 && s.neq() >= SMALL_SYSTEM && p.m.dim == 3 &&
                   (ask.inertia || supported(p));
   ask.digits = -std::log10(std::max(ask.eta, FINAL * l.residual / residual));
-  const Status status = solve_system(p.newton.solver, s.A, ask, l.f, l.dx);
+  const Status status = solve_slipping(p, a, pending, ask, l);
   if (status != STATUS_OK) return status;
   double energy = 0.0;
   for (int i = 0; i < s.neq(); ++i) {

@@ -151,11 +151,11 @@ int step_open(Problem& p)
 
 namespace {
 
-// largest component of the velocities
-double fastest(const Level& l)
+// largest component of the velocities; in statics of the rates of nodes in the last increment
+double fastest(const State& st, bool is_static)
 {
   double most = 0.0;
-  for (const RealVec* v : {&l.v, &l.vc})
+  for (const RealVec* v : {is_static ? &st.rate : &st.n.v, &st.n.vc})
     for (double x : *v) most = std::max(most, std::fabs(x));
   return most;
 }
@@ -177,7 +177,7 @@ Failure step_prepare(Problem& p, const Step& s)
   if (has_contact(p.m)) {
     Timer timer(PHASE_CONTACT);
     const bool is_static = s.proc == PROC_STATIC;
-    const double travel  = is_static ? 0.0 : 2.0 * st.clock.dt * fastest(st.n);
+    const double travel  = 2.0 * st.clock.dt * fastest(st, is_static);
     scene_update(p.m, st.points, st.bonds, st.n.u, st.n.uc, is_static, travel, p.d.scene);
     contact_search(p.m, st.points, st.bonds, st.n.u, st.n.uc, xb, p.d.scene, p.d.pairs);
     contact_stiffness(st.n, p.m.dim, p.d.pairs, st.bonds);

@@ -23,7 +23,7 @@ struct Contact {               // one bond with an oblique normal; the penalty i
   Model m;
   Bonds bonds;
   ContactPairs pairs;
-  double t0[3] = {0, 0, 0}, lambda = 0.0;
+  double t0[3] = {0, 0, 0}, lambda = 0.0, across[3];
   Contact(int dimension, double gap, double friction) : dim(dimension)
   {
     m.dim = dim;
@@ -39,7 +39,7 @@ struct Contact {               // one bond with an oblique normal; the penalty i
   void force(const KernelMode& mode, const double* s, double* f, double* K, double* slipped)
   {
     double t1[3];
-    contact_force(m, bonds, pairs, 0, mode, s, t0, lambda, f, K, t1, slipped);
+    contact_force(m, bonds, pairs, 0, mode, s, t0, lambda, f, K, t1, slipped, across);
   }
   // tangent by differences minus the program's; slope: change of the normal force with the gap, by
   // differences
@@ -138,15 +138,22 @@ double tangent_error(Scene& sc, const KernelMode& mode, double amplitude)
   sc.force(mode, du);
   assem_tangent(sc.m, sc.p.d, mode, 0.0, 0.0, sc.jumps, sc.st, sc.p.dofs);
   const RealVec K = full(sc.p.dofs);
+  SlipTangent slip;
+  assem_slip(sc.m, sc.p.d.pairs, mode, sc.jumps, sc.st, sc.p.dofs, slip);
   const double h  = 1e-6;
   double worst = 0.0, size = 0.0;
+  RealVec unit(n), E(n);
+  sc.p.dofs.fixed.assign(n, DOF_FREE);
   for (int j = 0; j < n; ++j) {
+    std::fill(unit.begin(), unit.end(), 0.0);
+    unit[j] = 1.0;
+    if (slip.any) slip_multiply(slip, sc.p.d.pairs, sc.p.dofs, unit, E);
     RealVec up = du, down = du;
     up[j] += h;
     down[j] -= h;
     const RealVec fu = sc.force(mode, up), fd = sc.force(mode, down);
     for (int i = 0; i < n; ++i) {
-      const double k = K[static_cast<size_t>(i) * n + j];
+      const double k = K[static_cast<size_t>(i) * n + j] + E[i];
       worst = std::fmax(worst, std::fabs((fu[i] - fd[i]) / (2 * h) - k));
       size  = std::fmax(size, std::fabs(k));
     }
@@ -242,8 +249,8 @@ TEST(Tangent, FrictionThatSticks)
       }
 }
 
-// What the program leaves out when it slips is -mu k_n t n^T, t the direction of the friction, and nothing
-// else  (4.12)
+// What the symmetric tangent leaves out when it slips is -mu k_n t n^T, t the direction of the friction, and
+// nothing else  (4.12)
 TEST(Tangent, FrictionThatSlips)
 {
   const double mu = 0.5;
@@ -259,6 +266,7 @@ TEST(Tangent, FrictionThatSlips)
         jump(c, g[1] - g[0], 0.3, -0.2, s);
         c.force(mode, s, f, K, &none);
         c.error(mode, s, wrong, &slope, &slipped);
+        c.force(mode, s, f, nullptr, &none);
         EXPECT_GT(slipped, 0.1);
         for (int i = 0; i < dim; ++i) fn += f[i] * n[i];
         for (int i = 0; i < dim; ++i) {
@@ -270,9 +278,47 @@ TEST(Tangent, FrictionThatSlips)
         for (int i = 0; i < dim; ++i)
           for (int j = 0; j < dim; ++j) {
             EXPECT_NEAR(-mu * slope * f[i] / size * n[j], wrong[i * dim + j], 3e-7);
+            EXPECT_NEAR(c.across[i] * n[j], wrong[i * dim + j], 3e-7);
             EXPECT_NEAR(K[i * dim + j], K[j * dim + i], 1e-15);
           }
       }
+}
+
+// nodes, and points on the grid, that slip: symmetric matrix and the rest together      (4.12), (6.23)
+TEST(Tangent, SystemThatSlips)
+{
+  for (std::string deck : {touching_2d, touching_3d}) {
+    for (const std::string name : {"NAME=FACES", "NAME=POINTS"})
+      deck.insert(deck.find(name) + name.size(), ", FRICTION=0.1");
+    Scene sc(deck);
+    EXPECT_LT(tangent_error(sc, KernelMode(), 0.05), 1e-7);
+    SlipTangent slip;
+    assem_slip(sc.m, sc.p.d.pairs, KernelMode(), sc.jumps, sc.st, sc.p.dofs, slip);
+    EXPECT_GT(slip.bond.size(), 2u);
+  }
+}
+
+// (A + E) x = f by solutions of A alone
+TEST(Slip, UnsymmetricSystem)
+{
+  const int n = 12;
+  std::srand(2);
+  const Eigen::MatrixXd B = Eigen::MatrixXd::Random(n, n),
+                        A = B * B.transpose() + Eigen::MatrixXd::Identity(n, n),
+                        E = 3.0 * Eigen::MatrixXd::Random(n, 4) * Eigen::MatrixXd::Random(4, n);
+  const Eigen::VectorXd f = Eigen::VectorXd::Random(n), start = A.ldlt().solve(f);
+  RealVec x(start.data(), start.data() + n), diag(n);
+  for (int i = 0; i < n; ++i) diag[i] = A(i, i);
+  int solutions = 0;
+  const auto back = [&](const RealVec& v, RealVec& z) {
+    const Eigen::VectorXd y = A.ldlt().solve(E * Eigen::Map<const Eigen::VectorXd>(v.data(), n));
+    z.assign(y.data(), y.data() + n);
+    ++solutions;
+    return STATUS_OK;
+  };
+  EXPECT_EQ(STATUS_OK, step_slip(diag, 1e-10, back, x));
+  EXPECT_LE(solutions, 5);                               // four directions, and the start
+  EXPECT_LT(((A + E) * Eigen::Map<Eigen::VectorXd>(x.data(), n) - f).norm(), 1e-8 * f.norm());
 }
 
 TEST(Tangent, SystemWithBonds)
