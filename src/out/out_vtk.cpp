@@ -43,11 +43,37 @@ void write_fields(VtkFile& f, const CellFields& c, int dim, bool plastic)
   if (plastic) vtk_scalars(f, "PEEQ", c.plastic);
 }
 
+std::string frame_tail(VtkKind kind, int frame)
+{
+  char tail[40];
+  std::snprintf(tail, sizeof tail, "_%s_%06d.vtk", kind_name[kind], frame);
+  return tail;
+}
+
+std::string series_path(VtkKind kind, const Output& out)
+{
+  return out.base + "_" + kind_name[kind] + ".vtk.series";
+}
+
+// a run that was killed may have left a frame, or a series with it, where there is nothing to draw now
+void clear_absent(const Output& out)
+{
+  for (int k = 0; k < VTK_KINDS; ++k) {
+    const VtkKind kind     = static_cast<VtkKind>(k);
+    const std::string tail = frame_tail(kind, out.vtk_frame);
+    const std::vector<std::string>& file = out.series[k].file;
+    const bool drawn = !file.empty() && file.back().size() >= tail.size() &&
+                       file.back().compare(file.back().size() - tail.size(), tail.size(), tail) == 0;
+    if (drawn || std::remove((out.base + tail).c_str()) != 0) continue;
+    if (file.empty()) std::remove(series_path(kind, out).c_str());
+    else out_vtk_series(series_path(kind, out), out.series[k]);
+  }
+}
+
 // opens JOB_kind_000123.vtk and puts it into the series
 void begin(VtkFile& f, VtkKind kind, const Model& m, const State& s, Output& out)
 {
-  char tail[40];
-  std::snprintf(tail, sizeof tail, "_%s_%06d.vtk", kind_name[kind], out.vtk_frame);
+  const std::string tail = frame_tail(kind, out.vtk_frame);
   out.series[kind].file.push_back(m.job + tail);
   out.series[kind].time.push_back(s.n.time);
   char title[240];
@@ -58,7 +84,7 @@ void begin(VtkFile& f, VtkKind kind, const Model& m, const State& s, Output& out
 void end(VtkFile& f, VtkKind kind, const Output& out)
 {
   vtk_close(f);
-  out_vtk_series(out.base + "_" + kind_name[kind] + ".vtk.series", out.series[kind]);
+  out_vtk_series(series_path(kind, out), out.series[kind]);
 }
 
 RealVec gather(const RealVec& field, const IntVec& item, int dim)
@@ -334,6 +360,7 @@ void out_vtk(const Model& m, const Elements& el, const State& s, const ActiveGri
   write_mp(m, s, fragments, out);
   write_bonds(m, s, out);
   write_grid(m, s, grid, out);
+  clear_absent(out);
   ++out.vtk_frame;
   out.vtk_inc = s.log.inc_total;
 }
