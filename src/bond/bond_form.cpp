@@ -494,8 +494,7 @@ void bond_skin(const Model& m, const Points& pts, const std::vector<SkinFace>& s
   b.skin = skin;
   b.skin_penalty.assign(skin.size(), 0.0);
   if (skin.empty()) return;
-  int def = 0;
-  while (!m.bond[def].general) ++def;
+  const int def      = model_general_contact(m);
   const BondDef& d   = m.bond[def];
   const int first    = b.nbond, parts = d.intermediate >= 0 ? d.intermediate + 1 : SKIN_PARTS[m.dim];
   Former f{m, b, def, first, {}};

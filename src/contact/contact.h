@@ -27,9 +27,6 @@ struct ContactPairs {
   int searched = 0, skipped = 0;    // definitions; skipped: the boxes of their surfaces are apart
 };
 
-// contact_general : is there a *CONTACT?
-bool contact_general(const Model& m);
-
 // contact_skin : outer faces of elements, and of points, that take part in general contact. Left out: what
 // bonds tie to a body (interface: faces besides those of *BOND), and where points hang on elements
 std::vector<SkinFace> contact_skin(const Model& m, const Fracture& fr, const Points& pts,

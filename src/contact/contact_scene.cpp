@@ -10,7 +10,7 @@
 
 namespace {
 
-// Test of all: verification/stress/contact_general.inp
+// Tests: Contact.* (unit), G1 (contact/g1_compare), G2 (contact/g2_flight.inp)
 const double REACH_STATIC = 0.5;     // of the size of each of two faces: what may meet in an increment
 const double REACH_MOTION = 0.125;   // the same in motion, besides what moves in the increment
 const double MARGIN = 0.25;          // of the mean size: lists of near faces hold for half of this motion
@@ -44,7 +44,27 @@ int grid_field(const Points& pts, const SkinFace& f)
   return -1;
 }
 
-bool on_side(const Model& m, const Points& pts, const SkinFace& f, const ContactSide& side)
+// the faces of the surface that is a side of a rule, ascending
+struct SideFaces {
+  std::vector<std::pair<int, int>> mesh, points;     // element or point, its face
+};
+
+std::vector<std::pair<int, int>> sorted_faces(const std::vector<Face>& face)
+{
+  std::vector<std::pair<int, int>> out;
+  for (const Face& f : face) out.push_back({f.elem, f.face});
+  std::sort(out.begin(), out.end());
+  return out;
+}
+
+SideFaces side_faces(const Model& m, const Points& pts, const ContactSide& side)
+{
+  if (side.surface < 0) return {};
+  return {sorted_faces(m.surface[side.surface].face), sorted_faces(pts.surface[side.surface])};
+}
+
+bool on_side(const Model& m, const Points& pts, const SkinFace& f, const ContactSide& side,
+             const SideFaces& faces)
 {
   const int element = f.points ? pts.parent[f.elem] : f.elem;
   if (side.elset >= 0) {
@@ -53,9 +73,8 @@ bool on_side(const Model& m, const Points& pts, const SkinFace& f, const Contact
   }
   if (side.body >= 0) return f.points && pts.body[f.elem] == side.body;
   if (side.surface < 0) return true;
-  const std::vector<Face>& face = f.points ? pts.surface[side.surface] : m.surface[side.surface].face;
-  return std::any_of(face.begin(), face.end(),
-                     [&](const Face& g) { return g.elem == f.elem && g.face == f.face; });
+  const auto& list = f.points ? faces.points : faces.mesh;
+  return std::binary_search(list.begin(), list.end(), std::make_pair(f.elem, f.face));
 }
 
 using RuleList = std::vector<ContactRule>;
@@ -87,24 +106,25 @@ bool allowed(const BondDef& d, SideBits x, SideBits y)
   return in && !out;
 }
 
-const BondDef& definition(const Model& m)
-{
-  return *std::find_if(m.bond.begin(), m.bond.end(), [](const BondDef& d) { return d.general; });
-}
-
 // what the faces are, whatever their motion
 void describe(const Model& m, const Points& pts, const Bonds& bonds, ContactScene& s)
 {
   const RealVec u(static_cast<size_t>(m.mesh.nnode()) * m.dim, 0.0), uc(pts.Xc.size(), 0.0);
-  const IntVec part = parts_of_mesh(m.mesh);
-  const BondDef& d  = definition(m);
+  const BondDef& d = m.bond[model_general_contact(m)];
+  IntVec part      = s.part_of_node.empty() ? parts_of_mesh(m.mesh) : std::move(s.part_of_node);
+  std::vector<SideFaces> side;           // two a rule
+  each_rule(d, [&](const RuleList&, const ContactRule& r, SideBits, SideBits) {
+    side.push_back(side_faces(m, pts, r.a));
+    side.push_back(side_faces(m, pts, r.b));
+  });
   s = ContactScene();
-  s.skin = bonds.skin;
+  s.part_of_node = std::move(part);
+  s.skin         = bonds.skin;
   for (const SkinFace& f : s.skin) {
     const MasterFace at_start = master_face(m, pts, f.points, {f.elem, f.face}, u, uc);
     const int element = f.points ? pts.parent[f.elem] : f.elem;
     s.field.push_back(grid_field(pts, f));
-    s.body.push_back(element >= 0 ? part[m.mesh.conn.begin(element)[0]]
+    s.body.push_back(element >= 0 ? s.part_of_node[m.mesh.conn.begin(element)[0]]
                                   : m.mesh.nnode() + m.body[pts.body[f.elem]].field);
     IntVec base;
     for (int k = 0; k < at_start.n; ++k) contact_base(m, pts, at_start.kin[k], base);
@@ -113,9 +133,10 @@ void describe(const Model& m, const Points& pts, const Bonds& bonds, ContactScen
     s.base.item.insert(s.base.item.end(), base.begin(), base.end());
     s.base.off.push_back(static_cast<int>(s.base.item.size()));
     SideBits sides = 0;
+    auto faces = side.begin();
     each_rule(d, [&](const RuleList&, const ContactRule& r, SideBits a, SideBits b) {
-      if (on_side(m, pts, f, r.a)) sides |= a;
-      if (on_side(m, pts, f, r.b)) sides |= b;
+      if (on_side(m, pts, f, r.a, *faces++)) sides |= a;
+      if (on_side(m, pts, f, r.b, *faces++)) sides |= b;
     });
     s.sides.push_back(sides);
     double X[3], n[3];
@@ -162,7 +183,7 @@ double largest_change(const RealVec& a, const RealVec& b)
 
 void find_near(const Model& m, const Points& pts, const RealVec& u, const RealVec& uc, ContactScene& s)
 {
-  const BondDef& d = definition(m);
+  const BondDef& d = m.bond[model_general_contact(m)];
   const int n = static_cast<int>(s.skin.size());
   double mean = 0.0;
   for (double size : s.size) mean += size / n;

@@ -12,10 +12,11 @@ using SideBits = std::uint64_t;
 
 // What stays as long as the faces are the same
 struct ContactScene {
+  IntVec part_of_node;         // connected part of the mesh at t = 0, by node; of the model alone
   std::vector<SkinFace> skin;  // Bonds::skin that the rest belongs to
   // [skin] grid field of points on the grid; -1: elements, corners that follow nodes, released points
   IntVec field;
-  IntVec body;                 // [skin] connected part of the mesh at t = 0, or grid field of a body
+  IntVec body;                 // [skin] connected part of the mesh, or nodes + grid field of a body
   ListTable base;              // [skin] nodes and corners that carry the face
   std::vector<SideBits> sides; // [skin] bits: sides of the rules of which it is one
   RealVec X, normal, size;     // [skin*3], [skin*3], [skin] centre, unit normal, longest edge at t = 0

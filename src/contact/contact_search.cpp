@@ -103,7 +103,7 @@ void search_pair(const Model& m, const Points& pts, const Bonds& bonds, int firs
 }
 
 // Faces that look at each other: cosine of their normals below this. A face that stands across another, as
-// the side of a block on a floor, does not push on it.  Test: verification/stress/contact_general.inp
+// the side of a block on a floor, does not push on it.  Test: G2 (contact/g2_flight.inp)
 const double OPPOSED = -0.2;
 
 // Where a face is, and the cylinder about its middle outside of which no place meets it: half of its diameter

@@ -3,6 +3,7 @@
 #include <map>
 
 #include "contact/contact.h"
+#include "contact/contact_meet.h"
 #include "shape/face.h"
 
 namespace {
@@ -47,32 +48,6 @@ std::vector<OuterFace> outer_faces(const Model& m, const Fracture& fr, const std
   return out;
 }
 
-double area_of(int n, const double* X)
-{
-  const FaceRule& rule = face_rule(n);
-  double sum = 0.0, normal[3];
-  for (int g = 0; g < rule.n; ++g) sum += rule.w[g] * face_area(n, X, rule.xi[g], normal);
-  return sum;
-}
-
-double area_of(const Mesh& mesh, const Face& f)
-{
-  const ShapeInfo& info = shape_info[elem_table[mesh.elem_type[f.elem]].shape];
-  double X[12];
-  for (int k = 0; k < info.nfnode[f.face]; ++k)
-    std::copy_n(&mesh.X[3 * mesh.conn.begin(f.elem)[info.face[f.face][k]]], 3, X + 3 * k);
-  return area_of(info.nfnode[f.face], X);
-}
-
-double area_of(const Points& pts, int dim, const Face& f)
-{
-  const ShapeInfo& info = shape_info[pts.shape[f.elem]];
-  double X[12] = {0};
-  for (int k = 0; k < info.nfnode[f.face]; ++k)
-    std::copy_n(&pts.Xc[pts.conn.begin(f.elem)[info.face[f.face][k]] * dim], dim, X + 3 * k);
-  return area_of(info.nfnode[f.face], X);
-}
-
 // outer faces of elements by node
 struct FacesOfNodes {
   std::vector<std::pair<int, int>> of;       // node, index of the face; ascending
@@ -104,6 +79,11 @@ void drop_covered(const Model& m, const Points& pts, std::vector<OuterFace>& fac
                   std::vector<Face>& boundary)
 {
   const FacesOfNodes around(faces);
+  const RealVec u(static_cast<size_t>(m.mesh.nnode()) * m.dim, 0.0), uc(pts.Xc.size(), 0.0);
+  const auto area = [&](bool points, const Face& f) {
+    const MasterFace at_start = master_face(m, pts, points, f, u, uc);
+    return face_whole_area(at_start.n, at_start.x);
+  };
   RealVec covered(faces.size(), 0.0);
   IntVec node;
   std::vector<Face> rest;
@@ -115,21 +95,16 @@ void drop_covered(const Model& m, const Points& pts, std::vector<OuterFace>& fac
     const bool hangs = *std::max_element(node.begin(), node.end()) < m.mesh.nnode();
     const int under  = hangs ? face_under(faces, around, node) : -1;
     if (under < 0) rest.push_back(f);
-    else covered[under] += area_of(pts, m.dim, f);
+    else covered[under] += area(true, f);
   }
   boundary.swap(rest);
   size_t n = 0;
   for (size_t i = 0; i < faces.size(); ++i)
-    if (covered[i] < (1.0 - 1e-6) * area_of(m.mesh, faces[i].face)) faces[n++] = faces[i];
+    if (covered[i] == 0.0 || covered[i] < (1.0 - 1e-6) * area(false, faces[i].face)) faces[n++] = faces[i];
   faces.resize(n);
 }
 
 }  // namespace
-
-bool contact_general(const Model& m)
-{
-  return std::any_of(m.bond.begin(), m.bond.end(), [](const BondDef& d) { return d.general; });
-}
 
 void contact_base(const Model& m, const Points& pts, int kin, IntVec& out)
 {
@@ -150,7 +125,7 @@ std::vector<SkinFace> contact_skin(const Model& m, const Fracture& fr, const Poi
                                    const std::vector<Face>& interface)
 {
   std::vector<SkinFace> skin;
-  if (!contact_general(m)) return skin;
+  if (model_general_contact(m) < 0) return skin;
   std::vector<Face> bonded = interface, boundary = pts.boundary;
   for (const BondDef& d : m.bond)
     if (d.kind == BOND_MESH_GRID && d.surface >= 0)

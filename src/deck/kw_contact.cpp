@@ -51,14 +51,6 @@ namespace {
 
 const std::size_t MOST_RULES = 30;     // two bits of 64 a rule (ContactScene::sides)
 
-// the *CONTACT of the deck, -1: none yet
-int general_of(const Model& m)
-{
-  for (std::size_t i = 0; i < m.bond.size(); ++i)
-    if (m.bond[i].general) return static_cast<int>(i);
-  return -1;
-}
-
 // surface, element set or body of a name; an empty word: all faces
 ContactSide contact_side(Deck& d, const Model& m, const Field& at)
 {
@@ -107,7 +99,7 @@ void rule_line(Card& card, int general, RuleKind kind)
 
 void read_rules(Card& card, Model& model, RuleKind kind)
 {
-  const int general = general_of(model);
+  const int general = model_general_contact(model);
   if (general < 0) card_error(card, card.head.at, "it belongs to *CONTACT, which must stand before it");
   while (card_line(card))
     if (general >= 0) rule_line(card, general, kind);
@@ -136,9 +128,6 @@ void complete(Deck& d, Model& m, int general)
 {
   BondDef& g = m.bond[general];
   if (g.include.empty()) g.include.push_back(ContactRule());
-  if (g.include.size() + g.exclude.size() + g.property.size() + m.bond.size() > MOST_RULES)
-    deck_error(d, deck_field(d, g.place, "CONTACT"),
-               "inclusions, exclusions, properties and contact pairs are more than 30 in all");
   if (nothing_left(g))
     deck_error(d, deck_field(d, g.place, "CONTACT"),
                "*CONTACT EXCLUSIONS take back all that is included; nothing is left to meet");
@@ -149,6 +138,9 @@ void complete(Deck& d, Model& m, int general)
       rule.b.surface = b.master;
       g.exclude.push_back(rule);
     }
+  if (g.include.size() + g.exclude.size() + g.property.size() > MOST_RULES)
+    deck_error(d, deck_field(d, g.place, "CONTACT"),
+               "inclusions, exclusions, properties and contact pairs are more than 30 in all");
 }
 
 }  // namespace
@@ -171,7 +163,7 @@ void kw_contact(Card& card, Model& model)
   contact_overlap(card, b);
   contact_twice(card);
   const Field interaction = card_param_field(card, "INTERACTION");
-  if (general_of(model) >= 0)
+  if (model_general_contact(model) >= 0)
     card_error(card, card.head.at, "there is a *CONTACT already; one holds for all");
   for (const BondDef& other : model.bond)
     if (other.name == b.name && !other.general)
@@ -188,7 +180,7 @@ void kw_contact(Card& card, Model& model)
 // *CONTACT INCLUSIONS[, ALL EXTERIOR] : side, side; what general contact keeps apart
 void kw_contact_inclusions(Card& card, Model& model)
 {
-  const int general = general_of(model);
+  const int general = model_general_contact(model);
   if (card_flag(card, "ALL EXTERIOR") && general >= 0) model.bond[general].include.push_back(ContactRule());
   read_rules(card, model, RULE_INCLUDE);
 }

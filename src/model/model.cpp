@@ -48,6 +48,13 @@ int model_find_material(const Model& m, const std::string& name) { return find_n
 int model_find_amplitude(const Model& m, const std::string& name) { return find_name(m.amplitude, name); }
 int model_find_body(const Model& m, const std::string& name) { return find_name(m.body, name); }
 
+int model_general_contact(const Model& m)
+{
+  for (size_t i = 0; i < m.bond.size(); ++i)
+    if (m.bond[i].general) return static_cast<int>(i);
+  return -1;
+}
+
 // ---------------------------------------------------------------------------
 // amplitude_eval : y(t), constant before the first and after the last point
 //

@@ -458,6 +458,9 @@ int model_find_material(const Model& m, const std::string& name);
 int model_find_amplitude(const Model& m, const std::string& name);
 int model_find_body(const Model& m, const std::string& name);
 
+// model_general_contact : index into Model::bond of *CONTACT, -1 when there is none
+int model_general_contact(const Model& m);
+
 // model_viscous : has any material in use a viscous stress (*DAMPING, BETA=)?
 bool model_viscous(const Model& m);
 

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <filesystem>
 
 #include "bond/bond.h"
 #include "out/out.h"
@@ -53,21 +54,6 @@ std::string frame_tail(VtkKind kind, int frame)
 std::string series_path(VtkKind kind, const Output& out)
 {
   return out.base + "_" + kind_name[kind] + ".vtk.series";
-}
-
-// a run that was killed may have left a frame, or a series with it, where there is nothing to draw now
-void clear_absent(const Output& out)
-{
-  for (int k = 0; k < VTK_KINDS; ++k) {
-    const VtkKind kind     = static_cast<VtkKind>(k);
-    const std::string tail = frame_tail(kind, out.vtk_frame);
-    const std::vector<std::string>& file = out.series[k].file;
-    const bool drawn = !file.empty() && file.back().size() >= tail.size() &&
-                       file.back().compare(file.back().size() - tail.size(), tail.size(), tail) == 0;
-    if (drawn || std::remove((out.base + tail).c_str()) != 0) continue;
-    if (file.empty()) std::remove(series_path(kind, out).c_str());
-    else out_vtk_series(series_path(kind, out), out.series[k]);
-  }
 }
 
 // opens JOB_kind_000123.vtk and puts it into the series
@@ -350,6 +336,35 @@ void out_vtk_series(const std::string& path, const VtkSeries& series)
 }
 
 // ---------------------------------------------------------------------------
+// out_vtk_continue : frames from out.vtk_frame on go, with what the series say of them
+// ---------------------------------------------------------------------------
+void out_vtk_continue(const Output& out)
+{
+  namespace fs = std::filesystem;
+  const fs::path base(out.base);
+  std::error_code error;
+  std::vector<fs::path> late;
+  for (const fs::directory_entry& e :
+       fs::directory_iterator(base.has_parent_path() ? base.parent_path() : fs::path("."), error)) {
+    const std::string name = e.path().filename().string();
+    for (int k = 0; k < VTK_KINDS; ++k) {
+      const std::string head = base.filename().string() + "_" + kind_name[k] + "_";
+      int frame = 0, end = 0;
+      if (name.compare(0, head.size(), head) == 0 &&
+          std::sscanf(name.c_str() + head.size(), "%d.vtk%n", &frame, &end) == 1 &&
+          end > 0 && head.size() + end == name.size() && frame >= out.vtk_frame)
+        late.push_back(e.path());
+    }
+  }
+  for (const fs::path& path : late) fs::remove(path, error);
+  for (int k = 0; k < VTK_KINDS; ++k) {
+    const std::string path = series_path(static_cast<VtkKind>(k), out);
+    if (out.series[k].file.empty()) fs::remove(path, error);
+    else out_vtk_series(path, out.series[k]);
+  }
+}
+
+// ---------------------------------------------------------------------------
 // out_vtk : one frame at t(n); places are those of now, so the four kinds fit together
 // ---------------------------------------------------------------------------
 void out_vtk(const Model& m, const Elements& el, const State& s, const ActiveGrid& grid, Output& out)
@@ -360,7 +375,6 @@ void out_vtk(const Model& m, const Elements& el, const State& s, const ActiveGri
   write_mp(m, s, fragments, out);
   write_bonds(m, s, out);
   write_grid(m, s, grid, out);
-  clear_absent(out);
   ++out.vtk_frame;
   out.vtk_inc = s.log.inc_total;
 }

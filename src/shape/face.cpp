@@ -42,15 +42,15 @@ double face_area(int nen, const double* x, const double* xi, double* n)
   return std::sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
 }
 
-namespace {
-
-double area_of(int nen, const double* x)
+double face_whole_area(int nen, const double* x)
 {
   const FaceRule& rule = face_rule(nen);
   double n[3], sum = 0.0;
   for (int g = 0; g < rule.n; ++g) sum += rule.w[g] * face_area(nen, x, rule.xi[g], n);
   return sum;
 }
+
+namespace {
 
 std::vector<FacePoint> edge_lattice(int parts)
 {
@@ -114,7 +114,7 @@ std::vector<FacePoint> face_lattice(int nen, const double* x, int parts)
     p.share *= face_area(nen, x, p.xi, n);
     sum += p.share;
   }
-  const double scale = area_of(nen, x) / sum;
+  const double scale = face_whole_area(nen, x) / sum;
   for (FacePoint& p : out) p.share *= scale;
   return out;
 }

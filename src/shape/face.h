@@ -29,6 +29,9 @@ void face_eval(int nen, const double* xi, double* N, double* dN);
 // In two dimensions (nen = 2) the edge has unit thickness.
 double face_area(int nen, const double* x, const double* xi, double* n);
 
+// face_whole_area : area of the face (length of an edge) by its Gauss points. x [nen*3]
+double face_whole_area(int nen, const double* x);
+
 // A lattice point of a face: integer weights on its nodes (their sum is parts^2), and its share of the area
 struct FacePoint {
   int iw[4] = {0, 0, 0, 0};

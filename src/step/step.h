@@ -66,6 +66,9 @@ struct Secants {
   RealVec last_du, last_dx;            // [neq] the last iterate, and what the matrix made of it
 };
 
+// step_product : product of two corrections in the norm of the positive part of diag              [neq]
+double step_product(const RealVec& a, const RealVec& b, const RealVec& diag);
+
 // step_secant : the correction dx of the matrix at du becomes that of Anderson's method
 void step_secant(Secants& h, const RealVec& du, const RealVec& diag, RealVec& dx);
 

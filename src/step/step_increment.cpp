@@ -12,7 +12,7 @@ namespace {
 const double ENTERED = 0.25, TOO_DEEP = 0.45;
 const double TOUCHES = 1e-9;   // what is less deep lies on the face
 // Contacts that close raise the residual for an iteration, and full corrections are the way to the set that
-// is closed. Test: CONTACT (contact/convergence)
+// is closed. Test: A8 (contact/friction_push.inp)
 const int PATIENCE = 2;
 
 // augmented Lagrange: the bond force becomes the multiplier (4.6), the pressure of a contact as well (4.15).

@@ -15,7 +15,7 @@ const double ACCEPT = 3e-9;
 const double BLIND  = 1e-6;    // reduction in iterations that the increment before did not have
 const int SLOW      = 8;       // iterations; Newton's method that takes more gets factorised tangents
 const double NEAR   = 0.1;     // of the accepted residual, when a tangent is used twice
-const double SLIP   = 1e-6;    // of the correction, left where contact slips. CONTACT (contact/convergence)
+const double SLIP   = 1e-6;    // of the correction, left where contact slips. A8 (contact/friction_punch.inp)
 
 bool same_tangent(const ReusedTangent& z, const Dofs& dofs, const Attempt& a)
 {

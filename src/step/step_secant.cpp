@@ -11,12 +11,12 @@ namespace {
 const std::size_t MOST_SECANTS = 6;
 const double SAME_DIRECTION = 1e-10;   // secants that others already hold are left out
 
-double product(const RealVec& a, const RealVec& b, const RealVec& diag)
+}  // namespace
+
+double step_product(const RealVec& a, const RealVec& b, const RealVec& diag)
 {
   return sum_terms(a.size(), [&](std::size_t i) { return a[i] * b[i] * std::max(diag[i], 0.0); });
 }
-
-}  // namespace
 
 // ---------------------------------------------------------------------------
 // step_secant : Anderson's method in the energy norm of the diagonal                  (6.22)
@@ -39,8 +39,8 @@ void step_secant(Secants& h, const RealVec& du, const RealVec& diag, RealVec& dx
     Eigen::MatrixXd A(n, n);
     Eigen::VectorXd b(n), size(n);
     for (int i = 0; i < n; ++i) {
-      for (int j = 0; j <= i; ++j) A(i, j) = A(j, i) = product(h.dx[i], h.dx[j], diag);
-      b(i)    = product(h.dx[i], dx, diag);
+      for (int j = 0; j <= i; ++j) A(i, j) = A(j, i) = step_product(h.dx[i], h.dx[j], diag);
+      b(i)    = step_product(h.dx[i], dx, diag);
       size(i) = A(i, i) > 0.0 ? 1.0 / std::sqrt(A(i, i)) : 0.0;
     }
     A = size.asDiagonal() * A * size.asDiagonal();

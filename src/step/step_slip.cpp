@@ -3,19 +3,13 @@
 
 #include <Eigen/Dense>
 
-#include "base/sum.h"
 #include "step/step.h"
 
 namespace {
 
-// Vectors. Test: CONTACT (contact/convergence) takes 3 to 15
+// Vectors. Test: A8 (contact/friction_punch.inp)
 const int MOST = 30;
 const double DEPENDENT = 1e-14;        // nothing new is left of a vector
-
-double product(const RealVec& a, const RealVec& b, const RealVec& diag)
-{
-  return sum_terms(a.size(), [&](std::size_t i) { return a[i] * b[i] * std::max(diag[i], 0.0); });
-}
 
 void add(RealVec& x, double part, const RealVec& v)
 {
@@ -30,7 +24,7 @@ void add(RealVec& x, double part, const RealVec& v)
 Status step_slip(const RealVec& diag, double eta, const std::function<Status(const RealVec&, RealVec&)>& back,
                  RealVec& x)
 {
-  const double size = std::sqrt(product(x, x, diag));
+  const double size = std::sqrt(step_product(x, x, diag));
   if (size == 0.0) return STATUS_OK;
   std::vector<RealVec> v{x};
   for (double& value : v[0]) value /= size;
@@ -44,11 +38,11 @@ Status step_slip(const RealVec& diag, double eta, const std::function<Status(con
     add(w, 1.0, v[n - 1]);
     for (int pass = 0; pass < 2; ++pass)               // twice: orthogonal to rounding
       for (int i = 0; i < n; ++i) {
-        const double part = product(v[i], w, diag);
+        const double part = step_product(v[i], w, diag);
         H(i, n - 1) += part;
         add(w, -part, v[i]);
       }
-    H(n, n - 1) = std::sqrt(product(w, w, diag));
+    H(n, n - 1) = std::sqrt(step_product(w, w, diag));
     Eigen::VectorXd b = Eigen::VectorXd::Zero(n + 1);
     b(0)   = size;
     weight = H.topLeftCorner(n + 1, n).colPivHouseholderQr().solve(b);
