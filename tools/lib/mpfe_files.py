@@ -1,10 +1,12 @@
-"""Readers of the files that mpfe writes: history (.his), tables (.csv), legacy VTK (text and binary).
+"""Readers of the files that mpfe writes: history (.his), tables (.csv), VTK (legacy .vtk, and .vtu).
 
 Importing this module makes sure that numpy is there: when the running interpreter has none,
 the script starts again under /usr/bin/python3.
 """
+import base64
 import os
 import sys
+import xml.etree.ElementTree
 
 try:
     import numpy as np
@@ -130,3 +132,41 @@ def read_vtk(path):
             data[word[1]] = r.numbers(3 * count, VTK_KIND[word[2]]).reshape(-1, 3)
         elif word[0] != "DATASET":
             sys.exit("%s: cannot read '%s'" % (path, text[:60]))
+
+
+VTU_KIND = {"Float32": "f4", "Float64": "f8", "Int32": "i4", "Int64": "i8", "UInt8": "u1"}
+
+
+def vtu_array(node, order):
+    kind, size = VTU_KIND[node.get("type")], int(node.get("NumberOfComponents", "1"))
+    text = (node.text or "").strip()
+    if node.get("format") == "ascii":
+        value = np.array(text.split(), dtype=kind)
+    else:
+        raw = base64.b64decode(text)
+        value = np.frombuffer(raw, dtype=order + kind, offset=4).astype(kind)      # 4 bytes: the length
+    return value.reshape(-1, size) if size > 1 else value
+
+
+def read_vtu(path):
+    """A .vtu file of ours, in the form of read_vtk."""
+    root = xml.etree.ElementTree.parse(path).getroot()
+    order = "<" if root.get("byte_order") == "LittleEndian" else ">"
+    grid = root.find("UnstructuredGrid")
+    piece = grid.find("Piece")
+    take = lambda where: {a.get("Name"): vtu_array(a, order) for a in (piece.find(where) if piece.find(where) is not None else [])}
+    cells = take("Cells")
+    ends = cells["offsets"]
+    starts = np.concatenate([[0], ends[:-1]]) if len(ends) else []
+    out = {"title": os.path.basename(path), "time": 0.0, "points": vtu_array(piece.find("Points")[0], order),
+           "cells": [cells["connectivity"][a:b] for a, b in zip(starts, ends)], "types": cells["types"].astype("i4"),
+           "point": take("PointData"), "cell": take("CellData")}
+    for a in grid.find("FieldData") if grid.find("FieldData") is not None else []:
+        if a.get("Name") in ("TIME", "TimeValue"):
+            out["time"] = float(np.ravel(vtu_array(a, order))[0])
+    return out
+
+
+def read_frame(path):
+    """A frame, legacy or XML by its ending."""
+    return read_vtu(path) if path.endswith(".vtu") else read_vtk(path)
