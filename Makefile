@@ -36,7 +36,7 @@ $(BUILD)/src/base/cpu_check.o: COMMON = $(if $(filter x86_64,$(shell uname -m)),
 COMPILER  = $(shell $(CXX) $(CXXFLAGS) -dM -E -x c++ /dev/null 2>/dev/null | cksum)
 remember  = printf '%s\n' '$(subst ','\'',$(1))' | cmp -s - $@ || printf '%s\n' '$(subst ','\'',$(1))' > $@
 
-.PHONY: all setup demo test verify bench unit clean help FORCE
+.PHONY: all setup demo gallery test verify bench unit clean help FORCE
 .DEFAULT_GOAL := all
 
 all: $(MPFE)
@@ -86,6 +86,10 @@ verify: $(STAMP)
 	@$(MAKE) --no-print-directory all unit
 	MPFE=$(MPFE) UNIT=$(UNIT) tools/verify $(CASES)
 
+gallery: $(STAMP)
+	@$(MAKE) --no-print-directory all
+	MPFE=$(MPFE) tools/gallery $(NAMES)
+
 bench: $(STAMP)
 	@$(MAKE) --no-print-directory all
 	MPFE=$(MPFE) tools/bench $(ITEMS)
@@ -97,6 +101,7 @@ help:
 	@echo 'make            build $(MPFE)'
 	@echo 'make setup      install or look for the libraries'
 	@echo 'make demo       set up, build, run the demonstration'
+	@echo 'make gallery    the twelve problems of doc/gallery.md with their pictures; NAMES="name ..." picks some'
 	@echo 'make test       set up, build, run unit tests, small decks and bad decks'
 	@echo 'make verify     the long checks; CASES="name ..." picks some'
 	@echo 'make bench      benchmarks into doc/benchmarks.md; ITEMS="name ..." picks some'
