@@ -22,7 +22,8 @@ struct ContactPairs {
   RealVec size;                // [nbond] longest edge of the face that is met        length
   // [nbond] general contact: penalty per area and friction of the two faces, of those that meet one
   RealVec penalty, friction, stick;
-  IntVec face;                 // [nbond] general contact: index into Bonds::skin of what is met
+  IntVec face;                 // [nbond] general contact: index into Bonds::skin of what is met, -1: none
+  IntVec wall;                 // [nbond] general contact: *GRID BOUNDARY that is met, -1: none
   int near = 0;                // bonds that meet a face
   int searched = 0, skipped = 0;    // definitions; skipped: the boxes of their surfaces are apart
 };
@@ -31,6 +32,16 @@ struct ContactPairs {
 // bonds tie to a body (interface: faces besides those of *BOND), and where points hang on elements
 std::vector<SkinFace> contact_skin(const Model& m, const Fracture& fr, const Points& pts,
                                    const std::vector<Face>& interface);
+
+// A plane that *GRID BOUNDARY holds across: a wall for points that are off the grid
+struct ContactWall {
+  int grid_bc = -1, axis = 0;
+  double at = 0.0, side = 0.0;         // position; +1, -1: the body is above, below
+  bool sticks = false;         // held along the plane too: friction
+};
+
+// contact_walls : planes at the ends of the grid that are held across and do not move
+std::vector<ContactWall> contact_walls(const Model& m);
 
 // contact_base : nodes and corners (nnode + first of the same name) that carry a node or corner, added to out
 void contact_base(const Model& m, const Points& pts, int kin, IntVec& out);

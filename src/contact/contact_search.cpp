@@ -144,6 +144,7 @@ struct GeneralSearch {
   const RealVec &u, &uc, &xb;
   const ContactScene& scene;
   std::vector<FaceNow> face;         // [skin]
+  std::vector<ContactWall> wall;
 };
 
 const FaceNow& face_now(GeneralSearch& g, int i)
@@ -194,6 +195,32 @@ void search_place(GeneralSearch& g, int b, const IntVec& facing, std::vector<Hit
     hits.push_back(hit);
 }
 
+// Place b of face i, of points off the grid, meets a wall that is nearer than what it met: a face that does
+// not move, its part in the jump is zero
+void meet_wall(GeneralSearch& g, int b, int i, ContactPairs& pairs)
+{
+  const FaceNow& a = face_now(g, i);
+  for (const ContactWall& w : g.wall) {
+    const double gap = w.side * (g.xb[b * g.m.dim + w.axis] - w.at);
+    if (w.side * a.n[w.axis] > OPPOSED || gap > g.scene.part * a.f.size + g.scene.travel) continue;
+    if (pairs.master.off.back() < static_cast<int>(pairs.master.item.size()) && gap > pairs.gap[b]) continue;
+    if (pairs.master.off.back() == static_cast<int>(pairs.master.item.size())) ++pairs.near;
+    pairs.master.item.resize(pairs.master.off.back());
+    pairs.master_w.resize(pairs.master.off.back());
+    pairs.master.item.push_back(*g.bonds.a.begin(b));
+    pairs.master_w.push_back(0.0);
+    pairs.gap[b]  = gap;
+    pairs.size[b] = a.f.size;
+    std::fill_n(&pairs.normal[b * g.m.dim], g.m.dim, 0.0);
+    pairs.normal[b * g.m.dim + w.axis] = w.side;
+    pairs.face[b]     = -1;
+    pairs.wall[b]     = w.grid_bc;
+    pairs.penalty[b]  = g.bonds.skin_penalty[i];
+    pairs.friction[b] = w.sticks ? g.m.bond[g.bonds.def[b]].friction : 0.0;
+    pairs.stick[b]    = g.m.bond[g.bonds.def[b]].stick;
+  }
+}
+
 void search_general(GeneralSearch& g, int first, int last, ContactPairs& pairs)
 {
   const BondDef& d = g.m.bond[g.bonds.def[first]];
@@ -203,6 +230,7 @@ void search_general(GeneralSearch& g, int first, int last, ContactPairs& pairs)
   g.face.resize(g.scene.skin.size());
   for (RealVec* v : {&pairs.penalty, &pairs.friction, &pairs.stick}) v->assign(g.bonds.nbond, 0.0);
   pairs.face.assign(g.bonds.nbond, -1);
+  pairs.wall.assign(g.bonds.nbond, -1);
   ++(g.scene.near.item.empty() ? pairs.skipped : pairs.searched);
   for (int b = first; b < last; ++b) {
     const int i = g.bonds.skin_of[b];
@@ -220,6 +248,7 @@ void search_general(GeneralSearch& g, int first, int last, ContactPairs& pairs)
       pairs.friction[b] = r ? r->friction : d.friction;
       pairs.stick[b]    = r && r->stick > 0.0 ? r->stick : d.stick;
     }
+    if (g.scene.skin[i].points == 2) meet_wall(g, b, i, pairs);
     pairs.master.off.push_back(static_cast<int>(pairs.master.item.size()));
   }
 }
@@ -236,7 +265,7 @@ void search(const Model& m, const Points& pts, const Bonds& bonds, bool at_start
     for (last = first; last < bonds.nbond && bonds.def[last] == bonds.def[first]; ++last) {}
     const bool general = !bonds.skin.empty() && bonds.skin_of[first] >= 0;
     if (general && scene) {
-      GeneralSearch g{m, pts, bonds, u, uc, xb, *scene, {}};
+      GeneralSearch g{m, pts, bonds, u, uc, xb, *scene, {}, contact_walls(m)};
       search_general(g, first, last, pairs);
     } else if (!general && bonds.field[first] == SIDE_CONTACT) {
       search_pair(m, pts, bonds, first, last, at_start, u, uc, xb, pairs);

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <map>
 
 #include "contact/contact.h"
@@ -104,7 +105,74 @@ void drop_covered(const Model& m, const Points& pts, std::vector<OuterFace>& fac
   faces.resize(n);
 }
 
+// directions in which nodes are held at their places in all steps: bits
+IntVec held_nodes(const Model& m)
+{
+  IntVec held(m.mesh.nnode(), 7);
+  for (const Step& step : m.step) {
+    IntVec now(m.mesh.nnode(), 0);
+    for (const Prescribed& p : step.prescribed)
+      for (int n : p.node)
+        for (int k = p.first; k <= p.last; ++k)
+          if (p.value.is_const() && p.value.value == 0.0) now[n] |= 1 << k;
+    for (int n = 0; n < m.mesh.nnode(); ++n) held[n] &= now[n];
+  }
+  return held;
+}
+
+// A face on a plane of symmetry, where its nodes or the grid are held across the plane and not along it, is
+// inside the body whose half is computed.  Test: Contact.PlanesOfSymmetryAreNoOuterFaces (unit)
+struct SymmetryPlanes {
+  const Model& m;
+  const Points& pts;
+  IntVec held;
+  std::vector<ContactWall> wall;
+  RealVec u, uc;
+
+  // bits of the directions in which a node, or a corner (nnode + c) on the grid, is held
+  int held_at(int kin) const
+  {
+    const int c = kin - m.mesh.nnode();
+    if (c < 0) return held[kin];
+    int bits = 0;
+    if (pts.field[c] == FIELD_OWN) return 0;
+    for (const ContactWall& w : wall)
+      if (std::fabs(pts.Xc[c * m.dim + w.axis] - w.at) <= 1e-6 * m.grid.h[w.axis])
+        bits |= w.sticks ? 7 : 1 << w.axis;
+    return bits;
+  }
+
+  bool holds(bool points, const Face& f) const
+  {
+    const MasterFace face = master_face(m, pts, points, f, u, uc);
+    double x[3], n[3];
+    int bits = 7;
+    IntVec base;
+    for (int k = 0; k < face.n; ++k) contact_base(m, pts, face.kin[k], base);
+    for (int kin : base) bits &= held_at(kin);
+    face_middle(face, x, n);
+    for (int k = 0; k < m.dim; ++k)
+      if (bits == 1 << k && std::fabs(n[k]) > 1.0 - 1e-6) return true;
+    return false;
+  }
+};
+
 }  // namespace
+
+std::vector<ContactWall> contact_walls(const Model& m)
+{
+  std::vector<ContactWall> out;
+  for (size_t i = 0; i < m.grid_bc.size(); ++i) {
+    const GridBc& b = m.grid_bc[i];
+    const double lo = m.grid.lo[b.axis], hi = lo + m.grid.n[b.axis] * m.grid.h[b.axis],
+                 near = 1e-6 * m.grid.h[b.axis];
+    const bool below = b.position < lo + near;
+    if (b.first > b.axis || b.last < b.axis || !b.value.is_const() || b.value.value != 0.0) continue;
+    if (!below && b.position < hi - near) continue;
+    out.push_back({static_cast<int>(i), b.axis, b.position, below ? 1.0 : -1.0, b.first < b.last});
+  }
+  return out;
+}
 
 void contact_base(const Model& m, const Points& pts, int kin, IntVec& out)
 {
@@ -132,6 +200,15 @@ std::vector<SkinFace> contact_skin(const Model& m, const Fracture& fr, const Poi
       bonded.insert(bonded.end(), m.surface[d.surface].face.begin(), m.surface[d.surface].face.end());
   std::vector<OuterFace> faces = outer_faces(m, fr, bonded);
   drop_covered(m, pts, faces, boundary);
+  const SymmetryPlanes symmetry{m, pts, held_nodes(m), contact_walls(m),
+                                RealVec(static_cast<size_t>(m.mesh.nnode()) * m.dim, 0.0),
+                                RealVec(pts.Xc.size(), 0.0)};
+  faces.erase(std::remove_if(faces.begin(), faces.end(),
+                             [&](const OuterFace& f) { return symmetry.holds(false, f.face); }),
+              faces.end());
+  boundary.erase(std::remove_if(boundary.begin(), boundary.end(),
+                                [&](const Face& f) { return symmetry.holds(true, f); }),
+                 boundary.end());
   for (const OuterFace& f : faces) skin.push_back({f.face.elem, f.face.face, 0});
   std::sort(skin.begin(), skin.end(), [](const SkinFace& a, const SkinFace& b) {
     return a.elem != b.elem ? a.elem < b.elem : a.face < b.face;

@@ -211,6 +211,8 @@ void finish_contact(const Model& m, const ContactPairs& pairs, const Attempt& a,
       pressure -= f[i] * pairs.normal[b * dim + i];
       friction += t1[i] * t1[i];
     }
+    const int wall = st.bonds.skin_of[b] >= 0 ? pairs.wall[b] : -1;
+    for (int i = 0; i < dim && wall >= 0; ++i) st.grid_rf[wall * dim + i] -= f[i];
     c.force += pressure;
     c.gap  = std::min(c.gap, gap + st.bonds.initial_penetration[b]);
     c.peak = std::max(c.peak, pressure / st.bonds.area[b]);

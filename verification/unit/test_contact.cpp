@@ -211,3 +211,28 @@ TEST(Contact, NoPlaceFarFromADistortedFaceMeetsIt)
     EXPECT_EQ(PROJ_NONE, contact_meet(f, p, 4.0, hit));
   }
 }
+
+// held across and not along: inside the body whose half is computed. Held in all directions: a floor
+TEST(Contact, PlanesOfSymmetryAreNoOuterFaces)
+{
+  Model m = two_cubes(2, 2);
+  Points pts;
+  Prescribed across, along;
+  for (int n = 0; n < m.mesh.nnode(); ++n)
+    if (m.mesh.X[3 * n] == 0.0) across.node.push_back(n);
+  across.first = across.last = 0;
+  along = across;
+  along.last = 2;
+  m.step.resize(2);
+  for (Step& step : m.step) step.prescribed = {across};
+  EXPECT_EQ(2u * (24 - 4), contact_skin(m, Fracture(), pts, {}).size());
+  m.step[1].prescribed = {along};
+  EXPECT_EQ(2u * (24 - 4), contact_skin(m, Fracture(), pts, {}).size());
+  m.step[0].prescribed = {along};
+  EXPECT_EQ(2u * 24, contact_skin(m, Fracture(), pts, {}).size());
+  m.step[0].prescribed.clear();
+  EXPECT_EQ(2u * 24, contact_skin(m, Fracture(), pts, {}).size());
+  m.step[0].prescribed = {across};
+  m.step[0].prescribed[0].value.value = 0.1;
+  EXPECT_EQ(2u * 24, contact_skin(m, Fracture(), pts, {}).size());
+}
