@@ -221,7 +221,8 @@ void scene_update(const Model& m, const Points& pts, const Bonds& bonds, const R
   if (bonds.skin.empty()) return;
   const double part = is_static ? REACH_STATIC : REACH_MOTION;
   const long built  = s.built;
-  const bool same   = s.skin == bonds.skin && s.built > 0;
+  // elements inside a body that become points bring corners, and leave the skin as it is
+  const bool same   = s.skin == bonds.skin && s.uc.size() == uc.size() && s.built > 0;
   if (!same) {
     describe(m, pts, bonds, s);
     s.built = built;
