@@ -13,6 +13,19 @@ MAKEFLAGS += -j$(shell nproc 2>/dev/null || echo 2)
 endif
 endif
 
+# one short line a file; V=1 shows the whole commands
+ifeq ($(V),1)
+Q    =
+say  =
+else
+Q    = @
+say  = @printf '  %-4s %s\n' $(1) $(2)
+endif
+
+# where make install puts things, below DESTDIR when a package is made
+PREFIX ?= /usr/local
+SHARE   = $(DESTDIR)$(PREFIX)/share/mpfe
+
 BUILD := build/$(MACHINE)
 MPFE  := bin/mpfe$(SUFFIX)
 UNIT  := bin/unit$(SUFFIX)
@@ -36,7 +49,7 @@ $(BUILD)/src/base/cpu_check.o: COMMON = $(if $(filter x86_64,$(shell uname -m)),
 COMPILER  = $(shell $(CXX) $(CXXFLAGS) -dM -E -x c++ /dev/null 2>/dev/null | cksum)
 remember  = printf '%s\n' '$(subst ','\'',$(1))' | cmp -s - $@ || printf '%s\n' '$(subst ','\'',$(1))' > $@
 
-.PHONY: all setup demo gallery test verify bench unit clean help FORCE
+.PHONY: all setup demo gallery test verify bench unit install install_files uninstall clean help FORCE
 .DEFAULT_GOAL := all
 
 all: $(MPFE)
@@ -44,11 +57,13 @@ unit: $(UNIT)
 
 $(MPFE): $(OBJ) $(MAIN_OBJ) $(BUILD)/link.txt
 	@mkdir -p $(@D)
-	$(CXX) $(LDFLAGS) $(filter %.o,$^) $(LDLIBS) -o $@
+	$(call say,LINK,$@)
+	$(Q)$(CXX) $(LDFLAGS) $(filter %.o,$^) $(LDLIBS) -o $@
 
 $(UNIT): $(OBJ) $(UNIT_OBJ) $(BUILD)/link.txt
 	@mkdir -p $(@D)
-	$(CXX) $(LDFLAGS) $(filter %.o,$^) -lgtest_main -lgtest $(LDLIBS) -pthread -o $@
+	$(call say,LINK,$@)
+	$(Q)$(CXX) $(LDFLAGS) $(filter %.o,$^) -lgtest_main -lgtest $(LDLIBS) -pthread -o $@
 
 $(BUILD)/compile.txt: FORCE
 	@mkdir -p $(@D)
@@ -62,7 +77,8 @@ FORCE:
 
 $(BUILD)/%.o: %.cpp $(BUILD)/compile.txt
 	@mkdir -p $(@D)
-	$(COMPILE) $(COMMON) -c $< -o $@
+	$(call say,CXX,$<)
+	$(Q)$(COMPILE) $(COMMON) -c $< -o $@
 
 # setup looks again; demo, test and verify look once, then trust the stamp.
 # They build in a second make, because setup may bring the compiler.
@@ -94,6 +110,26 @@ bench: $(STAMP)
 	@$(MAKE) --no-print-directory all
 	MPFE=$(MPFE) tools/bench $(ITEMS)
 
+# the program, mpfe-plot and mpfe-fragments, pages and decks; install_files does not build
+install: all
+	@$(MAKE) --no-print-directory install_files
+
+install_files:
+	install -d $(DESTDIR)$(PREFIX)/bin $(SHARE)/tools/lib $(SHARE)/doc/keywords $(SHARE)/doc/pictures $(SHARE)/decks
+	install -m 755 $(MPFE) $(DESTDIR)$(PREFIX)/bin/mpfe
+	install -m 755 tools/plot tools/fragments $(SHARE)/tools
+	install -m 644 tools/lib/mpfe_files.py $(SHARE)/tools/lib
+	install -m 644 README.md LICENSE CHANGES $(SHARE)
+	install -m 644 $(filter-out %/keywords %/pictures,$(wildcard doc/*.*)) $(SHARE)/doc
+	install -m 644 doc/keywords/*.md $(SHARE)/doc/keywords
+	cp -r doc/pictures/. $(SHARE)/doc/pictures
+	install -m 644 $(filter-out %_mesh.inp,$(wildcard decks/*.inp decks/*.geo)) $(SHARE)/decks
+	ln -sf ../share/mpfe/tools/plot $(DESTDIR)$(PREFIX)/bin/mpfe-plot
+	ln -sf ../share/mpfe/tools/fragments $(DESTDIR)$(PREFIX)/bin/mpfe-fragments
+
+uninstall:
+	rm -rf $(SHARE) $(addprefix $(DESTDIR)$(PREFIX)/bin/,mpfe mpfe-plot mpfe-fragments)
+
 clean:
 	rm -rf build bin
 
@@ -106,7 +142,9 @@ help:
 	@echo 'make verify     the long checks; CASES="name ..." picks some'
 	@echo 'make bench      benchmarks into doc/benchmarks.md; ITEMS="name ..." picks some'
 	@echo 'make unit       build the unit tests, $(UNIT)'
+	@echo 'make install    the program, mpfe-plot, pages and decks to PREFIX (now: $(PREFIX)); make uninstall'
 	@echo 'make clean      remove build/ and bin/'
+	@echo 'V=1             show the whole commands of the compiler'
 	@echo 'MARCH=name      processor to build for, instead of that of the machine file (now: $(MARCH))'
 	@echo 'MACHINE=name    $(basename $(notdir $(wildcard tools/machines/*.mk))) (now: $(MACHINE))'
 

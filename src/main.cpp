@@ -29,7 +29,7 @@
 namespace {
 
 struct Options {
-  std::string deck, out_dir = ".", restart;
+  std::string deck, out_dir = ".", restart, help_word;
   std::vector<std::pair<std::string, double>> defines;
   bool check = false, help = false, version = false, list = false;
 };
@@ -41,6 +41,7 @@ const char* const usage =
     "  --restart FILE   goes on from a restart file (*RESTART, WRITE), the deck as before\n"
     "  --check          reads and checks the deck, prints the model, computes nothing\n"
     "  --list-keywords  all keywords with one line each\n"
+    "  --help KEYWORD   the page of a keyword: parameters, data lines, example, notes\n"
     "  --version, --help\n"
     "Exit codes: 0 good, 1 a *CHECK failed, 2 the deck or the restart file is wrong, 3 no convergence, 4 a "
     "bug,\n"
@@ -73,7 +74,11 @@ int read_options(int argc, char** argv, Options& o)
     const bool glued    = a.size() > 2 && (a.compare(0, 2, "-D") == 0 || a.compare(0, 2, "-o") == 0);
     std::string value;
     if (a == "--check") o.check = true;
-    else if (a == "--help" || a == "-h") o.help = true;
+    else if (a == "--help" || a == "-h") {
+      o.help = true;
+      for (; i + 1 < argc && argv[i + 1][0] != '-'; ++i)      // *SOLID SECTION may come as two words
+        o.help_word += (o.help_word.empty() ? "" : " ") + std::string(argv[i + 1]);
+    }
     else if (a == "--version") o.version = true;
     else if (a == "--list-keywords") o.list = true;
     else if (a == "-D" || a == "-o" || glued) {
@@ -181,6 +186,7 @@ int run_guarded(const Options& o)
 int tell(const Options& o)
 {
   if (comm_rank() > 0) return EXIT_GOOD;
+  if (!o.help_word.empty()) return deck_help(o.help_word, stdout) ? EXIT_GOOD : EXIT_DECK;
   if (o.help) std::fputs(usage, stdout);
   if (o.version) std::printf("mpfe %s\n", MPFE_VERSION);
   if (o.list) deck_list_keywords(stdout);
