@@ -115,14 +115,12 @@ install: all
 	@$(MAKE) --no-print-directory install_files
 
 install_files:
-	install -d $(DESTDIR)$(PREFIX)/bin $(SHARE)/tools/lib $(SHARE)/doc/keywords $(SHARE)/doc/pictures $(SHARE)/decks
+	install -d $(DESTDIR)$(PREFIX)/bin $(SHARE)/tools/lib $(SHARE)/doc $(SHARE)/decks
 	install -m 755 $(MPFE) $(DESTDIR)$(PREFIX)/bin/mpfe
 	install -m 755 tools/plot tools/fragments $(SHARE)/tools
 	install -m 644 tools/lib/mpfe_files.py $(SHARE)/tools/lib
 	install -m 644 README.md LICENSE CHANGES $(SHARE)
-	install -m 644 $(filter-out %/keywords %/pictures,$(wildcard doc/*.*)) $(SHARE)/doc
-	install -m 644 doc/keywords/*.md $(SHARE)/doc/keywords
-	cp -r doc/pictures/. $(SHARE)/doc/pictures
+	cp -r doc/. $(SHARE)/doc
 	install -m 644 $(filter-out %_mesh.inp,$(wildcard decks/*.inp decks/*.geo)) $(SHARE)/decks
 	ln -sf ../share/mpfe/tools/plot $(DESTDIR)$(PREFIX)/bin/mpfe-plot
 	ln -sf ../share/mpfe/tools/fragments $(DESTDIR)$(PREFIX)/bin/mpfe-fragments

@@ -19,8 +19,8 @@ int deck_read(const std::string& path, const std::vector<std::pair<std::string, 
 // deck_list_keywords : name, one line of help, page
 void deck_list_keywords(std::FILE* out);
 
-// deck_help : the page of a keyword (doc/keywords, also after make install). False: there is no such keyword, and
-// a message says what is near.
+// deck_help : the page of a keyword (doc/keywords, also after make install). False: there is no such
+// keyword, and a message says what is near.
 bool deck_help(const std::string& word, std::FILE* out);
 
 #endif

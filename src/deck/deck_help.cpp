@@ -44,8 +44,7 @@ bool print_page(const std::string& path, std::FILE* out)
 // ---------------------------------------------------------------------------
 bool deck_help(const std::string& asked, std::FILE* out)
 {
-  std::string word = asked.substr(asked.find_first_not_of('*') == std::string::npos ? asked.size()
-                                                                                    : asked.find_first_not_of('*'));
+  std::string word = asked.substr(!asked.empty() && asked[0] == '*');
   std::replace(word.begin(), word.end(), '_', ' ');
   const Keyword* k = keyword_find(word);
   if (!k) {
@@ -62,7 +61,8 @@ bool deck_help(const std::string& asked, std::FILE* out)
   std::replace(name.begin(), name.end(), ' ', '_');
   for (const std::string& folder : page_folders())
     if (print_page(folder + name + ".md", out)) return true;
-  std::fprintf(out, "*%s: %s\n  parameters: %s\n  (the page doc/keywords/%s.md was not found; MPFE_DOC names the "
-               "folder doc)\n", k->word, k->help, *k->params ? k->params : "none", name.c_str());
+  std::fprintf(out, "*%s: %s\n  parameters: %s\n", k->word, k->help, *k->params ? k->params : "none");
+  std::fprintf(out, "  (the page doc/keywords/%s.md was not found; MPFE_DOC names the folder doc)\n",
+               name.c_str());
   return true;
 }
