@@ -126,12 +126,6 @@ void describe(const Model& m, const Points& pts, const Bonds& bonds, ContactScen
     s.field.push_back(grid_field(pts, f));
     s.body.push_back(element >= 0 ? s.part_of_node[m.mesh.conn.begin(element)[0]]
                                   : m.mesh.nnode() + m.body[pts.body[f.elem]].field);
-    IntVec base;
-    for (int k = 0; k < at_start.n; ++k) contact_base(m, pts, at_start.kin[k], base);
-    std::sort(base.begin(), base.end());
-    base.erase(std::unique(base.begin(), base.end()), base.end());
-    s.base.item.insert(s.base.item.end(), base.begin(), base.end());
-    s.base.off.push_back(static_cast<int>(s.base.item.size()));
     SideBits sides = 0;
     auto faces = side.begin();
     each_rule(d, [&](const RuleList&, const ContactRule& r, SideBits a, SideBits b) {
@@ -147,17 +141,6 @@ void describe(const Model& m, const Points& pts, const Bonds& bonds, ContactScen
   }
 }
 
-bool share_nodes(const ListTable& base, int a, int b)
-{
-  const int *i = base.begin(a), *j = base.begin(b), *const iend = i + base.count(a),
-            *const jend = j + base.count(b);
-  while (i != iend && j != jend) {
-    if (*i == *j) return true;
-    ++(*i < *j ? i : j);
-  }
-  return false;
-}
-
 // did a lie behind b at t = 0, near by: the two sides of a thin part
 bool back_of(const ContactScene& s, int a, int b)
 {
@@ -170,7 +153,7 @@ bool back_of(const ContactScene& s, int a, int b)
 bool may_meet(const BondDef& d, const ContactScene& s, int a, int b)
 {
   if (a == b || (s.field[a] >= 0 && s.field[a] == s.field[b])) return false;
-  if (!allowed(d, s.sides[a], s.sides[b]) || share_nodes(s.base, a, b)) return false;
+  if (!allowed(d, s.sides[a], s.sides[b])) return false;
   return s.body[a] != s.body[b] || !back_of(s, a, b);
 }
 

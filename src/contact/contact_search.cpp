@@ -176,6 +176,15 @@ void facing(GeneralSearch& g, int i, IntVec& out)
   }
 }
 
+// A place that pushes on a face and lies over it stays with it, even where another face is nearer: what
+// enters a small body by one side would leave it by another.  Test: G4 (contact/g4_box)
+bool stays(GeneralSearch& g, int i, int met, const double* p, double nearest, Hit& hit)
+{
+  const FaceNow& b   = face_now(g, met);
+  const double reach = g.scene.part * (g.face[i].f.size + b.f.size) + g.scene.travel;
+  return contact_meet(b.f, p, reach, hit) == PROJ_OVER && hit.gap < nearest - 1e-8 * b.f.size;
+}
+
 void search_place(GeneralSearch& g, int b, const IntVec& facing, std::vector<Hit>& hits)
 {
   double p[3] = {0, 0, 0};
@@ -190,9 +199,15 @@ void search_place(GeneralSearch& g, int b, const IntVec& facing, std::vector<Hit
     contact_nearer(hit, contact_meet(g.face[j].f, p, reach, hit), kind, hits);
   }
   contact_equal(hits);
+  const int met = g.bonds.met[b];
+  if (met < 0) return;
   Hit hit;
-  if (hits.empty() && g.bonds.met[b] >= 0 && contact_hold(face_now(g, g.bonds.met[b]).f, p, hit))
-    hits.push_back(hit);
+  if (hits.empty()) {
+    if (contact_hold(face_now(g, met).f, p, hit)) hits.push_back(hit);
+  } else if (std::find(facing.begin(), facing.end(), met) != facing.end() &&
+             stays(g, i, met, p, hits[0].gap, hit)) {
+    hits.assign(1, hit);
+  }
 }
 
 // Place b of face i, of points off the grid, meets a wall that is nearer than what it met: a face that does
