@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <map>
 #include <numeric>
 
 #include "base/comm.h"
@@ -113,20 +114,30 @@ void divide_again(const Mesh& mesh, const Elements& el, const ActiveGrid& grid, 
 // a row belongs to the rank that has most of what touches it, a bond to the rank of its first row
 void find_owners(const Mesh& mesh, const Elements& el, const ActiveGrid& grid, Division& d, Dofs& s)
 {
-  const int ranks = comm_size();
-  IntVec count(static_cast<size_t>(s.nrow) * ranks, 0), rank;
+  IntVec rank;
+  std::map<int, std::map<int, int>> touch;             // rows between ranks: how often each rank touches them
   each_work(el, grid, d, [&](int r, double) { rank.push_back(r); });
-  size_t list = 0;
-  dof_lists(mesh, el, grid, s, true, [&](int n, const int* row) {
-    for (int a = 0; a < n && list < rank.size(); ++a)
-      ++count[static_cast<size_t>(row[a]) * ranks + rank[list]];
-    ++list;
+  s.owner.assign(s.nrow, -1);
+  const auto each_touch = [&](auto use) {
+    size_t list = 0;
+    dof_lists(mesh, el, grid, s, true, [&](int n, const int* row) {
+      for (int a = 0; a < n && list < rank.size(); ++a) use(row[a], rank[list]);
+      ++list;
+    });
+  };
+  each_touch([&](int row, int r) {
+    if (s.owner[row] < 0) s.owner[row] = r;
+    else if (s.owner[row] != r) touch[row];
   });
-  s.owner.resize(s.nrow);
-  for (int r = 0; r < s.nrow; ++r) {
-    const auto first = count.begin() + static_cast<long>(r) * ranks;
-    s.owner[r] = static_cast<int>(std::max_element(first, first + ranks) - first);
-  }
+  if (!touch.empty())
+    each_touch([&](int row, int r) {
+      const auto between = touch.find(row);
+      if (between != touch.end()) ++between->second[r];
+    });
+  const auto fewer = [](const auto& a, const auto& b) { return a.second < b.second; };
+  for (const auto& row : touch)
+    s.owner[row.first] = std::max_element(row.second.begin(), row.second.end(), fewer)->first;
+  for (int& owner : s.owner) owner = std::max(owner, 0);   // touched by bonds alone
 }
 
 void take_owned(const Division& d, const ActiveGrid& grid, Elements& el, Dofs& s)

@@ -26,42 +26,55 @@ std::vector<IntVec> all_lists(const IntVec& list)
 // adds the neighbours of the rows of each rank, which any rank may know of
 void add_neighbours(const SysMatrix& A, IntVec& row)
 {
-  std::vector<IntVec> tell = all_lists(row);
-  std::vector<char> in(A.nrow);
-  for (IntVec& list : tell) {
-    std::fill(in.begin(), in.end(), 0);
-    for (int I : list) in[I] = 1;
-    list.clear();
-    for (int I = 0; I < A.nrow; ++I)
-      for (int k = A.off[I]; k < A.off[I + 1]; ++k)
-        if (in[I] != in[A.col[k]]) list.push_back(in[I] ? A.col[k] : I);
-    sort_unique(list);
-  }
+  std::vector<IntVec> tell(comm_size());
+  for (int I = 0; I < A.nrow; ++I)
+    for (int k = A.off[I]; k < A.off[I + 1]; ++k) {
+      const int J = A.col[k];
+      if (A.owner[I] == A.owner[J]) continue;
+      tell[A.owner[I]].push_back(J);
+      tell[A.owner[J]].push_back(I);
+    }
+  for (IntVec& list : tell) sort_unique(list);
   for (const IntVec& list : comm_exchange(tell)) row.insert(row.end(), list.begin(), list.end());
   sort_unique(row);
+}
+
+// ranks in whose matrices each row stands, ascending; rows: those of each rank
+ListTable ranks_of_rows(const std::vector<IntVec>& rows, int nrow)
+{
+  ListTable ranks;
+  ranks.off.assign(nrow + 1, 0);
+  for (const IntVec& list : rows)
+    for (int I : list) ++ranks.off[I + 1];
+  std::partial_sum(ranks.off.begin(), ranks.off.end(), ranks.off.begin());
+  ranks.item.resize(ranks.off.back());
+  IntVec next(ranks.off.begin(), ranks.off.end() - 1);
+  for (size_t r = 0; r < rows.size(); ++r)
+    for (int I : rows[r]) ranks.item[next[I]++] = static_cast<int>(r);
+  return ranks;
 }
 
 // which blocks of A each rank needs, which rows it shares with this one, and in how many of their matrices a
 // row stands
 void sort_blocks(const SysMatrix& A, OwnBlock& own)
 {
-  IntVec count(A.nrow, 0);
-  std::vector<char> in(A.nrow);
+  const ListTable ranks = ranks_of_rows(all_lists(own.row), A.nrow);
   own.to.assign(comm_size(), IntVec());
   own.common.assign(comm_size(), IntVec());
-  const std::vector<IntVec> rows = all_lists(own.row);
-  for (int r = 0; r < comm_size(); ++r) {
-    std::fill(in.begin(), in.end(), 0);
-    for (int I : rows[r]) {
-      in[I] = 1;
-      ++count[I];
+  for (int I = 0; I < A.nrow; ++I)
+    for (int k = A.off[I]; k < A.off[I + 1]; ++k) {
+      const int *r = ranks.begin(I), *q = ranks.begin(A.col[k]);
+      const int *const rend = r + ranks.count(I), *const qend = q + ranks.count(A.col[k]);
+      while (r != rend && q != qend) {
+        if (*r == *q) own.to[*r].push_back(k);
+        const int least = std::min(*r, *q);
+        r += *r == least;
+        q += *q == least;
+      }
     }
-    for (int I = 0; I < A.nrow; ++I)
-      for (int k = A.off[I]; in[I] && k < A.off[I + 1]; ++k)
-        if (in[A.col[k]]) own.to[r].push_back(k);
-    for (size_t I = 0; I < own.row.size() && r != comm_rank(); ++I)
-      if (in[own.row[I]]) own.common[r].push_back(static_cast<int>(I));
-  }
+  for (size_t k = 0; k < own.row.size(); ++k)
+    for (int q = ranks.off[own.row[k]]; q < ranks.off[own.row[k] + 1]; ++q)
+      if (ranks.item[q] != comm_rank()) own.common[ranks.item[q]].push_back(static_cast<int>(k));
   own.once.clear();
   own.shared.clear();
   own.weight.clear();
@@ -71,9 +84,9 @@ void sort_blocks(const SysMatrix& A, OwnBlock& own)
     const bool owned = A.owner[I] == comm_rank();
     own.once.insert(own.once.end(), A.dim, owned ? 1.0 : 0.0);
     if (!owned) own.foreign.push_back(place);
-    if (count[I] == 1) continue;
+    if (ranks.count(I) == 1) continue;
     own.shared.push_back(place);
-    own.weight.push_back(1.0 / std::sqrt(static_cast<double>(count[I])));
+    own.weight.push_back(1.0 / std::sqrt(static_cast<double>(ranks.count(I))));
   }
 }
 
