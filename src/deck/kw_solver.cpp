@@ -1,12 +1,12 @@
 #include "deck/card.h"
 
-// *SOLVER, TYPE=AUTO|SKYLINE|MUMPS|CG, REUSE=YES|NO, PRECONDITIONER=AUTO|DIAGONAL|CHOLESKY|FACTORS
+// *SOLVER, TYPE=AUTO|SKYLINE|MUMPS|CG|AMG, REUSE=YES|NO, PRECONDITIONER=AUTO|DIAGONAL|CHOLESKY|FACTORS
 void kw_solver(Card& card, Model& model)
 {
-  const SolverKind kind[4] = {SOLVER_AUTO, SOLVER_MUMPS, SOLVER_SKYLINE, SOLVER_CG};
+  const SolverKind kind[5] = {SOLVER_AUTO, SOLVER_MUMPS, SOLVER_SKYLINE, SOLVER_CG, SOLVER_AMG};
   const Preconditioner precond[4] = {PRECOND_AUTO, PRECOND_DIAGONAL, PRECOND_CHOLESKY, PRECOND_FACTORS};
   SolverDef& s   = model.solver;
-  const int type = card_param_word(card, "TYPE", "AUTO|MUMPS|SKYLINE|CG", 0);
+  const int type = card_param_word(card, "TYPE", "AUTO|MUMPS|SKYLINE|CG|AMG", 0);
   const int word = card_param_word(card, "PRECONDITIONER", "AUTO|DIAGONAL|CHOLESKY|FACTORS", 0);
   s.kind    = kind[type < 0 ? 0 : type];
   s.precond = precond[word < 0 ? 0 : word];
@@ -18,4 +18,14 @@ void kw_solver(Card& card, Model& model)
     card_error(
         card, card_param(card, "REUSE")->value,
         "REUSE=NO asks for a factorisation in each iteration, and TYPE=CG makes none: leave one of them out");
+  if (s.kind == SOLVER_AMG && !s.reuse)
+    card_error(card, card_param(card, "REUSE")->value,
+               "REUSE=NO asks for a factorisation in each iteration, and TYPE=AMG makes none: leave one of "
+               "them out");
+#ifndef MPFE_PETSC
+  if (s.kind == SOLVER_AMG)
+    card_error(card, card_param(card, "TYPE")->value,
+               "TYPE=AMG needs PETSc, which this program was built without: TYPE=AUTO or CG does without, or "
+               "install PETSc (tools/setup) and build again");
+#endif
 }

@@ -403,7 +403,7 @@ struct Check {                 // *CHECK
   Place place;
 };
 
-enum SolverKind { SOLVER_AUTO, SOLVER_SKYLINE, SOLVER_MUMPS, SOLVER_CG };
+enum SolverKind { SOLVER_AUTO, SOLVER_SKYLINE, SOLVER_MUMPS, SOLVER_CG, SOLVER_AMG };
 enum Preconditioner { PRECOND_AUTO, PRECOND_DIAGONAL, PRECOND_CHOLESKY, PRECOND_FACTORS };
 
 struct SolverDef {             // *SOLVER

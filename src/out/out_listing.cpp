@@ -136,7 +136,8 @@ void out_listing_open(const Model& m, Output& out, bool goes_on)
 void out_listing_defaults(std::FILE* file, const Model& m, const Bonds& bonds)
 {
   std::fprintf(file, "\nSETTINGS (also those the deck leaves to the program)\n");
-  const char* const solver[] = {"automatic", "skyline", "MUMPS", "conjugate gradients"};
+  const char* const solver[] = {"automatic", "skyline", "MUMPS", "conjugate gradients",
+                               "algebraic multigrid"};
   const char* const precond[] = {"incomplete Cholesky", "diagonal blocks", "incomplete Cholesky",
                                  "earlier factors"};
   std::fprintf(file, "  solver          %s%s%s\n", solver[m.solver.kind],
@@ -279,7 +280,8 @@ const char* const path_name[PATHS] = {"factorisation",
                                       "CG, factors of an earlier matrix",
                                       "CG, the same, changed rows corrected",
                                       "CG, incomplete Cholesky",
-                                      "CG, diagonal blocks"};
+                                      "CG, diagonal blocks",
+                                      "CG, algebraic multigrid"};
 
 // ---------------------------------------------------------------------------
 // out_listing_solver : work of the linear solver, and what a Newton iteration costs beside it

@@ -155,13 +155,14 @@ bool solve_room(double mb)
 
 bool solve_open(Solver& s, const SolverDef& def)
 {
-  SolverKind kind = def.kind == SOLVER_CG ? SOLVER_AUTO : def.kind;
+  SolverKind kind = def.kind == SOLVER_CG || def.kind == SOLVER_AMG ? SOLVER_AUTO : def.kind;
 #ifdef MPFE_MUMPS
   if (kind == SOLVER_AUTO) kind = SOLVER_MUMPS;
 #else
   if (kind == SOLVER_AUTO) kind = SOLVER_SKYLINE;
   if (kind == SOLVER_MUMPS) return false;
 #endif
+  if (def.kind == SOLVER_AMG && !amg_there()) return false;
   s.kind = kind;
   s.def  = def;
   s.data = std::make_shared<SolverData>();
@@ -175,6 +176,7 @@ const char* solve_name(const Solver& s)
     case SOLVER_SKYLINE: return "SKYLINE";
     case SOLVER_MUMPS: return "MUMPS";
     case SOLVER_CG:
+    case SOLVER_AMG:
     case SOLVER_AUTO: break;
   }
   return "AUTO";
@@ -300,6 +302,7 @@ void solve_memory(const Solver& s, std::vector<MemoryUse>& out)
                    reals(d.own.B.val) +
                        static_cast<double>((d.own.B.col.capacity() + d.own.place.capacity()) * sizeof(int))});
   out.push_back({"incomplete factors", static_cast<double>(d.cholesky.L.capacity() * sizeof(float))});
+  if (d.amg) out.push_back({"multigrid without what PETSc makes", amg_memory(*d.amg)});
   out.push_back({"vectors of the solver", vectors});
 }
 

@@ -88,12 +88,14 @@ enum SolvePath {
   PATH_CHANGED,
   PATH_CHOLESKY,               // CG with an incomplete Cholesky factor
   PATH_DIAGONAL,               // CG with the diagonal blocks
+  PATH_AMG,                    // CG with algebraic multigrid, whose smoother is the incomplete factor
   PATHS
 };
 
 struct PathLog {
   long solves = 0, iterations = 0, failed = 0;
   double seconds = 0.0;
+  double digits = 0.0;         // decimal digits that the iterations have brought
 };
 
 struct Solver {
@@ -130,6 +132,8 @@ struct SolveAsk {
   bool broken = false;
   bool inertia = false;             // A holds masses
   bool known_regular = false;       // A is not singular, without being factorised
+  bool plain = false;               // A is that of elements alone: no points, bonds, contact, fracture
+  const RealVec* place = nullptr;   // [neq] positions of the nodes of the rows, null: not known
 };
 
 // solve_open : AUTO and CG factorise by MUMPS when it was built in, else SKYLINE. Returns false when the kind

@@ -25,6 +25,7 @@ struct Skyline {
   RealVec x;                   // [neq] right-hand side in the new order
 };
 
+struct AmgData;                // private to precond_amg.cpp
 struct MumpsData;              // private to solve_mumps.cpp
 struct ChmData;                // private to solve_cholmod.cpp
 
@@ -139,6 +140,8 @@ struct SolverData {
   Cholesky cholesky;
   OwnBlock own;                // several ranks: what cholesky factorises
   RealVec diagonal;            // inverse diagonal blocks
+  std::shared_ptr<AmgData> amg;
+  long amg_wait = 0, amg_pause = 0;      // solutions until multigrid is tried again after it has failed
   CgWork work;
   std::vector<RealVec> past;   // solutions of the last systems, of the same size
   PathCost cost[PATHS];
@@ -185,6 +188,14 @@ bool cholesky_form(const SysMatrix& A, Cholesky& c);
 void cholesky_apply(const SysMatrix& A, const Cholesky& c, RealVec& z);    // z: r in, M^-1 r out
 bool reused_form(const SysMatrix& A, const std::vector<long>& key, ReusedFactors& k);
 Status reused_apply(Solver& s, const SysMatrix& A, ReusedFactors& k, const RealVec& r, RealVec& z);
+
+// precond_amg.cpp; without MPFE_PETSC nothing is there
+bool amg_there();
+bool amg_form(const SysMatrix& M, OwnBlock* own, const Cholesky& L, const RealVec* place, long stamp,
+              std::shared_ptr<AmgData>& data);
+bool amg_apply(AmgData& d, const RealVec& r, RealVec& z, double& rho);
+bool amg_count(AmgData& d, const CgDone& done);
+double amg_memory(const AmgData& d);
 
 // precond_changed.cpp
 void changed_begin(const SysMatrix& A, const std::vector<long>& key, int nfe, Changed& c);

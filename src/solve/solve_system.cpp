@@ -10,6 +10,12 @@ namespace {
 // Answers depend on none of these, seconds do. Tests: SPEED (speed/guard: seconds, speed/reuse: answers)
 const long PAUSE    = 50;      // solutions until a slower path is tried again; doubled when it fails
 const int MOST      = 5000;    // iterations
+const double CUBE   = 3.6;     // iterations with the incomplete factor, cube of elements: times cbrt(nodes)
+// the same, for 8 digits: more, and multigrid is faster, which takes as long as 70 of them with its part of
+// the set-up (an iteration 3.7, the set-up 100 to 150 for all systems that keep it)
+const double MANY = 100.0, AMG_WORK = 70.0;
+const int AMG_MOST  = 200;     // with multigrid, which takes 10 to 30 where it is in its place
+const long AMG_WAIT = 8;       // solutions until multigrid that has failed is tried again; doubled each time
 const int FEW       = 30;      // the same, with corrected factors: more cost what a factorisation does
 const size_t PAST   = 6;       // solutions to begin the next one with
 const double SMOOTH = 0.5;     // weight of the newest measurement
@@ -33,9 +39,9 @@ double expected(const PathCost& c, double digits)
 const double FACTOR_RATE = 2e10, CG_RATE = 3e9;
 const int GUESS          = 200;                    // iterations
 
-double cholesky_guess(const SysMatrix& A)
+double cholesky_guess(const SysMatrix& A, double iterations = GUESS)
 {
-  return GUESS * 8.0 * static_cast<double>(A.val.size()) / CG_RATE;
+  return iterations * 8.0 * static_cast<double>(A.val.size()) / CG_RATE;
 }
 
 // seconds of a solution by factorisation
@@ -112,6 +118,31 @@ bool promising(const SysMatrix& A, const SolveAsk& ask, SolvePath path, const Pa
   return path != PATH_CHOLESKY || c.known || ask.inertia || cholesky_guess(A) < least;
 }
 
+// ---- algebraic multigrid in statics                                                    (8.12)
+
+bool amg_waits(const SolverData& d) { return d.amg_wait > 0; }
+
+// Iterations with the incomplete factor for 8 digits: what this run has counted, else those of a cube with as
+// many nodes. No clock: two runs choose alike
+double cholesky_iterations(const Solver& s, const SysMatrix& A)
+{
+  const PathLog& l = s.path[PATH_CHOLESKY];
+  return l.digits > 0.0 ? 8.0 * static_cast<double>(l.iterations) / l.digits : CUBE * std::cbrt(A.nrow);
+}
+
+// elements in space, where the incomplete factor needs so many iterations that multigrid is faster, and a
+// factorisation twice as many operations
+bool amg_pays(Solver& s, const SysMatrix& A, const SolveAsk& ask)
+{
+  const SolverData& d = *s.data;
+  if (A.dim != 3 || ask.inertia || !ask.plain || !ask.place || amg_waits(d) || factors_fit(d, ask) ||
+      cholesky_iterations(s, A) < MANY)
+    return false;
+  if (!d.factored && !without_factors(s, A, ask)) return false;
+  const double factor = s.flops_ahead / (FACTOR_RATE * comm_size());
+  return comm_bcast(cholesky_guess(A, AMG_WORK) < 0.5 * factor) && amg_there();    // ranks have parts of A
+}
+
 // the fastest path by what this run has measured; a path that is not known, or was not tried for long, gets a
 // trial that ends when the best one would have been faster
 SolvePath fastest(const Solver& s, const SysMatrix& A, const SolveAsk& ask, bool pattern_known, long now,
@@ -145,14 +176,16 @@ SolvePath choose(Solver& s, const SysMatrix& A, const SolveAsk& ask, long now, d
   if (!s.def.reuse) return PATH_FACTOR;
   if (factors_fit(d, ask) && (s.def.kind != SOLVER_AUTO || A.neq() < SMALL_SYSTEM || ask.exact || ask.broken))
     return PATH_BACK;
+  if (s.def.kind == SOLVER_AMG) return amg_waits(d) || A.nrow == 0 ? PATH_FACTOR : PATH_AMG;
   if (s.def.kind == SOLVER_CG) {
     if (s.def.precond == PRECOND_FACTORS)
       return have_factors(s) && !comm_bcast(stale(d, ask.digits)) ? PATH_REUSED : PATH_FACTOR;
     return s.def.precond == PRECOND_DIAGONAL ? PATH_DIAGONAL : PATH_CHOLESKY;
   }
   if (ask.broken && !ask.exact && A.neq() >= SMALL_SYSTEM && changed_pays(s)) return PATH_CHANGED;
-  if (A.neq() < SMALL_SYSTEM || ask.exact || ask.broken || (!d.factored && !without_factors(s, A, ask)))
-    return PATH_FACTOR;
+  if (A.neq() < SMALL_SYSTEM || ask.exact || ask.broken) return PATH_FACTOR;
+  if (amg_pays(s, A, ask)) return PATH_AMG;
+  if (!d.factored && !without_factors(s, A, ask)) return PATH_FACTOR;
   const bool pattern_known = solve_same_pattern(s, A);
   double answer[2] = {static_cast<double>(fastest(s, A, ask, pattern_known, now, limit)), limit};
   comm_bcast(answer, 2);                 // clocks differ, ranks must not
@@ -277,6 +310,12 @@ bool form(Solver& s, const SysMatrix& A, const SolveAsk& ask, SolvePath path, Cg
         return true;
       };
       return cholesky_ready(d, c.A, ask.stamp);
+    case PATH_AMG:
+      c.precondition = [&](const RealVec& r, RealVec& z, double& rho) {
+        return amg_apply(*d.amg, r, z, rho);
+      };
+      return cholesky_ready(d, c.A, ask.stamp) &&
+             amg_form(c.A, c.own, d.cholesky, ask.place, ask.stamp, d.amg);
     default:
       c.precondition = [&](const RealVec& r, RealVec& z, double& rho) {
         diagonal_step(d, c, r, z, rho);
@@ -319,6 +358,21 @@ void remember(Solver& s, SolvePath path, const CgDone& done, double setup, doubl
   d.cycle_digits += brought;
 }
 
+// multigrid that has failed begins anew, then rests, each time for longer
+void amg_judge(SolverData& d, const CgDone& done)
+{
+  if (d.amg && amg_count(*d.amg, done)) return;
+  if (done.good) {
+    d.amg_pause = 0;
+    return;
+  }
+  d.amg.reset();
+  d.amg_pause = d.amg_pause > 0 ? 2 * d.amg_pause : AMG_WAIT;
+  d.amg_wait  = d.amg_pause;
+  log_note("NOTE  multigrid did not converge in %d iterations: the next %ld systems do without",
+           done.iterations, d.amg_wait);
+}
+
 Status by_cg(Solver& s, const SysMatrix& A, const SolveAsk& ask, SolvePath path, double limit, long now,
              const RealVec& b, RealVec& x)
 {
@@ -338,8 +392,8 @@ Status by_cg(Solver& s, const SysMatrix& A, const SolveAsk& ask, SolvePath path,
     Timer timer(PHASE_CG);
     // A^-1 and M^-1 are far apart in smooth modes, but for factors: M^-1 sees too little of an error there
     const double safety = path == PATH_REUSED || path == PATH_CHANGED ? 1.0 : 0.1;
-    CgGoal goal{safety * ask.eta, safety * ask.energy, ask.residual, path == PATH_CHANGED ? FEW : MOST,
-                limit - setup};
+    const int most      = path == PATH_CHANGED ? FEW : path == PATH_AMG ? AMG_MOST : MOST;
+    CgGoal goal{safety * ask.eta, safety * ask.energy, ask.residual, most, limit - setup};
     const bool same = path == PATH_REUSED && d.reused.same;    // where a product with A costs little beside M
     RealVec own_b, own_x;
     if (own) own_pick(*own, b, own_b);
@@ -354,9 +408,11 @@ Status by_cg(Solver& s, const SysMatrix& A, const SolveAsk& ask, SolvePath path,
   remember(s, path, done, setup, seconds - setup, now);
   PathLog& log = s.path[path];
   log.iterations += done.iterations;
+  if (done.good && done.end > 0.0) log.digits += std::log10(done.first / done.end);
   log.seconds += seconds;
   if (!done.good) ++log.failed;
   s.left = done.end;
+  if (path == PATH_AMG) amg_judge(d, done);
   return done.good ? STATUS_OK : SOLVER_FAILED;
 }
 
@@ -364,6 +420,8 @@ Status by_cg(Solver& s, const SysMatrix& A, const SolveAsk& ask, SolvePath path,
 // factorisation
 Status by_best(Solver& s, const SysMatrix& A, const SolveAsk& ask, const RealVec& b, RealVec& x)
 {
+  SolverData& d = *s.data;
+  d.amg_wait    = std::max(0L, d.amg_wait - 1);
   long now = 1;
   for (const PathLog& l : s.path) now += l.solves;
   bool tried[PATHS] = {};
@@ -375,6 +433,7 @@ Status by_best(Solver& s, const SysMatrix& A, const SolveAsk& ask, const RealVec
       ++s.path[path].solves;
       return STATUS_OK;
     }
+    tried[path] = path != PATH_AMG || d.amg_wait > 0;      // once more with a new hierarchy
     path = choose(s, A, ask, now, limit);
   }
   if (path != PATH_BACK) path = PATH_FACTOR;

@@ -57,6 +57,26 @@ bool supported(Problem& p)
   return h.good;
 }
 
+// positions of the nodes of the rows, of the grid at t(n), for rigid motions                 (8.12)
+RealVec row_places(const Problem& p)
+{
+  const Dofs& s = p.dofs;
+  const int dim = s.dim;
+  RealVec place(s.neq());
+  for (int r = 0; r < s.nfe; ++r)
+    for (int i = 0; i < dim; ++i)
+      place[r * dim + i] = p.m.mesh.X[3 * s.node_of_row[r] + i] + p.st.np1.u[s.node_of_row[r] * dim + i];
+  for (int g = 0; g < p.d.grid.nnode; ++g) {
+    double x[3];
+    grid_unknown_place(p.m, p.st.points, p.st.n.uc, p.d.grid, g, x);
+    const long c = p.d.grid.key[g] - key_own;
+    for (int i = 0; i < dim; ++i)
+      place[(s.nfe + g) * dim + i] =
+          c < 0 ? x[i] : p.st.points.Xc[c * dim + i] + p.st.n.uc[c * dim + i];
+  }
+  return place;
+}
+
 // (A + E) x = f, E what slipping contact adds that is not symmetric; its solutions share the factors  (6.23)
 Status solve_slipping(Problem& p, const Attempt& a, const RealVec& pending, SolveAsk& ask, LinearSystem& l)
 {
@@ -145,6 +165,10 @@ Failure step_solve(Problem& p, const Attempt& a, int it, double residual, double
   ask.known_regular      = p.newton.solver.nfactor == 0 && s.neq() >= SMALL_SYSTEM && p.m.dim == 3 &&
                   (ask.inertia || supported(p));
   ask.digits = -std::log10(std::max(ask.eta, FINAL * l.residual / residual));
+  ask.plain  = !p.st.points.npoint && !p.st.bonds.nbond && !p.d.fm.on;
+  RealVec place;
+  if (!ask.inertia || p.m.solver.kind == SOLVER_AMG) place = row_places(p);
+  if (!place.empty()) ask.place = &place;
   const Status status = solve_slipping(p, a, pending, ask, l);
   if (status != STATUS_OK) return status;
   double energy = 0.0;

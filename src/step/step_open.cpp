@@ -143,7 +143,10 @@ int step_open(Problem& p)
   point_velocities(st.points, m.dim, st.n.vc, st.n.vp);
   st.np1 = st.n;
   if (!solve_open(p.newton.solver, m.solver)) {
-    log_error("the solver that *SOLVER asks for is not built into this program (see tools/machines)");
+    log_error(m.solver.kind == SOLVER_AMG
+                  ? "*SOLVER, TYPE=AMG: the library of PETSc does not load; install it (tools/setup), or "
+                    "take TYPE=AUTO"
+                  : "the solver that *SOLVER asks for is not built into this program (see tools/machines)");
     return 1;
   }
   return 0;

@@ -30,5 +30,7 @@ BLAS_LIBS  = -lscalapack -lopenblas
 MUMPS_LIBS = -ldmumps -lmumps_common -lpord
 MPI_LIBS   = -lmpi_mpifh -lgfortran
 LDFLAGS  = $(foreach p,$(PREFIXES),-L$(p)/lib -Wl,-rpath,$(p)/lib)
+# Algebraic multigrid (*SOLVER, TYPE=AMG): add -DMPFE_PETSC to DEFINES and $(PETSC_HOME)/include to INCLUDE; the
+# library of the same version, libpetsc.so.3.18 or so, must be found in LD_LIBRARY_PATH.
 LDLIBS   = $(MUMPS_LIBS) -lcholmod -lgomp -lmetis -lgsl -lmuparser $(BLAS_LIBS) $(MPI_LIBS) -lm
 SUFFIX   =

@@ -5,7 +5,11 @@ CXX      = mpicxx
 MARCH   ?= native
 CXXFLAGS = -O3 -march=$(MARCH)
 DEFINES  = -DMPFE_MPI -DMPFE_MUMPS -DMPFE_METIS -DMPFE_CHOLMOD -DOMPI_SKIP_MPICXX
+# algebraic multigrid; its library is loaded when it is asked for, and not linked
+PETSC   := $(wildcard /usr/lib/petscdir/petsc-real/include)
+DEFINES += $(if $(PETSC),-DMPFE_PETSC)
 INCLUDE  = -isystem /usr/include/eigen3 -isystem /usr/include/suitesparse \
+           $(if $(PETSC),-isystem $(PETSC)) \
            $(addprefix -isystem ,$(shell $(CXX) --showme:incdirs 2>/dev/null))
 
 # OpenBLAS first and kept, so that MUMPS and CHOLMOD find their BLAS there whatever the

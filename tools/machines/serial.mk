@@ -1,4 +1,4 @@
-# One process, no MPI, no MUMPS, no CHOLMOD, no METIS: the skyline solver does the work.
+# One process, no MPI, no MUMPS, no CHOLMOD, no METIS, no PETSc: the skyline solver does the work.
 # Needs g++, Eigen, GSL and muParser.
 
 CXX      = g++

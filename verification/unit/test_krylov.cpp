@@ -298,3 +298,119 @@ TEST(Krylov, ChangedRowsAreExactToSinglePrecision)
   EXPECT_FALSE(c.on);
   solve_close(s);
 }
+
+namespace {
+
+// nx x ny bilinear elements of side 1, modulus 1 (in the left half: left), Poisson's
+// ratio 0; held at x = 0 by springs
+struct Plate {
+  SysMatrix A;
+  std::vector<long> key;
+  RealVec place;
+};
+
+Plate plate(int nx, int ny, double left)
+{
+  Plate p;
+  ListTable cells;
+  const auto node = [&](int x, int y) { return y * (nx + 1) + x; };
+  for (int y = 0; y < ny; ++y)
+    for (int x = 0; x < nx; ++x) {
+      for (int at : {node(x, y), node(x + 1, y), node(x + 1, y + 1), node(x, y + 1)})
+        cells.item.push_back(at);
+      cells.off.push_back(static_cast<int>(cells.item.size()));
+    }
+  sys_pattern(cells, (nx + 1) * (ny + 1), 2, p.A);
+  const auto block = [&](int I, int J) {
+    const int* first = &p.A.col[p.A.off[I]];
+    const int* last  = first + p.A.off[I + 1] - p.A.off[I];
+    return &p.A.val[4 * static_cast<size_t>(p.A.off[I] + std::lower_bound(first, last, J) - first)];
+  };
+  const double g = 0.5 / std::sqrt(3.0), sx[4] = {-1, 1, 1, -1}, sy[4] = {-1, -1, 1, 1};
+  for (int c = 0; c < cells.size(); ++c) {
+    const double E = c % nx < nx / 2 ? left : 1.0;
+    for (int q = 0; q < 4; ++q) {
+      double dN[4][2];
+      for (int a = 0; a < 4; ++a) {
+        dN[a][0] = sx[a] * (0.5 + sy[a] * sy[q] * g);
+        dN[a][1] = sy[a] * (0.5 + sx[a] * sx[q] * g);
+      }
+      for (int a = 0; a < 4; ++a)
+        for (int b = 0; b < 4; ++b) {
+          const int I = cells.begin(c)[a], J = cells.begin(c)[b];
+          if (J > I) continue;
+          double* k = block(I, J);
+          for (int i = 0; i < 2; ++i)
+            for (int j = 0; j < (I == J ? i + 1 : 2); ++j) {
+              double sum = 0.5 * dN[a][j] * dN[b][i];
+              for (int m = 0; m < 2 && i == j; ++m) sum += 0.5 * dN[a][m] * dN[b][m];
+              k[i * 2 + j] += 0.25 * E * sum;
+            }
+        }
+    }
+  }
+  for (int y = 0; y <= ny; ++y)
+    for (int x = 0; x <= nx; ++x) {
+      p.key.push_back(node(x, y));
+      p.place.insert(p.place.end(), {1.0 * x, 1.0 * y});
+      for (int i = 0; i < 2 && x == 0; ++i) block(node(x, y), node(x, y))[3 * i] += 1e3;
+    }
+  return p;
+}
+
+}  // namespace
+
+// a long plate, where smooth modes rule: multigrid takes a fraction of the iterations of its smoother, keeps
+// its coarse matrices while they serve, and makes new ones when they do not
+TEST(Krylov, MultigridSeesSmoothModes)
+{
+  Solver s;
+  if (!solve_open(s, {SOLVER_AMG, PRECOND_AUTO, true})) GTEST_SKIP() << "built without PETSc";
+  const Plate p   = plate(120, 8, 1.0);
+  const RealVec b = right_hand_side(p.A);
+  SolveAsk a = ask(p.key, 1);
+  a.place    = &p.place;
+  RealVec x;
+  ASSERT_EQ(solve_system(s, p.A, a, b, x), STATUS_OK);
+  EXPECT_LT(residual(p.A, b, x), 1e-9);
+  const long first = s.path[PATH_AMG].iterations;
+  Solver c = open(SOLVER_CG, PRECOND_CHOLESKY);
+  ASSERT_EQ(solve_system(c, p.A, a, b, x), STATUS_OK);
+  EXPECT_LT(4 * first, c.path[PATH_CHOLESKY].iterations);
+
+  const Plate nearly = plate(120, 8, 1.05), other = plate(120, 8, 30.0);
+  a.stamp = 2;
+  ASSERT_EQ(solve_system(s, nearly.A, a, b, x), STATUS_OK);
+  EXPECT_LT(residual(nearly.A, b, x), 1e-9);
+  EXPECT_LE(s.path[PATH_AMG].iterations, 2 * first + 3);
+  for (int n = 3; n < 7; ++n) {
+    a.stamp = n;
+    ASSERT_EQ(solve_system(s, other.A, a, b, x), STATUS_OK);
+    EXPECT_LT(residual(other.A, b, x), 1e-9);
+  }
+  const long before = s.path[PATH_AMG].iterations;
+  a.stamp = 7;
+  ASSERT_EQ(solve_system(s, other.A, a, b, x), STATUS_OK);
+  EXPECT_LE(s.path[PATH_AMG].iterations - before, 2 * first);
+  EXPECT_EQ(s.nfactor, 0);
+  solve_close(c);
+  solve_close(s);
+}
+
+// an indefinite matrix: conjugate gradients end, a factorisation takes over, and multigrid waits
+TEST(Krylov, MultigridThatFailsWaits)
+{
+  Solver s;
+  if (!solve_open(s, {SOLVER_AMG, PRECOND_AUTO, true})) GTEST_SKIP() << "built without PETSc";
+  const Springs k = springs(2, 0, 12, 12, 1.0, -0.3);
+  const RealVec b = right_hand_side(k.A);
+  RealVec x;
+  for (int n = 0; n < 3; ++n) {
+    ASSERT_EQ(solve_system(s, k.A, ask(k.key, n), b, x), STATUS_OK);
+    EXPECT_LT(residual(k.A, b, x), 1e-10);
+  }
+  EXPECT_EQ(s.path[PATH_AMG].solves, 0);
+  EXPECT_EQ(s.path[PATH_AMG].failed, 1);
+  EXPECT_EQ(s.path[PATH_FACTOR].solves, 3);
+  solve_close(s);
+}

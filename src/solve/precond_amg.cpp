@@ -1,0 +1,420 @@
+#include "solve/solve_data.h"
+
+#ifdef MPFE_PETSC
+
+#include <climits>
+#include <cmath>
+#include <numeric>
+
+#include "base/log.h"
+#include "solve/petsc_load.h"
+
+namespace {
+
+// Answers depend on none of these, seconds do (doc/benchmarks.md, Algebraic multigrid)
+const double SETUP_AGAIN = 10.0;   // iterations that new coarse matrices cost
+
+const Petsc* petsc = nullptr;
+
+}  // namespace
+
+// One hierarchy of PETSc (GAMG). Its finest level works on the matrix and the incomplete factor that are here
+struct AmgData {
+  AmgData()                          = default;
+  AmgData(const AmgData&)            = delete;
+  AmgData& operator=(const AmgData&) = delete;
+  ~AmgData();
+
+  const SysMatrix* M = nullptr;    // matrix of today: all rows, or those of this rank and their neighbours
+  OwnBlock* own      = nullptr;    // several ranks
+  const Cholesky* L  = nullptr;    // its incomplete factor
+  IntVec off, col, owner;          // pattern that the lists below are for
+  int nall = 0;                    // block rows of all ranks
+  IntVec row;                      // [n] rows of M that belong to this rank; the rows below
+  IntVec block_off;                // [n+1]
+  IntVec source;                   // [blocks of the rows] 2 k: block k of M, 2 k + 1: transposed
+  IntVec number;                   // [blocks of the rows] column, numbered over all ranks
+  IntVec entry_off, entry_col;     // the same for single equations
+  RealVec entry;                   // their values, those of the matrix with this stamp:
+  long stamp = -1;
+  Mat matrix = nullptr, product = nullptr;      // entries; product with M
+  PC multigrid = nullptr;
+  Vec in = nullptr, out = nullptr;
+  RealVec x, y;                    // [M.neq]
+  RealVec r, z;                    // [n*dim] several ranks
+  bool kept = false;               // coarse matrices are those of an earlier matrix
+  double digit = 0.0;              // iterations a digit when they were new
+  double extra = 0.0;              // iterations that it took more since then
+};
+
+AmgData::~AmgData()
+{
+  if (!petsc) return;
+  petsc->PCDestroy(&multigrid);
+  for (Mat* m : {&matrix, &product}) petsc->MatDestroy(m);
+  for (Vec* v : {&in, &out}) petsc->VecDestroy(v);
+}
+
+namespace {
+
+// number over all ranks of each row of M: rows of the first rank first
+IntVec row_numbers(const SysMatrix& M, const OwnBlock* own)
+{
+  IntVec number(M.nrow);
+  std::iota(number.begin(), number.end(), 0);
+  if (!own) return number;
+  IntVec next(comm_size() + 1, 0), all(own->owner.size());
+  for (int r : own->owner) ++next[r + 1];
+  std::partial_sum(next.begin(), next.end(), next.begin());
+  for (size_t I = 0; I < all.size(); ++I) all[I] = next[own->owner[I]]++;
+  for (int I = 0; I < M.nrow; ++I) number[I] = all[own->row[I]];
+  return number;
+}
+
+// blocks of both triangles, row by row, columns ascending
+void list_blocks(const SysMatrix& M, const IntVec& number, AmgData& d)
+{
+  IntVec next(M.nrow + 1, 0);
+  for (int I = 0; I < M.nrow; ++I)
+    for (int k = M.off[I]; k < M.off[I + 1]; ++k) {
+      ++next[I + 1];
+      if (M.col[k] != I) ++next[M.col[k] + 1];
+    }
+  std::partial_sum(next.begin(), next.end(), next.begin());
+  const IntVec first = next;
+  std::vector<std::pair<int, int>> block(first.back());      // column, source
+  for (int I = 0; I < M.nrow; ++I)
+    for (int k = M.off[I]; k < M.off[I + 1]; ++k) {
+      block[next[I]++] = {number[M.col[k]], 2 * k};
+      if (M.col[k] != I) block[next[M.col[k]]++] = {number[I], 2 * k + 1};
+    }
+  d.block_off.assign(1, 0);
+  for (int I : d.row) {
+    std::sort(block.begin() + first[I], block.begin() + first[I + 1]);
+    for (int k = first[I]; k < first[I + 1]; ++k) {
+      d.number.push_back(block[k].first);
+      d.source.push_back(block[k].second);
+    }
+    d.block_off.push_back(static_cast<int>(d.number.size()));
+  }
+}
+
+void list_entries(int D, AmgData& d)
+{
+  d.entry_off.assign(1, 0);
+  d.entry_col.reserve(d.number.size() * D * D);
+  for (size_t n = 0; n < d.row.size(); ++n)
+    for (int i = 0; i < D; ++i) {
+      for (int k = d.block_off[n]; k < d.block_off[n + 1]; ++k)
+        for (int j = 0; j < D; ++j) d.entry_col.push_back(d.number[k] * D + j);
+      d.entry_off.push_back(static_cast<int>(d.entry_col.size()));
+    }
+  d.entry.resize(d.entry_col.size());
+}
+
+template <int D>
+void fill_entries(const SysMatrix& M, AmgData& d)
+{
+  double* a = d.entry.data();
+  for (size_t n = 0; n < d.row.size(); ++n)
+    for (int i = 0; i < D; ++i)
+      for (int k = d.block_off[n]; k < d.block_off[n + 1]; ++k, a += D) {
+        const int block   = d.source[k] / 2;
+        const double* b   = &M.val[static_cast<size_t>(block) * D * D];
+        const bool turned = d.source[k] % 2 == 1, diagonal = M.col[block] == d.row[n] && !turned;
+        for (int j = 0; j < D; ++j) a[j] = turned || (diagonal && j > i) ? b[j * D + i] : b[i * D + j];
+      }
+}
+
+void fill_entries(AmgData& d)
+{
+  switch (d.M->dim) {
+    case 1: return fill_entries<1>(*d.M, d);
+    case 2: return fill_entries<2>(*d.M, d);
+    case 3: return fill_entries<3>(*d.M, d);
+  }
+  log_bug("fill_entries: blocks are 1 x 1, 2 x 2 or 3 x 3", __FILE__, __LINE__);
+}
+
+// displacements and rotations of a rigid body at the rows of this rank, about the middle of all rows; place
+// [neq], of all ranks. Without it, displacements alone
+std::vector<RealVec> rigid_motions(const AmgData& d, const RealVec* place)
+{
+  const int D = d.M->dim;
+  const size_t n = d.row.size();
+  std::vector<RealVec> motion(!place ? D : D == 3 ? 6 : D == 2 ? 3 : 1, RealVec(n * D, 0.0));
+  for (size_t l = 0; l < n; ++l)
+    for (int i = 0; i < D; ++i) motion[i][l * D + i] = 1.0;
+  if (!place) return motion;
+  double mean[3] = {0, 0, 0}, size = 0.0;
+  for (size_t k = 0; k < place->size(); ++k) mean[k % D] += (*place)[k] / d.nall;
+  for (size_t k = 0; k < place->size(); ++k) size = std::max(size, std::fabs((*place)[k] - mean[k % D]));
+  for (size_t l = 0; l < n; ++l) {
+    const int I     = d.own ? d.own->row[d.row[l]] : d.row[l];
+    const double* x = &(*place)[static_cast<size_t>(I) * D];
+    for (int i = 1, m = D; i < D; ++i)
+      for (int j = 0; j < i; ++j, ++m) {
+        motion[m][l * D + i] = (x[j] - mean[j]) / size;
+        motion[m][l * D + j] = -(x[i] - mean[i]) / size;
+      }
+  }
+  return motion;
+}
+
+// ---- the finest level: M and its incomplete factor -------------------------
+
+// x of all rows of M, from the rows of this rank
+void spread(AmgData& d, Vec from)
+{
+  const double* v = nullptr;
+  petsc->VecGetArrayRead(from, &v);
+  if (d.own) {
+    double none = 0.0;
+    std::fill(d.x.begin(), d.x.end(), 0.0);
+    rows_put(d.own->owned, 0, d.M->dim, v, d.x);
+    own_sum(*d.own, d.x, &none, 0);
+  } else {
+    std::copy(v, v + d.x.size(), d.x.begin());
+  }
+  petsc->VecRestoreArrayRead(from, &v);
+}
+
+void pick(const AmgData& d, const RealVec& from, Vec to)
+{
+  double* v = nullptr;
+  petsc->VecGetArray(to, &v);
+  if (d.own) rows_pack(d.own->owned, 0, d.M->dim, from, v);
+  else std::copy(from.begin(), from.end(), v);
+  petsc->VecRestoreArray(to, &v);
+}
+
+PetscErrorCode multiply(Mat product, Vec from, Vec to)
+{
+  void* context = nullptr;
+  petsc->MatShellGetContext(product, &context);
+  AmgData& d = *static_cast<AmgData*>(context);
+  spread(d, from);
+  sys_multiply(*d.M, d.x, d.y);
+  pick(d, d.y, to);
+  return 0;
+}
+
+PetscErrorCode smooth(PC pc, Vec from, Vec to)
+{
+  void* context = nullptr;
+  petsc->PCShellGetContext(pc, &context);
+  AmgData& d = *static_cast<AmgData*>(context);
+  spread(d, from);
+  if (d.own) own_weigh(*d.own, d.x);
+  cholesky_apply(*d.M, *d.L, d.x);
+  if (d.own) {
+    double none = 0.0;
+    own_weigh(*d.own, d.x);
+    own_sum(*d.own, d.x, &none, 0);
+  }
+  pick(d, d.x, to);
+  return 0;
+}
+
+// ---- the hierarchy ---------------------------------------------------------
+
+bool create_vector(const AmgData& d, const RealVec* values, Vec* v)
+{
+  const int D = d.M->dim, n = static_cast<int>(d.row.size()) * D;
+  const double* a = values ? values->data() : nullptr;
+  return !(d.own ? petsc->VecCreateMPIWithArray(MPI_COMM_WORLD, D, n, d.nall * D, a, v)
+                 : petsc->VecCreateSeqWithArray(MPI_COMM_SELF, D, n, a, v));
+}
+
+bool create_matrices(AmgData& d)
+{
+  const int D = d.M->dim, n = static_cast<int>(d.row.size()) * D, N = d.nall * D;
+  int *off = d.entry_off.data(), *col = d.entry_col.data();
+  const MPI_Comm comm = d.own ? MPI_COMM_WORLD : MPI_COMM_SELF;
+  double* a       = d.entry.data();
+  const int error = d.own ? petsc->MatCreateMPIAIJWithArrays(comm, n, n, N, N, off, col, a, &d.matrix)
+                          : petsc->MatCreateSeqAIJWithArrays(comm, n, n, off, col, a, &d.matrix);
+  return !error && !petsc->MatSetBlockSize(d.matrix, D) &&
+         !petsc->MatSetOption(d.matrix, MAT_SPD, PETSC_TRUE) &&
+         !petsc->MatCreateShell(comm, n, n, N, N, &d, &d.product) &&
+         !petsc->MatShellSetOperation(d.product, MATOP_MULT, reinterpret_cast<void (*)()>(multiply));
+}
+
+bool give_motions(AmgData& d, const RealVec* place)
+{
+  const std::vector<RealVec> motion = rigid_motions(d, place);
+  std::vector<Vec> v(motion.size(), nullptr);
+  bool good = true;
+  for (size_t m = 0; m < v.size(); ++m) good = good && create_vector(d, &motion[m], &v[m]);
+  MatNullSpace space = nullptr;
+  const MPI_Comm comm = d.own ? MPI_COMM_WORLD : MPI_COMM_SELF;
+  const int count = static_cast<int>(v.size());
+  good = good && !petsc->MatNullSpaceCreate(comm, PETSC_FALSE, count, v.data(), &space) &&
+         !petsc->MatSetNearNullSpace(d.matrix, space) && !petsc->PCSetUp(d.multigrid);
+  for (Vec& one : v) petsc->VecDestroy(&one);
+  petsc->MatNullSpaceDestroy(&space);
+  return good;
+}
+
+// the finest smoother is one step of Chebyshev with the incomplete factor; the others are those of GAMG,
+// two steps with the diagonal
+bool refine(AmgData& d)
+{
+  int levels = 0;
+  KSP smoother;
+  PC factor;
+  if (petsc->PCMGGetLevels(d.multigrid, &levels)) return false;
+  if (levels < 2) return true;
+  return !petsc->PCMGGetSmoother(d.multigrid, levels - 1, &smoother) &&
+         !petsc->KSPGetPC(smoother, &factor) && !petsc->PCSetType(factor, PCSHELL) &&
+         !petsc->PCShellSetApply(factor, smooth) && !petsc->PCShellSetContext(factor, &d) &&
+         !petsc->KSPSetTolerances(smoother, 0.0, 0.0, 1e30, 1) && !petsc->KSPSetUp(smoother);
+}
+
+bool form_hierarchy(AmgData& d, const RealVec* place)
+{
+  // one rank: the default takes a third longer; several know no other ways
+  if (!d.own && petsc->PetscOptionsSetValue(nullptr, "-matptap_via", "rap")) return false;
+  const MPI_Comm comm = d.own ? MPI_COMM_WORLD : MPI_COMM_SELF;
+  return create_vector(d, nullptr, &d.in) && create_vector(d, nullptr, &d.out) && create_matrices(d) &&
+         !petsc->PCCreate(comm, &d.multigrid) && !petsc->PCSetOptionsPrefix(d.multigrid, "mpfe_") &&
+         !petsc->PCSetType(d.multigrid, PCGAMG) && !petsc->PCSetFromOptions(d.multigrid) &&
+         !petsc->PCSetUseAmat(d.multigrid, PETSC_TRUE) &&
+         !petsc->PCSetOperators(d.multigrid, d.product, d.matrix) && give_motions(d, place) && refine(d);
+}
+
+// coarse matrices of today, with the interpolation as it is
+bool renew_hierarchy(AmgData& d)
+{
+  const int error = d.own ? petsc->MatUpdateMPIAIJWithArray(d.matrix, d.entry.data())
+                          : petsc->MatAssemblyBegin(d.matrix, MAT_FINAL_ASSEMBLY);
+  return !error && (d.own || !petsc->MatAssemblyEnd(d.matrix, MAT_FINAL_ASSEMBLY)) &&
+         !petsc->PCSetOperators(d.multigrid, d.product, d.matrix) && !petsc->PCSetUp(d.multigrid) &&
+         refine(d);
+}
+
+bool same_pattern(const AmgData& d, const SysMatrix& M, const OwnBlock* own)
+{
+  return !comm_allreduce_max(d.off != M.off || d.col != M.col || (own && d.owner != own->owner));
+}
+
+bool begin(const SysMatrix& M, OwnBlock* own, const Cholesky& L, const RealVec* place, AmgData& d)
+{
+  d.M     = &M;
+  d.own   = own;
+  d.L     = &L;
+  d.off   = M.off;
+  d.col   = M.col;
+  d.nall  = own ? static_cast<int>(own->owner.size()) : M.nrow;
+  if (own) d.owner = own->owner;
+  for (int I = 0; I < M.nrow; ++I)
+    if (!own || own->owner[own->row[I]] == comm_rank()) d.row.push_back(I);
+  if (comm_allreduce_max(2.0 * static_cast<double>(M.val.size()) > INT_MAX)) return false;
+  list_blocks(M, row_numbers(M, own), d);
+  list_entries(M.dim, d);
+  d.x.resize(M.neq());
+  if (own) {
+    d.r.resize(d.row.size() * M.dim);
+    d.z.resize(d.r.size());
+  }
+  fill_entries(d);
+  return !comm_allreduce_max(!form_hierarchy(d, place));
+}
+
+}  // namespace
+
+bool amg_there() { return (petsc = petsc_open()) != nullptr; }
+
+// ---------------------------------------------------------------------------
+// amg_form : multigrid for M, by smoothed aggregation                                      (8.12)
+//
+//   in   M       A; several ranks: own->B
+//        L       incomplete factor of M, the smoother of the finest level
+//        place   [neq] positions of the nodes of all rows; null: not known
+//   out  data    the hierarchy. Of the same pattern, the coarse matrices stay as long as the iterations that
+//                they cost more than new ones are fewer than those that new ones cost
+//   false: PETSc is not there, or cannot do it
+// ---------------------------------------------------------------------------
+bool amg_form(const SysMatrix& M, OwnBlock* own, const Cholesky& L, const RealVec* place, long stamp,
+              std::shared_ptr<AmgData>& data)
+{
+  if (!amg_there()) return false;
+  if (!data || !same_pattern(*data, M, own)) {
+    data        = std::make_shared<AmgData>();
+    data->stamp = stamp;
+    if (begin(M, own, L, place, *data)) return true;
+    data.reset();
+    return false;
+  }
+  AmgData& d = *data;
+  d.M        = &M;
+  d.own      = own;
+  d.L        = &L;
+  d.kept     = d.stamp != stamp;
+  if (!d.kept || d.extra <= SETUP_AGAIN) return true;
+  d.kept  = false;
+  d.digit = d.extra = 0.0;
+  d.stamp = stamp;
+  fill_entries(d);
+  if (!comm_allreduce_max(!renew_hierarchy(d))) return true;
+  data.reset();
+  return false;
+}
+
+// amg_apply : z = multigrid r, rho = r z; several ranks: vectors of own, whole
+bool amg_apply(AmgData& d, const RealVec& r, RealVec& z, double& rho)
+{
+  const int D = d.M->dim;
+  if (d.own) rows_pack(d.own->owned, 0, D, r, d.r.data());
+  z.resize(r.size());
+  const bool good = !petsc->VecPlaceArray(d.in, d.own ? d.r.data() : r.data()) &&
+                    !petsc->VecPlaceArray(d.out, d.own ? d.z.data() : z.data()) &&
+                    !petsc->PCApply(d.multigrid, d.in, d.out) && !petsc->VecResetArray(d.in) &&
+                    !petsc->VecResetArray(d.out);
+  if (!d.own) {
+    rho = dot(r, z);
+    return good;
+  }
+  if (comm_allreduce_max(!good)) return false;
+  rho = dot(d.r, d.z);
+  std::fill(z.begin(), z.end(), 0.0);
+  rows_put(d.own->owned, 0, D, d.z.data(), z);
+  own_sum(*d.own, z, &rho, 1);
+  return true;
+}
+
+// amg_count : what a solution has taken. true: it failed with coarse matrices of an earlier matrix, and may
+// do better with new ones
+bool amg_count(AmgData& d, const CgDone& done)
+{
+  if (!done.good) {
+    d.extra = 2.0 * SETUP_AGAIN;
+    return d.kept;
+  }
+  const double digits = done.end > 0.0 ? std::max(1.0, std::log10(done.first / done.end)) : 16.0;
+  if (!d.kept && d.digit == 0.0) d.digit = done.iterations / digits;
+  d.extra += std::max(0.0, done.iterations - d.digit * digits);
+  return false;
+}
+
+double amg_memory(const AmgData& d)
+{
+  return static_cast<double>((d.source.capacity() + d.number.capacity() + d.entry_col.capacity() +
+                              d.entry_off.capacity()) * sizeof(int) +
+                             (d.entry.capacity() + d.x.capacity() + d.y.capacity()) * sizeof(double));
+}
+
+#else
+
+struct AmgData {};
+
+bool amg_there() { return false; }
+bool amg_form(const SysMatrix&, OwnBlock*, const Cholesky&, const RealVec*, long, std::shared_ptr<AmgData>&)
+{
+  return false;
+}
+bool amg_apply(AmgData&, const RealVec&, RealVec&, double&) { return false; }
+bool amg_count(AmgData&, const CgDone&) { return false; }
+double amg_memory(const AmgData&) { return 0.0; }
+
+#endif
