@@ -46,11 +46,12 @@ Impedance impedance_of(const MatLaw& law, double density, const ViscousBoundary&
 // C_ab += int N_a N_b [ rho c_p n n + rho c_s (I - n n) ] dA on the face at t = 0, X [nen*3]       (6.19)
 void add_face(Dofs& s, int nen, const double* X, const FaceNode* node, double thickness, const Impedance& z)
 {
-  const FaceRule& rule = face_rule(nen);
-  double N[4], n[3], k[9];
+  const int kind       = face_kind(s.dim, nen);
+  const FaceRule& rule = face_rule(kind);
+  double N[MAX_FACE_NODES], n[3], k[9];
   for (int g = 0; g < rule.n; ++g) {
-    face_eval(nen, rule.xi[g], N, nullptr);
-    const double dA = face_area(nen, X, rule.xi[g], n);
+    face_eval(kind, rule.xi[g], N, nullptr);
+    const double dA = face_area(kind, X, rule.xi[g], n);
     for (int i = 0; i < s.dim; ++i)
       for (int j = 0; j < s.dim; ++j)
         k[i * s.dim + j] = rule.w[g] * thickness * dA *
@@ -74,8 +75,8 @@ void add_element_face(const Mesh& mesh, const Elements& el, const ViscousBoundar
   const ShapeInfo& info = shape_info[b.shape];
   const int* conn       = mesh.conn.begin(f.elem);
   const int nen         = info.nfnode[f.face];
-  double X[12];
-  FaceNode node[4];
+  double X[3 * MAX_FACE_NODES];
+  FaceNode node[MAX_FACE_NODES];
   for (int k = 0; k < nen; ++k) {
     const int n = conn[info.face[f.face][k]];
     std::copy(&mesh.X[3 * n], &mesh.X[3 * n] + 3, X + 3 * k);

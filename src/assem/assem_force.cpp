@@ -98,7 +98,8 @@ Failure add_pack(const Mesh& mesh, const State& st, const Dofs& dofs, const Kern
 {
   if (w.n == 0) return STATUS_OK;
   const int dim = dofs.dim, nen = shape_info[b.shape].nen, n = w.n;
-  alignas(Pack) double u0[24 * PACK], u1[24 * PACK], re[24 * PACK];
+  const int most = 3 * MAX_NODES * PACK;
+  alignas(Pack) double u0[most], u1[most], re[most];
   unsigned bad;
   w.fill();
   if (mode_reads_old(mode, b.law)) elem_ends_pack(st.n.u, mesh, b, w.slot, nen, dim, u0);
@@ -117,7 +118,7 @@ Failure add_elements(const Model& m, const Elements& el, const Dofs& dofs, const
   const Mesh& mesh = m.mesh;
   const int dim    = m.dim;
   Failure failure;             // the last one
-  double re[24];
+  double re[3 * MAX_NODES];
   for (const ElemBlock& b : el.block) {
     const ShapeInfo& info   = shape_info[b.shape];
     const ElemForm form     = elem_form(b);
@@ -254,15 +255,16 @@ Failure face_load(const Follower& f, const Face& q, const Step& step, const Load
                   double thickness, const LoadTime& at, RealVec& out)
 {
   const Model& m       = f.m;
-  const FaceRule& rule = face_rule(nen);
-  double X[12], x[12], N[4], n[3];
+  const int kind       = face_kind(m.dim, nen);
+  const FaceRule& rule = face_rule(kind);
+  double X[3 * MAX_FACE_NODES], x[3 * MAX_FACE_NODES], N[MAX_FACE_NODES], n[3];
   for (int k = 0; k < nen; ++k) {
     f.reference(node[k], X + 3 * k);
     f.place(node[k], x + 3 * k);
   }
   for (int g = 0; g < rule.n; ++g) {
     double xg[3] = {0, 0, 0}, force[3];
-    face_eval(nen, rule.xi[g], N, nullptr);
+    face_eval(kind, rule.xi[g], N, nullptr);
     for (int k = 0; k < nen; ++k)
       for (int i = 0; i < 3; ++i) xg[i] += N[k] * X[3 * k + i];
     double value;
@@ -270,7 +272,7 @@ Failure face_load(const Follower& f, const Face& q, const Step& step, const Load
     const Failure failure = value_here(m, step, l, xg, at, name, value);
     if (!failure.ok()) return failure;
     value *= rule.w[g] * thickness;
-    const double dA    = face_area(nen, l.kind == LOAD_PRESSURE ? x : X, rule.xi[g], n);
+    const double dA    = face_area(kind, l.kind == LOAD_PRESSURE ? x : X, rule.xi[g], n);
     for (int i = 0; i < 3; ++i) force[i] = l.kind == LOAD_PRESSURE ? -value * n[i] : value * dA * l.dir[i];
     for (int k = 0; k < nen; ++k)
       for (int i = 0; i < m.dim; ++i) out[node[k] * m.dim + i] += N[k] * force[i];
@@ -288,7 +290,7 @@ Failure faces_load(const Model& m, const Discretisation& d, const State& st, con
                              : elem_table[m.mesh.elem_type[q.elem]].shape;
     const int* conn   = body ? st.points.conn.begin(q.elem) : m.mesh.conn.begin(q.elem);
     const int nen     = shape_info[shape].nfnode[q.face];
-    int node[4];
+    int node[MAX_FACE_NODES];
     for (int k = 0; k < nen; ++k) node[k] = conn[shape_info[shape].face[q.face][k]];
     if (!body && d.el.block_of[q.elem] < 0) continue;     // no element any more
     const double t = m.dim == 3 ? 1.0 : body ? m.body[st.points.body[q.elem]].thickness
@@ -334,7 +336,7 @@ Failure body_loads(const Model& m, const Discretisation& d, const State& st, con
     const ElemBlock& b    = d.el.block[d.el.block_of[e]];
     const ShapeInfo& info = shape_info[b.shape];
     for (int g = 0; g < info.ngp; ++g) {
-      double X[3], N[8], value;
+      double X[3], N[MAX_NODES], value;
       const double dV = elem_gauss_place(m, d.el, e, g, X, N);
       const auto name = [&] { return "element " + std::to_string(m.mesh.elem_label[e]); };
       const Failure failure = value_here(m, step, l, X, at, name, value);

@@ -39,7 +39,8 @@ void add_pack(const Mesh& mesh, const State& st, const KernelMode& mode, const E
 {
   if (w.n == 0) return;
   const int nen = shape_info[b.shape].nen;
-  alignas(Pack) double u0[8 * D * PACK], u1[8 * D * PACK], ke[36 * D * D * PACK];
+  alignas(Pack) double u0[MAX_NODES * D * PACK], u1[MAX_NODES * D * PACK],
+    ke[pair_count(MAX_NODES) * D * D * PACK];
   unsigned bad;
   w.fill();
   if (mode_reads_old(mode, b.law)) elem_ends_pack(st.n.u, mesh, b, w.slot, nen, D, u0);
@@ -54,7 +55,7 @@ void add_elements(const Model& m, const Elements& el, const KernelMode& mode, St
 {
   const Mesh& mesh = m.mesh;
   const int* map = dofs.elem_map.data();
-  double re[8 * D], ke[36 * D * D];
+  double re[MAX_NODES * D], ke[pair_count(MAX_NODES) * D * D];
   for (const ElemBlock& b : el.block) {
     const ShapeInfo& info   = shape_info[b.shape];
     const ElemForm form     = elem_form(b);

@@ -162,13 +162,14 @@ Part cells_of(const Model& m, const Elements& el, const Points& pts, const RealV
   }
   for (int e = 0; body < 0 && e < m.mesh.nelem(); ++e) {
     if (m.mesh.elem_section[e] != section || el.block_of[e] < 0) continue;
-    const int nen = m.mesh.conn.count(e);
+    const Shape shape = shape_info[elem_table[m.mesh.elem_type[e]].shape].linear;      // straight edges do
+    const int nen = shape_info[shape].nen;
     for (int a = 0; a < nen; ++a)
       for (int i = 0; i < dim; ++i) {
         const int node = m.mesh.conn.begin(e)[a];
         x[a * dim + i] = m.mesh.X[3 * node + i] + u[node * dim + i];
       }
-    add_cell(part, elem_table[m.mesh.elem_type[e]].shape, nen, dim, x);
+    add_cell(part, shape, nen, dim, x);
   }
   return part;
 }

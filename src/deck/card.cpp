@@ -399,18 +399,15 @@ std::string other_element(const std::string& name)
     const char *begin, *words;
   };
   static const Family family[] = {
-      {"C3D20", "quadratic bricks are not available; take C3D8I, with the corner nodes alone"},
-      {"C3D27", "quadratic bricks are not available; take C3D8I, with the corner nodes alone"},
+      {"C3D20", "this form is not available; take C3D20R, or C3D20"},
+      {"C3D27", "bricks of 27 nodes are not available; take C3D20R, with the first 20 nodes"},
       {"C3D15", "quadratic wedges are not available; take C3D6, with the corner nodes alone"},
-      {"C3D10", "quadratic tetrahedra are not available; take C3D4 on a finer mesh, with the corner nodes "
-                "alone, or bricks C3D8I"},
+      {"C3D10", "this form is not available; take C3D10"},
       {"C3D8", "this form of integration is not available; take C3D8, or C3D8I for bending"},
-      {"CPE8", "quadratic elements are not available; take CPE4I, with the corner nodes alone"},
-      {"CPS8", "quadratic elements are not available; take CPS4I, with the corner nodes alone"},
-      {"CPE6", "quadratic elements are not available; take CPE3 on a finer mesh, with the corner nodes "
-               "alone, or CPE4I"},
-      {"CPS6", "quadratic elements are not available; take CPS3 on a finer mesh, with the corner nodes "
-               "alone, or CPS4I"},
+      {"CPE8", "this form is not available; take CPE8R, or CPE8"},
+      {"CPS8", "this form is not available; take CPS8R, or CPS8"},
+      {"CPE6", "this form is not available; take CPE6"},
+      {"CPS6", "this form is not available; take CPS6"},
       {"CPE4", "this form of integration is not available; take CPE4, or CPE4I for bending"},
       {"CPS4", "this form of integration is not available; take CPS4, or CPS4I for bending"},
       {"CAX", "elements of bodies of revolution are not available"},

@@ -74,6 +74,8 @@ Place last_line(const Deck& d)
   return p;
 }
 
+const char* bond_word(const BondDef& bond) { return bond.kind == BOND_CONTACT ? "CONTACT PAIR" : "BOND"; }
+
 // ---- mesh -----------------------------------------------------------------
 
 // the corner a of an element: twice its signed area, or six times the signed volume of its three edges
@@ -121,11 +123,40 @@ const char* keyword_of(const Deck& d, int e)
                                                        : "ELEMENT";
 }
 
+// the nodes of a quadratic element on its edges: near the middle of the corners that they lie between
+void check_middles(Deck& d, const Model& m, int e)
+{
+  const Shape shape = elem_table[m.mesh.elem_type[e]].shape;
+  const int* node   = m.mesh.conn.begin(e);
+  for (int a = shape_info[shape_info[shape].linear].nen; a < shape_info[shape].nen; ++a) {
+    int end[2];
+    shape_edge(shape, a, end);
+    const double *x = node_place(m, node[end[0]]), *y = node_place(m, node[end[1]]),
+                 *z = node_place(m, node[a]);
+    double off = 0.0, length = 0.0;
+    for (int i = 0; i < m.dim; ++i) {
+      off    = std::hypot(off, z[i] - 0.5 * (x[i] + y[i]));
+      length = std::hypot(length, y[i] - x[i]);
+    }
+    if (off <= 0.4 * length) continue;
+    const auto label = [&](int k) { return m.mesh.node_label[node[k]]; };
+    return fault(d, "ELEMENT", element_place(d, e), "",
+                 text_format("node %d of element %d should lie near the middle of its edge from node %d to "
+                             "node %d, and is ",
+                             label(a), m.mesh.elem_label[e], label(end[0]), label(end[1])) +
+                     text_number(off) + " away from there; mind the order of the nodes (*ELEMENT)");
+  }
+}
+
+// An element by its corners. Whether the edges of a quadratic one fold it is seen at its Gauss points
+// (elem_setup)
 void check_element(Deck& d, const Model& m, int e)
 {
   const int* node = m.mesh.conn.begin(e);
-  const int n = m.mesh.conn.count(e), label = m.mesh.elem_label[e];
-  const Shape shape = elem_table[m.mesh.elem_type[e]].shape;
+  const int label = m.mesh.elem_label[e];
+  const bool quadratic = elem_quadratic(m.mesh.elem_type[e]);
+  const Shape shape = shape_info[elem_table[m.mesh.elem_type[e]].shape].linear;
+  const int n = shape_info[shape].nen;
   const int dim = shape_info[shape].dim;
   Box b = empty_box();
   grow_by_element(b, m, e);
@@ -138,13 +169,14 @@ void check_element(Deck& d, const Model& m, int e)
     else worst = a;
     if (part < -zero) ++negative;
   }
+  if (quadratic && negative < n && positive + negative > 0) return check_middles(d, m, e);
   if (positive == n) return;
   std::string text;
   if (negative == n) {
     text = text_format(dim == 3 ? "element %d is turned inside out; write its nodes in this order:"
                                 : "the nodes of element %d run clockwise; write them counter-clockwise:",
                        label) +
-           turned_round(m, shape, node);
+           turned_round(m, shape, node) + (quadratic ? " (corners), those on the edges accordingly" : "");
   } else if (positive + negative == 0) {
     text = text_format(dim == 3 ? "element %d has no volume; its nodes lie in a plane or on each other"
                                 : "element %d has no area; its nodes lie on a line or on each other",
@@ -181,6 +213,68 @@ void check_sets(Deck& d, const Model& m)
       fault(d, "SURFACE", s.place, s.name, "surface " + s.name + " is empty; give it faces or remove it");
 }
 
+std::string quadratic_text(const Model& m, int e)
+{
+  return std::string("quadratic elements (") + elem_table[m.mesh.elem_type[e]].name +
+         text_format(", element %d)", m.mesh.elem_label[e]);
+}
+
+std::string take_linear(const Model& m)
+{
+  return m.dim == 3 ? "; take C3D8 or C3D4 there" : "; take CPE4 or CPE3 (CPS4, CPS3) there";
+}
+
+int first_quadratic(const Model& m, const IntVec& elem)
+{
+  for (int e : elem)
+    if (elem_quadratic(m.mesh.elem_type[e])) return e;
+  return -1;
+}
+
+// What quadratic elements cannot do: break, convert, lump their mass, carry bonds and contact
+void check_quadratic(Deck& d, const Model& m)
+{
+  IntVec all(m.mesh.nelem());
+  for (int e = 0; e < m.mesh.nelem(); ++e) all[e] = e;
+  const int any = first_quadratic(m, all);
+  if (any < 0) return;
+  const auto refuse = [&](const char* word, const Place& place, const std::string& what) {
+    fault(d, word, place, "", quadratic_text(m, any) + what);
+  };
+  if (!m.fracture.empty())
+    refuse("EIGENFRACTURE", m.fracture[0].place,
+           " do not go with *EIGENFRACTURE in one mesh" + take_linear(m) + ", and everywhere else");
+  if (!m.conversion.empty())
+    refuse("CONVERSION", m.conversion[0].place,
+           " do not go with *CONVERSION in one mesh" + take_linear(m) + ", and everywhere else");
+  if (!m.broken.empty() && m.fracture.empty())
+    refuse(m.broken[0].remove ? "MODEL CHANGE" : "INITIAL CONDITIONS", m.broken[0].place,
+           " do not go with elements that are removed or broken from the start" + take_linear(m));
+  for (const Section& s : m.section) {
+    const int e = s.lumped && s.elset >= 0 ? first_quadratic(m, m.elset[s.elset].item) : -1;
+    if (e >= 0)
+      fault(d, "SOLID SECTION", s.place, "LUMPED",
+            quadratic_text(m, e) + " have no lumped mass: the sums of the rows are negative at corners; "
+                                   "leave MASS=LUMPED out");
+  }
+  for (const BondDef& bond : m.bond) {
+    if (bond.general)
+      refuse("CONTACT", bond.place,
+             " cannot be in contact, and *CONTACT takes all outer faces" + take_linear(m) +
+                 ", or *CONTACT PAIR of the other faces");
+    for (int s : {bond.surface, bond.master}) {
+      if (s < 0) continue;
+      IntVec elem;
+      for (const Face& f : m.surface[s].face) elem.push_back(f.elem);
+      const int e = first_quadratic(m, elem);
+      if (e >= 0)
+        fault(d, bond_word(bond), bond.place, m.surface[s].name,
+              quadratic_text(m, e) + " of surface " + m.surface[s].name + " cannot carry " +
+                  (bond.kind == BOND_CONTACT ? "contact" : "bonds") + take_linear(m));
+    }
+  }
+}
+
 // body of each element that becomes points, -1: stays an element
 IntVec body_of_elements(Deck& d, const Model& m)
 {
@@ -188,10 +282,12 @@ IntVec body_of_elements(Deck& d, const Model& m)
   for (std::size_t b = 0; b < m.body.size(); ++b) {
     if (m.body[b].elset < 0) continue;
     bool shared = false, section = false, wedge = false;
+    int quadratic = -1;
     for (int e : m.elset[m.body[b].elset].item) {
       shared  = shared || body[e] >= 0;
       wedge   = wedge || elem_table[m.mesh.elem_type[e]].shape == SHAPE_WEDGE6;
       section = section || m.mesh.elem_section[e] >= 0;
+      if (quadratic < 0 && elem_quadratic(m.mesh.elem_type[e])) quadratic = e;
       body[e] = static_cast<int>(b);
     }
     const std::string word = m.elset[m.body[b].elset].name;
@@ -202,6 +298,9 @@ IntVec body_of_elements(Deck& d, const Model& m)
     if (wedge)
       fault(d, "MATERIAL POINTS", m.body[b].place, word,
             "wedges (C3D6) cannot become material points; take C3D8 or C3D4");
+    if (quadratic >= 0)
+      fault(d, "MATERIAL POINTS", m.body[b].place, word,
+            quadratic_text(m, quadratic) + " cannot become material points" + take_linear(m));
     if (shared)
       fault(d, "MATERIAL POINTS", m.body[b].place, word,
             "elements of " + word + " belong to another body as well; an element fills one body");
@@ -277,7 +376,14 @@ void check_law_elements(Deck& d, const Model& m)
   }
 }
 
-// elements without a remedy against volumetric locking: one integration point, or they can break
+// elements without a remedy against volumetric locking: one integration point, or they can break; quadratic
+// ones of full integration, which have no F-bar
+bool may_lock(const ElemType& type, const Material& a)
+{
+  const Shape s = type.shape;
+  return shape_info[s].ngp == 1 || a.breaks || (shape_quadratic(s) && s != SHAPE_QUAD8R && s != SHAPE_HEX20R);
+}
+
 void check_locking(Deck& d, const Model& m)
 {
   IntVec element(m.material.size(), -1), body(m.material.size(), -1);
@@ -285,8 +391,7 @@ void check_locking(Deck& d, const Model& m)
     const ElemType& info = elem_table[m.mesh.elem_type[e]];
     if (m.mesh.elem_section[e] < 0 || info.enhanced || info.plane == PLANE_STRESS) continue;
     const int material = m.section[m.mesh.elem_section[e]].material;
-    if (material >= 0 && (shape_info[info.shape].ngp == 1 || m.material[material].breaks))
-      element[material] = e;
+    if (material >= 0 && may_lock(info, m.material[material])) element[material] = e;
   }
   for (std::size_t b = m.body.size(); b-- > 0;) {
     const int material = m.body[b].material;
@@ -306,8 +411,9 @@ void check_locking(Deck& d, const Model& m)
     const std::string why = a.law == LAW_J2 ? "plastic flow" : "poisson = " + text_number(a.poisson);
     doubt(d, a.law == LAW_J2 ? "PLASTIC" : "ELASTIC", a.place, a.name,
           why + " of material " + a.name + " makes " + who +
-              " too stiff: they lock when the volume cannot change; take " +
-              (m.dim == 3 ? "C3D8" : "CPE4, or CPS4 where plane stress fits") +
+              " too stiff: they lock when the volume cannot change" +
+              (element[k] >= 0 && elem_quadratic(m.mesh.elem_type[element[k]]) ? " and have no F-bar" : "") +
+              "; take " + (m.dim == 3 ? "C3D20R or C3D8" : "CPE8R or CPE4, or CPS4 where plane stress fits") +
               (body[k] >= 0 ? ", and POINTS=2 or more for material points" : "") +
               (a.breaks ? "; with *EIGENFRACTURE a smaller Poisson's ratio (0.45)" : ""));
   }
@@ -479,8 +585,6 @@ void check_damping(Deck& d, const Model& m, const IntVec& body)
     }
   }
 }
-
-const char* bond_word(const BondDef& bond) { return bond.kind == BOND_CONTACT ? "CONTACT PAIR" : "BOND"; }
 
 // faces of elements that become points are gone when bonds are made
 void check_bond_faces(Deck& d, const Model& m, const BondDef& bond, const IntVec& body)
@@ -701,6 +805,7 @@ void check_missing(Deck& d, const Model& m, const IntVec& body)
   check_sections(d, m, body);
   check_materials(d, m);
   check_law_elements(d, m);
+  check_quadratic(d, m);
   check_locking(d, m);
   check_initial(d, m);
   check_fragments(d, m);

@@ -9,13 +9,18 @@
 
 namespace {
 
-struct FacetType { const char* name; int dim, nodes; };
+struct FacetType { const char* name; int dim, nodes, corners; };
 
 const FacetType facet_table[] = {
-  {"T2D2", 1, 2}, {"T3D2", 1, 2}, {"B21", 1, 2}, {"B31", 1, 2},
-  {"CPS3", 2, 3}, {"CPE3", 2, 3}, {"S3", 2, 3}, {"S3R", 2, 3}, {"STRI3", 2, 3}, {"M3D3", 2, 3},
-  {"CPS4", 2, 4}, {"CPE4", 2, 4}, {"CPS4R", 2, 4}, {"CPE4R", 2, 4}, {"S4", 2, 4}, {"S4R", 2, 4},
-  {"M3D4", 2, 4}, {"M3D4R", 2, 4},
+  {"T2D2", 1, 2, 2}, {"T3D2", 1, 2, 2}, {"B21", 1, 2, 2}, {"B31", 1, 2, 2},
+  {"T2D3", 1, 3, 2}, {"T3D3", 1, 3, 2}, {"B22", 1, 3, 2}, {"B32", 1, 3, 2},
+  {"CPS3", 2, 3, 3}, {"CPE3", 2, 3, 3}, {"S3", 2, 3, 3}, {"S3R", 2, 3, 3},
+  {"STRI3", 2, 3, 3}, {"M3D3", 2, 3, 3},
+  {"CPS4", 2, 4, 4}, {"CPE4", 2, 4, 4}, {"CPS4R", 2, 4, 4}, {"CPE4R", 2, 4, 4}, {"S4", 2, 4, 4},
+  {"S4R", 2, 4, 4}, {"M3D4", 2, 4, 4}, {"M3D4R", 2, 4, 4},
+  {"CPS6", 2, 6, 3}, {"CPE6", 2, 6, 3}, {"S6", 2, 6, 3}, {"STRI65", 2, 6, 3}, {"M3D6", 2, 6, 3},
+  {"CPS8", 2, 8, 4}, {"CPE8", 2, 8, 4}, {"CPS8R", 2, 8, 4}, {"CPE8R", 2, 8, 4}, {"S8", 2, 8, 4},
+  {"S8R", 2, 8, 4}, {"M3D8", 2, 8, 4}, {"M3D8R", 2, 8, 4},
 };
 
 using Corners = std::array<int, 4>;
@@ -28,15 +33,16 @@ Corners sorted(int n, const int* node)
   return c;
 }
 
-// outer faces of the mesh by their nodes
+// outer faces of the mesh by their corners
 std::map<Corners, Face> outer_faces(Deck& d, const Model& m)
 {
   std::map<Corners, Face> out;
   for (const Face& f : mesh_free_faces(d, m)) {
     const ShapeInfo& info = shape_info[elem_table[m.mesh.elem_type[f.elem]].shape];
     int node[4];
-    for (int a = 0; a < info.nfnode[f.face]; ++a) node[a] = m.mesh.conn.begin(f.elem)[info.face[f.face][a]];
-    out[sorted(info.nfnode[f.face], node)] = f;
+    const int n = face_corners(info, f.face);
+    for (int a = 0; a < n; ++a) node[a] = m.mesh.conn.begin(f.elem)[info.face[f.face][a]];
+    out[sorted(n, node)] = f;
   }
   return out;
 }
@@ -56,10 +62,13 @@ std::string element_type_here(const Deck& d, const std::string& type)
   return name;
 }
 
-int facet_nodes(const std::string& type, int dim)
+int facet_nodes(const std::string& type, int dim, int& corners)
 {
-  for (const FacetType& f : facet_table)
-    if (type == f.name && f.dim < dim) return f.nodes;
+  for (const FacetType& f : facet_table) {
+    if (type != f.name || f.dim >= dim) continue;
+    corners = f.corners;
+    return f.nodes;
+  }
   return 0;
 }
 
@@ -92,7 +101,7 @@ void facet_surfaces(Deck& d, Model& m)
     s.name  = set.name;
     s.place = set.place;
     for (int i : set.item) {
-      const auto f = outer.find(sorted(d.facet[i].n, d.facet[i].node));
+      const auto f = outer.find(sorted(d.facet[i].corners, d.facet[i].node));
       if (f != outer.end()) s.face.push_back(f->second);
     }
     if (s.face.empty()) continue;                    // edges in space, or inside the mesh: nodes alone

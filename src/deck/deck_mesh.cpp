@@ -126,7 +126,7 @@ void mesh_centroid(const Mesh& mesh, int e, double x[3])
 }
 
 // ---------------------------------------------------------------------------
-// mesh_free_faces : faces that only one element of the mesh has, by element
+// mesh_free_faces : faces that only one element of the mesh has, by their corners, ordered by element
 // ---------------------------------------------------------------------------
 const std::vector<Face>& mesh_free_faces(Deck& d, const Model& m)
 {
@@ -138,7 +138,7 @@ const std::vector<Face>& mesh_free_faces(Deck& d, const Model& m)
     const ShapeInfo& s = shape_info[elem_table[mesh.elem_type[e]].shape];
     for (int f = 0; f < s.nface; ++f) {
       Owned o{{{-1, -1, -1, -1}}, {e, f}};
-      for (int a = 0; a < s.nfnode[f]; ++a) o.node[a] = mesh.conn.begin(e)[s.face[f][a]];
+      for (int a = 0; a < face_corners(s, f); ++a) o.node[a] = mesh.conn.begin(e)[s.face[f][a]];
       std::sort(o.node.begin(), o.node.end());
       all.push_back(o);
     }

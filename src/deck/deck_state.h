@@ -48,8 +48,8 @@ struct Reading {               // an open file: main deck, include of it, ...
 };
 
 struct Facet {                 // an element of a lower dimension than the model
-  int n = 0;
-  int node[4];
+  int n = 0, corners = 0;
+  int node[MAX_FACE_NODES];
 };
 
 struct Message {
@@ -168,7 +168,8 @@ const std::vector<Face>& mesh_free_faces(Deck& d, const Model& m);
 int set_merge(std::vector<Set>& sets, const std::string& name, IntVec& item, const Place& place);
 std::vector<std::string> names_of_sets(const std::vector<Set>& sets);
 std::string element_type_here(const Deck& d, const std::string& type);   // what TYPE= of the open file means
-int facet_nodes(const std::string& type, int dim);    // nodes of a type of lower dimension; 0: it is none
+// facet_nodes : nodes of a type of lower dimension, corners among them; 0: it is none
+int facet_nodes(const std::string& type, int dim, int& corners);
 void facet_add(Deck& d, int label, const Facet& f);
 // facet_set_merge : these facets join the set of this name, their nodes the node set
 void facet_set_merge(Deck& d, Model& m, const std::string& name, IntVec& item, const Place& place);

@@ -68,7 +68,7 @@ const int ANYWHERE = IN_MODEL | IN_STEP | AFTER_STEPS;
 const Keyword keyword_table[] = {
     {"AMPLITUDE", kw_amplitude, ANYWHERE, "NAME!|TIME|DEFINITION",
      "function of time that scales loads and supports"},
-    {"BLOCK", kw_block, IN_MODEL, "TYPE!|ELSET!|MERGE",
+    {"BLOCK", kw_block, IN_MODEL, "TYPE!|ELSET!|MERGE|EDGES",
      "structured mesh of a rectangle or box, with sets and surfaces of its sides"},
     {"BOND", kw_bond, IN_MODEL,
      "NAME!|SURFACE!|TYPE|BODY|INTERMEDIATE|LATTICE|PENALTY|ALPHA|AUGMENT|NORMAL|DOF|AMPLITUDE",
@@ -147,7 +147,7 @@ const Keyword keyword_table[] = {
      "yield stress over plastic strain: von Mises plasticity, isotropic hardening"},
     {"RESTART", kw_restart, ANYWHERE, "READ|WRITE|FREQUENCY|TIME INTERVAL|OVERLAY",
      "files from which the run can be continued"},
-    {"SOLID SECTION", kw_solid_section, IN_MODEL, "ELSET!|MATERIAL!|MASS",
+    {"SOLID SECTION", kw_solid_section, IN_MODEL, "ELSET!|MATERIAL!|MASS|OFFSET",
      "material, thickness and mass of elements"},
     {"SOLVER", kw_solver, OUTSIDE, "TYPE|REUSE|PRECONDITIONER", "the linear solver"},
     {"STATIC", kw_static, IN_STEP, "DIRECT|SOLVER", "static step"},

@@ -9,6 +9,7 @@ struct Block {
   double lo[3] = {0, 0, 0}, hi[3] = {0, 0, 0};
   int n[3] = {1, 1, 0};        // cells; none in z in the plane
   bool mapped = false;
+  bool straight = false;       // quadratic types: nodes in the middle of straight edges
   Expr map[3];                 // final place of a node
 };
 
@@ -29,8 +30,9 @@ bool read_lines(Card& card, Block& b)
   return good && card_good(card);
 }
 
-// place of node i, j, k, mapped
-void place(const Block& b, const int at[3], double x[3])
+// place of node i, j, k, mapped; between nodes as well
+template <class Number>
+void place(const Block& b, const Number at[3], double x[3])
 {
   double X[3] = {0, 0, 0};
   for (int i = 0; i < b.dim; ++i) X[i] = b.lo[i] + (b.hi[i] - b.lo[i]) * at[i] / b.n[i];
@@ -69,19 +71,31 @@ bool make_nodes(Card& card, Model& model, const Block& b, Part& p)
 void make_elems(Card& card, Model& model, const Block& b, Part& p)
 {
   const int row = b.n[0] + 1, layer = row * (b.n[1] + 1);
+  p.between = [&](int c, int e, double x[3]) {
+    const double *from = &model.mesh.X[3 * static_cast<std::size_t>(p.node[c])],
+                 *to   = &model.mesh.X[3 * static_cast<std::size_t>(p.node[e])];
+    for (int i = 0; i < 3; ++i) x[i] = 0.5 * (from[i] + to[i]);
+    if (b.straight) return;
+    const double at[3] = {0.5 * (c % row + e % row), 0.5 * (c % layer / row + e % layer / row),
+                          0.5 * (c / layer + e / layer)};
+    place(b, at, x);
+  };
   for (int k = 0; k < (b.dim == 3 ? b.n[2] : 1); ++k)
     for (int j = 0; j < b.n[1]; ++j)
       for (int i = 0; i < b.n[0]; ++i) {
         const int c = k * layer + j * row + i, u = c + layer;
         const int corner[8] = {c, c + 1, c + row + 1, c + row, u, u + 1, u + row + 1, u + row};
-        part_cell(card, model, corner, p);
+        if (!part_cell(card, model, corner, p))
+          return card_error(card, card.head.at,
+                            text_format("the map has no finite value between the nodes of column %d, row %d, "
+                                        "layer %d", i, j, k));
       }
 }
 
 }  // namespace
 
 // ---------------------------------------------------------------------------
-// *BLOCK, TYPE=, ELSET=name[, MERGE] : x0, y0[, z0], x1, y1[, z1] / nx, ny[, nz] / "X", "Y"[, "Z"]
+// *BLOCK, TYPE=, ELSET=name[, MERGE][, EDGES=] : x0, y0[, z0], x1, y1[, z1] / nx, ny[, nz] / "X", "Y"[, "Z"]
 // ---------------------------------------------------------------------------
 void kw_block(Card& card, Model& model)
 {
@@ -89,6 +103,7 @@ void kw_block(Card& card, Model& model)
   Block b;
   const bool named = part_open(card, model, {"XMIN", "XMAX", "YMIN", "YMAX"}, p);
   b.dim = p.type < 0 ? model.dim : shape_info[elem_table[p.type].shape].dim;
+  b.straight = card_param_word(card, "EDGES", "MAPPED|STRAIGHT", 0) == 1;
   if (b.dim == 3) p.side_name.insert(p.side_name.end(), {"ZMIN", "ZMAX"});
   if (!read_lines(card, b) || !named) return;
   double nodes = 1.0, cells = 1.0, diagonal = 0.0;

@@ -109,7 +109,7 @@ void add_cell(Card& card, Model& model, const Cylinder& c, const int quad[4], in
     corner[a]     = k * c.section_nodes() + quad[a];
     corner[a + 4] = corner[a] + c.section_nodes();
   }
-  part_cell(card, model, corner, p);
+  part_cell(card, model, corner, p);               // true: the types of *CYLINDER have corners alone
 }
 
 void make_layer(Card& card, Model& model, const Cylinder& c, int k, Part& p)

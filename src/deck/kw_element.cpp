@@ -28,7 +28,7 @@ bool label_is_new(Card& card, const Model& model, int label)
 }
 
 // elements of a lower dimension than the model
-void read_facets(Card& card, Model& model, int nen)
+void read_facets(Card& card, Model& model, int nen, int corners)
 {
   Deck& d = *card.deck;
   const std::string set = card_param_name(card, "ELSET");
@@ -37,7 +37,8 @@ void read_facets(Card& card, Model& model, int nen)
     join_lines(card, nen + 1);
     const int label = card_label(card, "element label");
     Facet f;
-    f.n = nen;
+    f.n       = nen;
+    f.corners = corners;
     for (int a = 0; a < nen; ++a) {
       const int number = card_label(card, "node");
       const auto n = model.mesh.node_index.find(number);
@@ -65,8 +66,10 @@ void kw_element(Card& card, Model& model)
 {
   Mesh& mesh = model.mesh;
   const HeadParam* const named = card_param(card, "TYPE");
-  const int facet = named ? facet_nodes(element_type_here(*card.deck, named->value.text), model.dim) : 0;
-  if (facet) return read_facets(card, model, facet);
+  int corners     = 0;
+  const int facet = named ? facet_nodes(element_type_here(*card.deck, named->value.text), model.dim, corners)
+                          : 0;
+  if (facet) return read_facets(card, model, facet, corners);
   const int type = card_param_element(card);
   const std::string set = card_param_name(card, "ELSET");
   const int nen = type < 0 ? 0 : shape_info[elem_table[type].shape].nen;
@@ -74,7 +77,7 @@ void kw_element(Card& card, Model& model)
   while (type >= 0 && card_line(card)) {
     join_lines(card, nen + 1);
     const int label = card_label(card, "element label");
-    int node[8];
+    int node[MAX_NODES];
     for (int a = 0; a < nen; ++a) {
       const int number = card_label(card, "node");
       const auto n = mesh.node_index.find(number);

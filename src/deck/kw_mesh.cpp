@@ -23,7 +23,7 @@ const Cut cut_tet = {
 
 const Cut& cut_of(int type)
 {
-  switch (elem_table[type].shape) {
+  switch (shape_info[elem_table[type].shape].linear) {
     case SHAPE_TRI3:   return cut_tri;
     case SHAPE_TET4:   return cut_tet;
     case SHAPE_WEDGE6: return cut_wedge;
@@ -84,6 +84,7 @@ bool part_room(Card& card, Model& model, double nodes, double cells, double size
 {
   Mesh& mesh = model.mesh;
   const int per_cell = cut_of(p.type).n;
+  if (elem_quadratic(p.type)) nodes *= per_cell > 2 ? 8 : 4;       // edges a corner, with room
   if (cells > 5e7) {
     card_error(card, card.whole, text_format("%.9g cells; at most 5e7 are allowed", cells));
     return false;
@@ -119,18 +120,40 @@ bool part_node(Card& card, Model& model, const double x[3], int side, Part& p)
   return true;
 }
 
-void part_cell(Card& card, Model& model, const int* corner, Part& p)
+namespace {
+
+// the node a of a quadratic element, in the middle of an edge, from its corners; -1: no finite coordinates
+int middle_node(Card& card, Model& model, int a, const int* corner, Part& p)
+{
+  int local[2];
+  shape_edge(elem_table[p.type].shape, a, local);
+  const int i = corner[local[0]], j = corner[local[1]];
+  const auto known = p.middle.find(std::minmax(i, j));
+  if (known != p.middle.end()) return known->second;
+  double x[3];
+  p.between(i, j, x);
+  if (!part_node(card, model, x, p.side[i] & p.side[j], p)) return -1;
+  return p.middle[std::minmax(i, j)] = static_cast<int>(p.node.size()) - 1;
+}
+
+}  // namespace
+
+bool part_cell(Card& card, Model& model, const int* corner, Part& p)
 {
   const Cut& cut = cut_of(p.type);
   for (int k = 0; k < cut.n; ++k) {
-    int own[8], node[8];
-    for (int a = 0; a < cut.nen; ++a) {
-      own[a]  = corner[cut.corner[k][a]];
-      node[a] = p.node[own[a]];
+    int own[MAX_NODES], node[MAX_NODES];
+    for (int a = 0; a < cut.nen; ++a) own[a] = corner[cut.corner[k][a]];
+    const int nen = shape_info[elem_table[p.type].shape].nen;
+    for (int a = cut.nen; a < nen; ++a) {
+      own[a] = middle_node(card, model, a, own, p);
+      if (own[a] < 0) return false;
     }
+    for (int a = 0; a < nen; ++a) node[a] = p.node[own[a]];
     p.elem.push_back(mesh_add_elem(*card.deck, model, ++p.elem_label, p.type, node, card.head.at));
     add_faces(p, p.elem.back(), own);
   }
+  return true;
 }
 
 void part_close(Card& card, Model& model, Part& p)

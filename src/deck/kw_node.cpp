@@ -12,11 +12,12 @@ void kw_node(Card& card, Model& model)
     const double x = card_real_or(card, "x", 0.0, any_number());
     const double y = card_real_or(card, "y", 0.0, any_number());
     const double z = card_real_or(card, "z", 0.0, any_number());
+    for (int i = 0; i < 3; ++i) card_real_or(card, "normal", 0.0, any_number());       // of shells
     if (model.dim == 2 && z != 0.0)
       card_error(card, card.field[3],
                  "z = " + text_show(card.field[3].text) +
-                     " in a model of two dimensions; elements C3D4, C3D6, C3D8, C3D8I or a *GRID with a box "
-                     "of six numbers make it one of three");
+                     " in a model of two dimensions; elements C3D... or a *GRID with a box of six numbers "
+                     "make it one of three");
     if (!card_good(card)) continue;
     const auto old = model.mesh.node_index.find(label);
     if (old != model.mesh.node_index.end())

@@ -14,7 +14,7 @@ void element_strains(const Model& m, const ElemBlock& b, size_t slot, const Real
 {
   const ShapeInfo& info = shape_info[b.shape];
   const int nen = info.nen, *node = m.mesh.conn.begin(b.elem[slot]);
-  double ul[24], H[D * D], extra[8 * D * D];
+  double ul[3 * MAX_NODES], H[D * D], extra[8 * D * D];         // enhanced types have 8 points at most
   for (int a = 0; a < nen; ++a)
     for (int i = 0; i < D; ++i) ul[a * D + i] = u[node[a] * D + i];
   for (int g = 0; g < info.ngp; ++g) {
@@ -35,7 +35,7 @@ void general_strains(const Model& m, const ElemBlock& b, bool bar, size_t slot, 
   const ShapeInfo& info = shape_info[b.shape];
   const int dim = info.dim, nen = info.nen, *node = m.mesh.conn.begin(b.elem[slot]);
   const size_t first = b.gauss(slot);
-  double ul[24], H[72], plane[72];
+  double ul[3 * MAX_NODES], H[9 * MAX_GAUSS], plane[9];
   for (int a = 0; a < nen; ++a)
     for (int i = 0; i < dim; ++i) ul[a * dim + i] = u[node[a] * dim + i];
   for (int g = 0; g < info.ngp; ++g) {
@@ -60,7 +60,7 @@ void general_strains(const Model& m, const ElemBlock& b, bool bar, size_t slot, 
 double general_energy(const Model& m, const ElemBlock& b, const MatLaw& law, size_t slot, const RealVec& u,
                       bool nlgeom, const double* h, int stride)
 {
-  double E[48], scale[8], none[MAX_HISTORY], sum = 0.0;
+  double E[6 * MAX_GAUSS], scale[MAX_GAUSS], none[MAX_HISTORY], sum = 0.0;
   LawOutput out;
   general_strains(m, b, law.bar, slot, u, nlgeom, E, scale);
   for (int g = 0; g < shape_info[b.shape].ngp; ++g) {
@@ -76,7 +76,7 @@ double one_energy(const Model& m, const ElemBlock& b, size_t s, const RealVec& u
                   const ErodedLaw* er)
 {
   const int ngp = shape_info[b.shape].ngp;
-  double sum = 0.0, E[8 * D * D], S[D * D], C[36];
+  double sum = 0.0, E[MAX_GAUSS * D * D], S[D * D], C[36];
   element_strains<D>(m, b, s, u, nlgeom, er, E);
   for (int g = 0; g < ngp; ++g) {
     double psi = 0.0;
@@ -229,7 +229,7 @@ void elem_ip_fields(const Model& m, const Elements& el, const Level& l, bool nlg
   const ShapeInfo& info = shape_info[b.shape];
   const int dim = info.dim, slot = el.slot_of[e], *node = m.mesh.conn.begin(e);
   const double* dNdX = &b.dNdX[(b.gauss(slot) + g) * info.nen * dim];
-  double N[8];
+  double N[MAX_NODES];
   shape_eval(b.shape, gauss_rule(b.shape).xi[g], N, nullptr);
   out    = IpFields();
   out.V0 = b.w[b.gauss(slot) + g];
@@ -244,7 +244,7 @@ void elem_ip_fields(const Model& m, const Elements& el, const Level& l, bool nlg
   const bool broken  = el.broken(e) >= 0;
   const ErodedLaw er = broken ? elem_broken_law(m, el, e, l.degr[e]) : ErodedLaw();
   if (broken ? broken_keeps_history(er) : b.general) {
-    double strain[48], scale[8];
+    double strain[6 * MAX_GAUSS], scale[MAX_GAUSS];
     const MatLaw law = broken ? law_broken(b.law, er) : b.law;
     general_strains(m, b, law.bar, slot, l.u, nlgeom, strain, scale);
     const double* h = history_at(l.he, el.history, el.gauss_of[e] + g);
@@ -336,7 +336,7 @@ double elem_energy(const Model& m, const Elements& el, const Level& l, bool nlge
 
 double elem_viscous_loss(const Model& m, const Elements& el, const Level& l0, const Level& l1, bool nlgeom)
 {
-  double sum = 0.0, E0[72], E1[72], S[9];
+  double sum = 0.0, E0[9 * MAX_GAUSS], E1[9 * MAX_GAUSS], S[9];
   const int dd = m.dim * m.dim;
   for (const ElemBlock& b : el.block) {
     if (b.law.beta == 0.0) continue;
@@ -344,7 +344,7 @@ double elem_viscous_loss(const Model& m, const Elements& el, const Level& l0, co
       const int e = b.elem[slot];
       if (el.broken(e) >= 0) continue;
       if (b.general) {
-        double scale[8];
+        double scale[MAX_GAUSS];
         general_strains(m, b, true, slot, l0.u, nlgeom, E0, scale);
         general_strains(m, b, true, slot, l1.u, nlgeom, E1, scale);
         for (int g = 0; g < shape_info[b.shape].ngp; ++g) {

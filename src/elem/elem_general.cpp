@@ -64,8 +64,8 @@ Status elem_form_one(const Model& m, const Elements& el, const KernelMode& mode,
 {
   const int e       = b.elem[slot];
   const bool intact = el.broken(e) < 0;
-  double u0[24], u1[24];
-  HistoryStep h[8];
+  double u0[3 * MAX_NODES], u1[3 * MAX_NODES];
+  HistoryStep h[MAX_GAUSS];
   elem_ends(l0, l1, m.mesh.conn.begin(e), shape_info[b.shape].nen, m.dim, u0, u1);
   if (intact && !b.general) return form(b, slot, mode, u0, u1, re, ke);
   elem_history(el, l0, l1, e, h);

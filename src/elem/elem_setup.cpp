@@ -30,7 +30,8 @@ ElemBlock& block_for(const Model& m, Elements& el, std::map<std::tuple<int, int,
     b.alpha     = mat.alpha;
     b.thickness = s.thickness;
     b.lumped    = s.lumped;
-    b.bar       = b.law.bar && !elem_table[type].enhanced && shape_info[b.shape].ngp > 1;
+    b.bar       = b.law.bar && !elem_table[type].enhanced && shape_info[b.shape].ngp > 1 &&
+                  !shape_quadratic(b.shape);
     b.general   = b.law.kind != LAW_SVK || b.bar;
     el.block.push_back(b);
   }
@@ -41,7 +42,7 @@ ElemBlock& block_for(const Model& m, Elements& el, std::map<std::tuple<int, int,
 // m [pairs a >= b]: the sums of the rows on the diagonal
 void lump(int nen, double* m)
 {
-  double row[8] = {0};
+  double row[MAX_NODES] = {0};
   for (int a = 0, k = 0; a < nen; ++a)
     for (int b = 0; b <= a; ++b, ++k) {
       row[a] += m[k];
@@ -96,7 +97,7 @@ bool add_kind(ElemBlock& b, const double* X)
   const ShapeInfo& info = shape_info[b.shape];
   const GaussRule& rule = gauss_rule(b.shape);
   const double depth    = info.dim == 2 ? b.thickness : 1.0;
-  double N[8], dN[24], dNdX[24], me[36];
+  double N[MAX_NODES], dN[3 * MAX_NODES], dNdX[3 * MAX_NODES], me[pair_count(MAX_NODES)];
   for (int g = 0; g < rule.n; ++g) {
     shape_eval(b.shape, rule.xi[g], N, dN);
     const double det = shape_jacobian(b.shape, dN, X, dNdX);
@@ -132,7 +133,7 @@ Status elem_setup(const Model& m, Elements& el, int* worst)
     const int* node       = mesh.conn.begin(e);
     el.gauss_of[e]        = gauss;
     gauss += info.ngp;
-    double X[24], rel[24];
+    double X[3 * MAX_NODES], rel[3 * MAX_NODES];
     for (int a = 0; a < info.nen; ++a)
       for (int i = 0; i < info.dim; ++i) {
         X[a * info.dim + i]   = mesh.X[3 * node[a] + i];

@@ -15,8 +15,8 @@ using MapVec = Eigen::Map<Vec3>;
 
 struct Carrier {               // an element or the domain of a point: its nodes or corners now
   int nen;
-  Vec3 x[8], v[8];
-  double mass[36];             // node pairs a >= b
+  Vec3 x[MAX_NODES], v[MAX_NODES];
+  double mass[pair_count(MAX_NODES)];        // node pairs a >= b
 };
 
 // calls use(a, b, m_ab) for all ordered pairs of nodes

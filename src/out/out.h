@@ -63,7 +63,7 @@ bool out_interval(double interval, double time, double& next);
 
 struct Located {               // elements or points whose domain at t = 0 contains a place
   IntVec elem, point;          // only one of the two is filled; elements come first
-  RealVec N;                   // [items*8] shape functions there
+  RealVec N;                   // [items*MAX_NODES] shape functions there
 };
 
 Located out_locate(const Model& m, const Elements& el, const Points& pts, const double x[3]);

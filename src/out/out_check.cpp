@@ -67,7 +67,7 @@ void add_elements(const Model& m, const Elements& el, const State& s, const Chec
                   Norm& norm)
 {
   IpFields f;
-  double N[8];
+  double N[MAX_NODES];
   for (int e = 0; e < m.mesh.nelem(); ++e) {
     const Shape shape = elem_table[m.mesh.elem_type[e]].shape;
     if (c.centre && !quantity_is_place(q)) {

@@ -155,12 +155,12 @@ void sample_place(const Model& m, const Elements& el, const State& s, const Prob
   for (std::size_t i = 0; i < probe.at.elem.size(); ++i) {
     const int e = probe.at.elem[i];
     if (quantity_is_place(probe.q))
-      sample.add(elem_nodal_at(m, s.n, probe.q, e, N + 8 * i), 1.0);
+      sample.add(elem_nodal_at(m, s.n, probe.q, e, N + MAX_NODES * i), 1.0);
     else
       sample_gauss(m, el, s, probe.q, e, sample);
   }
   for (std::size_t i = 0; i < probe.at.point.size(); ++i)
-    sample_point(m, s, probe.q, probe.at.point[i], N + 8 * i, sample);
+    sample_point(m, s, probe.q, probe.at.point[i], N + MAX_NODES * i, sample);
 }
 
 // place of the crack tip in one direction: the last centre, or the first with MIN, of what the criterion has

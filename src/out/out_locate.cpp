@@ -6,9 +6,9 @@ namespace {
 void add(Located& found, IntVec& list, int item, Shape shape, const double xi[3])
 {
   list.push_back(item);
-  double N[8] = {0, 0, 0, 0, 0, 0, 0, 0};
+  double N[MAX_NODES] = {};
   shape_eval(shape, xi, N, nullptr);
-  found.N.insert(found.N.end(), N, N + 8);
+  found.N.insert(found.N.end(), N, N + MAX_NODES);
 }
 
 void search_elements(const Model& m, const Elements& el, const double x[3], Located& found)
@@ -16,7 +16,7 @@ void search_elements(const Model& m, const Elements& el, const double x[3], Loca
   for (int e = 0; e < m.mesh.nelem(); ++e) {
     if (el.block_of[e] < 0) continue;
     const Shape shape = elem_table[m.mesh.elem_type[e]].shape;
-    double X[24], xi[3] = {0, 0, 0};
+    double X[3 * MAX_NODES], xi[3] = {0, 0, 0};
     for (int a = 0; a < m.mesh.conn.count(e); ++a)
       for (int i = 0; i < m.dim; ++i) X[a * m.dim + i] = m.mesh.X[m.mesh.conn.begin(e)[a] * 3 + i];
     if (shape_locate(shape, X, x, xi)) add(found, found.elem, e, shape, xi);

@@ -51,8 +51,8 @@ Range edge_range(const Model& m, const Elements& el)
     const ShapeInfo& info = shape_info[elem_table[m.mesh.elem_type[e]].shape];
     const int* conn = m.mesh.conn.begin(e);
     for (int f = 0; f < info.nface; ++f)
-      for (int a = 0; a < (info.dim == 2 ? 1 : info.nfnode[f]); ++a) {
-        const int n1 = conn[info.face[f][a]], n2 = conn[info.face[f][(a + 1) % info.nfnode[f]]];
+      for (int a = 0; a < (info.dim == 2 ? 1 : face_corners(info, f)); ++a) {
+        const int n1 = conn[info.face[f][a]], n2 = conn[info.face[f][(a + 1) % face_corners(info, f)]];
         range.add(distance(&m.mesh.X[3 * n1], &m.mesh.X[3 * n2], 3));
       }
   }

@@ -312,9 +312,10 @@ void fill_element(Filler& f, int body, int e)
     case SHAPE_QUAD4: fill_quad(f, body, e); break;
     case SHAPE_TET4: fill_tet(f, body, e); break;
     case SHAPE_HEX8: fill_hex(f, body, e); break;
-    case SHAPE_WEDGE6:
-      log_error("body %s: wedges (C3D6) cannot become material points; use bricks or tetrahedra",
-                f.m.body[body].name.c_str());
+    default:
+      log_error("body %s: element %d is a %s, which cannot become material points; use bricks or tetrahedra",
+                f.m.body[body].name.c_str(), f.m.mesh.elem_label[e],
+                elem_table[f.m.mesh.elem_type[e]].name);
       ++f.errors;
   }
   join_points(f.pts, first);

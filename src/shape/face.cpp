@@ -3,20 +3,67 @@
 #include <algorithm>
 #include <cmath>
 
+namespace {
+
+FaceRule of_cell(const GaussRule& cell)
+{
+  FaceRule r{};
+  r.n = cell.n;
+  for (int g = 0; g < cell.n; ++g) {
+    r.w[g] = cell.w[g];
+    for (int i = 0; i < 2; ++i) r.xi[g][i] = cell.xi[g][i];
+  }
+  return r;
+}
+
+FaceRule edge3_rule()
+{
+  const double g = std::sqrt(0.6);
+  return {3, {{-g, 0}, {0, 0}, {g, 0}}, {5.0 / 9, 8.0 / 9, 5.0 / 9}};
+}
+
+// -1, 1, 0
+void edge3(double xi, double* N, double* dN)
+{
+  N[0] = 0.5 * xi * (xi - 1.0);
+  N[1] = 0.5 * xi * (xi + 1.0);
+  N[2] = 1.0 - xi * xi;
+  if (!dN) return;
+  dN[0] = xi - 0.5;
+  dN[2] = xi + 0.5;
+  dN[4] = -2.0 * xi;
+  dN[1] = dN[3] = dN[5] = 0.0;
+}
+
+}  // namespace
+
 const FaceRule& face_rule(int nen)
 {
   static const double g = 1.0 / std::sqrt(3.0), a = 1.0 / 6, b = 2.0 / 3;
   static const FaceRule edge{2, {{-g, 0}, {g, 0}}, {1, 1}};
   static const FaceRule tri{3, {{a, a}, {b, a}, {a, b}}, {a, a, a}};
   static const FaceRule quad{4, {{-g, -g}, {g, -g}, {g, g}, {-g, g}}, {1, 1, 1, 1}};
-  return nen == 2 ? edge : nen == 3 ? tri : quad;
+  static const FaceRule edge3 = edge3_rule(), tri6 = of_cell(gauss_rule_mass(SHAPE_TRI6)),
+                        quad8 = of_cell(gauss_rule(SHAPE_QUAD8));
+  switch (nen) {
+    case 2: return edge;
+    case 3: return tri;
+    case 4: return quad;
+    case FACE_EDGE3: return edge3;
+    case 6: return tri6;
+    default: return quad8;
+  }
 }
 
 void face_eval(int nen, const double* xi, double* N, double* dN)
 {
-  if (nen != 2) {
-    shape_eval(nen == 3 ? SHAPE_TRI3 : SHAPE_QUAD4, xi, N, dN);
-    return;
+  switch (nen) {
+    case 2: break;
+    case 3: return shape_eval(SHAPE_TRI3, xi, N, dN);
+    case 4: return shape_eval(SHAPE_QUAD4, xi, N, dN);
+    case 6: return shape_eval(SHAPE_TRI6, xi, N, dN);
+    case 8: return shape_eval(SHAPE_QUAD8, xi, N, dN);
+    default: return edge3(xi[0], N, dN);
   }
   N[0] = 0.5 * (1.0 - xi[0]);
   N[1] = 0.5 * (1.0 + xi[0]);
@@ -28,12 +75,13 @@ void face_eval(int nen, const double* xi, double* N, double* dN)
 
 double face_area(int nen, const double* x, const double* xi, double* n)
 {
-  double N[4], dN[8], t[2][3] = {{0, 0, 0}, {0, 0, 0}};
+  double N[MAX_FACE_NODES], dN[2 * MAX_FACE_NODES], t[2][3] = {{0, 0, 0}, {0, 0, 0}};
+  const int nodes = nen == FACE_EDGE3 ? 3 : nen;
   face_eval(nen, xi, N, dN);
-  for (int a = 0; a < nen; ++a)
+  for (int a = 0; a < nodes; ++a)
     for (int k = 0; k < 2; ++k)
       for (int i = 0; i < 3; ++i) t[k][i] += dN[2 * a + k] * x[3 * a + i];
-  if (nen == 2) {
+  if (nen == 2 || nen == FACE_EDGE3) {
     t[1][2] = 1.0;               // across the plane: t x e3 points out of a counter-clockwise cell
   }
   n[0] = t[0][1] * t[1][2] - t[0][2] * t[1][1];

@@ -2,8 +2,9 @@
 // face.h : edges of plane cells, faces of cells in space (doc/theory.md 4, 5)
 //
 // A face is 2 nodes (edge), 3 (triangle) or 4 (quadrilateral), ordered so that its normal points out of the
-// cell.
+// cell. Faces of quadratic elements have a node on each edge besides, after the corners: FACE_EDGE3, 6, 8.
 // Local places: edge -1 ... 1, triangle xi >= 0 with sum <= 1, quadrilateral -1 ... 1.
+// nen below is the number of nodes, but for the edge of three nodes: face_kind.
 // ---------------------------------------------------------------------------
 #ifndef MPFE_SHAPE_FACE_H
 #define MPFE_SHAPE_FACE_H
@@ -12,21 +13,26 @@
 
 #include "shape/shape.h"
 
+const int FACE_EDGE3 = 5;
+
+inline int face_kind(int dim, int nodes) { return dim == 2 && nodes == 3 ? FACE_EDGE3 : nodes; }
+
 struct FaceRule {
   int n;
-  double xi[4][2];
-  double w[4];
+  double xi[9][2];
+  double w[9];
 };
 
-// face_rule : Gauss points of a face with nen nodes (2: two points, 3: three, 4: two by two)
+// face_rule : Gauss points of a face with nen nodes (2: two points, 3: three, 4: two by two; FACE_EDGE3:
+// three, 6: six, 8: three by three)
 const FaceRule& face_rule(int nen);
 
-// face_eval : N [nen] and, unless null, dN/dxi [nen*2]
+// face_eval : N [nodes] and, unless null, dN/dxi [nodes*2]
 void face_eval(int nen, const double* xi, double* N, double* dN);
 
-// face_area : area vector per unit of the local place, outward: x [nen*3]; returns its length and, in n[3],
+// face_area : area vector per unit of the local place, outward: x [nodes*3]; returns its length and, in n[3],
 // the vector.
-// In two dimensions (nen = 2) the edge has unit thickness.
+// In two dimensions (an edge) the face has unit thickness.
 double face_area(int nen, const double* x, const double* xi, double* n);
 
 // face_whole_area : area of the face (length of an edge) by its Gauss points. x [nen*3]

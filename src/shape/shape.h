@@ -8,11 +8,11 @@
 
 struct GaussRule {
   int n;
-  double xi[8][3];
-  double w[8];
+  double xi[MAX_GAUSS][3];
+  double w[MAX_GAUSS];
 };
 
-// gauss_rule      : full rule of the stiffness (exact for parallelograms)
+// gauss_rule      : rule of the stiffness: full (exact for parallelograms), or reduced (shapes R)
 // gauss_rule_mass : rule that integrates N_a N_b exactly on parallelograms and straight simplices
 const GaussRule& gauss_rule(Shape s);
 const GaussRule& gauss_rule_mass(Shape s);

@@ -64,6 +64,72 @@ void wedge6(const double* xi, double* N, double* dN)
   }
 }
 
+// the middle of the edge of corners i and j of a simplex: 4 L_i L_j; a corner: L_i (2 L_i - 1)
+void simplex_quadratic(int dim, int edges, const int edge[][2], const double* L, const double* dL, double* N,
+                       double* dN)
+{
+  for (int a = 0; a <= dim; ++a) {
+    N[a] = L[a] * (2.0 * L[a] - 1.0);
+    for (int k = 0; k < dim && dN; ++k) dN[a * dim + k] = (4.0 * L[a] - 1.0) * dL[a * dim + k];
+  }
+  for (int q = 0; q < edges; ++q) {
+    const int i = edge[q][0], j = edge[q][1], a = dim + 1 + q;
+    N[a] = 4.0 * L[i] * L[j];
+    for (int k = 0; k < dim && dN; ++k)
+      dN[a * dim + k] = 4.0 * (L[i] * dL[j * dim + k] + L[j] * dL[i * dim + k]);
+  }
+}
+
+void tri6(const double* xi, double* N, double* dN)
+{
+  static const int edge[3][2] = {{0, 1}, {1, 2}, {2, 0}};
+  double L[3], dL[6];
+  tri3(xi, L, dL);
+  simplex_quadratic(2, 3, edge, L, dL, N, dN);
+}
+
+void tet10(const double* xi, double* N, double* dN)
+{
+  static const int edge[6][2] = {{0, 1}, {1, 2}, {2, 0}, {0, 3}, {1, 3}, {2, 3}};
+  double L[4], dL[12];
+  tet4(xi, L, dL);
+  simplex_quadratic(3, 6, edge, L, dL, N, dN);
+}
+
+// natural coordinates of the nodes of the quadrilateral of 8 and the brick of 20 nodes
+const double quad8_node[8][2] = {{-1, -1}, {1, -1}, {1, 1}, {-1, 1}, {0, -1}, {1, 0}, {0, 1}, {-1, 0}};
+const double hex20_node[20][3] = {{-1, -1, -1}, {1, -1, -1}, {1, 1, -1}, {-1, 1, -1}, {-1, -1, 1}, {1, -1, 1},
+                                  {1, 1, 1},    {-1, 1, 1},  {0, -1, -1}, {1, 0, -1}, {0, 1, -1}, {-1, 0, -1},
+                                  {0, -1, 1},   {1, 0, 1},   {0, 1, 1},   {-1, 0, 1}, {-1, -1, 0}, {1, -1, 0},
+                                  {1, 1, 0},    {-1, 1, 0}};
+
+// a node of the serendipity family at c [dim]; N = prod_i f_i: 1 + c_i xi_i, or 1 - xi_i^2 where c_i = 0;
+// a corner has the factor sum_i c_i xi_i - (dim - 1) besides                                        (1.19)
+void serendipity(int dim, const double* c, const double* xi, double* N, double* dN)
+{
+  double f[3], d[3], g = 1.0, scale = 1.0;
+  bool corner = true;
+  for (int i = 0; i < dim; ++i) {
+    corner = corner && c[i] != 0.0;
+    scale *= c[i] != 0.0 ? 0.5 : 1.0;
+    f[i] = c[i] != 0.0 ? 1.0 + c[i] * xi[i] : 1.0 - xi[i] * xi[i];
+    d[i] = c[i] != 0.0 ? c[i] : -2.0 * xi[i];
+  }
+  if (corner) {
+    g = 1.0 - dim;
+    for (int i = 0; i < dim; ++i) g += c[i] * xi[i];
+  }
+  double all = scale;
+  for (int i = 0; i < dim; ++i) all *= f[i];
+  *N = all * g;
+  for (int k = 0; k < dim && dN; ++k) {
+    double rest = scale;
+    for (int i = 0; i < dim; ++i)
+      if (i != k) rest *= f[i];
+    dN[k] = rest * (d[k] * g + (corner ? f[k] * c[k] : 0.0));
+  }
+}
+
 double invert(int dim, const double* J, double* inv)
 {
   if (dim == 2) {
@@ -98,6 +164,14 @@ void shape_eval(Shape s, const double* xi, double* N, double* dN)
     case SHAPE_TET4: tet4(xi, N, dN); break;
     case SHAPE_WEDGE6: wedge6(xi, N, dN); break;
     case SHAPE_HEX8: hex8(xi, N, dN); break;
+    case SHAPE_TRI6: tri6(xi, N, dN); break;
+    case SHAPE_TET10: tet10(xi, N, dN); break;
+    case SHAPE_QUAD8: case SHAPE_QUAD8R:
+      for (int a = 0; a < 8; ++a) serendipity(2, quad8_node[a], xi, N + a, dN ? dN + 2 * a : nullptr);
+      break;
+    case SHAPE_HEX20: case SHAPE_HEX20R:
+      for (int a = 0; a < 20; ++a) serendipity(3, hex20_node[a], xi, N + a, dN ? dN + 3 * a : nullptr);
+      break;
   }
 }
 
@@ -121,8 +195,9 @@ double shape_jacobian(Shape s, const double* dN, const double* X, double* dNdX)
 bool shape_inverse(Shape s, const double* X, const double* x, double* xi)
 {
   const int dim = shape_info[s].dim, nen = shape_info[s].nen;
-  double N[8], dN[24];
-  const double start = (s == SHAPE_TRI3 || s == SHAPE_TET4) ? 0.25 : 0.0;
+  double N[MAX_NODES], dN[3 * MAX_NODES];
+  const Shape corners = shape_info[s].linear;
+  const double start  = (corners == SHAPE_TRI3 || corners == SHAPE_TET4) ? 0.25 : 0.0;
   for (int i = 0; i < dim; ++i) xi[i] = start;
   for (int it = 0; it < 25; ++it) {
     shape_eval(s, xi, N, dN);
@@ -147,8 +222,9 @@ bool shape_inverse(Shape s, const double* X, const double* x, double* xi)
   return false;
 }
 
-bool shape_inside(Shape s, const double* xi, double tolerance)
+bool shape_inside(Shape shape, const double* xi, double tolerance)
 {
+  const Shape s = shape_info[shape].linear;      // the natural coordinates are the same
   double N[8];
   shape_eval(s, xi, N, nullptr);
   const bool simplex = s == SHAPE_TRI3 || s == SHAPE_TET4;

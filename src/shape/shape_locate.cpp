@@ -6,7 +6,8 @@ namespace {
 
 const double tolerance = 1e-6;    // of the natural coordinates: a place on the boundary is inside
 
-bool in_box(const double* X, int nen, int dim, const double x[3])
+// margin_part: of the size; the edges of a quadratic shape may bulge beyond its nodes
+bool in_box(const double* X, int nen, int dim, double margin_part, const double x[3])
 {
   for (int i = 0; i < dim; ++i) {
     double lo = X[i], hi = X[i];
@@ -14,7 +15,7 @@ bool in_box(const double* X, int nen, int dim, const double x[3])
       lo = std::min(lo, X[a * dim + i]);
       hi = std::max(hi, X[a * dim + i]);
     }
-    const double margin = tolerance * (hi - lo);
+    const double margin = margin_part * (hi - lo);
     if (x[i] < lo - margin || x[i] > hi + margin) return false;
   }
   return true;
@@ -25,6 +26,6 @@ bool in_box(const double* X, int nen, int dim, const double x[3])
 bool shape_locate(Shape shape, const double* X, const double x[3], double xi[3])
 {
   const ShapeInfo& info = shape_info[shape];
-  if (!in_box(X, info.nen, info.dim, x)) return false;
+  if (!in_box(X, info.nen, info.dim, shape_quadratic(shape) ? 0.5 : tolerance, x)) return false;
   return shape_inverse(shape, X, x, xi) && shape_inside(shape, xi, tolerance);
 }

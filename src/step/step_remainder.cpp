@@ -50,7 +50,7 @@ void add_rest(const Model& m, const Elements& el, const State& st, const Step& s
   KernelMode mode;
   mode.finite = s.nlgeom;
   mode.is_static = true;
-  double u[24], with[24], without[24];
+  double u[3 * MAX_NODES], with[3 * MAX_NODES], without[3 * MAX_NODES];
   for (const ElemBlock& b : el.block)
     for (int slot : b.live) {
       const int e = b.elem[slot], nen = shape_info[b.shape].nen, *node = m.mesh.conn.begin(e);
@@ -58,8 +58,8 @@ void add_rest(const Model& m, const Elements& el, const State& st, const Step& s
       for (int k = 0; k < nen * dim; ++k) u[k] = st.n.u[node[k / dim] * dim + k % dim];
       const ErodedLaw law  = elem_broken_law(m, el, e, st.n.degr[e]);
       const ErodedLaw bare = elem_broken_law(m, el, e, 0.0);
-      double scratch[8 * MAX_HISTORY];
-      HistoryStep h[8];
+      double scratch[MAX_GAUSS * MAX_HISTORY];
+      HistoryStep h[MAX_GAUSS];
       for (int g = 0; g < shape_info[b.shape].ngp; ++g)
         h[g] = {history_at(st.n.he, el.history, el.gauss_of[e] + g), scratch + g * MAX_HISTORY};
       elem_form_general(b, slot, &law, mode, u, u, h, with, nullptr);

@@ -22,7 +22,8 @@ void join_faces(const Mesh& mesh, const Elements& el, Forest& parts)
     for (int slot : b.live)
       for (int f = 0; f < info.nface; ++f) {
         std::array<int, 4> key = {-1, -1, -1, -1};
-        for (int a = 0; a < info.nfnode[f]; ++a) key[a] = mesh.conn.begin(b.elem[slot])[info.face[f][a]];
+        const int* node = mesh.conn.begin(b.elem[slot]);
+        for (int a = 0; a < face_corners(info, f); ++a) key[a] = node[info.face[f][a]];
         std::sort(key.begin(), key.end());
         const auto known = owner.emplace(key, b.elem[slot]);
         if (!known.second) parts.join(b.elem[slot], known.first->second);
