@@ -447,10 +447,23 @@ int card_param_element(Card& c)
   return type;
 }
 
-int card_param_amplitude(Card& c, const Model& m)
+int card_param_amplitude(Card& c, Model& m)
 {
-  const Field f = card_param_field(c, "AMPLITUDE");
-  return f.empty() ? -1 : target_amplitude(*c.deck, m, f);
+  const Field f      = card_param_field(c, "AMPLITUDE");
+  const double delay = card_param_real(c, "TIME DELAY", 0.0, at_least(0.0));
+  const int index    = f.empty() ? -1 : target_amplitude(*c.deck, m, f);
+  if (delay == 0.0) return index;
+  if (index < 0 || m.amplitude[index].kind == AMP_EXPRESSION) {
+    if (index >= 0 || f.empty())
+      card_error(c, card_param(c, "TIME DELAY")->value,
+                 "TIME DELAY goes with AMPLITUDE= of a table; a function of t has its delay in itself");
+    return index;
+  }
+  Amplitude later = m.amplitude[index];
+  later.name += " " + text_number(delay) + " LATER";
+  for (double& t : later.t) t += delay;
+  m.amplitude.push_back(later);
+  return static_cast<int>(m.amplitude.size()) - 1;
 }
 
 bool card_op_new(Card& c) { return card_param_word(c, "OP", "MOD|NEW", 0) == 1; }

@@ -30,6 +30,11 @@ bool ramps(const Step& s, const Expr& value, int amplitude)
   return s.proc == PROC_STATIC && amplitude < 0 && value.is_const();
 }
 
+bool ramps(const Step& s, const Load& l)
+{
+  return l.of_place ? s.proc == PROC_STATIC && l.amplitude < 0 : ramps(s, l.value, l.amplitude);
+}
+
 template <class Key, class Table>
 void mark(Table& table, const Key& key, Replace r)
 {
@@ -48,7 +53,7 @@ Replaced replaced_by(const Model& m, const Step& s)
 {
   Replaced out;
   for (const Load& l : s.load) {
-    const Replace r = ramps(s, l.value, l.amplitude) ? BY_RAMP : AT_ONCE;
+    const Replace r = ramps(s, l) ? BY_RAMP : AT_ONCE;
     if (l.kind == LOAD_BODY) mark(out.volume, l.key, r);
     else if (on_body(m, l)) mark(out.surface[kind_of(l)], l.surface, r);
     for (int n : l.node) mark(out.dof, n * 3L + l.dof, r);
@@ -204,7 +209,7 @@ void inherit_loads(Deck& d, Model& m)
     }
     warn_added(d, s);
     warn_beside(d, s, kept);
-    for (Load& l : s.load) l.ramp = ramps(s, l.value, l.amplitude) ? RAMP_IN : RAMP_NONE;
+    for (Load& l : s.load) l.ramp = ramps(s, l) ? RAMP_IN : RAMP_NONE;
     kept.insert(kept.end(), fading.begin(), fading.end());
     kept.insert(kept.end(), s.load.begin(), s.load.end());
     acting = kept;

@@ -117,6 +117,7 @@ void deck_resolve(Deck& d, Model& m)
 {
   give_sections(d, m);
   deck_fracture(d, m);
+  frame_resolve(d, m);
   mark_breaking(m);
   force_nlgeom(d, m);
   const IntVec body = body_of_elements(m);

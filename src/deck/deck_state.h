@@ -118,6 +118,7 @@ struct Deck {
   std::vector<Face> free_face;                     // faces with one owner
   int free_face_nelem = -1;                        // number of elements when they were found
 
+  std::unordered_map<int, int> frame_of;           // node -> index into Model::frame
   std::vector<Prescribed> base;                    // *BOUNDARY outside steps
   std::vector<Removes> removes;                    // [steps]
 };
@@ -186,6 +187,12 @@ int target_amplitude(Deck& d, const Model& m, const Field& at);
 
 // columns that are always there (deck_column.cpp)
 bool column_built_in(const std::string& name, std::string& column);
+
+// ---- nodes with directions of their own (deck_frame.cpp) --------------------
+// frame_node : the node whose directions 1, 2, 3 the deck means where it names this one
+int frame_node(Deck& d, Model& m, int node);
+void frame_nodes(Deck& d, Model& m, IntVec& node);
+void frame_resolve(Deck& d, Model& m);
 
 // ---- loads from step to step (deck_inherit.cpp) ------------------------------
 // deck_load : a load of the open step; deck_inherit : from what each step says to what acts in it

@@ -57,6 +57,7 @@ void kw_step(Card&, Model&);
 void kw_surface(Card&, Model&);
 void kw_surface_behavior(Card&, Model&);
 void kw_surface_interaction(Card&, Model&);
+void kw_transform(Card&, Model&);
 void kw_viscous_boundary(Card&, Model&);
 void kw_vtk(Card&, Model&);
 
@@ -66,17 +67,18 @@ const int ANYWHERE = IN_MODEL | IN_STEP | AFTER_STEPS;
 }
 
 const Keyword keyword_table[] = {
-    {"AMPLITUDE", kw_amplitude, ANYWHERE, "NAME!|TIME|DEFINITION",
+    {"AMPLITUDE", kw_amplitude, ANYWHERE, "NAME!|TIME|DEFINITION|SHIFTX|SHIFTY",
      "function of time that scales loads and supports"},
     {"BLOCK", kw_block, IN_MODEL, "TYPE!|ELSET!|MERGE|EDGES",
      "structured mesh of a rectangle or box, with sets and surfaces of its sides"},
     {"BOND", kw_bond, IN_MODEL,
      "NAME!|SURFACE!|TYPE|BODY|INTERMEDIATE|LATTICE|PENALTY|ALPHA|AUGMENT|NORMAL|DOF|AMPLITUDE",
      "ties a surface to the grid of a body of material points, or to the ground"},
-    {"BOUNDARY", kw_boundary, IN_MODEL | IN_STEP, "AMPLITUDE|OP", "prescribed displacements of nodes"},
+    {"BOUNDARY", kw_boundary, IN_MODEL | IN_STEP, "AMPLITUDE|OP|TIME DELAY",
+     "prescribed displacements of nodes"},
     {"CHECK", kw_check, ANYWHERE, "TYPE!|SOURCE!|TIME|AT|SCALE|CENTRE",
      "expected value, its tolerance and its source"},
-    {"CLOAD", kw_cload, IN_STEP, "AMPLITUDE|OP", "forces on nodes"},
+    {"CLOAD", kw_cload, IN_STEP, "AMPLITUDE|OP|TIME DELAY", "forces on nodes"},
     {"CONTACT", kw_contact, IN_MODEL,
      "NAME|INTERACTION|FRICTION|PENALTY|ALPHA|INTERMEDIATE|OVERLAP|ADJUST",
      "general contact: all outer faces, fragments and debris, against all"},
@@ -100,9 +102,9 @@ const Keyword keyword_table[] = {
      "structured mesh of a solid cylinder, with sets and surfaces of its sides"},
     {"DAMPING", kw_damping, IN_MATERIAL, "ALPHA|BETA", "Rayleigh damping of a material in dynamic steps"},
     {"DENSITY", kw_density, IN_MATERIAL, "", "mass per volume of a material"},
-    {"DLOAD", kw_dload, IN_STEP, "AMPLITUDE|OP",
+    {"DLOAD", kw_dload, IN_STEP, "AMPLITUDE|OP|TIME DELAY",
      "pressure, traction, gravity and volume force on elements and bodies"},
-    {"DSLOAD", kw_dsload, IN_STEP, "AMPLITUDE|OP", "pressure and traction on surfaces"},
+    {"DSLOAD", kw_dsload, IN_STEP, "AMPLITUDE|OP|TIME DELAY", "pressure and traction on surfaces"},
     {"DYNAMIC", kw_dynamic, IN_STEP, "DIRECT|SCHEME|BETA|GAMMA|DISSIPATION|ALPHA|SOLVER",
      "implicit dynamic step"},
     {"EIGENFRACTURE", kw_eigenfracture, IN_MODEL,
@@ -140,7 +142,8 @@ const Keyword keyword_table[] = {
     {"NODE", kw_node, IN_MODEL, "NSET", "nodes by label and coordinates"},
     {"NODE FILE", kw_node_file, IN_STEP, "FREQUENCY|OUTPUT",
      "asks for VTK output of nodal results (CalculiX)"},
-    {"NODE PRINT", kw_node_print, IN_STEP, "NSET!|FREQUENCY|TOTALS", "prints nodal results into the listing"},
+    {"NODE PRINT", kw_node_print, IN_STEP, "NSET!|FREQUENCY|TOTALS|GLOBAL",
+     "prints nodal results into the listing"},
     {"NSET", kw_nset, IN_MODEL, "NSET!|GENERATE|WHERE", "set of nodes"},
     {"PARAMETER", kw_parameter, ANYWHERE, "", "names for numbers: name = expression"},
     {"PLASTIC", kw_plastic, IN_MATERIAL, "HARDENING",
@@ -158,6 +161,8 @@ const Keyword keyword_table[] = {
      "penalty of a surface interaction"},
     {"SURFACE INTERACTION", kw_surface_interaction, IN_MODEL, "NAME!",
      "begins a surface interaction, to which contact pairs refer"},
+    {"TRANSFORM", kw_transform, IN_MODEL, "NSET!|TYPE",
+     "directions of *BOUNDARY, *CLOAD and *EQUATION at nodes"},
     {"VISCOUS BOUNDARY", kw_viscous_boundary, IN_MODEL, "",
      "dampers on surfaces that let waves leave the model"},
     {"VTK", kw_vtk, ANYWHERE, "FREQUENCY|TIME INTERVAL|FORMAT", "output for ParaView"},

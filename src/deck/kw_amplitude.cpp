@@ -27,7 +27,7 @@ void read_table(Card& card, Amplitude& a)
 }  // namespace
 
 // ---------------------------------------------------------------------------
-// *AMPLITUDE, NAME=[, TIME=][, DEFINITION=] : t1, y1, t2, y2, ... or "function of t"
+// *AMPLITUDE, NAME=[, TIME=][, DEFINITION=][, SHIFTX=][, SHIFTY=] : t1, y1, t2, y2, ... or "function of t"
 // ---------------------------------------------------------------------------
 void kw_amplitude(Card& card, Model& model)
 {
@@ -38,6 +38,9 @@ void kw_amplitude(Card& card, Model& model)
   const int kind = card_param_word(card, "DEFINITION", words, 0);
   a.kind = static_cast<AmplitudeKind>(kind < 0 ? 0 : kind);
   if (a.kind == AMP_EXPRESSION) {
+    for (const char* shift : {"SHIFTX", "SHIFTY"})
+      if (const HeadParam* const p = card_param(card, shift))
+        card_error(card, p->value, std::string(shift) + " shifts a table; a function of t has it in itself");
     const Field f = card_field(card, "function of t in double quotes");
     if (card_good(card) && !f.quoted)
       card_error(card, f,
@@ -45,6 +48,8 @@ void kw_amplitude(Card& card, Model& model)
     if (card_good(card)) deck_function_of_t(*card.deck, f, f.text, a.expr);
   } else {
     read_table(card, a);
+    for (double& t : a.t) t += card_param_real(card, "SHIFTX", 0.0, any_number());
+    for (double& y : a.y) y += card_param_real(card, "SHIFTY", 0.0, any_number());
   }
   const std::size_t least = a.kind == AMP_AKIMA                            ? 5
                             : a.kind == AMP_STEFFEN || a.kind == AMP_CUBIC ? 3

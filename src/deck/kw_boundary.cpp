@@ -55,6 +55,7 @@ void apply(Deck& d, Model& m, const Line& line, int amplitude)
 {
   Prescribed b;
   if (!target_nodes(d, m, line.target, b.node)) return;
+  frame_nodes(d, m, b.node);
   b.value = line.value;
   b.amplitude = amplitude;
   b.place = deck_place(d, line.target);
@@ -75,6 +76,8 @@ void kw_boundary(Card& card, Model& model)
   Deck& d = *card.deck;
   const Field name = card_param_field(card, "AMPLITUDE");
   const int amplitude = d.in_step ? card_param_amplitude(card, model) : -1;
+  if (!d.in_step && card_param(card, "TIME DELAY"))
+    card_error(card, card_param(card, "TIME DELAY")->value, "TIME DELAY stands in a step");
   if (card_op_new(card) && d.in_step) d.removes.back().boundary = true;
   while (card_line(card)) {
     Line line;

@@ -14,6 +14,7 @@ void kw_cload(Card& card, Model& model)
     l.dof   = card_dof(card, model, "direction");
     l.value = card_expr(card, "force");
     if (!card_good(card) || !target_nodes(d, model, target, l.node)) continue;
+    frame_nodes(d, model, l.node);
     l.kind = LOAD_NODE;
     l.amplitude = amplitude;
     deck_load(d, model, "CLOAD", text_upper(target.text) + text_format(" %d", l.dof + 1), target, l);

@@ -1,9 +1,12 @@
+#include <cmath>
+
 #include "deck/card.h"
 
 namespace {
 
-const char* const plane_words = "P1|P2|P3|P4|TRVEC1|TRVEC2|TRVEC3|TRVEC4|GRAV|BX|BY";
-const char* const solid_words = "P1|P2|P3|P4|P5|P6|TRVEC1|TRVEC2|TRVEC3|TRVEC4|TRVEC5|TRVEC6|GRAV|BX|BY|BZ";
+const char* const plane_words = "P1|P2|P3|P4|TRVEC1|TRVEC2|TRVEC3|TRVEC4|GRAV|CENTRIF|BX|BY";
+const char* const solid_words =
+    "P1|P2|P3|P4|P5|P6|TRVEC1|TRVEC2|TRVEC3|TRVEC4|TRVEC5|TRVEC6|GRAV|CENTRIF|BX|BY|BZ";
 
 // faces of elements
 bool take_faces(Card& card, const Model& model, const Field& target, int face, Load& l)
@@ -42,7 +45,40 @@ bool take_volume(Card& card, const Model& model, const Field& target, Load& l)
   return true;
 }
 
-bool read_line(Card& card, const Model& model, Load& l, Field& target, std::string& word)
+// omega^2, a point and the direction of the axis: away from it, omega^2 times the distance at t = 0
+bool take_centrifugal(Card& card, Model& model, const Field& target, const std::string& key, int amplitude)
+{
+  double p[3], n[3], length = 0.0;
+  const double w2 = card_real(card, "square of the angular velocity", at_least(0.0));
+  for (double& x : p) x = card_real(card, "point of the axis", any_number());
+  for (double& x : n) x = card_real(card, "direction of the axis", any_number());
+  for (double x : n) length = std::hypot(length, x);
+  if (!card_good(card)) return false;
+  if (!(length > 0.0)) {
+    card_error(card, card.whole, "the direction of the axis is 0");
+    return false;
+  }
+  const char* const axis = "xyz";
+  std::string along;
+  for (int i = 0; i < 3; ++i)
+    along += text_format("%s(%c-(%.17g))*(%.17g)", i ? "+" : "", axis[i], p[i], n[i] / length);
+  for (int i = 0; i < model.dim; ++i) {
+    Load l;
+    l.kind      = LOAD_BODY;
+    l.per_mass  = true;
+    l.of_place  = true;
+    l.dir[i]    = 1.0;
+    l.amplitude = amplitude;
+    const std::string text = text_format("%.17g*(%c-(%.17g)-(%.17g)*(", w2, axis[i], p[i], n[i] / length) +
+                             along + "))";
+    if (!deck_function(*card.deck, target, text, l.value)) return false;
+    if (!take_volume(card, model, target, l)) return false;
+    deck_load(*card.deck, model, "DLOAD", key, card.whole, l);
+  }
+  return true;
+}
+
+bool read_line(Card& card, Model& model, Load& l, Field& target, std::string& word, int amplitude)
 {
   const bool everything = card.field[0].empty() && card.field.size() > 1 &&
                           text_squeeze(card.field[1].text) == "GRAV";
@@ -52,6 +88,10 @@ bool read_line(Card& card, const Model& model, Load& l, Field& target, std::stri
   const int kind = card_word(card, "kind of load", words);
   if (kind < 0) return false;
   word = split_words(words)[kind];
+  if (word == "CENTRIF") {
+    take_centrifugal(card, model, target, text_upper(target.text) + " " + word, amplitude);
+    return false;
+  }
   l.kind = kind < faces ? LOAD_PRESSURE : kind < 2 * faces ? LOAD_TRACTION : LOAD_BODY;
   l.per_mass = word == "GRAV";
   l.value = card_expr(card, l.kind == LOAD_PRESSURE ? "pressure"
@@ -69,7 +109,8 @@ bool read_line(Card& card, const Model& model, Load& l, Field& target, std::stri
 
 // ---------------------------------------------------------------------------
 // *DLOAD[, AMPLITUDE=][, OP=] : target, P1, pressure; target, TRVEC1, traction, dx, dy;
-// target, GRAV, g, dx, dy; target, BX, force per volume. In three dimensions directions have a dz.
+// target, GRAV, g, dx, dy; target, CENTRIF, omega^2, x, y, z, nx, ny, nz; target, BX, force per volume. In
+// three dimensions directions have a dz.
 // ---------------------------------------------------------------------------
 void kw_dload(Card& card, Model& model)
 {
@@ -79,7 +120,7 @@ void kw_dload(Card& card, Model& model)
     Load l;
     Field target;
     std::string word;
-    if (!read_line(card, model, l, target, word)) continue;
+    if (!read_line(card, model, l, target, word, amplitude)) continue;
     l.amplitude = amplitude;
     deck_load(*card.deck, model, "DLOAD", text_upper(target.text) + " " + word, card.whole, l);
   }

@@ -34,7 +34,7 @@ void form(Deck& d, Model& m, const Place& place, const std::vector<Triple>& term
   for (const Triple& t : term) {
     const int node = node_of(d, m, t.node);
     if (node < 0) return;
-    e.term.push_back({node, t.dof, t.coef});
+    e.term.push_back({frame_node(d, m, node), t.dof, t.coef});
   }
   double first = 0.0, size = 0.0;
   for (const EquationTerm& t : e.term) {
@@ -81,13 +81,14 @@ void read_equation(Card& card, const Model& model)
 }
 
 // nset|node, first[, last] : equations with these dependent dofs hold no longer
-void remove_line(Card& card, const Model& model, IntVec& active)
+void remove_line(Card& card, Model& model, IntVec& active)
 {
   IntVec node;
   const Field at  = card_field(card, "node set or node");
   const int first = card_dof(card, model, "first direction");
   const int last  = card_int_or(card, "last direction", first + 1, 1, model.dim) - 1;
   if (!card_good(card) || !target_nodes(*card.deck, model, at, node)) return;
+  frame_nodes(*card.deck, model, node);
   const std::set<int> listed(node.begin(), node.end());
   const std::size_t before = active.size();
   const auto goes = [&](int q) {

@@ -102,6 +102,7 @@ bool part_room(Card& card, Model& model, double nodes, double cells, double size
   if (!card_flag(card, "MERGE")) return true;
   p.tol = 1e-9 * size;
   for (int n = 0; n < mesh.nnode(); ++n) {
+    if (mesh.node_label[n] < 0) continue;            // of *TRANSFORM
     const double* x = &mesh.X[3 * static_cast<std::size_t>(n)];
     p.near.emplace(cell_key(std::floor(x[0] / (4 * p.tol)), std::floor(x[1] / (4 * p.tol)),
                             std::floor(x[2] / (4 * p.tol))),

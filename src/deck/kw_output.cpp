@@ -24,6 +24,7 @@ void print_read(Card& card, Model& model, bool element, const char* words)
   const int totals = card_param_word(card, "TOTALS", "NO|YES|ONLY", 0);
   p.totals    = totals > 0;
   p.only      = totals == 2;
+  p.global    = card_param_yes(card, "GLOBAL", true, false);
   const Field set = card_param_field(card, element ? "ELSET" : "NSET");
   if (!set.empty()) p.set = element ? target_elset(d, model, set) : target_nset(d, model, set);
   while (card_line(card))

@@ -70,6 +70,7 @@ void selected(Card& card, const Model& model, bool nodes, const Expr& where, Int
 {
   const int n = nodes ? model.mesh.nnode() : model.mesh.nelem();
   for (int i = 0; i < n; ++i) {
+    if (nodes && model.mesh.node_label[i] < 0) continue;         // of *TRANSFORM
     double x[3];
     if (nodes) for (int k = 0; k < 3; ++k) x[k] = model.mesh.X[3 * static_cast<std::size_t>(i) + k];
     else mesh_centroid(model.mesh, i, x);

@@ -131,6 +131,15 @@ double support_value(const Model& m, const Expr& value, int amplitude, const dou
   return t_total > 0.0 ? v : 0.0;
 }
 
+void frame_turn(const Frame& f, int dim, bool back, const double* v, double* out)
+{
+  for (int i = 0; i < dim; ++i) {
+    double sum = 0.0;
+    for (int j = 0; j < dim; ++j) sum += (back ? f.axis[3 * j + i] : f.axis[3 * i + j]) * v[j];
+    out[i] = sum;
+  }
+}
+
 bool model_viscous(const Model& m)
 {
   return std::any_of(m.material.begin(), m.material.end(),

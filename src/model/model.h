@@ -258,6 +258,15 @@ struct Equation {              // *EQUATION : sum of coef u = 0; the first dof i
   Place place;
 };
 
+struct Frame {                 // *TRANSFORM : directions of a node
+  int node = -1;
+  // a node without elements whose displacements are those of node in its own directions, by the equations
+  // [equation, equation + dim); -1: no support, load or equation needs them
+  int twin = -1, equation = -1;
+  std::array<double, 9> axis;  // component j of direction i: [3*i + j]
+  Place place;
+};
+
 struct BrokenDef {             // pre-cracks: *MODEL CHANGE, REMOVE and *INITIAL CONDITIONS, TYPE=BROKEN
   IntVec elem;
   bool remove = false;
@@ -288,6 +297,7 @@ struct Load {
   Expr value;                  // force, force/area, force/volume, acceleration
   int amplitude = -1;          // index, or -1
   double factor = 1.0;         // last value of an amplitude that has ended with its step
+  bool of_place = false;       // value is a function of position alone: it ramps as a number does
   Ramp ramp = RAMP_NONE;
   double hold = -1.0;          // RAMP_OUT: total time at which the value is taken
   Place place;
@@ -321,6 +331,7 @@ struct PrintRequest {          // *NODE PRINT, *EL PRINT
   std::vector<std::string> what;    // U V A RF | S E ENER
   int frequency = 1;
   bool totals = false;         // TOTALS=YES: the sum of RF as well
+  bool global = false;         // along x, y, z also at nodes that have directions of their own
   bool only = false;           // TOTALS=ONLY: the sum of RF without the forces of the nodes
 };
 
@@ -438,6 +449,7 @@ struct Model {
   std::vector<ConversionDef> conversion;
   std::vector<BrokenDef> broken;
   std::vector<Equation> equation;
+  std::vector<Frame> frame;
   std::vector<Step> step;
   std::vector<HistoryDef> history;
   HistoryOutput history_out;
@@ -460,6 +472,10 @@ int model_find_body(const Model& m, const std::string& name);
 
 // model_general_contact : index into Model::bond of *CONTACT, -1 when there is none
 int model_general_contact(const Model& m);
+
+// frame_turn : components of a vector v [dim] along the directions of a node, out [dim]; back: from these to
+// x, y, z
+void frame_turn(const Frame& f, int dim, bool back, const double* v, double* out);
 
 // model_viscous : has any material in use a viscous stress (*DAMPING, BETA=)?
 bool model_viscous(const Model& m);

@@ -34,6 +34,14 @@ void node_table(std::FILE* file, const char* what, const Model& m, const RealVec
   }
 }
 
+// components along the directions that nodes have (*TRANSFORM), as CalculiX prints them
+RealVec local_field(const Model& m, const RealVec& field)
+{
+  RealVec out = field;
+  for (const Frame& f : m.frame) frame_turn(f, m.dim, false, &field[f.node * m.dim], &out[f.node * m.dim]);
+  return out;
+}
+
 void total_rows(std::FILE* file, const Model& m, const RealVec& field, const Set& set, double time)
 {
   double sum[3] = {0, 0, 0};
@@ -46,11 +54,15 @@ void total_rows(std::FILE* file, const Model& m, const RealVec& field, const Set
 void node_print(std::FILE* file, const Model& m, const State& s, const PrintRequest& request)
 {
   const Set& set = m.nset[request.set];
+  const auto table = [&](const char* head, const RealVec& field) {
+    if (request.global || m.frame.empty()) node_table(file, head, m, field, set, s.n.time);
+    else node_table(file, head, m, local_field(m, field), set, s.n.time);
+  };
   for (const std::string& what : request.what) {
-    if (what == "U") node_table(file, "displacements (vx,vy,vz)", m, s.n.u, set, s.n.time);
-    if (what == "V") node_table(file, "velocities (vx,vy,vz)", m, s.n.v, set, s.n.time);
-    if (what == "A") node_table(file, "accelerations (vx,vy,vz)", m, s.n.a, set, s.n.time);
-    if (what == "RF" && !request.only) node_table(file, "forces (fx,fy,fz)", m, s.rf, set, s.n.time);
+    if (what == "U") table("displacements (vx,vy,vz)", s.n.u);
+    if (what == "V") table("velocities (vx,vy,vz)", s.n.v);
+    if (what == "A") table("accelerations (vx,vy,vz)", s.n.a);
+    if (what == "RF" && !request.only) table("forces (fx,fy,fz)", s.rf);
     if (what == "RF" && request.totals) total_rows(file, m, s.rf, set, s.n.time);
   }
 }

@@ -38,7 +38,7 @@ namespace {
 const char* const magic = "MPFE-RST";      // 8 letters
 const int format = 13;                     // of the content; changes with every change of a struct in it
 
-struct Frame {                 // in front of the content
+struct FileHead {                 // in front of the content
   char magic[8];
   std::uint64_t size = 0;      // of the content
   std::uint64_t hash = 0;      // of the content
@@ -70,7 +70,7 @@ void io_content(Archive& f, Lengths& length, State& s, ActiveGrid& grid, Output&
 // ---- writing -------------------------------------------------------------------
 
 // on the disk under another name first, then renamed
-void put_file(const std::string& path, const Frame& frame, const std::string& content)
+void put_file(const std::string& path, const FileHead& frame, const std::string& content)
 {
   const std::string fresh = path + ".new";
   std::FILE* file = out_file_open(fresh);
@@ -127,7 +127,7 @@ bool read_file(const std::string& path, std::string& bytes)
 // the content out of its frame
 bool open_frame(const std::string& path, std::string& bytes)
 {
-  Frame frame;
+  FileHead frame;
   if (bytes.size() < sizeof frame || bytes.compare(0, sizeof frame.magic, magic) != 0)
     return refuse(path, "it is no restart file of mpfe, or its beginning is damaged");
   std::memcpy(&frame, bytes.data(), sizeof frame);
@@ -210,7 +210,7 @@ void out_restart(const Model& m, State& s, ActiveGrid& grid, bool now, Output& o
   origin.deck    = m.hash;
   io(f, origin);
   io_content(f, length, s, grid, out);
-  Frame frame;
+  FileHead frame;
   std::memcpy(frame.magic, magic, sizeof frame.magic);
   frame.size = f.bytes.size();
   frame.hash = hash_add(hash_start, f.bytes.data(), f.bytes.size());

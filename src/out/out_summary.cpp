@@ -95,7 +95,9 @@ void print_mesh(std::FILE* file, const Model& m, const Elements& el)
     if (el.block_of[e] < 0) ++points;
     else ++count[m.mesh.elem_type[e]];
   }
-  std::fprintf(file, "  nodes           %d\n", m.mesh.nnode());
+  const auto has_twin = [](const Frame& f) { return f.twin >= 0; };
+  const auto twins    = std::count_if(m.frame.begin(), m.frame.end(), has_twin);
+  std::fprintf(file, "  nodes           %d\n", m.mesh.nnode() - static_cast<int>(twins));
   for (int t = 0; t < ELEM_TYPES; ++t)
     if (count[t]) std::fprintf(file, "  elements        %d %s\n", count[t], elem_table[t].name);
   if (points)

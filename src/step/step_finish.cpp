@@ -103,6 +103,12 @@ void finish_reactions(const Model& m, const Dofs& dofs, const Attempt& a, State&
   }
   for (const CornerSupport& h : dofs.corner_support)
     if (dofs.grid_bc[h.dof] < 0) st.rf[h.node_dof] += h.part * a.R[h.dof];
+  for (const Frame& f : m.frame) {           // supports along directions of the node
+    double r[3];
+    if (f.twin < 0) continue;
+    frame_turn(f, dim, true, &st.rf[f.twin * dim], r);
+    for (int i = 0; i < dim; ++i) st.rf[f.node * dim + i] += r[i];
+  }
 }
 
 // nodes without elements move with the corners that go on for them, for the results

@@ -50,6 +50,9 @@ int start_values(const Model& m, State& st)
     if (iv.body >= 0) start_body(m, iv, st, errors);
     wrong += errors > 0;
   }
+  for (const Frame& f : m.frame)
+    for (RealVec* field : {&st.n.u, &st.n.v})
+      if (f.twin >= 0) frame_turn(f, m.dim, false, &(*field)[f.node * m.dim], &(*field)[f.twin * m.dim]);
   return wrong;
 }
 

@@ -1,0 +1,88 @@
+#include <cmath>
+
+#include "deck/card.h"
+
+namespace {
+
+using Vec = std::array<double, 3>;
+
+Vec cross(const Vec& a, const Vec& b)
+{
+  return {{a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]}};
+}
+
+// v divided by its length; false: below the limit
+bool unit(Vec& v, double limit)
+{
+  const double length = std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+  if (!(length > limit)) return false;
+  for (double& x : v) x /= length;
+  return true;
+}
+
+double size_of(const Vec& v) { return std::fabs(v[0]) + std::fabs(v[1]) + std::fabs(v[2]); }
+
+void put(const Vec& e1, const Vec& e2, const Vec& e3, std::array<double, 9>& axis)
+{
+  for (int j = 0; j < 3; ++j) {
+    axis[j]     = e1[j];
+    axis[3 + j] = e2[j];
+    axis[6 + j] = e3[j];
+  }
+}
+
+// along the radius, around the axis, along it
+bool cylindrical(const Model& m, int node, const Vec& a, const Vec& e3, double limit,
+                 std::array<double, 9>& axis)
+{
+  const double* X = &m.mesh.X[3 * static_cast<std::size_t>(node)];
+  Vec r = {{X[0] - a[0], X[1] - a[1], X[2] - a[2]}};
+  const double along = r[0] * e3[0] + r[1] * e3[1] + r[2] * e3[2];
+  for (int j = 0; j < 3; ++j) r[j] -= along * e3[j];
+  if (!unit(r, limit)) return false;
+  put(r, cross(e3, r), e3, axis);
+  return true;
+}
+
+}  // namespace
+
+// ---------------------------------------------------------------------------
+// *TRANSFORM, NSET=[, TYPE=R|C] : a1, a2, a3, b1, b2, b3
+// Directions of *BOUNDARY, *CLOAD and *EQUATION at these nodes. R: direction 1 along a, 3 along a x b; C: a
+// and b are points of an axis, 1 along the radius, 2 around the axis, 3 along it
+// ---------------------------------------------------------------------------
+void kw_transform(Card& card, Model& model)
+{
+  const bool round = card_param_word(card, "TYPE", "R|C", 0) == 1;
+  const Field set  = card_param_field(card, "NSET");
+  Vec a, b, e3;
+  for (double& x : a) x = card_real(card, "a", any_number());
+  for (double& x : b) x = card_real(card, "b", any_number());
+  IntVec node;
+  if (!card_good(card) || set.empty() || !target_nodes(*card.deck, model, set, node)) return;
+  e3 = round ? Vec{{b[0] - a[0], b[1] - a[1], b[2] - a[2]}} : cross(a, b);
+  const double size = size_of(a) + size_of(b);
+  Vec e1 = a;
+  if (!unit(e3, round ? 1e-12 * size : 1e-12 * size * size) || (!round && !unit(e1, 0.0)))
+    return card_error(card, card.whole,
+                      round ? "a and b are the same point; they give the axis"
+                            : "a and b lie on a line; they give a plane");
+  if (model.dim == 2 && std::fabs(std::fabs(e3[2]) - 1.0) > 1e-12)
+    return card_error(card, card.whole,
+                      round ? "the axis must be along z in a plane model: x, y, 0, x, y, 1"
+                            : "a and b must lie in the plane: a1, a2, 0, b1, b2, 0");
+  for (int n : node) {
+    Frame f;
+    f.node  = n;
+    f.place = card_place(card);
+    if (!round) put(e1, cross(e3, e1), e3, f.axis);
+    else if (!cylindrical(model, n, a, e3, 1e-9 * size, f.axis))
+      return card_error(card, card.whole,
+                        text_format("node %d lies on the axis and has no radius", model.mesh.node_label[n]));
+    if (!card.deck->frame_of.emplace(n, static_cast<int>(model.frame.size())).second)
+      return card_error(card, set,
+                        text_format("node %d has directions of another *TRANSFORM",
+                                    model.mesh.node_label[n]));
+    model.frame.push_back(f);
+  }
+}
