@@ -375,7 +375,8 @@ struct HistoryDef {            // *HISTORY : one column each
 
 struct VtkDef {                // *VTK
   bool on = false;
-  bool ascii = false;
+  bool ascii = false;          // legacy as text
+  bool xml = false;            // .vtu
   int frequency = 0;           // every n increments, 0: not by number
   double interval = 0.0;       // every so much time
 };

@@ -207,7 +207,7 @@ void out_vtk_series(const std::string& path, const VtkSeries& series);
 
 // out_vtk_continue : for a run that goes on: frames from out.vtk_frame on, of a run that was killed, are
 // removed, and the series end before them
-void out_vtk_continue(const Output& out);
+void out_vtk_continue(const Model& m, const Output& out);
 void out_dat(const Model& m, const Elements& el, const State& s, Output& out);
 
 bool out_check_due(const Check& c, const CheckResult& r, double time);

@@ -166,7 +166,7 @@ void out_listing_defaults(std::FILE* file, const Model& m, const Bonds& bonds)
   std::fprintf(file, "  history         every %d increments\n", std::max(1, m.history_out.frequency));
   if (m.vtk.on)
     std::fprintf(file, "  VTK             %s, every %s increments, time interval %s\n",
-                 m.vtk.ascii ? "text" : "binary",
+                 m.vtk.xml ? ".vtu" : m.vtk.ascii ? "text" : "binary",
                  or_default(m.vtk.frequency, m.vtk.interval > 0.0 ? "-" : "1").c_str(),
                  or_default(m.vtk.interval, "-").c_str());
   if (m.restart.write)

@@ -262,7 +262,7 @@ int out_reopen(const Model& m, const Elements& el, Archive& f, State& s, ActiveG
       continue_file(out.base + ".ero", length.ero, out.ero) +
       continue_file(out.base + ".frag", length.frag, out.frag))
     return 1;
-  if (m.vtk.on) out_vtk_continue(out);
+  if (m.vtk.on) out_vtk_continue(m, out);
   history_open(out);
   const int every = std::max(1, m.history_out.frequency);
   for (int row = 0; row <= out.row_written; row += every) history_write(out, row);

@@ -44,33 +44,34 @@ void write_fields(VtkFile& f, const CellFields& c, int dim, bool plastic)
   if (plastic) vtk_scalars(f, "PEEQ", c.plastic);
 }
 
-std::string frame_tail(VtkKind kind, int frame)
+std::string frame_tail(const Model& m, VtkKind kind, int frame)
 {
   char tail[40];
-  std::snprintf(tail, sizeof tail, "_%s_%06d.vtk", kind_name[kind], frame);
+  std::snprintf(tail, sizeof tail, "_%s_%06d.%s", kind_name[kind], frame, m.vtk.xml ? "vtu" : "vtk");
   return tail;
 }
 
-std::string series_path(VtkKind kind, const Output& out)
+std::string series_path(const Model& m, VtkKind kind, const Output& out)
 {
-  return out.base + "_" + kind_name[kind] + ".vtk.series";
+  return out.base + "_" + kind_name[kind] + (m.vtk.xml ? ".vtu.series" : ".vtk.series");
 }
 
 // opens JOB_kind_000123.vtk and puts it into the series
 void begin(VtkFile& f, VtkKind kind, const Model& m, const State& s, Output& out)
 {
-  const std::string tail = frame_tail(kind, out.vtk_frame);
+  const std::string tail = frame_tail(m, kind, out.vtk_frame);
   out.series[kind].file.push_back(m.job + tail);
   out.series[kind].time.push_back(s.n.time);
   char title[240];
   std::snprintf(title, sizeof title, "mpfe %.150s, %s, time %.9g", m.job.c_str(), kind_name[kind], s.n.time);
-  vtk_open(f, out.base + tail, title, s.n.time, m.vtk.ascii);
+  vtk_open(f, out.base + tail, title, s.n.time,
+           m.vtk.xml ? VTK_XML : m.vtk.ascii ? VTK_ASCII : VTK_BINARY);
 }
 
-void end(VtkFile& f, VtkKind kind, const Output& out)
+void end(VtkFile& f, VtkKind kind, const Model& m, const Output& out)
 {
   vtk_close(f);
-  out_vtk_series(series_path(kind, out), out.series[kind]);
+  out_vtk_series(series_path(m, kind, out), out.series[kind]);
 }
 
 RealVec gather(const RealVec& field, const IntVec& item, int dim)
@@ -180,7 +181,7 @@ void write_fe(const Model& m, const Elements& el, const State& s, const Fragment
     vtk_scalars(f, "degradation", degr);
   }
   if (m.fragments.on) vtk_labels(f, "fragment", gather(fragments.of_elem, fe.elem));
-  end(f, VTK_FE, out);
+  end(f, VTK_FE, m, out);
 }
 
 // ---- material points ----------------------------------------------------------
@@ -225,7 +226,7 @@ void write_mp(const Model& m, const State& s, const Fragments& fragments, Output
     vtk_scalars(f, "time_broken", time);
   }
   if (m.fragments.on) vtk_labels(f, "fragment", fragments.of_point);
-  end(f, VTK_MP, out);
+  end(f, VTK_MP, m, out);
 }
 
 // ---- bonds ------------------------------------------------------------------------
@@ -282,7 +283,7 @@ void write_bonds(const Model& m, const State& s, Output& out)
   vtk_scalars(file, "area", s.bonds.area);
   vtk_labels(file, "kind", kind);
   vtk_labels(file, "bond", s.bonds.def);
-  end(file, VTK_BOND, out);
+  end(file, VTK_BOND, m, out);
 }
 
 // ---- active grid --------------------------------------------------------------------
@@ -316,7 +317,7 @@ void write_grid(const Model& m, const State& s, const ActiveGrid& grid, Output& 
   vtk_cells(f, conn, IntVec(grid.ncell, shape_info[m.dim == 3 ? SHAPE_HEX8 : SHAPE_QUAD4].vtk));
   vtk_cell_data(f, grid.ncell);
   vtk_labels(f, "field", field);
-  end(f, VTK_GRID, out);
+  end(f, VTK_GRID, m, out);
 }
 
 }  // namespace
@@ -338,7 +339,7 @@ void out_vtk_series(const std::string& path, const VtkSeries& series)
 // ---------------------------------------------------------------------------
 // out_vtk_continue : frames from out.vtk_frame on go, with what the series say of them
 // ---------------------------------------------------------------------------
-void out_vtk_continue(const Output& out)
+void out_vtk_continue(const Model& m, const Output& out)
 {
   namespace fs = std::filesystem;
   const fs::path base(out.base);
@@ -349,16 +350,18 @@ void out_vtk_continue(const Output& out)
     const std::string name = e.path().filename().string();
     for (int k = 0; k < VTK_KINDS; ++k) {
       const std::string head = base.filename().string() + "_" + kind_name[k] + "_";
+      char letter = 0;
       int frame = 0, end = 0;
       if (name.compare(0, head.size(), head) == 0 &&
-          std::sscanf(name.c_str() + head.size(), "%d.vtk%n", &frame, &end) == 1 &&
-          end > 0 && head.size() + end == name.size() && frame >= out.vtk_frame)
+          std::sscanf(&name[head.size()], "%d.vt%c%n", &frame, &letter, &end) == 2 &&
+          (letter == 'k' || letter == 'u') && end > 0 && head.size() + end == name.size() &&
+          frame >= out.vtk_frame)
         late.push_back(e.path());
     }
   }
   for (const fs::path& path : late) fs::remove(path, error);
   for (int k = 0; k < VTK_KINDS; ++k) {
-    const std::string path = series_path(static_cast<VtkKind>(k), out);
+    const std::string path = series_path(m, static_cast<VtkKind>(k), out);
     if (out.series[k].file.empty()) fs::remove(path, error);
     else out_vtk_series(path, out.series[k]);
   }

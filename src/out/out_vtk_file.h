@@ -1,5 +1,5 @@
 // ---------------------------------------------------------------------------
-// out_vtk_file.h : one legacy VTK file (version 3.0, unstructured grid)
+// out_vtk_file.h : one VTK file, an unstructured grid: legacy (version 3.0), or XML (.vtu)
 //
 // Order of the calls: open, points, cells, then point_data and cell_data, each
 // followed by its scalars, labels and vectors; close.
@@ -12,14 +12,19 @@
 
 #include "base/types.h"
 
+enum VtkFormat { VTK_BINARY, VTK_ASCII, VTK_XML };     // legacy, legacy as text, .vtu
+
 struct VtkFile {
   std::FILE* file = nullptr;
   std::string path;
-  bool ascii = false;          // false: binary, big-endian as the format asks
+  VtkFormat format = VTK_BINARY;       // legacy binary is big-endian, as the format asks
+  RealVec x;                   // XML: the points wait for the number of cells
+  const char* section = "";    // XML: PointData or CellData, open
 };
 
 // vtk_open : header and the time as field data; stops the program with EXIT_RESOURCE when it cannot write
-void vtk_open(VtkFile& f, const std::string& path, const std::string& title, double time, bool ascii);
+void vtk_open(VtkFile& f, const std::string& path, const std::string& title, double time,
+              VtkFormat format);
 void vtk_close(VtkFile& f);
 
 // vtk_points : x [n*dim]; the third coordinate is 0 in two dimensions

@@ -137,28 +137,29 @@ def read_vtk(path):
 VTU_KIND = {"Float32": "f4", "Float64": "f8", "Int32": "i4", "Int64": "i8", "UInt8": "u1"}
 
 
-def vtu_array(node, order):
+def vtu_array(node, order, header="UInt32"):
     kind, size = VTU_KIND[node.get("type")], int(node.get("NumberOfComponents", "1"))
     text = (node.text or "").strip()
     if node.get("format") == "ascii":
         value = np.array(text.split(), dtype=kind)
     else:
         raw = base64.b64decode(text)
-        value = np.frombuffer(raw, dtype=order + kind, offset=4).astype(kind)      # 4 bytes: the length
+        value = np.frombuffer(raw, dtype=order + kind, offset=8 if header == "UInt64" else 4).astype(kind)      # the length
     return value.reshape(-1, size) if size > 1 else value
 
 
 def read_vtu(path):
     """A .vtu file of ours, in the form of read_vtk."""
     root = xml.etree.ElementTree.parse(path).getroot()
+    header = root.get("header_type", "UInt32")
     order = "<" if root.get("byte_order") == "LittleEndian" else ">"
     grid = root.find("UnstructuredGrid")
     piece = grid.find("Piece")
-    take = lambda where: {a.get("Name"): vtu_array(a, order) for a in (piece.find(where) if piece.find(where) is not None else [])}
+    take = lambda where: {a.get("Name"): vtu_array(a, order, header) for a in (piece.find(where) if piece.find(where) is not None else [])}
     cells = take("Cells")
     ends = cells["offsets"]
     starts = np.concatenate([[0], ends[:-1]]) if len(ends) else []
-    out = {"title": os.path.basename(path), "time": 0.0, "points": vtu_array(piece.find("Points")[0], order),
+    out = {"title": os.path.basename(path), "time": 0.0, "points": vtu_array(piece.find("Points")[0], order, header),
            "cells": [cells["connectivity"][a:b] for a, b in zip(starts, ends)], "types": cells["types"].astype("i4"),
            "point": take("PointData"), "cell": take("CellData")}
     for a in grid.find("FieldData") if grid.find("FieldData") is not None else []:

@@ -333,7 +333,7 @@ TEST(OutVtk, TextFile)
 {
   const Folder folder;
   VtkFile f;
-  vtk_open(f, folder.file("text.vtk"), "a title", 0.25, true);
+  vtk_open(f, folder.file("text.vtk"), "a title", 0.25, VTK_ASCII);
   vtk_points(f, {0, 0, 1, 0, 0, 1}, 2);
   ListTable conn;
   conn.off  = {0, 3};
@@ -355,7 +355,7 @@ TEST(OutVtk, BinaryIsBigEndian)
 {
   const Folder folder;
   VtkFile f;
-  vtk_open(f, folder.file("binary.vtk"), "a title", 0.25, false);
+  vtk_open(f, folder.file("binary.vtk"), "a title", 0.25, VTK_BINARY);
   vtk_points(f, {1.5, -2.0}, 2);
   vtk_close(f);
   const std::string text = file_text(folder.file("binary.vtk"));
