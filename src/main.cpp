@@ -36,17 +36,16 @@ struct Options {
 
 const char* const usage =
     "mpfe [options] deck.inp\n"
-    "  -o DIR           results go to DIR (made when missing; default: here)\n"
-    "  -D name=value    sets a parameter of the deck (*PARAMETER)\n"
-    "  --restart FILE   goes on from a restart file (*RESTART, WRITE), the deck as before\n"
-    "  --check          reads and checks the deck, prints the model, computes nothing\n"
-    "  --list-keywords  all keywords with one line each\n"
-    "  --help KEYWORD   the page of a keyword: parameters, data lines, example, notes\n"
+    "  -o DIR           write results to DIR (created if missing; default: current folder)\n"
+    "  -D name=value    set a parameter of the deck (*PARAMETER)\n"
+    "  --restart FILE   continue from a restart file (*RESTART, WRITE) with the same deck\n"
+    "  --check          read and check the deck, print the model, compute nothing\n"
+    "  --list-keywords  list all keywords, one line each\n"
+    "  --help KEYWORD   print the page of a keyword: parameters, data lines, example, notes\n"
     "  --version, --help\n"
-    "Exit codes: 0 good, 1 a *CHECK failed, 2 the deck or the restart file is wrong, 3 no convergence, 4 a "
-    "bug,\n"
-    "5 memory, disk, solver, another run in this folder, 6 a signal ended the run and JOB.rst continues "
-    "it.\n";
+    "Exit codes: 0 success, 1 a *CHECK failed, 2 error in the deck or the restart file, 3 no convergence,\n"
+    "4 internal error, 5 out of memory or disk, solver error, or another run in this folder,\n"
+    "6 ended by a signal, JOB.rst continues the run.\n";
 
 int usage_error(const char* what, const char* word)
 {

@@ -64,7 +64,7 @@ int log_warnings() { return warnings; }
 void log_bug(const char* message, const char* file, int line)
 {
   log_mute(false);
-  log_error("internal: %s (%s:%d). This is a mistake of the program, please report it.", message, file, line);
+  log_error("internal: %s (%s:%d). This is a bug, please report it.", message, file, line);
   if (listing) std::fflush(listing);
   comm_stop(EXIT_BUG);
 }

@@ -91,16 +91,16 @@ const char* out_status_text(Status status)
   switch (status) {
     case STATUS_OK:       return "good";
     case BAD_JACOBIAN:    return "an element or a material point turned inside out (det F <= 0)";
-    case BAD_NUMBER:      return "the residual holds a NaN or an infinity";
+    case BAD_NUMBER:      return "the residual contains a NaN or an infinity";
     case BAD_VALUE:       return "a load or a support is not a number";
     case SOLVER_SINGULAR: return "the matrix is singular (a body without support?)";
-    case SOLVER_FAILED:   return "the linear solver gave up";
-    case NOT_CONVERGED:   return "Newton did not converge";
-    case MASS_FAILED:     return "the system of the masses was not solved";
-    case CONTACT_DEPTH:   return "a contact point entered its face too deep";
+    case SOLVER_FAILED:   return "the linear solver failed";
+    case NOT_CONVERGED:   return "Newton's method did not converge";
+    case MASS_FAILED:     return "the mass system was not solved";
+    case CONTACT_DEPTH:   return "a contact point penetrates its face too deeply";
     case OUTSIDE_GRID:    return "a material point left the grid";
     case CRITERION_EXCEEDED: return "the load of the first break lies within the increment";
-    case INTERRUPTED:     return "a signal asked the run to end";
+    case INTERRUPTED:     return "a signal ended the run";
   }
   return "unknown";
 }
@@ -114,7 +114,7 @@ void out_listing_open(const Model& m, Output& out, bool goes_on)
   if (comm_rank() > 0) return;
   out.lst  = out_file_open(out.base + ".lst", goes_on);
   log_open(out.lst);
-  if (goes_on) std::fprintf(out.lst, "\n\n---- the run goes on from a restart file ----\n\n");
+  if (goes_on) std::fprintf(out.lst, "\n\n---- continued from a restart file ----\n\n");
   utsname machine;
   uname(&machine);
   std::fprintf(out.lst, "mpfe %s   implicit material points and finite elements\n\n", MPFE_VERSION);

@@ -106,7 +106,7 @@ bool restart_due(const Model& m, const State& s, Output& out)
 
 bool refuse(const std::string& path, const std::string& why)
 {
-  log_error("the run cannot go on from %s: %s", path.c_str(), why.c_str());
+  log_error("the run cannot continue from %s: %s", path.c_str(), why.c_str());
   return false;
 }
 
@@ -175,7 +175,7 @@ int continue_file(const std::string& path, long length, std::FILE*& file)
   }
   const std::uintmax_t now = std::filesystem::file_size(path, error);
   if (error || now < static_cast<std::uintmax_t>(length)) {
-    log_error("%s goes on, but its first %ld bytes are not there: bring the file back into this folder",
+    log_error("%s is continued, but its first %ld bytes are missing: restore the file in this folder",
               path.c_str(), length);
     return 1;
   }

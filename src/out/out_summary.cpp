@@ -227,8 +227,8 @@ void print_wave_travel(std::FILE* file, const Model& m, const Elements& el, cons
     std::fprintf(file, "\n");
     const double crossed = edge.hi > 0.0 ? c * m.step[i].dt / edge.lo : 0.0;
     if (!m.fracture.empty() && crossed > 5.0)
-      log_warn("step %zu: a wave crosses %.3g elements in an increment, so what waves break is not resolved; "
-               "dt = %.3g carries it over one",
+      log_warn("step %zu: a wave crosses %.3g elements in an increment, so fracture by waves is not "
+               "resolved; with dt = %.3g it crosses one",
                i + 1, crossed, m.step[i].dt / crossed);
   }
 }

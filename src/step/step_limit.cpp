@@ -83,7 +83,7 @@ void step_limit(const Model& m, const Elements& el, const State& st, const Step&
   if (count == 0 || !warned.insert("stretch " + std::to_string(std::ilogb(count))).second) return;
   const int label = c.is_point ? st.points.label[c.worst] : m.mesh.elem_label[c.worst];
   log_warn("time %.8g: %d elements and %d material points are compressed below a stretch of 0.577, where "
-           "St.Venant-Kirchhoff softens and its answer means little; the worst is %s %d at %s with %.3f",
+           "St.Venant-Kirchhoff softens and its results are unreliable; the worst is %s %d at %s with %.3f",
            st.n.time, c.elements, c.points, c.is_point ? "material point" : "element", label,
            position_text(c.X, m.dim).c_str(), std::sqrt(std::max(0.0, c.least)));
 }

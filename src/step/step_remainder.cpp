@@ -103,7 +103,8 @@ void step_remainder(const Model& m, const Discretisation& d, const Dofs& dofs, c
     if (size(load) > 0.0) rest += borne / size(load);
   }
   if (rest <= 0.01 * all || !warned.insert("remainder " + std::to_string(st.log.step)).second) return;
-  log_warn("step %d, time %.8g: %.0f %% of the loads act on pieces that nothing intact ties to a support; "
-           "broken elements carry them by their STIFFNESS alone, and displacements mean little: end the step "
-           "before, or prescribe displacements", st.log.step, st.n.time, 100.0 * rest / all);
+  log_warn("step %d, time %.8g: %.0f %% of the loads act on pieces without an intact connection to a "
+           "support; broken elements carry them by their STIFFNESS alone, and the displacements are "
+           "meaningless: end the step before, or prescribe displacements",
+           st.log.step, st.n.time, 100.0 * rest / all);
 }
