@@ -220,6 +220,8 @@ Field card_field(Card& c, const char* what)
   return f;
 }
 
+Field card_field_or_none(Card& c) { return card_more(c) ? c.field[c.next++] : Field(); }
+
 double card_real(Card& c, const char* what, const Limit& limit)
 {
   const Field f = card_field(c, what);

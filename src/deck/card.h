@@ -45,6 +45,7 @@ void card_end(Card& c);                  // a further field or line is an error
 
 // ---- fields of the open line. what: its name in messages. words: "MEAN|SUM|MAX".
 Field card_field(Card& c, const char* what);
+Field card_field_or_none(Card& c);       // empty: nothing stands there
 double card_real(Card& c, const char* what, const Limit& limit);
 double card_real_or(Card& c, const char* what, double otherwise, const Limit& limit);
 int card_int(Card& c, const char* what, int lo, int hi);

@@ -82,8 +82,7 @@ std::vector<ContactRule>& rules_of(BondDef& b, RuleKind kind)
 // a line: side, side[, interaction]; an empty first side: all faces, an empty second one: the first
 void rule_line(Card& card, int general, RuleKind kind)
 {
-  const Field a = card_field(card, "surface"),
-              b = card_more(card) ? card_field(card, "second surface") : Field();
+  const Field a = card_field_or_none(card), b = card_field_or_none(card);
   const Field property = kind == RULE_PROPERTY ? card_field(card, "surface interaction") : Field();
   card_later(card, STAGE_STEP, [=](Deck& d, Model& m) {
     ContactRule rule;
