@@ -13,7 +13,7 @@ const int MOST      = 5000;    // iterations
 const double CUBE   = 3.6;     // iterations with the incomplete factor, cube of elements: times cbrt(nodes)
 // the same, for 8 digits: more, and multigrid is faster, which takes as long as 70 of them with its part of
 // the set-up (an iteration 3.7, the set-up 100 to 150 for all systems that keep it)
-const double MANY = 100.0, AMG_WORK = 70.0;
+const double MANY = 130.0, AMG_WORK = 70.0;
 const int AMG_MOST  = 200;     // with multigrid, which takes 10 to 30 where it is in its place
 const long AMG_WAIT = 8;       // solutions until multigrid that has failed is tried again; doubled each time
 const int FEW       = 30;      // the same, with corrected factors: more cost what a factorisation does
