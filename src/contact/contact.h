@@ -43,9 +43,6 @@ struct ContactWall {
 // contact_walls : planes at the ends of the grid that are held across and do not move
 std::vector<ContactWall> contact_walls(const Model& m);
 
-// contact_base : nodes and corners (nnode + first of the same name) that carry a node or corner, added to out
-void contact_base(const Model& m, const Points& pts, int kin, IntVec& out);
-
 struct ContactScene;
 
 // contact_search : nearest master face of every place within reach; bodies apart cost their boxes only

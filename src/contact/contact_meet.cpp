@@ -17,10 +17,9 @@ const double RIM2    = 1e-4;   // of the squared size: a hundredth of the face b
 // less than a quarter of it: what it stores comes back.  Test: verification/contact/g2_flight.inp
 const double HELD2   = 0.0625;
 
-}  // namespace
-
-MasterFace master_face(const Model& m, const Points& pts, bool body, const Face& f, const RealVec& u,
-                       const RealVec& uc)
+// move(k): displacement k of the nodes or the corners
+template <class Move>
+MasterFace face_of(const Model& m, const Points& pts, bool body, const Face& f, Move move)
 {
   MasterFace out;
   const ShapeInfo& info = shape_info[body ? pts.shape[f.elem] : elem_table[m.mesh.elem_type[f.elem]].shape];
@@ -31,8 +30,7 @@ MasterFace master_face(const Model& m, const Points& pts, bool body, const Face&
     out.kin[k]  = body ? m.mesh.nnode() + c : c;
     for (int i = 0; i < 3; ++i) {
       double x = 0.0;
-      if (i < m.dim)
-        x = body ? pts.Xc[c * m.dim + i] + uc[c * m.dim + i] : m.mesh.X[3 * c + i] + u[c * m.dim + i];
+      if (i < m.dim) x = (body ? pts.Xc[c * m.dim + i] : m.mesh.X[3 * c + i]) + move(c * m.dim + i);
       out.x[3 * k + i] = x;
       out.lo[i] = k ? std::min(out.lo[i], x) : x;
       out.hi[i] = k ? std::max(out.hi[i], x) : x;
@@ -43,6 +41,20 @@ MasterFace master_face(const Model& m, const Points& pts, bool body, const Face&
     out.size = std::max(out.size, std::hypot(b[0] - a[0], b[1] - a[1], b[2] - a[2]));
   }
   return out;
+}
+
+}  // namespace
+
+MasterFace master_face(const Model& m, const Points& pts, bool body, const Face& f, const RealVec& u,
+                       const RealVec& uc)
+{
+  const RealVec& moved = body ? uc : u;
+  return face_of(m, pts, body, f, [&](int k) { return moved[k]; });
+}
+
+MasterFace face_at_start(const Model& m, const Points& pts, bool body, const Face& f)
+{
+  return face_of(m, pts, body, f, [](int) { return 0.0; });
 }
 
 void face_middle(const MasterFace& f, double* x, double* n)

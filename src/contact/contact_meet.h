@@ -21,6 +21,9 @@ struct MasterFace {
 MasterFace master_face(const Model& m, const Points& pts, bool body, const Face& f, const RealVec& u,
                        const RealVec& uc);
 
+// face_at_start : where it was at t = 0
+MasterFace face_at_start(const Model& m, const Points& pts, bool body, const Face& f);
+
 // face_middle : its middle and unit normal there                                                 [3]
 void face_middle(const MasterFace& f, double* x, double* n);
 

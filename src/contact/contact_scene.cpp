@@ -109,7 +109,6 @@ bool allowed(const BondDef& d, SideBits x, SideBits y)
 // what the faces are, whatever their motion
 void describe(const Model& m, const Points& pts, const Bonds& bonds, ContactScene& s)
 {
-  const RealVec u(static_cast<size_t>(m.mesh.nnode()) * m.dim, 0.0), uc(pts.Xc.size(), 0.0);
   const BondDef& d = m.bond[model_general_contact(m)];
   IntVec part      = s.part_of_node.empty() ? parts_of_mesh(m.mesh) : std::move(s.part_of_node);
   std::vector<SideFaces> side;           // two a rule
@@ -121,7 +120,7 @@ void describe(const Model& m, const Points& pts, const Bonds& bonds, ContactScen
   s.part_of_node = std::move(part);
   s.skin         = bonds.skin;
   for (const SkinFace& f : s.skin) {
-    const MasterFace at_start = master_face(m, pts, f.points, {f.elem, f.face}, u, uc);
+    const MasterFace at_start = face_at_start(m, pts, f.points, {f.elem, f.face});
     const int element = f.points ? pts.parent[f.elem] : f.elem;
     s.field.push_back(grid_field(pts, f));
     s.body.push_back(element >= 0 ? s.part_of_node[m.mesh.conn.begin(element)[0]]

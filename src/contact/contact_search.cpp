@@ -215,13 +215,15 @@ void search_place(GeneralSearch& g, int b, const IntVec& facing, std::vector<Hit
 void meet_wall(GeneralSearch& g, int b, int i, ContactPairs& pairs)
 {
   const FaceNow& a = face_now(g, i);
+  const size_t first = pairs.master.off.back();
   for (const ContactWall& w : g.wall) {
     const double gap = w.side * (g.xb[b * g.m.dim + w.axis] - w.at);
+    const bool meets = pairs.master.item.size() > first;
     if (w.side * a.n[w.axis] > OPPOSED || gap > g.scene.part * a.f.size + g.scene.travel) continue;
-    if (pairs.master.off.back() < static_cast<int>(pairs.master.item.size()) && gap > pairs.gap[b]) continue;
-    if (pairs.master.off.back() == static_cast<int>(pairs.master.item.size())) ++pairs.near;
-    pairs.master.item.resize(pairs.master.off.back());
-    pairs.master_w.resize(pairs.master.off.back());
+    if (meets && gap > pairs.gap[b]) continue;
+    if (!meets) ++pairs.near;
+    pairs.master.item.resize(first);
+    pairs.master_w.resize(first);
     pairs.master.item.push_back(*g.bonds.a.begin(b));
     pairs.master_w.push_back(0.0);
     pairs.gap[b]  = gap;

@@ -74,15 +74,30 @@ int face_under(const std::vector<OuterFace>& faces, const FacesOfNodes& around, 
   return -1;
 }
 
+// nodes and corners (nnode + first of the same name) that carry a node or corner, added to out
+void add_carriers(const Model& m, const Points& pts, int kin, IntVec& out)
+{
+  const int nnode = m.mesh.nnode(), c = kin - nnode;
+  if (c < 0) {
+    out.push_back(kin);
+    return;
+  }
+  const int hangs = c < static_cast<int>(pts.hangs.size()) && pts.field[c] != FIELD_OWN ? pts.hangs[c]
+                                                                                        : HANG_GRID;
+  if (hangs == HANG_NODE) out.push_back(pts.hang.begin(c)[0]);
+  else if (hangs == HANG_CORNERS)
+    for (int k = 0; k < pts.hang.count(c); ++k) add_carriers(m, pts, nnode - 1 - pts.hang.begin(c)[k], out);
+  else out.push_back(nnode + pts.twin[c]);
+}
+
 // faces of the boundary of the points that hang on the outer face of an element are inside the body, as that
 // face is where they cover it
 void drop_covered(const Model& m, const Points& pts, std::vector<OuterFace>& faces,
                   std::vector<Face>& boundary)
 {
   const FacesOfNodes around(faces);
-  const RealVec u(static_cast<size_t>(m.mesh.nnode()) * m.dim, 0.0), uc(pts.Xc.size(), 0.0);
   const auto area = [&](bool points, const Face& f) {
-    const MasterFace at_start = master_face(m, pts, points, f, u, uc);
+    const MasterFace at_start = face_at_start(m, pts, points, f);
     return face_whole_area(at_start.n, at_start.x);
   };
   RealVec covered(faces.size(), 0.0);
@@ -92,7 +107,7 @@ void drop_covered(const Model& m, const Points& pts, std::vector<OuterFace>& fac
     const ShapeInfo& info = shape_info[pts.shape[f.elem]];
     node.clear();
     for (int k = 0; k < info.nfnode[f.face]; ++k)
-      contact_base(m, pts, m.mesh.nnode() + pts.conn.begin(f.elem)[info.face[f.face][k]], node);
+      add_carriers(m, pts, m.mesh.nnode() + pts.conn.begin(f.elem)[info.face[f.face][k]], node);
     const bool hangs = *std::max_element(node.begin(), node.end()) < m.mesh.nnode();
     const int under  = hangs ? face_under(faces, around, node) : -1;
     if (under < 0) rest.push_back(f);
@@ -127,7 +142,6 @@ struct SymmetryPlanes {
   const Points& pts;
   IntVec held;
   std::vector<ContactWall> wall;
-  RealVec u, uc;
 
   // bits of the directions in which a node, or a corner (nnode + c) on the grid, is held
   int held_at(int kin) const
@@ -144,11 +158,11 @@ struct SymmetryPlanes {
 
   bool holds(bool points, const Face& f) const
   {
-    const MasterFace face = master_face(m, pts, points, f, u, uc);
+    const MasterFace face = face_at_start(m, pts, points, f);
     double x[3], n[3];
     int bits = 7;
     IntVec base;
-    for (int k = 0; k < face.n; ++k) contact_base(m, pts, face.kin[k], base);
+    for (int k = 0; k < face.n; ++k) add_carriers(m, pts, face.kin[k], base);
     for (int kin : base) bits &= held_at(kin);
     face_middle(face, x, n);
     for (int k = 0; k < m.dim; ++k)
@@ -174,21 +188,6 @@ std::vector<ContactWall> contact_walls(const Model& m)
   return out;
 }
 
-void contact_base(const Model& m, const Points& pts, int kin, IntVec& out)
-{
-  const int nnode = m.mesh.nnode(), c = kin - nnode;
-  if (c < 0) {
-    out.push_back(kin);
-    return;
-  }
-  const int hangs = c < static_cast<int>(pts.hangs.size()) && pts.field[c] != FIELD_OWN ? pts.hangs[c]
-                                                                                        : HANG_GRID;
-  if (hangs == HANG_NODE) out.push_back(pts.hang.begin(c)[0]);
-  else if (hangs == HANG_CORNERS)
-    for (int k = 0; k < pts.hang.count(c); ++k) contact_base(m, pts, nnode - 1 - pts.hang.begin(c)[k], out);
-  else out.push_back(nnode + pts.twin[c]);
-}
-
 std::vector<SkinFace> contact_skin(const Model& m, const Fracture& fr, const Points& pts,
                                    const std::vector<Face>& interface)
 {
@@ -200,9 +199,7 @@ std::vector<SkinFace> contact_skin(const Model& m, const Fracture& fr, const Poi
       bonded.insert(bonded.end(), m.surface[d.surface].face.begin(), m.surface[d.surface].face.end());
   std::vector<OuterFace> faces = outer_faces(m, fr, bonded);
   drop_covered(m, pts, faces, boundary);
-  const SymmetryPlanes symmetry{m, pts, held_nodes(m), contact_walls(m),
-                                RealVec(static_cast<size_t>(m.mesh.nnode()) * m.dim, 0.0),
-                                RealVec(pts.Xc.size(), 0.0)};
+  const SymmetryPlanes symmetry{m, pts, held_nodes(m), contact_walls(m)};
   faces.erase(std::remove_if(faces.begin(), faces.end(),
                              [&](const OuterFace& f) { return symmetry.holds(false, f.face); }),
               faces.end());

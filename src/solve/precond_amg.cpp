@@ -298,7 +298,8 @@ bool same_pattern(const AmgData& d, const SysMatrix& M, const OwnBlock* own)
   return !comm_allreduce_max(d.off != M.off || d.col != M.col || (own && d.owner != own->owner));
 }
 
-bool begin(const SysMatrix& M, OwnBlock* own, const Cholesky& L, const RealVec* place, AmgData& d)
+bool begin(const SysMatrix& M, OwnBlock* own, const Cholesky& L, const std::function<RealVec()>& place,
+           AmgData& d)
 {
   d.M     = &M;
   d.own   = own;
@@ -318,7 +319,8 @@ bool begin(const SysMatrix& M, OwnBlock* own, const Cholesky& L, const RealVec* 
     d.z.resize(d.r.size());
   }
   fill_entries(d);
-  return !comm_allreduce_max(!form_hierarchy(d, place));
+  const RealVec at = place ? place() : RealVec();
+  return !comm_allreduce_max(!form_hierarchy(d, place ? &at : nullptr));
 }
 
 }  // namespace
@@ -330,13 +332,13 @@ bool amg_there() { return (petsc = petsc_open()) != nullptr; }
 //
 //   in   M       A; several ranks: own->B
 //        L       incomplete factor of M, the smoother of the finest level
-//        place   [neq] positions of the nodes of all rows; null: not known
+//        place   [neq] positions of the nodes of all rows; empty: not known
 //   out  data    the hierarchy. Of the same pattern, the coarse matrices stay as long as the iterations that
 //                they cost more than new ones are fewer than those that new ones cost
 //   false: PETSc is not there, or cannot do it
 // ---------------------------------------------------------------------------
-bool amg_form(const SysMatrix& M, OwnBlock* own, const Cholesky& L, const RealVec* place, long stamp,
-              std::shared_ptr<AmgData>& data)
+bool amg_form(const SysMatrix& M, OwnBlock* own, const Cholesky& L, const std::function<RealVec()>& place,
+              long stamp, std::shared_ptr<AmgData>& data)
 {
   if (!amg_there()) return false;
   if (!data || !same_pattern(*data, M, own)) {
@@ -409,7 +411,8 @@ double amg_memory(const AmgData& d)
 struct AmgData {};
 
 bool amg_there() { return false; }
-bool amg_form(const SysMatrix&, OwnBlock*, const Cholesky&, const RealVec*, long, std::shared_ptr<AmgData>&)
+bool amg_form(const SysMatrix&, OwnBlock*, const Cholesky&, const std::function<RealVec()>&, long,
+              std::shared_ptr<AmgData>&)
 {
   return false;
 }

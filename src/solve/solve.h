@@ -13,6 +13,7 @@
 #ifndef MPFE_SOLVE_SOLVE_H
 #define MPFE_SOLVE_SOLVE_H
 
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -133,7 +134,7 @@ struct SolveAsk {
   bool inertia = false;             // A holds masses
   bool known_regular = false;       // A is not singular, without being factorised
   bool plain = false;               // A is that of elements alone: no points, bonds, contact, fracture
-  const RealVec* place = nullptr;   // [neq] positions of the nodes of the rows, null: not known
+  std::function<RealVec()> place = nullptr;      // [neq] positions of the nodes of the rows; empty: not known
 };
 
 // solve_open : AUTO and CG factorise by MUMPS when it was built in, else SKYLINE. Returns false when the kind

@@ -191,8 +191,8 @@ Status reused_apply(Solver& s, const SysMatrix& A, ReusedFactors& k, const RealV
 
 // precond_amg.cpp; without MPFE_PETSC nothing is there
 bool amg_there();
-bool amg_form(const SysMatrix& M, OwnBlock* own, const Cholesky& L, const RealVec* place, long stamp,
-              std::shared_ptr<AmgData>& data);
+bool amg_form(const SysMatrix& M, OwnBlock* own, const Cholesky& L, const std::function<RealVec()>& place,
+              long stamp, std::shared_ptr<AmgData>& data);
 bool amg_apply(AmgData& d, const RealVec& r, RealVec& z, double& rho);
 bool amg_count(AmgData& d, const CgDone& done);
 double amg_memory(const AmgData& d);

@@ -166,9 +166,7 @@ Failure step_solve(Problem& p, const Attempt& a, int it, double residual, double
                   (ask.inertia || supported(p));
   ask.digits = -std::log10(std::max(ask.eta, FINAL * l.residual / residual));
   ask.plain  = !p.st.points.npoint && !p.st.bonds.nbond && !p.d.fm.on;
-  RealVec place;
-  if (!ask.inertia || p.m.solver.kind == SOLVER_AMG) place = row_places(p);
-  if (!place.empty()) ask.place = &place;
+  if (!ask.inertia || p.m.solver.kind == SOLVER_AMG) ask.place = [&p] { return row_places(p); };
   const Status status = solve_slipping(p, a, pending, ask, l);
   if (status != STATUS_OK) return status;
   double energy = 0.0;

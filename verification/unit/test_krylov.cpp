@@ -369,7 +369,7 @@ TEST(Krylov, MultigridSeesSmoothModes)
   const Plate p   = plate(120, 8, 1.0);
   const RealVec b = right_hand_side(p.A);
   SolveAsk a = ask(p.key, 1);
-  a.place    = &p.place;
+  a.place    = [&p] { return p.place; };
   RealVec x;
   ASSERT_EQ(solve_system(s, p.A, a, b, x), STATUS_OK);
   EXPECT_LT(residual(p.A, b, x), 1e-9);
