@@ -403,7 +403,7 @@ std::string other_element(const std::string& name)
   static const Family family[] = {
       {"C3D20", "this form is not available; take C3D20R, or C3D20"},
       {"C3D27", "bricks of 27 nodes are not available; take C3D20R, with the first 20 nodes"},
-      {"C3D15", "quadratic wedges are not available; take C3D6, with the corner nodes alone"},
+      {"C3D15", "this form is not available; take C3D15"},
       {"C3D10", "this form is not available; take C3D10"},
       {"C3D8", "this form of integration is not available; take C3D8, or C3D8I for bending"},
       {"CPE8", "this form is not available; take CPE8R, or CPE8"},

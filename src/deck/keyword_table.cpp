@@ -112,7 +112,7 @@ const Keyword keyword_table[] = {
      "INTERVAL|SPEED LIMIT|FALLBACK|START|TOLERANCE|WEIBULL|SEED",
      "elements that may break, their toughness and criterion"},
     {"EL FILE", kw_el_file, IN_STEP, "FREQUENCY|OUTPUT", "requests VTK output of element results (CalculiX)"},
-    {"EL PRINT", kw_el_print, IN_STEP, "ELSET!|FREQUENCY", "prints element results into the listing"},
+    {"EL PRINT", kw_el_print, IN_STEP, "ELSET!|FREQUENCY|GLOBAL", "prints element results into the listing"},
     {"ELASTIC", kw_elastic, IN_MATERIAL, "TYPE", "Young's modulus and Poisson's ratio of a material"},
     {"ELEMENT", kw_element, IN_MODEL, "TYPE!|ELSET", "elements by label and nodes"},
     {"ELSET", kw_elset, IN_MODEL, "ELSET!|GENERATE|WHERE", "set of elements"},

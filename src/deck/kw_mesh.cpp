@@ -84,7 +84,7 @@ bool part_room(Card& card, Model& model, double nodes, double cells, double size
 {
   Mesh& mesh = model.mesh;
   const int per_cell = cut_of(p.type).n;
-  if (elem_quadratic(p.type)) nodes *= per_cell > 2 ? 8 : 4;       // edges a corner, with room
+  if (elem_quadratic(p.type)) nodes *= per_cell > 1 ? 8 : 4;       // edges a corner, with room
   if (cells > 5e7) {
     card_error(card, card.whole, text_format("%.9g cells; at most 5e7 are allowed", cells));
     return false;

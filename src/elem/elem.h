@@ -124,6 +124,7 @@ auto by_shape(Shape s, Use use)
     case SHAPE_QUAD8: return use(ElemSize<2, 8, 9>());
     case SHAPE_QUAD8R: return use(ElemSize<2, 8, 4>());
     case SHAPE_TET10: return use(ElemSize<3, 10, 4>());
+    case SHAPE_WEDGE15: return use(ElemSize<3, 15, 9>());
     case SHAPE_HEX20: return use(ElemSize<3, 20, 27>());
     case SHAPE_HEX20R: return use(ElemSize<3, 20, 8>());
     default: return use(ElemSize<3, 8, 8>());

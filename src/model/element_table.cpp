@@ -14,6 +14,9 @@ const ShapeInfo shape_info[SHAPES] = {
   {2, 8, 4, 4, {3, 3, 3, 3, 0, 0}, {{0, 1, 4}, {1, 2, 5}, {2, 3, 6}, {3, 0, 7}}, 23, SHAPE_QUAD4},
   {3, 10, 4, 4, {6, 6, 6, 6, 0, 0},
    {{0, 2, 1, 6, 5, 4}, {0, 1, 3, 4, 8, 7}, {1, 2, 3, 5, 9, 8}, {0, 3, 2, 7, 9, 6}}, 24, SHAPE_TET4},
+  {3, 15, 9, 5, {6, 6, 8, 8, 8, 0},
+   {{0, 2, 1, 8, 7, 6}, {3, 4, 5, 9, 10, 11}, {0, 1, 4, 3, 6, 13, 9, 12}, {1, 2, 5, 4, 7, 14, 10, 13},
+    {2, 0, 3, 5, 8, 12, 11, 14}}, 26, SHAPE_WEDGE6},
   {3, 20, 27, 6, {8, 8, 8, 8, 8, 8},
    {{0, 3, 2, 1, 11, 10, 9, 8}, {4, 5, 6, 7, 12, 13, 14, 15}, {0, 1, 5, 4, 8, 17, 12, 16},
     {1, 2, 6, 5, 9, 18, 13, 17}, {2, 3, 7, 6, 10, 19, 14, 18}, {3, 0, 4, 7, 11, 16, 15, 19}},
@@ -42,6 +45,7 @@ const ElemType elem_table[ELEM_TYPES] = {
   {"CPE8R", SHAPE_QUAD8R, PLANE_STRAIN, false},
   {"CPS8R", SHAPE_QUAD8R, PLANE_STRESS, false},
   {"C3D10", SHAPE_TET10, PLANE_NONE, false},
+  {"C3D15", SHAPE_WEDGE15, PLANE_NONE, false},
   {"C3D20", SHAPE_HEX20, PLANE_NONE, false},
   {"C3D20R", SHAPE_HEX20R, PLANE_NONE, false},
 };

@@ -64,6 +64,35 @@ void wedge6(const double* xi, double* N, double* dN)
   }
 }
 
+// serendipity family of the wedge, s = -1 below and 1 above: corners, middles of the edges of the triangles,
+// of those between them                                                                               (1.21)
+void wedge15(const double* xi, double* N, double* dN)
+{
+  static const int edge[3][2] = {{0, 1}, {1, 2}, {2, 0}};
+  double L[3], dL[6];
+  tri3(xi, L, dL);
+  const double z = xi[2];
+  for (int a = 0; a < 6; ++a) {
+    const int i = a % 3, j = edge[i][0], k = edge[i][1];
+    const double s = a < 3 ? -1.0 : 1.0, t = 1.0 + s * z;
+    N[a]     = 0.5 * L[i] * t * (2.0 * L[i] + s * z - 2.0);
+    N[6 + a] = 2.0 * L[j] * L[k] * t;
+    if (!dN) continue;
+    for (int c = 0; c < 2; ++c) {
+      dN[3 * a + c]       = 0.5 * t * (4.0 * L[i] + s * z - 2.0) * dL[2 * i + c];
+      dN[3 * (6 + a) + c] = 2.0 * t * (L[j] * dL[2 * k + c] + L[k] * dL[2 * j + c]);
+    }
+    dN[3 * a + 2]       = 0.5 * s * L[i] * (2.0 * L[i] + 2.0 * s * z - 1.0);
+    dN[3 * (6 + a) + 2] = 2.0 * s * L[j] * L[k];
+  }
+  for (int i = 0; i < 3; ++i) {
+    N[12 + i] = L[i] * (1.0 - z * z);
+    if (!dN) continue;
+    for (int c = 0; c < 2; ++c) dN[3 * (12 + i) + c] = dL[2 * i + c] * (1.0 - z * z);
+    dN[3 * (12 + i) + 2] = -2.0 * z * L[i];
+  }
+}
+
 // the middle of the edge of corners i and j of a simplex: 4 L_i L_j; a corner: L_i (2 L_i - 1)
 void simplex_quadratic(int dim, int edges, const int edge[][2], const double* L, const double* dL, double* N,
                        double* dN)
@@ -166,6 +195,7 @@ void shape_eval(Shape s, const double* xi, double* N, double* dN)
     case SHAPE_HEX8: hex8(xi, N, dN); break;
     case SHAPE_TRI6: tri6(xi, N, dN); break;
     case SHAPE_TET10: tet10(xi, N, dN); break;
+    case SHAPE_WEDGE15: wedge15(xi, N, dN); break;
     case SHAPE_QUAD8: case SHAPE_QUAD8R:
       for (int a = 0; a < 8; ++a) serendipity(2, quad8_node[a], xi, N + a, dN ? dN + 2 * a : nullptr);
       break;

@@ -85,17 +85,19 @@ GaussRule tet_rule(int n)
   return {4, {{a, a, a}, {b, a, a}, {a, b, a}, {a, a, b}}, {w, w, w, w}};
 }
 
-GaussRule wedge_rule()
+// a rule of the triangle on each of 2 or 3 points of the axis, from below
+GaussRule wedge_rule(int triangle, int axis)
 {
-  const GaussRule t = tri_rule(3);
-  const double g = 1.0 / std::sqrt(3.0);
+  const GaussRule t = tri_rule(triangle);
+  const double g = axis == 2 ? 1.0 / std::sqrt(3.0) : std::sqrt(0.6);
   GaussRule r{};
-  r.n = 6;
-  for (int k = 0; k < 6; ++k) {
-    r.xi[k][0] = t.xi[k % 3][0];
-    r.xi[k][1] = t.xi[k % 3][1];
-    r.xi[k][2] = k < 3 ? -g : g;
-    r.w[k]     = t.w[k % 3];
+  r.n = triangle * axis;
+  for (int k = 0; k < r.n; ++k) {
+    const int i = k % triangle, layer = k / triangle;
+    r.xi[k][0] = t.xi[i][0];
+    r.xi[k][1] = t.xi[i][1];
+    r.xi[k][2] = g * (layer == 0 ? -1.0 : layer == axis - 1 ? 1.0 : 0.0);
+    r.w[k]     = t.w[i] * (axis == 2 ? 1.0 : layer == 1 ? 8.0 / 9 : 5.0 / 9);
   }
   return r;
 }
@@ -104,10 +106,10 @@ GaussRule wedge_rule()
 
 const GaussRule& gauss_rule(Shape s)
 {
-  static const GaussRule tri = tri_rule(1), quad = tensor_rule(2), tet = tet_rule(1), wedge = wedge_rule(),
-                         hex = tensor_rule(3);
+  static const GaussRule tri = tri_rule(1), quad = tensor_rule(2), tet = tet_rule(1),
+                         wedge = wedge_rule(3, 2), hex = tensor_rule(3);
   static const GaussRule tri3 = tri_rule(3), tet4 = tet_rule(4), quad9 = tensor_rule_3(2),
-                         hex27 = tensor_rule_3(3);
+                         wedge9 = wedge_rule(3, 3), hex27 = tensor_rule_3(3);
   switch (s) {
     case SHAPE_TRI3: return tri;
     case SHAPE_QUAD4: return quad;
@@ -117,6 +119,7 @@ const GaussRule& gauss_rule(Shape s)
     case SHAPE_QUAD8: return quad9;
     case SHAPE_QUAD8R: return quad;
     case SHAPE_TET10: return tet4;
+    case SHAPE_WEDGE15: return wedge9;
     case SHAPE_HEX20: return hex27;
     case SHAPE_HEX8: case SHAPE_HEX20R: break;
   }
@@ -125,12 +128,14 @@ const GaussRule& gauss_rule(Shape s)
 
 const GaussRule& gauss_rule_mass(Shape s)
 {
-  static const GaussRule tri = tri_rule(3), tet = tet_rule(4), tri6 = tri_rule(6), tet10 = tet_rule(14);
+  static const GaussRule tri = tri_rule(3), tet = tet_rule(4), tri6 = tri_rule(6), tet10 = tet_rule(14),
+                         wedge18 = wedge_rule(6, 3);
   switch (s) {
     case SHAPE_TRI3: return tri;
     case SHAPE_TET4: return tet;
     case SHAPE_TRI6: return tri6;
     case SHAPE_TET10: return tet10;
+    case SHAPE_WEDGE15: return wedge18;
     case SHAPE_QUAD8R: return gauss_rule(SHAPE_QUAD8);
     case SHAPE_HEX20R: return gauss_rule(SHAPE_HEX20);
     default: return gauss_rule(s);

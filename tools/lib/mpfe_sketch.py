@@ -5,7 +5,7 @@ Lengths that do not belong to the problem (hatching, distance of text) are in in
 """
 import io
 
-import numpy as np
+from mpfe_files import np
 import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt

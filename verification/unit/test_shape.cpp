@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numeric>
 #include <random>
 
 #include "shape/face.h"
@@ -34,23 +35,29 @@ double power(const double* x, const int p[3])
   return std::pow(x[0], p[0]) * std::pow(x[1], p[1]) * std::pow(x[2], p[2]);
 }
 
+// the first axes of the reference cell that make a triangle or a tetrahedron; the others run from -1 to 1
+int simplex_axes(Shape s)
+{
+  return is_simplex(s) ? shape_info[s].dim : shape_info[s].linear == SHAPE_WEDGE6 ? 2 : 0;
+}
+
 // int x^i y^j z^k over the reference cell
 double exact(Shape s, const int p[3])
 {
-  if (is_simplex(s)) {
-    double value = 1.0;
-    int n = 0;
-    for (int i = 0; i < shape_info[s].dim; ++i)
-      for (int k = 1; k <= p[i]; ++k) value *= k;              // i! j! k! / (i + j + k + dim)!
-    for (n = p[0] + p[1] + p[2] + shape_info[s].dim; n > 1; --n) value /= n;
-    return value;
-  }
+  const int axes = simplex_axes(s);
   double value = 1.0;
-  for (int i = 0; i < shape_info[s].dim; ++i) value *= p[i] % 2 ? 0.0 : 2.0 / (p[i] + 1);
+  int n = axes;
+  for (int i = 0; i < axes; ++i) {
+    for (int k = 1; k <= p[i]; ++k) value *= k;                // i! j! k! / (i + j + k + axes)!
+    n += p[i];
+  }
+  for (; n > 1; --n) value /= n;
+  for (int i = axes; i < shape_info[s].dim; ++i) value *= p[i] % 2 ? 0.0 : 2.0 / (p[i] + 1);
   return value;
 }
 
-// largest error of a rule over polynomials of the degree: complete for simplices, in each direction else
+// largest error of a rule over polynomials of the degree: complete in the axes of a simplex, in each direction
+// else
 double rule_error(Shape s, const GaussRule& rule, int degree)
 {
   double worst = 0.0;
@@ -58,8 +65,8 @@ double rule_error(Shape s, const GaussRule& rule, int degree)
   for (int i = 0; i <= degree; ++i)
     for (int j = 0; j <= degree; ++j)
       for (int k = 0; k <= (dim == 3 ? degree : 0); ++k) {
-        if (is_simplex(s) && i + j + k > degree) continue;
-        const int p[3] = {i, j, k};
+        const int p[3] = {i, j, k}, axes = simplex_axes(s);
+        if (std::accumulate(p, p + axes, 0) > degree) continue;
         double sum = 0.0;
         for (int g = 0; g < rule.n; ++g) sum += rule.w[g] * power(rule.xi[g], p);
         worst = std::fmax(worst, std::fabs(sum - exact(s, p)));
@@ -133,7 +140,7 @@ TEST(Shape, RulesAreExactToTheirDegree)
   for (const Case& c : {Case{SHAPE_TRI3, 1, 2}, Case{SHAPE_QUAD4, 3, 3}, Case{SHAPE_TET4, 1, 2},
                         Case{SHAPE_HEX8, 3, 3}, Case{SHAPE_TRI6, 2, 4}, Case{SHAPE_QUAD8, 5, 5},
                         Case{SHAPE_QUAD8R, 3, 5}, Case{SHAPE_TET10, 2, 5}, Case{SHAPE_HEX20, 5, 5},
-                        Case{SHAPE_HEX20R, 3, 5}}) {
+                        Case{SHAPE_HEX20R, 3, 5}, Case{SHAPE_WEDGE6, 2, 2}, Case{SHAPE_WEDGE15, 2, 4}}) {
     EXPECT_EQ(shape_info[c.s].ngp, gauss_rule(c.s).n);
     EXPECT_LT(rule_error(c.s, gauss_rule(c.s), c.stiffness), 2e-15) << c.s;
     EXPECT_GT(rule_error(c.s, gauss_rule(c.s), c.stiffness + 1), 1e-4) << c.s;
@@ -218,14 +225,14 @@ TEST(Face, NodalForcesOfUnitPressure)
 // a place in a quadratic cell with bent edges is found again, also where an edge bulges beyond the nodes
 TEST(Shape, PlacesInBentCells)
 {
-  for (Shape s : {SHAPE_TRI6, SHAPE_QUAD8, SHAPE_TET10, SHAPE_HEX20}) {
+  for (Shape s : {SHAPE_TRI6, SHAPE_QUAD8, SHAPE_TET10, SHAPE_WEDGE15, SHAPE_HEX20}) {
     const int dim = shape_info[s].dim, nen = shape_info[s].nen;
     double X[3 * MAX_NODES], N[MAX_NODES], xi[3], at[3], x[3] = {0, 0, 0};
     for (int a = 0; a < nen; ++a) {
       node_at(s, a, xi);
       for (int i = 0; i < dim; ++i) X[a * dim + i] = xi[i] + 0.1 * xi[(i + 1) % dim] * xi[(i + 1) % dim];
     }
-    const double want[3] = {is_simplex(s) ? 0.05 : 0.98, 0.4, 0.3};
+    const double want[3] = {is_simplex(s) || s == SHAPE_WEDGE15 ? 0.05 : 0.98, 0.4, 0.3};
     shape_eval(s, want, N, nullptr);
     for (int a = 0; a < nen; ++a)
       for (int i = 0; i < dim; ++i) x[i] += N[a] * X[a * dim + i];
