@@ -36,7 +36,7 @@ void take_offsets(Bonds& bonds, const ContactPairs& pairs, int def, double clear
     hi = std::max(hi, pairs.gap[b]);
     ++count;
   }
-  log_note("  adjusted: %d places, offsets from %g to %g", count, lo, hi);
+  log_note("  adjusted: %d contact points, offsets from %g to %g", count, lo, hi);
 }
 
 }  // namespace
@@ -53,19 +53,20 @@ int contact_start(const Model& m, Bonds& bonds, const ContactPairs& pairs, const
       double x[3] = {0, 0, 0};
       for (int i = 0; i < m.dim; ++i) x[i] = xb[o.worst * m.dim + i];
       std::snprintf(text, sizeof text,
-                    "contact %.80s (%.160s line %d): the surfaces overlap by %g at the start, deepest at "
-                    "(%g, %g, %g), %d places in all",
+                    "contact %.80s (%.160s line %d): the surfaces overlap initially by up to %g, at "
+                    "(%g, %g, %g); %d contact points in all",
                     def.name.c_str(), def.place.file.c_str(), def.place.line, -pairs.gap[o.worst], x[0], x[1],
                     x[2], o.count);
     }
     if (def.overlap == OVERLAP_REFUSE && o.count) {
-      log_error("%s: move them apart, or take OVERLAP=ADJUST", text);
+      log_error("%s: separate the surfaces, or use OVERLAP=ADJUST", text);
       ++errors;
     } else if (def.overlap == OVERLAP_ADJUST) {
       log_note("%s%s", o.count ? text : "contact ", o.count ? ": taken as zero gap" : def.name.c_str());
       take_offsets(bonds, pairs, static_cast<int>(d), def.adjust);
     } else if (o.count) {
-      log_warn("%s, and will push each other apart (OVERLAP=ADJUST or REFUSE: other answers)", text);
+      log_warn("%s; contact forces will separate them (other treatments: OVERLAP=ADJUST, OVERLAP=REFUSE)",
+               text);
     }
   }
   return errors;

@@ -314,8 +314,8 @@ std::string place_of(const Model& m, const Common& c)
 
 const char* remedy(const StrangerPair& p)
 {
-  if (p.other >= 0) return "*CONTACT PAIR keeps them apart, the same FIELD joins them";
-  return "*CONTACT PAIR keeps them apart, *BOND joins them";
+  if (p.other >= 0) return "*CONTACT PAIR separates them, a common FIELD joins them";
+  return "*CONTACT PAIR separates them, *BOND joins them";
 }
 
 Common overlap_now(const Model& m, const Elements& el, const Points& pts, const RealVec& u, const RealVec& uc,
@@ -350,8 +350,8 @@ void overlap_start(const Model& m, const Elements& el, const Points& pts, const 
     p.told = true;
     const bool inside = both.size > 0.0;
     const char* measure = m.dim == 3 ? (inside ? "volume" : "area") : inside ? "area" : "length";
-    log_warn("the body %s and %s %s at the start (%s %.4g, near %s), and no bond or contact pair knows of "
-             "both: they will not feel each other. %s",
+    log_warn("the body %s and %s %s initially (%s %.4g, near %s), but no bond or contact pair is defined "
+             "between them: they do not interact. %s",
              m.body[p.body].name.c_str(), name_of(m, p).c_str(), inside ? "overlap" : "touch", measure,
              std::max(both.size, touch.size), place_of(m, inside ? both : touch).c_str(), remedy(p));
   }
@@ -367,8 +367,9 @@ void overlap_look(const Model& m, const Elements& el, const State& st, OverlapWa
     const Common both = overlap_now(m, el, st.points, st.n.u, st.n.uc, p, other);
     if (both.size == 0.0) continue;
     p.told = true;
-    log_warn("time %.6g: the body %s passes into %s (%s %.4g, near %s), and no bond or contact pair knows of "
-             "both. %s",
+    log_warn("time %.6g: the body %s penetrates %s (%s %.4g, near %s), but no bond or contact pair is "
+             "defined "
+             "between them. %s",
              st.n.time, m.body[p.body].name.c_str(), name_of(m, p).c_str(), m.dim == 2 ? "area" : "volume",
              both.size, place_of(m, both).c_str(), remedy(p));
   }

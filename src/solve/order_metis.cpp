@@ -35,7 +35,7 @@ IntVec order_metis(const SysMatrix& A)
   if (result == METIS_OK)
     pos.assign(inverse.begin(), inverse.end());
   else
-    log_warn("METIS could not order the equations (code %d): they keep their order, the solver may be slow",
+    log_warn("METIS failed to order the equations (code %d): their order is kept, factorisation may be slow",
              result);
   return pos;
 }

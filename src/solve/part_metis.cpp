@@ -51,7 +51,7 @@ IntVec part_metis(const SysMatrix& A, const RealVec& weight, int parts)
     const int result = METIS_PartGraphKway(&n, &one, off.data(), item.data(), load.data(), nullptr, nullptr,
                                            &count, nullptr, nullptr, option, &cut, part.data());
     if (result == METIS_OK) return IntVec(part.begin(), part.end());
-    log_warn("METIS could not divide the rows among the ranks (code %d): they are cut in their order",
+    log_warn("METIS failed to partition the rows (code %d): each rank takes consecutive rows",
              result);
   }
 #else

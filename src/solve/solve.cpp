@@ -223,7 +223,7 @@ Status solve_factor(Solver& s, const SysMatrix& A)
   s.negative    = 0;
   s.zero_equation = -1;
   if (comm_allreduce_max(!is_finite(A.val)))
-    return solve_fail(s, BAD_NUMBER, "the matrix holds a value that is not a number");
+    return solve_fail(s, BAD_NUMBER, "the matrix contains a value that is not a number");
   if (A.nrow > 0) {
 #ifdef MPFE_MUMPS
     status = do_work(s, A, true, by_mumps(s) ? factor_mumps_or_chm : skyline_factor);
@@ -295,14 +295,14 @@ void solve_memory(const Solver& s, std::vector<MemoryUse>& out)
   for (const std::vector<float>& V : d.changed.V)
     vectors += static_cast<double>(V.capacity() * sizeof(float));
   for (const RealVec& x : d.past) vectors += reals(x);
-  out.push_back({"numbers of the entries for MUMPS", numbers});
+  out.push_back({"indices of the entries for MUMPS", numbers});
   out.push_back({"factors", factors});
   if (!d.own.row.empty())
-    out.push_back({"matrix of the rows of a rank",
+    out.push_back({"matrix rows of a rank",
                    reals(d.own.B.val) +
                        static_cast<double>((d.own.B.col.capacity() + d.own.place.capacity()) * sizeof(int))});
   out.push_back({"incomplete factors", static_cast<double>(d.cholesky.L.capacity() * sizeof(float))});
-  if (d.amg) out.push_back({"multigrid without what PETSc makes", amg_memory(*d.amg)});
+  if (d.amg) out.push_back({"multigrid without the memory of PETSc", amg_memory(*d.amg)});
   out.push_back({"vectors of the solver", vectors});
 }
 

@@ -99,7 +99,7 @@ Status refuse(Solver& s)
   if (c.common.status != CHOLMOD_OUT_OF_MEMORY) return SOLVER_SINGULAR;
   const double mb = c.L ? static_cast<double>(c.L->xsize * sizeof(double)) / 1e6 : 0.0;
   return solve_fail(s, SOLVER_FAILED,
-                    "memory is not enough for CHOLMOD, whose factors need %.0f MB: use a coarser mesh, or a "
+                    "not enough memory for CHOLMOD: the factors need %.0f MB; use a coarser mesh, or a "
                     "machine with more memory",
                     mb);
 }

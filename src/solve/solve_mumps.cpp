@@ -69,30 +69,30 @@ Status explain(Solver& s)
 {
   const MumpsData& m = *s.data->mumps;
   const int code = infog(m, 1), detail = infog(m, 2);
-  const char* words = "unexpected; look the code up in the manual of MUMPS";
+  const char* words = "unexpected; see the manual of MUMPS for this code";
   switch (code) {
     case -2: words = "wrong number of entries"; break;
-    case -4: words = "the order of the equations is no permutation"; break;
-    case -6: return solve_fail(s, SOLVER_SINGULAR, "the matrix is singular by its pattern (rank %d of %d): "
-                               "some equations have no stiffness; look for missing supports", detail, m.id.n);
+    case -4: words = "the ordering of the equations is not a permutation"; break;
+    case -6: return solve_fail(s, SOLVER_SINGULAR, "the matrix is structurally singular (rank %d of %d): "
+                               "some equations have no stiffness; check the supports", detail, m.id.n);
     case -10:
       return solve_fail(s, SOLVER_SINGULAR,
-                        "the matrix is singular (zero pivot after %d of %d equations): "
-                        "something can move freely; look for missing supports",
+                        "the matrix is singular (zero pivot after %d of %d equations): a rigid-body motion "
+                        "or mechanism is not constrained; check the supports",
                         detail, m.id.n);
     case -5: case -7: case -13: case -22: case -23:
-      words = "memory is not enough: use a coarser mesh, more ranks on more machines, or a machine with more "
+      words = "not enough memory: use a coarser mesh, more ranks on more machines, or a machine with more "
               "memory";
       break;
     case -8: case -9: case -11: case -12: case -14: case -15: case -17: case -18: case -20:
-      words = "the workspace stayed too small after several enlargements: the matrix is badly conditioned; "
-              "look at the largest penalties and at nearly free parts";
+      words = "the workspace remained too small after several enlargements: the matrix is ill-conditioned; "
+              "check the largest penalties and parts that are nearly unsupported";
       break;
-    case -19: words = "memory is not enough: a limit of memory was set"; break;
+    case -19: words = "not enough memory: a memory limit is set"; break;
     case -16: words = "wrong number of equations"; break;
-    case -51: case -52: words = "the problem is too large for integers of 32 bits in the ordering: "
-                                "use a MUMPS and METIS with integers of 64 bits"; break;
-    case -90: words = "out of core: writing failed, look for room on the disk"; break;
+    case -51: case -52: words = "the problem is too large for an ordering with 32-bit integers: "
+                                "use MUMPS and METIS with 64-bit integers"; break;
+    case -90: words = "out of core: writing failed; check the free disk space"; break;
     default: break;
   }
   return solve_fail(s, SOLVER_FAILED, "MUMPS stopped with INFOG(1) = %d, INFOG(2) = %d: %s", code, detail,
@@ -254,9 +254,8 @@ Status mumps_factor(Solver& s, const SysMatrix& A)
     if (!memory_there(m, part))
       return solve_fail(
           s, SOLVER_FAILED,
-          "memory is not enough: the factors need %.0f MB, which the machine, or a limit that is set "
-          "(ulimit), does "
-          "not give: use a coarser mesh, more ranks on more machines, or a machine with more memory",
+          "not enough memory: the factors need %.0f MB, more than the machine or a memory limit (ulimit) "
+          "allows; use a coarser mesh, more ranks on more machines, or a machine with more memory",
           part * m.id.infog[15]);
     code = call(m, JOB_FACTOR);
     if (workspace_too_small(code)) icntl(m, 14) *= 2;
@@ -271,8 +270,8 @@ Status mumps_factor(Solver& s, const SysMatrix& A)
     if (m.shared) equation = comm_bcast(equation);
     const int I = equation / A.dim, component = equation % A.dim;
     s.zero_equation = equation;
-    solve_fail(s, SOLVER_SINGULAR, "%d zero pivots, the first in equation %d (block row %d, component %d): "
-               "something can move freely; look for missing supports",
+    solve_fail(s, SOLVER_SINGULAR, "%d zero pivots, the first in equation %d (block row %d, component %d): a "
+               "rigid-body motion or mechanism is not constrained; check the supports",
                infog(m, 28), equation + 1, I + 1, component + 1);
     if (s.null_pivot_row < 0 || I < s.null_pivot_row) return SOLVER_SINGULAR;
     s.fixed_null_pivots += infog(m, 28);

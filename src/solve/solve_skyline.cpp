@@ -125,8 +125,8 @@ Status factor(Solver& s, const SysMatrix& A)
       const long I = std::find(K.pos.begin(), K.pos.end(), J) - K.pos.begin();
       s.zero_equation = static_cast<int>(I * D + zero);
       return solve_fail(s, SOLVER_SINGULAR,
-                        "the pivot of equation %ld (block row %ld, component %d) is zero: something "
-                        "can move freely; look for missing supports",
+                        "zero pivot in equation %ld (block row %ld, component %d): a rigid-body motion or "
+                        "mechanism is not constrained; check the supports",
                         I * D + zero + 1, I + 1, zero + 1);
     }
   }
@@ -203,7 +203,8 @@ Status skyline_analyse(Solver& s, const SysMatrix& A)
     K.x.resize(A.neq());
   } catch (const std::bad_alloc&) {
     return solve_fail(s, SOLVER_FAILED,
-                      "the skyline needs %.0f MB, more than there is: use *SOLVER MUMPS, or a coarser mesh",
+                      "the skyline needs %.0f MB, more than is available: use *SOLVER, TYPE=MUMPS, or a "
+                      "coarser mesh",
                       s.memory_mb);
   }
   return STATUS_OK;

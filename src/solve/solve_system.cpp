@@ -369,7 +369,7 @@ void amg_judge(SolverData& d, const CgDone& done)
   d.amg.reset();
   d.amg_pause = d.amg_pause > 0 ? 2 * d.amg_pause : AMG_WAIT;
   d.amg_wait  = d.amg_pause;
-  log_note("NOTE  multigrid did not converge in %d iterations: the next %ld systems do without",
+  log_note("NOTE  multigrid did not converge in %d iterations: the next %ld systems are solved without it",
            done.iterations, d.amg_wait);
 }
 

@@ -56,16 +56,18 @@ std::string contact_text(const Model& m, const State& st, const ContactPairs& pa
     }
     char text[300];
     if (closed)
-      std::snprintf(text, sizeof text, "; contact %.60s is closed at %d places and holds what rests on it %s",
+      std::snprintf(text, sizeof text, "; contact %.60s is closed at %d contact points and supports the "
+                                       "body %s",
                     def.name.c_str(), closed,
-                    def.friction > 0.0 ? "as long as it is pressed" : "along its normal only (no friction)");
+                    def.friction > 0.0 ? "while it is in compression"
+                                       : "in the normal direction only (no friction)");
     else if (least > 1e299)
-      std::snprintf(text, sizeof text, "; contact %.60s meets no face and holds nothing", def.name.c_str());
+      std::snprintf(text, sizeof text, "; contact %.60s has no face opposite and supports nothing",
+                    def.name.c_str());
     else
       std::snprintf(text, sizeof text,
                     "; contact %.60s is open (smallest gap %.3g at the start of the increment, %.3g now) and "
-                    "holds nothing: "
-                    "close it (*CONTACT PAIR, ADJUST=), or hold the body",
+                    "supports nothing: close it (*CONTACT PAIR, ADJUST=), or support the body",
                     def.name.c_str(), least, moved);
     out += text;
   }
@@ -84,9 +86,8 @@ std::string unseen_master(const Model& m, const Bonds& bonds, const ContactPairs
       if (std::find(mesh.conn.begin(e), mesh.conn.begin(e) + mesh.conn.count(e), pairs.master.item[k]) !=
           mesh.conn.begin(e) + mesh.conn.count(e))
         return ". It belongs to the master surface of contact " + d.name.substr(0, 60) +
-               ", whose slave nodes may not see how every second node "
-               "of it moves in: TYPE=SURFACE TO SURFACE, INTERMEDIATE=1, or a second pair with the roles "
-               "exchanged";
+               ", where master nodes between slave nodes may penetrate undetected: use TYPE=SURFACE TO "
+               "SURFACE, INTERMEDIATE=1, or a second pair with the roles exchanged";
   }
   return "";
 }
@@ -100,7 +101,7 @@ std::string pivot_text(const Model& m, const ActiveGrid& grid, const Dofs& s, in
     std::snprintf(text, sizeof text, "direction %d of node %d", direction,
                   m.mesh.node_label[s.node_of_row[row]]);
   } else if (grid.key[row - s.nfe] >= key_own) {
-    std::snprintf(text, sizeof text, "direction %d of a corner of a point that the grid does not carry",
+    std::snprintf(text, sizeof text, "direction %d of a corner of a released point",
                   direction);
   } else {
     grid_node_place(m.grid, s.dim, grid.key[row - s.nfe], x);
@@ -120,17 +121,18 @@ std::string solver_text(const Problem& p)
   std::string words = p.newton.solver.message.empty() ? "the linear solver failed" : p.newton.solver.message;
   if (equation < 0 || equation >= s.neq()) return words;
   const int row = equation / s.dim;
-  words += ". It shows in " + pivot_text(p.m, p.d.grid, s, row, equation % s.dim + 1);
+  words += ". It appears in " + pivot_text(p.m, p.d.grid, s, row, equation % s.dim + 1);
   if (row < s.nfe && !p.st.points.npoint && !p.st.bonds.nbond && s.tie.dof.empty()) {
     const std::string motion = step_free_motion(p.m.mesh, p.d.el, s, s.node_of_row[row]);
-    if (!motion.empty()) return words + ": the supports leave free " + motion + " of its part";
-    return words + ": the supports take all rigid motions of its part, so a piece hangs on a hinge or on "
-                   "broken elements, or stiffnesses "
-                   "lie too far apart (a very thin element)";
+    if (!motion.empty()) return words + ": the supports do not constrain " + motion + " of its part";
+    return words + ": the supports constrain all rigid-body motions of its part, so a piece is connected "
+                   "by a hinge or by broken elements alone, or stiffnesses differ by too many orders of "
+                   "magnitude (a very thin element)";
   }
   const std::string contact = contact_text(p.m, p.st, p.d.pairs);
   return words + ", which takes part in the motion" + contact +
-         "; when it is supported, stiffnesses lie too far apart (a penalty, a very thin element)";
+         "; if it is supported, stiffnesses differ by too many orders of magnitude (a penalty, a very thin "
+         "element)";
 }
 
 // the bond, or the material point and its corner, that lies outside the grid
@@ -142,8 +144,8 @@ std::string outside_text(const Model& m, const State& st, const Failure& f)
     RealVec xb;
     const int b = f.index;
     bond_places(m, pts, st.bonds, st.n.u, st.n.uc, xb);
-    return "bond " + m.bond[st.bonds.def[b]].name.substr(0, 60) + " (now in " +
-           position_text(&xb[b * dim], dim) + ", at t = 0 in " + position_text(&st.bonds.X[3 * b], dim) +
+    return "bond " + m.bond[st.bonds.def[b]].name.substr(0, 60) + " (now at " +
+           position_text(&xb[b * dim], dim) + ", at t = 0 at " + position_text(&st.bonds.X[3 * b], dim) +
            ")";
   }
   const int place = static_cast<int>(std::find(pts.conn.item.begin(), pts.conn.item.end(), f.index) -
@@ -199,30 +201,28 @@ std::string step_explain(const Problem& p, const Failure& f)
   const Status status = f.status;
   if (status == SOLVER_SINGULAR || status == SOLVER_FAILED) return solver_text(p);
   if (status == MASS_FAILED)
-    return "the velocities of the grid at the start of the increment, or the accelerations of the nodes, "
-           "were not found in 1000 iterations "
-           "with the mass matrix, which no smaller increment changes: look for densities and velocities that "
-           "are out of proportion, and "
-           "for points that hardly touch their cells (WEAK= of *GRID)";
+    return "the system of the mass matrix (velocities of the grid at the start of the increment, or "
+           "accelerations of the nodes) did not converge in 1000 iterations, which smaller increments do not "
+           "change: check densities and velocities that are out of proportion, and points that barely touch "
+           "their cells (*GRID, WEAK=)";
   if (status == OUTSIDE_GRID) {
     double top[3] = {0, 0, 0}, lo[3], hi[3];
     for (int i = 0; i < m.dim; ++i) top[i] = m.grid.lo[i] + m.grid.n[i] * m.grid.h[i];
     needed_box(m, p.st, lo, hi);
-    return outside_text(m, p.st, f) + " left the grid, which reaches from " +
+    return outside_text(m, p.st, f) + " left the grid, which extends from " +
            position_text(m.grid.lo.data(), m.dim) + " to " + position_text(top, m.dim) +
-           ": enlarge *GRID; with the velocities of now the step needs it from " + position_text(lo, m.dim) +
+           ": enlarge *GRID; with the present velocities the step needs it from " + position_text(lo, m.dim) +
            " to " + position_text(hi, m.dim);
   }
   if (status == BAD_NUMBER)
-    return "forces or displacements have grown beyond all numbers (NaN or infinity): look for a value of the "
-           "deck that is out "
+    return "forces or displacements are no longer finite (NaN or infinity): check the deck for a value out "
            "of proportion (units, sizes, stiffness, density, penalty, dt)";
   if (status == CONTACT_DEPTH) {
     const double* X = &p.st.bonds.X[3 * f.index];
     std::snprintf(
         text, sizeof text,
-        "contact %s: the point that was at (%g, %g, %g) enters its master face by %g, too deep "
-        "for the size of the face: smaller increments, or a stiffer penalty (*CONTACT PAIR, ALPHA=)",
+        "contact %s: the contact point initially at (%g, %g, %g) penetrates its master face by %g, too deep "
+        "for the size of the face: use smaller increments, or a stiffer penalty (*CONTACT PAIR, ALPHA=)",
         m.bond[p.st.bonds.def[f.index]].name.c_str(), X[0], X[1], X[2], -p.st.np1.slip[f.index * m.dim]);
     return text;
   }
@@ -231,7 +231,7 @@ std::string step_explain(const Problem& p, const Failure& f)
     const Material& material = is_point ? point_material(m, p.st.points, f.index)
                                         : m.material[m.section[m.mesh.elem_section[f.index]].material];
     std::snprintf(text, sizeof text,
-                  "%s %d turned inside out (det F <= 0)%s: check the load, or take smaller increments",
+                  "%s %d turned inside out (det F <= 0)%s: check the load, or use smaller increments",
                   is_point ? "material point" : "element",
                   is_point ? p.st.points.label[f.index] : m.mesh.elem_label[f.index],
                   material.law == LAW_SVK ? ". St.Venant-Kirchhoff softens below a stretch of 0.577" : "");
@@ -248,8 +248,8 @@ std::string step_explain(const Problem& p, const Failure& f)
   }
   if (p.st.log.iterations == 0) return std::string(out_status_text(status)) + ", before the first iteration";
   std::snprintf(text, sizeof text,
-                "residual %.3e against a force scale of %.3e after %d iterations: smaller increments, more "
-                "iterations (*NEWTON, MAX ITER=), or a load beyond what the structure can carry",
+                "residual %.3e, force scale %.3e after %d iterations: use smaller increments or more "
+                "iterations (*NEWTON, MAX ITER=); the load may exceed what the structure can carry",
                 p.st.log.residual, p.st.log.scale, p.st.log.iterations);
   const Solver& solver = p.newton.solver;
   return solver.null_pivot_row >= 0 && solver.zero_equation >= 0 ? text + ("; " + solver_text(p)) : text;

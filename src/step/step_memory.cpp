@@ -28,7 +28,7 @@ void step_memory(const Problem& p, std::vector<MemoryUse>& out)
   out.push_back({"matrix", bytes(s.A.val) + bytes(s.A.col) + bytes(s.A.off)});
   out.push_back({"mass", bytes(s.M)});
   if (!s.C.empty()) out.push_back({"damping", bytes(s.C)});
-  out.push_back({"places in the matrix", bytes(s.elem_map) + bytes(s.point_map) + bytes(s.bond_map) +
+  out.push_back({"positions in the matrix", bytes(s.elem_map) + bytes(s.point_map) + bytes(s.bond_map) +
                                              bytes(s.ghost_map) + bytes(s.point_map_off) +
                                              bytes(s.bond_map_off)});
   solve_memory(p.newton.solver, out);

@@ -37,7 +37,7 @@ void warn_missed(const Step& s, double ask, const Place& place, const char* what
   }
   if (seen < 0.5 * largest)
     log_warn("%s line %d: the %s reaches %.6g at t = %.6g of the step, between two increments; the largest "
-             "sampled value is %.6g: take smaller increments",
+             "sampled value is %.6g: use smaller increments",
              place.file.c_str(), place.line, what, largest, when, seen);
 }
 

@@ -72,9 +72,9 @@ int start_equations(const Model& m, const Level& l)
       }
       if (std::fabs(sum) <= 1e-9 * size) continue;
       if (errors++ < 10)
-        log_error("%s line %d, *EQUATION: the %s of the start do not fulfil it (sum %g of terms up to %g): "
-                  "*INITIAL "
-                  "CONDITIONS must give all its nodes what fits, also those without elements",
+        log_error("%s line %d, *EQUATION: the initial %s do not satisfy it (sum %g of terms up to %g): "
+                  "*INITIAL CONDITIONS must give consistent values at all its nodes, also those without "
+                  "elements",
                   e.place.file.c_str(), e.place.line, velocity ? "velocities" : "displacements", sum, size);
     }
   return errors;
@@ -147,9 +147,9 @@ int step_open(Problem& p)
   st.np1 = st.n;
   if (!solve_open(p.newton.solver, m.solver)) {
     log_error(m.solver.kind == SOLVER_AMG
-                  ? "*SOLVER, TYPE=AMG: the library of PETSc does not load; install it (tools/setup), or "
-                    "take TYPE=AUTO"
-                  : "the solver that *SOLVER asks for is not built into this program (see tools/machines)");
+                  ? "*SOLVER, TYPE=AMG: the PETSc library cannot be loaded; install it (tools/setup), or "
+                    "use TYPE=AUTO"
+                  : "the solver requested by *SOLVER is not part of this build (see tools/machines)");
     return 1;
   }
   return 0;

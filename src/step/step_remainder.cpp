@@ -104,7 +104,7 @@ void step_remainder(const Model& m, const Discretisation& d, const Dofs& dofs, c
   }
   if (rest <= 0.01 * all || !warned.insert("remainder " + std::to_string(st.log.step)).second) return;
   log_warn("step %d, time %.8g: %.0f %% of the loads act on pieces without an intact connection to a "
-           "support; broken elements carry them by their STIFFNESS alone, and the displacements are "
-           "meaningless: end the step before, or prescribe displacements",
+           "support; the residual stiffness of broken elements (STIFFNESS) alone carries them, and the "
+           "displacements are meaningless: end the step earlier, or prescribe displacements",
            st.log.step, st.n.time, 100.0 * rest / all);
 }

@@ -20,7 +20,7 @@ const double TOLD_MOTION = 0.01, TOLD_STATICS = 0.2;
 void stop_motion(State& st)
 {
   if (st.ledger.kinetic == 0.0) return;
-  log_warn("step %d is static: the kinetic energy of %g is dropped", st.log.step, st.ledger.kinetic);
+  log_warn("step %d is static: the kinetic energy of %g is discarded", st.log.step, st.ledger.kinetic);
   st.ledger.external -= st.ledger.kinetic;
   for (RealVec* v : {&st.n.v, &st.n.a, &st.n.vc, &st.n.vp}) std::fill(v->begin(), v->end(), 0.0);
 }
@@ -49,7 +49,7 @@ bool cut_to_break(const Model& m, const FracMesh& fm, const Step& s, const Break
     clock.aim = near || aim <= shorter ? 0.0 : clock.t + aim;
     return true;
   }
-  log_note("  the increment is not cut any more: the criterion is exceeded by %.3g %% when the first element "
+  log_note("  the increment is not cut further: the criterion is exceeded by %.3g %% when the first element "
            "breaks",
            100.0 * (w.first.value - 1.0));
   return false;
@@ -106,13 +106,13 @@ void check_ranks(const State& st)
   std::memcpy(first, own, sizeof first);
   comm_bcast(first, 4);
   MPFE_CHECK(std::memcmp(first, own, sizeof first) == 0,
-             "the ranks have different numbers: run on machines of one kind");
+             "the ranks disagree: use machines of the same kind");
 }
 
 Failure interrupted(Problem& p, Output& out)
 {
   std::string note = "signal " + std::to_string(interrupt_signal()) +
-                     " has ended the run; the files are complete up to here";
+                     " ended the run; the files are complete up to this point";
   out_restart(p.m, p.st, p.d.grid, true, out);
   if (p.m.restart.write)
     note += ". mpfe --restart " + out.base + ".rst, or *RESTART, READ in the deck, continues it";
@@ -148,7 +148,7 @@ Failure begin_increment(Problem& p, const Step& s, const std::vector<double>& st
   st.log.cuts = 0;
   if (++st.log.inc > s.max_inc)
     return {NOT_CONVERGED, "INC=" + std::to_string(s.max_inc) +
-                               " increments are used up before the end of the step: raise INC, or dt"};
+                               " increments do not reach the end of the step: increase INC or dt"};
   const bool moves = s.proc == PROC_DYNAMIC;
   if (p.d.fm.on && !moves) step_undo_point(st, p.d.share, inc.undo);
   Failure failure = step_prepare(p, s);
@@ -280,15 +280,14 @@ bool lossy(const Model& m)
 void warn_balance(const Model& m, const Ledger& g)
 {
   if (g.conversion < -TOLD_MOTION * g.scale)
-    log_warn("conversion to points has added %.1f %% of the energy (ECONV %.4g): elements and cells of one "
-             "size, or smaller "
-             "increments make it smaller",
+    log_warn("conversion to points added %.1f %% of the energy (ECONV %.4g): use elements and cells of equal "
+             "size, or smaller increments",
              -100.0 * g.conversion / g.scale, g.conversion);
   bool moves = false;
   for (const Step& s : m.step) moves = moves || s.proc == PROC_DYNAMIC;
   if (lossy(m) || std::fabs(g.balance) <= (moves ? TOLD_MOTION : TOLD_STATICS) * g.scale) return;
-  log_warn("the energy balance is off by %.1f %% (%.4g of %.4g): smaller increments show whether the answer "
-           "can be trusted",
+  log_warn("the energy balance is off by %.1f %% (%.4g of %.4g): repeat with smaller increments to see "
+           "whether the results are reliable",
            100.0 * std::fabs(g.balance) / g.scale, g.balance, g.scale);
 }
 
@@ -301,8 +300,8 @@ bool balance_failed(const Model& m, const Ledger& g)
     if (limit == 0.0 || lossy(m) || g.balance >= -limit * g.scale) return false;
   }
   log_error("the energy balance is off by %.1f %% of the largest energy (%.4g of %.4g), more than the %.3g "
-            "%% that *STEP, BALANCE= allows: "
-            "the answer is wrong. Smaller increments, or SCHEME=ENERGY-MOMENTUM",
+            "%% that *STEP, BALANCE= allows: the results are wrong. Use smaller increments, or "
+            "SCHEME=ENERGY-MOMENTUM",
             100.0 * std::fabs(g.balance) / g.scale, g.balance, g.scale, 100.0 * limit);
   return true;
 }
@@ -326,9 +325,9 @@ void load_of_ranks(const Elements& el, const Dofs& dofs, std::vector<RankLoad>& 
 void warn_few_points(const Points& pts, const ActiveGrid& grid)
 {
   if (pts.npoint > 1.5 * grid.ncell) return;
-  log_warn("%d material points in %d cells: with about one point a cell the grid can move as an hourglass "
-           "without any "
-           "stress, and statics may be singular or wrong; take POINTS=2 or more, or larger cells",
+  log_warn("%d material points in %d cells: with about one point a cell the grid has hourglass modes "
+           "without stress, and static solutions may be singular or wrong; use POINTS=2 or more, or larger "
+           "cells",
            pts.npoint, grid.ncell);
 }
 
@@ -357,9 +356,9 @@ int continue_run(Problem& p, Archive& f, Output& out)
   const int errors   = out_reopen(p.m, p.d.el, f, p.st, p.d.grid, out);
   if (errors) return errors;
   if (p.d.fm.on && !frac_replay(p.m, p.d.fm, p.st, begin, p.d.share)) {
-    log_error("the restart file does not fit this model (conversion made again gives other points): it is "
-              "damaged, although its checksum "
-              "is right, or another machine has written it; take an earlier one");
+    log_error("the restart file does not fit this model (the repeated conversion gives other points): it is "
+              "damaged although its checksum is correct, or was written by another kind of machine; use an "
+              "earlier one");
     return 1;
   }
   elem_refresh(p.d.el);

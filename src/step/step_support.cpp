@@ -131,13 +131,13 @@ std::string step_free_motion(const Mesh& mesh, const Elements& el, const Dofs& d
   std::string text;
   for (int i = 0; i < dim; ++i)                      // translations are those that the free motions make up
     if (free.row(i).squaredNorm() > 1.0 - 1e-6)
-      text += (text.empty() ? "a motion in direction " : " and ") + std::to_string(i + 1);
+      text += (text.empty() ? "a translation in direction " : " and ") + std::to_string(i + 1);
   const Eigen::Matrix3d turning = free.bottomRows(3) * free.bottomRows(3).transpose();
   const int turns = static_cast<int>(
       (Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(turning, Eigen::EigenvaluesOnly).eigenvalues().array() >
        1e-6)
           .count());
-  if (turns == 0) return text.empty() ? "a motion across the directions" : text;
+  if (turns == 0) return text.empty() ? "a translation oblique to the axes" : text;
   return text + (text.empty() ? "" : " and ") +
          (turns == 1 ? "a rotation" : std::to_string(turns) + " rotations");
 }
