@@ -22,6 +22,7 @@ enum Status {
   MASS_FAILED,         // velocities or accelerations were not found: the mass matrix could not be solved
   CONTACT_DEPTH,       // a contact point went too deep into its face
   OUTSIDE_GRID,        // a corner of a material point left the grid
+  HALF_RESIDUAL,       // the equations of motion are not fulfilled well enough at half the increment
   CRITERION_EXCEEDED,  // the load at which the first element breaks was stepped over
   INTERRUPTED          // a signal asked the run to end
 };

@@ -107,6 +107,15 @@ void settle_scheme(Deck& d, const Model& m, Step& s)
   if (s.balance == 0.0) s.balance = 0.05;
 }
 
+// The largest increment of dynamics when the deck does not say: where the half-increment residual watches, a
+// hundredth of the step, as in Abaqus. What breaks is asked once an increment, and not by the residual.
+void settle_dt_max(const Model& m, Step& s)
+{
+  if (s.proc != PROC_DYNAMIC || s.dt_max > 0.0) return;
+  const bool watched = s.half_force > 0.0 || s.half_part > 0.0;
+  s.dt_max = watched && m.fracture.empty() ? std::max(s.dt, 0.01 * s.period) : s.dt;
+}
+
 }  // namespace
 
 // ---------------------------------------------------------------------------
@@ -124,6 +133,7 @@ void deck_resolve(Deck& d, Model& m)
   for (Step& s : m.step) {
     d.word = "DYNAMIC";
     settle_scheme(d, m, s);
+    settle_dt_max(m, s);
     d.word = "DLOAD";
     for (Load& l : s.load)
       if (l.kind == LOAD_BODY) move_to_bodies(d, m, body, l);

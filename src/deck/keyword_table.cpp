@@ -105,7 +105,8 @@ const Keyword keyword_table[] = {
     {"DLOAD", kw_dload, IN_STEP, "AMPLITUDE|OP|TIME DELAY",
      "pressure, traction, gravity and volume force on elements and bodies"},
     {"DSLOAD", kw_dsload, IN_STEP, "AMPLITUDE|OP|TIME DELAY", "pressure and traction on surfaces"},
-    {"DYNAMIC", kw_dynamic, IN_STEP, "DIRECT|SCHEME|BETA|GAMMA|DISSIPATION|ALPHA|SOLVER",
+    {"DYNAMIC", kw_dynamic, IN_STEP, 
+     "DIRECT|SCHEME|BETA|GAMMA|DISSIPATION|ALPHA|HAFTOL|HALFINC SCALE FACTOR|NOHAF|SOLVER",
      "implicit dynamic step"},
     {"EIGENFRACTURE", kw_eigenfracture, IN_MODEL,
      "ELSET!|CRITERION|ESTIMATE|EPSILON|SPLIT|RESIDUAL|ANGLE|STIFFNESS|RELEASE|AVERAGE|ORDER|SPACING|"

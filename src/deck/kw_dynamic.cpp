@@ -2,6 +2,11 @@
 
 namespace {
 
+// HALFINC SCALE FACTOR: an oscillator gets ten increments a period with it (theory 6.7). The factor of Abaqus
+// multiplies a mean over the model instead, and is many times as large.
+// Test: HALF (analytic/half_increments)
+const double usual_half_part = 0.05, large_half_part = 10.0;
+
 const double calculix_alpha = -0.05;       // what CalculiX and Abaqus take without ALPHA
 
 // the scheme that the words of the card mean; parameters of one scheme name it
@@ -35,10 +40,39 @@ void refuse(Card& card, TimeScheme scheme)
       if (b.scheme != scheme) return card_error(card, word->key, b.says);
 }
 
+// how automatic increments are judged
+void read_half(Card& card, Step& s)
+{
+  const HeadParam* const force = card_param(card, "HAFTOL");
+  const HeadParam* const part  = card_param(card, "HALFINC SCALE FACTOR");
+  const bool off = card_flag(card, "NOHAF"), direct = card_param(card, "DIRECT");
+  s.half_force   = card_param_real(card, "HAFTOL", 0.0, above(0.0));
+  s.half_part    = card_param_real(card, "HALFINC SCALE FACTOR", force ? 0.0 : usual_half_part, above(0.0));
+  if (off || direct) s.half_force = s.half_part = 0.0;
+  if (force && part)
+    return card_error(card, force->key,
+                      "HAFTOL is a force, HALFINC SCALE FACTOR a part of the typical force: give one of "
+                      "them");
+  if (part && s.half_part >= large_half_part)
+    card_warn(card, part->value,
+              "HALFINC SCALE FACTOR is a part of the typical force of inertia, 0.05 when it is not given; "
+              "Abaqus multiplies a mean force with it: with this value increments are hardly ever cut");
+  const HeadParam* const given = force ? force : part;
+  const std::string name       = force ? "HAFTOL" : "HALFINC SCALE FACTOR";
+  if (given && direct)
+    return card_error(card, given->key, "DIRECT fixes the increments, so nothing is compared with " + name +
+                                            ": leave one of the two out");
+  if (given && off)
+    card_error(card, given->key,
+               "NOHAF switches the half-increment residual off, which " + name +
+                   " limits: leave one of the two out");
+}
+
 }  // namespace
 
 // ---------------------------------------------------------------------------
-// *DYNAMIC[, DIRECT][, SCHEME=][, BETA=][, GAMMA=][, DISSIPATION=][, ALPHA=] : dt, period[, dt_min[, dt_max]]
+// *DYNAMIC[, DIRECT][, SCHEME=][, BETA=][, GAMMA=][, DISSIPATION=][, ALPHA=][, HAFTOL=]
+//         [, HALFINC SCALE FACTOR=][, NOHAF] : dt, period[, dt_min[, dt_max]]
 // Without SCHEME: BETA, GAMMA mean Newmark, DISSIPATION energy-momentum, ALPHA below 0 HHT; else deck_resolve
 // settles it.
 // ---------------------------------------------------------------------------
@@ -65,5 +99,6 @@ void kw_dynamic(Card& card, Model& model)
     s.beta  = 0.25 * (1.0 - s.alpha) * (1.0 - s.alpha);
     s.gamma = 0.5 - s.alpha;
   }
+  read_half(card, s);
   procedure_read(card, model, PROC_DYNAMIC);
 }

@@ -340,6 +340,9 @@ struct Step {
   Procedure proc = PROC_STATIC;
   double period = 1.0, dt = 1.0, dt_min = 1e-6, dt_max = 1.0;
   bool direct = false;         // fixed increments
+  // dynamics, automatic increments: largest half-increment residual, as a force (0: not given) and as a part
+  // of the largest force; both 0: it is not asked for                                             (6.24)
+  double half_force = 0.0, half_part = 0.0;
   int max_inc = 1000000;
   TimeScheme scheme = SCHEME_NEWMARK;
   bool scheme_given = false;

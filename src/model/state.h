@@ -170,6 +170,9 @@ struct StepClock {             // the step that is under way
   double most = 0;
   // statics: the next increment ends here at the latest, where an element breaks; 0: not known
   double aim = 0;
+  // dynamics, automatic increments: sums of F dt and F^2 dt over the force F of inertia, and the largest
+  // strain energy, of the step so far                                                        (6.25), (6.26)
+  double impulse = 0, square = 0, energy = 0;
   int cuts = 0;                // of all increments so far
 };
 
@@ -186,6 +189,7 @@ struct StepLog {               // how the increment went
   int iterations = 0, cuts = 0;
   double dt = 0, t_step = 0;
   double residual = 0, scale = 0;   // last residual norm and force scale
+  double half = 0, half_limit = 0;  // half-increment residual and what it may be; limit 0: not asked for
   int grid_nodes = 0, grid_cells = 0, weak_nodes = 0, equations = 0;
   long contact_searched = 0, contact_skipped = 0;   // searches of a pair so far; skipped: surfaces apart
 };

@@ -71,8 +71,8 @@ inline void io(Archive& f, ContactLog& x)
 
 inline void io(Archive& f, StepClock& x)
 {
-  auto& [start, t, dt, nominal, easy, most, aim, cuts] = x;
-  io_all(f, start, t, dt, nominal, easy, most, aim, cuts);
+  auto& [start, t, dt, nominal, easy, most, aim, impulse, square, energy, cuts] = x;
+  io_all(f, start, t, dt, nominal, easy, most, aim, impulse, square, energy, cuts);
 }
 
 inline void io(Archive& f, Division& x)
@@ -83,10 +83,10 @@ inline void io(Archive& f, Division& x)
 
 inline void io(Archive& f, StepLog& x)
 {
-  auto& [step, inc, inc_total, iterations, cuts, dt, t_step, residual, scale, grid_nodes, grid_cells,
-         weak_nodes, equations, contact_searched, contact_skipped] = x;
-  io_all(f, step, inc, inc_total, iterations, cuts, dt, t_step, residual, scale, grid_nodes, grid_cells,
-         weak_nodes, equations, contact_searched, contact_skipped);
+  auto& [step, inc, inc_total, iterations, cuts, dt, t_step, residual, scale, half, half_limit,
+         grid_nodes, grid_cells, weak_nodes, equations, contact_searched, contact_skipped] = x;
+  io_all(f, step, inc, inc_total, iterations, cuts, dt, t_step, residual, scale, half, half_limit, grid_nodes,
+         grid_cells, weak_nodes, equations, contact_searched, contact_skipped);
 }
 
 inline void io(Archive& f, ErosionLog& x)

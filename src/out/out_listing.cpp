@@ -59,6 +59,10 @@ void dynamic_defaults(std::FILE* file, const Step& s)
   const char* origin = s.scheme_given ? "" : " (default for this model)";
   const Scheme& scheme = scheme_of(s);
   std::fprintf(file, "  scheme          %s, %s%s\n", scheme.name, scheme.describe(s).c_str(), origin);
+  if (s.half_force > 0.0)
+    std::fprintf(file, "  half increment  residual at most %g\n", s.half_force);
+  else if (s.half_part > 0.0)
+    std::fprintf(file, "  half increment  residual at most %g of the force of inertia\n", s.half_part);
 }
 
 void step_defaults(std::FILE* file, const Model& m, int i)
@@ -99,6 +103,7 @@ const char* out_status_text(Status status)
     case MASS_FAILED:     return "the mass system was not solved";
     case CONTACT_DEPTH:   return "a contact point penetrates its face too deeply";
     case OUTSIDE_GRID:    return "a material point left the grid";
+    case HALF_RESIDUAL:   return "the half-increment residual is too large";
     case CRITERION_EXCEEDED: return "the load of the first break lies within the increment";
     case INTERRUPTED:     return "a signal ended the run";
   }
@@ -205,7 +210,7 @@ void out_listing_iteration(int step, int inc, int iter, double residual, double 
 void out_listing_cut(int step, int inc, double time, double dt, double dt_new, Status why, const char* detail)
 {
   log_note("  step %d, increment %d, time %.9g, dt %.6g %s: %s%s%s", step, inc, time, dt,
-           why == CRITERION_EXCEEDED ? "is cut" : "failed", out_status_text(why),
+           why == CRITERION_EXCEEDED || why == HALF_RESIDUAL ? "is cut" : "failed", out_status_text(why),
            detail && *detail ? "; " : "", detail ? detail : "");
   if (dt_new > 0.0) log_note("  back to time %.9g, next try with dt %.6g", time, dt_new);
 }
@@ -215,6 +220,9 @@ void out_listing_increment(const State& s)
   const StepLog& l = s.log;
   log_note("  increment %d done: time %.9g, dt %.6g, %d iterations, %d cuts, %d equations, balance %.3e",
            l.inc, s.n.time, l.dt, l.iterations, l.cuts, l.equations, s.ledger.balance);
+  if (l.half_limit > 0.0)
+    log_note("  half-increment residual %.4e, %.3g of the %.4e allowed", l.half, l.half / l.half_limit,
+             l.half_limit);
   if (!s.eroded.empty())
     log_note("  broken: %zu elements in this increment, %d so far, %zu under release; %d points, %d bonds",
              s.eroded.size(), s.frac.neroded, s.frac.releasing.size(), s.points.npoint, s.bonds.nbond);

@@ -114,12 +114,32 @@ bool clock_done(const Step& s, const StepClock& c);
 double clock_next(const Step& s, const StepClock& c, const std::vector<double>& stops);
 
 // clock_accept : an increment of this length was good; automatic increments choose the next length by its
-// iterations
-void clock_accept(const Step& s, double used, int iterations, StepClock& c);
+// iterations, and by half, the half-increment residual over its limit (0: not asked for)
+void clock_accept(const Step& s, double used, int iterations, double half, StepClock& c);
+
+// The half-increment residual in the attempts of one increment                              (6.24), (6.25)
+struct HalfWatch {
+  bool on = false;             // it is asked for
+  double residual = 0.0, limit = 0.0;        // of this attempt: largest entry, and what it may be     force
+  double force = 0.0;          // of inertia at its ends: largest entry
+  double before = 0.0, dt_before = 0.0;      // residual and length of the attempt before; 0: the first
+  int kept = 0;                // cuts in a row that hardly changed the residual
+  double shorter = 0.0;        // length of the next attempt
+  bool jumps = false;          // accepted above the limit: the force jumps
+  bool least = false;          // accepted above the limit: it may not be cut any more
+};
+
+// step_half : residual, force and limit of the converged attempt a; st.np1 is as it was afterwards
+Failure step_half(Problem& p, const Attempt& a, HalfWatch& w);
+
+// half_judge : HALF_RESIDUAL when a shorter attempt is asked for; cuts: of this increment so far
+Failure half_judge(const Step& s, double dt, int cuts, HalfWatch& w);
 
 // step_increment : one attempt from t(n) over dt; st.np1 holds the result. Never touches st.n.
 //   out  energy   with fracture: strain energy of intact elements at t(n+1), of this rank  [nelem]
-Failure step_increment(Problem& p, const Step& s, double t0, double dt, RealVec& energy);
+//   inout half    not null and on: HALF_RESIDUAL ends attempts that are too long
+Failure step_increment(Problem& p, const Step& s, double t0, double dt, RealVec& energy,
+                       HalfWatch* half = nullptr);
 
 // The linear system of a Newton iteration                                          (6.2)
 struct LinearSystem {
@@ -168,6 +188,11 @@ Failure step_contact_depth(const Bonds& b, const ContactPairs& pairs, const Leve
 
 // step_newton : solves R(du) = 0 for the attempt. Not good with a guess: it may be without.
 Failure step_newton(Problem& p, Attempt& a);
+
+// step_damping : damping force at t(n) of velocities v [neq]: C v, and that of the viscous stress. Writes
+// st.np1. step_damps: is there any?   t_step: time of the step
+Failure step_damping(Problem& p, bool finite, double t_step, double dt, const RealVec& v, RealVec& f);
+bool step_damps(const Problem& p);
 
 // step_inertia_begin : momentum, projected velocity, g, cM of a dynamic step
 Failure step_inertia_begin(Problem& p, Attempt& a);

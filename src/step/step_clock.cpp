@@ -11,10 +11,28 @@ namespace {
 const int EASY = 4, EASY_ONES = 2, HARD = 8;
 const double GROWS = 1.5, SHRINKS = 0.75;
 
+// The same in dynamics by the half-increment residual, which falls with the square of the increment: after
+// SMALL_ONES in a row of at most SMALL of the limit each increment grows, until one is larger. Number and
+// factor are those of Abaqus, 0.8 of the limit what a longer increment is expected to have there.
+// Test: Clock.SmallResidualsGrow (unit)
+const int SMALL_ONES = 3;
+const double GROWS_BY = 1.25, SMALL = 0.8 / (GROWS_BY * GROWS_BY);
+
 // the end of the nominal increment, or of the step
 double clock_goal(const Step& s, const StepClock& c)
 {
   return s.direct ? std::min(s.period, static_cast<double>(c.nominal) * s.dt) : s.period;
+}
+
+// the next length after an increment whose half-increment residual is a part of its limit        (6.27)
+void choose_by_half(const Step& s, double used, int iterations, double part, StepClock& c)
+{
+  const double ratio = c.dt / used, expected = part * ratio * ratio;      // at the full length
+  c.easy = expected <= SMALL && iterations <= HARD ? c.easy + 1 : 0;
+  if (iterations > HARD)
+    c.dt *= SHRINKS;
+  else if (c.easy >= SMALL_ONES)
+    c.dt = std::min(s.dt_max, c.dt * GROWS_BY);
 }
 
 }  // namespace
@@ -32,7 +50,7 @@ double clock_next(const Step& s, const StepClock& c, const std::vector<double>& 
   return c.dt >= left * (1.0 - 1e-9) ? left : c.dt > 0.5 * left && c.dt < left ? 0.5 * left : c.dt;
 }
 
-void clock_accept(const Step& s, double used, int iterations, StepClock& c)
+void clock_accept(const Step& s, double used, int iterations, double half, StepClock& c)
 {
   c.t += used;
   if (std::fabs(c.t - clock_goal(s, c)) < 1e-9 * s.dt) {
@@ -41,6 +59,7 @@ void clock_accept(const Step& s, double used, int iterations, StepClock& c)
     if (s.direct) c.dt = s.dt;
   }
   if (s.direct) return;
+  if (s.half_force > 0.0 || s.half_part > 0.0) return choose_by_half(s, used, iterations, half, c);
   c.easy = iterations <= EASY ? c.easy + 1 : 0;
   if (c.easy >= EASY_ONES) {
     c.dt   = std::min(c.most > 0.0 ? c.most : s.dt_max, c.dt * GROWS);

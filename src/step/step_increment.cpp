@@ -141,7 +141,7 @@ KernelMode step_mode(const Step& s)
   return mode;
 }
 
-Failure step_increment(Problem& p, const Step& s, double t0, double dt, RealVec& energy)
+Failure step_increment(Problem& p, const Step& s, double t0, double dt, RealVec& energy, HalfWatch* half)
 {
   State& st = p.st;
   const double total0 = st.n.time;
@@ -175,6 +175,10 @@ Failure step_increment(Problem& p, const Step& s, double t0, double dt, RealVec&
   if (failure.ok() && st.bonds.nbond) failure = augment(p, a);
   if (failure.ok() && p.d.pairs.near) failure = step_contact_depth(st.bonds, p.d.pairs, st.np1, p.m.dim);
   if (failure.ok() && s.proc == PROC_STATIC) failure = find_missed_contact(p, st);
+  if (failure.ok() && half && half->on) {
+    failure = step_half(p, a, *half);
+    if (failure.ok()) failure = half_judge(s, dt, st.log.cuts, *half);
+  }
   if (failure.ok()) step_finish(p, a, energy);
   if (failure.ok() && !std::isfinite(st.ledger.balance)) failure = BAD_NUMBER;
   return failure;

@@ -52,15 +52,16 @@ Failure force_at_start(Problem& p, Attempt& a)
   return failure.ok() ? assem_internal(p.m, p.d, p.dofs, mode, a.jumps, p.st, a.fint0) : failure;
 }
 
-bool damps(const Problem& p) { return !p.dofs.C.empty() || model_viscous(p.m); }
-
 // Part of the increment in which the nodes go on at their velocities, to get the viscous stress of t(n):
 // small against 1, and far above the rounding of strains
 const double GLANCE = 1e-3;
 
-// damping force at t(n) of the velocities v [neq]: C v, and that of the viscous stress, as the difference of
-// the internal force with and without it; t_step: time of the step. Writes st.np1.
-Failure damping_at_start(Problem& p, bool finite, double t_step, double dt, const RealVec& v, RealVec& f)
+}  // namespace
+
+bool step_damps(const Problem& p) { return !p.dofs.C.empty() || model_viscous(p.m); }
+
+// the viscous stress acts by the difference of the internal force with and without it
+Failure step_damping(Problem& p, bool finite, double t_step, double dt, const RealVec& v, RealVec& f)
 {
   f.assign(p.dofs.neq(), 0.0);
   if (!p.dofs.C.empty()) damping_multiply(p.dofs, v, f);
@@ -79,6 +80,8 @@ Failure damping_at_start(Problem& p, bool finite, double t_step, double dt, cons
   return STATUS_OK;
 }
 
+namespace {
+
 // damping at the velocity of the end of the increment, as far as it is known                (6.20)
 Failure begin_damping(Problem& p, Attempt& a)
 {
@@ -88,7 +91,7 @@ Failure begin_damping(Problem& p, Attempt& a)
   RealVec v(p.dofs.neq()), f;
   for (int i = 0; i < p.dofs.neq(); ++i)
     v[i] = scheme.damping_known(a.step, a.dt, a.vgrid[i], a.agrid.empty() ? 0.0 : a.agrid[i]);
-  const Failure failure = damping_at_start(p, a.mode.finite, a.t0, a.dt, v, f);
+  const Failure failure = step_damping(p, a.mode.finite, a.t0, a.dt, v, f);
   for (int i = 0; i < p.dofs.neq() && failure.ok(); ++i) a.g[i] -= f[i];
   return failure;
 }
@@ -103,8 +106,8 @@ Failure inertia_at_start(Problem& p, Attempt& a, RealVec& Ma)
   a.agrid = node_vector(s, p.st.n.a);
   if (p.d.grid.nnode || s.hung) {
     RealVec f(s.neq(), 0.0), damping(s.neq(), 0.0);
-    if (damps(p)) {
-      const Failure failure = damping_at_start(p, a.mode.finite, a.t0, a.dt, a.vgrid, damping);
+    if (step_damps(p)) {
+      const Failure failure = step_damping(p, a.mode.finite, a.t0, a.dt, a.vgrid, damping);
       if (!failure.ok()) return failure;
     }
     Timer timer(PHASE_PROJECT);
@@ -149,7 +152,7 @@ Failure step_inertia_begin(Problem& p, Attempt& a)
   a.g.resize(p.dofs.neq());
   for (int i = 0; i < p.dofs.neq(); ++i)
     a.g[i] = scheme.known(s, a.dt, a.momentum[i], Ma.empty() ? 0.0 : Ma[i], force.empty() ? 0.0 : force[i]);
-  if (damps(p)) failure = begin_damping(p, a);
+  if (step_damps(p)) failure = begin_damping(p, a);
   // predictor: free flight
   for (int i = 0; i < p.dofs.neq(); ++i)
     a.du[i] = p.dofs.fixed[i] ? 0.0 : a.dt * a.vgrid[i];
@@ -170,8 +173,8 @@ Failure step_initial_acceleration(Problem& p, const Step& s, double t_step)
   if (failure.ok()) failure = assem_internal(p.m, p.d, dofs, mode, jumps, p.st, fint);
   if (failure.ok())
     failure = assem_loads(p.m, p.d, dofs, p.st, s, {t_step, p.st.n.time, 0.0}, p.warned, f);
-  if (failure.ok() && damps(p)) failure = velocity_at_start(p.st, p.d.grid, p.dofs, momentum, v);
-  if (failure.ok() && damps(p)) failure = damping_at_start(p, s.nlgeom, t_step, s.dt, v, damping);
+  if (failure.ok() && step_damps(p)) failure = velocity_at_start(p.st, p.d.grid, p.dofs, momentum, v);
+  if (failure.ok() && step_damps(p)) failure = step_damping(p, s.nlgeom, t_step, s.dt, v, damping);
   if (!failure.ok()) return failure;
   for (int i = 0; i < dofs.neq(); ++i) f[i] -= fint[i] + damping[i];
   for (int i = 0; i < dofs.nfe * dofs.dim; ++i)

@@ -127,6 +127,7 @@ struct Increment {
   double shorter = 0.0;        // of the next one, when this fails
   UndoPoint undo;              // with fracture
   BreakWatch watch;
+  HalfWatch half;
   RealVec energy;              // of step_increment
 };
 
@@ -159,6 +160,8 @@ Failure begin_increment(Problem& p, const Step& s, const std::vector<double>& st
   st.clock.aim = 0.0;
   inc.watch    = BreakWatch();
   inc.watch.on = !moves && !s.direct;
+  inc.half     = HalfWatch();
+  inc.half.on  = moves && !s.direct && (s.half_force > 0.0 || s.half_part > 0.0);
   return failure;
 }
 
@@ -168,7 +171,8 @@ Failure attempt(Problem& p, const Step& s, Increment& inc, Output& out)
   State& st = p.st;
   StepClock& clock = st.clock;
   inc.shorter = 0.5 * inc.dt;
-  Failure failure = step_increment(p, s, clock.t, inc.dt, inc.energy);
+  Failure failure = step_increment(p, s, clock.t, inc.dt, inc.energy, &inc.half);
+  if (failure.status == HALF_RESIDUAL) inc.shorter = inc.half.shorter;
   if (!failure.ok()) return failure;
   const int iterations = st.log.iterations;
   note_rate(s, inc.dt, st);
@@ -213,11 +217,25 @@ bool cut(Problem& p, const Step& s, const Ledger& before, Increment& inc, Failur
   return true;
 }
 
+// of what is allowed; 0: not asked for, or nothing moves
+double half_part(const HalfWatch& half) { return half.residual > 0.0 ? half.residual / half.limit : 0.0; }
+
+// what later half-increment residuals are compared with
+void note_forces(double dt, const HalfWatch& half, const Ledger& ledger, StepClock& c)
+{
+  c.impulse += half.force * dt;
+  c.square += half.force * half.force * dt;
+  c.energy = std::max(c.energy, ledger.strain + ledger.bond);
+}
+
 // clock and log go on behind a good increment
-void accept(const Step& s, double dt, State& st)
+void accept(const Step& s, double dt, const HalfWatch& half, State& st)
 {
   if (st.clock.most == 0.0 && !st.eroded.empty()) st.clock.most = st.clock.dt;
-  clock_accept(s, dt, st.log.iterations, st.clock);
+  clock_accept(s, dt, st.log.iterations, half_part(half), st.clock);
+  if (half.on) note_forces(dt, half, st.ledger, st.clock);
+  st.log.half       = half.residual;
+  st.log.half_limit = half.limit;
   st.n.time = st.clock.start + st.clock.t;
   ++st.log.inc_total;
   st.log.dt     = dt;
@@ -233,6 +251,19 @@ void warn_of_state(Problem& p, const Step& s)
     step_limit(p.m, p.d.el, st, s, p.warned);
   if (p.d.fm.on) step_remainder(p.m, p.d, p.dofs, st, s, p.warned);
   if (!p.d.watch.pair.empty()) overlap_look(p.m, p.d.el, st, p.d.watch);
+}
+
+// an increment that is less accurate than the deck asks for; the first one of a step that may not be cut is
+// told to the user
+void tell_half(const State& st, const HalfWatch& half, Warned& warned)
+{
+  if (half.jumps)
+    log_note("  accepted: the force jumps within the increment, and shorter ones have the same residual");
+  if (half.least) log_note("  accepted: the increment may not be cut any more");
+  if (!half.least || !warned.insert("half " + std::to_string(st.log.step)).second) return;
+  log_warn("step %d, time %.8g: the half-increment residual is %.3g, %.3g times what is allowed, and the "
+           "increment is not cut any more (dt min, MAX CUT); the listing has those of all increments",
+           st.log.step, st.n.time, half.residual, half_part(half));
 }
 
 // ---------------------------------------------------------------------------
@@ -257,10 +288,11 @@ Failure run_step(Problem& p, const Step& s, Output& out)
     }
     if (failure.status == INTERRUPTED) return interrupted_inside(p, inc, out);
     if (!failure.ok()) return failure;
-    accept(s, inc.dt, st);
+    accept(s, inc.dt, inc.half, st);
     warn_of_state(p, s);
     // 6. write
     out_increment(p.m, p.d.el, st, p.d.grid, out);
+    tell_half(st, inc.half, p.warned);
     st.eroded.clear();
     out_restart(p.m, st, p.d.grid, false, out);
   }

@@ -31,16 +31,39 @@ TEST(Clock, TwoEasyIncrementsGrowAndOneHardShrinks)
 {
   const Step s = automatic(100.0, 1.0);
   StepClock c  = started(s);
-  clock_accept(s, c.dt, 4, c);
+  clock_accept(s, c.dt, 4, 0.0, c);
   EXPECT_DOUBLE_EQ(1.0, c.dt);
-  clock_accept(s, c.dt, 4, c);
+  clock_accept(s, c.dt, 4, 0.0, c);
   EXPECT_DOUBLE_EQ(1.5, c.dt);
-  clock_accept(s, c.dt, 4, c);
-  clock_accept(s, c.dt, 5, c);                       // neither easy nor hard: the count begins again
+  clock_accept(s, c.dt, 4, 0.0, c);
+  clock_accept(s, c.dt, 5, 0.0, c);                       // neither easy nor hard: the count begins again
   EXPECT_DOUBLE_EQ(1.5, c.dt);
-  clock_accept(s, c.dt, 8, c);
+  clock_accept(s, c.dt, 8, 0.0, c);
   EXPECT_DOUBLE_EQ(1.5, c.dt);
-  clock_accept(s, c.dt, 9, c);
+  clock_accept(s, c.dt, 9, 0.0, c);
+  EXPECT_DOUBLE_EQ(1.125, c.dt);
+}
+
+// GROWS_BY, SMALL, SMALL_ONES of step_clock.cpp, as doc/theory.md 6.7 tells them
+TEST(Clock, SmallResidualsGrow)
+{
+  Step s = automatic(100.0, 1.0);
+  s.proc = PROC_DYNAMIC;
+  s.half_part = 0.05;
+  s.dt_max    = 1.5;
+  StepClock c = started(s);
+  clock_accept(s, c.dt, 6, 0.5, c);
+  clock_accept(s, c.dt, 6, 0.5, c);
+  EXPECT_DOUBLE_EQ(1.0, c.dt);
+  clock_accept(s, c.dt, 6, 0.5, c);
+  EXPECT_DOUBLE_EQ(1.25, c.dt);
+  clock_accept(s, c.dt, 6, 0.7, c);                  // not small: the count begins again
+  EXPECT_DOUBLE_EQ(1.25, c.dt);
+  for (int k = 0; k < 3; ++k) clock_accept(s, 0.5 * c.dt, 6, 0.2, c);
+  EXPECT_DOUBLE_EQ(1.25, c.dt);                      // 0.8 at the full length
+  for (int k = 0; k < 3; ++k) clock_accept(s, c.dt, 6, 0.0, c);
+  EXPECT_DOUBLE_EQ(1.5, c.dt);                       // dt max
+  clock_accept(s, c.dt, 9, 0.0, c);
   EXPECT_DOUBLE_EQ(1.125, c.dt);
 }
 
@@ -50,10 +73,10 @@ TEST(Clock, EndsOnStopsAndOnTheStepWithoutASliver)
   StepClock c  = started(s);
   EXPECT_DOUBLE_EQ(0.25, clock_next(s, c, {0.25}));
   EXPECT_DOUBLE_EQ(0.4, clock_next(s, c, {}));
-  clock_accept(s, 0.4, 6, c);
+  clock_accept(s, 0.4, 6, 0.0, c);
   EXPECT_DOUBLE_EQ(0.3, clock_next(s, c, {}));       // 0.6 are left: two halves
-  clock_accept(s, 0.3, 6, c);
-  clock_accept(s, clock_next(s, c, {}), 6, c);
+  clock_accept(s, 0.3, 6, 0.0, c);
+  clock_accept(s, clock_next(s, c, {}), 6, 0.0, c);
   EXPECT_TRUE(clock_done(s, c));
 }
 

@@ -1,0 +1,221 @@
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "model/scheme.h"
+#include "step/step.h"
+
+namespace {
+
+// No residual is asked to be smaller than this part of the force that would stop the fastest mass within the
+// increment, nor than this multiple of what Newton's method leaves: free flight has rounding alone.
+// Test: HALF (analytic/impact_bar.inp), increments grow in flight
+const double OF_MOMENTUM = 1e-8, OF_NEWTON = 10.0;
+
+// A cut aims at the limit with the factor of Abaqus, in quarters of the increment, so that rounding does not
+// change it. Cuts that leave the residual nearly as it was tell of a force that jumps; after KEPT_MOST in a
+// row the increment that holds the jump is short enough.  Test: Half.JumpsEndAfterThreeCuts (unit)
+const double CUT = 0.85;
+const int KEPT_MOST = 3;
+
+// Forces of inertia below this part of the largest force do not matter. No test: without it slow motion
+// costs more increments
+const double OF_FORCES = 1e-3;
+
+// Forces at a part of the increment that inertia has to balance
+struct Forces {
+  RealVec r;                   // [neq] internal force less loads
+  double typical = 0.0;        // its largest entry at free dofs, or a small part of the largest force
+};
+
+double largest(const RealVec& f)
+{
+  double most = 0.0;
+  for (double x : f) most = std::max(most, std::fabs(x));
+  return most;
+}
+
+// largest entry at the dofs that move freely
+double largest_free(const Dofs& s, const RealVec& R)
+{
+  double most = 0.0;
+  for (int i = 0; i < s.neq(); ++i)
+    if (!s.fixed[i]) most = std::max(most, std::isfinite(R[i]) ? std::fabs(R[i]) : HUGE_VAL);
+  return most;
+}
+
+Forces difference(const Dofs& s, RealVec fint, const RealVec& fext)
+{
+  Forces f;
+  f.typical = OF_FORCES * std::max(largest(fint), largest(fext));
+  f.r.swap(fint);
+  for (size_t i = 0; i < f.r.size(); ++i) f.r[i] -= fext[i];
+  f.typical = std::max(f.typical, largest_free(s, f.r));
+  return f;
+}
+
+// Multipliers of bonds and degradation factors go straight from t(n) to those of the end
+void blend(const RealVec& from, const RealVec& to, double part, RealVec& out)
+{
+  if (from.size() != to.size()) return;
+  for (size_t i = 0; i < to.size(); ++i) out[i] = (1.0 - part) * from[i] + part * to[i];
+}
+
+// forces at this part of the increment, du [neq] from t(n); end: the state that the increment has found
+Failure forces_at(Problem& p, const Attempt& a, const Level& end, double part, const RealVec& du, Forces& f)
+{
+  State& st = p.st;
+  st.np1    = end;
+  blend(st.n.lambda, end.lambda, part, st.np1.lambda);
+  blend(st.n.lambda_n, end.lambda_n, part, st.np1.lambda_n);
+  blend(st.n.degr, end.degr, part, st.np1.degr);
+  const double t = a.t0 + part * a.dt;
+  KernelMode mode;
+  mode.finite = a.mode.finite;
+  Jumps jumps;
+  RealVec fint, fext;
+  Failure failure = assem_move(p.m, p.d.grid, p.dofs, du, a.t0, t, st, jumps);
+  if (failure.ok()) failure = assem_internal(p.m, p.d, p.dofs, mode, jumps, st, fint);
+  if (failure.ok())
+    failure = assem_loads(p.m, p.d, p.dofs, st, a.step, {t, a.total0 + part * a.dt, 1.0}, p.warned, fext);
+  if (failure.ok()) f = difference(p.dofs, std::move(fint), fext);
+  return failure;
+}
+
+// change of the velocities over the increment                                              [neq]
+RealVec velocity_change(const Dofs& s, const Attempt& a)
+{
+  const Scheme& scheme = scheme_of(a.step);
+  RealVec dv(s.neq());
+  for (int i = 0; i < s.neq(); ++i)
+    dv[i] = s.fixed[i] == DOF_FIXED
+              ? s.rate[i] - a.vgrid[i]
+              : scheme.grid(a.step, a.dt, a.du[i], a.vgrid[i], a.agrid.empty() ? 0.0 : a.agrid[i]);
+  tie_follow(s, false, dv);
+  return dv;
+}
+
+// displacement from t(n) to the middle, with linear acceleration (6.24); supports have a motion of their own
+Failure half_motion(Problem& p, const Attempt& a, const RealVec& dv, RealVec& du)
+{
+  Dofs& s = p.dofs;
+  du.resize(s.neq());
+  for (int i = 0; i < s.neq(); ++i) du[i] = 0.5 * a.du[i] - 0.125 * a.dt * dv[i];
+  Failure failure =
+      dof_constrain(p.m, p.d, p.st, a.step, a.t0, a.t0 + 0.5 * a.dt, s, p.warned);
+  for (int i = 0; i < s.neq() && failure.ok(); ++i)
+    if (s.fixed[i] == DOF_FIXED) du[i] = s.target[i];
+  if (failure.ok()) tie_follow(s, true, du);
+  const Failure back = dof_constrain(p.m, p.d, p.st, a.step, a.t0, a.t1, s, p.warned);
+  return failure.ok() ? back : failure;
+}
+
+// forces at t(n) and t(n+1): as Newton's method has them, where it takes those of the end
+Failure forces_at_ends(Problem& p, const Attempt& a, const Level& end, Forces& f0, Forces& f1)
+{
+  const bool known = !a.mode.mid && !model_viscous(p.m), at_start = known && !a.fint0.empty();
+  Failure failure;
+  if (at_start) f0 = difference(p.dofs, a.fint0, a.fext0);
+  else failure = forces_at(p, a, end, 0.0, RealVec(p.dofs.neq(), 0.0), f0);
+  if (!failure.ok()) return failure;
+  if (known) f1 = difference(p.dofs, a.fint, a.fext);
+  else failure = forces_at(p, a, end, 1.0, a.du, f1);
+  return failure;
+}
+
+// R at half the increment                                                                        (6.24)
+Failure half_residual(Problem& p, const Attempt& a, const Level& end, HalfWatch& w, RealVec& R)
+{
+  const Dofs& s = p.dofs;
+  Forces f0, fh, f1;
+  RealVec du, damping;
+  const RealVec dv = velocity_change(s, a);
+  Failure failure  = half_motion(p, a, dv, du);
+  if (failure.ok()) failure = forces_at_ends(p, a, end, f0, f1);
+  if (failure.ok()) failure = forces_at(p, a, end, 0.5, du, fh);
+  if (failure.ok() && step_damps(p)) {
+    RealVec v(s.neq());        // velocity at the middle less the mean of the ends
+    for (int i = 0; i < s.neq(); ++i)
+      v[i] = 1.5 * a.du[i] / a.dt - 0.75 * (2.0 * a.vgrid[i] + dv[i]);
+    failure = step_damping(p, a.mode.finite, a.t0, a.dt, v, damping);
+  }
+  if (!failure.ok()) return failure;
+  w.force = std::max(f0.typical, f1.typical);
+  R.resize(s.neq());
+  for (int i = 0; i < s.neq(); ++i) {
+    const double damped = damping.empty() ? 0.0 : damping[i];
+    R[i] = (1.0 + a.step.alpha) * (fh.r[i] - 0.5 * (f0.r[i] + f1.r[i]) + damped);
+  }
+  tie_force(s, R);
+  return STATUS_OK;
+}
+
+// The force that residuals are compared with: of this attempt, or the mean over time so far, in which each
+// instant counts as much as its force is large                                                  (6.25)
+double typical_force(const StepClock& c, double dt, double force)
+{
+  const double impulse = c.impulse + force * dt;
+  return impulse > 0.0 ? std::max(force, (c.square + force * force * dt) / impulse) : 0.0;
+}
+
+// kinetic energy that the residual would give to bodies at rest over the increment
+double half_energy(const Dofs& s, double dt, const RealVec& R)
+{
+  double sum = 0.0;
+  for (int i = 0; i < s.neq(); ++i)
+    if (!s.fixed[i] && s.M_diag[i / s.dim] > 0.0) sum += R[i] * R[i] / s.M_diag[i / s.dim];
+  return 0.5 * dt * dt * sum;
+}
+
+// what the largest entry may be                                                           (6.25), (6.26)
+double half_limit(const Problem& p, const Attempt& a, const HalfWatch& w, const RealVec& R)
+{
+  const StepClock& c = p.st.clock;
+  const double part  = a.step.half_part;
+  const double noise = std::max(OF_MOMENTUM * largest(a.momentum) / a.dt,
+                                OF_NEWTON * largest_free(p.dofs, a.R));
+  if (a.step.half_force > 0.0) return std::max(a.step.half_force, noise);
+  const double limit = std::max(part * typical_force(c, a.dt, w.force), noise);
+  // with this energy an oscillator has the residual that limit allows
+  const double energy = half_energy(p.dofs, a.dt, R);
+  if (energy <= 0.0) return limit;
+  return std::max(limit, w.residual * std::sqrt(8.0 * part * part * part * c.energy / energy));
+}
+
+}  // namespace
+
+// ---------------------------------------------------------------------------
+// step_half : half-increment residual of a converged attempt                       doc/theory.md (6.24)
+// ---------------------------------------------------------------------------
+Failure step_half(Problem& p, const Attempt& a, HalfWatch& w)
+{
+  const Level end = p.st.np1;
+  RealVec R;
+  const Failure failure = half_residual(p, a, end, w, R);
+  p.st.np1 = end;
+  if (failure.status == BAD_VALUE) return failure;
+  // what turns inside out on the way is as bad as can be
+  w.residual = failure.ok() ? largest_free(p.dofs, R) : HUGE_VAL;
+  if (!std::isfinite(w.residual)) w.force = w.limit = 0.0;
+  else w.limit = half_limit(p, a, w, R);
+  return STATUS_OK;
+}
+
+Failure half_judge(const Step& s, double dt, int cuts, HalfWatch& w)
+{
+  // a residual that hardly falls with the increment
+  const double fell = w.dt_before > 0.0 ? dt / w.dt_before : 0.0;
+  w.kept = w.before > 0.0 && w.residual > 0.5 * (1.0 + fell) * w.before ? w.kept + 1 : 0;
+  w.before    = w.residual;
+  w.dt_before = dt;
+  w.jumps = w.least = false;
+  if (w.residual <= w.limit) return STATUS_OK;
+  const double quarters = std::floor(4.0 * CUT * std::sqrt(w.limit / w.residual));
+  w.shorter = 0.25 * dt * std::min(3.0, std::max(1.0, quarters));
+  w.jumps   = w.kept >= KEPT_MOST;
+  w.least   = !w.jumps && (cuts >= s.ctl.max_cut || w.shorter < s.dt_min);
+  if (w.jumps || w.least) return STATUS_OK;
+  char text[120];
+  std::snprintf(text, sizeof text, "%.4e, allowed are %.4e", w.residual, w.limit);
+  return {HALF_RESIDUAL, text};
+}
