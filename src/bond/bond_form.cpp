@@ -388,6 +388,7 @@ struct KeptBond {
   double lambda_n = 0.0, offset = 0.0, initial_penetration = 0.0, area = 0.0;
   double cn = 0.0, ct = 0.0, friction = 0.0;   // of general contact: those of the face that it met
   SkinFace met;
+  int wall = -1;               // Bonds::met of a wall
 };
 
 using KeptBonds = std::map<SlipKey, KeptBond>;
@@ -407,6 +408,7 @@ KeptBonds keep_bonds(const Bonds& b, const Level& l, int dim)
     k.ct       = b.ct[q];
     k.friction = b.friction[q];
     if (b.met[q] >= 0) k.met = b.skin[b.met[q]];
+    k.wall = std::min(b.met[q], -1);
   }
   return kept;
 }
@@ -424,7 +426,8 @@ IntVec restore_bonds(int dim, const KeptBonds& kept, Bonds& b, Level& l)
   l.lambda.resize(all * dim, 0.0);
   l.lambda_n.resize(all, 0.0);
   std::map<std::array<int, 3>, int> place;           // of the faces of general contact
-  for (const SkinFace& f : b.skin) place.emplace(std::array<int, 3>{f.elem, f.face, f.points}, place.size());
+  for (const SkinFace& f : b.skin)                   // a point that was released has kept its faces
+    place.emplace(std::array<int, 3>{f.elem, f.face, f.points > 0}, place.size());
   for (int q = b.nfixed; q < b.nbond; ++q) {
     const auto it = kept.find(slip_key(b, q));
     if (it == kept.end()) {
@@ -441,8 +444,8 @@ IntVec restore_bonds(int dim, const KeptBonds& kept, Bonds& b, Level& l)
     b.cn[q]       = k.cn;
     b.ct[q]       = k.ct;
     b.friction[q] = k.friction;
-    const auto met = k.met.elem < 0 ? place.end() : place.find({k.met.elem, k.met.face, k.met.points});
-    if (met != place.end()) b.met[q] = met->second;
+    const auto met = k.met.elem < 0 ? place.end() : place.find({k.met.elem, k.met.face, k.met.points > 0});
+    b.met[q] = met != place.end() ? met->second : k.wall;
   }
   return fresh;
 }

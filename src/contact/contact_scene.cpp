@@ -123,8 +123,9 @@ void describe(const Model& m, const Points& pts, const Bonds& bonds, ContactScen
     const MasterFace at_start = face_at_start(m, pts, f.points, {f.elem, f.face});
     const int element = f.points ? pts.parent[f.elem] : f.elem;
     s.field.push_back(grid_field(pts, f));
-    s.body.push_back(element >= 0 ? s.part_of_node[m.mesh.conn.begin(element)[0]]
-                                  : m.mesh.nnode() + m.body[pts.body[f.elem]].field);
+    if (f.points && pts.released[f.elem]) s.body.push_back(-1 - f.elem);       // a body by itself
+    else if (element >= 0) s.body.push_back(s.part_of_node[m.mesh.conn.begin(element)[0]]);
+    else s.body.push_back(m.mesh.nnode() + m.body[pts.body[f.elem]].field);
     SideBits sides = 0;
     auto faces = side.begin();
     each_rule(d, [&](const RuleList&, const ContactRule& r, SideBits a, SideBits b) {

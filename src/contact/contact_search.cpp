@@ -211,7 +211,8 @@ void search_place(GeneralSearch& g, int b, const IntVec& facing, std::vector<Hit
 }
 
 // Place b of face i, of points off the grid, meets a wall that is nearer than what it met: a face that does
-// not move, its part in the jump is zero
+// not move, its part in the jump is zero. What pushes on a wall stays with it when it has turned away.
+// Test: G3 (contact/g3_walls.inp)
 void meet_wall(GeneralSearch& g, int b, int i, ContactPairs& pairs)
 {
   const FaceNow& a = face_now(g, i);
@@ -219,7 +220,9 @@ void meet_wall(GeneralSearch& g, int b, int i, ContactPairs& pairs)
   for (const ContactWall& w : g.wall) {
     const double gap = w.side * (g.xb[b * g.m.dim + w.axis] - w.at);
     const bool meets = pairs.master.item.size() > first;
-    if (w.side * a.n[w.axis] > OPPOSED || gap > g.scene.part * a.f.size + g.scene.travel) continue;
+    const bool pushes = g.bonds.met[b] == MET_WALL - w.grid_bc;
+    if (w.side * a.n[w.axis] > OPPOSED && !pushes) continue;
+    if (gap > g.scene.part * a.f.size + g.scene.travel) continue;
     if (meets && gap > pairs.gap[b]) continue;
     if (!meets) ++pairs.near;
     pairs.master.item.resize(first);

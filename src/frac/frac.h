@@ -153,6 +153,18 @@ void frac_torn(const Model& m, const FracMesh& fm, const Points& pts, const Leve
 // elements go  (7.13)
 void frac_release(const Model& m, const FracMesh& fm, const IntVec& torn, CornerShare& share, State& st);
 
+// The shape that a point would be released with
+struct GrainShape {
+  int point = -1;
+  double scale = 1.0;          // about its centre
+  double centre[3], corner[8][3];      // now, with scale 1
+};
+
+// frac_room : scales of the shapes with which they overlap no element and no other point, least at least
+// (7.34)
+//   in   st   before the release; points of grain do not count with the corners that they have there
+void frac_room(const Model& m, const State& st, double least, std::vector<GrainShape>& grain);
+
 // frac_follow : corners of points that go on for nodes whose last element has become points; of several the
 // first that is not released. Loads, supports and results of the node go on there.       doc/theory.md (7.18)
 //   out  corner   [nnode] >= 0: corner; FOLLOW_ELEMENT: the node has elements, or never had;

@@ -18,9 +18,26 @@ IntVec lost_nodes(const Model& m, const Fracture& fr)
   return lost;
 }
 
-// the corner of a point that lies at node n of its element at t = 0, -1: none
+double shortest_edge(const Model& m, const Points& pts, int q)
+{
+  double least = 1e300;
+  for (int k = pts.conn.off[q]; k < pts.conn.off[q + 1]; ++k)
+    for (int j = pts.conn.off[q]; j < k; ++j) {
+      double square = 0.0;
+      for (int i = 0; i < m.dim; ++i) {
+        const double d = pts.Xc[pts.conn.item[k] * m.dim + i] - pts.Xc[pts.conn.item[j] * m.dim + i];
+        square += d * d;
+      }
+      least = std::min(least, square);
+    }
+  return std::sqrt(least);
+}
+
+// the corner of a point that lies at node n of its element at t = 0, -1: none; released points have shapes of
+// their own (7.34), of half the size at least: their corner next to the node
 int corner_at(const Model& m, const Points& pts, int q, int n, double tol)
 {
+  if (pts.field[pts.conn.item[pts.conn.off[q]]] == FIELD_OWN) tol = 0.45 * shortest_edge(m, pts, q);
   for (int k = pts.conn.off[q]; k < pts.conn.off[q + 1]; ++k) {
     const int c = pts.conn.item[k];
     double apart = 0.0;

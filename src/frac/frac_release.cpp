@@ -7,6 +7,9 @@ namespace {
 // a released point, which is elastic, is made anew above this stretch and below its inverse in volume,
 // however small RELEASE is.  Test: verification/contact/g3_grains.inp
 const double RENEW = 1.5;
+// a released point is no smaller than this part of its natural size along each axis of its stretch, and once
+// more when it is fitted between others.  Test: verification/contact/g4_box
+const double LEAST_SIZE = 0.5;
 
 // F of a point; 33 is 1 in the plane                                                          (3.5)
 Eigen::Matrix3d gradient(const Points& pts, int dim, const RealVec& uc, int p)
@@ -33,6 +36,14 @@ struct RigidFragment {
   Eigen::Vector3d X[8], x[8], v[8];
   double m[8][8], mc[8], mass = 0.0;
 };
+
+// first pair of a point in Points::mc
+size_t first_pair(const Points& pts, int p)
+{
+  size_t k = 0;
+  for (int q = 0; q < p; ++q) k += pair_count(pts.conn.count(q));
+  return k;
+}
 
 // the mean over the mass
 Eigen::Vector3d mean(const RigidFragment& g, const Eigen::Vector3d* value)
@@ -82,12 +93,65 @@ Eigen::Vector3d spin(const RigidFragment& g, int dim, const Eigen::Vector3d* r)
   return needs > had ? Eigen::Vector3d(std::sqrt(had / needs) * omega) : omega;
 }
 
-// the shape of t = 0, turned, and a rigid motion                                              (7.13)
-void restore(const Points& pts, int dim, int p, const double* pairs, Level& l)
+// the stretch of F along its axes, none above 1
+Eigen::Matrix3d squeezed(const Eigen::Matrix3d& F)
+{
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(F, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  Eigen::Vector3d stretch = svd.singularValues();
+  for (int i = 0; i < 3; ++i) stretch[i] = std::min(1.0, std::max(LEAST_SIZE, stretch[i]));
+  return svd.matrixV() * stretch.asDiagonal() * svd.matrixV().transpose();
+}
+
+// the maps from the shapes of t = 0 to those that points are released with, which have room        (7.34)
+void fitted(const Model& m, const IntVec& fresh, const State& st, std::vector<Eigen::Matrix3d>& map)
+{
+  std::vector<GrainShape> grain;
+  map.clear();
+  for (int p : fresh) {
+    RigidFragment g;
+    read_fragment(st.points, m.dim, st.n, p, &st.points.mc[first_pair(st.points, p)], g);
+    const Eigen::Matrix3d F = gradient(st.points, m.dim, st.n.uc, p), U = squeezed(F), R = rotation(F);
+    const Eigen::Vector3d X = mean(g, g.X), x = mean(g, g.x);
+    GrainShape shape;
+    shape.point = p;
+    for (int i = 0; i < 3; ++i) shape.centre[i] = x[i];
+    for (int a = 0; a < g.n; ++a) {
+      const Eigen::Vector3d y = x + R * U * (g.X[a] - X);
+      for (int i = 0; i < 3; ++i) shape.corner[a][i] = y[i];
+    }
+    grain.push_back(shape);
+    map.push_back(U);
+  }
+  frac_room(m, st, LEAST_SIZE, grain);
+  for (size_t i = 0; i < grain.size(); ++i) map[i] *= grain[i].scale;
+}
+
+// the shape of a point without stress is mapped, about its centre, by A
+void reshape(const Eigen::Matrix3d& A, int dim, int p, Points& pts, RigidFragment& g)
+{
+  const Eigen::Vector3d X = mean(g, g.X);
+  const Eigen::Matrix3d B = A.inverse().transpose();
+  for (int a = 0; a < g.n; ++a) {
+    const int k = pts.conn.off[p] + a;
+    Eigen::Vector3d G = Eigen::Vector3d::Zero();
+    for (int i = 0; i < dim; ++i) G[i] = pts.G[k * dim + i];
+    g.X[a] = X + A * (g.X[a] - X);
+    G = B * G;
+    for (int i = 0; i < dim; ++i) {
+      pts.Xc[pts.conn.item[k] * dim + i] = g.X[a][i];
+      pts.G[k * dim + i] = G[i];
+    }
+  }
+}
+
+// the shape without stress, turned, and a rigid motion (7.13); map: to the shape without stress from now on,
+// null: as it was
+void restore(int dim, int p, const Eigen::Matrix3d* map, Points& pts, Level& l)
 {
   RigidFragment g;
-  read_fragment(pts, dim, l, p, pairs, g);
+  read_fragment(pts, dim, l, p, &pts.mc[first_pair(pts, p)], g);
   const Eigen::Matrix3d R = rotation(gradient(pts, dim, l.uc, p));
+  if (map) reshape(*map, dim, p, pts, g);
   const Eigen::Vector3d X = mean(g, g.X), x = mean(g, g.x), v = mean(g, g.v);
   Eigen::Vector3d r[8];
   for (int a = 0; a < g.n; ++a) r[a] = R * (g.X[a] - X);
@@ -142,27 +206,25 @@ void frac_torn(const Model& m, const FracMesh& fm, const Points& pts, const Leve
 void frac_release(const Model& m, const FracMesh& fm, const IntVec& torn, CornerShare& share, State& st)
 {
   Points& pts = st.points;
-  IntVec fresh, source, shape_of(pts.npoint, 0);
+  IntVec fresh, source;
   for (int p : torn) {
-    shape_of[p] = 1;
-    if (pts.released[p]) {
-      ++st.frac.renewed;
-      continue;
-    }
+    if (pts.released[p]) continue;
     fresh.push_back(p);
     source.insert(source.end(), pts.conn.begin(p), pts.conn.begin(p) + pts.conn.count(p));
     st.frac.released.push_back(p);
     st.frac.released_at.push_back(static_cast<int>(st.frac.converted.size()));
   }
+  st.frac.renewed += static_cast<int>(torn.size() - fresh.size());
+  std::vector<Eigen::Matrix3d> map;
+  if (model_general_contact(m) >= 0) fitted(m, fresh, st, map);
   point_release(fresh, m.dim, share, pts);
   copy_corners(fresh, source, pts, m.dim, st.n);
-  const double* pairs = pts.mc.data();
-  for (int p = 0; p < pts.npoint; ++p) {
-    if (shape_of[p]) {
-      restore(pts, m.dim, p, pairs, st.n);
-      forget_flow(pts, p, st.n.hp);
-    }
-    pairs += pair_count(pts.conn.count(p));
+  size_t k = 0;
+  for (int p : torn) {
+    const bool first = k < fresh.size() && fresh[k] == p;
+    restore(m.dim, p, first && !map.empty() ? &map[k] : nullptr, pts, st.n);
+    forget_flow(pts, p, st.n.hp);
+    k += first;
   }
   frac_interfaces(m, fm, st);
 }
@@ -187,7 +249,11 @@ bool frac_replay(const Model& m, const FracMesh& fm, const State& st, Points sta
     point_convert(m, m.conversion[fm.conv[e]].body[m.mesh.elem_section[e]], e, share, start);
   }
   const Points& pts = st.points;
-  return start.Xc == pts.Xc && start.shape == pts.shape && start.conn.off == pts.conn.off &&
+  if (start.Xc.size() != pts.Xc.size()) return false;
+  for (int c = 0; c < pts.ncorner; ++c)                // released points have shapes of their own   (7.34)
+    for (int i = 0; i < m.dim && pts.field[c] != FIELD_OWN; ++i)
+      if (start.Xc[c * m.dim + i] != pts.Xc[c * m.dim + i]) return false;
+  return start.shape == pts.shape && start.conn.off == pts.conn.off &&
          start.conn.item == pts.conn.item && start.body == pts.body && start.of_elem == pts.of_elem &&
          start.parent == pts.parent && start.twin == pts.twin;
 }

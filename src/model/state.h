@@ -55,6 +55,8 @@ struct Points {
 // Bonds::field where side B is no grid
 enum { SIDE_GROUND = -1, SIDE_CONTACT = -2 };
 
+const int MET_WALL = -2;
+
 // An outer face that takes part in general contact: of a finite element, or of a point
 struct SkinFace {
   int elem = -1, face = -1;
@@ -83,7 +85,9 @@ struct Bonds {
   RealVec friction;            // [nbond] contact: Coulomb
   std::vector<SkinFace> skin;  // general contact: all faces; those of elements first
   IntVec skin_of;              // [nbond] index into skin, -1: not of general contact
-  IntVec met;                  // [nbond] general contact: face that it pushes on, index into skin; -1: none
+  // [nbond] general contact: face that it pushes on, index into skin; MET_WALL - w: *GRID BOUNDARY w;
+  // -1: none
+  IntVec met;
   RealVec skin_penalty;        // [skin] penalty per area of the face alone          force/length^3
 };
 

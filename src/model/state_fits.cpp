@@ -125,6 +125,7 @@ bool bonds_fit(const Model& m, const Points& p, const Bonds& b)
 {
   if (b.nbond < 0 || b.nfixed < 0 || b.nfixed > b.nbond) return false;
   const std::size_t n = b.nbond, dim = m.dim;
+  const int last_wall = MET_WALL + 1 - static_cast<int>(m.grid_bc.size());
   if (!lists(b.a, b.nbond, 0, m.mesh.nnode() + p.ncorner) || !real(b.a_w, b.a.item.size())) return false;
   if (!index(b.def, n, 0, static_cast<int>(m.bond.size())) || !index(b.field, n, SIDE_CONTACT, fields(m)))
     return false;
@@ -132,7 +133,7 @@ bool bonds_fit(const Model& m, const Points& p, const Bonds& b)
          real(b.offset, n) && real(b.initial_penetration, n) && index(b.intermediate, n, 0, 2) &&
          real(b.friction, n) && real(b.skin_penalty, b.skin.size()) &&
          index(b.skin_of, n, -1, static_cast<int>(b.skin.size())) &&
-         index(b.met, n, -1, static_cast<int>(b.skin.size())) && skin_fits(m, p, b);
+         index(b.met, n, last_wall, static_cast<int>(b.skin.size())) && skin_fits(m, p, b);
 }
 
 bool fracture_fits(const Model& m, const Points& p, const Fracture& f)

@@ -223,6 +223,7 @@ void write_mp(const Model& m, const State& s, const Fragments& fragments, Output
     }
     vtk_labels(f, "parent", parent);
     vtk_labels(f, "broken", broken);
+    vtk_labels(f, "released", pts.released);
     vtk_scalars(f, "time_broken", time);
   }
   if (m.fragments.on) vtk_labels(f, "fragment", fragments.of_point);

@@ -205,7 +205,10 @@ void finish_contact(const Model& m, const ContactPairs& pairs, const Attempt& a,
   for (int b = 0; b < st.bonds.nbond; ++b) {
     if (st.bonds.field[b] != SIDE_CONTACT) continue;
     st.ledger.friction += friction_loss(a, b, dim, st);
-    if (st.bonds.skin_of[b] >= 0) st.bonds.met[b] = st.np1.slip[b * dim] < 0.0 ? pairs.face[b] : -1;
+    if (st.bonds.skin_of[b] >= 0) {
+      const int met = pairs.wall[b] >= 0 ? MET_WALL - pairs.wall[b] : pairs.face[b];
+      st.bonds.met[b] = st.np1.slip[b * dim] < 0.0 ? met : -1;
+    }
     if (!pairs.master.count(b)) continue;
     ContactLog& c = log[st.bonds.def[b]];
     double f[3], t1[3], slipped, pressure = 0.0, friction = 0.0;

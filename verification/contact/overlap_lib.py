@@ -58,7 +58,52 @@ def overlap(cells):
     return worst
 
 
+def depth(a, b):
+    """How far convex a must move to leave convex b; 0: they are apart."""
+    least = np.inf
+    for p in (a, b):
+        edge = np.roll(p, -1, axis=0) - p
+        for n in np.stack([edge[:, 1], -edge[:, 0]], axis=1) / np.hypot(*edge.T)[:, None]:
+            least = min(least, (a @ n).max() - (b @ n).min(), (b @ n).max() - (a @ n).min())
+    return max(least, 0.0)
+
+
+def of_debris(job, frame):
+    """Deepest overlap of a released point with an element or a released point, deepest one of two points on the
+    grid, and F/C: the largest penetration of contact, all in one frame."""
+    cells, kind = [], []
+    for part in ("fe", "mp"):
+        path = "%s_%s_%06d.vtk" % (job, part, frame)
+        if not os.path.exists(path):
+            continue
+        v = read_vtk(path)
+        cells += [v["points"][c][:, :2] for c in v["cells"]]
+        kind += list(v["cell"]["released"] if part == "mp" else 2 * np.ones(len(v["cells"])))
+    kind = np.array(kind)
+    lo, hi = (np.array([f(c, axis=0) for c in cells]) for f in (np.min, np.max))
+    order, debris, grid = np.argsort(lo[:, 0]), 0.0, 0.0
+    for k, i in enumerate(order):
+        for j in order[k + 1:]:
+            if lo[j, 0] > hi[i, 0]:
+                break
+            if lo[j, 1] > hi[i, 1] or lo[i, 1] > hi[j, 1]:
+                continue
+            if min(kind[i], kind[j]) > 0 and kind[i] + kind[j] < 4:
+                debris = max(debris, depth(cells[i], cells[j]))
+            elif kind[i] == kind[j] == 0:
+                grid = max(grid, depth(cells[i], cells[j]))
+    path, contact = "%s_bond_%06d.vtk" % (job, frame), 0.0
+    if os.path.exists(path):
+        v = read_vtk(path)
+        closed = v["point"]["kind"] == 3
+        contact = float(np.linalg.norm(v["point"]["slip"][closed], axis=1).max()) if closed.any() else 0.0
+    return debris, grid, contact
+
+
+def frames(job):
+    return sorted(int(p[-10:-4]) for p in glob.glob(job + "_fe_*.vtk"))
+
+
 def of_job(job):
     """Largest overlap over all frames of a run, of the smaller cell, and the frame."""
-    frames = sorted(int(p[-10:-4]) for p in glob.glob(job + "_fe_*.vtk"))
-    return max((overlap(cells_of(job, f)), f) for f in frames)
+    return max((overlap(cells_of(job, f)), f) for f in frames(job))
