@@ -156,21 +156,13 @@ void convert_one(const Model& m, const Elements& el, const FracMesh& fm, int e, 
   st.frac.converted.push_back(e);
 }
 
-// has a point of a converted element been released?
-bool has_released(const Points& pts, int e)
-{
-  for (int p = pts.of_elem[e]; p < pts.npoint && pts.parent[p] == e; ++p)
-    if (pts.released[p]) return true;
-  return false;
-}
-
 // faces of finite elements with converted elements behind them that hold together, definition by definition
 std::vector<BondFace> interface_faces(const Model& m, const FracMesh& fm, const Points& pts,
                                       const Fracture& fr)
 {
   std::vector<BondFace> out;
   for (int e : fr.converted) {
-    if (!m.conversion[fm.conv[e]].bonded || has_released(pts, e)) continue;
+    if (!m.conversion[fm.conv[e]].bonded || point_any_released(pts, e)) continue;
     for (int f = 0; f < 6; ++f) {
       const int o = fm.across[6 * e + f];
       if (o < 0 || fr.phase[o] != AS_ELEMENT) continue;
@@ -201,14 +193,14 @@ std::vector<char> rim_elements(const Model& m, const FracMesh& fm, const IntVec&
   for (int e : fr.converted) {
     if (!any(e, [&](int n) { return !lost[n]; })) continue;
     for (int k = m.mesh.conn.off[e]; k < m.mesh.conn.off[e + 1]; ++k) beside[m.mesh.conn.item[k]] = 1;
-    rim[e] = !has_released(pts, e);
+    rim[e] = !point_any_released(pts, e);
   }
   // by Shape: elements around a node inside a body, at least
   static const int around[5] = {5, 4, 18, 9, 8};
   for (int e : fr.converted) {
     const int most    = around[elem_table[m.mesh.elem_type[e]].shape];
     const auto inside = [&](int n) { return lost[n] && !beside[n] && fm.of_node.count(n) >= most; };
-    if (any(e, [&](int n) { return beside[n]; }) && !any(e, inside)) rim[e] = !has_released(pts, e);
+    if (any(e, [&](int n) { return beside[n]; }) && !any(e, inside)) rim[e] = !point_any_released(pts, e);
   }
   return rim;
 }
@@ -225,7 +217,7 @@ void hang_corners(const Model& m, const FracMesh& fm, const IntVec& lost, const 
   IntVec used(pts.ncorner, 0), name(pts.ncorner, 0); // by elements; all corners of a name
   for (int e : fr.converted) {
     const int first = pts.of_elem[e], by = rim[e]                   ? RIM
-                                           : has_released(pts, e)      ? APART
+                                           : point_any_released(pts, e)      ? APART
                                            : pts.broken[first] >= 0 ? DEBRIS
                                                                     : 0;
     for (int p = first; p < pts.npoint && pts.parent[p] == e; ++p)

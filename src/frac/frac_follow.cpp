@@ -18,32 +18,16 @@ IntVec lost_nodes(const Model& m, const Fracture& fr)
   return lost;
 }
 
-double shortest_edge(const Model& m, const Points& pts, int q)
+// the corner of a point that lies at node n of its element at t = 0, -1: none
+//   in   start   the points of the element as they were at t = 0, of which q is the k-th
+int corner_at(const Model& m, const Points& pts, int q, const Points& start, int k, int n, double tol)
 {
-  double least = 1e300;
-  for (int k = pts.conn.off[q]; k < pts.conn.off[q + 1]; ++k)
-    for (int j = pts.conn.off[q]; j < k; ++j) {
-      double square = 0.0;
-      for (int i = 0; i < m.dim; ++i) {
-        const double d = pts.Xc[pts.conn.item[k] * m.dim + i] - pts.Xc[pts.conn.item[j] * m.dim + i];
-        square += d * d;
-      }
-      least = std::min(least, square);
-    }
-  return std::sqrt(least);
-}
-
-// the corner of a point that lies at node n of its element at t = 0, -1: none; released points have shapes of
-// their own (7.34), of half the size at least: their corner next to the node
-int corner_at(const Model& m, const Points& pts, int q, int n, double tol)
-{
-  if (pts.field[pts.conn.item[pts.conn.off[q]]] == FIELD_OWN) tol = 0.45 * shortest_edge(m, pts, q);
-  for (int k = pts.conn.off[q]; k < pts.conn.off[q + 1]; ++k) {
-    const int c = pts.conn.item[k];
+  for (int a = 0; a < start.conn.count(k); ++a) {
+    const int c = start.conn.begin(k)[a];
     double apart = 0.0;
     for (int i = 0; i < m.dim; ++i)
-      apart = std::max(apart, std::fabs(pts.Xc[c * m.dim + i] - m.mesh.X[3 * n + i]));
-    if (apart <= tol) return c;
+      apart = std::max(apart, std::fabs(start.Xc[c * m.dim + i] - m.mesh.X[3 * n + i]));
+    if (apart <= tol) return pts.conn.begin(q)[a];
   }
   return -1;
 }
@@ -71,11 +55,16 @@ void frac_follow(const Model& m, const Fracture& fr, const Points& pts, IntVec& 
     if (lost[n]) corner[n] = FOLLOW_NONE;
   for (int e : fr.converted) {
     const double tol = tolerance(m.mesh, e);
+    CornerShare share;
+    Points start;              // released points have shapes of their own                        (7.34)
+    const int first  = pts.of_elem[e];
+    const bool apart = point_any_released(pts, e);
+    if (apart) point_convert(m, pts.body[first], e, share, start);
     for (int k = m.mesh.conn.off[e]; k < m.mesh.conn.off[e + 1]; ++k) {
       const int n = m.mesh.conn.item[k];
       if (!lost[n] || (corner[n] >= 0 && pts.field[corner[n]] != FIELD_OWN)) continue;   // released ones last
-      for (int q = pts.of_elem[e]; q < pts.npoint && pts.parent[q] == e; ++q) {
-        const int c = corner_at(m, pts, q, n, tol);
+      for (int q = first; q < pts.npoint && pts.parent[q] == e; ++q) {
+        const int c = corner_at(m, pts, q, apart ? start : pts, apart ? q - first : q, n, tol);
         if (c >= 0 && (corner[n] < 0 || pts.field[c] != FIELD_OWN)) corner[n] = c;
       }
     }

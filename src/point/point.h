@@ -81,6 +81,9 @@ void point_sample(const Model& m, int e, bool at_gauss, Points& pts);
 // were, neighbours that convert later share no corner any more
 void point_release(const IntVec& which, int dim, CornerShare& share, Points& pts);
 
+// point_any_released : is one of the points that converted element e became released?
+bool point_any_released(const Points& pts, int e);
+
 // point_surfaces : boundary of all bodies, and the faces of surfaces on them. Returns the number of errors.
 int point_surfaces(const Model& m, Points& pts);
 

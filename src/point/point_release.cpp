@@ -30,3 +30,10 @@ void point_release(const IntVec& which, int dim, CornerShare& share, Points& pts
     pts.released[p] = 1;
   }
 }
+
+bool point_any_released(const Points& pts, int e)
+{
+  for (int p = pts.of_elem[e]; p < pts.npoint && pts.parent[p] == e; ++p)
+    if (pts.released[p]) return true;
+  return false;
+}

@@ -332,6 +332,7 @@ TEST(Follow, CornersGoOnForNodesWithoutElements)
   pts.conn.item = {0, 1, 2, 3};
   pts.Xc = {0, 0, 1, 0, 1, 1, 0, 0.9};
   pts.field = {0, 0, 0, 0};
+  pts.released = {0};
   IntVec corner;
   frac_follow(m, fr, pts, corner);
   EXPECT_TRUE(corner.empty());                       // nothing has been converted
