@@ -451,6 +451,38 @@ TEST(Ranks, OneRankCollectsItself)
   EXPECT_EQ(A.val, B.val);
 }
 
+// pairs of nodes that all corners see as one: M is singular, to rounding indefinite, and M x = f all the same
+TEST(Mass, SingularPair)
+{
+  const int n = 300, dim = 2;
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> number(0.5, 2.0);
+  Dofs s;
+  ListTable lists;
+  for (int r = 0; r < n; ++r) lists.item.push_back(r);
+  lists.off.push_back(n);
+  sys_pattern(lists, n, dim, s.A);
+  s.dim  = dim;
+  s.nrow = n;
+  s.M.assign(s.A.col.size(), 0.0);
+  for (int k = 0; k < n; ++k) {                      // corners: each sees four nodes in a row, and their twins
+    const double mass = std::pow(10.0, -(k % 9));
+    RealVec N(n, 0.0);
+    for (int a = 0; a < 4; ++a) N[(k + a) % (n / 2)] = N[(k + a) % (n / 2) + n / 2] = number(random);
+    for (int r = 0; r < n; ++r)
+      for (int c = 0; c <= r; ++c) s.M[s.A.off[r] + c] += mass * N[r] * N[c];
+  }
+  for (int r = n / 2; r < n; ++r) s.M[s.A.off[r] + r - n / 2] *= 1.0 + 1e-15;
+  for (int r = 0; r < n; ++r) s.M_diag.push_back(s.M[s.A.off[r + 1] - 1]);
+  s.fixed.assign(s.neq(), 0);
+  RealVec x(s.neq(), 0.0), z(s.neq()), f, y;
+  for (double& v : z) v = number(random);
+  mass_multiply(s, z, f);
+  EXPECT_GT(mass_solve(s, 0, 0, f, x), 0);
+  mass_multiply(s, x, y);
+  for (int k = 0; k < s.neq(); ++k) EXPECT_NEAR(f[k], y[k], 1e-7 * std::abs(f[k]));
+}
+
 // M x = f on the free dofs of the last rows, with supports and a row without mass
 TEST(Mass, SolvesForFreeDofsAndKeepsTheRest)
 {
