@@ -1,8 +1,14 @@
 """How to start the program on several ranks."""
+import functools
 import os
 import shlex
 import shutil
 import subprocess
+
+
+@functools.lru_cache(maxsize=None)
+def mpi_version():
+    return subprocess.run(["mpirun", "--version"], stdout=subprocess.PIPE, universal_newlines=True).stdout
 
 
 def launcher(ranks):
@@ -12,8 +18,7 @@ def launcher(ranks):
     if "MPFE_MPIRUN" in os.environ:
         return shlex.split(os.environ["MPFE_MPIRUN"]) + [str(ranks)]
     words = ["mpirun", "-np", str(ranks)]
-    version = subprocess.run(["mpirun", "--version"], stdout=subprocess.PIPE, universal_newlines=True).stdout
-    if "Open MPI" in version:        # more ranks than cores, other runs beside this one
+    if "Open MPI" in mpi_version():        # more ranks than cores, other runs beside this one
         words += ["--oversubscribe", "--bind-to", "none", "--mca", "mpi_yield_when_idle", "1"]
         words += ["--allow-run-as-root"] if os.geteuid() == 0 else []
     return words
