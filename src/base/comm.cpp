@@ -228,23 +228,44 @@ void comm_allgatherv(RealVec& x, const IntVec& count)
                  MPI_COMM_WORLD);
 }
 
+std::vector<long> comm_counts(const std::vector<long>& out)
+{
+  Timer timer(PHASE_COMM);
+  std::vector<long> in(out);
+  MPI_Alltoall(out.data(), 1, MPI_LONG, in.data(), 1, MPI_LONG, MPI_COMM_WORLD);
+  return in;
+}
+
+void comm_raw(const std::vector<const void*>& to, const std::vector<long>& out,
+              const std::vector<void*>& from, const std::vector<long>& in)
+{
+  Timer timer(PHASE_COMM);
+  std::vector<MPI_Request> request;
+  for (int r = 0; r < size; ++r)
+    if (r != rank) receive(from[r], in[r], r, request);
+  for (int r = 0; r < size; ++r)
+    if (r != rank) send(to[r], out[r], r, request);
+  if (in[rank] > 0) std::memcpy(from[rank], to[rank], static_cast<size_t>(in[rank]));
+  wait_all(request);
+}
+
 std::vector<std::string> comm_bytes(const std::vector<std::string>& to)
 {
   if (size == 1) return to;
-  Timer timer(PHASE_COMM);
-  std::vector<long> out(size), in(size);
-  for (int r = 0; r < size; ++r) out[r] = static_cast<long>(to[r].size());
-  MPI_Alltoall(out.data(), 1, MPI_LONG, in.data(), 1, MPI_LONG, MPI_COMM_WORLD);
-  std::vector<std::string> from(size);
-  std::vector<MPI_Request> request;
-  for (int r = 0; r < size; ++r) {
-    from[r].resize(in[r]);
-    if (r != rank) receive(&from[r][0], in[r], r, request);
+  std::vector<const void*> source;
+  std::vector<void*> target;
+  std::vector<long> out, in;
+  for (const std::string& x : to) {
+    source.push_back(x.data());
+    out.push_back(static_cast<long>(x.size()));
   }
-  from[rank] = to[rank];
-  for (int r = 0; r < size; ++r)
-    if (r != rank) send(to[r].data(), out[r], r, request);
-  wait_all(request);
+  in = comm_counts(out);
+  std::vector<std::string> from(to.size());
+  for (size_t r = 0; r < to.size(); ++r) {
+    from[r].resize(static_cast<size_t>(in[r]));
+    target.push_back(&from[r][0]);
+  }
+  comm_raw(source, out, target, in);
   return from;
 }
 
@@ -264,5 +285,10 @@ void comm_sum(double*, long) {}
 void comm_exchange(const std::vector<RealVec>&, std::vector<RealVec>&) {}
 void comm_allgatherv(RealVec&, const IntVec&) {}
 std::vector<std::string> comm_bytes(const std::vector<std::string>& to) { return to; }
+std::vector<long> comm_counts(const std::vector<long>& out) { return out; }
+void comm_raw(const std::vector<const void*>&, const std::vector<long>&, const std::vector<void*>&,
+              const std::vector<long>&)
+{
+}
 
 #endif

@@ -47,21 +47,35 @@ void comm_allgatherv(RealVec& x, const IntVec& count);
 // comm_bytes : to[r] goes to rank r; returns what rank r has sent here. Collective.
 std::vector<std::string> comm_bytes(const std::vector<std::string>& to);
 
-// comm_exchange : the same for vectors of plain numbers or structs
+// comm_counts : out[r] goes to rank r; returns what rank r has sent here. Collective.
+std::vector<long> comm_counts(const std::vector<long>& out);
+
+// comm_raw : out[r] bytes at to[r] go to rank r, in[r] bytes come from it to from[r]; those of this rank are
+// copied. Collective.
+void comm_raw(const std::vector<const void*>& to, const std::vector<long>& out,
+              const std::vector<void*>& from, const std::vector<long>& in);
+
+// comm_exchange : the same for vectors of plain numbers or structs of any length
 template <class T>
 std::vector<std::vector<T>> comm_exchange(const std::vector<std::vector<T>>& to)
 {
   static_assert(std::is_trivially_copyable<T>::value, "comm_exchange sends bytes");
   if (comm_size() == 1) return to;
-  std::vector<std::string> bytes;
-  for (const std::vector<T>& x : to)
-    bytes.emplace_back(reinterpret_cast<const char*>(x.data()), x.size() * sizeof(T));
-  bytes = comm_bytes(bytes);
-  std::vector<std::vector<T>> from(bytes.size());
-  for (std::size_t r = 0; r < bytes.size(); ++r) {
-    from[r].resize(bytes[r].size() / sizeof(T));
-    if (!from[r].empty()) std::memcpy(from[r].data(), bytes[r].data(), bytes[r].size());
+  const long size = static_cast<long>(sizeof(T));
+  std::vector<const void*> source;
+  std::vector<void*> target;
+  std::vector<long> out, in;
+  for (const std::vector<T>& x : to) {
+    source.push_back(x.data());
+    out.push_back(size * static_cast<long>(x.size()));
   }
+  in = comm_counts(out);
+  std::vector<std::vector<T>> from(to.size());
+  for (std::size_t r = 0; r < to.size(); ++r) {
+    from[r].resize(static_cast<std::size_t>(in[r] / size));
+    target.push_back(from[r].data());
+  }
+  comm_raw(source, out, target, in);
   return from;
 }
 

@@ -113,8 +113,11 @@ void form_block_pattern(const SysMatrix& A, OwnBlock& own)
   for (int r = 0; r < comm_size(); ++r)
     for (int k : own.to[r]) send[r].insert(send[r].end(), {row_of[k], A.col[k]});
   Pairs all;
-  for (const IntVec& pairs : comm_exchange(send))
+  own.come.clear();
+  for (const IntVec& pairs : comm_exchange(send)) {
     for (size_t k = 0; k < pairs.size(); k += 2) all.emplace_back(number[pairs[k]], number[pairs[k + 1]]);
+    own.come.push_back(static_cast<int>(pairs.size() / 2));
+  }
 
   Pairs sorted = all;
   std::sort(sorted.begin(), sorted.end());
@@ -153,13 +156,18 @@ template <int D>
 void form_values(const SysMatrix& A, OwnBlock& own)
 {
   const int DD = D * D, me = comm_rank();
-  std::vector<RealVec> send(comm_size());
-  for (int r = 0; r < comm_size(); ++r)
-    for (size_t k = 0; r != me && k < own.to[r].size(); ++k) {
-      const double* a = &A.val[static_cast<size_t>(own.to[r][k]) * DD];
+  std::vector<RealVec> send(comm_size()), from(comm_size());
+  for (int r = 0; r < comm_size(); ++r) {
+    if (r == me) continue;
+    send[r].reserve(own.to[r].size() * DD);
+    for (int k : own.to[r]) {
+      const double* a = &A.val[static_cast<size_t>(k) * DD];
       send[r].insert(send[r].end(), a, a + DD);
     }
-  const std::vector<RealVec> from = comm_exchange(send);
+    from[r].resize(static_cast<size_t>(own.come[r]) * DD);
+  }
+  comm_exchange(send, from);
+  send = std::vector<RealVec>();
   own.B.val.assign(own.B.col.size() * DD, 0.0);
   const int* place = own.place.data();
   const auto add = [&](const double* block) {

@@ -49,6 +49,7 @@ struct OwnBlock {
   SysMatrix B;                 // their matrix, numbered as in row
   std::vector<IntVec> to;      // [ranks] blocks of A that a rank needs
   IntVec place;                // block of B of each block that comes from the ranks, one rank after the other
+  IntVec come;                 // [ranks] number of them
   std::vector<IntVec> common;  // [ranks] places in row of the rows that a rank has too
   // [ranks] rows that belong to each; rows in row; places in row of those that belong to this rank
   RowSets all, here, owned;
