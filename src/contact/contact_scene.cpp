@@ -119,6 +119,9 @@ void describe(const Model& m, const Points& pts, const Bonds& bonds, ContactScen
   s = ContactScene();
   s.part_of_node = std::move(part);
   s.skin         = bonds.skin;
+  IntVec outer(pts.npoint, 0);           // faces of a point in the skin
+  for (const SkinFace& f : s.skin)
+    if (f.points) ++outer[f.elem];
   for (const SkinFace& f : s.skin) {
     const MasterFace at_start = face_at_start(m, pts, f.points, {f.elem, f.face});
     const int element = f.points ? pts.parent[f.elem] : f.elem;
@@ -126,6 +129,7 @@ void describe(const Model& m, const Points& pts, const Bonds& bonds, ContactScen
     if (f.points && pts.released[f.elem]) s.body.push_back(-1 - f.elem);       // a body by itself
     else if (element >= 0) s.body.push_back(s.part_of_node[m.mesh.conn.begin(element)[0]]);
     else s.body.push_back(m.mesh.nnode() + m.body[pts.body[f.elem]].field);
+    s.alone.push_back(f.points && outer[f.elem] == shape_info[pts.shape[f.elem]].nface);
     SideBits sides = 0;
     auto faces = side.begin();
     each_rule(d, [&](const RuleList&, const ContactRule& r, SideBits a, SideBits b) {

@@ -17,6 +17,7 @@ struct ContactScene {
   // [skin] grid field of points on the grid; -1: elements, corners that follow nodes, released points
   IntVec field;
   IntVec body;                 // [skin] connected part of the mesh, or nodes + grid field of a body
+  std::vector<char> alone;     // [skin] of a point all of whose faces are outer ones
   std::vector<SideBits> sides; // [skin] bits: sides of the rules of which it is one
   RealVec X, normal, size;     // [skin*3], [skin*3], [skin] centre, unit normal, longest edge at t = 0
   // near faces, found when the places were u, uc

@@ -105,6 +105,9 @@ void search_pair(const Model& m, const Points& pts, const Bonds& bonds, int firs
 // Faces that look at each other: cosine of their normals below this. A face that stands across another, as
 // the side of a block on a floor, does not push on it.  Test: G2 (contact/g2_flight.inp)
 const double OPPOSED = -0.2;
+// the same where one of them is a point that stands alone: at a corner that sticks out no face looks ahead.
+// Test: G5 (contact/g5_debris)
+const double OPPOSED_ALONE = 0.5;
 
 // Where a face is, and the cylinder about its middle outside of which no place meets it: half of its diameter
 // and what lies beside it yet (contact_meet). A place at the height of a face, its normal 0.03 off, is off by
@@ -169,7 +172,8 @@ void facing(GeneralSearch& g, int i, IntVec& out)
     const int j = g.scene.near.item[k];
     const FaceNow& b   = face_now(g, j);
     const double reach = g.scene.part * (a.f.size + b.f.size) + g.scene.travel;
-    bool apart = a.n[0] * b.n[0] + a.n[1] * b.n[1] + a.n[2] * b.n[2] > OPPOSED;
+    const double opposed = g.scene.alone[i] || g.scene.alone[j] ? OPPOSED_ALONE : OPPOSED;
+    bool apart = a.n[0] * b.n[0] + a.n[1] * b.n[1] + a.n[2] * b.n[2] > opposed;
     for (int c = 0; c < g.m.dim; ++c)
       apart = apart || a.f.lo[c] > b.f.hi[c] + reach || b.f.lo[c] > a.f.hi[c] + reach;
     if (!apart) out.push_back(j);
