@@ -51,6 +51,37 @@ inline long cell_key(const Grid& g, int dim, int field, const int* at)
   return field * grid_cells(g, dim) + cell;
 }
 
+// place_code : of the cell of a place, and of the weights in it that are zero: places of one code have
+// weights on the same nodes
+template <int D>
+long place_code(const Grid& g, int field, const CellPlace& s)
+{
+  long code = cell_key(g, D, field, s.cell);
+  for (int i = 0; i < D; ++i) code = 3 * code + (s.xi[i] == 0.0 ? 0 : s.xi[i] == 1.0 ? 2 : 1);
+  return code;
+}
+
+// the weights of a place on the nodes of its cell, without those that are zero; returns how many
+template <int D>
+int cell_weights(const Grid& g, int field, const CellPlace& s, long* key, double* w)
+{
+  const long first = node_key(g, D, field, s.cell), step[3] = {1, g.n[0] + 1L, (g.n[0] + 1L) * (g.n[1] + 1L)};
+  int n = 0;
+  for (int k = 0; k < (1 << D); ++k) {
+    double N  = 1.0;
+    long node = first;
+    for (int i = 0; i < D; ++i) {
+      const bool up = (k >> i) & 1;
+      N *= up ? s.xi[i] : 1.0 - s.xi[i];
+      if (up) node += step[i];
+    }
+    key[n] = node;
+    w[n]   = N;
+    n += N != 0.0;
+  }
+  return n;
+}
+
 // place of a node or cell, counted in cells, from its number; more: a row has so many more than cells
 inline void place_of_number(const Grid& g, int dim, int more, long number, int* at)
 {
@@ -82,5 +113,20 @@ inline int find_key(const std::vector<long>& sorted, long key)
   const auto it = std::lower_bound(sorted.begin(), sorted.end(), key);
   return it != sorted.end() && *it == key ? static_cast<int>(it - sorted.begin()) : -1;
 }
+
+// a node with so little support follows others                                      (3.10)
+inline bool grid_is_weak(const Grid& g, double support) { return !(support >= g.weak && support > 0.0); }
+
+// grid_compose : lists on touched nodes become lists on unknown nodes               (3.12)
+void grid_compose(const GridLists& ext, int nnode, ListTable& list, RealVec& list_w);
+
+// point_sums : S_pv and dS_pv/dX of every point from its corners (3.7), for the lists of g
+//   out  support   max_p S_pv of every node                                         (3.10)
+void point_sums(const Points& pts, int dim, int nnode, ActiveGrid& g, RealVec& support);
+
+// grid_keeps_lists : makes the weights of g anew when the lists stay: the same points on corners in the same
+// cells, and no node is weak. False: nothing but weights of g was touched, and all must be made again
+bool grid_keeps_lists(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& uc,
+                      const RealVec& xb, ActiveGrid& g);
 
 #endif

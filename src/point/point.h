@@ -12,6 +12,25 @@
 const long key_own  = 1L << 60;  // + c: corner c of a released point
 const long key_node = 1L << 61;  // + n: node n of the mesh, which corners follow
 
+struct GridLists {
+  ListTable list;
+  RealVec w;                   // [list.item]
+};
+
+// What the lists of the active grid were made from: as long as it stays, so do they
+struct GridPlaces {
+  IntVec conn, field;          // of Points: conn.item, field
+  std::vector<long> corner;    // [ncorner] place_code; -1: not on the grid, or of no point
+  std::vector<long> bond;      // [nbond] the same
+  std::vector<long> point;     // [npoint] key of the cell of its centre, -1: not asked for
+  std::vector<long> touched;   // keys of the nodes that corners and bonds touch, ascending
+  std::vector<char> strong;    // [touched]
+  // weak nodes: lists on touched nodes, and what each of these follows               (3.12)
+  GridLists raw_corner, raw_bond, extend;
+  ListTable raw_point;
+  IntVec raw_slot;             // as ActiveGrid::slot
+};
+
 // The part of the grid that exists in this step, and what corners, points and bonds see of it
 struct ActiveGrid {
   int nnode = 0;               // unknown grid nodes
@@ -27,6 +46,9 @@ struct ActiveGrid {
   ListTable corner;            // [ncorner] unknown grid nodes that a corner follows
   RealVec corner_w;            // [corner.item] weights, sum 1
   ListTable point;             // [npoint] unknown grid nodes of a point
+  // corner after corner of each point, and node after node of the corner: place of the node in the list of
+  // the point
+  IntVec slot;
   RealVec S;                   // [point.item] S_pv
   RealVec dS;                  // [point.item*dim] dS_pv/dX                         1/length
   ListTable bond;              // [nbond] unknown grid nodes of side B, empty for the ground
@@ -35,6 +57,7 @@ struct ActiveGrid {
   // [ghost.item] jump of the gradient normal to the face, times the size of a cell
   RealVec ghost_w;
   RealVec ghost_k, ghost_m;    // [nghost] force/length, mass: of that jump
+  GridPlaces places;
 };
 
 // grid_nodes, grid_cells : how many the whole grid has

@@ -71,27 +71,6 @@ void number_keys(const std::vector<long>& all, KeyNumbers& out)
   out.key.insert(out.key.end(), own.begin(), own.end());
 }
 
-// the weights of a place on the nodes of its cell, without those that are zero; returns how many
-template <int D>
-int cell_weights(const Grid& g, int field, const CellPlace& s, long* key, double* w)
-{
-  const long first = node_key(g, D, field, s.cell), step[3] = {1, g.n[0] + 1L, (g.n[0] + 1L) * (g.n[1] + 1L)};
-  int n = 0;
-  for (int k = 0; k < (1 << D); ++k) {
-    double N  = 1.0;
-    long node = first;
-    for (int i = 0; i < D; ++i) {
-      const bool up = (k >> i) & 1;
-      N *= up ? s.xi[i] : 1.0 - s.xi[i];
-      if (up) node += step[i];
-    }
-    key[n] = node;
-    w[n]   = N;
-    n += N != 0.0;
-  }
-  return n;
-}
-
 // Weights and nodes of places, one after the other. There is room for a whole cell behind the last one.
 struct Touched {
   std::vector<long>& key;
@@ -164,6 +143,10 @@ Status touch(const Model& m, const Points& pts, const Bonds& bonds, const RealVe
   const Grid& grid = m.grid;
   std::vector<long> corner_key, bond_key, cell;
   CellPlace s;
+  GridPlaces& now = g.places;
+  now.corner.assign(pts.ncorner, -1);
+  now.bond.assign(bonds.nbond, -1);
+  now.point.assign(pts.npoint, -1);
   std::vector<char> owned(pts.ncorner, 0);           // released points have left corners behind
   for (int c : pts.conn.item) owned[c] = 1;
   RealVec x(pts.Xc.size());
@@ -182,6 +165,7 @@ Status touch(const Model& m, const Points& pts, const Bonds& bonds, const RealVe
         return OUTSIDE_GRID;
       }
       n = cell_weights<D>(grid, pts.field[c], s, &corner_key[corner.n], &g.corner_w[corner.n]);
+      now.corner[c] = place_code<D>(grid, pts.field[c], s);
       // a corner on a cell face leaves open which cell it is in
       if (n == 1 << D) cell.push_back(cell_key(grid, D, pts.field[c], s.cell));
     }
@@ -197,6 +181,7 @@ Status touch(const Model& m, const Points& pts, const Bonds& bonds, const RealVe
         return OUTSIDE_GRID;
       }
       n = cell_weights<D>(grid, bonds.field[b], s, &bond_key[bond.n], &g.bond_w[bond.n]);
+      now.bond[b] = place_code<D>(grid, bonds.field[b], s);
     }
     bond.next(n);
   }
@@ -212,6 +197,7 @@ Status touch(const Model& m, const Points& pts, const Bonds& bonds, const RealVe
     if (follows) continue;
     if (!locate<D>(grid, mid, s)) continue;
     const long key = cell_key(grid, D, pts.field[pts.conn.begin(p)[0]], s.cell);
+    now.point[p]   = key;
     if (cell.empty() || cell.back() != key) cell.push_back(key);
   }
   KeyNumbers numbers;
@@ -226,56 +212,38 @@ Status touch(const Model& m, const Points& pts, const Bonds& bonds, const RealVe
   return STATUS_OK;
 }
 
-// 2. S_pv and dS_pv/dX of every point from its corners (3.7); support: max_p S_pv of every node      (3.10)
-template <int D>
-void point_lists(const Points& pts, int nnode, ActiveGrid& g, RealVec& support)
+// 2. the nodes of every point, those of its corners
+void point_lists(const Points& pts, int nnode, ActiveGrid& g)
 {
   IntVec place(nnode, -1);     // of a node in the lists, where it was seen last
   int used = 0;
-  support.assign(nnode, 0.0);
+  size_t slots = 0;
   g.point.off.resize(pts.npoint + 1);
   g.point.off[0] = 0;
   for (int p = 0; p < pts.npoint; ++p) {
     const int first = used;
     size_t most     = used;
     for (int k = pts.conn.off[p]; k < pts.conn.off[p + 1]; ++k) most += g.corner.count(pts.conn.item[k]);
-    if (most > g.point.item.size()) {
-      g.point.item.resize(most + most / 4);
-      g.S.resize(g.point.item.size());
-      g.dS.resize(g.point.item.size() * D);
-    }
-    int* item  = g.point.item.data();
-    double *S = g.S.data(), *dS = g.dS.data();
+    if (most > g.point.item.size()) g.point.item.resize(most + most / 4);
+    if (slots + most - used > g.slot.size()) g.slot.resize(slots + most - used + slots / 4);
+    int *item = g.point.item.data(), *slot = g.slot.data();
     for (int k = pts.conn.off[p]; k < pts.conn.off[p + 1]; ++k) {
-      const int c     = pts.conn.item[k];
-      const double wc = pts.w[k], *G = &pts.G[static_cast<size_t>(k) * D];
+      const int c = pts.conn.item[k];
       for (int j = g.corner.off[c]; j < g.corner.off[c + 1]; ++j) {
-        const int n    = g.corner.item[j];
-        const double N = g.corner_w[j];
-        int at = place[n];
+        const int n = g.corner.item[j];
+        int at      = place[n];
         if (at < first) {
           at = place[n] = used++;
           item[at] = n;
-          S[at]    = 0.0;
-          for (int i = 0; i < D; ++i) dS[at * D + i] = 0.0;
         }
-        S[at] += wc * N;
-        for (int i = 0; i < D; ++i) dS[at * D + i] += G[i] * N;
+        slot[slots++] = at - first;
       }
     }
-    for (int at = first; at < used; ++at) support[item[at]] = std::max(support[item[at]], S[at]);
     g.point.off[p + 1] = used;
   }
   g.point.item.resize(used);
-  g.S.resize(used);
-  g.dS.resize(static_cast<size_t>(used) * D);
+  g.slot.resize(slots);
 }
-
-// what a touched node follows: strong nodes and weights
-struct Extend {
-  ListTable to;
-  RealVec w;
-};
 
 // does a cell c touch all planes of *GRID BOUNDARY that the node lies on? Then the node follows nodes of the
 // plane alone, and what is prescribed there holds for it too
@@ -292,7 +260,7 @@ bool keeps_planes(const Model& m, const int* at, const int* c)
 
 // 3. the nearest cells whose nodes are all strong; ties share
 bool extend_node(const Model& m, const std::vector<long>& cells, const std::vector<long>& key,
-                 const std::vector<char>& strong, int weak, Extend& out)
+                 const std::vector<char>& strong, int weak, GridLists& out)
 {
   const Grid& g = m.grid;
   const int dim = m.dim;
@@ -322,15 +290,16 @@ bool extend_node(const Model& m, const std::vector<long>& cells, const std::vect
         best = dist;
         chosen.push_back({{c[0], c[1], c[2]}});
       }
-  const long first = static_cast<long>(out.to.item.size());
+  const long first = static_cast<long>(out.list.item.size());
   for (const auto& c : chosen) {
     double xi[3] = {0, 0, 0};
     for (int d = 0; d < dim; ++d) xi[d] = at[d] - c[d];
     each_node(g, dim, field, c.data(), xi, [&](long n, double N) {
       const int r       = find_key(key, n);
-      const size_t seen = std::find(out.to.item.begin() + first, out.to.item.end(), r) - out.to.item.begin();
-      if (seen == out.to.item.size()) {
-        out.to.item.push_back(r);
+      IntVec& to        = out.list.item;
+      const size_t seen = std::find(to.begin() + first, to.end(), r) - to.begin();
+      if (seen == to.size()) {
+        to.push_back(r);
         out.w.push_back(0.0);
       }
       out.w[seen] += N / static_cast<double>(chosen.size());
@@ -342,7 +311,7 @@ bool extend_node(const Model& m, const std::vector<long>& cells, const std::vect
 // The nearest strong nodes; ties share. For nodes with so little mass that as unknowns they make the mass
 // singular to rounding, and that the planes of *GRID BOUNDARY do not matter.
 bool follow_nearest(const Model& m, const std::vector<long>& key, const std::vector<char>& strong, int weak,
-                    Extend& out)
+                    GridLists& out)
 {
   const Grid& g = m.grid;
   int at[3];
@@ -361,25 +330,25 @@ bool follow_nearest(const Model& m, const std::vector<long>& key, const std::vec
         best = dist;
         chosen.push_back(r);
       }
-  out.to.item.insert(out.to.item.end(), chosen.begin(), chosen.end());
+  out.list.item.insert(out.list.item.end(), chosen.begin(), chosen.end());
   out.w.insert(out.w.end(), chosen.size(), 1.0 / static_cast<double>(std::max<size_t>(chosen.size(), 1)));
   return !chosen.empty();
 }
 
 // 4. number the unknown nodes and say what each touched node follows
 void find_extension(const Model& m, const std::vector<long>& key, const std::vector<char>& strong,
-                    const RealVec& support, ActiveGrid& g, Extend& ext)
+                    const RealVec& support, ActiveGrid& g, GridLists& ext)
 {
   const double tiny = 1e-2;    // support of a node that may not be an unknown
   const int n = static_cast<int>(key.size());
   std::vector<char> unknown = strong;
-  Extend follow;               // of weak nodes, in the numbers of touched nodes
+  GridLists follow;             // of weak nodes, in the numbers of touched nodes
   for (int r = 0; r < n; ++r) {
     if (!strong[r] && !extend_node(m, g.cell, key, strong, r, follow)) {
       ++g.nlone;
       unknown[r] = support[r] > tiny || !follow_nearest(m, key, strong, r, follow);
     }
-    follow.to.off.push_back(static_cast<int>(follow.to.item.size()));
+    follow.list.off.push_back(static_cast<int>(follow.list.item.size()));
   }
   IntVec number(n, -1);
   g.key.clear();
@@ -390,44 +359,16 @@ void find_extension(const Model& m, const std::vector<long>& key, const std::vec
     }
   for (int r = 0; r < n; ++r) {
     if (unknown[r]) {
-      ext.to.item.push_back(number[r]);
+      ext.list.item.push_back(number[r]);
       ext.w.push_back(1.0);
     } else {
-      for (int k = follow.to.off[r]; k < follow.to.off[r + 1]; ++k) {
-        ext.to.item.push_back(number[follow.to.item[k]]);
+      for (int k = follow.list.off[r]; k < follow.list.off[r + 1]; ++k) {
+        ext.list.item.push_back(number[follow.list.item[k]]);
         ext.w.push_back(follow.w[k]);
       }
     }
-    ext.to.off.push_back(static_cast<int>(ext.to.item.size()));
+    ext.list.off.push_back(static_cast<int>(ext.list.item.size()));
   }
-}
-
-// lists on touched nodes become lists on unknown nodes                               (3.12)
-void compose(const Extend& ext, int nnode, ListTable& list, RealVec& list_w)
-{
-  ListTable out;
-  RealVec out_w;
-  IntVec place(nnode, -1);     // of a node in out, where it was seen last
-  out.off.reserve(list.off.size());
-  out.item.reserve(list.item.size());
-  out_w.reserve(list.item.size());
-  for (int i = 0; i < list.size(); ++i) {
-    const int first = out.off[i];
-    for (int k = list.off[i]; k < list.off[i + 1]; ++k)
-      for (int j = ext.to.off[list.item[k]]; j < ext.to.off[list.item[k] + 1]; ++j) {
-        const int n = ext.to.item[j];
-        if (place[n] < first) {
-          place[n] = static_cast<int>(out.item.size());
-          out.item.push_back(n);
-          out_w.push_back(0.0);
-        }
-        out_w[place[n]] += list_w[k] * ext.w[j];
-      }
-    out.off.push_back(static_cast<int>(out.item.size()));
-  }
-  list.off.swap(out.off);
-  list.item.swap(out.item);
-  list_w.swap(out_w);
 }
 
 // Nodes of the mesh, whose keys are the last ones, are no unknowns of the grid: their numbers become -1 -
@@ -454,26 +395,38 @@ Status activate(const Model& m, const Points& pts, const Bonds& bonds, const Rea
   }
   follow_corners(pts, static_cast<int>(node.size()), g);
   RealVec support;
-  point_lists<D>(pts, static_cast<int>(node.size()), g, support);
-  std::vector<char> strong(node.size());
+  point_lists(pts, static_cast<int>(node.size()), g);
+  point_sums(pts, D, static_cast<int>(node.size()), g, support);
+  GridPlaces& now = g.places;
+  std::vector<char>& strong = now.strong;
+  strong.resize(node.size());
   for (size_t r = 0; r < node.size(); ++r)
-    strong[r] = node[r] >= key_own || (support[r] >= m.grid.weak && support[r] > 0.0);
+    strong[r] = node[r] >= key_own || !grid_is_weak(m.grid, support[r]);
   g.nweak = static_cast<int>(std::count(strong.begin(), strong.end(), 0));
   g.nlone = 0;
   grid_ghost(m, pts, uc, node, g);
+  now.touched = node;
   if (g.nweak == 0) {          // touched nodes are the unknowns
     g.key.swap(node);
   } else {
-    Extend ext;
-    find_extension(m, node, strong, support, g, ext);
-    compose(ext, static_cast<int>(g.key.size()), g.corner, g.corner_w);
-    compose(ext, static_cast<int>(g.key.size()), g.bond, g.bond_w);
-    compose(ext, static_cast<int>(g.key.size()), g.ghost, g.ghost_w);
-    point_lists<D>(pts, static_cast<int>(g.key.size()), g, support);
+    now.extend = GridLists();
+    find_extension(m, node, strong, support, g, now.extend);
+    const int nnode = static_cast<int>(g.key.size());
+    now.raw_corner  = {g.corner, g.corner_w};
+    now.raw_bond    = {g.bond, g.bond_w};
+    std::swap(now.raw_point, g.point);
+    now.raw_slot.swap(g.slot);
+    grid_compose(now.extend, nnode, g.corner, g.corner_w);
+    grid_compose(now.extend, nnode, g.bond, g.bond_w);
+    grid_compose(now.extend, nnode, g.ghost, g.ghost_w);
+    point_lists(pts, static_cast<int>(g.key.size()), g);
+    point_sums(pts, D, static_cast<int>(g.key.size()), g, support);
   }
   name_mesh_nodes(g);
   g.nnode = static_cast<int>(g.key.size());
   g.ncell = static_cast<int>(g.cell.size());
+  now.conn  = pts.conn.item;
+  now.field = pts.field;
   return STATUS_OK;
 }
 
@@ -519,6 +472,7 @@ void grid_cell_place(const Grid& g, int dim, long key, double x[3])
 Status grid_activate(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& uc,
                      const RealVec& xb, ActiveGrid& g, int* worst)
 {
+  if (grid_keeps_lists(m, pts, bonds, uc, xb, g)) return STATUS_OK;
   return m.dim == 2 ? activate<2>(m, pts, bonds, uc, xb, g, worst)
                     : activate<3>(m, pts, bonds, uc, xb, g, worst);
 }

@@ -1,0 +1,199 @@
+#include <algorithm>
+
+#include <Eigen/Core>
+
+#include "point/grid_cell.h"
+
+namespace {
+
+// dS of a node in the plane is one vector register
+template <int D>
+void sums(const Points& pts, ActiveGrid& g, RealVec& support)
+{
+  using Dir = Eigen::Array<double, D, 1>;
+  const int* slot        = g.slot.data();
+  const double* corner_w = g.corner_w.data();
+  for (int p = 0; p < pts.npoint; ++p) {
+    const int first = g.point.off[p], n = g.point.off[p + 1] - first;
+    double *S = &g.S[first], *dS = &g.dS[static_cast<size_t>(first) * D];
+    std::fill(S, S + n, 0.0);
+    std::fill(dS, dS + n * D, 0.0);
+    for (int k = pts.conn.off[p]; k < pts.conn.off[p + 1]; ++k) {
+      const int c     = pts.conn.item[k];
+      const double wc = pts.w[k], *G = &pts.G[static_cast<size_t>(k) * D];
+      for (int j = g.corner.off[c]; j < g.corner.off[c + 1]; ++j) {
+        const double N = corner_w[j];
+        const int at   = *slot++;
+        S[at] += wc * N;
+        Eigen::Map<Dir>(dS + at * D) += N * Eigen::Map<const Dir>(G);
+      }
+    }
+    const int* item = &g.point.item[first];
+    for (int a = 0; a < n; ++a) support[item[a]] = std::max(support[item[a]], S[a]);
+  }
+}
+
+// the same points, all of them on the grid, and no support decides more than whether a node is weak
+bool same_points(const Points& pts, const Bonds& bonds, const ActiveGrid& g)
+{
+  return g.nnode > 0 && g.nlone == 0 && pts.hangs.empty() &&
+         g.places.bond.size() == static_cast<size_t>(bonds.nbond) && g.places.conn == pts.conn.item &&
+         g.places.field == pts.field &&
+         std::find(pts.field.begin(), pts.field.end(), FIELD_OWN) == pts.field.end() &&
+         std::find(pts.released.begin(), pts.released.end(), 1) == pts.released.end();
+}
+
+// weights [count] of a place, when its code is still this one
+template <int D>
+bool same_weights(const Grid& grid, int field, const double* x, long code, double* w, int count)
+{
+  CellPlace s;
+  long key[1 << D];
+  double all[1 << D];
+  if (!locate<D>(grid, x, s) || place_code<D>(grid, field, s) != code) return false;
+  cell_weights<D>(grid, field, s, key, all);
+  std::copy(all, all + count, w);
+  return true;
+}
+
+// corners, bonds and centres of points are in the same cells; makes the weights of corners and bonds on
+// touched nodes
+template <int D>
+bool same_cells(const Grid& grid, const Points& pts, const Bonds& bonds, const RealVec& uc,
+                const RealVec& xb, const GridPlaces& before, const ListTable& corner, RealVec& corner_w,
+                const ListTable& bond, RealVec& bond_w)
+{
+  RealVec x(pts.Xc.size());
+  for (size_t i = 0; i < x.size(); ++i) x[i] = pts.Xc[i] + uc[i];
+  for (int c = 0; c < pts.ncorner; ++c)
+    if (before.corner[c] >= 0 &&
+        !same_weights<D>(grid, pts.field[c], &x[static_cast<size_t>(c) * D], before.corner[c],
+                         &corner_w[corner.off[c]], corner.count(c)))
+      return false;
+  for (int b = 0; b < bonds.nbond; ++b) {
+    if ((bonds.field[b] >= 0) != (before.bond[b] >= 0)) return false;
+    if (bonds.field[b] >= 0 &&
+        !same_weights<D>(grid, bonds.field[b], &xb[static_cast<size_t>(b) * D], before.bond[b],
+                         &bond_w[bond.off[b]], bond.count(b)))
+      return false;
+  }
+  CellPlace s;
+  for (int p = 0; p < pts.npoint; ++p) {
+    double mid[D] = {};
+    for (int k = pts.conn.off[p]; k < pts.conn.off[p + 1]; ++k)
+      for (int i = 0; i < D; ++i) mid[i] += pts.w[k] * x[pts.conn.item[k] * D + i];
+    const bool inside = locate<D>(grid, mid, s);
+    if ((inside ? cell_key(grid, D, pts.field[pts.conn.begin(p)[0]], s.cell) : -1) != before.point[p])
+      return false;
+  }
+  return true;
+}
+
+// max_p S_pv of every touched node, when some are weak                              (3.10)
+void touched_support(const Points& pts, const GridPlaces& now, RealVec& support)
+{
+  const ListTable &corner = now.raw_corner.list, &point = now.raw_point;
+  const double* corner_w  = now.raw_corner.w.data();
+  const int* slot = now.raw_slot.data();
+  RealVec sum;
+  support.assign(now.touched.size(), 0.0);
+  for (int p = 0; p < pts.npoint; ++p) {
+    const int n = point.count(p), *item = point.begin(p);
+    sum.assign(n, 0.0);
+    double* S = sum.data();
+    for (int k = pts.conn.off[p]; k < pts.conn.off[p + 1]; ++k) {
+      const int c     = pts.conn.item[k];
+      const double wc = pts.w[k];
+      for (int j = corner.off[c]; j < corner.off[c + 1]; ++j) S[*slot++] += wc * corner_w[j];
+    }
+    for (int a = 0; a < n; ++a) support[item[a]] = std::max(support[item[a]], S[a]);
+  }
+}
+
+// grid_compose for lists that stay
+void compose_weights(const GridLists& ext, const GridLists& raw, const ListTable& list, RealVec& w)
+{
+  for (int i = 0; i < list.size(); ++i) {
+    const int first = list.off[i], end = list.off[i + 1];
+    std::fill(w.begin() + first, w.begin() + end, 0.0);
+    for (int k = raw.list.off[i]; k < raw.list.off[i + 1]; ++k)
+      for (int j = ext.list.off[raw.list.item[k]]; j < ext.list.off[raw.list.item[k] + 1]; ++j) {
+        int at = first;
+        while (list.item[at] != ext.list.item[j]) ++at;
+        w[at] += raw.w[k] * ext.w[j];
+      }
+  }
+}
+
+template <int D>
+bool same_lists(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& uc, const RealVec& xb,
+                ActiveGrid& g)
+{
+  GridPlaces& now = g.places;
+  const bool weak = g.nweak > 0;
+  if (!same_cells<D>(m.grid, pts, bonds, uc, xb, now, weak ? now.raw_corner.list : g.corner,
+                     weak ? now.raw_corner.w : g.corner_w, weak ? now.raw_bond.list : g.bond,
+                     weak ? now.raw_bond.w : g.bond_w))
+    return false;
+  RealVec support;
+  if (weak) touched_support(pts, now, support);
+  else point_sums(pts, D, g.nnode, g, support);
+  for (size_t r = 0; r < support.size(); ++r)
+    if (grid_is_weak(m.grid, support[r]) == (now.strong[r] != 0)) return false;
+  return true;
+}
+
+}  // namespace
+
+void grid_compose(const GridLists& ext, int nnode, ListTable& list, RealVec& list_w)
+{
+  ListTable out;
+  RealVec out_w;
+  IntVec place(nnode, -1);     // of a node in out, where it was seen last
+  out.off.reserve(list.off.size());
+  out.item.reserve(list.item.size());
+  out_w.reserve(list.item.size());
+  for (int i = 0; i < list.size(); ++i) {
+    const int first = out.off[i];
+    for (int k = list.off[i]; k < list.off[i + 1]; ++k)
+      for (int j = ext.list.off[list.item[k]]; j < ext.list.off[list.item[k] + 1]; ++j) {
+        const int n = ext.list.item[j];
+        if (place[n] < first) {
+          place[n] = static_cast<int>(out.item.size());
+          out.item.push_back(n);
+          out_w.push_back(0.0);
+        }
+        out_w[place[n]] += list_w[k] * ext.w[j];
+      }
+    out.off.push_back(static_cast<int>(out.item.size()));
+  }
+  list.off.swap(out.off);
+  list.item.swap(out.item);
+  list_w.swap(out_w);
+}
+
+void point_sums(const Points& pts, int dim, int nnode, ActiveGrid& g, RealVec& support)
+{
+  support.assign(nnode, 0.0);
+  g.S.resize(g.point.item.size());
+  g.dS.resize(g.point.item.size() * dim);
+  if (dim == 2) sums<2>(pts, g, support);
+  else sums<3>(pts, g, support);
+}
+
+bool grid_keeps_lists(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& uc,
+                      const RealVec& xb, ActiveGrid& g)
+{
+  if (!same_points(pts, bonds, g)) return false;
+  if (!(m.dim == 2 ? same_lists<2>(m, pts, bonds, uc, xb, g) : same_lists<3>(m, pts, bonds, uc, xb, g)))
+    return false;
+  const GridPlaces& now = g.places;
+  grid_ghost(m, pts, uc, now.touched, g);
+  if (g.nweak == 0) return true;
+  compose_weights(now.extend, now.raw_corner, g.corner, g.corner_w);
+  compose_weights(now.extend, now.raw_bond, g.bond, g.bond_w);
+  grid_compose(now.extend, g.nnode, g.ghost, g.ghost_w);
+  RealVec support;
+  point_sums(pts, m.dim, g.nnode, g, support);
+  return true;
+}
