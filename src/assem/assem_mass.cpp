@@ -32,34 +32,54 @@ inline void add_domain(int corners, int n, int width, const double* mc, const do
     }
 }
 
+// the same for NEN corners on at most WIDE nodes, N [NEN][WIDE], which stay in registers
+template <int NEN>
+inline void add_narrow_domain(int n, const double* mc, const double* N, const int* map, double* M)
+{
+  Wide weight[NEN], mN[NEN];
+  for (int c = 0; c < NEN; ++c) weight[c] = *reinterpret_cast<const Wide*>(N + c * WIDE);
+  for (int c = 0; c < NEN; ++c) {
+    mN[c] = Wide{};
+    for (int d = 0; d < NEN; ++d) mN[c] += mc[c >= d ? pair_place(c, d) : pair_place(d, c)] * weight[d];
+  }
+  for (int a = 0; a < n; ++a) {
+    Wide row = {};
+    for (int c = 0; c < NEN; ++c) row += N[c * WIDE + a] * mN[c];
+    for (int b = 0; b <= a; ++b) M[*map++ >> 1] += row[b];
+  }
+}
+
 // M_vw = sum_cd m_cd N_v(x_c) N_w(x_d) over the corners of each point                (3.12)
 // damping: factor alpha [body] of m_cd; null: 1
 void add_point_mass(const Points& pts, const ActiveGrid& g, const RealVec* alpha, const Dofs& s, RealVec& M)
 {
   RealVec N, mN;
-  IntVec place(s.nrow);        // of a row among those of the point
   const double* mc = pts.mc.data();
-  int at = 0;                  // point that mc stands at
+  const int* slot  = g.slot.data();
+  int at = 0;                  // point that mc and slot stand at
   for (size_t own = 0; own < s.owned_point.size(); ++own) {
     const int q = s.owned_point[own];
-    for (; at < q; ++at) mc += pair_count(pts.conn.count(at));
+    for (; at < q; ++at) {
+      mc += pair_count(pts.conn.count(at));
+      for (int c = 0; c < pts.conn.count(at); ++c) slot += g.corner.count(pts.conn.begin(at)[c]);
+    }
     const double factor = alpha ? (*alpha)[pts.body[q]] : 1.0;
     if (factor == 0.0) continue;
-    const int n = g.point.count(q), nen = pts.conn.count(q), width = (n + WIDE - 1) / WIDE * WIDE,
-              *list = g.point.begin(q);
-    for (int a = 0; a < n; ++a) place[s.nfe + list[a]] = a;
+    const int n = g.point.count(q), nen = pts.conn.count(q), width = (n + WIDE - 1) / WIDE * WIDE;
     N.assign(static_cast<size_t>(nen) * width, 0.0);
     mN.resize(N.size());
+    const int* to = slot;
     for (int c = 0; c < nen; ++c) {
       const int corner = pts.conn.begin(q)[c];
       for (int j = g.corner.off[corner]; j < g.corner.off[corner + 1]; ++j)
-        N[c * width + place[s.nfe + g.corner.item[j]]] = g.corner_w[j];
+        N[c * width + *to++] = g.corner_w[j];
     }
     const int* map = &s.point_map[s.point_map_off[own]];
     double scaled[36];
     for (int k = 0; k < pair_count(nen) && alpha; ++k) scaled[k] = factor * mc[k];
     const double* of_point = alpha ? scaled : mc;
-    if (nen == 4) add_domain<4>(nen, n, width, of_point, N.data(), mN.data(), map, M.data());
+    if (nen == 4 && width == WIDE) add_narrow_domain<4>(n, of_point, N.data(), map, M.data());
+    else if (nen == 4) add_domain<4>(nen, n, width, of_point, N.data(), mN.data(), map, M.data());
     else if (nen == 8) add_domain<8>(nen, n, width, of_point, N.data(), mN.data(), map, M.data());
     else add_domain<0>(nen, n, width, of_point, N.data(), mN.data(), map, M.data());
   }
