@@ -1,6 +1,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include <Eigen/Core>
+
 #include "assem/assem.h"
 #include "base/comm.h"
 #include "base/sum.h"
@@ -78,6 +80,22 @@ void multiply(const MassRows& m, const RealVec& x, RealVec& y)
   comm_sum(y);
 }
 
+// the numbers of a row in all directions, together in vector registers
+template <int D>
+using Dirs = Eigen::Array<double, D, 1>;
+
+template <int D>
+Eigen::Map<Dirs<D>> dirs(double* x, int r)
+{
+  return Eigen::Map<Dirs<D>>(x + static_cast<size_t>(r) * D);
+}
+
+template <int D>
+Eigen::Map<const Dirs<D>> dirs(const double* x, int r)
+{
+  return Eigen::Map<const Dirs<D>>(x + static_cast<size_t>(r) * D);
+}
+
 // Mass of the free dofs for all directions at once, in the variables of symmetric Gauss-Seidel  (3.14)
 template <int D>
 struct MassSystem {
@@ -91,12 +109,13 @@ struct MassSystem {
   void forward(const RealVec& x, RealVec& y) const
   {
     const MassRows& m = low();
+    const int *off = m.off.data(), *col = m.col.data();
+    const double *val = m.val.data(), *to = x.data(), *f = free.data();
+    double* of = y.data();
     for (int r = 0; r < m.n; ++r) {
-      double t[D];
-      for (int i = 0; i < D; ++i) t[i] = x[r * D + i];
-      for (int k = m.off[r]; k < m.off[r + 1]; ++k)
-        for (int i = 0; i < D; ++i) t[i] -= m.val[k] * y[m.col[k] * D + i];
-      for (int i = 0; i < D; ++i) y[r * D + i] = free[r * D + i] * t[i];
+      Dirs<D> t = dirs<D>(to, r);
+      for (int k = off[r]; k < off[r + 1]; ++k) t -= val[k] * dirs<D>(of, col[k]);
+      dirs<D>(of, r) = dirs<D>(f, r) * t;
     }
     collect(y);
   }
@@ -104,12 +123,14 @@ struct MassSystem {
   void backward(const RealVec& x, RealVec& y) const
   {
     const MassRows& m = low();
+    const int *off = m.off.data(), *col = m.col.data();
+    const double *val = m.val.data(), *f = free.data();
     y = x;
+    double* of = y.data();
     for (int r = m.n - 1; r >= 0; --r) {
-      double t[D];
-      for (int i = 0; i < D; ++i) y[r * D + i] = t[i] = free[r * D + i] * y[r * D + i];
-      for (int k = m.off[r]; k < m.off[r + 1]; ++k)
-        for (int i = 0; i < D; ++i) y[m.col[k] * D + i] -= m.val[k] * t[i];
+      const Dirs<D> t = dirs<D>(f, r) * dirs<D>(of, r);
+      dirs<D>(of, r)  = t;
+      for (int k = off[r]; k < off[r + 1]; ++k) dirs<D>(of, col[k]) -= val[k] * t;
     }
     collect(y);
   }
