@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "base/expr.h"
+#include "base/halo.h"
 #include "base/types.h"
 #include "model/element_table.h"
 
@@ -32,6 +33,15 @@ struct Mesh {
   std::unordered_map<int, int> node_index, elem_index;   // label -> index
   int nnode() const { return static_cast<int>(node_label.size()); }
   int nelem() const { return static_cast<int>(elem_label.size()); }
+};
+
+// Several ranks, divided model: Mesh, sets, surfaces, loads and supports hold what this rank works on
+struct MeshPart {
+  bool on = false;
+  int nnode = 0, nelem = 0;    // of the mesh of the deck
+  IntVec node, elem;           // [Mesh::nnode], [Mesh::nelem] index in the mesh of the deck, ascending
+  Halo halo;                   // nodes that other ranks have too
+  bool counts(int n) const { return !on || halo.owner[n] == comm_rank(); }     // n counts here in a sum
 };
 
 struct Set {                   // nodes or elements, ascending, each once
@@ -438,6 +448,7 @@ struct Model {
   std::string heading;
   int dim = 2;
   Mesh mesh;
+  MeshPart part;
   std::vector<Set> nset, elset;
   std::vector<Surface> surface;
   std::vector<Material> material;

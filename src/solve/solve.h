@@ -17,6 +17,7 @@
 #include <memory>
 #include <string>
 
+#include "base/halo.h"
 #include "base/types.h"
 #include "model/model.h"
 
@@ -41,8 +42,14 @@ struct SysMatrix {
   RealVec val;                 // [col.size()*dim*dim]
   IntVec owner;                // several ranks: [nrow] to whom a row belongs; else empty
   RowSets rows;                // several ranks: [ranks] rows that each adds to
+  // divided model: rows are those of this rank, numbered by it, and vectors hold these alone, whole (with
+  // what all ranks add); A and products with it are parts, which sys_sum adds up
+  Halo halo;
   int neq() const { return dim * nrow; }
 };
+
+// sys_divided : are the rows of A those of this rank alone?
+inline bool sys_divided(const SysMatrix& A) { return A.halo.on(); }
 
 // sys_shared : is A the sum of the matrices of several ranks?
 inline bool sys_shared(const SysMatrix& A) { return !A.owner.empty(); }

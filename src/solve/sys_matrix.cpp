@@ -110,11 +110,16 @@ const double* rows_add_to(const RowSets& s, int set, int D, const double* from, 
 // sys_sum : what the ranks have added to the rows of A, in the order of the ranks
 //
 //   in   v       [n*nrow + extra], zero in rows that are not of A.rows of this rank
-//   out  v       the sum, on all ranks; one rank: as it was
+//   out  v       the sum, on all ranks (divided model: in their rows); one rank: as it was
 // ---------------------------------------------------------------------------
 void sys_sum(const SysMatrix& A, RealVec& v, int extra)
 {
   if (!sys_shared(A)) return;
+  if (sys_divided(A)) {
+    const int D = (static_cast<int>(v.size()) - extra) / A.nrow;
+    halo_sum(A.halo, D, v, v.data() + static_cast<size_t>(A.nrow) * D, extra);
+    return;
+  }
   static RealVec all;                    // kept, since large vectors are dear to make
   const int ranks = comm_size(), me = comm_rank(), D = (static_cast<int>(v.size()) - extra) / A.nrow;
   IntVec count(ranks);

@@ -1,0 +1,44 @@
+// ---------------------------------------------------------------------------
+// halo.h : things that several ranks have (nodes, rows), each with a key that is the same on all of them
+// (doc/theory.md 5.1)
+// ---------------------------------------------------------------------------
+#ifndef MPFE_BASE_HALO_H
+#define MPFE_BASE_HALO_H
+
+#include "base/comm.h"
+
+struct Halo {
+  // [ranks] index of what that rank has too, in ascending order of the keys on both sides; its own is empty
+  std::vector<IntVec> common;
+  IntVec shared;               // index of what any other rank has too, ascending
+  IntVec owner;                // [n] rank that it belongs to: one of those that have it
+  bool on() const { return !common.empty(); }
+};
+
+// halo_form : which things of the keys key [n], each once, other ranks have too. Collective, as all below.
+void halo_form(const std::vector<long>& key, Halo& h);
+
+// halo_sum : v [n*D] of all ranks that have a thing, and m numbers of all ranks, summed in their order
+void halo_sum(const Halo& h, int D, RealVec& v, double* number = nullptr, int m = 0);
+
+// halo_copy : v [n*D] of the owner to all that have a thing
+template <class T>
+void halo_copy(const Halo& h, int D, std::vector<T>& v)
+{
+  const int me = comm_rank();
+  std::vector<std::vector<T>> to(h.common.size());
+  for (std::size_t r = 0; r < h.common.size(); ++r)
+    for (int k : h.common[r])
+      if (h.owner[k] == me) to[r].insert(to[r].end(), v.begin() + long(k) * D, v.begin() + long(k + 1) * D);
+  const std::vector<std::vector<T>> from = comm_exchange(to);
+  for (std::size_t r = 0; r < h.common.size(); ++r) {
+    auto next = from[r].begin();
+    for (int k : h.common[r]) {
+      if (h.owner[k] != static_cast<int>(r)) continue;
+      std::copy(next, next + D, v.begin() + long(k) * D);
+      next += D;
+    }
+  }
+}
+
+#endif
