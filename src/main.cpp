@@ -148,6 +148,11 @@ int run(const Options& o)
     if (failed(deck_read(o.deck, o.defines, model))) return EXIT_DECK;
   }
   model.out_dir = o.out_dir;
+  if (!o.check) {
+    Timer timer(PHASE_INPUT);
+    dof_part(model);
+    log_keep(model.part.on);
+  }
   std::string taken;
   if (!o.check && !lock_job(model, taken)) return EXIT_RESOURCE;
   State state;
@@ -158,8 +163,11 @@ int run(const Options& o)
   Output out;
   out_listing_open(model, out, restart.reading);
   if (!taken.empty()) log_warn("%s", taken.c_str());
-  if (failed(step_open(problem))) return EXIT_DECK;
+  const int wrong = step_open(problem);
+  log_gather();
+  if (model.part.on ? comm_allreduce_max(wrong) > 0 : failed(wrong)) return EXIT_DECK;
   const int code = step_run(problem, restart, out);
+  log_gather();
   solve_close(problem.newton.solver);
   return code;
 }

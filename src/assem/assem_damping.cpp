@@ -69,7 +69,7 @@ void add_face(Dofs& s, int nen, const double* X, const FaceNode* node, double th
 void add_element_face(const Mesh& mesh, const Elements& el, const ViscousBoundary& v, const Face& f, Dofs& s)
 {
   if (el.block_of[f.elem] < 0) return;               // no element any more
-  if (!s.owner.empty() && s.elem_rank[f.elem] != comm_rank()) return;
+  if (!s.elem_rank.empty() && s.elem_rank[f.elem] != comm_rank()) return;
   const double one      = 1.0;
   const ElemBlock& b    = el.block[el.block_of[f.elem]];
   const ShapeInfo& info = shape_info[b.shape];
@@ -88,7 +88,7 @@ void add_element_face(const Mesh& mesh, const Elements& el, const ViscousBoundar
 void add_point_face(const Model& m, const Points& pts, const Discretisation& d, const ViscousBoundary& v,
                     const Face& f, Dofs& s)
 {
-  if (!s.owner.empty() && s.point_rank[f.elem] != comm_rank()) return;
+  if (!s.point_rank.empty() && s.point_rank[f.elem] != comm_rank()) return;
   const Body& body      = m.body[pts.body[f.elem]];
   const ShapeInfo& info = shape_info[pts.shape[f.elem]];
   const int* conn       = pts.conn.begin(f.elem);

@@ -192,13 +192,14 @@ void add_ghosts(const ActiveGrid& grid, const Dofs& dofs, const Jumps& j, RealVe
 }
 
 // sum over the ranks, and a failure that all agree on: that of the highest point or element
-Failure sum_force(const SysMatrix& A, const Failure& failure, RealVec& fint)
+Failure sum_force(const MeshPart& part, const SysMatrix& A, const Failure& failure, RealVec& fint)
 {
   fint.push_back(failure.ok() ? 0.0 : 1.0);
   sys_sum(A, fint, 1);
   const bool bad = fint.back() != 0.0;
   fint.pop_back();
   if (!bad) return STATUS_OK;
+  if (part.on) return failure_agree(failure);
   const int point = 1 << 30;           // above all elements
   const int own   = failure.index + (failure.at == AT_POINT ? point : 0);
   const int worst = comm_allreduce_max(failure.ok() ? -1 : own);
@@ -439,7 +440,7 @@ Failure assem_internal(const Model& m, const Discretisation& d, const Dofs& dofs
   }
   if (st.bonds.nbond) add_bonds(m, d.pairs, dofs, mode, j, st, fint);
   add_ghosts(d.grid, dofs, j, fint);
-  return comm_size() > 1 ? sum_force(dofs.A, failure, fint) : failure;
+  return comm_size() > 1 ? sum_force(m.part, dofs.A, failure, fint) : failure;
 }
 
 bool assem_has_followers(const Step& step)
@@ -455,16 +456,19 @@ Failure assem_loads(const Model& m, const Discretisation& d, const Dofs& dofs, c
 {
   const int dim = m.dim;
   RealVec fn(static_cast<size_t>(m.mesh.nnode()) * dim, 0.0), fc(st.points.Xc.size(), 0.0);
+  Failure failure;
   for (const Load& l : step.load) {
-    Failure failure;
     if (l.kind == LOAD_NODE) failure = node_loads(m, d.follow, step, l, at, warned, fn, fc);
     else if (l.kind == LOAD_BODY) failure = body_loads(m, d, st, step, l, at, fn, fc);
     else failure = face_loads(m, d, st, step, l, at, fn, fc);
-    if (!failure.ok()) return failure;
+    if (!failure.ok()) break;
   }
+  if (m.part.on) failure = failure_agree(failure);
+  if (!failure.ok()) return failure;
   fext.assign(dofs.neq(), 0.0);
   for (int r = 0; r < dofs.nfe; ++r)
     for (int i = 0; i < dim; ++i) fext[r * dim + i] = fn[dofs.node_of_row[r] * dim + i];
   assem_scatter_corners(d.grid, dofs, fc, fext);
+  if (m.part.on) sys_sum(dofs.A, fext);
   return STATUS_OK;
 }

@@ -186,8 +186,10 @@ void assem_constrain(Dofs& s, const RealVec& diagonal, const RealVec& x, RealVec
 {
   const int dim = s.dim;
   double diag = 0.0;
-  for (double d : diagonal) diag += d;
-  diag /= s.neq();
+  if (s.once.empty())
+    for (double d : diagonal) diag += d;
+  else diag = dof_sum(s, [&](size_t i) { return diagonal[i]; });
+  diag /= s.neq_all();
   std::vector<char> fixed(s.nrow, 0);
   for (int i = 0; i < s.neq(); ++i) fixed[i / dim] |= s.fixed[i] != 0;
   RealVec Ax(f.size(), 0.0);           // of this rank, negative
@@ -210,6 +212,7 @@ void assem_constrain(Dofs& s, const RealVec& diagonal, const RealVec& x, RealVec
         if (s.fixed[r * dim + i])
           v[i * dim + i] = !here ? 0.0 : diagonal[r * dim + i] > 0.0 ? diagonal[r * dim + i] : diag;
     }
-  if (std::any_of(x.begin(), x.end(), [](double v) { return v != 0.0; })) sys_sum(s.A, Ax);
+  const bool moves = std::any_of(x.begin(), x.end(), [](double v) { return v != 0.0; });
+  if (!dof_all(s, !moves)) sys_sum(s.A, Ax);
   for (int i = 0; i < s.neq(); ++i) f[i] = s.fixed[i] ? 0.0 : f[i] + Ax[i];
 }

@@ -193,6 +193,15 @@ int comm_allreduce_max(int x)
   return most;
 }
 
+double comm_allreduce_max(double x)
+{
+  if (size == 1) return x;
+  Timer timer(PHASE_COMM);
+  double most = x;
+  MPI_Allreduce(&x, &most, 1, MPI_DOUBLE, MPI_MAX, MPI_COMM_WORLD);
+  return most;
+}
+
 void comm_sum(double* x, long n)
 {
   if (size == 1) return;
@@ -281,6 +290,7 @@ void comm_bcast(double*, int) {}
 void comm_bcast(std::string&) {}
 int comm_bcast(int x) { return x; }
 int comm_allreduce_max(int x) { return x; }
+double comm_allreduce_max(double x) { return x; }
 void comm_sum(double*, long) {}
 void comm_exchange(const std::vector<RealVec>&, std::vector<RealVec>&) {}
 void comm_allgatherv(RealVec&, const IntVec&) {}

@@ -32,6 +32,7 @@ int comm_bcast(int x);
 
 // comm_allreduce_max : the largest x of all ranks. Collective.
 int comm_allreduce_max(int x);
+double comm_allreduce_max(double x);
 
 // comm_sum : sum over the ranks, in their order, so that all get the same bits in every run. Collective.
 void comm_sum(double* x, long n);

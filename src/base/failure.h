@@ -23,4 +23,8 @@ struct Failure {
   bool ok() const { return status == STATUS_OK; }
 };
 
+// failure_agree : the failure of the first rank that has one, on all ranks; its index stays with that rank.
+// Collective.
+Failure failure_agree(const Failure& own);
+
 #endif

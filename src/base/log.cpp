@@ -1,6 +1,8 @@
 #include "base/log.h"
 
 #include <cstdarg>
+#include <set>
+#include <string>
 
 #include "base/comm.h"
 #include "base/types.h"
@@ -8,11 +10,30 @@
 namespace {
 
 std::FILE* listing = nullptr;
-bool muted = false;
+bool muted = false, keeping = false;
+std::string kept;              // texts of this rank, each with a zero behind it
+std::set<std::string> heard;   // on the first rank while others keep theirs
 int warnings = 0;
+
+std::string text_of(const char* word, const char* format, va_list args)
+{
+  va_list copy;
+  va_copy(copy, args);
+  std::string text(static_cast<size_t>(std::vsnprintf(nullptr, 0, format, copy)) + 1, ' ');
+  va_end(copy);
+  va_copy(copy, args);
+  std::vsnprintf(&text[0], text.size(), format, copy);
+  va_end(copy);
+  text.back() = '\0';
+  return word + text;
+}
 
 void put(const char* word, bool terminal, const char* format, va_list args)
 {
+  if (keeping && terminal) {
+    const std::string text = text_of(word, format, args);
+    if (heard.insert(text).second && muted) kept += text;
+  }
   if (muted) return;
   if (listing) {
     va_list copy;
@@ -33,6 +54,22 @@ void put(const char* word, bool terminal, const char* format, va_list args)
 
 void log_open(std::FILE* file) { listing = file; }
 void log_mute(bool mute) { muted = mute; }
+void log_keep(bool keep) { keeping = keep; }
+
+void log_gather()
+{
+  if (!keeping || comm_allreduce_max(static_cast<int>(!kept.empty())) == 0) return;
+  std::vector<std::string> to(comm_size());
+  to[0].swap(kept);
+  for (const std::string& all : comm_bytes(to))
+    for (size_t at = 0; at < all.size(); at = all.find('\0', at) + 1) {
+      const std::string text = all.c_str() + at;
+      if (!heard.insert(text + '\0').second) continue;
+      if (listing) std::fprintf(listing, "%s\n", text.c_str());
+      std::fprintf(stderr, "%s\n", text.c_str());
+      ++warnings;
+    }
+}
 
 void log_note(const char* format, ...)
 {

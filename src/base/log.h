@@ -12,6 +12,11 @@ void log_open(std::FILE* listing);
 // log_mute : from now on log_note, log_warn and log_error say nothing (ranks but the first), or speak again
 void log_mute(bool mute);
 
+// log_keep : warnings and errors of a rank that is mute are kept for log_gather
+// log_gather : the first rank says what others have kept, each text once. Collective.
+void log_keep(bool keep);
+void log_gather();
+
 // log_note : listing only.  log_warn, log_error : listing and stderr, with the word in front
 void log_note(const char* format, ...) __attribute__((format(printf, 1, 2)));
 void log_warn(const char* format, ...) __attribute__((format(printf, 1, 2)));

@@ -9,7 +9,9 @@
 
 #include <set>
 
+#include "base/comm.h"
 #include "base/failure.h"
+#include "base/sum.h"
 #include "dof/discretisation.h"
 #include "solve/solve.h"
 
@@ -55,6 +57,8 @@ struct Dofs {
   IntVec owned_group;          // groups of points (1.14) whose first point this rank works on
   std::vector<char> bond_owned;      // [nbond]
   IntVec owner;                // [nrow] rank that a row belongs to; one rank: empty
+  RealVec once;                // divided model: [nrow*dim] 1 where the row belongs to this rank, else 0
+  long rows = 0;               // rows of all ranks, each once
   IntVec elem_rank, point_rank;        // the division that the pattern was made for
   // block of A for each node pair, 2 k + 1: transposed; elements of this rank, block after block
   IntVec elem_map;
@@ -74,14 +78,47 @@ struct Dofs {
   std::vector<CornerSupport> corner_support;  // supports of nodes that have become corners of points
   double h_mean = 0.0;         // mean size of elements and cells at t = 0, for rounding floors
   int neq() const { return nrow * dim; }
+  double neq_all() const { return static_cast<double>(once.empty() ? nrow : rows) * dim; }   // of all ranks
 };
+
+// Sums over the dofs of the whole system: those of a divided model count on one rank each, and all ranks
+// must come here
+template <class Term>
+double dof_sum(const Dofs& s, Term term)
+{
+  if (s.once.empty()) return sum_terms(s.neq(), term);
+  double sum = sum_terms(s.neq(), [&](size_t i) { return s.once[i] > 0.0 ? term(i) : 0.0; });
+  comm_sum(&sum, 1);
+  return sum;
+}
+inline double dof_dot(const Dofs& s, const RealVec& a, const RealVec& b)
+{
+  const double *x = a.data(), *y = b.data();
+  return dof_sum(s, [=](size_t i) { return x[i] * y[i]; });
+}
+inline double dof_norm(const Dofs& s, const RealVec& a) { return __builtin_sqrt(dof_dot(s, a, a)); }
+// dof_total : x of this rank, summed over the ranks of a divided model
+inline double dof_total(const Dofs& s, double x)
+{
+  if (!s.once.empty()) comm_sum(&x, 1);
+  return x;
+}
+// dof_largest, dof_all : the largest of all ranks; true on all
+inline double dof_largest(const Dofs& s, double x) { return s.once.empty() ? x : comm_allreduce_max(x); }
+inline bool dof_all(const Dofs& s, bool here)
+{
+  return s.once.empty() ? here : comm_allreduce_max(static_cast<int>(!here)) == 0;
+}
 
 // Warnings that are given once, each with its key
 using Warned = std::set<std::string>;
 
+// dof_part : divides the model among the ranks; scenes that cannot be divided yet stay whole on all
+void dof_part(Model& m);
+
 // dof_divide : whose work is what, and the lists of this rank; fresh: rows or lists have changed. True:
 // the division is not the one that the pattern was made for.                               doc/theory.md 5.1
-bool dof_divide(const Mesh& mesh, const Points& pts, const ActiveGrid& grid, bool fresh, Elements& el,
+bool dof_divide(const Model& m, const Points& pts, const ActiveGrid& grid, bool fresh, Elements& el,
                 Division& d, Dofs& s);
 
 // dof_lists : calls use(n, rows) for every element, point, bond, ghost and group of points, in that order;

@@ -116,8 +116,11 @@ void warn_once(Warned& warned, const Mesh& mesh, const char* keyword, const Plac
            mesh.node_label[node], time, what);
 }
 
-Failure dof_constrain(const Model& m, const Discretisation& d, const State& st, const Step& step,
-                      double t_step0, double t_step1, Dofs& s, Warned& warned)
+namespace {
+
+// what is prescribed on this rank
+Failure constrain_here(const Model& m, const Discretisation& d, const State& st, const Step& step,
+                       double t_step0, double t_step1, Dofs& s, Warned& warned)
 {
   const int dim  = m.dim;
   const double total0 = st.n.time, total1 = total0 + (t_step1 - t_step0);
@@ -189,4 +192,13 @@ Failure dof_constrain(const Model& m, const Discretisation& d, const State& st, 
   }
   if (!m.equation.empty()) constrain_ties(st.n.u, s);
   return STATUS_OK;
+}
+
+}  // namespace
+
+Failure dof_constrain(const Model& m, const Discretisation& d, const State& st, const Step& step,
+                      double t_step0, double t_step1, Dofs& s, Warned& warned)
+{
+  const Failure failure = constrain_here(m, d, st, step, t_step0, t_step1, s, warned);
+  return m.part.on ? failure_agree(failure) : failure;
 }

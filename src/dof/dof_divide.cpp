@@ -166,7 +166,7 @@ void take_owned(const Division& d, const ActiveGrid& grid, Elements& el, Dofs& s
     if (d.point[s.group_first[k]] == me) s.owned_group.push_back(k);
 }
 
-// one rank: all
+// one rank, or a divided model: all that is here
 void take_all(const ActiveGrid& grid, Dofs& s)
 {
   const auto all = [](IntVec& list, int n) {
@@ -194,10 +194,11 @@ void take_all(const ActiveGrid& grid, Dofs& s)
 // and again when conversion, erosion or motion has made it uneven, or the number of ranks is another one than
 // in the restart file.
 // ---------------------------------------------------------------------------
-bool dof_divide(const Mesh& mesh, const Points& pts, const ActiveGrid& grid, bool fresh, Elements& el,
+bool dof_divide(const Model& m, const Points& pts, const ActiveGrid& grid, bool fresh, Elements& el,
                 Division& d, Dofs& s)
 {
-  if (comm_size() == 1) {
+  const Mesh& mesh = m.mesh;
+  if (comm_size() == 1 || m.part.on) {
     take_all(grid, s);
     d = Division();
     return false;

@@ -135,12 +135,14 @@ void form_groups(const ListTable& group, const ActiveGrid& grid, Dofs& s)
   }
 }
 
-void form_lists(const Bonds& bonds, Discretisation& d, Dofs& s)
+void form_lists(const Bonds& bonds, const MeshPart& part, Discretisation& d, Dofs& s)
 {
   find_mesh_rows(d.grid, s);
   form_groups(d.point_law.group, d.grid, s);
   s.nrow = s.nfe + d.grid.nnode;
   s.row_key.assign(s.node_of_row.begin(), s.node_of_row.end());
+  for (long& key : s.row_key)
+    if (part.on) key = part.node[key];
   for (long key : d.grid.key) s.row_key.push_back(-1 - key);
   s.bond = ListTable();
   s.bond_w.clear();
@@ -180,8 +182,24 @@ void form_pattern(const Mesh& mesh, const Elements& el, const ActiveGrid& grid, 
   });
   tie_extend(s, lists);
   sys_pattern(lists, s.nrow, s.dim, s.A);
-  s.A.owner = s.owner;
+  s.A.owner = s.once.empty() ? s.owner : IntVec();
   if (sys_shared(s.A)) form_rows(lists.item, s.A);
+}
+
+// divided model: which rows other ranks have too
+void form_halo(Dofs& s)
+{
+  halo_form(s.row_key, s.A.halo);
+  s.owner = s.A.owner = s.A.halo.owner;
+  s.once.assign(s.neq(), 0.0);
+  double rows = 0.0;
+  for (int r = 0; r < s.nrow; ++r) {
+    if (s.owner[r] != comm_rank()) continue;
+    std::fill_n(s.once.begin() + static_cast<long>(r) * s.dim, s.dim, 1.0);
+    rows += 1.0;
+  }
+  comm_sum(&rows, 1);
+  s.rows = static_cast<long>(rows);
 }
 
 // the place of column c in row r; rows are short, and counting needs no guess of the processor
@@ -230,15 +248,18 @@ void form_maps(const Mesh& mesh, const Elements& el, const ActiveGrid& grid, Dof
 
 double mean_size(const Model& m, const Elements& el)
 {
-  double volume = 0.0;
-  size_t count = 0;
+  double volume = 0.0, count = 0.0;
   for (const ElemBlock& b : el.block) {
     const int ngp = shape_info[b.shape].ngp;
     for (size_t slot = 0; slot < b.elem.size(); ++slot)
       for (int g = 0; g < ngp; ++g) volume += b.w[b.gauss(slot) + g] / (m.dim == 2 ? b.thickness : 1.0);
-    count += b.elem.size();
+    count += static_cast<double>(b.elem.size());
   }
-  if (count == 0) return m.grid.h[0];
+  if (m.part.on) {
+    comm_sum(&volume, 1);
+    comm_sum(&count, 1);
+  }
+  if (count == 0.0) return m.grid.h[0];
   return m.dim == 2 ? __builtin_sqrt(volume / count) : __builtin_cbrt(volume / count);
 }
 
@@ -249,16 +270,18 @@ void dof_form(const Model& m, const Step& step, State& st, Discretisation& d, Do
   const bool first = !s.numbered;
   s.dim = m.dim;
   number_nodes(m, st, d.el, s);
-  form_lists(st.bonds, d, s);
+  form_lists(st.bonds, m.part, d, s);
   bool fresh = first || s.A.nrow != s.nrow;
   fresh = fresh || !same(s.point_rows, d.grid.point) || !same(s.bond_rows, s.bond) ||
           !same(s.ghost_rows, d.grid.ghost) || !same(s.group_rows, s.group);
   fresh = dof_tie(m, step, s) || fresh;
-  fresh = dof_divide(m.mesh, st.points, d.grid, fresh, d.el, st.division, s) || fresh;
+  fresh = dof_divide(m, st.points, d.grid, fresh, d.el, st.division, s) || fresh;
+  if (m.part.on) fresh = comm_allreduce_max(static_cast<int>(fresh));
   if (fresh) {
     Timer timer(PHASE_PATTERN);
     ++s.pattern;
     form_pattern(m.mesh, d.el, d.grid, s);
+    if (m.part.on) form_halo(s);
     form_maps(m.mesh, d.el, d.grid, s);
     s.point_rows = d.grid.point;
     s.bond_rows  = s.bond;

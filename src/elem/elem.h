@@ -54,6 +54,7 @@ struct Elements {
   IntVec initial_block;                 // [Mesh::nelem] block at t = 0
   IntVec gauss_of;             // [Mesh::nelem + 1] first Gauss point of an element among those of all
   int history = 0;             // numbers that an integration point keeps
+  bool all_owned = true;       // one rank, or a divided model: this rank works on all that are here
   const Fracture* frac = nullptr;   // what is broken; null: nothing can break
   int broken(int e) const { return frac ? frac->broken[e] : -1; }
 };

@@ -76,7 +76,7 @@ Status elem_form_one(const Model& m, const Elements& el, const KernelMode& mode,
 
 void elem_share_history(const Elements& el, Level& l)
 {
-  if (comm_size() == 1 || l.he.empty()) return;
+  if (el.all_owned || l.he.empty()) return;
   RealVec all(l.he.size(), 0.0);
   for (const ElemBlock& b : el.block)
     for (int s : elem_owned(b)) {

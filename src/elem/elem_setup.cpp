@@ -125,6 +125,7 @@ Status elem_setup(const Model& m, Elements& el, int* worst)
   el.slot_of.assign(mesh.nelem(), -1);
   el.gauss_of.assign(mesh.nelem(), 0);
   el.history = law_history(m);
+  el.all_owned = comm_size() == 1 || m.part.on;
   int gauss  = 0;
   for (int e = 0; e < mesh.nelem(); ++e) {
     if (mesh.elem_section[e] < 0) continue;
@@ -175,7 +176,7 @@ void elem_refresh(Elements& el)
     if (is) el.block[el.initial_block[e]].live.push_back(el.slot_of[e]);
   }
   for (ElemBlock& b : el.block) {
-    b.divided = comm_size() == 1;
+    b.divided = el.all_owned;
     if (b.divided) b.owned = b.live;
     else b.owned.clear();
   }

@@ -41,6 +41,7 @@ struct MeshPart {
   int nnode = 0, nelem = 0;    // of the mesh of the deck
   IntVec node, elem;           // [Mesh::nnode], [Mesh::nelem] index in the mesh of the deck, ascending
   Halo halo;                   // nodes that other ranks have too
+  bool joined = false;         // all elements of the deck hang together by common faces
   bool counts(int n) const { return !on || halo.owner[n] == comm_rank(); }     // n counts here in a sum
 };
 
@@ -484,6 +485,9 @@ int model_find_surface(const Model& m, const std::string& name);
 int model_find_material(const Model& m, const std::string& name);
 int model_find_amplitude(const Model& m, const std::string& name);
 int model_find_body(const Model& m, const std::string& name);
+
+// model_cut : what rank[e] [nelem] gives to this rank; Model::part says what it is. Collective.
+void model_cut(const IntVec& rank, Model& m);
 
 // model_general_contact : index into Model::bond of *CONTACT, -1 when there is none
 int model_general_contact(const Model& m);

@@ -163,11 +163,11 @@ Failure step_solve(Problem& p, const Attempt& a, int it, double residual, double
 // step_supports_fix : do the supports fix every part of bodies of solid elements in space? false: not known.
 // Parts are elements that share faces; their supports must take all six rigid motions. Then a matrix of
 // statics is known to be regular without being factorised.
-bool step_supports_fix(const Mesh& mesh, const Elements& el, const Dofs& dofs);
+bool step_supports_fix(const Model& m, const Elements& el, const Dofs& dofs);
 
 // step_free_motion : the rigid motions that the supports leave to the part of elements of this node, in
 // words; empty: none
-std::string step_free_motion(const Mesh& mesh, const Elements& el, const Dofs& dofs, int node);
+std::string step_free_motion(const Model& m, const Elements& el, const Dofs& dofs, int node);
 
 // step_memory : bytes of what lives through the run
 void step_memory(const Problem& p, std::vector<MemoryUse>& out);

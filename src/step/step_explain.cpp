@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "base/comm.h"
 #include "step/step.h"
 
 namespace {
@@ -114,7 +115,7 @@ std::string pivot_text(const Model& m, const ActiveGrid& grid, const Dofs& s, in
 // what the solver says, what can move, and the unknown of the first zero pivot in the user's words. A pivot
 // vanishes at any unknown that takes part in the free motion; a rotation shows in a direction that is
 // supported elsewhere.
-std::string solver_text(const Problem& p)
+std::string solver_text(const Problem& p, const std::string& whole)
 {
   const Dofs& s = p.dofs;
   const int equation = p.newton.solver.zero_equation;
@@ -123,7 +124,8 @@ std::string solver_text(const Problem& p)
   const int row = equation / s.dim;
   words += ". It appears in " + pivot_text(p.m, p.d.grid, s, row, equation % s.dim + 1);
   if (row < s.nfe && !p.st.points.npoint && !p.st.bonds.nbond && s.tie.dof.empty()) {
-    const std::string motion = step_free_motion(p.m.mesh, p.d.el, s, s.node_of_row[row]);
+    const std::string motion =
+        p.m.part.on ? whole : step_free_motion(p.m, p.d.el, s, s.node_of_row[row]);
     if (!motion.empty()) return words + ": the supports do not constrain " + motion + " of its part";
     return words + ": the supports constrain all rigid-body motions of its part, so a piece is connected "
                    "by a hinge or by broken elements alone, or stiffnesses differ by too many orders of "
@@ -193,13 +195,16 @@ void needed_box(const Model& m, const State& st, double* lo, double* hi)
 
 }  // namespace
 
-std::string step_explain(const Problem& p, const Failure& f)
+namespace {
+
+// whole: divided model: what the supports leave free
+std::string explain_here(const Problem& p, const Failure& f, const std::string& whole)
 {
   char text[512];
   const Model& m = p.m;
   if (!f.note.empty()) return f.note;
   const Status status = f.status;
-  if (status == SOLVER_SINGULAR || status == SOLVER_FAILED) return solver_text(p);
+  if (status == SOLVER_SINGULAR || status == SOLVER_FAILED) return solver_text(p, whole);
   if (status == MASS_FAILED)
     return "the system of the mass matrix (velocities of the grid at the start of the increment, or "
            "accelerations of the nodes) did not converge in 1000 iterations, which smaller increments do not "
@@ -252,5 +257,24 @@ std::string step_explain(const Problem& p, const Failure& f)
                 "iterations (*NEWTON, MAX ITER=); the load may exceed what the structure can carry",
                 p.st.log.residual, p.st.log.scale, p.st.log.iterations);
   const Solver& solver = p.newton.solver;
-  return solver.null_pivot_row >= 0 && solver.zero_equation >= 0 ? text + ("; " + solver_text(p)) : text;
+  return solver.null_pivot_row >= 0 && solver.zero_equation >= 0 ? text + ("; " + solver_text(p, whole)) : text;
+}
+
+// does this rank know more of the failure than others?
+bool knows(const Problem& p, const Failure& f)
+{
+  if (f.status == SOLVER_SINGULAR || f.status == SOLVER_FAILED) return p.newton.solver.zero_equation >= 0;
+  return f.index >= 0;
+}
+
+}  // namespace
+
+// a divided model: the words of the first rank that knows where it was
+std::string step_explain(const Problem& p, const Failure& f)
+{
+  const bool divided = p.m.part.on;
+  const std::string text = explain_here(p, f, divided ? step_free_motion(p.m, p.d.el, p.dofs, -1) : "");
+  if (!divided) return text;
+  const int ranks = comm_size(), first = ranks - comm_allreduce_max(knows(p, f) ? ranks - comm_rank() : 0);
+  return comm_bytes(std::vector<std::string>(ranks, text))[first == ranks ? 0 : first];
 }

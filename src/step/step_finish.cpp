@@ -143,6 +143,7 @@ double external_work(const Model& m, const Dofs& dofs, const State& st, const At
   RealVec R0;                  // statics: at t(n)
   if (a.cM == 0.0) R0 = residual_at_start(dofs, a);
   for (int i = 0; i < dofs.neq(); ++i) {
+    if (!dofs.once.empty() && dofs.once[i] == 0.0) continue;
     const double f0 = mid ? a.fext[i] : a.fext0[i];
     work += 0.5 * (f0 + a.fext[i]) * a.du[i];
     if (dofs.fixed[i] != DOF_FIXED || a.du[i] == 0.0) continue;
@@ -152,6 +153,7 @@ double external_work(const Model& m, const Dofs& dofs, const State& st, const At
     else if (!mid && r < dofs.nfe) r0 = rf0[dofs.node_of_row[r] * dim + i % dim];
     work += 0.5 * (r0 + a.R[i]) * a.du[i];
   }
+  work = dof_total(dofs, work);
   // grounds that move push through their bonds
   const Bonds& b = st.bonds;
   double C[9], g0[3], g1[3];

@@ -28,11 +28,11 @@ struct Forces {
   double typical = 0.0;        // its largest entry at free dofs, or a small part of the largest force
 };
 
-double largest(const RealVec& f)
+double largest(const Dofs& s, const RealVec& f)
 {
   double most = 0.0;
   for (double x : f) most = std::max(most, std::fabs(x));
-  return most;
+  return dof_largest(s, most);
 }
 
 // largest entry at the dofs that move freely
@@ -41,13 +41,13 @@ double largest_free(const Dofs& s, const RealVec& R)
   double most = 0.0;
   for (int i = 0; i < s.neq(); ++i)
     if (!s.fixed[i]) most = std::max(most, std::isfinite(R[i]) ? std::fabs(R[i]) : HUGE_VAL);
-  return most;
+  return dof_largest(s, most);
 }
 
 Forces difference(const Dofs& s, RealVec fint, const RealVec& fext)
 {
   Forces f;
-  f.typical = OF_FORCES * std::max(largest(fint), largest(fext));
+  f.typical = OF_FORCES * std::max(largest(s, fint), largest(s, fext));
   f.r.swap(fint);
   for (size_t i = 0; i < f.r.size(); ++i) f.r[i] -= fext[i];
   f.typical = std::max(f.typical, largest_free(s, f.r));
@@ -163,8 +163,9 @@ double half_energy(const Dofs& s, double dt, const RealVec& R)
 {
   double sum = 0.0;
   for (int i = 0; i < s.neq(); ++i)
-    if (!s.fixed[i] && s.M_diag[i / s.dim] > 0.0) sum += R[i] * R[i] / s.M_diag[i / s.dim];
-  return 0.5 * dt * dt * sum;
+    if (!s.fixed[i] && s.M_diag[i / s.dim] > 0.0 && (s.once.empty() || s.once[i] > 0.0))
+      sum += R[i] * R[i] / s.M_diag[i / s.dim];
+  return 0.5 * dt * dt * dof_total(s, sum);
 }
 
 // what the largest entry may be                                                           (6.25), (6.26)
@@ -172,7 +173,7 @@ double half_limit(const Problem& p, const Attempt& a, const HalfWatch& w, const 
 {
   const StepClock& c = p.st.clock;
   const double part  = a.step.half_part;
-  const double noise = std::max(OF_MOMENTUM * largest(a.momentum) / a.dt,
+  const double noise = std::max(OF_MOMENTUM * largest(p.dofs, a.momentum) / a.dt,
                                 OF_NEWTON * largest_free(p.dofs, a.R));
   if (a.step.half_force > 0.0) return std::max(a.step.half_force, noise);
   const double limit = std::max(part * typical_force(c, a.dt, w.force), noise);

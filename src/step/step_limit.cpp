@@ -72,15 +72,27 @@ Compressed compressed(const Model& m, const Elements& el, const State& st)
   return c;
 }
 
+void sum_ranks(Compressed& c)
+{
+  double count[2] = {static_cast<double>(c.elements), static_cast<double>(c.points)};
+  comm_sum(count, 2);
+  c.elements = static_cast<int>(count[0]);
+  c.points   = static_cast<int>(count[1]);
+  c.least    = -comm_allreduce_max(-c.least);
+}
+
 }  // namespace
 
 void step_limit(const Model& m, const Elements& el, const State& st, const Step& s, Warned& warned)
 {
-  if (!s.nlgeom || comm_rank() > 0) return;
+  if (!s.nlgeom || (comm_rank() > 0 && !m.part.on)) return;
   Timer timer(PHASE_COMMIT);
-  const Compressed c = compressed(m, el, st);
-  const int count    = c.elements + c.points;
+  Compressed c = compressed(m, el, st);
+  const double least = c.least;
+  if (m.part.on) sum_ranks(c);
+  const int count = c.elements + c.points;
   if (count == 0 || !warned.insert("stretch " + std::to_string(std::ilogb(count))).second) return;
+  if (least > c.least) return;           // another rank has the worst one
   const int label = c.is_point ? st.points.label[c.worst] : m.mesh.elem_label[c.worst];
   log_warn("time %.8g: %d elements and %d material points are compressed below a stretch of 0.577, where "
            "St.Venant-Kirchhoff softens and its results are unreliable; the worst is %s %d at %s with %.3f",

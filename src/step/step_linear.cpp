@@ -21,7 +21,7 @@ bool same_tangent(const ReusedTangent& z, const Dofs& dofs, const Attempt& a)
 {
   const auto same = [](double before, double now) { return std::fabs(before - now) <= 1e-12 * now; };
   return z.on && z.pattern == dofs.pattern && z.mode.cD() == a.mode.cD() &&
-         same(z.mode.rate, a.mode.rate) && same(z.cM, a.cM) && same(z.cC, a.cC) && z.fixed == dofs.fixed;
+         same(z.mode.rate, a.mode.rate) && same(z.cM, a.cM) && same(z.cC, a.cC) && dof_all(dofs, z.fixed == dofs.fixed);
 }
 
 // the iteration before, with its tangent, has brought the residual down so far that the same factor ends the
@@ -48,11 +48,11 @@ double reduction(const RealVec& gain, int it, double residual, double accepted)
 bool supported(Problem& p)
 {
   KnownRegular& h = p.newton.regular;
-  if (h.pattern != p.dofs.pattern || h.fixed != p.dofs.fixed) {
+  if (!dof_all(p.dofs, h.pattern == p.dofs.pattern && h.fixed == p.dofs.fixed)) {
     h.pattern = p.dofs.pattern;
     h.fixed   = p.dofs.fixed;
     h.good    = !p.st.points.npoint && !p.st.bonds.nbond && !p.d.fm.on &&
-                step_supports_fix(p.m.mesh, p.d.el, p.dofs);
+                step_supports_fix(p.m, p.d.el, p.dofs);
   }
   return h.good;
 }
@@ -113,7 +113,7 @@ void step_tangent(Problem& p, const Attempt& a, int it, double residual, double 
   const bool stay = same || (p.m.solver.reuse && near_tangent(p.newton.gain, a, it, residual, accepted));
   l.f.resize(s.neq());
   for (int i = 0; i < s.neq(); ++i) l.f[i] = -R[i];
-  if (stay && std::all_of(pending.begin(), pending.end(), [](double x) { return x == 0.0; })) {
+  if (stay && dof_all(s, std::all_of(pending.begin(), pending.end(), [](double x) { return x == 0.0; }))) {
     for (int i = 0; i < s.neq(); ++i)
       if (s.fixed[i]) l.f[i] = 0.0;
     timer_skip(PHASE_TANGENT);
@@ -162,7 +162,7 @@ Failure step_solve(Problem& p, const Attempt& a, int it, double residual, double
   // in motion too: the mass of the grid may be singular in what no corner sees  (3.14)
   p.newton.solver.null_pivot_row = singular || (a.cM != 0.0 && p.d.grid.nnode) ? s.nfe : -1;
   ask.inertia   = a.cM != 0.0;
-  ask.known_regular      = p.newton.solver.nfactor == 0 && s.neq() >= SMALL_SYSTEM && p.m.dim == 3 &&
+  ask.known_regular      = p.newton.solver.nfactor == 0 && s.neq_all() >= SMALL_SYSTEM && p.m.dim == 3 &&
                   (ask.inertia || supported(p));
   ask.digits = -std::log10(std::max(ask.eta, FINAL * l.residual / residual));
   ask.plain  = !p.st.points.npoint && !p.st.bonds.nbond && !p.d.fm.on;
@@ -171,11 +171,11 @@ Failure step_solve(Problem& p, const Attempt& a, int it, double residual, double
   if (status != STATUS_OK) return status;
   double energy = 0.0;
   for (int i = 0; i < s.neq(); ++i) {
-    energy += l.f[i] * l.dx[i];
+    if (s.once.empty() || s.once[i] > 0.0) energy += l.f[i] * l.dx[i];
     if (s.fixed[i]) l.dx[i] = pending[i];
   }
   tie_follow(s, false, l.dx);
-  l.energy = std::max(l.energy, std::sqrt(std::fabs(energy)));
+  l.energy = std::max(l.energy, std::sqrt(std::fabs(dof_total(s, energy))));
   return STATUS_OK;
 }
 

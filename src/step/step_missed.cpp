@@ -16,6 +16,13 @@ const double* place_of(const Model& m, const Load& l)
   return node >= 0 ? &m.mesh.X[3 * node] : origin;
 }
 
+// divided model: does nothing of the load act on this rank?
+bool elsewhere(const Model& m, const Load& l)
+{
+  return m.part.on && l.node.empty() && l.elem.empty() &&
+         (l.surface < 0 || m.surface[l.surface].face.empty());
+}
+
 // warns when value(t) is at most half of its largest size wherever the fixed increments ask for it; ask: part
 // of an increment
 template <class Value>
@@ -51,7 +58,7 @@ void step_missed(const Model& m, const Step& s, double start, bool mid)
 {
   if (!s.direct) return;
   for (const Load& l : s.load)
-    if (l.ramp != RAMP_OUT && (!l.value.is_const() || l.amplitude >= 0))
+    if (l.ramp != RAMP_OUT && !elsewhere(m, l) && (!l.value.is_const() || l.amplitude >= 0))
       warn_missed(s, mid ? 0.5 : 1.0, l.place, "load",
                   [&](double t) { return load_value(m, s, l, place_of(m, l), t, start + t); });
   for (const Prescribed& b : s.prescribed)

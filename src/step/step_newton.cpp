@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "base/sum.h"
 #include "step/step.h"
 
 namespace {
@@ -47,9 +46,9 @@ Failure form_residual(Problem& p, Attempt& a, const RealVec& du, Residual& b)
   }
   for (int i = 0; i < s.neq(); ++i) b.R[i] = a.fint[i] - a.fext[i] + b.inertia[i];
   tie_force(s, b.R);
-  b.free_norm = std::sqrt(sum_terms(s.neq(), [&](size_t i) { return s.fixed[i] ? 0.0 : b.R[i] * b.R[i]; }));
-  const double internal = norm(a.fint), external = norm(a.fext);
-  b.scale = std::max({internal, external, norm(b.inertia)});
+  b.free_norm = std::sqrt(dof_sum(s, [&](size_t i) { return s.fixed[i] ? 0.0 : b.R[i] * b.R[i]; }));
+  const double internal = dof_norm(s, a.fint), external = dof_norm(s, a.fext);
+  b.scale = std::max({internal, external, dof_norm(s, b.inertia)});
   return std::isfinite(b.free_norm) && std::isfinite(internal + external) ? STATUS_OK : BAD_NUMBER;
 }
 
@@ -90,12 +89,14 @@ double rounding_floor(const Problem& p, const RealVec& diag, const Attempt& a)
     const double f = std::max(0.0, strain[i]) * 2e-15 * p.dofs.h_mean + diag[i] * 1e-14 * std::fabs(du[i]);
     return f * f;
   };
+  const RealVec& once = p.dofs.once;
   double sum = 0.0;
-  for (size_t i = 0; i < diag.size(); ++i) sum += square(static_cast<int>(i));
+  for (size_t i = 0; i < diag.size(); ++i)
+    if (once.empty() || once[i] > 0.0) sum += square(static_cast<int>(i));
   for (size_t k = 0; k < t.dof.size(); ++k)          // what masters get from dependent dofs
     for (int q = t.master.off[k]; q < t.master.off[k + 1]; ++q)
       sum += t.coef[q] * t.coef[q] * square(t.dof[k]);
-  return std::sqrt(sum);
+  return std::sqrt(dof_total(p.dofs, sum));
 }
 
 // residual against the force scale, and both in the energy norm of the diagonal    (6.4)
@@ -114,16 +115,20 @@ bool converged(const Problem& p, const Attempt& a, const Residual& b, const Line
   double res = 0.0, ref = 0.0, least = 0.0;
   // broken material has next to no stiffness, and need not be judged by it
   if (a.newton.breaks) {
-    for (double d : diag) least += d;
-    least *= 1e-3 / static_cast<double>(s.neq());
+    for (size_t i = 0; i < diag.size(); ++i)
+      if (s.once.empty() || s.once[i] > 0.0) least += diag[i];
+    least = dof_total(s, least) * 1e-3 / s.neq_all();
   }
   for (int i = 0; i < s.neq(); ++i) {
     if ((s.fixed[i] && !fixed_pivots && !stalls) || !(diag[i] > 0.0)) continue;
+    if (!s.once.empty() && s.once[i] == 0.0) continue;
     const double k = std::max(diag[i], least);
     if (!s.fixed[i]) res += b.R[i] * b.R[i] / k;
     const double f = std::max({std::fabs(a.fint[i]), std::fabs(a.fext[i]), std::fabs(b.inertia[i])});
     ref += f * f / k;
   }
+  res = dof_total(s, res);
+  ref = dof_total(s, ref);
   return res <= c.tol_energy * ref || ref == 0.0;
 }
 
@@ -144,7 +149,7 @@ Failure back_off(Problem& p, Attempt& a, const RealVec& du, const RealVec& dx, R
 Failure line_search(Problem& p, Attempt& a, const RealVec& du, const RealVec& dx, double g0, RealVec& trial,
                     Residual& b, double& s)
 {
-  double g1 = dot(dx, b.R), lo = 0.0, glo = g0, hi = s, ghi = g1;
+  double g1 = dof_dot(p.dofs, dx, b.R), lo = 0.0, glo = g0, hi = s, ghi = g1;
   // broken material that opens or closes kinks the line: a smaller part may be the right one
   const int most = a.newton.breaks ? TRIALS_BROKEN : TRIALS;
   for (int k = 0; k < most && std::fabs(g1) > SMOOTH_ENOUGH * std::fabs(g0); ++k) {
@@ -154,7 +159,7 @@ Failure line_search(Problem& p, Attempt& a, const RealVec& du, const RealVec& dx
     const Failure failure = form_residual(p, a, trial, b);
     if (!failure.ok()) return failure;
     s  = next;
-    g1 = dot(dx, b.R);
+    g1 = dof_dot(p.dofs, dx, b.R);
     if (g1 * glo > 0.0) { lo = next; glo = g1; } else { hi = next; ghi = g1; }
   }
   return STATUS_OK;
@@ -183,8 +188,10 @@ Failure begin_at_guess(Problem& p, Attempt& a, Residual& b, double& guessed)
   tie_follow(p.dofs, true, a.du);
   const Failure failure = form_residual(p, a, a.du, b);
   if (!failure.ok()) return failure;
-  for (int i = 0; i < p.dofs.neq(); ++i) guessed += (b.R[i] - R0[i]) * a.du[i];
-  guessed = std::fabs(guessed);
+  const RealVec& once = p.dofs.once;
+  for (int i = 0; i < p.dofs.neq(); ++i)
+    if (once.empty() || once[i] > 0.0) guessed += (b.R[i] - R0[i]) * a.du[i];
+  guessed = std::fabs(dof_total(p.dofs, guessed));
   return STATUS_OK;
 }
 
@@ -196,7 +203,7 @@ bool find_pending(const Dofs& s, const RealVec& du, RealVec& pending)
     pending[i] = s.fixed[i] == DOF_FIXED ? s.target[i] - du[i] : 0.0;
     there      = there && std::fabs(pending[i]) <= 1e-14 * std::fabs(s.target[i]);
   }
-  return there;
+  return dof_all(s, there);
 }
 
 bool targets_reached(const Dofs& s, const RealVec& du)
@@ -205,7 +212,7 @@ bool targets_reached(const Dofs& s, const RealVec& du)
   for (int i = 0; i < s.neq(); ++i)
     if (s.fixed[i] == DOF_FIXED)
       there = there && std::fabs(s.target[i] - du[i]) <= 1e-12 * std::fabs(s.target[i]);
-  return there;
+  return dof_all(s, there);
 }
 
 // du += a part of dx; smaller than 1 when an element turns inside out or the residual overshoots
@@ -260,7 +267,7 @@ Failure step_newton(Problem& p, Attempt& a)
     const double accepted = a.step.ctl.tol_force * scale, before = b.free_norm;
     step_tangent(p, a, it, before, accepted, b.R, pending, l);
     // loads below the floor are solved for once; without loads the floor ends the search for rounding
-    if (it == 1 && there && guessed == 0.0 && converged(p, a, b, l, norm(a.fext) == 0.0, false)) {
+    if (it == 1 && there && guessed == 0.0 && converged(p, a, b, l, dof_norm(s, a.fext) == 0.0, false)) {
       a.R = b.R;                                     // nothing to do: the predictor is the solution
       return STATUS_OK;
     }
@@ -270,7 +277,8 @@ Failure step_newton(Problem& p, Attempt& a)
     if (a.newton.rubs && there) step_secant(secants, a.du, l.diag, l.dx);
     double g0 = 0.0;
     for (int i = 0; i < s.neq(); ++i)
-      if (!s.fixed[i]) g0 += l.dx[i] * b.R[i];
+      if (!s.fixed[i] && (s.once.empty() || s.once[i] > 0.0)) g0 += l.dx[i] * b.R[i];
+    g0 = dof_total(s, g0);
     if (it == 1 && guessed > 0.0 && std::fabs(g0) > guessed) return NOT_CONVERGED;   // it leads astray (6.14)
     // 4. correct                                                                   (6.6)
     double part = 1.0;

@@ -215,7 +215,7 @@ Failure step_prepare(Problem& p, const Step& s)
   st.log.grid_nodes = p.d.grid.nnode;
   st.log.grid_cells = p.d.grid.ncell;
   st.log.weak_nodes = p.d.grid.nweak;
-  st.log.equations  = p.dofs.neq();
+  st.log.equations  = static_cast<int>(p.dofs.neq_all());
   p.ready = true;
   return STATUS_OK;
 }

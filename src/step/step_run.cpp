@@ -290,6 +290,7 @@ Failure run_step(Problem& p, const Step& s, Output& out)
     if (!failure.ok()) return failure;
     accept(s, inc.dt, inc.half, st);
     warn_of_state(p, s);
+    log_gather();
     // 6. write
     out_increment(p.m, p.d.el, st, p.d.grid, out);
     tell_half(st, inc.half, p.warned);

@@ -5,6 +5,7 @@
 
 #include <Eigen/Eigenvalues>
 
+#include "base/comm.h"
 #include "base/forest.h"
 #include "step/step.h"
 
@@ -88,13 +89,32 @@ bool is_free(const Eigen::SelfAdjointEigenSolver<Mat6>& e, int k)
   return e.eigenvalues()[k] <= 1e-6 * std::max(1e-300, e.eigenvalues()[5]);
 }
 
+// divided model whose elements all hang together: what the supports of all ranks make of it
+Part whole_part(const Model& m, const Elements& el, const Dofs& dofs)
+{
+  Part part;
+  part.begun = true;
+  RealVec X0(m.mesh.X.begin(), m.mesh.X.begin() + 3);
+  comm_bcast(X0.data(), 3);
+  std::copy(X0.begin(), X0.end(), part.X0);
+  for (const ElemBlock& b : el.block)
+    for (int slot : b.live)
+      for (int a = 0; a < m.mesh.conn.count(b.elem[slot]); ++a)
+        add_node(m.mesh, dofs, m.mesh.conn.begin(b.elem[slot])[a], part);
+  comm_sum(part.gram.data(), 36);
+  part.far = comm_allreduce_max(part.far);
+  return part;
+}
+
 bool holds(const Part& part) { return !is_free(motions(part, 3), 0); }
 
 }  // namespace
 
-bool step_supports_fix(const Mesh& mesh, const Elements& el, const Dofs& dofs)
+bool step_supports_fix(const Model& m, const Elements& el, const Dofs& dofs)
 {
+  const Mesh& mesh = m.mesh;
   if (dofs.dim != 3) return false;
+  if (m.part.on) return m.part.joined && holds(whole_part(m, el, dofs));
   Forest parts(mesh.nelem());
   join_faces(mesh, el, parts);
   std::map<int, Part> part;
@@ -107,9 +127,11 @@ bool step_supports_fix(const Mesh& mesh, const Elements& el, const Dofs& dofs)
   return std::all_of(part.begin(), part.end(), [](const auto& x) { return holds(x.second); });
 }
 
-std::string step_free_motion(const Mesh& mesh, const Elements& el, const Dofs& dofs, int node)
+namespace {
+
+// the part of elements that hang together by nodes, with this one
+Part part_of(const Mesh& mesh, const Elements& el, const Dofs& dofs, int node)
 {
-  const int dim    = dofs.dim;
   Forest parts(mesh.nelem());
   join_nodes(mesh, el, parts);
   int own = -1;                // the part of the node
@@ -117,12 +139,23 @@ std::string step_free_motion(const Mesh& mesh, const Elements& el, const Dofs& d
     for (int slot : b.live)
       for (int a = 0; a < mesh.conn.count(b.elem[slot]); ++a)
         if (mesh.conn.begin(b.elem[slot])[a] == node) own = parts.root(b.elem[slot]);
-  if (own < 0) return "";
   Part part;
+  if (own < 0) return part;
   for (const ElemBlock& b : el.block)
     for (int slot : b.live)
       for (int a = 0; a < mesh.conn.count(b.elem[slot]) && parts.root(b.elem[slot]) == own; ++a)
         add_node(mesh, dofs, mesh.conn.begin(b.elem[slot])[a], part);
+  return part;
+}
+
+}  // namespace
+
+std::string step_free_motion(const Model& m, const Elements& el, const Dofs& dofs, int node)
+{
+  if (m.part.on && !m.part.joined) return "";
+  const int dim   = dofs.dim;
+  const Part part = m.part.on ? whole_part(m, el, dofs) : part_of(m.mesh, el, dofs, node);
+  if (!part.begun) return "";
   const auto e = motions(part, dim);
   int number = 0;
   while (number < 6 && is_free(e, number)) ++number;

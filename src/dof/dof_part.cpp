@@ -1,0 +1,91 @@
+#include <algorithm>
+#include <array>
+#include <cstdlib>
+#include <map>
+
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
+
+#include "base/comm.h"
+#include "base/forest.h"
+#include "base/log.h"
+#include "dof/dof.h"
+
+namespace {
+
+const int LEAST = 16;          // elements a rank: below, all ranks keep the whole model
+
+// finite elements alone; the rest is not divided yet
+bool divides(const Model& m)
+{
+  return comm_size() > 1 && std::getenv("MPFE_DIVIDE") && m.mesh.nelem() >= LEAST * comm_size() && m.body.empty() && m.bond.empty() &&
+         m.fracture.empty() && m.conversion.empty() && m.broken.empty() && m.equation.empty() &&
+         m.frame.empty() && m.grid_bc.empty();
+}
+
+// work of an element: its node pairs at each Gauss point
+RealVec element_work(const Mesh& mesh)
+{
+  RealVec work;
+  for (int type : mesh.elem_type) {
+    const ShapeInfo& info = shape_info[elem_table[type].shape];
+    work.push_back(pair_count(info.nen) * info.ngp);
+  }
+  return work;
+}
+
+// do all elements hang together by common faces?
+bool joined_by_faces(const Mesh& mesh)
+{
+  std::map<std::array<int, 4>, int> owner;
+  Forest parts(mesh.nelem());
+  int left = mesh.nelem();
+  for (int e = 0; e < mesh.nelem(); ++e) {
+    const ShapeInfo& info = shape_info[elem_table[mesh.elem_type[e]].shape];
+    for (int f = 0; f < info.nface; ++f) {
+      std::array<int, 4> key = {-1, -1, -1, -1};
+      for (int a = 0; a < face_corners(info, f); ++a) key[a] = mesh.conn.begin(e)[info.face[f][a]];
+      std::sort(key.begin(), key.end());
+      const auto known = owner.emplace(key, e);
+      if (known.second) continue;
+      left -= parts.root(e) != parts.root(known.first->second);
+      parts.join(e, known.first->second);
+      owner.erase(known.first);          // a face has two elements at most
+    }
+  }
+  return left == 1;
+}
+
+}  // namespace
+
+// ---------------------------------------------------------------------------
+// dof_part : divides the model among the ranks when it is one that can be                doc/theory.md 5.1
+//
+//   inout m   the whole model on all ranks; behind it what this rank works on
+//
+// Rank 0 divides the mesh by METIS.
+// ---------------------------------------------------------------------------
+void dof_part(Model& m)
+{
+  if (!divides(m)) return;
+  IntVec rank(m.mesh.nelem());
+  int joined = 0;
+  std::string bytes;
+  if (comm_rank() == 0) {
+    rank   = part_mesh(m.mesh, m.dim, element_work(m.mesh), comm_size());
+    joined = joined_by_faces(m.mesh);
+    bytes.assign(reinterpret_cast<const char*>(rank.data()), rank.size() * sizeof(int));
+  }
+  joined = comm_bcast(joined);
+  comm_bcast(bytes);
+  std::copy(bytes.begin(), bytes.end(), reinterpret_cast<char*>(rank.data()));
+  IntVec count(comm_size(), 0);
+  for (int r : rank) ++count[r];
+  if (*std::min_element(count.begin(), count.end()) == 0) return;
+  model_cut(rank, m);
+  m.part.joined = joined;
+#ifdef __GLIBC__
+  malloc_trim(0);                        // what the whole model took
+#endif
+}
