@@ -181,6 +181,119 @@ void form_values(const SysMatrix& A, OwnBlock& own)
   }
 }
 
+// ---- divided model ---------------------------------------------------------
+
+std::uint64_t check_sum(std::uint64_t sum, const IntVec& list)
+{
+  for (int k : list) sum = (sum ^ static_cast<std::uint64_t>(static_cast<unsigned>(k))) * 0x100000001B3u;
+  return (sum ^ list.size()) * 0x100000001B3u;
+}
+
+std::uint64_t pattern_sum(const SysMatrix& A)
+{
+  return check_sum(check_sum(check_sum(0xCBF29CE484222325u, A.off), A.col), A.halo.owner);
+}
+
+// 2 k, k the block of rows I and J of A; 2 k + 1: it is transposed there; -1: none
+int find_block(const SysMatrix& A, int I, int J)
+{
+  const int turned = J > I ? 1 : 0;
+  if (turned) std::swap(I, J);
+  const auto first = A.col.begin() + A.off[I], last = A.col.begin() + A.off[I + 1];
+  const auto found = std::lower_bound(first, last, J);
+  return found != last && *found == J ? 2 * static_cast<int>(found - A.col.begin()) + turned : -1;
+}
+
+// the rows of A, and how often each counts
+void take_rows(const SysMatrix& A, OwnBlock& own)
+{
+  const Halo& h = A.halo;
+  const int me = comm_rank();
+  IntVec ranks(A.nrow, 1), owned;
+  for (const IntVec& list : h.common)
+    for (int I : list) ++ranks[I];
+  own.common = h.common;
+  own.shared = h.shared;
+  own.weight.clear();
+  own.foreign.clear();
+  for (int I : h.shared) own.weight.push_back(1.0 / std::sqrt(static_cast<double>(ranks[I])));
+  own.once.assign(A.neq(), 1.0);
+  for (int I = 0; I < A.nrow; ++I)
+    if (h.owner[I] == me) owned.push_back(I);
+    else {
+      own.foreign.push_back(I);
+      std::fill_n(own.once.begin() + static_cast<long>(I) * A.dim, A.dim, 0.0);
+    }
+  own.owned = RowSets();
+  rows_add(owned, own.owned);
+}
+
+// blocks of rows that another rank has both, named by their positions in the list of common rows
+void list_border(const SysMatrix& A, OwnBlock& own)
+{
+  const int ranks = comm_size();
+  IntVec number(A.nrow, -1), all;
+  std::vector<Pairs> name(ranks);
+  own.to.assign(ranks, IntVec());
+  for (int r = 0; r < ranks; ++r) {
+    const IntVec& common = own.common[r];
+    for (size_t k = 0; k < common.size(); ++k) number[common[k]] = static_cast<int>(k);
+    for (int I : common)
+      for (int k = A.off[I]; k < A.off[I + 1]; ++k)
+        if (number[A.col[k]] >= 0) {
+          own.to[r].push_back(k);
+          name[r].emplace_back(number[I], number[A.col[k]]);
+        }
+    for (int I : common) number[I] = -1;
+    all.insert(all.end(), own.to[r].begin(), own.to[r].end());
+  }
+  sort_unique(all);
+  own.border.block = all;
+  std::vector<std::vector<int>> send(ranks);
+  for (int r = 0; r < ranks; ++r)
+    for (const auto& pair : name[r]) send[r].insert(send[r].end(), {pair.first, pair.second});
+  const std::vector<IntVec> come = comm_exchange(send);
+  own.place.clear();
+  own.come.clear();
+  for (int r = 0; r < ranks; ++r) {
+    own.come.push_back(static_cast<int>(come[r].size() / 2));
+    for (size_t k = 0; k < come[r].size(); k += 2) {
+      const int found = find_block(A, own.common[r][come[r][k]], own.common[r][come[r][k + 1]]);
+      const auto at   = std::lower_bound(all.begin(), all.end(), found / 2);
+      own.place.push_back(found < 0 ? -1 : 2 * static_cast<int>(at - all.begin()) + found % 2);
+    }
+  }
+}
+
+// numbers of the border: parts of all ranks, in their order
+void form_border(const SysMatrix& A, OwnBlock& own)
+{
+  const int D = A.dim, DD = D * D, ranks = comm_size(), me = comm_rank();
+  std::vector<RealVec> send(ranks), from(ranks);
+  for (int r = 0; r < ranks; ++r) {
+    send[r].reserve(own.to[r].size() * DD);
+    for (int k : own.to[r]) {
+      const double* a = &A.val[static_cast<size_t>(k) * DD];
+      send[r].insert(send[r].end(), a, a + DD);
+    }
+    from[r].resize(static_cast<size_t>(own.come[r]) * DD);
+  }
+  comm_exchange(send, from);
+  Border& border = own.border;
+  border.val.assign(border.block.size() * DD, 0.0);
+  const int* place = own.place.data();
+  for (int r = 0; r < ranks; ++r) {
+    for (size_t k = 0; r == me && k < border.block.size(); ++k)
+      for (int i = 0; i < DD; ++i) border.val[k * DD + i] += A.val[static_cast<size_t>(border.block[k]) * DD + i];
+    for (size_t k = 0; k < from[r].size(); k += DD, ++place) {
+      if (*place < 0) continue;
+      double* b = &border.val[static_cast<size_t>(*place / 2) * DD];
+      for (int i = 0; i < D; ++i)
+        for (int j = 0; j < D; ++j) b[i * D + j] += from[r][k + (*place % 2 ? j * D + i : i * D + j)];
+    }
+  }
+}
+
 }  // namespace
 
 // ---------------------------------------------------------------------------
@@ -189,12 +302,25 @@ void form_values(const SysMatrix& A, OwnBlock& own)
 //
 //   in    stamp   number of the matrix A
 //   out   own.B   these rows, numbered as in own.row; entries that couple them with others are left out
+//         divided model: own.border, what B would have beside A; a product with A is a part
 //   note  a product with B is right in the rows of this rank
 // ---------------------------------------------------------------------------
 void own_form(const SysMatrix& A, long stamp, OwnBlock& own)
 {
   if (own.stamp == stamp) return;
   own.stamp = stamp;
+  own.dim   = A.dim;
+  own.parts = sys_divided(A);
+  if (own.parts) {
+    const std::uint64_t pattern = pattern_sum(A);
+    if (comm_allreduce_max(static_cast<int>(own.pattern != pattern))) {
+      take_rows(A, own);
+      list_border(A, own);
+    }
+    own.pattern = pattern;
+    form_border(A, own);
+    return;
+  }
   if (comm_allreduce_max(own.off != A.off || own.col != A.col || own.owner != A.owner)) form_lists(A, own);
   switch (A.dim) {
     case 1: return form_values<1>(A, own);
@@ -206,13 +332,21 @@ void own_form(const SysMatrix& A, long stamp, OwnBlock& own)
 
 void own_pick(const OwnBlock& own, const RealVec& x, RealVec& v)
 {
-  v.resize(own.row.size() * own.B.dim);
-  rows_pack(own.here, 0, own.B.dim, x, v.data());
+  if (own.parts) {
+    v = x;
+    return;
+  }
+  v.resize(own.row.size() * own.dim);
+  rows_pack(own.here, 0, own.dim, x, v.data());
 }
 
 void own_gather(OwnBlock& own, const RealVec& v, RealVec& x)
 {
-  const int ranks = comm_size(), D = own.B.dim;
+  if (own.parts) {
+    x = v;
+    return;
+  }
+  const int ranks = comm_size(), D = own.dim;
   IntVec count;
   for (int rows : own.all.count) count.push_back(rows * D);
   own.gathered.resize(std::accumulate(count.begin(), count.end(), size_t(0)));
@@ -226,7 +360,7 @@ void own_gather(OwnBlock& own, const RealVec& v, RealVec& x)
 
 void own_weigh(const OwnBlock& own, RealVec& v)
 {
-  const int D = own.B.dim;
+  const int D = own.dim;
   for (size_t k = 0; k < own.shared.size(); ++k)
     for (int i = 0; i < D; ++i) v[own.shared[k] * D + i] *= own.weight[k];
 }
@@ -234,7 +368,7 @@ void own_weigh(const OwnBlock& own, RealVec& v)
 // parts are added in the order of the ranks, so that a run repeats
 void own_sum(OwnBlock& own, RealVec& v, double* number, int n)
 {
-  const int ranks = comm_size(), D = own.B.dim;
+  const int ranks = comm_size(), D = own.dim;
   own.send.resize(ranks);
   own.got.resize(ranks);
   for (int r = 0; r < ranks; ++r) {
@@ -244,13 +378,19 @@ void own_sum(OwnBlock& own, RealVec& v, double* number, int n)
     for (int I : own.common[r]) to.insert(to.end(), &v[I * D], &v[I * D] + D);
     own.got[r].resize(to.size());
   }
-  own.got[comm_rank()].assign(number, number + n);
+  RealVec& here = own.got[comm_rank()];
+  here.assign(number, number + n);
+  if (own.parts)                         // all ranks get the same bits
+    for (int I : own.shared) {
+      here.insert(here.end(), &v[I * D], &v[I * D] + D);
+      std::fill_n(&v[I * D], D, 0.0);
+    }
   comm_exchange(own.send, own.got);
   std::fill(number, number + n, 0.0);
   for (int r = 0; r < ranks; ++r) {
     const double* from = own.got[r].data();
     for (int k = 0; k < n; ++k) number[k] += *from++;
-    for (int I : own.common[r])
+    for (int I : own.parts && r == comm_rank() ? own.shared : own.common[r])
       for (int i = 0; i < D; ++i) v[I * D + i] += *from++;
   }
 }

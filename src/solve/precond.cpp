@@ -87,17 +87,21 @@ inline void subtract(const double* a, const float* b, double* s)
       for (int k = 0; k < D; ++k) s[i * D + j] -= a[i * D + k] * static_cast<double>(b[j * D + k]);
 }
 
-// L L^T of A with the diagonal times 1 + shift, on the pattern of A. false: a pivot is not positive
+// L L^T of A with the diagonal times 1 + shift, on the pattern of A; border (or null): blocks instead of those
+// of A. false: a pivot is not positive
 template <int D>
-bool factor(const SysMatrix& A, double shift, std::vector<float>& L)
+bool factor(const SysMatrix& A, const Border* border, double shift, std::vector<float>& L)
 {
   const int DD = D * D;
   IntVec place(A.nrow, -1);            // of a column in the row at hand
   RealVec row;
+  size_t next = 0;                     // block of the border
   for (int I = 0; I < A.nrow; ++I) {
     const int first = A.off[I], last = A.off[I + 1] - 1;
     row.assign(A.val.begin() + static_cast<long>(first) * DD,
                A.val.begin() + static_cast<long>(last + 1) * DD);
+    for (; border && next < border->block.size() && border->block[next] <= last; ++next)
+      std::copy_n(&border->val[next * DD], DD, &row[static_cast<size_t>(border->block[next] - first) * DD]);
     double* diag = &row[static_cast<size_t>(last - first) * DD];
     double least[D];
     for (int i = 0; i < D; ++i) {
@@ -206,19 +210,20 @@ void diagonal_apply(const SysMatrix& A, const RealVec& inverse, const RealVec& r
 // ---------------------------------------------------------------------------
 // cholesky_form : incomplete Cholesky factor L of A on its own pattern                (8.3)
 //
+//   in   border   blocks that stand for those of A; null: none
 //   out  c   L in single precision, which halves what the memory must bring; L^-T L^-1 stays symmetric.
 //            The place of a diagonal block holds the inverse of the factor of that block.
 //
 // A pivot that is not positive asks for a larger diagonal, (1 + shift) times that of A; the shift that went
 // well is where the next form begins. false: not even the largest shift helps.
 // ---------------------------------------------------------------------------
-bool cholesky_form(const SysMatrix& A, Cholesky& c)
+bool cholesky_form(const SysMatrix& A, Cholesky& c, const Border* border)
 {
   c.L.resize(A.val.size());
   for (;;) {
-    const bool good = A.dim == 1   ? factor<1>(A, c.shift, c.L)
-                      : A.dim == 2 ? factor<2>(A, c.shift, c.L)
-                                   : factor<3>(A, c.shift, c.L);
+    const bool good = A.dim == 1   ? factor<1>(A, border, c.shift, c.L)
+                      : A.dim == 2 ? factor<2>(A, border, c.shift, c.L)
+                                   : factor<3>(A, border, c.shift, c.L);
     if (good) return true;
     c.shift = c.shift > 0.0 ? 10.0 * c.shift : FIRST_SHIFT;
     if (c.shift > LARGEST_SHIFT) {

@@ -5,6 +5,7 @@
 #define MPFE_SOLVE_SOLVE_DATA_H
 
 #include <algorithm>
+#include <cstdint>
 #include <functional>
 #include <unordered_map>
 
@@ -36,9 +37,21 @@ struct Cholesky {              // incomplete, on the pattern of A
   std::vector<float> L;
 };
 
+// Blocks of a matrix with what other ranks add to them
+struct Border {
+  IntVec block;                // ascending
+  RealVec val;                 // [block.size()*dim*dim]
+};
+
 // Several ranks: the rows of one rank with their neighbours, and what couples them, from all ranks. A vector
 // of it [rows*dim] is whole: right in all these rows, on all ranks that have them.
+// Divided model: the rows are those of A, the vectors those of A, and A itself stands for B. A product with it
+// is a part in all rows. row, B, all and here are empty.
 struct OwnBlock {
+  int dim = 0;
+  bool parts = false;          // divided model
+  std::uint64_t pattern = 0;   // divided model: check sum of the pattern of A and of the owners
+  Border border;               // divided model: blocks that several ranks add to, summed
   IntVec off, col, owner;      // of the matrix that it was made for
   long stamp = -1;             // of the matrix that B has its numbers from
   IntVec row;                  // [rows] block rows: those of this rank and their neighbours
@@ -48,7 +61,9 @@ struct OwnBlock {
   IntVec foreign;              // places in row of rows that belong to others
   SysMatrix B;                 // their matrix, numbered as in row
   std::vector<IntVec> to;      // [ranks] blocks of A that a rank needs
-  IntVec place;                // block of B of each block that comes from the ranks, one rank after the other
+  // block of B of each block that comes from the ranks, one rank after the other; divided model: twice the
+  // position in border, one more: transposed; -1: not in the pattern
+  IntVec place;
   IntVec come;                 // [ranks] number of them
   std::vector<IntVec> common;  // [ranks] places in row of the rows that a rank has too
   // [ranks] rows that belong to each; rows in row; places in row of those that belong to this rank
@@ -108,7 +123,8 @@ struct CgGoal {                // both norms must arrive
 // z = M^-1 r, rho = r z; false: it failed
 using Precondition = std::function<bool(const RealVec& r, RealVec& z, double& rho)>;
 
-// What conjugate gradients work on. Several ranks: A is own->B, and vectors are those of own
+// What conjugate gradients work on. Several ranks: A is own->B, and vectors are those of own. Divided model: A
+// is the part of this rank
 struct CgSystem {
   const SysMatrix& A;
   OwnBlock* own = nullptr;     // several ranks
@@ -185,7 +201,7 @@ double mumps_memory(const Solver& s);          // bytes of the numbers of the en
 // precond.cpp
 bool diagonal_form(const SysMatrix& A, RealVec& inverse);
 void diagonal_apply(const SysMatrix& A, const RealVec& inverse, const RealVec& r, RealVec& z);
-bool cholesky_form(const SysMatrix& A, Cholesky& c);
+bool cholesky_form(const SysMatrix& A, Cholesky& c, const Border* border = nullptr);
 void cholesky_apply(const SysMatrix& A, const Cholesky& c, RealVec& z);    // z: r in, M^-1 r out
 bool reused_form(const SysMatrix& A, const std::vector<long>& key, ReusedFactors& k);
 Status reused_apply(Solver& s, const SysMatrix& A, ReusedFactors& k, const RealVec& r, RealVec& z);

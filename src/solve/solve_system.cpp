@@ -278,11 +278,11 @@ bool kept_step(Solver& s, const SysMatrix& A, const CgSystem& c, const RealVec& 
 }
 
 // the incomplete factor of the matrix with this stamp, on all ranks
-bool cholesky_ready(SolverData& d, const SysMatrix& A, long stamp)
+bool cholesky_ready(SolverData& d, const SysMatrix& A, const OwnBlock* own, long stamp)
 {
   if (d.cholesky.stamp == stamp) return true;
   d.cholesky.stamp = -1;
-  if (comm_allreduce_max(!cholesky_form(A, d.cholesky))) return false;
+  if (comm_allreduce_max(!cholesky_form(A, d.cholesky, own && own->parts ? &own->border : nullptr))) return false;
   d.cholesky.stamp = stamp;
   return true;
 }
@@ -309,12 +309,12 @@ bool form(Solver& s, const SysMatrix& A, const SolveAsk& ask, SolvePath path, Cg
         cholesky_step(d, c, r, z, rho);
         return true;
       };
-      return cholesky_ready(d, c.A, ask.stamp);
+      return cholesky_ready(d, c.A, c.own, ask.stamp);
     case PATH_AMG:
       c.precondition = [&](const RealVec& r, RealVec& z, double& rho) {
         return amg_apply(*d.amg, r, z, rho);
       };
-      return cholesky_ready(d, c.A, ask.stamp) &&
+      return cholesky_ready(d, c.A, c.own, ask.stamp) &&
              amg_form(c.A, c.own, d.cholesky, ask.place, ask.stamp, d.amg);
     default:
       c.precondition = [&](const RealVec& r, RealVec& z, double& rho) {
@@ -380,7 +380,8 @@ Status by_cg(Solver& s, const SysMatrix& A, const SolveAsk& ask, SolvePath path,
   CgDone done;
   SolverData& d = *s.data;
   OwnBlock* own = sys_shared(A) ? &d.own : nullptr;
-  CgSystem c{own ? own->B : A, own, nullptr};
+  const bool parts = sys_divided(A);
+  CgSystem c{own && !parts ? own->B : A, own, nullptr};
   bool formed;
   {
     Timer timer(PHASE_PRECOND);
@@ -396,12 +397,13 @@ Status by_cg(Solver& s, const SysMatrix& A, const SolveAsk& ask, SolvePath path,
     CgGoal goal{safety * ask.eta, safety * ask.energy, ask.residual, most, limit - setup};
     const bool same = path == PATH_REUSED && d.reused.same;    // where a product with A costs little beside M
     RealVec own_b, own_x;
-    if (own) own_pick(*own, b, own_b);
-    const RealVec& right = own ? own_b : b;
-    RealVec& left        = own ? own_x : x;
+    const bool pick = own && !parts;
+    if (pick) own_pick(*own, b, own_b);
+    const RealVec& right = pick ? own_b : b;
+    RealVec& left        = pick ? own_x : x;
     if (same) goal.begun = cg_begin(c, right, d.past, left);
     done = cg_solve(c, right, goal, d.work, left);
-    if (own) own_gather(*own, own_x, x);
+    if (pick) own_gather(*own, own_x, x);
     if (same && done.good) remember_solution(d.past, x);
   }
   const double seconds = clock.seconds();
