@@ -185,6 +185,20 @@ void multiply_block(int D, const double* block, const double* x, double* y)
   }
 }
 
+// divided model: rows of the factors serve when all ranks that have them today had them then
+void keep_agreed(const SysMatrix& A, ReusedFactors& k)
+{
+  const double had = 1.0, belonged = 1e6;
+  RealVec vote(A.nrow, 0.0), ranks(A.nrow, 1.0);
+  for (int I = 0; I < A.nrow; ++I)
+    if (k.old[I] >= 0) vote[I] = had + (k.owner[k.old[I]] == comm_rank() ? belonged : 0.0);
+  for (const IntVec& list : A.halo.common)
+    for (int I : list) ranks[I] += 1.0;
+  halo_sum(A.halo, 1, vote);
+  for (int I = 0; I < A.nrow; ++I)
+    if (vote[I] != belonged + ranks[I]) k.old[I] = -1;
+}
+
 }  // namespace
 
 // ---------------------------------------------------------------------------
@@ -247,6 +261,7 @@ void cholesky_apply(const SysMatrix& A, const Cholesky& c, RealVec& z)
 // reused_form : which row of the factorised matrix each row of A was                     (8.4)
 //
 //   in   key   [nrow] who a row is: two rows with the same key are the same node
+//   divided model: only rows that all who have them had then, the rank they belonged to among these
 //   out  k     old row of each row, or -1; those get the inverse of their diagonal block
 //
 // false: the diagonal block of a new row is not positive definite
@@ -255,6 +270,7 @@ bool reused_form(const SysMatrix& A, const std::vector<long>& key, ReusedFactors
 {
   const int D = A.dim;
   k.same = key == k.key;
+  if (sys_divided(A)) k.same = !comm_allreduce_max(static_cast<int>(!k.same));
   if (k.same) return true;
   std::unordered_map<long, int> old;
   old.reserve(k.key.size());
@@ -262,13 +278,17 @@ bool reused_form(const SysMatrix& A, const std::vector<long>& key, ReusedFactors
   k.old.assign(A.nrow, -1);
   k.inverse.resize(static_cast<size_t>(A.nrow) * D * D);
   k.x.resize(k.key.size() * D);
-  const Diagonal diagonal(A);
   for (int I = 0; I < A.nrow; ++I) {
     const auto found = old.find(key[I]);
     if (found != old.end()) k.old[I] = found->second;
-    else if (!invert_block(D, diagonal.block(I), &k.inverse[static_cast<size_t>(I) * D * D])) return false;
   }
-  return true;
+  if (sys_divided(A)) keep_agreed(A, k);
+  const Diagonal diagonal(A);
+  bool good = true;
+  for (int I = 0; I < A.nrow && good; ++I)
+    good = k.old[I] >= 0 ||
+           invert_block(D, diagonal.block(I), &k.inverse[static_cast<size_t>(I) * D * D]);
+  return sys_divided(A) ? !comm_allreduce_max(static_cast<int>(!good)) : good;
 }
 
 // z = P^T F^-1 P r + inverse diagonal blocks of the rows that P leaves out: symmetric and positive definite

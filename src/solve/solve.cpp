@@ -35,16 +35,47 @@ bool narrow_analyse(Solver& s, const SysMatrix& A)
 
 using Work = Status (*)(Solver& s, const SysMatrix& A);
 
+// divided model: rank 0 hears in which rows zero pivots are fixed
+void tell_soft(Solver& s)
+{
+  SolverData& d = *s.data;
+  const int me  = comm_rank();
+  std::vector<IntVec> to(comm_size());
+  for (int I = std::max(0, s.null_pivot_row); s.null_pivot_row >= 0 && I < static_cast<int>(d.halo.owner.size()); ++I)
+    if (d.halo.owner[I] == me) to[0].push_back(d.numbers.number[I]);
+  d.soft.clear();
+  if (me == 0) d.soft.assign(d.numbers.first.back(), 0);
+  for (const IntVec& list : comm_exchange(to))
+    for (int number : list) d.soft[number] = 1;
+}
+
+// divided model: the equation of the whole matrix on the ranks that have it; others: one behind their last one
+int equation_here(const SolverData& d, int equation)
+{
+  if (equation < 0) return equation;
+  const IntVec& number = d.numbers.number;
+  const long I = std::find(number.begin(), number.end(), equation / d.dim) - number.begin();
+  return static_cast<int>(I) * d.dim + (I < static_cast<long>(number.size()) ? equation % d.dim : 0);
+}
+
 // the work on A; first_only: by rank 0 on the whole matrix, and the others hear how it went
 Status do_work(Solver& s, const SysMatrix& A, bool values, Work work)
 {
-  if (!s.data->first_only) return work(s, A);
+  SolverData& d = *s.data;
+  if (!d.first_only) return work(s, A);
+  if (d.divided) tell_soft(s);
   const SysMatrix whole = sys_collect(A, values);
   Status status = comm_rank() == 0 ? work(s, whole) : STATUS_OK;
   status = static_cast<Status>(comm_bcast(status));
   s.zero_equation = comm_bcast(s.zero_equation);
+  if (d.divided) s.zero_equation = equation_here(d, s.zero_equation);
   s.negative      = comm_bcast(s.negative);
   comm_bcast(s.message);
+  double numbers[3] = {s.flops, s.flops_ahead, d.factor_entries};
+  comm_bcast(numbers, 3);
+  s.flops          = numbers[0];
+  s.flops_ahead    = numbers[1];
+  d.factor_entries = numbers[2];
   return status;
 }
 
@@ -97,6 +128,41 @@ Status back_work(Solver& s, RealVec& x)
   if (by_mumps(s)) return mumps_back(s, x.data(), 1);
 #endif
   return skyline_back(s, x);
+}
+
+// rank 0 has the factors. Divided model: it gets the rows that belong to each rank, and these get theirs
+Status back_by_first(Solver& s, RealVec& x)
+{
+  const SolverData& d = *s.data;
+  const int D = d.dim, me = comm_rank(), ranks = comm_size();
+  if (!d.divided) {
+    const Status status = me == 0 ? back_work(s, x) : STATUS_OK;
+    comm_bcast(x.data(), static_cast<int>(x.size()));
+    return static_cast<Status>(comm_bcast(status));
+  }
+  std::vector<RealVec> to(ranks);
+  const int rows = static_cast<int>(d.halo.owner.size());
+  for (int I = 0; I < rows; ++I)
+    if (d.halo.owner[I] == me) to[0].insert(to[0].end(), x.begin() + long(I) * D, x.begin() + long(I + 1) * D);
+  std::vector<RealVec> from = comm_exchange<double>(to);
+  Status status = STATUS_OK;
+  to.assign(ranks, RealVec());
+  if (me == 0) {
+    RealVec all;
+    for (RealVec& part : from) all.insert(all.end(), part.begin(), part.end());
+    status = back_work(s, all);
+    for (int r = 0; r < ranks; ++r)
+      to[r].assign(all.begin() + long(d.numbers.first[r]) * D, all.begin() + long(d.numbers.first[r + 1]) * D);
+  }
+  from = comm_exchange<double>(to);
+  const double* next = from[0].data();
+  for (int I = 0; I < rows; ++I)
+    if (d.halo.owner[I] == me) {
+      std::copy(next, next + D, x.begin() + long(I) * D);
+      next += D;
+    }
+  halo_copy(d.halo, D, x);
+  return static_cast<Status>(comm_bcast(status));
 }
 
 // a sum is finite only when every part of it is (values near the largest double do not occur)
@@ -197,8 +263,13 @@ Status solve_analyse(Solver& s, const SysMatrix& A)
   d.dim = A.dim;
   d.off = A.off;
   d.col = A.col;
+  d.divided = sys_divided(A);
+  if (d.divided) {
+    d.halo    = A.halo;
+    d.numbers = sys_number(A);
+  }
   Status status = STATUS_OK;
-  if (A.nrow > 0) {
+  if (sys_rows(A) > 0) {
     d.narrow = narrow_analyse(s, A);
 #ifdef MPFE_MUMPS
     if (!d.narrow)
@@ -224,7 +295,7 @@ Status solve_factor(Solver& s, const SysMatrix& A)
   s.zero_equation = -1;
   if (comm_allreduce_max(!is_finite(A.val)))
     return solve_fail(s, BAD_NUMBER, "the matrix contains a value that is not a number");
-  if (A.nrow > 0) {
+  if (sys_rows(A) > 0) {
 #ifdef MPFE_MUMPS
     status = do_work(s, A, true, by_mumps(s) ? factor_mumps_or_chm : skyline_factor);
     // the skyline does not pivot: what is singular or indefinite in statics is left to MUMPS, until the
@@ -252,11 +323,8 @@ Status solve_back(Solver& s, const RealVec& b, RealVec& x)
   Stopwatch watch(s.seconds_back);
   ++s.nback;
   if (&x != &b) x = b;
-  if (x.empty()) return STATUS_OK;
-  if (!s.data->first_only) return back_work(s, x);
-  const Status status = comm_rank() == 0 ? back_work(s, x) : STATUS_OK;
-  comm_bcast(x.data(), static_cast<int>(x.size()));
-  return static_cast<Status>(comm_bcast(status));
+  if (d.divided ? d.numbers.first.back() == 0 : x.empty()) return STATUS_OK;
+  return d.first_only ? back_by_first(s, x) : back_work(s, x);
 }
 
 Status solve_back_many(Solver& s, double* x, int count)

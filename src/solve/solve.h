@@ -7,8 +7,8 @@
 // In a diagonal block only i >= j is meant; the others are zero.
 //
 // On several ranks A is the sum of their matrices: each holds what its elements, points and bonds add, in a
-// pattern of its own with all diagonal blocks. Vectors are the same on all ranks. The solver routines are
-// then collective.
+// pattern of its own with all diagonal blocks. Vectors are the same on all ranks. Divided model: A has the rows
+// of this rank alone, and so have vectors. The solver routines are then collective.
 // ---------------------------------------------------------------------------
 #ifndef MPFE_SOLVE_SOLVE_H
 #define MPFE_SOLVE_SOLVE_H
@@ -54,7 +54,16 @@ inline bool sys_divided(const SysMatrix& A) { return A.halo.on(); }
 // sys_shared : is A the sum of the matrices of several ranks?
 inline bool sys_shared(const SysMatrix& A) { return !A.owner.empty(); }
 
-// sys_collect : the whole matrix on rank 0 (values: or its pattern alone), an empty one on the others
+// sys_number : divided model: numbers of the rows over all ranks, those that belong to the first rank first.
+// Collective, as sys_collect and sys_sum.
+struct RowNumbers {
+  IntVec number;               // [nrow]
+  IntVec first;                // [ranks+1] first number of each rank
+};
+RowNumbers sys_number(const SysMatrix& A);
+
+// sys_collect : the whole matrix on rank 0 (values: or its pattern alone), an empty one on the others. Divided
+// model: rows are numbered by sys_number
 SysMatrix sys_collect(const SysMatrix& A, bool values);
 
 // sys_pattern : pattern of a matrix of nrow block rows that couples the rows of each list
@@ -114,10 +123,11 @@ struct Solver {
   SolverDef def;                    // what the deck asks for
   std::shared_ptr<SolverData> data;
   std::string message;              // of the last failure, in words with a remedy
-  int zero_equation = -1;           // of the first zero pivot, -1: none
+  // of the first zero pivot, -1: none. Divided model: on ranks that do not have it one behind their last one
+  int zero_equation = -1;
   bool masses = false;              // the matrix holds masses: no zero pivots are expected
   // MUMPS: zero pivots in this block row and later ones are no error, their unknowns are fixed; Newton's
-  // residual judges. -1: all are errors
+  // residual judges. -1: all are errors. Divided model: row of this rank; all ranks have one, or none
   int null_pivot_row = -1;
   long fixed_null_pivots = 0;       // how many there were
   long nfactor = 0, nback = 0, nanalyse = 0;

@@ -58,12 +58,8 @@ void turn(double a, const RealVec& z, RealVec& p)
   for (size_t i = 0; i < z.size(); ++i) to[i] = from[i] + a * to[i];
 }
 
-// all ranks leave the loop together; they agree on the time now and then only
-bool late(const Clock& clock, double limit, int iteration)
-{
-  if (comm_size() == 1) return clock.seconds() > limit;
-  return iteration % 8 == 7 && comm_bcast(clock.seconds() > limit);
-}
+// all ranks leave the loop together: several do not look at the clock
+bool late(const Clock& clock, double limit) { return comm_size() == 1 && clock.seconds() > limit; }
 
 }  // namespace
 
@@ -77,7 +73,7 @@ double cg_begin(const CgSystem& s, const RealVec& b, const std::vector<RealVec>&
   x.assign(b.size(), 0.0);
   std::vector<RealVec> basis, image;   // orthogonal in A, and A times them
   for (size_t k = past.size(); k-- > 0;) {
-    if (past[k].size() != neq) continue;
+    if (past[k].size() != neq) continue;   // divided model: never
     RealVec v, q;
     if (s.own) own_pick(*s.own, past[k], v);
     else v = past[k];
@@ -140,7 +136,7 @@ CgDone cg_solve(const CgSystem& s, const RealVec& b, const CgGoal& goal, CgWork&
       done.good = true;
       return done;
     }
-    if (done.iterations >= goal.most || late(clock, goal.seconds, done.iterations)) return done;
+    if (done.iterations >= goal.most || late(clock, goal.seconds)) return done;
     turn(done.iterations ? rho / before : 0.0, w.z, w.p);
     const double curvature = multiply(s, w.p, w.q);
     if (!(curvature > 0.0)) return done;

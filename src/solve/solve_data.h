@@ -75,6 +75,7 @@ struct OwnBlock {
 
 struct ReusedFactors {                  // factors of an earlier matrix as preconditioner
   std::vector<long> key;       // [rows of the factors] who they are
+  IntVec owner;                // divided model: [rows of the factors] rank that a row belonged to
   bool same = false;           // rows are those of today
   IntVec old;                  // [nrow] row in the factors, -1: none
   RealVec inverse;             // [nrow*dim*dim] of the diagonal blocks of rows without
@@ -116,7 +117,7 @@ struct CgGoal {                // both norms must arrive
   double energy = 0.0;         // or sqrt(r M^-1 r) against this
   double residual = 0.0;       // or the norm of r against this
   int most = 0;                // iterations
-  double seconds = 0.0;
+  double seconds = 0.0;        // one rank
   double begun = 0.0;          // energy b x of the x to begin with, 0: x = 0
 };
 
@@ -144,6 +145,11 @@ struct PathCost {
 struct SolverData {
   int dim = 0;                 // pattern that was analysed
   IntVec off, col;
+  // divided model: who has which row of that matrix, and its numbers over all ranks
+  bool divided = false;
+  Halo halo;
+  RowNumbers numbers;
+  std::vector<char> soft;      // rank 0 factorises a divided matrix: rows whose zero pivots are fixed; else empty
   bool analysed = false, factored = false;
   bool first_only = false;     // several ranks: the first one factorises the whole matrix alone
   bool narrow = false;         // factorised by the skyline, although MUMPS is there
@@ -164,6 +170,9 @@ struct SolverData {
   PathCost cost[PATHS];
   double direct_factor = 0.0, direct_back = 0.0, direct_analyse = 0.0;   // seconds, smoothed
   double guess = 0.0;          // seconds of a factorisation before the first one, 0: not guessed
+  long rows = 0;               // rows of the matrix at hand, of all ranks
+  double entries = 0.0, entries_all = 0.0;       // its numbers: of the rank with most of them, of all
+  double factor_entries = 0.0; // numbers in the last factors, of all ranks
   long age = 0;                // solutions with the factors as preconditioner
   double fresh_rate = 0.0;     // rate of the first of them, smoothed
   // spent and gained since the factorisation, which is included
@@ -174,6 +183,16 @@ struct SolverData {
 
 // solve_same_pattern : is the pattern of A the one of the last analysis, on all ranks?
 bool solve_same_pattern(const Solver& s, const SysMatrix& A);
+
+// sys_rows : rows of all ranks. Collective
+long sys_rows(const SysMatrix& A);
+
+// pivot_fixed : is a zero pivot in block row I no error?
+inline bool pivot_fixed(const Solver& s, int I)
+{
+  const std::vector<char>& soft = s.data->soft;
+  return soft.empty() ? s.null_pivot_row >= 0 && I >= s.null_pivot_row : soft[I] != 0;
+}
 
 // sys_graph : neighbours of each block row, without itself, ascending
 ListTable sys_graph(const SysMatrix& A);
@@ -222,7 +241,7 @@ Status changed_apply(Solver& s, const SysMatrix& A, Changed& c, const RealVec& r
 
 // Seconds since it was made: those of the processor when the wall clock ran faster (a machine that others use
 // too), those of the wall when several threads worked, and on several ranks, where waiting for the others
-// counts
+// counts. There they are for the listing alone: what the choice goes by is counted
 struct Clock {
   double wall = timer_wall(), cpu = timer_cpu();
   double seconds() const

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <unordered_map>
 
 #include "base/comm.h"
 #include "base/log.h"
@@ -13,6 +14,7 @@
 struct MumpsData {
   DMUMPS_STRUC_C id;
   bool shared = false;               // all ranks work together
+  bool parts  = false;               // divided model: rows and vectors are those of this rank
   IntVec number;                     // [nrow] number of each block row inside MUMPS
   std::vector<MUMPS_INT> irn, jcn;   // [col.size()*dim*dim] equation numbers from 1, in the order of A.val
   // [neq] place of each equation (its number inside MUMPS) in the elimination
@@ -20,6 +22,13 @@ struct MumpsData {
   RealVec x;                         // [neq] right-hand side and solution, numbered as inside MUMPS
   // several ranks: [neq] 1/sqrt of the diagonal; [A.val] what MUMPS gets, scaled by it
   RealVec scale, a;
+  // divided model: right-hand side in the rows that belong to this rank, and their equations from 1; the
+  // solution where MUMPS leaves it, and its equations from 1
+  std::vector<MUMPS_INT> right_row, left_row;
+  RealVec right, left;
+  // that the lists below are for; [ranks] positions in left of what a rank has, equations that come from it
+  std::vector<MUMPS_INT> known;
+  std::vector<IntVec> give, take;
 };
 
 namespace {
@@ -45,16 +54,41 @@ bool memory_there(const MumpsData& m, double part)
 }
 
 // equation of a zero pivot: of the first one that may not be fixed, else of the first one
-int zero_pivot(const MumpsData& m, int dim, int null_pivot_row)
+int zero_pivot(const Solver& s, const MumpsData& m, int dim)
 {
   int first = -1;
   for (int k = 0; k < infog(m, 28); ++k) {
     const int row = (m.id.pivnul_list[k] - 1) / dim, component = (m.id.pivnul_list[k] - 1) % dim;
     const int I   = static_cast<int>(std::find(m.number.begin(), m.number.end(), row) - m.number.begin());
-    if (k == 0 || I < null_pivot_row) first = I * dim + component;
-    if (I < null_pivot_row) break;
+    const bool fixed = pivot_fixed(s, I);
+    if (k == 0 || !fixed) first = I * dim + component;
+    if (!fixed) break;
   }
   return first;
+}
+
+// the same of a divided model: the equation here, on ranks without it one behind their last one; all ranks
+// hear whether it is fixed, and its number over all ranks
+int zero_pivot_of_all(const Solver& s, const MumpsData& m, int dim, bool& fixed, int& number)
+{
+  const int count = infog(m, 28), nrow = static_cast<int>(m.number.size());
+  RealVec list(count, 0.0);                                  // rank 0 has it
+  if (comm_rank() == 0) list.assign(m.id.pivnul_list, m.id.pivnul_list + count);
+  comm_bcast(list.data(), count);
+  std::unordered_map<int, int> row;
+  for (int I = 0; I < nrow; ++I) row[m.number[I]] = I;
+  int wrong = count;                                         // the first one that may not be fixed
+  for (int k = count - 1; k >= 0; --k) {
+    const auto found = row.find((static_cast<int>(list[k]) - 1) / dim);
+    if (found != row.end() && !pivot_fixed(s, found->second)) wrong = k;
+  }
+  wrong = -comm_allreduce_max(-wrong);
+  fixed = wrong == count;
+  const int pivot  = static_cast<int>(list[fixed ? 0 : wrong]) - 1;
+  const auto found = row.find(pivot / dim);
+  const bool here  = found != row.end();
+  number = comm_allreduce_max(here ? s.data->numbers.number[found->second] * dim + pivot % dim : -1);
+  return here ? found->second * dim + pivot % dim : nrow * dim;
 }
 
 int call(MumpsData& m, Job job)
@@ -197,6 +231,104 @@ void open_instance(Solver& s)
   cntl(m, 3)   = ZERO_PIVOT;
 }
 
+// ---- divided model ---------------------------------------------------------
+
+// rank 0 has numbered the rows of all ranks: each gets those of its rows
+void scatter_numbers(MumpsData& m, const SysMatrix& A, const RowNumbers& rows)
+{
+  std::vector<IntVec> to(comm_size());
+  if (comm_rank() == 0)
+    for (int r = 0; r < comm_size(); ++r)
+      to[r].assign(m.number.begin() + rows.first[r], m.number.begin() + rows.first[r + 1]);
+  const IntVec mine = comm_exchange(to)[0];
+  m.number.assign(A.nrow, -1);
+  for (int I = 0, k = 0; I < A.nrow; ++I)
+    if (A.halo.owner[I] == comm_rank()) m.number[I] = mine[k++];
+  halo_copy(A.halo, 1, m.number);
+  m.right_row.clear();
+  m.known.clear();
+  m.give.clear();
+  for (int I = 0; I < A.nrow; ++I)
+    for (int i = 0; i < A.dim && A.halo.owner[I] == comm_rank(); ++i)
+      m.right_row.push_back(m.number[I] * A.dim + i + 1);
+  m.right.resize(m.right_row.size());
+}
+
+// Who needs what MUMPS leaves here: each equation has a rank that is told who needs it and who has it
+void find_takers(MumpsData& m, int dim)
+{
+  const int ranks = comm_size(), piece = m.id.n / ranks + 1, nrow = static_cast<int>(m.number.size());
+  std::vector<IntVec> need(ranks), have(ranks);
+  std::unordered_map<int, int> here, position;
+  for (int I = 0; I < nrow; ++I)
+    for (int i = 0; i < dim; ++i) {
+      const int e = m.number[I] * dim + i;
+      need[e / piece].push_back(e);
+      here[e] = I * dim + i;
+    }
+  for (size_t k = 0; k < m.left_row.size(); ++k) {
+    const int e = m.left_row[k] - 1;
+    have[e / piece].push_back(e);
+    position[e] = static_cast<int>(k);
+  }
+  need = comm_exchange(need);
+  have = comm_exchange(have);
+  IntVec holder(piece, -1);
+  for (int r = 0; r < ranks; ++r)
+    for (int e : have[r]) holder[e % piece] = r;
+  std::vector<IntVec> tell(ranks);                           // equation, rank that needs it
+  for (int r = 0; r < ranks; ++r)
+    for (int e : need[r])
+      if (holder[e % piece] >= 0) tell[holder[e % piece]].insert(tell[holder[e % piece]].end(), {e, r});
+  m.give.assign(ranks, IntVec());
+  std::vector<IntVec> name(ranks);
+  for (const IntVec& list : comm_exchange(tell))
+    for (size_t k = 0; k < list.size(); k += 2) {
+      m.give[list[k + 1]].push_back(position[list[k]]);
+      name[list[k + 1]].push_back(list[k]);
+    }
+  m.take = comm_exchange(name);
+  for (IntVec& list : m.take)
+    for (int& e : list) e = here[e];
+}
+
+// right-hand side and solution distributed, nothing of the size of the whole system
+Status back_divided(Solver& s, MumpsData& m, double* x)
+{
+  const int D = s.data->dim, ranks = comm_size(), nrow = static_cast<int>(m.number.size());
+  const IntVec& owner = s.data->halo.owner;
+  size_t next = 0;
+  for (int I = 0; I < nrow; ++I)
+    for (int i = 0; i < D && owner[I] == comm_rank(); ++i)
+      m.right[next++] = m.scale[I * D + i] * x[I * D + i];
+  icntl(m, 20)   = 10;
+  icntl(m, 21)   = 1;
+  m.id.nrhs      = 1;
+  m.id.nloc_rhs  = static_cast<MUMPS_INT>(m.right.size());
+  m.id.lrhs_loc  = std::max<MUMPS_INT>(1, m.id.nloc_rhs);
+  m.id.irhs_loc  = m.right_row.data();
+  m.id.rhs_loc   = m.right.data();
+  m.id.lsol_loc  = std::max<MUMPS_INT>(1, m.id.info[22]);
+  m.left.resize(m.id.lsol_loc);
+  m.left_row.assign(m.id.lsol_loc, 0);
+  m.id.sol_loc   = m.left.data();
+  m.id.isol_loc  = m.left_row.data();
+  if (call(m, JOB_BACK) < 0) return explain(s);
+  m.left_row.resize(m.id.info[22]);
+  // pivots that were put off have gone to other ranks
+  if (comm_allreduce_max(static_cast<int>(m.give.empty() || m.known != m.left_row))) {
+    find_takers(m, D);
+    m.known = m.left_row;
+  }
+  std::vector<RealVec> to(ranks);
+  for (int r = 0; r < ranks; ++r)
+    for (int k : m.give[r]) to[r].push_back(m.left[k]);
+  const std::vector<RealVec> from = comm_exchange<double>(to);
+  for (int r = 0; r < ranks; ++r)
+    for (size_t k = 0; k < m.take[r].size(); ++k) x[m.take[r][k]] = m.scale[m.take[r][k]] * from[r][k];
+  return STATUS_OK;
+}
+
 }  // namespace
 
 // ---------------------------------------------------------------------------
@@ -214,27 +346,31 @@ Status mumps_analyse(Solver& s, const SysMatrix& A)
   MumpsData& m = *s.data->mumps;
   const SysMatrix collected = m.shared ? sys_collect(A, false) : SysMatrix();
   const SysMatrix& whole    = m.shared ? collected : A;
+  m.parts      = sys_divided(A);
   m.number     = order_rcm(whole);
-  if (m.shared) comm_allgatherv(m.number);                 // the others have none
+  const IntVec number = m.parts ? m.number : IntVec();     // of the whole matrix, for perm
+  if (m.parts) scatter_numbers(m, A, s.data->numbers);
+  else if (m.shared) comm_allgatherv(m.number);            // the others have none
   number_entries(m, A);
   icntl(m, 7)  = ORDER_AMF;
   const bool dissect = A.dim == 3 || (m.shared && comm_size() > 2);
 #ifdef MPFE_METIS
   if (dissect) {
     const IntVec pos = order_metis(whole);
-    m.perm.resize(A.neq());
+    const IntVec& number_of = m.parts ? number : m.number;
+    m.perm.resize(whole.nrow * A.dim);
     for (int I = 0; I < whole.nrow; ++I)
-      for (int i = 0; i < A.dim; ++i) m.perm[m.number[I] * A.dim + i] = pos[I] * A.dim + i + 1;
+      for (int i = 0; i < A.dim; ++i) m.perm[number_of[I] * A.dim + i] = pos[I] * A.dim + i + 1;
     m.id.perm_in = m.perm.data();
     icntl(m, 7)  = ORDER_GIVEN;
   }
 #else
   if (dissect) icntl(m, 7) = ORDER_CHOOSE;
 #endif
-  m.id.n       = A.neq();
+  m.id.n       = m.parts ? s.data->numbers.first.back() * A.dim : A.neq();
   give_entries(m);
   icntl(m, 14) = RELAX;
-  m.x.resize(A.neq());
+  if (!m.parts) m.x.resize(A.neq());
   if (call(m, JOB_ANALYSE) < 0) return explain(s);
   s.flops_ahead = m.id.rinfog[0];
   return STATUS_OK;
@@ -264,16 +400,24 @@ Status mumps_factor(Solver& s, const SysMatrix& A)
 
   s.flops     = m.id.rinfog[2];
   s.memory_mb = infog(m, 19);
+  s.data->factor_entries = infog(m, 29) < 0 ? -1e6 * infog(m, 29) : infog(m, 29);
   s.negative  = infog(m, 12);
   if (infog(m, 28) > 0) {
-    int equation = comm_rank() == 0 ? zero_pivot(m, A.dim, s.null_pivot_row) : 0;   // PIVNUL_LIST: rank 0
-    if (m.shared) equation = comm_bcast(equation);
+    bool fixed   = false;
+    int equation = 0;                                      // PIVNUL_LIST: rank 0
+    if (m.parts) {
+      s.zero_equation = zero_pivot_of_all(s, m, A.dim, fixed, equation);
+    } else {
+      if (comm_rank() == 0) equation = zero_pivot(s, m, A.dim);
+      if (m.shared) equation = comm_bcast(equation);
+      s.zero_equation = equation;
+      fixed = pivot_fixed(s, equation / A.dim);
+    }
     const int I = equation / A.dim, component = equation % A.dim;
-    s.zero_equation = equation;
     solve_fail(s, SOLVER_SINGULAR, "%d zero pivots, the first in equation %d (block row %d, component %d): a "
                "rigid-body motion or mechanism is not constrained; check the supports",
                infog(m, 28), equation + 1, I + 1, component + 1);
-    if (s.null_pivot_row < 0 || I < s.null_pivot_row) return SOLVER_SINGULAR;
+    if (!fixed) return SOLVER_SINGULAR;
     s.fixed_null_pivots += infog(m, 28);
   }
   return STATUS_OK;
@@ -282,6 +426,7 @@ Status mumps_factor(Solver& s, const SysMatrix& A)
 Status mumps_back(Solver& s, double* x, int count)
 {
   MumpsData& m = *s.data->mumps;
+  if (m.parts) return back_divided(s, m, x);
   const int D = s.data->dim, nrow = static_cast<int>(m.number.size());
   const size_t n = static_cast<size_t>(nrow) * D;
   m.x.resize(n * count);

@@ -196,6 +196,7 @@ Status skyline_analyse(Solver& s, const SysMatrix& A)
     K.start[J + 1] = K.start[J] + column_height(K, J, A.dim) * A.dim;
     s.flops += A.dim * h * h;
   }
+  s.data->factor_entries = static_cast<double>(K.start[A.nrow]);
   s.memory_mb = static_cast<double>(K.start[A.nrow]) * sizeof(double) / 1e6;
   try {
     K.a.resize(K.start[A.nrow]);

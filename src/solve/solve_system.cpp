@@ -39,10 +39,49 @@ double expected(const PathCost& c, double digits)
 const double FACTOR_RATE = 2e10, CG_RATE = 3e9;
 const int GUESS          = 200;                    // iterations
 
-double cholesky_guess(const SysMatrix& A, double iterations = GUESS)
+double cholesky_guess(const SolverData& d, double iterations = GUESS)
 {
-  return iterations * 8.0 * static_cast<double>(A.val.size()) / CG_RATE;
+  return iterations * 8.0 * d.entries / CG_RATE;
 }
+
+// ---- Several ranks: seconds of counted work, no clock, so that all ranks and all runs choose alike  (8.5)
+
+// seconds of a number in the factors beside the operations, of a number of the matrix in the analysis; of the
+// messages of an iteration and of a back substitution
+const double FACTOR_ENTRY = 3e-8, ANALYSIS_ENTRY = 2e-7, ITERATION = 1e-4, BACK = 1e-3;
+// iterations with the incomplete factor that it takes to make it, and multigrid; of one with multigrid, and of a
+// product alone
+const double FORM = 4.0, AMG_FORM = 120.0, AMG_ITERATION = 3.7, PRODUCT = 0.4;
+
+double workers(const SolverData& d) { return d.first_only ? 1.0 : comm_size(); }
+
+double counted_factor(const Solver& s)
+{
+  const SolverData& d = *s.data;
+  return (s.flops / FACTOR_RATE + FACTOR_ENTRY * d.factor_entries) / workers(d);
+}
+
+double counted_back(const SolverData& d) { return BACK + 8.0 * d.factor_entries / CG_RATE / workers(d); }
+
+double counted_iteration(const SolverData& d, SolvePath path)
+{
+  const double cholesky = cholesky_guess(d, 1.0);
+  switch (path) {
+    case PATH_REUSED:
+    case PATH_CHANGED: return ITERATION + PRODUCT * cholesky + counted_back(d);
+    case PATH_AMG: return AMG_ITERATION * (ITERATION + cholesky);
+    case PATH_DIAGONAL: return ITERATION + PRODUCT * cholesky;
+    default: return ITERATION + cholesky;
+  }
+}
+
+double counted_setup(const SolverData& d, SolvePath path)
+{
+  const double cholesky = counted_iteration(d, PATH_CHOLESKY);
+  return path == PATH_CHOLESKY ? FORM * cholesky : path == PATH_AMG ? AMG_FORM * cholesky : cholesky;
+}
+
+bool counted() { return comm_size() > 1; }
 
 // seconds of a solution by factorisation
 double direct_seconds(const SolverData& d, bool pattern_known)
@@ -108,14 +147,14 @@ bool without_factors(Solver& s, const SysMatrix& A, const SolveAsk& ask)
     if (solve_analyse(s, A) != STATUS_OK) return false;
     d.guess = std::max(1e-9, s.flops_ahead / (FACTOR_RATE * comm_size()));
   }
-  return comm_bcast(cholesky_guess(A) < 0.5 * d.guess);      // ranks have parts of A
+  return cholesky_guess(d) < 0.5 * d.guess;
 }
 
 // is a path that is not known worth a trial? Masses make conjugate gradients fast, without them it goes by
 // size
-bool promising(const SysMatrix& A, const SolveAsk& ask, SolvePath path, const PathCost& c, double least)
+bool promising(const SolverData& d, const SolveAsk& ask, SolvePath path, const PathCost& c, double least)
 {
-  return path != PATH_CHOLESKY || c.known || ask.inertia || cholesky_guess(A) < least;
+  return path != PATH_CHOLESKY || c.known || ask.inertia || cholesky_guess(d) < least;
 }
 
 // ---- algebraic multigrid in statics                                                    (8.12)
@@ -124,10 +163,10 @@ bool amg_waits(const SolverData& d) { return d.amg_wait > 0; }
 
 // Iterations with the incomplete factor for 8 digits: what this run has counted, else those of a cube with as
 // many nodes. No clock: two runs choose alike
-double cholesky_iterations(const Solver& s, const SysMatrix& A)
+double cholesky_iterations(const Solver& s)
 {
   const PathLog& l = s.path[PATH_CHOLESKY];
-  return l.digits > 0.0 ? 8.0 * static_cast<double>(l.iterations) / l.digits : CUBE * std::cbrt(A.nrow);
+  return l.digits > 0.0 ? 8.0 * static_cast<double>(l.iterations) / l.digits : CUBE * std::cbrt(s.data->rows);
 }
 
 // elements in space, where the incomplete factor needs so many iterations that multigrid is faster, and a
@@ -136,17 +175,16 @@ bool amg_pays(Solver& s, const SysMatrix& A, const SolveAsk& ask)
 {
   const SolverData& d = *s.data;
   if (A.dim != 3 || ask.inertia || !ask.plain || !ask.place || amg_waits(d) || factors_fit(d, ask) ||
-      cholesky_iterations(s, A) < MANY)
+      cholesky_iterations(s) < MANY)
     return false;
   if (!d.factored && !without_factors(s, A, ask)) return false;
   const double factor = s.flops_ahead / (FACTOR_RATE * comm_size());
-  return comm_bcast(cholesky_guess(A, AMG_WORK) < 0.5 * factor) && amg_there();    // ranks have parts of A
+  return cholesky_guess(d, AMG_WORK) < 0.5 * factor && amg_there();
 }
 
 // the fastest path by what this run has measured; a path that is not known, or was not tried for long, gets a
 // trial that ends when the best one would have been faster
-SolvePath fastest(const Solver& s, const SysMatrix& A, const SolveAsk& ask, bool pattern_known, long now,
-                  double& limit)
+SolvePath fastest(const Solver& s, const SolveAsk& ask, bool pattern_known, long now, double& limit)
 {
   const SolverData& d = *s.data;
   const double direct = direct_seconds(d, pattern_known);
@@ -163,7 +201,7 @@ SolvePath fastest(const Solver& s, const SysMatrix& A, const SolveAsk& ask, bool
   limit = least;
   for (SolvePath path : {PATH_REUSED, PATH_CHOLESKY})
     if (path != best && allowed(s, path) && due(d.cost[path], now) &&
-        promising(A, ask, path, d.cost[path], least))
+        promising(d, ask, path, d.cost[path], least))
       return path;
   limit = 2.0 * direct;
   return best == PATH_REUSED && stale(d, ask.digits) ? PATH_FACTOR : best;
@@ -174,23 +212,19 @@ SolvePath choose(Solver& s, const SysMatrix& A, const SolveAsk& ask, long now, d
   const SolverData& d = *s.data;
   limit = NEVER;
   if (!s.def.reuse) return PATH_FACTOR;
-  if (factors_fit(d, ask) && (s.def.kind != SOLVER_AUTO || A.neq() < SMALL_SYSTEM || ask.exact || ask.broken))
-    return PATH_BACK;
-  if (s.def.kind == SOLVER_AMG) return amg_waits(d) || A.nrow == 0 ? PATH_FACTOR : PATH_AMG;
+  const bool small = d.rows * A.dim < SMALL_SYSTEM;
+  if (factors_fit(d, ask) && (s.def.kind != SOLVER_AUTO || small || ask.exact || ask.broken)) return PATH_BACK;
+  if (s.def.kind == SOLVER_AMG) return amg_waits(d) || d.rows == 0 ? PATH_FACTOR : PATH_AMG;
   if (s.def.kind == SOLVER_CG) {
     if (s.def.precond == PRECOND_FACTORS)
-      return have_factors(s) && !comm_bcast(stale(d, ask.digits)) ? PATH_REUSED : PATH_FACTOR;
+      return have_factors(s) && !stale(d, ask.digits) ? PATH_REUSED : PATH_FACTOR;
     return s.def.precond == PRECOND_DIAGONAL ? PATH_DIAGONAL : PATH_CHOLESKY;
   }
-  if (ask.broken && !ask.exact && A.neq() >= SMALL_SYSTEM && changed_pays(s)) return PATH_CHANGED;
-  if (A.neq() < SMALL_SYSTEM || ask.exact || ask.broken) return PATH_FACTOR;
+  if (ask.broken && !ask.exact && !small && changed_pays(s)) return PATH_CHANGED;
+  if (small || ask.exact || ask.broken) return PATH_FACTOR;
   if (amg_pays(s, A, ask)) return PATH_AMG;
   if (!d.factored && !without_factors(s, A, ask)) return PATH_FACTOR;
-  const bool pattern_known = solve_same_pattern(s, A);
-  double answer[2] = {static_cast<double>(fastest(s, A, ask, pattern_known, now, limit)), limit};
-  comm_bcast(answer, 2);                 // clocks differ, ranks must not
-  limit = answer[1];
-  return static_cast<SolvePath>(static_cast<int>(answer[0]));
+  return fastest(s, ask, solve_same_pattern(s, A), now, limit);
 }
 
 // ---- the paths ---------------------------------------------------------------
@@ -210,27 +244,31 @@ Status by_factor(Solver& s, const SysMatrix& A, const SolveAsk& ask, const RealV
     const long before   = s.nanalyse;
     const Status status = solve_analyse(s, A);
     if (status != STATUS_OK) return status;
-    if (s.nanalyse > before) smooth(d.direct_analyse, clock.seconds());
+    if (s.nanalyse > before)
+      smooth(d.direct_analyse, counted() ? ANALYSIS_ENTRY * d.entries_all : clock.seconds());
   }
   {
     Timer timer(PHASE_FACTOR);
     const Clock clock;
     const Status status = solve_factor(s, A);
     if (status != STATUS_OK) return status;
-    smooth(d.direct_factor, clock.seconds());
+    smooth(d.direct_factor, counted() ? counted_factor(s) : clock.seconds());
   }
   d.stamp    = ask.stamp;
+  // earlier solutions are those of other rows
+  if (d.divided && comm_allreduce_max(static_cast<int>(d.reused.key != ask.key))) d.past.clear();
   d.reused.key = ask.key;
+  if (d.divided) d.reused.owner = A.halo.owner;
   d.changed.on = false;
-  if (ask.broken && s.null_pivot_row >= 0 && s.def.reuse && A.neq() >= SMALL_SYSTEM && !sys_shared(A))
+  if (ask.broken && s.null_pivot_row >= 0 && s.def.reuse && d.rows * A.dim >= SMALL_SYSTEM && !sys_shared(A))
     changed_begin(A, ask.key, s.null_pivot_row, d.changed);
   d.age      = 0;
   if (d.fresh_rate > 0.0) d.cost[PATH_REUSED].rate = d.fresh_rate;
   Timer timer(PHASE_SOLVE);
   const Clock clock;
   const Status status = solve_back(s, b, x);
-  smooth(d.direct_back, clock.seconds());
-  if (status == STATUS_OK && s.def.reuse && A.neq() >= SMALL_SYSTEM) remember_solution(d.past, x);
+  smooth(d.direct_back, counted() ? counted_back(d) : clock.seconds());
+  if (status == STATUS_OK && s.def.reuse && d.rows * A.dim >= SMALL_SYSTEM) remember_solution(d.past, x);
   d.cycle_seconds = direct_seconds(d, true);
   d.cycle_digits  = ask.digits;
   return status;
@@ -263,9 +301,10 @@ void diagonal_step(SolverData& d, const CgSystem& c, const RealVec& r, RealVec& 
 bool kept_step(Solver& s, const SysMatrix& A, const CgSystem& c, const RealVec& r, RealVec& z, double& rho)
 {
   ReusedFactors& reused = s.data->reused;
-  if (!c.own) {
+  if (!c.own || c.own->parts) {
     const Status status = reused_apply(s, A, reused, r, z);
-    rho = dot(r, z);
+    rho = c.own ? own_dot(*c.own, r, z) : dot(r, z);
+    if (c.own) comm_sum(&rho, 1);
     return status == STATUS_OK;
   }
   OwnBlock& own = *c.own;
@@ -393,7 +432,9 @@ Status by_cg(Solver& s, const SysMatrix& A, const SolveAsk& ask, SolvePath path,
     Timer timer(PHASE_CG);
     // A^-1 and M^-1 are far apart in smooth modes, but for factors: M^-1 sees too little of an error there
     const double safety = path == PATH_REUSED || path == PATH_CHANGED ? 1.0 : 0.1;
-    const int most      = path == PATH_CHANGED ? FEW : path == PATH_AMG ? AMG_MOST : MOST;
+    int most            = path == PATH_CHANGED ? FEW : path == PATH_AMG ? AMG_MOST : MOST;
+    if (counted() && limit < NEVER)
+      most = std::min(most, static_cast<int>((limit - counted_setup(d, path)) / counted_iteration(d, path)) + 1);
     CgGoal goal{safety * ask.eta, safety * ask.energy, ask.residual, most, limit - setup};
     const bool same = path == PATH_REUSED && d.reused.same;    // where a product with A costs little beside M
     RealVec own_b, own_x;
@@ -407,7 +448,9 @@ Status by_cg(Solver& s, const SysMatrix& A, const SolveAsk& ask, SolvePath path,
     if (same && done.good) remember_solution(d.past, x);
   }
   const double seconds = clock.seconds();
-  remember(s, path, done, setup, seconds - setup, now);
+  if (counted())
+    remember(s, path, done, counted_setup(d, path), done.iterations * counted_iteration(d, path), now);
+  else remember(s, path, done, setup, seconds - setup, now);
   PathLog& log = s.path[path];
   log.iterations += done.iterations;
   if (done.good && done.end > 0.0) log.digits += std::log10(done.first / done.end);
@@ -462,14 +505,20 @@ Status by_best(Solver& s, const SysMatrix& A, const SolveAsk& ask, const RealVec
 //   out  x      [neq], another vector than b; s.left: bound of its error
 //   status      SOLVER_SINGULAR, SOLVER_FAILED, BAD_NUMBER of the factorisation
 //
-// When conjugate gradients do not converge, the next best path follows, at last a factorisation. The choice
-// goes by measured time: two runs may take other paths, and agree to the tolerance of Newton's method.
+// When conjugate gradients do not converge, the next best path follows, at last a factorisation. On one rank
+// the choice goes by measured time: two runs may take other paths, and agree to the tolerance of Newton's method.
 // ---------------------------------------------------------------------------
 Status solve_system(Solver& s, const SysMatrix& A, const SolveAsk& ask, const RealVec& b, RealVec& x)
 {
   MPFE_CHECK(&x != &b, "solve_system: x and b are one vector");
   MPFE_CHECK(static_cast<int>(ask.key.size()) == A.nrow, "solve_system: one key for each row");
   s.masses = ask.inertia;
+  SolverData& d  = *s.data;
+  double entries = static_cast<double>(A.val.size());
+  d.rows    = sys_rows(A);
+  d.entries = counted() ? comm_allreduce_max(entries) : entries;
+  comm_sum(&entries, 1);
+  d.entries_all = entries;
   const long analysed = s.nanalyse, factored = s.nfactor;
   const Status status = by_best(s, A, ask, b, x);
   if (s.nanalyse == analysed) timer_skip(PHASE_ANALYSIS);

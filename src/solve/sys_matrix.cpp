@@ -116,7 +116,7 @@ void sys_sum(const SysMatrix& A, RealVec& v, int extra)
 {
   if (!sys_shared(A)) return;
   if (sys_divided(A)) {
-    const int D = (static_cast<int>(v.size()) - extra) / A.nrow;
+    const int D = A.nrow > 0 ? (static_cast<int>(v.size()) - extra) / A.nrow : 0;
     halo_sum(A.halo, D, v, v.data() + static_cast<size_t>(A.nrow) * D, extra);
     return;
   }
@@ -177,11 +177,105 @@ void sys_pattern(const ListTable& lists, int nrow, int dim, SysMatrix& A)
   A.val.assign(A.col.size() * dim * dim, 0.0);
 }
 
+long sys_rows(const SysMatrix& A)
+{
+  if (!sys_divided(A)) return A.nrow;
+  double owned = static_cast<double>(std::count(A.halo.owner.begin(), A.halo.owner.end(), comm_rank()));
+  comm_sum(&owned, 1);
+  return static_cast<long>(owned);
+}
+
+RowNumbers sys_number(const SysMatrix& A)
+{
+  RowNumbers n;
+  const int ranks = comm_size(), me = comm_rank();
+  n.first.assign(ranks + 1, 0);
+  const long owned = std::count(A.halo.owner.begin(), A.halo.owner.end(), me);
+  const std::vector<long> all = comm_counts(std::vector<long>(ranks, owned));
+  for (int r = 0; r < ranks; ++r) n.first[r + 1] = n.first[r] + static_cast<int>(all[r]);
+  n.number.resize(A.nrow);
+  int next = n.first[me];
+  for (int I = 0; I < A.nrow; ++I)
+    if (A.halo.owner[I] == me) n.number[I] = next++;
+  halo_copy(A.halo, 1, n.number);
+  return n;
+}
+
+namespace {
+
+// a block of the whole matrix, and which one it is in what the ranks have sent
+struct Part {
+  int col, rank;
+  long index;                  // 2 k, block k of the rank; 2 k + 1: transposed
+  bool operator<(const Part& b) const
+  {
+    return col != b.col ? col < b.col : rank != b.rank ? rank < b.rank : index < b.index;
+  }
+};
+
+// x += block k of a, or its transpose
+void add_block(int D, const RealVec& a, long index, double* x)
+{
+  const double* b = &a[static_cast<size_t>(index / 2) * D * D];
+  for (int i = 0; i < D; ++i)
+    for (int j = 0; j < D; ++j) x[i * D + j] += index % 2 ? b[j * D + i] : b[i * D + j];
+}
+
+// divided model: rows are numbered by sys_number
+SysMatrix collect_divided(const SysMatrix& A, bool values)
+{
+  const auto to_first = [](auto x) {
+    std::vector<decltype(x)> to(comm_size());
+    to[0] = std::move(x);
+    return comm_exchange(to);
+  };
+  const RowNumbers numbers = sys_number(A);
+  IntVec block_row, block_col;
+  for (int I = 0; I < A.nrow; ++I)
+    for (int k = A.off[I]; k < A.off[I + 1]; ++k) {
+      block_row.push_back(numbers.number[I]);
+      block_col.push_back(numbers.number[A.col[k]]);
+    }
+  const std::vector<IntVec> row = to_first(std::move(block_row)), col = to_first(std::move(block_col));
+  const std::vector<RealVec> val = to_first(values ? A.val : RealVec());
+  SysMatrix whole;
+  if (comm_rank() > 0) return whole;
+  const int D = A.dim;
+  whole.dim  = D;
+  whole.nrow = numbers.first.back();
+  std::vector<long> next(whole.nrow + 1, 0);
+  for (size_t r = 0; r < row.size(); ++r)
+    for (size_t k = 0; k < row[r].size(); ++k) ++next[std::max(row[r][k], col[r][k]) + 1];
+  std::partial_sum(next.begin(), next.end(), next.begin());
+  const std::vector<long> first = next;
+  std::vector<Part> part(first.back());
+  for (size_t r = 0; r < row.size(); ++r)
+    for (size_t k = 0; k < row[r].size(); ++k) {
+      const int I = row[r][k], J = col[r][k];
+      part[next[std::max(I, J)]++] = {std::min(I, J), static_cast<int>(r),
+                                      2 * static_cast<long>(k) + (J > I ? 1 : 0)};
+    }
+  for (int I = 0; I < whole.nrow; ++I) {
+    std::sort(part.begin() + first[I], part.begin() + first[I + 1]);
+    for (long k = first[I]; k < first[I + 1]; ++k) {
+      if (k == first[I] || part[k].col != part[k - 1].col) whole.col.push_back(part[k].col);
+      if (!values) continue;
+      whole.val.resize(whole.col.size() * D * D, 0.0);
+      add_block(D, val[part[k].rank], part[k].index, &whole.val[(whole.col.size() - 1) * D * D]);
+    }
+    whole.off.push_back(static_cast<int>(whole.col.size()));
+  }
+  return whole;
+}
+
+}  // namespace
+
 // ---------------------------------------------------------------------------
 // sys_collect : the whole matrix on rank 0, contributions summed in the order of the ranks
 // ---------------------------------------------------------------------------
 SysMatrix sys_collect(const SysMatrix& A, bool values)
 {
+  if (sys_divided(A)) return collect_divided(A, values);
   const auto to_first = [](const auto& x) {
     std::vector<std::decay_t<decltype(x)>> to(comm_size());
     to[0] = x;
