@@ -91,8 +91,7 @@ int mass_solve(const Dofs& s, int first, int guess, const RealVec& f, RealVec& x
 int mass_solve_tied(const Dofs& s, const RealVec& f, RealVec& x);
 
 // point_momentum : adds p_v = sum_cd N_v(x_c) m_cd v_d of the points of this rank to out [neq]
-void point_momentum(const Points& pts, const ActiveGrid& grid, const Dofs& s, const RealVec& vc,
-                    RealVec& out);
+void point_momentum(const ActiveGrid& grid, const Dofs& s, const RealVec& vc, RealVec& out);
 
 // assem_scatter_corners : forces on corners fc [ncorner*dim] go to the grid with the weights of the corners
 void assem_scatter_corners(const ActiveGrid& grid, const Dofs& dofs, const RealVec& fc, RealVec& f);

@@ -378,8 +378,7 @@ int mass_solve_tied(const Dofs& s, const RealVec& f, RealVec& x)
   return rho <= 1e12 * goal ? 1000 : -1;
 }
 
-void point_momentum(const Points& pts, const ActiveGrid& grid, const Dofs& s, const RealVec& vc, RealVec& out)
+void point_momentum(const ActiveGrid& grid, const Dofs& s, const RealVec& vc, RealVec& out)
 {
-  const RealVec q = point_corner_momentum(pts, s.dim, vc, s.owned_point);
-  assem_scatter_corners(grid, s, q, out);
+  assem_scatter_corners(grid, s, point_corner_momentum(s.corner_mass, s.dim, vc), out);
 }

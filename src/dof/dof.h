@@ -49,6 +49,7 @@ struct Dofs {
   // points follow nodes of the mesh: M couples these with each other and with the grid
   bool hung = false;
   RealVec M_elem;              // [blocks of A] then: M of the elements alone
+  CornerMass corner_mass;      // of the points that this rank works on
   RealVec M_diag;              // [nrow] its diagonal, of all ranks
   // [blocks of A][dim*dim] damping matrix of this rank, as A; empty: there is no damping    (6.18), (6.19)
   RealVec C;

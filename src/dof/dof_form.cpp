@@ -277,6 +277,7 @@ void dof_form(const Model& m, const Step& step, State& st, Discretisation& d, Do
   fresh = dof_tie(m, step, s) || fresh;
   fresh = dof_divide(m, st.points, d.grid, fresh, d.el, st.division, s) || fresh;
   if (m.part.on) fresh = comm_allreduce_max(static_cast<int>(fresh));
+  point_corner_mass(st.points, s.owned_point, s.corner_mass);
   if (fresh) {
     Timer timer(PHASE_PATTERN);
     ++s.pattern;

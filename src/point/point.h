@@ -167,8 +167,18 @@ void point_add_mass(const Points& pts, int first, size_t at, RealVec& mass);
 // not found
 bool point_corner_in_element(const Model& m, const Points& pts, int e, int c, double* N);
 
-// point_corner_momentum : q_c = sum_d m_cd v_d over the domains of list, ascending          [ncorner*dim]
-RealVec point_corner_momentum(const Points& pts, int dim, const RealVec& vc, const IntVec& list);
+// Mass of corners with each other, summed over domains: what is left of the diagonal, row by row
+struct CornerMass {
+  IntVec off{0}, col;          // [ncorner] corners before it
+  RealVec val, diag;
+  IntVec conn, parent, list;   // what it was made from: Points::conn.item, parent, and the domains
+};
+
+// point_corner_mass : of the domains of list, unless it is that of these already
+void point_corner_mass(const Points& pts, const IntVec& list, CornerMass& m);
+
+// point_corner_momentum : q_c = sum_d m_cd v_d                                               [ncorner*dim]
+RealVec point_corner_momentum(const CornerMass& m, int dim, const RealVec& vc);
 
 // point_velocities : v_p = sum_c w_c v_c
 void point_velocities(const Points& pts, int dim, const RealVec& vc, RealVec& vp);

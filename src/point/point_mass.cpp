@@ -1,3 +1,5 @@
+#include <Eigen/Core>
+
 #include "point/point.h"
 
 void point_add_mass(const Points& pts, int first, size_t at, RealVec& mass)
@@ -15,47 +17,91 @@ void point_add_mass(const Points& pts, int first, size_t at, RealVec& mass)
 
 namespace {
 
-// q += m v of a domain; NEN = 0: n corners
-template <int D, int NEN>
-inline void add_momentum(int n, const int* corner, const double* m, const double* vc, double* q)
+// the domains of list at each corner: where it stands in Points::conn.item; of: the domain of such a place
+ListTable domains_around(const Points& pts, const IntVec& list, IntVec& of)
 {
-  const int nen = NEN ? NEN : n;
-  double v[8 * D], out[8 * D] = {};
-  for (int a = 0; a < nen; ++a)
-    for (int i = 0; i < D; ++i) v[a * D + i] = vc[corner[a] * D + i];
-  for (int a = 0; a < nen; ++a)
-    for (int b = 0; b <= a; ++b, ++m)
-      for (int i = 0; i < D; ++i) {
-        out[a * D + i] += *m * v[b * D + i];
-        if (a != b) out[b * D + i] += *m * v[a * D + i];
-      }
-  for (int a = 0; a < nen; ++a)
-    for (int i = 0; i < D; ++i) q[corner[a] * D + i] += out[a * D + i];
+  ListTable around;
+  of.resize(pts.conn.item.size());
+  around.off.assign(pts.ncorner + 1, 0);
+  for (int p : list)
+    for (int k = pts.conn.off[p]; k < pts.conn.off[p + 1]; ++k) ++around.off[pts.conn.item[k] + 1];
+  for (int c = 0; c < pts.ncorner; ++c) around.off[c + 1] += around.off[c];
+  around.item.resize(around.off.back());
+  IntVec next(around.off.begin(), around.off.end() - 1);
+  for (int p : list)
+    for (int k = pts.conn.off[p]; k < pts.conn.off[p + 1]; ++k) {
+      around.item[next[pts.conn.item[k]]++] = k;
+      of[k] = p;
+    }
+  return around;
 }
 
-template <int D>
-void corner_momentum(const Points& pts, const RealVec& vc, const IntVec& list, RealVec& q)
+// the mass is that of these points
+bool same_domains(const Points& pts, const IntVec& list, const CornerMass& m)
 {
-  const double* m = pts.mc.data();
-  int at = 0;                  // point that m stands at
-  for (int p : list) {
-    for (; at < p; ++at) m += pair_count(pts.conn.count(at));
-    ++at;
-    const int *corner = pts.conn.begin(p), nen = pts.conn.count(p);
-    if (nen == 4) add_momentum<D, 4>(nen, corner, m, vc.data(), q.data());
-    else if (nen == 8) add_momentum<D, 8>(nen, corner, m, vc.data(), q.data());
-    else add_momentum<D, 0>(nen, corner, m, vc.data(), q.data());
-    m += nen * (nen + 1) / 2;
+  return m.conn == pts.conn.item && m.parent == pts.parent && m.list == list;
+}
+
+// the numbers of a corner in all directions, together in vector registers
+template <int D>
+using Dirs = Eigen::Array<double, D, 1>;
+
+template <int D>
+void momentum(const CornerMass& m, const double* v, double* q)
+{
+  const int ncorner = static_cast<int>(m.diag.size());
+  for (int c = 0; c < ncorner; ++c) {
+    const Dirs<D> own = Eigen::Map<const Dirs<D>>(v + static_cast<size_t>(c) * D);
+    Dirs<D> sum       = m.diag[c] * own;
+    for (int k = m.off[c]; k < m.off[c + 1]; ++k) {
+      const size_t other = static_cast<size_t>(m.col[k]) * D;
+      sum += m.val[k] * Eigen::Map<const Dirs<D>>(v + other);
+      Eigen::Map<Dirs<D>>(q + other) += m.val[k] * own;
+    }
+    Eigen::Map<Dirs<D>>(q + static_cast<size_t>(c) * D) = sum;
   }
 }
 
 }  // namespace
 
-RealVec point_corner_momentum(const Points& pts, int dim, const RealVec& vc, const IntVec& list)
+void point_corner_mass(const Points& pts, const IntVec& list, CornerMass& m)
 {
-  RealVec q(vc.size(), 0.0);
-  if (dim == 2) corner_momentum<2>(pts, vc, list, q);
-  else corner_momentum<3>(pts, vc, list, q);
+  if (same_domains(pts, list, m)) return;
+  m = CornerMass();
+  m.conn   = pts.conn.item;
+  m.parent = pts.parent;
+  m.list   = list;
+  std::vector<size_t> first(1, 0);                   // of the masses of each domain
+  for (int p = 0; p < pts.npoint; ++p) first.push_back(first.back() + pair_count(pts.conn.count(p)));
+  IntVec of;
+  const ListTable around = domains_around(pts, list, of);
+  m.diag.assign(pts.ncorner, 0.0);
+  IntVec place(pts.ncorner, -1);                     // of a corner in col, where it was seen last
+  for (int c = 0; c < pts.ncorner; ++c) {
+    for (int k = around.off[c]; k < around.off[c + 1]; ++k) {
+      const int p = of[around.item[k]], a = around.item[k] - pts.conn.off[p], *corner = pts.conn.begin(p);
+      for (int b = 0; b < pts.conn.count(p); ++b) {
+        const int d       = corner[b];
+        const double mass = pts.mc[first[p] + (a >= b ? pair_place(a, b) : pair_place(b, a))];
+        if (d == c) m.diag[c] += mass;
+        if (d >= c) continue;
+        if (place[d] < m.off[c]) {
+          place[d] = static_cast<int>(m.col.size());
+          m.col.push_back(d);
+          m.val.push_back(0.0);
+        }
+        m.val[place[d]] += mass;
+      }
+    }
+    m.off.push_back(static_cast<int>(m.col.size()));
+  }
+}
+
+RealVec point_corner_momentum(const CornerMass& m, int dim, const RealVec& vc)
+{
+  RealVec q(vc.size());
+  if (dim == 2) momentum<2>(m, vc.data(), q.data());
+  else momentum<3>(m, vc.data(), q.data());
   return q;
 }
 

@@ -26,7 +26,7 @@ Failure velocity_at_start(const State& st, const ActiveGrid& grid, const Dofs& d
 {
   vgrid = node_vector(dofs, st.n.v);
   mass_elements(dofs, vgrid, momentum);
-  point_momentum(st.points, grid, dofs, st.n.vc, momentum);
+  point_momentum(grid, dofs, st.n.vc, momentum);
   sys_sum(dofs.A, momentum);
   if (!grid.nnode && !dofs.hung) return STATUS_OK;
   Timer timer(PHASE_PROJECT);

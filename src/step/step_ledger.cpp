@@ -47,7 +47,7 @@ void sum_motion(Ledger& g)
 void add_points(const Points& pts, const Dofs& dofs, const Level& l, Ledger& g)
 {
   const int dim     = dofs.dim;
-  const RealVec mom = point_corner_momentum(pts, dim, l.vc, dofs.owned_point);
+  const RealVec mom = point_corner_momentum(dofs.corner_mass, dim, l.vc);
   for (int c = 0; c < pts.ncorner; ++c) {
     double x[3] = {0, 0, 0}, q[3] = {0, 0, 0};
     for (int i = 0; i < dim; ++i) {

@@ -37,6 +37,7 @@ void step_memory(const Problem& p, std::vector<MemoryUse>& out)
                              bytes(mesh.elem_type) + bytes(mesh.elem_section)});
   out.push_back({"points and grid", bytes(q.Xc) + bytes(q.G) + bytes(q.w) + bytes(q.mc) + bytes(q.conn) +
                                         bytes(p.d.grid.point) + bytes(p.d.grid.dS) + bytes(p.d.grid.corner) +
-                                        bytes(p.d.grid.corner_w) + bytes(p.d.grid.slot)});
+                                        bytes(p.d.grid.corner_w) + bytes(p.d.grid.slot) +
+                                        bytes(s.corner_mass.col) + bytes(s.corner_mass.val)});
   out.push_back({"state", bytes(p.st.n) + bytes(p.st.np1)});
 }

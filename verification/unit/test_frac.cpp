@@ -280,7 +280,9 @@ IntVec all_points(const Points& p)
 // sum of m_cd v_c v_d and of m_cd v_d over points
 void point_sums(const Points& p, int dim, const RealVec& vc, double& kinetic, double* momentum)
 {
-  const RealVec q = point_corner_momentum(p, dim, vc, all_points(p));
+  CornerMass mass;
+  point_corner_mass(p, all_points(p), mass);
+  const RealVec q = point_corner_momentum(mass, dim, vc);
   kinetic = momentum[0] = momentum[1] = momentum[2] = 0.0;
   for (int c = 0; c < p.ncorner; ++c)
     for (int i = 0; i < dim; ++i) {
@@ -734,7 +736,9 @@ TEST(Conversion, CornersBetweenNodesThatHaveDriftedDeformNoNeighbour)
 // angular momentum of all points about the origin, [3] in the plane too
 void point_spin(const Points& p, int dim, const Level& l, double* L)
 {
-  const RealVec q = point_corner_momentum(p, dim, l.vc, all_points(p));
+  CornerMass mass;
+  point_corner_mass(p, all_points(p), mass);
+  const RealVec q = point_corner_momentum(mass, dim, l.vc);
   L[0] = L[1] = L[2] = 0.0;
   for (int c = 0; c < p.ncorner; ++c) {
     double x[3] = {0, 0, 0}, mv[3] = {0, 0, 0};
