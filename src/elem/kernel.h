@@ -25,6 +25,28 @@
 const int PACK = 8;
 typedef double Pack __attribute__((vector_size(8 * PACK), may_alias));
 
+// a row of PACK numbers, anywhere in memory
+typedef double PackRow __attribute__((vector_size(8 * PACK), aligned(8), may_alias));
+
+// pack_turn : x [PACK] transposed, rows to columns
+inline void pack_turn(Pack* x)
+{
+  typedef long Places __attribute__((vector_size(8 * PACK)));
+  static_assert(PACK == 8, "three exchanges");
+  const Places low[3]  = {{0, 8, 2, 10, 4, 12, 6, 14}, {0, 1, 8, 9, 4, 5, 12, 13}, {0, 1, 2, 3, 8, 9, 10, 11}},
+               high[3] = {{1, 9, 3, 11, 5, 13, 7, 15}, {2, 3, 10, 11, 6, 7, 14, 15}, {4, 5, 6, 7, 12, 13, 14, 15}};
+#pragma GCC unroll 3
+  for (int s = 0; s < 3; ++s)
+#pragma GCC unroll 8
+    for (int i = 0; i < PACK; ++i) {
+      const int j = i + (1 << s);
+      if ((i >> s) & 1) continue;
+      const Pack a = x[i], b = x[j];
+      x[i] = __builtin_shuffle(a, b, low[s]);
+      x[j] = __builtin_shuffle(a, b, high[s]);
+    }
+}
+
 // number of node pairs a >= b, and the place of a pair
 constexpr int pair_count(int n) { return n * (n + 1) / 2; }
 constexpr int pair_place(int a, int b) { return a * (a + 1) / 2 + b; }

@@ -69,34 +69,57 @@ void by_packs(const Points& pts, const PointLaws& law, const IntVec& owned, UseP
   flush();
 }
 
-// gradients G [nen*D] and volumes of PACK points
-template <int D>
-void load_points(const Points& pts, const int* point, int nen, Pack* G, Pack& V0)
+// gradients G [nen*D] and volumes of PACK points; NEN = 0: nen corners
+template <int D, int NEN>
+inline void load_points(const Points& pts, const int* point, int nen, Pack* G, Pack& V0)
 {
+  for (int l = 0; l < PACK; ++l) V0[l] = pts.V0[point[l]];
+  if (NEN * D % PACK == 0 && NEN) {
+    for (int k = 0; k < NEN * D; k += PACK) {
+      for (int l = 0; l < PACK; ++l)
+        G[k + l] = *reinterpret_cast<const PackRow*>(&pts.G[static_cast<size_t>(pts.conn.off[point[l]]) * D + k]);
+      pack_turn(G + k);
+    }
+    return;
+  }
   for (int l = 0; l < PACK; ++l) {
     const double* from = &pts.G[static_cast<size_t>(pts.conn.off[point[l]]) * D];
     for (int k = 0; k < nen * D; ++k) G[k][l] = from[k];
-    V0[l] = pts.V0[point[l]];
   }
 }
 
 // displacements u [nen*D] of their corners
-template <int D>
-void load_ends(const Points& pts, const int* point, int nen, const RealVec& uc, Pack* u)
+template <int D, int NEN>
+inline void load_ends(const Points& pts, const int* point, int nen, const RealVec& uc, Pack* u)
 {
-  for (int l = 0; l < PACK; ++l) {
-    const int* corner = pts.conn.begin(point[l]);
-    for (int a = 0; a < nen; ++a)
-      for (int i = 0; i < D; ++i) u[a * D + i][l] = uc[corner[a] * D + i];
+  const int n = NEN ? NEN : nen, *corner[PACK];
+  for (int l = 0; l < PACK; ++l) corner[l] = pts.conn.begin(point[l]);
+  for (int a = 0; a < n; ++a) {
+    const double* of[PACK];
+    for (int l = 0; l < PACK; ++l) of[l] = &uc[static_cast<size_t>(corner[l][a]) * D];
+    for (int i = 0; i < D; ++i)
+      u[a * D + i] = Pack{of[0][i], of[1][i], of[2][i], of[3][i], of[4][i], of[5][i], of[6][i], of[7][i]};
   }
 }
 
-template <int D>
-void add_corner_force(const Points& pts, int p, const double* re, int stride, RealVec& fc)
+// adds the forces re [nen*D] of the first n points
+template <int D, int NEN>
+inline void add_corner_forces(const Points& pts, const int* point, int n, int nen, Pack* re, RealVec& fc)
 {
-  const int* corner = pts.conn.begin(p);
-  for (int a = 0; a < pts.conn.count(p); ++a)
-    for (int i = 0; i < D; ++i) fc[corner[a] * D + i] += re[(a * D + i) * stride];
+  if (NEN * D % PACK == 0 && NEN) {
+    for (int k = 0; k < NEN * D; k += PACK) pack_turn(re + k);
+    const double* r = reinterpret_cast<const double*>(re);
+    for (int l = 0; l < n; ++l) {
+      const int* corner = pts.conn.begin(point[l]);
+      for (int a = 0; a < NEN; ++a)
+        for (int i = 0, k = a * D; i < D; ++i, ++k)
+          fc[corner[a] * D + i] += r[k / PACK * PACK * PACK + l * PACK + k % PACK];
+    }
+    return;
+  }
+  for (int l = 0; l < n; ++l)
+    for (int a = 0; a < nen; ++a)
+      for (int i = 0; i < D; ++i) fc[pts.conn.begin(point[l])[a] * D + i] += re[a * D + i][l];
 }
 
 // Fb, S and, unless C is null, C of a point that is broken or of a general law
@@ -275,30 +298,44 @@ Status group_force(const Points& pts, const PointLaws& law, const KernelMode& mo
   return status;
 }
 
+// force of a pack, n of its points, on the corners; returns the lanes with det F <= 0
+template <int D, int NEN>
+unsigned pack_force(const Points& pts, const MatLaw& law, const KernelMode& mode, const RealVec& uc0,
+                    const RealVec& uc1, const int* point, int n, RealVec& fc)
+{
+  const int nen = pts.conn.count(point[0]);
+  Pack G[8 * D], V0, u[8 * D], H0[D * D] = {}, H1[D * D], Fb[D * D], S[D * D], re[8 * D] = {};
+  load_points<D, NEN>(pts, point, nen, G, V0);
+  load_ends<D, NEN>(pts, point, nen, uc1, u);
+  ip_gradient<D, NEN>(G, nen, u, H1);
+  if (mode_reads_old(mode, law)) {
+    load_ends<D, NEN>(pts, point, nen, uc0, u);
+    ip_gradient<D, NEN>(G, nen, u, H0);
+  }
+  const Pack det = ip_stress<D>(law, mode, H0, H1, Fb, S);
+  ip_force<D, NEN>(G, nen, V0, Fb, S, re);
+  add_corner_forces<D, NEN>(pts, point, n, nen, re, fc);
+  unsigned bad = 0;
+  for (int l = 0; l < n; ++l) bad |= static_cast<unsigned>(!(det[l] > 0.0)) << l;
+  return bad;
+}
+
 template <int D>
 Status corner_force(const Model& m, const Points& pts, const PointLaws& law, const KernelMode& mode,
                     const Level& l0, Level& l1, const IntVec& owned, const IntVec& groups, RealVec& fc,
                     int* worst)
 {
+  constexpr int block = D == 2 ? 4 : 8;              // corners of most points
   Status status = STATUS_OK;
   by_packs(pts, law, owned, [&](const int* point, int n) {
-    const int nen = pts.conn.count(point[0]);
-    Pack G[8 * D], V0, u[8 * D], H0[D * D] = {}, H1[D * D], Fb[D * D], S[D * D], re[8 * D] = {};
-    load_points<D>(pts, point, nen, G, V0);
-    load_ends<D>(pts, point, nen, l1.uc, u);
-    ip_gradient<D, 0>(G, nen, u, H1);
-    if (reads_old(pts, law, mode, point[0])) {
-      load_ends<D>(pts, point, nen, l0.uc, u);
-      ip_gradient<D, 0>(G, nen, u, H0);
-    }
-    const Pack det = ip_stress<D>(law.body[pts.body[point[0]]], mode, H0, H1, Fb, S);
-    ip_force<D, 0>(G, nen, V0, Fb, S, re);
-    for (int l = 0; l < n; ++l) {
-      if (!(det[l] > 0.0)) {
-        *worst = point[l];
-        status = BAD_JACOBIAN;
-      }
-      add_corner_force<D>(pts, point[l], reinterpret_cast<const double*>(re) + l, PACK, fc);
+    const MatLaw& of_body = law.body[pts.body[point[0]]];
+    const unsigned bad    = pts.conn.count(point[0]) == block
+                                ? pack_force<D, block>(pts, of_body, mode, l0.uc, l1.uc, point, n, fc)
+                                : pack_force<D, 0>(pts, of_body, mode, l0.uc, l1.uc, point, n, fc);
+    for (int l = 0; l < n && bad; ++l) {
+      if (!(bad >> l & 1)) continue;
+      *worst = point[l];
+      status = BAD_JACOBIAN;
     }
   }, [&](int p) {
     double H0[D * D] = {0}, H1[D * D], Fb[D * D], S[D * D], re[8 * D] = {0};
@@ -310,7 +347,8 @@ Status corner_force(const Model& m, const Points& pts, const PointLaws& law, con
       return;
     }
     ip_force<D, 0>(&pts.G[static_cast<size_t>(pts.conn.off[p]) * D], pts.conn.count(p), pts.V0[p], Fb, S, re);
-    add_corner_force<D>(pts, p, re, 1, fc);
+    for (int a = 0; a < pts.conn.count(p); ++a)
+      for (int i = 0; i < D; ++i) fc[pts.conn.begin(p)[a] * D + i] += re[a * D + i];
   });
   for (int p : owned) hourglass_force<D>(pts, law.body[pts.body[p]], mode, l0, l1, p, fc);
   for (int k : groups)
@@ -345,21 +383,30 @@ void tangent_pack(const Points& pts, const PointLaws& law, const KernelMode& mod
   ip_tangent<D, 0>(dS, n, V0, of_body, mode, Fb, S, f, k);
 }
 
+template <int D, int NEN>
+Pack pack_energy(const Points& pts, const MatLaw& law, const RealVec& uc, const int* point)
+{
+  const int nen = pts.conn.count(point[0]);
+  Pack G[8 * D], V0, u[8 * D], H[D * D], E[D * D], S[D * D], psi = {};
+  load_points<D, NEN>(pts, point, nen, G, V0);
+  load_ends<D, NEN>(pts, point, nen, uc, u);
+  ip_gradient<D, NEN>(G, nen, u, H);
+  ip_strain<D>(true, H, E);
+  ip_law<D>(law, E, S);
+  for (int k = 0; k < D * D; ++k) psi += 0.5 * S[k] * E[k];
+  return psi * V0;
+}
+
 template <int D>
 double energy(const Model& m, const Points& pts, const Level& l, const IntVec& owned)
 {
+  constexpr int block = D == 2 ? 4 : 8;
   const PointLaws law = point_laws(m);
   double sum = 0.0;
   by_packs(pts, law, owned, [&](const int* point, int n) {
-    const int nen = pts.conn.count(point[0]);
-    Pack G[8 * D], V0, u[8 * D], H[D * D], E[D * D], S[D * D], psi = {};
-    load_points<D>(pts, point, nen, G, V0);
-    load_ends<D>(pts, point, nen, l.uc, u);
-    ip_gradient<D, 0>(G, nen, u, H);
-    ip_strain<D>(true, H, E);
-    ip_law<D>(law.body[pts.body[point[0]]], E, S);
-    for (int k = 0; k < D * D; ++k) psi += 0.5 * S[k] * E[k];
-    psi *= V0;
+    const MatLaw& of_body = law.body[pts.body[point[0]]];
+    const Pack psi = pts.conn.count(point[0]) == block ? pack_energy<D, block>(pts, of_body, l.uc, point)
+                                                       : pack_energy<D, 0>(pts, of_body, l.uc, point);
     for (int k = 0; k < n; ++k) sum += psi[k];
   }, [&](int p) {
     sum += point_energy_one(m, pts, l, p, !pts.eroded(p) ? 1.0 : l.degr[pts.parent[p]]);
