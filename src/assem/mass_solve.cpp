@@ -37,15 +37,41 @@ void multiply(const Dofs& s, const RealVec& M, const double* x, double* y)
 // Couplings of rows from first on with earlier ones among them, scaled to a diagonal of 1 (of all ranks)
 struct MassRows {
   int n = 0;
+  const Halo* halo = nullptr;  // divided model: of these rows
   IntVec off{0}, col;          // rows count from first
   RealVec val, diag;           // of this rank
 };
+
+// the halo of the rows from first on
+Halo rows_behind(const Halo& h, int first)
+{
+  const auto behind = [first](const IntVec& list) {
+    IntVec out;
+    for (int r : list)
+      if (r >= first) out.push_back(r - first);
+    return out;
+  };
+  Halo out;
+  for (const IntVec& list : h.common) out.common.push_back(behind(list));
+  out.shared = behind(h.shared);
+  out.owner.assign(h.owner.begin() + first, h.owner.end());
+  return out;
+}
+
+// sum over the ranks of v [m.n*D]
+template <int D>
+void sum_rows(const MassRows& m, RealVec& v)
+{
+  if (m.halo) halo_sum(*m.halo, D, v);
+  else comm_sum(v);
+}
 
 // what this rank has; own: only rows that belong to it, with each other
 MassRows mass_rows(const Dofs& s, int first, const RealVec& scale, bool own)
 {
   MassRows m;
-  const auto here = [&](int r) { return s.owner.empty() || !own || s.owner[r] == comm_rank(); };
+  const IntVec& owner = sys_divided(s.A) ? s.A.halo.owner : s.owner;
+  const auto here = [&](int r) { return owner.empty() || !own || owner[r] == comm_rank(); };
   m.n = s.nrow - first;
   m.diag.resize(m.n);
   for (int r = first; r < s.nrow; ++r) {
@@ -77,7 +103,7 @@ void multiply(const MassRows& m, const RealVec& x, RealVec& y)
       }
     for (int i = 0; i < D; ++i) y[r * D + i] += row[i];
   }
-  comm_sum(y);
+  sum_rows<D>(m, y);
 }
 
 // the numbers of a row in all directions, together in vector registers
@@ -101,9 +127,10 @@ template <int D>
 struct MassSystem {
   MassRows all, own;           // own: several ranks, what is eliminated
   RealVec free;                // [n*D] 1: free, 0: prescribed or without mass
-  RealVec owned;                // several ranks: [n] 1 for rows of this rank
-  double shift = 0.0;           // M + shift I is meant
-  const MassRows& low() const { return owned.empty() ? all : own; }
+  bool ranks = false;          // several ranks
+  RealVec owned;               // several ranks: [n] 1 for rows of this rank
+  double shift = 0.0;          // M + shift I is meant
+  const MassRows& low() const { return ranks ? own : all; }
 
   // y = (I + L)^-1 x; the same vector may be meant
   void forward(const RealVec& x, RealVec& y) const
@@ -139,7 +166,7 @@ struct MassSystem {
   void apply(const RealVec& x, RealVec& t, RealVec& y) const
   {
     backward(x, t);
-    if (owned.empty()) {
+    if (!ranks) {
       for (size_t i = 0; i < y.size(); ++i) y[i] = x[i] - (1.0 - shift) * t[i];
       forward(y, y);
       for (size_t i = 0; i < y.size(); ++i) y[i] += t[i];
@@ -165,17 +192,24 @@ struct MassSystem {
   // several ranks: each has made its rows
   void collect(RealVec& y) const
   {
-    if (owned.empty()) return;
+    if (!ranks) return;
     for (int r = 0; r < all.n; ++r)
       for (int i = 0; i < D; ++i) y[r * D + i] *= owned[r];
-    comm_sum(y);
+    sum_rows<D>(all, y);
   }
 };
 
 // a . b in each direction
 template <int D>
-void dots(const RealVec& a, const RealVec& b, double* sum)
+void dots(const MassSystem<D>& m, const RealVec& a, const RealVec& b, double* sum)
 {
+  if (m.all.halo) {
+    std::fill(sum, sum + D, 0.0);
+    for (int r = 0; r < m.all.n; ++r)
+      for (int i = 0; i < D; ++i) sum[i] += m.owned[r] * a[r * D + i] * b[r * D + i];
+    comm_sum(sum, D);
+    return;
+  }
   double part[4 * D] = {};     // in four parts, so that additions need not wait for each other
   const size_t whole = a.size() / (4 * D) * (4 * D);
   for (size_t k = 0; k < whole; k += 4 * D)
@@ -206,17 +240,17 @@ int iterate(const MassSystem<D>& m, const double* size, RealVec& r, RealVec& ste
   }
   bool stuck = false;                                // M is singular in the direction w, to rounding
   for (int it = 0; !stuck && it <= 1000; ++it) {
-    dots<D>(r, r, rho);
+    dots<D>(m, r, r, rho);
     if (below<D>(rho, goal)) {
       m.residual(r, t);
-      dots<D>(t, t, square);
+      dots<D>(m, t, t, square);
       if (below<D>(square, goal)) return it;
     }
     for (int i = 0; i < D; ++i) before[i] = it && before[i] > 0.0 ? rho[i] / before[i] : 0.0;
     for (size_t k = 0; k < r.size(); k += D)
       for (int i = 0; i < D; ++i) w[k + i] = r[k + i] + before[i] * w[k + i];
     m.apply(w, t, q);
-    dots<D>(w, q, wq);
+    dots<D>(m, w, q, wq);
     stuck = true;
     for (int i = 0; i < D; ++i) {
       if (rho[i] > goal[i] && wq[i] > 0.0) stuck = false;
@@ -230,7 +264,7 @@ int iterate(const MassSystem<D>& m, const double* size, RealVec& r, RealVec& ste
       }
   }
   m.residual(r, t);
-  dots<D>(t, t, square);
+  dots<D>(m, t, t, square);
   return below<D>(square, enough) ? 1000 : -1;
 }
 
@@ -251,7 +285,7 @@ int refine(MassSystem<D>& m, const double* size, const RealVec& b, RealVec& u, R
     step.assign(u.size(), 0.0);
     multiply<D>(m.all, u, q);
     for (size_t i = 0; i < u.size(); ++i) r[i] = m.free[i] * (b[i] - q[i]);
-    dots<D>(r, r, square);
+    dots<D>(m, r, r, square);
     if (below<D>(square, enough)) return all;
     m.forward(r, r);
     const int it = k < REFINEMENTS ? iterate<D>(m, size, r, step) : -1;
@@ -274,10 +308,15 @@ int solve(const Dofs& s, int first, int guess, const RealVec& f, RealVec& x)
     scale[k] = diag > 0.0 ? 1.0 / std::sqrt(diag) : 0.0;
   }
   m.all = mass_rows(s, first, scale, false);
-  if (!s.owner.empty()) {
-    m.own = mass_rows(s, first, scale, true);
+  const bool divided  = sys_divided(s.A);
+  const IntVec& owner = divided ? s.A.halo.owner : s.owner;
+  const Halo halo     = divided ? rows_behind(s.A.halo, first) : Halo();
+  if (divided) m.all.halo = &halo;
+  if (divided || !owner.empty()) {
+    m.ranks = true;
+    m.own   = mass_rows(s, first, scale, true);
     m.owned.resize(n);
-    for (int k = 0; k < n; ++k) m.owned[k] = s.owner[first + k] == comm_rank();
+    for (int k = 0; k < n; ++k) m.owned[k] = owner[first + k] == comm_rank();
   }
   // begin with f over the sum of the row, which is right where the answer is smooth
   for (int k = 0; k < n * D; ++k) {
@@ -292,7 +331,7 @@ int solve(const Dofs& s, int first, int guess, const RealVec& f, RealVec& x)
            : scale[k / D] > 0.0                ? x[first * D + k] / scale[k / D]
                                                : 0.0;
   double size[D];
-  dots<D>(b, b, size);
+  dots<D>(m, b, b, size);
   multiply<D>(m.all, u, q);
   for (int k = 0; k < n * D; ++k) r[k] = m.free[k] * (b[k] - q[k]);
   m.forward(r, r);

@@ -16,6 +16,13 @@ const double SETUP_AGAIN = 10.0;   // iterations that new coarse matrices cost
 
 const Petsc* petsc = nullptr;
 
+// how a block of the lower triangle is meant
+enum Kind { AS_IT_IS, TRANSPOSED, DIAGONAL };
+
+struct Target {
+  int first, stride;               // of its entries; from row to row
+};
+
 }  // namespace
 
 // One hierarchy of PETSc (GAMG). Its finest level works on the matrix and the incomplete factor that are here
@@ -28,12 +35,18 @@ struct AmgData {
   const SysMatrix* M = nullptr;    // matrix of today: all rows, or those of this rank and their neighbours
   OwnBlock* own      = nullptr;    // several ranks
   const Cholesky* L  = nullptr;    // its incomplete factor
-  IntVec off, col, owner;          // pattern that the lists below are for
+  IntVec off, col, owner;          // pattern that the lists below are for; divided model: its check sum
+  std::uint64_t pattern = 0;
   int nall = 0;                    // block rows of all ranks
   IntVec row;                      // [n] rows of M that belong to this rank; the rows below
   IntVec block_off;                // [n+1]
   IntVec source;                   // [blocks of the rows] 2 k: block k of M, 2 k + 1: transposed
   IntVec number;                   // [blocks of the rows] column, numbered over all ranks
+  // divided model: [ranks] blocks of M that a rank needs, 3 k + Kind; where those that come are added in entry,
+  // one rank after the other; [ranks] how many come
+  std::vector<IntVec> to;
+  std::vector<Target> target;
+  IntVec come;
   IntVec entry_off, entry_col;     // the same for single equations
   RealVec entry;                   // their values, those of the matrix with this stamp:
   long stamp = -1;
@@ -99,6 +112,53 @@ void list_blocks(const SysMatrix& M, const IntVec& number, AmgData& d)
   }
 }
 
+// divided model: the blocks of the rows that belong to this rank, from all ranks that have a part of them
+void list_blocks_of_all(const SysMatrix& M, const RowNumbers& rows, AmgData& d)
+{
+  const int ranks = comm_size(), first = rows.first[comm_rank()];
+  const IntVec &number = rows.number, &owner = M.halo.owner;
+  std::vector<std::vector<std::pair<int, int>>> name(ranks);
+  d.to.assign(ranks, IntVec());
+  const auto give = [&](int I, int J, int k, Kind kind) {
+    d.to[owner[I]].push_back(3 * k + kind);
+    name[owner[I]].emplace_back(number[I], number[J]);
+  };
+  for (int I = 0; I < M.nrow; ++I)
+    for (int k = M.off[I]; k < M.off[I + 1]; ++k) {
+      const int J = M.col[k];
+      give(I, J, k, I == J ? DIAGONAL : AS_IT_IS);
+      if (I != J) give(J, I, k, TRANSPOSED);
+    }
+  std::vector<IntVec> send(ranks);
+  for (int r = 0; r < ranks; ++r)
+    for (const auto& pair : name[r]) send[r].insert(send[r].end(), {pair.first - rows.first[r], pair.second});
+  name.clear();
+  const std::vector<IntVec> come = comm_exchange(send);
+  send.clear();
+  std::vector<std::pair<int, int>> all;                    // row here, column
+  for (const IntVec& list : come)
+    for (size_t k = 0; k < list.size(); k += 2) all.emplace_back(list[k], list[k + 1]);
+  std::sort(all.begin(), all.end());
+  all.erase(std::unique(all.begin(), all.end()), all.end());
+  const int n = static_cast<int>(d.row.size()), D = M.dim;
+  MPFE_CHECK(n == rows.first[comm_rank() + 1] - first, "list_blocks_of_all: rows of this rank");
+  d.block_off.assign(n + 1, 0);
+  for (const auto& pair : all) {
+    ++d.block_off[pair.first + 1];
+    d.number.push_back(pair.second);
+  }
+  std::partial_sum(d.block_off.begin(), d.block_off.end(), d.block_off.begin());
+  for (const IntVec& list : come) {
+    d.come.push_back(static_cast<int>(list.size() / 2));
+    for (size_t k = 0; k < list.size(); k += 2) {
+      const int I = list[k], begin = d.block_off[I], end = d.block_off[I + 1];
+      const auto at = std::lower_bound(d.number.begin() + begin, d.number.begin() + end, list[k + 1]);
+      const int place = static_cast<int>(at - d.number.begin()) - begin;
+      d.target.push_back({begin * D * D + place * D, (end - begin) * D});
+    }
+  }
+}
+
 void list_entries(int D, AmgData& d)
 {
   d.entry_off.assign(1, 0);
@@ -126,8 +186,55 @@ void fill_entries(const SysMatrix& M, AmgData& d)
       }
 }
 
+template <int D>
+void add_entries(const double* block, const Target& t, AmgData& d)
+{
+  for (int i = 0; i < D; ++i)
+    for (int j = 0; j < D; ++j) d.entry[static_cast<size_t>(t.first) + i * t.stride + j] += block[i * D + j];
+}
+
+// divided model: parts of all ranks, in their order
+template <int D>
+void fill_entries_of_all(const SysMatrix& M, AmgData& d)
+{
+  const int ranks = comm_size(), me = comm_rank(), DD = D * D;
+  std::vector<RealVec> send(ranks), from(ranks);
+  double block[DD];
+  const auto expand = [&](int code) {
+    const double* b = &M.val[static_cast<size_t>(code / 3) * DD];
+    const int kind  = code % 3;
+    for (int i = 0; i < D; ++i)
+      for (int j = 0; j < D; ++j)
+        block[i * D + j] = kind == TRANSPOSED || (kind == DIAGONAL && j > i) ? b[j * D + i] : b[i * D + j];
+  };
+  for (int r = 0; r < ranks; ++r) {
+    if (r == me) continue;
+    for (int code : d.to[r]) {
+      expand(code);
+      send[r].insert(send[r].end(), block, block + DD);
+    }
+    from[r].resize(static_cast<size_t>(d.come[r]) * DD);
+  }
+  comm_exchange(send, from);
+  std::fill(d.entry.begin(), d.entry.end(), 0.0);
+  const Target* next = d.target.data();
+  for (int r = 0; r < ranks; ++r) {
+    for (size_t k = 0; k < from[r].size(); k += DD) add_entries<D>(&from[r][k], *next++, d);
+    if (r != me) continue;
+    for (int code : d.to[me]) {
+      expand(code);
+      add_entries<D>(block, *next++, d);
+    }
+  }
+}
+
 void fill_entries(AmgData& d)
 {
+  if (d.own && d.own->parts) switch (d.M->dim) {
+      case 1: return fill_entries_of_all<1>(*d.M, d);
+      case 2: return fill_entries_of_all<2>(*d.M, d);
+      case 3: return fill_entries_of_all<3>(*d.M, d);
+    }
   switch (d.M->dim) {
     case 1: return fill_entries<1>(*d.M, d);
     case 2: return fill_entries<2>(*d.M, d);
@@ -147,10 +254,14 @@ std::vector<RealVec> rigid_motions(const AmgData& d, const RealVec* place)
     for (int i = 0; i < D; ++i) motion[i][l * D + i] = 1.0;
   if (!place) return motion;
   double mean[3] = {0, 0, 0}, size = 0.0;
-  for (size_t k = 0; k < place->size(); ++k) mean[k % D] += (*place)[k] / d.nall;
+  const bool parts = d.own && d.own->parts;
+  for (size_t k = 0; k < place->size(); ++k)
+    mean[k % D] += (parts ? d.own->once[k] : 1.0) * (*place)[k] / d.nall;
+  if (parts) comm_sum(mean, 3);
   for (size_t k = 0; k < place->size(); ++k) size = std::max(size, std::fabs((*place)[k] - mean[k % D]));
+  if (parts) size = comm_allreduce_max(size);
   for (size_t l = 0; l < n; ++l) {
-    const int I     = d.own ? d.own->row[d.row[l]] : d.row[l];
+    const int I     = d.own && !parts ? d.own->row[d.row[l]] : d.row[l];
     const double* x = &(*place)[static_cast<size_t>(I) * D];
     for (int i = 1, m = D; i < D; ++i)
       for (int j = 0; j < i; ++j, ++m) {
@@ -195,6 +306,8 @@ PetscErrorCode multiply(Mat product, Vec from, Vec to)
   AmgData& d = *static_cast<AmgData*>(context);
   spread(d, from);
   sys_multiply(*d.M, d.x, d.y);
+  double none = 0.0;
+  if (d.own && d.own->parts) own_sum(*d.own, d.y, &none, 0);
   pick(d, d.y, to);
   return 0;
 }
@@ -295,6 +408,7 @@ bool renew_hierarchy(AmgData& d)
 
 bool same_pattern(const AmgData& d, const SysMatrix& M, const OwnBlock* own)
 {
+  if (own && own->parts) return !comm_allreduce_max(static_cast<int>(d.pattern != own->pattern));
   return !comm_allreduce_max(d.off != M.off || d.col != M.col || (own && d.owner != own->owner));
 }
 
@@ -304,14 +418,24 @@ bool begin(const SysMatrix& M, OwnBlock* own, const Cholesky& L, const std::func
   d.M     = &M;
   d.own   = own;
   d.L     = &L;
-  d.off   = M.off;
-  d.col   = M.col;
-  d.nall  = own ? static_cast<int>(own->owner.size()) : M.nrow;
-  if (own) d.owner = own->owner;
-  for (int I = 0; I < M.nrow; ++I)
-    if (!own || own->owner[own->row[I]] == comm_rank()) d.row.push_back(I);
-  if (comm_allreduce_max(2.0 * static_cast<double>(M.val.size()) > INT_MAX)) return false;
-  list_blocks(M, row_numbers(M, own), d);
+  const bool parts = own && own->parts;
+  if (comm_allreduce_max(static_cast<int>(2.0 * static_cast<double>(M.val.size()) > INT_MAX))) return false;
+  if (parts) {
+    const RowNumbers rows = sys_number(M);
+    d.pattern = own->pattern;
+    d.nall    = rows.first.back();
+    for (int I = 0; I < M.nrow; ++I)
+      if (M.halo.owner[I] == comm_rank()) d.row.push_back(I);
+    list_blocks_of_all(M, rows, d);
+  } else {
+    d.off   = M.off;
+    d.col   = M.col;
+    d.nall  = own ? static_cast<int>(own->owner.size()) : M.nrow;
+    if (own) d.owner = own->owner;
+    for (int I = 0; I < M.nrow; ++I)
+      if (!own || own->owner[own->row[I]] == comm_rank()) d.row.push_back(I);
+    list_blocks(M, row_numbers(M, own), d);
+  }
   list_entries(M.dim, d);
   d.x.resize(M.neq());
   if (own) {
@@ -330,7 +454,7 @@ bool amg_there() { return (petsc = petsc_open()) != nullptr; }
 // ---------------------------------------------------------------------------
 // amg_form : multigrid for M, by smoothed aggregation                                      (8.12)
 //
-//   in   M       A; several ranks: own->B
+//   in   M       A; several ranks: own->B; divided model: the part of A of this rank
 //        L       incomplete factor of M, the smoother of the finest level
 //        place   [neq] positions of the nodes of all rows; empty: not known
 //   out  data    the hierarchy. Of the same pattern, the coarse matrices stay as long as the iterations that
@@ -402,7 +526,7 @@ bool amg_count(AmgData& d, const CgDone& done)
 double amg_memory(const AmgData& d)
 {
   return static_cast<double>((d.source.capacity() + d.number.capacity() + d.entry_col.capacity() +
-                              d.entry_off.capacity()) * sizeof(int) +
+                              d.entry_off.capacity() + 2 * d.target.capacity()) * sizeof(int) +
                              (d.entry.capacity() + d.x.capacity() + d.y.capacity()) * sizeof(double));
 }
 
