@@ -113,22 +113,16 @@ int check_only(Problem& p)
   if (failed(step_open(p))) return EXIT_DECK;
   Output out;
   if (failed(history_setup(p.m, p.d.el, p.st, out))) return EXIT_DECK;
-  if (comm_rank() == 0) out_model_summary(stdout, p.m, p.d.el, p.st.points, p.st.bonds);
+  if (!out_idle(p.m))
+    out_model_summary(comm_rank() == 0 ? stdout : nullptr, p.m, p.d.el, p.st.points, p.st.bonds);
   return EXIT_GOOD;
 }
 
-// the file of --restart, or JOB.rst when the deck asks for it; rank 0 reads it
+// the file of --restart, or JOB.rst when the deck asks for it
 bool load_restart(const Model& m, const Options& o, Archive& f)
 {
   if (o.restart.empty() && !m.restart.read) return true;
-  const std::string path = o.restart.empty() ? m.out_dir + "/" + m.job + ".rst" : o.restart;
-  if (comm_bcast(comm_rank() == 0 && !out_restart_load(m, path, f))) return false;
-  comm_bcast(f.bytes);
-  f.reading = true;
-  double at = static_cast<double>(f.at);
-  comm_bcast(&at, 1);
-  f.at = static_cast<std::size_t>(at);
-  return true;
+  return out_restart_load(m, o.restart.empty() ? m.out_dir + "/" + m.job + ".rst" : o.restart, f);
 }
 
 // nobody else writes JOB.*; rank 0 sees to it. taken: what a crash has left behind

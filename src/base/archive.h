@@ -3,34 +3,62 @@
 //
 // One io routine of a struct serves both ways: it hands all its fields to io_all. Structured bindings in it
 // see to it that a new field cannot be forgotten: the program does not compile then.
+//
+// Bytes go to a file and come from one in pieces, so that nobody holds all of them; without a file they stay
+// in the archive. On several ranks the file is that of rank 0. All read in step, and get what it reads. Who
+// writes: rank 0 alone, or, when arrays are divided among the ranks (parts), all in step.
 // ---------------------------------------------------------------------------
 #ifndef MPFE_BASE_ARCHIVE_H
 #define MPFE_BASE_ARCHIVE_H
 
 #include <cstdint>
-#include <cstring>
+#include <cstdio>
 #include <string>
 #include <type_traits>
 #include <vector>
 
+#include "base/hash.h"
+#include "base/types.h"
+
+// What the items of a divided array are: nodes, elements, or the Gauss points of elements
+enum ArchiveKind { PER_NODE, PER_ELEM, PER_GAUSS, ARCHIVE_KINDS };
+
+struct ArchivePart {           // items that this rank has
+  int whole = 0;               // items of all ranks
+  IntVec item;                 // index of each among all of them, ascending
+  bool ragged = false;         // an item has units[i] places in the array, and none when no rank has it; else one
+  IntVec units;
+  std::vector<char> brings;    // this rank brings it when it is written; empty: all of them
+};
+
 struct Archive {
   bool reading = false;
   bool good = true;            // reading: the bytes did not end too early
-  std::string bytes;
-  std::size_t at = 0;          // reading: next byte
+  std::string bytes;           // writing: not in the file yet; reading: from begin on
+  std::size_t at = 0;          // reading: next byte of the content; writing to a file: bytes that are in it
+  std::size_t begin = 0;       // place of bytes in the content
+  std::size_t size = 0;        // reading from a file: bytes of the content
+  std::uint64_t hash = hash_start;     // writing to a file: of what is in it
+  bool filed = false;          // there is a file, on rank 0
+  std::FILE* file = nullptr;
+  long head = 0;               // bytes of the file before the content
+  const ArchivePart* part = nullptr;   // [ARCHIVE_KINDS] several ranks: arrays are divided; null: they are not
+  std::size_t end() const { return filed ? size : bytes.size(); }
 };
 
-inline void archive_raw(Archive& f, void* data, std::size_t size)
-{
-  if (!f.reading) {
-    f.bytes.append(static_cast<const char*>(data), size);
-    return;
-  }
-  f.good = f.good && size <= f.bytes.size() - f.at;
-  if (!f.good || size == 0) return;
-  std::memcpy(data, f.bytes.data() + f.at, size);
-  f.at += size;
-}
+// archive_raw : these bytes. Collective when it reads from a file.
+void archive_raw(Archive& f, void* data, std::size_t size);
+
+// archive_flush : what still waits goes into the file; hash and at are those of all the content
+void archive_flush(Archive& f);
+
+// archive_divided : an array whose items the ranks have; x is that of this rank, resize makes it as long as it
+// must be. The file has the array as one rank would have it. Collective.
+//   in   one       bytes of a number
+//        count     numbers of x; writing
+void archive_divided(Archive& f, const ArchivePart& part, std::size_t one, std::size_t count, const char* x);
+std::size_t archive_divided_count(Archive& f, const ArchivePart& part, std::size_t& of_all);
+void archive_divided_read(Archive& f, const ArchivePart& part, std::size_t one, std::size_t of_all, char* x);
 
 template <class T>
 constexpr bool is_plain = std::is_arithmetic<T>::value || std::is_enum<T>::value;
@@ -49,7 +77,7 @@ inline std::size_t archive_count(Archive& f, std::size_t count)
 {
   std::uint64_t n = count;
   io(f, n);
-  f.good = f.good && (!f.reading || n <= f.bytes.size() - f.at);
+  f.good = f.good && (!f.reading || n <= f.end() - f.at);
   return f.good ? static_cast<std::size_t>(n) : 0;
 }
 
@@ -68,7 +96,34 @@ void io(Archive& f, std::vector<T>& x)
     for (T& one : x) io(f, one);
 }
 
+// Divided : an array whose items are nodes, elements or Gauss points
+template <class T>
+struct Divided {
+  std::vector<T>& x;
+  ArchiveKind kind;
+};
+
+template <class T>
+Divided<T> of_nodes(std::vector<T>& x) { return {x, PER_NODE}; }
+template <class T>
+Divided<T> of_elems(std::vector<T>& x) { return {x, PER_ELEM}; }
+template <class T>
+Divided<T> of_gauss(std::vector<T>& x) { return {x, PER_GAUSS}; }
+
+template <class T>
+void io(Archive& f, const Divided<T>& d)
+{
+  static_assert(is_plain<T>, "divided arrays hold numbers");
+  if (!f.part) return io(f, d.x);
+  const ArchivePart& part = f.part[d.kind];
+  if (!f.reading)
+    return archive_divided(f, part, sizeof(T), d.x.size(), reinterpret_cast<const char*>(d.x.data()));
+  std::size_t of_all = 0;
+  d.x.resize(archive_divided_count(f, part, of_all));
+  archive_divided_read(f, part, sizeof(T), of_all, reinterpret_cast<char*>(d.x.data()));
+}
+
 template <class... T>
-void io_all(Archive& f, T&... x) { (io(f, x), ...); }
+void io_all(Archive& f, T&&... x) { (io(f, x), ...); }
 
 #endif

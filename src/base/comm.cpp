@@ -143,6 +143,7 @@ void comm_close()
 
 int comm_rank() { return rank; }
 int comm_size() { return size; }
+long comm_piece() { return piece; }
 
 int comm_fortran(bool all)
 {
@@ -209,6 +210,15 @@ void comm_sum(double* x, long n)
   // two ranks: slices bring as many numbers in two messages
   const bool small = size == 2 || n * size < SHORT;
   each_piece(8 * n, [&](long at, int bytes) { (small ? sum_short : sum_slices)(x + at / 8, bytes / 8); });
+}
+
+void comm_max(double* x, long n)
+{
+  if (size == 1) return;
+  Timer timer(PHASE_COMM);
+  each_piece(8 * n, [&](long at, int bytes) {
+    MPI_Allreduce(MPI_IN_PLACE, x + at / 8, bytes / 8, MPI_DOUBLE, MPI_MAX, MPI_COMM_WORLD);
+  });
 }
 
 void comm_exchange(const std::vector<RealVec>& to, std::vector<RealVec>& from)
@@ -291,7 +301,9 @@ void comm_bcast(std::string&) {}
 int comm_bcast(int x) { return x; }
 int comm_allreduce_max(int x) { return x; }
 double comm_allreduce_max(double x) { return x; }
+long comm_piece() { return 1L << 30; }
 void comm_sum(double*, long) {}
+void comm_max(double*, long) {}
 void comm_exchange(const std::vector<RealVec>&, std::vector<RealVec>&) {}
 void comm_allgatherv(RealVec&, const IntVec&) {}
 std::vector<std::string> comm_bytes(const std::vector<std::string>& to) { return to; }

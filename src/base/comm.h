@@ -38,6 +38,9 @@ double comm_allreduce_max(double x);
 void comm_sum(double* x, long n);
 inline void comm_sum(RealVec& x) { comm_sum(x.data(), static_cast<long>(x.size())); }
 
+// comm_max : the largest of each of the n numbers over the ranks, on all of them. Collective.
+void comm_max(double* x, long n);
+
 // comm_exchange : to[r] goes to rank r, from[r] comes from there; its size is the count. Collective.
 void comm_exchange(const std::vector<RealVec>& to, std::vector<RealVec>& from);
 
@@ -47,6 +50,9 @@ void comm_allgatherv(RealVec& x, const IntVec& count);
 
 // comm_bytes : to[r] goes to rank r; returns what rank r has sent here. Collective.
 std::vector<std::string> comm_bytes(const std::vector<std::string>& to);
+
+// comm_piece : bytes of a message at most; MPFE_COMM_PIECE in the environment makes them fewer, for tests
+long comm_piece();
 
 // comm_counts : out[r] goes to rank r; returns what rank r has sent here. Collective.
 std::vector<long> comm_counts(const std::vector<long>& out);
@@ -89,6 +95,15 @@ void comm_allgatherv(std::vector<T>& x)
   const std::vector<std::vector<T>> from = comm_exchange(std::vector<std::vector<T>>(comm_size(), x));
   x.clear();
   for (const std::vector<T>& part : from) x.insert(x.end(), part.begin(), part.end());
+}
+
+// comm_gather : [ranks] on rank 0 the vectors of all ranks, elsewhere nothing. Collective.
+template <class T>
+std::vector<std::vector<T>> comm_gather(const std::vector<T>& x)
+{
+  std::vector<std::vector<T>> to(comm_size());
+  to[0] = x;
+  return comm_exchange(to);
 }
 
 #endif

@@ -1,5 +1,9 @@
 // ---------------------------------------------------------------------------
 // state_io.h : the state to and from an archive: one list of fields a struct
+//
+// of_nodes, of_elems, of_gauss: a divided model holds the part of this rank, the file the whole. What names
+// elements or nodes by index (releasing, converted, parent, hang, ...) is not translated: such scenes are not
+// divided.
 // ---------------------------------------------------------------------------
 #ifndef MPFE_MODEL_STATE_IO_H
 #define MPFE_MODEL_STATE_IO_H
@@ -29,8 +33,8 @@ inline void io(Archive& f, Points& x)
 {
   auto& [npoint, ncorner, Xc, shape, conn, w, G, sampled, mc, V0, mass, body, label, of_elem, parent, next,
          broken, normal, released, field, twin, hang, hang_w, hangs, boundary, surface] = x;
-  io_all(f, npoint, ncorner, Xc, shape, conn, w, G, sampled, mc, V0, mass, body, label, of_elem, parent,
-         next, broken, normal, released, field, twin, hang, hang_w, hangs, boundary, surface);
+  io_all(f, npoint, ncorner, Xc, shape, conn, w, G, sampled, mc, V0, mass, body, label, of_elems(of_elem),
+         parent, next, broken, normal, released, field, twin, hang, hang_w, hangs, boundary, surface);
 }
 
 inline void io(Archive& f, Bonds& x)
@@ -45,14 +49,15 @@ inline void io(Archive& f, Fracture& x)
 {
   auto& [phase, broken, normal, time, releasing, converted, released, released_at, renewed, next_test, drive,
          mean, drive_time, neroded, area] = x;
-  io_all(f, phase, broken, normal, time, releasing, converted, released, released_at, renewed, next_test,
-         drive, mean, drive_time, neroded, area);
+  io_all(f, of_elems(phase), of_elems(broken), of_elems(normal), of_elems(time), releasing, converted, released,
+         released_at, renewed, next_test, of_elems(drive), of_elems(mean), drive_time, neroded, area);
 }
 
 inline void io(Archive& f, Level& x)
 {
   auto& [time, u, v, a, uc, vc, vp, slip, lambda, lambda_n, he, hp, degr] = x;
-  io_all(f, time, u, v, a, uc, vc, vp, slip, lambda, lambda_n, he, hp, degr);
+  io_all(f, time, of_nodes(u), of_nodes(v), of_nodes(a), uc, vc, vp, slip, lambda, lambda_n, of_gauss(he), hp,
+         of_elems(degr));
 }
 
 inline void io(Archive& f, Ledger& x)
@@ -78,7 +83,7 @@ inline void io(Archive& f, StepClock& x)
 inline void io(Archive& f, Division& x)
 {
   auto& [ranks, elem, point, excess] = x;
-  io_all(f, ranks, elem, point, excess);
+  io_all(f, ranks, of_elems(elem), point, excess);
 }
 
 inline void io(Archive& f, StepLog& x)
@@ -95,11 +100,13 @@ inline void io(Archive& f, ErosionLog& x)
   io_all(f, elem, time, value, released);
 }
 
-// between increments: the level n+1 is that of n
+// between increments: the level n+1 is that of n. A divided model needs no division of the work.
 inline void io(Archive& f, State& x)
 {
   auto& [n, np1, points, bonds, frac, rf, contact, grid_rf, rate, ledger, eroded, clock, division, log] = x;
-  io_all(f, n, points, bonds, frac, rf, contact, grid_rf, rate, ledger, eroded, clock, division, log);
+  Division none;
+  io_all(f, n, points, bonds, frac, of_nodes(rf), contact, grid_rf, of_nodes(rate), ledger, eroded, clock,
+         f.part ? none : division, log);
   if (f.reading) np1 = n;
 }
 

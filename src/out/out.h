@@ -8,8 +8,10 @@
 //     out_listing_iteration, out_listing_cut, out_increment
 //   out_close                            checks, tables; returns the number of failed checks
 // A run that goes on from a restart file: out_restart_load, out_listing_open, out_reopen, then as above.
-// On several ranks the first one does it all; the others return at once, but for out_reopen, which gives all
-// the state.
+// On several ranks with a replicated model the first one does it all; the others return at once (out_idle),
+// but for out_reopen, which gives all the state. With a divided model (MeshPart) all routines that take the
+// Model are collective: each rank brings what it has, history and checks are equal on all ranks, and the first
+// one writes, but for the pieces of VTK.
 // ---------------------------------------------------------------------------
 #ifndef MPFE_OUT_OUT_H
 #define MPFE_OUT_OUT_H
@@ -19,6 +21,7 @@
 #include <vector>
 
 #include "base/archive.h"
+#include "base/comm.h"
 #include "elem/elem.h"
 #include "frac/frac.h"
 #include "model/state.h"
@@ -53,6 +56,14 @@ double point_nodal_at(const Model& m, const Points& pts, const Level& level, con
 // elem_gauss : Gauss points of an element, 0 when it is no element any more
 int elem_gauss(const Model& m, const Elements& el, int e);
 
+// out_idle : a rank that has nothing to do in out/: not the first one of a replicated model
+inline bool out_idle(const Model& m) { return comm_rank() > 0 && !m.part.on; }
+
+// out_sum, out_max : numbers of the ranks of a divided model put together, on all of them; else they stay.
+// Collective.
+inline void out_sum(const Model& m, double* x, long n) { if (m.part.on) comm_sum(x, n); }
+inline void out_max(const Model& m, double* x, long n) { if (m.part.on) comm_max(x, n); }
+
 // out_nlgeom : geometry of the step that the state is in
 bool out_nlgeom(const Model& m, const State& s);
 
@@ -61,7 +72,7 @@ bool out_interval(double interval, double time, double& next);
 
 // ---- a material place (out_locate.cpp) ---------------------------------------
 
-struct Located {               // elements or points whose domain at t = 0 contains a place
+struct Located {               // elements or points of this rank whose domain at t = 0 contains a place
   IntVec elem, point;          // only one of the two is filled; elements come first
   RealVec N;                   // [items*MAX_NODES] shape functions there
 };
@@ -78,7 +89,7 @@ struct History {               // every increment, also those that the file skip
 struct Probe {                 // a column of *HISTORY, ready to be read
   Quantity q;
   Reduce reduce = REDUCE_MEAN;
-  IntVec node, elem, point;    // what it reads
+  IntVec node, elem, point;    // what it reads on this rank, a node on one rank alone
   Located at;
   int grid_bc = -1, contact = -1;
 };
@@ -154,7 +165,8 @@ int out_close(const Model& m, const Elements& el, const State& s, const ActiveGr
 
 // ---- restart (out_restart.cpp) -------------------------------------------------------
 
-// out_restart_load : reads a restart file into f. False: it cannot continue this deck; the message says why.
+// out_restart_load : opens a restart file, that of rank 0. False: it cannot continue this deck; the message
+// says why. Collective.
 bool out_restart_load(const Model& m, const std::string& path, Archive& f);
 
 // out_reopen : instead of out_open: state, grid of the last frame and output as they were when the file f was
@@ -168,16 +180,19 @@ void out_restart(const Model& m, State& s, ActiveGrid& grid, bool now, Output& o
 // ---- parts -------------------------------------------------------------------------
 
 // out_file_open : makes the folder when it is missing; append: behind what is there already.
+// out_file_first: the same on rank 0; on others a file that forgets all.
 // out_file_flush, out_file_sync (to the disk itself), out_file_close see a full disk. out_file_cut: all
 // behind this length goes.
 // All stop the program in words with EXIT_RESOURCE.
 std::FILE* out_file_open(const std::string& path, bool append = false);
+std::FILE* out_file_first(const std::string& path, bool append = false);
 void out_file_flush(std::FILE* file, const std::string& path);
 void out_file_sync(std::FILE* file, const std::string& path);
 void out_file_cut(std::FILE* file, long length, const std::string& path);
 void out_file_close(std::FILE*& file, const std::string& path);
 
-// out_model_summary : what the deck became; also for mpfe --check
+// out_model_summary : what the deck became; also for mpfe --check. Of a divided model all ranks take part;
+// file: null where nothing is written
 void out_model_summary(std::FILE* file, const Model& m, const Elements& el, const Points& pts,
                        const Bonds& bonds);
 
@@ -193,7 +208,7 @@ void out_listing_solver(std::FILE* file, const Solver& solver);
 void out_listing_ranks(std::FILE* file, const std::vector<RankLoad>& ranks);
 double out_memory();           // peak of this rank, MB
 void out_listing_skipped(std::FILE* file, const Model& m, const State& s);
-void out_listing_memory(std::FILE* file, const std::vector<MemoryUse>& use, int equations);
+void out_listing_memory(std::FILE* file, const Model& m, const std::vector<MemoryUse>& use, int equations);
 void out_listing_end(std::FILE* file, bool finished, int failed);
 const char* out_status_text(Status status);
 
@@ -207,7 +222,7 @@ void out_vtk_series(const std::string& path, const VtkSeries& series);
 
 // out_vtk_continue : for a run that goes on: frames from out.vtk_frame on, of a run that was killed, are
 // removed, and the series end before them
-void out_vtk_continue(const Model& m, const Output& out);
+void out_vtk_continue(const Output& out);
 void out_dat(const Model& m, const Elements& el, const State& s, Output& out);
 
 bool out_check_due(const Check& c, const CheckResult& r, double time);

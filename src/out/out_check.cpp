@@ -19,6 +19,15 @@ struct Norm {                  // sums of V0 (q - exact)^2, V0 exact^2 and V0
   }
 };
 
+void norm_of_ranks(const Model& m, Norm& n)
+{
+  double sum[3] = {n.error, n.exact, n.volume};
+  out_sum(m, sum, 3);
+  n.error  = sum[0];
+  n.exact  = sum[1];
+  n.volume = sum[2];
+}
+
 std::string check_name(const Check& c)
 {
   if (!c.name.empty()) return c.name;
@@ -165,6 +174,7 @@ double out_check_field(const Model& m, const Elements& el, const State& s, const
   Norm norm;
   add_elements(m, el, s, c, q, norm);
   add_points(m, s, c, q, norm);
+  norm_of_ranks(m, norm);
   const double scale = c.scale > 0.0 ? c.scale * std::sqrt(norm.volume) : std::sqrt(norm.exact);
   if (norm.volume <= 0.0) message = "reads nothing: no element and no material point";
   else if (!std::isfinite(norm.exact)) message = "the exact field is not a number somewhere";
@@ -220,7 +230,8 @@ void out_check_increment(const Model& m, const Elements& el, const State& s, Out
 }
 
 // ---------------------------------------------------------------------------
-// out_check_end : the checks that wait for the end; JOB.chk, the listing and stdout get the table
+// out_check_end : the checks that wait for the end; JOB.chk, the listing and stdout get the table. The number
+// of those that failed is the same on all ranks
 // ---------------------------------------------------------------------------
 int out_check_end(const Model& m, const Elements& el, const State& s, bool finished, Output& out)
 {
@@ -246,7 +257,7 @@ int out_check_end(const Model& m, const Elements& el, const State& s, bool finis
   if (m.check.empty()) return 0;
   std::fprintf(out.lst, "\nCHECKS\n");
   print_table(out.lst, out.result);
-  print_table(stdout, out.result);
+  if (comm_rank() == 0) print_table(stdout, out.result);
   std::fflush(stdout);
   return failed;
 }

@@ -1,4 +1,6 @@
-// Tables of *NODE PRINT and *EL PRINT, laid out as the .dat files of CalculiX.
+// Tables of *NODE PRINT and *EL PRINT, laid out as the .dat files of CalculiX. The rows of a divided model come
+// to rank 0, which has the order of the deck's mesh again.
+#include <algorithm>
 #include <cmath>
 
 #include "out/out.h"
@@ -24,14 +26,36 @@ void header(std::FILE* file, const char* what, const Set& set, double time)
   std::fprintf(file, "\n %s for set %s and time %s\n\n", what, set.name.c_str(), fortran_time(time).c_str());
 }
 
+struct Row {                   // of a node or a Gauss point
+  int index;                   // in the mesh of the deck
+  int label, gauss;
+  double v[6];
+};
+
+// those of all ranks, on rank 0, in the order of the deck; of one rank they have it
+void gather_rows(const Model& m, std::vector<Row>& rows)
+{
+  if (!m.part.on) return;
+  std::vector<Row> all;
+  for (const std::vector<Row>& of_rank : comm_gather(rows)) all.insert(all.end(), of_rank.begin(), of_rank.end());
+  std::stable_sort(all.begin(), all.end(), [](const Row& a, const Row& b) { return a.index < b.index; });
+  rows.swap(all);
+}
+
 void node_table(std::FILE* file, const char* what, const Model& m, const RealVec& field, const Set& set,
                 double time)
 {
-  header(file, what, set, time);
+  std::vector<Row> rows;
   for (int n : set.item) {
-    const double* v = &field[n * m.dim];
-    std::fprintf(file, "%10d%14.6E%14.6E%14.6E\n", m.mesh.node_label[n], v[0], v[1], m.dim == 3 ? v[2] : 0.0);
+    if (!m.part.counts(n)) continue;
+    Row row = {m.part.on ? m.part.node[n] : n, m.mesh.node_label[n], 0, {}};
+    std::copy_n(&field[n * m.dim], m.dim, row.v);
+    rows.push_back(row);
   }
+  gather_rows(m, rows);
+  header(file, what, set, time);
+  for (const Row& r : rows)
+    std::fprintf(file, "%10d%14.6E%14.6E%14.6E\n", r.label, r.v[0], r.v[1], r.v[2]);
 }
 
 // components along the directions that nodes have (*TRANSFORM), as CalculiX prints them
@@ -46,7 +70,8 @@ void total_rows(std::FILE* file, const Model& m, const RealVec& field, const Set
 {
   double sum[3] = {0, 0, 0};
   for (int n : set.item)
-    for (int i = 0; i < m.dim; ++i) sum[i] += field[n * m.dim + i];
+    for (int i = 0; i < m.dim && m.part.counts(n); ++i) sum[i] += field[n * m.dim + i];
+  out_sum(m, sum, 3);
   header(file, "total force (fx,fy,fz)", set, time);
   std::fprintf(file, "%6s%14.6E%14.6E%14.6E\n", "", sum[0], sum[1], sum[2]);
 }
@@ -76,15 +101,23 @@ void six(std::FILE* file, const double v[6])
 void el_rows(std::FILE* file, const Model& m, const Elements& el, const State& s, const Set& set, char what)
 {
   IpFields f;
+  std::vector<Row> rows;
   for (int e : set.item)
     for (int g = 0; g < elem_gauss(m, el, e); ++g) {
       elem_ip_fields(m, el, s.n, out_nlgeom(m, s), e, g, f);
-      std::fprintf(file, "%10d%4d", m.mesh.elem_label[e], g + 1);
-      if (what == 'S') six(file, f.sig);
-      if (what == 'E') six(file, f.E);
-      if (what == 'W') std::fprintf(file, "%14.6E\n", f.psi);
-      if (what == 'P') std::fprintf(file, "%14.6E\n", f.plastic);
+      Row row = {m.part.on ? m.part.elem[e] : e, m.mesh.elem_label[e], g + 1, {}};
+      if (what == 'S') std::copy_n(f.sig, 6, row.v);
+      if (what == 'E') std::copy_n(f.E, 6, row.v);
+      if (what == 'W') row.v[0] = f.psi;
+      if (what == 'P') row.v[0] = f.plastic;
+      rows.push_back(row);
     }
+  gather_rows(m, rows);
+  for (const Row& r : rows) {
+    std::fprintf(file, "%10d%4d", r.label, r.gauss);
+    if (what == 'S' || what == 'E') six(file, r.v);
+    else std::fprintf(file, "%14.6E\n", r.v[0]);
+  }
 }
 
 void el_print(std::FILE* file, const Model& m, const Elements& el, const State& s,
@@ -117,7 +150,7 @@ void out_dat(const Model& m, const Elements& el, const State& s, Output& out)
   for (const PrintRequest& request : step.print) {
     const int every = request.frequency < 1 ? 1 : request.frequency;
     if (!last && s.log.inc % every != 0) continue;
-    if (!out.dat) out.dat = out_file_open(out.base + ".dat");
+    if (!out.dat) out.dat = out_file_first(out.base + ".dat");
     if (request.element)
       el_print(out.dat, m, el, s, request);
     else

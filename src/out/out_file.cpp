@@ -30,6 +30,11 @@ std::FILE* out_file_open(const std::string& path, bool append)
   return file;
 }
 
+std::FILE* out_file_first(const std::string& path, bool append)
+{
+  return comm_rank() == 0 ? out_file_open(path, append) : out_file_open("/dev/null");
+}
+
 void out_file_flush(std::FILE* file, const std::string& path)
 {
   errno = 0;

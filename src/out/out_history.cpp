@@ -8,6 +8,7 @@
 namespace {
 
 const double not_a_number = std::numeric_limits<double>::quiet_NaN();
+const double infinite     = std::numeric_limits<double>::infinity();
 
 struct Sample {                // values and weights that one column reads
   RealVec value, weight;
@@ -17,6 +18,52 @@ struct Sample {                // values and weights that one column reads
     weight.push_back(w);
   }
 };
+
+struct Gathered {              // what a column needs of its sample; of several ranks it is put together
+  double count = 0, sum = 0, total = 0;          // total: of the weights
+  double hi = -infinite, lo = infinite;
+};
+
+Gathered gather(const Sample& s)
+{
+  Gathered g;
+  if (s.value.empty()) return g;
+  g.count = static_cast<double>(s.value.size());
+  g.hi = g.lo = s.value[0];
+  for (std::size_t i = 0; i < s.value.size(); ++i) {
+    g.sum   += s.weight[i] * s.value[i];
+    g.total += s.weight[i];
+    g.hi = std::max(g.hi, s.value[i]);
+    g.lo = std::min(g.lo, s.value[i]);
+  }
+  return g;
+}
+
+// of all columns at once
+void gather_ranks(const Model& m, std::vector<Gathered>& of)
+{
+  RealVec sum, most;
+  for (const Gathered& g : of) {
+    sum.insert(sum.end(), {g.count, g.sum, g.total});
+    most.insert(most.end(), {g.hi, -g.lo});
+  }
+  out_sum(m, sum.data(), static_cast<long>(sum.size()));
+  out_max(m, most.data(), static_cast<long>(most.size()));
+  for (std::size_t i = 0; i < of.size(); ++i)
+    of[i] = {sum[3 * i], sum[3 * i + 1], sum[3 * i + 2], most[2 * i], -most[2 * i + 1]};
+}
+
+double reduced(Reduce reduce, const Gathered& g)
+{
+  if (g.count == 0.0) return not_a_number;
+  switch (reduce) {
+    case REDUCE_SUM:    return g.sum;
+    case REDUCE_MAX:    return g.hi;
+    case REDUCE_MIN:    return g.lo;
+    case REDUCE_ABSMAX: return std::max(std::fabs(g.hi), std::fabs(g.lo));
+    default:            return g.sum / g.total;
+  }
+}
 
 int complain(const HistoryDef& d, const char* why)
 {
@@ -65,7 +112,7 @@ void read_nset(const Model& m, const State& s, const IntVec& set, Probe& probe)
   IntVec follow;
   frac_follow(m, s.frac, s.points, follow);
   for (int n : set)
-    if (follow.empty() || follow[n] != FOLLOW_NONE) probe.node.push_back(n);
+    if (m.part.counts(n) && (follow.empty() || follow[n] != FOLLOW_NONE)) probe.node.push_back(n);
 }
 
 // nodes, elements and points that a column reads now; again after elements have become points
@@ -79,6 +126,18 @@ void find_targets(const Model& m, const Elements& el, const State& s, const Hist
   if (d.nset >= 0) read_nset(m, s, m.nset[d.nset].item, probe);
   if (d.elset >= 0) read_elset(el, s.points, m.elset[d.elset].item, probe);
   if (d.body >= 0) points_of_body(s.points, d.body, probe.point);
+}
+
+struct Targets {               // are there any, on any rank?
+  bool node = false, elem = false, point = false, elem_at = false, point_at = false;
+};
+
+Targets targets_of(const Model& m, const Probe& p)
+{
+  double any[5] = {double(!p.node.empty()), double(!p.elem.empty()), double(!p.point.empty()),
+                   double(!p.at.elem.empty()), double(!p.at.point.empty())};
+  out_max(m, any, 5);
+  return {any[0] > 0.0, any[1] > 0.0, any[2] > 0.0, any[3] > 0.0, any[4] > 0.0};
 }
 
 // what a column reads; returns 1 and says why when that is nothing
@@ -98,19 +157,18 @@ int make_probe(const Model& m, const Elements& el, const State& s, const History
   }
   if (probe.q.kind == Q_FRAC) return 0;
   find_targets(m, el, s, d, probe);
+  const Targets has = targets_of(m, probe);
   if (d.at_point) {
-    if (probe.at.elem.empty() && probe.at.point.empty())
+    if (!has.elem_at && !has.point_at)
       return complain(d, "no element and no material point contains this place at t = 0");
-    if (probe.q.kind == Q_A && probe.at.elem.empty())
-      return complain(d, "material points keep no acceleration");
+    if (probe.q.kind == Q_A && !has.elem_at) return complain(d, "material points keep no acceleration");
     return 0;
   }
   if (d.body >= 0 && m.body[d.body].fill == FILL_CONVERSION) return 0;        // empty at t = 0
-  if (probe.node.empty() && probe.elem.empty() && probe.point.empty())
-    return complain(d, "the target is empty");
-  if (quantity_is_nodal(probe.q) ? !probe.elem.empty() : !probe.node.empty())
+  if (!has.node && !has.elem && !has.point) return complain(d, "the target is empty");
+  if (quantity_is_nodal(probe.q) ? has.elem : has.node)
     return complain(d, "this quantity does not belong to this kind of target");
-  if (!probe.point.empty() && (probe.q.kind == Q_A || probe.q.kind == Q_RF))
+  if (has.point && (probe.q.kind == Q_A || probe.q.kind == Q_RF))
     return complain(d, "material points have neither accelerations nor reactions");
   return 0;
 }
@@ -193,7 +251,13 @@ double fracture_value(const Model& m, const Elements& el, const State& s, const 
   return value[probe.q.comp];
 }
 
-double probe_value(const Model& m, const Elements& el, const State& s, const Probe& probe)
+// a number that the state holds as it is, or the sample that the column is made of
+bool is_sampled(const Probe& probe)
+{
+  return probe.q.kind != Q_FRAC && probe.contact < 0 && probe.grid_bc < 0;
+}
+
+double state_value(const Model& m, const Elements& el, const State& s, const Probe& probe)
 {
   if (probe.q.kind == Q_FRAC) return fracture_value(m, el, s, probe);
   if (probe.contact >= 0) {
@@ -202,35 +266,25 @@ double probe_value(const Model& m, const Elements& el, const State& s, const Pro
     const double value[5] = {c.force, c.gap, c.area, c.work, c.peak};
     return value[probe.q.comp];
   }
-  if (probe.grid_bc >= 0) return s.grid_rf[probe.grid_bc * m.dim + probe.q.comp];
+  return s.grid_rf[probe.grid_bc * m.dim + probe.q.comp];
+}
+
+Gathered sampled(const Model& m, const Elements& el, const State& s, const Probe& probe)
+{
   Sample sample;
   sample_place(m, el, s, probe, sample);
   for (int n : probe.node) sample.add(node_value(m, s, probe.q, n), 1.0);
   for (int e : probe.elem) sample_gauss(m, el, s, probe.q, e, sample);
   for (int p : probe.point)
     sample_point(m, s, probe.q, p, s.points.w.data() + s.points.conn.off[p], sample);
-  return history_reduce(probe.reduce, sample.value, sample.weight);
+  return gather(sample);
 }
 
 }  // namespace
 
 double history_reduce(Reduce reduce, const RealVec& value, const RealVec& weight)
 {
-  if (value.empty()) return not_a_number;
-  double sum = 0.0, total = 0.0, hi = value[0], lo = value[0];
-  for (std::size_t i = 0; i < value.size(); ++i) {
-    sum   += weight[i] * value[i];
-    total += weight[i];
-    hi = std::max(hi, value[i]);
-    lo = std::min(lo, value[i]);
-  }
-  switch (reduce) {
-    case REDUCE_SUM:    return sum;
-    case REDUCE_MAX:    return hi;
-    case REDUCE_MIN:    return lo;
-    case REDUCE_ABSMAX: return std::max(std::fabs(hi), std::fabs(lo));
-    default:            return sum / total;
-  }
+  return reduced(reduce, gather({value, weight}));
 }
 
 int history_column(const History& h, const std::string& name)
@@ -275,7 +329,7 @@ int history_setup(const Model& m, const Elements& el, const State& s, Output& ou
 
 void history_open(Output& out)
 {
-  out.his = out_file_open(out.base + ".his");
+  out.his = out_file_first(out.base + ".his");
   std::fputs("# ", out.his);
   for (std::size_t i = 0; i < out.history.names.size(); ++i)
     std::fprintf(out.his, i == 0 ? "%17s" : " %19s", out.history.names[i].c_str());
@@ -304,7 +358,13 @@ void history_row(const Model& m, const Elements& el, const State& s, Output& out
     out.converted = s.frac.converted.size();
   }
   built_in_values(s, m.dim, row);
-  for (const Probe& probe : out.probe) row.push_back(probe_value(m, el, s, probe));
+  std::vector<Gathered> sample;
+  for (const Probe& probe : out.probe)
+    sample.push_back(is_sampled(probe) ? sampled(m, el, s, probe) : Gathered());
+  gather_ranks(m, sample);
+  for (std::size_t i = 0; i < sample.size(); ++i)
+    row.push_back(is_sampled(out.probe[i]) ? reduced(out.probe[i].reduce, sample[i])
+                                           : state_value(m, el, s, out.probe[i]));
   out.history.rows.push_back(row);
   const int last = static_cast<int>(out.history.rows.size()) - 1;
   if (last % std::max(1, m.history_out.frequency) != 0) return;

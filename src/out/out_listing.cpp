@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <cstring>
 #include <ctime>
 
 #include "base/comm.h"
@@ -88,6 +89,33 @@ void step_defaults(std::FILE* file, const Model& m, int i)
 
 double phase_wall(Phase p) { return timer_phase(p).wall; }
 
+struct NamedBytes {            // what travels between ranks
+  char what[40];
+  double bytes;
+};
+
+NamedBytes named_bytes(const char* what, double bytes)
+{
+  NamedBytes u;
+  std::snprintf(u.what, sizeof u.what, "%s", what);
+  u.bytes = bytes;
+  return u;
+}
+
+// what the ranks use for the same, put together on rank 0, in the order in which it is first met
+void add_ranks(std::vector<NamedBytes>& use)
+{
+  std::vector<NamedBytes> sum;
+  for (const std::vector<NamedBytes>& of_rank : comm_gather(use))
+    for (const NamedBytes& u : of_rank) {
+      const auto same = [&u](const NamedBytes& k) { return std::strcmp(k.what, u.what) == 0; };
+      const auto at = std::find_if(sum.begin(), sum.end(), same);
+      if (at == sum.end()) sum.push_back(u);
+      else at->bytes += u.bytes;
+    }
+  use = sum;
+}
+
 }  // namespace
 
 const char* out_status_text(Status status)
@@ -116,8 +144,8 @@ const char* out_status_text(Status status)
 void out_listing_open(const Model& m, Output& out, bool goes_on)
 {
   out.base = m.out_dir.empty() ? m.job : m.out_dir + "/" + m.job;
+  out.lst  = out_file_first(out.base + ".lst", goes_on);
   if (comm_rank() > 0) return;
-  out.lst  = out_file_open(out.base + ".lst", goes_on);
   log_open(out.lst);
   if (goes_on) std::fprintf(out.lst, "\n\n---- continued from a restart file ----\n\n");
   utsname machine;
@@ -150,6 +178,8 @@ void out_listing_defaults(std::FILE* file, const Model& m, const Bonds& bonds)
                m.solver.kind == SOLVER_CG ? precond[m.solver.precond]
                : m.solver.reuse           ? ""
                                           : ", a factorisation in each iteration");
+  if (m.part.on)
+    std::fprintf(file, "  model           divided: each rank has its elements and their nodes alone\n");
   if (m.grid.given)
     std::fprintf(file, "  grid            nodes weaker than %g follow others (extended basis%s)\n",
                  m.grid.weak, m.grid.weak > 0.0 ? "" : ", off");
@@ -171,7 +201,7 @@ void out_listing_defaults(std::FILE* file, const Model& m, const Bonds& bonds)
   std::fprintf(file, "  history         every %d increments\n", std::max(1, m.history_out.frequency));
   if (m.vtk.on)
     std::fprintf(file, "  VTK             %s, every %s increments, time interval %s\n",
-                 m.vtk.xml ? ".vtu" : m.vtk.ascii ? "text" : "binary",
+                 m.part.on ? ".pvtu, a .vtu of each rank" : m.vtk.xml ? ".vtu" : m.vtk.ascii ? "text" : "binary",
                  or_default(m.vtk.frequency, m.vtk.interval > 0.0 ? "-" : "1").c_str(),
                  or_default(m.vtk.interval, "-").c_str());
   if (m.restart.write)
@@ -183,7 +213,7 @@ void out_listing_defaults(std::FILE* file, const Model& m, const Bonds& bonds)
 
 void out_step_begin(const Model& m, int step, Output& out)
 {
-  if (comm_rank() > 0) return;
+  if (out_idle(m)) return;
   step_defaults(out.lst, m, step);
   std::fprintf(
       out.lst,
@@ -192,7 +222,7 @@ void out_step_begin(const Model& m, int step, Output& out)
 
 void out_step_end(const Model& m, const State& s, Output& out)
 {
-  if (comm_rank() > 0) return;
+  if (out_idle(m)) return;
   std::fprintf(out.lst, "\nend of step %d after %d increments at time %.9g\n", s.log.step, s.log.inc,
                s.n.time);
   out_listing_balance(out.lst, m, s);
@@ -370,19 +400,23 @@ void out_listing_skipped(std::FILE* file, const Model& m, const State& s)
 }
 
 // ---------------------------------------------------------------------------
-// out_listing_memory : what lives through the run, in MB and in bytes an equation
+// out_listing_memory : what lives through the run, in MB and in bytes an equation; of a divided model that of
+// all ranks
 // ---------------------------------------------------------------------------
-void out_listing_memory(std::FILE* file, const std::vector<MemoryUse>& use, int equations)
+void out_listing_memory(std::FILE* file, const Model& m, const std::vector<MemoryUse>& use, int equations)
 {
   rusage peak;
   getrusage(RUSAGE_SELF, &peak);
-  std::fprintf(file, "\nMEMORY\n  %-34s %10s %20s\n", "what", "MB", "bytes an equation");
-  const auto line = [&](const char* what, double bytes) {
-    std::fprintf(file, "  %-34s %10.2f %20.0f\n", what, 1e-6 * bytes, bytes / std::max(1, equations));
-  };
-  for (const MemoryUse& u : use)
-    if (u.bytes > 0.0) line(u.what, u.bytes);
-  line("peak of the process", 1024.0 * static_cast<double>(peak.ru_maxrss));
+  std::vector<MemoryUse> all(use);
+  all.push_back({"peak of the process", 1024.0 * static_cast<double>(peak.ru_maxrss)});
+  std::vector<NamedBytes> named;
+  for (const MemoryUse& u : all) named.push_back(named_bytes(u.what, u.bytes));
+  if (m.part.on) add_ranks(named);
+  std::fprintf(file, "\nMEMORY%s\n  %-34s %10s %20s\n", m.part.on ? " of all ranks" : "", "what", "MB",
+               "bytes an equation");
+  for (const NamedBytes& u : named)
+    if (u.bytes > 0.0)
+      std::fprintf(file, "  %-34s %10.2f %20.0f\n", u.what, 1e-6 * u.bytes, u.bytes / std::max(1, equations));
 }
 
 double out_memory()

@@ -38,12 +38,14 @@ void search_points(const Model& m, const Points& pts, const double x[3], Located
 
 // ---------------------------------------------------------------------------
 // out_locate : every element, or else every point, whose domain at t = 0 contains x.
-// On a common edge there are several; their mean is taken later.
+// On a common edge there are several, of a divided model on several ranks; their mean is taken later.
 // ---------------------------------------------------------------------------
 Located out_locate(const Model& m, const Elements& el, const Points& pts, const double x[3])
 {
   Located found;
   search_elements(m, el, x, found);
-  if (found.elem.empty()) search_points(m, pts, x, found);
+  double elements = static_cast<double>(found.elem.size());
+  out_max(m, &elements, 1);
+  if (elements == 0.0) search_points(m, pts, x, found);
   return found;
 }

@@ -24,16 +24,16 @@ bool vtk_due(const Model& m, const State& s, Output& out)
 // ---------------------------------------------------------------------------
 int out_open(const Model& m, const Elements& el, const State& s, const ActiveGrid& grid, Output& out)
 {
-  if (comm_rank() > 0) return 0;
+  if (out_idle(m)) return 0;
   if (!out.lst) out_listing_open(m, out);
   out_model_summary(out.lst, m, el, s.points, s.bonds);
   out_listing_defaults(out.lst, m, s.bonds);
-  out.chk = out_file_open(out.base + ".chk");
+  out.chk = out_file_first(out.base + ".chk");
   out_check_begin(m, out);
   const int errors = history_setup(m, el, s, out);
   if (errors > 0) return errors;
   history_open(out);
-  out.terminal      = isatty(STDERR_FILENO) == 1;
+  out.terminal      = comm_rank() == 0 && isatty(STDERR_FILENO) == 1;
   out.progress_wall = timer_wall();
   out_increment(m, el, s, grid, out);
   return 0;
@@ -44,7 +44,7 @@ int out_open(const Model& m, const Elements& el, const State& s, const ActiveGri
 // ---------------------------------------------------------------------------
 void out_increment(const Model& m, const Elements& el, const State& s, const ActiveGrid& grid, Output& out)
 {
-  if (comm_rank() > 0) return;
+  if (out_idle(m)) return;
   Timer timer(PHASE_OUTPUT);
   if (s.log.inc_total > 0) out_listing_increment(s);
   history_row(m, el, s, out);
@@ -65,7 +65,7 @@ void out_increment(const Model& m, const Elements& el, const State& s, const Act
 int out_close(const Model& m, const Elements& el, const State& s, const ActiveGrid& grid,
               const Solver& solver, bool finished, Output& out)
 {
-  if (comm_rank() > 0) return 0;
+  if (out_idle(m)) return 0;
   out_progress_clear(out);
   const int last = static_cast<int>(out.history.rows.size()) - 1;
   if (out.row_written < last) history_write(out, last);
@@ -81,7 +81,7 @@ int out_close(const Model& m, const Elements& el, const State& s, const ActiveGr
   out_listing_solver(out.lst, solver);
   out_listing_ranks(out.lst, out.ranks);
   out_listing_skipped(out.lst, m, s);
-  out_listing_memory(out.lst, out.memory, s.log.equations);
+  out_listing_memory(out.lst, m, out.memory, s.log.equations);
   out_listing_end(out.lst, finished, failed);
   log_open(nullptr);
   out_file_close(out.lst, out.base + ".lst");

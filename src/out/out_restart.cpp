@@ -69,15 +69,9 @@ void io_content(Archive& f, Lengths& length, State& s, ActiveGrid& grid, Output&
 
 // ---- writing -------------------------------------------------------------------
 
-// on the disk under another name first, then renamed
-void put_file(const std::string& path, const FileHead& frame, const std::string& content)
+// a file that is whole under another name takes its own, and the folder knows it
+void rename_file(const std::string& fresh, const std::string& path)
 {
-  const std::string fresh = path + ".new";
-  std::FILE* file = out_file_open(fresh);
-  std::fwrite(&frame, sizeof frame, 1, file);
-  std::fwrite(content.data(), 1, content.size(), file);
-  out_file_sync(file, fresh);
-  out_file_close(file, fresh);
   if (std::rename(fresh.c_str(), path.c_str()) != 0)
     log_warn("%s cannot be renamed: %s", fresh.c_str(), std::strerror(errno));
   const std::string folder = std::filesystem::path(path).parent_path().string();
@@ -85,6 +79,65 @@ void put_file(const std::string& path, const FileHead& frame, const std::string&
   if (handle < 0) return;
   fsync(handle);
   close(handle);
+}
+
+// behind a frame that is known when the content is
+void begin_file(const std::string& fresh, Archive& f)
+{
+  FileHead frame = {};
+  f.filed = true;
+  if (comm_rank() > 0) return;
+  f.file = out_file_open(fresh);
+  std::fwrite(&frame, sizeof frame, 1, f.file);
+}
+
+void end_file(const std::string& fresh, const std::string& path, Archive& f)
+{
+  if (!f.file) return;
+  archive_flush(f);
+  FileHead frame;
+  std::memcpy(frame.magic, magic, sizeof frame.magic);
+  frame.size = f.at;
+  frame.hash = f.hash;
+  out_file_flush(f.file, fresh);
+  std::rewind(f.file);
+  std::fwrite(&frame, sizeof frame, 1, f.file);
+  out_file_sync(f.file, fresh);
+  out_file_close(f.file, fresh);
+  rename_file(fresh, path);
+}
+
+void copy_file(const std::string& from, const std::string& path)
+{
+  const std::string fresh = path + ".new";
+  std::FILE* source = std::fopen(from.c_str(), "rb");
+  std::FILE* file   = out_file_open(fresh);
+  std::vector<char> bytes(1 << 20);
+  for (std::size_t n = 1; source && n > 0;) {
+    n = std::fread(bytes.data(), 1, bytes.size(), source);
+    std::fwrite(bytes.data(), 1, n, file);
+  }
+  if (source) std::fclose(source);
+  out_file_sync(file, fresh);
+  out_file_close(file, fresh);
+  if (source) rename_file(fresh, path);
+  else log_warn("%s cannot be read any more: %s", from.c_str(), std::strerror(errno));
+}
+
+// what the rank of a divided model has of the deck's mesh                          [ARCHIVE_KINDS]
+std::vector<ArchivePart> parts_of(const Model& m)
+{
+  std::vector<ArchivePart> part(ARCHIVE_KINDS);
+  part[PER_NODE].whole = m.part.nnode;
+  part[PER_NODE].item  = m.part.node;
+  for (int n = 0; n < m.mesh.nnode(); ++n) part[PER_NODE].brings.push_back(m.part.counts(n));
+  part[PER_ELEM].whole = part[PER_GAUSS].whole = m.part.nelem;
+  part[PER_ELEM].item = part[PER_GAUSS].item = m.part.elem;
+  part[PER_GAUSS].ragged = true;
+  for (int e = 0; e < m.mesh.nelem(); ++e)
+    part[PER_GAUSS].units.push_back(
+        m.mesh.elem_section[e] < 0 ? 0 : shape_info[elem_table[m.mesh.elem_type[e]].shape].ngp);
+  return part;
 }
 
 long length_of(std::FILE* file, const std::string& path)
@@ -110,33 +163,33 @@ bool refuse(const std::string& path, const std::string& why)
   return false;
 }
 
-bool read_file(const std::string& path, std::string& bytes)
+// rank 0: a file that is whole and undamaged; f: it, at the begin of its content
+bool open_file(const std::string& path, Archive& f)
 {
-  std::FILE* file = std::fopen(path.c_str(), "rb");
-  if (!file)
+  f.file = std::fopen(path.c_str(), "rb");
+  if (!f.file)
     return refuse(path, std::string(std::strerror(errno)) +
                             ". *RESTART, WRITE makes it; mpfe --restart FILE reads another one");
   std::error_code error;
   const std::uintmax_t size = std::filesystem::file_size(path, error);
-  if (!error) bytes.resize(size);
-  const bool good = !error && std::fread(&bytes[0], 1, bytes.size(), file) == bytes.size();
-  std::fclose(file);
-  return good || refuse(path, "it cannot be read");
-}
-
-// the content out of its frame
-bool open_frame(const std::string& path, std::string& bytes)
-{
-  FileHead frame;
-  if (bytes.size() < sizeof frame || bytes.compare(0, sizeof frame.magic, magic) != 0)
+  if (error) return refuse(path, "it cannot be read");
+  FileHead frame = {};
+  const bool whole = std::fread(&frame, sizeof frame, 1, f.file) == 1;
+  if (!whole || std::memcmp(frame.magic, magic, sizeof frame.magic) != 0)
     return refuse(path, "it is no restart file of mpfe, or its beginning is damaged");
-  std::memcpy(&frame, bytes.data(), sizeof frame);
-  bytes.erase(0, sizeof frame);
-  if (bytes.size() != frame.size)
-    return refuse(path, "it is not complete, " + std::to_string(bytes.size()) + " bytes instead of " +
+  if (size - sizeof frame != frame.size)
+    return refuse(path, "it is not complete, " + std::to_string(size - sizeof frame) + " bytes instead of " +
                             std::to_string(frame.size) + "; take an earlier one");
-  return hash_add(hash_start, bytes.data(), bytes.size()) == frame.hash ||
-         refuse(path, "it is damaged (wrong checksum); take an earlier one");
+  std::uint64_t hash = hash_start;
+  std::vector<char> bytes(1 << 20);
+  for (std::size_t n = 1; n > 0;) {
+    n    = std::fread(bytes.data(), 1, bytes.size(), f.file);
+    hash = hash_add(hash, bytes.data(), n);
+  }
+  if (std::ferror(f.file)) return refuse(path, "it cannot be read");
+  f.size = frame.size;
+  f.head = sizeof frame;
+  return hash == frame.hash || refuse(path, "it is damaged (wrong checksum); take an earlier one");
 }
 
 bool fits(const std::string& path, const Model& m, const Origin& o)
@@ -189,12 +242,12 @@ int continue_file(const std::string& path, long length, std::FILE*& file)
 // ---------------------------------------------------------------------------
 // out_restart : the state between two increments, and what the output remembers
 //
-// JOB.rst is always the last one; without OVERLAY each is kept as JOB_000123.rst too. doc/developer.md,
-// Restart
+// JOB.rst is always the last one; without OVERLAY each is kept as JOB_000123.rst too. Of a divided model rank
+// 0 writes what all bring, as one rank would. doc/developer.md, Restart
 // ---------------------------------------------------------------------------
 void out_restart(const Model& m, State& s, ActiveGrid& grid, bool now, Output& out)
 {
-  if (!m.restart.write || comm_rank() > 0) return;
+  if (!m.restart.write || out_idle(m)) return;
   const bool due = s.log.inc > 0 && restart_due(m, s, out);
   if (!(due || now) || out.restart_inc == s.log.inc_total) return;
   Timer timer(PHASE_OUTPUT);
@@ -204,35 +257,42 @@ void out_restart(const Model& m, State& s, ActiveGrid& grid, bool now, Output& o
   length.ero = length_of(out.ero, out.base + ".ero");
   length.frag = length_of(out.frag, out.base + ".frag");
   Archive f;
+  std::vector<ArchivePart> part;
+  if (m.part.on) {
+    part   = parts_of(m);
+    f.part = part.data();
+  }
+  char tail[40] = "";
+  if (!m.restart.overlay) std::snprintf(tail, sizeof tail, "_%06d", s.log.inc_total);
+  const std::string path = out.base + tail + ".rst", fresh = path + ".new";
+  begin_file(fresh, f);
   Origin origin;
   origin.format  = format;
   origin.version = MPFE_VERSION;
   origin.deck    = m.hash;
   io(f, origin);
   io_content(f, length, s, grid, out);
-  FileHead frame;
-  std::memcpy(frame.magic, magic, sizeof frame.magic);
-  frame.size = f.bytes.size();
-  frame.hash = hash_add(hash_start, f.bytes.data(), f.bytes.size());
-  char tail[40];
-  std::snprintf(tail, sizeof tail, "_%06d.rst", s.log.inc_total);
-  if (!m.restart.overlay) put_file(out.base + tail, frame, f.bytes);
-  put_file(out.base + ".rst", frame, f.bytes);
-  log_note("  restart file written, %.3g MB", 1e-6 * static_cast<double>(f.bytes.size()));
+  end_file(fresh, path, f);
+  if (!m.restart.overlay && comm_rank() == 0) copy_file(path, out.base + ".rst");
+  log_note("  restart file written, %.3g MB", 1e-6 * static_cast<double>(f.at));
 }
 
 bool out_restart_load(const Model& m, const std::string& path, Archive& f)
 {
-  Origin origin;
   f = Archive();
-  f.reading = true;
-  if (!read_file(path, f.bytes) || !open_frame(path, f.bytes)) return false;
+  f.reading = f.filed = true;
+  if (comm_bcast(comm_rank() == 0 && !open_file(path, f))) return false;
+  double size = static_cast<double>(f.size);
+  comm_bcast(&size, 1);
+  f.size = static_cast<std::size_t>(size);
+  Origin origin;
   io(f, origin);
   return fits(path, m, origin);
 }
 
 // ---------------------------------------------------------------------------
-// out_reopen : columns are found with the state at t = 0, as at the start of the run; then all is as it was
+// out_reopen : columns are found with the state at t = 0, as at the start of the run; then all is as it was.
+// Rank 0 reads the file; a rank of a divided model gets its part of each array.
 // ---------------------------------------------------------------------------
 int out_reopen(const Model& m, const Elements& el, Archive& f, State& s, ActiveGrid& grid, Output& out)
 {
@@ -242,13 +302,23 @@ int out_reopen(const Model& m, const Elements& el, Archive& f, State& s, ActiveG
   const Points begin = s.points;
   const std::vector<std::string> names = out.history.names;
   Lengths length;
+  std::vector<ArchivePart> part;
+  if (m.part.on) {
+    part   = parts_of(m);
+    f.part = part.data();
+  }
   io_content(f, length, s, grid, out);
-  if (!f.good || f.at != f.bytes.size()) {
+  if (f.file) std::fclose(f.file);
+  f.file = nullptr;
+  f.part = nullptr;
+  if (m.part.on) s.division = Division();            // of a replicated model, which has written the file
+  if (!f.good || f.at != f.end()) {
     log_error("the restart file has another content than this program expects: another build of mpfe has "
               "written it");
     return 1;
   }
   const char* fault = state_fault(m, begin, s);
+  if (comm_allreduce_max(fault != nullptr) && !fault) fault = "the part of another rank";
   if (!fault && !output_fits(m, grid, names, out)) fault = "history and checks";
   if (fault) {
     log_error("the restart file does not fit this model (%s): it is damaged, although its checksum is right; "
@@ -256,18 +326,18 @@ int out_reopen(const Model& m, const Elements& el, Archive& f, State& s, ActiveG
               fault);
     return 1;
   }
-  if (!first) return 0;
-  out.chk = out_file_open(out.base + ".chk");
-  if (continue_file(out.base + ".dat", length.dat, out.dat) +
-      continue_file(out.base + ".ero", length.ero, out.ero) +
-      continue_file(out.base + ".frag", length.frag, out.frag))
+  if (out_idle(m)) return 0;
+  out.chk = out_file_first(out.base + ".chk");
+  if (first && continue_file(out.base + ".dat", length.dat, out.dat) +
+                   continue_file(out.base + ".ero", length.ero, out.ero) +
+                   continue_file(out.base + ".frag", length.frag, out.frag))
     return 1;
-  if (m.vtk.on) out_vtk_continue(m, out);
+  if (m.vtk.on && first) out_vtk_continue(out);
   history_open(out);
   const int every = std::max(1, m.history_out.frequency);
   for (int row = 0; row <= out.row_written; row += every) history_write(out, row);
   log_note("the run goes on from step %d, increment %d, time %.9g", s.log.step, s.log.inc, s.n.time);
-  out.terminal      = isatty(STDERR_FILENO) == 1;
+  out.terminal      = first && isatty(STDERR_FILENO) == 1;
   out.progress_wall = timer_wall();
   out.progress_from = s.n.time;
   return 0;

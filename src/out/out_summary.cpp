@@ -18,6 +18,21 @@ struct Box {
   }
 };
 
+// of all ranks
+void box_of_ranks(const Model& m, Box& box)
+{
+  double most[6];
+  for (int i = 0; i < 3; ++i) {
+    most[i]     = -box.lo[i];
+    most[3 + i] = box.hi[i];
+  }
+  out_max(m, most, 6);
+  for (int i = 0; i < 3; ++i) {
+    box.lo[i] = -most[i];
+    box.hi[i] = most[3 + i];
+  }
+}
+
 struct Range {
   double lo = 1e300, hi = 0.0;
   void add(double v)
@@ -56,6 +71,10 @@ Range edge_range(const Model& m, const Elements& el)
         range.add(distance(&m.mesh.X[3 * n1], &m.mesh.X[3 * n2], 3));
       }
   }
+  double most[2] = {-range.lo, range.hi};
+  out_max(m, most, 2);
+  range.lo = -most[0];
+  range.hi = most[1];
   return range;
 }
 
@@ -88,22 +107,22 @@ double bond_young(const Model& m, const BondDef& d)
 
 void print_mesh(std::FILE* file, const Model& m, const Elements& el)
 {
-  if (m.mesh.nnode() == 0) return;
-  IntVec count(ELEM_TYPES, 0);
-  int points = 0;
-  for (int e = 0; e < m.mesh.nelem(); ++e) {
-    if (el.block_of[e] < 0) ++points;
-    else ++count[m.mesh.elem_type[e]];
-  }
+  const int nnode = m.part.on ? m.part.nnode : m.mesh.nnode();
+  if (nnode == 0) return;
+  RealVec count(ELEM_TYPES + 1, 0.0);                  // the last one: no finite elements
+  for (int e = 0; e < m.mesh.nelem(); ++e) ++count[el.block_of[e] < 0 ? ELEM_TYPES : m.mesh.elem_type[e]];
+  out_sum(m, count.data(), ELEM_TYPES + 1);
   const auto has_twin = [](const Frame& f) { return f.twin >= 0; };
   const auto twins    = std::count_if(m.frame.begin(), m.frame.end(), has_twin);
-  std::fprintf(file, "  nodes           %d\n", m.mesh.nnode() - static_cast<int>(twins));
+  std::fprintf(file, "  nodes           %d\n", nnode - static_cast<int>(twins));
   for (int t = 0; t < ELEM_TYPES; ++t)
-    if (count[t]) std::fprintf(file, "  elements        %d %s\n", count[t], elem_table[t].name);
-  if (points)
-    std::fprintf(file, "  cells           %d elements of the deck that are no finite elements\n", points);
+    if (count[t] > 0.0) std::fprintf(file, "  elements        %.0f %s\n", count[t], elem_table[t].name);
+  if (count[ELEM_TYPES] > 0.0)
+    std::fprintf(file, "  cells           %.0f elements of the deck that are no finite elements\n",
+                 count[ELEM_TYPES]);
   Box box;
   for (int n = 0; n < m.mesh.nnode(); ++n) box.add(&m.mesh.X[3 * n], m.dim);
+  box_of_ranks(m, box);
   print_box(file, "nodes lie in", box, m.dim);
   const Range edge = edge_range(m, el);
   if (edge.hi > 0.0) std::fprintf(file, "  edges           %g ... %g\n", edge.lo, edge.hi);
@@ -127,8 +146,7 @@ void print_sections(std::FILE* file, const Model& m, const Elements& el)
 {
   for (std::size_t i = 0; i < m.section.size(); ++i) {
     const Section& section = m.section[i];
-    double volume = 0.0;
-    int elements = 0;
+    double sum[2] = {0.0, 0.0}, &volume = sum[0], &elements = sum[1];
     for (int e = 0; e < m.mesh.nelem(); ++e) {
       if (el.block_of[e] < 0 || m.mesh.elem_section[e] != static_cast<int>(i)) continue;
       const int ngp = elem_gauss(m, el, e);
@@ -137,8 +155,9 @@ void print_sections(std::FILE* file, const Model& m, const Elements& el)
       for (int g = 0; g < ngp; ++g) volume += w[g];
       ++elements;
     }
+    out_sum(m, sum, 2);
     const Material& mat = m.material[section.material];
-    std::fprintf(file, "  section %-7s of %s: %d elements", m.elset[section.elset].name.c_str(),
+    std::fprintf(file, "  section %-7s of %s: %.0f elements", m.elset[section.elset].name.c_str(),
                  mat.name.c_str(), elements);
     if (m.dim == 2) std::fprintf(file, ", thickness %g", section.thickness);
     std::fprintf(file, ", volume %.9g, mass %.9g\n", volume, volume * mat.density);
@@ -205,8 +224,9 @@ void print_viscous(std::FILE* file, const Model& m, const Points& pts)
 {
   for (const ViscousBoundary& v : m.viscous) {
     const Surface& s  = m.surface[v.surface];
-    const size_t face = s.body >= 0 ? pts.surface[v.surface].size() : s.face.size();
-    std::fprintf(file, "  dampers %-7s %zu faces, factors %g along the normal, %g across\n", s.name.c_str(),
+    double face = static_cast<double>(s.body >= 0 ? pts.surface[v.surface].size() : s.face.size());
+    out_sum(m, &face, 1);
+    std::fprintf(file, "  dampers %-7s %.0f faces, factors %g along the normal, %g across\n", s.name.c_str(),
                  face, v.a, v.b);
   }
 }
@@ -235,15 +255,19 @@ void print_wave_travel(std::FILE* file, const Model& m, const Elements& el, cons
 
 void print_sets(std::FILE* file, const Model& m)
 {
-  const auto print = [file](const char* word, const std::vector<Set>& sets) {
+  const auto print = [file, &m](const char* word, const std::vector<Set>& sets, bool nodes) {
     if (sets.empty()) return;
+    RealVec count(sets.size(), 0.0);
+    for (std::size_t i = 0; i < sets.size(); ++i)
+      for (int k : sets[i].item) count[i] += nodes && !m.part.counts(k) ? 0.0 : 1.0;
+    out_sum(m, count.data(), static_cast<long>(count.size()));
     std::fprintf(file, "  %-16s", word);
     for (std::size_t i = 0; i < sets.size(); ++i)
-      std::fprintf(file, "%s%s %zu", i ? ", " : "", sets[i].name.c_str(), sets[i].item.size());
+      std::fprintf(file, "%s%s %.0f", i ? ", " : "", sets[i].name.c_str(), count[i]);
     std::fprintf(file, "\n");
   };
-  print("node sets", m.nset);
-  print("element sets", m.elset);
+  print("node sets", m.nset, true);
+  print("element sets", m.elset, false);
   std::string names;
   for (const Surface& s : m.surface)                 // those of *DLOAD have no name
     if (!s.name.empty()) names += (names.empty() ? "" : ", ") + s.name;
@@ -258,6 +282,8 @@ void print_sets(std::FILE* file, const Model& m)
 void out_model_summary(std::FILE* file, const Model& m, const Elements& el, const Points& pts,
                        const Bonds& bonds)
 {
+  std::FILE* nowhere = file ? nullptr : out_file_open("/dev/null");
+  if (!file) file = nowhere;
   std::fprintf(file, "\nMODEL  %d dimensions, %zu steps, %zu checks\n", m.dim, m.step.size(), m.check.size());
   print_mesh(file, m, el);
   print_grid(file, m.grid, m.dim);
@@ -268,4 +294,5 @@ void out_model_summary(std::FILE* file, const Model& m, const Elements& el, cons
   print_viscous(file, m, pts);
   print_wave_travel(file, m, el, pts);
   print_sets(file, m);
+  if (nowhere) std::fclose(nowhere);
 }

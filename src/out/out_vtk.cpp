@@ -44,34 +44,77 @@ void write_fields(VtkFile& f, const CellFields& c, int dim, bool plastic)
   if (plastic) vtk_scalars(f, "PEEQ", c.plastic);
 }
 
-std::string frame_tail(const Model& m, VtkKind kind, int frame)
+// a divided model has a .vtu of each rank, whatever the deck says, and a .pvtu that leads to them
+const char* const endings[] = {"vtk", "vtu", "pvtu"};
+
+const char* ending_of(const Model& m) { return endings[m.part.on ? 2 : m.vtk.xml ? 1 : 0]; }
+
+std::string frame_tail(VtkKind kind, int frame, const std::string& ending)
 {
-  char tail[40];
-  std::snprintf(tail, sizeof tail, "_%s_%06d.%s", kind_name[kind], frame, m.vtk.xml ? "vtu" : "vtk");
+  char tail[60];
+  std::snprintf(tail, sizeof tail, "_%s_%06d%s", kind_name[kind], frame, ending.c_str());
   return tail;
 }
 
-std::string series_path(const Model& m, VtkKind kind, const Output& out)
+std::string piece_tail(VtkKind kind, int frame, std::size_t rank)
 {
-  return out.base + "_" + kind_name[kind] + (m.vtk.xml ? ".vtu.series" : ".vtk.series");
+  return frame_tail(kind, frame, "_r" + std::to_string(rank) + ".vtu");
 }
 
-// opens JOB_kind_000123.vtk and puts it into the series
-void begin(VtkFile& f, VtkKind kind, const Model& m, const State& s, Output& out)
+// ---------------------------------------------------------------------------
+// write_series : frames of one ending, since ParaView reads a series with one reader; there are several after
+// a run has gone on in another format, or on another number of ranks. None left: the file goes.
+// ---------------------------------------------------------------------------
+void write_series(const Output& out, VtkKind kind, const std::string& ending)
 {
-  const std::string tail = frame_tail(m, kind, out.vtk_frame);
+  const VtkSeries& all = out.series[kind];
+  const std::string path = out.base + "_" + kind_name[kind] + "." + ending + ".series";
+  VtkSeries series;
+  for (std::size_t i = 0; i < all.file.size(); ++i) {
+    if (std::filesystem::path(all.file[i]).extension() != "." + ending) continue;
+    series.file.push_back(all.file[i]);
+    series.time.push_back(all.time[i]);
+  }
+  std::error_code error;
+  if (series.file.empty()) std::filesystem::remove(path, error);
+  else out_vtk_series(path, series);
+}
+
+// has any rank something to show?
+bool anybody(const Model& m, bool here)
+{
+  double any = here;
+  out_max(m, &any, 1);
+  return any > 0.0;
+}
+
+// opens JOB_kind_000123.vtk, or the piece of this rank, and puts the frame into the series. here: there is
+// something to show on this rank; else its piece is written to nowhere
+void begin(VtkFile& f, VtkKind kind, const Model& m, const State& s, bool here, Output& out)
+{
+  const std::string tail = frame_tail(kind, out.vtk_frame, std::string(".") + ending_of(m));
   out.series[kind].file.push_back(m.job + tail);
   out.series[kind].time.push_back(s.n.time);
   char title[240];
   std::snprintf(title, sizeof title, "mpfe %.150s, %s, time %.9g", m.job.c_str(), kind_name[kind], s.n.time);
-  vtk_open(f, out.base + tail, title, s.n.time,
-           m.vtk.xml ? VTK_XML : m.vtk.ascii ? VTK_ASCII : VTK_BINARY);
+  std::string path = out.base + tail;
+  if (m.part.on) path = here ? out.base + piece_tail(kind, out.vtk_frame, comm_rank()) : "/dev/null";
+  vtk_open(f, path, title, s.n.time,
+           m.part.on || m.vtk.xml ? VTK_XML : m.vtk.ascii ? VTK_ASCII : VTK_BINARY);
 }
 
-void end(VtkFile& f, VtkKind kind, const Model& m, const Output& out)
+void end(VtkFile& f, VtkKind kind, const Model& m, bool here, const Output& out)
 {
   vtk_close(f);
-  out_vtk_series(series_path(m, kind, out), out.series[kind]);
+  if (m.part.on) {
+    const std::vector<IntVec> has = comm_gather(IntVec{here});         // all pieces are on the disk now
+    if (comm_rank() > 0) return;
+    std::vector<std::string> piece;
+    for (std::size_t r = 0; r < has.size(); ++r)
+      if (has[r][0]) piece.push_back(m.job + piece_tail(kind, out.vtk_frame, r));
+    vtk_parallel(f, out.base + frame_tail(kind, out.vtk_frame, ".pvtu"), piece);
+  }
+  write_series(out, kind, ending_of(m));
 }
 
 RealVec gather(const RealVec& field, const IntVec& item, int dim)
@@ -147,7 +190,8 @@ void write_fe(const Model& m, const Elements& el, const State& s, const Fragment
 {
   FeMesh fe;
   collect_elements(m, el, fe);
-  if (fe.elem.empty()) return;
+  const bool here = !fe.elem.empty();
+  if (!anybody(m, here)) return;
   RealVec x;
   for (int n : fe.node)
     for (int i = 0; i < m.dim; ++i) x.push_back(m.mesh.X[n * 3 + i] + s.n.u[n * m.dim + i]);
@@ -155,7 +199,7 @@ void write_fe(const Model& m, const Elements& el, const State& s, const Fragment
   element_fields(m, el, s, fe, cell);
 
   VtkFile f;
-  begin(f, VTK_FE, m, s, out);
+  begin(f, VTK_FE, m, s, here, out);
   vtk_points(f, x, m.dim);
   vtk_cells(f, fe.conn, fe.type);
   vtk_point_data(f, static_cast<int>(fe.node.size()));
@@ -181,7 +225,7 @@ void write_fe(const Model& m, const Elements& el, const State& s, const Fragment
     vtk_scalars(f, "degradation", degr);
   }
   if (m.fragments.on) vtk_labels(f, "fragment", gather(fragments.of_elem, fe.elem));
-  end(f, VTK_FE, m, out);
+  end(f, VTK_FE, m, here, out);
 }
 
 // ---- material points ----------------------------------------------------------
@@ -189,7 +233,8 @@ void write_fe(const Model& m, const Elements& el, const State& s, const Fragment
 void write_mp(const Model& m, const State& s, const Fragments& fragments, Output& out)
 {
   const Points& pts = s.points;
-  if (pts.npoint == 0) return;
+  const bool here = pts.npoint > 0;
+  if (!anybody(m, here)) return;
   CellFields cell;
   IntVec type, body;
   IpFields ip;
@@ -203,7 +248,7 @@ void write_mp(const Model& m, const State& s, const Fragments& fragments, Output
   for (std::size_t i = 0; i < x.size(); ++i) x[i] += s.n.uc[i];
 
   VtkFile f;
-  begin(f, VTK_MP, m, s, out);
+  begin(f, VTK_MP, m, s, here, out);
   vtk_points(f, x, m.dim);
   vtk_cells(f, pts.conn, type);
   vtk_point_data(f, pts.ncorner);
@@ -227,7 +272,7 @@ void write_mp(const Model& m, const State& s, const Fragments& fragments, Output
     vtk_scalars(f, "time_broken", time);
   }
   if (m.fragments.on) vtk_labels(f, "fragment", fragments.of_point);
-  end(f, VTK_MP, m, out);
+  end(f, VTK_MP, m, here, out);
 }
 
 // ---- bonds ------------------------------------------------------------------------
@@ -252,7 +297,7 @@ void bond_force(const State& s, int dim, int b, double force[3])
 void write_bonds(const Model& m, const State& s, Output& out)
 {
   const int n = s.bonds.nbond;
-  if (n == 0) return;
+  if (!anybody(m, n > 0)) return;
   RealVec place, u, force, slip = s.n.slip;
   ListTable conn;
   IntVec kind = s.bonds.intermediate;
@@ -274,7 +319,7 @@ void write_bonds(const Model& m, const State& s, Output& out)
   }
   const int vertex = 1;
   VtkFile file;
-  begin(file, VTK_BOND, m, s, out);
+  begin(file, VTK_BOND, m, s, n > 0, out);
   vtk_points(file, place, m.dim);
   vtk_cells(file, conn, IntVec(n, vertex));
   vtk_point_data(file, n);
@@ -284,7 +329,7 @@ void write_bonds(const Model& m, const State& s, Output& out)
   vtk_scalars(file, "area", s.bonds.area);
   vtk_labels(file, "kind", kind);
   vtk_labels(file, "bond", s.bonds.def);
-  end(file, VTK_BOND, m, out);
+  end(file, VTK_BOND, m, n > 0, out);
 }
 
 // ---- active grid --------------------------------------------------------------------
@@ -301,7 +346,7 @@ void cell_corners(const Grid& g, int dim, long key, RealVec& x)
 
 void write_grid(const Model& m, const State& s, const ActiveGrid& grid, Output& out)
 {
-  if (grid.ncell == 0) return;
+  if (!anybody(m, grid.ncell > 0)) return;
   const int nen = m.dim == 3 ? 8 : 4;
   RealVec x;
   IntVec field;
@@ -313,12 +358,25 @@ void write_grid(const Model& m, const State& s, const ActiveGrid& grid, Output& 
     conn.off.push_back((c + 1) * nen);
   }
   VtkFile f;
-  begin(f, VTK_GRID, m, s, out);
+  begin(f, VTK_GRID, m, s, grid.ncell > 0, out);
   vtk_points(f, x, m.dim);
   vtk_cells(f, conn, IntVec(grid.ncell, shape_info[m.dim == 3 ? SHAPE_HEX8 : SHAPE_QUAD4].vtk));
   vtk_cell_data(f, grid.ncell);
   vtk_labels(f, "field", field);
-  end(f, VTK_GRID, m, out);
+  end(f, VTK_GRID, m, grid.ncell > 0, out);
+}
+
+// of 000123.vtk, .vtu, .pvtu, or a piece 000123_r2.vtu; -1: no name of a frame
+int frame_number(const std::string& name)
+{
+  int frame = 0, rank = 0, end = 0;
+  if (std::sscanf(name.c_str(), "%d%n", &frame, &end) != 1) return -1;
+  const std::string tail = name.substr(static_cast<std::size_t>(end));
+  for (const char* ending : endings)
+    if (tail == std::string(".") + ending) return frame;
+  end = 0;
+  const bool piece = std::sscanf(tail.c_str(), "_r%d.vtu%n", &rank, &end) == 1;
+  return piece && end > 0 && tail.size() == static_cast<std::size_t>(end) ? frame : -1;
 }
 
 }  // namespace
@@ -340,7 +398,7 @@ void out_vtk_series(const std::string& path, const VtkSeries& series)
 // ---------------------------------------------------------------------------
 // out_vtk_continue : frames from out.vtk_frame on go, with what the series say of them
 // ---------------------------------------------------------------------------
-void out_vtk_continue(const Model& m, const Output& out)
+void out_vtk_continue(const Output& out)
 {
   namespace fs = std::filesystem;
   const fs::path base(out.base);
@@ -351,21 +409,13 @@ void out_vtk_continue(const Model& m, const Output& out)
     const std::string name = e.path().filename().string();
     for (int k = 0; k < VTK_KINDS; ++k) {
       const std::string head = base.filename().string() + "_" + kind_name[k] + "_";
-      char letter = 0;
-      int frame = 0, end = 0;
-      if (name.compare(0, head.size(), head) == 0 &&
-          std::sscanf(&name[head.size()], "%d.vt%c%n", &frame, &letter, &end) == 2 &&
-          (letter == 'k' || letter == 'u') && end > 0 && head.size() + end == name.size() &&
-          frame >= out.vtk_frame)
+      if (name.compare(0, head.size(), head) == 0 && frame_number(name.substr(head.size())) >= out.vtk_frame)
         late.push_back(e.path());
     }
   }
   for (const fs::path& path : late) fs::remove(path, error);
-  for (int k = 0; k < VTK_KINDS; ++k) {
-    const std::string path = series_path(m, static_cast<VtkKind>(k), out);
-    if (out.series[k].file.empty()) fs::remove(path, error);
-    else out_vtk_series(path, out.series[k]);
-  }
+  for (int k = 0; k < VTK_KINDS; ++k)
+    for (const char* ending : endings) write_series(out, static_cast<VtkKind>(k), ending);
 }
 
 // ---------------------------------------------------------------------------

@@ -95,9 +95,10 @@ void put_array(VtkFile& f, const char* type, const char* name, int components,
   const std::uint64_t size = value.size() * sizeof(Number);
   std::string bytes(reinterpret_cast<const char*>(&size), sizeof size);
   bytes.append(reinterpret_cast<const char*>(value.data()), size);
-  std::fprintf(f.file, "<DataArray type=\"%s\" Name=\"%s\" ", type, name);
-  if (components > 1) std::fprintf(f.file, "NumberOfComponents=\"%d\" ", components);
-  std::fputs("format=\"binary\">\n", f.file);
+  const std::string what = "DataArray type=\"" + std::string(type) + "\" Name=\"" + name + "\"" +
+      (components > 1 ? " NumberOfComponents=\"" + std::to_string(components) + "\"" : std::string());
+  if (*f.section) f.fields[f.section[0] == 'C'] += "<P" + what + "/>\n";
+  std::fprintf(f.file, "<%s format=\"binary\">\n", what.c_str());
   put_base64(f.file, bytes);
   std::fputs("\n</DataArray>\n", f.file);
 }
@@ -116,12 +117,18 @@ void open_section(VtkFile& f, const char* section)
   f.section = section;
 }
 
+// the type stands twice: UnstructuredGrid, PUnstructuredGrid
+void put_head(std::FILE* file, const char* type, const char* more)
+{
+  std::fprintf(file,
+               "<?xml version=\"1.0\"?>\n<VTKFile type=\"%s\" version=\"1.0\" "
+               "byte_order=\"%s\" header_type=\"UInt64\">\n<%s%s>\n",
+               type, is_little() ? "LittleEndian" : "BigEndian", type, more);
+}
+
 void open_xml(VtkFile& f, double time)
 {
-  std::fprintf(f.file,
-               "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" "
-               "byte_order=\"%s\" header_type=\"UInt64\">\n<UnstructuredGrid>\n",
-               is_little() ? "LittleEndian" : "BigEndian");
+  put_head(f.file, "UnstructuredGrid", "");
   std::fprintf(f.file, "<FieldData>\n<DataArray type=\"Float64\" Name=\"TimeValue\" NumberOfTuples=\"1\" "
                "format=\"ascii\">\n%.16g\n</DataArray>\n</FieldData>\n", time);
 }
@@ -159,6 +166,19 @@ void vtk_close(VtkFile& f)
     std::fputs("</Piece>\n</UnstructuredGrid>\n</VTKFile>\n", f.file);
   }
   out_file_close(f.file, f.path);
+}
+
+void vtk_parallel(const VtkFile& f, const std::string& path, const std::vector<std::string>& piece)
+{
+  std::FILE* file = out_file_open(path);
+  put_head(file, "PUnstructuredGrid", " GhostLevel=\"0\"");
+  std::fprintf(file, "<PPointData>\n%s</PPointData>\n<PCellData>\n%s</PCellData>\n", f.fields[0].c_str(),
+               f.fields[1].c_str());
+  std::fputs("<PPoints>\n<PDataArray type=\"Float64\" Name=\"Points\" NumberOfComponents=\"3\"/>\n</PPoints>\n",
+             file);
+  for (const std::string& name : piece) std::fprintf(file, "<Piece Source=\"%s\"/>\n", name.c_str());
+  std::fputs("</PUnstructuredGrid>\n</VTKFile>\n", file);
+  out_file_close(file, path);
 }
 
 void vtk_points(VtkFile& f, const RealVec& x, int dim)

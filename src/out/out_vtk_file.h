@@ -20,12 +20,17 @@ struct VtkFile {
   VtkFormat format = VTK_BINARY;       // legacy binary is big-endian, as the format asks
   RealVec x;                   // XML: the points wait for the number of cells
   const char* section = "";    // XML: PointData or CellData, open
+  std::string fields[2];       // XML: what a .pvtu says of the arrays of points, of cells
 };
 
 // vtk_open : header and the time as field data; stops the program with EXIT_RESOURCE when it cannot write
 void vtk_open(VtkFile& f, const std::string& path, const std::string& title, double time,
               VtkFormat format);
 void vtk_close(VtkFile& f);
+
+// vtk_parallel : a .pvtu, the frame that the files piece are together; they have the arrays of f, which is one
+// of them, already closed
+void vtk_parallel(const VtkFile& f, const std::string& path, const std::vector<std::string>& piece);
 
 // vtk_points : x [n*dim]; the third coordinate is 0 in two dimensions
 void vtk_points(VtkFile& f, const RealVec& x, int dim);
