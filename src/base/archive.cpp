@@ -89,7 +89,7 @@ std::vector<std::size_t> places(const std::vector<std::vector<Item>>& list, bool
 {
   std::vector<std::size_t> at(static_cast<std::size_t>(hi - lo) + 1, ragged ? 0 : 1);
   for (const std::vector<Item>& of_rank : list)
-    for (const Item& i : of_rank) at[static_cast<std::size_t>(i.index - lo)] = static_cast<std::size_t>(i.units);
+    for (const Item& i : of_rank) at[i.index - lo] = static_cast<std::size_t>(i.units);
   std::size_t sum = 0;
   for (std::size_t& n : at) {
     const std::size_t own = n;
@@ -142,7 +142,8 @@ void archive_divided(Archive& f, const ArchivePart& part, std::size_t one, std::
     std::size_t at = s.unit;
     for (std::size_t i = s.first; i < s.last; ++i) {
       const std::size_t units = static_cast<std::size_t>(part.ragged ? part.units[i] : 1);
-      if (part.brings.empty() || part.brings[i]) own.insert(own.end(), x + at * unit, x + (at + units) * unit);
+      if (part.brings.empty() || part.brings[i])
+        own.insert(own.end(), x + at * unit, x + (at + units) * unit);
       at += units;
     }
     const auto list = comm_gather(items_of(part, s, true));
@@ -154,7 +155,7 @@ void archive_divided(Archive& f, const ArchivePart& part, std::size_t one, std::
       const char* next = data[r].data();
       for (const Item& i : list[r]) {
         const std::size_t n = static_cast<std::size_t>(i.units) * unit;
-        std::memcpy(all.data() + place[static_cast<std::size_t>(i.index - lo)] * unit, next, n);
+        std::memcpy(all.data() + place[i.index - lo] * unit, next, n);
         next += n;
       }
     }
@@ -191,7 +192,7 @@ void archive_divided_read(Archive& f, const ArchivePart& part, std::size_t one, 
       from += all.size();
       for (std::size_t r = 0; r < list.size(); ++r)
         for (const Item& i : list[r]) {
-          const char* first = all.data() + place[static_cast<std::size_t>(i.index - lo)] * unit;
+          const char* first = all.data() + place[i.index - lo] * unit;
           to[r].insert(to[r].end(), first, first + static_cast<std::size_t>(i.units) * unit);
         }
     }

@@ -26,7 +26,8 @@ enum ArchiveKind { PER_NODE, PER_ELEM, PER_GAUSS, ARCHIVE_KINDS };
 struct ArchivePart {           // items that this rank has
   int whole = 0;               // items of all ranks
   IntVec item;                 // index of each among all of them, ascending
-  bool ragged = false;         // an item has units[i] places in the array, and none when no rank has it; else one
+  // ragged: item i has units[i] places in the array, and none when no rank has it; else one
+  bool ragged = false;
   IntVec units;
   std::vector<char> brings;    // this rank brings it when it is written; empty: all of them
 };
@@ -42,7 +43,7 @@ struct Archive {
   bool filed = false;          // there is a file, on rank 0
   std::FILE* file = nullptr;
   long head = 0;               // bytes of the file before the content
-  const ArchivePart* part = nullptr;   // [ARCHIVE_KINDS] several ranks: arrays are divided; null: they are not
+  const ArchivePart* part = nullptr;   // [ARCHIVE_KINDS] arrays are divided among ranks; null: they are not
   std::size_t end() const { return filed ? size : bytes.size(); }
 };
 
@@ -52,10 +53,11 @@ void archive_raw(Archive& f, void* data, std::size_t size);
 // archive_flush : what still waits goes into the file; hash and at are those of all the content
 void archive_flush(Archive& f);
 
-// archive_divided : an array whose items the ranks have; x is that of this rank, resize makes it as long as it
-// must be. The file has the array as one rank would have it. Collective.
+// archive_divided : writes an array whose items the ranks have, as one rank would. Collective.
 //   in   one       bytes of a number
-//        count     numbers of x; writing
+//        x         numbers of this rank             [count]
+// archive_divided_count : reading: how many numbers this rank gets, and all together
+// archive_divided_read : reads them
 void archive_divided(Archive& f, const ArchivePart& part, std::size_t one, std::size_t count, const char* x);
 std::size_t archive_divided_count(Archive& f, const ArchivePart& part, std::size_t& of_all);
 void archive_divided_read(Archive& f, const ArchivePart& part, std::size_t one, std::size_t of_all, char* x);

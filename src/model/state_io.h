@@ -49,8 +49,9 @@ inline void io(Archive& f, Fracture& x)
 {
   auto& [phase, broken, normal, time, releasing, converted, released, released_at, renewed, next_test, drive,
          mean, drive_time, neroded, area] = x;
-  io_all(f, of_elems(phase), of_elems(broken), of_elems(normal), of_elems(time), releasing, converted, released,
-         released_at, renewed, next_test, of_elems(drive), of_elems(mean), drive_time, neroded, area);
+  io_all(f, of_elems(phase), of_elems(broken), of_elems(normal), of_elems(time), releasing, converted,
+         released, released_at, renewed, next_test, of_elems(drive), of_elems(mean), drive_time, neroded,
+         area);
 }
 
 inline void io(Archive& f, Level& x)

@@ -10,8 +10,8 @@
 // A run that goes on from a restart file: out_restart_load, out_listing_open, out_reopen, then as above.
 // On several ranks with a replicated model the first one does it all; the others return at once (out_idle),
 // but for out_reopen, which gives all the state. With a divided model (MeshPart) all routines that take the
-// Model are collective: each rank brings what it has, history and checks are equal on all ranks, and the first
-// one writes, but for the pieces of VTK.
+// Model are collective: each rank brings what it has, history and checks are equal on all ranks, and the
+// first one writes, but for the pieces of VTK.
 // ---------------------------------------------------------------------------
 #ifndef MPFE_OUT_OUT_H
 #define MPFE_OUT_OUT_H

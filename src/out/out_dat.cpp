@@ -1,5 +1,5 @@
-// Tables of *NODE PRINT and *EL PRINT, laid out as the .dat files of CalculiX. The rows of a divided model come
-// to rank 0, which has the order of the deck's mesh again.
+// Tables of *NODE PRINT and *EL PRINT, laid out as the .dat files of CalculiX. The rows of a divided model
+// come to rank 0, which puts them in the order of the deck's mesh again.
 #include <algorithm>
 #include <cmath>
 
@@ -37,7 +37,7 @@ void gather_rows(const Model& m, std::vector<Row>& rows)
 {
   if (!m.part.on) return;
   std::vector<Row> all;
-  for (const std::vector<Row>& of_rank : comm_gather(rows)) all.insert(all.end(), of_rank.begin(), of_rank.end());
+  for (const std::vector<Row>& part : comm_gather(rows)) all.insert(all.end(), part.begin(), part.end());
   std::stable_sort(all.begin(), all.end(), [](const Row& a, const Row& b) { return a.index < b.index; });
   rows.swap(all);
 }

@@ -201,7 +201,10 @@ void out_listing_defaults(std::FILE* file, const Model& m, const Bonds& bonds)
   std::fprintf(file, "  history         every %d increments\n", std::max(1, m.history_out.frequency));
   if (m.vtk.on)
     std::fprintf(file, "  VTK             %s, every %s increments, time interval %s\n",
-                 m.part.on ? ".pvtu, a .vtu of each rank" : m.vtk.xml ? ".vtu" : m.vtk.ascii ? "text" : "binary",
+                 m.part.on     ? ".pvtu and a .vtu of each rank, since the model is divided"
+                 : m.vtk.xml   ? ".vtu"
+                 : m.vtk.ascii ? "text"
+                               : "binary",
                  or_default(m.vtk.frequency, m.vtk.interval > 0.0 ? "-" : "1").c_str(),
                  or_default(m.vtk.interval, "-").c_str());
   if (m.restart.write)
@@ -416,7 +419,8 @@ void out_listing_memory(std::FILE* file, const Model& m, const std::vector<Memor
                "bytes an equation");
   for (const NamedBytes& u : named)
     if (u.bytes > 0.0)
-      std::fprintf(file, "  %-34s %10.2f %20.0f\n", u.what, 1e-6 * u.bytes, u.bytes / std::max(1, equations));
+      std::fprintf(file, "  %-34s %10.2f %20.0f\n", u.what, 1e-6 * u.bytes,
+                   u.bytes / std::max(1, equations));
 }
 
 double out_memory()

@@ -174,8 +174,8 @@ void vtk_parallel(const VtkFile& f, const std::string& path, const std::vector<s
   put_head(file, "PUnstructuredGrid", " GhostLevel=\"0\"");
   std::fprintf(file, "<PPointData>\n%s</PPointData>\n<PCellData>\n%s</PCellData>\n", f.fields[0].c_str(),
                f.fields[1].c_str());
-  std::fputs("<PPoints>\n<PDataArray type=\"Float64\" Name=\"Points\" NumberOfComponents=\"3\"/>\n</PPoints>\n",
-             file);
+  std::fputs("<PPoints>\n<PDataArray type=\"Float64\" Name=\"Points\" NumberOfComponents=\"3\"/>\n"
+             "</PPoints>\n", file);
   for (const std::string& name : piece) std::fprintf(file, "<Piece Source=\"%s\"/>\n", name.c_str());
   std::fputs("</PUnstructuredGrid>\n</VTKFile>\n", file);
   out_file_close(file, path);

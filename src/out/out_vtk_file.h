@@ -28,8 +28,8 @@ void vtk_open(VtkFile& f, const std::string& path, const std::string& title, dou
               VtkFormat format);
 void vtk_close(VtkFile& f);
 
-// vtk_parallel : a .pvtu, the frame that the files piece are together; they have the arrays of f, which is one
-// of them, already closed
+// vtk_parallel : a .pvtu, the frame that the files piece are together; they have the arrays of f, which is
+// one of them, already closed
 void vtk_parallel(const VtkFile& f, const std::string& path, const std::vector<std::string>& piece);
 
 // vtk_points : x [n*dim]; the third coordinate is 0 in two dimensions

@@ -1,4 +1,4 @@
-"""Readers of the files that mpfe writes: history (.his), tables (.csv), VTK (legacy .vtk, and .vtu).
+"""Readers of the files that mpfe writes: history (.his), tables (.csv), VTK (legacy .vtk, .vtu and .pvtu).
 
 Importing this module makes sure that numpy is there: when the running interpreter has none,
 the script starts again under /usr/bin/python3.
@@ -168,6 +168,26 @@ def read_vtu(path):
     return out
 
 
+def read_pvtu(path):
+    """A .pvtu file of ours: its pieces as one mesh, in which a node that several pieces have stands once."""
+    root = xml.etree.ElementTree.parse(path).getroot()
+    folder = os.path.dirname(path)
+    parts = [read_vtu(os.path.join(folder, p.get("Source"))) for p in root.iter("Piece")]
+    first = np.cumsum([0] + [len(p["points"]) for p in parts])
+    join = lambda of: np.concatenate([of(p) for p in parts])
+    fields = lambda where: {key: join(lambda p: p[where][key]) for key in parts[0][where]}
+    out = {"title": os.path.basename(path), "time": parts[0]["time"], "points": join(lambda p: p["points"]),
+           "cells": [cell + at for p, at in zip(parts, first) for cell in p["cells"]], "types": join(lambda p: p["types"]),
+           "point": fields("point"), "cell": fields("cell")}
+    label = out["point"].get("node_label")
+    if label is None:
+        return out
+    _, keep, number = np.unique(label, return_index=True, return_inverse=True)
+    out["points"], out["cells"] = out["points"][keep], [number[cell] for cell in out["cells"]]
+    out["point"] = {key: value[keep] for key, value in out["point"].items()}
+    return out
+
+
 def read_frame(path):
     """A frame, legacy or XML by its ending."""
-    return read_vtu(path) if path.endswith(".vtu") else read_vtk(path)
+    return read_pvtu(path) if path.endswith(".pvtu") else read_vtu(path) if path.endswith(".vtu") else read_vtk(path)
