@@ -16,10 +16,24 @@ namespace {
 
 const int LEAST = 16;          // elements a rank: below, all ranks keep the whole model
 
+// MPFE_DIVIDE=1 opens the division, 0 closes it: tests compare both
+bool asked()
+{
+  const char* text = std::getenv("MPFE_DIVIDE");
+  return text && *text != '0';
+}
+
+// pieces that are connected are counted over the whole mesh
+bool counts_pieces(const Model& m)
+{
+  return m.fragments.on || std::any_of(m.history.begin(), m.history.end(),
+                                       [](const HistoryDef& d) { return d.what == "NFRAG"; });
+}
+
 // finite elements alone; the rest is not divided yet
 bool divides(const Model& m)
 {
-  return comm_size() > 1 && std::getenv("MPFE_DIVIDE") && m.mesh.nelem() >= LEAST * comm_size() && m.body.empty() && m.bond.empty() &&
+  return comm_size() > 1 && asked() && !counts_pieces(m) && m.mesh.nelem() >= LEAST * comm_size() && m.body.empty() && m.bond.empty() &&
          m.fracture.empty() && m.conversion.empty() && m.broken.empty() && m.equation.empty() &&
          m.frame.empty() && m.grid_bc.empty();
 }
