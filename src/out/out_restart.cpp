@@ -203,6 +203,15 @@ bool fits(const std::string& path, const Model& m, const Origin& o)
                                           "*EL FILE, *NODE PRINT, *EL PRINT and *HEADING may change");
 }
 
+// that of the first rank that has one, since a divided model has its state in parts. Collective
+std::string first_fault(const char* here)
+{
+  const std::vector<std::string> own(comm_size(), here ? here : "");
+  for (const std::string& fault : comm_bytes(own))
+    if (!fault.empty()) return fault;
+  return "";
+}
+
 // rows of the history under the columns of the deck, results of its checks, cells of its grid
 bool output_fits(const Model& m, const ActiveGrid& grid, const std::vector<std::string>& names,
                  const Output& out)
@@ -317,13 +326,12 @@ int out_reopen(const Model& m, const Elements& el, Archive& f, State& s, ActiveG
               "written it");
     return 1;
   }
-  const char* fault = state_fault(m, begin, s);
-  if (comm_allreduce_max(fault != nullptr) && !fault) fault = "the part of another rank";
-  if (!fault && !output_fits(m, grid, names, out)) fault = "history and checks";
-  if (fault) {
+  std::string fault = first_fault(state_fault(m, begin, s));
+  if (fault.empty() && !output_fits(m, grid, names, out)) fault = "history and checks";
+  if (!fault.empty()) {
     log_error("the restart file does not fit this model (%s): it is damaged, although its checksum is right; "
               "take an earlier one",
-              fault);
+              fault.c_str());
     return 1;
   }
   if (out_idle(m)) return 0;

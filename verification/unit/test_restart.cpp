@@ -58,6 +58,58 @@ TEST(Archive, BytesThatEndTooEarlyAreSeen)
   }
 }
 
+// of a divided model: the items of this rank by their place among all, zeros where nobody has one; elements
+// with several places each; nothing that another rank brings
+TEST(Archive, DividedArraysAreThoseOfTheWhole)
+{
+  ArchivePart part[ARCHIVE_KINDS];
+  part[PER_NODE].whole = 70000;                        // more than a window
+  part[PER_NODE].item  = {1, 3, 69999};
+  part[PER_NODE].brings = {1, 0, 1};
+  part[PER_ELEM].whole = 3;
+  part[PER_ELEM].item  = {0, 2};
+  part[PER_GAUSS] = part[PER_ELEM];
+  part[PER_GAUSS].ragged = true;
+  part[PER_GAUSS].units  = {1, 2};
+  RealVec u = {1, 2, 3, 4, 5, 6}, he = {7, 8, 9}, none;
+  IntVec phase = {4, 5};
+  int after = 17;
+  Archive f;
+  f.part = part;
+  io_all(f, of_nodes(u), of_gauss(he), of_elems(phase), of_nodes(none), after);
+  RealVec u_all(140000, 0.0), he_all = {7, 8, 9}, none_all;
+  u_all[2]      = 1;
+  u_all[3]      = 2;
+  u_all[139998] = 5;
+  u_all[139999] = 6;
+  IntVec phase_all = {4, 0, 5};
+  Archive whole;
+  io_all(whole, u_all, he_all, phase_all, none_all, after);
+  EXPECT_TRUE(f.bytes == whole.bytes);
+
+  Archive back;
+  back.reading = back.filed = true;
+  back.part = part;
+  back.size = whole.bytes.size();
+  back.head = 5;
+  back.file = std::tmpfile();
+  ASSERT_TRUE(back.file);
+  std::fputs("head ", back.file);
+  std::fwrite(whole.bytes.data(), 1, whole.bytes.size(), back.file);
+  RealVec u2, he2, none2 = {1};
+  IntVec phase2;
+  int after2 = 0;
+  io_all(back, of_nodes(u2), of_gauss(he2), of_elems(phase2), of_nodes(none2), after2);
+  std::fclose(back.file);
+  EXPECT_TRUE(back.good);
+  EXPECT_EQ(back.at, back.end());
+  EXPECT_EQ(u2, RealVec({1, 2, 0, 0, 5, 6}));
+  EXPECT_EQ(he2, he);
+  EXPECT_EQ(phase2, phase);
+  EXPECT_TRUE(none2.empty());
+  EXPECT_EQ(after2, 17);
+}
+
 TEST(Archive, AStateThatDoesNotFitTheModelIsSeen)
 {
   Model m;
