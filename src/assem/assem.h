@@ -17,8 +17,13 @@ struct Jumps {
 
 // assem_move : places and displacements at t(n+1) from the increment du: writes st.np1.u, uc, slip
 // and the jumps. BAD_VALUE
-Failure assem_move(const Model& m, const ActiveGrid& grid, const Dofs& dofs, const RealVec& du,
+//   several ranks: of what this one works on
+Failure assem_move(const Model& m, const Discretisation& d, const Dofs& dofs, const RealVec& du,
                    double t_step0, double t_step1, State& st, Jumps& j);
+
+// assem_move_all : the same, and gap, friction and multiplier of contact as assem_internal leaves them
+Failure assem_move_all(const Model& m, const Discretisation& d, const Dofs& dofs, const KernelMode& mode,
+                       const RealVec& du, double t_step0, double t_step1, State& st, Jumps& j);
 
 // assem_internal : fint [neq] of elements, points and bonds for the two levels of the state;
 // writes gap, friction and multiplier of contact into st.np1

@@ -98,7 +98,8 @@ void add_point_face(const Model& m, const Points& pts, const Discretisation& d, 
   for (int k = 0; k < nen; ++k) {
     const int c = conn[info.face[f.face][k]];
     for (int i = 0; i < 3; ++i) X[3 * k + i] = i < s.dim ? pts.Xc[c * s.dim + i] : 0.0;
-    node[k] = {d.grid.corner.count(c), d.grid.corner.begin(c), &d.grid.corner_w[d.grid.corner.off[c]], s.nfe};
+    const ActiveGrid& g = dof_grid(d, s);
+    node[k] = {g.corner.count(c), g.corner.begin(c), &g.corner_w[g.corner.off[c]], s.nfe};
   }
   add_face(s, nen, X, node, s.dim == 2 ? body.thickness : 1.0,
            impedance_of(d.point_law.body[pts.body[f.elem]], m.material[body.material].density, v));
@@ -108,8 +109,10 @@ void add_point_face(const Model& m, const Points& pts, const Discretisation& d, 
 
 void assem_damping(const Model& m, const Points& pts, const Discretisation& d, Dofs& s)
 {
-  if (!damped(m) || (!pts.npoint && s.C.size() == s.A.val.size())) return;
+  if (!damped(m) || (!pts.npoint && s.damping_of == s.pattern)) return;
   Timer timer(PHASE_MASS);
+  s.damping_of = s.pattern;
+  s.damped     = true;
   RealVec M;
   mass_damping(m, pts, d, s, M);                       // alpha M                                     (6.18)
   const int dim = s.dim;

@@ -143,17 +143,25 @@ Failure add_elements(const Model& m, const Elements& el, const Dofs& dofs, const
   return failure;
 }
 
-// a contact bond that meets a face; the state at t(n+1) gets gap and friction, on all ranks
+// force f of a contact bond that meets a face; the state at t(n+1) gets gap and friction
+void contact_state(const Model& m, const ContactPairs& pairs, const KernelMode& mode, const Jumps& j, int b,
+                   State& st, double* f)
+{
+  const int dim = m.dim;
+  double t1[3], slipped;
+  st.np1.slip[b * dim] = contact_force(m, st.bonds, pairs, b, mode, &j.contact[b * dim],
+                                       &st.n.lambda[b * dim], st.np1.lambda_n[b], f, nullptr, t1, &slipped);
+  for (int i = 0; i < dim; ++i) st.np1.lambda[b * dim + i] = t1[i];
+}
+
 void add_contact(const Model& m, const ContactPairs& pairs, const Dofs& dofs, const KernelMode& mode,
                  const Jumps& j, int b, State& st, RealVec& fint)
 {
   const int dim = m.dim;
-  double f[3], t1[3], slipped;
-  st.np1.slip[b * dim] = contact_force(m, st.bonds, pairs, b, mode, &j.contact[b * dim],
-                                       &st.n.lambda[b * dim], st.np1.lambda_n[b], f, nullptr, t1, &slipped);
+  double f[3];
+  contact_state(m, pairs, mode, j, b, st, f);
   for (int k = dofs.bond.off[b]; k < dofs.bond.off[b + 1] && dofs.bond_owned[b]; ++k)
     for (int i = 0; i < dim; ++i) fint[dofs.bond.item[k] * dim + i] += dofs.bond_w[k] * f[i];
-  for (int i = 0; i < dim; ++i) st.np1.lambda[b * dim + i] = t1[i];
 }
 
 // f = lambda + C s, s mixed as the stress                                          (4.2)
@@ -281,12 +289,14 @@ Failure face_load(const Follower& f, const Face& q, const Step& step, const Load
   return STATUS_OK;
 }
 
-// faces of finite elements, or of points (body)
+// faces of finite elements, or of points (body); rank [nelem] or [npoint]: not null: those of this rank alone
 Failure faces_load(const Model& m, const Discretisation& d, const State& st, const Step& step, const Load& l,
-                   bool body, const std::vector<Face>& face, const LoadTime& at, RealVec& out)
+                   bool body, const std::vector<Face>& face, const LoadTime& at, const IntVec* rank,
+                   RealVec& out)
 {
   const Follower f{m, st, body, at.s, step.nlgeom};
   for (const Face& q : face) {
+    if (rank && (*rank)[q.elem] != comm_rank()) continue;
     const Shape shape = body ? static_cast<Shape>(st.points.shape[q.elem])
                              : elem_table[m.mesh.elem_type[q.elem]].shape;
     const int* conn   = body ? st.points.conn.begin(q.elem) : m.mesh.conn.begin(q.elem);
@@ -317,14 +327,16 @@ std::vector<Face> acting_faces(const Points& pts, const Load& l, const std::vect
 }
 
 // faces of finite elements into fn [nnode*dim], faces of bodies into fc [ncorner*dim]
+//   in   own   not null: only the faces that this rank works on
 Failure face_loads(const Model& m, const Discretisation& d, const State& st, const Step& step, const Load& l,
-                   const LoadTime& at, RealVec& fn, RealVec& fc)
+                   const LoadTime& at, const Dofs* own, RealVec& fn, RealVec& fc)
 {
-  const Failure failure = faces_load(m, d, st, step, l, false, m.surface[l.surface].face, at, fn);
+  const IntVec *elems = own ? &own->elem_rank : nullptr, *points = own ? &own->point_rank : nullptr;
+  const Failure failure = faces_load(m, d, st, step, l, false, m.surface[l.surface].face, at, elems, fn);
   if (!failure.ok()) return failure;
   const std::vector<Face>& face = st.points.surface[l.surface];
-  if (l.except.empty() && l.only.empty()) return faces_load(m, d, st, step, l, true, face, at, fc);
-  return faces_load(m, d, st, step, l, true, acting_faces(st.points, l, face), at, fc);
+  if (l.except.empty() && l.only.empty()) return faces_load(m, d, st, step, l, true, face, at, points, fc);
+  return faces_load(m, d, st, step, l, true, acting_faces(st.points, l, face), at, points, fc);
 }
 
 Failure body_loads(const Model& m, const Discretisation& d, const State& st, const Step& step, const Load& l,
@@ -415,13 +427,24 @@ void assem_ghost_jump(const ActiveGrid& grid, const Dofs& dofs, const RealVec& x
         jump[q * dim + i] += grid.ghost_w[k] * x[(dofs.nfe + t.item[k]) * dim + i];
 }
 
-Failure assem_move(const Model& m, const ActiveGrid& grid, const Dofs& dofs, const RealVec& du,
+Failure assem_move(const Model& m, const Discretisation& d, const Dofs& dofs, const RealVec& du,
                    double t_step0, double t_step1, State& st, Jumps& j)
 {
+  const ActiveGrid& grid = dof_grid(d, dofs);
   move_nodes(dofs, du, st);
   assem_gather_corners(grid, dofs, du, st.n.uc, st.np1.uc);                             // (3.1)
   assem_ghost_jump(grid, dofs, du, j.ghost);
   return move_bonds(m, dofs, du, t_step0, t_step1, st, j);
+}
+
+Failure assem_move_all(const Model& m, const Discretisation& d, const Dofs& dofs, const KernelMode& mode,
+                       const RealVec& du, double t_step0, double t_step1, State& st, Jumps& j)
+{
+  const Failure failure = assem_move(m, d, dofs, du, t_step0, t_step1, st, j);
+  double f[3];
+  for (int b : dofs.bond_acts)
+    if (failure.ok() && st.bonds.field[b] == SIDE_CONTACT) contact_state(m, d.pairs, mode, j, b, st, f);
+  return failure;
 }
 
 Failure assem_internal(const Model& m, const Discretisation& d, const Dofs& dofs, const KernelMode& mode,
@@ -436,19 +459,41 @@ Failure assem_internal(const Model& m, const Discretisation& d, const Dofs& dofs
     const Status s = point_corner_force(m, st.points, d.point_law, mode, st.n, st.np1,
                                         dofs.owned_point, dofs.owned_group, fc, &worst);
     if (s != STATUS_OK) failure = {s, AT_POINT, worst};
-    assem_scatter_corners(d.grid, dofs, fc, fint);
+    assem_scatter_corners(dof_grid(d, dofs), dofs, fc, fint);
   }
   if (st.bonds.nbond) add_bonds(m, d.pairs, dofs, mode, j, st, fint);
-  add_ghosts(d.grid, dofs, j, fint);
+  add_ghosts(dof_grid(d, dofs), dofs, j, fint);
   return comm_size() > 1 ? sum_force(m.part, dofs.A, failure, fint) : failure;
 }
 
+namespace {
+
+bool follows(const Step& step, const Load& l) { return step.nlgeom && l.kind == LOAD_PRESSURE; }
+
+// several ranks with the whole model: each knows where its own faces are during Newton's method
+Failure follower_loads(const Model& m, const Discretisation& d, const Dofs& dofs, const State& st,
+                       const Step& step, const LoadTime& at, RealVec& fext)
+{
+  const int dim = m.dim;
+  RealVec fn(static_cast<size_t>(m.mesh.nnode()) * dim, 0.0), fc(st.points.Xc.size(), 0.0), f(dofs.neq(), 0.0);
+  Failure failure;
+  for (const Load& l : step.load)
+    if (failure.ok() && follows(step, l)) failure = face_loads(m, d, st, step, l, at, &dofs, fn, fc);
+  failure = failure_agree(failure);
+  if (!failure.ok()) return failure;
+  for (int r = 0; r < dofs.nfe; ++r)
+    for (int i = 0; i < dim; ++i) f[r * dim + i] = fn[dofs.node_of_row[r] * dim + i];
+  assem_scatter_corners(dof_grid(d, dofs), dofs, fc, f);
+  sys_sum(dofs.A, f);
+  for (int i = 0; i < dofs.neq(); ++i) fext[i] += f[i];
+  return STATUS_OK;
+}
+
+}  // namespace
+
 bool assem_has_followers(const Step& step)
 {
-  if (!step.nlgeom) return false;
-  for (const Load& l : step.load)
-    if (l.kind == LOAD_PRESSURE) return true;
-  return false;
+  return std::any_of(step.load.begin(), step.load.end(), [&](const Load& l) { return follows(step, l); });
 }
 
 Failure assem_loads(const Model& m, const Discretisation& d, const Dofs& dofs, const State& st,
@@ -458,17 +503,24 @@ Failure assem_loads(const Model& m, const Discretisation& d, const Dofs& dofs, c
   RealVec fn(static_cast<size_t>(m.mesh.nnode()) * dim, 0.0), fc(st.points.Xc.size(), 0.0);
   Failure failure;
   for (const Load& l : step.load) {
+    if (dofs.whole && follows(step, l)) continue;    // follower_loads
     if (l.kind == LOAD_NODE) failure = node_loads(m, d.follow, step, l, at, warned, fn, fc);
     else if (l.kind == LOAD_BODY) failure = body_loads(m, d, st, step, l, at, fn, fc);
-    else failure = face_loads(m, d, st, step, l, at, fn, fc);
+    else failure = face_loads(m, d, st, step, l, at, nullptr, fn, fc);
     if (!failure.ok()) break;
   }
   if (m.part.on) failure = failure_agree(failure);
   if (!failure.ok()) return failure;
-  fext.assign(dofs.neq(), 0.0);
-  for (int r = 0; r < dofs.nfe; ++r)
-    for (int i = 0; i < dim; ++i) fext[r * dim + i] = fn[dofs.node_of_row[r] * dim + i];
-  assem_scatter_corners(d.grid, dofs, fc, fext);
+  const Dofs& all = dof_all_rows(dofs);
+  RealVec f(all.neq(), 0.0);
+  for (int r = 0; r < all.nfe; ++r)
+    for (int i = 0; i < dim; ++i) f[r * dim + i] = fn[all.node_of_row[r] * dim + i];
+  assem_scatter_corners(d.grid, all, fc, f);
+  if (dofs.whole) {
+    dof_pick(dofs, f, fext);
+    return assem_has_followers(step) ? follower_loads(m, d, dofs, st, step, at, fext) : STATUS_OK;
+  }
+  fext.swap(f);
   if (m.part.on) sys_sum(dofs.A, fext);
   return STATUS_OK;
 }

@@ -117,8 +117,8 @@ void form_mass(const Points& pts, const Discretisation& d, Dofs& s)
   add_element_mass(d.el, false, s, s.M);
   s.M_elem.clear();
   if (s.hung) s.M_elem = s.M;
-  add_point_mass(pts, d.grid, nullptr, s, s.M);
-  add_ghost_mass(d.grid, s);
+  add_point_mass(pts, dof_grid(d, s), nullptr, s, s.M);
+  add_ghost_mass(dof_grid(d, s), s);
   s.M_diag.resize(s.nrow);
   for (int r = 0; r < s.nrow; ++r) s.M_diag[r] = s.M[s.A.off[r + 1] - 1];
   sys_sum(s.A, s.M_diag);
@@ -128,9 +128,10 @@ void form_mass(const Points& pts, const Discretisation& d, Dofs& s)
 
 void assem_mass(const Points& pts, const Discretisation& d, Dofs& s)
 {
-  if (!pts.npoint && s.M.size() == s.A.col.size()) return timer_skip(PHASE_MASS);
+  if (!pts.npoint && s.mass_of == s.pattern) return timer_skip(PHASE_MASS);
   Timer timer(PHASE_MASS);
   form_mass(pts, d, s);
+  s.mass_of = s.pattern;
 }
 
 void mass_damping(const Model& m, const Points& pts, const Discretisation& d, const Dofs& s, RealVec& M)
@@ -139,5 +140,5 @@ void mass_damping(const Model& m, const Points& pts, const Discretisation& d, co
   for (const Body& b : m.body) alpha.push_back(m.material[b.material].alpha);
   M.assign(s.A.col.size(), 0.0);
   add_element_mass(d.el, true, s, M);
-  add_point_mass(pts, d.grid, &alpha, s, M);
+  add_point_mass(pts, dof_grid(d, s), &alpha, s, M);
 }

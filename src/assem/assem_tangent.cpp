@@ -79,19 +79,20 @@ template <int D>
 void add_points(const Model& m, const Discretisation& d, const KernelMode& mode, State& st, Dofs& dofs)
 {
   const Points& pts = st.points;
+  const ActiveGrid& grid = dof_grid(d, dofs);
   RealVec work, ke;
   PackList waiting[POINT_PACK_NODES + 1];            // by number of grid nodes
   alignas(Pack) double kp[pair_count(POINT_PACK_NODES) * D * D * PACK];
   const auto flush = [&](PackList& w, int n) {
     if (w.n == 0) return;
     w.fill();
-    point_tangent_pack(D, pts, d.point_law, mode, st.n.uc, st.np1.uc, d.grid, w.slot, kp);
+    point_tangent_pack(D, pts, d.point_law, mode, st.n.uc, st.np1.uc, grid, w.slot, kp);
     for (int l = 0; l < w.n; ++l) add_pairs<D, PACK>(dofs.A, w.map[l], n, kp + l);
     w.n = 0;
   };
   const size_t* at = dofs.point_map_off.data();
   for (int q : dofs.owned_point) {
-    const int n    = d.grid.point.count(q);
+    const int n    = grid.point.count(q);
     const int* map = &dofs.point_map[*at++];
     if (d.point_law.in_group(q)) continue;
     if (pts.broken[q] < 0 && n <= POINT_PACK_NODES && !law_is_general(d.point_law.body[pts.body[q]])) {
@@ -101,7 +102,7 @@ void add_points(const Model& m, const Discretisation& d, const KernelMode& mode,
       continue;
     }
     ke.resize(static_cast<size_t>(pair_count(n)) * D * D);
-    point_tangent(m, pts, d.point_law, mode, st.n, st.np1, d.grid, q, work, ke.data());
+    point_tangent(m, pts, d.point_law, mode, st.n, st.np1, grid, q, work, ke.data());
     add_pairs<D>(dofs.A, map, n, ke.data());
   }
   for (int n = 0; n <= POINT_PACK_NODES; ++n) flush(waiting[n], n);
@@ -110,7 +111,7 @@ void add_points(const Model& m, const Discretisation& d, const KernelMode& mode,
   for (int k : dofs.owned_group) {
     const int n = dofs.group.count(k), *map = &dofs.group_map[*at++];
     ke.resize(static_cast<size_t>(pair_count(n)) * D * D);
-    point_group_tangent(m, pts, d.point_law, mode, st.n, st.np1, d.grid, k, n, dofs.group.begin(k), dofs.nfe,
+    point_group_tangent(m, pts, d.point_law, mode, st.n, st.np1, grid, k, n, dofs.group.begin(k), dofs.nfe,
                         ke.data());
     add_pairs<D>(dofs.A, map, n, ke.data());
   }
@@ -169,12 +170,12 @@ void assem_tangent(const Model& m, const Discretisation& d, const KernelMode& mo
     add_elements<2>(m, d.el, mode, st, s);
     add_points<2>(m, d, mode, st, s);
     add_bonds<2>(m, d.pairs, st, mode, j, s);
-    add_ghosts<2>(d.grid, s);
+    add_ghosts<2>(dof_grid(d, s), s);
   } else {
     add_elements<3>(m, d.el, mode, st, s);
     add_points<3>(m, d, mode, st, s);
     add_bonds<3>(m, d.pairs, st, mode, j, s);
-    add_ghosts<3>(d.grid, s);
+    add_ghosts<3>(dof_grid(d, s), s);
   }
   for (size_t k = 0; k < s.C.size() && cC != 0.0; ++k) s.A.val[k] += cC * s.C[k];
   if (cM == 0.0) return;
@@ -186,7 +187,7 @@ void assem_constrain(Dofs& s, const RealVec& diagonal, const RealVec& x, RealVec
 {
   const int dim = s.dim;
   double diag = 0.0;
-  if (s.once.empty())
+  if (!s.split)
     for (double d : diagonal) diag += d;
   else diag = dof_sum(s, [&](size_t i) { return diagonal[i]; });
   diag /= s.neq_all();

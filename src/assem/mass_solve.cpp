@@ -386,7 +386,10 @@ int mass_solve_tied(const Dofs& s, const RealVec& f, RealVec& x)
     tie_force(s, out);
   };
   const auto weighed = [&](const RealVec& v) {                 // v^T diag^-1 v
-    return sum_terms(n, [&](size_t i) { return free(static_cast<int>(i)) ? v[i] * v[i] / diag[i] : 0.0; });
+    const double part = sum_terms(n, [&](size_t i) {
+      return free(static_cast<int>(i)) && s.counts(i) ? v[i] * v[i] / diag[i] : 0.0;
+    });
+    return dof_total(s, part);
   };
   tie_force(s, b);
   for (int i = 0; i < n; ++i)
@@ -403,7 +406,9 @@ int mass_solve_tied(const Dofs& s, const RealVec& f, RealVec& x)
     }
     for (int i = 0; i < n; ++i) w[i] = free(i) ? r[i] / diag[i] + (it ? rho / before : 0.0) * w[i] : 0.0;
     apply(w, q);
-    const double wq = sum_terms(n, [&](size_t i) { return free(static_cast<int>(i)) ? w[i] * q[i] : 0.0; });
+    const double wq = dof_total(s, sum_terms(n, [&](size_t i) {
+      return free(static_cast<int>(i)) && s.counts(i) ? w[i] * q[i] : 0.0;
+    }));
     if (!(wq > 0.0)) break;
     for (int i = 0; i < n; ++i) {
       if (!free(i)) continue;

@@ -18,6 +18,7 @@ struct Discretisation {
   Elements el;
   PointLaws point_law;
   ActiveGrid grid;
+  ActiveGrid own;              // several ranks with the whole model: what this one works on, in its rows
   ContactPairs pairs;
   ContactScene scene;          // general contact: faces that are near
   OverlapWatch watch;          // parts that nothing keeps apart

@@ -7,6 +7,7 @@
 #ifndef MPFE_DOF_DOF_H
 #define MPFE_DOF_DOF_H
 
+#include <memory>
 #include <set>
 
 #include "base/comm.h"
@@ -54,12 +55,22 @@ struct Dofs {
   // [blocks of A][dim*dim] damping matrix of this rank, as A; empty: there is no damping    (6.18), (6.19)
   RealVec C;
   RealVec C_diag;              // [nrow*dim] its diagonal, of all ranks
+  bool damped = false;         // C is there, on any rank
   IntVec owned_point, owned_bond, owned_ghost;          // what this rank works on; elements: ElemBlock::owned
   IntVec owned_group;          // groups of points (1.14) whose first point this rank works on
   std::vector<char> bond_owned;      // [nbond]
   IntVec owner;                // [nrow] rank that a row belongs to; one rank: empty
-  RealVec once;                // divided model: [nrow*dim] 1 where the row belongs to this rank, else 0
-  long rows = 0;               // rows of all ranks, each once
+  Halo halo;                   // split: rows that other ranks have too
+  // several ranks: rows are those that this rank works on, numbered by it, and vectors of the system hold
+  // these alone
+  bool split = false;
+  std::vector<char> once;      // split: [nrow*dim] the row belongs to this rank
+  long rows = 0;               // split: rows of all ranks, each once
+  // several ranks that hold the whole model: all rows as on one rank, their lists and whose work is what
+  std::shared_ptr<Dofs> whole;
+  IntVec whole_row;            // whole: [nrow] the row there
+  IntVec local_row;            // whole: [whole->nrow] the row here, -1: none
+  ListTable of_rank;           // whole: [ranks] rows of whole that belong to each
   IntVec elem_rank, point_rank;        // the division that the pattern was made for
   // block of A for each node pair, 2 k + 1: transposed; elements of this rank, block after block
   IntVec elem_map;
@@ -69,6 +80,7 @@ struct Dofs {
   ListTable point_rows;        // the lists that the pattern was made for
   ListTable bond_rows, ghost_rows, group_rows;
   long pattern = 0;            // number of the pattern
+  long mass_of = 0, damping_of = 0;    // patterns that M and C were made for
   long tangent = 0;            // number of the tangent in A
   Ties tie;
   std::vector<char> bare;      // [nfe] a node of an equation that belongs to no element
@@ -79,16 +91,40 @@ struct Dofs {
   std::vector<CornerSupport> corner_support;  // supports of nodes that have become corners of points
   double h_mean = 0.0;         // mean size of elements and cells at t = 0, for rounding floors
   int neq() const { return nrow * dim; }
-  double neq_all() const { return static_cast<double>(once.empty() ? nrow : rows) * dim; }   // of all ranks
+  bool counts(size_t i) const { return !split || once[i]; }   // dof i counts here in a sum
+  double neq_all() const { return static_cast<double>(split ? rows : nrow) * dim; }   // of all ranks
 };
 
-// Sums over the dofs of the whole system: those of a divided model count on one rank each, and all ranks
+// dof_all_rows : the numbering of all rows, for what every rank does with the whole model; a divided model has
+// none but its own
+inline const Dofs& dof_all_rows(const Dofs& s) { return s.whole ? *s.whole : s; }
+
+// dof_grid : the active grid in the numbers of the rows of s
+inline const ActiveGrid& dof_grid(const Discretisation& d, const Dofs& s) { return s.whole ? d.own : d.grid; }
+
+// dof_local : the rows of this rank (dof_local.cpp) of what whole has, and d.own
+//   in   fresh   lists, rows or the division have changed
+void dof_local(const Mesh& mesh, const Points& pts, bool fresh, Discretisation& d, Dofs& s);
+
+// dof_gather : vectors x [neq] of the rows of each rank become [whole->neq] on all. Collective.
+// dof_pick : the way back
+std::vector<RealVec> dof_gather(const Dofs& s, const std::vector<const RealVec*>& x);
+template <class T>
+void dof_pick(const Dofs& s, const std::vector<T>& whole, std::vector<T>& x)
+{
+  x.resize(s.neq());
+  for (int r = 0; r < s.nrow; ++r)
+    std::copy_n(whole.begin() + static_cast<long>(s.whole_row[r]) * s.dim, s.dim,
+                x.begin() + static_cast<long>(r) * s.dim);
+}
+
+// Sums over the dofs of the whole system: those of several ranks count on one rank each, and all ranks
 // must come here
 template <class Term>
 double dof_sum(const Dofs& s, Term term)
 {
-  if (s.once.empty()) return sum_terms(s.neq(), term);
-  double sum = sum_terms(s.neq(), [&](size_t i) { return s.once[i] > 0.0 ? term(i) : 0.0; });
+  if (!s.split) return sum_terms(s.neq(), term);
+  double sum = sum_terms(s.neq(), [&](size_t i) { return s.once[i] ? term(i) : 0.0; });
   comm_sum(&sum, 1);
   return sum;
 }
@@ -97,18 +133,24 @@ inline double dof_dot(const Dofs& s, const RealVec& a, const RealVec& b)
   const double *x = a.data(), *y = b.data();
   return dof_sum(s, [=](size_t i) { return x[i] * y[i]; });
 }
+// dof_own : x with zeros where the dof counts on another rank
+inline RealVec dof_own(const Dofs& s, RealVec x)
+{
+  for (size_t i = 0; i < x.size() && s.split; ++i) x[i] = s.once[i] ? x[i] : 0.0;
+  return x;
+}
 inline double dof_norm(const Dofs& s, const RealVec& a) { return __builtin_sqrt(dof_dot(s, a, a)); }
 // dof_total : x of this rank, summed over the ranks of a divided model
 inline double dof_total(const Dofs& s, double x)
 {
-  if (!s.once.empty()) comm_sum(&x, 1);
+  if (s.split) comm_sum(&x, 1);
   return x;
 }
 // dof_largest, dof_all : the largest of all ranks; true on all
-inline double dof_largest(const Dofs& s, double x) { return s.once.empty() ? x : comm_allreduce_max(x); }
+inline double dof_largest(const Dofs& s, double x) { return !s.split ? x : comm_allreduce_max(x); }
 inline bool dof_all(const Dofs& s, bool here)
 {
-  return s.once.empty() ? here : comm_allreduce_max(static_cast<int>(!here)) == 0;
+  return !s.split ? here : comm_allreduce_max(static_cast<int>(!here)) == 0;
 }
 
 // Warnings that are given once, each with its key

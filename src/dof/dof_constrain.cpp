@@ -199,6 +199,18 @@ Failure constrain_here(const Model& m, const Discretisation& d, const State& st,
 Failure dof_constrain(const Model& m, const Discretisation& d, const State& st, const Step& step,
                       double t_step0, double t_step1, Dofs& s, Warned& warned)
 {
-  const Failure failure = constrain_here(m, d, st, step, t_step0, t_step1, s, warned);
-  return m.part.on ? failure_agree(failure) : failure;
+  if (!s.whole) {
+    const Failure failure = constrain_here(m, d, st, step, t_step0, t_step1, s, warned);
+    return m.part.on ? failure_agree(failure) : failure;
+  }
+  Dofs& w = *s.whole;
+  const Failure failure = constrain_here(m, d, st, step, t_step0, t_step1, w, warned);
+  if (!failure.ok()) return failure;
+  dof_pick(s, w.fixed, s.fixed);
+  dof_pick(s, w.grid_bc, s.grid_bc);
+  dof_pick(s, w.target, s.target);
+  dof_pick(s, w.rate, s.rate);
+  dof_pick(s, w.rate0, s.rate0);
+  s.tie.gap = w.tie.gap;
+  return STATUS_OK;
 }

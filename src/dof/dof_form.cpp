@@ -160,18 +160,6 @@ void form_lists(const Bonds& bonds, const MeshPart& part, Discretisation& d, Dof
 
 bool same(const ListTable& a, const ListTable& b) { return a.off == b.off && a.item == b.item; }
 
-// rows that each rank adds to: those of what it works on, and its own
-void form_rows(const IntVec& item, SysMatrix& A)
-{
-  std::vector<char> in(A.nrow, 0);
-  for (int I : item) in[I] = 1;
-  IntVec row;
-  for (int I = 0; I < A.nrow; ++I)
-    if (in[I] || A.owner[I] == comm_rank()) row.push_back(I);
-  A.rows = RowSets();
-  for (const IntVec& of : comm_exchange(std::vector<IntVec>(comm_size(), row))) rows_add(of, A.rows);
-}
-
 // pattern of what this rank works on
 void form_pattern(const Mesh& mesh, const Elements& el, const ActiveGrid& grid, Dofs& s)
 {
@@ -182,20 +170,18 @@ void form_pattern(const Mesh& mesh, const Elements& el, const ActiveGrid& grid, 
   });
   tie_extend(s, lists);
   sys_pattern(lists, s.nrow, s.dim, s.A);
-  s.A.owner = s.once.empty() ? s.owner : IntVec();
-  if (sys_shared(s.A)) form_rows(lists.item, s.A);
+  s.A.owner = s.owner;
+  s.A.halo  = s.halo;
 }
 
-// divided model: which rows other ranks have too
-void form_halo(Dofs& s)
+// which rows count on this rank
+void count_rows(Dofs& s)
 {
-  halo_form(s.row_key, s.A.halo);
-  s.owner = s.A.owner = s.A.halo.owner;
-  s.once.assign(s.neq(), 0.0);
+  s.once.assign(s.neq(), 0);
   double rows = 0.0;
   for (int r = 0; r < s.nrow; ++r) {
     if (s.owner[r] != comm_rank()) continue;
-    std::fill_n(s.once.begin() + static_cast<long>(r) * s.dim, s.dim, 1.0);
+    std::fill_n(s.once.begin() + static_cast<long>(r) * s.dim, s.dim, 1);
     rows += 1.0;
   }
   comm_sum(&rows, 1);
@@ -263,35 +249,63 @@ double mean_size(const Model& m, const Elements& el)
   return m.dim == 2 ? __builtin_sqrt(volume / count) : __builtin_cbrt(volume / count);
 }
 
-}  // namespace
-
-void dof_form(const Model& m, const Step& step, State& st, Discretisation& d, Dofs& s)
+// rows, lists, equations and whose work is what; true: something has changed
+bool form_rows(const Model& m, const Step& step, State& st, Discretisation& d, Dofs& s)
 {
   const bool first = !s.numbered;
+  const int before = s.nrow;
   s.dim = m.dim;
   number_nodes(m, st, d.el, s);
   form_lists(st.bonds, m.part, d, s);
-  bool fresh = first || s.A.nrow != s.nrow;
+  bool fresh = first || s.nrow != before;
   fresh = fresh || !same(s.point_rows, d.grid.point) || !same(s.bond_rows, s.bond) ||
           !same(s.ghost_rows, d.grid.ghost) || !same(s.group_rows, s.group);
   fresh = dof_tie(m, step, s) || fresh;
   fresh = dof_divide(m, st.points, d.grid, fresh, d.el, st.division, s) || fresh;
-  if (m.part.on) fresh = comm_allreduce_max(static_cast<int>(fresh));
-  point_corner_mass(st.points, s.owned_point, s.corner_mass);
-  if (fresh) {
-    Timer timer(PHASE_PATTERN);
-    ++s.pattern;
-    form_pattern(m.mesh, d.el, d.grid, s);
-    if (m.part.on) form_halo(s);
-    form_maps(m.mesh, d.el, d.grid, s);
-    s.point_rows = d.grid.point;
-    s.bond_rows  = s.bond;
-    s.ghost_rows = d.grid.ghost;
-    s.group_rows = s.group;
-    s.M.clear();
-    s.C.clear();
-    if (s.h_mean == 0.0) s.h_mean = mean_size(m, d.el);
-  } else {
-    timer_skip(PHASE_PATTERN);
+  if (!fresh) return false;
+  s.point_rows = d.grid.point;
+  s.bond_rows  = s.bond;
+  s.ghost_rows = d.grid.ghost;
+  s.group_rows = s.group;
+  return true;
+}
+
+// several ranks: the rows of this one, from the whole model or from its part of the model
+bool form_split(const Model& m, const Step& step, State& st, Discretisation& d, Dofs& s)
+{
+  s.split = true;
+  if (m.part.on) {
+    const bool fresh = comm_allreduce_max(static_cast<int>(form_rows(m, step, st, d, s)));
+    if (!fresh) return false;
+    halo_form(s.row_key, s.halo);
+    s.owner = s.halo.owner;
+    return true;
   }
+  if (!s.whole) s.whole = std::make_shared<Dofs>();
+  s.dim = m.dim;
+  s.whole->numbered = s.whole->numbered && s.numbered;
+  s.numbered        = true;
+  const bool fresh = form_rows(m, step, st, d, *s.whole);
+  dof_local(m.mesh, st.points, fresh, d, s);
+  if (fresh) dof_tie(m, step, s);
+  return fresh;
+}
+
+}  // namespace
+
+void dof_form(const Model& m, const Step& step, State& st, Discretisation& d, Dofs& s)
+{
+  const bool fresh = comm_size() > 1 ? form_split(m, step, st, d, s) : form_rows(m, step, st, d, s);
+  point_corner_mass(st.points, s.owned_point, s.corner_mass);
+  if (!fresh) return timer_skip(PHASE_PATTERN);
+  Timer timer(PHASE_PATTERN);
+  ++s.pattern;
+  form_pattern(m.mesh, d.el, dof_grid(d, s), s);
+  if (s.split) count_rows(s);
+  form_maps(m.mesh, d.el, dof_grid(d, s), s);
+  s.M.clear();
+  s.C.clear();
+  s.damped = false;
+  if (s.h_mean == 0.0) s.h_mean = mean_size(m, d.el);
+  if (s.whole) s.whole->h_mean = s.h_mean;
 }

@@ -52,7 +52,7 @@ struct SysMatrix {
 inline bool sys_divided(const SysMatrix& A) { return A.halo.on(); }
 
 // sys_shared : is A the sum of the matrices of several ranks?
-inline bool sys_shared(const SysMatrix& A) { return !A.owner.empty(); }
+inline bool sys_shared(const SysMatrix& A) { return !A.owner.empty() || sys_divided(A); }
 
 // sys_number : divided model: numbers of the rows over all ranks, those that belong to the first rank first.
 // Collective, as sys_collect and sys_sum.

@@ -67,6 +67,7 @@ struct Secants {
 };
 
 // step_product : product of two corrections in the norm of the positive part of diag              [neq]
+// Several ranks: diag is zero in rows of others (dof_own).
 double step_product(const RealVec& a, const RealVec& b, const RealVec& diag);
 
 // step_secant : the correction dx of the matrix at du becomes that of Anderson's method

@@ -122,10 +122,10 @@ std::string solver_text(const Problem& p, const std::string& whole)
   std::string words = p.newton.solver.message.empty() ? "the linear solver failed" : p.newton.solver.message;
   if (equation < 0 || equation >= s.neq()) return words;
   const int row = equation / s.dim;
-  words += ". It appears in " + pivot_text(p.m, p.d.grid, s, row, equation % s.dim + 1);
+  words += ". It appears in " + pivot_text(p.m, dof_grid(p.d, s), s, row, equation % s.dim + 1);
   if (row < s.nfe && !p.st.points.npoint && !p.st.bonds.nbond && s.tie.dof.empty()) {
     const std::string motion =
-        p.m.part.on ? whole : step_free_motion(p.m, p.d.el, s, s.node_of_row[row]);
+        p.m.part.on ? whole : step_free_motion(p.m, p.d.el, dof_all_rows(s), s.node_of_row[row]);
     if (!motion.empty()) return words + ": the supports do not constrain " + motion + " of its part";
     return words + ": the supports constrain all rigid-body motions of its part, so a piece is connected "
                    "by a hinge or by broken elements alone, or stiffnesses differ by too many orders of "
@@ -269,12 +269,12 @@ bool knows(const Problem& p, const Failure& f)
 
 }  // namespace
 
-// a divided model: the words of the first rank that knows where it was
+// several ranks: the words of the first rank that knows where it was
 std::string step_explain(const Problem& p, const Failure& f)
 {
   const bool divided = p.m.part.on;
   const std::string text = explain_here(p, f, divided ? step_free_motion(p.m, p.d.el, p.dofs, -1) : "");
-  if (!divided) return text;
+  if (!p.dofs.split) return text;
   const int ranks = comm_size(), first = ranks - comm_allreduce_max(knows(p, f) ? ranks - comm_rank() : 0);
   return comm_bytes(std::vector<std::string>(ranks, text))[first == ranks ? 0 : first];
 }

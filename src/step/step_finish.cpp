@@ -66,7 +66,7 @@ void finish_ghosts(const ActiveGrid& grid, const Dofs& dofs, const Attempt& a, c
 void finish_damping(const Model& m, const Discretisation& d, const Dofs& dofs, const Attempt& a, State& st)
 {
   if (a.cM == 0.0) return;
-  if (!dofs.C.empty()) st.ledger.viscous += damping_work(dofs, a.du) / a.dt;
+  if (dofs.damped) st.ledger.viscous += damping_work(dofs, a.du) / a.dt;
   if (!model_viscous(m)) return;
   double loss = elem_viscous_loss(m, d.el, st.n, st.np1, a.mode.finite) +
                 point_viscous_loss(st.points, m.dim, d.point_law, st.n, st.np1, dofs.owned_point);
@@ -74,8 +74,8 @@ void finish_damping(const Model& m, const Discretisation& d, const Dofs& dofs, c
   st.ledger.viscous += loss / a.dt;
 }
 
-// v_c += sum_v N_v(x_c) dv_v                                                       (3.15)
-void finish_points(const ActiveGrid& grid, const Dofs& dofs, const Attempt& a, State& st, RealVec& dv)
+//   out  dv   change of the velocities of the grid
+void finish_grid(const Dofs& dofs, const Attempt& a, RealVec& dv)
 {
   const Step& s = a.step;
   const int dim = dofs.dim, first = dofs.nfe;
@@ -86,11 +86,30 @@ void finish_points(const ActiveGrid& grid, const Dofs& dofs, const Attempt& a, S
     else
       dv[i] = scheme.grid(s, a.dt, a.du[i], a.vgrid[i], scheme.acceleration ? a.agrid[i] : 0.0);
   }
-  assem_gather_corners(grid, dofs, dv, st.n.vc, st.np1.vc);
-  point_velocities(st.points, dim, st.np1.vc, st.np1.vp);
 }
 
-void finish_reactions(const Model& m, const Dofs& dofs, const Attempt& a, State& st)
+// several ranks with the whole model: velocities and accelerations of all nodes; dv of all rows
+void tell_velocities(const Dofs& dofs, State& st, RealVec& dv)
+{
+  const int dim = dofs.dim;
+  RealVec v(dofs.neq(), 0.0), acc(dofs.neq(), 0.0);
+  for (int r = 0; r < dofs.nfe; ++r)
+    for (int i = 0; i < dim; ++i) {
+      v[r * dim + i]   = st.np1.v[dofs.node_of_row[r] * dim + i];
+      acc[r * dim + i] = st.np1.a[dofs.node_of_row[r] * dim + i];
+    }
+  std::vector<RealVec> all = dof_gather(dofs, {&dv, &v, &acc});
+  const Dofs& w = *dofs.whole;
+  for (int r = 0; r < w.nfe; ++r)
+    for (int i = 0; i < dim; ++i) {
+      st.np1.v[w.node_of_row[r] * dim + i] = all[1][r * dim + i];
+      st.np1.a[w.node_of_row[r] * dim + i] = all[2][r * dim + i];
+    }
+  dv.swap(all[0]);
+}
+
+//   in   R   [neq] of dofs
+void finish_reactions(const Model& m, const Dofs& dofs, const RealVec& R, State& st)
 {
   const int dim = m.dim;
   st.rf.assign(static_cast<size_t>(m.mesh.nnode()) * dim, 0.0);
@@ -98,11 +117,11 @@ void finish_reactions(const Model& m, const Dofs& dofs, const Attempt& a, State&
   for (int i = 0; i < dofs.neq(); ++i) {
     if (dofs.fixed[i] != DOF_FIXED) continue;
     const int r = i / dim;
-    if (r < dofs.nfe) st.rf[dofs.node_of_row[r] * dim + i % dim] = a.R[i];
-    else if (dofs.grid_bc[i] >= 0) st.grid_rf[dofs.grid_bc[i] * dim + i % dim] += a.R[i];
+    if (r < dofs.nfe) st.rf[dofs.node_of_row[r] * dim + i % dim] = R[i];
+    else if (dofs.grid_bc[i] >= 0) st.grid_rf[dofs.grid_bc[i] * dim + i % dim] += R[i];
   }
   for (const CornerSupport& h : dofs.corner_support)
-    if (dofs.grid_bc[h.dof] < 0) st.rf[h.node_dof] += h.part * a.R[h.dof];
+    if (dofs.grid_bc[h.dof] < 0) st.rf[h.node_dof] += h.part * R[h.dof];
   for (const Frame& f : m.frame) {           // supports along directions of the node
     double r[3];
     if (f.twin < 0) continue;
@@ -143,7 +162,7 @@ double external_work(const Model& m, const Dofs& dofs, const State& st, const At
   RealVec R0;                  // statics: at t(n)
   if (a.cM == 0.0) R0 = residual_at_start(dofs, a);
   for (int i = 0; i < dofs.neq(); ++i) {
-    if (!dofs.once.empty() && dofs.once[i] == 0.0) continue;
+    if (!dofs.counts(i)) continue;
     const double f0 = mid ? a.fext[i] : a.fext0[i];
     work += 0.5 * (f0 + a.fext[i]) * a.du[i];
     if (dofs.fixed[i] != DOF_FIXED || a.du[i] == 0.0) continue;
@@ -181,8 +200,8 @@ double work_of_renewal(const ActiveGrid& grid, const Dofs& dofs, const Attempt& 
   double work = 0.0;
   const RealVec R0 = residual_at_start(dofs, a);
   for (int i = 0; i < dofs.neq(); ++i)
-    if (!dofs.fixed[i]) work -= 0.5 * R0[i] * a.du[i];
-  return work;
+    if (!dofs.fixed[i] && dofs.counts(i)) work -= 0.5 * R0[i] * a.du[i];
+  return dof_total(dofs, work);
 }
 
 // energy that friction takes at place b: its work less the change of what sticking stores            (4.11)
@@ -242,24 +261,29 @@ void step_finish(Problem& p, Attempt& a, RealVec& energy)
 {
   Timer timer(PHASE_COMMIT);
   const Model& m = p.m;
-  const Dofs& s  = p.dofs;
+  const Dofs &s = p.dofs, &all = dof_all_rows(s);
   State& st      = p.st;
   const RealVec rf0 = st.rf.empty() ? RealVec(static_cast<size_t>(m.mesh.nnode()) * m.dim, 0.0) : st.rf;
-  RealVec dv(s.neq(), 0.0);    // change of the velocities of the unknowns
+  RealVec dv(a.cM != 0.0 ? s.neq() : all.neq(), 0.0);    // change of the velocities of the unknowns
   st.np1.time = a.total1;
   elem_share_history(p.d.el, st.np1);
   point_share_history(p.d.point_law, s.owned_point, s.owned_group, st.np1);
   // 1. velocities                                                                   (6.3), (3.15)
   if (a.cM != 0.0) {
     finish_nodes(s, a, st, dv);
-    if (st.points.npoint) finish_points(p.d.grid, s, a, st, dv);
+    if (st.points.npoint) finish_grid(s, a, dv);
+    if (s.whole) tell_velocities(s, st, dv);
+    if (st.points.npoint) {
+      assem_gather_corners(p.d.grid, all, dv, st.n.vc, st.np1.vc);
+      point_velocities(st.points, m.dim, st.np1.vc, st.np1.vp);
+    }
   }
   // 2. what ghosts and damping have taken                                           (3.17), (6.21)
-  if (p.d.grid.ghost.size()) finish_ghosts(p.d.grid, s, a, dv, st.ledger);
+  if (p.d.grid.ghost.size()) finish_ghosts(p.d.grid, all, a, dv, st.ledger);
   finish_damping(m, p.d, s, a, st);
   // 3. results
   finish_followers(p.d.follow, a, m.dim, st);
-  finish_reactions(m, s, a, st);
+  finish_reactions(m, all, s.whole ? dof_gather(s, {&a.R})[0] : a.R, st);
   if (p.d.pairs.near || !st.contact.empty()) finish_contact(m, p.d.pairs, a, st);
   // 4. ledger                                                                       (6.12), (6.15), (7.16)
   st.ledger.external += external_work(m, s, st, a, rf0);

@@ -74,7 +74,7 @@ Failure forces_at(Problem& p, const Attempt& a, const Level& end, double part, c
   mode.finite = a.mode.finite;
   Jumps jumps;
   RealVec fint, fext;
-  Failure failure = assem_move(p.m, p.d.grid, p.dofs, du, a.t0, t, st, jumps);
+  Failure failure = assem_move(p.m, p.d, p.dofs, du, a.t0, t, st, jumps);
   if (failure.ok()) failure = assem_internal(p.m, p.d, p.dofs, mode, jumps, st, fint);
   if (failure.ok())
     failure = assem_loads(p.m, p.d, p.dofs, st, a.step, {t, a.total0 + part * a.dt, 1.0}, p.warned, fext);
@@ -163,7 +163,7 @@ double half_energy(const Dofs& s, double dt, const RealVec& R)
 {
   double sum = 0.0;
   for (int i = 0; i < s.neq(); ++i)
-    if (!s.fixed[i] && s.M_diag[i / s.dim] > 0.0 && (s.once.empty() || s.once[i] > 0.0))
+    if (!s.fixed[i] && s.M_diag[i / s.dim] > 0.0 && s.counts(i))
       sum += R[i] * R[i] / s.M_diag[i / s.dim];
   return 0.5 * dt * dt * dof_total(s, sum);
 }

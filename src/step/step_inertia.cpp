@@ -21,14 +21,14 @@ RealVec node_vector(const Dofs& dofs, const RealVec& v)
 // velocity of the grid: M-orthogonal projection of the velocities of the points    (3.13)
 //   out  momentum   [neq] M v of nodes, sum m S v of points
 //        vgrid      [neq] velocity of nodes and of the grid
-Failure velocity_at_start(const State& st, const ActiveGrid& grid, const Dofs& dofs, RealVec& momentum,
+Failure velocity_at_start(const State& st, const Discretisation& d, const Dofs& dofs, RealVec& momentum,
                           RealVec& vgrid)
 {
   vgrid = node_vector(dofs, st.n.v);
   mass_elements(dofs, vgrid, momentum);
-  point_momentum(grid, dofs, st.n.vc, momentum);
+  point_momentum(dof_grid(d, dofs), dofs, st.n.vc, momentum);
   sys_sum(dofs.A, momentum);
-  if (!grid.nnode && !dofs.hung) return STATUS_OK;
+  if (!d.grid.nnode && !dofs.hung) return STATUS_OK;
   Timer timer(PHASE_PROJECT);
   const Dofs& s = dofs;
   const int first = s.hung ? 0 : s.nfe;
@@ -48,7 +48,7 @@ Failure force_at_start(Problem& p, Attempt& a)
   const RealVec zero(p.dofs.neq(), 0.0);
   KernelMode mode;
   mode.finite = a.mode.finite;
-  const Failure failure = assem_move(p.m, p.d.grid, p.dofs, zero, a.t0, a.t0, p.st, a.jumps);
+  const Failure failure = assem_move(p.m, p.d, p.dofs, zero, a.t0, a.t0, p.st, a.jumps);
   return failure.ok() ? assem_internal(p.m, p.d, p.dofs, mode, a.jumps, p.st, a.fint0) : failure;
 }
 
@@ -58,20 +58,20 @@ const double GLANCE = 1e-3;
 
 }  // namespace
 
-bool step_damps(const Problem& p) { return !p.dofs.C.empty() || model_viscous(p.m); }
+bool step_damps(const Problem& p) { return p.dofs.damped || model_viscous(p.m); }
 
 // the viscous stress acts by the difference of the internal force with and without it
 Failure step_damping(Problem& p, bool finite, double t_step, double dt, const RealVec& v, RealVec& f)
 {
   f.assign(p.dofs.neq(), 0.0);
-  if (!p.dofs.C.empty()) damping_multiply(p.dofs, v, f);
+  if (p.dofs.damped) damping_multiply(p.dofs, v, f);
   if (!model_viscous(p.m)) return STATUS_OK;
   RealVec ahead = v, with, without;
   for (double& x : ahead) x *= GLANCE * dt;
   Jumps jumps;
   KernelMode mode;
   mode.finite = finite;
-  Failure failure = assem_move(p.m, p.d.grid, p.dofs, ahead, t_step, t_step, p.st, jumps);
+  Failure failure = assem_move(p.m, p.d, p.dofs, ahead, t_step, t_step, p.st, jumps);
   if (failure.ok()) failure = assem_internal(p.m, p.d, p.dofs, mode, jumps, p.st, without);
   mode.rate = 1.0 / (GLANCE * dt);
   if (failure.ok()) failure = assem_internal(p.m, p.d, p.dofs, mode, jumps, p.st, with);
@@ -86,7 +86,7 @@ namespace {
 Failure begin_damping(Problem& p, Attempt& a)
 {
   const Scheme& scheme = scheme_of(a.step);
-  if (!p.dofs.C.empty()) a.cC = scheme.damping(a.step, a.dt);
+  if (p.dofs.damped) a.cC = scheme.damping(a.step, a.dt);
   if (a.mode.mid) return STATUS_OK;
   RealVec v(p.dofs.neq()), f;
   for (int i = 0; i < p.dofs.neq(); ++i)
@@ -137,7 +137,7 @@ void unbalanced_at_start(const Dofs& s, const RealVec& rf, const Attempt& a, Rea
 Failure step_inertia_begin(Problem& p, Attempt& a)
 {
   const Step& s = a.step;
-  Failure failure = velocity_at_start(p.st, p.d.grid, p.dofs, a.momentum, a.vgrid);
+  Failure failure = velocity_at_start(p.st, p.d, p.dofs, a.momentum, a.vgrid);
   if (!failure.ok()) return failure;
 
   const Scheme& scheme = scheme_of(s);
@@ -162,18 +162,18 @@ Failure step_inertia_begin(Problem& p, Attempt& a)
 Failure step_initial_acceleration(Problem& p, const Step& s, double t_step)
 {
   Dofs& dofs = p.dofs;
-  if (dofs.nfe == 0) return STATUS_OK;
+  if (dof_all_rows(dofs).nfe == 0) return STATUS_OK;
   RealVec zero(dofs.neq(), 0.0), fint, f, acc(dofs.neq(), 0.0), momentum, v, damping(dofs.neq(), 0.0);
   Jumps jumps;
   p.st.np1 = p.st.n;
   KernelMode mode;
   mode.finite = s.nlgeom;
   Failure failure = dof_constrain(p.m, p.d, p.st, s, t_step, t_step, dofs, p.warned);
-  if (failure.ok()) failure = assem_move(p.m, p.d.grid, dofs, zero, t_step, t_step, p.st, jumps);
+  if (failure.ok()) failure = assem_move(p.m, p.d, dofs, zero, t_step, t_step, p.st, jumps);
   if (failure.ok()) failure = assem_internal(p.m, p.d, dofs, mode, jumps, p.st, fint);
   if (failure.ok())
     failure = assem_loads(p.m, p.d, dofs, p.st, s, {t_step, p.st.n.time, 0.0}, p.warned, f);
-  if (failure.ok() && step_damps(p)) failure = velocity_at_start(p.st, p.d.grid, p.dofs, momentum, v);
+  if (failure.ok() && step_damps(p)) failure = velocity_at_start(p.st, p.d, p.dofs, momentum, v);
   if (failure.ok() && step_damps(p)) failure = step_damping(p, s.nlgeom, t_step, s.dt, v, damping);
   if (!failure.ok()) return failure;
   for (int i = 0; i < dofs.neq(); ++i) f[i] -= fint[i] + damping[i];
@@ -182,7 +182,9 @@ Failure step_initial_acceleration(Problem& p, const Step& s, double t_step)
       acc[i] = p.st.n.a[dofs.node_of_row[i / dofs.dim] * dofs.dim + i % dofs.dim];
   if ((dofs.tie.dof.empty() ? mass_solve(dofs, 0, 0, f, acc) : mass_solve_tied(dofs, f, acc)) < 0)
     return MASS_FAILED;
-  for (int r = 0; r < dofs.nfe; ++r)
-    for (int i = 0; i < dofs.dim; ++i) p.st.n.a[dofs.node_of_row[r] * dofs.dim + i] = acc[r * dofs.dim + i];
+  if (dofs.whole) acc = dof_gather(dofs, {&acc})[0];
+  const Dofs& all = dof_all_rows(dofs);
+  for (int r = 0; r < all.nfe; ++r)
+    for (int i = 0; i < dofs.dim; ++i) p.st.n.a[all.node_of_row[r] * dofs.dim + i] = acc[r * dofs.dim + i];
   return STATUS_OK;
 }

@@ -52,7 +52,7 @@ bool supported(Problem& p)
     h.pattern = p.dofs.pattern;
     h.fixed   = p.dofs.fixed;
     h.good    = !p.st.points.npoint && !p.st.bonds.nbond && !p.d.fm.on &&
-                step_supports_fix(p.m, p.d.el, p.dofs);
+                step_supports_fix(p.m, p.d.el, dof_all_rows(p.dofs));
   }
   return h.good;
 }
@@ -66,10 +66,11 @@ RealVec row_places(const Problem& p)
   for (int r = 0; r < s.nfe; ++r)
     for (int i = 0; i < dim; ++i)
       place[r * dim + i] = p.m.mesh.X[3 * s.node_of_row[r] + i] + p.st.np1.u[s.node_of_row[r] * dim + i];
-  for (int g = 0; g < p.d.grid.nnode; ++g) {
+  const ActiveGrid& grid = dof_grid(p.d, s);
+  for (int g = 0; g < grid.nnode; ++g) {
     double x[3];
-    grid_unknown_place(p.m, p.st.points, p.st.n.uc, p.d.grid, g, x);
-    const long c = p.d.grid.key[g] - key_own;
+    grid_unknown_place(p.m, p.st.points, p.st.n.uc, grid, g, x);
+    const long c = grid.key[g] - key_own;
     for (int i = 0; i < dim; ++i)
       place[(s.nfe + g) * dim + i] =
           c < 0 ? x[i] : p.st.points.Xc[c * dim + i] + p.st.n.uc[c * dim + i];
@@ -97,7 +98,7 @@ Status solve_slipping(Problem& p, const Attempt& a, const RealVec& pending, Solv
     return solve_system(solver, s.A, ask, y, z);
   };
   const double left = solver.left;
-  const Status more = step_slip(l.diag, SLIP, back, l.dx);
+  const Status more = step_slip(dof_own(s, l.diag), SLIP, back, l.dx);
   solver.left = left;
   return more;
 }
@@ -171,7 +172,7 @@ Failure step_solve(Problem& p, const Attempt& a, int it, double residual, double
   if (status != STATUS_OK) return status;
   double energy = 0.0;
   for (int i = 0; i < s.neq(); ++i) {
-    if (s.once.empty() || s.once[i] > 0.0) energy += l.f[i] * l.dx[i];
+    if (s.counts(i)) energy += l.f[i] * l.dx[i];
     if (s.fixed[i]) l.dx[i] = pending[i];
   }
   tie_follow(s, false, l.dx);

@@ -29,7 +29,7 @@ struct Residual {
 Failure form_residual(Problem& p, Attempt& a, const RealVec& du, Residual& b)
 {
   const Dofs& s = p.dofs;
-  Failure failure = assem_move(p.m, p.d.grid, s, du, a.t0, a.t1, p.st, a.jumps);
+  Failure failure = assem_move(p.m, p.d, s, du, a.t0, a.t1, p.st, a.jumps);
   if (failure.ok()) failure = assem_internal(p.m, p.d, s, a.mode, a.jumps, p.st, a.fint);
   if (failure.ok() && (a.fext.empty() || assem_has_followers(a.step)))
     failure = assem_loads(p.m, p.d, s, p.st, a.step, a.load, p.warned, a.fext);
@@ -62,19 +62,24 @@ RealVec strain_diagonal(const Model& m, const Bonds& bonds, const ActiveGrid& gr
     for (int i = 0; i < s.neq(); ++i) d[i] -= cM * s.M_diag[i / s.dim];
   if (cC != 0.0)
     for (int i = 0; i < s.neq(); ++i) d[i] -= cC * s.C_diag[i];
+  RealVec other;               // several ranks: of the bonds and ghosts of this one, negative
+  if (s.whole) other.assign(s.neq(), 0.0);
+  RealVec& to = s.whole ? other : d;
   double C[9];
   for (int b : s.bond_acts) {
     if (m.bond[bonds.def[b]].kind == BOND_CONTACT) continue;
     bond_stiffness(bonds, s.dim, b, C);
     for (int k = s.bond.off[b]; k < s.bond.off[b + 1]; ++k)
       for (int i = 0; i < s.dim; ++i)
-        d[s.bond.item[k] * s.dim + i] -= s.bond_w[k] * s.bond_w[k] * C[i * s.dim + i];
+        to[s.bond.item[k] * s.dim + i] -= s.bond_w[k] * s.bond_w[k] * C[i * s.dim + i];
   }
   const ListTable& ghost = grid.ghost;
   for (int q = 0; q < ghost.size(); ++q)
     for (int k = ghost.off[q]; k < ghost.off[q + 1]; ++k)
       for (int i = 0; i < s.dim; ++i)
-        d[(s.nfe + ghost.item[k]) * s.dim + i] -= grid.ghost_k[q] * grid.ghost_w[k] * grid.ghost_w[k];
+        to[(s.nfe + ghost.item[k]) * s.dim + i] -= grid.ghost_k[q] * grid.ghost_w[k] * grid.ghost_w[k];
+  if (s.whole) sys_sum(s.A, other);
+  for (size_t i = 0; i < other.size(); ++i) d[i] += other[i];
   return d;
 }
 
@@ -83,18 +88,18 @@ RealVec strain_diagonal(const Model& m, const Bonds& bonds, const ActiveGrid& gr
 double rounding_floor(const Problem& p, const RealVec& diag, const Attempt& a)
 {
   const RealVec& du    = a.du;
-  const RealVec strain = strain_diagonal(p.m, p.st.bonds, p.d.grid, p.dofs, diag, a.cM, a.cC);
+  const RealVec strain =
+      strain_diagonal(p.m, p.st.bonds, dof_grid(p.d, p.dofs), p.dofs, diag, a.cM, a.cC);
   const Ties& t = p.dofs.tie;
   const auto square = [&](int i) {
     const double f = std::max(0.0, strain[i]) * 2e-15 * p.dofs.h_mean + diag[i] * 1e-14 * std::fabs(du[i]);
     return f * f;
   };
-  const RealVec& once = p.dofs.once;
   double sum = 0.0;
   for (size_t i = 0; i < diag.size(); ++i)
-    if (once.empty() || once[i] > 0.0) sum += square(static_cast<int>(i));
+    if (p.dofs.counts(i)) sum += square(static_cast<int>(i));
   for (size_t k = 0; k < t.dof.size(); ++k)          // what masters get from dependent dofs
-    for (int q = t.master.off[k]; q < t.master.off[k + 1]; ++q)
+    for (int q = t.master.off[k]; q < t.master.off[k + 1] && p.dofs.counts(t.dof[k]); ++q)
       sum += t.coef[q] * t.coef[q] * square(t.dof[k]);
   return std::sqrt(dof_total(p.dofs, sum));
 }
@@ -116,12 +121,12 @@ bool converged(const Problem& p, const Attempt& a, const Residual& b, const Line
   // broken material has next to no stiffness, and need not be judged by it
   if (a.newton.breaks) {
     for (size_t i = 0; i < diag.size(); ++i)
-      if (s.once.empty() || s.once[i] > 0.0) least += diag[i];
+      if (s.counts(i)) least += diag[i];
     least = dof_total(s, least) * 1e-3 / s.neq_all();
   }
   for (int i = 0; i < s.neq(); ++i) {
     if ((s.fixed[i] && !fixed_pivots && !stalls) || !(diag[i] > 0.0)) continue;
-    if (!s.once.empty() && s.once[i] == 0.0) continue;
+    if (!s.counts(i)) continue;
     const double k = std::max(diag[i], least);
     if (!s.fixed[i]) res += b.R[i] * b.R[i] / k;
     const double f = std::max({std::fabs(a.fint[i]), std::fabs(a.fext[i]), std::fabs(b.inertia[i])});
@@ -188,9 +193,8 @@ Failure begin_at_guess(Problem& p, Attempt& a, Residual& b, double& guessed)
   tie_follow(p.dofs, true, a.du);
   const Failure failure = form_residual(p, a, a.du, b);
   if (!failure.ok()) return failure;
-  const RealVec& once = p.dofs.once;
   for (int i = 0; i < p.dofs.neq(); ++i)
-    if (once.empty() || once[i] > 0.0) guessed += (b.R[i] - R0[i]) * a.du[i];
+    if (p.dofs.counts(i)) guessed += (b.R[i] - R0[i]) * a.du[i];
   guessed = std::fabs(dof_total(p.dofs, guessed));
   return STATUS_OK;
 }
@@ -225,6 +229,14 @@ Failure correct(Problem& p, Attempt& a, const RealVec& dx, double g0, bool searc
     failure = line_search(p, a, a.du, dx, g0, trial, b, part);
   if (failure.ok()) a.du.swap(trial);
   return failure;
+}
+
+// several ranks with the whole model: all get what each has found for its rows
+Failure tell_all(Problem& p, Attempt& a)
+{
+  if (!p.dofs.whole) return STATUS_OK;
+  const RealVec du = dof_gather(p.dofs, {&a.du})[0];
+  return assem_move_all(p.m, p.d, *p.dofs.whole, a.mode, du, a.t0, a.t1, p.st, a.jumps);
 }
 
 void tell_iteration(StepLog& log, int it, const Residual& b, double energy, double part)
@@ -269,15 +281,15 @@ Failure step_newton(Problem& p, Attempt& a)
     // loads below the floor are solved for once; without loads the floor ends the search for rounding
     if (it == 1 && there && guessed == 0.0 && converged(p, a, b, l, dof_norm(s, a.fext) == 0.0, false)) {
       a.R = b.R;                                     // nothing to do: the predictor is the solution
-      return STATUS_OK;
+      return tell_all(p, a);
     }
     // 3. solve
     failure = step_solve(p, a, it, before, accepted, pending, l);
     if (!failure.ok()) return failure;
-    if (a.newton.rubs && there) step_secant(secants, a.du, l.diag, l.dx);
+    if (a.newton.rubs && there) step_secant(secants, a.du, dof_own(s, l.diag), l.dx);
     double g0 = 0.0;
     for (int i = 0; i < s.neq(); ++i)
-      if (!s.fixed[i] && (s.once.empty() || s.once[i] > 0.0)) g0 += l.dx[i] * b.R[i];
+      if (!s.fixed[i] && s.counts(i)) g0 += l.dx[i] * b.R[i];
     g0 = dof_total(s, g0);
     if (it == 1 && guessed > 0.0 && std::fabs(g0) > guessed) return NOT_CONVERGED;   // it leads astray (6.14)
     // 4. correct                                                                   (6.6)
@@ -294,7 +306,7 @@ Failure step_newton(Problem& p, Attempt& a)
     if (targets_reached(s, a.du) && step_solved_well(p.newton.solver, l) &&
         converged(p, a, b, l, true, stalls)) {
       a.R = b.R;
-      return STATUS_OK;
+      return tell_all(p, a);
     }
   }
   return NOT_CONVERGED;

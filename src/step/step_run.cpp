@@ -249,7 +249,7 @@ void warn_of_state(Problem& p, const Step& s)
   check_ranks(st);
   if (s.proc == PROC_STATIC || st.log.inc_total % 10 == 0 || clock_done(s, st.clock))
     step_limit(p.m, p.d.el, st, s, p.warned);
-  if (p.d.fm.on) step_remainder(p.m, p.d, p.dofs, st, s, p.warned);
+  if (p.d.fm.on) step_remainder(p.m, p.d, dof_all_rows(p.dofs), st, s, p.warned);
   if (!p.d.watch.pair.empty()) overlap_look(p.m, p.d.el, st, p.d.watch);
 }
 

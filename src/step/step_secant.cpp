@@ -3,6 +3,7 @@
 
 #include <Eigen/Dense>
 
+#include "base/comm.h"
 #include "base/sum.h"
 #include "step/step.h"
 
@@ -15,7 +16,9 @@ const double SAME_DIRECTION = 1e-10;   // secants that others already hold are l
 
 double step_product(const RealVec& a, const RealVec& b, const RealVec& diag)
 {
-  return sum_terms(a.size(), [&](std::size_t i) { return a[i] * b[i] * std::max(diag[i], 0.0); });
+  double sum = sum_terms(a.size(), [&](std::size_t i) { return a[i] * b[i] * std::max(diag[i], 0.0); });
+  comm_sum(&sum, 1);
+  return sum;
 }
 
 // ---------------------------------------------------------------------------
