@@ -4,6 +4,8 @@
 #include <string>
 #include <utility>
 
+#include <Eigen/Core>
+
 #include "assem/assem.h"
 #include "assem/pack_list.h"
 #include "base/comm.h"
@@ -12,13 +14,20 @@
 
 namespace {
 
+// the numbers of a corner or a node in all directions, together in vector registers
+template <int D>
+using Dirs = Eigen::Array<double, D, 1>;
+
 // f [grid nodes][D] += sum_c N_v(x_c) f_c
 template <int D>
 void scatter_corners(const ActiveGrid& g, const double* fc, double* f)
 {
-  for (int c = 0; c < g.corner.size(); ++c)
+  for (int c = 0; c < g.corner.size(); ++c) {
+    const Dirs<D> of_corner = Eigen::Map<const Dirs<D>>(fc + static_cast<size_t>(c) * D);
+    if ((of_corner == 0.0).all()) continue;          // most loads act on few corners
     for (int k = g.corner.off[c]; k < g.corner.off[c + 1]; ++k)
-      for (int i = 0; i < D; ++i) f[g.corner.item[k] * D + i] += g.corner_w[k] * fc[c * D + i];
+      Eigen::Map<Dirs<D>>(f + static_cast<long>(g.corner.item[k]) * D) += g.corner_w[k] * of_corner;
+  }
 }
 
 // after_c = before_c + sum_v N_v(x_c) x_v, x [grid nodes][D]
@@ -26,10 +35,11 @@ template <int D>
 void gather_corners(const ActiveGrid& g, const double* x, const double* before, double* after)
 {
   for (int c = 0; c < g.corner.size(); ++c) {
-    double sum[D] = {};
+    Dirs<D> sum = Dirs<D>::Zero();
     for (int k = g.corner.off[c]; k < g.corner.off[c + 1]; ++k)
-      for (int i = 0; i < D; ++i) sum[i] += g.corner_w[k] * x[g.corner.item[k] * D + i];
-    for (int i = 0; i < D; ++i) after[c * D + i] = before[c * D + i] + sum[i];
+      sum += g.corner_w[k] * Eigen::Map<const Dirs<D>>(x + static_cast<long>(g.corner.item[k]) * D);
+    const size_t at = static_cast<size_t>(c) * D;
+    Eigen::Map<Dirs<D>>(after + at) = Eigen::Map<const Dirs<D>>(before + at) + sum;
   }
 }
 

@@ -66,20 +66,28 @@ void add_point_mass(const Points& pts, const ActiveGrid& g, const RealVec* alpha
     const double factor = alpha ? (*alpha)[pts.body[q]] : 1.0;
     if (factor == 0.0) continue;
     const int n = g.point.count(q), nen = pts.conn.count(q), width = (n + WIDE - 1) / WIDE * WIDE;
-    N.assign(static_cast<size_t>(nen) * width, 0.0);
-    mN.resize(N.size());
     const int* to = slot;
-    for (int c = 0; c < nen; ++c) {
-      const int corner = pts.conn.begin(q)[c];
-      for (int j = g.corner.off[corner]; j < g.corner.off[corner + 1]; ++j)
-        N[c * width + *to++] = g.corner_w[j];
-    }
+    const auto weights = [&](double* at_node) {
+      for (int c = 0; c < nen; ++c) {
+        const int corner = pts.conn.begin(q)[c];
+        for (int j = g.corner.off[corner]; j < g.corner.off[corner + 1]; ++j)
+          at_node[c * width + *to++] = g.corner_w[j];
+      }
+    };
     const int* map = &s.point_map[s.point_map_off[own]];
     double scaled[36];
     for (int k = 0; k < pair_count(nen) && alpha; ++k) scaled[k] = factor * mc[k];
     const double* of_point = alpha ? scaled : mc;
-    if (nen == 4 && width == WIDE) add_narrow_domain<4>(n, of_point, N.data(), map, M.data());
-    else if (nen == 4) add_domain<4>(nen, n, width, of_point, N.data(), mN.data(), map, M.data());
+    if (nen == 4 && width == WIDE) {
+      double narrow[4 * WIDE] = {};
+      weights(narrow);
+      add_narrow_domain<4>(n, of_point, narrow, map, M.data());
+      continue;
+    }
+    N.assign(static_cast<size_t>(nen) * width, 0.0);
+    mN.resize(N.size());
+    weights(N.data());
+    if (nen == 4) add_domain<4>(nen, n, width, of_point, N.data(), mN.data(), map, M.data());
     else if (nen == 8) add_domain<8>(nen, n, width, of_point, N.data(), mN.data(), map, M.data());
     else add_domain<0>(nen, n, width, of_point, N.data(), mN.data(), map, M.data());
   }

@@ -33,6 +33,33 @@ inline void add_pairs(SysMatrix& A, const int* map, int n, const double* ke)
       add_block<D, STRIDE>(A, map[pair], a == b, ke + pair * D * D * STRIDE);
 }
 
+// the same for some lanes of a pack: ke [pairs][D*D][PACK], which is used up. In the plane the blocks of two
+// pairs are turned at once, so that each is one vector
+template <int D>
+inline void add_packed_pairs(SysMatrix& A, const int* const* map, int lanes, int n, double* ke)
+{
+  if (D == 3) {
+    for (int l = 0; l < lanes; ++l) add_pairs<D, PACK>(A, map[l], n, ke + l);
+    return;
+  }
+  typedef double Block __attribute__((vector_size(32), may_alias));
+  typedef double BlockAt __attribute__((vector_size(32), aligned(8), may_alias));
+  typedef long Places __attribute__((vector_size(32)));
+  const Places turn[2] = {{0, 1, 2, 3}, {0, 2, 1, 3}};
+  const int pairs = pair_count(n);
+  Pack* k = reinterpret_cast<Pack*>(ke);
+  for (int a = 0; a < n; ++a) k[pair_place(a, a) * 4 + 1] = Pack{};
+  for (int pair = 0; pair < pairs; pair += 2) {
+    pack_turn(k + pair * 4);
+    for (int l = 0; l < lanes; ++l)
+      for (int q = 0; q < 2 && pair + q < pairs; ++q) {
+        const int where = map[l][pair + q];
+        BlockAt* v      = reinterpret_cast<BlockAt*>(&A.val[static_cast<size_t>(where / 2) * 4]);
+        *v += __builtin_shuffle(reinterpret_cast<const Block*>(k + pair * 4 + l)[q], turn[where & 1]);
+      }
+  }
+}
+
 template <int D>
 void add_pack(const Mesh& mesh, const State& st, const KernelMode& mode, const ElemBlock& b,
               ElemFormPack form, PackList& w, SysMatrix& A)
@@ -40,13 +67,13 @@ void add_pack(const Mesh& mesh, const State& st, const KernelMode& mode, const E
   if (w.n == 0) return;
   const int nen = shape_info[b.shape].nen;
   alignas(Pack) double u0[MAX_NODES * D * PACK], u1[MAX_NODES * D * PACK],
-    ke[pair_count(MAX_NODES) * D * D * PACK];
+    ke[(pair_count(MAX_NODES) + 1) * D * D * PACK];
   unsigned bad;
   w.fill();
   if (mode_reads_old(mode, b.law)) elem_ends_pack(st.n.u, mesh, b, w.slot, nen, D, u0);
   elem_ends_pack(st.np1.u, mesh, b, w.slot, nen, D, u1);
   form(b, w.slot, mode, u0, u1, nullptr, ke, bad);
-  for (int l = 0; l < w.n; ++l) add_pairs<D, PACK>(A, w.map[l], nen, ke + l);
+  add_packed_pairs<D>(A, w.map, w.n, nen, ke);
   w.n = 0;
 }
 
@@ -82,12 +109,12 @@ void add_points(const Model& m, const Discretisation& d, const KernelMode& mode,
   const ActiveGrid& grid = dof_grid(d, dofs);
   RealVec work, ke;
   PackList waiting[POINT_PACK_NODES + 1];            // by number of grid nodes
-  alignas(Pack) double kp[pair_count(POINT_PACK_NODES) * D * D * PACK];
+  alignas(Pack) double kp[(pair_count(POINT_PACK_NODES) + 1) * D * D * PACK];
   const auto flush = [&](PackList& w, int n) {
     if (w.n == 0) return;
     w.fill();
     point_tangent_pack(D, pts, d.point_law, mode, st.n.uc, st.np1.uc, grid, w.slot, kp);
-    for (int l = 0; l < w.n; ++l) add_pairs<D, PACK>(dofs.A, w.map[l], n, kp + l);
+    add_packed_pairs<D>(dofs.A, w.map, w.n, n, kp);
     w.n = 0;
   };
   const size_t* at = dofs.point_map_off.data();

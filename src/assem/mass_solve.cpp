@@ -14,11 +14,11 @@ namespace {
 const double SHIFT    = 1e-10;
 const int REFINEMENTS = 4;
 
-// y += M x
+// y += M x, of the first rows with each other
 template <int D>
-void multiply(const Dofs& s, const RealVec& M, const double* x, double* y)
+void multiply(const Dofs& s, const RealVec& M, int rows, const double* x, double* y)
 {
-  for (int r = 0; r < s.nrow; ++r) {
+  for (int r = 0; r < rows; ++r) {
     const int diag = s.A.off[r + 1] - 1;
     double row[D];
     for (int i = 0; i < D; ++i) row[i] = M[diag] * x[r * D + i];
@@ -348,16 +348,16 @@ int solve(const Dofs& s, int first, int guess, const RealVec& f, RealVec& x)
 void mass_part(const Dofs& s, const RealVec& x, RealVec& y)
 {
   y.assign(x.size(), 0.0);
-  if (s.dim == 2) multiply<2>(s, s.M, x.data(), y.data());
-  else multiply<3>(s, s.M, x.data(), y.data());
+  if (s.dim == 2) multiply<2>(s, s.M, s.nrow, x.data(), y.data());
+  else multiply<3>(s, s.M, s.nrow, x.data(), y.data());
 }
 
 void mass_elements(const Dofs& s, const RealVec& x, RealVec& y)
 {
   const RealVec& M = s.hung ? s.M_elem : s.M;
   y.assign(x.size(), 0.0);
-  if (s.dim == 2) multiply<2>(s, M, x.data(), y.data());
-  else multiply<3>(s, M, x.data(), y.data());
+  if (s.dim == 2) multiply<2>(s, M, s.nfe, x.data(), y.data());
+  else multiply<3>(s, M, s.nfe, x.data(), y.data());
 }
 
 void mass_multiply(const Dofs& s, const RealVec& x, RealVec& y)

@@ -33,8 +33,12 @@ inline void pack_turn(Pack* x)
 {
   typedef long Places __attribute__((vector_size(8 * PACK)));
   static_assert(PACK == 8, "three exchanges");
-  const Places low[3]  = {{0, 8, 2, 10, 4, 12, 6, 14}, {0, 1, 8, 9, 4, 5, 12, 13}, {0, 1, 2, 3, 8, 9, 10, 11}},
-               high[3] = {{1, 9, 3, 11, 5, 13, 7, 15}, {2, 3, 10, 11, 6, 7, 14, 15}, {4, 5, 6, 7, 12, 13, 14, 15}};
+  const Places low[3]  = {{0, 8, 2, 10, 4, 12, 6, 14},
+                          {0, 1, 8, 9, 4, 5, 12, 13},
+                          {0, 1, 2, 3, 8, 9, 10, 11}},
+               high[3] = {{1, 9, 3, 11, 5, 13, 7, 15},
+                          {2, 3, 10, 11, 6, 7, 14, 15},
+                          {4, 5, 6, 7, 12, 13, 14, 15}};
 #pragma GCC unroll 3
   for (int s = 0; s < 3; ++s)
 #pragma GCC unroll 8

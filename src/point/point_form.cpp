@@ -76,8 +76,10 @@ inline void load_points(const Points& pts, const int* point, int nen, Pack* G, P
   for (int l = 0; l < PACK; ++l) V0[l] = pts.V0[point[l]];
   if (NEN * D % PACK == 0 && NEN) {
     for (int k = 0; k < NEN * D; k += PACK) {
-      for (int l = 0; l < PACK; ++l)
-        G[k + l] = *reinterpret_cast<const PackRow*>(&pts.G[static_cast<size_t>(pts.conn.off[point[l]]) * D + k]);
+      for (int l = 0; l < PACK; ++l) {
+        const double* from = &pts.G[static_cast<size_t>(pts.conn.off[point[l]]) * D];
+        G[k + l] = *reinterpret_cast<const PackRow*>(from + k);
+      }
       pack_turn(G + k);
     }
     return;
@@ -350,7 +352,8 @@ Status corner_force(const Model& m, const Points& pts, const PointLaws& law, con
     for (int a = 0; a < pts.conn.count(p); ++a)
       for (int i = 0; i < D; ++i) fc[pts.conn.begin(p)[a] * D + i] += re[a * D + i];
   });
-  for (int p : owned) hourglass_force<D>(pts, law.body[pts.body[p]], mode, l0, l1, p, fc);
+  for (int p : owned)
+    if (pts.released[p]) hourglass_force<D>(pts, law.body[pts.body[p]], mode, l0, l1, p, fc);
   for (int k : groups)
     if (group_force<D>(pts, law, mode, l0, l1, k, fc) != STATUS_OK) {
       *worst = law.group.begin(k)[0];
@@ -359,23 +362,47 @@ Status corner_force(const Model& m, const Points& pts, const PointLaws& law, con
   return status;
 }
 
+// displacement gradient of PACK points of NEN corners each; NEN = 0: any
+template <int D, int NEN>
+inline void pack_gradient(const Points& pts, const RealVec& uc, const int* point, Pack* H)
+{
+  Pack G[8 * D], u[8 * D], V0;
+  load_points<D, NEN>(pts, point, NEN, G, V0);
+  load_ends<D, NEN>(pts, point, NEN, uc, u);
+  ip_gradient<D, NEN>(G, NEN, u, H);
+}
+
 template <int D>
 void tangent_pack(const Points& pts, const PointLaws& law, const KernelMode& mode,
                   const RealVec& uc0, const RealVec& uc1, const ActiveGrid& g, const int* point, double* ke)
 {
+  constexpr int block = D == 2 ? 4 : 8;
   const int n = g.point.count(point[0]);
   const MatLaw& of_body = law.body[pts.body[point[0]]];
   const bool old        = reads_old(pts, law, mode, point[0]);
-  Pack dS[POINT_PACK_NODES * D], f[POINT_PACK_NODES * D], V0, H0[D * D] = {}, H1[D * D], Fb[D * D], S[D * D];
-  for (int l = 0; l < PACK; ++l) {
-    const double* from = &g.dS[static_cast<size_t>(g.point.off[point[l]]) * D];
-    double H[D * D];
-    for (int k = 0; k < n * D; ++k) dS[k][l] = from[k];
-    gradient<D>(pts, uc1, point[l], H);
-    for (int k = 0; k < D * D; ++k) H1[k][l] = H[k];
-    if (old) gradient<D>(pts, uc0, point[l], H);
-    for (int k = 0; k < D * D && old; ++k) H0[k][l] = H[k];
-    V0[l] = pts.V0[point[l]];
+  bool alike = true;
+  for (int l = 0; l < PACK; ++l) alike = alike && pts.conn.count(point[l]) == block;
+  Pack dS[POINT_PACK_NODES * D + PACK], f[POINT_PACK_NODES * D], V0, H0[D * D] = {}, H1[D * D], Fb[D * D],
+      S[D * D];
+  for (int l = 0; l < PACK; ++l) V0[l] = pts.V0[point[l]];
+  if (alike) {
+    pack_gradient<D, block>(pts, uc1, point, H1);
+    if (old) pack_gradient<D, block>(pts, uc0, point, H0);
+  } else {
+    for (int l = 0; l < PACK; ++l) {
+      double H[D * D];
+      gradient<D>(pts, uc1, point[l], H);
+      for (int k = 0; k < D * D; ++k) H1[k][l] = H[k];
+      if (old) gradient<D>(pts, uc0, point[l], H);
+      for (int k = 0; k < D * D && old; ++k) H0[k][l] = H[k];
+    }
+  }
+  for (int k = 0; k < n * D; k += PACK) {
+    for (int l = 0; l < PACK; ++l) {
+      const double* from = &g.dS[static_cast<size_t>(g.point.off[point[l]]) * D];
+      dS[k + l] = *reinterpret_cast<const PackRow*>(from + k);
+    }
+    pack_turn(dS + k);
   }
   Pack* k = reinterpret_cast<Pack*>(ke);
   for (int i = 0; i < pair_count(n) * D * D; ++i) k[i] = Pack{};
@@ -411,7 +438,8 @@ double energy(const Model& m, const Points& pts, const Level& l, const IntVec& o
   }, [&](int p) {
     sum += point_energy_one(m, pts, l, p, !pts.eroded(p) ? 1.0 : l.degr[pts.parent[p]]);
   });
-  for (int p : owned) sum += hourglass_energy<D>(pts, law.body[pts.body[p]], l, p);
+  for (int p : owned)
+    if (pts.released[p]) sum += hourglass_energy<D>(pts, law.body[pts.body[p]], l, p);
   return sum;
 }
 

@@ -176,7 +176,8 @@ void point_sums(const Points& pts, int dim, int nnode, ActiveGrid& g, RealVec& s
 {
   support.assign(nnode, 0.0);
   g.S.resize(g.point.item.size());
-  g.dS.resize(g.point.item.size() * dim);
+  g.dS.resize(g.point.item.size() * dim + PACK);     // rows of packs end behind the last one
+  std::fill(g.dS.end() - PACK, g.dS.end(), 0.0);
   if (dim == 2) sums<2>(pts, g, support);
   else sums<3>(pts, g, support);
 }

@@ -44,20 +44,25 @@ void sum_motion(Ledger& g)
   std::copy(sum + 4, sum + 7, g.angular);
 }
 
-void add_points(const Points& pts, const Dofs& dofs, const Level& l, Ledger& g)
+// in local sums, which stay in registers
+template <int D>
+void add_points(const Points& pts, const RealVec& mom, const Level& l, Ledger& g)
 {
-  const int dim     = dofs.dim;
-  const RealVec mom = point_corner_momentum(dofs.corner_mass, dim, l.vc);
+  double kinetic = 0.0, sum[D] = {}, spin[3] = {};
   for (int c = 0; c < pts.ncorner; ++c) {
-    double x[3] = {0, 0, 0}, q[3] = {0, 0, 0};
-    for (int i = 0; i < dim; ++i) {
-      x[i] = pts.Xc[c * dim + i] + l.uc[c * dim + i];
-      q[i] = mom[c * dim + i];
-      g.kinetic += 0.5 * q[i] * l.vc[c * dim + i];
-      g.momentum[i] += q[i];
+    double x[D];
+    const double* q = &mom[static_cast<size_t>(c) * D];
+    for (int i = 0; i < D; ++i) {
+      x[i] = pts.Xc[c * D + i] + l.uc[c * D + i];
+      kinetic += q[i] * l.vc[c * D + i];
+      sum[i] += q[i];
     }
-    add_cross(x, q, g.angular);
+    if (D == 3) add_cross(x, q, spin);
+    else spin[2] += x[0] * q[1] - x[1] * q[0];
   }
+  g.kinetic += 0.5 * kinetic;
+  for (int i = 0; i < D; ++i) g.momentum[i] += sum[i];
+  for (int i = 0; i < 3; ++i) g.angular[i] += spin[i];
 }
 
 }  // namespace
@@ -69,7 +74,9 @@ void ledger_update(const Model& m, const Elements& el, const Dofs& dofs, const L
   g.kinetic = 0.0;
   for (int i = 0; i < 3; ++i) g.momentum[i] = g.angular[i] = 0.0;
   if (!dofs.M.empty()) add_nodes(m.mesh, dofs, l, g);
-  add_points(st.points, dofs, l, g);
+  const RealVec mom = point_corner_momentum(dofs.corner_mass, m.dim, l.vc);
+  if (m.dim == 2) add_points<2>(st.points, mom, l, g);
+  else add_points<3>(st.points, mom, l, g);
   sum_motion(g);
   g.strain = elem_energy(m, el, l, nlgeom, energy) +
              point_energy(m, st.points, l, dofs.owned_point);
