@@ -83,6 +83,16 @@ double counted_setup(const SolverData& d, SolvePath path)
 
 bool counted() { return comm_size() > 1; }
 
+// In motion the first systems are solved without a factorisation, whose factors would take most of the memory
+// of a rank; more iterations than these tell of increments so long that masses do not help
+const double FAST = 60.0;
+
+bool moves_fast(const SolverData& d, const SolveAsk& ask)
+{
+  const PathCost& c = d.cost[PATH_CHOLESKY];
+  return counted() && ask.inertia && !d.factored && (!c.known || c.rate * FAST >= ask.digits);
+}
+
 // seconds of a solution by factorisation
 double direct_seconds(const SolverData& d, bool pattern_known)
 {
@@ -223,6 +233,10 @@ SolvePath choose(Solver& s, const SysMatrix& A, const SolveAsk& ask, long now, d
   if (ask.broken && !ask.exact && !small && changed_pays(s)) return PATH_CHANGED;
   if (small || ask.exact || ask.broken) return PATH_FACTOR;
   if (amg_pays(s, A, ask)) return PATH_AMG;
+  if (moves_fast(d, ask)) {
+    limit = counted_setup(d, PATH_CHOLESKY) + FAST * counted_iteration(d, PATH_CHOLESKY);
+    return PATH_CHOLESKY;
+  }
   if (!d.factored && !without_factors(s, A, ask)) return PATH_FACTOR;
   return fastest(s, ask, solve_same_pattern(s, A), now, limit);
 }
