@@ -63,7 +63,7 @@ $(MPFE): $(OBJ) $(MAIN_OBJ) $(BUILD)/link.txt
 $(UNIT): $(OBJ) $(UNIT_OBJ) $(BUILD)/link.txt
 	@mkdir -p $(@D)
 	$(call say,LINK,$@)
-	$(Q)$(CXX) $(LDFLAGS) $(filter %.o,$^) -lgtest_main -lgtest $(LDLIBS) -pthread -o $@
+	$(Q)$(CXX) $(LDFLAGS) $(filter %.o,$^) -lgtest $(LDLIBS) -pthread -o $@
 
 $(BUILD)/compile.txt: FORCE
 	@mkdir -p $(@D)

@@ -14,14 +14,6 @@
 
 namespace {
 
-// MUMPS needs MPI from its first call to its last
-class MpiOpen : public ::testing::Environment {
- public:
-  void SetUp() override { comm_open(nullptr, nullptr); }
-  void TearDown() override { comm_close(); }
-};
-const ::testing::Environment* const mpi_open = ::testing::AddGlobalTestEnvironment(new MpiOpen);
-
 std::vector<SolverKind> solvers_built_in()
 {
   std::vector<SolverKind> kind{SOLVER_SKYLINE};

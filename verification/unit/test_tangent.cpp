@@ -104,7 +104,7 @@ struct Scene {
   RealVec force(const KernelMode& mode, const RealVec& du)
   {
     RealVec f;
-    assem_move(m, p.d.grid, p.dofs, du, 0.0, 1.0, st, jumps);
+    assem_move(m, p.d, p.dofs, du, 0.0, 1.0, st, jumps);
     EXPECT_TRUE(assem_internal(m, p.d, p.dofs, mode, jumps, st, f).ok());
     return f;
   }
