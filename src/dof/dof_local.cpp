@@ -86,6 +86,7 @@ void localise_points(const Points& pts, const ListTable& group, const ActiveGrid
       slot += n;
     }
   }
+  own.dS.insert(own.dS.end(), PACK, 0.0);            // as point_sums leaves it
 }
 
 void localise_grid(const Points& pts, const ListTable& group, const ActiveGrid& g, const Dofs& s,

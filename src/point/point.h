@@ -50,7 +50,7 @@ struct ActiveGrid {
   // the point
   IntVec slot;
   RealVec S;                   // [point.item] S_pv
-  RealVec dS;                  // [point.item*dim] dS_pv/dX                         1/length
+  RealVec dS;                  // [point.item*dim + PACK] dS_pv/dX, zeros behind it   1/length
   ListTable bond;              // [nbond] unknown grid nodes of side B, empty for the ground
   RealVec bond_w;
   ListTable ghost;             // [nghost] unknown grid nodes that a place on a face between cells ties
