@@ -283,8 +283,10 @@ void form_border(const SysMatrix& A, OwnBlock& own)
   border.val.assign(border.block.size() * DD, 0.0);
   const int* place = own.place.data();
   for (int r = 0; r < ranks; ++r) {
-    for (size_t k = 0; r == me && k < border.block.size(); ++k)
-      for (int i = 0; i < DD; ++i) border.val[k * DD + i] += A.val[static_cast<size_t>(border.block[k]) * DD + i];
+    for (size_t k = 0; r == me && k < border.block.size(); ++k) {
+      const double* a = &A.val[static_cast<size_t>(border.block[k]) * DD];
+      for (int i = 0; i < DD; ++i) border.val[k * DD + i] += a[i];
+    }
     for (size_t k = 0; k < from[r].size(); k += DD, ++place) {
       if (*place < 0) continue;
       double* b = &border.val[static_cast<size_t>(*place / 2) * DD];

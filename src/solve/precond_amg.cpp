@@ -42,8 +42,8 @@ struct AmgData {
   IntVec block_off;                // [n+1]
   IntVec source;                   // [blocks of the rows] 2 k: block k of M, 2 k + 1: transposed
   IntVec number;                   // [blocks of the rows] column, numbered over all ranks
-  // divided model: [ranks] blocks of M that a rank needs, 3 k + Kind; where those that come are added in entry,
-  // one rank after the other; [ranks] how many come
+  // divided model: [ranks] blocks of M that a rank needs, 3 k + Kind; where those that come are added
+  // in entry, one rank after the other; [ranks] how many come
   std::vector<IntVec> to;
   std::vector<Target> target;
   IntVec come;

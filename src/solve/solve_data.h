@@ -45,8 +45,8 @@ struct Border {
 
 // Several ranks: the rows of one rank with their neighbours, and what couples them, from all ranks. A vector
 // of it [rows*dim] is whole: right in all these rows, on all ranks that have them.
-// Divided model: the rows are those of A, the vectors those of A, and A itself stands for B. A product with it
-// is a part in all rows. row, B, all and here are empty.
+// Divided model: the rows are those of A, the vectors those of A, and A itself stands for B. A product with
+// it is a part in all rows. row, B, all and here are empty.
 struct OwnBlock {
   int dim = 0;
   bool parts = false;          // divided model
@@ -124,8 +124,8 @@ struct CgGoal {                // both norms must arrive
 // z = M^-1 r, rho = r z; false: it failed
 using Precondition = std::function<bool(const RealVec& r, RealVec& z, double& rho)>;
 
-// What conjugate gradients work on. Several ranks: A is own->B, and vectors are those of own. Divided model: A
-// is the part of this rank
+// What conjugate gradients work on. Several ranks: A is own->B, and vectors are those of own. Divided model:
+// A is the part of this rank
 struct CgSystem {
   const SysMatrix& A;
   OwnBlock* own = nullptr;     // several ranks
@@ -149,7 +149,8 @@ struct SolverData {
   bool divided = false;
   Halo halo;
   RowNumbers numbers;
-  std::vector<char> soft;      // rank 0 factorises a divided matrix: rows whose zero pivots are fixed; else empty
+  // rank 0 factorises a divided matrix: rows whose zero pivots are fixed; else empty
+  std::vector<char> soft;
   bool analysed = false, factored = false;
   bool first_only = false;     // several ranks: the first one factorises the whole matrix alone
   bool narrow = false;         // factorised by the skyline, although MUMPS is there

@@ -49,7 +49,7 @@ double cholesky_guess(const SolverData& d, double iterations = GUESS)
 // seconds of a number in the factors beside the operations, of a number of the matrix in the analysis; of the
 // messages of an iteration and of a back substitution
 const double FACTOR_ENTRY = 3e-8, ANALYSIS_ENTRY = 2e-7, ITERATION = 1e-4, BACK = 1e-3;
-// iterations with the incomplete factor that it takes to make it, and multigrid; of one with multigrid, and of a
+// in iterations with the incomplete factor: making it, making multigrid, an iteration with multigrid, a
 // product alone
 const double FORM = 4.0, AMG_FORM = 120.0, AMG_ITERATION = 3.7, PRODUCT = 0.4;
 
@@ -79,6 +79,13 @@ double counted_setup(const SolverData& d, SolvePath path)
 {
   const double cholesky = counted_iteration(d, PATH_CHOLESKY);
   return path == PATH_CHOLESKY ? FORM * cholesky : path == PATH_AMG ? AMG_FORM * cholesky : cholesky;
+}
+
+// iterations within so many seconds, at least one
+int counted_limit(const SolverData& d, SolvePath path, double seconds)
+{
+  const double most = (seconds - counted_setup(d, path)) / counted_iteration(d, path);
+  return 1 + static_cast<int>(std::min(1.0 * MOST, std::max(0.0, most)));
 }
 
 bool counted() { return comm_size() > 1; }
@@ -223,7 +230,8 @@ SolvePath choose(Solver& s, const SysMatrix& A, const SolveAsk& ask, long now, d
   limit = NEVER;
   if (!s.def.reuse) return PATH_FACTOR;
   const bool small = d.rows * A.dim < SMALL_SYSTEM;
-  if (factors_fit(d, ask) && (s.def.kind != SOLVER_AUTO || small || ask.exact || ask.broken)) return PATH_BACK;
+  if (factors_fit(d, ask) && (s.def.kind != SOLVER_AUTO || small || ask.exact || ask.broken))
+    return PATH_BACK;
   if (s.def.kind == SOLVER_AMG) return amg_waits(d) || d.rows == 0 ? PATH_FACTOR : PATH_AMG;
   if (s.def.kind == SOLVER_CG) {
     if (s.def.precond == PRECOND_FACTORS)
@@ -335,7 +343,8 @@ bool cholesky_ready(SolverData& d, const SysMatrix& A, const OwnBlock* own, long
 {
   if (d.cholesky.stamp == stamp) return true;
   d.cholesky.stamp = -1;
-  if (comm_allreduce_max(!cholesky_form(A, d.cholesky, own && own->parts ? &own->border : nullptr))) return false;
+  const Border* border = own && own->parts ? &own->border : nullptr;
+  if (comm_allreduce_max(!cholesky_form(A, d.cholesky, border))) return false;
   d.cholesky.stamp = stamp;
   return true;
 }
@@ -447,8 +456,7 @@ Status by_cg(Solver& s, const SysMatrix& A, const SolveAsk& ask, SolvePath path,
     // A^-1 and M^-1 are far apart in smooth modes, but for factors: M^-1 sees too little of an error there
     const double safety = path == PATH_REUSED || path == PATH_CHANGED ? 1.0 : 0.1;
     int most            = path == PATH_CHANGED ? FEW : path == PATH_AMG ? AMG_MOST : MOST;
-    if (counted() && limit < NEVER)
-      most = std::min(most, static_cast<int>((limit - counted_setup(d, path)) / counted_iteration(d, path)) + 1);
+    if (counted()) most = std::min(most, counted_limit(d, path, limit));
     CgGoal goal{safety * ask.eta, safety * ask.energy, ask.residual, most, limit - setup};
     const bool same = path == PATH_REUSED && d.reused.same;    // where a product with A costs little beside M
     RealVec own_b, own_x;
@@ -520,7 +528,8 @@ Status by_best(Solver& s, const SysMatrix& A, const SolveAsk& ask, const RealVec
 //   status      SOLVER_SINGULAR, SOLVER_FAILED, BAD_NUMBER of the factorisation
 //
 // When conjugate gradients do not converge, the next best path follows, at last a factorisation. On one rank
-// the choice goes by measured time: two runs may take other paths, and agree to the tolerance of Newton's method.
+// the choice goes by measured time: two runs may take other paths, and agree to the tolerance of Newton's
+// method. On several it goes by counted work, which is the same in every run.
 // ---------------------------------------------------------------------------
 Status solve_system(Solver& s, const SysMatrix& A, const SolveAsk& ask, const RealVec& b, RealVec& x)
 {
