@@ -78,7 +78,6 @@ void localise_points(const Points& pts, const ListTable& group, const ActiveGrid
   const int* slot = g.slot.data();
   for (int p = 0; p < g.point.size(); ++p) {
     add_list(g.point, p, point[p], from, to, s.local_row, own.point);
-    add_numbers(g.point, g.S, p, point[p], 1, own.S);
     add_numbers(g.point, g.dS, p, point[p], s.dim, own.dS);
     for (int k = pts.conn.off[p]; k < pts.conn.off[p + 1]; ++k) {
       const int c = pts.conn.item[k], n = g.corner.count(c);

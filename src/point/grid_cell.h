@@ -120,9 +120,9 @@ inline bool grid_is_weak(const Grid& g, double support) { return !(support >= g.
 // grid_compose : lists on touched nodes become lists on unknown nodes               (3.12)
 void grid_compose(const GridLists& ext, int nnode, ListTable& list, RealVec& list_w);
 
-// point_sums : S_pv and dS_pv/dX of every point from its corners (3.7), for the lists of g
-//   out  support   max_p S_pv of every node                                         (3.10)
-void point_sums(const Points& pts, int dim, int nnode, ActiveGrid& g, RealVec& support);
+// point_sums : dS_pv/dX of every point from its corners (3.7), for the lists of g
+//   out  support   max_p S_pv of every node (3.10); null: not asked for
+void point_sums(const Points& pts, int dim, int nnode, ActiveGrid& g, RealVec* support);
 
 // grid_keeps_lists : makes the weights of g anew when the lists stay: the same points on corners in the same
 // cells, and no node is weak. False: nothing but weights of g was touched, and all must be made again

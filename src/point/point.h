@@ -49,7 +49,6 @@ struct ActiveGrid {
   // corner after corner of each point, and node after node of the corner: place of the node in the list of
   // the point
   IntVec slot;
-  RealVec S;                   // [point.item] S_pv
   RealVec dS;                  // [point.item*dim + PACK] dS_pv/dX, zeros behind it   1/length
   ListTable bond;              // [nbond] unknown grid nodes of side B, empty for the ground
   RealVec bond_w;

@@ -396,7 +396,7 @@ Status activate(const Model& m, const Points& pts, const Bonds& bonds, const Rea
   follow_corners(pts, static_cast<int>(node.size()), g);
   RealVec support;
   point_lists(pts, static_cast<int>(node.size()), g);
-  point_sums(pts, D, static_cast<int>(node.size()), g, support);
+  point_sums(pts, D, static_cast<int>(node.size()), g, &support);
   GridPlaces& now = g.places;
   std::vector<char>& strong = now.strong;
   strong.resize(node.size());
@@ -420,7 +420,7 @@ Status activate(const Model& m, const Points& pts, const Bonds& bonds, const Rea
     grid_compose(now.extend, nnode, g.bond, g.bond_w);
     grid_compose(now.extend, nnode, g.ghost, g.ghost_w);
     point_lists(pts, static_cast<int>(g.key.size()), g);
-    point_sums(pts, D, static_cast<int>(g.key.size()), g, support);
+    point_sums(pts, D, static_cast<int>(g.key.size()), g, nullptr);
   }
   name_mesh_nodes(g);
   g.nnode = static_cast<int>(g.key.size());

@@ -6,17 +6,19 @@
 
 namespace {
 
-// dS of a node in the plane is one vector register
-template <int D>
-void sums(const Points& pts, ActiveGrid& g, RealVec& support)
+// dS of a node in the plane is one vector register; support: null when it is not asked for
+template <int D, bool SUPPORT>
+void sums(const Points& pts, ActiveGrid& g, double* support)
 {
   using Dir = Eigen::Array<double, D, 1>;
+  RealVec S_of_point;
   const int* slot        = g.slot.data();
   const double* corner_w = g.corner_w.data();
   for (int p = 0; p < pts.npoint; ++p) {
     const int first = g.point.off[p], n = g.point.off[p + 1] - first;
-    double *S = &g.S[first], *dS = &g.dS[static_cast<size_t>(first) * D];
-    std::fill(S, S + n, 0.0);
+    double* dS      = &g.dS[static_cast<size_t>(first) * D];
+    if (SUPPORT) S_of_point.assign(n, 0.0);
+    double* S = S_of_point.data();
     std::fill(dS, dS + n * D, 0.0);
     for (int k = pts.conn.off[p]; k < pts.conn.off[p + 1]; ++k) {
       const int c     = pts.conn.item[k];
@@ -24,12 +26,12 @@ void sums(const Points& pts, ActiveGrid& g, RealVec& support)
       for (int j = g.corner.off[c]; j < g.corner.off[c + 1]; ++j) {
         const double N = corner_w[j];
         const int at   = *slot++;
-        S[at] += wc * N;
+        if (SUPPORT) S[at] += wc * N;
         Eigen::Map<Dir>(dS + at * D) += N * Eigen::Map<const Dir>(G);
       }
     }
     const int* item = &g.point.item[first];
-    for (int a = 0; a < n; ++a) support[item[a]] = std::max(support[item[a]], S[a]);
+    for (int a = 0; a < n && SUPPORT; ++a) support[item[a]] = std::max(support[item[a]], S[a]);
   }
 }
 
@@ -137,7 +139,7 @@ bool same_lists(const Model& m, const Points& pts, const Bonds& bonds, const Rea
     return false;
   RealVec support;
   if (weak) touched_support(pts, now, support);
-  else point_sums(pts, D, g.nnode, g, support);
+  else point_sums(pts, D, g.nnode, g, &support);
   for (size_t r = 0; r < support.size(); ++r)
     if (grid_is_weak(m.grid, support[r]) == (now.strong[r] != 0)) return false;
   return true;
@@ -172,14 +174,14 @@ void grid_compose(const GridLists& ext, int nnode, ListTable& list, RealVec& lis
   list_w.swap(out_w);
 }
 
-void point_sums(const Points& pts, int dim, int nnode, ActiveGrid& g, RealVec& support)
+void point_sums(const Points& pts, int dim, int nnode, ActiveGrid& g, RealVec* support)
 {
-  support.assign(nnode, 0.0);
-  g.S.resize(g.point.item.size());
   g.dS.resize(g.point.item.size() * dim + PACK);     // rows of packs end behind the last one
   std::fill(g.dS.end() - PACK, g.dS.end(), 0.0);
-  if (dim == 2) sums<2>(pts, g, support);
-  else sums<3>(pts, g, support);
+  if (!support) return dim == 2 ? sums<2, false>(pts, g, nullptr) : sums<3, false>(pts, g, nullptr);
+  support->assign(nnode, 0.0);
+  if (dim == 2) sums<2, true>(pts, g, support->data());
+  else sums<3, true>(pts, g, support->data());
 }
 
 bool grid_keeps_lists(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& uc,
@@ -194,7 +196,6 @@ bool grid_keeps_lists(const Model& m, const Points& pts, const Bonds& bonds, con
   compose_weights(now.extend, now.raw_corner, g.corner, g.corner_w);
   compose_weights(now.extend, now.raw_bond, g.bond, g.bond_w);
   grid_compose(now.extend, g.nnode, g.ghost, g.ghost_w);
-  RealVec support;
-  point_sums(pts, m.dim, g.nnode, g, support);
+  point_sums(pts, m.dim, g.nnode, g, nullptr);
   return true;
 }
