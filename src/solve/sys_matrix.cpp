@@ -174,6 +174,7 @@ void sys_pattern(const ListTable& lists, int nrow, int dim, SysMatrix& A)
     A.col.push_back(r);
     A.off.push_back(static_cast<int>(A.col.size()));
   }
+  A.col.shrink_to_fit();
   A.val.assign(A.col.size() * dim * dim, 0.0);
 }
 
