@@ -357,6 +357,7 @@ void solve_memory(const Solver& s, std::vector<MemoryUse>& out)
          factors = reals(d.sky.a) + 1e6 * s.memory_mb;
 #ifdef MPFE_MUMPS
   if (s.kind == SOLVER_MUMPS && d.mumps) numbers += mumps_memory(s);
+  if (s.memory_mb > 0.0 && !d.first_only && comm_size() > 1) factors = 1e6 * mumps_factors_mb(s);
 #endif
   double vectors = reals(d.work.r) + reals(d.work.z) + reals(d.work.p) + reals(d.work.q) + reals(d.reused.x) +
                    reals(d.reused.inverse) + reals(d.changed.A0.val) + reals(d.changed.G) +

@@ -216,6 +216,7 @@ Status mumps_factor(Solver& s, const SysMatrix& A);
 Status mumps_back(Solver& s, double* x, int count);     // count right-hand sides, one after the other
 void mumps_close(Solver& s);
 double mumps_memory(const Solver& s);          // bytes of the numbers of the entries
+double mumps_factors_mb(const Solver& s);      // of this rank; Solver::memory_mb is that of all
 #endif
 
 // precond.cpp

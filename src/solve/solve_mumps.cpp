@@ -452,8 +452,11 @@ double mumps_memory(const Solver& s)
 {
   const MumpsData& m = *s.data->mumps;
   return static_cast<double>((m.irn.capacity() + m.jcn.capacity() + m.perm.capacity() + m.number.capacity()) *
-                             sizeof(MUMPS_INT));
+                             sizeof(MUMPS_INT)) +
+         static_cast<double>((m.a.capacity() + m.left.capacity() + m.right.capacity()) * sizeof(double));
 }
+
+double mumps_factors_mb(const Solver& s) { return s.data->mumps ? s.data->mumps->id.info[15] : 0.0; }
 
 void mumps_close(Solver& s)
 {
