@@ -485,7 +485,8 @@ Failure follower_loads(const Model& m, const Discretisation& d, const Dofs& dofs
                        const Step& step, const LoadTime& at, RealVec& fext)
 {
   const int dim = m.dim;
-  RealVec fn(static_cast<size_t>(m.mesh.nnode()) * dim, 0.0), fc(st.points.Xc.size(), 0.0), f(dofs.neq(), 0.0);
+  RealVec fn(static_cast<size_t>(m.mesh.nnode()) * dim, 0.0), fc(st.points.Xc.size(), 0.0);
+  RealVec f(dofs.neq(), 0.0);
   Failure failure;
   for (const Load& l : step.load)
     if (failure.ok() && follows(step, l)) failure = face_loads(m, d, st, step, l, at, &dofs, fn, fc);

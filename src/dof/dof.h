@@ -95,8 +95,8 @@ struct Dofs {
   double neq_all() const { return static_cast<double>(split ? rows : nrow) * dim; }   // of all ranks
 };
 
-// dof_all_rows : the numbering of all rows, for what every rank does with the whole model; a divided model has
-// none but its own
+// dof_all_rows : the numbering of all rows, for what every rank does with the whole model; a divided model
+// has none but its own
 inline const Dofs& dof_all_rows(const Dofs& s) { return s.whole ? *s.whole : s; }
 
 // dof_grid : the active grid in the numbers of the rows of s

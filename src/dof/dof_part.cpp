@@ -34,8 +34,8 @@ bool counts_pieces(const Model& m)
 bool divides(const Model& m)
 {
   return comm_size() > 1 && asked() && !counts_pieces(m) && m.mesh.nelem() >= LEAST * comm_size() &&
-         m.body.empty() && m.bond.empty() && m.fracture.empty() && m.conversion.empty() && m.broken.empty() && m.equation.empty() &&
-         m.frame.empty() && m.grid_bc.empty();
+         m.body.empty() && m.bond.empty() && m.fracture.empty() && m.conversion.empty() &&
+         m.broken.empty() && m.equation.empty() && m.frame.empty() && m.grid_bc.empty();
 }
 
 // work of an element: its node pairs at each Gauss point

@@ -257,7 +257,8 @@ std::string explain_here(const Problem& p, const Failure& f, const std::string& 
                 "iterations (*NEWTON, MAX ITER=); the load may exceed what the structure can carry",
                 p.st.log.residual, p.st.log.scale, p.st.log.iterations);
   const Solver& solver = p.newton.solver;
-  return solver.null_pivot_row >= 0 && solver.zero_equation >= 0 ? text + ("; " + solver_text(p, whole)) : text;
+  const bool fixed_pivots = solver.null_pivot_row >= 0 && solver.zero_equation >= 0;
+  return fixed_pivots ? text + ("; " + solver_text(p, whole)) : text;
 }
 
 // does this rank know more of the failure than others?

@@ -21,7 +21,8 @@ bool same_tangent(const ReusedTangent& z, const Dofs& dofs, const Attempt& a)
 {
   const auto same = [](double before, double now) { return std::fabs(before - now) <= 1e-12 * now; };
   return z.on && z.pattern == dofs.pattern && z.mode.cD() == a.mode.cD() &&
-         same(z.mode.rate, a.mode.rate) && same(z.cM, a.cM) && same(z.cC, a.cC) && dof_all(dofs, z.fixed == dofs.fixed);
+         same(z.mode.rate, a.mode.rate) && same(z.cM, a.cM) && same(z.cC, a.cC) &&
+         dof_all(dofs, z.fixed == dofs.fixed);
 }
 
 // the iteration before, with its tangent, has brought the residual down so far that the same factor ends the
