@@ -70,7 +70,7 @@ void sum_rows(const MassRows& m, RealVec& v)
 MassRows mass_rows(const Dofs& s, int first, const RealVec& scale, bool own)
 {
   MassRows m;
-  const IntVec& owner = sys_divided(s.A) ? s.A.halo.owner : s.owner;
+  const IntVec& owner = sys_shared(s.A) ? s.A.halo.owner : s.owner;
   const auto here = [&](int r) { return owner.empty() || !own || owner[r] == comm_rank(); };
   m.n = s.nrow - first;
   m.diag.resize(m.n);
@@ -308,7 +308,7 @@ int solve(const Dofs& s, int first, int guess, const RealVec& f, RealVec& x)
     scale[k] = diag > 0.0 ? 1.0 / std::sqrt(diag) : 0.0;
   }
   m.all = mass_rows(s, first, scale, false);
-  const bool divided  = sys_divided(s.A);
+  const bool divided  = sys_shared(s.A);
   const IntVec& owner = divided ? s.A.halo.owner : s.owner;
   const Halo halo     = divided ? rows_behind(s.A.halo, first) : Halo();
   if (divided) m.all.halo = &halo;

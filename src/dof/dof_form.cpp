@@ -170,7 +170,6 @@ void form_pattern(const Mesh& mesh, const Elements& el, const ActiveGrid& grid, 
   });
   tie_extend(s, lists);
   sys_pattern(lists, s.nrow, s.dim, s.A);
-  s.A.owner = s.owner;
   s.A.halo  = s.halo;
 }
 

@@ -270,7 +270,7 @@ bool reused_form(const SysMatrix& A, const std::vector<long>& key, ReusedFactors
 {
   const int D = A.dim;
   k.same = key == k.key;
-  if (sys_divided(A)) k.same = !comm_allreduce_max(static_cast<int>(!k.same));
+  if (sys_shared(A)) k.same = !comm_allreduce_max(static_cast<int>(!k.same));
   if (k.same) return true;
   std::unordered_map<long, int> old;
   old.reserve(k.key.size());
@@ -282,13 +282,13 @@ bool reused_form(const SysMatrix& A, const std::vector<long>& key, ReusedFactors
     const auto found = old.find(key[I]);
     if (found != old.end()) k.old[I] = found->second;
   }
-  if (sys_divided(A)) keep_agreed(A, k);
+  if (sys_shared(A)) keep_agreed(A, k);
   const Diagonal diagonal(A);
   bool good = true;
   for (int I = 0; I < A.nrow && good; ++I)
     good = k.old[I] >= 0 ||
            invert_block(D, diagonal.block(I), &k.inverse[static_cast<size_t>(I) * D * D]);
-  return sys_divided(A) ? !comm_allreduce_max(static_cast<int>(!good)) : good;
+  return sys_shared(A) ? !comm_allreduce_max(static_cast<int>(!good)) : good;
 }
 
 // z = P^T F^-1 P r + inverse diagonal blocks of the rows that P leaves out: symmetric and positive definite

@@ -70,20 +70,6 @@ AmgData::~AmgData()
 
 namespace {
 
-// number over all ranks of each row of M: rows of the first rank first
-IntVec row_numbers(const SysMatrix& M, const OwnBlock* own)
-{
-  IntVec number(M.nrow);
-  std::iota(number.begin(), number.end(), 0);
-  if (!own) return number;
-  IntVec next(comm_size() + 1, 0), all(own->owner.size());
-  for (int r : own->owner) ++next[r + 1];
-  std::partial_sum(next.begin(), next.end(), next.begin());
-  for (size_t I = 0; I < all.size(); ++I) all[I] = next[own->owner[I]]++;
-  for (int I = 0; I < M.nrow; ++I) number[I] = all[own->row[I]];
-  return number;
-}
-
 // blocks of both triangles, row by row, columns ascending
 void list_blocks(const SysMatrix& M, const IntVec& number, AmgData& d)
 {
@@ -230,7 +216,7 @@ void fill_entries_of_all(const SysMatrix& M, AmgData& d)
 
 void fill_entries(AmgData& d)
 {
-  if (d.own && d.own->parts) switch (d.M->dim) {
+  if (d.own) switch (d.M->dim) {
       case 1: return fill_entries_of_all<1>(*d.M, d);
       case 2: return fill_entries_of_all<2>(*d.M, d);
       case 3: return fill_entries_of_all<3>(*d.M, d);
@@ -254,15 +240,13 @@ std::vector<RealVec> rigid_motions(const AmgData& d, const RealVec* place)
     for (int i = 0; i < D; ++i) motion[i][l * D + i] = 1.0;
   if (!place) return motion;
   double mean[3] = {0, 0, 0}, size = 0.0;
-  const bool parts = d.own && d.own->parts;
-  for (size_t k = 0; k < place->size(); ++k)
-    mean[k % D] += (parts ? d.own->once[k] : 1.0) * (*place)[k] / d.nall;
-  if (parts) comm_sum(mean, 3);
+    for (size_t k = 0; k < place->size(); ++k)
+    mean[k % D] += (d.own ? d.own->once[k] : 1.0) * (*place)[k] / d.nall;
+  if (d.own) comm_sum(mean, 3);
   for (size_t k = 0; k < place->size(); ++k) size = std::max(size, std::fabs((*place)[k] - mean[k % D]));
-  if (parts) size = comm_allreduce_max(size);
+  if (d.own) size = comm_allreduce_max(size);
   for (size_t l = 0; l < n; ++l) {
-    const int I     = d.own && !parts ? d.own->row[d.row[l]] : d.row[l];
-    const double* x = &(*place)[static_cast<size_t>(I) * D];
+    const double* x = &(*place)[static_cast<size_t>(d.row[l]) * D];
     for (int i = 1, m = D; i < D; ++i)
       for (int j = 0; j < i; ++j, ++m) {
         motion[m][l * D + i] = (x[j] - mean[j]) / size;
@@ -307,7 +291,7 @@ PetscErrorCode multiply(Mat product, Vec from, Vec to)
   spread(d, from);
   sys_multiply(*d.M, d.x, d.y);
   double none = 0.0;
-  if (d.own && d.own->parts) own_sum(*d.own, d.y, &none, 0);
+  if (d.own) own_sum(*d.own, d.y, &none, 0);
   pick(d, d.y, to);
   return 0;
 }
@@ -408,8 +392,8 @@ bool renew_hierarchy(AmgData& d)
 
 bool same_pattern(const AmgData& d, const SysMatrix& M, const OwnBlock* own)
 {
-  if (own && own->parts) return !comm_allreduce_max(static_cast<int>(d.pattern != own->pattern));
-  return !comm_allreduce_max(d.off != M.off || d.col != M.col || (own && d.owner != own->owner));
+  if (own) return !comm_allreduce_max(static_cast<int>(d.pattern != own->pattern));
+  return d.off == M.off && d.col == M.col;
 }
 
 bool begin(const SysMatrix& M, OwnBlock* own, const Cholesky& L, const std::function<RealVec()>& place,
@@ -418,9 +402,8 @@ bool begin(const SysMatrix& M, OwnBlock* own, const Cholesky& L, const std::func
   d.M     = &M;
   d.own   = own;
   d.L     = &L;
-  const bool parts = own && own->parts;
   if (comm_allreduce_max(static_cast<int>(2.0 * static_cast<double>(M.val.size()) > INT_MAX))) return false;
-  if (parts) {
+  if (own) {
     const RowNumbers rows = sys_number(M);
     d.pattern = own->pattern;
     d.nall    = rows.first.back();
@@ -430,11 +413,10 @@ bool begin(const SysMatrix& M, OwnBlock* own, const Cholesky& L, const std::func
   } else {
     d.off   = M.off;
     d.col   = M.col;
-    d.nall  = own ? static_cast<int>(own->owner.size()) : M.nrow;
-    if (own) d.owner = own->owner;
-    for (int I = 0; I < M.nrow; ++I)
-      if (!own || own->owner[own->row[I]] == comm_rank()) d.row.push_back(I);
-    list_blocks(M, row_numbers(M, own), d);
+    d.nall  = M.nrow;
+    d.row.resize(M.nrow);
+    std::iota(d.row.begin(), d.row.end(), 0);
+    list_blocks(M, d.row, d);
   }
   list_entries(M.dim, d);
   d.x.resize(M.neq());
@@ -454,7 +436,7 @@ bool amg_there() { return (petsc = petsc_open()) != nullptr; }
 // ---------------------------------------------------------------------------
 // amg_form : multigrid for M, by smoothed aggregation                                      (8.12)
 //
-//   in   M       A; several ranks: own->B; divided model: the part of A of this rank
+//   in   M       A; several ranks: the part of this one
 //        L       incomplete factor of M, the smoother of the finest level
 //        place   [neq] positions of the nodes of all rows; empty: not known
 //   out  data    the hierarchy. Of the same pattern, the coarse matrices stay as long as the iterations that

@@ -264,7 +264,7 @@ Status solve_analyse(Solver& s, const SysMatrix& A)
   d.dim = A.dim;
   d.off = A.off;
   d.col = A.col;
-  d.divided = sys_divided(A);
+  d.divided = sys_shared(A);
   if (d.divided) {
     d.halo    = A.halo;
     d.numbers = sys_number(A);
@@ -367,10 +367,9 @@ void solve_memory(const Solver& s, std::vector<MemoryUse>& out)
   for (const RealVec& x : d.past) vectors += reals(x);
   out.push_back({"indices of the entries for MUMPS", numbers});
   out.push_back({"factors", factors});
-  if (!d.own.row.empty())
-    out.push_back({"matrix rows of a rank",
-                   reals(d.own.B.val) +
-                       static_cast<double>((d.own.B.col.capacity() + d.own.place.capacity()) * sizeof(int))});
+  if (d.own.dim > 0)
+    out.push_back({"borders between ranks",
+                   reals(d.own.border.val) + static_cast<double>(d.own.place.capacity() * sizeof(int))});
   out.push_back({"incomplete factors", static_cast<double>(d.cholesky.L.capacity() * sizeof(float))});
   if (d.amg) out.push_back({"multigrid without the memory of PETSc", amg_memory(*d.amg)});
   out.push_back({"vectors of the solver", vectors});

@@ -28,11 +28,10 @@ struct RowSets {
 };
 
 // rows_add : one set more, of ascending rows; rows_pack : D numbers of each row of a set of v one behind the
-// other; returns the place behind them. rows_put, rows_add_to : the way back.
+// other; returns the place behind them. rows_put : the way back.
 void rows_add(const IntVec& row, RowSets& s);
 double* rows_pack(const RowSets& s, int set, int D, const RealVec& v, double* to);
 const double* rows_put(const RowSets& s, int set, int D, const double* from, RealVec& v);
-const double* rows_add_to(const RowSets& s, int set, int D, const double* from, RealVec& v);
 
 struct SysMatrix {
   int dim = 0;
@@ -40,19 +39,14 @@ struct SysMatrix {
   IntVec off{0};               // [nrow+1]
   IntVec col;                  // block columns, ascending in a row; the last one is the diagonal
   RealVec val;                 // [col.size()*dim*dim]
-  IntVec owner;                // several ranks: [nrow] to whom a row belongs; else empty
-  RowSets rows;                // several ranks: [ranks] rows that each adds to
-  // divided model: rows are those of this rank, numbered by it, and vectors hold these alone, whole (with
+  // several ranks: rows are those of this rank, numbered by it, and vectors hold these alone, whole (with
   // what all ranks add); A and products with it are parts, which sys_sum adds up
   Halo halo;
   int neq() const { return dim * nrow; }
 };
 
-// sys_divided : are the rows of A those of this rank alone?
-inline bool sys_divided(const SysMatrix& A) { return A.halo.on(); }
-
 // sys_shared : is A the sum of the matrices of several ranks?
-inline bool sys_shared(const SysMatrix& A) { return !A.owner.empty() || sys_divided(A); }
+inline bool sys_shared(const SysMatrix& A) { return A.halo.on(); }
 
 // sys_number : divided model: numbers of the rows over all ranks, those that belong to the first rank first.
 // Collective, as sys_collect and sys_sum.

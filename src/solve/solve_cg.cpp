@@ -9,13 +9,10 @@ namespace {
 const double INDEPENDENT = 1e-8;   // part of the energy of a solution that others do not have
 const double CLEAR = 5.0;      // factor between the guess by the length of r and sqrt(r M^-1 r)
 
-// q = A p in the rows of this rank, 0 in others (divided model: the part of this rank); returns what these
-// have of p q
+// q = A p, several ranks: the part of this one; returns its part of p q
 double part_of_product(const CgSystem& s, const RealVec& p, RealVec& q)
 {
   sys_multiply(s.A, p, q);
-  if (s.own && !s.own->parts)
-    for (int I : s.own->foreign) std::fill_n(&q[I * s.A.dim], s.A.dim, 0.0);
   return dot(p, q);
 }
 
@@ -68,15 +65,12 @@ bool late(const Clock& clock, double limit) { return comm_size() == 1 && clock.s
 // ---------------------------------------------------------------------------
 double cg_begin(const CgSystem& s, const RealVec& b, const std::vector<RealVec>& past, RealVec& x)
 {
-  const size_t neq = s.own && !s.own->parts ? s.own->owner.size() * s.A.dim : b.size();
   double energy = 0.0;
   x.assign(b.size(), 0.0);
   std::vector<RealVec> basis, image;   // orthogonal in A, and A times them
   for (size_t k = past.size(); k-- > 0;) {
-    if (past[k].size() != neq) continue;   // divided model: never
-    RealVec v, q;
-    if (s.own) own_pick(*s.own, past[k], v);
-    else v = past[k];
+    if (past[k].size() != b.size()) continue;        // several ranks: never
+    RealVec v = past[k], q;
     const double all = whole(s, part_of_product(s, v, q));
     for (size_t i = 0; i < basis.size(); ++i) {
       const double part = whole(s, dot(image[i], v));

@@ -43,34 +43,23 @@ struct Border {
   RealVec val;                 // [block.size()*dim*dim]
 };
 
-// Several ranks: the rows of one rank with their neighbours, and what couples them, from all ranks. A vector
-// of it [rows*dim] is whole: right in all these rows, on all ranks that have them.
-// Divided model: the rows are those of A, the vectors those of A, and A itself stands for B. A product with
-// it is a part in all rows. row, B, all and here are empty.
+// Several ranks: what conjugate gradients want to know of A beside it. A product with A is the part of this rank
 struct OwnBlock {
   int dim = 0;
-  bool parts = false;          // divided model
-  std::uint64_t pattern = 0;   // divided model: check sum of the pattern of A and of the owners
-  Border border;               // divided model: blocks that several ranks add to, summed
-  IntVec off, col, owner;      // of the matrix that it was made for
-  long stamp = -1;             // of the matrix that B has its numbers from
-  IntVec row;                  // [rows] block rows: those of this rank and their neighbours
-  RealVec once;                // [rows*dim] 1 in the rows of this rank, else 0
-  IntVec shared;               // places in row of rows that several ranks have
+  std::uint64_t pattern = 0;   // check sum of the pattern of A and of the owners
+  long stamp = -1;             // of the matrix that border has its numbers from
+  Border border;               // blocks that several ranks add to, summed
+  RealVec once;                // [neq] 1 in the rows of this rank, else 0
+  IntVec shared;               // rows that several ranks have
   RealVec weight;              // [shared] 1/sqrt of the ranks that have the row
-  IntVec foreign;              // places in row of rows that belong to others
-  SysMatrix B;                 // their matrix, numbered as in row
   std::vector<IntVec> to;      // [ranks] blocks of A that a rank needs
-  // block of B of each block that comes from the ranks, one rank after the other; divided model: twice the
-  // position in border, one more: transposed; -1: not in the pattern
+  // of each block that comes from the ranks, one rank after the other: twice the position in border, one more:
+  // transposed; -1: not in the pattern
   IntVec place;
   IntVec come;                 // [ranks] number of them
-  std::vector<IntVec> common;  // [ranks] places in row of the rows that a rank has too
-  // [ranks] rows that belong to each; rows in row; places in row of those that belong to this rank
-  RowSets all, here, owned;
+  std::vector<IntVec> common;  // [ranks] rows that a rank has too
+  RowSets owned;               // rows that belong to this rank
   std::vector<RealVec> send, got;      // [ranks] for own_sum
-  RealVec gathered;            // [neq] rows of the first rank first
-  RealVec r, z;                // [neq]
 };
 
 struct ReusedFactors {                  // factors of an earlier matrix as preconditioner
@@ -266,11 +255,8 @@ inline double own_dot(const OwnBlock& own, const RealVec& a, const RealVec& b)
   return sum_terms(a.size(), [=](size_t k) { return once[k] * x[k] * y[k]; });
 }
 
-// own_form : the matrix of the rows of this rank and their neighbours. Collective, as own_sum and own_gather.
+// own_form : what is known of A and its borders. Collective, as own_sum.
 void own_form(const SysMatrix& A, long stamp, OwnBlock& own);
-// own_pick : v [rows*dim] of the vector x [neq]; own_gather : x from the rows of all ranks
-void own_pick(const OwnBlock& own, const RealVec& x, RealVec& v);
-void own_gather(OwnBlock& own, const RealVec& v, RealVec& x);
 // own_weigh : v times the weights
 void own_weigh(const OwnBlock& own, RealVec& v);
 // own_sum : v from all ranks that have a row, and n numbers from all ranks

@@ -346,7 +346,7 @@ Status mumps_analyse(Solver& s, const SysMatrix& A)
   MumpsData& m = *s.data->mumps;
   const SysMatrix collected = m.shared ? sys_collect(A, false) : SysMatrix();
   const SysMatrix& whole    = m.shared ? collected : A;
-  m.parts      = sys_divided(A);
+  m.parts      = sys_shared(A);
   m.number     = order_rcm(whole);
   const IntVec number = m.parts ? m.number : IntVec();     // of the whole matrix, for perm
   if (m.parts) scatter_numbers(m, A, s.data->numbers);

@@ -322,19 +322,9 @@ void diagonal_step(SolverData& d, const CgSystem& c, const RealVec& r, RealVec& 
 // the factors are those of the whole matrix A
 bool kept_step(Solver& s, const SysMatrix& A, const CgSystem& c, const RealVec& r, RealVec& z, double& rho)
 {
-  ReusedFactors& reused = s.data->reused;
-  if (!c.own || c.own->parts) {
-    const Status status = reused_apply(s, A, reused, r, z);
-    rho = c.own ? own_dot(*c.own, r, z) : dot(r, z);
-    if (c.own) comm_sum(&rho, 1);
-    return status == STATUS_OK;
-  }
-  OwnBlock& own = *c.own;
-  own_gather(own, r, own.r);
-  own.z.resize(own.r.size());
-  const Status status = reused_apply(s, A, reused, own.r, own.z);
-  rho = dot(own.r, own.z);
-  own_pick(own, own.z, z);
+  const Status status = reused_apply(s, A, s.data->reused, r, z);
+  rho = c.own ? own_dot(*c.own, r, z) : dot(r, z);
+  if (c.own) comm_sum(&rho, 1);
   return status == STATUS_OK;
 }
 
@@ -343,8 +333,7 @@ bool cholesky_ready(SolverData& d, const SysMatrix& A, const OwnBlock* own, long
 {
   if (d.cholesky.stamp == stamp) return true;
   d.cholesky.stamp = -1;
-  const Border* border = own && own->parts ? &own->border : nullptr;
-  if (comm_allreduce_max(!cholesky_form(A, d.cholesky, border))) return false;
+  if (comm_allreduce_max(!cholesky_form(A, d.cholesky, own ? &own->border : nullptr))) return false;
   d.cholesky.stamp = stamp;
   return true;
 }
@@ -442,8 +431,7 @@ Status by_cg(Solver& s, const SysMatrix& A, const SolveAsk& ask, SolvePath path,
   CgDone done;
   SolverData& d = *s.data;
   OwnBlock* own = sys_shared(A) ? &d.own : nullptr;
-  const bool parts = sys_divided(A);
-  CgSystem c{own && !parts ? own->B : A, own, nullptr};
+  CgSystem c{A, own, nullptr};
   bool formed;
   {
     Timer timer(PHASE_PRECOND);
@@ -459,14 +447,8 @@ Status by_cg(Solver& s, const SysMatrix& A, const SolveAsk& ask, SolvePath path,
     if (counted()) most = std::min(most, counted_limit(d, path, limit));
     CgGoal goal{safety * ask.eta, safety * ask.energy, ask.residual, most, limit - setup};
     const bool same = path == PATH_REUSED && d.reused.same;    // where a product with A costs little beside M
-    RealVec own_b, own_x;
-    const bool pick = own && !parts;
-    if (pick) own_pick(*own, b, own_b);
-    const RealVec& right = pick ? own_b : b;
-    RealVec& left        = pick ? own_x : x;
-    if (same) goal.begun = cg_begin(c, right, d.past, left);
-    done = cg_solve(c, right, goal, d.work, left);
-    if (pick) own_gather(*own, own_x, x);
+    if (same) goal.begun = cg_begin(c, b, d.past, x);
+    done = cg_solve(c, b, goal, d.work, x);
     if (same && done.good) remember_solution(d.past, x);
   }
   const double seconds = clock.seconds();

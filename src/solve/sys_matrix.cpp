@@ -95,48 +95,17 @@ const double* rows_put(const RowSets& s, int set, int D, const double* from, Rea
   return from;
 }
 
-const double* rows_add_to(const RowSets& s, int set, int D, const double* from, RealVec& v)
-{
-  for (const int* run = s.run.begin(set); run != s.run.begin(set + 1); run += 2) {
-    const int n = (run[1] - run[0]) * D;
-    double* to  = &v[static_cast<size_t>(run[0]) * D];
-    for (int i = 0; i < n; ++i) to[i] += from[i];
-    from += n;
-  }
-  return from;
-}
-
 // ---------------------------------------------------------------------------
 // sys_sum : what the ranks have added to the rows of A, in the order of the ranks
 //
-//   in   v       [n*nrow + extra], zero in rows that are not of A.rows of this rank
-//   out  v       the sum, on all ranks (divided model: in their rows); one rank: as it was
+//   in   v       [n*nrow + extra]
+//   out  v       the sum, on all ranks that have a row; one rank: as it was
 // ---------------------------------------------------------------------------
 void sys_sum(const SysMatrix& A, RealVec& v, int extra)
 {
   if (!sys_shared(A)) return;
-  if (sys_divided(A)) {
-    const int D = A.nrow > 0 ? (static_cast<int>(v.size()) - extra) / A.nrow : 0;
-    halo_sum(A.halo, D, v, v.data() + static_cast<size_t>(A.nrow) * D, extra);
-    return;
-  }
-  static RealVec all;                    // kept, since large vectors are dear to make
-  const int ranks = comm_size(), me = comm_rank(), D = (static_cast<int>(v.size()) - extra) / A.nrow;
-  IntVec count(ranks);
-  for (int r = 0; r < ranks; ++r) count[r] = A.rows.count[r] * D + extra;
-  all.resize(std::accumulate(count.begin(), count.end(), size_t(0)));
-  double* to = std::accumulate(count.begin(), count.begin() + me, all.data(),
-                               [](double* p, int n) { return p + n; });
-  std::copy(v.end() - extra, v.end(), rows_pack(A.rows, me, D, v, to));
-  comm_allgatherv(all, count);
-  const bool two = ranks == 2;           // then the order does not matter, and what is in v may stay
-  if (!two) std::fill(v.begin(), v.end(), 0.0);
-  const double* from = all.data();
-  for (int r = 0; r < ranks; from += count[r++]) {
-    if (two && r == me) continue;
-    const double* number = rows_add_to(A.rows, r, D, from, v);
-    for (auto last = v.end() - extra; last != v.end(); ++last) *last += *number++;
-  }
+  const int D = A.nrow > 0 ? (static_cast<int>(v.size()) - extra) / A.nrow : 0;
+  halo_sum(A.halo, D, v, v.data() + static_cast<size_t>(A.nrow) * D, extra);
 }
 
 // ---------------------------------------------------------------------------
@@ -180,7 +149,7 @@ void sys_pattern(const ListTable& lists, int nrow, int dim, SysMatrix& A)
 
 long sys_rows(const SysMatrix& A)
 {
-  if (!sys_divided(A)) return A.nrow;
+  if (!sys_shared(A)) return A.nrow;
   double owned = static_cast<double>(std::count(A.halo.owner.begin(), A.halo.owner.end(), comm_rank()));
   comm_sum(&owned, 1);
   return static_cast<long>(owned);
@@ -223,7 +192,12 @@ void add_block(int D, const RealVec& a, long index, double* x)
 }
 
 // divided model: rows are numbered by sys_number
-SysMatrix collect_divided(const SysMatrix& A, bool values)
+}  // namespace
+
+// ---------------------------------------------------------------------------
+// sys_collect : the whole matrix on rank 0, contributions summed in the order of the ranks
+// ---------------------------------------------------------------------------
+SysMatrix sys_collect(const SysMatrix& A, bool values)
 {
   const auto to_first = [](auto x) {
     std::vector<decltype(x)> to(comm_size());
@@ -265,49 +239,6 @@ SysMatrix collect_divided(const SysMatrix& A, bool values)
       add_block(D, val[part[k].rank], part[k].index, &whole.val[(whole.col.size() - 1) * D * D]);
     }
     whole.off.push_back(static_cast<int>(whole.col.size()));
-  }
-  return whole;
-}
-
-}  // namespace
-
-// ---------------------------------------------------------------------------
-// sys_collect : the whole matrix on rank 0, contributions summed in the order of the ranks
-// ---------------------------------------------------------------------------
-SysMatrix sys_collect(const SysMatrix& A, bool values)
-{
-  if (sys_divided(A)) return collect_divided(A, values);
-  const auto to_first = [](const auto& x) {
-    std::vector<std::decay_t<decltype(x)>> to(comm_size());
-    to[0] = x;
-    return comm_exchange(to);
-  };
-  const std::vector<IntVec> off = to_first(A.off), col = to_first(A.col);
-  const std::vector<RealVec> val = to_first(values ? A.val : RealVec());
-  SysMatrix whole;
-  if (comm_rank() > 0) return whole;
-  const int DD = A.dim * A.dim;
-  whole.dim  = A.dim;
-  whole.nrow = A.nrow;
-  IntVec place(A.nrow, -1);            // of a column in the row at hand
-  for (int I = 0; I < A.nrow; ++I) {
-    const int first = static_cast<int>(whole.col.size());
-    for (size_t r = 0; r < col.size(); ++r)
-      for (int k = off[r][I]; k < off[r][I + 1]; ++k)
-        if (place[col[r][k]] < 0) {
-          place[col[r][k]] = 0;
-          whole.col.push_back(col[r][k]);
-        }
-    std::sort(whole.col.begin() + first, whole.col.end());
-    whole.off.push_back(static_cast<int>(whole.col.size()));
-    for (int k = first; k < whole.off.back(); ++k) place[whole.col[k]] = k;
-    if (values) whole.val.resize(whole.col.size() * DD, 0.0);
-    for (size_t r = 0; values && r < col.size(); ++r)
-      for (int k = off[r][I]; k < off[r][I + 1]; ++k)
-        for (int i = 0; i < DD; ++i)
-          whole.val[static_cast<size_t>(place[col[r][k]]) * DD + i] +=
-              val[r][static_cast<size_t>(k) * DD + i];
-    for (int k = first; k < whole.off.back(); ++k) place[whole.col[k]] = -1;
   }
   return whole;
 }

@@ -119,7 +119,6 @@ Lattice lattice(int dim, std::vector<int> n, RankOf rank_of, double soft = 0.01,
   }
   sys_pattern(lists, static_cast<int>(l.key.size()), dim, l.A);
   halo_form(l.key, l.A.halo);
-  l.A.owner = l.A.halo.owner;
   for (size_t c = 0; c < mine.size(); ++c) {
     const Eigen::MatrixXd K = cell_matrix(dim, nodes, soft, stiff(number[c]));
     for (int a = 0; a < nodes; ++a)
@@ -205,7 +204,7 @@ TEST(Divided, ProductDiagonalAndCollection)
       const RowNumbers rows = sys_number(l.A);
       std::vector<std::vector<long>> name(comm_size());
       for (int I = 0; I < l.A.nrow; ++I)
-        if (l.A.owner[I] == comm_rank()) name[0].push_back(l.key[I]);
+        if (l.A.halo.owner[I] == comm_rank()) name[0].push_back(l.key[I]);
       std::vector<long> key;
       for (const auto& part : comm_exchange(name)) key.insert(key.end(), part.begin(), part.end());
       const SysMatrix whole = sys_collect(l.A, true);
@@ -335,8 +334,7 @@ TEST(Divided, ZeroPivots)
       l.A.val.insert(l.A.val.end(), 4, 0.0);
     }
     halo_form(l.key, l.A.halo);
-    l.A.owner = l.A.halo.owner;
-    Eigen::VectorXd exact = l.all.ldlt().solve(load(l));
+      Eigen::VectorXd exact = l.all.ldlt().solve(load(l));
     RealVec b = local(lattice(2, {6, 4}, by_slices), load(l)), x;
     b.resize(l.A.neq(), 0.0);
     Solver s = open(SOLVER_MUMPS, PRECOND_AUTO, reuse);
