@@ -87,7 +87,7 @@ inline void subtract(const double* a, const float* b, double* s)
       for (int k = 0; k < D; ++k) s[i * D + j] -= a[i * D + k] * static_cast<double>(b[j * D + k]);
 }
 
-// L L^T of A with the diagonal times 1 + shift, on the pattern of A; border (or null): blocks that stand for
+// L L^T of A with the diagonal times 1 + shift, on the pattern of A; border (or null): blocks instead of
 // those of A. false: a pivot is not positive
 template <int D>
 bool factor(const SysMatrix& A, const Border* border, double shift, std::vector<float>& L)

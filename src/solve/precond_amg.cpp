@@ -35,15 +35,15 @@ struct AmgData {
   const SysMatrix* M = nullptr;    // matrix of today: all rows, or those of this rank and their neighbours
   OwnBlock* own      = nullptr;    // several ranks
   const Cholesky* L  = nullptr;    // its incomplete factor
-  IntVec off, col, owner;          // pattern that the lists below are for; divided model: its check sum
+  IntVec off, col;                 // pattern that the lists below are for; several ranks: its check sum
   std::uint64_t pattern = 0;
   int nall = 0;                    // block rows of all ranks
   IntVec row;                      // [n] rows of M that belong to this rank; the rows below
   IntVec block_off;                // [n+1]
   IntVec source;                   // [blocks of the rows] 2 k: block k of M, 2 k + 1: transposed
   IntVec number;                   // [blocks of the rows] column, numbered over all ranks
-  // divided model: [ranks] blocks of M that a rank needs, 3 k + Kind; where those that come are added
-  // in entry, one rank after the other; [ranks] how many come
+  // several ranks: [ranks] blocks of M that a rank needs, 3 k + Kind; where those that come are added in
+  // entry, one rank after the other; [ranks] how many come
   std::vector<IntVec> to;
   std::vector<Target> target;
   IntVec come;

@@ -42,7 +42,7 @@ void tell_soft(Solver& s)
   const int me  = comm_rank();
   std::vector<IntVec> to(comm_size());
   const int rows = static_cast<int>(d.halo.owner.size());
-  for (int I = s.null_pivot_row < 0 ? rows : s.null_pivot_row; I < rows; ++I)
+  for (int I = std::max(0, s.null_pivot_row); s.null_pivot_row >= 0 && I < rows; ++I)
     if (d.halo.owner[I] == me) to[0].push_back(d.numbers.number[I]);
   d.soft.clear();
   if (me == 0) d.soft.assign(d.numbers.first.back(), 0);
@@ -50,7 +50,7 @@ void tell_soft(Solver& s)
     for (int number : list) d.soft[number] = 1;
 }
 
-// divided model: an equation of the whole matrix on the ranks that have it; others: one behind their last
+// several ranks: the equation of the whole matrix on those that have it; others: one behind their last one
 int equation_here(const SolverData& d, int equation)
 {
   if (equation < 0) return equation;
@@ -144,7 +144,8 @@ Status back_by_first(Solver& s, RealVec& x)
   std::vector<RealVec> to(ranks);
   const int rows = static_cast<int>(d.halo.owner.size());
   for (int I = 0; I < rows; ++I)
-    if (d.halo.owner[I] == me) to[0].insert(to[0].end(), &x[I * D], &x[I * D] + D);
+    if (d.halo.owner[I] == me)
+      to[0].insert(to[0].end(), x.begin() + long(I) * D, x.begin() + long(I + 1) * D);
   std::vector<RealVec> from = comm_exchange<double>(to);
   Status status = STATUS_OK;
   to.assign(ranks, RealVec());
@@ -153,7 +154,8 @@ Status back_by_first(Solver& s, RealVec& x)
     for (RealVec& part : from) all.insert(all.end(), part.begin(), part.end());
     status = back_work(s, all);
     for (int r = 0; r < ranks; ++r)
-      to[r].assign(all.data() + d.numbers.first[r] * D, all.data() + d.numbers.first[r + 1] * D);
+      to[r].assign(all.begin() + long(d.numbers.first[r]) * D,
+                   all.begin() + long(d.numbers.first[r + 1]) * D);
   }
   from = comm_exchange<double>(to);
   const double* next = from[0].data();

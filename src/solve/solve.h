@@ -6,9 +6,8 @@
 // Block k of row I, column J = col[k] <= I, holds val[k*dim*dim + i*dim + j] = A(I*dim+i, J*dim+j).
 // In a diagonal block only i >= j is meant; the others are zero.
 //
-// On several ranks A is the sum of their matrices: each holds what its elements, points and bonds add, in a
-// pattern of its own with all diagonal blocks. Vectors are the same on all ranks. Divided model: A has the
-// rows of this rank alone, and so have vectors. The solver routines are then collective.
+// On several ranks A is the sum of their matrices: each holds what its elements, points and bonds add, in the
+// rows of this rank alone, and so do vectors. The solver routines are then collective.
 // ---------------------------------------------------------------------------
 #ifndef MPFE_SOLVE_SOLVE_H
 #define MPFE_SOLVE_SOLVE_H
@@ -56,8 +55,8 @@ struct RowNumbers {
 };
 RowNumbers sys_number(const SysMatrix& A);
 
-// sys_collect : the whole matrix on rank 0 (values: or its pattern alone), an empty one on the others; rows
-// of a divided model are numbered by sys_number
+// sys_collect : the whole matrix on rank 0 (values: or its pattern alone), an empty one on the others.
+// Several ranks: rows are numbered by sys_number
 SysMatrix sys_collect(const SysMatrix& A, bool values);
 
 // sys_pattern : pattern of a matrix of nrow block rows that couples the rows of each list

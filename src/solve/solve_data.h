@@ -43,7 +43,7 @@ struct Border {
   RealVec val;                 // [block.size()*dim*dim]
 };
 
-// Several ranks: what conjugate gradients want to know of A beside it. A product with A is the part of this rank
+// Several ranks: what conjugate gradients want to know of A beside it; A x is the part of this rank
 struct OwnBlock {
   int dim = 0;
   std::uint64_t pattern = 0;   // check sum of the pattern of A and of the owners
@@ -53,8 +53,8 @@ struct OwnBlock {
   IntVec shared;               // rows that several ranks have
   RealVec weight;              // [shared] 1/sqrt of the ranks that have the row
   std::vector<IntVec> to;      // [ranks] blocks of A that a rank needs
-  // of each block that comes from the ranks, one rank after the other: twice the position in border, one more:
-  // transposed; -1: not in the pattern
+  // of each block that comes from the ranks, one rank after the other: twice the position in border, one
+  // more: transposed; -1: not in the pattern
   IntVec place;
   IntVec come;                 // [ranks] number of them
   std::vector<IntVec> common;  // [ranks] rows that a rank has too
@@ -113,8 +113,7 @@ struct CgGoal {                // both norms must arrive
 // z = M^-1 r, rho = r z; false: it failed
 using Precondition = std::function<bool(const RealVec& r, RealVec& z, double& rho)>;
 
-// What conjugate gradients work on. Several ranks: A is own->B, and vectors are those of own. Divided model:
-// A is the part of this rank
+// What conjugate gradients work on. Several ranks: A is the part of this one
 struct CgSystem {
   const SysMatrix& A;
   OwnBlock* own = nullptr;     // several ranks
@@ -138,8 +137,7 @@ struct SolverData {
   bool divided = false;
   Halo halo;
   RowNumbers numbers;
-  // rank 0 factorises a divided matrix: rows whose zero pivots are fixed; else empty
-  std::vector<char> soft;
+  std::vector<char> soft;      // rank 0 factorises alone: rows whose zero pivots are fixed; else empty
   bool analysed = false, factored = false;
   bool first_only = false;     // several ranks: the first one factorises the whole matrix alone
   bool narrow = false;         // factorised by the skyline, although MUMPS is there

@@ -49,8 +49,8 @@ double cholesky_guess(const SolverData& d, double iterations = GUESS)
 // seconds of a number in the factors beside the operations, of a number of the matrix in the analysis; of the
 // messages of an iteration and of a back substitution
 const double FACTOR_ENTRY = 3e-8, ANALYSIS_ENTRY = 2e-7, ITERATION = 1e-4, BACK = 1e-3;
-// in iterations with the incomplete factor: making it, making multigrid, an iteration with multigrid, a
-// product alone
+// iterations with the incomplete factor that it takes to make it, and multigrid; of one with multigrid,
+// and of a product alone
 const double FORM = 4.0, AMG_FORM = 120.0, AMG_ITERATION = 3.7, PRODUCT = 0.4;
 
 double workers(const SolverData& d) { return d.first_only ? 1.0 : comm_size(); }
@@ -444,7 +444,9 @@ Status by_cg(Solver& s, const SysMatrix& A, const SolveAsk& ask, SolvePath path,
     // A^-1 and M^-1 are far apart in smooth modes, but for factors: M^-1 sees too little of an error there
     const double safety = path == PATH_REUSED || path == PATH_CHANGED ? 1.0 : 0.1;
     int most            = path == PATH_CHANGED ? FEW : path == PATH_AMG ? AMG_MOST : MOST;
-    if (counted()) most = std::min(most, counted_limit(d, path, limit));
+    if (counted() && limit < NEVER)
+      most = std::min(
+          most, static_cast<int>((limit - counted_setup(d, path)) / counted_iteration(d, path)) + 1);
     CgGoal goal{safety * ask.eta, safety * ask.energy, ask.residual, most, limit - setup};
     const bool same = path == PATH_REUSED && d.reused.same;    // where a product with A costs little beside M
     if (same) goal.begun = cg_begin(c, b, d.past, x);
@@ -510,8 +512,7 @@ Status by_best(Solver& s, const SysMatrix& A, const SolveAsk& ask, const RealVec
 //   status      SOLVER_SINGULAR, SOLVER_FAILED, BAD_NUMBER of the factorisation
 //
 // When conjugate gradients do not converge, the next best path follows, at last a factorisation. On one rank
-// the choice goes by measured time: two runs may take other paths, and agree to the tolerance of Newton's
-// method. On several it goes by counted work, which is the same in every run.
+// the choice goes by measured time: two runs may take other paths, and agree to the tolerance of Newton.
 // ---------------------------------------------------------------------------
 Status solve_system(Solver& s, const SysMatrix& A, const SolveAsk& ask, const RealVec& b, RealVec& x)
 {

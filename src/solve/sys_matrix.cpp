@@ -199,6 +199,11 @@ void add_block(int D, const RealVec& a, long index, double* x)
 // ---------------------------------------------------------------------------
 SysMatrix sys_collect(const SysMatrix& A, bool values)
 {
+  if (!sys_shared(A)) {
+    SysMatrix whole = A;
+    if (!values) whole.val.clear();
+    return whole;
+  }
   const auto to_first = [](auto x) {
     std::vector<decltype(x)> to(comm_size());
     to[0] = std::move(x);
