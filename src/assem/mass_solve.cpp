@@ -37,7 +37,7 @@ void multiply(const Dofs& s, const RealVec& M, int rows, const double* x, double
 // Couplings of rows from first on with earlier ones among them, scaled to a diagonal of 1 (of all ranks)
 struct MassRows {
   int n = 0;
-  const Halo* halo = nullptr;  // divided model: of these rows
+  const Halo* halo = nullptr;  // several ranks: of these rows
   IntVec off{0}, col;          // rows count from first
   RealVec val, diag;           // of this rank
 };
@@ -63,15 +63,13 @@ template <int D>
 void sum_rows(const MassRows& m, RealVec& v)
 {
   if (m.halo) halo_sum(*m.halo, D, v);
-  else comm_sum(v);
 }
 
 // what this rank has; own: only rows that belong to it, with each other
 MassRows mass_rows(const Dofs& s, int first, const RealVec& scale, bool own)
 {
   MassRows m;
-  const IntVec& owner = sys_shared(s.A) ? s.A.halo.owner : s.owner;
-  const auto here = [&](int r) { return owner.empty() || !own || owner[r] == comm_rank(); };
+  const auto here = [&](int r) { return !own || s.A.halo.owner[r] == comm_rank(); };
   m.n = s.nrow - first;
   m.diag.resize(m.n);
   for (int r = first; r < s.nrow; ++r) {
@@ -127,10 +125,9 @@ template <int D>
 struct MassSystem {
   MassRows all, own;           // own: several ranks, what is eliminated
   RealVec free;                // [n*D] 1: free, 0: prescribed or without mass
-  bool ranks = false;          // several ranks
   RealVec owned;               // several ranks: [n] 1 for rows of this rank
   double shift = 0.0;          // M + shift I is meant
-  const MassRows& low() const { return ranks ? own : all; }
+  const MassRows& low() const { return all.halo ? own : all; }
 
   // y = (I + L)^-1 x; the same vector may be meant
   void forward(const RealVec& x, RealVec& y) const
@@ -166,7 +163,7 @@ struct MassSystem {
   void apply(const RealVec& x, RealVec& t, RealVec& y) const
   {
     backward(x, t);
-    if (!ranks) {
+    if (!all.halo) {
       for (size_t i = 0; i < y.size(); ++i) y[i] = x[i] - (1.0 - shift) * t[i];
       forward(y, y);
       for (size_t i = 0; i < y.size(); ++i) y[i] += t[i];
@@ -192,7 +189,7 @@ struct MassSystem {
   // several ranks: each has made its rows
   void collect(RealVec& y) const
   {
-    if (!ranks) return;
+    if (!all.halo) return;
     for (int r = 0; r < all.n; ++r)
       for (int i = 0; i < D; ++i) y[r * D + i] *= owned[r];
     sum_rows<D>(all, y);
@@ -308,15 +305,13 @@ int solve(const Dofs& s, int first, int guess, const RealVec& f, RealVec& x)
     scale[k] = diag > 0.0 ? 1.0 / std::sqrt(diag) : 0.0;
   }
   m.all = mass_rows(s, first, scale, false);
-  const bool divided  = sys_shared(s.A);
-  const IntVec& owner = divided ? s.A.halo.owner : s.owner;
-  const Halo halo     = divided ? rows_behind(s.A.halo, first) : Halo();
-  if (divided) m.all.halo = &halo;
-  if (divided || !owner.empty()) {
-    m.ranks = true;
-    m.own   = mass_rows(s, first, scale, true);
+  Halo halo;
+  if (sys_shared(s.A)) {
+    halo       = rows_behind(s.A.halo, first);
+    m.all.halo = &halo;
+    m.own      = mass_rows(s, first, scale, true);
     m.owned.resize(n);
-    for (int k = 0; k < n; ++k) m.owned[k] = owner[first + k] == comm_rank();
+    for (int k = 0; k < n; ++k) m.owned[k] = halo.owner[k] == comm_rank();
   }
   // begin with f over the sum of the row, which is right where the answer is smooth
   for (int k = 0; k < n * D; ++k) {

@@ -194,15 +194,6 @@ int comm_allreduce_max(int x)
   return most;
 }
 
-double comm_allreduce_max(double x)
-{
-  if (size == 1) return x;
-  Timer timer(PHASE_COMM);
-  double most = x;
-  MPI_Allreduce(&x, &most, 1, MPI_DOUBLE, MPI_MAX, MPI_COMM_WORLD);
-  return most;
-}
-
 void comm_sum(double* x, long n)
 {
   if (size == 1) return;
@@ -268,26 +259,6 @@ void comm_raw(const std::vector<const void*>& to, const std::vector<long>& out,
   wait_all(request);
 }
 
-std::vector<std::string> comm_bytes(const std::vector<std::string>& to)
-{
-  if (size == 1) return to;
-  std::vector<const void*> source;
-  std::vector<void*> target;
-  std::vector<long> out, in;
-  for (const std::string& x : to) {
-    source.push_back(x.data());
-    out.push_back(static_cast<long>(x.size()));
-  }
-  in = comm_counts(out);
-  std::vector<std::string> from(to.size());
-  for (size_t r = 0; r < to.size(); ++r) {
-    from[r].resize(static_cast<size_t>(in[r]));
-    target.push_back(&from[r][0]);
-  }
-  comm_raw(source, out, target, in);
-  return from;
-}
-
 #else
 
 void comm_open(int*, char***) {}
@@ -300,13 +271,11 @@ void comm_bcast(double*, int) {}
 void comm_bcast(std::string&) {}
 int comm_bcast(int x) { return x; }
 int comm_allreduce_max(int x) { return x; }
-double comm_allreduce_max(double x) { return x; }
 long comm_piece() { return 1L << 30; }
 void comm_sum(double*, long) {}
 void comm_max(double*, long) {}
 void comm_exchange(const std::vector<RealVec>&, std::vector<RealVec>&) {}
 void comm_allgatherv(RealVec&, const IntVec&) {}
-std::vector<std::string> comm_bytes(const std::vector<std::string>& to) { return to; }
 std::vector<long> comm_counts(const std::vector<long>& out) { return out; }
 void comm_raw(const std::vector<const void*>&, const std::vector<long>&, const std::vector<void*>&,
               const std::vector<long>&)

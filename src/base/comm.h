@@ -32,7 +32,6 @@ int comm_bcast(int x);
 
 // comm_allreduce_max : the largest x of all ranks. Collective.
 int comm_allreduce_max(int x);
-double comm_allreduce_max(double x);
 
 // comm_sum : sum over the ranks, in their order, so that all get the same bits in every run. Collective.
 void comm_sum(double* x, long n);
@@ -40,6 +39,11 @@ inline void comm_sum(RealVec& x) { comm_sum(x.data(), static_cast<long>(x.size()
 
 // comm_max : the largest of each of the n numbers over the ranks, on all of them. Collective.
 void comm_max(double* x, long n);
+inline double comm_allreduce_max(double x)
+{
+  comm_max(&x, 1);
+  return x;
+}
 
 // comm_exchange : to[r] goes to rank r, from[r] comes from there; its size is the count. Collective.
 void comm_exchange(const std::vector<RealVec>& to, std::vector<RealVec>& from);
@@ -47,9 +51,6 @@ void comm_exchange(const std::vector<RealVec>& to, std::vector<RealVec>& from);
 // comm_allgatherv : x holds count[r] numbers of rank r, one rank after the other; each brings its own.
 // Collective.
 void comm_allgatherv(RealVec& x, const IntVec& count);
-
-// comm_bytes : to[r] goes to rank r; returns what rank r has sent here. Collective.
-std::vector<std::string> comm_bytes(const std::vector<std::string>& to);
 
 // comm_piece : bytes of a message at most; MPFE_COMM_PIECE in the environment makes them fewer, for tests
 long comm_piece();
@@ -62,22 +63,24 @@ std::vector<long> comm_counts(const std::vector<long>& out);
 void comm_raw(const std::vector<const void*>& to, const std::vector<long>& out,
               const std::vector<void*>& from, const std::vector<long>& in);
 
-// comm_exchange : the same for vectors of plain numbers or structs of any length
-template <class T>
-std::vector<std::vector<T>> comm_exchange(const std::vector<std::vector<T>>& to)
+// comm_exchange : to[r] goes to rank r; returns what rank r has sent here: vectors of plain numbers or
+// structs, or strings, of any length. Collective.
+template <class Box>
+std::vector<Box> comm_exchange(const std::vector<Box>& to)
 {
+  using T = typename Box::value_type;
   static_assert(std::is_trivially_copyable<T>::value, "comm_exchange sends bytes");
   if (comm_size() == 1) return to;
   const long size = static_cast<long>(sizeof(T));
   std::vector<const void*> source;
   std::vector<void*> target;
   std::vector<long> out, in;
-  for (const std::vector<T>& x : to) {
+  for (const Box& x : to) {
     source.push_back(x.data());
     out.push_back(size * static_cast<long>(x.size()));
   }
   in = comm_counts(out);
-  std::vector<std::vector<T>> from(to.size());
+  std::vector<Box> from(to.size());
   for (std::size_t r = 0; r < to.size(); ++r) {
     from[r].resize(static_cast<std::size_t>(in[r] / size));
     target.push_back(from[r].data());

@@ -9,7 +9,7 @@ Failure failure_agree(const Failure& own)
   const char head[2] = {static_cast<char>(own.status), static_cast<char>(own.at)};
   std::vector<std::string> to(ranks);
   if (me == first) to.assign(ranks, std::string(head, 2) + own.note);
-  const std::string text = comm_bytes(to)[first];
+  const std::string text = comm_exchange(to)[first];
   Failure f;
   f.status = static_cast<Status>(text[0]);
   f.at     = static_cast<FailureAt>(text[1]);

@@ -15,39 +15,24 @@ std::string kept;              // texts of this rank, each with a zero behind it
 std::set<std::string> heard;   // on the first rank while others keep theirs
 int warnings = 0;
 
-std::string text_of(const char* word, const char* format, va_list args)
+void say(const std::string& text, bool terminal)
 {
-  va_list copy;
-  va_copy(copy, args);
-  std::string text(static_cast<size_t>(std::vsnprintf(nullptr, 0, format, copy)) + 1, ' ');
-  va_end(copy);
-  va_copy(copy, args);
-  std::vsnprintf(&text[0], text.size(), format, copy);
-  va_end(copy);
-  text.back() = '\0';
-  return word + text;
+  if (listing) std::fprintf(listing, "%s\n", text.c_str());
+  if (terminal) std::fprintf(stderr, "%s\n", text.c_str());
 }
 
 void put(const char* word, bool terminal, const char* format, va_list args)
 {
-  if (keeping && terminal) {
-    const std::string text = text_of(word, format, args);
-    if (heard.insert(text).second && muted) kept += text;
-  }
-  if (muted) return;
-  if (listing) {
-    va_list copy;
-    va_copy(copy, args);
-    std::fputs(word, listing);
-    std::vfprintf(listing, format, copy);
-    std::fputc('\n', listing);
-    va_end(copy);
-  }
-  if (terminal) {
-    std::fputs(word, stderr);
-    std::vfprintf(stderr, format, args);
-    std::fputc('\n', stderr);
-  }
+  const bool note = keeping && terminal;
+  if (muted && !note) return;
+  va_list copy;
+  va_copy(copy, args);
+  std::string text(static_cast<size_t>(std::vsnprintf(nullptr, 0, format, copy)) + 1, ' ');
+  va_end(copy);
+  std::vsnprintf(&text[0], text.size(), format, args);
+  text = word + std::string(text.c_str());
+  if (note && heard.insert(text).second && muted) kept += text + '\0';
+  if (!muted) say(text, terminal);
 }
 
 }  // namespace
@@ -61,12 +46,11 @@ void log_gather()
   if (!keeping || comm_allreduce_max(static_cast<int>(!kept.empty())) == 0) return;
   std::vector<std::string> to(comm_size());
   to[0].swap(kept);
-  for (const std::string& all : comm_bytes(to))
+  for (const std::string& all : comm_exchange(to))
     for (size_t at = 0; at < all.size(); at = all.find('\0', at) + 1) {
       const std::string text = all.c_str() + at;
-      if (!heard.insert(text + '\0').second) continue;
-      if (listing) std::fprintf(listing, "%s\n", text.c_str());
-      std::fprintf(stderr, "%s\n", text.c_str());
+      if (!heard.insert(text).second) continue;
+      say(text, true);
       ++warnings;
     }
 }

@@ -207,7 +207,7 @@ bool fits(const std::string& path, const Model& m, const Origin& o)
 std::string first_fault(const char* here)
 {
   const std::vector<std::string> own(comm_size(), here ? here : "");
-  for (const std::string& fault : comm_bytes(own))
+  for (const std::string& fault : comm_exchange(own))
     if (!fault.empty()) return fault;
   return "";
 }

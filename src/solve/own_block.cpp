@@ -38,24 +38,18 @@ int find_block(const SysMatrix& A, int I, int J)
   return found != last && *found == J ? 2 * static_cast<int>(found - A.col.begin()) + turned : -1;
 }
 
-// the rows of A, and how often each counts
+// how often each row counts
 void take_rows(const SysMatrix& A, OwnBlock& own)
 {
   const Halo& h = A.halo;
-  const int me = comm_rank();
-  IntVec ranks(A.nrow, 1), owned;
+  IntVec ranks(A.nrow, 1);
   for (const IntVec& list : h.common)
     for (int I : list) ++ranks[I];
-  own.common = h.common;
-  own.shared = h.shared;
   own.weight.clear();
   for (int I : h.shared) own.weight.push_back(1.0 / std::sqrt(static_cast<double>(ranks[I])));
   own.once.assign(A.neq(), 1.0);
   for (int I = 0; I < A.nrow; ++I)
-    if (h.owner[I] == me) owned.push_back(I);
-    else std::fill_n(own.once.begin() + static_cast<long>(I) * A.dim, A.dim, 0.0);
-  own.owned = RowSets();
-  rows_add(owned, own.owned);
+    if (h.owner[I] != comm_rank()) std::fill_n(own.once.begin() + static_cast<long>(I) * A.dim, A.dim, 0.0);
 }
 
 // blocks of rows that another rank has both, named by their positions in the list of common rows
@@ -66,7 +60,7 @@ void list_border(const SysMatrix& A, OwnBlock& own)
   std::vector<Pairs> name(ranks);
   own.to.assign(ranks, IntVec());
   for (int r = 0; r < ranks; ++r) {
-    const IntVec& common = own.common[r];
+    const IntVec& common = A.halo.common[r];
     for (size_t k = 0; k < common.size(); ++k) number[common[k]] = static_cast<int>(k);
     for (int I : common)
       for (int k = A.off[I]; k < A.off[I + 1]; ++k)
@@ -88,7 +82,7 @@ void list_border(const SysMatrix& A, OwnBlock& own)
   for (int r = 0; r < ranks; ++r) {
     own.come.push_back(static_cast<int>(come[r].size() / 2));
     for (size_t k = 0; k < come[r].size(); k += 2) {
-      const int found = find_block(A, own.common[r][come[r][k]], own.common[r][come[r][k + 1]]);
+      const int found = find_block(A, A.halo.common[r][come[r][k]], A.halo.common[r][come[r][k + 1]]);
       const auto at   = std::lower_bound(all.begin(), all.end(), found / 2);
       own.place.push_back(found < 0 ? -1 : 2 * static_cast<int>(at - all.begin()) + found % 2);
     }
@@ -131,13 +125,12 @@ void form_border(const SysMatrix& A, OwnBlock& own)
 // own_form : what conjugate gradients of several ranks want to know of A beside it                     (8.7)
 //
 //   in    stamp   number of the matrix A
-//   out   own     who has which rows; own.border: blocks that several ranks add to, summed
+//   out   own     how often rows count; own.border: blocks that several ranks add to, summed
 // ---------------------------------------------------------------------------
 void own_form(const SysMatrix& A, long stamp, OwnBlock& own)
 {
   if (own.stamp == stamp) return;
   own.stamp = stamp;
-  own.dim   = A.dim;
   const std::uint64_t pattern = pattern_sum(A);
   if (comm_allreduce_max(static_cast<int>(own.pattern != pattern))) {
     take_rows(A, own);
@@ -147,38 +140,8 @@ void own_form(const SysMatrix& A, long stamp, OwnBlock& own)
   form_border(A, own);
 }
 
-void own_weigh(const OwnBlock& own, RealVec& v)
+void own_weigh(const SysMatrix& A, const OwnBlock& own, RealVec& v)
 {
-  const int D = own.dim;
-  for (size_t k = 0; k < own.shared.size(); ++k)
-    for (int i = 0; i < D; ++i) v[own.shared[k] * D + i] *= own.weight[k];
-}
-
-// parts are added in the order of the ranks, so that a run repeats
-void own_sum(OwnBlock& own, RealVec& v, double* number, int n)
-{
-  const int ranks = comm_size(), D = own.dim;
-  own.send.resize(ranks);
-  own.got.resize(ranks);
-  for (int r = 0; r < ranks; ++r) {
-    if (r == comm_rank()) continue;
-    RealVec& to = own.send[r];
-    to.assign(number, number + n);
-    for (int I : own.common[r]) to.insert(to.end(), &v[I * D], &v[I * D] + D);
-    own.got[r].resize(to.size());
-  }
-  RealVec& here = own.got[comm_rank()];
-  here.assign(number, number + n);
-  for (int I : own.shared) {             // all ranks get the same bits
-    here.insert(here.end(), &v[I * D], &v[I * D] + D);
-    std::fill_n(&v[I * D], D, 0.0);
-  }
-  comm_exchange(own.send, own.got);
-  std::fill(number, number + n, 0.0);
-  for (int r = 0; r < ranks; ++r) {
-    const double* from = own.got[r].data();
-    for (int k = 0; k < n; ++k) number[k] += *from++;
-    for (int I : r == comm_rank() ? own.shared : own.common[r])
-      for (int i = 0; i < D; ++i) v[I * D + i] += *from++;
-  }
+  for (size_t k = 0; k < A.halo.shared.size(); ++k)
+    for (int i = 0; i < A.dim; ++i) v[A.halo.shared[k] * A.dim + i] *= own.weight[k];
 }

@@ -258,19 +258,27 @@ std::vector<RealVec> rigid_motions(const AmgData& d, const RealVec* place)
 
 // ---- the finest level: M and its incomplete factor -------------------------
 
+// the numbers v of the rows of this rank in a vector of all rows of M, 0 in others; and the way back
+void put_rows(const AmgData& d, const double* v, RealVec& x)
+{
+  const int D = d.M->dim;
+  std::fill(x.begin(), x.end(), 0.0);
+  for (size_t l = 0; l < d.row.size(); ++l) std::copy_n(v + l * D, D, &x[static_cast<size_t>(d.row[l]) * D]);
+}
+
+void pick_rows(const AmgData& d, const RealVec& x, double* v)
+{
+  const int D = d.M->dim;
+  for (size_t l = 0; l < d.row.size(); ++l) std::copy_n(&x[static_cast<size_t>(d.row[l]) * D], D, v + l * D);
+}
+
 // x of all rows of M, from the rows of this rank
 void spread(AmgData& d, Vec from)
 {
   const double* v = nullptr;
   petsc->VecGetArrayRead(from, &v);
-  if (d.own) {
-    double none = 0.0;
-    std::fill(d.x.begin(), d.x.end(), 0.0);
-    rows_put(d.own->owned, 0, d.M->dim, v, d.x);
-    own_sum(*d.own, d.x, &none, 0);
-  } else {
-    std::copy(v, v + d.x.size(), d.x.begin());
-  }
+  put_rows(d, v, d.x);
+  sys_sum(*d.M, d.x);
   petsc->VecRestoreArrayRead(from, &v);
 }
 
@@ -278,8 +286,7 @@ void pick(const AmgData& d, const RealVec& from, Vec to)
 {
   double* v = nullptr;
   petsc->VecGetArray(to, &v);
-  if (d.own) rows_pack(d.own->owned, 0, d.M->dim, from, v);
-  else std::copy(from.begin(), from.end(), v);
+  pick_rows(d, from, v);
   petsc->VecRestoreArray(to, &v);
 }
 
@@ -290,8 +297,7 @@ PetscErrorCode multiply(Mat product, Vec from, Vec to)
   AmgData& d = *static_cast<AmgData*>(context);
   spread(d, from);
   sys_multiply(*d.M, d.x, d.y);
-  double none = 0.0;
-  if (d.own) own_sum(*d.own, d.y, &none, 0);
+  sys_sum(*d.M, d.y);
   pick(d, d.y, to);
   return 0;
 }
@@ -302,13 +308,10 @@ PetscErrorCode smooth(PC pc, Vec from, Vec to)
   petsc->PCShellGetContext(pc, &context);
   AmgData& d = *static_cast<AmgData*>(context);
   spread(d, from);
-  if (d.own) own_weigh(*d.own, d.x);
+  if (d.own) own_weigh(*d.M, *d.own, d.x);
   cholesky_apply(*d.M, *d.L, d.x);
-  if (d.own) {
-    double none = 0.0;
-    own_weigh(*d.own, d.x);
-    own_sum(*d.own, d.x, &none, 0);
-  }
+  if (d.own) own_weigh(*d.M, *d.own, d.x);
+  sys_sum(*d.M, d.x);
   pick(d, d.x, to);
   return 0;
 }
@@ -472,8 +475,7 @@ bool amg_form(const SysMatrix& M, OwnBlock* own, const Cholesky& L, const std::f
 // amg_apply : z = multigrid r, rho = r z; several ranks: vectors of own, whole
 bool amg_apply(AmgData& d, const RealVec& r, RealVec& z, double& rho)
 {
-  const int D = d.M->dim;
-  if (d.own) rows_pack(d.own->owned, 0, D, r, d.r.data());
+  if (d.own) pick_rows(d, r, d.r.data());
   z.resize(r.size());
   const bool good = !petsc->VecPlaceArray(d.in, d.own ? d.r.data() : r.data()) &&
                     !petsc->VecPlaceArray(d.out, d.own ? d.z.data() : z.data()) &&
@@ -485,9 +487,8 @@ bool amg_apply(AmgData& d, const RealVec& r, RealVec& z, double& rho)
   }
   if (comm_allreduce_max(!good)) return false;
   rho = dot(d.r, d.z);
-  std::fill(z.begin(), z.end(), 0.0);
-  rows_put(d.own->owned, 0, D, d.z.data(), z);
-  own_sum(*d.own, z, &rho, 1);
+  put_rows(d, d.z.data(), z);
+  halo_sum(d.M->halo, d.M->dim, z, &rho, 1);
   return true;
 }
 

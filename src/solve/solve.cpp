@@ -146,7 +146,7 @@ Status back_by_first(Solver& s, RealVec& x)
   for (int I = 0; I < rows; ++I)
     if (d.halo.owner[I] == me)
       to[0].insert(to[0].end(), x.begin() + long(I) * D, x.begin() + long(I + 1) * D);
-  std::vector<RealVec> from = comm_exchange<double>(to);
+  std::vector<RealVec> from = comm_exchange(to);
   Status status = STATUS_OK;
   to.assign(ranks, RealVec());
   if (me == 0) {
@@ -157,7 +157,7 @@ Status back_by_first(Solver& s, RealVec& x)
       to[r].assign(all.begin() + long(d.numbers.first[r]) * D,
                    all.begin() + long(d.numbers.first[r + 1]) * D);
   }
-  from = comm_exchange<double>(to);
+  from = comm_exchange(to);
   const double* next = from[0].data();
   for (int I = 0; I < rows; ++I)
     if (d.halo.owner[I] == me) {
@@ -369,7 +369,7 @@ void solve_memory(const Solver& s, std::vector<MemoryUse>& out)
   for (const RealVec& x : d.past) vectors += reals(x);
   out.push_back({"indices of the entries for MUMPS", numbers});
   out.push_back({"factors", factors});
-  if (d.own.dim > 0)
+  if (!d.own.border.block.empty())
     out.push_back({"borders between ranks",
                    reals(d.own.border.val) + static_cast<double>(d.own.place.capacity() * sizeof(int))});
   out.push_back({"incomplete factors", static_cast<double>(d.cholesky.L.capacity() * sizeof(float))});

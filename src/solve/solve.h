@@ -20,18 +20,6 @@
 #include "base/types.h"
 #include "model/model.h"
 
-// Sets of rows, one for each rank, as runs of neighbouring rows
-struct RowSets {
-  ListTable run;               // [sets] first row and row behind the last, run after run
-  IntVec count;                // [sets] rows
-};
-
-// rows_add : one set more, of ascending rows; rows_pack : D numbers of each row of a set of v one behind the
-// other; returns the place behind them. rows_put : the way back.
-void rows_add(const IntVec& row, RowSets& s);
-double* rows_pack(const RowSets& s, int set, int D, const RealVec& v, double* to);
-const double* rows_put(const RowSets& s, int set, int D, const double* from, RealVec& v);
-
 struct SysMatrix {
   int dim = 0;
   int nrow = 0;                // block rows
@@ -47,7 +35,7 @@ struct SysMatrix {
 // sys_shared : is A the sum of the matrices of several ranks?
 inline bool sys_shared(const SysMatrix& A) { return A.halo.on(); }
 
-// sys_number : divided model: numbers of the rows over all ranks, those that belong to the first rank first.
+// sys_number : several ranks: numbers of the rows over all ranks, those that belong to the first rank first.
 // Collective, as sys_collect and sys_sum.
 struct RowNumbers {
   IntVec number;               // [nrow]

@@ -20,7 +20,7 @@ double part_of_product(const CgSystem& s, const RealVec& p, RealVec& q)
 double multiply(const CgSystem& s, const RealVec& p, RealVec& q)
 {
   double pq = part_of_product(s, p, q);
-  if (s.own) own_sum(*s.own, q, &pq, 1);
+  if (s.own) halo_sum(s.A.halo, s.A.dim, q, &pq, 1);
   return pq;
 }
 

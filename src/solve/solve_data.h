@@ -45,21 +45,16 @@ struct Border {
 
 // Several ranks: what conjugate gradients want to know of A beside it; A x is the part of this rank
 struct OwnBlock {
-  int dim = 0;
   std::uint64_t pattern = 0;   // check sum of the pattern of A and of the owners
   long stamp = -1;             // of the matrix that border has its numbers from
   Border border;               // blocks that several ranks add to, summed
   RealVec once;                // [neq] 1 in the rows of this rank, else 0
-  IntVec shared;               // rows that several ranks have
-  RealVec weight;              // [shared] 1/sqrt of the ranks that have the row
+  RealVec weight;              // [Halo::shared] 1/sqrt of the ranks that have the row
   std::vector<IntVec> to;      // [ranks] blocks of A that a rank needs
   // of each block that comes from the ranks, one rank after the other: twice the position in border, one
   // more: transposed; -1: not in the pattern
   IntVec place;
   IntVec come;                 // [ranks] number of them
-  std::vector<IntVec> common;  // [ranks] rows that a rank has too
-  RowSets owned;               // rows that belong to this rank
-  std::vector<RealVec> send, got;      // [ranks] for own_sum
 };
 
 struct ReusedFactors {                  // factors of an earlier matrix as preconditioner
@@ -92,7 +87,7 @@ struct Changed {
 };
 
 struct CgWork {
-  RealVec r, z, p, q;          // [neq]; several ranks: [rows*dim] of OwnBlock
+  RealVec r, z, p, q;          // [neq]
 };
 
 struct CgDone {
@@ -253,12 +248,10 @@ inline double own_dot(const OwnBlock& own, const RealVec& a, const RealVec& b)
   return sum_terms(a.size(), [=](size_t k) { return once[k] * x[k] * y[k]; });
 }
 
-// own_form : what is known of A and its borders. Collective, as own_sum.
+// own_form : what is known of A and its borders. Collective.
 void own_form(const SysMatrix& A, long stamp, OwnBlock& own);
 // own_weigh : v times the weights
-void own_weigh(const OwnBlock& own, RealVec& v);
-// own_sum : v from all ranks that have a row, and n numbers from all ranks
-void own_sum(OwnBlock& own, RealVec& v, double* number, int n);
+void own_weigh(const SysMatrix& A, const OwnBlock& own, RealVec& v);
 
 // solve_fail : keeps the message and returns the status
 Status solve_fail(Solver& s, Status status, const char* format, ...) __attribute__((format(printf, 3, 4)));

@@ -323,7 +323,7 @@ Status back_divided(Solver& s, MumpsData& m, double* x)
   std::vector<RealVec> to(ranks);
   for (int r = 0; r < ranks; ++r)
     for (int k : m.give[r]) to[r].push_back(m.left[k]);
-  const std::vector<RealVec> from = comm_exchange<double>(to);
+  const std::vector<RealVec> from = comm_exchange(to);
   for (int r = 0; r < ranks; ++r)
     for (size_t k = 0; k < m.take[r].size(); ++k) x[m.take[r][k]] = m.scale[m.take[r][k]] * from[r][k];
   return STATUS_OK;

@@ -301,11 +301,11 @@ Status by_factor(Solver& s, const SysMatrix& A, const SolveAsk& ask, const RealV
 void cholesky_step(SolverData& d, const CgSystem& c, const RealVec& r, RealVec& z, double& rho)
 {
   z = r;
-  if (c.own) own_weigh(*c.own, z);
+  if (c.own) own_weigh(c.A, *c.own, z);
   cholesky_apply(c.A, d.cholesky, z);
-  if (c.own) own_weigh(*c.own, z);
+  if (c.own) own_weigh(c.A, *c.own, z);
   rho = dot(r, z);
-  if (c.own) own_sum(*c.own, z, &rho, 1);
+  if (c.own) halo_sum(c.A.halo, c.A.dim, z, &rho, 1);
 }
 
 void diagonal_step(SolverData& d, const CgSystem& c, const RealVec& r, RealVec& z, double& rho)
@@ -444,9 +444,7 @@ Status by_cg(Solver& s, const SysMatrix& A, const SolveAsk& ask, SolvePath path,
     // A^-1 and M^-1 are far apart in smooth modes, but for factors: M^-1 sees too little of an error there
     const double safety = path == PATH_REUSED || path == PATH_CHANGED ? 1.0 : 0.1;
     int most            = path == PATH_CHANGED ? FEW : path == PATH_AMG ? AMG_MOST : MOST;
-    if (counted() && limit < NEVER)
-      most = std::min(
-          most, static_cast<int>((limit - counted_setup(d, path)) / counted_iteration(d, path)) + 1);
+    if (counted()) most = std::min(most, counted_limit(d, path, limit));
     CgGoal goal{safety * ask.eta, safety * ask.energy, ask.residual, most, limit - setup};
     const bool same = path == PATH_REUSED && d.reused.same;    // where a product with A costs little beside M
     if (same) goal.begun = cg_begin(c, b, d.past, x);

@@ -68,33 +68,6 @@ void sys_diagonal(const SysMatrix& A, RealVec& d)
   sys_sum(A, d);
 }
 
-void rows_add(const IntVec& row, RowSets& s)
-{
-  for (size_t k = 0; k < row.size(); ++k) {
-    if (k == 0 || row[k] != row[k - 1] + 1) s.run.item.insert(s.run.item.end(), 2, row[k]);
-    s.run.item.back() = row[k] + 1;
-  }
-  s.run.off.push_back(static_cast<int>(s.run.item.size()));
-  s.count.push_back(static_cast<int>(row.size()));
-}
-
-double* rows_pack(const RowSets& s, int set, int D, const RealVec& v, double* to)
-{
-  for (const int* run = s.run.begin(set); run != s.run.begin(set + 1); run += 2)
-    to = std::copy(v.begin() + run[0] * D, v.begin() + run[1] * D, to);
-  return to;
-}
-
-const double* rows_put(const RowSets& s, int set, int D, const double* from, RealVec& v)
-{
-  for (const int* run = s.run.begin(set); run != s.run.begin(set + 1); run += 2) {
-    const int n = (run[1] - run[0]) * D;
-    std::copy(from, from + n, v.begin() + run[0] * D);
-    from += n;
-  }
-  return from;
-}
-
 // ---------------------------------------------------------------------------
 // sys_sum : what the ranks have added to the rows of A, in the order of the ranks
 //

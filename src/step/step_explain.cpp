@@ -277,5 +277,5 @@ std::string step_explain(const Problem& p, const Failure& f)
   const std::string text = explain_here(p, f, divided ? step_free_motion(p.m, p.d.el, p.dofs, -1) : "");
   if (!p.dofs.split) return text;
   const int ranks = comm_size(), first = ranks - comm_allreduce_max(knows(p, f) ? ranks - comm_rank() : 0);
-  return comm_bytes(std::vector<std::string>(ranks, text))[first == ranks ? 0 : first];
+  return comm_exchange(std::vector<std::string>(ranks, text))[first == ranks ? 0 : first];
 }
