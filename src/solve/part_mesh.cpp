@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <cmath>
 #include <numeric>
 
 #include "base/log.h"
@@ -53,6 +52,29 @@ IntVec part_by_place(const Mesh& mesh, const RealVec& work, int parts)
   return part;
 }
 
+#ifdef MPFE_METIS
+struct DualGraph {             // METIS frees it
+  idx_t *off = nullptr, *near = nullptr;
+  DualGraph() = default;
+  DualGraph(const DualGraph&) = delete;
+  DualGraph& operator=(const DualGraph&) = delete;
+  ~DualGraph()
+  {
+    METIS_Free(off);
+    METIS_Free(near);
+  }
+};
+
+// elements with so many common nodes are neighbours; the copy of the mesh goes before the graph is divided
+int dual_graph(const Mesh& mesh, int common_nodes, DualGraph& graph)
+{
+  std::vector<idx_t> off(mesh.conn.off.begin(), mesh.conn.off.end()),
+      item(mesh.conn.item.begin(), mesh.conn.item.end());
+  idx_t n = mesh.nelem(), nodes = mesh.nnode(), common = common_nodes, numbering = 0;
+  return METIS_MeshToDual(&n, &nodes, off.data(), item.data(), &common, &numbering, &graph.off, &graph.near);
+}
+#endif
+
 }  // namespace
 
 // ---------------------------------------------------------------------------
@@ -66,26 +88,20 @@ IntVec part_by_place(const Mesh& mesh, const RealVec& work, int parts)
 IntVec part_mesh(const Mesh& mesh, int dim, const RealVec& work, int parts)
 {
 #ifdef MPFE_METIS
-  std::vector<idx_t> off(mesh.conn.off.begin(), mesh.conn.off.end()),
-    item(mesh.conn.item.begin(), mesh.conn.item.end());
-  idx_t n = mesh.nelem(), nodes = mesh.nnode(), common = dim, numbering = 0, *xadj = nullptr, *near = nullptr;
-  int result = METIS_MeshToDual(&n, &nodes, off.data(), item.data(), &common, &numbering, &xadj, &near);
+  DualGraph graph;
+  int result = dual_graph(mesh, dim, graph);
   if (result == METIS_OK) {
-    std::vector<idx_t> part(mesh.nelem()), load(mesh.nelem());
-    const double most = *std::max_element(work.begin(), work.end());
-    for (size_t e = 0; e < load.size(); ++e)
-      load[e] = 1 + static_cast<idx_t>(std::lround(1000.0 * work[e] / std::max(most, 1e-300)));
-    idx_t one = 1, count = parts, cut = 0, option[METIS_NOPTIONS];
+    const IntVec whole = part_weights(work);
+    std::vector<idx_t> part(mesh.nelem()), load(whole.begin(), whole.end());
+    idx_t n = mesh.nelem(), one = 1, count = parts, cut = 0, option[METIS_NOPTIONS];
     METIS_SetDefaultOptions(option);
     option[METIS_OPTION_NUMBERING] = 0;
     option[METIS_OPTION_SEED]      = 1;
     option[METIS_OPTION_UFACTOR]   = 10;             // the largest part at most 1.01 of the mean
     // bisection balances few parts better
     result = (parts > 8 ? METIS_PartGraphKway : METIS_PartGraphRecursive)(
-        &n, &one, xadj, near, load.data(), nullptr, nullptr, &count, nullptr, nullptr, option, &cut,
-        part.data());
-    METIS_Free(xadj);
-    METIS_Free(near);
+        &n, &one, graph.off, graph.near, load.data(), nullptr, nullptr, &count, nullptr, nullptr, option,
+        &cut, part.data());
     if (result == METIS_OK) return IntVec(part.begin(), part.end());
   }
   log_warn("METIS failed to partition the mesh (code %d): it is divided by coordinates", result);

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "base/log.h"
 #include "solve/solve_data.h"
@@ -25,6 +26,18 @@ IntVec part_in_order(const RealVec& weight, int parts)
 
 }  // namespace
 
+IntVec part_weights(const RealVec& weight)
+{
+  const double most  = weight.empty() ? 0.0 : *std::max_element(weight.begin(), weight.end());
+  const double one   = 1.0 / std::max(most, 1e-300);
+  const double all   = one * std::accumulate(weight.begin(), weight.end(), 0.0);
+  const double scale = one * std::min(1000.0, 1e9 / std::max(all, 1e-300));
+  IntVec out;
+  out.reserve(weight.size());
+  for (double w : weight) out.push_back(1 + static_cast<int>(std::lround(scale * w)));
+  return out;
+}
+
 // ---------------------------------------------------------------------------
 // part_metis : the rows of A in parts of equal weight with few neighbours between them
 //
@@ -38,12 +51,9 @@ IntVec part_metis(const SysMatrix& A, const RealVec& weight, int parts)
 #ifdef MPFE_METIS
   const ListTable graph = sys_graph(A);
   if (A.nrow >= 4 * parts && !graph.item.empty()) {
-    double most = 0.0;
-    for (double w : weight) most = std::max(most, w);
+    const IntVec whole = part_weights(weight);
     std::vector<idx_t> off(graph.off.begin(), graph.off.end()), item(graph.item.begin(), graph.item.end());
-    std::vector<idx_t> part(A.nrow), load(A.nrow);
-    for (int I = 0; I < A.nrow; ++I)
-      load[I] = 1 + static_cast<idx_t>(std::lround(1000.0 * weight[I] / std::max(most, 1e-300)));
+    std::vector<idx_t> part(A.nrow), load(whole.begin(), whole.end());
     idx_t n = A.nrow, one = 1, count = parts, cut = 0, option[METIS_NOPTIONS];
     METIS_SetDefaultOptions(option);
     option[METIS_OPTION_NUMBERING] = 0;

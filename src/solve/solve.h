@@ -74,6 +74,10 @@ IntVec order_metis(const SysMatrix& A);
 // part_metis : the rows of A in parts of equal weight with few neighbours between them                [nrow]
 IntVec part_metis(const SysMatrix& A, const RealVec& weight, int parts);
 
+// part_weights : weights as whole numbers from 1 on, the largest near 1000; less where METIS, which adds them
+// up as integers of 32 bits, could not count them
+IntVec part_weights(const RealVec& weight);
+
 struct SolverData;             // private to the solver files
 
 // equations; below, a factorisation takes a few milliseconds and nothing needs to be chosen.

@@ -417,6 +417,19 @@ TEST(Ranks, PartsAreEvenAndRepeat)
   }
 }
 
+// METIS adds weights up as integers of 32 bits
+TEST(Ranks, WeightsOfManyThingsCanBeSummed)
+{
+  EXPECT_EQ(part_weights({1.0, 0.5, 0.0, 2.0}), IntVec({501, 251, 1, 1001}));
+  EXPECT_EQ(part_weights({0.0, 0.0}), IntVec({1, 1}));
+  RealVec many(3000000, 1.0);
+  many[0] = 2.0;
+  double sum = 0.0;
+  for (int w : part_weights(many)) sum += w;
+  EXPECT_LT(sum, 1.1e9);
+  EXPECT_GT(sum, 0.9e9);
+}
+
 TEST(Ranks, FewRowsAreDividedInTheirOrder)
 {
   const SysMatrix A = pattern(2, 3, {{0, 1}, {1, 2}});
