@@ -103,9 +103,20 @@ bool failed(int errors)
 {
   const bool any = comm_allreduce_max(errors) > 0;
   if (any && errors == 0)
-    log_error(
-        "other ranks could not read the deck as the first one did: do all machines see the same folder?");
+    log_error("other ranks find errors in the model that the first one does not: are the machines of one "
+              "kind?");
   return any;
+}
+
+// rank 0 reads and checks the deck, and gives the others what they need of the model. False: errors
+bool read_model(const Options& o, Model& m)
+{
+  Timer timer(PHASE_INPUT);
+  if (comm_bcast(comm_rank() > 0 ? 0 : deck_read(o.deck, o.defines, m)) > 0) return false;
+  m.out_dir = o.out_dir;
+  dof_part(o.check, m);
+  log_keep(m.part.on);
+  return true;
 }
 
 int check_only(Problem& p)
@@ -137,16 +148,7 @@ bool lock_job(const Model& m, std::string& taken)
 int run(const Options& o)
 {
   Model model;
-  {
-    Timer timer(PHASE_INPUT);
-    if (failed(deck_read(o.deck, o.defines, model))) return EXIT_DECK;
-  }
-  model.out_dir = o.out_dir;
-  if (!o.check) {
-    Timer timer(PHASE_INPUT);
-    dof_part(model);
-    log_keep(model.part.on);
-  }
+  if (!read_model(o, model)) return EXIT_DECK;
   std::string taken;
   if (!o.check && !lock_job(model, taken)) return EXIT_RESOURCE;
   State state;

@@ -258,7 +258,7 @@ inline Failure value_here(const Model& m, const Step& step, const Load& l, const
   value = load_value(m, step, l, X, at.step, at.total);
   if (std::isfinite(value)) return STATUS_OK;
   const double time = l.hold < 0.0 ? at.total : l.hold;
-  return {BAD_VALUE, value_text(m, l.keyword, l.place, l.value, l.amplitude, name(), X, time)};
+  return {BAD_VALUE, value_text(m, l.keyword.c_str(), l.place, l.value, l.amplitude, name(), X, time)};
 }
 
 // the face q, of an element or a point (body), in the user's words
@@ -403,7 +403,7 @@ Failure node_loads(const Model& m, const IntVec& follow, const Step& step, const
     if (c >= 0) fc[c * m.dim + l.dof] += value;
     else fn[n * m.dim + l.dof] += value;
     if (c == FOLLOW_NONE)
-      warn_once(warned, m.mesh, l.keyword, l.place, n, at.total,
+      warn_once(warned, m.mesh, l.keyword.c_str(), l.place, n, at.total,
                 "its last element is gone and no corner of a point lies there; the load has ended");
   }
   return STATUS_OK;

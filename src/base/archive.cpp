@@ -7,15 +7,22 @@
 
 namespace {
 
-const std::size_t CHUNK = 1 << 20;     // bytes that wait for the file, or are read from it at once
+const std::size_t CHUNK = 1 << 20;     // bytes that wait for the file or a rank, or come from there at once
 
 // items of a divided array that rank 0 holds at once; tests make messages small, and this with them
 long window() { return std::min(65536L, std::max(16L, comm_piece() >> 14)); }
 
-void to_file(Archive& f)
+bool goes_on(const Archive& f) { return f.file || f.ranks != RANKS_NONE; }
+
+void hand_on(Archive& f)
 {
-  std::fwrite(f.bytes.data(), 1, f.bytes.size(), f.file);      // who closes the file sees a full disk
-  f.hash = hash_add(f.hash, f.bytes.data(), f.bytes.size());
+  if (f.bytes.empty()) return;
+  if (f.ranks == RANKS_ALL) comm_bcast(f.bytes);
+  else if (f.ranks != RANKS_NONE) comm_send(f.bytes, f.ranks);
+  else {
+    std::fwrite(f.bytes.data(), 1, f.bytes.size(), f.file);    // who closes the file sees a full disk
+    f.hash = hash_add(f.hash, f.bytes.data(), f.bytes.size());
+  }
   f.at += f.bytes.size();
   f.bytes.clear();
 }
@@ -35,7 +42,8 @@ void refill(Archive& f)
     f.bytes.resize(std::min(CHUNK, f.size - f.at));
     f.bytes.resize(from_file(f, f.at, &f.bytes[0], f.bytes.size()));
   }
-  if (f.filed) comm_bcast(f.bytes);
+  if (f.ranks >= RANKS_ONE) comm_receive(f.bytes, 0);
+  else if (f.filed || f.ranks == RANKS_ALL) comm_bcast(f.bytes);
   f.begin = f.at;
   f.good  = !f.bytes.empty();
 }
@@ -105,8 +113,12 @@ void archive_raw(Archive& f, void* data, std::size_t size)
 {
   if (!f.reading) {
     if (f.part && comm_rank() > 0) return;
-    f.bytes.append(static_cast<const char*>(data), size);
-    if (f.file && f.bytes.size() >= CHUNK) to_file(f);
+    for (std::size_t at = 0; at < size;) {
+      const std::size_t n = goes_on(f) ? std::min(size - at, CHUNK - f.bytes.size()) : size;
+      f.bytes.append(static_cast<const char*>(data) + at, n);
+      at += n;
+      if (goes_on(f) && f.bytes.size() == CHUNK) hand_on(f);
+    }
     return;
   }
   f.good = f.good && size <= f.end() - f.at;
@@ -123,7 +135,7 @@ void archive_raw(Archive& f, void* data, std::size_t size)
 
 void archive_flush(Archive& f)
 {
-  if (f.file) to_file(f);
+  if (goes_on(f)) hand_on(f);
 }
 
 void archive_divided(Archive& f, const ArchivePart& part, std::size_t one, std::size_t count, const char* x)

@@ -2,19 +2,26 @@
 // archive.h : values to bytes and back
 //
 // One io routine of a struct serves both ways: it hands all its fields to io_all. Structured bindings in it
-// see to it that a new field cannot be forgotten: the program does not compile then.
+// see to it that a new field cannot be forgotten: the program does not compile then. io_fields counts what it
+// is handed as well.
 //
 // Bytes go to a file and come from one in pieces, so that nobody holds all of them; without a file they stay
 // in the archive. On several ranks the file is that of rank 0. All read in step, and get what it reads. Who
 // writes: rank 0 alone, or, when arrays are divided among the ranks (parts), all in step.
+// Bytes go from rank 0 to other ranks in the same way (ranks).
 // ---------------------------------------------------------------------------
 #ifndef MPFE_BASE_ARCHIVE_H
 #define MPFE_BASE_ARCHIVE_H
 
+#include <algorithm>
+#include <array>
 #include <cstdint>
 #include <cstdio>
+#include <map>
+#include <memory>
 #include <string>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "base/hash.h"
@@ -32,11 +39,15 @@ struct ArchivePart {           // items that this rank has
   std::vector<char> brings;    // this rank brings it when it is written; empty: all of them
 };
 
+// Where bytes go from rank 0: nowhere else, to all other ranks, or (0 or more) to one of them. Who reads says
+// whether it is one of all, or the only one.
+enum { RANKS_NONE = -2, RANKS_ALL = -1, RANKS_ONE = 0 };
+
 struct Archive {
   bool reading = false;
   bool good = true;            // reading: the bytes did not end too early
   std::string bytes;           // writing: not in the file yet; reading: from begin on
-  std::size_t at = 0;          // reading: next byte of the content; writing to a file: bytes that are in it
+  std::size_t at = 0;          // reading: next byte of the content; writing: bytes in the file, or sent
   std::size_t begin = 0;       // place of bytes in the content
   std::size_t size = 0;        // reading from a file: bytes of the content
   std::uint64_t hash = hash_start;     // writing to a file: of what is in it
@@ -44,13 +55,16 @@ struct Archive {
   std::FILE* file = nullptr;
   long head = 0;               // bytes of the file before the content
   const ArchivePart* part = nullptr;   // [ARCHIVE_KINDS] arrays are divided among ranks; null: they are not
-  std::size_t end() const { return filed ? size : bytes.size(); }
+  int ranks = RANKS_NONE;      // no file: bytes go from rank 0 to other ranks; nobody knows how many they are
+  std::vector<std::shared_ptr<void>> shared;     // what several values share, as it came
+  std::size_t end() const { return ranks != RANKS_NONE ? SIZE_MAX : filed ? size : bytes.size(); }
 };
 
-// archive_raw : these bytes. Collective when it reads from a file.
+// archive_raw : these bytes. Collective when it reads from a file, or is one of all ranks.
 void archive_raw(Archive& f, void* data, std::size_t size);
 
-// archive_flush : what still waits goes into the file; hash and at are those of all the content
+// archive_flush : what still waits goes into the file, or to the ranks; hash and at are those of all the
+// content
 void archive_flush(Archive& f);
 
 // archive_divided : writes an array whose items the ranks have, as one rank would. Collective.
@@ -87,6 +101,40 @@ inline void io(Archive& f, std::string& x)
 {
   x.resize(archive_count(f, x.size()));
   archive_raw(f, &x[0], x.size());
+}
+
+template <class T, std::size_t N>
+void io(Archive& f, std::array<T, N>& x)
+{
+  for (T& one : x) io(f, one);
+}
+
+template <class T>
+void io(Archive& f, std::map<std::string, T>& x)
+{
+  std::vector<std::pair<std::string, T>> list(x.begin(), x.end());
+  list.resize(archive_count(f, list.size()));
+  for (auto& [key, value] : list) {
+    io(f, key);
+    io(f, value);
+  }
+  if (f.reading) x = std::map<std::string, T>(list.begin(), list.end());
+}
+
+// archive_share : what x points to has been in the archive before, or x is null; else it must follow, and
+// reading has to make it and put it into f.shared
+template <class T>
+bool archive_share(Archive& f, std::shared_ptr<T>& x)
+{
+  const auto known = std::find(f.shared.begin(), f.shared.end(), x);
+  int which = x ? static_cast<int>(known - f.shared.begin()) : -1;
+  io(f, which);
+  if (which < 0) x.reset();
+  if (which < 0) return true;
+  const bool follows = which >= static_cast<int>(f.shared.size());
+  if (!follows && f.reading) x = std::static_pointer_cast<T>(f.shared[which]);
+  if (follows && !f.reading) f.shared.push_back(x);
+  return !follows;
 }
 
 template <class T>
@@ -127,5 +175,27 @@ void io(Archive& f, const Divided<T>& d)
 
 template <class... T>
 void io_all(Archive& f, T&&... x) { (io(f, x), ...); }
+
+// field_count : fields of a struct without constructors
+struct AnyField {
+  template <class T>
+  operator T() const;
+};
+
+template <class S, class... Field>
+constexpr std::size_t field_count(long) { return sizeof...(Field); }
+template <class S, class... Field>
+constexpr auto field_count(int) -> decltype(S{std::declval<Field>()..., AnyField{}}, std::size_t())
+{
+  return field_count<S, Field..., AnyField>(0);
+}
+
+// io_fields : io_all of all fields x of the struct S
+template <class S, class... T>
+void io_fields(Archive& f, T&&... x)
+{
+  static_assert(sizeof...(T) == field_count<S>(0), "a field is missing");
+  io_all(f, x...);
+}
 
 #endif

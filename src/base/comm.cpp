@@ -185,6 +185,27 @@ int comm_bcast(int x)
   return x;
 }
 
+void comm_send(const std::string& bytes, int to)
+{
+  Timer timer(PHASE_COMM);
+  const long length = static_cast<long>(bytes.size());
+  MPI_Send(&length, 1, MPI_LONG, to, 0, MPI_COMM_WORLD);
+  each_piece(length, [&](long at, int n) {
+    MPI_Send(bytes.data() + at, n, MPI_BYTE, to, 0, MPI_COMM_WORLD);
+  });
+}
+
+void comm_receive(std::string& bytes, int from)
+{
+  Timer timer(PHASE_COMM);
+  long length = 0;
+  MPI_Recv(&length, 1, MPI_LONG, from, 0, MPI_COMM_WORLD, MPI_STATUS_IGNORE);
+  bytes.resize(static_cast<size_t>(length));
+  each_piece(length, [&](long at, int n) {
+    MPI_Recv(&bytes[at], n, MPI_BYTE, from, 0, MPI_COMM_WORLD, MPI_STATUS_IGNORE);
+  });
+}
+
 int comm_allreduce_max(int x)
 {
   if (size == 1) return x;
@@ -270,6 +291,8 @@ void comm_stop(int code) { std::exit(code); }
 void comm_bcast(double*, int) {}
 void comm_bcast(std::string&) {}
 int comm_bcast(int x) { return x; }
+void comm_send(const std::string&, int) {}
+void comm_receive(std::string&, int) {}
 int comm_allreduce_max(int x) { return x; }
 long comm_piece() { return 1L << 30; }
 void comm_sum(double*, long) {}

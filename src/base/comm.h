@@ -30,6 +30,10 @@ void comm_bcast(double* x, int n);
 void comm_bcast(std::string& bytes);
 int comm_bcast(int x);
 
+// comm_send, comm_receive : bytes to one rank, and from one; both wait for the other
+void comm_send(const std::string& bytes, int to);
+void comm_receive(std::string& bytes, int from);
+
 // comm_allreduce_max : the largest x of all ranks. Collective.
 int comm_allreduce_max(int x);
 

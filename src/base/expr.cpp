@@ -79,6 +79,8 @@ bool expr_scalar(const std::string& text, const ParamMap& param, double& value,
   return true;
 }
 
+ParamMap expr_constants(const Expr& e) { return e.code ? e.code->parser.GetConst() : ParamMap(); }
+
 bool expr_same(const Expr& a, const Expr& b)
 {
   if (!a.code || !b.code) return !a.code && !b.code && a.value == b.value;

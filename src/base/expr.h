@@ -30,6 +30,10 @@ bool expr_compile(const std::string& text, const ParamMap& param, Expr& out,
 bool expr_scalar(const std::string& text, const ParamMap& param, double& value,
                  std::string& error, int& position);
 
+// expr_constants : names and values that its text was compiled with; expr_compile makes the same function of
+// them
+ParamMap expr_constants(const Expr& e);
+
 // expr_same : the same number, or the same text with the same parameters
 bool expr_same(const Expr& a, const Expr& b);
 

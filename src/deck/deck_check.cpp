@@ -737,7 +737,7 @@ void check_acting_faces(Deck& d, const Model& m, const Step& s, const IntVec& bo
     for (const Face& f : face) {
       if (body[f.elem] < 0) continue;
       fault(
-          d, l.keyword, l.place, "",
+          d, l.keyword.c_str(), l.place, "",
           text_format("element %d becomes material points; load its body by *SURFACE, TYPE=BODY and *DSLOAD",
                       m.mesh.elem_label[f.elem]));
       break;
@@ -758,8 +758,8 @@ void check_removed_faces(Deck& d, const Model& m, const Step& s, const IntVec& r
         "%d of the %d loaded faces belong to elements that *MODEL CHANGE removes: they carry no load",
         static_cast<int>(gone), static_cast<int>(face.size()));
     if (gone == static_cast<long>(face.size()))
-      fault(d, l.keyword, l.place, "", text + "; load what is left");
-    else doubt(d, l.keyword, l.place, "", text);
+      fault(d, l.keyword.c_str(), l.place, "", text + "; load what is left");
+    else doubt(d, l.keyword.c_str(), l.place, "", text);
   }
 }
 

@@ -2,9 +2,8 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
-#include <sstream>
+#include <utility>
 
-#include "base/comm.h"
 #include "deck/deck_state.h"
 
 namespace {
@@ -175,26 +174,14 @@ bool load_file(const std::string& path, DeckFile& f, std::string& reason)
   std::error_code ec;
   if (!std::filesystem::exists(path, ec)) return reason = "there is no such file", false;
   if (!std::filesystem::is_regular_file(path, ec)) return reason = "it is not a file", false;
+  const std::uintmax_t size = std::filesystem::file_size(path, ec);
+  if (!ec && size > 2000000000u) return reason = "it is larger than 2 GB", false;
   std::ifstream in(path, std::ios::binary);
-  std::stringstream all;
-  all << in.rdbuf();
-  if (!in) {
-    if (!in.eof() && std::filesystem::file_size(path, ec) > 0) return reason = "it cannot be read", false;
-  }
-  f.text = all.str();
-  if (f.text.size() > 2000000000u) return reason = "it is larger than 2 GB", false;
+  f.text.resize(ec ? 0 : static_cast<std::size_t>(size));
+  if (ec || !in.read(&f.text[0], static_cast<std::streamsize>(size)))
+    return reason = "it cannot be read", false;
   if (f.text.find('\0') != std::string::npos)
     return reason = "it is not a text file (it holds a zero byte)", false;
-  return true;
-}
-
-// Rank 0 reads, or says why not, and the others get what it has: they may see other folders
-bool share_file(const std::string& path, DeckFile& f, std::string& reason)
-{
-  if (comm_rank() == 0 && reason.empty()) load_file(path, f, reason);
-  comm_bcast(reason);
-  if (!reason.empty()) return false;
-  comm_bcast(f.text);
   f.path = path;
   if (f.text.compare(0, 3, "\xEF\xBB\xBF") == 0) f.text.erase(0, 3);
   for (std::size_t i = 0; i < f.text.size(); ++i) {
@@ -269,7 +256,7 @@ bool deck_open(Deck& d, const std::string& path, const Field* from)
   const std::string name = same_file(path);
   std::string reason;
   for (const Reading& r : d.reading)
-    if (comm_rank() == 0 && same_file(d.file[r.file].path) == name) reason = "it includes itself (a cycle)";
+    if (same_file(d.file[r.file].path) == name) reason = "it includes itself (a cycle)";
   if (static_cast<int>(d.reading.size()) >= max_depth) reason = "includes are nested more than 10 deep";
   if (++d.includes > max_includes) reason = "more than 1000 includes";
 
@@ -277,10 +264,9 @@ bool deck_open(Deck& d, const std::string& path, const Field* from)
   for (std::size_t i = 0; i < d.file.size(); ++i)
     if (d.file[i].path == path) index = static_cast<int>(i);
   DeckFile f;
-  if (index >= 0) comm_bcast(reason);
-  else if (share_file(path, f, reason)) {
+  if (index < 0 && reason.empty() && load_file(path, f, reason)) {
     index = static_cast<int>(d.file.size());
-    d.file.push_back(f);
+    d.file.push_back(std::move(f));
   }
   if (!reason.empty()) {
     if (!from) {               // the deck itself: a file without lines stands for it

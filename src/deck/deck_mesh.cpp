@@ -42,13 +42,12 @@ int target(Deck& d, const Field& at, const std::vector<Named>& list, const char*
   return -1;
 }
 
-int index_of(Deck& d, const std::unordered_map<int, int>& map, const Field& at, int label, const char* what)
+int index_of(Deck& d, const LabelIndex& index, const Field& at, int label, const char* what)
 {
-  const auto i = map.find(label);
-  if (i != map.end()) return i->second;
-  deck_error(d, at,
-             std::string(what) + text_format(" %d is not defined; it must be read before it is used", label));
-  return -1;
+  const int i = index.find(label);
+  if (i < 0)
+    deck_error(d, at, text_format("%s %d is not defined; it must be read before it is used", what, label));
+  return i;
 }
 
 // set named like the label, so that a single node serves wherever a set does
@@ -61,12 +60,12 @@ int set_of_one(std::vector<Set>& sets, const std::string& name, int item, const 
 }
 
 bool target_items(Deck& d, const Field& at, const std::vector<Set>& sets,
-                  const std::unordered_map<int, int>& map, const char* what, const char* set,
-                  const char* keyword, IntVec& item)
+                  const LabelIndex& index, const char* what, const char* set, const char* keyword,
+                  IntVec& item)
 {
   int label = 0;
   if (target_label(at.text, label)) {
-    const int i = index_of(d, map, at, label, what);
+    const int i = index_of(d, index, at, label, what);
     if (i >= 0) item.push_back(i);
     return i >= 0;
   }
@@ -79,12 +78,29 @@ bool target_items(Deck& d, const Field& at, const std::vector<Set>& sets,
 
 }  // namespace
 
+int LabelIndex::find(int label) const
+{
+  if (label >= 0 && label < static_cast<int>(dense.size()) && dense[label] >= 0) return dense[label];
+  if (sparse.empty()) return -1;
+  const auto i = sparse.find(label);
+  return i != sparse.end() ? i->second : -1;
+}
+
+void LabelIndex::add(int label, int index)
+{
+  if (label < 0 || label > 4L * index + 1000) sparse[label] = index;
+  else {
+    if (label >= static_cast<int>(dense.size())) dense.resize(static_cast<std::size_t>(label) + 1, -1);
+    dense[label] = index;
+  }
+}
+
 int mesh_add_node(Deck& d, Model& m, int label, double x, double y, double z, const Field& at)
 {
   const int n = m.mesh.nnode();
   m.mesh.node_label.push_back(label);
   m.mesh.X.insert(m.mesh.X.end(), {x, y, z});
-  m.mesh.node_index[label] = n;
+  d.node_index.add(label, n);
   d.node_spot.push_back(spot_of(at));
   return n;
 }
@@ -98,7 +114,7 @@ int mesh_add_elem(Deck& d, Model& m, int label, int type, const int* node, const
   mesh.elem_section.push_back(-1);
   mesh.conn.item.insert(mesh.conn.item.end(), node, node + shape_info[elem_table[type].shape].nen);
   mesh.conn.off.push_back(static_cast<int>(mesh.conn.item.size()));
-  mesh.elem_index[label] = e;
+  d.elem_index.add(label, e);
   d.elem_spot.push_back(spot_of(at));
   return e;
 }
@@ -192,20 +208,20 @@ bool target_label(const std::string& text, int& label)
 
 bool target_nodes(Deck& d, const Model& m, const Field& at, IntVec& node)
 {
-  return !at.empty() && target_items(d, at, m.nset, m.mesh.node_index, "node", "node set", "NSET", node);
+  return !at.empty() && target_items(d, at, m.nset, d.node_index, "node", "node set", "NSET", node);
 }
 
 bool target_elems(Deck& d, const Model& m, const Field& at, IntVec& elem)
 {
   return !at.empty() &&
-         target_items(d, at, m.elset, m.mesh.elem_index, "element", "element set", "ELSET", elem);
+         target_items(d, at, m.elset, d.elem_index, "element", "element set", "ELSET", elem);
 }
 
 int target_nset(Deck& d, Model& m, const Field& at)
 {
   int label = 0;
   if (!target_label(at.text, label)) return target(d, at, m.nset, "node set", "NSET");
-  const int n = index_of(d, m.mesh.node_index, at, label, "node");
+  const int n = index_of(d, d.node_index, at, label, "node");
   return n < 0 ? -1 : set_of_one(m.nset, std::to_string(label), n, deck_place(d, at));
 }
 
@@ -213,7 +229,7 @@ int target_elset(Deck& d, Model& m, const Field& at)
 {
   int label = 0;
   if (!target_label(at.text, label)) return target(d, at, m.elset, "element set", "ELSET");
-  const int e = index_of(d, m.mesh.elem_index, at, label, "element");
+  const int e = index_of(d, d.elem_index, at, label, "element");
   return e < 0 ? -1 : set_of_one(m.elset, std::to_string(label), e, deck_place(d, at));
 }
 

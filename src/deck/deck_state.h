@@ -61,6 +61,13 @@ struct Message {
 
 struct Spot { int file = 0, line = 0; };
 
+struct LabelIndex {            // label -> index
+  IntVec dense;                // [label] -1: none, or it stands in sparse
+  std::unordered_map<int, int> sparse;     // labels far beyond the number of things, and negative ones
+  int find(int label) const;   // -1: nothing has it
+  void add(int label, int index);
+};
+
 struct Interaction {           // *SURFACE INTERACTION; its pairs copy it into their BondDef
   std::string name;
   double friction = 0.0, stick = 0.0, penalty = 0.0;   // 0: the defaults of the pair
@@ -111,6 +118,7 @@ struct Deck {
   std::vector<Later> later[2];
 
   std::vector<std::string> column;                 // names of *HISTORY columns so far
+  LabelIndex node_index, elem_index;
   std::vector<Spot> node_spot, elem_spot;          // where each node and element was defined
   std::vector<Facet> facet;                        // elements of a lower dimension (deck_facet.cpp)
   std::unordered_map<int, int> facet_index;        // label -> index

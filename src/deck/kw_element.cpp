@@ -15,13 +15,12 @@ void join_lines(Card& card, int wanted)
 }
 
 // a label that no element has; false: told
-bool label_is_new(Card& card, const Model& model, int label)
+bool label_is_new(Card& card, int label)
 {
-  const auto old = model.mesh.elem_index.find(label);
-  if (old == model.mesh.elem_index.end() && !card.deck->facet_index.count(label)) return true;
+  const int old = card.deck->elem_index.find(label);
+  if (old < 0 && !card.deck->facet_index.count(label)) return true;
   std::string where;
-  if (old != model.mesh.elem_index.end())
-    where = ", in " + spot_text(*card.deck, card.deck->elem_spot[old->second]);
+  if (old >= 0) where = ", in " + spot_text(*card.deck, card.deck->elem_spot[old]);
   card_error(card, card.field[0],
              text_format("element %d is defined already", label) + where + "; give it another label");
   return false;
@@ -41,15 +40,15 @@ void read_facets(Card& card, Model& model, int nen, int corners)
     f.corners = corners;
     for (int a = 0; a < nen; ++a) {
       const int number = card_label(card, "node");
-      const auto n = model.mesh.node_index.find(number);
-      if (card_good(card) && n == model.mesh.node_index.end())
+      const int n = d.node_index.find(number);
+      if (card_good(card) && n < 0)
         card_error(card, card.field[a + 1],
                    text_format("node %d of element %d is not defined; *NODE must stand before *ELEMENT",
                                number, label));
       if (!card_good(card)) break;
-      f.node[a] = n->second;
+      f.node[a] = n;
     }
-    if (!card_good(card) || !label_is_new(card, model, label)) continue;
+    if (!card_good(card) || !label_is_new(card, label)) continue;
     item.push_back(static_cast<int>(d.facet.size()));
     facet_add(d, label, f);
   }
@@ -64,7 +63,6 @@ void read_facets(Card& card, Model& model, int nen, int corners)
 // ---------------------------------------------------------------------------
 void kw_element(Card& card, Model& model)
 {
-  Mesh& mesh = model.mesh;
   const HeadParam* const named = card_param(card, "TYPE");
   int corners     = 0;
   const int facet = named ? facet_nodes(element_type_here(*card.deck, named->value.text), model.dim, corners)
@@ -80,18 +78,18 @@ void kw_element(Card& card, Model& model)
     int node[MAX_NODES];
     for (int a = 0; a < nen; ++a) {
       const int number = card_label(card, "node");
-      const auto n = mesh.node_index.find(number);
-      if (card_good(card) && n == mesh.node_index.end())
+      const int n = card.deck->node_index.find(number);
+      if (card_good(card) && n < 0)
         card_error(card, card.field[a + 1],
                    text_format("node %d of element %d is not defined; *NODE must stand before *ELEMENT",
                                number, label));
-      node[a] = card_good(card) ? n->second : -1;
+      node[a] = card_good(card) ? n : -1;
       if (card_good(card) && std::find(node, node + a, node[a]) != node + a)
         card_error(card, card.field[a + 1], text_format("element %d has node %d twice", label, number));
       if (!card_good(card)) break;
     }
     if (!card_good(card)) continue;
-    if (!label_is_new(card, model, label)) continue;
+    if (!label_is_new(card, label)) continue;
     item.push_back(mesh_add_elem(*card.deck, model, label, type, node, card.whole));
   }
   if (!set.empty()) set_merge(model.elset, set, item, card_place(card));

@@ -97,8 +97,6 @@ bool part_room(Card& card, Model& model, double nodes, double cells, double size
                "labels would pass 2147483647: the largest label before this line is too large");
     return false;
   }
-  mesh.node_index.reserve(mesh.node_index.size() + static_cast<std::size_t>(nodes));
-  mesh.elem_index.reserve(mesh.elem_index.size() + static_cast<std::size_t>(per_cell * cells));
   if (!card_flag(card, "MERGE")) return true;
   p.tol = 1e-9 * size;
   for (int n = 0; n < mesh.nnode(); ++n) {

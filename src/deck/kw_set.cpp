@@ -5,7 +5,7 @@ namespace {
 const long max_range = 100000000;
 
 // first, last[, step] : those labels of the range that exist
-void generate(Card& card, const std::unordered_map<int, int>& index, const IntVec& label, IntVec& item)
+void generate(Card& card, const LabelIndex& index, const IntVec& label, IntVec& item)
 {
   const int first = card_label(card, "first label");
   const int last  = card_label(card, "last label");
@@ -21,8 +21,8 @@ void generate(Card& card, const std::unordered_map<int, int>& index, const IntVe
   const std::size_t before = item.size();
   if (count < static_cast<long>(label.size())) {
     for (long k = 0; k < count; ++k) {
-      const auto i = index.find(static_cast<int>(first + k * step));
-      if (i != index.end()) item.push_back(i->second);
+      const int i = index.find(static_cast<int>(first + k * step));
+      if (i >= 0) item.push_back(i);
     }
   } else {
     for (std::size_t i = 0; i < label.size(); ++i)
@@ -91,8 +91,8 @@ void set_read(Card& card, Model& model, bool nodes)
   if (card_param_expr(card, "WHERE", where)) selected(card, model, nodes, where, item);
   while (card_line(card)) {
     if (!generated) listed(card, model, nodes, item, facet);
-    else if (nodes) generate(card, model.mesh.node_index, model.mesh.node_label, item);
-    else generate(card, model.mesh.elem_index, model.mesh.elem_label, item);
+    else if (nodes) generate(card, card.deck->node_index, model.mesh.node_label, item);
+    else generate(card, card.deck->elem_index, model.mesh.elem_label, item);
   }
   if (name.empty()) return;
   facet_set_merge(*card.deck, model, name, facet, card_place(card));

@@ -156,8 +156,9 @@ inline bool dof_all(const Dofs& s, bool here)
 // Warnings that are given once, each with its key
 using Warned = std::set<std::string>;
 
-// dof_part : divides the model among the ranks; scenes that cannot be divided yet stay whole on all
-void dof_part(Model& m);
+// dof_part : the model of rank 0 to all ranks: to each its piece; whole when this is asked for, and of scenes
+// that cannot be divided yet. Collective.
+void dof_part(bool whole, Model& m);
 
 // dof_divide : whose work is what, and the lists of this rank; fresh: rows or lists have changed. True:
 // the division is not the one that the pattern was made for.                               doc/theory.md 5.1

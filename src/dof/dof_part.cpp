@@ -11,6 +11,8 @@
 #include "base/forest.h"
 #include "base/log.h"
 #include "dof/dof.h"
+#include "model/model_cut.h"
+#include "model/model_send.h"
 
 namespace {
 
@@ -71,34 +73,43 @@ bool joined_by_faces(const Mesh& mesh)
   return left == 1;
 }
 
+// rank 0: rank of each element; empty: the model stays whole
+IntVec divided(const Model& m)
+{
+  const IntVec rank = part_mesh(m.mesh, m.dim, element_work(m.mesh), comm_size());
+  IntVec count(comm_size(), 0);
+  for (int r : rank) ++count[r];
+  return *std::min_element(count.begin(), count.end()) > 0 ? rank : IntVec();
+}
+
+// rank 0: to the other ranks one piece after the other, so that no more than one lies beside the whole model
+void send_pieces(const IntVec& rank, Model& m)
+{
+  m.part.joined = joined_by_faces(m.mesh);
+  ModelCut cut  = model_cut_open(m, rank, comm_size());
+  for (int r = 1; r < comm_size(); ++r) {
+    Model piece = model_cut_piece(cut, r);
+    model_send(piece, r);
+  }
+  m = model_cut_piece(cut, 0);
+}
+
 }  // namespace
 
 // ---------------------------------------------------------------------------
-// dof_part : divides the model among the ranks when it is one that can be                doc/theory.md 5.1
+// dof_part : the model of rank 0, divided by METIS where it can be                       doc/theory.md 5.1
 //
-//   inout m   the whole model on all ranks; behind it what this rank works on
-//
-// Rank 0 divides the mesh by METIS.
+//   inout m   rank 0: the whole model; behind it, on all ranks, what they work on
 // ---------------------------------------------------------------------------
-void dof_part(Model& m)
+void dof_part(bool whole, Model& m)
 {
-  if (!divides(m)) return;
-  IntVec rank(m.mesh.nelem());
-  int joined = 0;
-  std::string bytes;
-  if (comm_rank() == 0) {
-    rank   = part_mesh(m.mesh, m.dim, element_work(m.mesh), comm_size());
-    joined = joined_by_faces(m.mesh);
-    bytes.assign(reinterpret_cast<const char*>(rank.data()), rank.size() * sizeof(int));
-  }
-  joined = comm_bcast(joined);
-  comm_bcast(bytes);
-  std::copy(bytes.begin(), bytes.end(), reinterpret_cast<char*>(rank.data()));
-  IntVec count(comm_size(), 0);
-  for (int r : rank) ++count[r];
-  if (*std::min_element(count.begin(), count.end()) == 0) return;
-  model_cut(rank, m);
-  m.part.joined = joined;
+  if (comm_size() == 1) return;
+  IntVec rank;
+  if (comm_rank() == 0 && !whole && divides(m)) rank = divided(m);
+  if (!comm_bcast(static_cast<int>(!rank.empty()))) return model_bcast(m);
+  if (comm_rank() == 0) send_pieces(rank, m);
+  else m = model_receive();
+  model_cut_close(m);
 #ifdef __GLIBC__
   malloc_trim(0);                        // what the whole model took
 #endif

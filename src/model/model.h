@@ -10,7 +10,6 @@
 #include <array>
 #include <cstdint>
 #include <string>
-#include <unordered_map>
 #include <vector>
 
 #include "base/expr.h"
@@ -30,7 +29,6 @@ struct Mesh {
   IntVec elem_type;            // [nelem] index into elem_table
   IntVec elem_section;         // [nelem] index into Model::section, -1: none yet
   ListTable conn;              // [nelem] nodes of an element
-  std::unordered_map<int, int> node_index, elem_index;   // label -> index
   int nnode() const { return static_cast<int>(node_label.size()); }
   int nelem() const { return static_cast<int>(elem_label.size()); }
 };
@@ -294,7 +292,7 @@ enum Ramp { RAMP_NONE, RAMP_IN, RAMP_OUT };
 
 struct Load {
   LoadKind kind = LOAD_NODE;
-  const char* keyword = "";
+  std::string keyword;         // without star
   std::string key;             // keyword, target, kind and direction as the deck has them
   IntVec node;                 // LOAD_NODE
   std::vector<Face> face;      // LOAD_PRESSURE, LOAD_TRACTION on finite elements, while the deck is read
@@ -485,9 +483,6 @@ int model_find_surface(const Model& m, const std::string& name);
 int model_find_material(const Model& m, const std::string& name);
 int model_find_amplitude(const Model& m, const std::string& name);
 int model_find_body(const Model& m, const std::string& name);
-
-// model_cut : what rank[e] [nelem] gives to this rank; Model::part says what it is. Collective.
-void model_cut(const IntVec& rank, Model& m);
 
 // model_general_contact : index into Model::bond of *CONTACT, -1 when there is none
 int model_general_contact(const Model& m);

@@ -8,20 +8,8 @@
 #ifndef MPFE_MODEL_STATE_IO_H
 #define MPFE_MODEL_STATE_IO_H
 
-#include "base/archive.h"
+#include "model/model_io.h"
 #include "model/state.h"
-
-inline void io(Archive& f, ListTable& x)
-{
-  auto& [off, item] = x;
-  io_all(f, off, item);
-}
-
-inline void io(Archive& f, Face& x)
-{
-  auto& [elem, face] = x;
-  io_all(f, elem, face);
-}
 
 inline void io(Archive& f, SkinFace& x)
 {

@@ -57,6 +57,24 @@ double value_of(const Model& m, int k, const Load& l, double t)
   return load_value(m, m.step[k], l, x, t, t);
 }
 
+// by a table of labels, or by a search where they are far beyond the number of nodes
+TEST(Deck, labels_far_apart_are_found)
+{
+  const std::string nodes = "*NODE\n2000000000, 0, 0\n1500, 1, 0\n3, 1, 1\n4, 0, 1\n5, 2, 0\n1001, 2, 1\n";
+  const std::string elems = "*ELEMENT, TYPE=CPE4, ELSET=PLATE\n9, 2000000000, 1500, 3, 4\n"
+                            "2147483647, 1500, 5, 1001, 3\n";
+  const std::string rest = block.substr(block.find("*MATERIAL")) +
+                           "*BOUNDARY\n2000000000, 1, 2\n4, 1, 2\n" + step;
+  const Answer a = read(nodes + elems + rest);
+  EXPECT_EQ(a.errors, 0) << a.text;
+  EXPECT_EQ(a.m.mesh.conn.item, IntVec({0, 1, 2, 3, 1, 4, 5, 2}));
+  const Answer twice = read(nodes + "*NODE\n1500, 5, 5\n2000000000, 6, 6\n" + elems + rest);
+  EXPECT_TRUE(says(twice, "node 1500 is defined already")) << twice.text;
+  EXPECT_TRUE(says(twice, "node 2000000000 is defined already")) << twice.text;
+  const Answer none = read(nodes + elems + "*ELEMENT, TYPE=CPE4\n10, 2, 1500, 3, 1999999999\n" + rest);
+  EXPECT_TRUE(says(none, "node 2 of element 10 is not defined")) << none.text;
+}
+
 TEST(Deck, block_has_labels_sets_and_surfaces)
 {
   const Answer a = read(block + held + step);

@@ -1,0 +1,33 @@
+// ---------------------------------------------------------------------------
+// model_cut.h : the whole model of rank 0 into pieces, one after the other                doc/theory.md 5.1
+// ---------------------------------------------------------------------------
+#ifndef MPFE_MODEL_MODEL_CUT_H
+#define MPFE_MODEL_MODEL_CUT_H
+
+#include "model/model.h"
+
+template <class T>
+struct OfRanks {               // what belongs to rank r: item[off[r]] ... item[off[r+1]-1]
+  IntVec off;
+  std::vector<T> item;
+};
+
+struct ModelCut {              // the whole model, taken apart
+  Model rest;                  // without the mesh and the lists that grow with it
+  Mesh mesh;
+  OfRanks<int> elem, node;     // index in the mesh of the deck, ascending
+  std::vector<OfRanks<int>> node_list, elem_list;      // those lists, in the order of the deck
+  std::vector<OfRanks<Face>> face_list;
+  IntVec elem_index, node_index;       // index in the piece that is cut
+};
+
+// model_cut_open : takes the model apart by rank[e] [nelem]; whole is empty behind it
+ModelCut model_cut_open(Model& whole, const IntVec& rank, int ranks);
+
+// model_cut_piece : what a rank has of it; Model::part says what it is, but for its halo
+Model model_cut_piece(ModelCut& c, int r);
+
+// model_cut_close : what the pieces have in common, when all ranks have theirs. Collective.
+void model_cut_close(Model& m);
+
+#endif

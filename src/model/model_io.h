@@ -1,0 +1,278 @@
+// ---------------------------------------------------------------------------
+// model_io.h : the model to and from an archive: one list of fields a struct
+// ---------------------------------------------------------------------------
+#ifndef MPFE_MODEL_MODEL_IO_H
+#define MPFE_MODEL_MODEL_IO_H
+
+#include "base/archive.h"
+#include "base/log.h"
+#include "model/model.h"
+
+// A function is made again of its text. Values that share one share one again.
+inline void io(Archive& f, Expr& x)
+{
+  auto& [value, text, code] = x;
+  io_all(f, value, text);
+  if (archive_share(f, code)) return;
+  ParamMap constants = expr_constants(x);
+  io(f, constants);
+  if (!f.reading || !f.good) return;
+  std::string error;
+  int position = 0;
+  MPFE_CHECK(expr_compile(text, constants, x, error, position), "an expression cannot be made again");
+  f.shared.push_back(code);
+}
+
+inline void io(Archive& f, ListTable& x)
+{
+  auto& [off, item] = x;
+  io_fields<ListTable>(f, off, item);
+}
+
+inline void io(Archive& f, Halo& x)
+{
+  auto& [common, shared, owner] = x;
+  io_fields<Halo>(f, common, shared, owner);
+}
+
+inline void io(Archive& f, Place& x)
+{
+  auto& [file, line] = x;
+  io_fields<Place>(f, file, line);
+}
+
+inline void io(Archive& f, Mesh& x)
+{
+  auto& [node_label, X, elem_label, elem_type, elem_section, conn] = x;
+  io_fields<Mesh>(f, node_label, X, elem_label, elem_type, elem_section, conn);
+}
+
+inline void io(Archive& f, MeshPart& x)
+{
+  auto& [on, nnode, nelem, node, elem, halo, joined] = x;
+  io_fields<MeshPart>(f, on, nnode, nelem, node, elem, halo, joined);
+}
+
+inline void io(Archive& f, Set& x)
+{
+  auto& [name, item, place] = x;
+  io_fields<Set>(f, name, item, place);
+}
+
+inline void io(Archive& f, Face& x)
+{
+  auto& [elem, face] = x;
+  io_fields<Face>(f, elem, face);
+}
+
+inline void io(Archive& f, Surface& x)
+{
+  auto& [name, face, body, where, place] = x;
+  io_fields<Surface>(f, name, face, body, where, place);
+}
+
+inline void io(Archive& f, Material& x)
+{
+  auto& [name, law, young, poisson, density, alpha, beta, yield, plastic_strain, has_elastic, has_damping,
+         used, hyper, breaks, place] = x;
+  io_fields<Material>(f, name, law, young, poisson, density, alpha, beta, yield, plastic_strain, has_elastic,
+                      has_damping, used, hyper, breaks, place);
+}
+
+inline void io(Archive& f, Section& x)
+{
+  auto& [elset, material, thickness, place, lumped] = x;
+  io_fields<Section>(f, elset, material, thickness, place, lumped);
+}
+
+inline void io(Archive& f, Amplitude& x)
+{
+  auto& [name, kind, total_time, t, y, expr, place] = x;
+  io_fields<Amplitude>(f, name, kind, total_time, t, y, expr, place);
+}
+
+inline void io(Archive& f, Body& x)
+{
+  auto& [name, fill, lo, hi, cells, per_cell, elset, where, material, plane, thickness, field, hang, place] =
+         x;
+  io_fields<Body>(f, name, fill, lo, hi, cells, per_cell, elset, where, material, plane, thickness, field,
+                  hang, place);
+}
+
+inline void io(Archive& f, Grid& x)
+{
+  auto& [given, lo, h, n, weak, place, ghost_stiffness, ghost_mass, ghost_place] = x;
+  io_fields<Grid>(f, given, lo, h, n, weak, place, ghost_stiffness, ghost_mass, ghost_place);
+}
+
+inline void io(Archive& f, ViscousBoundary& x)
+{
+  auto& [surface, a, b, place] = x;
+  io_fields<ViscousBoundary>(f, surface, a, b, place);
+}
+
+inline void io(Archive& f, GridBc& x)
+{
+  auto& [axis, position, first, last, value, amplitude, place] = x;
+  io_fields<GridBc>(f, axis, position, first, last, value, amplitude, place);
+}
+
+inline void io(Archive& f, ContactSide& x)
+{
+  auto& [surface, elset, body] = x;
+  io_fields<ContactSide>(f, surface, elset, body);
+}
+
+inline void io(Archive& f, ContactRule& x)
+{
+  auto& [a, b, friction, stick, penalty] = x;
+  io_fields<ContactRule>(f, a, b, friction, stick, penalty);
+}
+
+inline void io(Archive& f, BondDef& x)
+{
+  auto& [name, kind, surface, body, intermediate, penalty, alpha, normal_only, direction, motion, amplitude,
+         augment, master, friction, overlap, adjust, by_face, stick, general, include, exclude, property,
+         place] = x;
+  io_fields<BondDef>(f, name, kind, surface, body, intermediate, penalty, alpha, normal_only, direction,
+                     motion, amplitude, augment, master, friction, overlap, adjust, by_face, stick, general,
+                     include, exclude, property, place);
+}
+
+inline void io(Archive& f, InitialValue& x)
+{
+  auto& [displacement, node, body, dof, value, place] = x;
+  io_fields<InitialValue>(f, displacement, node, body, dof, value, place);
+}
+
+inline void io(Archive& f, FractureDef& x)
+{
+  auto& [elset, criterion, estimate, drive, residual, friction, order, gc, weibull, seed, epsilon, spacing,
+         interval, stiffness, release, average, tolerance, fallback, start, strength, place] = x;
+  io_fields<FractureDef>(f, elset, criterion, estimate, drive, residual, friction, order, gc, weibull, seed,
+                         epsilon, spacing, interval, stiffness, release, average, tolerance, fallback, start,
+                         strength, place);
+}
+
+inline void io(Archive& f, ConversionDef& x)
+{
+  auto& [elset, trigger, limit, per_elem, field, release, bonded, bond, body_name, body, bond_of, place] = x;
+  io_fields<ConversionDef>(f, elset, trigger, limit, per_elem, field, release, bonded, bond, body_name, body,
+                           bond_of, place);
+}
+
+inline void io(Archive& f, EquationTerm& x)
+{
+  auto& [node, dof, coef] = x;
+  io_fields<EquationTerm>(f, node, dof, coef);
+}
+
+inline void io(Archive& f, Equation& x)
+{
+  auto& [term, place] = x;
+  io_fields<Equation>(f, term, place);
+}
+
+inline void io(Archive& f, Frame& x)
+{
+  auto& [node, twin, equation, axis, place] = x;
+  io_fields<Frame>(f, node, twin, equation, axis, place);
+}
+
+inline void io(Archive& f, BrokenDef& x)
+{
+  auto& [elem, remove, normal, place] = x;
+  io_fields<BrokenDef>(f, elem, remove, normal, place);
+}
+
+inline void io(Archive& f, Load& x)
+{
+  auto& [kind, keyword, key, node, face, surface, except, only, elem, body, per_mass, dof, dir, value,
+         amplitude, factor, of_place, ramp, hold, place] = x;
+  io_fields<Load>(f, kind, keyword, key, node, face, surface, except, only, elem, body, per_mass, dof, dir,
+                  value, amplitude, factor, of_place, ramp, hold, place);
+}
+
+inline void io(Archive& f, Prescribed& x)
+{
+  auto& [node, first, last, value, amplitude, factor, ramp, place] = x;
+  io_fields<Prescribed>(f, node, first, last, value, amplitude, factor, ramp, place);
+}
+
+inline void io(Archive& f, Controls& x)
+{
+  auto& [tol_force, tol_energy, max_iter, max_cut, line_search] = x;
+  io_fields<Controls>(f, tol_force, tol_energy, max_iter, max_cut, line_search);
+}
+
+inline void io(Archive& f, PrintRequest& x)
+{
+  auto& [element, set, what, frequency, totals, global, only] = x;
+  io_fields<PrintRequest>(f, element, set, what, frequency, totals, global, only);
+}
+
+inline void io(Archive& f, Step& x)
+{
+  auto& [nlgeom, proc, period, dt, dt_min, dt_max, direct, half_force, half_part, max_inc, scheme,
+         scheme_given, beta, gamma, dissipation, alpha, balance, extrapolate, ctl, load, prescribed, print,
+         equation, place] = x;
+  io_fields<Step>(f, nlgeom, proc, period, dt, dt_min, dt_max, direct, half_force, half_part, max_inc, scheme,
+                  scheme_given, beta, gamma, dissipation, alpha, balance, extrapolate, ctl, load, prescribed,
+                  print, equation, place);
+}
+
+inline void io(Archive& f, HistoryDef& x)
+{
+  auto& [name, what, reduce, nset, elset, body, grid_bc, contact, at_point, X, place] = x;
+  io_fields<HistoryDef>(f, name, what, reduce, nset, elset, body, grid_bc, contact, at_point, X, place);
+}
+
+inline void io(Archive& f, VtkDef& x)
+{
+  auto& [on, ascii, xml, frequency, interval] = x;
+  io_fields<VtkDef>(f, on, ascii, xml, frequency, interval);
+}
+
+inline void io(Archive& f, FragmentsDef& x)
+{
+  auto& [on, frequency, interval, place] = x;
+  io_fields<FragmentsDef>(f, on, frequency, interval, place);
+}
+
+inline void io(Archive& f, RestartDef& x)
+{
+  auto& [read, write, overlay, frequency, interval] = x;
+  io_fields<RestartDef>(f, read, write, overlay, frequency, interval);
+}
+
+inline void io(Archive& f, Check& x)
+{
+  auto& [name, kind, column, what, exact, centre, scale, at, time, target, tolerance, source, place] = x;
+  io_fields<Check>(f, name, kind, column, what, exact, centre, scale, at, time, target, tolerance, source,
+                   place);
+}
+
+inline void io(Archive& f, SolverDef& x)
+{
+  auto& [kind, precond, reuse] = x;
+  io_fields<SolverDef>(f, kind, precond, reuse);
+}
+
+inline void io(Archive& f, HistoryOutput& x)
+{
+  auto& [frequency] = x;
+  io_fields<HistoryOutput>(f, frequency);
+}
+
+inline void io(Archive& f, Model& x)
+{
+  auto& [job, out_dir, deck, heading, dim, mesh, part, nset, elset, surface, material, section, amplitude,
+         body, grid, grid_bc, viscous, bond, initial, fracture, conversion, broken, equation, frame, step,
+         history, history_out, vtk, fragments, restart, check, solver, param, hash] = x;
+  io_fields<Model>(f, job, out_dir, deck, heading, dim, mesh, part, nset, elset, surface, material, section,
+                   amplitude, body, grid, grid_bc, viscous, bond, initial, fracture, conversion, broken,
+                   equation, frame, step, history, history_out, vtk, fragments, restart, check, solver, param,
+                   hash);
+}
+
+#endif

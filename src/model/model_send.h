@@ -1,0 +1,16 @@
+// ---------------------------------------------------------------------------
+// model_send.h : the model of rank 0 to other ranks. No rank holds the bytes of all of it.
+// ---------------------------------------------------------------------------
+#ifndef MPFE_MODEL_MODEL_SEND_H
+#define MPFE_MODEL_MODEL_SEND_H
+
+#include "model/model.h"
+
+// model_send, model_receive : from rank 0 to another one
+void model_send(Model& m, int rank);
+Model model_receive();
+
+// model_bcast : from rank 0 to all. Collective.
+void model_bcast(Model& m);
+
+#endif

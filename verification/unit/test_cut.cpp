@@ -1,0 +1,315 @@
+// The model from rank 0 to other ranks: bytes and back, pieces (model_io, model_cut, model_send, dof_part)
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <numeric>
+#include <set>
+
+#include "dof/dof.h"
+#include "model/model_cut.h"
+#include "model/model_io.h"
+#include "model/model_send.h"
+
+namespace {
+
+std::string bytes_of(Model& m)
+{
+  Archive f;
+  io(f, m);
+  return f.bytes;
+}
+
+Model model_of(const std::string& bytes)
+{
+  Archive f;
+  f.reading = true;
+  f.bytes   = bytes;
+  Model m;
+  io(f, m);
+  EXPECT_TRUE(f.good);
+  EXPECT_EQ(f.at, f.bytes.size());
+  return m;
+}
+
+Expr function(const std::string& text)
+{
+  Expr e;
+  std::string error;
+  int position = 0;
+  EXPECT_TRUE(expr_compile(text, {{"k", 0.1}, {"unused", 7.0}}, e, error, position)) << error;
+  return e;
+}
+
+// n x n squares, the last node without an element; sets, a surface, loads and supports of parts of it
+Model plate(int n)
+{
+  Model m;
+  m.job = "plate";
+  for (int y = 0; y <= n; ++y)
+    for (int x = 0; x <= n; ++x) {
+      m.mesh.node_label.push_back(10 * static_cast<int>(m.mesh.node_label.size()) + 1);
+      m.mesh.X.insert(m.mesh.X.end(), {0.1 * x, 0.2 * y, 0.0});
+    }
+  m.mesh.node_label.push_back(999999);
+  m.mesh.X.insert(m.mesh.X.end(), {9.0, 9.0, 0.0});
+  int type = 0;
+  while (elem_table[type].shape != SHAPE_QUAD4) ++type;
+  Surface left;
+  Load gravity, force;
+  gravity.kind = LOAD_BODY;
+  for (int y = 0; y < n; ++y)
+    for (int x = 0; x < n; ++x) {
+      const int e = m.mesh.nelem(), a = y * (n + 1) + x;
+      m.mesh.elem_label.push_back(5 * e + 2);
+      m.mesh.elem_type.push_back(type);
+      m.mesh.elem_section.push_back(0);
+      for (int k : {a, a + 1, a + n + 2, a + n + 1}) m.mesh.conn.item.push_back(k);
+      m.mesh.conn.off.push_back(static_cast<int>(m.mesh.conn.item.size()));
+      if (x == 0) left.face.push_back({e, 3});
+      if (e % 3 == 0) gravity.elem.push_back(e);
+    }
+  std::reverse(gravity.elem.begin(), gravity.elem.end());          // a list keeps its order
+  m.elset.push_back({"ALL", IntVec(m.mesh.nelem()), {}});
+  std::iota(m.elset[0].item.begin(), m.elset[0].item.end(), 0);
+  m.nset.push_back({"ALL", IntVec(m.mesh.nnode()), {}});
+  std::iota(m.nset[0].item.begin(), m.nset[0].item.end(), 0);
+  m.surface.push_back(left);
+  m.material.resize(1);
+  m.section.resize(1);
+  force.node = m.nset[0].item;
+  Prescribed support;
+  support.node = {0, 1, 2, n, n + 1};
+  m.initial.resize(1);
+  m.initial[0].node = {3, 4, n * n};
+  m.step.resize(2);
+  for (Step& s : m.step) {
+    s.load       = {gravity, force};
+    s.prescribed = {support};
+  }
+  return m;
+}
+
+// an entry in each list, so that all structs are met
+Model all_kinds()
+{
+  Model m = plate(3);
+  m.out_dir = "out";
+  m.heading = "two words";
+  m.param["k"] = 0.1;
+  m.hash       = 0x123456789abcdef0u;
+  const Expr shared = function("sin(k*x)+t");
+  m.surface[0].where = shared;
+  m.amplitude.resize(1);
+  m.amplitude[0].t    = {0.0, 1.0};
+  m.amplitude[0].expr = function("t^2");
+  m.body.resize(1);
+  m.body[0].where = shared;
+  m.body[0].hi    = {{1.0, 2.0, 3.0}};
+  m.grid.n = {{4, 5, 6}};
+  m.grid_bc.resize(1);
+  m.grid_bc[0].value.value = 0.25;
+  m.viscous.resize(1);
+  m.bond.resize(1);
+  m.bond[0].motion[1] = function("y");
+  m.bond[0].include.resize(2);
+  m.bond[0].property.resize(1);
+  m.fracture.resize(1);
+  m.conversion.resize(1);
+  m.conversion[0].bond.name = "of the conversion";
+  m.broken.resize(1);
+  m.equation.resize(1);
+  m.equation[0].term = {{1, 0, 0.5}, {2, 1, -1.0}};
+  m.frame.resize(1);
+  m.frame[0].axis.fill(0.5);
+  m.step[0].load[0].keyword = "DLOAD";
+  m.step[0].load[0].value   = shared;
+  m.step[0].print.resize(1);
+  m.step[0].print[0].what = {"U", "RF"};
+  m.history.resize(1);
+  m.check.resize(1);
+  m.check[0].exact = function("x*y");
+  m.part.halo.common = {{}, {1, 2}};
+  return m;
+}
+
+struct Mixed {
+  int a = 1;
+  std::string name = "word";
+  std::array<double, 3> x{{0, 0, 0}};
+  std::vector<Expr> list;
+  Place place;
+  double t, y;
+  int size() const { return a; }
+};
+
+TEST(ModelArchive, FieldsAreCounted)
+{
+  EXPECT_EQ(field_count<Mixed>(0), 7u);
+  EXPECT_EQ(field_count<HistoryOutput>(0), 1u);
+  EXPECT_EQ(field_count<EquationTerm>(0), 3u);
+}
+
+TEST(ModelArchive, ModelComesBack)
+{
+  Model m = all_kinds();
+  const std::string bytes = bytes_of(m);
+  Model back = model_of(bytes);
+  EXPECT_TRUE(bytes_of(back) == bytes);
+  EXPECT_EQ(back.mesh.node_label, m.mesh.node_label);
+  EXPECT_EQ(back.frame[0].axis[8], 0.5);
+  EXPECT_EQ(back.step[0].print[0].what[1], "RF");
+  EXPECT_EQ(back.param, m.param);
+  EXPECT_EQ(back.hash, m.hash);
+}
+
+TEST(ModelArchive, FunctionsAreMadeAgain)
+{
+  Model m = all_kinds(), back = model_of(bytes_of(m));
+  const double x[3] = {0.3, 0.7, 0.0};
+  const Expr& e = back.body[0].where;
+  EXPECT_EQ(expr_eval(e, x, 2.0), expr_eval(m.body[0].where, x, 2.0));
+  EXPECT_TRUE(expr_same(e, m.body[0].where));
+  EXPECT_NE(e.code, m.body[0].where.code);
+  EXPECT_EQ(e.code, back.surface[0].where.code);
+  EXPECT_EQ(e.code, back.step[0].load[0].value.code);
+  EXPECT_NE(e.code, back.check[0].exact.code);
+  EXPECT_TRUE(back.grid_bc[0].value.is_const());
+  EXPECT_EQ(back.grid_bc[0].value.value, 0.25);
+}
+
+TEST(ModelArchive, BytesThatEndTooEarlyAreSeen)
+{
+  Model m = all_kinds();
+  const std::string whole = bytes_of(m);
+  for (std::size_t n = 0; n < whole.size(); n += 7) {
+    Archive f;
+    f.reading = true;
+    f.bytes   = whole.substr(0, n);
+    Model back;
+    io(f, back);
+    EXPECT_FALSE(f.good) << n;
+  }
+}
+
+// what a piece says of the mesh of the deck
+IntVec in_deck(const IntVec& item, const IntVec& here)
+{
+  IntVec out;
+  for (int k : item) out.push_back(here.at(k));
+  return out;
+}
+
+IntVec kept(const IntVec& item, const std::set<int>& here)
+{
+  IntVec out;
+  for (int k : item)
+    if (here.count(k)) out.push_back(k);
+  return out;
+}
+
+TEST(ModelCut, PiecesMakeTheWhole)
+{
+  const int ranks = 4;
+  const Model m = plate(9);
+  IntVec rank;
+  for (int e = 0; e < m.mesh.nelem(); ++e) rank.push_back((e * 7 + e / 9) % 5 % ranks);
+  Model whole  = m;
+  ModelCut cut = model_cut_open(whole, rank, ranks);
+  EXPECT_EQ(whole.mesh.nelem(), 0);
+  IntVec times(m.mesh.nelem(), 0), alone(ranks, 0);
+  for (int r = ranks - 1; r >= 0; --r) {
+    const Model p = model_cut_piece(cut, r);
+    const std::set<int> elem(p.part.elem.begin(), p.part.elem.end());
+    const std::set<int> node(p.part.node.begin(), p.part.node.end());
+    std::set<int> touched;
+    ASSERT_EQ(p.mesh.nelem(), static_cast<int>(elem.size()));
+    ASSERT_EQ(p.mesh.nnode(), static_cast<int>(node.size()));
+    EXPECT_TRUE(p.part.on);
+    EXPECT_EQ(p.part.nnode, m.mesh.nnode());
+    EXPECT_EQ(p.part.nelem, m.mesh.nelem());
+    EXPECT_TRUE(std::is_sorted(p.part.elem.begin(), p.part.elem.end()));
+    EXPECT_TRUE(std::is_sorted(p.part.node.begin(), p.part.node.end()));
+    for (int e = 0; e < p.mesh.nelem(); ++e) {
+      const int old = p.part.elem[e];
+      ++times[old];
+      EXPECT_EQ(rank[old], r);
+      EXPECT_EQ(p.mesh.elem_label[e], m.mesh.elem_label[old]);
+      EXPECT_EQ(p.mesh.elem_type[e], m.mesh.elem_type[old]);
+      EXPECT_EQ(p.mesh.elem_section[e], 0);
+      ASSERT_EQ(p.mesh.conn.count(e), 4);
+      for (int a = 0; a < 4; ++a) {
+        EXPECT_EQ(p.part.node.at(p.mesh.conn.begin(e)[a]), m.mesh.conn.begin(old)[a]);
+        touched.insert(m.mesh.conn.begin(old)[a]);
+      }
+    }
+    alone[r] = static_cast<int>(node.count(m.mesh.nnode() - 1));
+    if (r == 0) touched.insert(m.mesh.nnode() - 1);
+    EXPECT_EQ(node, touched);
+    for (int n = 0; n < p.mesh.nnode(); ++n) {
+      EXPECT_EQ(p.mesh.node_label[n], m.mesh.node_label[p.part.node[n]]);
+      for (int i = 0; i < 3; ++i) EXPECT_EQ(p.mesh.X[3 * n + i], m.mesh.X[3 * p.part.node[n] + i]);
+    }
+    EXPECT_EQ(in_deck(p.elset[0].item, p.part.elem), p.part.elem);
+    EXPECT_EQ(in_deck(p.nset[0].item, p.part.node), p.part.node);
+    EXPECT_EQ(in_deck(p.initial[0].node, p.part.node), kept(m.initial[0].node, node));
+    IntVec face;
+    for (const Face& f : p.surface[0].face) {
+      face.push_back(p.part.elem.at(f.elem));
+      EXPECT_EQ(f.face, 3);
+    }
+    IntVec left;
+    for (const Face& f : m.surface[0].face) left.push_back(f.elem);
+    EXPECT_EQ(face, kept(left, elem));
+    for (int s = 0; s < 2; ++s) {
+      EXPECT_EQ(in_deck(p.step[s].load[0].elem, p.part.elem), kept(m.step[s].load[0].elem, elem));
+      EXPECT_EQ(in_deck(p.step[s].load[1].node, p.part.node), p.part.node);
+      EXPECT_EQ(in_deck(p.step[s].prescribed[0].node, p.part.node), kept(m.step[s].prescribed[0].node, node));
+    }
+  }
+  EXPECT_EQ(times, IntVec(m.mesh.nelem(), 1));
+  EXPECT_EQ(alone, IntVec({1, 0, 0, 0}));
+}
+
+// ---- several ranks (unit/run_ranks) ----------------------------------------------
+
+TEST(Divided, ModelOfRankZeroIsThatOfAll)
+{
+  if (comm_size() == 1) GTEST_SKIP();
+  Model m;
+  if (comm_rank() == 0) m = all_kinds();
+  dof_part(true, m);
+  EXPECT_FALSE(m.part.on);
+  const std::string bytes = bytes_of(m);
+  for (const std::string& of_rank : comm_exchange(std::vector<std::string>(comm_size(), bytes)))
+    EXPECT_TRUE(of_rank == bytes);
+  Model own = all_kinds();
+  EXPECT_TRUE(bytes_of(own) == bytes);
+}
+
+TEST(Divided, RanksGetTheirPieces)
+{
+  if (comm_size() == 1) GTEST_SKIP();
+  Model m;
+  if (comm_rank() == 0) m = plate(60);               // nodes and lists take more than one message
+  dof_part(false, m);
+  const Model whole = plate(60);
+  ASSERT_TRUE(m.part.on);
+  EXPECT_TRUE(m.part.joined);
+  EXPECT_EQ(m.part.nelem, whole.mesh.nelem());
+  RealVec elems(whole.mesh.nelem(), 0.0), nodes(whole.mesh.nnode(), 0.0), loads(whole.mesh.nnode(), 0.0);
+  for (int e = 0; e < m.mesh.nelem(); ++e) {
+    EXPECT_EQ(m.mesh.elem_label[e], whole.mesh.elem_label[m.part.elem[e]]);
+    elems[m.part.elem[e]] += 1.0;
+  }
+  for (int n = 0; n < m.mesh.nnode(); ++n)
+    if (m.part.counts(n)) nodes[m.part.node[n]] += 1.0;
+  for (int n : m.step[1].load[1].node) loads[m.part.node[n]] += 1.0;
+  comm_sum(elems);
+  comm_sum(nodes);
+  comm_sum(loads);
+  EXPECT_EQ(elems, RealVec(whole.mesh.nelem(), 1.0));
+  EXPECT_EQ(nodes, RealVec(whole.mesh.nnode(), 1.0));
+  EXPECT_EQ(loads, nodes);
+}
+
+}  // namespace
