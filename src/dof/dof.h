@@ -162,8 +162,8 @@ void dof_part(bool whole, Model& m);
 
 // dof_divide : whose work is what, and the lists of this rank; fresh: rows or lists have changed. True:
 // the division is not the one that the pattern was made for.                               doc/theory.md 5.1
-bool dof_divide(const Model& m, const Points& pts, const ActiveGrid& grid, bool fresh, Elements& el,
-                Division& d, Dofs& s);
+bool dof_divide(const Model& m, const Points& pts, const Level& now, const ActiveGrid& grid, bool fresh,
+                Elements& el, Division& d, Dofs& s);
 
 // dof_lists : calls use(n, rows) for every element, point, bond, ghost and group of points, in that order;
 // all: also those of other ranks

@@ -102,12 +102,63 @@ void divide_work(const Mesh& mesh, const Elements& el, const ActiveGrid& grid, c
   }
 }
 
-void divide_again(const Mesh& mesh, const Elements& el, const ActiveGrid& grid, const Dofs& s, Division& d)
+// mean places of elements and points at t(n), in the order of dof_lists                              [n*3]
+RealVec work_places(const Model& m, const Points& pts, const Level& now, const Elements& el)
 {
+  RealVec X;
+  const int dim = m.dim;
+  const auto add = [&](const int* item, int n, const double* at, int stride, const RealVec& u) {
+    X.insert(X.end(), 3, 0.0);
+    double* x = &X[X.size() - 3];
+    for (int k = 0; k < n; ++k) {
+      const size_t first = item[k];
+      for (int i = 0; i < dim; ++i) x[i] += (at[first * stride + i] + u[first * dim + i]) / n;
+    }
+  };
+  for (const ElemBlock& b : el.block)
+    for (int slot : b.live)
+      add(m.mesh.conn.begin(b.elem[slot]), m.mesh.conn.count(b.elem[slot]), m.mesh.X.data(), 3, now.u);
+  for (int q = 0; q < pts.npoint; ++q)
+    add(pts.conn.begin(q), pts.conn.count(q), pts.Xc.data(), dim, now.uc);
+  return X;
+}
+
+// rows that elements and points of several ranks touch
+int shared_rows(const Mesh& mesh, const Elements& el, const ActiveGrid& grid, const Dofs& s, Division& d)
+{
+  IntVec rank, of(s.nrow, -1);
+  each_work(el, grid, d, [&](int r, double) { rank.push_back(r); });
+  size_t list = 0;
+  int shared = 0;
+  dof_lists(mesh, el, grid, s, true, [&](int n, const int* row) {
+    for (int a = 0; a < n && list < rank.size(); ++a) {
+      int& r = of[row[a]];
+      if (r == -1) r = rank[list];
+      if (r < 0 || r == rank[list]) continue;
+      r = -2;
+      ++shared;
+    }
+    ++list;
+  });
+  return shared;
+}
+
+// by METIS, or by straight cuts when these have fewer rows between ranks
+void divide_again(const Model& m, const Points& pts, const Level& now, const Elements& el,
+                  const ActiveGrid& grid, const Dofs& s, Division& d)
+{
+  const Mesh& mesh = m.mesh;
   d.ranks = comm_size();
   d.elem.assign(mesh.nelem(), 0);
   d.point.assign(grid.point.size(), 0);
+  RealVec work;
+  each_work(el, grid, d, [&](int, double w) { work.push_back(w); });
+  Division straight = d;
+  const IntVec part = part_places(work_places(m, pts, now, el), work, d.ranks);
+  size_t item = 0;
+  each_work(el, grid, straight, [&](int& rank, double) { rank = part[item++]; });
   divide_work(mesh, el, grid, s, divide_rows(mesh, el, grid, s, d), d);
+  if (shared_rows(mesh, el, grid, s, straight) <= shared_rows(mesh, el, grid, s, d)) d = straight;
   d.excess = excess(el, grid, d);
 }
 
@@ -194,8 +245,8 @@ void take_all(const ActiveGrid& grid, Dofs& s)
 // and again when conversion, erosion or motion has made it uneven, or the number of ranks is another one than
 // in the restart file.
 // ---------------------------------------------------------------------------
-bool dof_divide(const Model& m, const Points& pts, const ActiveGrid& grid, bool fresh, Elements& el,
-                Division& d, Dofs& s)
+bool dof_divide(const Model& m, const Points& pts, const Level& now, const ActiveGrid& grid, bool fresh,
+                Elements& el, Division& d, Dofs& s)
 {
   const Mesh& mesh = m.mesh;
   if (comm_size() == 1 || m.part.on) {
@@ -206,12 +257,12 @@ bool dof_divide(const Model& m, const Points& pts, const ActiveGrid& grid, bool 
   bool again = d.ranks != comm_size();
   if (!again && fresh) {
     take_new_points(pts, d);
-    const double now = excess(el, grid, d);
-    again = now > UNEVEN * d.excess;
+    const double most = excess(el, grid, d);
+    again = most > UNEVEN * d.excess;
     if (again)
-      log_note("  the work is divided among the ranks again: the largest part was %.2f of the mean", now);
+      log_note("  the work is divided among the ranks again: the largest part was %.2f of the mean", most);
   }
-  if (again) divide_again(mesh, el, grid, s, d);
+  if (again) divide_again(m, pts, now, el, grid, s, d);
   // an undone increment has its division back
   const bool other = s.elem_rank != d.elem || s.point_rank != d.point;
   if (fresh || other) find_owners(mesh, el, grid, d, s);

@@ -260,7 +260,7 @@ bool form_rows(const Model& m, const Step& step, State& st, Discretisation& d, D
   fresh = fresh || !same(s.point_rows, d.grid.point) || !same(s.bond_rows, s.bond) ||
           !same(s.ghost_rows, d.grid.ghost) || !same(s.group_rows, s.group);
   fresh = dof_tie(m, step, s) || fresh;
-  fresh = dof_divide(m, st.points, d.grid, fresh, d.el, st.division, s) || fresh;
+  fresh = dof_divide(m, st.points, st.n, d.grid, fresh, d.el, st.division, s) || fresh;
   if (!fresh) return false;
   s.point_rows = d.grid.point;
   s.bond_rows  = s.bond;
