@@ -11,12 +11,6 @@ namespace {
 
 using Pairs = std::vector<std::pair<int, int>>;       // row, column
 
-void sort_unique(IntVec& list)
-{
-  std::sort(list.begin(), list.end());
-  list.erase(std::unique(list.begin(), list.end()), list.end());
-}
-
 std::uint64_t check_sum(std::uint64_t sum, const IntVec& list)
 {
   for (int k : list) sum = (sum ^ static_cast<std::uint64_t>(static_cast<unsigned>(k))) * 0x100000001B3u;
@@ -28,14 +22,41 @@ std::uint64_t pattern_sum(const SysMatrix& A)
   return check_sum(check_sum(check_sum(0xCBF29CE484222325u, A.off), A.col), A.halo.owner);
 }
 
-// 2 k, k the block of rows I and J of A; 2 k + 1: it is transposed there; -1: none
+// the block of rows I >= J of A, -1: none
 int find_block(const SysMatrix& A, int I, int J)
 {
-  const int turned = J > I ? 1 : 0;
-  if (turned) std::swap(I, J);
   const auto first = A.col.begin() + A.off[I], last = A.col.begin() + A.off[I + 1];
   const auto found = std::lower_bound(first, last, J);
-  return found != last && *found == J ? 2 * static_cast<int>(found - A.col.begin()) + turned : -1;
+  return found != last && *found == J ? static_cast<int>(found - A.col.begin()) : -1;
+}
+
+// steps from each row to the border; rows that are not joined to it: one more than any
+IntVec steps_to_border(const SysMatrix& A)
+{
+  const ListTable graph = sys_graph(A);
+  IntVec list = A.halo.shared, steps(A.nrow, -1);
+  for (int I : list) steps[I] = 0;
+  for (size_t k = 0; k < list.size(); ++k)
+    for (const int* J = graph.begin(list[k]); J != graph.begin(list[k]) + graph.count(list[k]); ++J) {
+      if (steps[*J] >= 0) continue;
+      steps[*J] = steps[list[k]] + 1;
+      list.push_back(*J);
+    }
+  for (int& n : steps)
+    if (n < 0) n = A.nrow;
+  return steps;
+}
+
+// rows of this rank alone, those far from the border first; then the border in the order of A
+void order_rows(const SysMatrix& A, OwnBlock& own)
+{
+  const IntVec steps = steps_to_border(A);
+  own.inner = A.nrow - static_cast<int>(A.halo.shared.size());
+  own.order.resize(A.nrow);
+  own.at.resize(A.nrow);
+  std::iota(own.order.begin(), own.order.end(), 0);
+  std::stable_sort(own.order.begin(), own.order.end(), [&](int I, int J) { return steps[I] > steps[J]; });
+  for (int n = 0; n < A.nrow; ++n) own.at[own.order[n]] = n;
 }
 
 // how often each row counts
@@ -52,96 +73,157 @@ void take_rows(const SysMatrix& A, OwnBlock& own)
     if (h.owner[I] != comm_rank()) std::fill_n(own.once.begin() + static_cast<long>(I) * A.dim, A.dim, 0.0);
 }
 
-// blocks of rows that another rank has both, named by their positions in the list of common rows
-void list_border(const SysMatrix& A, OwnBlock& own)
+// blocks off the border, by the row that is eliminated last; those of the border as pairs of its rows
+void list_blocks(const SysMatrix& A, OwnBlock& own, Pairs& border)
 {
-  const int ranks = comm_size();
-  IntVec number(A.nrow, -1), all;
-  std::vector<Pairs> name(ranks);
-  own.to.assign(ranks, IntVec());
-  for (int r = 0; r < ranks; ++r) {
-    const IntVec& common = A.halo.common[r];
-    for (size_t k = 0; k < common.size(); ++k) number[common[k]] = static_cast<int>(k);
-    for (int I : common)
-      for (int k = A.off[I]; k < A.off[I + 1]; ++k)
-        if (number[A.col[k]] >= 0) {
-          own.to[r].push_back(k);
-          name[r].emplace_back(number[I], number[A.col[k]]);
-        }
-    for (int I : common) number[I] = -1;
-    all.insert(all.end(), own.to[r].begin(), own.to[r].end());
-  }
-  sort_unique(all);
-  own.border.block = all;
-  std::vector<std::vector<int>> send(ranks);
-  for (int r = 0; r < ranks; ++r)
-    for (const auto& pair : name[r]) send[r].insert(send[r].end(), {pair.first, pair.second});
-  const std::vector<IntVec> come = comm_exchange(send);
-  own.place.clear();
-  own.come.clear();
-  for (int r = 0; r < ranks; ++r) {
-    own.come.push_back(static_cast<int>(come[r].size() / 2));
-    for (size_t k = 0; k < come[r].size(); k += 2) {
-      const int found = find_block(A, A.halo.common[r][come[r][k]], A.halo.common[r][come[r][k + 1]]);
-      const auto at   = std::lower_bound(all.begin(), all.end(), found / 2);
-      own.place.push_back(found < 0 ? -1 : 2 * static_cast<int>(at - all.begin()) + found % 2);
+  std::vector<Pairs> row(A.nrow);          // position of the column, source
+  for (int I = 0; I < A.nrow; ++I)
+    for (int k = A.off[I]; k < A.off[I + 1]; ++k) {
+      const int i = own.at[I], j = own.at[A.col[k]];
+      if (std::min(i, j) >= own.inner) border.emplace_back(i - own.inner, j - own.inner);
+      else row[std::max(i, j)].emplace_back(std::min(i, j), 2 * k + (j > i ? 1 : 0));
     }
+  own.off.assign(1, 0);
+  own.col.clear();
+  own.from.clear();
+  for (Pairs& r : row) {
+    std::sort(r.begin(), r.end());
+    for (const auto& b : r) {
+      own.col.push_back(own.order[b.first]);
+      own.from.push_back(b.second);
+    }
+    own.off.push_back(static_cast<int>(own.col.size()));
   }
 }
 
-// numbers of the border: parts of all ranks, in their order
-void form_border(const SysMatrix& A, OwnBlock& own)
+// [ranks] position of each row of the border among those that a rank has too, -1: it has not
+std::vector<IntVec> common_places(const SysMatrix& A, const OwnBlock& own)
 {
-  const int D = A.dim, DD = D * D, ranks = comm_size(), me = comm_rank();
-  std::vector<RealVec> send(ranks), from(ranks);
-  for (int r = 0; r < ranks; ++r) {
-    send[r].reserve(own.to[r].size() * DD);
-    for (int k : own.to[r]) {
-      const double* a = &A.val[static_cast<size_t>(k) * DD];
-      send[r].insert(send[r].end(), a, a + DD);
+  std::vector<IntVec> place(comm_size(), IntVec(A.halo.shared.size(), -1));
+  for (size_t r = 0; r < place.size(); ++r)
+    for (size_t k = 0; k < A.halo.common[r].size(); ++k)
+      place[r][own.at[A.halo.common[r][k]] - own.inner] = static_cast<int>(k);
+  return place;
+}
+
+// couplings of the border that this rank and others have, and who has which
+void form_border(const SysMatrix& A, OwnBlock& own, Pairs pairs)
+{
+  const int ranks = comm_size();
+  const std::vector<IntVec> place = common_places(A, own);
+  std::vector<IntVec> send(ranks);
+  for (int r = 0; r < ranks; ++r)
+    for (const auto& q : pairs)
+      if (place[r][q.first] >= 0 && place[r][q.second] >= 0)
+        send[r].insert(send[r].end(), {place[r][q.first], place[r][q.second]});
+  const std::vector<IntVec> come = comm_exchange(send);
+  for (int r = 0; r < ranks; ++r)
+    for (size_t k = 0; k < come[r].size(); k += 2) {
+      const int a = own.at[A.halo.common[r][come[r][k]]], b = own.at[A.halo.common[r][come[r][k + 1]]];
+      pairs.emplace_back(std::max(a, b) - own.inner, std::min(a, b) - own.inner);
     }
-    from[r].resize(static_cast<size_t>(own.come[r]) * DD);
-  }
-  comm_exchange(send, from);
-  Border& border = own.border;
-  border.val.assign(border.block.size() * DD, 0.0);
-  const int* place = own.place.data();
-  for (int r = 0; r < ranks; ++r) {
-    for (size_t k = 0; r == me && k < border.block.size(); ++k)
-      for (int i = 0; i < DD; ++i)
-        border.val[k * DD + i] += A.val[static_cast<size_t>(border.block[k]) * DD + i];
-    for (size_t k = 0; k < from[r].size(); k += DD, ++place) {
-      if (*place < 0) continue;
-      double* b = &border.val[static_cast<size_t>(*place / 2) * DD];
-      for (int i = 0; i < D; ++i)
-        for (int j = 0; j < D; ++j) b[i * D + j] += from[r][k + (*place % 2 ? j * D + i : i * D + j)];
+  std::sort(pairs.begin(), pairs.end());
+  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+  SysMatrix& s = own.border;
+  s      = SysMatrix();
+  s.dim  = A.dim;
+  s.nrow = static_cast<int>(A.halo.shared.size());
+  s.off.assign(s.nrow + 1, 0);
+  own.border_from.clear();
+  std::vector<std::vector<std::pair<std::pair<int, int>, int>>> name(ranks);
+  for (const auto& q : pairs) {
+    const int k = static_cast<int>(s.col.size());
+    ++s.off[q.first + 1];
+    s.col.push_back(q.second);
+    own.border_from.push_back(find_block(A, own.order[own.inner + q.first], own.order[own.inner + q.second]));
+    for (int r = 0; r < ranks; ++r) {
+      const int a = place[r][q.first], b = place[r][q.second];
+      if (a >= 0 && b >= 0) name[r].push_back({{std::max(a, b), std::min(a, b)}, 2 * k + (a < b ? 1 : 0)});
     }
   }
+  std::partial_sum(s.off.begin(), s.off.end(), s.off.begin());
+  own.to.assign(ranks, IntVec());
+  for (int r = 0; r < ranks; ++r) {
+    std::sort(name[r].begin(), name[r].end());
+    for (const auto& n : name[r]) own.to[r].push_back(n.second);
+  }
+}
+
+// have all ranks the same border, in the same order?
+bool border_alike(const SysMatrix& A, const OwnBlock& own)
+{
+  bool same = true;
+  std::uint64_t sum = 0xCBF29CE484222325u;
+  for (int r = 0; r < comm_size(); ++r) {
+    if (r == comm_rank()) continue;
+    const IntVec& common = A.halo.common[r];
+    same = same && common.size() == A.halo.shared.size();
+    IntVec place;
+    for (int I : common) place.push_back(own.at[I] - own.inner);
+    sum = check_sum(0xCBF29CE484222325u, place);     // of any other rank: all have the same
+  }
+  std::vector<std::uint64_t> all(1, same ? sum : 0);
+  comm_allgatherv(all);
+  for (std::uint64_t x : all) same = same && x == all[0];
+  return comm_allreduce_max(static_cast<int>(!same)) == 0;
+}
+
+// y += block x, or its transpose
+void add_block(int D, bool turned, const double* x, double* y)
+{
+  for (int i = 0; i < D; ++i)
+    for (int j = 0; j < D; ++j) y[i * D + j] += turned ? x[j * D + i] : x[i * D + j];
 }
 
 }  // namespace
 
 // ---------------------------------------------------------------------------
-// own_form : what conjugate gradients of several ranks want to know of A beside it                     (8.7)
-//
-//   in    stamp   number of the matrix A
-//   out   own     how often rows count; own.border: blocks that several ranks add to, summed
+// own_form : what conjugate gradients of several ranks want to know of the pattern of A               (8.7)
 // ---------------------------------------------------------------------------
-void own_form(const SysMatrix& A, long stamp, OwnBlock& own)
+void own_form(const SysMatrix& A, OwnBlock& own)
 {
-  if (own.stamp == stamp) return;
-  own.stamp = stamp;
   const std::uint64_t pattern = pattern_sum(A);
   if (comm_allreduce_max(static_cast<int>(own.pattern != pattern))) {
+    Pairs border;
+    order_rows(A, own);
     take_rows(A, own);
-    list_border(A, own);
+    list_blocks(A, own, border);
+    form_border(A, own, std::move(border));
+    own.alike = border_alike(A, own);
   }
   own.pattern = pattern;
-  form_border(A, own);
 }
 
-void own_weigh(const SysMatrix& A, const OwnBlock& own, RealVec& v)
+void own_border(const SysMatrix& A, OwnBlock& own)
 {
-  for (size_t k = 0; k < A.halo.shared.size(); ++k)
-    for (int i = 0; i < A.dim; ++i) v[A.halo.shared[k] * A.dim + i] *= own.weight[k];
+  const int D = A.dim, DD = D * D;
+  own.border.val.assign(own.border.col.size() * DD, 0.0);
+  for (size_t k = 0; k < own.border_from.size(); ++k)
+    if (own.border_from[k] >= 0)
+      std::copy_n(&A.val[static_cast<size_t>(own.border_from[k]) * DD], DD, &own.border.val[k * DD]);
+  RealVec diag;
+  sys_diagonal(A, diag);
+  own.diag.clear();
+  for (int I : A.halo.shared) own.diag.insert(own.diag.end(), &diag[I * D], &diag[I * D] + D);
+}
+
+void own_sum(const OwnBlock& own, int D, RealVec& val)
+{
+  const int DD = D * D, ranks = comm_size(), me = comm_rank();
+  std::vector<RealVec> send(ranks), from(ranks);
+  for (int r = 0; r < ranks; ++r) {
+    if (r == me) continue;
+    send[r].assign(own.to[r].size() * DD, 0.0);
+    for (size_t k = 0; k < own.to[r].size(); ++k)
+      add_block(D, own.to[r][k] % 2 == 1, &val[static_cast<size_t>(own.to[r][k] / 2) * DD], &send[r][k * DD]);
+    from[r].resize(send[r].size());
+  }
+  comm_exchange(send, from);
+  const RealVec part = val;
+  std::fill(val.begin(), val.end(), 0.0);
+  for (int r = 0; r < ranks; ++r) {                  // in their order, the same on all of them
+    for (size_t i = 0; r == me && i < val.size(); ++i) val[i] += part[i];
+    for (size_t k = 0; k < own.to[r].size() && r != me; ++k)
+      add_block(D, own.to[r][k] % 2 == 1, &from[r][k * DD], &val[static_cast<size_t>(own.to[r][k] / 2) * DD]);
+  }
 }

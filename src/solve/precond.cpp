@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <type_traits>
 #include <unordered_map>
 
 #include "base/comm.h"
@@ -87,50 +88,112 @@ inline void subtract(const double* a, const float* b, double* s)
       for (int k = 0; k < D; ++k) s[i * D + j] -= a[i * D + k] * static_cast<double>(b[j * D + k]);
 }
 
-// L L^T of A with the diagonal times 1 + shift, on the pattern of A; border (or null): blocks instead of
-// those of A. false: a pivot is not positive
+// The rows of a factor in the order in which they are eliminated
+struct FactorRows {
+  int n = 0, inner = 0;        // the first ones are eliminated, those behind them have no diagonal block
+  const int* order = nullptr;  // [n] row of the matrix, null: as they are
+  const int* at    = nullptr;  // [n] the way back
+  const int* off = nullptr;    // [n+1] their blocks,
+  const int* col = nullptr;    // rows of the matrix, in the order of elimination, the diagonal last
+  const int* from = nullptr;   // 2 k: block k of the matrix, 2 k + 1: transposed; null: as they are
+  int row(int i) const { return order ? order[i] : i; }
+  int place(int I) const { return at ? at[I] : I; }
+};
+
+// of one rank, or of the border
+FactorRows all_rows(const SysMatrix& A)
+{
+  FactorRows f;
+  f.n = f.inner = A.nrow;
+  f.off = A.off.data();
+  f.col = A.col.data();
+  return f;
+}
+
+FactorRows own_rows(const OwnBlock& own)
+{
+  FactorRows f;
+  f.n     = static_cast<int>(own.order.size());
+  f.inner = own.inner;
+  f.order = own.order.data();
+  f.at    = own.at.data();
+  f.off   = own.off.data();
+  f.col   = own.col.data();
+  f.from  = own.from.data();
+  return f;
+}
+
+// blocks of row i of f
 template <int D>
-bool factor(const SysMatrix& A, const Border* border, double shift, std::vector<float>& L)
+void take_row(const FactorRows& f, const RealVec& val, int i, RealVec& row)
+{
+  const int DD = D * D, first = f.off[i], last = f.off[i + 1];
+  row.resize(static_cast<size_t>(last - first) * DD);
+  if (!f.from) {
+    std::copy(val.begin() + static_cast<long>(first) * DD, val.begin() + static_cast<long>(last) * DD,
+              row.begin());
+    return;
+  }
+  double* to = row.data();
+  for (int k = first; k < last; ++k, to += DD) {
+    const double* a = &val[static_cast<size_t>(f.from[k] / 2) * DD];
+    if (f.from[k] % 2 == 0) std::copy_n(a, DD, to);
+    else
+      for (int r = 0; r < D; ++r)
+        for (int c = 0; c < D; ++c) to[r * D + c] = a[c * D + r];
+  }
+}
+
+// block k of row, in column J, becomes that of L: L_IJ = (A_IJ - sum_K L_IK L_JK^T) L_JJ^-T, K < J
+template <int D>
+void eliminate(const FactorRows& f, int J, const IntVec& place, const std::vector<float>& L, RealVec& row,
+               double* s, float* out)
+{
+  const int DD = D * D, j0 = f.place(J), last = f.off[j0 + 1] - 1;
+  for (int m = f.off[j0]; m < last; ++m)
+    if (place[f.col[m]] >= 0)
+      subtract<D>(&row[static_cast<size_t>(place[f.col[m]]) * DD], &L[static_cast<size_t>(m) * DD], s);
+  const float* inv = &L[static_cast<size_t>(last) * DD];
+  double l[DD];
+  for (int i = 0; i < D; ++i)
+    for (int j = 0; j < D; ++j) {
+      l[i * D + j] = 0.0;
+      for (int c = 0; c <= j; ++c) l[i * D + j] += s[i * D + c] * static_cast<double>(inv[j * D + c]);
+    }
+  for (int i = 0; i < DD; ++i) {
+    out[i] = static_cast<float>(l[i]);
+    s[i]   = static_cast<double>(out[i]);
+  }
+}
+
+// L L^T of the matrix with the numbers val, on the rows f, the diagonal times 1 + shift
+//   in   base   [n*D] diagonal that shift and the least pivot go by; null: that of val
+// false: a pivot is not positive
+template <int D>
+bool factor(const FactorRows& f, const RealVec& val, const double* base, double shift,
+            std::vector<float>& L)
 {
   const int DD = D * D;
-  IntVec place(A.nrow, -1);            // of a column in the row at hand
+  IntVec place(f.n, -1);               // of a column in the row at hand
   RealVec row;
-  size_t next = 0;                     // block of the border
-  for (int I = 0; I < A.nrow; ++I) {
-    const int first = A.off[I], last = A.off[I + 1] - 1;
-    row.assign(A.val.begin() + static_cast<long>(first) * DD,
-               A.val.begin() + static_cast<long>(last + 1) * DD);
-    for (; border && next < border->block.size() && border->block[next] <= last; ++next)
-      std::copy_n(&border->val[next * DD], DD, &row[static_cast<size_t>(border->block[next] - first) * DD]);
+  for (int n = 0; n < f.inner; ++n) {
+    const int first = f.off[n], last = f.off[n + 1] - 1;
+    take_row<D>(f, val, n, row);
     double* diag = &row[static_cast<size_t>(last - first) * DD];
     double least[D];
     for (int i = 0; i < D; ++i) {
-      least[i] = LEAST_PIVOT * diag[i * D + i];
-      diag[i * D + i] *= 1.0 + shift;
+      least[i] = LEAST_PIVOT * (base ? base[n * D + i] : diag[i * D + i]);
+      if (base) diag[i * D + i] += shift * base[n * D + i];
+      else diag[i * D + i] *= 1.0 + shift;
     }
     for (int k = first; k < last; ++k) {
-      const int J = A.col[k];
-      double* s   = &row[static_cast<size_t>(k - first) * DD];
-      // L_IJ = (A_IJ - sum_K L_IK L_JK^T) L_JJ^-T, K < J
-      for (int m = A.off[J]; m < A.off[J + 1] - 1; ++m)
-        if (place[A.col[m]] >= 0)
-          subtract<D>(&row[static_cast<size_t>(place[A.col[m]]) * DD], &L[static_cast<size_t>(m) * DD], s);
-      const float* inv = &L[static_cast<size_t>(A.off[J + 1] - 1) * DD];
-      double l[DD];
-      for (int i = 0; i < D; ++i)
-        for (int j = 0; j < D; ++j) {
-          l[i * D + j] = 0.0;
-          for (int c = 0; c <= j; ++c) l[i * D + j] += s[i * D + c] * static_cast<double>(inv[j * D + c]);
-        }
+      double* s  = &row[static_cast<size_t>(k - first) * DD];
       float* out = &L[static_cast<size_t>(k) * DD];
-      for (int i = 0; i < DD; ++i) {
-        out[i] = static_cast<float>(l[i]);
-        s[i]   = static_cast<double>(out[i]);
-      }
+      eliminate<D>(f, f.col[k], place, L, row, s, out);
       subtract<D>(s, out, diag);
-      place[J] = k - first;
+      place[f.col[k]] = k - first;
     }
-    for (int k = first; k < last; ++k) place[A.col[k]] = -1;
+    for (int k = first; k < last; ++k) place[f.col[k]] = -1;
     double K[DD];
     if (!inverse_factor<D>(diag, least, K)) return false;
     for (int i = 0; i < DD; ++i) L[static_cast<size_t>(last) * DD + i] = static_cast<float>(K[i]);
@@ -138,43 +201,112 @@ bool factor(const SysMatrix& A, const Border* border, double shift, std::vector<
   return true;
 }
 
-// z = L^-T L^-1 z
+// several ranks: rows of the border, and what the elimination of this rank's own rows leaves of them
+//   out  left   [border blocks] A - sum_K L_IK L_JK^T, the part of this rank
 template <int D>
-void solve(const SysMatrix& A, const float* __restrict L, double* __restrict z)
+void reduce_border(const FactorRows& f, const RealVec& val, const SysMatrix& border, std::vector<float>& L,
+                   RealVec& left)
 {
-  for (int I = 0; I < A.nrow; ++I) {
-    const int last = A.off[I + 1] - 1;
+  const int DD = D * D;
+  IntVec place(f.n, -1);
+  RealVec row;
+  for (int n = f.inner; n < f.n; ++n) {
+    const int first = f.off[n], last = f.off[n + 1], b = n - f.inner;
+    take_row<D>(f, val, n, row);
+    for (int k = first; k < last; ++k) {
+      eliminate<D>(f, f.col[k], place, L, row, &row[static_cast<size_t>(k - first) * DD],
+                   &L[static_cast<size_t>(k) * DD]);
+      place[f.col[k]] = k - first;
+    }
+    for (int q = border.off[b]; q < border.off[b + 1]; ++q) {
+      const int other = f.inner + border.col[q];
+      for (int m = f.off[other]; m < f.off[other + 1]; ++m)
+        if (place[f.col[m]] >= 0)
+          subtract<D>(&row[static_cast<size_t>(place[f.col[m]]) * DD], &L[static_cast<size_t>(m) * DD],
+                      &left[static_cast<size_t>(q) * DD]);
+    }
+    for (int k = first; k < last; ++k) place[f.col[k]] = -1;
+  }
+}
+
+// z = L^-1 z of the rows that are eliminated; from the others goes what these add to them. Returns z z of the
+// first
+template <int D>
+double forward(const FactorRows& f, const float* __restrict L, double* __restrict z)
+{
+  double square = 0.0;
+  for (int n = 0; n < f.n; ++n) {
+    const int I = f.row(n), last = n < f.inner ? f.off[n + 1] - 1 : f.off[n + 1];
     double t[D];
     for (int i = 0; i < D; ++i) t[i] = z[I * D + i];
-    for (int k = A.off[I]; k < last; ++k) {
+    for (int k = f.off[n]; k < last; ++k) {
       const float* l  = L + static_cast<size_t>(k) * D * D;
-      const double* y = z + A.col[k] * D;
+      const double* y = z + f.col[k] * D;
       for (int i = 0; i < D; ++i)
         for (int j = 0; j < D; ++j) t[i] -= static_cast<double>(l[i * D + j]) * y[j];
+    }
+    if (n >= f.inner) {
+      for (int i = 0; i < D; ++i) z[I * D + i] = t[i];
+      continue;
     }
     const float* inv = L + static_cast<size_t>(last) * D * D;
     for (int i = 0; i < D; ++i) {
       double sum = 0.0;
       for (int j = 0; j <= i; ++j) sum += static_cast<double>(inv[i * D + j]) * t[j];
       z[I * D + i] = sum;
+      square += sum * sum;
     }
   }
-  for (int I = A.nrow - 1; I >= 0; --I) {
-    const int last   = A.off[I + 1] - 1;
-    const float* inv = L + static_cast<size_t>(last) * D * D;
+  return square;
+}
+
+// z = L^-T z, from those of the rows behind
+template <int D>
+void backward(const FactorRows& f, const float* __restrict L, double* __restrict z)
+{
+  for (int n = f.n - 1; n >= 0; --n) {
+    const int I = f.row(n), last = n < f.inner ? f.off[n + 1] - 1 : f.off[n + 1];
     double t[D];
-    for (int i = 0; i < D; ++i) {
-      t[i] = 0.0;
-      for (int j = i; j < D; ++j) t[i] += static_cast<double>(inv[j * D + i]) * z[I * D + j];
+    for (int i = 0; i < D; ++i) t[i] = z[I * D + i];
+    if (n < f.inner) {
+      const float* inv = L + static_cast<size_t>(last) * D * D;
+      for (int i = 0; i < D; ++i) {
+        t[i] = 0.0;
+        for (int j = i; j < D; ++j) t[i] += static_cast<double>(inv[j * D + i]) * z[I * D + j];
+      }
+      for (int i = 0; i < D; ++i) z[I * D + i] = t[i];
     }
-    for (int i = 0; i < D; ++i) z[I * D + i] = t[i];
-    for (int k = A.off[I]; k < last; ++k) {
+    for (int k = f.off[n]; k < last; ++k) {
       const float* l = L + static_cast<size_t>(k) * D * D;
-      double* y      = z + A.col[k] * D;
+      double* y      = z + f.col[k] * D;
       for (int i = 0; i < D; ++i)
         for (int j = 0; j < D; ++j) y[j] -= static_cast<double>(l[i * D + j]) * t[i];
     }
   }
+}
+
+// calls use(integral constant D)
+template <class Use>
+auto with_dim(int dim, Use use)
+{
+  MPFE_CHECK(dim >= 1 && dim <= 3, "incomplete factor: blocks are 1 x 1, 2 x 2 or 3 x 3");
+  return dim == 1   ? use(std::integral_constant<int, 1>())
+         : dim == 2 ? use(std::integral_constant<int, 2>())
+                    : use(std::integral_constant<int, 3>());
+}
+
+// the factor with the least shift that goes well, from the last one on; false: not even the largest one
+template <class Try>
+bool find_shift(double& shift, Try try_shift)
+{
+  while (!try_shift(shift)) {
+    shift = shift > 0.0 ? 10.0 * shift : FIRST_SHIFT;
+    if (shift > LARGEST_SHIFT) {
+      shift = 0.0;
+      return false;
+    }
+  }
+  return true;
 }
 
 void multiply_block(int D, const double* block, const double* x, double* y)
@@ -224,37 +356,73 @@ void diagonal_apply(const SysMatrix& A, const RealVec& inverse, const RealVec& r
 // ---------------------------------------------------------------------------
 // cholesky_form : incomplete Cholesky factor L of A on its own pattern                (8.3)
 //
-//   in   border   blocks that stand for those of A; null: none
-//   out  c   L in single precision, which halves what the memory must bring; L^-T L^-1 stays symmetric.
-//            The place of a diagonal block holds the inverse of the factor of that block.
+//   in   own  several ranks: the rows of this one and the border; null: one rank. Collective then
+//   out  c    L in single precision, which halves what the memory must bring; L^-T L^-1 stays symmetric.
+//             The place of a diagonal block holds the inverse of the factor of that block.
 //
 // A pivot that is not positive asks for a larger diagonal, (1 + shift) times that of A; the shift that went
 // well is where the next form begins. false: not even the largest shift helps.
 // ---------------------------------------------------------------------------
-bool cholesky_form(const SysMatrix& A, Cholesky& c, const Border* border)
+bool cholesky_form(const SysMatrix& A, Cholesky& c, OwnBlock* own)
 {
-  c.L.resize(A.val.size());
-  for (;;) {
-    const bool good = A.dim == 1   ? factor<1>(A, border, c.shift, c.L)
-                      : A.dim == 2 ? factor<2>(A, border, c.shift, c.L)
-                                   : factor<3>(A, border, c.shift, c.L);
-    if (good) return true;
-    c.shift = c.shift > 0.0 ? 10.0 * c.shift : FIRST_SHIFT;
-    if (c.shift > LARGEST_SHIFT) {
-      c.shift = 0.0;
-      return false;
-    }
-  }
+  const FactorRows rows = own ? own_rows(*own) : all_rows(A);
+  c.L.resize(static_cast<size_t>(rows.off[rows.n]) * A.dim * A.dim);
+  return with_dim(A.dim, [&](auto d) {
+    constexpr int D = decltype(d)::value;
+    bool good = find_shift(c.shift,
+                           [&](double shift) { return factor<D>(rows, A.val, nullptr, shift, c.L); });
+    if (!own) return good;
+    // what is left of the border, of all ranks, and its factor                                   (8.7)
+    SysMatrix& border = own->border;
+    own_border(A, *own);
+    reduce_border<D>(rows, A.val, border, c.L, border.val);
+    own_sum(*own, D, border.val);
+    c.border.resize(border.val.size());
+    good = find_shift(c.border_shift, [&](double shift) {
+             return factor<D>(all_rows(border), border.val, own->diag.data(), shift, c.border);
+           }) && good;
+    return comm_allreduce_max(static_cast<int>(!good)) == 0;
+  });
 }
 
 void cholesky_apply(const SysMatrix& A, const Cholesky& c, RealVec& z)
 {
-  switch (A.dim) {
-    case 1: return solve<1>(A, c.L.data(), z.data());
-    case 2: return solve<2>(A, c.L.data(), z.data());
-    case 3: return solve<3>(A, c.L.data(), z.data());
-  }
-  log_bug("cholesky_apply: blocks are 1 x 1, 2 x 2 or 3 x 3", __FILE__, __LINE__);
+  with_dim(A.dim, [&](auto d) {
+    constexpr int D = decltype(d)::value;
+    forward<D>(all_rows(A), c.L.data(), z.data());
+    backward<D>(all_rows(A), c.L.data(), z.data());
+    return 0;
+  });
+}
+
+// ---------------------------------------------------------------------------
+// cholesky_apply : several ranks: z = M^-1 r, r and z whole                            (8.7)
+//
+// When all ranks have the same border, each solves for all of it. Otherwise each solves for the rows that it
+// has, with its part of those that others have too.  Returns r z of all ranks. Collective.
+// ---------------------------------------------------------------------------
+double cholesky_apply(const SysMatrix& A, const Cholesky& c, const OwnBlock& own, RealVec& z)
+{
+  const FactorRows rows = own_rows(own), edge = all_rows(own.border);
+  return with_dim(A.dim, [&](auto d) {
+    constexpr int D = decltype(d)::value;
+    const IntVec& shared = A.halo.shared;
+    for (int I : shared)
+      for (int i = 0; i < D; ++i) z[I * D + i] *= own.once[I * D + i];
+    double rz = forward<D>(rows, c.L.data(), z.data());
+    halo_sum(A.halo, D, z, &rz, 1);
+    RealVec x(shared.size() * D);
+    const auto part = [&](size_t k) { return own.alike ? 1.0 : own.weight[k]; };
+    for (size_t k = 0; k < shared.size(); ++k)
+      for (int i = 0; i < D; ++i) x[k * D + i] = part(k) * z[shared[k] * D + i];
+    double more = forward<D>(edge, c.border.data(), x.data());
+    backward<D>(edge, c.border.data(), x.data());
+    for (size_t k = 0; k < shared.size(); ++k)
+      for (int i = 0; i < D; ++i) z[shared[k] * D + i] = part(k) * x[k * D + i];
+    if (!own.alike) halo_sum(A.halo, D, z, &more, 1);
+    backward<D>(rows, c.L.data(), z.data());
+    return rz + more;
+  });
 }
 
 // ---------------------------------------------------------------------------

@@ -308,10 +308,8 @@ PetscErrorCode smooth(PC pc, Vec from, Vec to)
   petsc->PCShellGetContext(pc, &context);
   AmgData& d = *static_cast<AmgData*>(context);
   spread(d, from);
-  if (d.own) own_weigh(*d.M, *d.own, d.x);
-  cholesky_apply(*d.M, *d.L, d.x);
-  if (d.own) own_weigh(*d.M, *d.own, d.x);
-  sys_sum(*d.M, d.x);
+  if (d.own) cholesky_apply(*d.M, *d.L, *d.own, d.x);
+  else cholesky_apply(*d.M, *d.L, d.x);
   pick(d, d.x, to);
   return 0;
 }

@@ -369,10 +369,13 @@ void solve_memory(const Solver& s, std::vector<MemoryUse>& out)
   for (const RealVec& x : d.past) vectors += reals(x);
   out.push_back({"indices of the entries for MUMPS", numbers});
   out.push_back({"factors", factors});
-  if (!d.own.border.block.empty())
-    out.push_back({"borders between ranks",
-                   reals(d.own.border.val) + static_cast<double>(d.own.place.capacity() * sizeof(int))});
-  out.push_back({"incomplete factors", static_cast<double>(d.cholesky.L.capacity() * sizeof(float))});
+  const auto ints = [](const IntVec& v) { return static_cast<double>(v.capacity() * sizeof(int)); };
+  if (comm_size() > 1 && d.own.inner > 0)
+    out.push_back({"order of elimination, border",
+                   reals(d.own.border.val) + reals(d.own.once) + ints(d.own.col) + ints(d.own.from)});
+  out.push_back({"incomplete factors",
+                 static_cast<double>(sizeof(float)) *
+                     static_cast<double>(d.cholesky.L.capacity() + d.cholesky.border.capacity())});
   if (d.amg) out.push_back({"multigrid without the memory of PETSc", amg_memory(*d.amg)});
   out.push_back({"vectors of the solver", vectors});
 }

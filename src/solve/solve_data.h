@@ -33,28 +33,31 @@ struct ChmData;                // private to solve_cholmod.cpp
 struct Cholesky {              // incomplete, on the pattern of A
   double shift = 0.0;          // added to the diagonal, relative
   long stamp = -1;             // of the matrix that it was made for
-  // [col.size()*dim*dim], order of A.val; diagonal blocks: inverse of their factor
+  // [col.size()*dim*dim], order of A.val; diagonal blocks: inverse of their factor. Several ranks: as
+  // OwnBlock::col
   std::vector<float> L;
+  double border_shift = 0.0;
+  std::vector<float> border;   // several ranks: of what is left of the border
 };
 
-// Blocks of a matrix with what other ranks add to them
-struct Border {
-  IntVec block;                // ascending
-  RealVec val;                 // [block.size()*dim*dim]
-};
-
-// Several ranks: what conjugate gradients want to know of A beside it; A x is the part of this rank
+// Several ranks: what conjugate gradients want to know of A beside it; A x is the part of this rank. The
+// border is the rows that other ranks have too (Halo::shared)
 struct OwnBlock {
   std::uint64_t pattern = 0;   // check sum of the pattern of A and of the owners
-  long stamp = -1;             // of the matrix that border has its numbers from
-  Border border;               // blocks that several ranks add to, summed
   RealVec once;                // [neq] 1 in the rows of this rank, else 0
+  // rows of A in the order of elimination: those of this rank alone, then the border; its blocks off the
+  // border by row, columns in the same order, the diagonal last
+  int inner = 0;               // rows of this rank alone
+  IntVec order, at;            // [nrow] row of A; the way back
+  IntVec off, col;             // [nrow+1]; rows of A
+  IntVec from;                 // 2 k: block k of A, 2 k + 1: transposed
+  // couplings of the rows of the border, by elements of all ranks that have both
+  SysMatrix border;            // [Halo::shared] rows
+  IntVec border_from;          // [border.col] block of A, -1: of other ranks alone
+  std::vector<IntVec> to;      // [ranks] blocks that a rank has too: 2 k, 2 k + 1: transposed there
+  RealVec diag;                // [border.neq] diagonal of A, of all ranks
   RealVec weight;              // [Halo::shared] 1/sqrt of the ranks that have the row
-  std::vector<IntVec> to;      // [ranks] blocks of A that a rank needs
-  // of each block that comes from the ranks, one rank after the other: twice the position in border, one
-  // more: transposed; -1: not in the pattern
-  IntVec place;
-  IntVec come;                 // [ranks] number of them
+  bool alike = false;          // all ranks have the same border, in the same order
 };
 
 struct ReusedFactors {                  // factors of an earlier matrix as preconditioner
@@ -204,8 +207,9 @@ double mumps_factors_mb(const Solver& s);      // of this rank; Solver::memory_m
 // precond.cpp
 bool diagonal_form(const SysMatrix& A, RealVec& inverse);
 void diagonal_apply(const SysMatrix& A, const RealVec& inverse, const RealVec& r, RealVec& z);
-bool cholesky_form(const SysMatrix& A, Cholesky& c, const Border* border = nullptr);
+bool cholesky_form(const SysMatrix& A, Cholesky& c, OwnBlock* own = nullptr);
 void cholesky_apply(const SysMatrix& A, const Cholesky& c, RealVec& z);    // z: r in, M^-1 r out
+double cholesky_apply(const SysMatrix& A, const Cholesky& c, const OwnBlock& own, RealVec& z);
 bool reused_form(const SysMatrix& A, const std::vector<long>& key, ReusedFactors& k);
 Status reused_apply(Solver& s, const SysMatrix& A, ReusedFactors& k, const RealVec& r, RealVec& z);
 
@@ -248,10 +252,12 @@ inline double own_dot(const OwnBlock& own, const RealVec& a, const RealVec& b)
   return sum_terms(a.size(), [=](size_t k) { return once[k] * x[k] * y[k]; });
 }
 
-// own_form : what is known of A and its borders. Collective.
-void own_form(const SysMatrix& A, long stamp, OwnBlock& own);
-// own_weigh : v times the weights
-void own_weigh(const SysMatrix& A, const OwnBlock& own, RealVec& v);
+// own_form : what the pattern of A says of its borders. Collective, as the routines below.
+void own_form(const SysMatrix& A, OwnBlock& own);
+// own_border : own.border.val is what this rank has of A there; own.diag
+void own_border(const SysMatrix& A, OwnBlock& own);
+// own_sum : val of the border, summed over the ranks
+void own_sum(const OwnBlock& own, int D, RealVec& val);
 
 // solve_fail : keeps the message and returns the status
 Status solve_fail(Solver& s, Status status, const char* format, ...) __attribute__((format(printf, 3, 4)));

@@ -296,16 +296,16 @@ Status by_factor(Solver& s, const SysMatrix& A, const SolveAsk& ask, const RealV
   return status;
 }
 
-// z = M^-1 r by the incomplete factor; several ranks: by those of all, each with a part of the rows they
-// share  (8.7)
+// z = M^-1 r by the incomplete factor
 void cholesky_step(SolverData& d, const CgSystem& c, const RealVec& r, RealVec& z, double& rho)
 {
   z = r;
-  if (c.own) own_weigh(c.A, *c.own, z);
+  if (c.own) {
+    rho = cholesky_apply(c.A, d.cholesky, *c.own, z);
+    return;
+  }
   cholesky_apply(c.A, d.cholesky, z);
-  if (c.own) own_weigh(c.A, *c.own, z);
   rho = dot(r, z);
-  if (c.own) halo_sum(c.A.halo, c.A.dim, z, &rho, 1);
 }
 
 void diagonal_step(SolverData& d, const CgSystem& c, const RealVec& r, RealVec& z, double& rho)
@@ -329,11 +329,11 @@ bool kept_step(Solver& s, const SysMatrix& A, const CgSystem& c, const RealVec& 
 }
 
 // the incomplete factor of the matrix with this stamp, on all ranks
-bool cholesky_ready(SolverData& d, const SysMatrix& A, const OwnBlock* own, long stamp)
+bool cholesky_ready(SolverData& d, const SysMatrix& A, OwnBlock* own, long stamp)
 {
   if (d.cholesky.stamp == stamp) return true;
   d.cholesky.stamp = -1;
-  if (comm_allreduce_max(!cholesky_form(A, d.cholesky, own ? &own->border : nullptr))) return false;
+  if (!cholesky_form(A, d.cholesky, own)) return false;
   d.cholesky.stamp = stamp;
   return true;
 }
@@ -435,7 +435,7 @@ Status by_cg(Solver& s, const SysMatrix& A, const SolveAsk& ask, SolvePath path,
   bool formed;
   {
     Timer timer(PHASE_PRECOND);
-    if (own) own_form(A, ask.stamp, *own);
+    if (own) own_form(A, *own);
     formed = form(s, A, ask, path, c);
   }
   const double setup = clock.seconds();
