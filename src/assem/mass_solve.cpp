@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include <Eigen/Core>
@@ -13,6 +14,7 @@ namespace {
 // refined away.  Test: paper/p9_contact.inp to 3 ms (case G5)
 const double SHIFT    = 1e-10;
 const int REFINEMENTS = 4;
+const double CANCELS  = 1e-6;  // of the square of a residual, where a difference of squares has lost digits
 
 // y += M x, of the first rows with each other
 template <int D>
@@ -65,23 +67,69 @@ void sum_rows(const MassRows& m, RealVec& v)
   if (m.halo) halo_sum(*m.halo, D, v);
 }
 
-// what this rank has; own: only rows that belong to it, with each other
-MassRows mass_rows(const Dofs& s, int first, const RealVec& scale, bool own)
+// what this rank has
+MassRows mass_rows(const Dofs& s, int first, const RealVec& scale)
 {
   MassRows m;
-  const auto here = [&](int r) { return !own || s.A.halo.owner[r] == comm_rank(); };
   m.n = s.nrow - first;
   m.diag.resize(m.n);
   for (int r = first; r < s.nrow; ++r) {
     const int diag = s.A.off[r + 1] - 1;
     for (int k = s.A.off[r]; k < diag; ++k) {
       const int c = s.A.col[k];
-      if (c < first || s.M[k] == 0.0 || !here(r) || !here(c)) continue;
+      if (c < first || s.M[k] == 0.0) continue;
       m.col.push_back(c - first);
       m.val.push_back(s.M[k] * scale[r - first] * scale[c - first]);
     }
     m.off.push_back(static_cast<int>(m.col.size()));
-    m.diag[r - first] = here(r) ? s.M[diag] * scale[r - first] * scale[r - first] : 0.0;
+    m.diag[r - first] = s.M[diag] * scale[r - first] * scale[r - first];
+  }
+  return m;
+}
+
+// Several ranks: the couplings of this one, sorted. The border is the rows that other ranks have too
+struct MassBorder {
+  MassRows inner;              // of rows of this rank alone with each other; rows of the border are empty
+  ListTable cross;             // [Halo::shared] rows of this rank alone that are coupled to one of the border
+  RealVec cross_val;
+  std::vector<std::array<int, 2>> edge;      // pairs of rows of the border
+  RealVec edge_val;
+  std::vector<char> on;        // [n] a row of the border
+  RealVec owned;               // [n] 1 for rows that belong to this rank
+};
+
+MassBorder mass_border(const MassRows& all)
+{
+  MassBorder m;
+  const Halo& h = *all.halo;
+  m.inner.n = all.n;
+  m.on.assign(all.n, 0);
+  for (int r : h.shared) m.on[r] = 1;
+  for (int r = 0; r < all.n; ++r) m.owned.push_back(h.owner[r] == comm_rank() ? 1.0 : 0.0);
+  IntVec place(all.n, -1);
+  std::vector<std::vector<std::pair<int, double>>> cross(h.shared.size());
+  for (size_t k = 0; k < h.shared.size(); ++k) place[h.shared[k]] = static_cast<int>(k);
+  for (int r = 0; r < all.n; ++r) {
+    for (int k = all.off[r]; k < all.off[r + 1]; ++k) {
+      const int c = all.col[k];
+      if (m.on[r] && m.on[c]) {
+        m.edge.push_back({r, c});
+        m.edge_val.push_back(all.val[k]);
+      } else if (m.on[r] || m.on[c]) {
+        cross[place[m.on[r] ? r : c]].emplace_back(m.on[r] ? c : r, all.val[k]);
+      } else {
+        m.inner.col.push_back(c);
+        m.inner.val.push_back(all.val[k]);
+      }
+    }
+    m.inner.off.push_back(static_cast<int>(m.inner.col.size()));
+  }
+  for (const auto& row : cross) {
+    for (const auto& q : row) {
+      m.cross.item.push_back(q.first);
+      m.cross_val.push_back(q.second);
+    }
+    m.cross.off.push_back(static_cast<int>(m.cross.item.size()));
   }
   return m;
 }
@@ -121,27 +169,30 @@ Eigen::Map<const Dirs<D>> dirs(const double* x, int r)
 }
 
 // Mass of the free dofs for all directions at once, in the variables of symmetric Gauss-Seidel  (3.14)
+// Several ranks: rows of one rank alone come first, then the border, whose couplings with each other L leaves
+// out
 template <int D>
 struct MassSystem {
-  MassRows all, own;           // own: several ranks, what is eliminated
+  MassRows all;
+  MassBorder border;           // several ranks
   RealVec free;                // [n*D] 1: free, 0: prescribed or without mass
-  RealVec owned;               // several ranks: [n] 1 for rows of this rank
   double shift = 0.0;          // M + shift I is meant
-  const MassRows& low() const { return all.halo ? own : all; }
+  const MassRows& low() const { return all.halo ? border.inner : all; }
 
   // y = (I + L)^-1 x; the same vector may be meant
   void forward(const RealVec& x, RealVec& y) const
   {
-    const MassRows& m = low();
-    const int *off = m.off.data(), *col = m.col.data();
-    const double *val = m.val.data(), *to = x.data(), *f = free.data();
-    double* of = y.data();
-    for (int r = 0; r < m.n; ++r) {
-      Dirs<D> t = dirs<D>(to, r);
-      for (int k = off[r]; k < off[r + 1]; ++k) t -= val[k] * dirs<D>(of, col[k]);
-      dirs<D>(of, r) = dirs<D>(f, r) * t;
+    const RealVec edge = border_of(x);
+    forward_here(x, y);
+    if (!all.halo) return;
+    cross_forward(y, y);
+    sum_rows<D>(all, y);
+    const double* e = edge.data();
+    for (int r : all.halo->shared) {
+      const Dirs<D> sum    = Eigen::Map<const Dirs<D>>(e) + dirs<D>(y.data(), r);
+      dirs<D>(y.data(), r) = dirs<D>(free.data(), r) * sum;
+      e += D;
     }
-    collect(y);
   }
   // y = (I + L)^-T x
   void backward(const RealVec& x, RealVec& y) const
@@ -151,27 +202,64 @@ struct MassSystem {
     const double *val = m.val.data(), *f = free.data();
     y = x;
     double* of = y.data();
+    if (all.halo) cross_backward(of);
     for (int r = m.n - 1; r >= 0; --r) {
       const Dirs<D> t = dirs<D>(f, r) * dirs<D>(of, r);
       dirs<D>(of, r)  = t;
       for (int k = off[r]; k < off[r + 1]; ++k) dirs<D>(of, col[k]) -= val[k] * t;
     }
-    collect(y);
   }
-  // y = (I + L)^-1 (M + shift I) (I + L)^-T x; t: scratch. One rank: M = (I + L) + (I + L)^T - I, so that a
-  // product is not needed
+  // y = (I + L)^-1 (M + shift I) (I + L)^-T x; t: scratch. M = (I + L) + (I + L)^T - I, so that a product is
+  // not needed. One rank
   void apply(const RealVec& x, RealVec& t, RealVec& y) const
   {
     backward(x, t);
-    if (!all.halo) {
-      for (size_t i = 0; i < y.size(); ++i) y[i] = x[i] - (1.0 - shift) * t[i];
-      forward(y, y);
-      for (size_t i = 0; i < y.size(); ++i) y[i] += t[i];
-    } else {
-      multiply<D>(all, t, y);
-      for (size_t i = 0; i < y.size(); ++i) y[i] += shift * t[i];
-      forward(y, y);
+    for (size_t i = 0; i < y.size(); ++i) y[i] = x[i] - (1.0 - shift) * t[i];
+    forward(y, y);
+    for (size_t i = 0; i < y.size(); ++i) y[i] += t[i];
+  }
+  // the same on several ranks; sum [4][D]: x y, r y, r r, y y of all ranks
+  void apply(const RealVec& x, const RealVec& r, RealVec& t, RealVec& y, double* sum) const
+  {
+    const IntVec& shared = all.halo->shared;
+    backward(x, t);
+    for (size_t i = 0; i < y.size(); ++i) y[i] = x[i] - (1.0 - shift) * t[i];
+    RealVec edge = border_of(y);
+    for (size_t k = 0; k < edge.size(); ++k) edge[k] += t[static_cast<size_t>(shared[k / D]) * D + k % D];
+    forward_here(y, y);
+    cross_forward(y, y);
+    for (size_t k = 0; k < border.edge.size(); ++k) {
+      const int a = border.edge[k][0], b = border.edge[k][1];
+      dirs<D>(y.data(), a) += border.edge_val[k] * dirs<D>(t.data(), b);
+      dirs<D>(y.data(), b) += border.edge_val[k] * dirs<D>(t.data(), a);
     }
+    Dirs<D> xy = Dirs<D>::Zero(), ry = xy, rr = xy, yy = xy;
+    for (int q = 0; q < all.n; ++q) {
+      const auto at = dirs<D>(r.data(), q);
+      if (!border.on[q]) dirs<D>(y.data(), q) += dirs<D>(t.data(), q);
+      const Dirs<D> of = dirs<D>(y.data(), q);
+      xy += dirs<D>(x.data(), q) * of;
+      ry += at * of;
+      rr += border.owned[q] * at * at;
+      if (!border.on[q]) yy += of * of;
+    }
+    for (size_t k = 0; k < shared.size(); ++k) {
+      const Dirs<D> of = border.owned[shared[k]] * dirs<D>(edge.data(), static_cast<int>(k));
+      xy += dirs<D>(x.data(), shared[k]) * of;
+      ry += dirs<D>(r.data(), shared[k]) * of;
+    }
+    for (int i = 0; i < D; ++i) {
+      sum[i]         = xy[i];
+      sum[D + i]     = ry[i];
+      sum[2 * D + i] = rr[i];
+      sum[3 * D + i] = yy[i];
+    }
+    halo_sum(*all.halo, D, y, sum, 4 * D);
+    for (size_t k = 0; k < shared.size(); ++k) {
+      const Dirs<D> all_of = dirs<D>(y.data(), shared[k]) + dirs<D>(edge.data(), static_cast<int>(k));
+      dirs<D>(y.data(), shared[k]) = dirs<D>(free.data(), shared[k]) * all_of;
+    }
+    add_border(y, sum + 3 * D);
   }
   // the residual of M from that of the variables: (I + L) r
   void residual(const RealVec& r, RealVec& out) const
@@ -184,15 +272,62 @@ struct MassSystem {
         for (int i = 0; i < D; ++i) t[i] += m.val[k] * r[m.col[k] * D + i];
       for (int i = 0; i < D; ++i) out[q * D + i] = free[q * D + i] * t[i];
     }
-    collect(out);
-  }
-  // several ranks: each has made its rows
-  void collect(RealVec& y) const
-  {
     if (!all.halo) return;
-    for (int r = 0; r < all.n; ++r)
-      for (int i = 0; i < D; ++i) y[r * D + i] *= owned[r];
-    sum_rows<D>(all, y);
+    cross_forward(r, out);
+    sum_rows<D>(all, out);
+    for (int q : all.halo->shared)
+      dirs<D>(out.data(), q) = dirs<D>(free.data(), q) * (dirs<D>(r.data(), q) - dirs<D>(out.data(), q));
+  }
+
+private:
+  RealVec border_of(const RealVec& x) const
+  {
+    RealVec edge;
+    if (!all.halo) return edge;
+    for (int r : all.halo->shared) edge.insert(edge.end(), &x[r * D], &x[r * D] + D);
+    return edge;
+  }
+  void forward_here(const RealVec& x, RealVec& y) const
+  {
+    const MassRows& m = low();
+    const int *off = m.off.data(), *col = m.col.data();
+    const double *val = m.val.data(), *to = x.data(), *f = free.data();
+    double* of = y.data();
+    for (int r = 0; r < m.n; ++r) {
+      Dirs<D> t = dirs<D>(to, r);
+      for (int k = off[r]; k < off[r + 1]; ++k) t -= val[k] * dirs<D>(of, col[k]);
+      dirs<D>(of, r) = dirs<D>(f, r) * t;
+    }
+  }
+  // rows of the border: y = - L x, the part of this rank
+  void cross_forward(const RealVec& x, RealVec& y) const
+  {
+    for (int b = 0; b < border.cross.size(); ++b) {
+      Dirs<D> t = Dirs<D>::Zero();
+      for (int k = border.cross.off[b]; k < border.cross.off[b + 1]; ++k)
+        t -= border.cross_val[k] * dirs<D>(x.data(), border.cross.item[k]);
+      dirs<D>(y.data(), all.halo->shared[b]) = t;
+    }
+  }
+  // rows of this rank alone: y -= L^T y of the border
+  void cross_backward(double* y) const
+  {
+    for (int b = 0; b < border.cross.size(); ++b) {
+      const int r     = all.halo->shared[b];
+      const Dirs<D> t = dirs<D>(free.data(), r) * dirs<D>(y, r);
+      for (int k = border.cross.off[b]; k < border.cross.off[b + 1]; ++k)
+        dirs<D>(y, border.cross.item[k]) -= border.cross_val[k] * t;
+    }
+  }
+  // sum += y y of the border. Two ranks: both have all of it, and add in the same order
+  void add_border(const RealVec& y, double* sum) const
+  {
+    double part[D] = {};
+    const bool both = comm_size() == 2;
+    for (int r : both ? all.halo->common[1 - comm_rank()] : all.halo->shared)
+      for (int i = 0; i < D; ++i) part[i] += (both ? 1.0 : border.owned[r]) * y[r * D + i] * y[r * D + i];
+    if (!both) comm_sum(part, D);
+    for (int i = 0; i < D; ++i) sum[i] += part[i];
   }
 };
 
@@ -203,7 +338,7 @@ void dots(const MassSystem<D>& m, const RealVec& a, const RealVec& b, double* su
   if (m.all.halo) {
     std::fill(sum, sum + D, 0.0);
     for (int r = 0; r < m.all.n; ++r)
-      for (int i = 0; i < D; ++i) sum[i] += m.owned[r] * a[r * D + i] * b[r * D + i];
+      for (int i = 0; i < D; ++i) sum[i] += m.border.owned[r] * a[r * D + i] * b[r * D + i];
     comm_sum(sum, D);
     return;
   }
@@ -223,11 +358,58 @@ bool below(const double* value, const double* goal)
   return true;
 }
 
+// iterate on several ranks, with one message an iteration (on more than two: two): the square of the next
+// residual follows from products with this one, and is taken itself where these nearly cancel
+template <int D>
+int iterate_ranks(const MassSystem<D>& m, const double* size, RealVec& r, RealVec& step)
+{
+  RealVec w(r.size(), 0.0), q(r.size()), t(r.size());
+  double rho[D], turn[D], part[D], square[D], goal[D], enough[D], sum[4 * D];
+  const double *wq = sum, *rq = sum + D, *rr = sum + 2 * D, *qq = sum + 3 * D;
+  step.assign(r.size(), 0.0);
+  for (int i = 0; i < D; ++i) {
+    goal[i]   = 1e-28 * size[i];
+    enough[i] = 1e-16 * size[i];
+    turn[i]   = 0.0;
+  }
+  dots<D>(m, r, r, rho);
+  bool stuck = false;
+  for (int it = 0; !stuck && it <= 1000; ++it) {
+    if (below<D>(rho, goal)) {
+      m.residual(r, t);
+      dots<D>(m, t, t, square);
+      if (below<D>(square, goal)) return it;
+    }
+    for (size_t k = 0; k < r.size(); k += D)
+      for (int i = 0; i < D; ++i) w[k + i] = r[k + i] + turn[i] * w[k + i];
+    m.apply(w, r, t, q, sum);
+    stuck = true;
+    bool cancels = false;
+    for (int i = 0; i < D; ++i) {
+      if (rr[i] > goal[i] && wq[i] > 0.0) stuck = false;
+      part[i] = wq[i] > 0.0 ? rr[i] / wq[i] : 0.0;
+      rho[i]  = rr[i] - 2.0 * part[i] * rq[i] + part[i] * part[i] * qq[i];
+      cancels = cancels || rho[i] < CANCELS * rr[i];
+    }
+    for (size_t k = 0; k < r.size(); k += D)
+      for (int i = 0; i < D; ++i) {
+        step[k + i] += part[i] * w[k + i];
+        r[k + i] -= part[i] * q[k + i];
+      }
+    if (cancels) dots<D>(m, r, r, rho);
+    for (int i = 0; i < D; ++i) turn[i] = rr[i] > 0.0 ? rho[i] / rr[i] : 0.0;
+  }
+  m.residual(r, t);
+  dots<D>(m, t, t, square);
+  return below<D>(square, enough) ? 1000 : -1;
+}
+
 // Conjugate gradients for step from 0, all directions side by side; r ends as the residual. The residual of M
 // itself is what must be small. Returns the iterations; -1: not there, to 1e-8 after 1000 of them.
 template <int D>
 int iterate(const MassSystem<D>& m, const double* size, RealVec& r, RealVec& step)
 {
+  if (m.all.halo) return iterate_ranks<D>(m, size, r, step);
   RealVec w(r.size(), 0.0), q(r.size()), t(r.size());
   double rho[D], before[D], wq[D], square[D], goal[D], enough[D];
   step.assign(r.size(), 0.0);
@@ -304,14 +486,12 @@ int solve(const Dofs& s, int first, int guess, const RealVec& f, RealVec& x)
     const double diag = s.M_diag[first + k];
     scale[k] = diag > 0.0 ? 1.0 / std::sqrt(diag) : 0.0;
   }
-  m.all = mass_rows(s, first, scale, false);
+  m.all = mass_rows(s, first, scale);
   Halo halo;
   if (sys_shared(s.A)) {
     halo       = rows_behind(s.A.halo, first);
     m.all.halo = &halo;
-    m.own      = mass_rows(s, first, scale, true);
-    m.owned.resize(n);
-    for (int k = 0; k < n; ++k) m.owned[k] = halo.owner[k] == comm_rank();
+    m.border   = mass_border(m.all);
   }
   // begin with f over the sum of the row, which is right where the answer is smooth
   for (int k = 0; k < n * D; ++k) {
