@@ -221,7 +221,8 @@ void assem_constrain(Dofs& s, const RealVec& diagonal, const RealVec& x, RealVec
   std::vector<char> fixed(s.nrow, 0);
   for (int i = 0; i < s.neq(); ++i) fixed[i / dim] |= s.fixed[i] != 0;
   RealVec Ax(f.size(), 0.0);           // of this rank, negative
-  for (int r = 0; r < s.nrow; ++r)
+  const bool any = std::find(fixed.begin(), fixed.end(), 1) != fixed.end();
+  for (int r = 0; r < s.nrow && any; ++r)
     for (int k = s.A.off[r]; k < s.A.off[r + 1]; ++k) {
       const int c = s.A.col[k];
       if (!fixed[r] && !fixed[c]) continue;

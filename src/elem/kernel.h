@@ -143,10 +143,11 @@ inline void ip_force(const G* dNdX, int n, G w, const T* Fb, const T* S, T* re)
     }
 }
 
-// ke [pairs a >= b][D*D] += tangent. For the isotropic law B_a^T D B_b is, with f_a = Fb dN_a/dX,
+// ke [pairs a >= b][D*D] += tangent; FRESH: = tangent. For the isotropic law B_a^T D B_b is, with
+// f_a = Fb dN_a/dX,
 //   lam f_a f_b^T + mu [ f_b f_a^T + (dN_a/dX . dN_b/dX) Fb Fb^T ]                (1.7)
 // scratch f: [n*D]
-template <int D, int N, class G, class T>
+template <int D, int N, bool FRESH = false, class G, class T>
 inline void ip_tangent(const G* dNdX, int n, G w, const MatLaw& law, const KernelMode& mode, const T* Fb,
                        const T* S, T* f, T* ke)
 {
@@ -184,8 +185,10 @@ inline void ip_tangent(const G* dNdX, int n, G w, const MatLaw& law, const Kerne
       }
       T* k = ke + pair_place(a, c) * D * D;
       for (int i = 0; i < D; ++i) {
-        for (int j = 0; j < D; ++j)
-          k[i * D + j] += fl[i] * f[c * D + j] + f[c * D + i] * fm[j] + b[i * D + j] * gg;
+        for (int j = 0; j < D; ++j) {
+          const T part = fl[i] * f[c * D + j] + f[c * D + i] * fm[j] + b[i * D + j] * gg;
+          k[i * D + j] = FRESH ? part : k[i * D + j] + part;
+        }
         k[i * D + i] += geo;
       }
     }

@@ -315,7 +315,6 @@ void frac_convert(const Model& m, Elements& el, const FracMesh& fm, const IntVec
 
 void frac_interfaces(const Model& m, const FracMesh& fm, State& st)
 {
-  point_velocities(st.points, m.dim, st.n.vc, st.n.vp);
   point_surfaces(m, st.points);
   const IntVec lost = lost_nodes(m, fm, st.frac);
   hang_corners(m, fm, lost, st.frac, st.points);

@@ -118,7 +118,6 @@ struct Level {                 // one time level
   RealVec u, v, a;             // [nnode*dim] finite-element nodes
   RealVec uc;                  // [ncorner*dim] displacement of corners since t = 0   length
   RealVec vc;                  // [ncorner*dim] velocity of corners
-  RealVec vp;                  // [npoint*dim] velocity of points, sum_c w_c v_c: for output
   RealVec slip;                // [nbond*dim] side A minus side B; contact: the gap  length
   RealVec lambda;              // [nbond*dim] multiplier of the augmented Lagrange; contact: friction   force
   RealVec lambda_n;            // [nbond] contact: normal multiplier, not positive            force

@@ -44,8 +44,8 @@ inline void io(Archive& f, Fracture& x)
 
 inline void io(Archive& f, Level& x)
 {
-  auto& [time, u, v, a, uc, vc, vp, slip, lambda, lambda_n, he, hp, degr] = x;
-  io_all(f, time, of_nodes(u), of_nodes(v), of_nodes(a), uc, vc, vp, slip, lambda, lambda_n, of_gauss(he), hp,
+  auto& [time, u, v, a, uc, vc, slip, lambda, lambda_n, he, hp, degr] = x;
+  io_all(f, time, of_nodes(u), of_nodes(v), of_nodes(a), uc, vc, slip, lambda, lambda_n, of_gauss(he), hp,
          of_elems(degr));
 }
 

@@ -254,7 +254,7 @@ void write_mp(const Model& m, const State& s, const Fragments& fragments, Output
   vtk_point_data(f, pts.ncorner);
   vtk_vectors(f, "displacement", s.n.uc, m.dim);
   vtk_cell_data(f, pts.npoint);
-  vtk_vectors(f, "velocity", s.n.vp, m.dim);
+  vtk_vectors(f, "velocity", point_velocities(pts, m.dim, s.n.vc), m.dim);
   write_fields(f, cell, m.dim, yields(m));
   vtk_labels(f, "body", body);
   vtk_labels(f, "label", pts.label);

@@ -29,6 +29,10 @@ struct GridPlaces {
   GridLists raw_corner, raw_bond, extend;
   ListTable raw_point;
   IntVec raw_slot;             // as ActiveGrid::slot
+  // what corners may move, from where they were looked at, before a centre of a point may change its cell
+  // or a node may become weak or strong
+  RealVec seen;                // [ncorner*dim] places of corners
+  double room = 0.0;           // in cells, summed over the directions
 };
 
 // The part of the grid that exists in this step, and what corners, points and bonds see of it
@@ -179,8 +183,8 @@ void point_corner_mass(const Points& pts, const IntVec& list, CornerMass& m);
 // point_corner_momentum : q_c = sum_d m_cd v_d                                               [ncorner*dim]
 RealVec point_corner_momentum(const CornerMass& m, int dim, const RealVec& vc);
 
-// point_velocities : v_p = sum_c w_c v_c
-void point_velocities(const Points& pts, int dim, const RealVec& vc, RealVec& vp);
+// point_velocities : v_p = sum_c w_c v_c                                                     [npoint*dim]
+RealVec point_velocities(const Points& pts, int dim, const RealVec& vc);
 
 // point_history_size : numbers that each point keeps in the level
 inline size_t point_history_size(const Points& pts, const Level& l)

@@ -425,6 +425,7 @@ Status activate(const Model& m, const Points& pts, const Bonds& bonds, const Rea
   name_mesh_nodes(g);
   g.nnode = static_cast<int>(g.key.size());
   g.ncell = static_cast<int>(g.cell.size());
+  now.room  = 0.0;
   now.conn  = pts.conn.item;
   now.field = pts.field;
   return STATUS_OK;

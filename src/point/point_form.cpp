@@ -404,10 +404,8 @@ void tangent_pack(const Points& pts, const PointLaws& law, const KernelMode& mod
     }
     pack_turn(dS + k);
   }
-  Pack* k = reinterpret_cast<Pack*>(ke);
-  for (int i = 0; i < pair_count(n) * D * D; ++i) k[i] = Pack{};
   ip_stress<D>(of_body, mode, H0, H1, Fb, S);
-  ip_tangent<D, 0>(dS, n, V0, of_body, mode, Fb, S, f, k);
+  ip_tangent<D, 0, true>(dS, n, V0, of_body, mode, Fb, S, f, reinterpret_cast<Pack*>(ke));
 }
 
 template <int D, int NEN>

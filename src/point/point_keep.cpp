@@ -58,15 +58,12 @@ bool same_weights(const Grid& grid, int field, const double* x, long code, doubl
   return true;
 }
 
-// corners, bonds and centres of points are in the same cells; makes the weights of corners and bonds on
-// touched nodes
+// corners at x and bonds are in the same cells; makes their weights on touched nodes
 template <int D>
-bool same_cells(const Grid& grid, const Points& pts, const Bonds& bonds, const RealVec& uc,
+bool same_cells(const Grid& grid, const Points& pts, const Bonds& bonds, const RealVec& x,
                 const RealVec& xb, const GridPlaces& before, const ListTable& corner, RealVec& corner_w,
                 const ListTable& bond, RealVec& bond_w)
 {
-  RealVec x(pts.Xc.size());
-  for (size_t i = 0; i < x.size(); ++i) x[i] = pts.Xc[i] + uc[i];
   for (int c = 0; c < pts.ncorner; ++c)
     if (before.corner[c] >= 0 &&
         !same_weights<D>(grid, pts.field[c], &x[static_cast<size_t>(c) * D], before.corner[c],
@@ -79,6 +76,14 @@ bool same_cells(const Grid& grid, const Points& pts, const Bonds& bonds, const R
                          &bond_w[bond.off[b]], bond.count(b)))
       return false;
   }
+  return true;
+}
+
+// centres of points are in the same cells; room: to the next face of a cell, in cells
+template <int D>
+bool same_centres(const Grid& grid, const Points& pts, const RealVec& x, const GridPlaces& before,
+                  double& room)
+{
   CellPlace s;
   for (int p = 0; p < pts.npoint; ++p) {
     double mid[D] = {};
@@ -87,8 +92,25 @@ bool same_cells(const Grid& grid, const Points& pts, const Bonds& bonds, const R
     const bool inside = locate<D>(grid, mid, s);
     if ((inside ? cell_key(grid, D, pts.field[pts.conn.begin(p)[0]], s.cell) : -1) != before.point[p])
       return false;
+    if (!inside) room = 0.0;
+    for (int i = 0; i < D; ++i) room = std::min({room, s.xi[i], 1.0 - s.xi[i]});
   }
   return true;
+}
+
+// the longest way of a corner, in cells, summed over the directions: what the weights S_pv of a point and the
+// place of its centre change by at most
+template <int D>
+double longest_way(const Grid& grid, const RealVec& from, const RealVec& to)
+{
+  double most = 0.0, size[D];
+  for (int i = 0; i < D; ++i) size[i] = 1.0 / grid.h[i];
+  for (size_t c = 0; c < to.size(); c += D) {
+    double way = 0.0;
+    for (int i = 0; i < D; ++i) way += std::fabs(to[c + i] - from[c + i]) * size[i];
+    most = std::max(most, way);
+  }
+  return most;
 }
 
 // max_p S_pv of every touched node, when some are weak                              (3.10)
@@ -131,17 +153,29 @@ template <int D>
 bool same_lists(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& uc, const RealVec& xb,
                 ActiveGrid& g)
 {
+  const double rounding = 1e-9;          // of the way and of the room, in cells
   GridPlaces& now = g.places;
   const bool weak = g.nweak > 0;
-  if (!same_cells<D>(m.grid, pts, bonds, uc, xb, now, weak ? now.raw_corner.list : g.corner,
+  RealVec x(pts.Xc.size());
+  for (size_t i = 0; i < x.size(); ++i) x[i] = pts.Xc[i] + uc[i];
+  if (!same_cells<D>(m.grid, pts, bonds, x, xb, now, weak ? now.raw_corner.list : g.corner,
                      weak ? now.raw_corner.w : g.corner_w, weak ? now.raw_bond.list : g.bond,
                      weak ? now.raw_bond.w : g.bond_w))
     return false;
+  if (now.room > 0.0 && longest_way<D>(m.grid, now.seen, x) + rounding < now.room) {
+    if (!weak) point_sums(pts, D, g.nnode, g, nullptr);
+    return true;
+  }
   RealVec support;
+  now.room = 1.0;
+  if (!same_centres<D>(m.grid, pts, x, now, now.room)) return false;
   if (weak) touched_support(pts, now, support);
   else point_sums(pts, D, g.nnode, g, &support);
-  for (size_t r = 0; r < support.size(); ++r)
+  for (size_t r = 0; r < support.size(); ++r) {
     if (grid_is_weak(m.grid, support[r]) == (now.strong[r] != 0)) return false;
+    now.room = std::min(now.room, std::fabs(support[r] - m.grid.weak));
+  }
+  now.seen.swap(x);
   return true;
 }
 

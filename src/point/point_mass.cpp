@@ -105,10 +105,11 @@ RealVec point_corner_momentum(const CornerMass& m, int dim, const RealVec& vc)
   return q;
 }
 
-void point_velocities(const Points& pts, int dim, const RealVec& vc, RealVec& vp)
+RealVec point_velocities(const Points& pts, int dim, const RealVec& vc)
 {
-  vp.assign(static_cast<size_t>(pts.npoint) * dim, 0.0);
+  RealVec vp(static_cast<size_t>(pts.npoint) * dim, 0.0);
   for (int p = 0; p < pts.npoint; ++p)
     for (int k = pts.conn.off[p]; k < pts.conn.off[p + 1]; ++k)
       for (int i = 0; i < dim; ++i) vp[p * dim + i] += pts.w[k] * vc[pts.conn.item[k] * dim + i];
+  return vp;
 }

@@ -273,10 +273,7 @@ void step_finish(Problem& p, Attempt& a, RealVec& energy)
     finish_nodes(s, a, st, dv);
     if (st.points.npoint) finish_grid(s, a, dv);
     if (s.whole) tell_velocities(s, st, dv);
-    if (st.points.npoint) {
-      assem_gather_corners(p.d.grid, all, dv, st.n.vc, st.np1.vc);
-      point_velocities(st.points, m.dim, st.np1.vc, st.np1.vp);
-    }
+    if (st.points.npoint) assem_gather_corners(p.d.grid, all, dv, st.n.vc, st.np1.vc);
   }
   // 2. what ghosts and damping have taken                                           (3.17), (6.21)
   if (p.d.grid.ghost.size()) finish_ghosts(p.d.grid, all, a, dv, st.ledger);

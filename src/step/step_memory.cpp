@@ -9,7 +9,7 @@ double bytes(const ListTable& t) { return bytes(t.off) + bytes(t.item); }
 
 double bytes(const Level& l)
 {
-  return bytes(l.u) + bytes(l.v) + bytes(l.a) + bytes(l.uc) + bytes(l.vc) + bytes(l.vp) + bytes(l.he) +
+  return bytes(l.u) + bytes(l.v) + bytes(l.a) + bytes(l.uc) + bytes(l.vc) + bytes(l.he) +
          bytes(l.hp) + bytes(l.slip) + bytes(l.lambda) + bytes(l.lambda_n);
 }
 

@@ -143,7 +143,6 @@ int step_open(Problem& p)
   if (errors) return errors;
   overlap_pairs(m, p.d.watch);
   overlap_start(m, p.d.el, st.points, st.n.u, st.n.uc, p.d.watch);
-  point_velocities(st.points, m.dim, st.n.vc, st.n.vp);
   st.np1 = st.n;
   if (!solve_open(p.newton.solver, m.solver)) {
     log_error(m.solver.kind == SOLVER_AMG

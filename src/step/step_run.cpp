@@ -22,7 +22,7 @@ void stop_motion(State& st)
   if (st.ledger.kinetic == 0.0) return;
   log_warn("step %d is static: the kinetic energy of %g is discarded", st.log.step, st.ledger.kinetic);
   st.ledger.external -= st.ledger.kinetic;
-  for (RealVec* v : {&st.n.v, &st.n.a, &st.n.vc, &st.n.vp}) std::fill(v->begin(), v->end(), 0.0);
+  for (RealVec* v : {&st.n.v, &st.n.a, &st.n.vc}) std::fill(v->begin(), v->end(), 0.0);
 }
 
 // ---------------------------------------------------------------------------
