@@ -5,6 +5,7 @@
 #include "base/comm.h"
 #include "base/log.h"
 #include "base/timer.h"
+#include "elem/kernel.h"
 #include "step/step.h"
 
 namespace {
@@ -34,6 +35,35 @@ double smallest(const double* F)
   return Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(A, Eigen::EigenvaluesOnly).eigenvalues()(0);
 }
 
+// Is the smallest eigenvalue of C surely above the limit? By Gershgorin, from gradients dNdX [nen*D] and the
+// displacements u of the nodes at an integration point; NEN = 0: nen nodes
+template <int D, int NEN>
+bool clear(const double* dNdX, int nen, const int* node, const RealVec& u)
+{
+  double ul[MAX_NODES * D], F[D * D];
+  for (int a = 0; a < (NEN ? NEN : nen); ++a)
+    for (int i = 0; i < D; ++i) ul[a * D + i] = u[static_cast<size_t>(node[a]) * D + i];
+  ip_gradient<D, NEN>(dNdX, nen, ul, F);
+  for (int i = 0; i < D; ++i) F[i * D + i] += 1.0;
+  bool good = true;
+  for (int i = 0; i < D; ++i) {
+    double bound = 0.0;
+    for (int j = 0; j < D; ++j) {
+      double C = 0.0;
+      for (int k = 0; k < D; ++k) C += F[k * D + i] * F[k * D + j];
+      bound += i == j ? C : -std::fabs(C);
+    }
+    good = good && bound >= limit;
+  }
+  return good;
+}
+
+bool clear(int dim, const double* dNdX, int nen, const int* node, const RealVec& u)
+{
+  if (dim == 2) return nen == 4 ? clear<2, 4>(dNdX, nen, node, u) : clear<2, 0>(dNdX, nen, node, u);
+  return nen == 8 ? clear<3, 8>(dNdX, nen, node, u) : clear<3, 0>(dNdX, nen, node, u);
+}
+
 bool note(Compressed& c, const IpFields& f, int item, bool is_point)
 {
   const double least = smallest(f.F);
@@ -53,12 +83,16 @@ Compressed compressed(const Model& m, const Elements& el, const State& st)
   Compressed c;
   IpFields f;
   const bool breaks = !st.frac.broken.empty();
+  const int dim     = m.dim;
   for (const ElemBlock& b : el.block)
     for (int slot : b.live) {
       const int e = b.elem[slot];
       if ((breaks && st.frac.broken[e] >= 0) || b.law.kind != LAW_SVK) continue;
-      bool beyond = false;
+      bool beyond   = false;
+      const int nen = shape_info[b.shape].nen;
       for (int g = 0; g < shape_info[b.shape].ngp; ++g) {
+        const double* dNdX = &b.dNdX[(b.gauss(slot) + g) * nen * dim];
+        if (clear(dim, dNdX, nen, m.mesh.conn.begin(e), st.n.u)) continue;
         elem_ip_fields(m, el, st.n, true, e, g, f);
         beyond = note(c, f, e, false) || beyond;
       }
@@ -66,6 +100,8 @@ Compressed compressed(const Model& m, const Elements& el, const State& st)
     }
   for (int q = 0; q < st.points.npoint; ++q) {
     if (st.points.broken[q] >= 0 || point_material(m, st.points, q).law != LAW_SVK) continue;
+    const double* G = &st.points.G[static_cast<size_t>(st.points.conn.off[q]) * dim];
+    if (clear(dim, G, st.points.conn.count(q), st.points.conn.begin(q), st.n.uc)) continue;
     point_ip_fields(m, st.points, st.n, q, f);
     c.points += note(c, f, q, true);
   }
