@@ -7,6 +7,7 @@
 namespace {
 
 const double INDEPENDENT = 1e-8;   // part of the energy of a solution that others do not have
+const double CANCELS = 1e-8;   // of r r, where a difference of squares has lost digits
 const double CLEAR = 5.0;      // factor between the guess by the length of r and sqrt(r M^-1 r)
 
 // q = A p, several ranks: the part of this one; returns its part of p q
@@ -22,6 +23,49 @@ double multiply(const CgSystem& s, const RealVec& p, RealVec& q)
   double pq = part_of_product(s, p, q);
   if (s.own) halo_sum(s.A.halo, s.A.dim, q, &pq, 1);
   return pq;
+}
+
+// The products that a step needs
+struct Products {
+  double pq, rq, rr, qq;
+};
+
+// adds p q, r q, r r where once, and q q to sum [4]
+void add_products(const RealVec& p, const RealVec& r, const RealVec& q, const RealVec& once, double* sum)
+{
+  const int LANES = 8;         // so that the compiler can use vector registers
+  double part[4][LANES] = {};
+  const size_t n = p.size(), whole = n / LANES * LANES;
+  const auto add = [&](size_t k, int l) {
+    part[0][l] += p[k] * q[k];
+    part[1][l] += r[k] * q[k];
+    part[2][l] += once[k] * r[k] * r[k];
+    part[3][l] += q[k] * q[k];
+  };
+  for (size_t k = 0; k < whole; k += LANES)
+    for (int l = 0; l < LANES; ++l) add(k + l, l);
+  for (size_t k = whole; k < n; ++k) add(k, 0);
+  for (int i = 0; i < 4; ++i)
+    for (double x : part[i]) sum[i] += x;
+}
+
+// Two ranks: q = A p, with all products in one message. Products of the border both add in the same order
+Products multiply_both(const CgSystem& s, const RealVec& p, const RealVec& r, RealVec& q)
+{
+  const OwnBlock& own = *s.own;
+  const int D         = s.A.dim;
+  sys_multiply(s.A, p, q);
+  double part[4] = {};
+  add_products(p, r, q, own.once, part);
+  const auto border_square = [&] {
+    double sum = 0.0;
+    for (int I : s.A.halo.common[1 - comm_rank()])
+      for (int i = 0; i < D; ++i) sum += q[I * D + i] * q[I * D + i];
+    return sum;
+  };
+  part[3] -= border_square();
+  halo_sum(s.A.halo, D, q, part, 4);
+  return {part[0], part[1], part[2], part[3] + border_square()};
 }
 
 // sum over the ranks
@@ -53,6 +97,13 @@ void turn(double a, const RealVec& z, RealVec& p)
   const double* from = z.data();
   double* to         = p.data();
   for (size_t i = 0; i < z.size(); ++i) to[i] = from[i] + a * to[i];
+}
+
+// length of r after the step: of products with the r before, itself where these nearly cancel
+double next_length(const CgSystem& s, const Products& sum, double alpha, const RealVec& r)
+{
+  const double square = sum.rr - 2.0 * alpha * sum.rq + alpha * alpha * sum.qq;
+  return square > CANCELS * sum.rr ? std::sqrt(square) : norm(s, r);
 }
 
 // all ranks leave the loop together: several do not look at the clock
@@ -105,7 +156,8 @@ CgDone cg_solve(const CgSystem& s, const RealVec& b, const CgGoal& goal, CgWork&
 {
   const Clock clock;
   CgDone done;
-  const size_t n = b.size();
+  const size_t n  = b.size();
+  const bool both = s.own && comm_size() == 2;
   const double residual = std::max(goal.eta * norm(s, b), goal.residual);
   w.r = b;
   w.z.resize(n);
@@ -132,14 +184,17 @@ CgDone cg_solve(const CgSystem& s, const RealVec& b, const CgGoal& goal, CgWork&
     }
     if (done.iterations >= goal.most || late(clock, goal.seconds)) return done;
     turn(done.iterations ? rho / before : 0.0, w.z, w.p);
-    const double curvature = multiply(s, w.p, w.q);
-    if (!(curvature > 0.0)) return done;
-    const double alpha = rho / curvature;
+    Products sum;
+    if (both) sum = multiply_both(s, w.p, w.r, w.q);
+    else sum.pq = multiply(s, w.p, w.q);
+    if (!(sum.pq > 0.0)) return done;
+    const double alpha = rho / sum.pq;
     add(alpha, w.p, x);
     add(-alpha, w.q, w.r);
     before = rho;
     // M^-1 r would only tell that this is the end: the length of r says so when it is clear
-    const double shorter = norm(s, w.r), guess = done.end * shorter / length;
+    const double shorter = both ? next_length(s, sum, alpha, w.r) : norm(s, w.r);
+    const double guess   = done.end * shorter / length;
     length = shorter;
     if (length > residual || CLEAR * guess > energy) continue;
     ++done.iterations;
