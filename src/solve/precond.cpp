@@ -230,13 +230,14 @@ void reduce_border(const FactorRows& f, const RealVec& val, const SysMatrix& bor
 }
 
 // z = L^-1 z of the rows that are eliminated; from the others goes what these add to them. Returns z z of the
-// first
-template <int D>
+// first. PLAIN: f is all_rows, which the compiler then knows; returns 0
+template <int D, bool PLAIN = false>
 double forward(const FactorRows& f, const float* __restrict L, double* __restrict z)
 {
   double square = 0.0;
   for (int n = 0; n < f.n; ++n) {
-    const int I = f.row(n), last = n < f.inner ? f.off[n + 1] - 1 : f.off[n + 1];
+    const bool inner = PLAIN || n < f.inner;
+    const int I = PLAIN ? n : f.row(n), last = f.off[n + 1] - inner;
     double t[D];
     for (int i = 0; i < D; ++i) t[i] = z[I * D + i];
     for (int k = f.off[n]; k < last; ++k) {
@@ -245,7 +246,7 @@ double forward(const FactorRows& f, const float* __restrict L, double* __restric
       for (int i = 0; i < D; ++i)
         for (int j = 0; j < D; ++j) t[i] -= static_cast<double>(l[i * D + j]) * y[j];
     }
-    if (n >= f.inner) {
+    if (!inner) {
       for (int i = 0; i < D; ++i) z[I * D + i] = t[i];
       continue;
     }
@@ -254,21 +255,22 @@ double forward(const FactorRows& f, const float* __restrict L, double* __restric
       double sum = 0.0;
       for (int j = 0; j <= i; ++j) sum += static_cast<double>(inv[i * D + j]) * t[j];
       z[I * D + i] = sum;
-      square += sum * sum;
+      if (!PLAIN) square += sum * sum;
     }
   }
   return square;
 }
 
 // z = L^-T z, from those of the rows behind
-template <int D>
+template <int D, bool PLAIN = false>
 void backward(const FactorRows& f, const float* __restrict L, double* __restrict z)
 {
   for (int n = f.n - 1; n >= 0; --n) {
-    const int I = f.row(n), last = n < f.inner ? f.off[n + 1] - 1 : f.off[n + 1];
+    const bool inner = PLAIN || n < f.inner;
+    const int I = PLAIN ? n : f.row(n), last = f.off[n + 1] - inner;
     double t[D];
     for (int i = 0; i < D; ++i) t[i] = z[I * D + i];
-    if (n < f.inner) {
+    if (inner) {
       const float* inv = L + static_cast<size_t>(last) * D * D;
       for (int i = 0; i < D; ++i) {
         t[i] = 0.0;
@@ -389,8 +391,8 @@ void cholesky_apply(const SysMatrix& A, const Cholesky& c, RealVec& z)
 {
   with_dim(A.dim, [&](auto d) {
     constexpr int D = decltype(d)::value;
-    forward<D>(all_rows(A), c.L.data(), z.data());
-    backward<D>(all_rows(A), c.L.data(), z.data());
+    forward<D, true>(all_rows(A), c.L.data(), z.data());
+    backward<D, true>(all_rows(A), c.L.data(), z.data());
     return 0;
   });
 }
