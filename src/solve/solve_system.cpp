@@ -500,6 +500,26 @@ Status by_best(Solver& s, const SysMatrix& A, const SolveAsk& ask, const RealVec
   return status;
 }
 
+// rows and numbers of the matrix, of all ranks
+void count_entries(const SysMatrix& A, SolverData& d)
+{
+  d.rows    = A.nrow;
+  d.entries = d.entries_all = static_cast<double>(A.val.size());
+  if (!sys_shared(A)) return;
+  const int ranks = comm_size(), me = comm_rank();
+  RealVec of(2 * ranks, 0.0);
+  of[2 * me]     = static_cast<double>(std::count(A.halo.owner.begin(), A.halo.owner.end(), me));
+  of[2 * me + 1] = d.entries;
+  comm_sum(of);
+  d.rows        = 0;
+  d.entries_all = 0.0;
+  for (int r = 0; r < ranks; ++r) {
+    d.rows += static_cast<long>(of[2 * r]);
+    d.entries = std::max(d.entries, of[2 * r + 1]);
+    d.entries_all += of[2 * r + 1];
+  }
+}
+
 }  // namespace
 
 // ---------------------------------------------------------------------------
@@ -518,11 +538,7 @@ Status solve_system(Solver& s, const SysMatrix& A, const SolveAsk& ask, const Re
   MPFE_CHECK(static_cast<int>(ask.key.size()) == A.nrow, "solve_system: one key for each row");
   s.masses = ask.inertia;
   SolverData& d  = *s.data;
-  double entries = static_cast<double>(A.val.size());
-  d.rows    = sys_rows(A);
-  d.entries = counted() ? comm_allreduce_max(entries) : entries;
-  comm_sum(&entries, 1);
-  d.entries_all = entries;
+  count_entries(A, d);
   const long analysed = s.nanalyse, factored = s.nfactor;
   const Status status = by_best(s, A, ask, b, x);
   if (s.nanalyse == analysed) timer_skip(PHASE_ANALYSIS);

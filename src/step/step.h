@@ -240,7 +240,7 @@ struct UndoPoint {
   State state;
   CornerShare share;
 };
-void step_undo_point(const State& st, const CornerShare& share, UndoPoint& u);
+void step_undo_point(State& st, const CornerShare& share, UndoPoint& u);
 void step_undo(Problem& p, const UndoPoint& u);
 
 // step_limit : warns when elements or points are compressed below the stretch at which St.Venant-Kirchhoff

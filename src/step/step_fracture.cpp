@@ -126,9 +126,12 @@ Failure step_fracture(Problem& p, const Step& s, double t_step, const State& bef
   }
 }
 
-void step_undo_point(const State& st, const CornerShare& share, UndoPoint& u)
+void step_undo_point(State& st, const CornerShare& share, UndoPoint& u)
 {
+  Level next;                  // between increments it is level n
+  std::swap(next, st.np1);
   u.state = st;
+  std::swap(next, st.np1);
   u.share = share;
 }
 
@@ -138,6 +141,7 @@ void step_undo(Problem& p, const UndoPoint& u)
   const bool changed = p.st.frac.converted.size() != u.state.frac.converted.size() ||
                        p.st.frac.released.size() != u.state.frac.released.size();
   p.st     = u.state;
+  p.st.np1 = p.st.n;
   p.st.log = log;
   p.d.share  = u.share;
   elem_refresh(p.d.el);

@@ -34,11 +34,14 @@ void add_nodes(const Mesh& mesh, const Dofs& dofs, const Level& l, Ledger& g)
   }
 }
 
-void sum_motion(Ledger& g)
+// what the ranks have, in one message
+void sum_ranks(Ledger& g)
 {
-  double sum[7] = {g.kinetic,    g.momentum[0], g.momentum[1], g.momentum[2],
-                   g.angular[0], g.angular[1],  g.angular[2]};
-  comm_sum(sum, 7);
+  double sum[9] = {g.kinetic,    g.momentum[0], g.momentum[1], g.momentum[2], g.angular[0],
+                   g.angular[1], g.angular[2],  g.strain,      g.plastic};
+  comm_sum(sum, 9);
+  g.strain  = sum[7];
+  g.plastic = sum[8];
   g.kinetic = sum[0];
   std::copy(sum + 1, sum + 4, g.momentum);
   std::copy(sum + 4, sum + 7, g.angular);
@@ -77,12 +80,10 @@ void ledger_update(const Model& m, const Elements& el, const Dofs& dofs, const L
   const RealVec mom = point_corner_momentum(dofs.corner_mass, m.dim, l.vc);
   if (m.dim == 2) add_points<2>(st.points, mom, l, g);
   else add_points<3>(st.points, mom, l, g);
-  sum_motion(g);
   g.strain = elem_energy(m, el, l, nlgeom, energy) +
              point_energy(m, st.points, l, dofs.owned_point);
-  comm_sum(&g.strain, 1);
   g.plastic = elem_plastic(el, l) + point_plastic(st.points, l, dofs.owned_point);
-  comm_sum(&g.plastic, 1);
+  sum_ranks(g);
   g.bond    = bond_energy(st.bonds, m.dim, l, &g.slip_max, &g.slip_rms);
   g.balance = g.kinetic + g.strain + g.bond + g.plastic + g.friction + g.fracture + g.ghost + g.viscous +
               g.renewal + g.conversion - g.total0 - g.external;

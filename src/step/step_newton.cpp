@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "step/step.h"
@@ -25,6 +26,19 @@ struct Residual {
   bool finite      = true;
 };
 
+// squares of the vectors in the rows that count here; of the first one at free dofs alone
+void own_squares(const Dofs& s, const std::array<const RealVec*, 4>& v, double* sum)
+{
+  for (int k = 0; k < 4; ++k) {
+    const RealVec& x = *v[k];
+    if (k == 0)
+      sum[k] = sum_terms(s.neq(), [&](size_t i) { return s.fixed[i] || !s.counts(i) ? 0.0 : x[i] * x[i]; });
+    else
+      sum[k] = s.split ? sum_terms(s.neq(), [&](size_t i) { return s.once[i] ? x[i] * x[i] : 0.0; })
+                       : dot(x, x);
+  }
+}
+
 // R(du); moves the state n+1
 Failure form_residual(Problem& p, Attempt& a, const RealVec& du, Residual& b)
 {
@@ -46,9 +60,13 @@ Failure form_residual(Problem& p, Attempt& a, const RealVec& du, Residual& b)
   }
   for (int i = 0; i < s.neq(); ++i) b.R[i] = a.fint[i] - a.fext[i] + b.inertia[i];
   tie_force(s, b.R);
-  b.free_norm = std::sqrt(dof_sum(s, [&](size_t i) { return s.fixed[i] ? 0.0 : b.R[i] * b.R[i]; }));
-  const double internal = dof_norm(s, a.fint), external = dof_norm(s, a.fext);
-  b.scale = std::max({internal, external, dof_norm(s, b.inertia)});
+  double norm[4];              // in one message
+  own_squares(s, {&b.R, &a.fint, &a.fext, &b.inertia}, norm);
+  if (s.split) comm_sum(norm, 4);
+  for (double& x : norm) x = std::sqrt(x);
+  const double internal = norm[1], external = norm[2];
+  b.free_norm = norm[0];
+  b.scale     = std::max({internal, external, norm[3]});
   return std::isfinite(b.free_norm) && std::isfinite(internal + external) ? STATUS_OK : BAD_NUMBER;
 }
 
