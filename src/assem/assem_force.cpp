@@ -444,7 +444,8 @@ Failure assem_move(const Model& m, const Discretisation& d, const Dofs& dofs, co
   move_nodes(dofs, du, st);
   assem_gather_corners(grid, dofs, du, st.n.uc, st.np1.uc);                             // (3.1)
   assem_ghost_jump(grid, dofs, du, j.ghost);
-  return move_bonds(m, dofs, du, t_step0, t_step1, st, j);
+  const Failure failure = move_bonds(m, dofs, du, t_step0, t_step1, st, j);
+  return m.part.on && st.bonds.nbond ? failure_agree(failure) : failure;
 }
 
 Failure assem_move_all(const Model& m, const Discretisation& d, const Dofs& dofs, const KernelMode& mode,
@@ -455,6 +456,20 @@ Failure assem_move_all(const Model& m, const Discretisation& d, const Dofs& dofs
   for (int b : dofs.bond_acts)
     if (failure.ok() && st.bonds.field[b] == SIDE_CONTACT) contact_state(m, d.pairs, mode, j, b, st, f);
   return failure;
+}
+
+void assem_share_bonds(const Model& m, const Dofs& dofs, const ContactPairs& pairs, State& st, Jumps& j)
+{
+  const int dim = m.dim, n = st.bonds.nbond * dim;
+  RealVec all(3 * static_cast<size_t>(n), 0.0);
+  RealVec* const part[3] = {&j.contact, &st.np1.slip, &st.np1.lambda};
+  for (int b : dofs.bond_acts)
+    for (int k = 0; k < 3; ++k) std::copy_n(&(*part[k])[b * dim], dim, &all[k * n + b * dim]);
+  comm_sum(all);
+  for (int b = 0; b < st.bonds.nbond; ++b)
+    for (int k = 0; k < 3 && (st.bonds.field[b] != SIDE_CONTACT || pairs.master.count(b)); ++k)
+      std::copy_n(&all[k * n + b * dim], dim, &(*part[k])[b * dim]);
+  halo_copy(m.part.halo, dim, st.np1.u);
 }
 
 Failure assem_internal(const Model& m, const Discretisation& d, const Dofs& dofs, const KernelMode& mode,

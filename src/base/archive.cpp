@@ -61,7 +61,9 @@ std::size_t local_units(const ArchivePart& p)
 std::size_t whole_units(const ArchivePart& p)
 {
   if (!p.ragged) return static_cast<std::size_t>(p.whole);
-  double n = static_cast<double>(local_units(p));
+  double n = 0.0;
+  for (std::size_t i = 0; i < p.units.size(); ++i)
+    if (p.brings.empty() || p.brings[i]) n += p.units[i];
   comm_sum(&n, 1);
   return static_cast<std::size_t>(n);
 }

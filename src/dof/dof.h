@@ -37,6 +37,8 @@ struct CornerSupport {
 struct Dofs {
   int dim = 0, nfe = 0, nrow = 0;
   bool numbered = false;       // rows of nodes are those of the elements and bonds of now
+  // divided model: the last of the nfe rows are of nodes of outer elements that bonds of this rank hold
+  int nguest = 0;
   IntVec row_of_node;          // [nnode] row of a node, -1: in no element
   IntVec node_of_row;          // [nfe]
   std::vector<long> row_key;   // [nrow] who a row is: node, or -1 - key of the grid node

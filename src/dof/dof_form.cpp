@@ -70,8 +70,49 @@ void number_nodes(const Model& m, const State& st, const Elements& el, Dofs& s)
       s.bare.push_back(1);
     }
   s.nfe         = static_cast<int>(s.node_of_row.size());
+  s.nguest      = 0;
   s.row_of_node.assign(m.mesh.nnode(), -1);
   for (int r = 0; r < s.nfe; ++r) s.row_of_node[s.node_of_row[r]] = r;
+}
+
+// a bond to the ground, or a place of contact that meets a face
+bool acts(const Bonds& bonds, const ContactPairs& pairs, int b)
+{
+  return bonds.field[b] != SIDE_CONTACT || pairs.master.count(b);
+}
+
+// divided model: all ranks know all bonds, and that of the first node works on one
+bool bond_here(const MeshPart& part, const Bonds& bonds, int b)
+{
+  return !part.on || part.counts(bonds.a.item[bonds.a.off[b]]);
+}
+
+// divided model: rows of nodes that other ranks work on, which bonds of this one hold now. True: they are
+// others than before
+bool add_guests(const MeshPart& part, const Bonds& bonds, const ContactPairs& pairs, Dofs& s)
+{
+  const int own = s.nfe - s.nguest;
+  IntVec guest;
+  const auto take = [&](const ListTable& list, int b) {
+    for (int k = list.off[b]; k < list.off[b + 1]; ++k)
+      if (s.row_of_node[list.item[k]] < 0 || s.row_of_node[list.item[k]] >= own) guest.push_back(list.item[k]);
+  };
+  for (int b = 0; b < bonds.nbond; ++b) {
+    if (!bond_here(part, bonds, b) || !acts(bonds, pairs, b)) continue;
+    take(bonds.a, b);
+    if (bonds.field[b] == SIDE_CONTACT) take(pairs.master, b);
+  }
+  std::sort(guest.begin(), guest.end());
+  guest.erase(std::unique(guest.begin(), guest.end()), guest.end());
+  if (std::equal(guest.begin(), guest.end(), s.node_of_row.begin() + own, s.node_of_row.end())) return false;
+  for (int r = own; r < s.nfe; ++r) s.row_of_node[s.node_of_row[r]] = -1;
+  s.node_of_row.resize(own);
+  s.node_of_row.insert(s.node_of_row.end(), guest.begin(), guest.end());
+  s.nguest = static_cast<int>(guest.size());
+  s.nfe    = own + s.nguest;
+  s.bare.resize(s.nfe, 0);
+  for (int r = own; r < s.nfe; ++r) s.row_of_node[s.node_of_row[r]] = r;
+  return true;
 }
 
 // rows and weights of one bond: side A positive, side B negative, equal rows summed
@@ -150,11 +191,15 @@ void form_lists(const Bonds& bonds, const MeshPart& part, Discretisation& d, Dof
   IntVec row;
   RealVec w;
   for (int b = 0; b < bonds.nbond; ++b) {
+    if (!bond_here(part, bonds, b)) {
+      s.bond.off.push_back(static_cast<int>(s.bond.item.size()));
+      continue;
+    }
     bond_rows(bonds, d, s, b, row, w);
     s.bond.item.insert(s.bond.item.end(), row.begin(), row.end());
     s.bond_w.insert(s.bond_w.end(), w.begin(), w.end());
     s.bond.off.push_back(static_cast<int>(s.bond.item.size()));
-    if (bonds.field[b] != SIDE_CONTACT || d.pairs.master.count(b)) s.bond_acts.push_back(b);
+    if (acts(bonds, d.pairs, b)) s.bond_acts.push_back(b);
   }
 }
 
@@ -236,9 +281,11 @@ double mean_size(const Model& m, const Elements& el)
   double volume = 0.0, count = 0.0;
   for (const ElemBlock& b : el.block) {
     const int ngp = shape_info[b.shape].ngp;
-    for (size_t slot = 0; slot < b.elem.size(); ++slot)
+    for (size_t slot = 0; slot < b.elem.size(); ++slot) {
+      if (!m.part.works(b.elem[slot])) continue;
       for (int g = 0; g < ngp; ++g) volume += b.w[b.gauss(slot) + g] / (m.dim == 2 ? b.thickness : 1.0);
-    count += static_cast<double>(b.elem.size());
+      count += 1.0;
+    }
   }
   if (m.part.on) {
     comm_sum(&volume, 1);
@@ -255,8 +302,9 @@ bool form_rows(const Model& m, const Step& step, State& st, Discretisation& d, D
   const int before = s.nrow;
   s.dim = m.dim;
   number_nodes(m, st, d.el, s);
+  bool fresh = m.part.on && st.bonds.nbond && add_guests(m.part, st.bonds, d.pairs, s);
   form_lists(st.bonds, m.part, d, s);
-  bool fresh = first || s.nrow != before;
+  fresh = fresh || first || s.nrow != before;
   fresh = fresh || !same(s.point_rows, d.grid.point) || !same(s.bond_rows, s.bond) ||
           !same(s.ghost_rows, d.grid.ghost) || !same(s.group_rows, s.group);
   fresh = dof_tie(m, step, s) || fresh;
@@ -277,6 +325,7 @@ bool form_split(const Model& m, const Step& step, State& st, Discretisation& d, 
     const bool fresh = comm_allreduce_max(static_cast<int>(form_rows(m, step, st, d, s)));
     if (!fresh) return false;
     halo_form(s.row_key, s.halo);
+    for (int r = 0; r < s.nfe; ++r) s.halo.owner[r] = m.part.halo.owner[s.node_of_row[r]];     // no guest
     s.owner = s.halo.owner;
     return true;
   }

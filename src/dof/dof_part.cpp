@@ -10,6 +10,7 @@
 #include "base/comm.h"
 #include "base/forest.h"
 #include "base/log.h"
+#include "contact/overlap.h"
 #include "dof/dof.h"
 #include "model/model_cut.h"
 #include "model/model_send.h"
@@ -32,12 +33,43 @@ bool counts_pieces(const Model& m)
                                        [](const HistoryDef& d) { return d.what == "NFRAG"; });
 }
 
+// bonds of finite elements to the ground, pairs of their surfaces
+bool ties_surfaces(const BondDef& d) { return d.kind != BOND_MESH_GRID && !d.general; }
+
+// parts that do not know of each other are watched, which takes all of them
+bool watches(const Model& m)
+{
+  OverlapWatch w;
+  overlap_pairs(m, w);
+  return !w.pair.empty();
+}
+
 // finite elements alone; the rest is not divided yet
 bool divides(const Model& m)
 {
   return comm_size() > 1 && asked() && !counts_pieces(m) && m.mesh.nelem() >= LEAST * comm_size() &&
-         m.body.empty() && m.bond.empty() && m.fracture.empty() && m.conversion.empty() &&
-         m.broken.empty() && m.equation.empty() && m.frame.empty() && m.grid_bc.empty();
+         m.body.empty() && std::all_of(m.bond.begin(), m.bond.end(), ties_surfaces) &&
+         m.conversion.empty() && m.equation.empty() && m.frame.empty() && m.grid_bc.empty() && !watches(m);
+}
+
+// elements of others that each rank looks at: near what breaks, and all at surfaces of bonds and contact
+OfRanks<int> outer_elements(const Model& m, const IntVec& rank)
+{
+  OfRanks<int> out;
+  if (m.fracture.empty() && m.bond.empty()) return out;
+  std::vector<char> bonded(m.mesh.nelem(), 0);
+  const IntVec surface = model_bonded_surfaces(m);
+  for (std::size_t s = 0; s < surface.size(); ++s)
+    for (const Face& f : surface[s] ? m.surface[s].face : std::vector<Face>()) bonded[f.elem] = 1;
+  out.off.push_back(0);
+  for (int r = 0; r < comm_size(); ++r) {
+    std::vector<char> here = bonded;
+    for (int e : frac_outer(m, rank, r)) here[e] = 1;
+    for (int e = 0; e < m.mesh.nelem(); ++e)
+      if (here[e] && rank[e] != r) out.item.push_back(e);
+    out.off.push_back(static_cast<int>(out.item.size()));
+  }
+  return out;
 }
 
 // work of an element: its node pairs at each Gauss point
@@ -51,13 +83,17 @@ RealVec element_work(const Mesh& mesh)
   return work;
 }
 
-// do all elements hang together by common faces?
-bool joined_by_faces(const Mesh& mesh)
+// do all elements that are not removed hang together by common faces?
+bool joined_by_faces(const Mesh& mesh, const std::vector<BrokenDef>& broken)
 {
   std::map<std::array<int, 4>, int> owner;
   Forest parts(mesh.nelem());
-  int left = mesh.nelem();
+  std::vector<char> removed(mesh.nelem(), 0);
+  for (const BrokenDef& b : broken)
+    for (int e : b.elem) removed[e] = b.remove;
+  int left = static_cast<int>(std::count(removed.begin(), removed.end(), 0));
   for (int e = 0; e < mesh.nelem(); ++e) {
+    if (removed[e]) continue;
     const ShapeInfo& info = shape_info[elem_table[mesh.elem_type[e]].shape];
     for (int f = 0; f < info.nface; ++f) {
       std::array<int, 4> key = {-1, -1, -1, -1};
@@ -85,8 +121,8 @@ IntVec divided(const Model& m)
 // rank 0: to the other ranks one piece after the other, so that no more than one lies beside the whole model
 void send_pieces(const IntVec& rank, Model& m)
 {
-  m.part.joined = joined_by_faces(m.mesh);
-  ModelCut cut  = model_cut_open(m, rank, comm_size());
+  m.part.joined = joined_by_faces(m.mesh, m.broken);
+  ModelCut cut  = model_cut_open(m, rank, outer_elements(m, rank), comm_size());
   for (int r = 1; r < comm_size(); ++r) {
     Model piece = model_cut_piece(cut, r);
     model_send(piece, r);

@@ -50,11 +50,14 @@ struct ElemBlock {
 
 struct Elements {
   std::vector<ElemBlock> block;
-  IntVec block_of, slot_of;    // [Mesh::nelem] block and place in it, -1: no longer an element
+  // [Mesh::nelem] block, -1: no longer an element, or an outer one; place in the block
+  IntVec block_of, slot_of;
   IntVec initial_block;                 // [Mesh::nelem] block at t = 0
   IntVec gauss_of;             // [Mesh::nelem + 1] first Gauss point of an element among those of all
   int history = 0;             // numbers that an integration point keeps
-  bool all_owned = true;       // one rank, or a divided model: this rank works on all that are here
+  bool all_owned = true;       // one rank, or a divided model: this rank works on all that are live here
+  // [Mesh::nelem] divided model: 1: another rank works on it, it is here to be looked at; empty: none
+  std::vector<char> outer;
   const Fracture* frac = nullptr;   // what is broken; null: nothing can break
   int broken(int e) const { return frac ? frac->broken[e] : -1; }
 };

@@ -126,7 +126,9 @@ Status elem_setup(const Model& m, Elements& el, int* worst)
   el.gauss_of.assign(mesh.nelem(), 0);
   el.history = law_history(m);
   el.all_owned = comm_size() == 1 || m.part.on;
-  int gauss  = 0;
+  if (m.part.around.on())
+    for (int e = 0; e < mesh.nelem(); ++e) el.outer.push_back(!m.part.works(e));
+  int gauss = 0;
   for (int e = 0; e < mesh.nelem(); ++e) {
     if (mesh.elem_section[e] < 0) continue;
     ElemBlock& b          = block_for(m, el, known, e);
@@ -171,7 +173,8 @@ void elem_refresh(Elements& el)
 {
   for (ElemBlock& b : el.block) b.live.clear();
   for (size_t e = 0; e < el.initial_block.size(); ++e) {
-    const bool is = el.initial_block[e] >= 0 && (!el.frac || el.frac->phase[e] == AS_ELEMENT);
+    const bool is = el.initial_block[e] >= 0 && (el.outer.empty() || !el.outer[e]) &&
+                    (!el.frac || el.frac->phase[e] == AS_ELEMENT);
     el.block_of[e] = is ? el.initial_block[e] : -1;
     if (is) el.block[el.initial_block[e]].live.push_back(el.slot_of[e]);
   }

@@ -15,6 +15,10 @@
 // 0.1
 const double FRAC_LEAST = 0.01;
 
+// In sizes of an element: default radius of the ball by FORCE and by BALL; radius of the ball around a notch
+// in which BALL asks for J as well; default spacing in motion
+const double FRAC_RADIUS_FORCE = 5.0, FRAC_RADIUS_BALL = 2.0, FRAC_NOTCH = 5.0, FRAC_SPACING = 2.0;
+
 // What fracture and conversion need to know of the mesh at t = 0; made once
 struct FracMesh {
   bool on = false;             // something can break or change its form
@@ -38,22 +42,39 @@ struct FracMesh {
 
 // One element that breaks
 struct Erosion {
-  int elem = -1;
+  int elem = -1;               // divided model: index here, -1: it is not here
   double value = 0.0;          // criterion over toughness, >= 1
   double rank  = 0.0;          // what the order goes by
   double J[3]  = {0, 0, 0};    // direction of growth times G, 0: not known
   double time  = 0.0;          // when the criterion was met, by frac_when
+  int number = -1, label = 0;  // in the mesh of the deck
+  int def = -1;                // index into Model::fracture
+  double X[3] = {0, 0, 0};     // centre at t = 0
 };
 
 // The element whose criterion is exceeded most among those that may break now
 struct FirstBreak {
-  int elem = -1;
+  int elem = -1;               // divided model: index here, -1: it is not here
+  int number = -1, label = 0;  // in the mesh of the deck; -1: there is none
+  int def = -1;                // index into Model::fracture
   double value = 0.0;          // criterion over the value at which it breaks, >= 1
   double part  = 0.0;          // FALLBACK: part of Gc h; 0: by the criterion of its definition
 };
 
 // frac_mesh : topology, sizes, toughness. Returns the number of errors (messages in the log).
 int frac_mesh(const Model& m, const Elements& el, FracMesh& fm);
+
+// frac_outer : elements of other ranks that the estimates, gates and crack areas of those of rank r look at,
+// and those at a node of them, ascending  (7.1) - (7.8), (7.17)
+//   in   rank   that works on an element                 [nelem]
+IntVec frac_outer(const Model& m, const IntVec& rank, int r);
+
+// parts_of_cube : an element of this shape as a part of a square or a cube                       (7.2)
+double parts_of_cube(Shape s);
+
+// frac_share : a number of each element [nelem], found by the ranks each for theirs, for all that look at it.
+// Collective.
+void frac_share(const MeshPart& part, RealVec& x);
 
 // frac_begin : nothing is broken yet, but for pre-cracks; l: the degradation factors
 void frac_begin(const Model& m, const FracMesh& fm, Fracture& fr, Level& l);
@@ -98,7 +119,7 @@ void frac_average(const Model& m, const Step& s, const Elements& el, const FracM
 void frac_test(const Model& m, const Step& s, const Elements& el, const FracMesh& fm, const Fracture& fr,
                const Level& l, const RealVec& energy, std::vector<Erosion>& out, FirstBreak& first);
 
-// frac_value : what first.value is at another level; first.elem is intact there
+// frac_value : what first.value is at another level; first.elem is intact there. Collective.
 double frac_value(const Model& m, const Step& s, const Elements& el, const FracMesh& fm, const Fracture& fr,
                   const Level& l, const FirstBreak& first);
 
@@ -107,29 +128,30 @@ double frac_value(const Model& m, const Step& s, const Elements& el, const FracM
 double frac_estimate(const Model& m, const Step& s, const Elements& el, const FracMesh& fm,
                      const Fracture& fr, const Level& l, int e, double J[3]);
 
-// frac_erode : an element breaks: normal, time, counts, in statics or without gradual release its degradation
-// factor.
-// Returns the strain energy released at fixed displacement.
-double frac_erode(const Model& m, const Step& s, const Elements& el, const FracMesh& fm, const Erosion& x,
-                  Fracture& fr, Level& l);
+// frac_erode : elements break, one after the other: normal, time, counts, in statics or without gradual
+// release the degradation factor. Collective.
+//   out  released   strain energy of each at fixed displacement
+void frac_erode(const Model& m, const Step& s, const Elements& el, const FracMesh& fm,
+                const std::vector<Erosion>& all, Fracture& fr, Level& l, RealVec& released);
 
-// frac_when : time at which the criterion of x was met, between l0 and l1, where its value is taken as linear
-// (7.15); l0 if it was met there; l1 in statics, with FALLBACK and for elements that drop their stress at
-// once
-//   in   fr      before x breaks
-double frac_when(const Model& m, const Step& s, const Elements& el, const FracMesh& fm, const Fracture& fr,
-                 const Level& l0, const Level& l1, const Erosion& x);
+// frac_when : time at which the criterion of each was met, between l0 and l1, where its value is taken as
+// linear (7.15); l0 if it was met there; l1 in statics, with FALLBACK and for elements that drop their stress
+// at once. Collective.
+//   in   fr      before they break
+void frac_when(const Model& m, const Step& s, const Elements& el, const FracMesh& fm, const Fracture& fr,
+               const Level& l0, const Level& l1, std::vector<Erosion>& all);
 
 // frac_degrade : degradation factors at the end l1 of an increment dt that begins at l0; statics: c at
 // once  (7.15)
 void frac_degrade(const Model& m, const Step& s, const FracMesh& fm, const Fracture& fr, const Level& l0,
                   double dt, Level& l1);
 
-// frac_degraded : energy that the degradation between l0 and l1 gives up  (7.16)
+// frac_degraded : energy that the degradation between l0 and l1 gives up  (7.16). Collective.
 double frac_degraded(const Model& m, const Step& s, const Elements& el, const Points& pts, const Fracture& fr,
                      const Level& l0, const Level& l1);
 
-// frac_open : elements whose release is over leave the list; those to become points then are added to convert
+// frac_open : elements whose release is over leave the list; those to become points then are added to
+// convert. Collective.
 void frac_open(const Model& m, const FracMesh& fm, const Level& l, Fracture& fr, IntVec& convert);
 
 // frac_due : elements that a distortion or a time turns into points now

@@ -1,5 +1,6 @@
 #include <algorithm>
 
+#include "base/comm.h"
 #include "frac/frac.h"
 
 namespace {
@@ -32,10 +33,12 @@ double frac_degraded(const Model& m, const Step& s, const Elements& el, const Po
 {
   double sum = 0.0;
   for (int e : fr.releasing) {
+    if (!m.part.works(e)) continue;
     const double c0 = l0.degr[e], c1 = l1.degr[e], mean = 0.5 * (c0 + c1);
     const auto energy = [&](const Level& l, double c) { return broken_energy(m, s, el, pts, fr, l, e, c); };
     sum += energy(l0, c0) - energy(l0, mean) + energy(l1, mean) - energy(l1, c1);
   }
+  if (m.part.on) comm_sum(&sum, 1);
   return sum;
 }
 
@@ -52,4 +55,10 @@ void frac_open(const Model& m, const FracMesh& fm, const Level& l, Fracture& fr,
       convert.push_back(e);
   }
   fr.releasing.swap(still);
+  fr.nreleasing = static_cast<int>(
+      std::count_if(fr.releasing.begin(), fr.releasing.end(), [&](int e) { return m.part.works(e); }));
+  if (!m.part.on) return;
+  double count = fr.nreleasing;
+  comm_sum(&count, 1);
+  fr.nreleasing = static_cast<int>(count);
 }

@@ -15,6 +15,12 @@ double averaged(double mean, double before, double now, double dt, double T)
 
 }  // namespace
 
+void frac_share(const MeshPart& part, RealVec& x)
+{
+  if (!part.on) comm_sum(x);
+  else if (part.around.on()) halo_copy(part.around, 1, x);
+}
+
 double frac_drive(const Model& m, const Step& s, const Elements& el, const FracMesh& fm, const Level& l,
                   int e, Split split)
 {
@@ -43,7 +49,7 @@ void frac_average(const Model& m, const Step& s, const Elements& el, const FracM
     if (energy[e] <= FRAC_LEAST * fm.gc[e] / fm.size[e] * fm.volume[e]) continue;
     now[e] = std::max(0.0, frac_drive(m, s, el, fm, l, static_cast<int>(e), m.fracture[fm.def[e]].drive));
   }
-  comm_sum(now);
+  frac_share(m.part, now);
   if (fr.mean.empty()) {
     fr.drive.assign(nelem, 0.0);
     fr.mean.assign(nelem, 0.0);

@@ -14,12 +14,6 @@ namespace {
 
 const int MOST_BINS = 2000;    // in a direction: parts far apart must not fill the memory with empty ones
 
-// the element as a part of a square or a cube: two triangles, two wedges, six tetrahedra     (7.2)
-double parts_of_cube(Shape s)
-{
-  return s == SHAPE_TRI3 || s == SHAPE_WEDGE6 ? 2.0 : s == SHAPE_TET4 ? 6.0 : 1.0;
-}
-
 void find_sizes(const Model& m, const Elements& el, FracMesh& fm)
 {
   const int nelem = m.mesh.nelem();
@@ -151,8 +145,14 @@ void find_toughness(const Model& m, const Elements& el, const FractureDef& d, in
     gsl_rng_set(rng, static_cast<unsigned long>(d.seed));
     scale = d.gc / gsl_sf_gamma(1.0 + 1.0 / d.weibull);
   }
-  for (int e : m.elset[d.elset].item) {
-    const double gc = rng ? gsl_ran_weibull(rng, scale, d.weibull) : d.gc;
+  std::vector<Member> all = d.member;
+  for (size_t k = 0; !m.part.on && k < m.elset[d.elset].item.size(); ++k)
+    all.push_back({m.elset[d.elset].item[k], static_cast<int>(k)});
+  double gc = d.gc;
+  int drawn = 0;               // an element has the number of its place in the set
+  for (const Member& x : all) {
+    const int e = x.elem;
+    for (; rng && drawn <= x.at; ++drawn) gc = gsl_ran_weibull(rng, scale, d.weibull);
     if (fm.size[e] == 0.0) continue;
     fm.def[e] = def;
     fm.gc[e]  = gc;
@@ -165,6 +165,12 @@ void find_toughness(const Model& m, const Elements& el, const FractureDef& d, in
 }
 
 }  // namespace
+
+// two triangles, two wedges, six tetrahedra
+double parts_of_cube(Shape s)
+{
+  return s == SHAPE_TRI3 || s == SHAPE_WEDGE6 ? 2.0 : s == SHAPE_TET4 ? 6.0 : 1.0;
+}
 
 int frac_mesh(const Model& m, const Elements& el, FracMesh& fm)
 {

@@ -11,7 +11,6 @@ namespace {
 
 const double pi = 3.14159265358979323846;
 const double ROUNDING = 1.0 + 1e-9;    // of a bound
-const double NOTCH_BALL = 5.0;         // radius of the ball around a notch in which BALL asks for J as well
 // see behind_tip. Less: flanks of a crack break (A14); more: it cannot divide (P8)
 const double TIP_STATICS = 0.2, TIP_MOTION = 0.4;
 const double FINE = 1e6;               // parts of an increment: rounding must not part a symmetric pair
@@ -51,7 +50,8 @@ Estimate estimate_of(const Scan& s, int e)
 double radius_of(const Scan& s, int e)
 {
   const double given = s.def(e).epsilon;
-  return (given > 0.0 ? given : estimate_of(s, e) == ESTIMATE_FORCE ? 5.0 : 2.0) * s.fm.local[e];
+  const bool force   = estimate_of(s, e) == ESTIMATE_FORCE;
+  return (given > 0.0 ? given : force ? FRAC_RADIUS_FORCE : FRAC_RADIUS_BALL) * s.fm.local[e];
 }
 
 // centres just at the radius belong to the ball: on an aligned mesh they would come and go with rounding, and
@@ -418,7 +418,7 @@ double estimate(Scan& s, int e, double* J)
 {
   for (int i = 0; i < 3; ++i) J[i] = 0.0;
   if (estimate_of(s, e) == ESTIMATE_FORCE) return force_estimate(s, e, radius_of(s, e), J);
-  const double G = ball_estimate(s, e), radius = NOTCH_BALL * s.fm.local[e];
+  const double G = ball_estimate(s, e), radius = FRAC_NOTCH * s.fm.local[e];
   if (G < s.fm.gc[e] || !at_notch(s, e, radius)) return G;
   double F[3];
   return std::min(G, force_estimate(s, e, radius, F));
@@ -443,7 +443,7 @@ bool denser(Scan& s, int o, int e, double limit)
 double spacing_of(const Scan& s, int e)
 {
   const FractureDef& d = s.def(e);
-  return (d.spacing >= 0.0 ? d.spacing : s.dynamic() ? 2.0 : 0.0) * s.fm.local[e];
+  return (d.spacing >= 0.0 ? d.spacing : s.dynamic() ? FRAC_SPACING : 0.0) * s.fm.local[e];
 }
 
 // holds little of what the densest element near it does: FORCE: of its ball, BALL in motion: within SPACING.
@@ -531,8 +531,55 @@ bool near_crack(const Scan& s, int e)
 
 // ---- candidates
 
-// ranks take elements in turn, since candidates lie close together, and each knows the whole state
-bool my_turn(int e) { return e % comm_size() == comm_rank(); }
+// START=stress: where a crack starts, the square of the stress over it must be 1 too
+double with_strength(const Scan& s, int e, double value)
+{
+  const FractureDef& d = s.def(e);
+  if (d.criterion != CRITERION_GRIFFITH || d.strength == 0.0 || at_crack(s, e) || at_removed(s, e))
+    return value;
+  const double part = std::max(0.0, largest_stress(s, e)) / d.strength;
+  return std::min(value, part * part);
+}
+
+// A candidate, with all that the choice among those of all ranks looks at
+struct Candidate {
+  Erosion x;
+  double ball = 0.0;           // FORCE: distance within which the best placed one decides
+  double spacing  = 0.0;       // of those that break in one test
+  double fallback = 0.0;       // part of Gc h that breaks it anywhere
+  double exceeded = 0.0;       // x.value, and with START=stress what that lets through
+  bool griffith = false, force = false, order_all = false;
+};
+
+Candidate candidate(const Scan& s, int e, double value, double rank, const double* J)
+{
+  const FractureDef& d = s.def(e);
+  const double* X = &s.fm.centre[3 * e];
+  Candidate c;
+  c.x = {e, value, rank, {J[0], J[1], J[2]}, 0.0, s.m.part.number(e), s.m.mesh.elem_label[e], s.fm.def[e],
+         {X[0], X[1], X[2]}};
+  c.ball      = radius_of(s, e) * AT_RADIUS;
+  c.spacing   = spacing_of(s, e);
+  c.fallback  = fallback_of(s, e);
+  c.exceeded  = with_strength(s, e, value);
+  c.griffith  = d.criterion == CRITERION_GRIFFITH;
+  c.force     = c.griffith && estimate_of(s, e) == ESTIMATE_FORCE;
+  c.order_all = d.order == ORDER_ALL;
+  return c;
+}
+
+double distance(const Candidate& a, const Candidate& b)
+{
+  const double *x = a.x.X, *y = b.x.X;
+  return std::hypot(x[0] - y[0], x[1] - y[1], x[2] - y[2]);
+}
+
+// divided model: those of this rank; else ranks take elements in turn, since candidates lie close together,
+// and each knows the whole state
+bool my_turn(const MeshPart& part, int e)
+{
+  return part.on ? part.works(e) : e % comm_size() == comm_rank();
+}
 
 void find_energies(const RealVec& energy, Scan& s)
 {
@@ -541,29 +588,31 @@ void find_energies(const RealVec& energy, Scan& s)
   s.drive.assign(nelem, -1.0);
   for (size_t e = 0; e < nelem; ++e)
     if (s.intact(static_cast<int>(e))) s.W[e] = energy[e] / s.fm.volume[e];
-  comm_sum(s.W);
+  frac_share(s.m.part, s.W);
   for (size_t e = 0; e < nelem; ++e)
     if (s.averaged(static_cast<int>(e)) && s.W[e] > 0.0) s.W[e] = std::max(s.W[e], s.fr.mean[e]);
 }
 
 // candidates of all ranks, in the order of one
-void join(std::vector<Erosion>& all)
+void join(std::vector<Candidate>& all)
 {
   if (comm_size() == 1) return;
   comm_allgatherv(all);
-  std::sort(all.begin(), all.end(), [](const Erosion& a, const Erosion& b) { return a.elem < b.elem; });
+  std::sort(all.begin(), all.end(),
+            [](const Candidate& a, const Candidate& b) { return a.x.number < b.x.number; });
 }
 
 // psi+ of the element against its share of the toughness                             (7.1)
-void by_element(Scan& s, int e, double part, std::vector<Erosion>& out)
+void by_element(Scan& s, int e, double part, std::vector<Candidate>& out)
 {
   const double need = part * threshold(s, e);
   // psi+ is never more than the whole energy
   if (s.W[e] * s.fm.volume[e] < need) return timer_skip(PHASE_ESTIMATE);
   ++timer_phase(PHASE_ESTIMATE).calls;
   const double value = drive_of(s, e) * s.fm.volume[e] / threshold(s, e);
+  const double none[3] = {0, 0, 0};
   if (value >= part && (start_allowed(s, e) || near_crack(s, e)))
-    out.push_back({e, value, value, {0, 0, 0}});
+    out.push_back(candidate(s, e, value, value, none));
 }
 
 // BALL: W_most, the largest energy / volume of any element, is too little
@@ -572,7 +621,7 @@ bool out_of_reach(const Scan& s, int e, double W_most)
   return ball_constant(s, e) * radius_of(s, e) * W_most * ROUNDING < s.fm.gc[e];
 }
 
-void by_griffith(Scan& s, int e, double W_most, std::vector<Erosion>& out)
+void by_griffith(Scan& s, int e, double W_most, std::vector<Candidate>& out)
 {
   const double least = FRAC_LEAST * s.fm.gc[e] / s.fm.size[e];
   if (s.W[e] <= least) return;
@@ -588,81 +637,55 @@ void by_griffith(Scan& s, int e, double W_most, std::vector<Erosion>& out)
   if (G < s.fm.gc[e] && !force) return;              // FORCE: keep_fronts judges
   const double rank = force ? force_rank(s, e, J, G) : drive_of(s, e) * s.fm.size[e];
   if (!at) J[0] = J[1] = J[2] = 0.0;                 // no crack yet that could go on
-  out.push_back({e, G / s.fm.gc[e], rank / s.fm.gc[e], {J[0], J[1], J[2]}});
+  out.push_back(candidate(s, e, G / s.fm.gc[e], rank / s.fm.gc[e], J));
 }
 
 // FORCE: all elements around a tip see much the same |J|. Where the best placed one of a ball holds, none of
 // them breaks.
-void keep_fronts(const Scan& s, std::vector<Erosion>& all)
+void keep_fronts(std::vector<Candidate>& all)
 {
-  std::vector<Erosion> out;
-  for (const Erosion& c : all) {
-    if (c.value < 1.0) continue;
-    const double* x  = &s.fm.centre[3 * c.elem];
-    const double far = radius_of(s, c.elem) * AT_RADIUS;
-    const Erosion* best = &c;
-    for (const Erosion& o : all) {
-      const double* y = &s.fm.centre[3 * o.elem];
-      if (o.rank > best->rank && std::hypot(x[0] - y[0], x[1] - y[1], x[2] - y[2]) < far) best = &o;
-    }
-    if (best->value >= 1.0) out.push_back(c);
+  std::vector<Candidate> out;
+  for (const Candidate& c : all) {
+    if (c.x.value < 1.0) continue;
+    const Candidate* best = &c;
+    for (const Candidate& o : all)
+      if (o.x.rank > best->x.rank && distance(c, o) < c.ball) best = &o;
+    if (best->x.value >= 1.0) out.push_back(c);
   }
   all.swap(out);
 }
 
-// START=stress: where a crack starts, the square of the stress over it must be 1 too
-double with_strength(const Scan& s, int e, double value)
-{
-  const FractureDef& d = s.def(e);
-  if (d.criterion != CRITERION_GRIFFITH || d.strength == 0.0 || at_crack(s, e) || at_removed(s, e))
-    return value;
-  const double part = std::max(0.0, largest_stress(s, e)) / d.strength;
-  return std::min(value, part * part);
-}
-
 // the criterion is met exactly at a load at which this is 1. FORCE: the best placed element of a ball decides
 // (keep_fronts)
-FirstBreak most_exceeded(const Scan& s, const std::vector<Erosion>& all, bool fallback)
+FirstBreak most_exceeded(const std::vector<Candidate>& all, bool fallback)
 {
   FirstBreak first;
-  for (const Erosion& c : all) {
-    const double part  = fallback ? fallback_of(s, c.elem) : 0.0;
-    const double value = fallback ? c.value / part : with_strength(s, c.elem, c.value);
+  for (const Candidate& c : all) {
+    const double part  = fallback ? c.fallback : 0.0;
+    const double value = fallback ? c.x.value / part : c.exceeded;
     if (value <= first.value) continue;
     bool front = true;
-    if (!fallback && s.def(c.elem).criterion == CRITERION_GRIFFITH &&
-        estimate_of(s, c.elem) == ESTIMATE_FORCE) {
-      const double* x  = &s.fm.centre[3 * c.elem];
-      const double far = radius_of(s, c.elem) * AT_RADIUS;
-      for (const Erosion& o : all) {
-        const double* y = &s.fm.centre[3 * o.elem];
-        front = front && !(o.rank > c.rank && std::hypot(x[0] - y[0], x[1] - y[1], x[2] - y[2]) < far);
-      }
-    }
-    if (front) first = {c.elem, value, part};
+    for (const Candidate& o : all)
+      front = front && (fallback || !c.force || o.x.rank <= c.x.rank || distance(c, o) >= c.ball);
+    if (front) first = {c.x.elem, c.x.number, c.x.label, c.x.def, value, part};
   }
   return first;
 }
 
 // strongest first; others of the same test when they are level with it, or far enough away; in motion
 // behind_tip has judged those of GRIFFITH, and the two arms of a crack that divides may break at once
-void choose(const Scan& s, std::vector<Erosion>& all, bool fallback)
+void choose(bool dynamic, bool fallback, std::vector<Candidate>& all)
 {
-  std::sort(all.begin(), all.end(), [](const Erosion& a, const Erosion& b) {
-    return a.rank != b.rank ? a.rank > b.rank : a.elem < b.elem;
+  std::sort(all.begin(), all.end(), [](const Candidate& a, const Candidate& b) {
+    return a.x.rank != b.x.rank ? a.x.rank > b.x.rank : a.x.number < b.x.number;
   });
-  std::vector<Erosion> out;
-  for (const Erosion& c : all) {
-    const FractureDef& d = s.def(c.elem);
-    const bool judged = d.order == ORDER_ALL ||
-                        (s.dynamic() && d.criterion == CRITERION_GRIFFITH && !fallback);
-    const double spacing = spacing_of(s, c.elem), *x = &s.fm.centre[3 * c.elem];
+  std::vector<Candidate> out;
+  for (const Candidate& c : all) {
+    const bool judged = c.order_all || (dynamic && c.griffith && !fallback);
     bool take = true;
-    for (const Erosion& o : out) {
-      const double* y = &s.fm.centre[3 * o.elem];
-      const double r  = std::hypot(x[0] - y[0], x[1] - y[1], x[2] - y[2]);
-      const bool far  = spacing > 0.0 && r >= spacing * (1.0 - 1e-9);
-      take = take && (judged || c.rank >= (1.0 - tied) * o.rank || far);
+    for (const Candidate& o : out) {
+      const bool far = c.spacing > 0.0 && distance(c, o) >= c.spacing * (1.0 - 1e-9);
+      take = take && (judged || c.x.rank >= (1.0 - tied) * o.x.rank || far);
     }
     if (take) out.push_back(c);
   }
@@ -700,6 +723,46 @@ double crack_area(const Scan& s, int e, const double* N)
   return share * h * (s.m.dim == 2 ? s.fm.thickness[e] : h);
 }
 
+// the criterion of an intact element over the value at which it breaks; part: of Gc h, 0: by its definition
+double value_of(Scan s, int e, double part)
+{
+  s.drive.assign(s.fm.size.size(), -1.0);
+  if (part > 0.0 || s.def(e).criterion == CRITERION_ELEMENT)
+    return drive_of(s, e) * s.fm.volume[e] / ((part > 0.0 ? part : 1.0) * threshold(s, e));
+  double J[3];
+  return with_strength(s, e, estimate(s, e, J) / s.fm.gc[e]);
+}
+
+//   in   s   at the level l0
+double when_met(const Scan& s, const Level& l1, const Erosion& x)
+{
+  if (!s.dynamic() || s.fm.release[x.elem] == 0.0 || x.value < 1.0) return l1.time;
+  const double value0 = value_of(s, x.elem, 0.0);
+  if (value0 >= 1.0) return s.l.time;
+  const double part = std::round(FINE * (1.0 - value0) / (x.value - value0)) / FINE;
+  return s.l.time + part * (l1.time - s.l.time);
+}
+
+// energy, area: on the rank that works on it
+void erode(const Scan& s, const Erosion& x, Fracture& fr, Level& l, double& energy, double& area)
+{
+  const int e    = x.elem;
+  const bool own = s.m.part.works(e);
+  if (own) energy = elem_energy_one(s.m, s.el, e, l, 1.0, s.step.nlgeom);
+  double E[9];
+  mean_strain(s, e, E);
+  double* N = &fr.normal[3 * static_cast<size_t>(e)];
+  split_normal(s.law(e), s.m.dim, E, N);
+  turn_off(x.J, N);
+  fr.broken[e] = s.fm.def[e];
+  fr.time[e]   = x.time;
+  fr.releasing.push_back(e);
+  if (!s.dynamic() || s.fm.release[e] == 0.0) l.degr[e] = s.def(e).stiffness;
+  if (!own) return;
+  energy -= elem_energy_one(s.m, s.el, e, l, l.degr[e], s.step.nlgeom);
+  area = crack_area(s, e, N);
+}
+
 }  // namespace
 
 double frac_estimate(const Model& m, const Step& step, const Elements& el, const FracMesh& fm,
@@ -719,64 +782,63 @@ void frac_test(const Model& m, const Step& step, const Elements& el, const FracM
   Scan s{m, step, el, fm, fr, l, {}, {}};
   const int nelem = m.mesh.nelem();
   find_energies(energy, s);
-  const double W_most = *std::max_element(s.W.begin(), s.W.end());
+  double W_most = s.W.empty() ? 0.0 : *std::max_element(s.W.begin(), s.W.end());
+  if (m.part.on) W_most = comm_allreduce_max(W_most);
+  std::vector<Candidate> all;
   for (int e = 0; e < nelem; ++e) {
-    if (!my_turn(e) || fm.def[e] < 0 || !s.intact(e)) continue;
-    if (s.def(e).criterion == CRITERION_ELEMENT) by_element(s, e, 1.0, out);
-    else by_griffith(s, e, W_most, out);
+    if (!my_turn(m.part, e) || fm.def[e] < 0 || !s.intact(e)) continue;
+    if (s.def(e).criterion == CRITERION_ELEMENT) by_element(s, e, 1.0, all);
+    else by_griffith(s, e, W_most, all);
   }
-  join(out);
-  keep_fronts(s, out);
-  const bool fallback = out.empty();
+  join(all);
+  keep_fronts(all);
+  const bool fallback = all.empty();
   if (fallback) {                                 // ligaments that the crack has left behind
     for (int e = 0; e < nelem; ++e)
-      if (my_turn(e) && fm.def[e] >= 0 && s.intact(e) && s.def(e).criterion == CRITERION_GRIFFITH &&
+      if (my_turn(m.part, e) && fm.def[e] >= 0 && s.intact(e) && s.def(e).criterion == CRITERION_GRIFFITH &&
           fallback_of(s, e) > 0.0)
-        by_element(s, e, fallback_of(s, e), out);
-    join(out);
+        by_element(s, e, fallback_of(s, e), all);
+    join(all);
   }
-  first = most_exceeded(s, out, fallback);
-  choose(s, out, fallback);
+  first = most_exceeded(all, fallback);
+  if (first.number >= 0) first.elem = m.part.here(first.number);
+  choose(s.dynamic(), fallback, all);
+  for (Candidate& c : all) {
+    c.x.elem = m.part.here(c.x.number);
+    out.push_back(c.x);
+  }
 }
 
 double frac_value(const Model& m, const Step& step, const Elements& el, const FracMesh& fm,
                   const Fracture& fr, const Level& l, const FirstBreak& first)
 {
-  Scan s{m, step, el, fm, fr, l, {}, {}};
-  s.drive.assign(fm.size.size(), -1.0);
-  const int e = first.elem;
-  if (first.part > 0.0 || s.def(e).criterion == CRITERION_ELEMENT)
-    return drive_of(s, e) * fm.volume[e] / ((first.part > 0.0 ? first.part : 1.0) * threshold(s, e));
-  double J[3];
-  return with_strength(s, e, estimate(s, e, J) / fm.gc[e]);
+  const bool own = first.elem >= 0 && m.part.works(first.elem);
+  double value   = own ? value_of({m, step, el, fm, fr, l, {}, {}}, first.elem, first.part) : 0.0;
+  if (m.part.on) comm_sum(&value, 1);
+  return value;
 }
 
-double frac_when(const Model& m, const Step& step, const Elements& el, const FracMesh& fm, const Fracture& fr,
-                 const Level& l0, const Level& l1, const Erosion& x)
+void frac_when(const Model& m, const Step& step, const Elements& el, const FracMesh& fm, const Fracture& fr,
+               const Level& l0, const Level& l1, std::vector<Erosion>& all)
 {
-  if (step.proc != PROC_DYNAMIC || fm.release[x.elem] == 0.0 || x.value < 1.0) return l1.time;
-  const double value0 = frac_value(m, step, el, fm, fr, l0, {x.elem, x.value, 0.0});
-  if (value0 >= 1.0) return l0.time;
-  const double part = std::round(FINE * (1.0 - value0) / (x.value - value0)) / FINE;
-  return l0.time + part * (l1.time - l0.time);
+  RealVec time;
+  for (const Erosion& x : all) {
+    const bool own = x.elem >= 0 && m.part.works(x.elem);
+    time.push_back(own ? when_met({m, step, el, fm, fr, l0, {}, {}}, l1, x) : 0.0);
+  }
+  if (m.part.on) comm_sum(time);
+  for (size_t k = 0; k < all.size(); ++k) all[k].time = time[k];
 }
 
-double frac_erode(const Model& m, const Step& step, const Elements& el, const FracMesh& fm, const Erosion& x,
-                  Fracture& fr, Level& l)
+void frac_erode(const Model& m, const Step& step, const Elements& el, const FracMesh& fm,
+                const std::vector<Erosion>& all, Fracture& fr, Level& l, RealVec& released)
 {
-  const int e = x.elem;
-  const double before = elem_energy_one(m, el, e, l, 1.0, step.nlgeom);
-  const Scan s{m, step, el, fm, fr, l, {}, {}};
-  double E[9];
-  mean_strain(s, e, E);
-  double* N = &fr.normal[3 * static_cast<size_t>(e)];
-  split_normal(s.law(e), m.dim, E, N);
-  turn_off(x.J, N);
-  fr.broken[e] = fm.def[e];
-  fr.time[e]   = x.time;
-  ++fr.neroded;
-  fr.area += crack_area(s, e, N);
-  fr.releasing.push_back(e);
-  if (!s.dynamic() || fm.release[e] == 0.0) l.degr[e] = s.def(e).stiffness;
-  return before - elem_energy_one(m, el, e, l, l.degr[e], step.nlgeom);
+  const size_t n = all.size();
+  RealVec sum(2 * n, 0.0);     // energies, crack areas
+  for (size_t k = 0; k < n; ++k)
+    if (all[k].elem >= 0) erode({m, step, el, fm, fr, l, {}, {}}, all[k], fr, l, sum[k], sum[n + k]);
+  if (m.part.on) comm_sum(sum);
+  released.assign(sum.begin(), sum.begin() + static_cast<long>(n));
+  for (size_t k = 0; k < n; ++k) fr.area += sum[n + k];
+  fr.neroded += static_cast<int>(n);
 }

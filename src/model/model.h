@@ -33,14 +33,20 @@ struct Mesh {
   int nelem() const { return static_cast<int>(elem_label.size()); }
 };
 
-// Several ranks, divided model: Mesh, sets, surfaces, loads and supports hold what this rank works on
+// Several ranks, divided model: Mesh, sets, surfaces, loads and supports hold what this rank works on. Where
+// elements can break, Mesh has outer elements as well: those of other ranks that an estimate here looks at.
 struct MeshPart {
   bool on = false;
   int nnode = 0, nelem = 0;    // of the mesh of the deck
   IntVec node, elem;           // [Mesh::nnode], [Mesh::nelem] index in the mesh of the deck, ascending
+  IntVec rank;                 // [Mesh::nelem] that works on an element
   Halo halo;                   // nodes that other ranks have too
+  Halo around;                 // elements that other ranks have too, owner: rank; off: nothing is outer
   bool joined = false;         // all elements of the deck hang together by common faces
   bool counts(int n) const { return !on || halo.owner[n] == comm_rank(); }     // n counts here in a sum
+  bool works(int e) const { return !on || rank[e] == comm_rank(); }            // the same of an element
+  int number(int e) const { return on ? elem[e] : e; }     // of an element in the mesh of the deck
+  int here(int number) const;                              // the way back, -1: it is not here
 };
 
 struct Set {                   // nodes or elements, ascending, each once
@@ -52,6 +58,11 @@ struct Set {                   // nodes or elements, ascending, each once
 struct Face {
   int elem;                    // element (or material point) that owns the face
   int face;                    // 0-based local face
+};
+
+struct Member {                // of a set, in a divided model
+  int elem;
+  int at;                      // its place in the set
 };
 
 struct Surface {
@@ -237,6 +248,7 @@ struct FractureDef {           // *EIGENFRACTURE
   bool start = true;           // may a crack start where there is none
   // largest principal stress that this needs, 0: energy alone              force/length^2
   double strength = 0.0;
+  std::vector<Member> member;  // divided model: what is here of elset, outer elements too
   Place place;
 };
 

@@ -1,6 +1,7 @@
 #include "model/model_cut.h"
 
 #include <algorithm>
+#include <iterator>
 #include <numeric>
 #include <utility>
 
@@ -10,23 +11,39 @@ namespace {
 struct Lists {
   std::vector<IntVec*> node, elem;
   std::vector<std::vector<Face>*> face;
+  std::vector<std::vector<Member>*> member;
 };
 
-Lists lists_of(Model& m)
+// of what a rank works on
+Lists lists_of_work(Model& m)
 {
   Lists l;
+  const IntVec bonded = model_bonded_surfaces(m);
   for (Set& s : m.nset) l.node.push_back(&s.item);
   for (Set& s : m.elset) l.elem.push_back(&s.item);
-  for (Surface& s : m.surface) l.face.push_back(&s.face);
-  for (InitialValue& v : m.initial) l.node.push_back(&v.node);
-  for (Step& s : m.step) {
+  for (std::size_t s = 0; s < m.surface.size(); ++s)
+    if (!bonded[s]) l.face.push_back(&m.surface[s].face);
+  for (Step& s : m.step)
     for (Load& load : s.load) {
       l.node.push_back(&load.node);
       l.elem.push_back(&load.elem);
       l.face.push_back(&load.face);
     }
+  return l;
+}
+
+// of outer elements too
+Lists lists_of_all(Model& m)
+{
+  Lists l;
+  const IntVec bonded = model_bonded_surfaces(m);
+  for (std::size_t s = 0; s < m.surface.size(); ++s)
+    if (bonded[s]) l.face.push_back(&m.surface[s].face);
+  for (InitialValue& v : m.initial) l.node.push_back(&v.node);
+  for (Step& s : m.step)
     for (Prescribed& b : s.prescribed) l.node.push_back(&b.node);
-  }
+  for (BrokenDef& b : m.broken) l.elem.push_back(&b.elem);
+  for (FractureDef& f : m.fracture) l.member.push_back(&f.member);
   return l;
 }
 
@@ -71,17 +88,48 @@ OfRanks<int> nodes_of(const Mesh& mesh, const OfRanks<int>& elem)
   return out;
 }
 
-// ranks of each node, ascending
-ListTable ranks_of_nodes(int nnode, const OfRanks<int>& node)
+// ranks of each of the n nodes or elements, ascending
+ListTable ranks_of(int n, const OfRanks<int>& list)
 {
   ListTable out;
-  out.off.assign(nnode + 1, 0);
-  for (int n : node.item) ++out.off[n + 1];
+  out.off.assign(n + 1, 0);
+  for (int k : list.item) ++out.off[k + 1];
   std::partial_sum(out.off.begin(), out.off.end(), out.off.begin());
-  out.item.resize(node.item.size());
+  out.item.resize(list.item.size());
   IntVec next(out.off);
-  for (int r = 0; r + 1 < static_cast<int>(node.off.size()); ++r)
-    for (int k = node.off[r]; k < node.off[r + 1]; ++k) out.item[next[node.item[k]]++] = r;
+  for (int r = 0; r + 1 < static_cast<int>(list.off.size()); ++r)
+    for (int k = list.off[r]; k < list.off[r + 1]; ++k) out.item[next[list.item[k]]++] = r;
+  return out;
+}
+
+// lists by rank, those of nodes and elements as node and elem [ranks] have them
+PieceLists divide_lists(const Mesh& mesh, const Lists& lists, const OfRanks<int>& node,
+                        const OfRanks<int>& elem)
+{
+  PieceLists out;
+  const int ranks = static_cast<int>(elem.off.size()) - 1;
+  const ListTable near = ranks_of(mesh.nnode(), node), by = ranks_of(mesh.nelem(), elem);
+  const auto of_node = [&](int n) { return std::make_pair(near.begin(n), near.begin(n + 1)); };
+  const auto of_elem = [&](int e) { return std::make_pair(by.begin(e), by.begin(e + 1)); };
+  const auto of_item = [&](const auto& x) { return of_elem(x.elem); };
+  for (IntVec* list : lists.node) out.node.push_back(divide(*list, ranks, of_node));
+  for (IntVec* list : lists.elem) out.elem.push_back(divide(*list, ranks, of_elem));
+  for (std::vector<Face>* list : lists.face) out.face.push_back(divide(*list, ranks, of_item));
+  for (std::vector<Member>* list : lists.member) out.member.push_back(divide(*list, ranks, of_item));
+  return out;
+}
+
+// elements that each rank works on, and with the outer ones
+OfRanks<int> with_outer(const OfRanks<int>& elem, const OfRanks<int>& outer)
+{
+  OfRanks<int> out;
+  out.off.push_back(0);
+  for (std::size_t r = 0; r + 1 < elem.off.size(); ++r) {
+    std::merge(elem.item.begin() + elem.off[r], elem.item.begin() + elem.off[r + 1],
+               outer.item.begin() + outer.off[r], outer.item.begin() + outer.off[r + 1],
+               std::back_inserter(out.item));
+    out.off.push_back(static_cast<int>(out.item.size()));
+  }
   return out;
 }
 
@@ -95,6 +143,24 @@ IntVec items(const OfRanks<int>& all, int r, const IntVec& index)
   IntVec out = items(all, r);
   for (int& k : out) k = index[k];
   return out;
+}
+
+// faces or members, with the index of their element in the piece
+template <class T>
+std::vector<T> items(const OfRanks<T>& all, int r, const IntVec& index)
+{
+  std::vector<T> out(all.item.begin() + all.off[r], all.item.begin() + all.off[r + 1]);
+  for (T& x : out) x.elem = index[x.elem];
+  return out;
+}
+
+void take_lists(const PieceLists& from, int r, const IntVec& node_index, const IntVec& elem_index,
+                const Lists& to)
+{
+  for (std::size_t k = 0; k < to.node.size(); ++k) *to.node[k] = items(from.node[k], r, node_index);
+  for (std::size_t k = 0; k < to.elem.size(); ++k) *to.elem[k] = items(from.elem[k], r, elem_index);
+  for (std::size_t k = 0; k < to.face.size(); ++k) *to.face[k] = items(from.face[k], r, elem_index);
+  for (std::size_t k = 0; k < to.member.size(); ++k) *to.member[k] = items(from.member[k], r, elem_index);
 }
 
 Mesh cut_mesh(const Mesh& old, const MeshPart& part, const IntVec& node_index)
@@ -127,26 +193,93 @@ Mesh cut_mesh(const Mesh& old, const MeshPart& part, const IntVec& node_index)
   return mesh;
 }
 
+// Nodes here: claim of this rank, that a node belongs to it: rank, where it moves with a finite element that
+// is not removed rank + ranks; -1: of outer elements alone
+IntVec claims(const Model& m)
+{
+  const MeshPart& part = m.part;
+  const int me = comm_rank(), ranks = comm_size();
+  std::vector<char> removed(part.elem.size(), 0);
+  for (const BrokenDef& b : m.broken)
+    for (int e : b.elem) removed[e] = b.remove;
+  IntVec claim(part.node.size(), -1);
+  std::vector<char> elsewhere(part.node.size(), 0);
+  for (std::size_t e = 0; e < part.elem.size(); ++e)
+    for (int i = m.mesh.conn.off[e]; i < m.mesh.conn.off[e + 1]; ++i) {
+      const int n = m.mesh.conn.item[i];
+      if (!part.works(static_cast<int>(e))) elsewhere[n] = 1;
+      else claim[n] = std::max(claim[n], m.mesh.elem_section[e] >= 0 && !removed[e] ? me + ranks : me);
+    }
+  for (std::size_t n = 0; n < claim.size(); ++n)
+    if (claim[n] < 0 && !elsewhere[n]) claim[n] = me;                      // no element has it
+  return claim;
+}
+
+// owner of each node here: one of the ranks where it moves, else of those that work on an element of it
+void find_owners(const Model& m, MeshPart& part)
+{
+  const int ranks = comm_size();
+  IntVec claim = claims(m);
+  std::vector<long> key;
+  IntVec index;
+  for (std::size_t n = 0; n < claim.size(); ++n) {
+    if (claim[n] < ranks) continue;
+    key.push_back(part.node[n]);
+    index.push_back(static_cast<int>(n));
+  }
+  Halo moving;
+  halo_form(key, moving);
+  for (std::size_t k = 0; k < index.size(); ++k) claim[index[k]] = moving.owner[k] + ranks;
+  std::vector<IntVec> tell(ranks);
+  for (int r = 0; r < ranks; ++r)
+    for (int n : part.halo.common[r]) tell[r].push_back(claim[n]);
+  const std::vector<IntVec> told = comm_exchange(tell);
+  for (int r = 0; r < ranks; ++r)
+    for (std::size_t k = 0; k < told[r].size(); ++k) {
+      int& owner = claim[part.halo.common[r][k]];
+      owner = std::max(owner, told[r][k]);
+    }
+  for (std::size_t n = 0; n < claim.size(); ++n) part.halo.owner[n] = claim[n] % ranks;
+}
+
 }  // namespace
 
-ModelCut model_cut_open(Model& whole, const IntVec& rank, int ranks)
+IntVec model_bonded_surfaces(const Model& m)
+{
+  IntVec bonded(m.surface.size(), 0);
+  for (const BondDef& d : m.bond)
+    for (int s : {d.surface, d.master})
+      if (s >= 0) bonded[s] = 1;
+  return bonded;
+}
+
+int MeshPart::here(int number) const
+{
+  if (!on) return number;
+  const auto at = std::lower_bound(elem.begin(), elem.end(), number);
+  return at != elem.end() && *at == number ? static_cast<int>(at - elem.begin()) : -1;
+}
+
+ModelCut model_cut_open(Model& whole, const IntVec& rank, const OfRanks<int>& outer, int ranks)
 {
   ModelCut c;
-  const auto of_elem = [&](int e) { return std::make_pair(&rank[e], &rank[e] + 1); };
   c.rest = std::move(whole);
   whole  = Model();
   std::swap(c.mesh, c.rest.mesh);
+  c.rank = rank;
+  for (FractureDef& f : c.rest.fracture)
+    for (std::size_t k = 0; k < c.rest.elset[f.elset].item.size(); ++k)
+      f.member.push_back({c.rest.elset[f.elset].item[k], static_cast<int>(k)});
   IntVec all(c.mesh.nelem());
   std::iota(all.begin(), all.end(), 0);
-  c.elem = divide(all, ranks, of_elem);
+  c.elem = divide(all, ranks, [&](int e) { return std::make_pair(&rank[e], &rank[e] + 1); });
   c.node = nodes_of(c.mesh, c.elem);
-  const ListTable near = ranks_of_nodes(c.mesh.nnode(), c.node);
-  const auto of_node   = [&](int n) { return std::make_pair(near.begin(n), near.begin(n + 1)); };
-  const Lists lists    = lists_of(c.rest);
-  for (IntVec* list : lists.node) c.node_list.push_back(divide(*list, ranks, of_node));
-  for (IntVec* list : lists.elem) c.elem_list.push_back(divide(*list, ranks, of_elem));
-  for (std::vector<Face>* list : lists.face)
-    c.face_list.push_back(divide(*list, ranks, [&](const Face& f) { return of_elem(f.elem); }));
+  c.work = divide_lists(c.mesh, lists_of_work(c.rest), c.node, c.elem);
+  if (!outer.item.empty()) {
+    c.elem = with_outer(c.elem, outer);
+    c.node = nodes_of(c.mesh, c.elem);
+  }
+  c.all = divide_lists(c.mesh, lists_of_all(c.rest), c.node, c.elem);
   c.elem_index.resize(c.mesh.nelem());
   c.node_index.resize(c.mesh.nnode());
   return c;
@@ -160,30 +293,30 @@ Model model_cut_piece(ModelCut& c, int r)
   m.part.nelem = c.mesh.nelem();
   m.part.node  = items(c.node, r);
   m.part.elem  = items(c.elem, r);
+  for (int e : m.part.elem) m.part.rank.push_back(c.rank[e]);
   for (std::size_t k = 0; k < m.part.node.size(); ++k) c.node_index[m.part.node[k]] = static_cast<int>(k);
   for (std::size_t k = 0; k < m.part.elem.size(); ++k) c.elem_index[m.part.elem[k]] = static_cast<int>(k);
   m.mesh = cut_mesh(c.mesh, m.part, c.node_index);
-  const Lists lists = lists_of(m);
-  for (std::size_t k = 0; k < lists.node.size(); ++k)
-    *lists.node[k] = items(c.node_list[k], r, c.node_index);
-  for (std::size_t k = 0; k < lists.elem.size(); ++k)
-    *lists.elem[k] = items(c.elem_list[k], r, c.elem_index);
-  for (std::size_t k = 0; k < lists.face.size(); ++k) {
-    const OfRanks<Face>& all = c.face_list[k];
-    for (int i = all.off[r]; i < all.off[r + 1]; ++i)
-      lists.face[k]->push_back({c.elem_index[all.item[i].elem], all.item[i].face});
-  }
+  take_lists(c.work, r, c.node_index, c.elem_index, lists_of_work(m));
+  take_lists(c.all, r, c.node_index, c.elem_index, lists_of_all(m));
   return m;
 }
 
 // ---------------------------------------------------------------------------
-// model_cut_close : which nodes other ranks have too. A load at a node counts once, on the rank that the node
-// belongs to; all other things go with their element.
+// model_cut_close : which nodes and elements other ranks have too, and whose they are. A load at a node
+// counts once, on the rank that the node belongs to; all other things go with their element.
 // ---------------------------------------------------------------------------
 void model_cut_close(Model& m)
 {
-  const MeshPart& part = m.part;
-  halo_form(std::vector<long>(part.node.begin(), part.node.end()), m.part.halo);
+  MeshPart& part = m.part;
+  const int me   = comm_rank();
+  halo_form(std::vector<long>(part.node.begin(), part.node.end()), part.halo);
+  find_owners(m, part);
+  const bool outer = std::any_of(part.rank.begin(), part.rank.end(), [&](int r) { return r != me; });
+  if (comm_allreduce_max(static_cast<int>(outer)) > 0) {
+    halo_form(std::vector<long>(part.elem.begin(), part.elem.end()), part.around);
+    part.around.owner = part.rank;
+  }
   for (Step& s : m.step)
     for (Load& l : s.load)
       l.node.erase(std::remove_if(l.node.begin(), l.node.end(), [&](int n) { return !part.counts(n); }),

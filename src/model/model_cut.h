@@ -12,17 +12,27 @@ struct OfRanks {               // what belongs to rank r: item[off[r]] ... item[
   std::vector<T> item;
 };
 
+struct PieceLists {            // lists that grow with the mesh, in the order of the deck
+  std::vector<OfRanks<int>> node, elem;
+  std::vector<OfRanks<Face>> face;
+  std::vector<OfRanks<Member>> member;
+};
+
 struct ModelCut {              // the whole model, taken apart
   Model rest;                  // without the mesh and the lists that grow with it
   Mesh mesh;
-  OfRanks<int> elem, node;     // index in the mesh of the deck, ascending
-  std::vector<OfRanks<int>> node_list, elem_list;      // those lists, in the order of the deck
-  std::vector<OfRanks<Face>> face_list;
+  IntVec rank;                 // [nelem] that works on an element
+  OfRanks<int> elem, node;     // index in the mesh of the deck, ascending; with outer elements
+  PieceLists work, all;        // of what each rank works on; with outer elements
   IntVec elem_index, node_index;       // index in the piece that is cut
 };
 
+// model_bonded_surfaces : [surface] 1: bonds or contact hold it
+IntVec model_bonded_surfaces(const Model& m);
+
 // model_cut_open : takes the model apart by rank[e] [nelem]; whole is empty behind it
-ModelCut model_cut_open(Model& whole, const IntVec& rank, int ranks);
+//   in   outer   elements of others that a rank looks at, ascending; no items: none
+ModelCut model_cut_open(Model& whole, const IntVec& rank, const OfRanks<int>& outer, int ranks);
 
 // model_cut_piece : what a rank has of it; Model::part says what it is, but for its halo
 Model model_cut_piece(ModelCut& c, int r);

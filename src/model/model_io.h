@@ -49,8 +49,8 @@ inline void io(Archive& f, Mesh& x)
 
 inline void io(Archive& f, MeshPart& x)
 {
-  auto& [on, nnode, nelem, node, elem, halo, joined] = x;
-  io_fields<MeshPart>(f, on, nnode, nelem, node, elem, halo, joined);
+  auto& [on, nnode, nelem, node, elem, rank, halo, around, joined] = x;
+  io_fields<MeshPart>(f, on, nnode, nelem, node, elem, rank, halo, around, joined);
 }
 
 inline void io(Archive& f, Set& x)
@@ -145,13 +145,19 @@ inline void io(Archive& f, InitialValue& x)
   io_fields<InitialValue>(f, displacement, node, body, dof, value, place);
 }
 
+inline void io(Archive& f, Member& x)
+{
+  auto& [elem, at] = x;
+  io_fields<Member>(f, elem, at);
+}
+
 inline void io(Archive& f, FractureDef& x)
 {
   auto& [elset, criterion, estimate, drive, residual, friction, order, gc, weibull, seed, epsilon, spacing,
-         interval, stiffness, release, average, tolerance, fallback, start, strength, place] = x;
+         interval, stiffness, release, average, tolerance, fallback, start, strength, member, place] = x;
   io_fields<FractureDef>(f, elset, criterion, estimate, drive, residual, friction, order, gc, weibull, seed,
                          epsilon, spacing, interval, stiffness, release, average, tolerance, fallback, start,
-                         strength, place);
+                         strength, member, place);
 }
 
 inline void io(Archive& f, ConversionDef& x)

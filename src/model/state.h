@@ -109,6 +109,7 @@ struct Fracture {              // empty arrays: nothing can break or change its 
   RealVec drive, mean;
   double drive_time = 0.0;     // total time of both
   int neroded = 0;             // broken by the criterion so far
+  int nreleasing = 0;          // those in releasing, of all ranks
   double area = 0.0;           // crack area: sum of V/h over them                  length x thickness
   bool empty() const { return phase.empty(); }
 };
@@ -198,8 +199,9 @@ struct StepLog {               // how the increment went
 };
 
 struct ErosionLog {            // one element that broke
-  int elem = -1;
+  int elem = -1, label = 0;    // in the mesh of the deck
   double time = 0, value = 0, released = 0;
+  double X[3] = {0, 0, 0};     // centre at t = 0
 };
 
 struct State {

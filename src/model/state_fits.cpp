@@ -199,7 +199,7 @@ bool rest_fits(const Model& m, const State& s)
     return false;
   if (!s.rate.empty() && !real(s.rate, nodal)) return false;
   for (const ErosionLog& e : s.eroded)
-    if (e.elem < 0 || e.elem >= m.mesh.nelem()) return false;
+    if (e.elem < 0 || e.elem >= (m.part.on ? m.part.nelem : m.mesh.nelem())) return false;
   return true;
 }
 

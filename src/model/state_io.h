@@ -2,8 +2,8 @@
 // state_io.h : the state to and from an archive: one list of fields a struct
 //
 // of_nodes, of_elems, of_gauss: a divided model holds the part of this rank, the file the whole. What names
-// elements or nodes by index (releasing, converted, parent, hang, ...) is not translated: such scenes are not
-// divided.
+// elements or nodes by index is not translated here: releasing is by out_restart, and scenes with the others
+// (converted, parent, hang, ...) are not divided.
 // ---------------------------------------------------------------------------
 #ifndef MPFE_MODEL_STATE_IO_H
 #define MPFE_MODEL_STATE_IO_H
@@ -36,10 +36,10 @@ inline void io(Archive& f, Bonds& x)
 inline void io(Archive& f, Fracture& x)
 {
   auto& [phase, broken, normal, time, releasing, converted, released, released_at, renewed, next_test, drive,
-         mean, drive_time, neroded, area] = x;
+         mean, drive_time, neroded, nreleasing, area] = x;
   io_all(f, of_elems(phase), of_elems(broken), of_elems(normal), of_elems(time), releasing, converted,
          released, released_at, renewed, next_test, of_elems(drive), of_elems(mean), drive_time, neroded,
-         area);
+         nreleasing, area);
 }
 
 inline void io(Archive& f, Level& x)
@@ -85,8 +85,8 @@ inline void io(Archive& f, StepLog& x)
 
 inline void io(Archive& f, ErosionLog& x)
 {
-  auto& [elem, time, value, released] = x;
-  io_all(f, elem, time, value, released);
+  auto& [elem, label, time, value, released, X] = x;
+  io_all(f, elem, label, time, value, released, X);
 }
 
 // between increments: the level n+1 is that of n. A divided model needs no division of the work.

@@ -144,7 +144,7 @@ struct Output {
   std::vector<MemoryUse> memory;          // for the listing
   std::size_t ero_written = 0; // entries of State::eroded that are in JOB.ero
   long ero_length = 0;         // of JOB.ero before them
-  int tip = -1, tip_before = -1;       // element that broke last, and before this increment
+  ErosionLog tip, tip_before;          // what broke last, and before this increment
   bool terminal = false;       // progress line
   double progress_wall = 0.0, progress_last = 0.0;   // wall seconds: start of the run, last line
   double progress_from = 0.0;  // time that the run started at
@@ -238,8 +238,6 @@ int out_check_end(const Model& m, const Elements& el, const State& s, bool finis
 void out_erosion(const Model& m, const State& s, Output& out);
 void out_erosion_undo(Output& out);
 
-// out_elem_centre : mean of the nodes of an element at t = 0
-void out_elem_centre(const Model& m, int e, double x[3]);
 
 // out_fragments : JOB.frag, one line a fragment, debris first; last: the end of the run, with the listing
 void out_fragments(const Model& m, const Elements& el, const State& s, bool last, Output& out);

@@ -26,13 +26,11 @@ void out_erosion(const Model& m, const State& s, Output& out)
   }
   for (std::size_t k = out.ero_written; k < s.eroded.size(); ++k) {
     const ErosionLog& e = s.eroded[k];
-    double x[3];
-    out_elem_centre(m, e.elem, x);
     std::fprintf(out.ero, "%19.11e %8d %10d %19.11e %19.11e %19.11e %12.5g %19.11e\n", e.time, s.log.step,
-                 m.mesh.elem_label[e.elem], x[0], x[1], x[2], e.value, e.released);
+                 e.label, e.X[0], e.X[1], e.X[2], e.value, e.released);
   }
   out.ero_written = s.eroded.size();
-  out.tip         = s.eroded.back().elem;
+  out.tip         = s.eroded.back();
   out_file_flush(out.ero, out.base + ".ero");
 }
 
@@ -45,12 +43,4 @@ void out_erosion_undo(Output& out)
   out.ero_written = 0;
   out.tip         = out.tip_before;
   out_file_cut(out.ero, out.ero_length, out.base + ".ero");
-}
-
-void out_elem_centre(const Model& m, int e, double x[3])
-{
-  const int n = m.mesh.conn.count(e);
-  for (int i = 0; i < 3; ++i) x[i] = 0.0;
-  for (int a = 0; a < n; ++a)
-    for (int i = 0; i < 3; ++i) x[i] += m.mesh.X[3 * m.mesh.conn.begin(e)[a] + i] / n;
 }

@@ -233,7 +233,10 @@ double tip_place(const Model& m, const State& s, int axis, bool first)
     for (int a = 0; a < n; ++a) x += m.mesh.X[3 * m.mesh.conn.begin(static_cast<int>(e))[a] + axis] / n;
     tip = std::isnan(tip) ? x : first ? std::min(tip, x) : std::max(tip, x);
   }
-  return tip;
+  const double none = -1e300;
+  double most = std::isnan(tip) ? none : first ? -tip : tip;
+  out_max(m, &most, 1);
+  return most == none ? tip : first ? -most : most;
 }
 
 double fracture_value(const Model& m, const Elements& el, const State& s, const Probe& probe)
@@ -244,7 +247,7 @@ double fracture_value(const Model& m, const Elements& el, const State& s, const 
   if (probe.q.comp == 11) return s.ledger.ghost;
   if (probe.q.comp == 13) return s.ledger.viscous;
   if (probe.q.comp == 14) return s.ledger.plastic;
-  if (probe.q.comp == 12) return static_cast<double>(s.frac.releasing.size());
+  if (probe.q.comp == 12) return static_cast<double>(s.frac.nreleasing);
   if (probe.q.comp >= 6) return tip_place(m, s, probe.q.comp - 6, probe.reduce == REDUCE_MIN);
   const double value[6] = {double(s.frac.neroded), s.frac.area,       double(s.points.npoint),
                            double(s.bonds.nbond),  s.ledger.fracture, s.ledger.conversion};

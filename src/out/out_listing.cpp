@@ -257,8 +257,8 @@ void out_listing_increment(const State& s)
     log_note("  half-increment residual %.4e, %.3g of the %.4e allowed", l.half, l.half / l.half_limit,
              l.half_limit);
   if (!s.eroded.empty())
-    log_note("  broken: %zu elements in this increment, %d so far, %zu under release; %d points, %d bonds",
-             s.eroded.size(), s.frac.neroded, s.frac.releasing.size(), s.points.npoint, s.bonds.nbond);
+    log_note("  broken: %zu elements in this increment, %d so far, %d under release; %d points, %d bonds",
+             s.eroded.size(), s.frac.neroded, s.frac.nreleasing, s.points.npoint, s.bonds.nbond);
   if (l.grid_cells > 0)
     log_note("  grid: %d cells, %d nodes, %d weak; slip max %.4e, rms %.4e", l.grid_cells, l.grid_nodes,
              l.weak_nodes, s.ledger.slip_max, s.ledger.slip_rms);

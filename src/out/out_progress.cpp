@@ -31,10 +31,9 @@ std::string crack_text(const Model& m, const State& s, const Output& out)
 {
   if (s.frac.neroded == 0) return "";
   char text[120];
-  double x[3];
+  const double* x = out.tip.X;
   int n = std::snprintf(text, sizeof text, "  %d broken", s.frac.neroded);
-  if (out.tip < 0) return text;                      // a run that goes on: nothing has broken since
-  out_elem_centre(m, out.tip, x);
+  if (out.tip.elem < 0) return text;                 // a run that goes on: nothing has broken since
   n += std::snprintf(text + n, sizeof text - n, ", tip (%.4g, %.4g", x[0], x[1]);
   std::snprintf(text + n, sizeof text - n, m.dim == 3 ? ", %.4g)" : ")", x[2]);
   return text;

@@ -1,6 +1,7 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
@@ -134,10 +135,56 @@ std::vector<ArchivePart> parts_of(const Model& m)
   part[PER_ELEM].whole = part[PER_GAUSS].whole = m.part.nelem;
   part[PER_ELEM].item = part[PER_GAUSS].item = m.part.elem;
   part[PER_GAUSS].ragged = true;
-  for (int e = 0; e < m.mesh.nelem(); ++e)
+  for (int e = 0; e < m.mesh.nelem(); ++e) {
+    part[PER_ELEM].brings.push_back(m.part.works(e));
     part[PER_GAUSS].units.push_back(
         m.mesh.elem_section[e] < 0 ? 0 : shape_info[elem_table[m.mesh.elem_type[e]].shape].ngp);
+  }
+  part[PER_GAUSS].brings = part[PER_ELEM].brings;
   return part;
+}
+
+// numbers of the list of all ranks in the mesh of the deck, in the order of breaking
+IntVec releasing_of_all(const Model& m, const Fracture& fr)
+{
+  struct Broken { double time; int number; };
+  std::vector<Broken> all;
+  for (int e : fr.releasing)
+    if (m.part.works(e)) all.push_back({fr.time[e], m.part.number(e)});
+  comm_allgatherv(all);
+  std::sort(all.begin(), all.end(), [](const Broken& a, const Broken& b) {
+    return a.time != b.time ? a.time < b.time : a.number < b.number;
+  });
+  IntVec list;
+  for (const Broken& b : all) list.push_back(b.number);
+  return list;
+}
+
+// nodes of side A of bonds, which all ranks know, in the mesh of the deck; and back
+void bonds_to_deck(const Model& m, Bonds& b)
+{
+  for (int& n : b.a.item)
+    if (m.part.on) n = m.part.node[n];
+}
+
+void bonds_from_deck(const Model& m, Bonds& b)
+{
+  const IntVec& node = m.part.node;
+  for (int& n : b.a.item) {
+    const auto at = std::lower_bound(node.begin(), node.end(), n);
+    n = at != node.end() && *at == n ? static_cast<int>(at - node.begin()) : -1;
+  }
+}
+
+// the other way: those that are here; a number that no mesh has stays, for state_fault
+void take_releasing(const Model& m, Fracture& fr)
+{
+  IntVec list;
+  for (int number : fr.releasing) {
+    const int e = m.part.here(number);
+    if (e >= 0 || number < 0 || number >= m.part.nelem) list.push_back(e);
+  }
+  fr.releasing.swap(list);
 }
 
 long length_of(std::FILE* file, const std::string& path)
@@ -280,7 +327,12 @@ void out_restart(const Model& m, State& s, ActiveGrid& grid, bool now, Output& o
   origin.version = MPFE_VERSION;
   origin.deck    = m.hash;
   io(f, origin);
+  IntVec releasing = m.part.on ? releasing_of_all(m, s.frac) : s.frac.releasing;
+  releasing.swap(s.frac.releasing);
+  bonds_to_deck(m, s.bonds);
   io_content(f, length, s, grid, out);
+  releasing.swap(s.frac.releasing);
+  if (m.part.on) bonds_from_deck(m, s.bonds);
   end_file(fresh, path, f);
   if (!m.restart.overlay && comm_rank() == 0) copy_file(path, out.base + ".rst");
   log_note("  restart file written, %.3g MB", 1e-6 * static_cast<double>(f.at));
@@ -320,7 +372,11 @@ int out_reopen(const Model& m, const Elements& el, Archive& f, State& s, ActiveG
   if (f.file) std::fclose(f.file);
   f.file = nullptr;
   f.part = nullptr;
-  if (m.part.on) s.division = Division();            // of a replicated model, which has written the file
+  if (m.part.on) {
+    take_releasing(m, s.frac);
+    bonds_from_deck(m, s.bonds);
+    s.division = Division();   // of a replicated model, which has written the file
+  }
   if (!f.good || f.at != f.end()) {
     log_error("the restart file has another content than this program expects: another build of mpfe has "
               "written it");

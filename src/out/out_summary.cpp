@@ -110,7 +110,8 @@ void print_mesh(std::FILE* file, const Model& m, const Elements& el)
   const int nnode = m.part.on ? m.part.nnode : m.mesh.nnode();
   if (nnode == 0) return;
   RealVec count(ELEM_TYPES + 1, 0.0);                  // the last one: no finite elements
-  for (int e = 0; e < m.mesh.nelem(); ++e) ++count[el.block_of[e] < 0 ? ELEM_TYPES : m.mesh.elem_type[e]];
+  for (int e = 0; e < m.mesh.nelem(); ++e)
+    if (m.part.works(e)) ++count[el.block_of[e] < 0 ? ELEM_TYPES : m.mesh.elem_type[e]];
   out_sum(m, count.data(), ELEM_TYPES + 1);
   const auto has_twin = [](const Frame& f) { return f.twin >= 0; };
   const auto twins    = std::count_if(m.frame.begin(), m.frame.end(), has_twin);
@@ -224,7 +225,9 @@ void print_viscous(std::FILE* file, const Model& m, const Points& pts)
 {
   for (const ViscousBoundary& v : m.viscous) {
     const Surface& s  = m.surface[v.surface];
-    double face = static_cast<double>(s.body >= 0 ? pts.surface[v.surface].size() : s.face.size());
+    double face = static_cast<double>(
+        s.body >= 0 ? pts.surface[v.surface].size()
+                    : std::count_if(s.face.begin(), s.face.end(), [&](const Face& f) { return m.part.works(f.elem); }));
     out_sum(m, &face, 1);
     std::fprintf(file, "  dampers %-7s %.0f faces, factors %g along the normal, %g across\n", s.name.c_str(),
                  face, v.a, v.b);

@@ -296,7 +296,7 @@ void bond_force(const State& s, int dim, int b, double force[3])
 
 void write_bonds(const Model& m, const State& s, Output& out)
 {
-  const int n = s.bonds.nbond;
+  const int n = m.part.on && comm_rank() > 0 ? 0 : s.bonds.nbond;      // all ranks know all of them
   if (!anybody(m, n > 0)) return;
   RealVec place, u, force, slip = s.n.slip;
   ListTable conn;

@@ -275,6 +275,11 @@ void step_finish(Problem& p, Attempt& a, RealVec& energy)
     if (s.whole) tell_velocities(s, st, dv);
     if (st.points.npoint) assem_gather_corners(p.d.grid, all, dv, st.n.vc, st.np1.vc);
   }
+  if (m.part.around.on()) {                          // nodes of outer elements
+    halo_copy(m.part.halo, m.dim, st.np1.u);
+    for (RealVec* x : {&st.np1.v, &st.np1.a})
+      if (a.cM != 0.0 && st.bonds.nbond) halo_copy(m.part.halo, m.dim, *x);
+  }
   // 2. what ghosts and damping have taken                                           (3.17), (6.21)
   if (p.d.grid.ghost.size()) finish_ghosts(p.d.grid, all, a, dv, st.ledger);
   finish_damping(m, p.d, s, a, st);

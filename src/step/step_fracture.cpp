@@ -40,10 +40,12 @@ Failure apply(Problem& p, const Step& s, const std::vector<Erosion>& erode, cons
   {
     Timer timer(PHASE_FRACTURE);
     if (!torn.empty()) frac_release(p.m, p.d.fm, torn, p.d.share, st);
-    for (const Erosion& e : erode) {
-      const double gain = frac_erode(p.m, s, p.d.el, p.d.fm, e, st.frac, st.n);
-      released += gain;
-      st.eroded.push_back({e.elem, e.time, e.value, gain});
+    RealVec gain;
+    frac_erode(p.m, s, p.d.el, p.d.fm, erode, st.frac, st.n, gain);
+    for (size_t k = 0; k < erode.size(); ++k) {
+      const Erosion& e = erode[k];
+      released += gain[k];
+      st.eroded.push_back({e.number, e.label, e.time, e.value, gain[k], {e.X[0], e.X[1], e.X[2]}});
     }
     frac_open(p.m, p.d.fm, st.n, st.frac, convert);    // those that drop their stress at once
     frac_convert(p.m, p.d.el, p.d.fm, convert, p.d.share, st);
@@ -80,14 +82,14 @@ Failure settle(Problem& p, const Step& s, double t_step, RealVec& energy)
 Failure stepped_over(const Model& m, const Discretisation& d, const Step& s, const State& before,
                      BreakWatch& w)
 {
-  if (!w.on || w.first.elem < 0) return STATUS_OK;
-  const double tolerance = m.fracture[d.fm.def[w.first.elem]].tolerance;
+  if (!w.on || w.first.number < 0) return STATUS_OK;
+  const double tolerance = m.fracture[w.first.def].tolerance;
   if (tolerance <= 0.0) return STATUS_OK;
   w.value0 = frac_value(m, s, d.el, d.fm, before.frac, before.n, w.first);
   if (w.first.value <= 1.0 + tolerance && w.value0 >= 1.0 - tolerance) return STATUS_OK;
   char text[100];
   std::snprintf(text, sizeof text, "element %d: criterion %.5g, at the start %.5g",
-                m.mesh.elem_label[w.first.elem], w.first.value, w.value0);
+                w.first.label, w.first.value, w.value0);
   return {CRITERION_EXCEEDED, text};
 }
 
@@ -107,7 +109,7 @@ Failure step_fracture(Problem& p, const Step& s, double t_step, const State& bef
     }
     frac_due(p.m, p.d.el, p.d.fm, p.st.frac, p.st.n, convert);
     frac_open(p.m, p.d.fm, p.st.n, p.st.frac, convert);
-    for (Erosion& e : erode) e.time = frac_when(p.m, s, p.d.el, p.d.fm, p.st.frac, before.n, p.st.n, e);
+    frac_when(p.m, s, p.d.el, p.d.fm, p.st.frac, before.n, p.st.n, erode);
     std::stable_sort(erode.begin(), erode.end(),
                      [](const Erosion& a, const Erosion& b) { return a.time < b.time; });
     if (s.proc == PROC_DYNAMIC) frac_torn(p.m, p.d.fm, p.st.points, p.st.n, torn);

@@ -188,5 +188,6 @@ Failure step_initial_acceleration(Problem& p, const Step& s, double t_step)
   const Dofs& all = dof_all_rows(dofs);
   for (int r = 0; r < all.nfe; ++r)
     for (int i = 0; i < dofs.dim; ++i) p.st.n.a[all.node_of_row[r] * dofs.dim + i] = acc[r * dofs.dim + i];
+  if (p.m.part.around.on()) halo_copy(p.m.part.halo, dofs.dim, p.st.n.a);
   return STATUS_OK;
 }

@@ -81,8 +81,9 @@ RealVec strain_diagonal(const Model& m, const Bonds& bonds, const ActiveGrid& gr
   if (cC != 0.0)
     for (int i = 0; i < s.neq(); ++i) d[i] -= cC * s.C_diag[i];
   RealVec other;               // several ranks: of the bonds and ghosts of this one, negative
-  if (s.whole) other.assign(s.neq(), 0.0);
-  RealVec& to = s.whole ? other : d;
+  const bool shared = s.split && (bonds.nbond || grid.ghost.size());
+  if (shared) other.assign(s.neq(), 0.0);
+  RealVec& to = shared ? other : d;
   double C[9];
   for (int b : s.bond_acts) {
     if (m.bond[bonds.def[b]].kind == BOND_CONTACT) continue;
@@ -96,7 +97,7 @@ RealVec strain_diagonal(const Model& m, const Bonds& bonds, const ActiveGrid& gr
     for (int k = ghost.off[q]; k < ghost.off[q + 1]; ++k)
       for (int i = 0; i < s.dim; ++i)
         to[(s.nfe + ghost.item[k]) * s.dim + i] -= grid.ghost_k[q] * grid.ghost_w[k] * grid.ghost_w[k];
-  if (s.whole) sys_sum(s.A, other);
+  if (shared) sys_sum(s.A, other);
   for (size_t i = 0; i < other.size(); ++i) d[i] += other[i];
   return d;
 }
@@ -249,9 +250,10 @@ Failure correct(Problem& p, Attempt& a, const RealVec& dx, double g0, bool searc
   return failure;
 }
 
-// several ranks with the whole model: all get what each has found for its rows
+// several ranks: with the whole model all get what each has found for its rows, else for its bonds
 Failure tell_all(Problem& p, Attempt& a)
 {
+  if (p.m.part.on && p.st.bonds.nbond) assem_share_bonds(p.m, p.dofs, p.d.pairs, p.st, a.jumps);
   if (!p.dofs.whole) return STATUS_OK;
   const RealVec du = dof_gather(p.dofs, {&a.du})[0];
   return assem_move_all(p.m, p.d, *p.dofs.whole, a.mode, du, a.t0, a.t1, p.st, a.jumps);

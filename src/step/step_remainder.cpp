@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <map>
 
@@ -17,8 +18,29 @@ struct Piece {
 
 double size(const double* v) { return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]); }
 
+// Divided model: a piece has the smallest number of its nodes in the mesh of the deck on all ranks. Pieces
+// tell their neighbours until nothing changes: as often as the longest of them goes from rank to rank.
+void number_pieces(const MeshPart& part, IntVec& root)
+{
+  IntVec least(root.size(), part.nnode), before;
+  for (size_t n = 0; n < root.size(); ++n) least[root[n]] = std::min(least[root[n]], part.node[n]);
+  do {
+    before = least;
+    std::vector<IntVec> tell(comm_size());
+    for (int r = 0; r < comm_size(); ++r)
+      for (int n : part.halo.common[r]) tell[r].push_back(least[root[n]]);
+    const std::vector<IntVec> told = comm_exchange(tell);
+    for (int r = 0; r < comm_size(); ++r)
+      for (size_t k = 0; k < told[r].size(); ++k) {
+        int& own = least[root[part.halo.common[r][k]]];
+        own = std::min(own, told[r][k]);
+      }
+  } while (comm_allreduce_max(static_cast<int>(least != before)));
+  for (int& r : root) r = least[r];
+}
+
 // nodes of one intact element belong to one piece; a node of broken elements alone is a piece of its own
-IntVec find_pieces(const Mesh& mesh, const Elements& el, const Fracture& fr)
+IntVec find_pieces(const Mesh& mesh, const MeshPart& part, const Elements& el, const Fracture& fr)
 {
   Forest pieces(mesh.nnode());
   for (const ElemBlock& b : el.block)
@@ -28,6 +50,7 @@ IntVec find_pieces(const Mesh& mesh, const Elements& el, const Fracture& fr)
       for (int a = 1; a < mesh.conn.count(e); ++a) pieces.join(node[a], node[0]);
     }
   for (int n = 0; n < mesh.nnode(); ++n) pieces.up[n] = pieces.root(n);
+  if (part.on) number_pieces(part, pieces.up);
   return pieces.up;
 }
 
@@ -68,11 +91,28 @@ void add_rest(const Model& m, const Elements& el, const State& st, const Step& s
     }
 }
 
-bool breaks(const Fracture& fr)
+bool breaks(const Fracture& fr, const MeshPart& part)
 {
-  for (int def : fr.broken)
-    if (def >= 0) return true;
-  return false;
+  const bool here = std::any_of(fr.broken.begin(), fr.broken.end(), [](int def) { return def >= 0; });
+  return part.on ? comm_allreduce_max(static_cast<int>(here)) > 0 : here;
+}
+
+// divided model: the pieces of all ranks
+void gather_pieces(std::map<int, Piece>& piece)
+{
+  struct Named { int name; Piece piece; };
+  std::vector<Named> all;
+  for (const auto& x : piece) all.push_back({x.first, x.second});
+  comm_allgatherv(all);
+  piece.clear();
+  for (const Named& x : all) {
+    Piece& to = piece[x.name];
+    for (int i = 0; i < 3; ++i) {
+      to.held[i] = to.held[i] || x.piece.held[i];
+      to.load[i] += x.piece.load[i];
+      to.rest[i] += x.piece.rest[i];
+    }
+  }
 }
 
 }  // namespace
@@ -80,17 +120,22 @@ bool breaks(const Fracture& fr)
 void step_remainder(const Model& m, const Discretisation& d, const Dofs& dofs, const State& st, const Step& s,
                     Warned& warned)
 {
-  if (s.proc != PROC_STATIC || !breaks(st.frac) || st.points.npoint || comm_rank() > 0) return;
-  if (dofs.fixed.size() != static_cast<size_t>(dofs.neq())) return;
+  const bool on = m.part.on;
+  if (s.proc != PROC_STATIC || st.points.npoint || (!on && comm_rank() > 0) || !breaks(st.frac, m.part))
+    return;
+  const bool numbered = dofs.fixed.size() == static_cast<size_t>(dofs.neq());
+  if (on ? comm_allreduce_max(!numbered) : !numbered) return;
   RealVec f;
   const LoadTime now{st.n.time - st.clock.start, st.n.time, 1.0};
   if (!assem_loads(m, d, dofs, st, s, now, warned, f).ok()) return;
-  const IntVec root = find_pieces(m.mesh, d.el, st.frac);
+  const IntVec root = find_pieces(m.mesh, m.part, d.el, st.frac);
   std::map<int, Piece> piece;
   find_supports(st.bonds, dofs, root, piece);
   for (int r = 0; r < dofs.nfe; ++r)
-    for (int i = 0; i < m.dim; ++i) piece[root[dofs.node_of_row[r]]].load[i] += f[r * m.dim + i];
+    for (int i = 0; i < m.dim && dofs.counts(r * m.dim); ++i)
+      piece[root[dofs.node_of_row[r]]].load[i] += f[r * m.dim + i];
   add_rest(m, d.el, st, s, root, piece);
+  if (on) gather_pieces(piece);
   double all = 0.0, rest = 0.0;
   for (const auto& x : piece) {
     const Piece& q = x.second;

@@ -38,10 +38,10 @@ double break_time(const BreakWatch& w, double value)
 // how large the increment is that ends just before the first break; and where the one after it, in which it
 // breaks, ends.
 // False: it cannot be cut any more.
-bool cut_to_break(const Model& m, const FracMesh& fm, const Step& s, const BreakWatch& w, double dt, int cuts,
-                  StepClock& clock, double& shorter)
+bool cut_to_break(const Model& m, const Step& s, const BreakWatch& w, double dt, int cuts, StepClock& clock,
+                  double& shorter)
 {
-  const double half = 0.5 * m.fracture[fm.def[w.first.elem]].tolerance;
+  const double half = 0.5 * m.fracture[w.first.def].tolerance;
   const bool near   = w.value0 >= 1.0 - 2.0 * half;
   const double aim  = dt * break_time(w, 1.0 + half);
   shorter = near ? aim : dt * break_time(w, 1.0 - half);
@@ -186,7 +186,7 @@ Failure attempt(Problem& p, const Step& s, Increment& inc, Output& out)
   const double t = clock.t + inc.dt;
   failure = step_fracture(p, s, t, inc.undo.state, inc.watch, inc.energy, out);
   if (failure.status == CRITERION_EXCEEDED &&
-      !cut_to_break(p.m, p.d.fm, s, inc.watch, inc.dt, st.log.cuts, clock, inc.shorter)) {
+      !cut_to_break(p.m, s, inc.watch, inc.dt, st.log.cuts, clock, inc.shorter)) {
     inc.watch.on = false;
     failure = step_fracture(p, s, t, inc.undo.state, inc.watch, inc.energy, out);
   }

@@ -214,7 +214,7 @@ TEST(ModelCut, PiecesMakeTheWhole)
   IntVec rank;
   for (int e = 0; e < m.mesh.nelem(); ++e) rank.push_back((e * 7 + e / 9) % 5 % ranks);
   Model whole  = m;
-  ModelCut cut = model_cut_open(whole, rank, ranks);
+  ModelCut cut = model_cut_open(whole, rank, {}, ranks);
   EXPECT_EQ(whole.mesh.nelem(), 0);
   IntVec times(m.mesh.nelem(), 0), alone(ranks, 0);
   for (int r = ranks - 1; r >= 0; --r) {

@@ -595,18 +595,23 @@ TEST(Release, BeginsWhenTheCriterionIsMet)
   const double G0 = frac_estimate(m, step, r.el, r.fm, r.st.frac, l0, 4, J),
                G1 = frac_estimate(m, step, r.el, r.fm, r.st.frac, l1, 4, J);
   EXPECT_NEAR(4.0, G1 / G0, 1e-12);
-  Erosion x;
+  std::vector<Erosion> one(1);
+  Erosion& x = one[0];
   x.elem = 4;
+  const auto when = [&]() {
+    frac_when(m, step, r.el, r.fm, r.st.frac, l0, l1, one);
+    return x.time;
+  };
   for (double part : {0.25, 0.75}) {
     r.fm.gc[4] = G0 + part * (G1 - G0);
     x.value    = G1 / r.fm.gc[4];
-    EXPECT_NEAR(5.0 + 2.0 * part, frac_when(m, step, r.el, r.fm, r.st.frac, l0, l1, x), 1e-12);
+    EXPECT_NEAR(5.0 + 2.0 * part, when(), 1e-12);
   }
   r.fm.gc[4] = 0.5 * G0;                             // met before: it had to wait for its neighbour
   x.value    = G1 / r.fm.gc[4];
-  EXPECT_EQ(5.0, frac_when(m, step, r.el, r.fm, r.st.frac, l0, l1, x));
+  EXPECT_EQ(5.0, when());
   r.fm.release[4] = 0.0;                             // drops its stress at once: when it breaks
-  EXPECT_EQ(7.0, frac_when(m, step, r.el, r.fm, r.st.frac, l0, l1, x));
+  EXPECT_EQ(7.0, when());
 
   r.fm.release[4] = 2.0;
   r.st.frac.broken[4] = 0;
