@@ -94,8 +94,10 @@ bool add_guests(const MeshPart& part, const Bonds& bonds, const ContactPairs& pa
   const int own = s.nfe - s.nguest;
   IntVec guest;
   const auto take = [&](const ListTable& list, int b) {
-    for (int k = list.off[b]; k < list.off[b + 1]; ++k)
-      if (s.row_of_node[list.item[k]] < 0 || s.row_of_node[list.item[k]] >= own) guest.push_back(list.item[k]);
+    for (int k = list.off[b]; k < list.off[b + 1]; ++k) {
+      const int n = list.item[k], row = s.row_of_node[n];
+      if (row < 0 || row >= own) guest.push_back(n);
+    }
   };
   for (int b = 0; b < bonds.nbond; ++b) {
     if (!bond_here(part, bonds, b) || !acts(bonds, pairs, b)) continue;

@@ -225,9 +225,9 @@ void print_viscous(std::FILE* file, const Model& m, const Points& pts)
 {
   for (const ViscousBoundary& v : m.viscous) {
     const Surface& s  = m.surface[v.surface];
-    double face = static_cast<double>(
-        s.body >= 0 ? pts.surface[v.surface].size()
-                    : std::count_if(s.face.begin(), s.face.end(), [&](const Face& f) { return m.part.works(f.elem); }));
+    const auto works = [&](const Face& f) { return m.part.works(f.elem); };
+    double face = static_cast<double>(s.body >= 0 ? static_cast<long>(pts.surface[v.surface].size())
+                                                  : std::count_if(s.face.begin(), s.face.end(), works));
     out_sum(m, &face, 1);
     std::fprintf(file, "  dampers %-7s %.0f faces, factors %g along the normal, %g across\n", s.name.c_str(),
                  face, v.a, v.b);

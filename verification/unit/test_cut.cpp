@@ -270,6 +270,37 @@ TEST(ModelCut, PiecesMakeTheWhole)
   EXPECT_EQ(alone, IntVec({1, 0, 0, 0}));
 }
 
+// rank 1 looks at elements of the others too: what breaks, pre-cracks, supports and surfaces of bonds have
+// them, sets and loads do not
+TEST(ModelCut, OuterElements)
+{
+  Model m = plate(4);
+  m.fracture.resize(1);
+  m.fracture[0].elset = 0;
+  m.broken.resize(1);
+  m.broken[0].elem = {0, 2, 12};
+  m.bond.resize(1);
+  m.bond[0].surface = 0;
+  m.surface.push_back(m.surface[0]);                 // no bond holds this one
+  IntVec rank;
+  for (int e = 0; e < 16; ++e) rank.push_back(e / 8);
+  OfRanks<int> outer;
+  outer.off  = {0, 0, 3};
+  outer.item = {2, 4, 5};
+  ModelCut cut = model_cut_open(m, rank, outer, 2);
+  const Model p = model_cut_piece(cut, 1);
+  EXPECT_EQ(p.part.elem, IntVec({2, 4, 5, 8, 9, 10, 11, 12, 13, 14, 15}));
+  EXPECT_EQ(p.part.rank, IntVec({0, 0, 0, 1, 1, 1, 1, 1, 1, 1, 1}));
+  EXPECT_EQ(in_deck(p.elset[0].item, p.part.elem), IntVec({8, 9, 10, 11, 12, 13, 14, 15}));
+  EXPECT_EQ(in_deck(p.broken[0].elem, p.part.elem), IntVec({2, 12}));
+  ASSERT_EQ(p.fracture[0].member.size(), p.part.elem.size());
+  for (const Member& x : p.fracture[0].member) EXPECT_EQ(p.part.elem[x.elem], x.at);
+  EXPECT_EQ(p.surface[0].face.size(), 3u);           // of elements 4, 8, 12
+  EXPECT_EQ(p.surface[1].face.size(), 2u);
+  EXPECT_EQ(in_deck(p.step[0].prescribed[0].node, p.part.node), IntVec({2, 5}));       // of 0 1 2 4 5
+  for (int n : in_deck(p.nset[0].item, p.part.node)) EXPECT_GE(n, 10);   // node rows of elements 8 to 15
+}
+
 // ---- several ranks (unit/run_ranks) ----------------------------------------------
 
 TEST(Divided, ModelOfRankZeroIsThatOfAll)
