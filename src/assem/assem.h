@@ -26,7 +26,7 @@ Failure assem_move_all(const Model& m, const Discretisation& d, const Dofs& dofs
                        const RealVec& du, double t_step0, double t_step1, State& st, Jumps& j);
 
 // assem_share_bonds : divided model: jumps, slips and multipliers at t(n+1) of the bonds that each rank works
-// on, and places of nodes of outer elements, on all ranks. Collective.
+// on, on all ranks. Collective.
 void assem_share_bonds(const Model& m, const Dofs& dofs, const ContactPairs& pairs, State& st, Jumps& j);
 
 // assem_internal : fint [neq] of elements, points and bonds for the two levels of the state;

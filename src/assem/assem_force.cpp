@@ -467,9 +467,8 @@ void assem_share_bonds(const Model& m, const Dofs& dofs, const ContactPairs& pai
     for (int k = 0; k < 3; ++k) std::copy_n(&(*part[k])[b * dim], dim, &all[k * n + b * dim]);
   comm_sum(all);
   for (int b = 0; b < st.bonds.nbond; ++b)
-    for (int k = 0; k < 3 && (st.bonds.field[b] != SIDE_CONTACT || pairs.master.count(b)); ++k)
+    for (int k = 0; k < 3 && contact_acts(st.bonds, pairs, b); ++k)
       std::copy_n(&all[k * n + b * dim], dim, &(*part[k])[b * dim]);
-  halo_copy(m.part.halo, dim, st.np1.u);
 }
 
 Failure assem_internal(const Model& m, const Discretisation& d, const Dofs& dofs, const KernelMode& mode,

@@ -28,6 +28,12 @@ struct ContactPairs {
   int searched = 0, skipped = 0;    // definitions; skipped: the boxes of their surfaces are apart
 };
 
+// contact_acts : is bond b one that ties, or a place of contact that meets a face?
+inline bool contact_acts(const Bonds& bonds, const ContactPairs& pairs, int b)
+{
+  return bonds.field[b] != SIDE_CONTACT || pairs.master.count(b);
+}
+
 // contact_skin : outer faces of elements, and of points, that take part in general contact. Left out: what
 // bonds tie to a body (interface: faces besides those of *BOND), and where points hang on elements
 std::vector<SkinFace> contact_skin(const Model& m, const Fracture& fr, const Points& pts,

@@ -317,7 +317,7 @@ void contact_search_start(const Model& m, const Points& pts, const Bonds& bonds,
 void contact_forget(const Bonds& bonds, const ContactPairs& pairs, int dim, Level& l)
 {
   for (int b = 0; b < bonds.nbond; ++b) {
-    if (bonds.field[b] != SIDE_CONTACT || pairs.master.count(b)) continue;
+    if (contact_acts(bonds, pairs, b)) continue;
     l.slip[b * dim] = 1e300;
     l.lambda_n[b]   = 0.0;
     std::fill_n(&l.lambda[b * dim], dim, 0.0);

@@ -123,24 +123,24 @@ RealVec work_places(const Model& m, const Points& pts, const Level& now, const E
   return X;
 }
 
+// calls use(row, rank) for the rows of elements and points, in the order of dof_lists
+template <class Use>
+void each_touch(const Mesh& mesh, const Elements& el, const ActiveGrid& grid, const Dofs& s, Division& d,
+                Use use)
+{
+  IntVec rank;
+  each_work(el, grid, d, [&](int r, double) { rank.push_back(r); });
+  size_t list = 0;
+  dof_lists(mesh, el, grid, s, true, [&](int n, const int* row) {
+    for (int a = 0; a < n && list < rank.size(); ++a) use(row[a], rank[list]);
+    ++list;
+  });
+}
+
 // rows that elements and points of several ranks touch
 int shared_rows(const Mesh& mesh, const Elements& el, const ActiveGrid& grid, const Dofs& s, Division& d)
 {
-  IntVec rank, of(s.nrow, -1);
-  each_work(el, grid, d, [&](int r, double) { rank.push_back(r); });
-  size_t list = 0;
-  int shared = 0;
-  dof_lists(mesh, el, grid, s, true, [&](int n, const int* row) {
-    for (int a = 0; a < n && list < rank.size(); ++a) {
-      int& r = of[row[a]];
-      if (r == -1) r = rank[list];
-      if (r < 0 || r == rank[list]) continue;
-      r = -2;
-      ++shared;
-    }
-    ++list;
-  });
-  return shared;
+  return part_shared(s.nrow, [&](auto use) { each_touch(mesh, el, grid, s, d, use); });
 }
 
 // by METIS, or by straight cuts when these have fewer rows between ranks
@@ -165,23 +165,14 @@ void divide_again(const Model& m, const Points& pts, const Level& now, const Ele
 // a row belongs to the rank that has most of what touches it, a bond to the rank of its first row
 void find_owners(const Mesh& mesh, const Elements& el, const ActiveGrid& grid, Division& d, Dofs& s)
 {
-  IntVec rank;
   std::map<int, std::map<int, int>> touch;             // rows between ranks: how often each rank touches them
-  each_work(el, grid, d, [&](int r, double) { rank.push_back(r); });
   s.owner.assign(s.nrow, -1);
-  const auto each_touch = [&](auto use) {
-    size_t list = 0;
-    dof_lists(mesh, el, grid, s, true, [&](int n, const int* row) {
-      for (int a = 0; a < n && list < rank.size(); ++a) use(row[a], rank[list]);
-      ++list;
-    });
-  };
-  each_touch([&](int row, int r) {
+  each_touch(mesh, el, grid, s, d, [&](int row, int r) {
     if (s.owner[row] < 0) s.owner[row] = r;
     else if (s.owner[row] != r) touch[row];
   });
   if (!touch.empty())
-    each_touch([&](int row, int r) {
+    each_touch(mesh, el, grid, s, d, [&](int row, int r) {
       const auto between = touch.find(row);
       if (between != touch.end()) ++between->second[r];
     });

@@ -75,12 +75,6 @@ void number_nodes(const Model& m, const State& st, const Elements& el, Dofs& s)
   for (int r = 0; r < s.nfe; ++r) s.row_of_node[s.node_of_row[r]] = r;
 }
 
-// a bond to the ground, or a place of contact that meets a face
-bool acts(const Bonds& bonds, const ContactPairs& pairs, int b)
-{
-  return bonds.field[b] != SIDE_CONTACT || pairs.master.count(b);
-}
-
 // divided model: all ranks know all bonds, and that of the first node works on one
 bool bond_here(const MeshPart& part, const Bonds& bonds, int b)
 {
@@ -100,7 +94,7 @@ bool add_guests(const MeshPart& part, const Bonds& bonds, const ContactPairs& pa
     }
   };
   for (int b = 0; b < bonds.nbond; ++b) {
-    if (!bond_here(part, bonds, b) || !acts(bonds, pairs, b)) continue;
+    if (!bond_here(part, bonds, b) || !contact_acts(bonds, pairs, b)) continue;
     take(bonds.a, b);
     if (bonds.field[b] == SIDE_CONTACT) take(pairs.master, b);
   }
@@ -138,7 +132,7 @@ void bond_rows(const Bonds& bonds, const Discretisation& d, const Dofs& s, int b
     for (int j = d.grid.corner.off[c]; j < d.grid.corner.off[c + 1]; ++j)
       add(s.nfe + d.grid.corner.item[j], value * d.grid.corner_w[j]);
   };
-  if (bonds.field[b] == SIDE_CONTACT && !d.pairs.master.count(b)) return;     // nothing near
+  if (!contact_acts(bonds, d.pairs, b)) return;
   for (int k = bonds.a.off[b]; k < bonds.a.off[b + 1]; ++k) add_kin(bonds.a.item[k], bonds.a_w[k]);
   if (bonds.field[b] == SIDE_CONTACT)
     for (int k = d.pairs.master.off[b]; k < d.pairs.master.off[b + 1]; ++k)
@@ -184,8 +178,7 @@ void form_lists(const Bonds& bonds, const MeshPart& part, Discretisation& d, Dof
   form_groups(d.point_law.group, d.grid, s);
   s.nrow = s.nfe + d.grid.nnode;
   s.row_key.assign(s.node_of_row.begin(), s.node_of_row.end());
-  for (long& key : s.row_key)
-    if (part.on) key = part.node[key];
+  for (long& key : s.row_key) key = part.node_number(static_cast<int>(key));
   for (long key : d.grid.key) s.row_key.push_back(-1 - key);
   s.bond = ListTable();
   s.bond_w.clear();
@@ -201,7 +194,7 @@ void form_lists(const Bonds& bonds, const MeshPart& part, Discretisation& d, Dof
     s.bond.item.insert(s.bond.item.end(), row.begin(), row.end());
     s.bond_w.insert(s.bond_w.end(), w.begin(), w.end());
     s.bond.off.push_back(static_cast<int>(s.bond.item.size()));
-    if (acts(bonds, d.pairs, b)) s.bond_acts.push_back(b);
+    if (contact_acts(bonds, d.pairs, b)) s.bond_acts.push_back(b);
   }
 }
 

@@ -2,6 +2,7 @@
 #include <array>
 #include <cstdlib>
 #include <map>
+#include <set>
 
 #ifdef __GLIBC__
 #include <malloc.h>
@@ -56,17 +57,20 @@ bool divides(const Model& m)
 OfRanks<int> outer_elements(const Model& m, const IntVec& rank)
 {
   OfRanks<int> out;
-  if (m.fracture.empty() && m.bond.empty()) return out;
-  std::vector<char> bonded(m.mesh.nelem(), 0);
+  IntVec bonded;
   const IntVec surface = model_bonded_surfaces(m);
   for (std::size_t s = 0; s < surface.size(); ++s)
-    for (const Face& f : surface[s] ? m.surface[s].face : std::vector<Face>()) bonded[f.elem] = 1;
+    if (surface[s])
+      for (const Face& f : m.surface[s].face) bonded.push_back(f.elem);
+  if (m.fracture.empty() && bonded.empty()) return out;
+  std::vector<IntVec> list(comm_size());
+  if (!m.fracture.empty()) list = frac_outer(m, rank, comm_size());
   out.off.push_back(0);
   for (int r = 0; r < comm_size(); ++r) {
-    std::vector<char> here = bonded;
-    for (int e : frac_outer(m, rank, r)) here[e] = 1;
-    for (int e = 0; e < m.mesh.nelem(); ++e)
-      if (here[e] && rank[e] != r) out.item.push_back(e);
+    std::set<int> here(list[r].begin(), list[r].end());
+    for (int e : bonded)
+      if (rank[e] != r) here.insert(e);
+    out.item.insert(out.item.end(), here.begin(), here.end());
     out.off.push_back(static_cast<int>(out.item.size()));
   }
   return out;
@@ -84,13 +88,12 @@ RealVec element_work(const Mesh& mesh)
 }
 
 // do all elements that are not removed hang together by common faces?
-bool joined_by_faces(const Mesh& mesh, const std::vector<BrokenDef>& broken)
+bool joined_by_faces(const Model& m)
 {
+  const Mesh& mesh = m.mesh;
   std::map<std::array<int, 4>, int> owner;
   Forest parts(mesh.nelem());
-  std::vector<char> removed(mesh.nelem(), 0);
-  for (const BrokenDef& b : broken)
-    for (int e : b.elem) removed[e] = b.remove;
+  const IntVec removed = model_removed(m);
   int left = static_cast<int>(std::count(removed.begin(), removed.end(), 0));
   for (int e = 0; e < mesh.nelem(); ++e) {
     if (removed[e]) continue;
@@ -121,7 +124,7 @@ IntVec divided(const Model& m)
 // rank 0: to the other ranks one piece after the other, so that no more than one lies beside the whole model
 void send_pieces(const IntVec& rank, Model& m)
 {
-  m.part.joined = joined_by_faces(m.mesh, m.broken);
+  m.part.joined = joined_by_faces(m);
   ModelCut cut  = model_cut_open(m, rank, outer_elements(m, rank), comm_size());
   for (int r = 1; r < comm_size(); ++r) {
     Model piece = model_cut_piece(cut, r);
@@ -133,7 +136,7 @@ void send_pieces(const IntVec& rank, Model& m)
 }  // namespace
 
 // ---------------------------------------------------------------------------
-// dof_part : the model of rank 0, divided by METIS where it can be                       doc/theory.md 5.1
+// dof_part : the model of rank 0, divided where it can be                                doc/theory.md 5.1
 //
 //   inout m   rank 0: the whole model; behind it, on all ranks, what they work on
 // ---------------------------------------------------------------------------

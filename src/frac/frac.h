@@ -64,10 +64,13 @@ struct FirstBreak {
 // frac_mesh : topology, sizes, toughness. Returns the number of errors (messages in the log).
 int frac_mesh(const Model& m, const Elements& el, FracMesh& fm);
 
-// frac_outer : elements of other ranks that the estimates, gates and crack areas of those of rank r look at,
-// and those at a node of them, ascending  (7.1) - (7.8), (7.17)
+// frac_outer : [ranks] elements of others that the estimates, gates and crack areas of those of a rank look
+// at, and those at a node of what it then has, ascending; of a model that breaks  (7.1) - (7.8), (7.17)
 //   in   rank   that works on an element                 [nelem]
-IntVec frac_outer(const Model& m, const IntVec& rank, int r);
+std::vector<IntVec> frac_outer(const Model& m, const IntVec& rank, int ranks);
+
+// frac_of_node : elements of each node                   [nnode]
+ListTable frac_of_node(const Mesh& mesh);
 
 // parts_of_cube : an element of this shape as a part of a square or a cube                       (7.2)
 double parts_of_cube(Shape s);

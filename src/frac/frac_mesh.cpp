@@ -111,19 +111,6 @@ void find_bins(const Model& m, FracMesh& fm)
   }
 }
 
-void find_of_node(const Model& m, FracMesh& fm)
-{
-  const int nnode = m.mesh.nnode();
-  IntVec count(nnode + 1, 0);
-  for (int n : m.mesh.conn.item) ++count[n + 1];
-  for (int n = 0; n < nnode; ++n) count[n + 1] += count[n];
-  fm.of_node.off = count;
-  fm.of_node.item.resize(m.mesh.conn.item.size());
-  for (int e = 0; e < m.mesh.nelem(); ++e)
-    for (int k = m.mesh.conn.off[e]; k < m.mesh.conn.off[e + 1]; ++k)
-      fm.of_node.item[count[m.mesh.conn.item[k]]++] = e;
-}
-
 // time in which a Rayleigh wave goes over a length; c_R/c_s = (0.862 + 1.14 nu)/(1 + nu) to 0.5 %; without a
 // density nothing moves
 double rayleigh_time(const Elements& el, int e, double length)
@@ -172,6 +159,19 @@ double parts_of_cube(Shape s)
   return s == SHAPE_TRI3 || s == SHAPE_WEDGE6 ? 2.0 : s == SHAPE_TET4 ? 6.0 : 1.0;
 }
 
+ListTable frac_of_node(const Mesh& mesh)
+{
+  ListTable out;
+  IntVec next(mesh.nnode() + 1, 0);
+  for (int n : mesh.conn.item) ++next[n + 1];
+  for (int n = 0; n < mesh.nnode(); ++n) next[n + 1] += next[n];
+  out.off = next;
+  out.item.resize(mesh.conn.item.size());
+  for (int e = 0; e < mesh.nelem(); ++e)
+    for (int k = mesh.conn.off[e]; k < mesh.conn.off[e + 1]; ++k) out.item[next[mesh.conn.item[k]]++] = e;
+  return out;
+}
+
 int frac_mesh(const Model& m, const Elements& el, FracMesh& fm)
 {
   fm    = FracMesh();
@@ -182,7 +182,7 @@ int frac_mesh(const Model& m, const Elements& el, FracMesh& fm)
   find_across(m, fm);
   find_local(fm);
   find_bins(m, fm);
-  find_of_node(m, fm);
+  fm.of_node = frac_of_node(m.mesh);
   fm.def.assign(nelem, -1);
   fm.conv.assign(nelem, -1);
   fm.gc.assign(nelem, 0.0);

@@ -73,61 +73,88 @@ double reach_of(const Model& m, const FractureDef& f)
   return 1.5 + std::max({radius, ball ? FRAC_NOTCH : 0.0, f.spacing >= 0.0 ? f.spacing : FRAC_SPACING});
 }
 
-// Elements of this rank that can break, in cells as wide as the largest reach
+// Elements that can break, in cells as wide as the largest reach
+struct Cell {
+  IntVec elem;
+  int rank = -1;               // of all of them, -1: of several
+};
+
 struct Cells {
   double width = 0.0;
-  std::unordered_map<long, IntVec> elem;
-  long cell(const double* x, int di, int dj, int dk) const
+  std::unordered_map<long, Cell> cell;
+  long key(const double* x, int di, int dj, int dk) const
   {
     const auto at = [&](int i, int d) { return static_cast<long>(std::floor(x[i] / width)) + d; };
     return (at(0, di) * 2097143 + at(1, dj)) * 2097143 + at(2, dk);
   }
 };
 
-bool is_near(const Cells& c, const Sizes& s, const RealVec& reach, const double* x)
+Cells find_cells(const Sizes& s, const IntVec& rank, const RealVec& reach)
 {
+  Cells c;
+  c.width = *std::max_element(reach.begin(), reach.end());
+  for (size_t e = 0; e < reach.size(); ++e) {
+    if (reach[e] == 0.0) continue;
+    Cell& cell = c.cell[c.key(&s.centre[3 * e], 0, 0, 0)];
+    cell.rank  = cell.elem.empty() || cell.rank == rank[e] ? rank[e] : -1;
+    cell.elem.push_back(static_cast<int>(e));
+  }
+  return c;
+}
+
+// element o for the lists of the other ranks that have an element which reaches it
+void add_near(const Cells& c, const Sizes& s, const IntVec& rank, const RealVec& reach, int o,
+              std::vector<IntVec>& list)
+{
+  const double* x = &s.centre[3 * static_cast<size_t>(o)];
   for (int i = -1; i <= 1; ++i)
     for (int j = -1; j <= 1; ++j)
       for (int k = -1; k <= 1; ++k) {
-        const auto found = c.elem.find(c.cell(x, i, j, k));
-        if (found == c.elem.end()) continue;
-        for (int e : found->second) {
+        const auto found = c.cell.find(c.key(x, i, j, k));
+        if (found == c.cell.end() || found->second.rank == rank[o]) continue;
+        for (int e : found->second.elem) {
+          IntVec& of = list[rank[e]];
+          if (rank[e] == rank[o] || (!of.empty() && of.back() == o)) continue;
           const double* y = &s.centre[3 * static_cast<size_t>(e)];
-          if (std::hypot(x[0] - y[0], x[1] - y[1], x[2] - y[2]) < reach[e]) return true;
+          if (std::hypot(x[0] - y[0], x[1] - y[1], x[2] - y[2]) < reach[e]) of.push_back(o);
         }
       }
-  return false;
+}
+
+// elements of other ranks at a node of what a rank has so far
+void add_neighbours(const Mesh& mesh, const IntVec& rank, std::vector<IntVec>& list)
+{
+  const ListTable of_node = frac_of_node(mesh);
+  const auto each = [&](int e, auto use) {
+    for (int k = mesh.conn.off[e]; k < mesh.conn.off[e + 1]; ++k)
+      for (int q = of_node.off[mesh.conn.item[k]]; q < of_node.off[mesh.conn.item[k] + 1]; ++q)
+        use(of_node.item[q]);
+  };
+  for (size_t r = 0; r < list.size(); ++r) {
+    const IntVec near = list[r];
+    for (int e : near)
+      each(e, [&](int o) { if (rank[o] != static_cast<int>(r)) list[r].push_back(o); });
+  }
+  for (int o = 0; o < mesh.nelem(); ++o)
+    each(o, [&](int e) { if (rank[e] != rank[o]) list[rank[e]].push_back(o); });
 }
 
 }  // namespace
 
-IntVec frac_outer(const Model& m, const IntVec& rank, int r)
+std::vector<IntVec> frac_outer(const Model& m, const IntVec& rank, int ranks)
 {
-  IntVec list;
-  if (m.fracture.empty()) return list;
-  const Mesh& mesh = m.mesh;
-  const int nelem = mesh.nelem();
-  const Sizes s = find_sizes(mesh, m.dim);
-  RealVec reach(nelem, 0.0);
-  Cells cells;
+  std::vector<IntVec> list(ranks);
+  const Sizes s = find_sizes(m.mesh, m.dim);
+  RealVec reach(m.mesh.nelem(), 0.0);
   for (const FractureDef& f : m.fracture)
-    for (int e : m.elset[f.elset].item) {
-      if (rank[e] != r) continue;
-      reach[e]    = SLACK * reach_of(m, f) * s.around[e];
-      cells.width = std::max(cells.width, reach[e]);
-    }
-  if (cells.width == 0.0) return list;
-  for (int e = 0; e < nelem; ++e)
-    if (reach[e] > 0.0) cells.elem[cells.cell(&s.centre[3 * static_cast<size_t>(e)], 0, 0, 0)].push_back(e);
-  std::vector<char> here(nelem, 0), at_node(mesh.nnode(), 0);
-  for (int e = 0; e < nelem; ++e) {
-    here[e] = rank[e] == r || is_near(cells, s, reach, &s.centre[3 * static_cast<size_t>(e)]);
-    for (int k = mesh.conn.off[e]; here[e] && k < mesh.conn.off[e + 1]; ++k) at_node[mesh.conn.item[k]] = 1;
-  }
-  for (int e = 0; e < nelem; ++e) {
-    for (int k = mesh.conn.off[e]; k < mesh.conn.off[e + 1]; ++k)
-      here[e] = here[e] || at_node[mesh.conn.item[k]];
-    if (here[e] && rank[e] != r) list.push_back(e);
+    for (int e : m.elset[f.elset].item) reach[e] = SLACK * reach_of(m, f) * s.around[e];
+  const Cells cells = find_cells(s, rank, reach);
+  if (cells.cell.empty()) return list;
+  for (int o = 0; o < m.mesh.nelem(); ++o) add_near(cells, s, rank, reach, o, list);
+  add_neighbours(m.mesh, rank, list);
+  for (IntVec& of : list) {
+    std::sort(of.begin(), of.end());
+    of.erase(std::unique(of.begin(), of.end()), of.end());
   }
   return list;
 }

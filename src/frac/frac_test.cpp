@@ -556,8 +556,8 @@ Candidate candidate(const Scan& s, int e, double value, double rank, const doubl
   const FractureDef& d = s.def(e);
   const double* X = &s.fm.centre[3 * e];
   Candidate c;
-  c.x = {e, value, rank, {J[0], J[1], J[2]}, 0.0, s.m.part.number(e), s.m.mesh.elem_label[e], s.fm.def[e],
-         {X[0], X[1], X[2]}};
+  c.x = {e, value, rank, {J[0], J[1], J[2]}, 0.0, s.m.part.elem_number(e), s.m.mesh.elem_label[e],
+         s.fm.def[e], {X[0], X[1], X[2]}};
   c.ball      = radius_of(s, e) * AT_RADIUS;
   c.spacing   = spacing_of(s, e);
   c.fallback  = fallback_of(s, e);
@@ -801,10 +801,10 @@ void frac_test(const Model& m, const Step& step, const Elements& el, const FracM
     join(all);
   }
   first = most_exceeded(all, fallback);
-  if (first.number >= 0) first.elem = m.part.here(first.number);
+  if (first.number >= 0) first.elem = m.part.elem_here(first.number);
   choose(s.dynamic(), fallback, all);
   for (Candidate& c : all) {
-    c.x.elem = m.part.here(c.x.number);
+    c.x.elem = m.part.elem_here(c.x.number);
     out.push_back(c.x);
   }
 }

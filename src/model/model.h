@@ -33,8 +33,9 @@ struct Mesh {
   int nelem() const { return static_cast<int>(elem_label.size()); }
 };
 
-// Several ranks, divided model: Mesh, sets, surfaces, loads and supports hold what this rank works on. Where
-// elements can break, Mesh has outer elements as well: those of other ranks that an estimate here looks at.
+// Several ranks, divided model: Mesh, sets, surfaces, loads and supports hold what this rank works on. Mesh
+// has outer elements as well: those of other ranks that an estimate here looks at, and surfaces of bonds and
+// contact.
 struct MeshPart {
   bool on = false;
   int nnode = 0, nelem = 0;    // of the mesh of the deck
@@ -45,8 +46,11 @@ struct MeshPart {
   bool joined = false;         // all elements of the deck hang together by common faces
   bool counts(int n) const { return !on || halo.owner[n] == comm_rank(); }     // n counts here in a sum
   bool works(int e) const { return !on || rank[e] == comm_rank(); }            // the same of an element
-  int number(int e) const { return on ? elem[e] : e; }     // of an element in the mesh of the deck
-  int here(int number) const;                              // the way back, -1: it is not here
+  // numbers in the mesh of the deck, and the way back, -1: it is not here
+  int elem_number(int e) const { return on ? elem[e] : e; }
+  int node_number(int n) const { return on ? node[n] : n; }
+  int elem_here(int number) const;
+  int node_here(int number) const;
 };
 
 struct Set {                   // nodes or elements, ascending, each once

@@ -199,9 +199,7 @@ IntVec claims(const Model& m)
 {
   const MeshPart& part = m.part;
   const int me = comm_rank(), ranks = comm_size();
-  std::vector<char> removed(part.elem.size(), 0);
-  for (const BrokenDef& b : m.broken)
-    for (int e : b.elem) removed[e] = b.remove;
+  const IntVec removed = model_removed(m);
   IntVec claim(part.node.size(), -1);
   std::vector<char> elsewhere(part.node.size(), 0);
   for (std::size_t e = 0; e < part.elem.size(); ++e)
@@ -242,6 +240,13 @@ void find_owners(const Model& m, MeshPart& part)
   for (std::size_t n = 0; n < claim.size(); ++n) part.halo.owner[n] = claim[n] % ranks;
 }
 
+// place of a number in an ascending list, -1: it is not there
+int place_of(const IntVec& list, int number)
+{
+  const auto at = std::lower_bound(list.begin(), list.end(), number);
+  return at != list.end() && *at == number ? static_cast<int>(at - list.begin()) : -1;
+}
+
 }  // namespace
 
 IntVec model_bonded_surfaces(const Model& m)
@@ -253,12 +258,17 @@ IntVec model_bonded_surfaces(const Model& m)
   return bonded;
 }
 
-int MeshPart::here(int number) const
+IntVec model_removed(const Model& m)
 {
-  if (!on) return number;
-  const auto at = std::lower_bound(elem.begin(), elem.end(), number);
-  return at != elem.end() && *at == number ? static_cast<int>(at - elem.begin()) : -1;
+  IntVec removed(m.mesh.nelem(), 0);
+  for (const BrokenDef& b : m.broken)
+    for (int e : b.elem) removed[e] = b.remove;
+  return removed;
 }
+
+int MeshPart::elem_here(int number) const { return on ? place_of(elem, number) : number; }
+
+int MeshPart::node_here(int number) const { return on ? place_of(node, number) : number; }
 
 ModelCut model_cut_open(Model& whole, const IntVec& rank, const OfRanks<int>& outer, int ranks)
 {

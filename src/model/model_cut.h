@@ -30,6 +30,9 @@ struct ModelCut {              // the whole model, taken apart
 // model_bonded_surfaces : [surface] 1: bonds or contact hold it
 IntVec model_bonded_surfaces(const Model& m);
 
+// model_removed : [nelem] 1: *MODEL CHANGE, REMOVE takes it away
+IntVec model_removed(const Model& m);
+
 // model_cut_open : takes the model apart by rank[e] [nelem]; whole is empty behind it
 //   in   outer   elements of others that a rank looks at, ascending; no items: none
 ModelCut model_cut_open(Model& whole, const IntVec& rank, const OfRanks<int>& outer, int ranks);

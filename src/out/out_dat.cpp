@@ -48,7 +48,7 @@ void node_table(std::FILE* file, const char* what, const Model& m, const RealVec
   std::vector<Row> rows;
   for (int n : set.item) {
     if (!m.part.counts(n)) continue;
-    Row row = {m.part.on ? m.part.node[n] : n, m.mesh.node_label[n], 0, {}};
+    Row row = {m.part.node_number(n), m.mesh.node_label[n], 0, {}};
     std::copy_n(&field[n * m.dim], m.dim, row.v);
     rows.push_back(row);
   }
@@ -105,7 +105,7 @@ void el_rows(std::FILE* file, const Model& m, const Elements& el, const State& s
   for (int e : set.item)
     for (int g = 0; g < elem_gauss(m, el, e); ++g) {
       elem_ip_fields(m, el, s.n, out_nlgeom(m, s), e, g, f);
-      Row row = {m.part.on ? m.part.elem[e] : e, m.mesh.elem_label[e], g + 1, {}};
+      Row row = {m.part.elem_number(e), m.mesh.elem_label[e], g + 1, {}};
       if (what == 'S') std::copy_n(f.sig, 6, row.v);
       if (what == 'E') std::copy_n(f.E, 6, row.v);
       if (what == 'W') row.v[0] = f.psi;

@@ -150,7 +150,7 @@ IntVec releasing_of_all(const Model& m, const Fracture& fr)
   struct Broken { double time; int number; };
   std::vector<Broken> all;
   for (int e : fr.releasing)
-    if (m.part.works(e)) all.push_back({fr.time[e], m.part.number(e)});
+    if (m.part.works(e)) all.push_back({fr.time[e], m.part.elem_number(e)});
   comm_allgatherv(all);
   std::sort(all.begin(), all.end(), [](const Broken& a, const Broken& b) {
     return a.time != b.time ? a.time < b.time : a.number < b.number;
@@ -163,17 +163,12 @@ IntVec releasing_of_all(const Model& m, const Fracture& fr)
 // nodes of side A of bonds, which all ranks know, in the mesh of the deck; and back
 void bonds_to_deck(const Model& m, Bonds& b)
 {
-  for (int& n : b.a.item)
-    if (m.part.on) n = m.part.node[n];
+  for (int& n : b.a.item) n = m.part.node_number(n);
 }
 
 void bonds_from_deck(const Model& m, Bonds& b)
 {
-  const IntVec& node = m.part.node;
-  for (int& n : b.a.item) {
-    const auto at = std::lower_bound(node.begin(), node.end(), n);
-    n = at != node.end() && *at == n ? static_cast<int>(at - node.begin()) : -1;
-  }
+  for (int& n : b.a.item) n = m.part.node_here(n);
 }
 
 // the other way: those that are here; a number that no mesh has stays, for state_fault
@@ -181,7 +176,7 @@ void take_releasing(const Model& m, Fracture& fr)
 {
   IntVec list;
   for (int number : fr.releasing) {
-    const int e = m.part.here(number);
+    const int e = m.part.elem_here(number);
     if (e >= 0 || number < 0 || number >= m.part.nelem) list.push_back(e);
   }
   fr.releasing.swap(list);
@@ -332,7 +327,7 @@ void out_restart(const Model& m, State& s, ActiveGrid& grid, bool now, Output& o
   bonds_to_deck(m, s.bonds);
   io_content(f, length, s, grid, out);
   releasing.swap(s.frac.releasing);
-  if (m.part.on) bonds_from_deck(m, s.bonds);
+  bonds_from_deck(m, s.bonds);
   end_file(fresh, path, f);
   if (!m.restart.overlay && comm_rank() == 0) copy_file(path, out.base + ".rst");
   log_note("  restart file written, %.3g MB", 1e-6 * static_cast<double>(f.at));

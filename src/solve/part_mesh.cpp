@@ -22,17 +22,10 @@ IntVec part_by_place(const Mesh& mesh, const RealVec& work, int parts)
 // nodes that elements of several parts have
 int shared_nodes(const Mesh& mesh, const IntVec& part)
 {
-  IntVec of(mesh.nnode(), -1);
-  int shared = 0;
-  for (int e = 0; e < mesh.nelem(); ++e)
-    for (int k = mesh.conn.off[e]; k < mesh.conn.off[e + 1]; ++k) {
-      int& p = of[mesh.conn.item[k]];
-      if (p == -1) p = part[e];
-      if (p < 0 || p == part[e]) continue;
-      p = -2;
-      ++shared;
-    }
-  return shared;
+  return part_shared(mesh.nnode(), [&](auto use) {
+    for (int e = 0; e < mesh.nelem(); ++e)
+      for (int k = mesh.conn.off[e]; k < mesh.conn.off[e + 1]; ++k) use(mesh.conn.item[k], part[e]);
+  });
 }
 
 #ifdef MPFE_METIS

@@ -74,6 +74,23 @@ IntVec part_places(const RealVec& X, const RealVec& work, int parts);
 IntVec order_rcm(const SysMatrix& A);
 IntVec order_metis(const SysMatrix& A);
 
+// part_shared : how many of n things several parts have; each(use) calls use(thing, part) as often as they
+// stand in parts
+template <class Each>
+int part_shared(int n, Each each)
+{
+  IntVec of(n, -1);            // part, -2: of several
+  int shared = 0;
+  each([&](int thing, int part) {
+    int& p = of[thing];
+    if (p == -1) p = part;
+    if (p < 0 || p == part) return;
+    p = -2;
+    ++shared;
+  });
+  return shared;
+}
+
 // part_metis : the rows of A in parts of equal weight with few neighbours between them                [nrow]
 IntVec part_metis(const SysMatrix& A, const RealVec& weight, int parts);
 

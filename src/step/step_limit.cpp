@@ -21,16 +21,12 @@ struct Compressed {
   double X[3] = {0, 0, 0};
 };
 
-// smallest eigenvalue of C = F^T F, 1 where its rows tell that it is not below the limit (Gershgorin)
+// smallest eigenvalue of C = F^T F
 double smallest(const double* F)
 {
   double C[3][3];
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) C[i][j] = F[i] * F[j] + F[3 + i] * F[3 + j] + F[6 + i] * F[6 + j];
-  double bound = 1.0;
-  for (int i = 0; i < 3; ++i)
-    bound = std::min(bound, C[i][i] - std::fabs(C[i][(i + 1) % 3]) - std::fabs(C[i][(i + 2) % 3]));
-  if (bound >= limit) return 1.0;
   const Eigen::Map<const Eigen::Matrix3d> A(&C[0][0]);
   return Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(A, Eigen::EigenvaluesOnly).eigenvalues()(0);
 }
