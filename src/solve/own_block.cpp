@@ -89,7 +89,7 @@ void list_blocks(const SysMatrix& A, OwnBlock& own, Pairs& border)
   for (Pairs& r : row) {
     std::sort(r.begin(), r.end());
     for (const auto& b : r) {
-      own.col.push_back(own.order[b.first]);
+      own.col.push_back(b.first);
       own.from.push_back(b.second);
     }
     own.off.push_back(static_cast<int>(own.col.size()));

@@ -88,16 +88,12 @@ inline void subtract(const double* a, const float* b, double* s)
       for (int k = 0; k < D; ++k) s[i * D + j] -= a[i * D + k] * static_cast<double>(b[j * D + k]);
 }
 
-// The rows of a factor in the order in which they are eliminated
+// The rows of a factor, numbered as they are eliminated
 struct FactorRows {
   int n = 0, inner = 0;        // the first ones are eliminated, those behind them have no diagonal block
-  const int* order = nullptr;  // [n] row of the matrix, null: as they are
-  const int* at    = nullptr;  // [n] the way back
   const int* off = nullptr;    // [n+1] their blocks,
-  const int* col = nullptr;    // rows of the matrix, in the order of elimination, the diagonal last
+  const int* col = nullptr;    // ascending, the diagonal last
   const int* from = nullptr;   // 2 k: block k of the matrix, 2 k + 1: transposed; null: as they are
-  int row(int i) const { return order ? order[i] : i; }
-  int place(int I) const { return at ? at[I] : I; }
 };
 
 // of one rank, or of the border
@@ -115,8 +111,6 @@ FactorRows own_rows(const OwnBlock& own)
   FactorRows f;
   f.n     = static_cast<int>(own.order.size());
   f.inner = own.inner;
-  f.order = own.order.data();
-  f.at    = own.at.data();
   f.off   = own.off.data();
   f.col   = own.col.data();
   f.from  = own.from.data();
@@ -149,8 +143,8 @@ template <int D>
 void eliminate(const FactorRows& f, int J, const IntVec& place, const std::vector<float>& L, RealVec& row,
                double* s, float* out)
 {
-  const int DD = D * D, j0 = f.place(J), last = f.off[j0 + 1] - 1;
-  for (int m = f.off[j0]; m < last; ++m)
+  const int DD = D * D, last = f.off[J + 1] - 1;
+  for (int m = f.off[J]; m < last; ++m)
     if (place[f.col[m]] >= 0)
       subtract<D>(&row[static_cast<size_t>(place[f.col[m]]) * DD], &L[static_cast<size_t>(m) * DD], s);
   const float* inv = &L[static_cast<size_t>(last) * DD];
@@ -229,61 +223,64 @@ void reduce_border(const FactorRows& f, const RealVec& val, const SysMatrix& bor
   }
 }
 
-// z = L^-1 z of the rows that are eliminated; from the others goes what these add to them. Returns z z of the
-// first. PLAIN: f is all_rows, which the compiler then knows; returns 0
-template <int D, bool PLAIN = false>
-double forward(const FactorRows& f, const float* __restrict L, double* __restrict z)
+// t -= L y, the blocks k of a row; then t -= L^T y
+template <int D>
+inline void take_blocks(const FactorRows& f, const float* __restrict L, int first, int last, const double* z,
+                        double* t)
 {
-  double square = 0.0;
-  for (int n = 0; n < f.n; ++n) {
-    const bool inner = PLAIN || n < f.inner;
-    const int I = PLAIN ? n : f.row(n), last = f.off[n + 1] - inner;
+  for (int k = first; k < last; ++k) {
+    const float* l  = L + static_cast<size_t>(k) * D * D;
+    const double* y = z + f.col[k] * D;
+    for (int i = 0; i < D; ++i)
+      for (int j = 0; j < D; ++j) t[i] -= static_cast<double>(l[i * D + j]) * y[j];
+  }
+}
+template <int D>
+inline void give_blocks(const FactorRows& f, const float* __restrict L, int first, int last, const double* t,
+                        double* z)
+{
+  for (int k = first; k < last; ++k) {
+    const float* l = L + static_cast<size_t>(k) * D * D;
+    double* y      = z + f.col[k] * D;
+    for (int i = 0; i < D; ++i)
+      for (int j = 0; j < D; ++j) y[j] -= static_cast<double>(l[i * D + j]) * t[i];
+  }
+}
+
+// z = L^-1 z of the rows that are eliminated; from the others goes what these add to them
+template <int D>
+void forward(const FactorRows& f, const float* __restrict L, double* __restrict z)
+{
+  for (int n = 0; n < f.inner; ++n) {
+    const int last = f.off[n + 1] - 1;
     double t[D];
-    for (int i = 0; i < D; ++i) t[i] = z[I * D + i];
-    for (int k = f.off[n]; k < last; ++k) {
-      const float* l  = L + static_cast<size_t>(k) * D * D;
-      const double* y = z + f.col[k] * D;
-      for (int i = 0; i < D; ++i)
-        for (int j = 0; j < D; ++j) t[i] -= static_cast<double>(l[i * D + j]) * y[j];
-    }
-    if (!inner) {
-      for (int i = 0; i < D; ++i) z[I * D + i] = t[i];
-      continue;
-    }
+    for (int i = 0; i < D; ++i) t[i] = z[n * D + i];
+    take_blocks<D>(f, L, f.off[n], last, z, t);
     const float* inv = L + static_cast<size_t>(last) * D * D;
     for (int i = 0; i < D; ++i) {
       double sum = 0.0;
       for (int j = 0; j <= i; ++j) sum += static_cast<double>(inv[i * D + j]) * t[j];
-      z[I * D + i] = sum;
-      if (!PLAIN) square += sum * sum;
+      z[n * D + i] = sum;
     }
   }
-  return square;
+  for (int n = f.inner; n < f.n; ++n) take_blocks<D>(f, L, f.off[n], f.off[n + 1], z, z + n * D);
 }
 
 // z = L^-T z, from those of the rows behind
-template <int D, bool PLAIN = false>
+template <int D>
 void backward(const FactorRows& f, const float* __restrict L, double* __restrict z)
 {
-  for (int n = f.n - 1; n >= 0; --n) {
-    const bool inner = PLAIN || n < f.inner;
-    const int I = PLAIN ? n : f.row(n), last = f.off[n + 1] - inner;
+  for (int n = f.n - 1; n >= f.inner; --n) give_blocks<D>(f, L, f.off[n], f.off[n + 1], z + n * D, z);
+  for (int n = f.inner - 1; n >= 0; --n) {
+    const int last   = f.off[n + 1] - 1;
+    const float* inv = L + static_cast<size_t>(last) * D * D;
     double t[D];
-    for (int i = 0; i < D; ++i) t[i] = z[I * D + i];
-    if (inner) {
-      const float* inv = L + static_cast<size_t>(last) * D * D;
-      for (int i = 0; i < D; ++i) {
-        t[i] = 0.0;
-        for (int j = i; j < D; ++j) t[i] += static_cast<double>(inv[j * D + i]) * z[I * D + j];
-      }
-      for (int i = 0; i < D; ++i) z[I * D + i] = t[i];
+    for (int i = 0; i < D; ++i) {
+      t[i] = 0.0;
+      for (int j = i; j < D; ++j) t[i] += static_cast<double>(inv[j * D + i]) * z[n * D + j];
     }
-    for (int k = f.off[n]; k < last; ++k) {
-      const float* l = L + static_cast<size_t>(k) * D * D;
-      double* y      = z + f.col[k] * D;
-      for (int i = 0; i < D; ++i)
-        for (int j = 0; j < D; ++j) y[j] -= static_cast<double>(l[i * D + j]) * t[i];
-    }
+    for (int i = 0; i < D; ++i) z[n * D + i] = t[i];
+    give_blocks<D>(f, L, f.off[n], last, t, z);
   }
 }
 
@@ -391,8 +388,8 @@ void cholesky_apply(const SysMatrix& A, const Cholesky& c, RealVec& z)
 {
   with_dim(A.dim, [&](auto d) {
     constexpr int D = decltype(d)::value;
-    forward<D, true>(all_rows(A), c.L.data(), z.data());
-    backward<D, true>(all_rows(A), c.L.data(), z.data());
+    forward<D>(all_rows(A), c.L.data(), z.data());
+    backward<D>(all_rows(A), c.L.data(), z.data());
     return 0;
   });
 }
@@ -400,29 +397,44 @@ void cholesky_apply(const SysMatrix& A, const Cholesky& c, RealVec& z)
 // ---------------------------------------------------------------------------
 // cholesky_apply : several ranks: z = M^-1 r, r and z whole                            (8.7)
 //
+//   inout y   [neq] work space
+//
 // When all ranks have the same border, each solves for all of it. Otherwise each solves for the rows that it
 // has, with its part of those that others have too.  Returns r z of all ranks. Collective.
 // ---------------------------------------------------------------------------
-double cholesky_apply(const SysMatrix& A, const Cholesky& c, const OwnBlock& own, RealVec& z)
+double cholesky_apply(const SysMatrix& A, const Cholesky& c, const OwnBlock& own, RealVec& y, RealVec& z)
 {
   const FactorRows rows = own_rows(own), edge = all_rows(own.border);
+  const int* row = own.order.data();               // of A, that y has at n
   return with_dim(A.dim, [&](auto d) {
     constexpr int D = decltype(d)::value;
-    const IntVec& shared = A.halo.shared;
-    for (int I : shared)
-      for (int i = 0; i < D; ++i) z[I * D + i] *= own.once[I * D + i];
-    double rz = forward<D>(rows, c.L.data(), z.data());
-    halo_sum(A.halo, D, z, &rz, 1);
-    RealVec x(shared.size() * D);
-    const auto part = [&](size_t k) { return own.alike ? 1.0 : own.weight[k]; };
-    for (size_t k = 0; k < shared.size(); ++k)
-      for (int i = 0; i < D; ++i) x[k * D + i] = part(k) * z[shared[k] * D + i];
-    double more = forward<D>(edge, c.border.data(), x.data());
+    y.resize(z.size());
+    for (int n = 0; n < rows.inner; ++n)
+      for (int i = 0; i < D; ++i) y[n * D + i] = z[row[n] * D + i];
+    for (int n = rows.inner; n < rows.n; ++n)
+      for (int i = 0; i < D; ++i) y[n * D + i] = z[row[n] * D + i] * own.once[row[n] * D + i];
+    forward<D>(rows, c.L.data(), y.data());
+    double rz = sum_terms(static_cast<size_t>(rows.inner) * D, [&](size_t k) { return y[k] * y[k]; });
+    const auto part = [&](int n) { return own.alike ? 1.0 : own.weight[n - rows.inner]; };
+    const auto sum_border = [&](double* with) {
+      for (int n = rows.inner; n < rows.n; ++n) std::copy_n(&y[n * D], D, &z[row[n] * D]);
+      halo_sum(A.halo, D, z, with, 1);
+    };
+    sum_border(&rz);
+    RealVec x(static_cast<size_t>(edge.n) * D);
+    for (int n = rows.inner; n < rows.n; ++n)
+      for (int i = 0; i < D; ++i) x[(n - rows.inner) * D + i] = part(n) * z[row[n] * D + i];
+    forward<D>(edge, c.border.data(), x.data());
+    double more = dot(x, x);
     backward<D>(edge, c.border.data(), x.data());
-    for (size_t k = 0; k < shared.size(); ++k)
-      for (int i = 0; i < D; ++i) z[shared[k] * D + i] = part(k) * x[k * D + i];
-    if (!own.alike) halo_sum(A.halo, D, z, &more, 1);
-    backward<D>(rows, c.L.data(), z.data());
+    for (int n = rows.inner; n < rows.n; ++n)
+      for (int i = 0; i < D; ++i) y[n * D + i] = part(n) * x[(n - rows.inner) * D + i];
+    if (!own.alike) {
+      sum_border(&more);
+      for (int n = rows.inner; n < rows.n; ++n) std::copy_n(&z[row[n] * D], D, &y[n * D]);
+    }
+    backward<D>(rows, c.L.data(), y.data());
+    for (int n = 0; n < rows.n; ++n) std::copy_n(&y[n * D], D, &z[row[n] * D]);
     return rz + more;
   });
 }

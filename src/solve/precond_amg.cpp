@@ -308,7 +308,7 @@ PetscErrorCode smooth(PC pc, Vec from, Vec to)
   petsc->PCShellGetContext(pc, &context);
   AmgData& d = *static_cast<AmgData*>(context);
   spread(d, from);
-  if (d.own) cholesky_apply(*d.M, *d.L, *d.own, d.x);
+  if (d.own) cholesky_apply(*d.M, *d.L, *d.own, d.y, d.x);
   else cholesky_apply(*d.M, *d.L, d.x);
   pick(d, d.x, to);
   return 0;

@@ -49,7 +49,7 @@ struct OwnBlock {
   // border by row, columns in the same order, the diagonal last
   int inner = 0;               // rows of this rank alone
   IntVec order, at;            // [nrow] row of A; the way back
-  IntVec off, col;             // [nrow+1]; rows of A
+  IntVec off, col;             // [nrow+1]; places in the order of elimination
   IntVec from;                 // 2 k: block k of A, 2 k + 1: transposed
   // couplings of the rows of the border, by elements of all ranks that have both
   SysMatrix border;            // [Halo::shared] rows
@@ -91,6 +91,7 @@ struct Changed {
 
 struct CgWork {
   RealVec r, z, p, q;          // [neq]
+  RealVec y;                   // [neq] several ranks: of the incomplete factor
 };
 
 struct CgDone {
@@ -209,7 +210,7 @@ bool diagonal_form(const SysMatrix& A, RealVec& inverse);
 void diagonal_apply(const SysMatrix& A, const RealVec& inverse, const RealVec& r, RealVec& z);
 bool cholesky_form(const SysMatrix& A, Cholesky& c, OwnBlock* own = nullptr);
 void cholesky_apply(const SysMatrix& A, const Cholesky& c, RealVec& z);    // z: r in, M^-1 r out
-double cholesky_apply(const SysMatrix& A, const Cholesky& c, const OwnBlock& own, RealVec& z);
+double cholesky_apply(const SysMatrix& A, const Cholesky& c, const OwnBlock& own, RealVec& y, RealVec& z);
 bool reused_form(const SysMatrix& A, const std::vector<long>& key, ReusedFactors& k);
 Status reused_apply(Solver& s, const SysMatrix& A, ReusedFactors& k, const RealVec& r, RealVec& z);
 

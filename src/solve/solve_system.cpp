@@ -301,7 +301,7 @@ void cholesky_step(SolverData& d, const CgSystem& c, const RealVec& r, RealVec& 
 {
   z = r;
   if (c.own) {
-    rho = cholesky_apply(c.A, d.cholesky, *c.own, z);
+    rho = cholesky_apply(c.A, d.cholesky, *c.own, d.work.y, z);
     return;
   }
   cholesky_apply(c.A, d.cholesky, z);
