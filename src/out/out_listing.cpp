@@ -386,6 +386,7 @@ void out_listing_skipped(std::FILE* file, const Model& m, const State& s)
     {PHASE_TANGENT, "tangent", "linear, or the one before is near enough"},
     {PHASE_ANALYSIS, "analysis", "the pattern stays, or conjugate gradients"},
     {PHASE_FACTOR, "factorisation", "earlier factors, or conjugate gradients"},
+    {PHASE_PRECOND, "preconditioner", "the incomplete factor of an earlier matrix serves"},
     {PHASE_FRACTURE, "test of fracture", "nothing can break, or not due"},
     {PHASE_ESTIMATE, "estimates of fracture", "the threshold is out of reach (elements)"},
     {PHASE_OUTPUT, "VTK frame", m.vtk.on ? "not due" : "not asked for"},
@@ -394,7 +395,8 @@ void out_listing_skipped(std::FILE* file, const Model& m, const State& s)
   for (const Line& l : lines) {
     const PhaseTime& t = timer_phase(l.phase);
     if (t.skipped == 0) continue;
-    const long done = l.phase == PHASE_OUTPUT ? t.calls - t.skipped : t.calls;
+    const bool counted = l.phase == PHASE_OUTPUT || l.phase == PHASE_PRECOND;      // also when skipped
+    const long done = counted ? t.calls - t.skipped : t.calls;
     std::fprintf(file, "  %-22s %10ld %12ld   %s\n", l.what, done, t.skipped, l.why);
   }
   if (s.log.contact_searched + s.log.contact_skipped > 0)

@@ -180,8 +180,9 @@ void add_block(int D, bool turned, const double* x, double* y)
 // ---------------------------------------------------------------------------
 // own_form : what conjugate gradients of several ranks want to know of the pattern of A               (8.7)
 // ---------------------------------------------------------------------------
-void own_form(const SysMatrix& A, OwnBlock& own)
+void own_form(const SysMatrix& A, long number, OwnBlock& own)
 {
+  if (number > 0 && number == own.number) return;
   const std::uint64_t pattern = pattern_sum(A);
   if (comm_allreduce_max(static_cast<int>(own.pattern != pattern))) {
     Pairs border;
@@ -192,6 +193,7 @@ void own_form(const SysMatrix& A, OwnBlock& own)
     own.alike = border_alike(A, own);
   }
   own.pattern = pattern;
+  own.number  = number;
 }
 
 void own_border(const SysMatrix& A, OwnBlock& own)

@@ -223,27 +223,36 @@ void reduce_border(const FactorRows& f, const RealVec& val, const SysMatrix& bor
   }
 }
 
-// t -= L y, the blocks k of a row; then t -= L^T y
+// t -= L y, the blocks of a row
 template <int D>
-inline void take_blocks(const FactorRows& f, const float* __restrict L, int first, int last, const double* z,
-                        double* t)
+inline void take_blocks(const FactorRows& f, const float* L, int first, int last, const double* z, double* t)
 {
+  double sum[D];
+  for (int i = 0; i < D; ++i) sum[i] = t[i];
   for (int k = first; k < last; ++k) {
     const float* l  = L + static_cast<size_t>(k) * D * D;
     const double* y = z + f.col[k] * D;
     for (int i = 0; i < D; ++i)
-      for (int j = 0; j < D; ++j) t[i] -= static_cast<double>(l[i * D + j]) * y[j];
+      for (int j = 0; j < D; ++j) sum[i] -= static_cast<double>(l[i * D + j]) * y[j];
   }
+  for (int i = 0; i < D; ++i) t[i] = sum[i];
 }
+
+// y -= L^T t, the blocks of a row, the last one first, so that the memory brings L as one stream; each y is
+// loaded and stored once
 template <int D>
-inline void give_blocks(const FactorRows& f, const float* __restrict L, int first, int last, const double* t,
-                        double* z)
+inline void give_blocks(const FactorRows& f, const float* L, int first, int last, const double* t, double* z)
 {
-  for (int k = first; k < last; ++k) {
+  double from[D];
+  for (int i = 0; i < D; ++i) from[i] = t[i];
+  for (int k = last - 1; k >= first; --k) {
     const float* l = L + static_cast<size_t>(k) * D * D;
     double* y      = z + f.col[k] * D;
+    double sum[D];
+    for (int j = 0; j < D; ++j) sum[j] = y[j];
     for (int i = 0; i < D; ++i)
-      for (int j = 0; j < D; ++j) y[j] -= static_cast<double>(l[i * D + j]) * t[i];
+      for (int j = 0; j < D; ++j) sum[j] -= static_cast<double>(l[i * D + j]) * from[i];
+    for (int j = 0; j < D; ++j) y[j] = sum[j];
   }
 }
 

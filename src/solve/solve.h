@@ -149,6 +149,7 @@ struct Solver {
 struct SolveAsk {
   const std::vector<long>& key;     // [nrow] who a row is; the same node has the same key in every matrix
   long stamp = 0;                   // matrices with the same number are equal
+  long pattern = 0;                 // so are patterns and who has which row; 0: not known
   // the residual may be eta of b, in the norm of the energy and in that of the force,
   double eta = 0.0;
   double energy = 0.0, residual = 0.0;   // or as small as these

@@ -32,7 +32,11 @@ struct ChmData;                // private to solve_cholmod.cpp
 
 struct Cholesky {              // incomplete, on the pattern of A
   double shift = 0.0;          // added to the diagonal, relative
-  long stamp = -1;             // of the matrix that it was made for
+  long stamp = -1;             // of the matrix that it was made for, -1: there is none
+  long pattern = 0;            // and of its pattern (SolveAsk)
+  // since then, in iterations: what solutions have cost, with the making; decimal digits that they have brought
+  double spent = 0.0, digits = 0.0;
+  bool stale = false;          // the last solution cost more than the mean: the next one gets a new factor
   // [col.size()*dim*dim], order of A.val; diagonal blocks: inverse of their factor. Several ranks: as
   // OwnBlock::col
   std::vector<float> L;
@@ -44,6 +48,7 @@ struct Cholesky {              // incomplete, on the pattern of A
 // border is the rows that other ranks have too (Halo::shared)
 struct OwnBlock {
   std::uint64_t pattern = 0;   // check sum of the pattern of A and of the owners
+  long number = 0;             // of that pattern, 0: it has none
   RealVec once;                // [neq] 1 in the rows of this rank, else 0
   // rows of A in the order of elimination: those of this rank alone, then the border; its blocks off the
   // border by row, columns in the same order, the diagonal last
@@ -253,8 +258,9 @@ inline double own_dot(const OwnBlock& own, const RealVec& a, const RealVec& b)
   return sum_terms(a.size(), [=](size_t k) { return once[k] * x[k] * y[k]; });
 }
 
-// own_form : what the pattern of A says of its borders. Collective, as the routines below.
-void own_form(const SysMatrix& A, OwnBlock& own);
+// own_form : what the pattern of A says of its borders; number: of the pattern (SolveAsk). Collective, as the
+// routines below.
+void own_form(const SysMatrix& A, long number, OwnBlock& own);
 // own_border : own.border.val is what this rank has of A there; own.diag
 void own_border(const SysMatrix& A, OwnBlock& own);
 // own_sum : val of the border, summed over the ranks

@@ -38,6 +38,8 @@ double expected(const PathCost& c, double digits)
 // enough, as measured times replace the guess (cube and cantilever of doc/benchmarks.md)
 const double FACTOR_RATE = 2e10, CG_RATE = 3e9;
 const int GUESS          = 200;                    // iterations
+// iterations that making the incomplete factor takes as long as, by dimension
+const double FORM_WORK[4] = {0.0, 1.0, 1.0, 2.5};
 
 double cholesky_guess(const SolverData& d, double iterations = GUESS)
 {
@@ -328,14 +330,47 @@ bool kept_step(Solver& s, const SysMatrix& A, const CgSystem& c, const RealVec& 
   return status == STATUS_OK;
 }
 
-// the incomplete factor of the matrix with this stamp, on all ranks
-bool cholesky_ready(SolverData& d, const SysMatrix& A, OwnBlock* own, long stamp)
+// the incomplete factor of the matrix of ask, on all ranks
+bool cholesky_ready(SolverData& d, const SysMatrix& A, OwnBlock* own, const SolveAsk& ask)
 {
-  if (d.cholesky.stamp == stamp) return true;
-  d.cholesky.stamp = -1;
-  if (!cholesky_form(A, d.cholesky, own)) return false;
-  d.cholesky.stamp = stamp;
+  Cholesky& c = d.cholesky;
+  if (c.stamp == ask.stamp) return true;
+  c.stamp = -1;
+  if (!cholesky_form(A, c, own)) return false;
+  c.stamp   = ask.stamp;
+  c.pattern = ask.pattern;
+  c.spent   = FORM_WORK[A.dim];
+  c.digits  = 0.0;
+  c.stale   = false;
   return true;
+}
+
+// decimal digits that a solution has brought
+double digits_of(const CgDone& done) { return done.end > 0.0 ? std::log10(done.first / done.end) : 16.0; }
+
+// ---- the incomplete factor of an earlier matrix serves as long as a digit costs no more than on average since
+// it was made, which is included                                                          (8.14)
+
+// is it that of an earlier matrix that serves?
+bool cholesky_kept(const Solver& s, const SolveAsk& ask)
+{
+  const Cholesky& c = s.data->cholesky;
+  return s.def.reuse && c.stamp >= 0 && c.stamp != ask.stamp && ask.pattern > 0 && c.pattern == ask.pattern &&
+         !c.stale && c.digits > 0.0;
+}
+
+// iterations after which it has served badly
+int kept_limit(const Cholesky& c, const SolveAsk& ask)
+{
+  return static_cast<int>(c.spent + 2.0 * ask.digits * c.spent / c.digits);
+}
+
+void cholesky_judge(const CgDone& done, Cholesky& c)
+{
+  const double brought = digits_of(done);
+  c.spent += done.iterations;
+  c.digits += brought;
+  c.stale = !done.good || done.iterations * c.digits > c.spent * brought;
 }
 
 // the preconditioner of a path; false: A has none
@@ -360,12 +395,14 @@ bool form(Solver& s, const SysMatrix& A, const SolveAsk& ask, SolvePath path, Cg
         cholesky_step(d, c, r, z, rho);
         return true;
       };
-      return cholesky_ready(d, c.A, c.own, ask.stamp);
+      if (!cholesky_kept(s, ask)) return cholesky_ready(d, c.A, c.own, ask);
+      timer_skip(PHASE_PRECOND);
+      return true;
     case PATH_AMG:
       c.precondition = [&](const RealVec& r, RealVec& z, double& rho) {
         return amg_apply(*d.amg, r, z, rho);
       };
-      return cholesky_ready(d, c.A, c.own, ask.stamp) &&
+      return cholesky_ready(d, c.A, c.own, ask) &&
              amg_form(c.A, c.own, d.cholesky, ask.place, ask.stamp, d.amg);
     default:
       c.precondition = [&](const RealVec& r, RealVec& z, double& rho) {
@@ -381,7 +418,7 @@ void remember(Solver& s, SolvePath path, const CgDone& done, double setup, doubl
 {
   SolverData& d = *s.data;
   PathCost& c   = d.cost[path];
-  const double brought = done.end > 0.0 ? std::log10(done.first / done.end) : 16.0;
+  const double brought = digits_of(done);
   c.last = now;
   c.odd  = c.known && !c.odd && done.good && setup + seconds > ODD * expected(c, brought);
   if (c.odd) return;
@@ -424,40 +461,53 @@ void amg_judge(SolverData& d, const CgDone& done)
            done.iterations, d.amg_wait);
 }
 
+// the preconditioner, and conjugate gradients with it; setup: seconds of the first
+CgDone form_and_solve(Solver& s, const SysMatrix& A, const SolveAsk& ask, SolvePath path, double limit,
+                      const RealVec& b, RealVec& x, double& setup)
+{
+  const Clock clock;
+  SolverData& d  = *s.data;
+  OwnBlock* own  = sys_shared(A) ? &d.own : nullptr;
+  const bool old = path == PATH_CHOLESKY && cholesky_kept(s, ask);
+  CgDone done;
+  CgSystem c{A, own, nullptr};
+  {
+    Timer timer(PHASE_PRECOND);
+    if (own) own_form(A, ask.pattern, *own);
+    if (!form(s, A, ask, path, c)) return done;
+  }
+  setup = clock.seconds();
+  Timer timer(PHASE_CG);
+  // A^-1 and M^-1 are far apart in smooth modes, but for factors: M^-1 sees too little of an error there
+  const double safety = path == PATH_REUSED || path == PATH_CHANGED ? 1.0 : 0.1;
+  int most            = path == PATH_CHANGED ? FEW : path == PATH_AMG ? AMG_MOST : MOST;
+  if (counted()) most = std::min(most, counted_limit(d, path, limit));
+  if (old) most = std::min(most, kept_limit(d.cholesky, ask));
+  CgGoal goal{safety * ask.eta, safety * ask.energy, ask.residual, most, limit - setup};
+  const bool same = path == PATH_REUSED && d.reused.same;    // where a product with A costs little beside M
+  if (same) goal.begun = cg_begin(c, b, d.past, x);
+  done = cg_solve(c, b, goal, d.work, x);
+  if (same && done.good) remember_solution(d.past, x);
+  if (path == PATH_CHOLESKY) cholesky_judge(done, d.cholesky);
+  return done;
+}
+
 Status by_cg(Solver& s, const SysMatrix& A, const SolveAsk& ask, SolvePath path, double limit, long now,
              const RealVec& b, RealVec& x)
 {
   const Clock clock;
-  CgDone done;
-  SolverData& d = *s.data;
-  OwnBlock* own = sys_shared(A) ? &d.own : nullptr;
-  CgSystem c{A, own, nullptr};
-  bool formed;
-  {
-    Timer timer(PHASE_PRECOND);
-    if (own) own_form(A, *own);
-    formed = form(s, A, ask, path, c);
-  }
-  const double setup = clock.seconds();
-  if (formed) {
-    Timer timer(PHASE_CG);
-    // A^-1 and M^-1 are far apart in smooth modes, but for factors: M^-1 sees too little of an error there
-    const double safety = path == PATH_REUSED || path == PATH_CHANGED ? 1.0 : 0.1;
-    int most            = path == PATH_CHANGED ? FEW : path == PATH_AMG ? AMG_MOST : MOST;
-    if (counted()) most = std::min(most, counted_limit(d, path, limit));
-    CgGoal goal{safety * ask.eta, safety * ask.energy, ask.residual, most, limit - setup};
-    const bool same = path == PATH_REUSED && d.reused.same;    // where a product with A costs little beside M
-    if (same) goal.begun = cg_begin(c, b, d.past, x);
-    done = cg_solve(c, b, goal, d.work, x);
-    if (same && done.good) remember_solution(d.past, x);
-  }
+  SolverData& d    = *s.data;
+  const bool old   = path == PATH_CHOLESKY && cholesky_kept(s, ask);
+  const double begun = counted() && !old ? counted_setup(d, path) : 0.0;
+  double setup     = 0.0;
+  CgDone done      = form_and_solve(s, A, ask, path, limit, b, x, setup);
+  if (old && !done.good) done = form_and_solve(s, A, ask, path, limit, b, x, setup);
   const double seconds = clock.seconds();
-  if (counted())
-    remember(s, path, done, counted_setup(d, path), done.iterations * counted_iteration(d, path), now);
+  if (counted()) remember(s, path, done, begun, done.iterations * counted_iteration(d, path), now);
   else remember(s, path, done, setup, seconds - setup, now);
   PathLog& log = s.path[path];
   log.iterations += done.iterations;
-  if (done.good && done.end > 0.0) log.digits += std::log10(done.first / done.end);
+  if (done.good && done.end > 0.0) log.digits += digits_of(done);
   log.seconds += seconds;
   if (!done.good) ++log.failed;
   s.left = done.end;

@@ -154,6 +154,7 @@ Failure step_solve(Problem& p, const Attempt& a, int it, double residual, double
   l.residual = std::max(l.residual, residual);
   SolveAsk ask{s.row_key};
   ask.stamp    = s.tangent;
+  ask.pattern  = s.pattern;
   ask.eta      = reduction(p.newton.gain, it, residual, accepted);
   ask.residual = 0.01 * accepted;
   // only a preconditioner that is exact where the tangent is nearly singular leaves nothing behind
