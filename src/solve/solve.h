@@ -74,6 +74,10 @@ IntVec part_places(const RealVec& X, const RealVec& work, int parts);
 IntVec order_rcm(const SysMatrix& A);
 IntVec order_metis(const SysMatrix& A);
 
+// order_least : operations of a factorisation, at least: those of the separators of nested dissection, as the
+// first of them tells. 0: not known, there is no METIS. Collective.
+double order_least(const SysMatrix& A);
+
 // part_shared : how many of n things several parts have; each(use) calls use(thing, part) as often as they
 // stand in parts
 template <class Each>

@@ -34,7 +34,7 @@ struct Cholesky {              // incomplete, on the pattern of A
   double shift = 0.0;          // added to the diagonal, relative
   long stamp = -1;             // of the matrix that it was made for, -1: there is none
   long pattern = 0;            // and of its pattern (SolveAsk)
-  // since then, in iterations: what solutions have cost, with the making; decimal digits that they have brought
+  // since then, in iterations: what solutions have cost, with the making; digits that they have brought
   double spent = 0.0, digits = 0.0;
   bool stale = false;          // the last solution cost more than the mean: the next one gets a new factor
   // [col.size()*dim*dim], order of A.val; diagonal blocks: inverse of their factor. Several ranks: as

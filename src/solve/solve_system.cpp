@@ -38,7 +38,7 @@ double expected(const PathCost& c, double digits)
 // enough, as measured times replace the guess (cube and cantilever of doc/benchmarks.md)
 const double FACTOR_RATE = 2e10, CG_RATE = 3e9;
 const int GUESS          = 200;                    // iterations
-// iterations that making the incomplete factor takes as long as, by dimension
+// making the incomplete factor takes as long as so many iterations, by dimension
 const double FORM_WORK[4] = {0.0, 1.0, 1.0, 2.5};
 
 double cholesky_guess(const SolverData& d, double iterations = GUESS)
@@ -163,6 +163,9 @@ bool without_factors(Solver& s, const SysMatrix& A, const SolveAsk& ask)
   if (!ask.known_regular) return false;
   if (d.guess == 0.0) {
     Timer timer(PHASE_ANALYSIS);
+    s.flops_ahead = order_least(A);
+    d.guess       = s.flops_ahead / (FACTOR_RATE * comm_size());
+    if (cholesky_guess(d) < 0.5 * d.guess) return true;
     if (solve_analyse(s, A) != STATUS_OK) return false;
     d.guess = std::max(1e-9, s.flops_ahead / (FACTOR_RATE * comm_size()));
   }
@@ -348,8 +351,8 @@ bool cholesky_ready(SolverData& d, const SysMatrix& A, OwnBlock* own, const Solv
 // decimal digits that a solution has brought
 double digits_of(const CgDone& done) { return done.end > 0.0 ? std::log10(done.first / done.end) : 16.0; }
 
-// ---- the incomplete factor of an earlier matrix serves as long as a digit costs no more than on average since
-// it was made, which is included                                                          (8.14)
+// ---- the incomplete factor of an earlier matrix serves as long as a digit costs no more than on average
+// since it was made, which is included                                                    (8.14)
 
 // is it that of an earlier matrix that serves?
 bool cholesky_kept(const Solver& s, const SolveAsk& ask)
