@@ -363,9 +363,9 @@ bool cholesky_kept(const Solver& s, const SolveAsk& ask)
 }
 
 // iterations after which it has served badly
-int kept_limit(const Cholesky& c, const SolveAsk& ask)
+int kept_limit(int dim, const Cholesky& c, const SolveAsk& ask)
 {
-  return static_cast<int>(c.spent + 2.0 * ask.digits * c.spent / c.digits);
+  return static_cast<int>(FORM_WORK[dim] + 2.0 * (ask.digits + 1.0) * c.spent / c.digits);
 }
 
 void cholesky_judge(const CgDone& done, Cholesky& c)
@@ -485,7 +485,7 @@ CgDone form_and_solve(Solver& s, const SysMatrix& A, const SolveAsk& ask, SolveP
   const double safety = path == PATH_REUSED || path == PATH_CHANGED ? 1.0 : 0.1;
   int most            = path == PATH_CHANGED ? FEW : path == PATH_AMG ? AMG_MOST : MOST;
   if (counted()) most = std::min(most, counted_limit(d, path, limit));
-  if (old) most = std::min(most, kept_limit(d.cholesky, ask));
+  if (old) most = std::min(most, kept_limit(A.dim, d.cholesky, ask));
   CgGoal goal{safety * ask.eta, safety * ask.energy, ask.residual, most, limit - setup};
   const bool same = path == PATH_REUSED && d.reused.same;    // where a product with A costs little beside M
   if (same) goal.begun = cg_begin(c, b, d.past, x);
