@@ -486,13 +486,13 @@ bool reused_form(const SysMatrix& A, const std::vector<long>& key, ReusedFactors
 // when F is
 Status reused_apply(Solver& s, const SysMatrix& A, ReusedFactors& k, const RealVec& r, RealVec& z)
 {
-  if (k.same) return solve_back(s, r, z);
+  if (k.same) return solve_back_rough(s, r, z);
   const int D = A.dim;
   std::fill(k.x.begin(), k.x.end(), 0.0);
   for (int I = 0; I < A.nrow; ++I)
     if (k.old[I] >= 0)
       for (int i = 0; i < D; ++i) k.x[k.old[I] * D + i] = r[I * D + i];
-  const Status status = solve_back(s, k.x, k.x);
+  const Status status = solve_back_rough(s, k.x, k.x);
   for (int I = 0; I < A.nrow; ++I) {
     if (k.old[I] < 0) multiply_block(D, &k.inverse[static_cast<size_t>(I) * D * D], &r[I * D], &z[I * D]);
     else

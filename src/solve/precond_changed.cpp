@@ -381,7 +381,7 @@ Status changed_apply(Solver& s, const SysMatrix& A, Changed& c, const RealVec& r
   for (int I = 0; I < nfe; ++I)
     if (c.place[c.old[I]] < 0)
       for (int i = 0; i < D; ++i) c.y[c.old[I] * D + i] = rf[I * D + i];
-  const Status status = solve_back(s, c.y, c.y);
+  const Status status = solve_back_rough(s, c.y, c.y);
   if (status != STATUS_OK) return status;
   if (m > 0) {
     Eigen::VectorXd y(m), x(m);

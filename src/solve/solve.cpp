@@ -330,6 +330,15 @@ Status solve_back(Solver& s, const RealVec& b, RealVec& x)
   return d.first_only ? back_by_first(s, x) : back_work(s, x);
 }
 
+Status solve_back_rough(Solver& s, const RealVec& b, RealVec& x)
+{
+  if (!s.data->by_chm || s.data->first_only) return solve_back(s, b, x);
+  Stopwatch watch(s.seconds_back);
+  ++s.nback;
+  if (&x != &b) x = b;
+  return chm_rough(s, x.data());
+}
+
 Status solve_back_many(Solver& s, double* x, int count)
 {
   const SolverData& d = *s.data;

@@ -183,6 +183,9 @@ Status solve_factor(Solver& s, const SysMatrix& A);
 // solve_back : x = A^-1 b, b and x [neq], may be the same vector
 Status solve_back(Solver& s, const RealVec& b, RealVec& x);
 
+// solve_back_rough : to single precision where that is faster, for preconditioners
+Status solve_back_rough(Solver& s, const RealVec& b, RealVec& x);
+
 // solve_back_many : the same for count right-hand sides, one after the other [count*neq], on one rank
 Status solve_back_many(Solver& s, double* x, int count);
 

@@ -11,6 +11,9 @@ struct ChmData {
   cholmod_common common;
   cholmod_factor* L = nullptr;
   cholmod_dense *X = nullptr, *Y = nullptr, *E = nullptr;      // solution and workspace of the last solution
+  // of chm_rough: columns of L from the diagonal on, one after the other, the diagonal inverted; empty: not made
+  std::vector<float> rough;
+  RealVec x, w;                // [n]; of a supernode
   ChmData();
   ~ChmData();
   ChmData(const ChmData&) = delete;
@@ -75,21 +78,70 @@ cholmod_sparse* upper_triangle(const SysMatrix& A, bool values, cholmod_common& 
   return S;
 }
 
+// Supernode s of L: columns first to first + ncol, on rows row[0 ... nrow), of which the first ncol are its own
+struct Supernode {
+  int first, ncol, nrow;
+  const int* row;
+  size_t start;                // of its numbers in L.x, column by column
+};
+
+Supernode supernode(const cholmod_factor& L, size_t s)
+{
+  const int *first = static_cast<int*>(L.super), *rows = static_cast<int*>(L.pi),
+            *start = static_cast<int*>(L.px);
+  return {first[s], first[s + 1] - first[s], rows[s + 1] - rows[s], static_cast<int*>(L.s) + rows[s],
+          static_cast<size_t>(start[s])};
+}
+
 // are all pivots clearly positive?
 bool clearly_positive(const cholmod_factor& L, const SysMatrix& A)
 {
   RealVec diagonal;
   sys_diagonal(A, diagonal);
-  const int *first = static_cast<int*>(L.super), *rows = static_cast<int*>(L.pi),
-            *start = static_cast<int*>(L.px);
   const int* equation = static_cast<int*>(L.Perm);
   const double* x     = static_cast<double*>(L.x);
-  for (size_t s = 0; s < L.nsuper; ++s)
-    for (int k = 0; k < first[s + 1] - first[s]; ++k) {
-      const double l = x[start[s] + static_cast<size_t>(k) * (rows[s + 1] - rows[s] + 1)];
-      if (!(l * l > ZERO_PIVOT * diagonal[equation[first[s] + k]])) return false;
+  for (size_t s = 0; s < L.nsuper; ++s) {
+    const Supernode n = supernode(L, s);
+    for (int k = 0; k < n.ncol; ++k) {
+      const double l = x[n.start + static_cast<size_t>(k) * (n.nrow + 1)];
+      if (!(l * l > ZERO_PIVOT * diagonal[equation[n.first + k]])) return false;
     }
+  }
   return true;
+}
+
+void make_rough(const cholmod_factor& L, size_t entries, std::vector<float>& rough)
+{
+  rough.reserve(entries);
+  const double* x = static_cast<double*>(L.x);
+  for (size_t s = 0; s < L.nsuper; ++s) {
+    const Supernode n = supernode(L, s);
+    for (int j = 0; j < n.ncol; ++j) {
+      const double* column = x + n.start + static_cast<size_t>(j) * n.nrow;
+      rough.push_back(static_cast<float>(1.0 / column[j]));
+      rough.insert(rough.end(), column + j + 1, column + n.nrow);
+    }
+  }
+}
+
+// y += a x
+void add(int n, double a, const float* __restrict x, double* __restrict y)
+{
+  for (int k = 0; k < n; ++k) y[k] += a * static_cast<double>(x[k]);
+}
+
+// x y, the last numbers first: the memory brings L as one stream
+double product(int n, const float* __restrict x, const double* __restrict y)
+{
+  const int LANES = 16;
+  double part[LANES] = {};
+  int k = n;
+  for (; k >= LANES; k -= LANES)
+    for (int l = 0; l < LANES; ++l) part[l] += static_cast<double>(x[k - LANES + l]) * y[k - LANES + l];
+  for (int l = 0; l < k; ++l) part[l] += static_cast<double>(x[l]) * y[l];
+  double sum = 0.0;
+  for (double p : part) sum += p;
+  return sum;
 }
 
 // memory: SOLVER_FAILED; else CHOLMOD is not for this matrix: SOLVER_SINGULAR
@@ -135,6 +187,7 @@ Status chm_factor(Solver& s, const SysMatrix& A)
     c.common.status = CHOLMOD_OUT_OF_MEMORY;
     return refuse(s);
   }
+  c.rough.clear();
   cholmod_sparse* S = upper_triangle(A, true, c.common);
   if (S) {
     const OneThread one;
@@ -170,10 +223,56 @@ Status chm_back(Solver& s, double* x, int count)
   return STATUS_OK;
 }
 
+// ---------------------------------------------------------------------------
+// chm_rough : x = A^-1 x by L in single precision, which halves what the memory must bring            (8.15)
+// ---------------------------------------------------------------------------
+Status chm_rough(Solver& s, double* x)
+{
+  ChmData& c              = *s.data->chm;
+  const cholmod_factor& L = *c.L;
+  const int* equation     = static_cast<int*>(L.Perm);
+  if (c.rough.empty()) {
+    const double mb = 1e-6 * c.common.lnz * sizeof(float);
+    if (!solve_room(mb)) return chm_back(s, x, 1);
+    make_rough(L, static_cast<size_t>(c.common.lnz), c.rough);
+    s.memory_mb += mb;
+  }
+  c.x.resize(L.n);
+  c.w.resize(L.n);
+  double* w = c.w.data();
+  for (size_t i = 0; i < L.n; ++i) c.x[i] = x[equation[i]];
+  const float* l = c.rough.data();
+  for (size_t k = 0; k < L.nsuper; ++k) {
+    const Supernode n = supernode(L, k);
+    std::copy_n(&c.x[n.first], n.ncol, w);
+    std::fill(w + n.ncol, w + n.nrow, 0.0);
+    for (int j = 0; j < n.ncol; ++j) {
+      w[j] *= static_cast<double>(*l++);
+      add(n.nrow - j - 1, -w[j], l, w + j + 1);
+      l += n.nrow - j - 1;
+    }
+    std::copy_n(w, n.ncol, &c.x[n.first]);
+    for (int i = n.ncol; i < n.nrow; ++i) c.x[n.row[i]] += w[i];
+  }
+  for (size_t k = L.nsuper; k-- > 0;) {
+    const Supernode n = supernode(L, k);
+    for (int i = 0; i < n.nrow; ++i) w[i] = c.x[n.row[i]];
+    for (int j = n.ncol - 1; j >= 0; --j) {
+      l -= n.nrow - j - 1;
+      w[j] -= product(n.nrow - j - 1, l, w + j + 1);
+      w[j] *= static_cast<double>(*--l);
+    }
+    std::copy_n(w, n.ncol, &c.x[n.first]);
+  }
+  for (size_t i = 0; i < L.n; ++i) x[equation[i]] = c.x[i];
+  return STATUS_OK;
+}
+
 #else
 
 Status chm_analyse(Solver&, const SysMatrix&) { return SOLVER_SINGULAR; }
 Status chm_factor(Solver&, const SysMatrix&) { return SOLVER_SINGULAR; }
 Status chm_back(Solver&, double*, int) { return SOLVER_FAILED; }
+Status chm_rough(Solver&, double*) { return SOLVER_FAILED; }
 
 #endif

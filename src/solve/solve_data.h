@@ -200,6 +200,7 @@ bool solve_room(double mb);
 Status chm_analyse(Solver& s, const SysMatrix& A);
 Status chm_factor(Solver& s, const SysMatrix& A);
 Status chm_back(Solver& s, double* x, int count);       // count right-hand sides, one after the other
+Status chm_rough(Solver& s, double* x);        // by factors in single precision, for preconditioners
 
 #ifdef MPFE_MUMPS
 Status mumps_analyse(Solver& s, const SysMatrix& A);

@@ -162,6 +162,39 @@ TEST(Krylov, CholeskyBearsStiffBonds)
   EXPECT_LT(2 * iterations[1], iterations[0]);
 }
 
+// the incomplete factor stays while the matrix changes little; one that serves badly is made anew, in the same
+// solution when it does not converge
+TEST(Krylov, IncompleteFactorIsKept)
+{
+  Springs k = springs(2, 0, 40, 30, 1.0, 0.01);
+  const RealVec b = right_hand_side(k.A);
+  Solver s = open(SOLVER_CG, PRECOND_CHOLESKY);
+  const Cholesky& c = s.data->cholesky;
+  RealVec x;
+  const auto solve = [&](long stamp, long pattern) {
+    SolveAsk a = ask(k.key, stamp);
+    a.pattern  = pattern;
+    ASSERT_EQ(solve_system(s, k.A, a, b, x), STATUS_OK);
+    EXPECT_LT(residual(k.A, b, x), 1e-9);
+  };
+  solve(1, 5);
+  k.A.val[k.A.val.size() - 1] *= 1.01;
+  solve(2, 5);
+  EXPECT_EQ(c.stamp, 1);
+  solve(3, 6);                                       // another pattern
+  EXPECT_EQ(c.stamp, 3);
+  const RealVec before = k.A.val;
+  for (size_t i = 0; i < before.size() / 2; ++i) k.A.val[i] *= 1e6;
+  solve(4, 6);                                       // of no use: the solution is repeated
+  EXPECT_EQ(c.stamp, 4);
+  EXPECT_EQ(s.path[PATH_CHOLESKY].solves, 4);
+  EXPECT_EQ(s.nfactor, 0);
+  k.A.val = before;
+  solve(5, 0);                                       // pattern not known
+  EXPECT_EQ(c.stamp, 5);
+  solve_close(s);
+}
+
 // rows leave and come: the preconditioner stays symmetric and positive definite
 TEST(Krylov, FactorsServeWhenRowsChange)
 {

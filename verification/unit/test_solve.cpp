@@ -337,6 +337,16 @@ TEST(Solve, Cholmod)
   ASSERT_EQ(solve_back_many(s, many.data(), 20), STATUS_OK);
   for (size_t k = 0; k < many.size(); ++k)
     EXPECT_NEAR(many[k], static_cast<double>(k / n + 1) * x[k % n], 1e-10 * most);
+  // in single precision: symmetric all the same
+  RealVec c = b, rough, turned;
+  for (size_t k = 0; k < n; k += 3) c[k] = -c[k];
+  ASSERT_EQ(solve_back_rough(s, b, rough), STATUS_OK);
+  ASSERT_EQ(solve_back_rough(s, c, turned), STATUS_OK);
+  double far = 0.0;
+  for (size_t k = 0; k < n; ++k) far = std::max(far, std::fabs(rough[k] - x[k]));
+  EXPECT_GT(far, 1e-9 * most);
+  EXPECT_LT(far, 1e-3 * most);
+  EXPECT_NEAR(dot(b, turned), dot(c, rough), 1e-10 * std::fabs(dot(b, rough)));
   diagonal(A, 3, 1) = -5.0;                          // indefinite: MUMPS
   ASSERT_EQ(solve_factor(s, A), STATUS_OK);
   EXPECT_EQ(s.ncholmod, 1);
