@@ -11,7 +11,7 @@ struct ChmData {
   cholmod_common common;
   cholmod_factor* L = nullptr;
   cholmod_dense *X = nullptr, *Y = nullptr, *E = nullptr;      // solution and workspace of the last solution
-  // of chm_rough: columns of L from the diagonal on, one after the other, the diagonal inverted; empty: not made
+  // of chm_rough: columns of L from the diagonal on, one after the other, the diagonal inverted; empty: not yet
   std::vector<float> rough;
   RealVec x, w;                // [n]; of a supernode
   ChmData();
@@ -78,7 +78,7 @@ cholmod_sparse* upper_triangle(const SysMatrix& A, bool values, cholmod_common& 
   return S;
 }
 
-// Supernode s of L: columns first to first + ncol, on rows row[0 ... nrow), of which the first ncol are its own
+// Supernode of L: columns first to first + ncol, on rows row[0 ... nrow), the first ncol of which are its own
 struct Supernode {
   int first, ncol, nrow;
   const int* row;
