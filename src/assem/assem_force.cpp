@@ -498,16 +498,13 @@ bool follows(const Step& step, const Load& l) { return step.nlgeom && l.kind == 
 Failure follower_loads(const Model& m, const Discretisation& d, const Dofs& dofs, const State& st,
                        const Step& step, const LoadTime& at, RealVec& fext)
 {
-  const int dim = m.dim;
-  RealVec fn(static_cast<size_t>(m.mesh.nnode()) * dim, 0.0), fc(st.points.Xc.size(), 0.0);
-  RealVec f(dofs.neq(), 0.0);
+  RealVec fn(static_cast<size_t>(m.mesh.nnode()) * m.dim, 0.0), fc(st.points.Xc.size(), 0.0);
   Failure failure;
   for (const Load& l : step.load)
     if (failure.ok() && follows(step, l)) failure = face_loads(m, d, st, step, l, at, &dofs, fn, fc);
   failure = failure_agree(failure);
   if (!failure.ok()) return failure;
-  for (int r = 0; r < dofs.nfe; ++r)
-    for (int i = 0; i < dim; ++i) f[r * dim + i] = fn[dofs.node_of_row[r] * dim + i];
+  RealVec f = dof_of_nodes(dofs, fn);
   assem_scatter_corners(dof_grid(d, dofs), dofs, fc, f);
   sys_sum(dofs.A, f);
   for (int i = 0; i < dofs.neq(); ++i) fext[i] += f[i];
@@ -524,8 +521,7 @@ bool assem_has_followers(const Step& step)
 Failure assem_loads(const Model& m, const Discretisation& d, const Dofs& dofs, const State& st,
                     const Step& step, const LoadTime& at, Warned& warned, RealVec& fext)
 {
-  const int dim = m.dim;
-  RealVec fn(static_cast<size_t>(m.mesh.nnode()) * dim, 0.0), fc(st.points.Xc.size(), 0.0);
+  RealVec fn(static_cast<size_t>(m.mesh.nnode()) * m.dim, 0.0), fc(st.points.Xc.size(), 0.0);
   Failure failure;
   for (const Load& l : step.load) {
     if (dofs.whole && follows(step, l)) continue;    // follower_loads
@@ -536,13 +532,13 @@ Failure assem_loads(const Model& m, const Discretisation& d, const Dofs& dofs, c
   }
   if (m.part.on) failure = failure_agree(failure);
   if (!failure.ok()) return failure;
-  const Dofs& all = dof_all_rows(dofs);
-  RealVec f(all.neq(), 0.0);
-  for (int r = 0; r < all.nfe; ++r)
-    for (int i = 0; i < dim; ++i) f[r * dim + i] = fn[all.node_of_row[r] * dim + i];
+  // all points push at rows of this rank: its own do not tell what those of others do
+  const Dofs& all = st.points.npoint ? dof_all_rows(dofs) : dofs;
+  RealVec f       = dof_of_nodes(all, fn);
   assem_scatter_corners(d.grid, all, fc, f);
   if (dofs.whole) {
-    dof_pick(dofs, f, fext);
+    if (st.points.npoint) dof_pick(dofs, f, fext);
+    else fext.swap(f);
     return assem_has_followers(step) ? follower_loads(m, d, dofs, st, step, at, fext) : STATUS_OK;
   }
   fext.swap(f);

@@ -108,9 +108,10 @@ inline const ActiveGrid& dof_grid(const Discretisation& d, const Dofs& s) { retu
 //   in   fresh   lists, rows or the division have changed
 void dof_local(const Mesh& mesh, const Points& pts, bool fresh, Discretisation& d, Dofs& s);
 
-// dof_gather : vectors x [neq] of the rows of each rank become [whole->neq] on all. Collective.
+// dof_gather : vectors x [neq] of the rows of each rank become [whole->neq] on all; from row first of whole
+// on, 0 before it. Collective.
 // dof_pick : the way back
-std::vector<RealVec> dof_gather(const Dofs& s, const std::vector<const RealVec*>& x);
+std::vector<RealVec> dof_gather(const Dofs& s, const std::vector<const RealVec*>& x, int first = 0);
 template <class T>
 void dof_pick(const Dofs& s, const std::vector<T>& whole, std::vector<T>& x)
 {
@@ -118,6 +119,15 @@ void dof_pick(const Dofs& s, const std::vector<T>& whole, std::vector<T>& x)
   for (int r = 0; r < s.nrow; ++r)
     std::copy_n(whole.begin() + static_cast<long>(s.whole_row[r]) * s.dim, s.dim,
                 x.begin() + static_cast<long>(r) * s.dim);
+}
+
+// dof_of_nodes : x of the nodes [nnode*dim] as a vector of the system [neq], 0 in the rows of the grid
+inline RealVec dof_of_nodes(const Dofs& s, const RealVec& x)
+{
+  RealVec out(s.neq(), 0.0);
+  for (int r = 0; r < s.nfe; ++r)
+    for (int i = 0; i < s.dim; ++i) out[r * s.dim + i] = x[s.node_of_row[r] * s.dim + i];
+  return out;
 }
 
 // Sums over the dofs of the whole system: those of several ranks count on one rank each, and all ranks

@@ -162,28 +162,35 @@ void dof_local(const Mesh& mesh, const Points& pts, bool fresh, Discretisation& 
   localise_bonds(s);
 }
 
-std::vector<RealVec> dof_gather(const Dofs& s, const std::vector<const RealVec*>& x)
+std::vector<RealVec> dof_gather(const Dofs& s, const std::vector<const RealVec*>& x, int first)
 {
-  const int D = s.dim, n = static_cast<int>(x.size()), me = comm_rank();
-  IntVec count;
-  size_t all = 0, first = 0;
-  for (int r = 0; r < comm_size(); ++r) {
-    if (r == me) first = all;
-    count.push_back(s.of_rank.count(r) * D * n);
-    all += count.back();
+  const int D = s.dim, n = static_cast<int>(x.size()), me = comm_rank(), ranks = comm_size();
+  // rows of each rank ascend
+  const auto begin = [&](int r) {
+    const auto of = s.of_rank.item.begin();
+    return static_cast<int>(std::lower_bound(of + s.of_rank.off[r], of + s.of_rank.off[r + 1], first) - of);
+  };
+  IntVec count(ranks), from(ranks);
+  size_t all = 0, mine = 0;
+  for (int r = 0; r < ranks; ++r) {
+    from[r] = begin(r);
+    if (r == me) mine = all;
+    count[r] = (s.of_rank.off[r + 1] - from[r]) * D * n;
+    all += count[r];
   }
   RealVec message(all);
-  double* to = message.data() + first;
-  for (int k = s.of_rank.off[me]; k < s.of_rank.off[me + 1]; ++k)
+  double* to = message.data() + mine;
+  for (int k = from[me]; k < s.of_rank.off[me + 1]; ++k)
     for (const RealVec* v : x)
       to = std::copy_n(v->begin() + static_cast<long>(s.local_row[s.of_rank.item[k]]) * D, D, to);
   comm_allgatherv(message, count);
   std::vector<RealVec> whole(n, RealVec(s.whole->neq()));
-  const double* from = message.data();
-  for (int row : s.of_rank.item)
-    for (RealVec& v : whole) {
-      std::copy_n(from, D, v.begin() + static_cast<long>(row) * D);
-      from += D;
-    }
+  const double* value = message.data();
+  for (int r = 0; r < ranks; ++r)
+    for (int k = from[r]; k < s.of_rank.off[r + 1]; ++k)
+      for (RealVec& v : whole) {
+        std::copy_n(value, D, v.begin() + static_cast<long>(s.of_rank.item[k]) * D);
+        value += D;
+      }
   return whole;
 }

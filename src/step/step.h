@@ -96,6 +96,7 @@ struct Attempt {
   RealVec fint0{}, fext0{};        // [neq] at t(n) on the weights of this step (statics, Newmark)
   RealVec fint{}, fext{}, R{};       // [neq] at the solution; R with the forces of equations at their masters
   RealVec du{};                  // [neq]
+  RealVec du_all{};            // several ranks with the whole model: of all rows, at the solution
   Jumps jumps{};               // of du
   RealVec guess{};               // [neq] statics: where Newton's method begins; empty: at rest
 };

@@ -23,8 +23,9 @@ void finish_ties(const Dofs& s, State& st, RealVec& dv)
   for (int dof : s.tie.dof) dv[dof] = st.np1.v[at(dof)] - st.n.v[at(dof)];
 }
 
-//   out  dv   change of the velocities of the nodes
-void finish_nodes(const Dofs& dofs, const Attempt& a, State& st, RealVec& dv)
+//   in   du   [neq] of dofs
+//   out  dv   [neq] change of the velocities of the nodes
+void finish_nodes(const Dofs& dofs, const Attempt& a, const RealVec& du, State& st, RealVec& dv)
 {
   const Step& s = a.step;
   const Scheme& scheme = scheme_of(s);
@@ -32,13 +33,14 @@ void finish_nodes(const Dofs& dofs, const Attempt& a, State& st, RealVec& dv)
   for (int r = 0; r < dofs.nfe; ++r)
     for (int i = 0; i < dim; ++i) {
       const int dof = r * dim + i, k = dofs.node_of_row[r] * dim + i;
-      const double v = a.vgrid[dof], acc = scheme.acceleration ? a.agrid[dof] : 0.0, du = a.du[dof];
+      const double v   = dofs.hung ? a.vgrid[dof] : st.n.v[k],
+                   acc = !scheme.acceleration ? 0.0 : dofs.hung ? a.agrid[dof] : st.n.a[k];
       double v1, a1;
       if (dofs.fixed[dof] == DOF_FIXED) {           // prescribed motion: its own rate
         v1 = dofs.rate[dof];
         a1 = (v1 - v) / a.dt;
       } else {
-        scheme.node(s, a.dt, du, v, acc, v1, a1);
+        scheme.node(s, a.dt, du[dof], v, acc, v1, a1);
       }
       // v is not that of the node, but the change is its change
       const bool projected = dofs.hung && !dofs.fixed[dof];
@@ -74,7 +76,7 @@ void finish_damping(const Model& m, const Discretisation& d, const Dofs& dofs, c
   st.ledger.viscous += loss / a.dt;
 }
 
-//   out  dv   change of the velocities of the grid
+//   out  dv   [neq] change of the velocities of the grid
 void finish_grid(const Dofs& dofs, const Attempt& a, RealVec& dv)
 {
   const Step& s = a.step;
@@ -88,24 +90,55 @@ void finish_grid(const Dofs& dofs, const Attempt& a, RealVec& dv)
   }
 }
 
-// several ranks with the whole model: velocities and accelerations of all nodes; dv of all rows
-void tell_velocities(const Dofs& dofs, State& st, RealVec& dv)
+// several ranks with the whole model: velocities and accelerations of all nodes from those that each rank has,
+// where points follow nodes
+void tell_nodes(const Dofs& dofs, State& st)
 {
   const int dim = dofs.dim;
-  RealVec v(dofs.neq(), 0.0), acc(dofs.neq(), 0.0);
-  for (int r = 0; r < dofs.nfe; ++r)
-    for (int i = 0; i < dim; ++i) {
-      v[r * dim + i]   = st.np1.v[dofs.node_of_row[r] * dim + i];
-      acc[r * dim + i] = st.np1.a[dofs.node_of_row[r] * dim + i];
-    }
-  std::vector<RealVec> all = dof_gather(dofs, {&dv, &v, &acc});
   const Dofs& w = *dofs.whole;
+  const RealVec v = dof_of_nodes(dofs, st.np1.v), acc = dof_of_nodes(dofs, st.np1.a);
+  const std::vector<RealVec> all = dof_gather(dofs, {&v, &acc});
   for (int r = 0; r < w.nfe; ++r)
     for (int i = 0; i < dim; ++i) {
-      st.np1.v[w.node_of_row[r] * dim + i] = all[1][r * dim + i];
-      st.np1.a[w.node_of_row[r] * dim + i] = all[2][r * dim + i];
+      st.np1.v[w.node_of_row[r] * dim + i] = all[0][r * dim + i];
+      st.np1.a[w.node_of_row[r] * dim + i] = all[1][r * dim + i];
     }
-  dv.swap(all[0]);
+}
+
+// velocities of nodes, corners and grid                                             (6.3), (3.15)
+//   out  dv   change of those of the unknowns, all that this rank knows: [neq] of dof_all_rows
+void finish_velocities(const ActiveGrid& grid, const Dofs& dofs, const Attempt& a, State& st, RealVec& dv)
+{
+  const Dofs& all = dof_all_rows(dofs);
+  const bool here = dofs.whole && !dofs.hung;         // the nodes of all rows, by each rank
+  RealVec own(dofs.neq(), 0.0);
+  if (here) finish_nodes(all, a, a.du_all, st, dv);
+  else finish_nodes(dofs, a, a.du, st, own);
+  if (st.points.npoint) finish_grid(dofs, a, own);
+  if (!dofs.whole) {
+    dv.swap(own);
+  } else if (st.points.npoint) {
+    const int first = here ? all.nfe : 0;
+    const RealVec told = dof_gather(dofs, {&own}, first)[0];
+    std::copy(told.begin() + static_cast<long>(first) * all.dim, told.end(),
+              dv.begin() + static_cast<long>(first) * all.dim);
+    if (!here) tell_nodes(dofs, st);
+  }
+  if (st.points.npoint) assem_gather_corners(grid, all, dv, st.n.vc, st.np1.vc);
+}
+
+// several ranks with the whole model: R where supports act, [neq] of all rows
+RealVec reactions_of_all(const Dofs& dofs, const RealVec& R)
+{
+  const int dim = dofs.dim;
+  const Dofs& w = *dofs.whole;
+  RealVec at, all(w.neq(), 0.0);         // dof and force, one after the other
+  for (int i = 0; i < dofs.neq(); ++i)
+    if (dofs.fixed[i] == DOF_FIXED && dofs.counts(i))
+      at.insert(at.end(), {static_cast<double>(dofs.whole_row[i / dim] * dim + i % dim), R[i]});
+  comm_allgatherv(at);
+  for (size_t k = 0; k < at.size(); k += 2) all[static_cast<int>(at[k])] = at[k + 1];
+  return all;
 }
 
 //   in   R   [neq] of dofs
@@ -264,17 +297,12 @@ void step_finish(Problem& p, Attempt& a, RealVec& energy)
   const Dofs &s = p.dofs, &all = dof_all_rows(s);
   State& st      = p.st;
   const RealVec rf0 = st.rf.empty() ? RealVec(static_cast<size_t>(m.mesh.nnode()) * m.dim, 0.0) : st.rf;
-  RealVec dv(a.cM != 0.0 ? s.neq() : all.neq(), 0.0);    // change of the velocities of the unknowns
+  RealVec dv(all.neq(), 0.0);  // change of the velocities of the unknowns
   st.np1.time = a.total1;
   elem_share_history(p.d.el, st.np1);
   point_share_history(p.d.point_law, s.owned_point, s.owned_group, st.np1);
-  // 1. velocities                                                                   (6.3), (3.15)
-  if (a.cM != 0.0) {
-    finish_nodes(s, a, st, dv);
-    if (st.points.npoint) finish_grid(s, a, dv);
-    if (s.whole) tell_velocities(s, st, dv);
-    if (st.points.npoint) assem_gather_corners(p.d.grid, all, dv, st.n.vc, st.np1.vc);
-  }
+  // 1. velocities
+  if (a.cM != 0.0) finish_velocities(p.d.grid, s, a, st, dv);
   if (m.part.around.on()) {                          // nodes of outer elements
     halo_copy(m.part.halo, m.dim, st.np1.u);
     for (RealVec* x : {&st.np1.v, &st.np1.a})
@@ -285,7 +313,7 @@ void step_finish(Problem& p, Attempt& a, RealVec& energy)
   finish_damping(m, p.d, s, a, st);
   // 3. results
   finish_followers(p.d.follow, a, m.dim, st);
-  finish_reactions(m, all, s.whole ? dof_gather(s, {&a.R})[0] : a.R, st);
+  finish_reactions(m, all, s.whole ? reactions_of_all(s, a.R) : a.R, st);
   if (p.d.pairs.near || !st.contact.empty()) finish_contact(m, p.d.pairs, a, st);
   // 4. ledger                                                                       (6.12), (6.15), (7.16)
   st.ledger.external += external_work(m, s, st, a, rf0);

@@ -8,23 +8,13 @@
 
 namespace {
 
-// v of the nodes as a vector of the system
-RealVec node_vector(const Dofs& dofs, const RealVec& v)
-{
-  const int dim = dofs.dim;
-  RealVec out(dofs.neq(), 0.0);
-  for (int r = 0; r < dofs.nfe; ++r)
-    for (int i = 0; i < dim; ++i) out[r * dim + i] = v[dofs.node_of_row[r] * dim + i];
-  return out;
-}
-
 // velocity of the grid: M-orthogonal projection of the velocities of the points    (3.13)
 //   out  momentum   [neq] M v of nodes, sum m S v of points
 //        vgrid      [neq] velocity of nodes and of the grid
 Failure velocity_at_start(const State& st, const Discretisation& d, const Dofs& dofs, RealVec& momentum,
                           RealVec& vgrid)
 {
-  vgrid = node_vector(dofs, st.n.v);
+  vgrid = dof_of_nodes(dofs, st.n.v);
   mass_elements(dofs, vgrid, momentum);
   point_momentum(dof_grid(d, dofs), dofs, st.n.vc, momentum);
   sys_sum(dofs.A, momentum);
@@ -105,7 +95,7 @@ Failure inertia_at_start(Problem& p, Attempt& a, RealVec& Ma)
 {
   const Dofs& s = p.dofs;
   const int first = s.hung ? 0 : s.nfe, grid = s.nfe * s.dim;
-  a.agrid = node_vector(s, p.st.n.a);
+  a.agrid = dof_of_nodes(s, p.st.n.a);
   if (p.d.grid.nnode || s.hung) {
     RealVec f(s.neq(), 0.0), damping(s.neq(), 0.0);
     if (step_damps(p)) {

@@ -17,9 +17,8 @@ void add_cross(const double* x, const double* y, double* out)
 void add_nodes(const Mesh& mesh, const Dofs& dofs, const Level& l, Ledger& g)
 {
   const int dim = dofs.dim;
-  RealVec v(dofs.neq(), 0.0), Mv;
-  for (int r = 0; r < dofs.nfe; ++r)
-    for (int i = 0; i < dim; ++i) v[r * dim + i] = l.v[dofs.node_of_row[r] * dim + i];
+  const RealVec v = dof_of_nodes(dofs, l.v);
+  RealVec Mv;
   mass_elements(dofs, v, Mv);
   for (int r = 0; r < dofs.nfe; ++r) {
     const int node = dofs.node_of_row[r];

@@ -255,8 +255,8 @@ Failure tell_all(Problem& p, Attempt& a)
 {
   if (p.m.part.on && p.st.bonds.nbond) assem_share_bonds(p.m, p.dofs, p.d.pairs, p.st, a.jumps);
   if (!p.dofs.whole) return STATUS_OK;
-  const RealVec du = dof_gather(p.dofs, {&a.du})[0];
-  return assem_move_all(p.m, p.d, *p.dofs.whole, a.mode, du, a.t0, a.t1, p.st, a.jumps);
+  a.du_all.swap(dof_gather(p.dofs, {&a.du})[0]);
+  return assem_move_all(p.m, p.d, *p.dofs.whole, a.mode, a.du_all, a.t0, a.t1, p.st, a.jumps);
 }
 
 void tell_iteration(StepLog& log, int it, const Residual& b, double energy, double part)
