@@ -11,7 +11,7 @@ struct ChmData {
   cholmod_common common;
   cholmod_factor* L = nullptr;
   cholmod_dense *X = nullptr, *Y = nullptr, *E = nullptr;      // solution and workspace of the last solution
-  // of chm_rough: columns of L from the diagonal on, one after the other, the diagonal inverted; empty: not yet
+  // of chm_rough: columns of L from the diagonal on, the diagonal inverted; empty: not made yet
   std::vector<float> rough;
   RealVec x, w;                // [n]; of a supernode
   ChmData();
