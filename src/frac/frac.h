@@ -35,6 +35,8 @@ struct FracMesh {
   RealVec local;               // [nelem] h, mean with the neighbours
   IntVec across, across_face;  // [nelem*6] element behind a face and its face there, -1: none
   ListTable of_node;           // [nnode] elements of a node
+  // [nelem] radius of the ball in which the end of a notch was looked for, negative: there is one; 0: not yet
+  mutable RealVec notch;
   double lo[3] = {0, 0, 0}, bin = 1.0;     // bins of centres
   int nbin[3] = {1, 1, 1};
   ListTable in_bin;            // [bins] elements

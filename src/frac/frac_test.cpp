@@ -315,7 +315,7 @@ std::vector<char> open_parts(const std::vector<FreeFace>& face, const IntVec& pa
 
 // the end of a notch lies in the ball: opposed faces, free faces of the ball lead from one to the other, and
 // on out of the ball (around a hole that lies in it whole J says nothing)
-bool at_notch(const Scan& s, int e, double radius)
+bool find_notch(const Scan& s, int e, double radius)
 {
   std::vector<FreeFace> face;
   IntVec part;
@@ -326,6 +326,15 @@ bool at_notch(const Scan& s, int e, double radius)
     for (size_t j = 0; j < i; ++j)
       if (part[i] == part[j] && open[part[i]] && look_at(face[i], face[j], s.fm.local[e], true)) return true;
   return false;
+}
+
+// the same; bodies are those of the start, so the answer is kept
+bool at_notch(const Scan& s, int e, double radius)
+{
+  RealVec& known = s.fm.notch;
+  known.resize(s.fm.size.size(), 0.0);
+  if (std::fabs(known[e]) != radius) known[e] = find_notch(s, e, radius) ? -radius : radius;
+  return known[e] < 0.0;
 }
 
 // q of (7.6)

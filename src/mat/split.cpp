@@ -157,17 +157,19 @@ void split_spectral(const MatLaw& law, const double E[6], SplitOut& o)
   }
 }
 
-// j = J - 1 (finite) or tr E, its gradient G and the derivative D of that; false: 2E + I is not positive
-// definite
-bool volume(bool finite, const double E[6], double& j, double G[6], double D[36])
+// j = J - 1 (finite) or tr E, its gradient G and the derivative D of that, none when they are null; false:
+// 2E + I is not positive definite
+bool volume(bool finite, const double E[6], double& j, double* G, double* D)
 {
   const double I1 = E[0] + E[1] + E[2];
-  std::fill(D, D + 36, 0.0);
-  // not std::copy(Id, Id + 6, G): GCC 12.2 with AVX-512 copies the constants 1 1 1 0 as 1 1 1 1 (-O1; -O2
-  // where this is not inlined), and broken material bears shear. Element by element it is right at all levels
-  // (Split.PressureBearsNoShear)
-  for (int m = 0; m < 6; ++m) G[m] = Id[m];
   j = I1;
+  if (G) {
+    std::fill(D, D + 36, 0.0);
+    // not std::copy(Id, Id + 6, G): GCC 12.2 with AVX-512 copies the constants 1 1 1 0 as 1 1 1 1 (-O1; -O2
+    // where this is not inlined), and broken material bears shear. Element by element it is right at all
+    // levels (Split.PressureBearsNoShear)
+    for (int m = 0; m < 6; ++m) G[m] = Id[m];
+  }
   if (!finite) return true;
   const double c11 = 1.0 + 2.0 * E[0], c22 = 1.0 + 2.0 * E[1], c33 = 1.0 + 2.0 * E[2];
   const double c12 = 2.0 * E[3], c23 = 2.0 * E[4], c31 = 2.0 * E[5];
@@ -178,11 +180,12 @@ bool volume(bool finite, const double E[6], double& j, double G[6], double D[36]
   const double det1 = 2.0 * I1 + 4.0 * I2 + 8.0 * I3, det = 1.0 + det1;
   if (!(c11 > 0.0 && c11 * c22 - c12 * c12 > 0.0 && det > 0.0)) return false;
   const double J = std::sqrt(det);
+  j = det1 / (1.0 + J);
+  if (!G) return true;
   const double inv[3][3] = {
     {(c22 * c33 - c23 * c23) / det, (c31 * c23 - c12 * c33) / det, (c12 * c23 - c31 * c22) / det},
     {(c31 * c23 - c12 * c33) / det, (c11 * c33 - c31 * c31) / det, (c12 * c31 - c11 * c23) / det},
     {(c12 * c23 - c31 * c22) / det, (c12 * c31 - c11 * c23) / det, (c11 * c22 - c12 * c12) / det}};
-  j = det1 / (1.0 + J);
   for (int m = 0; m < 6; ++m) {
     const int a = V::row[m], b = V::col[m];
     G[m] = J * inv[a][b];
@@ -199,11 +202,12 @@ void split_pressure(const MatLaw& law, bool finite, const double E[6], SplitOut&
 {
   const double K = bulk_modulus(law);
   double j, G[6], D[36];
-  if (!volume(finite, E, j, G, D)) {
+  if (!volume(finite, E, j, nullptr, nullptr)) {
     o.psi_plus = o.psi_minus = std::numeric_limits<double>::quiet_NaN();
     return;
   }
   if (!(j > 0.0)) {
+    volume(finite, E, j, G, D);
     o.psi_minus = 0.5 * K * j * j;
     for (int m = 0; m < 6; ++m) o.Sm[m] = K * j * G[m];
     for (int m = 0; m < 36; ++m) o.Cm[m] = K * j * D[m];
@@ -213,12 +217,16 @@ void split_pressure(const MatLaw& law, bool finite, const double E[6], SplitOut&
 }
 
 // j = change of the thickness of the crack, h - 1 with h^2 = 1/(N.C^-1 N) (finite) or N.E.N, its gradient G
-// and the derivative D of that; false: C = 2E + I is not positive definite  (2.18)
-bool thickness(bool finite, const double E[6], const double N[3], double& j, double G[6], double D[36])
+// and the derivative D of that, none when they are null; false: C = 2E + I is not positive definite  (2.18)
+bool thickness(bool finite, const double E[6], const double N[3], double& j, double* G, double* D)
 {
-  std::fill(D, D + 36, 0.0);
-  for (int m = 0; m < 6; ++m) G[m] = N[V::row[m]] * N[V::col[m]];
-  j = six_dot(G, E);
+  double NN[6];
+  for (int m = 0; m < 6; ++m) NN[m] = N[V::row[m]] * N[V::col[m]];
+  j = six_dot(NN, E);
+  if (G) {
+    std::fill(D, D + 36, 0.0);
+    std::copy(NN, NN + 6, G);
+  }
   if (!finite) return true;
   const Eigen::Vector3d n(N[0], N[1], N[2]);
   Eigen::Matrix3d A, cofA, C, inv;
@@ -232,6 +240,7 @@ bool thickness(bool finite, const double E[6], const double N[3], double& j, dou
   if (!(C(0, 0) > 0.0 && C(0, 0) * C(1, 1) - C(0, 1) * C(0, 1) > 0.0 && det > 0.0)) return false;
   const double h = std::sqrt(det / area2);
   j = (2.0 * j + 4.0 * (I2 - NcofN) + 8.0 * I3) / area2 / (1.0 + h);       // h - 1 without loss of digits
+  if (!G) return true;
   inv = (Eigen::Matrix3d::Identity() + 2.0 * (I1 * Eigen::Matrix3d::Identity() - A) + 4.0 * cofA) / det;
   const Eigen::Vector3d a = inv * n;
   const double h3 = h * h * h, h5 = h3 * h * h;
@@ -253,11 +262,12 @@ void split_crack(const MatLaw& law, bool finite, const double E[6], const double
 {
   const double M = law.lam + 2.0 * law.mu;
   double j, G[6], D[36];
-  if (!thickness(finite, E, N, j, G, D)) {
+  if (!thickness(finite, E, N, j, nullptr, nullptr)) {
     o.psi_plus = o.psi_minus = std::numeric_limits<double>::quiet_NaN();
     return;
   }
   if (!(j > 0.0)) {
+    thickness(finite, E, N, j, G, D);
     o.psi_minus = 0.5 * M * j * j;
     for (int m = 0; m < 6; ++m) o.Sm[m] = M * j * G[m];
     for (int m = 0; m < 36; ++m) o.Cm[m] = M * j * D[m];
@@ -365,10 +375,11 @@ bool split_has_kink(const MatLaw& law, Split split)
 }
 
 bool split_kink(const MatLaw& law, int dim, Split split, bool finite, double c, const double* E,
-                const double N[3], SplitKink& kink)
+                const double N[3], bool slopes, SplitKink& kink)
 {
   const int nv = dim == 2 ? 3 : 6, *seen = seen_by(dim);
   double E6[6], G6[6], D6[36] = {0};
+  double *G = slopes ? G6 : nullptr, *D = slopes ? D6 : nullptr;
   six_of(dim, E, E6);
   if (split == SPLIT_RCE) {
     for (int m = 0; m < 6; ++m) G6[m] = law.lam3 * Id[m] + 2.0 * law.mu * N[V::row[m]] * N[V::col[m]];
@@ -376,15 +387,15 @@ bool split_kink(const MatLaw& law, int dim, Split split, bool finite, double c, 
     kink.side = 1;
     kink.w    = -(1.0 - c) / (law.lam3 + 2.0 * law.mu);
   } else if (split == SPLIT_CRACK) {
-    if (!thickness(finite, E6, N, kink.j, G6, D6)) return false;
+    if (!thickness(finite, E6, N, kink.j, G, D)) return false;
     kink.side = -1;
     kink.w    = (1.0 - c) * (law.lam + 2.0 * law.mu);
   } else {
-    if (!volume(finite && split == SPLIT_PRESSURE, E6, kink.j, G6, D6)) return false;
+    if (!volume(finite && split == SPLIT_PRESSURE, E6, kink.j, G, D)) return false;
     kink.side = -1;
     kink.w    = (1.0 - c) * bulk_modulus(law);
   }
-  for (int m = 0; m < nv; ++m) {
+  for (int m = 0; m < nv && slopes; ++m) {
     const int i = V::row[seen[m]], k = V::col[seen[m]];
     kink.G[dim * i + k] = kink.G[dim * k + i] = G6[seen[m]];
     for (int n = 0; n < nv; ++n) kink.D[nv * m + n] = D6[6 * seen[m] + seen[n]];

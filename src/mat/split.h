@@ -75,7 +75,7 @@ void split_eroded(const MatLaw& law, int dim, Split split, bool finite, double c
 //   psi = quadratic + w/2 <side j>_+^2       RCE: j = s_n, side 1;  VD: j = tr E;
 //                                            PRESSURE with NLGEOM: j = J - 1;  CRACK: j = N.E.N, side -1
 //
-//   in   as split_eroded
+//   in   as split_eroded;   slopes: dj/dE and d2j/dE2 are asked for
 //   out  kink     j, dj/dE, d2j/dE2 (engineering shear columns), w, side
 //   returns       false: 2E + I is not positive definite
 //   theory        doc/theory.md: (2.6), (2.8), (2.10), (2.17), (2.18)
@@ -90,6 +90,6 @@ struct SplitKink {
 
 bool split_has_kink(const MatLaw& law, Split split);
 bool split_kink(const MatLaw& law, int dim, Split split, bool finite, double c, const double* E,
-                const double N[3], SplitKink& kink);
+                const double N[3], bool slopes, SplitKink& kink);
 
 #endif

@@ -120,12 +120,19 @@ inline void ip_discrete_kink(const MatLaw& law, const ErodedLaw& er, const Kerne
   double psi, Cm[nv * nv];
   SplitKink k0, m, k1;
   split_eroded(law, D, er.split, mode.finite, er.c, e.mid, er.N, &psi, S, Cm);
-  if (!split_kink(law, D, er.split, mode.finite, er.c, E0, er.N, k0) ||
-      !split_kink(law, D, er.split, mode.finite, er.c, e.mid, er.N, m) ||
-      !split_kink(law, D, er.split, mode.finite, er.c, E1, er.N, k1)) {
+  const auto kink = [&](const double* E, bool slopes, SplitKink& k) {
+    return split_kink(law, D, er.split, mode.finite, er.c, E, er.N, slopes, k);
+  };
+  if (!kink(E0, false, k0) || !kink(e.mid, false, m) || !kink(E1, false, k1)) {
     for (int k = 0; k < D * D; ++k) S[k] = std::nan("");
     return;
   }
+  if (!(m.side * k0.j > 0.0 || m.side * m.j > 0.0 || m.side * k1.j > 0.0)) {       // never one-sided
+    for (int k = 0; k < nv * nv && C; ++k) C[k] = 0.5 * Cm[k];
+    return;
+  }
+  kink(e.mid, true, m);
+  kink(E1, true, k1);
   // the middle's share of the one-sided part gives way to q
   const double had = m.side * m.j > 0.0 ? m.w : 0.0;
   double q, slope;

@@ -90,8 +90,8 @@ void finish_grid(const Dofs& dofs, const Attempt& a, RealVec& dv)
   }
 }
 
-// several ranks with the whole model: velocities and accelerations of all nodes from those that each rank has,
-// where points follow nodes
+// several ranks with the whole model, where points follow nodes: what each rank has of velocities and
+// accelerations becomes that of all nodes
 void tell_nodes(const Dofs& dofs, State& st)
 {
   const int dim = dofs.dim;
