@@ -25,6 +25,33 @@ ListTable elements_around(const Mesh& mesh, const Elements& el)
   return around;
 }
 
+// calls use(neighbour) for the nodes of the elements of node n
+template <class Use>
+void each_neighbour(const Mesh& mesh, const ListTable& around, int n, Use use)
+{
+  for (int k = around.off[n]; k < around.off[n + 1]; ++k)
+    for (int j = mesh.conn.off[around.item[k]]; j < mesh.conn.off[around.item[k] + 1]; ++j)
+      use(mesh.conn.item[j]);
+}
+
+// divided model: those far from the border first, as the incomplete factor eliminates them             (8.7)
+void sort_from_border(const Mesh& mesh, const IntVec& shared, const ListTable& around, IntVec& order)
+{
+  IntVec steps(mesh.nnode(), -1), list;
+  for (int n : shared)
+    if (around.count(n)) list.push_back(n);
+  for (int n : list) steps[n] = 0;
+  for (size_t i = 0; i < list.size(); ++i)
+    each_neighbour(mesh, around, list[i], [&](int n) {
+      if (steps[n] >= 0) return;
+      steps[n] = steps[list[i]] + 1;
+      list.push_back(n);
+    });
+  for (int& n : steps)
+    if (n < 0) n = mesh.nnode();                     // not joined to the border
+  std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return steps[a] > steps[b]; });
+}
+
 // Nodes that are in use, those far from bonds to the grid and from points first. A node that is tied to the
 // grid then comes when its own neighbours have gone, and the incomplete factor need not drop what a stiff
 // bond would make of them  doc/theory.md (8.3)
@@ -42,10 +69,7 @@ IntVec order_nodes(const Mesh& mesh, const Bonds& bonds, const Points& pts, cons
       if (bonds.field[k] >= 0 && bonds.a.item[j] < mesh.nnode()) reach(bonds.a.item[j]);
   for (int c = 0; c < static_cast<int>(pts.hangs.size()); ++c)
     if (pts.hangs[c] == HANG_NODE) reach(pts.hang.begin(c)[0]);
-  for (size_t i = 0; i < near.size(); ++i)
-    for (int k = around.off[near[i]]; k < around.off[near[i] + 1]; ++k)
-      for (int j = mesh.conn.off[around.item[k]]; j < mesh.conn.off[around.item[k] + 1]; ++j)
-        reach(mesh.conn.item[j]);
+  for (size_t i = 0; i < near.size(); ++i) each_neighbour(mesh, around, near[i], reach);
   IntVec order;
   for (int n = 0; n < mesh.nnode(); ++n)
     if (waits[n]) order.push_back(n);
@@ -60,6 +84,7 @@ void number_nodes(const Model& m, const State& st, const Elements& el, Dofs& s)
   s.numbered    = true;
   const ListTable around = elements_around(m.mesh, el);
   s.node_of_row = order_nodes(m.mesh, st.bonds, st.points, around);
+  if (m.part.on) sort_from_border(m.mesh, m.part.halo.shared, around, s.node_of_row);
   s.bare.assign(s.node_of_row.size(), 0);
   std::vector<char> known(m.mesh.nnode(), 0);      // nodes of equations without elements come last
   for (const Equation& e : m.equation)

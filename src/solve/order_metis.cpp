@@ -55,9 +55,12 @@ IntVec order_metis(const SysMatrix& A)
   return pos;
 }
 
+// two ranks: their border is a separator
 double order_least(const SysMatrix& A)
 {
-  const bool shared     = sys_shared(A);
+  const bool shared = sys_shared(A);
+  const auto least_of = [&](double rows) { return SEPARATORS / 3.0 * std::pow(rows * A.dim, 3); };
+  if (shared && comm_size() == 2) return least_of(static_cast<double>(A.halo.shared.size()));
   const SysMatrix whole = shared ? sys_collect(A, false) : SysMatrix();
   double least = 0.0;
   if (comm_rank() == 0) {
@@ -66,7 +69,7 @@ double order_least(const SysMatrix& A)
     idx_t rows = 0;
     if (!g.item.empty() && METIS_ComputeVertexSeparator(&g.n, g.off.data(), g.item.data(), nullptr, g.option,
                                                         &rows, part.data()) == METIS_OK)
-      least = SEPARATORS / 3.0 * std::pow(static_cast<double>(rows) * A.dim, 3);
+      least = least_of(static_cast<double>(rows));
   }
   comm_bcast(&least, 1);
   return least;

@@ -57,6 +57,7 @@ void order_rows(const SysMatrix& A, OwnBlock& own)
   std::iota(own.order.begin(), own.order.end(), 0);
   std::stable_sort(own.order.begin(), own.order.end(), [&](int I, int J) { return steps[I] > steps[J]; });
   for (int n = 0; n < A.nrow; ++n) own.at[own.order[n]] = n;
+  own.in_order = std::is_sorted(own.order.begin(), own.order.end());
 }
 
 // how often each row counts

@@ -414,36 +414,38 @@ void cholesky_apply(const SysMatrix& A, const Cholesky& c, RealVec& z)
 double cholesky_apply(const SysMatrix& A, const Cholesky& c, const OwnBlock& own, RealVec& y, RealVec& z)
 {
   const FactorRows rows = own_rows(own), edge = all_rows(own.border);
-  const int* row = own.order.data();               // of A, that y has at n
+  const int* row = own.order.data();               // of A, that place n of the factor is
   return with_dim(A.dim, [&](auto d) {
     constexpr int D = decltype(d)::value;
-    y.resize(z.size());
-    for (int n = 0; n < rows.inner; ++n)
-      for (int i = 0; i < D; ++i) y[n * D + i] = z[row[n] * D + i];
+    if (!own.in_order) {
+      y.resize(z.size());
+      for (int n = 0; n < rows.n; ++n) std::copy_n(&z[row[n] * D], D, &y[n * D]);
+    }
+    RealVec& x = own.in_order ? z : y;             // in the order of the factor
     for (int n = rows.inner; n < rows.n; ++n)
-      for (int i = 0; i < D; ++i) y[n * D + i] = z[row[n] * D + i] * own.once[row[n] * D + i];
-    forward<D>(rows, c.L.data(), y.data());
-    double rz = sum_terms(static_cast<size_t>(rows.inner) * D, [&](size_t k) { return y[k] * y[k]; });
+      for (int i = 0; i < D; ++i) x[n * D + i] *= own.once[row[n] * D + i];
+    forward<D>(rows, c.L.data(), x.data());
+    double rz = sum_terms(static_cast<size_t>(rows.inner) * D, [&](size_t k) { return x[k] * x[k]; });
     const auto part = [&](int n) { return own.alike ? 1.0 : own.weight[n - rows.inner]; };
     const auto sum_border = [&](double* with) {
-      for (int n = rows.inner; n < rows.n; ++n) std::copy_n(&y[n * D], D, &z[row[n] * D]);
+      for (int n = rows.inner; n < rows.n; ++n) std::copy_n(&x[n * D], D, &z[row[n] * D]);
       halo_sum(A.halo, D, z, with, 1);
     };
     sum_border(&rz);
-    RealVec x(static_cast<size_t>(edge.n) * D);
+    RealVec b(static_cast<size_t>(edge.n) * D);
     for (int n = rows.inner; n < rows.n; ++n)
-      for (int i = 0; i < D; ++i) x[(n - rows.inner) * D + i] = part(n) * z[row[n] * D + i];
-    forward<D>(edge, c.border.data(), x.data());
-    double more = dot(x, x);
-    backward<D>(edge, c.border.data(), x.data());
+      for (int i = 0; i < D; ++i) b[(n - rows.inner) * D + i] = part(n) * z[row[n] * D + i];
+    forward<D>(edge, c.border.data(), b.data());
+    double more = dot(b, b);
+    backward<D>(edge, c.border.data(), b.data());
     for (int n = rows.inner; n < rows.n; ++n)
-      for (int i = 0; i < D; ++i) y[n * D + i] = part(n) * x[(n - rows.inner) * D + i];
+      for (int i = 0; i < D; ++i) x[n * D + i] = part(n) * b[(n - rows.inner) * D + i];
     if (!own.alike) {
       sum_border(&more);
-      for (int n = rows.inner; n < rows.n; ++n) std::copy_n(&z[row[n] * D], D, &y[n * D]);
+      for (int n = rows.inner; n < rows.n; ++n) std::copy_n(&z[row[n] * D], D, &x[n * D]);
     }
-    backward<D>(rows, c.L.data(), y.data());
-    for (int n = 0; n < rows.n; ++n) std::copy_n(&y[n * D], D, &z[row[n] * D]);
+    backward<D>(rows, c.L.data(), x.data());
+    for (int n = 0; n < rows.n && !own.in_order; ++n) std::copy_n(&x[n * D], D, &z[row[n] * D]);
     return rz + more;
   });
 }

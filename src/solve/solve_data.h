@@ -53,6 +53,7 @@ struct OwnBlock {
   // rows of A in the order of elimination: those of this rank alone, then the border; its blocks off the
   // border by row, columns in the same order, the diagonal last
   int inner = 0;               // rows of this rank alone
+  bool in_order = false;       // rows of A are in that order
   IntVec order, at;            // [nrow] row of A; the way back
   IntVec off, col;             // [nrow+1]; places in the order of elimination
   IntVec from;                 // 2 k: block k of A, 2 k + 1: transposed
