@@ -222,6 +222,19 @@ struct BreakWatch {
   FirstBreak first;            // what breaks at its end
 };
 
+// step_undo_point, step_undo : the state with its elements, points and bonds before an increment, and back to
+// it. Level n is copied (statics, where the grid and contact are found anew), or stays where it is until
+// step_undo_keep, before another one takes its place (motion)
+struct UndoPoint {
+  State state;                 // without levels
+  Level n;                     // a copy, or the one that was kept
+  bool copy = false, kept = false;
+  CornerShare share;
+};
+void step_undo_point(State& st, const CornerShare& share, bool copy, UndoPoint& u);
+void step_undo_keep(State& st, UndoPoint& u);
+void step_undo(Problem& p, UndoPoint& u);
+
 // step_fracture : at t(n), just converged: what breaks, breaks and becomes points; in statics equilibrium
 // follows at the same load, until nothing breaks any more. Not good: the state is that of a failed attempt.
 // INTERRUPTED: a signal came between two equilibria.
@@ -229,20 +242,11 @@ struct BreakWatch {
 //   watch         CRITERION_EXCEEDED: the increment steps over the load of the first break; nothing has
 //                 broken yet
 //   inout energy  of step_increment; that of the last equilibrium
-Failure step_fracture(Problem& p, const Step& s, double t_step, const State& before, BreakWatch& watch,
+Failure step_fracture(Problem& p, const Step& s, double t_step, const UndoPoint& before, BreakWatch& watch,
                       RealVec& energy, Output& out);
 
 // step_signalled : has a signal come, on any rank? Collective.
 bool step_signalled();
-
-// step_undo_point, step_undo : the state with its elements, points and bonds before an increment, and back to
-// it
-struct UndoPoint {
-  State state;
-  CornerShare share;
-};
-void step_undo_point(State& st, const CornerShare& share, UndoPoint& u);
-void step_undo(Problem& p, const UndoPoint& u);
 
 // step_limit : warns when elements or points are compressed below the stretch at which St.Venant-Kirchhoff
 // softens: how many, the worst one, and again whenever twice as many are

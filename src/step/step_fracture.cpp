@@ -69,7 +69,7 @@ Failure settle(Problem& p, const Step& s, double t_step, RealVec& energy)
   const Failure failure = step_increment(p, s, t_step, 0.0, energy);
   if (!failure.ok()) return failure;
   const double time = st.n.time;
-  st.n      = st.np1;
+  std::swap(st.n, st.np1);
   st.n.time = time;
   p.ready   = false;
   st.ledger.fracture += all_energy(before) + st.ledger.external - before.external - all_energy(st.ledger);
@@ -79,13 +79,13 @@ Failure settle(Problem& p, const Step& s, double t_step, RealVec& energy)
 }
 
 // CRITERION_EXCEEDED: the load at which the first element breaks lies well inside the increment    (7.25)
-Failure stepped_over(const Model& m, const Discretisation& d, const Step& s, const State& before,
+Failure stepped_over(const Model& m, const Discretisation& d, const Step& s, const UndoPoint& before,
                      BreakWatch& w)
 {
   if (!w.on || w.first.number < 0) return STATUS_OK;
   const double tolerance = m.fracture[w.first.def].tolerance;
   if (tolerance <= 0.0) return STATUS_OK;
-  w.value0 = frac_value(m, s, d.el, d.fm, before.frac, before.n, w.first);
+  w.value0 = frac_value(m, s, d.el, d.fm, before.state.frac, before.n, w.first);
   if (w.first.value <= 1.0 + tolerance && w.value0 >= 1.0 - tolerance) return STATUS_OK;
   char text[100];
   std::snprintf(text, sizeof text, "element %d: criterion %.5g, at the start %.5g",
@@ -95,7 +95,7 @@ Failure stepped_over(const Model& m, const Discretisation& d, const Step& s, con
 
 }  // namespace
 
-Failure step_fracture(Problem& p, const Step& s, double t_step, const State& before, BreakWatch& watch,
+Failure step_fracture(Problem& p, const Step& s, double t_step, const UndoPoint& before, BreakWatch& watch,
                       RealVec& energy, Output& out)
 {
   std::vector<Erosion> erode;
@@ -128,21 +128,38 @@ Failure step_fracture(Problem& p, const Step& s, double t_step, const State& bef
   }
 }
 
-void step_undo_point(State& st, const CornerShare& share, UndoPoint& u)
+void step_undo_point(State& st, const CornerShare& share, bool copy, UndoPoint& u)
 {
-  Level next;                  // between increments it is level n
-  std::swap(next, st.np1);
+  Level n, np1;                // no copies of these
+  std::swap(n, st.n);
+  std::swap(np1, st.np1);
   u.state = st;
-  std::swap(next, st.np1);
+  std::swap(n, st.n);
+  std::swap(np1, st.np1);
   u.share = share;
+  u.kept  = false;
+  u.copy  = copy;
+  if (copy) u.n = st.n;
 }
 
-void step_undo(Problem& p, const UndoPoint& u)
+void step_undo_keep(State& st, UndoPoint& u)
+{
+  if (u.copy) return;
+  std::swap(u.n, st.n);
+  u.kept = true;
+}
+
+void step_undo(Problem& p, UndoPoint& u)
 {
   const StepLog log = p.st.log;
   const bool changed = p.st.frac.converted.size() != u.state.frac.converted.size() ||
                        p.st.frac.released.size() != u.state.frac.released.size();
+  Level n;
+  if (u.copy) n = u.n;
+  else std::swap(n, u.kept ? u.n : p.st.n);
+  u.kept   = false;
   p.st     = u.state;
+  p.st.n   = std::move(n);
   p.st.np1 = p.st.n;
   p.st.log = log;
   p.d.share  = u.share;

@@ -132,7 +132,7 @@ struct Increment {
 };
 
 // within an increment: it is forgotten, and the run goes on with it
-Failure interrupted_inside(Problem& p, const Increment& inc, Output& out)
+Failure interrupted_inside(Problem& p, Increment& inc, Output& out)
 {
   if (p.d.fm.on) step_undo(p, inc.undo);
   out_erosion_undo(out);
@@ -151,12 +151,12 @@ Failure begin_increment(Problem& p, const Step& s, const std::vector<double>& st
     return {NOT_CONVERGED, "INC=" + std::to_string(s.max_inc) +
                                " increments do not reach the end of the step: increase INC or dt"};
   const bool moves = s.proc == PROC_DYNAMIC;
-  if (p.d.fm.on && !moves) step_undo_point(st, p.d.share, inc.undo);
+  if (p.d.fm.on && !moves) step_undo_point(st, p.d.share, true, inc.undo);
   Failure failure = step_prepare(p, s);
   if (failure.ok() && st.log.inc == 1 && moves && scheme_of(s).acceleration)
     failure = step_initial_acceleration(p, s, 0.0);
   inc.dt = clock_next(s, st.clock, stops);
-  if (p.d.fm.on && moves) step_undo_point(st, p.d.share, inc.undo);      // with the first acceleration
+  if (p.d.fm.on && moves) step_undo_point(st, p.d.share, false, inc.undo);      // with the first acceleration
   st.clock.aim = 0.0;
   inc.watch    = BreakWatch();
   inc.watch.on = !moves && !s.direct;
@@ -176,7 +176,8 @@ Failure attempt(Problem& p, const Step& s, Increment& inc, Output& out)
   if (!failure.ok()) return failure;
   const int iterations = st.log.iterations;
   note_rate(s, inc.dt, st);
-  st.n      = st.np1;
+  if (p.d.fm.on) step_undo_keep(st, inc.undo);
+  std::swap(st.n, st.np1);
   st.n.time = clock.start + clock.t + inc.dt;
   p.ready   = false;
   if (!p.d.fm.on) {
@@ -184,11 +185,11 @@ Failure attempt(Problem& p, const Step& s, Increment& inc, Output& out)
     return STATUS_OK;
   }
   const double t = clock.t + inc.dt;
-  failure = step_fracture(p, s, t, inc.undo.state, inc.watch, inc.energy, out);
+  failure = step_fracture(p, s, t, inc.undo, inc.watch, inc.energy, out);
   if (failure.status == CRITERION_EXCEEDED &&
       !cut_to_break(p.m, s, inc.watch, inc.dt, st.log.cuts, clock, inc.shorter)) {
     inc.watch.on = false;
-    failure = step_fracture(p, s, t, inc.undo.state, inc.watch, inc.energy, out);
+    failure = step_fracture(p, s, t, inc.undo, inc.watch, inc.energy, out);
   }
   st.log.iterations = iterations;
   return failure;
