@@ -832,10 +832,10 @@ void frac_when(const Model& m, const Step& step, const Elements& el, const FracM
 {
   RealVec time;
   for (const Erosion& x : all) {
-    const bool own = x.elem >= 0 && m.part.works(x.elem);
+    const bool own = x.elem >= 0 && my_turn(m.part, x.elem);
     time.push_back(own ? when_met({m, step, el, fm, fr, l0, {}, {}}, l1, x) : 0.0);
   }
-  if (m.part.on) comm_sum(time);
+  comm_sum(time);
   for (size_t k = 0; k < all.size(); ++k) all[k].time = time[k];
 }
 

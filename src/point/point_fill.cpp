@@ -4,6 +4,7 @@
 #include <map>
 
 #include "base/log.h"
+#include "model/model_cut.h"
 #include "point/point.h"
 #include "shape/shape.h"
 
@@ -446,16 +447,28 @@ void follow_surface(const Model& m, const Surface& s, const Points& pts, std::ve
   }
 }
 
+// [surface] 1: loads, bonds, contact or an absorbing boundary act on it
+IntVec acting_surfaces(const Model& m)
+{
+  IntVec acts = model_bonded_surfaces(m);
+  for (const Step& s : m.step)
+    for (const Load& l : s.load)
+      if (l.surface >= 0) acts[l.surface] = 1;
+  for (const ViscousBoundary& v : m.viscous) acts[v.surface] = 1;
+  return acts;
+}
+
 }  // namespace
 
 int point_surfaces(const Model& m, Points& pts)
 {
+  const IntVec acts = pts.of_elem.empty() ? IntVec() : acting_surfaces(m);
   int errors = 0;
   find_boundary(pts);
   pts.surface.assign(m.surface.size(), {});
   for (size_t s = 0; s < m.surface.size(); ++s) {
     if (m.surface[s].body < 0) {
-      follow_surface(m, m.surface[s], pts, pts.surface[s]);
+      if (!acts.empty() && acts[s]) follow_surface(m, m.surface[s], pts, pts.surface[s]);
       continue;
     }
     errors += find_surface(m, m.surface[s], pts, pts.surface[s]) > 0;
