@@ -182,6 +182,16 @@ void find_owners(const Mesh& mesh, const Elements& el, const ActiveGrid& grid, D
   for (int& owner : s.owner) owner = std::max(owner, 0);   // touched by bonds alone
 }
 
+void take_bonds(Dofs& s)
+{
+  s.owned_bond.clear();
+  s.bond_owned.assign(s.bond.size(), 0);
+  for (int b : s.bond_acts) {
+    s.bond_owned[b] = (s.bond.count(b) ? s.owner[s.bond.begin(b)[0]] : 0) == comm_rank();
+    if (s.bond_owned[b]) s.owned_bond.push_back(b);
+  }
+}
+
 void take_owned(const Division& d, const ActiveGrid& grid, Elements& el, Dofs& s)
 {
   const int me = comm_rank();
@@ -194,12 +204,6 @@ void take_owned(const Division& d, const ActiveGrid& grid, Elements& el, Dofs& s
   s.owned_point.clear();
   for (int q = 0; q < grid.point.size(); ++q)
     if (d.point[q] == me) s.owned_point.push_back(q);
-  s.owned_bond.clear();
-  s.bond_owned.assign(s.bond.size(), 0);
-  for (int b : s.bond_acts) {
-    s.bond_owned[b] = (s.bond.count(b) ? s.owner[s.bond.begin(b)[0]] : 0) == me;
-    if (s.bond_owned[b]) s.owned_bond.push_back(b);
-  }
   s.owned_ghost.clear();
   for (int q = 0; q < grid.ghost.size(); ++q)
     if (s.owner[s.nfe + grid.ghost.begin(q)[0]] == me) s.owned_ghost.push_back(q);
@@ -256,9 +260,14 @@ bool dof_divide(const Model& m, const Points& pts, const Level& now, const Activ
   if (again) divide_again(m, pts, now, el, grid, s, d);
   // an undone increment has its division back
   const bool other = s.elem_rank != d.elem || s.point_rank != d.point;
+  const bool known = std::all_of(el.block.begin(), el.block.end(),
+                                 [](const ElemBlock& b) { return b.divided; });
   if (fresh || other) find_owners(mesh, el, grid, d, s);
-  take_owned(d, grid, el, s);
-  s.elem_rank  = d.elem;
-  s.point_rank = d.point;
+  if (fresh || other || !known) take_owned(d, grid, el, s);
+  take_bonds(s);
+  if (other) {
+    s.elem_rank  = d.elem;
+    s.point_rank = d.point;
+  }
   return other;
 }

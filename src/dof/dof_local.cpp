@@ -93,6 +93,7 @@ void localise_grid(const Points& pts, const ListTable& group, const ActiveGrid& 
 {
   const Dofs& w = *s.whole;
   own       = ActiveGrid();
+  own.lists = g.lists;
   own.nnode = s.nrow - s.nfe;
   for (int r = s.nfe; r < s.nrow; ++r) own.key.push_back(g.key[s.whole_row[r] - w.nfe]);
   localise_points(pts, group, g, s, own);
@@ -102,6 +103,24 @@ void localise_grid(const Points& pts, const ListTable& group, const ActiveGrid& 
     add_list(g.ghost, q, mine[q], w.nfe, s.nfe, s.local_row, own.ghost);
     add_numbers(g.ghost, g.ghost_w, q, mine[q], 1, own.ghost_w);
   }
+  own.ghost_k = g.ghost_k;
+  own.ghost_m = g.ghost_m;
+}
+
+// list i of whole is that of own, or own has none: D numbers for each item
+void take_numbers(const ListTable& whole, const RealVec& w, int D, const ListTable& own, RealVec& numbers)
+{
+  for (int i = 0; i < own.size() && !w.empty(); ++i)
+    std::copy_n(w.begin() + static_cast<long>(whole.off[i]) * D, own.count(i) * D,
+                numbers.begin() + static_cast<long>(own.off[i]) * D);
+}
+
+// weights on lists that stay
+void localise_weights(const ActiveGrid& g, int dim, ActiveGrid& own)
+{
+  take_numbers(g.corner, g.corner_w, 1, own.corner, own.corner_w);
+  take_numbers(g.point, g.dS, dim, own.point, own.dS);
+  take_numbers(g.ghost, g.ghost_w, 1, own.ghost, own.ghost_w);
   own.ghost_k = g.ghost_k;
   own.ghost_m = g.ghost_m;
 }
@@ -158,7 +177,8 @@ void dof_local(const Mesh& mesh, const Points& pts, bool fresh, Discretisation& 
     s.point_rank  = w.point_rank;
   }
   s.owned_group = w.owned_group;
-  localise_grid(pts, d.point_law.group, d.grid, s, d.own);
+  if (fresh || d.own.lists != d.grid.lists) localise_grid(pts, d.point_law.group, d.grid, s, d.own);
+  else localise_weights(d.grid, s.dim, d.own);
   localise_bonds(s);
 }
 

@@ -42,6 +42,7 @@ struct ActiveGrid {
   int nweak = 0;               // touched nodes that follow others (extended basis)
   // weak nodes without a good cell near: unknowns, or those with next to no support follow strong ones
   int nlone = 0;
+  long lists = 0;              // number of the lists below: the same one, the same lists
   // [nnode] field * (nodes of the grid) + node number, ascending; key_own + c: corner c of a released point
   std::vector<long> key;
   std::vector<long> cell;      // [ncell] field * (cells of the grid) + cell number, ascending

@@ -423,6 +423,7 @@ Status activate(const Model& m, const Points& pts, const Bonds& bonds, const Rea
     point_sums(pts, D, static_cast<int>(g.key.size()), g, nullptr);
   }
   name_mesh_nodes(g);
+  ++g.lists;
   g.nnode = static_cast<int>(g.key.size());
   g.ncell = static_cast<int>(g.cell.size());
   now.room  = 0.0;
