@@ -90,6 +90,8 @@ struct Dofs {
   RealVec target;              // [nrow*dim] prescribed increment of the step, 0 at free dofs
   RealVec rate0, rate;         // [nrow*dim] velocity of prescribed dofs at t(n) (grid only), t(n+1)
   IntVec grid_bc;              // [nrow*dim] index of the grid condition, -1
+  IntVec constrained;          // dofs of which one of these is not that of a free dof
+  bool renumbered = false;     // since then
   std::vector<CornerSupport> corner_support;  // supports of nodes that have become corners of points
   double h_mean = 0.0;         // mean size of elements and cells at t = 0, for rounding floors
   int neq() const { return nrow * dim; }

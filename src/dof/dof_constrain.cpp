@@ -14,6 +14,7 @@ void fix(Dofs& s, int dof, double increment, double rate, int grid_bc)
   s.target[dof]  = increment;
   s.rate[dof]    = rate;
   s.grid_bc[dof] = grid_bc;
+  s.constrained.push_back(dof);
 }
 
 // dependent dofs; nodes without elements move only where an equation has them
@@ -24,6 +25,7 @@ void constrain_ties(const RealVec& u, Dofs& s)
   const auto of = [&](int dof) { return u[s.node_of_row[dof / dim] * dim + dof % dim]; };
   for (size_t k = 0; k < t.dof.size(); ++k) {
     s.fixed[t.dof[k]] = DOF_TIED;
+    s.constrained.push_back(t.dof[k]);
     t.gap[k] = -of(t.dof[k]);
     for (int q = t.master.off[k]; q < t.master.off[k + 1]; ++q) t.gap[k] += t.coef[q] * of(t.master.item[q]);
   }
@@ -118,17 +120,54 @@ void warn_once(Warned& warned, const Mesh& mesh, const char* keyword, const Plac
 
 namespace {
 
+void release(Dofs& s, int dof)
+{
+  s.fixed[dof]   = DOF_FREE;
+  s.target[dof]  = 0.0;
+  s.rate[dof]    = 0.0;
+  s.rate0[dof]   = 0.0;
+  s.grid_bc[dof] = -1;
+}
+
+// all dofs are free
+void release_all(Dofs& s)
+{
+  if (s.renumbered || s.fixed.size() != static_cast<size_t>(s.neq())) {
+    s.fixed.assign(s.neq(), DOF_FREE);
+    s.target.assign(s.neq(), 0.0);
+    s.rate.assign(s.neq(), 0.0);
+    s.rate0.assign(s.neq(), 0.0);
+    s.grid_bc.assign(s.neq(), -1);
+  } else {
+    for (int dof : s.constrained) release(s, dof);
+  }
+  s.constrained.clear();
+  s.renumbered = false;
+}
+
+// those of whole in the rows of this rank
+void take_constrained(const Dofs& w, Dofs& s)
+{
+  release_all(s);
+  for (int dof : w.constrained) {
+    const int row = s.local_row[dof / s.dim], here = row * s.dim + dof % s.dim;
+    if (row < 0) continue;
+    s.constrained.push_back(here);
+    s.fixed[here]   = w.fixed[dof];
+    s.target[here]  = w.target[dof];
+    s.rate[here]    = w.rate[dof];
+    s.rate0[here]   = w.rate0[dof];
+    s.grid_bc[here] = w.grid_bc[dof];
+  }
+}
+
 // what is prescribed on this rank
 Failure constrain_here(const Model& m, const Discretisation& d, const State& st, const Step& step,
                        double t_step0, double t_step1, Dofs& s, Warned& warned)
 {
   const int dim  = m.dim;
   const double total0 = st.n.time, total1 = total0 + (t_step1 - t_step0);
-  s.fixed.assign(s.neq(), 0);
-  s.target.assign(s.neq(), 0.0);
-  s.rate.assign(s.neq(), 0.0);
-  s.rate0.assign(s.neq(), 0.0);
-  s.grid_bc.assign(s.neq(), -1);
+  release_all(s);
   std::vector<SupportedCorner> corners;
   const double dt = t_step1 - t_step0, back = 1e-3 * dt;     // rates by a difference just before t(n+1)
   const bool moves = step.proc == PROC_DYNAMIC;
@@ -206,11 +245,7 @@ Failure dof_constrain(const Model& m, const Discretisation& d, const State& st, 
   Dofs& w = *s.whole;
   const Failure failure = constrain_here(m, d, st, step, t_step0, t_step1, w, warned);
   if (!failure.ok()) return failure;
-  dof_pick(s, w.fixed, s.fixed);
-  dof_pick(s, w.grid_bc, s.grid_bc);
-  dof_pick(s, w.target, s.target);
-  dof_pick(s, w.rate, s.rate);
-  dof_pick(s, w.rate0, s.rate0);
+  take_constrained(w, s);
   s.tie.gap = w.tie.gap;
   return STATUS_OK;
 }

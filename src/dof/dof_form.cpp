@@ -368,6 +368,8 @@ void dof_form(const Model& m, const Step& step, State& st, Discretisation& d, Do
   if (!fresh) return timer_skip(PHASE_PATTERN);
   Timer timer(PHASE_PATTERN);
   ++s.pattern;
+  s.renumbered = true;
+  if (s.whole) s.whole->renumbered = true;
   form_pattern(m.mesh, d.el, dof_grid(d, s), s);
   if (s.split) count_rows(s);
   form_maps(m.mesh, d.el, dof_grid(d, s), s);
