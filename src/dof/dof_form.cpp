@@ -1,6 +1,7 @@
 #include <algorithm>
 
 #include "base/comm.h"
+#include "base/far_first.h"
 #include "base/timer.h"
 #include "dof/dof.h"
 
@@ -34,24 +35,6 @@ void each_neighbour(const Mesh& mesh, const ListTable& around, int n, Use use)
       use(mesh.conn.item[j]);
 }
 
-// divided model: those far from the border first, as the incomplete factor eliminates them             (8.7)
-void sort_from_border(const Mesh& mesh, const IntVec& shared, const ListTable& around, IntVec& order)
-{
-  IntVec steps(mesh.nnode(), -1), list;
-  for (int n : shared)
-    if (around.count(n)) list.push_back(n);
-  for (int n : list) steps[n] = 0;
-  for (size_t i = 0; i < list.size(); ++i)
-    each_neighbour(mesh, around, list[i], [&](int n) {
-      if (steps[n] >= 0) return;
-      steps[n] = steps[list[i]] + 1;
-      list.push_back(n);
-    });
-  for (int& n : steps)
-    if (n < 0) n = mesh.nnode();                     // not joined to the border
-  std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return steps[a] > steps[b]; });
-}
-
 // Nodes that are in use, those far from bonds to the grid and from points first. A node that is tied to the
 // grid then comes when its own neighbours have gone, and the incomplete factor need not drop what a stiff
 // bond would make of them  doc/theory.md (8.3)
@@ -77,6 +60,15 @@ IntVec order_nodes(const Mesh& mesh, const Bonds& bonds, const Points& pts, cons
   return order;
 }
 
+// divided model: as the incomplete factor eliminates them                                             (8.7)
+void order_from_border(const Model& m, const ListTable& around, IntVec& order)
+{
+  IntVec border;
+  for (int n : m.part.halo.shared)
+    if (around.count(n)) border.push_back(n);
+  far_first(m.mesh.nnode(), border, [&](int n, auto use) { each_neighbour(m.mesh, around, n, use); }, order);
+}
+
 // rows of finite-element nodes: those of an element that is still one
 void number_nodes(const Model& m, const State& st, const Elements& el, Dofs& s)
 {
@@ -84,7 +76,7 @@ void number_nodes(const Model& m, const State& st, const Elements& el, Dofs& s)
   s.numbered    = true;
   const ListTable around = elements_around(m.mesh, el);
   s.node_of_row = order_nodes(m.mesh, st.bonds, st.points, around);
-  if (m.part.on) sort_from_border(m.mesh, m.part.halo.shared, around, s.node_of_row);
+  if (m.part.on) order_from_border(m, around, s.node_of_row);
   s.bare.assign(s.node_of_row.size(), 0);
   std::vector<char> known(m.mesh.nnode(), 0);      // nodes of equations without elements come last
   for (const Equation& e : m.equation)

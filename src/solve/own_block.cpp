@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "base/comm.h"
+#include "base/far_first.h"
 #include "base/log.h"
 #include "solve/solve_data.h"
 
@@ -30,32 +31,18 @@ int find_block(const SysMatrix& A, int I, int J)
   return found != last && *found == J ? static_cast<int>(found - A.col.begin()) : -1;
 }
 
-// steps from each row to the border; rows that are not joined to it: one more than any
-IntVec steps_to_border(const SysMatrix& A)
-{
-  const ListTable graph = sys_graph(A);
-  IntVec list = A.halo.shared, steps(A.nrow, -1);
-  for (int I : list) steps[I] = 0;
-  for (size_t k = 0; k < list.size(); ++k)
-    for (const int* J = graph.begin(list[k]); J != graph.begin(list[k]) + graph.count(list[k]); ++J) {
-      if (steps[*J] >= 0) continue;
-      steps[*J] = steps[list[k]] + 1;
-      list.push_back(*J);
-    }
-  for (int& n : steps)
-    if (n < 0) n = A.nrow;
-  return steps;
-}
-
 // rows of this rank alone, those far from the border first; then the border in the order of A
 void order_rows(const SysMatrix& A, OwnBlock& own)
 {
-  const IntVec steps = steps_to_border(A);
+  const ListTable graph = sys_graph(A);
   own.inner = A.nrow - static_cast<int>(A.halo.shared.size());
   own.order.resize(A.nrow);
   own.at.resize(A.nrow);
   std::iota(own.order.begin(), own.order.end(), 0);
-  std::stable_sort(own.order.begin(), own.order.end(), [&](int I, int J) { return steps[I] > steps[J]; });
+  const auto near = [&](int I, auto use) {
+    for (int k = graph.off[I]; k < graph.off[I + 1]; ++k) use(graph.item[k]);
+  };
+  far_first(A.nrow, A.halo.shared, near, own.order);
   for (int n = 0; n < A.nrow; ++n) own.at[own.order[n]] = n;
   own.in_order = std::is_sorted(own.order.begin(), own.order.end());
 }
