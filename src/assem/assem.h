@@ -95,6 +95,10 @@ void mass_multiply(const Dofs& s, const RealVec& x, RealVec& y);
 // doc/theory.md (3.14)
 int mass_solve(const Dofs& s, int first, int guess, const RealVec& f, RealVec& x);
 
+// mass_project : the same for the velocity v of the grid from its momentum; where points follow nodes, also
+// that of nodes, as far as it is another than v before
+int mass_project(const Dofs& s, const RealVec& momentum, RealVec& v);
+
 // mass_solve_tied : M x = f in the nodes of elements with equations: T^T M T x = T^T f on the free dofs, x at
 // fixed dofs is given. Returns as mass_solve.
 int mass_solve_tied(const Dofs& s, const RealVec& f, RealVec& x);

@@ -1,4 +1,5 @@
 #include "assem/assem.h"
+#include "assem/mass_rows.h"
 #include "base/timer.h"
 
 namespace {
@@ -121,10 +122,14 @@ void add_element_mass(const Elements& el, bool damping, const Dofs& s, RealVec& 
 
 void form_mass(const Points& pts, const Discretisation& d, Dofs& s)
 {
-  s.M.assign(s.A.col.size(), 0.0);
-  add_element_mass(d.el, false, s, s.M);
-  s.M_elem.clear();
-  if (s.hung) s.M_elem = s.M;
+  if (s.hung && s.mass_of == s.pattern) {
+    s.M = s.M_elem;
+  } else {
+    s.M.assign(s.A.col.size(), 0.0);
+    add_element_mass(d.el, false, s, s.M);
+    s.M_elem.clear();
+    if (s.hung) s.M_elem = s.M;
+  }
   add_point_mass(pts, dof_grid(d, s), nullptr, s, s.M);
   add_ghost_mass(dof_grid(d, s), s);
   s.M_diag.resize(s.nrow);
@@ -139,6 +144,7 @@ void assem_mass(const Points& pts, const Discretisation& d, Dofs& s)
   if (!pts.npoint && s.mass_of == s.pattern) return timer_skip(PHASE_MASS);
   Timer timer(PHASE_MASS);
   form_mass(pts, d, s);
+  if (s.mass_of != s.pattern) s.mass_rows = pts.npoint ? mass_rows_projection(dof_grid(d, s), s) : nullptr;
   s.mass_of = s.pattern;
 }
 

@@ -1,10 +1,10 @@
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include <Eigen/Core>
 
 #include "assem/assem.h"
+#include "assem/mass_rows.h"
 #include "base/comm.h"
 #include "base/sum.h"
 
@@ -36,116 +36,59 @@ void multiply(const Dofs& s, const RealVec& M, int rows, const double* x, double
   }
 }
 
-// Couplings of rows from first on with earlier ones among them, scaled to a diagonal of 1 (of all ranks)
-struct MassRows {
-  int n = 0;
-  const Halo* halo = nullptr;  // several ranks: of these rows
-  IntVec off{0}, col;          // rows count from first
-  RealVec val, diag;           // of this rank
+// M of chosen rows, scaled to a diagonal of 1 (of all ranks); what this rank has
+struct MassValues {
+  const MassRows& rows;
+  bool shared;                 // several ranks
+  RealVec all, diag, inner, cross, edge;             // as in MassRows
 };
 
-// the halo of the rows from first on
-Halo rows_behind(const Halo& h, int first)
+RealVec picked(const RealVec& from, const IntVec& index)
 {
-  const auto behind = [first](const IntVec& list) {
-    IntVec out;
-    for (int r : list)
-      if (r >= first) out.push_back(r - first);
-    return out;
-  };
-  Halo out;
-  for (const IntVec& list : h.common) out.common.push_back(behind(list));
-  out.shared = behind(h.shared);
-  out.owner.assign(h.owner.begin() + first, h.owner.end());
+  RealVec out(index.size());
+  for (size_t k = 0; k < index.size(); ++k) out[k] = from[index[k]];
   return out;
 }
 
-// sum over the ranks of v [m.n*D]
+// scale [n]
+MassValues mass_values(const Dofs& s, const MassRows& rows, const RealVec& scale)
+{
+  MassValues m{rows, sys_shared(s.A), {}, {}, {}, {}, {}};
+  m.all.resize(rows.all.from.size());
+  m.diag.resize(rows.size());
+  for (int r = 0; r < rows.size(); ++r) {
+    for (int k = rows.all.off[r]; k < rows.all.off[r + 1]; ++k)
+      m.all[k] = s.M[rows.all.from[k]] * scale[r] * scale[rows.all.col[k]];
+    m.diag[r] = s.M[s.A.off[rows.row[r] + 1] - 1] * scale[r] * scale[r];
+  }
+  if (!m.shared) return m;
+  m.inner = picked(m.all, rows.inner.from);
+  m.cross = picked(m.all, rows.cross_from);
+  m.edge  = picked(m.all, rows.edge_from);
+  return m;
+}
+
+// sum over the ranks of v [n*D]
 template <int D>
-void sum_rows(const MassRows& m, RealVec& v)
+void sum_rows(const MassValues& m, RealVec& v)
 {
-  if (m.halo) halo_sum(*m.halo, D, v);
-}
-
-// what this rank has
-MassRows mass_rows(const Dofs& s, int first, const RealVec& scale)
-{
-  MassRows m;
-  m.n = s.nrow - first;
-  m.diag.resize(m.n);
-  for (int r = first; r < s.nrow; ++r) {
-    const int diag = s.A.off[r + 1] - 1;
-    for (int k = s.A.off[r]; k < diag; ++k) {
-      const int c = s.A.col[k];
-      if (c < first || s.M[k] == 0.0) continue;
-      m.col.push_back(c - first);
-      m.val.push_back(s.M[k] * scale[r - first] * scale[c - first]);
-    }
-    m.off.push_back(static_cast<int>(m.col.size()));
-    m.diag[r - first] = s.M[diag] * scale[r - first] * scale[r - first];
-  }
-  return m;
-}
-
-// Several ranks: the couplings of this one, sorted. The border is the rows that other ranks have too
-struct MassBorder {
-  MassRows inner;              // of rows of this rank alone with each other; rows of the border are empty
-  ListTable cross;             // [Halo::shared] rows of this rank alone that are coupled to one of the border
-  RealVec cross_val;
-  std::vector<std::array<int, 2>> edge;      // pairs of rows of the border
-  RealVec edge_val;
-  std::vector<char> on;        // [n] a row of the border
-  RealVec owned;               // [n] 1 for rows that belong to this rank
-};
-
-MassBorder mass_border(const MassRows& all)
-{
-  MassBorder m;
-  const Halo& h = *all.halo;
-  m.inner.n = all.n;
-  m.on.assign(all.n, 0);
-  for (int r : h.shared) m.on[r] = 1;
-  for (int r = 0; r < all.n; ++r) m.owned.push_back(h.owner[r] == comm_rank() ? 1.0 : 0.0);
-  IntVec place(all.n, -1);
-  std::vector<std::vector<std::pair<int, double>>> cross(h.shared.size());
-  for (size_t k = 0; k < h.shared.size(); ++k) place[h.shared[k]] = static_cast<int>(k);
-  for (int r = 0; r < all.n; ++r) {
-    for (int k = all.off[r]; k < all.off[r + 1]; ++k) {
-      const int c = all.col[k];
-      if (m.on[r] && m.on[c]) {
-        m.edge.push_back({r, c});
-        m.edge_val.push_back(all.val[k]);
-      } else if (m.on[r] || m.on[c]) {
-        cross[place[m.on[r] ? r : c]].emplace_back(m.on[r] ? c : r, all.val[k]);
-      } else {
-        m.inner.col.push_back(c);
-        m.inner.val.push_back(all.val[k]);
-      }
-    }
-    m.inner.off.push_back(static_cast<int>(m.inner.col.size()));
-  }
-  for (const auto& row : cross) {
-    for (const auto& q : row) {
-      m.cross.item.push_back(q.first);
-      m.cross_val.push_back(q.second);
-    }
-    m.cross.off.push_back(static_cast<int>(m.cross.item.size()));
-  }
-  return m;
+  if (m.shared) halo_sum(m.rows.halo, D, v);
 }
 
 // y = M x
 template <int D>
-void multiply(const MassRows& m, const RealVec& x, RealVec& y)
+void multiply(const MassValues& m, const RealVec& x, RealVec& y)
 {
-  for (int r = 0; r < m.n; ++r)
+  const MassCouplings& all = m.rows.all;
+  const int n = m.rows.size();
+  for (int r = 0; r < n; ++r)
     for (int i = 0; i < D; ++i) y[r * D + i] = m.diag[r] * x[r * D + i];
-  for (int r = 0; r < m.n; ++r) {
+  for (int r = 0; r < n; ++r) {
     double row[D] = {};
-    for (int k = m.off[r]; k < m.off[r + 1]; ++k)
+    for (int k = all.off[r]; k < all.off[r + 1]; ++k)
       for (int i = 0; i < D; ++i) {
-        row[i] += m.val[k] * x[m.col[k] * D + i];
-        y[m.col[k] * D + i] += m.val[k] * x[r * D + i];
+        row[i] += m.all[k] * x[all.col[k] * D + i];
+        y[all.col[k] * D + i] += m.all[k] * x[r * D + i];
       }
     for (int i = 0; i < D; ++i) y[r * D + i] += row[i];
   }
@@ -173,22 +116,23 @@ Eigen::Map<const Dirs<D>> dirs(const double* x, int r)
 // out
 template <int D>
 struct MassSystem {
-  MassRows all;
-  MassBorder border;           // several ranks
+  MassValues mass;
+  const MassRows& rows;
   RealVec free;                // [n*D] 1: free, 0: prescribed or without mass
   double shift = 0.0;          // M + shift I is meant
-  const MassRows& low() const { return all.halo ? border.inner : all; }
+  const MassCouplings& low() const { return mass.shared ? rows.inner : rows.all; }
+  const RealVec& low_value() const { return mass.shared ? mass.inner : mass.all; }
 
   // y = (I + L)^-1 x; the same vector may be meant
   void forward(const RealVec& x, RealVec& y) const
   {
     const RealVec edge = border_of(x);
     forward_here(x, y);
-    if (!all.halo) return;
+    if (!mass.shared) return;
     cross_forward(y, y);
-    sum_rows<D>(all, y);
+    sum_rows<D>(mass, y);
     const double* e = edge.data();
-    for (int r : all.halo->shared) {
+    for (int r : rows.halo.shared) {
       const Dirs<D> sum    = Eigen::Map<const Dirs<D>>(e) + dirs<D>(y.data(), r);
       dirs<D>(y.data(), r) = dirs<D>(free.data(), r) * sum;
       e += D;
@@ -197,13 +141,12 @@ struct MassSystem {
   // y = (I + L)^-T x
   void backward(const RealVec& x, RealVec& y) const
   {
-    const MassRows& m = low();
-    const int *off = m.off.data(), *col = m.col.data();
-    const double *val = m.val.data(), *f = free.data();
+    const int *off = low().off.data(), *col = low().col.data();
+    const double *val = low_value().data(), *f = free.data();
     y = x;
     double* of = y.data();
-    if (all.halo) cross_backward(of);
-    for (int r = m.n - 1; r >= 0; --r) {
+    if (mass.shared) cross_backward(of);
+    for (int r = rows.size() - 1; r >= 0; --r) {
       const Dirs<D> t = dirs<D>(f, r) * dirs<D>(of, r);
       dirs<D>(of, r)  = t;
       for (int k = off[r]; k < off[r + 1]; ++k) dirs<D>(of, col[k]) -= val[k] * t;
@@ -221,30 +164,30 @@ struct MassSystem {
   // the same on several ranks; sum [4][D]: x y, r y, r r, y y of all ranks
   void apply(const RealVec& x, const RealVec& r, RealVec& t, RealVec& y, double* sum) const
   {
-    const IntVec& shared = all.halo->shared;
+    const IntVec& shared = rows.halo.shared;
     backward(x, t);
     for (size_t i = 0; i < y.size(); ++i) y[i] = x[i] - (1.0 - shift) * t[i];
     RealVec edge = border_of(y);
     for (size_t k = 0; k < edge.size(); ++k) edge[k] += t[static_cast<size_t>(shared[k / D]) * D + k % D];
     forward_here(y, y);
     cross_forward(y, y);
-    for (size_t k = 0; k < border.edge.size(); ++k) {
-      const int a = border.edge[k][0], b = border.edge[k][1];
-      dirs<D>(y.data(), a) += border.edge_val[k] * dirs<D>(t.data(), b);
-      dirs<D>(y.data(), b) += border.edge_val[k] * dirs<D>(t.data(), a);
+    for (size_t k = 0; k < rows.edge.size(); ++k) {
+      const int a = rows.edge[k][0], b = rows.edge[k][1];
+      dirs<D>(y.data(), a) += mass.edge[k] * dirs<D>(t.data(), b);
+      dirs<D>(y.data(), b) += mass.edge[k] * dirs<D>(t.data(), a);
     }
     Dirs<D> xy = Dirs<D>::Zero(), ry = xy, rr = xy, yy = xy;
-    for (int q = 0; q < all.n; ++q) {
+    for (int q = 0; q < rows.size(); ++q) {
       const auto at = dirs<D>(r.data(), q);
-      if (!border.on[q]) dirs<D>(y.data(), q) += dirs<D>(t.data(), q);
+      if (!rows.on[q]) dirs<D>(y.data(), q) += dirs<D>(t.data(), q);
       const Dirs<D> of = dirs<D>(y.data(), q);
       xy += dirs<D>(x.data(), q) * of;
       ry += at * of;
-      rr += border.owned[q] * at * at;
-      if (!border.on[q]) yy += of * of;
+      rr += rows.owned[q] * at * at;
+      if (!rows.on[q]) yy += of * of;
     }
     for (size_t k = 0; k < shared.size(); ++k) {
-      const Dirs<D> of = border.owned[shared[k]] * dirs<D>(edge.data(), static_cast<int>(k));
+      const Dirs<D> of = rows.owned[shared[k]] * dirs<D>(edge.data(), static_cast<int>(k));
       xy += dirs<D>(x.data(), shared[k]) * of;
       ry += dirs<D>(r.data(), shared[k]) * of;
     }
@@ -254,7 +197,7 @@ struct MassSystem {
       sum[2 * D + i] = rr[i];
       sum[3 * D + i] = yy[i];
     }
-    halo_sum(*all.halo, D, y, sum, 4 * D);
+    halo_sum(rows.halo, D, y, sum, 4 * D);
     for (size_t k = 0; k < shared.size(); ++k) {
       const Dirs<D> all_of = dirs<D>(y.data(), shared[k]) + dirs<D>(edge.data(), static_cast<int>(k));
       dirs<D>(y.data(), shared[k]) = dirs<D>(free.data(), shared[k]) * all_of;
@@ -264,18 +207,19 @@ struct MassSystem {
   // the residual of M from that of the variables: (I + L) r
   void residual(const RealVec& r, RealVec& out) const
   {
-    const MassRows& m = low();
-    for (int q = 0; q < m.n; ++q) {
+    const MassCouplings& m = low();
+    const RealVec& val = low_value();
+    for (int q = 0; q < rows.size(); ++q) {
       double t[D];
       for (int i = 0; i < D; ++i) t[i] = r[q * D + i];
       for (int k = m.off[q]; k < m.off[q + 1]; ++k)
-        for (int i = 0; i < D; ++i) t[i] += m.val[k] * r[m.col[k] * D + i];
+        for (int i = 0; i < D; ++i) t[i] += val[k] * r[m.col[k] * D + i];
       for (int i = 0; i < D; ++i) out[q * D + i] = free[q * D + i] * t[i];
     }
-    if (!all.halo) return;
+    if (!mass.shared) return;
     cross_forward(r, out);
-    sum_rows<D>(all, out);
-    for (int q : all.halo->shared)
+    sum_rows<D>(mass, out);
+    for (int q : rows.halo.shared)
       dirs<D>(out.data(), q) = dirs<D>(free.data(), q) * (dirs<D>(r.data(), q) - dirs<D>(out.data(), q));
   }
 
@@ -283,17 +227,16 @@ private:
   RealVec border_of(const RealVec& x) const
   {
     RealVec edge;
-    if (!all.halo) return edge;
-    for (int r : all.halo->shared) edge.insert(edge.end(), &x[r * D], &x[r * D] + D);
+    if (!mass.shared) return edge;
+    for (int r : rows.halo.shared) edge.insert(edge.end(), &x[r * D], &x[r * D] + D);
     return edge;
   }
   void forward_here(const RealVec& x, RealVec& y) const
   {
-    const MassRows& m = low();
-    const int *off = m.off.data(), *col = m.col.data();
-    const double *val = m.val.data(), *to = x.data(), *f = free.data();
+    const int *off = low().off.data(), *col = low().col.data();
+    const double *val = low_value().data(), *to = x.data(), *f = free.data();
     double* of = y.data();
-    for (int r = 0; r < m.n; ++r) {
+    for (int r = 0; r < rows.size(); ++r) {
       Dirs<D> t = dirs<D>(to, r);
       for (int k = off[r]; k < off[r + 1]; ++k) t -= val[k] * dirs<D>(of, col[k]);
       dirs<D>(of, r) = dirs<D>(f, r) * t;
@@ -302,30 +245,30 @@ private:
   // rows of the border: y = - L x, the part of this rank
   void cross_forward(const RealVec& x, RealVec& y) const
   {
-    for (int b = 0; b < border.cross.size(); ++b) {
+    for (int b = 0; b < rows.cross.size(); ++b) {
       Dirs<D> t = Dirs<D>::Zero();
-      for (int k = border.cross.off[b]; k < border.cross.off[b + 1]; ++k)
-        t -= border.cross_val[k] * dirs<D>(x.data(), border.cross.item[k]);
-      dirs<D>(y.data(), all.halo->shared[b]) = t;
+      for (int k = rows.cross.off[b]; k < rows.cross.off[b + 1]; ++k)
+        t -= mass.cross[k] * dirs<D>(x.data(), rows.cross.item[k]);
+      dirs<D>(y.data(), rows.halo.shared[b]) = t;
     }
   }
   // rows of this rank alone: y -= L^T y of the border
   void cross_backward(double* y) const
   {
-    for (int b = 0; b < border.cross.size(); ++b) {
-      const int r     = all.halo->shared[b];
+    for (int b = 0; b < rows.cross.size(); ++b) {
+      const int r     = rows.halo.shared[b];
       const Dirs<D> t = dirs<D>(free.data(), r) * dirs<D>(y, r);
-      for (int k = border.cross.off[b]; k < border.cross.off[b + 1]; ++k)
-        dirs<D>(y, border.cross.item[k]) -= border.cross_val[k] * t;
+      for (int k = rows.cross.off[b]; k < rows.cross.off[b + 1]; ++k)
+        dirs<D>(y, rows.cross.item[k]) -= mass.cross[k] * t;
     }
   }
-  // sum += y y of the border. Two ranks: both have all of it, and add in the same order
+  // sum += y y of the rows. Two ranks: both have all of it, and add in the same order
   void add_border(const RealVec& y, double* sum) const
   {
     double part[D] = {};
     const bool both = comm_size() == 2;
-    for (int r : both ? all.halo->common[1 - comm_rank()] : all.halo->shared)
-      for (int i = 0; i < D; ++i) part[i] += (both ? 1.0 : border.owned[r]) * y[r * D + i] * y[r * D + i];
+    for (int r : both ? rows.halo.common[1 - comm_rank()] : rows.halo.shared)
+      for (int i = 0; i < D; ++i) part[i] += (both ? 1.0 : rows.owned[r]) * y[r * D + i] * y[r * D + i];
     if (!both) comm_sum(part, D);
     for (int i = 0; i < D; ++i) sum[i] += part[i];
   }
@@ -335,10 +278,10 @@ private:
 template <int D>
 void dots(const MassSystem<D>& m, const RealVec& a, const RealVec& b, double* sum)
 {
-  if (m.all.halo) {
+  if (m.mass.shared) {
     std::fill(sum, sum + D, 0.0);
-    for (int r = 0; r < m.all.n; ++r)
-      for (int i = 0; i < D; ++i) sum[i] += m.border.owned[r] * a[r * D + i] * b[r * D + i];
+    for (int r = 0; r < m.rows.size(); ++r)
+      for (int i = 0; i < D; ++i) sum[i] += m.rows.owned[r] * a[r * D + i] * b[r * D + i];
     comm_sum(sum, D);
     return;
   }
@@ -409,7 +352,7 @@ int iterate_ranks(const MassSystem<D>& m, const double* size, RealVec& r, RealVe
 template <int D>
 int iterate(const MassSystem<D>& m, const double* size, RealVec& r, RealVec& step)
 {
-  if (m.all.halo) return iterate_ranks<D>(m, size, r, step);
+  if (m.mass.shared) return iterate_ranks<D>(m, size, r, step);
   RealVec w(r.size(), 0.0), q(r.size()), t(r.size());
   double rho[D], before[D], wq[D], square[D], goal[D], enough[D];
   step.assign(r.size(), 0.0);
@@ -462,7 +405,7 @@ int refine(MassSystem<D>& m, const double* size, const RealVec& b, RealVec& u, R
     m.backward(step, t);
     for (size_t i = 0; i < u.size(); ++i) u[i] += m.free[i] * t[i];
     step.assign(u.size(), 0.0);
-    multiply<D>(m.all, u, q);
+    multiply<D>(m.mass, u, q);
     for (size_t i = 0; i < u.size(); ++i) r[i] = m.free[i] * (b[i] - q[i]);
     dots<D>(m, r, r, square);
     if (below<D>(square, enough)) return all;
@@ -475,47 +418,72 @@ int refine(MassSystem<D>& m, const double* size, const RealVec& b, RealVec& u, R
   return below<D>(square, enough) ? all : -1;
 }
 
+// what rows that stay as they are give to the others: sum M x of all ranks [n*D], scaled
 template <int D>
-int solve(const Dofs& s, int first, int guess, const RealVec& f, RealVec& x)
+void rim_parts(const Dofs& s, const MassValues& m, const RealVec& scale, const RealVec& x, RealVec& part)
 {
-  const int n = s.nrow - first;
+  for (const MassRim& q : m.rows.rim)
+    for (int i = 0; i < D; ++i)
+      part[q.row * D + i] += s.M[q.from] * scale[q.row] * x[q.beyond * D + i];
+  sum_rows<D>(m, part);
+}
+
+// what they would get of the change u of the others is nothing, by (3.14)
+template <int D>
+bool rim_stays(const Dofs& s, const MassRows& rows, const double* size, const RealVec& u)
+{
+  double square[D] = {}, goal[D];
+  for (const MassRim& q : rows.rim)
+    for (int i = 0; i < D; ++i) {
+      const double part = s.fixed[q.beyond * D + i] ? 0.0 : s.M[q.from] * u[q.row * D + i];
+      square[i] += part * part / s.M_diag[q.beyond];
+    }
+  comm_sum(square, D);
+  for (int i = 0; i < D; ++i) goal[i] = 1e-28 * size[i];
+  return below<D>(square, goal);
+}
+
+// near: the rows are a choice; -1 as well when rows beyond them would change
+template <int D>
+int solve(const Dofs& s, const MassRows& rows, int guess, const RealVec& f, RealVec& x)
+{
+  const int n     = rows.size();
+  const bool near = rows.first < 0;
   RealVec scale(n), u(n * D), r(n * D), q(n * D), t(n * D), b(n * D), sum(n * D), step;
-  MassSystem<D> m;
-  m.free.assign(n * D, 0.0);
   for (int k = 0; k < n; ++k) {
-    const double diag = s.M_diag[first + k];
+    const double diag = s.M_diag[rows.row[k]];
     scale[k] = diag > 0.0 ? 1.0 / std::sqrt(diag) : 0.0;
   }
-  m.all = mass_rows(s, first, scale);
-  Halo halo;
-  if (sys_shared(s.A)) {
-    halo       = rows_behind(s.A.halo, first);
-    m.all.halo = &halo;
-    m.border   = mass_border(m.all);
-  }
+  MassSystem<D> m{mass_values(s, rows, scale), rows, RealVec(n * D, 0.0)};
+  if (near) rim_parts<D>(s, m.mass, scale, x, q);
   // begin with f over the sum of the row, which is right where the answer is smooth
   for (int k = 0; k < n * D; ++k) {
-    const int dof = first * D + k;
+    const int dof = rows.row[k / D] * D + k % D;
     m.free[k] = !s.fixed[dof] && scale[k / D] > 0.0;
-    b[k] = m.free[k] * f[dof] * scale[k / D];
+    b[k] = m.free[k] * (f[dof] * scale[k / D] - q[k]);
     t[k] = scale[k / D] > 0.0 ? 1.0 / scale[k / D] : 0.0;
   }
-  multiply<D>(m.all, t, sum);
+  multiply<D>(m.mass, t, sum);
   for (int k = 0; k < n * D; ++k)
-    u[k] = m.free[k] && first + k / D >= guess ? b[k] / std::max(1.0, sum[k] * scale[k / D])
-           : scale[k / D] > 0.0                ? x[first * D + k] / scale[k / D]
-                                               : 0.0;
+    u[k] = m.free[k] && rows.row[k / D] >= guess ? b[k] / std::max(1.0, sum[k] * scale[k / D])
+           : scale[k / D] > 0.0                  ? x[rows.row[k / D] * D + k % D] / scale[k / D]
+                                                 : 0.0;
   double size[D];
   dots<D>(m, b, b, size);
-  multiply<D>(m.all, u, q);
+  multiply<D>(m.mass, u, q);
   for (int k = 0; k < n * D; ++k) r[k] = m.free[k] * (b[k] - q[k]);
   m.forward(r, r);
   int it = iterate<D>(m, size, r, step);
   if (it < 0) it = refine<D>(m, size, b, u, step);
   m.backward(step, t);
-  for (int k = 0; k < n * D; ++k)
-    if (m.free[k] > 0.0) x[first * D + k] = (u[k] + t[k]) * scale[k / D];
-  return it;
+  for (int k = 0; k < n * D; ++k) {
+    if (!(m.free[k] > 0.0)) continue;
+    double& to = x[rows.row[k / D] * D + k % D];
+    const double before = to;
+    to   = (u[k] + t[k]) * scale[k / D];
+    t[k] = to - before;
+  }
+  return near && !rim_stays<D>(s, rows, size, t) ? -1 : it;
 }
 
 }  // namespace
@@ -543,7 +511,17 @@ void mass_multiply(const Dofs& s, const RealVec& x, RealVec& y)
 
 int mass_solve(const Dofs& s, int first, int guess, const RealVec& f, RealVec& x)
 {
-  return s.dim == 2 ? solve<2>(s, first, guess, f, x) : solve<3>(s, first, guess, f, x);
+  const bool known = s.mass_rows && s.mass_of == s.pattern && s.mass_rows->first == first;
+  const auto rows  = known ? s.mass_rows : mass_rows_from(s, first);
+  return s.dim == 2 ? solve<2>(s, *rows, guess, f, x) : solve<3>(s, *rows, guess, f, x);
+}
+
+int mass_project(const Dofs& s, const RealVec& momentum, RealVec& v)
+{
+  if (!s.hung) return mass_solve(s, s.nfe, s.nfe, momentum, v);
+  const MassRows& near = *s.mass_rows;
+  const int it = s.dim == 2 ? solve<2>(s, near, s.nfe, momentum, v) : solve<3>(s, near, s.nfe, momentum, v);
+  return it >= 0 ? it : mass_solve(s, 0, s.nfe, momentum, v);
 }
 
 int mass_solve_tied(const Dofs& s, const RealVec& f, RealVec& x)

@@ -34,6 +34,8 @@ struct CornerSupport {
   double part;                 // of the reaction; adds up to 1 for each dof
 };
 
+struct MassRows;
+
 struct Dofs {
   int dim = 0, nfe = 0, nrow = 0;
   bool numbered = false;       // rows of nodes are those of the elements and bonds of now
@@ -54,6 +56,7 @@ struct Dofs {
   RealVec M_elem;              // [blocks of A] then: M of the elements alone
   CornerMass corner_mass;      // of the points that this rank works on
   RealVec M_diag;              // [nrow] its diagonal, of all ranks
+  std::shared_ptr<const MassRows> mass_rows;         // rows of the projection, for the pattern mass_of
   // [blocks of A][dim*dim] damping matrix of this rank, as A; empty: there is no damping    (6.18), (6.19)
   RealVec C;
   RealVec C_diag;              // [nrow*dim] its diagonal, of all ranks

@@ -50,6 +50,9 @@ SysMatrix sys_collect(const SysMatrix& A, bool values);
 // sys_pattern : pattern of a matrix of nrow block rows that couples the rows of each list
 void sys_pattern(const ListTable& lists, int nrow, int dim, SysMatrix& A);
 
+// sys_graph : neighbours of each block row, without itself, ascending
+ListTable sys_graph(const SysMatrix& A);
+
 // sys_sum : v [n*nrow] plus some numbers, of which each rank has what it adds to its rows, becomes the sum
 // over the ranks
 void sys_sum(const SysMatrix& A, RealVec& v, int extra = 0);

@@ -187,9 +187,6 @@ inline bool pivot_fixed(const Solver& s, int I)
   return soft.empty() ? s.null_pivot_row >= 0 && I >= s.null_pivot_row : soft[I] != 0;
 }
 
-// sys_graph : neighbours of each block row, without itself, ascending
-ListTable sys_graph(const SysMatrix& A);
-
 Status skyline_analyse(Solver& s, const SysMatrix& A);
 Status skyline_factor(Solver& s, const SysMatrix& A);
 Status skyline_back(Solver& s, RealVec& x);    // x: right-hand side in, solution out

@@ -24,7 +24,7 @@ Failure velocity_at_start(const State& st, const Discretisation& d, const Dofs& 
   const int first = s.hung ? 0 : s.nfe;
   for (int i = s.nfe * s.dim; i < s.neq(); ++i)
     if (s.fixed[i]) vgrid[i] = s.rate0[i];
-  if (mass_solve(s, first, s.nfe, momentum, vgrid) < 0) return MASS_FAILED;
+  if (mass_project(s, momentum, vgrid) < 0) return MASS_FAILED;
   const auto behind = s.fixed.begin() + static_cast<long>(first) * s.dim;
   if (dof_all(s, std::find(behind, s.fixed.end(), DOF_FIXED) == s.fixed.end())) return STATUS_OK;
   RealVec Mv;                  // supports: the momentum that goes with their motion

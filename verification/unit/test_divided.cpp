@@ -1,4 +1,4 @@
-// A matrix that is divided among ranks: src/solve/, mass_solve. Needs several (unit/run_ranks); one skips all
+// A matrix that is divided among ranks: src/solve/, mass_solve. Needs several (unit/run_ranks); one skips nearly all
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
@@ -9,6 +9,7 @@
 #include <random>
 
 #include "assem/assem.h"
+#include "assem/mass_rows.h"
 #include "solve/solve_data.h"
 #include "samples.h"
 
@@ -427,4 +428,66 @@ TEST(Divided, MassSolve)
       }
       EXPECT_TRUE(same_bits(l.A, x));
     }
+}
+
+// a strip of masses with points at one end: the solution near them is that of all rows, the others stay. With
+// couplings that reach further all rows are solved
+TEST(Divided, MassProjection)
+{
+  for (const double diagonal : {2.0, 1.2}) {
+    Lattice l = lattice(2, {60, 2}, by_slices, 0.0);
+    if (comm_size() == 1) l.A.halo = Halo();
+    const int n = static_cast<int>(l.row_of.size());
+    const auto x_of = [](long key) { return key % 100; };
+    Dofs s;
+    s.dim  = 2;
+    s.nrow = s.nfe = l.A.nrow;
+    s.A    = l.A;
+    s.hung = true;
+    s.M.assign(l.A.col.size(), 0.0);
+    Eigen::MatrixXd M = Eigen::MatrixXd::Zero(n, n);
+    for (int I = 0; I < n; ++I)
+      for (int J = 0; J < n; ++J) M(I, J) = (I == J ? diagonal : -1.0) * l.all(I * 2, J * 2);
+    for (int I = 0; I < l.A.nrow; ++I)
+      for (int k = l.A.off[I]; k < l.A.off[I + 1]; ++k)
+        s.M[k] = (l.A.col[k] == I ? diagonal : -1.0) * l.A.val[static_cast<size_t>(k) * 4];
+    for (int I = 0; I < l.A.nrow; ++I) s.M_diag.push_back(s.M[s.A.off[I + 1] - 1]);
+    sys_sum(s.A, s.M_diag);
+    s.fixed.assign(s.neq(), 0);
+    ActiveGrid grid;
+    for (int I = 0; I < l.A.nrow && comm_rank() == 0; ++I)
+      if (x_of(l.key[I]) == 0) grid.point.item.push_back(I - s.nfe);
+    grid.point.off.push_back(static_cast<int>(grid.point.item.size()));
+    s.owned_point = {0};
+    s.mass_rows   = mass_rows_projection(grid, s);
+    int near = 0;
+    for (int I : s.mass_rows->row) near += x_of(l.key[I]) <= 26;
+    EXPECT_EQ(near, s.mass_rows->size());
+    EXPECT_EQ(near, std::count_if(l.key.begin(), l.key.end(), [&](long key) { return x_of(key) <= 26; }));
+
+    Eigen::MatrixXd before(n, 2), f(n, 2);
+    for (const auto& row : l.row_of)
+      for (int i = 0; i < 2; ++i) before(row.second, i) = std::cos(1.0 + row.second * 2 + i);
+    f = M * before;
+    for (const auto& row : l.row_of)
+      if (x_of(row.first) == 0) f.row(row.second) *= 1.3;
+    const Eigen::MatrixXd u = M.ldlt().solve(f);
+    Eigen::VectorXd given(n * 2), right(n * 2);
+    for (int I = 0; I < n; ++I)
+      for (int i = 0; i < 2; ++i) {
+        given[I * 2 + i] = before(I, i);
+        right[I * 2 + i] = f(I, i);
+      }
+    RealVec x = local(l, given);
+    const RealVec start = x;
+    ASSERT_GT(mass_project(s, local(l, right), x), 0);
+    for (int I = 0; I < l.A.nrow; ++I)
+      for (int i = 0; i < 2; ++i) {
+        EXPECT_NEAR(x[I * 2 + i], u(l.row_of.at(l.key[I]), i), 1e-12);
+        if (diagonal == 2.0 && x_of(l.key[I]) > 26) {
+          EXPECT_EQ(x[I * 2 + i], start[I * 2 + i]);
+        }
+      }
+    EXPECT_TRUE(!sys_shared(s.A) || same_bits(l.A, x));
+  }
 }

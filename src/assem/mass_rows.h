@@ -1,0 +1,47 @@
+// ---------------------------------------------------------------------------
+// mass_rows.h : rows in which a system of masses is solved, and where its numbers stand in M. Private to the
+// files of assem/
+// ---------------------------------------------------------------------------
+#ifndef MPFE_ASSEM_MASS_ROWS_H
+#define MPFE_ASSEM_MASS_ROWS_H
+
+#include <array>
+#include <memory>
+
+#include "dof/dof.h"
+
+// couplings of each row with earlier ones, and where their values are
+struct MassCouplings {
+  IntVec off{0}, col, from;
+};
+
+// of rows with others that stay as they are
+struct MassRim {
+  int row, beyond, from;       // here, of the system, block of M
+};
+
+struct MassRows {
+  int first = -1;              // all rows from here on; -1: a choice
+  IntVec row;                  // [n] of the system, ascending
+  MassCouplings all;           // rows count here; from: blocks of M
+  std::vector<MassRim> rim;
+  // several ranks: the couplings of this one, sorted. The border is the rows that other ranks have too
+  Halo halo;                   // of these rows
+  MassCouplings inner;         // of rows of this rank alone with each other; from: all
+  ListTable cross;             // [Halo::shared] rows of this rank alone that are coupled to one of the border
+  IntVec cross_from;           // all
+  std::vector<std::array<int, 2>> edge;      // pairs of rows of the border
+  IntVec edge_from;            // all
+  std::vector<char> on;        // [n] a row of the border
+  RealVec owned;               // [n] 1 for rows that belong to this rank
+  int size() const { return static_cast<int>(row.size()); }
+};
+
+// mass_rows_from : all rows from first on
+std::shared_ptr<const MassRows> mass_rows_from(const Dofs& s, int first);
+
+// mass_rows_projection : those of the projection, for M of this pattern: the rows of the grid; where points
+// follow nodes, these and the nodes near points. Collective.                                         (3.14)
+std::shared_ptr<const MassRows> mass_rows_projection(const ActiveGrid& grid, const Dofs& s);
+
+#endif
