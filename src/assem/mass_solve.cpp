@@ -141,25 +141,29 @@ struct MassSystem {
   // y = (I + L)^-T x
   void backward(const RealVec& x, RealVec& y) const
   {
-    const int *off = low().off.data(), *col = low().col.data();
-    const double *val = low_value().data(), *f = free.data();
     y = x;
-    double* of = y.data();
-    if (mass.shared) cross_backward(of);
-    for (int r = rows.size() - 1; r >= 0; --r) {
-      const Dirs<D> t = dirs<D>(f, r) * dirs<D>(of, r);
-      dirs<D>(of, r)  = t;
-      for (int k = off[r]; k < off[r + 1]; ++k) dirs<D>(of, col[k]) -= val[k] * t;
-    }
+    if (mass.shared) cross_backward(y.data());
+    sweep_back(y.data());
   }
-  // y = (I + L)^-1 (M + shift I) (I + L)^-T x; t: scratch. M = (I + L) + (I + L)^T - I, so that a product is
-  // not needed. One rank
-  void apply(const RealVec& x, RealVec& t, RealVec& y) const
+  // q = (I + L)^-1 (M + shift I) (I + L)^-T x, in: t = x; t, y: scratch. M = (I + L) + (I + L)^T - I, so that
+  // a product is not needed. Returns x q in each direction. One rank
+  Dirs<D> apply(const RealVec& x, RealVec& t, RealVec& y, RealVec& q) const
   {
-    backward(x, t);
-    for (size_t i = 0; i < y.size(); ++i) y[i] = x[i] - (1.0 - shift) * t[i];
-    forward(y, y);
-    for (size_t i = 0; i < y.size(); ++i) y[i] += t[i];
+    sweep_back(t.data());
+    const int *off = rows.all.off.data(), *col = rows.all.col.data(), n = rows.size();
+    const double *val = mass.all.data(), *f = free.data(), *to = x.data(), *add = t.data(), keep = 1.0 - shift;
+    double *of = y.data(), *out = q.data();
+    Dirs<D> xq = Dirs<D>::Zero();
+    for (int r = 0; r < n; ++r) {
+      Dirs<D> sum = dirs<D>(to, r) - keep * dirs<D>(add, r);
+      for (int k = off[r]; k < off[r + 1]; ++k) sum -= val[k] * dirs<D>(of, col[k]);
+      sum *= dirs<D>(f, r);
+      dirs<D>(of, r) = sum;
+      sum += dirs<D>(add, r);
+      dirs<D>(out, r) = sum;
+      xq += dirs<D>(to, r) * sum;
+    }
+    return xq;
   }
   // the same on several ranks; sum [4][D]: x y, r y, r r, y y of all ranks
   void apply(const RealVec& x, const RealVec& r, RealVec& t, RealVec& y, double* sum) const
@@ -224,6 +228,16 @@ struct MassSystem {
   }
 
 private:
+  void sweep_back(double* of) const
+  {
+    const int *off = low().off.data(), *col = low().col.data();
+    const double *val = low_value().data(), *f = free.data();
+    for (int r = rows.size() - 1; r >= 0; --r) {
+      const Dirs<D> t = dirs<D>(f, r) * dirs<D>(of, r);
+      dirs<D>(of, r)  = t;
+      for (int k = off[r]; k < off[r + 1]; ++k) dirs<D>(of, col[k]) -= val[k] * t;
+    }
+  }
   RealVec border_of(const RealVec& x) const
   {
     RealVec edge;
@@ -353,37 +367,42 @@ template <int D>
 int iterate(const MassSystem<D>& m, const double* size, RealVec& r, RealVec& step)
 {
   if (m.mass.shared) return iterate_ranks<D>(m, size, r, step);
-  RealVec w(r.size(), 0.0), q(r.size()), t(r.size());
-  double rho[D], before[D], wq[D], square[D], goal[D], enough[D];
+  const int n = m.rows.size();
+  RealVec w(r.size(), 0.0), y(r.size()), q(r.size()), t(r.size());
+  double square[D], goal[D], enough[D];
   step.assign(r.size(), 0.0);
   for (int i = 0; i < D; ++i) {
     goal[i]   = 1e-28 * size[i];
     enough[i] = 1e-16 * size[i];
   }
+  Dirs<D> rho, turn = Dirs<D>::Zero();
+  dots<D>(m, r, r, rho.data());
   bool stuck = false;                                // M is singular in the direction w, to rounding
   for (int it = 0; !stuck && it <= 1000; ++it) {
-    dots<D>(m, r, r, rho);
-    if (below<D>(rho, goal)) {
+    if (below<D>(rho.data(), goal)) {
       m.residual(r, t);
       dots<D>(m, t, t, square);
       if (below<D>(square, goal)) return it;
     }
-    for (int i = 0; i < D; ++i) before[i] = it && before[i] > 0.0 ? rho[i] / before[i] : 0.0;
-    for (size_t k = 0; k < r.size(); k += D)
-      for (int i = 0; i < D; ++i) w[k + i] = r[k + i] + before[i] * w[k + i];
-    m.apply(w, t, q);
-    dots<D>(m, w, q, wq);
+    for (int k = 0; k < n; ++k) {
+      const Dirs<D> next = dirs<D>(r.data(), k) + turn * dirs<D>(w.data(), k);
+      dirs<D>(w.data(), k) = next;
+      dirs<D>(t.data(), k) = next;
+    }
+    Dirs<D> part = m.apply(w, t, y, q), sum = Dirs<D>::Zero();
     stuck = true;
     for (int i = 0; i < D; ++i) {
-      if (rho[i] > goal[i] && wq[i] > 0.0) stuck = false;
-      wq[i]     = wq[i] > 0.0 ? rho[i] / wq[i] : 0.0;
-      before[i] = rho[i];
+      if (rho[i] > goal[i] && part[i] > 0.0) stuck = false;
+      part[i] = part[i] > 0.0 ? rho[i] / part[i] : 0.0;
     }
-    for (size_t k = 0; k < r.size(); k += D)
-      for (int i = 0; i < D; ++i) {
-        step[k + i] += wq[i] * w[k + i];
-        r[k + i] -= wq[i] * q[k + i];
-      }
+    for (int k = 0; k < n; ++k) {
+      dirs<D>(step.data(), k) += part * dirs<D>(w.data(), k);
+      const Dirs<D> left = dirs<D>(r.data(), k) - part * dirs<D>(q.data(), k);
+      dirs<D>(r.data(), k) = left;
+      sum += left * left;
+    }
+    for (int i = 0; i < D; ++i) turn[i] = rho[i] > 0.0 ? sum[i] / rho[i] : 0.0;
+    rho = sum;
   }
   m.residual(r, t);
   dots<D>(m, t, t, square);
@@ -445,7 +464,8 @@ bool rim_stays(const Dofs& s, const MassRows& rows, const double* size, const Re
 
 // near: the rows are a choice; -1 as well when rows beyond them would change
 template <int D>
-int solve(const Dofs& s, const MassRows& rows, int guess, const RealVec& f, RealVec& x)
+int solve(const Dofs& s, const MassRows& rows, int guess, const std::vector<char>& begun, const RealVec& f,
+          RealVec& x)
 {
   const int n     = rows.size();
   const bool near = rows.first < 0;
@@ -456,16 +476,18 @@ int solve(const Dofs& s, const MassRows& rows, int guess, const RealVec& f, Real
   }
   MassSystem<D> m{mass_values(s, rows, scale), rows, RealVec(n * D, 0.0)};
   if (near) rim_parts<D>(s, m.mass, scale, x, q);
-  // begin with f over the sum of the row, which is right where the answer is smooth
+  const auto begins = [&](int row) { return row < guess || (!begun.empty() && begun[row]); };
+  const bool all_begin = !begun.empty() && std::find(begun.begin(), begun.end(), 0) == begun.end();
+  // others begin with f over the sum of the row, which is right where the answer is smooth
   for (int k = 0; k < n * D; ++k) {
     const int dof = rows.row[k / D] * D + k % D;
     m.free[k] = !s.fixed[dof] && scale[k / D] > 0.0;
     b[k] = m.free[k] * (f[dof] * scale[k / D] - q[k]);
     t[k] = scale[k / D] > 0.0 ? 1.0 / scale[k / D] : 0.0;
   }
-  multiply<D>(m.mass, t, sum);
+  if (!all_begin) multiply<D>(m.mass, t, sum);
   for (int k = 0; k < n * D; ++k)
-    u[k] = m.free[k] && rows.row[k / D] >= guess ? b[k] / std::max(1.0, sum[k] * scale[k / D])
+    u[k] = m.free[k] && !begins(rows.row[k / D]) ? b[k] / std::max(1.0, sum[k] * scale[k / D])
            : scale[k / D] > 0.0                  ? x[rows.row[k / D] * D + k % D] / scale[k / D]
                                                  : 0.0;
   double size[D];
@@ -513,15 +535,15 @@ int mass_solve(const Dofs& s, int first, int guess, const RealVec& f, RealVec& x
 {
   const bool known = s.mass_rows && s.mass_of == s.pattern && s.mass_rows->first == first;
   const auto rows  = known ? s.mass_rows : mass_rows_from(s, first);
-  return s.dim == 2 ? solve<2>(s, *rows, guess, f, x) : solve<3>(s, *rows, guess, f, x);
+  return s.dim == 2 ? solve<2>(s, *rows, guess, {}, f, x) : solve<3>(s, *rows, guess, {}, f, x);
 }
 
-int mass_project(const Dofs& s, const RealVec& momentum, RealVec& v)
+int mass_project(const Dofs& s, const std::vector<char>& begun, const RealVec& momentum, RealVec& v)
 {
-  if (!s.hung) return mass_solve(s, s.nfe, s.nfe, momentum, v);
-  const MassRows& near = *s.mass_rows;
-  const int it = s.dim == 2 ? solve<2>(s, near, s.nfe, momentum, v) : solve<3>(s, near, s.nfe, momentum, v);
-  return it >= 0 ? it : mass_solve(s, 0, s.nfe, momentum, v);
+  const MassRows& rows = *s.mass_rows;
+  const int it = s.dim == 2 ? solve<2>(s, rows, s.nfe, begun, momentum, v)
+                            : solve<3>(s, rows, s.nfe, begun, momentum, v);
+  return it >= 0 || !s.hung ? it : mass_solve(s, 0, s.nfe, momentum, v);
 }
 
 int mass_solve_tied(const Dofs& s, const RealVec& f, RealVec& x)

@@ -17,11 +17,18 @@ struct GridLists {
   RealVec w;                   // [list.item]
 };
 
+// The cell that a corner lies in
+struct CornerCell {
+  int cell[3];                 // its place in the grid
+  bool face[3];                // the corner lies on the lower face in this direction
+};
+
 // What the lists of the active grid were made from: as long as it stays, so do they
 struct GridPlaces {
   IntVec conn, field;          // of Points: conn.item, field
   std::vector<long> corner;    // [ncorner] place_code; -1: not on the grid, or of no point
-  std::vector<long> bond;      // [nbond] the same
+  std::vector<CornerCell> cell;    // [ncorner] of those on the grid
+  std::vector<long> bond;      // [nbond] the same as corner
   std::vector<long> point;     // [npoint] key of the cell of its centre, -1: not asked for
   std::vector<long> touched;   // keys of the nodes that corners and bonds touch, ascending
   std::vector<char> strong;    // [touched]

@@ -145,6 +145,7 @@ Status touch(const Model& m, const Points& pts, const Bonds& bonds, const RealVe
   CellPlace s;
   GridPlaces& now = g.places;
   now.corner.assign(pts.ncorner, -1);
+  now.cell.resize(pts.ncorner);
   now.bond.assign(bonds.nbond, -1);
   now.point.assign(pts.npoint, -1);
   std::vector<char> owned(pts.ncorner, 0);           // released points have left corners behind
@@ -166,6 +167,8 @@ Status touch(const Model& m, const Points& pts, const Bonds& bonds, const RealVe
       }
       n = cell_weights<D>(grid, pts.field[c], s, &corner_key[corner.n], &g.corner_w[corner.n]);
       now.corner[c] = place_code<D>(grid, pts.field[c], s);
+      for (int i = 0; i < D; ++i) now.cell[c].cell[i] = s.cell[i];
+      for (int i = 0; i < D; ++i) now.cell[c].face[i] = s.xi[i] == 0.0;
       // a corner on a cell face leaves open which cell it is in
       if (n == 1 << D) cell.push_back(cell_key(grid, D, pts.field[c], s.cell));
     }

@@ -362,16 +362,6 @@ Status corner_force(const Model& m, const Points& pts, const PointLaws& law, con
   return status;
 }
 
-// displacement gradient of PACK points of NEN corners each; NEN = 0: any
-template <int D, int NEN>
-inline void pack_gradient(const Points& pts, const RealVec& uc, const int* point, Pack* H)
-{
-  Pack G[8 * D], u[8 * D], V0;
-  load_points<D, NEN>(pts, point, NEN, G, V0);
-  load_ends<D, NEN>(pts, point, NEN, uc, u);
-  ip_gradient<D, NEN>(G, NEN, u, H);
-}
-
 template <int D>
 void tangent_pack(const Points& pts, const PointLaws& law, const KernelMode& mode,
                   const RealVec& uc0, const RealVec& uc1, const ActiveGrid& g, const int* point, double* ke)
@@ -384,11 +374,15 @@ void tangent_pack(const Points& pts, const PointLaws& law, const KernelMode& mod
   for (int l = 0; l < PACK; ++l) alike = alike && pts.conn.count(point[l]) == block;
   Pack dS[POINT_PACK_NODES * D + PACK], f[POINT_PACK_NODES * D], V0, H0[D * D] = {}, H1[D * D], Fb[D * D],
       S[D * D];
-  for (int l = 0; l < PACK; ++l) V0[l] = pts.V0[point[l]];
   if (alike) {
-    pack_gradient<D, block>(pts, uc1, point, H1);
-    if (old) pack_gradient<D, block>(pts, uc0, point, H0);
+    Pack G[8 * D], u[8 * D];
+    load_points<D, block>(pts, point, block, G, V0);
+    load_ends<D, block>(pts, point, block, uc1, u);
+    ip_gradient<D, block>(G, block, u, H1);
+    if (old) load_ends<D, block>(pts, point, block, uc0, u);
+    if (old) ip_gradient<D, block>(G, block, u, H0);
   } else {
+    for (int l = 0; l < PACK; ++l) V0[l] = pts.V0[point[l]];
     for (int l = 0; l < PACK; ++l) {
       double H[D * D];
       gradient<D>(pts, uc1, point[l], H);

@@ -12,26 +12,27 @@ void sums(const Points& pts, ActiveGrid& g, double* support)
 {
   using Dir = Eigen::Array<double, D, 1>;
   RealVec S_of_point;
-  const int* slot        = g.slot.data();
-  const double* corner_w = g.corner_w.data();
-  for (int p = 0; p < pts.npoint; ++p) {
-    const int first = g.point.off[p], n = g.point.off[p + 1] - first;
-    double* dS      = &g.dS[static_cast<size_t>(first) * D];
+  const int *slot = g.slot.data(), *corner_off = g.corner.off.data(), *corner = pts.conn.item.data();
+  const int *conn_off = pts.conn.off.data(), *point_off = g.point.off.data(), *node = g.point.item.data();
+  const double *corner_w = g.corner_w.data(), *G = pts.G.data(), *w = pts.w.data();
+  double* dS = g.dS.data();
+  for (int p = 0, npoint = pts.npoint; p < npoint; ++p) {
+    const int n = point_off[p + 1] - point_off[p];
     if (SUPPORT) S_of_point.assign(n, 0.0);
     double* S = S_of_point.data();
     std::fill(dS, dS + n * D, 0.0);
-    for (int k = pts.conn.off[p]; k < pts.conn.off[p + 1]; ++k) {
-      const int c     = pts.conn.item[k];
-      const double wc = pts.w[k], *G = &pts.G[static_cast<size_t>(k) * D];
-      for (int j = g.corner.off[c]; j < g.corner.off[c + 1]; ++j) {
+    for (int k = conn_off[p], end = conn_off[p + 1]; k < end; ++k) {
+      const Dir of_corner = Eigen::Map<const Dir>(G + static_cast<size_t>(k) * D);
+      for (int j = corner_off[corner[k]], last = corner_off[corner[k] + 1]; j < last; ++j) {
         const double N = corner_w[j];
         const int at   = *slot++;
-        if (SUPPORT) S[at] += wc * N;
-        Eigen::Map<Dir>(dS + at * D) += N * Eigen::Map<const Dir>(G);
+        if (SUPPORT) S[at] += w[k] * N;
+        Eigen::Map<Dir>(dS + at * D) += N * of_corner;
       }
     }
-    const int* item = &g.point.item[first];
+    const int* item = node + point_off[p];
     for (int a = 0; a < n && SUPPORT; ++a) support[item[a]] = std::max(support[item[a]], S[a]);
+    dS += n * D;
   }
 }
 
@@ -43,6 +44,29 @@ bool same_points(const Points& pts, const Bonds& bonds, const ActiveGrid& g)
          g.places.field == pts.field &&
          std::find(pts.field.begin(), pts.field.end(), FIELD_OWN) == pts.field.end() &&
          std::find(pts.released.begin(), pts.released.end(), 1) == pts.released.end();
+}
+
+// The weights of x where it is still inside of the cell, and on the same of its lower faces: within rounding
+// as same_weights, which looks at the whole grid
+template <int D>
+bool weights_in_cell(const Grid& grid, const double* x, const CornerCell& c, double* w)
+{
+  int n = 1;
+  w[0]  = 1.0;
+  for (int i = 0; i < D; ++i) {
+    const double xi = (x[i] - grid.lo[i]) / grid.h[i] - c.cell[i];
+    if (c.face[i]) {
+      if (std::fabs(xi) >= snap_to_face) return false;
+      continue;
+    }
+    if (!(xi >= snap_to_face && xi <= 1.0 - snap_to_face)) return false;
+    for (int k = 0; k < n; ++k) {
+      w[n + k] = w[k] * xi;
+      w[k] *= 1.0 - xi;
+    }
+    n *= 2;
+  }
+  return true;
 }
 
 // weights [count] of a place, when its code is still this one
@@ -66,6 +90,7 @@ bool same_cells(const Grid& grid, const Points& pts, const Bonds& bonds, const R
 {
   for (int c = 0; c < pts.ncorner; ++c)
     if (before.corner[c] >= 0 &&
+        !weights_in_cell<D>(grid, &x[static_cast<size_t>(c) * D], before.cell[c], &corner_w[corner.off[c]]) &&
         !same_weights<D>(grid, pts.field[c], &x[static_cast<size_t>(c) * D], before.corner[c],
                          &corner_w[corner.off[c]], corner.count(c)))
       return false;

@@ -29,12 +29,20 @@ struct KnownRegular {
   IntVec fixed;
 };
 
+// Velocity of the grid at the end of the last increment, where the projection of the next one begins  (3.14)
+struct GridVelocity {
+  long pattern = -1;           // Dofs::pattern
+  std::vector<long> key;       // row_key of the rows of the grid, descending
+  RealVec v;                   // [key*dim]
+};
+
 // What Newton's method keeps from one increment to the next; results do not depend on it, but for rounding
 struct NewtonMemory {
   Solver solver;
   RealVec gain;                // [iteration] residual after and before each iteration of the last increment
   ReusedTangent tangent;
   KnownRegular regular;
+  GridVelocity grid;
 };
 
 // Everything a run holds

@@ -90,6 +90,16 @@ void finish_grid(const Dofs& dofs, const Attempt& a, RealVec& dv)
   }
 }
 
+// v + dv in the rows of the grid, for the next projection
+void keep_velocity(const Dofs& s, const RealVec& v, const RealVec& dv, GridVelocity& after)
+{
+  const int first = s.nfe * s.dim;
+  after.pattern   = s.pattern;
+  after.key.assign(s.row_key.begin() + s.nfe, s.row_key.end());
+  after.v.resize(s.neq() - first);
+  for (int i = first; i < s.neq(); ++i) after.v[i - first] = v[i] + dv[i];
+}
+
 // several ranks with the whole model, where points follow nodes: what each rank has of velocities and
 // accelerations becomes that of all nodes
 void tell_nodes(const Dofs& dofs, State& st)
@@ -106,8 +116,10 @@ void tell_nodes(const Dofs& dofs, State& st)
 }
 
 // velocities of nodes, corners and grid                                             (6.3), (3.15)
-//   out  dv   change of those of the unknowns, all that this rank knows: [neq] of dof_all_rows
-void finish_velocities(const ActiveGrid& grid, const Dofs& dofs, const Attempt& a, State& st, RealVec& dv)
+//   out  dv      change of those of the unknowns, all that this rank knows: [neq] of dof_all_rows
+//        after   of the grid, for the next projection; null: not asked for
+void finish_velocities(const ActiveGrid& grid, const Dofs& dofs, const Attempt& a, State& st, RealVec& dv,
+                       GridVelocity* after)
 {
   const Dofs& all = dof_all_rows(dofs);
   const bool here = dofs.whole && !dofs.hung;         // the nodes of all rows, by each rank
@@ -115,6 +127,7 @@ void finish_velocities(const ActiveGrid& grid, const Dofs& dofs, const Attempt& 
   if (here) finish_nodes(all, a, a.du_all, st, dv);
   else finish_nodes(dofs, a, a.du, st, own);
   if (st.points.npoint) finish_grid(dofs, a, own);
+  if (after) keep_velocity(dofs, a.vgrid, own, *after);
   if (!dofs.whole) {
     dv.swap(own);
   } else if (st.points.npoint) {
@@ -302,7 +315,8 @@ void step_finish(Problem& p, Attempt& a, RealVec& energy)
   elem_share_history(p.d.el, st.np1);
   point_share_history(p.d.point_law, s.owned_point, s.owned_group, st.np1);
   // 1. velocities
-  if (a.cM != 0.0) finish_velocities(p.d.grid, s, a, st, dv);
+  GridVelocity* const after = m.solver.reuse ? &p.newton.grid : nullptr;
+  if (a.cM != 0.0) finish_velocities(p.d.grid, s, a, st, dv, after);
   if (m.part.around.on()) {                          // nodes of outer elements
     halo_copy(m.part.halo, m.dim, st.np1.u);
     for (RealVec* x : {&st.np1.v, &st.np1.a})

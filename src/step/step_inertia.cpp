@@ -8,11 +8,34 @@
 
 namespace {
 
+// puts the velocities that the grid had into those rows that are in it again; returns which they are. Several
+// ranks agree on rows that they share: all rows or none
+std::vector<char> begin_velocity(const GridVelocity& before, const Dofs& s, RealVec& vgrid)
+{
+  std::vector<char> begun;
+  if (before.key.empty() || (s.split && before.pattern != s.pattern)) return begun;
+  if (before.pattern == s.pattern) {
+    std::copy(before.v.begin(), before.v.end(), vgrid.begin() + static_cast<long>(s.nfe) * s.dim);
+    begun.assign(s.nrow, 1);
+    return begun;
+  }
+  begun.assign(s.nrow, 0);
+  size_t k = 0;
+  for (int r = s.nfe; r < s.nrow; ++r) {
+    while (k < before.key.size() && before.key[k] > s.row_key[r]) ++k;
+    if (k == before.key.size() || before.key[k] != s.row_key[r]) continue;
+    begun[r] = 1;
+    for (int i = 0; i < s.dim; ++i) vgrid[r * s.dim + i] = before.v[k * s.dim + i];
+  }
+  return begun;
+}
+
 // velocity of the grid: M-orthogonal projection of the velocities of the points    (3.13)
+//   in   before     velocity of the grid that was
 //   out  momentum   [neq] M v of nodes, sum m S v of points
 //        vgrid      [neq] velocity of nodes and of the grid
-Failure velocity_at_start(const State& st, const Discretisation& d, const Dofs& dofs, RealVec& momentum,
-                          RealVec& vgrid)
+Failure velocity_at_start(const State& st, const Discretisation& d, const Dofs& dofs,
+                          const GridVelocity& before, RealVec& momentum, RealVec& vgrid)
 {
   vgrid = dof_of_nodes(dofs, st.n.v);
   mass_elements(dofs, vgrid, momentum);
@@ -22,9 +45,10 @@ Failure velocity_at_start(const State& st, const Discretisation& d, const Dofs& 
   Timer timer(PHASE_PROJECT);
   const Dofs& s = dofs;
   const int first = s.hung ? 0 : s.nfe;
+  const std::vector<char> begun = begin_velocity(before, s, vgrid);
   for (int i = s.nfe * s.dim; i < s.neq(); ++i)
     if (s.fixed[i]) vgrid[i] = s.rate0[i];
-  if (mass_project(s, momentum, vgrid) < 0) return MASS_FAILED;
+  if (mass_project(s, begun, momentum, vgrid) < 0) return MASS_FAILED;
   const auto behind = s.fixed.begin() + static_cast<long>(first) * s.dim;
   if (dof_all(s, std::find(behind, s.fixed.end(), DOF_FIXED) == s.fixed.end())) return STATUS_OK;
   RealVec Mv;                  // supports: the momentum that goes with their motion
@@ -129,7 +153,7 @@ void unbalanced_at_start(const Dofs& s, const RealVec& rf, const Attempt& a, Rea
 Failure step_inertia_begin(Problem& p, Attempt& a)
 {
   const Step& s = a.step;
-  Failure failure = velocity_at_start(p.st, p.d, p.dofs, a.momentum, a.vgrid);
+  Failure failure = velocity_at_start(p.st, p.d, p.dofs, p.newton.grid, a.momentum, a.vgrid);
   if (!failure.ok()) return failure;
 
   const Scheme& scheme = scheme_of(s);
@@ -165,7 +189,7 @@ Failure step_initial_acceleration(Problem& p, const Step& s, double t_step)
   if (failure.ok()) failure = assem_internal(p.m, p.d, dofs, mode, jumps, p.st, fint);
   if (failure.ok())
     failure = assem_loads(p.m, p.d, dofs, p.st, s, {t_step, p.st.n.time, 0.0}, p.warned, f);
-  if (failure.ok() && step_damps(p)) failure = velocity_at_start(p.st, p.d, p.dofs, momentum, v);
+  if (failure.ok() && step_damps(p)) failure = velocity_at_start(p.st, p.d, p.dofs, p.newton.grid, momentum, v);
   if (failure.ok() && step_damps(p)) failure = step_damping(p, s.nlgeom, t_step, s.dt, v, damping);
   if (!failure.ok()) return failure;
   for (int i = 0; i < dofs.neq(); ++i) f[i] -= fint[i] + damping[i];
