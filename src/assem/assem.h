@@ -96,8 +96,8 @@ void mass_multiply(const Dofs& s, const RealVec& x, RealVec& y);
 int mass_solve(const Dofs& s, int first, int guess, const RealVec& f, RealVec& x);
 
 // mass_project : the same for the velocity v of the grid from its momentum; where points follow nodes, also
-// that of nodes, as far as it is another than v before. begun [nrow] 1: the solution begins with v in this row
-// of the grid too; empty: in none
+// that of nodes, as far as it is another than v before. begun [nrow] 1: the solution begins with v in this
+// row of the grid too; empty: in none
 int mass_project(const Dofs& s, const std::vector<char>& begun, const RealVec& momentum, RealVec& v);
 
 // mass_solve_tied : M x = f in the nodes of elements with equations: T^T M T x = T^T f on the free dofs, x at

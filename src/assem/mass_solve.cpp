@@ -151,7 +151,8 @@ struct MassSystem {
   {
     sweep_back(t.data());
     const int *off = rows.all.off.data(), *col = rows.all.col.data(), n = rows.size();
-    const double *val = mass.all.data(), *f = free.data(), *to = x.data(), *add = t.data(), keep = 1.0 - shift;
+    const double *val = mass.all.data(), *f = free.data(), *to = x.data(), *add = t.data();
+    const double keep = 1.0 - shift;
     double *of = y.data(), *out = q.data();
     Dirs<D> xq = Dirs<D>::Zero();
     for (int r = 0; r < n; ++r) {

@@ -315,7 +315,9 @@ void step_finish(Problem& p, Attempt& a, RealVec& energy)
   elem_share_history(p.d.el, st.np1);
   point_share_history(p.d.point_law, s.owned_point, s.owned_group, st.np1);
   // 1. velocities
-  GridVelocity* const after = m.solver.reuse ? &p.newton.grid : nullptr;
+  // small systems and REUSE=NO: a continued run repeats every digit
+  GridVelocity* const after = m.solver.reuse && s.neq_all() >= SMALL_SYSTEM ? &p.newton.grid : nullptr;
+  if (!after) p.newton.grid = GridVelocity();
   if (a.cM != 0.0) finish_velocities(p.d.grid, s, a, st, dv, after);
   if (m.part.around.on()) {                          // nodes of outer elements
     halo_copy(m.part.halo, m.dim, st.np1.u);

@@ -189,7 +189,8 @@ Failure step_initial_acceleration(Problem& p, const Step& s, double t_step)
   if (failure.ok()) failure = assem_internal(p.m, p.d, dofs, mode, jumps, p.st, fint);
   if (failure.ok())
     failure = assem_loads(p.m, p.d, dofs, p.st, s, {t_step, p.st.n.time, 0.0}, p.warned, f);
-  if (failure.ok() && step_damps(p)) failure = velocity_at_start(p.st, p.d, p.dofs, p.newton.grid, momentum, v);
+  if (failure.ok() && step_damps(p))
+    failure = velocity_at_start(p.st, p.d, p.dofs, p.newton.grid, momentum, v);
   if (failure.ok() && step_damps(p)) failure = step_damping(p, s.nlgeom, t_step, s.dt, v, damping);
   if (!failure.ok()) return failure;
   for (int i = 0; i < dofs.neq(); ++i) f[i] -= fint[i] + damping[i];

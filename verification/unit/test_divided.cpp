@@ -480,7 +480,7 @@ TEST(Divided, MassProjection)
       }
     RealVec x = local(l, given);
     const RealVec start = x;
-    ASSERT_GT(mass_project(s, local(l, right), x), 0);
+    ASSERT_GT(mass_project(s, {}, local(l, right), x), 0);
     for (int I = 0; I < l.A.nrow; ++I)
       for (int i = 0; i < 2; ++i) {
         EXPECT_NEAR(x[I * 2 + i], u(l.row_of.at(l.key[I]), i), 1e-12);
