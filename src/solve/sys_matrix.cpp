@@ -37,6 +37,29 @@ void multiply(const SysMatrix& A, const RealVec& val, const double* x, double* y
   }
 }
 
+// the same in the plane: a row of a block is one vector register
+template <>
+void multiply<2>(const SysMatrix& A, const RealVec& val, const double* x, double* y)
+{
+  typedef double Two __attribute__((vector_size(16), aligned(8), may_alias));
+  const int *off = A.off.data(), *col = A.col.data(), n = A.nrow;
+  const auto two = [](const double* v) { return *reinterpret_cast<const Two*>(v); };
+  const double* a = val.data();
+  for (int I = 0; I < n; ++I) {
+    const double x0 = x[2 * I], x1 = x[2 * I + 1];
+    Two first = {}, second = {};
+    for (int k = off[I], last = off[I + 1] - 1; k < last; ++k, a += 4) {
+      const int J = 2 * col[k];
+      first += two(a) * two(x + J);
+      second += two(a + 2) * two(x + J);
+      *reinterpret_cast<Two*>(y + J) += two(a) * x0 + two(a + 2) * x1;
+    }
+    y[2 * I] += first[0] + first[1] + (a[0] * x0 + a[2] * x1);
+    y[2 * I + 1] += second[0] + second[1] + (a[2] * x0 + a[3] * x1);
+    a += 4;
+  }
+}
+
 }  // namespace
 
 // ---------------------------------------------------------------------------
