@@ -22,11 +22,13 @@ using Dirs = Eigen::Array<double, D, 1>;
 template <int D>
 void scatter_corners(const ActiveGrid& g, const double* fc, double* f)
 {
-  for (int c = 0; c < g.corner.size(); ++c) {
+  const int *off = g.corner.off.data(), *item = g.corner.item.data(), ncorner = g.corner.size();
+  const double* w = g.corner_w.data();
+  for (int c = 0; c < ncorner; ++c) {
     const Dirs<D> of_corner = Eigen::Map<const Dirs<D>>(fc + static_cast<size_t>(c) * D);
     if ((of_corner == 0.0).all()) continue;          // most loads act on few corners
-    for (int k = g.corner.off[c]; k < g.corner.off[c + 1]; ++k)
-      Eigen::Map<Dirs<D>>(f + static_cast<long>(g.corner.item[k]) * D) += g.corner_w[k] * of_corner;
+    for (int k = off[c], end = off[c + 1]; k < end; ++k)
+      Eigen::Map<Dirs<D>>(f + static_cast<long>(item[k]) * D) += w[k] * of_corner;
   }
 }
 
@@ -34,10 +36,12 @@ void scatter_corners(const ActiveGrid& g, const double* fc, double* f)
 template <int D>
 void gather_corners(const ActiveGrid& g, const double* x, const double* before, double* after)
 {
-  for (int c = 0; c < g.corner.size(); ++c) {
+  const int *off = g.corner.off.data(), *item = g.corner.item.data(), ncorner = g.corner.size();
+  const double* w = g.corner_w.data();
+  for (int c = 0; c < ncorner; ++c) {
     Dirs<D> sum = Dirs<D>::Zero();
-    for (int k = g.corner.off[c]; k < g.corner.off[c + 1]; ++k)
-      sum += g.corner_w[k] * Eigen::Map<const Dirs<D>>(x + static_cast<long>(g.corner.item[k]) * D);
+    for (int k = off[c], end = off[c + 1]; k < end; ++k)
+      sum += w[k] * Eigen::Map<const Dirs<D>>(x + static_cast<long>(item[k]) * D);
     const size_t at = static_cast<size_t>(c) * D;
     Eigen::Map<Dirs<D>>(after + at) = Eigen::Map<const Dirs<D>>(before + at) + sum;
   }

@@ -59,7 +59,7 @@ struct Law {
 const Law& law_of(const MatLaw& law);
 
 // law_is_general : does intact material need law_step? false: the short form of elem/kernel.h serves
-bool law_is_general(const MatLaw& law);
+inline bool law_is_general(const MatLaw& law) { return law.kind != LAW_SVK || law.bar; }
 
 // law_broken : broken material with history: the law of the kernel in its place. Others: split.h
 inline bool broken_keeps_history(const ErodedLaw& er) { return er.split == SPLIT_GRANULAR; }

@@ -88,7 +88,6 @@ const Law& law_of(const MatLaw& law)
   return table[law.kind];
 }
 
-bool law_is_general(const MatLaw& law) { return law.kind != LAW_SVK || law.bar; }
 
 int law_history(const Model& m)
 {

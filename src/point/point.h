@@ -34,6 +34,7 @@ struct GridPlaces {
   std::vector<char> strong;    // [touched]
   // weak nodes: lists on touched nodes, and what each of these follows               (3.12)
   GridLists raw_corner, raw_bond, extend;
+  IntVec corner_place, bond_place;   // where weights of raw_corner and raw_bond go, once they were asked for
   ListTable raw_point;
   IntVec raw_slot;             // as ActiveGrid::slot
   // what corners may move, from where they were looked at, before a centre of a point may change its cell

@@ -417,6 +417,8 @@ Status activate(const Model& m, const Points& pts, const Bonds& bonds, const Rea
     const int nnode = static_cast<int>(g.key.size());
     now.raw_corner  = {g.corner, g.corner_w};
     now.raw_bond    = {g.bond, g.bond_w};
+    now.corner_place.clear();
+    now.bond_place.clear();
     std::swap(now.raw_point, g.point);
     now.raw_slot.swap(g.slot);
     grid_compose(now.extend, nnode, g.corner, g.corner_w);

@@ -159,19 +159,29 @@ void touched_support(const Points& pts, const GridPlaces& now, RealVec& support)
   }
 }
 
-// grid_compose for lists that stay
-void compose_weights(const GridLists& ext, const GridLists& raw, const ListTable& list, RealVec& w)
+// where grid_compose puts what each raw node gives to those it follows
+void find_composed(const GridLists& ext, const GridLists& raw, const ListTable& list, IntVec& place)
 {
-  for (int i = 0; i < list.size(); ++i) {
-    const int first = list.off[i], end = list.off[i + 1];
-    std::fill(w.begin() + first, w.begin() + end, 0.0);
+  place.clear();
+  for (int i = 0; i < list.size(); ++i)
     for (int k = raw.list.off[i]; k < raw.list.off[i + 1]; ++k)
       for (int j = ext.list.off[raw.list.item[k]]; j < ext.list.off[raw.list.item[k] + 1]; ++j) {
-        int at = first;
+        int at = list.off[i];
         while (list.item[at] != ext.list.item[j]) ++at;
-        w[at] += raw.w[k] * ext.w[j];
+        place.push_back(at);
       }
-  }
+}
+
+// grid_compose for lists that stay; place: of find_composed, empty: not known yet
+void compose_weights(const GridLists& ext, const GridLists& raw, const ListTable& list, IntVec& place,
+                     RealVec& w)
+{
+  if (place.empty()) find_composed(ext, raw, list, place);
+  std::fill(w.begin(), w.end(), 0.0);
+  const int *at = place.data(), *node = raw.list.item.data(), *off = ext.list.off.data();
+  const double* follows = ext.w.data();
+  for (size_t k = 0; k < raw.w.size(); ++k)
+    for (int j = off[node[k]], end = off[node[k] + 1]; j < end; ++j) w[*at++] += raw.w[k] * follows[j];
 }
 
 template <int D>
@@ -249,11 +259,11 @@ bool grid_keeps_lists(const Model& m, const Points& pts, const Bonds& bonds, con
   if (!same_points(pts, bonds, g)) return false;
   if (!(m.dim == 2 ? same_lists<2>(m, pts, bonds, uc, xb, g) : same_lists<3>(m, pts, bonds, uc, xb, g)))
     return false;
-  const GridPlaces& now = g.places;
+  GridPlaces& now = g.places;
   grid_ghost(m, pts, uc, now.touched, g);
   if (g.nweak == 0) return true;
-  compose_weights(now.extend, now.raw_corner, g.corner, g.corner_w);
-  compose_weights(now.extend, now.raw_bond, g.bond, g.bond_w);
+  compose_weights(now.extend, now.raw_corner, g.corner, now.corner_place, g.corner_w);
+  compose_weights(now.extend, now.raw_bond, g.bond, now.bond_place, g.bond_w);
   grid_compose(now.extend, g.nnode, g.ghost, g.ghost_w);
   point_sums(pts, m.dim, g.nnode, g, nullptr);
   return true;

@@ -49,14 +49,15 @@ using Dirs = Eigen::Array<double, D, 1>;
 template <int D>
 void momentum(const CornerMass& m, const double* v, double* q)
 {
-  const int ncorner = static_cast<int>(m.diag.size());
+  const int ncorner = static_cast<int>(m.diag.size()), *off = m.off.data(), *col = m.col.data();
+  const double *diag = m.diag.data(), *val = m.val.data();
   for (int c = 0; c < ncorner; ++c) {
     const Dirs<D> own = Eigen::Map<const Dirs<D>>(v + static_cast<size_t>(c) * D);
-    Dirs<D> sum       = m.diag[c] * own;
-    for (int k = m.off[c]; k < m.off[c + 1]; ++k) {
-      const size_t other = static_cast<size_t>(m.col[k]) * D;
-      sum += m.val[k] * Eigen::Map<const Dirs<D>>(v + other);
-      Eigen::Map<Dirs<D>>(q + other) += m.val[k] * own;
+    Dirs<D> sum       = diag[c] * own;
+    for (int k = off[c], end = off[c + 1]; k < end; ++k) {
+      const size_t other = static_cast<size_t>(col[k]) * D;
+      sum += val[k] * Eigen::Map<const Dirs<D>>(v + other);
+      Eigen::Map<Dirs<D>>(q + other) += val[k] * own;
     }
     Eigen::Map<Dirs<D>>(q + static_cast<size_t>(c) * D) = sum;
   }
