@@ -345,7 +345,9 @@ std::vector<Face> acting_faces(const Points& pts, const Load& l, const std::vect
 Failure face_loads(const Model& m, const Discretisation& d, const State& st, const Step& step, const Load& l,
                    const LoadTime& at, const Dofs* own, RealVec& fn, RealVec& fc)
 {
-  const IntVec *elems = own ? &own->elem_rank : nullptr, *points = own ? &own->point_rank : nullptr;
+  // the faces of elements of a divided model are those of this rank
+  const IntVec *elems = own && !own->elem_rank.empty() ? &own->elem_rank : nullptr,
+               *points = own ? &own->point_rank : nullptr;
   const Failure failure = faces_load(m, d, st, step, l, false, m.surface[l.surface].face, at, elems, fn);
   if (!failure.ok()) return failure;
   const std::vector<Face>& face = st.points.surface[l.surface];
@@ -357,7 +359,6 @@ Failure body_loads(const Model& m, const Discretisation& d, const State& st, con
                    const LoadTime& at, RealVec& fn, RealVec& fc)
 {
   const int dim  = m.dim;
-  IpFields ip;
   for (int e : l.elem) {
     if (d.el.block_of[e] < 0) continue;
     const ElemBlock& b    = d.el.block[d.el.block_of[e]];
@@ -376,6 +377,7 @@ Failure body_loads(const Model& m, const Discretisation& d, const State& st, con
   const Points& pts = st.points;
   for (int q = 0; q < pts.npoint; ++q) {
       const bool of_body = std::find(l.body.begin(), l.body.end(), pts.body[q]) != l.body.end();
+      if (!point_works(m, pts, q)) continue;
       if (!of_body &&
           !(pts.parent[q] >= 0 && std::binary_search(l.elem.begin(), l.elem.end(), pts.parent[q])))
         continue;
@@ -399,6 +401,7 @@ Failure node_loads(const Model& m, const IntVec& follow, const Step& step, const
 {
   double value;
   for (int n : l.node) {
+    if (!m.part.counts(n)) continue;
     const auto name = [&] { return "node " + std::to_string(m.mesh.node_label[n]); };
     const double* X = &m.mesh.X[3 * n];
     const Failure failure = value_here(m, step, l, X, at, name, value);
@@ -498,6 +501,28 @@ namespace {
 
 bool follows(const Step& step, const Load& l) { return step.nlgeom && l.kind == LOAD_PRESSURE; }
 
+// forces at corners of points [ncorner*dim], of all ranks of a divided model together: all of them know all
+// corners, and what pushes at a row of this one may be known to another
+void add_corner_loads(const Discretisation& d, const Dofs& dofs, RealVec& fc, RealVec& fext)
+{
+  comm_sum(fc);
+  RealVec all(dofs.whole->neq(), 0.0), f;
+  assem_scatter_corners(d.grid, *dofs.whole, fc, all);
+  dof_pick(dofs, all, f);
+  for (int i = 0; i < dofs.neq(); ++i) fext[i] += f[i];
+}
+
+// divided model: loads at nodes and corners, each on one rank
+void sum_loads(const Discretisation& d, const Dofs& dofs, const RealVec& fn, RealVec& fc, RealVec& fext)
+{
+  fext = dof_of_nodes(dofs, fn);
+  fext.push_back(std::any_of(fc.begin(), fc.end(), [](double f) { return f != 0.0; }));
+  sys_sum(dofs.A, fext, 1);
+  const bool corners = fext.back() > 0.0;
+  fext.pop_back();
+  if (corners) add_corner_loads(d, dofs, fc, fext);
+}
+
 // several ranks with the whole model: each knows where its own faces are during Newton's method
 Failure follower_loads(const Model& m, const Discretisation& d, const Dofs& dofs, const State& st,
                        const Step& step, const LoadTime& at, RealVec& fext)
@@ -528,14 +553,18 @@ Failure assem_loads(const Model& m, const Discretisation& d, const Dofs& dofs, c
   RealVec fn(static_cast<size_t>(m.mesh.nnode()) * m.dim, 0.0), fc(st.points.Xc.size(), 0.0);
   Failure failure;
   for (const Load& l : step.load) {
-    if (dofs.whole && follows(step, l)) continue;    // follower_loads
+    if (dofs.whole && !m.part.on && follows(step, l)) continue;    // follower_loads
     if (l.kind == LOAD_NODE) failure = node_loads(m, d.follow, step, l, at, warned, fn, fc);
     else if (l.kind == LOAD_BODY) failure = body_loads(m, d, st, step, l, at, fn, fc);
-    else failure = face_loads(m, d, st, step, l, at, nullptr, fn, fc);
+    else failure = face_loads(m, d, st, step, l, at, m.part.on && dofs.whole ? &dofs : nullptr, fn, fc);
     if (!failure.ok()) break;
   }
   if (m.part.on) failure = failure_agree(failure);
   if (!failure.ok()) return failure;
+  if (m.part.on) {
+    sum_loads(d, dofs, fn, fc, fext);
+    return STATUS_OK;
+  }
   // all points push at rows of this rank: its own do not tell what those of others do
   const Dofs& all = st.points.npoint ? dof_all_rows(dofs) : dofs;
   RealVec f       = dof_of_nodes(all, fn);
@@ -546,6 +575,5 @@ Failure assem_loads(const Model& m, const Discretisation& d, const Dofs& dofs, c
     return assem_has_followers(step) ? follower_loads(m, d, dofs, st, step, at, fext) : STATUS_OK;
   }
   fext.swap(f);
-  if (m.part.on) sys_sum(dofs.A, fext);
   return STATUS_OK;
 }

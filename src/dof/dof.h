@@ -39,7 +39,8 @@ struct MassRows;
 struct Dofs {
   int dim = 0, nfe = 0, nrow = 0;
   bool numbered = false;       // rows of nodes are those of the elements and bonds of now
-  // divided model: the last of the nfe rows are of nodes of outer elements that bonds of this rank hold
+  // divided model: the last of the nfe rows are of nodes that this rank has no element at; bonds of this rank
+  // hold them, or corners of points follow them
   int nguest = 0;
   IntVec row_of_node;          // [nnode] row of a node, -1: in no element
   IntVec node_of_row;          // [nfe]
@@ -71,11 +72,15 @@ struct Dofs {
   bool split = false;
   std::vector<char> once;      // split: [nrow*dim] the row belongs to this rank
   long rows = 0;               // split: rows of all ranks, each once
-  // several ranks that hold the whole model: all rows as on one rank, their lists and whose work is what
+  // several ranks that hold the whole model: all rows as on one rank, their lists and whose work is what.
+  // Divided model with points: rows of its nodes, and all of the grid
   std::shared_ptr<Dofs> whole;
   IntVec whole_row;            // whole: [nrow] the row there
   IntVec local_row;            // whole: [whole->nrow] the row here, -1: none
-  ListTable of_rank;           // whole: [ranks] rows of whole that belong to each
+  ListTable of_rank;           // whole: [ranks] rows of whole that belong to each; divided: places in told
+  // whole, divided: rows of whole that all ranks have, in the same order on all of them: those of the grid, and
+  // of nodes that corners follow
+  IntVec told;
   IntVec elem_rank, point_rank;        // the division that the pattern was made for
   // block of A for each node pair, 2 k + 1: transposed; elements of this rank, block after block
   IntVec elem_map;
@@ -111,10 +116,10 @@ inline const ActiveGrid& dof_grid(const Discretisation& d, const Dofs& s) { retu
 
 // dof_local : the rows of this rank (dof_local.cpp) of what whole has, and d.own
 //   in   fresh   lists, rows or the division have changed
-void dof_local(const Mesh& mesh, const Points& pts, bool fresh, Discretisation& d, Dofs& s);
+void dof_local(const Model& m, const Points& pts, bool fresh, Discretisation& d, Dofs& s);
 
 // dof_gather : vectors x [neq] of the rows of each rank become [whole->neq] on all; from row first of whole
-// on, 0 before it. Collective.
+// on, 0 before it. Divided model: all rows. Collective.
 // dof_pick : the way back
 std::vector<RealVec> dof_gather(const Dofs& s, const std::vector<const RealVec*>& x, int first = 0);
 template <class T>

@@ -212,7 +212,50 @@ void take_owned(const Division& d, const ActiveGrid& grid, Elements& el, Dofs& s
     if (d.point[s.group_first[k]] == me) s.owned_group.push_back(k);
 }
 
-// one rank, or a divided model: all that is here
+// rank that works on each point of a divided model: that of the element which it was
+IntVec ranks_of_points(const MeshPart& part, const Points& pts)
+{
+  IntVec rank;
+  for (int e : pts.parent) rank.push_back(part.rank[e]);
+  return rank;
+}
+
+// Divided model with points, which all ranks know: rows of nodes are those of this rank, but for guests; a row
+// of the grid belongs to the smallest rank that has a point on it
+void own_part(const Points& pts, const ActiveGrid& grid, Dofs& s)
+{
+  s.owner.assign(s.nrow, comm_rank());
+  std::fill(s.owner.begin() + (s.nfe - s.nguest), s.owner.begin() + s.nfe, -1);
+  std::fill(s.owner.begin() + s.nfe, s.owner.end(), comm_size());
+  for (int q = 0; q < pts.npoint; ++q)
+    for (int k = grid.point.off[q]; k < grid.point.off[q + 1]; ++k) {
+      const int row = s.nfe + grid.point.item[k];
+      if (row >= s.nfe) s.owner[row] = std::min(s.owner[row], s.point_rank[q]);
+    }
+  for (int r = s.nfe; r < s.nrow; ++r)
+    if (s.owner[r] == comm_size()) s.owner[r] = 0;
+}
+
+void take_part(const MeshPart& part, const Points& pts, const ActiveGrid& grid, Dofs& s)
+{
+  const int me = comm_rank();
+  s.point_rank = ranks_of_points(part, pts);
+  own_part(pts, grid, s);
+  s.owned_point.clear();
+  for (int q = 0; q < pts.npoint; ++q)
+    if (s.point_rank[q] == me) s.owned_point.push_back(q);
+  s.owned_ghost.clear();
+  for (int q = 0; q < grid.ghost.size(); ++q)
+    if (s.owner[s.nfe + grid.ghost.begin(q)[0]] == me) s.owned_ghost.push_back(q);
+  s.owned_group.clear();
+  for (int k = 0; k < s.group.size(); ++k)
+    if (s.point_rank[s.group_first[k]] == me) s.owned_group.push_back(k);
+  s.owned_bond = s.bond_acts;
+  s.bond_owned.assign(s.bond.size(), 0);
+  for (int b : s.bond_acts) s.bond_owned[b] = 1;
+}
+
+// one rank, or a divided model without points: all that is here
 void take_all(const ActiveGrid& grid, Dofs& s)
 {
   const auto all = [](IntVec& list, int n) {
@@ -245,7 +288,8 @@ bool dof_divide(const Model& m, const Points& pts, const Level& now, const Activ
 {
   const Mesh& mesh = m.mesh;
   if (comm_size() == 1 || m.part.on) {
-    take_all(grid, s);
+    if (m.part.on && pts.npoint) take_part(m.part, pts, grid, s);
+    else take_all(grid, s);
     d = Division();
     return false;
   }

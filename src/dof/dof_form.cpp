@@ -92,26 +92,40 @@ void number_nodes(const Model& m, const State& st, const Elements& el, Dofs& s)
   for (int r = 0; r < s.nfe; ++r) s.row_of_node[s.node_of_row[r]] = r;
 }
 
-// divided model: all ranks know all bonds, and that of the first node works on one
-bool bond_here(const MeshPart& part, const Bonds& bonds, int b)
+// divided model: all ranks know all bonds, and that of the first node works on one; of a corner that of the
+// first point which has it
+std::vector<char> bonds_here(const Model& m, const Points& pts, const Bonds& bonds)
 {
-  return !part.on || part.counts(bonds.a.item[bonds.a.off[b]]);
+  std::vector<char> here(bonds.nbond, 1);
+  if (!m.part.on || bonds.nbond == 0) return here;
+  IntVec corner(pts.ncorner, -1);
+  for (int q = pts.npoint - 1; q >= 0; --q)
+    for (int k = pts.conn.off[q]; k < pts.conn.off[q + 1]; ++k)
+      corner[pts.conn.item[k]] = m.part.rank[pts.parent[q]];
+  for (int b = 0; b < bonds.nbond; ++b) {
+    const int n = bonds.a.item[bonds.a.off[b]], c = n - m.mesh.nnode();
+    here[b] = c < 0 ? m.part.counts(n) : corner[c] == comm_rank();
+  }
+  return here;
 }
 
-// divided model: rows of nodes that other ranks work on, which bonds of this one hold now. True: they are
-// others than before
-bool add_guests(const MeshPart& part, const Bonds& bonds, const ContactPairs& pairs, Dofs& s)
+// divided model: rows of nodes without elements of this rank, which bonds of it hold now, or corners follow.
+// True: they are others than before
+bool add_guests(const Model& m, const Points& pts, const Bonds& bonds, const std::vector<char>& here,
+                const ContactPairs& pairs, Dofs& s)
 {
-  const int own = s.nfe - s.nguest;
+  const int own = s.nfe - s.nguest, nnode = m.mesh.nnode();
   IntVec guest;
-  const auto take = [&](const ListTable& list, int b) {
-    for (int k = list.off[b]; k < list.off[b + 1]; ++k) {
-      const int n = list.item[k], row = s.row_of_node[n];
-      if (row < 0 || row >= own) guest.push_back(n);
-    }
+  const auto add = [&](int n) {
+    if (n < nnode && (s.row_of_node[n] < 0 || s.row_of_node[n] >= own)) guest.push_back(n);
   };
+  const auto take = [&](const ListTable& list, int b) {
+    for (int k = list.off[b]; k < list.off[b + 1]; ++k) add(list.item[k]);
+  };
+  for (int c = 0; c < static_cast<int>(pts.hangs.size()); ++c)
+    if (pts.hangs[c] == HANG_NODE) add(pts.hang.begin(c)[0]);
   for (int b = 0; b < bonds.nbond; ++b) {
-    if (!bond_here(part, bonds, b) || !contact_acts(bonds, pairs, b)) continue;
+    if (!here[b] || !contact_acts(bonds, pairs, b)) continue;
     take(bonds.a, b);
     if (bonds.field[b] == SIDE_CONTACT) take(pairs.master, b);
   }
@@ -189,7 +203,8 @@ void form_groups(const ListTable& group, const ActiveGrid& grid, Dofs& s)
   }
 }
 
-void form_lists(const Bonds& bonds, const MeshPart& part, Discretisation& d, Dofs& s)
+void form_lists(const MeshPart& part, const Bonds& bonds, const std::vector<char>& here, Discretisation& d,
+                Dofs& s)
 {
   find_mesh_rows(d.grid, s);
   form_groups(d.point_law.group, d.grid, s);
@@ -203,7 +218,7 @@ void form_lists(const Bonds& bonds, const MeshPart& part, Discretisation& d, Dof
   IntVec row;
   RealVec w;
   for (int b = 0; b < bonds.nbond; ++b) {
-    if (!bond_here(part, bonds, b)) {
+    if (!here[b]) {
       s.bond.off.push_back(static_cast<int>(s.bond.item.size()));
       continue;
     }
@@ -314,8 +329,9 @@ bool form_rows(const Model& m, const Step& step, State& st, Discretisation& d, D
   const int before = s.nrow;
   s.dim = m.dim;
   number_nodes(m, st, d.el, s);
-  bool fresh = m.part.on && st.bonds.nbond && add_guests(m.part, st.bonds, d.pairs, s);
-  form_lists(st.bonds, m.part, d, s);
+  const std::vector<char> here = bonds_here(m, st.points, st.bonds);
+  bool fresh = m.part.on && add_guests(m, st.points, st.bonds, here, d.pairs, s);
+  form_lists(m.part, st.bonds, here, d, s);
   fresh = fresh || first || s.nrow != before;
   fresh = fresh || !same(s.point_rows, d.grid.point) || !same(s.bond_rows, s.bond) ||
           !same(s.ghost_rows, d.grid.ghost) || !same(s.group_rows, s.group);
@@ -333,7 +349,10 @@ bool form_rows(const Model& m, const Step& step, State& st, Discretisation& d, D
 bool form_split(const Model& m, const Step& step, State& st, Discretisation& d, Dofs& s)
 {
   s.split = true;
-  if (m.part.on) {
+  if (m.part.on && st.points.npoint == 0) {
+    s.whole.reset();
+    s.told.clear();
+    s.point_rank.clear();
     const bool fresh = comm_allreduce_max(static_cast<int>(form_rows(m, step, st, d, s)));
     if (!fresh) return false;
     halo_form(s.row_key, s.halo);
@@ -345,8 +364,9 @@ bool form_split(const Model& m, const Step& step, State& st, Discretisation& d, 
   s.dim = m.dim;
   s.whole->numbered = s.whole->numbered && s.numbered;
   s.numbered        = true;
-  const bool fresh = form_rows(m, step, st, d, *s.whole);
-  dof_local(m.mesh, st.points, fresh, d, s);
+  bool fresh = form_rows(m, step, st, d, *s.whole);
+  if (m.part.on) fresh = comm_allreduce_max(static_cast<int>(fresh)) > 0;
+  dof_local(m, st.points, fresh, d, s);
   if (fresh) dof_tie(m, step, s);
   return fresh;
 }

@@ -34,8 +34,19 @@ bool counts_pieces(const Model& m)
                                        [](const HistoryDef& d) { return d.what == "NFRAG"; });
 }
 
-// bonds of finite elements to the ground, pairs of their surfaces
-bool ties_surfaces(const BondDef& d) { return d.kind != BOND_MESH_GRID && !d.general; }
+// bonds of finite elements to the ground, pairs of their surfaces, what conversion makes
+bool ties_surfaces(const Model& m, const BondDef& d)
+{
+  if (d.general) return false;
+  return d.kind != BOND_MESH_GRID || (d.body >= 0 && m.body[d.body].fill == FILL_CONVERSION);
+}
+
+// no points from the start, and no law whose history conversion hands on
+bool points_later(const Model& m)
+{
+  const auto later = [](const Body& b) { return b.fill == FILL_CONVERSION; };
+  return std::all_of(m.body.begin(), m.body.end(), later) && (m.conversion.empty() || law_history(m) == 0);
+}
 
 // parts that do not know of each other are watched, which takes all of them
 bool watches(const Model& m)
@@ -49,8 +60,9 @@ bool watches(const Model& m)
 bool divides(const Model& m)
 {
   return comm_size() > 1 && asked() && !counts_pieces(m) && m.mesh.nelem() >= LEAST * comm_size() &&
-         m.body.empty() && std::all_of(m.bond.begin(), m.bond.end(), ties_surfaces) &&
-         m.conversion.empty() && m.equation.empty() && m.frame.empty() && m.grid_bc.empty() && !watches(m);
+         points_later(m) &&
+         std::all_of(m.bond.begin(), m.bond.end(), [&](const BondDef& d) { return ties_surfaces(m, d); }) &&
+         m.equation.empty() && m.frame.empty() && !watches(m);
 }
 
 // elements of others that each rank looks at: near what breaks, and all at surfaces of bonds and contact

@@ -81,6 +81,35 @@ double parts_of_cube(Shape s);
 // Collective.
 void frac_share(const MeshPart& part, RealVec& x);
 
+// ---- divided model: elements that become points are known to all ranks, with those around them (5.1)
+// frac_gather : elements of this rank, from place first on, become those of all ranks, by time of breaking
+// and number in the mesh of the deck, which the list holds then; a whole model has these already. Collective.
+void frac_gather(const Model& m, const Fracture& fr, IntVec& elem, size_t first);
+
+// frac_zone : are there elements around those of elem (of this rank, all ranks theirs) that not all ranks
+// have?
+//   out  give   those of this rank to be given to all. Collective.
+bool frac_zone(const Model& m, const IntVec& elem, IntVec& give);
+
+// frac_grow : the model gets what all ranks give; arrays of states and levels follow, but not the indices in
+// them. Collective.
+void frac_grow(const IntVec& give, const std::vector<State*>& state, const std::vector<Level*>& level,
+               Model& m);
+
+// frac_adopt : the same with all indices. Collective.
+void frac_adopt(const IntVec& give, const std::vector<State*>& state, const std::vector<Level*>& level,
+                const std::vector<CornerShare*>& share, Model& m);
+
+// frac_renew : elements and the mesh of fracture, after the model has got elements
+void frac_renew(const Model& m, Fracture& fr, Elements& el, FracMesh& fm);
+
+// frac_reload : a state as a restart file has it, with indices that are numbers in the mesh of the deck: the
+// model gets what all ranks must have, and indices are those of here. Collective.
+void frac_reload(State& st, Model& m, Elements& el, FracMesh& fm);
+
+// frac_gone : [nelem] 1: no element any more
+IntVec frac_gone(const Fracture& fr);
+
 // frac_begin : nothing is broken yet, but for pre-cracks; l: the degradation factors
 void frac_begin(const Model& m, const FracMesh& fm, Fracture& fr, Level& l);
 
@@ -156,10 +185,11 @@ double frac_degraded(const Model& m, const Step& s, const Elements& el, const Po
                      const Level& l0, const Level& l1);
 
 // frac_open : elements whose release is over leave the list; those to become points then are added to
-// convert. Collective.
+// convert (numbers in the mesh of the deck). Collective.
 void frac_open(const Model& m, const FracMesh& fm, const Level& l, Fracture& fr, IntVec& convert);
 
-// frac_due : elements that a distortion or a time turns into points now
+// frac_due : elements that a distortion or a time turns into points now (numbers in the mesh of the deck).
+// Collective.
 void frac_due(const Model& m, const Elements& el, const FracMesh& fm, const Fracture& fr, const Level& l,
               IntVec& out);
 

@@ -44,6 +44,8 @@ double frac_degraded(const Model& m, const Step& s, const Elements& el, const Po
 
 void frac_open(const Model& m, const FracMesh& fm, const Level& l, Fracture& fr, IntVec& convert)
 {
+  if (m.part.on && fr.nreleasing == 0) return;
+  const size_t first = convert.size();
   IntVec still;
   for (int e : fr.releasing) {
     if (l.degr[e] > m.fracture[fr.broken[e]].stiffness) {
@@ -51,9 +53,10 @@ void frac_open(const Model& m, const FracMesh& fm, const Level& l, Fracture& fr,
       continue;
     }
     const int c = fm.conv[e];
-    if (c >= 0 && m.conversion[c].trigger == TRIGGER_EROSION && fr.phase[e] == AS_ELEMENT)
+    if (c >= 0 && m.part.works(e) && m.conversion[c].trigger == TRIGGER_EROSION && fr.phase[e] == AS_ELEMENT)
       convert.push_back(e);
   }
+  if (!m.conversion.empty()) frac_gather(m, fr, convert, first);
   fr.releasing.swap(still);
   fr.nreleasing = static_cast<int>(
       std::count_if(fr.releasing.begin(), fr.releasing.end(), [&](int e) { return m.part.works(e); }));

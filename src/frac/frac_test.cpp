@@ -850,4 +850,5 @@ void frac_erode(const Model& m, const Step& step, const Elements& el, const Frac
   released.assign(sum.begin(), sum.begin() + static_cast<long>(n));
   for (size_t k = 0; k < n; ++k) fr.area += sum[n + k];
   fr.neroded += static_cast<int>(n);
+  fr.nreleasing += static_cast<int>(n);
 }

@@ -44,6 +44,8 @@ struct MeshPart {
   Halo halo;                   // nodes that other ranks have too
   Halo around;                 // elements that other ranks have too, owner: rank; off: nothing is outer
   bool joined = false;         // all elements of the deck hang together by common faces
+  std::vector<char> given;     // [Mesh::nelem] all ranks have it, since points are near (model_grow)
+  int grown = 0;               // how often the piece has got elements, and all indices have changed
   bool counts(int n) const { return !on || halo.owner[n] == comm_rank(); }     // n counts here in a sum
   bool works(int e) const { return !on || rank[e] == comm_rank(); }            // the same of an element
   // numbers in the mesh of the deck, and the way back, -1: it is not here
@@ -271,6 +273,7 @@ struct ConversionDef {         // *CONVERSION : elements that become material po
   bool bonded = false;
   BondDef bond;                // what the deck says of the bonds: intermediate, penalty, alpha
   std::string body_name;
+  IntVec elem;                 // divided model: elements of the set, and outer ones
   IntVec body;                 // [section] body of material points, -1: no element of this section
   IntVec bond_of;              // [section] index into Model::bond
   Place place;

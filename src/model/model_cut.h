@@ -43,4 +43,14 @@ Model model_cut_piece(ModelCut& c, int r);
 // model_cut_close : what the pieces have in common, when all ranks have theirs. Collective.
 void model_cut_close(Model& m);
 
+// model_owners : rank that a node belongs to, one of those where it moves with an element that is not gone
+// [nelem]. Collective.
+void model_owners(const IntVec& gone, Model& m);
+
+struct ModelGrowth { IntVec node, elem; };           // [before] index of now
+
+// model_grow : elements that this rank works on (give), with all that the model says of them, become outer
+// elements of all ranks that do not have them; gone [nelem] as for model_owners. Collective.
+ModelGrowth model_grow(const IntVec& give, const IntVec& gone, Model& m);
+
 #endif

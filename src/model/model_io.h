@@ -49,8 +49,8 @@ inline void io(Archive& f, Mesh& x)
 
 inline void io(Archive& f, MeshPart& x)
 {
-  auto& [on, nnode, nelem, node, elem, rank, halo, around, joined] = x;
-  io_fields<MeshPart>(f, on, nnode, nelem, node, elem, rank, halo, around, joined);
+  auto& [on, nnode, nelem, node, elem, rank, halo, around, joined, given, grown] = x;
+  io_fields<MeshPart>(f, on, nnode, nelem, node, elem, rank, halo, around, joined, given, grown);
 }
 
 inline void io(Archive& f, Set& x)
@@ -162,9 +162,10 @@ inline void io(Archive& f, FractureDef& x)
 
 inline void io(Archive& f, ConversionDef& x)
 {
-  auto& [elset, trigger, limit, per_elem, field, release, bonded, bond, body_name, body, bond_of, place] = x;
-  io_fields<ConversionDef>(f, elset, trigger, limit, per_elem, field, release, bonded, bond, body_name, body,
-                           bond_of, place);
+  auto& [elset, trigger, limit, per_elem, field, release, bonded, bond, body_name, elem, body, bond_of,
+         place] = x;
+  io_fields<ConversionDef>(f, elset, trigger, limit, per_elem, field, release, bonded, bond, body_name, elem,
+                           body, bond_of, place);
 }
 
 inline void io(Archive& f, EquationTerm& x)

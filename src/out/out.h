@@ -130,6 +130,7 @@ struct Output {
   History history;
   std::vector<Probe> probe;    // [Model::history]
   std::size_t converted = 0;   // elements that had become points when the probes were made
+  int grown = 0;               // MeshPart::grown then
   int row_written = -1;        // last row of history in the file
   VtkSeries series[VTK_KINDS];
   int vtk_frame = 0;
@@ -171,7 +172,7 @@ bool out_restart_load(const Model& m, const std::string& path, Archive& f);
 
 // out_reopen : instead of out_open: state, grid of the last frame and output as they were when the file f was
 // written; on entry s is the state at t = 0. Returns the number of errors.
-int out_reopen(const Model& m, const Elements& el, Archive& f, State& s, ActiveGrid& grid, Output& out);
+int out_reopen(Model& m, Elements& el, FracMesh& fm, Archive& f, State& s, ActiveGrid& grid, Output& out);
 
 // out_restart : JOB.rst, when it is due or must be written now, so that a kill at any moment leaves a whole
 // file

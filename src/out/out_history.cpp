@@ -88,10 +88,10 @@ void built_in_values(const State& s, int dim, RealVec& row)
   row.insert(row.end(), {l.angular[2], l.slip_max, l.slip_rms});
 }
 
-void points_of_body(const Points& pts, int body, IntVec& list)
+void points_of_body(const Model& m, const Points& pts, int body, IntVec& list)
 {
   for (int p = 0; p < pts.npoint; ++p)
-    if (pts.body[p] == body) list.push_back(p);
+    if (pts.body[p] == body && point_works(m, pts, p)) list.push_back(p);
 }
 
 // elements of a set, and the points that some of them have become
@@ -125,7 +125,7 @@ void find_targets(const Model& m, const Elements& el, const State& s, const Hist
   if (d.at_point) probe.at = out_locate(m, el, s.points, d.X.data());
   if (d.nset >= 0) read_nset(m, s, m.nset[d.nset].item, probe);
   if (d.elset >= 0) read_elset(el, s.points, m.elset[d.elset].item, probe);
-  if (d.body >= 0) points_of_body(s.points, d.body, probe.point);
+  if (d.body >= 0) points_of_body(m, s.points, d.body, probe.point);
 }
 
 struct Targets {               // are there any, on any rank?
@@ -356,9 +356,10 @@ void history_write(const Output& out, int row)
 void history_row(const Model& m, const Elements& el, const State& s, Output& out)
 {
   RealVec row;
-  if (out.converted != s.frac.converted.size()) {
+  if (out.converted != s.frac.converted.size() || out.grown != m.part.grown) {
     for (std::size_t i = 0; i < out.probe.size(); ++i) find_targets(m, el, s, m.history[i], out.probe[i]);
     out.converted = s.frac.converted.size();
+    out.grown     = m.part.grown;
   }
   built_in_values(s, m.dim, row);
   std::vector<Gathered> sample;

@@ -13,6 +13,7 @@
 #include "base/version.h"
 #include "model/state_fits.h"
 #include "model/state_io.h"
+#include "model/state_number.h"
 #include "out/out.h"
 
 static void io(Archive& f, VtkSeries& x)
@@ -160,28 +161,6 @@ IntVec releasing_of_all(const Model& m, const Fracture& fr)
   return list;
 }
 
-// nodes of side A of bonds, which all ranks know, in the mesh of the deck; and back
-void bonds_to_deck(const Model& m, Bonds& b)
-{
-  for (int& n : b.a.item) n = m.part.node_number(n);
-}
-
-void bonds_from_deck(const Model& m, Bonds& b)
-{
-  for (int& n : b.a.item) n = m.part.node_here(n);
-}
-
-// the other way: those that are here; a number that no mesh has stays, for state_fault
-void take_releasing(const Model& m, Fracture& fr)
-{
-  IntVec list;
-  for (int number : fr.releasing) {
-    const int e = m.part.elem_here(number);
-    if (e >= 0 || number < 0 || number >= m.part.nelem) list.push_back(e);
-  }
-  fr.releasing.swap(list);
-}
-
 long length_of(std::FILE* file, const std::string& path)
 {
   if (!file) return -1;
@@ -323,11 +302,11 @@ void out_restart(const Model& m, State& s, ActiveGrid& grid, bool now, Output& o
   origin.deck    = m.hash;
   io(f, origin);
   IntVec releasing = m.part.on ? releasing_of_all(m, s.frac) : s.frac.releasing;
+  state_to_deck(m.part, s);
   releasing.swap(s.frac.releasing);
-  bonds_to_deck(m, s.bonds);
   io_content(f, length, s, grid, out);
   releasing.swap(s.frac.releasing);
-  bonds_from_deck(m, s.bonds);
+  state_from_deck(m.part, s);
   end_file(fresh, path, f);
   if (!m.restart.overlay && comm_rank() == 0) copy_file(path, out.base + ".rst");
   log_note("  restart file written, %.3g MB", 1e-6 * static_cast<double>(f.at));
@@ -350,7 +329,7 @@ bool out_restart_load(const Model& m, const std::string& path, Archive& f)
 // out_reopen : columns are found with the state at t = 0, as at the start of the run; then all is as it was.
 // Rank 0 reads the file; a rank of a divided model gets its part of each array.
 // ---------------------------------------------------------------------------
-int out_reopen(const Model& m, const Elements& el, Archive& f, State& s, ActiveGrid& grid, Output& out)
+int out_reopen(Model& m, Elements& el, FracMesh& fm, Archive& f, State& s, ActiveGrid& grid, Output& out)
 {
   const bool first = comm_rank() == 0;
   const int errors = history_setup(m, el, s, out);
@@ -367,16 +346,13 @@ int out_reopen(const Model& m, const Elements& el, Archive& f, State& s, ActiveG
   if (f.file) std::fclose(f.file);
   f.file = nullptr;
   f.part = nullptr;
-  if (m.part.on) {
-    take_releasing(m, s.frac);
-    bonds_from_deck(m, s.bonds);
-    s.division = Division();   // of a replicated model, which has written the file
-  }
-  if (!f.good || f.at != f.end()) {
+  if (comm_allreduce_max(static_cast<int>(!f.good || f.at != f.end()))) {
     log_error("the restart file has another content than this program expects: another build of mpfe has "
               "written it");
     return 1;
   }
+  frac_reload(s, m, el, fm);
+  if (m.part.on) s.division = Division();            // of a replicated model, which has written the file
   std::string fault = first_fault(state_fault(m, begin, s));
   if (fault.empty() && !output_fits(m, grid, names, out)) fault = "history and checks";
   if (!fault.empty()) {

@@ -233,7 +233,7 @@ void write_fe(const Model& m, const Elements& el, const State& s, const Fragment
 void write_mp(const Model& m, const State& s, const Fragments& fragments, Output& out)
 {
   const Points& pts = s.points;
-  const bool here = pts.npoint > 0;
+  const bool here = pts.npoint > 0 && !(m.part.on && comm_rank() > 0);         // all ranks know all of them
   if (!anybody(m, here)) return;
   CellFields cell;
   IntVec type, body;
@@ -346,7 +346,8 @@ void cell_corners(const Grid& g, int dim, long key, RealVec& x)
 
 void write_grid(const Model& m, const State& s, const ActiveGrid& grid, Output& out)
 {
-  if (!anybody(m, grid.ncell > 0)) return;
+  const bool here = grid.ncell > 0 && !(m.part.on && comm_rank() > 0);         // all ranks know all of it
+  if (!anybody(m, here)) return;
   const int nen = m.dim == 3 ? 8 : 4;
   RealVec x;
   IntVec field;
@@ -358,12 +359,12 @@ void write_grid(const Model& m, const State& s, const ActiveGrid& grid, Output& 
     conn.off.push_back((c + 1) * nen);
   }
   VtkFile f;
-  begin(f, VTK_GRID, m, s, grid.ncell > 0, out);
+  begin(f, VTK_GRID, m, s, here, out);
   vtk_points(f, x, m.dim);
   vtk_cells(f, conn, IntVec(grid.ncell, shape_info[m.dim == 3 ? SHAPE_HEX8 : SHAPE_QUAD4].vtk));
   vtk_cell_data(f, grid.ncell);
   vtk_labels(f, "field", field);
-  end(f, VTK_GRID, m, grid.ncell > 0, out);
+  end(f, VTK_GRID, m, here, out);
 }
 
 // of 000123.vtk, .vtu, .pvtu, or a piece 000123_r2.vtu; -1: no name of a frame

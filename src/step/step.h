@@ -47,8 +47,9 @@ struct NewtonMemory {
 
 // Everything a run holds
 struct Problem {
-  Problem(const Model& model, State& state) : m(model), st(state) {}
+  Problem(Model& model, State& state) : m(model), piece(model), st(state) {}
   const Model& m;
+  Model& piece;                // the same: of a divided model, which gets elements of others (step_adopt)
   State& st;
   Discretisation d;
   Dofs dofs;
@@ -246,12 +247,18 @@ void step_undo(Problem& p, UndoPoint& u);
 // step_fracture : at t(n), just converged: what breaks, breaks and becomes points; in statics equilibrium
 // follows at the same load, until nothing breaks any more. Not good: the state is that of a failed attempt.
 // INTERRUPTED: a signal came between two equilibria.
-//   in   before   the state at the start of the increment
+//   inout before  the state at the start of the increment; it gets the elements that the model gets
 //   watch         CRITERION_EXCEEDED: the increment steps over the load of the first break; nothing has
 //                 broken yet
 //   inout energy  of step_increment; that of the last equilibrium
-Failure step_fracture(Problem& p, const Step& s, double t_step, const UndoPoint& before, BreakWatch& watch,
+Failure step_fracture(Problem& p, const Step& s, double t_step, UndoPoint& before, BreakWatch& watch,
                       RealVec& energy, Output& out);
+
+// step_adopt : divided model: elements that are to become points (of all ranks; numbers in the mesh of the
+// deck), and those around them, become known to all ranks; out: their indices here. Collective.
+//   u   null, or a state that follows
+void step_adopt(Problem& p, UndoPoint* u, IntVec& elem);
+
 
 // step_signalled : has a signal come, on any rank? Collective.
 bool step_signalled();

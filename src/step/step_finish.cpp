@@ -118,11 +118,12 @@ void tell_nodes(const Dofs& dofs, State& st)
 // velocities of nodes, corners and grid                                             (6.3), (3.15)
 //   out  dv      change of those of the unknowns, all that this rank knows: [neq] of dof_all_rows
 //        after   of the grid, for the next projection; null: not asked for
-void finish_velocities(const ActiveGrid& grid, const Dofs& dofs, const Attempt& a, State& st, RealVec& dv,
-                       GridVelocity* after)
+void finish_velocities(bool divided, const ActiveGrid& grid, const Dofs& dofs, const Attempt& a, State& st,
+                       RealVec& dv, GridVelocity* after)
 {
   const Dofs& all = dof_all_rows(dofs);
-  const bool here = dofs.whole && !dofs.hung;         // the nodes of all rows, by each rank
+  // the nodes of all rows, by each rank
+  const bool here = dofs.whole && !dofs.hung && !divided;
   RealVec own(dofs.neq(), 0.0);
   if (here) finish_nodes(all, a, a.du_all, st, dv);
   else finish_nodes(dofs, a, a.du, st, own);
@@ -135,14 +136,16 @@ void finish_velocities(const ActiveGrid& grid, const Dofs& dofs, const Attempt& 
     const RealVec told = dof_gather(dofs, {&own}, first)[0];
     std::copy(told.begin() + static_cast<long>(first) * all.dim, told.end(),
               dv.begin() + static_cast<long>(first) * all.dim);
-    if (!here) tell_nodes(dofs, st);
+    if (!here && !divided) tell_nodes(dofs, st);
   }
   if (st.points.npoint) assem_gather_corners(grid, all, dv, st.n.vc, st.np1.vc);
 }
 
-// several ranks with the whole model: R where supports act, [neq] of all rows
+// several ranks with the whole model: R where supports act, [neq] of all rows. Divided model: of those that
+// this rank knows
 RealVec reactions_of_all(const Dofs& dofs, const RealVec& R)
 {
+  if (!dofs.told.empty()) return dof_gather(dofs, {&R})[0];
   const int dim = dofs.dim;
   const Dofs& w = *dofs.whole;
   RealVec at, all(w.neq(), 0.0);         // dof and force, one after the other
@@ -318,11 +321,11 @@ void step_finish(Problem& p, Attempt& a, RealVec& energy)
   // small systems and REUSE=NO: a continued run repeats every digit
   GridVelocity* const after = m.solver.reuse && s.neq_all() >= SMALL_SYSTEM ? &p.newton.grid : nullptr;
   if (!after) p.newton.grid = GridVelocity();
-  if (a.cM != 0.0) finish_velocities(p.d.grid, s, a, st, dv, after);
+  if (a.cM != 0.0) finish_velocities(m.part.on, p.d.grid, s, a, st, dv, after);
   if (m.part.around.on()) {                          // nodes of outer elements
     halo_copy(m.part.halo, m.dim, st.np1.u);
     for (RealVec* x : {&st.np1.v, &st.np1.a})
-      if (a.cM != 0.0 && st.bonds.nbond) halo_copy(m.part.halo, m.dim, *x);
+      if (a.cM != 0.0 && (st.bonds.nbond || !m.conversion.empty())) halo_copy(m.part.halo, m.dim, *x);
   }
   // 2. what ghosts and damping have taken                                           (3.17), (6.21)
   if (p.d.grid.ghost.size()) finish_ghosts(p.d.grid, all, a, dv, st.ledger);

@@ -4,6 +4,7 @@
 
 #include "base/log.h"
 #include "base/timer.h"
+#include "model/model_cut.h"
 #include "model/scheme.h"
 #include "step/step.h"
 
@@ -31,8 +32,9 @@ void find_erosions(const Model& m, const Discretisation& d, const Step& s, const
 
 // points are released; elements break, and those that are to become points, do. The energy that goes is told
 // apart.
+//   convert   numbers in the mesh of the deck
 Failure apply(Problem& p, const Step& s, const std::vector<Erosion>& erode, const IntVec& torn,
-              IntVec convert)
+              IntVec convert, UndoPoint& u)
 {
   State& st = p.st;
   const double before = all_energy(st.ledger);
@@ -48,7 +50,9 @@ Failure apply(Problem& p, const Step& s, const std::vector<Erosion>& erode, cons
       st.eroded.push_back({e.number, e.label, e.time, e.value, gain[k], {e.X[0], e.X[1], e.X[2]}});
     }
     frac_open(p.m, p.d.fm, st.n, st.frac, convert);    // those that drop their stress at once
+    if (!convert.empty()) step_adopt(p, &u, convert);
     frac_convert(p.m, p.d.el, p.d.fm, convert, p.d.share, st);
+    if (p.m.part.on && !convert.empty()) model_owners(frac_gone(st.frac), p.piece);
   }
   if (!convert.empty() || !torn.empty()) p.dofs.numbered = false;      // other nodes, or other bonds
   p.ready = false;
@@ -95,7 +99,7 @@ Failure stepped_over(const Model& m, const Discretisation& d, const Step& s, con
 
 }  // namespace
 
-Failure step_fracture(Problem& p, const Step& s, double t_step, const UndoPoint& before, BreakWatch& watch,
+Failure step_fracture(Problem& p, const Step& s, double t_step, UndoPoint& before, BreakWatch& watch,
                       RealVec& energy, Output& out)
 {
   std::vector<Erosion> erode;
@@ -114,7 +118,7 @@ Failure step_fracture(Problem& p, const Step& s, double t_step, const UndoPoint&
                      [](const Erosion& a, const Erosion& b) { return a.time < b.time; });
     if (s.proc == PROC_DYNAMIC) frac_torn(p.m, p.d.fm, p.st.points, p.st.n, torn);
     if (erode.empty() && convert.empty() && torn.empty()) return STATUS_OK;
-    Failure failure = apply(p, s, erode, torn, convert);
+    Failure failure = apply(p, s, erode, torn, convert, before);
     if (!failure.ok()) return failure;
     if (s.proc == PROC_DYNAMIC) {
       if (scheme_of(s).acceleration) return step_initial_acceleration(p, s, t_step);
@@ -126,6 +130,33 @@ Failure step_fracture(Problem& p, const Step& s, double t_step, const UndoPoint&
     out_progress(p.m, p.st, out);
     if (step_signalled()) return INTERRUPTED;        // a crack that runs may take longer than a queue waits
   }
+}
+
+void step_adopt(Problem& p, UndoPoint* u, IntVec& elem)
+{
+  const MeshPart& part = p.m.part;
+  if (!part.on) return;
+  IntVec own, give;
+  for (int number : elem) {
+    const int e = part.elem_here(number);
+    if (e >= 0 && part.works(e)) own.push_back(e);
+  }
+  if (frac_zone(p.m, own, give)) {
+    std::vector<State*> state{&p.st};
+    std::vector<Level*> level;
+    std::vector<CornerShare*> share{&p.d.share};
+    if (u) {
+      state.push_back(&u->state);
+      level.push_back(&u->n);
+      share.push_back(&u->share);
+    }
+    frac_adopt(give, state, level, share, p.piece);
+    frac_renew(p.m, p.st.frac, p.d.el, p.d.fm);
+    p.st.np1        = p.st.n;
+    p.dofs.numbered = false;
+    p.ready         = false;
+  }
+  for (int& number : elem) number = part.elem_here(number);
 }
 
 void step_undo_point(State& st, const CornerShare& share, bool copy, UndoPoint& u)
@@ -164,6 +195,7 @@ void step_undo(Problem& p, UndoPoint& u)
   p.st.log = log;
   p.d.share  = u.share;
   elem_refresh(p.d.el);
+  if (changed && p.m.part.on) model_owners(frac_gone(p.st.frac), p.piece);
   if (changed) p.dofs.numbered = false;
   p.ready = false;
 }

@@ -178,7 +178,7 @@ Failure step_inertia_begin(Problem& p, Attempt& a)
 Failure step_initial_acceleration(Problem& p, const Step& s, double t_step)
 {
   Dofs& dofs = p.dofs;
-  if (dof_all_rows(dofs).nfe == 0) return STATUS_OK;
+  if (!p.m.part.on && dof_all_rows(dofs).nfe == 0) return STATUS_OK;
   RealVec zero(dofs.neq(), 0.0), fint, f, acc(dofs.neq(), 0.0), momentum, v, damping(dofs.neq(), 0.0);
   Jumps jumps;
   p.st.np1 = p.st.n;

@@ -250,13 +250,16 @@ Failure correct(Problem& p, Attempt& a, const RealVec& dx, double g0, bool searc
   return failure;
 }
 
-// several ranks: with the whole model all get what each has found for its rows, else for its bonds
+// several ranks: all get what each has found for its rows (whole model), or for those of points and for bonds
 Failure tell_all(Problem& p, Attempt& a)
 {
+  Failure failure;
+  if (p.dofs.whole) {
+    a.du_all.swap(dof_gather(p.dofs, {&a.du})[0]);
+    failure = assem_move_all(p.m, p.d, *p.dofs.whole, a.mode, a.du_all, a.t0, a.t1, p.st, a.jumps);
+  }
   if (p.m.part.on && p.st.bonds.nbond) assem_share_bonds(p.m, p.dofs, p.d.pairs, p.st, a.jumps);
-  if (!p.dofs.whole) return STATUS_OK;
-  a.du_all.swap(dof_gather(p.dofs, {&a.du})[0]);
-  return assem_move_all(p.m, p.d, *p.dofs.whole, a.mode, a.du_all, a.t0, a.t1, p.st, a.jumps);
+  return failure;
 }
 
 void tell_iteration(StepLog& log, int it, const Residual& b, double energy, double part)

@@ -387,7 +387,7 @@ int begin_run(Problem& p, Output& out)
 int continue_run(Problem& p, Archive& f, Output& out)
 {
   const Points begin = p.st.points;
-  const int errors   = out_reopen(p.m, p.d.el, f, p.st, p.d.grid, out);
+  const int errors   = out_reopen(p.piece, p.d.el, p.d.fm, f, p.st, p.d.grid, out);
   if (errors) return errors;
   if (p.d.fm.on && !frac_replay(p.m, p.d.fm, p.st, begin, p.d.share)) {
     log_error("the restart file does not fit this model (the repeated conversion gives other points): it is "

@@ -1,0 +1,127 @@
+#include <algorithm>
+
+#include "base/comm.h"
+#include "frac/frac.h"
+#include "model/model_cut.h"
+#include "model/state_io.h"
+#include "model/state_number.h"
+
+namespace {
+
+// rows of elements around those that become points, which all ranks get at once. One is needed; more of them,
+// and pieces grow less often
+const int ROWS = 4;
+
+// nodes of the keys of shared corners
+template <class Node>
+void renumber(Node node, CornerShare& s)
+{
+  const auto with = [&](CornerKey key) {
+    for (auto& k : key) k.first = node(static_cast<int>(k.first));
+    return key;
+  };
+  CornerShare out;
+  for (const auto& c : s.corner) out.corner.emplace(std::make_pair(c.first.first, with(c.first.second)), c.second);
+  for (const auto& c : s.own) out.own.emplace(with(c.first), c.second);
+  s.corner.swap(out.corner);
+  s.own.swap(out.own);
+  for (int& n : s.node.item) n = node(n);
+}
+
+}  // namespace
+
+bool frac_zone(const Model& m, const IntVec& elem, IntVec& give)
+{
+  const MeshPart& part = m.part;
+  const Mesh& mesh     = m.mesh;
+  RealVec mark(mesh.nnode(), 0.0);
+  const auto mark_nodes = [&](const IntVec& list) {
+    for (int e : list)
+      for (int i = mesh.conn.off[e]; i < mesh.conn.off[e + 1]; ++i) mark[mesh.conn.item[i]] = 1.0;
+  };
+  mark_nodes(elem);
+  IntVec zone;
+  for (int row = 0; row < ROWS; ++row) {
+    halo_sum(part.halo, 1, mark);
+    zone.clear();
+    for (int e = 0; e < mesh.nelem(); ++e)
+      if (part.works(e) && std::any_of(mesh.conn.begin(e), mesh.conn.begin(e) + mesh.conn.count(e),
+                                       [&](int n) { return mark[n] > 0.0; }))
+        zone.push_back(e);
+    const bool known = std::all_of(zone.begin(), zone.end(), [&](int e) { return part.given[e]; });
+    if (row == 0 && !comm_allreduce_max(static_cast<int>(!known))) return false;
+    mark_nodes(zone);
+  }
+  give.clear();
+  for (int e : zone)
+    if (!part.given[e]) give.push_back(e);
+  return true;
+}
+
+IntVec frac_gone(const Fracture& fr)
+{
+  IntVec gone;
+  for (int phase : fr.phase) gone.push_back(phase != AS_ELEMENT);
+  return gone;
+}
+
+void frac_grow(const IntVec& give, const std::vector<State*>& state, const std::vector<Level*>& level, Model& m)
+{
+  const ModelGrowth g = model_grow(give, frac_gone(state[0]->frac), m);
+  std::vector<ArchiveMove> move(ARCHIVE_KINDS);
+  move[PER_NODE] = {g.node, m.part.node.size(), &m.part.halo};
+  move[PER_ELEM] = {g.elem, m.part.elem.size(), &m.part.around};
+  Archive f;
+  f.move = move.data();
+  for (State* st : state) io(f, *st);
+  for (Level* l : level) io(f, *l);
+}
+
+void frac_adopt(const IntVec& give, const std::vector<State*>& state, const std::vector<Level*>& level,
+                const std::vector<CornerShare*>& share, Model& m)
+{
+  for (State* st : state) state_to_deck(m.part, *st);
+  for (CornerShare* s : share) renumber([&](int n) { return m.part.node[n]; }, *s);
+  frac_grow(give, state, level, m);
+  for (State* st : state) state_from_deck(m.part, *st);
+  for (CornerShare* s : share) renumber([&](int n) { return m.part.node_here(n); }, *s);
+}
+
+void frac_renew(const Model& m, Fracture& fr, Elements& el, FracMesh& fm)
+{
+  int worst = -1;
+  MPFE_CHECK(elem_setup(m, el, &worst) == STATUS_OK, "an element that was good is not");
+  frac_mesh(m, el, fm);
+  el.frac = &fr;
+  elem_refresh(el);
+}
+
+void frac_reload(State& st, Model& m, Elements& el, FracMesh& fm)
+{
+  if (!m.part.on) return;
+  IntVec points, give;
+  for (size_t e = 0; e < st.frac.phase.size(); ++e)
+    if (st.frac.phase[e] == AS_POINTS && m.part.works(static_cast<int>(e))) points.push_back(static_cast<int>(e));
+  const bool any = !m.conversion.empty() && st.frac.phase.size() == m.part.elem.size();
+  if (comm_allreduce_max(static_cast<int>(!any)) == 0 && frac_zone(m, points, give)) {
+    frac_grow(give, {&st}, {}, m);
+    st.np1 = st.n;
+    frac_renew(m, st.frac, el, fm);
+  }
+  state_from_deck(m.part, st);
+  if (any) model_owners(frac_gone(st.frac), m);
+}
+
+void frac_gather(const Model& m, const Fracture& fr, IntVec& elem, size_t first)
+{
+  if (!m.part.on) return;
+  struct Due { double time; int number; };
+  std::vector<Due> all;
+  for (size_t k = first; k < elem.size(); ++k) all.push_back({fr.time[elem[k]], m.part.elem_number(elem[k])});
+  comm_allgatherv(all);
+  std::sort(all.begin(), all.end(), [](const Due& a, const Due& b) {
+    return a.time != b.time ? a.time < b.time : a.number < b.number;
+  });
+  elem.resize(first);
+  for (const Due& d : all) elem.push_back(d.number);
+}

@@ -1,0 +1,42 @@
+#include "model/state_number.h"
+
+namespace {
+
+// node, elem: index to index; before, now: nodes of the mesh, behind which corners are counted
+template <class Node, class Elem>
+void renumber(int before, int now, Node node, Elem elem, State& st)
+{
+  Points& p = st.points;
+  for (int& e : p.parent)
+    if (e >= 0) e = elem(e);
+  for (int& n : p.hang.item)
+    if (n >= 0) n = node(n);
+  Bonds& b = st.bonds;
+  for (int& k : b.a.item) k = k < before ? node(k) : k - before + now;
+  for (SkinFace& f : b.skin)
+    if (!f.points) f.elem = elem(f.elem);
+  for (IntVec* list : {&st.frac.releasing, &st.frac.converted})
+    for (int& e : *list) e = elem(e);
+}
+
+}  // namespace
+
+void state_to_deck(const MeshPart& part, State& st)
+{
+  if (!part.on) return;
+  renumber(
+      static_cast<int>(part.node.size()), part.nnode, [&](int n) { return part.node[n]; },
+      [&](int e) { return part.elem[e]; }, st);
+}
+
+void state_from_deck(const MeshPart& part, State& st)
+{
+  if (!part.on) return;
+  IntVec releasing;            // a number that no mesh has stays, for state_fault
+  for (int number : st.frac.releasing)
+    if (part.elem_here(number) >= 0 || number < 0 || number >= part.nelem) releasing.push_back(number);
+  st.frac.releasing.swap(releasing);
+  renumber(
+      part.nnode, static_cast<int>(part.node.size()), [&](int n) { return part.node_here(n); },
+      [&](int e) { return part.elem_here(e); }, st);
+}
