@@ -210,7 +210,7 @@ inline const Material& point_material(const Model& m, const Points& pts, int p)
 // point_works : divided model, where all ranks know all points: does this rank work on point p? Else: true
 inline bool point_works(const Model& m, const Points& pts, int p)
 {
-  return m.part.works(pts.parent[p]);
+  return !m.part.on || m.part.works(pts.parent[p]);
 }
 
 // point_ip_fields : results of a point; of l displacements of corners and degradation are read
