@@ -187,6 +187,9 @@ void dof_part(bool whole, Model& m);
 bool dof_divide(const Model& m, const Points& pts, const Level& now, const ActiveGrid& grid, bool fresh,
                 Elements& el, Division& d, Dofs& s);
 
+// dof_share_points : divided model: which rank works on each point, when there are more of them. Collective.
+void dof_share_points(const Model& m, const Points& pts, const Elements& el, Division& d);
+
 // dof_lists : calls use(n, rows) for every element, point, bond, ghost and group of points, in that order;
 // all: also those of other ranks
 template <class Use>

@@ -10,6 +10,8 @@ namespace {
 
 // the largest work over the mean may grow by so much before all is divided again
 const double UNEVEN = 1.25;
+// the largest work over the mean, as points of a divided model are shared out
+const double EVEN = 1.05;
 
 // work of an element (eight at once take half of what one takes) and of a point on n grid nodes, in the same
 // unit
@@ -212,12 +214,76 @@ void take_owned(const Division& d, const ActiveGrid& grid, Elements& el, Dofs& s
     if (d.point[s.group_first[k]] == me) s.owned_group.push_back(k);
 }
 
-// rank that works on each point of a divided model: that of the element which it was
-IntVec ranks_of_points(const MeshPart& part, const Points& pts)
+// ---- divided model: all ranks know all points, and share the work on them ----
+
+// what a rank has to do, and where
+struct RankWork { double elements = 0.0, all = 0.0, centre[3] = {0, 0, 0}; };
+
+std::vector<RankWork> work_of_ranks(const Model& m, const Elements& el)
 {
-  IntVec rank;
-  for (int e : pts.parent) rank.push_back(part.rank[e]);
-  return rank;
+  RankWork own;
+  double count = 0.0;
+  for (const ElemBlock& b : el.block)
+    for (int slot : b.live) {
+      own.elements += elem_work(b);
+      for (int i = 0; i < 3; ++i) own.centre[i] += m.mesh.X[3 * m.mesh.conn.begin(b.elem[slot])[0] + i];
+      count += 1.0;
+    }
+  for (double& x : own.centre) x /= std::max(count, 1.0);
+  own.all = own.elements;
+  std::vector<RankWork> all(1, own);
+  comm_allgatherv(all);
+  return all;
+}
+
+RealVec point_centres(const Points& pts, int dim)
+{
+  RealVec X(static_cast<size_t>(pts.npoint) * 3, 0.0);
+  for (int q = 0; q < pts.npoint; ++q)
+    for (int k = pts.conn.off[q]; k < pts.conn.off[q + 1]; ++k)
+      for (int i = 0; i < dim; ++i) X[3 * q + i] += pts.w[k] * pts.Xc[pts.conn.item[k] * dim + i];
+  return X;
+}
+
+// points of the rank with the most work go to that with the least, those that are furthest towards it first;
+// false: there is nothing to gain
+bool move_points(const RealVec& X, const RealVec& work, std::vector<RankWork>& rank, IntVec& of)
+{
+  const auto less = [](const RankWork& a, const RankWork& b) { return a.all < b.all; };
+  const int from = static_cast<int>(std::max_element(rank.begin(), rank.end(), less) - rank.begin()),
+            to   = static_cast<int>(std::min_element(rank.begin(), rank.end(), less) - rank.begin());
+  double mean = 0.0, centre[3] = {0, 0, 0};
+  for (const RankWork& r : rank) mean += r.all / static_cast<double>(rank.size());
+  IntVec mine;
+  for (size_t q = 0; q < of.size(); ++q)
+    if (of[q] == from) mine.push_back(static_cast<int>(q));
+  if (mine.empty() || rank[from].all <= EVEN * mean) return false;
+  for (int q : mine)
+    for (int i = 0; i < 3; ++i) centre[i] += X[3 * q + i] / static_cast<double>(mine.size());
+  const auto along = [&](int q) {
+    double sum = 0.0;
+    for (int i = 0; i < 3; ++i) sum += X[3 * q + i] * (rank[to].centre[i] - centre[i]);
+    return sum;
+  };
+  std::stable_sort(mine.begin(), mine.end(), [&](int a, int b) { return along(a) > along(b); });
+  const double before = rank[to].all;
+  for (int q : mine) {
+    if (rank[to].all + work[q] > mean) break;
+    of[q] = to;
+    rank[to].all += work[q];
+    rank[from].all -= work[q];
+  }
+  return rank[to].all > before;
+}
+
+double largest_part(const std::vector<RankWork>& rank)
+{
+  double most = 0.0, mean = 0.0;
+  for (const RankWork& r : rank) {
+    most = std::max(most, r.all);
+    mean += r.all / static_cast<double>(rank.size());
+  }
+  return most / mean;
 }
 
 // Divided model with points, which all ranks know: rows of nodes are those of this rank, but for guests; a row
@@ -236,10 +302,10 @@ void own_part(const Points& pts, const ActiveGrid& grid, Dofs& s)
     if (s.owner[r] == comm_size()) s.owner[r] = 0;
 }
 
-void take_part(const MeshPart& part, const Points& pts, const ActiveGrid& grid, Dofs& s)
+void take_part(const Points& pts, const ActiveGrid& grid, const Division& d, Dofs& s)
 {
   const int me = comm_rank();
-  s.point_rank = ranks_of_points(part, pts);
+  s.point_rank = d.point;
   own_part(pts, grid, s);
   s.owned_point.clear();
   for (int q = 0; q < pts.npoint; ++q)
@@ -272,6 +338,27 @@ void take_all(const ActiveGrid& grid, Dofs& s)
 
 }  // namespace
 
+void dof_share_points(const Model& m, const Points& pts, const Elements& el, Division& d)
+{
+  if (!m.part.on || (static_cast<int>(d.point.size()) == pts.npoint && d.ranks == comm_size())) return;
+  d.elem.clear();
+  if (d.ranks != comm_size()) d.point.clear();
+  d.ranks = comm_size();
+  for (int q = static_cast<int>(d.point.size()); q < pts.npoint; ++q)
+    d.point.push_back(pts.parent[q] >= 0 ? m.part.rank[pts.parent[q]] : 0);
+  std::vector<RankWork> rank = work_of_ranks(m, el);
+  RealVec work;
+  for (int q = 0; q < pts.npoint; ++q) {
+    work.push_back(point_work(m.dim == 2 ? 9 : 27));
+    rank[d.point[q]].all += work[q];
+  }
+  if (largest_part(rank) > UNEVEN * std::max(1.0, d.excess)) {
+    const RealVec X = point_centres(pts, m.dim);
+    for (int k = 0; k < 4 * comm_size() && move_points(X, work, rank, d.point);) ++k;
+    d.excess = largest_part(rank);
+  }
+}
+
 // ---------------------------------------------------------------------------
 // dof_divide : whose work is what                                          doc/theory.md 5.1
 //
@@ -288,8 +375,12 @@ bool dof_divide(const Model& m, const Points& pts, const Level& now, const Activ
 {
   const Mesh& mesh = m.mesh;
   if (comm_size() == 1 || m.part.on) {
-    if (m.part.on && pts.npoint) take_part(m.part, pts, grid, s);
-    else take_all(grid, s);
+    if (m.part.on && pts.npoint) {
+      const bool other = s.point_rank != d.point;
+      take_part(pts, grid, d, s);
+      return other;
+    }
+    take_all(grid, s);
     d = Division();
     return false;
   }

@@ -94,14 +94,14 @@ void number_nodes(const Model& m, const State& st, const Elements& el, Dofs& s)
 
 // divided model: all ranks know all bonds, and that of the first node works on one; of a corner that of the
 // first point which has it
-std::vector<char> bonds_here(const Model& m, const Points& pts, const Bonds& bonds)
+std::vector<char> bonds_here(const Model& m, const Points& pts, const Bonds& bonds, const IntVec& rank)
 {
   std::vector<char> here(bonds.nbond, 1);
   if (!m.part.on || bonds.nbond == 0) return here;
   IntVec corner(pts.ncorner, -1);
   for (int q = pts.npoint - 1; q >= 0; --q)
     for (int k = pts.conn.off[q]; k < pts.conn.off[q + 1]; ++k)
-      corner[pts.conn.item[k]] = m.part.rank[pts.parent[q]];
+      corner[pts.conn.item[k]] = rank[q];
   for (int b = 0; b < bonds.nbond; ++b) {
     const int n = bonds.a.item[bonds.a.off[b]], c = n - m.mesh.nnode();
     here[b] = c < 0 ? m.part.counts(n) : corner[c] == comm_rank();
@@ -329,7 +329,8 @@ bool form_rows(const Model& m, const Step& step, State& st, Discretisation& d, D
   const int before = s.nrow;
   s.dim = m.dim;
   number_nodes(m, st, d.el, s);
-  const std::vector<char> here = bonds_here(m, st.points, st.bonds);
+  dof_share_points(m, st.points, d.el, st.division);
+  const std::vector<char> here = bonds_here(m, st.points, st.bonds, st.division.point);
   bool fresh = m.part.on && add_guests(m, st.points, st.bonds, here, d.pairs, s);
   form_lists(m.part, st.bonds, here, d, s);
   fresh = fresh || first || s.nrow != before;
