@@ -377,7 +377,7 @@ Failure body_loads(const Model& m, const Discretisation& d, const State& st, con
   const Points& pts = st.points;
   for (int q = 0; q < pts.npoint; ++q) {
       const bool of_body = std::find(l.body.begin(), l.body.end(), pts.body[q]) != l.body.end();
-      if (!point_works(m, pts, q)) continue;
+      if (!point_counts(m, pts, q)) continue;
       if (!of_body &&
           !(pts.parent[q] >= 0 && std::binary_search(l.elem.begin(), l.elem.end(), pts.parent[q])))
         continue;

@@ -245,6 +245,15 @@ RealVec point_centres(const Points& pts, int dim)
   return X;
 }
 
+// of points that were there from the start: straight cuts
+IntVec first_ranks(const Points& pts, const RealVec& X, const RealVec& work)
+{
+  const int n = static_cast<int>(std::find_if(pts.parent.begin(), pts.parent.end(), [](int e) { return e >= 0; }) -
+                                 pts.parent.begin());
+  if (n == 0) return IntVec();
+  return part_places(RealVec(X.begin(), X.begin() + 3L * n), RealVec(work.begin(), work.begin() + n), comm_size());
+}
+
 // points of the rank with the most work go to that with the least, those that are furthest towards it first;
 // false: there is nothing to gain
 bool move_points(const RealVec& X, const RealVec& work, std::vector<RankWork>& rank, IntVec& of)
@@ -344,19 +353,16 @@ void dof_share_points(const Model& m, const Points& pts, const Elements& el, Div
   d.elem.clear();
   if (d.ranks != comm_size()) d.point.clear();
   d.ranks = comm_size();
+  const RealVec X = point_centres(pts, m.dim), work(pts.npoint, point_work(m.dim == 2 ? 9 : 27));
+  if (d.point.empty()) d.point = first_ranks(pts, X, work);
   for (int q = static_cast<int>(d.point.size()); q < pts.npoint; ++q)
-    d.point.push_back(pts.parent[q] >= 0 ? m.part.rank[pts.parent[q]] : 0);
+    d.point.push_back(m.part.rank[pts.parent[q]]);
   std::vector<RankWork> rank = work_of_ranks(m, el);
-  RealVec work;
-  for (int q = 0; q < pts.npoint; ++q) {
-    work.push_back(point_work(m.dim == 2 ? 9 : 27));
-    rank[d.point[q]].all += work[q];
-  }
-  if (largest_part(rank) > UNEVEN * std::max(1.0, d.excess)) {
-    const RealVec X = point_centres(pts, m.dim);
-    for (int k = 0; k < 4 * comm_size() && move_points(X, work, rank, d.point);) ++k;
-    d.excess = largest_part(rank);
-  }
+  for (int q = 0; q < pts.npoint; ++q) rank[d.point[q]].all += work[q];
+  if (largest_part(rank) <= UNEVEN * std::max(1.0, d.excess)) return;
+  for (int k = 0; k < 4 * comm_size(); ++k)
+    if (!move_points(X, work, rank, d.point)) break;
+  d.excess = largest_part(rank);
 }
 
 // ---------------------------------------------------------------------------

@@ -34,18 +34,11 @@ bool counts_pieces(const Model& m)
                                        [](const HistoryDef& d) { return d.what == "NFRAG"; });
 }
 
-// bonds of finite elements to the ground, pairs of their surfaces, what conversion makes
-bool ties_surfaces(const Model& m, const BondDef& d)
+// points whose elements all ranks need not know from the start, and whose history nobody hands on
+bool knows_points(const Model& m)
 {
-  if (d.general) return false;
-  return d.kind != BOND_MESH_GRID || (d.body >= 0 && m.body[d.body].fill == FILL_CONVERSION);
-}
-
-// no points from the start, and no law whose history conversion hands on
-bool points_later(const Model& m)
-{
-  const auto later = [](const Body& b) { return b.fill == FILL_CONVERSION; };
-  return std::all_of(m.body.begin(), m.body.end(), later) && (m.conversion.empty() || law_history(m) == 0);
+  return std::none_of(m.body.begin(), m.body.end(), [](const Body& b) { return b.fill == FILL_ELSET; }) &&
+         (m.conversion.empty() || law_history(m) == 0);
 }
 
 // parts that do not know of each other are watched, which takes all of them
@@ -56,13 +49,11 @@ bool watches(const Model& m)
   return !w.pair.empty();
 }
 
-// finite elements alone; the rest is not divided yet
+// general contact, equations, directions of nodes and pieces are not divided yet
 bool divides(const Model& m)
 {
   return comm_size() > 1 && asked() && !counts_pieces(m) && m.mesh.nelem() >= LEAST * comm_size() &&
-         points_later(m) &&
-         std::all_of(m.bond.begin(), m.bond.end(), [&](const BondDef& d) { return ties_surfaces(m, d); }) &&
-         m.equation.empty() && m.frame.empty() && !watches(m);
+         knows_points(m) && model_general_contact(m) < 0 && m.equation.empty() && m.frame.empty() && !watches(m);
 }
 
 // elements of others that each rank looks at: near what breaks, and all at surfaces of bonds and contact

@@ -9,6 +9,7 @@
 
 #include "bond/bond.h"
 #include "elem/elem.h"
+#include "model/model_cut.h"
 #include "point/point.h"
 
 // Part of Gc/h below which psi+ of an element neither breaks it nor is followed; an element at a tip holds
@@ -93,15 +94,15 @@ bool frac_zone(const Model& m, const IntVec& elem, IntVec& give);
 
 // frac_grow : the model gets what all ranks give; arrays of states and levels follow, but not the indices in
 // them. Collective.
-void frac_grow(const IntVec& give, const std::vector<State*>& state, const std::vector<Level*>& level,
-               Model& m);
+ModelGrowth frac_grow(const IntVec& give, const std::vector<State*>& state, const std::vector<Level*>& level,
+                      Model& m);
 
 // frac_adopt : the same with all indices. Collective.
-void frac_adopt(const IntVec& give, const std::vector<State*>& state, const std::vector<Level*>& level,
-                const std::vector<CornerShare*>& share, Model& m);
+ModelGrowth frac_adopt(const IntVec& give, const std::vector<State*>& state,
+                       const std::vector<Level*>& level, const std::vector<CornerShare*>& share, Model& m);
 
 // frac_renew : elements and the mesh of fracture, after the model has got elements
-void frac_renew(const Model& m, Fracture& fr, Elements& el, FracMesh& fm);
+void frac_renew(const Model& m, const ModelGrowth& g, Fracture& fr, Elements& el, FracMesh& fm);
 
 // frac_reload : a state as a restart file has it, with indices that are numbers in the mesh of the deck: the
 // model gets what all ranks must have, and indices are those of here. Collective.

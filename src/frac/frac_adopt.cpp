@@ -65,7 +65,8 @@ IntVec frac_gone(const Fracture& fr)
   return gone;
 }
 
-void frac_grow(const IntVec& give, const std::vector<State*>& state, const std::vector<Level*>& level, Model& m)
+ModelGrowth frac_grow(const IntVec& give, const std::vector<State*>& state, const std::vector<Level*>& level,
+                      Model& m)
 {
   const ModelGrowth g = model_grow(give, frac_gone(state[0]->frac), m);
   std::vector<ArchiveMove> move(ARCHIVE_KINDS);
@@ -75,23 +76,28 @@ void frac_grow(const IntVec& give, const std::vector<State*>& state, const std::
   f.move = move.data();
   for (State* st : state) io(f, *st);
   for (Level* l : level) io(f, *l);
+  return g;
 }
 
-void frac_adopt(const IntVec& give, const std::vector<State*>& state, const std::vector<Level*>& level,
-                const std::vector<CornerShare*>& share, Model& m)
+ModelGrowth frac_adopt(const IntVec& give, const std::vector<State*>& state,
+                       const std::vector<Level*>& level, const std::vector<CornerShare*>& share, Model& m)
 {
   for (State* st : state) state_to_deck(m.part, *st);
   for (CornerShare* s : share) renumber([&](int n) { return m.part.node[n]; }, *s);
-  frac_grow(give, state, level, m);
+  const ModelGrowth g = frac_grow(give, state, level, m);
   for (State* st : state) state_from_deck(m.part, *st);
   for (CornerShare* s : share) renumber([&](int n) { return m.part.node_here(n); }, *s);
+  return g;
 }
 
-void frac_renew(const Model& m, Fracture& fr, Elements& el, FracMesh& fm)
+void frac_renew(const Model& m, const ModelGrowth& g, Fracture& fr, Elements& el, FracMesh& fm)
 {
   int worst = -1;
+  const RealVec notch = fm.notch;
   MPFE_CHECK(elem_setup(m, el, &worst) == STATUS_OK, "an element that was good is not");
   frac_mesh(m, el, fm);
+  if (!notch.empty()) fm.notch.assign(m.part.elem.size(), 0.0);
+  for (size_t e = 0; e < notch.size(); ++e) fm.notch[g.elem[e]] = notch[e];
   el.frac = &fr;
   elem_refresh(el);
 }
@@ -104,9 +110,9 @@ void frac_reload(State& st, Model& m, Elements& el, FracMesh& fm)
     if (st.frac.phase[e] == AS_POINTS && m.part.works(static_cast<int>(e))) points.push_back(static_cast<int>(e));
   const bool any = !m.conversion.empty() && st.frac.phase.size() == m.part.elem.size();
   if (comm_allreduce_max(static_cast<int>(!any)) == 0 && frac_zone(m, points, give)) {
-    frac_grow(give, {&st}, {}, m);
+    const ModelGrowth g = frac_grow(give, {&st}, {}, m);
     st.np1 = st.n;
-    frac_renew(m, st.frac, el, fm);
+    frac_renew(m, g, st.frac, el, fm);
   }
   state_from_deck(m.part, st);
   if (any) model_owners(frac_gone(st.frac), m);

@@ -105,7 +105,7 @@ void add_points(const Model& m, const State& s, const Check& c, const Quantity& 
   const Points& pts = s.points;
   IpFields f;
   for (int p = 0; p < pts.npoint; ++p) {
-    if (!point_works(m, pts, p)) continue;
+    if (!point_counts(m, pts, p)) continue;
     double X[3], value;
     point_place(pts, m.dim, p, X);
     if (quantity_is_place(q)) {

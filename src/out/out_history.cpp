@@ -91,7 +91,7 @@ void built_in_values(const State& s, int dim, RealVec& row)
 void points_of_body(const Model& m, const Points& pts, int body, IntVec& list)
 {
   for (int p = 0; p < pts.npoint; ++p)
-    if (pts.body[p] == body && point_works(m, pts, p)) list.push_back(p);
+    if (pts.body[p] == body && point_counts(m, pts, p)) list.push_back(p);
 }
 
 // elements of a set, and the points that some of them have become

@@ -26,7 +26,7 @@ void search_elements(const Model& m, const Elements& el, const double x[3], Loca
 void search_points(const Model& m, const Points& pts, const double x[3], Located& found)
 {
   for (int p = 0; p < pts.npoint; ++p) {
-    if (!point_works(m, pts, p)) continue;
+    if (!point_counts(m, pts, p)) continue;
     const Shape shape = static_cast<Shape>(pts.shape[p]);
     double X[24], xi[3] = {0, 0, 0};
     for (int a = 0; a < pts.conn.count(p); ++a)

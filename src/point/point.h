@@ -207,10 +207,11 @@ inline const Material& point_material(const Model& m, const Points& pts, int p)
   return m.material[m.body[pts.body[p]].material];
 }
 
-// point_works : divided model, where all ranks know all points: does this rank work on point p? Else: true
-inline bool point_works(const Model& m, const Points& pts, int p)
+// point_counts : divided model, where all ranks know all points: does point p count on this one in a sum? Else:
+// true
+inline bool point_counts(const Model& m, const Points& pts, int p)
 {
-  return !m.part.on || m.part.works(pts.parent[p]);
+  return !m.part.on || (pts.parent[p] < 0 ? comm_rank() == 0 : m.part.works(pts.parent[p]));
 }
 
 // point_ip_fields : results of a point; of l displacements of corners and degradation are read

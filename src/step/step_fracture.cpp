@@ -150,8 +150,8 @@ void step_adopt(Problem& p, UndoPoint* u, IntVec& elem)
       level.push_back(&u->n);
       share.push_back(&u->share);
     }
-    frac_adopt(give, state, level, share, p.piece);
-    frac_renew(p.m, p.st.frac, p.d.el, p.d.fm);
+    const ModelGrowth g = frac_adopt(give, state, level, share, p.piece);
+    frac_renew(p.m, g, p.st.frac, p.d.el, p.d.fm);
     p.st.np1        = p.st.n;
     p.dofs.numbered = false;
     p.ready         = false;

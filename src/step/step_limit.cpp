@@ -95,7 +95,7 @@ Compressed compressed(const Model& m, const Elements& el, const State& st)
       c.elements += beyond;
     }
   for (int q = 0; q < st.points.npoint; ++q) {
-    if (!point_works(m, st.points, q)) continue;
+    if (!point_counts(m, st.points, q)) continue;
     if (st.points.broken[q] >= 0 || point_material(m, st.points, q).law != LAW_SVK) continue;
     const double* G = &st.points.G[static_cast<size_t>(st.points.conn.off[q]) * dim];
     if (clear(dim, G, st.points.conn.count(q), st.points.conn.begin(q), st.n.uc)) continue;
