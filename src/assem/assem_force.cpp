@@ -57,6 +57,11 @@ void move_nodes(const Dofs& dofs, const RealVec& du, State& st)
   }
 }
 
+bool has_grounds(const Model& m)
+{
+  return std::any_of(m.bond.begin(), m.bond.end(), [](const BondDef& d) { return d.kind == BOND_GROUND; });
+}
+
 // BAD_VALUE when the motion g of the ground under bond b is no finite number
 Failure check_ground(const Model& m, const Bonds& bonds, int b, const double* g, double time)
 {
@@ -356,9 +361,10 @@ Failure face_loads(const Model& m, const Discretisation& d, const State& st, con
 }
 
 Failure body_loads(const Model& m, const Discretisation& d, const State& st, const Step& step, const Load& l,
-                   const LoadTime& at, RealVec& fn, RealVec& fc)
+                   const LoadTime& at, const Dofs* own, RealVec& fn, RealVec& fc)
 {
   const int dim  = m.dim;
+  const auto here = [own](int q) { return !own || own->point_rank[q] == comm_rank(); };
   for (int e : l.elem) {
     if (d.el.block_of[e] < 0) continue;
     const ElemBlock& b    = d.el.block[d.el.block_of[e]];
@@ -377,7 +383,7 @@ Failure body_loads(const Model& m, const Discretisation& d, const State& st, con
   const Points& pts = st.points;
   for (int q = 0; q < pts.npoint; ++q) {
       const bool of_body = std::find(l.body.begin(), l.body.end(), pts.body[q]) != l.body.end();
-      if (!point_counts(m, pts, q)) continue;
+      if (!here(q)) continue;
       if (!of_body &&
           !(pts.parent[q] >= 0 && std::binary_search(l.elem.begin(), l.elem.end(), pts.parent[q])))
         continue;
@@ -452,7 +458,7 @@ Failure assem_move(const Model& m, const Discretisation& d, const Dofs& dofs, co
   assem_gather_corners(grid, dofs, du, st.n.uc, st.np1.uc);                             // (3.1)
   assem_ghost_jump(grid, dofs, du, j.ghost);
   const Failure failure = move_bonds(m, dofs, du, t_step0, t_step1, st, j);
-  return m.part.on && st.bonds.nbond ? failure_agree(failure) : failure;
+  return m.part.on && has_grounds(m) ? failure_agree(failure) : failure;
 }
 
 Failure assem_move_all(const Model& m, const Discretisation& d, const Dofs& dofs, const KernelMode& mode,
@@ -501,26 +507,26 @@ namespace {
 
 bool follows(const Step& step, const Load& l) { return step.nlgeom && l.kind == LOAD_PRESSURE; }
 
-// forces at corners of points [ncorner*dim], of all ranks of a divided model together: all of them know all
-// corners, and what pushes at a row of this one may be known to another
-void add_corner_loads(const Discretisation& d, const Dofs& dofs, RealVec& fc, RealVec& fext)
+// Divided model: loads at nodes fn, at corners of points of this rank fc, and at corners that go on for its
+// nodes, which other ranks may work on, far: of all ranks together. A failure of any rank is that of all
+Failure sum_loads(const Discretisation& d, const Dofs& dofs, const Failure& failure, const RealVec& fn,
+                  const RealVec& fc, RealVec& far, RealVec& fext)
 {
-  comm_sum(fc);
+  const bool any = std::any_of(far.begin(), far.end(), [](double f) { return f != 0.0; });
+  fext = dof_of_nodes(dofs, fn);
+  if (dofs.whole) assem_scatter_corners(d.own, dofs, fc, fext);
+  fext.insert(fext.end(), {any ? 1.0 : 0.0, failure.ok() ? 0.0 : 1.0});
+  sys_sum(dofs.A, fext, 2);
+  const bool bad = fext.back() > 0.0, corners = fext[fext.size() - 2] > 0.0;
+  fext.resize(fext.size() - 2);
+  if (bad) return failure_agree(failure);
+  if (!corners) return STATUS_OK;
+  comm_sum(far);
   RealVec all(dofs.whole->neq(), 0.0), f;
-  assem_scatter_corners(d.grid, *dofs.whole, fc, all);
+  assem_scatter_corners(d.grid, *dofs.whole, far, all);
   dof_pick(dofs, all, f);
   for (int i = 0; i < dofs.neq(); ++i) fext[i] += f[i];
-}
-
-// divided model: loads at nodes and corners, each on one rank
-void sum_loads(const Discretisation& d, const Dofs& dofs, const RealVec& fn, RealVec& fc, RealVec& fext)
-{
-  fext = dof_of_nodes(dofs, fn);
-  fext.push_back(std::any_of(fc.begin(), fc.end(), [](double f) { return f != 0.0; }));
-  sys_sum(dofs.A, fext, 1);
-  const bool corners = fext.back() > 0.0;
-  fext.pop_back();
-  if (corners) add_corner_loads(d, dofs, fc, fext);
+  return STATUS_OK;
 }
 
 // several ranks with the whole model: each knows where its own faces are during Newton's method
@@ -550,21 +556,19 @@ bool assem_has_followers(const Step& step)
 Failure assem_loads(const Model& m, const Discretisation& d, const Dofs& dofs, const State& st,
                     const Step& step, const LoadTime& at, Warned& warned, RealVec& fext)
 {
+  const bool divided = m.part.on;
   RealVec fn(static_cast<size_t>(m.mesh.nnode()) * m.dim, 0.0), fc(st.points.Xc.size(), 0.0);
+  RealVec far(divided ? fc.size() : 0, 0.0);
   Failure failure;
   for (const Load& l : step.load) {
-    if (dofs.whole && !m.part.on && follows(step, l)) continue;    // follower_loads
-    if (l.kind == LOAD_NODE) failure = node_loads(m, d.follow, step, l, at, warned, fn, fc);
-    else if (l.kind == LOAD_BODY) failure = body_loads(m, d, st, step, l, at, fn, fc);
-    else failure = face_loads(m, d, st, step, l, at, m.part.on && dofs.whole ? &dofs : nullptr, fn, fc);
+    if (dofs.whole && !divided && follows(step, l)) continue;      // follower_loads
+    if (l.kind == LOAD_NODE) failure = node_loads(m, d.follow, step, l, at, warned, fn, divided ? far : fc);
+    else if (l.kind == LOAD_BODY) failure = body_loads(m, d, st, step, l, at, divided && dofs.whole ? &dofs : nullptr, fn, fc);
+    else failure = face_loads(m, d, st, step, l, at, divided && dofs.whole ? &dofs : nullptr, fn, fc);
     if (!failure.ok()) break;
   }
-  if (m.part.on) failure = failure_agree(failure);
+  if (divided) return sum_loads(d, dofs, failure, fn, fc, far, fext);
   if (!failure.ok()) return failure;
-  if (m.part.on) {
-    sum_loads(d, dofs, fn, fc, fext);
-    return STATUS_OK;
-  }
   // all points push at rows of this rank: its own do not tell what those of others do
   const Dofs& all = st.points.npoint ? dof_all_rows(dofs) : dofs;
   RealVec f       = dof_of_nodes(all, fn);

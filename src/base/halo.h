@@ -21,24 +21,33 @@ void halo_form(const std::vector<long>& key, Halo& h);
 // halo_sum : v [n*D] of all ranks that have a thing, and m numbers of all ranks, summed in their order
 void halo_sum(const Halo& h, int D, RealVec& v, double* number = nullptr, int m = 0);
 
-// halo_copy : v [n*D] of the owner to all that have a thing
+// halo_copy : v [n*D] of the owner to all that have a thing; halo_copy_all: several of them in one message
 template <class T>
-void halo_copy(const Halo& h, int D, std::vector<T>& v)
+void halo_copy_all(const Halo& h, int D, const std::vector<std::vector<T>*>& v)
 {
   const int me = comm_rank();
   std::vector<std::vector<T>> to(h.common.size());
   for (std::size_t r = 0; r < h.common.size(); ++r)
     for (int k : h.common[r])
-      if (h.owner[k] == me) to[r].insert(to[r].end(), v.begin() + long(k) * D, v.begin() + long(k + 1) * D);
+      for (const std::vector<T>* x : v)
+        if (h.owner[k] == me) to[r].insert(to[r].end(), x->begin() + long(k) * D, x->begin() + long(k + 1) * D);
   const std::vector<std::vector<T>> from = comm_exchange(to);
   for (std::size_t r = 0; r < h.common.size(); ++r) {
     auto next = from[r].begin();
     for (int k : h.common[r]) {
       if (h.owner[k] != static_cast<int>(r)) continue;
-      std::copy(next, next + D, v.begin() + long(k) * D);
-      next += D;
+      for (std::vector<T>* x : v) {
+        std::copy(next, next + D, x->begin() + long(k) * D);
+        next += D;
+      }
     }
   }
+}
+
+template <class T>
+void halo_copy(const Halo& h, int D, std::vector<T>& v)
+{
+  halo_copy_all(h, D, std::vector<std::vector<T>*>{&v});
 }
 
 #endif

@@ -233,6 +233,13 @@ Failure constrain_here(const Model& m, const Discretisation& d, const State& st,
   return STATUS_OK;
 }
 
+// may a value be no finite number at one node alone?
+bool varies(const Step& step)
+{
+  return std::any_of(step.prescribed.begin(), step.prescribed.end(),
+                     [](const Prescribed& b) { return !b.value.is_const() || b.amplitude >= 0; });
+}
+
 }  // namespace
 
 Failure dof_constrain(const Model& m, const Discretisation& d, const State& st, const Step& step,
@@ -240,10 +247,11 @@ Failure dof_constrain(const Model& m, const Discretisation& d, const State& st, 
 {
   if (!s.whole) {
     const Failure failure = constrain_here(m, d, st, step, t_step0, t_step1, s, warned);
-    return m.part.on ? failure_agree(failure) : failure;
+    return m.part.on && varies(step) ? failure_agree(failure) : failure;
   }
   Dofs& w = *s.whole;
-  const Failure failure = constrain_here(m, d, st, step, t_step0, t_step1, w, warned);
+  Failure failure = constrain_here(m, d, st, step, t_step0, t_step1, w, warned);
+  if (m.part.on && varies(step)) failure = failure_agree(failure);
   if (!failure.ok()) return failure;
   take_constrained(w, s);
   s.tie.gap = w.tie.gap;

@@ -145,8 +145,15 @@ void finish_velocities(bool divided, const ActiveGrid& grid, const Dofs& dofs, c
 // this rank knows
 RealVec reactions_of_all(const Dofs& dofs, const RealVec& R)
 {
-  if (!dofs.told.empty()) return dof_gather(dofs, {&R})[0];
   const int dim = dofs.dim;
+  if (!dofs.told.empty()) {
+    const Dofs& w   = *dofs.whole;
+    const auto grid = [&](int dof) { return dof / dim >= w.nfe; };
+    if (std::any_of(w.constrained.begin(), w.constrained.end(), grid)) return dof_gather(dofs, {&R})[0];
+    RealVec all(w.neq(), 0.0);
+    for (int i = 0; i < dofs.neq(); ++i) all[dofs.whole_row[i / dim] * dim + i % dim] = R[i];
+    return all;
+  }
   const Dofs& w = *dofs.whole;
   RealVec at, all(w.neq(), 0.0);         // dof and force, one after the other
   for (int i = 0; i < dofs.neq(); ++i)
@@ -323,9 +330,10 @@ void step_finish(Problem& p, Attempt& a, RealVec& energy)
   if (!after) p.newton.grid = GridVelocity();
   if (a.cM != 0.0) finish_velocities(m.part.on, p.d.grid, s, a, st, dv, after);
   if (m.part.around.on()) {                          // nodes of outer elements
-    halo_copy(m.part.halo, m.dim, st.np1.u);
-    for (RealVec* x : {&st.np1.v, &st.np1.a})
-      if (a.cM != 0.0 && (st.bonds.nbond || !m.conversion.empty())) halo_copy(m.part.halo, m.dim, *x);
+    std::vector<RealVec*> told{&st.np1.u};
+    if (a.cM != 0.0 && (st.bonds.nbond || !m.conversion.empty()))
+      told.insert(told.end(), {&st.np1.v, &st.np1.a});
+    halo_copy_all(m.part.halo, m.dim, told);
   }
   // 2. what ghosts and damping have taken                                           (3.17), (6.21)
   if (p.d.grid.ghost.size()) finish_ghosts(p.d.grid, all, a, dv, st.ledger);
