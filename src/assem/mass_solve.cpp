@@ -212,12 +212,17 @@ struct MassSystem {
       dirs<D>(y.data(), a) += mass.edge[k] * dirs<D>(t.data(), b);
       dirs<D>(y.data(), b) += mass.edge[k] * dirs<D>(t.data(), a);
     }
-    for (size_t k = 0; k < first; ++k) y[k] += t[k];
     Sums<D> xy, ry, rr, yy;
-    xy.add(x.data(), y.data(), y.size());            // border rows: what this rank has
-    ry.add(r.data(), y.data(), y.size());
-    rr.add(r.data(), r.data(), first);
-    yy.add(y.data(), y.data(), first);
+    for (size_t k = 0; k < first; k += 64 * D) {     // parts that stay in the cache
+      const size_t n = std::min(first - k, static_cast<size_t>(64 * D));
+      for (size_t l = k; l < k + n; ++l) y[l] += t[l];
+      xy.add(&x[k], &y[k], n);
+      ry.add(&r[k], &y[k], n);
+      rr.add(&r[k], &r[k], n);
+      yy.add(&y[k], &y[k], n);
+    }
+    xy.add(x.data() + first, y.data() + first, y.size() - first);      // the border: what this rank has
+    ry.add(r.data() + first, y.data() + first, y.size() - first);
     for (int i = 0; i < D; ++i) {
       sum[i]         = xy.of(i);
       sum[D + i]     = ry.of(i);

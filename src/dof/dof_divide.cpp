@@ -128,13 +128,15 @@ template <class Use>
 void each_touch(const Mesh& mesh, const Elements& el, const ActiveGrid& grid, const Dofs& s, Division& d,
                 Use use)
 {
-  IntVec rank;
-  each_work(el, grid, d, [&](int r, double) { rank.push_back(r); });
-  size_t list = 0;
-  dof_lists(mesh, el, grid, s, true, [&](int n, const int* row) {
-    for (int a = 0; a < n && list < rank.size(); ++a) use(row[a], rank[list]);
-    ++list;
-  });
+  for (const ElemBlock& b : el.block)
+    for (int slot : b.live) {
+      const int e = b.elem[slot];
+      for (int k = mesh.conn.off[e]; k < mesh.conn.off[e + 1]; ++k)
+        use(s.row_of_node[mesh.conn.item[k]], d.elem[e]);
+    }
+  for (int q = 0; q < grid.point.size(); ++q)
+    for (int k = grid.point.off[q]; k < grid.point.off[q + 1]; ++k)
+      use(s.nfe + grid.point.item[k], d.point[q]);
 }
 
 // rows that elements and points of several ranks touch

@@ -27,16 +27,28 @@ struct Residual {
   bool finite      = true;
 };
 
-// squares of the vectors in the rows that count here; of the first one at free dofs alone
+// squares of the vectors in the rows that count here; of the first one at free dofs alone. In one pass, each
+// with the sums of sum_terms
+template <bool SPLIT>
 void own_squares(const Dofs& s, const std::array<const RealVec*, 4>& v, double* sum)
 {
+  const size_t LANES = 8;
+  double part[4][LANES] = {};
+  const double* x[4] = {v[0]->data(), v[1]->data(), v[2]->data(), v[3]->data()};
+  const int* fixed   = s.fixed.data();
+  const char* once   = s.once.data();
+  const size_t n = s.neq(), whole = n / LANES * LANES;
+  const auto add = [&](size_t i, size_t l) {
+    const bool here = !SPLIT || once[i];
+    part[0][l] += fixed[i] || !here ? 0.0 : x[0][i] * x[0][i];
+    for (int k = 1; k < 4; ++k) part[k][l] += here ? x[k][i] * x[k][i] : 0.0;
+  };
+  for (size_t i = 0; i < whole; i += LANES)
+    for (size_t l = 0; l < LANES; ++l) add(i + l, l);
+  for (size_t i = whole; i < n; ++i) add(i, 0);
   for (int k = 0; k < 4; ++k) {
-    const RealVec& x = *v[k];
-    if (k == 0)
-      sum[k] = sum_terms(s.neq(), [&](size_t i) { return s.fixed[i] || !s.counts(i) ? 0.0 : x[i] * x[i]; });
-    else
-      sum[k] = s.split ? sum_terms(s.neq(), [&](size_t i) { return s.once[i] ? x[i] * x[i] : 0.0; })
-                       : dot(x, x);
+    sum[k] = 0.0;
+    for (double p : part[k]) sum[k] += p;
   }
 }
 
@@ -68,8 +80,9 @@ Failure form_residual(Problem& p, Attempt& a, const RealVec& du, Residual& b)
   if (failure.ok()) failure = form_forces(p, a, du, b);
   if (!failure.ok()) return failure;
   b.R.resize(s.neq());
-  b.inertia.assign(s.neq(), 0.0);
-  if (a.cM != 0.0)
+  b.inertia.resize(s.neq());
+  if (a.cM == 0.0) std::fill(b.inertia.begin(), b.inertia.end(), 0.0);
+  else
     for (int i = 0; i < s.neq(); ++i) b.inertia[i] = a.cM * b.Mdu[i] - a.g[i];
   if (a.cC != 0.0) {
     damping_multiply(s, du, b.Cdu);
@@ -78,7 +91,9 @@ Failure form_residual(Problem& p, Attempt& a, const RealVec& du, Residual& b)
   for (int i = 0; i < s.neq(); ++i) b.R[i] = a.fint[i] - a.fext[i] + b.inertia[i];
   tie_force(s, b.R);
   double norm[4];              // in one message
-  own_squares(s, {&b.R, &a.fint, &a.fext, &b.inertia}, norm);
+  const std::array<const RealVec*, 4> forces = {&b.R, &a.fint, &a.fext, &b.inertia};
+  if (s.split) own_squares<true>(s, forces, norm);
+  else own_squares<false>(s, forces, norm);
   if (s.split) comm_sum(norm, 4);
   for (double& x : norm) x = std::sqrt(x);
   const double internal = norm[1];
