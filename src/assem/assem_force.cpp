@@ -219,13 +219,14 @@ void add_ghosts(const ActiveGrid& grid, const Dofs& dofs, const Jumps& j, RealVe
 }
 
 // sum over the ranks, and a failure that all agree on: that of the highest point or element
-Failure sum_force(const MeshPart& part, const SysMatrix& A, const Failure& failure, RealVec& fint)
+Failure sum_force(const MeshPart& part, const Dofs& s, const Failure& failure, const SumWith& with,
+                  RealVec& fint)
 {
-  fint.push_back(failure.ok() ? 0.0 : 1.0);
-  sys_sum(A, fint, 1);
-  const bool bad = fint.back() != 0.0;
-  fint.pop_back();
-  if (!bad) return STATUS_OK;
+  double bad[2] = {failure.ok() ? 0.0 : 1.0, with.failure.ok() ? 0.0 : 1.0};
+  std::vector<RealVec*> all = {&fint};
+  all.insert(all.end(), with.vectors.begin(), with.vectors.end());
+  halo_sum(s.A.halo, s.dim, all, bad, 2);
+  if (bad[0] == 0.0) return bad[1] == 0.0 ? STATUS_OK : failure_agree(with.failure);
   if (part.on) return failure_agree(failure);
   const int point = 1 << 30;           // above all elements
   const int own   = failure.index + (failure.at == AT_POINT ? point : 0);
@@ -485,7 +486,7 @@ void assem_share_bonds(const Model& m, const Dofs& dofs, const ContactPairs& pai
 }
 
 Failure assem_internal(const Model& m, const Discretisation& d, const Dofs& dofs, const KernelMode& mode,
-                       const Jumps& j, State& st, RealVec& fint)
+                       const Jumps& j, State& st, RealVec& fint, const SumWith& with)
 {
   Timer timer(PHASE_RESIDUAL);
   fint.assign(dofs.neq(), 0.0);
@@ -500,7 +501,8 @@ Failure assem_internal(const Model& m, const Discretisation& d, const Dofs& dofs
   }
   if (st.bonds.nbond) add_bonds(m, d.pairs, dofs, mode, j, st, fint);
   add_ghosts(dof_grid(d, dofs), dofs, j, fint);
-  return comm_size() > 1 ? sum_force(m.part, dofs.A, failure, fint) : failure;
+  if (comm_size() > 1) return sum_force(m.part, dofs, failure, with, fint);
+  return failure.ok() ? with.failure : failure;
 }
 
 namespace {
@@ -529,23 +531,6 @@ Failure sum_loads(const Discretisation& d, const Dofs& dofs, const Failure& fail
   return STATUS_OK;
 }
 
-// several ranks with the whole model: each knows where its own faces are during Newton's method
-Failure follower_loads(const Model& m, const Discretisation& d, const Dofs& dofs, const State& st,
-                       const Step& step, const LoadTime& at, RealVec& fext)
-{
-  RealVec fn(static_cast<size_t>(m.mesh.nnode()) * m.dim, 0.0), fc(st.points.Xc.size(), 0.0);
-  Failure failure;
-  for (const Load& l : step.load)
-    if (failure.ok() && follows(step, l)) failure = face_loads(m, d, st, step, l, at, &dofs, fn, fc);
-  failure = failure_agree(failure);
-  if (!failure.ok()) return failure;
-  RealVec f = dof_of_nodes(dofs, fn);
-  assem_scatter_corners(dof_grid(d, dofs), dofs, fc, f);
-  sys_sum(dofs.A, f);
-  for (int i = 0; i < dofs.neq(); ++i) fext[i] += f[i];
-  return STATUS_OK;
-}
-
 }  // namespace
 
 bool assem_has_followers(const Step& step)
@@ -553,31 +538,58 @@ bool assem_has_followers(const Step& step)
   return std::any_of(step.load.begin(), step.load.end(), [&](const Load& l) { return follows(step, l); });
 }
 
-Failure assem_loads(const Model& m, const Discretisation& d, const Dofs& dofs, const State& st,
-                    const Step& step, const LoadTime& at, Warned& warned, RealVec& fext)
+// each rank knows where its own faces are during Newton's method
+Failure assem_own_followers(const Model& m, const Discretisation& d, const Dofs& dofs, const State& st,
+                            const Step& step, const LoadTime& at, RealVec& fext)
 {
-  const bool divided = m.part.on;
+  RealVec fn(static_cast<size_t>(m.mesh.nnode()) * m.dim, 0.0), fc(st.points.Xc.size(), 0.0);
+  Failure failure;
+  for (const Load& l : step.load)
+    if (failure.ok() && follows(step, l)) failure = face_loads(m, d, st, step, l, at, &dofs, fn, fc);
+  fext = dof_of_nodes(dofs, fn);
+  assem_scatter_corners(dof_grid(d, dofs), dofs, fc, fext);
+  return failure;
+}
+
+Failure assem_dead_loads(const Model& m, const Discretisation& d, const Dofs& dofs, const State& st,
+                         const Step& step, const LoadTime& at, Warned& warned, RealVec& fext)
+{
+  const bool divided    = m.part.on;
+  const Dofs* const own = divided && dofs.whole ? &dofs : nullptr;     // points that this rank works on
   RealVec fn(static_cast<size_t>(m.mesh.nnode()) * m.dim, 0.0), fc(st.points.Xc.size(), 0.0);
   RealVec far(divided ? fc.size() : 0, 0.0);
   Failure failure;
+  bool any = false;
   for (const Load& l : step.load) {
-    if (dofs.whole && !divided && follows(step, l)) continue;      // follower_loads
+    if (dofs.whole && follows(step, l)) continue;
+    any = true;
     if (l.kind == LOAD_NODE) failure = node_loads(m, d.follow, step, l, at, warned, fn, divided ? far : fc);
-    else if (l.kind == LOAD_BODY) failure = body_loads(m, d, st, step, l, at, divided && dofs.whole ? &dofs : nullptr, fn, fc);
-    else failure = face_loads(m, d, st, step, l, at, divided && dofs.whole ? &dofs : nullptr, fn, fc);
+    else if (l.kind == LOAD_BODY) failure = body_loads(m, d, st, step, l, at, own, fn, fc);
+    else failure = face_loads(m, d, st, step, l, at, own, fn, fc);
     if (!failure.ok()) break;
   }
+  fext.assign(dofs.neq(), 0.0);
+  if (!any) return STATUS_OK;
   if (divided) return sum_loads(d, dofs, failure, fn, fc, far, fext);
   if (!failure.ok()) return failure;
   // all points push at rows of this rank: its own do not tell what those of others do
   const Dofs& all = st.points.npoint ? dof_all_rows(dofs) : dofs;
   RealVec f       = dof_of_nodes(all, fn);
   assem_scatter_corners(d.grid, all, fc, f);
-  if (dofs.whole) {
-    if (st.points.npoint) dof_pick(dofs, f, fext);
-    else fext.swap(f);
-    return assem_has_followers(step) ? follower_loads(m, d, dofs, st, step, at, fext) : STATUS_OK;
-  }
-  fext.swap(f);
+  if (dofs.whole && st.points.npoint) dof_pick(dofs, f, fext);
+  else fext.swap(f);
+  return STATUS_OK;
+}
+
+Failure assem_loads(const Model& m, const Discretisation& d, const Dofs& dofs, const State& st,
+                    const Step& step, const LoadTime& at, Warned& warned, RealVec& fext)
+{
+  Failure failure = assem_dead_loads(m, d, dofs, st, step, at, warned, fext);
+  if (!failure.ok() || !dofs.whole || !assem_has_followers(step)) return failure;
+  RealVec f;
+  failure = failure_agree(assem_own_followers(m, d, dofs, st, step, at, f));
+  if (!failure.ok()) return failure;
+  sys_sum(dofs.A, f);
+  for (int i = 0; i < dofs.neq(); ++i) fext[i] += f[i];
   return STATUS_OK;
 }

@@ -212,6 +212,7 @@ void assem_tangent(const Model& m, const Discretisation& d, const KernelMode& mo
 
 void assem_constrain(Dofs& s, const RealVec& diagonal, const RealVec& x, RealVec& f)
 {
+  if (dof_all_free(s)) return;
   const int dim = s.dim;
   double diag = 0.0;
   if (!s.split)

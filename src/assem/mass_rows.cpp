@@ -73,22 +73,18 @@ Halo halo_of(const Halo& h, const MassRows& m, const IntVec& at)
 
 void sort_border(MassRows& m)
 {
-  const Halo& h = m.halo;
-  const int n   = m.size();
-  m.on.assign(n, 0);
-  for (int r : h.shared) m.on[r] = 1;
-  for (int r = 0; r < n; ++r) m.owned.push_back(h.owner[r] == comm_rank() ? 1.0 : 0.0);
-  IntVec place(n, -1);
-  std::vector<std::vector<std::array<int, 2>>> cross(h.shared.size());
-  for (size_t k = 0; k < h.shared.size(); ++k) place[h.shared[k]] = static_cast<int>(k);
-  for (int r = 0; r < n; ++r) {
+  const IntVec& shared = m.halo.shared;
+  m.alone = m.size() - static_cast<int>(shared.size());
+  for (int r : shared) m.owned.push_back(m.halo.owner[r] == comm_rank() ? 1.0 : 0.0);
+  std::vector<std::vector<std::array<int, 2>>> cross(shared.size());
+  for (int r = 0; r < m.size(); ++r) {
     for (int k = m.all.off[r]; k < m.all.off[r + 1]; ++k) {
       const int c = m.all.col[k];
-      if (m.on[r] && m.on[c]) {
+      if (c >= m.alone) {
         m.edge.push_back({r, c});
         m.edge_from.push_back(k);
-      } else if (m.on[r] || m.on[c]) {
-        cross[place[m.on[r] ? r : c]].push_back({m.on[r] ? c : r, k});
+      } else if (r >= m.alone) {
+        cross[r - m.alone].push_back({c, k});
       } else {
         m.inner.col.push_back(c);
         m.inner.from.push_back(k);
@@ -110,24 +106,36 @@ template <class May>
 void form(const Dofs& s, const std::vector<char>& take, May may, MassRows& m)
 {
   IntVec at(s.nrow, -1);
-  for (int r = 0; r < s.nrow; ++r) {
-    if (!take[r]) continue;
-    at[r] = m.size();
-    m.row.push_back(r);
-  }
-  for (int r = 0; r < s.nrow; ++r) {
-    for (int k = s.A.off[r]; k < s.A.off[r + 1] - 1; ++k) {
-      const int c = s.A.col[k];
-      if ((!take[r] && !take[c]) || !may(k)) continue;
-      if (take[r] && take[c]) {
-        m.all.col.push_back(at[c]);
-        m.all.from.push_back(k);
-      } else {
-        m.rim.push_back(take[r] ? MassRim{at[r], c, k} : MassRim{at[c], r, k});
-      }
+  std::vector<char> border(s.nrow, 0);
+  if (sys_shared(s.A))
+    for (int r : s.A.halo.shared) border[r] = 1;
+  for (const char behind : {0, 1})
+    for (int r = 0; r < s.nrow; ++r) {
+      if (!take[r] || border[r] != behind) continue;
+      at[r] = m.size();
+      m.row.push_back(r);
     }
-    if (take[r]) m.all.off.push_back(static_cast<int>(m.all.col.size()));
-  }
+  const auto each = [&](auto use) {
+    for (int r = 0; r < s.nrow; ++r)
+      for (int k = s.A.off[r]; k < s.A.off[r + 1] - 1; ++k)
+        if ((take[r] || take[s.A.col[k]]) && may(k)) use(r, s.A.col[k], k);
+  };
+  IntVec& off = m.all.off;
+  off.assign(m.size() + 1, 0);
+  each([&](int r, int c, int k) {
+    if (take[r] && take[c]) ++off[std::max(at[r], at[c]) + 1];
+    else m.rim.push_back(take[r] ? MassRim{at[r], c, k} : MassRim{at[c], r, k});
+  });
+  for (int r = 0; r < m.size(); ++r) off[r + 1] += off[r];
+  m.all.col.resize(off.back());
+  m.all.from.resize(off.back());
+  IntVec next(off.begin(), off.end() - 1);
+  each([&](int r, int c, int k) {
+    if (!take[r] || !take[c]) return;
+    const int to = next[std::max(at[r], at[c])]++;
+    m.all.col[to]  = std::min(at[r], at[c]);
+    m.all.from[to] = k;
+  });
   if (!sys_shared(s.A)) return;
   m.halo = halo_of(s.A.halo, m, at);
   sort_border(m);

@@ -22,18 +22,18 @@ struct MassRim {
 
 struct MassRows {
   int first = -1;              // all rows from here on; -1: a choice
-  IntVec row;                  // [n] of the system, ascending
+  IntVec row;                  // [n] of the system, ascending; several ranks: the border behind the others
   MassCouplings all;           // rows count here; from: blocks of M
   std::vector<MassRim> rim;
   // several ranks: the couplings of this one, sorted. The border is the rows that other ranks have too
   Halo halo;                   // of these rows
+  int alone = 0;               // rows of this rank alone
   MassCouplings inner;         // of rows of this rank alone with each other; from: all
   ListTable cross;             // [Halo::shared] rows of this rank alone that are coupled to one of the border
   IntVec cross_from;           // all
   std::vector<std::array<int, 2>> edge;      // pairs of rows of the border
   IntVec edge_from;            // all
-  std::vector<char> on;        // [n] a row of the border
-  RealVec owned;               // [n] 1 for rows that belong to this rank
+  RealVec owned;               // [Halo::shared] 1 for rows that belong to this rank
   int size() const { return static_cast<int>(row.size()); }
 };
 

@@ -75,9 +75,9 @@ void sum_rows(const MassValues& m, RealVec& v)
   if (m.shared) halo_sum(m.rows.halo, D, v);
 }
 
-// y = M x
+// y = M x, what this rank has
 template <int D>
-void multiply(const MassValues& m, const RealVec& x, RealVec& y)
+void multiply_here(const MassValues& m, const RealVec& x, RealVec& y)
 {
   const MassCouplings& all = m.rows.all;
   const int n = m.rows.size();
@@ -92,6 +92,13 @@ void multiply(const MassValues& m, const RealVec& x, RealVec& y)
       }
     for (int i = 0; i < D; ++i) y[r * D + i] += row[i];
   }
+}
+
+// y = M x
+template <int D>
+void multiply(const MassValues& m, const RealVec& x, RealVec& y)
+{
+  multiply_here<D>(m, x, y);
   sum_rows<D>(m, y);
 }
 
@@ -110,6 +117,21 @@ Eigen::Map<const Dirs<D>> dirs(const double* x, int r)
 {
   return Eigen::Map<const Dirs<D>>(x + static_cast<size_t>(r) * D);
 }
+
+// sums of products of vectors of n numbers for each direction; in four parts, so that additions need not wait
+// for each other
+template <int D>
+struct Sums {
+  double part[4 * D] = {};
+  void add(const double* a, const double* b, size_t n)
+  {
+    const size_t whole = n / (4 * D) * (4 * D);
+    for (size_t k = 0; k < whole; k += 4 * D)
+      for (int l = 0; l < 4 * D; ++l) part[l] += a[k + l] * b[k + l];
+    for (size_t k = whole; k < n; ++k) part[k - whole] += a[k] * b[k];
+  }
+  double of(int i) const { return (part[i] + part[D + i]) + (part[2 * D + i] + part[3 * D + i]); }
+};
 
 // Mass of the free dofs for all directions at once, in the variables of symmetric Gauss-Seidel  (3.14)
 // Several ranks: rows of one rank alone come first, then the border, whose couplings with each other L leaves
@@ -131,12 +153,21 @@ struct MassSystem {
     if (!mass.shared) return;
     cross_forward(y, y);
     sum_rows<D>(mass, y);
-    const double* e = edge.data();
-    for (int r : rows.halo.shared) {
-      const Dirs<D> sum    = Eigen::Map<const Dirs<D>>(e) + dirs<D>(y.data(), r);
-      dirs<D>(y.data(), r) = dirs<D>(free.data(), r) * sum;
-      e += D;
-    }
+    free_border(edge, y);
+  }
+  // r = (I + L)^-1 (b - M u), the residual in the variables; several ranks: square = r r
+  void start(const RealVec& b, const RealVec& u, RealVec& r, double* square) const
+  {
+    RealVec q(r.size());
+    multiply_here<D>(mass, u, q);
+    for (size_t k = 0; k < r.size(); ++k) r[k] = free[k] * (b[k] - q[k]);
+    forward_here(r, r);
+    if (!mass.shared) return;
+    cross_forward(r, r);
+    for (size_t k = alone(); k < r.size(); ++k) r[k] -= q[k];
+    sum_border(r, square);
+    free_border(border_of(b), r);
+    add_border(r, square);
   }
   // y = (I + L)^-T x
   void backward(const RealVec& x, RealVec& y) const
@@ -169,11 +200,11 @@ struct MassSystem {
   // the same on several ranks; sum [4][D]: x y, r y, r r, y y of all ranks
   void apply(const RealVec& x, const RealVec& r, RealVec& t, RealVec& y, double* sum) const
   {
-    const IntVec& shared = rows.halo.shared;
+    const size_t first = alone();
     backward(x, t);
     for (size_t i = 0; i < y.size(); ++i) y[i] = x[i] - (1.0 - shift) * t[i];
     RealVec edge = border_of(y);
-    for (size_t k = 0; k < edge.size(); ++k) edge[k] += t[static_cast<size_t>(shared[k / D]) * D + k % D];
+    for (size_t k = 0; k < edge.size(); ++k) edge[k] += t[first + k];
     forward_here(y, y);
     cross_forward(y, y);
     for (size_t k = 0; k < rows.edge.size(); ++k) {
@@ -181,39 +212,38 @@ struct MassSystem {
       dirs<D>(y.data(), a) += mass.edge[k] * dirs<D>(t.data(), b);
       dirs<D>(y.data(), b) += mass.edge[k] * dirs<D>(t.data(), a);
     }
-    Dirs<D> xy = Dirs<D>::Zero(), ry = xy, rr = xy, yy = xy;
-    for (int q = 0; q < rows.size(); ++q) {
-      const auto at = dirs<D>(r.data(), q);
-      if (!rows.on[q]) dirs<D>(y.data(), q) += dirs<D>(t.data(), q);
-      const Dirs<D> of = dirs<D>(y.data(), q);
-      xy += dirs<D>(x.data(), q) * of;
-      ry += at * of;
-      rr += rows.owned[q] * at * at;
-      if (!rows.on[q]) yy += of * of;
+    Sums<D> xy, ry, rr, yy;
+    for (size_t k = 0; k < first; k += 64 * D) {     // parts that stay in the cache
+      const size_t n = std::min(first - k, static_cast<size_t>(64 * D));
+      for (size_t l = k; l < k + n; ++l) y[l] += t[l];
+      xy.add(&x[k], &y[k], n);
+      ry.add(&r[k], &y[k], n);
+      rr.add(&r[k], &r[k], n);
+      yy.add(&y[k], &y[k], n);
     }
-    for (size_t k = 0; k < shared.size(); ++k) {
-      const Dirs<D> of = rows.owned[shared[k]] * dirs<D>(edge.data(), static_cast<int>(k));
-      xy += dirs<D>(x.data(), shared[k]) * of;
-      ry += dirs<D>(r.data(), shared[k]) * of;
-    }
+    xy.add(x.data() + first, y.data() + first, y.size() - first);      // the border: what this rank has
+    ry.add(r.data() + first, y.data() + first, y.size() - first);
     for (int i = 0; i < D; ++i) {
-      sum[i]         = xy[i];
-      sum[D + i]     = ry[i];
-      sum[2 * D + i] = rr[i];
-      sum[3 * D + i] = yy[i];
+      sum[i]         = xy.of(i);
+      sum[D + i]     = ry.of(i);
+      sum[2 * D + i] = rr.of(i);
+      sum[3 * D + i] = yy.of(i);
+    }
+    for (size_t k = 0; k < edge.size(); ++k) {
+      const double of = rows.owned[k / D] * edge[k], at = r[first + k];
+      sum[k % D] += x[first + k] * of;
+      sum[D + k % D] += at * of;
+      sum[2 * D + k % D] += rows.owned[k / D] * at * at;
     }
     halo_sum(rows.halo, D, y, sum, 4 * D);
-    for (size_t k = 0; k < shared.size(); ++k) {
-      const Dirs<D> all_of = dirs<D>(y.data(), shared[k]) + dirs<D>(edge.data(), static_cast<int>(k));
-      dirs<D>(y.data(), shared[k]) = dirs<D>(free.data(), shared[k]) * all_of;
-    }
+    free_border(edge, y);
     add_border(y, sum + 3 * D);
   }
-  // the residual of M from that of the variables: (I + L) r
-  void residual(const RealVec& r, RealVec& out) const
+  // the residual of M from that of the variables: out = (I + L) r; square = out out
+  void residual(const RealVec& r, RealVec& out, double* square) const
   {
     const MassCouplings& m = low();
-    const RealVec& val = low_value();
+    const RealVec& val     = low_value();
     for (int q = 0; q < rows.size(); ++q) {
       double t[D];
       for (int i = 0; i < D; ++i) t[i] = r[q * D + i];
@@ -221,14 +251,31 @@ struct MassSystem {
         for (int i = 0; i < D; ++i) t[i] += val[k] * r[m.col[k] * D + i];
       for (int i = 0; i < D; ++i) out[q * D + i] = free[q * D + i] * t[i];
     }
-    if (!mass.shared) return;
+    if (!mass.shared) return dots(out, out, square);
     cross_forward(r, out);
-    sum_rows<D>(mass, out);
-    for (int q : rows.halo.shared)
-      dirs<D>(out.data(), q) = dirs<D>(free.data(), q) * (dirs<D>(r.data(), q) - dirs<D>(out.data(), q));
+    for (size_t k = alone(); k < out.size(); ++k) out[k] = -out[k];
+    sum_border(out, square);
+    free_border(border_of(r), out);
+    add_border(out, square);
+  }
+  // a . b in each direction; dots_here: the part of this rank
+  void dots(const RealVec& a, const RealVec& b, double* sum) const
+  {
+    dots_here(a, b, sum);
+    if (mass.shared) comm_sum(sum, D);
+  }
+  void dots_here(const RealVec& a, const RealVec& b, double* sum) const
+  {
+    const size_t first = mass.shared ? alone() : a.size();
+    Sums<D> ab;
+    ab.add(a.data(), b.data(), first);
+    for (int i = 0; i < D; ++i) sum[i] = ab.of(i);
+    for (size_t k = first; k < a.size(); ++k)
+      sum[(k - first) % D] += rows.owned[(k - first) / D] * a[k] * b[k];
   }
 
 private:
+  size_t alone() const { return static_cast<size_t>(rows.alone) * D; }
   void sweep_back(double* of) const
   {
     const int *off = low().off.data(), *col = low().col.data();
@@ -241,10 +288,7 @@ private:
   }
   RealVec border_of(const RealVec& x) const
   {
-    RealVec edge;
-    if (!mass.shared) return edge;
-    for (int r : rows.halo.shared) edge.insert(edge.end(), &x[r * D], &x[r * D] + D);
-    return edge;
+    return mass.shared ? RealVec(x.begin() + static_cast<long>(alone()), x.end()) : RealVec();
   }
   void forward_here(const RealVec& x, RealVec& y) const
   {
@@ -264,49 +308,44 @@ private:
       Dirs<D> t = Dirs<D>::Zero();
       for (int k = rows.cross.off[b]; k < rows.cross.off[b + 1]; ++k)
         t -= mass.cross[k] * dirs<D>(x.data(), rows.cross.item[k]);
-      dirs<D>(y.data(), rows.halo.shared[b]) = t;
+      dirs<D>(y.data(), rows.alone + b) = t;
     }
   }
   // rows of this rank alone: y -= L^T y of the border
   void cross_backward(double* y) const
   {
     for (int b = 0; b < rows.cross.size(); ++b) {
-      const int r     = rows.halo.shared[b];
+      const int r     = rows.alone + b;
       const Dirs<D> t = dirs<D>(free.data(), r) * dirs<D>(y, r);
       for (int k = rows.cross.off[b]; k < rows.cross.off[b + 1]; ++k)
         dirs<D>(y, rows.cross.item[k]) -= mass.cross[k] * t;
     }
   }
-  // sum += y y of the rows. Two ranks: both have all of it, and add in the same order
+  // y of the border: edge + y, where it is free
+  void free_border(const RealVec& edge, RealVec& y) const
+  {
+    for (size_t k = alone(); k < y.size(); ++k) y[k] = free[k] * (edge[k - alone()] + y[k]);
+  }
+  // rows of the border summed over the ranks, and with them square = y y of the others
+  void sum_border(RealVec& y, double* square) const
+  {
+    Sums<D> yy;
+    yy.add(y.data(), y.data(), alone());
+    for (int i = 0; i < D; ++i) square[i] = yy.of(i);
+    halo_sum(rows.halo, D, y, square, D);
+  }
+  // sum += y y of the border. Two ranks: both have all of it, and add in the same order
   void add_border(const RealVec& y, double* sum) const
   {
     double part[D] = {};
     const bool both = comm_size() == 2;
     for (int r : both ? rows.halo.common[1 - comm_rank()] : rows.halo.shared)
-      for (int i = 0; i < D; ++i) part[i] += (both ? 1.0 : rows.owned[r]) * y[r * D + i] * y[r * D + i];
+      for (int i = 0; i < D; ++i)
+        part[i] += (both ? 1.0 : rows.owned[r - rows.alone]) * y[r * D + i] * y[r * D + i];
     if (!both) comm_sum(part, D);
     for (int i = 0; i < D; ++i) sum[i] += part[i];
   }
 };
-
-// a . b in each direction
-template <int D>
-void dots(const MassSystem<D>& m, const RealVec& a, const RealVec& b, double* sum)
-{
-  if (m.mass.shared) {
-    std::fill(sum, sum + D, 0.0);
-    for (int r = 0; r < m.rows.size(); ++r)
-      for (int i = 0; i < D; ++i) sum[i] += m.rows.owned[r] * a[r * D + i] * b[r * D + i];
-    comm_sum(sum, D);
-    return;
-  }
-  double part[4 * D] = {};     // in four parts, so that additions need not wait for each other
-  const size_t whole = a.size() / (4 * D) * (4 * D);
-  for (size_t k = 0; k < whole; k += 4 * D)
-    for (int l = 0; l < 4 * D; ++l) part[l] += a[k + l] * b[k + l];
-  for (size_t k = whole; k < a.size(); ++k) part[k - whole] += a[k] * b[k];
-  for (int i = 0; i < D; ++i) sum[i] = (part[i] + part[D + i]) + (part[2 * D + i] + part[3 * D + i]);
-}
 
 template <int D>
 bool below(const double* value, const double* goal)
@@ -319,10 +358,10 @@ bool below(const double* value, const double* goal)
 // iterate on several ranks, with one message an iteration (on more than two: two): the square of the next
 // residual follows from products with this one, and is taken itself where these nearly cancel
 template <int D>
-int iterate_ranks(const MassSystem<D>& m, const double* size, RealVec& r, RealVec& step)
+int iterate_ranks(const MassSystem<D>& m, const double* size, double* rho, RealVec& r, RealVec& step)
 {
   RealVec w(r.size(), 0.0), q(r.size()), t(r.size());
-  double rho[D], turn[D], part[D], square[D], goal[D], enough[D], sum[4 * D];
+  double turn[D], part[D], square[D], goal[D], enough[D], sum[4 * D];
   const double *wq = sum, *rq = sum + D, *rr = sum + 2 * D, *qq = sum + 3 * D;
   step.assign(r.size(), 0.0);
   for (int i = 0; i < D; ++i) {
@@ -330,12 +369,10 @@ int iterate_ranks(const MassSystem<D>& m, const double* size, RealVec& r, RealVe
     enough[i] = 1e-16 * size[i];
     turn[i]   = 0.0;
   }
-  dots<D>(m, r, r, rho);
   bool stuck = false;
   for (int it = 0; !stuck && it <= 1000; ++it) {
     if (below<D>(rho, goal)) {
-      m.residual(r, t);
-      dots<D>(m, t, t, square);
+      m.residual(r, t, square);
       if (below<D>(square, goal)) return it;
     }
     for (size_t k = 0; k < r.size(); k += D)
@@ -354,20 +391,20 @@ int iterate_ranks(const MassSystem<D>& m, const double* size, RealVec& r, RealVe
         step[k + i] += part[i] * w[k + i];
         r[k + i] -= part[i] * q[k + i];
       }
-    if (cancels) dots<D>(m, r, r, rho);
+    if (cancels) m.dots(r, r, rho);
     for (int i = 0; i < D; ++i) turn[i] = rr[i] > 0.0 ? rho[i] / rr[i] : 0.0;
   }
-  m.residual(r, t);
-  dots<D>(m, t, t, square);
+  m.residual(r, t, square);
   return below<D>(square, enough) ? 1000 : -1;
 }
 
-// Conjugate gradients for step from 0, all directions side by side; r ends as the residual. The residual of M
-// itself is what must be small. Returns the iterations; -1: not there, to 1e-8 after 1000 of them.
+// Conjugate gradients for step from 0, all directions side by side; r ends as the residual, of which several
+// ranks know the square. The residual of M itself is what must be small. Returns the iterations; -1: not
+// there, to 1e-8 after 1000 of them.
 template <int D>
-int iterate(const MassSystem<D>& m, const double* size, RealVec& r, RealVec& step)
+int iterate(const MassSystem<D>& m, const double* size, double* known, RealVec& r, RealVec& step)
 {
-  if (m.mass.shared) return iterate_ranks<D>(m, size, r, step);
+  if (m.mass.shared) return iterate_ranks<D>(m, size, known, r, step);
   const int n = m.rows.size();
   RealVec w(r.size(), 0.0), y(r.size()), q(r.size()), t(r.size());
   double square[D], goal[D], enough[D];
@@ -377,12 +414,11 @@ int iterate(const MassSystem<D>& m, const double* size, RealVec& r, RealVec& ste
     enough[i] = 1e-16 * size[i];
   }
   Dirs<D> rho, turn = Dirs<D>::Zero();
-  dots<D>(m, r, r, rho.data());
+  m.dots(r, r, rho.data());
   bool stuck = false;                                // M is singular in the direction w, to rounding
   for (int it = 0; !stuck && it <= 1000; ++it) {
     if (below<D>(rho.data(), goal)) {
-      m.residual(r, t);
-      dots<D>(m, t, t, square);
+      m.residual(r, t, square);
       if (below<D>(square, goal)) return it;
     }
     for (int k = 0; k < n; ++k) {
@@ -405,8 +441,7 @@ int iterate(const MassSystem<D>& m, const double* size, RealVec& r, RealVec& ste
     for (int i = 0; i < D; ++i) turn[i] = rho[i] > 0.0 ? sum[i] / rho[i] : 0.0;
     rho = sum;
   }
-  m.residual(r, t);
-  dots<D>(m, t, t, square);
+  m.residual(r, t, square);
   return below<D>(square, enough) ? 1000 : -1;
 }
 
@@ -416,7 +451,7 @@ template <int D>
 int refine(MassSystem<D>& m, const double* size, const RealVec& b, RealVec& u, RealVec& step)
 {
   RealVec r(u.size()), q(u.size()), t(u.size());
-  double square[D], enough[D];
+  double square[D], enough[D], rho[D];
   int all = 0;
   for (int i = 0; i < D; ++i) enough[i] = 1e-24 * size[i];
   m.shift = SHIFT;
@@ -427,10 +462,11 @@ int refine(MassSystem<D>& m, const double* size, const RealVec& b, RealVec& u, R
     step.assign(u.size(), 0.0);
     multiply<D>(m.mass, u, q);
     for (size_t i = 0; i < u.size(); ++i) r[i] = m.free[i] * (b[i] - q[i]);
-    dots<D>(m, r, r, square);
+    m.dots(r, r, square);
     if (below<D>(square, enough)) return all;
     m.forward(r, r);
-    const int it = k < REFINEMENTS ? iterate<D>(m, size, r, step) : -1;
+    if (m.mass.shared) m.dots(r, r, rho);
+    const int it = k < REFINEMENTS ? iterate<D>(m, size, rho, r, step) : -1;
     if (it < 0) break;
     all += it + 1;
   }
@@ -486,17 +522,16 @@ int solve(const Dofs& s, const MassRows& rows, int guess, const std::vector<char
     b[k] = m.free[k] * (f[dof] * scale[k / D] - q[k]);
     t[k] = scale[k / D] > 0.0 ? 1.0 / scale[k / D] : 0.0;
   }
-  if (!all_begin) multiply<D>(m.mass, t, sum);
+  double size[D], known[D];
+  if (!all_begin) multiply_here<D>(m.mass, t, sum);
+  m.dots_here(b, b, size);
+  if (m.mass.shared) halo_sum(rows.halo, D, sum, size, D);
   for (int k = 0; k < n * D; ++k)
     u[k] = m.free[k] && !begins(rows.row[k / D]) ? b[k] / std::max(1.0, sum[k] * scale[k / D])
            : scale[k / D] > 0.0                  ? x[rows.row[k / D] * D + k % D] / scale[k / D]
                                                  : 0.0;
-  double size[D];
-  dots<D>(m, b, b, size);
-  multiply<D>(m.mass, u, q);
-  for (int k = 0; k < n * D; ++k) r[k] = m.free[k] * (b[k] - q[k]);
-  m.forward(r, r);
-  int it = iterate<D>(m, size, r, step);
+  m.start(b, u, r, known);
+  int it = iterate<D>(m, size, known, r, step);
   if (it < 0) it = refine<D>(m, size, b, u, step);
   m.backward(step, t);
   for (int k = 0; k < n * D; ++k) {

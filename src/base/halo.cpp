@@ -75,33 +75,37 @@ void halo_form(const std::vector<long>& key, Halo& h)
   std::sort(h.shared.begin(), h.shared.end());
 }
 
-void halo_sum(const Halo& h, int D, RealVec& v, double* number, int m)
+void halo_sum(const Halo& h, int D, const std::vector<RealVec*>& v, double* number, int m)
 {
   const int ranks = comm_size(), me = comm_rank();
+  const auto at = [D](RealVec& x, int k) { return x.data() + static_cast<std::size_t>(k) * D; };
   std::vector<RealVec> to(ranks), from(ranks);
   for (int r = 0; r < ranks; ++r) {
     if (r == me) continue;
-    to[r].reserve(m + h.common[r].size() * D);
+    to[r].reserve(m + h.common[r].size() * D * v.size());
     to[r].assign(number, number + m);
-    for (int k : h.common[r])
-      to[r].insert(to[r].end(), &v[static_cast<std::size_t>(k) * D], &v[static_cast<std::size_t>(k) * D] + D);
+    for (RealVec* x : v)
+      for (int k : h.common[r]) to[r].insert(to[r].end(), at(*x, k), at(*x, k) + D);
     from[r].resize(to[r].size());
   }
   const RealVec own(number, number + m);
   RealVec part;
-  for (int k : h.shared)
-    for (int i = 0; i < D; ++i) {
-      double& x = v[static_cast<std::size_t>(k) * D + i];
-      part.push_back(x);
-      x = 0.0;
-    }
+  part.reserve(h.shared.size() * D * v.size());
+  for (RealVec* x : v)
+    for (int k : h.shared)
+      for (int i = 0; i < D; ++i) {
+        double& value = at(*x, k)[i];
+        part.push_back(value);
+        value = 0.0;
+      }
   comm_exchange(to, from);
   std::fill(number, number + m, 0.0);
   for (int r = 0; r < ranks; ++r) {
     const double* next = r == me ? own.data() : from[r].data();
     for (int i = 0; i < m; ++i) number[i] += *next++;
     if (r == me) next = part.data();
-    for (int k : r == me ? h.shared : h.common[r])
-      for (int i = 0; i < D; ++i) v[static_cast<std::size_t>(k) * D + i] += *next++;
+    for (RealVec* x : v)
+      for (int k : r == me ? h.shared : h.common[r])
+        for (int i = 0; i < D; ++i) at(*x, k)[i] += *next++;
   }
 }

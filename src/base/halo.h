@@ -18,8 +18,13 @@ struct Halo {
 // halo_form : which things of the keys key [n], each once, other ranks have too. Collective, as all below.
 void halo_form(const std::vector<long>& key, Halo& h);
 
-// halo_sum : v [n*D] of all ranks that have a thing, and m numbers of all ranks, summed in their order
-void halo_sum(const Halo& h, int D, RealVec& v, double* number = nullptr, int m = 0);
+// halo_sum : v [n*D] of all ranks that have a thing, and m numbers of all ranks, summed in their order;
+// several vectors in one message
+void halo_sum(const Halo& h, int D, const std::vector<RealVec*>& v, double* number = nullptr, int m = 0);
+inline void halo_sum(const Halo& h, int D, RealVec& v, double* number = nullptr, int m = 0)
+{
+  halo_sum(h, D, std::vector<RealVec*>{&v}, number, m);
+}
 
 // halo_copy : v [n*D] of the owner to all that have a thing; halo_copy_all: several of them in one message
 template <class T>

@@ -175,6 +175,12 @@ inline bool dof_all(const Dofs& s, bool here)
   return !s.split ? here : comm_allreduce_max(static_cast<int>(!here)) == 0;
 }
 
+// dof_all_free : no dof of any rank is prescribed or tied; false where this rank cannot know
+inline bool dof_all_free(const Dofs& s)
+{
+  return s.whole ? s.whole->constrained.empty() : !s.split && s.constrained.empty();
+}
+
 // Warnings that are given once, each with its key
 using Warned = std::set<std::string>;
 

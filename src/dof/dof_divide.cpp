@@ -130,13 +130,15 @@ template <class Use>
 void each_touch(const Mesh& mesh, const Elements& el, const ActiveGrid& grid, const Dofs& s, Division& d,
                 Use use)
 {
-  IntVec rank;
-  each_work(el, grid, d, [&](int r, double) { rank.push_back(r); });
-  size_t list = 0;
-  dof_lists(mesh, el, grid, s, true, [&](int n, const int* row) {
-    for (int a = 0; a < n && list < rank.size(); ++a) use(row[a], rank[list]);
-    ++list;
-  });
+  for (const ElemBlock& b : el.block)
+    for (int slot : b.live) {
+      const int e = b.elem[slot];
+      for (int k = mesh.conn.off[e]; k < mesh.conn.off[e + 1]; ++k)
+        use(s.row_of_node[mesh.conn.item[k]], d.elem[e]);
+    }
+  for (int q = 0; q < grid.point.size(); ++q)
+    for (int k = grid.point.off[q]; k < grid.point.off[q + 1]; ++k)
+      use(s.nfe + grid.point.item[k], d.point[q]);
 }
 
 // rows that elements and points of several ranks touch
@@ -167,20 +169,25 @@ void divide_again(const Model& m, const Points& pts, const Level& now, const Ele
 // a row belongs to the rank that has most of what touches it, a bond to the rank of its first row
 void find_owners(const Mesh& mesh, const Elements& el, const ActiveGrid& grid, Division& d, Dofs& s)
 {
-  std::map<int, std::map<int, int>> touch;             // rows between ranks: how often each rank touches them
+  std::vector<std::map<int, int>> touch;     // rows between ranks: how often each rank touches them
+  IntVec between(s.nrow, -1);                // their numbers
   s.owner.assign(s.nrow, -1);
   each_touch(mesh, el, grid, s, d, [&](int row, int r) {
     if (s.owner[row] < 0) s.owner[row] = r;
-    else if (s.owner[row] != r) touch[row];
+    if (s.owner[row] == r || between[row] >= 0) return;
+    between[row] = static_cast<int>(touch.size());
+    touch.emplace_back();
   });
   if (!touch.empty())
     each_touch(mesh, el, grid, s, d, [&](int row, int r) {
-      const auto between = touch.find(row);
-      if (between != touch.end()) ++between->second[r];
+      if (between[row] >= 0) ++touch[between[row]][r];
     });
   const auto fewer = [](const auto& a, const auto& b) { return a.second < b.second; };
-  for (const auto& row : touch)
-    s.owner[row.first] = std::max_element(row.second.begin(), row.second.end(), fewer)->first;
+  for (int r = 0; r < s.nrow; ++r)
+    if (between[r] >= 0) {
+      const auto& of = touch[between[r]];
+      s.owner[r] = std::max_element(of.begin(), of.end(), fewer)->first;
+    }
   for (int& owner : s.owner) owner = std::max(owner, 0);   // touched by bonds alone
 }
 

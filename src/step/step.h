@@ -158,6 +158,7 @@ struct LinearSystem {
   RealVec diag;                // [neq] diagonal of A before prescribed dofs went
   RealVec whole;               // [neq] diagonal before equations were put in; without equations: empty
   double residual = 0.0, energy = 0.0;   // the largest norm of R and sqrt(f dx) so far, the scale of accuracy
+  double own_energy = 0.0;     // f dx of this rank
 };
 
 // step_tangent : A = K + cM M of iteration it and f = -R with the prescribed corrections put in; A stays when
@@ -220,7 +221,12 @@ Failure step_initial_acceleration(Problem& p, const Step& s, double t_step);
 //   in   mid   loads are asked for in the middle of an increment
 void step_missed(const Model& m, const Step& s, double start, bool mid);
 
-// ledger_update : energies and momenta of the level; energy: strain energy of intact elements [nelem]
+// ledger_sums : energies and momenta of the level; energy: strain energy of intact elements [nelem]; work: of
+// this rank, becomes that of all
+// ledger_balance : energy of bonds, and what is missing;   ledger_update : both
+void ledger_sums(const Model& m, const Elements& el, const Dofs& dofs, const Level& l, bool nlgeom,
+                 State& st, double& work, RealVec* energy);
+void ledger_balance(int dim, const Level& l, State& st);
 void ledger_update(const Model& m, const Elements& el, const Dofs& dofs, const Level& l, bool nlgeom,
                    State& st, RealVec* energy = nullptr);
 

@@ -156,6 +156,7 @@ RealVec reactions_of_all(const Dofs& dofs, const RealVec& R)
   }
   const Dofs& w = *dofs.whole;
   RealVec at, all(w.neq(), 0.0);         // dof and force, one after the other
+  if (dof_all_free(dofs)) return all;
   for (int i = 0; i < dofs.neq(); ++i)
     if (dofs.fixed[i] == DOF_FIXED && dofs.counts(i))
       at.insert(at.end(), {static_cast<double>(dofs.whole_row[i / dim] * dim + i % dim), R[i]});
@@ -209,10 +210,10 @@ RealVec residual_at_start(const Dofs& dofs, const Attempt& a)
   return R;
 }
 
-// work of loads and moved supports over the step                                   (6.12)
-double external_work(const Model& m, const Dofs& dofs, const State& st, const Attempt& a, const RealVec& rf0)
+// work of loads and moved supports over the step, of this rank                      (6.12)
+double external_work(const Dofs& dofs, const Attempt& a, const RealVec& rf0)
 {
-  const int dim  = m.dim;
+  const int dim  = dofs.dim;
   const bool mid = a.mode.mid;
   double work = 0.0;
   RealVec R0;                  // statics: at t(n)
@@ -228,8 +229,13 @@ double external_work(const Model& m, const Dofs& dofs, const State& st, const At
     else if (!mid && r < dofs.nfe) r0 = rf0[dofs.node_of_row[r] * dim + i % dim];
     work += 0.5 * (r0 + a.R[i]) * a.du[i];
   }
-  work = dof_total(dofs, work);
-  // grounds that move push through their bonds
+  return work;
+}
+
+// the same with that of grounds that move, which push through their bonds
+double with_grounds(const Model& m, const State& st, const Attempt& a, double work)
+{
+  const int dim  = m.dim;
   const Bonds& b = st.bonds;
   double C[9], g0[3], g1[3];
   for (int k = 0; k < b.nbond; ++k) {
@@ -343,8 +349,10 @@ void step_finish(Problem& p, Attempt& a, RealVec& energy)
   finish_reactions(m, all, s.whole ? reactions_of_all(s, a.R) : a.R, st);
   if (p.d.pairs.near || !st.contact.empty()) finish_contact(m, p.d.pairs, a, st);
   // 4. ledger                                                                       (6.12), (6.15), (7.16)
-  st.ledger.external += external_work(m, s, st, a, rf0);
+  double work = external_work(s, a, rf0);
   st.ledger.renewal += work_of_renewal(p.d.grid, s, a);
   if (p.d.fm.on) st.ledger.fracture += frac_degraded(m, a.step, p.d.el, st.points, st.frac, st.n, st.np1);
-  ledger_update(m, p.d.el, s, st.np1, a.step.nlgeom, st, p.d.fm.on ? &energy : nullptr);
+  ledger_sums(m, p.d.el, s, st.np1, a.step.nlgeom, st, work, p.d.fm.on ? &energy : nullptr);
+  st.ledger.external += with_grounds(m, st, a, work);
+  ledger_balance(m.dim, st.np1, st);
 }

@@ -49,6 +49,7 @@ Failure velocity_at_start(const State& st, const Discretisation& d, const Dofs& 
   for (int i = s.nfe * s.dim; i < s.neq(); ++i)
     if (s.fixed[i]) vgrid[i] = s.rate0[i];
   if (mass_project(s, begun, momentum, vgrid) < 0) return MASS_FAILED;
+  if (dof_all_free(s)) return STATUS_OK;
   const auto behind = s.fixed.begin() + static_cast<long>(first) * s.dim;
   if (dof_all(s, std::find(behind, s.fixed.end(), DOF_FIXED) == s.fixed.end())) return STATUS_OK;
   RealVec Mv;                  // supports: the momentum that goes with their motion

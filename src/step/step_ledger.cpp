@@ -34,11 +34,12 @@ void add_nodes(const Mesh& mesh, const Dofs& dofs, const Level& l, Ledger& g)
 }
 
 // what the ranks have, in one message
-void sum_ranks(Ledger& g)
+void sum_ranks(Ledger& g, double& work)
 {
-  double sum[9] = {g.kinetic,    g.momentum[0], g.momentum[1], g.momentum[2], g.angular[0],
-                   g.angular[1], g.angular[2],  g.strain,      g.plastic};
-  comm_sum(sum, 9);
+  double sum[10] = {g.kinetic,    g.momentum[0], g.momentum[1], g.momentum[2], g.angular[0],
+                    g.angular[1], g.angular[2],  g.strain,      g.plastic,     work};
+  comm_sum(sum, 10);
+  work      = sum[9];
   g.strain  = sum[7];
   g.plastic = sum[8];
   g.kinetic = sum[0];
@@ -69,8 +70,8 @@ void add_points(const Points& pts, const RealVec& mom, const Level& l, Ledger& g
 
 }  // namespace
 
-void ledger_update(const Model& m, const Elements& el, const Dofs& dofs, const Level& l, bool nlgeom,
-                   State& st, RealVec* energy)
+void ledger_sums(const Model& m, const Elements& el, const Dofs& dofs, const Level& l, bool nlgeom,
+                 State& st, double& work, RealVec* energy)
 {
   Ledger& g = st.ledger;
   g.kinetic = 0.0;
@@ -82,9 +83,22 @@ void ledger_update(const Model& m, const Elements& el, const Dofs& dofs, const L
   g.strain = elem_energy(m, el, l, nlgeom, energy) +
              point_energy(m, st.points, l, dofs.owned_point);
   g.plastic = elem_plastic(el, l) + point_plastic(st.points, l, dofs.owned_point);
-  sum_ranks(g);
-  g.bond    = bond_energy(st.bonds, m.dim, l, &g.slip_max, &g.slip_rms);
+  sum_ranks(g, work);
+}
+
+void ledger_balance(int dim, const Level& l, State& st)
+{
+  Ledger& g = st.ledger;
+  g.bond    = bond_energy(st.bonds, dim, l, &g.slip_max, &g.slip_rms);
   g.balance = g.kinetic + g.strain + g.bond + g.plastic + g.friction + g.fracture + g.ghost + g.viscous +
               g.renewal + g.conversion - g.total0 - g.external;
   g.scale   = std::max({g.scale, g.kinetic + g.strain, std::fabs(g.external)});
+}
+
+void ledger_update(const Model& m, const Elements& el, const Dofs& dofs, const Level& l, bool nlgeom,
+                   State& st, RealVec* energy)
+{
+  double none = 0.0;
+  ledger_sums(m, el, dofs, l, nlgeom, st, none, energy);
+  ledger_balance(m.dim, l, st);
 }

@@ -115,7 +115,10 @@ void step_tangent(Problem& p, const Attempt& a, int it, double residual, double 
   const bool stay = same || (p.m.solver.reuse && near_tangent(p.newton.gain, a, it, residual, accepted));
   l.f.resize(s.neq());
   for (int i = 0; i < s.neq(); ++i) l.f[i] = -R[i];
-  if (stay && dof_all(s, std::all_of(pending.begin(), pending.end(), [](double x) { return x == 0.0; }))) {
+  const auto arrived = [&] {
+    return dof_all(s, std::all_of(pending.begin(), pending.end(), [](double x) { return x == 0.0; }));
+  };
+  if (stay && (dof_all_free(s) || arrived())) {
     for (int i = 0; i < s.neq(); ++i)
       if (s.fixed[i]) l.f[i] = 0.0;
     timer_skip(PHASE_TANGENT);
@@ -172,13 +175,12 @@ Failure step_solve(Problem& p, const Attempt& a, int it, double residual, double
   if (!ask.inertia || p.m.solver.kind == SOLVER_AMG) ask.place = [&p] { return row_places(p); };
   const Status status = solve_slipping(p, a, pending, ask, l);
   if (status != STATUS_OK) return status;
-  double energy = 0.0;
+  l.own_energy = 0.0;
   for (int i = 0; i < s.neq(); ++i) {
-    if (s.counts(i)) energy += l.f[i] * l.dx[i];
+    if (s.counts(i)) l.own_energy += l.f[i] * l.dx[i];
     if (s.fixed[i]) l.dx[i] = pending[i];
   }
   tie_follow(s, false, l.dx);
-  l.energy = std::max(l.energy, std::sqrt(std::fabs(dof_total(s, energy))));
   return STATUS_OK;
 }
 

@@ -22,21 +22,54 @@ const double STALLS = 0.5;
 struct Residual {
   RealVec R, inertia, Mdu, Cdu;        // inertia: with damping
   double free_norm = 0.0;      // of R at free dofs
+  double external  = 0.0;
   double scale     = 0.0;      // largest of internal, external, inertia force
   bool finite      = true;
 };
 
-// squares of the vectors in the rows that count here; of the first one at free dofs alone
+// squares of the vectors in the rows that count here; of the first one at free dofs alone. In one pass, each
+// with the sums of sum_terms
+template <bool SPLIT>
 void own_squares(const Dofs& s, const std::array<const RealVec*, 4>& v, double* sum)
 {
+  const size_t LANES = 8;
+  double part[4][LANES] = {};
+  const double* x[4] = {v[0]->data(), v[1]->data(), v[2]->data(), v[3]->data()};
+  const int* fixed   = s.fixed.data();
+  const char* once   = s.once.data();
+  const size_t n = s.neq(), whole = n / LANES * LANES;
+  const auto add = [&](size_t i, size_t l) {
+    const bool here = !SPLIT || once[i];
+    part[0][l] += fixed[i] || !here ? 0.0 : x[0][i] * x[0][i];
+    for (int k = 1; k < 4; ++k) part[k][l] += here ? x[k][i] * x[k][i] : 0.0;
+  };
+  for (size_t i = 0; i < whole; i += LANES)
+    for (size_t l = 0; l < LANES; ++l) add(i + l, l);
+  for (size_t i = whole; i < n; ++i) add(i, 0);
   for (int k = 0; k < 4; ++k) {
-    const RealVec& x = *v[k];
-    if (k == 0)
-      sum[k] = sum_terms(s.neq(), [&](size_t i) { return s.fixed[i] || !s.counts(i) ? 0.0 : x[i] * x[i]; });
-    else
-      sum[k] = s.split ? sum_terms(s.neq(), [&](size_t i) { return s.once[i] ? x[i] * x[i] : 0.0; })
-                       : dot(x, x);
+    sum[k] = 0.0;
+    for (double p : part[k]) sum[k] += p;
   }
+}
+
+// fint, fext and M du; on several ranks in one message
+Failure form_forces(Problem& p, Attempt& a, const RealVec& du, Residual& b)
+{
+  const Dofs& s    = p.dofs;
+  const bool loads = a.fext.empty() || assem_has_followers(a.step);
+  const bool apart = s.whole && assem_has_followers(a.step);           // followers of each rank
+  RealVec f;
+  SumWith with;
+  if (apart) with.failure = assem_own_followers(p.m, p.d, s, p.st, a.step, a.load, f);
+  if (apart) with.vectors.push_back(&f);
+  if (a.cM != 0.0) mass_part(s, du, b.Mdu);
+  if (a.cM != 0.0) with.vectors.push_back(&b.Mdu);
+  Failure failure = assem_internal(p.m, p.d, s, a.mode, a.jumps, p.st, a.fint, with);
+  if (!failure.ok() || !loads) return failure;
+  if (!apart) return assem_loads(p.m, p.d, s, p.st, a.step, a.load, p.warned, a.fext);
+  failure = assem_dead_loads(p.m, p.d, s, p.st, a.step, a.load, p.warned, a.fext);
+  for (int i = 0; i < s.neq() && failure.ok(); ++i) a.fext[i] += f[i];
+  return failure;
 }
 
 // R(du); moves the state n+1
@@ -44,16 +77,13 @@ Failure form_residual(Problem& p, Attempt& a, const RealVec& du, Residual& b)
 {
   const Dofs& s = p.dofs;
   Failure failure = assem_move(p.m, p.d, s, du, a.t0, a.t1, p.st, a.jumps);
-  if (failure.ok()) failure = assem_internal(p.m, p.d, s, a.mode, a.jumps, p.st, a.fint);
-  if (failure.ok() && (a.fext.empty() || assem_has_followers(a.step)))
-    failure = assem_loads(p.m, p.d, s, p.st, a.step, a.load, p.warned, a.fext);
+  if (failure.ok()) failure = form_forces(p, a, du, b);
   if (!failure.ok()) return failure;
   b.R.resize(s.neq());
-  b.inertia.assign(s.neq(), 0.0);
-  if (a.cM != 0.0) {
-    mass_multiply(s, du, b.Mdu);
+  b.inertia.resize(s.neq());
+  if (a.cM == 0.0) std::fill(b.inertia.begin(), b.inertia.end(), 0.0);
+  else
     for (int i = 0; i < s.neq(); ++i) b.inertia[i] = a.cM * b.Mdu[i] - a.g[i];
-  }
   if (a.cC != 0.0) {
     damping_multiply(s, du, b.Cdu);
     for (int i = 0; i < s.neq(); ++i) b.inertia[i] += a.cC * b.Cdu[i];
@@ -61,13 +91,16 @@ Failure form_residual(Problem& p, Attempt& a, const RealVec& du, Residual& b)
   for (int i = 0; i < s.neq(); ++i) b.R[i] = a.fint[i] - a.fext[i] + b.inertia[i];
   tie_force(s, b.R);
   double norm[4];              // in one message
-  own_squares(s, {&b.R, &a.fint, &a.fext, &b.inertia}, norm);
+  const std::array<const RealVec*, 4> forces = {&b.R, &a.fint, &a.fext, &b.inertia};
+  if (s.split) own_squares<true>(s, forces, norm);
+  else own_squares<false>(s, forces, norm);
   if (s.split) comm_sum(norm, 4);
   for (double& x : norm) x = std::sqrt(x);
-  const double internal = norm[1], external = norm[2];
+  const double internal = norm[1];
   b.free_norm = norm[0];
-  b.scale     = std::max({internal, external, norm[3]});
-  return std::isfinite(b.free_norm) && std::isfinite(internal + external) ? STATUS_OK : BAD_NUMBER;
+  b.external  = norm[2];
+  b.scale     = std::max({internal, b.external, norm[3]});
+  return std::isfinite(b.free_norm) && std::isfinite(internal + b.external) ? STATUS_OK : BAD_NUMBER;
 }
 
 // the part of the diagonal that strains make: rounding of F acts through it. Mass, damping and bonds see du
@@ -125,18 +158,16 @@ double rounding_floor(const Problem& p, const RealVec& diag, const Attempt& a)
 
 // residual against the force scale, and both in the energy norm of the diagonal    (6.4)
 //   in   stalls   the residual does not fall any more: reactions count in the energy too
-bool converged(const Problem& p, const Attempt& a, const Residual& b, const LinearSystem& l, bool by_rounding,
-               bool stalls)
+bool balanced(const Problem& p, const Attempt& a, const Residual& b, const RealVec& diag, bool stalls)
 {
-  const RealVec &diag = l.diag, &whole = l.whole.empty() ? l.diag : l.whole;
   const Dofs& s  = p.dofs;
   const Controls& c = a.step.ctl;
-  if (by_rounding && b.free_norm <= rounding_floor(p, whole, a)) return true;
   if (b.free_norm > c.tol_force * b.scale) return false;
   // fixed null pivots keep a residual, which is judged by the reactions as well (theory 8.1)
   const Solver& solver    = p.newton.solver;
   const bool fixed_pivots = a.cM == 0.0 && solver.null_pivot_row >= 0 && solver.zero_equation >= 0;
-  double res = 0.0, ref = 0.0, least = 0.0;
+  double energy[2] = {};       // of the residual, of the forces
+  double least = 0.0;
   // broken material has next to no stiffness, and need not be judged by it
   if (a.newton.breaks) {
     for (size_t i = 0; i < diag.size(); ++i)
@@ -147,13 +178,19 @@ bool converged(const Problem& p, const Attempt& a, const Residual& b, const Line
     if ((s.fixed[i] && !fixed_pivots && !stalls) || !(diag[i] > 0.0)) continue;
     if (!s.counts(i)) continue;
     const double k = std::max(diag[i], least);
-    if (!s.fixed[i]) res += b.R[i] * b.R[i] / k;
+    if (!s.fixed[i]) energy[0] += b.R[i] * b.R[i] / k;
     const double f = std::max({std::fabs(a.fint[i]), std::fabs(a.fext[i]), std::fabs(b.inertia[i])});
-    ref += f * f / k;
+    energy[1] += f * f / k;
   }
-  res = dof_total(s, res);
-  ref = dof_total(s, ref);
-  return res <= c.tol_energy * ref || ref == 0.0;
+  if (s.split) comm_sum(energy, 2);
+  return energy[0] <= c.tol_energy * energy[1] || energy[1] == 0.0;
+}
+
+bool converged(const Problem& p, const Attempt& a, const Residual& b, const LinearSystem& l, bool by_rounding,
+               bool stalls)
+{
+  return balanced(p, a, b, l.diag, stalls) ||
+         (by_rounding && b.free_norm <= rounding_floor(p, l.whole.empty() ? l.diag : l.whole, a));
 }
 
 // largest part of the correction that keeps every det F positive
@@ -222,6 +259,7 @@ Failure begin_at_guess(Problem& p, Attempt& a, Residual& b, double& guessed)
 bool find_pending(const Dofs& s, const RealVec& du, RealVec& pending)
 {
   bool there = true;
+  if (dof_all_free(s)) return true;
   for (int i = 0; i < s.neq(); ++i) {
     pending[i] = s.fixed[i] == DOF_FIXED ? s.target[i] - du[i] : 0.0;
     there      = there && std::fabs(pending[i]) <= 1e-14 * std::fabs(s.target[i]);
@@ -232,6 +270,7 @@ bool find_pending(const Dofs& s, const RealVec& du, RealVec& pending)
 bool targets_reached(const Dofs& s, const RealVec& du)
 {
   bool there = true;
+  if (dof_all_free(s)) return true;
   for (int i = 0; i < s.neq(); ++i)
     if (s.fixed[i] == DOF_FIXED)
       there = there && std::fabs(s.target[i] - du[i]) <= 1e-12 * std::fabs(s.target[i]);
@@ -260,6 +299,17 @@ Failure tell_all(Problem& p, Attempt& a)
   }
   if (p.m.part.on && p.st.bonds.nbond) assem_share_bonds(p.m, p.dofs, p.d.pairs, p.st, a.jumps);
   return failure;
+}
+
+// dx R at free dofs, and with it the energy of the correction
+double first_slope(const Dofs& s, const RealVec& R, LinearSystem& l)
+{
+  double sum[2] = {0.0, l.own_energy};
+  for (int i = 0; i < s.neq(); ++i)
+    if (!s.fixed[i] && s.counts(i)) sum[0] += l.dx[i] * R[i];
+  if (s.split) comm_sum(sum, 2);
+  l.energy = std::max(l.energy, std::sqrt(std::fabs(sum[1])));
+  return sum[0];
 }
 
 void tell_iteration(StepLog& log, int it, const Residual& b, double energy, double part)
@@ -302,7 +352,7 @@ Failure step_newton(Problem& p, Attempt& a)
     const double accepted = a.step.ctl.tol_force * scale, before = b.free_norm;
     step_tangent(p, a, it, before, accepted, b.R, pending, l);
     // loads below the floor are solved for once; without loads the floor ends the search for rounding
-    if (it == 1 && there && guessed == 0.0 && converged(p, a, b, l, dof_norm(s, a.fext) == 0.0, false)) {
+    if (it == 1 && there && guessed == 0.0 && converged(p, a, b, l, b.external == 0.0, false)) {
       a.R = b.R;                                     // nothing to do: the predictor is the solution
       return tell_all(p, a);
     }
@@ -310,10 +360,7 @@ Failure step_newton(Problem& p, Attempt& a)
     failure = step_solve(p, a, it, before, accepted, pending, l);
     if (!failure.ok()) return failure;
     if (a.newton.rubs && there) step_secant(secants, a.du, dof_own(s, l.diag), l.dx);
-    double g0 = 0.0;
-    for (int i = 0; i < s.neq(); ++i)
-      if (!s.fixed[i] && s.counts(i)) g0 += l.dx[i] * b.R[i];
-    g0 = dof_total(s, g0);
+    const double g0 = first_slope(s, b.R, l);
     if (it == 1 && guessed > 0.0 && std::fabs(g0) > guessed) return NOT_CONVERGED;   // it leads astray (6.14)
     // 4. correct                                                                   (6.6)
     double part = 1.0;

@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <cstring>
 
 #include "base/comm.h"
 #include "base/interrupt.h"
@@ -96,17 +95,24 @@ std::string cuts_text(const Model& m, const State& st, const Failure& f)
   return text + limit;
 }
 
-// ranks take decisions from numbers that are the same on all of them; when they are not, the machines differ
-void check_ranks(const State& st)
+// Has a signal come, on any rank? In the same message: ranks take decisions from numbers that are the same on
+// all of them; when they are not, the machines differ
+bool check_ranks(const State& st)
 {
-  if (comm_size() == 1) return;
+  if (comm_size() == 1) return step_signalled();
   const double own[4] = {st.log.residual, st.ledger.strain, st.ledger.balance,
                           static_cast<double>(st.log.iterations)};
-  double first[4];
-  std::memcpy(first, own, sizeof first);
-  comm_bcast(first, 4);
-  MPFE_CHECK(std::memcmp(first, own, sizeof first) == 0,
-             "the ranks disagree: use machines of the same kind");
+  double most[9] = {static_cast<double>(interrupt_signal())};
+  for (int k = 0; k < 4; ++k) {
+    most[1 + k] = own[k];
+    most[5 + k] = -own[k];
+  }
+  comm_max(most, 9);
+  for (int k = 0; k < 4; ++k)
+    MPFE_CHECK(own[k] == most[1 + k] && own[k] == -most[5 + k],
+               "the ranks disagree: use machines of the same kind");
+  if (most[0] != 0.0 && !interrupt_signal()) interrupt_note(static_cast<int>(most[0]));
+  return most[0] != 0.0;
 }
 
 Failure interrupted(Problem& p, Output& out)
@@ -247,7 +253,6 @@ void accept(const Step& s, double dt, const HalfWatch& half, State& st)
 void warn_of_state(Problem& p, const Step& s)
 {
   const State& st = p.st;
-  check_ranks(st);
   if (s.proc == PROC_STATIC || st.log.inc_total % 10 == 0 || clock_done(s, st.clock))
     step_limit(p.m, p.d.el, st, s, p.warned);
   if (p.d.fm.on) step_remainder(p.m, p.d, dof_all_rows(p.dofs), st, s, p.warned);
@@ -277,7 +282,7 @@ Failure run_step(Problem& p, const Step& s, Output& out)
   Increment inc;
   p.ready = false;
   while (!clock_done(s, st.clock)) {
-    if (step_signalled()) return interrupted(p, out);
+    if (check_ranks(st)) return interrupted(p, out);
     // 1., 2. grid, rows, pattern, mass
     Failure failure = begin_increment(p, s, stops, inc);
     // 3., 4., 5. attempts, each shorter than the one before
@@ -298,6 +303,7 @@ Failure run_step(Problem& p, const Step& s, Output& out)
     st.eroded.clear();
     out_restart(p.m, st, p.d.grid, false, out);
   }
+  check_ranks(st);
   return STATUS_OK;
 }
 
