@@ -178,7 +178,8 @@ inline bool dof_all(const Dofs& s, bool here)
 // dof_all_free : no dof of any rank is prescribed or tied; false where this rank cannot know
 inline bool dof_all_free(const Dofs& s)
 {
-  return s.whole ? s.whole->constrained.empty() : !s.split && s.constrained.empty();
+  if (s.whole && s.told.empty()) return s.whole->constrained.empty();
+  return !s.split && s.constrained.empty();
 }
 
 // Warnings that are given once, each with its key
