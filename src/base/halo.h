@@ -34,8 +34,8 @@ void halo_copy_all(const Halo& h, int D, const std::vector<std::vector<T>*>& v)
   std::vector<std::vector<T>> to(h.common.size());
   for (std::size_t r = 0; r < h.common.size(); ++r)
     for (int k : h.common[r])
-      for (const std::vector<T>* x : v)
-        if (h.owner[k] == me) to[r].insert(to[r].end(), x->begin() + long(k) * D, x->begin() + long(k + 1) * D);
+      for (std::size_t i = 0; i < v.size() && h.owner[k] == me; ++i)
+        to[r].insert(to[r].end(), v[i]->begin() + long(k) * D, v[i]->begin() + long(k + 1) * D);
   const std::vector<std::vector<T>> from = comm_exchange(to);
   for (std::size_t r = 0; r < h.common.size(); ++r) {
     auto next = from[r].begin();

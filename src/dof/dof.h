@@ -78,8 +78,8 @@ struct Dofs {
   IntVec whole_row;            // whole: [nrow] the row there
   IntVec local_row;            // whole: [whole->nrow] the row here, -1: none
   ListTable of_rank;           // whole: [ranks] rows of whole that belong to each; divided: places in told
-  // whole, divided: rows of whole that all ranks have, in the same order on all of them: those of the grid, and
-  // of nodes that corners follow
+  // whole, divided: rows of whole that all ranks have, in the same order on all of them: those of the grid,
+  // and of nodes that corners follow
   IntVec told;
   IntVec elem_rank, point_rank;        // the division that the pattern was made for
   // block of A for each node pair, 2 k + 1: transposed; elements of this rank, block after block

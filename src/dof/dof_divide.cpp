@@ -255,10 +255,11 @@ RealVec point_centres(const Points& pts, int dim)
 // of points that were there from the start: straight cuts
 IntVec first_ranks(const Points& pts, const RealVec& X, const RealVec& work)
 {
-  const int n = static_cast<int>(std::find_if(pts.parent.begin(), pts.parent.end(), [](int e) { return e >= 0; }) -
-                                 pts.parent.begin());
+  const auto end =
+      std::find_if(pts.parent.begin(), pts.parent.end(), [](int parent) { return parent >= 0; });
+  const long n = end - pts.parent.begin();
   if (n == 0) return IntVec();
-  return part_places(RealVec(X.begin(), X.begin() + 3L * n), RealVec(work.begin(), work.begin() + n), comm_size());
+  return part_places({X.begin(), X.begin() + 3 * n}, {work.begin(), work.begin() + n}, comm_size());
 }
 
 // points of the rank with the most work go to that with the least, those that are furthest towards it first;
@@ -302,8 +303,8 @@ double largest_part(const std::vector<RankWork>& rank)
   return most / mean;
 }
 
-// Divided model with points, which all ranks know: rows of nodes are those of this rank, but for guests; a row
-// of the grid belongs to the smallest rank that has a point on it
+// Divided model with points, which all ranks know: rows of nodes are those of this rank, but for guests; a
+// row of the grid belongs to the smallest rank that has a point on it
 void own_part(const Points& pts, const ActiveGrid& grid, Dofs& s)
 {
   s.owner.assign(s.nrow, comm_rank());

@@ -147,7 +147,7 @@ void localise_bonds(Dofs& s)
 }
 
 // divided model: rows of whole that all ranks have
-IntVec rows_of_all(const MeshPart& part, const Points& pts, const Dofs& w)
+IntVec rows_of_all(const Points& pts, const Dofs& w)
 {
   IntVec told, node;
   for (int r = w.nfe; r < w.nrow; ++r) told.push_back(r);
@@ -156,7 +156,7 @@ IntVec rows_of_all(const MeshPart& part, const Points& pts, const Dofs& w)
   std::sort(node.begin(), node.end());
   node.erase(std::unique(node.begin(), node.end()), node.end());
   for (int n : node) told.push_back(w.row_of_node[n]);
-  MPFE_CHECK(part.on && std::count(told.begin(), told.end(), -1) == 0, "a corner follows a node without a row");
+  MPFE_CHECK(std::count(told.begin(), told.end(), -1) == 0, "a corner follows a node without a row");
   return told;
 }
 
@@ -193,7 +193,7 @@ void dof_local(const Model& m, const Points& pts, bool fresh, Discretisation& d,
     halo_form(s.row_key, s.halo);
     for (int r = 0; r < s.nfe && m.part.on; ++r) s.halo.owner[r] = m.part.halo.owner[s.node_of_row[r]];
     s.owner       = s.halo.owner;
-    s.told        = m.part.on ? rows_of_all(m.part, pts, w) : IntVec();
+    s.told        = m.part.on ? rows_of_all(pts, w) : IntVec();
     s.of_rank     = rows_of_ranks(s);
     s.owned_point = w.owned_point;
     s.owned_bond  = w.owned_bond;

@@ -20,8 +20,8 @@ namespace {
 
 // elements a rank: below, all ranks keep the whole model
 const int LEAST = 16;
-// the same with points, which all ranks know: with fewer elements the whole model is small, and the work on it
-// is shared more evenly. Measured: doc/benchmarks.md, "Two ranks over one"
+// the same with points, which all ranks know: with fewer elements the whole model is small, and the work on
+// it is shared more evenly. Measured: doc/benchmarks.md, "Two ranks over one"
 const int LEAST_POINTS = 3000;
 
 // MPFE_DIVIDE=0: not wanted; 1: also where the model is small; tests compare
@@ -58,8 +58,8 @@ bool watches(const Model& m)
 // general contact, equations, directions of nodes and pieces are not divided yet
 bool divides(const Model& m)
 {
-  return comm_size() > 1 && asked(m) && !counts_pieces(m) &&
-         knows_points(m) && model_general_contact(m) < 0 && m.equation.empty() && m.frame.empty() && !watches(m);
+  return comm_size() > 1 && asked(m) && !counts_pieces(m) && knows_points(m) &&
+         model_general_contact(m) < 0 && m.equation.empty() && m.frame.empty() && !watches(m);
 }
 
 // elements of others that each rank looks at: near what breaks, and all at surfaces of bonds and contact

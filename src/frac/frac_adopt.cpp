@@ -21,8 +21,9 @@ void renumber(Node node, CornerShare& s)
     return key;
   };
   CornerShare out;
-  for (const auto& c : s.corner) out.corner.emplace(std::make_pair(c.first.first, with(c.first.second)), c.second);
-  for (const auto& c : s.own) out.own.emplace(with(c.first), c.second);
+  for (const auto& [name, corner] : s.corner)
+    out.corner.emplace(std::make_pair(name.first, with(name.second)), corner);
+  for (const auto& [key, corner] : s.own) out.own.emplace(with(key), corner);
   s.corner.swap(out.corner);
   s.own.swap(out.own);
   for (int& n : s.node.item) n = node(n);
@@ -106,8 +107,8 @@ void frac_reload(State& st, Model& m, Elements& el, FracMesh& fm)
 {
   if (!m.part.on) return;
   IntVec points, give;
-  for (size_t e = 0; e < st.frac.phase.size(); ++e)
-    if (st.frac.phase[e] == AS_POINTS && m.part.works(static_cast<int>(e))) points.push_back(static_cast<int>(e));
+  for (int e = 0; e < static_cast<int>(st.frac.phase.size()); ++e)
+    if (st.frac.phase[e] == AS_POINTS && m.part.works(e)) points.push_back(e);
   const bool any = !m.conversion.empty() && st.frac.phase.size() == m.part.elem.size();
   if (comm_allreduce_max(static_cast<int>(!any)) == 0 && frac_zone(m, points, give)) {
     const ModelGrowth g = frac_grow(give, {&st}, {}, m);

@@ -3,59 +3,14 @@
 #include <algorithm>
 #include <iterator>
 #include <numeric>
-#include <set>
 #include <utility>
 
 namespace {
-
-// The lists that grow with the mesh, always in the same order. A face goes with its element.
-struct Lists {
-  std::vector<IntVec*> node, elem;
-  std::vector<std::vector<Face>*> face;
-  std::vector<std::vector<Member>*> member;
-};
 
 // [surface] 1: of outer elements too, since bonds or contact hold it, or elements of it may become points
 IntVec outer_surfaces(const Model& m)
 {
   return m.conversion.empty() ? model_bonded_surfaces(m) : IntVec(m.surface.size(), 1);
-}
-
-// of what a rank works on
-Lists lists_of_work(Model& m)
-{
-  Lists l;
-  const IntVec outer = outer_surfaces(m);
-  for (Set& s : m.nset) l.node.push_back(&s.item);
-  for (Set& s : m.elset) l.elem.push_back(&s.item);
-  for (std::size_t s = 0; s < m.surface.size(); ++s)
-    if (!outer[s]) l.face.push_back(&m.surface[s].face);
-  for (Step& s : m.step)
-    for (Load& load : s.load) {
-      l.node.push_back(&load.node);
-      if (m.conversion.empty()) l.elem.push_back(&load.elem);
-      l.face.push_back(&load.face);
-    }
-  return l;
-}
-
-// of outer elements too
-Lists lists_of_all(Model& m)
-{
-  Lists l;
-  const IntVec outer = outer_surfaces(m);
-  for (std::size_t s = 0; s < m.surface.size(); ++s)
-    if (outer[s]) l.face.push_back(&m.surface[s].face);
-  for (Step& s : m.step)
-    for (Load& load : s.load)
-      if (!m.conversion.empty()) l.elem.push_back(&load.elem);
-  for (ConversionDef& c : m.conversion) l.elem.push_back(&c.elem);
-  for (InitialValue& v : m.initial) l.node.push_back(&v.node);
-  for (Step& s : m.step)
-    for (Prescribed& b : s.prescribed) l.node.push_back(&b.node);
-  for (BrokenDef& b : m.broken) l.elem.push_back(&b.elem);
-  for (FractureDef& f : m.fracture) l.member.push_back(&f.member);
-  return l;
 }
 
 // The items of a list by rank; they keep their order. The list is empty behind it.
@@ -114,7 +69,7 @@ ListTable ranks_of(int n, const OfRanks<int>& list)
 }
 
 // lists by rank, those of nodes and elements as node and elem [ranks] have them
-PieceLists divide_lists(const Mesh& mesh, const Lists& lists, const OfRanks<int>& node,
+PieceLists divide_lists(const Mesh& mesh, const ModelLists& lists, const OfRanks<int>& node,
                         const OfRanks<int>& elem)
 {
   PieceLists out;
@@ -166,7 +121,7 @@ std::vector<T> items(const OfRanks<T>& all, int r, const IntVec& index)
 }
 
 void take_lists(const PieceLists& from, int r, const IntVec& node_index, const IntVec& elem_index,
-                const Lists& to)
+                const ModelLists& to)
 {
   for (std::size_t k = 0; k < to.node.size(); ++k) *to.node[k] = items(from.node[k], r, node_index);
   for (std::size_t k = 0; k < to.elem.size(); ++k) *to.elem[k] = items(from.elem[k], r, elem_index);
@@ -223,181 +178,6 @@ IntVec claims(const Model& m, const IntVec& gone)
   return shared;
 }
 
-// which nodes and elements other ranks have too, and whose they are
-void find_common(const IntVec& gone, Model& m)
-{
-  MeshPart& part = m.part;
-  const int me   = comm_rank();
-  halo_form(std::vector<long>(part.node.begin(), part.node.end()), part.halo);
-  model_owners(gone, m);
-  const bool outer = std::any_of(part.rank.begin(), part.rank.end(), [&](int r) { return r != me; });
-  if (comm_allreduce_max(static_cast<int>(outer)) == 0) return;
-  halo_form(std::vector<long>(part.elem.begin(), part.elem.end()), part.around);
-  part.around.owner = part.rank;
-}
-
-// ---- elements that all ranks get (model_grow); numbers are those of the mesh of the deck ----
-
-struct GivenElem { int number, label, type, section, rank, nodes; };
-struct GivenNode { int number, label; double X[3]; };
-struct GivenItem { int list, number, what; };       // what: face, or place in the set
-
-struct Gift {
-  std::vector<GivenElem> elem;
-  IntVec conn;                 // nodes of one element after the other
-  std::vector<GivenNode> node;
-  std::vector<GivenItem> of_node, of_elem, of_face, of_member;         // where they stand in the lists
-};
-
-Gift pack(const Model& m, const IntVec& give, const Lists& lists)
-{
-  const MeshPart& part = m.part;
-  const Mesh& mesh     = m.mesh;
-  Gift g;
-  std::vector<char> node(mesh.nnode(), 0), elem(mesh.nelem(), 0);
-  for (int e : give) {
-    elem[e] = 1;
-    g.elem.push_back({part.elem[e], mesh.elem_label[e], mesh.elem_type[e], mesh.elem_section[e], part.rank[e],
-                      mesh.conn.count(e)});
-    for (int i = mesh.conn.off[e]; i < mesh.conn.off[e + 1]; ++i) {
-      g.conn.push_back(part.node[mesh.conn.item[i]]);
-      node[mesh.conn.item[i]] = 1;
-    }
-  }
-  for (int n = 0; n < mesh.nnode(); ++n)
-    if (node[n])
-      g.node.push_back({part.node[n], mesh.node_label[n], {mesh.X[3 * n], mesh.X[3 * n + 1], mesh.X[3 * n + 2]}});
-  const auto each = [](const auto& of, auto use) {
-    for (std::size_t k = 0; k < of.size(); ++k)
-      for (const auto& x : *of[k]) use(static_cast<int>(k), x);
-  };
-  each(lists.node, [&](int k, int n) { if (node[n]) g.of_node.push_back({k, part.node[n], 0}); });
-  each(lists.elem, [&](int k, int e) { if (elem[e]) g.of_elem.push_back({k, part.elem[e], 0}); });
-  each(lists.face, [&](int k, const Face& f) {
-    if (elem[f.elem]) g.of_face.push_back({k, part.elem[f.elem], f.face});
-  });
-  each(lists.member, [&](int k, const Member& x) {
-    if (elem[x.elem]) g.of_member.push_back({k, part.elem[x.elem], x.at});
-  });
-  return g;
-}
-
-void exchange(Gift& g)
-{
-  comm_allgatherv(g.elem);
-  comm_allgatherv(g.conn);
-  comm_allgatherv(g.node);
-  for (auto* list : {&g.of_node, &g.of_elem, &g.of_face, &g.of_member}) comm_allgatherv(*list);
-}
-
-IntVec fresh_elems(const MeshPart& part, const Gift& g)
-{
-  IntVec out;
-  for (const GivenElem& e : g.elem)
-    if (part.elem_here(e.number) < 0) out.push_back(e.number);
-  std::sort(out.begin(), out.end());
-  return out;
-}
-
-IntVec fresh_nodes(const MeshPart& part, const Gift& g)
-{
-  IntVec out;
-  for (const GivenNode& n : g.node)
-    if (part.node_here(n.number) < 0) out.push_back(n.number);
-  std::sort(out.begin(), out.end());
-  out.erase(std::unique(out.begin(), out.end()), out.end());
-  return out;
-}
-
-// ascending lists become one; place: where those of the first one are then
-IntVec join(const IntVec& old, const IntVec& fresh, IntVec& place)
-{
-  IntVec all;
-  std::merge(old.begin(), old.end(), fresh.begin(), fresh.end(), std::back_inserter(all));
-  std::size_t k = 0;
-  place.clear();
-  for (int number : old) {
-    while (all[k] != number) ++k;
-    place.push_back(static_cast<int>(k));
-  }
-  return all;
-}
-
-template <class T>
-std::vector<T> moved(const std::vector<T>& old, const IntVec& place, std::size_t n, T none)
-{
-  std::vector<T> out(n, none);
-  for (std::size_t k = 0; k < place.size(); ++k) out[place[k]] = old[k];
-  return out;
-}
-
-// part: nodes and elements of now
-Mesh grown_mesh(const Mesh& old, const ModelGrowth& g, const MeshPart& part, const Gift& gift)
-{
-  const std::size_t nelem = part.elem.size(), nnode = part.node.size();
-  Mesh mesh;
-  mesh.node_label   = moved(old.node_label, g.node, nnode, 0);
-  mesh.elem_label   = moved(old.elem_label, g.elem, nelem, 0);
-  mesh.elem_type    = moved(old.elem_type, g.elem, nelem, 0);
-  mesh.elem_section = moved(old.elem_section, g.elem, nelem, -1);
-  mesh.X.resize(3 * nnode);
-  for (std::size_t n = 0; n < g.node.size(); ++n) std::copy_n(&old.X[3 * n], 3, &mesh.X[3 * g.node[n]]);
-  for (const GivenNode& n : gift.node) {
-    const int here = part.node_here(n.number);
-    mesh.node_label[here] = n.label;
-    std::copy_n(n.X, 3, &mesh.X[3 * static_cast<std::size_t>(here)]);
-  }
-  std::vector<IntVec> conn(nelem);
-  for (std::size_t e = 0; e < g.elem.size(); ++e)
-    for (int i = old.conn.off[e]; i < old.conn.off[e + 1]; ++i)
-      conn[g.elem[e]].push_back(g.node[old.conn.item[i]]);
-  const int* node = gift.conn.data();
-  for (const GivenElem& e : gift.elem) {
-    const int here = part.elem_here(e.number);
-    mesh.elem_label[here]   = e.label;
-    mesh.elem_type[here]    = e.type;
-    mesh.elem_section[here] = e.section;
-    conn[here].clear();
-    for (int i = 0; i < e.nodes; ++i) conn[here].push_back(part.node_here(*node++));
-  }
-  for (const IntVec& list : conn) {
-    mesh.conn.item.insert(mesh.conn.item.end(), list.begin(), list.end());
-    mesh.conn.off.push_back(static_cast<int>(mesh.conn.item.size()));
-  }
-  return mesh;
-}
-
-void renumber_lists(const ModelGrowth& g, const Lists& lists)
-{
-  for (IntVec* list : lists.node)
-    for (int& n : *list) n = g.node[n];
-  for (IntVec* list : lists.elem)
-    for (int& e : *list) e = g.elem[e];
-  for (std::vector<Face>* list : lists.face)
-    for (Face& f : *list) f.elem = g.elem[f.elem];
-  for (std::vector<Member>* list : lists.member)
-    for (Member& x : *list) x.elem = g.elem[x.elem];
-}
-
-// what was not here before stands in the lists as it does on the ranks that gave it
-void add_members(const Gift& gift, const MeshPart& before, const MeshPart& part, const Lists& lists)
-{
-  std::set<std::pair<int, int>> known;               // several ranks give a node
-  for (const GivenItem& x : gift.of_node)
-    if (before.node_here(x.number) < 0 && known.insert({x.list, x.number}).second)
-      lists.node[x.list]->push_back(part.node_here(x.number));
-  const auto each = [&](const std::vector<GivenItem>& of, auto use) {
-    for (const GivenItem& x : of)
-      if (before.elem_here(x.number) < 0) use(x, part.elem_here(x.number));
-  };
-  each(gift.of_elem, [&](const GivenItem& x, int e) { lists.elem[x.list]->push_back(e); });
-  each(gift.of_face, [&](const GivenItem& x, int e) { lists.face[x.list]->push_back({e, x.what}); });
-  each(gift.of_member, [&](const GivenItem& x, int e) { lists.member[x.list]->push_back({e, x.what}); });
-  for (IntVec* list : lists.elem) std::sort(list->begin(), list->end());
-  for (std::vector<Member>* list : lists.member)
-    std::sort(list->begin(), list->end(), [](const Member& a, const Member& b) { return a.at < b.at; });
-}
-
 // place of a number in an ascending list, -1: it is not there
 int place_of(const IntVec& list, int number)
 {
@@ -443,12 +223,12 @@ ModelCut model_cut_open(Model& whole, const IntVec& rank, const OfRanks<int>& ou
   std::iota(all.begin(), all.end(), 0);
   c.elem = divide(all, ranks, [&](int e) { return std::make_pair(&rank[e], &rank[e] + 1); });
   c.node = nodes_of(c.mesh, c.elem);
-  c.work = divide_lists(c.mesh, lists_of_work(c.rest), c.node, c.elem);
+  c.work = divide_lists(c.mesh, model_lists_of_work(c.rest), c.node, c.elem);
   if (!outer.item.empty()) {
     c.elem = with_outer(c.elem, outer);
     c.node = nodes_of(c.mesh, c.elem);
   }
-  c.all = divide_lists(c.mesh, lists_of_all(c.rest), c.node, c.elem);
+  c.all = divide_lists(c.mesh, model_lists_of_all(c.rest), c.node, c.elem);
   c.elem_index.resize(c.mesh.nelem());
   c.node_index.resize(c.mesh.nnode());
   return c;
@@ -466,9 +246,44 @@ Model model_cut_piece(ModelCut& c, int r)
   for (std::size_t k = 0; k < m.part.node.size(); ++k) c.node_index[m.part.node[k]] = static_cast<int>(k);
   for (std::size_t k = 0; k < m.part.elem.size(); ++k) c.elem_index[m.part.elem[k]] = static_cast<int>(k);
   m.mesh = cut_mesh(c.mesh, m.part, c.node_index);
-  take_lists(c.work, r, c.node_index, c.elem_index, lists_of_work(m));
-  take_lists(c.all, r, c.node_index, c.elem_index, lists_of_all(m));
+  take_lists(c.work, r, c.node_index, c.elem_index, model_lists_of_work(m));
+  take_lists(c.all, r, c.node_index, c.elem_index, model_lists_of_all(m));
   return m;
+}
+
+ModelLists model_lists_of_work(Model& m)
+{
+  ModelLists l;
+  const IntVec outer = outer_surfaces(m);
+  for (Set& s : m.nset) l.node.push_back(&s.item);
+  for (Set& s : m.elset) l.elem.push_back(&s.item);
+  for (std::size_t s = 0; s < m.surface.size(); ++s)
+    if (!outer[s]) l.face.push_back(&m.surface[s].face);
+  for (Step& s : m.step)
+    for (Load& load : s.load) {
+      l.node.push_back(&load.node);
+      if (m.conversion.empty()) l.elem.push_back(&load.elem);
+      l.face.push_back(&load.face);
+    }
+  return l;
+}
+
+ModelLists model_lists_of_all(Model& m)
+{
+  ModelLists l;
+  const IntVec outer = outer_surfaces(m);
+  for (std::size_t s = 0; s < m.surface.size(); ++s)
+    if (outer[s]) l.face.push_back(&m.surface[s].face);
+  for (Step& s : m.step)
+    for (Load& load : s.load)
+      if (!m.conversion.empty()) l.elem.push_back(&load.elem);
+  for (ConversionDef& c : m.conversion) l.elem.push_back(&c.elem);
+  for (InitialValue& v : m.initial) l.node.push_back(&v.node);
+  for (Step& s : m.step)
+    for (Prescribed& b : s.prescribed) l.node.push_back(&b.node);
+  for (BrokenDef& b : m.broken) l.elem.push_back(&b.elem);
+  for (FractureDef& f : m.fracture) l.member.push_back(&f.member);
+  return l;
 }
 
 void model_owners(const IntVec& gone, Model& m)
@@ -501,6 +316,18 @@ void model_owners(const IntVec& gone, Model& m)
   for (std::size_t n = 0; n < claim.size(); ++n) part.halo.owner[n] = claim[n] % ranks;
 }
 
+void model_find_common(const IntVec& gone, Model& m)
+{
+  MeshPart& part = m.part;
+  const int me   = comm_rank();
+  halo_form(std::vector<long>(part.node.begin(), part.node.end()), part.halo);
+  model_owners(gone, m);
+  const bool outer = std::any_of(part.rank.begin(), part.rank.end(), [&](int r) { return r != me; });
+  if (comm_allreduce_max(static_cast<int>(outer)) == 0) return;
+  halo_form(std::vector<long>(part.elem.begin(), part.elem.end()), part.around);
+  part.around.owner = part.rank;
+}
+
 // ---------------------------------------------------------------------------
 // model_cut_close : which nodes and elements other ranks have too, and whose they are. A load at a node
 // counts once, on the rank that the node belongs to; all other things go with their element.
@@ -508,37 +335,5 @@ void model_owners(const IntVec& gone, Model& m)
 void model_cut_close(Model& m)
 {
   m.part.given.assign(m.part.elem.size(), 0);
-  find_common(model_removed(m), m);
-}
-
-// ---------------------------------------------------------------------------
-// model_grow : pieces get elements of others                                               doc/theory.md 5.1
-//
-// Ascending order stays, so that what goes by indices goes as it would with the whole model.
-// ---------------------------------------------------------------------------
-ModelGrowth model_grow(const IntVec& give, const IntVec& gone, Model& m)
-{
-  MeshPart& part = m.part;
-  const Lists lists = lists_of_all(m);
-  Gift gift = pack(m, give, lists);
-  for (int e : give) part.given[e] = 1;
-  exchange(gift);
-  ModelGrowth g;
-  const IntVec elem = join(part.elem, fresh_elems(part, gift), g.elem),
-               node = join(part.node, fresh_nodes(part, gift), g.node);
-  const MeshPart before = part;
-  part.elem = elem;
-  part.node = node;
-  part.rank = moved(before.rank, g.elem, elem.size(), -1);
-  part.given = moved(before.given, g.elem, elem.size(), '\1');
-  m.mesh = grown_mesh(m.mesh, g, part, gift);
-  for (const GivenElem& e : gift.elem) {
-    part.rank[part.elem_here(e.number)]  = e.rank;
-    part.given[part.elem_here(e.number)] = 1;
-  }
-  for (const Lists& l : {lists_of_work(m), lists_of_all(m)}) renumber_lists(g, l);
-  add_members(gift, before, part, lists_of_all(m));
-  ++part.grown;
-  find_common(moved(gone, g.elem, elem.size(), 0), m);
-  return g;
+  model_find_common(model_removed(m), m);
 }

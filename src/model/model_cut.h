@@ -27,6 +27,17 @@ struct ModelCut {              // the whole model, taken apart
   IntVec elem_index, node_index;       // index in the piece that is cut
 };
 
+// The lists of a model that grow with the mesh, always in the same order. A face goes with its element.
+struct ModelLists {
+  std::vector<IntVec*> node, elem;
+  std::vector<std::vector<Face>*> face;
+  std::vector<std::vector<Member>*> member;
+};
+
+// model_lists_of_work, model_lists_of_all : those of what a rank works on, those of outer elements too
+ModelLists model_lists_of_work(Model& m);
+ModelLists model_lists_of_all(Model& m);
+
 // model_bonded_surfaces : [surface] 1: bonds or contact hold it
 IntVec model_bonded_surfaces(const Model& m);
 
@@ -42,6 +53,10 @@ Model model_cut_piece(ModelCut& c, int r);
 
 // model_cut_close : what the pieces have in common, when all ranks have theirs. Collective.
 void model_cut_close(Model& m);
+
+// model_find_common : which nodes and elements other ranks have too, and whose they are; gone as for
+// model_owners. Collective.
+void model_find_common(const IntVec& gone, Model& m);
 
 // model_owners : rank that a node belongs to, one of those where it moves with an element that is not gone
 // [nelem]. Collective.

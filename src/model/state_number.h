@@ -11,8 +11,8 @@
 // of the deck; nothing happens where the model is whole
 void state_to_deck(const MeshPart& part, State& st);
 
-// state_from_deck : the way back. Elements under release that are not here leave the list; of all others, what
-// is not here is -1.
+// state_from_deck : the way back. Elements under release that are not here leave the list; of all others,
+// what is not here is -1.
 void state_from_deck(const MeshPart& part, State& st);
 
 #endif

@@ -207,8 +207,8 @@ inline const Material& point_material(const Model& m, const Points& pts, int p)
   return m.material[m.body[pts.body[p]].material];
 }
 
-// point_counts : divided model, where all ranks know all points: does point p count on this one in a sum? Else:
-// true
+// point_counts : divided model, where all ranks know all points: does point p count on this one in a sum?
+// Else: true
 inline bool point_counts(const Model& m, const Points& pts, int p)
 {
   return !m.part.on || (pts.parent[p] < 0 ? comm_rank() == 0 : m.part.works(pts.parent[p]));
