@@ -334,13 +334,61 @@ TEST(Divided, RanksGetTheirPieces)
   }
   for (int n = 0; n < m.mesh.nnode(); ++n)
     if (m.part.counts(n)) nodes[m.part.node[n]] += 1.0;
-  for (int n : m.step[1].load[1].node) loads[m.part.node[n]] += 1.0;
+  for (int n : m.step[1].load[1].node)
+    if (m.part.counts(n)) loads[m.part.node[n]] += 1.0;
   comm_sum(elems);
   comm_sum(nodes);
   comm_sum(loads);
   EXPECT_EQ(elems, RealVec(whole.mesh.nelem(), 1.0));
   EXPECT_EQ(nodes, RealVec(whole.mesh.nnode(), 1.0));
   EXPECT_EQ(loads, nodes);
+}
+
+// each rank gives its first element and one in the middle to all
+TEST(Divided, PiecesGrow)
+{
+  if (comm_size() == 1) GTEST_SKIP();
+  Model m;
+  if (comm_rank() == 0) m = plate(60);
+  dof_part(false, m);
+  const Model whole = plate(60);
+  ASSERT_TRUE(m.part.on);
+  const MeshPart before = m.part;
+  const IntVec give     = {0, m.mesh.nelem() / 2};
+  IntVec number = in_deck(give, m.part.elem);
+  const ModelGrowth g = model_grow(give, IntVec(m.mesh.nelem(), 0), m);
+  comm_allgatherv(number);
+  EXPECT_EQ(m.part.grown, 1);
+  EXPECT_TRUE(std::is_sorted(m.part.elem.begin(), m.part.elem.end()));
+  EXPECT_TRUE(std::is_sorted(m.part.node.begin(), m.part.node.end()));
+  for (size_t k = 0; k < g.elem.size(); ++k) EXPECT_EQ(m.part.elem[g.elem[k]], before.elem[k]);
+  for (size_t k = 0; k < g.node.size(); ++k) EXPECT_EQ(m.part.node[g.node[k]], before.node[k]);
+  for (size_t k = 0; k < number.size(); ++k) {
+    const int e = m.part.elem_here(number[k]);
+    ASSERT_GE(e, 0);
+    EXPECT_EQ(m.part.rank[e], static_cast<int>(k / 2));
+    EXPECT_TRUE(m.part.given[e]);
+  }
+  for (int e = 0; e < m.mesh.nelem(); ++e) {
+    const int w = m.part.elem[e];
+    EXPECT_EQ(m.mesh.elem_label[e], whole.mesh.elem_label[w]);
+    EXPECT_EQ(in_deck(IntVec(m.mesh.conn.begin(e), m.mesh.conn.begin(e + 1)), m.part.node),
+              IntVec(whole.mesh.conn.begin(w), whole.mesh.conn.begin(w + 1)));
+  }
+  for (int n = 0; n < m.mesh.nnode(); ++n)
+    for (int i = 0; i < 3; ++i) EXPECT_EQ(m.mesh.X[3 * n + i], whole.mesh.X[3 * m.part.node[n] + i]);
+  // supports are those of all nodes here, each node belongs to one rank
+  IntVec held = in_deck(m.step[0].prescribed[0].node, m.part.node), all;
+  for (int n : whole.step[0].prescribed[0].node)
+    if (m.part.node_here(n) >= 0) all.push_back(n);
+  std::sort(held.begin(), held.end());
+  std::sort(all.begin(), all.end());
+  EXPECT_EQ(held, all);
+  RealVec nodes(whole.mesh.nnode(), 0.0);
+  for (int n = 0; n < m.mesh.nnode(); ++n)
+    if (m.part.counts(n)) nodes[m.part.node[n]] += 1.0;
+  comm_sum(nodes);
+  EXPECT_EQ(nodes, RealVec(whole.mesh.nnode(), 1.0));
 }
 
 }  // namespace
