@@ -201,15 +201,10 @@ void take_bonds(Dofs& s)
   }
 }
 
-void take_owned(const Division& d, const ActiveGrid& grid, Elements& el, Dofs& s)
+// points, ghosts and groups of this rank
+void take_points(const Division& d, const ActiveGrid& grid, Dofs& s)
 {
   const int me = comm_rank();
-  for (ElemBlock& b : el.block) {
-    b.owned.clear();
-    b.divided = true;
-    for (int slot : b.live)
-      if (d.elem[b.elem[slot]] == me) b.owned.push_back(slot);
-  }
   s.owned_point.clear();
   for (int q = 0; q < grid.point.size(); ++q)
     if (d.point[q] == me) s.owned_point.push_back(q);
@@ -221,10 +216,31 @@ void take_owned(const Division& d, const ActiveGrid& grid, Elements& el, Dofs& s
     if (d.point[s.group_first[k]] == me) s.owned_group.push_back(k);
 }
 
+void take_owned(const Division& d, const ActiveGrid& grid, Elements& el, Dofs& s)
+{
+  const int me = comm_rank();
+  for (ElemBlock& b : el.block) {
+    b.owned.clear();
+    b.divided = true;
+    for (int slot : b.live)
+      if (d.elem[b.elem[slot]] == me) b.owned.push_back(slot);
+  }
+  take_points(d, grid, s);
+}
+
 // ---- divided model: all ranks know all points, and share the work on them ----
 
 // what a rank has to do, and where
-struct RankWork { double elements = 0.0, all = 0.0, centre[3] = {0, 0, 0}; };
+struct RankWork { double all = 0.0, centre[3] = {0, 0, 0}; };
+
+double mean_work(const std::vector<RankWork>& rank)
+{
+  double mean = 0.0;
+  for (const RankWork& r : rank) mean += r.all / static_cast<double>(rank.size());
+  return mean;
+}
+
+bool less_work(const RankWork& a, const RankWork& b) { return a.all < b.all; }
 
 std::vector<RankWork> work_of_ranks(const Model& m, const Elements& el)
 {
@@ -232,12 +248,11 @@ std::vector<RankWork> work_of_ranks(const Model& m, const Elements& el)
   double count = 0.0;
   for (const ElemBlock& b : el.block)
     for (int slot : b.live) {
-      own.elements += elem_work(b);
+      own.all += elem_work(b);
       for (int i = 0; i < 3; ++i) own.centre[i] += m.mesh.X[3 * m.mesh.conn.begin(b.elem[slot])[0] + i];
       count += 1.0;
     }
   for (double& x : own.centre) x /= std::max(count, 1.0);
-  own.all = own.elements;
   std::vector<RankWork> all(1, own);
   comm_allgatherv(all);
   return all;
@@ -266,11 +281,10 @@ IntVec first_ranks(const Points& pts, const RealVec& X, const RealVec& work)
 // false: there is nothing to gain
 bool move_points(const RealVec& X, const RealVec& work, std::vector<RankWork>& rank, IntVec& of)
 {
-  const auto less = [](const RankWork& a, const RankWork& b) { return a.all < b.all; };
-  const int from = static_cast<int>(std::max_element(rank.begin(), rank.end(), less) - rank.begin()),
-            to   = static_cast<int>(std::min_element(rank.begin(), rank.end(), less) - rank.begin());
-  double mean = 0.0, centre[3] = {0, 0, 0};
-  for (const RankWork& r : rank) mean += r.all / static_cast<double>(rank.size());
+  const int from = static_cast<int>(std::max_element(rank.begin(), rank.end(), less_work) - rank.begin()),
+            to   = static_cast<int>(std::min_element(rank.begin(), rank.end(), less_work) - rank.begin());
+  const double mean = mean_work(rank);
+  double centre[3]  = {0, 0, 0};
   IntVec mine;
   for (size_t q = 0; q < of.size(); ++q)
     if (of[q] == from) mine.push_back(static_cast<int>(q));
@@ -295,12 +309,7 @@ bool move_points(const RealVec& X, const RealVec& work, std::vector<RankWork>& r
 
 double largest_part(const std::vector<RankWork>& rank)
 {
-  double most = 0.0, mean = 0.0;
-  for (const RankWork& r : rank) {
-    most = std::max(most, r.all);
-    mean += r.all / static_cast<double>(rank.size());
-  }
-  return most / mean;
+  return std::max_element(rank.begin(), rank.end(), less_work)->all / mean_work(rank);
 }
 
 // Divided model with points, which all ranks know: rows of nodes are those of this rank, but for guests; a
@@ -321,18 +330,9 @@ void own_part(const Points& pts, const ActiveGrid& grid, Dofs& s)
 
 void take_part(const Points& pts, const ActiveGrid& grid, const Division& d, Dofs& s)
 {
-  const int me = comm_rank();
   s.point_rank = d.point;
   own_part(pts, grid, s);
-  s.owned_point.clear();
-  for (int q = 0; q < pts.npoint; ++q)
-    if (s.point_rank[q] == me) s.owned_point.push_back(q);
-  s.owned_ghost.clear();
-  for (int q = 0; q < grid.ghost.size(); ++q)
-    if (s.owner[s.nfe + grid.ghost.begin(q)[0]] == me) s.owned_ghost.push_back(q);
-  s.owned_group.clear();
-  for (int k = 0; k < s.group.size(); ++k)
-    if (s.point_rank[s.group_first[k]] == me) s.owned_group.push_back(k);
+  take_points(d, grid, s);
   s.owned_bond = s.bond_acts;
   s.bond_owned.assign(s.bond.size(), 0);
   for (int b : s.bond_acts) s.bond_owned[b] = 1;
