@@ -49,7 +49,7 @@ struct NewtonMemory {
 struct Problem {
   Problem(Model& model, State& state) : m(model), piece(model), st(state) {}
   const Model& m;
-  Model& piece;                // the same: of a divided model, which gets elements of others (step_adopt)
+  Model& piece;                // the same: of a divided model, which gets elements of others (step_fracture)
   State& st;
   Discretisation d;
   Dofs dofs;
@@ -259,12 +259,6 @@ void step_undo(Problem& p, UndoPoint& u);
 //   inout energy  of step_increment; that of the last equilibrium
 Failure step_fracture(Problem& p, const Step& s, double t_step, UndoPoint& before, BreakWatch& watch,
                       RealVec& energy, Output& out);
-
-// step_adopt : divided model: elements that are to become points (of all ranks; numbers in the mesh of the
-// deck), and those around them, become known to all ranks; out: their indices here. Collective.
-//   u   null, or a state that follows
-void step_adopt(Problem& p, UndoPoint* u, IntVec& elem);
-
 
 // step_signalled : has a signal come, on any rank? Collective.
 bool step_signalled();

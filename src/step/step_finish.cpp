@@ -146,16 +146,14 @@ void finish_velocities(bool divided, const ActiveGrid& grid, const Dofs& dofs, c
 RealVec reactions_of_all(const Dofs& dofs, const RealVec& R)
 {
   const int dim = dofs.dim;
+  const Dofs& w = *dofs.whole;
+  RealVec at, all(w.neq(), 0.0);         // dof and force, one after the other
   if (!dofs.told.empty()) {
-    const Dofs& w   = *dofs.whole;
     const auto grid = [&](int dof) { return dof / dim >= w.nfe; };
     if (std::any_of(w.constrained.begin(), w.constrained.end(), grid)) return dof_gather(dofs, {&R})[0];
-    RealVec all(w.neq(), 0.0);
     for (int i = 0; i < dofs.neq(); ++i) all[dofs.whole_row[i / dim] * dim + i % dim] = R[i];
     return all;
   }
-  const Dofs& w = *dofs.whole;
-  RealVec at, all(w.neq(), 0.0);         // dof and force, one after the other
   if (dof_all_free(dofs)) return all;
   for (int i = 0; i < dofs.neq(); ++i)
     if (dofs.fixed[i] == DOF_FIXED && dofs.counts(i))

@@ -30,6 +30,28 @@ void find_erosions(const Model& m, const Discretisation& d, const Step& s, const
   frac_test(m, s, d.el, d.fm, fr, st.n, energy, erode, first);
 }
 
+// divided model: elements that are to become points (of all ranks; numbers in the mesh of the deck), and
+// those around them, become known to all ranks; out: their indices here; u: a state that follows
+void adopt(Problem& p, UndoPoint& u, IntVec& elem)
+{
+  const MeshPart& part = p.m.part;
+  if (!part.on) return;
+  IntVec own, give;
+  for (int number : elem) {
+    const int e = part.elem_here(number);
+    if (e >= 0 && part.works(e)) own.push_back(e);
+  }
+  if (frac_zone(p.m, own, give)) {
+    const ModelGrowth g =
+        frac_adopt(give, {&p.st, &u.state}, {&u.n}, {&p.d.share, &u.share}, p.piece);
+    frac_renew(p.m, g, p.st.frac, p.d.el, p.d.fm);
+    p.st.np1        = p.st.n;
+    p.dofs.numbered = false;
+    p.ready         = false;
+  }
+  for (int& number : elem) number = part.elem_here(number);
+}
+
 // points are released; elements break, and those that are to become points, do. The energy that goes is told
 // apart.
 //   convert   numbers in the mesh of the deck
@@ -50,7 +72,7 @@ Failure apply(Problem& p, const Step& s, const std::vector<Erosion>& erode, cons
       st.eroded.push_back({e.number, e.label, e.time, e.value, gain[k], {e.X[0], e.X[1], e.X[2]}});
     }
     frac_open(p.m, p.d.fm, st.n, st.frac, convert);    // those that drop their stress at once
-    if (!convert.empty()) step_adopt(p, &u, convert);
+    if (!convert.empty()) adopt(p, u, convert);
     frac_convert(p.m, p.d.el, p.d.fm, convert, p.d.share, st);
     if (p.m.part.on && !convert.empty()) model_owners(frac_gone(st.frac), p.piece);
   }
@@ -130,33 +152,6 @@ Failure step_fracture(Problem& p, const Step& s, double t_step, UndoPoint& befor
     out_progress(p.m, p.st, out);
     if (step_signalled()) return INTERRUPTED;        // a crack that runs may take longer than a queue waits
   }
-}
-
-void step_adopt(Problem& p, UndoPoint* u, IntVec& elem)
-{
-  const MeshPart& part = p.m.part;
-  if (!part.on) return;
-  IntVec own, give;
-  for (int number : elem) {
-    const int e = part.elem_here(number);
-    if (e >= 0 && part.works(e)) own.push_back(e);
-  }
-  if (frac_zone(p.m, own, give)) {
-    std::vector<State*> state{&p.st};
-    std::vector<Level*> level;
-    std::vector<CornerShare*> share{&p.d.share};
-    if (u) {
-      state.push_back(&u->state);
-      level.push_back(&u->n);
-      share.push_back(&u->share);
-    }
-    const ModelGrowth g = frac_adopt(give, state, level, share, p.piece);
-    frac_renew(p.m, g, p.st.frac, p.d.el, p.d.fm);
-    p.st.np1        = p.st.n;
-    p.dofs.numbered = false;
-    p.ready         = false;
-  }
-  for (int& number : elem) number = part.elem_here(number);
 }
 
 void step_undo_point(State& st, const CornerShare& share, bool copy, UndoPoint& u)
