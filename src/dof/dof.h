@@ -25,6 +25,7 @@ struct Ties {
   ListTable master;            // [ntie] dofs
   RealVec coef;                // [master.item]
   RealVec gap;                 // [ntie] what is left of the equation at t(n); rounding
+  bool any = false;            // on any rank
 };
 
 // A support that goes on at a corner: its share in a prescribed dof of the grid
@@ -93,7 +94,7 @@ struct Dofs {
   long mass_of = 0, damping_of = 0;    // patterns that M and C were made for
   long tangent = 0;            // number of the tangent in A
   Ties tie;
-  std::vector<char> bare;      // [nfe] a node of an equation that belongs to no element
+  std::vector<char> bare;      // [nfe] a node of an equation that belongs to no element of any rank
   IntVec fixed;                // [nrow*dim] DofKind
   RealVec target;              // [nrow*dim] prescribed increment of the step, 0 at free dofs
   RealVec rate0, rate;         // [nrow*dim] velocity of prescribed dofs at t(n) (grid only), t(n+1)

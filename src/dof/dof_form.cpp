@@ -78,13 +78,16 @@ void number_nodes(const Model& m, const State& st, const Elements& el, Dofs& s)
   s.node_of_row = order_nodes(m.mesh, st.bonds, st.points, around);
   if (m.part.on) order_from_border(m, around, s.node_of_row);
   s.bare.assign(s.node_of_row.size(), 0);
+  RealVec held(m.mesh.nnode());                    // by elements, of all ranks
+  for (int n = 0; n < m.mesh.nnode(); ++n) held[n] = around.count(n);
+  if (m.part.tied) halo_sum(m.part.halo, 1, held);
   std::vector<char> known(m.mesh.nnode(), 0);      // nodes of equations without elements come last
   for (const Equation& e : m.equation)
     for (const EquationTerm& t : e.term) {
       if (around.count(t.node) || known[t.node]) continue;
       known[t.node] = 1;
       s.node_of_row.push_back(t.node);
-      s.bare.push_back(1);
+      s.bare.push_back(held[t.node] == 0.0);
     }
   s.nfe         = static_cast<int>(s.node_of_row.size());
   s.nguest      = 0;

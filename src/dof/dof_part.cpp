@@ -55,11 +55,11 @@ bool watches(const Model& m)
   return !w.pair.empty();
 }
 
-// general contact, equations, directions of nodes and pieces are not divided yet
+// general contact and pieces are not divided yet
 bool divides(const Model& m)
 {
   return comm_size() > 1 && asked(m) && !counts_pieces(m) && knows_points(m) &&
-         model_general_contact(m) < 0 && m.equation.empty() && m.frame.empty() && !watches(m);
+         model_general_contact(m) < 0 && !watches(m);
 }
 
 // elements of others that each rank looks at: near what breaks, and all at surfaces of bonds and contact

@@ -73,7 +73,7 @@ ListTable blocks_below(const Dofs& s)
 
 bool dof_tie(const Model& m, const Step& step, Dofs& s)
 {
-  if (m.equation.empty()) return false;
+  if (m.equation.empty() && !m.part.tied) return false;
   std::vector<EquationSolved> solved;
   int bad = -1;
   MPFE_CHECK(equations_resolve(m, step.equation, solved, bad), "an equation depends on itself");
@@ -87,6 +87,8 @@ bool dof_tie(const Model& m, const Step& step, Dofs& s)
     t.master.off.push_back(static_cast<int>(t.master.item.size()));
   }
   t.gap.assign(t.dof.size(), 0.0);
+  t.any = !t.dof.empty();
+  if (m.part.tied) t.any = comm_allreduce_max(static_cast<int>(t.any)) > 0;
   const Ties& old = s.tie;
   const bool same = t.dof == old.dof && t.coef == old.coef && t.master.off == old.master.off &&
                     t.master.item == old.master.item;

@@ -44,6 +44,7 @@ struct MeshPart {
   Halo halo;                   // nodes that other ranks have too
   Halo around;                 // elements that other ranks have too, owner: rank; off: nothing is outer
   bool joined = false;         // all elements of the deck hang together by common faces
+  bool tied = false;           // the deck has equations between displacements
   std::vector<char> given;     // [Mesh::nelem] all ranks have it, since points are near (model_grow)
   int grown = 0;               // how often the piece has got elements, and all indices have changed
   bool counts(int n) const { return !on || halo.owner[n] == comm_rank(); }     // n counts here in a sum

@@ -2,8 +2,12 @@
 
 #include <algorithm>
 #include <iterator>
+#include <map>
 #include <numeric>
+#include <set>
 #include <utility>
+
+#include "base/forest.h"
 
 namespace {
 
@@ -31,23 +35,77 @@ OfRanks<T> divide(std::vector<T>& list, int ranks, RanksOf ranks_of)
   return out;
 }
 
-// nodes of the elements of each rank; those without elements go to the first one
-OfRanks<int> nodes_of(const Mesh& mesh, const OfRanks<int>& elem)
+// groups of nodes that equations tie together, directly or by way of others
+ListTable tied_nodes(const std::vector<Equation>& equation, int nnode)
+{
+  ListTable out;
+  if (equation.empty()) return out;
+  Forest groups(nnode);
+  std::map<int, std::set<int>> group;
+  const auto each = [&](auto use) {
+    for (const Equation& e : equation)
+      for (const EquationTerm& t : e.term) use(t.node, e.term[0].node);
+  };
+  each([&](int n, int first) { groups.join(n, first); });
+  each([&](int n, int) { group[groups.root(n)].insert(n); });
+  for (const auto& g : group) {
+    out.item.insert(out.item.end(), g.second.begin(), g.second.end());
+    out.off.push_back(static_cast<int>(out.item.size()));
+  }
+  return out;
+}
+
+// what mark makes of the nodes of the elements of rank r
+template <class Mark>
+void each_node(const Mesh& mesh, const OfRanks<int>& elem, int r, Mark mark)
+{
+  for (int k = elem.off[r]; k < elem.off[r + 1]; ++k)
+    for (int i = mesh.conn.off[elem.item[k]]; i < mesh.conn.off[elem.item[k] + 1]; ++i)
+      mark(mesh.conn.item[i]);
+}
+
+// groups of tied nodes of each rank: those with a node of its elements; all: every one, since pieces grow.
+// What no element has goes to the first rank.
+OfRanks<int> groups_of(const Mesh& mesh, const OfRanks<int>& elem, const ListTable& tied, bool all)
+{
+  OfRanks<int> out;
+  out.off.assign(elem.off.size(), 0);
+  if (tied.size() == 0) return out;
+  IntVec seen(mesh.nnode(), -1);
+  for (int n : mesh.conn.item) seen[n] = -2;
+  const auto has = [&](int g, int mark) {
+    return std::any_of(tied.begin(g), tied.begin(g + 1), [&](int n) { return seen[n] == mark; });
+  };
+  std::vector<char> held(tied.size());
+  for (int g = 0; g < tied.size(); ++g) held[g] = has(g, -2);
+  for (int r = 0; r + 1 < static_cast<int>(elem.off.size()); ++r) {
+    each_node(mesh, elem, r, [&](int n) { seen[n] = r; });
+    for (int g = 0; g < tied.size(); ++g)
+      if (all || (held[g] ? has(g, r) : r == 0)) out.item.push_back(g);
+    out.off[r + 1] = static_cast<int>(out.item.size());
+  }
+  return out;
+}
+
+// nodes of the elements and groups of each rank; those of neither go to the first one
+OfRanks<int> nodes_of(const Mesh& mesh, const OfRanks<int>& elem, const ListTable& tied,
+                      const OfRanks<int>& group)
 {
   OfRanks<int> out;
   IntVec seen(mesh.nnode(), -1);
-  for (int n : mesh.conn.item) seen[n] = -2;
+  for (const IntVec* list : {&mesh.conn.item, &tied.item})
+    for (int n : *list) seen[n] = -2;
   for (int n = 0; n < mesh.nnode(); ++n)
     if (seen[n] == -1) out.item.push_back(n);
   out.off.push_back(0);
   for (int r = 0; r + 1 < static_cast<int>(elem.off.size()); ++r) {
-    for (int k = elem.off[r]; k < elem.off[r + 1]; ++k)
-      for (int i = mesh.conn.off[elem.item[k]]; i < mesh.conn.off[elem.item[k] + 1]; ++i) {
-        const int n = mesh.conn.item[i];
-        if (seen[n] == r) continue;
-        seen[n] = r;
-        out.item.push_back(n);
-      }
+    const auto take = [&](int n) {
+      if (seen[n] != r) out.item.push_back(n);
+      seen[n] = r;
+    };
+    each_node(mesh, elem, r, take);
+    for (int k = group.off[r]; k < group.off[r + 1]; ++k)
+      std::for_each(tied.begin(group.item[k]), tied.begin(group.item[k] + 1), take);
     std::sort(out.item.begin() + out.off[r], out.item.end());
     out.off.push_back(static_cast<int>(out.item.size()));
   }
@@ -127,6 +185,33 @@ void take_lists(const PieceLists& from, int r, const IntVec& node_index, const I
   for (std::size_t k = 0; k < to.elem.size(); ++k) *to.elem[k] = items(from.elem[k], r, elem_index);
   for (std::size_t k = 0; k < to.face.size(); ++k) *to.face[k] = items(from.face[k], r, elem_index);
   for (std::size_t k = 0; k < to.member.size(); ++k) *to.member[k] = items(from.member[k], r, elem_index);
+}
+
+// equations and directions of nodes that are here; those of the whole model before
+void take_equations(Model& m)
+{
+  const std::vector<Equation> equation = std::move(m.equation);
+  const std::vector<Frame> frame       = std::move(m.frame);
+  IntVec index(equation.size(), -1);
+  m.equation.clear();
+  m.frame.clear();
+  for (std::size_t k = 0; k < equation.size(); ++k) {
+    if (m.part.node_here(equation[k].term[0].node) < 0) continue;        // then all of them are here
+    index[k] = static_cast<int>(m.equation.size());
+    m.equation.push_back(equation[k]);
+    for (EquationTerm& t : m.equation.back().term) t.node = m.part.node_here(t.node);
+  }
+  for (Step& s : m.step) {
+    for (int& k : s.equation) k = index[k];
+    s.equation.erase(std::remove(s.equation.begin(), s.equation.end(), -1), s.equation.end());
+  }
+  for (Frame f : frame) {
+    f.node = m.part.node_here(f.node);
+    if (f.node < 0) continue;
+    if (f.twin >= 0) f.equation = index[f.equation];
+    if (f.twin >= 0) f.twin = m.part.node_here(f.twin);
+    m.frame.push_back(f);
+  }
 }
 
 Mesh cut_mesh(const Mesh& old, const MeshPart& part, const IntVec& node_index)
@@ -221,13 +306,14 @@ ModelCut model_cut_open(Model& whole, const IntVec& rank, const OfRanks<int>& ou
       f.member.push_back({c.rest.elset[f.elset].item[k], static_cast<int>(k)});
   IntVec all(c.mesh.nelem());
   std::iota(all.begin(), all.end(), 0);
-  c.elem = divide(all, ranks, [&](int e) { return std::make_pair(&rank[e], &rank[e] + 1); });
-  c.node = nodes_of(c.mesh, c.elem);
-  c.work = divide_lists(c.mesh, model_lists_of_work(c.rest), c.node, c.elem);
-  if (!outer.item.empty()) {
-    c.elem = with_outer(c.elem, outer);
-    c.node = nodes_of(c.mesh, c.elem);
-  }
+  const OfRanks<int> own = divide(all, ranks, [&](int e) { return std::make_pair(&rank[e], &rank[e] + 1); });
+  c.elem = outer.item.empty() ? own : with_outer(own, outer);
+  const ListTable tied     = tied_nodes(c.rest.equation, c.mesh.nnode());
+  const OfRanks<int> group = groups_of(c.mesh, c.elem, tied, !c.rest.conversion.empty());
+  c.rest.part.tied = tied.size() > 0;
+  c.node = nodes_of(c.mesh, own, tied, group);
+  c.work = divide_lists(c.mesh, model_lists_of_work(c.rest), c.node, own);
+  if (!outer.item.empty()) c.node = nodes_of(c.mesh, c.elem, tied, group);
   c.all = divide_lists(c.mesh, model_lists_of_all(c.rest), c.node, c.elem);
   c.elem_index.resize(c.mesh.nelem());
   c.node_index.resize(c.mesh.nnode());
@@ -246,6 +332,7 @@ Model model_cut_piece(ModelCut& c, int r)
   for (std::size_t k = 0; k < m.part.node.size(); ++k) c.node_index[m.part.node[k]] = static_cast<int>(k);
   for (std::size_t k = 0; k < m.part.elem.size(); ++k) c.elem_index[m.part.elem[k]] = static_cast<int>(k);
   m.mesh = cut_mesh(c.mesh, m.part, c.node_index);
+  take_equations(m);
   take_lists(c.work, r, c.node_index, c.elem_index, model_lists_of_work(m));
   take_lists(c.all, r, c.node_index, c.elem_index, model_lists_of_all(m));
   return m;

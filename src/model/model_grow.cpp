@@ -152,6 +152,12 @@ void renumber_lists(const ModelGrowth& g, const ModelLists& lists)
     for (Member& x : *list) x.elem = g.elem[x.elem];
 }
 
+void renumber_equations(const ModelGrowth& g, Model& m)
+{
+  for (Equation& e : m.equation)
+    for (EquationTerm& t : e.term) t.node = g.node[t.node];
+}
+
 // what was not here before stands in the lists as it does on the ranks that gave it
 void add_members(const Gift& gift, const MeshPart& before, const MeshPart& part, const ModelLists& lists)
 {
@@ -199,6 +205,7 @@ ModelGrowth model_grow(const IntVec& give, const IntVec& gone, Model& m)
     part.given[part.elem_here(e.number)] = 1;
   }
   for (const ModelLists& l : {model_lists_of_work(m), model_lists_of_all(m)}) renumber_lists(g, l);
+  renumber_equations(g, m);
   add_members(gift, before, part, model_lists_of_all(m));
   ++part.grown;
   model_find_common(moved(gone, g.elem, elem.size(), 0), m);

@@ -49,8 +49,8 @@ inline void io(Archive& f, Mesh& x)
 
 inline void io(Archive& f, MeshPart& x)
 {
-  auto& [on, nnode, nelem, node, elem, rank, halo, around, joined, given, grown] = x;
-  io_fields<MeshPart>(f, on, nnode, nelem, node, elem, rank, halo, around, joined, given, grown);
+  auto& [on, nnode, nelem, node, elem, rank, halo, around, joined, tied, given, grown] = x;
+  io_fields<MeshPart>(f, on, nnode, nelem, node, elem, rank, halo, around, joined, tied, given, grown);
 }
 
 inline void io(Archive& f, Set& x)

@@ -113,9 +113,10 @@ void print_mesh(std::FILE* file, const Model& m, const Elements& el)
   for (int e = 0; e < m.mesh.nelem(); ++e)
     if (m.part.works(e)) ++count[el.block_of[e] < 0 ? ELEM_TYPES : m.mesh.elem_type[e]];
   out_sum(m, count.data(), ELEM_TYPES + 1);
-  const auto has_twin = [](const Frame& f) { return f.twin >= 0; };
-  const auto twins    = std::count_if(m.frame.begin(), m.frame.end(), has_twin);
-  std::fprintf(file, "  nodes           %d\n", nnode - static_cast<int>(twins));
+  double twins = 0.0;
+  for (const Frame& f : m.frame) twins += f.twin >= 0 && m.part.counts(f.twin);
+  out_sum(m, &twins, 1);
+  std::fprintf(file, "  nodes           %.0f\n", nnode - twins);
   for (int t = 0; t < ELEM_TYPES; ++t)
     if (count[t] > 0.0) std::fprintf(file, "  elements        %.0f %s\n", count[t], elem_table[t].name);
   if (count[ELEM_TYPES] > 0.0)

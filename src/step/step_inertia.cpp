@@ -198,7 +198,7 @@ Failure step_initial_acceleration(Problem& p, const Step& s, double t_step)
   for (int i = 0; i < dofs.nfe * dofs.dim; ++i)
     if (dofs.fixed[i] == DOF_FIXED)
       acc[i] = p.st.n.a[dofs.node_of_row[i / dofs.dim] * dofs.dim + i % dofs.dim];
-  if ((dofs.tie.dof.empty() ? mass_solve(dofs, 0, 0, f, acc) : mass_solve_tied(dofs, f, acc)) < 0)
+  if ((dofs.tie.any ? mass_solve_tied(dofs, f, acc) : mass_solve(dofs, 0, 0, f, acc)) < 0)
     return MASS_FAILED;
   if (dofs.whole) acc = dof_gather(dofs, {&acc})[0];
   const Dofs& all = dof_all_rows(dofs);

@@ -133,7 +133,7 @@ void step_tangent(Problem& p, const Attempt& a, int it, double residual, double 
   assem_tangent(p.m, p.d, a.mode, a.cM, a.cC, a.jumps, p.st, s);
   if (same) s.tangent = number;
   sys_diagonal(s.A, l.diag);
-  if (!s.tie.dof.empty()) {
+  if (s.tie.any) {
     l.whole = l.diag;
     tie_matrix(s);
     sys_diagonal(s.A, l.diag);

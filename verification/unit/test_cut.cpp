@@ -301,6 +301,51 @@ TEST(ModelCut, OuterElements)
   for (int n : in_deck(p.nset[0].item, p.part.node)) EXPECT_GE(n, 10);   // node rows of elements 8 to 15
 }
 
+// ranks 0 and 1 have 4 x 2 elements each, rank 1 looks at one of rank 0 as well. Nodes: 5 in a row.
+TEST(ModelCut, TiedNodesStayTogether)
+{
+  Model m = plate(4);
+  for (int label : {1000, 1001}) {                   // 26 and 27, without elements
+    m.mesh.node_label.push_back(label);
+    m.mesh.X.insert(m.mesh.X.end(), {9.0, 9.0, 0.0});
+  }
+  m.equation.resize(4);
+  m.equation[0].term = {{0, 0, 1.0}, {26, 0, -1.0}};           // of rank 0 alone
+  m.equation[1].term = {{24, 1, 1.0}, {26, 1, -2.0}};          // and, by node 26, of rank 1
+  m.equation[2].term = {{23, 0, 1.0}, {22, 0, -1.0}};          // of rank 1 alone
+  m.equation[3].term = {{5, 0, 1.0}, {27, 0, -1.0}};           // rank 1: of the outer element
+  m.frame.resize(2);
+  m.frame[0].node = 1;
+  m.frame[1].node = 5;
+  m.frame[1].twin = 27;
+  m.frame[1].equation = 3;
+  m.step[0].equation = {0, 1, 2, 3};
+  m.step[1].equation = {2, 3};
+  IntVec rank;
+  for (int e = 0; e < 16; ++e) rank.push_back(e / 8);
+  OfRanks<int> outer;
+  outer.off  = {0, 0, 1};
+  outer.item = {4};
+  ModelCut cut = model_cut_open(m, rank, outer, 2);
+  const Model a = model_cut_piece(cut, 0), b = model_cut_piece(cut, 1);
+  EXPECT_TRUE(a.part.tied && b.part.tied);
+  EXPECT_EQ(a.equation.size(), 3u);
+  EXPECT_EQ(b.equation.size(), 4u);
+  EXPECT_EQ(a.step[0].equation, IntVec({0, 1, 2}));
+  EXPECT_EQ(a.step[1].equation, IntVec({2}));
+  EXPECT_EQ(b.step[1].equation, IntVec({2, 3}));
+  EXPECT_EQ(a.part.node[a.equation[1].term[0].node], 24);
+  EXPECT_EQ(b.part.node[b.equation[0].term[0].node], 0);
+  ASSERT_EQ(a.frame.size(), 2u);
+  EXPECT_EQ(a.frame[1].equation, 2);
+  ASSERT_EQ(b.frame.size(), 1u);
+  EXPECT_EQ(b.part.node[b.frame[0].twin], 27);
+  for (int n : {0, 24, 26, 27}) EXPECT_GE(b.part.node_here(n), 0) << n;
+  EXPECT_LT(b.part.node_here(1), 0);
+  for (int n : {0, 24})                              // they may belong to this rank
+    EXPECT_TRUE(std::count(b.nset[0].item.begin(), b.nset[0].item.end(), b.part.node_here(n))) << n;
+}
+
 // ---- several ranks (unit/run_ranks) ----------------------------------------------
 
 TEST(Divided, ModelOfRankZeroIsThatOfAll)
