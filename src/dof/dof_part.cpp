@@ -33,13 +33,6 @@ bool asked(const Model& m)
   return !(text && *text == '0') && m.mesh.nelem() >= least * comm_size();
 }
 
-// pieces that are connected are counted over the whole mesh
-bool counts_pieces(const Model& m)
-{
-  return m.fragments.on || std::any_of(m.history.begin(), m.history.end(),
-                                       [](const HistoryDef& d) { return d.what == "NFRAG"; });
-}
-
 // points whose elements all ranks need not know from the start, and whose history nobody hands on
 bool knows_points(const Model& m)
 {
@@ -55,11 +48,11 @@ bool watches(const Model& m)
   return !w.pair.empty();
 }
 
-// general contact and pieces are not divided yet
+// general contact is not divided yet
 bool divides(const Model& m)
 {
-  return comm_size() > 1 && asked(m) && !counts_pieces(m) && knows_points(m) &&
-         model_general_contact(m) < 0 && !watches(m);
+  return comm_size() > 1 && asked(m) && knows_points(m) && model_general_contact(m) < 0 &&
+         !watches(m);
 }
 
 // elements of others that each rank looks at: near what breaks, and all at surfaces of bonds and contact

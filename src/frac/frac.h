@@ -260,8 +260,12 @@ struct Fragments {
   int count() const { return static_cast<int>(item.size()) - 1; }
 };
 
-// frac_connect : of_elem, of_point of f: 0 debris, 1 ... pieces in the order of their first element or point.
-// Returns the number of pieces.  doc/theory.md (7.30)
+// frac_join_ranks : divided model: root [nodes, then corners] of the part that a rank sees becomes the
+// smallest number of that part on all ranks: of nodes in the mesh of the deck, corners behind. Collective.
+void frac_join_ranks(const MeshPart& part, IntVec& root);
+
+// frac_connect : of_elem, of_point of f: 0 debris, 1 ... pieces in the order of their smallest node or
+// corner. Returns the number of pieces, of all ranks.  doc/theory.md (7.30)
 int frac_connect(const Model& m, const Elements& el, const State& st, Fragments& f);
 
 // frac_measure : item of f from of_elem and of_point; n: pieces.  doc/theory.md (7.31), (7.32)

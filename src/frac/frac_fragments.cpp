@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <numeric>
 
+#include "base/comm.h"
 #include "base/forest.h"
 #include "frac/frac.h"
 #include "shape/shape.h"
@@ -115,6 +116,19 @@ void join_bonds(const Model& m, const Elements& el, const Points& pts, const Bon
   join_of_deck(m, pts, b, of_deck, forest);
 }
 
+// divided model: the names of all ranks, ascending
+void gather_names(const MeshPart& part, IntVec& name)
+{
+  const auto each_once = [&] {
+    std::sort(name.begin(), name.end());
+    name.erase(std::unique(name.begin(), name.end()), name.end());
+  };
+  each_once();
+  if (!part.on) return;
+  comm_allgatherv(name);
+  each_once();
+}
+
 // the new number of each piece: by falling mass, pieces of the same mass by their smallest label
 IntVec order_pieces(const std::vector<Fragment>& item)
 {
@@ -133,6 +147,30 @@ IntVec order_pieces(const std::vector<Fragment>& item)
 
 }  // namespace
 
+// Pieces tell their neighbours until nothing changes: as often as the longest of them goes from rank to rank.
+void frac_join_ranks(const MeshPart& part, IntVec& root)
+{
+  const int nnode = static_cast<int>(part.node.size()), n = static_cast<int>(root.size());
+  const auto number = [&](int i) { return i < nnode ? part.node[i] : part.nnode + i - nnode; };
+  IntVec least(n, part.nnode + n), before;
+  for (int i = 0; i < n; ++i) least[root[i]] = std::min(least[root[i]], number(i));
+  const auto tell = [&](int i, int name) { least[root[i]] = std::min(least[root[i]], name); };
+  do {
+    before = least;
+    std::vector<IntVec> to(comm_size());
+    for (int r = 0; r < comm_size(); ++r)
+      for (int i : part.halo.common[r]) to[r].push_back(least[root[i]]);
+    const std::vector<IntVec> from = comm_exchange(to);
+    RealVec corner;            // with the sign of comm_max
+    for (int i = nnode; i < n; ++i) corner.push_back(-least[root[i]]);
+    comm_max(corner.data(), static_cast<long>(corner.size()));
+    for (int r = 0; r < comm_size(); ++r)
+      for (size_t k = 0; k < from[r].size(); ++k) tell(part.halo.common[r][k], from[r][k]);
+    for (int i = nnode; i < n; ++i) tell(i, static_cast<int>(-corner[i - nnode]));
+  } while (comm_allreduce_max(static_cast<int>(least != before)));
+  for (int& r : root) r = least[r];
+}
+
 int frac_connect(const Model& m, const Elements& el, const State& st, Fragments& f)
 {
   const Points& pts = st.points;
@@ -140,21 +178,28 @@ int frac_connect(const Model& m, const Elements& el, const State& st, Fragments&
   join_elements(m, el, forest);
   join_points(m, pts, forest);
   join_bonds(m, el, pts, st.bonds, forest);
+  IntVec root;
+  for (int i = 0; i < static_cast<int>(forest.up.size()); ++i) root.push_back(forest.root(i));
+  if (m.part.on) frac_join_ranks(m.part, root);
 
-  IntVec number(forest.up.size(), 0);
-  int n = 0;
-  const auto piece = [&](int first) {
-    int& k = number[forest.root(first)];
-    if (k == 0) k = ++n;
-    return k;
+  const auto of_elem  = [&](int e) { return root[m.mesh.conn.begin(e)[0]]; };
+  const auto of_point = [&](int p) { return root[m.mesh.nnode() + pts.conn.begin(p)[0]]; };
+  IntVec name;
+  for (int e = 0; e < m.mesh.nelem(); ++e)
+    if (intact_elem(el, e)) name.push_back(of_elem(e));
+  for (int p = 0; p < pts.npoint; ++p)
+    if (pts.broken[p] < 0) name.push_back(of_point(p));
+  gather_names(m.part, name);
+  const auto number = [&](int root_of) {
+    return static_cast<int>(std::lower_bound(name.begin(), name.end(), root_of) - name.begin()) + 1;
   };
   f.of_elem.assign(m.mesh.nelem(), -1);
   f.of_point.assign(pts.npoint, 0);
   for (int e = 0; e < m.mesh.nelem(); ++e)
-    if (el.block_of[e] >= 0) f.of_elem[e] = intact_elem(el, e) ? piece(m.mesh.conn.begin(e)[0]) : 0;
+    if (el.block_of[e] >= 0) f.of_elem[e] = intact_elem(el, e) ? number(of_elem(e)) : 0;
   for (int p = 0; p < pts.npoint; ++p)
-    if (pts.broken[p] < 0) f.of_point[p] = piece(m.mesh.nnode() + pts.conn.begin(p)[0]);
-  return n;
+    if (pts.broken[p] < 0) f.of_point[p] = number(of_point(p));
+  return static_cast<int>(name.size());
 }
 
 void frac_fragments(const Model& m, const Elements& el, const State& st, Fragments& f)

@@ -4,6 +4,7 @@
 
 #include <Eigen/Eigenvalues>
 
+#include "base/comm.h"
 #include "frac/frac.h"
 #include "mat/voigt.h"
 
@@ -59,7 +60,7 @@ void load_point(const Points& pts, int dim, const Level& l, int p, const double*
   std::copy(mc, mc + c.nen * (c.nen + 1) / 2, c.mass);
 }
 
-// calls use(piece, carrier) for all elements and points
+// calls use(piece, carrier) for all elements and points that count on this rank
 template <class Use>
 void each_carrier(const Model& m, const Elements& el, const State& st, const Fragments& f, Use use)
 {
@@ -73,7 +74,7 @@ void each_carrier(const Model& m, const Elements& el, const State& st, const Fra
   for (int p = 0; p < st.points.npoint; ++p) {
     load_point(st.points, m.dim, st.n, p, mc, c);
     mc += c.nen * (c.nen + 1) / 2;
-    use(f.of_point[p], c);
+    if (point_counts(m, st.points, p)) use(f.of_point[p], c);
   }
 }
 
@@ -98,12 +99,75 @@ void count_items(const Model& m, const Elements& el, const Points& pts, Fragment
     take_label(k, true, m.mesh.elem_label[e]);
   }
   for (int p = 0; p < pts.npoint; ++p) {
+    if (!point_counts(m, pts, p)) continue;
     Fragment& k = f.item[f.of_point[p]];
     k.volume += pts.V0[p];
     ++k.npoint;
     const int e = pts.parent[p];
     take_label(k, e >= 0, e >= 0 ? m.mesh.elem_label[e] : pts.label[p]);
   }
+}
+
+// ---- divided model: of all ranks ----
+
+// The numbers that add up. each(use) calls use(number) for them
+template <class Each>
+void sum_ranks(Each each)
+{
+  RealVec sum;
+  each([&](auto& x) { sum.push_back(x); });
+  comm_sum(sum);
+  const double* next = sum.data();
+  each([&](auto& x) { x = static_cast<std::decay_t<decltype(x)>>(*next++); });
+}
+
+// the box, and the label that take_label would find
+void join_items(std::vector<Fragment>& item)
+{
+  const double behind = 1e10;  // labels of points go behind those of elements
+  RealVec most;                // with the sign of comm_max
+  for (const Fragment& k : item) {
+    for (int i = 0; i < 3; ++i) most.insert(most.end(), {-k.lo[i], k.hi[i]});
+    most.push_back(-k.label - (k.of_mesh ? 0.0 : behind));
+  }
+  comm_max(most.data(), static_cast<long>(most.size()));
+  const double* next = most.data();
+  for (Fragment& k : item) {
+    for (int i = 0; i < 3; ++i) {
+      k.lo[i] = -*next++;
+      k.hi[i] = *next++;
+    }
+    const double label = -*next++;
+    k.of_mesh = label < behind;
+    k.label   = static_cast<int>(k.of_mesh ? label : label - behind);
+  }
+}
+
+void sum_first(std::vector<Fragment>& item)
+{
+  sum_ranks([&](auto use) {
+    for (Fragment& k : item) {
+      for (int* n : {&k.nelem, &k.npoint}) use(*n);
+      for (double* x : {&k.volume, &k.mass}) use(*x);
+      for (int i = 0; i < 3; ++i) {
+        use(k.centre[i]);
+        use(k.momentum[i]);
+      }
+    }
+  });
+  join_items(item);
+}
+
+void sum_second(std::vector<Fragment>& item, std::vector<Mat3>& S)
+{
+  sum_ranks([&](auto use) {
+    for (Fragment& k : item) {
+      use(k.rest);
+      for (double& x : k.angular) use(x);
+    }
+    for (Mat3& s : S)
+      for (int i = 0; i < 9; ++i) use(s.data()[i]);
+  });
 }
 
 // first pass: mass, centre, momentum, box. Each carrier is summed up alone: fewer terms, less rounding in the
@@ -174,12 +238,12 @@ void frac_measure(const Model& m, const Elements& el, const State& st, int n, Fr
 {
   f.item.assign(n + 1, Fragment());
   count_items(m, el, st.points, f);
-  for (Fragment& k : f.item)
-    if (k.nelem + k.npoint > 0) {
-      std::fill(k.lo, k.lo + 3, 1e300);
-      std::fill(k.hi, k.hi + 3, -1e300);
-    }
+  for (Fragment& k : f.item) {
+    std::fill(k.lo, k.lo + 3, 1e300);
+    std::fill(k.hi, k.hi + 3, -1e300);
+  }
   each_carrier(m, el, st, f, [&](int k, const Carrier& c) { add_first(f.item[k], c); });
+  if (m.part.on) sum_first(f.item);
   for (Fragment& k : f.item) {
     if (k.mass <= 0.0) continue;
     MapVec(k.centre) /= k.mass;
@@ -187,5 +251,6 @@ void frac_measure(const Model& m, const Elements& el, const State& st, int n, Fr
   }
   std::vector<Mat3> S(n + 1, Mat3::Zero());
   each_carrier(m, el, st, f, [&](int k, const Carrier& c) { add_second(f.item[k], c, S[k]); });
+  if (m.part.on) sum_second(f.item, S);
   for (int k = 0; k <= n; ++k) finish(f.item[k], S[k]);
 }

@@ -68,7 +68,7 @@ void out_fragments(const Model& m, const Elements& el, const State& s, bool last
   Fragments f;
   frac_fragments(m, el, s, f);
   if (!out.frag) {
-    out.frag = out_file_open(out.base + ".frag");
+    out.frag = out_file_first(out.base + ".frag");
     write_header(out.frag);
   }
   if (out.frag_inc != s.log.inc_total) {

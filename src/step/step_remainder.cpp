@@ -18,27 +18,6 @@ struct Piece {
 
 double size(const double* v) { return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]); }
 
-// Divided model: a piece has the smallest number of its nodes in the mesh of the deck on all ranks. Pieces
-// tell their neighbours until nothing changes: as often as the longest of them goes from rank to rank.
-void number_pieces(const MeshPart& part, IntVec& root)
-{
-  IntVec least(root.size(), part.nnode), before;
-  for (size_t n = 0; n < root.size(); ++n) least[root[n]] = std::min(least[root[n]], part.node[n]);
-  do {
-    before = least;
-    std::vector<IntVec> tell(comm_size());
-    for (int r = 0; r < comm_size(); ++r)
-      for (int n : part.halo.common[r]) tell[r].push_back(least[root[n]]);
-    const std::vector<IntVec> told = comm_exchange(tell);
-    for (int r = 0; r < comm_size(); ++r)
-      for (size_t k = 0; k < told[r].size(); ++k) {
-        int& own = least[root[part.halo.common[r][k]]];
-        own = std::min(own, told[r][k]);
-      }
-  } while (comm_allreduce_max(static_cast<int>(least != before)));
-  for (int& r : root) r = least[r];
-}
-
 // nodes of one intact element belong to one piece; a node of broken elements alone is a piece of its own
 IntVec find_pieces(const Mesh& mesh, const MeshPart& part, const Elements& el, const Fracture& fr)
 {
@@ -50,7 +29,7 @@ IntVec find_pieces(const Mesh& mesh, const MeshPart& part, const Elements& el, c
       for (int a = 1; a < mesh.conn.count(e); ++a) pieces.join(node[a], node[0]);
     }
   for (int n = 0; n < mesh.nnode(); ++n) pieces.up[n] = pieces.root(n);
-  if (part.on) number_pieces(part, pieces.up);
+  if (part.on) frac_join_ranks(part, pieces.up);
   return pieces.up;
 }
 
