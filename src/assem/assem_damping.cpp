@@ -109,10 +109,12 @@ void add_point_face(const Model& m, const Points& pts, const Discretisation& d, 
 
 void assem_damping(const Model& m, const Points& pts, const Discretisation& d, Dofs& s)
 {
-  if (!damped(m) || (!pts.npoint && s.damping_of == s.pattern)) return;
+  const long made = dof_grid(d, s).made;
+  if (!damped(m) || (s.damping_of == s.pattern && s.damping_made == made)) return;
   Timer timer(PHASE_MASS);
-  s.damping_of = s.pattern;
-  s.damped     = true;
+  s.damping_of   = s.pattern;
+  s.damping_made = made;
+  s.damped       = true;
   RealVec M;
   mass_damping(m, pts, d, s, M);                       // alpha M                                     (6.18)
   const int dim = s.dim;

@@ -141,11 +141,13 @@ void form_mass(const Points& pts, const Discretisation& d, Dofs& s)
 
 void assem_mass(const Points& pts, const Discretisation& d, Dofs& s)
 {
-  if (!pts.npoint && s.mass_of == s.pattern) return timer_skip(PHASE_MASS);
+  const long made = dof_grid(d, s).made;
+  if (s.mass_of == s.pattern && s.mass_made == made) return timer_skip(PHASE_MASS);
   Timer timer(PHASE_MASS);
   form_mass(pts, d, s);
   if (s.mass_of != s.pattern) s.mass_rows = pts.npoint ? mass_rows_projection(dof_grid(d, s), s) : nullptr;
-  s.mass_of = s.pattern;
+  s.mass_of   = s.pattern;
+  s.mass_made = made;
 }
 
 void mass_damping(const Model& m, const Points& pts, const Discretisation& d, const Dofs& s, RealVec& M)

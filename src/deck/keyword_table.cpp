@@ -124,7 +124,7 @@ const Keyword keyword_table[] = {
     {"FRICTION", kw_friction, IN_INTERACTION, "", "Coulomb friction of a surface interaction"},
     {"GHOST", kw_ghost, IN_MODEL, "STIFFNESS|MASS",
      "ghost stabilisation of cells that are cut by the boundary of a body"},
-    {"GRID", kw_grid, IN_MODEL, "WEAK", "the box of equal cells that material points move through"},
+    {"GRID", kw_grid, IN_MODEL, "WEAK|KEEP", "the box of equal cells that material points move through"},
     {"GRID BOUNDARY", kw_grid_boundary, OUTSIDE, "AMPLITUDE",
      "prescribed displacements of all grid nodes on a plane"},
     {"HEADING", kw_heading, ANYWHERE, "", "title of the run"},

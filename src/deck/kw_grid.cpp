@@ -3,7 +3,7 @@
 #include "deck/card.h"
 
 // ---------------------------------------------------------------------------
-// *GRID[, WEAK=] : xmin, ymin[, zmin], xmax, ymax[, zmax] / hx[, hy[, hz]]
+// *GRID[, WEAK=][, KEEP=] : xmin, ymin[, zmin], xmax, ymax[, zmax] / hx[, hy[, hz]]
 // ---------------------------------------------------------------------------
 void kw_grid(Card& card, Model& model)
 {
@@ -14,6 +14,7 @@ void kw_grid(Card& card, Model& model)
   g.given = true;
   g.place = card_place(card);
   g.weak  = card_param_real(card, "WEAK", 0.05, from_to(0.0, 0.5));
+  g.keep  = card_param_real(card, "KEEP", 0.1, from_to(0.0, 0.5));
   double hi[3];
   const bool opened = card_line(card), mixed = opened && card.field.size() == 6 &&
                       !deck_same_dimension(*card.deck, card.whole, "the *GRID with a box of six numbers", 3);

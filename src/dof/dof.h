@@ -91,7 +91,8 @@ struct Dofs {
   ListTable point_rows;        // the lists that the pattern was made for
   ListTable bond_rows, ghost_rows, group_rows;
   long pattern = 0;            // number of the pattern
-  long mass_of = 0, damping_of = 0;    // patterns that M and C were made for
+  long mass_of = 0, damping_of = 0;    // patterns that M and C were made for, and ActiveGrid::made
+  long mass_made = -1, damping_made = -1;
   long tangent = 0;            // number of the tangent in A
   Ties tie;
   std::vector<char> bare;      // [nfe] a node of an equation that belongs to no element of any rank

@@ -178,13 +178,13 @@ void bond_rows(const Bonds& bonds, const Discretisation& d, const Dofs& s, int b
 // corners and points that follow nodes of the mesh: their rows, counted from the first of the grid  (7.14)
 void find_mesh_rows(ActiveGrid& grid, Dofs& s)
 {
-  s.hung = false;
+  s.hung = !grid.corner_named.empty();
+  if (!s.hung) return;
+  grid.corner.item = grid.corner_named;
+  grid.point.item  = grid.point_named;
   for (ListTable* list : {&grid.corner, &grid.point})
-    for (int& item : list->item) {
-      if (item >= 0) continue;
-      item   = s.row_of_node[-1 - item] - s.nfe;
-      s.hung = true;
-    }
+    for (int& item : list->item)
+      if (item < 0) item = s.row_of_node[-1 - item] - s.nfe;
 }
 
 // rows of the points that share their change of volume, each once

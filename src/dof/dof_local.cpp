@@ -96,6 +96,7 @@ void localise_grid(const Points& pts, const ListTable& group, const ActiveGrid& 
   const Dofs& w = *s.whole;
   own       = ActiveGrid();
   own.lists = g.lists;
+  own.made  = g.made;
   own.nnode = s.nrow - s.nfe;
   for (int r = s.nfe; r < s.nrow; ++r) own.key.push_back(g.key[s.whole_row[r] - w.nfe]);
   localise_points(pts, group, g, s, own);
@@ -125,6 +126,7 @@ void localise_weights(const ActiveGrid& g, int dim, ActiveGrid& own)
   take_numbers(g.ghost, g.ghost_w, 1, own.ghost, own.ghost_w);
   own.ghost_k = g.ghost_k;
   own.ghost_m = g.ghost_m;
+  own.made    = g.made;
 }
 
 void localise_bonds(Dofs& s)
@@ -204,7 +206,7 @@ void dof_local(const Model& m, const Points& pts, bool fresh, Discretisation& d,
   }
   s.owned_group = w.owned_group;
   if (fresh || d.own.lists != d.grid.lists) localise_grid(pts, d.point_law.group, d.grid, s, d.own);
-  else localise_weights(d.grid, s.dim, d.own);
+  else if (d.own.made != d.grid.made) localise_weights(d.grid, s.dim, d.own);
   localise_bonds(s);
 }
 

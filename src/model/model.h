@@ -150,6 +150,8 @@ struct Grid {                  // *GRID : a box of equal cells
   std::array<double, 3> h{{0, 0, 0}};     // cell size
   std::array<int, 3> n{{0, 0, 0}};        // cells
   double weak = 0.05;          // extended basis: a node with max_p S_pv below this is no unknown; 0: off
+  // the active grid moves with the points until a corner has gone so far, in cells; 0: for one increment
+  double keep = 0.1;
   Place place;
   // *GHOST: parts of E and rho that hold jumps of the gradient at the boundary; 0: off
   double ghost_stiffness = 0.0;

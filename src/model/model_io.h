@@ -101,8 +101,8 @@ inline void io(Archive& f, Body& x)
 
 inline void io(Archive& f, Grid& x)
 {
-  auto& [given, lo, h, n, weak, place, ghost_stiffness, ghost_mass, ghost_place] = x;
-  io_fields<Grid>(f, given, lo, h, n, weak, place, ghost_stiffness, ghost_mass, ghost_place);
+  auto& [given, lo, h, n, weak, keep, place, ghost_stiffness, ghost_mass, ghost_place] = x;
+  io_fields<Grid>(f, given, lo, h, n, weak, keep, place, ghost_stiffness, ghost_mass, ghost_place);
 }
 
 inline void io(Archive& f, ViscousBoundary& x)

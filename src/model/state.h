@@ -180,6 +180,11 @@ struct StepClock {             // the step that is under way
   int cuts = 0;                // of all increments so far
 };
 
+struct GridLaid {             // where corners and bonds were when the active grid was made
+  RealVec uc, xb;              // [ncorner*dim], [nbond*dim]; empty: it must be made anew
+  long made = -1;              // ActiveGrid::made; not saved
+};
+
 struct Division {              // whose work is what; one rank: empty
   int ranks = 1;
   IntVec elem, point;          // [nelem], [npoint] rank
@@ -217,6 +222,7 @@ struct State {
   Ledger ledger;
   std::vector<ErosionLog> eroded;    // since the last output
   StepClock clock;
+  GridLaid laid;
   Division division;
   StepLog log;
 };

@@ -203,6 +203,13 @@ bool rest_fits(const Model& m, const State& s)
   return true;
 }
 
+bool grid_fits(const Model& m, const State& s)
+{
+  const GridLaid& g     = s.laid;
+  const std::size_t dim = m.dim;
+  return g.uc.empty() ? g.xb.empty() : real(g.uc, s.points.ncorner * dim) && real(g.xb, s.bonds.nbond * dim);
+}
+
 bool clock_fits(const Model& m, const State& s)
 {
   const StepClock& c = s.clock;
@@ -237,5 +244,6 @@ const char* state_fault(const Model& m, const Points& begin, const State& s)
   if (!level_fits(m, s, s.n)) return "displacements and velocities";
   if (!rest_fits(m, s)) return "reactions";
   if (!clock_fits(m, s)) return "times and increments";
+  if (!grid_fits(m, s)) return "the active grid";
   return division_fits(m, s) ? nullptr : "division among ranks";
 }

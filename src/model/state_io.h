@@ -89,13 +89,19 @@ inline void io(Archive& f, ErosionLog& x)
   io_all(f, elem, label, time, value, released, X);
 }
 
+inline void io(Archive& f, GridLaid& x)
+{
+  io_all(f, x.uc, x.xb);
+}
+
 // between increments: the level n+1 is that of n. A divided model needs no division of the work.
 inline void io(Archive& f, State& x)
 {
-  auto& [n, np1, points, bonds, frac, rf, contact, grid_rf, rate, ledger, eroded, clock, division, log] = x;
+  auto& [n, np1, points, bonds, frac, rf, contact, grid_rf, rate, ledger, eroded, clock, laid, division,
+         log] = x;
   Division none;
   io_all(f, n, points, bonds, frac, of_nodes(rf), contact, grid_rf, of_nodes(rate), ledger, eroded, clock,
-         f.part ? none : division, log);
+         laid, f.part ? none : division, log);
   if (f.reading) np1 = n;
 }
 

@@ -51,12 +51,15 @@ struct ActiveGrid {
   // weak nodes without a good cell near: unknowns, or those with next to no support follow strong ones
   int nlone = 0;
   long lists = 0;              // number of the lists below: the same one, the same lists
+  long made  = 0;              // number of the weights below: the same one, the same weights
   // [nnode] field * (nodes of the grid) + node number, ascending; key_own + c: corner c of a released point
   std::vector<long> key;
   std::vector<long> cell;      // [ncell] field * (cells of the grid) + cell number, ascending
   // lists of grid nodes; those of corners and points also hold nodes n of the mesh as -1 - n, and once the
   // rows are known as (row of n) - (number of rows of nodes), which is negative too
   ListTable corner;            // [ncorner] unknown grid nodes that a corner follows
+  // items of corner and point before the rows were known; empty: they hold no node of the mesh
+  IntVec corner_named, point_named;
   RealVec corner_w;            // [corner.item] weights, sum 1
   ListTable point;             // [npoint] unknown grid nodes of a point
   // corner after corner of each point, and node after node of the corner: place of the node in the list of
@@ -127,6 +130,11 @@ int point_surfaces(const Model& m, Points& pts);
 // OUTSIDE_GRID: *worst is the corner (>= 0) or -1 - bond
 Status grid_activate(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& uc,
                      const RealVec& xb, ActiveGrid& g, int* worst);
+
+// grid_stays : no corner that the grid carries and no bond to it has gone further than Grid::keep from where
+// the active grid was made, so that it moves with them                                              (3.18)
+bool grid_stays(const Model& m, const Points& pts, const Bonds& bonds, const GridLaid& laid,
+                const RealVec& uc, const RealVec& xb);
 
 // grid_ghost : ghost stabilisation of the active cells, on node, the keys of touched nodes,
 // ascending.  doc/theory.md (3.16)

@@ -379,10 +379,14 @@ void find_extension(const Model& m, const std::vector<long>& key, const std::vec
 void name_mesh_nodes(ActiveGrid& g)
 {
   const int n = static_cast<int>(std::lower_bound(g.key.begin(), g.key.end(), key_node) - g.key.begin());
+  g.corner_named.clear();
+  g.point_named.clear();
   if (n == static_cast<int>(g.key.size())) return;
   for (ListTable* list : {&g.corner, &g.point})
     for (int& item : list->item)
       if (item >= n) item = -1 - static_cast<int>(g.key[item] - key_node);
+  g.corner_named = g.corner.item;
+  g.point_named  = g.point.item;
   g.key.resize(n);
 }
 
@@ -393,7 +397,10 @@ Status activate(const Model& m, const Points& pts, const Bonds& bonds, const Rea
   std::vector<long> node;
   const Status status = touch<D>(m, pts, bonds, uc, xb, node, g, worst);
   if (status != STATUS_OK) {
-    g = ActiveGrid();
+    const long lists = g.lists, made = g.made;
+    g       = ActiveGrid();
+    g.lists = lists;
+    g.made  = made;
     return status;
   }
   follow_corners(pts, static_cast<int>(node.size()), g);
@@ -476,9 +483,29 @@ void grid_cell_place(const Grid& g, int dim, long key, double x[3])
   for (int i = 0; i < 3; ++i) x[i] = i < dim ? g.lo[i] + g.h[i] * at[i] : 0.0;
 }
 
+bool grid_stays(const Model& m, const Points& pts, const Bonds& bonds, const GridLaid& laid,
+                const RealVec& uc, const RealVec& xb)
+{
+  const int dim = m.dim;
+  if (laid.uc.size() != uc.size() || laid.xb.size() != xb.size()) return false;
+  const auto stays = [&](const double* from, const double* to) {
+    double way = 0.0;
+    for (int i = 0; i < dim; ++i) way += std::fabs(to[i] - from[i]) / m.grid.h[i];
+    return way <= m.grid.keep;
+  };
+  const auto carried = [&](int c) { return pts.field[c] >= 0 && (pts.hangs.empty() || pts.hangs[c] == HANG_GRID); };
+  if (m.grid.keep == 0.0) return false;
+  for (int c = 0; c < pts.ncorner; ++c)
+    if (!stays(&laid.uc[c * dim], &uc[c * dim]) && carried(c)) return false;
+  for (int b = 0; b < bonds.nbond; ++b)
+    if (bonds.field[b] >= 0 && !stays(&laid.xb[b * dim], &xb[b * dim])) return false;
+  return true;
+}
+
 Status grid_activate(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& uc,
                      const RealVec& xb, ActiveGrid& g, int* worst)
 {
+  ++g.made;
   if (grid_keeps_lists(m, pts, bonds, uc, xb, g)) return STATUS_OK;
   return m.dim == 2 ? activate<2>(m, pts, bonds, uc, xb, g, worst)
                     : activate<3>(m, pts, bonds, uc, xb, g, worst);

@@ -76,7 +76,10 @@ Failure apply(Problem& p, const Step& s, const std::vector<Erosion>& erode, cons
     frac_convert(p.m, p.d.el, p.d.fm, convert, p.d.share, st);
     if (p.m.part.on && !convert.empty()) model_owners(frac_gone(st.frac), p.piece);
   }
-  if (!convert.empty() || !torn.empty()) p.dofs.numbered = false;      // other nodes, or other bonds
+  if (!convert.empty() || !torn.empty()) {
+    p.dofs.numbered = false;             // other nodes, or other bonds
+    st.laid         = GridLaid();
+  }
   p.ready = false;
   const Failure failure = step_prepare(p, s);
   if (!failure.ok()) return failure;

@@ -192,10 +192,16 @@ Failure step_prepare(Problem& p, const Step& s)
   } else {
     timer_skip(PHASE_CONTACT);
   }
-  if (st.points.npoint) {
+  const bool stays = st.points.npoint && grid_stays(p.m, st.points, st.bonds, st.laid, st.n.uc, xb);
+  if (stays && st.laid.made == p.d.grid.made) {
+    timer_skip(PHASE_GRID);
+  } else if (st.points.npoint) {
     Timer timer(PHASE_GRID);
     int worst = 0;
-    const Status status = grid_activate(p.m, st.points, st.bonds, st.n.uc, xb, p.d.grid, &worst);
+    if (!stays) st.laid = {st.n.uc, xb};
+    const Status status =
+        grid_activate(p.m, st.points, st.bonds, st.laid.uc, st.laid.xb, p.d.grid, &worst);
+    st.laid.made = p.d.grid.made;
     if (status != STATUS_OK) return {status, worst < 0 ? AT_BOND : AT_CORNER, worst < 0 ? -1 - worst : worst};
   } else {
     timer_skip(PHASE_GRID);
