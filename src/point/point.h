@@ -50,6 +50,7 @@ struct ActiveGrid {
   int nweak = 0;               // touched nodes that follow others (extended basis)
   // weak nodes without a good cell near: unknowns, or those with next to no support follow strong ones
   int nlone = 0;
+  bool meets = false;          // points that share no corner near a node of the grid have it in common
   long lists = 0;              // number of the lists below: the same one, the same lists
   long made  = 0;              // number of the weights below: the same one, the same weights
   // [nnode] field * (nodes of the grid) + node number, ascending; key_own + c: corner c of a released point

@@ -2,6 +2,7 @@
 #include <array>
 #include <cmath>
 
+#include "base/forest.h"
 #include "point/grid_cell.h"
 
 namespace {
@@ -248,6 +249,71 @@ void point_lists(const Points& pts, int nnode, ActiveGrid& g)
   g.slot.resize(slots);
 }
 
+// Points that hang together by their corners
+struct Patch {
+  IntVec last, first;          // [ncorner] for which count a corner was seen last, and the item that has it
+  int counts = 0;
+  explicit Patch(const Points& pts) : last(pts.ncorner, -1), first(pts.ncorner) {}
+
+  // are points of list in one part?
+  bool whole(const Points& pts, const int* list, int n)
+  {
+    Forest parts(n);
+    int pieces = n;
+    ++counts;
+    for (int k = 0; k < n; ++k)
+      for (int j = pts.conn.off[list[k]]; j < pts.conn.off[list[k] + 1]; ++j) {
+        const int c = pts.conn.item[j];
+        if (last[c] == counts) {
+          pieces -= parts.root(k) != parts.root(first[c]);
+          parts.join(k, first[c]);
+        }
+        last[c]  = counts;
+        first[c] = k;
+      }
+    return pieces == 1;
+  }
+};
+
+// the lists of list, the other way round: the owners of each of n items
+ListTable owners(const ListTable& list, int n)
+{
+  ListTable out;
+  out.off.assign(n + 1, 0);
+  out.item.resize(list.item.size());
+  for (int i : list.item) ++out.off[i + 1];
+  for (int i = 0; i < n; ++i) out.off[i + 1] += out.off[i];
+  IntVec next(out.off.begin(), out.off.end() - 1);
+  for (int k = 0; k < list.size(); ++k)
+    for (int j = list.off[k]; j < list.off[k + 1]; ++j) out.item[next[list.item[j]]++] = k;
+  return out;
+}
+
+// Have points that do not hang together there a node of the grid in common? For each node of key the points
+// around it: they hang together by their corners, or by points that share a corner with one of them. Nodes of
+// the mesh and unknowns of corners do not count.
+bool points_meet(const Points& pts, const std::vector<long>& key, const ListTable& point)
+{
+  const long nnode = std::lower_bound(key.begin(), key.end(), key_own) - key.begin();
+  const ListTable around = owners(point, static_cast<int>(key.size()));
+  ListTable of_corner;         // points at each corner, when they are asked for
+  Patch patch(pts);
+  for (int n = 0; n < nnode; ++n) {
+    if (around.count(n) < 2 || patch.whole(pts, around.begin(n), around.count(n))) continue;
+    if (of_corner.size() == 0) of_corner = owners(pts.conn, pts.ncorner);
+    IntVec wide;
+    for (int k = around.off[n]; k < around.off[n + 1]; ++k)
+      for (int j = pts.conn.off[around.item[k]]; j < pts.conn.off[around.item[k] + 1]; ++j) {
+        const int c = pts.conn.item[j];
+        wide.insert(wide.end(), of_corner.begin(c), of_corner.begin(c) + of_corner.count(c));
+      }
+    std::sort(wide.begin(), wide.end());
+    wide.erase(std::unique(wide.begin(), wide.end()), wide.end());
+    if (!patch.whole(pts, wide.data(), static_cast<int>(wide.size()))) return true;
+  }
+  return false;
+}
+
 // does a cell c touch all planes of *GRID BOUNDARY that the node lies on? Then the node follows nodes of the
 // plane alone, and what is prescribed there holds for it too
 bool keeps_planes(const Model& m, const int* at, const int* c)
@@ -407,6 +473,7 @@ Status activate(const Model& m, const Points& pts, const Bonds& bonds, const Rea
   RealVec support;
   point_lists(pts, static_cast<int>(node.size()), g);
   point_sums(pts, D, static_cast<int>(node.size()), g, &support);
+  g.meets = m.grid.keep > 0.0 && points_meet(pts, node, g.point);
   GridPlaces& now = g.places;
   std::vector<char>& strong = now.strong;
   strong.resize(node.size());
@@ -493,7 +560,7 @@ bool grid_stays(const Model& m, const Points& pts, const Bonds& bonds, const Gri
     for (int i = 0; i < dim; ++i) way += std::fabs(to[i] - from[i]) / m.grid.h[i];
     return way <= m.grid.keep;
   };
-  const auto carried = [&](int c) { return pts.field[c] >= 0 && (pts.hangs.empty() || pts.hangs[c] == HANG_GRID); };
+  const auto carried = [&](int c) { return pts.field[c] >= 0 && carrier(pts, c) == HANG_GRID; };
   if (m.grid.keep == 0.0) return false;
   for (int c = 0; c < pts.ncorner; ++c)
     if (!stays(&laid.uc[c * dim], &uc[c * dim]) && carried(c)) return false;

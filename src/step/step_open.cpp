@@ -202,6 +202,7 @@ Failure step_prepare(Problem& p, const Step& s)
     const Status status =
         grid_activate(p.m, st.points, st.bonds, st.laid.uc, st.laid.xb, p.d.grid, &worst);
     st.laid.made = p.d.grid.made;
+    if (p.d.grid.meets) st.laid = GridLaid();        // what meets is as near as it is now
     if (status != STATUS_OK) return {status, worst < 0 ? AT_BOND : AT_CORNER, worst < 0 ? -1 - worst : worst};
   } else {
     timer_skip(PHASE_GRID);
