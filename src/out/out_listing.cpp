@@ -377,7 +377,7 @@ void out_listing_skipped(std::FILE* file, const Model& m, const State& s)
     const char *what, *why;
   };
   const Line lines[] = {
-    {PHASE_GRID, "active grid", "no material points"},
+    {PHASE_GRID, "active grid", "no material points, or it moves with them"},
     {PHASE_PROJECT, "projection", "no material points"},
     {PHASE_BOND, "bonds", "there are none"},
     {PHASE_CONTACT, "contact search", "no contact"},

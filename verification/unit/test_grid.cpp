@@ -170,6 +170,44 @@ TEST(Grid, KeptListsGiveWhatNewOnesGive)
   expect_kept_grid(0.3, 0.1);
 }
 
+// The grid moves along until a corner that it carries has gone a tenth of a cell, summed over the directions
+TEST(Grid, StaysUntilACornerHasGone)
+{
+  Model m = block_model(0.63, 4, 2, 0.05);
+  Active a(m);
+  RealVec uc(a.pts.Xc.size(), 0.3);
+  const GridLaid laid{uc, {}, a.g.made};
+  const auto stays = [&]() { return grid_stays(m, a.pts, Bonds(), laid, uc, RealVec()); };
+  EXPECT_TRUE(stays());
+  uc[0] += 0.06 * m.grid.h[0];
+  uc[1] -= 0.035 * m.grid.h[1];
+  EXPECT_TRUE(stays());
+  uc[1] -= 0.01 * m.grid.h[1];
+  EXPECT_FALSE(stays());
+  a.pts.field[0] = FIELD_OWN;
+  EXPECT_TRUE(stays());
+  m.grid.keep = 0.0;
+  EXPECT_FALSE(stays());
+  EXPECT_FALSE(grid_stays(m, a.pts, Bonds(), GridLaid(), uc, RealVec()));
+}
+
+// Two blocks have nodes of one grid field in common when the cells of their corners are neighbours
+TEST(Grid, KnowsWhatMeetsThroughIt)
+{
+  Model m = block_model(0.63, 4, 2, 0.05);
+  EXPECT_FALSE(Active(m).g.meets);
+  Body b = m.body[0];
+  for (double gap : {2.2, 0.6, 0.0}) {               // in cells
+    b.lo[0] = m.body[0].hi[0] + gap * m.grid.h[0];
+    b.hi[0] = b.lo[0] + 2.0;
+    Model two = m;
+    two.body.push_back(b);
+    EXPECT_EQ(gap < 1.0, Active(two).g.meets) << gap;
+    two.body[1].field = 1;
+    EXPECT_FALSE(Active(two).g.meets) << gap;
+  }
+}
+
 TEST(Grid, LeavingTheGridIsReported)
 {
   const Model m = block_model(9.0, 4, 2, 0.05);
