@@ -93,6 +93,7 @@ struct Dofs {
   long pattern = 0;            // number of the pattern
   long mass_of = 0, damping_of = 0;    // patterns that M and C were made for, and ActiveGrid::made
   long mass_made = -1, damping_made = -1;
+  long lists_of = -1;          // ActiveGrid::made that the lists of rows belong to
   long tangent = 0;            // number of the tangent in A
   Ties tie;
   std::vector<char> bare;      // [nfe] a node of an equation that belongs to no element of any rank

@@ -335,10 +335,16 @@ bool form_rows(const Model& m, const Step& step, State& st, Discretisation& d, D
   dof_share_points(m, st.points, d.el, st.division);
   const std::vector<char> here = bonds_here(m, st.points, st.bonds, st.division.point);
   bool fresh = m.part.on && add_guests(m, st.points, st.bonds, here, d.pairs, s);
-  form_lists(m.part, st.bonds, here, d, s);
-  fresh = fresh || first || s.nrow != before;
-  fresh = fresh || !same(s.point_rows, d.grid.point) || !same(s.bond_rows, s.bond) ||
-          !same(s.ghost_rows, d.grid.ghost) || !same(s.group_rows, s.group);
+  // the grid has moved along, and nothing else makes lists
+  const bool stay = !first && !m.part.on && s.lists_of == d.grid.made && d.pairs.gap.empty() &&
+                    d.point_law.group.size() == 0;
+  if (!stay) {
+    form_lists(m.part, st.bonds, here, d, s);
+    fresh = fresh || first || s.nrow != before;
+    fresh = fresh || !same(s.point_rows, d.grid.point) || !same(s.bond_rows, s.bond) ||
+            !same(s.ghost_rows, d.grid.ghost) || !same(s.group_rows, s.group);
+    s.lists_of = d.grid.made;
+  }
   fresh = dof_tie(m, step, s) || fresh;
   fresh = dof_divide(m, st.points, st.n, d.grid, fresh, d.el, st.division, s) || fresh;
   if (!fresh) return false;
