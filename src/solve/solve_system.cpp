@@ -92,14 +92,17 @@ int counted_limit(const SolverData& d, SolvePath path, double seconds)
 
 bool counted() { return comm_size() > 1; }
 
-// In motion the first systems are solved without a factorisation, whose factors would take most of the memory
-// of a rank; more iterations than these tell of increments so long that masses do not help
-const double FAST = 60.0;
+// In motion the first systems are solved without a factorisation, which is expensive in space, and whose factors
+// would take most of the memory of a rank; more iterations than these tell of increments so long that masses do
+// not help. In the plane on one rank factors are cheap, and soon pay
+const int FAST = 60, FAST_PLANE = 15;
 
-bool moves_fast(const SolverData& d, const SolveAsk& ask)
+int fast_limit(int dim) { return dim == 2 && !counted() ? FAST_PLANE : FAST; }
+
+bool moves_fast(const SolverData& d, const SolveAsk& ask, int dim)
 {
   const PathCost& c = d.cost[PATH_CHOLESKY];
-  return counted() && ask.inertia && !d.factored && (!c.known || c.rate * FAST >= ask.digits);
+  return ask.inertia && !d.factored && (!c.known || c.rate * fast_limit(dim) >= ask.digits);
 }
 
 // seconds of a solution by factorisation
@@ -246,10 +249,7 @@ SolvePath choose(Solver& s, const SysMatrix& A, const SolveAsk& ask, long now, d
   if (ask.broken && !ask.exact && !small && changed_pays(s)) return PATH_CHANGED;
   if (small || ask.exact || ask.broken) return PATH_FACTOR;
   if (amg_pays(s, A, ask)) return PATH_AMG;
-  if (moves_fast(d, ask)) {
-    limit = counted_setup(d, PATH_CHOLESKY) + FAST * counted_iteration(d, PATH_CHOLESKY);
-    return PATH_CHOLESKY;
-  }
+  if (moves_fast(d, ask, A.dim)) return PATH_CHOLESKY;
   if (!d.factored && !without_factors(s, A, ask)) return PATH_FACTOR;
   return fastest(s, ask, solve_same_pattern(s, A), now, limit);
 }
@@ -484,7 +484,9 @@ CgDone form_and_solve(Solver& s, const SysMatrix& A, const SolveAsk& ask, SolveP
   // A^-1 and M^-1 are far apart in smooth modes, but for factors: M^-1 sees too little of an error there
   const double safety = path == PATH_REUSED || path == PATH_CHANGED ? 1.0 : 0.1;
   int most            = path == PATH_CHANGED ? FEW : path == PATH_AMG ? AMG_MOST : MOST;
-  if (counted()) most = std::min(most, counted_limit(d, path, limit));
+  if (counted() && limit < NEVER) most = std::min(most, counted_limit(d, path, limit));
+  if (s.def.kind == SOLVER_AUTO && path == PATH_CHOLESKY && moves_fast(d, ask, A.dim))
+    most = std::min(most, fast_limit(A.dim) + 1);
   if (old) most = std::min(most, kept_limit(A.dim, d.cholesky, ask));
   CgGoal goal{safety * ask.eta, safety * ask.energy, ask.residual, most, limit - setup};
   const bool same = path == PATH_REUSED && d.reused.same;    // where a product with A costs little beside M
