@@ -92,8 +92,8 @@ int counted_limit(const SolverData& d, SolvePath path, double seconds)
 
 bool counted() { return comm_size() > 1; }
 
-// In motion the first systems are solved without a factorisation, which is expensive in space, and whose factors
-// would take most of the memory of a rank; more iterations than these tell of increments so long that masses do
+// In motion the first systems are solved without a factorisation, which is expensive in space, and whose
+// factors would take most of the memory; more iterations than these tell of increments so long that masses do
 // not help. In the plane on one rank factors are cheap, and soon pay
 const int FAST = 60, FAST_PLANE = 15;
 
