@@ -164,6 +164,7 @@ struct SolverData {
   double direct_factor = 0.0, direct_back = 0.0, direct_analyse = 0.0;   // seconds, smoothed
   double guess = 0.0;          // seconds of a factorisation before the first one, 0: not guessed
   long rows = 0;               // rows of the matrix at hand, of all ranks
+  long counted = 0;            // SolveAsk::pattern that they are those of
   double entries = 0.0, entries_all = 0.0;       // its numbers: of the rank with most of them, of all
   double factor_entries = 0.0; // numbers in the last factors, of all ranks
   long age = 0;                // solutions with the factors as preconditioner

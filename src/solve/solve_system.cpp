@@ -555,9 +555,11 @@ Status by_best(Solver& s, const SysMatrix& A, const SolveAsk& ask, const RealVec
   return status;
 }
 
-// rows and numbers of the matrix, of all ranks
-void count_entries(const SysMatrix& A, SolverData& d)
+// rows and numbers of the matrix, of all ranks; a pattern that stays has as many as before
+void count_entries(const SysMatrix& A, long pattern, SolverData& d)
 {
+  if (pattern > 0 && pattern == d.counted) return;
+  d.counted = pattern;
   d.rows    = A.nrow;
   d.entries = d.entries_all = static_cast<double>(A.val.size());
   if (!sys_shared(A)) return;
@@ -593,7 +595,7 @@ Status solve_system(Solver& s, const SysMatrix& A, const SolveAsk& ask, const Re
   MPFE_CHECK(static_cast<int>(ask.key.size()) == A.nrow, "solve_system: one key for each row");
   s.masses = ask.inertia;
   SolverData& d  = *s.data;
-  count_entries(A, d);
+  count_entries(A, ask.pattern, d);
   const long analysed = s.nanalyse, factored = s.nfactor;
   const Status status = by_best(s, A, ask, b, x);
   if (s.nanalyse == analysed) timer_skip(PHASE_ANALYSIS);
