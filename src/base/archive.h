@@ -47,7 +47,7 @@ enum { RANKS_NONE = -2, RANKS_ALL = -1, RANKS_ONE = 0 };
 struct ArchiveMove {           // a rank gets more items
   IntVec place;                // [before] index of now
   std::size_t count = 0;       // of now
-  const Halo* halo = nullptr;  // of now: the owner of an item tells it to all
+  const Halo* halo = nullptr;  // of now: the owner of an item tells it to all; null: fresh ones are zero
 };
 
 struct Archive {
@@ -179,7 +179,7 @@ void archive_grow(const ArchiveMove& m, std::vector<T>& x)
   for (std::size_t k = 0; k < m.place.size(); ++k)
     std::copy_n(&x[k * D], D, &out[static_cast<std::size_t>(m.place[k]) * D]);
   x.swap(out);
-  halo_copy(*m.halo, D, x);
+  if (m.halo) halo_copy(*m.halo, D, x);
 }
 
 template <class T>

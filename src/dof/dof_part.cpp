@@ -18,7 +18,7 @@
 
 namespace {
 
-// elements a rank: below, all ranks keep the whole model
+// finite elements a rank: below, all ranks keep the whole model
 const int LEAST = 16;
 // the same with points, which all ranks know: with fewer elements the whole model is small, and the work on
 // it is shared more evenly. Measured: doc/benchmarks.md, "Two ranks over one"
@@ -30,14 +30,9 @@ bool asked(const Model& m)
   const char* text = std::getenv("MPFE_DIVIDE");
   const bool small = text && *text == '1';
   const int least  = small || (m.body.empty() && m.conversion.empty()) ? LEAST : LEAST_POINTS;
-  return !(text && *text == '0') && m.mesh.nelem() >= least * comm_size();
-}
-
-// points whose elements all ranks need not know from the start, and whose history nobody hands on
-bool knows_points(const Model& m)
-{
-  return std::none_of(m.body.begin(), m.body.end(), [](const Body& b) { return b.fill == FILL_ELSET; }) &&
-         (m.conversion.empty() || law_history(m) == 0);
+  const IntVec& section = m.mesh.elem_section;
+  return !(text && *text == '0') &&
+         std::count_if(section.begin(), section.end(), [](int s) { return s >= 0; }) >= least * comm_size();
 }
 
 // parts that do not know of each other are watched, which takes all of them
@@ -51,26 +46,37 @@ bool watches(const Model& m)
 // general contact is not divided yet
 bool divides(const Model& m)
 {
-  return comm_size() > 1 && asked(m) && knows_points(m) && model_general_contact(m) < 0 &&
-         !watches(m);
+  return comm_size() > 1 && asked(m) && model_general_contact(m) < 0 && !watches(m);
 }
 
-// elements of others that each rank looks at: near what breaks, and all at surfaces of bonds and contact
-OfRanks<int> outer_elements(const Model& m, const IntVec& rank)
+// elements that all ranks have: at surfaces of bonds and contact, and those that are points from the start
+IntVec elements_of_all(const Model& m)
 {
-  OfRanks<int> out;
-  IntVec bonded;
+  IntVec all;
   const IntVec surface = model_bonded_surfaces(m);
   for (std::size_t s = 0; s < surface.size(); ++s)
     if (surface[s])
-      for (const Face& f : m.surface[s].face) bonded.push_back(f.elem);
-  if (m.fracture.empty() && bonded.empty()) return out;
+      for (const Face& f : m.surface[s].face) all.push_back(f.elem);
+  for (const Body& b : m.body)
+    if (b.fill == FILL_ELSET) {
+      const IntVec& elem = m.elset[b.elset].item;
+      all.insert(all.end(), elem.begin(), elem.end());
+    }
+  return all;
+}
+
+// elements of others that each rank looks at: near what breaks, and those of all
+OfRanks<int> outer_elements(const Model& m, const IntVec& rank)
+{
+  OfRanks<int> out;
+  const IntVec all = elements_of_all(m);
+  if (m.fracture.empty() && all.empty()) return out;
   std::vector<IntVec> list(comm_size());
   if (!m.fracture.empty()) list = frac_outer(m, rank, comm_size());
   out.off.push_back(0);
   for (int r = 0; r < comm_size(); ++r) {
     std::set<int> here(list[r].begin(), list[r].end());
-    for (int e : bonded)
+    for (int e : all)
       if (rank[e] != r) here.insert(e);
     out.item.insert(out.item.end(), here.begin(), here.end());
     out.off.push_back(static_cast<int>(out.item.size()));
@@ -78,24 +84,25 @@ OfRanks<int> outer_elements(const Model& m, const IntVec& rank)
   return out;
 }
 
-// work of an element: its node pairs at each Gauss point
+// work of an element: its node pairs at each Gauss point; next to none of one that is no finite element
 RealVec element_work(const Mesh& mesh)
 {
   RealVec work;
-  for (int type : mesh.elem_type) {
-    const ShapeInfo& info = shape_info[elem_table[type].shape];
-    work.push_back(pair_count(info.nen) * info.ngp);
+  for (int e = 0; e < mesh.nelem(); ++e) {
+    const ShapeInfo& info = shape_info[elem_table[mesh.elem_type[e]].shape];
+    work.push_back(mesh.elem_section[e] < 0 ? 1 : pair_count(info.nen) * info.ngp);
   }
   return work;
 }
 
-// do all elements that are not removed hang together by common faces?
+// do all finite elements that are not removed hang together by common faces?
 bool joined_by_faces(const Model& m)
 {
   const Mesh& mesh = m.mesh;
   std::map<std::array<int, 4>, int> owner;
   Forest parts(mesh.nelem());
-  const IntVec removed = model_removed(m);
+  IntVec removed = model_removed(m);
+  for (int e = 0; e < mesh.nelem(); ++e) removed[e] |= mesh.elem_section[e] < 0;
   int left = static_cast<int>(std::count(removed.begin(), removed.end(), 0));
   for (int e = 0; e < mesh.nelem(); ++e) {
     if (removed[e]) continue;

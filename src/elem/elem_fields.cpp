@@ -225,7 +225,7 @@ void ip_general_from(const MatLaw& law, bool nlgeom, const double* E, double sca
 void elem_ip_fields(const Model& m, const Elements& el, const Level& l, bool nlgeom,
                     int e, int g, IpFields& out)
 {
-  const ElemBlock& b    = el.block[el.block_of[e]];
+  const ElemBlock& b    = el.block[el.initial_block[e]];
   const ShapeInfo& info = shape_info[b.shape];
   const int dim = info.dim, slot = el.slot_of[e], *node = m.mesh.conn.begin(e);
   const double* dNdX = &b.dNdX[(b.gauss(slot) + g) * info.nen * dim];
@@ -370,7 +370,7 @@ double elem_viscous_loss(const Model& m, const Elements& el, const Level& l0, co
 
 double elem_gauss_place(const Model& m, const Elements& el, int e, int g, double* X, double* N)
 {
-  const ElemBlock& b    = el.block[el.block_of[e]];
+  const ElemBlock& b    = el.block[el.initial_block[e]];
   const ShapeInfo& info = shape_info[b.shape];
   shape_eval(b.shape, gauss_rule(b.shape).xi[g], N, nullptr);
   for (int i = 0; i < 3; ++i) {

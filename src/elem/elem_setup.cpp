@@ -130,11 +130,11 @@ Status elem_setup(const Model& m, Elements& el, int* worst)
     for (int e = 0; e < mesh.nelem(); ++e) el.outer.push_back(!m.part.works(e));
   int gauss = 0;
   for (int e = 0; e < mesh.nelem(); ++e) {
+    el.gauss_of[e] = gauss;
     if (mesh.elem_section[e] < 0) continue;
     ElemBlock& b          = block_for(m, el, known, e);
     const ShapeInfo& info = shape_info[b.shape];
     const int* node       = mesh.conn.begin(e);
-    el.gauss_of[e]        = gauss;
     gauss += info.ngp;
     double X[3 * MAX_NODES], rel[3 * MAX_NODES];
     for (int a = 0; a < info.nen; ++a)

@@ -29,6 +29,22 @@ void renumber(Node node, CornerShare& s)
   for (int& n : s.node.item) n = node(n);
 }
 
+// where the Gauss points of the elements of before are now; those of others get their history when their
+// elements become points
+ArchiveMove move_gauss(const Mesh& mesh, const IntVec& elem)
+{
+  const auto gauss = [&](int e) {
+    return mesh.elem_section[e] < 0 ? 0 : shape_info[elem_table[mesh.elem_type[e]].shape].ngp;
+  };
+  IntVec first(1, 0);
+  for (int e = 0; e < mesh.nelem(); ++e) first.push_back(first.back() + gauss(e));
+  ArchiveMove move;
+  for (int e : elem)
+    for (int g = 0; g < gauss(e); ++g) move.place.push_back(first[e] + g);
+  move.count = first.back();
+  return move;
+}
+
 }  // namespace
 
 bool frac_zone(const Model& m, const IntVec& elem, IntVec& give)
@@ -73,6 +89,7 @@ ModelGrowth frac_grow(const IntVec& give, const std::vector<State*>& state, cons
   std::vector<ArchiveMove> move(ARCHIVE_KINDS);
   move[PER_NODE] = {g.node, m.part.node.size(), &m.part.halo};
   move[PER_ELEM] = {g.elem, m.part.elem.size(), &m.part.around};
+  move[PER_GAUSS] = move_gauss(m.mesh, g.elem);
   Archive f;
   f.move = move.data();
   for (State* st : state) io(f, *st);

@@ -95,6 +95,21 @@ int nearest_gauss(const Model& m, const Elements& el, int e, const Points& pts, 
   return best;
 }
 
+// divided model: the history of these elements as the ranks have it that work on them, on all
+void share_history(const MeshPart& part, const Elements& el, const IntVec& elem, RealVec& he)
+{
+  if (!part.on || el.history == 0) return;
+  const long n = el.history;
+  RealVec all;
+  for (int e : elem)
+    for (long k = n * el.gauss_of[e]; k < n * el.gauss_of[e + 1]; ++k)
+      all.push_back(part.works(e) ? he[k] : 0.0);
+  comm_sum(all);
+  const double* next = all.data();
+  for (int e : elem)
+    for (long k = n * el.gauss_of[e]; k < n * el.gauss_of[e + 1]; ++k) he[k] = *next++;
+}
+
 // The points of element e take the history of the Gauss point next to them: whole, since means of plastic
 // deformations are none;  be: their elastic deformations, of plastic material
 void pass_history(const Model& m, const Elements& el, int e, int first, State& st, std::map<int, Mat3>& be)
@@ -304,6 +319,7 @@ void frac_convert(const Model& m, Elements& el, const FracMesh& fm, const IntVec
                   State& st)
 {
   if (elem.empty()) return;
+  share_history(m.part, el, elem, st.n.he);
   RealVec mass(st.points.ncorner, 0.0), added;
   std::map<int, Mat3> be;      // [point] of plastic material: its stress goes on
   note_elastic(m, st, be);

@@ -17,6 +17,15 @@ IntVec outer_surfaces(const Model& m)
   return m.conversion.empty() ? model_bonded_surfaces(m) : IntVec(m.surface.size(), 1);
 }
 
+// [elset] 1: its elements are material points from the start, which all ranks know
+IntVec outer_elsets(const Model& m)
+{
+  IntVec outer(m.elset.size(), 0);
+  for (const Body& b : m.body)
+    if (b.fill == FILL_ELSET) outer[b.elset] = 1;
+  return outer;
+}
+
 // The items of a list by rank; they keep their order. The list is empty behind it.
 //   ranks_of(item)   first and last of the ranks that have it
 template <class T, class RanksOf>
@@ -343,7 +352,9 @@ ModelLists model_lists_of_work(Model& m)
   ModelLists l;
   const IntVec outer = outer_surfaces(m);
   for (Set& s : m.nset) l.node.push_back(&s.item);
-  for (Set& s : m.elset) l.elem.push_back(&s.item);
+  const IntVec of_points = outer_elsets(m);
+  for (std::size_t s = 0; s < m.elset.size(); ++s)
+    if (!of_points[s]) l.elem.push_back(&m.elset[s].item);
   for (std::size_t s = 0; s < m.surface.size(); ++s)
     if (!outer[s]) l.face.push_back(&m.surface[s].face);
   for (Step& s : m.step)
@@ -358,7 +369,9 @@ ModelLists model_lists_of_work(Model& m)
 ModelLists model_lists_of_all(Model& m)
 {
   ModelLists l;
-  const IntVec outer = outer_surfaces(m);
+  const IntVec outer = outer_surfaces(m), of_points = outer_elsets(m);
+  for (std::size_t s = 0; s < m.elset.size(); ++s)
+    if (of_points[s]) l.elem.push_back(&m.elset[s].item);
   for (std::size_t s = 0; s < m.surface.size(); ++s)
     if (outer[s]) l.face.push_back(&m.surface[s].face);
   for (Step& s : m.step)

@@ -263,7 +263,7 @@ void print_sets(std::FILE* file, const Model& m)
     if (sets.empty()) return;
     RealVec count(sets.size(), 0.0);
     for (std::size_t i = 0; i < sets.size(); ++i)
-      for (int k : sets[i].item) count[i] += nodes && !m.part.counts(k) ? 0.0 : 1.0;
+      for (int k : sets[i].item) count[i] += nodes ? m.part.counts(k) : m.part.works(k);
     out_sum(m, count.data(), static_cast<long>(count.size()));
     std::fprintf(file, "  %-16s", word);
     for (std::size_t i = 0; i < sets.size(); ++i)
