@@ -4,6 +4,7 @@
 #include <cmath>
 #include <string>
 
+#include "base/comm.h"
 #include "base/log.h"
 #include "shape/face.h"
 
@@ -110,6 +111,7 @@ Relations relations(const Model& m)
 // ---- cells of a part: elements, or domains of points, where they are now ----
 
 struct Cell {
+  int number;                  // of the element in the mesh of the deck, or of the point
   Shape shape;
   double x[24];                // [nen*dim]
   double lo[3], hi[3];
@@ -127,10 +129,19 @@ bool apart(const double* lo1, const double* hi1, const double* lo2, const double
   return false;
 }
 
-void add_cell(Part& part, Shape shape, int nen, int dim, const double* x)
+void grow_box(Part& part, const Cell& c, int dim)
 {
-  Cell c;
-  c.shape = shape;
+  for (int i = 0; i < dim; ++i) {
+    part.lo[i] = std::min(part.lo[i], c.lo[i]);
+    part.hi[i] = std::max(part.hi[i], c.hi[i]);
+  }
+}
+
+void add_cell(Part& part, int number, Shape shape, int nen, int dim, const double* x)
+{
+  Cell c = {};
+  c.number = number;
+  c.shape  = shape;
   std::copy(x, x + nen * dim, c.x);
   for (int i = 0; i < dim; ++i) {
     c.lo[i] = c.hi[i] = x[i];
@@ -138,9 +149,8 @@ void add_cell(Part& part, Shape shape, int nen, int dim, const double* x)
       c.lo[i] = std::min(c.lo[i], x[a * dim + i]);
       c.hi[i] = std::max(c.hi[i], x[a * dim + i]);
     }
-    part.lo[i] = std::min(part.lo[i], c.lo[i]);
-    part.hi[i] = std::max(part.hi[i], c.hi[i]);
   }
+  grow_box(part, c, dim);
   part.cell.push_back(c);
 }
 
@@ -158,7 +168,7 @@ Part cells_of(const Model& m, const Elements& el, const Points& pts, const RealV
         const int dof = pts.conn.begin(q)[a] * dim + i;
         x[a * dim + i] = pts.Xc[dof] + uc[dof];
       }
-    add_cell(part, static_cast<Shape>(pts.shape[q]), nen, dim, x);
+    add_cell(part, q, static_cast<Shape>(pts.shape[q]), nen, dim, x);
   }
   for (int e = 0; body < 0 && e < m.mesh.nelem(); ++e) {
     if (m.mesh.elem_section[e] != section || el.block_of[e] < 0) continue;
@@ -169,9 +179,29 @@ Part cells_of(const Model& m, const Elements& el, const Points& pts, const RealV
         const int node = m.mesh.conn.begin(e)[a];
         x[a * dim + i] = m.mesh.X[3 * node + i] + u[node * dim + i];
       }
-    add_cell(part, shape, nen, dim, x);
+    add_cell(part, m.part.elem_number(e), shape, nen, dim, x);
   }
   return part;
+}
+
+// divided model: the elements of all ranks in the box of a body, which all know, and close to it, in the
+// order of the deck
+Part gather_near(const Part& own, const Part& body, int dim)
+{
+  Part all, box = body;
+  double size = 0.0;
+  for (int i = 0; i < dim; ++i) size = std::max(size, body.hi[i] - body.lo[i]);
+  for (int i = 0; i < dim; ++i) {
+    box.lo[i] -= 0.01 * size;
+    box.hi[i] += 0.01 * size;
+  }
+  for (const Cell& c : own.cell)
+    if (!apart(c.lo, c.hi, box.lo, box.hi, dim)) all.cell.push_back(c);
+  comm_allgatherv(all.cell);
+  std::sort(all.cell.begin(), all.cell.end(),
+            [](const Cell& a, const Cell& b) { return a.number < b.number; });
+  for (const Cell& c : all.cell) grow_box(all, c, dim);
+  return all;
 }
 
 // ---- bins, to find the cell of a place -------------------------------------
@@ -321,8 +351,10 @@ const char* remedy(const StrangerPair& p)
 Common overlap_now(const Model& m, const Elements& el, const Points& pts, const RealVec& u, const RealVec& uc,
                    const StrangerPair& p, Part& other)
 {
+  const Part body = cells_of(m, el, pts, u, uc, p.body, -1);
   other = cells_of(m, el, pts, u, uc, p.other, p.section);
-  return overlap(cells_of(m, el, pts, u, uc, p.body, -1), other, m.dim);
+  if (m.part.on && p.other < 0) other = gather_near(other, body, m.dim);
+  return overlap(body, other, m.dim);
 }
 
 }  // namespace
@@ -330,6 +362,10 @@ Common overlap_now(const Model& m, const Elements& el, const Points& pts, const 
 void overlap_pairs(const Model& m, OverlapWatch& w)
 {
   w = OverlapWatch();
+  if (m.part.on) {
+    w.pair = m.part.strangers;
+    return;
+  }
   Relations r = relations(m);
   for (int a = 0; a < r.nbody; ++a) {
     for (int b = a + 1; b < r.nbody; ++b)

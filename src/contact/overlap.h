@@ -11,22 +11,16 @@
 #include "elem/elem.h"
 #include "model/state.h"
 
-struct StrangerPair {          // two parts that do not know of each other
-  int body = -1;               // a body of points
-  int other = -1;              // another body, or
-  int section = -1;            // the elements of a section
-  bool told = false;
-};
-
 struct OverlapWatch {
   std::vector<StrangerPair> pair;
   int rest = 0;                // increments until the next look
 };
 
-// overlap_pairs : which parts do not know of each other; once, at the start
+// overlap_pairs : which parts do not know of each other; once, at the start, of a divided model before it
+// is cut
 void overlap_pairs(const Model& m, OverlapWatch& w);
 
-// overlap_start : warns of such parts that overlap or touch at the start
+// overlap_start : warns of such parts that overlap or touch at the start. Collective, as overlap_look.
 //   in   el, u, uc at t = 0
 void overlap_start(const Model& m, const Elements& el, const Points& pts, const RealVec& u, const RealVec& uc,
                    OverlapWatch& w);

@@ -35,18 +35,10 @@ bool asked(const Model& m)
          std::count_if(section.begin(), section.end(), [](int s) { return s >= 0; }) >= least * comm_size();
 }
 
-// parts that do not know of each other are watched, which takes all of them
-bool watches(const Model& m)
-{
-  OverlapWatch w;
-  overlap_pairs(m, w);
-  return !w.pair.empty();
-}
-
 // general contact is not divided yet
 bool divides(const Model& m)
 {
-  return comm_size() > 1 && asked(m) && model_general_contact(m) < 0 && !watches(m);
+  return comm_size() > 1 && asked(m) && model_general_contact(m) < 0;
 }
 
 // elements that all ranks have: at surfaces of bonds and contact, and those that are points from the start
@@ -133,7 +125,10 @@ IntVec divided(const Model& m)
 // rank 0: to the other ranks one piece after the other, so that no more than one lies beside the whole model
 void send_pieces(const IntVec& rank, Model& m)
 {
-  m.part.joined = joined_by_faces(m);
+  OverlapWatch watch;
+  overlap_pairs(m, watch);
+  m.part.joined    = joined_by_faces(m);
+  m.part.strangers = watch.pair;
   ModelCut cut  = model_cut_open(m, rank, outer_elements(m, rank), comm_size());
   for (int r = 1; r < comm_size(); ++r) {
     Model piece = model_cut_piece(cut, r);

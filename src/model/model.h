@@ -33,6 +33,13 @@ struct Mesh {
   int nelem() const { return static_cast<int>(elem_label.size()); }
 };
 
+struct StrangerPair {          // two parts that do not know of each other
+  int body = -1;               // a body of points
+  int other = -1;              // another body, or
+  int section = -1;            // the elements of a section
+  bool told = false;
+};
+
 // Several ranks, divided model: Mesh, sets, surfaces, loads and supports hold what this rank works on. Mesh
 // has outer elements as well: those of other ranks that an estimate here looks at, and surfaces of bonds and
 // contact.
@@ -45,6 +52,7 @@ struct MeshPart {
   Halo around;                 // elements that other ranks have too, owner: rank; off: nothing is outer
   bool joined = false;         // all elements of the deck hang together by common faces
   bool tied = false;           // the deck has equations between displacements
+  std::vector<StrangerPair> strangers;       // of the whole model (overlap_pairs)
   std::vector<char> given;     // [Mesh::nelem] all ranks have it, since points are near (model_grow)
   int grown = 0;               // how often the piece has got elements, and all indices have changed
   bool counts(int n) const { return !on || halo.owner[n] == comm_rank(); }     // n counts here in a sum

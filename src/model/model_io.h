@@ -47,10 +47,17 @@ inline void io(Archive& f, Mesh& x)
   io_fields<Mesh>(f, node_label, X, elem_label, elem_type, elem_section, conn);
 }
 
+inline void io(Archive& f, StrangerPair& x)
+{
+  auto& [body, other, section, told] = x;
+  io_fields<StrangerPair>(f, body, other, section, told);
+}
+
 inline void io(Archive& f, MeshPart& x)
 {
-  auto& [on, nnode, nelem, node, elem, rank, halo, around, joined, tied, given, grown] = x;
-  io_fields<MeshPart>(f, on, nnode, nelem, node, elem, rank, halo, around, joined, tied, given, grown);
+  auto& [on, nnode, nelem, node, elem, rank, halo, around, joined, tied, strangers, given, grown] = x;
+  io_fields<MeshPart>(f, on, nnode, nelem, node, elem, rank, halo, around, joined, tied, strangers, given,
+                      grown);
 }
 
 inline void io(Archive& f, Set& x)

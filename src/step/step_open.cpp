@@ -141,7 +141,7 @@ int step_open(Problem& p)
   if (errors) return errors;
   if (has_contact(m)) errors = start_contact(m, st, p.d.scene, p.d.pairs);
   if (errors) return errors;
-  if (!m.part.on) overlap_pairs(m, p.d.watch);       // a divided model has no parts to watch (dof_part)
+  overlap_pairs(m, p.d.watch);
   overlap_start(m, p.d.el, st.points, st.n.u, st.n.uc, p.d.watch);
   st.np1 = st.n;
   if (!solve_open(p.newton.solver, m.solver)) {
