@@ -330,31 +330,36 @@ void fill_elset(Filler& f, int body)
   }
 }
 
+const int MAX_FACES = 6;       // of a domain
+
 // faces with one owner
 void find_boundary(Points& p)
 {
-  std::vector<std::pair<std::array<int, 4>, Face>> all;
-  for (int e = 0; e < p.npoint; ++e) {
-    const ShapeInfo& info = shape_info[p.shape[e]];
-    for (int s = 0; s < info.nface; ++s) {
-      std::array<int, 4> key{{-1, -1, -1, -1}};
-      for (int k = 0; k < info.nfnode[s]; ++k) key[k] = p.twin[p.conn.begin(e)[info.face[s][k]]];
-      std::sort(key.begin(), key.end());
-      all.push_back({key, Face{e, s}});
-    }
-  }
-  std::sort(all.begin(), all.end(), [](const auto& a, const auto& b) {
-    return a.first != b.first ? a.first < b.first : a.second.elem < b.second.elem;
-  });
+  using Key = std::array<int, 4>;        // corners of a face, ascending, by their first names
+  const auto key_of = [&](int q, int s) {
+    const ShapeInfo& info = shape_info[p.shape[q]];
+    Key key{{-1, -1, -1, -1}};
+    for (int k = 0; k < info.nfnode[s]; ++k) key[k] = p.twin[p.conn.begin(q)[info.face[s][k]]];
+    std::sort(key.begin(), key.end());
+    return key;
+  };
+  const auto each_face = [&](auto use) {
+    for (int q = 0; q < p.npoint; ++q)
+      for (int s = 0; s < shape_info[p.shape[q]].nface; ++s) use(q, s, key_of(q, s));
+  };
+  ListTable at;                          // faces by their last corner, point after point
+  at.off.assign(p.ncorner + 1, 0);
+  each_face([&](int, int, const Key& key) { ++at.off[key[3] + 1]; });
+  for (int c = 0; c < p.ncorner; ++c) at.off[c + 1] += at.off[c];
+  at.item.resize(at.off.back());
+  IntVec next(at.off.begin(), at.off.end() - 1);
+  each_face([&](int q, int s, const Key& key) { at.item[next[key[3]]++] = MAX_FACES * q + s; });
   p.boundary.clear();
-  for (size_t i = 0; i < all.size();) {
-    size_t j = i + 1;
-    while (j < all.size() && all[j].first == all[i].first) ++j;
-    if (j == i + 1) p.boundary.push_back(all[i].second);
-    i = j;
-  }
-  std::sort(p.boundary.begin(), p.boundary.end(), [](const Face& a, const Face& b) {
-    return a.elem != b.elem ? a.elem < b.elem : a.face < b.face;
+  each_face([&](int q, int s, const Key& key) {
+    int owners = 0;
+    for (int k = at.off[key[3]]; k < at.off[key[3] + 1] && owners < 2; ++k)
+      owners += key_of(at.item[k] / MAX_FACES, at.item[k] % MAX_FACES) == key;
+    if (owners == 1) p.boundary.push_back({q, s});
   });
 }
 
