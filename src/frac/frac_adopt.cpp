@@ -138,11 +138,10 @@ void frac_reload(State& st, Model& m, Elements& el, FracMesh& fm)
 
 void frac_gather(const Model& m, const Fracture& fr, IntVec& elem, size_t first)
 {
-  if (!m.part.on) return;
   struct Due { double time; int number; };
   std::vector<Due> all;
   for (size_t k = first; k < elem.size(); ++k) all.push_back({fr.time[elem[k]], m.part.elem_number(elem[k])});
-  comm_allgatherv(all);
+  if (m.part.on) comm_allgatherv(all);
   std::sort(all.begin(), all.end(), [](const Due& a, const Due& b) {
     return a.time != b.time ? a.time < b.time : a.number < b.number;
   });
