@@ -474,15 +474,24 @@ Failure assem_move_all(const Model& m, const Discretisation& d, const Dofs& dofs
 
 void assem_share_bonds(const Model& m, const Dofs& dofs, const ContactPairs& pairs, State& st, Jumps& j)
 {
-  const int dim = m.dim, n = st.bonds.nbond * dim;
-  RealVec all(3 * static_cast<size_t>(n), 0.0);
+  const int dim = m.dim;
   RealVec* const part[3] = {&j.contact, &st.np1.slip, &st.np1.lambda};
-  for (int b : dofs.bond_acts)
-    for (int k = 0; k < 3; ++k) std::copy_n(&(*part[k])[b * dim], dim, &all[k * n + b * dim]);
-  comm_sum(all);
+  IntVec acts;                 // of all ranks, in the same order
   for (int b = 0; b < st.bonds.nbond; ++b)
-    for (int k = 0; k < 3 && contact_acts(st.bonds, pairs, b); ++k)
-      std::copy_n(&all[k * n + b * dim], dim, &(*part[k])[b * dim]);
+    if (contact_acts(st.bonds, pairs, b)) acts.push_back(b);
+  std::vector<char> own(st.bonds.nbond, 0);
+  for (int b : dofs.bond_acts) own[b] = 1;
+  RealVec all;
+  for (int b : acts)
+    for (const RealVec* x : part)
+      for (int i = 0; i < dim; ++i) all.push_back(own[b] ? (*x)[b * dim + i] : 0.0);
+  comm_sum(all);
+  const double* from = all.data();
+  for (int b : acts)
+    for (RealVec* x : part) {
+      std::copy_n(from, dim, &(*x)[b * dim]);
+      from += dim;
+    }
 }
 
 Failure assem_internal(const Model& m, const Discretisation& d, const Dofs& dofs, const KernelMode& mode,

@@ -39,6 +39,9 @@ inline bool contact_acts(const Bonds& bonds, const ContactPairs& pairs, int b)
 std::vector<SkinFace> contact_skin(const Model& m, const Fracture& fr, const Points& pts,
                                    const std::vector<Face>& interface);
 
+// contact_skin_at_start : outer faces of elements of the whole mesh at t = 0, none without general contact
+std::vector<Face> contact_skin_at_start(const Model& m);
+
 // A plane that *GRID BOUNDARY holds across: a wall for points that are off the grid
 struct ContactWall {
   int grid_bc = -1, axis = 0;

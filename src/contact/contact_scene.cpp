@@ -6,6 +6,7 @@
 #include "base/forest.h"
 #include "contact/contact.h"
 #include "contact/contact_tree.h"
+#include "model/model_cut.h"
 #include "shape/face.h"
 
 namespace {
@@ -19,8 +20,8 @@ const double MARGIN = 0.25;          // of the mean size: lists of near faces ho
 const double BACK      = 1e-6;
 const double BACK_NEAR = 2.0;
 
-// parts of the mesh at t = 0 that share nodes, by node
-IntVec parts_of_mesh(const Mesh& mesh)
+// parts of the mesh at t = 0 that share nodes, by node. Collective with a divided model.
+IntVec parts_of_mesh(const Mesh& mesh, const MeshPart& part)
 {
   Forest parts(mesh.nnode());
   for (int e = 0; e < mesh.nelem(); ++e)
@@ -28,6 +29,7 @@ IntVec parts_of_mesh(const Mesh& mesh)
       parts.join(mesh.conn.item[k], mesh.conn.item[mesh.conn.off[e]]);
   IntVec root(mesh.nnode());
   for (int n = 0; n < mesh.nnode(); ++n) root[n] = parts.root(n);
+  if (part.on) model_join_ranks(part, root);
   return root;
 }
 
@@ -68,7 +70,7 @@ bool on_side(const Model& m, const Points& pts, const SkinFace& f, const Contact
 {
   const int element = f.points ? pts.parent[f.elem] : f.elem;
   if (side.elset >= 0) {
-    const IntVec& set = m.elset[side.elset].item;
+    const IntVec& set = m.part.on ? side.elem : m.elset[side.elset].item;
     return element >= 0 && std::binary_search(set.begin(), set.end(), element);
   }
   if (side.body >= 0) return f.points && pts.body[f.elem] == side.body;
@@ -110,7 +112,8 @@ bool allowed(const BondDef& d, SideBits x, SideBits y)
 void describe(const Model& m, const Points& pts, const Bonds& bonds, ContactScene& s)
 {
   const BondDef& d = m.bond[model_general_contact(m)];
-  IntVec part      = s.part_of_node.empty() ? parts_of_mesh(m.mesh) : std::move(s.part_of_node);
+  IntVec part      = s.part_of_node.empty() || s.grown != m.part.grown ? parts_of_mesh(m.mesh, m.part)
+                                                                      : std::move(s.part_of_node);
   std::vector<SideFaces> side;           // two a rule
   each_rule(d, [&](const RuleList&, const ContactRule& r, SideBits, SideBits) {
     side.push_back(side_faces(m, pts, r.a));
@@ -118,6 +121,7 @@ void describe(const Model& m, const Points& pts, const Bonds& bonds, ContactScen
   });
   s = ContactScene();
   s.part_of_node = std::move(part);
+  s.grown        = m.part.grown;
   s.skin         = bonds.skin;
   IntVec outer(pts.npoint, 0);           // faces of a point in the skin
   for (const SkinFace& f : s.skin)
@@ -128,7 +132,7 @@ void describe(const Model& m, const Points& pts, const Bonds& bonds, ContactScen
     s.field.push_back(grid_field(pts, f));
     if (f.points && pts.released[f.elem]) s.body.push_back(-1 - f.elem);       // a body by itself
     else if (element >= 0) s.body.push_back(s.part_of_node[m.mesh.conn.begin(element)[0]]);
-    else s.body.push_back(m.mesh.nnode() + m.body[pts.body[f.elem]].field);
+    else s.body.push_back(-1 - pts.npoint - m.body[pts.body[f.elem]].field);
     s.alone.push_back(f.points && outer[f.elem] == shape_info[pts.shape[f.elem]].nface);
     SideBits sides = 0;
     auto faces = side.begin();
@@ -209,7 +213,8 @@ void scene_update(const Model& m, const Points& pts, const Bonds& bonds, const R
   const double part = is_static ? REACH_STATIC : REACH_MOTION;
   const long built  = s.built;
   // elements inside a body that become points bring corners, and leave the skin as it is
-  const bool same   = s.skin == bonds.skin && s.uc.size() == uc.size() && s.built > 0;
+  const bool same   = s.skin == bonds.skin && s.uc.size() == uc.size() && s.built > 0 &&
+                    s.grown == m.part.grown;
   if (!same) {
     describe(m, pts, bonds, s);
     s.built = built;

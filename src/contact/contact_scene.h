@@ -13,10 +13,11 @@ using SideBits = std::uint64_t;
 // What stays as long as the faces are the same
 struct ContactScene {
   IntVec part_of_node;         // connected part of the mesh at t = 0, by node; of the model alone
+  int grown = 0;               // MeshPart::grown then
   std::vector<SkinFace> skin;  // Bonds::skin that the rest belongs to
   // [skin] grid field of points on the grid; -1: elements, corners that follow nodes, released points
   IntVec field;
-  IntVec body;                 // [skin] connected part of the mesh, or nodes + grid field of a body
+  IntVec body;                 // [skin] connected part of the mesh; below 0: grid field, released point
   std::vector<char> alone;     // [skin] of a point all of whose faces are outer ones
   std::vector<SideBits> sides; // [skin] bits: sides of the rules of which it is one
   RealVec X, normal, size;     // [skin*3], [skin*3], [skin] centre, unit normal, longest edge at t = 0
@@ -29,7 +30,8 @@ struct ContactScene {
   long built = 0;              // how often near was made
 };
 
-// scene_update : the faces of near within reach; made anew when faces are others, or something has moved
+// scene_update : the faces of near within reach; made anew when faces are others, or something has moved.
+// Collective with a divided model.
 //   in   travel  what a place may move in the increment; is_static: reach of a face, not of a quarter of it
 void scene_update(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& u, const RealVec& uc,
                   bool is_static, double travel, ContactScene& scene);

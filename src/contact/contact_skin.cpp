@@ -5,6 +5,7 @@
 
 #include "contact/contact.h"
 #include "contact/contact_meet.h"
+#include "model/model_cut.h"
 #include "shape/face.h"
 
 namespace {
@@ -31,20 +32,41 @@ struct OuterFace {
   Face face;
 };
 
-// faces of elements with one owner, without those of bonded, in the order of their nodes
+std::vector<FaceKey> sorted_keys(const Mesh& mesh, const std::vector<Face>& face)
+{
+  std::vector<FaceKey> key;
+  for (const Face& f : face) key.push_back(face_key(mesh, f));
+  std::sort(key.begin(), key.end());
+  return key;
+}
+
+bool knows(const std::vector<FaceKey>& list, const FaceKey& key)
+{
+  return std::binary_search(list.begin(), list.end(), key);
+}
+
+// Faces of elements with one owner, without those of bonded, in the order of their nodes. Divided model: what
+// is behind a face may be on another rank; such a face is an outer one only where it was one at t = 0, since
+// elements that become points, and their neighbours, are on all ranks.
 std::vector<OuterFace> outer_faces(const Model& m, const Fracture& fr, const std::vector<Face>& bonded)
 {
   std::vector<OuterFace> all, out;
   for (int e = 0; e < m.mesh.nelem(); ++e)
-    for (int s = 0; is_element(m, fr, e) && s < shape_info[elem_table[m.mesh.elem_type[e]].shape].nface; ++s)
+    for (int s = 0; s < shape_info[elem_table[m.mesh.elem_type[e]].shape].nface; ++s)
       all.push_back({face_key(m.mesh, {e, s}), {e, s}});
-  std::vector<FaceKey> tied;
-  for (const Face& f : bonded) tied.push_back(face_key(m.mesh, f));
-  std::sort(tied.begin(), tied.end());
+  const std::vector<FaceKey> tied = sorted_keys(m.mesh, bonded), start = sorted_keys(m.mesh, m.part.skin);
   std::sort(all.begin(), all.end(), [](const OuterFace& a, const OuterFace& b) { return a.key < b.key; });
   for (size_t i = 0, j; i < all.size(); i = j) {
-    for (j = i + 1; j < all.size() && all[j].key == all[i].key; ++j) {}
-    if (j == i + 1 && !std::binary_search(tied.begin(), tied.end(), all[i].key)) out.push_back(all[i]);
+    const FaceKey& key = all[i].key;
+    const OuterFace* owner = nullptr;
+    int owners = 0;
+    for (j = i; j < all.size() && all[j].key == key; ++j) {
+      if (!is_element(m, fr, all[j].face.elem)) continue;
+      owner = &all[j];
+      ++owners;
+    }
+    const bool known = !m.part.on || j - i > 1 || knows(start, key);
+    if (owners == 1 && known && !knows(tied, key)) out.push_back(*owner);
   }
   return out;
 }
@@ -186,6 +208,16 @@ std::vector<ContactWall> contact_walls(const Model& m)
     out.push_back({static_cast<int>(i), b.axis, b.position, below ? 1.0 : -1.0, b.first < b.last});
   }
   return out;
+}
+
+std::vector<Face> contact_skin_at_start(const Model& m)
+{
+  std::vector<Face> skin;
+  if (model_general_contact(m) < 0) return skin;
+  Fracture fr;
+  for (int removed : model_removed(m)) fr.phase.push_back(removed ? AS_NOTHING : AS_ELEMENT);
+  for (const OuterFace& f : outer_faces(m, fr, {})) skin.push_back(f.face);
+  return skin;
 }
 
 std::vector<SkinFace> contact_skin(const Model& m, const Fracture& fr, const Points& pts,

@@ -11,6 +11,7 @@
 #include "base/comm.h"
 #include "base/forest.h"
 #include "base/log.h"
+#include "contact/contact.h"
 #include "contact/overlap.h"
 #include "dof/dof.h"
 #include "model/model_cut.h"
@@ -35,12 +36,6 @@ bool asked(const Model& m)
          std::count_if(section.begin(), section.end(), [](int s) { return s >= 0; }) >= least * comm_size();
 }
 
-// general contact is not divided yet
-bool divides(const Model& m)
-{
-  return comm_size() > 1 && asked(m) && model_general_contact(m) < 0;
-}
-
 // elements that all ranks have: at surfaces of bonds and contact, and those that are points from the start
 IntVec elements_of_all(const Model& m)
 {
@@ -49,6 +44,7 @@ IntVec elements_of_all(const Model& m)
   for (std::size_t s = 0; s < surface.size(); ++s)
     if (surface[s])
       for (const Face& f : m.surface[s].face) all.push_back(f.elem);
+  for (const Face& f : m.part.skin) all.push_back(f.elem);
   for (const Body& b : m.body)
     if (b.fill == FILL_ELSET) {
       const IntVec& elem = m.elset[b.elset].item;
@@ -129,6 +125,7 @@ void send_pieces(const IntVec& rank, Model& m)
   overlap_pairs(m, watch);
   m.part.joined    = joined_by_faces(m);
   m.part.strangers = watch.pair;
+  m.part.skin      = contact_skin_at_start(m);
   ModelCut cut  = model_cut_open(m, rank, outer_elements(m, rank), comm_size());
   for (int r = 1; r < comm_size(); ++r) {
     Model piece = model_cut_piece(cut, r);
@@ -148,7 +145,7 @@ void dof_part(bool whole, Model& m)
 {
   if (comm_size() == 1) return;
   IntVec rank;
-  if (comm_rank() == 0 && !whole && divides(m)) rank = divided(m);
+  if (comm_rank() == 0 && !whole && asked(m)) rank = divided(m);
   if (!comm_bcast(static_cast<int>(!rank.empty()))) return model_bcast(m);
   if (comm_rank() == 0) send_pieces(rank, m);
   else m = model_receive();

@@ -84,7 +84,8 @@ void frac_share(const MeshPart& part, RealVec& x);
 
 // ---- divided model: elements that become points are known to all ranks, with those around them (5.1)
 // frac_gather : elements of this rank, from place first on, become those of all ranks, by time of breaking
-// and number in the mesh of the deck, which the list holds then; a whole model has these already. Collective.
+// and number in the mesh of the deck, which the list holds then; a whole model has them already, in another
+// order. Collective.
 void frac_gather(const Model& m, const Fracture& fr, IntVec& elem, size_t first);
 
 // frac_zone : are there elements around those of elem (of this rank, all ranks theirs) that not all ranks
@@ -219,7 +220,7 @@ struct GrainShape {
 };
 
 // frac_room : scales of the shapes with which they overlap no element and no other point, least at least
-// (7.34)
+// (7.34). Collective.
 //   in   st   before the release; points of grain do not count with the corners that they have there
 void frac_room(const Model& m, const State& st, double least, std::vector<GrainShape>& grain);
 
@@ -259,10 +260,6 @@ struct Fragments {
   IntVec of_point;             // [npoint]
   int count() const { return static_cast<int>(item.size()) - 1; }
 };
-
-// frac_join_ranks : divided model: root [nodes, then corners] of the part that a rank sees becomes the
-// smallest number of that part on all ranks: of nodes in the mesh of the deck, corners behind. Collective.
-void frac_join_ranks(const MeshPart& part, IntVec& root);
 
 // frac_connect : of_elem, of_point of f: 0 debris, 1 ... pieces in the order of their smallest node or
 // corner. Returns the number of pieces, of all ranks.  doc/theory.md (7.30)

@@ -147,30 +147,6 @@ IntVec order_pieces(const std::vector<Fragment>& item)
 
 }  // namespace
 
-// Pieces tell their neighbours until nothing changes: as often as the longest of them goes from rank to rank.
-void frac_join_ranks(const MeshPart& part, IntVec& root)
-{
-  const int nnode = static_cast<int>(part.node.size()), n = static_cast<int>(root.size());
-  const auto number = [&](int i) { return i < nnode ? part.node[i] : part.nnode + i - nnode; };
-  IntVec least(n, part.nnode + n), before;
-  for (int i = 0; i < n; ++i) least[root[i]] = std::min(least[root[i]], number(i));
-  const auto tell = [&](int i, int name) { least[root[i]] = std::min(least[root[i]], name); };
-  do {
-    before = least;
-    std::vector<IntVec> to(comm_size());
-    for (int r = 0; r < comm_size(); ++r)
-      for (int i : part.halo.common[r]) to[r].push_back(least[root[i]]);
-    const std::vector<IntVec> from = comm_exchange(to);
-    RealVec corner;            // with the sign of comm_max
-    for (int i = nnode; i < n; ++i) corner.push_back(-least[root[i]]);
-    comm_max(corner.data(), static_cast<long>(corner.size()));
-    for (int r = 0; r < comm_size(); ++r)
-      for (size_t k = 0; k < from[r].size(); ++k) tell(part.halo.common[r][k], from[r][k]);
-    for (int i = nnode; i < n; ++i) tell(i, static_cast<int>(-corner[i - nnode]));
-  } while (comm_allreduce_max(static_cast<int>(least != before)));
-  for (int& r : root) r = least[r];
-}
-
 int frac_connect(const Model& m, const Elements& el, const State& st, Fragments& f)
 {
   const Points& pts = st.points;
@@ -180,7 +156,7 @@ int frac_connect(const Model& m, const Elements& el, const State& st, Fragments&
   join_bonds(m, el, pts, st.bonds, forest);
   IntVec root;
   for (int i = 0; i < static_cast<int>(forest.up.size()); ++i) root.push_back(forest.root(i));
-  if (m.part.on) frac_join_ranks(m.part, root);
+  if (m.part.on) model_join_ranks(m.part, root);
 
   const auto of_elem  = [&](int e) { return root[m.mesh.conn.begin(e)[0]]; };
   const auto of_point = [&](int p) { return root[m.mesh.nnode() + pts.conn.begin(p)[0]]; };

@@ -2,6 +2,7 @@
 #include <array>
 #include <cmath>
 
+#include "base/comm.h"
 #include "contact/contact_tree.h"
 #include "frac/frac.h"
 #include "shape/face.h"
@@ -53,14 +54,14 @@ void finish(Shape shape, int dim, HullCell& c)
   if (c.size > 0.0) directions(shape, dim, c);
 }
 
-ContactBox box_of(const HullCell& c)
+ContactBox box_of(int n, const double (*x)[3])
 {
   ContactBox b;
   for (int i = 0; i < 3; ++i) {
-    b.lo[i] = b.hi[i] = c.x[0][i];
-    for (int a = 1; a < c.n; ++a) {
-      b.lo[i] = std::min(b.lo[i], c.x[a][i]);
-      b.hi[i] = std::max(b.hi[i], c.x[a][i]);
+    b.lo[i] = b.hi[i] = x[0][i];
+    for (int a = 1; a < n; ++a) {
+      b.lo[i] = std::min(b.lo[i], x[a][i]);
+      b.hi[i] = std::max(b.hi[i], x[a][i]);
     }
   }
   return b;
@@ -79,18 +80,53 @@ HullCell cell_of_point(const Points& pts, int dim, const RealVec& uc, int p)
   return c;
 }
 
-HullCell cell_of_element(const Mesh& mesh, int dim, const RealVec& u, int e)
+// where an element is now
+struct ElementNow {
+  int number;                  // in the mesh of the deck
+  Shape shape;
+  double x[8][3];
+};
+
+ElementNow element_now(const Model& m, const RealVec& u, int e)
 {
-  const Shape shape = shape_info[elem_table[mesh.elem_type[e]].shape].linear;
-  HullCell c;
-  c.n = shape_info[shape].nen;
-  for (int a = 0; a < c.n; ++a)
+  const Mesh& mesh = m.mesh;
+  ElementNow now{m.part.elem_number(e), shape_info[elem_table[mesh.elem_type[e]].shape].linear, {}};
+  for (int a = 0; a < shape_info[now.shape].nen; ++a)
     for (int i = 0; i < 3; ++i) {
       const int node = mesh.conn.begin(e)[a];
-      c.x[a][i]      = mesh.X[3 * node + i] + (i < dim ? u[node * dim + i] : 0.0);
+      now.x[a][i]    = mesh.X[3 * node + i] + (i < m.dim ? u[node * m.dim + i] : 0.0);
     }
-  finish(shape, dim, c);
+  return now;
+}
+
+HullCell cell_of_element(int dim, const ElementNow& now)
+{
+  HullCell c;
+  c.n = shape_info[now.shape].nen;
+  for (int a = 0; a < c.n; ++a) std::copy_n(now.x[a], 3, c.x[a]);
+  finish(now.shape, dim, c);
   return c;
+}
+
+// Elements whose boxes overlap one of tree, in the order of the deck. Divided model: each rank looks at those
+// that it works on.
+std::vector<HullCell> elements_near(const Model& m, const ContactTree& tree, const State& st)
+{
+  std::vector<ElementNow> near;
+  IntVec found;
+  for (int e = 0; e < m.mesh.nelem(); ++e) {
+    if (m.mesh.elem_section[e] < 0 || st.frac.phase[e] != AS_ELEMENT || !m.part.works(e)) continue;
+    const ElementNow now = element_now(m, st.n.u, e);
+    found.clear();
+    tree.overlap(box_of(shape_info[now.shape].nen, now.x), found);
+    if (!found.empty()) near.push_back(now);
+  }
+  if (m.part.on) comm_allgatherv(near);
+  std::sort(near.begin(), near.end(),
+            [](const ElementNow& a, const ElementNow& b) { return a.number < b.number; });
+  std::vector<HullCell> cell;
+  for (const ElementNow& now : near) cell.push_back(cell_of_element(m.dim, now));
+  return cell;
 }
 
 // the shape of a grain, drawn towards its centre
@@ -104,17 +140,17 @@ HullCell cell_of_grain(const GrainShape& g, const Points& pts, int dim, double s
   return c;
 }
 
-// cells that stay as they are: elements, and points but for the grains
-std::vector<HullCell> other_cells(const Model& m, const std::vector<GrainShape>& grain, const State& st)
+// cells that stay as they are: points but for the grains, and elements near the grains (box)
+std::vector<HullCell> other_cells(const Model& m, const std::vector<GrainShape>& grain,
+                                  const std::vector<ContactBox>& box, const State& st)
 {
   IntVec is_grain(st.points.npoint, 0);
   for (const GrainShape& g : grain) is_grain[g.point] = 1;
   std::vector<HullCell> cell;
   for (int p = 0; p < st.points.npoint; ++p)
     if (!is_grain[p]) cell.push_back(cell_of_point(st.points, m.dim, st.n.uc, p));
-  for (int e = 0; e < m.mesh.nelem(); ++e)
-    if (m.mesh.elem_section[e] >= 0 && st.frac.phase[e] == AS_ELEMENT)
-      cell.push_back(cell_of_element(m.mesh, m.dim, st.n.u, e));
+  const std::vector<HullCell> element = elements_near(m, ContactTree(box), st);
+  cell.insert(cell.end(), element.begin(), element.end());
   return cell;
 }
 
@@ -170,11 +206,18 @@ void draw_back(const HullCell& other, const Points& pts, int dim, double least, 
 void frac_room(const Model& m, const State& st, double least, std::vector<GrainShape>& grain)
 {
   const Points& pts = st.points;
-  std::vector<HullCell> cell = other_cells(m, grain, st);
-  const int others = static_cast<int>(cell.size());
-  for (const GrainShape& g : grain) cell.push_back(cell_of_grain(g, pts, m.dim, g.scale));
+  if (grain.empty()) return;
+  std::vector<HullCell> own;
   std::vector<ContactBox> box;
-  for (const HullCell& c : cell) box.push_back(box_of(c));
+  for (const GrainShape& g : grain) {
+    own.push_back(cell_of_grain(g, pts, m.dim, g.scale));
+    box.push_back(box_of(own.back().n, own.back().x));
+  }
+  std::vector<HullCell> cell = other_cells(m, grain, box, st);
+  const int others = static_cast<int>(cell.size());
+  cell.insert(cell.end(), own.begin(), own.end());
+  box.clear();
+  for (const HullCell& c : cell) box.push_back(box_of(c.n, c.x));
   const ContactTree tree(box);
   for (size_t i = 0; i < grain.size(); ++i) {
     const int self = others + static_cast<int>(i);

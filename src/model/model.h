@@ -40,9 +40,14 @@ struct StrangerPair {          // two parts that do not know of each other
   bool told = false;
 };
 
+struct Face {
+  int elem;                    // element (or material point) that owns the face
+  int face;                    // 0-based local face
+};
+
 // Several ranks, divided model: Mesh, sets, surfaces, loads and supports hold what this rank works on. Mesh
 // has outer elements as well: those of other ranks that an estimate here looks at, and surfaces of bonds and
-// contact.
+// contact, all outer faces of the mesh with general contact.
 struct MeshPart {
   bool on = false;
   int nnode = 0, nelem = 0;    // of the mesh of the deck
@@ -53,8 +58,9 @@ struct MeshPart {
   bool joined = false;         // all elements of the deck hang together by common faces
   bool tied = false;           // the deck has equations between displacements
   std::vector<StrangerPair> strangers;       // of the whole model (overlap_pairs)
-  std::vector<char> given;     // [Mesh::nelem] all ranks have it, since points are near (model_grow)
+  std::vector<char> given;     // [Mesh::nelem] all ranks have it: of skin, or points are near (model_grow)
   int grown = 0;               // how often the piece has got elements, and all indices have changed
+  std::vector<Face> skin;      // general contact: outer faces at t = 0 of the whole mesh
   bool counts(int n) const { return !on || halo.owner[n] == comm_rank(); }     // n counts here in a sum
   bool works(int e) const { return !on || rank[e] == comm_rank(); }            // the same of an element
   // numbers in the mesh of the deck, and the way back, -1: it is not here
@@ -68,11 +74,6 @@ struct Set {                   // nodes or elements, ascending, each once
   std::string name;            // upper case
   IntVec item;
   Place place;
-};
-
-struct Face {
-  int elem;                    // element (or material point) that owns the face
-  int face;                    // 0-based local face
 };
 
 struct Member {                // of a set, in a divided model
@@ -190,6 +191,7 @@ enum BondKind { BOND_MESH_GRID, BOND_GROUND, BOND_CONTACT };
 // A side of a rule of general contact: faces of a surface, of an element set, of a body; none of them: all
 struct ContactSide {
   int surface = -1, elset = -1, body = -1;
+  IntVec elem;                 // divided model: those of elset, with outer ones
 };
 
 struct ContactRule {           // *CONTACT INCLUSIONS, EXCLUSIONS, PROPERTY ASSIGNMENT: a line

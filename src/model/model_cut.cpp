@@ -26,6 +26,17 @@ IntVec outer_elsets(const Model& m)
   return outer;
 }
 
+// calls use(side) for the sides of the rules of general contact
+template <class Bond, class Use>
+void each_side(Bond& d, Use use)
+{
+  for (auto* list : {&d.include, &d.exclude, &d.property})
+    for (auto& rule : *list) {
+      use(rule.a);
+      use(rule.b);
+    }
+}
+
 // The items of a list by rank; they keep their order. The list is empty behind it.
 //   ranks_of(item)   first and last of the ranks that have it
 template <class T, class RanksOf>
@@ -284,9 +295,11 @@ int place_of(const IntVec& list, int number)
 IntVec model_bonded_surfaces(const Model& m)
 {
   IntVec bonded(m.surface.size(), 0);
-  for (const BondDef& d : m.bond)
+  for (const BondDef& d : m.bond) {
     for (int s : {d.surface, d.master})
       if (s >= 0) bonded[s] = 1;
+    each_side(d, [&](const ContactSide& side) { if (side.surface >= 0) bonded[side.surface] = 1; });
+  }
   return bonded;
 }
 
@@ -310,6 +323,8 @@ ModelCut model_cut_open(Model& whole, const IntVec& rank, const OfRanks<int>& ou
   std::swap(c.mesh, c.rest.mesh);
   c.rank = rank;
   for (ConversionDef& d : c.rest.conversion) d.elem = c.rest.elset[d.elset].item;
+  for (BondDef& d : c.rest.bond)
+    each_side(d, [&](ContactSide& side) { if (side.elset >= 0) side.elem = c.rest.elset[side.elset].item; });
   for (FractureDef& f : c.rest.fracture)
     for (std::size_t k = 0; k < c.rest.elset[f.elset].item.size(); ++k)
       f.member.push_back({c.rest.elset[f.elset].item[k], static_cast<int>(k)});
@@ -383,6 +398,9 @@ ModelLists model_lists_of_all(Model& m)
     for (Prescribed& b : s.prescribed) l.node.push_back(&b.node);
   for (BrokenDef& b : m.broken) l.elem.push_back(&b.elem);
   for (FractureDef& f : m.fracture) l.member.push_back(&f.member);
+  l.face.push_back(&m.part.skin);
+  for (BondDef& d : m.bond)
+    each_side(d, [&](ContactSide& side) { l.elem.push_back(&side.elem); });
   return l;
 }
 
@@ -428,6 +446,30 @@ void model_find_common(const IntVec& gone, Model& m)
   part.around.owner = part.rank;
 }
 
+// Pieces tell their neighbours until nothing changes: as often as the longest of them goes from rank to rank.
+void model_join_ranks(const MeshPart& part, IntVec& root)
+{
+  const int nnode = static_cast<int>(part.node.size()), n = static_cast<int>(root.size());
+  const auto number = [&](int i) { return i < nnode ? part.node[i] : part.nnode + i - nnode; };
+  IntVec least(n, part.nnode + n), before;
+  for (int i = 0; i < n; ++i) least[root[i]] = std::min(least[root[i]], number(i));
+  const auto tell = [&](int i, int name) { least[root[i]] = std::min(least[root[i]], name); };
+  do {
+    before = least;
+    std::vector<IntVec> to(comm_size());
+    for (int r = 0; r < comm_size(); ++r)
+      for (int i : part.halo.common[r]) to[r].push_back(least[root[i]]);
+    const std::vector<IntVec> from = comm_exchange(to);
+    RealVec corner;            // with the sign of comm_max
+    for (int i = nnode; i < n; ++i) corner.push_back(-least[root[i]]);
+    comm_max(corner.data(), static_cast<long>(corner.size()));
+    for (int r = 0; r < comm_size(); ++r)
+      for (std::size_t k = 0; k < from[r].size(); ++k) tell(part.halo.common[r][k], from[r][k]);
+    for (int i = nnode; i < n; ++i) tell(i, static_cast<int>(-corner[i - nnode]));
+  } while (comm_allreduce_max(static_cast<int>(least != before)));
+  for (int& r : root) r = least[r];
+}
+
 // ---------------------------------------------------------------------------
 // model_cut_close : which nodes and elements other ranks have too, and whose they are. A load at a node
 // counts once, on the rank that the node belongs to; all other things go with their element.
@@ -435,5 +477,6 @@ void model_find_common(const IntVec& gone, Model& m)
 void model_cut_close(Model& m)
 {
   m.part.given.assign(m.part.elem.size(), 0);
+  for (const Face& f : m.part.skin) m.part.given[f.elem] = 1;
   model_find_common(model_removed(m), m);
 }

@@ -62,6 +62,10 @@ void model_find_common(const IntVec& gone, Model& m);
 // [nelem]. Collective.
 void model_owners(const IntVec& gone, Model& m);
 
+// model_join_ranks : divided model: root [nodes, then corners] of the part that a rank sees becomes the
+// smallest number of that part on all ranks: of nodes in the mesh of the deck, corners behind. Collective.
+void model_join_ranks(const MeshPart& part, IntVec& root);
+
 struct ModelGrowth { IntVec node, elem; };           // [before] index of now
 
 // model_grow : elements that this rank works on (give), with all that the model says of them, become outer

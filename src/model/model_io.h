@@ -55,9 +55,9 @@ inline void io(Archive& f, StrangerPair& x)
 
 inline void io(Archive& f, MeshPart& x)
 {
-  auto& [on, nnode, nelem, node, elem, rank, halo, around, joined, tied, strangers, given, grown] = x;
+  auto& [on, nnode, nelem, node, elem, rank, halo, around, joined, tied, strangers, given, grown, skin] = x;
   io_fields<MeshPart>(f, on, nnode, nelem, node, elem, rank, halo, around, joined, tied, strangers, given,
-                      grown);
+                      grown, skin);
 }
 
 inline void io(Archive& f, Set& x)
@@ -126,8 +126,8 @@ inline void io(Archive& f, GridBc& x)
 
 inline void io(Archive& f, ContactSide& x)
 {
-  auto& [surface, elset, body] = x;
-  io_fields<ContactSide>(f, surface, elset, body);
+  auto& [surface, elset, body, elem] = x;
+  io_fields<ContactSide>(f, surface, elset, body, elem);
 }
 
 inline void io(Archive& f, ContactRule& x)

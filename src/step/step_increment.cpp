@@ -96,10 +96,13 @@ void extrapolate(const Model& m, const State& st, const Dofs& dofs, double dt, A
 Failure find_missed_contact(const Problem& p, State& st)
 {
   if (st.bonds.skin.empty()) return STATUS_OK;
+  const MeshPart& part = p.m.part;
+  if (part.on) halo_copy(part.halo, p.m.dim, st.np1.u);        // nodes of outer elements
   double most = 0.0;
   for (size_t i = 0; i < st.n.u.size(); ++i) most = std::max(most, std::fabs(st.np1.u[i] - st.n.u[i]));
   for (size_t i = 0; i < st.n.uc.size(); ++i) most = std::max(most, std::fabs(st.np1.uc[i] - st.n.uc[i]));
   const int dim = p.m.dim;
+  if (part.on) most = comm_allreduce_max(most);
   if (2.0 * std::sqrt(dim) * most <= scene_reach(p.d.scene)) return STATUS_OK;
   ContactScene scene = p.d.scene;
   ContactPairs pairs;

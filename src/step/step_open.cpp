@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/comm.h"
 #include "base/log.h"
 #include "base/timer.h"
 #include "step/step.h"
@@ -157,12 +158,12 @@ int step_open(Problem& p)
 namespace {
 
 // largest component of the velocities; in statics of the rates of nodes in the last increment
-double fastest(const State& st, bool is_static)
+double fastest(const MeshPart& part, const State& st, bool is_static)
 {
   double most = 0.0;
   for (const RealVec* v : {is_static ? &st.rate : &st.n.v, &st.n.vc})
     for (double x : *v) most = std::max(most, std::fabs(x));
-  return most;
+  return part.on ? comm_allreduce_max(most) : most;
 }
 
 }  // namespace
@@ -182,7 +183,7 @@ Failure step_prepare(Problem& p, const Step& s)
   if (has_contact(p.m)) {
     Timer timer(PHASE_CONTACT);
     const bool is_static = s.proc == PROC_STATIC;
-    const double travel  = 2.0 * st.clock.dt * fastest(st, is_static);
+    const double travel  = 2.0 * st.clock.dt * fastest(p.m.part, st, is_static);
     scene_update(p.m, st.points, st.bonds, st.n.u, st.n.uc, is_static, travel, p.d.scene);
     contact_search(p.m, st.points, st.bonds, st.n.u, st.n.uc, xb, p.d.scene, p.d.pairs);
     contact_stiffness(st.n, p.m.dim, p.d.pairs, st.bonds);

@@ -5,6 +5,7 @@
 #include "base/comm.h"
 #include "base/forest.h"
 #include "base/log.h"
+#include "model/model_cut.h"
 #include "step/step.h"
 
 namespace {
@@ -29,7 +30,7 @@ IntVec find_pieces(const Mesh& mesh, const MeshPart& part, const Elements& el, c
       for (int a = 1; a < mesh.conn.count(e); ++a) pieces.join(node[a], node[0]);
     }
   for (int n = 0; n < mesh.nnode(); ++n) pieces.up[n] = pieces.root(n);
-  if (part.on) frac_join_ranks(part, pieces.up);
+  if (part.on) model_join_ranks(part, pieces.up);
   return pieces.up;
 }
 

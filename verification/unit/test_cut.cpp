@@ -5,6 +5,7 @@
 #include <numeric>
 #include <set>
 
+#include "contact/contact.h"
 #include "dof/dof.h"
 #include "model/model_cut.h"
 #include "model/model_io.h"
@@ -434,6 +435,55 @@ TEST(Divided, PiecesGrow)
     if (m.part.counts(n)) nodes[m.part.node[n]] += 1.0;
   comm_sum(nodes);
   EXPECT_EQ(nodes, RealVec(whole.mesh.nnode(), 1.0));
+}
+
+// faces of general contact in the numbers of the deck
+std::vector<std::pair<int, int>> skin_in_deck(const Model& m, const IntVec& phase)
+{
+  Fracture fr;
+  fr.phase = phase;
+  std::vector<std::pair<int, int>> out;
+  for (const SkinFace& f : contact_skin(m, fr, Points(), {}))
+    out.push_back({m.part.elem_number(f.elem), f.face});
+  return out;
+}
+
+// all ranks know all faces of general contact: those of t = 0, and those that an element lays open which is
+// given to all with its neighbours
+TEST(Divided, SkinIsThatOfAll)
+{
+  if (comm_size() == 1) GTEST_SKIP();
+  const auto touching = [] {
+    Model m = plate(20);
+    m.bond.resize(1);
+    m.bond[0].general = true;
+    m.bond[0].include.resize(1);
+    m.bond[0].include[0].a.elset = 0;
+    return m;
+  };
+  const Model whole = touching();
+  Model m;
+  if (comm_rank() == 0) m = touching();
+  dof_part(false, m);
+  ASSERT_TRUE(m.part.on);
+  EXPECT_LT(m.mesh.nelem(), whole.mesh.nelem());
+  const auto at_start = skin_in_deck(whole, IntVec(whole.mesh.nelem(), AS_ELEMENT));
+  EXPECT_EQ(at_start.size(), 79u);                   // one stands on a plane of symmetry
+  EXPECT_EQ(skin_in_deck(m, IntVec(m.mesh.nelem(), AS_ELEMENT)), at_start);
+  EXPECT_EQ(m.bond[0].include[0].a.elem.size(), static_cast<size_t>(m.mesh.nelem()));
+  const int gone = 10 * 20 + 10;
+  IntVec give;
+  for (int number : {gone, gone - 1, gone + 1, gone - 20, gone + 20}) {
+    const int e = m.part.elem_here(number);
+    if (e >= 0 && m.part.works(e)) give.push_back(e);
+  }
+  model_grow(give, IntVec(m.mesh.nelem(), 0), m);
+  IntVec of_whole(whole.mesh.nelem(), AS_ELEMENT), here(m.mesh.nelem(), AS_ELEMENT);
+  of_whole[gone] = AS_POINTS;
+  here[m.part.elem_here(gone)] = AS_POINTS;
+  const auto later = skin_in_deck(whole, of_whole);
+  EXPECT_EQ(later.size(), 83u);
+  EXPECT_EQ(skin_in_deck(m, here), later);
 }
 
 }  // namespace
