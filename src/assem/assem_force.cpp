@@ -518,14 +518,14 @@ namespace {
 
 bool follows(const Step& step, const Load& l) { return step.nlgeom && l.kind == LOAD_PRESSURE; }
 
-// Divided model: loads at nodes fn, at corners of points of this rank fc, and at corners that go on for its
+// Divided model: loads at nodes fn, at corners of points that this rank works on fc, and at corners that go on for its
 // nodes, which other ranks may work on, far: of all ranks together. A failure of any rank is that of all
 Failure sum_loads(const Discretisation& d, const Dofs& dofs, const Failure& failure, const RealVec& fn,
                   const RealVec& fc, RealVec& far, RealVec& fext)
 {
   const bool any = std::any_of(far.begin(), far.end(), [](double f) { return f != 0.0; });
   fext = dof_of_nodes(dofs, fn);
-  if (dofs.whole) assem_scatter_corners(d.own, dofs, fc, fext);
+  assem_scatter_corners(dof_grid(d, dofs), dofs, fc, fext);
   fext.insert(fext.end(), {any ? 1.0 : 0.0, failure.ok() ? 0.0 : 1.0});
   sys_sum(dofs.A, fext, 2);
   const bool bad = fext.back() > 0.0, corners = fext[fext.size() - 2] > 0.0;

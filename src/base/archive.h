@@ -28,10 +28,12 @@
 #include "base/hash.h"
 #include "base/types.h"
 
-// What the items of a divided array are: nodes, elements, or the Gauss points of elements
-enum ArchiveKind { PER_NODE, PER_ELEM, PER_GAUSS, ARCHIVE_KINDS };
+// What the items of a divided array are: nodes, elements, or the Gauss points of elements; material points, or
+// their corners
+enum ArchiveKind { PER_NODE, PER_ELEM, PER_GAUSS, PER_POINT, PER_CORNER, ARCHIVE_KINDS };
 
 struct ArchivePart {           // items that this rank has
+  bool all = false;            // each rank has all of them
   int whole = 0;               // items of all ranks
   IntVec item;                 // index of each among all of them, ascending
   // ragged: item i has units[i] places in the array, and none when no rank has it; else one
@@ -155,7 +157,7 @@ void io(Archive& f, std::vector<T>& x)
     for (T& one : x) io(f, one);
 }
 
-// Divided : an array whose items are nodes, elements or Gauss points
+// Divided : an array whose items are of one of these kinds
 template <class T>
 struct Divided {
   std::vector<T>& x;
@@ -168,6 +170,10 @@ template <class T>
 Divided<T> of_elems(std::vector<T>& x) { return {x, PER_ELEM}; }
 template <class T>
 Divided<T> of_gauss(std::vector<T>& x) { return {x, PER_GAUSS}; }
+template <class T>
+Divided<T> of_points(std::vector<T>& x) { return {x, PER_POINT}; }
+template <class T>
+Divided<T> of_corners(std::vector<T>& x) { return {x, PER_CORNER}; }
 
 // more items for an array that has any on one of the ranks. Collective.
 template <class T>
@@ -186,8 +192,9 @@ template <class T>
 void io(Archive& f, const Divided<T>& d)
 {
   static_assert(is_plain<T>, "divided arrays hold numbers");
+  if (f.move && d.kind >= PER_POINT) return;         // no more points and corners
   if (f.move) return archive_grow(f.move[d.kind], d.x);
-  if (!f.part) return io(f, d.x);
+  if (!f.part || f.part[d.kind].all) return io(f, d.x);
   const ArchivePart& part = f.part[d.kind];
   if (!f.reading)
     return archive_divided(f, part, sizeof(T), d.x.size(), reinterpret_cast<const char*>(d.x.data()));

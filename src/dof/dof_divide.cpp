@@ -4,6 +4,7 @@
 
 #include "base/comm.h"
 #include "base/log.h"
+#include "base/part_places.h"
 #include "dof/dof.h"
 
 namespace {
@@ -338,7 +339,7 @@ void take_part(const Points& pts, const ActiveGrid& grid, const Division& d, Dof
   for (int b : s.bond_acts) s.bond_owned[b] = 1;
 }
 
-// one rank, or a divided model without points: all that is here
+// one rank, or a divided model without points or with those of this rank alone: all that is here
 void take_all(const ActiveGrid& grid, Dofs& s)
 {
   const auto all = [](IntVec& list, int n) {
@@ -389,7 +390,7 @@ bool dof_divide(const Model& m, const Points& pts, const Level& now, const Activ
 {
   const Mesh& mesh = m.mesh;
   if (comm_size() == 1 || m.part.on) {
-    if (m.part.on && pts.npoint) {
+    if (m.part.on && pts.npoint && !m.part.points) {
       const bool other = s.point_rank != d.point;
       take_part(pts, grid, d, s);
       return other;

@@ -101,6 +101,10 @@ std::vector<char> bonds_here(const Model& m, const Points& pts, const Bonds& bon
 {
   std::vector<char> here(bonds.nbond, 1);
   if (!m.part.on || bonds.nbond == 0) return here;
+  if (m.part.points) {
+    for (int b = 0; b < bonds.nbond; ++b) here[b] = bond_here(m, bonds, b);
+    return here;
+  }
   IntVec corner(pts.ncorner, -1);
   for (int q = pts.npoint - 1; q >= 0; --q)
     for (int k = pts.conn.off[q]; k < pts.conn.off[q + 1]; ++k)
@@ -332,11 +336,11 @@ bool form_rows(const Model& m, const Step& step, State& st, Discretisation& d, D
   const int before = s.nrow;
   s.dim = m.dim;
   number_nodes(m, st, d.el, s);
-  dof_share_points(m, st.points, d.el, st.division);
+  if (!m.part.points) dof_share_points(m, st.points, d.el, st.division);
   const std::vector<char> here = bonds_here(m, st.points, st.bonds, st.division.point);
   bool fresh = m.part.on && add_guests(m, st.points, st.bonds, here, d.pairs, s);
   // the grid has moved along, and nothing else makes lists
-  const bool stay = !first && !m.part.on && s.lists_of == d.grid.made && d.pairs.gap.empty() &&
+  const bool stay = !first && (!m.part.on || m.part.points) && s.lists_of == d.grid.made && d.pairs.gap.empty() &&
                     d.point_law.group.size() == 0;
   if (!stay) {
     form_lists(m.part, st.bonds, here, d, s);
@@ -359,14 +363,14 @@ bool form_rows(const Model& m, const Step& step, State& st, Discretisation& d, D
 bool form_split(const Model& m, const Step& step, State& st, Discretisation& d, Dofs& s)
 {
   s.split = true;
-  if (m.part.on && st.points.npoint == 0) {
+  if (m.part.on && (st.points.npoint == 0 || m.part.points)) {
     s.whole.reset();
     s.told.clear();
     s.point_rank.clear();
     const bool fresh = comm_allreduce_max(static_cast<int>(form_rows(m, step, st, d, s)));
     if (!fresh) return false;
     halo_form(s.row_key, s.halo);
-    for (int r = 0; r < s.nfe; ++r) s.halo.owner[r] = m.part.halo.owner[s.node_of_row[r]];     // no guest
+    for (int r = 0; r < s.nfe; ++r) s.halo.owner[r] = m.part.halo.owner[s.node_of_row[r]];
     s.owner = s.halo.owner;
     return true;
   }

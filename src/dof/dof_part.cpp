@@ -21,19 +21,52 @@ namespace {
 
 // finite elements a rank: below, all ranks keep the whole model
 const int LEAST = 16;
-// the same with points, which all ranks know: with fewer elements the whole model is small, and the work on
+// the same with points that all ranks know: with fewer elements the whole model is small, and the work on
 // it is shared more evenly. Measured: doc/benchmarks.md, "Two ranks over one"
 const int LEAST_POINTS = 3000;
+// cells of points a rank, where each has its own
+const int LEAST_CELLS = 16;
 
 // MPFE_DIVIDE=0: not wanted; 1: also where the model is small; tests compare
-bool asked(const Model& m)
+bool told(char what)
 {
   const char* text = std::getenv("MPFE_DIVIDE");
-  const bool small = text && *text == '1';
-  const int least  = small || (m.body.empty() && m.conversion.empty()) ? LEAST : LEAST_POINTS;
+  return text && *text == what;
+}
+
+// *FRAGMENTS or a history asks which points hang together
+bool asks_pieces(const Model& m)
+{
+  return m.fragments.on || std::any_of(m.history.begin(), m.history.end(),
+                                       [](const HistoryDef& h) { return h.what == "NFRAG"; });
+}
+
+// Can each rank have material points of its own? They are there from the start, in boxes, nothing becomes one,
+// there is no contact, and bonds and the watch over bodies look at elements alone
+bool points_divide(const Model& m, const OverlapWatch& watch)
+{
+  if (m.body.empty() || !m.conversion.empty() || !watch.pair.empty() || asks_pieces(m)) return false;
+  double cells = 0.0;
+  for (const Body& b : m.body) {
+    if (b.fill != FILL_BLOCK && b.fill != FILL_REGION) return false;
+    double of_body = 1.0;
+    for (int i = 0; i < m.dim; ++i)
+      of_body *= b.cells[i] > 0 ? b.cells[i] : std::max(1.0, (b.hi[i] - b.lo[i]) / m.grid.h[i]);
+    cells += of_body;
+  }
+  for (const BondDef& d : m.bond)
+    if (d.kind == BOND_CONTACT || d.surface < 0 || m.surface[d.surface].body >= 0) return false;
+  return cells >= LEAST_CELLS * comm_size();
+}
+
+// points: each rank has its own
+bool asked(const Model& m, bool points)
+{
+  const bool few = told('1') || points || (m.body.empty() && m.conversion.empty());
   const IntVec& section = m.mesh.elem_section;
-  return !(text && *text == '0') &&
-         std::count_if(section.begin(), section.end(), [](int s) { return s >= 0; }) >= least * comm_size();
+  const long elements   = std::count_if(section.begin(), section.end(), [](int s) { return s >= 0; });
+  if (told('0')) return false;
+  return (points && elements == 0) || elements >= (few ? LEAST : LEAST_POINTS) * comm_size();
 }
 
 // elements that all ranks have: at surfaces of bonds and contact, and those that are points from the start
@@ -109,20 +142,23 @@ bool joined_by_faces(const Model& m)
   return left == 1;
 }
 
-// rank 0: rank of each element; empty: the model stays whole
-IntVec divided(const Model& m)
+// rank 0: rank of each element; false: the model stays whole
+bool divided(const Model& m, IntVec& rank)
 {
-  const IntVec rank = part_mesh(m.mesh, m.dim, element_work(m.mesh), comm_size());
+  const IntVec& section = m.mesh.elem_section;
+  if (std::none_of(section.begin(), section.end(), [](int s) { return s >= 0; })) {
+    rank.assign(m.mesh.nelem(), 0);
+    return true;
+  }
+  rank = part_mesh(m.mesh, m.dim, element_work(m.mesh), comm_size());
   IntVec count(comm_size(), 0);
   for (int r : rank) ++count[r];
-  return *std::min_element(count.begin(), count.end()) > 0 ? rank : IntVec();
+  return *std::min_element(count.begin(), count.end()) > 0;
 }
 
 // rank 0: to the other ranks one piece after the other, so that no more than one lies beside the whole model
-void send_pieces(const IntVec& rank, Model& m)
+void send_pieces(const IntVec& rank, const OverlapWatch& watch, Model& m)
 {
-  OverlapWatch watch;
-  overlap_pairs(m, watch);
   m.part.joined    = joined_by_faces(m);
   m.part.strangers = watch.pair;
   m.part.skin      = contact_skin_at_start(m);
@@ -145,9 +181,16 @@ void dof_part(bool whole, Model& m)
 {
   if (comm_size() == 1) return;
   IntVec rank;
-  if (comm_rank() == 0 && !whole && asked(m)) rank = divided(m);
-  if (!comm_bcast(static_cast<int>(!rank.empty()))) return model_bcast(m);
-  if (comm_rank() == 0) send_pieces(rank, m);
+  OverlapWatch watch;
+  bool divides = false;
+  if (comm_rank() == 0 && !whole) {
+    overlap_pairs(m, watch);
+    m.part.points = points_divide(m, watch);
+    divides       = asked(m, m.part.points) && divided(m, rank);
+    m.part.points = m.part.points && divides;
+  }
+  if (!comm_bcast(static_cast<int>(divides))) return model_bcast(m);
+  if (comm_rank() == 0) send_pieces(rank, watch, m);
   else m = model_receive();
   model_cut_close(m);
 #ifdef __GLIBC__

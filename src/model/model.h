@@ -50,6 +50,7 @@ struct Face {
 // contact, all outer faces of the mesh with general contact.
 struct MeshPart {
   bool on = false;
+  bool points = false;         // each rank has its own material points alone (PointPart)
   int nnode = 0, nelem = 0;    // of the mesh of the deck
   IntVec node, elem;           // [Mesh::nnode], [Mesh::nelem] index in the mesh of the deck, ascending
   IntVec rank;                 // [Mesh::nelem] that works on an element

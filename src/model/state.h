@@ -13,6 +13,17 @@ enum { FIELD_OWN = -1 };
 // it lies; unknowns of its own (doc/theory.md 7.14)
 enum HangOn { HANG_GRID, HANG_NODE, HANG_CORNERS, HANG_OWN };
 
+// Several ranks, each with points of its own (MeshPart::points): what this one has. Points that share a corner
+// with it, but are not its own, are known by their corners alone.
+struct PointPart {
+  bool on = false;
+  int npoint = 0, ncorner = 0; // of all ranks
+  IntVec point, corner;        // [npoint], [ncorner] number among those of all ranks, ascending
+  Halo halo;                   // corners that other ranks have too
+  ListTable near;              // corners of those points: its own, and ncorner + place in foreign
+  IntVec foreign;              // number among the corners of all ranks
+};
+
 // Material points: domains of a corner mesh with shared corners (doc/theory.md 3)
 struct Points {
   int npoint = 0, ncorner = 0;
@@ -50,6 +61,8 @@ struct Points {
   // [Model::surface] faces of points: of surfaces on bodies, and of surfaces on
   std::vector<std::vector<Face>> surface;
                                // elements those that elements which became points have left
+  PointPart part;              // made by point_fill, not saved
+  int npoint_all() const { return part.on ? part.npoint : npoint; }     // of all ranks
 };
 
 // Bonds::field where side B is no grid
@@ -180,7 +193,7 @@ struct StepClock {             // the step that is under way
   int cuts = 0;                // of all increments so far
 };
 
-struct GridLaid {             // where corners and bonds were when the active grid was made
+struct GridLaid {              // where corners and bonds were when the active grid was made
   RealVec uc, xb;              // [ncorner*dim], [nbond*dim]; empty: it must be made anew
   long made = -1;              // ActiveGrid::made; not saved
 };

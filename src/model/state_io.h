@@ -1,8 +1,9 @@
 // ---------------------------------------------------------------------------
 // state_io.h : the state to and from an archive: one list of fields a struct
 //
-// of_nodes, of_elems, of_gauss: a divided model holds the part of this rank, the file the whole. What names
-// elements or nodes by index is not translated here: releasing is by out_restart, others by state_to_deck.
+// of_nodes, of_elems, of_gauss, of_points, of_corners: a divided model holds the part of this rank, the file
+// the whole. What names elements or nodes by index is not translated here: releasing is by out_restart, others
+// by state_to_deck.
 // ---------------------------------------------------------------------------
 #ifndef MPFE_MODEL_STATE_IO_H
 #define MPFE_MODEL_STATE_IO_H
@@ -16,10 +17,14 @@ inline void io(Archive& f, SkinFace& x)
   io_all(f, elem, face, points);
 }
 
+// Points are as point_fill has made them from the deck until elements become points: then they are not saved
 inline void io(Archive& f, Points& x)
 {
+  bool filled = x.of_elem.empty();
+  io(f, filled);
+  if (filled) return;
   auto& [npoint, ncorner, Xc, shape, conn, w, G, sampled, mc, V0, mass, body, label, of_elem, parent, next,
-         broken, normal, released, field, twin, hang, hang_w, hangs, boundary, surface] = x;
+         broken, normal, released, field, twin, hang, hang_w, hangs, boundary, surface, part] = x;
   io_all(f, npoint, ncorner, Xc, shape, conn, w, G, sampled, mc, V0, mass, body, label, of_elems(of_elem),
          parent, next, broken, normal, released, field, twin, hang, hang_w, hangs, boundary, surface);
 }
@@ -44,8 +49,8 @@ inline void io(Archive& f, Fracture& x)
 inline void io(Archive& f, Level& x)
 {
   auto& [time, u, v, a, uc, vc, slip, lambda, lambda_n, he, hp, degr] = x;
-  io_all(f, time, of_nodes(u), of_nodes(v), of_nodes(a), uc, vc, slip, lambda, lambda_n, of_gauss(he), hp,
-         of_elems(degr));
+  io_all(f, time, of_nodes(u), of_nodes(v), of_nodes(a), of_corners(uc), of_corners(vc), slip, lambda,
+         lambda_n, of_gauss(he), of_points(hp), of_elems(degr));
 }
 
 inline void io(Archive& f, Ledger& x)
@@ -90,7 +95,7 @@ inline void io(Archive& f, ErosionLog& x)
 
 inline void io(Archive& f, GridLaid& x)
 {
-  io_all(f, x.uc, x.xb);
+  io_all(f, of_corners(x.uc), x.xb);
 }
 
 // between increments: the level n+1 is that of n. A divided model needs no division of the work.

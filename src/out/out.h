@@ -176,7 +176,7 @@ int out_reopen(Model& m, Elements& el, FracMesh& fm, Archive& f, State& s, Activ
 
 // out_restart : JOB.rst, when it is due or must be written now, so that a kill at any moment leaves a whole
 // file
-void out_restart(const Model& m, State& s, ActiveGrid& grid, bool now, Output& out);
+void out_restart(const Model& m, State& s, const ActiveGrid& grid, bool now, Output& out);
 
 // ---- parts -------------------------------------------------------------------------
 

@@ -249,7 +249,7 @@ double fracture_value(const Model& m, const Elements& el, const State& s, const 
   if (probe.q.comp == 14) return s.ledger.plastic;
   if (probe.q.comp == 12) return static_cast<double>(s.frac.nreleasing);
   if (probe.q.comp >= 6) return tip_place(m, s, probe.q.comp - 6, probe.reduce == REDUCE_MIN);
-  const double value[6] = {double(s.frac.neroded), s.frac.area,       double(s.points.npoint),
+  const double value[6] = {double(s.frac.neroded), s.frac.area,       double(s.points.npoint_all()),
                            double(s.bonds.nbond),  s.ledger.fracture, s.ledger.conversion};
   return value[probe.q.comp];
 }

@@ -179,7 +179,8 @@ void out_listing_defaults(std::FILE* file, const Model& m, const Bonds& bonds)
                : m.solver.reuse           ? ""
                                           : ", a factorisation in each iteration");
   if (m.part.on)
-    std::fprintf(file, "  model           divided: each rank has its elements and their nodes alone\n");
+    std::fprintf(file, "  model           divided: each rank has its elements and their nodes%s alone\n",
+                 m.part.points ? ", its points and their corners" : "");
   if (m.grid.given)
     std::fprintf(file, "  grid            nodes weaker than %g follow others (extended basis%s)\n",
                  m.grid.weak, m.grid.weak > 0.0 ? "" : ", off");
@@ -258,7 +259,7 @@ void out_listing_increment(const State& s)
              l.half_limit);
   if (!s.eroded.empty())
     log_note("  broken: %zu elements in this increment, %d so far, %d under release; %d points, %d bonds",
-             s.eroded.size(), s.frac.neroded, s.frac.nreleasing, s.points.npoint, s.bonds.nbond);
+             s.eroded.size(), s.frac.neroded, s.frac.nreleasing, s.points.npoint_all(), s.bonds.nbond);
   if (l.grid_cells > 0)
     log_note("  grid: %d cells, %d nodes, %d weak; slip max %.4e, rms %.4e", l.grid_cells, l.grid_nodes,
              l.weak_nodes, s.ledger.slip_max, s.ledger.slip_rms);

@@ -38,7 +38,7 @@ static void io(Archive& f, Output& x)
 namespace {
 
 const char* const magic = "MPFE-RST";      // 8 letters
-const int format = 16;                     // of the content; changes with every change of a struct in it
+const int format = 17;                     // of the content; changes with every change of a struct in it
 
 struct FileHead {                 // in front of the content
   char magic[8];
@@ -126,8 +126,8 @@ void copy_file(const std::string& from, const std::string& path)
   else log_warn("%s cannot be read any more: %s", from.c_str(), std::strerror(errno));
 }
 
-// what the rank of a divided model has of the deck's mesh                          [ARCHIVE_KINDS]
-std::vector<ArchivePart> parts_of(const Model& m)
+// what the rank of a divided model has of the deck's mesh, and of points           [ARCHIVE_KINDS]
+std::vector<ArchivePart> parts_of(const Model& m, const Points& pts)
 {
   std::vector<ArchivePart> part(ARCHIVE_KINDS);
   part[PER_NODE].whole = m.part.nnode;
@@ -142,6 +142,14 @@ std::vector<ArchivePart> parts_of(const Model& m)
         m.mesh.elem_section[e] < 0 ? 0 : shape_info[elem_table[m.mesh.elem_type[e]].shape].ngp);
   }
   part[PER_GAUSS].brings = part[PER_ELEM].brings;
+  const PointPart& own = pts.part;
+  part[PER_POINT].all = part[PER_CORNER].all = !own.on;
+  if (!own.on) return part;
+  part[PER_POINT].whole  = own.npoint;
+  part[PER_POINT].item   = own.point;
+  part[PER_CORNER].whole = own.ncorner;
+  part[PER_CORNER].item  = own.corner;
+  for (int owner : own.halo.owner) part[PER_CORNER].brings.push_back(owner == comm_rank());
   return part;
 }
 
@@ -159,6 +167,21 @@ IntVec releasing_of_all(const Model& m, const Fracture& fr)
   IntVec list;
   for (const Broken& b : all) list.push_back(b.number);
   return list;
+}
+
+// the cells of the grid; where each rank has points of its own: on rank 0 those of all ranks
+ActiveGrid cells_of_all(const Model& m, const ActiveGrid& grid)
+{
+  ActiveGrid all;
+  all.cell = grid.cell;
+  if (m.part.points) {
+    all.cell.clear();
+    for (const std::vector<long>& own : comm_gather(grid.cell))
+      all.cell.insert(all.cell.end(), own.begin(), own.end());
+    std::sort(all.cell.begin(), all.cell.end());
+  }
+  all.ncell = static_cast<int>(all.cell.size());
+  return all;
 }
 
 long length_of(std::FILE* file, const std::string& path)
@@ -275,7 +298,7 @@ int continue_file(const std::string& path, long length, std::FILE*& file)
 // JOB.rst is always the last one; without OVERLAY each is kept as JOB_000123.rst too. Of a divided model rank
 // 0 writes what all bring, as one rank would. doc/developer.md, Restart
 // ---------------------------------------------------------------------------
-void out_restart(const Model& m, State& s, ActiveGrid& grid, bool now, Output& out)
+void out_restart(const Model& m, State& s, const ActiveGrid& grid, bool now, Output& out)
 {
   if (!m.restart.write || out_idle(m)) return;
   const bool due = s.log.inc > 0 && restart_due(m, s, out);
@@ -289,7 +312,7 @@ void out_restart(const Model& m, State& s, ActiveGrid& grid, bool now, Output& o
   Archive f;
   std::vector<ArchivePart> part;
   if (m.part.on) {
-    part   = parts_of(m);
+    part   = parts_of(m, s.points);
     f.part = part.data();
   }
   char tail[40] = "";
@@ -304,7 +327,8 @@ void out_restart(const Model& m, State& s, ActiveGrid& grid, bool now, Output& o
   IntVec releasing = m.part.on ? releasing_of_all(m, s.frac) : s.frac.releasing;
   state_to_deck(m.part, s);
   releasing.swap(s.frac.releasing);
-  io_content(f, length, s, grid, out);
+  ActiveGrid cells = cells_of_all(m, grid);
+  io_content(f, length, s, cells, out);
   releasing.swap(s.frac.releasing);
   state_from_deck(m.part, s);
   end_file(fresh, path, f);
@@ -339,7 +363,7 @@ int out_reopen(Model& m, Elements& el, FracMesh& fm, Archive& f, State& s, Activ
   Lengths length;
   std::vector<ArchivePart> part;
   if (m.part.on) {
-    part   = parts_of(m);
+    part   = parts_of(m, s.points);
     f.part = part.data();
   }
   io_content(f, length, s, grid, out);
@@ -355,6 +379,10 @@ int out_reopen(Model& m, Elements& el, FracMesh& fm, Archive& f, State& s, Activ
   if (m.part.on) s.division = Division();            // of a replicated model, which has written the file
   std::string fault = first_fault(state_fault(m, begin, s));
   if (fault.empty() && !output_fits(m, grid, names, out)) fault = "history and checks";
+  if (m.part.points && !first) {                     // until it is made again, it is that of rank 0
+    grid.cell.clear();
+    grid.ncell = 0;
+  }
   if (!fault.empty()) {
     log_error("the restart file does not fit this model (%s): it is damaged, although its checksum is right; "
               "take an earlier one",

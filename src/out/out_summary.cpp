@@ -168,24 +168,29 @@ void print_sections(std::FILE* file, const Model& m, const Elements& el)
 
 void print_bodies(std::FILE* file, const Model& m, const Points& pts)
 {
-  if (pts.npoint == 0) return;
-  std::fprintf(file, "  points          %d with %d corners, %zu faces on the boundary\n", pts.npoint,
-               pts.ncorner, pts.boundary.size());
+  if (pts.npoint_all() == 0) return;
+  double faces = static_cast<double>(pts.boundary.size());
+  if (m.part.points) out_sum(m, &faces, 1);
+  std::fprintf(file, "  points          %d with %d corners, %.0f faces on the boundary\n", pts.npoint_all(),
+               pts.part.on ? pts.part.ncorner : pts.ncorner, faces);
   for (std::size_t i = 0; i < m.body.size(); ++i) {
-    double volume = 0.0, mass = 0.0;
-    int count = 0;
+    double sum[3] = {0.0, 0.0, 0.0};       // points, volume, mass
     Box box;
     for (int p = 0; p < pts.npoint; ++p) {
       if (pts.body[p] != static_cast<int>(i)) continue;
-      ++count;
-      volume += pts.V0[p];
-      mass += pts.mass[p];
+      sum[0] += 1.0;
+      sum[1] += pts.V0[p];
+      sum[2] += pts.mass[p];
       for (int a = 0; a < pts.conn.count(p); ++a) box.add(&pts.Xc[pts.conn.begin(p)[a] * m.dim], m.dim);
     }
-    std::fprintf(file, "  body %-10s of %s: %d points, grid field %d, volume %.9g, mass %.9g\n",
-                 m.body[i].name.c_str(), m.material[m.body[i].material].name.c_str(), count, m.body[i].field,
-                 volume, mass);
-    if (count) print_box(file, "  lies in", box, m.dim);
+    if (m.part.points) {
+      out_sum(m, sum, 3);
+      box_of_ranks(m, box);
+    }
+    std::fprintf(file, "  body %-10s of %s: %.0f points, grid field %d, volume %.9g, mass %.9g\n",
+                 m.body[i].name.c_str(), m.material[m.body[i].material].name.c_str(), sum[0], m.body[i].field,
+                 sum[1], sum[2]);
+    if (sum[0] > 0.0) print_box(file, "  lies in", box, m.dim);
   }
 }
 

@@ -233,7 +233,8 @@ void write_fe(const Model& m, const Elements& el, const State& s, const Fragment
 void write_mp(const Model& m, const State& s, const Fragments& fragments, Output& out)
 {
   const Points& pts = s.points;
-  const bool here = pts.npoint > 0 && !(m.part.on && comm_rank() > 0);         // all ranks know all of them
+  const bool all  = m.part.on && !m.part.points;       // each rank knows all of them
+  const bool here = pts.npoint > 0 && !(all && comm_rank() > 0);
   if (!anybody(m, here)) return;
   CellFields cell;
   IntVec type, body;
@@ -346,7 +347,8 @@ void cell_corners(const Grid& g, int dim, long key, RealVec& x)
 
 void write_grid(const Model& m, const State& s, const ActiveGrid& grid, Output& out)
 {
-  const bool here = grid.ncell > 0 && !(m.part.on && comm_rank() > 0);         // all ranks know all of it
+  const bool all  = m.part.on && !m.part.points;       // each rank knows all of it
+  const bool here = grid.ncell > 0 && !(all && comm_rank() > 0);
   if (!anybody(m, here)) return;
   const int nen = m.dim == 3 ? 8 : 4;
   RealVec x;

@@ -43,11 +43,16 @@ struct GridPlaces {
   double room = 0.0;           // in cells, summed over the directions
 };
 
+struct GridCount {
+  int nodes = 0, cells = 0;    // unknown nodes; active cells
+  int weak  = 0;               // touched nodes that follow others (extended basis)
+};
+
 // The part of the grid that exists in this step, and what corners, points and bonds see of it
 struct ActiveGrid {
   int nnode = 0;               // unknown grid nodes
   int ncell = 0;               // cells that hold a corner or the centre of a point
-  int nweak = 0;               // touched nodes that follow others (extended basis)
+  GridCount of_all;            // of all ranks
   // weak nodes without a good cell near: unknowns, or those with next to no support follow strong ones
   int nlone = 0;
   bool meets = false;          // points that share no corner near a node of the grid have it in common
@@ -128,7 +133,8 @@ int point_surfaces(const Model& m, Points& pts);
 
 // grid_activate : cells and nodes that corners, displaced by uc [ncorner*dim], and bonds at xb [nbond*dim]
 // touch, weights of corners, points and bonds, extended basis. doc/theory.md (3.8) - (3.12)
-// OUTSIDE_GRID: *worst is the corner (>= 0) or -1 - bond
+// OUTSIDE_GRID: *worst is the corner (>= 0) or -1 - bond. Collective where each rank has points of its own;
+// when another rank fails, the grid is empty.
 Status grid_activate(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& uc,
                      const RealVec& xb, ActiveGrid& g, int* worst);
 
@@ -136,11 +142,6 @@ Status grid_activate(const Model& m, const Points& pts, const Bonds& bonds, cons
 // the active grid was made, so that it moves with them                                              (3.18)
 bool grid_stays(const Model& m, const Points& pts, const Bonds& bonds, const GridLaid& laid,
                 const RealVec& uc, const RealVec& xb);
-
-// grid_ghost : ghost stabilisation of the active cells, on node, the keys of touched nodes,
-// ascending.  doc/theory.md (3.16)
-void grid_ghost(const Model& m, const Points& pts, const RealVec& uc, const std::vector<long>& node,
-                ActiveGrid& g);
 
 // Laws of the points, and which of them share their change of volume                    (1.14)
 struct PointLaws {
@@ -216,15 +217,22 @@ inline const Material& point_material(const Model& m, const Points& pts, int p)
   return m.material[m.body[pts.body[p]].material];
 }
 
-// point_counts : divided model, where all ranks know all points: does point p count on this one in a sum?
+// point_counts : divided model: does point p count on this rank in a sum, when all ranks know all points?
 // Else: true
 inline bool point_counts(const Model& m, const Points& pts, int p)
 {
-  return !m.part.on || (pts.parent[p] < 0 ? comm_rank() == 0 : m.part.works(pts.parent[p]));
+  return !m.part.on || pts.part.on || (pts.parent[p] < 0 ? comm_rank() == 0 : m.part.works(pts.parent[p]));
 }
 
 // point_ip_fields : results of a point; of l displacements of corners and degradation are read
 void point_ip_fields(const Model& m, const Points& pts, const Level& l, int p, IpFields& out);
+
+// bond_here : does this rank work on bond b to the grid? Where each has points of its own: the rank of its
+// first node. Else: true
+inline bool bond_here(const Model& m, const Bonds& bonds, int b)
+{
+  return !m.part.points || m.part.counts(bonds.a.item[bonds.a.off[b]]);
+}
 
 // point_energy : strain energy of the points in owned
 double point_energy(const Model& m, const Points& pts, const Level& l, const IntVec& owned);
@@ -236,8 +244,10 @@ double point_viscous_loss(const Points& pts, int dim, const PointLaws& law, cons
 // point_energy_one : strain energy of the broken point p with displacements of l; c: degradation factor
 double point_energy_one(const Model& m, const Points& pts, const Level& l, int p, double c);
 
-// point_share_history : l.hp as the ranks that work on points and groups have it, on all ranks. Collective
-void point_share_history(const PointLaws& law, const IntVec& mine, const IntVec& groups, Level& l);
+// point_share_history : l.hp as the ranks that work on points and groups have it, on all ranks, unless each
+// has points of its own. Collective
+void point_share_history(const Points& pts, const PointLaws& law, const IntVec& mine, const IntVec& groups,
+                         Level& l);
 
 // point_plastic : energy dissipated by plastic flow in the points in mine
 double point_plastic(const Points& pts, const Level& l, const IntVec& mine);

@@ -2,8 +2,8 @@
 #include <array>
 #include <cmath>
 
-#include "base/forest.h"
-#include "point/grid_cell.h"
+#include "base/comm.h"
+#include "point/grid_halo.h"
 
 namespace {
 
@@ -179,7 +179,7 @@ Status touch(const Model& m, const Points& pts, const Bonds& bonds, const RealVe
   Touched bond(bonds.nbond, 1 << D, bond_key, g.bond, g.bond_w);
   for (int b = 0; b < bonds.nbond; ++b) {
     int n = 0;
-    if (bonds.field[b] >= 0) {
+    if (bonds.field[b] >= 0 && bond_here(m, bonds, b)) {
       if (!locate<D>(grid, &xb[static_cast<size_t>(b) * D], s)) {
         *worst = -1 - b;
         return OUTSIDE_GRID;
@@ -249,71 +249,6 @@ void point_lists(const Points& pts, int nnode, ActiveGrid& g)
   g.slot.resize(slots);
 }
 
-// Points that hang together by their corners
-struct Patch {
-  IntVec last, first;          // [ncorner] for which count a corner was seen last, and the item that has it
-  int counts = 0;
-  explicit Patch(const Points& pts) : last(pts.ncorner, -1), first(pts.ncorner) {}
-
-  // are points of list in one part?
-  bool whole(const Points& pts, const int* list, int n)
-  {
-    Forest parts(n);
-    int pieces = n;
-    ++counts;
-    for (int k = 0; k < n; ++k)
-      for (int j = pts.conn.off[list[k]]; j < pts.conn.off[list[k] + 1]; ++j) {
-        const int c = pts.conn.item[j];
-        if (last[c] == counts) {
-          pieces -= parts.root(k) != parts.root(first[c]);
-          parts.join(k, first[c]);
-        }
-        last[c]  = counts;
-        first[c] = k;
-      }
-    return pieces == 1;
-  }
-};
-
-// the lists of list, the other way round: the owners of each of n items
-ListTable owners(const ListTable& list, int n)
-{
-  ListTable out;
-  out.off.assign(n + 1, 0);
-  out.item.resize(list.item.size());
-  for (int i : list.item) ++out.off[i + 1];
-  for (int i = 0; i < n; ++i) out.off[i + 1] += out.off[i];
-  IntVec next(out.off.begin(), out.off.end() - 1);
-  for (int k = 0; k < list.size(); ++k)
-    for (int j = list.off[k]; j < list.off[k + 1]; ++j) out.item[next[list.item[j]]++] = k;
-  return out;
-}
-
-// Have points that do not hang together there a node of the grid in common? For each node of key the points
-// around it: they hang together by their corners, or by points that share a corner with one of them. Nodes of
-// the mesh and unknowns of corners do not count.
-bool points_meet(const Points& pts, const std::vector<long>& key, const ListTable& point)
-{
-  const long nnode = std::lower_bound(key.begin(), key.end(), key_own) - key.begin();
-  const ListTable around = owners(point, static_cast<int>(key.size()));
-  ListTable of_corner;         // points at each corner, when they are asked for
-  Patch patch(pts);
-  for (int n = 0; n < nnode; ++n) {
-    if (around.count(n) < 2 || patch.whole(pts, around.begin(n), around.count(n))) continue;
-    if (of_corner.size() == 0) of_corner = owners(pts.conn, pts.ncorner);
-    IntVec wide;
-    for (int k = around.off[n]; k < around.off[n + 1]; ++k)
-      for (int j = pts.conn.off[around.item[k]]; j < pts.conn.off[around.item[k] + 1]; ++j) {
-        const int c = pts.conn.item[j];
-        wide.insert(wide.end(), of_corner.begin(c), of_corner.begin(c) + of_corner.count(c));
-      }
-    std::sort(wide.begin(), wide.end());
-    wide.erase(std::unique(wide.begin(), wide.end()), wide.end());
-    if (!patch.whole(pts, wide.data(), static_cast<int>(wide.size()))) return true;
-  }
-  return false;
-}
-
 // does a cell c touch all planes of *GRID BOUNDARY that the node lies on? Then the node follows nodes of the
 // plane alone, and what is prescribed there holds for it too
 bool keeps_planes(const Model& m, const int* at, const int* c)
@@ -336,7 +271,7 @@ bool extend_node(const Model& m, const std::vector<long>& cells, const std::vect
   int at[3];
   const int field = node_of_key(g, dim, key[weak], at);
 
-  const int reach = 2;         // cells between the node and the cell it may follow
+  const int reach = 2;         // cells between the node and the cell it may follow, REACH at most
   double best = 1e30;
   std::vector<std::array<int, 3>> chosen;
   for (int k = dim == 3 ? -reach - 1 : 0; k <= (dim == 3 ? reach : 0); ++k)
@@ -404,40 +339,38 @@ bool follow_nearest(const Model& m, const std::vector<long>& key, const std::vec
   return !chosen.empty();
 }
 
-// 4. number the unknown nodes and say what each touched node follows
-void find_extension(const Model& m, const std::vector<long>& key, const std::vector<char>& strong,
-                    const RealVec& support, ActiveGrid& g, GridLists& ext)
+// 4. number the unknown nodes and say what each touched node follows. cell: keys of active cells; needed: of
+// others nothing is said, and unknowns that no needed node follows are left out; empty: all
+void find_extension(const Model& m, const std::vector<long>& cell, const std::vector<long>& key,
+                    const std::vector<char>& strong, const RealVec& support, const std::vector<char>& needed,
+                    ActiveGrid& g, GridLists& ext)
 {
   const double tiny = 1e-2;    // support of a node that may not be an unknown
   const int n = static_cast<int>(key.size());
   std::vector<char> unknown = strong;
-  GridLists follow;             // of weak nodes, in the numbers of touched nodes
+  GridLists follow;             // in the numbers of touched nodes
   for (int r = 0; r < n; ++r) {
-    if (!strong[r] && !extend_node(m, g.cell, key, strong, r, follow)) {
+    const bool asked = needed.empty() || needed[r];
+    if (asked && !strong[r] && !extend_node(m, cell, key, strong, r, follow)) {
       ++g.nlone;
       unknown[r] = support[r] > tiny || !follow_nearest(m, key, strong, r, follow);
+    }
+    if (asked && unknown[r]) {
+      follow.list.item.push_back(r);
+      follow.w.push_back(1.0);
     }
     follow.list.off.push_back(static_cast<int>(follow.list.item.size()));
   }
   IntVec number(n, -1);
+  for (int r : follow.list.item) number[r] = 0;
   g.key.clear();
   for (int r = 0; r < n; ++r)
-    if (unknown[r]) {
+    if (number[r] == 0 || (needed.empty() && unknown[r])) {
       number[r] = static_cast<int>(g.key.size());
       g.key.push_back(key[r]);
     }
-  for (int r = 0; r < n; ++r) {
-    if (unknown[r]) {
-      ext.list.item.push_back(number[r]);
-      ext.w.push_back(1.0);
-    } else {
-      for (int k = follow.list.off[r]; k < follow.list.off[r + 1]; ++k) {
-        ext.list.item.push_back(number[follow.list.item[k]]);
-        ext.w.push_back(follow.w[k]);
-      }
-    }
-    ext.list.off.push_back(static_cast<int>(ext.list.item.size()));
-  }
+  ext = std::move(follow);
+  for (int& item : ext.list.item) item = number[item];
 }
 
 // Nodes of the mesh, whose keys are the last ones, are no unknowns of the grid: their numbers become -1 -
@@ -456,58 +389,130 @@ void name_mesh_nodes(ActiveGrid& g)
   g.key.resize(n);
 }
 
+// a grid without anything in it, but with the numbers of lists and weights that it has had
+Status no_grid(Status status, ActiveGrid& g)
+{
+  const long lists = g.lists, made = g.made;
+  g       = ActiveGrid();
+  g.lists = lists;
+  g.made  = made;
+  return status;
+}
+
+// lists on touched nodes become lists on the unknown nodes that these follow
+template <int D>
+void follow_unknowns(const Points& pts, ActiveGrid& g)
+{
+  GridPlaces& now = g.places;
+  const int nnode = static_cast<int>(g.key.size());
+  now.raw_corner  = {g.corner, g.corner_w};
+  now.raw_bond    = {g.bond, g.bond_w};
+  now.corner_place.clear();
+  now.bond_place.clear();
+  std::swap(now.raw_point, g.point);
+  now.raw_slot.swap(g.slot);
+  grid_compose(now.extend, nnode, g.corner, g.corner_w);
+  grid_compose(now.extend, nnode, g.bond, g.bond_w);
+  grid_compose(now.extend, nnode, g.ghost, g.ghost_w);
+  point_lists(pts, nnode, g);
+  point_sums(pts, D, nnode, g, nullptr);
+}
+
+std::vector<char> strong_nodes(const Grid& grid, const std::vector<long>& node, const RealVec& support)
+{
+  std::vector<char> strong(node.size());
+  for (size_t r = 0; r < node.size(); ++r)
+    strong[r] = node[r] >= key_own || !grid_is_weak(grid, support[r]);
+  return strong;
+}
+
+// Each rank has points of its own: lists on unknowns that they, bonds and ghosts of this rank follow. What
+// others have near tells how much support a node has, and which cells there are.
+template <int D>
+Status activate_part(const Model& m, const Points& pts, const RealVec& uc, Status status,
+                     std::vector<long>& node, ActiveGrid& g)
+{
+  const bool ghosts = m.grid.ghost_stiffness > 0.0 || m.grid.ghost_mass > 0.0;
+  GridHalo halo;
+  const bool good = grid_halo(m.grid, D, status == STATUS_OK, node, g.cell, ghosts ? 2 * REACH : REACH, halo);
+  if (!good) return no_grid(status, g);
+  const KeyHalo& of = halo.node;
+  node = of.key;
+  for (ListTable* list : {&g.corner, &g.bond})
+    for (int& item : list->item) item = of.mine[item];
+  follow_corners(pts, static_cast<int>(node.size()), g);
+  RealVec support;
+  point_lists(pts, static_cast<int>(node.size()), g);
+  point_sums(pts, D, static_cast<int>(node.size()), g, &support);
+  key_max(of, 1, support);
+  g.meets = m.grid.keep > 0.0 && points_meet(pts, node, g.point, &of);
+  const std::vector<char> strong = strong_nodes(m.grid, node, support);
+  grid_ghost(m, pts, uc, node, &halo.cell, g);
+  std::vector<char> needed = of.own;
+  for (int r : g.ghost.item) needed[r] = 1;
+  find_extension(m, halo.cell.key, node, strong, support, needed, g, g.places.extend);
+  follow_unknowns<D>(pts, g);
+  g.places = GridPlaces();
+  std::vector<long> cell;
+  for (size_t c = 0; c < halo.cell.key.size(); ++c)
+    if (halo.cell.counts(static_cast<int>(c))) cell.push_back(halo.cell.key[c]);
+  g.cell.swap(cell);
+  double sum[3] = {0.0, 0.0, static_cast<double>(g.cell.size())};
+  for (size_t r = 0; r < node.size(); ++r) {
+    if (!of.counts(static_cast<int>(r))) continue;
+    sum[0] += find_key(g.key, node[r]) >= 0;
+    sum[1] += !strong[r];
+  }
+  comm_sum(sum, 3);
+  g.of_all = {static_cast<int>(sum[0]), static_cast<int>(sum[2]), static_cast<int>(sum[1])};
+  return STATUS_OK;
+}
+
+// all points are here
+template <int D>
+void activate_all(const Model& m, const Points& pts, const RealVec& uc, std::vector<long>& node,
+                  ActiveGrid& g)
+{
+  follow_corners(pts, static_cast<int>(node.size()), g);
+  RealVec support;
+  point_lists(pts, static_cast<int>(node.size()), g);
+  point_sums(pts, D, static_cast<int>(node.size()), g, &support);
+  g.meets = m.grid.keep > 0.0 && points_meet(pts, node, g.point, nullptr);
+  GridPlaces& now = g.places;
+  now.strong  = strong_nodes(m.grid, node, support);
+  const int weak = static_cast<int>(std::count(now.strong.begin(), now.strong.end(), 0));
+  g.nlone = 0;
+  grid_ghost(m, pts, uc, node, nullptr, g);
+  now.touched = node;
+  if (weak == 0) {             // touched nodes are the unknowns
+    g.key.swap(node);
+  } else {
+    find_extension(m, g.cell, node, now.strong, support, {}, g, now.extend);
+    follow_unknowns<D>(pts, g);
+  }
+  name_mesh_nodes(g);
+  now.room  = 0.0;
+  now.conn  = pts.conn.item;
+  now.field = pts.field;
+  g.of_all  = {static_cast<int>(g.key.size()), static_cast<int>(g.cell.size()), weak};
+}
+
 template <int D>
 Status activate(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& uc, const RealVec& xb,
                 ActiveGrid& g, int* worst)
 {
   std::vector<long> node;
   const Status status = touch<D>(m, pts, bonds, uc, xb, node, g, worst);
-  if (status != STATUS_OK) {
-    const long lists = g.lists, made = g.made;
-    g       = ActiveGrid();
-    g.lists = lists;
-    g.made  = made;
-    return status;
-  }
-  follow_corners(pts, static_cast<int>(node.size()), g);
-  RealVec support;
-  point_lists(pts, static_cast<int>(node.size()), g);
-  point_sums(pts, D, static_cast<int>(node.size()), g, &support);
-  g.meets = m.grid.keep > 0.0 && points_meet(pts, node, g.point);
-  GridPlaces& now = g.places;
-  std::vector<char>& strong = now.strong;
-  strong.resize(node.size());
-  for (size_t r = 0; r < node.size(); ++r)
-    strong[r] = node[r] >= key_own || !grid_is_weak(m.grid, support[r]);
-  g.nweak = static_cast<int>(std::count(strong.begin(), strong.end(), 0));
-  g.nlone = 0;
-  grid_ghost(m, pts, uc, node, g);
-  now.touched = node;
-  if (g.nweak == 0) {          // touched nodes are the unknowns
-    g.key.swap(node);
+  if (pts.part.on) {
+    const Status of_part = activate_part<D>(m, pts, uc, status, node, g);
+    if (g.key.empty()) return of_part;
   } else {
-    now.extend = GridLists();
-    find_extension(m, node, strong, support, g, now.extend);
-    const int nnode = static_cast<int>(g.key.size());
-    now.raw_corner  = {g.corner, g.corner_w};
-    now.raw_bond    = {g.bond, g.bond_w};
-    now.corner_place.clear();
-    now.bond_place.clear();
-    std::swap(now.raw_point, g.point);
-    now.raw_slot.swap(g.slot);
-    grid_compose(now.extend, nnode, g.corner, g.corner_w);
-    grid_compose(now.extend, nnode, g.bond, g.bond_w);
-    grid_compose(now.extend, nnode, g.ghost, g.ghost_w);
-    point_lists(pts, static_cast<int>(g.key.size()), g);
-    point_sums(pts, D, static_cast<int>(g.key.size()), g, nullptr);
+    if (status != STATUS_OK) return no_grid(status, g);
+    activate_all<D>(m, pts, uc, node, g);
   }
-  name_mesh_nodes(g);
   ++g.lists;
   g.nnode = static_cast<int>(g.key.size());
   g.ncell = static_cast<int>(g.cell.size());
-  now.room  = 0.0;
-  now.conn  = pts.conn.item;
-  now.field = pts.field;
   return STATUS_OK;
 }
 

@@ -3,149 +3,18 @@
 #include <cmath>
 #include <map>
 
+#include "base/comm.h"
 #include "base/log.h"
 #include "model/model_cut.h"
-#include "point/point.h"
+#include "point/filler.h"
 #include "shape/shape.h"
 
 namespace {
-
-struct Filler {
-  const Model& m;
-  Points& pts;
-  CornerShare& share;
-  int parent = -1;             // element that becomes points during the run
-  int errors = 0;
-  int at_node[8] = {};         // corners at the nodes of the element, of those that hang
-};
-
-int add_corner(Filler& f, const double* X, int field)
-{
-  f.pts.Xc.insert(f.pts.Xc.end(), X, X + f.m.dim);
-  f.pts.field.push_back(field);
-  f.pts.twin.push_back(f.pts.ncorner);
-  f.pts.hang.off.push_back(f.pts.hang.off.back());
-  return f.pts.ncorner++;
-}
-
-// one domain with the given corners
-void add_point(Filler& f, int body, Shape shape, const int* corner)
-{
-  const Body& b = f.m.body[body];
-  const int dim = f.m.dim, nen = shape_info[shape].nen;
-  Points& p = f.pts;
-  double X[24], w[36], G[24];
-  for (int c = 0; c < nen; ++c)
-    for (int i = 0; i < dim; ++i) X[c * dim + i] = p.Xc[corner[c] * dim + i];
-  const double V = cpdi_weights(shape, X, w, G);
-  if (!(V > 0.0)) {
-    log_error(
-        "body %s: a material point near (%g, %g) has a domain of volume %g: the element it fills is turned "
-        "inside out or degenerate",
-        b.name.c_str(), X[0], X[1], V);
-    ++f.errors;
-    return;
-  }
-  p.shape.push_back(shape);
-  p.conn.item.insert(p.conn.item.end(), corner, corner + nen);
-  p.conn.off.push_back(static_cast<int>(p.conn.item.size()));
-  p.w.insert(p.w.end(), w, w + nen);
-  p.G.insert(p.G.end(), G, G + nen * dim);
-  p.sampled.push_back(0);
-  p.V0.push_back(V * (dim == 2 ? b.thickness : 1.0));
-  p.mass.push_back(p.V0.back() * f.m.material[b.material].density);
-  shape_mass(shape, X, p.mass.back() / V, w);
-  p.mc.insert(p.mc.end(), w, w + pair_count(nen));
-  p.body.push_back(body);
-  p.label.push_back(++p.npoint);
-  p.parent.push_back(f.parent);
-  p.next.push_back(p.npoint - 1);
-  p.broken.push_back(-1);
-  p.released.push_back(0);
-  p.normal.insert(p.normal.end(), 3, 0.0);
-}
 
 // the points from first on share their change of volume with each other
 void join_points(Points& p, int first)
 {
   for (int q = first; q < p.npoint; ++q) p.next[q] = q + 1 < p.npoint ? q + 1 : first;
-}
-
-// WHERE of a body or a surface at X; a value that is no number is a mistake, told once for each
-bool accepts(const Expr& where, const double* X, int dim, const char* kind, const std::string& name,
-             const Place& place, int& faults)
-{
-  if (where.is_const()) return true;
-  const double value = expr_eval(where, X, 0.0);
-  if (!std::isfinite(value) && faults++ == 0)
-    log_error("%s %s (%s line %d): WHERE is not a finite number at %s", kind, name.c_str(),
-              place.file.c_str(), place.line, position_text(X, dim).c_str());
-  return value != 0.0;
-}
-
-// box of cells x per_cell domains in each direction; with where: only domains whose centre it accepts
-struct Box {
-  int n[3] = {1, 1, 0};        // domains; n[2] = 0 in the plane
-  double d[3] = {0, 0, 0};     // their size
-  IntVec number;               // corner at (i, j, k), -1: not made yet
-  IntVec last;                 // [cells] last point made in a cell, -1: none yet
-  int faults = 0;              // centres where WHERE is no number
-};
-
-int box_corner(Filler& f, int body, Box& box, const int* at)
-{
-  const Body& b = f.m.body[body];
-  int& c = box.number[(static_cast<size_t>(at[2]) * (box.n[1] + 1) + at[1]) * (box.n[0] + 1) + at[0]];
-  if (c >= 0) return c;
-  double X[3] = {0, 0, 0};
-  // the far face exactly at hi, so that bodies meet meshes without rounding gaps
-  for (int i = 0; i < f.m.dim; ++i) X[i] = at[i] == box.n[i] ? b.hi[i] : b.lo[i] + at[i] * box.d[i];
-  return c = add_corner(f, X, b.field);
-}
-
-void box_domain(Filler& f, int body, Box& box, int i, int j, int k)
-{
-  const Body& b = f.m.body[body];
-  const int at[3] = {i, j, k};
-  static const int step[8][3] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0},
-                                 {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};
-  double centre[3] = {0, 0, 0};
-  for (int d = 0; d < f.m.dim; ++d) centre[d] = b.lo[d] + (at[d] + 0.5) * box.d[d];
-  if (b.fill == FILL_REGION && !accepts(b.where, centre, f.m.dim, "body", b.name, b.place, box.faults))
-    return;
-  int c[8];
-  for (int a = 0; a < (f.m.dim == 3 ? 8 : 4); ++a) {
-    const int corner[3] = {i + step[a][0], j + step[a][1], k + step[a][2]};
-    c[a] = box_corner(f, body, box, corner);
-  }
-  const int before = f.pts.npoint;
-  add_point(f, body, f.m.dim == 3 ? SHAPE_HEX8 : SHAPE_QUAD4, c);
-  if (f.pts.npoint == before) return;
-  // into the ring of the points of its cell
-  const int m = b.per_cell;
-  int& last = box.last[(static_cast<size_t>(k / m) * (box.n[1] / m) + j / m) * (box.n[0] / m) + i / m];
-  if (last >= 0) std::swap(f.pts.next[before], f.pts.next[last]);
-  last = before;
-}
-
-void fill_box(Filler& f, int body)
-{
-  const Body& b = f.m.body[body];
-  Box box;
-  for (int i = 0; i < f.m.dim; ++i) {
-    const double length = b.hi[i] - b.lo[i];
-    const int cells = b.cells[i] > 0 ? b.cells[i]
-                                     : std::max(1, static_cast<int>(std::lround(length / f.m.grid.h[i])));
-    box.n[i] = cells * b.per_cell;
-    box.d[i] = length / box.n[i];
-  }
-  box.number.assign(static_cast<size_t>(box.n[0] + 1) * (box.n[1] + 1) * (box.n[2] + 1), -1);
-  box.last.assign(static_cast<size_t>(box.n[0] / b.per_cell) * (box.n[1] / b.per_cell) *
-                      std::max(1, box.n[2] / b.per_cell), -1);
-  for (int k = 0; k < std::max(1, box.n[2]); ++k)
-    for (int j = 0; j < box.n[1]; ++j)
-      for (int i = 0; i < box.n[0]; ++i) box_domain(f, body, box, i, j, k);
-  f.errors += box.faults > 0;
 }
 
 // what the last corner made may follow: the node where it lies, or the corners at the nodes between which it
@@ -183,7 +52,7 @@ int shared_corner(Filler& f, const Body& body, int e, const int* iw, int total)
   } else if (first != f.share.corner.end()) {
     return first->second;
   }
-  const int c = add_corner(f, X, field);
+  const int c = fill_corner(f, X, field);
   if (own) f.share.own.emplace(key, c);
   if (first == f.share.corner.end()) f.share.corner.emplace(std::make_pair(field, key), c);
   else f.pts.twin[c] = first->second;
@@ -209,7 +78,7 @@ void fill_quad(Filler& f, int body, int e)
   for (int j = 0; j < m; ++j)
     for (int i = 0; i < m; ++i) {
       const int c[4] = {corner(i, j), corner(i + 1, j), corner(i + 1, j + 1), corner(i, j + 1)};
-      add_point(f, body, SHAPE_QUAD4, c);
+      fill_point(f, body, SHAPE_QUAD4, c);
     }
 }
 
@@ -225,10 +94,10 @@ void fill_tri(Filler& f, int body, int e)
   for (int j = 0; j < m; ++j)
     for (int i = 0; i + j < m; ++i) {
       const int up[3] = {corner(i, j), corner(i + 1, j), corner(i, j + 1)};
-      add_point(f, body, SHAPE_TRI3, up);
+      fill_point(f, body, SHAPE_TRI3, up);
       if (i + j + 1 >= m) continue;
       const int down[3] = {corner(i + 1, j), corner(i + 1, j + 1), corner(i, j + 1)};
-      add_point(f, body, SHAPE_TRI3, down);
+      fill_point(f, body, SHAPE_TRI3, down);
     }
 }
 
@@ -254,7 +123,7 @@ void fill_hex(Filler& f, int body, int e)
                           corner(i + 1, j, k + 1),
                           corner(i + 1, j + 1, k + 1),
                           corner(i, j + 1, k + 1)};
-        add_point(f, body, SHAPE_HEX8, c);
+        fill_point(f, body, SHAPE_HEX8, c);
       }
 }
 
@@ -270,7 +139,7 @@ void fill_tet(Filler& f, int body, int e)
       iw[a] = 1;
       c[a]  = shared_corner(f, b, e, iw, 1);
     }
-    add_point(f, body, SHAPE_TET4, c);
+    fill_point(f, body, SHAPE_TET4, c);
     return;
   }
   if (b.per_cell > 2) {
@@ -291,7 +160,7 @@ void fill_tet(Filler& f, int body, int e)
                             {m02, m12, mid(2, 2), m23}, {m03, m13, m23, mid(3, 3)},
                             {m01, m12, m02, m03},       {m01, m13, m12, m03},
                             {m12, m13, m23, m03},       {m02, m12, m23, m03}};
-  for (const auto& c : domain) add_point(f, body, SHAPE_TET4, c);
+  for (const auto& c : domain) fill_point(f, body, SHAPE_TET4, c);
 }
 
 // the corners at the nodes of an element, which those between may follow; weights as the lattice has them
@@ -330,32 +199,38 @@ void fill_elset(Filler& f, int body)
   }
 }
 
-const int MAX_FACES = 6;       // of a domain
-
-// faces with one owner
-void find_boundary(Points& p)
+// faces with one owner; of points of this rank, which others are near
+void find_boundary(int dim, Points& p)
 {
   using Key = std::array<int, 4>;        // corners of a face, ascending, by their first names
+  const int MAX_FACES = 6, near = dim == 3 ? SHAPE_HEX8 : SHAPE_QUAD4, all = p.npoint + p.part.near.size();
+  const auto shape_of = [&](int q) -> const ShapeInfo& {
+    return shape_info[q < p.npoint ? p.shape[q] : near];
+  };
   const auto key_of = [&](int q, int s) {
-    const ShapeInfo& info = shape_info[p.shape[q]];
+    const ShapeInfo& info = shape_of(q);
+    const int* corner     = q < p.npoint ? p.conn.begin(q) : p.part.near.begin(q - p.npoint);
     Key key{{-1, -1, -1, -1}};
-    for (int k = 0; k < info.nfnode[s]; ++k) key[k] = p.twin[p.conn.begin(q)[info.face[s][k]]];
+    for (int k = 0; k < info.nfnode[s]; ++k) {
+      const int c = corner[info.face[s][k]];
+      key[k] = c < p.ncorner ? p.twin[c] : c;
+    }
     std::sort(key.begin(), key.end());
     return key;
   };
-  const auto each_face = [&](auto use) {
-    for (int q = 0; q < p.npoint; ++q)
-      for (int s = 0; s < shape_info[p.shape[q]].nface; ++s) use(q, s, key_of(q, s));
+  const auto each_face = [&](int n, auto use) {
+    for (int q = 0; q < n; ++q)
+      for (int s = 0; s < shape_of(q).nface; ++s) use(q, s, key_of(q, s));
   };
   ListTable at;                          // faces by their last corner, point after point
-  at.off.assign(p.ncorner + 1, 0);
-  each_face([&](int, int, const Key& key) { ++at.off[key[3] + 1]; });
-  for (int c = 0; c < p.ncorner; ++c) at.off[c + 1] += at.off[c];
+  at.off.assign(p.ncorner + p.part.foreign.size() + 1, 0);
+  each_face(all, [&](int, int, const Key& key) { ++at.off[key[3] + 1]; });
+  for (size_t c = 0; c + 1 < at.off.size(); ++c) at.off[c + 1] += at.off[c];
   at.item.resize(at.off.back());
   IntVec next(at.off.begin(), at.off.end() - 1);
-  each_face([&](int q, int s, const Key& key) { at.item[next[key[3]]++] = MAX_FACES * q + s; });
+  each_face(all, [&](int q, int s, const Key& key) { at.item[next[key[3]]++] = MAX_FACES * q + s; });
   p.boundary.clear();
-  each_face([&](int q, int s, const Key& key) {
+  each_face(p.npoint, [&](int q, int s, const Key& key) {
     int owners = 0;
     for (int k = at.off[key[3]]; k < at.off[key[3] + 1] && owners < 2; ++k)
       owners += key_of(at.item[k] / MAX_FACES, at.item[k] % MAX_FACES) == key;
@@ -376,7 +251,7 @@ int find_surface(const Model& m, const Surface& s, const Points& p, std::vector<
       const int c   = p.conn.begin(f.elem)[info.face[f.face][k]];
       double X[3] = {0, 0, 0};
       for (int i = 0; i < m.dim; ++i) X[i] = p.Xc[c * m.dim + i];
-      inside = accepts(s.where, X, m.dim, "surface", s.name, s.place, faults);
+      inside = fill_accepts(s.where, X, m.dim, "surface", s.name, s.place, faults);
     }
     if (inside) out.push_back(f);
   }
@@ -385,24 +260,44 @@ int find_surface(const Model& m, const Surface& s, const Points& p, std::vector<
 
 }  // namespace
 
+namespace {
+
+// numbers of corners that are not here become places in foreign, and this rank knows which it shares
+void close_part(PointPart& part, int ncorner)
+{
+  std::sort(part.foreign.begin(), part.foreign.end());
+  part.foreign.erase(std::unique(part.foreign.begin(), part.foreign.end()), part.foreign.end());
+  for (int& c : part.near.item)
+    if (c < 0)
+      c = ncorner + static_cast<int>(std::lower_bound(part.foreign.begin(), part.foreign.end(), -1 - c) -
+                                     part.foreign.begin());
+  halo_form({part.corner.begin(), part.corner.end()}, part.halo);
+}
+
+}  // namespace
+
 int point_fill(const Model& m, Points& pts)
 {
   pts = Points();
+  pts.part.on = m.part.points;
   CornerShare share;
   Filler f{m, pts, share};
+  const std::vector<IntVec> rank = pts.part.on ? fill_box_ranks(m) : std::vector<IntVec>(m.body.size());
   for (size_t b = 0; b < m.body.size(); ++b) {
-    const int before = pts.npoint;
+    const int before = pts.npoint + pts.part.npoint;
     if (m.body[b].fill == FILL_CONVERSION) continue;
     if (m.body[b].fill == FILL_ELSET)
       fill_elset(f, static_cast<int>(b));
     else
-      fill_box(f, static_cast<int>(b));
-    if (pts.npoint == before) {
+      fill_box(f, static_cast<int>(b), rank[b]);
+    if (pts.npoint + pts.part.npoint == before) {
       log_error("body %s (%s line %d) holds no material point: check its box, its WHERE and its element set",
                 m.body[b].name.c_str(), m.body[b].place.file.c_str(), m.body[b].place.line);
       ++f.errors;
     }
   }
+  if (pts.part.on) close_part(pts.part, pts.ncorner);
+  else pts.part = PointPart();
   return f.errors + point_surfaces(m, pts);
 }
 
@@ -469,7 +364,7 @@ int point_surfaces(const Model& m, Points& pts)
 {
   const IntVec acts = pts.of_elem.empty() ? IntVec() : acting_surfaces(m);
   int errors = 0;
-  find_boundary(pts);
+  find_boundary(m.dim, pts);
   pts.surface.assign(m.surface.size(), {});
   for (size_t s = 0; s < m.surface.size(); ++s) {
     if (m.surface[s].body < 0) {
@@ -477,7 +372,9 @@ int point_surfaces(const Model& m, Points& pts)
       continue;
     }
     errors += find_surface(m, m.surface[s], pts, pts.surface[s]) > 0;
-    if (!pts.surface[s].empty() || m.body[m.surface[s].body].fill == FILL_CONVERSION) continue;
+    int found = !pts.surface[s].empty();
+    if (pts.part.on) found = comm_allreduce_max(found);
+    if (found || m.body[m.surface[s].body].fill == FILL_CONVERSION) continue;
     log_error(
         "surface %s (%s line %d) holds no face of body %s: its WHERE is met by no boundary face at t = 0",
         m.surface[s].name.c_str(), m.surface[s].place.file.c_str(), m.surface[s].place.line,

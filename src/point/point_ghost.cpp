@@ -1,4 +1,4 @@
-#include "point/grid_cell.h"
+#include "point/grid_halo.h"
 
 namespace {
 
@@ -10,9 +10,10 @@ struct CellFill {
 };
 
 template <int D>
-void fill_cells(const Model& m, const Points& pts, const RealVec& uc, const ActiveGrid& g, CellFill& f)
+void fill_cells(const Model& m, const Points& pts, const RealVec& uc, const std::vector<long>& cell,
+                CellFill& f)
 {
-  f.E.assign(g.cell.size(), 0.0);
+  f.E.assign(cell.size(), 0.0);
   f.rho = f.thickness = f.E;
   CellPlace s;
   for (int q = 0; q < pts.npoint; ++q) {
@@ -24,7 +25,7 @@ void fill_cells(const Model& m, const Points& pts, const RealVec& uc, const Acti
     double mid[D] = {}, x[D];
     const auto reach = [&](const double* at) {
       if (!locate<D>(m.grid, at, s)) return;
-      const int c = find_key(g.cell, cell_key(m.grid, D, field, s.cell));
+      const int c = find_key(cell, cell_key(m.grid, D, field, s.cell));
       if (c < 0) return;
       f.E[c]         = std::max(f.E[c], E);
       f.rho[c]       = std::max(f.rho[c], mat.density);
@@ -56,13 +57,13 @@ int neighbour(const Grid& g, int dim, const std::vector<long>& cell, int c, int 
 // Jump times h of the gradient normal to the face: sum_k N_k (u_k(before) - 2 u_k + u_k(behind)) over the
 // nodes k of the face.
 template <int D>
-void add_face(const Model& m, const std::vector<long>& node, int c, int axis, double k, double mass,
+void add_face(const Model& m, const std::vector<long>& node, long cell, int axis, double k, double mass,
               ActiveGrid& g)
 {
   const int corners = 1 << (D - 1);
   const double gauss = 0.5 / std::sqrt(3.0);
   int at[3], list[3 << (D - 1)];
-  const int field = cell_of_key(m.grid, D, g.cell[c], at);
+  const int field = cell_of_key(m.grid, D, cell, at);
   for (int a = 0; a < corners; ++a)
     for (int j = 0; j < 3; ++j) {
       int to[3] = {at[0], at[1], at[2]};
@@ -86,43 +87,49 @@ void add_face(const Model& m, const std::vector<long>& node, int c, int axis, do
 }
 
 template <int D>
-void add_faces(const Model& m, const std::vector<long>& node, const CellFill& f, ActiveGrid& g)
+void add_faces(const Model& m, const std::vector<long>& node, const std::vector<long>& cell,
+               const CellFill& f, const KeyHalo* halo, ActiveGrid& g)
 {
   const Grid& grid = m.grid;
-  for (int c = 0; c < static_cast<int>(g.cell.size()); ++c)
+  for (int c = 0; c < static_cast<int>(cell.size()); ++c)
     for (int axis = 0; axis < D; ++axis) {
-      const int n = neighbour(grid, D, g.cell, c, axis, 1);
+      if (halo && !halo->counts(c)) continue;
+      const int n = neighbour(grid, D, cell, c, axis, 1);
       if (n < 0 || !(f.boundary[c] || f.boundary[n])) continue;
       double area = std::min(f.thickness[c], f.thickness[n]);
       for (int i = 0; i < D; ++i) area *= i == axis ? 1.0 : grid.h[i];
       const double h = grid.h[axis];
-      add_face<D>(m, node, c, axis, grid.ghost_stiffness * std::min(f.E[c], f.E[n]) * area / h,
+      add_face<D>(m, node, cell[c], axis, grid.ghost_stiffness * std::min(f.E[c], f.E[n]) * area / h,
                   grid.ghost_mass * std::min(f.rho[c], f.rho[n]) * area * h / 3.0, g);
     }
 }
 
 template <int D>
-void ghost(const Model& m, const Points& pts, const RealVec& uc, const std::vector<long>& node, ActiveGrid& g)
+void ghost(const Model& m, const Points& pts, const RealVec& uc, const std::vector<long>& node,
+           const KeyHalo* halo, ActiveGrid& g)
 {
+  const std::vector<long>& cell = halo ? halo->key : g.cell;
   CellFill f;
-  fill_cells<D>(m, pts, uc, g, f);
-  f.boundary.assign(g.cell.size(), 0);
-  for (int c = 0; c < static_cast<int>(g.cell.size()); ++c)
+  fill_cells<D>(m, pts, uc, cell, f);
+  if (halo)
+    for (RealVec* x : {&f.E, &f.rho, &f.thickness}) key_max(*halo, 1, *x);
+  f.boundary.assign(cell.size(), 0);
+  for (int c = 0; c < static_cast<int>(cell.size()); ++c)
     for (int axis = 0; axis < D; ++axis)
-      for (int by : {-1, 1}) f.boundary[c] |= neighbour(m.grid, D, g.cell, c, axis, by) < 0;
-  add_faces<D>(m, node, f, g);
+      for (int by : {-1, 1}) f.boundary[c] |= neighbour(m.grid, D, cell, c, axis, by) < 0;
+  add_faces<D>(m, node, cell, f, halo, g);
 }
 
 }  // namespace
 
 void grid_ghost(const Model& m, const Points& pts, const RealVec& uc, const std::vector<long>& node,
-                ActiveGrid& g)
+                const KeyHalo* halo, ActiveGrid& g)
 {
   g.ghost = ListTable();
   g.ghost_w.clear();
   g.ghost_k.clear();
   g.ghost_m.clear();
   if (m.grid.ghost_stiffness <= 0.0 && m.grid.ghost_mass <= 0.0) return;
-  if (m.dim == 2) ghost<2>(m, pts, uc, node, g);
-  else ghost<3>(m, pts, uc, node, g);
+  if (m.dim == 2) ghost<2>(m, pts, uc, node, halo, g);
+  else ghost<3>(m, pts, uc, node, halo, g);
 }

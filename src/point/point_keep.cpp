@@ -39,7 +39,7 @@ void sums(const Points& pts, ActiveGrid& g, double* support)
 // the same points, all of them on the grid, and no support decides more than whether a node is weak
 bool same_points(const Points& pts, const Bonds& bonds, const ActiveGrid& g)
 {
-  return g.nnode > 0 && g.nlone == 0 && pts.hangs.empty() &&
+  return !pts.part.on && g.nnode > 0 && g.nlone == 0 && pts.hangs.empty() &&
          g.places.bond.size() == static_cast<size_t>(bonds.nbond) && g.places.conn == pts.conn.item &&
          g.places.field == pts.field &&
          std::find(pts.field.begin(), pts.field.end(), FIELD_OWN) == pts.field.end() &&
@@ -190,7 +190,7 @@ bool same_lists(const Model& m, const Points& pts, const Bonds& bonds, const Rea
 {
   const double rounding = 1e-9;          // of the way and of the room, in cells
   GridPlaces& now = g.places;
-  const bool weak = g.nweak > 0;
+  const bool weak = g.of_all.weak > 0;
   RealVec x(pts.Xc.size());
   for (size_t i = 0; i < x.size(); ++i) x[i] = pts.Xc[i] + uc[i];
   if (!same_cells<D>(m.grid, pts, bonds, x, xb, now, weak ? now.raw_corner.list : g.corner,
@@ -260,8 +260,8 @@ bool grid_keeps_lists(const Model& m, const Points& pts, const Bonds& bonds, con
   if (!(m.dim == 2 ? same_lists<2>(m, pts, bonds, uc, xb, g) : same_lists<3>(m, pts, bonds, uc, xb, g)))
     return false;
   GridPlaces& now = g.places;
-  grid_ghost(m, pts, uc, now.touched, g);
-  if (g.nweak == 0) return true;
+  grid_ghost(m, pts, uc, now.touched, nullptr, g);
+  if (g.of_all.weak == 0) return true;
   compose_weights(now.extend, now.raw_corner, g.corner, now.corner_place, g.corner_w);
   compose_weights(now.extend, now.raw_bond, g.bond, now.bond_place, g.bond_w);
   grid_compose(now.extend, g.nnode, g.ghost, g.ghost_w);

@@ -1,6 +1,7 @@
 #include <algorithm>
 
 #include "base/log.h"
+#include "base/part_places.h"
 #include "solve/solve.h"
 
 #ifdef MPFE_METIS

@@ -69,9 +69,6 @@ void sys_diagonal(const SysMatrix& A, RealVec& d);
 // part_mesh : elements of a mesh in parts of equal work; dim: nodes that neighbours have in common
 IntVec part_mesh(const Mesh& mesh, int dim, const RealVec& work, int parts);
 
-// part_places : things at X [n*3] in parts of equal work by planes
-IntVec part_places(const RealVec& X, const RealVec& work, int parts);
-
 // order_rcm, order_metis : new position of each block row, [nrow]; reverse Cuthill-McKee on the block graph
 // (every connected part from a pseudo-peripheral node), nested dissection by METIS
 IntVec order_rcm(const SysMatrix& A);

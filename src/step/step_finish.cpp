@@ -53,15 +53,26 @@ void finish_nodes(const Dofs& dofs, const Attempt& a, const RealVec& du, State& 
 
 // what the ghosts have taken: their spring acts with the whole increment, their mass does not keep its own
 // motion  (3.17)
-void finish_ghosts(const ActiveGrid& grid, const Dofs& dofs, const Attempt& a, const RealVec& dv, Ledger& g)
+double ghost_loss(const ActiveGrid& grid, const Dofs& dofs, const Attempt& a, const RealVec& dv)
 {
   const int dim  = dofs.dim;
   const double k = a.mode.mid ? 1.0 : 0.5;
+  double loss = 0.0;
   RealVec jump;
   assem_ghost_jump(grid, dofs, dv, jump);
   for (size_t i = 0; i < jump.size(); ++i)
-    g.ghost += k * grid.ghost_k[i / dim] * a.jumps.ghost[i] * a.jumps.ghost[i] +
-                         0.5 * grid.ghost_m[i / dim] * jump[i] * jump[i];
+    loss += k * grid.ghost_k[i / dim] * a.jumps.ghost[i] * a.jumps.ghost[i] +
+            0.5 * grid.ghost_m[i / dim] * jump[i] * jump[i];
+  return loss;
+}
+
+void finish_ghosts(const Model& m, const ActiveGrid& grid, const Dofs& dofs, const Attempt& a,
+                   const RealVec& dv, Ledger& g)
+{
+  if (m.grid.ghost_stiffness <= 0.0 && m.grid.ghost_mass <= 0.0) return;
+  double loss = ghost_loss(grid, dofs, a, dv);
+  if (m.part.points) comm_sum(&loss, 1);             // else all ranks know all ghosts
+  g.ghost += loss;
 }
 
 // what damping has taken: du . C du / dt, and viscous stress              (2.20), (6.21)
@@ -173,8 +184,10 @@ void finish_reactions(const Model& m, const Dofs& dofs, const RealVec& R, State&
     if (dofs.fixed[i] != DOF_FIXED) continue;
     const int r = i / dim;
     if (r < dofs.nfe) st.rf[dofs.node_of_row[r] * dim + i % dim] = R[i];
-    else if (dofs.grid_bc[i] >= 0) st.grid_rf[dofs.grid_bc[i] * dim + i % dim] += R[i];
+    else if (dofs.grid_bc[i] >= 0 && (!m.part.points || dofs.counts(i)))
+      st.grid_rf[dofs.grid_bc[i] * dim + i % dim] += R[i];
   }
+  if (m.part.points && !st.grid_rf.empty()) comm_sum(st.grid_rf);
   for (const CornerSupport& h : dofs.corner_support)
     if (dofs.grid_bc[h.dof] < 0) st.rf[h.node_dof] += h.part * R[h.dof];
   for (const Frame& f : m.frame) {           // supports along directions of the node
@@ -327,7 +340,7 @@ void step_finish(Problem& p, Attempt& a, RealVec& energy)
   RealVec dv(all.neq(), 0.0);  // change of the velocities of the unknowns
   st.np1.time = a.total1;
   elem_share_history(p.d.el, st.np1);
-  point_share_history(p.d.point_law, s.owned_point, s.owned_group, st.np1);
+  point_share_history(st.points, p.d.point_law, s.owned_point, s.owned_group, st.np1);
   // 1. velocities
   // small systems and REUSE=NO: a continued run repeats every digit
   GridVelocity* const after = m.solver.reuse && s.neq_all() >= SMALL_SYSTEM ? &p.newton.grid : nullptr;
@@ -340,7 +353,7 @@ void step_finish(Problem& p, Attempt& a, RealVec& energy)
     halo_copy_all(m.part.halo, m.dim, told);
   }
   // 2. what ghosts and damping have taken                                           (3.17), (6.21)
-  if (p.d.grid.ghost.size()) finish_ghosts(p.d.grid, all, a, dv, st.ledger);
+  finish_ghosts(m, p.d.grid, all, a, dv, st.ledger);
   finish_damping(m, p.d, s, a, st);
   // 3. results
   finish_followers(p.d.follow, a, m.dim, st);

@@ -179,7 +179,8 @@ Failure step_inertia_begin(Problem& p, Attempt& a)
 Failure step_initial_acceleration(Problem& p, const Step& s, double t_step)
 {
   Dofs& dofs = p.dofs;
-  if (!p.m.part.on && dof_all_rows(dofs).nfe == 0) return STATUS_OK;
+  const int nodes = dof_all_rows(dofs).nfe;
+  if ((p.m.part.on ? comm_allreduce_max(nodes) : nodes) == 0) return STATUS_OK;
   RealVec zero(dofs.neq(), 0.0), fint, f, acc(dofs.neq(), 0.0), momentum, v, damping(dofs.neq(), 0.0);
   Jumps jumps;
   p.st.np1 = p.st.n;

@@ -193,7 +193,8 @@ Failure step_prepare(Problem& p, const Step& s)
   } else {
     timer_skip(PHASE_CONTACT);
   }
-  const bool stays = st.points.npoint && grid_stays(p.m, st.points, st.bonds, st.laid, st.n.uc, xb);
+  bool stays = st.points.npoint && grid_stays(p.m, st.points, st.bonds, st.laid, st.n.uc, xb);
+  if (p.m.part.points) stays = !comm_allreduce_max(static_cast<int>(!stays));
   if (stays && st.laid.made == p.d.grid.made) {
     timer_skip(PHASE_GRID);
   } else if (st.points.npoint) {
@@ -204,7 +205,10 @@ Failure step_prepare(Problem& p, const Step& s)
         grid_activate(p.m, st.points, st.bonds, st.laid.uc, st.laid.xb, p.d.grid, &worst);
     st.laid.made = p.d.grid.made;
     if (p.d.grid.meets) st.laid = GridLaid();        // what meets is as near as it is now
-    if (status != STATUS_OK) return {status, worst < 0 ? AT_BOND : AT_CORNER, worst < 0 ? -1 - worst : worst};
+    Failure failure = status;
+    if (!failure.ok()) failure = {status, worst < 0 ? AT_BOND : AT_CORNER, worst < 0 ? -1 - worst : worst};
+    if (p.m.part.points) failure = failure_agree(failure);
+    if (!failure.ok()) return failure;
   } else {
     timer_skip(PHASE_GRID);
     timer_skip(PHASE_PROJECT);
@@ -219,9 +223,9 @@ Failure step_prepare(Problem& p, const Step& s)
   } else {
     timer_skip(PHASE_MASS);
   }
-  st.log.grid_nodes = p.d.grid.nnode;
-  st.log.grid_cells = p.d.grid.ncell;
-  st.log.weak_nodes = p.d.grid.nweak;
+  st.log.grid_nodes = p.d.grid.of_all.nodes;
+  st.log.grid_cells = p.d.grid.of_all.cells;
+  st.log.weak_nodes = p.d.grid.of_all.weak;
   st.log.equations  = static_cast<int>(p.dofs.neq_all());
   p.ready = true;
   return STATUS_OK;

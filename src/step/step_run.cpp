@@ -364,11 +364,11 @@ void load_of_ranks(const Elements& el, const Dofs& dofs, std::vector<RankLoad>& 
 // one point a cell sees only the mean gradient: the cell can deform as an hourglass without any stress
 void warn_few_points(const Points& pts, const ActiveGrid& grid)
 {
-  if (pts.npoint > 1.5 * grid.ncell) return;
+  if (pts.npoint_all() > 1.5 * grid.of_all.cells) return;
   log_warn("%d material points in %d cells: with about one point a cell the grid has hourglass modes "
            "without stress, and static solutions may be singular or wrong; use POINTS=2 or more, or larger "
            "cells",
-           pts.npoint, grid.ncell);
+           pts.npoint_all(), grid.of_all.cells);
 }
 
 // energies at the start need the mass of the first step

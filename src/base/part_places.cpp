@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <numeric>
 
-#include "solve/solve.h"
+#include "base/part_places.h"
 
 namespace {
 

@@ -1,0 +1,94 @@
+#include "point/grid_halo.h"
+
+#include "base/comm.h"
+
+namespace {
+
+struct Span {                  // box around the nodes of a rank, in cells
+  double bad = 0.0;
+  double lo[3] = {1e9, 1e9, 1e9}, hi[3] = {-1e9, -1e9, -1e9};
+};
+
+template <class PlaceOf>
+void key_halo(const std::vector<long>& own, const std::vector<Span>& span, int dim, int reach, PlaceOf place_of,
+              KeyHalo& h)
+{
+  const int ranks = comm_size(), me = comm_rank();
+  std::vector<std::vector<long>> tell(ranks);
+  for (long k : own) {
+    int at[3];
+    place_of(k, at);
+    for (int r = 0; r < ranks; ++r) {
+      bool near = r != me;
+      for (int i = 0; i < dim && near; ++i)
+        near = at[i] >= span[r].lo[i] - reach && at[i] <= span[r].hi[i] + reach;
+      if (near) tell[r].push_back(k);
+    }
+  }
+  const std::vector<std::vector<long>> told = comm_exchange(tell);
+  h     = KeyHalo();
+  h.key = own;
+  for (const std::vector<long>& list : told) h.key.insert(h.key.end(), list.begin(), list.end());
+  std::sort(h.key.begin(), h.key.end());
+  h.key.erase(std::unique(h.key.begin(), h.key.end()), h.key.end());
+  const auto places = [&](const std::vector<long>& list) {
+    IntVec place;
+    for (long k : list) place.push_back(find_key(h.key, k));
+    return place;
+  };
+  h.mine = places(own);
+  h.own.assign(h.key.size(), 0);
+  h.both.assign(h.key.size(), 0);
+  h.first.assign(h.key.size(), ranks);
+  for (int k : h.mine) {
+    h.own[k]   = 1;
+    h.first[k] = me;
+  }
+  for (int r = 0; r < ranks; ++r) {
+    h.to.push_back(places(tell[r]));
+    h.from.push_back(places(told[r]));
+    for (int k : h.from[r]) {
+      h.first[k] = std::min(h.first[k], r);
+      h.both[k]  = 1;
+    }
+  }
+}
+
+}  // namespace
+
+bool grid_halo(const Grid& g, int dim, bool good, const std::vector<long>& node,
+               const std::vector<long>& cell, int reach, GridHalo& h)
+{
+  std::vector<Span> span(1);
+  span[0].bad = !good;
+  const auto node_at = [&](long k, int* at) { node_of_key(g, dim, k, at); };
+  const auto cell_at = [&](long k, int* at) { cell_of_key(g, dim, k, at); };
+  for (long k : node) {
+    int at[3];
+    node_at(k, at);
+    for (int i = 0; i < dim; ++i) {
+      span[0].lo[i] = std::min(span[0].lo[i], static_cast<double>(at[i]));
+      span[0].hi[i] = std::max(span[0].hi[i], static_cast<double>(at[i]));
+    }
+  }
+  comm_allgatherv(span);
+  for (const Span& s : span)
+    if (s.bad != 0.0) return false;
+  key_halo(node, span, dim, reach, node_at, h.node);
+  key_halo(cell, span, dim, reach, cell_at, h.cell);
+  return true;
+}
+
+void key_max(const KeyHalo& h, int D, RealVec& x)
+{
+  std::vector<RealVec> tell(h.to.size());
+  for (size_t r = 0; r < h.to.size(); ++r)
+    for (int k : h.to[r])
+      tell[r].insert(tell[r].end(), x.begin() + long(k) * D, x.begin() + long(k + 1) * D);
+  const std::vector<RealVec> told = comm_exchange(tell);
+  for (size_t r = 0; r < h.from.size(); ++r) {
+    const double* value = told[r].data();
+    for (int k : h.from[r])
+      for (int i = 0; i < D; ++i, ++value) x[long(k) * D + i] = std::max(x[long(k) * D + i], *value);
+  }
+}

@@ -1,0 +1,262 @@
+#include <algorithm>
+#include <cmath>
+
+#include "base/comm.h"
+#include "base/log.h"
+#include "base/part_places.h"
+#include "point/filler.h"
+#include "shape/shape.h"
+
+int fill_corner(Filler& f, const double* X, int field)
+{
+  f.pts.Xc.insert(f.pts.Xc.end(), X, X + f.m.dim);
+  f.pts.field.push_back(field);
+  f.pts.twin.push_back(f.pts.ncorner);
+  f.pts.hang.off.push_back(f.pts.hang.off.back());
+  return f.pts.ncorner++;
+}
+
+void fill_point(Filler& f, int body, Shape shape, const int* corner)
+{
+  const Body& b = f.m.body[body];
+  const int dim = f.m.dim, nen = shape_info[shape].nen;
+  Points& p = f.pts;
+  double X[24], w[36], G[24];
+  for (int c = 0; c < nen; ++c)
+    for (int i = 0; i < dim; ++i) X[c * dim + i] = p.Xc[corner[c] * dim + i];
+  const double V = cpdi_weights(shape, X, w, G);
+  if (!(V > 0.0)) {
+    log_error(
+        "body %s: a material point near (%g, %g) has a domain of volume %g: the element it fills is turned "
+        "inside out or degenerate",
+        b.name.c_str(), X[0], X[1], V);
+    ++f.errors;
+    return;
+  }
+  p.shape.push_back(shape);
+  p.conn.item.insert(p.conn.item.end(), corner, corner + nen);
+  p.conn.off.push_back(static_cast<int>(p.conn.item.size()));
+  p.w.insert(p.w.end(), w, w + nen);
+  p.G.insert(p.G.end(), G, G + nen * dim);
+  p.sampled.push_back(0);
+  p.V0.push_back(V * (dim == 2 ? b.thickness : 1.0));
+  p.mass.push_back(p.V0.back() * f.m.material[b.material].density);
+  shape_mass(shape, X, p.mass.back() / V, w);
+  p.mc.insert(p.mc.end(), w, w + pair_count(nen));
+  p.body.push_back(body);
+  p.label.push_back(++p.npoint);
+  p.parent.push_back(f.parent);
+  p.next.push_back(p.npoint - 1);
+  p.broken.push_back(-1);
+  p.released.push_back(0);
+  p.normal.insert(p.normal.end(), 3, 0.0);
+}
+
+bool fill_accepts(const Expr& where, const double* X, int dim, const char* kind, const std::string& name,
+                  const Place& place, int& faults)
+{
+  if (where.is_const()) return true;
+  const double value = expr_eval(where, X, 0.0);
+  if (!std::isfinite(value) && faults++ == 0)
+    log_error("%s %s (%s line %d): WHERE is not a finite number at %s", kind, name.c_str(),
+              place.file.c_str(), place.line, position_text(X, dim).c_str());
+  return value != 0.0;
+}
+
+namespace {
+
+// box of cells x per_cell domains in each direction; with where: only domains whose centre it accepts
+struct Box {
+  const Body& b;
+  int dim, per_cell;
+  int n[3] = {1, 1, 0};        // domains; n[2] = 0 in the plane
+  double d[3] = {0, 0, 0};     // their size
+  size_t domains() const { return static_cast<size_t>(n[0]) * n[1] * std::max(1, n[2]); }
+  size_t cells() const { return static_cast<size_t>(n[0] / per_cell) * (n[1] / per_cell) *
+                                std::max(1, n[2] / per_cell); }
+  size_t corners() const { return static_cast<size_t>(n[0] + 1) * (n[1] + 1) * (n[2] + 1); }
+};
+
+Box make_box(const Model& m, int body)
+{
+  const Body& b = m.body[body];
+  Box box{b, m.dim, b.per_cell};
+  for (int i = 0; i < m.dim; ++i) {
+    const double length = b.hi[i] - b.lo[i];
+    const int cells = b.cells[i] > 0 ? b.cells[i]
+                                     : std::max(1, static_cast<int>(std::lround(length / m.grid.h[i])));
+    box.n[i] = cells * b.per_cell;
+    box.d[i] = length / box.n[i];
+  }
+  return box;
+}
+
+// calls use(domain, cell, at) for all domains
+template <class Use>
+void each_domain(const Box& box, Use use)
+{
+  const int m = box.per_cell;
+  int at[3];
+  size_t domain = 0;
+  for (at[2] = 0; at[2] < std::max(1, box.n[2]); ++at[2])
+    for (at[1] = 0; at[1] < box.n[1]; ++at[1])
+      for (at[0] = 0; at[0] < box.n[0]; ++at[0], ++domain)
+        use(domain,
+            (static_cast<size_t>(at[2] / m) * (box.n[1] / m) + at[1] / m) * (box.n[0] / m) + at[0] / m, at);
+}
+
+void centre_of(const Box& box, const int* at, double* X)
+{
+  for (int i = 0; i < 3; ++i) X[i] = i < box.dim ? box.b.lo[i] + (at[i] + 0.5) * box.d[i] : 0.0;
+}
+
+// the corners of a domain, among those of the box; returns how many
+int corners_of(const Box& box, const int* at, size_t* corner)
+{
+  static const int step[8][3] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0},
+                                 {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};
+  const int nen = box.dim == 3 ? 8 : 4;
+  for (int a = 0; a < nen; ++a)
+    corner[a] = (static_cast<size_t>(at[2] + step[a][2]) * (box.n[1] + 1) + at[1] + step[a][1]) *
+                    (box.n[0] + 1) + at[0] + step[a][0];
+  return nen;
+}
+
+void corner_place(const Box& box, size_t corner, double* X)
+{
+  const size_t row = box.n[0] + 1, layer = row * (box.n[1] + 1);
+  const int at[3]  = {static_cast<int>(corner % row), static_cast<int>(corner % layer / row),
+                      static_cast<int>(corner / layer)};
+  // the far face exactly at hi, so that bodies meet meshes without rounding gaps
+  for (int i = 0; i < box.dim; ++i) X[i] = at[i] == box.n[i] ? box.b.hi[i] : box.b.lo[i] + at[i] * box.d[i];
+}
+
+// [domains] WHERE accepts the centre
+std::vector<char> filled_domains(const Box& box, Filler& f)
+{
+  std::vector<char> filled(box.domains(), 1);
+  int faults = 0;
+  if (box.b.fill != FILL_REGION) return filled;
+  each_domain(box, [&](size_t domain, size_t, const int* at) {
+    double X[3];
+    centre_of(box, at, X);
+    filled[domain] = fill_accepts(box.b.where, X, box.dim, "body", box.b.name, box.b.place, faults);
+  });
+  f.errors += faults > 0;
+  return filled;
+}
+
+// corners of the box that domains have: their numbers in the order in which these come, from first on; -1:
+// none has it
+IntVec number_corners(const Box& box, const std::vector<char>& filled, int& next)
+{
+  IntVec number(box.corners(), -1);
+  each_domain(box, [&](size_t domain, size_t, const int* at) {
+    size_t corner[8];
+    const int nen = corners_of(box, at, corner);
+    for (int a = 0; a < nen && filled[domain]; ++a)
+      if (number[corner[a]] < 0) number[corner[a]] = next++;
+  });
+  return number;
+}
+
+// adds the corners of domains of this rank, ascending by number; index of each corner of the box, -1: it is
+// not here
+IntVec add_corners(Filler& f, const Box& box, const IntVec& number, const std::vector<char>& mine)
+{
+  std::vector<std::pair<int, size_t>> list;            // number, place in the box
+  std::vector<char> known(box.corners(), 0);
+  each_domain(box, [&](size_t domain, size_t, const int* at) {
+    size_t corner[8];
+    const int nen = corners_of(box, at, corner);
+    for (int a = 0; a < nen && mine[domain]; ++a) {
+      if (!known[corner[a]]) list.emplace_back(number[corner[a]], corner[a]);
+      known[corner[a]] = 1;
+    }
+  });
+  std::sort(list.begin(), list.end());
+  IntVec index(box.corners(), -1);
+  for (const auto& [of_all, place] : list) {
+    double X[3] = {0, 0, 0};
+    corner_place(box, place, X);
+    index[place] = fill_corner(f, X, box.b.field);
+    if (f.pts.part.on) f.pts.part.corner.push_back(of_all);
+  }
+  return index;
+}
+
+// a domain of another rank that shares a corner with those of this one
+void add_near(const IntVec& number, const IntVec& index, const size_t* corner, int nen, PointPart& part)
+{
+  if (std::all_of(corner, corner + nen, [&](size_t c) { return index[c] < 0; })) return;
+  for (int a = 0; a < nen; ++a) {
+    part.near.item.push_back(index[corner[a]] >= 0 ? index[corner[a]] : -1 - number[corner[a]]);
+    if (index[corner[a]] < 0) part.foreign.push_back(number[corner[a]]);
+  }
+  part.near.off.push_back(static_cast<int>(part.near.item.size()));
+}
+
+}  // namespace
+
+void fill_box(Filler& f, int body, const IntVec& rank)
+{
+  const Box box = make_box(f.m, body);
+  Points& p       = f.pts;
+  PointPart& part = p.part;
+  const std::vector<char> filled = filled_domains(box, f);
+  std::vector<char> mine = filled;
+  if (!rank.empty())
+    each_domain(box, [&](size_t domain, size_t cell, const int*) {
+      mine[domain] = filled[domain] && rank[cell] == comm_rank();
+    });
+  const IntVec number = number_corners(box, filled, part.ncorner);
+  const IntVec index  = add_corners(f, box, number, mine);
+  IntVec last(box.cells(), -1);          // last point made in a cell, -1: none yet
+  each_domain(box, [&](size_t domain, size_t cell, const int* at) {
+    if (!filled[domain]) return;
+    const int of_all = part.npoint++;
+    size_t corner[8];
+    const int nen = corners_of(box, at, corner);
+    if (!mine[domain]) return add_near(number, index, corner, nen, part);
+    int c[8];
+    for (int a = 0; a < nen; ++a) c[a] = index[corner[a]];
+    const int before = p.npoint;
+    fill_point(f, body, box.dim == 3 ? SHAPE_HEX8 : SHAPE_QUAD4, c);
+    if (p.npoint == before) return;
+    if (part.on) {
+      part.point.push_back(of_all);
+      p.label.back() = of_all + 1;
+    }
+    // into the ring of the points of its cell
+    if (last[cell] >= 0) std::swap(p.next[before], p.next[last[cell]]);
+    last[cell] = before;
+  });
+}
+
+std::vector<IntVec> fill_box_ranks(const Model& m)
+{
+  std::vector<IntVec> out(m.body.size());
+  RealVec X, work;
+  for (size_t b = 0; b < m.body.size(); ++b) {
+    const Box box = make_box(m, static_cast<int>(b));
+    const bool region = box.b.fill == FILL_REGION && !box.b.where.is_const();
+    RealVec count(box.cells(), 0.0), sum(3 * box.cells(), 0.0);
+    each_domain(box, [&](size_t, size_t cell, const int* at) {
+      double x[3];
+      centre_of(box, at, x);
+      if (region && expr_eval(box.b.where, x, 0.0) == 0.0) return;
+      for (int i = 0; i < 3; ++i) sum[3 * cell + i] += x[i];
+      count[cell] += 1.0;
+    });
+    for (size_t c = 0; c < box.cells(); ++c) {
+      out[b].push_back(count[c] > 0.0 ? static_cast<int>(work.size()) : -1);
+      if (count[c] == 0.0) continue;
+      for (int i = 0; i < 3; ++i) X.push_back(sum[3 * c + i] / count[c]);
+      work.push_back(count[c]);
+    }
+  }
+  const IntVec part = part_places(X, work, comm_size());
+  for (IntVec& cells : out)
+    for (int& c : cells) c = c < 0 ? -1 : part[c];
+  return out;
+}
