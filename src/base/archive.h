@@ -28,8 +28,8 @@
 #include "base/hash.h"
 #include "base/types.h"
 
-// What the items of a divided array are: nodes, elements, or the Gauss points of elements; material points, or
-// their corners
+// What the items of a divided array are: nodes, elements, or the Gauss points of elements; material points,
+// or their corners
 enum ArchiveKind { PER_NODE, PER_ELEM, PER_GAUSS, PER_POINT, PER_CORNER, ARCHIVE_KINDS };
 
 struct ArchivePart {           // items that this rank has

@@ -239,6 +239,21 @@ void form_lists(const MeshPart& part, const Bonds& bonds, const std::vector<char
 
 bool same(const ListTable& a, const ListTable& b) { return a.off == b.off && a.item == b.item; }
 
+// rows that bonds of this rank tie to the grid, and those of the grid
+IntVec tied_rows(const Dofs& s)
+{
+  IntVec tied;
+  for (int b : s.owned_bond) {
+    const auto first = s.bond.begin(b), last = first + s.bond.count(b);
+    const auto on_grid = [&](int row) { return row >= s.nfe; };
+    if (std::any_of(first, last, on_grid) && !std::all_of(first, last, on_grid))
+      tied.insert(tied.end(), first, last);
+  }
+  std::sort(tied.begin(), tied.end());
+  tied.erase(std::unique(tied.begin(), tied.end()), tied.end());
+  return tied;
+}
+
 // pattern of what this rank works on
 void form_pattern(const Mesh& mesh, const Elements& el, const ActiveGrid& grid, Dofs& s)
 {
@@ -249,7 +264,8 @@ void form_pattern(const Mesh& mesh, const Elements& el, const ActiveGrid& grid, 
   });
   tie_extend(s, lists);
   sys_pattern(lists, s.nrow, s.dim, s.A);
-  s.A.halo  = s.halo;
+  s.A.halo = s.halo;
+  s.A.tied = tied_rows(s);
 }
 
 // which rows count on this rank
@@ -340,8 +356,9 @@ bool form_rows(const Model& m, const Step& step, State& st, Discretisation& d, D
   const std::vector<char> here = bonds_here(m, st.points, st.bonds, st.division.point);
   bool fresh = m.part.on && add_guests(m, st.points, st.bonds, here, d.pairs, s);
   // the grid has moved along, and nothing else makes lists
-  const bool stay = !first && (!m.part.on || m.part.points) && s.lists_of == d.grid.made && d.pairs.gap.empty() &&
-                    d.point_law.group.size() == 0;
+  const bool moves = !m.part.on || (m.part.points && !fresh);
+  const bool stay  = !first && moves && s.lists_of == d.grid.made && d.pairs.gap.empty() &&
+                     d.point_law.group.size() == 0;
   if (!stay) {
     form_lists(m.part, st.bonds, here, d, s);
     fresh = fresh || first || s.nrow != before;

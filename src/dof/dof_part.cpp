@@ -41,8 +41,8 @@ bool asks_pieces(const Model& m)
                                        [](const HistoryDef& h) { return h.what == "NFRAG"; });
 }
 
-// Can each rank have material points of its own? They are there from the start, in boxes, nothing becomes one,
-// there is no contact, and bonds and the watch over bodies look at elements alone
+// Can each rank have material points of its own? They are there from the start, in boxes, nothing becomes
+// one, there is no contact, and bonds and the watch over bodies look at elements alone
 bool points_divide(const Model& m, const OverlapWatch& watch)
 {
   if (m.body.empty() || !m.conversion.empty() || !watch.pair.empty() || asks_pieces(m)) return false;

@@ -13,8 +13,8 @@ enum { FIELD_OWN = -1 };
 // it lies; unknowns of its own (doc/theory.md 7.14)
 enum HangOn { HANG_GRID, HANG_NODE, HANG_CORNERS, HANG_OWN };
 
-// Several ranks, each with points of its own (MeshPart::points): what this one has. Points that share a corner
-// with it, but are not its own, are known by their corners alone.
+// Several ranks, each with points of its own (MeshPart::points): what this one has. Points of others that
+// share a corner with these are known by their corners alone.
 struct PointPart {
   bool on = false;
   int npoint = 0, ncorner = 0; // of all ranks

@@ -2,8 +2,8 @@
 // state_io.h : the state to and from an archive: one list of fields a struct
 //
 // of_nodes, of_elems, of_gauss, of_points, of_corners: a divided model holds the part of this rank, the file
-// the whole. What names elements or nodes by index is not translated here: releasing is by out_restart, others
-// by state_to_deck.
+// the whole. What names elements or nodes by index is not translated here: releasing is by out_restart,
+// others by state_to_deck.
 // ---------------------------------------------------------------------------
 #ifndef MPFE_MODEL_STATE_IO_H
 #define MPFE_MODEL_STATE_IO_H

@@ -127,9 +127,9 @@ const int REACH = 3;           // cells from a weak node to what it may follow
 void grid_ghost(const Model& m, const Points& pts, const RealVec& uc, const std::vector<long>& node,
                 const KeyHalo* halo, ActiveGrid& g);
 
-// points_meet : have points that do not hang together there a node of the grid in common? For each node of key
-// the points around it (point: their nodes): they hang together by their corners, or by points that share a
-// corner with one of them. Nodes of the mesh and unknowns of corners do not count. halo: of key, where each
+// points_meet : have points that do not hang together there a node of the grid in common? For each node of
+// key the points around it (point: their nodes): they hang together by their corners, or by points that share
+// a corner with one of them. Nodes of the mesh and unknowns of corners do not count. halo: of key, where each
 // rank has points of its own (collective); else null
 bool points_meet(const Points& pts, const std::vector<long>& key, const ListTable& point,
                  const KeyHalo* halo);

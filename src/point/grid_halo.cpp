@@ -10,8 +10,8 @@ struct Span {                  // box around the nodes of a rank, in cells
 };
 
 template <class PlaceOf>
-void key_halo(const std::vector<long>& own, const std::vector<Span>& span, int dim, int reach, PlaceOf place_of,
-              KeyHalo& h)
+void key_halo(const std::vector<long>& own, const std::vector<Span>& span, int dim, int reach,
+              PlaceOf place_of, KeyHalo& h)
 {
   const int ranks = comm_size(), me = comm_rank();
   std::vector<std::vector<long>> tell(ranks);
@@ -38,7 +38,7 @@ void key_halo(const std::vector<long>& own, const std::vector<Span>& span, int d
   };
   h.mine = places(own);
   h.own.assign(h.key.size(), 0);
-  h.both.assign(h.key.size(), 0);
+  h.shared.assign(h.key.size(), 0);
   h.first.assign(h.key.size(), ranks);
   for (int k : h.mine) {
     h.own[k]   = 1;
@@ -49,7 +49,7 @@ void key_halo(const std::vector<long>& own, const std::vector<Span>& span, int d
     h.from.push_back(places(told[r]));
     for (int k : h.from[r]) {
       h.first[k] = std::min(h.first[k], r);
-      h.both[k]  = 1;
+      h.shared[k]  = 1;
     }
   }
 }

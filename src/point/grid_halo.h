@@ -1,6 +1,6 @@
 // ---------------------------------------------------------------------------
-// grid_halo.h : nodes and cells of the grid near each other, of ranks with points of their own. Private to the
-// files of point/
+// grid_halo.h : nodes and cells of the grid near each other, of ranks with points of their own. Private to
+// the files of point/
 // ---------------------------------------------------------------------------
 #ifndef MPFE_POINT_GRID_HALO_H
 #define MPFE_POINT_GRID_HALO_H
@@ -12,11 +12,9 @@ struct KeyHalo {
   IntVec mine;                 // places in key of those of this rank
   IntVec first;                // [key] the first rank that has it
   std::vector<char> own;       // [key] this rank has it
+  std::vector<char> shared;    // [key] another rank has it
   std::vector<IntVec> to, from;    // [ranks] places in key: that rank has been told of, and has told of
   bool counts(int k) const { return own[k] && first[k] == comm_rank(); }
-  // does another rank have it too?
-  bool shared(int k) const { return both[k]; }
-  std::vector<char> both;      // [key]
 };
 
 struct GridHalo {

@@ -185,6 +185,43 @@ IntVec add_corners(Filler& f, const Box& box, const IntVec& number, const std::v
   return index;
 }
 
+struct Centre { double count = 0.0, x[3] = {0, 0, 0}; };
+
+void add_place(Centre& c, double count, const double* X)
+{
+  c.count += count;
+  for (int i = 0; i < 3; ++i) c.x[i] += count * (X[i] - c.x[i]) / c.count;
+}
+
+// The rank of each part of the cells, which lie at X [n*3]: one after the other, the part and the rank whose
+// elements are nearest, so that bonds seldom go from rank to rank. Collective.
+IntVec near_elements(const Mesh& mesh, const RealVec& X, const RealVec& work, const IntVec& part)
+{
+  const int ranks = comm_size();
+  std::vector<Centre> to(1), from(ranks);
+  for (int n = 0; n < mesh.nnode(); ++n) add_place(to[0], 1.0, &mesh.X[3 * n]);
+  comm_allgatherv(to);
+  for (size_t c = 0; c < part.size(); ++c) add_place(from[part[c]], work[c], &X[3 * c]);
+  IntVec rank(ranks, -1);
+  std::vector<char> taken(ranks, 0);
+  for (int k = 0; k < ranks; ++k) {
+    int best = -1, of = -1;
+    double least = 1e300;
+    for (int p = 0; p < ranks; ++p)
+      for (int r = 0; r < ranks && rank[p] < 0; ++r) {
+        double apart = 0.0;
+        for (int i = 0; i < 3 && to[r].count > 0.0; ++i) apart += std::pow(from[p].x[i] - to[r].x[i], 2);
+        if (taken[r] || apart >= least) continue;
+        least = apart;
+        best  = r;
+        of    = p;
+      }
+    rank[of]    = best;
+    taken[best] = 1;
+  }
+  return rank;
+}
+
 // a domain of another rank that shares a corner with those of this one
 void add_near(const IntVec& number, const IntVec& index, const size_t* corner, int nen, PointPart& part)
 {
@@ -255,8 +292,8 @@ std::vector<IntVec> fill_box_ranks(const Model& m)
       work.push_back(count[c]);
     }
   }
-  const IntVec part = part_places(X, work, comm_size());
+  const IntVec part = part_places(X, work, comm_size()), rank = near_elements(m.mesh, X, work, part);
   for (IntVec& cells : out)
-    for (int& c : cells) c = c < 0 ? -1 : part[c];
+    for (int& c : cells) c = c < 0 ? -1 : rank[part[c]];
   return out;
 }

@@ -648,7 +648,8 @@ double point_plastic(const Points& pts, const Level& l, const IntVec& mine)
   return sum;
 }
 
-void point_share_history(const Points& pts, const PointLaws& law, const IntVec& mine, const IntVec& groups, Level& l)
+void point_share_history(const Points& pts, const PointLaws& law, const IntVec& mine, const IntVec& groups,
+                         Level& l)
 {
   if (comm_size() == 1 || pts.part.on || l.hp.empty()) return;
   RealVec all(l.hp.size(), 0.0);

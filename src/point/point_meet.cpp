@@ -155,7 +155,7 @@ bool meet_here(const Around& all, long nnode, const ListTable& around, const Key
   Patch patch(all);
   Wide wide{all, {}};
   for (int n = 0; n < nnode; ++n) {
-    if (halo && halo->shared(n)) continue;
+    if (halo && halo->shared[n]) continue;
     if (around.count(n) < 2 || patch.whole(around.begin(n), around.count(n))) continue;
     const IntVec list = wide.list(around.begin(n), around.count(n));
     if (!patch.whole(list.data(), static_cast<int>(list.size()))) return true;
@@ -170,7 +170,7 @@ bool meet_between(const Around& all, const ListTable& around, const KeyHalo& hal
   Patch patch(all);
   Wide wide{all, {}};
   for (int n : halo.mine) {
-    if (!halo.shared(n) || around.count(n) == 0) continue;
+    if (!halo.shared[n] || around.count(n) == 0) continue;
     const IntVec list = wider ? wide.list(around.begin(n), around.count(n))
                               : IntVec(around.begin(n), around.begin(n) + around.count(n));
     Forest parts(static_cast<int>(list.size()));

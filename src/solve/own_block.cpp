@@ -31,7 +31,8 @@ int find_block(const SysMatrix& A, int I, int J)
   return found != last && *found == J ? static_cast<int>(found - A.col.begin()) : -1;
 }
 
-// rows of this rank alone, those far from the border first; then the border in the order of A
+// rows of this rank alone, those far from the border and from rows that bonds tie first; then the border in
+// the order of A
 void order_rows(const SysMatrix& A, OwnBlock& own)
 {
   const ListTable graph = sys_graph(A);
@@ -42,7 +43,12 @@ void order_rows(const SysMatrix& A, OwnBlock& own)
   const auto near = [&](int I, auto use) {
     for (int k = graph.off[I]; k < graph.off[I + 1]; ++k) use(graph.item[k]);
   };
-  far_first(A.nrow, A.halo.shared, near, own.order);
+  IntVec late = A.tied;
+  late.insert(late.end(), A.halo.shared.begin(), A.halo.shared.end());
+  std::vector<char> border(A.nrow, 0);
+  for (int I : A.halo.shared) border[I] = 1;
+  far_first(A.nrow, late, near, own.order);
+  std::stable_partition(own.order.begin(), own.order.end(), [&](int I) { return !border[I]; });
   for (int n = 0; n < A.nrow; ++n) own.at[own.order[n]] = n;
   own.in_order = std::is_sorted(own.order.begin(), own.order.end());
 }

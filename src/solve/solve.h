@@ -29,6 +29,7 @@ struct SysMatrix {
   // several ranks: rows are those of this rank, numbered by it, and vectors hold these alone, whole (with
   // what all ranks add); A and products with it are parts, which sys_sum adds up
   Halo halo;
+  IntVec tied;                 // rows that bonds tie to the grid, and those of the grid: eliminated late
   int neq() const { return dim * nrow; }
 };
 

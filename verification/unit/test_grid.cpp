@@ -2,7 +2,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <map>
 
+#include "base/comm.h"
 #include "bond/bond.h"
 #include "point/grid_cell.h"
 
@@ -117,14 +119,14 @@ TEST(Grid, AlignedBodyActivatesItsOwnCellsOnly)
   const Active a(m);
   EXPECT_EQ(16, a.g.ncell);
   EXPECT_EQ(25, a.g.nnode);
-  EXPECT_EQ(0, a.g.nweak);
+  EXPECT_EQ(0, a.g.of_all.weak);
 }
 
 TEST(Grid, BarelyTouchedNodesFollow)
 {
   const Model m = block_model(1.0 + 1e-4, 4, 2, 0.05);
   const Active a(m);
-  EXPECT_EQ(11, a.g.nweak);          // the upper row and the right column of the 6 x 6 touched nodes
+  EXPECT_EQ(11, a.g.of_all.weak);          // the upper row and the right column of the 6 x 6 touched nodes
   EXPECT_EQ(25, a.g.nnode);
   EXPECT_EQ(0, a.g.nlone);
 }
@@ -157,7 +159,7 @@ void expect_kept_grid(double weak, double ghost)
     ASSERT_EQ(fresh.dS, before.g.dS) << "step " << k;
     ASSERT_EQ(fresh.ghost.item, before.g.ghost.item) << "step " << k;
     ASSERT_EQ(fresh.ghost_w, before.g.ghost_w) << "step " << k;
-    ASSERT_EQ(fresh.nweak, before.g.nweak) << "step " << k;
+    ASSERT_EQ(fresh.of_all.weak, before.g.of_all.weak) << "step " << k;
   }
   EXPECT_GT(kept, steps / 4);
   EXPECT_LT(kept, steps);
@@ -217,4 +219,83 @@ TEST(Grid, LeavingTheGridIsReported)
   point_fill(m, pts);
   EXPECT_EQ(OUTSIDE_GRID, grid_activate(m, pts, Bonds(), RealVec(pts.Xc.size(), 0.0), RealVec(), g, &worst));
   EXPECT_GE(worst, 0);
+}
+
+namespace {
+
+// what each point sees of the grid, by its label: keys of nodes, gradients
+using Seen = std::map<long, std::vector<double>>;
+
+Seen seen_by(const Points& pts, const ActiveGrid& g, int dim, int p)
+{
+  Seen out;
+  for (int k = g.point.off[p]; k < g.point.off[p + 1]; ++k)
+    for (int i = 0; i < dim; ++i) out[g.key[g.point.item[k]]].push_back(g.dS[static_cast<size_t>(k) * dim + i]);
+  for (int k = pts.conn.off[p]; k < pts.conn.off[p + 1]; ++k) {
+    const int c = pts.conn.item[k];
+    for (int i = 0; i < dim; ++i) out[-1 - (k - pts.conn.off[p])].push_back(pts.Xc[c * dim + i]);
+  }
+  return out;
+}
+
+// a motion that spreads the points over the grid unevenly
+RealVec moved(const Points& pts, int dim)
+{
+  RealVec uc(pts.Xc.size());
+  for (size_t i = 0; i < uc.size(); ++i)
+    uc[i] = 0.07 * std::sin(3.0 * pts.Xc[i] + static_cast<double>(i % dim)) + 0.021;
+  return uc;
+}
+
+void expect_parts_of_whole(Model m, bool meets)
+{
+  Points whole, part;
+  ActiveGrid of_whole, of_part;
+  int worst = -1;
+  ASSERT_EQ(0, point_fill(m, whole));
+  ASSERT_EQ(STATUS_OK, grid_activate(m, whole, Bonds(), moved(whole, m.dim), {}, of_whole, &worst));
+  m.part.on = m.part.points = true;
+  ASSERT_EQ(0, point_fill(m, part));
+  ASSERT_EQ(STATUS_OK, grid_activate(m, part, Bonds(), moved(part, m.dim), {}, of_part, &worst));
+  double sum[4] = {double(part.npoint), double(part.boundary.size()), double(of_part.ghost.size()),
+                   double(of_part.ncell)};
+  comm_sum(sum, 4);
+  EXPECT_EQ(whole.npoint, sum[0]);
+  EXPECT_EQ(whole.boundary.size(), sum[1]);
+  EXPECT_EQ(of_whole.ghost.size(), sum[2]);
+  EXPECT_EQ(of_whole.ncell, sum[3]);
+  EXPECT_EQ(whole.npoint, part.npoint_all());
+  EXPECT_EQ(whole.ncorner, part.part.ncorner);
+  EXPECT_EQ(of_whole.of_all.nodes, of_part.of_all.nodes);
+  EXPECT_EQ(of_whole.of_all.cells, of_part.of_all.cells);
+  EXPECT_EQ(of_whole.of_all.weak, of_part.of_all.weak);
+  EXPECT_EQ(meets, of_whole.meets);
+  EXPECT_EQ(meets, of_part.meets);
+  for (int p = 0; p < part.npoint; ++p) {
+    ASSERT_EQ(part.part.point[p] + 1, part.label[p]);
+    const Seen here = seen_by(part, of_part, m.dim, p), there = seen_by(whole, of_whole, m.dim, part.part.point[p]);
+    ASSERT_EQ(there.size(), here.size()) << "point " << part.label[p];
+    for (const auto& [key, value] : there) {
+      ASSERT_EQ(1u, here.count(key));
+      for (size_t i = 0; i < value.size(); ++i) EXPECT_NEAR(value[i], here.at(key)[i], 1e-12);
+    }
+    EXPECT_EQ(whole.V0[part.part.point[p]], part.V0[p]);
+  }
+}
+
+}  // namespace
+
+// each rank has points of its own, and sees of the grid what one rank with all of them sees there
+TEST(Divided, PointsOfEachRank)
+{
+  if (comm_size() == 1) GTEST_SKIP() << "several ranks";
+  Model m = block_model(0.5, 3, 2, 0.3);
+  expect_parts_of_whole(m, false);
+  m.grid.ghost_stiffness = m.grid.ghost_mass = 0.1;
+  expect_parts_of_whole(m, false);
+  m = block_model(0.5, 3, 2, 0.0);
+  m.body.push_back(m.body[0]);           // a second block, less than a cell above the first one
+  m.body[1].lo[1] = m.body[0].hi[1] + 0.1;
+  m.body[1].hi[1] += m.body[1].lo[1] - m.body[0].lo[1];
+  expect_parts_of_whole(m, true);
 }
