@@ -491,10 +491,14 @@ void activate_all(const Model& m, const Points& pts, const RealVec& uc, std::vec
     follow_unknowns<D>(pts, g);
   }
   name_mesh_nodes(g);
+  g.of_all  = {static_cast<int>(g.key.size()), static_cast<int>(g.cell.size()), weak};
+  if (m.grid.keep > 0.0 && !g.meets) {     // it moves along, and then corners are in other cells
+    now = GridPlaces();
+    return;
+  }
   now.room  = 0.0;
   now.conn  = pts.conn.item;
   now.field = pts.field;
-  g.of_all  = {static_cast<int>(g.key.size()), static_cast<int>(g.cell.size()), weak};
 }
 
 template <int D>

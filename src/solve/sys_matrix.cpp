@@ -120,6 +120,7 @@ void sys_pattern(const ListTable& lists, int nrow, int dim, SysMatrix& A)
   for (int l = 0; l < lists.size(); ++l)
     for (int k = lists.off[l]; k < lists.off[l + 1]; ++k) holder[next[lists.item[k]]++] = l;
 
+  RealVec val = std::move(A.val);          // its memory serves again
   A      = SysMatrix();
   A.dim  = dim;
   A.nrow = nrow;
@@ -140,7 +141,13 @@ void sys_pattern(const ListTable& lists, int nrow, int dim, SysMatrix& A)
     A.off.push_back(static_cast<int>(A.col.size()));
   }
   A.col.shrink_to_fit();
-  A.val.assign(A.col.size() * dim * dim, 0.0);
+  const size_t numbers = A.col.size() * dim * dim;
+  if (val.capacity() < numbers) {
+    val = RealVec();
+    val.reserve(numbers + numbers / 32);     // patterns of a run differ little; untouched memory costs nothing
+  }
+  val.assign(numbers, 0.0);
+  A.val = std::move(val);
 }
 
 long sys_rows(const SysMatrix& A)
