@@ -42,7 +42,7 @@ bool asks_pieces(const Model& m)
 }
 
 // Can each rank have material points of its own? They are there from the start, in boxes, nothing becomes
-// one, there is no contact, and bonds and the watch over bodies look at elements alone
+// one, there is no contact, and all bodies know of each other
 bool points_divide(const Model& m, const OverlapWatch& watch)
 {
   if (m.body.empty() || !m.conversion.empty() || !watch.pair.empty() || asks_pieces(m)) return false;
@@ -55,7 +55,7 @@ bool points_divide(const Model& m, const OverlapWatch& watch)
     cells += of_body;
   }
   for (const BondDef& d : m.bond)
-    if (d.kind == BOND_CONTACT || d.surface < 0 || m.surface[d.surface].body >= 0) return false;
+    if (d.kind == BOND_CONTACT || d.surface < 0) return false;
   return cells >= LEAST_CELLS * comm_size();
 }
 

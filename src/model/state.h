@@ -18,8 +18,11 @@ enum HangOn { HANG_GRID, HANG_NODE, HANG_CORNERS, HANG_OWN };
 struct PointPart {
   bool on = false;
   int npoint = 0, ncorner = 0; // of all ranks
-  IntVec point, corner;        // [npoint], [ncorner] number among those of all ranks, ascending
-  Halo halo;                   // corners that other ranks have too
+  // [npoint], [ncorner] number among those of all ranks, ascending. Corners that bonds hold are on all ranks,
+  // also where no point has them (held: there are such, on any rank)
+  IntVec point, corner;
+  bool held = false;
+  Halo halo;                   // corners that other ranks have too; their owner has a point with it
   ListTable near;              // corners of those points: its own, and ncorner + place in foreign
   IntVec foreign;              // number among the corners of all ranks
 };
@@ -102,6 +105,9 @@ struct Bonds {
   // -1: none
   IntVec met;
   RealVec skin_penalty;        // [skin] penalty per area of the face alone          force/length^3
+  // [nbond] each rank has points of its own: who works on a bond at corners, -1: at nodes. Made by bond_form,
+  // not saved; else empty
+  IntVec rank;
 };
 
 // What became of the finite elements

@@ -32,7 +32,7 @@ inline void io(Archive& f, Points& x)
 inline void io(Archive& f, Bonds& x)
 {
   auto& [nbond, nfixed, a, a_w, def, field, area, X, normal, cn, ct, offset, initial_penetration,
-         intermediate, friction, skin, skin_of, met, skin_penalty] = x;
+         intermediate, friction, skin, skin_of, met, skin_penalty, rank] = x;
   io_all(f, nbond, nfixed, a, a_w, def, field, area, X, normal, cn, ct, offset, initial_penetration,
          intermediate, friction, skin, skin_of, met, skin_penalty);
 }

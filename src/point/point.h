@@ -227,11 +227,19 @@ inline bool point_counts(const Model& m, const Points& pts, int p)
 // point_ip_fields : results of a point; of l displacements of corners and degradation are read
 void point_ip_fields(const Model& m, const Points& pts, const Level& l, int p, IpFields& out);
 
-// bond_here : does this rank work on bond b to the grid? Where each has points of its own: the rank of its
-// first node. Else: true
+// bond_here : does this rank work on bond b? Where each has points of its own: the rank of its first node, or
+// that of its corners. Else: true
 inline bool bond_here(const Model& m, const Bonds& bonds, int b)
 {
-  return !m.part.points || m.part.counts(bonds.a.item[bonds.a.off[b]]);
+  if (!m.part.points) return true;
+  return bonds.rank[b] < 0 ? m.part.counts(bonds.a.item[bonds.a.off[b]]) : bonds.rank[b] == comm_rank();
+}
+
+// point_tell_corners : x [ncorner*dim] of corners that are held here as the rank of their points has it.
+// Collective
+inline void point_tell_corners(const Points& pts, int dim, const std::vector<RealVec*>& x)
+{
+  if (pts.part.held) halo_copy_all(pts.part.halo, dim, x);
 }
 
 // point_energy : strain energy of the points in owned

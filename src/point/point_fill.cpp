@@ -262,8 +262,8 @@ int find_surface(const Model& m, const Surface& s, const Points& p, std::vector<
 
 namespace {
 
-// numbers of corners that are not here become places in foreign, and this rank knows which it shares
-void close_part(PointPart& part, int ncorner)
+// numbers of corners that are not here become places in foreign
+void number_foreign(PointPart& part, int ncorner)
 {
   std::sort(part.foreign.begin(), part.foreign.end());
   part.foreign.erase(std::unique(part.foreign.begin(), part.foreign.end()), part.foreign.end());
@@ -271,7 +271,97 @@ void close_part(PointPart& part, int ncorner)
     if (c < 0)
       c = ncorner + static_cast<int>(std::lower_bound(part.foreign.begin(), part.foreign.end(), -1 - c) -
                                      part.foreign.begin());
+}
+
+struct HeldCorner {
+  int number, field;
+  double X[3];
+  bool operator<(const HeldCorner& b) const { return number < b.number; }
+  bool operator==(const HeldCorner& b) const { return number == b.number; }
+};
+
+// corners of faces that bonds hold, of all ranks, without those that are here; ascending
+std::vector<HeldCorner> held_corners(const Model& m, const Points& pts)
+{
+  const IntVec bonded = model_bonded_surfaces(m);
+  const IntVec& here  = pts.part.corner;
+  std::vector<HeldCorner> all;
+  for (size_t s = 0; s < m.surface.size(); ++s)
+    for (const Face& f : bonded[s] ? pts.surface[s] : std::vector<Face>()) {
+      const ShapeInfo& info = shape_info[pts.shape[f.elem]];
+      for (int k = 0; k < info.nfnode[f.face]; ++k) {
+        const int c = pts.conn.begin(f.elem)[info.face[f.face][k]];
+        HeldCorner h{here[c], pts.field[c], {0, 0, 0}};
+        std::copy_n(&pts.Xc[static_cast<size_t>(c) * m.dim], m.dim, h.X);
+        all.push_back(h);
+      }
+    }
+  comm_allgatherv(all);
+  std::sort(all.begin(), all.end());
+  all.erase(std::unique(all.begin(), all.end()), all.end());
+  all.erase(std::remove_if(all.begin(), all.end(), [&](const HeldCorner& h) {
+    return std::binary_search(here.begin(), here.end(), h.number);
+  }), all.end());
+  return all;
+}
+
+// puts them among those that are here, which keep their sequence
+void add_held(int dim, const std::vector<HeldCorner>& held, Points& pts)
+{
+  PointPart& part = pts.part;
+  const int before = pts.ncorner;
+  Points all;
+  IntVec place;                // of those that were here
+  size_t next = 0;
+  const auto add = [&](int number, int field, const double* X) {
+    all.Xc.insert(all.Xc.end(), X, X + dim);
+    all.field.push_back(field);
+    all.twin.push_back(all.ncorner);
+    all.hang.off.push_back(0);
+    all.part.corner.push_back(number);
+    return all.ncorner++;
+  };
+  for (int c = 0; c <= before; ++c) {
+    for (; next < held.size() && (c == before || held[next].number < part.corner[c]); ++next)
+      add(held[next].number, held[next].field, held[next].X);
+    if (c < before) place.push_back(add(part.corner[c], pts.field[c], &pts.Xc[static_cast<size_t>(c) * dim]));
+  }
+  pts.ncorner = all.ncorner;
+  pts.Xc.swap(all.Xc);
+  pts.field.swap(all.field);
+  pts.twin.swap(all.twin);
+  std::swap(pts.hang, all.hang);
+  part.corner.swap(all.part.corner);
+  for (int& c : pts.conn.item) c = place[c];
+  for (int& c : part.near.item) c = c < before ? place[c] : c - before + pts.ncorner;
+}
+
+// which corners other ranks have too, and whose they are: of a rank with a point that has it
+void share_corners(Points& pts)
+{
+  PointPart& part = pts.part;
+  std::vector<char> own(pts.ncorner, 0);
+  for (int c : pts.conn.item) own[c] = 1;
+  std::vector<long> key;
+  IntVec owner(pts.ncorner, -1);
+  for (int c = 0; c < pts.ncorner; ++c)
+    if (own[c]) key.push_back(part.corner[c]);
+  halo_form(key, part.halo);
+  part.held = comm_allreduce_max(static_cast<int>(key.size() < own.size())) > 0;
+  if (!part.held) return;
+  for (int c = 0, k = 0; c < pts.ncorner; ++c)
+    if (own[c]) owner[c] = part.halo.owner[k++];
   halo_form({part.corner.begin(), part.corner.end()}, part.halo);
+  std::vector<IntVec> tell(comm_size());
+  for (int r = 0; r < comm_size(); ++r)
+    for (int c : part.halo.common[r]) tell[r].push_back(owner[c]);
+  const std::vector<IntVec> told = comm_exchange(tell);
+  for (int r = 0; r < comm_size(); ++r)
+    for (size_t k = 0; k < told[r].size(); ++k) {
+      int& of = owner[part.halo.common[r][k]];
+      of = std::max(of, told[r][k]);
+    }
+  part.halo.owner.swap(owner);
 }
 
 }  // namespace
@@ -296,9 +386,14 @@ int point_fill(const Model& m, Points& pts)
       ++f.errors;
     }
   }
-  if (pts.part.on) close_part(pts.part, pts.ncorner);
+  if (pts.part.on) number_foreign(pts.part, pts.ncorner);
   else pts.part = PointPart();
-  return f.errors + point_surfaces(m, pts);
+  f.errors += point_surfaces(m, pts);
+  if (pts.part.on) {
+    add_held(m.dim, held_corners(m, pts), pts);
+    share_corners(pts);
+  }
+  return f.errors;
 }
 
 bool point_corner_in_element(const Model& m, const Points& pts, int e, int c, double* N)

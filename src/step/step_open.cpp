@@ -138,6 +138,7 @@ int step_open(Problem& p)
   st.n.hp.assign(static_cast<size_t>(st.points.npoint) * p.d.point_law.history, 0.0);
   st.grid_rf.assign(m.grid_bc.size() * m.dim, 0.0);
   errors = start_values(m, st);
+  point_tell_corners(st.points, m.dim, {&st.n.uc, &st.n.vc});
   if (errors == 0) errors = start_equations(m, st.n);
   if (errors) return errors;
   if (has_contact(m)) errors = start_contact(m, st, p.d.scene, p.d.pairs);
