@@ -518,9 +518,9 @@ namespace {
 
 bool follows(const Step& step, const Load& l) { return step.nlgeom && l.kind == LOAD_PRESSURE; }
 
-// Divided model: loads at nodes fn, at corners of points that this rank works on fc, and at corners that go on
-// for its nodes, which other ranks may work on, far: of all ranks together. A failure of any rank is that of
-// all
+// Divided model: loads at nodes fn, at corners of points that this rank works on fc, and at corners that go
+// on for its nodes, which other ranks may work on, far: of all ranks together. A failure of any rank is that
+// of all
 Failure sum_loads(const Discretisation& d, const Dofs& dofs, const Failure& failure, const RealVec& fn,
                   const RealVec& fc, RealVec& far, RealVec& fext)
 {

@@ -41,14 +41,20 @@ bool asks_pieces(const Model& m)
                                        [](const HistoryDef& h) { return h.what == "NFRAG"; });
 }
 
-// Can each rank have material points of its own? They are there from the start, in boxes, nothing becomes
-// one, there is no contact, and all bodies know of each other
+// Can each rank have material points of its own? They are there from the start, nothing becomes one,
+// there is no contact, and all bodies know of each other
 bool points_divide(const Model& m, const OverlapWatch& watch)
 {
   if (m.body.empty() || !m.conversion.empty() || !watch.pair.empty() || asks_pieces(m)) return false;
   double cells = 0.0;
+  std::set<int> fields;        // of bodies that fill elements
   for (const Body& b : m.body) {
-    if (b.fill != FILL_BLOCK && b.fill != FILL_REGION) return false;
+    if (b.fill == FILL_CONVERSION) return false;
+    if (b.fill == FILL_ELSET) {
+      if (!fields.insert(b.field).second) return false;        // they may share corners
+      cells += static_cast<double>(m.elset[b.elset].item.size());
+      continue;
+    }
     double of_body = 1.0;
     for (int i = 0; i < m.dim; ++i)
       of_body *= b.cells[i] > 0 ? b.cells[i] : std::max(1.0, (b.hi[i] - b.lo[i]) / m.grid.h[i]);

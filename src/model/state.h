@@ -24,6 +24,7 @@ struct PointPart {
   bool held = false;
   Halo halo;                   // corners that other ranks have too; their owner has a point with it
   ListTable near;              // corners of those points: its own, and ncorner + place in foreign
+  IntVec near_shape;           // [near] their Shape
   IntVec foreign;              // number among the corners of all ranks
 };
 

@@ -1,10 +1,12 @@
 #include "model/state_number.h"
 
+#include <algorithm>
+
 namespace {
 
-// node, elem: index to index; before, now: nodes of the mesh, behind which corners are counted
-template <class Node, class Elem>
-void renumber(int before, int now, Node node, Elem elem, State& st)
+// node, elem, corner: index to index; before, now: nodes of the mesh, behind which corners are counted
+template <class Node, class Elem, class Corner>
+void renumber(int before, int now, Node node, Elem elem, Corner corner, State& st)
 {
   Points& p = st.points;
   for (int& e : p.parent)
@@ -12,11 +14,20 @@ void renumber(int before, int now, Node node, Elem elem, State& st)
   for (int& n : p.hang.item)
     if (n >= 0) n = node(n);
   Bonds& b = st.bonds;
-  for (int& k : b.a.item) k = k < before ? node(k) : k - before + now;
+  for (int& k : b.a.item) k = k < before ? node(k) : now + corner(k - before);
   for (SkinFace& f : b.skin)
     if (!f.points) f.elem = elem(f.elem);
   for (IntVec* list : {&st.frac.releasing, &st.frac.converted})
     for (int& e : *list) e = elem(e);
+}
+
+// index of a corner that all ranks have; what is no number of a corner is none here either
+int corner_here(const Points& p, int number)
+{
+  const IntVec& list = p.part.corner;
+  const auto here    = std::lower_bound(list.begin(), list.end(), number);
+  if (!p.part.on) return number;
+  return here != list.end() && *here == number ? static_cast<int>(here - list.begin()) : p.ncorner;
 }
 
 }  // namespace
@@ -26,7 +37,8 @@ void state_to_deck(const MeshPart& part, State& st)
   if (!part.on) return;
   renumber(
       static_cast<int>(part.node.size()), part.nnode, [&](int n) { return part.node[n]; },
-      [&](int e) { return part.elem[e]; }, st);
+      [&](int e) { return part.elem[e]; },
+      [&](int c) { return st.points.part.on ? st.points.part.corner[c] : c; }, st);
 }
 
 void state_from_deck(const MeshPart& part, State& st)
@@ -38,5 +50,5 @@ void state_from_deck(const MeshPart& part, State& st)
   st.frac.releasing.swap(releasing);
   renumber(
       part.nnode, static_cast<int>(part.node.size()), [&](int n) { return part.node_here(n); },
-      [&](int e) { return part.elem_here(e); }, st);
+      [&](int e) { return part.elem_here(e); }, [&](int c) { return corner_here(st.points, c); }, st);
 }

@@ -6,6 +6,15 @@
 
 #include "point/point.h"
 
+// Domains of all ranks that are not made yet: corners by their numbers among those of all ranks
+struct FillPlan {
+  IntVec cell;                 // [point] cell of the fill that it is in
+  IntVec shape;                // [point] Shape
+  ListTable conn;              // [point] numbers of its corners
+  RealVec X;                   // [corner*dim] from the first one of the body on
+  int first = 0;               // number of that one
+};
+
 struct Filler {
   const Model& m;
   Points& pts;
@@ -13,6 +22,7 @@ struct Filler {
   int parent = -1;             // element that becomes points during the run
   int errors = 0;
   int at_node[8] = {};         // corners at the nodes of the element, of those that hang
+  FillPlan* plan = nullptr;    // nothing is made, but planned
 };
 
 // fill_corner : adds a corner, returns its index
@@ -26,12 +36,14 @@ void fill_point(Filler& f, int body, Shape shape, const int* corner);
 bool fill_accepts(const Expr& where, const double* X, int dim, const char* kind, const std::string& name,
                   const Place& place, int& faults);
 
-// fill_box_ranks : which rank has the points of each cell of the boxes of bodies; all bodies are filled in
-// boxes                                                                                      [body][cells]
-std::vector<IntVec> fill_box_ranks(const Model& m);
+// fill_ranks : which rank has the points of each cell of a fill: of a box, or element of a set [body][cells]
+std::vector<IntVec> fill_ranks(const Model& m);
 
-// fill_box : the points of a body in a box. rank: of fill_box_ranks; empty: all of them are of this rank, as
-// on one rank. Else numbers, PointPart::near and foreign (numbers of all ranks, not sorted yet) go on.
+// fill_box : the points of a body in a box. rank: of fill_ranks; empty: all of them are of this rank, as on
+// one rank. Else numbers, PointPart::near and foreign (numbers of all ranks, not sorted yet) go on.
 void fill_box(Filler& f, int body, const IntVec& rank);
+
+// fill_planned : the points of this rank of a body that were planned, as fill_box
+void fill_planned(Filler& f, int body, const FillPlan& plan, const IntVec& rank);
 
 #endif

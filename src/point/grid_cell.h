@@ -51,16 +51,6 @@ inline long cell_key(const Grid& g, int dim, int field, const int* at)
   return field * grid_cells(g, dim) + cell;
 }
 
-// place_code : of the cell of a place, and of the weights in it that are zero: places of one code have
-// weights on the same nodes
-template <int D>
-long place_code(const Grid& g, int field, const CellPlace& s)
-{
-  long code = cell_key(g, D, field, s.cell);
-  for (int i = 0; i < D; ++i) code = 3 * code + (s.xi[i] == 0.0 ? 0 : s.xi[i] == 1.0 ? 2 : 1);
-  return code;
-}
-
 // the weights of a place on the nodes of its cell, without those that are zero; returns how many
 template <int D>
 int cell_weights(const Grid& g, int field, const CellPlace& s, long* key, double* w)
@@ -140,10 +130,5 @@ void grid_compose(const GridLists& ext, int nnode, ListTable& list, RealVec& lis
 // point_sums : dS_pv/dX of every point from its corners (3.7), for the lists of g
 //   out  support   max_p S_pv of every node (3.10); null: not asked for
 void point_sums(const Points& pts, int dim, int nnode, ActiveGrid& g, RealVec* support);
-
-// grid_keeps_lists : makes the weights of g anew when the lists stay: the same points on corners in the same
-// cells, and no node is weak. False: nothing but weights of g was touched, and all must be made again
-bool grid_keeps_lists(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& uc,
-                      const RealVec& xb, ActiveGrid& g);
 
 #endif

@@ -17,32 +17,6 @@ struct GridLists {
   RealVec w;                   // [list.item]
 };
 
-// The cell that a corner lies in
-struct CornerCell {
-  int cell[3];                 // its place in the grid
-  bool face[3];                // the corner lies on the lower face in this direction
-};
-
-// What the lists of the active grid were made from: as long as it stays, so do they
-struct GridPlaces {
-  IntVec conn, field;          // of Points: conn.item, field
-  std::vector<long> corner;    // [ncorner] place_code; -1: not on the grid, or of no point
-  std::vector<CornerCell> cell;    // [ncorner] of those on the grid
-  std::vector<long> bond;      // [nbond] the same as corner
-  std::vector<long> point;     // [npoint] key of the cell of its centre, -1: not asked for
-  std::vector<long> touched;   // keys of the nodes that corners and bonds touch, ascending
-  std::vector<char> strong;    // [touched]
-  // weak nodes: lists on touched nodes, and what each of these follows               (3.12)
-  GridLists raw_corner, raw_bond, extend;
-  IntVec corner_place, bond_place;   // where weights of raw_corner and raw_bond go, once they were asked for
-  ListTable raw_point;
-  IntVec raw_slot;             // as ActiveGrid::slot
-  // what corners may move, from where they were looked at, before a centre of a point may change its cell
-  // or a node may become weak or strong
-  RealVec seen;                // [ncorner*dim] places of corners
-  double room = 0.0;           // in cells, summed over the directions
-};
-
 struct GridCount {
   int nodes = 0, cells = 0;    // unknown nodes; active cells
   int weak  = 0;               // touched nodes that follow others (extended basis)
@@ -78,7 +52,6 @@ struct ActiveGrid {
   // [ghost.item] jump of the gradient normal to the face, times the size of a cell
   RealVec ghost_w;
   RealVec ghost_k, ghost_m;    // [nghost] force/length, mass: of that jump
-  GridPlaces places;
 };
 
 // grid_nodes, grid_cells : how many the whole grid has

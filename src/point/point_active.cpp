@@ -144,11 +144,6 @@ Status touch(const Model& m, const Points& pts, const Bonds& bonds, const RealVe
   const Grid& grid = m.grid;
   std::vector<long> corner_key, bond_key, cell;
   CellPlace s;
-  GridPlaces& now = g.places;
-  now.corner.assign(pts.ncorner, -1);
-  now.cell.resize(pts.ncorner);
-  now.bond.assign(bonds.nbond, -1);
-  now.point.assign(pts.npoint, -1);
   std::vector<char> owned(pts.ncorner, 0);           // released points have left corners behind
   for (int c : pts.conn.item) owned[c] = 1;
   RealVec x(pts.Xc.size());
@@ -167,9 +162,6 @@ Status touch(const Model& m, const Points& pts, const Bonds& bonds, const RealVe
         return OUTSIDE_GRID;
       }
       n = cell_weights<D>(grid, pts.field[c], s, &corner_key[corner.n], &g.corner_w[corner.n]);
-      now.corner[c] = place_code<D>(grid, pts.field[c], s);
-      for (int i = 0; i < D; ++i) now.cell[c].cell[i] = s.cell[i];
-      for (int i = 0; i < D; ++i) now.cell[c].face[i] = s.xi[i] == 0.0;
       // a corner on a cell face leaves open which cell it is in
       if (n == 1 << D) cell.push_back(cell_key(grid, D, pts.field[c], s.cell));
     }
@@ -185,7 +177,6 @@ Status touch(const Model& m, const Points& pts, const Bonds& bonds, const RealVe
         return OUTSIDE_GRID;
       }
       n = cell_weights<D>(grid, bonds.field[b], s, &bond_key[bond.n], &g.bond_w[bond.n]);
-      now.bond[b] = place_code<D>(grid, bonds.field[b], s);
     }
     bond.next(n);
   }
@@ -201,7 +192,6 @@ Status touch(const Model& m, const Points& pts, const Bonds& bonds, const RealVe
     if (follows) continue;
     if (!locate<D>(grid, mid, s)) continue;
     const long key = cell_key(grid, D, pts.field[pts.conn.begin(p)[0]], s.cell);
-    now.point[p]   = key;
     if (cell.empty() || cell.back() != key) cell.push_back(key);
   }
   KeyNumbers numbers;
@@ -401,19 +391,12 @@ Status no_grid(Status status, ActiveGrid& g)
 
 // lists on touched nodes become lists on the unknown nodes that these follow
 template <int D>
-void follow_unknowns(const Points& pts, ActiveGrid& g)
+void follow_unknowns(const Points& pts, const GridLists& extend, ActiveGrid& g)
 {
-  GridPlaces& now = g.places;
   const int nnode = static_cast<int>(g.key.size());
-  now.raw_corner  = {g.corner, g.corner_w};
-  now.raw_bond    = {g.bond, g.bond_w};
-  now.corner_place.clear();
-  now.bond_place.clear();
-  std::swap(now.raw_point, g.point);
-  now.raw_slot.swap(g.slot);
-  grid_compose(now.extend, nnode, g.corner, g.corner_w);
-  grid_compose(now.extend, nnode, g.bond, g.bond_w);
-  grid_compose(now.extend, nnode, g.ghost, g.ghost_w);
+  grid_compose(extend, nnode, g.corner, g.corner_w);
+  grid_compose(extend, nnode, g.bond, g.bond_w);
+  grid_compose(extend, nnode, g.ghost, g.ghost_w);
   point_lists(pts, nnode, g);
   point_sums(pts, D, nnode, g, nullptr);
 }
@@ -450,9 +433,10 @@ Status activate_part(const Model& m, const Points& pts, const RealVec& uc, Statu
   grid_ghost(m, pts, uc, node, &halo.cell, g);
   std::vector<char> needed = of.own;
   for (int r : g.ghost.item) needed[r] = 1;
-  find_extension(m, halo.cell.key, node, strong, support, needed, g, g.places.extend);
-  follow_unknowns<D>(pts, g);
-  g.places = GridPlaces();
+  GridLists extend;
+  g.nlone = 0;
+  find_extension(m, halo.cell.key, node, strong, support, needed, g, extend);
+  follow_unknowns<D>(pts, extend, g);
   std::vector<long> cell;
   for (size_t c = 0; c < halo.cell.key.size(); ++c)
     if (halo.cell.counts(static_cast<int>(c))) cell.push_back(halo.cell.key[c]);
@@ -478,27 +462,19 @@ void activate_all(const Model& m, const Points& pts, const RealVec& uc, std::vec
   point_lists(pts, static_cast<int>(node.size()), g);
   point_sums(pts, D, static_cast<int>(node.size()), g, &support);
   g.meets = m.grid.keep > 0.0 && points_meet(pts, node, g.point, nullptr);
-  GridPlaces& now = g.places;
-  now.strong  = strong_nodes(m.grid, node, support);
-  const int weak = static_cast<int>(std::count(now.strong.begin(), now.strong.end(), 0));
+  const std::vector<char> strong = strong_nodes(m.grid, node, support);
+  const int weak = static_cast<int>(std::count(strong.begin(), strong.end(), 0));
   g.nlone = 0;
   grid_ghost(m, pts, uc, node, nullptr, g);
-  now.touched = node;
   if (weak == 0) {             // touched nodes are the unknowns
     g.key.swap(node);
   } else {
-    find_extension(m, g.cell, node, now.strong, support, {}, g, now.extend);
-    follow_unknowns<D>(pts, g);
+    GridLists extend;
+    find_extension(m, g.cell, node, strong, support, {}, g, extend);
+    follow_unknowns<D>(pts, extend, g);
   }
   name_mesh_nodes(g);
-  g.of_all  = {static_cast<int>(g.key.size()), static_cast<int>(g.cell.size()), weak};
-  if (m.grid.keep > 0.0 && !g.meets) {     // it moves along, and then corners are in other cells
-    now = GridPlaces();
-    return;
-  }
-  now.room  = 0.0;
-  now.conn  = pts.conn.item;
-  now.field = pts.field;
+  g.of_all = {static_cast<int>(g.key.size()), static_cast<int>(g.cell.size()), weak};
 }
 
 template <int D>
@@ -582,7 +558,6 @@ Status grid_activate(const Model& m, const Points& pts, const Bonds& bonds, cons
                      const RealVec& xb, ActiveGrid& g, int* worst)
 {
   ++g.made;
-  if (grid_keeps_lists(m, pts, bonds, uc, xb, g)) return STATUS_OK;
   return m.dim == 2 ? activate<2>(m, pts, bonds, uc, xb, g, worst)
                     : activate<3>(m, pts, bonds, uc, xb, g, worst);
 }

@@ -9,6 +9,10 @@
 
 int fill_corner(Filler& f, const double* X, int field)
 {
+  if (f.plan) {
+    f.plan->X.insert(f.plan->X.end(), X, X + f.m.dim);
+    return f.pts.part.ncorner++;
+  }
   f.pts.Xc.insert(f.pts.Xc.end(), X, X + f.m.dim);
   f.pts.field.push_back(field);
   f.pts.twin.push_back(f.pts.ncorner);
@@ -18,6 +22,13 @@ int fill_corner(Filler& f, const double* X, int field)
 
 void fill_point(Filler& f, int body, Shape shape, const int* corner)
 {
+  if (f.plan) {
+    ListTable& conn = f.plan->conn;
+    conn.item.insert(conn.item.end(), corner, corner + shape_info[shape].nen);
+    conn.off.push_back(static_cast<int>(conn.item.size()));
+    f.plan->shape.push_back(shape);
+    return;
+  }
   const Body& b = f.m.body[body];
   const int dim = f.m.dim, nen = shape_info[shape].nen;
   Points& p = f.pts;
@@ -195,11 +206,12 @@ void add_place(Centre& c, double count, const double* X)
 
 // The rank of each part of the cells, which lie at X [n*3]: one after the other, the part and the rank whose
 // elements are nearest, so that bonds seldom go from rank to rank. Collective.
-IntVec near_elements(const Mesh& mesh, const RealVec& X, const RealVec& work, const IntVec& part)
+IntVec near_elements(const Model& m, const RealVec& X, const RealVec& work, const IntVec& part)
 {
   const int ranks = comm_size();
   std::vector<Centre> to(1), from(ranks);
-  for (int n = 0; n < mesh.nnode(); ++n) add_place(to[0], 1.0, &mesh.X[3 * n]);
+  for (int n = 0; n < m.mesh.nnode(); ++n)
+    if (m.part.counts(n)) add_place(to[0], 1.0, &m.mesh.X[3 * n]);
   comm_allgatherv(to);
   for (size_t c = 0; c < part.size(); ++c) add_place(from[part[c]], work[c], &X[3 * c]);
   IntVec rank(ranks, -1);
@@ -223,7 +235,8 @@ IntVec near_elements(const Mesh& mesh, const RealVec& X, const RealVec& work, co
 }
 
 // a domain of another rank that shares a corner with those of this one
-void add_near(const IntVec& number, const IntVec& index, const size_t* corner, int nen, PointPart& part)
+void add_near(const IntVec& number, const IntVec& index, Shape shape, const size_t* corner, int nen,
+              PointPart& part)
 {
   if (std::all_of(corner, corner + nen, [&](size_t c) { return index[c] < 0; })) return;
   for (int a = 0; a < nen; ++a) {
@@ -231,6 +244,14 @@ void add_near(const IntVec& number, const IntVec& index, const size_t* corner, i
     if (index[corner[a]] < 0) part.foreign.push_back(number[corner[a]]);
   }
   part.near.off.push_back(static_cast<int>(part.near.item.size()));
+  part.near_shape.push_back(shape);
+}
+
+// into the ring of the points of its cell; last: the last one made there, -1: none yet
+void join_ring(Points& p, int point, int& last)
+{
+  if (last >= 0) std::swap(p.next[point], p.next[last]);
+  last = point;
 }
 
 }  // namespace
@@ -254,45 +275,111 @@ void fill_box(Filler& f, int body, const IntVec& rank)
     const int of_all = part.npoint++;
     size_t corner[8];
     const int nen = corners_of(box, at, corner);
-    if (!mine[domain]) return add_near(number, index, corner, nen, part);
+    const Shape shape = box.dim == 3 ? SHAPE_HEX8 : SHAPE_QUAD4;
+    if (!mine[domain]) return add_near(number, index, shape, corner, nen, part);
     int c[8];
     for (int a = 0; a < nen; ++a) c[a] = index[corner[a]];
     const int before = p.npoint;
-    fill_point(f, body, box.dim == 3 ? SHAPE_HEX8 : SHAPE_QUAD4, c);
+    fill_point(f, body, shape, c);
     if (p.npoint == before) return;
     if (part.on) {
       part.point.push_back(of_all);
       p.label.back() = of_all + 1;
     }
-    // into the ring of the points of its cell
-    if (last[cell] >= 0) std::swap(p.next[before], p.next[last[cell]]);
-    last[cell] = before;
+    join_ring(p, before, last[cell]);
   });
 }
 
-std::vector<IntVec> fill_box_ranks(const Model& m)
+void fill_planned(Filler& f, int body, const FillPlan& plan, const IntVec& rank)
+{
+  Points& p       = f.pts;
+  PointPart& part = p.part;
+  const int dim = f.m.dim, ncorner = part.ncorner - plan.first;
+  const auto mine = [&](int q) { return rank[plan.cell[q]] == comm_rank(); };
+  IntVec index(ncorner, -1), number(ncorner), last(rank.size(), -1);
+  for (int q = 0; q < plan.conn.size(); ++q)
+    for (int k = plan.conn.off[q]; k < plan.conn.off[q + 1] && mine(q); ++k)
+      index[plan.conn.item[k] - plan.first] = 0;
+  for (int c = 0; c < ncorner; ++c) {
+    number[c] = plan.first + c;
+    if (index[c] < 0) continue;
+    index[c] = fill_corner(f, &plan.X[static_cast<size_t>(c) * dim], f.m.body[body].field);
+    part.corner.push_back(number[c]);
+  }
+  for (int q = 0; q < plan.conn.size(); ++q) {
+    const int of_all = part.npoint++, nen = plan.conn.count(q), before = p.npoint;
+    size_t corner[8];
+    int c[8];
+    for (int a = 0; a < nen; ++a) {
+      corner[a] = plan.conn.begin(q)[a] - plan.first;
+      c[a]      = index[corner[a]];
+    }
+    const Shape shape = static_cast<Shape>(plan.shape[q]);
+    if (mine(q)) fill_point(f, body, shape, c);
+    else add_near(number, index, shape, corner, nen, part);
+    if (p.npoint == before) continue;
+    part.point.push_back(of_all);
+    p.label.back() = of_all + 1;
+    join_ring(p, before, last[plan.cell[q]]);
+  }
+}
+
+namespace {
+
+// cells of a fill with points in them: their number at each, -1: there are none; places and counts go on
+IntVec number_cells(const RealVec& count, const RealVec& sum, RealVec& X, RealVec& work)
+{
+  IntVec out;
+  for (size_t c = 0; c < count.size(); ++c) {
+    out.push_back(count[c] > 0.0 ? static_cast<int>(work.size()) : -1);
+    if (count[c] == 0.0) continue;
+    for (int i = 0; i < 3; ++i) X.push_back(sum[3 * c + i] / count[c]);
+    work.push_back(count[c]);
+  }
+  return out;
+}
+
+// points and sum of their places in the cells of a box; about as many in an element
+void count_cells(const Model& m, int body, RealVec& count, RealVec& sum)
+{
+  const Body& b = m.body[body];
+  if (b.fill == FILL_ELSET) {
+    const double points = std::pow(b.per_cell, m.dim);
+    for (int e : m.elset[b.elset].item) {
+      count.push_back(points);
+      sum.insert(sum.end(), 3, 0.0);
+      const int n = m.mesh.conn.count(e);
+      for (int a = 0; a < n; ++a)
+        for (int i = 0; i < 3; ++i)
+          sum[sum.size() - 3 + i] += points / n * m.mesh.X[3 * m.mesh.conn.begin(e)[a] + i];
+    }
+    return;
+  }
+  const Box box     = make_box(m, body);
+  const bool region = b.fill == FILL_REGION && !b.where.is_const();
+  count.assign(box.cells(), 0.0);
+  sum.assign(3 * box.cells(), 0.0);
+  each_domain(box, [&](size_t, size_t cell, const int* at) {
+    double x[3];
+    centre_of(box, at, x);
+    if (region && expr_eval(b.where, x, 0.0) == 0.0) return;
+    for (int i = 0; i < 3; ++i) sum[3 * cell + i] += x[i];
+    count[cell] += 1.0;
+  });
+}
+
+}  // namespace
+
+std::vector<IntVec> fill_ranks(const Model& m)
 {
   std::vector<IntVec> out(m.body.size());
   RealVec X, work;
   for (size_t b = 0; b < m.body.size(); ++b) {
-    const Box box = make_box(m, static_cast<int>(b));
-    const bool region = box.b.fill == FILL_REGION && !box.b.where.is_const();
-    RealVec count(box.cells(), 0.0), sum(3 * box.cells(), 0.0);
-    each_domain(box, [&](size_t, size_t cell, const int* at) {
-      double x[3];
-      centre_of(box, at, x);
-      if (region && expr_eval(box.b.where, x, 0.0) == 0.0) return;
-      for (int i = 0; i < 3; ++i) sum[3 * cell + i] += x[i];
-      count[cell] += 1.0;
-    });
-    for (size_t c = 0; c < box.cells(); ++c) {
-      out[b].push_back(count[c] > 0.0 ? static_cast<int>(work.size()) : -1);
-      if (count[c] == 0.0) continue;
-      for (int i = 0; i < 3; ++i) X.push_back(sum[3 * c + i] / count[c]);
-      work.push_back(count[c]);
-    }
+    RealVec count, sum;
+    count_cells(m, static_cast<int>(b), count, sum);
+    out[b] = number_cells(count, sum, X, work);
   }
-  const IntVec part = part_places(X, work, comm_size()), rank = near_elements(m.mesh, X, work, part);
+  const IntVec part = part_places(X, work, comm_size()), rank = near_elements(m, X, work, part);
   for (IntVec& cells : out)
     for (int& c : cells) c = c < 0 ? -1 : rank[part[c]];
   return out;

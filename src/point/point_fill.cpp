@@ -56,6 +56,7 @@ int shared_corner(Filler& f, const Body& body, int e, const int* iw, int total)
   if (own) f.share.own.emplace(key, c);
   if (first == f.share.corner.end()) f.share.corner.emplace(std::make_pair(field, key), c);
   else f.pts.twin[c] = first->second;
+  if (f.plan) return c;
   f.share.made.push_back(c);
   for (const auto& k : key) {
     f.share.node.item.push_back(static_cast<int>(k.first));
@@ -191,21 +192,29 @@ void fill_element(Filler& f, int body, int e)
   join_points(f.pts, first);
 }
 
-void fill_elset(Filler& f, int body)
+// rank: of fill_ranks; empty: all points are of this rank, as on one rank
+void fill_elset(Filler& f, int body, const IntVec& rank)
 {
+  FillPlan plan;
+  plan.first = f.pts.part.ncorner;
+  f.plan     = rank.empty() ? nullptr : &plan;
+  int cell   = 0;
   for (int e : f.m.elset[f.m.body[body].elset].item) {
-    if (f.errors) return;
+    if (f.errors) break;
     fill_element(f, body, e);
+    if (f.plan) plan.cell.resize(plan.shape.size(), cell++);
   }
+  f.plan = nullptr;
+  if (!rank.empty()) fill_planned(f, body, plan, rank);
 }
 
 // faces with one owner; of points of this rank, which others are near
-void find_boundary(int dim, Points& p)
+void find_boundary(Points& p)
 {
   using Key = std::array<int, 4>;        // corners of a face, ascending, by their first names
-  const int MAX_FACES = 6, near = dim == 3 ? SHAPE_HEX8 : SHAPE_QUAD4, all = p.npoint + p.part.near.size();
+  const int MAX_FACES = 6, all = p.npoint + p.part.near.size();
   const auto shape_of = [&](int q) -> const ShapeInfo& {
-    return shape_info[q < p.npoint ? p.shape[q] : near];
+    return shape_info[q < p.npoint ? p.shape[q] : p.part.near_shape[q - p.npoint]];
   };
   const auto key_of = [&](int q, int s) {
     const ShapeInfo& info = shape_of(q);
@@ -372,12 +381,12 @@ int point_fill(const Model& m, Points& pts)
   pts.part.on = m.part.points;
   CornerShare share;
   Filler f{m, pts, share};
-  const std::vector<IntVec> rank = pts.part.on ? fill_box_ranks(m) : std::vector<IntVec>(m.body.size());
+  const std::vector<IntVec> rank = pts.part.on ? fill_ranks(m) : std::vector<IntVec>(m.body.size());
   for (size_t b = 0; b < m.body.size(); ++b) {
     const int before = pts.npoint + pts.part.npoint;
     if (m.body[b].fill == FILL_CONVERSION) continue;
     if (m.body[b].fill == FILL_ELSET)
-      fill_elset(f, static_cast<int>(b));
+      fill_elset(f, static_cast<int>(b), rank[b]);
     else
       fill_box(f, static_cast<int>(b), rank[b]);
     if (pts.npoint + pts.part.npoint == before) {
@@ -459,7 +468,7 @@ int point_surfaces(const Model& m, Points& pts)
 {
   const IntVec acts = pts.of_elem.empty() ? IntVec() : acting_surfaces(m);
   int errors = 0;
-  find_boundary(m.dim, pts);
+  find_boundary(pts);
   pts.surface.assign(m.surface.size(), {});
   for (size_t s = 0; s < m.surface.size(); ++s) {
     if (m.surface[s].body < 0) {

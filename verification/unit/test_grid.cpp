@@ -131,47 +131,6 @@ TEST(Grid, BarelyTouchedNodesFollow)
   EXPECT_EQ(0, a.g.nlone);
 }
 
-// A block that is pushed and sheared through the grid: weights on kept lists are those of a new active grid,
-// to the last digit. In most steps no corner changes its cell, and lists are kept.
-void expect_kept_grid(double weak, double ghost)
-{
-  Model m = block_model(0.63, 4, 2, weak);
-  m.grid.ghost_stiffness = m.grid.ghost_mass = ghost;
-  Active before(m);
-  const Points& pts = before.pts;
-  RealVec uc(pts.Xc.size(), 0.0);
-  int kept = 0, worst = -1;
-  const int steps = 60;
-  for (int k = 1; k <= steps; ++k) {
-    for (int c = 0; c < pts.ncorner; ++c) {
-      uc[2 * c]     = 0.0071 * k;
-      uc[2 * c + 1] = 0.0013 * k * pts.Xc[2 * c];
-    }
-    ActiveGrid trial = before.g, fresh;
-    kept += grid_keeps_lists(m, pts, Bonds(), uc, RealVec(), trial);
-    ASSERT_EQ(STATUS_OK, grid_activate(m, pts, Bonds(), uc, RealVec(), before.g, &worst));
-    ASSERT_EQ(STATUS_OK, grid_activate(m, pts, Bonds(), uc, RealVec(), fresh, &worst));
-    ASSERT_EQ(fresh.key, before.g.key) << "step " << k;
-    ASSERT_EQ(fresh.cell, before.g.cell) << "step " << k;
-    ASSERT_EQ(fresh.corner.item, before.g.corner.item) << "step " << k;
-    ASSERT_EQ(fresh.corner_w, before.g.corner_w) << "step " << k;
-    ASSERT_EQ(fresh.point.item, before.g.point.item) << "step " << k;
-    ASSERT_EQ(fresh.dS, before.g.dS) << "step " << k;
-    ASSERT_EQ(fresh.ghost.item, before.g.ghost.item) << "step " << k;
-    ASSERT_EQ(fresh.ghost_w, before.g.ghost_w) << "step " << k;
-    ASSERT_EQ(fresh.of_all.weak, before.g.of_all.weak) << "step " << k;
-  }
-  EXPECT_GT(kept, steps / 4);
-  EXPECT_LT(kept, steps);
-}
-
-TEST(Grid, KeptListsGiveWhatNewOnesGive)
-{
-  expect_kept_grid(0.05, 0.0);
-  expect_kept_grid(0.0, 0.0);
-  expect_kept_grid(0.3, 0.1);
-}
-
 // The grid moves along until a corner that it carries has gone a tenth of a cell, summed over the directions
 TEST(Grid, StaysUntilACornerHasGone)
 {
