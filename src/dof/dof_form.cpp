@@ -2,6 +2,7 @@
 
 #include "base/comm.h"
 #include "base/far_first.h"
+#include "base/gather_lists.h"
 #include "base/timer.h"
 #include "dof/dof.h"
 
@@ -10,20 +11,12 @@ namespace {
 // elements around each node, of those that still are elements
 ListTable elements_around(const Mesh& mesh, const Elements& el)
 {
-  ListTable around;
-  around.off.assign(mesh.nnode() + 1, 0);
-  const auto each = [&](auto use) {
+  return gather_lists(mesh.nnode(), [&](auto use) {
     for (const ElemBlock& b : el.block)
       for (int slot : b.live)
         for (int k = mesh.conn.off[b.elem[slot]]; k < mesh.conn.off[b.elem[slot] + 1]; ++k)
           use(mesh.conn.item[k], b.elem[slot]);
-  };
-  each([&](int n, int) { ++around.off[n + 1]; });
-  for (int n = 0; n < mesh.nnode(); ++n) around.off[n + 1] += around.off[n];
-  around.item.resize(around.off.back());
-  IntVec next(around.off.begin(), around.off.end() - 1);
-  each([&](int n, int e) { around.item[next[n]++] = e; });
-  return around;
+  });
 }
 
 // calls use(neighbour) for the nodes of the elements of node n

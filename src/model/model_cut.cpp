@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "base/forest.h"
+#include "base/gather_lists.h"
 
 namespace {
 
@@ -135,15 +136,10 @@ OfRanks<int> nodes_of(const Mesh& mesh, const OfRanks<int>& elem, const ListTabl
 // ranks of each of the n nodes or elements, ascending
 ListTable ranks_of(int n, const OfRanks<int>& list)
 {
-  ListTable out;
-  out.off.assign(n + 1, 0);
-  for (int k : list.item) ++out.off[k + 1];
-  std::partial_sum(out.off.begin(), out.off.end(), out.off.begin());
-  out.item.resize(list.item.size());
-  IntVec next(out.off);
-  for (int r = 0; r + 1 < static_cast<int>(list.off.size()); ++r)
-    for (int k = list.off[r]; k < list.off[r + 1]; ++k) out.item[next[list.item[k]]++] = r;
-  return out;
+  return gather_lists(n, [&](auto use) {
+    for (int r = 0; r + 1 < static_cast<int>(list.off.size()); ++r)
+      for (int k = list.off[r]; k < list.off[r + 1]; ++k) use(list.item[k], r);
+  });
 }
 
 // lists by rank, those of nodes and elements as node and elem [ranks] have them

@@ -4,6 +4,7 @@
 #include <map>
 
 #include "base/comm.h"
+#include "base/gather_lists.h"
 #include "base/log.h"
 #include "model/model_cut.h"
 #include "point/filler.h"
@@ -231,13 +232,10 @@ void find_boundary(Points& p)
     for (int q = 0; q < n; ++q)
       for (int s = 0; s < shape_of(q).nface; ++s) use(q, s, key_of(q, s));
   };
-  ListTable at;                          // faces by their last corner, point after point
-  at.off.assign(p.ncorner + p.part.foreign.size() + 1, 0);
-  each_face(all, [&](int, int, const Key& key) { ++at.off[key[3] + 1]; });
-  for (size_t c = 0; c + 1 < at.off.size(); ++c) at.off[c + 1] += at.off[c];
-  at.item.resize(at.off.back());
-  IntVec next(at.off.begin(), at.off.end() - 1);
-  each_face(all, [&](int q, int s, const Key& key) { at.item[next[key[3]]++] = MAX_FACES * q + s; });
+  // by their last corner, point after point
+  const ListTable at = gather_lists(p.ncorner + static_cast<int>(p.part.foreign.size()), [&](auto use) {
+    each_face(all, [&](int q, int s, const Key& key) { use(key[3], MAX_FACES * q + s); });
+  });
   p.boundary.clear();
   each_face(p.npoint, [&](int q, int s, const Key& key) {
     int owners = 0;

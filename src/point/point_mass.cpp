@@ -1,5 +1,6 @@
 #include <Eigen/Core>
 
+#include "base/gather_lists.h"
 #include "point/point.h"
 
 void point_add_mass(const Points& pts, int first, size_t at, RealVec& mass)
@@ -20,20 +21,14 @@ namespace {
 // the domains of list at each corner: where it stands in Points::conn.item; of: the domain of such a place
 ListTable domains_around(const Points& pts, const IntVec& list, IntVec& of)
 {
-  ListTable around;
   of.resize(pts.conn.item.size());
-  around.off.assign(pts.ncorner + 1, 0);
-  for (int p : list)
-    for (int k = pts.conn.off[p]; k < pts.conn.off[p + 1]; ++k) ++around.off[pts.conn.item[k] + 1];
-  for (int c = 0; c < pts.ncorner; ++c) around.off[c + 1] += around.off[c];
-  around.item.resize(around.off.back());
-  IntVec next(around.off.begin(), around.off.end() - 1);
-  for (int p : list)
-    for (int k = pts.conn.off[p]; k < pts.conn.off[p + 1]; ++k) {
-      around.item[next[pts.conn.item[k]]++] = k;
-      of[k] = p;
-    }
-  return around;
+  return gather_lists(pts.ncorner, [&](auto use) {
+    for (int p : list)
+      for (int k = pts.conn.off[p]; k < pts.conn.off[p + 1]; ++k) {
+        use(pts.conn.item[k], k);
+        of[k] = p;
+      }
+  });
 }
 
 // the mass is that of these points

@@ -2,6 +2,7 @@
 
 #include "base/comm.h"
 #include "base/forest.h"
+#include "base/gather_lists.h"
 #include "point/grid_halo.h"
 
 namespace {
@@ -52,28 +53,16 @@ struct Patch {
   }
 };
 
-// the other way round: which of the n owners have each of the m items; each(owner, use) calls use(item)
-template <class Each>
-ListTable owners(int n, int m, Each each)
-{
-  ListTable out;
-  out.off.assign(m + 1, 0);
-  for (int k = 0; k < n; ++k) each(k, [&](int i) { ++out.off[i + 1]; });
-  for (int i = 0; i < m; ++i) out.off[i + 1] += out.off[i];
-  out.item.resize(out.off.back());
-  IntVec next(out.off.begin(), out.off.end() - 1);
-  for (int k = 0; k < n; ++k) each(k, [&](int i) { out.item[next[i]++] = k; });
-  return out;
-}
-
 // points around a node and those that share a corner with one of them
 struct Wide {
   const Around& all;
   ListTable of_corner;         // when it was asked for
   IntVec list(const int* point, int n)
   {
-    const auto each = [&](int q, auto use) { all.each(q, use); };
-    if (of_corner.size() == 0) of_corner = owners(all.count(), all.ncorner(), each);
+    if (of_corner.size() == 0)
+      of_corner = gather_lists(all.ncorner(), [&](auto use) {
+        for (int q = 0; q < all.count(); ++q) all.each(q, [&](int c) { use(c, q); });
+      });
     IntVec out;
     for (int k = 0; k < n; ++k)
       all.each(point[k], [&](int c) {
@@ -186,8 +175,9 @@ bool points_meet(const Points& pts, const std::vector<long>& key, const ListTabl
 {
   const long nnode = std::lower_bound(key.begin(), key.end(), key_own) - key.begin();
   const Around all{pts};
-  const ListTable around = owners(point.size(), static_cast<int>(key.size()), [&](int q, auto use) {
-    for (int k = point.off[q]; k < point.off[q + 1]; ++k) use(point.item[k]);
+  const ListTable around = gather_lists(static_cast<int>(key.size()), [&](auto use) {
+    for (int q = 0; q < point.size(); ++q)
+      for (int k = point.off[q]; k < point.off[q + 1]; ++k) use(point.item[k], q);
   });
   const bool here = meet_here(all, nnode, around, halo);
   if (!halo) return here;
