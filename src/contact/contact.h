@@ -91,7 +91,8 @@ void contact_offsets(const Model& m, const Points& pts, const IntVec& place, Bon
 //   in   s [dim]     relative displacement over the step;  t0 [dim] friction force at t(n);
 //        lambda multiplier of the normal force, <= 0
 //   out  f [dim], K [dim*dim], t1 [dim] friction force at t(n+1), slipped [1] distance slipped,
-//        across [dim] unless null, zero where nothing slips; returns the gap at t(n+1)
+//        across [dim] unless null, zero where nothing slips; returns the gap at t(n+1),
+//        zero where it is rounding
 double contact_force(const Model& m, const Bonds& bonds, const ContactPairs& pairs, int b,
                      const KernelMode& mode, const double* s, const double* t0, double lambda, double* f,
                      double* K, double* t1, double* slipped, double* across = nullptr);

@@ -176,20 +176,38 @@ void contact_nearer(const Hit& hit, Projection k, Projection& kind, std::vector<
   if (k == PROJ_NONE || k < kind) return;
   if (k > kind) best.clear();
   kind = k;
-  if (best.empty() || std::fabs(hit.gap) >= std::fabs(best[0].gap)) best.push_back(hit);
-  else best.insert(best.begin(), hit);
+  best.push_back(hit);
 }
 
+namespace {
+
+// is a as small as least, to rounding?
+bool equals(double a, double least, const Hit& hit) { return a <= least + 1e-8 * hit.face->size; }
+
+double distance(const Hit& hit) { return std::hypot(hit.r[0], hit.r[1], hit.r[2]); }
+
+}  // namespace
+
+// Test: Contact.EquallyNearFacesKeepTheirOrder (unit)
 void contact_equal(std::vector<Hit>& best)
 {
+  if (best.empty()) return;
+  double gap = 1e300, place = 1e300;
   bool flat = true;
   size_t n  = 0;
+  for (const Hit& hit : best) gap = std::min(gap, std::fabs(hit.gap));
+  best.erase(std::remove_if(best.begin(), best.end(),
+                            [&](const Hit& hit) { return !equals(std::fabs(hit.gap), gap, hit); }),
+             best.end());
+  for (const Hit& hit : best) place = std::min(place, distance(hit));
+  const auto first = std::find_if(best.begin(), best.end(),
+                                  [&](const Hit& hit) { return equals(distance(hit), place, hit); });
+  std::rotate(best.begin(), first, first + 1);
   for (const Hit& hit : best) {
     const double *a = best[0].n, cosine = a[0] * hit.n[0] + a[1] * hit.n[1] + a[2] * hit.n[2];
-    if (std::fabs(hit.gap) > std::fabs(best[0].gap) + 1e-8 * hit.face->size) continue;
     if (cosine < 0.5) continue;                         // back to back, or around a sharp corner
     flat = flat && cosine > 1.0 - 1e-12;
     best[n++] = hit;
   }
-  if (!best.empty()) best.resize(flat ? 1 : n);
+  best.resize(flat ? 1 : n);
 }

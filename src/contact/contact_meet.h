@@ -44,10 +44,11 @@ Projection contact_meet(const MasterFace& f, const double* p, double reach, Hit&
 // its size
 bool contact_hold(const MasterFace& f, const double* p, Hit& hit);
 
-// contact_nearer : takes the face of hit into best, the nearest faces so far, of one kind of projection
+// contact_nearer : takes the face of hit into best, the faces so far, of one kind of projection
 void contact_nearer(const Hit& hit, Projection k, Projection& kind, std::vector<Hit>& best);
 
-// contact_equal : leaves in best the nearest face, or those that are equally near and meet at an angle
+// contact_equal : leaves in best the nearest face, or those that are equally near and meet at an angle. Of
+// equally near ones that with the nearest place counts, then the first: rounding does not choose
 void contact_equal(std::vector<Hit>& best);
 
 #endif

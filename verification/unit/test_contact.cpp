@@ -212,6 +212,56 @@ TEST(Contact, NoPlaceFarFromADistortedFaceMeetsIt)
   }
 }
 
+// of equally near faces around a sharp corner the first counts, whichever is nearer by rounding; before it one
+// that the place lies over, when it lies beside the other
+TEST(Contact, EquallyNearFacesKeepTheirOrder)
+{
+  for (const double beside : {0.0, 0.1})
+    for (const double more : {-1e-17, 1e-17}) {
+      MasterFace face[2];
+      Projection kind = PROJ_NONE;
+      std::vector<Hit> best;
+      for (int k = 0; k < 2; ++k) {
+        face[k].size = 1.0;
+        Hit hit;
+        hit.face = &face[k];
+        hit.gap  = -0.5 + k * more;
+        const double n[3] = {k ? -0.6 : 0.6, 0.8, 0.0}, across[3] = {0.0, 0.0, k ? 0.0 : beside};
+        for (int i = 0; i < 3; ++i) {
+          hit.n[i] = n[i];
+          hit.r[i] = hit.gap * n[i] + across[i];
+        }
+        contact_nearer(hit, PROJ_OVER, kind, best);
+      }
+      contact_equal(best);
+      ASSERT_EQ(1u, best.size());
+      EXPECT_EQ(&face[beside > 0.0], best[0].face);
+    }
+}
+
+// a penetration of rounding is not kept, a small one is; the force is that of the penetration
+TEST(Contact, RoundingIsNoPenetration)
+{
+  Model m;
+  Bonds bonds;
+  ContactPairs pairs;
+  KernelMode mode;
+  m.dim = 2;
+  bonds.cn = bonds.ct = {1.0};
+  pairs.normal = {0.0, 1.0};
+  pairs.size   = {10.0};
+  for (const double friction : {0.0, 0.3})
+    for (const double gap : {-1e-10, -1e-12, 0.0, 1e-12}) {
+      const double s[2] = {0.0, 0.0}, t0[2] = {0.0, 0.0};
+      double f[2], t1[2], slipped;
+      bonds.friction = {friction};
+      pairs.gap      = {gap};
+      EXPECT_EQ(gap == -1e-12 ? 0.0 : gap,
+                contact_force(m, bonds, pairs, 0, mode, s, t0, 0.0, f, nullptr, t1, &slipped));
+      EXPECT_EQ(std::min(gap, 0.0), f[1]);
+    }
+}
+
 // held across and not along: inside the body whose half is computed. Held in all directions: a floor
 TEST(Contact, PlanesOfSymmetryAreNoOuterFaces)
 {
