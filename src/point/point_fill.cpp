@@ -209,40 +209,45 @@ void fill_elset(Filler& f, int body, const IntVec& rank)
   if (!rank.empty()) fill_planned(f, body, plan, rank);
 }
 
-// faces with one owner; of points of this rank, which others are near
+using FaceKey = std::array<int, 4>;      // corners of a face, ascending, by their first names
+
+// of all faces of points, and of those near that are of other ranks, point after point
+std::vector<FaceKey> face_keys(const Points& p)
+{
+  std::vector<FaceKey> out;
+  const auto add = [&](const ShapeInfo& info, const int* corner) {
+    for (int s = 0; s < info.nface; ++s) {
+      FaceKey key{{-1, -1, -1, -1}};
+      for (int k = 0; k < info.nfnode[s]; ++k) {
+        const int c = corner[info.face[s][k]];
+        key[k] = c < p.ncorner ? p.twin[c] : c;
+      }
+      std::sort(key.begin(), key.end());
+      out.push_back(key);
+    }
+  };
+  for (int q = 0; q < p.npoint; ++q) add(shape_info[p.shape[q]], p.conn.begin(q));
+  for (int q = 0; q < p.part.near.size(); ++q) add(shape_info[p.part.near_shape[q]], p.part.near.begin(q));
+  return out;
+}
+
+// faces with one owner
 void find_boundary(Points& p)
 {
-  using Key = std::array<int, 4>;        // corners of a face, ascending, by their first names
-  const int MAX_FACES = 6, all = p.npoint + p.part.near.size();
-  const auto shape_of = [&](int q) -> const ShapeInfo& {
-    return shape_info[q < p.npoint ? p.shape[q] : p.part.near_shape[q - p.npoint]];
-  };
-  const auto key_of = [&](int q, int s) {
-    const ShapeInfo& info = shape_of(q);
-    const int* corner     = q < p.npoint ? p.conn.begin(q) : p.part.near.begin(q - p.npoint);
-    Key key{{-1, -1, -1, -1}};
-    for (int k = 0; k < info.nfnode[s]; ++k) {
-      const int c = corner[info.face[s][k]];
-      key[k] = c < p.ncorner ? p.twin[c] : c;
-    }
-    std::sort(key.begin(), key.end());
-    return key;
-  };
-  const auto each_face = [&](int n, auto use) {
-    for (int q = 0; q < n; ++q)
-      for (int s = 0; s < shape_of(q).nface; ++s) use(q, s, key_of(q, s));
-  };
-  // by their last corner, point after point
-  const ListTable at = gather_lists(p.ncorner + static_cast<int>(p.part.foreign.size()), [&](auto use) {
-    each_face(all, [&](int q, int s, const Key& key) { use(key[3], MAX_FACES * q + s); });
+  const std::vector<FaceKey> key = face_keys(p);
+  const int corners  = p.ncorner + static_cast<int>(p.part.foreign.size());
+  const ListTable at = gather_lists(corners, [&](auto use) {       // by their last corner
+    for (size_t f = 0; f < key.size(); ++f) use(key[f][3], static_cast<int>(f));
   });
   p.boundary.clear();
-  each_face(p.npoint, [&](int q, int s, const Key& key) {
-    int owners = 0;
-    for (int k = at.off[key[3]]; k < at.off[key[3] + 1] && owners < 2; ++k)
-      owners += key_of(at.item[k] / MAX_FACES, at.item[k] % MAX_FACES) == key;
-    if (owners == 1) p.boundary.push_back({q, s});
-  });
+  const FaceKey* own = key.data();
+  for (int q = 0; q < p.npoint; ++q)
+    for (int s = 0; s < shape_info[p.shape[q]].nface; ++s, ++own) {
+      int owners = 0;
+      for (int k = at.off[(*own)[3]]; k < at.off[(*own)[3] + 1] && owners < 2; ++k)
+        owners += key[at.item[k]] == *own;
+      if (owners == 1) p.boundary.push_back({q, s});
+    }
 }
 
 // faces of a surface on a body: all corners accepted by its expression. Returns the corners where that is no
