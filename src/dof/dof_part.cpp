@@ -46,23 +46,15 @@ bool asks_pieces(const Model& m)
 bool points_divide(const Model& m, const OverlapWatch& watch)
 {
   if (m.body.empty() || !m.conversion.empty() || !watch.pair.empty() || asks_pieces(m)) return false;
-  double cells = 0.0;
   std::set<int> fields;        // of bodies that fill elements
   for (const Body& b : m.body) {
     if (b.fill == FILL_CONVERSION) return false;
-    if (b.fill == FILL_ELSET) {
-      if (!fields.insert(b.field).second) return false;        // they may share corners
-      cells += static_cast<double>(m.elset[b.elset].item.size());
-      continue;
-    }
-    double of_body = 1.0;
-    for (int i = 0; i < m.dim; ++i)
-      of_body *= b.cells[i] > 0 ? b.cells[i] : std::max(1.0, (b.hi[i] - b.lo[i]) / m.grid.h[i]);
-    cells += of_body;
+    // they may share corners
+    if (b.fill == FILL_ELSET && !fields.insert(b.field).second) return false;
   }
   for (const BondDef& d : m.bond)
     if (d.kind == BOND_CONTACT || d.surface < 0) return false;
-  return cells >= LEAST_CELLS * comm_size();
+  return point_fill_divides(m, LEAST_CELLS);
 }
 
 // points: each rank has its own

@@ -73,6 +73,10 @@ void grid_cell_place(const Grid& g, int dim, long key, double x[3]);
 // Messages go to the log; returns the number of errors.
 int point_fill(const Model& m, Points& pts);
 
+// point_fill_divides : are there least cells of points for each rank, and does each get some? No body waits
+// for conversion. Not collective: rank 0 asks with the whole model.
+bool point_fill_divides(const Model& m, int least);
+
 // A corner is named by the mesh nodes it hangs on and their integer weights, so neighbours find the same one
 using CornerKey = std::vector<std::pair<long, int>>;
 

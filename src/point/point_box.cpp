@@ -368,19 +368,41 @@ void count_cells(const Model& m, int body, RealVec& count, RealVec& sum)
   });
 }
 
-}  // namespace
+// Cells with points of all bodies, in parts of equal work
+struct CellParts {
+  std::vector<IntVec> number;  // [body][cells of its fill] among those with points, -1: it has none
+  RealVec X, work;             // [n*3], [n] mean place and number of the points
+  IntVec part;                 // [n]
+};
 
-std::vector<IntVec> fill_ranks(const Model& m)
+CellParts divide_cells(const Model& m)
 {
-  std::vector<IntVec> out(m.body.size());
-  RealVec X, work;
+  CellParts c;
   for (size_t b = 0; b < m.body.size(); ++b) {
     RealVec count, sum;
     count_cells(m, static_cast<int>(b), count, sum);
-    out[b] = number_cells(count, sum, X, work);
+    c.number.push_back(number_cells(count, sum, c.X, c.work));
   }
-  const IntVec part = part_places(X, work, comm_size()), rank = near_elements(m, X, work, part);
-  for (IntVec& cells : out)
-    for (int& c : cells) c = c < 0 ? -1 : rank[part[c]];
-  return out;
+  c.part = part_places(c.X, c.work, comm_size());
+  return c;
+}
+
+}  // namespace
+
+bool point_fill_divides(const Model& m, int least)
+{
+  const CellParts c = divide_cells(m);
+  IntVec count(comm_size(), 0);
+  for (int p : c.part) ++count[p];
+  return static_cast<int>(c.part.size()) >= least * comm_size() &&
+         *std::min_element(count.begin(), count.end()) > 0;
+}
+
+std::vector<IntVec> fill_ranks(const Model& m)
+{
+  CellParts c       = divide_cells(m);
+  const IntVec rank = near_elements(m, c.X, c.work, c.part);
+  for (IntVec& cells : c.number)
+    for (int& cell : cells) cell = cell < 0 ? -1 : rank[c.part[cell]];
+  return std::move(c.number);
 }

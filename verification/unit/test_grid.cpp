@@ -249,6 +249,8 @@ TEST(Divided, PointsOfEachRank)
 {
   if (comm_size() == 1) GTEST_SKIP() << "several ranks";
   Model m = block_model(0.5, 3, 2, 0.3);
+  EXPECT_TRUE(point_fill_divides(m, 1));
+  EXPECT_FALSE(point_fill_divides(m, 9));
   expect_parts_of_whole(m, false);
   m.grid.ghost_stiffness = m.grid.ghost_mass = 0.1;
   expect_parts_of_whole(m, false);
@@ -257,4 +259,14 @@ TEST(Divided, PointsOfEachRank)
   m.body[1].lo[1] = m.body[0].hi[1] + 0.1;
   m.body[1].hi[1] += m.body[1].lo[1] - m.body[0].lo[1];
   expect_parts_of_whole(m, true);
+}
+
+// no rank may be without points: of two bodies one is a single cell with nearly all of the work
+TEST(Divided, RanksWithoutPointsAreNotMade)
+{
+  if (comm_size() == 1) GTEST_SKIP() << "several ranks";
+  Model m = block_model(0.5, 1, 40, 0.05);
+  EXPECT_FALSE(point_fill_divides(m, 0));
+  m.body.push_back(block_model(3.0, 4, 1, 0.05).body[0]);
+  EXPECT_EQ(comm_size() == 2, point_fill_divides(m, 1));
 }
