@@ -254,46 +254,52 @@ void join_ring(Points& p, int point, int& last)
   last = point;
 }
 
+// The next domain of all ranks: a point when it is one of this rank (mine), else known when it is near
+//   in   corner   [nen] places of its corners in number (of all ranks) and index (here, -1: it is not here)
+//        last     of join_ring, for its cell
+void take_domain(Filler& f, int body, Shape shape, bool mine, const size_t* corner, const IntVec& number,
+                 const IntVec& index, int& last)
+{
+  Points& p = f.pts;
+  const int of_all = p.part.npoint++, before = p.npoint, nen = shape_info[shape].nen;
+  if (!mine) return add_near(number, index, shape, corner, nen, p.part);
+  int c[8];
+  for (int a = 0; a < nen; ++a) c[a] = index[corner[a]];
+  fill_point(f, body, shape, c);
+  if (p.npoint == before) return;
+  if (p.part.on) {
+    p.part.point.push_back(of_all);
+    p.label.back() = of_all + 1;
+  }
+  join_ring(p, before, last);
+}
+
 }  // namespace
 
 void fill_box(Filler& f, int body, const IntVec& rank)
 {
   const Box box = make_box(f.m, body);
-  Points& p       = f.pts;
-  PointPart& part = p.part;
   const std::vector<char> filled = filled_domains(box, f);
   std::vector<char> mine = filled;
   if (!rank.empty())
     each_domain(box, [&](size_t domain, size_t cell, const int*) {
       mine[domain] = filled[domain] && rank[cell] == comm_rank();
     });
-  const IntVec number = number_corners(box, filled, part.ncorner);
+  const IntVec number = number_corners(box, filled, f.pts.part.ncorner);
   const IntVec index  = add_corners(f, box, number, mine);
   IntVec last(box.cells(), -1);          // last point made in a cell, -1: none yet
   each_domain(box, [&](size_t domain, size_t cell, const int* at) {
     if (!filled[domain]) return;
-    const int of_all = part.npoint++;
     size_t corner[8];
-    const int nen = corners_of(box, at, corner);
+    corners_of(box, at, corner);
     const Shape shape = box.dim == 3 ? SHAPE_HEX8 : SHAPE_QUAD4;
-    if (!mine[domain]) return add_near(number, index, shape, corner, nen, part);
-    int c[8];
-    for (int a = 0; a < nen; ++a) c[a] = index[corner[a]];
-    const int before = p.npoint;
-    fill_point(f, body, shape, c);
-    if (p.npoint == before) return;
-    if (part.on) {
-      part.point.push_back(of_all);
-      p.label.back() = of_all + 1;
-    }
-    join_ring(p, before, last[cell]);
+    take_domain(f, body, shape, mine[domain], corner, number, index, last[cell]);
   });
 }
 
 void fill_planned(Filler& f, int body, const FillPlan& plan, const IntVec& rank)
 {
-  Points& p       = f.pts;
-  PointPart& part = p.part;
+  PointPart& part = f.pts.part;
   const int dim = f.m.dim, ncorner = part.ncorner - plan.first;
   const auto mine = [&](int q) { return rank[plan.cell[q]] == comm_rank(); };
   IntVec index(ncorner, -1), number(ncorner), last(rank.size(), -1);
@@ -307,20 +313,10 @@ void fill_planned(Filler& f, int body, const FillPlan& plan, const IntVec& rank)
     part.corner.push_back(number[c]);
   }
   for (int q = 0; q < plan.conn.size(); ++q) {
-    const int of_all = part.npoint++, nen = plan.conn.count(q), before = p.npoint;
     size_t corner[8];
-    int c[8];
-    for (int a = 0; a < nen; ++a) {
-      corner[a] = plan.conn.begin(q)[a] - plan.first;
-      c[a]      = index[corner[a]];
-    }
+    for (int a = 0; a < plan.conn.count(q); ++a) corner[a] = plan.conn.begin(q)[a] - plan.first;
     const Shape shape = static_cast<Shape>(plan.shape[q]);
-    if (mine(q)) fill_point(f, body, shape, c);
-    else add_near(number, index, shape, corner, nen, part);
-    if (p.npoint == before) continue;
-    part.point.push_back(of_all);
-    p.label.back() = of_all + 1;
-    join_ring(p, before, last[plan.cell[q]]);
+    take_domain(f, body, shape, mine(q), corner, number, index, last[plan.cell[q]]);
   }
 }
 
