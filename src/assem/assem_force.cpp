@@ -519,8 +519,7 @@ namespace {
 bool follows(const Step& step, const Load& l) { return step.nlgeom && l.kind == LOAD_PRESSURE; }
 
 // Divided model: loads at nodes fn, at corners of points that this rank works on fc, and at corners that go
-// on for its nodes, which other ranks may work on, far: of all ranks together. A failure of any rank is that
-// of all
+// on for its nodes, far, which act from the rank of the corner. A failure of any rank is that of all
 Failure sum_loads(const Discretisation& d, const Dofs& dofs, const Failure& failure, const RealVec& fn,
                   const RealVec& fc, RealVec& far, RealVec& fext)
 {
@@ -534,9 +533,11 @@ Failure sum_loads(const Discretisation& d, const Dofs& dofs, const Failure& fail
   if (bad) return failure_agree(failure);
   if (!corners) return STATUS_OK;
   comm_sum(far);
-  RealVec all(dofs.whole->neq(), 0.0), f;
-  assem_scatter_corners(d.grid, *dofs.whole, far, all);
-  dof_pick(dofs, all, f);
+  for (size_t k = 0; k < far.size(); ++k)
+    if (d.mine.owner[k / dofs.dim] != comm_rank()) far[k] = 0.0;
+  RealVec f(dofs.neq(), 0.0);
+  assem_scatter_corners(d.grid, dofs, far, f);
+  sys_sum(dofs.A, f);
   for (int i = 0; i < dofs.neq(); ++i) fext[i] += f[i];
   return STATUS_OK;
 }
@@ -565,7 +566,7 @@ Failure assem_dead_loads(const Model& m, const Discretisation& d, const Dofs& do
                          const Step& step, const LoadTime& at, Warned& warned, RealVec& fext)
 {
   const bool divided    = m.part.on;
-  const Dofs* const own = divided && dofs.whole ? &dofs : nullptr;     // points that this rank works on
+  const Dofs* const own = divided && !m.part.points ? &dofs : nullptr;         // all ranks know all points
   RealVec fn(static_cast<size_t>(m.mesh.nnode()) * m.dim, 0.0), fc(st.points.Xc.size(), 0.0);
   RealVec far(divided ? fc.size() : 0, 0.0);
   Failure failure;

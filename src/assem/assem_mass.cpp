@@ -62,7 +62,8 @@ void add_point_mass(const Points& pts, const ActiveGrid& g, const RealVec* alpha
     const int q = s.owned_point[own];
     for (; at < q; ++at) {
       mc += pair_count(pts.conn.count(at));
-      for (int c = 0; c < pts.conn.count(at); ++c) slot += g.corner.count(pts.conn.begin(at)[c]);
+      for (int c = 0; c < pts.conn.count(at) && g.point.count(at); ++c)
+        slot += g.corner.count(pts.conn.begin(at)[c]);
     }
     const double factor = alpha ? (*alpha)[pts.body[q]] : 1.0;
     if (factor == 0.0) continue;

@@ -17,6 +17,7 @@
 struct Discretisation {
   Elements el;
   PointLaws point_law;
+  GridShare mine;              // what the grid has lists for
   ActiveGrid grid;
   ActiveGrid own;              // several ranks with the whole model: what this one works on, in its rows
   ContactPairs pairs;

@@ -30,8 +30,8 @@ struct Ties {
 
 // A support that goes on at a corner: its share in a prescribed dof of the grid
 struct CornerSupport {
-  int dof;                     // of the system
-  int node_dof;                // node*dim + direction
+  int dof;                     // of the system; divided model: -1: the row is not here
+  int node_dof;                // node*dim + direction, -1: the node is not here
   double part;                 // of the reaction; adds up to 1 for each dof
 };
 
@@ -73,15 +73,11 @@ struct Dofs {
   bool split = false;
   std::vector<char> once;      // split: [nrow*dim] the row belongs to this rank
   long rows = 0;               // split: rows of all ranks, each once
-  // several ranks that hold the whole model: all rows as on one rank, their lists and whose work is what.
-  // Divided model with points: rows of its nodes, and all of the grid
+  // several ranks that hold the whole model: all rows as on one rank, their lists and whose work is what
   std::shared_ptr<Dofs> whole;
   IntVec whole_row;            // whole: [nrow] the row there
   IntVec local_row;            // whole: [whole->nrow] the row here, -1: none
-  ListTable of_rank;           // whole: [ranks] rows of whole that belong to each; divided: places in told
-  // whole, divided: rows of whole that all ranks have, in the same order on all of them: those of the grid,
-  // and of nodes that corners follow
-  IntVec told;
+  ListTable of_rank;           // whole: [ranks] rows of whole that belong to each
   IntVec elem_rank, point_rank;        // the division that the pattern was made for
   // block of A for each node pair, 2 k + 1: transposed; elements of this rank, block after block
   IntVec elem_map;
@@ -122,7 +118,7 @@ inline const ActiveGrid& dof_grid(const Discretisation& d, const Dofs& s) { retu
 void dof_local(const Model& m, const Points& pts, bool fresh, Discretisation& d, Dofs& s);
 
 // dof_gather : vectors x [neq] of the rows of each rank become [whole->neq] on all; from row first of whole
-// on, 0 before it. Divided model: all rows. Collective.
+// on, 0 before it. Collective.
 // dof_pick : the way back
 std::vector<RealVec> dof_gather(const Dofs& s, const std::vector<const RealVec*>& x, int first = 0);
 template <class T>
@@ -181,7 +177,7 @@ inline bool dof_all(const Dofs& s, bool here)
 // dof_all_free : no dof of any rank is prescribed or tied; false where this rank cannot know
 inline bool dof_all_free(const Dofs& s)
 {
-  if (s.whole && s.told.empty()) return s.whole->constrained.empty();
+  if (s.whole) return s.whole->constrained.empty();
   return !s.split && s.constrained.empty();
 }
 
@@ -197,8 +193,14 @@ void dof_part(bool whole, Model& m);
 bool dof_divide(const Model& m, const Points& pts, const Level& now, const ActiveGrid& grid, bool fresh,
                 Elements& el, Division& d, Dofs& s);
 
-// dof_share_points : divided model: which rank works on each point, when there are more of them. Collective.
-void dof_share_points(const Model& m, const Points& pts, const Elements& el, Division& d);
+// dof_share_points : divided model: which rank works on each point, when there are more of them; one for all
+// points of a group. Collective.
+void dof_share_points(const Model& m, const Points& pts, const Elements& el, const ListTable& group,
+                      Division& d);
+
+// dof_share_grid : divided model: the points, corners and bonds that the grid of this rank has lists for
+void dof_share_grid(const Model& m, const Points& pts, const Bonds& bonds, const ContactPairs& pairs,
+                    const Division& d, GridShare& g);
 
 // dof_lists : calls use(n, rows) for every element, point, bond, ghost and group of points, in that order;
 // all: also those of other ranks

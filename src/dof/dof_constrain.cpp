@@ -54,43 +54,71 @@ void each_dof(const ActiveGrid& grid, const Dofs& s, const SupportedCorner& h, U
   }
 }
 
+// What such a corner says of a dof of the grid
+struct SupportPart {
+  long key;                    // row_key of the row
+  int node, dir;               // number of the node in the mesh of the deck
+  double N, increment, rate, rate0;
+};
+
+// those of all corners; divided model: each from the rank of its corner
+std::vector<SupportPart> support_parts(const Model& m, const Points& pts, const Discretisation& d,
+                                       const std::vector<SupportedCorner>& corners, const Dofs& s)
+{
+  std::vector<SupportPart> part;
+  for (const SupportedCorner& h : corners) {
+    if (pts.field[h.corner] == FIELD_OWN || (d.mine.on && d.mine.owner[h.corner] != comm_rank())) continue;
+    each_dof(d.grid, s, h, [&](int dof, double N) {
+      part.push_back({s.row_key[dof / s.dim], m.part.node_number(h.node), h.dir, N, h.increment, h.rate,
+                      h.rate0});
+    });
+  }
+  if (d.mine.on) comm_allgatherv(part);
+  return part;
+}
+
 // Prescribes the grid nodes that the corners follow; a node of several corners gets their mean by
 // |N_v|  (7.18)
-void support_corners(const Mesh& mesh, const Points& pts, const ActiveGrid& grid,
+void support_corners(const Model& m, const Points& pts, const Discretisation& d,
                      const std::vector<SupportedCorner>& corners, double time, Dofs& s, Warned& warned)
 {
   struct Sum { double weight = 0.0, increment = 0.0, rate = 0.0, rate0 = 0.0; };
   std::map<int, Sum> sum;
-  s.corner_support.clear();
-  for (const SupportedCorner& h : corners) {
-    if (pts.field[h.corner] == FIELD_OWN) {
-      warn_once(warned, mesh, "BOUNDARY", h.b->place, h.node, time,
+  std::map<long, int> row;
+  for (const SupportedCorner& h : corners)
+    if (pts.field[h.corner] == FIELD_OWN)
+      warn_once(warned, m.mesh, "BOUNDARY", h.b->place, h.node, time,
                 "its material point was released from its neighbours; the support has ended there");
-      continue;
-    }
-    each_dof(grid, s, h, [&](int dof, double N) {
-      const double w = std::fabs(N);
-      Sum& x = sum[dof];
-      x.weight += w;
-      x.increment += w * h.increment;
-      x.rate += w * h.rate;
-      x.rate0 += w * h.rate0;
-      s.corner_support.push_back({dof, h.node * s.dim + h.dir, w});
-    });
+  const bool any = !corners.empty();
+  if (d.mine.on ? comm_allreduce_max(static_cast<int>(any)) == 0 : !any) return;
+  for (int r = 0; r < s.nrow; ++r) row[s.row_key[r]] = r;
+  for (const SupportPart& h : support_parts(m, pts, d, corners, s)) {
+    const auto here = row.find(h.key);
+    const int node  = m.part.on ? m.part.node_here(h.node) : h.node;
+    const int dof   = here == row.end() ? -1 : here->second * s.dim + h.dir;
+    const double w  = std::fabs(h.N);
+    s.corner_support.push_back({dof, node < 0 ? -1 : node * s.dim + h.dir, w});
+    if (dof < 0) continue;
+    Sum& x = sum[dof];
+    x.weight += w;
+    x.increment += w * h.increment;
+    x.rate += w * h.rate;
+    x.rate0 += w * h.rate0;
   }
   for (const auto& x : sum) {
     const Sum& q = x.second;
     fix(s, x.first, q.increment / q.weight, q.rate / q.weight, -1);
     s.rate0[x.first] = q.rate0 / q.weight;
   }
-  for (CornerSupport& h : s.corner_support) h.part /= sum[h.dof].weight;
+  for (CornerSupport& h : s.corner_support)
+    if (h.dof >= 0) h.part /= sum[h.dof].weight;
   for (const SupportedCorner& h : corners) {
-    if (pts.field[h.corner] == FIELD_OWN) continue;
+    if (pts.field[h.corner] == FIELD_OWN || (d.mine.on && d.mine.owner[h.corner] != comm_rank())) continue;
     double moved = 0.0;
-    each_dof(grid, s, h, [&](int dof, double N) { moved += N * s.target[dof]; });
+    each_dof(d.grid, s, h, [&](int dof, double N) { moved += N * s.target[dof]; });
     if (std::fabs(moved - h.increment) > 0.01 * s.h_mean)
       warn_once(
-          warned, mesh, "BOUNDARY", h.b->place, h.node, time,
+          warned, m.mesh, "BOUNDARY", h.b->place, h.node, time,
           "supports with different values meet at a node of the grid; the corners there move by a mean");
   }
 }
@@ -161,16 +189,23 @@ void take_constrained(const Dofs& w, Dofs& s)
   }
 }
 
-// what is prescribed on this rank
-Failure constrain_here(const Model& m, const Discretisation& d, const State& st, const Step& step,
-                       double t_step0, double t_step1, Dofs& s, Warned& warned)
+// The increment in which dofs are prescribed
+struct Span {
+  double t_step0, t_step1, total0;
+  bool moves;                  // velocities are asked for
+  double dt() const { return t_step1 - t_step0; }
+  double back() const { return 1e-3 * dt(); }        // rates by a difference just before t(n+1)
+  double total1() const { return total0 + dt(); }
+};
+
+// *BOUNDARY on this rank; corners: supports that go on at them
+Failure constrain_nodes(const Model& m, const Discretisation& d, const State& st, const Step& step,
+                        const Span& t, Dofs& s, std::vector<SupportedCorner>& corners, Warned& warned)
 {
-  const int dim  = m.dim;
-  const double total0 = st.n.time, total1 = total0 + (t_step1 - t_step0);
-  release_all(s);
-  std::vector<SupportedCorner> corners;
-  const double dt = t_step1 - t_step0, back = 1e-3 * dt;     // rates by a difference just before t(n+1)
-  const bool moves = step.proc == PROC_DYNAMIC;
+  const int dim = m.dim;
+  const double t_step0 = t.t_step0, t_step1 = t.t_step1, total0 = t.total0, total1 = t.total1();
+  const double dt = t.dt(), back = t.back();
+  const bool moves = t.moves;
   // a ramp goes straight from where the node is to the value at the end of the step                  (6.16)
   const double part0 = std::min(1.0, t_step0 / step.period), part1 = std::min(1.0, t_step1 / step.period);
   const double ramped = part1 < 1.0 ? (part1 - part0) / (1.0 - part0) : 1.0;
@@ -206,14 +241,23 @@ Failure constrain_here(const Model& m, const Discretisation& d, const State& st,
         fix(s, r * dim + i, b.ramp ? ramped * increment : increment, rate, -1);
       }
     }
-  support_corners(m.mesh, st.points, d.grid, corners, total1, s, warned);
+  return STATUS_OK;
+}
+
+// *GRID BOUNDARY on this rank
+Failure constrain_grid(const Model& m, const Discretisation& d, const State& st, const Span& t, Dofs& s)
+{
+  const double t_step0 = t.t_step0, total0 = t.total0, total1 = t.total1(), dt = t.dt(), back = t.back();
+  const bool moves = t.moves;
   for (size_t k = 0; k < m.grid_bc.size(); ++k) {
     const GridBc& b = m.grid_bc[k];
     for (int v = 0; v < d.grid.nnode; ++v) {
       double x[3];
       grid_unknown_place(m, st.points, st.n.uc, d.grid, v, x);
       if (std::fabs(x[b.axis] - b.position) > 1e-6 * m.grid.h[b.axis]) continue;
-      auto at = [&](double t) { return support_value(m, b.value, b.amplitude, x, t_step0 + t, total0 + t); };
+      auto at = [&](double later) {
+        return support_value(m, b.value, b.amplitude, x, t_step0 + later, total0 + later);
+      };
       const double begin = at(0.0), end = at(dt);
       if (!std::isfinite(begin)) return bad_grid_node(m, b, x, total0);
       if (!std::isfinite(end)) return bad_grid_node(m, b, x, total1);
@@ -222,22 +266,39 @@ Failure constrain_here(const Model& m, const Discretisation& d, const State& st,
       const double rate0 = moves && dt > 0.0 ? (at(back) - begin) / back : 0.0;
       if (!std::isfinite(rate)) return bad_grid_node(m, b, x, total1 - back);
       if (!std::isfinite(rate0)) return bad_grid_node(m, b, x, total0 + back);
-      for (int i = b.first; i <= b.last && i < dim; ++i) {
-        const int dof = (s.nfe + v) * dim + i;
+      for (int i = b.first; i <= b.last && i < m.dim; ++i) {
+        const int dof = (s.nfe + v) * m.dim + i;
         fix(s, dof, moved, rate, static_cast<int>(k));
         s.rate0[dof] = rate0;
       }
     }
   }
-  if (!m.equation.empty()) constrain_ties(st.n.u, s);
   return STATUS_OK;
 }
 
-// may a value be no finite number at one node alone?
-bool varies(const Step& step)
+// a failure of this rank is that of all when a value may be no finite number on one of them alone
+template <class Values>
+Failure agreed(const Model& m, const Values& values, const Failure& failure)
 {
-  return std::any_of(step.prescribed.begin(), step.prescribed.end(),
-                     [](const Prescribed& b) { return !b.value.is_const() || b.amplitude >= 0; });
+  const bool varies = std::any_of(values.begin(), values.end(),
+                                  [](const auto& b) { return !b.value.is_const() || b.amplitude >= 0; });
+  return m.part.on && varies ? failure_agree(failure) : failure;
+}
+
+// what is prescribed on this rank
+Failure constrain_here(const Model& m, const Discretisation& d, const State& st, const Step& step,
+                       const Span& t, Dofs& s, Warned& warned)
+{
+  release_all(s);
+  s.corner_support.clear();
+  std::vector<SupportedCorner> corners;
+  Failure failure = agreed(m, step.prescribed, constrain_nodes(m, d, st, step, t, s, corners, warned));
+  if (!failure.ok()) return failure;
+  if (!m.conversion.empty() && !step.prescribed.empty() && st.points.npoint > 0)
+    support_corners(m, st.points, d, corners, t.total1(), s, warned);
+  failure = agreed(m, m.grid_bc, constrain_grid(m, d, st, t, s));
+  if (failure.ok() && !m.equation.empty()) constrain_ties(st.n.u, s);
+  return failure;
 }
 
 }  // namespace
@@ -245,13 +306,10 @@ bool varies(const Step& step)
 Failure dof_constrain(const Model& m, const Discretisation& d, const State& st, const Step& step,
                       double t_step0, double t_step1, Dofs& s, Warned& warned)
 {
-  if (!s.whole) {
-    const Failure failure = constrain_here(m, d, st, step, t_step0, t_step1, s, warned);
-    return m.part.on && varies(step) ? failure_agree(failure) : failure;
-  }
+  const Span t{t_step0, t_step1, st.n.time, step.proc == PROC_DYNAMIC};
+  if (!s.whole) return constrain_here(m, d, st, step, t, s, warned);
   Dofs& w = *s.whole;
-  Failure failure = constrain_here(m, d, st, step, t_step0, t_step1, w, warned);
-  if (m.part.on && varies(step)) failure = failure_agree(failure);
+  const Failure failure = constrain_here(m, d, st, step, t, w, warned);
   if (!failure.ok()) return failure;
   take_constrained(w, s);
   s.tie.gap = w.tie.gap;

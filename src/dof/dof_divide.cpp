@@ -202,16 +202,13 @@ void take_bonds(Dofs& s)
   }
 }
 
-// points, ghosts and groups of this rank
+// points and groups of this rank
 void take_points(const Division& d, const ActiveGrid& grid, Dofs& s)
 {
   const int me = comm_rank();
   s.owned_point.clear();
   for (int q = 0; q < grid.point.size(); ++q)
     if (d.point[q] == me) s.owned_point.push_back(q);
-  s.owned_ghost.clear();
-  for (int q = 0; q < grid.ghost.size(); ++q)
-    if (s.owner[s.nfe + grid.ghost.begin(q)[0]] == me) s.owned_ghost.push_back(q);
   s.owned_group.clear();
   for (int k = 0; k < s.group.size(); ++k)
     if (d.point[s.group_first[k]] == me) s.owned_group.push_back(k);
@@ -227,6 +224,9 @@ void take_owned(const Division& d, const ActiveGrid& grid, Elements& el, Dofs& s
       if (d.elem[b.elem[slot]] == me) b.owned.push_back(slot);
   }
   take_points(d, grid, s);
+  s.owned_ghost.clear();
+  for (int q = 0; q < grid.ghost.size(); ++q)
+    if (s.owner[s.nfe + grid.ghost.begin(q)[0]] == me) s.owned_ghost.push_back(q);
 }
 
 // ---- divided model: all ranks know all points, and share the work on them ----
@@ -313,50 +313,26 @@ double largest_part(const std::vector<RankWork>& rank)
   return std::max_element(rank.begin(), rank.end(), less_work)->all / mean_work(rank);
 }
 
-// Divided model with points, which all ranks know: rows of nodes are those of this rank, but for guests; a
-// row of the grid belongs to the smallest rank that has a point on it
-void own_part(const Points& pts, const ActiveGrid& grid, Dofs& s)
-{
-  s.owner.assign(s.nrow, comm_rank());
-  std::fill(s.owner.begin() + (s.nfe - s.nguest), s.owner.begin() + s.nfe, -1);
-  std::fill(s.owner.begin() + s.nfe, s.owner.end(), comm_size());
-  for (int q = 0; q < pts.npoint; ++q)
-    for (int k = grid.point.off[q]; k < grid.point.off[q + 1]; ++k) {
-      const int row = s.nfe + grid.point.item[k];
-      if (row >= s.nfe) s.owner[row] = std::min(s.owner[row], s.point_rank[q]);
-    }
-  for (int r = s.nfe; r < s.nrow; ++r)
-    if (s.owner[r] == comm_size()) s.owner[r] = 0;
-}
-
-void take_part(const Points& pts, const ActiveGrid& grid, const Division& d, Dofs& s)
-{
-  s.point_rank = d.point;
-  own_part(pts, grid, s);
-  take_points(d, grid, s);
-  s.owned_bond = s.bond_acts;
-  s.bond_owned.assign(s.bond.size(), 0);
-  for (int b : s.bond_acts) s.bond_owned[b] = 1;
-}
-
-// one rank, or a divided model without points or with those of this rank alone: all that is here
-void take_all(const ActiveGrid& grid, Dofs& s)
+// one rank, or a divided model: all that is here
+void take_all(const Division& d, const ActiveGrid& grid, Dofs& s)
 {
   const auto all = [](IntVec& list, int n) {
     if (static_cast<int>(list.size()) == n) return;
     list.resize(n);
     std::iota(list.begin(), list.end(), 0);
   };
-  all(s.owned_point, grid.point.size());
   s.owned_bond = s.bond_acts;
-  all(s.owned_ghost, grid.ghost.size());
-  all(s.owned_group, s.group.size());
   s.bond_owned.assign(s.bond.size(), 1);
+  all(s.owned_ghost, grid.ghost.size());
+  if (!d.point.empty()) return take_points(d, grid, s);        // all ranks know all points
+  all(s.owned_point, grid.point.size());
+  all(s.owned_group, s.group.size());
 }
 
 }  // namespace
 
-void dof_share_points(const Model& m, const Points& pts, const Elements& el, Division& d)
+void dof_share_points(const Model& m, const Points& pts, const Elements& el, const ListTable& group,
+                      Division& d)
 {
   if (!m.part.on || (static_cast<int>(d.point.size()) == pts.npoint && d.ranks == comm_size())) return;
   d.elem.clear();
@@ -371,7 +347,61 @@ void dof_share_points(const Model& m, const Points& pts, const Elements& el, Div
   if (largest_part(rank) <= UNEVEN * std::max(1.0, d.excess)) return;
   for (int k = 0; k < 4 * comm_size(); ++k)
     if (!move_points(X, work, rank, d.point)) break;
+  for (int k = 0; k < group.size(); ++k)
+    for (int i = group.off[k]; i < group.off[k + 1]; ++i) d.point[group.item[i]] = d.point[group.begin(k)[0]];
   d.excess = largest_part(rank);
+}
+
+namespace {
+
+// the rank of a bond: that of its first node, or of the first point that has its first corner
+bool bond_here(const Model& m, const Points& pts, const Bonds& bonds, const GridShare& g, int b)
+{
+  const int n = bonds.a.item[bonds.a.off[b]], c = n - m.mesh.nnode();
+  if (pts.part.on && bonds.rank[b] >= 0) return bonds.rank[b] == comm_rank();
+  return c < 0 ? m.part.counts(n) : g.owner[c] == comm_rank();
+}
+
+// points of this rank; their ranks become those of the corners
+void share_points(const Points& pts, const Division& d, GridShare& g)
+{
+  const int me = comm_rank();
+  for (int q = pts.npoint - 1; q >= 0; --q) {
+    const int rank = pts.part.on ? me : d.point[q];
+    g.point[q] = rank == me;
+    for (int k = pts.conn.off[q]; k < pts.conn.off[q + 1]; ++k) g.owner[pts.conn.item[k]] = rank;
+  }
+}
+
+}  // namespace
+
+void dof_share_grid(const Model& m, const Points& pts, const Bonds& bonds, const ContactPairs& pairs,
+                    const Division& d, GridShare& g)
+{
+  g    = GridShare();
+  g.on = m.part.on;
+  if (!g.on) return;
+  g.point.assign(pts.npoint, 0);
+  g.corner.assign(pts.ncorner, 0);
+  g.bond.assign(bonds.nbond, 0);
+  g.owner.assign(pts.ncorner, -1);
+  share_points(pts, d, g);
+  for (int q = 0; q < pts.npoint; ++q)
+    for (int k = pts.conn.off[q]; k < pts.conn.off[q + 1] && g.point[q]; ++k) g.corner[pts.conn.item[k]] = 1;
+  const int nnode = m.mesh.nnode();
+  const auto take = [&](const ListTable& list, int b) {
+    for (int k = list.off[b]; k < list.off[b + 1] && !pts.part.on; ++k)
+      if (list.item[k] >= nnode) g.corner[list.item[k] - nnode] = 1;
+  };
+  for (int b = 0; b < bonds.nbond; ++b) {
+    g.bond[b] = bond_here(m, pts, bonds, g, b);
+    if (!g.bond[b] || !contact_acts(bonds, pairs, b)) continue;
+    take(bonds.a, b);
+    if (bonds.field[b] == SIDE_CONTACT) take(pairs.master, b);
+  }
+  for (int c = 0; c < static_cast<int>(pts.hangs.size()); ++c)
+    for (int k = pts.hang.off[c]; k < pts.hang.off[c + 1]; ++k)
+      if (g.corner[c] && pts.hangs[c] == HANG_CORNERS) g.corner[-1 - pts.hang.item[k]] = 1;
 }
 
 // ---------------------------------------------------------------------------
@@ -390,14 +420,11 @@ bool dof_divide(const Model& m, const Points& pts, const Level& now, const Activ
 {
   const Mesh& mesh = m.mesh;
   if (comm_size() == 1 || m.part.on) {
-    if (m.part.on && pts.npoint && !m.part.points) {
-      const bool other = s.point_rank != d.point;
-      take_part(pts, grid, d, s);
-      return other;
-    }
-    take_all(grid, s);
-    d = Division();
-    return false;
+    if (!m.part.on || m.part.points) d = Division();
+    const bool other = s.point_rank != d.point;
+    take_all(d, grid, s);
+    s.point_rank = d.point;
+    return other;
   }
   bool again = d.ranks != comm_size();
   if (!again && fresh) {

@@ -88,30 +88,9 @@ void number_nodes(const Model& m, const State& st, const Elements& el, Dofs& s)
   for (int r = 0; r < s.nfe; ++r) s.row_of_node[s.node_of_row[r]] = r;
 }
 
-// divided model: all ranks know all bonds, and that of the first node works on one; of a corner that of the
-// first point which has it
-std::vector<char> bonds_here(const Model& m, const Points& pts, const Bonds& bonds, const IntVec& rank)
-{
-  std::vector<char> here(bonds.nbond, 1);
-  if (!m.part.on || bonds.nbond == 0) return here;
-  if (m.part.points) {
-    for (int b = 0; b < bonds.nbond; ++b) here[b] = bond_here(m, bonds, b);
-    return here;
-  }
-  IntVec corner(pts.ncorner, -1);
-  for (int q = pts.npoint - 1; q >= 0; --q)
-    for (int k = pts.conn.off[q]; k < pts.conn.off[q + 1]; ++k)
-      corner[pts.conn.item[k]] = rank[q];
-  for (int b = 0; b < bonds.nbond; ++b) {
-    const int n = bonds.a.item[bonds.a.off[b]], c = n - m.mesh.nnode();
-    here[b] = c < 0 ? m.part.counts(n) : corner[c] == comm_rank();
-  }
-  return here;
-}
-
 // divided model: rows of nodes without elements of this rank, which bonds of it hold now, or corners follow.
 // True: they are others than before
-bool add_guests(const Model& m, const Points& pts, const Bonds& bonds, const std::vector<char>& here,
+bool add_guests(const Model& m, const Points& pts, const Bonds& bonds, const GridShare& mine,
                 const ContactPairs& pairs, Dofs& s)
 {
   const int own = s.nfe - s.nguest, nnode = m.mesh.nnode();
@@ -123,9 +102,9 @@ bool add_guests(const Model& m, const Points& pts, const Bonds& bonds, const std
     for (int k = list.off[b]; k < list.off[b + 1]; ++k) add(list.item[k]);
   };
   for (int c = 0; c < static_cast<int>(pts.hangs.size()); ++c)
-    if (pts.hangs[c] == HANG_NODE) add(pts.hang.begin(c)[0]);
+    if (mine.corner[c] && pts.hangs[c] == HANG_NODE) add(pts.hang.begin(c)[0]);
   for (int b = 0; b < bonds.nbond; ++b) {
-    if (!here[b] || !contact_acts(bonds, pairs, b)) continue;
+    if (!mine.bond[b] || !contact_acts(bonds, pairs, b)) continue;
     take(bonds.a, b);
     if (bonds.field[b] == SIDE_CONTACT) take(pairs.master, b);
   }
@@ -203,8 +182,7 @@ void form_groups(const ListTable& group, const ActiveGrid& grid, Dofs& s)
   }
 }
 
-void form_lists(const MeshPart& part, const Bonds& bonds, const std::vector<char>& here, Discretisation& d,
-                Dofs& s)
+void form_lists(const MeshPart& part, const Bonds& bonds, Discretisation& d, Dofs& s)
 {
   find_mesh_rows(d.grid, s);
   form_groups(d.point_law.group, d.grid, s);
@@ -218,7 +196,7 @@ void form_lists(const MeshPart& part, const Bonds& bonds, const std::vector<char
   IntVec row;
   RealVec w;
   for (int b = 0; b < bonds.nbond; ++b) {
-    if (!here[b]) {
+    if (!d.mine.has_bond(b)) {
       s.bond.off.push_back(static_cast<int>(s.bond.item.size()));
       continue;
     }
@@ -345,15 +323,12 @@ bool form_rows(const Model& m, const Step& step, State& st, Discretisation& d, D
   const int before = s.nrow;
   s.dim = m.dim;
   number_nodes(m, st, d.el, s);
-  if (!m.part.points) dof_share_points(m, st.points, d.el, st.division);
-  const std::vector<char> here = bonds_here(m, st.points, st.bonds, st.division.point);
-  bool fresh = m.part.on && add_guests(m, st.points, st.bonds, here, d.pairs, s);
+  bool fresh = m.part.on && add_guests(m, st.points, st.bonds, d.mine, d.pairs, s);
   // the grid has moved along, and nothing else makes lists
-  const bool moves = !m.part.on || (m.part.points && !fresh);
-  const bool stay  = !first && moves && s.lists_of == d.grid.made && d.pairs.gap.empty() &&
+  const bool stay = !first && !fresh && s.lists_of == d.grid.made && d.pairs.gap.empty() &&
                      d.point_law.group.size() == 0;
   if (!stay) {
-    form_lists(m.part, st.bonds, here, d, s);
+    form_lists(m.part, st.bonds, d, s);
     fresh = fresh || first || s.nrow != before;
     fresh = fresh || !same(s.point_rows, d.grid.point) || !same(s.bond_rows, s.bond) ||
             !same(s.ghost_rows, d.grid.ghost) || !same(s.group_rows, s.group);
@@ -373,12 +348,12 @@ bool form_rows(const Model& m, const Step& step, State& st, Discretisation& d, D
 bool form_split(const Model& m, const Step& step, State& st, Discretisation& d, Dofs& s)
 {
   s.split = true;
-  if (m.part.on && (st.points.npoint == 0 || m.part.points)) {
+  if (m.part.on) {
     s.whole.reset();
-    s.told.clear();
-    s.point_rank.clear();
-    const bool fresh = comm_allreduce_max(static_cast<int>(form_rows(m, step, st, d, s)));
-    if (!fresh) return false;
+    double any[2] = {static_cast<double>(form_rows(m, step, st, d, s)), static_cast<double>(s.hung)};
+    comm_max(any, 2);
+    s.hung = any[1] > 0.0;
+    if (any[0] == 0.0) return false;
     halo_form(s.row_key, s.halo);
     for (int r = 0; r < s.nfe; ++r) s.halo.owner[r] = m.part.halo.owner[s.node_of_row[r]];
     s.owner = s.halo.owner;
@@ -388,8 +363,7 @@ bool form_split(const Model& m, const Step& step, State& st, Discretisation& d, 
   s.dim = m.dim;
   s.whole->numbered = s.whole->numbered && s.numbered;
   s.numbered        = true;
-  bool fresh = form_rows(m, step, st, d, *s.whole);
-  if (m.part.on) fresh = comm_allreduce_max(static_cast<int>(fresh)) > 0;
+  const bool fresh = form_rows(m, step, st, d, *s.whole);
   dof_local(m, st.points, fresh, d, s);
   if (fresh) dof_tie(m, step, s);
   return fresh;

@@ -6,8 +6,7 @@
 
 namespace {
 
-// rows that this rank works on or that belong to it; those of equations are on all ranks. Divided model: all
-// of its own nodes
+// rows that this rank works on or that belong to it; those of equations are on all ranks
 std::vector<char> rows_here(const Mesh& mesh, const Elements& el, const ActiveGrid& grid, const Dofs& w)
 {
   std::vector<char> here(w.nrow, 0);
@@ -83,7 +82,7 @@ void localise_points(const Points& pts, const ListTable& group, const ActiveGrid
     add_numbers(g.point, g.dS, p, point[p], s.dim, own.dS);
     for (int k = pts.conn.off[p]; k < pts.conn.off[p + 1]; ++k) {
       const int c = pts.conn.item[k], n = g.corner.count(c);
-      if (corner[c]) own.slot.insert(own.slot.end(), slot, slot + n);
+      if (point[p]) own.slot.insert(own.slot.end(), slot, slot + n);
       slot += n;
     }
   }
@@ -148,33 +147,12 @@ void localise_bonds(Dofs& s)
   s.group_first = w.group_first;
 }
 
-// divided model: rows of whole that all ranks have
-IntVec rows_of_all(const Points& pts, const Dofs& w)
-{
-  IntVec told, node;
-  for (int r = w.nfe; r < w.nrow; ++r) told.push_back(r);
-  for (int c = 0; c < static_cast<int>(pts.hangs.size()); ++c)
-    if (pts.hangs[c] == HANG_NODE) node.push_back(pts.hang.begin(c)[0]);
-  std::sort(node.begin(), node.end());
-  node.erase(std::unique(node.begin(), node.end()), node.end());
-  for (int n : node) told.push_back(w.row_of_node[n]);
-  MPFE_CHECK(std::count(told.begin(), told.end(), -1) == 0, "a corner follows a node without a row");
-  return told;
-}
-
-// the rows of whole that belong to each rank; divided model: their places in told
+// the rows of whole that belong to each rank
 ListTable rows_of_ranks(const Dofs& s)
 {
   IntVec own;
-  if (s.told.empty()) {
-    for (int r = 0; r < s.nrow; ++r)
-      if (s.owner[r] == comm_rank()) own.push_back(s.whole_row[r]);
-  } else {
-    for (size_t k = 0; k < s.told.size(); ++k) {
-      const int r = s.local_row[s.told[k]];
-      if (r >= 0 && s.owner[r] == comm_rank()) own.push_back(static_cast<int>(k));
-    }
-  }
+  for (int r = 0; r < s.nrow; ++r)
+    if (s.owner[r] == comm_rank()) own.push_back(s.whole_row[r]);
   ListTable all;
   for (const IntVec& list : comm_exchange(std::vector<IntVec>(comm_size(), own))) {
     all.item.insert(all.item.end(), list.begin(), list.end());
@@ -193,9 +171,7 @@ void dof_local(const Model& m, const Points& pts, bool fresh, Discretisation& d,
   if (fresh) {
     number_rows(mesh, rows_here(mesh, d.el, d.grid, w), s);
     halo_form(s.row_key, s.halo);
-    for (int r = 0; r < s.nfe && m.part.on; ++r) s.halo.owner[r] = m.part.halo.owner[s.node_of_row[r]];
     s.owner       = s.halo.owner;
-    s.told        = m.part.on ? rows_of_all(pts, w) : IntVec();
     s.of_rank     = rows_of_ranks(s);
     s.owned_point = w.owned_point;
     s.owned_bond  = w.owned_bond;
@@ -213,11 +189,8 @@ void dof_local(const Model& m, const Points& pts, bool fresh, Discretisation& d,
 std::vector<RealVec> dof_gather(const Dofs& s, const std::vector<const RealVec*>& x, int first)
 {
   const int D = s.dim, n = static_cast<int>(x.size()), me = comm_rank(), ranks = comm_size();
-  const bool divided = !s.told.empty();
-  const auto row_of = [&](int k) { return divided ? s.told[k] : k; };
   // rows of each rank ascend
   const auto begin = [&](int r) {
-    if (divided) return s.of_rank.off[r];
     const auto of = s.of_rank.item.begin();
     return static_cast<int>(std::lower_bound(of + s.of_rank.off[r], of + s.of_rank.off[r + 1], first) - of);
   };
@@ -233,18 +206,14 @@ std::vector<RealVec> dof_gather(const Dofs& s, const std::vector<const RealVec*>
   double* to = message.data() + mine;
   for (int k = from[me]; k < s.of_rank.off[me + 1]; ++k)
     for (const RealVec* v : x)
-      to = std::copy_n(v->begin() + static_cast<long>(s.local_row[row_of(s.of_rank.item[k])]) * D, D, to);
+      to = std::copy_n(v->begin() + static_cast<long>(s.local_row[s.of_rank.item[k]]) * D, D, to);
   comm_allgatherv(message, count);
   std::vector<RealVec> whole(n, RealVec(s.whole->neq()));
-  for (int r = 0; r < s.nrow && divided; ++r)
-    for (int i = 0; i < n; ++i)
-      std::copy_n(x[i]->begin() + static_cast<long>(r) * D, D,
-                  whole[i].begin() + static_cast<long>(s.whole_row[r]) * D);
   const double* value = message.data();
   for (int r = 0; r < ranks; ++r)
     for (int k = from[r]; k < s.of_rank.off[r + 1]; ++k)
       for (RealVec& v : whole) {
-        std::copy_n(value, D, v.begin() + static_cast<long>(row_of(s.of_rank.item[k])) * D);
+        std::copy_n(value, D, v.begin() + static_cast<long>(s.of_rank.item[k]) * D);
         value += D;
       }
   return whole;

@@ -169,12 +169,12 @@ IntVec releasing_of_all(const Model& m, const Fracture& fr)
   return list;
 }
 
-// the cells of the grid; where each rank has points of its own: on rank 0 those of all ranks
+// the cells of the grid; divided model: on rank 0 those of all ranks
 ActiveGrid cells_of_all(const Model& m, const ActiveGrid& grid)
 {
   ActiveGrid all;
   all.cell = grid.cell;
-  if (m.part.points) {
+  if (m.part.on) {
     all.cell.clear();
     for (const std::vector<long>& own : comm_gather(grid.cell))
       all.cell.insert(all.cell.end(), own.begin(), own.end());
@@ -379,7 +379,7 @@ int out_reopen(Model& m, Elements& el, FracMesh& fm, Archive& f, State& s, Activ
   if (m.part.on) s.division = Division();            // of a replicated model, which has written the file
   std::string fault = first_fault(state_fault(m, begin, s));
   if (fault.empty() && !output_fits(m, grid, names, out)) fault = "history and checks";
-  if (m.part.points && !first) {                     // until it is made again, it is that of rank 0
+  if (m.part.on && !first) {                         // until it is made again, it is that of rank 0
     grid.cell.clear();
     grid.ncell = 0;
   }

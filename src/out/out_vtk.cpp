@@ -347,8 +347,7 @@ void cell_corners(const Grid& g, int dim, long key, RealVec& x)
 
 void write_grid(const Model& m, const State& s, const ActiveGrid& grid, Output& out)
 {
-  const bool all  = m.part.on && !m.part.points;       // each rank knows all of it
-  const bool here = grid.ncell > 0 && !(all && comm_rank() > 0);
+  const bool here = grid.ncell > 0;
   if (!anybody(m, here)) return;
   const int nen = m.dim == 3 ? 8 : 4;
   RealVec x;

@@ -112,17 +112,17 @@ struct KeyHalo;
 const int REACH = 3;           // cells from a weak node to what it may follow
 
 // grid_ghost : ghost stabilisation of the active cells, on node, the keys of touched nodes, ascending.
-// halo: cells of this rank and of others near it, where each has points of its own; null: there are none but
+// halo: cells of this rank and of others near it, where the model is divided; null: there are none but
 // g.cell.  doc/theory.md (3.16)
 void grid_ghost(const Model& m, const Points& pts, const RealVec& uc, const std::vector<long>& node,
                 const KeyHalo* halo, ActiveGrid& g);
 
 // points_meet : have points that do not hang together there a node of the grid in common? For each node of
 // key the points around it (point: their nodes): they hang together by their corners, or by points that share
-// a corner with one of them. Nodes of the mesh and unknowns of corners do not count. halo: of key, where each
-// rank has points of its own (collective); else null
-bool points_meet(const Points& pts, const std::vector<long>& key, const ListTable& point,
-                 const KeyHalo* halo);
+// a corner with one of them. Nodes of the mesh and unknowns of corners do not count. halo: of key, where the
+// model is divided (collective); else null
+bool points_meet(const Points& pts, const GridShare& share, const std::vector<long>& key,
+                 const ListTable& point, const KeyHalo* halo);
 
 // grid_compose : lists on touched nodes become lists on unknown nodes               (3.12)
 void grid_compose(const GridLists& ext, int nnode, ListTable& list, RealVec& list_w);

@@ -108,12 +108,28 @@ bool point_any_released(const Points& pts, int e);
 // point_surfaces : boundary of all bodies, and the faces of surfaces on them. Returns the number of errors.
 int point_surfaces(const Model& m, Points& pts);
 
+// Several ranks of a divided model: what this one has lists of the grid for
+struct GridShare {
+  bool on = false;             // false: all is here
+  std::vector<char> point;     // [npoint] it works on the point
+  std::vector<char> corner;    // [ncorner] of these points, and those that its bonds reach
+  std::vector<char> bond;      // [nbond] it works on the bond
+  IntVec owner;                // [ncorner] rank of the first point that has it, -1: no point has it here
+  bool has_point(int p) const { return !on || point[p]; }
+  bool has_corner(int c) const { return !on || corner[c]; }
+  bool has_bond(int b) const { return !on || bond[b]; }
+};
+
 // grid_activate : cells and nodes that corners, displaced by uc [ncorner*dim], and bonds at xb [nbond*dim]
 // touch, weights of corners, points and bonds, extended basis. doc/theory.md (3.8) - (3.12)
-// OUTSIDE_GRID: *worst is the corner (>= 0) or -1 - bond. Collective where each rank has points of its own;
-// when another rank fails, the grid is empty.
-Status grid_activate(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& uc,
-                     const RealVec& xb, ActiveGrid& g, int* worst);
+// Corners, points and bonds that are not of share have empty lists.
+// OUTSIDE_GRID: *worst is the corner (>= 0) or -1 - bond. Collective where the model is divided; when
+// another rank fails, the grid is empty.
+Status grid_activate(const Model& m, const Points& pts, const Bonds& bonds, const GridShare& share,
+                     const RealVec& uc, const RealVec& xb, ActiveGrid& g, int* worst);
+
+// grid_covers : the grid has lists for all that is of share
+bool grid_covers(const Points& pts, const Bonds& bonds, const GridShare& share, const ActiveGrid& g);
 
 // grid_stays : no corner that the grid carries and no bond to it has gone further than Grid::keep from where
 // the active grid was made, so that it moves with them                                              (3.18)
@@ -204,20 +220,9 @@ inline bool point_counts(const Model& m, const Points& pts, int p)
 // point_ip_fields : results of a point; of l displacements of corners and degradation are read
 void point_ip_fields(const Model& m, const Points& pts, const Level& l, int p, IpFields& out);
 
-// bond_here : does this rank work on bond b? Where each has points of its own: the rank of its first node, or
-// that of its corners. Else: true
-inline bool bond_here(const Model& m, const Bonds& bonds, int b)
-{
-  if (!m.part.points) return true;
-  return bonds.rank[b] < 0 ? m.part.counts(bonds.a.item[bonds.a.off[b]]) : bonds.rank[b] == comm_rank();
-}
-
-// point_tell_corners : x [ncorner*dim] of corners that are held here as the rank of their points has it.
-// Collective
-inline void point_tell_corners(const Points& pts, int dim, const std::vector<RealVec*>& x)
-{
-  if (pts.part.held) halo_copy_all(pts.part.halo, dim, x);
-}
+// point_tell_corners : x [ncorner*dim] of corners as the rank of their points has it: of those that are held
+// here, or of all when all ranks know all points. Collective
+void point_tell_corners(const Points& pts, const GridShare& share, int dim, const std::vector<RealVec*>& x);
 
 // point_energy : strain energy of the points in owned
 double point_energy(const Model& m, const Points& pts, const Level& l, const IntVec& owned);

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 
 #include "base/comm.h"
 #include "point/grid_halo.h"
@@ -106,7 +107,7 @@ int carrier(const Points& pts, int c)
 }
 
 // corners between nodes get the unknowns of the corners at these nodes               (7.14)
-void follow_corners(const Points& pts, int nnode, ActiveGrid& g)
+void follow_corners(const Points& pts, const GridShare& share, int nnode, ActiveGrid& g)
 {
   if (std::find(pts.hangs.begin(), pts.hangs.end(), HANG_CORNERS) == pts.hangs.end()) return;
   ListTable out;
@@ -125,9 +126,10 @@ void follow_corners(const Points& pts, int nnode, ActiveGrid& g)
         out_w[place[n]] += w * g.corner_w[k];
       }
     };
-    if (carrier(pts, c) == HANG_CORNERS)
-      for (int k = pts.hang.off[c]; k < pts.hang.off[c + 1]; ++k) add(-1 - pts.hang.item[k], pts.hang_w[k]);
-    else add(c, 1.0);
+    if (carrier(pts, c) != HANG_CORNERS) add(c, 1.0);
+    else
+      for (int k = pts.hang.off[c]; k < pts.hang.off[c + 1] && share.has_corner(c); ++k)
+        add(-1 - pts.hang.item[k], pts.hang_w[k]);
     out.off.push_back(static_cast<int>(out.item.size()));
   }
   g.corner.off.swap(out.off);
@@ -138,14 +140,14 @@ void follow_corners(const Points& pts, int nnode, ActiveGrid& g)
 // 1. cells and nodes under every corner and bond: their keys, ascending, and lists and weights in these
 // numbers
 template <int D>
-Status touch(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& uc, const RealVec& xb,
-             std::vector<long>& node, ActiveGrid& g, int* worst)
+Status touch(const Model& m, const Points& pts, const Bonds& bonds, const GridShare& share, const RealVec& uc,
+             const RealVec& xb, std::vector<long>& node, ActiveGrid& g, int* worst)
 {
   const Grid& grid = m.grid;
   std::vector<long> corner_key, bond_key, cell;
   CellPlace s;
   std::vector<char> owned(pts.ncorner, 0);           // released points have left corners behind
-  for (int c : pts.conn.item) owned[c] = 1;
+  for (int c : pts.conn.item) owned[c] = share.has_corner(c);
   RealVec x(pts.Xc.size());
   for (size_t i = 0; i < x.size(); ++i) x[i] = pts.Xc[i] + uc[i];
   Touched corner(pts.ncorner, 1 << D, corner_key, g.corner, g.corner_w);
@@ -171,7 +173,7 @@ Status touch(const Model& m, const Points& pts, const Bonds& bonds, const RealVe
   Touched bond(bonds.nbond, 1 << D, bond_key, g.bond, g.bond_w);
   for (int b = 0; b < bonds.nbond; ++b) {
     int n = 0;
-    if (bonds.field[b] >= 0 && bond_here(m, bonds, b)) {
+    if (bonds.field[b] >= 0 && share.has_bond(b)) {
       if (!locate<D>(grid, &xb[static_cast<size_t>(b) * D], s)) {
         *worst = -1 - b;
         return OUTSIDE_GRID;
@@ -182,7 +184,7 @@ Status touch(const Model& m, const Points& pts, const Bonds& bonds, const RealVe
   }
   bond.end();
   for (int p = 0; p < pts.npoint; ++p) {
-    if (pts.released[p]) continue;
+    if (pts.released[p] || !share.has_point(p)) continue;
     double mid[D] = {};
     bool follows = false;      // others: the grid around its centre need not exist
     for (int k = pts.conn.off[p]; k < pts.conn.off[p + 1]; ++k) {
@@ -207,7 +209,7 @@ Status touch(const Model& m, const Points& pts, const Bonds& bonds, const RealVe
 }
 
 // 2. the nodes of every point, those of its corners
-void point_lists(const Points& pts, int nnode, ActiveGrid& g)
+void point_lists(const Points& pts, const GridShare& share, int nnode, ActiveGrid& g)
 {
   IntVec place(nnode, -1);     // of a node in the lists, where it was seen last
   int used = 0;
@@ -215,8 +217,10 @@ void point_lists(const Points& pts, int nnode, ActiveGrid& g)
   g.point.off.resize(pts.npoint + 1);
   g.point.off[0] = 0;
   for (int p = 0; p < pts.npoint; ++p) {
-    const int first = used;
-    size_t most     = used;
+    const int first   = used;
+    size_t most       = used;
+    g.point.off[p + 1] = used;
+    if (!share.has_point(p)) continue;
     for (int k = pts.conn.off[p]; k < pts.conn.off[p + 1]; ++k) most += g.corner.count(pts.conn.item[k]);
     if (most > g.point.item.size()) g.point.item.resize(most + most / 4);
     if (slots + most - used > g.slot.size()) g.slot.resize(slots + most - used + slots / 4);
@@ -391,13 +395,13 @@ Status no_grid(Status status, ActiveGrid& g)
 
 // lists on touched nodes become lists on the unknown nodes that these follow
 template <int D>
-void follow_unknowns(const Points& pts, const GridLists& extend, ActiveGrid& g)
+void follow_unknowns(const Points& pts, const GridShare& share, const GridLists& extend, ActiveGrid& g)
 {
   const int nnode = static_cast<int>(g.key.size());
   grid_compose(extend, nnode, g.corner, g.corner_w);
   grid_compose(extend, nnode, g.bond, g.bond_w);
   grid_compose(extend, nnode, g.ghost, g.ghost_w);
-  point_lists(pts, nnode, g);
+  point_lists(pts, share, nnode, g);
   point_sums(pts, D, nnode, g, nullptr);
 }
 
@@ -409,47 +413,56 @@ std::vector<char> strong_nodes(const Grid& grid, const std::vector<long>& node, 
   return strong;
 }
 
-// Each rank has points of its own: lists on unknowns that they, bonds and ghosts of this rank follow. What
-// others have near tells how much support a node has, and which cells there are.
+// Divided model: lists on unknowns that points, bonds and ghosts of this rank follow. What others have near
+// tells how much support a node has, and which cells there are. False: a rank has failed.
 template <int D>
-Status activate_part(const Model& m, const Points& pts, const RealVec& uc, Status status,
-                     std::vector<long>& node, ActiveGrid& g)
+bool activate_part(const Model& m, const Points& pts, const GridShare& share, const RealVec& uc, Status status,
+                   std::vector<long>& node, ActiveGrid& g)
 {
   const bool ghosts = m.grid.ghost_stiffness > 0.0 || m.grid.ghost_mass > 0.0;
+  const auto end    = std::lower_bound(node.begin(), node.end(), key_own);
+  const std::vector<long> others(end, node.end());   // corners of their own, nodes of the mesh: not of the grid
+  node.erase(end, node.end());
+  const int touched = static_cast<int>(node.size());
   GridHalo halo;
-  const bool good = grid_halo(m.grid, D, status == STATUS_OK, node, g.cell, ghosts ? 2 * REACH : REACH, halo);
-  if (!good) return no_grid(status, g);
+  if (!grid_halo(m.grid, D, status == STATUS_OK, node, g.cell, ghosts ? 2 * REACH : REACH, halo)) return false;
   const KeyHalo& of = halo.node;
+  const int near    = static_cast<int>(of.key.size());
   node = of.key;
+  node.insert(node.end(), others.begin(), others.end());
   for (ListTable* list : {&g.corner, &g.bond})
-    for (int& item : list->item) item = of.mine[item];
-  follow_corners(pts, static_cast<int>(node.size()), g);
+    for (int& item : list->item) item = item < touched ? of.mine[item] : item - touched + near;
+  const int nnode = static_cast<int>(node.size());
+  follow_corners(pts, share, nnode, g);
   RealVec support;
-  point_lists(pts, static_cast<int>(node.size()), g);
-  point_sums(pts, D, static_cast<int>(node.size()), g, &support);
+  point_lists(pts, share, nnode, g);
+  point_sums(pts, D, nnode, g, &support);
   key_max(of, 1, support);
-  g.meets = m.grid.keep > 0.0 && points_meet(pts, node, g.point, &of);
+  g.meets = m.grid.keep > 0.0 && points_meet(pts, share, node, g.point, &of);
   const std::vector<char> strong = strong_nodes(m.grid, node, support);
   grid_ghost(m, pts, uc, node, &halo.cell, g);
   std::vector<char> needed = of.own;
+  needed.resize(nnode, 1);
   for (int r : g.ghost.item) needed[r] = 1;
   GridLists extend;
   g.nlone = 0;
   find_extension(m, halo.cell.key, node, strong, support, needed, g, extend);
-  follow_unknowns<D>(pts, extend, g);
+  follow_unknowns<D>(pts, share, extend, g);
   std::vector<long> cell;
   for (size_t c = 0; c < halo.cell.key.size(); ++c)
     if (halo.cell.counts(static_cast<int>(c))) cell.push_back(halo.cell.key[c]);
   g.cell.swap(cell);
   double sum[3] = {0.0, 0.0, static_cast<double>(g.cell.size())};
-  for (size_t r = 0; r < node.size(); ++r) {
-    if (!of.counts(static_cast<int>(r))) continue;
+  for (int r = 0; r < nnode; ++r) {
+    const long c = node[r] - key_own;
+    if (r < near ? !of.counts(r) : node[r] >= key_node || share.owner[c] != comm_rank()) continue;
     sum[0] += find_key(g.key, node[r]) >= 0;
     sum[1] += !strong[r];
   }
   comm_sum(sum, 3);
+  name_mesh_nodes(g);
   g.of_all = {static_cast<int>(sum[0]), static_cast<int>(sum[2]), static_cast<int>(sum[1])};
-  return STATUS_OK;
+  return true;
 }
 
 // all points are here
@@ -457,11 +470,12 @@ template <int D>
 void activate_all(const Model& m, const Points& pts, const RealVec& uc, std::vector<long>& node,
                   ActiveGrid& g)
 {
-  follow_corners(pts, static_cast<int>(node.size()), g);
+  const GridShare all;
+  follow_corners(pts, all, static_cast<int>(node.size()), g);
   RealVec support;
-  point_lists(pts, static_cast<int>(node.size()), g);
+  point_lists(pts, all, static_cast<int>(node.size()), g);
   point_sums(pts, D, static_cast<int>(node.size()), g, &support);
-  g.meets = m.grid.keep > 0.0 && points_meet(pts, node, g.point, nullptr);
+  g.meets = m.grid.keep > 0.0 && points_meet(pts, all, node, g.point, nullptr);
   const std::vector<char> strong = strong_nodes(m.grid, node, support);
   const int weak = static_cast<int>(std::count(strong.begin(), strong.end(), 0));
   g.nlone = 0;
@@ -471,21 +485,20 @@ void activate_all(const Model& m, const Points& pts, const RealVec& uc, std::vec
   } else {
     GridLists extend;
     find_extension(m, g.cell, node, strong, support, {}, g, extend);
-    follow_unknowns<D>(pts, extend, g);
+    follow_unknowns<D>(pts, all, extend, g);
   }
   name_mesh_nodes(g);
   g.of_all = {static_cast<int>(g.key.size()), static_cast<int>(g.cell.size()), weak};
 }
 
 template <int D>
-Status activate(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& uc, const RealVec& xb,
-                ActiveGrid& g, int* worst)
+Status activate(const Model& m, const Points& pts, const Bonds& bonds, const GridShare& share,
+                const RealVec& uc, const RealVec& xb, ActiveGrid& g, int* worst)
 {
   std::vector<long> node;
-  const Status status = touch<D>(m, pts, bonds, uc, xb, node, g, worst);
-  if (pts.part.on) {
-    const Status of_part = activate_part<D>(m, pts, uc, status, node, g);
-    if (g.key.empty()) return of_part;
+  const Status status = touch<D>(m, pts, bonds, share, uc, xb, node, g, worst);
+  if (share.on) {
+    if (!activate_part<D>(m, pts, share, uc, status, node, g)) return no_grid(status, g);
   } else {
     if (status != STATUS_OK) return no_grid(status, g);
     activate_all<D>(m, pts, uc, node, g);
@@ -554,10 +567,52 @@ bool grid_stays(const Model& m, const Points& pts, const Bonds& bonds, const Gri
   return true;
 }
 
-Status grid_activate(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& uc,
-                     const RealVec& xb, ActiveGrid& g, int* worst)
+bool grid_covers(const Points& pts, const Bonds& bonds, const GridShare& share, const ActiveGrid& g)
+{
+  if (!share.on) return true;
+  for (int p = 0; p < pts.npoint; ++p)
+    if (share.point[p] && !g.point.count(p)) return false;
+  for (int c = 0; c < pts.ncorner; ++c)
+    if (share.corner[c] && !g.corner.count(c)) return false;
+  for (int b = 0; b < bonds.nbond; ++b)
+    if (share.bond[b] && bonds.field[b] >= 0 && !g.bond.count(b)) return false;
+  return true;
+}
+
+Status grid_activate(const Model& m, const Points& pts, const Bonds& bonds, const GridShare& share,
+                     const RealVec& uc, const RealVec& xb, ActiveGrid& g, int* worst)
 {
   ++g.made;
-  return m.dim == 2 ? activate<2>(m, pts, bonds, uc, xb, g, worst)
-                    : activate<3>(m, pts, bonds, uc, xb, g, worst);
+  return m.dim == 2 ? activate<2>(m, pts, bonds, share, uc, xb, g, worst)
+                    : activate<3>(m, pts, bonds, share, uc, xb, g, worst);
+}
+
+void point_tell_corners(const Points& pts, const GridShare& share, int dim, const std::vector<RealVec*>& x)
+{
+  if (pts.part.on) {
+    if (pts.part.held) halo_copy_all(pts.part.halo, dim, x);
+    return;
+  }
+  if (!share.on || pts.ncorner == 0) return;
+  const int me = comm_rank();
+  IntVec count(comm_size(), 0);
+  for (int c = 0; c < pts.ncorner; ++c)
+    if (share.owner[c] >= 0) count[share.owner[c]] += dim * static_cast<int>(x.size());
+  const int first = std::accumulate(count.begin(), count.begin() + me, 0);
+  RealVec all(std::accumulate(count.begin() + me, count.end(), first));
+  double* to = all.data() + first;
+  for (int c = 0; c < pts.ncorner; ++c)
+    for (size_t i = 0; i < x.size() && share.owner[c] == me; ++i)
+      to = std::copy_n(x[i]->begin() + static_cast<long>(c) * dim, dim, to);
+  comm_allgatherv(all, count);
+  std::vector<const double*> from(1, all.data());
+  for (int n : count) from.push_back(from.back() + n);
+  for (int c = 0; c < pts.ncorner; ++c) {
+    if (share.owner[c] < 0) continue;
+    const double*& next = from[share.owner[c]];
+    for (RealVec* v : x) {
+      std::copy_n(next, dim, v->begin() + static_cast<long>(c) * dim);
+      next += dim;
+    }
+  }
 }

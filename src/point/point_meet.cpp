@@ -10,16 +10,43 @@ namespace {
 // Points of this rank, and behind them those near that are not
 struct Around {
   const Points& pts;
-  int count() const { return pts.npoint + pts.part.near.size(); }
+  IntVec known;                // all ranks know all points: numbers of those that are meant
+  int own = 0;                 // of this rank
+  Around(const Points& p, const GridShare& share) : pts(p), own(p.npoint)
+  {
+    if (!share.on || pts.part.on) return;
+    std::vector<char> here(pts.ncorner, 0);
+    const auto any = [&](int q) {
+      return std::any_of(pts.conn.begin(q), pts.conn.begin(q) + pts.conn.count(q),
+                         [&](int c) { return here[c] != 0; });
+    };
+    for (int q = 0; q < pts.npoint; ++q) {
+      if (!share.point[q]) continue;
+      known.push_back(q);
+      for (int k = pts.conn.off[q]; k < pts.conn.off[q + 1]; ++k) here[pts.conn.item[k]] = 1;
+    }
+    own = static_cast<int>(known.size());
+    for (int q = 0; q < pts.npoint; ++q)
+      if (!share.point[q] && any(q)) known.push_back(q);
+  }
+  bool all() const { return own == pts.npoint; }     // nothing is known of others but what PointPart has
+  int number(int q) const { return all() ? q : known[q]; }       // of a point of this rank
+  int count() const { return all() ? pts.npoint + pts.part.near.size() : static_cast<int>(known.size()); }
   int ncorner() const { return pts.ncorner + static_cast<int>(pts.part.foreign.size()); }
   // calls use(corner) for the corners of point q
   template <class Use>
   void each(int q, Use use) const
   {
-    const bool own = q < pts.npoint;
-    const ListTable& list = own ? pts.conn : pts.part.near;
-    const int at = own ? q : q - pts.npoint;
+    const bool near = all() && q >= own;
+    const ListTable& list = near ? pts.part.near : pts.conn;
+    const int at = near ? q - own : number(q);
     for (int k = list.off[at]; k < list.off[at + 1]; ++k) use(list.item[k]);
+  }
+  // number of a corner among those of all ranks
+  int corner_number(int c) const
+  {
+    const PointPart& part = pts.part;
+    return !part.on ? c : c < pts.ncorner ? part.corner[c] : part.foreign[c - pts.ncorner];
   }
 };
 
@@ -78,23 +105,22 @@ struct Wide {
 // and of each part how many corners it has that another rank may know, and their numbers. Do the parts of one
 // node hang together by them? Collective.
 struct Shared {
-  const Points& pts;
+  const Around& all;
   std::vector<char> border;    // [ncorner] another rank has it
   std::vector<std::vector<long>> tell;
-  explicit Shared(const Points& p) : pts(p), border(p.ncorner, 0), tell(comm_size())
+  explicit Shared(const Around& around) : all(around), border(all.ncorner(), 0), tell(comm_size())
   {
-    for (int c : pts.part.halo.shared) border[c] = 1;
+    for (int c : all.pts.part.halo.shared) border[c] = 1;
+    for (int q = all.own; q < all.count(); ++q) all.each(q, [&](int c) { border[c] = 1; });
   }
 
-  void add(int rank, long key, const Around& all, const IntVec& list, Forest& parts)
+  void add(int rank, long key, const IntVec& list, Forest& parts)
   {
     std::map<int, std::vector<long>> corners;          // by the root of the part
     for (size_t k = 0; k < list.size(); ++k) {
       std::vector<long>& of = corners[parts.root(static_cast<int>(k))];
       all.each(list[k], [&](int c) {
-        const PointPart& part = pts.part;
-        if (c >= pts.ncorner) of.push_back(part.foreign[c - pts.ncorner]);
-        else if (border[c] || list[k] >= pts.npoint) of.push_back(part.corner[c]);
+        if (border[c]) of.push_back(all.corner_number(c));
       });
     }
     std::vector<long>& to = tell[rank];
@@ -155,7 +181,7 @@ bool meet_here(const Around& all, long nnode, const ListTable& around, const Key
 // nodes that other ranks have too; wider: with the points that share a corner
 bool meet_between(const Around& all, const ListTable& around, const KeyHalo& halo, bool wider)
 {
-  Shared shared(all.pts);
+  Shared shared(all);
   Patch patch(all);
   Wide wide{all, {}};
   for (int n : halo.mine) {
@@ -164,20 +190,23 @@ bool meet_between(const Around& all, const ListTable& around, const KeyHalo& hal
                               : IntVec(around.begin(n), around.begin(n) + around.count(n));
     Forest parts(static_cast<int>(list.size()));
     patch.join(list.data(), static_cast<int>(list.size()), parts);
-    shared.add(halo.first[n], halo.key[n], all, list, parts);
+    shared.add(halo.first[n], halo.key[n], list, parts);
   }
   return shared.apart();
 }
 
 }  // namespace
 
-bool points_meet(const Points& pts, const std::vector<long>& key, const ListTable& point, const KeyHalo* halo)
+bool points_meet(const Points& pts, const GridShare& share, const std::vector<long>& key,
+                 const ListTable& point, const KeyHalo* halo)
 {
   const long nnode = std::lower_bound(key.begin(), key.end(), key_own) - key.begin();
-  const Around all{pts};
+  const Around all(pts, share);
   const ListTable around = gather_lists(static_cast<int>(key.size()), [&](auto use) {
-    for (int q = 0; q < point.size(); ++q)
-      for (int k = point.off[q]; k < point.off[q + 1]; ++k) use(point.item[k], q);
+    for (int i = 0; i < all.own; ++i) {
+      const int q = all.number(i);
+      for (int k = point.off[q]; k < point.off[q + 1]; ++k) use(point.item[k], i);
+    }
   });
   const bool here = meet_here(all, nnode, around, halo);
   if (!halo) return here;

@@ -18,6 +18,7 @@ void sums(const Points& pts, ActiveGrid& g, double* support)
   double* dS = g.dS.data();
   for (int p = 0, npoint = pts.npoint; p < npoint; ++p) {
     const int n = point_off[p + 1] - point_off[p];
+    if (n == 0) continue;      // of another rank
     if (SUPPORT) S_of_point.assign(n, 0.0);
     double* S = S_of_point.data();
     std::fill(dS, dS + n * D, 0.0);

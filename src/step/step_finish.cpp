@@ -71,7 +71,7 @@ void finish_ghosts(const Model& m, const ActiveGrid& grid, const Dofs& dofs, con
 {
   if (m.grid.ghost_stiffness <= 0.0 && m.grid.ghost_mass <= 0.0) return;
   double loss = ghost_loss(grid, dofs, a, dv);
-  if (m.part.points) comm_sum(&loss, 1);             // else all ranks know all ghosts
+  if (m.part.on) comm_sum(&loss, 1);                 // else all ranks know all ghosts
   g.ghost += loss;
 }
 
@@ -129,12 +129,12 @@ void tell_nodes(const Dofs& dofs, State& st)
 // velocities of nodes, corners and grid                                             (6.3), (3.15)
 //   out  dv      change of those of the unknowns, all that this rank knows: [neq] of dof_all_rows
 //        after   of the grid, for the next projection; null: not asked for
-void finish_velocities(bool divided, const ActiveGrid& grid, const Dofs& dofs, const Attempt& a, State& st,
-                       RealVec& dv, GridVelocity* after)
+void finish_velocities(const ActiveGrid& grid, const Dofs& dofs, const Attempt& a, State& st, RealVec& dv,
+                       GridVelocity* after)
 {
   const Dofs& all = dof_all_rows(dofs);
   // the nodes of all rows, by each rank
-  const bool here = dofs.whole && !dofs.hung && !divided;
+  const bool here = dofs.whole && !dofs.hung;
   RealVec own(dofs.neq(), 0.0);
   if (here) finish_nodes(all, a, a.du_all, st, dv);
   else finish_nodes(dofs, a, a.du, st, own);
@@ -147,24 +147,17 @@ void finish_velocities(bool divided, const ActiveGrid& grid, const Dofs& dofs, c
     const RealVec told = dof_gather(dofs, {&own}, first)[0];
     std::copy(told.begin() + static_cast<long>(first) * all.dim, told.end(),
               dv.begin() + static_cast<long>(first) * all.dim);
-    if (!here && !divided) tell_nodes(dofs, st);
+    if (!here) tell_nodes(dofs, st);
   }
   if (st.points.npoint) assem_gather_corners(grid, all, dv, st.n.vc, st.np1.vc);
 }
 
-// several ranks with the whole model: R where supports act, [neq] of all rows. Divided model: of those that
-// this rank knows
+// several ranks with the whole model: R where supports act, [neq] of all rows
 RealVec reactions_of_all(const Dofs& dofs, const RealVec& R)
 {
   const int dim = dofs.dim;
   const Dofs& w = *dofs.whole;
   RealVec at, all(w.neq(), 0.0);         // dof and force, one after the other
-  if (!dofs.told.empty()) {
-    const auto grid = [&](int dof) { return dof / dim >= w.nfe; };
-    if (std::any_of(w.constrained.begin(), w.constrained.end(), grid)) return dof_gather(dofs, {&R})[0];
-    for (int i = 0; i < dofs.neq(); ++i) all[dofs.whole_row[i / dim] * dim + i % dim] = R[i];
-    return all;
-  }
   if (dof_all_free(dofs)) return all;
   for (int i = 0; i < dofs.neq(); ++i)
     if (dofs.fixed[i] == DOF_FIXED && dofs.counts(i))
@@ -172,6 +165,19 @@ RealVec reactions_of_all(const Dofs& dofs, const RealVec& R)
   comm_allgatherv(at);
   for (size_t k = 0; k < at.size(); k += 2) all[static_cast<int>(at[k])] = at[k + 1];
   return all;
+}
+
+// of supports that go on at corners; divided model: a rank knows the dofs of its rows, and all entries
+void corner_reactions(const Model& m, const Dofs& dofs, const RealVec& R, RealVec& rf)
+{
+  RealVec force;
+  for (const CornerSupport& h : dofs.corner_support) {
+    const bool here = h.dof >= 0 && dofs.grid_bc[h.dof] < 0 && (!m.part.on || dofs.counts(h.dof));
+    force.push_back(here ? h.part * R[h.dof] : 0.0);
+  }
+  if (m.part.on && !force.empty()) comm_sum(force);
+  for (size_t k = 0; k < force.size(); ++k)
+    if (dofs.corner_support[k].node_dof >= 0) rf[dofs.corner_support[k].node_dof] += force[k];
 }
 
 //   in   R   [neq] of dofs
@@ -184,12 +190,11 @@ void finish_reactions(const Model& m, const Dofs& dofs, const RealVec& R, State&
     if (dofs.fixed[i] != DOF_FIXED) continue;
     const int r = i / dim;
     if (r < dofs.nfe) st.rf[dofs.node_of_row[r] * dim + i % dim] = R[i];
-    else if (dofs.grid_bc[i] >= 0 && (!m.part.points || dofs.counts(i)))
+    else if (dofs.grid_bc[i] >= 0 && (!m.part.on || dofs.counts(i)))
       st.grid_rf[dofs.grid_bc[i] * dim + i % dim] += R[i];
   }
-  if (m.part.points && !st.grid_rf.empty()) comm_sum(st.grid_rf);
-  for (const CornerSupport& h : dofs.corner_support)
-    if (dofs.grid_bc[h.dof] < 0) st.rf[h.node_dof] += h.part * R[h.dof];
+  if (m.part.on && !st.grid_rf.empty()) comm_sum(st.grid_rf);
+  corner_reactions(m, dofs, R, st.rf);
   for (const Frame& f : m.frame) {           // supports along directions of the node
     double r[3];
     if (f.twin < 0) continue;
@@ -269,7 +274,7 @@ double with_grounds(const Model& m, const State& st, const Attempt& a, double wo
 // counted there (dt = 0).  (6.15)
 double work_of_renewal(const ActiveGrid& grid, const Dofs& dofs, const Attempt& a)
 {
-  if (a.cM != 0.0 || a.dt == 0.0 || grid.nnode == 0) return 0.0;
+  if (a.cM != 0.0 || a.dt == 0.0 || grid.of_all.nodes == 0) return 0.0;
   double work = 0.0;
   const RealVec R0 = residual_at_start(dofs, a);
   for (int i = 0; i < dofs.neq(); ++i)
@@ -345,8 +350,8 @@ void step_finish(Problem& p, Attempt& a, RealVec& energy)
   // small systems and REUSE=NO: a continued run repeats every digit
   GridVelocity* const after = m.solver.reuse && s.neq_all() >= SMALL_SYSTEM ? &p.newton.grid : nullptr;
   if (!after) p.newton.grid = GridVelocity();
-  if (a.cM != 0.0) finish_velocities(m.part.on, p.d.grid, s, a, st, dv, after);
-  point_tell_corners(st.points, m.dim, {&st.np1.uc, &st.np1.vc});
+  if (a.cM != 0.0) finish_velocities(p.d.grid, s, a, st, dv, after);
+  point_tell_corners(st.points, p.d.mine, m.dim, {&st.np1.uc, &st.np1.vc});
   if (m.part.around.on()) {                          // nodes of outer elements
     std::vector<RealVec*> told{&st.np1.u};
     if (a.cM != 0.0 && (st.bonds.nbond || !m.conversion.empty()))

@@ -41,7 +41,7 @@ Failure velocity_at_start(const State& st, const Discretisation& d, const Dofs& 
   mass_elements(dofs, vgrid, momentum);
   point_momentum(dof_grid(d, dofs), dofs, st.n.vc, momentum);
   sys_sum(dofs.A, momentum);
-  if (!d.grid.nnode && !dofs.hung) return STATUS_OK;
+  if (!d.grid.of_all.nodes && !dofs.hung) return STATUS_OK;
   Timer timer(PHASE_PROJECT);
   const Dofs& s = dofs;
   const int first = s.hung ? 0 : s.nfe;
@@ -121,7 +121,7 @@ Failure inertia_at_start(Problem& p, Attempt& a, RealVec& Ma)
   const Dofs& s = p.dofs;
   const int first = s.hung ? 0 : s.nfe, grid = s.nfe * s.dim;
   a.agrid = dof_of_nodes(s, p.st.n.a);
-  if (p.d.grid.nnode || s.hung) {
+  if (p.d.grid.of_all.nodes || s.hung) {
     RealVec f(s.neq(), 0.0), damping(s.neq(), 0.0);
     if (step_damps(p)) {
       const Failure failure = step_damping(p, a.mode.finite, a.t0, a.dt, a.vgrid, damping);
@@ -160,7 +160,7 @@ Failure step_inertia_begin(Problem& p, Attempt& a)
   const Scheme& scheme = scheme_of(s);
   RealVec Ma, force;
   if (scheme.acceleration) {
-    if (p.d.grid.nnode || p.dofs.hung || scheme.force) failure = force_at_start(p, a);
+    if (p.d.grid.of_all.nodes || p.dofs.hung || scheme.force) failure = force_at_start(p, a);
     if (failure.ok()) failure = inertia_at_start(p, a, Ma);
     if (!failure.ok()) return failure;
   }

@@ -166,7 +166,7 @@ Failure step_solve(Problem& p, const Attempt& a, int it, double residual, double
   ask.broken = singular;
   ask.exact  = it > SLOW;
   // in motion too: the mass of the grid may be singular in what no corner sees  (3.14)
-  p.newton.solver.null_pivot_row = singular || (a.cM != 0.0 && p.d.grid.nnode) ? s.nfe : -1;
+  p.newton.solver.null_pivot_row = singular || (a.cM != 0.0 && p.d.grid.of_all.nodes) ? s.nfe : -1;
   ask.inertia   = a.cM != 0.0;
   ask.known_regular      = p.newton.solver.nfactor == 0 && s.neq_all() >= SMALL_SYSTEM && p.m.dim == 3 &&
                   (ask.inertia || supported(p));

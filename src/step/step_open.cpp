@@ -138,7 +138,7 @@ int step_open(Problem& p)
   st.n.hp.assign(static_cast<size_t>(st.points.npoint) * p.d.point_law.history, 0.0);
   st.grid_rf.assign(m.grid_bc.size() * m.dim, 0.0);
   errors = start_values(m, st);
-  point_tell_corners(st.points, m.dim, {&st.n.uc, &st.n.vc});
+  point_tell_corners(st.points, p.d.mine, m.dim, {&st.n.uc, &st.n.vc});
   if (errors == 0) errors = start_equations(m, st.n);
   if (errors) return errors;
   if (has_contact(m)) errors = start_contact(m, st, p.d.scene, p.d.pairs);
@@ -165,6 +165,20 @@ double fastest(const MeshPart& part, const State& st, bool is_static)
   for (const RealVec* v : {is_static ? &st.rate : &st.n.v, &st.n.vc})
     for (double x : *v) most = std::max(most, std::fabs(x));
   return part.on ? comm_allreduce_max(most) : most;
+}
+
+// stays: the active grid moves along with corners and bonds; known: it is the one that is here, with all lists
+// that this rank needs. The same on all ranks
+void grid_serves(const Problem& p, const RealVec& xb, bool& stays, bool& known)
+{
+  const State& st = p.st;
+  stays = st.points.npoint && grid_stays(p.m, st.points, st.bonds, st.laid, st.n.uc, xb);
+  known = stays && st.laid.made == p.d.grid.made && grid_covers(st.points, st.bonds, p.d.mine, p.d.grid);
+  if (!p.m.part.on || st.points.npoint_all() == 0) return;
+  double no[2] = {stays ? 0.0 : 1.0, known ? 0.0 : 1.0};
+  comm_max(no, 2);
+  stays = no[0] == 0.0;
+  known = no[1] == 0.0;
 }
 
 }  // namespace
@@ -194,21 +208,24 @@ Failure step_prepare(Problem& p, const Step& s)
   } else {
     timer_skip(PHASE_CONTACT);
   }
-  bool stays = st.points.npoint && grid_stays(p.m, st.points, st.bonds, st.laid, st.n.uc, xb);
-  if (p.m.part.points) stays = !comm_allreduce_max(static_cast<int>(!stays));
-  if (stays && st.laid.made == p.d.grid.made) {
+  point_groups(st.points, p.d.point_law);
+  if (!p.m.part.points) dof_share_points(p.m, st.points, p.d.el, p.d.point_law.group, st.division);
+  dof_share_grid(p.m, st.points, st.bonds, p.d.pairs, st.division, p.d.mine);
+  bool stays, known;
+  grid_serves(p, xb, stays, known);
+  if (known) {
     timer_skip(PHASE_GRID);
   } else if (st.points.npoint) {
     Timer timer(PHASE_GRID);
     int worst = 0;
     if (!stays) st.laid = {st.n.uc, xb};
     const Status status =
-        grid_activate(p.m, st.points, st.bonds, st.laid.uc, st.laid.xb, p.d.grid, &worst);
+        grid_activate(p.m, st.points, st.bonds, p.d.mine, st.laid.uc, st.laid.xb, p.d.grid, &worst);
     st.laid.made = p.d.grid.made;
     if (p.d.grid.meets) st.laid = GridLaid();        // what meets is as near as it is now
     Failure failure = status;
     if (!failure.ok()) failure = {status, worst < 0 ? AT_BOND : AT_CORNER, worst < 0 ? -1 - worst : worst};
-    if (p.m.part.points) failure = failure_agree(failure);
+    if (p.m.part.on) failure = failure_agree(failure);
     if (!failure.ok()) return failure;
   } else {
     timer_skip(PHASE_GRID);
@@ -216,7 +233,6 @@ Failure step_prepare(Problem& p, const Step& s)
     p.d.grid = ActiveGrid();
     p.d.grid.bond.off.assign(st.bonds.nbond + 1, 0);    // bonds to the ground and contact only
   }
-  point_groups(st.points, p.d.point_law);
   dof_form(p.m, s, st, p.d, p.dofs);
   if (s.proc == PROC_DYNAMIC) {
     assem_mass(st.points, p.d, p.dofs);

@@ -869,7 +869,7 @@ TEST(Conversion, CornersHangOnNodes)
     const Points& p = r.st.points;
     ActiveGrid g;
     int worst = -1;
-    ASSERT_EQ(STATUS_OK, grid_activate(m, p, r.st.bonds, r.st.n.uc, {}, g, &worst));
+    ASSERT_EQ(STATUS_OK, grid_activate(m, p, r.st.bonds, GridShare(), r.st.n.uc, {}, g, &worst));
     for (int c = 0; c < p.ncorner; ++c) {
       const double x = p.Xc[c * m.dim];
       // the first row has a node with an element; the second none inside

@@ -39,7 +39,7 @@ struct Active {
   {
     int worst = -1;
     EXPECT_EQ(0, point_fill(m, pts));
-    EXPECT_EQ(STATUS_OK, grid_activate(m, pts, Bonds(), RealVec(pts.Xc.size(), 0.0), RealVec(), g, &worst));
+    EXPECT_EQ(STATUS_OK, grid_activate(m, pts, Bonds(), GridShare(), RealVec(pts.Xc.size(), 0.0), RealVec(), g, &worst));
   }
 };
 
@@ -176,7 +176,7 @@ TEST(Grid, LeavingTheGridIsReported)
   ActiveGrid g;
   int worst = -1;
   point_fill(m, pts);
-  EXPECT_EQ(OUTSIDE_GRID, grid_activate(m, pts, Bonds(), RealVec(pts.Xc.size(), 0.0), RealVec(), g, &worst));
+  EXPECT_EQ(OUTSIDE_GRID, grid_activate(m, pts, Bonds(), GridShare(), RealVec(pts.Xc.size(), 0.0), RealVec(), g, &worst));
   EXPECT_GE(worst, 0);
 }
 
@@ -212,10 +212,16 @@ void expect_parts_of_whole(Model m, bool meets)
   ActiveGrid of_whole, of_part;
   int worst = -1;
   ASSERT_EQ(0, point_fill(m, whole));
-  ASSERT_EQ(STATUS_OK, grid_activate(m, whole, Bonds(), moved(whole, m.dim), {}, of_whole, &worst));
+  ASSERT_EQ(STATUS_OK, grid_activate(m, whole, Bonds(), GridShare(), moved(whole, m.dim), {}, of_whole, &worst));
   m.part.on = m.part.points = true;
   ASSERT_EQ(0, point_fill(m, part));
-  ASSERT_EQ(STATUS_OK, grid_activate(m, part, Bonds(), moved(part, m.dim), {}, of_part, &worst));
+  GridShare own;
+  own.on = true;
+  own.point.assign(part.npoint, 1);
+  own.corner.assign(part.ncorner, 0);
+  own.owner.assign(part.ncorner, comm_rank());
+  for (int c : part.conn.item) own.corner[c] = 1;
+  ASSERT_EQ(STATUS_OK, grid_activate(m, part, Bonds(), own, moved(part, m.dim), {}, of_part, &worst));
   double sum[4] = {double(part.npoint), double(part.boundary.size()), double(of_part.ghost.size()),
                    double(of_part.ncell)};
   comm_sum(sum, 4);
