@@ -1,4 +1,4 @@
-#include <map>
+#include <algorithm>
 
 #include "base/comm.h"
 #include "base/forest.h"
@@ -101,66 +101,90 @@ struct Wide {
   }
 };
 
-// The parts of the points at nodes that several ranks have, told to the first of these: key, number of parts,
-// and of each part how many corners it has that another rank may know, and their numbers. Do the parts of one
-// node hang together by them? Collective.
+// The parts of the points at nodes that several ranks have, told to the first of these: key of the node, how
+// many corners of the part another rank may know, and their numbers. Do the parts of one node hang together
+// by them?
 struct Shared {
   const Around& all;
   std::vector<char> border;    // [ncorner] another rank has it
+  IntVec last;                 // [ncorner] for which count a corner was seen last
+  int counts = 0;
   std::vector<std::vector<long>> tell;
-  explicit Shared(const Around& around) : all(around), border(all.ncorner(), 0), tell(comm_size())
+  explicit Shared(const Around& around)
+      : all(around), border(all.ncorner(), 0), last(all.ncorner(), -1), tell(comm_size())
   {
     for (int c : all.pts.part.halo.shared) border[c] = 1;
     for (int q = all.own; q < all.count(); ++q) all.each(q, [&](int c) { border[c] = 1; });
   }
 
+  // parts: of the points of list; no two of them have a corner in common
   void add(int rank, long key, const IntVec& list, Forest& parts)
   {
-    std::map<int, std::vector<long>> corners;          // by the root of the part
+    std::vector<std::pair<int, long>> corner;          // root of the part, number; -1: the part itself
+    ++counts;
     for (size_t k = 0; k < list.size(); ++k) {
-      std::vector<long>& of = corners[parts.root(static_cast<int>(k))];
+      const int root = parts.root(static_cast<int>(k));
+      if (root == static_cast<int>(k)) corner.emplace_back(root, -1);
       all.each(list[k], [&](int c) {
-        if (border[c]) of.push_back(all.corner_number(c));
+        if (!border[c] || last[c] == counts) return;
+        last[c] = counts;
+        corner.emplace_back(root, all.corner_number(c));
       });
     }
+    std::sort(corner.begin(), corner.end());
     std::vector<long>& to = tell[rank];
-    to.insert(to.end(), {key, static_cast<long>(corners.size())});
-    for (auto& [root, of] : corners) {
-      std::sort(of.begin(), of.end());
-      of.erase(std::unique(of.begin(), of.end()), of.end());
-      to.push_back(static_cast<long>(of.size()));
-      to.insert(to.end(), of.begin(), of.end());
+    size_t count = 0;          // where it stands
+    for (const auto& [root, number] : corner) {
+      if (number < 0) {
+        to.insert(to.end(), {key, 0});
+        count = to.size() - 1;
+      } else {
+        to.push_back(number);
+        ++to[count];
+      }
     }
   }
 
-  // is a node among those told to this rank where they do not?
-  bool apart() const
+  struct Part {
+    long key;
+    const long* corner;
+    long n;
+    int rank;
+  };
+
+  // keys of the nodes of this rank where they do not, ascending. Collective
+  std::vector<long> apart() const
   {
     const std::vector<std::vector<long>> told = comm_exchange(tell);
-    std::map<long, std::vector<std::vector<long>>> of_node;
-    for (const std::vector<long>& list : told)
-      for (size_t i = 0; i < list.size();) {
-        std::vector<std::vector<long>>& parts = of_node[list[i]];
-        long n = list[i + 1];
-        for (i += 2; n > 0; --n) {
-          const auto from = list.begin() + static_cast<long>(i) + 1;
-          parts.emplace_back(from, from + list[i]);
-          i += 1 + static_cast<size_t>(list[i]);
-        }
+    std::vector<Part> part;
+    for (size_t r = 0; r < told.size(); ++r)
+      for (size_t i = 0; i < told[r].size(); i += 2 + static_cast<size_t>(told[r][i + 1]))
+        part.push_back({told[r][i], &told[r][i] + 2, told[r][i + 1], static_cast<int>(r)});
+    std::stable_sort(part.begin(), part.end(), [](const Part& a, const Part& b) { return a.key < b.key; });
+    std::vector<std::pair<long, int>> corner;          // number, part
+    std::vector<std::vector<long>> found(told.size());
+    for (size_t first = 0, end; first < part.size(); first = end) {
+      corner.clear();
+      for (end = first; end < part.size() && part[end].key == part[first].key; ++end)
+        for (long k = 0; k < part[end].n; ++k)
+          corner.emplace_back(part[end].corner[k], static_cast<int>(end - first));
+      std::sort(corner.begin(), corner.end());
+      int pieces = static_cast<int>(end - first);
+      Forest joined(pieces);
+      for (size_t k = 1; k < corner.size(); ++k) {
+        if (corner[k].first != corner[k - 1].first) continue;
+        pieces -= joined.root(corner[k].second) != joined.root(corner[k - 1].second);
+        joined.join(corner[k].second, corner[k - 1].second);
       }
-    for (const auto& [key, parts] : of_node) {
-      Forest joined(static_cast<int>(parts.size()));
-      std::map<long, int> seen;
-      int pieces = static_cast<int>(parts.size());
-      for (int k = 0; k < static_cast<int>(parts.size()); ++k)
-        for (long c : parts[k]) {
-          const int other = seen.emplace(c, k).first->second;
-          pieces -= joined.root(k) != joined.root(other);
-          joined.join(k, other);
-        }
-      if (pieces > 1) return true;
+      for (size_t k = first; k < end && pieces > 1; ++k) {
+        std::vector<long>& to = found[part[k].rank];
+        if (to.empty() || to.back() != part[k].key) to.push_back(part[k].key);
+      }
     }
-    return false;
+    std::vector<long> here;
+    for (const std::vector<long>& list : comm_exchange(found)) here.insert(here.end(), list.begin(), list.end());
+    std::sort(here.begin(), here.end());
+    return here;
   }
 };
 
@@ -178,14 +202,17 @@ bool meet_here(const Around& all, long nnode, const ListTable& around, const Key
   return false;
 }
 
-// nodes that other ranks have too; wider: with the points that share a corner
-bool meet_between(const Around& all, const ListTable& around, const KeyHalo& halo, bool wider)
+// Nodes that other ranks have too, and where the points around them do not hang together: their keys. wider:
+// with the points that share a corner, at the nodes of keys
+std::vector<long> meet_between(const Around& all, const ListTable& around, const KeyHalo& halo, bool wider,
+                               const std::vector<long>& keys)
 {
   Shared shared(all);
   Patch patch(all);
   Wide wide{all, {}};
   for (int n : halo.mine) {
     if (!halo.shared[n] || around.count(n) == 0) continue;
+    if (wider && !std::binary_search(keys.begin(), keys.end(), halo.key[n])) continue;
     const IntVec list = wider ? wide.list(around.begin(n), around.count(n))
                               : IntVec(around.begin(n), around.begin(n) + around.count(n));
     Forest parts(static_cast<int>(list.size()));
@@ -210,9 +237,8 @@ bool points_meet(const Points& pts, const GridShare& share, const std::vector<lo
   });
   const bool here = meet_here(all, nnode, around, halo);
   if (!halo) return here;
-  enum { NO, PERHAPS, YES };
-  const bool between = meet_between(all, around, *halo, false);
-  const int found    = comm_allreduce_max(here ? YES : between ? PERHAPS : NO);
-  if (found != PERHAPS) return found == YES;
-  return comm_allreduce_max(static_cast<int>(meet_between(all, around, *halo, true))) > 0;
+  const auto any = [](bool found) { return comm_allreduce_max(static_cast<int>(found)) > 0; };
+  if (any(here)) return true;
+  const std::vector<long> apart = meet_between(all, around, *halo, false, {});
+  return any(!apart.empty()) && any(!meet_between(all, around, *halo, true, apart).empty());
 }

@@ -203,23 +203,84 @@ void own_border(const SysMatrix& A, OwnBlock& own)
   for (int I : A.halo.shared) own.diag.insert(own.diag.end(), &diag[I * D], &diag[I * D] + D);
 }
 
-void own_sum(const OwnBlock& own, int D, RealVec& val)
+namespace {
+
+// Blocks that a rank has too: calls use(block, is it turned there) for those of own.to[r] that take(block)
+template <class Take, class Use>
+void each_common(const OwnBlock& own, int r, Take take, Use use)
 {
-  const int DD = D * D, ranks = comm_size(), me = comm_rank();
+  for (int to : own.to[r])
+    if (take(to / 2)) use(static_cast<size_t>(to / 2), to % 2 == 1);
+}
+
+// blocks that take(rank, block) chooses, of val to other ranks; back(rank, block, turned, value) for those
+// that come(rank, block) chooses there
+template <class Take, class Come, class Back>
+void exchange_blocks(const OwnBlock& own, int DD, const RealVec& val, Take take, Come come, Back back)
+{
+  const int ranks = comm_size(), me = comm_rank(), D = DD == 4 ? 2 : 3;
   std::vector<RealVec> send(ranks), from(ranks);
   for (int r = 0; r < ranks; ++r) {
     if (r == me) continue;
-    send[r].assign(own.to[r].size() * DD, 0.0);
-    for (size_t k = 0; k < own.to[r].size(); ++k)
-      add_block(D, own.to[r][k] % 2 == 1, &val[static_cast<size_t>(own.to[r][k] / 2) * DD], &send[r][k * DD]);
-    from[r].resize(send[r].size());
+    size_t out = 0, in = 0;
+    each_common(own, r, [&](int k) { return take(r, k); }, [&](size_t, bool) { out += DD; });
+    each_common(own, r, [&](int k) { return come(r, k); }, [&](size_t, bool) { in += DD; });
+    send[r].assign(out, 0.0);
+    from[r].resize(in);
+    double* to = send[r].data();
+    each_common(own, r, [&](int k) { return take(r, k); }, [&](size_t k, bool turned) {
+      add_block(D, turned, &val[k * DD], to);
+      to += DD;
+    });
   }
   comm_exchange(send, from);
-  const RealVec part = val;
-  std::fill(val.begin(), val.end(), 0.0);
-  for (int r = 0; r < ranks; ++r) {                  // in their order, the same on all of them
-    for (size_t i = 0; r == me && i < val.size(); ++i) val[i] += part[i];
-    for (size_t k = 0; k < own.to[r].size() && r != me; ++k)
-      add_block(D, own.to[r][k] % 2 == 1, &from[r][k * DD], &val[static_cast<size_t>(own.to[r][k] / 2) * DD]);
+  for (int r = 0; r < ranks; ++r) {
+    const double* value = from[r].data();
+    if (r == me) back(r, size_t(0), false, static_cast<const double*>(nullptr));
+    else
+      each_common(own, r, [&](int k) { return come(r, k); }, [&](size_t k, bool turned) {
+        back(r, k, turned, value);
+        value += DD;
+      });
   }
+}
+
+// in one message: each has what the other has, and both add in the order of the ranks
+void sum_direct(const OwnBlock& own, int D, RealVec& val)
+{
+  const int DD = D * D;
+  const auto all = [](int, int) { return true; };
+  RealVec sum(val.size(), 0.0);
+  exchange_blocks(own, DD, val, all, all, [&](int, size_t k, bool turned, const double* value) {
+    if (value) return add_block(D, turned, value, &sum[k * DD]);
+    for (size_t i = 0; i < val.size(); ++i) sum[i] += val[i];
+  });
+  val.swap(sum);
+}
+
+// in two messages: the first rank that has a block adds, in their order, and tells the others
+void sum_by_first(const OwnBlock& own, int D, RealVec& val)
+{
+  const int DD = D * D, me = comm_rank();
+  IntVec first(val.size() / DD, me);
+  for (int r = 0; r < me; ++r)
+    for (int to : own.to[r]) first[to / 2] = std::min(first[to / 2], r);
+  const auto there = [&](int r, int k) { return first[k] == r; };
+  const auto here  = [&](int, int k) { return first[k] == me; };
+  exchange_blocks(own, DD, val, there, here, [&](int, size_t k, bool turned, const double* value) {
+    if (value) add_block(D, turned, value, &val[k * DD]);
+  });
+  exchange_blocks(own, DD, val, here, there, [&](int, size_t k, bool turned, const double* value) {
+    if (!value) return;
+    std::fill_n(&val[k * DD], DD, 0.0);
+    add_block(D, turned, value, &val[k * DD]);
+  });
+}
+
+}  // namespace
+
+void own_sum(const OwnBlock& own, int D, RealVec& val)
+{
+  if (comm_size() == 2) sum_direct(own, D, val);
+  else sum_by_first(own, D, val);
 }
