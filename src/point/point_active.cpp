@@ -416,16 +416,17 @@ std::vector<char> strong_nodes(const Grid& grid, const std::vector<long>& node, 
 // Divided model: lists on unknowns that points, bonds and ghosts of this rank follow. What others have near
 // tells how much support a node has, and which cells there are. False: a rank has failed.
 template <int D>
-bool activate_part(const Model& m, const Points& pts, const GridShare& share, const RealVec& uc, Status status,
-                   std::vector<long>& node, ActiveGrid& g)
+bool activate_part(const Model& m, const Points& pts, const GridShare& share, const RealVec& uc,
+                   Status status, std::vector<long>& node, ActiveGrid& g)
 {
   const bool ghosts = m.grid.ghost_stiffness > 0.0 || m.grid.ghost_mass > 0.0;
   const auto end    = std::lower_bound(node.begin(), node.end(), key_own);
-  const std::vector<long> others(end, node.end());   // corners of their own, nodes of the mesh: not of the grid
+  const std::vector<long> others(end, node.end());   // corners of their own, nodes of the mesh
   node.erase(end, node.end());
   const int touched = static_cast<int>(node.size());
   GridHalo halo;
-  if (!grid_halo(m.grid, D, status == STATUS_OK, node, g.cell, ghosts ? 2 * REACH : REACH, halo)) return false;
+  const int reach = ghosts ? 2 * REACH : REACH;
+  if (!grid_halo(m.grid, D, status == STATUS_OK, node, g.cell, reach, halo)) return false;
   const KeyHalo& of = halo.node;
   const int near    = static_cast<int>(of.key.size());
   node = of.key;

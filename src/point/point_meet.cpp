@@ -182,7 +182,8 @@ struct Shared {
       }
     }
     std::vector<long> here;
-    for (const std::vector<long>& list : comm_exchange(found)) here.insert(here.end(), list.begin(), list.end());
+    for (const std::vector<long>& list : comm_exchange(found))
+      here.insert(here.end(), list.begin(), list.end());
     std::sort(here.begin(), here.end());
     return here;
   }

@@ -216,9 +216,9 @@ void each_common(const OwnBlock& own, int r, Take take, Use use)
 // blocks that take(rank, block) chooses, of val to other ranks; back(rank, block, turned, value) for those
 // that come(rank, block) chooses there
 template <class Take, class Come, class Back>
-void exchange_blocks(const OwnBlock& own, int DD, const RealVec& val, Take take, Come come, Back back)
+void exchange_blocks(const OwnBlock& own, int D, const RealVec& val, Take take, Come come, Back back)
 {
-  const int ranks = comm_size(), me = comm_rank(), D = DD == 4 ? 2 : 3;
+  const int ranks = comm_size(), me = comm_rank(), DD = D * D;
   std::vector<RealVec> send(ranks), from(ranks);
   for (int r = 0; r < ranks; ++r) {
     if (r == me) continue;
@@ -251,7 +251,7 @@ void sum_direct(const OwnBlock& own, int D, RealVec& val)
   const int DD = D * D;
   const auto all = [](int, int) { return true; };
   RealVec sum(val.size(), 0.0);
-  exchange_blocks(own, DD, val, all, all, [&](int, size_t k, bool turned, const double* value) {
+  exchange_blocks(own, D, val, all, all, [&](int, size_t k, bool turned, const double* value) {
     if (value) return add_block(D, turned, value, &sum[k * DD]);
     for (size_t i = 0; i < val.size(); ++i) sum[i] += val[i];
   });
@@ -267,10 +267,10 @@ void sum_by_first(const OwnBlock& own, int D, RealVec& val)
     for (int to : own.to[r]) first[to / 2] = std::min(first[to / 2], r);
   const auto there = [&](int r, int k) { return first[k] == r; };
   const auto here  = [&](int, int k) { return first[k] == me; };
-  exchange_blocks(own, DD, val, there, here, [&](int, size_t k, bool turned, const double* value) {
+  exchange_blocks(own, D, val, there, here, [&](int, size_t k, bool turned, const double* value) {
     if (value) add_block(D, turned, value, &val[k * DD]);
   });
-  exchange_blocks(own, DD, val, here, there, [&](int, size_t k, bool turned, const double* value) {
+  exchange_blocks(own, D, val, here, there, [&](int, size_t k, bool turned, const double* value) {
     if (!value) return;
     std::fill_n(&val[k * DD], DD, 0.0);
     add_block(D, turned, value, &val[k * DD]);

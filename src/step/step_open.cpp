@@ -167,8 +167,8 @@ double fastest(const MeshPart& part, const State& st, bool is_static)
   return part.on ? comm_allreduce_max(most) : most;
 }
 
-// stays: the active grid moves along with corners and bonds; known: it is the one that is here, with all lists
-// that this rank needs. The same on all ranks
+// stays: the active grid moves along with corners and bonds; known: it is the one that is here, with all
+// lists that this rank needs. The same on all ranks
 void grid_serves(const Problem& p, const RealVec& xb, bool& stays, bool& known)
 {
   const State& st = p.st;
