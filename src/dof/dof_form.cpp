@@ -154,13 +154,9 @@ void bond_rows(const Bonds& bonds, const Discretisation& d, const Dofs& s, int b
 // corners and points that follow nodes of the mesh: their rows, counted from the first of the grid  (7.14)
 void find_mesh_rows(ActiveGrid& grid, Dofs& s)
 {
-  s.hung = !grid.corner_named.empty();
-  if (!s.hung) return;
-  grid.corner.item = grid.corner_named;
-  grid.point.item  = grid.point_named;
-  for (ListTable* list : {&grid.corner, &grid.point})
-    for (int& item : list->item)
-      if (item < 0) item = s.row_of_node[-1 - item] - s.nfe;
+  s.hung = !grid.corner_mesh.empty();
+  for (const MeshItem& q : grid.corner_mesh) grid.corner.item[q.at] = s.row_of_node[q.node] - s.nfe;
+  for (const MeshItem& q : grid.point_mesh) grid.point.item[q.at] = s.row_of_node[q.node] - s.nfe;
 }
 
 // rows of the points that share their change of volume, each once

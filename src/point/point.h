@@ -22,6 +22,8 @@ struct GridCount {
   int weak  = 0;               // touched nodes that follow others (extended basis)
 };
 
+struct MeshItem { int at, node; };     // item at of a list is a node of the mesh
+
 // The part of the grid that exists in this step, and what corners, points and bonds see of it
 struct ActiveGrid {
   int nnode = 0;               // unknown grid nodes
@@ -38,8 +40,7 @@ struct ActiveGrid {
   // lists of grid nodes; those of corners and points also hold nodes n of the mesh as -1 - n, and once the
   // rows are known as (row of n) - (number of rows of nodes), which is negative too
   ListTable corner;            // [ncorner] unknown grid nodes that a corner follows
-  // items of corner and point before the rows were known; empty: they hold no node of the mesh
-  IntVec corner_named, point_named;
+  std::vector<MeshItem> corner_mesh, point_mesh;     // items of corner and point that are nodes of the mesh
   RealVec corner_w;            // [corner.item] weights, sum 1
   ListTable point;             // [npoint] unknown grid nodes of a point
   // corner after corner of each point, and node after node of the corner: place of the node in the list of

@@ -372,14 +372,16 @@ void find_extension(const Model& m, const std::vector<long>& cell, const std::ve
 void name_mesh_nodes(ActiveGrid& g)
 {
   const int n = static_cast<int>(std::lower_bound(g.key.begin(), g.key.end(), key_node) - g.key.begin());
-  g.corner_named.clear();
-  g.point_named.clear();
-  if (n == static_cast<int>(g.key.size())) return;
-  for (ListTable* list : {&g.corner, &g.point})
-    for (int& item : list->item)
-      if (item >= n) item = -1 - static_cast<int>(g.key[item] - key_node);
-  g.corner_named = g.corner.item;
-  g.point_named  = g.point.item;
+  const auto name = [&](IntVec& list, std::vector<MeshItem>& mesh) {
+    mesh.clear();
+    for (int k = 0; k < static_cast<int>(list.size()); ++k) {
+      if (list[k] < n) continue;
+      mesh.push_back({k, static_cast<int>(g.key[list[k]] - key_node)});
+      list[k] = -1 - mesh.back().node;
+    }
+  };
+  name(g.corner.item, g.corner_mesh);
+  name(g.point.item, g.point_mesh);
   g.key.resize(n);
 }
 

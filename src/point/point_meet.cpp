@@ -106,7 +106,7 @@ struct Wide {
 // by them?
 struct Shared {
   const Around& all;
-  std::vector<char> border;    // [ncorner] another rank has it
+  std::vector<char> border;    // [ncorner] another rank may know it: of points beside those of others
   IntVec last;                 // [ncorner] for which count a corner was seen last
   int counts = 0;
   std::vector<std::vector<long>> tell;
@@ -115,6 +115,13 @@ struct Shared {
   {
     for (int c : all.pts.part.halo.shared) border[c] = 1;
     for (int q = all.own; q < all.count(); ++q) all.each(q, [&](int c) { border[c] = 1; });
+    IntVec beside;             // points of this rank that are near to others
+    for (int q = 0; q < all.own; ++q) {
+      bool shares = false;
+      all.each(q, [&](int c) { shares = shares || border[c]; });
+      if (shares) beside.push_back(q);
+    }
+    for (int q : beside) all.each(q, [&](int c) { border[c] = 1; });
   }
 
   // parts: of the points of list; no two of them have a corner in common
