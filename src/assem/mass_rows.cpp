@@ -1,6 +1,7 @@
 #include "assem/mass_rows.h"
 
 #include <algorithm>
+#include <map>
 
 namespace {
 
@@ -67,8 +68,70 @@ Halo halo_of(const Halo& h, const MassRows& m, const IntVec& at)
   Halo out;
   for (const IntVec& list : h.common) out.common.push_back(chosen(list));
   out.shared = chosen(h.shared);
+  std::sort(out.shared.begin(), out.shared.end());
   for (int r : m.row) out.owner.push_back(h.owner[r]);
   return out;
+}
+
+// which ranks have a row of the border, as a number for each set of ranks            [Halo::shared]
+IntVec sets_of_ranks(const MassRows& m)
+{
+  std::vector<IntVec> ranks(m.halo.shared.size());
+  for (size_t r = 0; r < m.halo.common.size(); ++r)
+    for (int row : m.halo.common[r]) ranks[row - m.alone].push_back(static_cast<int>(r));
+  std::map<IntVec, int> number;
+  IntVec set;
+  for (const IntVec& of : ranks) set.push_back(number.emplace(of, static_cast<int>(number.size())).first->second);
+  return set;
+}
+
+// A pair of rows of the border that several ranks may have
+struct BorderPair {
+  int row, col;                // of the border, row > col
+  bool operator<(const BorderPair& o) const { return row != o.row ? row < o.row : col < o.col; }
+  bool operator==(const BorderPair& o) const { return row == o.row && col == o.col; }
+};
+
+// The pairs own, whose numbers are all[k], become known to the ranks that have both rows, and theirs to this
+// one. Collective
+void join_border(const std::vector<BorderPair>& own, const IntVec& all, MassRows& m)
+{
+  const int ranks = comm_size(), me = comm_rank();
+  const size_t n = m.halo.shared.size();
+  std::vector<std::vector<BorderPair>> to(ranks);    // places in Halo::common
+  m.border_to.assign(ranks, IntVec());
+  for (int r = 0; r < ranks; ++r) {
+    IntVec place(n, -1);
+    for (size_t i = 0; i < m.halo.common[r].size(); ++i)
+      place[m.halo.common[r][i] - m.alone] = static_cast<int>(i);
+    for (size_t k = 0; k < own.size(); ++k) {
+      if (place[own[k].row] < 0) continue;
+      to[r].push_back({place[own[k].row], place[own[k].col]});
+      m.border_to[r].push_back(all[k]);
+    }
+  }
+  std::vector<std::vector<BorderPair>> of = comm_exchange(to);
+  std::vector<BorderPair> pair = own;
+  for (int r = 0; r < ranks; ++r) {
+    for (BorderPair& q : of[r])
+      q = {m.halo.common[r][q.row] - m.alone, m.halo.common[r][q.col] - m.alone};
+    pair.insert(pair.end(), of[r].begin(), of[r].end());
+  }
+  of[me]          = own;
+  m.border_to[me] = all;
+  std::sort(pair.begin(), pair.end());
+  pair.erase(std::unique(pair.begin(), pair.end()), pair.end());
+  m.border.off.assign(n + 1, 0);
+  for (const BorderPair& q : pair) {
+    ++m.border.off[q.row + 1];
+    m.border.col.push_back(q.col);
+  }
+  for (size_t b = 0; b < n; ++b) m.border.off[b + 1] += m.border.off[b];
+  m.border_at.assign(ranks, IntVec());
+  for (int r = 0; r < ranks; ++r)
+    for (const BorderPair& q : of[r])
+      m.border_at[r].push_back(
+          static_cast<int>(std::lower_bound(pair.begin(), pair.end(), q) - pair.begin()));
 }
 
 void sort_border(MassRows& m)
@@ -76,15 +139,21 @@ void sort_border(MassRows& m)
   const IntVec& shared = m.halo.shared;
   m.alone = m.size() - static_cast<int>(shared.size());
   for (int r : shared) m.owned.push_back(m.halo.owner[r] == comm_rank() ? 1.0 : 0.0);
+  const IntVec set = sets_of_ranks(m);
+  std::vector<BorderPair> own;
+  IntVec own_from;
   std::vector<std::vector<std::array<int, 2>>> cross(shared.size());
   for (int r = 0; r < m.size(); ++r) {
     for (int k = m.all.off[r]; k < m.all.off[r + 1]; ++k) {
-      const int c = m.all.col[k];
-      if (c >= m.alone) {
+      const int c = m.all.col[k], a = r - m.alone, b = c - m.alone;
+      if (b >= 0 && set[a] == set[b]) {
+        own.push_back({a, b});
+        own_from.push_back(k);
+      } else if (b >= 0) {
         m.edge.push_back({r, c});
         m.edge_from.push_back(k);
-      } else if (r >= m.alone) {
-        cross[r - m.alone].push_back({c, k});
+      } else if (a >= 0) {
+        cross[a].push_back({c, k});
       } else {
         m.inner.col.push_back(c);
         m.inner.from.push_back(k);
@@ -99,22 +168,27 @@ void sort_border(MassRows& m)
     }
     m.cross.off.push_back(static_cast<int>(m.cross.item.size()));
   }
+  join_border(own, own_from, m);
 }
 
 // take [nrow]: a row is chosen; may(k): block k can be other than 0
 template <class May>
 void form(const Dofs& s, const std::vector<char>& take, May may, MassRows& m)
 {
-  IntVec at(s.nrow, -1);
-  std::vector<char> border(s.nrow, 0);
-  if (sys_shared(s.A))
-    for (int r : s.A.halo.shared) border[r] = 1;
-  for (const char behind : {0, 1})
-    for (int r = 0; r < s.nrow; ++r) {
-      if (!take[r] || border[r] != behind) continue;
-      at[r] = m.size();
-      m.row.push_back(r);
-    }
+  IntVec at(s.nrow, -1), border;
+  if (sys_shared(s.A)) border = s.A.halo.shared;
+  std::vector<char> behind(s.nrow, 0);
+  for (int r : border) behind[r] = 1;
+  // in an order that is the same on all ranks
+  std::sort(border.begin(), border.end(), [&](int a, int b) { return s.row_key[a] < s.row_key[b]; });
+  const auto add = [&](int r) {
+    if (!take[r]) return;
+    at[r] = m.size();
+    m.row.push_back(r);
+  };
+  for (int r = 0; r < s.nrow; ++r)
+    if (!behind[r]) add(r);
+  for (int r : border) add(r);
   const auto each = [&](auto use) {
     for (int r = 0; r < s.nrow; ++r)
       for (int k = s.A.off[r]; k < s.A.off[r + 1] - 1; ++k)

@@ -13,6 +13,7 @@
 // couplings of each row with earlier ones, and where their values are
 struct MassCouplings {
   IntVec off{0}, col, from;
+  int size() const { return static_cast<int>(off.size()) - 1; }
 };
 
 // of rows with others that stay as they are
@@ -31,7 +32,11 @@ struct MassRows {
   MassCouplings inner;         // of rows of this rank alone with each other; from: all
   ListTable cross;             // [Halo::shared] rows of this rank alone that are coupled to one of the border
   IntVec cross_from;           // all
-  std::vector<std::array<int, 2>> edge;      // pairs of rows of the border
+  // rows of the border with earlier ones that the same ranks have; all of these know the whole value
+  MassCouplings border;        // [Halo::shared] rows of the border count; from: not used
+  std::vector<IntVec> border_to;       // [ranks] all: the values that a rank gets of this one
+  std::vector<IntVec> border_at;       // [ranks] border: where the values of a rank are added
+  std::vector<std::array<int, 2>> edge;      // other pairs of rows of the border
   IntVec edge_from;            // all
   RealVec owned;               // [Halo::shared] 1 for rows that belong to this rank
   int size() const { return static_cast<int>(row.size()); }

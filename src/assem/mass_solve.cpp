@@ -40,7 +40,7 @@ void multiply(const Dofs& s, const RealVec& M, int rows, const double* x, double
 struct MassValues {
   const MassRows& rows;
   bool shared;                 // several ranks
-  RealVec all, diag, inner, cross, edge;             // as in MassRows
+  RealVec all, diag, inner, cross, border, edge;     // as in MassRows
 };
 
 RealVec picked(const RealVec& from, const IntVec& index)
@@ -53,7 +53,7 @@ RealVec picked(const RealVec& from, const IntVec& index)
 // scale [n]
 MassValues mass_values(const Dofs& s, const MassRows& rows, const RealVec& scale)
 {
-  MassValues m{rows, sys_shared(s.A), {}, {}, {}, {}, {}};
+  MassValues m{rows, sys_shared(s.A), {}, {}, {}, {}, {}, {}};
   m.all.resize(rows.all.from.size());
   m.diag.resize(rows.size());
   for (int r = 0; r < rows.size(); ++r) {
@@ -65,6 +65,12 @@ MassValues mass_values(const Dofs& s, const MassRows& rows, const RealVec& scale
   m.inner = picked(m.all, rows.inner.from);
   m.cross = picked(m.all, rows.cross_from);
   m.edge  = picked(m.all, rows.edge_from);
+  m.border.assign(rows.border.col.size(), 0.0);
+  std::vector<RealVec> to;
+  for (const IntVec& k : rows.border_to) to.push_back(picked(m.all, k));
+  const std::vector<RealVec> of = comm_exchange(to);
+  for (size_t r = 0; r < of.size(); ++r)             // in the same order on all ranks
+    for (size_t k = 0; k < of[r].size(); ++k) m.border[rows.border_at[r][k]] += of[r][k];
   return m;
 }
 
@@ -134,8 +140,8 @@ struct Sums {
 };
 
 // Mass of the free dofs for all directions at once, in the variables of symmetric Gauss-Seidel  (3.14)
-// Several ranks: rows of one rank alone come first, then the border, whose couplings with each other L leaves
-// out
+// Several ranks: rows of one rank alone come first, then the border; L leaves out couplings of border rows that
+// not the same ranks have
 template <int D>
 struct MassSystem {
   MassValues mass;
@@ -153,7 +159,7 @@ struct MassSystem {
     if (!mass.shared) return;
     cross_forward(y, y);
     sum_rows<D>(mass, y);
-    free_border(edge, y);
+    border_forward(edge, y);
   }
   // r = (I + L)^-1 (b - M u), the residual in the variables; several ranks: square = r r
   void start(const RealVec& b, const RealVec& u, RealVec& r, double* square) const
@@ -166,14 +172,17 @@ struct MassSystem {
     cross_forward(r, r);
     for (size_t k = alone(); k < r.size(); ++k) r[k] -= q[k];
     sum_border(r, square);
-    free_border(border_of(b), r);
+    border_forward(border_of(b), r);
     add_border(r, square);
   }
   // y = (I + L)^-T x
   void backward(const RealVec& x, RealVec& y) const
   {
     y = x;
-    if (mass.shared) cross_backward(y.data());
+    if (mass.shared) {
+      border_backward(y.data() + alone());
+      cross_backward(y.data());
+    }
     sweep_back(y.data());
   }
   // q = (I + L)^-1 (M + shift I) (I + L)^-T x, in: t = x; t, y: scratch. M = (I + L) + (I + L)^T - I, so that
@@ -203,8 +212,9 @@ struct MassSystem {
     const size_t first = alone();
     backward(x, t);
     for (size_t i = 0; i < y.size(); ++i) y[i] = x[i] - (1.0 - shift) * t[i];
-    RealVec edge = border_of(y);
-    for (size_t k = 0; k < edge.size(); ++k) edge[k] += t[first + k];
+    const RealVec edge = border_of(y);
+    RealVec back = border_of(r);                     // as t of x: (I + L)^-T r
+    border_backward(back.data());
     forward_here(y, y);
     cross_forward(y, y);
     for (size_t k = 0; k < rows.edge.size(); ++k) {
@@ -221,8 +231,8 @@ struct MassSystem {
       rr.add(&r[k], &r[k], n);
       yy.add(&y[k], &y[k], n);
     }
-    xy.add(x.data() + first, y.data() + first, y.size() - first);      // the border: what this rank has
-    ry.add(r.data() + first, y.data() + first, y.size() - first);
+    xy.add(t.data() + first, y.data() + first, y.size() - first);      // the border: what this rank has
+    ry.add(back.data(), y.data() + first, y.size() - first);
     for (int i = 0; i < D; ++i) {
       sum[i]         = xy.of(i);
       sum[D + i]     = ry.of(i);
@@ -230,13 +240,14 @@ struct MassSystem {
       sum[3 * D + i] = yy.of(i);
     }
     for (size_t k = 0; k < edge.size(); ++k) {
-      const double of = rows.owned[k / D] * edge[k], at = r[first + k];
-      sum[k % D] += x[first + k] * of;
-      sum[D + k % D] += at * of;
-      sum[2 * D + k % D] += rows.owned[k / D] * at * at;
+      const double own = rows.owned[k / D], to = t[first + k], at = r[first + k];
+      sum[k % D] += own * to * (x[first + k] + edge[k]);
+      sum[D + k % D] += own * (at * to + back[k] * edge[k]);
+      sum[2 * D + k % D] += own * at * at;
     }
     halo_sum(rows.halo, D, y, sum, 4 * D);
-    free_border(edge, y);
+    border_forward(edge, y);
+    for (size_t k = first; k < y.size(); ++k) y[k] += t[k];
     add_border(y, sum + 3 * D);
   }
   // the residual of M from that of the variables: out = (I + L) r; square = out out
@@ -255,7 +266,11 @@ struct MassSystem {
     cross_forward(r, out);
     for (size_t k = alone(); k < out.size(); ++k) out[k] = -out[k];
     sum_border(out, square);
-    free_border(border_of(r), out);
+    RealVec edge = border_of(r);
+    for (int b = 0; b < rows.border.size(); ++b)
+      for (int k = rows.border.off[b]; k < rows.border.off[b + 1]; ++k)
+        dirs<D>(edge.data(), b) += mass.border[k] * dirs<D>(r.data(), rows.alone + rows.border.col[k]);
+    for (size_t k = alone(); k < out.size(); ++k) out[k] = free[k] * (edge[k - alone()] + out[k]);
     add_border(out, square);
   }
   // a . b in each direction; dots_here: the part of this rank
@@ -321,10 +336,28 @@ private:
         dirs<D>(y, rows.cross.item[k]) -= mass.cross[k] * t;
     }
   }
-  // y of the border: edge + y, where it is free
-  void free_border(const RealVec& edge, RealVec& y) const
+  // y of the border: (I + L)^-1 (edge + y), L of the border
+  void border_forward(const RealVec& edge, RealVec& y) const
   {
-    for (size_t k = alone(); k < y.size(); ++k) y[k] = free[k] * (edge[k - alone()] + y[k]);
+    double* of = y.data() + alone();
+    const double* f = free.data() + alone();
+    for (int b = 0; b < rows.border.size(); ++b) {
+      Dirs<D> t = dirs<D>(edge.data(), b) + dirs<D>(of, b);
+      for (int k = rows.border.off[b]; k < rows.border.off[b + 1]; ++k)
+        t -= mass.border[k] * dirs<D>(of, rows.border.col[k]);
+      dirs<D>(of, b) = dirs<D>(f, b) * t;
+    }
+  }
+  // y [shared*D] = (I + L)^-T y, L of the border
+  void border_backward(double* y) const
+  {
+    const double* f = free.data() + alone();
+    for (int b = rows.border.size() - 1; b >= 0; --b) {
+      const Dirs<D> t = dirs<D>(f, b) * dirs<D>(y, b);
+      dirs<D>(y, b)   = t;
+      for (int k = rows.border.off[b]; k < rows.border.off[b + 1]; ++k)
+        dirs<D>(y, rows.border.col[k]) -= mass.border[k] * t;
+    }
   }
   // rows of the border summed over the ranks, and with them square = y y of the others
   void sum_border(RealVec& y, double* square) const

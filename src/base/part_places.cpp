@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
 #include "base/part_places.h"
@@ -73,6 +74,90 @@ void bisect(const RealVec& X, const RealVec& work, int* begin, int* end, int fir
   bisect(X, work, middle, end, first + left, parts - left, part);
 }
 
+// normals of planes that part_planes tries: sides and diagonals of a cube
+const double NORMAL[13][3] = {{1, 0, 0}, {0, 1, 0},  {0, 0, 1},  {1, 1, 0},  {1, -1, 0},  {1, 0, 1},  {1, 0, -1},
+                              {0, 1, 1}, {0, 1, -1}, {1, 1, 1}, {1, 1, -1}, {1, -1, 1}, {-1, 1, 1}};
+
+// A cut of things in two
+struct Cut {
+  IntVec order;                // along the normal
+  size_t left = 0;             // so many of them belong to the first part
+  double surplus = 1e300;      // work above the even one, and things at the cut, as parts of all
+};
+
+// size of the space of a thing, as if they filled their box
+double spacing(const RealVec& X, const int* begin, const int* end)
+{
+  double lo[3] = {1e300, 1e300, 1e300}, hi[3] = {-1e300, -1e300, -1e300}, volume = 1.0;
+  int sides = 0;
+  for (const int* e = begin; e != end; ++e)
+    for (int i = 0; i < 3; ++i) {
+      lo[i] = std::min(lo[i], X[3 * static_cast<size_t>(*e) + i]);
+      hi[i] = std::max(hi[i], X[3 * static_cast<size_t>(*e) + i]);
+    }
+  for (int i = 0; i < 3; ++i) {
+    if (hi[i] <= lo[i]) continue;
+    volume *= hi[i] - lo[i];
+    ++sides;
+  }
+  return sides ? std::pow(volume / static_cast<double>(end - begin), 1.0 / sides) : 0.0;
+}
+
+// across n, where a part of all work is to the left
+Cut cut_across(const RealVec& X, const std::vector<RealVec>& work, const double* n, double part,
+               const int* begin, const int* end)
+{
+  Cut cut;
+  cut.order.assign(begin, end);
+  const double size = std::sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+  const auto along  = [&](int a) {
+    const double* x = &X[3 * static_cast<size_t>(a)];
+    return (n[0] * x[0] + n[1] * x[1] + n[2] * x[2]) / size;
+  };
+  std::sort(cut.order.begin(), cut.order.end(), [&](int a, int b) {
+    const double xa = along(a), xb = along(b);
+    return xa != xb ? xa < xb : a < b;
+  });
+  RealVec all(work.size(), 0.0), left(work.size(), 0.0);
+  for (int a : cut.order)
+    for (size_t k = 0; k < work.size(); ++k) all[k] += work[k][a];
+  const double whole = std::accumulate(all.begin(), all.end(), 0.0);
+  double sum = 0.0;
+  for (int a : cut.order) {
+    double of = 0.0;
+    for (const RealVec& w : work) of += w[a];
+    if (sum + 0.5 * of > part * whole) break;
+    sum += of;
+    ++cut.left;
+    for (size_t k = 0; k < work.size(); ++k) left[k] += work[k][a];
+  }
+  double most = 0.0, near = 0.0;
+  for (size_t k = 0; k < work.size(); ++k)
+    most += std::max(left[k] / part, (all[k] - left[k]) / (1.0 - part));
+  const double at = along(cut.order[std::min(cut.left, cut.order.size() - 1)]), h = spacing(X, begin, end);
+  for (int a : cut.order) near += std::abs(along(a) - at) <= 0.5 * h;
+  cut.surplus = most / std::max(whole, 1e-300) + near / static_cast<double>(end - begin);
+  return cut;
+}
+
+void cut_again(const RealVec& X, const std::vector<RealVec>& work, int* begin, int* end, int first, int parts,
+               IntVec& part)
+{
+  if (parts == 1 || end - begin < 2) {
+    for (int* e = begin; e != end; ++e) part[*e] = first;
+    return;
+  }
+  const int left = parts / 2;
+  Cut best;
+  for (const auto& n : NORMAL) {
+    Cut cut = cut_across(X, work, n, static_cast<double>(left) / parts, begin, end);
+    if (cut.surplus < best.surplus - 1e-9) best = std::move(cut);
+  }
+  std::copy(best.order.begin(), best.order.end(), begin);
+  cut_again(X, work, begin, begin + best.left, first, left, part);
+  cut_again(X, work, begin + best.left, end, first + left, parts - left, part);
+}
+
 }  // namespace
 
 // ---------------------------------------------------------------------------
@@ -86,5 +171,20 @@ IntVec part_places(const RealVec& X, const RealVec& work, int parts)
   IntVec order(work.size()), part(work.size(), 0);
   std::iota(order.begin(), order.end(), 0);
   bisect(X, work, order.data(), order.data() + order.size(), 0, parts, part);
+  return part;
+}
+
+// ---------------------------------------------------------------------------
+// part_planes : as part_places with kinds of work [kinds][n]
+//
+// Each cut takes the normal, among 13, that leaves least work above the even one, of each kind, and least things
+// at the cut.
+// ---------------------------------------------------------------------------
+IntVec part_planes(const RealVec& X, const std::vector<RealVec>& work, int parts)
+{
+  const size_t n = work[0].size();
+  IntVec order(n), part(n, 0);
+  std::iota(order.begin(), order.end(), 0);
+  cut_again(X, work, order.data(), order.data() + n, 0, parts, part);
   return part;
 }

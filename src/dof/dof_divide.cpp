@@ -14,30 +14,43 @@ const double UNEVEN = 1.25;
 // the largest work over the mean, as points of a divided model are shared out
 const double EVEN = 1.05;
 
+// The work of elements and that of points are balanced apart from each other: rows and iterations go with
+// elements, active grid and projection with points
+enum WorkKind { WORK_ELEM, WORK_POINT, WORK_KINDS };
+
+// Broken material over intact one: intact elements and points are formed eight at once, broken ones one by one.
+// Measured in paper/p9_griffith: cycles of a tangent 960 and 16 700 (C3D8), 62 a pair of nodes (points)
+const double BROKEN_ELEM = 17.0, BROKEN_POINT = 4.5;
+
 // work of an element (eight at once take half of what one takes) and of a point on n grid nodes, in the same
 // unit
-double elem_work(const ElemBlock& b)
+double elem_work(const ElemBlock& b, bool broken)
 {
-  return 0.5 * pair_count(shape_info[b.shape].nen) * shape_info[b.shape].ngp;
+  return (broken ? BROKEN_ELEM : 1.0) * 0.5 * pair_count(shape_info[b.shape].nen) * shape_info[b.shape].ngp;
 }
-double point_work(int n) { return 2.0 * pair_count(n); }
+double point_work(int n, bool broken) { return (broken ? BROKEN_POINT : 1.0) * 2.0 * pair_count(n); }
 
-// calls use(rank, work) for each element and point, in the order of dof_lists
+// calls use(rank, kind, work) for each element and point, in the order of dof_lists
 template <class Use>
-void each_work(const Elements& el, const ActiveGrid& grid, Division& d, Use use)
+void each_work(const Elements& el, const Points& pts, const ActiveGrid& grid, Division& d, Use use)
 {
   for (const ElemBlock& b : el.block)
-    for (int slot : b.live) use(d.elem[b.elem[slot]], elem_work(b));
-  for (int q = 0; q < grid.point.size(); ++q) use(d.point[q], point_work(grid.point.count(q)));
+    for (int slot : b.live) use(d.elem[b.elem[slot]], WORK_ELEM, elem_work(b, el.broken(b.elem[slot]) >= 0));
+  for (int q = 0; q < grid.point.size(); ++q)
+    use(d.point[q], WORK_POINT, point_work(grid.point.count(q), pts.eroded(q)));
 }
 
-// the largest work of a rank over the mean
-double excess(const Elements& el, const ActiveGrid& grid, Division& d)
+// the largest work of a rank over the mean, each kind for itself
+double excess(const Elements& el, const Points& pts, const ActiveGrid& grid, Division& d)
 {
-  RealVec load(comm_size(), 0.0);
-  each_work(el, grid, d, [&](int rank, double work) { load[rank] += work; });
+  const int ranks = comm_size();
+  RealVec load(static_cast<size_t>(WORK_KINDS) * ranks, 0.0);
+  each_work(el, pts, grid, d, [&](int rank, int kind, double work) { load[kind * ranks + rank] += work; });
+  double most = 0.0;
+  for (int kind = 0; kind < WORK_KINDS; ++kind)
+    most += *std::max_element(load.begin() + kind * ranks, load.begin() + (kind + 1) * ranks);
   const double all = std::accumulate(load.begin(), load.end(), 0.0);
-  return all > 0.0 ? *std::max_element(load.begin(), load.end()) * comm_size() / all : 1.0;
+  return all > 0.0 ? most * ranks / all : 1.0;
 }
 
 // points that were elements stay where these were
@@ -48,7 +61,8 @@ void take_new_points(const Points& pts, Division& d)
 }
 
 // parts of the rows by METIS, on rank 0 for all
-IntVec divide_rows(const Mesh& mesh, const Elements& el, const ActiveGrid& grid, const Dofs& s, Division& d)
+IntVec divide_rows(const Mesh& mesh, const Points& pts, const Elements& el, const ActiveGrid& grid,
+                   const Dofs& s, Division& d)
 {
   ListTable lists;
   std::string bytes;
@@ -58,13 +72,17 @@ IntVec divide_rows(const Mesh& mesh, const Elements& el, const ActiveGrid& grid,
       lists.item.insert(lists.item.end(), row, row + n);
       lists.off.push_back(static_cast<int>(lists.item.size()));
     });
-    RealVec weight(s.nrow, 0.0);
+    std::vector<RealVec> weight(WORK_KINDS, RealVec(s.nrow, 0.0));
     int list = 0;
-    each_work(el, grid, d, [&](int, double work) {
+    each_work(el, pts, grid, d, [&](int, int kind, double work) {
       for (int k = lists.off[list]; k < lists.off[list + 1]; ++k)
-        weight[lists.item[k]] += work / lists.count(list);
+        weight[kind][lists.item[k]] += work / lists.count(list);
       ++list;
     });
+    const auto none = [](const RealVec& w) { return *std::max_element(w.begin(), w.end()) <= 0.0; };
+    if (s.nrow > 0 && weight.size() > 1)
+      weight.erase(std::remove_if(weight.begin() + 1, weight.end(), none), weight.end());
+    if (s.nrow > 0 && weight.size() > 1 && none(weight[0])) weight.erase(weight.begin());
     SysMatrix A;
     sys_pattern(lists, s.nrow, s.dim, A);
     part  = part_metis(A, weight, comm_size());
@@ -75,32 +93,30 @@ IntVec divide_rows(const Mesh& mesh, const Elements& el, const ActiveGrid& grid,
   return part;
 }
 
-// an element or point goes where all its rows are; between parts, to the rank of them with the least work
-void divide_work(const Mesh& mesh, const Elements& el, const ActiveGrid& grid, const Dofs& s,
-                 const IntVec& part, Division& d)
+// an element or point goes where all its rows are; between parts, to the rank of them with the least work of
+// its kind
+void divide_work(const Mesh& mesh, const Points& pts, const Elements& el, const ActiveGrid& grid,
+                 const Dofs& s, const IntVec& part, Division& d)
 {
-  RealVec load(comm_size(), 0.0);
-  std::vector<int*> rank;
-  RealVec work;
-  each_work(el, grid, d, [&](int& r, double w) {
-    rank.push_back(&r);
-    work.push_back(w);
-  });
+  struct Item { int* rank; int kind; double work; };
+  std::vector<Item> item;
+  std::vector<RealVec> load(WORK_KINDS, RealVec(comm_size(), 0.0));
+  each_work(el, pts, grid, d, [&](int& r, int kind, double w) { item.push_back({&r, kind, w}); });
   for (const bool between : {false, true}) {
     size_t list = 0;
     dof_lists(mesh, el, grid, s, true, [&](int n, const int* row) {
-      if (list == rank.size()) return;               // bonds and ghosts follow their rows
-      int best = n ? part[row[0]] : 0;
+      if (list == item.size()) return;               // bonds and ghosts follow their rows
+      const Item& of = item[list++];
+      RealVec& work  = load[of.kind];
+      int best  = n ? part[row[0]] : 0;
       bool same = true;
       for (int a = 1; a < n; ++a) {
         same = same && part[row[a]] == part[row[0]];
-        if (load[part[row[a]]] < load[best]) best = part[row[a]];
+        if (work[part[row[a]]] < work[best]) best = part[row[a]];
       }
-      if (same != between) {
-        *rank[list] = best;
-        load[best] += work[list];
-      }
-      ++list;
+      if (same == between) return;
+      *of.rank = best;
+      work[best] += of.work;
     });
   }
 }
@@ -148,7 +164,14 @@ int shared_rows(const Mesh& mesh, const Elements& el, const ActiveGrid& grid, co
   return part_shared(s.nrow, [&](auto use) { each_touch(mesh, el, grid, s, d, use); });
 }
 
-// by METIS, or by straight cuts when these have fewer rows between ranks
+// what a division costs over an ideal one: work of the rank that has most, and rows that are there twice
+double surplus(const Mesh& mesh, const Points& pts, const Elements& el, const ActiveGrid& grid, const Dofs& s,
+               Division& d)
+{
+  return excess(el, pts, grid, d) + shared_rows(mesh, el, grid, s, d) * static_cast<double>(d.ranks) / s.nrow;
+}
+
+// by METIS, by straight cuts, or, where there are elements and points, by oblique ones, whichever costs least
 void divide_again(const Model& m, const Points& pts, const Level& now, const Elements& el,
                   const ActiveGrid& grid, const Dofs& s, Division& d)
 {
@@ -157,14 +180,30 @@ void divide_again(const Model& m, const Points& pts, const Level& now, const Ele
   d.elem.assign(mesh.nelem(), 0);
   d.point.assign(grid.point.size(), 0);
   RealVec work;
-  each_work(el, grid, d, [&](int, double w) { work.push_back(w); });
-  Division straight = d;
-  const IntVec part = part_places(work_places(m, pts, now, el), work, d.ranks);
-  size_t item = 0;
-  each_work(el, grid, straight, [&](int& rank, double) { rank = part[item++]; });
-  divide_work(mesh, el, grid, s, divide_rows(mesh, el, grid, s, d), d);
-  if (shared_rows(mesh, el, grid, s, straight) <= shared_rows(mesh, el, grid, s, d)) d = straight;
-  d.excess = excess(el, grid, d);
+  std::vector<RealVec> of_kind(WORK_KINDS);
+  each_work(el, pts, grid, d, [&](int, int kind, double w) {
+    for (int k = 0; k < WORK_KINDS; ++k) of_kind[k].push_back(k == kind ? w : 0.0);
+    work.push_back(w);
+  });
+  const RealVec X = work_places(m, pts, now, el);
+  std::vector<Division> choice;
+  const auto add = [&](const IntVec& part) {
+    choice.push_back(d);
+    size_t item = 0;
+    each_work(el, pts, grid, choice.back(), [&](int& rank, int, double) { rank = part[item++]; });
+  };
+  add(part_places(X, work, d.ranks));
+  if (grid.point.size()) add(part_planes(X, of_kind, d.ranks));
+  divide_work(mesh, pts, el, grid, s, divide_rows(mesh, pts, el, grid, s, d), d);
+  choice.push_back(d);
+  double least = 1e300;
+  for (Division& c : choice) {
+    const double costs = surplus(mesh, pts, el, grid, s, c);
+    if (costs >= least) continue;
+    least = costs;
+    d     = c;
+  }
+  d.excess = excess(el, pts, grid, d);
 }
 
 // a row belongs to the rank that has most of what touches it, a bond to the rank of its first row
@@ -249,7 +288,7 @@ std::vector<RankWork> work_of_ranks(const Model& m, const Elements& el)
   double count = 0.0;
   for (const ElemBlock& b : el.block)
     for (int slot : b.live) {
-      own.all += elem_work(b);
+      own.all += elem_work(b, el.broken(b.elem[slot]) >= 0);
       for (int i = 0; i < 3; ++i) own.centre[i] += m.mesh.X[3 * m.mesh.conn.begin(b.elem[slot])[0] + i];
       count += 1.0;
     }
@@ -338,7 +377,9 @@ void dof_share_points(const Model& m, const Points& pts, const Elements& el, con
   d.elem.clear();
   if (d.ranks != comm_size()) d.point.clear();
   d.ranks = comm_size();
-  const RealVec X = point_centres(pts, m.dim), work(pts.npoint, point_work(m.dim == 2 ? 9 : 27));
+  const RealVec X = point_centres(pts, m.dim);
+  RealVec work(pts.npoint);
+  for (int q = 0; q < pts.npoint; ++q) work[q] = point_work(m.dim == 2 ? 9 : 27, pts.eroded(q));
   if (d.point.empty()) d.point = first_ranks(pts, X, work);
   for (int q = static_cast<int>(d.point.size()); q < pts.npoint; ++q)
     d.point.push_back(m.part.rank[pts.parent[q]]);
@@ -429,7 +470,7 @@ bool dof_divide(const Model& m, const Points& pts, const Level& now, const Activ
   bool again = d.ranks != comm_size();
   if (!again && fresh) {
     take_new_points(pts, d);
-    const double most = excess(el, grid, d);
+    const double most = excess(el, pts, grid, d);
     again = most > UNEVEN * d.excess;
     if (again)
       log_note("  the work is divided among the ranks again: the largest part was %.2f of the mean", most);

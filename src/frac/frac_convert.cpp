@@ -25,18 +25,32 @@ void interpolate(const CornerShare& share, const RealVec& node, int dim, RealVec
     }
 }
 
+// velocity of element e at corner c: that of the node where it lies, or (no hang: a body that does not follow
+// nodes) what the element has there
+void element_velocity(const Model& m, const Points& pts, int e, int c, const RealVec& v, double* out)
+{
+  if (pts.hang.count(c) == 1) {
+    std::copy_n(&v[pts.hang.begin(c)[0] * m.dim], m.dim, out);
+    return;
+  }
+  double N[8];
+  MPFE_CHECK(point_corner_in_element(m, pts, e, c, N), "a corner of an element is not found in it");
+  for (int i = 0; i < m.dim; ++i) {
+    out[i] = 0.0;
+    for (int a = 0; a < m.mesh.conn.count(e); ++a) out[i] += N[a] * v[m.mesh.conn.begin(e)[a] * m.dim + i];
+  }
+}
+
 // a corner that a neighbour has made before shares the momentum of both: the mean, weighted with the
 // masses  (7.11)
 //   in   before, added: masses of the others and of e at corner c
 void share_momentum(const Model& m, const Points& pts, int e, int c, double before, double added, Level& l)
 {
-  double N[8];
-  MPFE_CHECK(point_corner_in_element(m, pts, e, c, N), "a corner of an element is not found in it");
+  double v[3];
+  element_velocity(m, pts, e, c, l.v, v);
   for (int i = 0; i < m.dim; ++i) {
-    double v = 0.0;
-    for (int a = 0; a < m.mesh.conn.count(e); ++a) v += N[a] * l.v[m.mesh.conn.begin(e)[a] * m.dim + i];
     double& vc = l.vc[c * m.dim + i];
-    vc = (before * vc + added * v) / (before + added);
+    vc = (before * vc + added * v[i]) / (before + added);
   }
 }
 

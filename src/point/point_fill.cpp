@@ -422,18 +422,26 @@ bool point_corner_in_element(const Model& m, const Points& pts, int e, int c, do
 
 namespace {
 
-// is the corner c of a point on face f of the element e that it was?
+// is the corner c of a point on face f of the element e that it was? By the nodes that it hangs on, or where it
+// lies
 bool on_element_face(const Model& m, const Points& pts, int e, int f, int c)
 {
   const ShapeInfo& info = shape_info[elem_table[m.mesh.elem_type[e]].shape];
+  const int* node       = m.mesh.conn.begin(e);
+  const auto of_face    = [&](int n) {
+    for (int k = 0; k < info.nfnode[f]; ++k)
+      if (node[info.face[f][k]] == n) return true;
+    return false;
+  };
+  if (const int n = pts.hang.count(c)) {
+    const int* on = pts.hang.begin(c);
+    return std::all_of(on, on + n, [&](int k) { return of_face(n == 1 ? k : pts.hang.begin(-1 - k)[0]); });
+  }
   double N[8];
   if (!point_corner_in_element(m, pts, e, c, N)) return false;
   double beside = 0.0;
-  for (int a = 0; a < info.nen; ++a) {
-    bool of_face = false;
-    for (int k = 0; k < info.nfnode[f]; ++k) of_face = of_face || info.face[f][k] == a;
-    if (!of_face) beside += std::fabs(N[a]);
-  }
+  for (int a = 0; a < info.nen; ++a)
+    if (!of_face(node[a])) beside += std::fabs(N[a]);
   return beside < 1e-9;
 }
 

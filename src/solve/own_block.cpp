@@ -67,27 +67,42 @@ void take_rows(const SysMatrix& A, OwnBlock& own)
     if (h.owner[I] != comm_rank()) std::fill_n(own.once.begin() + static_cast<long>(I) * A.dim, A.dim, 0.0);
 }
 
-// blocks off the border, by the row that is eliminated last; those of the border as pairs of its rows
+// blocks off the border, by the row that is eliminated last, its columns ascending: sorted by the column, then by
+// the row; those of the border as pairs of its rows
 void list_blocks(const SysMatrix& A, OwnBlock& own, Pairs& border)
 {
-  std::vector<Pairs> row(A.nrow);          // position of the column, source
-  for (int I = 0; I < A.nrow; ++I)
-    for (int k = A.off[I]; k < A.off[I + 1]; ++k) {
-      const int i = own.at[I], j = own.at[A.col[k]];
-      if (std::min(i, j) >= own.inner) border.emplace_back(i - own.inner, j - own.inner);
-      else row[std::max(i, j)].emplace_back(std::min(i, j), 2 * k + (j > i ? 1 : 0));
+  const auto each = [&](auto use, auto on_border) {
+    for (int I = 0; I < A.nrow; ++I)
+      for (int k = A.off[I]; k < A.off[I + 1]; ++k) {
+        const int i = own.at[I], j = own.at[A.col[k]];
+        if (std::min(i, j) >= own.inner) on_border(i - own.inner, j - own.inner);
+        else use(std::max(i, j), std::min(i, j), 2 * k + (j > i ? 1 : 0));
+      }
+  };
+  IntVec end(A.nrow + 1, 0);                         // of each column
+  own.off.assign(A.nrow + 1, 0);
+  each([&](int row, int col, int) {
+    ++end[col];
+    ++own.off[row + 1];
+  }, [&](int i, int j) { border.emplace_back(i, j); });
+  std::partial_sum(own.off.begin(), own.off.end(), own.off.begin());
+  std::partial_sum(end.begin(), end.end(), end.begin());
+  const int n = end.back();
+  IntVec row_of(n), from(n), next(end.begin(), end.end());
+  each([&](int row, int col, int k) {
+    const int to = --next[col];
+    row_of[to]   = row;
+    from[to]     = k;
+  }, [](int, int) {});
+  own.col.resize(n);
+  own.from.resize(n);
+  next.assign(own.off.begin(), own.off.end());
+  for (int col = 0, k = 0; col < A.nrow; ++col)
+    for (; k < end[col]; ++k) {
+      const int to = next[row_of[k]]++;
+      own.col[to]  = col;
+      own.from[to] = from[k];
     }
-  own.off.assign(1, 0);
-  own.col.clear();
-  own.from.clear();
-  for (Pairs& r : row) {
-    std::sort(r.begin(), r.end());
-    for (const auto& b : r) {
-      own.col.push_back(b.first);
-      own.from.push_back(b.second);
-    }
-    own.off.push_back(static_cast<int>(own.col.size()));
-  }
 }
 
 // [ranks] position of each row of the border among those that a rank has too, -1: it has not

@@ -12,14 +12,18 @@
 namespace {
 
 // equal weights in the order of the rows
-IntVec part_in_order(const RealVec& weight, int parts)
+IntVec part_in_order(const std::vector<RealVec>& weight, int parts)
 {
-  double all = 0.0, sum = 0.0;
-  for (double w : weight) all += w;
-  IntVec part(weight.size());
-  for (size_t I = 0; I < weight.size(); ++I) {
-    part[I] = std::min(parts - 1, static_cast<int>(parts * (sum + 0.5 * weight[I]) / std::max(all, 1e-300)));
-    sum += weight[I];
+  const size_t n = weight[0].size();
+  RealVec sums(n, 0.0);
+  for (const RealVec& kind : weight)
+    for (size_t r = 0; r < n; ++r) sums[r] += kind[r];
+  const double all = std::accumulate(sums.begin(), sums.end(), 0.0);
+  double sum = 0.0;
+  IntVec part(n);
+  for (size_t r = 0; r < n; ++r) {
+    part[r] = std::min(parts - 1, static_cast<int>(parts * (sum + 0.5 * sums[r]) / std::max(all, 1e-300)));
+    sum += sums[r];
   }
   return part;
 }
@@ -41,24 +45,28 @@ IntVec part_weights(const RealVec& weight)
 // ---------------------------------------------------------------------------
 // part_metis : the rows of A in parts of equal weight with few neighbours between them
 //
-//   in   weight [nrow]   parts 2 or more
+//   in   weight [kinds][nrow]: parts have as much of each kind; none of them is all zero    parts 2 or more
 //   out  part of each row [nrow]; the same in every run (fixed seed)
 //
 // Without METIS, or when it refuses: slices in the order of the rows.
 // ---------------------------------------------------------------------------
-IntVec part_metis(const SysMatrix& A, const RealVec& weight, int parts)
+IntVec part_metis(const SysMatrix& A, const std::vector<RealVec>& weight, int parts)
 {
 #ifdef MPFE_METIS
   const ListTable graph = sys_graph(A);
   if (A.nrow >= 4 * parts && !graph.item.empty()) {
-    const IntVec whole = part_weights(weight);
     std::vector<idx_t> off(graph.off.begin(), graph.off.end()), item(graph.item.begin(), graph.item.end());
-    std::vector<idx_t> part(A.nrow), load(whole.begin(), whole.end());
-    idx_t n = A.nrow, one = 1, count = parts, cut = 0, option[METIS_NOPTIONS];
+    std::vector<idx_t> part(A.nrow), load(weight.size() * A.nrow);
+    for (size_t k = 0; k < weight.size(); ++k) {
+      const IntVec whole = part_weights(weight[k]);
+      for (int r = 0; r < A.nrow; ++r) load[r * weight.size() + k] = whole[r];
+    }
+    idx_t n = A.nrow, kinds = static_cast<idx_t>(weight.size()), count = parts, cut = 0,
+          option[METIS_NOPTIONS];
     METIS_SetDefaultOptions(option);
     option[METIS_OPTION_NUMBERING] = 0;
     option[METIS_OPTION_SEED]      = 1;
-    const int result = METIS_PartGraphKway(&n, &one, off.data(), item.data(), load.data(), nullptr, nullptr,
+    const int result = METIS_PartGraphKway(&n, &kinds, off.data(), item.data(), load.data(), nullptr, nullptr,
                                            &count, nullptr, nullptr, option, &cut, part.data());
     if (result == METIS_OK) return IntVec(part.begin(), part.end());
     log_warn("METIS failed to partition the rows (code %d): each rank takes consecutive rows",

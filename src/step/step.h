@@ -239,14 +239,17 @@ struct BreakWatch {
 
 // step_undo_point, step_undo : the state with its elements, points and bonds before an increment, and back to
 // it. Level n is copied (statics, where the grid and contact are found anew), or stays where it is until
-// step_undo_keep, before another one takes its place (motion)
+// step_undo_keep, before another one takes its place (motion); points stay where they are until
+// step_undo_points, before they change
 struct UndoPoint {
   State state;                 // without levels
+  bool points = false;         // with points, and share is that of them
   Level n;                     // a copy, or the one that was kept
   bool copy = false, kept = false;
   CornerShare share;
 };
 void step_undo_point(State& st, const CornerShare& share, bool copy, UndoPoint& u);
+void step_undo_points(const State& st, const CornerShare& share, UndoPoint& u);
 void step_undo_keep(State& st, UndoPoint& u);
 void step_undo(Problem& p, UndoPoint& u);
 

@@ -61,6 +61,7 @@ Failure apply(Problem& p, const Step& s, const std::vector<Erosion>& erode, cons
   State& st = p.st;
   const double before = all_energy(st.ledger);
   double released = 0.0;
+  step_undo_points(st, p.d.share, u);
   {
     Timer timer(PHASE_FRACTURE);
     if (!torn.empty()) frac_release(p.m, p.d.fm, torn, p.d.share, st);
@@ -86,7 +87,7 @@ Failure apply(Problem& p, const Step& s, const std::vector<Erosion>& erode, cons
   ledger_update(p.m, p.d.el, p.dofs, st.n, s.nlgeom, st);
   st.ledger.fracture += released;
   st.ledger.conversion += before - all_energy(st.ledger) - released;
-  ledger_update(p.m, p.d.el, p.dofs, st.n, s.nlgeom, st);
+  ledger_balance(p.m.dim, st.n, st);
   return STATUS_OK;
 }
 
@@ -160,15 +161,28 @@ Failure step_fracture(Problem& p, const Step& s, double t_step, UndoPoint& befor
 void step_undo_point(State& st, const CornerShare& share, bool copy, UndoPoint& u)
 {
   Level n, np1;                // no copies of these
+  Points points;
   std::swap(n, st.n);
   std::swap(np1, st.np1);
+  std::swap(points, st.points);
+  u.state = State();
   u.state = st;
   std::swap(n, st.n);
   std::swap(np1, st.np1);
-  u.share = share;
-  u.kept  = false;
-  u.copy  = copy;
+  std::swap(points, st.points);
+  u.share  = CornerShare();
+  u.points = false;
+  u.kept   = false;
+  u.copy   = copy;
   if (copy) u.n = st.n;
+}
+
+void step_undo_points(const State& st, const CornerShare& share, UndoPoint& u)
+{
+  if (u.points) return;
+  u.state.points = st.points;
+  u.share        = share;
+  u.points       = true;
 }
 
 void step_undo_keep(State& st, UndoPoint& u)
@@ -186,12 +200,18 @@ void step_undo(Problem& p, UndoPoint& u)
   Level n;
   if (u.copy) n = u.n;
   else std::swap(n, u.kept ? u.n : p.st.n);
-  u.kept   = false;
-  p.st     = u.state;
+  u.kept = false;
+  if (u.points) {
+    p.d.share = u.share;
+    p.st      = u.state;
+  } else {
+    std::swap(p.st.points, u.state.points);
+    p.st = u.state;
+    u.state.points = Points();
+  }
   p.st.n   = std::move(n);
   p.st.np1 = p.st.n;
   p.st.log = log;
-  p.d.share  = u.share;
   elem_refresh(p.d.el);
   if (changed && p.m.part.on) model_owners(frac_gone(p.st.frac), p.piece);
   if (changed) p.dofs.numbered = false;

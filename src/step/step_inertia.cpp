@@ -8,12 +8,30 @@
 
 namespace {
 
-// puts the velocities that the grid had into those rows that are in it again; returns which they are. Several
-// ranks agree on rows that they share: all rows or none
+// Rows that several ranks have begin with the velocity that any of them knows: the mean of those, which are
+// the same
+void agree_velocity(const Dofs& s, std::vector<char>& begun, RealVec& vgrid)
+{
+  const int dim = s.dim, width = dim + 1;            // velocity and 1, or zeros
+  RealVec known(static_cast<size_t>(s.nrow) * width, 0.0);
+  for (int r : s.halo.shared) {
+    if (!begun[r]) continue;
+    std::copy_n(&vgrid[r * dim], dim, &known[r * width]);
+    known[r * width + dim] = 1.0;
+  }
+  halo_sum(s.halo, width, known);
+  for (int r : s.halo.shared) {
+    const double ranks = known[r * width + dim];
+    begun[r] = ranks > 0.0;
+    for (int i = 0; i < dim && ranks > 0.0; ++i) vgrid[r * dim + i] = known[r * width + i] / ranks;
+  }
+}
+
+// puts the velocities that the grid had into those rows that are in it again; returns which they are
 std::vector<char> begin_velocity(const GridVelocity& before, const Dofs& s, RealVec& vgrid)
 {
   std::vector<char> begun;
-  if (before.key.empty() || (s.split && before.pattern != s.pattern)) return begun;
+  if (before.pattern < 0) return begun;
   if (before.pattern == s.pattern) {
     std::copy(before.v.begin(), before.v.end(), vgrid.begin() + static_cast<long>(s.nfe) * s.dim);
     begun.assign(s.nrow, 1);
@@ -27,6 +45,7 @@ std::vector<char> begin_velocity(const GridVelocity& before, const Dofs& s, Real
     begun[r] = 1;
     for (int i = 0; i < s.dim; ++i) vgrid[r * s.dim + i] = before.v[k * s.dim + i];
   }
+  if (s.split) agree_velocity(s, begun, vgrid);
   return begun;
 }
 

@@ -418,12 +418,12 @@ TEST(Ranks, PartsAreEvenAndRepeat)
   RealVec weight(A.nrow, 1.0);
   for (int I = 0; I < A.nrow / 4; ++I) weight[I] = 3.0;
   for (int parts : {2, 4, 7}) {
-    const IntVec part = part_metis(A, weight, parts);
+    const IntVec part = part_metis(A, {weight}, parts);
     RealVec load(parts, 0.0);
     for (int I = 0; I < A.nrow; ++I) load.at(part[I]) += weight[I];
     const double mean = std::accumulate(load.begin(), load.end(), 0.0) / parts;
     for (double l : load) EXPECT_NEAR(l, mean, 0.1 * mean);
-    EXPECT_EQ(part, part_metis(A, weight, parts));
+    EXPECT_EQ(part, part_metis(A, {weight}, parts));
   }
 }
 
@@ -443,7 +443,7 @@ TEST(Ranks, WeightsOfManyThingsCanBeSummed)
 TEST(Ranks, FewRowsAreDividedInTheirOrder)
 {
   const SysMatrix A = pattern(2, 3, {{0, 1}, {1, 2}});
-  EXPECT_EQ(part_metis(A, {1.0, 1.0, 2.0}, 2), (IntVec{0, 0, 1}));
+  EXPECT_EQ(part_metis(A, {{1.0, 1.0, 2.0}}, 2), (IntVec{0, 0, 1}));
 }
 
 TEST(Ranks, PatternHoldsWhatListsCoupleAndAllDiagonals)
