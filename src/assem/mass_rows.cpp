@@ -1,6 +1,7 @@
 #include "assem/mass_rows.h"
 
 #include <algorithm>
+#include <iterator>
 #include <map>
 
 namespace {
@@ -89,11 +90,10 @@ IntVec sets_of_ranks(const MassRows& m)
 struct BorderPair {
   int row, col;                // of the border, row > col
   bool operator<(const BorderPair& o) const { return row != o.row ? row < o.row : col < o.col; }
-  bool operator==(const BorderPair& o) const { return row == o.row && col == o.col; }
 };
 
-// The pairs own, whose numbers are all[k], become known to the ranks that have both rows, and theirs to this
-// one. Collective
+// The pairs own, ascending, whose numbers are all[k], become known to the ranks that have both rows, and theirs
+// to this one. Collective
 void join_border(const std::vector<BorderPair>& own, const IntVec& all, MassRows& m)
 {
   const int ranks = comm_size(), me = comm_rank();
@@ -111,16 +111,16 @@ void join_border(const std::vector<BorderPair>& own, const IntVec& all, MassRows
     }
   }
   std::vector<std::vector<BorderPair>> of = comm_exchange(to);
-  std::vector<BorderPair> pair = own;
+  std::vector<BorderPair> pair = own, joined;        // ascending, as those of others are
   for (int r = 0; r < ranks; ++r) {
     for (BorderPair& q : of[r])
       q = {m.halo.common[r][q.row] - m.alone, m.halo.common[r][q.col] - m.alone};
-    pair.insert(pair.end(), of[r].begin(), of[r].end());
+    joined.clear();
+    std::set_union(pair.begin(), pair.end(), of[r].begin(), of[r].end(), std::back_inserter(joined));
+    pair.swap(joined);
   }
   of[me]          = own;
   m.border_to[me] = all;
-  std::sort(pair.begin(), pair.end());
-  pair.erase(std::unique(pair.begin(), pair.end()), pair.end());
   m.border.off.assign(n + 1, 0);
   for (const BorderPair& q : pair) {
     ++m.border.off[q.row + 1];
@@ -128,10 +128,13 @@ void join_border(const std::vector<BorderPair>& own, const IntVec& all, MassRows
   }
   for (size_t b = 0; b < n; ++b) m.border.off[b + 1] += m.border.off[b];
   m.border_at.assign(ranks, IntVec());
-  for (int r = 0; r < ranks; ++r)
-    for (const BorderPair& q : of[r])
-      m.border_at[r].push_back(
-          static_cast<int>(std::lower_bound(pair.begin(), pair.end(), q) - pair.begin()));
+  for (int r = 0; r < ranks; ++r) {
+    int at = 0;
+    for (const BorderPair& q : of[r]) {
+      while (pair[at] < q) ++at;
+      m.border_at[r].push_back(at);
+    }
+  }
 }
 
 void sort_border(MassRows& m)
@@ -142,13 +145,14 @@ void sort_border(MassRows& m)
   const IntVec set = sets_of_ranks(m);
   std::vector<BorderPair> own;
   IntVec own_from;
+  std::vector<std::array<int, 2>> row;               // of pairs: column, all
   std::vector<std::vector<std::array<int, 2>>> cross(shared.size());
   for (int r = 0; r < m.size(); ++r) {
+    row.clear();
     for (int k = m.all.off[r]; k < m.all.off[r + 1]; ++k) {
       const int c = m.all.col[k], a = r - m.alone, b = c - m.alone;
       if (b >= 0 && set[a] == set[b]) {
-        own.push_back({a, b});
-        own_from.push_back(k);
+        row.push_back({b, k});
       } else if (b >= 0) {
         m.edge.push_back({r, c});
         m.edge_from.push_back(k);
@@ -160,9 +164,14 @@ void sort_border(MassRows& m)
       }
     }
     m.inner.off.push_back(static_cast<int>(m.inner.col.size()));
-  }
-  for (const auto& row : cross) {
+    std::sort(row.begin(), row.end());
     for (const auto& q : row) {
+      own.push_back({r - m.alone, q[0]});
+      own_from.push_back(q[1]);
+    }
+  }
+  for (const auto& list : cross) {
+    for (const auto& q : list) {
       m.cross.item.push_back(q[0]);
       m.cross_from.push_back(q[1]);
     }

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "base/comm.h"
+#include "base/forest.h"
 #include "base/timer.h"
 #include "frac/frac.h"
 #include "shape/shape.h"
@@ -270,12 +271,12 @@ void free_faces(const Scan& s, int e, double radius, std::vector<FreeFace>& out)
 bool look_at(const FreeFace& a, const FreeFace& b, double h, bool opposed)
 {
   double cosine = 0.0, before_a = 0.0, before_b = 0.0;
+  for (int k = 0; k < 3; ++k) cosine += a.area[k] * b.area[k] / (a.size * b.size);
+  if (opposed && cosine > -0.5) return false;
   for (int k = 0; k < 3; ++k) {
-    cosine += a.area[k] * b.area[k] / (a.size * b.size);
     before_a += (b.mid[k] - a.mid[k]) * a.area[k] / a.size;
     before_b += (a.mid[k] - b.mid[k]) * b.area[k] / b.size;
   }
-  if (opposed && cosine > -0.5) return false;
   const double least = (cosine > -0.5 ? 1e-6 : -1e-6) * h;       // the faces of a slit may lie on each other
   return before_a >= least && before_b >= least;
 }
@@ -283,16 +284,15 @@ bool look_at(const FreeFace& a, const FreeFace& b, double h, bool opposed)
 // faces that common nodes join get one number
 void join_faces(const std::vector<FreeFace>& face, IntVec& part)
 {
-  part.resize(face.size());
-  for (size_t i = 0; i < face.size(); ++i) {
-    part[i] = static_cast<int>(i);
-    for (size_t j = 0; j < i; ++j) {
-      const FreeFace &a = face[i], &b = face[j];
-      const int* end = a.node + a.n;
-      if (part[i] == part[j] || std::find_first_of(a.node, end, b.node, b.node + b.n) == end) continue;
-      std::replace(part.begin(), part.begin() + i + 1, part[j], part[i]);
-    }
-  }
+  std::vector<std::pair<int, int>> at;               // node, face
+  for (size_t i = 0; i < face.size(); ++i)
+    for (int a = 0; a < face[i].n; ++a) at.emplace_back(face[i].node[a], static_cast<int>(i));
+  std::sort(at.begin(), at.end());
+  Forest parts(static_cast<int>(face.size()));
+  for (size_t k = 1; k < at.size(); ++k)
+    if (at[k].first == at[k - 1].first) parts.join(at[k].second, at[k - 1].second);
+  part.clear();
+  for (size_t i = 0; i < face.size(); ++i) part.push_back(parts.root(static_cast<int>(i)));
 }
 
 // parts that lead out of the ball: a node (an edge in space) of theirs belongs to one face of the ball only

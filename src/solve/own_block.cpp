@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <numeric>
 #include <utility>
 
@@ -10,7 +11,11 @@
 
 namespace {
 
-using Pairs = std::vector<std::pair<int, int>>;       // row, column
+using Pairs = std::vector<long>;       // row and column of each, ascending by them
+
+long pair_of(int row, int col) { return static_cast<long>(row) << 32 | col; }
+int row_of_pair(long pair) { return static_cast<int>(pair >> 32); }
+int col_of_pair(long pair) { return static_cast<int>(pair & 0x7FFFFFFF); }
 
 std::uint64_t check_sum(std::uint64_t sum, const IntVec& list)
 {
@@ -84,7 +89,7 @@ void list_blocks(const SysMatrix& A, OwnBlock& own, Pairs& border)
   each([&](int row, int col, int) {
     ++end[col];
     ++own.off[row + 1];
-  }, [&](int i, int j) { border.emplace_back(i, j); });
+  }, [&](int i, int j) { border.push_back(pair_of(i, j)); });
   std::partial_sum(own.off.begin(), own.off.end(), own.off.begin());
   std::partial_sum(end.begin(), end.end(), end.begin());
   const int n = end.back();
@@ -116,38 +121,48 @@ std::vector<IntVec> common_places(const SysMatrix& A, const OwnBlock& own)
 }
 
 // couplings of the border that this rank and others have, and who has which
+//   in   pairs   of this rank
 void form_border(const SysMatrix& A, OwnBlock& own, Pairs pairs)
 {
   const int ranks = comm_size();
   const std::vector<IntVec> place = common_places(A, own);
   std::vector<IntVec> send(ranks);
+  std::sort(pairs.begin(), pairs.end());
   for (int r = 0; r < ranks; ++r)
-    for (const auto& q : pairs)
-      if (place[r][q.first] >= 0 && place[r][q.second] >= 0)
-        send[r].insert(send[r].end(), {place[r][q.first], place[r][q.second]});
+    for (long q : pairs) {
+      const int a = place[r][row_of_pair(q)], b = place[r][col_of_pair(q)];
+      if (a < 0 || b < 0) continue;
+      send[r].push_back(a);
+      send[r].push_back(b);
+    }
   const std::vector<IntVec> come = comm_exchange(send);
-  for (int r = 0; r < ranks; ++r)
+  Pairs other, joined;
+  for (int r = 0; r < ranks; ++r) {
+    other.clear();
+    joined.clear();
     for (size_t k = 0; k < come[r].size(); k += 2) {
       const int a = own.at[A.halo.common[r][come[r][k]]], b = own.at[A.halo.common[r][come[r][k + 1]]];
-      pairs.emplace_back(std::max(a, b) - own.inner, std::min(a, b) - own.inner);
+      other.push_back(pair_of(std::max(a, b) - own.inner, std::min(a, b) - own.inner));
     }
-  std::sort(pairs.begin(), pairs.end());
-  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+    std::sort(other.begin(), other.end());
+    std::set_union(pairs.begin(), pairs.end(), other.begin(), other.end(), std::back_inserter(joined));
+    pairs.swap(joined);
+  }
   SysMatrix& s = own.border;
   s      = SysMatrix();
   s.dim  = A.dim;
   s.nrow = static_cast<int>(A.halo.shared.size());
   s.off.assign(s.nrow + 1, 0);
   own.border_from.clear();
-  std::vector<std::vector<std::pair<std::pair<int, int>, int>>> name(ranks);
-  for (const auto& q : pairs) {
-    const int k = static_cast<int>(s.col.size());
-    ++s.off[q.first + 1];
-    s.col.push_back(q.second);
-    own.border_from.push_back(find_block(A, own.order[own.inner + q.first], own.order[own.inner + q.second]));
+  std::vector<std::vector<std::pair<long, int>>> name(ranks);
+  for (long q : pairs) {
+    const int k = static_cast<int>(s.col.size()), row = row_of_pair(q), col = col_of_pair(q);
+    ++s.off[row + 1];
+    s.col.push_back(col);
+    own.border_from.push_back(find_block(A, own.order[own.inner + row], own.order[own.inner + col]));
     for (int r = 0; r < ranks; ++r) {
-      const int a = place[r][q.first], b = place[r][q.second];
-      if (a >= 0 && b >= 0) name[r].push_back({{std::max(a, b), std::min(a, b)}, 2 * k + (a < b ? 1 : 0)});
+      const int a = place[r][row], b = place[r][col];
+      if (a >= 0 && b >= 0) name[r].emplace_back(pair_of(std::max(a, b), std::min(a, b)), 2 * k + (a < b ? 1 : 0));
     }
   }
   std::partial_sum(s.off.begin(), s.off.end(), s.off.begin());
