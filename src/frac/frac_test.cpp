@@ -437,9 +437,9 @@ double estimate(Scan& s, int e, double* J)
 
 double largest_stress(const Scan& s, int e)
 {
-  double E[9], N[3];
+  double E[9];
   mean_strain(s, e, E);
-  return split_normal(s.law(e), s.m.dim, E, N);
+  return split_normal(s.law(e), s.m.dim, E, nullptr);
 }
 
 // an element in tension whose psi+ / volume, by the law of e, is above a limit

@@ -39,28 +39,29 @@ const int* seen_by(int dim)
   return dim == 2 ? plane : space;
 }
 
-// principal strains and their unit vectors: closed form when 33 is one of them. Otherwise the iterative
-// solver:
-// the direct one of Eigen loses half of the digits near equal values.
-void principal(const double E[6], double e[3], double v[3][3])
+// principal strains and, unless v is null, their unit vectors: closed form when 33 is one of them. Otherwise the
+// iterative solver: the direct one of Eigen loses half of the digits near equal values.
+void principal(const double E[6], double e[3], double (*v)[3])
 {
   if (E[4] == 0.0 && E[5] == 0.0) {
     const double mean = 0.5 * (E[0] + E[1]), half = 0.5 * (E[0] - E[1]);
-    const double radius = std::hypot(half, E[3]), angle = 0.5 * std::atan2(E[3], half);
-    const double c = std::cos(angle), s = std::sin(angle);
-    const double vectors[3][3] = {{c, s, 0}, {-s, c, 0}, {0, 0, 1}};
+    const double radius = std::hypot(half, E[3]);
     e[0] = mean + radius;
     e[1] = mean - radius;
     e[2] = E[2];
+    if (!v) return;
+    const double angle = 0.5 * std::atan2(E[3], half), c = std::cos(angle), s = std::sin(angle);
+    const double vectors[3][3] = {{c, s, 0}, {-s, c, 0}, {0, 0, 1}};
     std::copy(vectors[0], vectors[0] + 9, v[0]);
     return;
   }
   Eigen::Matrix3d A;
   A << E[0], E[3], E[5], E[3], E[1], E[4], E[5], E[4], E[2];
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(A);
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(
+      A, v ? Eigen::ComputeEigenvectors : Eigen::EigenvaluesOnly);
   for (int a = 0; a < 3; ++a) {
     e[a] = solver.eigenvalues()[a];
-    for (int i = 0; i < 3; ++i) v[a][i] = solver.eigenvectors()(i, a);
+    for (int i = 0; i < 3 && v; ++i) v[a][i] = solver.eigenvectors()(i, a);
   }
 }
 
@@ -316,21 +317,20 @@ void split_full(const MatLaw& law, Split split, bool finite, const double E[6], 
   }
 }
 
-double split_normal(const MatLaw& law, int dim, const double* E, double N[3])
+double split_normal(const MatLaw& law, int dim, const double* E, double* N)
 {
   double E6[6], e[3], v[3][3];
   six_of(dim, E, E6);
-  principal(E6, e, v);
+  principal(E6, e, N ? v : nullptr);
   const int a = static_cast<int>(std::max_element(e, e + dim) - e);      // in the plane e[2] belongs to 33
-  std::copy(v[a], v[a] + 3, N);
+  if (N) std::copy(v[a], v[a] + 3, N);
   return law.lam * (E6[0] + E6[1] + E6[2]) + 2.0 * law.mu * e[a];
 }
 
 double split_drive(const MatLaw& law, int dim, Split split, bool finite, const double* E)
 {
   if (split == SPLIT_RCE) {                  // no shear stress on the principal plane      (2.11)
-    double N[3];
-    const double s = split_normal(law, dim, E, N);
+    const double s = split_normal(law, dim, E, nullptr);
     return s > 0.0 ? 0.5 * s * s / (law.lam + 2.0 * law.mu) : 0.0;
   }
   const double none[3] = {0, 0, 0};

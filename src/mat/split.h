@@ -36,10 +36,11 @@ void split_full(const MatLaw& law, Split split, bool finite, const double E[6], 
 // split_normal : direction of the largest principal stress of the intact law, in the plane for dim 2
 //
 //   in   E        plane components                    [dim*dim]
-//   out  N        unit vector                         [3]; any of them when principal stresses are equal
+//   out  N        unit vector                         [3]; any of them when principal stresses are equal;
+//                 null: not asked for
 //   returns       that stress                         force/length^2
 // ---------------------------------------------------------------------------
-double split_normal(const MatLaw& law, int dim, const double* E, double N[3]);
+double split_normal(const MatLaw& law, int dim, const double* E, double* N);
 
 // ---------------------------------------------------------------------------
 // split_drive : psi+ of the intact state, what the criterion of fracture compares

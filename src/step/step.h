@@ -248,7 +248,7 @@ struct UndoPoint {
   bool copy = false, kept = false;
   CornerShare share;
 };
-void step_undo_point(State& st, const CornerShare& share, bool copy, UndoPoint& u);
+void step_undo_point(State& st, bool copy, UndoPoint& u);
 void step_undo_points(const State& st, const CornerShare& share, UndoPoint& u);
 void step_undo_keep(State& st, UndoPoint& u);
 void step_undo(Problem& p, UndoPoint& u);

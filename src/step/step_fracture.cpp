@@ -158,7 +158,7 @@ Failure step_fracture(Problem& p, const Step& s, double t_step, UndoPoint& befor
   }
 }
 
-void step_undo_point(State& st, const CornerShare& share, bool copy, UndoPoint& u)
+void step_undo_point(State& st, bool copy, UndoPoint& u)
 {
   Level n, np1;                // no copies of these
   Points points;

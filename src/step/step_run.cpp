@@ -157,12 +157,12 @@ Failure begin_increment(Problem& p, const Step& s, const std::vector<double>& st
     return {NOT_CONVERGED, "INC=" + std::to_string(s.max_inc) +
                                " increments do not reach the end of the step: increase INC or dt"};
   const bool moves = s.proc == PROC_DYNAMIC;
-  if (p.d.fm.on && !moves) step_undo_point(st, p.d.share, true, inc.undo);
+  if (p.d.fm.on && !moves) step_undo_point(st, true, inc.undo);
   Failure failure = step_prepare(p, s);
   if (failure.ok() && st.log.inc == 1 && moves && scheme_of(s).acceleration)
     failure = step_initial_acceleration(p, s, 0.0);
   inc.dt = clock_next(s, st.clock, stops);
-  if (p.d.fm.on && moves) step_undo_point(st, p.d.share, false, inc.undo);      // with the first acceleration
+  if (p.d.fm.on && moves) step_undo_point(st, false, inc.undo);      // with the first acceleration
   st.clock.aim = 0.0;
   inc.watch    = BreakWatch();
   inc.watch.on = !moves && !s.direct;
