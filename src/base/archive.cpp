@@ -157,8 +157,8 @@ void archive_divided(Archive& f, const ArchivePart& part, std::size_t one, std::
     std::size_t at = s.unit;
     for (std::size_t i = s.first; i < s.last; ++i) {
       const std::size_t units = static_cast<std::size_t>(part.ragged ? part.units[i] : 1);
-      if (part.brings.empty() || part.brings[i])
-        own.insert(own.end(), x + at * unit, x + (at + units) * unit);
+      const char* from = x + (part.at.empty() ? at : static_cast<std::size_t>(part.at[i])) * unit;
+      if (part.brings.empty() || part.brings[i]) own.insert(own.end(), from, from + units * unit);
       at += units;
     }
     const auto list = comm_gather(items_of(part, s, true));
@@ -212,7 +212,13 @@ void archive_divided_read(Archive& f, const ArchivePart& part, std::size_t one, 
         }
     }
     const std::vector<std::vector<char>> got = comm_exchange(to);
-    std::copy(got[0].begin(), got[0].end(), x + s.unit * unit);
+    if (part.at.empty()) {
+      std::copy(got[0].begin(), got[0].end(), x + s.unit * unit);
+      continue;
+    }
+    const char* next = got[0].data();
+    for (std::size_t i = s.first; i < s.last; ++i, next += unit)
+      std::copy_n(next, unit, x + static_cast<std::size_t>(part.at[i]) * unit);
   }
   f.at += of_all * one;
   f.begin = f.at;

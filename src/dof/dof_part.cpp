@@ -160,7 +160,9 @@ void send_pieces(const IntVec& rank, const OverlapWatch& watch, Model& m)
   m.part.joined    = joined_by_faces(m);
   m.part.strangers = watch.pair;
   m.part.skin      = contact_skin_at_start(m);
-  ModelCut cut  = model_cut_open(m, rank, outer_elements(m, rank), comm_size());
+  const OfRanks<int> outer = outer_elements(m, rank);
+  model_order_nodes(rank, outer, comm_size(), m);
+  ModelCut cut = model_cut_open(m, rank, outer, comm_size());
   for (int r = 1; r < comm_size(); ++r) {
     Model piece = model_cut_piece(cut, r);
     model_send(piece, r);

@@ -52,7 +52,10 @@ struct MeshPart {
   bool on = false;
   bool points = false;         // each rank has its own material points alone (PointPart)
   int nnode = 0, nelem = 0;    // of the mesh of the deck
-  IntVec node, elem;           // [Mesh::nnode], [Mesh::nelem] index in the mesh of the deck, ascending
+  // [Mesh::nnode], [Mesh::nelem] number in the mesh that was divided, ascending: elements stand there as in the
+  // deck, nodes as model_order_nodes puts them
+  IntVec node, elem;
+  IntVec deck;                 // [Mesh::nnode] number of a node in the mesh of the deck
   IntVec rank;                 // [Mesh::nelem] that works on an element
   Halo halo;                   // nodes that other ranks have too
   Halo around;                 // elements that other ranks have too, owner: rank; off: nothing is outer
@@ -64,9 +67,10 @@ struct MeshPart {
   std::vector<Face> skin;      // general contact: outer faces at t = 0 of the whole mesh
   bool counts(int n) const { return !on || halo.owner[n] == comm_rank(); }     // n counts here in a sum
   bool works(int e) const { return !on || rank[e] == comm_rank(); }            // the same of an element
-  // numbers in the mesh of the deck, and the way back, -1: it is not here
+  // numbers in the mesh that was divided, and the way back, -1: it is not here
   int elem_number(int e) const { return on ? elem[e] : e; }
   int node_number(int n) const { return on ? node[n] : n; }
+  int deck_number(int n) const { return on ? deck[n] : n; }
   int elem_here(int number) const;
   int node_here(int number) const;
 };

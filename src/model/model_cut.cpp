@@ -317,6 +317,7 @@ ModelCut model_cut_open(Model& whole, const IntVec& rank, const OfRanks<int>& ou
   c.rest = std::move(whole);
   whole  = Model();
   std::swap(c.mesh, c.rest.mesh);
+  std::swap(c.deck, c.rest.part.deck);
   c.rank = rank;
   for (ConversionDef& d : c.rest.conversion) d.elem = c.rest.elset[d.elset].item;
   for (BondDef& d : c.rest.bond)
@@ -348,6 +349,7 @@ Model model_cut_piece(ModelCut& c, int r)
   m.part.nelem = c.mesh.nelem();
   m.part.node  = items(c.node, r);
   m.part.elem  = items(c.elem, r);
+  for (int n : m.part.node) m.part.deck.push_back(c.deck.empty() ? n : c.deck[n]);
   for (int e : m.part.elem) m.part.rank.push_back(c.rank[e]);
   for (std::size_t k = 0; k < m.part.node.size(); ++k) c.node_index[m.part.node[k]] = static_cast<int>(k);
   for (std::size_t k = 0; k < m.part.elem.size(); ++k) c.elem_index[m.part.elem[k]] = static_cast<int>(k);

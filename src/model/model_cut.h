@@ -25,6 +25,7 @@ struct ModelCut {              // the whole model, taken apart
   OfRanks<int> elem, node;     // index in the mesh of the deck, ascending; with outer elements
   PieceLists work, all;        // of what each rank works on; with outer elements
   IntVec elem_index, node_index;       // index in the piece that is cut
+  IntVec deck;                 // MeshPart::deck of the whole mesh; empty: nodes stand as in the deck
 };
 
 // The lists of a model that grow with the mesh, always in the same order. A face goes with its element.
@@ -43,6 +44,9 @@ IntVec model_bonded_surfaces(const Model& m);
 
 // model_removed : [nelem] 1: *MODEL CHANGE, REMOVE takes it away
 IntVec model_removed(const Model& m);
+
+// model_order_nodes : nodes in the order in which ranks eliminate them; rank, outer, ranks as for model_cut_open
+void model_order_nodes(const IntVec& rank, const OfRanks<int>& outer, int ranks, Model& m);
 
 // model_cut_open : takes the model apart by rank[e] [nelem]; whole is empty behind it
 //   in   outer   elements of others that a rank looks at, ascending; no items: none

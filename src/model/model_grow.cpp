@@ -11,7 +11,7 @@ namespace {
 // ---- elements that all ranks get (model_grow); numbers are those of the mesh of the deck ----
 
 struct GivenElem { int number, label, type, section, rank, nodes; };
-struct GivenNode { int number, label; double X[3]; };
+struct GivenNode { int number, deck, label; double X[3]; };
 struct GivenItem { int list, number, what; };       // what: face, or place in the set
 
 struct Gift {
@@ -38,7 +38,7 @@ Gift pack(const Model& m, const IntVec& give, const ModelLists& lists)
   }
   for (int n = 0; n < mesh.nnode(); ++n) {
     const double* X = &mesh.X[3 * static_cast<std::size_t>(n)];
-    if (node[n]) g.node.push_back({part.node[n], mesh.node_label[n], {X[0], X[1], X[2]}});
+    if (node[n]) g.node.push_back({part.node[n], part.deck[n], mesh.node_label[n], {X[0], X[1], X[2]}});
   }
   const auto each = [](const auto& of, auto use) {
     for (std::size_t k = 0; k < of.size(); ++k)
@@ -197,6 +197,8 @@ ModelGrowth model_grow(const IntVec& give, const IntVec& gone, Model& m)
   const MeshPart before = part;
   part.elem = elem;
   part.node = node;
+  part.deck = moved(before.deck, g.node, node.size(), -1);
+  for (const GivenNode& n : gift.node) part.deck[part.node_here(n.number)] = n.deck;
   part.rank = moved(before.rank, g.elem, elem.size(), -1);
   part.given = moved(before.given, g.elem, elem.size(), '\1');
   m.mesh = grown_mesh(m.mesh, g, part, gift);

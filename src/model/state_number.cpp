@@ -1,6 +1,7 @@
 #include "model/state_number.h"
 
 #include <algorithm>
+#include <numeric>
 
 namespace {
 
@@ -32,11 +33,19 @@ int corner_here(const Points& p, int number)
 
 }  // namespace
 
+IntVec deck_order(const MeshPart& part)
+{
+  IntVec node(part.deck.size());
+  std::iota(node.begin(), node.end(), 0);
+  std::sort(node.begin(), node.end(), [&](int a, int b) { return part.deck[a] < part.deck[b]; });
+  return node;
+}
+
 void state_to_deck(const MeshPart& part, State& st)
 {
   if (!part.on) return;
   renumber(
-      static_cast<int>(part.node.size()), part.nnode, [&](int n) { return part.node[n]; },
+      static_cast<int>(part.node.size()), part.nnode, [&](int n) { return part.deck[n]; },
       [&](int e) { return part.elem[e]; },
       [&](int c) { return st.points.part.on ? st.points.part.corner[c] : c; }, st);
 }
@@ -48,7 +57,14 @@ void state_from_deck(const MeshPart& part, State& st)
   for (int number : st.frac.releasing)
     if (part.elem_here(number) >= 0 || number < 0 || number >= part.nelem) releasing.push_back(number);
   st.frac.releasing.swap(releasing);
+  const int nnode   = static_cast<int>(part.node.size());
+  const IntVec node = deck_order(part);
+  const auto here   = [&](int number) {
+    const auto at = std::lower_bound(node.begin(), node.end(), number,
+                                     [&](int n, int value) { return part.deck[n] < value; });
+    return at != node.end() && part.deck[*at] == number ? *at : -1;
+  };
   renumber(
-      part.nnode, static_cast<int>(part.node.size()), [&](int n) { return part.node_here(n); },
+      part.nnode, nnode, here,
       [&](int e) { return part.elem_here(e); }, [&](int c) { return corner_here(st.points, c); }, st);
 }

@@ -7,6 +7,9 @@
 
 #include "model/state.h"
 
+// deck_order : nodes of the piece as they follow one another in the mesh of the deck                    [nnode]
+IntVec deck_order(const MeshPart& part);
+
 // state_to_deck : nodes and elements that points, bonds and lists of fracture name become numbers in the mesh
 // of the deck; nothing happens where the model is whole
 void state_to_deck(const MeshPart& part, State& st);

@@ -48,7 +48,7 @@ void node_table(std::FILE* file, const char* what, const Model& m, const RealVec
   std::vector<Row> rows;
   for (int n : set.item) {
     if (!m.part.counts(n)) continue;
-    Row row = {m.part.node_number(n), m.mesh.node_label[n], 0, {}};
+    Row row = {m.part.deck_number(n), m.mesh.node_label[n], 0, {}};
     std::copy_n(&field[n * m.dim], m.dim, row.v);
     rows.push_back(row);
   }

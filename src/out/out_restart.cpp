@@ -131,8 +131,11 @@ std::vector<ArchivePart> parts_of(const Model& m, const Points& pts)
 {
   std::vector<ArchivePart> part(ARCHIVE_KINDS);
   part[PER_NODE].whole = m.part.nnode;
-  part[PER_NODE].item  = m.part.node;
-  for (int n = 0; n < m.mesh.nnode(); ++n) part[PER_NODE].brings.push_back(m.part.counts(n));
+  part[PER_NODE].at    = deck_order(m.part);
+  for (int n : part[PER_NODE].at) {
+    part[PER_NODE].item.push_back(m.part.deck[n]);
+    part[PER_NODE].brings.push_back(m.part.counts(n));
+  }
   part[PER_ELEM].whole = part[PER_GAUSS].whole = m.part.nelem;
   part[PER_ELEM].item = part[PER_GAUSS].item = m.part.elem;
   part[PER_GAUSS].ragged = true;

@@ -208,6 +208,48 @@ IntVec kept(const IntVec& item, const std::set<int>& here)
   return out;
 }
 
+// rank 0 has the left half of a plate, rank 1 the right one: columns of nodes from the left to the middle, then from
+// the right; what lists and equations say of nodes stays, and so does the node without elements
+TEST(ModelCut, NodesStandAsRanksEliminateThem)
+{
+  const int n = 8;
+  const Model deck = plate(n);
+  Model m = deck;
+  m.equation.resize(1);
+  m.equation[0].term = {{5, 0, 0.5}, {80, 1, -1.0}};
+  m.frame.resize(1);
+  m.frame[0].node = 17;
+  m.frame[0].twin = 81;
+  IntVec rank;
+  for (int e = 0; e < m.mesh.nelem(); ++e) rank.push_back(e % n < n / 2 ? 0 : 1);
+  model_order_nodes(rank, {}, 2, m);
+  const IntVec& order = m.part.deck;
+  ASSERT_EQ(order.size(), deck.mesh.node_label.size());
+  EXPECT_EQ(std::set<int>(order.begin(), order.end()).size(), order.size());
+  const auto column = [&](int k) { return order[k] % (n + 1); };
+  for (int k = 0; k < (n + 1) * (n + 1); ++k) {
+    const int at = k / (n + 1);
+    EXPECT_EQ(column(k), at <= n / 2 ? at : n + n / 2 + 1 - at) << k;
+  }
+  EXPECT_EQ(order.back(), (n + 1) * (n + 1));
+  for (int k = 0; k < m.mesh.nnode(); ++k) {
+    EXPECT_EQ(m.mesh.node_label[k], deck.mesh.node_label[order[k]]);
+    for (int i = 0; i < 3; ++i) EXPECT_EQ(m.mesh.X[3 * k + i], deck.mesh.X[3 * order[k] + i]);
+  }
+  EXPECT_EQ(in_deck(m.mesh.conn.item, order), deck.mesh.conn.item);
+  EXPECT_EQ(in_deck(m.nset[0].item, order), deck.nset[0].item);
+  EXPECT_EQ(in_deck(m.initial[0].node, order), deck.initial[0].node);
+  EXPECT_EQ(in_deck(m.step[0].prescribed[0].node, order), deck.step[0].prescribed[0].node);
+  EXPECT_EQ(order[m.equation[0].term[0].node], 5);
+  EXPECT_EQ(order[m.equation[0].term[1].node], 80);
+  EXPECT_EQ(order[m.frame[0].node], 17);
+  EXPECT_EQ(order[m.frame[0].twin], 81);
+  ModelCut cut = model_cut_open(m, rank, {}, 2);
+  const Model p = model_cut_piece(cut, 1);
+  for (int k = 0; k < p.mesh.nnode(); ++k)
+    EXPECT_EQ(p.mesh.node_label[k], deck.mesh.node_label[p.part.deck[k]]);
+}
+
 TEST(ModelCut, PiecesMakeTheWhole)
 {
   const int ranks = 4;
@@ -378,10 +420,16 @@ TEST(Divided, RanksGetTheirPieces)
     EXPECT_EQ(m.mesh.elem_label[e], whole.mesh.elem_label[m.part.elem[e]]);
     elems[m.part.elem[e]] += 1.0;
   }
+  for (int n = 0; n < m.mesh.nnode(); ++n) {
+    const int w = m.part.deck[n];
+    EXPECT_EQ(m.mesh.node_label[n], whole.mesh.node_label[w]);
+    for (int i = 0; i < 3; ++i) EXPECT_EQ(m.mesh.X[3 * n + i], whole.mesh.X[3 * w + i]);
+  }
+  EXPECT_TRUE(std::is_sorted(m.part.node.begin(), m.part.node.end()));
   for (int n = 0; n < m.mesh.nnode(); ++n)
-    if (m.part.counts(n)) nodes[m.part.node[n]] += 1.0;
+    if (m.part.counts(n)) nodes[m.part.deck[n]] += 1.0;
   for (int n : m.step[1].load[1].node)
-    if (m.part.counts(n)) loads[m.part.node[n]] += 1.0;
+    if (m.part.counts(n)) loads[m.part.deck[n]] += 1.0;
   comm_sum(elems);
   comm_sum(nodes);
   comm_sum(loads);
@@ -418,21 +466,22 @@ TEST(Divided, PiecesGrow)
   for (int e = 0; e < m.mesh.nelem(); ++e) {
     const int w = m.part.elem[e];
     EXPECT_EQ(m.mesh.elem_label[e], whole.mesh.elem_label[w]);
-    EXPECT_EQ(in_deck(IntVec(m.mesh.conn.begin(e), m.mesh.conn.begin(e + 1)), m.part.node),
+    EXPECT_EQ(in_deck(IntVec(m.mesh.conn.begin(e), m.mesh.conn.begin(e + 1)), m.part.deck),
               IntVec(whole.mesh.conn.begin(w), whole.mesh.conn.begin(w + 1)));
   }
   for (int n = 0; n < m.mesh.nnode(); ++n)
-    for (int i = 0; i < 3; ++i) EXPECT_EQ(m.mesh.X[3 * n + i], whole.mesh.X[3 * m.part.node[n] + i]);
+    for (int i = 0; i < 3; ++i) EXPECT_EQ(m.mesh.X[3 * n + i], whole.mesh.X[3 * m.part.deck[n] + i]);
   // supports are those of all nodes here, each node belongs to one rank
-  IntVec held = in_deck(m.step[0].prescribed[0].node, m.part.node), all;
+  IntVec held = in_deck(m.step[0].prescribed[0].node, m.part.deck), all;
+  const std::set<int> here(m.part.deck.begin(), m.part.deck.end());
   for (int n : whole.step[0].prescribed[0].node)
-    if (m.part.node_here(n) >= 0) all.push_back(n);
+    if (here.count(n)) all.push_back(n);
   std::sort(held.begin(), held.end());
   std::sort(all.begin(), all.end());
   EXPECT_EQ(held, all);
   RealVec nodes(whole.mesh.nnode(), 0.0);
   for (int n = 0; n < m.mesh.nnode(); ++n)
-    if (m.part.counts(n)) nodes[m.part.node[n]] += 1.0;
+    if (m.part.counts(n)) nodes[m.part.deck[n]] += 1.0;
   comm_sum(nodes);
   EXPECT_EQ(nodes, RealVec(whole.mesh.nnode(), 1.0));
 }

@@ -394,6 +394,7 @@ TEST(Divided, MassSolve)
       s.dim  = dim;
       s.nrow = l.A.nrow;
       s.A    = l.A;
+      s.row_key.assign(l.key.begin(), l.key.end());
       s.M.assign(l.A.col.size(), 0.0);
       // springs of the first direction, with the sign of masses: dominant diagonal
       Eigen::MatrixXd M = Eigen::MatrixXd::Zero(n, n);
@@ -443,6 +444,7 @@ TEST(Divided, MassProjection)
     s.dim  = 2;
     s.nrow = s.nfe = l.A.nrow;
     s.A    = l.A;
+    s.row_key.assign(l.key.begin(), l.key.end());
     s.hung = true;
     s.M.assign(l.A.col.size(), 0.0);
     Eigen::MatrixXd M = Eigen::MatrixXd::Zero(n, n);
