@@ -423,6 +423,8 @@ void share_points(const Points& pts, const Division& d, GridShare& g)
 void dof_share_grid(const Model& m, const Points& pts, const Bonds& bonds, const ContactPairs& pairs,
                     const Division& d, GridShare& g)
 {
+  // points of each rank, their corners and bonds stay as they are
+  if (pts.part.on && g.on && g.point.size() == static_cast<size_t>(pts.npoint)) return;
   g    = GridShare();
   g.on = m.part.on;
   if (!g.on) return;
