@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <climits>
 #include <cmath>
 #include <unordered_map>
 
@@ -102,23 +103,42 @@ Cells find_cells(const Sizes& s, const IntVec& rank, const RealVec& reach)
   return c;
 }
 
-// element o for the lists of the other ranks that have an element which reaches it
-void add_near(const Cells& c, const Sizes& s, const IntVec& rank, const RealVec& reach, int o,
-              std::vector<IntVec>& list)
+// The cells around the one in which elements lie that follow one another
+struct Around {
+  long key = LONG_MIN;
+  std::vector<const Cell*> cell;
+};
+
+void look_around(const Cells& c, const double* x, Around& a)
 {
-  const double* x = &s.centre[3 * static_cast<size_t>(o)];
+  const long key = c.key(x, 0, 0, 0);
+  if (key == a.key) return;
+  a.key = key;
+  a.cell.clear();
   for (int i = -1; i <= 1; ++i)
     for (int j = -1; j <= 1; ++j)
       for (int k = -1; k <= 1; ++k) {
         const auto found = c.cell.find(c.key(x, i, j, k));
-        if (found == c.cell.end() || found->second.rank == rank[o]) continue;
-        for (int e : found->second.elem) {
-          IntVec& of = list[rank[e]];
-          if (rank[e] == rank[o] || (!of.empty() && of.back() == o)) continue;
-          const double* y = &s.centre[3 * static_cast<size_t>(e)];
-          if (std::hypot(x[0] - y[0], x[1] - y[1], x[2] - y[2]) < reach[e]) of.push_back(o);
-        }
+        if (found != c.cell.end()) a.cell.push_back(&found->second);
       }
+}
+
+// element o for the lists of the other ranks that have an element which reaches it
+void add_near(const Cells& c, const Sizes& s, const IntVec& rank, const RealVec& reach, int o, Around& around,
+              std::vector<IntVec>& list)
+{
+  const double* x = &s.centre[3 * static_cast<size_t>(o)];
+  look_around(c, x, around);
+  for (const Cell* cell : around.cell) {
+    if (cell->rank == rank[o]) continue;
+    for (int e : cell->elem) {
+      IntVec& of = list[rank[e]];
+      if (rank[e] == rank[o] || (!of.empty() && of.back() == o)) continue;
+      const double* y = &s.centre[3 * static_cast<size_t>(e)];
+      const double d[3] = {x[0] - y[0], x[1] - y[1], x[2] - y[2]};
+      if (d[0] * d[0] + d[1] * d[1] + d[2] * d[2] < reach[e] * reach[e]) of.push_back(o);
+    }
+  }
 }
 
 // elements of other ranks at a node of what a rank has so far
@@ -150,7 +170,8 @@ std::vector<IntVec> frac_outer(const Model& m, const IntVec& rank, int ranks)
     for (int e : m.elset[f.elset].item) reach[e] = SLACK * reach_of(m, f) * s.around[e];
   const Cells cells = find_cells(s, rank, reach);
   if (cells.cell.empty()) return list;
-  for (int o = 0; o < m.mesh.nelem(); ++o) add_near(cells, s, rank, reach, o, list);
+  Around around;
+  for (int o = 0; o < m.mesh.nelem(); ++o) add_near(cells, s, rank, reach, o, around, list);
   add_neighbours(m.mesh, rank, list);
   for (IntVec& of : list) {
     std::sort(of.begin(), of.end());

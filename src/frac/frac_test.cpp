@@ -270,7 +270,9 @@ void free_faces(const Scan& s, int e, double radius, std::vector<FreeFace>& out)
 // h: size of the mesh
 bool look_at(const FreeFace& a, const FreeFace& b, double h, bool opposed)
 {
-  double cosine = 0.0, before_a = 0.0, before_b = 0.0;
+  double cosine = 0.0, dot = 0.0, before_a = 0.0, before_b = 0.0;
+  for (int k = 0; k < 3; ++k) dot += a.area[k] * b.area[k];
+  if (opposed && dot > -0.49 * a.size * b.size) return false;      // most of them
   for (int k = 0; k < 3; ++k) cosine += a.area[k] * b.area[k] / (a.size * b.size);
   if (opposed && cosine > -0.5) return false;
   for (int k = 0; k < 3; ++k) {
