@@ -20,7 +20,7 @@ Status form(const ElemBlock& b, size_t slot, const ErodedLaw* broken, const Kern
   for (int k = 0; ke && k < pair_count(N) * D * D; ++k) ke[k] = 0.0;
   for (int g = 0; g < NGP; ++g) {
     const double* dN = dNdX + g * N * D;
-    double H0[D * D] = {0}, H1[D * D], Fb[D * D], S[D * D], C[nv * nv], B[N * nv * D], CB[N * nv * D];
+    double H0[D * D] = {0}, H1[D * D], Fb[D * D], S[D * D], C[nv * nv];
     ip_gradient<D, N>(dN, N, u1, H1);
     if (old) ip_gradient<D, N>(dN, N, u0, H0);
     if (split) {
@@ -29,7 +29,7 @@ Status form(const ElemBlock& b, size_t slot, const ErodedLaw* broken, const Kern
       return BAD_JACOBIAN;
     }
     ip_force<D, N>(dN, N, w[g], Fb, S, re);
-    if (ke) ip_tangent_general<D, N>(dN, N, w[g], C, mode.cG(), Fb, S, B, CB, ke);
+    if (ke) ip_tangent_general<D, N>(dN, N, w[g], C, mode.cG(), Fb, S, ke);
   }
   return STATUS_OK;
 }

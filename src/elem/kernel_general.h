@@ -44,43 +44,60 @@ inline Status ip_general(const MatLaw& law, const KernelMode& mode, const double
   return STATUS_OK;
 }
 
-// ke [pairs a >= b][D*D] += w [ B_a^T C B_b + cG (dN_a/dX . S dN_b/dX) I ]; scratch B, CB [n*nv*D]
-template <int D, int N>
-inline void ip_tangent_general(const double* dNdX, int n, double w, const double* C, double cG,
-                               const double* Fb, const double* S, double* B, double* CB, double* ke)
+// d(Fb S)/dH with the law's tangent C: A [D][D][D*D], place (J, L) has the block i, j of dP_iJ / dH_jL, times w
+template <int D>
+inline void ip_moduli(double w, const double* C, double cG, const double* Fb, const double* S, double* A)
 {
   using V = VoigtPlace<D>;
-  constexpr int nv = V::nv;
-  const int nn = N ? N : n;
-  for (int a = 0; a < nn; ++a)
-    for (int i = 0; i < nv; ++i)
-      for (int k = 0; k < D; ++k) {
-        const int r = V::row[i], c = V::col[i];
-        const double* g = dNdX + a * D;
-        B[(a * nv + i) * D + k] = r == c ? Fb[k * D + r] * g[r] : Fb[k * D + r] * g[c] + Fb[k * D + c] * g[r];
-      }
-  for (int a = 0; a < nn; ++a)
-    for (int i = 0; i < nv; ++i)
-      for (int k = 0; k < D; ++k) {
-        double sum = 0.0;
-        for (int j = 0; j < nv; ++j) sum += C[i * nv + j] * B[(a * nv + j) * D + k];
-        CB[(a * nv + i) * D + k] = w * sum;
-      }
-  for (int a = 0; a < nn; ++a)
-    for (int b = 0; b <= a; ++b) {
-      double* k = ke + pair_place(a, b) * D * D;
-      double geo = 0.0;
+  constexpr int nv = V::nv, DD = D * D;
+  double B[nv * DD] = {0}, CB[nv * DD];              // dE_v / dH_iJ                               (1.5)
+  for (int v = 0; v < nv; ++v)
+    for (int i = 0; i < D; ++i) {
+      const int r = V::row[v], c = V::col[v];
+      B[v * DD + i * D + r] = Fb[i * D + c];
+      B[v * DD + i * D + c] = Fb[i * D + r];
+    }
+  for (int v = 0; v < nv; ++v)
+    for (int k = 0; k < DD; ++k) {
+      double sum = 0.0;
+      for (int u = 0; u < nv; ++u) sum += C[v * nv + u] * B[u * DD + k];
+      CB[v * DD + k] = w * sum;
+    }
+  for (int J = 0; J < D; ++J)
+    for (int L = 0; L < D; ++L)
       for (int i = 0; i < D; ++i)
-        for (int j = 0; j < D; ++j) geo += dNdX[a * D + i] * S[i * D + j] * dNdX[b * D + j];
-      for (int i = 0; i < D; ++i) {
         for (int j = 0; j < D; ++j) {
-          double sum = 0.0;
-          for (int v = 0; v < nv; ++v) sum += B[(a * nv + v) * D + i] * CB[(b * nv + v) * D + j];
-          k[i * D + j] += sum;
+          double sum = i == j ? w * cG * S[J * D + L] : 0.0;
+          for (int v = 0; v < nv; ++v) sum += B[v * DD + i * D + J] * CB[v * DD + j * D + L];
+          A[(J * D + L) * DD + i * D + j] = sum;
         }
-        k[i * D + i] += w * cG * geo;
+}
+
+// ke [pairs a >= b][D*D] += w [ B_a^T C B_b + cG (dN_a/dX . S dN_b/dX) I ], by way of the moduli: each pair takes
+// D products of a block with a number, which lie in vector registers
+template <int D, int N>
+inline void ip_tangent_general(const double* dNdX, int n, double w, const double* C, double cG,
+                               const double* Fb, const double* S, double* ke)
+{
+  constexpr int DD = D * D;
+  const int nn = N ? N : n;
+  double A[DD * DD];
+  ip_moduli<D>(w, C, cG, Fb, S, A);
+  double* k = ke;
+  for (int a = 0; a < nn; ++a) {
+    double M[D * DD] = {0};                          // sum_J dN_a/dX_J A_JL
+    for (int L = 0; L < D; ++L)
+      for (int J = 0; J < D; ++J)
+        for (int m = 0; m < DD; ++m) M[L * DD + m] += dNdX[a * D + J] * A[(J * D + L) * DD + m];
+    for (int b = 0; b <= a; ++b, k += DD) {
+      const double* g = dNdX + b * D;
+      for (int m = 0; m < DD; ++m) {
+        double sum = k[m];
+        for (int L = 0; L < D; ++L) sum += M[L * DD + m] * g[L];
+        k[m] = sum;
       }
     }
+  }
 }
 
 #endif

@@ -455,9 +455,8 @@ void tangent(const Model& m, const Points& pts, const PointLaws& law, const Kern
   }
   constexpr int nv = VoigtPlace<D>::nv;
   double C[nv * nv];
-  work.resize(static_cast<size_t>(2 * n) * nv * D);
   if (form_one<D>(m, pts, law, mode, l0, l1, p, H0, H1, Fb, S, C) != STATUS_OK) return;
-  ip_tangent_general<D, 0>(dS, n, pts.V0[p], C, mode.cG(), Fb, S, work.data(), work.data() + n * nv * D, ke);
+  ip_tangent_general<D, 0>(dS, n, pts.V0[p], C, mode.cG(), Fb, S, ke);
   hourglass_tangent<D>(pts, of_body, mode, g, p, ke);
 }
 

@@ -196,13 +196,14 @@ struct Shared {
   }
 };
 
-// nodes of this rank alone, or all when there is one: points that do not hang together
+// nodes of this rank alone, or, when all are here, those whose turn it is: points that do not hang together
 bool meet_here(const Around& all, long nnode, const ListTable& around, const KeyHalo* halo)
 {
+  const int ranks = comm_size(), me = comm_rank();
   Patch patch(all);
   Wide wide{all, {}};
   for (int n = 0; n < nnode; ++n) {
-    if (halo && halo->shared[n]) continue;
+    if (halo ? halo->shared[n] != 0 : n % ranks != me) continue;
     if (around.count(n) < 2 || patch.whole(around.begin(n), around.count(n))) continue;
     const IntVec list = wide.list(around.begin(n), around.count(n));
     if (!patch.whole(list.data(), static_cast<int>(list.size()))) return true;
@@ -244,8 +245,8 @@ bool points_meet(const Points& pts, const GridShare& share, const std::vector<lo
     }
   });
   const bool here = meet_here(all, nnode, around, halo);
-  if (!halo) return here;
-  const auto any = [](bool found) { return comm_allreduce_max(static_cast<int>(found)) > 0; };
+  const auto any  = [](bool found) { return comm_allreduce_max(static_cast<int>(found)) > 0; };
+  if (!halo) return any(here);
   if (any(here)) return true;
   const std::vector<long> apart = meet_between(all, around, *halo, false, {});
   return any(!apart.empty()) && any(!meet_between(all, around, *halo, true, apart).empty());
