@@ -389,7 +389,7 @@ void dof_share_points(const Model& m, const Points& pts, const Elements& el, con
     d.point.push_back(m.part.rank[pts.parent[q]]);
   std::vector<RankWork> rank = work_of_ranks(m, el);
   for (int q = 0; q < pts.npoint; ++q) rank[d.point[q]].all += work[q];
-  if (largest_part(rank) <= UNEVEN * std::max(1.0, d.excess)) return;
+  if (largest_part(rank) <= EVEN * std::max(1.0, d.excess)) return;
   for (int k = 0; k < 4 * comm_size(); ++k)
     if (!move_points(X, work, rank, d.point)) break;
   for (int k = 0; k < group.size(); ++k)
