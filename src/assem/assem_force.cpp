@@ -125,7 +125,7 @@ Failure add_pack(const Mesh& mesh, const State& st, const Dofs& dofs, const Kern
   elem_ends_pack(st.np1.u, mesh, b, w.slot, nen, dim, u1);
   const Status status = form(b, w.slot, mode, u0, u1, re, nullptr, bad);
   for (int l = 0; l < n; ++l)
-    add_force<PACK>(dofs, mesh.conn.begin(b.elem[w.slot[l]]), nen, dim, re + l, fint);
+    add_force<PACK>(dofs, elem_nodes(mesh, b, w.slot[l]), nen, dim, re + l, fint);
   w.n = 0;
   if (status == STATUS_OK) return STATUS_OK;
   return {BAD_JACOBIAN, AT_ELEMENT, b.elem[w.slot[__builtin_ctz(bad)]]};
@@ -144,7 +144,7 @@ Failure add_elements(const Model& m, const Elements& el, const Dofs& dofs, const
     const ElemFormPack pack = elem_form_pack(b);
     PackList w;
     for (int slot : elem_owned(b)) {
-      const int e = b.elem[slot], *node = mesh.conn.begin(e);
+      const int e = b.elem[slot], *node = elem_nodes(mesh, b, slot);
       const bool intact = el.broken(e) < 0;
       if (intact && pack) {
         if (!w.add(slot)) continue;

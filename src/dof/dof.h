@@ -210,10 +210,9 @@ void dof_lists(const Mesh& mesh, const Elements& el, const ActiveGrid& grid, con
   IntVec row;
   for (const ElemBlock& b : el.block)
     for (int slot : all ? b.live : elem_owned(b)) {
-      const int e = b.elem[slot];
+      const int *node = elem_nodes(mesh, b, slot), nen = mesh.conn.count(b.elem[slot]);
       row.clear();
-      for (int k = mesh.conn.off[e]; k < mesh.conn.off[e + 1]; ++k)
-        row.push_back(s.row_of_node[mesh.conn.item[k]]);
+      for (int a = 0; a < nen; ++a) row.push_back(s.row_of_node[node[a]]);
       use(static_cast<int>(row.size()), row.data());
     }
   const auto use_point = [&](int q) {

@@ -36,6 +36,7 @@ struct ElemBlock {
   bool general = false;        // intact elements take elem_form_general, not the short form of the kernel
   bool bar = false;            // their Gauss points share the change of volume (1.14)
   IntVec elem;                 // elements of the block
+  IntVec conn;                 // [nelem][nen] their nodes, where they do not stand as in the mesh; else empty
   IntVec live;                 // places of those that are still elements, ascending
   IntVec owned;                 // those of live that this rank works on; read it by elem_owned
   bool divided = false;        // owned belongs to live
@@ -135,6 +136,13 @@ auto by_shape(Shape s, Use use)
   }
 }
 
+// elem_nodes : nodes of the element at place slot of its block
+inline const int* elem_nodes(const Mesh& mesh, const ElemBlock& b, int slot)
+{
+  return b.conn.empty() ? mesh.conn.begin(b.elem[slot])
+                        : &b.conn[static_cast<size_t>(slot) * shape_info[b.shape].nen];
+}
+
 // elem_ends : displacements of the nodes of an element at both ends of the step      [nen*dim]
 inline void elem_ends(const Level& l0, const Level& l1, const int* node, int nen, int dim, double* u0,
                       double* u1)
@@ -151,7 +159,7 @@ inline void elem_ends_pack(const RealVec& u, const Mesh& mesh, const ElemBlock& 
                            int dim, double* ul)
 {
   for (int l = 0; l < PACK; ++l) {
-    const int* node = mesh.conn.begin(b.elem[slot[l]]);
+    const int* node = elem_nodes(mesh, b, slot[l]);
     for (int a = 0; a < nen; ++a)
       for (int i = 0; i < dim; ++i) ul[(a * dim + i) * PACK + l] = u[node[a] * dim + i];
   }

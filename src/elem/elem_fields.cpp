@@ -13,7 +13,7 @@ void element_strains(const Model& m, const ElemBlock& b, size_t slot, const Real
                      const ErodedLaw* er, double* E)
 {
   const ShapeInfo& info = shape_info[b.shape];
-  const int nen = info.nen, *node = m.mesh.conn.begin(b.elem[slot]);
+  const int nen = info.nen, *node = elem_nodes(m.mesh, b, slot);
   double ul[3 * MAX_NODES], H[D * D], extra[8 * D * D];         // enhanced types have 8 points at most
   for (int a = 0; a < nen; ++a)
     for (int i = 0; i < D; ++i) ul[a * D + i] = u[node[a] * D + i];
@@ -33,7 +33,7 @@ void general_strains(const Model& m, const ElemBlock& b, bool bar, size_t slot, 
                      bool nlgeom, double* E, double* scale)
 {
   const ShapeInfo& info = shape_info[b.shape];
-  const int dim = info.dim, nen = info.nen, *node = m.mesh.conn.begin(b.elem[slot]);
+  const int dim = info.dim, nen = info.nen, *node = elem_nodes(m.mesh, b, slot);
   const size_t first = b.gauss(slot);
   double ul[3 * MAX_NODES], H[9 * MAX_GAUSS], plane[9];
   for (int a = 0; a < nen; ++a)

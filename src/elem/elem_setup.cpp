@@ -2,6 +2,7 @@
 #include <cmath>
 #include <cstdint>
 #include <map>
+#include <numeric>
 #include <tuple>
 #include <unordered_map>
 
@@ -115,6 +116,24 @@ bool add_kind(ElemBlock& b, const double* X)
 
 }  // namespace
 
+namespace {
+
+// elements in the order in which blocks hold them: that of the mesh; in a divided model by their first nodes,
+// whose order is that of the rows (model_order_nodes)
+IntVec block_order(const Model& m)
+{
+  const Mesh& mesh = m.mesh;
+  IntVec order(mesh.nelem()), first;
+  std::iota(order.begin(), order.end(), 0);
+  if (!m.part.on) return order;
+  for (int e = 0; e < mesh.nelem(); ++e)
+    first.push_back(*std::min_element(mesh.conn.begin(e), mesh.conn.begin(e) + mesh.conn.count(e)));
+  std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return first[a] < first[b]; });
+  return order;
+}
+
+}  // namespace
+
 Status elem_setup(const Model& m, Elements& el, int* worst)
 {
   const Mesh& mesh = m.mesh;
@@ -123,19 +142,21 @@ Status elem_setup(const Model& m, Elements& el, int* worst)
   el = Elements();
   el.block_of.assign(mesh.nelem(), -1);
   el.slot_of.assign(mesh.nelem(), -1);
-  el.gauss_of.assign(mesh.nelem(), 0);
+  el.gauss_of.assign(1, 0);
   el.history = law_history(m);
   el.all_owned = comm_size() == 1 || m.part.on;
   if (m.part.around.on())
     for (int e = 0; e < mesh.nelem(); ++e) el.outer.push_back(!m.part.works(e));
-  int gauss = 0;
   for (int e = 0; e < mesh.nelem(); ++e) {
-    el.gauss_of[e] = gauss;
+    const bool is = mesh.elem_section[e] >= 0;
+    el.gauss_of.push_back(el.gauss_of[e] + (is ? shape_info[block_for(m, el, known, e).shape].ngp : 0));
+  }
+  kinds.resize(el.block.size());
+  for (int e : block_order(m)) {
     if (mesh.elem_section[e] < 0) continue;
-    ElemBlock& b          = block_for(m, el, known, e);
+    ElemBlock& b          = el.block[el.block_of[e]];
     const ShapeInfo& info = shape_info[b.shape];
     const int* node       = mesh.conn.begin(e);
-    gauss += info.ngp;
     double X[3 * MAX_NODES], rel[3 * MAX_NODES];
     for (int a = 0; a < info.nen; ++a)
       for (int i = 0; i < info.dim; ++i) {
@@ -143,15 +164,14 @@ Status elem_setup(const Model& m, Elements& el, int* worst)
         rel[a * info.dim + i] = mesh.X[3 * node[a] + i] - mesh.X[3 * node[0] + i];
       }
     bool fresh;
-    kinds.resize(el.block.size());
     el.slot_of[e] = static_cast<int>(b.elem.size());
     b.elem.push_back(e);
+    if (m.part.on) b.conn.insert(b.conn.end(), node, node + info.nen);
     b.kind.push_back(kind_of(kinds[el.block_of[e]], rel, info.nen * info.dim, fresh));
     if (!fresh || add_kind(b, X)) continue;
     *worst = e;
     return BAD_JACOBIAN;
   }
-  el.gauss_of.push_back(gauss);
   el.initial_block = el.block_of;
   elem_refresh(el);
   return STATUS_OK;
@@ -179,6 +199,7 @@ void elem_refresh(Elements& el)
     if (is) el.block[el.initial_block[e]].live.push_back(el.slot_of[e]);
   }
   for (ElemBlock& b : el.block) {
+    if (!std::is_sorted(b.live.begin(), b.live.end())) std::sort(b.live.begin(), b.live.end());
     b.divided = el.all_owned;
     if (b.divided) b.owned = b.live;
     else b.owned.clear();

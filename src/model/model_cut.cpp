@@ -279,11 +279,28 @@ IntVec claims(const Model& m, const IntVec& gone)
   return shared;
 }
 
-// place of a number in an ascending list, -1: it is not there
+// place of a number in a list that ascends from its first number on to the largest, and then from the smallest on;
+// -1: it is not there
 int place_of(const IntVec& list, int number)
 {
-  const auto at = std::lower_bound(list.begin(), list.end(), number);
-  return at != list.end() && *at == number ? static_cast<int>(at - list.begin()) : -1;
+  if (list.empty()) return -1;
+  const auto wrap = std::partition_point(list.begin(), list.end(), [&](int x) { return x >= list.front(); });
+  const bool high = number >= list.front();
+  const auto end  = high ? wrap : list.end(), at = std::lower_bound(high ? list.begin() : wrap, end, number);
+  return at != end && *at == number ? static_cast<int>(at - list.begin()) : -1;
+}
+
+// [ranks] the first of the nodes that elements of this rank, and of none before it, have
+IntVec first_nodes(const Mesh& mesh, const OfRanks<int>& own)
+{
+  IntVec first(own.off.size() - 1, mesh.nnode());
+  std::vector<char> taken(mesh.nnode(), 0);
+  for (std::size_t r = 0; r < first.size(); ++r)
+    each_node(mesh, own, static_cast<int>(r), [&](int n) {
+      if (!taken[n]) first[r] = std::min(first[r], n);
+      taken[n] = 1;
+    });
+  return first;
 }
 
 }  // namespace
@@ -333,6 +350,7 @@ ModelCut model_cut_open(Model& whole, const IntVec& rank, const OfRanks<int>& ou
   const OfRanks<int> group = groups_of(c.mesh, c.elem, tied, !c.rest.conversion.empty());
   c.rest.part.tied = tied.size() > 0;
   c.node = nodes_of(c.mesh, own, tied, group);
+  if (!c.deck.empty()) c.first = first_nodes(c.mesh, own);
   c.work = divide_lists(c.mesh, model_lists_of_work(c.rest), c.node, own);
   if (!outer.item.empty()) c.node = nodes_of(c.mesh, c.elem, tied, group);
   c.all = divide_lists(c.mesh, model_lists_of_all(c.rest), c.node, c.elem);
@@ -348,6 +366,9 @@ Model model_cut_piece(ModelCut& c, int r)
   m.part.nnode = c.mesh.nnode();
   m.part.nelem = c.mesh.nelem();
   m.part.node  = items(c.node, r);
+  if (!c.first.empty())
+    std::rotate(m.part.node.begin(), std::lower_bound(m.part.node.begin(), m.part.node.end(), c.first[r]),
+                m.part.node.end());
   m.part.elem  = items(c.elem, r);
   for (int n : m.part.node) m.part.deck.push_back(c.deck.empty() ? n : c.deck[n]);
   for (int e : m.part.elem) m.part.rank.push_back(c.rank[e]);

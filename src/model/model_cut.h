@@ -26,6 +26,7 @@ struct ModelCut {              // the whole model, taken apart
   PieceLists work, all;        // of what each rank works on; with outer elements
   IntVec elem_index, node_index;       // index in the piece that is cut
   IntVec deck;                 // MeshPart::deck of the whole mesh; empty: nodes stand as in the deck
+  IntVec first;                // [ranks] the first node of a piece; empty: that with the smallest number
 };
 
 // The lists of a model that grow with the mesh, always in the same order. A face goes with its element.

@@ -82,11 +82,15 @@ IntVec fresh_nodes(const MeshPart& part, const Gift& g)
   return out;
 }
 
-// ascending lists become one; place: where those of the first one are then
-IntVec join(const IntVec& old, const IntVec& fresh, IntVec& place)
+// ascending lists become one; place: where those of the first one are then. turns: a list begins with the first of
+// old, and the smaller ones follow the largest
+IntVec join(const IntVec& old, const IntVec& fresh, bool turns, IntVec& place)
 {
-  IntVec all;
-  std::merge(old.begin(), old.end(), fresh.begin(), fresh.end(), std::back_inserter(all));
+  IntVec all = old;
+  all.insert(all.end(), fresh.begin(), fresh.end());
+  std::sort(all.begin(), all.end());
+  if (turns && !old.empty())
+    std::rotate(all.begin(), std::lower_bound(all.begin(), all.end(), old.front()), all.end());
   std::size_t k = 0;
   place.clear();
   for (int number : old) {
@@ -182,7 +186,7 @@ void add_members(const Gift& gift, const MeshPart& before, const MeshPart& part,
 // ---------------------------------------------------------------------------
 // model_grow : pieces get elements of others                                               doc/theory.md 5.1
 //
-// Ascending order stays, so that what goes by indices goes as it would with the whole model.
+// The order stays, so that what goes by indices goes as it would with the whole model.
 // ---------------------------------------------------------------------------
 ModelGrowth model_grow(const IntVec& give, const IntVec& gone, Model& m)
 {
@@ -192,8 +196,8 @@ ModelGrowth model_grow(const IntVec& give, const IntVec& gone, Model& m)
   for (int e : give) part.given[e] = 1;
   exchange(gift);
   ModelGrowth g;
-  const IntVec elem = join(part.elem, fresh_elems(part, gift), g.elem),
-               node = join(part.node, fresh_nodes(part, gift), g.node);
+  const IntVec elem = join(part.elem, fresh_elems(part, gift), false, g.elem),
+               node = join(part.node, fresh_nodes(part, gift), true, g.node);
   const MeshPart before = part;
   part.elem = elem;
   part.node = node;

@@ -44,7 +44,10 @@ int shared_corner(Filler& f, const Body& body, int e, const int* iw, int total)
     key.emplace_back(node[a], iw[a]);
     for (int i = 0; i < dim; ++i) X[i] += f.m.mesh.X[3 * node[a] + i] * iw[a] / total;
   }
-  std::sort(key.begin(), key.end());
+  // in the same order on all ranks
+  const auto number = [&](long n) { return f.m.part.node_number(static_cast<int>(n)); };
+  std::sort(key.begin(), key.end(),
+            [&](const auto& a, const auto& b) { return number(a.first) < number(b.first); });
   const auto first = f.share.corner.find({field, key});
   const bool own   = f.parent >= 0 && key.size() > 1;
   if (own) {

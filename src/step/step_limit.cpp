@@ -88,7 +88,7 @@ Compressed compressed(const Model& m, const Elements& el, const State& st)
       const int nen = shape_info[b.shape].nen;
       for (int g = 0; g < shape_info[b.shape].ngp; ++g) {
         const double* dNdX = &b.dNdX[(b.gauss(slot) + g) * nen * dim];
-        if (clear(dim, dNdX, nen, m.mesh.conn.begin(e), st.n.u)) continue;
+        if (clear(dim, dNdX, nen, elem_nodes(m.mesh, b, slot), st.n.u)) continue;
         elem_ip_fields(m, el, st.n, true, e, g, f);
         beyond = note(c, f, e, false) || beyond;
       }

@@ -208,6 +208,13 @@ IntVec kept(const IntVec& item, const std::set<int>& here)
   return out;
 }
 
+// from the first number on to the largest, then from the smallest on
+bool ascends(IntVec list)
+{
+  std::rotate(list.begin(), std::min_element(list.begin(), list.end()), list.end());
+  return std::is_sorted(list.begin(), list.end());
+}
+
 // rank 0 has the left half of a plate, rank 1 the right one: columns of nodes from the left to the middle, then from
 // the right; what lists and equations say of nodes stays, and so does the node without elements
 TEST(ModelCut, NodesStandAsRanksEliminateThem)
@@ -246,8 +253,14 @@ TEST(ModelCut, NodesStandAsRanksEliminateThem)
   EXPECT_EQ(order[m.frame[0].twin], 81);
   ModelCut cut = model_cut_open(m, rank, {}, 2);
   const Model p = model_cut_piece(cut, 1);
-  for (int k = 0; k < p.mesh.nnode(); ++k)
+  for (int k = 0; k < p.mesh.nnode(); ++k) {
     EXPECT_EQ(p.mesh.node_label[k], deck.mesh.node_label[p.part.deck[k]]);
+    EXPECT_EQ(p.part.node_here(p.part.node[k]), k);
+  }
+  // its own nodes first, then those of the middle, which rank 0 has too
+  EXPECT_TRUE(ascends(p.part.node));
+  EXPECT_EQ(p.part.deck.front(), n);
+  EXPECT_EQ(p.part.deck.back() % (n + 1), n / 2);
 }
 
 TEST(ModelCut, PiecesMakeTheWhole)
@@ -425,7 +438,7 @@ TEST(Divided, RanksGetTheirPieces)
     EXPECT_EQ(m.mesh.node_label[n], whole.mesh.node_label[w]);
     for (int i = 0; i < 3; ++i) EXPECT_EQ(m.mesh.X[3 * n + i], whole.mesh.X[3 * w + i]);
   }
-  EXPECT_TRUE(std::is_sorted(m.part.node.begin(), m.part.node.end()));
+  EXPECT_TRUE(ascends(m.part.node));
   for (int n = 0; n < m.mesh.nnode(); ++n)
     if (m.part.counts(n)) nodes[m.part.deck[n]] += 1.0;
   for (int n : m.step[1].load[1].node)
@@ -454,7 +467,7 @@ TEST(Divided, PiecesGrow)
   comm_allgatherv(number);
   EXPECT_EQ(m.part.grown, 1);
   EXPECT_TRUE(std::is_sorted(m.part.elem.begin(), m.part.elem.end()));
-  EXPECT_TRUE(std::is_sorted(m.part.node.begin(), m.part.node.end()));
+  EXPECT_TRUE(ascends(m.part.node));
   for (size_t k = 0; k < g.elem.size(); ++k) EXPECT_EQ(m.part.elem[g.elem[k]], before.elem[k]);
   for (size_t k = 0; k < g.node.size(); ++k) EXPECT_EQ(m.part.node[g.node[k]], before.node[k]);
   for (size_t k = 0; k < number.size(); ++k) {
