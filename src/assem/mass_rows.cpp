@@ -82,7 +82,8 @@ IntVec sets_of_ranks(const MassRows& m)
     for (int row : m.halo.common[r]) ranks[row - m.alone].push_back(static_cast<int>(r));
   std::map<IntVec, int> number;
   IntVec set;
-  for (const IntVec& of : ranks) set.push_back(number.emplace(of, static_cast<int>(number.size())).first->second);
+  for (const IntVec& of : ranks)
+    set.push_back(number.emplace(of, static_cast<int>(number.size())).first->second);
   return set;
 }
 
@@ -92,8 +93,8 @@ struct BorderPair {
   bool operator<(const BorderPair& o) const { return row != o.row ? row < o.row : col < o.col; }
 };
 
-// The pairs own, ascending, whose numbers are all[k], become known to the ranks that have both rows, and theirs
-// to this one. Collective
+// The pairs own, ascending, whose numbers are all[k], become known to the ranks that have both rows, and
+// theirs to this one. Collective
 void join_border(const std::vector<BorderPair>& own, const IntVec& all, MassRows& m)
 {
   const int ranks = comm_size(), me = comm_rank();

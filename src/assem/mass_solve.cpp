@@ -140,8 +140,8 @@ struct Sums {
 };
 
 // Mass of the free dofs for all directions at once, in the variables of symmetric Gauss-Seidel  (3.14)
-// Several ranks: rows of one rank alone come first, then the border; L leaves out couplings of border rows that
-// not the same ranks have
+// Several ranks: rows of one rank alone come first, then the border; L leaves out couplings of border rows
+// that not the same ranks have
 template <int D>
 struct MassSystem {
   MassValues mass;

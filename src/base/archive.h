@@ -40,7 +40,8 @@ struct ArchivePart {           // items that this rank has
   bool ragged = false;
   IntVec units;
   std::vector<char> brings;    // this rank brings it when it is written; empty: all of them
-  IntVec at;                   // where each stands in the array of this rank; empty, and ragged ones: in that order
+  // where each stands in the array of this rank; empty, and ragged ones: in that order
+  IntVec at;
 };
 
 // Where bytes go from rank 0: nowhere else, to all other ranks, or (0 or more) to one of them. Who reads says

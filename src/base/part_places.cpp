@@ -75,8 +75,9 @@ void bisect(const RealVec& X, const RealVec& work, int* begin, int* end, int fir
 }
 
 // normals of planes that part_planes tries: sides and diagonals of a cube
-const double NORMAL[13][3] = {{1, 0, 0}, {0, 1, 0},  {0, 0, 1},  {1, 1, 0},  {1, -1, 0},  {1, 0, 1},  {1, 0, -1},
-                              {0, 1, 1}, {0, 1, -1}, {1, 1, 1}, {1, 1, -1}, {1, -1, 1}, {-1, 1, 1}};
+const double NORMAL[13][3] = {{1, 0, 0}, {0, 1, 0},  {0, 0, 1},  {1, 1, 0},  {1, -1, 0},
+                              {1, 0, 1}, {1, 0, -1}, {0, 1, 1},  {0, 1, -1}, {1, 1, 1},
+                              {1, 1, -1}, {1, -1, 1}, {-1, 1, 1}};
 
 // A cut of things in two
 struct Cut {
@@ -177,8 +178,8 @@ IntVec part_places(const RealVec& X, const RealVec& work, int parts)
 // ---------------------------------------------------------------------------
 // part_planes : as part_places with kinds of work [kinds][n]
 //
-// Each cut takes the normal, among 13, that leaves least work above the even one, of each kind, and least things
-// at the cut.
+// Each cut takes the normal, among 13, that leaves least work above the even one, of each kind, and least
+// things at the cut.
 // ---------------------------------------------------------------------------
 IntVec part_planes(const RealVec& X, const std::vector<RealVec>& work, int parts)
 {

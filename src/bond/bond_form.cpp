@@ -243,7 +243,9 @@ void form_face(Former& f, const FaceNodes& face, int field)
       if (p.iw[k]) key.emplace_back(face.kin[k], p.iw[k]);
     // in the same order on all ranks; corners behind nodes
     const int nnode   = f.m.mesh.nnode();
-    const auto number = [&](int kin) { return kin < nnode ? f.m.part.node_number(kin) : f.m.part.nnode + kin; };
+    const auto number = [&](int kin) {
+      return kin < nnode ? f.m.part.node_number(kin) : f.m.part.nnode + kin;
+    };
     std::sort(key.begin(), key.end(),
               [&](const auto& a, const auto& b) { return number(a.first) < number(b.first); });
     // a node, whatever the parts of the faces that meet there

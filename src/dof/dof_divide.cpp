@@ -18,9 +18,9 @@ const double EVEN = 1.05;
 // elements, active grid and projection with points
 enum WorkKind { WORK_ELEM, WORK_POINT, WORK_KINDS };
 
-// Broken material over intact one: intact elements and points are formed eight at once, broken ones one by one.
-// Measured in paper/p9_griffith, cycles of a tangent: C3D8 980 and 13 200, broken points 22 for each of the pairs
-// of their nodes and PAIRS_OF_LAW more
+// Broken material over intact one: intact elements and points are formed eight at once, broken ones one by
+// one. Measured in paper/p9_griffith, cycles of a tangent: C3D8 980 and 13 200, broken points 22 for each of
+// the pairs of their nodes and PAIRS_OF_LAW more
 const double BROKEN_ELEM = 13.0, BROKEN_POINT = 1.6, PAIRS_OF_LAW = 60.0;
 
 // work of an element (eight at once take half of what one takes) and of a point on n grid nodes, in the same

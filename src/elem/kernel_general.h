@@ -44,7 +44,8 @@ inline Status ip_general(const MatLaw& law, const KernelMode& mode, const double
   return STATUS_OK;
 }
 
-// d(Fb S)/dH with the law's tangent C: A [D][D][D*D], place (J, L) has the block i, j of dP_iJ / dH_jL, times w
+// d(Fb S)/dH with the law's tangent C: A [D][D][D*D], index (J, L) has the block i, j of dP_iJ / dH_jL, times
+// w
 template <int D>
 inline void ip_moduli(double w, const double* C, double cG, const double* Fb, const double* S, double* A)
 {
@@ -73,8 +74,8 @@ inline void ip_moduli(double w, const double* C, double cG, const double* Fb, co
         }
 }
 
-// ke [pairs a >= b][D*D] += w [ B_a^T C B_b + cG (dN_a/dX . S dN_b/dX) I ], by way of the moduli: each pair takes
-// D products of a block with a number, which lie in vector registers
+// ke [pairs a >= b][D*D] += w [ B_a^T C B_b + cG (dN_a/dX . S dN_b/dX) I ], by way of the moduli: each pair
+// takes D products of a block with a number, which lie in vector registers
 template <int D, int N>
 inline void ip_tangent_general(const double* dNdX, int n, double w, const double* C, double cG,
                                const double* Fb, const double* S, double* ke)

@@ -131,7 +131,8 @@ void frac_near(const FracMesh& fm, const double* x, double radius, Use use)
         for (int q = fm.in_bin.off[cell]; q < fm.in_bin.off[cell + 1]; ++q) {
           const int e = fm.in_bin.item[q];
           const double* c = &fm.centre[3 * e];
-          const double d[3] = {c[0] - x[0], c[1] - x[1], c[2] - x[2]}, r2 = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+          const double d[3] = {c[0] - x[0], c[1] - x[1], c[2] - x[2]};
+          const double r2   = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
           if (r2 < radius * radius) use(e, std::sqrt(r2));
         }
       }

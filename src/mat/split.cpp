@@ -39,8 +39,8 @@ const int* seen_by(int dim)
   return dim == 2 ? plane : space;
 }
 
-// principal strains and, unless v is null, their unit vectors: closed form when 33 is one of them. Otherwise the
-// iterative solver: the direct one of Eigen loses half of the digits near equal values.
+// principal strains and, unless v is null, their unit vectors: closed form when 33 is one of them. Otherwise
+// the iterative solver: the direct one of Eigen loses half of the digits near equal values.
 void principal(const double E[6], double e[3], double (*v)[3])
 {
   if (E[4] == 0.0 && E[5] == 0.0) {

@@ -52,9 +52,9 @@ struct MeshPart {
   bool on = false;
   bool points = false;         // each rank has its own material points alone (PointPart)
   int nnode = 0, nelem = 0;    // of the mesh of the deck
-  // [Mesh::nnode], [Mesh::nelem] number in the mesh that was divided, where elements stand as in the deck, nodes as
-  // model_order_nodes puts them. Both ascend, but nodes begin with those of this rank, and the smaller ones follow
-  // the largest
+  // [Mesh::nnode], [Mesh::nelem] number in the mesh that was divided, where elements stand as in the deck,
+  // nodes as model_order_nodes puts them. Both ascend, but nodes begin with those of this rank, and the
+  // smaller ones follow the largest
   IntVec node, elem;
   IntVec deck;                 // [Mesh::nnode] number of a node in the mesh of the deck
   IntVec rank;                 // [Mesh::nelem] that works on an element

@@ -279,8 +279,8 @@ IntVec claims(const Model& m, const IntVec& gone)
   return shared;
 }
 
-// place of a number in a list that ascends from its first number on to the largest, and then from the smallest on;
-// -1: it is not there
+// place of a number in a list that ascends from its first number on to the largest, and then from the
+// smallest on; -1: it is not there
 int place_of(const IntVec& list, int number)
 {
   if (list.empty()) return -1;

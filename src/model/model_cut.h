@@ -46,7 +46,8 @@ IntVec model_bonded_surfaces(const Model& m);
 // model_removed : [nelem] 1: *MODEL CHANGE, REMOVE takes it away
 IntVec model_removed(const Model& m);
 
-// model_order_nodes : nodes in the order in which ranks eliminate them; rank, outer, ranks as for model_cut_open
+// model_order_nodes : nodes in the order in which ranks eliminate them; rank, outer, ranks as for
+// model_cut_open
 void model_order_nodes(const IntVec& rank, const OfRanks<int>& outer, int ranks, Model& m);
 
 // model_cut_open : takes the model apart by rank[e] [nelem]; whole is empty behind it

@@ -82,8 +82,8 @@ IntVec fresh_nodes(const MeshPart& part, const Gift& g)
   return out;
 }
 
-// ascending lists become one; place: where those of the first one are then. turns: a list begins with the first of
-// old, and the smaller ones follow the largest
+// ascending lists become one; place: where those of the first one are then. turns: a list begins with the
+// first of old, and the smaller ones follow the largest
 IntVec join(const IntVec& old, const IntVec& fresh, bool turns, IntVec& place)
 {
   IntVec all = old;

@@ -12,7 +12,8 @@ template <class Use>
 void each_node(const Mesh& mesh, const OfRanks<int>& elem, int r, Use use)
 {
   for (int k = elem.off[r]; k < elem.off[r + 1]; ++k)
-    for (int i = mesh.conn.off[elem.item[k]]; i < mesh.conn.off[elem.item[k] + 1]; ++i) use(mesh.conn.item[i]);
+    for (int i = mesh.conn.off[elem.item[k]]; i < mesh.conn.off[elem.item[k] + 1]; ++i)
+      use(mesh.conn.item[i]);
 }
 
 // [nnode] 1: elements of several ranks have it, own or outer ones
@@ -30,7 +31,8 @@ std::vector<char> shared_nodes(const Mesh& mesh, const OfRanks<int>& own, const 
 }
 
 // nodes of the elements of rank r, those far from shared ones first; at [nnode]: scratch, all -1
-IntVec far_nodes(const Mesh& mesh, const OfRanks<int>& own, int r, const std::vector<char>& shared, IntVec& at)
+IntVec far_nodes(const Mesh& mesh, const OfRanks<int>& own, int r, const std::vector<char>& shared,
+                 IntVec& at)
 {
   IntVec node;
   each_node(mesh, own, r, [&](int n) {
@@ -74,8 +76,8 @@ void reorder(const IntVec& order, int each, std::vector<T>& x)
 // ---------------------------------------------------------------------------
 // model_order_nodes : the nodes of the whole model in the order in which ranks eliminate their rows  (8.7)
 //
-// Rank by rank, those far from the nodes of others first: rows and nodes of a rank then lie in one order, and its
-// vectors are read as they lie in memory. MeshPart::deck tells where each node was.
+// Rank by rank, those far from the nodes of others first: rows and nodes of a rank then lie in one order, and
+// its vectors are read as they lie in memory. MeshPart::deck tells where each node was.
 // ---------------------------------------------------------------------------
 void model_order_nodes(const IntVec& rank, const OfRanks<int>& outer, int ranks, Model& m)
 {

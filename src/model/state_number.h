@@ -7,7 +7,7 @@
 
 #include "model/state.h"
 
-// deck_order : nodes of the piece as they follow one another in the mesh of the deck                    [nnode]
+// deck_order : nodes of the piece as they follow one another in the mesh of the deck        [nnode]
 IntVec deck_order(const MeshPart& part);
 
 // state_to_deck : nodes and elements that points, bonds and lists of fracture name become numbers in the mesh

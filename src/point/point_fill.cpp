@@ -425,8 +425,8 @@ bool point_corner_in_element(const Model& m, const Points& pts, int e, int c, do
 
 namespace {
 
-// is the corner c of a point on face f of the element e that it was? By the nodes that it hangs on, or where it
-// lies
+// is the corner c of a point on face f of the element e that it was? By the nodes that it hangs on, or by its
+// place
 bool on_element_face(const Model& m, const Points& pts, int e, int f, int c)
 {
   const ShapeInfo& info = shape_info[elem_table[m.mesh.elem_type[e]].shape];
@@ -438,7 +438,8 @@ bool on_element_face(const Model& m, const Points& pts, int e, int f, int c)
   };
   if (const int n = pts.hang.count(c)) {
     const int* on = pts.hang.begin(c);
-    return std::all_of(on, on + n, [&](int k) { return of_face(n == 1 ? k : pts.hang.begin(-1 - k)[0]); });
+    return std::all_of(on, on + n,
+                       [&](int k) { return of_face(n == 1 ? k : pts.hang.begin(-1 - k)[0]); });
   }
   double N[8];
   if (!point_corner_in_element(m, pts, e, c, N)) return false;

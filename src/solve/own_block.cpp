@@ -72,8 +72,8 @@ void take_rows(const SysMatrix& A, OwnBlock& own)
     if (h.owner[I] != comm_rank()) std::fill_n(own.once.begin() + static_cast<long>(I) * A.dim, A.dim, 0.0);
 }
 
-// blocks off the border, by the row that is eliminated last, its columns ascending: sorted by the column, then by
-// the row; those of the border as pairs of its rows
+// blocks off the border, by the row that is eliminated last, its columns ascending: sorted by the column,
+// then by the row; those of the border as pairs of its rows
 void list_blocks(const SysMatrix& A, OwnBlock& own, Pairs& border)
 {
   const auto each = [&](auto use, auto on_border) {
@@ -162,7 +162,8 @@ void form_border(const SysMatrix& A, OwnBlock& own, Pairs pairs)
     own.border_from.push_back(find_block(A, own.order[own.inner + row], own.order[own.inner + col]));
     for (int r = 0; r < ranks; ++r) {
       const int a = place[r][row], b = place[r][col];
-      if (a >= 0 && b >= 0) name[r].emplace_back(pair_of(std::max(a, b), std::min(a, b)), 2 * k + (a < b ? 1 : 0));
+      if (a < 0 || b < 0) continue;
+      name[r].emplace_back(pair_of(std::max(a, b), std::min(a, b)), 2 * k + (a < b ? 1 : 0));
     }
   }
   std::partial_sum(s.off.begin(), s.off.end(), s.off.begin());

@@ -215,8 +215,8 @@ bool ascends(IntVec list)
   return std::is_sorted(list.begin(), list.end());
 }
 
-// rank 0 has the left half of a plate, rank 1 the right one: columns of nodes from the left to the middle, then from
-// the right; what lists and equations say of nodes stays, and so does the node without elements
+// rank 0 has the left half of a plate, rank 1 the right one: columns of nodes from the left to the middle, then
+// from the right; what lists and equations say of nodes stays, and so does the node without elements
 TEST(ModelCut, NodesStandAsRanksEliminateThem)
 {
   const int n = 8;

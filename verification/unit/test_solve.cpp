@@ -9,6 +9,7 @@
 
 #include "assem/assem.h"
 #include "base/comm.h"
+#include "base/part_places.h"
 #include "solve/solve.h"
 #include "samples.h"
 
@@ -425,6 +426,64 @@ TEST(Ranks, PartsAreEvenAndRepeat)
     for (double l : load) EXPECT_NEAR(l, mean, 0.1 * mean);
     EXPECT_EQ(part, part_metis(A, {weight}, parts));
   }
+}
+
+#ifdef MPFE_METIS
+// work of a kind of its own lies in one quarter of the rows
+TEST(Ranks, PartsAreEvenInEachKind)
+{
+  const SysMatrix A = shuffled_grid(2, 40, 30);
+  RealVec rows(A.nrow, 1.0), quarter(A.nrow, 0.0);
+  const ListTable graph = sys_graph(A);
+  IntVec seen(1, 0);           // rows around the first one
+  quarter[0] = 1.0;
+  for (size_t k = 0; k < seen.size() && seen.size() < static_cast<size_t>(A.nrow) / 4; ++k)
+    for (int i = graph.off[seen[k]]; i < graph.off[seen[k] + 1]; ++i)
+      if (quarter[graph.item[i]] == 0.0) {
+        quarter[graph.item[i]] = 1.0;
+        seen.push_back(graph.item[i]);
+      }
+  const IntVec part = part_metis(A, {rows, quarter}, 2);
+  for (const RealVec& kind : {rows, quarter}) {
+    double load[2] = {0.0, 0.0};
+    for (int I = 0; I < A.nrow; ++I) load[part[I]] += kind[I];
+    EXPECT_NEAR(load[0], load[1], 0.1 * (load[0] + load[1]));
+  }
+}
+#endif
+
+// Elements fill a square, points its lower left corner: straight cuts leave the points on one side, a diagonal
+// divides both, with few things at the cut
+TEST(Ranks, ObliqueCutsDivideTwoKindsOfWork)
+{
+  const int n = 24, few = 6;
+  RealVec X;
+  std::vector<RealVec> work(2);
+  const auto add = [&](double x, double y, int kind) {
+    X.insert(X.end(), {x, y, 0.0});
+    for (int k = 0; k < 2; ++k) work[k].push_back(k == kind ? 1.0 : 0.0);
+  };
+  for (int y = 0; y < n; ++y)
+    for (int x = 0; x < n; ++x) add(x + 0.5, y + 0.5, 0);
+  for (int y = 0; y < few; ++y)
+    for (int x = 0; x < few; ++x) add(x + 0.5, y + 0.5, 1);
+  for (int parts : {2, 4}) {
+    const IntVec part = part_planes(X, work, parts);
+    for (const RealVec& kind : work) {
+      RealVec load(parts, 0.0);
+      for (size_t i = 0; i < part.size(); ++i) load.at(part[i]) += kind[i];
+      const double all = std::accumulate(load.begin(), load.end(), 0.0);
+      if (parts == 2)
+        for (double l : load) EXPECT_NEAR(l, all / parts, 0.1 * all);
+      else EXPECT_LT(*std::max_element(load.begin(), load.end()), 0.45 * all);
+    }
+    EXPECT_EQ(part, part_planes(X, work, parts));
+  }
+  // one kind: halves
+  const IntVec half = part_planes({0, 0, 0, 1, 0, 0, 2, 0, 0, 3, 0, 0}, {{1.0, 1.0, 1.0, 1.0}}, 2);
+  EXPECT_EQ(half[0], half[1]);
+  EXPECT_EQ(half[2], half[3]);
+  EXPECT_NE(half[0], half[2]);
 }
 
 // METIS adds weights up as integers of 32 bits
