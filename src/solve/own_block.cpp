@@ -25,7 +25,9 @@ std::uint64_t check_sum(std::uint64_t sum, const IntVec& list)
 
 std::uint64_t pattern_sum(const SysMatrix& A)
 {
-  return check_sum(check_sum(check_sum(0xCBF29CE484222325u, A.off), A.col), A.halo.owner);
+  std::uint64_t sum = check_sum(check_sum(check_sum(0xCBF29CE484222325u, A.off), A.col), A.halo.owner);
+  for (const IntVec& list : A.halo.common) sum = check_sum(sum, list);
+  return sum;
 }
 
 // the block of rows I >= J of A, -1: none
