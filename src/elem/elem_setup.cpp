@@ -114,10 +114,6 @@ bool add_kind(ElemBlock& b, const double* X)
   return true;
 }
 
-}  // namespace
-
-namespace {
-
 // elements in the order in which blocks hold them: that of the mesh; in a divided model by their first nodes,
 // whose order is that of the rows (model_order_nodes)
 IntVec block_order(const Model& m)

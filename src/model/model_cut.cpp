@@ -76,15 +76,6 @@ ListTable tied_nodes(const std::vector<Equation>& equation, int nnode)
   return out;
 }
 
-// what mark makes of the nodes of the elements of rank r
-template <class Mark>
-void each_node(const Mesh& mesh, const OfRanks<int>& elem, int r, Mark mark)
-{
-  for (int k = elem.off[r]; k < elem.off[r + 1]; ++k)
-    for (int i = mesh.conn.off[elem.item[k]]; i < mesh.conn.off[elem.item[k] + 1]; ++i)
-      mark(mesh.conn.item[i]);
-}
-
 // groups of tied nodes of each rank: those with a node of its elements; all: every one, since pieces grow.
 // What no element has goes to the first rank.
 OfRanks<int> groups_of(const Mesh& mesh, const OfRanks<int>& elem, const ListTable& tied, bool all)

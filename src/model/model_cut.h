@@ -12,6 +12,15 @@ struct OfRanks {               // what belongs to rank r: item[off[r]] ... item[
   std::vector<T> item;
 };
 
+// each_node : calls use(node) for the nodes of the elements of rank r, as often as they have them
+template <class Use>
+void each_node(const Mesh& mesh, const OfRanks<int>& elem, int r, Use use)
+{
+  for (int k = elem.off[r]; k < elem.off[r + 1]; ++k)
+    for (int i = mesh.conn.off[elem.item[k]]; i < mesh.conn.off[elem.item[k] + 1]; ++i)
+      use(mesh.conn.item[i]);
+}
+
 struct PieceLists {            // lists that grow with the mesh, in the order of the deck
   std::vector<OfRanks<int>> node, elem;
   std::vector<OfRanks<Face>> face;
@@ -22,7 +31,7 @@ struct ModelCut {              // the whole model, taken apart
   Model rest;                  // without the mesh and the lists that grow with it
   Mesh mesh;
   IntVec rank;                 // [nelem] that works on an element
-  OfRanks<int> elem, node;     // index in the mesh of the deck, ascending; with outer elements
+  OfRanks<int> elem, node;     // index in the mesh that is divided, ascending; with outer elements
   PieceLists work, all;        // of what each rank works on; with outer elements
   IntVec elem_index, node_index;       // index in the piece that is cut
   IntVec deck;                 // MeshPart::deck of the whole mesh; empty: nodes stand as in the deck

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <iterator>
 #include <set>
 #include <utility>
 
@@ -8,7 +7,7 @@
 
 namespace {
 
-// ---- elements that all ranks get (model_grow); numbers are those of the mesh of the deck ----
+// ---- elements that all ranks get (model_grow); numbers are those of the mesh that was divided ----
 
 struct GivenElem { int number, label, type, section, rank, nodes; };
 struct GivenNode { int number, deck, label; double X[3]; };

@@ -7,15 +7,6 @@
 
 namespace {
 
-// calls use(node) for the nodes of the elements of rank r, as often as they have them
-template <class Use>
-void each_node(const Mesh& mesh, const OfRanks<int>& elem, int r, Use use)
-{
-  for (int k = elem.off[r]; k < elem.off[r + 1]; ++k)
-    for (int i = mesh.conn.off[elem.item[k]]; i < mesh.conn.off[elem.item[k] + 1]; ++i)
-      use(mesh.conn.item[i]);
-}
-
 // [nnode] 1: elements of several ranks have it, own or outer ones
 std::vector<char> shared_nodes(const Mesh& mesh, const OfRanks<int>& own, const OfRanks<int>& outer)
 {
