@@ -74,10 +74,12 @@ void bisect(const RealVec& X, const RealVec& work, int* begin, int* end, int fir
   bisect(X, work, middle, end, first + left, parts - left, part);
 }
 
-// normals of planes that part_planes tries: sides and diagonals of a cube
-const double NORMAL[13][3] = {{1, 0, 0}, {0, 1, 0},  {0, 0, 1},  {1, 1, 0},  {1, -1, 0},
-                              {1, 0, 1}, {1, 0, -1}, {0, 1, 1},  {0, 1, -1}, {1, 1, 1},
-                              {1, 1, -1}, {1, -1, 1}, {-1, 1, 1}};
+// normals of planes that part_planes tries: sides and diagonals of a cube, and between them those of a plane
+const double NORMAL[25][3] = {{1, 0, 0},  {0, 1, 0},  {0, 0, 1},  {1, 1, 0},   {1, -1, 0},
+                              {1, 0, 1},  {1, 0, -1}, {0, 1, 1},  {0, 1, -1},  {1, 1, 1},
+                              {1, 1, -1}, {1, -1, 1}, {-1, 1, 1}, {1, 2, 0},   {2, 1, 0},
+                              {1, -2, 0}, {2, -1, 0}, {1, 0, 2},  {2, 0, 1},   {1, 0, -2},
+                              {2, 0, -1}, {0, 1, 2},  {0, 2, 1},  {0, 1, -2},  {0, 2, -1}};
 
 // A cut of things in two
 struct Cut {
@@ -86,26 +88,33 @@ struct Cut {
   double surplus = 1e300;      // work above the even one, and things at the cut, as parts of all
 };
 
-// size of the space of a thing, as if they filled their box
-double spacing(const RealVec& X, const int* begin, const int* end)
+// sides of the box of things [3]
+void find_sides(const RealVec& X, const int* begin, const int* end, double* side)
 {
-  double lo[3] = {1e300, 1e300, 1e300}, hi[3] = {-1e300, -1e300, -1e300}, volume = 1.0;
-  int sides = 0;
+  double lo[3] = {1e300, 1e300, 1e300}, hi[3] = {-1e300, -1e300, -1e300};
   for (const int* e = begin; e != end; ++e)
     for (int i = 0; i < 3; ++i) {
       lo[i] = std::min(lo[i], X[3 * static_cast<size_t>(*e) + i]);
       hi[i] = std::max(hi[i], X[3 * static_cast<size_t>(*e) + i]);
     }
-  for (int i = 0; i < 3; ++i) {
-    if (hi[i] <= lo[i]) continue;
-    volume *= hi[i] - lo[i];
-    ++sides;
-  }
-  return sides ? std::pow(volume / static_cast<double>(end - begin), 1.0 / sides) : 0.0;
+  for (int i = 0; i < 3; ++i) side[i] = std::max(hi[i] - lo[i], 0.0);
 }
 
-// across n, where a part of all work is to the left
-Cut cut_across(const RealVec& X, const std::vector<RealVec>& work, const double* n, double part,
+// size of the space of each of n things, as if they filled their box
+double spacing(const double* side, size_t n)
+{
+  double volume = 1.0;
+  int sides = 0;
+  for (int i = 0; i < 3; ++i) {
+    if (side[i] == 0.0) continue;
+    volume *= side[i];
+    ++sides;
+  }
+  return sides ? std::pow(volume / static_cast<double>(n), 1.0 / sides) : 0.0;
+}
+
+// across n, where a part of all work is to the left; things within h/2 of the plane are at the cut
+Cut cut_across(const RealVec& X, const std::vector<RealVec>& work, const double* n, double part, double h,
                const int* begin, const int* end)
 {
   Cut cut;
@@ -135,7 +144,7 @@ Cut cut_across(const RealVec& X, const std::vector<RealVec>& work, const double*
   double most = 0.0, near = 0.0;
   for (size_t k = 0; k < work.size(); ++k)
     most += std::max(left[k] / part, (all[k] - left[k]) / (1.0 - part));
-  const double at = along(cut.order[std::min(cut.left, cut.order.size() - 1)]), h = spacing(X, begin, end);
+  const double at = along(cut.order[std::min(cut.left, cut.order.size() - 1)]);
   for (int a : cut.order) near += std::abs(along(a) - at) <= 0.5 * h;
   cut.surplus = most / std::max(whole, 1e-300) + near / static_cast<double>(end - begin);
   return cut;
@@ -149,9 +158,15 @@ void cut_again(const RealVec& X, const std::vector<RealVec>& work, int* begin, i
     return;
   }
   const int left = parts / 2;
+  double side[3];
+  find_sides(X, begin, end, side);
+  const double h = spacing(side, end - begin);
   Cut best;
   for (const auto& n : NORMAL) {
-    Cut cut = cut_across(X, work, n, static_cast<double>(left) / parts, begin, end);
+    bool flat = false;
+    for (int i = 0; i < 3; ++i) flat = flat || (n[i] != 0.0 && side[i] == 0.0);
+    if (flat && best.order.size()) continue;
+    Cut cut = cut_across(X, work, n, static_cast<double>(left) / parts, h, begin, end);
     if (cut.surplus < best.surplus - 1e-9) best = std::move(cut);
   }
   std::copy(best.order.begin(), best.order.end(), begin);
@@ -178,7 +193,7 @@ IntVec part_places(const RealVec& X, const RealVec& work, int parts)
 // ---------------------------------------------------------------------------
 // part_planes : as part_places with kinds of work [kinds][n]
 //
-// Each cut takes the normal, among 13, that leaves least work above the even one, of each kind, and least
+// Each cut takes the normal, among 25, that leaves least work above the even one, of each kind, and least
 // things at the cut.
 // ---------------------------------------------------------------------------
 IntVec part_planes(const RealVec& X, const std::vector<RealVec>& work, int parts)
