@@ -475,7 +475,8 @@ Failure assem_move_all(const Model& m, const Discretisation& d, const Dofs& dofs
 void assem_share_bonds(const Model& m, const Dofs& dofs, const ContactPairs& pairs, State& st, Jumps& j)
 {
   const int dim = m.dim;
-  RealVec* const part[3] = {&j.contact, &st.np1.slip, &st.np1.lambda};
+  const std::vector<RealVec*> part = {&j.contact, &st.np1.slip, &st.np1.lambda};
+  if (st.bonds.halo.on()) return halo_copy_all(st.bonds.halo, dim, part);
   IntVec acts;                 // of all ranks, in the same order
   for (int b = 0; b < st.bonds.nbond; ++b)
     if (contact_acts(st.bonds, pairs, b)) acts.push_back(b);
@@ -500,7 +501,7 @@ Failure assem_internal(const Model& m, const Discretisation& d, const Dofs& dofs
   Timer timer(PHASE_RESIDUAL);
   fint.assign(dofs.neq(), 0.0);
   Failure failure = add_elements(m, d.el, dofs, mode, st, fint);
-  if (st.points.npoint) {
+  if (st.points.npoint_all()) {
     RealVec fc(st.points.Xc.size(), 0.0);
     int worst = -1;
     const Status s = point_corner_force(m, st.points, d.point_law, mode, st.n, st.np1,
@@ -520,8 +521,8 @@ bool follows(const Step& step, const Load& l) { return step.nlgeom && l.kind == 
 
 // Divided model: loads at nodes fn, at corners of points that this rank works on fc, and at corners that go
 // on for its nodes, far, which act from the rank of the corner. A failure of any rank is that of all
-Failure sum_loads(const Discretisation& d, const Dofs& dofs, const Failure& failure, const RealVec& fn,
-                  const RealVec& fc, RealVec& far, RealVec& fext)
+Failure sum_loads(const Points& pts, const Discretisation& d, const Dofs& dofs, const Failure& failure,
+                  const RealVec& fn, const RealVec& fc, RealVec& far, RealVec& fext)
 {
   const bool any = std::any_of(far.begin(), far.end(), [](double f) { return f != 0.0; });
   fext = dof_of_nodes(dofs, fn);
@@ -532,7 +533,8 @@ Failure sum_loads(const Discretisation& d, const Dofs& dofs, const Failure& fail
   fext.resize(fext.size() - 2);
   if (bad) return failure_agree(failure);
   if (!corners) return STATUS_OK;
-  comm_sum(far);
+  if (pts.part.window) halo_sum(pts.part.halo, dofs.dim, far);
+  else comm_sum(far);
   for (size_t k = 0; k < far.size(); ++k)
     if (d.mine.owner[k / dofs.dim] != comm_rank()) far[k] = 0.0;
   RealVec f(dofs.neq(), 0.0);
@@ -581,13 +583,13 @@ Failure assem_dead_loads(const Model& m, const Discretisation& d, const Dofs& do
   }
   fext.assign(dofs.neq(), 0.0);
   if (!any) return STATUS_OK;
-  if (divided) return sum_loads(d, dofs, failure, fn, fc, far, fext);
+  if (divided) return sum_loads(st.points, d, dofs, failure, fn, fc, far, fext);
   if (!failure.ok()) return failure;
   // all points push at rows of this rank: its own do not tell what those of others do
-  const Dofs& all = st.points.npoint ? dof_all_rows(dofs) : dofs;
+  const Dofs& all = st.points.npoint_all() ? dof_all_rows(dofs) : dofs;
   RealVec f       = dof_of_nodes(all, fn);
   assem_scatter_corners(d.grid, all, fc, f);
-  if (dofs.whole && st.points.npoint) dof_pick(dofs, f, fext);
+  if (dofs.whole && st.points.npoint_all()) dof_pick(dofs, f, fext);
   else fext.swap(f);
   return STATUS_OK;
 }

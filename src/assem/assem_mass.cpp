@@ -146,7 +146,8 @@ void assem_mass(const Points& pts, const Discretisation& d, Dofs& s)
   if (s.mass_of == s.pattern && s.mass_made == made) return timer_skip(PHASE_MASS);
   Timer timer(PHASE_MASS);
   form_mass(pts, d, s);
-  if (s.mass_of != s.pattern) s.mass_rows = pts.npoint ? mass_rows_projection(dof_grid(d, s), s) : nullptr;
+  if (s.mass_of != s.pattern)
+    s.mass_rows = pts.npoint_all() ? mass_rows_projection(dof_grid(d, s), s) : nullptr;
   s.mass_of   = s.pattern;
   s.mass_made = made;
 }

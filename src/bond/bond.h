@@ -33,6 +33,10 @@ void bond_skin(const Model& m, const Points& pts, const std::vector<SkinFace>& s
 IntVec bond_rebuild(const Model& m, const Points& pts, const std::vector<BondFace>& face,
                     const IntVec& node_lost, const std::vector<SkinFace>& skin, Bonds& bonds, Level& l);
 
+// bond_share : MeshPart::window: who works on a bond, and who else has it (Bonds::rank, halo, nall), when
+// bonds or owners of nodes are others than before. Collective.
+void bond_share(const Model& m, Bonds& bonds);
+
 // bond_places : where side A is, from displacements of nodes and corners                          xb
 // [nbond*dim]
 void bond_places(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& u, const RealVec& uc,
@@ -44,7 +48,7 @@ void bond_stiffness(const Bonds& bonds, int dim, int b, double* C);
 // bond_ground_motion : displacement of the ground under bond b at a time          [dim]
 void bond_ground_motion(const Model& m, const Bonds& bonds, int b, double t_step, double t_total, double* g);
 
-// bond_energy : 1/2 slip C slip + lambda slip over all bonds; largest and rms slip
+// bond_energy : 1/2 slip C slip + lambda slip over all bonds; largest and rms slip. Collective.
 double bond_energy(const Bonds& bonds, int dim, const Level& l, double* slip_max, double* slip_rms);
 
 #endif

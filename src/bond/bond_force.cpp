@@ -37,6 +37,7 @@ double bond_energy(const Bonds& bonds, int dim, const Level& l, double* slip_max
 {
   double energy = 0.0, worst = 0.0, sum = 0.0, C[9];
   for (int b = 0; b < bonds.nbond; ++b) {
+    if (!bonds.counts(b)) continue;
     const double *s = &l.slip[b * dim], *lam = &l.lambda[b * dim];
     double ss = 0.0;
     if (bonds.field[b] == SIDE_CONTACT) {                        // contact                 (4.14)
@@ -57,7 +58,14 @@ double bond_energy(const Bonds& bonds, int dim, const Level& l, double* slip_max
     worst = std::max(worst, ss);
     sum += ss;
   }
+  if (bonds.halo.on()) {
+    double both[2] = {energy, sum};
+    comm_sum(both, 2);
+    energy = both[0];
+    sum    = both[1];
+    worst  = comm_allreduce_max(worst);
+  }
   *slip_max = std::sqrt(worst);
-  *slip_rms = bonds.nbond ? std::sqrt(sum / bonds.nbond) : 0.0;
+  *slip_rms = bonds.nbond_all() ? std::sqrt(sum / bonds.nbond_all()) : 0.0;
   return energy;
 }

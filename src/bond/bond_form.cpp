@@ -144,7 +144,18 @@ struct Former {
   int def;
   int first;                   // first bond of the definition
   std::map<BondKey, int> known;
+  long name = -1;              // of the next place on a face (Bonds::name), -1: they get none
 };
+
+// places on a face at most, faces of an element
+const long PLACES = 1L << 16, FACES = 6;
+
+// name of the first place on a face of element e of the deck
+long face_name(const Model& m, int def, const Face& f)
+{
+  const long elem = m.part.elem_number(f.elem);
+  return ((def * static_cast<long>(m.part.nelem) + elem) * FACES + f.face) * PLACES;
+}
 
 // a bond without area at the place with the shape functions N of the face; side A stands in the list
 int new_bond(Former& f, int field, const FaceNodes& face, const double* N)
@@ -237,6 +248,7 @@ void form_face(Former& f, const FaceNodes& face, int field)
   if (dim == 2) warn_thickness(f, face);
   if (d.by_face) return form_inside(f, face, field, penalty);
   const int parts = edge_parts(f.m, d, face);
+  long name       = f.name;
   for (const FacePoint& p : face_lattice(face.n, face.X, parts)) {
     BondKey key;
     for (int k = 0; k < face.n; ++k)
@@ -253,6 +265,8 @@ void form_face(Former& f, const FaceNodes& face, int field)
     const auto it     = f.known.find(key);
     const double total = key.size() == 1 ? 1.0 : static_cast<double>(parts) * parts;
     const int b       = it != f.known.end() ? it->second : lattice_bond(f, field, key, total, face, p);
+    if (f.name >= 0 && it == f.known.end()) f.b.name.push_back(name);
+    ++name;
     add_area(f, face, p.xi, p.share * (dim == 2 ? face.thickness : 1.0), penalty, b);
   }
 }
@@ -418,6 +432,7 @@ void cut_bonds(Bonds& b, int dim, int n)
   for (RealVec* v : {&b.area, &b.cn, &b.ct, &b.offset, &b.initial_penetration, &b.friction}) v->resize(n);
   b.X.resize(3 * static_cast<size_t>(n));
   b.normal.resize(static_cast<size_t>(dim) * n);
+  b.name.clear();
 }
 
 }  // namespace
@@ -582,8 +597,10 @@ IntVec bond_rebuild(const Model& m, const Points& pts, const std::vector<BondFac
   for (size_t k = 0; k < face.size();) {             // faces come definition by definition
     const int def = face[k].def, first = b.nbond;
     Former f{m, b, def, first, {}};
-    for (; k < face.size() && face[k].def == def; ++k)
+    for (; k < face.size() && face[k].def == def; ++k) {
+      if (m.part.window) f.name = face_name(m, def, face[k].face);
       form_face(f, face_nodes(m, pts, -1, face[k].face), m.body[m.bond[def].body].field);
+    }
     finish(f, first);
   }
   for (size_t d = 0; d < m.bond.size(); ++d) {       // slave surfaces go on as faces of points
@@ -596,4 +613,26 @@ IntVec bond_rebuild(const Model& m, const Points& pts, const std::vector<BondFac
   }
   bond_skin(m, pts, skin, b);
   return restore_bonds(dim, kept, b, l);
+}
+
+void bond_share(const Model& m, Bonds& b)
+{
+  if (!m.part.window) return;
+  // those of the deck, which are on all ranks, go before the others
+  std::vector<long> name;
+  for (int q = 0; q < b.nfixed; ++q) name.push_back(q - b.nfixed);
+  const int others = static_cast<int>(b.name.size()) - (b.nbond - b.nfixed);
+  name.insert(name.end(), b.name.begin() + others, b.name.end());
+  b.name.swap(name);
+  halo_form(b.name, b.halo);
+  b.rank.clear();
+  double own = 0.0;
+  for (int q = 0; q < b.nbond; ++q) {
+    b.rank.push_back(m.part.halo.owner[b.a.item[b.a.off[q]]]);
+    own += b.rank[q] == comm_rank();
+  }
+  comm_sum(&own, 1);
+  b.nall       = static_cast<int>(own);
+  b.halo.owner = b.rank;
+  halo_copy_all(b.halo, 1, std::vector<RealVec*>{&b.area, &b.cn, &b.ct});
 }

@@ -294,7 +294,7 @@ Failure constrain_here(const Model& m, const Discretisation& d, const State& st,
   std::vector<SupportedCorner> corners;
   Failure failure = agreed(m, step.prescribed, constrain_nodes(m, d, st, step, t, s, corners, warned));
   if (!failure.ok()) return failure;
-  if (!m.conversion.empty() && !step.prescribed.empty() && st.points.npoint > 0)
+  if (!m.conversion.empty() && !step.prescribed.empty() && st.points.npoint_all() > 0)
     support_corners(m, st.points, d, corners, t.total1(), s, warned);
   failure = agreed(m, m.grid_bc, constrain_grid(m, d, st, t, s));
   if (failure.ok() && !m.equation.empty()) constrain_ties(st.n.u, s);

@@ -381,6 +381,11 @@ void dof_share_points(const Model& m, const Points& pts, const Elements& el, con
   d.elem.clear();
   if (d.ranks != comm_size()) d.point.clear();
   d.ranks = comm_size();
+  if (m.part.window) {
+    for (int q = static_cast<int>(d.point.size()); q < pts.npoint; ++q)
+      d.point.push_back(m.part.rank[pts.parent[q]]);
+    return;
+  }
   const RealVec X = point_centres(pts, m.dim);
   RealVec work(pts.npoint);
   for (int q = 0; q < pts.npoint; ++q) work[q] = point_work(m.dim == 2 ? 9 : 27, pts.eroded(q));
@@ -400,10 +405,10 @@ void dof_share_points(const Model& m, const Points& pts, const Elements& el, con
 namespace {
 
 // the rank of a bond: that of its first node, or of the first point that has its first corner
-bool bond_here(const Model& m, const Points& pts, const Bonds& bonds, const GridShare& g, int b)
+bool bond_here(const Model& m, const Bonds& bonds, const GridShare& g, int b)
 {
   const int n = bonds.a.item[bonds.a.off[b]], c = n - m.mesh.nnode();
-  if (pts.part.on && bonds.rank[b] >= 0) return bonds.rank[b] == comm_rank();
+  if (!bonds.rank.empty() && bonds.rank[b] >= 0) return bonds.rank[b] == comm_rank();
   return c < 0 ? m.part.counts(n) : g.owner[c] == comm_rank();
 }
 
@@ -416,6 +421,7 @@ void share_points(const Points& pts, const Division& d, GridShare& g)
     g.point[q] = rank == me;
     for (int k = pts.conn.off[q]; k < pts.conn.off[q + 1]; ++k) g.owner[pts.conn.item[k]] = rank;
   }
+  if (pts.part.window && pts.part.held) g.owner = pts.part.halo.owner;
 }
 
 }  // namespace
@@ -441,7 +447,7 @@ void dof_share_grid(const Model& m, const Points& pts, const Bonds& bonds, const
       if (list.item[k] >= nnode) g.corner[list.item[k] - nnode] = 1;
   };
   for (int b = 0; b < bonds.nbond; ++b) {
-    g.bond[b] = bond_here(m, pts, bonds, g, b);
+    g.bond[b] = bond_here(m, bonds, g, b);
     if (!g.bond[b] || !contact_acts(bonds, pairs, b)) continue;
     take(bonds.a, b);
     if (bonds.field[b] == SIDE_CONTACT) take(pairs.master, b);

@@ -57,6 +57,34 @@ bool points_divide(const Model& m, const OverlapWatch& watch)
   return point_fill_divides(m, LEAST_CELLS);
 }
 
+// no element at a side of contact becomes a point
+bool contact_stays(const Model& m)
+{
+  std::vector<char> turns(m.mesh.nelem(), 0);
+  for (const ConversionDef& c : m.conversion)
+    for (int e : m.elset[c.elset].item) turns[e] = 1;
+  for (const BondDef& d : m.bond) {
+    if (d.general) return false;
+    if (d.kind != BOND_CONTACT) continue;
+    for (int s : {d.surface, d.master})
+      for (const Face& f : m.surface[s].face)
+        if (turns[f.elem]) return false;
+  }
+  return true;
+}
+
+// Can each rank know the points of the elements near it alone? All points were elements, none is released, no
+// contact meets them, and all bodies know of each other
+bool points_near(const Model& m, const OverlapWatch& watch)
+{
+  if (m.conversion.empty() || !watch.pair.empty() || asks_pieces(m)) return false;
+  for (const Body& b : m.body)
+    if (b.fill != FILL_CONVERSION) return false;
+  for (const ConversionDef& c : m.conversion)
+    if (c.release > 0.0) return false;
+  return contact_stays(m);
+}
+
 // points: each rank has its own
 bool asked(const Model& m, bool points)
 {
@@ -84,14 +112,15 @@ IntVec elements_of_all(const Model& m)
   return all;
 }
 
-// elements of others that each rank looks at: near what breaks, and those of all
+// elements of others that each rank looks at: near what breaks or becomes points, and those of all
 OfRanks<int> outer_elements(const Model& m, const IntVec& rank)
 {
   OfRanks<int> out;
   const IntVec all = elements_of_all(m);
-  if (m.fracture.empty() && all.empty()) return out;
+  if (m.fracture.empty() && all.empty() && !m.part.window) return out;
   std::vector<IntVec> list(comm_size());
   if (!m.fracture.empty()) list = frac_outer(m, rank, comm_size());
+  if (m.part.window) frac_around(m, rank, list);
   out.off.push_back(0);
   for (int r = 0; r < comm_size(); ++r) {
     std::set<int> here(list[r].begin(), list[r].end());
@@ -188,6 +217,7 @@ void dof_part(bool whole, Model& m)
     m.part.points = points_divide(m, watch);
     divides       = asked(m, m.part.points) && divided(m, rank);
     m.part.points = m.part.points && divides;
+    m.part.window = divides && points_near(m, watch);
   }
   if (!comm_bcast(static_cast<int>(divides))) return model_bcast(m);
   if (comm_rank() == 0) send_pieces(rank, watch, m);

@@ -72,6 +72,10 @@ int frac_mesh(const Model& m, const Elements& el, FracMesh& fm);
 //   in   rank   that works on an element                 [nelem]
 std::vector<IntVec> frac_outer(const Model& m, const IntVec& rank, int ranks);
 
+// frac_around : adds to the list of each rank the elements of others within three rows of its own, where
+// elements become points: what decides whether their corners hang on nodes  (7.14)
+void frac_around(const Model& m, const IntVec& rank, std::vector<IntVec>& list);
+
 // frac_of_node : elements of each node                   [nnode]
 ListTable frac_of_node(const Mesh& mesh);
 
@@ -107,7 +111,11 @@ void frac_renew(const Model& m, const ModelGrowth& g, Fracture& fr, Elements& el
 
 // frac_reload : a state as a restart file has it, with indices that are numbers in the mesh of the deck: the
 // model gets what all ranks must have, and indices are those of here. Collective.
-void frac_reload(State& st, Model& m, Elements& el, FracMesh& fm);
+bool frac_reload(const Points& begin, State& st, Model& m, Elements& el, FracMesh& fm);
+
+// frac_take : MeshPart::window: of a state of all ranks, in indices of here (-1: not here), what belongs to
+// the elements of here; begin: points at t = 0. False: it does not fit the model
+bool frac_take(const Model& m, const FracMesh& fm, const Points& begin, State& st);
 
 // frac_gone : [nelem] 1: no element any more
 IntVec frac_gone(const Fracture& fr);
@@ -199,8 +207,9 @@ void frac_due(const Model& m, const Elements& el, const FracMesh& fm, const Frac
 // frac_convert : elements become material points: corners at the lattice of the element, bonds on the new
 // interface.
 // Writes form, points, bonds and the level n; velocities and displacements of new corners are those of the
-// element.
-void frac_convert(const Model& m, Elements& el, const FracMesh& fm, const IntVec& elem, CornerShare& share,
+// element. Collective.
+//   in   number   in the mesh of the deck, of all ranks; those that are here become points here
+void frac_convert(const Model& m, Elements& el, const FracMesh& fm, const IntVec& number, CornerShare& share,
                   State& st);
 
 // frac_torn : broken points whose largest stretch is above RELEASE, or whose volume is below 1/RELEASE of
@@ -271,6 +280,9 @@ void frac_measure(const Model& m, const Elements& el, const State& st, int n, Fr
 
 // frac_fragments : pieces at t(n), numbered by falling mass, and their measures
 void frac_fragments(const Model& m, const Elements& el, const State& st, Fragments& f);
+
+// frac_repeat : the conversions of fr once more, of points that are as at t = 0; false: it has other ones
+bool frac_repeat(const Model& m, const FracMesh& fm, const Fracture& fr, Points& start, CornerShare& share);
 
 // frac_replay : the corners that conversion has shared so far, made again from the points of t = 0 (start):
 // neighbours that convert later find the same numbers. False: the points of st are others than those made

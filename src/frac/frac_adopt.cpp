@@ -120,9 +120,28 @@ void frac_renew(const Model& m, const ModelGrowth& g, Fracture& fr, Elements& el
   elem_refresh(el);
 }
 
-void frac_reload(State& st, Model& m, Elements& el, FracMesh& fm)
+namespace {
+
+bool reload_window(const Points& begin, State& st, Model& m, const FracMesh& fm)
 {
-  if (!m.part.on) return;
+  state_from_deck(m.part, st);
+  bool good = st.frac.phase.size() == m.part.elem.size() || st.frac.empty();
+  if (st.frac.nconverted > 0) good = good && frac_take(m, fm, begin, st);
+  if (comm_allreduce_max(static_cast<int>(!good))) return false;
+  point_surfaces(m, st.points);
+  if (!st.frac.empty()) model_owners(frac_gone(st.frac), m);
+  if (st.frac.nconverted > 0) point_find_common(m, st.points);
+  bond_share(m, st.bonds);
+  st.np1 = st.n;
+  return true;
+}
+
+}  // namespace
+
+bool frac_reload(const Points& begin, State& st, Model& m, Elements& el, FracMesh& fm)
+{
+  if (!m.part.on) return true;
+  if (m.part.window) return reload_window(begin, st, m, fm);
   IntVec points, give;
   for (int e = 0; e < static_cast<int>(st.frac.phase.size()); ++e)
     if (st.frac.phase[e] == AS_POINTS && m.part.works(e)) points.push_back(e);
@@ -134,6 +153,7 @@ void frac_reload(State& st, Model& m, Elements& el, FracMesh& fm)
   }
   state_from_deck(m.part, st);
   if (any) model_owners(frac_gone(st.frac), m);
+  return true;
 }
 
 void frac_gather(const Model& m, const Fracture& fr, IntVec& elem, size_t first)

@@ -112,7 +112,7 @@ int nearest_gauss(const Model& m, const Elements& el, int e, const Points& pts, 
 // divided model: the history of these elements as the ranks have it that work on them, on all
 void share_history(const MeshPart& part, const Elements& el, const IntVec& elem, RealVec& he)
 {
-  if (!part.on || el.history == 0) return;
+  if (!part.on || part.window || el.history == 0) return;
   const long n = el.history;
   RealVec all;
   for (int e : elem)
@@ -329,16 +329,33 @@ void frac_due(const Model& m, const Elements& el, const FracMesh& fm, const Frac
   }
 }
 
-void frac_convert(const Model& m, Elements& el, const FracMesh& fm, const IntVec& elem, CornerShare& share,
+void frac_convert(const Model& m, Elements& el, const FracMesh& fm, const IntVec& number, CornerShare& share,
                   State& st)
 {
-  if (elem.empty()) return;
+  if (number.empty()) return;
+  IntVec elem, turn;           // of those that are here
+  for (size_t k = 0; k < number.size(); ++k) {
+    const int e = m.part.elem_here(number[k]);
+    if (e < 0) continue;
+    elem.push_back(e);
+    turn.push_back(static_cast<int>(k));
+  }
+  ListTable made;
   share_history(m.part, el, elem, st.n.he);
   RealVec mass(st.points.ncorner, 0.0), added;
   std::map<int, Mat3> be;      // [point] of plastic material: its stress goes on
   note_elastic(m, st, be);
   point_add_mass(st.points, 0, 0, mass);
-  for (int e : elem) convert_one(m, el, fm, e, share, mass, added, st, be);
+  for (int e : elem) {
+    convert_one(m, el, fm, e, share, mass, added, st, be);
+    made.item.insert(made.item.end(), share.made.begin(), share.made.end());
+    made.off.push_back(static_cast<int>(made.item.size()));
+  }
+  if (m.part.window) {
+    point_number(m, elem, turn, made, st.points);
+    point_tell_corners(st.points, GridShare(), m.dim, {&st.n.uc, &st.n.vc});
+  }
+  st.frac.nconverted += static_cast<int>(number.size());
   elem_refresh(el);
   frac_interfaces(m, fm, st);
   for (const auto& b : be) set_elastic(m, b.first, b.second, st);

@@ -159,7 +159,51 @@ void add_neighbours(const Mesh& mesh, const IntVec& rank, std::vector<IntVec>& l
     each(o, [&](int e) { if (rank[e] != rank[o]) list[rank[e]].push_back(o); });
 }
 
+// rows of elements around those that a rank works on: whether corners of a converted element hang on nodes
+// depends on the elements at its nodes, whether these are at the rim, and whether those around them are
+const int ROWS = 3;
+
+// elements near those that become points
+std::vector<char> near_points(const Model& m)
+{
+  const Mesh& mesh = m.mesh;
+  std::vector<char> near(mesh.nelem(), 0), node(mesh.nnode(), 0);
+  for (const ConversionDef& c : m.conversion)
+    for (int e : m.elset[c.elset].item) near[e] = 1;
+  for (int row = 0; row < ROWS; ++row) {
+    for (int e = 0; e < mesh.nelem(); ++e)
+      for (int k = mesh.conn.off[e]; k < mesh.conn.off[e + 1] && near[e]; ++k) node[mesh.conn.item[k]] = 1;
+    for (int e = 0; e < mesh.nelem(); ++e)
+      for (int k = mesh.conn.off[e]; k < mesh.conn.off[e + 1] && !near[e]; ++k)
+        near[e] = node[mesh.conn.item[k]];
+  }
+  return near;
+}
+
 }  // namespace
+
+void frac_around(const Model& m, const IntVec& rank, std::vector<IntVec>& list)
+{
+  const Mesh& mesh = m.mesh;
+  const std::vector<char> near = near_points(m);
+  std::vector<IntVec> of_node(mesh.nnode());         // ranks that have an element there
+  const auto take = [&](int n, int r) {
+    if (std::find(of_node[n].begin(), of_node[n].end(), r) == of_node[n].end()) of_node[n].push_back(r);
+  };
+  for (int e = 0; e < mesh.nelem(); ++e)
+    for (int k = mesh.conn.off[e]; k < mesh.conn.off[e + 1] && near[e]; ++k) take(mesh.conn.item[k], rank[e]);
+  for (int row = 0; row < ROWS; ++row) {
+    std::vector<std::pair<int, int>> found;          // element, rank
+    for (int e = 0; e < mesh.nelem(); ++e)
+      for (int k = mesh.conn.off[e]; k < mesh.conn.off[e + 1] && near[e]; ++k)
+        for (int r : of_node[mesh.conn.item[k]])
+          if (r != rank[e]) found.emplace_back(e, r);
+    for (const auto& [e, r] : found) {
+      list[r].push_back(e);
+      for (int k = mesh.conn.off[e]; k < mesh.conn.off[e + 1]; ++k) take(mesh.conn.item[k], r);
+    }
+  }
+}
 
 std::vector<IntVec> frac_outer(const Model& m, const IntVec& rank, int ranks)
 {

@@ -229,10 +229,9 @@ void frac_release(const Model& m, const FracMesh& fm, const IntVec& torn, Corner
   frac_interfaces(m, fm, st);
 }
 
-bool frac_replay(const Model& m, const FracMesh& fm, const State& st, Points start, CornerShare& share)
+bool frac_repeat(const Model& m, const FracMesh& fm, const Fracture& fr, Points& start, CornerShare& share)
 {
-  share = CornerShare();
-  const Fracture& fr = st.frac;
+  share    = CornerShare();
   size_t r = 0;
   for (size_t k = 0; k <= fr.converted.size(); ++k) {
     IntVec fresh;
@@ -248,6 +247,12 @@ bool frac_replay(const Model& m, const FracMesh& fm, const State& st, Points sta
     if (fm.conv[e] < 0) return false;
     point_convert(m, m.conversion[fm.conv[e]].body[m.mesh.elem_section[e]], e, share, start);
   }
+  return true;
+}
+
+bool frac_replay(const Model& m, const FracMesh& fm, const State& st, Points start, CornerShare& share)
+{
+  if (!frac_repeat(m, fm, st.frac, start, share)) return false;
   const Points& pts = st.points;
   if (start.Xc.size() != pts.Xc.size()) return false;
   for (int c = 0; c < pts.ncorner; ++c)                // released points have shapes of their own   (7.34)

@@ -51,6 +51,7 @@ struct Face {
 struct MeshPart {
   bool on = false;
   bool points = false;         // each rank has its own material points alone (PointPart)
+  bool window = false;         // what elements become is known where they are, also as outer ones (PointPart)
   int nnode = 0, nelem = 0;    // of the mesh of the deck
   // [Mesh::nnode], [Mesh::nelem] number in the mesh that was divided, where elements stand as in the deck,
   // nodes as model_order_nodes puts them. Both ascend, but nodes begin with those of this rank, and the

@@ -55,9 +55,9 @@ inline void io(Archive& f, StrangerPair& x)
 
 inline void io(Archive& f, MeshPart& x)
 {
-  auto& [on, points, nnode, nelem, node, elem, deck, rank, halo, around, joined, tied, strangers, given,
-         grown, skin] = x;
-  io_fields<MeshPart>(f, on, points, nnode, nelem, node, elem, deck, rank, halo, around, joined, tied,
+  auto& [on, points, window, nnode, nelem, node, elem, deck, rank, halo, around, joined, tied, strangers,
+         given, grown, skin] = x;
+  io_fields<MeshPart>(f, on, points, window, nnode, nelem, node, elem, deck, rank, halo, around, joined, tied,
                       strangers, given, grown, skin);
 }
 

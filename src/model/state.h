@@ -13,14 +13,19 @@ enum { FIELD_OWN = -1 };
 // it lies; unknowns of its own (doc/theory.md 7.14)
 enum HangOn { HANG_GRID, HANG_NODE, HANG_CORNERS, HANG_OWN };
 
-// Several ranks, each with points of its own (MeshPart::points): what this one has. Points of others that
-// share a corner with these are known by their corners alone.
+// Several ranks that do not all know all points.
+// on (MeshPart::points): each has points of its own. Points of others that share a corner with these are
+// known by their corners alone.
+// window (MeshPart::window): each has the points of the elements that it has, its own and outer ones, and
+// works on those of its own. A corner of outer elements that others, which are not here, have made before has
+// no number (-1): no point beside those of this rank has it.
 struct PointPart {
-  bool on = false;
+  bool on = false, window = false;
   int npoint = 0, ncorner = 0; // of all ranks
   // [npoint], [ncorner] number among those of all ranks, ascending. Corners that bonds hold are on all ranks,
-  // also where no point has them (held: there are such, on any rank)
+  // also where no point has them (held: there are such, on any rank, or corners of outer elements)
   IntVec point, corner;
+  IntVec numbered;             // window: corners that have a number
   bool held = false;
   Halo halo;                   // corners that other ranks have too; their owner has a point with it
   ListTable near;              // corners of those points: its own, and ncorner + place in foreign
@@ -65,8 +70,11 @@ struct Points {
   // [Model::surface] faces of points: of surfaces on bodies, and of surfaces on
   std::vector<std::vector<Face>> surface;
                                // elements those that elements which became points have left
-  PointPart part;              // made by point_fill, not saved
-  int npoint_all() const { return part.on ? part.npoint : npoint; }     // of all ranks
+  PointPart part;              // made by point_fill and point_number, not saved
+  int npoint_all() const { return part.on || part.window ? part.npoint : npoint; }       // of all ranks
+  // number of a corner among those of all ranks, and the way back (-1: it is not here)
+  int corner_number(int c) const { return part.corner.empty() ? c : part.corner[c]; }
+  int corner_here(int number) const;
 };
 
 // Bonds::field where side B is no grid
@@ -107,8 +115,15 @@ struct Bonds {
   IntVec met;
   RealVec skin_penalty;        // [skin] penalty per area of the face alone          force/length^3
   // [nbond] each rank has points of its own: who works on a bond at corners, -1: at nodes. Made by bond_form,
-  // not saved; else empty
+  // not saved; else empty. MeshPart::window: who works on it, made by bond_share
   IntVec rank;
+  // MeshPart::window: [nbond] names, the same on all ranks that may work on a bond; who has them; bonds of all
+  // ranks
+  std::vector<long> name;
+  Halo halo;
+  int nall = 0;
+  bool counts(int b) const { return !halo.on() || rank[b] == comm_rank(); }    // b counts here in a sum
+  int nbond_all() const { return halo.on() ? nall : nbond; }                   // of all ranks
 };
 
 // What became of the finite elements
@@ -129,7 +144,7 @@ struct Fracture {              // empty arrays: nothing can break or change its 
   RealVec drive, mean;
   double drive_time = 0.0;     // total time of both
   int neroded = 0;             // broken by the criterion so far
-  int nreleasing = 0;          // those in releasing, of all ranks
+  int nreleasing = 0, nconverted = 0;        // those in releasing and in converted, of all ranks
   double area = 0.0;           // crack area: sum of V/h over them                  length x thickness
   bool empty() const { return phase.empty(); }
 };

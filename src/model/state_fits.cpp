@@ -156,7 +156,7 @@ bool fracture_fits(const Model& m, const Points& p, const Fracture& f)
     if (f.phase[e] != AS_POINTS || p.of_elem.empty() || p.of_elem[e] < 0 || m.mesh.elem_section[e] < 0)
       return false;
   const auto made = std::count(f.phase.begin(), f.phase.end(), AS_POINTS);
-  if (made != static_cast<long>(f.converted.size())) return false;
+  if (made != static_cast<long>(f.converted.size()) || f.nconverted < made) return false;
   if (!index(f.released, 0, p.npoint) || !distinct(f.released, p.npoint)) return false;
   for (int q : f.released)
     if (p.parent[q] < 0 || !p.converted(p.parent[q])) return false;

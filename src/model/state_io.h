@@ -32,7 +32,7 @@ inline void io(Archive& f, Points& x)
 inline void io(Archive& f, Bonds& x)
 {
   auto& [nbond, nfixed, a, a_w, def, field, area, X, normal, cn, ct, offset, initial_penetration,
-         intermediate, friction, skin, skin_of, met, skin_penalty, rank] = x;
+         intermediate, friction, skin, skin_of, met, skin_penalty, rank, name, halo, nall] = x;
   io_all(f, nbond, nfixed, a, a_w, def, field, area, X, normal, cn, ct, offset, initial_penetration,
          intermediate, friction, skin, skin_of, met, skin_penalty);
 }
@@ -40,10 +40,10 @@ inline void io(Archive& f, Bonds& x)
 inline void io(Archive& f, Fracture& x)
 {
   auto& [phase, broken, normal, time, releasing, converted, released, released_at, renewed, next_test, drive,
-         mean, drive_time, neroded, nreleasing, area] = x;
+         mean, drive_time, neroded, nreleasing, nconverted, area] = x;
   io_all(f, of_elems(phase), of_elems(broken), of_elems(normal), of_elems(time), releasing, converted,
          released, released_at, renewed, next_test, of_elems(drive), of_elems(mean), drive_time, neroded,
-         nreleasing, area);
+         nreleasing, nconverted, area);
 }
 
 inline void io(Archive& f, Level& x)

@@ -22,16 +22,20 @@ void renumber(int before, int now, Node node, Elem elem, Corner corner, State& s
     for (int& e : *list) e = elem(e);
 }
 
-// index of a corner that all ranks have; what is no number of a corner is none here either
-int corner_here(const Points& p, int number)
-{
-  const IntVec& list = p.part.corner;
-  const auto here    = std::lower_bound(list.begin(), list.end(), number);
-  if (!p.part.on) return number;
-  return here != list.end() && *here == number ? static_cast<int>(here - list.begin()) : p.ncorner;
-}
-
 }  // namespace
+
+int Points::corner_here(int number) const
+{
+  if (part.corner.empty()) return number;
+  const IntVec& list = part.corner;
+  if (!part.window) {
+    const auto here = std::lower_bound(list.begin(), list.end(), number);
+    return here != list.end() && *here == number ? static_cast<int>(here - list.begin()) : -1;
+  }
+  const auto here = std::lower_bound(part.numbered.begin(), part.numbered.end(), number,
+                                     [&](int c, int value) { return list[c] < value; });
+  return here != part.numbered.end() && list[*here] == number ? *here : -1;
+}
 
 IntVec deck_order(const MeshPart& part)
 {
@@ -47,7 +51,7 @@ void state_to_deck(const MeshPart& part, State& st)
   renumber(
       static_cast<int>(part.node.size()), part.nnode, [&](int n) { return part.deck[n]; },
       [&](int e) { return part.elem[e]; },
-      [&](int c) { return st.points.part.on ? st.points.part.corner[c] : c; }, st);
+      [&](int c) { return st.points.corner_number(c); }, st);
 }
 
 void state_from_deck(const MeshPart& part, State& st)
@@ -66,5 +70,10 @@ void state_from_deck(const MeshPart& part, State& st)
   };
   renumber(
       part.nnode, nnode, here,
-      [&](int e) { return part.elem_here(e); }, [&](int c) { return corner_here(st.points, c); }, st);
+      [&](int e) { return part.elem_here(e); },
+      [&](int c) {                           // what is no number of a corner is none here either
+        const int corner = st.points.corner_here(c);
+        return corner < 0 ? st.points.ncorner : corner;
+      },
+      st);
 }

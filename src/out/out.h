@@ -129,7 +129,7 @@ struct Output {
   std::FILE *lst = nullptr, *his = nullptr, *dat = nullptr, *chk = nullptr, *ero = nullptr, *frag = nullptr;
   History history;
   std::vector<Probe> probe;    // [Model::history]
-  std::size_t converted = 0;   // elements that had become points when the probes were made
+  int converted = 0;           // elements that had become points when the probes were made
   int grown = 0;               // MeshPart::grown then
   int row_written = -1;        // last row of history in the file
   VtkSeries series[VTK_KINDS];

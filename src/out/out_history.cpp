@@ -250,7 +250,7 @@ double fracture_value(const Model& m, const Elements& el, const State& s, const 
   if (probe.q.comp == 12) return static_cast<double>(s.frac.nreleasing);
   if (probe.q.comp >= 6) return tip_place(m, s, probe.q.comp - 6, probe.reduce == REDUCE_MIN);
   const double value[6] = {double(s.frac.neroded), s.frac.area,       double(s.points.npoint_all()),
-                           double(s.bonds.nbond),  s.ledger.fracture, s.ledger.conversion};
+                           double(s.bonds.nbond_all()),  s.ledger.fracture, s.ledger.conversion};
   return value[probe.q.comp];
 }
 
@@ -356,9 +356,9 @@ void history_write(const Output& out, int row)
 void history_row(const Model& m, const Elements& el, const State& s, Output& out)
 {
   RealVec row;
-  if (out.converted != s.frac.converted.size() || out.grown != m.part.grown) {
+  if (out.converted != s.frac.nconverted || out.grown != m.part.grown) {
     for (std::size_t i = 0; i < out.probe.size(); ++i) find_targets(m, el, s, m.history[i], out.probe[i]);
-    out.converted = s.frac.converted.size();
+    out.converted = s.frac.nconverted;
     out.grown     = m.part.grown;
   }
   built_in_values(s, m.dim, row);

@@ -259,7 +259,7 @@ void out_listing_increment(const State& s)
              l.half_limit);
   if (!s.eroded.empty())
     log_note("  broken: %zu elements in this increment, %d so far, %d under release; %d points, %d bonds",
-             s.eroded.size(), s.frac.neroded, s.frac.nreleasing, s.points.npoint_all(), s.bonds.nbond);
+             s.eroded.size(), s.frac.neroded, s.frac.nreleasing, s.points.npoint_all(), s.bonds.nbond_all());
   if (l.grid_cells > 0)
     log_note("  grid: %d cells, %d nodes, %d weak; slip max %.4e, rms %.4e", l.grid_cells, l.grid_nodes,
              l.weak_nodes, s.ledger.slip_max, s.ledger.slip_rms);
@@ -276,8 +276,8 @@ void out_listing_balance(std::FILE* file, const Model& m, const State& s)
   if (l.fracture != 0.0 || s.frac.neroded > 0)
     std::fprintf(file, "  fracture        %18.10e   (%d elements, crack area %.6g)\n", l.fracture,
                  s.frac.neroded, s.frac.area);
-  if (!s.frac.converted.empty())
-    std::fprintf(file, "  conversion      %18.10e   (%zu elements)\n", l.conversion, s.frac.converted.size());
+  if (s.frac.nconverted > 0)
+    std::fprintf(file, "  conversion      %18.10e   (%d elements)\n", l.conversion, s.frac.nconverted);
   if (!s.frac.released.empty())
     std::fprintf(file, "  released points    %18zu   (their shape was made anew %d times)\n",
                  s.frac.released.size(), s.frac.renewed);
@@ -294,7 +294,7 @@ void out_listing_balance(std::FILE* file, const Model& m, const State& s)
   std::fprintf(file, "\n  angular         ");
   for (int i = m.dim == 3 ? 0 : 2; i < 3; ++i) std::fprintf(file, "%18.10e ", l.angular[i]);
   std::fprintf(file, "\n");
-  if (s.bonds.nbond > 0)
+  if (s.bonds.nbond_all() > 0)
     std::fprintf(file, "  slip            %18.10e largest, %.10e rms\n", l.slip_max, l.slip_rms);
 }
 

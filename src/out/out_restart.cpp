@@ -14,6 +14,7 @@
 #include "model/state_fits.h"
 #include "model/state_io.h"
 #include "model/state_number.h"
+#include "model/state_window.h"
 #include "out/out.h"
 
 static void io(Archive& f, VtkSeries& x)
@@ -38,7 +39,7 @@ static void io(Archive& f, Output& x)
 namespace {
 
 const char* const magic = "MPFE-RST";      // 8 letters
-const int format = 17;                     // of the content; changes with every change of a struct in it
+const int format = 18;                     // of the content; changes with every change of a struct in it
 
 struct FileHead {                 // in front of the content
   char magic[8];
@@ -330,8 +331,12 @@ void out_restart(const Model& m, State& s, const ActiveGrid& grid, bool now, Out
   IntVec releasing = m.part.on ? releasing_of_all(m, s.frac) : s.frac.releasing;
   state_to_deck(m.part, s);
   releasing.swap(s.frac.releasing);
-  ActiveGrid cells = cells_of_all(m, grid);
+  ActiveGrid cells  = cells_of_all(m, grid);
+  const bool window = m.part.window && s.frac.nconverted > 0;
+  WindowState kept;
+  if (window) state_gather(m, kept, s);
   io_content(f, length, s, cells, out);
+  if (window) state_swap(kept, s);
   releasing.swap(s.frac.releasing);
   state_from_deck(m.part, s);
   end_file(fresh, path, f);
@@ -378,9 +383,9 @@ int out_reopen(Model& m, Elements& el, FracMesh& fm, Archive& f, State& s, Activ
               "written it");
     return 1;
   }
-  frac_reload(s, m, el, fm);
+  const bool reloaded = frac_reload(begin, s, m, el, fm);
   if (m.part.on) s.division = Division();            // of a replicated model, which has written the file
-  std::string fault = first_fault(state_fault(m, begin, s));
+  std::string fault = reloaded ? first_fault(state_fault(m, begin, s)) : "material points or bonds";
   if (fault.empty() && !output_fits(m, grid, names, out)) fault = "history and checks";
   if (m.part.on && !first) {                         // until it is made again, it is that of rank 0
     grid.cell.clear();

@@ -230,49 +230,82 @@ void write_fe(const Model& m, const Elements& el, const State& s, const Fragment
 
 // ---- material points ----------------------------------------------------------
 
+// points that this rank writes, and their corners
+struct Shown {
+  IntVec point, corner;
+  ListTable conn;              // [point] places in corner
+};
+
+// all points are known to all ranks: those of rank 0; else those that it works on
+Shown points_shown(const Model& m, const Points& pts)
+{
+  Shown s;
+  const bool known = m.part.on && !m.part.points && !pts.part.window;
+  IntVec place(pts.ncorner, pts.part.window ? -1 : 0);
+  if (known && comm_rank() > 0) return s;
+  for (int p = 0; p < pts.npoint; ++p) {
+    if (pts.part.window && !point_counts(m, pts, p)) continue;
+    s.point.push_back(p);
+    for (int k = pts.conn.off[p]; k < pts.conn.off[p + 1]; ++k) place[pts.conn.item[k]] = 0;
+  }
+  for (int c = 0; c < pts.ncorner; ++c) {
+    if (place[c] < 0) continue;
+    place[c] = static_cast<int>(s.corner.size());
+    s.corner.push_back(c);
+  }
+  for (int p : s.point) {
+    for (int k = pts.conn.off[p]; k < pts.conn.off[p + 1]; ++k)
+      s.conn.item.push_back(place[pts.conn.item[k]]);
+    s.conn.off.push_back(static_cast<int>(s.conn.item.size()));
+  }
+  return s;
+}
+
 void write_mp(const Model& m, const State& s, const Fragments& fragments, Output& out)
 {
-  const Points& pts = s.points;
-  const bool all  = m.part.on && !m.part.points;       // each rank knows all of them
-  const bool here = pts.npoint > 0 && !(all && comm_rank() > 0);
+  const Points& pts  = s.points;
+  const Shown shown  = points_shown(m, pts);
+  const bool here    = !shown.point.empty();
+  const IntVec& list = shown.point;
   if (!anybody(m, here)) return;
   CellFields cell;
   IntVec type, body;
   IpFields ip;
-  for (int p = 0; p < pts.npoint; ++p) {
+  for (int p : list) {
     point_ip_fields(m, pts, s.n, p, ip);
     add_fields(cell, ip.sig, ip.psi, det_F(ip.F), ip.plastic);
     type.push_back(shape_info[pts.shape[p]].vtk);
     body.push_back(pts.body[p] + 1);
   }
-  RealVec x(pts.Xc);
-  for (std::size_t i = 0; i < x.size(); ++i) x[i] += s.n.uc[i];
+  const RealVec uc = gather(s.n.uc, shown.corner, m.dim);
+  RealVec x = gather(pts.Xc, shown.corner, m.dim);
+  for (std::size_t i = 0; i < x.size(); ++i) x[i] += uc[i];
 
   VtkFile f;
   begin(f, VTK_MP, m, s, here, out);
   vtk_points(f, x, m.dim);
-  vtk_cells(f, pts.conn, type);
-  vtk_point_data(f, pts.ncorner);
-  vtk_vectors(f, "displacement", s.n.uc, m.dim);
-  vtk_cell_data(f, pts.npoint);
-  vtk_vectors(f, "velocity", point_velocities(pts, m.dim, s.n.vc), m.dim);
+  vtk_cells(f, shown.conn, type);
+  vtk_point_data(f, static_cast<int>(shown.corner.size()));
+  vtk_vectors(f, "displacement", uc, m.dim);
+  vtk_cell_data(f, static_cast<int>(list.size()));
+  vtk_vectors(f, "velocity", gather(point_velocities(pts, m.dim, s.n.vc), list, m.dim), m.dim);
   write_fields(f, cell, m.dim, yields(m));
   vtk_labels(f, "body", body);
-  vtk_labels(f, "label", pts.label);
+  vtk_labels(f, "label", gather(pts.label, list));
   if (!s.frac.empty()) {
     IntVec parent, broken;
     RealVec time;
-    for (int p = 0; p < pts.npoint; ++p) {
+    for (int p : list) {
       parent.push_back(pts.parent[p] >= 0 ? m.mesh.elem_label[pts.parent[p]] : 0);
       broken.push_back(pts.broken[p] >= 0);
       time.push_back(pts.parent[p] >= 0 ? s.frac.time[pts.parent[p]] : -1.0);
     }
     vtk_labels(f, "parent", parent);
     vtk_labels(f, "broken", broken);
-    vtk_labels(f, "released", pts.released);
+    vtk_labels(f, "released", gather(pts.released, list));
     vtk_scalars(f, "time_broken", time);
   }
-  if (m.fragments.on) vtk_labels(f, "fragment", fragments.of_point);
+  if (m.fragments.on) vtk_labels(f, "fragment", gather(fragments.of_point, list));
   end(f, VTK_MP, m, here, out);
 }
 
@@ -297,40 +330,47 @@ void bond_force(const State& s, int dim, int b, double force[3])
 
 void write_bonds(const Model& m, const State& s, Output& out)
 {
-  const int n = m.part.on && comm_rank() > 0 ? 0 : s.bonds.nbond;      // all ranks know all of them
-  if (!anybody(m, n > 0)) return;
-  RealVec place, u, force, slip = s.n.slip;
+  const Bonds& bonds = s.bonds;
+  const int dim      = m.dim;
+  IntVec list;                 // all ranks know all of them, or each has its own
+  for (int b = 0; b < bonds.nbond; ++b)
+    if (m.part.window ? bonds.counts(b) : !m.part.on || comm_rank() == 0) list.push_back(b);
+  const bool here = !list.empty();
+  if (!anybody(m, here)) return;
+  RealVec x, u, force, slip = s.n.slip;
   ListTable conn;
-  IntVec kind = s.bonds.intermediate;
-  bond_places(m, s.points, s.bonds, s.n.u, s.n.uc, place);
+  IntVec kind = bonds.intermediate;
+  bond_places(m, s.points, bonds, s.n.u, s.n.uc, x);
+  const RealVec place = gather(x, list, dim);
   u = place;
-  for (int b = 0; b < n; ++b) {
+  for (int b : list) {
+    const int k = conn.size();
     double f[3];
-    for (int i = 0; i < m.dim; ++i) u[b * m.dim + i] -= s.bonds.X[3 * b + i];
+    for (int i = 0; i < dim; ++i) u[k * dim + i] -= bonds.X[3 * b + i];
     // contact: the penetration along the normal; kind 2 open, 3 closed
-    if (s.bonds.field[b] == SIDE_CONTACT) {
-      const double g = std::min(s.n.slip[b * m.dim], 0.0);
-      kind[b] = s.bonds.cn[b] * s.n.slip[b * m.dim] + s.n.lambda_n[b] < 0.0 ? 3 : 2;
-      for (int i = 0; i < m.dim; ++i) slip[b * m.dim + i] = g * s.bonds.normal[b * m.dim + i];
+    if (bonds.field[b] == SIDE_CONTACT) {
+      const double g = std::min(s.n.slip[b * dim], 0.0);
+      kind[b] = bonds.cn[b] * s.n.slip[b * dim] + s.n.lambda_n[b] < 0.0 ? 3 : 2;
+      for (int i = 0; i < dim; ++i) slip[b * dim + i] = g * bonds.normal[b * dim + i];
     }
-    bond_force(s, m.dim, b, f);
-    force.insert(force.end(), f, f + m.dim);
-    conn.item.push_back(b);
-    conn.off.push_back(b + 1);
+    bond_force(s, dim, b, f);
+    force.insert(force.end(), f, f + dim);
+    conn.item.push_back(k);
+    conn.off.push_back(k + 1);
   }
-  const int vertex = 1;
+  const int n = conn.size(), vertex = 1;
   VtkFile file;
-  begin(file, VTK_BOND, m, s, n > 0, out);
-  vtk_points(file, place, m.dim);
+  begin(file, VTK_BOND, m, s, here, out);
+  vtk_points(file, place, dim);
   vtk_cells(file, conn, IntVec(n, vertex));
   vtk_point_data(file, n);
-  vtk_vectors(file, "displacement", u, m.dim);
-  vtk_vectors(file, "slip", slip, m.dim);
-  vtk_vectors(file, "force", force, m.dim);
-  vtk_scalars(file, "area", s.bonds.area);
-  vtk_labels(file, "kind", kind);
-  vtk_labels(file, "bond", s.bonds.def);
-  end(file, VTK_BOND, m, n > 0, out);
+  vtk_vectors(file, "displacement", u, dim);
+  vtk_vectors(file, "slip", gather(slip, list, dim), dim);
+  vtk_vectors(file, "force", force, dim);
+  vtk_scalars(file, "area", gather(bonds.area, list, 1));
+  vtk_labels(file, "kind", gather(kind, list));
+  vtk_labels(file, "bond", gather(bonds.def, list));
+  end(file, VTK_BOND, m, here, out);
 }
 
 // ---- active grid --------------------------------------------------------------------

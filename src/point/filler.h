@@ -36,6 +36,10 @@ void fill_point(Filler& f, int body, Shape shape, const int* corner);
 bool fill_accepts(const Expr& where, const double* X, int dim, const char* kind, const std::string& name,
                   const Place& place, int& faults);
 
+// share_corners : PointPart::held and halo: which corners other ranks have too, and whose they are: of a rank
+// with a point that has it (own [ncorner]), -1: there is none. Collective.
+void share_corners(const std::vector<char>& own, PointPart& part);
+
 // fill_ranks : which rank has the points of each cell of a fill: of a box, or element of a set [body][cells]
 std::vector<IntVec> fill_ranks(const Model& m);
 

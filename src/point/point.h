@@ -9,7 +9,7 @@
 #include "elem/elem.h"
 #include "model/state.h"
 
-const long key_own  = 1L << 60;  // + c: corner c of a released point
+const long key_own  = 1L << 60;  // + number of a corner that has unknowns of its own (Points::corner_number)
 const long key_node = 1L << 61;  // + n: node n of the mesh, which corners follow
 
 struct GridLists {
@@ -34,7 +34,7 @@ struct ActiveGrid {
   bool meets = false;          // points that share no corner near a node of the grid have it in common
   long lists = 0;              // number of the lists below: the same one, the same lists
   long made  = 0;              // number of the weights below: the same one, the same weights
-  // [nnode] field * (nodes of the grid) + node number, ascending; key_own + c: corner c of a released point
+  // [nnode] field * (nodes of the grid) + node number, ascending; key_own + number of a corner
   std::vector<long> key;
   std::vector<long> cell;      // [ncell] field * (cells of the grid) + cell number, ascending
   // lists of grid nodes; those of corners and points also hold nodes n of the mesh as -1 - n, and once the
@@ -65,6 +65,12 @@ long grid_cells(const Grid& g, int dim);
 void grid_unknown_place(const Model& m, const Points& pts, const RealVec& uc, const ActiveGrid& g, int node,
                         double x[3]);
 
+// grid_corner : the corner that has the unknown with this key for its own, -1: it is one of the grid
+inline int grid_corner(const Points& pts, long key)
+{
+  return key < key_own ? -1 : pts.corner_here(static_cast<int>(key - key_own));
+}
+
 // grid_node_place, grid_cell_place : position of a node (1e300: corner of a released point), lower corner of
 // a cell, from a key
 void grid_node_place(const Grid& g, int dim, long key, double x[3]);
@@ -93,6 +99,15 @@ struct CornerShare {
 // nodes that neighbours have made already are shared; those between nodes, which no bond held to the element,
 // are not (7.9)
 void point_convert(const Model& m, int body, int e, CornerShare& share, Points& pts);
+
+// point_number : MeshPart::window: numbers among those of all ranks for the points and corners of elements
+// that have become points, and which corners other ranks have too (PointPart). Collective.
+//   in   elem, turn   those that are here, and their place among those of all ranks
+//        made         [elem] corners that each has made
+void point_number(const Model& m, const IntVec& elem, const IntVec& turn, const ListTable& made, Points& pts);
+
+// point_find_common : the last of this, for numbers that are known. Collective.
+void point_find_common(const Model& m, Points& pts);
 
 // point_sample : G and V0 of the points of element e belong to the Gauss places of the element (at_gauss;
 // quadrilaterals and bricks), or are the means over their domains                                            

@@ -155,7 +155,8 @@ Status touch(const Model& m, const Points& pts, const Bonds& bonds, const GridSh
     int n = 0;
     const int on = owned[c] ? carrier(pts, c) : HANG_CORNERS;
     if (on == HANG_NODE || on == HANG_OWN) {
-      corner_key[corner.n] = on == HANG_NODE ? key_node + pts.hang.begin(c)[0] : key_own + c;
+      corner_key[corner.n] =
+          on == HANG_NODE ? key_node + pts.hang.begin(c)[0] : key_own + pts.corner_number(c);
       g.corner_w[corner.n] = 1.0;
       n = 1;
     } else if (on == HANG_GRID) {
@@ -457,8 +458,9 @@ bool activate_part(const Model& m, const Points& pts, const GridShare& share, co
   g.cell.swap(cell);
   double sum[3] = {0.0, 0.0, static_cast<double>(g.cell.size())};
   for (int r = 0; r < nnode; ++r) {
-    const long c = node[r] - key_own;
-    if (r < near ? !of.counts(r) : node[r] >= key_node || share.owner[c] != comm_rank()) continue;
+    if (r < near ? !of.counts(r)
+                 : node[r] >= key_node || share.owner[grid_corner(pts, node[r])] != comm_rank())
+      continue;
     sum[0] += find_key(g.key, node[r]) >= 0;
     sum[1] += !strong[r];
   }
@@ -539,7 +541,7 @@ void grid_unknown_place(const Model& m, const Points& pts, const RealVec& uc, co
                         double x[3])
 {
   grid_node_place(m.grid, m.dim, g.key[node], x);
-  const long c = g.key[node] - key_own;
+  const int c = grid_corner(pts, g.key[node]);
   if (c < 0 || pts.field[c] == FIELD_OWN) return;
   for (int i = 0; i < 3; ++i) x[i] = i < m.dim ? pts.Xc[c * m.dim + i] + uc[c * m.dim + i] : 0.0;
 }
@@ -592,7 +594,7 @@ Status grid_activate(const Model& m, const Points& pts, const Bonds& bonds, cons
 
 void point_tell_corners(const Points& pts, const GridShare& share, int dim, const std::vector<RealVec*>& x)
 {
-  if (pts.part.on) {
+  if (pts.part.on || pts.part.window) {
     if (pts.part.held) halo_copy_all(pts.part.halo, dim, x);
     return;
   }

@@ -351,34 +351,6 @@ void add_held(int dim, const std::vector<HeldCorner>& held, Points& pts)
   for (int& c : part.near.item) c = c < before ? place[c] : c - before + pts.ncorner;
 }
 
-// which corners other ranks have too, and whose they are: of a rank with a point that has it
-void share_corners(Points& pts)
-{
-  PointPart& part = pts.part;
-  std::vector<char> own(pts.ncorner, 0);
-  for (int c : pts.conn.item) own[c] = 1;
-  std::vector<long> key;
-  IntVec owner(pts.ncorner, -1);
-  for (int c = 0; c < pts.ncorner; ++c)
-    if (own[c]) key.push_back(part.corner[c]);
-  halo_form(key, part.halo);
-  part.held = comm_allreduce_max(static_cast<int>(key.size() < own.size())) > 0;
-  if (!part.held) return;
-  for (int c = 0, k = 0; c < pts.ncorner; ++c)
-    if (own[c]) owner[c] = part.halo.owner[k++];
-  halo_form({part.corner.begin(), part.corner.end()}, part.halo);
-  std::vector<IntVec> tell(comm_size());
-  for (int r = 0; r < comm_size(); ++r)
-    for (int c : part.halo.common[r]) tell[r].push_back(owner[c]);
-  const std::vector<IntVec> told = comm_exchange(tell);
-  for (int r = 0; r < comm_size(); ++r)
-    for (size_t k = 0; k < told[r].size(); ++k) {
-      int& of = owner[part.halo.common[r][k]];
-      of = std::max(of, told[r][k]);
-    }
-  part.halo.owner.swap(owner);
-}
-
 }  // namespace
 
 int point_fill(const Model& m, Points& pts)
@@ -403,10 +375,13 @@ int point_fill(const Model& m, Points& pts)
   }
   if (pts.part.on) number_foreign(pts.part, pts.ncorner);
   else pts.part = PointPart();
+  pts.part.window = m.part.window;
   f.errors += point_surfaces(m, pts);
   if (pts.part.on) {
     add_held(m.dim, held_corners(m, pts), pts);
-    share_corners(pts);
+    std::vector<char> own(pts.ncorner, 0);
+    for (int c : pts.conn.item) own[c] = 1;
+    share_corners(own, pts.part);
   }
   return f.errors;
 }

@@ -650,7 +650,7 @@ double point_plastic(const Points& pts, const Level& l, const IntVec& mine)
 void point_share_history(const Points& pts, const PointLaws& law, const IntVec& mine, const IntVec& groups,
                          Level& l)
 {
-  if (comm_size() == 1 || pts.part.on || l.hp.empty()) return;
+  if (comm_size() == 1 || pts.part.on || pts.part.window || l.hp.empty()) return;
   RealVec all(l.hp.size(), 0.0);
   const auto take = [&](int p) {
     const auto from = l.hp.begin() + static_cast<long>(p) * law.history;

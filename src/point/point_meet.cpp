@@ -45,8 +45,7 @@ struct Around {
   // number of a corner among those of all ranks
   int corner_number(int c) const
   {
-    const PointPart& part = pts.part;
-    return !part.on ? c : c < pts.ncorner ? part.corner[c] : part.foreign[c - pts.ncorner];
+    return c < pts.ncorner ? pts.corner_number(c) : pts.part.foreign[c - pts.ncorner];
   }
 };
 

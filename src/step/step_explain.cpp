@@ -123,7 +123,7 @@ std::string solver_text(const Problem& p, const std::string& whole)
   if (equation < 0 || equation >= s.neq()) return words;
   const int row = equation / s.dim;
   words += ". It appears in " + pivot_text(p.m, dof_grid(p.d, s), s, row, equation % s.dim + 1);
-  if (row < s.nfe && !p.st.points.npoint && !p.st.bonds.nbond && !s.tie.any) {
+  if (row < s.nfe && !p.st.points.npoint_all() && !p.st.bonds.nbond_all() && !s.tie.any) {
     const std::string motion =
         p.m.part.on ? whole : step_free_motion(p.m, p.d.el, dof_all_rows(s), s.node_of_row[row]);
     if (!motion.empty()) return words + ": the supports do not constrain " + motion + " of its part";

@@ -138,18 +138,18 @@ void finish_velocities(const ActiveGrid& grid, const Dofs& dofs, const Attempt& 
   RealVec own(dofs.neq(), 0.0);
   if (here) finish_nodes(all, a, a.du_all, st, dv);
   else finish_nodes(dofs, a, a.du, st, own);
-  if (st.points.npoint) finish_grid(dofs, a, own);
+  if (st.points.npoint_all()) finish_grid(dofs, a, own);
   if (after) keep_velocity(dofs, a.vgrid, own, *after);
   if (!dofs.whole) {
     dv.swap(own);
-  } else if (st.points.npoint) {
+  } else if (st.points.npoint_all()) {
     const int first = here ? all.nfe : 0;
     const RealVec told = dof_gather(dofs, {&own}, first)[0];
     std::copy(told.begin() + static_cast<long>(first) * all.dim, told.end(),
               dv.begin() + static_cast<long>(first) * all.dim);
     if (!here) tell_nodes(dofs, st);
   }
-  if (st.points.npoint) assem_gather_corners(grid, all, dv, st.n.vc, st.np1.vc);
+  if (st.points.npoint_all()) assem_gather_corners(grid, all, dv, st.n.vc, st.np1.vc);
 }
 
 // several ranks with the whole model: R where supports act, [neq] of all rows
@@ -354,7 +354,7 @@ void step_finish(Problem& p, Attempt& a, RealVec& energy)
   point_tell_corners(st.points, p.d.mine, m.dim, {&st.np1.uc, &st.np1.vc});
   if (m.part.around.on()) {                          // nodes of outer elements
     std::vector<RealVec*> told{&st.np1.u};
-    if (a.cM != 0.0 && (st.bonds.nbond || !m.conversion.empty()))
+    if (a.cM != 0.0 && (st.bonds.nbond_all() || !m.conversion.empty()))
       told.insert(told.end(), {&st.np1.v, &st.np1.a});
     halo_copy_all(m.part.halo, m.dim, told);
   }

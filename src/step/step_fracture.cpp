@@ -30,12 +30,12 @@ void find_erosions(const Model& m, const Discretisation& d, const Step& s, const
   frac_test(m, s, d.el, d.fm, fr, st.n, energy, erode, first);
 }
 
-// divided model: elements that are to become points (of all ranks; numbers in the mesh of the deck), and
-// those around them, become known to all ranks; out: their indices here; u: a state that follows
-void adopt(Problem& p, UndoPoint& u, IntVec& elem)
+// divided model, all ranks know all points: elements that are to become points (of all ranks; numbers in the
+// mesh of the deck), and those around them, become known to all ranks; u: a state that follows
+void adopt(Problem& p, UndoPoint& u, const IntVec& elem)
 {
   const MeshPart& part = p.m.part;
-  if (!part.on) return;
+  if (!part.on || part.window) return;
   IntVec own, give;
   for (int number : elem) {
     const int e = part.elem_here(number);
@@ -49,7 +49,6 @@ void adopt(Problem& p, UndoPoint& u, IntVec& elem)
     p.dofs.numbered = false;
     p.ready         = false;
   }
-  for (int& number : elem) number = part.elem_here(number);
 }
 
 // points are released; elements break, and those that are to become points, do. The energy that goes is told
@@ -76,6 +75,7 @@ Failure apply(Problem& p, const Step& s, const std::vector<Erosion>& erode, cons
     if (!convert.empty()) adopt(p, u, convert);
     frac_convert(p.m, p.d.el, p.d.fm, convert, p.d.share, st);
     if (p.m.part.on && !convert.empty()) model_owners(frac_gone(st.frac), p.piece);
+    if (!convert.empty()) bond_share(p.m, st.bonds);
   }
   if (!convert.empty() || !torn.empty()) {
     p.dofs.numbered = false;             // other nodes, or other bonds
@@ -195,7 +195,7 @@ void step_undo_keep(State& st, UndoPoint& u)
 void step_undo(Problem& p, UndoPoint& u)
 {
   const StepLog log = p.st.log;
-  const bool changed = p.st.frac.converted.size() != u.state.frac.converted.size() ||
+  const bool changed = p.st.frac.nconverted != u.state.frac.nconverted ||
                        p.st.frac.released.size() != u.state.frac.released.size();
   Level n;
   if (u.copy) n = u.n;

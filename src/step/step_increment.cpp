@@ -40,7 +40,11 @@ bool update_multipliers(const Model& m, const Bonds& b, const KernelMode& mode, 
 
 Failure augment(Problem& p, Attempt& a)
 {
-  for (int k = 0; update_multipliers(p.m, p.st.bonds, a.mode, k, p.st.np1); ++k) {
+  const auto due = [&](int k) {
+    const bool here = update_multipliers(p.m, p.st.bonds, a.mode, k, p.st.np1);
+    return p.m.part.window ? comm_allreduce_max(static_cast<int>(here)) > 0 : here;
+  };
+  for (int k = 0; due(k); ++k) {
     const Failure failure = step_newton(p, a);
     if (!failure.ok()) return failure;
   }
@@ -50,7 +54,7 @@ Failure augment(Problem& p, Attempt& a)
 // elements alone, without NLGEOM, contact or fracture: the tangent does not depend on displacements
 bool linear_scene(const Model& m, const FracMesh& fm, const Points& pts, const Step& s)
 {
-  if (s.nlgeom || fm.on || pts.npoint) return false;
+  if (s.nlgeom || fm.on || pts.npoint_all()) return false;
   for (const BondDef& b : m.bond)
     if (b.kind == BOND_CONTACT) return false;
   for (const Material& a : m.material)
@@ -81,8 +85,8 @@ NewtonControls newton_controls(const Model& m, const Discretisation& d, const St
 // Only where nothing but elements acts that are whole, and not after a cut.
 void extrapolate(const Model& m, const State& st, const Dofs& dofs, double dt, Attempt& a)
 {
-  if (!a.step.extrapolate || st.rate.empty() || st.log.cuts > 0 || !m.bond.empty() || st.points.npoint ||
-      st.frac.neroded > 0)
+  if (!a.step.extrapolate || st.rate.empty() || st.log.cuts > 0 || !m.bond.empty() ||
+      st.points.npoint_all() || st.frac.neroded > 0)
     return;
   a.guess = dofs.target;
   const int dim = dofs.dim;
@@ -175,7 +179,7 @@ Failure step_increment(Problem& p, const Step& s, double t0, double dt, RealVec&
     a.guess.clear();
     failure = step_newton(p, a);
   }
-  if (failure.ok() && st.bonds.nbond) failure = augment(p, a);
+  if (failure.ok() && st.bonds.nbond_all()) failure = augment(p, a);
   if (failure.ok() && p.d.pairs.near) failure = step_contact_depth(st.bonds, p.d.pairs, st.np1, p.m.dim);
   if (failure.ok() && s.proc == PROC_STATIC) failure = find_missed_contact(p, st);
   if (failure.ok() && half && half->on) {

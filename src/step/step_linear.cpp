@@ -52,7 +52,7 @@ bool supported(Problem& p)
   if (!dof_all(p.dofs, h.pattern == p.dofs.pattern && h.fixed == p.dofs.fixed)) {
     h.pattern = p.dofs.pattern;
     h.fixed   = p.dofs.fixed;
-    h.good    = !p.st.points.npoint && !p.st.bonds.nbond && !p.d.fm.on &&
+    h.good    = !p.st.points.npoint_all() && !p.st.bonds.nbond_all() && !p.d.fm.on &&
                 step_supports_fix(p.m, p.d.el, dof_all_rows(p.dofs));
   }
   return h.good;
@@ -71,7 +71,7 @@ RealVec row_places(const Problem& p)
   for (int g = 0; g < grid.nnode; ++g) {
     double x[3];
     grid_unknown_place(p.m, p.st.points, p.st.n.uc, grid, g, x);
-    const long c = grid.key[g] - key_own;
+    const int c = grid_corner(p.st.points, grid.key[g]);
     for (int i = 0; i < dim; ++i)
       place[(s.nfe + g) * dim + i] =
           c < 0 ? x[i] : p.st.points.Xc[c * dim + i] + p.st.n.uc[c * dim + i];
@@ -171,7 +171,7 @@ Failure step_solve(Problem& p, const Attempt& a, int it, double residual, double
   ask.known_regular      = p.newton.solver.nfactor == 0 && s.neq_all() >= SMALL_SYSTEM && p.m.dim == 3 &&
                   (ask.inertia || supported(p));
   ask.digits = -std::log10(std::max(ask.eta, FINAL * l.residual / residual));
-  ask.plain  = !p.st.points.npoint && !p.st.bonds.nbond && !p.d.fm.on;
+  ask.plain  = !p.st.points.npoint_all() && !p.st.bonds.nbond_all() && !p.d.fm.on;
   if (!ask.inertia || p.m.solver.kind == SOLVER_AMG) ask.place = [&p] { return row_places(p); };
   const Status status = solve_slipping(p, a, pending, ask, l);
   if (status != STATUS_OK) return status;

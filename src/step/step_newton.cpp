@@ -114,7 +114,8 @@ RealVec strain_diagonal(const Model& m, const Bonds& bonds, const ActiveGrid& gr
   if (cC != 0.0)
     for (int i = 0; i < s.neq(); ++i) d[i] -= cC * s.C_diag[i];
   RealVec other;               // several ranks: of the bonds and ghosts of this one, negative
-  const bool shared = s.split && (bonds.nbond || grid.ghost.size());
+  const bool ghosts = m.grid.ghost_stiffness > 0.0 || m.grid.ghost_mass > 0.0,
+             shared = s.split && (bonds.nbond_all() || ghosts);
   if (shared) other.assign(s.neq(), 0.0);
   RealVec& to = shared ? other : d;
   double C[9];
@@ -297,7 +298,7 @@ Failure tell_all(Problem& p, Attempt& a)
     a.du_all.swap(dof_gather(p.dofs, {&a.du})[0]);
     failure = assem_move_all(p.m, p.d, *p.dofs.whole, a.mode, a.du_all, a.t0, a.t1, p.st, a.jumps);
   }
-  if (p.m.part.on && p.st.bonds.nbond) assem_share_bonds(p.m, p.dofs, p.d.pairs, p.st, a.jumps);
+  if (p.m.part.on && p.st.bonds.nbond_all()) assem_share_bonds(p.m, p.dofs, p.d.pairs, p.st, a.jumps);
   return failure;
 }
 

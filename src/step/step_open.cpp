@@ -125,6 +125,7 @@ int step_open(Problem& p)
   errors = bond_form(m, st.points, st.bonds);
   if (errors) return errors;
   bond_skin(m, st.points, contact_skin(m, st.frac, st.points, {}), st.bonds);
+  bond_share(m, st.bonds);
   p.d.point_law = point_laws(m);
   const size_t nodal = static_cast<size_t>(m.mesh.nnode()) * m.dim;
   st.n.u.assign(nodal, 0.0);
@@ -172,7 +173,7 @@ double fastest(const MeshPart& part, const State& st, bool is_static)
 void grid_serves(const Problem& p, const RealVec& xb, bool& stays, bool& known)
 {
   const State& st = p.st;
-  stays = st.points.npoint && grid_stays(p.m, st.points, st.bonds, st.laid, st.n.uc, xb);
+  stays = st.points.npoint_all() && grid_stays(p.m, st.points, st.bonds, st.laid, st.n.uc, xb);
   known = stays && st.laid.made == p.d.grid.made && grid_covers(st.points, st.bonds, p.d.mine, p.d.grid);
   if (!p.m.part.on || st.points.npoint_all() == 0) return;
   double no[2] = {stays ? 0.0 : 1.0, known ? 0.0 : 1.0};
@@ -189,7 +190,7 @@ Failure step_prepare(Problem& p, const Step& s)
   State& st = p.st;
   frac_follow(p.m, st.frac, st.points, p.d.follow);
   RealVec xb;
-  if (st.bonds.nbond) {
+  if (st.bonds.nbond_all()) {
     Timer timer(PHASE_BOND);
     bond_places(p.m, st.points, st.bonds, st.n.u, st.n.uc, xb);
   } else {
@@ -215,7 +216,7 @@ Failure step_prepare(Problem& p, const Step& s)
   grid_serves(p, xb, stays, known);
   if (known) {
     timer_skip(PHASE_GRID);
-  } else if (st.points.npoint) {
+  } else if (st.points.npoint_all()) {
     Timer timer(PHASE_GRID);
     int worst = 0;
     if (!stays) st.laid = {st.n.uc, xb};

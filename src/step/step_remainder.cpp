@@ -101,7 +101,7 @@ void step_remainder(const Model& m, const Discretisation& d, const Dofs& dofs, c
                     Warned& warned)
 {
   const bool on = m.part.on;
-  if (s.proc != PROC_STATIC || st.points.npoint || (!on && comm_rank() > 0) || !breaks(st.frac, m.part))
+  if (s.proc != PROC_STATIC || st.points.npoint_all() || (!on && comm_rank() > 0) || !breaks(st.frac, m.part))
     return;
   const bool numbered = dofs.fixed.size() == static_cast<size_t>(dofs.neq());
   if (on ? comm_allreduce_max(!numbered) : !numbered) return;

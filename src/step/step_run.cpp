@@ -375,7 +375,7 @@ void warn_few_points(const Points& pts, const ActiveGrid& grid)
 void open_ledger(Problem& p)
 {
   if (!step_prepare(p, p.m.step.front()).ok()) return;
-  if (p.st.points.npoint) warn_few_points(p.st.points, p.d.grid);
+  if (p.st.points.npoint_all()) warn_few_points(p.st.points, p.d.grid);
   ledger_update(p.m, p.d.el, p.dofs, p.st.n, p.m.step.front().nlgeom, p.st);
   Ledger& g = p.st.ledger;
   g.total0  = g.kinetic + g.strain + g.bond;

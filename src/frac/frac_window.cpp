@@ -1,0 +1,132 @@
+#include <algorithm>
+#include <map>
+
+#include "frac/frac.h"
+
+namespace {
+
+// lists of a whole state have the lengths that its counts say
+bool lengths_fit(int dim, const State& s)
+{
+  const Points& p = s.points;
+  const Bonds& b  = s.bonds;
+  const size_t n = p.npoint, c = p.ncorner, items = p.conn.item.size(), q = b.nbond;
+  const auto ends = [](const ListTable& t, size_t lists) {
+    return t.off.size() == lists + 1 && t.off.front() == 0 && std::is_sorted(t.off.begin(), t.off.end()) &&
+           static_cast<size_t>(t.off.back()) == t.item.size();
+  };
+  return p.npoint >= 0 && p.ncorner >= 0 && b.nfixed >= 0 && b.nbond >= b.nfixed && ends(p.conn, n) &&
+         ends(b.a, q) && b.a_w.size() == b.a.item.size() && p.G.size() == items * dim &&
+         p.sampled.size() == n && p.V0.size() == n && p.label.size() == n && p.broken.size() == n && p.normal.size() == 3 * n &&
+         p.hangs.size() == c && s.n.uc.size() == c * dim && s.n.vc.size() == c * dim &&
+         (n == 0 ? s.n.hp.empty() : s.n.hp.size() % n == 0) &&
+         (s.laid.uc.empty() || s.laid.uc.size() == c * dim) &&
+         s.laid.xb.size() == (s.laid.uc.empty() ? 0 : q * dim) &&
+         b.def.size() == q && b.field.size() == q && b.area.size() == q && b.X.size() == 3 * q &&
+         b.normal.size() == q * dim && b.cn.size() == q && b.ct.size() == q && b.offset.size() == q &&
+         b.initial_penetration.size() == q && b.intermediate.size() == q && b.friction.size() == q &&
+         b.skin_of.size() == q && b.met.size() == q && s.n.slip.size() == q * dim &&
+         s.n.lambda.size() == q * dim && s.n.lambda_n.size() == q;
+}
+
+// items of x, D numbers each
+template <class T>
+void take(const IntVec& item, int D, std::vector<T>& x)
+{
+  std::vector<T> out;
+  for (int i : item) out.insert(out.end(), x.begin() + long(i) * D, x.begin() + long(i + 1) * D);
+  x.swap(out);
+}
+
+// which points and corners of the whole those are that are here; false: they are no such points
+bool find_items(const Points& whole, const IntVec& converted, Points& here)
+{
+  IntVec& corner = here.part.corner;
+  corner.assign(here.ncorner, -1);
+  here.part.point.assign(here.npoint, -1);
+  for (int e : converted)
+    for (int p = here.of_elem[e], q = whole.of_elem[e]; p < here.npoint && here.parent[p] == e; ++p, ++q) {
+      if (q < 0 || q >= whole.npoint || whole.conn.count(q) != here.conn.count(p)) return false;
+      here.part.point[p] = q;
+      for (int k = 0; k < here.conn.count(p); ++k) {
+        const int c = whole.conn.begin(q)[k];
+        if (c < 0 || c >= whole.ncorner) return false;
+        corner[here.conn.begin(p)[k]] = c;
+      }
+    }
+  const auto found = [](const IntVec& list) { return std::find(list.begin(), list.end(), -1) == list.end(); };
+  return found(corner) && found(here.part.point);
+}
+
+// what points and corners of the whole state have that a conversion does not give
+void take_points(int dim, const Points& whole, State& st)
+{
+  Points& here = st.points;
+  const IntVec &point = here.part.point, &corner = here.part.corner;
+  const size_t history = whole.npoint ? st.n.hp.size() / whole.npoint : 0;
+  for (int p = 0; p < here.npoint; ++p)
+    std::copy_n(&whole.G[static_cast<size_t>(whole.conn.off[point[p]]) * dim], here.conn.count(p) * dim,
+                &here.G[static_cast<size_t>(here.conn.off[p]) * dim]);
+  here.sampled = whole.sampled;
+  here.V0      = whole.V0;
+  here.label   = whole.label;
+  here.broken  = whole.broken;
+  here.normal  = whole.normal;
+  here.hangs   = whole.hangs;
+  for (IntVec* x : {&here.sampled, &here.label, &here.broken}) take(point, 1, *x);
+  take(point, 1, here.V0);
+  take(point, 3, here.normal);
+  take(point, static_cast<int>(history), st.n.hp);
+  take(corner, 1, here.hangs);
+  for (RealVec* x : {&st.n.uc, &st.n.vc}) take(corner, dim, *x);
+  if (!st.laid.uc.empty()) take(corner, dim, st.laid.uc);
+  here.part.window  = true;
+  here.part.npoint  = whole.npoint;
+  here.part.ncorner = whole.ncorner;
+}
+
+// bonds whose nodes are all here; names are their numbers
+void take_bonds(int dim, State& st)
+{
+  Bonds& b = st.bonds;
+  IntVec list;
+  ListTable a;
+  RealVec a_w;
+  for (int q = 0; q < b.nbond; ++q) {
+    const int *first = b.a.begin(q), *last = first + b.a.count(q);
+    if (first == last || std::find(first, last, -1) != last) continue;
+    list.push_back(q);
+    a.item.insert(a.item.end(), first, last);
+    a_w.insert(a_w.end(), b.a_w.begin() + b.a.off[q], b.a_w.begin() + b.a.off[q + 1]);
+    a.off.push_back(static_cast<int>(a.item.size()));
+  }
+  std::swap(b.a, a);
+  b.a_w.swap(a_w);
+  b.nbond = static_cast<int>(list.size());
+  for (IntVec* x : {&b.def, &b.field, &b.intermediate, &b.skin_of, &b.met}) take(list, 1, *x);
+  for (RealVec* x : {&b.area, &b.cn, &b.ct, &b.offset, &b.initial_penetration, &b.friction, &st.n.lambda_n})
+    take(list, 1, *x);
+  take(list, 3, b.X);
+  for (RealVec* x : {&b.normal, &st.n.slip, &st.n.lambda}) take(list, dim, *x);
+  if (!st.laid.xb.empty()) take(list, dim, st.laid.xb);
+  b.name.assign(list.begin() + b.nfixed, list.end());
+}
+
+}  // namespace
+
+bool frac_take(const Model& m, const FracMesh& fm, const Points& begin, State& st)
+{
+  Fracture& fr = st.frac;
+  fr.converted.erase(std::remove(fr.converted.begin(), fr.converted.end(), -1), fr.converted.end());
+  if (!lengths_fit(m.dim, st)) return false;
+  Points whole = begin;
+  std::swap(whole, st.points);
+  if (whole.of_elem.size() != static_cast<size_t>(m.mesh.nelem())) return false;
+  CornerShare share;
+  for (int e : fr.converted)
+    if (e < 0 || e >= m.mesh.nelem() || fm.conv[e] < 0) return false;
+  if (!frac_repeat(m, fm, fr, st.points, share) || !find_items(whole, fr.converted, st.points)) return false;
+  take_points(m.dim, whole, st);
+  take_bonds(m.dim, st);
+  return st.bonds.nbond >= st.bonds.nfixed;
+}

@@ -1,0 +1,221 @@
+#include "model/state_window.h"
+
+#include <algorithm>
+#include <numeric>
+#include <utility>
+
+#include "base/comm.h"
+
+namespace {
+
+// Items of all ranks on rank 0, in the order of their names. Collective, as all below.
+struct Joiner {
+  IntVec item;                 // that this rank brings
+  IntVec place;                // rank 0: of each that comes, rank after rank
+  Joiner(IntVec brings, const std::vector<long>& name);
+
+  // numbers of the items, D for each
+  template <class T>
+  std::vector<T> join(const std::vector<T>& x, int D) const
+  {
+    std::vector<T> own;
+    for (int i : item) own.insert(own.end(), x.begin() + long(i) * D, x.begin() + long(i + 1) * D);
+    std::vector<T> out(place.size() * static_cast<std::size_t>(D));
+    std::size_t k = 0;
+    for (const std::vector<T>& part : comm_gather(own))
+      for (std::size_t at = 0; at < part.size(); at += D, ++k)
+        std::copy_n(&part[at], D, &out[place[k] * static_cast<std::size_t>(D)]);
+    return out;
+  }
+
+  // numbers of lists with off [n+1], D for each of their items; off of all: of those on rank 0
+  template <class T>
+  std::vector<T> join_lists(const std::vector<T>& x, const IntVec& off, int D, IntVec& off_of_all) const
+  {
+    IntVec count(off.size() - 1);
+    for (std::size_t i = 0; i < count.size(); ++i) count[i] = off[i + 1] - off[i];
+    count = join(count, 1);
+    off_of_all.assign(1, 0);
+    for (int n : count) off_of_all.push_back(off_of_all.back() + n);
+    std::vector<T> own;
+    for (int i : item) own.insert(own.end(), x.begin() + long(off[i]) * D, x.begin() + long(off[i + 1]) * D);
+    std::vector<T> out(off_of_all.back() * static_cast<std::size_t>(D));
+    std::size_t k = 0;
+    for (const std::vector<T>& part : comm_gather(own))
+      for (std::size_t at = 0; at < part.size(); ++k) {
+        const std::size_t n = count[place[k]] * static_cast<std::size_t>(D);
+        std::copy_n(part.begin() + static_cast<long>(at), n,
+                    out.begin() + static_cast<long>(off_of_all[place[k]]) * D);
+        at += n;
+      }
+    return out;
+  }
+};
+
+Joiner::Joiner(IntVec brings, const std::vector<long>& name) : item(std::move(brings))
+{
+  std::vector<long> own, all;
+  for (int i : item) own.push_back(name[i]);
+  for (const std::vector<long>& part : comm_gather(own)) all.insert(all.end(), part.begin(), part.end());
+  IntVec order(all.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::sort(order.begin(), order.end(), [&](int a, int b) { return all[a] < all[b]; });
+  place.resize(all.size());
+  for (std::size_t k = 0; k < order.size(); ++k) place[order[k]] = static_cast<int>(k);
+}
+
+std::vector<long> names(const IntVec& number) { return {number.begin(), number.end()}; }
+
+// places of lists with n[i] numbers
+template <class Count>
+IntVec offsets(int lists, Count count)
+{
+  IntVec off(1, 0);
+  for (int i = 0; i < lists; ++i) off.push_back(off.back() + count(i));
+  return off;
+}
+
+int pairs_of(const Points& p, int point) { return p.conn.count(point) * (p.conn.count(point) + 1) / 2; }
+
+// faces of points of this rank, in numbers of all ranks, ascending on rank 0
+std::vector<Face> join_faces(std::vector<Face> face, const std::vector<char>& own, const IntVec& number)
+{
+  const auto others = [&](const Face& f) { return !own[f.elem]; };
+  face.erase(std::remove_if(face.begin(), face.end(), others), face.end());
+  for (Face& f : face) f.elem = number[f.elem];
+  std::vector<Face> all;
+  for (const std::vector<Face>& part : comm_gather(face)) all.insert(all.end(), part.begin(), part.end());
+  std::sort(all.begin(), all.end(), [](const Face& a, const Face& b) {
+    return a.elem != b.elem ? a.elem < b.elem : a.face < b.face;
+  });
+  return all;
+}
+
+void join_points(const Model& m, const Joiner& of_points, const Joiner& of_corners, const Points& p,
+                 Points& all)
+{
+  const int dim = m.dim;
+  const IntVec &point = p.part.point, &corner = p.part.corner;
+  all.npoint  = static_cast<int>(of_points.place.size());
+  all.ncorner = static_cast<int>(of_corners.place.size());
+  IntVec conn = p.conn.item, next = p.next, twin = p.twin, hang = p.hang.item, off;
+  for (int& c : conn) c = corner[c];
+  for (int& q : next) q = point[q];
+  for (int& c : twin) c = corner[c];
+  for (int& k : hang)
+    if (k < 0) k = -1 - corner[-1 - k];
+  const IntVec pairs = offsets(p.npoint, [&](int q) { return pairs_of(p, q); });
+  all.Xc        = of_corners.join(p.Xc, dim);
+  all.shape     = of_points.join(p.shape, 1);
+  all.conn.item = of_points.join_lists(conn, p.conn.off, 1, all.conn.off);
+  all.w         = of_points.join_lists(p.w, p.conn.off, 1, off);
+  all.G         = of_points.join_lists(p.G, p.conn.off, dim, off);
+  all.sampled   = of_points.join(p.sampled, 1);
+  all.mc        = of_points.join_lists(p.mc, pairs, 1, off);
+  all.V0        = of_points.join(p.V0, 1);
+  all.mass      = of_points.join(p.mass, 1);
+  all.body      = of_points.join(p.body, 1);
+  all.label     = of_points.join(p.label, 1);
+  all.parent    = of_points.join(p.parent, 1);
+  all.next      = of_points.join(next, 1);
+  all.broken    = of_points.join(p.broken, 1);
+  all.normal    = of_points.join(p.normal, 3);
+  all.released  = of_points.join(p.released, 1);
+  all.field     = of_corners.join(p.field, 1);
+  all.twin      = of_corners.join(twin, 1);
+  all.hang.item = of_corners.join_lists(hang, p.hang.off, 1, all.hang.off);
+  all.hang_w    = of_corners.join_lists(p.hang_w, p.hang.off, 1, off);
+  all.hangs     = of_corners.join(p.hangs, 1);
+  std::vector<char> own(p.npoint, 0);
+  for (int q : of_points.item) own[q] = 1;
+  all.boundary = join_faces(p.boundary, own, point);
+  for (const std::vector<Face>& face : p.surface) all.surface.push_back(join_faces(face, own, point));
+  all.of_elem.assign(m.mesh.nelem(), -1);            // of the elements of this rank, on all ranks
+  for (std::size_t e = 0; e < p.of_elem.size(); ++e)
+    if (p.of_elem[e] >= 0) all.of_elem[e] = point[p.of_elem[e]];
+}
+
+void join_bonds(const Joiner& j, int dim, const Bonds& b, Bonds& all)
+{
+  all.nbond         = static_cast<int>(j.place.size());
+  all.nfixed        = b.nfixed;
+  all.a.item        = j.join_lists(b.a.item, b.a.off, 1, all.a.off);
+  IntVec off;
+  all.a_w           = j.join_lists(b.a_w, b.a.off, 1, off);
+  all.def           = j.join(b.def, 1);
+  all.field         = j.join(b.field, 1);
+  all.area          = j.join(b.area, 1);
+  all.X             = j.join(b.X, 3);
+  all.normal        = j.join(b.normal, dim);
+  all.cn            = j.join(b.cn, 1);
+  all.ct            = j.join(b.ct, 1);
+  all.offset        = j.join(b.offset, 1);
+  all.initial_penetration = j.join(b.initial_penetration, 1);
+  all.intermediate  = j.join(b.intermediate, 1);
+  all.friction      = j.join(b.friction, 1);
+  all.skin_of       = j.join(b.skin_of, 1);
+  all.met           = j.join(b.met, 1);
+}
+
+// elements that this rank works on which became points, of all ranks, in their order
+IntVec join_converted(const Model& m, const IntVec& converted, const IntVec& here, const Points& p)
+{
+  struct Turn { int point, number; };
+  std::vector<Turn> own, all;
+  for (std::size_t k = 0; k < converted.size(); ++k)
+    if (m.part.works(here[k])) own.push_back({p.part.point[p.of_elem[here[k]]], converted[k]});
+  for (const std::vector<Turn>& part : comm_gather(own)) all.insert(all.end(), part.begin(), part.end());
+  std::sort(all.begin(), all.end(), [](const Turn& a, const Turn& b) { return a.point < b.point; });
+  IntVec list;
+  for (const Turn& t : all) list.push_back(t.number);
+  return list;
+}
+
+}  // namespace
+
+void state_swap(WindowState& kept, State& s)
+{
+  std::swap(kept.points, s.points);
+  std::swap(kept.bonds, s.bonds);
+  std::swap(kept.laid, s.laid);
+  std::swap(kept.converted, s.frac.converted);
+  s.n.uc.swap(kept.uc);
+  s.n.vc.swap(kept.vc);
+  s.n.hp.swap(kept.hp);
+  s.n.slip.swap(kept.slip);
+  s.n.lambda.swap(kept.lambda);
+  s.n.lambda_n.swap(kept.lambda_n);
+}
+
+void state_gather(const Model& m, WindowState& kept, State& s)
+{
+  const int dim = m.dim, me = comm_rank();
+  IntVec here;                 // elements of converted
+  for (int number : s.frac.converted) here.push_back(m.part.elem_here(number));
+  state_swap(kept, s);
+  const Points& p = kept.points;
+  const Bonds& b  = kept.bonds;
+  IntVec points, corners, bonds;
+  for (int q = 0; q < p.npoint; ++q)
+    if (m.part.works(m.part.elem_here(p.parent[q]))) points.push_back(q);
+  for (int c = 0; c < p.ncorner; ++c)
+    if (p.part.halo.owner[c] == me) corners.push_back(c);
+  for (int q = 0; q < b.nbond; ++q)
+    if (b.rank[q] == me) bonds.push_back(q);
+  const Joiner of_points(points, names(p.part.point)), of_corners(corners, names(p.part.corner)),
+      of_bonds(bonds, b.name);
+  join_points(m, of_points, of_corners, p, s.points);
+  join_bonds(of_bonds, dim, b, s.bonds);
+  const int history = comm_allreduce_max(p.npoint ? static_cast<int>(kept.hp.size() / p.npoint) : 0);
+  s.n.uc       = of_corners.join(kept.uc, dim);
+  s.n.vc       = of_corners.join(kept.vc, dim);
+  s.n.hp       = of_points.join(kept.hp, history);
+  s.n.slip     = of_bonds.join(kept.slip, dim);
+  s.n.lambda   = of_bonds.join(kept.lambda, dim);
+  s.n.lambda_n = of_bonds.join(kept.lambda_n, 1);
+  if (comm_allreduce_max(static_cast<int>(!kept.laid.uc.empty()))) {
+    s.laid.uc = of_corners.join(kept.laid.uc, dim);
+    s.laid.xb = of_bonds.join(kept.laid.xb, dim);
+  }
+  s.frac.converted = join_converted(m, kept.converted, here, p);
+}

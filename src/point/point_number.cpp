@@ -1,0 +1,142 @@
+#include <algorithm>
+
+#include "base/comm.h"
+#include "point/filler.h"
+
+namespace {
+
+// What an element has made, told by the rank that works on it
+struct Made { int turn, points, corners; };
+
+// numbers of the first point and the first corner of each element that became points, by turn; npoint and
+// ncorner of all ranks go on
+std::vector<Made> first_numbers(std::vector<Made> made, PointPart& part)
+{
+  comm_allgatherv(made);
+  std::vector<Made> first(made.size());
+  for (const Made& x : made) first[x.turn] = x;
+  for (Made& x : first) {
+    const Made count = x;
+    x = {count.turn, part.npoint, part.ncorner};
+    part.npoint += count.points;
+    part.ncorner += count.corners;
+  }
+  return first;
+}
+
+// calls use(corner) for the corners of the points of element e, one point after the other
+template <class Use>
+void each_corner(const Points& pts, int e, Use use)
+{
+  for (int p = pts.of_elem[e]; p < pts.npoint && pts.parent[p] == e; ++p)
+    for (int k = pts.conn.off[p]; k < pts.conn.off[p + 1]; ++k) use(pts.conn.item[k]);
+}
+
+// numbers of the corners that elements of a rank have made, to all that have these elements; own: corners
+// that the rank has just numbered
+void tell_numbers(const Model& m, const std::vector<char>& fresh, const std::vector<char>& own, Points& pts)
+{
+  const Halo& around = m.part.around;
+  const int ranks = comm_size(), me = comm_rank();
+  IntVec& number = pts.part.corner;
+  std::vector<IntVec> tell(ranks);
+  for (int r = 0; r < ranks && around.on(); ++r)
+    for (int e : around.common[r]) {
+      if (!fresh[e] || around.owner[e] != me) continue;
+      each_corner(pts, e, [&](int c) { tell[r].push_back(own[c] ? number[c] : -1); });
+    }
+  const std::vector<IntVec> told = comm_exchange(tell);
+  for (int r = 0; r < ranks && around.on(); ++r) {
+    const int* next = told[r].data();
+    for (int e : around.common[r]) {
+      if (!fresh[e] || around.owner[e] != r) continue;
+      each_corner(pts, e, [&](int c) {
+        if (*next >= 0) number[c] = *next;
+        ++next;
+      });
+    }
+  }
+}
+
+// a name for a corner that other ranks may have too, or for one without a number
+long corner_name(const PointPart& part, int c)
+{
+  return part.corner[c] >= 0 ? part.corner[c] : -1 - (static_cast<long>(comm_rank()) << 32) - c;
+}
+
+}  // namespace
+
+void point_number(const Model& m, const IntVec& elem, const IntVec& turn, const ListTable& made, Points& pts)
+{
+  PointPart& part = pts.part;
+  std::vector<Made> own;
+  std::vector<char> fresh(m.mesh.nelem(), 0), mine(pts.ncorner, 0);
+  const auto count = [&](int e) {
+    int p = pts.of_elem[e];
+    while (p < pts.npoint && pts.parent[p] == e) ++p;
+    return p - pts.of_elem[e];
+  };
+  for (size_t k = 0; k < elem.size(); ++k) {
+    fresh[elem[k]] = 1;
+    if (m.part.works(elem[k])) own.push_back({turn[k], count(elem[k]), made.count(static_cast<int>(k))});
+  }
+  const std::vector<Made> first = first_numbers(std::move(own), part);
+  part.point.resize(pts.npoint, -1);
+  part.corner.resize(pts.ncorner, -1);
+  for (size_t k = 0; k < elem.size(); ++k) {
+    const int e = elem[k], at = static_cast<int>(k);
+    int number = first[turn[k]].points, corner = first[turn[k]].corners;
+    for (int p = pts.of_elem[e]; p < pts.npoint && pts.parent[p] == e; ++p) {
+      part.point[p] = number++;
+      pts.label[p]  = number;
+    }
+    for (int i = made.off[at]; i < made.off[at + 1] && m.part.works(e); ++i) {
+      part.corner[made.item[i]] = corner++;
+      mine[made.item[i]]        = 1;
+    }
+  }
+  tell_numbers(m, fresh, mine, pts);
+  point_find_common(m, pts);
+}
+
+void point_find_common(const Model& m, Points& pts)
+{
+  PointPart& part = pts.part;
+  std::vector<char> own(pts.ncorner, 0);
+  part.numbered.clear();
+  for (int c = 0; c < pts.ncorner; ++c)
+    if (part.corner[c] >= 0) part.numbered.push_back(c);
+  std::sort(part.numbered.begin(), part.numbered.end(),
+            [&](int a, int b) { return part.corner[a] < part.corner[b]; });
+  for (int p = 0; p < pts.npoint; ++p)
+    for (int k = pts.conn.off[p]; k < pts.conn.off[p + 1] && m.part.works(pts.parent[p]); ++k)
+      own[pts.conn.item[k]] = 1;
+  share_corners(own, part);
+}
+
+void share_corners(const std::vector<char>& own, PointPart& part)
+{
+  const int ncorner = static_cast<int>(own.size());
+  std::vector<long> key, name;
+  IntVec owner(ncorner, -1);
+  for (int c = 0; c < ncorner; ++c) {
+    name.push_back(corner_name(part, c));
+    if (own[c]) key.push_back(name[c]);
+  }
+  halo_form(key, part.halo);
+  part.held = comm_allreduce_max(static_cast<int>(key.size() < own.size())) > 0;
+  if (!part.held) return;
+  for (int c = 0, k = 0; c < ncorner; ++c)
+    if (own[c]) owner[c] = part.halo.owner[k++];
+  halo_form(name, part.halo);
+  std::vector<IntVec> tell(comm_size());
+  for (int r = 0; r < comm_size(); ++r)
+    for (int c : part.halo.common[r]) tell[r].push_back(owner[c]);
+  const std::vector<IntVec> told = comm_exchange(tell);
+  for (int r = 0; r < comm_size(); ++r)
+    for (size_t k = 0; k < told[r].size(); ++k) {
+      int& of = owner[part.halo.common[r][k]];
+      of = std::max(of, told[r][k]);
+    }
+  part.halo.owner.swap(owner);
+}
