@@ -17,7 +17,8 @@ bool lengths_fit(int dim, const State& s)
   };
   return p.npoint >= 0 && p.ncorner >= 0 && b.nfixed >= 0 && b.nbond >= b.nfixed && ends(p.conn, n) &&
          ends(b.a, q) && b.a_w.size() == b.a.item.size() && p.G.size() == items * dim &&
-         p.sampled.size() == n && p.V0.size() == n && p.label.size() == n && p.broken.size() == n && p.normal.size() == 3 * n &&
+         p.sampled.size() == n && p.V0.size() == n && p.label.size() == n && p.broken.size() == n &&
+         p.normal.size() == 3 * n &&
          p.hangs.size() == c && s.n.uc.size() == c * dim && s.n.vc.size() == c * dim &&
          (n == 0 ? s.n.hp.empty() : s.n.hp.size() % n == 0) &&
          (s.laid.uc.empty() || s.laid.uc.size() == c * dim) &&
