@@ -35,7 +35,7 @@ IntVec bond_rebuild(const Model& m, const Points& pts, const std::vector<BondFac
 
 // bond_share : MeshPart::window: who works on a bond, and who else has it (Bonds::rank, halo, nall), when
 // bonds or owners of nodes are others than before. Collective.
-void bond_share(const Model& m, Bonds& bonds);
+void bond_share(const Model& m, const Points& pts, Bonds& bonds);
 
 // bond_places : where side A is, from displacements of nodes and corners                          xb
 // [nbond*dim]

@@ -148,14 +148,13 @@ struct Former {
 };
 
 // places on a face at most, faces of an element
-const long PLACES = 1L << 16, FACES = 6;
+const long PLACES = 1L << 14, FACES = 6;
 
-// name of the first place on a face of element e of the deck
-long face_name(const Model& m, int def, const Face& f)
-{
-  const long elem = m.part.elem_number(f.elem);
-  return ((def * static_cast<long>(m.part.nelem) + elem) * FACES + f.face) * PLACES;
-}
+// names of places on faces of elements, and behind them on those of points
+const long AT_POINTS = 1L << 62, OWNERS = 1L << 31;
+
+// name of the first place on a face of an element or a point with this number
+long face_name(int def, long number, int face) { return ((def * OWNERS + number) * FACES + face) * PLACES; }
 
 // a bond without area at the place with the shape functions N of the face; side A stands in the list
 int new_bond(Former& f, int field, const FaceNodes& face, const double* N)
@@ -226,6 +225,7 @@ void form_inside(Former& f, const FaceNodes& face, int field, double penalty)
     }
     const int b = new_bond(f, field, face, s.N);
     add_area(f, face, s.xi, s.area * thickness, penalty, b);
+    if (f.name >= 0) f.b.name.push_back(f.name++);
   }
 }
 
@@ -598,7 +598,7 @@ IntVec bond_rebuild(const Model& m, const Points& pts, const std::vector<BondFac
     const int def = face[k].def, first = b.nbond;
     Former f{m, b, def, first, {}};
     for (; k < face.size() && face[k].def == def; ++k) {
-      if (m.part.window) f.name = face_name(m, def, face[k].face);
+      if (m.part.window) f.name = face_name(def, m.part.elem_number(face[k].face.elem), face[k].face.face);
       form_face(f, face_nodes(m, pts, -1, face[k].face), m.body[m.bond[def].body].field);
     }
     finish(f, first);
@@ -607,15 +607,17 @@ IntVec bond_rebuild(const Model& m, const Points& pts, const std::vector<BondFac
     if (!has_slave_elements(m, m.bond[d])) continue;
     const int first = b.nbond;
     Former f{m, b, static_cast<int>(d), first, {}};
-    for (const Face& s : pts.surface[m.bond[d].surface])
+    for (const Face& s : pts.surface[m.bond[d].surface]) {
+      if (m.part.window) f.name = AT_POINTS + face_name(f.def, pts.part.point[s.elem], s.face);
       form_face(f, face_nodes(m, pts, pts.body[s.elem], s), SIDE_CONTACT);
+    }
     finish(f, first);
   }
   bond_skin(m, pts, skin, b);
   return restore_bonds(dim, kept, b, l);
 }
 
-void bond_share(const Model& m, Bonds& b)
+void bond_share(const Model& m, const Points& pts, Bonds& b)
 {
   if (!m.part.window) return;
   // those of the deck, which are on all ranks, go before the others
@@ -628,7 +630,8 @@ void bond_share(const Model& m, Bonds& b)
   b.rank.clear();
   double own = 0.0;
   for (int q = 0; q < b.nbond; ++q) {
-    b.rank.push_back(m.part.halo.owner[b.a.item[b.a.off[q]]]);
+    const int first = b.a.item[b.a.off[q]], c = first - m.mesh.nnode();
+    b.rank.push_back(c < 0 ? m.part.halo.owner[first] : pts.part.halo.owner[c]);
     own += b.rank[q] == comm_rank();
   }
   comm_sum(&own, 1);

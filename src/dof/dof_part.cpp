@@ -57,24 +57,8 @@ bool points_divide(const Model& m, const OverlapWatch& watch)
   return point_fill_divides(m, LEAST_CELLS);
 }
 
-// no element at a side of contact becomes a point
-bool contact_stays(const Model& m)
-{
-  std::vector<char> turns(m.mesh.nelem(), 0);
-  for (const ConversionDef& c : m.conversion)
-    for (int e : m.elset[c.elset].item) turns[e] = 1;
-  for (const BondDef& d : m.bond) {
-    if (d.general) return false;
-    if (d.kind != BOND_CONTACT) continue;
-    for (int s : {d.surface, d.master})
-      for (const Face& f : m.surface[s].face)
-        if (turns[f.elem]) return false;
-  }
-  return true;
-}
-
-// Can each rank know the points of the elements near it alone? All points were elements, none is released, no
-// contact meets them, and all bodies know of each other
+// Can each rank know the points of the elements that it has alone? All points were elements, none is released,
+// contact is that of pairs, whose elements all ranks have, and all bodies know of each other
 bool points_near(const Model& m, const OverlapWatch& watch)
 {
   if (m.conversion.empty() || !watch.pair.empty() || asks_pieces(m)) return false;
@@ -82,7 +66,10 @@ bool points_near(const Model& m, const OverlapWatch& watch)
     if (b.fill != FILL_CONVERSION) return false;
   for (const ConversionDef& c : m.conversion)
     if (c.release > 0.0) return false;
-  return contact_stays(m);
+  return std::none_of(m.bond.begin(), m.bond.end(), [&](const BondDef& d) {
+    return d.general || (d.surface >= 0 && m.surface[d.surface].body >= 0) ||
+           (d.master >= 0 && m.surface[d.master].body >= 0);
+  });
 }
 
 // points: each rank has its own

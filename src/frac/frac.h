@@ -92,6 +92,10 @@ void frac_share(const MeshPart& part, RealVec& x);
 // order. Collective.
 void frac_gather(const Model& m, const Fracture& fr, IntVec& elem, size_t first);
 
+// frac_releasing : elements under release of all ranks, numbers in the mesh of the deck, in the order of
+// breaking. Collective.
+IntVec frac_releasing(const Model& m, const Fracture& fr);
+
 // frac_zone : are there elements around those of elem (of this rank, all ranks theirs) that not all ranks
 // have?
 //   out  give   those of this rank to be given to all. Collective.

@@ -97,10 +97,29 @@ ModelGrowth frac_grow(const IntVec& give, const std::vector<State*>& state, cons
   return g;
 }
 
+IntVec frac_releasing(const Model& m, const Fracture& fr)
+{
+  struct Broken { double time; int number; };
+  std::vector<Broken> all;
+  for (int e : fr.releasing)
+    if (m.part.works(e)) all.push_back({fr.time[e], m.part.elem_number(e)});
+  comm_allgatherv(all);
+  std::sort(all.begin(), all.end(), [](const Broken& a, const Broken& b) {
+    return a.time != b.time ? a.time < b.time : a.number < b.number;
+  });
+  IntVec list;
+  for (const Broken& b : all) list.push_back(b.number);
+  return list;
+}
+
 ModelGrowth frac_adopt(const IntVec& give, const std::vector<State*>& state,
                        const std::vector<Level*>& level, const std::vector<CornerShare*>& share, Model& m)
 {
-  for (State* st : state) state_to_deck(m.part, *st);
+  for (State* st : state) {
+    IntVec releasing = frac_releasing(m, st->frac);  // also those that this rank gets
+    state_to_deck(m.part, *st);
+    st->frac.releasing.swap(releasing);
+  }
   for (CornerShare* s : share) renumber([&](int n) { return m.part.node[n]; }, *s);
   const ModelGrowth g = frac_grow(give, state, level, m);
   for (State* st : state) state_from_deck(m.part, *st);
@@ -131,7 +150,7 @@ bool reload_window(const Points& begin, State& st, Model& m, const FracMesh& fm)
   point_surfaces(m, st.points);
   if (!st.frac.empty()) model_owners(frac_gone(st.frac), m);
   if (st.frac.nconverted > 0) point_find_common(m, st.points);
-  bond_share(m, st.bonds);
+  bond_share(m, st.points, st.bonds);
   st.np1 = st.n;
   return true;
 }

@@ -366,6 +366,7 @@ void frac_interfaces(const Model& m, const FracMesh& fm, State& st)
   point_surfaces(m, st.points);
   const IntVec lost = lost_nodes(m, fm, st.frac);
   hang_corners(m, fm, lost, st.frac, st.points);
+  if (m.part.window) halo_copy(st.points.part.halo, 1, st.points.hangs);
   const std::vector<BondFace> bonded = interface_faces(m, fm, st.points, st.frac);
   std::vector<Face> tied;
   for (const BondFace& b : bonded) tied.push_back(b.face);

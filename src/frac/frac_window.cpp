@@ -86,10 +86,15 @@ void take_points(int dim, const Points& whole, State& st)
   here.part.ncorner = whole.ncorner;
 }
 
-// bonds whose nodes are all here; names are their numbers
-void take_bonds(int dim, State& st)
+// bonds whose nodes and corners are all here; names are their numbers
+void take_bonds(const Model& m, int ncorner, State& st)
 {
+  const int dim = m.dim, nnode = m.mesh.nnode();
   Bonds& b = st.bonds;
+  IntVec corner(ncorner, -1);  // where corners of all ranks are
+  for (int c = 0; c < st.points.ncorner; ++c) corner[st.points.part.corner[c]] = nnode + c;
+  for (int& k : b.a.item)
+    if (k >= nnode) k = k - nnode < ncorner ? corner[k - nnode] : -1;
   IntVec list;
   ListTable a;
   RealVec a_w;
@@ -128,6 +133,6 @@ bool frac_take(const Model& m, const FracMesh& fm, const Points& begin, State& s
     if (e < 0 || e >= m.mesh.nelem() || fm.conv[e] < 0) return false;
   if (!frac_repeat(m, fm, fr, st.points, share) || !find_items(whole, fr.converted, st.points)) return false;
   take_points(m.dim, whole, st);
-  take_bonds(m.dim, st);
+  take_bonds(m, whole.ncorner, st);
   return st.bonds.nbond >= st.bonds.nfixed;
 }

@@ -17,15 +17,14 @@ enum HangOn { HANG_GRID, HANG_NODE, HANG_CORNERS, HANG_OWN };
 // on (MeshPart::points): each has points of its own. Points of others that share a corner with these are
 // known by their corners alone.
 // window (MeshPart::window): each has the points of the elements that it has, its own and outer ones, and
-// works on those of its own. A corner of outer elements that others, which are not here, have made before has
-// no number (-1): no point beside those of this rank has it.
+// works on those of its own.
 struct PointPart {
   bool on = false, window = false;
   int npoint = 0, ncorner = 0; // of all ranks
-  // [npoint], [ncorner] number among those of all ranks, ascending. Corners that bonds hold are on all ranks,
-  // also where no point has them (held: there are such, on any rank, or corners of outer elements)
+  // [npoint], [ncorner] number among those of all ranks, ascending (not corners of a window). Corners that bonds hold are on all ranks,
+  // also where no point has them (held: there are such, on any rank; or corners of outer elements)
   IntVec point, corner;
-  IntVec numbered;             // window: corners that have a number
+  IntVec numbered;             // window: corners in the order of their numbers
   bool held = false;
   Halo halo;                   // corners that other ranks have too; their owner has a point with it
   ListTable near;              // corners of those points: its own, and ncorner + place in foreign

@@ -157,22 +157,6 @@ std::vector<ArchivePart> parts_of(const Model& m, const Points& pts)
   return part;
 }
 
-// numbers of the list of all ranks in the mesh of the deck, in the order of breaking
-IntVec releasing_of_all(const Model& m, const Fracture& fr)
-{
-  struct Broken { double time; int number; };
-  std::vector<Broken> all;
-  for (int e : fr.releasing)
-    if (m.part.works(e)) all.push_back({fr.time[e], m.part.elem_number(e)});
-  comm_allgatherv(all);
-  std::sort(all.begin(), all.end(), [](const Broken& a, const Broken& b) {
-    return a.time != b.time ? a.time < b.time : a.number < b.number;
-  });
-  IntVec list;
-  for (const Broken& b : all) list.push_back(b.number);
-  return list;
-}
-
 // the cells of the grid; divided model: on rank 0 those of all ranks
 ActiveGrid cells_of_all(const Model& m, const ActiveGrid& grid)
 {
@@ -328,7 +312,7 @@ void out_restart(const Model& m, State& s, const ActiveGrid& grid, bool now, Out
   origin.version = MPFE_VERSION;
   origin.deck    = m.hash;
   io(f, origin);
-  IntVec releasing = m.part.on ? releasing_of_all(m, s.frac) : s.frac.releasing;
+  IntVec releasing = m.part.on ? frac_releasing(m, s.frac) : s.frac.releasing;
   state_to_deck(m.part, s);
   releasing.swap(s.frac.releasing);
   ActiveGrid cells  = cells_of_all(m, grid);

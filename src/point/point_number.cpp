@@ -1,6 +1,8 @@
 #include <algorithm>
+#include <numeric>
 
 #include "base/comm.h"
+#include "base/log.h"
 #include "point/filler.h"
 
 namespace {
@@ -32,19 +34,17 @@ void each_corner(const Points& pts, int e, Use use)
     for (int k = pts.conn.off[p]; k < pts.conn.off[p + 1]; ++k) use(pts.conn.item[k]);
 }
 
-// numbers of the corners that elements of a rank have made, to all that have these elements; own: corners
-// that the rank has just numbered
-void tell_numbers(const Model& m, const std::vector<char>& fresh, const std::vector<char>& own, Points& pts)
+// numbers of the corners of elements of this rank, to all that have these elements; those that are not known
+// here yet (-1) are left out
+void tell_numbers(const Model& m, const std::vector<char>& fresh, Points& pts)
 {
   const Halo& around = m.part.around;
   const int ranks = comm_size(), me = comm_rank();
   IntVec& number = pts.part.corner;
   std::vector<IntVec> tell(ranks);
   for (int r = 0; r < ranks && around.on(); ++r)
-    for (int e : around.common[r]) {
-      if (!fresh[e] || around.owner[e] != me) continue;
-      each_corner(pts, e, [&](int c) { tell[r].push_back(own[c] ? number[c] : -1); });
-    }
+    for (int e : around.common[r])
+      if (fresh[e] && around.owner[e] == me) each_corner(pts, e, [&](int c) { tell[r].push_back(number[c]); });
   const std::vector<IntVec> told = comm_exchange(tell);
   for (int r = 0; r < ranks && around.on(); ++r) {
     const int* next = told[r].data();
@@ -58,19 +58,13 @@ void tell_numbers(const Model& m, const std::vector<char>& fresh, const std::vec
   }
 }
 
-// a name for a corner that other ranks may have too, or for one without a number
-long corner_name(const PointPart& part, int c)
-{
-  return part.corner[c] >= 0 ? part.corner[c] : -1 - (static_cast<long>(comm_rank()) << 32) - c;
-}
-
 }  // namespace
 
 void point_number(const Model& m, const IntVec& elem, const IntVec& turn, const ListTable& made, Points& pts)
 {
   PointPart& part = pts.part;
   std::vector<Made> own;
-  std::vector<char> fresh(m.mesh.nelem(), 0), mine(pts.ncorner, 0);
+  std::vector<char> fresh(m.mesh.nelem(), 0);
   const auto count = [&](int e) {
     int p = pts.of_elem[e];
     while (p < pts.npoint && pts.parent[p] == e) ++p;
@@ -90,12 +84,12 @@ void point_number(const Model& m, const IntVec& elem, const IntVec& turn, const 
       part.point[p] = number++;
       pts.label[p]  = number;
     }
-    for (int i = made.off[at]; i < made.off[at + 1] && m.part.works(e); ++i) {
+    for (int i = made.off[at]; i < made.off[at + 1] && m.part.works(e); ++i)
       part.corner[made.item[i]] = corner++;
-      mine[made.item[i]]        = 1;
-    }
   }
-  tell_numbers(m, fresh, mine, pts);
+  // at first those that an element has made, which others may share with one of theirs; then all
+  tell_numbers(m, fresh, pts);
+  tell_numbers(m, fresh, pts);
   point_find_common(m, pts);
 }
 
@@ -103,9 +97,10 @@ void point_find_common(const Model& m, Points& pts)
 {
   PointPart& part = pts.part;
   std::vector<char> own(pts.ncorner, 0);
-  part.numbered.clear();
-  for (int c = 0; c < pts.ncorner; ++c)
-    if (part.corner[c] >= 0) part.numbered.push_back(c);
+  MPFE_CHECK(std::find(part.corner.begin(), part.corner.end(), -1) == part.corner.end(),
+             "a corner that others have made has no number");
+  part.numbered.resize(pts.ncorner);
+  std::iota(part.numbered.begin(), part.numbered.end(), 0);
   std::sort(part.numbered.begin(), part.numbered.end(),
             [&](int a, int b) { return part.corner[a] < part.corner[b]; });
   for (int p = 0; p < pts.npoint; ++p)
@@ -117,18 +112,16 @@ void point_find_common(const Model& m, Points& pts)
 void share_corners(const std::vector<char>& own, PointPart& part)
 {
   const int ncorner = static_cast<int>(own.size());
-  std::vector<long> key, name;
+  std::vector<long> key;
   IntVec owner(ncorner, -1);
-  for (int c = 0; c < ncorner; ++c) {
-    name.push_back(corner_name(part, c));
-    if (own[c]) key.push_back(name[c]);
-  }
+  for (int c = 0; c < ncorner; ++c)
+    if (own[c]) key.push_back(part.corner[c]);
   halo_form(key, part.halo);
   part.held = comm_allreduce_max(static_cast<int>(key.size() < own.size())) > 0;
   if (!part.held) return;
   for (int c = 0, k = 0; c < ncorner; ++c)
     if (own[c]) owner[c] = part.halo.owner[k++];
-  halo_form(name, part.halo);
+  halo_form({part.corner.begin(), part.corner.end()}, part.halo);
   std::vector<IntVec> tell(comm_size());
   for (int r = 0; r < comm_size(); ++r)
     for (int c : part.halo.common[r]) tell[r].push_back(owner[c]);

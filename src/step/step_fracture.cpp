@@ -75,7 +75,7 @@ Failure apply(Problem& p, const Step& s, const std::vector<Erosion>& erode, cons
     if (!convert.empty()) adopt(p, u, convert);
     frac_convert(p.m, p.d.el, p.d.fm, convert, p.d.share, st);
     if (p.m.part.on && !convert.empty()) model_owners(frac_gone(st.frac), p.piece);
-    if (!convert.empty()) bond_share(p.m, st.bonds);
+    if (!convert.empty()) bond_share(p.m, st.points, st.bonds);
   }
   if (!convert.empty() || !torn.empty()) {
     p.dofs.numbered = false;             // other nodes, or other bonds

@@ -125,7 +125,7 @@ int step_open(Problem& p)
   errors = bond_form(m, st.points, st.bonds);
   if (errors) return errors;
   bond_skin(m, st.points, contact_skin(m, st.frac, st.points, {}), st.bonds);
-  bond_share(m, st.bonds);
+  bond_share(m, st.points, st.bonds);
   p.d.point_law = point_laws(m);
   const size_t nodal = static_cast<size_t>(m.mesh.nnode()) * m.dim;
   st.n.u.assign(nodal, 0.0);
