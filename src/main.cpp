@@ -9,6 +9,7 @@
 #include <cstring>
 #include <new>
 #include <stdexcept>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
@@ -114,9 +115,54 @@ bool read_model(const Options& o, Model& m)
   Timer timer(PHASE_INPUT);
   if (comm_bcast(comm_rank() > 0 ? 0 : deck_read(o.deck, o.defines, m)) > 0) return false;
   m.out_dir = o.out_dir;
-  dof_part(o.check, m);
+  dof_part(o.check, {}, m);
   log_keep(m.part.on);
   return true;
+}
+
+struct Run {                   // what the ranks work on
+  Model model;
+  State state;
+  Problem problem{model, state};
+};
+
+// The work of a run is divided again: deck and state go to the ranks as other pieces. False: the deck is not
+// what it was, or there is no room for the state; the run goes on as it is
+bool divide_again(const Options& o, std::unique_ptr<Run>& run, Archive& state)
+{
+  Timer timer(PHASE_INPUT);
+  const Model& old = run->model;
+  Model m;
+  bool good = true;
+  log_mute(true);
+  if (comm_rank() == 0)
+    good = deck_read(o.deck, o.defines, m) == 0 && m.hash == old.hash && m.history.size() == old.history.size();
+  log_mute(comm_rank() > 0);
+  good = comm_bcast(static_cast<int>(good)) && out_hold(old, run->state, run->problem.d.grid, state);
+  if (!good) {
+    log_warn("the model cannot be divided among the ranks again: the deck has changed since the run began, or "
+             "there is no room for temporary files; the run goes on as it is");
+    run->problem.share.stays = true;
+    return false;
+  }
+  const RealVec work = step_work_of_all(run->problem);
+  Warned warned = run->problem.warned;
+  solve_close(run->problem.newton.solver);
+  run.reset();                                       // before others come
+  run = std::make_unique<Run>();
+  run->model         = std::move(m);
+  run->model.out_dir = o.out_dir;
+  dof_part(false, work, run->model);
+  run->problem.warned = std::move(warned);
+  return true;
+}
+
+// set-up and messages are those that the user knows
+void open_again(Problem& p)
+{
+  log_mute(true);
+  MPFE_CHECK(step_open(p) == 0, "a model that was good is not");
+  log_mute(comm_rank() > 0);
 }
 
 int check_only(Problem& p)
@@ -147,24 +193,30 @@ bool lock_job(const Model& m, std::string& taken)
 
 int run(const Options& o)
 {
-  Model model;
+  std::unique_ptr<Run> run = std::make_unique<Run>();
+  Model& model     = run->model;
+  Problem& problem = run->problem;
   if (!read_model(o, model)) return EXIT_DECK;
   std::string taken;
   if (!o.check && !lock_job(model, taken)) return EXIT_RESOURCE;
-  State state;
-  Problem problem(model, state);
-  Archive restart;
-  if (!load_restart(model, o, restart)) return EXIT_DECK;
+  Archive state;
+  if (!load_restart(model, o, state)) return EXIT_DECK;
   if (o.check) return check_only(problem);
   Output out;
-  out_listing_open(model, out, restart.reading);
+  out_listing_open(model, out, state.reading);
   if (!taken.empty()) log_warn("%s", taken.c_str());
   const int wrong = step_open(problem);
   log_gather();
   if (model.part.on ? comm_allreduce_max(wrong) > 0 : failed(wrong)) return EXIT_DECK;
-  const int code = step_run(problem, restart, out);
+  RunFrom from = state.reading ? RUN_FILE : RUN_BEGIN;
+  int code     = step_run(problem, from, state, out);
+  while (run->problem.again) {
+    from = divide_again(o, run, state) ? RUN_DIVIDED : RUN_ON;
+    if (from == RUN_DIVIDED) open_again(run->problem);
+    code = step_run(run->problem, from, state, out);
+  }
   log_gather();
-  solve_close(problem.newton.solver);
+  solve_close(run->problem.newton.solver);
   return code;
 }
 

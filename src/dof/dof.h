@@ -186,7 +186,13 @@ using Warned = std::set<std::string>;
 
 // dof_part : the model of rank 0 to all ranks: to each its piece; whole when this is asked for, and of scenes
 // that cannot be divided yet. Collective.
-void dof_part(bool whole, Model& m);
+//   in   work   of each element of the deck, on rank 0; empty: that of intact ones                [nelem]
+void dof_part(bool whole, const RealVec& work, Model& m);
+
+// dof_work : of the elements of this rank, as they are, and of the points that they have become     [nelem]
+// dof_excess : the largest work of a rank over the mean. Collective.
+RealVec dof_work(const Model& m, const Elements& el, const Points& pts);
+double dof_excess(const RealVec& work);
 
 // dof_divide : whose work is what, and the lists of this rank; fresh: rows or lists have changed. True:
 // the division is not the one that the pattern was made for.                               doc/theory.md 5.1

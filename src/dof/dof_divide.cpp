@@ -374,6 +374,26 @@ void take_all(const Division& d, const ActiveGrid& grid, Dofs& s)
 
 }  // namespace
 
+RealVec dof_work(const Model& m, const Elements& el, const Points& pts)
+{
+  RealVec work(m.mesh.nelem(), 0.0);
+  for (const ElemBlock& b : el.block)
+    for (int slot : b.live) work[b.elem[slot]] = elem_work(b, el.broken(b.elem[slot]) >= 0);
+  for (int q = 0; q < pts.npoint; ++q) {
+    const int e = pts.parent[q];
+    if (e >= 0 && m.part.works(e)) work[e] += point_work(m.dim == 2 ? 9 : 27, pts.eroded(q));
+  }
+  return work;
+}
+
+double dof_excess(const RealVec& work)
+{
+  std::vector<RankWork> rank(1);
+  for (double w : work) rank[0].all += w;
+  comm_allgatherv(rank);
+  return largest_part(rank);
+}
+
 void dof_share_points(const Model& m, const Points& pts, const Elements& el, const ListTable& group,
                       Division& d)
 {

@@ -157,14 +157,14 @@ bool joined_by_faces(const Model& m)
 }
 
 // rank 0: rank of each element; false: the model stays whole
-bool divided(const Model& m, IntVec& rank)
+bool divided(const Model& m, const RealVec& work, IntVec& rank)
 {
   const IntVec& section = m.mesh.elem_section;
   if (std::none_of(section.begin(), section.end(), [](int s) { return s >= 0; })) {
     rank.assign(m.mesh.nelem(), 0);
     return true;
   }
-  rank = part_mesh(m.mesh, m.dim, element_work(m.mesh), comm_size());
+  rank = part_mesh(m.mesh, m.dim, work.empty() ? element_work(m.mesh) : work, comm_size());
   IntVec count(comm_size(), 0);
   for (int r : rank) ++count[r];
   return *std::min_element(count.begin(), count.end()) > 0;
@@ -191,9 +191,10 @@ void send_pieces(const IntVec& rank, const OverlapWatch& watch, Model& m)
 // ---------------------------------------------------------------------------
 // dof_part : the model of rank 0, divided where it can be                                doc/theory.md 5.1
 //
-//   inout m   rank 0: the whole model; behind it, on all ranks, what they work on
+//   in    work   rank 0: of each element, empty: as it is at the start
+//   inout m      rank 0: the whole model; behind it, on all ranks, what they work on
 // ---------------------------------------------------------------------------
-void dof_part(bool whole, Model& m)
+void dof_part(bool whole, const RealVec& work, Model& m)
 {
   if (comm_size() == 1) return;
   IntVec rank;
@@ -202,7 +203,7 @@ void dof_part(bool whole, Model& m)
   if (comm_rank() == 0 && !whole) {
     overlap_pairs(m, watch);
     m.part.points = points_divide(m, watch);
-    divides       = asked(m, m.part.points) && divided(m, rank);
+    divides       = asked(m, m.part.points) && divided(m, work, rank);
     m.part.points = m.part.points && divides;
     m.part.window = divides && points_near(m, watch);
   }

@@ -178,6 +178,12 @@ int out_reopen(Model& m, Elements& el, FracMesh& fm, Archive& f, State& s, Activ
 // file
 void out_restart(const Model& m, State& s, const ActiveGrid& grid, bool now, Output& out);
 
+// out_hold : the state of all ranks in a file without a name, which f reads then; false: there is no room for
+// it. out_resume : instead of out_open and out_reopen: the state of that file in a model that is divided in
+// another way; the output goes on. Both collective.
+bool out_hold(const Model& m, State& s, const ActiveGrid& grid, Archive& f);
+void out_resume(Model& m, Elements& el, FracMesh& fm, Archive& f, State& s, ActiveGrid& grid, Output& out);
+
 // ---- parts -------------------------------------------------------------------------
 
 // out_file_open : makes the folder when it is missing; append: behind what is there already.

@@ -172,6 +172,29 @@ ActiveGrid cells_of_all(const Model& m, const ActiveGrid& grid)
   return all;
 }
 
+// calls write(cells of the grid) with a state and arrays of f that are those of one rank
+template <class Write>
+void write_whole(const Model& m, const ActiveGrid& grid, State& s, Archive& f, Write write)
+{
+  std::vector<ArchivePart> part;
+  if (m.part.on) {
+    part   = parts_of(m, s.points);
+    f.part = part.data();
+  }
+  IntVec releasing = m.part.on ? frac_releasing(m, s.frac) : s.frac.releasing;
+  state_to_deck(m.part, s);
+  releasing.swap(s.frac.releasing);
+  ActiveGrid cells  = cells_of_all(m, grid);
+  const bool window = m.part.window && s.frac.nconverted > 0;
+  WindowState kept;
+  if (window) state_gather(m, kept, s);
+  write(cells);
+  if (window) state_swap(kept, s);
+  releasing.swap(s.frac.releasing);
+  state_from_deck(m.part, s);
+  f.part = nullptr;
+}
+
 long length_of(std::FILE* file, const std::string& path)
 {
   if (!file) return -1;
@@ -278,6 +301,35 @@ int continue_file(const std::string& path, long length, std::FILE*& file)
   return 0;
 }
 
+// calls read() with arrays of f in the parts of the ranks; false: the file has another content. Collective.
+template <class Read>
+bool read_whole(const Model& m, const State& s, Archive& f, Read read)
+{
+  std::vector<ArchivePart> part;
+  if (m.part.on) {
+    part   = parts_of(m, s.points);
+    f.part = part.data();
+  }
+  read();
+  if (f.file) std::fclose(f.file);
+  f.file = nullptr;
+  f.part = nullptr;
+  return comm_allreduce_max(static_cast<int>(!f.good || f.at != f.end())) == 0;
+}
+
+// the state that was read becomes that of this rank; returns what does not fit the model
+std::string take_state(const Points& begin, Model& m, Elements& el, FracMesh& fm, State& s, ActiveGrid& grid)
+{
+  const bool good = frac_reload(begin, s, m, el, fm);
+  if (m.part.on) s.division = Division();            // of a replicated model, which has written the file
+  const std::string fault = good ? first_fault(state_fault(m, begin, s)) : "material points or bonds";
+  if (m.part.on && comm_rank() > 0) {                // until it is made again, it is that of rank 0
+    grid.cell.clear();
+    grid.ncell = 0;
+  }
+  return fault;
+}
+
 }  // namespace
 
 // ---------------------------------------------------------------------------
@@ -298,11 +350,6 @@ void out_restart(const Model& m, State& s, const ActiveGrid& grid, bool now, Out
   length.ero = length_of(out.ero, out.base + ".ero");
   length.frag = length_of(out.frag, out.base + ".frag");
   Archive f;
-  std::vector<ArchivePart> part;
-  if (m.part.on) {
-    part   = parts_of(m, s.points);
-    f.part = part.data();
-  }
   char tail[40] = "";
   if (!m.restart.overlay) std::snprintf(tail, sizeof tail, "_%06d", s.log.inc_total);
   const std::string path = out.base + tail + ".rst", fresh = path + ".new";
@@ -311,18 +358,10 @@ void out_restart(const Model& m, State& s, const ActiveGrid& grid, bool now, Out
   origin.format  = format;
   origin.version = MPFE_VERSION;
   origin.deck    = m.hash;
-  io(f, origin);
-  IntVec releasing = m.part.on ? frac_releasing(m, s.frac) : s.frac.releasing;
-  state_to_deck(m.part, s);
-  releasing.swap(s.frac.releasing);
-  ActiveGrid cells  = cells_of_all(m, grid);
-  const bool window = m.part.window && s.frac.nconverted > 0;
-  WindowState kept;
-  if (window) state_gather(m, kept, s);
-  io_content(f, length, s, cells, out);
-  if (window) state_swap(kept, s);
-  releasing.swap(s.frac.releasing);
-  state_from_deck(m.part, s);
+  write_whole(m, grid, s, f, [&](ActiveGrid& cells) {
+    io(f, origin);
+    io_content(f, length, s, cells, out);
+  });
   end_file(fresh, path, f);
   if (!m.restart.overlay && comm_rank() == 0) copy_file(path, out.base + ".rst");
   log_note("  restart file written, %.3g MB", 1e-6 * static_cast<double>(f.at));
@@ -353,28 +392,14 @@ int out_reopen(Model& m, Elements& el, FracMesh& fm, Archive& f, State& s, Activ
   const Points begin = s.points;
   const std::vector<std::string> names = out.history.names;
   Lengths length;
-  std::vector<ArchivePart> part;
-  if (m.part.on) {
-    part   = parts_of(m, s.points);
-    f.part = part.data();
-  }
-  io_content(f, length, s, grid, out);
-  if (f.file) std::fclose(f.file);
-  f.file = nullptr;
-  f.part = nullptr;
-  if (comm_allreduce_max(static_cast<int>(!f.good || f.at != f.end()))) {
+  const bool whole = read_whole(m, s, f, [&] { io_content(f, length, s, grid, out); });
+  if (!whole) {
     log_error("the restart file has another content than this program expects: another build of mpfe has "
               "written it");
     return 1;
   }
-  const bool reloaded = frac_reload(begin, s, m, el, fm);
-  if (m.part.on) s.division = Division();            // of a replicated model, which has written the file
-  std::string fault = reloaded ? first_fault(state_fault(m, begin, s)) : "material points or bonds";
+  std::string fault = take_state(begin, m, el, fm, s, grid);
   if (fault.empty() && !output_fits(m, grid, names, out)) fault = "history and checks";
-  if (m.part.on && !first) {                         // until it is made again, it is that of rank 0
-    grid.cell.clear();
-    grid.ncell = 0;
-  }
   if (!fault.empty()) {
     log_error("the restart file does not fit this model (%s): it is damaged, although its checksum is right; "
               "take an earlier one",
@@ -396,4 +421,37 @@ int out_reopen(Model& m, Elements& el, FracMesh& fm, Archive& f, State& s, Activ
   out.progress_wall = timer_wall();
   out.progress_from = s.n.time;
   return 0;
+}
+
+bool out_hold(const Model& m, State& s, const ActiveGrid& grid, Archive& f)
+{
+  f       = Archive();
+  f.filed = true;
+  if (comm_rank() == 0) f.file = std::tmpfile();
+  if (!comm_bcast(static_cast<int>(f.file != nullptr))) return false;
+  write_whole(m, grid, s, f, [&](ActiveGrid& cells) { io_all(f, s, cells.ncell, cells.cell); });
+  archive_flush(f);
+  const bool good = comm_rank() > 0 || (std::fflush(f.file) == 0 && std::ferror(f.file) == 0);
+  double size = static_cast<double>(f.at);
+  comm_bcast(&size, 1);
+  std::FILE* const file = f.file;
+  f         = Archive();
+  f.file    = file;
+  f.reading = f.filed = true;
+  f.size    = static_cast<std::size_t>(size);
+  if (comm_bcast(static_cast<int>(good))) return true;
+  if (f.file) std::fclose(f.file);
+  return false;
+}
+
+void out_resume(Model& m, Elements& el, FracMesh& fm, Archive& f, State& s, ActiveGrid& grid, Output& out)
+{
+  out.probe.clear();
+  out.history.names.clear();
+  out.converted = -1;                                // what columns read is found again
+  MPFE_CHECK(history_setup(m, el, s, out) == 0, "columns of the history that were good are not");
+  const Points begin = s.points;
+  MPFE_CHECK(read_whole(m, s, f, [&] { io_all(f, s, grid.ncell, grid.cell); }) &&
+                 take_state(begin, m, el, fm, s, grid).empty(),
+             "a state that was held does not fit the model");
 }

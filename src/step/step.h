@@ -45,6 +45,15 @@ struct NewtonMemory {
   GridVelocity grid;
 };
 
+enum { AT_START = -2, AFTER_DIVISION = -1 };
+
+// How even the work of a divided model is
+struct WorkShare {
+  int events = AT_START;       // elements that had broken or become points when it was asked last
+  double excess = 1.0;         // largest work of a rank over the mean, behind the last division
+  bool stays = false;          // it cannot be divided again
+};
+
 // Everything a run holds
 struct Problem {
   Problem(Model& model, State& state) : m(model), piece(model), st(state) {}
@@ -56,6 +65,8 @@ struct Problem {
   bool ready = false;          // grid, rows, pattern and mass are those of t(n)
   NewtonMemory newton;
   Warned warned;
+  WorkShare share;
+  bool again = false;          // step_run has stopped for another division
 };
 
 // What Newton's method is told of the material, by step_increment
@@ -275,9 +286,20 @@ void step_limit(const Model& m, const Elements& el, const State& st, const Step&
 void step_remainder(const Model& m, const Discretisation& d, const Dofs& dofs, const State& st, const Step& s,
                     Warned& warned);
 
-// step_run : all steps of the model, or those that are left after a restart file (f.reading); returns an exit
-// code
-int step_run(Problem& p, Archive& f, Output& out);
+// step_divides_again : divided model whose elements break or become points where they are: has its work
+// become so uneven that it is to be divided again? Collective.
+bool step_divides_again(Problem& p);
+
+// step_work_of_all : dof_work of all ranks, on rank 0 [elements of the deck]
+RealVec step_work_of_all(const Problem& p);
+
+// How a run begins: at t = 0; with a restart file f; after another division, with the file of out_hold, or
+// without one, where that was not possible
+enum RunFrom { RUN_BEGIN, RUN_FILE, RUN_DIVIDED, RUN_ON };
+
+// step_run : all steps of the model, or those that are left; returns an exit code, or, when the model is to
+// be divided again before it goes on (p.again), none
+int step_run(Problem& p, RunFrom from, Archive& f, Output& out);
 
 // step_explain : what failed, where, and what to try
 std::string step_explain(const Problem& p, const Failure& failure);

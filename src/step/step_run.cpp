@@ -302,6 +302,8 @@ Failure run_step(Problem& p, const Step& s, Output& out)
     tell_half(st, inc.half, p.warned);
     st.eroded.clear();
     out_restart(p.m, st, p.d.grid, false, out);
+    p.again = step_divides_again(p);
+    if (p.again) return STATUS_OK;
   }
   check_ranks(st);
   return STATUS_OK;
@@ -406,6 +408,27 @@ int continue_run(Problem& p, Archive& f, Output& out)
   return 0;
 }
 
+// the same in a model that is divided in another way
+void resume_run(Problem& p, Archive& f, Output& out)
+{
+  const Points begin = p.st.points;
+  out_resume(p.piece, p.d.el, p.d.fm, f, p.st, p.d.grid, out);
+  MPFE_CHECK(!p.d.fm.on || frac_replay(p.m, p.d.fm, p.st, begin, p.d.share),
+             "the repeated conversion gives other points");
+  elem_refresh(p.d.el);
+  p.share.events = AFTER_DIVISION;
+  p.ready        = false;
+}
+
+int enter_run(Problem& p, RunFrom from, Archive& f, Output& out)
+{
+  p.again = false;
+  if (from == RUN_BEGIN) return begin_run(p, out);
+  if (from == RUN_FILE) return continue_run(p, f, out);
+  if (from == RUN_DIVIDED) resume_run(p, f, out);
+  return 0;
+}
+
 }  // namespace
 
 bool step_signalled()
@@ -415,19 +438,20 @@ bool step_signalled()
   return number != 0;
 }
 
-int step_run(Problem& p, Archive& f, Output& out)
+int step_run(Problem& p, RunFrom from, Archive& f, Output& out)
 {
-  if (comm_allreduce_max(f.reading ? continue_run(p, f, out) : begin_run(p, out))) return EXIT_DECK;
+  if (comm_allreduce_max(enter_run(p, from, f, out))) return EXIT_DECK;
   Failure failure;
-  const size_t first = f.reading ? p.st.log.step - 1 : 0;
+  const size_t first = from == RUN_BEGIN ? 0 : p.st.log.step - 1;
   for (size_t k = first; k < p.m.step.size() && failure.ok(); ++k) {
     p.st.log.step = static_cast<int>(k) + 1;
-    out_step_begin(p.m, static_cast<int>(k), out);
-    if (!f.reading || k > first) {
+    if (from == RUN_BEGIN || from == RUN_FILE || k > first) out_step_begin(p.m, static_cast<int>(k), out);
+    if (from == RUN_BEGIN || k > first) {
       begin_step(p.m.step[k], p.st);
       step_missed(p.m, p.m.step[k], p.st.clock.start, step_mode(p.m.step[k]).mid);
     }
     failure = run_step(p, p.m.step[k], out);
+    if (p.again) return EXIT_GOOD;
     out_step_end(p.m, p.st, out);
   }
   const Status status = failure.status;

@@ -409,7 +409,7 @@ TEST(Divided, ModelOfRankZeroIsThatOfAll)
   if (comm_size() == 1) GTEST_SKIP();
   Model m;
   if (comm_rank() == 0) m = all_kinds();
-  dof_part(true, m);
+  dof_part(true, {}, m);
   EXPECT_FALSE(m.part.on);
   const std::string bytes = bytes_of(m);
   for (const std::string& of_rank : comm_exchange(std::vector<std::string>(comm_size(), bytes)))
@@ -423,7 +423,7 @@ TEST(Divided, RanksGetTheirPieces)
   if (comm_size() == 1) GTEST_SKIP();
   Model m;
   if (comm_rank() == 0) m = plate(60);               // nodes and lists take more than one message
-  dof_part(false, m);
+  dof_part(false, {}, m);
   const Model whole = plate(60);
   ASSERT_TRUE(m.part.on);
   EXPECT_TRUE(m.part.joined);
@@ -457,7 +457,7 @@ TEST(Divided, PiecesGrow)
   if (comm_size() == 1) GTEST_SKIP();
   Model m;
   if (comm_rank() == 0) m = plate(60);
-  dof_part(false, m);
+  dof_part(false, {}, m);
   const Model whole = plate(60);
   ASSERT_TRUE(m.part.on);
   const MeshPart before = m.part;
@@ -526,7 +526,7 @@ TEST(Divided, SkinIsThatOfAll)
   const Model whole = touching();
   Model m;
   if (comm_rank() == 0) m = touching();
-  dof_part(false, m);
+  dof_part(false, {}, m);
   ASSERT_TRUE(m.part.on);
   EXPECT_LT(m.mesh.nelem(), whole.mesh.nelem());
   const auto at_start = skin_in_deck(whole, IntVec(whole.mesh.nelem(), AS_ELEMENT));

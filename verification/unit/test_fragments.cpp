@@ -31,7 +31,7 @@ void run_deck(const std::string& text, Solved& r)
   out_listing_open(r.m, out);
   ASSERT_EQ(step_open(p), 0);
   Archive fresh;
-  ASSERT_EQ(step_run(p, fresh, out), EXIT_GOOD);
+  ASSERT_EQ(step_run(p, RUN_BEGIN, fresh, out), EXIT_GOOD);
   frac_fragments(r.m, p.d.el, r.st, r.f);
   for (int e = 0; e < r.m.mesh.nelem(); ++e)
     if (p.d.el.block_of[e] >= 0) r.mass += p.d.fm.volume[e] * p.d.el.block[p.d.el.block_of[e]].density;

@@ -1,0 +1,43 @@
+#include <algorithm>
+
+#include "base/comm.h"
+#include "base/log.h"
+#include "step/step.h"
+
+namespace {
+
+// the largest work over the mean may grow by so much before the model is divided again, as that of a whole
+// model (dof_divide)
+const double UNEVEN = 1.25;
+
+}  // namespace
+
+bool step_divides_again(Problem& p)
+{
+  const Model& m     = p.m;
+  const Fracture& fr = p.st.frac;
+  const bool shares  = !m.part.points && (m.part.window || m.conversion.empty());
+  if (!m.part.on || !shares || fr.empty() || p.share.stays) return false;
+  const int events = fr.neroded + fr.nconverted;
+  if (events == p.share.events) return false;
+  const double excess = dof_excess(dof_work(m, p.d.el, p.st.points));
+  if (p.share.events == AFTER_DIVISION) p.share.excess = std::max(1.0, excess);
+  p.share.events = events;
+  if (excess <= UNEVEN * p.share.excess) return false;
+  log_note("  the model is divided among the ranks again: the largest part was %.2f of the mean", excess);
+  return true;
+}
+
+RealVec step_work_of_all(const Problem& p)
+{
+  struct Work { int number; double work; };
+  const MeshPart& part = p.m.part;
+  const RealVec own    = dof_work(p.m, p.d.el, p.st.points);
+  std::vector<Work> list;
+  for (int e = 0; e < p.m.mesh.nelem(); ++e)
+    if (part.works(e)) list.push_back({part.elem_number(e), own[e]});
+  RealVec all(comm_rank() == 0 ? part.nelem : 0, 0.0);
+  for (const std::vector<Work>& of_rank : comm_gather(list))
+    for (const Work& w : of_rank) all[w.number] = w.work;
+  return all;
+}
