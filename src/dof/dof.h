@@ -190,9 +190,9 @@ using Warned = std::set<std::string>;
 void dof_part(bool whole, const RealVec& work, Model& m);
 
 // dof_work : of the elements of this rank, as they are, and of the points that they have become     [nelem]
-// dof_excess : the largest work of a rank over the mean. Collective.
+// dof_excess : the largest work of a rank over the mean, when ranks work on these points [npoint]. Collective.
 RealVec dof_work(const Model& m, const Elements& el, const Points& pts);
-double dof_excess(const RealVec& work);
+double dof_excess(const Model& m, const Elements& el, const Points& pts, const IntVec& rank);
 
 // dof_divide : whose work is what, and the lists of this rank; fresh: rows or lists have changed. True:
 // the division is not the one that the pattern was made for.                               doc/theory.md 5.1
@@ -201,8 +201,7 @@ bool dof_divide(const Model& m, const Points& pts, const Level& now, const Activ
 
 // dof_share_points : divided model: which rank works on each point, when there are more of them; one for all
 // points of a group. Collective.
-void dof_share_points(const Model& m, const Points& pts, const Elements& el, const ListTable& group,
-                      Division& d);
+void dof_share_points(const Model& m, const Elements& el, const ListTable& group, Points& pts, Division& d);
 
 // dof_share_grid : divided model: the points, corners and bonds that the grid of this rank has lists for
 void dof_share_grid(const Model& m, const Points& pts, const Bonds& bonds, const ContactPairs& pairs,

@@ -372,6 +372,94 @@ void take_all(const Division& d, const ActiveGrid& grid, Dofs& s)
   all(s.owned_group, s.group.size());
 }
 
+// ---- divided model, each rank knows the points of the elements that it has ----
+
+// an element whose points go to another rank, by the number of the first of them
+struct Handed { int point, rank; };
+
+// What the rank with the most work hands to the one with least among those that know points of its: elements
+// furthest towards it first
+std::vector<Handed> hand_over(const Model& m, const Points& pts, const RealVec& X, const RealVec& work,
+                              const std::vector<RankWork>& rank, const IntVec& of)
+{
+  const Halo& around = m.part.around;
+  const int me = comm_rank();
+  const double mean = mean_work(rank);
+  const auto movable = [&](int e) { return pts.converted(e) && of[pts.of_elem[e]] == me; };
+  std::vector<Handed> out;
+  int to = -1;
+  for (int r = 0; r < static_cast<int>(rank.size()) && around.on(); ++r)
+    if (r != me && (to < 0 || rank[r].all < rank[to].all) &&
+        std::any_of(around.common[r].begin(), around.common[r].end(), movable))
+      to = r;
+  if (to < 0) return out;
+  std::vector<std::pair<double, int>> list;          // how far towards it, element
+  for (int e : around.common[to])
+    if (movable(e)) {
+      double along = 0.0;
+      for (int i = 0; i < 3; ++i)
+        along += X[3 * pts.of_elem[e] + i] * (rank[to].centre[i] - rank[me].centre[i]);
+      list.emplace_back(-along, e);
+    }
+  std::sort(list.begin(), list.end());
+  double had = rank[to].all, left = rank[me].all;
+  for (const auto& [along, e] : list) {
+    double all = 0.0;
+    for (int p = pts.of_elem[e]; p < pts.npoint && pts.parent[p] == e; ++p) all += work[p];
+    if (had + all > mean || left - all < mean) break;
+    had += all;
+    left -= all;
+    out.push_back({pts.part.point[pts.of_elem[e]], to});
+  }
+  return out;
+}
+
+// as dof_share_points; points go from rank to rank element by element, to one that knows them
+void share_window(const Model& m, const Elements& el, Points& pts, Division& d)
+{
+  if (d.npoint == pts.part.npoint && d.ranks == comm_size()) return;
+  if (d.ranks != comm_size()) d = Division();
+  d.elem.clear();
+  d.ranks  = comm_size();
+  d.npoint = pts.part.npoint;
+  for (int q = static_cast<int>(d.point.size()); q < pts.npoint; ++q)
+    d.point.push_back(m.part.rank[pts.parent[q]]);
+  const RealVec X = point_centres(pts, m.dim);
+  std::map<int, int> first;                          // of elements, by number
+  RealVec work(pts.npoint);
+  for (int q = 0; q < pts.npoint; ++q) {
+    work[q] = point_work(m.dim == 2 ? 9 : 27, pts.eroded(q));
+    if (pts.of_elem[pts.parent[q]] == q) first[pts.part.point[q]] = q;
+  }
+  const std::vector<RankWork> elements = work_of_ranks(m, el);
+  const auto loads = [&] {
+    std::vector<RankWork> rank(1, elements[comm_rank()]);
+    for (int q = 0; q < pts.npoint; ++q)
+      if (d.point[q] == comm_rank()) rank[0].all += work[q];
+    comm_allgatherv(rank);
+    return rank;
+  };
+  std::vector<RankWork> rank = loads();
+  const bool even = largest_part(rank) <= EVEN * std::max(1.0, d.excess);
+  for (int k = 0; k < 4 * comm_size() && !even; ++k) {
+    const int from = static_cast<int>(std::max_element(rank.begin(), rank.end(), less_work) - rank.begin());
+    std::vector<Handed> handed;
+    if (from == comm_rank() && rank[from].all > EVEN * mean_work(rank))
+      handed = hand_over(m, pts, X, work, rank, d.point);
+    comm_allgatherv(handed);
+    if (handed.empty()) break;
+    for (const Handed& h : handed) {
+      const auto here = first.find(h.point);
+      for (int q = here == first.end() ? pts.npoint : here->second, e = q < pts.npoint ? pts.parent[q] : -1;
+           q < pts.npoint && pts.parent[q] == e; ++q)
+        d.point[q] = h.rank;
+    }
+    rank = loads();
+  }
+  if (!even) d.excess = largest_part(rank);
+  if (d.npoint > 0) point_find_common(d.point, pts);
+}
+
 }  // namespace
 
 RealVec dof_work(const Model& m, const Elements& el, const Points& pts)
@@ -386,26 +474,23 @@ RealVec dof_work(const Model& m, const Elements& el, const Points& pts)
   return work;
 }
 
-double dof_excess(const RealVec& work)
+double dof_excess(const Model& m, const Elements& el, const Points& pts, const IntVec& rank)
 {
-  std::vector<RankWork> rank(1);
-  for (double w : work) rank[0].all += w;
-  comm_allgatherv(rank);
-  return largest_part(rank);
+  std::vector<RankWork> load = work_of_ranks(m, el);
+  std::vector<RankWork> own(1, load[comm_rank()]);
+  for (int q = 0; q < pts.npoint; ++q)
+    if (rank[q] == comm_rank()) own[0].all += point_work(m.dim == 2 ? 9 : 27, pts.eroded(q));
+  comm_allgatherv(own);
+  return largest_part(own);
 }
 
-void dof_share_points(const Model& m, const Points& pts, const Elements& el, const ListTable& group,
-                      Division& d)
+void dof_share_points(const Model& m, const Elements& el, const ListTable& group, Points& pts, Division& d)
 {
+  if (m.part.window) return share_window(m, el, pts, d);
   if (!m.part.on || (static_cast<int>(d.point.size()) == pts.npoint && d.ranks == comm_size())) return;
   d.elem.clear();
   if (d.ranks != comm_size()) d.point.clear();
   d.ranks = comm_size();
-  if (m.part.window) {
-    for (int q = static_cast<int>(d.point.size()); q < pts.npoint; ++q)
-      d.point.push_back(m.part.rank[pts.parent[q]]);
-    return;
-  }
   const RealVec X = point_centres(pts, m.dim);
   RealVec work(pts.npoint);
   for (int q = 0; q < pts.npoint; ++q) work[q] = point_work(m.dim == 2 ? 9 : 27, pts.eroded(q));

@@ -241,7 +241,8 @@ std::vector<char> rim_elements(const Model& m, const FracMesh& fm, const IntVec&
 void hang_corners(const Model& m, const FracMesh& fm, const IntVec& lost, const Fracture& fr, Points& pts)
 {
   enum { RIM = 1, DEBRIS = 2, APART = 4 };
-  const std::vector<char> rim = rim_elements(m, fm, lost, fr, pts);
+  std::vector<char> rim = rim_elements(m, fm, lost, fr, pts);
+  if (m.part.window && m.part.around.on()) halo_copy(m.part.around, 1, rim);
   for (int e : fr.converted) point_sample(m, e, rim[e] && !m.conversion[fm.conv[e]].bonded, pts);
   IntVec used(pts.ncorner, 0), name(pts.ncorner, 0); // by elements; all corners of a name
   for (int e : fr.converted) {
@@ -329,6 +330,18 @@ void frac_due(const Model& m, const Elements& el, const FracMesh& fm, const Frac
   }
 }
 
+namespace {
+
+// of the elements that they were
+IntVec rank_of_points(const MeshPart& part, const Points& pts)
+{
+  IntVec rank;
+  for (int e : pts.parent) rank.push_back(part.rank[e]);
+  return rank;
+}
+
+}  // namespace
+
 void frac_convert(const Model& m, Elements& el, const FracMesh& fm, const IntVec& number, CornerShare& share,
                   State& st)
 {
@@ -359,6 +372,7 @@ void frac_convert(const Model& m, Elements& el, const FracMesh& fm, const IntVec
   elem_refresh(el);
   frac_interfaces(m, fm, st);
   for (const auto& b : be) set_elastic(m, b.first, b.second, st);
+  if (m.part.window) point_tell_history(m.part, rank_of_points(m.part, st.points), st.points, st.n);
 }
 
 void frac_interfaces(const Model& m, const FracMesh& fm, State& st)

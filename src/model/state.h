@@ -223,6 +223,7 @@ struct Division {              // whose work is what; one rank: empty
   int ranks = 1;
   IntVec elem, point;          // [nelem], [npoint] rank
   double excess = 0;           // largest work of a rank over the mean, when the division was made
+  int npoint = -1;             // MeshPart::window: points of all ranks then; not saved
 };
 
 struct StepLog {               // how the increment went

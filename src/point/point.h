@@ -106,8 +106,9 @@ void point_convert(const Model& m, int body, int e, CornerShare& share, Points& 
 //        made         [elem] corners that each has made
 void point_number(const Model& m, const IntVec& elem, const IntVec& turn, const ListTable& made, Points& pts);
 
-// point_find_common : the last of this, for numbers that are known. Collective.
-void point_find_common(const Model& m, Points& pts);
+// point_find_common : the last of this, for numbers that are known: corners belong to ranks that work on a
+// point with them (rank [npoint]). Collective.
+void point_find_common(const IntVec& rank, Points& pts);
 
 // point_sample : G and V0 of the points of element e belong to the Gauss places of the element (at_gauss;
 // quadrilaterals and bricks), or are the means over their domains                                            
@@ -250,10 +251,14 @@ double point_viscous_loss(const Points& pts, int dim, const PointLaws& law, cons
 // point_energy_one : strain energy of the broken point p with displacements of l; c: degradation factor
 double point_energy_one(const Model& m, const Points& pts, const Level& l, int p, double c);
 
-// point_share_history : l.hp as the ranks that work on points and groups have it, on all ranks, unless each
-// has points of its own. Collective
-void point_share_history(const Points& pts, const PointLaws& law, const IntVec& mine, const IntVec& groups,
-                         Level& l);
+// point_share_history : l.hp as the ranks that work on points (rank [npoint]) and groups have it, on all ranks
+// that know them, unless each has points of its own. Collective
+void point_share_history(const Model& m, const Points& pts, const PointLaws& law, const IntVec& rank,
+                         const IntVec& mine, const IntVec& groups, Level& l);
+
+// point_tell_history : MeshPart::window: l.hp of points as the rank has it that works on them (rank [npoint]),
+// to all that have the elements that they were. Collective
+void point_tell_history(const MeshPart& part, const IntVec& rank, const Points& pts, Level& l);
 
 // point_plastic : energy dissipated by plastic flow in the points in mine
 double point_plastic(const Points& pts, const Level& l, const IntVec& mine);

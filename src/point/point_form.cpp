@@ -647,10 +647,11 @@ double point_plastic(const Points& pts, const Level& l, const IntVec& mine)
   return sum;
 }
 
-void point_share_history(const Points& pts, const PointLaws& law, const IntVec& mine, const IntVec& groups,
-                         Level& l)
+void point_share_history(const Model& m, const Points& pts, const PointLaws& law, const IntVec& rank,
+                         const IntVec& mine, const IntVec& groups, Level& l)
 {
-  if (comm_size() == 1 || pts.part.on || pts.part.window || l.hp.empty()) return;
+  if (pts.part.window) return point_tell_history(m.part, rank, pts, l);
+  if (comm_size() == 1 || pts.part.on || l.hp.empty()) return;
   RealVec all(l.hp.size(), 0.0);
   const auto take = [&](int p) {
     const auto from = l.hp.begin() + static_cast<long>(p) * law.history;

@@ -26,12 +26,21 @@ std::vector<Made> first_numbers(std::vector<Made> made, PointPart& part)
   return first;
 }
 
-// calls use(corner) for the corners of the points of element e, one point after the other
+// calls use(point) for the points of element e, if it has become any
+template <class Use>
+void each_point(const Points& pts, int e, Use use)
+{
+  if (!pts.converted(e)) return;
+  for (int p = pts.of_elem[e]; p < pts.npoint && pts.parent[p] == e; ++p) use(p);
+}
+
+// calls use(corner) for their corners, one point after the other
 template <class Use>
 void each_corner(const Points& pts, int e, Use use)
 {
-  for (int p = pts.of_elem[e]; p < pts.npoint && pts.parent[p] == e; ++p)
+  each_point(pts, e, [&](int p) {
     for (int k = pts.conn.off[p]; k < pts.conn.off[p + 1]; ++k) use(pts.conn.item[k]);
+  });
 }
 
 // numbers of the corners of elements of this rank, to all that have these elements; those that are not known
@@ -90,10 +99,36 @@ void point_number(const Model& m, const IntVec& elem, const IntVec& turn, const 
   // at first those that an element has made, which others may share with one of theirs; then all
   tell_numbers(m, fresh, pts);
   tell_numbers(m, fresh, pts);
-  point_find_common(m, pts);
+  IntVec rank;
+  for (int e : pts.parent) rank.push_back(m.part.rank[e]);
+  point_find_common(rank, pts);
 }
 
-void point_find_common(const Model& m, Points& pts)
+void point_tell_history(const MeshPart& part, const IntVec& rank, const Points& pts, Level& l)
+{
+  const int ranks = comm_size(), me = comm_rank(),
+            n = comm_allreduce_max(static_cast<int>(point_history_size(pts, l)));
+  if (n == 0 || !part.around.on()) return;
+  std::vector<RealVec> tell(ranks);
+  for (int r = 0; r < ranks; ++r)
+    for (int e : part.around.common[r])
+      each_point(pts, e, [&](int p) {
+        const double* h = &l.hp[static_cast<size_t>(p) * n];
+        if (rank[p] == me) tell[r].insert(tell[r].end(), h, h + n);
+      });
+  const std::vector<RealVec> told = comm_exchange(tell);
+  for (int r = 0; r < ranks; ++r) {
+    const double* next = told[r].data();
+    for (int e : part.around.common[r])
+      each_point(pts, e, [&](int p) {
+        if (rank[p] != r) return;
+        std::copy_n(next, n, &l.hp[static_cast<size_t>(p) * n]);
+        next += n;
+      });
+  }
+}
+
+void point_find_common(const IntVec& rank, Points& pts)
 {
   PointPart& part = pts.part;
   std::vector<char> own(pts.ncorner, 0);
@@ -104,7 +139,7 @@ void point_find_common(const Model& m, Points& pts)
   std::sort(part.numbered.begin(), part.numbered.end(),
             [&](int a, int b) { return part.corner[a] < part.corner[b]; });
   for (int p = 0; p < pts.npoint; ++p)
-    for (int k = pts.conn.off[p]; k < pts.conn.off[p + 1] && m.part.works(pts.parent[p]); ++k)
+    for (int k = pts.conn.off[p]; k < pts.conn.off[p + 1] && rank[p] == comm_rank(); ++k)
       own[pts.conn.item[k]] = 1;
   share_corners(own, part);
 }

@@ -20,7 +20,7 @@ bool step_divides_again(Problem& p)
   if (!m.part.on || !shares || fr.empty() || p.share.stays) return false;
   const int events = fr.neroded + fr.nconverted;
   if (events == p.share.events) return false;
-  const double excess = dof_excess(dof_work(m, p.d.el, p.st.points));
+  const double excess = dof_excess(m, p.d.el, p.st.points, p.st.division.point);
   if (p.share.events == AFTER_DIVISION) p.share.excess = std::max(1.0, excess);
   p.share.events = events;
   if (excess <= UNEVEN * p.share.excess) return false;

@@ -345,7 +345,7 @@ void step_finish(Problem& p, Attempt& a, RealVec& energy)
   RealVec dv(all.neq(), 0.0);  // change of the velocities of the unknowns
   st.np1.time = a.total1;
   elem_share_history(p.d.el, st.np1);
-  point_share_history(st.points, p.d.point_law, s.owned_point, s.owned_group, st.np1);
+  point_share_history(m, st.points, p.d.point_law, s.point_rank, s.owned_point, s.owned_group, st.np1);
   // 1. velocities
   // small systems and REUSE=NO: a continued run repeats every digit
   GridVelocity* const after = m.solver.reuse && s.neq_all() >= SMALL_SYSTEM ? &p.newton.grid : nullptr;
