@@ -145,7 +145,7 @@ bool divide_again(const Options& o, std::unique_ptr<Run>& run, Archive& state)
     run->problem.share.stays = true;
     return false;
   }
-  const RealVec work = step_work_of_all(run->problem);
+  const std::vector<RealVec> work = step_work_of_all(run->problem);
   Warned warned = run->problem.warned;
   solve_close(run->problem.newton.solver);
   run.reset();                                       // before others come

@@ -462,26 +462,38 @@ void share_window(const Model& m, const Elements& el, Points& pts, Division& d)
 
 }  // namespace
 
-RealVec dof_work(const Model& m, const Elements& el, const Points& pts)
+std::vector<RealVec> dof_work(const Model& m, const Elements& el, const Points& pts)
 {
-  RealVec work(m.mesh.nelem(), 0.0);
+  std::vector<RealVec> work(WORK_KINDS, RealVec(m.mesh.nelem(), 0.0));
   for (const ElemBlock& b : el.block)
-    for (int slot : b.live) work[b.elem[slot]] = elem_work(b, el.broken(b.elem[slot]) >= 0);
+    for (int slot : b.live) {
+      const int e = b.elem[slot];
+      work[WORK_ELEM][e]  = elem_work(b, false);
+      work[WORK_POINT][e] = elem_work(b, el.broken(e) >= 0) - work[WORK_ELEM][e];
+    }
   for (int q = 0; q < pts.npoint; ++q) {
     const int e = pts.parent[q];
-    if (e >= 0 && m.part.works(e)) work[e] += point_work(m.dim == 2 ? 9 : 27, pts.eroded(q));
+    if (e >= 0 && m.part.works(e)) work[WORK_POINT][e] += point_work(m.dim == 2 ? 9 : 27, pts.eroded(q));
   }
   return work;
 }
 
 double dof_excess(const Model& m, const Elements& el, const Points& pts, const IntVec& rank)
 {
-  std::vector<RankWork> load = work_of_ranks(m, el);
-  std::vector<RankWork> own(1, load[comm_rank()]);
+  const int me = comm_rank();
+  double load[WORK_KINDS] = {}, most[WORK_KINDS];
+  for (const ElemBlock& b : el.block)
+    for (int slot : b.live) {
+      load[WORK_ELEM] += elem_work(b, false);
+      load[WORK_POINT] += elem_work(b, el.broken(b.elem[slot]) >= 0) - elem_work(b, false);
+    }
   for (int q = 0; q < pts.npoint; ++q)
-    if (rank[q] == comm_rank()) own[0].all += point_work(m.dim == 2 ? 9 : 27, pts.eroded(q));
-  comm_allgatherv(own);
-  return largest_part(own);
+    if (rank[q] == me) load[WORK_POINT] += point_work(m.dim == 2 ? 9 : 27, pts.eroded(q));
+  std::copy(load, load + WORK_KINDS, most);
+  comm_max(most, WORK_KINDS);
+  comm_sum(load, WORK_KINDS);
+  return std::accumulate(most, most + WORK_KINDS, 0.0) * comm_size() /
+         std::max(std::accumulate(load, load + WORK_KINDS, 0.0), 1e-300);
 }
 
 void dof_share_points(const Model& m, const Elements& el, const ListTable& group, Points& pts, Division& d)

@@ -157,14 +157,18 @@ bool joined_by_faces(const Model& m)
 }
 
 // rank 0: rank of each element; false: the model stays whole
-bool divided(const Model& m, const RealVec& work, IntVec& rank)
+bool divided(const Model& m, const std::vector<RealVec>& work, IntVec& rank)
 {
   const IntVec& section = m.mesh.elem_section;
   if (std::none_of(section.begin(), section.end(), [](int s) { return s >= 0; })) {
     rank.assign(m.mesh.nelem(), 0);
     return true;
   }
-  rank = part_mesh(m.mesh, m.dim, work.empty() ? element_work(m.mesh) : work, comm_size());
+  std::vector<RealVec> kind = work;
+  const auto none = [](const RealVec& w) { return *std::max_element(w.begin(), w.end()) <= 0.0; };
+  kind.erase(std::remove_if(kind.begin(), kind.end(), none), kind.end());
+  if (kind.empty()) kind.push_back(element_work(m.mesh));
+  rank = part_mesh(m.mesh, m.dim, kind, comm_size());
   IntVec count(comm_size(), 0);
   for (int r : rank) ++count[r];
   return *std::min_element(count.begin(), count.end()) > 0;
@@ -194,7 +198,7 @@ void send_pieces(const IntVec& rank, const OverlapWatch& watch, Model& m)
 //   in    work   rank 0: of each element, empty: as it is at the start
 //   inout m      rank 0: the whole model; behind it, on all ranks, what they work on
 // ---------------------------------------------------------------------------
-void dof_part(bool whole, const RealVec& work, Model& m)
+void dof_part(bool whole, const std::vector<RealVec>& work, Model& m)
 {
   if (comm_size() == 1) return;
   IntVec rank;

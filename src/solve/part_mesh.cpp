@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <numeric>
 
 #include "base/log.h"
 #include "base/part_places.h"
@@ -10,14 +11,14 @@
 
 namespace {
 
-IntVec part_by_place(const Mesh& mesh, const RealVec& work, int parts)
+IntVec part_by_place(const Mesh& mesh, const std::vector<RealVec>& work, int parts)
 {
   RealVec X(3 * static_cast<size_t>(mesh.nelem()), 0.0);
   for (int e = 0; e < mesh.nelem(); ++e)
     for (int k = mesh.conn.off[e]; k < mesh.conn.off[e + 1]; ++k)
       for (int i = 0; i < 3; ++i)
         X[3 * static_cast<size_t>(e) + i] += mesh.X[3 * mesh.conn.item[k] + i] / mesh.conn.count(e);
-  return part_places(X, work, parts);
+  return work.size() == 1 ? part_places(X, work[0], parts) : part_planes(X, work, parts);
 }
 
 // nodes that elements of several parts have
@@ -27,6 +28,21 @@ int shared_nodes(const Mesh& mesh, const IntVec& part)
     for (int e = 0; e < mesh.nelem(); ++e)
       for (int k = mesh.conn.off[e]; k < mesh.conn.off[e + 1]; ++k) use(mesh.conn.item[k], part[e]);
   });
+}
+
+// what parts cost over ideal ones: several kinds of work: that of the part that has most, each kind for itself;
+// nodes that are there twice
+double surplus(const Mesh& mesh, const std::vector<RealVec>& work, int parts, const IntVec& part)
+{
+  double most = 0.0, all = 0.0;
+  for (const RealVec& kind : work) {
+    RealVec load(parts, 0.0);
+    for (size_t e = 0; e < kind.size(); ++e) load[part[e]] += kind[e];
+    most += *std::max_element(load.begin(), load.end());
+    all += std::accumulate(load.begin(), load.end(), 0.0);
+  }
+  const double shared = static_cast<double>(shared_nodes(mesh, part)) * parts / mesh.nnode();
+  return (work.size() > 1 ? most * parts / all : 0.0) + shared;
 }
 
 #ifdef MPFE_METIS
@@ -57,32 +73,38 @@ int dual_graph(const Mesh& mesh, int common_nodes, DualGraph& graph)
 // ---------------------------------------------------------------------------
 // part_mesh : the elements of a mesh in parts of equal work with few common nodes
 //
-//   in   work [nelem]   parts 2 or more;   dim: elements with so many common nodes are neighbours
+//   in   work [kinds][nelem], none of them all zero;   parts 2 or more;   dim: elements with so many common nodes are neighbours
 //   out  part of each element; the same in every run (fixed seed)
 //
 // METIS, or bisection by coordinates when that has fewer common nodes: straight cuts through regular meshes.
 // ---------------------------------------------------------------------------
-IntVec part_mesh(const Mesh& mesh, int dim, const RealVec& work, int parts)
+IntVec part_mesh(const Mesh& mesh, int dim, const std::vector<RealVec>& work, int parts)
 {
   const IntVec straight = part_by_place(mesh, work, parts);
 #ifdef MPFE_METIS
   DualGraph graph;
   int result = dual_graph(mesh, dim, graph);
   if (result == METIS_OK) {
-    const IntVec whole = part_weights(work);
-    std::vector<idx_t> part(mesh.nelem()), load(whole.begin(), whole.end());
-    idx_t n = mesh.nelem(), one = 1, count = parts, cut = 0, option[METIS_NOPTIONS];
+    idx_t n = mesh.nelem(), kinds = static_cast<idx_t>(work.size()), count = parts, cut = 0, option[METIS_NOPTIONS];
+    std::vector<idx_t> part(n), load(static_cast<size_t>(n) * kinds);
+    for (idx_t k = 0; k < kinds; ++k) {
+      const IntVec whole = part_weights(work[k]);
+      for (idx_t e = 0; e < n; ++e) load[static_cast<size_t>(e) * kinds + k] = whole[e];
+    }
     METIS_SetDefaultOptions(option);
     option[METIS_OPTION_NUMBERING] = 0;
     option[METIS_OPTION_SEED]      = 1;
     option[METIS_OPTION_UFACTOR]   = 10;             // the largest part at most 1.01 of the mean
     // bisection balances few parts better
     result = (parts > 8 ? METIS_PartGraphKway : METIS_PartGraphRecursive)(
-        &n, &one, graph.off, graph.near, load.data(), nullptr, nullptr, &count, nullptr, nullptr, option,
+        &n, &kinds, graph.off, graph.near, load.data(), nullptr, nullptr, &count, nullptr, nullptr, option,
         &cut, part.data());
     const IntVec found(part.begin(), part.end());
     if (result == METIS_OK)
-      return shared_nodes(mesh, straight) <= shared_nodes(mesh, found) ? straight : found;
+      {
+      const bool good = surplus(mesh, work, parts, straight) <= surplus(mesh, work, parts, found);
+      return good ? straight : found;
+    }
   }
   log_warn("METIS failed to partition the mesh (code %d): it is divided by coordinates", result);
 #else

@@ -67,8 +67,8 @@ void sys_multiply(const SysMatrix& A, const RealVec& val, const RealVec& x, Real
 // sys_diagonal : diagonal of A [neq]
 void sys_diagonal(const SysMatrix& A, RealVec& d);
 
-// part_mesh : elements of a mesh in parts of equal work; dim: nodes that neighbours have in common
-IntVec part_mesh(const Mesh& mesh, int dim, const RealVec& work, int parts);
+// part_mesh : elements of a mesh in parts of equal work of each kind; dim: nodes that neighbours have in common
+IntVec part_mesh(const Mesh& mesh, int dim, const std::vector<RealVec>& work, int parts);
 
 // order_rcm, order_metis : new position of each block row, [nrow]; reverse Cuthill-McKee on the block graph
 // (every connected part from a pseudo-peripheral node), nested dissection by METIS

@@ -290,8 +290,8 @@ void step_remainder(const Model& m, const Discretisation& d, const Dofs& dofs, c
 // become so uneven that it is to be divided again? Collective.
 bool step_divides_again(Problem& p);
 
-// step_work_of_all : dof_work of all ranks, on rank 0 [elements of the deck]
-RealVec step_work_of_all(const Problem& p);
+// step_work_of_all : dof_work of all ranks, on rank 0 [kinds][elements of the deck]. Collective.
+std::vector<RealVec> step_work_of_all(const Problem& p);
 
 // How a run begins: at t = 0; with a restart file f; after another division, with the file of out_hold, or
 // without one, where that was not possible

@@ -28,16 +28,22 @@ bool step_divides_again(Problem& p)
   return true;
 }
 
-RealVec step_work_of_all(const Problem& p)
+std::vector<RealVec> step_work_of_all(const Problem& p)
 {
-  struct Work { int number; double work; };
   const MeshPart& part = p.m.part;
-  const RealVec own    = dof_work(p.m, p.d.el, p.st.points);
-  std::vector<Work> list;
+  std::vector<RealVec> work = dof_work(p.m, p.d.el, p.st.points);
+  IntVec number;
   for (int e = 0; e < p.m.mesh.nelem(); ++e)
-    if (part.works(e)) list.push_back({part.elem_number(e), own[e]});
-  RealVec all(comm_rank() == 0 ? part.nelem : 0, 0.0);
-  for (const std::vector<Work>& of_rank : comm_gather(list))
-    for (const Work& w : of_rank) all[w.number] = w.work;
-  return all;
+    if (part.works(e)) number.push_back(part.elem_number(e));
+  const std::vector<IntVec> of_rank = comm_gather(number);
+  for (RealVec& kind : work) {
+    RealVec own, all(comm_rank() == 0 ? part.nelem : 0, 0.0);
+    for (int e = 0; e < p.m.mesh.nelem(); ++e)
+      if (part.works(e)) own.push_back(kind[e]);
+    const std::vector<RealVec> told = comm_gather(own);
+    for (size_t r = 0; r < told.size(); ++r)
+      for (size_t k = 0; k < told[r].size(); ++k) all[of_rank[r][k]] = told[r][k];
+    kind.swap(all);
+  }
+  return work;
 }
