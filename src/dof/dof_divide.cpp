@@ -457,7 +457,7 @@ void share_window(const Model& m, const Elements& el, Points& pts, Division& d)
     rank = loads();
   }
   if (!even) d.excess = largest_part(rank);
-  if (d.npoint > 0) point_find_common(d.point, pts);
+  if (d.npoint > 0) point_find_common(m.part, d.point, pts);
 }
 
 }  // namespace

@@ -151,7 +151,7 @@ bool reload_window(const Points& begin, State& st, Model& m, const FracMesh& fm)
   if (!st.frac.empty()) model_owners(frac_gone(st.frac), m);
   IntVec rank;
   for (int e : st.points.parent) rank.push_back(m.part.rank[e]);
-  if (st.frac.nconverted > 0) point_find_common(rank, st.points);
+  if (st.frac.nconverted > 0) point_find_common(m.part, rank, st.points);
   bond_share(m, st.points, st.bonds);
   st.np1 = st.n;
   return true;

@@ -8,10 +8,12 @@
 
 namespace {
 
-// Items of all ranks on rank 0, in the order of their names. Collective, as all below.
+// Items of all ranks on rank 0, in the order of their names, each once; of one that several bring, they bring
+// the same. Collective, as all below.
 struct Joiner {
   IntVec item;                 // that this rank brings
   IntVec place;                // rank 0: of each that comes, rank after rank
+  std::size_t count = 0;       // rank 0: of them
   Joiner(IntVec brings, const std::vector<long>& name);
 
   // numbers of the items, D for each
@@ -20,7 +22,7 @@ struct Joiner {
   {
     std::vector<T> own;
     for (int i : item) own.insert(own.end(), x.begin() + long(i) * D, x.begin() + long(i + 1) * D);
-    std::vector<T> out(place.size() * static_cast<std::size_t>(D));
+    std::vector<T> out(count * static_cast<std::size_t>(D));
     std::size_t k = 0;
     for (const std::vector<T>& part : comm_gather(own))
       for (std::size_t at = 0; at < part.size(); at += D, ++k)
@@ -32,18 +34,18 @@ struct Joiner {
   template <class T>
   std::vector<T> join_lists(const std::vector<T>& x, const IntVec& off, int D, IntVec& off_of_all) const
   {
-    IntVec count(off.size() - 1);
-    for (std::size_t i = 0; i < count.size(); ++i) count[i] = off[i + 1] - off[i];
-    count = join(count, 1);
+    IntVec length(off.size() - 1);
+    for (std::size_t i = 0; i < length.size(); ++i) length[i] = off[i + 1] - off[i];
+    length = join(length, 1);
     off_of_all.assign(1, 0);
-    for (int n : count) off_of_all.push_back(off_of_all.back() + n);
+    for (int n : length) off_of_all.push_back(off_of_all.back() + n);
     std::vector<T> own;
     for (int i : item) own.insert(own.end(), x.begin() + long(off[i]) * D, x.begin() + long(off[i + 1]) * D);
     std::vector<T> out(off_of_all.back() * static_cast<std::size_t>(D));
     std::size_t k = 0;
     for (const std::vector<T>& part : comm_gather(own))
       for (std::size_t at = 0; at < part.size(); ++k) {
-        const std::size_t n = count[place[k]] * static_cast<std::size_t>(D);
+        const std::size_t n = length[place[k]] * static_cast<std::size_t>(D);
         std::copy_n(part.begin() + static_cast<long>(at), n,
                     out.begin() + static_cast<long>(off_of_all[place[k]]) * D);
         at += n;
@@ -61,7 +63,10 @@ Joiner::Joiner(IntVec brings, const std::vector<long>& name) : item(std::move(br
   std::iota(order.begin(), order.end(), 0);
   std::sort(order.begin(), order.end(), [&](int a, int b) { return all[a] < all[b]; });
   place.resize(all.size());
-  for (std::size_t k = 0; k < order.size(); ++k) place[order[k]] = static_cast<int>(k);
+  for (std::size_t k = 0; k < order.size(); ++k) {
+    count += k == 0 || all[order[k]] != all[order[k - 1]];
+    place[order[k]] = static_cast<int>(count) - 1;
+  }
 }
 
 std::vector<long> names(const IntVec& number) { return {number.begin(), number.end()}; }
@@ -96,8 +101,8 @@ void join_points(const Model& m, const Joiner& of_points, const Joiner& of_corne
 {
   const int dim = m.dim;
   const IntVec &point = p.part.point, &corner = p.part.corner;
-  all.npoint  = static_cast<int>(of_points.place.size());
-  all.ncorner = static_cast<int>(of_corners.place.size());
+  all.npoint  = static_cast<int>(of_points.count);
+  all.ncorner = static_cast<int>(of_corners.count);
   IntVec conn = p.conn.item, next = p.next, twin = p.twin, hang = p.hang.item, off;
   for (int& c : conn) c = corner[c];
   for (int& q : next) q = point[q];
@@ -137,7 +142,7 @@ void join_points(const Model& m, const Joiner& of_points, const Joiner& of_corne
 
 void join_bonds(const Joiner& j, int dim, const Bonds& b, Bonds& all)
 {
-  all.nbond         = static_cast<int>(j.place.size());
+  all.nbond         = static_cast<int>(j.count);
   all.nfixed        = b.nfixed;
   all.a.item        = j.join_lists(b.a.item, b.a.off, 1, all.a.off);
   IntVec off;
@@ -196,10 +201,14 @@ void state_gather(const Model& m, WindowState& kept, State& s)
   const Points& p = kept.points;
   const Bonds& b  = kept.bonds;
   IntVec points, corners, bonds;
-  for (int q = 0; q < p.npoint; ++q)
-    if (m.part.works(m.part.elem_here(p.parent[q]))) points.push_back(q);
+  std::vector<char> own(p.ncorner, 0);               // corners of elements of this rank
+  for (int q = 0; q < p.npoint; ++q) {
+    if (!m.part.works(m.part.elem_here(p.parent[q]))) continue;
+    points.push_back(q);
+    for (int k = p.conn.off[q]; k < p.conn.off[q + 1]; ++k) own[p.conn.item[k]] = 1;
+  }
   for (int c = 0; c < p.ncorner; ++c)
-    if (p.part.halo.owner[c] == me) corners.push_back(c);
+    if (own[c]) corners.push_back(c);
   for (int q = 0; q < b.nbond; ++q)
     if (b.rank[q] == me) bonds.push_back(q);
   const Joiner of_points(points, names(p.part.point)), of_corners(corners, names(p.part.corner)),

@@ -108,7 +108,7 @@ void point_number(const Model& m, const IntVec& elem, const IntVec& turn, const 
 
 // point_find_common : the last of this, for numbers that are known: corners belong to ranks that work on a
 // point with them (rank [npoint]). Collective.
-void point_find_common(const IntVec& rank, Points& pts);
+void point_find_common(const MeshPart& mesh, const IntVec& rank, Points& pts);
 
 // point_sample : G and V0 of the points of element e belong to the Gauss places of the element (at_gauss;
 // quadrilaterals and bricks), or are the means over their domains                                            

@@ -101,7 +101,7 @@ void point_number(const Model& m, const IntVec& elem, const IntVec& turn, const 
   tell_numbers(m, fresh, pts);
   IntVec rank;
   for (int e : pts.parent) rank.push_back(m.part.rank[e]);
-  point_find_common(rank, pts);
+  point_find_common(m.part, rank, pts);
 }
 
 void point_tell_history(const MeshPart& part, const IntVec& rank, const Points& pts, Level& l)
@@ -128,10 +128,10 @@ void point_tell_history(const MeshPart& part, const IntVec& rank, const Points& 
   }
 }
 
-void point_find_common(const IntVec& rank, Points& pts)
+void point_find_common(const MeshPart& mesh, const IntVec& rank, Points& pts)
 {
   PointPart& part = pts.part;
-  std::vector<char> own(pts.ncorner, 0);
+  std::vector<char> own(pts.ncorner, 0), near(pts.ncorner, 0);
   MPFE_CHECK(std::find(part.corner.begin(), part.corner.end(), -1) == part.corner.end(),
              "a corner that others have made has no number");
   part.numbered.resize(pts.ncorner);
@@ -141,30 +141,55 @@ void point_find_common(const IntVec& rank, Points& pts)
   for (int p = 0; p < pts.npoint; ++p)
     for (int k = pts.conn.off[p]; k < pts.conn.off[p + 1] && rank[p] == comm_rank(); ++k)
       own[pts.conn.item[k]] = 1;
-  share_corners(own, part);
+  // others have none but those of elements that they have too
+  IntVec list;
+  for (int e : mesh.around.shared) each_corner(pts, e, [&](int c) { near[c] = 1; });
+  for (int c = 0; c < pts.ncorner; ++c)
+    if (near[c]) list.push_back(c);
+  share_corners_of(list, own, part);
 }
 
 void share_corners(const std::vector<char>& own, PointPart& part)
 {
-  const int ncorner = static_cast<int>(own.size());
+  IntVec all(own.size());
+  std::iota(all.begin(), all.end(), 0);
+  share_corners_of(all, own, part);
+}
+
+void share_corners_of(const IntVec& list, const std::vector<char>& own, PointPart& part)
+{
+  const int ranks = comm_size();
+  Halo halo;
   std::vector<long> key;
-  IntVec owner(ncorner, -1);
-  for (int c = 0; c < ncorner; ++c)
+  for (int c : list)
     if (own[c]) key.push_back(part.corner[c]);
-  halo_form(key, part.halo);
-  part.held = comm_allreduce_max(static_cast<int>(key.size() < own.size())) > 0;
-  if (!part.held) return;
-  for (int c = 0, k = 0; c < ncorner; ++c)
-    if (own[c]) owner[c] = part.halo.owner[k++];
-  halo_form({part.corner.begin(), part.corner.end()}, part.halo);
-  std::vector<IntVec> tell(comm_size());
-  for (int r = 0; r < comm_size(); ++r)
-    for (int c : part.halo.common[r]) tell[r].push_back(owner[c]);
+  halo_form(key, halo);
+  part.held = comm_allreduce_max(static_cast<int>(part.window || key.size() < own.size())) > 0;
+  if (!part.held) {
+    part.halo = std::move(halo);                     // all corners of the list are own
+    return;
+  }
+  IntVec owner(own.size(), -1);
+  for (size_t c = 0; c < own.size(); ++c)
+    if (own[c]) owner[c] = comm_rank();
+  size_t k = 0;
+  for (int c : list)
+    if (own[c]) owner[c] = halo.owner[k++];
+  key.clear();
+  for (int c : list) key.push_back(part.corner[c]);
+  halo_form(key, halo);
+  for (IntVec& common : halo.common)
+    for (int& c : common) c = list[c];
+  for (int& c : halo.shared) c = list[c];
+  std::vector<IntVec> tell(ranks);
+  for (int r = 0; r < ranks; ++r)
+    for (int c : halo.common[r]) tell[r].push_back(owner[c]);
   const std::vector<IntVec> told = comm_exchange(tell);
-  for (int r = 0; r < comm_size(); ++r)
-    for (size_t k = 0; k < told[r].size(); ++k) {
-      int& of = owner[part.halo.common[r][k]];
-      of = std::max(of, told[r][k]);
+  for (int r = 0; r < ranks; ++r)
+    for (size_t i = 0; i < told[r].size(); ++i) {
+      int& of = owner[halo.common[r][i]];
+      of = std::max(of, told[r][i]);
     }
-  part.halo.owner.swap(owner);
+  halo.owner.swap(owner);
+  part.halo = std::move(halo);
 }
