@@ -134,10 +134,10 @@ bool divide_again(const Options& o, std::unique_ptr<Run>& run, Archive& state)
   const Model& old = run->model;
   Model m;
   bool good = true;
-  log_mute(true);
+  log_repeat(true);
   if (comm_rank() == 0)
     good = deck_read(o.deck, o.defines, m) == 0 && m.hash == old.hash && m.history.size() == old.history.size();
-  log_mute(comm_rank() > 0);
+  log_repeat(false);
   good = comm_bcast(static_cast<int>(good)) && out_hold(old, run->state, run->problem.d.grid, state);
   if (!good) {
     log_warn("the model cannot be divided among the ranks again: the deck has changed since the run began, or "
@@ -160,9 +160,9 @@ bool divide_again(const Options& o, std::unique_ptr<Run>& run, Archive& state)
 // set-up and messages are those that the user knows
 void open_again(Problem& p)
 {
-  log_mute(true);
+  log_repeat(true);
   MPFE_CHECK(step_open(p) == 0, "a model that was good is not");
-  log_mute(comm_rank() > 0);
+  log_repeat(false);
 }
 
 int check_only(Problem& p)

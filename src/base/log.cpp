@@ -10,7 +10,7 @@
 namespace {
 
 std::FILE* listing = nullptr;
-bool muted = false, keeping = false;
+bool muted = false, keeping = false, repeating = false;
 std::string kept;              // texts of this rank, each with a zero behind it
 std::set<std::string> heard;   // on the first rank while others keep theirs
 int warnings = 0;
@@ -24,7 +24,7 @@ void say(const std::string& text, bool terminal)
 void put(const char* word, bool terminal, const char* format, va_list args)
 {
   const bool note = keeping && terminal;
-  if (muted && !note) return;
+  if (repeating || (muted && !note)) return;
   va_list copy;
   va_copy(copy, args);
   std::string text(static_cast<size_t>(std::vsnprintf(nullptr, 0, format, copy)) + 1, ' ');
@@ -40,6 +40,7 @@ void put(const char* word, bool terminal, const char* format, va_list args)
 void log_open(std::FILE* file) { listing = file; }
 void log_mute(bool mute) { muted = mute; }
 void log_keep(bool keep) { keeping = keep; }
+void log_repeat(bool repeat) { repeating = repeat; }
 
 void log_gather()
 {
@@ -65,7 +66,7 @@ void log_note(const char* format, ...)
 
 void log_warn(const char* format, ...)
 {
-  ++warnings;
+  warnings += !repeating;
   va_list args;
   va_start(args, format);
   put("WARNING  ", true, format, args);

@@ -12,6 +12,9 @@ void log_open(std::FILE* listing);
 // log_mute : from now on log_note, log_warn and log_error say nothing (ranks but the first), or speak again
 void log_mute(bool mute);
 
+// log_repeat : what is told from now on has been told already: nothing is said, kept or counted
+void log_repeat(bool repeat);
+
 // log_keep : warnings and errors of a rank that is mute are kept for log_gather
 // log_gather : the first rank says what others have kept, each text once. Collective.
 void log_keep(bool keep);

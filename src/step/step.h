@@ -118,7 +118,8 @@ struct Attempt {
   RealVec du{};                  // [neq]
   RealVec du_all{};            // several ranks with the whole model: of all rows, at the solution
   Jumps jumps{};               // of du
-  RealVec guess{};               // [neq] statics: where Newton's method begins; empty: at rest
+  RealVec guess{};               // [neq] statics: where Newton's method begins, when it does not at rest
+  bool guesses = false;          // it does so; a rank may have no rows
 };
 
 // step_open : state at t = 0: points, bonds, elements, initial velocities. Returns the number of errors.

@@ -88,7 +88,8 @@ void extrapolate(const Model& m, const State& st, const Dofs& dofs, double dt, A
   if (!a.step.extrapolate || st.rate.empty() || st.log.cuts > 0 || !m.bond.empty() ||
       st.points.npoint_all() || st.frac.neroded > 0)
     return;
-  a.guess = dofs.target;
+  a.guess   = dofs.target;
+  a.guesses = true;
   const int dim = dofs.dim;
   for (int r = 0; r < dofs.nfe; ++r)
     for (int i = 0; i < dim; ++i)
@@ -172,11 +173,11 @@ Failure step_increment(Problem& p, const Step& s, double t0, double dt, RealVec&
   if (failure.ok() && s.proc == PROC_DYNAMIC) failure = step_inertia_begin(p, a);
   if (failure.status == BAD_VALUE) return failure;
   if (dt > 0.0 && s.proc == PROC_STATIC) extrapolate(p.m, st, p.dofs, dt, a);
-  const bool guessed = !a.guess.empty();
+  const bool guessed = a.guesses;
   if (failure.ok()) failure = step_newton(p, a);
   if (!failure.ok() && failure.status != BAD_VALUE && guessed) {
     a.du.assign(p.dofs.neq(), 0.0);
-    a.guess.clear();
+    a.guesses = false;
     failure = step_newton(p, a);
   }
   if (failure.ok() && st.bonds.nbond_all()) failure = augment(p, a);

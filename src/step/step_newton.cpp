@@ -246,7 +246,7 @@ Failure begin_at_guess(Problem& p, Attempt& a, Residual& b, double& guessed)
 {
   const RealVec R0 = b.R;
   a.du.swap(a.guess);
-  a.guess.clear();
+  a.guesses = false;
   tie_follow(p.dofs, true, a.du);
   const Failure failure = form_residual(p, a, a.du, b);
   if (!failure.ok()) return failure;
@@ -341,7 +341,7 @@ Failure step_newton(Problem& p, Attempt& a)
   // 1. where it begins
   double guessed  = 0.0;       // energy of the guess
   Failure failure = begin_at_predictor(p, a, b);
-  if (failure.ok() && !a.guess.empty()) failure = begin_at_guess(p, a, b, guessed);
+  if (failure.ok() && a.guesses) failure = begin_at_guess(p, a, b, guessed);
   if (!failure.ok()) return failure;
   l.energy = std::sqrt(guessed);
   tell_iteration(log, 0, b, 0.0, 0.0);
