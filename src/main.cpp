@@ -136,12 +136,13 @@ bool divide_again(const Options& o, std::unique_ptr<Run>& run, Archive& state)
   bool good = true;
   log_repeat(true);
   if (comm_rank() == 0)
-    good = deck_read(o.deck, o.defines, m) == 0 && m.hash == old.hash && m.history.size() == old.history.size();
+    good = deck_read(o.deck, o.defines, m) == 0 && m.hash == old.hash &&
+           m.history.size() == old.history.size();
   log_repeat(false);
   good = comm_bcast(static_cast<int>(good)) && out_hold(old, run->state, run->problem.d.grid, state);
   if (!good) {
-    log_warn("the model cannot be divided among the ranks again: the deck has changed since the run began, or "
-             "there is no room for temporary files; the run goes on as it is");
+    log_warn("the model cannot be divided among the ranks again: the deck has changed since the run began, "
+             "or there is no room for temporary files; the run goes on as it is");
     run->problem.share.stays = true;
     return false;
   }

@@ -186,13 +186,13 @@ using Warned = std::set<std::string>;
 
 // dof_part : the model of rank 0 to all ranks: to each its piece; whole when this is asked for, and of scenes
 // that cannot be divided yet. Collective.
-//   in   work   of the elements of the deck, on rank 0; empty: that of intact ones                [kinds][nelem]
+//   in   work   of the elements of the deck, on rank 0 [kinds][nelem]; empty: that of intact ones
 void dof_part(bool whole, const std::vector<RealVec>& work, Model& m);
 
-// dof_work : of the elements of this rank: as if they were intact, with which rows and iterations go, and what
-// those that are broken, and the points of those that have become some, cost above it         [2][nelem]
-// dof_excess : the largest work of a rank over the mean, each kind for itself, when ranks work on these
-// points [npoint]. Collective.
+// dof_work : of the elements of this rank: as if they were intact, with which rows and iterations go, and
+// what those that are broken, and the points of those that have become some, cost above it      [2][nelem]
+// dof_excess : the largest work of a rank over the mean, each kind for itself; rank: who works on each
+// point [npoint]. Collective.
 std::vector<RealVec> dof_work(const Model& m, const Elements& el, const Points& pts);
 double dof_excess(const Model& m, const Elements& el, const Points& pts, const IntVec& rank);
 

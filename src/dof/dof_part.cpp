@@ -57,8 +57,8 @@ bool points_divide(const Model& m, const OverlapWatch& watch)
   return point_fill_divides(m, LEAST_CELLS);
 }
 
-// Can each rank know the points of the elements that it has alone? All points were elements, none is released,
-// contact is that of pairs, whose elements all ranks have, and all bodies know of each other
+// Can each rank know the points of the elements that it has alone? All points were elements, none is
+// released, contact is that of pairs, whose elements all ranks have, and all bodies know of each other
 bool points_near(const Model& m, const OverlapWatch& watch)
 {
   if (m.conversion.empty() || !watch.pair.empty() || asks_pieces(m)) return false;

@@ -21,8 +21,9 @@ enum HangOn { HANG_GRID, HANG_NODE, HANG_CORNERS, HANG_OWN };
 struct PointPart {
   bool on = false, window = false;
   int npoint = 0, ncorner = 0; // of all ranks
-  // [npoint], [ncorner] number among those of all ranks, ascending (not corners of a window). Corners that bonds hold are on all ranks,
-  // also where no point has them (held: there are such, on any rank; or corners of outer elements)
+  // [npoint], [ncorner] number among those of all ranks, ascending (not corners of a window). Corners that
+  // bonds hold are on all ranks, also where no point has them (held: there are such, on any rank; or corners
+  // of outer elements)
   IntVec point, corner;
   IntVec numbered;             // window: corners in the order of their numbers
   bool held = false;
@@ -116,8 +117,8 @@ struct Bonds {
   // [nbond] each rank has points of its own: who works on a bond at corners, -1: at nodes. Made by bond_form,
   // not saved; else empty. MeshPart::window: who works on it, made by bond_share
   IntVec rank;
-  // MeshPart::window: [nbond] names, the same on all ranks that may work on a bond; who has them; bonds of all
-  // ranks
+  // MeshPart::window: [nbond] names, the same on all ranks that may work on a bond; who has them; bonds of
+  // all ranks
   std::vector<long> name;
   Halo halo;
   int nall = 0;

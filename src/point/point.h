@@ -251,13 +251,13 @@ double point_viscous_loss(const Points& pts, int dim, const PointLaws& law, cons
 // point_energy_one : strain energy of the broken point p with displacements of l; c: degradation factor
 double point_energy_one(const Model& m, const Points& pts, const Level& l, int p, double c);
 
-// point_share_history : l.hp as the ranks that work on points (rank [npoint]) and groups have it, on all ranks
-// that know them, unless each has points of its own. Collective
+// point_share_history : l.hp as the ranks that work on points (rank [npoint]) and groups have it, on all
+// ranks that know them, unless each has points of its own. Collective
 void point_share_history(const Model& m, const Points& pts, const PointLaws& law, const IntVec& rank,
                          const IntVec& mine, const IntVec& groups, Level& l);
 
-// point_tell_history : MeshPart::window: l.hp of points as the rank has it that works on them (rank [npoint]),
-// to all that have the elements that they were. Collective
+// point_tell_history : MeshPart::window: l.hp of points as the rank has it that works on them (rank
+// [npoint]), to all that have the elements that they were. Collective
 void point_tell_history(const MeshPart& part, const IntVec& rank, const Points& pts, Level& l);
 
 // point_plastic : energy dissipated by plastic flow in the points in mine

@@ -53,7 +53,8 @@ void tell_numbers(const Model& m, const std::vector<char>& fresh, Points& pts)
   std::vector<IntVec> tell(ranks);
   for (int r = 0; r < ranks && around.on(); ++r)
     for (int e : around.common[r])
-      if (fresh[e] && around.owner[e] == me) each_corner(pts, e, [&](int c) { tell[r].push_back(number[c]); });
+      if (fresh[e] && around.owner[e] == me)
+        each_corner(pts, e, [&](int c) { tell[r].push_back(number[c]); });
   const std::vector<IntVec> told = comm_exchange(tell);
   for (int r = 0; r < ranks && around.on(); ++r) {
     const int* next = told[r].data();

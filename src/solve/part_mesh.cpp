@@ -30,8 +30,8 @@ int shared_nodes(const Mesh& mesh, const IntVec& part)
   });
 }
 
-// what parts cost over ideal ones: several kinds of work: that of the part that has most, each kind for itself;
-// nodes that are there twice
+// what parts cost over ideal ones: of several kinds of work that of the part that has most, each kind for
+// itself, and nodes that are there twice
 double surplus(const Mesh& mesh, const std::vector<RealVec>& work, int parts, const IntVec& part)
 {
   double most = 0.0, all = 0.0;
@@ -73,7 +73,8 @@ int dual_graph(const Mesh& mesh, int common_nodes, DualGraph& graph)
 // ---------------------------------------------------------------------------
 // part_mesh : the elements of a mesh in parts of equal work with few common nodes
 //
-//   in   work [kinds][nelem], none of them all zero;   parts 2 or more;   dim: elements with so many common nodes are neighbours
+//   in   work [kinds][nelem], none of them all zero;   parts 2 or more
+//        dim: elements with so many common nodes are neighbours
 //   out  part of each element; the same in every run (fixed seed)
 //
 // METIS, or bisection by coordinates when that has fewer common nodes: straight cuts through regular meshes.
@@ -85,7 +86,8 @@ IntVec part_mesh(const Mesh& mesh, int dim, const std::vector<RealVec>& work, in
   DualGraph graph;
   int result = dual_graph(mesh, dim, graph);
   if (result == METIS_OK) {
-    idx_t n = mesh.nelem(), kinds = static_cast<idx_t>(work.size()), count = parts, cut = 0, option[METIS_NOPTIONS];
+    idx_t n = mesh.nelem(), kinds = static_cast<idx_t>(work.size()), count = parts, cut = 0,
+          option[METIS_NOPTIONS];
     std::vector<idx_t> part(n), load(static_cast<size_t>(n) * kinds);
     for (idx_t k = 0; k < kinds; ++k) {
       const IntVec whole = part_weights(work[k]);

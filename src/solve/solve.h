@@ -67,7 +67,8 @@ void sys_multiply(const SysMatrix& A, const RealVec& val, const RealVec& x, Real
 // sys_diagonal : diagonal of A [neq]
 void sys_diagonal(const SysMatrix& A, RealVec& d);
 
-// part_mesh : elements of a mesh in parts of equal work of each kind; dim: nodes that neighbours have in common
+// part_mesh : elements of a mesh in parts of equal work of each kind; dim: nodes that neighbours have in
+// common
 IntVec part_mesh(const Mesh& mesh, int dim, const std::vector<RealVec>& work, int parts);
 
 // order_rcm, order_metis : new position of each block row, [nrow]; reverse Cuthill-McKee on the block graph
