@@ -21,6 +21,7 @@ IntVec part_by_place(const Mesh& mesh, const std::vector<RealVec>& work, int par
   return work.size() == 1 ? part_places(X, work[0], parts) : part_planes(X, work, parts);
 }
 
+#ifdef MPFE_METIS
 // nodes that elements of several parts have
 int shared_nodes(const Mesh& mesh, const IntVec& part)
 {
@@ -45,7 +46,6 @@ double surplus(const Mesh& mesh, const std::vector<RealVec>& work, int parts, co
   return (work.size() > 1 ? most * parts / all : 0.0) + shared;
 }
 
-#ifdef MPFE_METIS
 struct DualGraph {             // METIS frees it
   idx_t *off = nullptr, *near = nullptr;
   DualGraph() = default;
