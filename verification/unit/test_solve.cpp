@@ -486,6 +486,37 @@ TEST(Ranks, ObliqueCutsDivideTwoKindsOfWork)
   EXPECT_NE(half[0], half[2]);
 }
 
+// a mesh of squares, of which those in a corner cost more: both parts have as much of both kinds of work
+TEST(Ranks, MeshIsDividedByTwoKindsOfWork)
+{
+  const int n = 24, few = 8;
+  Mesh mesh;
+  for (int y = 0; y <= n; ++y)
+    for (int x = 0; x <= n; ++x) {
+      mesh.node_label.push_back(mesh.nnode() + 1);
+      mesh.X.insert(mesh.X.end(), {double(x), double(y), 0.0});
+    }
+  std::vector<RealVec> work(2);
+  for (int y = 0; y < n; ++y)
+    for (int x = 0; x < n; ++x) {
+      const int first = y * (n + 1) + x;
+      mesh.elem_label.push_back(mesh.nelem() + 1);
+      mesh.conn.item.insert(mesh.conn.item.end(), {first, first + 1, first + n + 2, first + n + 1});
+      mesh.conn.off.push_back(static_cast<int>(mesh.conn.item.size()));
+      work[0].push_back(1.0);
+      work[1].push_back(x < few && y < few ? 13.0 : 0.0);
+    }
+  const IntVec part = part_mesh(mesh, 2, work, 2);
+  for (const RealVec& kind : work) {
+    double load[2] = {0.0, 0.0};
+    for (size_t e = 0; e < kind.size(); ++e) load[part.at(e)] += kind[e];
+    EXPECT_NEAR(load[0], load[1], 0.15 * (load[0] + load[1]));
+  }
+  EXPECT_EQ(part, part_mesh(mesh, 2, work, 2));
+  const IntVec one = part_mesh(mesh, 2, {work[0]}, 2);           // one kind: halves
+  EXPECT_EQ(std::count(one.begin(), one.end(), 0), n * n / 2);
+}
+
 // METIS adds weights up as integers of 32 bits
 TEST(Ranks, WeightsOfManyThingsCanBeSummed)
 {
