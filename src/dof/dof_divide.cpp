@@ -34,6 +34,9 @@ double point_work(int n, bool broken)
   return 2.0 * (broken ? BROKEN_POINT * (pair_count(n) + PAIRS_OF_LAW) : pair_count(n));
 }
 
+// the same where its grid nodes are not known here: on those of two cells each way
+double usual_work(const Points& pts, int dim, int q) { return point_work(dim == 2 ? 9 : 27, pts.eroded(q)); }
+
 // calls use(rank, kind, work) for each element and point, in the order of dof_lists
 template <class Use>
 void each_work(const Elements& el, const Points& pts, const ActiveGrid& grid, Division& d, Use use)
@@ -428,7 +431,7 @@ void share_window(const Model& m, const Elements& el, Points& pts, Division& d)
   std::map<int, int> first;                          // of elements, by number
   RealVec work(pts.npoint);
   for (int q = 0; q < pts.npoint; ++q) {
-    work[q] = point_work(m.dim == 2 ? 9 : 27, pts.eroded(q));
+    work[q] = usual_work(pts, m.dim, q);
     if (pts.of_elem[pts.parent[q]] == q) first[pts.part.point[q]] = q;
   }
   const std::vector<RankWork> elements = work_of_ranks(m, el);
@@ -473,7 +476,7 @@ std::vector<RealVec> dof_work(const Model& m, const Elements& el, const Points& 
     }
   for (int q = 0; q < pts.npoint; ++q) {
     const int e = pts.parent[q];
-    if (e >= 0 && m.part.works(e)) work[WORK_POINT][e] += point_work(m.dim == 2 ? 9 : 27, pts.eroded(q));
+    if (e >= 0 && m.part.works(e)) work[WORK_POINT][e] += usual_work(pts, m.dim, q);
   }
   return work;
 }
@@ -488,7 +491,7 @@ double dof_excess(const Model& m, const Elements& el, const Points& pts, const I
       load[WORK_POINT] += elem_work(b, el.broken(b.elem[slot]) >= 0) - elem_work(b, false);
     }
   for (int q = 0; q < pts.npoint; ++q)
-    if (rank[q] == me) load[WORK_POINT] += point_work(m.dim == 2 ? 9 : 27, pts.eroded(q));
+    if (rank[q] == me) load[WORK_POINT] += usual_work(pts, m.dim, q);
   std::copy(load, load + WORK_KINDS, most);
   comm_max(most, WORK_KINDS);
   comm_sum(load, WORK_KINDS);
@@ -505,7 +508,7 @@ void dof_share_points(const Model& m, const Elements& el, const ListTable& group
   d.ranks = comm_size();
   const RealVec X = point_centres(pts, m.dim);
   RealVec work(pts.npoint);
-  for (int q = 0; q < pts.npoint; ++q) work[q] = point_work(m.dim == 2 ? 9 : 27, pts.eroded(q));
+  for (int q = 0; q < pts.npoint; ++q) work[q] = usual_work(pts, m.dim, q);
   if (d.point.empty()) d.point = first_ranks(pts, X, work);
   for (int q = static_cast<int>(d.point.size()); q < pts.npoint; ++q)
     d.point.push_back(m.part.rank[pts.parent[q]]);

@@ -114,7 +114,8 @@ ModelGrowth frac_adopt(const IntVec& give, const std::vector<State*>& state,
 void frac_renew(const Model& m, const ModelGrowth& g, Fracture& fr, Elements& el, FracMesh& fm);
 
 // frac_reload : a state as a restart file has it, with indices that are numbers in the mesh of the deck: the
-// model gets what all ranks must have, and indices are those of here. Collective.
+// model gets what all ranks must have, and indices are those of here; begin: points at t = 0. False: points
+// or bonds do not fit the model. Collective.
 bool frac_reload(const Points& begin, State& st, Model& m, Elements& el, FracMesh& fm);
 
 // frac_take : MeshPart::window: of a state of all ranks, in indices of here (-1: not here), what belongs to

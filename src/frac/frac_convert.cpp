@@ -330,18 +330,6 @@ void frac_due(const Model& m, const Elements& el, const FracMesh& fm, const Frac
   }
 }
 
-namespace {
-
-// of the elements that they were
-IntVec rank_of_points(const MeshPart& part, const Points& pts)
-{
-  IntVec rank;
-  for (int e : pts.parent) rank.push_back(part.rank[e]);
-  return rank;
-}
-
-}  // namespace
-
 void frac_convert(const Model& m, Elements& el, const FracMesh& fm, const IntVec& number, CornerShare& share,
                   State& st)
 {
@@ -372,7 +360,7 @@ void frac_convert(const Model& m, Elements& el, const FracMesh& fm, const IntVec
   elem_refresh(el);
   frac_interfaces(m, fm, st);
   for (const auto& b : be) set_elastic(m, b.first, b.second, st);
-  if (m.part.window) point_tell_history(m.part, rank_of_points(m.part, st.points), st.points, st.n);
+  if (m.part.window) point_tell_history(m.part, point_ranks(m.part, st.points), st.points, el.history, st.n);
 }
 
 void frac_interfaces(const Model& m, const FracMesh& fm, State& st)

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <map>
 
 #include "frac/frac.h"
 
@@ -32,11 +31,11 @@ bool lengths_fit(int dim, const State& s)
 
 // items of x, D numbers each
 template <class T>
-void take(const IntVec& item, int D, std::vector<T>& x)
+std::vector<T> taken(const IntVec& item, int D, const std::vector<T>& x)
 {
   std::vector<T> out;
   for (int i : item) out.insert(out.end(), x.begin() + long(i) * D, x.begin() + long(i + 1) * D);
-  x.swap(out);
+  return out;
 }
 
 // which points and corners of the whole those are that are here; false: they are no such points
@@ -68,19 +67,14 @@ void take_points(int dim, const Points& whole, State& st)
   for (int p = 0; p < here.npoint; ++p)
     std::copy_n(&whole.G[static_cast<size_t>(whole.conn.off[point[p]]) * dim], here.conn.count(p) * dim,
                 &here.G[static_cast<size_t>(here.conn.off[p]) * dim]);
-  here.sampled = whole.sampled;
-  here.V0      = whole.V0;
-  here.label   = whole.label;
-  here.broken  = whole.broken;
-  here.normal  = whole.normal;
-  here.hangs   = whole.hangs;
-  for (IntVec* x : {&here.sampled, &here.label, &here.broken}) take(point, 1, *x);
-  take(point, 1, here.V0);
-  take(point, 3, here.normal);
-  take(point, static_cast<int>(history), st.n.hp);
-  take(corner, 1, here.hangs);
-  for (RealVec* x : {&st.n.uc, &st.n.vc}) take(corner, dim, *x);
-  if (!st.laid.uc.empty()) take(corner, dim, st.laid.uc);
+  for (IntVec Points::* x : {&Points::sampled, &Points::label, &Points::broken})
+    here.*x = taken(point, 1, whole.*x);
+  here.V0     = taken(point, 1, whole.V0);
+  here.normal = taken(point, 3, whole.normal);
+  here.hangs  = taken(corner, 1, whole.hangs);
+  st.n.hp     = taken(point, static_cast<int>(history), st.n.hp);
+  for (RealVec* x : {&st.n.uc, &st.n.vc}) *x = taken(corner, dim, *x);
+  if (!st.laid.uc.empty()) st.laid.uc = taken(corner, dim, st.laid.uc);
   here.part.window  = true;
   here.part.npoint  = whole.npoint;
   here.part.ncorner = whole.ncorner;
@@ -109,12 +103,12 @@ void take_bonds(const Model& m, int ncorner, State& st)
   std::swap(b.a, a);
   b.a_w.swap(a_w);
   b.nbond = static_cast<int>(list.size());
-  for (IntVec* x : {&b.def, &b.field, &b.intermediate, &b.skin_of, &b.met}) take(list, 1, *x);
+  for (IntVec* x : {&b.def, &b.field, &b.intermediate, &b.skin_of, &b.met}) *x = taken(list, 1, *x);
   for (RealVec* x : {&b.area, &b.cn, &b.ct, &b.offset, &b.initial_penetration, &b.friction, &st.n.lambda_n})
-    take(list, 1, *x);
-  take(list, 3, b.X);
-  for (RealVec* x : {&b.normal, &st.n.slip, &st.n.lambda}) take(list, dim, *x);
-  if (!st.laid.xb.empty()) take(list, dim, st.laid.xb);
+    *x = taken(list, 1, *x);
+  b.X = taken(list, 3, b.X);
+  for (RealVec* x : {&b.normal, &st.n.slip, &st.n.lambda}) *x = taken(list, dim, *x);
+  if (!st.laid.xb.empty()) st.laid.xb = taken(list, dim, st.laid.xb);
   b.name.assign(list.begin() + b.nfixed, list.end());
 }
 

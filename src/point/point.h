@@ -100,6 +100,9 @@ struct CornerShare {
 // are not (7.9)
 void point_convert(const Model& m, int body, int e, CornerShare& share, Points& pts);
 
+// point_ranks : MeshPart::window: ranks of the elements that points were                      [npoint]
+IntVec point_ranks(const MeshPart& part, const Points& pts);
+
 // point_number : MeshPart::window: numbers among those of all ranks for the points and corners of elements
 // that have become points, and which corners other ranks have too (PointPart). Collective.
 //   in   elem, turn   those that are here, and their place among those of all ranks
@@ -256,9 +259,9 @@ double point_energy_one(const Model& m, const Points& pts, const Level& l, int p
 void point_share_history(const Model& m, const Points& pts, const PointLaws& law, const IntVec& rank,
                          const IntVec& mine, const IntVec& groups, Level& l);
 
-// point_tell_history : MeshPart::window: l.hp of points as the rank has it that works on them (rank
-// [npoint]), to all that have the elements that they were. Collective
-void point_tell_history(const MeshPart& part, const IntVec& rank, const Points& pts, Level& l);
+// point_tell_history : MeshPart::window: l.hp, n numbers a point, as the rank has it that works on the point
+// (rank [npoint]), to all that have the element that it was. Collective
+void point_tell_history(const MeshPart& part, const IntVec& rank, const Points& pts, int n, Level& l);
 
 // point_plastic : energy dissipated by plastic flow in the points in mine
 double point_plastic(const Points& pts, const Level& l, const IntVec& mine);

@@ -650,7 +650,7 @@ double point_plastic(const Points& pts, const Level& l, const IntVec& mine)
 void point_share_history(const Model& m, const Points& pts, const PointLaws& law, const IntVec& rank,
                          const IntVec& mine, const IntVec& groups, Level& l)
 {
-  if (pts.part.window) return point_tell_history(m.part, rank, pts, l);
+  if (pts.part.window) return point_tell_history(m.part, rank, pts, law.history, l);
   if (comm_size() == 1 || pts.part.on || l.hp.empty()) return;
   RealVec all(l.hp.size(), 0.0);
   const auto take = [&](int p) {

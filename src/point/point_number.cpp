@@ -70,6 +70,13 @@ void tell_numbers(const Model& m, const std::vector<char>& fresh, Points& pts)
 
 }  // namespace
 
+IntVec point_ranks(const MeshPart& part, const Points& pts)
+{
+  IntVec rank;
+  for (int e : pts.parent) rank.push_back(part.rank[e]);
+  return rank;
+}
+
 void point_number(const Model& m, const IntVec& elem, const IntVec& turn, const ListTable& made, Points& pts)
 {
   PointPart& part = pts.part;
@@ -100,15 +107,12 @@ void point_number(const Model& m, const IntVec& elem, const IntVec& turn, const 
   // at first those that an element has made, which others may share with one of theirs; then all
   tell_numbers(m, fresh, pts);
   tell_numbers(m, fresh, pts);
-  IntVec rank;
-  for (int e : pts.parent) rank.push_back(m.part.rank[e]);
-  point_find_common(m.part, rank, pts);
+  point_find_common(m.part, point_ranks(m.part, pts), pts);
 }
 
-void point_tell_history(const MeshPart& part, const IntVec& rank, const Points& pts, Level& l)
+void point_tell_history(const MeshPart& part, const IntVec& rank, const Points& pts, int n, Level& l)
 {
-  const int ranks = comm_size(), me = comm_rank(),
-            n = comm_allreduce_max(static_cast<int>(point_history_size(pts, l)));
+  const int ranks = comm_size(), me = comm_rank();
   if (n == 0 || !part.around.on()) return;
   std::vector<RealVec> tell(ranks);
   for (int r = 0; r < ranks; ++r)
