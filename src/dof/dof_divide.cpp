@@ -420,11 +420,12 @@ std::vector<Handed> hand_over(const Model& m, const Points& pts, const RealVec& 
 // as dof_share_points; points go from rank to rank element by element, to one that knows them
 void share_window(const Model& m, const Elements& el, Points& pts, Division& d)
 {
-  if (d.npoint == pts.part.npoint && d.ranks == comm_size()) return;
+  const int made = pts.part.npoint + pts.part.ncorner;         // other corners: they have other ranks
+  if (d.made == made && d.ranks == comm_size()) return;
   if (d.ranks != comm_size()) d = Division();
   d.elem.clear();
-  d.ranks  = comm_size();
-  d.npoint = pts.part.npoint;
+  d.ranks = comm_size();
+  d.made  = made;
   for (int q = static_cast<int>(d.point.size()); q < pts.npoint; ++q)
     d.point.push_back(m.part.rank[pts.parent[q]]);
   const RealVec X = point_centres(pts, m.dim);
@@ -460,7 +461,7 @@ void share_window(const Model& m, const Elements& el, Points& pts, Division& d)
     rank = loads();
   }
   if (!even) d.excess = largest_part(rank);
-  if (d.npoint > 0) point_find_common(m.part, d.point, pts);
+  if (made > 0) point_find_common(m.part, d.point, pts);
 }
 
 }  // namespace

@@ -57,15 +57,13 @@ bool points_divide(const Model& m, const OverlapWatch& watch)
   return point_fill_divides(m, LEAST_CELLS);
 }
 
-// Can each rank know the points of the elements that it has alone? All points were elements, none is
-// released, contact is that of pairs, whose elements all ranks have, and all bodies know of each other
+// Can each rank know the points of the elements that it has alone? All points were elements, contact is that
+// of pairs, whose elements all ranks have, and all bodies know of each other
 bool points_near(const Model& m, const OverlapWatch& watch)
 {
   if (m.conversion.empty() || !watch.pair.empty() || asks_pieces(m)) return false;
   for (const Body& b : m.body)
     if (b.fill != FILL_CONVERSION) return false;
-  for (const ConversionDef& c : m.conversion)
-    if (c.release > 0.0) return false;
   return std::none_of(m.bond.begin(), m.bond.end(), [&](const BondDef& d) {
     return d.general || (d.surface >= 0 && m.surface[d.surface].body >= 0) ||
            (d.master >= 0 && m.surface[d.master].body >= 0);

@@ -219,13 +219,15 @@ void frac_convert(const Model& m, Elements& el, const FracMesh& fm, const IntVec
 
 // frac_torn : broken points whose largest stretch is above RELEASE, or whose volume is below 1/RELEASE of
 // that at t = 0: those to be released from their neighbours, and released ones whose shape is to be made
-// anew  (7.12)
-void frac_torn(const Model& m, const FracMesh& fm, const Points& pts, const Level& l, IntVec& out);
+// anew; numbers among the points of all ranks, ascending (7.12). Collective.
+void frac_torn(const Model& m, const FracMesh& fm, const Fracture& fr, const Points& pts, const Level& l,
+               IntVec& out);
 
 // frac_release : torn points are released: corners and unknowns of their own, the shape of t = 0 turned, and
 // a rigid motion with their mass, linear and, if it needs no energy, angular momentum; the bonds of their
-// elements go  (7.13)
-void frac_release(const Model& m, const FracMesh& fm, const IntVec& torn, CornerShare& share, State& st);
+// elements go  (7.13). Collective.
+//   in   number   of frac_torn; those that are here are released here
+void frac_release(const Model& m, const FracMesh& fm, const IntVec& number, State& st);
 
 // The shape that a point would be released with
 struct GrainShape {
@@ -286,8 +288,13 @@ void frac_measure(const Model& m, const Elements& el, const State& st, int n, Fr
 // frac_fragments : pieces at t(n), numbered by falling mass, and their measures
 void frac_fragments(const Model& m, const Elements& el, const State& st, Fragments& f);
 
-// frac_repeat : the conversions of fr once more, of points that are as at t = 0; false: it has other ones
-bool frac_repeat(const Model& m, const FracMesh& fm, const Fracture& fr, Points& start, CornerShare& share);
+// frac_repeat : the conversions and releases of fr once more, of points that are as at t = 0; false: it has
+// other ones
+//   in   of       points that there are now, which fr.left has corners of: of here, or of all ranks
+//   out  number   [ncorner of start] that corner of of, but for those that points were released with
+//        left     as Fracture::left, in corners of start
+bool frac_repeat(const Model& m, const FracMesh& fm, const Fracture& fr, const Points& of, Points& start,
+                 CornerShare& share, IntVec& number, ListTable& left);
 
 // frac_replay : the corners that conversion has shared so far, made again from the points of t = 0 (start):
 // neighbours that convert later find the same numbers. False: the points of st are others than those made

@@ -163,7 +163,7 @@ void convert_one(const Model& m, const Elements& el, const FracMesh& fm, int e, 
   const ConversionDef& c = m.conversion[fm.conv[e]];
   const int first = st.points.npoint, old = st.points.ncorner;
   const size_t first_mass = st.points.mc.size();
-  point_convert(m, c.body[m.mesh.elem_section[e]], e, share, st.points);
+  point_convert(m, c.body[m.mesh.elem_section[e]], e, st.points.npoint_all(), share, st.points);
   interpolate(share, st.n.u, m.dim, st.n.uc);
   interpolate(share, st.n.v, m.dim, st.n.vc);
   mass.resize(st.points.ncorner, 0.0);

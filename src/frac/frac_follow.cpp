@@ -59,7 +59,7 @@ void frac_follow(const Model& m, const Fracture& fr, const Points& pts, IntVec& 
     Points start;              // released points have shapes of their own                        (7.34)
     const int first  = pts.of_elem[e];
     const bool apart = point_any_released(pts, e);
-    if (apart) point_convert(m, pts.body[first], e, share, start);
+    if (apart) point_convert(m, pts.body[first], e, 0, share, start);
     for (int k = m.mesh.conn.off[e]; k < m.mesh.conn.off[e + 1]; ++k) {
       const int n = m.mesh.conn.item[k];
       if (!lost[n] || (corner[n] >= 0 && pts.field[corner[n]] != FIELD_OWN)) continue;   // released ones last

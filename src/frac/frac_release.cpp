@@ -1,5 +1,11 @@
+#include <algorithm>
+#include <limits>
+#include <map>
+#include <numeric>
+
 #include <Eigen/Dense>
 
+#include "base/comm.h"
 #include "frac/frac.h"
 
 namespace {
@@ -37,12 +43,12 @@ struct RigidFragment {
   double m[8][8], mc[8], mass = 0.0;
 };
 
-// first pair of a point in Points::mc
-size_t first_pair(const Points& pts, int p)
+// first pair of each point in Points::mc
+std::vector<size_t> first_pairs(const Points& pts)
 {
-  size_t k = 0;
-  for (int q = 0; q < p; ++q) k += pair_count(pts.conn.count(q));
-  return k;
+  std::vector<size_t> first(1, 0);
+  for (int p = 0; p < pts.npoint; ++p) first.push_back(first.back() + pair_count(pts.conn.count(p)));
+  return first;
 }
 
 // the mean over the mass
@@ -103,13 +109,14 @@ Eigen::Matrix3d squeezed(const Eigen::Matrix3d& F)
 }
 
 // the maps from the shapes of t = 0 to those that points are released with, which have room        (7.34)
-void fitted(const Model& m, const IntVec& fresh, const State& st, std::vector<Eigen::Matrix3d>& map)
+void fitted(const Model& m, const IntVec& fresh, const std::vector<size_t>& pair, const State& st,
+            std::vector<Eigen::Matrix3d>& map)
 {
   std::vector<GrainShape> grain;
   map.clear();
   for (int p : fresh) {
     RigidFragment g;
-    read_fragment(st.points, m.dim, st.n, p, &st.points.mc[first_pair(st.points, p)], g);
+    read_fragment(st.points, m.dim, st.n, p, &st.points.mc[pair[p]], g);
     const Eigen::Matrix3d F = gradient(st.points, m.dim, st.n.uc, p), U = squeezed(F), R = rotation(F);
     const Eigen::Vector3d X = mean(g, g.X), x = mean(g, g.x);
     GrainShape shape;
@@ -146,10 +153,10 @@ void reshape(const Eigen::Matrix3d& A, int dim, int p, Points& pts, RigidFragmen
 
 // the shape without stress, turned, and a rigid motion (7.13); map: to the shape without stress from now on,
 // null: as it was
-void restore(int dim, int p, const Eigen::Matrix3d* map, Points& pts, Level& l)
+void restore(int dim, int p, size_t pair, const Eigen::Matrix3d* map, Points& pts, Level& l)
 {
   RigidFragment g;
-  read_fragment(pts, dim, l, p, &pts.mc[first_pair(pts, p)], g);
+  read_fragment(pts, dim, l, p, &pts.mc[pair], g);
   const Eigen::Matrix3d R = rotation(gradient(pts, dim, l.uc, p));
   if (map) reshape(*map, dim, p, pts, g);
   const Eigen::Vector3d X = mean(g, g.X), x = mean(g, g.x), v = mean(g, g.v);
@@ -166,16 +173,15 @@ void restore(int dim, int p, const Eigen::Matrix3d* map, Points& pts, Level& l)
   }
 }
 
-// displacements and velocities of the corners that points have got for their own
-void copy_corners(const IntVec& fresh, const IntVec& source, const Points& pts, int dim, Level& l)
+// displacements and velocities of the corners that points have got for their own: of those that they have
+// left, from place first on
+void copy_corners(const IntVec& left, size_t first, int dim, Level& l)
 {
-  int k = 0;
-  for (int p : fresh)
-    for (int a = 0; a < pts.conn.count(p); ++a, ++k)
-      for (int i = 0; i < dim; ++i) {
-        l.uc.push_back(l.uc[source[k] * dim + i]);
-        l.vc.push_back(l.vc[source[k] * dim + i]);
-      }
+  for (size_t k = first; k < left.size(); ++k)
+    for (int i = 0; i < dim; ++i) {
+      l.uc.push_back(l.uc[left[k] * dim + i]);
+      l.vc.push_back(l.vc[left[k] * dim + i]);
+    }
 }
 
 // a shape that is made anew has no plastic deformation; what is dissipated stays
@@ -185,80 +191,164 @@ void forget_flow(const Points& pts, int p, RealVec& hp)
   if (n > HISTORY_EQUIVALENT) std::fill_n(&hp[p * n], HISTORY_EQUIVALENT, 0.0);
 }
 
-}  // namespace
-
-void frac_torn(const Model& m, const FracMesh& fm, const Points& pts, const Level& l, IntVec& out)
+// is point p, which is broken, to be released or made anew?
+bool is_torn(const Model& m, const FracMesh& fm, const Points& pts, const RealVec& uc, int p)
 {
-  out.clear();
-  for (int p = 0; p < pts.npoint; ++p) {
-    if (pts.broken[p] < 0 || pts.parent[p] < 0 || fm.conv[pts.parent[p]] < 0) continue;
-    const double release = m.conversion[fm.conv[pts.parent[p]]].release,
-                 limit   = pts.released[p] ? std::max(release, RENEW) : release;
-    if (release == 0.0) continue;
-    const Eigen::Matrix3d F = gradient(pts, m.dim, l.uc, p);
-    const double most = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(F.transpose() * F,
-                                                                       Eigen::EigenvaluesOnly)
-                            .eigenvalues()[2];
-    if (most > limit * limit || F.determinant() < 1.0 / limit) out.push_back(p);
-  }
+  const double release = m.conversion[fm.conv[pts.parent[p]]].release,
+               limit   = pts.released[p] ? std::max(release, RENEW) : release;
+  if (release == 0.0) return false;
+  const Eigen::Matrix3d F = gradient(pts, m.dim, uc, p);
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> C(F.transpose() * F, Eigen::EigenvaluesOnly);
+  return C.eigenvalues()[2] > limit * limit || F.determinant() < 1.0 / limit;
 }
 
-void frac_release(const Model& m, const FracMesh& fm, const IntVec& torn, CornerShare& share, State& st)
+// Torn points that are here, and their place among those of all ranks
+struct TornPoints { IntVec point, turn; };
+
+TornPoints torn_here(const IntVec& number, const Points& pts)
 {
-  Points& pts = st.points;
-  IntVec fresh, source;
-  for (int p : torn) {
-    if (pts.released[p]) continue;
-    fresh.push_back(p);
-    source.insert(source.end(), pts.conn.begin(p), pts.conn.begin(p) + pts.conn.count(p));
-    st.frac.released.push_back(p);
-    st.frac.released_at.push_back(static_cast<int>(st.frac.converted.size()));
+  TornPoints here;
+  const IntVec& own = pts.part.point;
+  for (size_t k = 0; k < number.size(); ++k) {
+    int p = number[k];
+    if (pts.part.window) {
+      const auto at = std::lower_bound(own.begin(), own.end(), p);
+      if (at == own.end() || *at != p) continue;
+      p = static_cast<int>(at - own.begin());
+    }
+    here.point.push_back(p);
+    here.turn.push_back(static_cast<int>(k));
   }
-  st.frac.renewed += static_cast<int>(torn.size() - fresh.size());
+  return here;
+}
+
+// of the points in list of this rank, and of those of the others
+int count_of_all(const Model& m, const Points& pts, const IntVec& list)
+{
+  double own = 0.0;
+  for (int p : list) own += m.part.works(pts.parent[p]);
+  comm_sum(&own, 1);
+  return static_cast<int>(own);
+}
+
+}  // namespace
+
+void frac_torn(const Model& m, const FracMesh& fm, const Fracture& fr, const Points& pts, const Level& l,
+               IntVec& out)
+{
+  out.clear();
+  if (fr.nconverted == 0 || std::none_of(m.conversion.begin(), m.conversion.end(),
+                                         [](const ConversionDef& c) { return c.release > 0.0; }))
+    return;
+  const bool window = m.part.window;
+  for (int p = 0; p < pts.npoint; ++p) {
+    const int e = pts.parent[p];
+    if (pts.broken[p] < 0 || e < 0 || fm.conv[e] < 0 || (window && !m.part.works(e))) continue;
+    if (is_torn(m, fm, pts, l.uc, p)) out.push_back(window ? pts.part.point[p] : p);
+  }
+  if (!window) return;
+  comm_allgatherv(out);
+  std::sort(out.begin(), out.end());
+}
+
+void frac_release(const Model& m, const FracMesh& fm, const IntVec& number, State& st)
+{
+  Points& pts   = st.points;
+  Fracture& fr  = st.frac;
+  const int all = static_cast<int>(number.size());
+  const TornPoints torn = torn_here(number, pts);
+  const std::vector<size_t> pair = first_pairs(pts);
+  IntVec fresh;
+  for (int p : torn.point)
+    if (!pts.released[p]) fresh.push_back(p);
+  fr.released.insert(fr.released.end(), fresh.begin(), fresh.end());
+  fr.released_at.resize(fr.released.size(), pts.npoint_all());
+  const int news = m.part.window ? count_of_all(m, pts, fresh) : static_cast<int>(fresh.size());
+  fr.nreleased += news;
+  fr.renewed += all - news;
   std::vector<Eigen::Matrix3d> map;
-  if (model_general_contact(m) >= 0) fitted(m, fresh, st, map);
-  point_release(fresh, m.dim, share, pts);
-  copy_corners(fresh, source, pts, m.dim, st.n);
+  if (model_general_contact(m) >= 0) fitted(m, fresh, pair, st, map);
+  const size_t before = fr.left.item.size();
+  point_release(fresh, m.dim, pts, fr.left);
+  copy_corners(fr.left.item, before, m.dim, st.n);
   size_t k = 0;
-  for (int p : torn) {
+  for (int p : torn.point) {
     const bool first = k < fresh.size() && fresh[k] == p;
-    restore(m.dim, p, first && !map.empty() ? &map[k] : nullptr, pts, st.n);
+    restore(m.dim, p, pair[p], first && !map.empty() ? &map[k] : nullptr, pts, st.n);
     forget_flow(pts, p, st.n.hp);
     k += first;
   }
+  if (m.part.window) point_number_released(m, torn.point, torn.turn, fresh, pts);
   frac_interfaces(m, fm, st);
 }
 
-bool frac_repeat(const Model& m, const FracMesh& fm, const Fracture& fr, Points& start, CornerShare& share)
+namespace {
+
+// Corners that the points of element e have got when it became points, of the points of and of start: which
+// ones of the first the others are. left: corners that released points, now of start, had in of, list after
+// list. False: there are no such points
+bool match_corners(const Points& of, const Points& start, const std::map<int, const int*>& left, int e,
+                   IntVec& number)
 {
-  share    = CornerShare();
-  size_t r = 0;
-  for (size_t k = 0; k <= fr.converted.size(); ++k) {
-    IntVec fresh;
-    for (; r < fr.released.size() && fr.released_at[r] == static_cast<int>(k); ++r)
-      fresh.push_back(fr.released[r]);
-    for (int p : fresh)
-      if (p >= start.npoint || start.parent[p] < 0 || start.of_elem.empty() ||
-          start.of_elem[start.parent[p]] < 0)
-        return false;
-    point_release(fresh, m.dim, share, start);
-    if (k == fr.converted.size()) break;
-    const int e = fr.converted[k];
-    if (fm.conv[e] < 0) return false;
-    point_convert(m, m.conversion[fm.conv[e]].body[m.mesh.elem_section[e]], e, share, start);
+  number.resize(start.ncorner, -1);
+  for (int p = start.of_elem[e], q = of.of_elem[e]; p < start.npoint; ++p, ++q) {
+    if (q < 0 || q >= of.npoint || of.conn.count(q) != start.conn.count(p)) return false;
+    const auto had    = left.find(p);
+    const int* corner = had != left.end() ? had->second : of.conn.begin(q);
+    for (int k = 0; k < start.conn.count(p); ++k) {
+      if (corner[k] < 0 || corner[k] >= of.ncorner) return false;
+      number[start.conn.begin(p)[k]] = corner[k];
+    }
   }
   return true;
 }
 
+}  // namespace
+
+bool frac_repeat(const Model& m, const FracMesh& fm, const Fracture& fr, const Points& of, Points& start,
+                 CornerShare& share, IntVec& number, ListTable& left)
+{
+  share = CornerShare();
+  std::map<int, const int*> had;
+  for (size_t r = 0; r < fr.released.size(); ++r) had[fr.released[r]] = fr.left.begin(static_cast<int>(r));
+  number.resize(start.ncorner);
+  std::iota(number.begin(), number.end(), 0);
+  const auto release = [&](size_t& r, int until) {   // those when there were so many points
+    IntVec fresh;
+    for (; r < fr.released.size() && fr.released_at[r] <= until; ++r) fresh.push_back(fr.released[r]);
+    for (int p : fresh)
+      if (p < 0 || p >= start.npoint || start.parent[p] < 0 || !start.converted(start.parent[p]))
+        return false;
+    point_release(fresh, m.dim, start, left);
+    return true;
+  };
+  size_t r = 0;
+  for (int e : fr.converted) {
+    if (fm.conv[e] < 0 || !of.converted(e)) return false;
+    const int first = of.part.window ? of.part.point[of.of_elem[e]] : of.of_elem[e];
+    if (!release(r, first)) return false;
+    const int old = start.ncorner;
+    point_convert(m, m.conversion[fm.conv[e]].body[m.mesh.elem_section[e]], e, first, share, start);
+    if (!match_corners(of, start, had, e, number)) return false;
+    // when the releases of its time have not been found by points of here alone
+    start.apart.resize(start.ncorner, 0);
+    for (int c = old; c < start.ncorner; ++c)
+      if (number[c] < static_cast<int>(of.apart.size())) start.apart[c] = of.apart[number[c]];
+  }
+  return release(r, std::numeric_limits<int>::max());
+}
+
 bool frac_replay(const Model& m, const FracMesh& fm, const State& st, Points start, CornerShare& share)
 {
-  if (!frac_repeat(m, fm, st.frac, start, share)) return false;
   const Points& pts = st.points;
+  IntVec number;
+  ListTable left;
+  if (!frac_repeat(m, fm, st.frac, pts, start, share, number, left)) return false;
   if (start.Xc.size() != pts.Xc.size()) return false;
   for (int c = 0; c < pts.ncorner; ++c)                // released points have shapes of their own   (7.34)
     for (int i = 0; i < m.dim && pts.field[c] != FIELD_OWN; ++i)
       if (start.Xc[c * m.dim + i] != pts.Xc[c * m.dim + i]) return false;
   return start.shape == pts.shape && start.conn.off == pts.conn.off &&
          start.conn.item == pts.conn.item && start.body == pts.body && start.of_elem == pts.of_elem &&
-         start.parent == pts.parent && start.twin == pts.twin;
+         start.parent == pts.parent && start.twin == pts.twin && left.item == st.frac.left.item;
 }

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <map>
 
 #include "frac/frac.h"
 
@@ -7,14 +8,22 @@ namespace {
 // lists of a whole state have the lengths that its counts say
 bool lengths_fit(int dim, const State& s)
 {
-  const Points& p = s.points;
-  const Bonds& b  = s.bonds;
+  const Points& p    = s.points;
+  const Bonds& b     = s.bonds;
+  const Fracture& fr = s.frac;
   const size_t n = p.npoint, c = p.ncorner, items = p.conn.item.size(), q = b.nbond;
   const auto ends = [](const ListTable& t, size_t lists) {
     return t.off.size() == lists + 1 && t.off.front() == 0 && std::is_sorted(t.off.begin(), t.off.end()) &&
            static_cast<size_t>(t.off.back()) == t.item.size();
   };
-  return p.npoint >= 0 && p.ncorner >= 0 && b.nfixed >= 0 && b.nbond >= b.nfixed && ends(p.conn, n) &&
+  const auto in = [](const IntVec& list, size_t end) {
+    return std::all_of(list.begin(), list.end(),
+                       [=](int i) { return i >= 0 && static_cast<size_t>(i) < end; });
+  };
+  return p.npoint >= 0 && p.ncorner >= 0 && p.parent.size() == n && p.Xc.size() == c * dim &&
+         in(fr.released, n) && fr.released_at.size() == fr.released.size() &&
+         ends(fr.left, fr.released.size()) && in(fr.left.item, c) && b.nfixed >= 0 && b.nbond >= b.nfixed &&
+         ends(p.conn, n) &&
          ends(b.a, q) && b.a_w.size() == b.a.item.size() && p.G.size() == items * dim &&
          p.sampled.size() == n && p.V0.size() == n && p.label.size() == n && p.broken.size() == n &&
          p.normal.size() == 3 * n &&
@@ -38,28 +47,54 @@ std::vector<T> taken(const IntVec& item, int D, const std::vector<T>& x)
   return out;
 }
 
-// which points and corners of the whole those are that are here; false: they are no such points
-bool find_items(const Points& whole, const IntVec& converted, Points& here)
+// released points of the whole that are here, as those that the conversions of here will make; first: those
+// of the start
+void take_released(const Points& whole, int first, Fracture& fr)
 {
-  IntVec& corner = here.part.corner;
-  corner.assign(here.ncorner, -1);
-  here.part.point.assign(here.npoint, -1);
-  for (int e : converted)
-    for (int p = here.of_elem[e], q = whole.of_elem[e]; p < here.npoint && here.parent[p] == e; ++p, ++q) {
-      if (q < 0 || q >= whole.npoint || whole.conn.count(q) != here.conn.count(p)) return false;
-      here.part.point[p] = q;
-      for (int k = 0; k < here.conn.count(p); ++k) {
-        const int c = whole.conn.begin(q)[k];
-        if (c < 0 || c >= whole.ncorner) return false;
-        corner[here.conn.begin(p)[k]] = c;
-      }
-    }
+  std::map<int, int> here;     // first point of an element in the whole -> here
+  std::map<int, int> count;
+  for (int e : whole.parent)
+    if (e >= 0) ++count[e];
+  for (int e : fr.converted) {
+    here[e] = first;
+    first += count[e];
+  }
+  IntVec released, at;
+  ListTable left;
+  for (size_t k = 0; k < fr.released.size(); ++k) {
+    const int q = fr.released[k];
+    const auto found = here.find(whole.parent[q]);
+    if (found == here.end()) continue;
+    released.push_back(found->second + q - whole.of_elem[found->first]);
+    at.push_back(fr.released_at[k]);
+    left.item.insert(left.item.end(), fr.left.begin(static_cast<int>(k)),
+                     fr.left.begin(static_cast<int>(k)) + fr.left.count(static_cast<int>(k)));
+    left.off.push_back(static_cast<int>(left.item.size()));
+  }
+  fr.released.swap(released);
+  fr.released_at.swap(at);
+  std::swap(fr.left, left);
+}
+
+// which points of the whole those are that are here, and the corners that they were released with; false: a
+// corner has not been found
+bool find_points(const Points& whole, const Fracture& fr, Points& here)
+{
   const auto found = [](const IntVec& list) { return std::find(list.begin(), list.end(), -1) == list.end(); };
-  return found(corner) && found(here.part.point);
+  here.part.point.assign(here.npoint, -1);
+  here.part.corner.resize(here.ncorner, -1);
+  for (int e : fr.converted)
+    for (int p = here.of_elem[e], q = whole.of_elem[e]; p < here.npoint && here.parent[p] == e; ++p, ++q)
+      here.part.point[p] = q;
+  if (!found(here.part.point)) return false;
+  for (int p : fr.released)
+    for (int k = 0; k < here.conn.count(p); ++k)
+      here.part.corner[here.conn.begin(p)[k]] = whole.conn.begin(here.part.point[p])[k];
+  return found(here.part.corner);
 }
 
 // what points and corners of the whole state have that a conversion does not give
-void take_points(int dim, const Points& whole, State& st)
+void take_points(int dim, Points& whole, State& st)
 {
   Points& here = st.points;
   const IntVec &point = here.part.point, &corner = here.part.corner;
@@ -72,6 +107,9 @@ void take_points(int dim, const Points& whole, State& st)
   here.V0     = taken(point, 1, whole.V0);
   here.normal = taken(point, 3, whole.normal);
   here.hangs  = taken(corner, 1, whole.hangs);
+  whole.apart.resize(whole.ncorner, 0);
+  here.apart  = taken(corner, 1, whole.apart);
+  here.Xc     = taken(corner, dim, whole.Xc);        // released points have shapes of their own        (7.34)
   st.n.hp     = taken(point, static_cast<int>(history), st.n.hp);
   for (RealVec* x : {&st.n.uc, &st.n.vc}) *x = taken(corner, dim, *x);
   if (!st.laid.uc.empty()) st.laid.uc = taken(corner, dim, st.laid.uc);
@@ -121,11 +159,17 @@ bool frac_take(const Model& m, const FracMesh& fm, const Points& begin, State& s
   if (!lengths_fit(m.dim, st)) return false;
   Points whole = begin;
   std::swap(whole, st.points);
+  whole.part = PointPart();            // all points are there
   if (whole.of_elem.size() != static_cast<size_t>(m.mesh.nelem())) return false;
-  CornerShare share;
   for (int e : fr.converted)
-    if (e < 0 || e >= m.mesh.nelem() || fm.conv[e] < 0) return false;
-  if (!frac_repeat(m, fm, fr, st.points, share) || !find_items(whole, fr.converted, st.points)) return false;
+    if (e < 0 || e >= m.mesh.nelem() || fm.conv[e] < 0 || whole.of_elem[e] < 0) return false;
+  take_released(whole, begin.npoint, fr);
+  CornerShare share;
+  ListTable left;
+  if (!frac_repeat(m, fm, fr, whole, st.points, share, st.points.part.corner, left) ||
+      !find_points(whole, fr, st.points))
+    return false;
+  std::swap(fr.left, left);
   take_points(m.dim, whole, st);
   take_bonds(m, whole.ncorner, st);
   return st.bonds.nbond >= st.bonds.nfixed;

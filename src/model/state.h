@@ -63,6 +63,13 @@ struct Points {
   ListTable hang;
   RealVec hang_w;              // [hang.item] weights, sum 1
   IntVec hangs;                // [ncorner] HangOn; empty: all on the grid
+  // [ncorner], or as many as there were then: corners of elements with a released point, and those of their
+  // names: points that there were then, of all ranks; later conversions share them no more. 0: others
+  IntVec apart;
+  bool shareable(int c, int before) const
+  {
+    return c >= static_cast<int>(apart.size()) || apart[c] == 0 || apart[c] > before;
+  }
   bool converted(int e) const { return !of_elem.empty() && of_elem[e] >= 0; }
   // carries what broken material still does; a released point is a whole piece of material again
   bool eroded(int p) const { return broken[p] >= 0 && !released[p]; }
@@ -136,15 +143,17 @@ struct Fracture {              // empty arrays: nothing can break or change its 
   RealVec time;                // [nelem] when it broke, -1: intact
   IntVec releasing;            // broken elements whose psi+ has not yet fallen to c, in the order of breaking
   IntVec converted;            // elements that became points, in that order
-  // released points, in that order, and how many elements had become points before
+  // released points, in that order; points that there were then, of all ranks; corners that they had before
   IntVec released, released_at;
+  ListTable left;
   int renewed = 0;             // released points whose shape was made anew, so far
   double next_test = 0.0;      // total time of the next test
   // [nelem] dynamics: psi+ / volume, and its average over time (7.26); 0: not followed; empty: none yet
   RealVec drive, mean;
   double drive_time = 0.0;     // total time of both
   int neroded = 0;             // broken by the criterion so far
-  int nreleasing = 0, nconverted = 0;        // those in releasing and in converted, of all ranks
+  // those in releasing, converted and released, of all ranks
+  int nreleasing = 0, nconverted = 0, nreleased = 0;
   double area = 0.0;           // crack area: sum of V/h over them                  length x thickness
   bool empty() const { return phase.empty(); }
 };
@@ -224,7 +233,7 @@ struct Division {              // whose work is what; one rank: empty
   int ranks = 1;
   IntVec elem, point;          // [nelem], [npoint] rank
   double excess = 0;           // largest work of a rank over the mean, when the division was made
-  int npoint = -1;             // MeshPart::window: points of all ranks then; not saved
+  int made = -1;               // MeshPart::window: points and corners of all ranks then; not saved
 };
 
 struct StepLog {               // how the increment went

@@ -98,7 +98,8 @@ bool points_fit(const Model& m, const Points& begin, const Points& p)
   if (!index(p.next, n, 0, p.npoint) || !distinct(p.next, p.npoint)) return false;
   if (!(p.of_elem.empty() || index(p.of_elem, nelem, -1, p.npoint))) return false;
   if (!real(p.normal, 3 * n) || !has(p.released, n) || !index(p.field, c, FIELD_OWN, fields(m)) ||
-      !index(p.twin, c, 0, p.ncorner) || !hangs_fit(m, p))
+      !index(p.twin, c, 0, p.ncorner) || !hangs_fit(m, p) || p.apart.size() > c ||
+      !index(p.apart, 0, p.npoint_all() + 1))
     return false;
   // what was there at t = 0 has stayed what it was; only corners are given up
   const bool same = std::equal(begin.shape.begin(), begin.shape.end(), p.shape.begin()) &&
@@ -158,9 +159,13 @@ bool fracture_fits(const Model& m, const Points& p, const Fracture& f)
   const auto made = std::count(f.phase.begin(), f.phase.end(), AS_POINTS);
   if (made != static_cast<long>(f.converted.size()) || f.nconverted < made) return false;
   if (!index(f.released, 0, p.npoint) || !distinct(f.released, p.npoint)) return false;
-  for (int q : f.released)
-    if (p.parent[q] < 0 || !p.converted(p.parent[q])) return false;
-  return index(f.released_at, f.released.size(), 0, static_cast<int>(f.converted.size()) + 1) &&
+  const int n_released = static_cast<int>(f.released.size());
+  if (f.nreleased < n_released || !lists(f.left, n_released, 0, p.ncorner)) return false;
+  for (int k = 0; k < n_released; ++k) {
+    const int q = f.released[k];
+    if (p.parent[q] < 0 || !p.converted(p.parent[q]) || f.left.count(k) != p.conn.count(q)) return false;
+  }
+  return index(f.released_at, f.released.size(), 0, p.npoint_all() + 1) &&
          std::is_sorted(f.released_at.begin(), f.released_at.end());
 }
 

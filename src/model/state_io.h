@@ -24,9 +24,9 @@ inline void io(Archive& f, Points& x)
   io(f, filled);
   if (filled) return;
   auto& [npoint, ncorner, Xc, shape, conn, w, G, sampled, mc, V0, mass, body, label, of_elem, parent, next,
-         broken, normal, released, field, twin, hang, hang_w, hangs, boundary, surface, part] = x;
+         broken, normal, released, field, twin, hang, hang_w, hangs, apart, boundary, surface, part] = x;
   io_all(f, npoint, ncorner, Xc, shape, conn, w, G, sampled, mc, V0, mass, body, label, of_elems(of_elem),
-         parent, next, broken, normal, released, field, twin, hang, hang_w, hangs, boundary, surface);
+         parent, next, broken, normal, released, field, twin, hang, hang_w, hangs, apart, boundary, surface);
 }
 
 inline void io(Archive& f, Bonds& x)
@@ -39,11 +39,11 @@ inline void io(Archive& f, Bonds& x)
 
 inline void io(Archive& f, Fracture& x)
 {
-  auto& [phase, broken, normal, time, releasing, converted, released, released_at, renewed, next_test, drive,
-         mean, drive_time, neroded, nreleasing, nconverted, area] = x;
+  auto& [phase, broken, normal, time, releasing, converted, released, released_at, left, renewed, next_test,
+         drive, mean, drive_time, neroded, nreleasing, nconverted, nreleased, area] = x;
   io_all(f, of_elems(phase), of_elems(broken), of_elems(normal), of_elems(time), releasing, converted,
-         released, released_at, renewed, next_test, of_elems(drive), of_elems(mean), drive_time, neroded,
-         nreleasing, nconverted, area);
+         released, released_at, left, renewed, next_test, of_elems(drive), of_elems(mean), drive_time,
+         neroded, nreleasing, nconverted, nreleased, area);
 }
 
 inline void io(Archive& f, Level& x)
@@ -75,7 +75,7 @@ inline void io(Archive& f, StepClock& x)
 
 inline void io(Archive& f, Division& x)
 {
-  auto& [ranks, elem, point, excess, npoint] = x;
+  auto& [ranks, elem, point, excess, made] = x;
   io_all(f, ranks, of_elems(elem), point, excess);
 }
 

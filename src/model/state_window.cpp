@@ -131,6 +131,9 @@ void join_points(const Model& m, const Joiner& of_points, const Joiner& of_corne
   all.hang.item = of_corners.join_lists(hang, p.hang.off, 1, all.hang.off);
   all.hang_w    = of_corners.join_lists(p.hang_w, p.hang.off, 1, off);
   all.hangs     = of_corners.join(p.hangs, 1);
+  IntVec apart  = p.apart;
+  apart.resize(p.ncorner, 0);
+  all.apart     = of_corners.join(apart, 1);
   std::vector<char> own(p.npoint, 0);
   for (int q : of_points.item) own[q] = 1;
   all.boundary = join_faces(p.boundary, own, point);
@@ -162,6 +165,62 @@ void join_bonds(const Joiner& j, int dim, const Bonds& b, Bonds& all)
   all.met           = j.join(b.met, 1);
 }
 
+// Corners of no point that this rank has to bring, those that released points have left behind: no rank has
+// them in a point of its own, and no lower rank has them; own [ncorner]
+IntVec left_corners(const Points& p, const std::vector<char>& own)
+{
+  struct Corner { int number, rank, at; };
+  std::vector<char> used(p.ncorner, 0);
+  for (int c : p.conn.item) used[c] = 1;
+  std::vector<Corner> all;
+  for (int c = 0; c < p.ncorner; ++c)
+    if (!used[c]) all.push_back({p.part.corner[c], comm_rank(), c});
+  comm_allgatherv(all);
+  std::sort(all.begin(), all.end(), [](const Corner& a, const Corner& b) {
+    return a.number != b.number ? a.number < b.number : a.rank < b.rank;
+  });
+  RealVec owned;
+  for (const Corner& c : all) {
+    const int here = p.corner_here(c.number);
+    owned.push_back(here >= 0 && own[here] ? 1.0 : 0.0);
+  }
+  comm_sum(owned);
+  IntVec list;
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    const bool first = k == 0 || all[k - 1].number != all[k].number;
+    if (first && owned[k] == 0.0 && all[k].rank == comm_rank()) list.push_back(all[k].at);
+  }
+  return list;
+}
+
+// released points that were elements of this rank, of all ranks, in the order in which they got their corners
+void join_released(const WindowState& kept, const IntVec& own, Fracture& all)
+{
+  struct Released { int corner, point, at, n, left[8]; };
+  const Points& p = kept.points;
+  std::vector<char> mine(p.npoint, 0);
+  for (int q : own) mine[q] = 1;
+  std::vector<Released> list, joined;
+  for (std::size_t k = 0; k < kept.released.size(); ++k) {
+    const int q = kept.released[k], at = static_cast<int>(k);
+    if (!mine[q]) continue;
+    Released r{p.part.corner[p.conn.begin(q)[0]], p.part.point[q], kept.released_at[k], kept.left.count(at),
+               {}};
+    for (int a = 0; a < r.n; ++a) r.left[a] = p.part.corner[kept.left.begin(at)[a]];
+    list.push_back(r);
+  }
+  for (const std::vector<Released>& part : comm_gather(list))
+    joined.insert(joined.end(), part.begin(), part.end());
+  std::sort(joined.begin(), joined.end(),
+            [](const Released& a, const Released& b) { return a.corner < b.corner; });
+  for (const Released& r : joined) {
+    all.released.push_back(r.point);
+    all.released_at.push_back(r.at);
+    all.left.item.insert(all.left.item.end(), r.left, r.left + r.n);
+    all.left.off.push_back(static_cast<int>(all.left.item.size()));
+  }
+}
+
 // elements that this rank works on which became points, of all ranks, in their order
 IntVec join_converted(const Model& m, const IntVec& converted, const IntVec& here, const Points& p)
 {
@@ -184,6 +243,9 @@ void state_swap(WindowState& kept, State& s)
   std::swap(kept.bonds, s.bonds);
   std::swap(kept.laid, s.laid);
   std::swap(kept.converted, s.frac.converted);
+  std::swap(kept.released, s.frac.released);
+  std::swap(kept.released_at, s.frac.released_at);
+  std::swap(kept.left, s.frac.left);
   s.n.uc.swap(kept.uc);
   s.n.vc.swap(kept.vc);
   s.n.hp.swap(kept.hp);
@@ -209,6 +271,8 @@ void state_gather(const Model& m, WindowState& kept, State& s)
   }
   for (int c = 0; c < p.ncorner; ++c)
     if (own[c]) corners.push_back(c);
+  const IntVec left = left_corners(p, own);
+  corners.insert(corners.end(), left.begin(), left.end());
   for (int q = 0; q < b.nbond; ++q)
     if (b.rank[q] == me) bonds.push_back(q);
   const Joiner of_points(points, names(p.part.point)), of_corners(corners, names(p.part.corner)),
@@ -227,4 +291,5 @@ void state_gather(const Model& m, WindowState& kept, State& s)
     s.laid.xb = of_bonds.join(kept.laid.xb, dim);
   }
   s.frac.converted = join_converted(m, kept.converted, here, p);
+  join_released(kept, points, s.frac);
 }

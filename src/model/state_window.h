@@ -12,7 +12,8 @@ struct WindowState {           // of a state
   Bonds bonds;
   RealVec uc, vc, hp, slip, lambda, lambda_n;        // of the level n
   GridLaid laid;
-  IntVec converted;
+  IntVec converted, released, released_at;
+  ListTable left;
 };
 
 // state_swap : these parts of a state for others

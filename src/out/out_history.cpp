@@ -243,7 +243,7 @@ double fracture_value(const Model& m, const Elements& el, const State& s, const 
 {
   Fragments f;
   if (probe.q.comp == 9) return frac_connect(m, el, s, f);
-  if (probe.q.comp == 10) return static_cast<double>(s.frac.released.size());
+  if (probe.q.comp == 10) return s.frac.nreleased;
   if (probe.q.comp == 11) return s.ledger.ghost;
   if (probe.q.comp == 13) return s.ledger.viscous;
   if (probe.q.comp == 14) return s.ledger.plastic;

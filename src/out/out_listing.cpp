@@ -278,9 +278,9 @@ void out_listing_balance(std::FILE* file, const Model& m, const State& s)
                  s.frac.neroded, s.frac.area);
   if (s.frac.nconverted > 0)
     std::fprintf(file, "  conversion      %18.10e   (%d elements)\n", l.conversion, s.frac.nconverted);
-  if (!s.frac.released.empty())
-    std::fprintf(file, "  released points    %18zu   (their shape was made anew %d times)\n",
-                 s.frac.released.size(), s.frac.renewed);
+  if (s.frac.nreleased > 0)
+    std::fprintf(file, "  released points    %18d   (their shape was made anew %d times)\n",
+                 s.frac.nreleased, s.frac.renewed);
   if (l.plastic != 0.0) std::fprintf(file, "  plastic flow    %18.10e\n", l.plastic);
   if (l.friction != 0.0) std::fprintf(file, "  friction        %18.10e\n", l.friction);
   if (l.ghost != 0.0) std::fprintf(file, "  ghosts          %18.10e\n", l.ghost);

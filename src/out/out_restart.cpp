@@ -39,7 +39,7 @@ static void io(Archive& f, Output& x)
 namespace {
 
 const char* const magic = "MPFE-RST";      // 8 letters
-const int format = 18;                     // of the content; changes with every change of a struct in it
+const int format = 19;                     // of the content; changes with every change of a struct in it
 
 struct FileHead {                 // in front of the content
   char magic[8];

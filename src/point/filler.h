@@ -19,7 +19,8 @@ struct Filler {
   const Model& m;
   Points& pts;
   CornerShare& share;
-  int parent = -1;             // element that becomes points during the run
+  int parent = -1;             // element that becomes points during the run; points of all ranks before
+  int before = 0;
   int errors = 0;
   int at_node[8] = {};         // corners at the nodes of the element, of those that hang
   FillPlan* plan = nullptr;    // nothing is made, but planned

@@ -98,7 +98,8 @@ struct CornerShare {
 // point_convert : the lattice of element e becomes points of a body, added to pts with parent e. Corners at
 // nodes that neighbours have made already are shared; those between nodes, which no bond held to the element,
 // are not (7.9)
-void point_convert(const Model& m, int body, int e, CornerShare& share, Points& pts);
+//   in   before   points of all ranks that there were before: releases until then count
+void point_convert(const Model& m, int body, int e, int before, CornerShare& share, Points& pts);
 
 // point_ranks : MeshPart::window: ranks of the elements that points were                      [npoint]
 IntVec point_ranks(const MeshPart& part, const Points& pts);
@@ -108,6 +109,13 @@ IntVec point_ranks(const MeshPart& part, const Points& pts);
 //   in   elem, turn   those that are here, and their place among those of all ranks
 //        made         [elem] corners that each has made
 void point_number(const Model& m, const IntVec& elem, const IntVec& turn, const ListTable& made, Points& pts);
+
+// point_number_released : the same for the corners that points have got for their own, the last ones here;
+// Points::apart as the ranks of the corners have it. Collective.
+//   in   which, turn   torn points that are here, and their place among those of all ranks
+//        fresh         of which, those that have got corners
+void point_number_released(const Model& m, const IntVec& which, const IntVec& turn, const IntVec& fresh,
+                           Points& pts);
 
 // point_find_common : the last of this, for numbers that are known: corners belong to ranks that work on a
 // point with them (rank [npoint]). Collective.
@@ -119,8 +127,9 @@ void point_find_common(const MeshPart& mesh, const IntVec& rank, Points& pts);
 void point_sample(const Model& m, int e, bool at_gauss, Points& pts);
 
 // point_release : points get corners of their own, copies of those they shared; of the elements that they
-// were, neighbours that convert later share no corner any more
-void point_release(const IntVec& which, int dim, CornerShare& share, Points& pts);
+// were, neighbours that convert later share no corner any more (Points::apart).
+//   inout left   [which] corners that they had, added to
+void point_release(const IntVec& which, int dim, Points& pts, ListTable& left);
 
 // point_any_released : is one of the points that converted element e became released?
 bool point_any_released(const Points& pts, int e);

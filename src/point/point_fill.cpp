@@ -48,8 +48,12 @@ int shared_corner(Filler& f, const Body& body, int e, const int* iw, int total)
   const auto number = [&](long n) { return f.m.part.node_number(static_cast<int>(n)); };
   std::sort(key.begin(), key.end(),
             [&](const auto& a, const auto& b) { return number(a.first) < number(b.first); });
-  const auto first = f.share.corner.find({field, key});
-  const bool own   = f.parent >= 0 && key.size() > 1;
+  auto first = f.share.corner.find({field, key});
+  if (first != f.share.corner.end() && !f.pts.shareable(first->second, f.before)) {
+    f.share.corner.erase(first);
+    first = f.share.corner.end();
+  }
+  const bool own = f.parent >= 0 && key.size() > 1;
   if (own) {
     const auto it = f.share.own.find(key);
     if (it != f.share.own.end()) return it->second;
@@ -478,9 +482,9 @@ int point_surfaces(const Model& m, Points& pts)
   return errors;
 }
 
-void point_convert(const Model& m, int body, int e, CornerShare& share, Points& pts)
+void point_convert(const Model& m, int body, int e, int before, CornerShare& share, Points& pts)
 {
-  Filler f{m, pts, share, e};
+  Filler f{m, pts, share, e, before};
   share.own.clear();
   share.made.clear();
   share.node = ListTable();

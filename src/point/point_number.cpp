@@ -110,6 +110,26 @@ void point_number(const Model& m, const IntVec& elem, const IntVec& turn, const 
   point_find_common(m.part, point_ranks(m.part, pts), pts);
 }
 
+void point_number_released(const Model& m, const IntVec& which, const IntVec& turn, const IntVec& fresh,
+                           Points& pts)
+{
+  PointPart& part = pts.part;
+  std::vector<Made> own;
+  IntVec made;                 // [which] corners
+  for (size_t k = 0, next = 0; k < which.size(); ++k) {
+    const bool is_fresh = next < fresh.size() && fresh[next] == which[k];
+    next += is_fresh;
+    made.push_back(is_fresh ? pts.conn.count(which[k]) : 0);
+    if (m.part.works(pts.parent[which[k]])) own.push_back({turn[k], 0, made.back()});
+  }
+  const std::vector<Made> first = first_numbers(std::move(own), part);
+  for (size_t k = 0; k < which.size(); ++k)
+    for (int a = 0; a < made[k]; ++a) part.corner.push_back(first[turn[k]].corners + a);
+  point_find_common(m.part, point_ranks(m.part, pts), pts);
+  pts.apart.resize(pts.ncorner, 0);
+  halo_copy(part.halo, 1, pts.apart);      // of elements that are not here too
+}
+
 void point_tell_history(const MeshPart& part, const IntVec& rank, const Points& pts, int n, Level& l)
 {
   const int ranks = comm_size(), me = comm_rank();

@@ -63,7 +63,7 @@ Failure apply(Problem& p, const Step& s, const std::vector<Erosion>& erode, cons
   step_undo_points(st, p.d.share, u);
   {
     Timer timer(PHASE_FRACTURE);
-    if (!torn.empty()) frac_release(p.m, p.d.fm, torn, p.d.share, st);
+    if (!torn.empty()) frac_release(p.m, p.d.fm, torn, st);
     RealVec gain;
     frac_erode(p.m, s, p.d.el, p.d.fm, erode, st.frac, st.n, gain);
     for (size_t k = 0; k < erode.size(); ++k) {
@@ -75,7 +75,7 @@ Failure apply(Problem& p, const Step& s, const std::vector<Erosion>& erode, cons
     if (!convert.empty()) adopt(p, u, convert);
     frac_convert(p.m, p.d.el, p.d.fm, convert, p.d.share, st);
     if (p.m.part.on && !convert.empty()) model_owners(frac_gone(st.frac), p.piece);
-    if (!convert.empty()) bond_share(p.m, st.points, st.bonds);
+    if (!convert.empty() || !torn.empty()) bond_share(p.m, st.points, st.bonds);
   }
   if (!convert.empty() || !torn.empty()) {
     p.dofs.numbered = false;             // other nodes, or other bonds
@@ -142,7 +142,7 @@ Failure step_fracture(Problem& p, const Step& s, double t_step, UndoPoint& befor
     frac_when(p.m, s, p.d.el, p.d.fm, p.st.frac, before.n, p.st.n, erode);
     std::stable_sort(erode.begin(), erode.end(),
                      [](const Erosion& a, const Erosion& b) { return a.time < b.time; });
-    if (s.proc == PROC_DYNAMIC) frac_torn(p.m, p.d.fm, p.st.points, p.st.n, torn);
+    if (s.proc == PROC_DYNAMIC) frac_torn(p.m, p.d.fm, p.st.frac, p.st.points, p.st.n, torn);
     if (erode.empty() && convert.empty() && torn.empty()) return STATUS_OK;
     Failure failure = apply(p, s, erode, torn, convert, before);
     if (!failure.ok()) return failure;
@@ -196,7 +196,7 @@ void step_undo(Problem& p, UndoPoint& u)
 {
   const StepLog log = p.st.log;
   const bool changed = p.st.frac.nconverted != u.state.frac.nconverted ||
-                       p.st.frac.released.size() != u.state.frac.released.size();
+                       p.st.frac.nreleased != u.state.frac.nreleased;
   Level n;
   if (u.copy) n = u.n;
   else std::swap(n, u.kept ? u.n : p.st.n);

@@ -776,19 +776,19 @@ TEST(Conversion, TornPointsComeOff)
     EXPECT_GT(r.st.bonds.nbond, 0);
     IntVec torn;
     for (double& u : r.st.n.uc) u *= 0.1;
-    frac_torn(m, r.fm, p, r.st.n, torn);
+    frac_torn(m, r.fm, r.st.frac, p, r.st.n, torn);
     EXPECT_TRUE(torn.empty()) << shape;
     for (int i = 0; i < p.ncorner * m.dim; ++i)        // one corner is pulled away; or all come closer
       if (crushed) r.st.n.uc[i] = -0.35 * p.Xc[i];
       else if (i / m.dim == p.conn.begin(0)[0]) r.st.n.uc[i] = -3.0;
-    frac_torn(m, r.fm, p, r.st.n, torn);
+    frac_torn(m, r.fm, r.st.frac, p, r.st.n, torn);
     ASSERT_FALSE(torn.empty()) << shape;
     double energy, momentum[3], L[3], now_energy, now[3], now_L[3], mass = 0.0;
     for (double q : p.mass) mass += q;
     point_sums(p, m.dim, r.st.n.vc, energy, momentum);
     point_spin(p, m.dim, r.st.n, L);
     const int corners = p.ncorner;
-    frac_release(m, r.fm, torn, r.share, r.st);
+    frac_release(m, r.fm, torn, r.st);
     point_sums(p, m.dim, r.st.n.vc, now_energy, now);
     point_spin(p, m.dim, r.st.n, now_L);
     for (int i = 0; i < m.dim; ++i) EXPECT_NEAR(momentum[i], now[i], 1e-13 * mass) << shape;
@@ -805,7 +805,7 @@ TEST(Conversion, TornPointsComeOff)
       EXPECT_NEAR(0.0, f.psi, 1e-14) << shape;
     }
     IntVec again;
-    frac_torn(m, r.fm, p, r.st.n, again);
+    frac_torn(m, r.fm, r.st.frac, p, r.st.n, again);
     EXPECT_TRUE(again.empty()) << shape;
     // a neighbour shares no corner with an element that has come apart
     IntVec rest;
