@@ -61,7 +61,7 @@ bool points_divide(const Model& m, const OverlapWatch& watch)
 // of pairs, whose elements all ranks have, and all bodies know of each other
 bool points_near(const Model& m, const OverlapWatch& watch)
 {
-  if (m.conversion.empty() || !watch.pair.empty() || asks_pieces(m)) return false;
+  if (m.conversion.empty() || !watch.pair.empty()) return false;
   for (const Body& b : m.body)
     if (b.fill != FILL_CONVERSION) return false;
   return std::none_of(m.bond.begin(), m.bond.end(), [&](const BondDef& d) {

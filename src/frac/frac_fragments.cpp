@@ -156,7 +156,7 @@ int frac_connect(const Model& m, const Elements& el, const State& st, Fragments&
   join_bonds(m, el, pts, st.bonds, forest);
   IntVec root;
   for (int i = 0; i < static_cast<int>(forest.up.size()); ++i) root.push_back(forest.root(i));
-  if (m.part.on) model_join_ranks(m.part, root);
+  if (m.part.on) model_join_ranks(m.part, pts.part, root);
 
   const auto of_elem  = [&](int e) { return root[m.mesh.conn.begin(e)[0]]; };
   const auto of_point = [&](int p) { return root[m.mesh.nnode() + pts.conn.begin(p)[0]]; };

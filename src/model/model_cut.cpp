@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <limits>
 #include <map>
 #include <numeric>
 #include <set>
@@ -457,25 +458,38 @@ void model_find_common(const IntVec& gone, Model& m)
 }
 
 // Pieces tell their neighbours until nothing changes: as often as the longest of them goes from rank to rank.
-void model_join_ranks(const MeshPart& part, IntVec& root)
+void model_join_ranks(const MeshPart& part, const PointPart& points, IntVec& root)
 {
   const int nnode = static_cast<int>(part.node.size()), n = static_cast<int>(root.size());
-  const auto number = [&](int i) { return i < nnode ? part.node[i] : part.nnode + i - nnode; };
-  IntVec least(n, part.nnode + n), before;
+  const auto number = [&](int i) {
+    return i < nnode ? part.node[i] : part.nnode + (points.window ? points.corner[i - nnode] : i - nnode);
+  };
+  IntVec least(n, std::numeric_limits<int>::max()), before;
   for (int i = 0; i < n; ++i) least[root[i]] = std::min(least[root[i]], number(i));
-  const auto tell = [&](int i, int name) { least[root[i]] = std::min(least[root[i]], name); };
-  do {
-    before = least;
+  const auto tell = [&](const Halo& h, int first) {  // items that others have too, from first on
+    if (!h.on()) return;
     std::vector<IntVec> to(comm_size());
     for (int r = 0; r < comm_size(); ++r)
-      for (int i : part.halo.common[r]) to[r].push_back(least[root[i]]);
+      for (int i : h.common[r]) to[r].push_back(least[root[first + i]]);
     const std::vector<IntVec> from = comm_exchange(to);
+    for (int r = 0; r < comm_size(); ++r)
+      for (std::size_t k = 0; k < from[r].size(); ++k) {
+        int& name = least[root[first + h.common[r][k]]];
+        name = std::min(name, from[r][k]);
+      }
+  };
+  const auto tell_all = [&] {                        // corners that all ranks know
     RealVec corner;            // with the sign of comm_max
     for (int i = nnode; i < n; ++i) corner.push_back(-least[root[i]]);
     comm_max(corner.data(), static_cast<long>(corner.size()));
-    for (int r = 0; r < comm_size(); ++r)
-      for (std::size_t k = 0; k < from[r].size(); ++k) tell(part.halo.common[r][k], from[r][k]);
-    for (int i = nnode; i < n; ++i) tell(i, static_cast<int>(-corner[i - nnode]));
+    for (int i = nnode; i < n; ++i)
+      least[root[i]] = std::min(least[root[i]], static_cast<int>(-corner[i - nnode]));
+  };
+  do {
+    before = least;
+    tell(part.halo, 0);
+    if (points.window) tell(points.halo, nnode);
+    else if (n > nnode) tell_all();
   } while (comm_allreduce_max(static_cast<int>(least != before)));
   for (int& r : root) r = least[r];
 }

@@ -4,7 +4,7 @@
 #ifndef MPFE_MODEL_MODEL_CUT_H
 #define MPFE_MODEL_MODEL_CUT_H
 
-#include "model/model.h"
+#include "model/state.h"
 
 template <class T>
 struct OfRanks {               // what belongs to rank r: item[off[r]] ... item[off[r+1]-1]
@@ -79,7 +79,7 @@ void model_owners(const IntVec& gone, Model& m);
 
 // model_join_ranks : divided model: root [nodes, then corners] of the part that a rank sees becomes the
 // smallest number of that part on all ranks: of nodes in the mesh of the deck, corners behind. Collective.
-void model_join_ranks(const MeshPart& part, IntVec& root);
+void model_join_ranks(const MeshPart& part, const PointPart& points, IntVec& root);
 
 struct ModelGrowth { IntVec node, elem; };           // [before] index of now
 
