@@ -39,9 +39,7 @@ bool fill_accepts(const Expr& where, const double* X, int dim, const char* kind,
 
 // share_corners : PointPart::held and halo: which corners other ranks have too, and whose they are: of a rank
 // with a point that has it (own [ncorner]), -1: there is none. Collective.
-// share_corners_of : the same when others have none but those of list.
 void share_corners(const std::vector<char>& own, PointPart& part);
-void share_corners_of(const IntVec& list, const std::vector<char>& own, PointPart& part);
 
 // fill_ranks : which rank has the points of each cell of a fill: of a box, or element of a set [body][cells]
 std::vector<IntVec> fill_ranks(const Model& m);

@@ -70,14 +70,16 @@ void tell_numbers(const Model& m, const std::vector<char>& fresh, Points& pts)
 
 }  // namespace
 
-IntVec point_ranks(const MeshPart& part, const Points& pts)
+IntVec point_ranks(const MeshPart& part, const Division& d, const Points& pts)
 {
   IntVec rank;
-  for (int e : pts.parent) rank.push_back(part.rank[e]);
+  if (d.ranks == comm_size()) rank = d.point;
+  for (int p = static_cast<int>(rank.size()); p < pts.npoint; ++p) rank.push_back(part.rank[pts.parent[p]]);
   return rank;
 }
 
-void point_number(const Model& m, const IntVec& elem, const IntVec& turn, const ListTable& made, Points& pts)
+void point_number(const Model& m, const IntVec& elem, const IntVec& turn, const ListTable& made,
+                  const Division& d, Points& pts)
 {
   PointPart& part = pts.part;
   std::vector<Made> own;
@@ -107,11 +109,11 @@ void point_number(const Model& m, const IntVec& elem, const IntVec& turn, const 
   // at first those that an element has made, which others may share with one of theirs; then all
   tell_numbers(m, fresh, pts);
   tell_numbers(m, fresh, pts);
-  point_find_common(m.part, point_ranks(m.part, pts), pts);
+  point_find_common(m.part, point_ranks(m.part, d, pts), pts);
 }
 
 void point_number_released(const Model& m, const IntVec& which, const IntVec& turn, const IntVec& fresh,
-                           Points& pts)
+                           const Division& d, Points& pts)
 {
   PointPart& part = pts.part;
   std::vector<Made> own;
@@ -125,7 +127,7 @@ void point_number_released(const Model& m, const IntVec& which, const IntVec& tu
   const std::vector<Made> first = first_numbers(std::move(own), part);
   for (size_t k = 0; k < which.size(); ++k)
     for (int a = 0; a < made[k]; ++a) part.corner.push_back(first[turn[k]].corners + a);
-  point_find_common(m.part, point_ranks(m.part, pts), pts);
+  point_find_common(m.part, point_ranks(m.part, d, pts), pts);
   pts.apart.resize(pts.ncorner, 0);
   halo_copy(part.halo, 1, pts.apart);      // of elements that are not here too
 }
@@ -153,59 +155,101 @@ void point_tell_history(const MeshPart& part, const IntVec& rank, const Points& 
   }
 }
 
+namespace {
+
+// corners in the order of their numbers; those that have come since behind the others
+void sort_numbers(PointPart& part)
+{
+  IntVec& list = part.numbered;
+  const auto before = [&](int a, int b) { return part.corner[a] < part.corner[b]; };
+  const size_t known = list.size();
+  list.resize(part.corner.size());
+  std::iota(list.begin() + static_cast<long>(known), list.end(), static_cast<int>(known));
+  std::sort(list.begin() + static_cast<long>(known), list.end(), before);
+  std::inplace_merge(list.begin(), list.begin() + static_cast<long>(known), list.end(), before);
+}
+
+// [ranks] corners of elements that this rank and that one have, ascending by their numbers: others have none
+// but these
+std::vector<IntVec> common_corners(const MeshPart& mesh, const Points& pts)
+{
+  const int ranks = comm_size();
+  std::vector<IntVec> common(ranks);
+  IntVec mark(pts.ncorner, -1);
+  for (int r = 0; r < ranks && mesh.around.on(); ++r) {
+    for (int e : mesh.around.common[r]) each_corner(pts, e, [&](int c) { mark[c] = r; });
+    for (int c : pts.part.numbered)
+      if (mark[c] == r) common[r].push_back(c);
+  }
+  return common;
+}
+
+}  // namespace
+
 void point_find_common(const MeshPart& mesh, const IntVec& rank, Points& pts)
 {
+  const int ranks = comm_size(), me = comm_rank();
   PointPart& part = pts.part;
-  std::vector<char> own(pts.ncorner, 0), near(pts.ncorner, 0);
   MPFE_CHECK(std::find(part.corner.begin(), part.corner.end(), -1) == part.corner.end(),
              "a corner that others have made has no number");
-  part.numbered.resize(pts.ncorner);
-  std::iota(part.numbered.begin(), part.numbered.end(), 0);
-  std::sort(part.numbered.begin(), part.numbered.end(),
-            [&](int a, int b) { return part.corner[a] < part.corner[b]; });
+  sort_numbers(part);
+  std::vector<char> own(pts.ncorner, 0);
   for (int p = 0; p < pts.npoint; ++p)
-    for (int k = pts.conn.off[p]; k < pts.conn.off[p + 1] && rank[p] == comm_rank(); ++k)
-      own[pts.conn.item[k]] = 1;
-  // others have none but those of elements that they have too
-  IntVec list;
-  for (int e : mesh.around.shared) each_corner(pts, e, [&](int c) { near[c] = 1; });
+    for (int k = pts.conn.off[p]; k < pts.conn.off[p + 1] && rank[p] == me; ++k) own[pts.conn.item[k]] = 1;
+  Halo halo;
+  halo.common = common_corners(mesh, pts);
+  std::vector<std::vector<char>> tell(ranks);
+  for (int r = 0; r < ranks; ++r)
+    for (int c : halo.common[r]) tell[r].push_back(own[c]);
+  const std::vector<std::vector<char>> told = comm_exchange(tell);
+  // of the ranks with a point: how many, and their sum, from which the owner follows as in halo_form
+  IntVec many(own.begin(), own.end()), sum(pts.ncorner, 0);
+  std::vector<char> shared(pts.ncorner, 0);
+  for (int c = 0; c < pts.ncorner; ++c) sum[c] = own[c] * me;
+  for (int r = 0; r < ranks; ++r)
+    for (size_t i = 0; i < halo.common[r].size(); ++i) {
+      const int c = halo.common[r][i];
+      shared[c] = 1;
+      many[c] += told[r][i];
+      sum[c] += told[r][i] * r;
+    }
+  halo.owner.assign(pts.ncorner, -1);
+  IntVec place(pts.ncorner, 0);          // of the owner among these ranks, ascending
   for (int c = 0; c < pts.ncorner; ++c)
-    if (near[c]) list.push_back(c);
-  share_corners_of(list, own, part);
+    if (many[c]) place[c] = sum[c] % many[c];
+  const auto take = [&](int c, int r) {
+    if (place[c]-- == 0) halo.owner[c] = r;
+  };
+  for (int r = 0; r < ranks; ++r) {
+    for (int c = 0; c < pts.ncorner && r == me; ++c)
+      if (own[c]) take(c, me);
+    for (size_t i = 0; i < halo.common[r].size(); ++i)
+      if (told[r][i]) take(halo.common[r][i], r);
+  }
+  for (int c = 0; c < pts.ncorner; ++c)
+    if (shared[c]) halo.shared.push_back(c);
+  part.held = true;
+  part.halo = std::move(halo);
 }
 
 void share_corners(const std::vector<char>& own, PointPart& part)
 {
-  IntVec all(own.size());
-  std::iota(all.begin(), all.end(), 0);
-  share_corners_of(all, own, part);
-}
-
-void share_corners_of(const IntVec& list, const std::vector<char>& own, PointPart& part)
-{
   const int ranks = comm_size();
   Halo halo;
   std::vector<long> key;
-  for (int c : list)
+  for (size_t c = 0; c < own.size(); ++c)
     if (own[c]) key.push_back(part.corner[c]);
   halo_form(key, halo);
-  part.held = comm_allreduce_max(static_cast<int>(part.window || key.size() < own.size())) > 0;
+  part.held = comm_allreduce_max(static_cast<int>(key.size() < own.size())) > 0;
   if (!part.held) {
-    part.halo = std::move(halo);                     // all corners of the list are own
+    part.halo = std::move(halo);                     // all corners are own
     return;
   }
   IntVec owner(own.size(), -1);
-  for (size_t c = 0; c < own.size(); ++c)
-    if (own[c]) owner[c] = comm_rank();
-  size_t k = 0;
-  for (int c : list)
+  for (size_t c = 0, k = 0; c < own.size(); ++c)
     if (own[c]) owner[c] = halo.owner[k++];
-  key.clear();
-  for (int c : list) key.push_back(part.corner[c]);
+  key.assign(part.corner.begin(), part.corner.end());
   halo_form(key, halo);
-  for (IntVec& common : halo.common)
-    for (int& c : common) c = list[c];
-  for (int& c : halo.shared) c = list[c];
   std::vector<IntVec> tell(ranks);
   for (int r = 0; r < ranks; ++r)
     for (int c : halo.common[r]) tell[r].push_back(owner[c]);
