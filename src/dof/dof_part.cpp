@@ -70,10 +70,10 @@ bool points_near(const Model& m, const OverlapWatch& watch)
   });
 }
 
-// points: each rank has its own
-bool asked(const Model& m, bool points)
+// points: each rank has its own; near: each knows those of the elements that it has
+bool asked(const Model& m, bool points, bool near)
 {
-  const bool few = told('1') || points || (m.body.empty() && m.conversion.empty());
+  const bool few = told('1') || points || near || (m.body.empty() && m.conversion.empty());
   const IntVec& section = m.mesh.elem_section;
   const long elements   = std::count_if(section.begin(), section.end(), [](int s) { return s >= 0; });
   if (told('0')) return false;
@@ -205,9 +205,10 @@ void dof_part(bool whole, const std::vector<RealVec>& work, Model& m)
   if (comm_rank() == 0 && !whole) {
     overlap_pairs(m, watch);
     m.part.points = points_divide(m, watch);
-    divides       = asked(m, m.part.points) && divided(m, work, rank);
+    m.part.window = points_near(m, watch);
+    divides       = asked(m, m.part.points, m.part.window) && divided(m, work, rank);
     m.part.points = m.part.points && divides;
-    m.part.window = divides && points_near(m, watch);
+    m.part.window = m.part.window && divides;
   }
   if (!comm_bcast(static_cast<int>(divides))) return model_bcast(m);
   if (comm_rank() == 0) send_pieces(rank, watch, m);
