@@ -155,7 +155,19 @@ int comm_fortran(bool all)
   int begun = 0;
   MPI_Initialized(&begun);
   if (!begun) MPI_Init(nullptr, nullptr);
-  return MPI_Comm_c2f(all ? MPI_COMM_WORLD : MPI_COMM_SELF);
+  return MPI_Comm_c2f(all && size > 1 ? MPI_COMM_WORLD : MPI_COMM_SELF);
+}
+
+CommAlone::CommAlone() : rank(::rank), size(::size)
+{
+  ::rank = 0;
+  ::size = 1;
+}
+
+CommAlone::~CommAlone()
+{
+  ::rank = rank;
+  ::size = size;
 }
 
 void comm_stop(int code)
@@ -293,6 +305,8 @@ int comm_rank() { return 0; }
 int comm_size() { return 1; }
 int comm_fortran(bool) { return -987654; }           // MUMPS without MPI
 void comm_stop(int code) { std::exit(code); }
+CommAlone::CommAlone() : rank(0), size(1) {}
+CommAlone::~CommAlone() {}
 void comm_bcast(double*, int) {}
 void comm_bcast(std::string&) {}
 int comm_bcast(int x) { return x; }

@@ -22,6 +22,15 @@ int comm_size();
 // comm_fortran : the communicator of all ranks, or of this one alone, as Fortran knows it (MUMPS)
 int comm_fortran(bool all);
 
+// CommAlone : until the end of its block this rank is the only one; what it does there is not collective
+struct CommAlone {
+  CommAlone();
+  ~CommAlone();
+  CommAlone(const CommAlone&) = delete;
+  CommAlone& operator=(const CommAlone&) = delete;
+  int rank, size;
+};
+
 // comm_stop : ends this rank, and with it all others, when they cannot agree on an ending any more
 [[noreturn]] void comm_stop(int code);
 

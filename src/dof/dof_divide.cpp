@@ -422,11 +422,12 @@ void share_window(const Model& m, const Elements& el, Points& pts, Division& d)
 {
   const int made = pts.part.npoint + pts.part.ncorner;         // other corners: they have other ranks
   if (d.made == made && d.ranks == comm_size()) return;
-  d.point = point_ranks(m.part, d, pts);
-  if (d.ranks != comm_size()) d.excess = 0.0;
+  if (d.ranks != comm_size()) d = Division();
   d.elem.clear();
   d.ranks = comm_size();
   d.made  = made;
+  for (int q = static_cast<int>(d.point.size()); q < pts.npoint; ++q)
+    d.point.push_back(m.part.rank[pts.parent[q]]);
   const RealVec X = point_centres(pts, m.dim);
   std::map<int, int> first;                          // of elements, by number
   RealVec work(pts.npoint);
@@ -444,7 +445,6 @@ void share_window(const Model& m, const Elements& el, Points& pts, Division& d)
   };
   std::vector<RankWork> rank = loads();
   const bool even = largest_part(rank) <= EVEN * std::max(1.0, d.excess);
-  bool moved      = false;
   for (int k = 0; k < 4 * comm_size() && !even; ++k) {
     const int from = static_cast<int>(std::max_element(rank.begin(), rank.end(), less_work) - rank.begin());
     std::vector<Handed> handed;
@@ -452,7 +452,7 @@ void share_window(const Model& m, const Elements& el, Points& pts, Division& d)
       handed = hand_over(m, pts, X, work, rank, d.point);
     comm_allgatherv(handed);
     if (handed.empty()) break;
-    moved = true;
+    d.handed = true;
     for (const Handed& h : handed) {
       const auto here = first.find(h.point);
       for (int q = here == first.end() ? pts.npoint : here->second, e = q < pts.npoint ? pts.parent[q] : -1;
@@ -462,7 +462,7 @@ void share_window(const Model& m, const Elements& el, Points& pts, Division& d)
     rank = loads();
   }
   if (!even) d.excess = largest_part(rank);
-  if (moved) point_find_common(m.part, d.point, pts);
+  if (d.handed) point_find_common(m.part, d.point, pts);
 }
 
 }  // namespace

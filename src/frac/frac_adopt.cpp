@@ -149,7 +149,7 @@ bool reload_window(const Points& begin, State& st, Model& m, const FracMesh& fm)
   if (comm_allreduce_max(static_cast<int>(!good))) return false;
   point_surfaces(m, st.points);
   if (!st.frac.empty()) model_owners(frac_gone(st.frac), m);
-  if (st.frac.nconverted > 0) point_find_common(m.part, point_ranks(m.part, Division(), st.points), st.points);
+  if (st.frac.nconverted > 0) point_find_common(m.part, point_ranks(m.part, st.points), st.points);
   bond_share(m, st.points, st.bonds);
   st.np1 = st.n;
   return true;

@@ -353,15 +353,14 @@ void frac_convert(const Model& m, Elements& el, const FracMesh& fm, const IntVec
     made.off.push_back(static_cast<int>(made.item.size()));
   }
   if (m.part.window) {
-    point_number(m, elem, turn, made, st.division, st.points);
+    point_number(m, elem, turn, made, st.points);
     point_tell_corners(st.points, GridShare(), m.dim, {&st.n.uc, &st.n.vc});
   }
   st.frac.nconverted += static_cast<int>(number.size());
   elem_refresh(el);
   frac_interfaces(m, fm, st);
   for (const auto& b : be) set_elastic(m, b.first, b.second, st);
-  if (m.part.window)
-    point_tell_history(m.part, point_ranks(m.part, st.division, st.points), st.points, el.history, st.n);
+  if (m.part.window) point_tell_history(m.part, point_ranks(m.part, st.points), st.points, el.history, st.n);
 }
 
 void frac_interfaces(const Model& m, const FracMesh& fm, State& st)

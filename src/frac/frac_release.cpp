@@ -278,7 +278,7 @@ void frac_release(const Model& m, const FracMesh& fm, const IntVec& number, Stat
     forget_flow(pts, p, st.n.hp);
     k += first;
   }
-  if (m.part.window) point_number_released(m, torn.point, torn.turn, fresh, st.division, pts);
+  if (m.part.window) point_number_released(m, torn.point, torn.turn, fresh, pts);
   frac_interfaces(m, fm, st);
 }
 

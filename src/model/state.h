@@ -233,7 +233,10 @@ struct Division {              // whose work is what; one rank: empty
   int ranks = 1;
   IntVec elem, point;          // [nelem], [npoint] rank
   double excess = 0;           // largest work of a rank over the mean, when the division was made
-  int made = -1;               // MeshPart::window: points and corners of all ranks then; not saved
+  // MeshPart::window: points and corners of all ranks then; have points been handed from rank to rank? Not
+  // saved
+  int made    = -1;
+  bool handed = false;
 };
 
 struct StepLog {               // how the increment went

@@ -75,7 +75,7 @@ inline void io(Archive& f, StepClock& x)
 
 inline void io(Archive& f, Division& x)
 {
-  auto& [ranks, elem, point, excess, made] = x;
+  auto& [ranks, elem, point, excess, made, handed] = x;
   io_all(f, ranks, of_elems(elem), point, excess);
 }
 

@@ -101,22 +101,21 @@ struct CornerShare {
 //   in   before   points of all ranks that there were before: releases until then count
 void point_convert(const Model& m, int body, int e, int before, CornerShare& share, Points& pts);
 
-// point_ranks : MeshPart::window: ranks of points: those of d, of others those of the elements that they were
-IntVec point_ranks(const MeshPart& part, const Division& d, const Points& pts);
+// point_ranks : MeshPart::window: ranks of the elements that points were, which know all around them [npoint]
+IntVec point_ranks(const MeshPart& part, const Points& pts);
 
 // point_number : MeshPart::window: numbers among those of all ranks for the points and corners of elements
 // that have become points, and which corners other ranks have too (PointPart). Collective.
 //   in   elem, turn   those that are here, and their place among those of all ranks
 //        made         [elem] corners that each has made
-void point_number(const Model& m, const IntVec& elem, const IntVec& turn, const ListTable& made,
-                  const Division& d, Points& pts);
+void point_number(const Model& m, const IntVec& elem, const IntVec& turn, const ListTable& made, Points& pts);
 
 // point_number_released : the same for the corners that points have got for their own, the last ones here;
 // Points::apart as the ranks of the corners have it. Collective.
 //   in   which, turn   torn points that are here, and their place among those of all ranks
 //        fresh         of which, those that have got corners
 void point_number_released(const Model& m, const IntVec& which, const IntVec& turn, const IntVec& fresh,
-                           const Division& d, Points& pts);
+                           Points& pts);
 
 // point_find_common : the last of this, for numbers that are known: corners belong to ranks that work on a
 // point with them (rank [npoint]). Collective.

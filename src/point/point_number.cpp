@@ -70,16 +70,14 @@ void tell_numbers(const Model& m, const std::vector<char>& fresh, Points& pts)
 
 }  // namespace
 
-IntVec point_ranks(const MeshPart& part, const Division& d, const Points& pts)
+IntVec point_ranks(const MeshPart& part, const Points& pts)
 {
   IntVec rank;
-  if (d.ranks == comm_size()) rank = d.point;
-  for (int p = static_cast<int>(rank.size()); p < pts.npoint; ++p) rank.push_back(part.rank[pts.parent[p]]);
+  for (int e : pts.parent) rank.push_back(part.rank[e]);
   return rank;
 }
 
-void point_number(const Model& m, const IntVec& elem, const IntVec& turn, const ListTable& made,
-                  const Division& d, Points& pts)
+void point_number(const Model& m, const IntVec& elem, const IntVec& turn, const ListTable& made, Points& pts)
 {
   PointPart& part = pts.part;
   std::vector<Made> own;
@@ -109,11 +107,11 @@ void point_number(const Model& m, const IntVec& elem, const IntVec& turn, const 
   // at first those that an element has made, which others may share with one of theirs; then all
   tell_numbers(m, fresh, pts);
   tell_numbers(m, fresh, pts);
-  point_find_common(m.part, point_ranks(m.part, d, pts), pts);
+  point_find_common(m.part, point_ranks(m.part, pts), pts);
 }
 
 void point_number_released(const Model& m, const IntVec& which, const IntVec& turn, const IntVec& fresh,
-                           const Division& d, Points& pts)
+                           Points& pts)
 {
   PointPart& part = pts.part;
   std::vector<Made> own;
@@ -127,7 +125,7 @@ void point_number_released(const Model& m, const IntVec& which, const IntVec& tu
   const std::vector<Made> first = first_numbers(std::move(own), part);
   for (size_t k = 0; k < which.size(); ++k)
     for (int a = 0; a < made[k]; ++a) part.corner.push_back(first[turn[k]].corners + a);
-  point_find_common(m.part, point_ranks(m.part, d, pts), pts);
+  point_find_common(m.part, point_ranks(m.part, pts), pts);
   pts.apart.resize(pts.ncorner, 0);
   halo_copy(part.halo, 1, pts.apart);      // of elements that are not here too
 }

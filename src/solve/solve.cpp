@@ -390,10 +390,12 @@ void solve_memory(const Solver& s, std::vector<MemoryUse>& out)
                      static_cast<double>(d.cholesky.L.capacity() + d.cholesky.border.capacity())});
   if (d.amg) out.push_back({"multigrid without the memory of PETSc", amg_memory(*d.amg)});
   out.push_back({"vectors of the solver", vectors});
+  if (d.first) first_memory(*d.first, out);
 }
 
 void solve_close(Solver& s)
 {
+  if (s.data && s.data->first) first_close(*s.data->first);
 #ifdef MPFE_MUMPS
   if (s.data && s.kind == SOLVER_MUMPS) mumps_close(s);
 #endif

@@ -129,7 +129,16 @@ struct PathLog {
   double digits = 0.0;         // decimal digits that the iterations have brought
 };
 
-struct Solver {
+// What a solver has done so far
+struct SolveCounts {
+  long fixed_null_pivots = 0;       // zero pivots whose unknowns were fixed
+  long nfactor = 0, nback = 0, nanalyse = 0;
+  long ncholmod = 0;                // factorisations by CHOLMOD
+  double seconds_factor = 0, seconds_back = 0, seconds_analyse = 0;   // wall
+  PathLog path[PATHS];
+};
+
+struct Solver : SolveCounts {
   SolverKind kind = SOLVER_AUTO;    // of the factorisation; solve_open settles AUTO
   SolverDef def;                    // what the deck asks for
   std::shared_ptr<SolverData> data;
@@ -140,14 +149,9 @@ struct Solver {
   // MUMPS: zero pivots in this block row and later ones are no error, their unknowns are fixed; Newton's
   // residual judges. -1: all are errors. Divided model: row of this rank; all ranks have one, or none
   int null_pivot_row = -1;
-  long fixed_null_pivots = 0;       // how many there were
-  long nfactor = 0, nback = 0, nanalyse = 0;
-  long ncholmod = 0;                // factorisations by CHOLMOD
-  double seconds_factor = 0, seconds_back = 0, seconds_analyse = 0;   // wall
   double flops = 0, memory_mb = 0;  // of the last factorisation, as far as known
   double flops_ahead = 0;           // what the analysis expects
   int negative = 0;                 // negative pivots of the last factorisation
-  PathLog path[PATHS];
   double left = 0.0;                // of the last solution: sqrt(energy) of the error, 0: solved directly
 };
 

@@ -76,6 +76,7 @@ struct ReusedFactors {                  // factors of an earlier matrix as preco
 };
 
 struct GridBlock;              // private to precond_changed.cpp
+struct FirstAlone;             // private to solve_first.cpp
 
 // factors of an earlier matrix, with the rows that have changed since as they are now  (8.9)
 struct Changed {
@@ -171,6 +172,7 @@ struct SolverData {
   double fresh_rate = 0.0;     // rate of the first of them, smoothed
   // spent and gained since the factorisation, which is included
   double cycle_seconds = 0.0, cycle_digits = 0.0;
+  std::shared_ptr<FirstAlone> first;     // several ranks: what rank 0 solves alone
   std::shared_ptr<MumpsData> mumps;
   std::shared_ptr<ChmData> chm;    // null: CHOLMOD is not to be tried with this pattern
 };
@@ -226,6 +228,13 @@ bool amg_form(const SysMatrix& M, OwnBlock* own, const Cholesky& L, const std::f
 bool amg_apply(AmgData& d, const RealVec& r, RealVec& z, double& rho);
 bool amg_count(AmgData& d, const CgDone& done);
 double amg_memory(const AmgData& d);
+
+// solve_first.cpp: several ranks, and rank 0 solves a system alone as one rank would, which knows CHOLMOD and
+// how to correct factors in the rows that break: small systems, statics of broken material. Collective
+bool first_pays(const Solver& s, const SysMatrix& A, const SolveAsk& ask);
+Status first_solve(Solver& s, const SysMatrix& A, const SolveAsk& ask, const RealVec& b, RealVec& x);
+void first_memory(const FirstAlone& f, std::vector<MemoryUse>& out);
+void first_close(FirstAlone& f);
 
 // precond_changed.cpp
 void changed_begin(const SysMatrix& A, const std::vector<long>& key, int nfe, Changed& c);

@@ -597,7 +597,7 @@ Status solve_system(Solver& s, const SysMatrix& A, const SolveAsk& ask, const Re
   SolverData& d  = *s.data;
   count_entries(A, ask.pattern, d);
   const long analysed = s.nanalyse, factored = s.nfactor;
-  const Status status = by_best(s, A, ask, b, x);
+  const Status status = first_pays(s, A, ask) ? first_solve(s, A, ask, b, x) : by_best(s, A, ask, b, x);
   if (s.nanalyse == analysed) timer_skip(PHASE_ANALYSIS);
   if (s.nfactor == factored) timer_skip(PHASE_FACTOR);
   return status;

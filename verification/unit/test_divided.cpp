@@ -185,6 +185,55 @@ void scale(SysMatrix& A, double factor)
 
 }  // namespace
 
+// rank 0 alone: factors of the first matrix, corrected where the second one differs; all ranks hear of it
+TEST(Divided, FirstRankSolvesBrokenStatics)
+{
+  NEEDS_RANKS;
+  Lattice l = lattice(2, {36, 28}, by_slices);
+  Solver s  = open(SOLVER_AUTO, PRECOND_CHOLESKY, true);
+  if (s.kind != SOLVER_MUMPS) GTEST_SKIP() << "without MUMPS rank 0 factorises alone anyway";
+  s.null_pivot_row = l.A.nrow;
+  const Eigen::VectorXd b = load(l);
+  const long changed = 17 + 100L * 11;
+  for (long stamp : {1, 2}) {
+    if (stamp == 2) {
+      l.all.diagonal().segment(l.row_of.at(changed) * 2, 2).array() += 3.0;
+      for (int I = 0; I < l.A.nrow; ++I)
+        if (l.key[I] == changed && l.A.halo.owner[I] == comm_rank())
+          add_block(l.A, I, I, 3.0 * Eigen::MatrixXd::Identity(2, 2));
+    }
+    SolveAsk a = ask(l.key, stamp);
+    a.pattern  = 1;
+    a.broken   = true;
+    RealVec x;
+    ASSERT_EQ(STATUS_OK, solve_system(s, l.A, a, local(l, b), x));
+    const Eigen::VectorXd right = l.all.ldlt().solve(b);
+    EXPECT_LT(worst(x, local(l, right)), 1e-8 * right.lpNorm<Eigen::Infinity>());
+    EXPECT_TRUE(same_bits(l.A, x));
+    EXPECT_EQ(1, s.path[PATH_FACTOR].solves);
+    EXPECT_EQ(stamp - 1, s.path[PATH_CHANGED].solves);
+  }
+  EXPECT_EQ(1, s.nfactor);
+  solve_close(s);
+}
+
+// a small one without a stiffness: rank 0 finds the zero pivot, and the ranks that have the row hear of it
+TEST(Divided, FirstRankTellsOfAZeroPivot)
+{
+  NEEDS_RANKS;
+  Lattice l = lattice(2, {6, 4}, by_slices, 0.0);
+  Solver s  = open(SOLVER_AUTO, PRECOND_CHOLESKY, true);
+  RealVec x;
+  EXPECT_EQ(SOLVER_SINGULAR, solve_system(s, l.A, ask(l.key, 1), local(l, load(l)), x));
+  EXPECT_GE(s.zero_equation, 0);
+  const int here = s.zero_equation < l.A.neq() ? 1 : 0;
+  double ranks   = here;
+  comm_sum(&ranks, 1);
+  EXPECT_GE(ranks, 1.0);
+  EXPECT_FALSE(s.message.empty());
+  solve_close(s);
+}
+
 TEST(Divided, ProductDiagonalAndCollection)
 {
   NEEDS_RANKS;

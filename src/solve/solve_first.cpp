@@ -1,0 +1,272 @@
+#include <algorithm>
+#include <numeric>
+
+#include "base/comm.h"
+#include "solve/solve_data.h"
+
+// What rank 0 solves for all ranks, as one rank would
+struct FirstAlone {
+  Solver solver;               // rank 0; its routines run within CommAlone
+  long pattern = 0;            // SolveAsk::pattern of what follows, 0: of none
+  IntVec number;               // [nrow] row of the whole matrix
+  IntVec own;                  // rows that belong to this rank
+  // rank 0
+  SysMatrix whole;
+  std::vector<long> key;       // [rows of all]
+  int nfe = 0;                 // of these, rows of elements
+  std::vector<IntVec> row;     // [ranks] row of each that belongs to it
+  std::vector<IntVec> place;   // [ranks] 2 k: where each of its blocks goes; 2 k + 1: transposed
+};
+
+namespace {
+
+// equations of matrices that rank 0 solves alone: it has them whole, and the factors
+const long MOST = 300000;
+
+// ---- rows and pattern of all ranks -------------------------------------------------
+
+// rows of elements by node, then those of the grid: as one rank has them
+bool before(long a, long b) { return (a < 0) != (b < 0) ? b < 0 : a < 0 ? a > b : a < b; }
+
+template <class T>
+std::vector<std::vector<T>> to_first(const std::vector<T>& x)
+{
+  std::vector<std::vector<T>> to(comm_size());
+  to[0] = x;
+  return comm_exchange(to);
+}
+
+// rows of the whole matrix, and which of them each rank has [ranks][its rows]
+std::vector<IntVec> number_rows(const std::vector<std::vector<long>>& key, FirstAlone& f)
+{
+  f.key.clear();
+  for (const std::vector<long>& k : key) f.key.insert(f.key.end(), k.begin(), k.end());
+  std::sort(f.key.begin(), f.key.end(), before);
+  f.key.erase(std::unique(f.key.begin(), f.key.end()), f.key.end());
+  f.nfe = static_cast<int>(std::count_if(f.key.begin(), f.key.end(), [](long k) { return k >= 0; }));
+  std::vector<IntVec> number(key.size());
+  for (size_t r = 0; r < key.size(); ++r)
+    for (long k : key[r])
+      number[r].push_back(
+          static_cast<int>(std::lower_bound(f.key.begin(), f.key.end(), k, before) - f.key.begin()));
+  return number;
+}
+
+// pattern of the whole matrix, and where the blocks of each rank go
+void join_patterns(int dim, const std::vector<IntVec>& number, const std::vector<IntVec>& off,
+                   const std::vector<IntVec>& col, FirstAlone& f)
+{
+  struct Block { int col, rank, at; };               // at: as in place
+  const int n = static_cast<int>(f.key.size()), ranks = static_cast<int>(number.size());
+  IntVec next(n + 1, 0);
+  const auto each = [&](auto use) {
+    for (int r = 0; r < ranks; ++r)
+      for (size_t I = 0; I + 1 < off[r].size(); ++I)
+        for (int k = off[r][I]; k < off[r][I + 1]; ++k) use(r, k, number[r][I], number[r][col[r][k]]);
+  };
+  each([&](int, int, int I, int J) { ++next[std::max(I, J) + 1]; });
+  std::partial_sum(next.begin(), next.end(), next.begin());
+  const IntVec first = next;
+  std::vector<Block> block(first.back());
+  each([&](int r, int k, int I, int J) {
+    block[next[std::max(I, J)]++] = {std::min(I, J), r, 2 * k + (J > I ? 1 : 0)};
+  });
+  f.place.resize(ranks);
+  for (int r = 0; r < ranks; ++r) f.place[r].resize(col[r].size());
+  SysMatrix& A = f.whole;
+  A = SysMatrix();
+  A.dim  = dim;
+  A.nrow = n;
+  for (int I = 0; I < n; ++I) {
+    std::sort(block.begin() + first[I], block.begin() + first[I + 1],
+              [](const Block& a, const Block& b) { return a.col < b.col; });
+    for (int k = first[I]; k < first[I + 1]; ++k) {
+      const Block& b = block[k];
+      if (k == first[I] || b.col != block[k - 1].col) A.col.push_back(b.col);
+      f.place[b.rank][b.at / 2] = 2 * (static_cast<int>(A.col.size()) - 1) + b.at % 2;
+    }
+    A.off.push_back(static_cast<int>(A.col.size()));
+  }
+}
+
+void join(const SysMatrix& A, const SolveAsk& ask, FirstAlone& f)
+{
+  const int ranks = comm_size(), me = comm_rank();
+  f.own.clear();
+  for (int I = 0; I < A.nrow; ++I)
+    if (A.halo.owner[I] == me) f.own.push_back(I);
+  const auto key = to_first(ask.key);
+  const auto own = to_first(f.own), off = to_first(A.off), col = to_first(A.col);
+  std::vector<IntVec> number(ranks);
+  if (me == 0) {
+    number = number_rows(key, f);
+    f.row.assign(ranks, {});
+    for (int r = 0; r < ranks; ++r)
+      for (int I : own[r]) f.row[r].push_back(number[r][I]);
+    join_patterns(A.dim, number, off, col, f);
+  }
+  f.number  = comm_exchange(number)[0];
+  f.pattern = ask.pattern;
+}
+
+// ---- numbers -----------------------------------------------------------------------
+
+// the sum of the parts of all ranks
+void join_values(const RealVec& val, FirstAlone& f)
+{
+  const std::vector<RealVec> part = to_first(val);
+  if (comm_rank() > 0) return;
+  const int D = f.whole.dim, DD = D * D;
+  f.whole.val.assign(f.whole.col.size() * DD, 0.0);
+  for (size_t r = 0; r < part.size(); ++r)
+    for (size_t k = 0; k < f.place[r].size(); ++k) {
+      const double* a = &part[r][k * DD];
+      double* x       = &f.whole.val[static_cast<size_t>(f.place[r][k] / 2) * DD];
+      for (int i = 0; i < D; ++i)
+        for (int j = 0; j < D; ++j) x[i * D + j] += f.place[r][k] % 2 ? a[j * D + i] : a[i * D + j];
+    }
+}
+
+RealVec join_vector(int D, const RealVec& b, const FirstAlone& f)
+{
+  RealVec mine, all(f.key.size() * D);
+  for (int I : f.own) mine.insert(mine.end(), b.begin() + long(I) * D, b.begin() + long(I + 1) * D);
+  const std::vector<RealVec> part = to_first(mine);
+  for (size_t r = 0; r < part.size() && comm_rank() == 0; ++r)
+    for (size_t k = 0; k < f.row[r].size(); ++k)
+      std::copy_n(&part[r][k * D], D, &all[static_cast<size_t>(f.row[r][k]) * D]);
+  return all;
+}
+
+void share_vector(const SysMatrix& A, const RealVec& all, const FirstAlone& f, RealVec& x)
+{
+  const int D = A.dim;
+  std::vector<RealVec> to(comm_size());
+  for (int r = 0; r < comm_size() && comm_rank() == 0; ++r)
+    for (int I : f.row[r])
+      to[r].insert(to[r].end(), all.begin() + long(I) * D, all.begin() + long(I + 1) * D);
+  const RealVec mine = comm_exchange(to)[0];
+  x.resize(A.neq());
+  for (size_t k = 0; k < f.own.size(); ++k)
+    std::copy_n(&mine[k * D], D, &x[static_cast<size_t>(f.own[k]) * D]);
+  halo_copy(A.halo, D, x);
+}
+
+// ---- what the solver of rank 0 tells of its work -------------------------------------
+
+// calls use(number) for all counts
+template <class Counts, class Use>
+void each_count(Counts& c, Use use)
+{
+  use(c.fixed_null_pivots);
+  use(c.nfactor);
+  use(c.nback);
+  use(c.nanalyse);
+  use(c.ncholmod);
+  use(c.seconds_factor);
+  use(c.seconds_back);
+  use(c.seconds_analyse);
+  for (auto& p : c.path) {
+    use(p.solves);
+    use(p.iterations);
+    use(p.failed);
+    use(p.seconds);
+    use(p.digits);
+  }
+}
+
+RealVec counts(const SolveCounts& c)
+{
+  RealVec out;
+  each_count(c, [&](auto x) { out.push_back(static_cast<double>(x)); });
+  return out;
+}
+
+Status tell(Status status, RealVec did, const FirstAlone& f, int dim, Solver& s)
+{
+  const Solver& one = f.solver;
+  did.insert(did.end(), {1.0 * status, 1.0 * one.zero_equation, 1.0 * one.negative, one.left, one.flops,
+                         one.memory_mb, one.flops_ahead});
+  comm_bcast(did.data(), static_cast<int>(did.size()));
+  s.message = one.message;
+  comm_bcast(s.message);
+  const double* next = did.data();
+  each_count(static_cast<SolveCounts&>(s), [&](auto& x) {
+    x += static_cast<std::decay_t<decltype(x)>>(*next++);
+  });
+  const int zero = static_cast<int>(next[1]);
+  s.negative    = static_cast<int>(next[2]);
+  s.left        = next[3];
+  s.flops       = next[4];
+  s.memory_mb   = next[5];
+  s.flops_ahead = next[6];
+  s.zero_equation = -1;
+  if (zero >= 0) {             // on ranks that do not have it one behind the last
+    const long I    = std::find(f.number.begin(), f.number.end(), zero / dim) - f.number.begin();
+    const bool here = I < static_cast<long>(f.number.size());
+    s.zero_equation = static_cast<int>(I) * dim + (here ? zero % dim : 0);
+  }
+  return static_cast<Status>(static_cast<int>(next[0]));
+}
+
+}  // namespace
+
+bool first_pays(const Solver& s, const SysMatrix& A, const SolveAsk& ask)
+{
+  const long equations = s.data->rows * A.dim;
+  return sys_shared(A) && s.def.kind == SOLVER_AUTO && s.kind == SOLVER_MUMPS && s.def.reuse &&
+         equations > 0 && (equations < SMALL_SYSTEM || (ask.broken && equations <= MOST));
+}
+
+Status first_solve(Solver& s, const SysMatrix& A, const SolveAsk& ask, const RealVec& b, RealVec& x)
+{
+  std::shared_ptr<FirstAlone>& first = s.data->first;
+  if (!first) {
+    first = std::make_shared<FirstAlone>();
+    CommAlone alone;
+    if (comm_rank() == 0) solve_open(first->solver, s.def);
+  }
+  FirstAlone& f = *first;
+  if (ask.pattern == 0 || f.pattern != ask.pattern) join(A, ask, f);
+  join_values(A.val, f);
+  RealVec all = join_vector(A.dim, b, f), y;
+  const int fixed = comm_allreduce_max(s.null_pivot_row >= 0 ? 1 : 0);
+  Status status   = STATUS_OK;
+  RealVec did     = counts(f.solver);
+  if (comm_rank() == 0) {
+    CommAlone alone;
+    SolveAsk whole{f.key, ask.stamp, ask.pattern, ask.eta, ask.energy, ask.residual, ask.digits, ask.exact,
+                   ask.broken, ask.inertia, ask.known_regular, ask.plain};
+    f.solver.null_pivot_row = fixed ? f.nfe : -1;
+    status = solve_system(f.solver, f.whole, whole, all, y);
+    const RealVec now = counts(f.solver);
+    for (size_t k = 0; k < did.size(); ++k) did[k] = now[k] - did[k];
+  }
+  status = tell(status, did, f, A.dim, s);
+  if (status == STATUS_OK) share_vector(A, y, f, x);
+  return status;
+}
+
+void first_memory(const FirstAlone& f, std::vector<MemoryUse>& out)
+{
+  const double numbers = static_cast<double>(f.whole.val.capacity() * sizeof(double));
+  out.push_back({"matrix of all ranks", numbers});
+  if (comm_rank() > 0 || !f.solver.data) return;
+  std::vector<MemoryUse> more;
+  CommAlone alone;
+  solve_memory(f.solver, more);
+  for (const MemoryUse& u : more) {
+    const auto same = std::find_if(out.begin(), out.end(), [&](const MemoryUse& o) {
+      return std::string(o.what) == u.what;
+    });
+    if (same == out.end()) out.push_back(u);
+    else same->bytes += u.bytes;
+  }
+}
+
+void first_close(FirstAlone& f)
+{
+  if (comm_rank() > 0) return;
+  CommAlone alone;
+  solve_close(f.solver);
+}
