@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <functional>
 #include <numeric>
 
 #include "base/comm.h"
@@ -25,9 +26,6 @@ const long MOST = 300000;
 
 // ---- rows and pattern of all ranks -------------------------------------------------
 
-// rows of elements by node, then those of the grid: as one rank has them
-bool before(long a, long b) { return (a < 0) != (b < 0) ? b < 0 : a < 0 ? a > b : a < b; }
-
 template <class T>
 std::vector<std::vector<T>> to_first(const std::vector<T>& x)
 {
@@ -36,19 +34,36 @@ std::vector<std::vector<T>> to_first(const std::vector<T>& x)
   return comm_exchange(to);
 }
 
-// rows of the whole matrix, and which of them each rank has [ranks][its rows]
+// rows of elements by node, then those of the grid, as one rank has them; which of them each rank has [ranks]
 std::vector<IntVec> number_rows(const std::vector<std::vector<long>>& key, FirstAlone& f)
 {
+  long nodes = 0;
+  std::vector<long> grid;      // keys
+  for (const std::vector<long>& list : key)
+    for (long k : list) {
+      nodes = std::max(nodes, k + 1);
+      if (k < 0) grid.push_back(k);
+    }
+  std::sort(grid.begin(), grid.end(), std::greater<long>());
+  grid.erase(std::unique(grid.begin(), grid.end()), grid.end());
+  IntVec row(nodes, -1);       // of nodes
+  for (const std::vector<long>& list : key)
+    for (long k : list)
+      if (k >= 0) row[k] = 0;
   f.key.clear();
-  for (const std::vector<long>& k : key) f.key.insert(f.key.end(), k.begin(), k.end());
-  std::sort(f.key.begin(), f.key.end(), before);
-  f.key.erase(std::unique(f.key.begin(), f.key.end()), f.key.end());
-  f.nfe = static_cast<int>(std::count_if(f.key.begin(), f.key.end(), [](long k) { return k >= 0; }));
+  for (long k = 0; k < nodes; ++k)
+    if (row[k] == 0) {
+      row[k] = static_cast<int>(f.key.size());
+      f.key.push_back(k);
+    }
+  f.nfe = static_cast<int>(f.key.size());
+  f.key.insert(f.key.end(), grid.begin(), grid.end());
   std::vector<IntVec> number(key.size());
   for (size_t r = 0; r < key.size(); ++r)
-    for (long k : key[r])
-      number[r].push_back(
-          static_cast<int>(std::lower_bound(f.key.begin(), f.key.end(), k, before) - f.key.begin()));
+    for (long k : key[r]) {
+      const auto at = std::lower_bound(grid.begin(), grid.end(), k, std::greater<long>());
+      number[r].push_back(k >= 0 ? row[k] : f.nfe + static_cast<int>(at - grid.begin()));
+    }
   return number;
 }
 
@@ -56,36 +71,42 @@ std::vector<IntVec> number_rows(const std::vector<std::vector<long>>& key, First
 void join_patterns(int dim, const std::vector<IntVec>& number, const std::vector<IntVec>& off,
                    const std::vector<IntVec>& col, FirstAlone& f)
 {
-  struct Block { int col, rank, at; };               // at: as in place
   const int n = static_cast<int>(f.key.size()), ranks = static_cast<int>(number.size());
+  // blocks of all ranks, one rank after the other: column, and twice its number, 1 more when transposed
+  using Block = std::pair<int, unsigned>;
   IntVec next(n + 1, 0);
   const auto each = [&](auto use) {
+    unsigned at = 0;
     for (int r = 0; r < ranks; ++r)
       for (size_t I = 0; I + 1 < off[r].size(); ++I)
-        for (int k = off[r][I]; k < off[r][I + 1]; ++k) use(r, k, number[r][I], number[r][col[r][k]]);
+        for (int k = off[r][I]; k < off[r][I + 1]; ++k) use(at++, number[r][I], number[r][col[r][k]]);
   };
-  each([&](int, int, int I, int J) { ++next[std::max(I, J) + 1]; });
+  each([&](unsigned, int I, int J) { ++next[std::max(I, J) + 1]; });
   std::partial_sum(next.begin(), next.end(), next.begin());
   const IntVec first = next;
   std::vector<Block> block(first.back());
-  each([&](int r, int k, int I, int J) {
-    block[next[std::max(I, J)]++] = {std::min(I, J), r, 2 * k + (J > I ? 1 : 0)};
+  each([&](unsigned at, int I, int J) {
+    block[next[std::max(I, J)]++] = {std::min(I, J), 2 * at + (J > I ? 1 : 0)};
   });
-  f.place.resize(ranks);
-  for (int r = 0; r < ranks; ++r) f.place[r].resize(col[r].size());
+  IntVec place(block.size());
   SysMatrix& A = f.whole;
   A = SysMatrix();
   A.dim  = dim;
   A.nrow = n;
   for (int I = 0; I < n; ++I) {
-    std::sort(block.begin() + first[I], block.begin() + first[I + 1],
-              [](const Block& a, const Block& b) { return a.col < b.col; });
+    std::sort(block.begin() + first[I], block.begin() + first[I + 1]);
     for (int k = first[I]; k < first[I + 1]; ++k) {
-      const Block& b = block[k];
-      if (k == first[I] || b.col != block[k - 1].col) A.col.push_back(b.col);
-      f.place[b.rank][b.at / 2] = 2 * (static_cast<int>(A.col.size()) - 1) + b.at % 2;
+      const auto& [J, at] = block[k];
+      if (k == first[I] || J != block[k - 1].first) A.col.push_back(J);
+      place[at / 2] = 2 * (static_cast<int>(A.col.size()) - 1) + static_cast<int>(at % 2);
     }
     A.off.push_back(static_cast<int>(A.col.size()));
+  }
+  f.place.clear();
+  auto from = place.begin();
+  for (int r = 0; r < ranks; ++r) {
+    f.place.emplace_back(from, from + static_cast<long>(col[r].size()));
+    from += static_cast<long>(col[r].size());
   }
 }
 
@@ -214,8 +235,10 @@ Status tell(Status status, RealVec did, const FirstAlone& f, int dim, Solver& s)
 bool first_pays(const Solver& s, const SysMatrix& A, const SolveAsk& ask)
 {
   const long equations = s.data->rows * A.dim;
+  // MUMPS on two ranks takes 1.2 of the seconds of CHOLMOD on one
+  const bool few = ask.broken || (A.dim == 2 && !ask.inertia && comm_size() == 2);
   return sys_shared(A) && s.def.kind == SOLVER_AUTO && s.kind == SOLVER_MUMPS && s.def.reuse &&
-         equations > 0 && (equations < SMALL_SYSTEM || (ask.broken && equations <= MOST));
+         equations > 0 && (equations < SMALL_SYSTEM || (few && equations <= MOST));
 }
 
 Status first_solve(Solver& s, const SysMatrix& A, const SolveAsk& ask, const RealVec& b, RealVec& x)
