@@ -284,9 +284,9 @@ void frac_release(const Model& m, const FracMesh& fm, const IntVec& number, Stat
 
 namespace {
 
-// Corners that the points of element e have got when it became points, of the points of and of start: which
-// ones of the first the others are. left: corners that released points, now of start, had in of, list after
-// list. False: there are no such points
+// Which corners in of are those that the points of element e, which has just become points, have in start?
+//   in   left   corners in of that points of start had before they were released
+//   out  number [ncorner of start]; false: there are no such points
 bool match_corners(const Points& of, const Points& start, const std::map<int, const int*>& left, int e,
                    IntVec& number)
 {
@@ -330,10 +330,11 @@ bool frac_repeat(const Model& m, const FracMesh& fm, const Fracture& fr, const P
     const int old = start.ncorner;
     point_convert(m, m.conversion[fm.conv[e]].body[m.mesh.elem_section[e]], e, first, share, start);
     if (!match_corners(of, start, had, e, number)) return false;
-    // when the releases of its time have not been found by points of here alone
+    // points of here alone would not tell: those that were released may not be here
     start.apart.resize(start.ncorner, 0);
     for (int c = old; c < start.ncorner; ++c)
-      if (number[c] < static_cast<int>(of.apart.size())) start.apart[c] = of.apart[number[c]];
+      if (number[c] >= 0 && number[c] < static_cast<int>(of.apart.size()))
+        start.apart[c] = of.apart[number[c]];
   }
   return release(r, std::numeric_limits<int>::max());
 }

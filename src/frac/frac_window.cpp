@@ -47,12 +47,11 @@ std::vector<T> taken(const IntVec& item, int D, const std::vector<T>& x)
   return out;
 }
 
-// released points of the whole that are here, as those that the conversions of here will make; first: those
-// of the start
-void take_released(const Points& whole, int first, Fracture& fr)
+// released points of the whole that are here, as those that the conversions of here will make; first: number
+// of points at the start. False: their corners do not fit
+bool take_released(const Points& whole, int first, Fracture& fr)
 {
-  std::map<int, int> here;     // first point of an element in the whole -> here
-  std::map<int, int> count;
+  std::map<int, int> here, count;        // of an element: its first point here, its points
   for (int e : whole.parent)
     if (e >= 0) ++count[e];
   for (int e : fr.converted) {
@@ -62,18 +61,20 @@ void take_released(const Points& whole, int first, Fracture& fr)
   IntVec released, at;
   ListTable left;
   for (size_t k = 0; k < fr.released.size(); ++k) {
-    const int q = fr.released[k];
+    const int q = fr.released[k], n = fr.left.count(static_cast<int>(k)),
+              *corner  = fr.left.begin(static_cast<int>(k));
     const auto found = here.find(whole.parent[q]);
+    if (n != whole.conn.count(q)) return false;
     if (found == here.end()) continue;
     released.push_back(found->second + q - whole.of_elem[found->first]);
     at.push_back(fr.released_at[k]);
-    left.item.insert(left.item.end(), fr.left.begin(static_cast<int>(k)),
-                     fr.left.begin(static_cast<int>(k)) + fr.left.count(static_cast<int>(k)));
+    left.item.insert(left.item.end(), corner, corner + n);
     left.off.push_back(static_cast<int>(left.item.size()));
   }
   fr.released.swap(released);
   fr.released_at.swap(at);
   std::swap(fr.left, left);
+  return true;
 }
 
 // which points of the whole those are that are here, and the corners that they were released with; false: a
@@ -163,7 +164,7 @@ bool frac_take(const Model& m, const FracMesh& fm, const Points& begin, State& s
   if (whole.of_elem.size() != static_cast<size_t>(m.mesh.nelem())) return false;
   for (int e : fr.converted)
     if (e < 0 || e >= m.mesh.nelem() || fm.conv[e] < 0 || whole.of_elem[e] < 0) return false;
-  take_released(whole, begin.npoint, fr);
+  if (!take_released(whole, begin.npoint, fr)) return false;
   CornerShare share;
   ListTable left;
   if (!frac_repeat(m, fm, fr, whole, st.points, share, st.points.part.corner, left) ||
