@@ -9,6 +9,7 @@
 struct FirstAlone {
   Solver solver;               // rank 0; its routines run within CommAlone
   long pattern = 0;            // SolveAsk::pattern of what follows, 0: of none
+  long stamp   = -1;           // SolveAsk::stamp of the values
   IntVec number;               // [nrow] row of the whole matrix
   IntVec own;                  // rows that belong to this rank
   // rank 0
@@ -247,11 +248,13 @@ Status first_solve(Solver& s, const SysMatrix& A, const SolveAsk& ask, const Rea
   if (!first) {
     first = std::make_shared<FirstAlone>();
     CommAlone alone;
-    if (comm_rank() == 0) solve_open(first->solver, s.def);
+    if (alone.rank == 0) solve_open(first->solver, s.def);
   }
-  FirstAlone& f = *first;
-  if (ask.pattern == 0 || f.pattern != ask.pattern) join(A, ask, f);
-  join_values(A.val, f);
+  FirstAlone& f    = *first;
+  const bool fresh = ask.pattern == 0 || f.pattern != ask.pattern;
+  if (fresh) join(A, ask, f);
+  if (fresh || f.stamp != ask.stamp) join_values(A.val, f);
+  f.stamp = ask.stamp;
   RealVec all = join_vector(A.dim, b, f), y;
   const int fixed = comm_allreduce_max(s.null_pivot_row >= 0 ? 1 : 0);
   Status status   = STATUS_OK;
