@@ -70,10 +70,11 @@ bool points_near(const Model& m, const OverlapWatch& watch)
   });
 }
 
-// points: each rank has its own; near: each knows those of the elements that it has
-bool asked(const Model& m, bool points, bool near)
+// m.part says what each rank would know of points
+bool asked(const Model& m)
 {
-  const bool few = told('1') || points || near || (m.body.empty() && m.conversion.empty());
+  const bool points = m.part.points;
+  const bool few = told('1') || points || m.part.window || (m.body.empty() && m.conversion.empty());
   const IntVec& section = m.mesh.elem_section;
   const long elements   = std::count_if(section.begin(), section.end(), [](int s) { return s >= 0; });
   if (told('0')) return false;
@@ -206,7 +207,7 @@ void dof_part(bool whole, const std::vector<RealVec>& work, Model& m)
     overlap_pairs(m, watch);
     m.part.points = points_divide(m, watch);
     m.part.window = points_near(m, watch);
-    divides       = asked(m, m.part.points, m.part.window) && divided(m, work, rank);
+    divides       = asked(m) && divided(m, work, rank);
     m.part.points = m.part.points && divides;
     m.part.window = m.part.window && divides;
   }

@@ -52,15 +52,6 @@ void tell_soft(Solver& s)
     for (int number : list) d.soft[number] = 1;
 }
 
-// several ranks: the equation of the whole matrix on those that have it; others: one behind their last one
-int equation_here(const SolverData& d, int equation)
-{
-  if (equation < 0) return equation;
-  const IntVec& number = d.numbers.number;
-  const long I = std::find(number.begin(), number.end(), equation / d.dim) - number.begin();
-  return static_cast<int>(I) * d.dim + (I < static_cast<long>(number.size()) ? equation % d.dim : 0);
-}
-
 // the work on A; first_only: by rank 0 on the whole matrix, and the others hear how it went
 Status do_work(Solver& s, const SysMatrix& A, bool values, Work work)
 {
@@ -71,7 +62,7 @@ Status do_work(Solver& s, const SysMatrix& A, bool values, Work work)
   Status status = comm_rank() == 0 ? work(s, whole) : STATUS_OK;
   status = static_cast<Status>(comm_bcast(status));
   s.zero_equation = comm_bcast(s.zero_equation);
-  if (d.divided) s.zero_equation = equation_here(d, s.zero_equation);
+  if (d.divided) s.zero_equation = equation_here(d.numbers.number, d.dim, s.zero_equation);
   s.negative      = comm_bcast(s.negative);
   comm_bcast(s.message);
   double numbers[3] = {s.flops, s.flops_ahead, d.factor_entries};
@@ -194,6 +185,13 @@ struct Stopwatch {
 };
 
 }  // namespace
+
+int equation_here(const IntVec& number, int dim, int equation)
+{
+  if (equation < 0) return equation;
+  const long I = std::find(number.begin(), number.end(), equation / dim) - number.begin();
+  return static_cast<int>(I) * dim + (I < static_cast<long>(number.size()) ? equation % dim : 0);
+}
 
 Status solve_fail(Solver& s, Status status, const char* format, ...)
 {

@@ -180,6 +180,10 @@ struct SolverData {
 // solve_same_pattern : is the pattern of A the one of the last analysis, on all ranks?
 bool solve_same_pattern(const Solver& s, const SysMatrix& A);
 
+// equation_here : several ranks: the equation of the whole matrix on those that have it, others: one behind
+// their last one; number [nrow]: rows of here in the whole matrix
+int equation_here(const IntVec& number, int dim, int equation);
+
 // sys_rows : rows of all ranks. Collective
 long sys_rows(const SysMatrix& A);
 

@@ -216,18 +216,12 @@ Status tell(Status status, RealVec did, const FirstAlone& f, int dim, Solver& s)
   each_count(static_cast<SolveCounts&>(s), [&](auto& x) {
     x += static_cast<std::decay_t<decltype(x)>>(*next++);
   });
-  const int zero = static_cast<int>(next[1]);
+  s.zero_equation = equation_here(f.number, dim, static_cast<int>(next[1]));
   s.negative    = static_cast<int>(next[2]);
   s.left        = next[3];
   s.flops       = next[4];
   s.memory_mb   = next[5];
   s.flops_ahead = next[6];
-  s.zero_equation = -1;
-  if (zero >= 0) {             // on ranks that do not have it one behind the last
-    const long I    = std::find(f.number.begin(), f.number.end(), zero / dim) - f.number.begin();
-    const bool here = I < static_cast<long>(f.number.size());
-    s.zero_equation = static_cast<int>(I) * dim + (here ? zero % dim : 0);
-  }
   return static_cast<Status>(static_cast<int>(next[0]));
 }
 
@@ -236,7 +230,7 @@ Status tell(Status status, RealVec did, const FirstAlone& f, int dim, Solver& s)
 bool first_pays(const Solver& s, const SysMatrix& A, const SolveAsk& ask)
 {
   const long equations = s.data->rows * A.dim;
-  // MUMPS on two ranks takes 1.2 of the seconds of CHOLMOD on one
+  // by CHOLMOD whole runs on two ranks take 0.72 to 1.04 of those with MUMPS (doc/benchmarks.md)
   const bool few = ask.broken || (A.dim == 2 && !ask.inertia && comm_size() == 2);
   return sys_shared(A) && s.def.kind == SOLVER_AUTO && s.kind == SOLVER_MUMPS && s.def.reuse &&
          equations > 0 && (equations < SMALL_SYSTEM || (few && equations <= MOST));
@@ -256,14 +250,13 @@ Status first_solve(Solver& s, const SysMatrix& A, const SolveAsk& ask, const Rea
   if (fresh || f.stamp != ask.stamp) join_values(A.val, f);
   f.stamp = ask.stamp;
   RealVec all = join_vector(A.dim, b, f), y;
-  const int fixed = comm_allreduce_max(s.null_pivot_row >= 0 ? 1 : 0);
-  Status status   = STATUS_OK;
-  RealVec did     = counts(f.solver);
+  Status status = STATUS_OK;
+  RealVec did   = counts(f.solver);
   if (comm_rank() == 0) {
     CommAlone alone;
     SolveAsk whole{f.key, ask.stamp, ask.pattern, ask.eta, ask.energy, ask.residual, ask.digits, ask.exact,
                    ask.broken, ask.inertia, ask.known_regular, ask.plain};
-    f.solver.null_pivot_row = fixed ? f.nfe : -1;
+    f.solver.null_pivot_row = s.null_pivot_row >= 0 ? f.nfe : -1;
     status = solve_system(f.solver, f.whole, whole, all, y);
     const RealVec now = counts(f.solver);
     for (size_t k = 0; k < did.size(); ++k) did[k] = now[k] - did[k];
