@@ -109,13 +109,22 @@ bool failed(int errors)
   return any;
 }
 
+// the file of --restart, or JOB.rst when the deck asks for it; empty: the run begins
+std::string restart_path(const Model& m, const Options& o)
+{
+  if (!o.restart.empty() || !m.restart.read) return o.restart;
+  return m.out_dir + "/" + m.job + ".rst";
+}
+
 // rank 0 reads and checks the deck, and gives the others what they need of the model. False: errors
 bool read_model(const Options& o, Model& m)
 {
   Timer timer(PHASE_INPUT);
   if (comm_bcast(comm_rank() > 0 ? 0 : deck_read(o.deck, o.defines, m)) > 0) return false;
   m.out_dir = o.out_dir;
-  dof_part(o.check, {}, m);
+  DivideBy by;
+  if (comm_rank() == 0) by.skin = out_restart_skin(m, restart_path(m, o));
+  dof_part(o.check, by, m);
   log_keep(m.part.on);
   return true;
 }
@@ -146,14 +155,14 @@ bool divide_again(const Options& o, std::unique_ptr<Run>& run, Archive& state)
     run->problem.share.stays = true;
     return false;
   }
-  const std::vector<RealVec> work = step_work_of_all(run->problem);
+  const DivideBy by = step_divide_by(run->problem);
   Warned warned = run->problem.warned;
   solve_close(run->problem.newton.solver);
   run.reset();                                       // before others come
   run = std::make_unique<Run>();
   run->model         = std::move(m);
   run->model.out_dir = o.out_dir;
-  dof_part(false, work, run->model);
+  dof_part(false, by, run->model);
   run->problem.warned = std::move(warned);
   return true;
 }
@@ -176,11 +185,10 @@ int check_only(Problem& p)
   return EXIT_GOOD;
 }
 
-// the file of --restart, or JOB.rst when the deck asks for it
 bool load_restart(const Model& m, const Options& o, Archive& f)
 {
-  if (o.restart.empty() && !m.restart.read) return true;
-  return out_restart_load(m, o.restart.empty() ? m.out_dir + "/" + m.job + ".rst" : o.restart, f);
+  const std::string path = restart_path(m, o);
+  return path.empty() || out_restart_load(m, path, f);
 }
 
 // nobody else writes JOB.*; rank 0 sees to it. taken: what a crash has left behind

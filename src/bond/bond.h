@@ -48,6 +48,14 @@ void bond_stiffness(const Bonds& bonds, int dim, int b, double* C);
 // bond_ground_motion : displacement of the ground under bond b at a time          [dim]
 void bond_ground_motion(const Model& m, const Bonds& bonds, int b, double t_step, double t_total, double* g);
 
+// bond_sums : of the bonds of one definition, of all ranks. Collective.
+struct BondSums {
+  double nodal = 0, between = 0;         // at nodes, between them
+  double area    = 0;
+  double penalty = 0;          // of the first one with an area                        force/length^3
+};
+BondSums bond_sums(const Bonds& bonds, int def);
+
 // bond_energy : 1/2 slip C slip + lambda slip over all bonds; largest and rms slip. Collective.
 double bond_energy(const Bonds& bonds, int dim, const Level& l, double* slip_max, double* slip_rms);
 

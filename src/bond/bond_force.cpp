@@ -33,6 +33,26 @@ void bond_ground_motion(const Model& m, const Bonds& bonds, int b, double t_step
     g[i] = support_value(m, d.motion[i], d.amplitude, &bonds.X[b * 3], t_step, t_total);
 }
 
+BondSums bond_sums(const Bonds& bonds, int def)
+{
+  BondSums sum;
+  double first = 1e300;        // the least name
+  for (int b = 0; b < bonds.nbond; ++b) {
+    if (bonds.def[b] != def || !bonds.counts(b)) continue;
+    ++(bonds.intermediate[b] ? sum.between : sum.nodal);
+    sum.area += bonds.area[b];
+    const double name = bonds.halo.on() ? static_cast<double>(bonds.name[b]) : b;
+    if (bonds.area[b] <= 0.0 || name >= first) continue;
+    first = name;
+    sum.penalty = bonds.cn[b] / bonds.area[b];
+  }
+  if (!bonds.halo.on()) return sum;
+  double all[3] = {sum.nodal, sum.between, sum.area};
+  comm_sum(all, 3);
+  const double least = -comm_allreduce_max(-first);
+  return {all[0], all[1], all[2], comm_allreduce_max(first == least ? sum.penalty : 0.0)};
+}
+
 double bond_energy(const Bonds& bonds, int dim, const Level& l, double* slip_max, double* slip_rms)
 {
   double energy = 0.0, worst = 0.0, sum = 0.0, C[9];

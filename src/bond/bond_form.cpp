@@ -564,6 +564,9 @@ void bond_skin(const Model& m, const Points& pts, const std::vector<SkinFace>& s
     const double thickness = m.dim == 2 ? face.thickness : 1.0,
                  penalty   = skin_penalty(m, pts, d, skin[s], face);
     b.skin_penalty[s] = penalty;
+    if (m.part.window)
+      f.name = skin[s].points ? AT_POINTS + face_name(def, pts.part.point[elem], skin[s].face)
+                              : face_name(def, m.part.elem_number(elem), skin[s].face);
     for (const FacePoint& p : face_lattice(face.n, face.X, parts)) {
       double N[4] = {0, 0, 0, 0};
       for (int k = 0; k < face.n; ++k) {
@@ -574,6 +577,7 @@ void bond_skin(const Model& m, const Points& pts, const std::vector<SkinFace>& s
       }
       const int q  = new_bond(f, SIDE_CONTACT, face, N);
       b.skin_of[q] = static_cast<int>(s);
+      if (f.name >= 0) b.name.push_back(f.name++);
       add_area(f, face, p.xi, 0.5 * p.share * thickness, penalty, q);
     }
   }
@@ -617,6 +621,22 @@ IntVec bond_rebuild(const Model& m, const Points& pts, const std::vector<BondFac
   return restore_bonds(dim, kept, b, l);
 }
 
+namespace {
+
+// who works on a bond: of general contact the rank of the element whose face it is on, which knows what is
+// near; else that of its first node or corner
+int rank_of(const Model& m, const Points& pts, const Bonds& b, int q)
+{
+  if (b.skin_of[q] >= 0) {
+    const SkinFace& f = b.skin[b.skin_of[q]];
+    return m.part.rank[f.points ? pts.parent[f.elem] : f.elem];
+  }
+  const int first = b.a.item[b.a.off[q]], c = first - m.mesh.nnode();
+  return c < 0 ? m.part.halo.owner[first] : pts.part.halo.owner[c];
+}
+
+}  // namespace
+
 void bond_share(const Model& m, const Points& pts, Bonds& b)
 {
   if (!m.part.window) return;
@@ -630,8 +650,7 @@ void bond_share(const Model& m, const Points& pts, Bonds& b)
   b.rank.clear();
   double own = 0.0;
   for (int q = 0; q < b.nbond; ++q) {
-    const int first = b.a.item[b.a.off[q]], c = first - m.mesh.nnode();
-    b.rank.push_back(c < 0 ? m.part.halo.owner[first] : pts.part.halo.owner[c]);
+    b.rank.push_back(rank_of(m, pts, b, q));
     own += b.rank[q] == comm_rank();
   }
   comm_sum(&own, 1);

@@ -24,7 +24,7 @@ struct ContactPairs {
   RealVec penalty, friction, stick;
   IntVec face;                 // [nbond] general contact: index into Bonds::skin of what is met, -1: none
   IntVec wall;                 // [nbond] general contact: *GRID BOUNDARY that is met, -1: none
-  int near = 0;                // bonds that meet a face
+  int near = 0;                // bonds that meet a face; general contact in a window: the most of a rank
   int searched = 0, skipped = 0;    // definitions; skipped: the boxes of their surfaces are apart
 };
 
@@ -35,7 +35,8 @@ inline bool contact_acts(const Bonds& bonds, const ContactPairs& pairs, int b)
 }
 
 // contact_skin : outer faces of elements, and of points, that take part in general contact. Left out: what
-// bonds tie to a body (interface: faces besides those of *BOND), and where points hang on elements
+// bonds tie to a body (interface: faces besides those of *BOND), and where points hang on elements.
+// Collective with MeshPart::window.
 std::vector<SkinFace> contact_skin(const Model& m, const Fracture& fr, const Points& pts,
                                    const std::vector<Face>& interface);
 
@@ -54,7 +55,8 @@ std::vector<ContactWall> contact_walls(const Model& m);
 
 struct ContactScene;
 
-// contact_search : nearest master face of every place within reach; bodies apart cost their boxes only
+// contact_search : nearest master face of every place within reach, of general contact of every place that
+// this rank works on; bodies apart cost their boxes only. Collective with MeshPart::window.
 //   in   xb [nbond*dim] places of side A at t(n);  u, uc displacements of nodes and corners;
 //        scene  near faces of general contact, of scene_update
 void contact_search(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& u,
@@ -78,7 +80,7 @@ void contact_stiffness(const Level& l, int dim, const ContactPairs& pairs, Bonds
 
 // contact_start : surfaces that overlap at the start: says by how much and where, and pushes, takes the gaps
 // as offsets (bonds.offset), or counts an error, as the deck wants                               (4.13)
-//   in   pairs of t = 0;   returns the number of errors
+//   in   pairs of t = 0;   returns the number of errors. Collective with MeshPart::window.
 int contact_start(const Model& m, Bonds& bonds, const ContactPairs& pairs, const RealVec& xb);
 
 // contact_offsets : places of contact that conversion has made take the offset that they would have had at t

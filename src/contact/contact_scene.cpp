@@ -5,7 +5,7 @@
 
 #include "base/forest.h"
 #include "contact/contact.h"
-#include "contact/contact_tree.h"
+#include "contact/contact_near.h"
 #include "model/model_cut.h"
 #include "shape/face.h"
 
@@ -112,8 +112,7 @@ bool allowed(const BondDef& d, SideBits x, SideBits y)
 void describe(const Model& m, const Points& pts, const Bonds& bonds, ContactScene& s)
 {
   const BondDef& d = m.bond[model_general_contact(m)];
-  IntVec part      = s.part_of_node.empty() || s.grown != m.part.grown ? parts_of_mesh(m.mesh, m.part)
-                                                                      : std::move(s.part_of_node);
+  IntVec part      = std::move(s.part_of_node);
   std::vector<SideFaces> side;           // two a rule
   each_rule(d, [&](const RuleList&, const ContactRule& r, SideBits, SideBits) {
     side.push_back(side_faces(m, pts, r.a));
@@ -172,24 +171,23 @@ double largest_change(const RealVec& a, const RealVec& b)
   return most;
 }
 
+double mean_of(const RealVec& size)
+{
+  double mean = 0.0;
+  for (double s : size) mean += s / static_cast<double>(size.size());
+  return mean;
+}
+
 void find_near(const Model& m, const Points& pts, const RealVec& u, const RealVec& uc, ContactScene& s)
 {
   const BondDef& d = m.bond[model_general_contact(m)];
   const int n = static_cast<int>(s.skin.size());
-  double mean = 0.0;
-  for (double size : s.size) mean += size / n;
-  s.margin = MARGIN * mean;
+  s.margin = MARGIN * mean_of(s.size);
   s.u  = u;
   s.uc = uc;
-  std::vector<ContactBox> box(n);
-  for (int i = 0; i < n; ++i) {
-    const MasterFace f = master_face(m, pts, s.skin[i].points, {s.skin[i].elem, s.skin[i].face}, u, uc);
-    const double more  = s.part * f.size + 0.5 * (s.most + s.margin);
-    for (int k = 0; k < 3; ++k) {
-      box[i].lo[k] = f.lo[k] - more;
-      box[i].hi[k] = f.hi[k] + more;
-    }
-  }
+  std::vector<ContactBox> box;
+  for (const NearFace& f : near_faces(m, pts, s.skin, u, uc, {s.part, s.most, s.margin}))
+    box.push_back(f.box);
   const ContactTree tree(box);
   s.near = ListTable();
   IntVec found;
@@ -206,15 +204,21 @@ void find_near(const Model& m, const Points& pts, const RealVec& u, const RealVe
 
 }  // namespace
 
+NearReach near_reach(bool is_static, double travel, const RealVec& size)
+{
+  return {is_static ? REACH_STATIC : REACH_MOTION, 1.5 * travel, MARGIN * mean_of(size)};
+}
+
 void scene_update(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& u, const RealVec& uc,
                   bool is_static, double travel, ContactScene& s)
 {
-  if (bonds.skin.empty()) return;
+  if (model_general_contact(m) < 0) return;
   const double part = is_static ? REACH_STATIC : REACH_MOTION;
   const long built  = s.built;
+  const bool grown  = s.grown != m.part.grown;
+  if (s.part_of_node.empty() || grown) s.part_of_node = parts_of_mesh(m.mesh, m.part);
   // elements inside a body that become points bring corners, and leave the skin as it is
-  const bool same   = s.skin == bonds.skin && s.uc.size() == uc.size() && s.built > 0 &&
-                    s.grown == m.part.grown;
+  const bool same = s.skin == bonds.skin && s.uc.size() == uc.size() && s.built > 0 && !grown;
   if (!same) {
     describe(m, pts, bonds, s);
     s.built = built;

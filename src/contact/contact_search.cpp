@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/comm.h"
 #include "contact/contact.h"
 #include "contact/contact_scene.h"
 
@@ -255,9 +256,12 @@ void search_general(GeneralSearch& g, int first, int last, ContactPairs& pairs)
   for (RealVec* v : {&pairs.penalty, &pairs.friction, &pairs.stick}) v->assign(g.bonds.nbond, 0.0);
   pairs.face.assign(g.bonds.nbond, -1);
   pairs.wall.assign(g.bonds.nbond, -1);
-  ++(g.scene.near.item.empty() ? pairs.skipped : pairs.searched);
   for (int b = first; b < last; ++b) {
     const int i = g.bonds.skin_of[b];
+    if (!g.bonds.counts(b)) {  // another rank knows what is near
+      pairs.master.off.push_back(static_cast<int>(pairs.master.item.size()));
+      continue;
+    }
     if (i != open) facing(g, i, look);
     open = i;
     if (!look.empty() || g.bonds.met[b] >= 0) search_place(g, b, look, hits);
@@ -298,6 +302,12 @@ void search(const Model& m, const Points& pts, const Bonds& bonds, bool at_start
                               static_cast<int>(pairs.master.item.size()));
     }
   }
+  if (!scene || model_general_contact(m) < 0) return;
+  int near[2] = {!scene->near.item.empty(), pairs.near};
+  if (m.part.window)           // else all ranks have found the same
+    for (int& n : near) n = comm_allreduce_max(n);
+  ++(near[0] ? pairs.searched : pairs.skipped);
+  pairs.near = near[1];
 }
 
 }  // namespace

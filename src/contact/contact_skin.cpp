@@ -3,6 +3,7 @@
 #include <cmath>
 #include <map>
 
+#include "base/comm.h"
 #include "contact/contact.h"
 #include "contact/contact_meet.h"
 #include "model/model_cut.h"
@@ -47,7 +48,7 @@ bool knows(const std::vector<FaceKey>& list, const FaceKey& key)
 
 // Faces of elements with one owner, without those of bonded, in the order of their nodes. Divided model: what
 // is behind a face may be on another rank; such a face is an outer one only where it was one at t = 0, since
-// elements that become points, and their neighbours, are on all ranks.
+// elements that become points, and their neighbours, are on all ranks, or on all that work beside them.
 std::vector<OuterFace> outer_faces(const Model& m, const Fracture& fr, const std::vector<Face>& bonded)
 {
   std::vector<OuterFace> all, out;
@@ -193,6 +194,42 @@ struct SymmetryPlanes {
   }
 };
 
+bool skin_before(const SkinFace& a, const SkinFace& b)
+{
+  const bool p = a.points > 0, q = b.points > 0;
+  return p != q ? p < q : a.elem != b.elem ? a.elem < b.elem : a.face < b.face;
+}
+
+// Faces of one element: its own, or those of the points that it has become
+struct SkinOfElem { int elem, place, face; };        // place of the point in its element, -1: of the element
+
+// MeshPart::window: faces of outer elements and of their points are those that the rank finds that works on
+// the element, which knows what is behind them. Collective.
+void tell_skin(const Model& m, const Points& pts, std::vector<SkinFace>& skin)
+{
+  const Halo& around = m.part.around;
+  const int ranks = comm_size(), me = comm_rank();
+  if (!m.part.window || !around.on()) return;
+  std::vector<SkinFace> own;
+  std::vector<std::vector<SkinOfElem>> of(m.mesh.nelem()), tell(ranks);
+  for (const SkinFace& f : skin) {
+    const int e = f.points ? pts.parent[f.elem] : f.elem;
+    if (!m.part.works(e)) continue;
+    own.push_back(f);
+    of[e].push_back({m.part.elem[e], f.points ? f.elem - pts.of_elem[e] : -1, f.face});
+  }
+  for (int r = 0; r < ranks; ++r)
+    for (int e : around.common[r])
+      if (around.owner[e] == me) tell[r].insert(tell[r].end(), of[e].begin(), of[e].end());
+  for (const std::vector<SkinOfElem>& told : comm_exchange(tell))
+    for (const SkinOfElem& f : told) {
+      const int e = m.part.elem_here(f.elem), p = f.place < 0 ? -1 : pts.of_elem[e] + f.place;
+      own.push_back({p < 0 ? e : p, f.face, p < 0 ? 0 : pts.released[p] ? 2 : 1});
+    }
+  std::sort(own.begin(), own.end(), skin_before);
+  skin.swap(own);
+}
+
 }  // namespace
 
 std::vector<ContactWall> contact_walls(const Model& m)
@@ -239,9 +276,8 @@ std::vector<SkinFace> contact_skin(const Model& m, const Fracture& fr, const Poi
                                 [&](const Face& f) { return symmetry.holds(true, f); }),
                  boundary.end());
   for (const OuterFace& f : faces) skin.push_back({f.face.elem, f.face.face, 0});
-  std::sort(skin.begin(), skin.end(), [](const SkinFace& a, const SkinFace& b) {
-    return a.elem != b.elem ? a.elem < b.elem : a.face < b.face;
-  });
   for (const Face& f : boundary) skin.push_back({f.elem, f.face, pts.released[f.elem] ? 2 : 1});
+  std::sort(skin.begin(), skin.end(), skin_before);
+  tell_skin(m, pts, skin);
   return skin;
 }

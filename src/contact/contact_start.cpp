@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "base/comm.h"
 #include "base/log.h"
 #include "bond/bond.h"
 #include "contact/contact.h"
@@ -8,35 +9,63 @@
 
 namespace {
 
-struct Overlap {               // of one pair at the start
-  int count = 0, worst = -1;   // bonds that overlap, the deepest of them
+// places of general contact are known to the ranks near them; those of pairs to all
+bool divides(const Model& m, const BondDef& d) { return m.part.window && d.general; }
+
+// place b of a definition counts here, in a sum over the ranks or where all know it
+bool meets(const Model& m, const Bonds& bonds, const ContactPairs& pairs, int def, int b)
+{
+  return bonds.def[b] == def && pairs.master.count(b) && (!divides(m, m.bond[def]) || bonds.counts(b));
+}
+
+struct Overlap {               // of one definition at the start
+  int count = 0;               // places that overlap
+  double gap = 0.0, x[3] = {0, 0, 0};  // of the deepest
 };
 
-Overlap find_overlap(const Bonds& bonds, const ContactPairs& pairs, int def)
+Overlap find_overlap(const Model& m, const Bonds& bonds, const ContactPairs& pairs, const RealVec& xb,
+                     int def)
 {
   Overlap o;
   for (int b = 0; b < bonds.nbond; ++b) {
-    if (bonds.def[b] != def || !pairs.master.count(b) || pairs.gap[b] >= -1e-9 * pairs.size[b]) continue;
+    if (!meets(m, bonds, pairs, def, b) || pairs.gap[b] >= -1e-9 * pairs.size[b]) continue;
     ++o.count;
-    if (o.worst < 0 || pairs.gap[b] < pairs.gap[o.worst]) o.worst = b;
+    if (pairs.gap[b] >= o.gap) continue;
+    o.gap = pairs.gap[b];
+    std::copy_n(&xb[b * m.dim], m.dim, o.x);
+  }
+  if (!divides(m, m.bond[def])) return o;
+  std::vector<Overlap> all(1, o);
+  comm_allgatherv(all);
+  o = Overlap();
+  for (const Overlap& r : all) {
+    const int count = o.count + r.count;
+    if (r.gap < o.gap) o = r;
+    o.count = count;
   }
   return o;
 }
 
 // gaps that count as zero from now on: overlaps, and clearances up to the one of the deck
-void take_offsets(Bonds& bonds, const ContactPairs& pairs, int def, double clearance)
+void take_offsets(const Model& m, Bonds& bonds, const ContactPairs& pairs, int def)
 {
   int count = 0;
-  double lo = 0.0, hi = 0.0;
+  double range[2] = {0.0, 0.0};          // the largest, and the least with the other sign
   for (int b = 0; b < bonds.nbond; ++b) {
-    if (bonds.def[b] != def || !pairs.master.count(b) || pairs.gap[b] > clearance || pairs.gap[b] == 0.0)
-      continue;
-    bonds.offset[b] = pairs.gap[b];
-    lo = std::min(lo, pairs.gap[b]);
-    hi = std::max(hi, pairs.gap[b]);
+    const double gap = pairs.gap[b];
+    if (!meets(m, bonds, pairs, def, b) || gap > m.bond[def].adjust || gap == 0.0) continue;
+    bonds.offset[b] = gap;
+    range[0] = std::max(range[0], gap);
+    range[1] = std::max(range[1], -gap);
     ++count;
   }
-  log_note("  adjusted: %d contact points, offsets from %g to %g", count, lo, hi);
+  if (divides(m, m.bond[def])) {
+    double sum = count;
+    comm_sum(&sum, 1);
+    comm_max(range, 2);
+    count = static_cast<int>(sum);
+  }
+  log_note("  adjusted: %d contact points, offsets from %g to %g", count, -range[1], range[0]);
 }
 
 }  // namespace
@@ -47,23 +76,20 @@ int contact_start(const Model& m, Bonds& bonds, const ContactPairs& pairs, const
   for (size_t d = 0; d < m.bond.size(); ++d) {
     const BondDef& def = m.bond[d];
     if (def.kind != BOND_CONTACT) continue;
-    const Overlap o = find_overlap(bonds, pairs, static_cast<int>(d));
+    const Overlap o = find_overlap(m, bonds, pairs, xb, static_cast<int>(d));
     char text[400] = "";
-    if (o.count) {
-      double x[3] = {0, 0, 0};
-      for (int i = 0; i < m.dim; ++i) x[i] = xb[o.worst * m.dim + i];
+    if (o.count)
       std::snprintf(text, sizeof text,
                     "contact %.80s (%.160s line %d): the surfaces overlap initially by up to %g, at "
                     "(%g, %g, %g); %d contact points in all",
-                    def.name.c_str(), def.place.file.c_str(), def.place.line, -pairs.gap[o.worst], x[0], x[1],
-                    x[2], o.count);
-    }
+                    def.name.c_str(), def.place.file.c_str(), def.place.line, -o.gap, o.x[0], o.x[1], o.x[2],
+                    o.count);
     if (def.overlap == OVERLAP_REFUSE && o.count) {
       log_error("%s: separate the surfaces, or use OVERLAP=ADJUST", text);
       ++errors;
     } else if (def.overlap == OVERLAP_ADJUST) {
       log_note("%s%s", o.count ? text : "contact ", o.count ? ": taken as zero gap" : def.name.c_str());
-      take_offsets(bonds, pairs, static_cast<int>(d), def.adjust);
+      take_offsets(m, bonds, pairs, static_cast<int>(d));
     } else if (o.count) {
       log_warn("%s; contact forces will separate them (other treatments: OVERLAP=ADJUST, OVERLAP=REFUSE)",
                text);

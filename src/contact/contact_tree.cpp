@@ -7,13 +7,6 @@ namespace {
 
 const int LEAF = 8;            // boxes of a leaf
 
-bool meet(const ContactBox& a, const ContactBox& b)
-{
-  for (int i = 0; i < 3; ++i)
-    if (a.lo[i] > b.hi[i] || b.lo[i] > a.hi[i]) return false;
-  return true;
-}
-
 }  // namespace
 
 ContactTree::ContactTree(const std::vector<ContactBox>& box) : box_(box), item_(box.size())
@@ -53,13 +46,13 @@ void ContactTree::overlap(const ContactBox& b, IntVec& found) const
   while (n > 0) {
     const int at = stack[--n];
     const Node& node = node_[at];
-    if (!meet(node.box, b)) continue;
+    if (!boxes_meet(node.box, b)) continue;
     if (node.right) {
       stack[n++] = node.right;
       stack[n++] = at + 1;
       continue;
     }
     for (int k = node.first; k < node.last; ++k)
-      if (meet(box_[item_[k]], b)) found.push_back(item_[k]);
+      if (boxes_meet(box_[item_[k]], b)) found.push_back(item_[k]);
   }
 }

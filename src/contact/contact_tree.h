@@ -13,6 +13,13 @@ struct ContactBox {
   double lo[3], hi[3];
 };
 
+inline bool boxes_meet(const ContactBox& a, const ContactBox& b)
+{
+  for (int i = 0; i < 3; ++i)
+    if (a.lo[i] > b.hi[i] || b.lo[i] > a.hi[i]) return false;
+  return true;
+}
+
 class ContactTree {
 public:
   explicit ContactTree(const std::vector<ContactBox>& box);

@@ -13,6 +13,7 @@
 #include "base/comm.h"
 #include "base/failure.h"
 #include "base/sum.h"
+#include "contact/contact_near.h"
 #include "dof/discretisation.h"
 #include "solve/solve.h"
 
@@ -184,10 +185,16 @@ inline bool dof_all_free(const Dofs& s)
 // Warnings that are given once, each with its key
 using Warned = std::set<std::string>;
 
+// What a division goes by, on rank 0
+struct DivideBy {
+  std::vector<RealVec> work;   // of the elements of the deck [kinds][nelem]; empty: that of intact ones
+  IntVec rank;                 // [nelem] whose they are, and stay; empty: it is found
+  std::vector<NearFace> skin;  // general contact: faces of all ranks; empty: those of t = 0
+};
+
 // dof_part : the model of rank 0 to all ranks: to each its piece; whole when this is asked for, and of scenes
 // that cannot be divided yet. Collective.
-//   in   work   of the elements of the deck, on rank 0 [kinds][nelem]; empty: that of intact ones
-void dof_part(bool whole, const std::vector<RealVec>& work, Model& m);
+void dof_part(bool whole, const DivideBy& by, Model& m);
 
 // dof_work : of the elements of this rank: as if they were intact, with which rows and iterations go, and
 // what those that are broken, and the points of those that have become some, cost above it      [2][nelem]

@@ -57,15 +57,22 @@ bool points_divide(const Model& m, const OverlapWatch& watch)
   return point_fill_divides(m, LEAST_CELLS);
 }
 
-// Can each rank know the points of the elements that it has alone? All points were elements, contact is that
-// of pairs, whose elements all ranks have, and all bodies know of each other
+bool moves(const Model& m)
+{
+  return std::all_of(m.step.begin(), m.step.end(), [](const Step& s) { return s.proc == PROC_DYNAMIC; });
+}
+
+// Can each rank know the points and outer faces of the elements that it has alone? All points were elements,
+// contact is general in motion, or that of pairs, whose elements all ranks have, and all bodies know of each
+// other
 bool points_near(const Model& m, const OverlapWatch& watch)
 {
-  if (m.conversion.empty() || !watch.pair.empty()) return false;
+  const bool general = model_general_contact(m) >= 0;
+  if ((m.conversion.empty() && !general) || (general && !moves(m)) || !watch.pair.empty()) return false;
   for (const Body& b : m.body)
     if (b.fill != FILL_CONVERSION) return false;
   return std::none_of(m.bond.begin(), m.bond.end(), [&](const BondDef& d) {
-    return d.general || (d.surface >= 0 && m.surface[d.surface].body >= 0) ||
+    return (d.surface >= 0 && m.surface[d.surface].body >= 0) ||
            (d.master >= 0 && m.surface[d.master].body >= 0);
   });
 }
@@ -81,15 +88,21 @@ bool asked(const Model& m)
   return (points && elements == 0) || elements >= (few ? LEAST : LEAST_POINTS) * comm_size();
 }
 
-// elements that all ranks have: at surfaces of bonds and contact, and those that are points from the start
+// Elements that all ranks have: at surfaces of bonds and contact pairs, those that are points from the start,
+// and of general contact in scenes whose points all ranks know
 IntVec elements_of_all(const Model& m)
 {
   IntVec all;
-  const IntVec surface = model_bonded_surfaces(m);
+  IntVec surface(m.surface.size(), 0);
+  for (const BondDef& d : m.bond)
+    for (int s : {d.surface, d.master})
+      if (s >= 0) surface[s] = 1;
+  if (!m.part.window) surface = model_bonded_surfaces(m);
   for (std::size_t s = 0; s < surface.size(); ++s)
     if (surface[s])
       for (const Face& f : m.surface[s].face) all.push_back(f.elem);
-  for (const Face& f : m.part.skin) all.push_back(f.elem);
+  for (const Face& f : m.part.skin)
+    if (!m.part.window) all.push_back(f.elem);
   for (const Body& b : m.body)
     if (b.fill == FILL_ELSET) {
       const IntVec& elem = m.elset[b.elset].item;
@@ -98,8 +111,20 @@ IntVec elements_of_all(const Model& m)
   return all;
 }
 
-// elements of others that each rank looks at: near what breaks or becomes points, and those of all
-OfRanks<int> outer_elements(const Model& m, const IntVec& rank)
+// faces of general contact at t = 0, with the reach of the search that looks for overlaps then
+std::vector<NearFace> skin_at_start(const Model& m)
+{
+  std::vector<SkinFace> skin;
+  for (const Face& f : m.part.skin) skin.push_back({f.elem, f.face, 0});
+  const RealVec u(static_cast<std::size_t>(m.mesh.nnode()) * m.dim, 0.0), uc;
+  RealVec size;
+  for (const NearFace& f : near_faces(m, Points(), skin, u, uc, {})) size.push_back(f.size);
+  return near_faces(m, Points(), skin, u, uc, near_reach(true, 0.0, size));
+}
+
+// elements of others that each rank looks at: near what breaks or becomes points, near its faces, and those
+// of all
+OfRanks<int> outer_elements(const Model& m, const IntVec& rank, const std::vector<NearFace>& skin)
 {
   OfRanks<int> out;
   const IntVec all = elements_of_all(m);
@@ -107,6 +132,7 @@ OfRanks<int> outer_elements(const Model& m, const IntVec& rank)
   std::vector<IntVec> list(comm_size());
   if (!m.fracture.empty()) list = frac_outer(m, rank, comm_size());
   if (m.part.window) frac_around(m, rank, list);
+  if (m.part.window) near_outer(skin.empty() ? skin_at_start(m) : skin, rank, list);
   out.off.push_back(0);
   for (int r = 0; r < comm_size(); ++r) {
     std::set<int> here(list[r].begin(), list[r].end());
@@ -156,14 +182,16 @@ bool joined_by_faces(const Model& m)
 }
 
 // rank 0: rank of each element; false: the model stays whole
-bool divided(const Model& m, const std::vector<RealVec>& work, IntVec& rank)
+bool divided(const Model& m, const DivideBy& by, IntVec& rank)
 {
+  rank = by.rank;
+  if (!rank.empty()) return true;
   const IntVec& section = m.mesh.elem_section;
   if (std::none_of(section.begin(), section.end(), [](int s) { return s >= 0; })) {
     rank.assign(m.mesh.nelem(), 0);
     return true;
   }
-  std::vector<RealVec> kind = work;
+  std::vector<RealVec> kind = by.work;
   const auto none = [](const RealVec& w) { return *std::max_element(w.begin(), w.end()) <= 0.0; };
   kind.erase(std::remove_if(kind.begin(), kind.end(), none), kind.end());
   if (kind.empty()) kind.push_back(element_work(m.mesh));
@@ -174,12 +202,12 @@ bool divided(const Model& m, const std::vector<RealVec>& work, IntVec& rank)
 }
 
 // rank 0: to the other ranks one piece after the other, so that no more than one lies beside the whole model
-void send_pieces(const IntVec& rank, const OverlapWatch& watch, Model& m)
+void send_pieces(const IntVec& rank, const OverlapWatch& watch, const std::vector<NearFace>& skin, Model& m)
 {
   m.part.joined    = joined_by_faces(m);
   m.part.strangers = watch.pair;
   m.part.skin      = contact_skin_at_start(m);
-  const OfRanks<int> outer = outer_elements(m, rank);
+  const OfRanks<int> outer = outer_elements(m, rank, skin);
   model_order_nodes(rank, outer, comm_size(), m);
   ModelCut cut = model_cut_open(m, rank, outer, comm_size());
   for (int r = 1; r < comm_size(); ++r) {
@@ -194,10 +222,9 @@ void send_pieces(const IntVec& rank, const OverlapWatch& watch, Model& m)
 // ---------------------------------------------------------------------------
 // dof_part : the model of rank 0, divided where it can be                                doc/theory.md 5.1
 //
-//   in    work   rank 0: of each element, empty: as it is at the start
 //   inout m      rank 0: the whole model; behind it, on all ranks, what they work on
 // ---------------------------------------------------------------------------
-void dof_part(bool whole, const std::vector<RealVec>& work, Model& m)
+void dof_part(bool whole, const DivideBy& by, Model& m)
 {
   if (comm_size() == 1) return;
   IntVec rank;
@@ -207,12 +234,12 @@ void dof_part(bool whole, const std::vector<RealVec>& work, Model& m)
     overlap_pairs(m, watch);
     m.part.points = points_divide(m, watch);
     m.part.window = points_near(m, watch);
-    divides       = asked(m) && divided(m, work, rank);
+    divides       = asked(m) && divided(m, by, rank);
     m.part.points = m.part.points && divides;
     m.part.window = m.part.window && divides;
   }
   if (!comm_bcast(static_cast<int>(divides))) return model_bcast(m);
-  if (comm_rank() == 0) send_pieces(rank, watch, m);
+  if (comm_rank() == 0) send_pieces(rank, watch, by.skin, m);
   else m = model_receive();
   model_cut_close(m);
 #ifdef __GLIBC__

@@ -231,14 +231,16 @@ void frac_release(const Model& m, const FracMesh& fm, const IntVec& number, Stat
 
 // The shape that a point would be released with
 struct GrainShape {
-  int point = -1;
+  int number = -1;             // of the point, of all ranks
+  Shape shape = SHAPE_QUAD4;
   double scale = 1.0;          // about its centre
   double centre[3], corner[8][3];      // now, with scale 1
 };
 
 // frac_room : scales of the shapes with which they overlap no element and no other point, least at least
 // (7.34). Collective.
-//   in   st   before the release; points of grain do not count with the corners that they have there
+//   in   st      before the release; points of grain do not count with the corners that they have there
+//   inout grain  of all ranks, the same on all of them
 void frac_room(const Model& m, const State& st, double least, std::vector<GrainShape>& grain);
 
 // frac_follow : corners of points that go on for nodes whose last element has become points; of several the

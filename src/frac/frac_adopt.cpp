@@ -5,6 +5,7 @@
 #include "model/model_cut.h"
 #include "model/state_io.h"
 #include "model/state_number.h"
+#include "model/state_window.h"
 
 namespace {
 
@@ -145,7 +146,7 @@ bool reload_window(const Points& begin, State& st, Model& m, const FracMesh& fm)
 {
   state_from_deck(m.part, st);
   bool good = st.frac.phase.size() == m.part.elem.size() || st.frac.empty();
-  if (st.frac.nconverted > 0) good = good && frac_take(m, fm, begin, st);
+  if (state_in_parts(m, st)) good = good && frac_take(m, fm, begin, st);
   if (comm_allreduce_max(static_cast<int>(!good))) return false;
   point_surfaces(m, st.points);
   if (!st.frac.empty()) model_owners(frac_gone(st.frac), m);

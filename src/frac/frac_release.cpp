@@ -108,29 +108,42 @@ Eigen::Matrix3d squeezed(const Eigen::Matrix3d& F)
   return svd.matrixV() * stretch.asDiagonal() * svd.matrixV().transpose();
 }
 
-// the maps from the shapes of t = 0 to those that points are released with, which have room        (7.34)
+// The maps from the shapes of t = 0 to those that points are released with, which have room. What is near a
+// point the rank of its element knows.                                                             (7.34)
+//   in   fresh, pair   points, and where their masses are
 void fitted(const Model& m, const IntVec& fresh, const std::vector<size_t>& pair, const State& st,
             std::vector<Eigen::Matrix3d>& map)
 {
+  const Points& pts = st.points;
   std::vector<GrainShape> grain;
+  IntVec number;
   map.clear();
   for (int p : fresh) {
     RigidFragment g;
-    read_fragment(st.points, m.dim, st.n, p, &st.points.mc[pair[p]], g);
-    const Eigen::Matrix3d F = gradient(st.points, m.dim, st.n.uc, p), U = squeezed(F), R = rotation(F);
+    read_fragment(pts, m.dim, st.n, p, &pts.mc[pair[p]], g);
+    const Eigen::Matrix3d F = gradient(pts, m.dim, st.n.uc, p), U = squeezed(F), R = rotation(F);
     const Eigen::Vector3d X = mean(g, g.X), x = mean(g, g.x);
     GrainShape shape;
-    shape.point = p;
+    shape.number = pts.part.window ? pts.part.point[p] : p;
+    shape.shape  = static_cast<Shape>(pts.shape[p]);
     for (int i = 0; i < 3; ++i) shape.centre[i] = x[i];
     for (int a = 0; a < g.n; ++a) {
       const Eigen::Vector3d y = x + R * U * (g.X[a] - X);
       for (int i = 0; i < 3; ++i) shape.corner[a][i] = y[i];
     }
-    grain.push_back(shape);
+    number.push_back(shape.number);
     map.push_back(U);
+    if (!m.part.window || m.part.works(pts.parent[p])) grain.push_back(shape);
   }
+  const auto before = [](const GrainShape& g, const GrainShape& h) { return g.number < h.number; };
+  if (m.part.window) comm_allgatherv(grain);
+  std::sort(grain.begin(), grain.end(), before);
   frac_room(m, st, LEAST_SIZE, grain);
-  for (size_t i = 0; i < grain.size(); ++i) map[i] *= grain[i].scale;
+  for (size_t i = 0; i < number.size(); ++i) {
+    GrainShape of;
+    of.number = number[i];
+    map[i] *= std::lower_bound(grain.begin(), grain.end(), of, before)->scale;
+  }
 }
 
 // the shape of a point without stress is mapped, about its centre, by A

@@ -67,30 +67,28 @@ ContactBox box_of(int n, const double (*x)[3])
   return b;
 }
 
-HullCell cell_of_point(const Points& pts, int dim, const RealVec& uc, int p)
-{
-  HullCell c;
-  c.n = pts.conn.count(p);
-  for (int a = 0; a < c.n; ++a)
-    for (int i = 0; i < 3; ++i) {
-      const int k = pts.conn.begin(p)[a] * dim + i;
-      c.x[a][i]   = i < dim ? pts.Xc[k] + uc[k] : 0.0;
-    }
-  finish(static_cast<Shape>(pts.shape[p]), dim, c);
-  return c;
-}
-
-// where an element is now
-struct ElementNow {
-  int number;                  // in the mesh of the deck
+// where an element, or the domain of a point, is now
+struct CellNow {
+  int number;                  // in the mesh of the deck; of points of all ranks
   Shape shape;
   double x[8][3];
 };
 
-ElementNow element_now(const Model& m, const RealVec& u, int e)
+CellNow point_now(const Points& pts, int dim, const RealVec& uc, int p)
+{
+  CellNow now{pts.part.window ? pts.part.point[p] : p, static_cast<Shape>(pts.shape[p]), {}};
+  for (int a = 0; a < pts.conn.count(p); ++a)
+    for (int i = 0; i < dim; ++i) {
+      const int k = pts.conn.begin(p)[a] * dim + i;
+      now.x[a][i] = pts.Xc[k] + uc[k];
+    }
+  return now;
+}
+
+CellNow element_now(const Model& m, const RealVec& u, int e)
 {
   const Mesh& mesh = m.mesh;
-  ElementNow now{m.part.elem_number(e), shape_info[elem_table[mesh.elem_type[e]].shape].linear, {}};
+  CellNow now{m.part.elem_number(e), shape_info[elem_table[mesh.elem_type[e]].shape].linear, {}};
   for (int a = 0; a < shape_info[now.shape].nen; ++a)
     for (int i = 0; i < 3; ++i) {
       const int node = mesh.conn.begin(e)[a];
@@ -99,7 +97,7 @@ ElementNow element_now(const Model& m, const RealVec& u, int e)
   return now;
 }
 
-HullCell cell_of_element(int dim, const ElementNow& now)
+HullCell hull(int dim, const CellNow& now)
 {
   HullCell c;
   c.n = shape_info[now.shape].nen;
@@ -108,49 +106,55 @@ HullCell cell_of_element(int dim, const ElementNow& now)
   return c;
 }
 
-// Elements whose boxes overlap one of tree, in the order of the deck. Divided model: each rank looks at those
-// that it works on.
-std::vector<HullCell> elements_near(const Model& m, const ContactTree& tree, const State& st)
+// adds the cells of all ranks, in the order of their numbers; told: each rank brings its own
+void add_hulls(int dim, bool told, std::vector<CellNow>& near, std::vector<HullCell>& cell)
 {
-  std::vector<ElementNow> near;
-  IntVec found;
-  for (int e = 0; e < m.mesh.nelem(); ++e) {
-    if (m.mesh.elem_section[e] < 0 || st.frac.phase[e] != AS_ELEMENT || !m.part.works(e)) continue;
-    const ElementNow now = element_now(m, st.n.u, e);
-    found.clear();
-    tree.overlap(box_of(shape_info[now.shape].nen, now.x), found);
-    if (!found.empty()) near.push_back(now);
-  }
-  if (m.part.on) comm_allgatherv(near);
-  std::sort(near.begin(), near.end(),
-            [](const ElementNow& a, const ElementNow& b) { return a.number < b.number; });
-  std::vector<HullCell> cell;
-  for (const ElementNow& now : near) cell.push_back(cell_of_element(m.dim, now));
-  return cell;
+  if (told) comm_allgatherv(near);
+  std::sort(near.begin(), near.end(), [](const CellNow& a, const CellNow& b) { return a.number < b.number; });
+  for (const CellNow& now : near) cell.push_back(hull(dim, now));
 }
 
 // the shape of a grain, drawn towards its centre
-HullCell cell_of_grain(const GrainShape& g, const Points& pts, int dim, double scale)
+HullCell cell_of_grain(const GrainShape& g, int dim, double scale)
 {
   HullCell c;
-  c.n = pts.conn.count(g.point);
+  c.n = shape_info[g.shape].nen;
   for (int a = 0; a < c.n; ++a)
     for (int i = 0; i < 3; ++i) c.x[a][i] = g.centre[i] + scale * (g.corner[a][i] - g.centre[i]);
-  finish(static_cast<Shape>(pts.shape[g.point]), dim, c);
+  finish(g.shape, dim, c);
   return c;
 }
 
-// cells that stay as they are: points but for the grains, and elements near the grains (box)
+// Cells near the grains (box) that stay as they are: points but for the grains, and elements. Divided model:
+// each rank looks at those that it works on, of points where not all ranks know all.
 std::vector<HullCell> other_cells(const Model& m, const std::vector<GrainShape>& grain,
                                   const std::vector<ContactBox>& box, const State& st)
 {
-  IntVec is_grain(st.points.npoint, 0);
-  for (const GrainShape& g : grain) is_grain[g.point] = 1;
+  const ContactTree tree(box);
+  const Points& pts = st.points;
+  IntVec found, grains;
+  for (const GrainShape& g : grain) grains.push_back(g.number);
+  std::sort(grains.begin(), grains.end());
+  const auto is_near = [&](const CellNow& now) {
+    found.clear();
+    tree.overlap(box_of(shape_info[now.shape].nen, now.x), found);
+    return !found.empty();
+  };
   std::vector<HullCell> cell;
-  for (int p = 0; p < st.points.npoint; ++p)
-    if (!is_grain[p]) cell.push_back(cell_of_point(st.points, m.dim, st.n.uc, p));
-  const std::vector<HullCell> element = elements_near(m, ContactTree(box), st);
-  cell.insert(cell.end(), element.begin(), element.end());
+  std::vector<CellNow> near;
+  for (int p = 0; p < pts.npoint; ++p) {
+    if (m.part.window && !m.part.works(pts.parent[p])) continue;
+    const CellNow now = point_now(pts, m.dim, st.n.uc, p);
+    if (is_near(now) && !std::binary_search(grains.begin(), grains.end(), now.number)) near.push_back(now);
+  }
+  add_hulls(m.dim, m.part.window, near, cell);
+  near.clear();
+  for (int e = 0; e < m.mesh.nelem(); ++e) {
+    if (m.mesh.elem_section[e] < 0 || st.frac.phase[e] != AS_ELEMENT || !m.part.works(e)) continue;
+    const CellNow now = element_now(m, st.n.u, e);
+    if (is_near(now)) near.push_back(now);
+  }
+  add_hulls(m.dim, m.part.on, near, cell);
   return cell;
 }
 
@@ -190,13 +194,13 @@ bool overlap(const HullCell& a, const HullCell& b)
 }
 
 // a grain gets smaller until it does not overlap the cell, or is as small as it may be
-void draw_back(const HullCell& other, const Points& pts, int dim, double least, GrainShape& g)
+void draw_back(const HullCell& other, int dim, double least, GrainShape& g)
 {
-  if (!overlap(other, cell_of_grain(g, pts, dim, g.scale))) return;
+  if (!overlap(other, cell_of_grain(g, dim, g.scale))) return;
   double lo = least, hi = g.scale;
   for (int k = 0; k < BISECTIONS; ++k) {
     const double s = 0.5 * (lo + hi);
-    (overlap(other, cell_of_grain(g, pts, dim, s)) ? hi : lo) = s;
+    (overlap(other, cell_of_grain(g, dim, s)) ? hi : lo) = s;
   }
   g.scale = lo;
 }
@@ -205,12 +209,11 @@ void draw_back(const HullCell& other, const Points& pts, int dim, double least, 
 
 void frac_room(const Model& m, const State& st, double least, std::vector<GrainShape>& grain)
 {
-  const Points& pts = st.points;
   if (grain.empty()) return;
   std::vector<HullCell> own;
   std::vector<ContactBox> box;
   for (const GrainShape& g : grain) {
-    own.push_back(cell_of_grain(g, pts, m.dim, g.scale));
+    own.push_back(cell_of_grain(g, m.dim, g.scale));
     box.push_back(box_of(own.back().n, own.back().x));
   }
   std::vector<HullCell> cell = other_cells(m, grain, box, st);
@@ -225,7 +228,7 @@ void frac_room(const Model& m, const State& st, double least, std::vector<GrainS
     tree.overlap(box[self], found);
     std::sort(found.begin(), found.end());
     for (int j : found)
-      if (j != self) draw_back(cell[j], pts, m.dim, least, grain[i]);
-    cell[self] = cell_of_grain(grain[i], pts, m.dim, grain[i].scale);
+      if (j != self) draw_back(cell[j], m.dim, least, grain[i]);
+    cell[self] = cell_of_grain(grain[i], m.dim, grain[i].scale);
   }
 }

@@ -1,9 +1,22 @@
 #include <algorithm>
+#include <limits>
 #include <map>
 
 #include "frac/frac.h"
 
 namespace {
+
+// faces of general contact of a whole state, and what bonds say of them
+bool skin_fits(const Bonds& b)
+{
+  const size_t q = b.nbond;
+  const int n    = static_cast<int>(b.skin.size());
+  const auto in  = [n](const IntVec& list) {
+    return std::all_of(list.begin(), list.end(), [n](int i) { return i < n; });
+  };
+  return b.skin_of.size() == q && b.met.size() == q && in(b.skin_of) && in(b.met) &&
+         b.skin_penalty.size() == b.skin.size();
+}
 
 // lists of a whole state have the lengths that its counts say
 bool lengths_fit(int dim, const State& s)
@@ -34,7 +47,7 @@ bool lengths_fit(int dim, const State& s)
          b.def.size() == q && b.field.size() == q && b.area.size() == q && b.X.size() == 3 * q &&
          b.normal.size() == q * dim && b.cn.size() == q && b.ct.size() == q && b.offset.size() == q &&
          b.initial_penetration.size() == q && b.intermediate.size() == q && b.friction.size() == q &&
-         b.skin_of.size() == q && b.met.size() == q && s.n.slip.size() == q * dim &&
+         skin_fits(b) && s.n.slip.size() == q * dim &&
          s.n.lambda.size() == q * dim && s.n.lambda_n.size() == q;
 }
 
@@ -119,21 +132,50 @@ void take_points(int dim, Points& whole, State& st)
   here.part.ncorner = whole.ncorner;
 }
 
-// bonds whose nodes and corners are all here; names are their numbers
-void take_bonds(const Model& m, int ncorner, State& st)
+// of a bond: a face of general contact that is not here
+const int NOT_HERE = std::numeric_limits<int>::min();
+
+// faces of general contact that are here; place [faces of all ranks]: where they are, -1: not here
+void take_skin(const Points& here, int npoint, Bonds& b, IntVec& place)
 {
-  const int dim = m.dim, nnode = m.mesh.nnode();
+  IntVec point(npoint, -1);    // where points of all ranks are
+  for (int p = 0; p < here.npoint; ++p) point[here.part.point[p]] = p;
+  std::vector<SkinFace> skin;
+  RealVec penalty;
+  place.assign(b.skin.size(), -1);
+  for (size_t i = 0; i < b.skin.size(); ++i) {
+    SkinFace f = b.skin[i];
+    if (f.points) f.elem = f.elem >= 0 && f.elem < npoint ? point[f.elem] : -1;
+    if (f.elem < 0) continue;
+    place[i] = static_cast<int>(skin.size());
+    skin.push_back(f);
+    penalty.push_back(b.skin_penalty[i]);
+  }
+  b.skin.swap(skin);
+  b.skin_penalty.swap(penalty);
+}
+
+// bonds whose nodes and corners are all here, of general contact whose face is; names are their numbers
+void take_bonds(const Model& m, const Points& whole, State& st)
+{
+  const int dim = m.dim, nnode = m.mesh.nnode(), ncorner = whole.ncorner;
   Bonds& b = st.bonds;
   IntVec corner(ncorner, -1);  // where corners of all ranks are
   for (int c = 0; c < st.points.ncorner; ++c) corner[st.points.part.corner[c]] = nnode + c;
   for (int& k : b.a.item)
     if (k >= nnode) k = k - nnode < ncorner ? corner[k - nnode] : -1;
+  IntVec face;
+  take_skin(st.points, whole.npoint, b, face);
+  for (IntVec* x : {&b.skin_of, &b.met})
+    for (int& i : *x)
+      if (i >= 0) i = face[i] >= 0 ? face[i] : NOT_HERE;
   IntVec list;
   ListTable a;
   RealVec a_w;
   for (int q = 0; q < b.nbond; ++q) {
     const int *first = b.a.begin(q), *last = first + b.a.count(q);
-    if (first == last || std::find(first, last, -1) != last) continue;
+    if (first == last || std::find(first, last, -1) != last || b.skin_of[q] == NOT_HERE) continue;
+    if (b.met[q] == NOT_HERE) b.met[q] = -1;         // of a bond that another rank works on
     list.push_back(q);
     a.item.insert(a.item.end(), first, last);
     a_w.insert(a_w.end(), b.a_w.begin() + b.a.off[q], b.a_w.begin() + b.a.off[q + 1]);
@@ -158,6 +200,10 @@ bool frac_take(const Model& m, const FracMesh& fm, const Points& begin, State& s
   Fracture& fr = st.frac;
   fr.converted.erase(std::remove(fr.converted.begin(), fr.converted.end(), -1), fr.converted.end());
   if (!lengths_fit(m.dim, st)) return false;
+  if (fr.nconverted == 0) {
+    take_bonds(m, begin, st);
+    return st.bonds.nbond >= st.bonds.nfixed;
+  }
   Points whole = begin;
   std::swap(whole, st.points);
   whole.part = PointPart();            // all points are there
@@ -172,6 +218,6 @@ bool frac_take(const Model& m, const FracMesh& fm, const Points& begin, State& s
     return false;
   std::swap(fr.left, left);
   take_points(m.dim, whole, st);
-  take_bonds(m, whole.ncorner, st);
+  take_bonds(m, whole, st);
   return st.bonds.nbond >= st.bonds.nfixed;
 }

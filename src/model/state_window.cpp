@@ -143,6 +143,44 @@ void join_points(const Model& m, const Joiner& of_points, const Joiner& of_corne
     if (p.of_elem[e] >= 0) all.of_elem[e] = point[p.of_elem[e]];
 }
 
+// names of faces of general contact, in the order in which one rank has them
+std::vector<long> skin_names(const IntVec& point, const std::vector<SkinFace>& skin)
+{
+  const long faces = 8, behind = 1L << 40;           // of an element; elements
+  std::vector<long> name;
+  for (const SkinFace& f : skin)
+    name.push_back(f.points ? (behind + point[f.elem]) * faces + f.face : f.elem * faces + f.face);
+  return name;
+}
+
+// Faces of general contact of this rank, and what bonds say of them
+void join_skin(const MeshPart& mesh, const Joiner& of_bonds, const Points& p, const Bonds& b, Bonds& all)
+{
+  const std::vector<long> name = skin_names(p.part.point, b.skin);
+  IntVec own, face;
+  for (std::size_t i = 0; i < b.skin.size(); ++i) {
+    const SkinFace& f = b.skin[i];
+    if (mesh.works(mesh.elem_here(f.points ? p.parent[f.elem] : f.elem))) own.push_back(static_cast<int>(i));
+    face.insert(face.end(), {f.points ? p.part.point[f.elem] : f.elem, f.face, f.points});
+  }
+  const Joiner of_skin(own, name);
+  const std::vector<long> known = of_skin.join(name, 1);
+  face = of_skin.join(face, 3);
+  for (std::size_t i = 0; i < face.size(); i += 3) all.skin.push_back({face[i], face[i + 1], face[i + 2]});
+  all.skin_penalty = of_skin.join(b.skin_penalty, 1);
+  const auto join_places = [&](const IntVec& skin_of) {        // what is no face stays as it is
+    std::vector<long> named;
+    for (int i : skin_of) named.push_back(i < 0 ? i : name[i]);
+    IntVec place;
+    for (long n : of_bonds.join(named, 1))
+      place.push_back(static_cast<int>(
+          n < 0 ? n : std::lower_bound(known.begin(), known.end(), n) - known.begin()));
+    return place;
+  };
+  all.skin_of = join_places(b.skin_of);
+  all.met     = join_places(b.met);
+}
+
 void join_bonds(const Joiner& j, int dim, const Bonds& b, Bonds& all)
 {
   all.nbond         = static_cast<int>(j.count);
@@ -161,8 +199,6 @@ void join_bonds(const Joiner& j, int dim, const Bonds& b, Bonds& all)
   all.initial_penetration = j.join(b.initial_penetration, 1);
   all.intermediate  = j.join(b.intermediate, 1);
   all.friction      = j.join(b.friction, 1);
-  all.skin_of       = j.join(b.skin_of, 1);
-  all.met           = j.join(b.met, 1);
 }
 
 // Corners of no point that this rank has to bring, those that released points have left behind: no rank has
@@ -277,8 +313,10 @@ void state_gather(const Model& m, WindowState& kept, State& s)
     if (b.rank[q] == me) bonds.push_back(q);
   const Joiner of_points(points, names(p.part.point)), of_corners(corners, names(p.part.corner)),
       of_bonds(bonds, b.name);
-  join_points(m, of_points, of_corners, p, s.points);
+  if (s.frac.nconverted > 0) join_points(m, of_points, of_corners, p, s.points);
+  else s.points = p;                                 // as at the start
   join_bonds(of_bonds, dim, b, s.bonds);
+  join_skin(m.part, of_bonds, p, b, s.bonds);
   const int history = comm_allreduce_max(p.npoint ? static_cast<int>(kept.hp.size() / p.npoint) : 0);
   s.n.uc       = of_corners.join(kept.uc, dim);
   s.n.vc       = of_corners.join(kept.vc, dim);

@@ -22,6 +22,7 @@
 
 #include "base/archive.h"
 #include "base/comm.h"
+#include "contact/contact_near.h"
 #include "elem/elem.h"
 #include "frac/frac.h"
 #include "model/state.h"
@@ -169,6 +170,10 @@ int out_close(const Model& m, const Elements& el, const State& s, const ActiveGr
 // out_restart_load : opens a restart file, that of rank 0. False: it cannot continue this deck; the message
 // says why. Collective.
 bool out_restart_load(const Model& m, const std::string& path, Archive& f);
+
+// out_restart_skin : general contact: its faces where the file has them; none: there is no such file, or it
+// is not one for this deck. Not collective: rank 0 asks with the whole model.
+std::vector<NearFace> out_restart_skin(const Model& m, const std::string& path);
 
 // out_reopen : instead of out_open: state, grid of the last frame and output as they were when the file f was
 // written; on entry s is the state at t = 0. Returns the number of errors.

@@ -133,6 +133,9 @@ const char* out_status_text(Status status)
     case OUTSIDE_GRID:    return "a material point left the grid";
     case HALF_RESIDUAL:   return "the half-increment residual is too large";
     case CRITERION_EXCEEDED: return "the load of the first break lies within the increment";
+    case DIVISION_FAILED: return "bodies that different ranks know come near each other, and the model cannot "
+                                 "be divided again: put the deck back as it was when the run began, or free "
+                                 "space for temporary files";
     case INTERRUPTED:     return "a signal ended the run";
   }
   return "unknown";
@@ -186,9 +189,8 @@ void out_listing_defaults(std::FILE* file, const Model& m, const Bonds& bonds)
                  m.grid.weak, m.grid.weak > 0.0 ? "" : ", off");
   for (std::size_t i = 0; i < m.bond.size(); ++i) {
     const BondDef& d = m.bond[i];
-    double per_area  = d.penalty;
-    for (int b = 0; b < bonds.nbond && per_area <= 0.0; ++b)
-      if (bonds.def[b] == static_cast<int>(i) && bonds.area[b] > 0.0) per_area = bonds.cn[b] / bonds.area[b];
+    const double formed = bond_sums(bonds, static_cast<int>(i)).penalty,
+                 per_area = d.penalty > 0.0 ? d.penalty : formed;
     std::fprintf(file, "  bond %-10s penalty %s (%s), %s between nodes, %d augmentations, %s\n",
                  d.name.c_str(), or_default(per_area, "set when bonds form").c_str(),
                  d.penalty > 0.0 ? "given"

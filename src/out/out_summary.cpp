@@ -197,18 +197,10 @@ void print_bodies(std::FILE* file, const Model& m, const Points& pts)
 void print_bonds(std::FILE* file, const Model& m, const Bonds& bonds)
 {
   for (std::size_t i = 0; i < m.bond.size(); ++i) {
-    int nodal = 0, between = 0, first = -1;
-    double area = 0.0;
-    for (int b = 0; b < bonds.nbond; ++b) {
-      if (bonds.def[b] != static_cast<int>(i)) continue;
-      if (first < 0) first = b;
-      ++(bonds.intermediate[b] ? between : nodal);
-      area += bonds.area[b];
-    }
-    std::fprintf(file, "  bond %-10s %d nodal, %d intermediate, area %g", m.bond[i].name.c_str(), nodal,
-                 between, area);
-    const double penalty = first >= 0 && bonds.area[first] > 0.0 ? bonds.cn[first] / bonds.area[first] : 0.0;
-    const double young = bond_young(m, m.bond[i]);
+    const BondSums sum = bond_sums(bonds, static_cast<int>(i));
+    std::fprintf(file, "  bond %-10s %.0f nodal, %.0f intermediate, area %g", m.bond[i].name.c_str(),
+                 sum.nodal, sum.between, sum.area);
+    const double penalty = sum.penalty, young = bond_young(m, m.bond[i]);
     if (penalty > 0.0) std::fprintf(file, ", penalty %g", penalty);
     if (penalty > 0.0 && young > 0.0 && m.grid.given)
       std::fprintf(file, " = %.4g E/h", penalty / (young / smallest_cell(m)));

@@ -52,7 +52,11 @@ struct WorkShare {
   int events = AT_START;       // elements that had broken or become points when it was asked last
   double excess = 1.0;         // largest work of a rank over the mean, behind the last division
   bool stays = false;          // it cannot be divided again
+  long lists = 0;              // ContactScene::built when it was asked last who is near
 };
+
+// work has become uneven; faces of general contact have come near that are not known
+enum Again { AGAIN_NOT, AGAIN_WORK, AGAIN_NEAR };
 
 // Everything a run holds
 struct Problem {
@@ -66,7 +70,7 @@ struct Problem {
   NewtonMemory newton;
   Warned warned;
   WorkShare share;
-  bool again = false;          // step_run has stopped for another division
+  Again again = AGAIN_NOT;     // why step_run has stopped for another division
 };
 
 // What Newton's method is told of the material, by step_increment
@@ -291,8 +295,12 @@ void step_remainder(const Model& m, const Discretisation& d, const Dofs& dofs, c
 // become so uneven that it is to be divided again? Collective.
 bool step_divides_again(Problem& p);
 
-// step_work_of_all : dof_work of all ranks, on rank 0 [kinds][elements of the deck]. Collective.
-std::vector<RealVec> step_work_of_all(const Problem& p);
+// step_knows_near : are all faces here that places of general contact of this rank may meet, until lists of
+// near faces are made anew? Behind step_prepare. Collective.
+bool step_knows_near(Problem& p);
+
+// step_divide_by : what the division after p.again goes by. Collective.
+DivideBy step_divide_by(const Problem& p);
 
 // How a run begins: at t = 0; with a restart file f; after another division, with the file of out_hold, or
 // without one, where that was not possible

@@ -3,6 +3,7 @@
 
 #include "base/comm.h"
 #include "base/log.h"
+#include "contact/contact_near.h"
 #include "step/step.h"
 
 namespace {
@@ -16,6 +17,14 @@ double uneven()
 {
   const char* text = std::getenv("MPFE_DIVIDE");
   return text && *text == '1' ? UNEVEN_TESTS : UNEVEN;
+}
+
+// faces of general contact of this rank, as lists of near ones know them
+std::vector<NearFace> faces_here(const Problem& p)
+{
+  const ContactScene& s = p.d.scene;
+  if (s.skin.empty()) return {};
+  return near_own(p.m.part, near_faces(p.m, p.st.points, s.skin, s.u, s.uc, {s.part, s.most, s.margin}));
 }
 
 }  // namespace
@@ -36,22 +45,44 @@ bool step_divides_again(Problem& p)
   return true;
 }
 
-std::vector<RealVec> step_work_of_all(const Problem& p)
+bool step_knows_near(Problem& p)
 {
-  const MeshPart& part = p.m.part;
-  std::vector<RealVec> work = dof_work(p.m, p.d.el, p.st.points);
+  const Model& m = p.m;
+  const ContactScene& scene = p.d.scene;
+  if (!m.part.window || model_general_contact(m) < 0) return true;
+  const bool made = scene.built != p.share.lists;
+  if (comm_allreduce_max(static_cast<int>(made)) == 0) return true;
+  p.share.lists = scene.built;
+  return near_known(m.part, faces_here(p));
+}
+
+DivideBy step_divide_by(const Problem& p)
+{
+  const Model& m       = p.m;
+  const MeshPart& part = m.part;
+  DivideBy by;
   IntVec number;
-  for (int e = 0; e < p.m.mesh.nelem(); ++e)
+  for (int e = 0; e < m.mesh.nelem(); ++e)
     if (part.works(e)) number.push_back(part.elem_number(e));
   const std::vector<IntVec> of_rank = comm_gather(number);
-  for (RealVec& kind : work) {
+  if (p.again == AGAIN_NEAR) {
+    by.rank.resize(comm_rank() == 0 ? part.nelem : 0);
+    for (size_t r = 0; r < of_rank.size(); ++r)
+      for (int e : of_rank[r]) by.rank[e] = static_cast<int>(r);
+  } else {
+    by.work = dof_work(m, p.d.el, p.st.points);
+  }
+  for (RealVec& kind : by.work) {
     RealVec own, all(comm_rank() == 0 ? part.nelem : 0, 0.0);
-    for (int e = 0; e < p.m.mesh.nelem(); ++e)
+    for (int e = 0; e < m.mesh.nelem(); ++e)
       if (part.works(e)) own.push_back(kind[e]);
     const std::vector<RealVec> told = comm_gather(own);
     for (size_t r = 0; r < told.size(); ++r)
       for (size_t k = 0; k < told[r].size(); ++k) all[of_rank[r][k]] = told[r][k];
     kind.swap(all);
   }
-  return work;
+  if (model_general_contact(m) < 0) return by;
+  for (const std::vector<NearFace>& own : comm_gather(faces_here(p)))
+    by.skin.insert(by.skin.end(), own.begin(), own.end());
+  return by;
 }

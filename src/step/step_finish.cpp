@@ -295,38 +295,74 @@ double friction_loss(const Attempt& a, int b, int dim, const State& st)
   return work - stored;
 }
 
-// what the pairs did in this step: forces, gaps, closed area, work of friction; normals for the output
-void finish_contact(const Model& m, const ContactPairs& pairs, const Attempt& a, State& st)
+// general contact, MeshPart::window: what the places of this rank did, of all ranks; wall [grid_rf]
+void sum_general(ContactLog& c, double& friction, RealVec& wall)
+{
+  RealVec sum = {c.force, c.area, c.work, friction};
+  sum.insert(sum.end(), wall.begin(), wall.end());
+  comm_sum(sum);
+  c.force  = sum[0];
+  c.area   = sum[1];
+  c.work   = sum[2];
+  friction = sum[3];
+  std::copy(sum.begin() + 4, sum.end(), wall.begin());
+  double most[2] = {c.peak, -c.gap};
+  comm_max(most, 2);
+  c.peak = most[0];
+  c.gap  = -most[1];
+}
+
+// what the places of contact of definitions did in this step: forces, gaps, closed area, work of friction,
+// each in log [Model::bond]; normals for the output
+//   general   those of general contact, which this rank works on; else those of pairs
+//   out  friction, wall [grid_rf]   added to
+void finish_places(const Model& m, const ContactPairs& pairs, const Attempt& a, bool general, State& st,
+                   std::vector<ContactLog>& log, double& friction, RealVec& wall)
 {
   const int dim = m.dim;
-  std::vector<ContactLog> log(m.bond.size());
-  for (size_t d = 0; d < log.size() && d < st.contact.size(); ++d) log[d].work = st.contact[d].work;
   for (int b = 0; b < st.bonds.nbond; ++b) {
-    if (st.bonds.field[b] != SIDE_CONTACT) continue;
-    st.ledger.friction += friction_loss(a, b, dim, st);
-    if (st.bonds.skin_of[b] >= 0) {
+    if (st.bonds.field[b] != SIDE_CONTACT || m.bond[st.bonds.def[b]].general != general) continue;
+    if (general && !st.bonds.counts(b)) continue;
+    friction += friction_loss(a, b, dim, st);
+    if (general) {
       const int met = pairs.wall[b] >= 0 ? MET_WALL - pairs.wall[b] : pairs.face[b];
       st.bonds.met[b] = st.np1.slip[b * dim] < 0.0 ? met : -1;
     }
     if (!pairs.master.count(b)) continue;
     ContactLog& c = log[st.bonds.def[b]];
-    double f[3], t1[3], slipped, pressure = 0.0, friction = 0.0;
+    double f[3], t1[3], slipped, pressure = 0.0, slide = 0.0;
     const double gap = contact_force(m, st.bonds, pairs, b, a.mode, &a.jumps.contact[b * dim],
                                      &st.n.lambda[b * dim], st.np1.lambda_n[b], f, nullptr, t1, &slipped);
     if (st.np1.lambda_n[b] + st.bonds.cn[b] * gap >= 0.0) st.np1.lambda_n[b] = 0.0;     // open: forgotten
     for (int i = 0; i < dim; ++i) {
       st.bonds.normal[b * dim + i] = pairs.normal[b * dim + i];
       pressure -= f[i] * pairs.normal[b * dim + i];
-      friction += t1[i] * t1[i];
+      slide += t1[i] * t1[i];
     }
-    const int wall = st.bonds.skin_of[b] >= 0 ? pairs.wall[b] : -1;
-    for (int i = 0; i < dim && wall >= 0; ++i) st.grid_rf[wall * dim + i] -= f[i];
+    const int plane = general ? pairs.wall[b] : -1;
+    for (int i = 0; i < dim && plane >= 0; ++i) wall[plane * dim + i] -= f[i];
     c.force += pressure;
     c.gap  = std::min(c.gap, gap + st.bonds.initial_penetration[b]);
     c.peak = std::max(c.peak, pressure / st.bonds.area[b]);
     if (pressure > 0.0) c.area += st.bonds.area[b];
-    c.work += std::sqrt(friction) * slipped;
+    c.work += std::sqrt(slide) * slipped;
   }
+}
+
+void finish_contact(const Model& m, const ContactPairs& pairs, const Attempt& a, State& st)
+{
+  std::vector<ContactLog> log(m.bond.size());
+  const int general = model_general_contact(m);
+  RealVec wall(st.grid_rf.size(), 0.0);
+  finish_places(m, pairs, a, false, st, log, st.ledger.friction, wall);
+  if (general >= 0) {
+    double friction = 0.0;
+    finish_places(m, pairs, a, true, st, log, friction, wall);
+    if (m.part.window) sum_general(log[general], friction, wall);
+    st.ledger.friction += friction;
+    for (size_t i = 0; i < wall.size(); ++i) st.grid_rf[i] += wall[i];
+  }
+  for (size_t d = 0; d < log.size() && d < st.contact.size(); ++d) log[d].work += st.contact[d].work;
   st.contact = log;
 }
 

@@ -77,7 +77,7 @@ void begin_step(const Step& s, State& st)
 bool cut_helps(Status status)
 {
   return status != SOLVER_FAILED && status != BAD_VALUE && status != OUTSIDE_GRID && status != MASS_FAILED &&
-         status != INTERRUPTED;
+         status != INTERRUPTED && status != DIVISION_FAILED;
 }
 
 // how often increments were cut before the run stopped, and why they are not cut again
@@ -169,6 +169,18 @@ Failure begin_increment(Problem& p, const Step& s, const std::vector<double>& st
   inc.half     = HalfWatch();
   inc.half.on  = moves && !s.direct && (s.half_force > 0.0 || s.half_part > 0.0);
   return failure;
+}
+
+// general contact of a divided model: when faces come near that are not known, it is divided again
+Failure look_around(Problem& p, const Step& s)
+{
+  if (!p.m.part.window || model_general_contact(p.m) < 0) return STATUS_OK;
+  const Failure failure = step_prepare(p, s);
+  if (!failure.ok() || step_knows_near(p)) return failure;
+  if (p.share.stays) return DIVISION_FAILED;
+  log_note("  faces come near that their ranks do not know: they become known");
+  p.again = AGAIN_NEAR;
+  return STATUS_OK;
 }
 
 // the increment over inc.dt; when it is good, it is t(n), and what breaks then breaks
@@ -283,8 +295,10 @@ Failure run_step(Problem& p, const Step& s, Output& out)
   p.ready = false;
   while (!clock_done(s, st.clock)) {
     if (check_ranks(st)) return interrupted(p, out);
+    Failure failure = look_around(p, s);
+    if (p.again) return STATUS_OK;
     // 1., 2. grid, rows, pattern, mass
-    Failure failure = begin_increment(p, s, stops, inc);
+    if (failure.ok()) failure = begin_increment(p, s, stops, inc);
     // 3., 4., 5. attempts, each shorter than the one before
     while (failure.ok()) {
       const Ledger before = st.ledger;
@@ -302,7 +316,7 @@ Failure run_step(Problem& p, const Step& s, Output& out)
     tell_half(st, inc.half, p.warned);
     st.eroded.clear();
     out_restart(p.m, st, p.d.grid, false, out);
-    p.again = step_divides_again(p);
+    if (step_divides_again(p)) p.again = AGAIN_WORK;
     if (p.again) return STATUS_OK;
   }
   check_ranks(st);
@@ -422,7 +436,7 @@ void resume_run(Problem& p, Archive& f, Output& out)
 
 int enter_run(Problem& p, RunFrom from, Archive& f, Output& out)
 {
-  p.again = false;
+  p.again = AGAIN_NOT;
   if (from == RUN_BEGIN) return begin_run(p, out);
   if (from == RUN_FILE) return continue_run(p, f, out);
   if (from == RUN_DIVIDED) resume_run(p, f, out);
@@ -464,7 +478,7 @@ int step_run(Problem& p, RunFrom from, Archive& f, Output& out)
   step_memory(p, out.memory);
   const int failed =
       comm_bcast(out_close(p.m, p.d.el, p.st, p.d.grid, p.newton.solver, status == STATUS_OK, out));
-  if (status == SOLVER_FAILED) return EXIT_RESOURCE;
+  if (status == SOLVER_FAILED || status == DIVISION_FAILED) return EXIT_RESOURCE;
   if (status == BAD_VALUE) return EXIT_DECK;
   if (status == INTERRUPTED && p.m.restart.write) return EXIT_CONTINUE;
   if (status != STATUS_OK) return EXIT_PHYSICS;
