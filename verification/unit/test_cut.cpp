@@ -6,6 +6,7 @@
 #include <set>
 
 #include "contact/contact.h"
+#include "contact/contact_near.h"
 #include "dof/dof.h"
 #include "model/model_cut.h"
 #include "model/model_io.h"
@@ -546,6 +547,37 @@ TEST(Divided, SkinIsThatOfAll)
   const auto later = skin_in_deck(whole, of_whole);
   EXPECT_EQ(later.size(), 83u);
   EXPECT_EQ(skin_in_deck(m, here), later);
+}
+
+// a face of an element of unit size, its box [x, x + 1] grown by a quarter
+NearFace face_at(int elem, double x)
+{
+  return {elem, 1.0, {{x - 0.25, 0.0, 0.0}, {x + 1.25, 1.0, 1.0}}};
+}
+
+TEST(Divided, NearElementsAreOuterOnes)
+{
+  // boxes are apart by 0, 2.9 and 3.1 sizes; those of one and a half sizes on both sides are added
+  const std::vector<NearFace> face = {face_at(0, 0.0), face_at(1, 1.5), face_at(2, 5.9), face_at(3, 10.5)};
+  std::vector<IntVec> list(2);
+  near_outer(face, {0, 1, 0, 1}, list);
+  EXPECT_EQ(list[0], IntVec{1});
+  EXPECT_EQ(list[1], (IntVec{0, 2}));
+}
+
+TEST(Divided, NearFacesOfOthersAreMissed)
+{
+  const int me = comm_rank(), next = (me + 1) % comm_size();
+  if (comm_size() == 1) GTEST_SKIP();
+  MeshPart part;
+  part.on = true;
+  part.elem = {me};
+  EXPECT_TRUE(near_known(part, {face_at(me, 1.6 * me)}));
+  EXPECT_TRUE(near_known(part, {}));
+  EXPECT_FALSE(near_known(part, {face_at(me, 1.4 * me)}));
+  part.elem = {std::min(me, next), std::max(me, next)};
+  if (comm_size() == 2) EXPECT_TRUE(near_known(part, {face_at(me, 1.4 * me)}));
+  else EXPECT_FALSE(near_known(part, {face_at(me, 1.4 * me)}));
 }
 
 }  // namespace
