@@ -135,7 +135,8 @@ const char* out_status_text(Status status)
     case CRITERION_EXCEEDED: return "the load of the first break lies within the increment";
     case DIVISION_FAILED: return "bodies that different ranks know come near each other, and the model "
                                  "cannot be divided again: put the deck back as it was when the run "
-                                 "began, or free space for temporary files";
+                                 "began, or free space for temporary files, and begin, or go on from a "
+                                 "restart file";
     case INTERRUPTED:     return "a signal ended the run";
   }
   return "unknown";

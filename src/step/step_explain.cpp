@@ -222,7 +222,8 @@ std::string explain_here(const Problem& p, const Failure& f, const std::string& 
   if (status == BAD_NUMBER)
     return "forces or displacements are no longer finite (NaN or infinity): check the deck for a value out "
            "of proportion (units, sizes, stiffness, density, penalty, dt)";
-  if (status == CONTACT_DEPTH) {
+  if (status == DIVISION_FAILED) return out_status_text(status);
+  if (status == CONTACT_DEPTH && f.index >= 0) {
     const double* X = &p.st.bonds.X[3 * f.index];
     std::snprintf(
         text, sizeof text,

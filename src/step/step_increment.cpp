@@ -181,7 +181,10 @@ Failure step_increment(Problem& p, const Step& s, double t0, double dt, RealVec&
     failure = step_newton(p, a);
   }
   if (failure.ok() && st.bonds.nbond_all()) failure = augment(p, a);
-  if (failure.ok() && p.d.pairs.near) failure = step_contact_depth(st.bonds, p.d.pairs, st.np1, p.m.dim);
+  if (failure.ok() && p.d.pairs.near) {
+    failure = step_contact_depth(st.bonds, p.d.pairs, st.np1, p.m.dim);
+    if (p.m.part.window) failure = failure_agree(failure);     // of places that other ranks do not know
+  }
   if (failure.ok() && s.proc == PROC_STATIC) failure = find_missed_contact(p, st);
   if (failure.ok() && half && half->on) {
     failure = step_half(p, a, *half);
