@@ -207,7 +207,7 @@ struct SkinOfElem { int elem, place, face; };        // place of the point in it
 // the element, which knows what is behind them. Collective.
 void tell_skin(const Model& m, const Points& pts, std::vector<SkinFace>& skin)
 {
-  const Halo& around = m.part.around;
+  const Halo& around = m.part.around_points;
   const int ranks = comm_size(), me = comm_rank();
   if (!m.part.window || !around.on()) return;
   std::vector<SkinFace> own;

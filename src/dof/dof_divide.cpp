@@ -385,7 +385,7 @@ struct Handed { int point, rank; };
 std::vector<Handed> hand_over(const Model& m, const Points& pts, const RealVec& X, const RealVec& work,
                               const std::vector<RankWork>& rank, const IntVec& of)
 {
-  const Halo& around = m.part.around;
+  const Halo& around = m.part.around_points;
   const int me = comm_rank();
   const double mean = mean_work(rank);
   const auto movable = [&](int e) { return pts.converted(e) && of[pts.of_elem[e]] == me; };

@@ -122,26 +122,36 @@ std::vector<NearFace> skin_at_start(const Model& m)
   return near_faces(m, Points(), skin, u, uc, near_reach(true, 0.0, size));
 }
 
-// elements of others that each rank looks at: near what breaks or becomes points, near its faces, and those
-// of all
-OfRanks<int> outer_elements(const Model& m, const IntVec& rank, const std::vector<NearFace>& skin)
+// lists of the ranks, and what all have of others, each once, ascending
+OfRanks<int> joined_lists(const std::vector<const std::vector<IntVec>*>& lists, const IntVec& all,
+                          const IntVec& rank)
 {
   OfRanks<int> out;
-  const IntVec all = elements_of_all(m);
-  if (m.fracture.empty() && all.empty() && !m.part.window) return out;
-  std::vector<IntVec> list(comm_size());
-  if (!m.fracture.empty()) list = frac_outer(m, rank, comm_size());
-  if (m.part.window) frac_around(m, rank, list);
-  if (m.part.window) near_outer(skin.empty() ? skin_at_start(m) : skin, rank, list);
   out.off.push_back(0);
   for (int r = 0; r < comm_size(); ++r) {
-    std::set<int> here(list[r].begin(), list[r].end());
+    std::set<int> here;
+    for (const std::vector<IntVec>* list : lists) here.insert((*list)[r].begin(), (*list)[r].end());
     for (int e : all)
       if (rank[e] != r) here.insert(e);
     out.item.insert(out.item.end(), here.begin(), here.end());
     out.off.push_back(static_cast<int>(out.item.size()));
   }
   return out;
+}
+
+// Elements of others that each rank looks at: near what breaks, those whose points it knows (near), and those
+// of all
+OfRanks<int> outer_elements(const Model& m, const IntVec& rank, const std::vector<NearFace>& skin,
+                            OfRanks<int>& near)
+{
+  const IntVec all = elements_of_all(m);
+  if (m.fracture.empty() && all.empty() && !m.part.window) return {};
+  std::vector<IntVec> breaks(comm_size()), points(comm_size()), faces(comm_size());
+  if (!m.fracture.empty()) breaks = frac_outer(m, rank, comm_size());
+  if (m.part.window) frac_around(m, rank, points);
+  if (m.part.window) near_outer(skin.empty() ? skin_at_start(m) : skin, rank, faces);
+  near = joined_lists({&points, &faces}, all, rank);
+  return joined_lists({&breaks, &points, &faces}, all, rank);
 }
 
 // work of an element: its node pairs at each Gauss point; next to none of one that is no finite element
@@ -207,9 +217,11 @@ void send_pieces(const IntVec& rank, const OverlapWatch& watch, const std::vecto
   m.part.joined    = joined_by_faces(m);
   m.part.strangers = watch.pair;
   m.part.skin      = contact_skin_at_start(m);
-  const OfRanks<int> outer = outer_elements(m, rank, skin);
+  OfRanks<int> near;
+  const OfRanks<int> outer = outer_elements(m, rank, skin, near);
   model_order_nodes(rank, outer, comm_size(), m);
   ModelCut cut = model_cut_open(m, rank, outer, comm_size());
+  cut.near     = std::move(near);
   for (int r = 1; r < comm_size(); ++r) {
     Model piece = model_cut_piece(cut, r);
     model_send(piece, r);

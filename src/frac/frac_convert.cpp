@@ -242,7 +242,7 @@ void hang_corners(const Model& m, const FracMesh& fm, const IntVec& lost, const 
 {
   enum { RIM = 1, DEBRIS = 2, APART = 4 };
   std::vector<char> rim = rim_elements(m, fm, lost, fr, pts);
-  if (m.part.window && m.part.around.on()) halo_copy(m.part.around, 1, rim);
+  if (m.part.around_points.on()) halo_copy(m.part.around_points, 1, rim);
   for (int e : fr.converted) point_sample(m, e, rim[e] && !m.conversion[fm.conv[e]].bonded, pts);
   IntVec used(pts.ncorner, 0), name(pts.ncorner, 0); // by elements; all corners of a name
   for (int e : fr.converted) {
@@ -334,10 +334,14 @@ void frac_convert(const Model& m, Elements& el, const FracMesh& fm, const IntVec
                   State& st)
 {
   if (number.empty()) return;
-  IntVec elem, turn;           // of those that are here
+  IntVec elem, turn;           // of those whose points are known here
   for (size_t k = 0; k < number.size(); ++k) {
     const int e = m.part.elem_here(number[k]);
     if (e < 0) continue;
+    if (!m.part.knows_points(e)) {
+      st.frac.phase[e] = AS_POINTS;
+      continue;
+    }
     elem.push_back(e);
     turn.push_back(static_cast<int>(k));
   }

@@ -198,7 +198,10 @@ void take_bonds(const Model& m, const Points& whole, State& st)
 bool frac_take(const Model& m, const FracMesh& fm, const Points& begin, State& st)
 {
   Fracture& fr = st.frac;
-  fr.converted.erase(std::remove(fr.converted.begin(), fr.converted.end(), -1), fr.converted.end());
+  const auto unknown = [&](int e) {
+    return e < 0 || (e < m.mesh.nelem() && !m.part.knows_points(e));
+  };
+  fr.converted.erase(std::remove_if(fr.converted.begin(), fr.converted.end(), unknown), fr.converted.end());
   if (!lengths_fit(m.dim, st)) return false;
   if (fr.nconverted == 0) {
     take_bonds(m, begin, st);

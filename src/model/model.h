@@ -61,6 +61,10 @@ struct MeshPart {
   IntVec rank;                 // [Mesh::nelem] that works on an element
   Halo halo;                   // nodes that other ranks have too
   Halo around;                 // elements that other ranks have too, owner: rank; off: nothing is outer
+  // window: [Mesh::nelem] the points that it becomes are known here; elements that this holds for on other
+  // ranks too, owner: rank
+  std::vector<char> with_points;
+  Halo around_points;
   bool joined = false;         // all elements of the deck hang together by common faces
   bool tied = false;           // the deck has equations between displacements
   std::vector<StrangerPair> strangers;       // of the whole model (overlap_pairs)
@@ -68,6 +72,7 @@ struct MeshPart {
   int grown = 0;               // how often the piece has got elements, and all indices have changed
   std::vector<Face> skin;      // general contact: outer faces at t = 0 of the whole mesh
   bool counts(int n) const { return !on || halo.owner[n] == comm_rank(); }     // n counts here in a sum
+  bool knows_points(int e) const { return !window || with_points[e]; }         // that e becomes
   bool works(int e) const { return !on || rank[e] == comm_rank(); }            // the same of an element
   // numbers in the mesh that was divided, and the way back, -1: it is not here
   int elem_number(int e) const { return on ? elem[e] : e; }

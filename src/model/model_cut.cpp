@@ -271,6 +271,24 @@ IntVec claims(const Model& m, const IntVec& gone)
   return shared;
 }
 
+// elements whose points other ranks know too
+void find_around_points(MeshPart& part)
+{
+  IntVec known;
+  std::vector<long> key;
+  for (std::size_t e = 0; e < part.elem.size(); ++e)
+    if (part.with_points[e]) {
+      known.push_back(static_cast<int>(e));
+      key.push_back(part.elem[e]);
+    }
+  Halo& h = part.around_points;
+  halo_form(key, h);
+  for (IntVec& of : h.common)
+    for (int& k : of) k = known[k];
+  for (int& k : h.shared) k = known[k];
+  h.owner = part.rank;
+}
+
 // place of a number in a list that ascends from its first number on to the largest, and then from the
 // smallest on; -1: it is not there
 int place_of(const IntVec& list, int number)
@@ -364,6 +382,11 @@ Model model_cut_piece(ModelCut& c, int r)
   m.part.elem  = items(c.elem, r);
   for (int n : m.part.node) m.part.deck.push_back(c.deck.empty() ? n : c.deck[n]);
   for (int e : m.part.elem) m.part.rank.push_back(c.rank[e]);
+  if (m.part.window) {
+    const auto first = c.near.item.begin() + c.near.off[r], last = c.near.item.begin() + c.near.off[r + 1];
+    for (int e : m.part.elem)
+      m.part.with_points.push_back(c.rank[e] == r || std::binary_search(first, last, e));
+  }
   for (std::size_t k = 0; k < m.part.node.size(); ++k) c.node_index[m.part.node[k]] = static_cast<int>(k);
   for (std::size_t k = 0; k < m.part.elem.size(); ++k) c.elem_index[m.part.elem[k]] = static_cast<int>(k);
   m.mesh = cut_mesh(c.mesh, m.part, c.node_index);
@@ -455,6 +478,7 @@ void model_find_common(const IntVec& gone, Model& m)
   if (comm_allreduce_max(static_cast<int>(outer)) == 0) return;
   halo_form(std::vector<long>(part.elem.begin(), part.elem.end()), part.around);
   part.around.owner = part.rank;
+  if (part.window) find_around_points(part);
 }
 
 // Pieces tell their neighbours until nothing changes: as often as the longest of them goes from rank to rank.

@@ -32,6 +32,7 @@ struct ModelCut {              // the whole model, taken apart
   Mesh mesh;
   IntVec rank;                 // [nelem] that works on an element
   OfRanks<int> elem, node;     // index in the mesh that is divided, ascending; with outer elements
+  OfRanks<int> near;           // outer elements whose points each rank knows; empty: no MeshPart::window
   PieceLists work, all;        // of what each rank works on; with outer elements
   IntVec elem_index, node_index;       // index in the piece that is cut
   IntVec deck;                 // MeshPart::deck of the whole mesh; empty: nodes stand as in the deck
@@ -63,7 +64,8 @@ void model_order_nodes(const IntVec& rank, const OfRanks<int>& outer, int ranks,
 //   in   outer   elements of others that a rank looks at, ascending; no items: none
 ModelCut model_cut_open(Model& whole, const IntVec& rank, const OfRanks<int>& outer, int ranks);
 
-// model_cut_piece : what a rank has of it; Model::part says what it is, but for its halo
+// model_cut_piece : what a rank has of it, with MeshPart::window cut.near must be there; Model::part says what
+// it is, but for its halo
 Model model_cut_piece(ModelCut& c, int r);
 
 // model_cut_close : what the pieces have in common, when all ranks have theirs. Collective.

@@ -43,11 +43,11 @@ void each_corner(const Points& pts, int e, Use use)
   });
 }
 
-// numbers of the corners of elements of this rank, to all that have these elements; those that are not known
+// numbers of the corners of elements of this rank, to all that know their points; those that are not known
 // here yet (-1) are left out
 void tell_numbers(const Model& m, const std::vector<char>& fresh, Points& pts)
 {
-  const Halo& around = m.part.around;
+  const Halo& around = m.part.around_points;
   const int ranks = comm_size(), me = comm_rank();
   IntVec& number = pts.part.corner;
   std::vector<IntVec> tell(ranks);
@@ -133,10 +133,10 @@ void point_number_released(const Model& m, const IntVec& which, const IntVec& tu
 void point_tell_history(const MeshPart& part, const IntVec& rank, const Points& pts, int n, Level& l)
 {
   const int ranks = comm_size(), me = comm_rank();
-  if (n == 0 || !part.around.on()) return;
+  if (n == 0 || !part.around_points.on()) return;
   std::vector<RealVec> tell(ranks);
   for (int r = 0; r < ranks; ++r)
-    for (int e : part.around.common[r])
+    for (int e : part.around_points.common[r])
       each_point(pts, e, [&](int p) {
         const double* h = &l.hp[static_cast<size_t>(p) * n];
         if (rank[p] == me) tell[r].insert(tell[r].end(), h, h + n);
@@ -144,7 +144,7 @@ void point_tell_history(const MeshPart& part, const IntVec& rank, const Points& 
   const std::vector<RealVec> told = comm_exchange(tell);
   for (int r = 0; r < ranks; ++r) {
     const double* next = told[r].data();
-    for (int e : part.around.common[r])
+    for (int e : part.around_points.common[r])
       each_point(pts, e, [&](int p) {
         if (rank[p] != r) return;
         std::copy_n(next, n, &l.hp[static_cast<size_t>(p) * n]);
@@ -174,8 +174,8 @@ std::vector<IntVec> common_corners(const MeshPart& mesh, const Points& pts)
   const int ranks = comm_size();
   std::vector<IntVec> common(ranks);
   IntVec mark(pts.ncorner, -1);
-  for (int r = 0; r < ranks && mesh.around.on(); ++r) {
-    for (int e : mesh.around.common[r]) each_corner(pts, e, [&](int c) { mark[c] = r; });
+  for (int r = 0; r < ranks && mesh.around_points.on(); ++r) {
+    for (int e : mesh.around_points.common[r]) each_corner(pts, e, [&](int c) { mark[c] = r; });
     for (int c : pts.part.numbered)
       if (mark[c] == r) common[r].push_back(c);
   }
