@@ -75,6 +75,13 @@ void halo_form(const std::vector<long>& key, Halo& h)
   std::sort(h.shared.begin(), h.shared.end());
 }
 
+void halo_renumber(const IntVec& index, Halo& h)
+{
+  for (IntVec& of : h.common)
+    for (int& k : of) k = index[k];
+  for (int& k : h.shared) k = index[k];
+}
+
 void halo_sum(const Halo& h, int D, const std::vector<RealVec*>& v, double* number, int m)
 {
   const int ranks = comm_size(), me = comm_rank();

@@ -18,6 +18,9 @@ struct Halo {
 // halo_form : which things of the keys key [n], each once, other ranks have too. Collective, as all below.
 void halo_form(const std::vector<long>& key, Halo& h);
 
+// halo_renumber : things are counted anew: thing k is number index[k]; without owners
+void halo_renumber(const IntVec& index, Halo& h);
+
 // halo_sum : v [n*D] of all ranks that have a thing, and m numbers of all ranks, summed in their order;
 // several vectors in one message
 void halo_sum(const Halo& h, int D, const std::vector<RealVec*>& v, double* number = nullptr, int m = 0);

@@ -22,8 +22,8 @@ struct BondFace {
   Face face;
 };
 
-// bond_skin : places of general contact at the nodes of these faces and between them. Each side carries half:
-// their area is half of what belongs to them.
+// bond_skin : places of general contact at the nodes of these faces and between them, of elements that this
+// rank works on (MeshPart::window). Each side carries half: their area is half of what belongs to them.
 void bond_skin(const Model& m, const Points& pts, const std::vector<SkinFace>& skin, Bonds& bonds);
 
 // bond_rebuild : bonds of the interfaces that conversion has made, slave points of contact on points that

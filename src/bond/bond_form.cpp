@@ -564,6 +564,7 @@ void bond_skin(const Model& m, const Points& pts, const std::vector<SkinFace>& s
     const double thickness = m.dim == 2 ? face.thickness : 1.0,
                  penalty   = skin_penalty(m, pts, d, skin[s], face);
     b.skin_penalty[s] = penalty;
+    if (m.part.window && !m.part.works(skin[s].points ? pts.parent[elem] : elem)) continue;
     if (m.part.window)
       f.name = skin[s].points ? AT_POINTS + face_name(def, pts.part.point[elem], skin[s].face)
                               : face_name(def, m.part.elem_number(elem), skin[s].face);
@@ -623,14 +624,11 @@ IntVec bond_rebuild(const Model& m, const Points& pts, const std::vector<BondFac
 
 namespace {
 
-// who works on a bond: of general contact the rank of the element whose face it is on, which knows what is
-// near; else that of its first node or corner
+// who works on a bond: on a place of general contact the rank that knows it, else that of the first node or
+// corner
 int rank_of(const Model& m, const Points& pts, const Bonds& b, int q)
 {
-  if (b.skin_of[q] >= 0) {
-    const SkinFace& f = b.skin[b.skin_of[q]];
-    return m.part.rank[f.points ? pts.parent[f.elem] : f.elem];
-  }
+  if (b.skin_of[q] >= 0) return comm_rank();
   const int first = b.a.item[b.a.off[q]], c = first - m.mesh.nnode();
   return c < 0 ? m.part.halo.owner[first] : pts.part.halo.owner[c];
 }
@@ -646,15 +644,20 @@ void bond_share(const Model& m, const Points& pts, Bonds& b)
   const int others = static_cast<int>(b.name.size()) - (b.nbond - b.nfixed);
   name.insert(name.end(), b.name.begin() + others, b.name.end());
   b.name.swap(name);
-  halo_form(b.name, b.halo);
   b.rank.clear();
   double own = 0.0;
+  IntVec known;                // that other ranks may know too
   for (int q = 0; q < b.nbond; ++q) {
     b.rank.push_back(rank_of(m, pts, b, q));
     own += b.rank[q] == comm_rank();
+    if (b.skin_of[q] < 0) known.push_back(q);
   }
   comm_sum(&own, 1);
-  b.nall       = static_cast<int>(own);
+  b.nall = static_cast<int>(own);
+  std::vector<long> key;
+  for (int q : known) key.push_back(b.name[q]);
+  halo_form(key, b.halo);
+  halo_renumber(known, b.halo);
   b.halo.owner = b.rank;
   halo_copy_all(b.halo, 1, std::vector<RealVec*>{&b.area, &b.cn, &b.ct});
 }

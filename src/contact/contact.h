@@ -55,8 +55,8 @@ std::vector<ContactWall> contact_walls(const Model& m);
 
 struct ContactScene;
 
-// contact_search : nearest master face of every place within reach, of general contact of every place that
-// this rank works on; bodies apart cost their boxes only. Collective with MeshPart::window.
+// contact_search : nearest master face of every place within reach; bodies apart cost their boxes only.
+// Collective with MeshPart::window.
 //   in   xb [nbond*dim] places of side A at t(n);  u, uc displacements of nodes and corners;
 //        scene  near faces of general contact, of scene_update
 void contact_search(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& u,

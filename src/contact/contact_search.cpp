@@ -258,10 +258,6 @@ void search_general(GeneralSearch& g, int first, int last, ContactPairs& pairs)
   pairs.wall.assign(g.bonds.nbond, -1);
   for (int b = first; b < last; ++b) {
     const int i = g.bonds.skin_of[b];
-    if (!g.bonds.counts(b)) {  // another rank knows what is near
-      pairs.master.off.push_back(static_cast<int>(pairs.master.item.size()));
-      continue;
-    }
     if (i != open) facing(g, i, look);
     open = i;
     if (!look.empty() || g.bonds.met[b] >= 0) search_place(g, b, look, hits);

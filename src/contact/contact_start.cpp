@@ -9,14 +9,8 @@
 
 namespace {
 
-// places of general contact are known to the ranks near them; those of pairs to all
+// does each rank have places of its own? Those of pairs all ranks know
 bool divides(const Model& m, const BondDef& d) { return m.part.window && d.general; }
-
-// place b of a definition counts here, in a sum over the ranks or where all know it
-bool meets(const Model& m, const Bonds& bonds, const ContactPairs& pairs, int def, int b)
-{
-  return bonds.def[b] == def && pairs.master.count(b) && (!divides(m, m.bond[def]) || bonds.counts(b));
-}
 
 struct Overlap {               // of one definition at the start
   int count = 0;               // places that overlap
@@ -28,7 +22,7 @@ Overlap find_overlap(const Model& m, const Bonds& bonds, const ContactPairs& pai
 {
   Overlap o;
   for (int b = 0; b < bonds.nbond; ++b) {
-    if (!meets(m, bonds, pairs, def, b) || pairs.gap[b] >= -1e-9 * pairs.size[b]) continue;
+    if (bonds.def[b] != def || !pairs.master.count(b) || pairs.gap[b] >= -1e-9 * pairs.size[b]) continue;
     ++o.count;
     if (pairs.gap[b] >= o.gap) continue;
     o.gap = pairs.gap[b];
@@ -53,7 +47,7 @@ void take_offsets(const Model& m, Bonds& bonds, const ContactPairs& pairs, int d
   double range[2] = {0.0, 0.0};          // the largest, and the least with the other sign
   for (int b = 0; b < bonds.nbond; ++b) {
     const double gap = pairs.gap[b];
-    if (!meets(m, bonds, pairs, def, b) || gap > m.bond[def].adjust || gap == 0.0) continue;
+    if (bonds.def[b] != def || !pairs.master.count(b) || gap > m.bond[def].adjust || gap == 0.0) continue;
     bonds.offset[b] = gap;
     range[0] = std::max(range[0], gap);
     range[1] = std::max(range[1], -gap);

@@ -155,7 +155,8 @@ void take_skin(const Points& here, int npoint, Bonds& b, IntVec& place)
   b.skin_penalty.swap(penalty);
 }
 
-// bonds whose nodes and corners are all here, of general contact whose face is; names are their numbers
+// bonds whose nodes and corners are all here, of general contact those on faces of this rank; names are their
+// numbers
 void take_bonds(const Model& m, const Points& whole, State& st)
 {
   const int dim = m.dim, nnode = m.mesh.nnode(), ncorner = whole.ncorner;
@@ -169,13 +170,16 @@ void take_bonds(const Model& m, const Points& whole, State& st)
   for (IntVec* x : {&b.skin_of, &b.met})
     for (int& i : *x)
       if (i >= 0) i = face[i] >= 0 ? face[i] : NOT_HERE;
+  const auto is_own = [&](int i) {
+    const SkinFace none, &f = i >= 0 ? b.skin[i] : none;
+    return i == -1 || (i >= 0 && m.part.works(f.points ? st.points.parent[f.elem] : f.elem));
+  };
   IntVec list;
   ListTable a;
   RealVec a_w;
   for (int q = 0; q < b.nbond; ++q) {
     const int *first = b.a.begin(q), *last = first + b.a.count(q);
-    if (first == last || std::find(first, last, -1) != last || b.skin_of[q] == NOT_HERE) continue;
-    if (b.met[q] == NOT_HERE) b.met[q] = -1;         // of a bond that another rank works on
+    if (first == last || std::find(first, last, -1) != last || !is_own(b.skin_of[q])) continue;
     list.push_back(q);
     a.item.insert(a.item.end(), first, last);
     a_w.insert(a_w.end(), b.a_w.begin() + b.a.off[q], b.a_w.begin() + b.a.off[q + 1]);

@@ -281,12 +281,9 @@ void find_around_points(MeshPart& part)
       known.push_back(static_cast<int>(e));
       key.push_back(part.elem[e]);
     }
-  Halo& h = part.around_points;
-  halo_form(key, h);
-  for (IntVec& of : h.common)
-    for (int& k : of) k = known[k];
-  for (int& k : h.shared) k = known[k];
-  h.owner = part.rank;
+  halo_form(key, part.around_points);
+  halo_renumber(known, part.around_points);
+  part.around_points.owner = part.rank;
 }
 
 // place of a number in a list that ascends from its first number on to the largest, and then from the

@@ -64,8 +64,8 @@ void model_order_nodes(const IntVec& rank, const OfRanks<int>& outer, int ranks,
 //   in   outer   elements of others that a rank looks at, ascending; no items: none
 ModelCut model_cut_open(Model& whole, const IntVec& rank, const OfRanks<int>& outer, int ranks);
 
-// model_cut_piece : what a rank has of it, with MeshPart::window cut.near must be there; Model::part says what
-// it is, but for its halo
+// model_cut_piece : what a rank has of it, with MeshPart::window cut.near must be there; Model::part says
+// what it is, but for its halo
 Model model_cut_piece(ModelCut& c, int r);
 
 // model_cut_close : what the pieces have in common, when all ranks have theirs. Collective.

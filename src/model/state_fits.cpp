@@ -157,7 +157,8 @@ bool fracture_fits(const Model& m, const Points& p, const Fracture& f)
     if (f.phase[e] != AS_POINTS || p.of_elem.empty() || p.of_elem[e] < 0 || m.mesh.elem_section[e] < 0)
       return false;
   long made = 0;
-  for (std::size_t e = 0; e < n; ++e) made += f.phase[e] == AS_POINTS && m.part.knows_points(static_cast<int>(e));
+  for (int e = 0; e < static_cast<int>(n); ++e)
+    made += f.phase[e] == AS_POINTS && m.part.knows_points(e);
   if (made != static_cast<long>(f.converted.size()) || f.nconverted < made) return false;
   if (!index(f.released, 0, p.npoint) || !distinct(f.released, p.npoint)) return false;
   const int n_released = static_cast<int>(f.released.size());

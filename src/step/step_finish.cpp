@@ -295,7 +295,8 @@ double friction_loss(const Attempt& a, int b, int dim, const State& st)
   return work - stored;
 }
 
-// general contact, MeshPart::window: what the places of this rank did, of all ranks; wall [grid_rf]
+// general contact, MeshPart::window, where each rank has places of its own: what those of all ranks did; wall
+// [grid_rf]
 void sum_general(ContactLog& c, double& friction, RealVec& wall)
 {
   RealVec sum = {c.force, c.area, c.work, friction};
@@ -314,7 +315,7 @@ void sum_general(ContactLog& c, double& friction, RealVec& wall)
 
 // what the places of contact of definitions did in this step: forces, gaps, closed area, work of friction,
 // each in log [Model::bond]; normals for the output
-//   general   those of general contact, which this rank works on; else those of pairs
+//   general   those of general contact, else those of pairs
 //   out  friction, wall [grid_rf]   added to
 void finish_places(const Model& m, const ContactPairs& pairs, const Attempt& a, bool general, State& st,
                    std::vector<ContactLog>& log, double& friction, RealVec& wall)
@@ -322,7 +323,6 @@ void finish_places(const Model& m, const ContactPairs& pairs, const Attempt& a, 
   const int dim = m.dim;
   for (int b = 0; b < st.bonds.nbond; ++b) {
     if (st.bonds.field[b] != SIDE_CONTACT || m.bond[st.bonds.def[b]].general != general) continue;
-    if (general && !st.bonds.counts(b)) continue;
     friction += friction_loss(a, b, dim, st);
     if (general) {
       const int met = pairs.wall[b] >= 0 ? MET_WALL - pairs.wall[b] : pairs.face[b];
