@@ -408,18 +408,18 @@ namespace {
 // bonds keep their name when the mesh around them changes: what side A hangs on
 using SlipKey = std::pair<int, std::vector<std::pair<int, long>>>;
 
-// places of general contact stand on a face: nodes have one for each face that meets there
 SlipKey slip_key(const Bonds& b, int q)
 {
   SlipKey key{b.def[q], {}};
-  if (b.skin_of[q] >= 0) {
-    const SkinFace& f = b.skin[b.skin_of[q]];
-    key.second = {{f.elem, f.face}, {f.points, 0}};
-  }
   for (int k = b.a.off[q]; k < b.a.off[q + 1]; ++k)
     key.second.emplace_back(b.a.item[k], std::lround(b.a_w[k] * 1e9));
   return key;
 }
+
+// A face of general contact; a point that is released begins with places of its own (apart)
+using FaceId = std::array<int, 3>;
+
+FaceId face_id(const SkinFace& f, bool apart) { return {apart ? f.points : f.points > 0, f.elem, f.face}; }
 
 // keeps the first n bonds
 void cut_bonds(Bonds& b, int dim, int n)
@@ -448,13 +448,19 @@ struct KeptBond {
   int wall = -1;               // Bonds::met of a wall
 };
 
-using KeptBonds = std::map<SlipKey, KeptBond>;
+// Bonds of before: by what side A hangs on; places of general contact face by face
+struct KeptBonds {
+  std::map<SlipKey, KeptBond> bond;
+  std::vector<KeptBond> place;
+  std::vector<std::pair<FaceId, int>> face;          // ascending; first place of it
+};
 
 KeptBonds keep_bonds(const Bonds& b, const Level& l, int dim)
 {
   KeptBonds kept;
+  int open = -1;               // face whose places are kept
   for (int q = b.nfixed; q < b.nbond; ++q) {
-    KeptBond& k = kept[slip_key(b, q)];
+    KeptBond k;
     std::copy_n(&l.slip[q * dim], dim, k.slip.begin());
     std::copy_n(&l.lambda[q * dim], dim, k.lambda.begin());
     k.lambda_n = l.lambda_n[q];
@@ -466,8 +472,36 @@ KeptBonds keep_bonds(const Bonds& b, const Level& l, int dim)
     k.friction = b.friction[q];
     if (b.met[q] >= 0) k.met = b.skin[b.met[q]];
     k.wall = std::min(b.met[q], -1);
+    if (b.skin_of[q] < 0) {
+      kept.bond[slip_key(b, q)] = k;
+      continue;
+    }
+    if (b.skin_of[q] != open) kept.face.emplace_back(face_id(b.skin[b.skin_of[q]], true), kept.place.size());
+    open = b.skin_of[q];
+    kept.place.push_back(k);
   }
+  std::sort(kept.face.begin(), kept.face.end());
   return kept;
+}
+
+// index of the first of these that is not before id
+size_t find_id(const std::vector<std::pair<FaceId, int>>& list, const FaceId& id)
+{
+  const auto before = [](const std::pair<FaceId, int>& a, const FaceId& b) { return a.first < b; };
+  return std::lower_bound(list.begin(), list.end(), id, before) - list.begin();
+}
+
+// the bond that bond q was before, null: it was not there; first: the first one of its face
+const KeptBond* bond_before(const KeptBonds& kept, const Bonds& b, int q, int first)
+{
+  if (b.skin_of[q] < 0) {
+    const auto it = kept.bond.find(slip_key(b, q));
+    return it == kept.bond.end() ? nullptr : &it->second;
+  }
+  const FaceId id = face_id(b.skin[b.skin_of[q]], true);
+  const size_t at = find_id(kept.face, id);
+  if (at == kept.face.size() || kept.face[at].first != id) return nullptr;
+  return &kept.place[kept.face[at].second + q - first];
 }
 
 // bonds from nfixed on: what they were, or a start from nothing. Returns the points of contact that were not
@@ -482,27 +516,31 @@ IntVec restore_bonds(int dim, const KeptBonds& kept, Bonds& b, Level& l)
   l.slip.resize(all * dim, 0.0);
   l.lambda.resize(all * dim, 0.0);
   l.lambda_n.resize(all, 0.0);
-  std::map<std::array<int, 3>, int> place;           // of the faces of general contact
-  for (const SkinFace& f : b.skin)                   // a point that was released has kept its faces
-    place.emplace(std::array<int, 3>{f.elem, f.face, f.points > 0}, place.size());
+  std::vector<std::pair<FaceId, int>> skin;          // a point that was released has kept its faces
+  for (size_t i = 0; i < b.skin.size(); ++i) skin.emplace_back(face_id(b.skin[i], false), i);
+  std::sort(skin.begin(), skin.end());
+  int first = b.nfixed;
   for (int q = b.nfixed; q < b.nbond; ++q) {
-    const auto it = kept.find(slip_key(b, q));
-    if (it == kept.end()) {
+    if (b.skin_of[q] != b.skin_of[first]) first = q;
+    const KeptBond* k = bond_before(kept, b, q, first);
+    if (!k) {
       if (b.field[q] == SIDE_CONTACT) fresh.push_back(q);
       continue;
     }
-    const KeptBond& k = it->second;
-    std::copy_n(k.slip.begin(), dim, &l.slip[q * dim]);
-    std::copy_n(k.lambda.begin(), dim, &l.lambda[q * dim]);
-    l.lambda_n[q] = k.lambda_n * (k.area > 0.0 ? b.area[q] / k.area : 1.0);      // of contact: kept per area
-    b.offset[q]   = k.offset;
-    b.initial_penetration[q]    = k.initial_penetration;
+    std::copy_n(k->slip.begin(), dim, &l.slip[q * dim]);
+    std::copy_n(k->lambda.begin(), dim, &l.lambda[q * dim]);
+    l.lambda_n[q] = k->lambda_n * (k->area > 0.0 ? b.area[q] / k->area : 1.0);   // of contact: kept per area
+    b.offset[q]   = k->offset;
+    b.initial_penetration[q]    = k->initial_penetration;
     if (b.skin_of[q] < 0) continue;
-    b.cn[q]       = k.cn;
-    b.ct[q]       = k.ct;
-    b.friction[q] = k.friction;
-    const auto met = k.met.elem < 0 ? place.end() : place.find({k.met.elem, k.met.face, k.met.points > 0});
-    b.met[q] = met != place.end() ? met->second : k.wall;
+    b.cn[q]       = k->cn;
+    b.ct[q]       = k->ct;
+    b.friction[q] = k->friction;
+    b.met[q]      = k->wall;
+    if (k->met.elem < 0) continue;
+    const FaceId met = face_id(k->met, false);
+    const size_t at  = find_id(skin, met);
+    if (at < skin.size() && skin[at].first == met) b.met[q] = skin[at].second;
   }
   return fresh;
 }

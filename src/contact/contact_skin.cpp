@@ -4,6 +4,7 @@
 #include <map>
 
 #include "base/comm.h"
+#include "base/gather_lists.h"
 #include "contact/contact.h"
 #include "contact/contact_meet.h"
 #include "model/model_cut.h"
@@ -46,28 +47,35 @@ bool knows(const std::vector<FaceKey>& list, const FaceKey& key)
   return std::binary_search(list.begin(), list.end(), key);
 }
 
-// Faces of elements with one owner, without those of bonded, in the order of their nodes. Divided model: what
+// Faces of elements with one owner, without those of bonded, by their last node. Divided model: what
 // is behind a face may be on another rank; such a face is an outer one only where it was one at t = 0, since
 // elements that become points, and their neighbours, are on all ranks, or on all that work beside them.
 std::vector<OuterFace> outer_faces(const Model& m, const Fracture& fr, const std::vector<Face>& bonded)
 {
-  std::vector<OuterFace> all, out;
+  std::vector<OuterFace> all, here, out;
   for (int e = 0; e < m.mesh.nelem(); ++e)
     for (int s = 0; s < shape_info[elem_table[m.mesh.elem_type[e]].shape].nface; ++s)
       all.push_back({face_key(m.mesh, {e, s}), {e, s}});
   const std::vector<FaceKey> tied = sorted_keys(m.mesh, bonded), start = sorted_keys(m.mesh, m.part.skin);
-  std::sort(all.begin(), all.end(), [](const OuterFace& a, const OuterFace& b) { return a.key < b.key; });
-  for (size_t i = 0, j; i < all.size(); i = j) {
-    const FaceKey& key = all[i].key;
-    const OuterFace* owner = nullptr;
-    int owners = 0;
-    for (j = i; j < all.size() && all[j].key == key; ++j) {
-      if (!is_element(m, fr, all[j].face.elem)) continue;
-      owner = &all[j];
-      ++owners;
+  const ListTable at = gather_lists(m.mesh.nnode(), [&](auto use) {    // by their last node
+    for (size_t i = 0; i < all.size(); ++i) use(all[i].key[3], static_cast<int>(i));
+  });
+  for (int n = 0; n < m.mesh.nnode(); ++n) {
+    here.clear();
+    for (int k = at.off[n]; k < at.off[n + 1]; ++k) here.push_back(all[at.item[k]]);
+    std::sort(here.begin(), here.end(), [](const OuterFace& a, const OuterFace& b) { return a.key < b.key; });
+    for (size_t i = 0, j; i < here.size(); i = j) {
+      const FaceKey& key = here[i].key;
+      const OuterFace* owner = nullptr;
+      int owners = 0;
+      for (j = i; j < here.size() && here[j].key == key; ++j) {
+        if (!is_element(m, fr, here[j].face.elem)) continue;
+        owner = &here[j];
+        ++owners;
+      }
+      const bool known = !m.part.on || j - i > 1 || knows(start, key);
+      if (owners == 1 && known && !knows(tied, key)) out.push_back(*owner);
     }
-    const bool known = !m.part.on || j - i > 1 || knows(start, key);
-    if (owners == 1 && known && !knows(tied, key)) out.push_back(*owner);
   }
   return out;
 }
