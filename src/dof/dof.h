@@ -99,6 +99,7 @@ struct Dofs {
   RealVec rate0, rate;         // [nrow*dim] velocity of prescribed dofs at t(n) (grid only), t(n+1)
   IntVec grid_bc;              // [nrow*dim] index of the grid condition, -1
   IntVec constrained;          // dofs of which one of these is not that of a free dof
+  bool free = false;           // the step prescribes nothing, on no rank
   bool renumbered = false;     // since then
   std::vector<CornerSupport> corner_support;  // supports of nodes that have become corners of points
   double h_mean = 0.0;         // mean size of elements and cells at t = 0, for rounding floors
@@ -178,6 +179,7 @@ inline bool dof_all(const Dofs& s, bool here)
 // dof_all_free : no dof of any rank is prescribed or tied; false where this rank cannot know
 inline bool dof_all_free(const Dofs& s)
 {
+  if (s.free) return true;
   if (s.whole) return s.whole->constrained.empty();
   return !s.split && s.constrained.empty();
 }

@@ -307,6 +307,7 @@ Failure dof_constrain(const Model& m, const Discretisation& d, const State& st, 
                       double t_step0, double t_step1, Dofs& s, Warned& warned)
 {
   const Span t{t_step0, t_step1, st.n.time, step.proc == PROC_DYNAMIC};
+  s.free = step.prescribed.empty() && m.grid_bc.empty() && m.equation.empty();
   if (!s.whole) return constrain_here(m, d, st, step, t, s, warned);
   Dofs& w = *s.whole;
   const Failure failure = constrain_here(m, d, st, step, t, w, warned);
