@@ -28,6 +28,7 @@ struct PointPart {
   IntVec numbered;             // window: corners in the order of their numbers
   bool held = false;
   Halo halo;                   // corners that other ranks have too; their owner has a point with it
+  std::vector<char> several;   // window: [ncorner] points of several ranks have it
   ListTable near;              // corners of those points: its own, and ncorner + place in foreign
   IntVec near_shape;           // [near] their Shape
   IntVec foreign;              // number among the corners of all ranks

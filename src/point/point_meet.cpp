@@ -101,19 +101,25 @@ struct Wide {
 };
 
 // The parts of the points at nodes that several ranks have, told to the first of these: key of the node, how
-// many corners of the part another rank may know, and their numbers. Do the parts of one node hang together
-// by them?
+// many corners of the part another rank may have in one of its own (wider: that it may know), and their
+// numbers. Do the parts of one node hang together by them?
 struct Shared {
   const Around& all;
-  std::vector<char> border;    // [ncorner] another rank may know it: of points beside those of others
+  std::vector<char> border;    // [ncorner] such corners
   IntVec last;                 // [ncorner] for which count a corner was seen last
   int counts = 0;
   std::vector<std::vector<long>> tell;
-  explicit Shared(const Around& around)
+  Shared(const Around& around, bool wider)
       : all(around), border(all.ncorner(), 0), last(all.ncorner(), -1), tell(comm_size())
   {
-    for (int c : all.pts.part.halo.shared) border[c] = 1;
+    const PointPart& part = all.pts.part;
+    if (part.window && !wider) {
+      std::copy(part.several.begin(), part.several.end(), border.begin());
+      return;
+    }
+    for (int c : part.halo.shared) border[c] = 1;
     for (int q = all.own; q < all.count(); ++q) all.each(q, [&](int c) { border[c] = 1; });
+    if (!wider) return;
     IntVec beside;             // points of this rank that are near to others
     for (int q = 0; q < all.own; ++q) {
       bool shares = false;
@@ -215,7 +221,7 @@ bool meet_here(const Around& all, long nnode, const ListTable& around, const Key
 std::vector<long> meet_between(const Around& all, const ListTable& around, const KeyHalo& halo, bool wider,
                                const std::vector<long>& keys)
 {
-  Shared shared(all);
+  Shared shared(all, wider);
   Patch patch(all);
   Wide wide{all, {}};
   for (int n : halo.mine) {

@@ -211,6 +211,8 @@ void point_find_common(const MeshPart& mesh, const IntVec& rank, Points& pts)
       many[c] += told[r][i];
       sum[c] += told[r][i] * r;
     }
+  part.several.resize(pts.ncorner);
+  for (int c = 0; c < pts.ncorner; ++c) part.several[c] = many[c] > 1;
   halo.owner.assign(pts.ncorner, -1);
   IntVec place(pts.ncorner, 0);          // of the owner among these ranks, ascending
   for (int c = 0; c < pts.ncorner; ++c)

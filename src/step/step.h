@@ -51,6 +51,8 @@ enum { AT_START = -2, AFTER_DIVISION = -1 };
 struct WorkShare {
   int events = AT_START;       // elements that had broken or become points when it was asked last
   double excess = 1.0;         // largest work of a rank over the mean, behind the last division
+  double now    = 1.0;         // the same when it was asked last
+  double lost   = 0.0;         // increments lost since then to work that has become uneven
   bool stays = false;          // it cannot be divided again
   long lists = 0;              // ContactScene::built when it was asked last who is near
 };

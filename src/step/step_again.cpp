@@ -8,15 +8,14 @@
 
 namespace {
 
-// the largest work over the mean may grow by so much before the model is divided again, which costs as much
-// as an increment or several. Measured: doc/benchmarks.md, "Points of near elements"
-// MPFE_DIVIDE=1 (tests): more often
-const double UNEVEN = 1.4, UNEVEN_TESTS = 1.1;
+// increments that may be lost to uneven work before the model is divided again, which costs one or two.
+// Measured: doc/benchmarks.md, "Division again". MPFE_DIVIDE=1 (tests): sooner
+const double LOST = 2.5, LOST_TESTS = 0.25;
 
-double uneven()
+double most_lost()
 {
   const char* text = std::getenv("MPFE_DIVIDE");
-  return text && *text == '1' ? UNEVEN_TESTS : UNEVEN;
+  return text && *text == '1' ? LOST_TESTS : LOST;
 }
 
 // faces of general contact of this rank, as lists of near ones know them
@@ -35,13 +34,17 @@ bool step_divides_again(Problem& p)
   const Fracture& fr = p.st.frac;
   const bool shares  = !m.part.points && (m.part.window || m.conversion.empty());
   if (!m.part.on || !shares || fr.empty() || p.share.stays) return false;
+  WorkShare& share = p.share;
   const int events = fr.neroded + fr.nconverted;
-  if (events == p.share.events) return false;
-  const double excess = dof_excess(m, p.d.el, p.st.points, p.st.division.point);
-  if (p.share.events == AFTER_DIVISION) p.share.excess = std::max(1.0, excess);
-  p.share.events = events;
-  if (excess <= uneven() * p.share.excess) return false;
-  log_note("  the model is divided among the ranks again: the largest part was %.2f of the mean", excess);
+  if (events != share.events) {
+    share.now = dof_excess(m, p.d.el, p.st.points, p.st.division.point);
+    if (share.events == AFTER_DIVISION) share.excess = std::max(1.0, share.now);
+  }
+  share.events = events;
+  share.lost += std::max(0.0, share.now / share.excess - 1.0);
+  if (share.lost <= most_lost()) return false;
+  log_note("  the model is divided among the ranks again: the largest part was %.2f of the mean",
+           share.now);
   return true;
 }
 
