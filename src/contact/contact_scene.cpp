@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/comm.h"
 #include "base/forest.h"
 #include "contact/contact.h"
 #include "contact/contact_near.h"
@@ -233,10 +234,12 @@ void scene_update(const Model& m, const Points& pts, const Bonds& bonds, const R
   find_near(m, pts, u, uc, s);
 }
 
-double scene_reach(const ContactScene& s)
+double scene_reach(const MeshPart& part, const ContactScene& s)
 {
-  const auto least = std::min_element(s.size.begin(), s.size.end());
-  return least == s.size.end() ? 0.0 : 2.0 * s.part * *least + s.travel;
+  double least = 1e300;
+  for (double size : s.size) least = std::min(least, size);
+  if (part.window) least = -comm_allreduce_max(-least);
+  return least == 1e300 ? 0.0 : 2.0 * s.part * least + s.travel;
 }
 
 const ContactRule* scene_property(const BondDef& d, const ContactScene& s, int a, int b)

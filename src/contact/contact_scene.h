@@ -36,8 +36,9 @@ struct ContactScene {
 void scene_update(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& u, const RealVec& uc,
                   bool is_static, double travel, ContactScene& scene);
 
-// scene_reach : what two faces may move towards each other unseen in an increment                  length
-double scene_reach(const ContactScene& scene);
+// scene_reach : what two faces of any rank may move towards each other unseen in an increment. Collective
+// with MeshPart::window.                                                                           length
+double scene_reach(const MeshPart& part, const ContactScene& scene);
 
 // scene_property : the last property of the deck that fits two faces, null: none does
 const ContactRule* scene_property(const BondDef& d, const ContactScene& scene, int a, int b);

@@ -57,18 +57,12 @@ bool points_divide(const Model& m, const OverlapWatch& watch)
   return point_fill_divides(m, LEAST_CELLS);
 }
 
-bool moves(const Model& m)
-{
-  return std::all_of(m.step.begin(), m.step.end(), [](const Step& s) { return s.proc == PROC_DYNAMIC; });
-}
-
 // Can each rank know the points and outer faces of the elements that it has alone? All points were elements,
-// contact is general in motion, or that of pairs, whose elements all ranks have, and all bodies know of each
-// other
+// contact is general, or that of pairs, whose elements all ranks have, and all bodies know of each other
 bool points_near(const Model& m, const OverlapWatch& watch)
 {
   const bool general = model_general_contact(m) >= 0;
-  if ((m.conversion.empty() && !general) || (general && !moves(m)) || !watch.pair.empty()) return false;
+  if ((m.conversion.empty() && !general) || !watch.pair.empty()) return false;
   for (const Body& b : m.body)
     if (b.fill != FILL_CONVERSION) return false;
   return std::none_of(m.bond.begin(), m.bond.end(), [&](const BondDef& d) {

@@ -55,6 +55,7 @@ struct WorkShare {
   double lost   = 0.0;         // increments lost since then to work that has become uneven
   bool stays = false;          // it cannot be divided again
   long lists = 0;              // ContactScene::built when it was asked last who is near
+  std::vector<NearFace> faces; // of this rank, where others come near that are not known
 };
 
 // work has become uneven; faces of general contact have come near that are not known
@@ -300,6 +301,9 @@ bool step_divides_again(Problem& p);
 // step_knows_near : are all faces here that places of general contact of this rank may meet, until lists of
 // near faces are made anew? Behind step_prepare. Collective.
 bool step_knows_near(Problem& p);
+
+// step_knows_faces : the same for the lists of scene. Collective.
+bool step_knows_faces(Problem& p, const ContactScene& scene);
 
 // step_divide_by : what the division after p.again goes by. Collective.
 DivideBy step_divide_by(const Problem& p);

@@ -19,9 +19,8 @@ double most_lost()
 }
 
 // faces of general contact of this rank, as lists of near ones know them
-std::vector<NearFace> faces_here(const Problem& p)
+std::vector<NearFace> faces_here(const Problem& p, const ContactScene& s)
 {
-  const ContactScene& s = p.d.scene;
   if (s.skin.empty()) return {};
   return near_own(p.m.part, near_faces(p.m, p.st.points, s.skin, s.u, s.uc, {s.part, s.most, s.margin}));
 }
@@ -50,13 +49,21 @@ bool step_divides_again(Problem& p)
 
 bool step_knows_near(Problem& p)
 {
-  const Model& m = p.m;
   const ContactScene& scene = p.d.scene;
-  if (!m.part.window || model_general_contact(m) < 0) return true;
+  if (!p.m.part.window || model_general_contact(p.m) < 0) return true;
   const bool made = scene.built != p.share.lists;
   if (comm_allreduce_max(static_cast<int>(made)) == 0) return true;
   p.share.lists = scene.built;
-  return near_known(m.part, faces_here(p));
+  return step_knows_faces(p, scene);
+}
+
+bool step_knows_faces(Problem& p, const ContactScene& scene)
+{
+  if (!p.m.part.window) return true;
+  std::vector<NearFace> own = faces_here(p, scene);
+  const bool known = near_known(p.m.part, own);
+  if (!known) p.share.faces.swap(own);
+  return known;
 }
 
 DivideBy step_divide_by(const Problem& p)
@@ -85,7 +92,8 @@ DivideBy step_divide_by(const Problem& p)
     kind.swap(all);
   }
   if (model_general_contact(m) < 0) return by;
-  for (const std::vector<NearFace>& own : comm_gather(faces_here(p)))
-    by.skin.insert(by.skin.end(), own.begin(), own.end());
+  for (const std::vector<NearFace>& now : {faces_here(p, p.d.scene), p.share.faces})
+    for (const std::vector<NearFace>& own : comm_gather(now))
+      by.skin.insert(by.skin.end(), own.begin(), own.end());
   return by;
 }

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/comm.h"
 #include "model/scheme.h"
 #include "step/step.h"
 
@@ -71,7 +72,9 @@ NewtonControls newton_controls(const Model& m, const Discretisation& d, const St
   c.breaks   = fm.on;
   for (const FractureDef& f : m.fracture) c.rubs = c.rubs || f.residual == SPLIT_GRANULAR;
   if (s.proc == PROC_STATIC && d.pairs.near) {
-    for (double mu : st.bonds.friction) c.slips = c.slips || mu > 0.0;
+    int slips = 0;
+    for (double mu : st.bonds.friction) slips = slips || mu > 0.0;
+    c.slips = m.part.window ? comm_allreduce_max(slips) > 0 : slips > 0;
     if (!c.breaks) c.patience = PATIENCE;
   }
   c.singular = s.proc == PROC_STATIC && fm.on && st.frac.neroded > 0;
@@ -98,22 +101,25 @@ void extrapolate(const Model& m, const State& st, const Dofs& dofs, double dt, A
 
 // General contact in statics: a place that met no face at t(n) and lies inside one now has come from further
 // than the search looked at.  Test: G1 (contact/g1_compare)
-Failure find_missed_contact(const Problem& p, State& st)
+Failure find_missed_contact(Problem& p)
 {
-  if (st.bonds.skin.empty()) return STATUS_OK;
+  State& st = p.st;
   const MeshPart& part = p.m.part;
+  if (model_general_contact(p.m) < 0) return STATUS_OK;
   if (part.on) halo_copy(part.halo, p.m.dim, st.np1.u);        // nodes of outer elements
+  if (part.window) point_tell_corners(st.points, p.d.mine, p.m.dim, {&st.np1.uc});
   double most = 0.0;
   for (size_t i = 0; i < st.n.u.size(); ++i) most = std::max(most, std::fabs(st.np1.u[i] - st.n.u[i]));
   for (size_t i = 0; i < st.n.uc.size(); ++i) most = std::max(most, std::fabs(st.np1.uc[i] - st.n.uc[i]));
   const int dim = p.m.dim;
   if (part.on) most = comm_allreduce_max(most);
-  if (2.0 * std::sqrt(dim) * most <= scene_reach(p.d.scene)) return STATUS_OK;
+  if (2.0 * std::sqrt(dim) * most <= scene_reach(part, p.d.scene)) return STATUS_OK;
   ContactScene scene = p.d.scene;
   ContactPairs pairs;
   RealVec xb;
   bond_places(p.m, st.points, st.bonds, st.np1.u, st.np1.uc, xb);
   scene_update(p.m, st.points, st.bonds, st.np1.u, st.np1.uc, true, 0.0, scene);
+  if (!step_knows_faces(p, scene)) return FACES_UNKNOWN;
   contact_search(p.m, st.points, st.bonds, st.np1.u, st.np1.uc, xb, scene, pairs);
   for (int b = 0; b < st.bonds.nbond; ++b) {
     if (st.bonds.skin_of[b] < 0 || p.d.pairs.master.count(b) || !pairs.master.count(b)) continue;
@@ -181,11 +187,11 @@ Failure step_increment(Problem& p, const Step& s, double t0, double dt, RealVec&
     failure = step_newton(p, a);
   }
   if (failure.ok() && st.bonds.nbond_all()) failure = augment(p, a);
-  if (failure.ok() && p.d.pairs.near) {
-    failure = step_contact_depth(st.bonds, p.d.pairs, st.np1, p.m.dim);
-    if (p.m.part.window) failure = failure_agree(failure);     // of places that other ranks do not know
-  }
-  if (failure.ok() && s.proc == PROC_STATIC) failure = find_missed_contact(p, st);
+  // of places that other ranks do not know
+  const auto agree = [&](const Failure& f) { return p.m.part.window ? failure_agree(f) : f; };
+  if (failure.ok() && p.d.pairs.near)
+    failure = agree(step_contact_depth(st.bonds, p.d.pairs, st.np1, p.m.dim));
+  if (failure.ok() && s.proc == PROC_STATIC) failure = agree(find_missed_contact(p));
   if (failure.ok() && half && half->on) {
     failure = step_half(p, a, *half);
     if (failure.ok()) failure = half_judge(s, dt, st.log.cuts, *half);

@@ -77,7 +77,7 @@ void begin_step(const Step& s, State& st)
 bool cut_helps(Status status)
 {
   return status != SOLVER_FAILED && status != BAD_VALUE && status != OUTSIDE_GRID && status != MASS_FAILED &&
-         status != INTERRUPTED && status != DIVISION_FAILED;
+         status != INTERRUPTED && status != FACES_UNKNOWN;
 }
 
 // how often increments were cut before the run stopped, and why they are not cut again
@@ -128,6 +128,8 @@ Failure interrupted(Problem& p, Output& out)
 // An increment under way
 struct Increment {
   StepLog before;              // of the increment before
+  StepClock clock;             // when it began
+  Ledger ledger;
   int cuts = 0;                // of the step, before it
   double dt = 0.0;             // of this attempt
   double shorter = 0.0;        // of the next one, when this fails
@@ -146,11 +148,32 @@ Failure interrupted_inside(Problem& p, Increment& inc, Output& out)
   return interrupted(p, out);
 }
 
+// back to where the increment began
+void forget_attempt(Problem& p, Increment& inc, Output& out)
+{
+  if (p.d.fm.on) step_undo(p, inc.undo);
+  out_erosion_undo(out);
+  p.st.ledger = inc.ledger;
+}
+
+// The run stops where the increment began, to be divided again with the faces that come near
+Failure stop_for_faces(Problem& p, const StepLog& before, const StepClock& clock)
+{
+  if (p.share.stays) return DIVISION_FAILED;
+  log_note("  faces come near that their ranks do not know: they become known");
+  p.st.log   = before;
+  p.st.clock = clock;
+  p.again    = AGAIN_NEAR;
+  return STATUS_OK;
+}
+
 // grid, rows, pattern and mass at t(n), the length of the first attempt, and the way back
 Failure begin_increment(Problem& p, const Step& s, const std::vector<double>& stops, Increment& inc)
 {
   State& st  = p.st;
   inc.before = st.log;
+  inc.clock  = st.clock;
+  inc.ledger = st.ledger;
   inc.cuts   = st.clock.cuts;
   st.log.cuts = 0;
   if (++st.log.inc > s.max_inc)
@@ -159,6 +182,7 @@ Failure begin_increment(Problem& p, const Step& s, const std::vector<double>& st
   const bool moves = s.proc == PROC_DYNAMIC;
   if (p.d.fm.on && !moves) step_undo_point(st, true, inc.undo);
   Failure failure = step_prepare(p, s);
+  if (failure.ok() && !step_knows_near(p)) return stop_for_faces(p, inc.before, inc.clock);
   if (failure.ok() && st.log.inc == 1 && moves && scheme_of(s).acceleration)
     failure = step_initial_acceleration(p, s, 0.0);
   inc.dt = clock_next(s, st.clock, stops);
@@ -169,18 +193,6 @@ Failure begin_increment(Problem& p, const Step& s, const std::vector<double>& st
   inc.half     = HalfWatch();
   inc.half.on  = moves && !s.direct && (s.half_force > 0.0 || s.half_part > 0.0);
   return failure;
-}
-
-// general contact of a divided model: when faces come near that are not known, it is divided again
-Failure look_around(Problem& p, const Step& s)
-{
-  if (!p.m.part.window || model_general_contact(p.m) < 0) return STATUS_OK;
-  const Failure failure = step_prepare(p, s);
-  if (!failure.ok() || step_knows_near(p)) return failure;
-  if (p.share.stays) return DIVISION_FAILED;
-  log_note("  faces come near that their ranks do not know: they become known");
-  p.again = AGAIN_NEAR;
-  return STATUS_OK;
 }
 
 // the increment over inc.dt; when it is good, it is t(n), and what breaks then breaks
@@ -295,10 +307,9 @@ Failure run_step(Problem& p, const Step& s, Output& out)
   p.ready = false;
   while (!clock_done(s, st.clock)) {
     if (check_ranks(st)) return interrupted(p, out);
-    Failure failure = look_around(p, s);
-    if (p.again) return STATUS_OK;
     // 1., 2. grid, rows, pattern, mass
-    if (failure.ok()) failure = begin_increment(p, s, stops, inc);
+    Failure failure = begin_increment(p, s, stops, inc);
+    if (p.again) return STATUS_OK;
     // 3., 4., 5. attempts, each shorter than the one before
     while (failure.ok()) {
       const Ledger before = st.ledger;
@@ -307,6 +318,10 @@ Failure run_step(Problem& p, const Step& s, Output& out)
       failure = STATUS_OK;
     }
     if (failure.status == INTERRUPTED) return interrupted_inside(p, inc, out);
+    if (failure.status == FACES_UNKNOWN) {
+      forget_attempt(p, inc, out);
+      return stop_for_faces(p, inc.before, inc.clock);
+    }
     if (!failure.ok()) return failure;
     accept(s, inc.dt, inc.half, st);
     warn_of_state(p, s);

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <numeric>
 #include <set>
 
@@ -511,24 +512,35 @@ std::vector<std::pair<int, int>> skin_in_deck(const Model& m, const IntVec& phas
   return out;
 }
 
-// all ranks know all faces of general contact: those of t = 0, and those that an element lays open which is
-// given to all with its neighbours
+Model touching_plate()
+{
+  Model m = plate(20);
+  m.bond.resize(1);
+  m.bond[0].general = true;
+  m.bond[0].include.resize(1);
+  m.bond[0].include[0].a.elset = 0;
+  return m;
+}
+
+// beside points from the start all ranks know all faces of general contact: those of t = 0, and those that an
+// element lays open which is given to all with its neighbours
 TEST(Divided, SkinIsThatOfAll)
 {
   if (comm_size() == 1) GTEST_SKIP();
-  const auto touching = [] {
-    Model m = plate(20);
-    m.bond.resize(1);
-    m.bond[0].general = true;
-    m.bond[0].include.resize(1);
-    m.bond[0].include[0].a.elset = 0;
-    return m;
-  };
-  const Model whole = touching();
+  const Model whole = touching_plate();
   Model m;
-  if (comm_rank() == 0) m = touching();
+  if (comm_rank() == 0) {
+    m = touching_plate();
+    m.elset.push_back({"NONE", {}, {}});
+    m.body.resize(1);
+    m.body[0].fill  = FILL_ELSET;
+    m.body[0].elset = static_cast<int>(m.elset.size()) - 1;
+  }
+  setenv("MPFE_DIVIDE", "1", 1);         // as small as it is
   dof_part(false, {}, m);
+  unsetenv("MPFE_DIVIDE");
   ASSERT_TRUE(m.part.on);
+  ASSERT_FALSE(m.part.window);
   EXPECT_LT(m.mesh.nelem(), whole.mesh.nelem());
   const auto at_start = skin_in_deck(whole, IntVec(whole.mesh.nelem(), AS_ELEMENT));
   EXPECT_EQ(at_start.size(), 79u);                   // one stands on a plane of symmetry
@@ -547,6 +559,31 @@ TEST(Divided, SkinIsThatOfAll)
   const auto later = skin_in_deck(whole, of_whole);
   EXPECT_EQ(later.size(), 83u);
   EXPECT_EQ(skin_in_deck(m, here), later);
+}
+
+// otherwise those of its own elements and of those near them, as the ranks of these tell
+TEST(Divided, SkinOfNearElements)
+{
+  if (comm_size() == 1) GTEST_SKIP();
+  const Model whole = touching_plate();
+  Model m;
+  if (comm_rank() == 0) m = touching_plate();
+  dof_part(false, {}, m);
+  ASSERT_TRUE(m.part.on);
+  ASSERT_TRUE(m.part.window);
+  std::vector<std::pair<int, int>> known;
+  double own = 0.0;
+  for (const auto& f : skin_in_deck(whole, IntVec(whole.mesh.nelem(), AS_ELEMENT))) {
+    const int e = m.part.elem_here(f.first);
+    if (e < 0) continue;
+    own += m.part.works(e);
+    known.push_back(f);
+  }
+  EXPECT_EQ(skin_in_deck(m, IntVec(m.mesh.nelem(), AS_ELEMENT)), known);
+  EXPECT_LT(known.size(), 79u);
+  EXPECT_GT(static_cast<double>(known.size()), own);
+  comm_sum(&own, 1);
+  EXPECT_EQ(own, 79.0);
 }
 
 // a face of an element of unit size, its box [x, x + 1] grown by a quarter
