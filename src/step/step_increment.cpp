@@ -105,7 +105,7 @@ Failure find_missed_contact(Problem& p)
 {
   State& st = p.st;
   const MeshPart& part = p.m.part;
-  if (model_general_contact(p.m) < 0) return STATUS_OK;
+  if (model_general_contact(p.m) < 0 || (st.bonds.skin.empty() && !part.window)) return STATUS_OK;
   if (part.on) halo_copy(part.halo, p.m.dim, st.np1.u);        // nodes of outer elements
   if (part.window) point_tell_corners(st.points, p.d.mine, p.m.dim, {&st.np1.uc});
   double most = 0.0;
