@@ -6,6 +6,7 @@
 #define MPFE_BASE_HALO_H
 
 #include "base/comm.h"
+#include "base/log.h"
 
 struct Halo {
   // [ranks] index of what that rank has too, in ascending order of the keys on both sides; its own is empty
@@ -42,6 +43,10 @@ void halo_copy_all(const Halo& h, int D, const std::vector<std::vector<T>*>& v)
   const std::vector<std::vector<T>> from = comm_exchange(to);
   for (std::size_t r = 0; r < h.common.size(); ++r) {
     auto next = from[r].begin();
+    std::size_t owned = 0;
+    for (int k : h.common[r]) owned += h.owner[k] == static_cast<int>(r);
+    MPFE_CHECK(from[r].size() == owned * v.size() * static_cast<std::size_t>(D),
+               "ranks disagree on whose things are");
     for (int k : h.common[r]) {
       if (h.owner[k] != static_cast<int>(r)) continue;
       for (std::vector<T>* x : v) {

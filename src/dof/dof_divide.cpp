@@ -380,6 +380,23 @@ void take_all(const Division& d, const ActiveGrid& grid, Dofs& s)
 // an element whose points go to another rank, by the number of the first of them
 struct Handed { int point, rank; };
 
+// [nelem] does another rank know the points of e and of all elements around it? Only then may it work on them:
+// all ranks that have a corner of e then have an element with it in common with that rank, and all agree on
+// the rank that the corner belongs to.
+//   in   common   elements whose points both know; of e this rank knows all around it
+std::vector<char> inside(const Model& m, const IntVec& common)
+{
+  const Mesh& mesh = m.mesh;
+  std::vector<char> both(mesh.nelem(), 0), rim(mesh.nnode(), 0);
+  for (int e : common) both[e] = 1;
+  const auto each = [&](int e, auto use) { std::for_each(mesh.conn.begin(e), mesh.conn.begin(e + 1), use); };
+  for (const ConversionDef& c : m.conversion)
+    for (int e : c.elem)
+      if (!both[e]) each(e, [&](int n) { rim[n] = 1; });
+  for (int e : common) each(e, [&](int n) { both[e] = both[e] && !rim[n]; });
+  return both;
+}
+
 // What the rank with the most work hands to the one with least among those that know points of its: elements
 // furthest towards it first
 std::vector<Handed> hand_over(const Model& m, const Points& pts, const RealVec& X, const RealVec& work,
@@ -397,8 +414,9 @@ std::vector<Handed> hand_over(const Model& m, const Points& pts, const RealVec& 
       to = r;
   if (to < 0) return out;
   std::vector<std::pair<double, int>> list;          // how far towards it, element
+  const std::vector<char> known = inside(m, around.common[to]);
   for (int e : around.common[to])
-    if (movable(e)) {
+    if (movable(e) && known[e]) {
       double along = 0.0;
       for (int i = 0; i < 3; ++i)
         along += X[3 * pts.of_elem[e] + i] * (rank[to].centre[i] - rank[me].centre[i]);
