@@ -389,7 +389,9 @@ std::vector<char> inside(const Model& m, const IntVec& common)
   const Mesh& mesh = m.mesh;
   std::vector<char> both(mesh.nelem(), 0), rim(mesh.nnode(), 0);
   for (int e : common) both[e] = 1;
-  const auto each = [&](int e, auto use) { std::for_each(mesh.conn.begin(e), mesh.conn.begin(e + 1), use); };
+  const auto each = [&](int e, auto use) {
+    std::for_each(mesh.conn.begin(e), mesh.conn.begin(e + 1), use);
+  };
   for (const ConversionDef& c : m.conversion)
     for (int e : c.elem)
       if (!both[e]) each(e, [&](int n) { rim[n] = 1; });
