@@ -380,9 +380,9 @@ void take_all(const Division& d, const ActiveGrid& grid, Dofs& s)
 // an element whose points go to another rank, by the number of the first of them
 struct Handed { int point, rank; };
 
-// [nelem] does another rank know the points of e and of all elements around it? Only then may it work on them:
-// all ranks that have a corner of e then have an element with it in common with that rank, and all agree on
-// the rank that the corner belongs to.
+// [nelem] does another rank know the points of e and of all elements around it? Only then may it work on
+// them: all ranks that have a corner of e then have an element with it in common with that rank, and all agree
+// on the rank that the corner belongs to.
 //   in   common   elements whose points both know; of e this rank knows all around it
 std::vector<char> inside(const Model& m, const IntVec& common)
 {
