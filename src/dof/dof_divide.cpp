@@ -381,8 +381,8 @@ void take_all(const Division& d, const ActiveGrid& grid, Dofs& s)
 struct Handed { int point, rank; };
 
 // [nelem] does another rank know the points of e and of all elements around it? Only then may it work on
-// them: all ranks that have a corner of e then have an element with it in common with that rank, and all agree
-// on the rank that the corner belongs to.
+// them: all ranks that have a corner of e then have an element with it in common with that rank, and all
+// agree on the rank that the corner belongs to.
 //   in   common   elements whose points both know; of e this rank knows all around it
 std::vector<char> inside(const Model& m, const IntVec& common)
 {
