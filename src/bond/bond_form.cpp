@@ -602,10 +602,11 @@ void bond_skin(const Model& m, const Points& pts, const std::vector<SkinFace>& s
     const double thickness = m.dim == 2 ? face.thickness : 1.0,
                  penalty   = skin_penalty(m, pts, d, skin[s], face);
     b.skin_penalty[s] = penalty;
-    if (m.part.window && !m.part.works(skin[s].points ? pts.parent[elem] : elem)) continue;
-    if (m.part.window)
+    if (m.part.window) {
+      if (!m.part.works(skin[s].element(pts))) continue;
       f.name = skin[s].points ? AT_POINTS + face_name(def, pts.part.point[elem], skin[s].face)
                               : face_name(def, m.part.elem_number(elem), skin[s].face);
+    }
     for (const FacePoint& p : face_lattice(face.n, face.X, parts)) {
       double N[4] = {0, 0, 0, 0};
       for (int k = 0; k < face.n; ++k) {

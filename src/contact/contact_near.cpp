@@ -41,7 +41,7 @@ std::vector<NearFace> near_faces(const Model& m, const Points& pts, const std::v
   std::vector<NearFace> out;
   for (const SkinFace& s : skin) {
     const MasterFace f = master_face(m, pts, s.points, {s.elem, s.face}, u, uc);
-    const int e        = s.points ? pts.parent[s.elem] : s.elem;
+    const int e        = s.element(pts);
     NearFace near = {e < 0 ? -1 : m.part.elem_number(e), f.size, {}};
     std::copy_n(f.lo, 3, near.box.lo);
     std::copy_n(f.hi, 3, near.box.hi);
@@ -49,6 +49,14 @@ std::vector<NearFace> near_faces(const Model& m, const Points& pts, const std::v
     out.push_back(near);
   }
   return out;
+}
+
+std::vector<NearFace> near_now(const Model& m, const Points& pts, const std::vector<SkinFace>& skin,
+                               const RealVec& u, const RealVec& uc, bool is_static, double travel)
+{
+  RealVec size;
+  for (const NearFace& f : near_faces(m, pts, skin, u, uc, {})) size.push_back(f.size);
+  return near_faces(m, pts, skin, u, uc, near_reach(is_static, travel, size));
 }
 
 std::vector<NearFace> near_own(const MeshPart& part, std::vector<NearFace> face)

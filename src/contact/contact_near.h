@@ -29,6 +29,10 @@ std::vector<NearFace> near_faces(const Model& m, const Points& pts, const std::v
 // near_reach : of lists that are made now; size: of the faces
 NearReach near_reach(bool is_static, double travel, const RealVec& size);
 
+// near_now : near_faces for lists that are made now
+std::vector<NearFace> near_now(const Model& m, const Points& pts, const std::vector<SkinFace>& skin,
+                               const RealVec& u, const RealVec& uc, bool is_static, double travel);
+
 // near_own : faces of elements that this rank works on
 std::vector<NearFace> near_own(const MeshPart& part, std::vector<NearFace> face);
 

@@ -69,7 +69,7 @@ SideFaces side_faces(const Model& m, const Points& pts, const ContactSide& side)
 bool on_side(const Model& m, const Points& pts, const SkinFace& f, const ContactSide& side,
              const SideFaces& faces)
 {
-  const int element = f.points ? pts.parent[f.elem] : f.elem;
+  const int element = f.element(pts);
   if (side.elset >= 0) {
     const IntVec& set = m.part.on ? side.elem : m.elset[side.elset].item;
     return element >= 0 && std::binary_search(set.begin(), set.end(), element);
@@ -128,7 +128,7 @@ void describe(const Model& m, const Points& pts, const Bonds& bonds, ContactScen
     if (f.points) ++outer[f.elem];
   for (const SkinFace& f : s.skin) {
     const MasterFace at_start = face_at_start(m, pts, f.points, {f.elem, f.face});
-    const int element = f.points ? pts.parent[f.elem] : f.elem;
+    const int element = f.element(pts);
     s.field.push_back(grid_field(pts, f));
     if (f.points && pts.released[f.elem]) s.body.push_back(-1 - f.elem);       // a body by itself
     else if (element >= 0) s.body.push_back(s.part_of_node[m.mesh.conn.begin(element)[0]]);

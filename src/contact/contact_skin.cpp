@@ -221,7 +221,7 @@ void tell_skin(const Model& m, const Points& pts, std::vector<SkinFace>& skin)
   std::vector<SkinFace> own;
   std::vector<std::vector<SkinOfElem>> of(m.mesh.nelem()), tell(ranks);
   for (const SkinFace& f : skin) {
-    const int e = f.points ? pts.parent[f.elem] : f.elem;
+    const int e = f.element(pts);
     if (!m.part.works(e)) continue;
     own.push_back(f);
     of[e].push_back({m.part.elem[e], f.points ? f.elem - pts.of_elem[e] : -1, f.face});

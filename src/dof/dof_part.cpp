@@ -87,11 +87,7 @@ bool asked(const Model& m)
 IntVec elements_of_all(const Model& m)
 {
   IntVec all;
-  IntVec surface(m.surface.size(), 0);
-  for (const BondDef& d : m.bond)
-    for (int s : {d.surface, d.master})
-      if (s >= 0) surface[s] = 1;
-  if (!m.part.window) surface = model_bonded_surfaces(m);
+  const IntVec surface = model_bonded_surfaces(m, !m.part.window);
   for (std::size_t s = 0; s < surface.size(); ++s)
     if (surface[s])
       for (const Face& f : m.surface[s].face) all.push_back(f.elem);
@@ -111,9 +107,7 @@ std::vector<NearFace> skin_at_start(const Model& m)
   std::vector<SkinFace> skin;
   for (const Face& f : m.part.skin) skin.push_back({f.elem, f.face, 0});
   const RealVec u(static_cast<std::size_t>(m.mesh.nnode()) * m.dim, 0.0), uc;
-  RealVec size;
-  for (const NearFace& f : near_faces(m, Points(), skin, u, uc, {})) size.push_back(f.size);
-  return near_faces(m, Points(), skin, u, uc, near_reach(true, 0.0, size));
+  return near_now(m, Points(), skin, u, uc, true, 0.0);
 }
 
 // lists of the ranks, and what all have of others, each once, ascending

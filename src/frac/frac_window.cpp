@@ -172,7 +172,7 @@ void take_bonds(const Model& m, const Points& whole, State& st)
       if (i >= 0) i = face[i] >= 0 ? face[i] : NOT_HERE;
   const auto is_own = [&](int i) {
     const SkinFace none, &f = i >= 0 ? b.skin[i] : none;
-    return i == -1 || (i >= 0 && m.part.works(f.points ? st.points.parent[f.elem] : f.elem));
+    return i == -1 || (i >= 0 && m.part.works(f.element(st.points)));
   };
   IntVec list;
   ListTable a;

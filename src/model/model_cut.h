@@ -50,8 +50,8 @@ struct ModelLists {
 ModelLists model_lists_of_work(Model& m);
 ModelLists model_lists_of_all(Model& m);
 
-// model_bonded_surfaces : [surface] 1: bonds or contact hold it
-IntVec model_bonded_surfaces(const Model& m);
+// model_bonded_surfaces : [surface] 1: bonds or contact pairs hold it; sides: or it is one of general contact
+IntVec model_bonded_surfaces(const Model& m, bool sides = true);
 
 // model_removed : [nelem] 1: *MODEL CHANGE, REMOVE takes it away
 IntVec model_removed(const Model& m);

@@ -95,6 +95,8 @@ struct SkinFace {
   int elem = -1, face = -1;
   int points = 0;              // 0: of an element, 1: of a point, 2: of a released one
   bool operator==(const SkinFace& b) const { return elem == b.elem && face == b.face && points == b.points; }
+  // the element that has it, or had it before it became points; -1: of a point from the start
+  int element(const Points& pts) const { return points ? pts.parent[elem] : elem; }
 };
 
 // Bonds tie side A (nodes or corners) to the grid or to the ground (doc/theory.md 4)

@@ -160,7 +160,7 @@ void join_skin(const MeshPart& mesh, const Joiner& of_bonds, const Points& p, co
   IntVec own, face;
   for (std::size_t i = 0; i < b.skin.size(); ++i) {
     const SkinFace& f = b.skin[i];
-    if (mesh.works(mesh.elem_here(f.points ? p.parent[f.elem] : f.elem))) own.push_back(static_cast<int>(i));
+    if (mesh.works(mesh.elem_here(f.element(p)))) own.push_back(static_cast<int>(i));
     face.insert(face.end(), {f.points ? p.part.point[f.elem] : f.elem, f.face, f.points});
   }
   const Joiner of_skin(own, name);

@@ -383,40 +383,27 @@ bool out_restart_load(const Model& m, const std::string& path, Archive& f)
 
 std::vector<NearFace> out_restart_skin(const Model& m, const std::string& path)
 {
-  if (path.empty() || comm_size() == 1 || model_general_contact(m) < 0) return {};
+  const bool waits = std::all_of(m.body.begin(), m.body.end(),
+                                 [](const Body& b) { return b.fill == FILL_CONVERSION; });
+  if (path.empty() || comm_size() == 1 || model_general_contact(m) < 0 || !waits) return {};
   const CommAlone alone;
-  log_mute(true);              // out_restart_load says what is wrong
   Archive f;
-  f.reading = f.filed = true;
-  Origin origin;
-  State s;
-  bool good = open_file(path, f);
-  if (good) {
-    io(f, origin);
-    good = fits(path, m, origin);
-  }
   Lengths length;
+  State s;
   ActiveGrid grid;
   Output out;
+  s.points.surface.resize(m.surface.size());         // as at t = 0
+  const Points begin = s.points;
+  log_mute(true);              // what is wrong is told when the file is read
+  bool good = out_restart_load(m, path, f);
+  log_mute(false);
   if (good) io_content(f, length, s, grid, out);
   if (f.file) std::fclose(f.file);
-  log_mute(false);
-  // damaged in a way that the checksum has not told: out_reopen sees it
-  const Points& p  = s.points;
-  const auto known = [&](const SkinFace& k) {
-    return k.elem >= 0 && k.elem < (k.points ? p.npoint : m.mesh.nelem());
-  };
-  const std::size_t nodal = static_cast<std::size_t>(m.mesh.nnode()) * m.dim;
-  if (!good || !f.good || s.n.u.size() != nodal || s.n.v.size() != nodal ||
-      s.n.uc.size() != p.Xc.size() || p.parent.size() != static_cast<std::size_t>(p.npoint) ||
-      !std::all_of(s.bonds.skin.begin(), s.bonds.skin.end(), known))
-    return {};
+  if (!good || !f.good || state_fault(m, begin, s)) return {};
   double most = 0.0;
   for (const RealVec* v : {&s.n.v, &s.n.vc})
     for (double x : *v) most = std::max(most, std::fabs(x));
-  RealVec size;
-  for (const NearFace& k : near_faces(m, p, s.bonds.skin, s.n.u, s.n.uc, {})) size.push_back(k.size);
-  return near_faces(m, p, s.bonds.skin, s.n.u, s.n.uc, near_reach(false, 2.0 * s.clock.dt * most, size));
+  return near_now(m, s.points, s.bonds.skin, s.n.u, s.n.uc, false, 2.0 * s.clock.dt * most);
 }
 
 // ---------------------------------------------------------------------------

@@ -139,21 +139,20 @@ struct Increment {
   RealVec energy;              // of step_increment
 };
 
-// within an increment: it is forgotten, and the run goes on with it
-Failure interrupted_inside(Problem& p, Increment& inc, Output& out)
-{
-  if (p.d.fm.on) step_undo(p, inc.undo);
-  out_erosion_undo(out);
-  p.st.log = inc.before;
-  return interrupted(p, out);
-}
-
 // back to where the increment began
 void forget_attempt(Problem& p, Increment& inc, Output& out)
 {
   if (p.d.fm.on) step_undo(p, inc.undo);
   out_erosion_undo(out);
+  p.st.log    = inc.before;
   p.st.ledger = inc.ledger;
+}
+
+// within an increment: it is forgotten, and the run goes on with it
+Failure interrupted_inside(Problem& p, Increment& inc, Output& out)
+{
+  forget_attempt(p, inc, out);
+  return interrupted(p, out);
 }
 
 // The run stops where the increment began, to be divided again with the faces that come near
