@@ -568,7 +568,7 @@ Failure assem_dead_loads(const Model& m, const Discretisation& d, const Dofs& do
                          const Step& step, const LoadTime& at, Warned& warned, RealVec& fext)
 {
   const bool divided    = m.part.on;
-  const Dofs* const own = divided && !m.part.points ? &dofs : nullptr;         // all ranks know all points
+  const Dofs* const own = divided ? &dofs : nullptr;
   RealVec fn(static_cast<size_t>(m.mesh.nnode()) * m.dim, 0.0), fc(st.points.Xc.size(), 0.0);
   RealVec far(divided ? fc.size() : 0, 0.0);
   Failure failure;

@@ -337,39 +337,6 @@ void warn_same_way(const Model& m, const Points& pts, const BondDef& d)
              m.surface[d.master].name.c_str());
 }
 
-struct FaceOfRank {
-  FaceNodes face;
-  int point, side, rank;       // point and its face, to put those of all ranks in order; rank -1: of elements
-};
-
-// Faces of a surface. Where each rank has points of its own: those of a body of all ranks, as one rank has
-// them (collective)
-std::vector<FaceOfRank> faces_of_all(const Model& m, const Points& pts, int surface)
-{
-  const Surface& s = m.surface[surface];
-  const PointPart& part = pts.part;
-  const int nnode = m.mesh.nnode();
-  std::vector<FaceOfRank> all;
-  for (const Face& f : s.body >= 0 ? pts.surface[surface] : s.face)
-    all.push_back({face_nodes(m, pts, s.body, f), f.elem, f.face, -1});
-  if (!part.on || s.body < 0) return all;
-  for (FaceOfRank& f : all) {                        // in numbers of all ranks
-    f.point = part.point[f.point];
-    f.rank  = comm_rank();
-    for (int k = 0; k < f.face.n; ++k) f.face.kin[k] = part.corner[f.face.kin[k] - nnode];
-  }
-  comm_allgatherv(all);
-  std::sort(all.begin(), all.end(), [](const FaceOfRank& a, const FaceOfRank& b) {
-    return a.point != b.point ? a.point < b.point : a.side < b.side;
-  });
-  for (FaceOfRank& f : all)
-    for (int k = 0; k < f.face.n; ++k) {
-      const auto here = std::lower_bound(part.corner.begin(), part.corner.end(), f.face.kin[k]);
-      f.face.kin[k]   = nnode + static_cast<int>(here - part.corner.begin());
-    }
-  return all;
-}
-
 }  // namespace
 
 int bond_form(const Model& m, const Points& pts, Bonds& bonds)
@@ -385,9 +352,9 @@ int bond_form(const Model& m, const Points& pts, Bonds& bonds)
                       : def.kind == BOND_GROUND ? SIDE_GROUND
                                                 : m.body[def.body].field;
     Former f{m, bonds, static_cast<int>(d), first, {}};
-    for (const FaceOfRank& face : faces_of_all(m, pts, def.surface)) {
-      form_face(f, face.face, field);
-      if (pts.part.on) bonds.rank.resize(bonds.nbond, face.rank);
+    for (const Face& face : s.body >= 0 ? pts.surface[def.surface] : s.face) {
+      form_face(f, face_nodes(m, pts, s.body, face), field);
+      if (pts.part.on) bonds.rank.resize(bonds.nbond, s.body >= 0 ? pts.part.rank[face.elem] : -1);
     }
     finish(f, first);
     if (field >= 0) errors += outside_grid(m, def, bonds, first);
@@ -622,6 +589,7 @@ void bond_skin(const Model& m, const Points& pts, const std::vector<SkinFace>& s
     }
   }
   finish(f, first);
+  if (pts.part.on) b.rank.resize(b.nbond, -1);
 }
 
 IntVec bond_rebuild(const Model& m, const Points& pts, const std::vector<BondFace>& face,

@@ -249,15 +249,15 @@ void take_bonds(Dofs& s)
 }
 
 // points and groups of this rank
-void take_points(const Division& d, const ActiveGrid& grid, Dofs& s)
+void take_points(const IntVec& rank, const ActiveGrid& grid, Dofs& s)
 {
   const int me = comm_rank();
   s.owned_point.clear();
   for (int q = 0; q < grid.point.size(); ++q)
-    if (d.point[q] == me) s.owned_point.push_back(q);
+    if (rank[q] == me) s.owned_point.push_back(q);
   s.owned_group.clear();
   for (int k = 0; k < s.group.size(); ++k)
-    if (d.point[s.group_first[k]] == me) s.owned_group.push_back(k);
+    if (rank[s.group_first[k]] == me) s.owned_group.push_back(k);
 }
 
 void take_owned(const Division& d, const ActiveGrid& grid, Elements& el, Dofs& s)
@@ -269,7 +269,7 @@ void take_owned(const Division& d, const ActiveGrid& grid, Elements& el, Dofs& s
     for (int slot : b.live)
       if (d.elem[b.elem[slot]] == me) b.owned.push_back(slot);
   }
-  take_points(d, grid, s);
+  take_points(d.point, grid, s);
   s.owned_ghost.clear();
   for (int q = 0; q < grid.ghost.size(); ++q)
     if (s.owner[s.nfe + grid.ghost.begin(q)[0]] == me) s.owned_ghost.push_back(q);
@@ -360,7 +360,7 @@ double largest_part(const std::vector<RankWork>& rank)
 }
 
 // one rank, or a divided model: all that is here
-void take_all(const Division& d, const ActiveGrid& grid, Dofs& s)
+void take_all(const IntVec& rank, const ActiveGrid& grid, Dofs& s)
 {
   const auto all = [](IntVec& list, int n) {
     if (static_cast<int>(list.size()) == n) return;
@@ -370,7 +370,7 @@ void take_all(const Division& d, const ActiveGrid& grid, Dofs& s)
   s.owned_bond = s.bond_acts;
   s.bond_owned.assign(s.bond.size(), 1);
   all(s.owned_ghost, grid.ghost.size());
-  if (!d.point.empty()) return take_points(d, grid, s);        // all ranks know all points
+  if (!rank.empty()) return take_points(rank, grid, s);
   all(s.owned_point, grid.point.size());
   all(s.owned_group, s.group.size());
 }
@@ -559,11 +559,11 @@ void share_points(const Points& pts, const Division& d, GridShare& g)
 {
   const int me = comm_rank();
   for (int q = pts.npoint - 1; q >= 0; --q) {
-    const int rank = pts.part.on ? me : d.point[q];
+    const int rank = pts.part.on ? pts.part.rank[q] : d.point[q];
     g.point[q] = rank == me;
     for (int k = pts.conn.off[q]; k < pts.conn.off[q + 1]; ++k) g.owner[pts.conn.item[k]] = rank;
   }
-  if (pts.part.window && pts.part.held) g.owner = pts.part.halo.owner;
+  if (pts.part.held) g.owner = pts.part.halo.owner;
 }
 
 }  // namespace
@@ -571,8 +571,8 @@ void share_points(const Points& pts, const Division& d, GridShare& g)
 void dof_share_grid(const Model& m, const Points& pts, const Bonds& bonds, const ContactPairs& pairs,
                     const Division& d, GridShare& g)
 {
-  // points of each rank, their corners and bonds stay as they are
-  if (pts.part.on && g.on && g.point.size() == static_cast<size_t>(pts.npoint)) return;
+  // points of each rank, their corners and bonds stay as they are, but for what contact meets
+  if (pts.part.on && g.on && g.point.size() == static_cast<size_t>(pts.npoint) && pairs.gap.empty()) return;
   g    = GridShare();
   g.on = m.part.on;
   if (!g.on) return;
@@ -585,7 +585,7 @@ void dof_share_grid(const Model& m, const Points& pts, const Bonds& bonds, const
     for (int k = pts.conn.off[q]; k < pts.conn.off[q + 1] && g.point[q]; ++k) g.corner[pts.conn.item[k]] = 1;
   const int nnode = m.mesh.nnode();
   const auto take = [&](const ListTable& list, int b) {
-    for (int k = list.off[b]; k < list.off[b + 1] && !pts.part.on; ++k)
+    for (int k = list.off[b]; k < list.off[b + 1]; ++k)
       if (list.item[k] >= nnode) g.corner[list.item[k] - nnode] = 1;
   };
   for (int b = 0; b < bonds.nbond; ++b) {
@@ -616,9 +616,10 @@ bool dof_divide(const Model& m, const Points& pts, const Level& now, const Activ
   const Mesh& mesh = m.mesh;
   if (comm_size() == 1 || m.part.on) {
     if (!m.part.on || m.part.points) d = Division();
-    const bool other = s.point_rank != d.point;
-    take_all(d, grid, s);
-    s.point_rank = d.point;
+    const IntVec& rank = m.part.points ? pts.part.rank : d.point;
+    const bool other   = s.point_rank != rank;
+    take_all(rank, grid, s);
+    s.point_rank = rank;
     return other;
   }
   bool again = d.ranks != comm_size();

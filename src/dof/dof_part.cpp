@@ -41,20 +41,27 @@ bool asks_pieces(const Model& m)
                                        [](const HistoryDef& h) { return h.what == "NFRAG"; });
 }
 
-// Can each rank have material points of its own? They are there from the start, nothing becomes one,
-// there is no contact, and all bodies know of each other
+// do two bodies that fill elements share nodes, and a field of the grid?
+bool bodies_share_corners(const Model& m)
+{
+  std::map<std::pair<int, int>, int> body;           // of a field and a node
+  for (size_t b = 0; b < m.body.size(); ++b)
+    for (int e : m.body[b].fill == FILL_ELSET ? m.elset[m.body[b].elset].item : IntVec())
+      for (int k = 0; k < m.mesh.conn.count(e); ++k) {
+        const auto known = body.emplace(std::make_pair(m.body[b].field, m.mesh.conn.begin(e)[k]), b).first;
+        if (known->second != static_cast<int>(b)) return true;
+      }
+  return false;
+}
+
+// Can each rank have material points of its own? They are there from the start, nothing becomes one, and all
+// bodies know of each other
 bool points_divide(const Model& m, const OverlapWatch& watch)
 {
   if (m.body.empty() || !m.conversion.empty() || !watch.pair.empty() || asks_pieces(m)) return false;
-  std::set<int> fields;        // of bodies that fill elements
-  for (const Body& b : m.body) {
+  for (const Body& b : m.body)
     if (b.fill == FILL_CONVERSION) return false;
-    // they may share corners
-    if (b.fill == FILL_ELSET && !fields.insert(b.field).second) return false;
-  }
-  for (const BondDef& d : m.bond)
-    if (d.kind == BOND_CONTACT || d.surface < 0) return false;
-  return point_fill_divides(m, LEAST_CELLS);
+  return !bodies_share_corners(m) && point_fill_divides(m, LEAST_CELLS);
 }
 
 // Can each rank know the points and outer faces of the elements that it has alone? All points were elements,

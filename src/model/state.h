@@ -14,19 +14,18 @@ enum { FIELD_OWN = -1 };
 enum HangOn { HANG_GRID, HANG_NODE, HANG_CORNERS, HANG_OWN };
 
 // Several ranks that do not all know all points.
-// on (MeshPart::points): each has points of its own. Points of others that share a corner with these are
-// known by their corners alone.
+// on (MeshPart::points): each has points of its own. Those of others are here, to be looked at, where bonds
+// or contact hold a face of theirs; others that share a corner with what is here are known by their corners.
 // window (MeshPart::window): each has the points of the elements that it has, its own and outer ones, and
 // works on those of its own.
 struct PointPart {
   bool on = false, window = false;
   int npoint = 0, ncorner = 0; // of all ranks
-  // [npoint], [ncorner] number among those of all ranks, ascending (not corners of a window). Corners that
-  // bonds hold are on all ranks, also where no point has them (held: there are such, on any rank; or corners
-  // of outer elements)
+  // [npoint], [ncorner] number among those of all ranks, ascending (not corners of a window)
   IntVec point, corner;
+  IntVec rank;                 // on: [npoint] who works on it
   IntVec numbered;             // window: corners in the order of their numbers
-  bool held = false;
+  bool held = false;           // some rank has a corner of points of others alone
   Halo halo;                   // corners that other ranks have too; their owner has a point with it
   std::vector<char> several;   // window: [ncorner] points of several ranks have it
   ListTable near;              // corners of those points: its own, and ncorner + place in foreign
@@ -83,6 +82,7 @@ struct Points {
   // number of a corner among those of all ranks, and the way back (-1: it is not here)
   int corner_number(int c) const { return part.corner.empty() ? c : part.corner[c]; }
   int corner_here(int number) const;
+  int point_here(int number) const;      // PointPart::on; -1: it is not here
 };
 
 // Bonds::field where side B is no grid

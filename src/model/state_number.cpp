@@ -5,9 +5,9 @@
 
 namespace {
 
-// node, elem, corner: index to index; before, now: nodes of the mesh, behind which corners are counted
-template <class Node, class Elem, class Corner>
-void renumber(int before, int now, Node node, Elem elem, Corner corner, State& st)
+// node, elem, point, corner: index to index; before, now: nodes of the mesh, behind which corners are counted
+template <class Node, class Elem, class Point, class Corner>
+void renumber(int before, int now, Node node, Elem elem, Point point, Corner corner, State& st)
 {
   Points& p = st.points;
   for (int& e : p.parent)
@@ -17,7 +17,7 @@ void renumber(int before, int now, Node node, Elem elem, Corner corner, State& s
   Bonds& b = st.bonds;
   for (int& k : b.a.item) k = k < before ? node(k) : now + corner(k - before);
   for (SkinFace& f : b.skin)
-    if (!f.points) f.elem = elem(f.elem);
+    f.elem = f.points ? point(f.elem) : elem(f.elem);
   for (IntVec* list : {&st.frac.releasing, &st.frac.converted})
     for (int& e : *list) e = elem(e);
 }
@@ -37,6 +37,12 @@ int Points::corner_here(int number) const
   return here != part.numbered.end() && list[*here] == number ? *here : -1;
 }
 
+int Points::point_here(int number) const
+{
+  const auto here = std::lower_bound(part.point.begin(), part.point.end(), number);
+  return here != part.point.end() && *here == number ? static_cast<int>(here - part.point.begin()) : -1;
+}
+
 IntVec deck_order(const MeshPart& part)
 {
   IntVec node(part.deck.size());
@@ -51,6 +57,7 @@ void state_to_deck(const MeshPart& part, State& st)
   renumber(
       static_cast<int>(part.node.size()), part.nnode, [&](int n) { return part.deck[n]; },
       [&](int e) { return part.elem[e]; },
+      [&](int p) { return st.points.part.on ? st.points.part.point[p] : p; },
       [&](int c) { return st.points.corner_number(c); }, st);
 }
 
@@ -71,6 +78,7 @@ void state_from_deck(const MeshPart& part, State& st)
   renumber(
       part.nnode, nnode, here,
       [&](int e) { return part.elem_here(e); },
+      [&](int p) { return st.points.part.on ? st.points.point_here(p) : p; },
       [&](int c) {                           // what is no number of a corner is none here either
         const int corner = st.points.corner_here(c);
         return corner < 0 ? st.points.ncorner : corner;

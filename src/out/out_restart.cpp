@@ -152,6 +152,7 @@ std::vector<ArchivePart> parts_of(const Model& m, const Points& pts)
   if (!own.on) return part;
   part[PER_POINT].whole  = own.npoint;
   part[PER_POINT].item   = own.point;
+  for (int rank : own.rank) part[PER_POINT].brings.push_back(rank == comm_rank());
   part[PER_CORNER].whole = own.ncorner;
   part[PER_CORNER].item  = own.corner;
   for (int owner : own.halo.owner) part[PER_CORNER].brings.push_back(owner == comm_rank());

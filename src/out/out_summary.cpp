@@ -169,7 +169,9 @@ void print_sections(std::FILE* file, const Model& m, const Elements& el)
 void print_bodies(std::FILE* file, const Model& m, const Points& pts)
 {
   if (pts.npoint_all() == 0) return;
-  double faces = static_cast<double>(pts.boundary.size());
+  const auto own = [&](int p) { return !m.part.points || point_counts(m, pts, p); };
+  double faces = 0.0;
+  for (const Face& f : pts.boundary) faces += own(f.elem);
   if (m.part.points) out_sum(m, &faces, 1);
   std::fprintf(file, "  points          %d with %d corners, %.0f faces on the boundary\n", pts.npoint_all(),
                pts.part.on ? pts.part.ncorner : pts.ncorner, faces);
@@ -177,7 +179,7 @@ void print_bodies(std::FILE* file, const Model& m, const Points& pts)
     double sum[3] = {0.0, 0.0, 0.0};       // points, volume, mass
     Box box;
     for (int p = 0; p < pts.npoint; ++p) {
-      if (pts.body[p] != static_cast<int>(i)) continue;
+      if (pts.body[p] != static_cast<int>(i) || !own(p)) continue;
       sum[0] += 1.0;
       sum[1] += pts.V0[p];
       sum[2] += pts.mass[p];
@@ -223,9 +225,12 @@ void print_viscous(std::FILE* file, const Model& m, const Points& pts)
 {
   for (const ViscousBoundary& v : m.viscous) {
     const Surface& s  = m.surface[v.surface];
-    const auto works = [&](const Face& f) { return m.part.works(f.elem); };
-    double face = static_cast<double>(s.body >= 0 ? static_cast<long>(pts.surface[v.surface].size())
-                                                  : std::count_if(s.face.begin(), s.face.end(), works));
+    const bool body    = s.body >= 0;
+    const auto counts  = [&](const Face& f) {
+      return body ? point_counts(m, pts, f.elem) : m.part.works(f.elem);
+    };
+    const std::vector<Face>& list = body ? pts.surface[v.surface] : s.face;
+    double face = static_cast<double>(std::count_if(list.begin(), list.end(), counts));
     out_sum(m, &face, 1);
     std::fprintf(file, "  dampers %-7s %.0f faces, factors %g along the normal, %g across\n", s.name.c_str(),
                  face, v.a, v.b);

@@ -241,10 +241,11 @@ Shown points_shown(const Model& m, const Points& pts)
 {
   Shown s;
   const bool known = m.part.on && !m.part.points && !pts.part.window;
-  IntVec place(pts.ncorner, pts.part.window ? -1 : 0);
+  const bool others = pts.part.on || pts.part.window;          // are some here?
+  IntVec place(pts.ncorner, others ? -1 : 0);
   if (known && comm_rank() > 0) return s;
   for (int p = 0; p < pts.npoint; ++p) {
-    if (pts.part.window && !point_counts(m, pts, p)) continue;
+    if (others && !point_counts(m, pts, p)) continue;
     s.point.push_back(p);
     for (int k = pts.conn.off[p]; k < pts.conn.off[p + 1]; ++k) place[pts.conn.item[k]] = 0;
   }

@@ -4,6 +4,9 @@
 #ifndef MPFE_POINT_FILLER_H
 #define MPFE_POINT_FILLER_H
 
+#include <algorithm>
+
+#include "base/comm.h"
 #include "point/point.h"
 
 // Domains of all ranks that are not made yet: corners by their numbers among those of all ranks
@@ -24,6 +27,12 @@ struct Filler {
   int errors = 0;
   int at_node[8] = {};         // corners at the nodes of the element, of those that hang
   FillPlan* plan = nullptr;    // nothing is made, but planned
+  const IntVec* known = nullptr;         // numbers of points that all ranks know, ascending
+  // is the point with this number here, when its rank has its cell?
+  bool has(int number, int rank) const
+  {
+    return rank == comm_rank() || std::binary_search(known->begin(), known->end(), number);
+  }
 };
 
 // fill_corner : adds a corner, returns its index
@@ -45,10 +54,11 @@ void share_corners(const std::vector<char>& own, PointPart& part);
 std::vector<IntVec> fill_ranks(const Model& m);
 
 // fill_box : the points of a body in a box. rank: of fill_ranks; empty: all of them are of this rank, as on
-// one rank. Else numbers, PointPart::near and foreign (numbers of all ranks, not sorted yet) go on.
+// one rank. Else those of this rank and those that all know; numbers, PointPart::rank, near and foreign
+// (numbers of all ranks, not sorted yet) go on.
 void fill_box(Filler& f, int body, const IntVec& rank);
 
-// fill_planned : the points of this rank of a body that were planned, as fill_box
+// fill_planned : the points of a body that were planned, as fill_box
 void fill_planned(Filler& f, int body, const FillPlan& plan, const IntVec& rank);
 
 #endif

@@ -239,11 +239,12 @@ inline const Material& point_material(const Model& m, const Points& pts, int p)
   return m.material[m.body[pts.body[p]].material];
 }
 
-// point_counts : divided model: does point p count on this rank in a sum, when all ranks know all points?
-// Else: true
+// point_counts : divided model: does point p, which several ranks know, count on this one in a sum?
 inline bool point_counts(const Model& m, const Points& pts, int p)
 {
-  return !m.part.on || pts.part.on || (pts.parent[p] < 0 ? comm_rank() == 0 : m.part.works(pts.parent[p]));
+  if (!m.part.on) return true;
+  if (pts.part.on) return pts.part.rank[p] == comm_rank();
+  return pts.parent[p] < 0 ? comm_rank() == 0 : m.part.works(pts.parent[p]);
 }
 
 // point_ip_fields : results of a point; of l displacements of corners and degradation are read

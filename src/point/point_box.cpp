@@ -171,16 +171,16 @@ IntVec number_corners(const Box& box, const std::vector<char>& filled, int& next
   return number;
 }
 
-// adds the corners of domains of this rank, ascending by number; index of each corner of the box, -1: it is
+// adds the corners of domains that are here, ascending by number; index of each corner of the box, -1: it is
 // not here
-IntVec add_corners(Filler& f, const Box& box, const IntVec& number, const std::vector<char>& mine)
+IntVec add_corners(Filler& f, const Box& box, const IntVec& number, const std::vector<char>& here)
 {
   std::vector<std::pair<int, size_t>> list;            // number, place in the box
   std::vector<char> known(box.corners(), 0);
   each_domain(box, [&](size_t domain, size_t, const int* at) {
     size_t corner[8];
     const int nen = corners_of(box, at, corner);
-    for (int a = 0; a < nen && mine[domain]; ++a) {
+    for (int a = 0; a < nen && here[domain]; ++a) {
       if (!known[corner[a]]) list.emplace_back(number[corner[a]], corner[a]);
       known[corner[a]] = 1;
     }
@@ -234,7 +234,7 @@ IntVec near_elements(const Model& m, const RealVec& X, const RealVec& work, cons
   return rank;
 }
 
-// a domain of another rank that shares a corner with those of this one
+// a domain of another rank that is not here: does it share a corner with those of this one?
 void add_near(const IntVec& number, const IntVec& index, Shape shape, const size_t* corner, int nen,
               PointPart& part)
 {
@@ -254,24 +254,26 @@ void join_ring(Points& p, int point, int& last)
   last = point;
 }
 
-// The next domain of all ranks: a point when it is one of this rank (mine), else known when it is near
-//   in   corner   [nen] places of its corners in number (of all ranks) and index (here, -1: it is not here)
+// The next domain of all ranks: a point when it is here, else known when it is near
+//   in   rank     who works on it
+//        corner   [nen] places of its corners in number (of all ranks) and index (here, -1: it is not here)
 //        last     of join_ring, for its cell
-void take_domain(Filler& f, int body, Shape shape, bool mine, const size_t* corner, const IntVec& number,
-                 const IntVec& index, int& last)
+void take_domain(Filler& f, int body, Shape shape, bool here, int rank, const size_t* corner,
+                 const IntVec& number, const IntVec& index, int& last)
 {
   Points& p = f.pts;
   const int of_all = p.part.npoint++, before = p.npoint, nen = shape_info[shape].nen;
-  if (!mine) return add_near(number, index, shape, corner, nen, p.part);
+  if (!here) return add_near(number, index, shape, corner, nen, p.part);
   int c[8];
   for (int a = 0; a < nen; ++a) c[a] = index[corner[a]];
   fill_point(f, body, shape, c);
   if (p.npoint == before) return;
   if (p.part.on) {
     p.part.point.push_back(of_all);
+    p.part.rank.push_back(rank);
     p.label.back() = of_all + 1;
   }
-  join_ring(p, before, last);
+  if (rank == comm_rank()) join_ring(p, before, last);
 }
 
 }  // namespace
@@ -280,31 +282,33 @@ void fill_box(Filler& f, int body, const IntVec& rank)
 {
   const Box box = make_box(f.m, body);
   const std::vector<char> filled = filled_domains(box, f);
-  std::vector<char> mine = filled;
-  if (!rank.empty())
-    each_domain(box, [&](size_t domain, size_t cell, const int*) {
-      mine[domain] = filled[domain] && rank[cell] == comm_rank();
-    });
+  const int me = comm_rank();
+  const auto rank_of = [&](size_t cell) { return rank.empty() ? me : rank[cell]; };
+  std::vector<char> here = filled;
+  int next = f.pts.part.npoint;          // number of the next domain
+  each_domain(box, [&](size_t domain, size_t cell, const int*) {
+    if (filled[domain]) here[domain] = f.has(next++, rank_of(cell));
+  });
   const IntVec number = number_corners(box, filled, f.pts.part.ncorner);
-  const IntVec index  = add_corners(f, box, number, mine);
+  const IntVec index  = add_corners(f, box, number, here);
   IntVec last(box.cells(), -1);          // last point made in a cell, -1: none yet
   each_domain(box, [&](size_t domain, size_t cell, const int* at) {
     if (!filled[domain]) return;
     size_t corner[8];
     corners_of(box, at, corner);
     const Shape shape = box.dim == 3 ? SHAPE_HEX8 : SHAPE_QUAD4;
-    take_domain(f, body, shape, mine[domain], corner, number, index, last[cell]);
+    take_domain(f, body, shape, here[domain], rank_of(cell), corner, number, index, last[cell]);
   });
 }
 
 void fill_planned(Filler& f, int body, const FillPlan& plan, const IntVec& rank)
 {
   PointPart& part = f.pts.part;
-  const int dim = f.m.dim, ncorner = part.ncorner - plan.first;
-  const auto mine = [&](int q) { return rank[plan.cell[q]] == comm_rank(); };
+  const int dim = f.m.dim, ncorner = part.ncorner - plan.first, first = part.npoint;
+  const auto here = [&](int q) { return f.has(first + q, rank[plan.cell[q]]); };
   IntVec index(ncorner, -1), number(ncorner), last(rank.size(), -1);
   for (int q = 0; q < plan.conn.size(); ++q)
-    for (int k = plan.conn.off[q]; k < plan.conn.off[q + 1] && mine(q); ++k)
+    for (int k = plan.conn.off[q]; k < plan.conn.off[q + 1] && here(q); ++k)
       index[plan.conn.item[k] - plan.first] = 0;
   for (int c = 0; c < ncorner; ++c) {
     number[c] = plan.first + c;
@@ -316,7 +320,7 @@ void fill_planned(Filler& f, int body, const FillPlan& plan, const IntVec& rank)
     size_t corner[8];
     for (int a = 0; a < plan.conn.count(q); ++a) corner[a] = plan.conn.begin(q)[a] - plan.first;
     const Shape shape = static_cast<Shape>(plan.shape[q]);
-    take_domain(f, body, shape, mine(q), corner, number, index, last[plan.cell[q]]);
+    take_domain(f, body, shape, here(q), rank[plan.cell[q]], corner, number, index, last[plan.cell[q]]);
   }
 }
 

@@ -292,78 +292,31 @@ void number_foreign(PointPart& part, int ncorner)
                                      part.foreign.begin());
 }
 
-struct HeldCorner {
-  int number, field;
-  double X[3];
-  bool operator<(const HeldCorner& b) const { return number < b.number; }
-  bool operator==(const HeldCorner& b) const { return number == b.number; }
-};
-
-// corners of faces that bonds hold, of all ranks, without those that are here; ascending
-std::vector<HeldCorner> held_corners(const Model& m, const Points& pts)
+// numbers of points of all ranks with a face that bonds or contact hold, ascending. Collective
+IntVec held_points(const Model& m, const Points& pts)
 {
   const IntVec bonded = model_bonded_surfaces(m);
-  const IntVec& here  = pts.part.corner;
-  std::vector<HeldCorner> all;
+  IntVec all;
+  const auto take = [&](const std::vector<Face>& list) {
+    for (const Face& f : list) all.push_back(pts.part.point[f.elem]);
+  };
+  if (model_general_contact(m) >= 0) take(pts.boundary);
   for (size_t s = 0; s < m.surface.size(); ++s)
-    for (const Face& f : bonded[s] ? pts.surface[s] : std::vector<Face>()) {
-      const ShapeInfo& info = shape_info[pts.shape[f.elem]];
-      for (int k = 0; k < info.nfnode[f.face]; ++k) {
-        const int c = pts.conn.begin(f.elem)[info.face[f.face][k]];
-        HeldCorner h{here[c], pts.field[c], {0, 0, 0}};
-        std::copy_n(&pts.Xc[static_cast<size_t>(c) * m.dim], m.dim, h.X);
-        all.push_back(h);
-      }
-    }
+    if (bonded[s] && m.surface[s].body >= 0) take(pts.surface[s]);
   comm_allgatherv(all);
   std::sort(all.begin(), all.end());
   all.erase(std::unique(all.begin(), all.end()), all.end());
-  all.erase(std::remove_if(all.begin(), all.end(), [&](const HeldCorner& h) {
-    return std::binary_search(here.begin(), here.end(), h.number);
-  }), all.end());
   return all;
 }
 
-// puts them among those that are here, which keep their sequence
-void add_held(int dim, const std::vector<HeldCorner>& held, Points& pts)
-{
-  PointPart& part = pts.part;
-  const int before = pts.ncorner;
-  Points all;
-  IntVec place;                // of those that were here
-  size_t next = 0;
-  const auto add = [&](int number, int field, const double* X) {
-    all.Xc.insert(all.Xc.end(), X, X + dim);
-    all.field.push_back(field);
-    all.twin.push_back(all.ncorner);
-    all.hang.off.push_back(0);
-    all.part.corner.push_back(number);
-    return all.ncorner++;
-  };
-  for (int c = 0; c <= before; ++c) {
-    for (; next < held.size() && (c == before || held[next].number < part.corner[c]); ++next)
-      add(held[next].number, held[next].field, held[next].X);
-    if (c < before) place.push_back(add(part.corner[c], pts.field[c], &pts.Xc[static_cast<size_t>(c) * dim]));
-  }
-  pts.ncorner = all.ncorner;
-  pts.Xc.swap(all.Xc);
-  pts.field.swap(all.field);
-  pts.twin.swap(all.twin);
-  std::swap(pts.hang, all.hang);
-  part.corner.swap(all.part.corner);
-  for (int& c : pts.conn.item) c = place[c];
-  for (int& c : part.near.item) c = c < before ? place[c] : c - before + pts.ncorner;
-}
-
-}  // namespace
-
-int point_fill(const Model& m, Points& pts)
+// the points of all bodies that are here: of this rank, and known ones (numbers); returns the errors
+int fill_bodies(const Model& m, const std::vector<IntVec>& rank, const IntVec& known, Points& pts)
 {
   pts = Points();
   pts.part.on = m.part.points;
   CornerShare share;
   Filler f{m, pts, share};
-  const std::vector<IntVec> rank = pts.part.on ? fill_ranks(m) : std::vector<IntVec>(m.body.size());
+  f.known = &known;
   for (size_t b = 0; b < m.body.size(); ++b) {
     const int before = pts.npoint + pts.part.npoint;
     if (m.body[b].fill == FILL_CONVERSION) continue;
@@ -380,14 +333,29 @@ int point_fill(const Model& m, Points& pts)
   if (pts.part.on) number_foreign(pts.part, pts.ncorner);
   else pts.part = PointPart();
   pts.part.window = m.part.window;
-  f.errors += point_surfaces(m, pts);
-  if (pts.part.on) {
-    add_held(m.dim, held_corners(m, pts), pts);
-    std::vector<char> own(pts.ncorner, 0);
-    for (int c : pts.conn.item) own[c] = 1;
-    share_corners(own, pts.part);
-  }
   return f.errors;
+}
+
+}  // namespace
+
+int point_fill(const Model& m, Points& pts)
+{
+  const std::vector<IntVec> rank = m.part.points ? fill_ranks(m) : std::vector<IntVec>(m.body.size());
+  IntVec held;
+  int errors = fill_bodies(m, rank, held, pts);
+  errors += point_surfaces(m, pts);
+  if (!pts.part.on) return errors;
+  held = held_points(m, pts);
+  if (!held.empty() && comm_allreduce_max(errors) == 0) {
+    errors = fill_bodies(m, rank, held, pts);
+    errors += point_surfaces(m, pts);
+  }
+  std::vector<char> own(pts.ncorner, 0);
+  for (int q = 0; q < pts.npoint; ++q)
+    for (int k = pts.conn.off[q]; k < pts.conn.off[q + 1] && pts.part.rank[q] == comm_rank(); ++k)
+      own[pts.conn.item[k]] = 1;
+  share_corners(own, pts.part);
+  return errors;
 }
 
 bool point_corner_in_element(const Model& m, const Points& pts, int e, int c, double* N)

@@ -10,11 +10,11 @@ namespace {
 // Points of this rank, and behind them those near that are not
 struct Around {
   const Points& pts;
-  IntVec known;                // all ranks know all points: numbers of those that are meant
+  IntVec known;                // others are here: numbers of those that are meant
   int own = 0;                 // of this rank
   Around(const Points& p, const GridShare& share) : pts(p), own(p.npoint)
   {
-    if (!share.on || pts.part.on) return;
+    if (!share.on || std::find(share.point.begin(), share.point.end(), 0) == share.point.end()) return;
     std::vector<char> here(pts.ncorner, 0);
     const auto any = [&](int q) {
       return std::any_of(pts.conn.begin(q), pts.conn.begin(q) + pts.conn.count(q),
@@ -29,17 +29,18 @@ struct Around {
     for (int q = 0; q < pts.npoint; ++q)
       if (!share.point[q] && any(q)) known.push_back(q);
   }
-  bool all() const { return own == pts.npoint; }     // nothing is known of others but what PointPart has
-  int number(int q) const { return all() ? q : known[q]; }       // of a point of this rank
-  int count() const { return all() ? pts.npoint + pts.part.near.size() : static_cast<int>(known.size()); }
+  bool all() const { return own == pts.npoint; }     // no others are here
+  int here() const { return all() ? own : static_cast<int>(known.size()); }
+  int number(int q) const { return all() ? q : known[q]; }       // of a point that is here
+  int count() const { return here() + pts.part.near.size(); }
   int ncorner() const { return pts.ncorner + static_cast<int>(pts.part.foreign.size()); }
   // calls use(corner) for the corners of point q
   template <class Use>
   void each(int q, Use use) const
   {
-    const bool near = all() && q >= own;
+    const bool near = q >= here();
     const ListTable& list = near ? pts.part.near : pts.conn;
-    const int at = near ? q - own : number(q);
+    const int at = near ? q - here() : number(q);
     for (int k = list.off[at]; k < list.off[at + 1]; ++k) use(list.item[k]);
   }
   // number of a corner among those of all ranks
