@@ -316,6 +316,7 @@ bool read_whole(const Model& m, const State& s, Archive& f, Read read)
   if (f.file) std::fclose(f.file);
   f.file = nullptr;
   f.part = nullptr;
+  std::string().swap(f.bytes);
   return comm_allreduce_max(static_cast<int>(!f.good || f.at != f.end())) == 0;
 }
 
