@@ -446,14 +446,14 @@ void share_window(const Model& m, const Elements& el, Points& pts, Division& d)
   d.elem.clear();
   d.ranks = comm_size();
   d.made  = made;
-  for (int q = static_cast<int>(d.point.size()); q < pts.npoint; ++q)
-    d.point.push_back(m.part.rank[pts.parent[q]]);
+  const IntVec rank_of = point_ranks(m.part, pts);
+  d.point.insert(d.point.end(), rank_of.begin() + static_cast<long>(d.point.size()), rank_of.end());
   const RealVec X = point_centres(pts, m.dim);
   std::map<int, int> first;                          // of elements, by number
   RealVec work(pts.npoint);
   for (int q = 0; q < pts.npoint; ++q) {
     work[q] = usual_work(pts, m.dim, q);
-    if (pts.of_elem[pts.parent[q]] == q) first[pts.part.point[q]] = q;
+    if (pts.parent[q] >= 0 && pts.of_elem[pts.parent[q]] == q) first[pts.part.point[q]] = q;
   }
   const std::vector<RankWork> elements = work_of_ranks(m, el);
   const auto loads = [&] {
@@ -554,12 +554,18 @@ bool bond_here(const Model& m, const Bonds& bonds, const GridShare& g, int b)
   return c < 0 ? m.part.counts(n) : g.owner[c] == comm_rank();
 }
 
+// who works on points; points: each rank has its own, and nothing becomes one
+const IntVec& ranks_of_points(const MeshPart& part, const Points& pts, const Division& d)
+{
+  return part.points && !part.window ? pts.part.rank : d.point;
+}
+
 // points of this rank; their ranks become those of the corners
-void share_points(const Points& pts, const Division& d, GridShare& g)
+void share_points(const Points& pts, const IntVec& rank_of, GridShare& g)
 {
   const int me = comm_rank();
   for (int q = pts.npoint - 1; q >= 0; --q) {
-    const int rank = pts.part.on ? pts.part.rank[q] : d.point[q];
+    const int rank = rank_of[q];
     g.point[q] = rank == me;
     for (int k = pts.conn.off[q]; k < pts.conn.off[q + 1]; ++k) g.owner[pts.conn.item[k]] = rank;
   }
@@ -572,7 +578,8 @@ void dof_share_grid(const Model& m, const Points& pts, const Bonds& bonds, const
                     const Division& d, GridShare& g)
 {
   // points of each rank, their corners and bonds stay as they are, but for what contact meets
-  if (pts.part.on && g.on && g.point.size() == static_cast<size_t>(pts.npoint) && pairs.gap.empty()) return;
+  const bool same = g.on && g.point.size() == static_cast<size_t>(pts.npoint) && pairs.gap.empty();
+  if (m.part.points && !m.part.window && same) return;
   g    = GridShare();
   g.on = m.part.on;
   if (!g.on) return;
@@ -580,7 +587,7 @@ void dof_share_grid(const Model& m, const Points& pts, const Bonds& bonds, const
   g.corner.assign(pts.ncorner, 0);
   g.bond.assign(bonds.nbond, 0);
   g.owner.assign(pts.ncorner, -1);
-  share_points(pts, d, g);
+  share_points(pts, ranks_of_points(m.part, pts, d), g);
   for (int q = 0; q < pts.npoint; ++q)
     for (int k = pts.conn.off[q]; k < pts.conn.off[q + 1] && g.point[q]; ++k) g.corner[pts.conn.item[k]] = 1;
   const int nnode = m.mesh.nnode();
@@ -615,8 +622,8 @@ bool dof_divide(const Model& m, const Points& pts, const Level& now, const Activ
 {
   const Mesh& mesh = m.mesh;
   if (comm_size() == 1 || m.part.on) {
-    if (!m.part.on || m.part.points) d = Division();
-    const IntVec& rank = m.part.points ? pts.part.rank : d.point;
+    if (!m.part.on || (m.part.points && !m.part.window)) d = Division();
+    const IntVec& rank = ranks_of_points(m.part, pts, d);
     const bool other   = s.point_rank != rank;
     take_all(rank, grid, s);
     s.point_rank = rank;

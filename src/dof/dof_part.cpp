@@ -54,28 +54,37 @@ bool bodies_share_corners(const Model& m)
   return false;
 }
 
-// Can each rank have material points of its own? They are there from the start, nothing becomes one, and all
-// bodies know of each other
+// does a body wait for points that elements become?
+bool waits(const Body& b) { return b.fill == FILL_CONVERSION; }
+
+// does a bond or a contact pair hold a surface of a body that waits for points?
+bool waiting_surface(const Model& m)
+{
+  const auto of_waiting = [&](int s) {
+    return s >= 0 && m.surface[s].body >= 0 && waits(m.body[m.surface[s].body]);
+  };
+  return std::any_of(m.bond.begin(), m.bond.end(), [&](const BondDef& d) {
+    return of_waiting(d.surface) || of_waiting(d.master);
+  });
+}
+
+// Can each rank have points of its own of those that are there from the start? All bodies know of each other;
+// where elements become points, contact is that of pairs
 bool points_divide(const Model& m, const OverlapWatch& watch)
 {
-  if (m.body.empty() || !m.conversion.empty() || !watch.pair.empty() || asks_pieces(m)) return false;
-  for (const Body& b : m.body)
-    if (b.fill == FILL_CONVERSION) return false;
+  if (std::all_of(m.body.begin(), m.body.end(), waits) || !watch.pair.empty() || asks_pieces(m)) return false;
+  if (!m.conversion.empty() && (model_general_contact(m) >= 0 || waiting_surface(m))) return false;
   return !bodies_share_corners(m) && point_fill_divides(m, LEAST_CELLS);
 }
 
-// Can each rank know the points and outer faces of the elements that it has alone? All points were elements,
-// contact is general, or that of pairs, whose elements all ranks have, and all bodies know of each other
+// Can each rank know the points and outer faces of the elements that it has alone? Elements become points, or
+// contact is general; that of pairs is between elements that all ranks have; all bodies know of each other,
+// and other points are divided
 bool points_near(const Model& m, const OverlapWatch& watch)
 {
-  const bool general = model_general_contact(m) >= 0;
-  if ((m.conversion.empty() && !general) || !watch.pair.empty()) return false;
-  for (const Body& b : m.body)
-    if (b.fill != FILL_CONVERSION) return false;
-  return std::none_of(m.bond.begin(), m.bond.end(), [&](const BondDef& d) {
-    return (d.surface >= 0 && m.surface[d.surface].body >= 0) ||
-           (d.master >= 0 && m.surface[d.master].body >= 0);
-  });
+  if (m.part.points) return !m.conversion.empty();
+  if ((m.conversion.empty() && model_general_contact(m) < 0) || !watch.pair.empty()) return false;
+  return std::all_of(m.body.begin(), m.body.end(), waits) && !waiting_surface(m);
 }
 
 // m.part says what each rank would know of points

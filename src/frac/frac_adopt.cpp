@@ -144,9 +144,11 @@ namespace {
 
 bool reload_window(const Points& begin, State& st, Model& m, const FracMesh& fm)
 {
+  st.points.part = PointPart();          // points and corners of all ranks
   state_from_deck(m.part, st);
   bool good = st.frac.phase.size() == m.part.elem.size() || st.frac.empty();
-  if (state_in_parts(m, st)) good = good && frac_take(m, fm, begin, st);
+  if (m.part.points || state_in_parts(m, st)) good = good && frac_take(m, fm, begin, st);
+  else st.points.part = begin.part;
   if (comm_allreduce_max(static_cast<int>(!good))) return false;
   point_surfaces(m, st.points);
   if (!st.frac.empty()) model_owners(frac_gone(st.frac), m);

@@ -324,8 +324,10 @@ bool frac_repeat(const Model& m, const FracMesh& fm, const Fracture& fr, const P
   share = CornerShare();
   std::map<int, const int*> had;
   for (size_t r = 0; r < fr.released.size(); ++r) had[fr.released[r]] = fr.left.begin(static_cast<int>(r));
-  number.resize(start.ncorner);
-  std::iota(number.begin(), number.end(), 0);
+  if (static_cast<int>(number.size()) != start.ncorner) {
+    number.resize(start.ncorner);
+    std::iota(number.begin(), number.end(), 0);
+  }
   const auto release = [&](size_t& r, int until) {   // those when there were so many points
     IntVec fresh;
     for (; r < fr.released.size() && fr.released_at[r] <= until; ++r) fresh.push_back(fr.released[r]);

@@ -18,13 +18,21 @@ bool skin_fits(const Bonds& b)
          b.skin_penalty.size() == b.skin.size();
 }
 
-// lists of a whole state have the lengths that its counts say
-bool lengths_fit(int dim, const State& s)
+// corners and points of a level have what it says of them
+bool level_fits(int dim, size_t npoint, size_t ncorner, const State& s)
+{
+  return s.n.uc.size() == ncorner * dim && s.n.vc.size() == ncorner * dim &&
+         (npoint == 0 ? s.n.hp.empty() : s.n.hp.size() % npoint == 0) &&
+         (s.laid.uc.empty() || s.laid.uc.size() == ncorner * dim) &&
+         s.laid.xb.size() == (s.laid.uc.empty() ? 0 : static_cast<size_t>(s.bonds.nbond) * dim);
+}
+
+// lists of points of all ranks have the lengths that their counts say
+bool points_fit(int dim, const State& s)
 {
   const Points& p    = s.points;
-  const Bonds& b     = s.bonds;
   const Fracture& fr = s.frac;
-  const size_t n = p.npoint, c = p.ncorner, items = p.conn.item.size(), q = b.nbond;
+  const size_t n = p.npoint, c = p.ncorner, items = p.conn.item.size();
   const auto ends = [](const ListTable& t, size_t lists) {
     return t.off.size() == lists + 1 && t.off.front() == 0 && std::is_sorted(t.off.begin(), t.off.end()) &&
            static_cast<size_t>(t.off.back()) == t.item.size();
@@ -35,15 +43,21 @@ bool lengths_fit(int dim, const State& s)
   };
   return p.npoint >= 0 && p.ncorner >= 0 && p.parent.size() == n && p.Xc.size() == c * dim &&
          in(fr.released, n) && fr.released_at.size() == fr.released.size() &&
-         ends(fr.left, fr.released.size()) && in(fr.left.item, c) && b.nfixed >= 0 && b.nbond >= b.nfixed &&
-         ends(p.conn, n) &&
-         ends(b.a, q) && b.a_w.size() == b.a.item.size() && p.G.size() == items * dim &&
-         p.sampled.size() == n && p.V0.size() == n && p.label.size() == n && p.broken.size() == n &&
-         p.normal.size() == 3 * n &&
-         p.hangs.size() == c && s.n.uc.size() == c * dim && s.n.vc.size() == c * dim &&
-         (n == 0 ? s.n.hp.empty() : s.n.hp.size() % n == 0) &&
-         (s.laid.uc.empty() || s.laid.uc.size() == c * dim) &&
-         s.laid.xb.size() == (s.laid.uc.empty() ? 0 : q * dim) &&
+         ends(fr.left, fr.released.size()) && in(fr.left.item, c) && ends(p.conn, n) &&
+         p.G.size() == items * dim && p.sampled.size() == n && p.V0.size() == n && p.label.size() == n &&
+         p.broken.size() == n && p.normal.size() == 3 * n && p.hangs.size() == c && level_fits(dim, n, c, s);
+}
+
+// lists of a whole state have the lengths that its counts say; begin: of points at the start
+bool lengths_fit(int dim, const PointPart& begin, const State& s)
+{
+  const Bonds& b = s.bonds;
+  const size_t q = b.nbond;
+  const bool points = s.frac.nconverted > 0 ? points_fit(dim, s)
+                                            : level_fits(dim, begin.npoint, begin.ncorner, s);
+  return points && b.nfixed >= 0 && b.nbond >= b.nfixed && b.a.off.size() == q + 1 && b.a.off.front() == 0 &&
+         std::is_sorted(b.a.off.begin(), b.a.off.end()) &&
+         static_cast<size_t>(b.a.off.back()) == b.a.item.size() && b.a_w.size() == b.a.item.size() &&
          b.def.size() == q && b.field.size() == q && b.area.size() == q && b.X.size() == 3 * q &&
          b.normal.size() == q * dim && b.cn.size() == q && b.ct.size() == q && b.offset.size() == q &&
          b.initial_penetration.size() == q && b.intermediate.size() == q && b.friction.size() == q &&
@@ -95,7 +109,7 @@ bool take_released(const Points& whole, int first, Fracture& fr)
 bool find_points(const Points& whole, const Fracture& fr, Points& here)
 {
   const auto found = [](const IntVec& list) { return std::find(list.begin(), list.end(), -1) == list.end(); };
-  here.part.point.assign(here.npoint, -1);
+  here.part.point.resize(here.npoint, -1);
   here.part.corner.resize(here.ncorner, -1);
   for (int e : fr.converted)
     for (int p = here.of_elem[e], q = whole.of_elem[e]; p < here.npoint && here.parent[p] == e; ++p, ++q)
@@ -107,12 +121,20 @@ bool find_points(const Points& whole, const Fracture& fr, Points& here)
   return found(here.part.corner);
 }
 
+// of the level what points and corners of part have that are here; part.npoint: of all ranks
+void take_level(int dim, const PointPart& part, State& st)
+{
+  const size_t history = part.npoint ? st.n.hp.size() / part.npoint : 0;
+  st.n.hp = taken(part.point, static_cast<int>(history), st.n.hp);
+  for (RealVec* x : {&st.n.uc, &st.n.vc}) *x = taken(part.corner, dim, *x);
+  if (!st.laid.uc.empty()) st.laid.uc = taken(part.corner, dim, st.laid.uc);
+}
+
 // what points and corners of the whole state have that a conversion does not give
 void take_points(int dim, Points& whole, State& st)
 {
   Points& here = st.points;
   const IntVec &point = here.part.point, &corner = here.part.corner;
-  const size_t history = whole.npoint ? st.n.hp.size() / whole.npoint : 0;
   for (int p = 0; p < here.npoint; ++p)
     std::copy_n(&whole.G[static_cast<size_t>(whole.conn.off[point[p]]) * dim], here.conn.count(p) * dim,
                 &here.G[static_cast<size_t>(here.conn.off[p]) * dim]);
@@ -124,12 +146,10 @@ void take_points(int dim, Points& whole, State& st)
   whole.apart.resize(whole.ncorner, 0);
   here.apart  = taken(corner, 1, whole.apart);
   here.Xc     = taken(corner, dim, whole.Xc);        // released points have shapes of their own        (7.34)
-  st.n.hp     = taken(point, static_cast<int>(history), st.n.hp);
-  for (RealVec* x : {&st.n.uc, &st.n.vc}) *x = taken(corner, dim, *x);
-  if (!st.laid.uc.empty()) st.laid.uc = taken(corner, dim, st.laid.uc);
   here.part.window  = true;
   here.part.npoint  = whole.npoint;
   here.part.ncorner = whole.ncorner;
+  take_level(dim, here.part, st);
 }
 
 // of a bond: a face of general contact that is not here
@@ -156,17 +176,17 @@ void take_skin(const Points& here, int npoint, Bonds& b, IntVec& place)
 }
 
 // bonds whose nodes and corners are all here, of general contact those on faces of this rank; names are their
-// numbers
-void take_bonds(const Model& m, const Points& whole, State& st)
+// numbers. npoint, ncorner: of all ranks
+void take_bonds(const Model& m, int npoint, int ncorner, State& st)
 {
-  const int dim = m.dim, nnode = m.mesh.nnode(), ncorner = whole.ncorner;
+  const int dim = m.dim, nnode = m.mesh.nnode();
   Bonds& b = st.bonds;
   IntVec corner(ncorner, -1);  // where corners of all ranks are
   for (int c = 0; c < st.points.ncorner; ++c) corner[st.points.part.corner[c]] = nnode + c;
   for (int& k : b.a.item)
     if (k >= nnode) k = k - nnode < ncorner ? corner[k - nnode] : -1;
   IntVec face;
-  take_skin(st.points, whole.npoint, b, face);
+  take_skin(st.points, npoint, b, face);
   for (IntVec* x : {&b.skin_of, &b.met})
     for (int& i : *x)
       if (i >= 0) i = face[i] >= 0 ? face[i] : NOT_HERE;
@@ -206,15 +226,19 @@ bool frac_take(const Model& m, const FracMesh& fm, const Points& begin, State& s
     return e < 0 || (e < m.mesh.nelem() && !m.part.knows_points(e));
   };
   fr.converted.erase(std::remove_if(fr.converted.begin(), fr.converted.end(), unknown), fr.converted.end());
-  if (!lengths_fit(m.dim, st)) return false;
+  if (!lengths_fit(m.dim, begin.part, st)) return false;
   if (fr.nconverted == 0) {
-    take_bonds(m, begin, st);
+    take_level(m.dim, begin.part, st);
+    st.points.part = begin.part;
+    take_bonds(m, begin.part.npoint, begin.part.ncorner, st);
     return st.bonds.nbond >= st.bonds.nfixed;
   }
   Points whole = begin;
   std::swap(whole, st.points);
   whole.part = PointPart();            // all points are there
-  if (whole.of_elem.size() != static_cast<size_t>(m.mesh.nelem())) return false;
+  if (whole.of_elem.size() != static_cast<size_t>(m.mesh.nelem()) || whole.npoint < begin.part.npoint ||
+      whole.ncorner < begin.part.ncorner)
+    return false;
   for (int e : fr.converted)
     if (e < 0 || e >= m.mesh.nelem() || fm.conv[e] < 0 || whole.of_elem[e] < 0) return false;
   if (!take_released(whole, begin.npoint, fr)) return false;
@@ -225,6 +249,6 @@ bool frac_take(const Model& m, const FracMesh& fm, const Points& begin, State& s
     return false;
   std::swap(fr.left, left);
   take_points(m.dim, whole, st);
-  take_bonds(m, whole, st);
+  take_bonds(m, whole.npoint, whole.ncorner, st);
   return st.bonds.nbond >= st.bonds.nfixed;
 }

@@ -16,19 +16,20 @@ enum HangOn { HANG_GRID, HANG_NODE, HANG_CORNERS, HANG_OWN };
 // Several ranks that do not all know all points.
 // on (MeshPart::points): each has points of its own. Those of others are here, to be looked at, where bonds
 // or contact hold a face of theirs; others that share a corner with what is here are known by their corners.
-// window (MeshPart::window): each has the points of the elements that it has, its own and outer ones, and
-// works on those of its own.
+// window (MeshPart::window): of points that were elements each has those of the elements that it has, its own
+// and outer ones, and works on those of its own. Points from the start, if any, are divided as with on.
 struct PointPart {
   bool on = false, window = false;
   int npoint = 0, ncorner = 0; // of all ranks
   // [npoint], [ncorner] number among those of all ranks, ascending (not corners of a window)
   IntVec point, corner;
-  IntVec rank;                 // on: [npoint] who works on it
+  IntVec rank;                 // on: [points from the start] who works on it
   IntVec numbered;             // window: corners in the order of their numbers
   bool held = false;           // some rank has a corner of points of others alone
   Halo halo;                   // corners that other ranks have too; their owner has a point with it
   std::vector<char> several;   // window: [ncorner] points of several ranks have it
-  ListTable near;              // corners of those points: its own, and ncorner + place in foreign
+  Halo start;                  // window: that of the corners that are there from the start
+  ListTable near;              // corners of those points: those that are here, and -1 - place in foreign
   IntVec near_shape;           // [near] their Shape
   IntVec foreign;              // number among the corners of all ranks
 };

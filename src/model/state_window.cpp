@@ -301,7 +301,8 @@ void state_gather(const Model& m, WindowState& kept, State& s)
   IntVec points, corners, bonds;
   std::vector<char> own(p.ncorner, 0);               // corners of elements of this rank
   for (int q = 0; q < p.npoint; ++q) {
-    if (!m.part.works(m.part.elem_here(p.parent[q]))) continue;
+    const int number = p.parent[q];
+    if (number >= 0 ? !m.part.works(m.part.elem_here(number)) : p.part.rank[q] != me) continue;
     points.push_back(q);
     for (int k = p.conn.off[q]; k < p.conn.off[q + 1]; ++k) own[p.conn.item[k]] = 1;
   }

@@ -128,8 +128,9 @@ void copy_file(const std::string& from, const std::string& path)
   else log_warn("%s cannot be read any more: %s", from.c_str(), std::strerror(errno));
 }
 
-// what the rank of a divided model has of the deck's mesh, and of points           [ARCHIVE_KINDS]
-std::vector<ArchivePart> parts_of(const Model& m, const Points& pts)
+// what the rank of a divided model has of the deck's mesh, and of points; whole: points and corners are those
+// of all ranks                                                                      [ARCHIVE_KINDS]
+std::vector<ArchivePart> parts_of(const Model& m, const Points& pts, bool whole)
 {
   std::vector<ArchivePart> part(ARCHIVE_KINDS);
   part[PER_NODE].whole = m.part.nnode;
@@ -148,8 +149,8 @@ std::vector<ArchivePart> parts_of(const Model& m, const Points& pts)
   }
   part[PER_GAUSS].brings = part[PER_ELEM].brings;
   const PointPart& own = pts.part;
-  part[PER_POINT].all = part[PER_CORNER].all = !own.on;
-  if (!own.on) return part;
+  part[PER_POINT].all = part[PER_CORNER].all = whole;
+  if (whole) return part;
   part[PER_POINT].whole  = own.npoint;
   part[PER_POINT].item   = own.point;
   for (int rank : own.rank) part[PER_POINT].brings.push_back(rank == comm_rank());
@@ -178,16 +179,16 @@ ActiveGrid cells_of_all(const Model& m, const ActiveGrid& grid)
 template <class Write>
 void write_whole(const Model& m, const ActiveGrid& grid, State& s, Archive& f, Write write)
 {
+  const bool window = state_in_parts(m, s);
   std::vector<ArchivePart> part;
   if (m.part.on) {
-    part   = parts_of(m, s.points);
+    part   = parts_of(m, s.points, !m.part.points || window);
     f.part = part.data();
   }
   IntVec releasing = m.part.on ? frac_releasing(m, s.frac) : s.frac.releasing;
   state_to_deck(m.part, s);
   releasing.swap(s.frac.releasing);
   ActiveGrid cells  = cells_of_all(m, grid);
-  const bool window = state_in_parts(m, s);
   WindowState kept;
   if (window) state_gather(m, kept, s);
   write(cells);
@@ -303,13 +304,14 @@ int continue_file(const std::string& path, long length, std::FILE*& file)
   return 0;
 }
 
-// calls read() with arrays of f in the parts of the ranks; false: the file has another content. Collective.
+// calls read() with arrays of f in the parts of the ranks, but for those of points in a window, which each
+// takes its own of; false: the file has another content. Collective.
 template <class Read>
 bool read_whole(const Model& m, const State& s, Archive& f, Read read)
 {
   std::vector<ArchivePart> part;
   if (m.part.on) {
-    part   = parts_of(m, s.points);
+    part   = parts_of(m, s.points, !m.part.points || m.part.window);
     f.part = part.data();
   }
   read();

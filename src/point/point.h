@@ -243,8 +243,8 @@ inline const Material& point_material(const Model& m, const Points& pts, int p)
 inline bool point_counts(const Model& m, const Points& pts, int p)
 {
   if (!m.part.on) return true;
-  if (pts.part.on) return pts.part.rank[p] == comm_rank();
-  return pts.parent[p] < 0 ? comm_rank() == 0 : m.part.works(pts.parent[p]);
+  if (pts.parent[p] >= 0) return m.part.works(pts.parent[p]);
+  return (pts.part.on ? pts.part.rank[p] : 0) == comm_rank();
 }
 
 // point_ip_fields : results of a point; of l displacements of corners and degradation are read

@@ -380,7 +380,7 @@ CellParts divide_cells(const Model& m)
   CellParts c;
   for (size_t b = 0; b < m.body.size(); ++b) {
     RealVec count, sum;
-    count_cells(m, static_cast<int>(b), count, sum);
+    if (m.body[b].fill != FILL_CONVERSION) count_cells(m, static_cast<int>(b), count, sum);
     c.number.push_back(number_cells(count, sum, c.X, c.work));
   }
   c.part = part_places(c.X, c.work, comm_size());

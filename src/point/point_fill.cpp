@@ -227,7 +227,7 @@ std::vector<FaceKey> face_keys(const Points& p)
       FaceKey key{{-1, -1, -1, -1}};
       for (int k = 0; k < info.nfnode[s]; ++k) {
         const int c = corner[info.face[s][k]];
-        key[k] = c < p.ncorner ? p.twin[c] : c;
+        key[k] = c >= 0 ? p.twin[c] : p.ncorner - 1 - c;
       }
       std::sort(key.begin(), key.end());
       out.push_back(key);
@@ -282,14 +282,13 @@ int find_surface(const Model& m, const Surface& s, const Points& p, std::vector<
 namespace {
 
 // numbers of corners that are not here become places in foreign
-void number_foreign(PointPart& part, int ncorner)
+void number_foreign(PointPart& part)
 {
-  std::sort(part.foreign.begin(), part.foreign.end());
-  part.foreign.erase(std::unique(part.foreign.begin(), part.foreign.end()), part.foreign.end());
+  IntVec& all = part.foreign;
+  std::sort(all.begin(), all.end());
+  all.erase(std::unique(all.begin(), all.end()), all.end());
   for (int& c : part.near.item)
-    if (c < 0)
-      c = ncorner + static_cast<int>(std::lower_bound(part.foreign.begin(), part.foreign.end(), -1 - c) -
-                                     part.foreign.begin());
+    if (c < 0) c = -1 - static_cast<int>(std::lower_bound(all.begin(), all.end(), -1 - c) - all.begin());
 }
 
 // numbers of points of all ranks with a face that bonds or contact hold, ascending. Collective
@@ -330,7 +329,7 @@ int fill_bodies(const Model& m, const std::vector<IntVec>& rank, const IntVec& k
       ++f.errors;
     }
   }
-  if (pts.part.on) number_foreign(pts.part, pts.ncorner);
+  if (pts.part.on) number_foreign(pts.part);
   else pts.part = PointPart();
   pts.part.window = m.part.window;
   return f.errors;
@@ -355,6 +354,9 @@ int point_fill(const Model& m, Points& pts)
     for (int k = pts.conn.off[q]; k < pts.conn.off[q + 1] && pts.part.rank[q] == comm_rank(); ++k)
       own[pts.conn.item[k]] = 1;
   share_corners(own, pts.part);
+  if (!m.part.window) return errors;
+  pts.part.start = pts.part.halo;
+  point_find_common(m.part, pts.part.rank, pts);
   return errors;
 }
 

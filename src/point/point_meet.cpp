@@ -34,14 +34,15 @@ struct Around {
   int number(int q) const { return all() ? q : known[q]; }       // of a point that is here
   int count() const { return here() + pts.part.near.size(); }
   int ncorner() const { return pts.ncorner + static_cast<int>(pts.part.foreign.size()); }
-  // calls use(corner) for the corners of point q
+  // calls use(corner) for the corners of point q; those that are not here are counted behind the others
   template <class Use>
   void each(int q, Use use) const
   {
     const bool near = q >= here();
     const ListTable& list = near ? pts.part.near : pts.conn;
     const int at = near ? q - here() : number(q);
-    for (int k = list.off[at]; k < list.off[at + 1]; ++k) use(list.item[k]);
+    for (int k = list.off[at]; k < list.off[at + 1]; ++k)
+      use(list.item[k] >= 0 ? list.item[k] : pts.ncorner - 1 - list.item[k]);
   }
   // number of a corner among those of all ranks
   int corner_number(int c) const

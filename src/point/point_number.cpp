@@ -72,8 +72,8 @@ void tell_numbers(const Model& m, const std::vector<char>& fresh, Points& pts)
 
 IntVec point_ranks(const MeshPart& part, const Points& pts)
 {
-  IntVec rank;
-  for (int e : pts.parent) rank.push_back(part.rank[e]);
+  IntVec rank = pts.part.rank;
+  for (int p = static_cast<int>(rank.size()); p < pts.npoint; ++p) rank.push_back(part.rank[pts.parent[p]]);
   return rank;
 }
 
@@ -167,15 +167,17 @@ void sort_numbers(PointPart& part)
   std::inplace_merge(list.begin(), list.begin() + static_cast<long>(known), list.end(), before);
 }
 
-// [ranks] corners of elements that this rank and that one have, ascending by their numbers: others have none
-// but these
+// [ranks] corners of elements that this rank and that one have, and of points from the start, ascending by
+// their numbers: others have none but these
 std::vector<IntVec> common_corners(const MeshPart& mesh, const Points& pts)
 {
   const int ranks = comm_size();
   std::vector<IntVec> common(ranks);
   IntVec mark(pts.ncorner, -1);
-  for (int r = 0; r < ranks && mesh.around_points.on(); ++r) {
-    for (int e : mesh.around_points.common[r]) each_corner(pts, e, [&](int c) { mark[c] = r; });
+  const Halo &around = mesh.around_points, &start = pts.part.start;
+  for (int r = 0; r < ranks && (around.on() || start.on()); ++r) {
+    for (int e : around.on() ? around.common[r] : IntVec()) each_corner(pts, e, [&](int c) { mark[c] = r; });
+    for (int c : start.on() ? start.common[r] : IntVec()) mark[c] = r;
     for (int c : pts.part.numbered)
       if (mark[c] == r) common[r].push_back(c);
   }

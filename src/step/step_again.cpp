@@ -31,7 +31,7 @@ bool step_divides_again(Problem& p)
 {
   const Model& m     = p.m;
   const Fracture& fr = p.st.frac;
-  const bool shares  = !m.part.points && (m.part.window || m.conversion.empty());
+  const bool shares  = m.part.window || (!m.part.points && m.conversion.empty());
   if (!m.part.on || !shares || fr.empty() || p.share.stays) return false;
   WorkShare& share = p.share;
   const int events = fr.neroded + fr.nconverted;
