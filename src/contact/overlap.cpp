@@ -6,6 +6,7 @@
 
 #include "base/comm.h"
 #include "base/log.h"
+#include "point/point.h"
 #include "shape/face.h"
 
 namespace {
@@ -111,7 +112,7 @@ Relations relations(const Model& m)
 // ---- cells of a part: elements, or domains of points, where they are now ----
 
 struct Cell {
-  int number;                  // of the element in the mesh of the deck, or of the point
+  int number;                  // of the element in the mesh of the deck, or of the point among all
   Shape shape;
   double x[24];                // [nen*dim]
   double lo[3], hi[3];
@@ -154,6 +155,9 @@ void add_cell(Part& part, int number, Shape shape, int nen, int dim, const doubl
   part.cell.push_back(c);
 }
 
+int number_of(const Points& pts, int q) { return pts.part.point.empty() ? q : pts.part.point[q]; }
+
+// those of this rank
 Part cells_of(const Model& m, const Elements& el, const Points& pts, const RealVec& u, const RealVec& uc,
               int body, int section)
 {
@@ -161,14 +165,14 @@ Part cells_of(const Model& m, const Elements& el, const Points& pts, const RealV
   Part part;
   double x[24];
   for (int q = 0; body >= 0 && q < pts.npoint; ++q) {
-    if (pts.body[q] != body) continue;
+    if (pts.body[q] != body || !point_counts(m, pts, q)) continue;
     const int nen = pts.conn.count(q);
     for (int a = 0; a < nen; ++a)
       for (int i = 0; i < dim; ++i) {
         const int dof = pts.conn.begin(q)[a] * dim + i;
         x[a * dim + i] = pts.Xc[dof] + uc[dof];
       }
-    add_cell(part, q, static_cast<Shape>(pts.shape[q]), nen, dim, x);
+    add_cell(part, number_of(pts, q), static_cast<Shape>(pts.shape[q]), nen, dim, x);
   }
   for (int e = 0; body < 0 && e < m.mesh.nelem(); ++e) {
     if (m.mesh.elem_section[e] != section || el.block_of[e] < 0) continue;
@@ -184,17 +188,32 @@ Part cells_of(const Model& m, const Elements& el, const Points& pts, const RealV
   return part;
 }
 
-// divided model: the elements of all ranks in the box of a body, which all know, and close to it, in the
-// order of the deck
-Part gather_near(const Part& own, const Part& body, int dim)
+// divided model: the box of the cells of all ranks
+void join_box(Part& part)
 {
-  Part all, box = body;
+  double box[6];
+  for (int i = 0; i < 3; ++i) {
+    box[i]     = -part.lo[i];
+    box[3 + i] = part.hi[i];
+  }
+  comm_max(box, 6);
+  for (int i = 0; i < 3; ++i) {
+    part.lo[i] = -box[i];
+    part.hi[i] = box[3 + i];
+  }
+}
+
+// divided model: the cells of all ranks in the box of another part and close to it, in the order of one rank
+Part gather_near(const Part& own, const Part& other, int dim)
+{
+  Part all, box = other;
   double size = 0.0;
-  for (int i = 0; i < dim; ++i) size = std::max(size, body.hi[i] - body.lo[i]);
+  for (int i = 0; i < dim; ++i) size = std::max(size, other.hi[i] - other.lo[i]);
   for (int i = 0; i < dim; ++i) {
     box.lo[i] -= 0.01 * size;
     box.hi[i] += 0.01 * size;
   }
+  if (apart(own.lo, own.hi, box.lo, box.hi, dim)) return all;
   for (const Cell& c : own.cell)
     if (!apart(c.lo, c.hi, box.lo, box.hi, dim)) all.cell.push_back(c);
   comm_allgatherv(all.cell);
@@ -291,6 +310,11 @@ Common overlap(const Part& a, const Part& b, int dim)
   return ab.size > ba.size ? ab : ba;
 }
 
+struct TouchingFace {          // of a point, and how much of it lies on another part
+  int point, face;
+  double area, x[3];           // a place of it
+};
+
 // area of the boundary of a body that lies on b, within a thousandth of the size of its faces
 Common touching(const Model& m, const Points& pts, const RealVec& uc, int body, const Part& b)
 {
@@ -298,8 +322,9 @@ Common touching(const Model& m, const Points& pts, const RealVec& uc, int body, 
   Common out;
   if (b.cell.empty()) return out;
   const Bins bins = make_bins(b, dim);
+  std::vector<TouchingFace> all;
   for (const Face& f : pts.boundary) {
-    if (pts.body[f.elem] != body) continue;
+    if (pts.body[f.elem] != body || !point_counts(m, pts, f.elem)) continue;
     const ShapeInfo& info = shape_info[pts.shape[f.elem]];
     const int n = info.nfnode[f.face];
     double X[12] = {0};
@@ -309,6 +334,7 @@ Common touching(const Model& m, const Points& pts, const RealVec& uc, int body, 
         X[3 * k + i] = pts.Xc[dof] + uc[dof];
       }
     const FaceRule& rule = face_rule(n);
+    TouchingFace t{number_of(pts, f.elem), f.face, 0.0, {0, 0, 0}};
     for (int g = 0; g < rule.n; ++g) {
       double N[4], normal[3], x[3] = {0, 0, 0};
       face_eval(n, rule.xi[g], N, nullptr);
@@ -318,10 +344,17 @@ Common touching(const Model& m, const Points& pts, const RealVec& uc, int body, 
         x[i] += 1e-3 * size * normal[i] / area;
       }
       if (!lies_in(bins, x)) continue;
-      if (out.size == 0.0) std::copy(x, x + 3, out.x);
-      out.size += rule.w[g] * area;
+      if (t.area == 0.0) std::copy(x, x + 3, t.x);
+      t.area += rule.w[g] * area;
     }
+    if (t.area > 0.0) all.push_back(t);
   }
+  if (m.part.on) comm_allgatherv(all);
+  std::sort(all.begin(), all.end(), [](const TouchingFace& s, const TouchingFace& t) {
+    return s.point != t.point ? s.point < t.point : s.face < t.face;
+  });
+  if (!all.empty()) std::copy(all[0].x, all[0].x + 3, out.x);
+  for (const TouchingFace& t : all) out.size += t.area;
   return out;
 }
 
@@ -351,9 +384,15 @@ const char* remedy(const StrangerPair& p)
 Common overlap_now(const Model& m, const Elements& el, const Points& pts, const RealVec& u, const RealVec& uc,
                    const StrangerPair& p, Part& other)
 {
-  const Part body = cells_of(m, el, pts, u, uc, p.body, -1);
+  Part body = cells_of(m, el, pts, u, uc, p.body, -1);
   other = cells_of(m, el, pts, u, uc, p.other, p.section);
-  if (m.part.on && p.other < 0) other = gather_near(other, body, m.dim);
+  if (m.part.on) {
+    join_box(body);
+    join_box(other);
+    const Part near = gather_near(body, other, m.dim);
+    other = gather_near(other, body, m.dim);
+    body  = near;
+  }
   return overlap(body, other, m.dim);
 }
 

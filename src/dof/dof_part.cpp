@@ -34,13 +34,6 @@ bool told(char what)
   return text && *text == what;
 }
 
-// *FRAGMENTS or a history asks which points hang together
-bool asks_pieces(const Model& m)
-{
-  return m.fragments.on || std::any_of(m.history.begin(), m.history.end(),
-                                       [](const HistoryDef& h) { return h.what == "NFRAG"; });
-}
-
 // do two bodies that fill elements share nodes, and a field of the grid?
 bool bodies_share_corners(const Model& m)
 {
@@ -68,22 +61,21 @@ bool waiting_surface(const Model& m)
   });
 }
 
-// Can each rank have points of its own of those that are there from the start? All bodies know of each other;
-// where elements become points, contact is that of pairs
-bool points_divide(const Model& m, const OverlapWatch& watch)
+// Can each rank have points of its own of those that are there from the start? Where elements become points,
+// contact is that of pairs
+bool points_divide(const Model& m)
 {
-  if (std::all_of(m.body.begin(), m.body.end(), waits) || !watch.pair.empty() || asks_pieces(m)) return false;
+  if (std::all_of(m.body.begin(), m.body.end(), waits)) return false;
   if (!m.conversion.empty() && (model_general_contact(m) >= 0 || waiting_surface(m))) return false;
-  return !bodies_share_corners(m) && point_fill_divides(m, LEAST_CELLS);
+  return !bodies_share_corners(m) && (!m.conversion.empty() || point_fill_divides(m, LEAST_CELLS));
 }
 
 // Can each rank know the points and outer faces of the elements that it has alone? Elements become points, or
-// contact is general; that of pairs is between elements that all ranks have; all bodies know of each other,
-// and other points are divided
-bool points_near(const Model& m, const OverlapWatch& watch)
+// contact is general; that of pairs is between elements that all ranks have; other points are divided
+bool points_near(const Model& m)
 {
   if (m.part.points) return !m.conversion.empty();
-  if ((m.conversion.empty() && model_general_contact(m) < 0) || !watch.pair.empty()) return false;
+  if (m.conversion.empty() && model_general_contact(m) < 0) return false;
   return std::all_of(m.body.begin(), m.body.end(), waits) && !waiting_surface(m);
 }
 
@@ -248,8 +240,8 @@ void dof_part(bool whole, const DivideBy& by, Model& m)
   bool divides = false;
   if (comm_rank() == 0 && !whole) {
     overlap_pairs(m, watch);
-    m.part.points = points_divide(m, watch);
-    m.part.window = points_near(m, watch);
+    m.part.points = points_divide(m);
+    m.part.window = points_near(m);
     divides       = asked(m) && divided(m, by, rank);
     m.part.points = m.part.points && divides;
     m.part.window = m.part.window && divides;

@@ -10,6 +10,13 @@ namespace {
 
 bool intact_elem(const Elements& el, int e) { return el.block_of[e] >= 0 && el.broken(e) < 0; }
 
+// the same for elements of other ranks as well
+bool known_intact(const Model& m, const Elements& el, const Fracture& fr, int e)
+{
+  if (m.part.works(e)) return intact_elem(el, e);
+  return m.mesh.elem_section[e] >= 0 && (fr.empty() || (fr.phase[e] == AS_ELEMENT && fr.broken[e] < 0));
+}
+
 void join_elements(const Model& m, const Elements& el, Forest& forest)
 {
   for (int e = 0; e < m.mesh.nelem(); ++e)
@@ -50,12 +57,12 @@ bool holds(const Model& m, const Bonds& b, int q, int e)
 }
 
 // a bond that ties the mesh to a grid, and whose place an intact element holds
-bool ties(const Model& m, const Elements& el, const Bonds& b, const ListTable& of_node, int q)
+bool ties(const Model& m, const Elements& el, const Fracture& fr, const Bonds& b, const ListTable& of_node, int q)
 {
   if (b.field[q] < 0 || (b.cn[q] == 0.0 && b.ct[q] == 0.0)) return false;
   const int n = b.a.item[b.a.off[q]];
   for (int k = of_node.off[n]; k < of_node.off[n + 1]; ++k)
-    if (intact_elem(el, of_node.item[k]) && holds(m, b, q, of_node.item[k])) return true;
+    if (known_intact(m, el, fr, of_node.item[k]) && holds(m, b, q, of_node.item[k])) return true;
   return false;
 }
 
@@ -102,13 +109,15 @@ void join_of_deck(const Model& m, const Points& pts, const Bonds& b, const IntVe
   }
 }
 
-void join_bonds(const Model& m, const Elements& el, const Points& pts, const Bonds& b, Forest& forest)
+void join_bonds(const Model& m, const Elements& el, const State& st, Forest& forest)
 {
+  const Points& pts = st.points;
+  const Bonds& b    = st.bonds;
   if (pts.npoint == 0 || b.nbond == 0) return;
   const ListTable of_node = elements_of_nodes(m);
   IntVec of_deck;
   for (int q = 0; q < b.nbond; ++q) {
-    if (!ties(m, el, b, of_node, q)) continue;
+    if (!ties(m, el, st.frac, b, of_node, q)) continue;
     if (q < b.nfixed) of_deck.push_back(q);
     else join_converted(m, pts, b, of_node, q, forest);
   }
@@ -153,7 +162,7 @@ int frac_connect(const Model& m, const Elements& el, const State& st, Fragments&
   Forest forest(m.mesh.nnode() + pts.ncorner);       // nodes, then corners
   join_elements(m, el, forest);
   join_points(m, pts, forest);
-  join_bonds(m, el, pts, st.bonds, forest);
+  join_bonds(m, el, st, forest);
   IntVec root;
   for (int i = 0; i < static_cast<int>(forest.up.size()); ++i) root.push_back(forest.root(i));
   if (m.part.on) model_join_ranks(m.part, pts.part, root);

@@ -483,7 +483,8 @@ void model_join_ranks(const MeshPart& part, const PointPart& points, IntVec& roo
 {
   const int nnode = static_cast<int>(part.node.size()), n = static_cast<int>(root.size());
   const auto number = [&](int i) {
-    return i < nnode ? part.node[i] : part.nnode + (points.window ? points.corner[i - nnode] : i - nnode);
+    const int c = i - nnode;
+    return c < 0 ? part.node[i] : part.nnode + (points.corner.empty() ? c : points.corner[c]);
   };
   IntVec least(n, std::numeric_limits<int>::max()), before;
   for (int i = 0; i < n; ++i) least[root[i]] = std::min(least[root[i]], number(i));
@@ -509,7 +510,7 @@ void model_join_ranks(const MeshPart& part, const PointPart& points, IntVec& roo
   do {
     before = least;
     tell(part.halo, 0);
-    if (points.window) tell(points.halo, nnode);
+    if (points.on || points.window) tell(points.halo, nnode);
     else if (n > nnode) tell_all();
   } while (comm_allreduce_max(static_cast<int>(least != before)));
   for (int& r : root) r = least[r];
