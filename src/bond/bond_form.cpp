@@ -6,6 +6,7 @@
 #include "base/comm.h"
 #include "base/log.h"
 #include "bond/bond.h"
+#include "point/point.h"
 #include "shape/face.h"
 
 const double bond_alpha = 1000.0, contact_alpha = 10.0;
@@ -570,7 +571,7 @@ void bond_skin(const Model& m, const Points& pts, const std::vector<SkinFace>& s
                  penalty   = skin_penalty(m, pts, d, skin[s], face);
     b.skin_penalty[s] = penalty;
     if (m.part.window) {
-      if (!m.part.works(skin[s].element(pts))) continue;
+      if (!point_skin_counts(m, pts, skin[s])) continue;
       f.name = skin[s].points ? AT_POINTS + face_name(def, pts.part.point[elem], skin[s].face)
                               : face_name(def, m.part.elem_number(elem), skin[s].face);
     }

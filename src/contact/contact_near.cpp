@@ -4,6 +4,7 @@
 
 #include "base/comm.h"
 #include "contact/contact_meet.h"
+#include "point/point.h"
 
 namespace {
 
@@ -59,11 +60,13 @@ std::vector<NearFace> near_now(const Model& m, const Points& pts, const std::vec
   return near_faces(m, pts, skin, u, uc, near_reach(is_static, travel, size));
 }
 
-std::vector<NearFace> near_own(const MeshPart& part, std::vector<NearFace> face)
+std::vector<NearFace> near_own(const Model& m, const Points& pts, const std::vector<SkinFace>& skin,
+                               const std::vector<NearFace>& face)
 {
-  const auto others = [&](const NearFace& f) { return !part.works(part.elem_here(f.elem)); };
-  face.erase(std::remove_if(face.begin(), face.end(), others), face.end());
-  return face;
+  std::vector<NearFace> own;
+  for (std::size_t i = 0; i < skin.size(); ++i)
+    if (point_skin_counts(m, pts, skin[i])) own.push_back(face[i]);
+  return own;
 }
 
 bool near_known(const MeshPart& part, const std::vector<NearFace>& own)
@@ -81,7 +84,7 @@ bool near_known(const MeshPart& part, const std::vector<NearFace>& own)
   IntVec found;
   for (const std::vector<NearFace>& told : comm_exchange(tell))
     for (const NearFace& f : told) {
-      if (missing || part.elem_here(f.elem) >= 0) continue;
+      if (missing || f.elem < 0 || part.elem_here(f.elem) >= 0) continue;
       tree.overlap(f.box, found);
       missing = !found.empty();
     }
@@ -95,11 +98,14 @@ void near_outer(const std::vector<NearFace>& face, const IntVec& rank, std::vect
   const ContactTree tree(box);
   IntVec found;
   for (std::size_t i = 0; i < face.size(); ++i) {
-    const int r = rank[face[i].elem];
+    const int r = face[i].elem < 0 ? -1 : rank[face[i].elem];
     found.clear();
     tree.overlap(box[i], found);
-    for (int j : found)
-      if (rank[face[j].elem] != r) list[r].push_back(face[j].elem);
+    for (int j : found) {
+      const int e = face[j].elem;
+      for (int to = 0; to < comm_size() && e >= 0; ++to)
+        if ((r < 0 || r == to) && rank[e] != to) list[to].push_back(e);
+    }
   }
   for (IntVec& of : list) {
     std::sort(of.begin(), of.end());

@@ -17,7 +17,8 @@ struct NearReach { double part, most, margin; };
 
 // A face of general contact where it is now
 struct NearFace {
-  int elem;                    // that has it, or had it before it became points: in the mesh of the deck
+  // that has it, or had it before it became points: in the mesh of the deck; -1: of a point from the start
+  int elem;
   double size;                 // longest edge                                                       length
   ContactBox box;              // half of what may lie between it and a face that it may meet is added
 };
@@ -33,14 +34,15 @@ NearReach near_reach(bool is_static, double travel, const RealVec& size);
 std::vector<NearFace> near_now(const Model& m, const Points& pts, const std::vector<SkinFace>& skin,
                                const RealVec& u, const RealVec& uc, bool is_static, double travel);
 
-// near_own : faces of elements that this rank works on
-std::vector<NearFace> near_own(const MeshPart& part, std::vector<NearFace> face);
+// near_own : those of near_faces that this rank works on
+std::vector<NearFace> near_own(const Model& m, const Points& pts, const std::vector<SkinFace>& skin,
+                               const std::vector<NearFace>& face);
 
 // near_known : are all elements of other ranks here that may meet a face of own? Collective.
 bool near_known(const MeshPart& part, const std::vector<NearFace>& own);
 
 // near_outer : elements near those of each rank that belong to others, from further off, so that bodies have
-// to move before others come near
+// to move before others come near; what is near a point from the start all ranks get
 //   in     face   of all ranks;   rank [nelem]
 //   inout  list   [ranks] added to
 void near_outer(const std::vector<NearFace>& face, const IntVec& rank, std::vector<IntVec>& list);

@@ -222,8 +222,9 @@ void tell_skin(const Model& m, const Points& pts, std::vector<SkinFace>& skin)
   std::vector<std::vector<SkinOfElem>> of(m.mesh.nelem()), tell(ranks);
   for (const SkinFace& f : skin) {
     const int e = f.element(pts);
-    if (!m.part.works(e)) continue;
+    if (e >= 0 && !m.part.works(e)) continue;
     own.push_back(f);
+    if (e < 0) continue;       // all ranks know it
     of[e].push_back({m.part.elem[e], f.points ? f.elem - pts.of_elem[e] : -1, f.face});
   }
   for (int r = 0; r < ranks; ++r)

@@ -61,12 +61,11 @@ bool waiting_surface(const Model& m)
   });
 }
 
-// Can each rank have points of its own of those that are there from the start? Where elements become points,
-// contact is that of pairs
+// Can each rank have points of its own of those that are there from the start?
 bool points_divide(const Model& m)
 {
   if (std::all_of(m.body.begin(), m.body.end(), waits)) return false;
-  if (!m.conversion.empty() && (model_general_contact(m) >= 0 || waiting_surface(m))) return false;
+  if (!m.conversion.empty() && waiting_surface(m)) return false;
   return !bodies_share_corners(m) && (!m.conversion.empty() || point_fill_divides(m, LEAST_CELLS));
 }
 
@@ -113,9 +112,13 @@ IntVec elements_of_all(const Model& m)
 std::vector<NearFace> skin_at_start(const Model& m)
 {
   std::vector<SkinFace> skin;
+  Points pts;
+  if (model_general_contact(m) < 0) return {};
   for (const Face& f : m.part.skin) skin.push_back({f.elem, f.face, 0});
-  const RealVec u(static_cast<std::size_t>(m.mesh.nnode()) * m.dim, 0.0), uc;
-  return near_now(m, Points(), skin, u, uc, true, 0.0);
+  point_fill_whole(m, pts);
+  for (const Face& f : pts.boundary) skin.push_back({f.elem, f.face, 1});
+  const RealVec u(static_cast<std::size_t>(m.mesh.nnode()) * m.dim, 0.0), uc(pts.Xc.size(), 0.0);
+  return near_now(m, pts, skin, u, uc, true, 0.0);
 }
 
 // lists of the ranks, and what all have of others, each once, ascending

@@ -57,7 +57,8 @@ bool holds(const Model& m, const Bonds& b, int q, int e)
 }
 
 // a bond that ties the mesh to a grid, and whose place an intact element holds
-bool ties(const Model& m, const Elements& el, const Fracture& fr, const Bonds& b, const ListTable& of_node, int q)
+bool ties(const Model& m, const Elements& el, const Fracture& fr, const Bonds& b, const ListTable& of_node,
+          int q)
 {
   if (b.field[q] < 0 || (b.cn[q] == 0.0 && b.ct[q] == 0.0)) return false;
   const int n = b.a.item[b.a.off[q]];

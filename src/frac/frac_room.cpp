@@ -143,7 +143,7 @@ std::vector<HullCell> other_cells(const Model& m, const std::vector<GrainShape>&
   std::vector<HullCell> cell;
   std::vector<CellNow> near;
   for (int p = 0; p < pts.npoint; ++p) {
-    if (m.part.window && !m.part.works(pts.parent[p])) continue;
+    if (m.part.window && !point_counts(m, pts, p)) continue;
     const CellNow now = point_now(pts, m.dim, st.n.uc, p);
     if (is_near(now) && !std::binary_search(grains.begin(), grains.end(), now.number)) near.push_back(now);
   }

@@ -191,8 +191,7 @@ void take_bonds(const Model& m, int npoint, int ncorner, State& st)
     for (int& i : *x)
       if (i >= 0) i = face[i] >= 0 ? face[i] : NOT_HERE;
   const auto is_own = [&](int i) {
-    const SkinFace none, &f = i >= 0 ? b.skin[i] : none;
-    return i == -1 || (i >= 0 && m.part.works(f.element(st.points)));
+    return i == -1 || (i >= 0 && point_skin_counts(m, st.points, b.skin[i]));
   };
   IntVec list;
   ListTable a;

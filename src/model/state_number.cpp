@@ -54,10 +54,11 @@ IntVec deck_order(const MeshPart& part)
 void state_to_deck(const MeshPart& part, State& st)
 {
   if (!part.on) return;
+  const bool divided = part.points && !part.window;  // in a window state_gather does it
   renumber(
       static_cast<int>(part.node.size()), part.nnode, [&](int n) { return part.deck[n]; },
       [&](int e) { return part.elem[e]; },
-      [&](int p) { return st.points.part.on ? st.points.part.point[p] : p; },
+      [&](int p) { return divided ? st.points.part.point[p] : p; },
       [&](int c) { return st.points.corner_number(c); }, st);
 }
 
@@ -68,8 +69,9 @@ void state_from_deck(const MeshPart& part, State& st)
   for (int number : st.frac.releasing)
     if (part.elem_here(number) >= 0 || number < 0 || number >= part.nelem) releasing.push_back(number);
   st.frac.releasing.swap(releasing);
-  const int nnode   = static_cast<int>(part.node.size());
-  const IntVec node = deck_order(part);
+  const bool divided = part.points && !part.window;
+  const int nnode    = static_cast<int>(part.node.size());
+  const IntVec node  = deck_order(part);
   const auto here   = [&](int number) {
     const auto at = std::lower_bound(node.begin(), node.end(), number,
                                      [&](int n, int value) { return part.deck[n] < value; });
@@ -78,7 +80,7 @@ void state_from_deck(const MeshPart& part, State& st)
   renumber(
       part.nnode, nnode, here,
       [&](int e) { return part.elem_here(e); },
-      [&](int p) { return st.points.part.on ? st.points.point_here(p) : p; },
+      [&](int p) { return divided ? st.points.point_here(p) : p; },
       [&](int c) {                           // what is no number of a corner is none here either
         const int corner = st.points.corner_here(c);
         return corner < 0 ? st.points.ncorner : corner;

@@ -160,7 +160,9 @@ void join_skin(const MeshPart& mesh, const Joiner& of_bonds, const Points& p, co
   IntVec own, face;
   for (std::size_t i = 0; i < b.skin.size(); ++i) {
     const SkinFace& f = b.skin[i];
-    if (mesh.works(mesh.elem_here(f.element(p)))) own.push_back(static_cast<int>(i));
+    const int e = f.element(p);
+    if (e < 0 ? p.part.rank[f.elem] == comm_rank() : mesh.works(mesh.elem_here(e)))
+      own.push_back(static_cast<int>(i));
     face.insert(face.end(), {f.points ? p.part.point[f.elem] : f.elem, f.face, f.points});
   }
   const Joiner of_skin(own, name);

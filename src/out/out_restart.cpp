@@ -387,16 +387,14 @@ bool out_restart_load(const Model& m, const std::string& path, Archive& f)
 
 std::vector<NearFace> out_restart_skin(const Model& m, const std::string& path)
 {
-  const bool waits = std::all_of(m.body.begin(), m.body.end(),
-                                 [](const Body& b) { return b.fill == FILL_CONVERSION; });
-  if (path.empty() || comm_size() == 1 || model_general_contact(m) < 0 || !waits) return {};
+  if (path.empty() || comm_size() == 1 || model_general_contact(m) < 0) return {};
   const CommAlone alone;
   Archive f;
   Lengths length;
   State s;
   ActiveGrid grid;
   Output out;
-  s.points.surface.resize(m.surface.size());         // as at t = 0
+  point_fill_whole(m, s.points);
   const Points begin = s.points;
   log_mute(true);              // what is wrong is told when the file is read
   bool good = out_restart_load(m, path, f);

@@ -80,6 +80,9 @@ void grid_cell_place(const Grid& g, int dim, long key, double x[3]);
 // Messages go to the log; returns the number of errors.
 int point_fill(const Model& m, Points& pts);
 
+// point_fill_whole : all of them, on a rank that has the whole model; mistakes of the deck are not told
+void point_fill_whole(const Model& m, Points& pts);
+
 // point_fill_divides : are there least cells of points for each rank, and does each get some? No body waits
 // for conversion. Not collective: rank 0 asks with the whole model.
 bool point_fill_divides(const Model& m, int least);
@@ -245,6 +248,12 @@ inline bool point_counts(const Model& m, const Points& pts, int p)
   if (!m.part.on) return true;
   if (pts.parent[p] >= 0) return m.part.works(pts.parent[p]);
   return (pts.part.on ? pts.part.rank[p] : 0) == comm_rank();
+}
+
+// point_skin_counts : the same of a face of general contact
+inline bool point_skin_counts(const Model& m, const Points& pts, const SkinFace& f)
+{
+  return f.points ? point_counts(m, pts, f.elem) : m.part.works(f.elem);
 }
 
 // point_ip_fields : results of a point; of l displacements of corners and degradation are read

@@ -308,11 +308,12 @@ IntVec held_points(const Model& m, const Points& pts)
   return all;
 }
 
-// the points of all bodies that are here: of this rank, and known ones (numbers); returns the errors
-int fill_bodies(const Model& m, const std::vector<IntVec>& rank, const IntVec& known, Points& pts)
+// the points of all bodies, or (on) those that are here: of this rank, and known ones (numbers); returns the
+// errors
+int fill_bodies(const Model& m, bool on, const std::vector<IntVec>& rank, const IntVec& known, Points& pts)
 {
   pts = Points();
-  pts.part.on = m.part.points;
+  pts.part.on = on;
   CornerShare share;
   Filler f{m, pts, share};
   f.known = &known;
@@ -341,12 +342,12 @@ int point_fill(const Model& m, Points& pts)
 {
   const std::vector<IntVec> rank = m.part.points ? fill_ranks(m) : std::vector<IntVec>(m.body.size());
   IntVec held;
-  int errors = fill_bodies(m, rank, held, pts);
+  int errors = fill_bodies(m, m.part.points, rank, held, pts);
   errors += point_surfaces(m, pts);
   if (!pts.part.on) return errors;
   held = held_points(m, pts);
   if (!held.empty() && comm_allreduce_max(errors) == 0) {
-    errors = fill_bodies(m, rank, held, pts);
+    errors = fill_bodies(m, m.part.points, rank, held, pts);
     errors += point_surfaces(m, pts);
   }
   std::vector<char> own(pts.ncorner, 0);
@@ -358,6 +359,14 @@ int point_fill(const Model& m, Points& pts)
   pts.part.start = pts.part.halo;
   point_find_common(m.part, pts.part.rank, pts);
   return errors;
+}
+
+void point_fill_whole(const Model& m, Points& pts)
+{
+  log_mute(true);
+  fill_bodies(m, false, std::vector<IntVec>(m.body.size()), {}, pts);
+  point_surfaces(m, pts);
+  log_mute(false);
 }
 
 bool point_corner_in_element(const Model& m, const Points& pts, int e, int c, double* N)

@@ -22,7 +22,8 @@ double most_lost()
 std::vector<NearFace> faces_here(const Problem& p, const ContactScene& s)
 {
   if (s.skin.empty()) return {};
-  return near_own(p.m.part, near_faces(p.m, p.st.points, s.skin, s.u, s.uc, {s.part, s.most, s.margin}));
+  const Points& pts = p.st.points;
+  return near_own(p.m, pts, s.skin, near_faces(p.m, pts, s.skin, s.u, s.uc, {s.part, s.most, s.margin}));
 }
 
 }  // namespace
