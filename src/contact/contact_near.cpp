@@ -97,13 +97,14 @@ void near_outer(const std::vector<NearFace>& face, const IntVec& rank, std::vect
   for (const NearFace& f : face) box.push_back(grown(f.box, AROUND * f.size));
   const ContactTree tree(box);
   IntVec found;
+  const int ranks = static_cast<int>(list.size());
   for (std::size_t i = 0; i < face.size(); ++i) {
     const int r = face[i].elem < 0 ? -1 : rank[face[i].elem];
     found.clear();
     tree.overlap(box[i], found);
     for (int j : found) {
       const int e = face[j].elem;
-      for (int to = 0; to < comm_size() && e >= 0; ++to)
+      for (int to = 0; to < ranks && e >= 0; ++to)
         if ((r < 0 || r == to) && rank[e] != to) list[to].push_back(e);
     }
   }

@@ -88,10 +88,9 @@ void number_nodes(const Model& m, const State& st, const Elements& el, Dofs& s)
   for (int r = 0; r < s.nfe; ++r) s.row_of_node[s.node_of_row[r]] = r;
 }
 
-// divided model: rows of nodes without elements of this rank, which bonds of it hold now, or corners follow.
-// True: they are others than before
-bool add_guests(const Model& m, const Points& pts, const Bonds& bonds, const GridShare& mine,
-                const ContactPairs& pairs, Dofs& s)
+// divided model: rows of nodes without elements of this rank, which bonds of it hold now, or corners with
+// lists follow. True: they are others than before
+bool add_guests(const Model& m, const Bonds& bonds, const Discretisation& d, Dofs& s)
 {
   const int own = s.nfe - s.nguest, nnode = m.mesh.nnode();
   IntVec guest;
@@ -101,12 +100,11 @@ bool add_guests(const Model& m, const Points& pts, const Bonds& bonds, const Gri
   const auto take = [&](const ListTable& list, int b) {
     for (int k = list.off[b]; k < list.off[b + 1]; ++k) add(list.item[k]);
   };
-  for (int c = 0; c < static_cast<int>(pts.hangs.size()); ++c)
-    if (mine.corner[c] && pts.hangs[c] == HANG_NODE) add(pts.hang.begin(c)[0]);
+  for (const MeshItem& q : d.grid.corner_mesh) add(q.node);
   for (int b = 0; b < bonds.nbond; ++b) {
-    if (!mine.bond[b] || !contact_acts(bonds, pairs, b)) continue;
+    if (!d.mine.bond[b] || !contact_acts(bonds, d.pairs, b)) continue;
     take(bonds.a, b);
-    if (bonds.field[b] == SIDE_CONTACT) take(pairs.master, b);
+    if (bonds.field[b] == SIDE_CONTACT) take(d.pairs.master, b);
   }
   std::sort(guest.begin(), guest.end());
   guest.erase(std::unique(guest.begin(), guest.end()), guest.end());
@@ -319,7 +317,7 @@ bool form_rows(const Model& m, const Step& step, State& st, Discretisation& d, D
   const int before = s.nrow;
   s.dim = m.dim;
   number_nodes(m, st, d.el, s);
-  bool fresh = m.part.on && add_guests(m, st.points, st.bonds, d.mine, d.pairs, s);
+  bool fresh = m.part.on && add_guests(m, st.bonds, d, s);
   // the grid has moved along, and nothing else makes lists
   const bool stay = !first && !fresh && s.lists_of == d.grid.made && d.pairs.gap.empty() &&
                      d.point_law.group.size() == 0;

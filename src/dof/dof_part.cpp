@@ -21,76 +21,41 @@ namespace {
 
 // finite elements a rank: below, all ranks keep the whole model
 const int LEAST = 16;
-// the same with points that all ranks know: with fewer elements the whole model is small, and the work on
-// it is shared more evenly. Measured: doc/benchmarks.md, "Two ranks over one"
-const int LEAST_POINTS = 3000;
 // cells of points a rank, where each has its own
 const int LEAST_CELLS = 16;
-
-// MPFE_DIVIDE=0: not wanted; 1: also where the model is small; tests compare
-bool told(char what)
-{
-  const char* text = std::getenv("MPFE_DIVIDE");
-  return text && *text == what;
-}
-
-// do two bodies that fill elements share nodes, and a field of the grid?
-bool bodies_share_corners(const Model& m)
-{
-  std::map<std::pair<int, int>, int> body;           // of a field and a node
-  for (size_t b = 0; b < m.body.size(); ++b)
-    for (int e : m.body[b].fill == FILL_ELSET ? m.elset[m.body[b].elset].item : IntVec())
-      for (int k = 0; k < m.mesh.conn.count(e); ++k) {
-        const auto known = body.emplace(std::make_pair(m.body[b].field, m.mesh.conn.begin(e)[k]), b).first;
-        if (known->second != static_cast<int>(b)) return true;
-      }
-  return false;
-}
 
 // does a body wait for points that elements become?
 bool waits(const Body& b) { return b.fill == FILL_CONVERSION; }
 
-// does a bond or a contact pair hold a surface of a body that waits for points?
-bool waiting_surface(const Model& m)
-{
-  const auto of_waiting = [&](int s) {
-    return s >= 0 && m.surface[s].body >= 0 && waits(m.body[m.surface[s].body]);
-  };
-  return std::any_of(m.bond.begin(), m.bond.end(), [&](const BondDef& d) {
-    return of_waiting(d.surface) || of_waiting(d.master);
-  });
-}
-
-// Can each rank have points of its own of those that are there from the start?
+// Can each rank have points of its own of those that are there from the start? Without elements there must be
+// enough
 bool points_divide(const Model& m)
 {
   if (std::all_of(m.body.begin(), m.body.end(), waits)) return false;
-  if (!m.conversion.empty() && waiting_surface(m)) return false;
-  return !bodies_share_corners(m) && (!m.conversion.empty() || point_fill_divides(m, LEAST_CELLS));
+  const IntVec& section = m.mesh.elem_section;
+  const bool elements   = std::any_of(section.begin(), section.end(), [](int s) { return s >= 0; });
+  return elements || point_fill_divides(m, LEAST_CELLS);
 }
 
 // Can each rank know the points and outer faces of the elements that it has alone? Elements become points, or
-// contact is general; that of pairs is between elements that all ranks have; other points are divided
+// contact is general
 bool points_near(const Model& m)
 {
-  if (m.part.points) return !m.conversion.empty();
-  if (m.conversion.empty() && model_general_contact(m) < 0) return false;
-  return std::all_of(m.body.begin(), m.body.end(), waits) && !waiting_surface(m);
+  return !m.conversion.empty() || (!m.part.points && model_general_contact(m) >= 0);
 }
 
-// m.part says what each rank would know of points
+// is the model large enough? MPFE_DIVIDE=0: it is not wanted; tests compare
 bool asked(const Model& m)
 {
-  const bool points = m.part.points;
-  const bool few = told('1') || points || m.part.window || (m.body.empty() && m.conversion.empty());
+  const char* text = std::getenv("MPFE_DIVIDE");
   const IntVec& section = m.mesh.elem_section;
   const long elements   = std::count_if(section.begin(), section.end(), [](int s) { return s >= 0; });
-  if (told('0')) return false;
-  return (points && elements == 0) || elements >= (few ? LEAST : LEAST_POINTS) * comm_size();
+  if (text && *text == '0') return false;
+  return (m.part.points && elements == 0) || elements >= static_cast<long>(LEAST) * comm_size();
 }
 
 // Elements that all ranks have: at surfaces of bonds and contact pairs, those that are points from the start,
-// and of general contact in scenes whose points all ranks know
+// and of general contact where all ranks know outer faces
 IntVec elements_of_all(const Model& m)
 {
   IntVec all;

@@ -15,6 +15,7 @@ struct FillPlan {
   IntVec shape;                // [point] Shape
   ListTable conn;              // [point] numbers of its corners
   RealVec X;                   // [corner*dim] from the first one of the body on
+  std::vector<char> common;    // [corner] other bodies may have it, too
   int first = 0;               // number of that one
 };
 
@@ -28,6 +29,7 @@ struct Filler {
   int at_node[8] = {};         // corners at the nodes of the element, of those that hang
   FillPlan* plan = nullptr;    // nothing is made, but planned
   const IntVec* known = nullptr;         // numbers of points that all ranks know, ascending
+  std::vector<char> common = {};         // [node] elements of several bodies on one field have it
   // is the point with this number here, when its rank has its cell?
   bool has(int number, int rank) const
   {
@@ -58,7 +60,8 @@ std::vector<IntVec> fill_ranks(const Model& m);
 // (numbers of all ranks, not sorted yet) go on.
 void fill_box(Filler& f, int body, const IntVec& rank);
 
-// fill_planned : the points of a body that were planned, as fill_box
+// fill_planned : the points of a body that were planned, as fill_box. Corners that other bodies may have are
+// made on all ranks.
 void fill_planned(Filler& f, int body, const FillPlan& plan, const IntVec& rank);
 
 #endif

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "base/comm.h"
 #include "base/log.h"
@@ -309,16 +310,26 @@ void fill_planned(Filler& f, int body, const FillPlan& plan, const IntVec& rank)
   IntVec index(ncorner, -1), number(ncorner), last(rank.size(), -1);
   for (int q = 0; q < plan.conn.size(); ++q)
     for (int k = plan.conn.off[q]; k < plan.conn.off[q + 1] && here(q); ++k)
-      index[plan.conn.item[k] - plan.first] = 0;
+      if (plan.conn.item[k] >= plan.first) index[plan.conn.item[k] - plan.first] = 0;
   for (int c = 0; c < ncorner; ++c) {
     number[c] = plan.first + c;
-    if (index[c] < 0) continue;
+    if (index[c] < 0 && !plan.common[c]) continue;
     index[c] = fill_corner(f, &plan.X[static_cast<size_t>(c) * dim], f.m.body[body].field);
     part.corner.push_back(number[c]);
   }
+  std::map<int, size_t> before;          // corners of other bodies: their places behind those of this one
+  const auto place = [&](int c) {
+    if (c >= plan.first) return static_cast<size_t>(c - plan.first);
+    const auto known = before.emplace(c, number.size());
+    if (known.second) {
+      number.push_back(c);
+      index.push_back(f.pts.corner_here(c));
+    }
+    return known.first->second;
+  };
   for (int q = 0; q < plan.conn.size(); ++q) {
     size_t corner[8];
-    for (int a = 0; a < plan.conn.count(q); ++a) corner[a] = plan.conn.begin(q)[a] - plan.first;
+    for (int a = 0; a < plan.conn.count(q); ++a) corner[a] = place(plan.conn.begin(q)[a]);
     const Shape shape = static_cast<Shape>(plan.shape[q]);
     take_domain(f, body, shape, here(q), rank[plan.cell[q]], corner, number, index, last[plan.cell[q]]);
   }

@@ -64,7 +64,11 @@ int shared_corner(Filler& f, const Body& body, int e, const int* iw, int total)
   if (own) f.share.own.emplace(key, c);
   if (first == f.share.corner.end()) f.share.corner.emplace(std::make_pair(field, key), c);
   else f.pts.twin[c] = first->second;
-  if (f.plan) return c;
+  if (f.plan) {
+    const auto is_common = [&](const auto& k) { return f.common[k.first] != 0; };
+    f.plan->common.push_back(!f.common.empty() && std::all_of(key.begin(), key.end(), is_common));
+    return c;
+  }
   f.share.made.push_back(c);
   for (const auto& k : key) {
     f.share.node.item.push_back(static_cast<int>(k.first));
@@ -308,6 +312,23 @@ IntVec held_points(const Model& m, const Points& pts)
   return all;
 }
 
+// [node] do elements of several bodies on one field of the grid have it? Empty: none
+std::vector<char> common_nodes(const Model& m)
+{
+  std::map<std::pair<int, int>, int> body;           // of a field and a node: the first one
+  std::vector<char> common;
+  for (size_t b = 0; b < m.body.size(); ++b)
+    for (int e : m.body[b].fill == FILL_ELSET ? m.elset[m.body[b].elset].item : IntVec())
+      for (int k = 0; k < m.mesh.conn.count(e); ++k) {
+        const int n = m.mesh.conn.begin(e)[k];
+        const auto first = body.emplace(std::make_pair(m.body[b].field, n), static_cast<int>(b)).first;
+        if (first->second == static_cast<int>(b)) continue;
+        common.resize(m.mesh.nnode(), 0);
+        common[n] = 1;
+      }
+  return common;
+}
+
 // the points of all bodies, or (on) those that are here: of this rank, and known ones (numbers); returns the
 // errors
 int fill_bodies(const Model& m, bool on, const std::vector<IntVec>& rank, const IntVec& known, Points& pts)
@@ -317,6 +338,7 @@ int fill_bodies(const Model& m, bool on, const std::vector<IntVec>& rank, const 
   CornerShare share;
   Filler f{m, pts, share};
   f.known = &known;
+  if (on) f.common = common_nodes(m);
   for (size_t b = 0; b < m.body.size(); ++b) {
     const int before = pts.npoint + pts.part.npoint;
     if (m.body[b].fill == FILL_CONVERSION) continue;

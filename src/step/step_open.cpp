@@ -19,21 +19,23 @@ double start_value(const Model& m, const InitialValue& iv, const std::string& wh
   return 0.0;
 }
 
-// corners of a body: v_c or u_c at X_c
+// corners of a body, which it may share with another one: v_c or u_c at X_c
 void start_body(const Model& m, const InitialValue& iv, State& st, int& errors)
 {
   const Points& pts = st.points;
   const int dim     = m.dim;
   RealVec& field    = iv.displacement ? st.n.uc : st.n.vc;
   const std::string where = "a corner of body " + m.body[iv.body].name;
-  for (int q = 0; q < pts.npoint; ++q) {
-    if (pts.body[q] != iv.body) continue;
-    for (int k = pts.conn.off[q]; k < pts.conn.off[q + 1]; ++k) {
-      const int c = pts.conn.item[k];
-      double X[3] = {0, 0, 0};
-      for (int i = 0; i < dim; ++i) X[i] = pts.Xc[c * dim + i];
-      field[c * dim + iv.dof] = start_value(m, iv, where, X, errors);
-    }
+  RealVec of_body(pts.ncorner, 0.0);
+  for (int q = 0; q < pts.npoint; ++q)
+    for (int k = pts.conn.off[q]; k < pts.conn.off[q + 1] && pts.body[q] == iv.body; ++k)
+      of_body[pts.conn.item[k]] = 1.0;
+  if (pts.part.on) halo_sum(pts.part.halo, 1, of_body);        // on any rank
+  for (int c = 0; c < pts.ncorner; ++c) {
+    if (of_body[c] == 0.0) continue;
+    double X[3] = {0, 0, 0};
+    for (int i = 0; i < dim; ++i) X[i] = pts.Xc[c * dim + i];
+    field[c * dim + iv.dof] = start_value(m, iv, where, X, errors);
   }
 }
 
