@@ -113,7 +113,6 @@ std::vector<std::size_t> places(const std::vector<std::vector<Item>>& list, bool
 
 void archive_raw(Archive& f, void* data, std::size_t size)
 {
-  if (f.move) return;
   if (!f.reading) {
     if (f.part && comm_rank() > 0) return;
     for (std::size_t at = 0; at < size;) {

@@ -48,12 +48,6 @@ struct ArchivePart {           // items that this rank has
 // whether it is one of all, or the only one.
 enum { RANKS_NONE = -2, RANKS_ALL = -1, RANKS_ONE = 0 };
 
-struct ArchiveMove {           // a rank gets more items
-  IntVec place;                // [before] index of now
-  std::size_t count = 0;       // of now
-  const Halo* halo = nullptr;  // of now: the owner of an item tells it to all; null: fresh ones are zero
-};
-
 struct Archive {
   bool reading = false;
   bool good = true;            // reading: the bytes did not end too early
@@ -66,8 +60,6 @@ struct Archive {
   std::FILE* file = nullptr;
   long head = 0;               // bytes of the file before the content
   const ArchivePart* part = nullptr;   // [ARCHIVE_KINDS] arrays are divided among ranks; null: they are not
-  // [ARCHIVE_KINDS] nothing is written or read, but divided arrays get more items; null: not so
-  const ArchiveMove* move = nullptr;
   int ranks = RANKS_NONE;      // no file: bytes go from rank 0 to other ranks; nobody knows how many they are
   std::vector<std::shared_ptr<void>> shared;     // what several values share, as it came
   std::size_t end() const { return ranks != RANKS_NONE ? SIZE_MAX : filed ? size : bytes.size(); }
@@ -177,25 +169,10 @@ Divided<T> of_points(std::vector<T>& x) { return {x, PER_POINT}; }
 template <class T>
 Divided<T> of_corners(std::vector<T>& x) { return {x, PER_CORNER}; }
 
-// more items for an array that has any on one of the ranks. Collective.
-template <class T>
-void archive_grow(const ArchiveMove& m, std::vector<T>& x)
-{
-  const int D = comm_allreduce_max(m.place.empty() ? 0 : static_cast<int>(x.size() / m.place.size()));
-  if (D == 0) return;
-  std::vector<T> out(m.count * D, T());
-  for (std::size_t k = 0; k < m.place.size(); ++k)
-    std::copy_n(&x[k * D], D, &out[static_cast<std::size_t>(m.place[k]) * D]);
-  x.swap(out);
-  if (m.halo) halo_copy(*m.halo, D, x);
-}
-
 template <class T>
 void io(Archive& f, const Divided<T>& d)
 {
   static_assert(is_plain<T>, "divided arrays hold numbers");
-  if (f.move && d.kind >= PER_POINT) return;         // no more points and corners
-  if (f.move) return archive_grow(f.move[d.kind], d.x);
   if (!f.part || f.part[d.kind].all) return io(f, d.x);
   const ArchivePart& part = f.part[d.kind];
   if (!f.reading)

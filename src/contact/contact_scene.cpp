@@ -121,7 +121,6 @@ void describe(const Model& m, const Points& pts, const Bonds& bonds, ContactScen
   });
   s = ContactScene();
   s.part_of_node = std::move(part);
-  s.grown        = m.part.grown;
   s.skin         = bonds.skin;
   IntVec outer(pts.npoint, 0);           // faces of a point in the skin
   for (const SkinFace& f : s.skin)
@@ -216,10 +215,9 @@ void scene_update(const Model& m, const Points& pts, const Bonds& bonds, const R
   if (model_general_contact(m) < 0) return;
   const double part = is_static ? REACH_STATIC : REACH_MOTION;
   const long built  = s.built;
-  const bool grown  = s.grown != m.part.grown;
-  if (s.part_of_node.empty() || grown) s.part_of_node = parts_of_mesh(m.mesh, m.part);
+  if (s.part_of_node.empty()) s.part_of_node = parts_of_mesh(m.mesh, m.part);
   // elements inside a body that become points bring corners, and leave the skin as it is
-  const bool same = s.skin == bonds.skin && s.uc.size() == uc.size() && s.built > 0 && !grown;
+  const bool same = s.skin == bonds.skin && s.uc.size() == uc.size() && s.built > 0;
   if (!same) {
     describe(m, pts, bonds, s);
     s.built = built;

@@ -13,7 +13,6 @@ using SideBits = std::uint64_t;
 // What stays as long as the faces are the same
 struct ContactScene {
   IntVec part_of_node;         // connected part of the mesh at t = 0, by node; of the model alone
-  int grown = 0;               // MeshPart::grown then
   std::vector<SkinFace> skin;  // Bonds::skin that the rest belongs to
   // [skin] grid field of points on the grid; -1: elements, corners that follow nodes, released points
   IntVec field;

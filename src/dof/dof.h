@@ -210,9 +210,9 @@ double dof_excess(const Model& m, const Elements& el, const Points& pts, const I
 bool dof_divide(const Model& m, const Points& pts, const Level& now, const ActiveGrid& grid, bool fresh,
                 Elements& el, Division& d, Dofs& s);
 
-// dof_share_points : divided model: which rank works on each point, when there are more of them; one for all
-// points of a group. Collective.
-void dof_share_points(const Model& m, const Elements& el, const ListTable& group, Points& pts, Division& d);
+// dof_share_points : MeshPart::window: which rank works on each point, when there are more of them. Those
+// that were elements go from rank to rank element by element, to one that knows them. Collective.
+void dof_share_points(const Model& m, const Elements& el, Points& pts, Division& d);
 
 // dof_share_grid : divided model: the points, corners and bonds that the grid of this rank has lists for
 void dof_share_grid(const Model& m, const Points& pts, const Bonds& bonds, const ContactPairs& pairs,

@@ -314,46 +314,6 @@ RealVec point_centres(const Points& pts, int dim)
   return X;
 }
 
-// of points that were there from the start: straight cuts
-IntVec first_ranks(const Points& pts, const RealVec& X, const RealVec& work)
-{
-  const auto end =
-      std::find_if(pts.parent.begin(), pts.parent.end(), [](int parent) { return parent >= 0; });
-  const long n = end - pts.parent.begin();
-  if (n == 0) return IntVec();
-  return part_places({X.begin(), X.begin() + 3 * n}, {work.begin(), work.begin() + n}, comm_size());
-}
-
-// points of the rank with the most work go to that with the least, those that are furthest towards it first;
-// false: there is nothing to gain
-bool move_points(const RealVec& X, const RealVec& work, std::vector<RankWork>& rank, IntVec& of)
-{
-  const int from = static_cast<int>(std::max_element(rank.begin(), rank.end(), less_work) - rank.begin()),
-            to   = static_cast<int>(std::min_element(rank.begin(), rank.end(), less_work) - rank.begin());
-  const double mean = mean_work(rank);
-  double centre[3]  = {0, 0, 0};
-  IntVec mine;
-  for (size_t q = 0; q < of.size(); ++q)
-    if (of[q] == from) mine.push_back(static_cast<int>(q));
-  if (mine.empty() || rank[from].all <= EVEN * mean) return false;
-  for (int q : mine)
-    for (int i = 0; i < 3; ++i) centre[i] += X[3 * q + i] / static_cast<double>(mine.size());
-  const auto along = [&](int q) {
-    double sum = 0.0;
-    for (int i = 0; i < 3; ++i) sum += X[3 * q + i] * (rank[to].centre[i] - centre[i]);
-    return sum;
-  };
-  std::stable_sort(mine.begin(), mine.end(), [&](int a, int b) { return along(a) > along(b); });
-  const double before = rank[to].all;
-  for (int q : mine) {
-    if (rank[to].all + work[q] > mean) break;
-    of[q] = to;
-    rank[to].all += work[q];
-    rank[from].all -= work[q];
-  }
-  return rank[to].all > before;
-}
-
 double largest_part(const std::vector<RankWork>& rank)
 {
   return std::max_element(rank.begin(), rank.end(), less_work)->all / mean_work(rank);
@@ -437,8 +397,9 @@ std::vector<Handed> hand_over(const Model& m, const Points& pts, const RealVec& 
   return out;
 }
 
-// as dof_share_points; points go from rank to rank element by element, to one that knows them
-void share_window(const Model& m, const Elements& el, Points& pts, Division& d)
+}  // namespace
+
+void dof_share_points(const Model& m, const Elements& el, Points& pts, Division& d)
 {
   const int made = pts.part.npoint + pts.part.ncorner;         // other corners: they have other ranks
   if (d.made == made && d.ranks == comm_size()) return;
@@ -485,8 +446,6 @@ void share_window(const Model& m, const Elements& el, Points& pts, Division& d)
   if (d.handed) point_find_common(m.part, d.point, pts);
 }
 
-}  // namespace
-
 std::vector<RealVec> dof_work(const Model& m, const Elements& el, const Points& pts)
 {
   std::vector<RealVec> work(WORK_KINDS, RealVec(m.mesh.nelem(), 0.0));
@@ -519,29 +478,6 @@ double dof_excess(const Model& m, const Elements& el, const Points& pts, const I
   comm_sum(load, WORK_KINDS);
   return std::accumulate(most, most + WORK_KINDS, 0.0) * comm_size() /
          std::max(std::accumulate(load, load + WORK_KINDS, 0.0), 1e-300);
-}
-
-void dof_share_points(const Model& m, const Elements& el, const ListTable& group, Points& pts, Division& d)
-{
-  if (m.part.window) return share_window(m, el, pts, d);
-  if (!m.part.on || (static_cast<int>(d.point.size()) == pts.npoint && d.ranks == comm_size())) return;
-  d.elem.clear();
-  if (d.ranks != comm_size()) d.point.clear();
-  d.ranks = comm_size();
-  const RealVec X = point_centres(pts, m.dim);
-  RealVec work(pts.npoint);
-  for (int q = 0; q < pts.npoint; ++q) work[q] = usual_work(pts, m.dim, q);
-  if (d.point.empty()) d.point = first_ranks(pts, X, work);
-  for (int q = static_cast<int>(d.point.size()); q < pts.npoint; ++q)
-    d.point.push_back(m.part.rank[pts.parent[q]]);
-  std::vector<RankWork> rank = work_of_ranks(m, el);
-  for (int q = 0; q < pts.npoint; ++q) rank[d.point[q]].all += work[q];
-  if (largest_part(rank) <= EVEN * std::max(1.0, d.excess)) return;
-  for (int k = 0; k < 4 * comm_size(); ++k)
-    if (!move_points(X, work, rank, d.point)) break;
-  for (int k = 0; k < group.size(); ++k)
-    for (int i = group.off[k]; i < group.off[k + 1]; ++i) d.point[group.item[i]] = d.point[group.begin(k)[0]];
-  d.excess = largest_part(rank);
 }
 
 namespace {

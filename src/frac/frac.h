@@ -86,7 +86,7 @@ double parts_of_cube(Shape s);
 // Collective.
 void frac_share(const MeshPart& part, RealVec& x);
 
-// ---- divided model: elements that become points are known to all ranks, with those around them (5.1)
+// ---- divided model (5.1)
 // frac_gather : elements of this rank, from place first on, become those of all ranks, by time of breaking
 // and number in the mesh of the deck, which the list holds then; a whole model has them already, in another
 // order. Collective.
@@ -96,27 +96,9 @@ void frac_gather(const Model& m, const Fracture& fr, IntVec& elem, size_t first)
 // breaking. Collective.
 IntVec frac_releasing(const Model& m, const Fracture& fr);
 
-// frac_zone : are there elements around those of elem (of this rank, all ranks theirs) that not all ranks
-// have?
-//   out  give   those of this rank to be given to all. Collective.
-bool frac_zone(const Model& m, const IntVec& elem, IntVec& give);
-
-// frac_grow : the model gets what all ranks give; arrays of states and levels follow, but not the indices in
-// them. Collective.
-ModelGrowth frac_grow(const IntVec& give, const std::vector<State*>& state, const std::vector<Level*>& level,
-                      Model& m);
-
-// frac_adopt : the same with all indices. Collective.
-ModelGrowth frac_adopt(const IntVec& give, const std::vector<State*>& state,
-                       const std::vector<Level*>& level, const std::vector<CornerShare*>& share, Model& m);
-
-// frac_renew : elements and the mesh of fracture, after the model has got elements
-void frac_renew(const Model& m, const ModelGrowth& g, Fracture& fr, Elements& el, FracMesh& fm);
-
-// frac_reload : a state as a restart file has it, with indices that are numbers in the mesh of the deck: the
-// model gets what all ranks must have, and indices are those of here; begin: points at t = 0. False: points
-// or bonds do not fit the model. Collective.
-bool frac_reload(const Points& begin, State& st, Model& m, Elements& el, FracMesh& fm);
+// frac_reload : a state as a restart file has it, with indices that are numbers in the mesh of the deck,
+// becomes that of here; begin: points at t = 0. False: points or bonds do not fit the model. Collective.
+bool frac_reload(const Points& begin, State& st, Model& m, const FracMesh& fm);
 
 // frac_take : MeshPart::window: of a state of all ranks, in indices of here (-1: not here), what belongs to
 // the elements of here; begin: points at t = 0. False: it does not fit the model

@@ -109,21 +109,6 @@ int nearest_gauss(const Model& m, const Elements& el, int e, const Points& pts, 
   return best;
 }
 
-// divided model: the history of these elements as the ranks have it that work on them, on all
-void share_history(const MeshPart& part, const Elements& el, const IntVec& elem, RealVec& he)
-{
-  if (!part.on || part.window || el.history == 0) return;
-  const long n = el.history;
-  RealVec all;
-  for (int e : elem)
-    for (long k = n * el.gauss_of[e]; k < n * el.gauss_of[e + 1]; ++k)
-      all.push_back(part.works(e) ? he[k] : 0.0);
-  comm_sum(all);
-  const double* next = all.data();
-  for (int e : elem)
-    for (long k = n * el.gauss_of[e]; k < n * el.gauss_of[e + 1]; ++k) he[k] = *next++;
-}
-
 // The points of element e take the history of the Gauss point next to them: whole, since means of plastic
 // deformations are none;  be: their elastic deformations, of plastic material
 void pass_history(const Model& m, const Elements& el, int e, int first, State& st, std::map<int, Mat3>& be)
@@ -346,7 +331,6 @@ void frac_convert(const Model& m, Elements& el, const FracMesh& fm, const IntVec
     turn.push_back(static_cast<int>(k));
   }
   ListTable made;
-  share_history(m.part, el, elem, st.n.he);
   RealVec mass(st.points.ncorner, 0.0), added;
   std::map<int, Mat3> be;      // [point] of plastic material: its stress goes on
   note_elastic(m, st, be);
@@ -358,7 +342,7 @@ void frac_convert(const Model& m, Elements& el, const FracMesh& fm, const IntVec
   }
   if (m.part.window) {
     point_number(m, elem, turn, made, st.points);
-    point_tell_corners(st.points, GridShare(), m.dim, {&st.n.uc, &st.n.vc});
+    point_tell_corners(st.points, m.dim, {&st.n.uc, &st.n.vc});
   }
   st.frac.nconverted += static_cast<int>(number.size());
   elem_refresh(el);

@@ -68,8 +68,6 @@ struct MeshPart {
   bool joined = false;         // all elements of the deck hang together by common faces
   bool tied = false;           // the deck has equations between displacements
   std::vector<StrangerPair> strangers;       // of the whole model (overlap_pairs)
-  std::vector<char> given;     // [Mesh::nelem] all ranks have it: of skin, or points are near (model_grow)
-  int grown = 0;               // how often the piece has got elements, and all indices have changed
   std::vector<Face> skin;      // general contact: outer faces at t = 0 of the whole mesh
   bool counts(int n) const { return !on || halo.owner[n] == comm_rank(); }     // n counts here in a sum
   bool knows_points(int e) const { return !window || with_points[e]; }         // that e becomes

@@ -522,7 +522,5 @@ void model_join_ranks(const MeshPart& part, const PointPart& points, IntVec& roo
 // ---------------------------------------------------------------------------
 void model_cut_close(Model& m)
 {
-  m.part.given.assign(m.part.elem.size(), 0);
-  for (const Face& f : m.part.skin) m.part.given[f.elem] = 1;
   model_find_common(model_removed(m), m);
 }

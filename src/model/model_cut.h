@@ -83,10 +83,4 @@ void model_owners(const IntVec& gone, Model& m);
 // smallest number of that part on all ranks: of nodes in the mesh of the deck, corners behind. Collective.
 void model_join_ranks(const MeshPart& part, const PointPart& points, IntVec& root);
 
-struct ModelGrowth { IntVec node, elem; };           // [before] index of now
-
-// model_grow : elements that this rank works on (give), with all that the model says of them, become outer
-// elements of all ranks that do not have them; gone [nelem] as for model_owners. Collective.
-ModelGrowth model_grow(const IntVec& give, const IntVec& gone, Model& m);
-
 #endif

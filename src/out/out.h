@@ -131,7 +131,6 @@ struct Output {
   History history;
   std::vector<Probe> probe;    // [Model::history]
   int converted = 0;           // elements that had become points when the probes were made
-  int grown = 0;               // MeshPart::grown then
   int row_written = -1;        // last row of history in the file
   VtkSeries series[VTK_KINDS];
   int vtk_frame = 0;
@@ -177,7 +176,8 @@ std::vector<NearFace> out_restart_skin(const Model& m, const std::string& path);
 
 // out_reopen : instead of out_open: state, grid of the last frame and output as they were when the file f was
 // written; on entry s is the state at t = 0. Returns the number of errors.
-int out_reopen(Model& m, Elements& el, FracMesh& fm, Archive& f, State& s, ActiveGrid& grid, Output& out);
+int out_reopen(Model& m, const Elements& el, const FracMesh& fm, Archive& f, State& s, ActiveGrid& grid,
+               Output& out);
 
 // out_restart : JOB.rst, when it is due or must be written now, so that a kill at any moment leaves a whole
 // file
@@ -187,7 +187,8 @@ void out_restart(const Model& m, State& s, const ActiveGrid& grid, bool now, Out
 // it. out_resume : instead of out_open and out_reopen: the state of that file in a model that is divided in
 // another way; the output goes on. Both collective.
 bool out_hold(const Model& m, State& s, const ActiveGrid& grid, Archive& f);
-void out_resume(Model& m, Elements& el, FracMesh& fm, Archive& f, State& s, ActiveGrid& grid, Output& out);
+void out_resume(Model& m, const Elements& el, const FracMesh& fm, Archive& f, State& s, ActiveGrid& grid,
+                Output& out);
 
 // ---- parts -------------------------------------------------------------------------
 

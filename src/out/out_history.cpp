@@ -356,10 +356,9 @@ void history_write(const Output& out, int row)
 void history_row(const Model& m, const Elements& el, const State& s, Output& out)
 {
   RealVec row;
-  if (out.converted != s.frac.nconverted || out.grown != m.part.grown) {
+  if (out.converted != s.frac.nconverted) {
     for (std::size_t i = 0; i < out.probe.size(); ++i) find_targets(m, el, s, m.history[i], out.probe[i]);
     out.converted = s.frac.nconverted;
-    out.grown     = m.part.grown;
   }
   built_in_values(s, m.dim, row);
   std::vector<Gathered> sample;

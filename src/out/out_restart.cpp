@@ -323,9 +323,9 @@ bool read_whole(const Model& m, const State& s, Archive& f, Read read)
 }
 
 // the state that was read becomes that of this rank; returns what does not fit the model
-std::string take_state(const Points& begin, Model& m, Elements& el, FracMesh& fm, State& s, ActiveGrid& grid)
+std::string take_state(const Points& begin, Model& m, const FracMesh& fm, State& s, ActiveGrid& grid)
 {
-  const bool good = frac_reload(begin, s, m, el, fm);
+  const bool good = frac_reload(begin, s, m, fm);
   if (m.part.on) s.division = Division();            // of a replicated model, which has written the file
   const std::string fault = good ? first_fault(state_fault(m, begin, s)) : "material points or bonds";
   if (m.part.on && comm_rank() > 0) {                // until it is made again, it is that of rank 0
@@ -412,7 +412,8 @@ std::vector<NearFace> out_restart_skin(const Model& m, const std::string& path)
 // out_reopen : columns are found with the state at t = 0, as at the start of the run; then all is as it was.
 // Rank 0 reads the file; a rank of a divided model gets its part of each array.
 // ---------------------------------------------------------------------------
-int out_reopen(Model& m, Elements& el, FracMesh& fm, Archive& f, State& s, ActiveGrid& grid, Output& out)
+int out_reopen(Model& m, const Elements& el, const FracMesh& fm, Archive& f, State& s, ActiveGrid& grid,
+               Output& out)
 {
   const bool first = comm_rank() == 0;
   const int errors = history_setup(m, el, s, out);
@@ -426,7 +427,7 @@ int out_reopen(Model& m, Elements& el, FracMesh& fm, Archive& f, State& s, Activ
               "written it");
     return 1;
   }
-  std::string fault = take_state(begin, m, el, fm, s, grid);
+  std::string fault = take_state(begin, m, fm, s, grid);
   if (fault.empty() && !output_fits(m, grid, names, out)) fault = "history and checks";
   if (!fault.empty()) {
     log_error("the restart file does not fit this model (%s): it is damaged, although its checksum is right; "
@@ -472,7 +473,8 @@ bool out_hold(const Model& m, State& s, const ActiveGrid& grid, Archive& f)
   return false;
 }
 
-void out_resume(Model& m, Elements& el, FracMesh& fm, Archive& f, State& s, ActiveGrid& grid, Output& out)
+void out_resume(Model& m, const Elements& el, const FracMesh& fm, Archive& f, State& s, ActiveGrid& grid,
+                Output& out)
 {
   out.probe.clear();
   out.history.names.clear();
@@ -480,6 +482,6 @@ void out_resume(Model& m, Elements& el, FracMesh& fm, Archive& f, State& s, Acti
   MPFE_CHECK(history_setup(m, el, s, out) == 0, "columns of the history that were good are not");
   const Points begin = s.points;
   MPFE_CHECK(read_whole(m, s, f, [&] { io_all(f, s, grid.ncell, grid.cell); }) &&
-                 take_state(begin, m, el, fm, s, grid).empty(),
+                 take_state(begin, m, fm, s, grid).empty(),
              "a state that was held does not fit the model");
 }

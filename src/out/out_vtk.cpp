@@ -236,14 +236,11 @@ struct Shown {
   ListTable conn;              // [point] places in corner
 };
 
-// all points are known to all ranks: those of rank 0; else those that it works on
 Shown points_shown(const Model& m, const Points& pts)
 {
   Shown s;
-  const bool known = m.part.on && !m.part.points && !pts.part.window;
   const bool others = pts.part.on || pts.part.window;          // are some here?
   IntVec place(pts.ncorner, others ? -1 : 0);
-  if (known && comm_rank() > 0) return s;
   for (int p = 0; p < pts.npoint; ++p) {
     if (others && !point_counts(m, pts, p)) continue;
     s.point.push_back(p);

@@ -247,7 +247,7 @@ inline bool point_counts(const Model& m, const Points& pts, int p)
 {
   if (!m.part.on) return true;
   if (pts.parent[p] >= 0) return m.part.works(pts.parent[p]);
-  return (pts.part.on ? pts.part.rank[p] : 0) == comm_rank();
+  return pts.part.rank[p] == comm_rank();
 }
 
 // point_skin_counts : the same of a face of general contact
@@ -259,9 +259,9 @@ inline bool point_skin_counts(const Model& m, const Points& pts, const SkinFace&
 // point_ip_fields : results of a point; of l displacements of corners and degradation are read
 void point_ip_fields(const Model& m, const Points& pts, const Level& l, int p, IpFields& out);
 
-// point_tell_corners : x [ncorner*dim] of corners as the rank of their points has it: of those that are held
-// here, or of all when all ranks know all points. Collective
-void point_tell_corners(const Points& pts, const GridShare& share, int dim, const std::vector<RealVec*>& x);
+// point_tell_corners : x [ncorner*dim] of corners as the rank has it that they belong to, on all that have
+// them. Collective
+void point_tell_corners(const Points& pts, int dim, const std::vector<RealVec*>& x);
 
 // point_energy : strain energy of the points in owned
 double point_energy(const Model& m, const Points& pts, const Level& l, const IntVec& owned);

@@ -592,32 +592,7 @@ Status grid_activate(const Model& m, const Points& pts, const Bonds& bonds, cons
                     : activate<3>(m, pts, bonds, share, uc, xb, g, worst);
 }
 
-void point_tell_corners(const Points& pts, const GridShare& share, int dim, const std::vector<RealVec*>& x)
+void point_tell_corners(const Points& pts, int dim, const std::vector<RealVec*>& x)
 {
-  if (pts.part.on || pts.part.window) {
-    if (pts.part.held) halo_copy_all(pts.part.halo, dim, x);
-    return;
-  }
-  if (!share.on || pts.ncorner == 0) return;
-  const int me = comm_rank();
-  IntVec count(comm_size(), 0);
-  for (int c = 0; c < pts.ncorner; ++c)
-    if (share.owner[c] >= 0) count[share.owner[c]] += dim * static_cast<int>(x.size());
-  const int first = std::accumulate(count.begin(), count.begin() + me, 0);
-  RealVec all(std::accumulate(count.begin() + me, count.end(), first));
-  double* to = all.data() + first;
-  for (int c = 0; c < pts.ncorner; ++c)
-    for (size_t i = 0; i < x.size() && share.owner[c] == me; ++i)
-      to = std::copy_n(x[i]->begin() + static_cast<long>(c) * dim, dim, to);
-  comm_allgatherv(all, count);
-  std::vector<const double*> from(1, all.data());
-  for (int n : count) from.push_back(from.back() + n);
-  for (int c = 0; c < pts.ncorner; ++c) {
-    if (share.owner[c] < 0) continue;
-    const double*& next = from[share.owner[c]];
-    for (RealVec* v : x) {
-      std::copy_n(next, dim, v->begin() + static_cast<long>(c) * dim);
-      next += dim;
-    }
-  }
+  if (pts.part.held) halo_copy_all(pts.part.halo, dim, x);
 }

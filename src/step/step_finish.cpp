@@ -387,7 +387,7 @@ void step_finish(Problem& p, Attempt& a, RealVec& energy)
   GridVelocity* const after = m.solver.reuse && s.neq_all() >= SMALL_SYSTEM ? &p.newton.grid : nullptr;
   if (!after) p.newton.grid = GridVelocity();
   if (a.cM != 0.0) finish_velocities(p.d.grid, s, a, st, dv, after);
-  point_tell_corners(st.points, p.d.mine, m.dim, {&st.np1.uc, &st.np1.vc});
+  point_tell_corners(st.points, m.dim, {&st.np1.uc, &st.np1.vc});
   if (m.part.around.on()) {                          // nodes of outer elements
     std::vector<RealVec*> told{&st.np1.u};
     if (a.cM != 0.0 && (st.bonds.nbond_all() || !m.conversion.empty()))

@@ -30,27 +30,6 @@ void find_erosions(const Model& m, const Discretisation& d, const Step& s, const
   frac_test(m, s, d.el, d.fm, fr, st.n, energy, erode, first);
 }
 
-// divided model, all ranks know all points: elements that are to become points (of all ranks; numbers in the
-// mesh of the deck), and those around them, become known to all ranks; u: a state that follows
-void adopt(Problem& p, UndoPoint& u, const IntVec& elem)
-{
-  const MeshPart& part = p.m.part;
-  if (!part.on || part.window) return;
-  IntVec own, give;
-  for (int number : elem) {
-    const int e = part.elem_here(number);
-    if (e >= 0 && part.works(e)) own.push_back(e);
-  }
-  if (frac_zone(p.m, own, give)) {
-    const ModelGrowth g =
-        frac_adopt(give, {&p.st, &u.state}, {&u.n}, {&p.d.share, &u.share}, p.piece);
-    frac_renew(p.m, g, p.st.frac, p.d.el, p.d.fm);
-    p.st.np1        = p.st.n;
-    p.dofs.numbered = false;
-    p.ready         = false;
-  }
-}
-
 // points are released; elements break, and those that are to become points, do. The energy that goes is told
 // apart.
 //   convert   numbers in the mesh of the deck
@@ -72,7 +51,6 @@ Failure apply(Problem& p, const Step& s, const std::vector<Erosion>& erode, cons
       st.eroded.push_back({e.number, e.label, e.time, e.value, gain[k], {e.X[0], e.X[1], e.X[2]}});
     }
     frac_open(p.m, p.d.fm, st.n, st.frac, convert);    // those that drop their stress at once
-    if (!convert.empty()) adopt(p, u, convert);
     frac_convert(p.m, p.d.el, p.d.fm, convert, p.d.share, st);
     if (p.m.part.on && !convert.empty()) model_owners(frac_gone(st.frac), p.piece);
     if (!convert.empty() || !torn.empty()) bond_share(p.m, st.points, st.bonds);

@@ -141,7 +141,7 @@ int step_open(Problem& p)
   st.n.hp.assign(static_cast<size_t>(st.points.npoint) * p.d.point_law.history, 0.0);
   st.grid_rf.assign(m.grid_bc.size() * m.dim, 0.0);
   errors = start_values(m, st);
-  point_tell_corners(st.points, p.d.mine, m.dim, {&st.n.uc, &st.n.vc});
+  point_tell_corners(st.points, m.dim, {&st.n.uc, &st.n.vc});
   if (errors == 0) errors = start_equations(m, st.n);
   if (errors) return errors;
   if (has_contact(m)) errors = start_contact(m, st, p.d.scene, p.d.pairs);
@@ -212,8 +212,7 @@ Failure step_prepare(Problem& p, const Step& s)
     timer_skip(PHASE_CONTACT);
   }
   point_groups(st.points, p.d.point_law);
-  if (!p.m.part.points || p.m.part.window)
-    dof_share_points(p.m, p.d.el, p.d.point_law.group, st.points, st.division);
+  if (p.m.part.window) dof_share_points(p.m, p.d.el, st.points, st.division);
   dof_share_grid(p.m, st.points, st.bonds, p.d.pairs, st.division, p.d.mine);
   bool stays, known;
   grid_serves(p, xb, stays, known);

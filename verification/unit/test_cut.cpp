@@ -453,54 +453,6 @@ TEST(Divided, RanksGetTheirPieces)
   EXPECT_EQ(loads, nodes);
 }
 
-// each rank gives its first element and one in the middle to all
-TEST(Divided, PiecesGrow)
-{
-  if (comm_size() == 1) GTEST_SKIP();
-  Model m;
-  if (comm_rank() == 0) m = plate(60);
-  dof_part(false, {}, m);
-  const Model whole = plate(60);
-  ASSERT_TRUE(m.part.on);
-  const MeshPart before = m.part;
-  const IntVec give     = {0, m.mesh.nelem() / 2};
-  IntVec number = in_deck(give, m.part.elem);
-  const ModelGrowth g = model_grow(give, IntVec(m.mesh.nelem(), 0), m);
-  comm_allgatherv(number);
-  EXPECT_EQ(m.part.grown, 1);
-  EXPECT_TRUE(std::is_sorted(m.part.elem.begin(), m.part.elem.end()));
-  EXPECT_TRUE(ascends(m.part.node));
-  for (size_t k = 0; k < g.elem.size(); ++k) EXPECT_EQ(m.part.elem[g.elem[k]], before.elem[k]);
-  for (size_t k = 0; k < g.node.size(); ++k) EXPECT_EQ(m.part.node[g.node[k]], before.node[k]);
-  for (size_t k = 0; k < number.size(); ++k) {
-    const int e = m.part.elem_here(number[k]);
-    ASSERT_GE(e, 0);
-    EXPECT_EQ(m.part.rank[e], static_cast<int>(k / 2));
-    EXPECT_TRUE(m.part.given[e]);
-  }
-  for (int e = 0; e < m.mesh.nelem(); ++e) {
-    const int w = m.part.elem[e];
-    EXPECT_EQ(m.mesh.elem_label[e], whole.mesh.elem_label[w]);
-    EXPECT_EQ(in_deck(IntVec(m.mesh.conn.begin(e), m.mesh.conn.begin(e + 1)), m.part.deck),
-              IntVec(whole.mesh.conn.begin(w), whole.mesh.conn.begin(w + 1)));
-  }
-  for (int n = 0; n < m.mesh.nnode(); ++n)
-    for (int i = 0; i < 3; ++i) EXPECT_EQ(m.mesh.X[3 * n + i], whole.mesh.X[3 * m.part.deck[n] + i]);
-  // supports are those of all nodes here, each node belongs to one rank
-  IntVec held = in_deck(m.step[0].prescribed[0].node, m.part.deck), all;
-  const std::set<int> here(m.part.deck.begin(), m.part.deck.end());
-  for (int n : whole.step[0].prescribed[0].node)
-    if (here.count(n)) all.push_back(n);
-  std::sort(held.begin(), held.end());
-  std::sort(all.begin(), all.end());
-  EXPECT_EQ(held, all);
-  RealVec nodes(whole.mesh.nnode(), 0.0);
-  for (int n = 0; n < m.mesh.nnode(); ++n)
-    if (m.part.counts(n)) nodes[m.part.deck[n]] += 1.0;
-  comm_sum(nodes);
-  EXPECT_EQ(nodes, RealVec(whole.mesh.nnode(), 1.0));
-}
-
 // faces of general contact in the numbers of the deck
 std::vector<std::pair<int, int>> skin_in_deck(const Model& m, const IntVec& phase)
 {
@@ -522,8 +474,7 @@ Model touching_plate()
   return m;
 }
 
-// beside points from the start all ranks know all faces of general contact: those of t = 0, and those that an
-// element lays open which is given to all with its neighbours
+// beside points from the start, and without conversion, all ranks know all faces of general contact
 TEST(Divided, SkinIsThatOfAll)
 {
   if (comm_size() == 1) GTEST_SKIP();
@@ -536,9 +487,7 @@ TEST(Divided, SkinIsThatOfAll)
     m.body[0].fill  = FILL_ELSET;
     m.body[0].elset = static_cast<int>(m.elset.size()) - 1;
   }
-  setenv("MPFE_DIVIDE", "1", 1);         // as small as it is
   dof_part(false, {}, m);
-  unsetenv("MPFE_DIVIDE");
   ASSERT_TRUE(m.part.on);
   ASSERT_FALSE(m.part.window);
   EXPECT_LT(m.mesh.nelem(), whole.mesh.nelem());
@@ -546,19 +495,6 @@ TEST(Divided, SkinIsThatOfAll)
   EXPECT_EQ(at_start.size(), 79u);                   // one stands on a plane of symmetry
   EXPECT_EQ(skin_in_deck(m, IntVec(m.mesh.nelem(), AS_ELEMENT)), at_start);
   EXPECT_EQ(m.bond[0].include[0].a.elem.size(), static_cast<size_t>(m.mesh.nelem()));
-  const int gone = 10 * 20 + 10;
-  IntVec give;
-  for (int number : {gone, gone - 1, gone + 1, gone - 20, gone + 20}) {
-    const int e = m.part.elem_here(number);
-    if (e >= 0 && m.part.works(e)) give.push_back(e);
-  }
-  model_grow(give, IntVec(m.mesh.nelem(), 0), m);
-  IntVec of_whole(whole.mesh.nelem(), AS_ELEMENT), here(m.mesh.nelem(), AS_ELEMENT);
-  of_whole[gone] = AS_POINTS;
-  here[m.part.elem_here(gone)] = AS_POINTS;
-  const auto later = skin_in_deck(whole, of_whole);
-  EXPECT_EQ(later.size(), 83u);
-  EXPECT_EQ(skin_in_deck(m, here), later);
 }
 
 // otherwise those of its own elements and of those near them, as the ranks of these tell
