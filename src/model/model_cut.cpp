@@ -19,7 +19,7 @@ IntVec outer_surfaces(const Model& m)
   return m.conversion.empty() ? model_bonded_surfaces(m) : IntVec(m.surface.size(), 1);
 }
 
-// [elset] 1: its elements are material points from the start, which all ranks know
+// [elset] 1: its elements are material points from the start, which all ranks have
 IntVec outer_elsets(const Model& m)
 {
   IntVec outer(m.elset.size(), 0);
@@ -500,18 +500,10 @@ void model_join_ranks(const MeshPart& part, const PointPart& points, IntVec& roo
         name = std::min(name, from[r][k]);
       }
   };
-  const auto tell_all = [&] {                        // corners that all ranks know
-    RealVec corner;            // with the sign of comm_max
-    for (int i = nnode; i < n; ++i) corner.push_back(-least[root[i]]);
-    comm_max(corner.data(), static_cast<long>(corner.size()));
-    for (int i = nnode; i < n; ++i)
-      least[root[i]] = std::min(least[root[i]], static_cast<int>(-corner[i - nnode]));
-  };
   do {
     before = least;
     tell(part.halo, 0);
-    if (points.on || points.window) tell(points.halo, nnode);
-    else if (n > nnode) tell_all();
+    tell(points.halo, nnode);
   } while (comm_allreduce_max(static_cast<int>(least != before)));
   for (int& r : root) r = least[r];
 }

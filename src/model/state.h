@@ -13,7 +13,7 @@ enum { FIELD_OWN = -1 };
 // it lies; unknowns of its own (doc/theory.md 7.14)
 enum HangOn { HANG_GRID, HANG_NODE, HANG_CORNERS, HANG_OWN };
 
-// Several ranks that do not all know all points.
+// Several ranks, divided model: none has all points.
 // on (MeshPart::points): each has points of its own. Those of others are here, to be looked at, where bonds
 // or contact hold a face of theirs; others that share a corner with what is here are known by their corners.
 // window (MeshPart::window): of points that were elements each has those of the elements that it has, its own
