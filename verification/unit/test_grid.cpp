@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <map>
+#include <set>
 
 #include "base/comm.h"
 #include "bond/bond.h"
@@ -206,7 +207,8 @@ RealVec moved(const Points& pts, int dim)
   return uc;
 }
 
-void expect_parts_of_whole(Model m, bool meets)
+// knows_boundary: each rank has all points at the boundary of bodies
+void expect_parts_of_whole(Model m, bool meets, bool knows_boundary = false)
 {
   Points whole, part;
   ActiveGrid of_whole, of_part;
@@ -217,13 +219,24 @@ void expect_parts_of_whole(Model m, bool meets)
   ASSERT_EQ(0, point_fill(m, part));
   GridShare own;
   own.on = true;
-  own.point.assign(part.npoint, 1);
   own.corner.assign(part.ncorner, 0);
-  own.owner.assign(part.ncorner, comm_rank());
-  for (int c : part.conn.item) own.corner[c] = 1;
+  own.owner = part.part.halo.owner;
+  double points = 0.0, faces = 0.0;
+  for (int p = 0; p < part.npoint; ++p) {
+    own.point.push_back(part.part.rank[p] == comm_rank());
+    points += own.point[p];
+    for (int k = part.conn.off[p]; k < part.conn.off[p + 1] && own.point[p]; ++k) own.corner[part.conn.item[k]] = 1;
+  }
+  std::set<std::pair<int, int>> boundary;            // number of a point, its face
+  for (const Face& f : part.boundary) {
+    faces += own.point[f.elem];
+    boundary.insert({part.part.point[f.elem], f.face});
+  }
+  for (const Face& f : whole.boundary)
+    EXPECT_TRUE(!knows_boundary || boundary.count({f.elem, f.face}));
+  EXPECT_EQ(knows_boundary, boundary.size() == whole.boundary.size());
   ASSERT_EQ(STATUS_OK, grid_activate(m, part, Bonds(), own, moved(part, m.dim), {}, of_part, &worst));
-  double sum[4] = {double(part.npoint), double(part.boundary.size()), double(of_part.ghost.size()),
-                   double(of_part.ncell)};
+  double sum[4] = {points, faces, double(of_part.ghost.size()), double(of_part.ncell)};
   comm_sum(sum, 4);
   EXPECT_EQ(whole.npoint, sum[0]);
   EXPECT_EQ(whole.boundary.size(), sum[1]);
@@ -238,6 +251,7 @@ void expect_parts_of_whole(Model m, bool meets)
   EXPECT_EQ(meets, of_part.meets);
   for (int p = 0; p < part.npoint; ++p) {
     ASSERT_EQ(part.part.point[p] + 1, part.label[p]);
+    if (!own.point[p]) continue;
     const Seen here = seen_by(part, of_part, m.dim, p), there = seen_by(whole, of_whole, m.dim, part.part.point[p]);
     ASSERT_EQ(there.size(), here.size()) << "point " << part.label[p];
     for (const auto& [key, value] : there) {
@@ -265,6 +279,9 @@ TEST(Divided, PointsOfEachRank)
   m.body[1].lo[1] = m.body[0].hi[1] + 0.1;
   m.body[1].hi[1] += m.body[1].lo[1] - m.body[0].lo[1];
   expect_parts_of_whole(m, true);
+  m.bond.resize(1);
+  m.bond[0].general = true;
+  expect_parts_of_whole(m, true, true);
 }
 
 // no rank may be without points: of two bodies one is a single cell with nearly all of the work
