@@ -31,13 +31,13 @@ std::vector<NearFace> faces_here(const Problem& p, const ContactScene& s)
 bool step_divides_again(Problem& p)
 {
   const Model& m     = p.m;
+  const Points& pts  = p.st.points;
   const Fracture& fr = p.st.frac;
-  const bool shares  = m.part.window || (!m.part.points && m.conversion.empty());
-  if (!m.part.on || !shares || fr.empty() || p.share.stays) return false;
+  if (!m.part.on || fr.empty() || p.share.stays) return false;
   WorkShare& share = p.share;
   const int events = fr.neroded + fr.nconverted;
   if (events != share.events) {
-    share.now = dof_excess(m, p.d.el, p.st.points, p.st.division.point);
+    share.now = dof_excess(m, p.d.el, pts, m.part.window ? p.st.division.point : pts.part.rank);
     if (share.events == AFTER_DIVISION) share.excess = std::max(1.0, share.now);
   }
   share.events = events;
