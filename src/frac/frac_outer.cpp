@@ -150,13 +150,20 @@ void add_neighbours(const Mesh& mesh, const IntVec& rank, std::vector<IntVec>& l
       for (int q = of_node.off[mesh.conn.item[k]]; q < of_node.off[mesh.conn.item[k] + 1]; ++q)
         use(of_node.item[q]);
   };
-  for (size_t r = 0; r < list.size(); ++r) {
+  std::vector<IntVec> own(list.size());
+  for (int e = 0; e < mesh.nelem(); ++e) own[rank[e]].push_back(e);
+  IntVec seen(mesh.nelem(), -1);         // rank that has got it last
+  for (int r = 0; r < static_cast<int>(list.size()); ++r) {
     const IntVec near = list[r];
-    for (int e : near)
-      each(e, [&](int o) { if (rank[o] != static_cast<int>(r)) list[r].push_back(o); });
+    for (int e : near) seen[e] = r;
+    const auto add = [&](int o) {
+      if (rank[o] == r || seen[o] == r) return;
+      seen[o] = r;
+      list[r].push_back(o);
+    };
+    for (int e : near) each(e, add);
+    for (int e : own[r]) each(e, add);
   }
-  for (int o = 0; o < mesh.nelem(); ++o)
-    each(o, [&](int e) { if (rank[e] != rank[o]) list[rank[e]].push_back(o); });
 }
 
 // rows of elements around those that a rank works on: whether corners of a converted element hang on nodes
@@ -217,9 +224,6 @@ std::vector<IntVec> frac_outer(const Model& m, const IntVec& rank, int ranks)
   Around around;
   for (int o = 0; o < m.mesh.nelem(); ++o) add_near(cells, s, rank, reach, o, around, list);
   add_neighbours(m.mesh, rank, list);
-  for (IntVec& of : list) {
-    std::sort(of.begin(), of.end());
-    of.erase(std::unique(of.begin(), of.end()), of.end());
-  }
+  for (IntVec& of : list) std::sort(of.begin(), of.end());
   return list;
 }
