@@ -602,7 +602,9 @@ void mass_multiply(const Dofs& s, const RealVec& x, RealVec& y)
 
 int mass_solve(const Dofs& s, int first, int guess, const RealVec& f, RealVec& x)
 {
-  const bool known = s.mass_rows && s.mass_of == s.pattern && s.mass_rows->first == first;
+  bool known = s.mass_rows && s.mass_of == s.pattern && s.mass_rows->first == first;
+  // a rank without finite elements has the rows of the grid alone
+  if (sys_shared(s.A)) known = comm_allreduce_max(static_cast<int>(!known)) == 0;
   const auto rows  = known ? s.mass_rows : mass_rows_from(s, first);
   return s.dim == 2 ? solve<2>(s, *rows, guess, {}, f, x) : solve<3>(s, *rows, guess, {}, f, x);
 }
