@@ -101,12 +101,14 @@ void mass_elements(const Dofs& s, const RealVec& x, RealVec& y);
 void mass_part(const Dofs& s, const RealVec& x, RealVec& y);
 void mass_multiply(const Dofs& s, const RealVec& x, RealVec& y);
 
-// mass_solve : M x = f on the free dofs of the rows from first on; x at fixed dofs is given, in rows below
-// guess it is where the solution begins, the others do not matter.
+enum MassRowsOf { ROWS_ALL, ROWS_GRID, ROWS_NEAR };  // rows: all; of the grid; also nodes near points
+
+// mass_solve : M x = f on the free dofs of these rows (not ROWS_NEAR); x at fixed dofs is given, in rows
+// below guess it is where the solution begins, the others do not matter. Collective.
 // Conjugate gradients with symmetric Gauss-Seidel, all directions at once. Returns the iterations; -1: not
 // converged.
 // doc/theory.md (3.14)
-int mass_solve(const Dofs& s, int first, int guess, const RealVec& f, RealVec& x);
+int mass_solve(const Dofs& s, MassRowsOf of, int guess, const RealVec& f, RealVec& x);
 
 // mass_project : the same for the velocity v of the grid from its momentum; where points follow nodes, also
 // that of nodes, as far as it is another than v before. begun [nrow] 1: the solution begins with v in this

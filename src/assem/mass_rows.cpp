@@ -234,11 +234,11 @@ std::vector<char> behind(const Dofs& s, int first)
 
 }  // namespace
 
-std::shared_ptr<const MassRows> mass_rows_from(const Dofs& s, int first)
+std::shared_ptr<const MassRows> mass_rows_of(const Dofs& s, MassRowsOf of)
 {
   auto m = std::make_shared<MassRows>();
-  m->first = first;
-  form(s, behind(s, first), [&](int k) { return s.M[k] != 0.0; }, *m);
+  m->of  = of;
+  form(s, behind(s, of == ROWS_ALL ? 0 : s.nfe), [&](int k) { return s.M[k] != 0.0; }, *m);
   return m;
 }
 
@@ -249,7 +249,7 @@ std::shared_ptr<const MassRows> mass_rows_projection(const ActiveGrid& grid, con
   for (const IntVec* map : {&s.point_map, &s.ghost_map})
     for (int k : *map) may[k / 2] = 1;
   auto m = std::make_shared<MassRows>();
-  if (!s.hung) m->first = s.nfe;
+  m->of  = s.hung ? ROWS_NEAR : ROWS_GRID;
   form(s, s.hung ? near_points(grid, s) : behind(s, s.nfe), [&](int k) { return may[k]; }, *m);
   return m;
 }

@@ -8,6 +8,7 @@
 #include <array>
 #include <memory>
 
+#include "assem/assem.h"
 #include "dof/dof.h"
 
 // couplings of each row with earlier ones, and where their values are
@@ -22,7 +23,7 @@ struct MassRim {
 };
 
 struct MassRows {
-  int first = -1;              // all rows from here on; -1: a choice
+  MassRowsOf of = ROWS_ALL;
   IntVec row;                  // [n] of the system, ascending; several ranks: the border behind the others
   MassCouplings all;           // rows count here; from: blocks of M
   std::vector<MassRim> rim;
@@ -42,8 +43,8 @@ struct MassRows {
   int size() const { return static_cast<int>(row.size()); }
 };
 
-// mass_rows_from : all rows from first on
-std::shared_ptr<const MassRows> mass_rows_from(const Dofs& s, int first);
+// mass_rows_of : all rows, or those of the grid. Collective.
+std::shared_ptr<const MassRows> mass_rows_of(const Dofs& s, MassRowsOf of);
 
 // mass_rows_projection : those of the projection, for M of this pattern: the rows of the grid; where points
 // follow nodes, these and the nodes near points. Collective.                                         (3.14)

@@ -538,7 +538,7 @@ int solve(const Dofs& s, const MassRows& rows, int guess, const std::vector<char
           RealVec& x)
 {
   const int n     = rows.size();
-  const bool near = rows.first < 0;
+  const bool near = rows.of == ROWS_NEAR;
   RealVec scale(n), u(n * D), r(n * D), q(n * D), t(n * D), b(n * D), sum(n * D), step;
   for (int k = 0; k < n; ++k) {
     const double diag = s.M_diag[rows.row[k]];
@@ -600,12 +600,10 @@ void mass_multiply(const Dofs& s, const RealVec& x, RealVec& y)
   sys_sum(s.A, y);
 }
 
-int mass_solve(const Dofs& s, int first, int guess, const RealVec& f, RealVec& x)
+int mass_solve(const Dofs& s, MassRowsOf of, int guess, const RealVec& f, RealVec& x)
 {
-  bool known = s.mass_rows && s.mass_of == s.pattern && s.mass_rows->first == first;
-  // a rank without finite elements has the rows of the grid alone
-  if (sys_shared(s.A)) known = comm_allreduce_max(static_cast<int>(!known)) == 0;
-  const auto rows  = known ? s.mass_rows : mass_rows_from(s, first);
+  const bool known = s.mass_rows && s.mass_of == s.pattern && s.mass_rows->of == of;
+  const auto rows  = known ? s.mass_rows : mass_rows_of(s, of);
   return s.dim == 2 ? solve<2>(s, *rows, guess, {}, f, x) : solve<3>(s, *rows, guess, {}, f, x);
 }
 
@@ -614,7 +612,7 @@ int mass_project(const Dofs& s, const std::vector<char>& begun, const RealVec& m
   const MassRows& rows = *s.mass_rows;
   const int it = s.dim == 2 ? solve<2>(s, rows, s.nfe, begun, momentum, v)
                             : solve<3>(s, rows, s.nfe, begun, momentum, v);
-  return it >= 0 || !s.hung ? it : mass_solve(s, 0, s.nfe, momentum, v);
+  return it >= 0 || !s.hung ? it : mass_solve(s, ROWS_ALL, s.nfe, momentum, v);
 }
 
 int mass_solve_tied(const Dofs& s, const RealVec& f, RealVec& x)

@@ -104,8 +104,8 @@ void near_outer(const std::vector<NearFace>& face, const IntVec& rank, std::vect
     tree.overlap(box[i], found);
     for (int j : found) {
       const int e = face[j].elem;
-      for (int to = 0; to < ranks && e >= 0; ++to)
-        if ((r < 0 || r == to) && rank[e] != to) list[to].push_back(e);
+      for (int to = r < 0 ? 0 : r; to < (r < 0 ? ranks : r + 1) && e >= 0; ++to)
+        if (rank[e] != to) list[to].push_back(e);
     }
   }
   for (IntVec& of : list) {

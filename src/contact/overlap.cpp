@@ -155,8 +155,6 @@ void add_cell(Part& part, int number, Shape shape, int nen, int dim, const doubl
   part.cell.push_back(c);
 }
 
-int number_of(const Points& pts, int q) { return pts.part.point.empty() ? q : pts.part.point[q]; }
-
 // those of this rank
 Part cells_of(const Model& m, const Elements& el, const Points& pts, const RealVec& u, const RealVec& uc,
               int body, int section)
@@ -172,7 +170,7 @@ Part cells_of(const Model& m, const Elements& el, const Points& pts, const RealV
         const int dof = pts.conn.begin(q)[a] * dim + i;
         x[a * dim + i] = pts.Xc[dof] + uc[dof];
       }
-    add_cell(part, number_of(pts, q), static_cast<Shape>(pts.shape[q]), nen, dim, x);
+    add_cell(part, pts.point_number(q), static_cast<Shape>(pts.shape[q]), nen, dim, x);
   }
   for (int e = 0; body < 0 && e < m.mesh.nelem(); ++e) {
     if (m.mesh.elem_section[e] != section || el.block_of[e] < 0) continue;
@@ -334,7 +332,7 @@ Common touching(const Model& m, const Points& pts, const RealVec& uc, int body, 
         X[3 * k + i] = pts.Xc[dof] + uc[dof];
       }
     const FaceRule& rule = face_rule(n);
-    TouchingFace t{number_of(pts, f.elem), f.face, 0.0, {0, 0, 0}};
+    TouchingFace t{pts.point_number(f.elem), f.face, 0.0, {0, 0, 0}};
     for (int g = 0; g < rule.n; ++g) {
       double N[4], normal[3], x[3] = {0, 0, 0};
       face_eval(n, rule.xi[g], N, nullptr);

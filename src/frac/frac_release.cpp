@@ -124,7 +124,7 @@ void fitted(const Model& m, const IntVec& fresh, const std::vector<size_t>& pair
     const Eigen::Matrix3d F = gradient(pts, m.dim, st.n.uc, p), U = squeezed(F), R = rotation(F);
     const Eigen::Vector3d X = mean(g, g.X), x = mean(g, g.x);
     GrainShape shape;
-    shape.number = pts.part.window ? pts.part.point[p] : p;
+    shape.number = pts.point_number(p);
     shape.shape  = static_cast<Shape>(pts.shape[p]);
     for (int i = 0; i < 3; ++i) shape.centre[i] = x[i];
     for (int a = 0; a < g.n; ++a) {
@@ -257,7 +257,7 @@ void frac_torn(const Model& m, const FracMesh& fm, const Fracture& fr, const Poi
   for (int p = 0; p < pts.npoint; ++p) {
     const int e = pts.parent[p];
     if (pts.broken[p] < 0 || e < 0 || fm.conv[e] < 0 || (window && !m.part.works(e))) continue;
-    if (is_torn(m, fm, pts, l.uc, p)) out.push_back(window ? pts.part.point[p] : p);
+    if (is_torn(m, fm, pts, l.uc, p)) out.push_back(pts.point_number(p));
   }
   if (!window) return;
   comm_allgatherv(out);

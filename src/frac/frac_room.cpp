@@ -76,7 +76,7 @@ struct CellNow {
 
 CellNow point_now(const Points& pts, int dim, const RealVec& uc, int p)
 {
-  CellNow now{pts.part.window ? pts.part.point[p] : p, static_cast<Shape>(pts.shape[p]), {}};
+  CellNow now{pts.point_number(p), static_cast<Shape>(pts.shape[p]), {}};
   for (int a = 0; a < pts.conn.count(p); ++a)
     for (int i = 0; i < dim; ++i) {
       const int k = pts.conn.begin(p)[a] * dim + i;

@@ -18,6 +18,12 @@ bool skin_fits(const Bonds& b)
          b.skin_penalty.size() == b.skin.size();
 }
 
+bool ends(const ListTable& t, size_t lists)
+{
+  return t.off.size() == lists + 1 && t.off.front() == 0 && std::is_sorted(t.off.begin(), t.off.end()) &&
+         static_cast<size_t>(t.off.back()) == t.item.size();
+}
+
 // corners and points of a level have what it says of them
 bool level_fits(int dim, size_t npoint, size_t ncorner, const State& s)
 {
@@ -33,10 +39,6 @@ bool points_fit(int dim, const State& s)
   const Points& p    = s.points;
   const Fracture& fr = s.frac;
   const size_t n = p.npoint, c = p.ncorner, items = p.conn.item.size();
-  const auto ends = [](const ListTable& t, size_t lists) {
-    return t.off.size() == lists + 1 && t.off.front() == 0 && std::is_sorted(t.off.begin(), t.off.end()) &&
-           static_cast<size_t>(t.off.back()) == t.item.size();
-  };
   const auto in = [](const IntVec& list, size_t end) {
     return std::all_of(list.begin(), list.end(),
                        [=](int i) { return i >= 0 && static_cast<size_t>(i) < end; });
@@ -55,9 +57,8 @@ bool lengths_fit(int dim, const PointPart& begin, const State& s)
   const size_t q = b.nbond;
   const bool points = s.frac.nconverted > 0 ? points_fit(dim, s)
                                             : level_fits(dim, begin.npoint, begin.ncorner, s);
-  return points && b.nfixed >= 0 && b.nbond >= b.nfixed && b.a.off.size() == q + 1 && b.a.off.front() == 0 &&
-         std::is_sorted(b.a.off.begin(), b.a.off.end()) &&
-         static_cast<size_t>(b.a.off.back()) == b.a.item.size() && b.a_w.size() == b.a.item.size() &&
+  return points && b.nfixed >= 0 && b.nbond >= b.nfixed && ends(b.a, q) &&
+         b.a_w.size() == b.a.item.size() &&
          b.def.size() == q && b.field.size() == q && b.area.size() == q && b.X.size() == 3 * q &&
          b.normal.size() == q * dim && b.cn.size() == q && b.ct.size() == q && b.offset.size() == q &&
          b.initial_penetration.size() == q && b.intermediate.size() == q && b.friction.size() == q &&

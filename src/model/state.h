@@ -80,6 +80,8 @@ struct Points {
                                // elements those that elements which became points have left
   PointPart part;              // made by point_fill and point_number, not saved
   int npoint_all() const { return part.on || part.window ? part.npoint : npoint; }       // of all ranks
+  // number of a point among those of all ranks
+  int point_number(int p) const { return part.point.empty() ? p : part.point[p]; }
   // number of a corner among those of all ranks, and the way back (-1: it is not here)
   int corner_number(int c) const { return part.corner.empty() ? c : part.corner[c]; }
   int corner_here(int number) const;

@@ -387,7 +387,8 @@ bool out_restart_load(const Model& m, const std::string& path, Archive& f)
 
 std::vector<NearFace> out_restart_skin(const Model& m, const std::string& path)
 {
-  if (path.empty() || comm_size() == 1 || model_general_contact(m) < 0) return {};
+  const bool near = !m.conversion.empty() || m.body.empty();   // else all ranks know all faces
+  if (path.empty() || comm_size() == 1 || model_general_contact(m) < 0 || !near) return {};
   const CommAlone alone;
   Archive f;
   Lengths length;

@@ -317,6 +317,8 @@ std::vector<char> common_nodes(const Model& m)
 {
   std::map<std::pair<int, int>, int> body;           // of a field and a node: the first one
   std::vector<char> common;
+  const auto fills = [](const Body& b) { return b.fill == FILL_ELSET; };
+  if (std::count_if(m.body.begin(), m.body.end(), fills) < 2) return common;
   for (size_t b = 0; b < m.body.size(); ++b)
     for (int e : m.body[b].fill == FILL_ELSET ? m.elset[m.body[b].elset].item : IntVec())
       for (int k = 0; k < m.mesh.conn.count(e); ++k) {
@@ -331,14 +333,15 @@ std::vector<char> common_nodes(const Model& m)
 
 // the points of all bodies, or (on) those that are here: of this rank, and known ones (numbers); returns the
 // errors
-int fill_bodies(const Model& m, bool on, const std::vector<IntVec>& rank, const IntVec& known, Points& pts)
+int fill_bodies(const Model& m, bool on, const std::vector<IntVec>& rank, const std::vector<char>& common,
+                const IntVec& known, Points& pts)
 {
   pts = Points();
   pts.part.on = on;
   CornerShare share;
   Filler f{m, pts, share};
   f.known = &known;
-  if (on) f.common = common_nodes(m);
+  f.common = common;
   for (size_t b = 0; b < m.body.size(); ++b) {
     const int before = pts.npoint + pts.part.npoint;
     if (m.body[b].fill == FILL_CONVERSION) continue;
@@ -363,13 +366,14 @@ int fill_bodies(const Model& m, bool on, const std::vector<IntVec>& rank, const 
 int point_fill(const Model& m, Points& pts)
 {
   const std::vector<IntVec> rank = m.part.points ? fill_ranks(m) : std::vector<IntVec>(m.body.size());
+  const std::vector<char> common = m.part.points ? common_nodes(m) : std::vector<char>();
   IntVec held;
-  int errors = fill_bodies(m, m.part.points, rank, held, pts);
+  int errors = fill_bodies(m, m.part.points, rank, common, held, pts);
   errors += point_surfaces(m, pts);
   if (!pts.part.on) return errors;
   held = held_points(m, pts);
   if (!held.empty() && comm_allreduce_max(errors) == 0) {
-    errors = fill_bodies(m, m.part.points, rank, held, pts);
+    errors = fill_bodies(m, m.part.points, rank, common, held, pts);
     errors += point_surfaces(m, pts);
   }
   std::vector<char> own(pts.ncorner, 0);
@@ -386,7 +390,7 @@ int point_fill(const Model& m, Points& pts)
 void point_fill_whole(const Model& m, Points& pts)
 {
   log_mute(true);
-  fill_bodies(m, false, std::vector<IntVec>(m.body.size()), {}, pts);
+  fill_bodies(m, false, std::vector<IntVec>(m.body.size()), {}, {}, pts);
   point_surfaces(m, pts);
   log_mute(false);
 }

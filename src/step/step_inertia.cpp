@@ -151,7 +151,7 @@ Failure inertia_at_start(Problem& p, Attempt& a, RealVec& Ma)
       f[i] = a.fext0[i] - a.fint0[i] - damping[i];
       if (s.fixed[i] && i >= grid) a.agrid[i] = (s.rate[i] - s.rate0[i]) / a.dt;
     }
-    if (mass_solve(s, first, s.nfe, f, a.agrid) < 0) return MASS_FAILED;
+    if (mass_solve(s, s.hung ? ROWS_ALL : ROWS_GRID, s.nfe, f, a.agrid) < 0) return MASS_FAILED;
   }
   mass_multiply(s, a.agrid, Ma);
   return STATUS_OK;
@@ -218,7 +218,7 @@ Failure step_initial_acceleration(Problem& p, const Step& s, double t_step)
   for (int i = 0; i < dofs.nfe * dofs.dim; ++i)
     if (dofs.fixed[i] == DOF_FIXED)
       acc[i] = p.st.n.a[dofs.node_of_row[i / dofs.dim] * dofs.dim + i % dofs.dim];
-  if ((dofs.tie.any ? mass_solve_tied(dofs, f, acc) : mass_solve(dofs, 0, 0, f, acc)) < 0)
+  if ((dofs.tie.any ? mass_solve_tied(dofs, f, acc) : mass_solve(dofs, ROWS_ALL, 0, f, acc)) < 0)
     return MASS_FAILED;
   if (dofs.whole) acc = dof_gather(dofs, {&acc})[0];
   const Dofs& all = dof_all_rows(dofs);

@@ -460,7 +460,7 @@ TEST(Divided, MassSolve)
       RealVec x = local(l, given);
       for (int I = 0; I < l.A.nrow; ++I)
         if (l.key[I] % 100 == 3) s.fixed[I * dim] = 1;
-      ASSERT_GT(mass_solve(s, 0, 0, local(l, f), x), 0);
+      ASSERT_GT(mass_solve(s, ROWS_ALL, 0, local(l, f), x), 0);
       for (int i = 0; i < dim; ++i) {
         Eigen::MatrixXd K = M;
         Eigen::VectorXd right(n);

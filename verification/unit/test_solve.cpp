@@ -583,7 +583,7 @@ TEST(Mass, SingularPair)
   RealVec x(s.neq(), 0.0), z(s.neq()), f, y;
   for (double& v : z) v = number(random);
   mass_multiply(s, z, f);
-  EXPECT_GT(mass_solve(s, 0, 0, f, x), 0);
+  EXPECT_GT(mass_solve(s, ROWS_ALL, 0, f, x), 0);
   mass_multiply(s, x, y);
   for (int k = 0; k < s.neq(); ++k) EXPECT_NEAR(f[k], y[k], 1e-7 * std::abs(f[k]));
 }
@@ -604,6 +604,7 @@ TEST(Mass, SolvesForFreeDofsAndKeepsTheRest)
     sys_pattern(lists, n, dim, s.A);
     s.dim  = dim;
     s.nrow = n;
+    s.nfe  = first;
     s.M.assign(s.A.col.size(), 0.0);
     const double part[3] = {4.0 / 36, 2.0 / 36, 1.0 / 36};
     std::mt19937 random(dim);
@@ -627,7 +628,7 @@ TEST(Mass, SolvesForFreeDofsAndKeepsTheRest)
     for (int k = 0; k < s.neq(); ++k)
       if (s.fixed[k]) x[k] = number(random);
     const RealVec before = x;
-    const int iterations = mass_solve(s, first, first, f, x);
+    const int iterations = mass_solve(s, ROWS_GRID, first, f, x);
     EXPECT_GT(iterations, 0);
     EXPECT_LT(iterations, 30);
     mass_multiply(s, x, y);
