@@ -61,6 +61,7 @@ std::size_t local_units(const ArchivePart& p)
 std::size_t whole_units(const ArchivePart& p)
 {
   if (!p.ragged) return static_cast<std::size_t>(p.whole);
+  if (p.all_units > 0) return static_cast<std::size_t>(p.all_units);
   double n = 0.0;
   for (std::size_t i = 0; i < p.units.size(); ++i)
     if (p.brings.empty() || p.brings[i]) n += p.units[i];

@@ -17,6 +17,7 @@
 #include <array>
 #include <cstdint>
 #include <cstdio>
+#include <functional>
 #include <map>
 #include <memory>
 #include <string>
@@ -29,8 +30,10 @@
 #include "base/types.h"
 
 // What the items of a divided array are: nodes, elements, or the Gauss points of elements; material points,
-// or their corners
-enum ArchiveKind { PER_NODE, PER_ELEM, PER_GAUSS, PER_POINT, PER_CORNER, ARCHIVE_KINDS };
+// their corners; items of lists of each point (its corners, pairs of these) or corner (what carries it)
+enum ArchiveKind {
+  PER_NODE, PER_ELEM, PER_GAUSS, PER_POINT, PER_CORNER, PER_CONN, PER_PAIR, PER_HANG, ARCHIVE_KINDS
+};
 
 struct ArchivePart {           // items that this rank has
   bool all = false;            // each rank has all of them
@@ -39,9 +42,12 @@ struct ArchivePart {           // items that this rank has
   // ragged: item i has units[i] places in the array, and none when no rank has it; else one
   bool ragged = false;
   IntVec units;
+  long all_units = 0;          // reading: of all items; 0: of those that ranks bring
   std::vector<char> brings;    // this rank brings it when it is written; empty: all of them
   // where each stands in the array of this rank; empty, and ragged ones: in that order
   IntVec at;
+  // reading: item are those that this rank takes, by their index and a number that the file has of each
+  std::function<bool(int, int)> takes;
 };
 
 // Where bytes go from rank 0: nowhere else, to all other ranks, or (0 or more) to one of them. Who reads says
@@ -59,7 +65,7 @@ struct Archive {
   bool filed = false;          // there is a file, on rank 0
   std::FILE* file = nullptr;
   long head = 0;               // bytes of the file before the content
-  const ArchivePart* part = nullptr;   // [ARCHIVE_KINDS] arrays are divided among ranks; null: they are not
+  ArchivePart* part = nullptr; // [ARCHIVE_KINDS] arrays are divided among ranks; null: they are not
   int ranks = RANKS_NONE;      // no file: bytes go from rank 0 to other ranks; nobody knows how many they are
   std::vector<std::shared_ptr<void>> shared;     // what several values share, as it came
   std::size_t end() const { return ranks != RANKS_NONE ? SIZE_MAX : filed ? size : bytes.size(); }
@@ -156,6 +162,7 @@ template <class T>
 struct Divided {
   std::vector<T>& x;
   ArchiveKind kind;
+  bool skip = false;           // reading: it is left out
 };
 
 template <class T>
@@ -165,14 +172,33 @@ Divided<T> of_elems(std::vector<T>& x) { return {x, PER_ELEM}; }
 template <class T>
 Divided<T> of_gauss(std::vector<T>& x) { return {x, PER_GAUSS}; }
 template <class T>
-Divided<T> of_points(std::vector<T>& x) { return {x, PER_POINT}; }
+Divided<T> of_points(std::vector<T>& x, bool skip = false) { return {x, PER_POINT, skip}; }
 template <class T>
-Divided<T> of_corners(std::vector<T>& x) { return {x, PER_CORNER}; }
+Divided<T> of_corners(std::vector<T>& x, bool skip = false) { return {x, PER_CORNER, skip}; }
+
+// archive_each : reading: calls use(index, value) for each number of an array, of which few are held at once
+template <class T, class Use>
+void archive_each(Archive& f, Use use)
+{
+  const std::size_t n = archive_count(f, 0);
+  std::vector<T> some;
+  for (std::size_t at = 0; at < n && f.good; at += some.size()) {
+    some.resize(std::min<std::size_t>(n - at, 1 << 14));
+    archive_raw(f, some.data(), some.size() * sizeof(T));
+    for (std::size_t k = 0; k < some.size() && f.good; ++k) use(static_cast<int>(at + k), some[k]);
+  }
+}
 
 template <class T>
 void io(Archive& f, const Divided<T>& d)
 {
   static_assert(is_plain<T>, "divided arrays hold numbers");
+  if (f.reading && d.skip) {
+    const std::size_t n = archive_count(f, 0);
+    f.good = f.good && n <= (f.end() - f.at) / sizeof(T);
+    if (f.good) f.at += n * sizeof(T);
+    return;
+  }
   if (!f.part || f.part[d.kind].all) return io(f, d.x);
   const ArchivePart& part = f.part[d.kind];
   if (!f.reading)

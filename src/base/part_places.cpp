@@ -81,9 +81,16 @@ const double NORMAL[25][3] = {{1, 0, 0},  {0, 1, 0},  {0, 0, 1},  {1, 1, 0},   {
                               {1, -2, 0}, {2, -1, 0}, {1, 0, 2},  {2, 0, 1},   {1, 0, -2},
                               {2, 0, -1}, {0, 1, 2},  {0, 2, 1},  {0, 1, -2},  {0, 2, -1}};
 
+// A thing, and its place along a normal
+struct Along {
+  double x;
+  int thing;
+  bool operator<(const Along& o) const { return x != o.x ? x < o.x : thing < o.thing; }
+};
+
 // A cut of things in two
 struct Cut {
-  IntVec order;                // along the normal
+  std::vector<Along> order;    // those before the cut come first
   size_t left = 0;             // so many of them belong to the first part
   double surplus = 1e300;      // work above the even one, and things at the cut, as parts of all
 };
@@ -113,45 +120,58 @@ double spacing(const double* side, size_t n)
   return sides ? std::pow(volume / static_cast<double>(n), 1.0 / sides) : 0.0;
 }
 
-// across n, where a part of all work is to the left; things within h/2 of the plane are at the cut
-Cut cut_across(const RealVec& X, const std::vector<RealVec>& work, const double* n, double part, double h,
-               const int* begin, const int* end)
+// How many things lie before the place where their work, added along the normal, reaches goal; they come
+// first in order, and the next one follows them
+size_t reach_goal(const RealVec& work, double goal, std::vector<Along>& order)
+{
+  size_t first = 0, last = order.size();
+  double before = 0.0;
+  while (first < last) {
+    const size_t middle = first + (last - first) / 2;
+    std::nth_element(order.begin() + first, order.begin() + middle, order.begin() + last);
+    double sum = before;
+    for (size_t k = first; k < middle; ++k) sum += work[order[k].thing];
+    const double own = work[order[middle].thing];
+    if (sum + 0.5 * own > goal) {
+      last = middle;
+    } else {
+      first  = middle + 1;
+      before = sum + own;
+    }
+  }
+  return first;
+}
+
+// across n, where a part of the sum of all kinds of work is to the left; things within h/2 of the plane are
+// at the cut
+Cut cut_across(const RealVec& X, const std::vector<RealVec>& work, const RealVec& sum, const double* n,
+               double part, double h, const int* begin, const int* end)
 {
   Cut cut;
-  cut.order.assign(begin, end);
   const double size = std::sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
-  const auto along  = [&](int a) {
-    const double* x = &X[3 * static_cast<size_t>(a)];
-    return (n[0] * x[0] + n[1] * x[1] + n[2] * x[2]) / size;
-  };
-  std::sort(cut.order.begin(), cut.order.end(), [&](int a, int b) {
-    const double xa = along(a), xb = along(b);
-    return xa != xb ? xa < xb : a < b;
-  });
   RealVec all(work.size(), 0.0), left(work.size(), 0.0);
-  for (int a : cut.order)
-    for (size_t k = 0; k < work.size(); ++k) all[k] += work[k][a];
-  const double whole = std::accumulate(all.begin(), all.end(), 0.0);
-  double sum = 0.0;
-  for (int a : cut.order) {
-    double of = 0.0;
-    for (const RealVec& w : work) of += w[a];
-    if (sum + 0.5 * of > part * whole) break;
-    sum += of;
-    ++cut.left;
-    for (size_t k = 0; k < work.size(); ++k) left[k] += work[k][a];
+  cut.order.reserve(end - begin);
+  for (const int* e = begin; e != end; ++e) {
+    const double* x = &X[3 * static_cast<size_t>(*e)];
+    cut.order.push_back({(n[0] * x[0] + n[1] * x[1] + n[2] * x[2]) / size, *e});
+    for (size_t k = 0; k < work.size(); ++k) all[k] += work[k][*e];
   }
+  const double whole = std::accumulate(all.begin(), all.end(), 0.0);
+  cut.left = reach_goal(sum, part * whole, cut.order);
+  for (size_t i = 0; i < cut.left; ++i)
+    for (size_t k = 0; k < work.size(); ++k) left[k] += work[k][cut.order[i].thing];
   double most = 0.0, near = 0.0;
   for (size_t k = 0; k < work.size(); ++k)
     most += std::max(left[k] / part, (all[k] - left[k]) / (1.0 - part));
-  const double at = along(cut.order[std::min(cut.left, cut.order.size() - 1)]);
-  for (int a : cut.order) near += std::abs(along(a) - at) <= 0.5 * h;
+  const double at = cut.order[std::min(cut.left, cut.order.size() - 1)].x;
+  for (const Along& a : cut.order) near += std::abs(a.x - at) <= 0.5 * h;
   cut.surplus = most / std::max(whole, 1e-300) + near / static_cast<double>(end - begin);
   return cut;
 }
 
-void cut_again(const RealVec& X, const std::vector<RealVec>& work, int* begin, int* end, int first, int parts,
-               IntVec& part)
+//   sum   of all kinds of work [n]
+void cut_again(const RealVec& X, const std::vector<RealVec>& work, const RealVec& sum, int* begin, int* end,
+               int first, int parts, IntVec& part)
 {
   if (parts == 1 || end - begin < 2) {
     for (int* e = begin; e != end; ++e) part[*e] = first;
@@ -166,12 +186,12 @@ void cut_again(const RealVec& X, const std::vector<RealVec>& work, int* begin, i
     bool flat = false;
     for (int i = 0; i < 3; ++i) flat = flat || (n[i] != 0.0 && side[i] == 0.0);
     if (flat && best.order.size()) continue;
-    Cut cut = cut_across(X, work, n, static_cast<double>(left) / parts, h, begin, end);
+    Cut cut = cut_across(X, work, sum, n, static_cast<double>(left) / parts, h, begin, end);
     if (cut.surplus < best.surplus - 1e-9) best = std::move(cut);
   }
-  std::copy(best.order.begin(), best.order.end(), begin);
-  cut_again(X, work, begin, begin + best.left, first, left, part);
-  cut_again(X, work, begin + best.left, end, first + left, parts - left, part);
+  std::transform(best.order.begin(), best.order.end(), begin, [](const Along& a) { return a.thing; });
+  cut_again(X, work, sum, begin, begin + best.left, first, left, part);
+  cut_again(X, work, sum, begin + best.left, end, first + left, parts - left, part);
 }
 
 }  // namespace
@@ -201,6 +221,9 @@ IntVec part_planes(const RealVec& X, const std::vector<RealVec>& work, int parts
   const size_t n = work[0].size();
   IntVec order(n), part(n, 0);
   std::iota(order.begin(), order.end(), 0);
-  cut_again(X, work, order.data(), order.data() + n, 0, parts, part);
+  RealVec sum(n, 0.0);
+  for (const RealVec& kind : work)
+    for (size_t i = 0; i < n; ++i) sum[i] += kind[i];
+  cut_again(X, work, sum, order.data(), order.data() + n, 0, parts, part);
   return part;
 }

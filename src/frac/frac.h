@@ -72,7 +72,7 @@ int frac_mesh(const Model& m, const Elements& el, FracMesh& fm);
 //   in   rank   that works on an element                 [nelem]
 std::vector<IntVec> frac_outer(const Model& m, const IntVec& rank, int ranks);
 
-// frac_around : adds to the list of each rank the elements of others within three rows of its own, where
+// frac_around : adds to the list of each rank the elements of others within two rows of its own, where
 // elements become points: what decides whether their corners hang on nodes  (7.14)
 void frac_around(const Model& m, const IntVec& rank, std::vector<IntVec>& list);
 
@@ -100,8 +100,9 @@ IntVec frac_releasing(const Model& m, const Fracture& fr);
 // becomes that of here; begin: points at t = 0. False: points or bonds do not fit the model. Collective.
 bool frac_reload(const Points& begin, State& st, Model& m, const FracMesh& fm);
 
-// frac_take : MeshPart::window: of a state of all ranks, in indices of here (-1: not here), what belongs to
-// the elements of here; begin: points at t = 0. False: it does not fit the model
+// frac_take : MeshPart::window: points and bonds of the elements of here from a state that was read
+// (state_find_corners), with elements and nodes of here (-1: not here) and bonds of all ranks; begin: points
+// at t = 0. False: it does not fit the model
 bool frac_take(const Model& m, const FracMesh& fm, const Points& begin, State& st);
 
 // frac_gone : [nelem] 1: no element any more

@@ -32,11 +32,12 @@ namespace {
 
 bool reload_window(const Points& begin, State& st, Model& m, const FracMesh& fm)
 {
-  st.points.part = PointPart();          // points and corners of all ranks
+  PointPart known;
+  std::swap(known, st.points.part);      // bonds name corners of all ranks
   state_from_deck(m.part, st);
+  std::swap(known, st.points.part);
   bool good = st.frac.phase.size() == m.part.elem.size() || st.frac.empty();
   if (m.part.points || state_in_parts(m, st)) good = good && frac_take(m, fm, begin, st);
-  else st.points.part = begin.part;
   if (comm_allreduce_max(static_cast<int>(!good))) return false;
   point_surfaces(m, st.points);
   if (!st.frac.empty()) model_owners(frac_gone(st.frac), m);

@@ -167,8 +167,8 @@ void add_neighbours(const Mesh& mesh, const IntVec& rank, std::vector<IntVec>& l
 }
 
 // rows of elements around those that a rank works on: whether corners of a converted element hang on nodes
-// depends on the elements at its nodes, whether these are at the rim, and whether those around them are
-const int ROWS = 3;
+// depends on the elements at its nodes, and on whether nodes of these have an element
+const int ROWS = 2;
 
 // elements near those that become points
 std::vector<char> near_points(const Model& m)

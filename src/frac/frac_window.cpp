@@ -33,7 +33,7 @@ bool level_fits(int dim, size_t npoint, size_t ncorner, const State& s)
          s.laid.xb.size() == (s.laid.uc.empty() ? 0 : static_cast<size_t>(s.bonds.nbond) * dim);
 }
 
-// lists of points of all ranks have the lengths that their counts say
+// lists of points that were read have the lengths that their counts say
 bool points_fit(int dim, const State& s)
 {
   const Points& p    = s.points;
@@ -43,20 +43,21 @@ bool points_fit(int dim, const State& s)
     return std::all_of(list.begin(), list.end(),
                        [=](int i) { return i >= 0 && static_cast<size_t>(i) < end; });
   };
-  return p.npoint >= 0 && p.ncorner >= 0 && p.parent.size() == n && p.Xc.size() == c * dim &&
-         in(fr.released, n) && fr.released_at.size() == fr.released.size() &&
-         ends(fr.left, fr.released.size()) && in(fr.left.item, c) && ends(p.conn, n) &&
-         p.G.size() == items * dim && p.sampled.size() == n && p.V0.size() == n && p.label.size() == n &&
-         p.broken.size() == n && p.normal.size() == 3 * n && p.hangs.size() == c && level_fits(dim, n, c, s);
+  return p.part.point.size() == n && p.part.corner.size() == c && p.parent.size() == n &&
+         p.Xc.size() == c * dim && p.apart.size() == c && in(fr.released, n) &&
+         fr.released_at.size() == fr.released.size() && ends(fr.left, fr.released.size()) &&
+         in(fr.left.item, c) && ends(p.conn, n) && p.G.size() == items * dim && p.sampled.size() == n &&
+         p.V0.size() == n && p.label.size() == n && p.broken.size() == n && p.normal.size() == 3 * n &&
+         p.hangs.size() == c && level_fits(dim, n, c, s);
 }
 
-// lists of a whole state have the lengths that its counts say; begin: of points at the start
-bool lengths_fit(int dim, const PointPart& begin, const State& s)
+// lists of a state that was read have the lengths that its counts say
+bool lengths_fit(int dim, const State& s)
 {
   const Bonds& b = s.bonds;
   const size_t q = b.nbond;
   const bool points = s.frac.nconverted > 0 ? points_fit(dim, s)
-                                            : level_fits(dim, begin.npoint, begin.ncorner, s);
+                                            : level_fits(dim, s.points.npoint, s.points.ncorner, s);
   return points && b.nfixed >= 0 && b.nbond >= b.nfixed && ends(b.a, q) &&
          b.a_w.size() == b.a.item.size() &&
          b.def.size() == q && b.field.size() == q && b.area.size() == q && b.X.size() == 3 * q &&
@@ -75,82 +76,78 @@ std::vector<T> taken(const IntVec& item, int D, const std::vector<T>& x)
   return out;
 }
 
-// released points of the whole that are here, as those that the conversions of here will make; first: number
-// of points at the start. False: their corners do not fit
-bool take_released(const Points& whole, int first, Fracture& fr)
+// released points, as those that the conversions will make; first: number of points at the start. False:
+// their corners do not fit
+bool take_released(const Points& known, int first, Fracture& fr)
 {
   std::map<int, int> here, count;        // of an element: its first point here, its points
-  for (int e : whole.parent)
+  for (int e : known.parent)
     if (e >= 0) ++count[e];
   for (int e : fr.converted) {
     here[e] = first;
     first += count[e];
   }
-  IntVec released, at;
-  ListTable left;
   for (size_t k = 0; k < fr.released.size(); ++k) {
-    const int q = fr.released[k], n = fr.left.count(static_cast<int>(k)),
-              *corner  = fr.left.begin(static_cast<int>(k));
-    const auto found = here.find(whole.parent[q]);
-    if (n != whole.conn.count(q)) return false;
-    if (found == here.end()) continue;
-    released.push_back(found->second + q - whole.of_elem[found->first]);
-    at.push_back(fr.released_at[k]);
-    left.item.insert(left.item.end(), corner, corner + n);
-    left.off.push_back(static_cast<int>(left.item.size()));
+    int& q = fr.released[k];
+    const auto found = here.find(known.parent[q]);
+    if (found == here.end() || fr.left.count(static_cast<int>(k)) != known.conn.count(q)) return false;
+    q = found->second + q - known.of_elem[found->first];
   }
-  fr.released.swap(released);
-  fr.released_at.swap(at);
-  std::swap(fr.left, left);
   return true;
 }
 
-// which points of the whole those are that are here, and the corners that they were released with; false: a
-// corner has not been found
-bool find_points(const Points& whole, const Fracture& fr, Points& here)
+// places of numbers among those of list, ascending; -1: not there
+IntVec places(const IntVec& number, const IntVec& list)
 {
-  const auto found = [](const IntVec& list) { return std::find(list.begin(), list.end(), -1) == list.end(); };
-  here.part.point.resize(here.npoint, -1);
-  here.part.corner.resize(here.ncorner, -1);
+  IntVec place;
+  for (int n : number) {
+    const auto at = std::lower_bound(list.begin(), list.end(), n);
+    place.push_back(at != list.end() && *at == n ? static_cast<int>(at - list.begin()) : -1);
+  }
+  return place;
+}
+
+bool found(const IntVec& list) { return std::find(list.begin(), list.end(), -1) == list.end(); }
+
+// Which of known the points are that are here, and the corners that they were released with
+//   inout point, corner   those that are there at the start
+bool find_points(const Points& known, const Fracture& fr, const Points& here, IntVec& point, IntVec& corner)
+{
+  point.resize(here.npoint, -1);
+  corner.resize(here.ncorner, -1);
   for (int e : fr.converted)
-    for (int p = here.of_elem[e], q = whole.of_elem[e]; p < here.npoint && here.parent[p] == e; ++p, ++q)
-      here.part.point[p] = q;
-  if (!found(here.part.point)) return false;
+    for (int p = here.of_elem[e], q = known.of_elem[e]; p < here.npoint && here.parent[p] == e; ++p, ++q)
+      point[p] = q;
+  if (!found(point)) return false;
   for (int p : fr.released)
     for (int k = 0; k < here.conn.count(p); ++k)
-      here.part.corner[here.conn.begin(p)[k]] = whole.conn.begin(here.part.point[p])[k];
-  return found(here.part.corner);
+      corner[here.conn.begin(p)[k]] = known.conn.begin(point[p])[k];
+  return found(corner);
 }
 
-// of the level what points and corners of part have that are here; part.npoint: of all ranks
-void take_level(int dim, const PointPart& part, State& st)
-{
-  const size_t history = part.npoint ? st.n.hp.size() / part.npoint : 0;
-  st.n.hp = taken(part.point, static_cast<int>(history), st.n.hp);
-  for (RealVec* x : {&st.n.uc, &st.n.vc}) *x = taken(part.corner, dim, *x);
-  if (!st.laid.uc.empty()) st.laid.uc = taken(part.corner, dim, st.laid.uc);
-}
-
-// what points and corners of the whole state have that a conversion does not give
-void take_points(int dim, Points& whole, State& st)
+// what points and corners of known have that a conversion does not give: place of each that is here
+void take_points(int dim, const Points& known, const IntVec& point, const IntVec& corner, State& st)
 {
   Points& here = st.points;
-  const IntVec &point = here.part.point, &corner = here.part.corner;
   for (int p = 0; p < here.npoint; ++p)
-    std::copy_n(&whole.G[static_cast<size_t>(whole.conn.off[point[p]]) * dim], here.conn.count(p) * dim,
+    std::copy_n(&known.G[static_cast<size_t>(known.conn.off[point[p]]) * dim], here.conn.count(p) * dim,
                 &here.G[static_cast<size_t>(here.conn.off[p]) * dim]);
   for (IntVec Points::* x : {&Points::sampled, &Points::label, &Points::broken})
-    here.*x = taken(point, 1, whole.*x);
-  here.V0     = taken(point, 1, whole.V0);
-  here.normal = taken(point, 3, whole.normal);
-  here.hangs  = taken(corner, 1, whole.hangs);
-  whole.apart.resize(whole.ncorner, 0);
-  here.apart  = taken(corner, 1, whole.apart);
-  here.Xc     = taken(corner, dim, whole.Xc);        // released points have shapes of their own        (7.34)
+    here.*x = taken(point, 1, known.*x);
+  here.V0     = taken(point, 1, known.V0);
+  here.normal = taken(point, 3, known.normal);
+  here.hangs  = taken(corner, 1, known.hangs);
+  here.apart  = taken(corner, 1, known.apart);
+  here.Xc     = taken(corner, dim, known.Xc);        // released points have shapes of their own        (7.34)
   here.part.window  = true;
-  here.part.npoint  = whole.npoint;
-  here.part.ncorner = whole.ncorner;
-  take_level(dim, here.part, st);
+  here.part.npoint  = known.part.npoint;
+  here.part.ncorner = known.part.ncorner;
+  here.part.point   = taken(point, 1, known.part.point);
+  here.part.corner  = taken(corner, 1, known.part.corner);
+  const size_t history = known.npoint ? st.n.hp.size() / known.npoint : 0;
+  st.n.hp = taken(point, static_cast<int>(history), st.n.hp);
+  for (RealVec* x : {&st.n.uc, &st.n.vc}) *x = taken(corner, dim, *x);
+  if (!st.laid.uc.empty()) st.laid.uc = taken(corner, dim, st.laid.uc);
 }
 
 // of a bond: a face of general contact that is not here
@@ -226,29 +223,28 @@ bool frac_take(const Model& m, const FracMesh& fm, const Points& begin, State& s
     return e < 0 || (e < m.mesh.nelem() && !m.part.knows_points(e));
   };
   fr.converted.erase(std::remove_if(fr.converted.begin(), fr.converted.end(), unknown), fr.converted.end());
-  if (!lengths_fit(m.dim, begin.part, st)) return false;
+  if (!lengths_fit(m.dim, st)) return false;
   if (fr.nconverted == 0) {
-    take_level(m.dim, begin.part, st);
-    st.points.part = begin.part;
     take_bonds(m, begin.part.npoint, begin.part.ncorner, st);
     return st.bonds.nbond >= st.bonds.nfixed;
   }
-  Points whole = begin;
-  std::swap(whole, st.points);
-  whole.part = PointPart();            // all points are there
-  if (whole.of_elem.size() != static_cast<size_t>(m.mesh.nelem()) || whole.npoint < begin.part.npoint ||
-      whole.ncorner < begin.part.ncorner)
-    return false;
+  Points known = begin;
+  std::swap(known, st.points);
+  IntVec &first = known.of_elem, point = places(begin.part.point, known.part.point),
+         corner = places(begin.part.corner, known.part.corner);
+  if (first.size() != static_cast<size_t>(m.mesh.nelem()) || !found(point) || !found(corner)) return false;
+  first = places(first, known.part.point);
   for (int e : fr.converted)
-    if (e < 0 || e >= m.mesh.nelem() || fm.conv[e] < 0 || whole.of_elem[e] < 0) return false;
-  if (!take_released(whole, begin.npoint, fr)) return false;
+    if (e < 0 || e >= m.mesh.nelem() || fm.conv[e] < 0 || first[e] < 0) return false;
+  if (!take_released(known, begin.npoint, fr)) return false;
   CornerShare share;
   ListTable left;
-  if (!frac_repeat(m, fm, fr, whole, st.points, share, st.points.part.corner, left) ||
-      !find_points(whole, fr, st.points))
+  known.part.window = true;
+  if (!frac_repeat(m, fm, fr, known, st.points, share, corner, left) ||
+      !find_points(known, fr, st.points, point, corner))
     return false;
   std::swap(fr.left, left);
-  take_points(m.dim, whole, st);
-  take_bonds(m, whole.npoint, whole.ncorner, st);
+  take_points(m.dim, known, point, corner, st);
+  take_bonds(m, known.part.npoint, known.part.ncorner, st);
   return st.bonds.nbond >= st.bonds.nfixed;
 }

@@ -1,15 +1,15 @@
 // ---------------------------------------------------------------------------
 // state_io.h : the state to and from an archive: one list of fields a struct
 //
-// of_nodes, of_elems, of_gauss, of_points, of_corners: a divided model holds the part of this rank, the file
-// the whole. What names elements or nodes by index is not translated here: releasing is by out_restart,
-// others by state_to_deck.
+// of_nodes, of_elems, of_gauss, of_points, of_corners, DividedLists: a divided model holds the part of this
+// rank, the file the whole. What names elements, nodes, points or corners by index is not translated here:
+// releasing is by out_restart, others by state_to_deck and state_bring.
 // ---------------------------------------------------------------------------
 #ifndef MPFE_MODEL_STATE_IO_H
 #define MPFE_MODEL_STATE_IO_H
 
 #include "model/model_io.h"
-#include "model/state.h"
+#include "model/state_window.h"
 
 inline void io(Archive& f, SkinFace& x)
 {
@@ -17,16 +17,51 @@ inline void io(Archive& f, SkinFace& x)
   io_all(f, elem, face, points);
 }
 
-// Points are as point_fill has made them from the deck until elements become points: then they are not saved
+// Lists of points or corners, and what their items are
+struct DividedLists {
+  ListTable& x;
+  ArchiveKind of, kind;
+  bool skip = false;
+};
+
+inline void io(Archive& f, const DividedLists& d)
+{
+  IntVec count;
+  for (int i = 0; i < d.x.size(); ++i) count.push_back(d.x.count(i));
+  io(f, Divided<int>{count, d.of, d.skip});
+  io(f, Divided<int>{d.x.item, d.kind, d.skip});
+  if (!f.reading || d.skip) return;
+  d.x.off.assign(1, 0);
+  for (int n : count) d.x.off.push_back(d.x.off.back() + n);
+}
+
+// Points are as point_fill has made them from the deck until elements become points: then they are not saved.
+// First what tells a rank of a window which of them it takes, and their corners; boundary and surface are
+// made again
+inline void io_outline(Archive& f, Points& x)
+{
+  bool filled = x.of_elem.empty();
+  io(f, filled);
+  if (filled) return;
+  if (state_takes(f)) return state_read_outline(f, x);
+  io_all(f, x.npoint, x.ncorner, of_points(x.parent), DividedLists{x.conn, PER_POINT, PER_CONN});
+}
+
 inline void io(Archive& f, Points& x)
 {
   bool filled = x.of_elem.empty();
   io(f, filled);
   if (filled) return;
+  const bool skip = state_takes(f);    // what the conversions give once more
   auto& [npoint, ncorner, Xc, shape, conn, w, G, sampled, mc, V0, mass, body, label, of_elem, parent, next,
          broken, normal, released, field, twin, hang, hang_w, hangs, apart, boundary, surface, part] = x;
-  io_all(f, npoint, ncorner, Xc, shape, conn, w, G, sampled, mc, V0, mass, body, label, of_elems(of_elem),
-         parent, next, broken, normal, released, field, twin, hang, hang_w, hangs, apart, boundary, surface);
+  if (!f.reading && !f.part) apart.resize(ncorner, 0);
+  io_all(f, of_corners(Xc), of_points(shape, skip), Divided<double>{w, PER_CONN, skip},
+         Divided<double>{G, PER_CONN}, of_points(sampled), Divided<double>{mc, PER_PAIR, skip}, of_points(V0),
+         of_points(mass, skip), of_points(body, skip), of_points(label), of_elems(of_elem),
+         of_points(next, skip), of_points(broken), of_points(normal), of_points(released, skip),
+         of_corners(field, skip), of_corners(twin, skip), DividedLists{hang, PER_CORNER, PER_HANG, skip},
+         Divided<double>{hang_w, PER_HANG, skip}, of_corners(hangs), of_corners(apart));
 }
 
 inline void io(Archive& f, Bonds& x)
@@ -104,8 +139,11 @@ inline void io(Archive& f, State& x)
   auto& [n, np1, points, bonds, frac, rf, contact, grid_rf, rate, ledger, eroded, clock, laid, division,
          log] = x;
   Division none;
-  io_all(f, n, points, bonds, frac, of_nodes(rf), contact, grid_rf, of_nodes(rate), ledger, eroded, clock,
-         laid, f.part ? none : division, log);
+  io_outline(f, points);
+  io(f, frac);
+  if (state_takes(f)) state_find_corners(f, x);
+  io_all(f, points, n, bonds, of_nodes(rf), contact, grid_rf, of_nodes(rate), ledger, eroded, clock, laid,
+         f.part ? none : division, log);
   if (f.reading) np1 = n;
 }
 

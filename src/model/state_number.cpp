@@ -54,7 +54,7 @@ IntVec deck_order(const MeshPart& part)
 void state_to_deck(const MeshPart& part, State& st)
 {
   if (!part.on) return;
-  const bool divided = part.points && !part.window;  // in a window state_gather does it
+  const bool divided = part.points && !part.window;  // in a window state_bring does it
   renumber(
       static_cast<int>(part.node.size()), part.nnode, [&](int n) { return part.deck[n]; },
       [&](int e) { return part.elem[e]; },

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "base/comm.h"
+#include "model/model_io.h"
 
 namespace {
 
@@ -69,8 +70,6 @@ Joiner::Joiner(IntVec brings, const std::vector<long>& name) : item(std::move(br
   }
 }
 
-std::vector<long> names(const IntVec& number) { return {number.begin(), number.end()}; }
-
 // places of lists with n[i] numbers
 template <class Count>
 IntVec offsets(int lists, Count count)
@@ -82,65 +81,69 @@ IntVec offsets(int lists, Count count)
 
 int pairs_of(const Points& p, int point) { return p.conn.count(point) * (p.conn.count(point) + 1) / 2; }
 
-// faces of points of this rank, in numbers of all ranks, ascending on rank 0
-std::vector<Face> join_faces(std::vector<Face> face, const std::vector<char>& own, const IntVec& number)
+// items of x, D numbers each
+template <class T>
+std::vector<T> picked(const IntVec& item, int D, const std::vector<T>& x)
 {
-  const auto others = [&](const Face& f) { return !own[f.elem]; };
-  face.erase(std::remove_if(face.begin(), face.end(), others), face.end());
-  for (Face& f : face) f.elem = number[f.elem];
-  std::vector<Face> all;
-  for (const std::vector<Face>& part : comm_gather(face)) all.insert(all.end(), part.begin(), part.end());
-  std::sort(all.begin(), all.end(), [](const Face& a, const Face& b) {
-    return a.elem != b.elem ? a.elem < b.elem : a.face < b.face;
-  });
-  return all;
+  std::vector<T> out;
+  out.reserve(item.size() * static_cast<std::size_t>(D));
+  for (int i : item) out.insert(out.end(), x.begin() + long(i) * D, x.begin() + long(i + 1) * D);
+  return out;
 }
 
-void join_points(const Model& m, const Joiner& of_points, const Joiner& of_corners, const Points& p,
-                 Points& all)
+// of lists with off [n+1], D numbers for each of their items
+template <class T>
+std::vector<T> picked(const IntVec& item, const IntVec& off, int D, const std::vector<T>& x)
+{
+  std::vector<T> out;
+  for (int i : item) out.insert(out.end(), x.begin() + long(off[i]) * D, x.begin() + long(off[i + 1]) * D);
+  return out;
+}
+
+ListTable picked(const IntVec& item, const ListTable& x)
+{
+  ListTable out;
+  out.item = picked(item, x.off, 1, x.item);
+  for (int i : item) out.off.push_back(out.off.back() + x.count(i));
+  return out;
+}
+
+// points and corners, in numbers of all ranks
+Points numbered(const Model& m, const IntVec& points, const IntVec& corners, const Points& p)
 {
   const int dim = m.dim;
   const IntVec &point = p.part.point, &corner = p.part.corner;
-  all.npoint  = static_cast<int>(of_points.count);
-  all.ncorner = static_cast<int>(of_corners.count);
-  IntVec conn = p.conn.item, next = p.next, twin = p.twin, hang = p.hang.item, off;
-  for (int& c : conn) c = corner[c];
-  for (int& q : next) q = point[q];
-  for (int& c : twin) c = corner[c];
-  for (int& k : hang)
-    if (k < 0) k = -1 - corner[-1 - k];
-  const IntVec pairs = offsets(p.npoint, [&](int q) { return pairs_of(p, q); });
-  all.Xc        = of_corners.join(p.Xc, dim);
-  all.shape     = of_points.join(p.shape, 1);
-  all.conn.item = of_points.join_lists(conn, p.conn.off, 1, all.conn.off);
-  all.w         = of_points.join_lists(p.w, p.conn.off, 1, off);
-  all.G         = of_points.join_lists(p.G, p.conn.off, dim, off);
-  all.sampled   = of_points.join(p.sampled, 1);
-  all.mc        = of_points.join_lists(p.mc, pairs, 1, off);
-  all.V0        = of_points.join(p.V0, 1);
-  all.mass      = of_points.join(p.mass, 1);
-  all.body      = of_points.join(p.body, 1);
-  all.label     = of_points.join(p.label, 1);
-  all.parent    = of_points.join(p.parent, 1);
-  all.next      = of_points.join(next, 1);
-  all.broken    = of_points.join(p.broken, 1);
-  all.normal    = of_points.join(p.normal, 3);
-  all.released  = of_points.join(p.released, 1);
-  all.field     = of_corners.join(p.field, 1);
-  all.twin      = of_corners.join(twin, 1);
-  all.hang.item = of_corners.join_lists(hang, p.hang.off, 1, all.hang.off);
-  all.hang_w    = of_corners.join_lists(p.hang_w, p.hang.off, 1, off);
-  all.hangs     = of_corners.join(p.hangs, 1);
-  IntVec apart  = p.apart;
+  IntVec apart = p.apart;
   apart.resize(p.ncorner, 0);
-  all.apart     = of_corners.join(apart, 1);
-  std::vector<char> own(p.npoint, 0);
-  for (int q : of_points.item) own[q] = 1;
-  all.boundary = join_faces(p.boundary, own, point);
-  for (const std::vector<Face>& face : p.surface) all.surface.push_back(join_faces(face, own, point));
-  all.of_elem.assign(m.mesh.nelem(), -1);            // of the elements of this rank, on all ranks
+  Points out;
+  out.npoint  = p.part.npoint;
+  out.ncorner = p.part.ncorner;
+  out.Xc      = picked(corners, dim, p.Xc);
+  out.conn    = picked(points, p.conn);
+  out.w       = picked(points, p.conn.off, 1, p.w);
+  out.G       = picked(points, p.conn.off, dim, p.G);
+  out.mc      = picked(points, offsets(p.npoint, [&](int q) { return pairs_of(p, q); }), 1, p.mc);
+  for (IntVec Points::* x : {&Points::shape, &Points::sampled, &Points::body, &Points::label, &Points::parent,
+                             &Points::next, &Points::broken, &Points::released})
+    out.*x = picked(points, 1, p.*x);
+  out.V0     = picked(points, 1, p.V0);
+  out.mass   = picked(points, 1, p.mass);
+  out.normal = picked(points, 3, p.normal);
+  out.field  = picked(corners, 1, p.field);
+  out.twin   = picked(corners, 1, p.twin);
+  out.hang   = picked(corners, p.hang);
+  out.hang_w = picked(corners, p.hang.off, 1, p.hang_w);
+  out.hangs  = picked(corners, 1, p.hangs);
+  out.apart  = picked(corners, 1, apart);
+  for (int& q : out.next) q = point[q];
+  for (IntVec* list : {&out.conn.item, &out.twin})
+    for (int& c : *list) c = corner[c];
+  for (int& k : out.hang.item)
+    if (k < 0) k = -1 - corner[-1 - k];
+  out.of_elem.assign(m.mesh.nelem(), -1);
   for (std::size_t e = 0; e < p.of_elem.size(); ++e)
-    if (p.of_elem[e] >= 0) all.of_elem[e] = point[p.of_elem[e]];
+    if (p.of_elem[e] >= 0) out.of_elem[e] = point[p.of_elem[e]];
+  return out;
 }
 
 // names of faces of general contact, in the order in which one rank has them
@@ -203,32 +206,30 @@ void join_bonds(const Joiner& j, int dim, const Bonds& b, Bonds& all)
   all.friction      = j.join(b.friction, 1);
 }
 
-// Corners of no point that this rank has to bring, those that released points have left behind: no rank has
-// them in a point of its own, and no lower rank has them; own [ncorner]
-IntVec left_corners(const Points& p, const std::vector<char>& own)
+// Corners that this rank brings, ascending by their numbers: of the points that it brings, and those that
+// these had before they were released; of a corner that several ranks have so, one brings it
+IntVec own_corners(const WindowState& kept, const IntVec& points)
 {
-  struct Corner { int number, rank, at; };
-  std::vector<char> used(p.ncorner, 0);
-  for (int c : p.conn.item) used[c] = 1;
-  std::vector<Corner> all;
+  const Points& p = kept.points;
+  std::vector<char> mine(p.npoint, 0), own(p.ncorner, 0);
+  for (int q : points) {
+    mine[q] = 1;
+    for (int k = p.conn.off[q]; k < p.conn.off[q + 1]; ++k) own[p.conn.item[k]] = 1;
+  }
+  for (std::size_t k = 0; k < kept.released.size(); ++k)
+    for (int i = kept.left.off[k]; i < kept.left.off[k + 1] && mine[kept.released[k]]; ++i)
+      own[kept.left.item[i]] = 1;
+  IntVec list, brings;
   for (int c = 0; c < p.ncorner; ++c)
-    if (!used[c]) all.push_back({p.part.corner[c], comm_rank(), c});
-  comm_allgatherv(all);
-  std::sort(all.begin(), all.end(), [](const Corner& a, const Corner& b) {
-    return a.number != b.number ? a.number < b.number : a.rank < b.rank;
-  });
-  RealVec owned;
-  for (const Corner& c : all) {
-    const int here = p.corner_here(c.number);
-    owned.push_back(here >= 0 && own[here] ? 1.0 : 0.0);
-  }
-  comm_sum(owned);
-  IntVec list;
-  for (std::size_t k = 0; k < all.size(); ++k) {
-    const bool first = k == 0 || all[k - 1].number != all[k].number;
-    if (first && owned[k] == 0.0 && all[k].rank == comm_rank()) list.push_back(all[k].at);
-  }
-  return list;
+    if (own[c]) list.push_back(c);
+  std::sort(list.begin(), list.end(), [&](int a, int b) { return p.part.corner[a] < p.part.corner[b]; });
+  std::vector<long> key;
+  for (int c : list) key.push_back(p.part.corner[c]);
+  Halo halo;
+  halo_form(key, halo);
+  for (std::size_t k = 0; k < list.size(); ++k)
+    if (halo.owner[k] == comm_rank()) brings.push_back(list[k]);
+  return brings;
 }
 
 // released points that were elements of this rank, of all ranks, in the order in which they got their corners
@@ -292,7 +293,7 @@ void state_swap(WindowState& kept, State& s)
   s.n.lambda_n.swap(kept.lambda_n);
 }
 
-void state_gather(const Model& m, WindowState& kept, State& s)
+void state_bring(const Model& m, WindowState& kept, State& s)
 {
   const int dim = m.dim, me = comm_rank();
   IntVec here;                 // elements of converted
@@ -300,37 +301,114 @@ void state_gather(const Model& m, WindowState& kept, State& s)
   state_swap(kept, s);
   const Points& p = kept.points;
   const Bonds& b  = kept.bonds;
-  IntVec points, corners, bonds;
-  std::vector<char> own(p.ncorner, 0);               // corners of elements of this rank
+  IntVec points, bonds;
   for (int q = 0; q < p.npoint; ++q) {
     const int number = p.parent[q];
-    if (number >= 0 ? !m.part.works(m.part.elem_here(number)) : p.part.rank[q] != me) continue;
-    points.push_back(q);
-    for (int k = p.conn.off[q]; k < p.conn.off[q + 1]; ++k) own[p.conn.item[k]] = 1;
+    if (number >= 0 ? m.part.works(m.part.elem_here(number)) : p.part.rank[q] == me) points.push_back(q);
   }
-  for (int c = 0; c < p.ncorner; ++c)
-    if (own[c]) corners.push_back(c);
-  const IntVec left = left_corners(p, own);
-  corners.insert(corners.end(), left.begin(), left.end());
+  const IntVec corners = own_corners(kept, points);
   for (int q = 0; q < b.nbond; ++q)
     if (b.rank[q] == me) bonds.push_back(q);
-  const Joiner of_points(points, names(p.part.point)), of_corners(corners, names(p.part.corner)),
-      of_bonds(bonds, b.name);
-  if (s.frac.nconverted > 0) join_points(m, of_points, of_corners, p, s.points);
-  else s.points = p;                                 // as at the start
+  if (s.frac.nconverted > 0) s.points = numbered(m, points, corners, p);
+  s.points.part.npoint  = p.part.npoint;
+  s.points.part.ncorner = p.part.ncorner;
+  s.points.part.point   = picked(points, 1, p.part.point);
+  s.points.part.corner  = picked(corners, 1, p.part.corner);
+  const Joiner of_bonds(bonds, b.name);
   join_bonds(of_bonds, dim, b, s.bonds);
   join_skin(m.part, of_bonds, p, b, s.bonds);
-  const int history = comm_allreduce_max(p.npoint ? static_cast<int>(kept.hp.size() / p.npoint) : 0);
-  s.n.uc       = of_corners.join(kept.uc, dim);
-  s.n.vc       = of_corners.join(kept.vc, dim);
-  s.n.hp       = of_points.join(kept.hp, history);
+  s.n.uc       = picked(corners, dim, kept.uc);
+  s.n.vc       = picked(corners, dim, kept.vc);
+  s.n.hp       = picked(points, p.npoint ? static_cast<int>(kept.hp.size() / p.npoint) : 0, kept.hp);
   s.n.slip     = of_bonds.join(kept.slip, dim);
   s.n.lambda   = of_bonds.join(kept.lambda, dim);
   s.n.lambda_n = of_bonds.join(kept.lambda_n, 1);
   if (comm_allreduce_max(static_cast<int>(!kept.laid.uc.empty()))) {
-    s.laid.uc = of_corners.join(kept.laid.uc, dim);
+    s.laid.uc = picked(corners, dim, kept.laid.uc);
     s.laid.xb = of_bonds.join(kept.laid.xb, dim);
   }
   s.frac.converted = join_converted(m, kept.converted, here, p);
   join_released(kept, points, s.frac);
+}
+
+void state_read_outline(Archive& f, Points& x)
+{
+  ArchivePart &points = f.part[PER_POINT], &conn = f.part[PER_CONN];
+  IntVec first;                // place of the first corner of each point that is here
+  long items = 0;
+  std::size_t next = 0;
+  x = Points();
+  io_all(f, x.part.npoint, x.part.ncorner);
+  IntVec& here = x.part.point;
+  archive_each<int>(f, [&](int i, int parent) {
+    if (!points.takes(i, parent)) return;
+    here.push_back(i);
+    x.parent.push_back(parent);
+  });
+  archive_each<int>(f, [&](int i, int n) {
+    f.good = f.good && n >= 0 && n <= 8;
+    if (next < here.size() && here[next] == i) {
+      first.push_back(static_cast<int>(items));
+      x.conn.off.push_back(x.conn.off.back() + n);
+      ++next;
+    }
+    items += n;
+  });
+  next = 0;
+  archive_each<int>(f, [&](int i, int corner) {
+    f.good = f.good && corner >= 0 && corner < x.part.ncorner;
+    while (next < first.size() && i >= first[next] + x.conn.count(static_cast<int>(next))) ++next;
+    if (next < first.size() && i >= first[next]) x.conn.item.push_back(corner);
+  });
+  f.good = f.good && items > 0;
+  points           = ArchivePart();
+  points.takes     = [](int, int) { return true; };
+  points.whole     = x.part.npoint;
+  points.item      = here;
+  conn             = points;
+  conn.ragged      = true;
+  conn.all_units   = items;
+  for (int q = 0; q < x.conn.size(); ++q) conn.units.push_back(x.conn.count(q));
+}
+
+void state_find_corners(Archive& f, State& s)
+{
+  if (f.part[PER_CONN].whole == 0) return;           // points are as at the start
+  Points& x    = s.points;
+  Fracture& fr = s.frac;
+  const auto in = [](const IntVec& list, int n) {
+    return std::all_of(list.begin(), list.end(), [n](int i) { return i >= 0 && i < n; });
+  };
+  f.good = f.good && fr.released.size() == fr.released_at.size() && in(fr.released, x.part.npoint) &&
+           static_cast<std::size_t>(fr.left.size()) == fr.released.size() && fr.left.off[0] == 0 &&
+           std::is_sorted(fr.left.off.begin(), fr.left.off.end()) &&
+           fr.left.off.back() == static_cast<int>(fr.left.item.size()) && in(fr.left.item, x.part.ncorner);
+  if (!f.good) return;
+  IntVec released, at;
+  ListTable left;
+  for (std::size_t k = 0; k < fr.released.size(); ++k) {
+    const int q = x.point_here(fr.released[k]), i = static_cast<int>(k);
+    if (q < 0) continue;
+    released.push_back(q);
+    at.push_back(fr.released_at[k]);
+    left.item.insert(left.item.end(), fr.left.begin(i), fr.left.begin(i + 1));
+    left.off.push_back(static_cast<int>(left.item.size()));
+  }
+  fr.released.swap(released);
+  fr.released_at.swap(at);
+  std::swap(fr.left, left);
+  ArchivePart& corners = f.part[PER_CORNER];
+  IntVec& here = x.part.corner;
+  here = corners.item;
+  for (const IntVec* list : {&x.conn.item, &fr.left.item})
+    here.insert(here.end(), list->begin(), list->end());
+  std::sort(here.begin(), here.end());
+  here.erase(std::unique(here.begin(), here.end()), here.end());
+  for (IntVec* list : {&x.conn.item, &fr.left.item})
+    for (int& c : *list) c = x.corner_here(c);
+  x.npoint      = static_cast<int>(x.part.point.size());
+  x.ncorner     = static_cast<int>(here.size());
+  corners       = ArchivePart();
+  corners.whole = x.part.ncorner;
+  corners.item  = here;
 }

@@ -40,7 +40,7 @@ static void io(Archive& f, Output& x)
 namespace {
 
 const char* const magic = "MPFE-RST";      // 8 letters
-const int format = 19;                     // of the content; changes with every change of a struct in it
+const int format = 20;                     // of the content; changes with every change of a struct in it
 
 struct FileHead {                 // in front of the content
   char magic[8];
@@ -128,9 +128,8 @@ void copy_file(const std::string& from, const std::string& path)
   else log_warn("%s cannot be read any more: %s", from.c_str(), std::strerror(errno));
 }
 
-// what the rank of a divided model has of the deck's mesh, and of points; whole: points and corners are those
-// of all ranks                                                                      [ARCHIVE_KINDS]
-std::vector<ArchivePart> parts_of(const Model& m, const Points& pts, bool whole)
+// what the rank of a divided model has of the deck's mesh, and of points                   [ARCHIVE_KINDS]
+std::vector<ArchivePart> parts_of(const Model& m, const Points& pts)
 {
   std::vector<ArchivePart> part(ARCHIVE_KINDS);
   part[PER_NODE].whole = m.part.nnode;
@@ -149,14 +148,25 @@ std::vector<ArchivePart> parts_of(const Model& m, const Points& pts, bool whole)
   }
   part[PER_GAUSS].brings = part[PER_ELEM].brings;
   const PointPart& own = pts.part;
-  part[PER_POINT].all = part[PER_CORNER].all = whole;
-  if (whole) return part;
+  const bool all = !m.part.points && !m.part.window;
+  part[PER_POINT].all = part[PER_CORNER].all = all;
+  if (all) return part;
   part[PER_POINT].whole  = own.npoint;
   part[PER_POINT].item   = own.point;
   for (int rank : own.rank) part[PER_POINT].brings.push_back(rank == comm_rank());
   part[PER_CORNER].whole = own.ncorner;
   part[PER_CORNER].item  = own.corner;
   for (int owner : own.halo.owner) part[PER_CORNER].brings.push_back(owner == comm_rank());
+  if (pts.of_elem.empty()) return part;
+  for (ArchiveKind kind : {PER_CONN, PER_PAIR}) part[kind] = part[PER_POINT];
+  part[PER_HANG] = part[PER_CORNER];
+  for (ArchiveKind kind : {PER_CONN, PER_PAIR, PER_HANG}) part[kind].ragged = true;
+  for (int q = 0; q < pts.conn.size(); ++q) {
+    const int n = pts.conn.count(q);
+    part[PER_CONN].units.push_back(n);
+    part[PER_PAIR].units.push_back(pair_count(n));
+  }
+  for (int c = 0; c < pts.hang.size(); ++c) part[PER_HANG].units.push_back(pts.hang.count(c));
   return part;
 }
 
@@ -181,16 +191,16 @@ void write_whole(const Model& m, const ActiveGrid& grid, State& s, Archive& f, W
 {
   const bool window = state_in_parts(m, s);
   std::vector<ArchivePart> part;
-  if (m.part.on) {
-    part   = parts_of(m, s.points, !m.part.points || window);
-    f.part = part.data();
-  }
   IntVec releasing = m.part.on ? frac_releasing(m, s.frac) : s.frac.releasing;
   state_to_deck(m.part, s);
   releasing.swap(s.frac.releasing);
-  ActiveGrid cells  = cells_of_all(m, grid);
+  ActiveGrid cells = cells_of_all(m, grid);
   WindowState kept;
-  if (window) state_gather(m, kept, s);
+  if (window) state_bring(m, kept, s);
+  if (m.part.on) {
+    part   = parts_of(m, s.points);
+    f.part = part.data();
+  }
   write(cells);
   if (window) state_swap(kept, s);
   releasing.swap(s.frac.releasing);
@@ -304,16 +314,23 @@ int continue_file(const std::string& path, long length, std::FILE*& file)
   return 0;
 }
 
-// calls read() with arrays of f in the parts of the ranks, but for those of points in a window, which each
-// takes its own of; false: the file has another content. Collective.
+// calls read() with arrays of f in the parts of the ranks, of points in a window those whose elements are
+// known here; false: the file has another content. Collective.
 template <class Read>
 bool read_whole(const Model& m, const State& s, Archive& f, Read read)
 {
   std::vector<ArchivePart> part;
+  const IntVec start = s.points.part.point;
   if (m.part.on) {
-    part   = parts_of(m, s.points, !m.part.points || m.part.window);
+    part   = parts_of(m, s.points);
     f.part = part.data();
   }
+  if (m.part.window)
+    part[PER_POINT].takes = [&](int point, int parent) {
+      if (parent < 0) return std::binary_search(start.begin(), start.end(), point);
+      const int e = m.part.elem_here(parent);
+      return e >= 0 && m.part.knows_points(e);
+    };
   read();
   if (f.file) std::fclose(f.file);
   f.file = nullptr;
@@ -328,6 +345,7 @@ std::string take_state(const Points& begin, Model& m, const FracMesh& fm, State&
   const bool good = frac_reload(begin, s, m, fm);
   if (m.part.on) s.division = Division();            // of a replicated model, which has written the file
   const std::string fault = good ? first_fault(state_fault(m, begin, s)) : "material points or bonds";
+  if (fault.empty() && !m.part.window && s.frac.nconverted > 0) point_surfaces(m, s.points);
   if (m.part.on && comm_rank() > 0) {                // until it is made again, it is that of rank 0
     grid.cell.clear();
     grid.ncell = 0;

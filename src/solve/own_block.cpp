@@ -230,8 +230,11 @@ void own_border(const SysMatrix& A, OwnBlock& own)
   for (size_t k = 0; k < own.border_from.size(); ++k)
     if (own.border_from[k] >= 0)
       std::copy_n(&A.val[static_cast<size_t>(own.border_from[k]) * DD], DD, &own.border.val[k * DD]);
-  RealVec diag;
-  sys_diagonal(A, diag);
+  RealVec diag(A.neq(), 0.0);
+  for (int I : A.halo.shared)
+    for (int i = 0; i < D; ++i)
+      diag[I * D + i] = A.val[(static_cast<size_t>(A.off[I + 1] - 1) * D + i) * D + i];
+  sys_sum(A, diag);
   own.diag.clear();
   for (int I : A.halo.shared) own.diag.insert(own.diag.end(), &diag[I * D], &diag[I * D] + D);
 }
@@ -278,17 +281,27 @@ void exchange_blocks(const OwnBlock& own, int D, const RealVec& val, Take take, 
   }
 }
 
-// in one message: each has what the other has, and both add in the order of the ranks
-void sum_direct(const OwnBlock& own, int D, RealVec& val)
+// Two ranks, in one message: each has what the other has, and both get the same sum of two
+template <int D>
+void sum_direct(const OwnBlock& own, RealVec& val)
 {
-  const int DD = D * D;
-  const auto all = [](int, int) { return true; };
-  RealVec sum(val.size(), 0.0);
-  exchange_blocks(own, D, val, all, all, [&](int, size_t k, bool turned, const double* value) {
-    if (value) return add_block(D, turned, value, &sum[k * DD]);
-    for (size_t i = 0; i < val.size(); ++i) sum[i] += val[i];
-  });
-  val.swap(sum);
+  const int other = 1 - comm_rank();
+  const IntVec& common = own.to[other];
+  std::vector<RealVec> send(2), from(2);
+  send[other].resize(common.size() * D * D);
+  from[other].resize(send[other].size());
+  const auto each = [&](auto use) {      // calls use(number of val, its place in a message)
+    size_t at = 0;
+    for (int to : common) {
+      const size_t block = static_cast<size_t>(to / 2) * D * D;
+      for (int i = 0; i < D; ++i)
+        for (int j = 0; j < D; ++j) use(block + (to % 2 ? j * D + i : i * D + j), at + i * D + j);
+      at += D * D;
+    }
+  };
+  each([&](size_t k, size_t at) { send[other][at] = val[k]; });
+  comm_exchange(send, from);
+  each([&](size_t k, size_t at) { val[k] += from[other][at]; });
 }
 
 // in two messages: the first rank that has a block adds, in their order, and tells the others
@@ -314,6 +327,8 @@ void sum_by_first(const OwnBlock& own, int D, RealVec& val)
 
 void own_sum(const OwnBlock& own, int D, RealVec& val)
 {
-  if (comm_size() == 2) sum_direct(own, D, val);
-  else sum_by_first(own, D, val);
+  if (comm_size() > 2) return sum_by_first(own, D, val);
+  if (D == 1) sum_direct<1>(own, val);
+  else if (D == 2) sum_direct<2>(own, val);
+  else sum_direct<3>(own, val);
 }
