@@ -170,7 +170,7 @@ void archive_divided(Archive& f, const ArchivePart& part, std::size_t one, std::
       const char* next = data[r].data();
       for (const Item& i : list[r]) {
         const std::size_t n = static_cast<std::size_t>(i.units) * unit;
-        std::memcpy(all.data() + place[i.index - lo] * unit, next, n);
+        std::copy_n(next, n, all.data() + place[i.index - lo] * unit);
         next += n;
       }
     }
