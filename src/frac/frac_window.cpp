@@ -2,6 +2,7 @@
 #include <limits>
 #include <map>
 
+#include "base/picked.h"
 #include "frac/frac.h"
 
 namespace {
@@ -67,15 +68,6 @@ bool lengths_fit(int dim, const State& s)
          s.n.lambda.size() == q * dim && s.n.lambda_n.size() == q;
 }
 
-// items of x, D numbers each
-template <class T>
-std::vector<T> taken(const IntVec& item, int D, const std::vector<T>& x)
-{
-  std::vector<T> out;
-  for (int i : item) out.insert(out.end(), x.begin() + long(i) * D, x.begin() + long(i + 1) * D);
-  return out;
-}
-
 // released points, as those that the conversions will make; first: number of points at the start. False:
 // their corners do not fit
 bool take_released(const Points& known, int first, Fracture& fr)
@@ -96,15 +88,12 @@ bool take_released(const Points& known, int first, Fracture& fr)
   return true;
 }
 
-// places of numbers among those of list, ascending; -1: not there
-IntVec places(const IntVec& number, const IntVec& list)
+// numbers of points or corners become where they are
+template <class Here>
+IntVec places(IntVec number, Here here)
 {
-  IntVec place;
-  for (int n : number) {
-    const auto at = std::lower_bound(list.begin(), list.end(), n);
-    place.push_back(at != list.end() && *at == n ? static_cast<int>(at - list.begin()) : -1);
-  }
-  return place;
+  for (int& n : number) n = here(n);
+  return number;
 }
 
 bool found(const IntVec& list) { return std::find(list.begin(), list.end(), -1) == list.end(); }
@@ -133,21 +122,21 @@ void take_points(int dim, const Points& known, const IntVec& point, const IntVec
     std::copy_n(&known.G[static_cast<size_t>(known.conn.off[point[p]]) * dim], here.conn.count(p) * dim,
                 &here.G[static_cast<size_t>(here.conn.off[p]) * dim]);
   for (IntVec Points::* x : {&Points::sampled, &Points::label, &Points::broken})
-    here.*x = taken(point, 1, known.*x);
-  here.V0     = taken(point, 1, known.V0);
-  here.normal = taken(point, 3, known.normal);
-  here.hangs  = taken(corner, 1, known.hangs);
-  here.apart  = taken(corner, 1, known.apart);
-  here.Xc     = taken(corner, dim, known.Xc);        // released points have shapes of their own        (7.34)
+    here.*x = picked(point, 1, known.*x);
+  here.V0     = picked(point, 1, known.V0);
+  here.normal = picked(point, 3, known.normal);
+  here.hangs  = picked(corner, 1, known.hangs);
+  here.apart  = picked(corner, 1, known.apart);
+  here.Xc     = picked(corner, dim, known.Xc);       // released points have shapes of their own        (7.34)
   here.part.window  = true;
   here.part.npoint  = known.part.npoint;
   here.part.ncorner = known.part.ncorner;
-  here.part.point   = taken(point, 1, known.part.point);
-  here.part.corner  = taken(corner, 1, known.part.corner);
+  here.part.point   = picked(point, 1, known.part.point);
+  here.part.corner  = picked(corner, 1, known.part.corner);
   const size_t history = known.npoint ? st.n.hp.size() / known.npoint : 0;
-  st.n.hp = taken(point, static_cast<int>(history), st.n.hp);
-  for (RealVec* x : {&st.n.uc, &st.n.vc}) *x = taken(corner, dim, *x);
-  if (!st.laid.uc.empty()) st.laid.uc = taken(corner, dim, st.laid.uc);
+  st.n.hp = picked(point, static_cast<int>(history), st.n.hp);
+  for (RealVec* x : {&st.n.uc, &st.n.vc}) *x = picked(corner, dim, *x);
+  if (!st.laid.uc.empty()) st.laid.uc = picked(corner, dim, st.laid.uc);
 }
 
 // of a bond: a face of general contact that is not here
@@ -205,12 +194,12 @@ void take_bonds(const Model& m, int npoint, int ncorner, State& st)
   std::swap(b.a, a);
   b.a_w.swap(a_w);
   b.nbond = static_cast<int>(list.size());
-  for (IntVec* x : {&b.def, &b.field, &b.intermediate, &b.skin_of, &b.met}) *x = taken(list, 1, *x);
+  for (IntVec* x : {&b.def, &b.field, &b.intermediate, &b.skin_of, &b.met}) *x = picked(list, 1, *x);
   for (RealVec* x : {&b.area, &b.cn, &b.ct, &b.offset, &b.initial_penetration, &b.friction, &st.n.lambda_n})
-    *x = taken(list, 1, *x);
-  b.X = taken(list, 3, b.X);
-  for (RealVec* x : {&b.normal, &st.n.slip, &st.n.lambda}) *x = taken(list, dim, *x);
-  if (!st.laid.xb.empty()) st.laid.xb = taken(list, dim, st.laid.xb);
+    *x = picked(list, 1, *x);
+  b.X = picked(list, 3, b.X);
+  for (RealVec* x : {&b.normal, &st.n.slip, &st.n.lambda}) *x = picked(list, dim, *x);
+  if (!st.laid.xb.empty()) st.laid.xb = picked(list, dim, st.laid.xb);
   b.name.assign(list.begin() + b.nfixed, list.end());
 }
 
@@ -230,10 +219,12 @@ bool frac_take(const Model& m, const FracMesh& fm, const Points& begin, State& s
   }
   Points known = begin;
   std::swap(known, st.points);
-  IntVec &first = known.of_elem, point = places(begin.part.point, known.part.point),
-         corner = places(begin.part.corner, known.part.corner);
+  const auto of_point  = [&](int number) { return known.point_here(number); };
+  const auto of_corner = [&](int number) { return known.corner_here(number); };
+  IntVec &first = known.of_elem, point = places(begin.part.point, of_point),
+         corner = places(begin.part.corner, of_corner);
   if (first.size() != static_cast<size_t>(m.mesh.nelem()) || !found(point) || !found(corner)) return false;
-  first = places(first, known.part.point);
+  first = places(first, of_point);
   for (int e : fr.converted)
     if (e < 0 || e >= m.mesh.nelem() || fm.conv[e] < 0 || first[e] < 0) return false;
   if (!take_released(known, begin.npoint, fr)) return false;

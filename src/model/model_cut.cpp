@@ -10,6 +10,7 @@
 
 #include "base/forest.h"
 #include "base/gather_lists.h"
+#include "base/picked.h"
 
 namespace {
 
@@ -239,16 +240,10 @@ Mesh cut_mesh(const Mesh& old, const MeshPart& part, const IntVec& node_index)
       mesh.conn.item.push_back(node_index[old.conn.item[i]]);
     mesh.conn.off.push_back(static_cast<int>(mesh.conn.item.size()));
   }
-  const auto pick = [](const IntVec& from, const IntVec& which) {
-    IntVec out;
-    out.reserve(which.size());
-    for (int k : which) out.push_back(from[k]);
-    return out;
-  };
-  mesh.node_label   = pick(old.node_label, part.node);
-  mesh.elem_label   = pick(old.elem_label, part.elem);
-  mesh.elem_type    = pick(old.elem_type, part.elem);
-  mesh.elem_section = pick(old.elem_section, part.elem);
+  mesh.node_label   = picked(part.node, 1, old.node_label);
+  mesh.elem_label   = picked(part.elem, 1, old.elem_label);
+  mesh.elem_type    = picked(part.elem, 1, old.elem_type);
+  mesh.elem_section = picked(part.elem, 1, old.elem_section);
   return mesh;
 }
 

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "base/comm.h"
+#include "base/picked.h"
 #include "model/model_io.h"
 
 namespace {
@@ -21,11 +22,9 @@ struct Joiner {
   template <class T>
   std::vector<T> join(const std::vector<T>& x, int D) const
   {
-    std::vector<T> own;
-    for (int i : item) own.insert(own.end(), x.begin() + long(i) * D, x.begin() + long(i + 1) * D);
     std::vector<T> out(count * static_cast<std::size_t>(D));
     std::size_t k = 0;
-    for (const std::vector<T>& part : comm_gather(own))
+    for (const std::vector<T>& part : comm_gather(picked(item, D, x)))
       for (std::size_t at = 0; at < part.size(); at += D, ++k)
         std::copy_n(&part[at], D, &out[place[k] * static_cast<std::size_t>(D)]);
     return out;
@@ -40,11 +39,9 @@ struct Joiner {
     length = join(length, 1);
     off_of_all.assign(1, 0);
     for (int n : length) off_of_all.push_back(off_of_all.back() + n);
-    std::vector<T> own;
-    for (int i : item) own.insert(own.end(), x.begin() + long(off[i]) * D, x.begin() + long(off[i + 1]) * D);
     std::vector<T> out(off_of_all.back() * static_cast<std::size_t>(D));
     std::size_t k = 0;
-    for (const std::vector<T>& part : comm_gather(own))
+    for (const std::vector<T>& part : comm_gather(picked(item, off, D, x)))
       for (std::size_t at = 0; at < part.size(); ++k) {
         const std::size_t n = length[place[k]] * static_cast<std::size_t>(D);
         std::copy_n(part.begin() + static_cast<long>(at), n,
@@ -80,33 +77,6 @@ IntVec offsets(int lists, Count count)
 }
 
 int pairs_of(const Points& p, int point) { return p.conn.count(point) * (p.conn.count(point) + 1) / 2; }
-
-// items of x, D numbers each
-template <class T>
-std::vector<T> picked(const IntVec& item, int D, const std::vector<T>& x)
-{
-  std::vector<T> out;
-  out.reserve(item.size() * static_cast<std::size_t>(D));
-  for (int i : item) out.insert(out.end(), x.begin() + long(i) * D, x.begin() + long(i + 1) * D);
-  return out;
-}
-
-// of lists with off [n+1], D numbers for each of their items
-template <class T>
-std::vector<T> picked(const IntVec& item, const IntVec& off, int D, const std::vector<T>& x)
-{
-  std::vector<T> out;
-  for (int i : item) out.insert(out.end(), x.begin() + long(off[i]) * D, x.begin() + long(off[i + 1]) * D);
-  return out;
-}
-
-ListTable picked(const IntVec& item, const ListTable& x)
-{
-  ListTable out;
-  out.item = picked(item, x.off, 1, x.item);
-  for (int i : item) out.off.push_back(out.off.back() + x.count(i));
-  return out;
-}
 
 // points and corners, in numbers of all ranks
 Points numbered(const Model& m, const IntVec& points, const IntVec& corners, const Points& p)
@@ -361,13 +331,12 @@ void state_read_outline(Archive& f, Points& x)
     if (next < first.size() && i >= first[next]) x.conn.item.push_back(corner);
   });
   f.good = f.good && items > 0;
-  points           = ArchivePart();
-  points.takes     = [](int, int) { return true; };
-  points.whole     = x.part.npoint;
-  points.item      = here;
-  conn             = points;
-  conn.ragged      = true;
-  conn.all_units   = items;
+  points.whole = x.part.npoint;
+  points.item  = here;
+  points.brings.clear();
+  conn           = points;
+  conn.ragged    = true;
+  conn.all_units = items;
   for (int q = 0; q < x.conn.size(); ++q) conn.units.push_back(x.conn.count(q));
 }
 

@@ -315,19 +315,18 @@ int continue_file(const std::string& path, long length, std::FILE*& file)
 }
 
 // calls read() with arrays of f in the parts of the ranks, of points in a window those whose elements are
-// known here; false: the file has another content. Collective.
+// known here; begin: points at t = 0. False: the file has another content. Collective.
 template <class Read>
-bool read_whole(const Model& m, const State& s, Archive& f, Read read)
+bool read_whole(const Model& m, const Points& begin, Archive& f, Read read)
 {
   std::vector<ArchivePart> part;
-  const IntVec start = s.points.part.point;
   if (m.part.on) {
-    part   = parts_of(m, s.points);
+    part   = parts_of(m, begin);
     f.part = part.data();
   }
   if (m.part.window)
     part[PER_POINT].takes = [&](int point, int parent) {
-      if (parent < 0) return std::binary_search(start.begin(), start.end(), point);
+      if (parent < 0) return begin.point_here(point) >= 0;
       const int e = m.part.elem_here(parent);
       return e >= 0 && m.part.knows_points(e);
     };
@@ -440,7 +439,7 @@ int out_reopen(Model& m, const Elements& el, const FracMesh& fm, Archive& f, Sta
   const Points begin = s.points;
   const std::vector<std::string> names = out.history.names;
   Lengths length;
-  const bool whole = read_whole(m, s, f, [&] { io_content(f, length, s, grid, out); });
+  const bool whole = read_whole(m, begin, f, [&] { io_content(f, length, s, grid, out); });
   if (!whole) {
     log_error("the restart file has another content than this program expects: another build of mpfe has "
               "written it");
@@ -500,7 +499,7 @@ void out_resume(Model& m, const Elements& el, const FracMesh& fm, Archive& f, St
   out.converted = -1;                                // what columns read is found again
   MPFE_CHECK(history_setup(m, el, s, out) == 0, "columns of the history that were good are not");
   const Points begin = s.points;
-  MPFE_CHECK(read_whole(m, s, f, [&] { io_all(f, s, grid.ncell, grid.cell); }) &&
+  MPFE_CHECK(read_whole(m, begin, f, [&] { io_all(f, s, grid.ncell, grid.cell); }) &&
                  take_state(begin, m, fm, s, grid).empty(),
              "a state that was held does not fit the model");
 }

@@ -230,11 +230,8 @@ void own_border(const SysMatrix& A, OwnBlock& own)
   for (size_t k = 0; k < own.border_from.size(); ++k)
     if (own.border_from[k] >= 0)
       std::copy_n(&A.val[static_cast<size_t>(own.border_from[k]) * DD], DD, &own.border.val[k * DD]);
-  RealVec diag(A.neq(), 0.0);
-  for (int I : A.halo.shared)
-    for (int i = 0; i < D; ++i)
-      diag[I * D + i] = A.val[(static_cast<size_t>(A.off[I + 1] - 1) * D + i) * D + i];
-  sys_sum(A, diag);
+  RealVec diag;
+  sys_diagonal(A, diag);
   own.diag.clear();
   for (int I : A.halo.shared) own.diag.insert(own.diag.end(), &diag[I * D], &diag[I * D] + D);
 }
@@ -328,7 +325,5 @@ void sum_by_first(const OwnBlock& own, int D, RealVec& val)
 void own_sum(const OwnBlock& own, int D, RealVec& val)
 {
   if (comm_size() > 2) return sum_by_first(own, D, val);
-  if (D == 1) sum_direct<1>(own, val);
-  else if (D == 2) sum_direct<2>(own, val);
-  else sum_direct<3>(own, val);
+  with_dim(D, [&](auto d) { sum_direct<decltype(d)::value>(own, val); });
 }

@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <type_traits>
 #include <unordered_map>
 
 #include "base/comm.h"
@@ -291,16 +290,6 @@ void backward(const FactorRows& f, const float* __restrict L, double* __restrict
     for (int i = 0; i < D; ++i) z[n * D + i] = t[i];
     give_blocks<D>(f, L, f.off[n], last, t, z);
   }
-}
-
-// calls use(integral constant D)
-template <class Use>
-auto with_dim(int dim, Use use)
-{
-  MPFE_CHECK(dim >= 1 && dim <= 3, "incomplete factor: blocks are 1 x 1, 2 x 2 or 3 x 3");
-  return dim == 1   ? use(std::integral_constant<int, 1>())
-         : dim == 2 ? use(std::integral_constant<int, 2>())
-                    : use(std::integral_constant<int, 3>());
 }
 
 // the factor with the least shift that goes well, from the last one on; false: not even the largest one

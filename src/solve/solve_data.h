@@ -7,12 +7,24 @@
 #include <algorithm>
 #include <cstdint>
 #include <functional>
+#include <type_traits>
 #include <unordered_map>
 
 #include "base/comm.h"
+#include "base/log.h"
 #include "base/sum.h"
 #include "base/timer.h"
 #include "solve/solve.h"
+
+// with_dim : calls use(integral constant) for blocks of this size
+template <class Use>
+auto with_dim(int dim, Use use)
+{
+  MPFE_CHECK(dim >= 1 && dim <= 3, "blocks are 1 x 1, 2 x 2 or 3 x 3");
+  return dim == 1   ? use(std::integral_constant<int, 1>())
+         : dim == 2 ? use(std::integral_constant<int, 2>())
+                    : use(std::integral_constant<int, 3>());
+}
 
 // Profile of the upper triangle of D x D blocks, D = dim. Block column J reaches from block row first[J] to
 // J; its D scalar columns lie one after the other, each of (J - first[J] + 1)*D numbers, from start[J] on.
