@@ -7,10 +7,16 @@
 
 namespace {
 
-const std::size_t CHUNK = 1 << 20;     // bytes that wait for the file or a rank, or come from there at once
+const std::size_t CHUNK = 1 << 18;     // bytes that wait for the file or a rank, or come from there at once
+const long HELD = 1 << 19;             // bytes of a divided array that rank 0 holds at once
 
-// items of a divided array that rank 0 holds at once; tests make messages small, and this with them
-long window() { return std::min(65536L, std::max(16L, comm_piece() >> 14)); }
+// of the items of a divided array, of so many bytes together, as many as rank 0 holds at once; tests make
+// messages small, and this with them
+long window(std::size_t bytes, int items)
+{
+  const double most = HELD / std::max(1.0, static_cast<double>(bytes) / std::max(1, items));
+  return std::max(16L, std::min({65536L, static_cast<long>(most), comm_piece() >> 14}));
+}
 
 bool goes_on(const Archive& f) { return f.file || f.ranks != RANKS_NONE; }
 
@@ -147,11 +153,13 @@ void archive_divided(Archive& f, const ArchivePart& part, std::size_t one, std::
   double each = local > 0 ? static_cast<double>(count / local) : 0.0;
   comm_max(&each, 1);
   const std::size_t unit = one * static_cast<std::size_t>(each);         // bytes
-  archive_count(f, static_cast<std::size_t>(each) * whole_units(part));
+  const std::size_t all_units = whole_units(part);
+  archive_count(f, static_cast<std::size_t>(each) * all_units);
   if (unit == 0) return;
   Slice s;
-  for (long lo = 0; lo < part.whole; lo += window()) {
-    const long hi = std::min(lo + window(), static_cast<long>(part.whole));
+  const long held = window(unit * all_units, part.whole);
+  for (long lo = 0; lo < part.whole; lo += held) {
+    const long hi = std::min(lo + held, static_cast<long>(part.whole));
     s = next_slice(part, hi, s);
     std::vector<char> own;
     std::size_t at = s.unit;
@@ -162,7 +170,7 @@ void archive_divided(Archive& f, const ArchivePart& part, std::size_t one, std::
       at += units;
     }
     const auto list = comm_gather(items_of(part, s, true));
-    const auto data = comm_gather(own);
+    const auto data = comm_gather(std::move(own));
     if (comm_rank() > 0) continue;
     const std::vector<std::size_t> place = places(list, part.ragged, lo, hi);
     std::vector<char> all(place.back() * unit, 0);
@@ -195,8 +203,9 @@ void archive_divided_read(Archive& f, const ArchivePart& part, std::size_t one, 
   std::size_t from = f.at;
   int good = 1;
   Slice s;
-  for (long lo = 0; lo < part.whole; lo += window()) {
-    const long hi = std::min(lo + window(), static_cast<long>(part.whole));
+  const long held = window(of_all * one, part.whole);
+  for (long lo = 0; lo < part.whole; lo += held) {
+    const long hi = std::min(lo + held, static_cast<long>(part.whole));
     s = next_slice(part, hi, s);
     const auto list = comm_gather(items_of(part, s, false));
     std::vector<std::vector<char>> to(comm_size());

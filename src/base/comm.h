@@ -115,10 +115,10 @@ void comm_allgatherv(std::vector<T>& x)
 
 // comm_gather : [ranks] on rank 0 the vectors of all ranks, elsewhere nothing. Collective.
 template <class T>
-std::vector<std::vector<T>> comm_gather(const std::vector<T>& x)
+std::vector<std::vector<T>> comm_gather(std::vector<T> x)
 {
   std::vector<std::vector<T>> to(comm_size());
-  to[0] = x;
+  to[0].swap(x);
   return comm_exchange(to);
 }
 
