@@ -140,7 +140,9 @@ struct Run {                   // what the ranks work on
 bool divide_again(const Options& o, std::unique_ptr<Run>& run, Archive& state)
 {
   Timer timer(PHASE_INPUT);
-  const Model& old = run->model;
+  const Model& old  = run->model;
+  const DivideBy by = step_divide_by(run->problem);
+  step_forget(run->problem);
   Model m;
   bool good = true;
   log_repeat(true);
@@ -155,9 +157,7 @@ bool divide_again(const Options& o, std::unique_ptr<Run>& run, Archive& state)
     run->problem.share.stays = true;
     return false;
   }
-  const DivideBy by = step_divide_by(run->problem);
   Warned warned = run->problem.warned;
-  solve_close(run->problem.newton.solver);
   run.reset();                                       // before others come
   run = std::make_unique<Run>();
   run->model         = std::move(m);

@@ -308,6 +308,9 @@ bool step_knows_faces(Problem& p, const ContactScene& scene);
 // step_divide_by : what the division after p.again goes by. Collective.
 DivideBy step_divide_by(const Problem& p);
 
+// step_forget : what step_prepare and Newton's method make again is given back; cells of the grid stay
+void step_forget(Problem& p);
+
 // How a run begins: at t = 0; with a restart file f; after another division, with the file of out_hold, or
 // without one, where that was not possible
 enum RunFrom { RUN_BEGIN, RUN_FILE, RUN_DIVIDED, RUN_ON };

@@ -98,3 +98,16 @@ DivideBy step_divide_by(const Problem& p)
       by.skin.insert(by.skin.end(), own.begin(), own.end());
   return by;
 }
+
+void step_forget(Problem& p)
+{
+  ActiveGrid cells;
+  cells.cell.swap(p.d.grid.cell);
+  cells.ncell = p.d.grid.ncell;
+  p.d.grid    = std::move(cells);
+  p.d.own     = ActiveGrid();
+  solve_close(p.newton.solver);
+  p.newton = NewtonMemory();
+  p.dofs   = Dofs();
+  p.ready  = false;
+}
