@@ -33,11 +33,23 @@ inline void add_pairs(SysMatrix& A, const int* map, int n, const double* ke)
       add_block<D, STRIDE>(A, map[pair], a == b, ke + pair * D * D * STRIDE);
 }
 
-// the same for some lanes of a pack: ke [pairs][D*D][PACK], which is used up. In the plane the blocks of two
-// pairs are turned at once, so that each is one vector
+// the same for some lanes of a pack: ke [pairs + 1][D*D][PACK], which is used up. Lanes that all go to the
+// same places, as the points of an element, are added up first. In the plane the blocks of two pairs are turned
+// at once, so that each is one vector
 template <int D>
 inline void add_packed_pairs(SysMatrix& A, const int* const* map, int lanes, int n, double* ke)
 {
+  Pack* k = reinterpret_cast<Pack*>(ke);
+  if (lanes == PACK && std::all_of(map, map + PACK, [&](const int* m) { return m == map[0]; })) {
+    for (int i = 0; i < pair_count(n) * D * D; i += PACK) {
+      pack_turn(k + i);
+      Pack sum = k[i];
+      for (int l = 1; l < PACK; ++l) sum += k[i + l];
+      k[i / PACK] = sum;
+    }
+    add_pairs<D>(A, map[0], n, ke);
+    return;
+  }
   if (D == 3) {
     for (int l = 0; l < lanes; ++l) add_pairs<D, PACK>(A, map[l], n, ke + l);
     return;
@@ -47,7 +59,6 @@ inline void add_packed_pairs(SysMatrix& A, const int* const* map, int lanes, int
   typedef long Places __attribute__((vector_size(32)));
   const Places turn[2] = {{0, 1, 2, 3}, {0, 2, 1, 3}};
   const int pairs = pair_count(n);
-  Pack* k = reinterpret_cast<Pack*>(ke);
   for (int a = 0; a < n; ++a) k[pair_place(a, a) * 4 + 1] = Pack{};
   for (int pair = 0; pair < pairs; pair += 2) {
     pack_turn(k + pair * 4);

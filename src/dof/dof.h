@@ -82,7 +82,8 @@ struct Dofs {
   IntVec elem_rank, point_rank;        // the division that the pattern was made for
   // block of A for each node pair, 2 k + 1: transposed; elements of this rank, block after block
   IntVec elem_map;
-  IntVec point_map, bond_map, ghost_map;       // [owned_point], [owned_bond], [owned_ghost]
+  // [owned_point], [owned_bond], [owned_ghost]; points with the nodes of the one before share its places
+  IntVec point_map, bond_map, ghost_map;
   IntVec group_map;            // [owned_group]
   std::vector<size_t> point_map_off, bond_map_off, ghost_map_off, group_map_off;
   ListTable point_rows;        // the lists that the pattern was made for

@@ -224,6 +224,8 @@ void form_pattern(const Mesh& mesh, const Elements& el, const ActiveGrid& grid, 
 {
   ListTable lists;
   dof_lists(mesh, el, grid, s, false, [&](int n, const int* row) {
+    const int last = lists.size() - 1;
+    if (last >= 0 && lists.count(last) == n && std::equal(row, row + n, lists.begin(last))) return;
     lists.item.insert(lists.item.end(), row, row + n);
     lists.off.push_back(static_cast<int>(lists.item.size()));
   });
@@ -255,7 +257,7 @@ int block_place(const SysMatrix& A, int r, int c)
   return place;
 }
 
-// where every node pair goes
+// where every node pair goes; points with the nodes of the one before share its places
 void form_maps(const Mesh& mesh, const Elements& el, const ActiveGrid& grid, Dofs& s)
 {
   size_t nelem = 0, list = 0, pairs[5] = {};
@@ -263,11 +265,21 @@ void form_maps(const Mesh& mesh, const Elements& el, const ActiveGrid& grid, Dof
     nelem += elem_owned(b).size();
     pairs[0] += elem_owned(b).size() * pair_count(shape_info[b.shape].nen);
   }
-  s.point_map_off.assign(1, 0);
+  s.point_map_off.clear();
   s.bond_map_off.assign(1, 0);
   s.ghost_map_off.assign(1, 0);
   s.group_map_off.assign(1, 0);
-  for (int q : s.owned_point) s.point_map_off.push_back(pairs[1] += pair_count(grid.point.count(q)));
+  const auto same_nodes = [&](int p, int q) {
+    const int n = grid.point.count(p), *node = grid.point.begin(p);
+    return n == grid.point.count(q) && std::equal(node, node + n, grid.point.begin(q));
+  };
+  int before = -1;
+  for (int q : s.owned_point) {
+    const bool shared = before >= 0 && same_nodes(before, q);
+    s.point_map_off.push_back(shared ? s.point_map_off.back() : pairs[1]);
+    if (!shared) pairs[1] += pair_count(grid.point.count(q));
+    before = q;
+  }
   for (int q : s.owned_bond) s.bond_map_off.push_back(pairs[2] += pair_count(s.bond.count(q)));
   for (int q : s.owned_ghost) s.ghost_map_off.push_back(pairs[3] += pair_count(grid.ghost.count(q)));
   for (int k : s.owned_group) s.group_map_off.push_back(pairs[4] += pair_count(s.group.count(k)));
@@ -283,11 +295,12 @@ void form_maps(const Mesh& mesh, const Elements& el, const ActiveGrid& grid, Dof
     if (list == nelem + npoint) map = s.bond_map.data();
     if (list == nelem + npoint + nbond) map = s.ghost_map.data();
     if (list == nelem + npoint + nbond + nghost) map = s.group_map.data();
+    const size_t point = list++ - nelem;
+    if (point > 0 && point < npoint && s.point_map_off[point] == s.point_map_off[point - 1]) return;
     for (int a = 0; a < n; ++a)
       for (int b = 0; b <= a; ++b)
         *map++ = row[a] >= row[b] ? 2 * block_place(s.A, row[a], row[b])
                                   : 2 * block_place(s.A, row[b], row[a]) + 1;
-    ++list;
   });
 }
 

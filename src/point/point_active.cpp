@@ -4,6 +4,7 @@
 #include <numeric>
 
 #include "base/comm.h"
+#include "base/grow.h"
 #include "point/grid_halo.h"
 
 namespace {
@@ -78,19 +79,24 @@ struct Touched {
   std::vector<long>& key;
   ListTable& list;
   RealVec& w;
-  int n = 0, places = 0;
-  Touched(int most, int width, std::vector<long>& k, ListTable& l, RealVec& weight)
-      : key(k), list(l), w(weight)
+  int n = 0, places = 0, width;
+  Touched(int most, int cell, std::vector<long>& k, ListTable& l, RealVec& weight)
+      : key(k), list(l), w(weight), width(cell)
   {
-    key.resize(static_cast<size_t>(most) * width);
-    w.resize(key.size());
+    make_room();
     list.off.resize(most + 1);
     list.off[0] = 0;
+  }
+  void make_room()
+  {
+    size_to(w, static_cast<size_t>(n) + width);
+    key.resize(w.size());
   }
   void next(int count)
   {
     n += count;
     list.off[++places] = n;
+    make_room();
   }
   void end()
   {
@@ -120,8 +126,8 @@ void follow_corners(const Points& pts, const GridShare& share, int nnode, Active
         const int n = g.corner.item[k];
         if (place[n] < first) {
           place[n] = static_cast<int>(out.item.size());
-          out.item.push_back(n);
-          out_w.push_back(0.0);
+          append(out.item, n);
+          append(out_w, 0.0);
         }
         out_w[place[n]] += w * g.corner_w[k];
       }
@@ -209,39 +215,85 @@ Status touch(const Model& m, const Points& pts, const Bonds& bonds, const GridSh
   return STATUS_OK;
 }
 
-// 2. the nodes of every point, those of its corners
-void point_lists(const Points& pts, const GridShare& share, int nnode, ActiveGrid& g)
-{
-  IntVec place(nnode, -1);     // of a node in the lists, where it was seen last
+// Nodes of points, those of their corners. Where they are those of the point before, as in an element that
+// became points, they stand in its order: such points have the same places in the matrix.
+struct PointNodes {
+  const Points& pts;
+  ActiveGrid& g;
+  IntVec place;                // [nnode] of a node in the lists, where it was seen last
+  int from = 0, to = 0;        // the list of the point before, as it was made first
+  IntVec seen;                 // [to - from] the last point that has the node
   int used = 0;
   size_t slots = 0;
+
+  PointNodes(const Points& points, int nnode, ActiveGrid& grid) : pts(points), g(grid), place(nnode, -1) {}
+
+  template <class Use>
+  bool each(int p, Use use)
+  {
+    for (int k = pts.conn.off[p]; k < pts.conn.off[p + 1]; ++k) {
+      const int c = pts.conn.item[k];
+      for (int j = g.corner.off[c]; j < g.corner.off[c + 1]; ++j)
+        if (!use(g.corner.item[j])) return false;
+    }
+    return true;
+  }
+
+  bool same(int p)
+  {
+    int* slot = g.slot.data() + slots;
+    int found = 0;
+    const bool known = each(p, [&](int n) {
+      const int at = place[n] - from;
+      if (at < 0 || at >= to - from) return false;
+      found += seen[at] != p;
+      seen[at] = p;
+      *slot++  = at;
+      return true;
+    });
+    if (!known || found < to - from) return false;
+    std::copy_n(g.point.item.data() + from, to - from, g.point.item.data() + used);
+    used += to - from;
+    slots = slot - g.slot.data();
+    return true;
+  }
+
+  void list(int p)
+  {
+    int *item = g.point.item.data(), *slot = g.slot.data();
+    from = used;
+    each(p, [&](int n) {
+      if (place[n] < from) {
+        place[n]   = used;
+        item[used++] = n;
+      }
+      slot[slots++] = place[n] - from;
+      return true;
+    });
+    to = used;
+    seen.assign(to - from, -1);
+  }
+};
+
+// 2. the nodes of every point
+void point_lists(const Points& pts, const GridShare& share, int nnode, ActiveGrid& g)
+{
+  PointNodes nodes(pts, nnode, g);
   g.point.off.resize(pts.npoint + 1);
   g.point.off[0] = 0;
   for (int p = 0; p < pts.npoint; ++p) {
-    const int first   = used;
-    size_t most       = used;
-    g.point.off[p + 1] = used;
+    g.point.off[p + 1] = nodes.used;
     if (!share.has_point(p)) continue;
+    size_t most = 0;
     for (int k = pts.conn.off[p]; k < pts.conn.off[p + 1]; ++k) most += g.corner.count(pts.conn.item[k]);
-    if (most > g.point.item.size()) g.point.item.resize(most + most / 4);
-    if (slots + most - used > g.slot.size()) g.slot.resize(slots + most - used + slots / 4);
-    int *item = g.point.item.data(), *slot = g.slot.data();
-    for (int k = pts.conn.off[p]; k < pts.conn.off[p + 1]; ++k) {
-      const int c = pts.conn.item[k];
-      for (int j = g.corner.off[c]; j < g.corner.off[c + 1]; ++j) {
-        const int n = g.corner.item[j];
-        int at      = place[n];
-        if (at < first) {
-          at = place[n] = used++;
-          item[at] = n;
-        }
-        slot[slots++] = at - first;
-      }
-    }
-    g.point.off[p + 1] = used;
+    const size_t item = nodes.used + most, slot = nodes.slots + most;
+    size_to(g.point.item, item);
+    size_to(g.slot, slot);
+    if (!nodes.same(p)) nodes.list(p);
+    g.point.off[p + 1] = nodes.used;
   }
-  g.point.item.resize(used);
-  g.slot.resize(slots);
+  g.point.item.resize(nodes.used);
+  g.slot.resize(nodes.slots);
 }
 
 // does a cell c touch all planes of *GRID BOUNDARY that the node lies on? Then the node follows nodes of the

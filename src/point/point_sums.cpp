@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 
+#include "base/grow.h"
 #include "point/grid_cell.h"
 
 namespace {
@@ -54,8 +55,8 @@ void grid_compose(const GridLists& ext, int nnode, ListTable& list, RealVec& lis
         const int n = ext.list.item[j];
         if (place[n] < first) {
           place[n] = static_cast<int>(out.item.size());
-          out.item.push_back(n);
-          out_w.push_back(0.0);
+          append(out.item, n);
+          append(out_w, 0.0);
         }
         out_w[place[n]] += list_w[k] * ext.w[j];
       }

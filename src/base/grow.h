@@ -1,0 +1,51 @@
+// ---------------------------------------------------------------------------
+// grow.h : arrays that grow through a run
+// ---------------------------------------------------------------------------
+#ifndef MPFE_BASE_GROW_H
+#define MPFE_BASE_GROW_H
+
+#include <algorithm>
+#include <cstddef>
+#include <vector>
+
+// room_for : room for more items. Arrays of points and corners grow by a few at a time and then stay: half as
+// much again is taken, where std::vector takes twice as much.
+template <class T>
+void room_for(std::vector<T>& x, std::size_t more)
+{
+  const std::size_t n = x.size() + more;
+  if (n > x.capacity()) x.reserve(n + n / 2);
+}
+
+// size_to : n items at least, with room behind them
+template <class T>
+void size_to(std::vector<T>& x, std::size_t n)
+{
+  if (n <= x.size()) return;
+  room_for(x, n - x.size());
+  x.resize(x.capacity());
+}
+
+// append : one item, n equal ones, or those from first to last
+template <class T>
+void append(std::vector<T>& x, T item)
+{
+  room_for(x, 1);
+  x.push_back(item);
+}
+
+template <class T>
+void append(std::vector<T>& x, std::size_t n, T item)
+{
+  room_for(x, n);
+  x.insert(x.end(), n, item);
+}
+
+template <class T>
+void append(std::vector<T>& x, const T* first, const T* last)
+{
+  room_for(x, static_cast<std::size_t>(last - first));
+  x.insert(x.end(), first, last);
+}
+
+#endif
