@@ -5,6 +5,7 @@
 #include <Eigen/Eigenvalues>
 
 #include "base/comm.h"
+#include "base/grow.h"
 #include "base/log.h"
 #include "contact/contact.h"
 #include "frac/frac.h"
@@ -21,7 +22,7 @@ void interpolate(const CornerShare& share, const RealVec& node, int dim, RealVec
       double sum = 0.0;
       for (int j = share.node.off[k]; j < share.node.off[k + 1]; ++j)
         sum += share.weight[j] * node[share.node.item[j] * dim + i];
-      corner.push_back(sum);
+      append(corner, sum);
     }
 }
 
@@ -115,7 +116,7 @@ void pass_history(const Model& m, const Elements& el, int e, int first, State& s
 {
   const size_t n = static_cast<size_t>(el.history);
   if (n == 0) return;
-  st.n.hp.resize(st.points.npoint * n);
+  append(st.n.hp, st.points.npoint * n - st.n.hp.size(), 0.0);
   IpFields f;
   for (int p = first; p < st.points.npoint; ++p) {
     const int g     = nearest_gauss(m, el, e, st.points, p);

@@ -3,6 +3,7 @@
 #include <map>
 
 #include "base/comm.h"
+#include "base/grow.h"
 #include "base/log.h"
 #include "base/part_places.h"
 #include "point/filler.h"
@@ -11,13 +12,13 @@
 int fill_corner(Filler& f, const double* X, int field)
 {
   if (f.plan) {
-    f.plan->X.insert(f.plan->X.end(), X, X + f.m.dim);
+    append(f.plan->X, X, X + f.m.dim);
     return f.pts.part.ncorner++;
   }
-  f.pts.Xc.insert(f.pts.Xc.end(), X, X + f.m.dim);
-  f.pts.field.push_back(field);
-  f.pts.twin.push_back(f.pts.ncorner);
-  f.pts.hang.off.push_back(f.pts.hang.off.back());
+  append(f.pts.Xc, X, X + f.m.dim);
+  append(f.pts.field, field);
+  append(f.pts.twin, f.pts.ncorner);
+  append(f.pts.hang.off, f.pts.hang.off.back());
   return f.pts.ncorner++;
 }
 
@@ -25,9 +26,9 @@ void fill_point(Filler& f, int body, Shape shape, const int* corner)
 {
   if (f.plan) {
     ListTable& conn = f.plan->conn;
-    conn.item.insert(conn.item.end(), corner, corner + shape_info[shape].nen);
-    conn.off.push_back(static_cast<int>(conn.item.size()));
-    f.plan->shape.push_back(shape);
+    append(conn.item, corner, corner + shape_info[shape].nen);
+    append(conn.off, static_cast<int>(conn.item.size()));
+    append(f.plan->shape, int(shape));
     return;
   }
   const Body& b = f.m.body[body];
@@ -45,23 +46,23 @@ void fill_point(Filler& f, int body, Shape shape, const int* corner)
     ++f.errors;
     return;
   }
-  p.shape.push_back(shape);
-  p.conn.item.insert(p.conn.item.end(), corner, corner + nen);
-  p.conn.off.push_back(static_cast<int>(p.conn.item.size()));
-  p.w.insert(p.w.end(), w, w + nen);
-  p.G.insert(p.G.end(), G, G + nen * dim);
-  p.sampled.push_back(0);
-  p.V0.push_back(V * (dim == 2 ? b.thickness : 1.0));
-  p.mass.push_back(p.V0.back() * f.m.material[b.material].density);
+  append(p.shape, int(shape));
+  append(p.conn.item, corner, corner + nen);
+  append(p.conn.off, static_cast<int>(p.conn.item.size()));
+  append(p.w, w, w + nen);
+  append(p.G, G, G + nen * dim);
+  append(p.sampled, 0);
+  append(p.V0, V * (dim == 2 ? b.thickness : 1.0));
+  append(p.mass, p.V0.back() * f.m.material[b.material].density);
   shape_mass(shape, X, p.mass.back() / V, w);
-  p.mc.insert(p.mc.end(), w, w + pair_count(nen));
-  p.body.push_back(body);
-  p.label.push_back(++p.npoint);
-  p.parent.push_back(f.parent);
-  p.next.push_back(p.npoint - 1);
-  p.broken.push_back(-1);
-  p.released.push_back(0);
-  p.normal.insert(p.normal.end(), 3, 0.0);
+  append(p.mc, w, w + pair_count(nen));
+  append(p.body, body);
+  append(p.label, ++p.npoint);
+  append(p.parent, f.parent);
+  append(p.next, p.npoint - 1);
+  append(p.broken, -1);
+  append(p.released, 0);
+  append(p.normal, 3, 0.0);
 }
 
 bool fill_accepts(const Expr& where, const double* X, int dim, const char* kind, const std::string& name,

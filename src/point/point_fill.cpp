@@ -5,6 +5,7 @@
 
 #include "base/comm.h"
 #include "base/gather_lists.h"
+#include "base/grow.h"
 #include "base/log.h"
 #include "model/model_cut.h"
 #include "point/filler.h"
@@ -26,8 +27,8 @@ void hang(Filler& f, int e, const CornerKey& key, int total)
   const int* node = f.m.mesh.conn.begin(e);
   for (const auto& k : key) {
     const long a = std::find(node, node + f.m.mesh.conn.count(e), static_cast<int>(k.first)) - node;
-    p.hang.item.push_back(key.size() == 1 ? static_cast<int>(k.first) : -1 - f.at_node[a]);
-    p.hang_w.push_back(static_cast<double>(k.second) / total);
+    append(p.hang.item, key.size() == 1 ? static_cast<int>(k.first) : -1 - f.at_node[a]);
+    append(p.hang_w, static_cast<double>(k.second) / total);
   }
   p.hang.off.back() = static_cast<int>(p.hang.item.size());
 }
@@ -226,6 +227,10 @@ using FaceKey = std::array<int, 4>;      // corners of a face, ascending, by the
 std::vector<FaceKey> face_keys(const Points& p)
 {
   std::vector<FaceKey> out;
+  std::size_t faces = 0;
+  for (const IntVec* shape : {&p.shape, &p.part.near_shape})
+    for (int s : *shape) faces += static_cast<std::size_t>(shape_info[s].nface);
+  out.reserve(faces);
   const auto add = [&](const ShapeInfo& info, const int* corner) {
     for (int s = 0; s < info.nface; ++s) {
       FaceKey key{{-1, -1, -1, -1}};

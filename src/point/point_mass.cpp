@@ -1,6 +1,7 @@
 #include <Eigen/Core>
 
 #include "base/gather_lists.h"
+#include "base/grow.h"
 #include "point/point.h"
 
 void point_add_mass(const Points& pts, int first, size_t at, RealVec& mass)
@@ -63,7 +64,10 @@ void momentum(const CornerMass& m, const double* v, double* q)
 void point_corner_mass(const Points& pts, const IntVec& list, CornerMass& m)
 {
   if (same_domains(pts, list, m)) return;
+  const size_t before = m.col.size();
   m = CornerMass();
+  m.col.reserve(before);
+  m.val.reserve(before);
   m.conn   = pts.conn.item;
   m.parent = pts.parent;
   m.list   = list;
@@ -83,8 +87,8 @@ void point_corner_mass(const Points& pts, const IntVec& list, CornerMass& m)
         if (d >= c) continue;
         if (place[d] < m.off[c]) {
           place[d] = static_cast<int>(m.col.size());
-          m.col.push_back(d);
-          m.val.push_back(0.0);
+          append(m.col, d);
+          append(m.val, 0.0);
         }
         m.val[place[d]] += mass;
       }
