@@ -34,8 +34,8 @@ inline void add_pairs(SysMatrix& A, const int* map, int n, const double* ke)
 }
 
 // the same for some lanes of a pack: ke [pairs + 1][D*D][PACK], which is used up. Lanes that all go to the
-// same places, as the points of an element, are added up first. In the plane the blocks of two pairs are turned
-// at once, so that each is one vector
+// same places, as the points of an element, are added up first. In the plane the blocks of two pairs are
+// turned at once, so that each is one vector
 template <int D>
 inline void add_packed_pairs(SysMatrix& A, const int* const* map, int lanes, int n, double* ke)
 {
