@@ -158,6 +158,7 @@ bool divide_again(const Options& o, std::unique_ptr<Run>& run, Archive& state)
     return false;
   }
   Warned warned = run->problem.warned;
+  solve_close(run->problem.newton.solver);
   run.reset();                                       // before others come
   run = std::make_unique<Run>();
   run->model         = std::move(m);

@@ -106,8 +106,12 @@ void step_forget(Problem& p)
   cells.ncell = p.d.grid.ncell;
   p.d.grid    = std::move(cells);
   p.d.own     = ActiveGrid();
-  solve_close(p.newton.solver);
+  Solver solver;
+  std::swap(solver, p.newton.solver);
+  solve_close(solver);
+  MPFE_CHECK(solve_open(solver, p.m.solver), "a solver that was there is not");
   p.newton = NewtonMemory();
-  p.dofs   = Dofs();
-  p.ready  = false;
+  p.newton.solver = std::move(solver);
+  p.dofs  = Dofs();
+  p.ready = false;
 }
