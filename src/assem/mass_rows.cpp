@@ -141,33 +141,30 @@ void join_border(const std::vector<BorderPair>& own, const IntVec& all, MassRows
 void sort_border(MassRows& m)
 {
   const IntVec& shared = m.halo.shared;
-  m.alone = m.size() - static_cast<int>(shared.size());
+  m.alone -= static_cast<int>(shared.size());
   for (int r : shared) m.owned.push_back(m.halo.owner[r] == comm_rank() ? 1.0 : 0.0);
   const IntVec set = sets_of_ranks(m);
   std::vector<BorderPair> own;
   IntVec own_from;
   std::vector<std::array<int, 2>> row;               // of pairs: column, all
   std::vector<std::vector<std::array<int, 2>>> cross(shared.size());
-  for (int r = 0; r < m.size(); ++r) {
+  for (int r = m.alone; r < m.size(); ++r) {
     row.clear();
+    const int a = r - m.alone;
     for (int k = m.all.off[r]; k < m.all.off[r + 1]; ++k) {
-      const int c = m.all.col[k], a = r - m.alone, b = c - m.alone;
-      if (b >= 0 && set[a] == set[b]) {
+      const int c = m.all.col[k], b = c - m.alone;
+      if (b < 0) {
+        cross[a].push_back({c, k});
+      } else if (set[a] == set[b]) {
         row.push_back({b, k});
-      } else if (b >= 0) {
+      } else {
         m.edge.push_back({r, c});
         m.edge_from.push_back(k);
-      } else if (a >= 0) {
-        cross[a].push_back({c, k});
-      } else {
-        m.inner.col.push_back(c);
-        m.inner.from.push_back(k);
       }
     }
-    m.inner.off.push_back(static_cast<int>(m.inner.col.size()));
     std::sort(row.begin(), row.end());
     for (const auto& q : row) {
-      own.push_back({r - m.alone, q[0]});
+      own.push_back({a, q[0]});
       own_from.push_back(q[1]);
     }
   }
@@ -204,6 +201,7 @@ void form(const Dofs& s, const std::vector<char>& take, May may, MassRows& m)
       for (int k = s.A.off[r]; k < s.A.off[r + 1] - 1; ++k)
         if ((take[r] || take[s.A.col[k]]) && may(k)) use(r, s.A.col[k], k);
   };
+  m.alone     = m.size();
   IntVec& off = m.all.off;
   off.assign(m.size() + 1, 0);
   each([&](int r, int c, int k) {

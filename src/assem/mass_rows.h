@@ -29,8 +29,8 @@ struct MassRows {
   std::vector<MassRim> rim;
   // several ranks: the couplings of this one, sorted. The border is the rows that other ranks have too
   Halo halo;                   // of these rows
-  int alone = 0;               // rows of this rank alone
-  MassCouplings inner;         // of rows of this rank alone with each other; from: all
+  // rows of this rank alone (one rank: all rows); their couplings are those of all
+  int alone = 0;
   ListTable cross;             // [Halo::shared] rows of this rank alone that are coupled to one of the border
   IntVec cross_from;           // all
   // rows of the border with earlier ones that the same ranks have; all of these know the whole value

@@ -40,7 +40,7 @@ void multiply(const Dofs& s, const RealVec& M, int rows, const double* x, double
 struct MassValues {
   const MassRows& rows;
   bool shared;                 // several ranks
-  RealVec all, diag, inner, cross, border, edge;     // as in MassRows
+  RealVec all, diag, cross, border, edge;  // as in MassRows
 };
 
 RealVec picked(const RealVec& from, const IntVec& index)
@@ -53,7 +53,7 @@ RealVec picked(const RealVec& from, const IntVec& index)
 // scale [n]
 MassValues mass_values(const Dofs& s, const MassRows& rows, const RealVec& scale)
 {
-  MassValues m{rows, sys_shared(s.A), {}, {}, {}, {}, {}, {}};
+  MassValues m{rows, sys_shared(s.A), {}, {}, {}, {}, {}};
   m.all.resize(rows.all.from.size());
   m.diag.resize(rows.size());
   for (int r = 0; r < rows.size(); ++r) {
@@ -62,7 +62,6 @@ MassValues mass_values(const Dofs& s, const MassRows& rows, const RealVec& scale
     m.diag[r] = s.M[s.A.off[rows.row[r] + 1] - 1] * scale[r] * scale[r];
   }
   if (!m.shared) return m;
-  m.inner = picked(m.all, rows.inner.from);
   m.cross = picked(m.all, rows.cross_from);
   m.edge  = picked(m.all, rows.edge_from);
   m.border.assign(rows.border.col.size(), 0.0);
@@ -148,8 +147,6 @@ struct MassSystem {
   const MassRows& rows;
   RealVec free;                // [n*D] 1: free, 0: prescribed or without mass
   double shift = 0.0;          // M + shift I is meant
-  const MassCouplings& low() const { return mass.shared ? rows.inner : rows.all; }
-  const RealVec& low_value() const { return mass.shared ? mass.inner : mass.all; }
 
   // y = (I + L)^-1 x; the same vector may be meant
   void forward(const RealVec& x, RealVec& y) const
@@ -253,13 +250,12 @@ struct MassSystem {
   // the residual of M from that of the variables: out = (I + L) r; square = out out
   void residual(const RealVec& r, RealVec& out, double* square) const
   {
-    const MassCouplings& m = low();
-    const RealVec& val     = low_value();
+    const MassCouplings& m = rows.all;
     for (int q = 0; q < rows.size(); ++q) {
       double t[D];
       for (int i = 0; i < D; ++i) t[i] = r[q * D + i];
-      for (int k = m.off[q]; k < m.off[q + 1]; ++k)
-        for (int i = 0; i < D; ++i) t[i] += val[k] * r[m.col[k] * D + i];
+      for (int k = m.off[q]; k < m.off[q + 1] && q < rows.alone; ++k)
+        for (int i = 0; i < D; ++i) t[i] += mass.all[k] * r[m.col[k] * D + i];
       for (int i = 0; i < D; ++i) out[q * D + i] = free[q * D + i] * t[i];
     }
     if (!mass.shared) return dots(out, out, square);
@@ -281,7 +277,7 @@ struct MassSystem {
   }
   void dots_here(const RealVec& a, const RealVec& b, double* sum) const
   {
-    const size_t first = mass.shared ? alone() : a.size();
+    const size_t first = alone();
     Sums<D> ab;
     ab.add(a.data(), b.data(), first);
     for (int i = 0; i < D; ++i) sum[i] = ab.of(i);
@@ -293,9 +289,10 @@ private:
   size_t alone() const { return static_cast<size_t>(rows.alone) * D; }
   void sweep_back(double* of) const
   {
-    const int *off = low().off.data(), *col = low().col.data();
-    const double *val = low_value().data(), *f = free.data();
-    for (int r = rows.size() - 1; r >= 0; --r) {
+    const int *off = rows.all.off.data(), *col = rows.all.col.data();
+    const double *val = mass.all.data(), *f = free.data();
+    for (size_t k = alone(); k < free.size(); ++k) of[k] *= f[k];
+    for (int r = rows.alone - 1; r >= 0; --r) {
       const Dirs<D> t = dirs<D>(f, r) * dirs<D>(of, r);
       dirs<D>(of, r)  = t;
       for (int k = off[r]; k < off[r + 1]; ++k) dirs<D>(of, col[k]) -= val[k] * t;
@@ -307,14 +304,15 @@ private:
   }
   void forward_here(const RealVec& x, RealVec& y) const
   {
-    const int *off = low().off.data(), *col = low().col.data();
-    const double *val = low_value().data(), *to = x.data(), *f = free.data();
+    const int *off = rows.all.off.data(), *col = rows.all.col.data();
+    const double *val = mass.all.data(), *to = x.data(), *f = free.data();
     double* of = y.data();
-    for (int r = 0; r < rows.size(); ++r) {
+    for (int r = 0; r < rows.alone; ++r) {
       Dirs<D> t = dirs<D>(to, r);
       for (int k = off[r]; k < off[r + 1]; ++k) t -= val[k] * dirs<D>(of, col[k]);
       dirs<D>(of, r) = dirs<D>(f, r) * t;
     }
+    for (size_t k = alone(); k < free.size(); ++k) of[k] = f[k] * to[k];
   }
   // rows of the border: y = - L x, the part of this rank
   void cross_forward(const RealVec& x, RealVec& y) const

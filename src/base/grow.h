@@ -17,13 +17,13 @@ void room_for(std::vector<T>& x, std::size_t more)
   if (n > x.capacity()) x.reserve(n + n / 2);
 }
 
-// size_to : n items at least, with room behind them
+// size_to : n items at least; called again with few more, it need not do it again
 template <class T>
 void size_to(std::vector<T>& x, std::size_t n)
 {
   if (n <= x.size()) return;
   room_for(x, n - x.size());
-  x.resize(x.capacity());
+  x.resize(std::min(x.capacity(), n + n / 16));
 }
 
 // append : one item, n equal ones, or those from first to last

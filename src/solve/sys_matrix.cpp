@@ -144,7 +144,7 @@ void sys_pattern(const ListTable& lists, int nrow, int dim, SysMatrix& A)
   const size_t numbers = A.col.size() * dim * dim;
   if (val.capacity() < numbers) {
     val = RealVec();
-    val.reserve(numbers + numbers / 32);     // patterns of a run differ little; what is not touched is free
+    val.reserve(numbers + numbers / 4);      // patterns of a run grow by little; what is not touched is free
   }
   val.assign(numbers, 0.0);
   A.val = std::move(val);
