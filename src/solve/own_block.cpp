@@ -155,7 +155,9 @@ void form_border(const SysMatrix& A, OwnBlock& own, Pairs pairs)
   s.dim  = A.dim;
   s.nrow = static_cast<int>(A.halo.shared.size());
   s.off.assign(s.nrow + 1, 0);
+  s.col.reserve(pairs.size());
   own.border_from.clear();
+  own.border_from.reserve(pairs.size());
   std::vector<std::vector<std::pair<long, int>>> name(ranks);
   for (long q : pairs) {
     const int k = static_cast<int>(s.col.size()), row = row_of_pair(q), col = col_of_pair(q);
@@ -172,6 +174,7 @@ void form_border(const SysMatrix& A, OwnBlock& own, Pairs pairs)
   own.to.assign(ranks, IntVec());
   for (int r = 0; r < ranks; ++r) {
     std::sort(name[r].begin(), name[r].end());
+    own.to[r].reserve(name[r].size());
     for (const auto& n : name[r]) own.to[r].push_back(n.second);
   }
 }

@@ -378,6 +378,7 @@ bool cholesky_form(const SysMatrix& A, Cholesky& c, OwnBlock* own)
     good = find_shift(c.border_shift, [&](double shift) {
              return factor<D>(all_rows(border), border.val, own->diag.data(), shift, c.border);
            }) && good;
+    RealVec().swap(border.val);
     return comm_allreduce_max(static_cast<int>(!good)) == 0;
   });
 }

@@ -384,7 +384,7 @@ void solve_memory(const Solver& s, std::vector<MemoryUse>& out)
   const auto ints = [](const IntVec& v) { return static_cast<double>(v.capacity() * sizeof(int)); };
   if (comm_size() > 1 && d.own.inner > 0)
     out.push_back({"order of elimination, border",
-                   reals(d.own.border.val) + reals(d.own.once) + ints(d.own.col) + ints(d.own.from)});
+                   reals(d.own.once) + ints(d.own.col) + ints(d.own.from)});
   out.push_back({"incomplete factors",
                  static_cast<double>(sizeof(float)) *
                      static_cast<double>(d.cholesky.L.capacity() + d.cholesky.border.capacity())});

@@ -70,7 +70,7 @@ struct OwnBlock {
   IntVec off, col;             // [nrow+1]; places in the order of elimination
   IntVec from;                 // 2 k: block k of A, 2 k + 1: transposed
   // couplings of the rows of the border, by elements of all ranks that have both
-  SysMatrix border;            // [Halo::shared] rows
+  SysMatrix border;            // [Halo::shared] rows; no values, but for a moment
   IntVec border_from;          // [border.col] block of A, -1: of other ranks alone
   std::vector<IntVec> to;      // [ranks] blocks that a rank has too: 2 k, 2 k + 1: transposed there
   RealVec diag;                // [border.neq] diagonal of A, of all ranks
