@@ -65,6 +65,21 @@ void principal(const double E[6], double e[3], double (*v)[3])
   }
 }
 
+// the largest principal strain, by the trigonometric form of the roots; not near a double one, where it loses
+// half of the digits
+double largest_principal(const double E[6])
+{
+  const double mean = (E[0] + E[1] + E[2]) / 3.0, a = E[0] - mean, b = E[1] - mean, c = E[2] - mean;
+  const double xx = E[3] * E[3], yy = E[4] * E[4], zz = E[5] * E[5];
+  const double p  = std::sqrt((a * a + b * b + c * c + 2.0 * (xx + yy + zz)) / 6.0);
+  const double det = a * (b * c - yy) - E[3] * (E[3] * c - E[4] * E[5]) + E[5] * (E[3] * E[4] - b * E[5]);
+  const double r  = 0.5 * det / (p * p * p);
+  if (r > -0.9) return mean + 2.0 * p * std::cos(std::acos(std::min(r, 1.0)) / 3.0);
+  double e[3];
+  principal(E, e, nullptr);
+  return std::max({e[0], e[1], e[2]});
+}
+
 // the intact law (2.1) in three dimensions, added to psi, S, C
 void add_intact(const MatLaw& law, const double E[6], double& psi, double S[6], double C[36])
 {
@@ -321,6 +336,8 @@ double split_normal(const MatLaw& law, int dim, const double* E, double* N)
 {
   double E6[6], e[3], v[3][3];
   six_of(dim, E, E6);
+  if (!N && dim == 3)
+    return law.lam * (E6[0] + E6[1] + E6[2]) + 2.0 * law.mu * largest_principal(E6);
   principal(E6, e, N ? v : nullptr);
   const int a = static_cast<int>(std::max_element(e, e + dim) - e);      // in the plane e[2] belongs to 33
   if (N) std::copy(v[a], v[a] + 3, N);

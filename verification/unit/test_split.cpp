@@ -2,6 +2,7 @@
 // for any of them (parts add up, symmetry, rotation). Cases A3 and A11.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <map>
@@ -552,6 +553,37 @@ TEST(Split, DriveInPlaneStress)
   const double e = 1e-3, pull[4] = {e, 0, 0, -0.2 * e};
   EXPECT_NEAR(0.5 * e * e * (1.0 - 0.04), split_drive(law, 2, SPLIT_RCE, false, pull), 1e-18);
   EXPECT_NEAR(0.5 * e * e, split_drive(law, 2, SPLIT_NONE, false, pull), 1e-18);
+}
+
+// the largest principal stress in space, without its direction: that of the strains that it was made of, also
+// where two of them are nearly the same
+TEST(Split, LargestPrincipal)
+{
+  const MatLaw law = law_of(1.0, 0.2, PLANE_NONE);
+  std::mt19937 engine(31);
+  std::uniform_real_distribution<double> any(-1.0, 1.0);
+  for (int sample = 0; sample < 4000; ++sample) {
+    const double size = std::pow(10.0, 6.0 * any(engine) - 6.0), gap = std::pow(10.0, 8.0 * any(engine) - 8.0);
+    double e[3] = {size * any(engine), size * any(engine), size * any(engine)};
+    if (sample % 4 == 1) e[1] = e[0] + size * gap;
+    if (sample % 4 == 2) e[2] = e[1] = e[0];
+    if (sample % 4 == 3) e[1] = e[0];
+    double q[3][3] = {{any(engine), any(engine), any(engine)}, {any(engine), any(engine), any(engine)}};
+    const auto normalize = [](double* x) {
+      const double length = std::sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]);
+      for (int i = 0; i < 3; ++i) x[i] /= length;
+    };
+    normalize(q[0]);
+    const double along = q[0][0] * q[1][0] + q[0][1] * q[1][1] + q[0][2] * q[1][2];
+    for (int i = 0; i < 3; ++i) q[1][i] -= along * q[0][i];
+    normalize(q[1]);
+    for (int i = 0; i < 3; ++i) q[2][i] = q[0][(i + 1) % 3] * q[1][(i + 2) % 3] - q[0][(i + 2) % 3] * q[1][(i + 1) % 3];
+    double E[9] = {0};
+    for (int a = 0; a < 3; ++a)
+      for (int i = 0; i < 9; ++i) E[i] += e[a] * q[a][i / 3] * q[a][i % 3];
+    const double stress = law.lam * (e[0] + e[1] + e[2]) + 2.0 * law.mu * std::max({e[0], e[1], e[2]});
+    EXPECT_NEAR(stress, split_normal(law, 3, E, nullptr), 1e-14 * size) << sample;
+  }
 }
 
 TEST(Split, ZeroStrain)
