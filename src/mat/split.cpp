@@ -263,11 +263,11 @@ bool thickness(bool finite, const double E[6], const double N[3], double& j, dou
   for (int m = 0; m < 6; ++m) {
     const int r = V::row[m], s = V::col[m];
     G[m] = h3 * a[r] * a[s];
-    for (int k = 0; k < 6; ++k) {
+    for (int k = 0; k <= m; ++k) {
       const int t = V::row[k], u = V::col[k];
-      D[6 * m + k] = 3.0 * h5 * a[r] * a[s] * a[t] * a[u] -
-                     h3 * ((inv(r, t) * a[u] + inv(r, u) * a[t]) * a[s] +
-                           (inv(s, t) * a[u] + inv(s, u) * a[t]) * a[r]);
+      D[6 * m + k] = D[6 * k + m] = 3.0 * h5 * a[r] * a[s] * a[t] * a[u] -
+                                    h3 * ((inv(r, t) * a[u] + inv(r, u) * a[t]) * a[s] +
+                                          (inv(s, t) * a[u] + inv(s, u) * a[t]) * a[r]);
     }
   }
   return true;
