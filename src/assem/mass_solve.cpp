@@ -6,6 +6,7 @@
 #include "assem/assem.h"
 #include "assem/mass_rows.h"
 #include "base/comm.h"
+#include "base/picked.h"
 #include "base/sum.h"
 
 namespace {
@@ -43,13 +44,6 @@ struct MassValues {
   RealVec all, diag, cross, border, edge;  // as in MassRows
 };
 
-RealVec picked(const RealVec& from, const IntVec& index)
-{
-  RealVec out(index.size());
-  for (size_t k = 0; k < index.size(); ++k) out[k] = from[index[k]];
-  return out;
-}
-
 // scale [n]
 MassValues mass_values(const Dofs& s, const MassRows& rows, const RealVec& scale)
 {
@@ -62,11 +56,11 @@ MassValues mass_values(const Dofs& s, const MassRows& rows, const RealVec& scale
     m.diag[r] = s.M[s.A.off[rows.row[r] + 1] - 1] * scale[r] * scale[r];
   }
   if (!m.shared) return m;
-  m.cross = picked(m.all, rows.cross_from);
-  m.edge  = picked(m.all, rows.edge_from);
+  m.cross = picked(rows.cross_from, 1, m.all);
+  m.edge  = picked(rows.edge_from, 1, m.all);
   m.border.assign(rows.border.col.size(), 0.0);
   std::vector<RealVec> to;
-  for (const IntVec& k : rows.border_to) to.push_back(picked(m.all, k));
+  for (const IntVec& k : rows.border_to) to.push_back(picked(k, 1, m.all));
   const std::vector<RealVec> of = comm_exchange(to);
   for (size_t r = 0; r < of.size(); ++r)             // in the same order on all ranks
     for (size_t k = 0; k < of[r].size(); ++k) m.border[rows.border_at[r][k]] += of[r][k];
@@ -254,7 +248,7 @@ struct MassSystem {
     for (int q = 0; q < rows.size(); ++q) {
       double t[D];
       for (int i = 0; i < D; ++i) t[i] = r[q * D + i];
-      for (int k = m.off[q]; k < m.off[q + 1] && q < rows.alone; ++k)
+      for (int k = m.off[q], last = m.off[q < rows.alone ? q + 1 : q]; k < last; ++k)
         for (int i = 0; i < D; ++i) t[i] += mass.all[k] * r[m.col[k] * D + i];
       for (int i = 0; i < D; ++i) out[q * D + i] = free[q * D + i] * t[i];
     }
