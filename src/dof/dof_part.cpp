@@ -106,12 +106,12 @@ OfRanks<int> joined_lists(const std::vector<const std::vector<IntVec>*>& lists, 
 // Elements of others that each rank looks at: near what breaks, those whose points it knows (near), and those
 // of all
 OfRanks<int> outer_elements(const Model& m, const IntVec& rank, const std::vector<NearFace>& skin,
-                            OfRanks<int>& near)
+                            OfRanks<int>& near, std::vector<char>& notch)
 {
   const IntVec all = elements_of_all(m);
   if (m.fracture.empty() && all.empty() && !m.part.window) return {};
   std::vector<IntVec> breaks(comm_size()), points(comm_size()), faces(comm_size());
-  if (!m.fracture.empty()) breaks = frac_outer(m, rank, comm_size());
+  if (!m.fracture.empty()) breaks = frac_outer(m, rank, comm_size(), notch);
   if (m.part.window) frac_around(m, rank, points);
   if (m.part.window) near_outer(skin.empty() ? skin_at_start(m) : skin, rank, faces);
   near = joined_lists({&points, &faces}, all, rank);
@@ -182,10 +182,12 @@ void send_pieces(const IntVec& rank, const OverlapWatch& watch, const std::vecto
   m.part.strangers = watch.pair;
   m.part.skin      = contact_skin_at_start(m);
   OfRanks<int> near;
-  const OfRanks<int> outer = outer_elements(m, rank, skin, near);
+  std::vector<char> notch;
+  const OfRanks<int> outer = outer_elements(m, rank, skin, near, notch);
   model_order_nodes(rank, outer, comm_size(), m);
   ModelCut cut = model_cut_open(m, rank, outer, comm_size());
   cut.near     = std::move(near);
+  cut.notch    = std::move(notch);
   for (int r = 1; r < comm_size(); ++r) {
     Model piece = model_cut_piece(cut, r);
     model_send(piece, r);

@@ -69,8 +69,9 @@ int frac_mesh(const Model& m, const Elements& el, FracMesh& fm);
 
 // frac_outer : [ranks] elements of others that the estimates, gates and crack areas of those of a rank look
 // at, and those at a node of what it then has, ascending; of a model that breaks  (7.1) - (7.8), (7.17)
-//   in   rank   that works on an element                 [nelem]
-std::vector<IntVec> frac_outer(const Model& m, const IntVec& rank, int ranks);
+//   in   rank    that works on an element                 [nelem]
+//   out  notch   MeshPart::notch                          [nelem]
+std::vector<IntVec> frac_outer(const Model& m, const IntVec& rank, int ranks, std::vector<char>& notch);
 
 // frac_around : adds to the list of each rank the elements of others within two rows of its own, where
 // elements become points: what decides whether their corners hang on nodes  (7.14)

@@ -4,6 +4,7 @@
 #include <unordered_map>
 
 #include "frac/frac.h"
+#include "frac/free_face.h"
 #include "shape/shape.h"
 
 namespace {
@@ -62,16 +63,23 @@ Sizes find_sizes(const Mesh& mesh, int dim)
   return s;
 }
 
-// distance from the centre of an element, in sizes, to the centres that frac_test looks at
-double reach_of(const Model& m, const FractureDef& f)
+// Distances from the centre of an element, in sizes, to the centres that frac_test looks at; all: also where a
+// notch may end near it. By FORCE they are the same.
+struct Reach { double most, all; };
+
+Reach reach_of(const Model& m, const FractureDef& f)
 {
   bool force = f.estimate == ESTIMATE_FORCE, ball = f.estimate == ESTIMATE_BALL;
   for (const Step& s : m.step) {
     force = force || (f.estimate == ESTIMATE_AUTO && s.proc == PROC_STATIC);
     ball  = ball || (f.estimate == ESTIMATE_AUTO && s.proc == PROC_DYNAMIC);
   }
-  const double radius = f.epsilon > 0.0 ? f.epsilon : force ? FRAC_RADIUS_FORCE : FRAC_RADIUS_BALL;
-  return 1.5 + std::max({radius, ball ? FRAC_NOTCH : 0.0, f.spacing >= 0.0 ? f.spacing : FRAC_SPACING});
+  const auto radius    = [&](double by) { return f.epsilon > 0.0 ? f.epsilon : by; };
+  const double spacing = f.spacing >= 0.0 ? f.spacing : FRAC_SPACING;
+  Reach r = {1.0 + std::max({radius(FRAC_RADIUS_BALL), spacing, 1.1}), 0.0};
+  if (force) r.most = std::max(r.most, 1.5 + std::max(radius(FRAC_RADIUS_FORCE), spacing));
+  r.all = ball ? std::max(r.most, 1.5 + FRAC_NOTCH) : r.most;
+  return r;
 }
 
 // Elements that can break, in cells as wide as the largest reach
@@ -123,6 +131,13 @@ void look_around(const Cells& c, const double* x, Around& a)
       }
 }
 
+// square of a distance
+double between(const double* x, const double* y)
+{
+  const double d[3] = {x[0] - y[0], x[1] - y[1], x[2] - y[2]};
+  return d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+}
+
 // element o for the lists of the other ranks that have an element which reaches it
 void add_near(const Cells& c, const Sizes& s, const IntVec& rank, const RealVec& reach, int o, Around& around,
               std::vector<IntVec>& list)
@@ -134,9 +149,7 @@ void add_near(const Cells& c, const Sizes& s, const IntVec& rank, const RealVec&
     for (int e : cell->elem) {
       IntVec& of = list[rank[e]];
       if (rank[e] == rank[o] || (!of.empty() && of.back() == o)) continue;
-      const double* y = &s.centre[3 * static_cast<size_t>(e)];
-      const double d[3] = {x[0] - y[0], x[1] - y[1], x[2] - y[2]};
-      if (d[0] * d[0] + d[1] * d[1] + d[2] * d[2] < reach[e] * reach[e]) of.push_back(o);
+      if (between(x, &s.centre[3 * static_cast<size_t>(e)]) < reach[e] * reach[e]) of.push_back(o);
     }
   }
 }
@@ -164,6 +177,24 @@ void add_neighbours(const Mesh& mesh, const IntVec& rank, std::vector<IntVec>& l
     for (int e : near) each(e, add);
     for (int e : own[r]) each(e, add);
   }
+}
+
+// Elements that break by BALL near which a notch may end, and those by FORCE
+std::vector<char> find_notched(const Model& m, const Sizes& s, const IntVec& rank, const RealVec& most,
+                               const RealVec& all)
+{
+  const IntVec hollow = hollow_elements(m.mesh, frac_of_node(m.mesh), model_removed(m));
+  std::vector<char> notched(all.size(), 0);
+  for (size_t e = 0; e < all.size(); ++e) notched[e] = most[e] == all[e];
+  const Cells cells = find_cells(s, rank, all);
+  Around around;
+  for (int o : hollow) {
+    const double* x = &s.centre[3 * static_cast<size_t>(o)];
+    look_around(cells, x, around);
+    for (const Cell* cell : around.cell)
+      for (int e : cell->elem) notched[e] |= between(x, &s.centre[3 * e]) < all[e] * all[e];
+  }
+  return notched;
 }
 
 // rows of elements around those that a rank works on: whether corners of a converted element hang on nodes
@@ -212,15 +243,24 @@ void frac_around(const Model& m, const IntVec& rank, std::vector<IntVec>& list)
   }
 }
 
-std::vector<IntVec> frac_outer(const Model& m, const IntVec& rank, int ranks)
+std::vector<IntVec> frac_outer(const Model& m, const IntVec& rank, int ranks, std::vector<char>& notch)
 {
   std::vector<IntVec> list(ranks);
   const Sizes s = find_sizes(m.mesh, m.dim);
-  RealVec reach(m.mesh.nelem(), 0.0);
-  for (const FractureDef& f : m.fracture)
-    for (int e : m.elset[f.elset].item) reach[e] = SLACK * reach_of(m, f) * s.around[e];
+  RealVec reach(m.mesh.nelem(), 0.0), all(reach);
+  for (const FractureDef& f : m.fracture) {
+    const Reach r = reach_of(m, f);
+    for (int e : m.elset[f.elset].item) {
+      reach[e] = SLACK * r.most * s.around[e];
+      all[e]   = SLACK * r.all * s.around[e];
+    }
+  }
+  notch.clear();
+  if (*std::max_element(all.begin(), all.end()) == 0.0) return list;
+  notch = find_notched(m, s, rank, reach, all);
+  for (size_t e = 0; e < reach.size(); ++e)
+    if (notch[e]) reach[e] = all[e];
   const Cells cells = find_cells(s, rank, reach);
-  if (cells.cell.empty()) return list;
   Around around;
   for (int o = 0; o < m.mesh.nelem(); ++o) add_near(cells, s, rank, reach, o, around, list);
   add_neighbours(m.mesh, rank, list);

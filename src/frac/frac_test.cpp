@@ -6,6 +6,7 @@
 #include "base/forest.h"
 #include "base/timer.h"
 #include "frac/frac.h"
+#include "frac/free_face.h"
 #include "shape/shape.h"
 
 namespace {
@@ -212,127 +213,31 @@ void add_force(const Scan& s, int e, const double* q, double* J)
   }
 }
 
-// a face at t = 0: middle, area (length of an edge in the plane) times outward normal
-void face_of(const Scan& s, int e, int f, double* mid, double* area)
-{
-  const ShapeInfo& info = shape_info[s.el.block[s.el.initial_block[e]].shape];
-  const int n = info.nfnode[f], *conn = s.m.mesh.conn.begin(e);
-  const double* X[4];
-  for (int a = 0; a < n; ++a) X[a] = &s.m.mesh.X[3 * conn[info.face[f][a]]];
-  for (int i = 0; i < 3; ++i) {
-    mid[i] = 0.0;
-    for (int a = 0; a < n; ++a) mid[i] += X[a][i] / n;
-  }
-  if (n == 2) {
-    area[0] = X[1][1] - X[0][1];
-    area[1] = X[0][0] - X[1][0];
-    area[2] = 0.0;
-    return;
-  }
-  double p[3], r[3];
-  for (int i = 0; i < 3; ++i) {
-    p[i] = X[2][i] - X[0][i];
-    r[i] = n == 4 ? X[3][i] - X[1][i] : X[2][i] - X[1][i];
-  }
-  for (int i = 0; i < 3; ++i)
-    area[i] = 0.5 * (p[(i + 1) % 3] * r[(i + 2) % 3] - p[(i + 2) % 3] * r[(i + 1) % 3]);
-}
-
-// faces of a ball with nothing behind them: the surface of the body, and what was removed at the start
-struct FreeFace {
-  int elem, n, node[4];
-  bool removed;                // an element was there
-  double mid[3], area[3], size;
-};
-
+// faces of a ball
 void free_faces(const Scan& s, int e, double radius, std::vector<FreeFace>& out)
 {
   out.clear();
   frac_near(s.fm, &s.fm.centre[3 * e], radius, [&](int o, double) {
     if (s.removed(o) || s.el.initial_block[o] < 0) return;
-    const ShapeInfo& info = shape_info[s.el.block[s.el.initial_block[o]].shape];
-    for (int f = 0; f < info.nface; ++f) {
+    for (int f = 0; f < shape_info[s.el.block[s.el.initial_block[o]].shape].nface; ++f) {
       const int behind = s.fm.across[6 * o + f];
-      if (behind >= 0 && !s.removed(behind)) continue;
-      FreeFace g;
-      g.elem    = o;
-      g.n       = info.nfnode[f];
-      g.removed = behind >= 0;
-      for (int a = 0; a < g.n; ++a) g.node[a] = s.m.mesh.conn.begin(o)[info.face[f][a]];
-      face_of(s, o, f, g.mid, g.area);
-      g.size = std::hypot(g.area[0], g.area[1], g.area[2]);
-      out.push_back(g);
+      if (behind < 0 || s.removed(behind)) out.push_back(free_face(s.m.mesh, o, f, behind >= 0));
     }
   });
 }
 
-// two free faces with nothing but void between them; opposed: and 120 degrees or more between their normals.
-// h: size of the mesh
-bool look_at(const FreeFace& a, const FreeFace& b, double h, bool opposed)
-{
-  double cosine = 0.0, dot = 0.0, before_a = 0.0, before_b = 0.0;
-  for (int k = 0; k < 3; ++k) dot += a.area[k] * b.area[k];
-  if (opposed && dot > -0.49 * a.size * b.size) return false;      // most of them
-  for (int k = 0; k < 3; ++k) cosine += a.area[k] * b.area[k] / (a.size * b.size);
-  if (opposed && cosine > -0.5) return false;
-  for (int k = 0; k < 3; ++k) {
-    before_a += (b.mid[k] - a.mid[k]) * a.area[k] / a.size;
-    before_b += (a.mid[k] - b.mid[k]) * b.area[k] / b.size;
-  }
-  const double least = (cosine > -0.5 ? 1e-6 : -1e-6) * h;       // the faces of a slit may lie on each other
-  return before_a >= least && before_b >= least;
-}
-
-// faces that common nodes join get one number
-void join_faces(const std::vector<FreeFace>& face, IntVec& part)
-{
-  std::vector<std::pair<int, int>> at;               // node, face
-  for (size_t i = 0; i < face.size(); ++i)
-    for (int a = 0; a < face[i].n; ++a) at.emplace_back(face[i].node[a], static_cast<int>(i));
-  std::sort(at.begin(), at.end());
-  Forest parts(static_cast<int>(face.size()));
-  for (size_t k = 1; k < at.size(); ++k)
-    if (at[k].first == at[k - 1].first) parts.join(at[k].second, at[k - 1].second);
-  part.clear();
-  for (size_t i = 0; i < face.size(); ++i) part.push_back(parts.root(static_cast<int>(i)));
-}
-
-// parts that lead out of the ball: a node (an edge in space) of theirs belongs to one face of the ball only
-std::vector<char> open_parts(const std::vector<FreeFace>& face, const IntVec& part)
-{
-  std::vector<std::array<int, 3>> end;               // nodes, part
-  for (size_t i = 0; i < face.size(); ++i)
-    for (int a = 0; a < face[i].n; ++a) {
-      const int n = face[i].node[a], o = face[i].n == 2 ? n : face[i].node[(a + 1) % face[i].n];
-      end.push_back({std::min(n, o), std::max(n, o), part[i]});
-    }
-  std::sort(end.begin(), end.end());
-  std::vector<char> open(face.size(), 0);
-  for (size_t i = 0, next; i < end.size(); i = next) {
-    for (next = i; next < end.size() && end[next] == end[i];) ++next;
-    if ((next - i) % 2 == 1) open[end[i][2]] = 1;
-  }
-  return open;
-}
-
-// the end of a notch lies in the ball: opposed faces, free faces of the ball lead from one to the other, and
-// on out of the ball (around a hole that lies in it whole J says nothing)
+// does the end of a notch lie in the ball?
 bool find_notch(const Scan& s, int e, double radius)
 {
   std::vector<FreeFace> face;
-  IntVec part;
   free_faces(s, e, radius, face);
-  join_faces(face, part);
-  const std::vector<char> open = open_parts(face, part);
-  for (size_t i = 0; i < face.size(); ++i)
-    for (size_t j = 0; j < i; ++j)
-      if (part[i] == part[j] && open[part[i]] && look_at(face[i], face[j], s.fm.local[e], true)) return true;
-  return false;
+  return notch_among(face, s.fm.local[e]);
 }
 
 // the same; bodies are those of the start, so the answer is kept
 bool at_notch(const Scan& s, int e, double radius)
 {
+  if (!s.m.part.notch.empty() && !s.m.part.notch[e]) return false;
   RealVec& known = s.fm.notch;
   known.resize(s.fm.size.size(), 0.0);
   if (std::fabs(known[e]) != radius) known[e] = find_notch(s, e, radius) ? -radius : radius;
@@ -385,7 +290,7 @@ double front_length(const Scan& s, int e, const double* J, double radius)
     for (int f = 0; f < shape_info[s.el.block[s.el.initial_block[o]].shape].nface; ++f) {
       if (s.fm.across[6 * o + f] >= 0) continue;
       double mid[3], area[3], to_face = 0.0, slope = 0.0, size2 = 0.0, miss2 = 0.0;
-      face_of(s, o, f, mid, area);
+      face_of(s.m.mesh, o, f, mid, area);
       for (int i = 0; i < 3; ++i) {
         to_face += (mid[i] - c[i]) * area[i];
         slope += t[i] * area[i];

@@ -65,6 +65,8 @@ struct MeshPart {
   // ranks too, owner: rank
   std::vector<char> with_points;
   Halo around_points;
+  // [Mesh::nelem] a notch may end in reach of its estimate, which is all here then; empty: ask the mesh
+  std::vector<char> notch;
   bool joined = false;         // all elements of the deck hang together by common faces
   bool tied = false;           // the deck has equations between displacements
   std::vector<StrangerPair> strangers;       // of the whole model (overlap_pairs)

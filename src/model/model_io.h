@@ -56,9 +56,9 @@ inline void io(Archive& f, StrangerPair& x)
 inline void io(Archive& f, MeshPart& x)
 {
   auto& [on, points, window, nnode, nelem, node, elem, deck, rank, halo, around, with_points,
-         around_points, joined, tied, strangers, skin] = x;
+         around_points, notch, joined, tied, strangers, skin] = x;
   io_fields<MeshPart>(f, on, points, window, nnode, nelem, node, elem, deck, rank, halo, around, with_points,
-                      around_points, joined, tied, strangers, skin);
+                      around_points, notch, joined, tied, strangers, skin);
 }
 
 inline void io(Archive& f, Set& x)
