@@ -6,6 +6,7 @@
 
 #include "base/comm.h"
 #include "base/far_first.h"
+#include "base/grow.h"
 #include "base/log.h"
 #include "solve/solve_data.h"
 
@@ -101,8 +102,8 @@ void list_blocks(const SysMatrix& A, OwnBlock& own, Pairs& border)
     row_of[to]   = row;
     from[to]     = k;
   }, [](int, int) {});
-  own.col.resize(n);
-  own.from.resize(n);
+  size_anew(own.col, n);
+  size_anew(own.from, n);
   next.assign(own.off.begin(), own.off.end());
   for (int col = 0, k = 0; col < A.nrow; ++col)
     for (; k < end[col]; ++k) {
@@ -241,43 +242,51 @@ void own_border(const SysMatrix& A, OwnBlock& own)
 
 namespace {
 
-// Blocks that a rank has too: calls use(block, is it turned there) for those of own.to[r] that take(block)
+// Calls use(block, is it turned there) for the next blocks of list that take(block), at most PART, from place
+// at on. Returns the place behind them.
 template <class Take, class Use>
-void each_common(const OwnBlock& own, int r, Take take, Use use)
+size_t next_blocks(const IntVec& list, size_t at, Take take, Use use)
 {
-  for (int to : own.to[r])
-    if (take(to / 2)) use(static_cast<size_t>(to / 2), to % 2 == 1);
+  const int PART = 1024;       // of a message, for each rank
+  for (int n = 0; at < list.size() && n < PART; ++at) {
+    if (!take(list[at] / 2)) continue;
+    use(static_cast<size_t>(list[at] / 2), list[at] % 2 == 1);
+    ++n;
+  }
+  return at;
 }
 
-// blocks that take(rank, block) chooses, of val to other ranks; back(rank, block, turned, value) for those
-// that come(rank, block) chooses there
+// blocks that take(rank, block) chooses, of val to other ranks; back(block, turned, value) for those that
+// come(rank, block) chooses there. In parts, so that messages need little memory
 template <class Take, class Come, class Back>
 void exchange_blocks(const OwnBlock& own, int D, const RealVec& val, Take take, Come come, Back back)
 {
   const int ranks = comm_size(), me = comm_rank(), DD = D * D;
   std::vector<RealVec> send(ranks), from(ranks);
-  for (int r = 0; r < ranks; ++r) {
-    if (r == me) continue;
-    size_t out = 0, in = 0;
-    each_common(own, r, [&](int k) { return take(r, k); }, [&](size_t, bool) { out += DD; });
-    each_common(own, r, [&](int k) { return come(r, k); }, [&](size_t, bool) { in += DD; });
-    send[r].assign(out, 0.0);
-    from[r].resize(in);
-    double* to = send[r].data();
-    each_common(own, r, [&](int k) { return take(r, k); }, [&](size_t k, bool turned) {
-      add_block(D, turned, &val[k * DD], to);
-      to += DD;
-    });
-  }
-  comm_exchange(send, from);
-  for (int r = 0; r < ranks; ++r) {
-    const double* value = from[r].data();
-    if (r == me) back(r, size_t(0), false, static_cast<const double*>(nullptr));
-    else
-      each_common(own, r, [&](int k) { return come(r, k); }, [&](size_t k, bool turned) {
-        back(r, k, turned, value);
+  std::vector<size_t> given(ranks, 0), got(ranks, 0);
+  for (bool more = true; more;) {
+    more = false;
+    for (int r = 0; r < ranks; ++r) {
+      if (r == me) continue;
+      size_t in = 0;
+      send[r].clear();
+      given[r] = next_blocks(own.to[r], given[r], [&](int k) { return take(r, k); }, [&](size_t k, bool turned) {
+        send[r].resize(send[r].size() + DD, 0.0);
+        add_block(D, turned, &val[k * DD], &send[r][send[r].size() - DD]);
+      });
+      next_blocks(own.to[r], got[r], [&](int k) { return come(r, k); }, [&](size_t, bool) { in += DD; });
+      from[r].resize(in);
+    }
+    comm_exchange(send, from);
+    for (int r = 0; r < ranks; ++r) {
+      if (r == me) continue;
+      const double* value = from[r].data();
+      got[r] = next_blocks(own.to[r], got[r], [&](int k) { return come(r, k); }, [&](size_t k, bool turned) {
+        back(k, turned, value);
         value += DD;
       });
+      more = more || given[r] < own.to[r].size() || got[r] < own.to[r].size();
+    }
   }
 }
 
@@ -313,11 +322,10 @@ void sum_by_first(const OwnBlock& own, int D, RealVec& val)
     for (int to : own.to[r]) first[to / 2] = std::min(first[to / 2], r);
   const auto there = [&](int r, int k) { return first[k] == r; };
   const auto here  = [&](int, int k) { return first[k] == me; };
-  exchange_blocks(own, D, val, there, here, [&](int, size_t k, bool turned, const double* value) {
-    if (value) add_block(D, turned, value, &val[k * DD]);
+  exchange_blocks(own, D, val, there, here, [&](size_t k, bool turned, const double* value) {
+    add_block(D, turned, value, &val[k * DD]);
   });
-  exchange_blocks(own, D, val, here, there, [&](int, size_t k, bool turned, const double* value) {
-    if (!value) return;
+  exchange_blocks(own, D, val, here, there, [&](size_t k, bool turned, const double* value) {
     std::fill_n(&val[k * DD], DD, 0.0);
     add_block(D, turned, value, &val[k * DD]);
   });

@@ -3,6 +3,7 @@
 #include <unordered_map>
 
 #include "base/comm.h"
+#include "base/grow.h"
 #include "base/log.h"
 #include "solve/solve_data.h"
 
@@ -363,7 +364,7 @@ void diagonal_apply(const SysMatrix& A, const RealVec& inverse, const RealVec& r
 bool cholesky_form(const SysMatrix& A, Cholesky& c, OwnBlock* own)
 {
   const FactorRows rows = own ? own_rows(*own) : all_rows(A);
-  c.L.resize(static_cast<size_t>(rows.off[rows.n]) * A.dim * A.dim);
+  size_anew(c.L, static_cast<size_t>(rows.off[rows.n]) * A.dim * A.dim);
   return with_dim(A.dim, [&](auto d) {
     constexpr int D = decltype(d)::value;
     bool good = find_shift(c.shift,
@@ -371,6 +372,7 @@ bool cholesky_form(const SysMatrix& A, Cholesky& c, OwnBlock* own)
     if (!own) return good;
     // what is left of the border, of all ranks, and its factor                                   (8.7)
     SysMatrix& border = own->border;
+    std::vector<float>().swap(c.border);
     own_border(A, *own);
     reduce_border<D>(rows, A.val, border, c.L, border.val);
     own_sum(*own, D, border.val);
