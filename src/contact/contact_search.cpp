@@ -71,8 +71,9 @@ void master_faces(const Model& m, const Points& pts, int surface, bool at_start,
   for (const Face& f : pts.surface[surface]) faces.push_back(master_face(m, pts, true, f, u, uc));
 }
 
-// bonds first ... last-1 of one definition. The boxes of both surfaces come first: bodies apart end here.
-void search_pair(const Model& m, const Points& pts, const Bonds& bonds, int first, int last, bool at_start,
+// Bonds first ... last-1 of one definition. The boxes of both surfaces come first: bodies apart end here.
+// Returns whether they are.
+bool search_pair(const Model& m, const Points& pts, const Bonds& bonds, int first, int last, bool at_start,
                  const RealVec& u, const RealVec& uc, const RealVec& xb, ContactPairs& pairs)
 {
   const int dim = m.dim, master = m.bond[bonds.def[first]].master;
@@ -87,7 +88,6 @@ void search_pair(const Model& m, const Points& pts, const Bonds& bonds, int firs
   }
   for (int b = first; b < last; ++b) slave_box.add(&xb[b * dim], &xb[b * dim], dim);
   const bool apart = slave_box.apart(master_box, reach, dim);
-  ++(apart ? pairs.skipped : pairs.searched);
   for (int b = first; b < last; ++b) {
     Box place;
     place.add(&xb[b * dim], &xb[b * dim], dim);
@@ -101,6 +101,7 @@ void search_pair(const Model& m, const Points& pts, const Bonds& bonds, int firs
     if (!hits.empty()) take_hits(hits, dim, bonds.offset[b], b, pairs);
     pairs.master.off.push_back(static_cast<int>(pairs.master.item.size()));
   }
+  return apart;
 }
 
 // Faces that look at each other: cosine of their normals below this. A face that stands across another, as
@@ -277,7 +278,21 @@ void search_general(GeneralSearch& g, int first, int last, ContactPairs& pairs)
   }
 }
 
-// scene: null: not of general contact
+// How many pairs have been looked at, and how many places have met a face: on several ranks those of any
+//   state   [bond] 0: no places here, 1: the surfaces are apart, 2: searched
+void count_searches(const Model& m, RealVec state, ContactPairs& pairs)
+{
+  if (m.part.window) {         // else all ranks have found the same
+    state.push_back(pairs.near);
+    comm_max(state.data(), static_cast<long>(state.size()));
+    pairs.near = static_cast<int>(state.back());
+    state.pop_back();
+  }
+  pairs.skipped  = std::count(state.begin(), state.end(), 1.0);
+  pairs.searched = std::count(state.begin(), state.end(), 2.0);
+}
+
+// scene: null: not of general contact, and places are not counted. Else collective with MeshPart::window
 void search(const Model& m, const Points& pts, const Bonds& bonds, bool at_start, const RealVec& u,
             const RealVec& uc, const RealVec& xb, const ContactScene* scene, ContactPairs& pairs)
 {
@@ -285,25 +300,25 @@ void search(const Model& m, const Points& pts, const Bonds& bonds, bool at_start
   pairs.normal.assign(static_cast<size_t>(bonds.nbond) * m.dim, 0.0);
   pairs.gap.assign(bonds.nbond, 1e300);
   pairs.size.assign(bonds.nbond, 0.0);
+  RealVec state(m.bond.size(), 0.0);
+  const int all = model_general_contact(m);
+  if (all >= 0 && scene) state[all] = scene->near.item.empty() ? 1.0 : 2.0;
   for (int first = 0, last; first < bonds.nbond; first = last) {       // bonds of a definition stand together
     for (last = first; last < bonds.nbond && bonds.def[last] == bonds.def[first]; ++last) {}
     const bool general = !bonds.skin.empty() && bonds.skin_of[first] >= 0;
     if (general && scene) {
       GeneralSearch g{m, pts, bonds, u, uc, xb, *scene, {}, contact_walls(m)};
       search_general(g, first, last, pairs);
-    } else if (!general && bonds.field[first] == SIDE_CONTACT) {
-      search_pair(m, pts, bonds, first, last, at_start, u, uc, xb, pairs);
+    } else if (!general && bonds.field[first] == SIDE_CONTACT && m.bond[bonds.def[first]].held) {
+      const bool apart = search_pair(m, pts, bonds, first, last, at_start, u, uc, xb, pairs);
+      double& s = state[bonds.def[first]];
+      s = std::max(s, apart ? 1.0 : 2.0);
     } else {
       pairs.master.off.insert(pairs.master.off.end(), last - first,
                               static_cast<int>(pairs.master.item.size()));
     }
   }
-  if (!scene || model_general_contact(m) < 0) return;
-  int near[2] = {!scene->near.item.empty(), pairs.near};
-  if (m.part.window)           // else all ranks have found the same
-    for (int& n : near) n = comm_allreduce_max(n);
-  ++(near[0] ? pairs.searched : pairs.skipped);
-  pairs.near = near[1];
+  if (scene) count_searches(m, state, pairs);
 }
 
 }  // namespace

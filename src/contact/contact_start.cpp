@@ -9,9 +9,6 @@
 
 namespace {
 
-// does each rank have places of its own? Those of pairs all ranks know
-bool divides(const Model& m, const BondDef& d) { return m.part.window && d.general; }
-
 struct Overlap {               // of one definition at the start
   int count = 0;               // places that overlap
   double gap = 0.0, x[3] = {0, 0, 0};  // of the deepest
@@ -23,12 +20,13 @@ Overlap find_overlap(const Model& m, const Bonds& bonds, const ContactPairs& pai
   Overlap o;
   for (int b = 0; b < bonds.nbond; ++b) {
     if (bonds.def[b] != def || !pairs.master.count(b) || pairs.gap[b] >= -1e-9 * pairs.size[b]) continue;
+    if (!bonds.counts(b)) continue;
     ++o.count;
     if (pairs.gap[b] >= o.gap) continue;
     o.gap = pairs.gap[b];
     std::copy_n(&xb[b * m.dim], m.dim, o.x);
   }
-  if (!divides(m, m.bond[def])) return o;
+  if (!m.part.window) return o;
   std::vector<Overlap> all(1, o);
   comm_allgatherv(all);
   o = Overlap();
@@ -49,11 +47,12 @@ void take_offsets(const Model& m, Bonds& bonds, const ContactPairs& pairs, int d
     const double gap = pairs.gap[b];
     if (bonds.def[b] != def || !pairs.master.count(b) || gap > m.bond[def].adjust || gap == 0.0) continue;
     bonds.offset[b] = gap;
+    if (!bonds.counts(b)) continue;
     range[0] = std::max(range[0], gap);
     range[1] = std::max(range[1], -gap);
     ++count;
   }
-  if (divides(m, m.bond[def])) {
+  if (m.part.window) {
     double sum = count;
     comm_sum(&sum, 1);
     comm_max(range, 2);

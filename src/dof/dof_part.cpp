@@ -54,6 +54,18 @@ bool asked(const Model& m)
   return (m.part.points && elements == 0) || elements >= static_cast<long>(LEAST) * comm_size();
 }
 
+// elements that are points from the start
+IntVec elements_of_bodies(const Model& m)
+{
+  IntVec all;
+  for (const Body& b : m.body)
+    if (b.fill == FILL_ELSET) {
+      const IntVec& elem = m.elset[b.elset].item;
+      all.insert(all.end(), elem.begin(), elem.end());
+    }
+  return all;
+}
+
 // Elements that all ranks have: at surfaces of bonds and contact pairs, those that are points from the start,
 // and of general contact where all ranks know outer faces
 IntVec elements_of_all(const Model& m)
@@ -65,11 +77,8 @@ IntVec elements_of_all(const Model& m)
       for (const Face& f : m.surface[s].face) all.push_back(f.elem);
   for (const Face& f : m.part.skin)
     if (!m.part.window) all.push_back(f.elem);
-  for (const Body& b : m.body)
-    if (b.fill == FILL_ELSET) {
-      const IntVec& elem = m.elset[b.elset].item;
-      all.insert(all.end(), elem.begin(), elem.end());
-    }
+  const IntVec bodies = elements_of_bodies(m);
+  all.insert(all.end(), bodies.begin(), bodies.end());
   return all;
 }
 
@@ -103,19 +112,80 @@ OfRanks<int> joined_lists(const std::vector<const std::vector<IntVec>*>& lists, 
   return out;
 }
 
-// Elements of others that each rank looks at: near what breaks, those whose points it knows (near), and those
-// of all
-OfRanks<int> outer_elements(const Model& m, const IntVec& rank, const std::vector<NearFace>& skin,
-                            OfRanks<int>& near, std::vector<char>& notch)
+// is it a contact pair of two surfaces of elements?
+bool pair_of_elements(const Model& m, const BondDef& d)
 {
+  return d.kind == BOND_CONTACT && !d.general && m.surface[d.surface].body < 0 &&
+         m.surface[d.master].body < 0;
+}
+
+// [ranks] do elements that a rank works on, or whose points it knows, have a node of these faces? Only such a
+// rank can get a place of theirs to work on
+IntVec ranks_at(const Mesh& mesh, const std::vector<Face>& face, const IntVec& rank,
+                const std::vector<IntVec>& points)
+{
+  std::vector<char> at(mesh.nnode(), 0);
+  const auto each = [&](int e, auto use) {
+    for (int k = mesh.conn.off[e]; k < mesh.conn.off[e + 1]; ++k) use(mesh.conn.item[k]);
+  };
+  for (const Face& f : face) each(f.elem, [&](int n) { at[n] = 1; });
+  IntVec out(points.size(), 0);
+  for (int e = 0; e < mesh.nelem(); ++e) each(e, [&](int n) { out[rank[e]] |= at[n]; });
+  for (std::size_t r = 0; r < points.size(); ++r)
+    for (int e : points[r]) each(e, [&](int n) { out[r] |= at[n]; });
+  return out;
+}
+
+// Elements at surfaces of bonds and contact pairs whose points each rank knows: of a pair those of the master
+// surface, where it may have places of the other one (BondDef::held); else all
+void hold_surfaces(const Model& m, const IntVec& rank, std::vector<IntVec>& points,
+                   std::vector<IntVec>& held)
+{
+  held.assign(points.size(), IntVec(m.bond.size(), 1));
+  std::vector<IntVec> more(points.size());
+  for (std::size_t d = 0; d < m.bond.size(); ++d) {
+    const BondDef& b = m.bond[d];
+    const bool pair = pair_of_elements(m, b);
+    IntVec known(points.size(), 1);
+    if (pair) known = ranks_at(m.mesh, m.surface[b.surface].face, rank, points);
+    for (std::size_t r = 0; r < points.size(); ++r) {
+      held[r][d] = known[r];
+      for (int s : {pair ? -1 : b.surface, b.master})
+        if (s >= 0 && known[r])
+          for (const Face& f : m.surface[s].face) more[r].push_back(f.elem);
+    }
+  }
+  for (std::size_t r = 0; r < points.size(); ++r)
+    for (int e : more[r])
+      if (rank[e] != static_cast<int>(r)) points[r].push_back(e);
+}
+
+// What each rank knows beside its own elements
+struct Outer {
+  // elements of others: those that it looks at, since they are near what breaks, at surfaces of bonds or
+  // contact, or become points that it knows; these alone
+  OfRanks<int> elem, near;
+  std::vector<IntVec> held;    // ModelCut
+  std::vector<char> notch;     // the same
+};
+
+Outer find_outer(const Model& m, const IntVec& rank, const std::vector<NearFace>& skin)
+{
+  Outer out;
   const IntVec all = elements_of_all(m);
-  if (m.fracture.empty() && all.empty() && !m.part.window) return {};
+  if (m.fracture.empty() && all.empty() && !m.part.window) return out;
   std::vector<IntVec> breaks(comm_size()), points(comm_size()), faces(comm_size());
-  if (!m.fracture.empty()) breaks = frac_outer(m, rank, comm_size(), notch);
-  if (m.part.window) frac_around(m, rank, points);
-  if (m.part.window) near_outer(skin.empty() ? skin_at_start(m) : skin, rank, faces);
-  near = joined_lists({&points, &faces}, all, rank);
-  return joined_lists({&breaks, &points, &faces}, all, rank);
+  if (!m.fracture.empty()) breaks = frac_outer(m, rank, comm_size(), out.notch);
+  if (m.part.window) {
+    frac_around(m, rank, points);
+    near_outer(skin.empty() ? skin_at_start(m) : skin, rank, faces);
+    for (std::size_t r = 0; r < points.size(); ++r)
+      points[r].insert(points[r].end(), faces[r].begin(), faces[r].end());
+    hold_surfaces(m, rank, points, out.held);
+  }
+  out.near = joined_lists({&points}, elements_of_bodies(m), rank);
+  out.elem = joined_lists({&breaks, &points}, all, rank);
+  return out;
 }
 
 // work of an element: its node pairs at each Gauss point; next to none of one that is no finite element
@@ -181,13 +251,12 @@ void send_pieces(const IntVec& rank, const OverlapWatch& watch, const std::vecto
   m.part.joined    = joined_by_faces(m);
   m.part.strangers = watch.pair;
   m.part.skin      = contact_skin_at_start(m);
-  OfRanks<int> near;
-  std::vector<char> notch;
-  const OfRanks<int> outer = outer_elements(m, rank, skin, near, notch);
-  model_order_nodes(rank, outer, comm_size(), m);
-  ModelCut cut = model_cut_open(m, rank, outer, comm_size());
-  cut.near     = std::move(near);
-  cut.notch    = std::move(notch);
+  Outer outer = find_outer(m, rank, skin);
+  model_order_nodes(rank, outer.elem, comm_size(), m);
+  ModelCut cut = model_cut_open(m, rank, outer.elem, comm_size());
+  cut.near     = std::move(outer.near);
+  cut.held     = std::move(outer.held);
+  cut.notch    = std::move(outer.notch);
   for (int r = 1; r < comm_size(); ++r) {
     Model piece = model_cut_piece(cut, r);
     model_send(piece, r);

@@ -236,6 +236,9 @@ struct BondDef {               // *BOND, *CONTACT PAIR, *CONTACT
   double stick = 0.0;
   // *CONTACT: all outer faces, each with places on it, against all; the last property that fits counts
   bool general = false;
+  // MeshPart::window, a contact pair: this rank works on places of it, or may, and knows the points of the
+  // master surface; else it looks for nothing
+  bool held = true;
   std::vector<ContactRule> include, exclude, property;
   Place place;
 };
