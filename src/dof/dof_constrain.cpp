@@ -85,8 +85,9 @@ void support_corners(const Model& m, const Points& pts, const Discretisation& d,
   struct Sum { double weight = 0.0, increment = 0.0, rate = 0.0, rate0 = 0.0; };
   std::map<int, Sum> sum;
   std::map<long, int> row;
+  const auto elsewhere = [&](int c) { return d.mine.on && d.mine.owner[c] != comm_rank(); };
   for (const SupportedCorner& h : corners)
-    if (pts.field[h.corner] == FIELD_OWN)
+    if (pts.field[h.corner] == FIELD_OWN && !elsewhere(h.corner))
       warn_once(warned, m.mesh, "BOUNDARY", h.b->place, h.node, time,
                 "its material point was released from its neighbours; the support has ended there");
   const bool any = !corners.empty();
@@ -113,7 +114,7 @@ void support_corners(const Model& m, const Points& pts, const Discretisation& d,
   for (CornerSupport& h : s.corner_support)
     if (h.dof >= 0) h.part /= sum[h.dof].weight;
   for (const SupportedCorner& h : corners) {
-    if (pts.field[h.corner] == FIELD_OWN || (d.mine.on && d.mine.owner[h.corner] != comm_rank())) continue;
+    if (pts.field[h.corner] == FIELD_OWN || elsewhere(h.corner)) continue;
     double moved = 0.0;
     each_dof(d.grid, s, h, [&](int dof, double N) { moved += N * s.target[dof]; });
     if (std::fabs(moved - h.increment) > 0.01 * s.h_mean)

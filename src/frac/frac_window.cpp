@@ -30,8 +30,7 @@ bool level_fits(int dim, size_t npoint, size_t ncorner, const State& s)
 {
   return s.n.uc.size() == ncorner * dim && s.n.vc.size() == ncorner * dim &&
          (npoint == 0 ? s.n.hp.empty() : s.n.hp.size() % npoint == 0) &&
-         (s.laid.uc.empty() || s.laid.uc.size() == ncorner * dim) &&
-         s.laid.xb.size() == (s.laid.uc.empty() ? 0 : static_cast<size_t>(s.bonds.nbond) * dim);
+         s.laid.fits(ncorner * dim, static_cast<size_t>(s.bonds.nbond) * dim);
 }
 
 // lists of points that were read have the lengths that their counts say

@@ -233,6 +233,11 @@ struct StepClock {             // the step that is under way
 struct GridLaid {              // where corners and bonds were when the active grid was made
   RealVec uc, xb;              // [ncorner*dim], [nbond*dim]; empty: it must be made anew
   long made = -1;              // ActiveGrid::made; not saved
+  // has it been made with so many numbers (a rank may have no corner), or is it to be made anew?
+  bool fits(std::size_t nuc, std::size_t nxb) const
+  {
+    return (uc.empty() && xb.empty()) || (uc.size() == nuc && xb.size() == nxb);
+  }
 };
 
 struct Division {              // whose work is what; one rank: empty

@@ -214,7 +214,8 @@ bool grid_fits(const Model& m, const State& s)
 {
   const GridLaid& g     = s.laid;
   const std::size_t dim = m.dim;
-  return g.uc.empty() ? g.xb.empty() : real(g.uc, s.points.ncorner * dim) && real(g.xb, s.bonds.nbond * dim);
+  return g.fits(s.points.ncorner * dim, s.bonds.nbond * dim) && real(g.uc, g.uc.size()) &&
+         real(g.xb, g.xb.size());
 }
 
 bool clock_fits(const Model& m, const State& s)

@@ -72,6 +72,7 @@ struct Problem {
   bool ready = false;          // grid, rows, pattern and mass are those of t(n)
   NewtonMemory newton;
   Warned warned;
+  size_t warned_all = 0;       // several ranks: how many of these all know
   WorkShare share;
   Again again = AGAIN_NOT;     // why step_run has stopped for another division
 };

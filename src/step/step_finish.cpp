@@ -295,41 +295,46 @@ double friction_loss(const Attempt& a, int b, int dim, const State& st)
   return work - stored;
 }
 
-// general contact, MeshPart::window, where each rank has places of its own: what those of all ranks did; wall
-// [grid_rf]
-void sum_general(ContactLog& c, double& friction, RealVec& wall)
+// MeshPart::window, where each rank has places of its own: what those of all ranks did
+//   inout log [Model::bond], friction, wall [grid_rf]
+void sum_places(std::vector<ContactLog>& log, double& friction, RealVec& wall)
 {
-  RealVec sum = {c.force, c.area, c.work, friction};
+  RealVec sum = {friction}, most;
+  for (const ContactLog& c : log) {
+    sum.insert(sum.end(), {c.force, c.area, c.work});
+    most.insert(most.end(), {c.peak, -c.gap});
+  }
   sum.insert(sum.end(), wall.begin(), wall.end());
   comm_sum(sum);
-  c.force  = sum[0];
-  c.area   = sum[1];
-  c.work   = sum[2];
-  friction = sum[3];
-  std::copy(sum.begin() + 4, sum.end(), wall.begin());
-  double most[2] = {c.peak, -c.gap};
-  comm_max(most, 2);
-  c.peak = most[0];
-  c.gap  = -most[1];
+  comm_max(most.data(), static_cast<long>(most.size()));
+  const double *s = sum.data(), *x = most.data();
+  friction = *s++;
+  for (ContactLog& c : log) {
+    c.force = *s++;
+    c.area  = *s++;
+    c.work  = *s++;
+    c.peak  = *x++;
+    c.gap   = -*x++;
+  }
+  std::copy_n(s, wall.size(), wall.begin());
 }
 
-// what the places of contact of definitions did in this step: forces, gaps, closed area, work of friction,
-// each in log [Model::bond]; normals for the output
-//   general   those of general contact, else those of pairs
+// What the places of contact did in this step, those that count on this rank: forces, gaps, closed area, work of
+// friction, each in log [Model::bond]; multipliers, and normals for the output, of all
 //   out  friction, wall [grid_rf]   added to
-void finish_places(const Model& m, const ContactPairs& pairs, const Attempt& a, bool general, State& st,
+void finish_places(const Model& m, const ContactPairs& pairs, const Attempt& a, State& st,
                    std::vector<ContactLog>& log, double& friction, RealVec& wall)
 {
   const int dim = m.dim;
   for (int b = 0; b < st.bonds.nbond; ++b) {
-    if (st.bonds.field[b] != SIDE_CONTACT || m.bond[st.bonds.def[b]].general != general) continue;
-    friction += friction_loss(a, b, dim, st);
+    if (st.bonds.field[b] != SIDE_CONTACT) continue;
+    const bool general = m.bond[st.bonds.def[b]].general, counts = st.bonds.counts(b);
+    if (counts) friction += friction_loss(a, b, dim, st);
     if (general) {
       const int met = pairs.wall[b] >= 0 ? MET_WALL - pairs.wall[b] : pairs.face[b];
       st.bonds.met[b] = st.np1.slip[b * dim] < 0.0 ? met : -1;
     }
     if (!pairs.master.count(b)) continue;
-    ContactLog& c = log[st.bonds.def[b]];
     double f[3], t1[3], slipped, pressure = 0.0, slide = 0.0;
     const double gap = contact_force(m, st.bonds, pairs, b, a.mode, &a.jumps.contact[b * dim],
                                      &st.n.lambda[b * dim], st.np1.lambda_n[b], f, nullptr, t1, &slipped);
@@ -339,8 +344,10 @@ void finish_places(const Model& m, const ContactPairs& pairs, const Attempt& a, 
       pressure -= f[i] * pairs.normal[b * dim + i];
       slide += t1[i] * t1[i];
     }
+    if (!counts) continue;
     const int plane = general ? pairs.wall[b] : -1;
     for (int i = 0; i < dim && plane >= 0; ++i) wall[plane * dim + i] -= f[i];
+    ContactLog& c = log[st.bonds.def[b]];
     c.force += pressure;
     c.gap  = std::min(c.gap, gap + st.bonds.initial_penetration[b]);
     c.peak = std::max(c.peak, pressure / st.bonds.area[b]);
@@ -352,16 +359,12 @@ void finish_places(const Model& m, const ContactPairs& pairs, const Attempt& a, 
 void finish_contact(const Model& m, const ContactPairs& pairs, const Attempt& a, State& st)
 {
   std::vector<ContactLog> log(m.bond.size());
-  const int general = model_general_contact(m);
   RealVec wall(st.grid_rf.size(), 0.0);
-  finish_places(m, pairs, a, false, st, log, st.ledger.friction, wall);
-  if (general >= 0) {
-    double friction = 0.0;
-    finish_places(m, pairs, a, true, st, log, friction, wall);
-    if (m.part.window) sum_general(log[general], friction, wall);
-    st.ledger.friction += friction;
-    for (size_t i = 0; i < wall.size(); ++i) st.grid_rf[i] += wall[i];
-  }
+  double friction = 0.0;
+  finish_places(m, pairs, a, st, log, friction, wall);
+  if (m.part.window) sum_places(log, friction, wall);
+  st.ledger.friction += friction;
+  for (size_t i = 0; i < wall.size(); ++i) st.grid_rf[i] += wall[i];
   for (size_t d = 0; d < log.size() && d < st.contact.size(); ++d) log[d].work += st.contact[d].work;
   st.contact = log;
 }

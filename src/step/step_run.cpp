@@ -295,6 +295,17 @@ void tell_half(const State& st, const HalfWatch& half, Warned& warned)
            st.log.step, st.n.time, half.residual, half_part(half));
 }
 
+// what a rank has warned of once, others do not say again. Collective with a divided model
+void share_warned(Problem& p)
+{
+  if (!p.m.part.on || comm_allreduce_max(static_cast<int>(p.warned.size() != p.warned_all)) == 0) return;
+  std::string own;
+  for (const std::string& text : p.warned) own += text + '\0';
+  for (const std::string& all : comm_exchange(std::vector<std::string>(comm_size(), own)))
+    for (size_t at = 0; at < all.size(); at = all.find('\0', at) + 1) p.warned.insert(all.c_str() + at);
+  p.warned_all = p.warned.size();
+}
+
 // ---------------------------------------------------------------------------
 // run_step : one step of the deck                                              doc/theory.md 6.5
 // ---------------------------------------------------------------------------
@@ -325,6 +336,7 @@ Failure run_step(Problem& p, const Step& s, Output& out)
     accept(s, inc.dt, inc.half, st);
     warn_of_state(p, s);
     log_gather();
+    share_warned(p);
     // 6. write
     out_increment(p.m, p.d.el, st, p.d.grid, out);
     tell_half(st, inc.half, p.warned);
