@@ -26,8 +26,8 @@ void size_to(std::vector<T>& x, std::size_t n)
   x.resize(std::min(x.capacity(), n + n / 16));
 }
 
-// size_anew : n items whose values so far are not kept. Where they do not fit, the memory goes back first, and
-// an eighth more than asked for is taken: what is not touched costs nothing.
+// size_anew : n items whose values so far are not kept. Where they do not fit, the memory goes back first,
+// and a quarter more than asked for is taken: what is not touched costs nothing.
 template <class T>
 void size_anew(std::vector<T>& x, std::size_t n)
 {

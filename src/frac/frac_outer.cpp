@@ -63,8 +63,8 @@ Sizes find_sizes(const Mesh& mesh, int dim)
   return s;
 }
 
-// Distances from the centre of an element, in sizes, to the centres that frac_test looks at; all: also where a
-// notch may end near it. By FORCE they are the same.
+// Distances from the centre of an element, in sizes, to the centres that frac_test looks at; all: also where
+// a notch may end near it. By FORCE they are the same.
 struct Reach { double most, all; };
 
 Reach reach_of(const Model& m, const FractureDef& f)

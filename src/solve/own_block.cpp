@@ -270,10 +270,11 @@ void exchange_blocks(const OwnBlock& own, int D, const RealVec& val, Take take, 
       if (r == me) continue;
       size_t in = 0;
       send[r].clear();
-      given[r] = next_blocks(own.to[r], given[r], [&](int k) { return take(r, k); }, [&](size_t k, bool turned) {
+      const auto give = [&](size_t k, bool turned) {
         send[r].resize(send[r].size() + DD, 0.0);
         add_block(D, turned, &val[k * DD], &send[r][send[r].size() - DD]);
-      });
+      };
+      given[r] = next_blocks(own.to[r], given[r], [&](int k) { return take(r, k); }, give);
       next_blocks(own.to[r], got[r], [&](int k) { return come(r, k); }, [&](size_t, bool) { in += DD; });
       from[r].resize(in);
     }
@@ -281,10 +282,11 @@ void exchange_blocks(const OwnBlock& own, int D, const RealVec& val, Take take, 
     for (int r = 0; r < ranks; ++r) {
       if (r == me) continue;
       const double* value = from[r].data();
-      got[r] = next_blocks(own.to[r], got[r], [&](int k) { return come(r, k); }, [&](size_t k, bool turned) {
+      const auto get = [&](size_t k, bool turned) {
         back(k, turned, value);
         value += DD;
-      });
+      };
+      got[r] = next_blocks(own.to[r], got[r], [&](int k) { return come(r, k); }, get);
       more = more || given[r] < own.to[r].size() || got[r] < own.to[r].size();
     }
   }

@@ -319,8 +319,8 @@ void sum_places(std::vector<ContactLog>& log, double& friction, RealVec& wall)
   std::copy_n(s, wall.size(), wall.begin());
 }
 
-// What the places of contact did in this step, those that count on this rank: forces, gaps, closed area, work of
-// friction, each in log [Model::bond]; multipliers, and normals for the output, of all
+// What the places of contact did in this step, those that count on this rank: forces, gaps, closed area, work
+// of friction, each in log [Model::bond]; multipliers, and normals for the output, of all
 //   out  friction, wall [grid_rf]   added to
 void finish_places(const Model& m, const ContactPairs& pairs, const Attempt& a, State& st,
                    std::vector<ContactLog>& log, double& friction, RealVec& wall)
