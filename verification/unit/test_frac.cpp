@@ -8,6 +8,7 @@
 
 #include "elem/kernel_broken.h"
 #include "frac/frac.h"
+#include "frac/free_face.h"
 #include "shape/shape.h"
 #include "samples.h"
 
@@ -1041,4 +1042,103 @@ TEST(Conversion, PlacesOfContact)
     EXPECT_NEAR(4.0, area, 1e-14);
   }
   EXPECT_GE(kept, 6);
+}
+
+namespace {
+
+// squares or cubes of edge 1, n each way, of which those with take(i, j, k) are there
+template <class Take>
+Mesh cells_of(int dim, int n, Take take)
+{
+  Mesh mesh;
+  const int nz = dim == 2 ? 1 : n, layers = dim == 2 ? 1 : n + 1;
+  const auto node = [&](int i, int j, int k) { return (k * (n + 1) + j) * (n + 1) + i; };
+  for (int k = 0; k < layers; ++k)
+    for (int j = 0; j <= n; ++j)
+      for (int i = 0; i <= n; ++i)
+        for (int x : {i, j, k}) mesh.X.push_back(x);
+  static const int corner[8][3] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0},
+                                   {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};
+  for (int k = 0; k < nz; ++k)
+    for (int j = 0; j < n; ++j)
+      for (int i = 0; i < n; ++i) {
+        if (!take(i, j, k)) continue;
+        for (int a = 0; a < (dim == 2 ? 4 : 8); ++a)
+          mesh.conn.item.push_back(node(i + corner[a][0], j + corner[a][1], k + corner[a][2]));
+        mesh.conn.off.push_back(static_cast<int>(mesh.conn.item.size()));
+        mesh.elem_section.push_back(0);
+        mesh.elem_type.push_back(elem_type_find(dim == 2 ? "CPE4" : "C3D8"));
+      }
+  mesh.node_label.resize(mesh.X.size() / 3);
+  mesh.elem_label.resize(mesh.elem_section.size());
+  return mesh;
+}
+
+// In how many balls of a radius, around elements, a notch ends, and in how many no element is hollow. A notch
+// without a hollow element in its ball fails.
+void count_notches(const Mesh& mesh, int dim, double radius, int& notches, int& smooth)
+{
+  const ListTable of_node = frac_of_node(mesh);
+  const IntVec hollow     = hollow_elements(mesh, of_node, IntVec(mesh.nelem(), 0));
+  const double half       = 0.5;
+  const auto away = [&](int e, int o) {              // from the first corners, which lie alike
+    const double *x = &mesh.X[3 * mesh.conn.begin(e)[0]], *y = &mesh.X[3 * mesh.conn.begin(o)[0]];
+    return std::hypot(x[0] - y[0], x[1] - y[1], x[2] - y[2]);
+  };
+  const auto there = [&](const double* x) {          // is the middle of a cell in an element?
+    for (int e = 0; e < mesh.nelem(); ++e) {
+      const double* y = &mesh.X[3 * mesh.conn.begin(e)[0]];
+      bool in = true;
+      for (int i = 0; i < dim; ++i) in = in && std::fabs(y[i] + half - x[i]) < 0.1;
+      if (in) return true;
+    }
+    return false;
+  };
+  std::vector<std::vector<FreeFace>> free(mesh.nelem());
+  for (int e = 0; e < mesh.nelem(); ++e)
+    for (int f = 0; f < shape_info[elem_table[mesh.elem_type[e]].shape].nface; ++f) {
+      const FreeFace g = free_face(mesh, e, f, false);
+      double behind[3];
+      for (int i = 0; i < 3; ++i) behind[i] = g.mid[i] + half * g.area[i];
+      if (!there(behind)) free[e].push_back(g);
+    }
+  for (int e = 0; e < mesh.nelem(); ++e) {
+    std::vector<FreeFace> face;
+    bool near = false;
+    for (int o = 0; o < mesh.nelem(); ++o)
+      if (away(e, o) < radius) face.insert(face.end(), free[o].begin(), free[o].end());
+    for (int o : hollow) near = near || away(e, o) < radius;
+    const bool notch = notch_among(face, 1.0);
+    EXPECT_TRUE(near || !notch) << "element " << e;
+    notches += notch;
+    smooth += !near;
+  }
+}
+
+}  // namespace
+
+// The end of a notch lies only where the surface turns inwards near it: ranks need not know further elements
+// where it does not
+TEST(Frac, NotchOnlyNearHollows)
+{
+  std::mt19937 gen(7);
+  std::uniform_real_distribution<double> rnd(0.0, 1.0);
+  int notches = 0, smooth = 0;
+  for (int dim : {2, 3})
+    for (int run = 0; run < (dim == 2 ? 40 : 12); ++run) {
+      const int n = dim == 2 ? 12 : 6;
+      const double part = 0.55 + 0.45 * rnd(gen);
+      const Mesh mesh   = cells_of(dim, n, [&](int, int, int) { return rnd(gen) < part; });
+      for (double radius : {1.2, 2.1, 3.3}) count_notches(mesh, dim, radius, notches, smooth);
+    }
+  EXPECT_GT(notches, 1000);
+  EXPECT_GT(smooth, 1000);
+  notches = smooth = 0;
+  // a slit of one cell, with its end in the middle, and a plate
+  count_notches(cells_of(2, 12, [](int i, int j, int) { return j != 6 || i > 5; }), 2, 3.1, notches, smooth);
+  EXPECT_GT(notches, 5);
+  notches = smooth = 0;
+  count_notches(cells_of(3, 6, [](int, int, int k) { return k > 2; }), 3, 5.0, notches, smooth);
+  EXPECT_EQ(notches, 0);
+  EXPECT_EQ(smooth, 6 * 6 * 3);
 }
