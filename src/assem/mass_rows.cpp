@@ -4,8 +4,6 @@
 #include <iterator>
 #include <map>
 
-#include "base/grow.h"
-
 namespace {
 
 // Layers of nodes around points: what the projection changes falls to 0.27 from one to the next
@@ -211,8 +209,8 @@ void form(const Dofs& s, const std::vector<char>& take, May may, MassRows& m)
     else m.rim.push_back(take[r] ? MassRim{at[r], c, k} : MassRim{at[c], r, k});
   });
   for (int r = 0; r < m.size(); ++r) off[r + 1] += off[r];
-  size_anew(m.all.col, off.back());
-  size_anew(m.all.from, off.back());
+  m.all.col.resize(off.back());
+  m.all.from.resize(off.back());
   IntVec next(off.begin(), off.end() - 1);
   each([&](int r, int c, int k) {
     if (!take[r] || !take[c]) return;

@@ -6,7 +6,6 @@
 #include "assem/assem.h"
 #include "assem/mass_rows.h"
 #include "base/comm.h"
-#include "base/grow.h"
 #include "base/picked.h"
 #include "base/sum.h"
 
@@ -49,7 +48,7 @@ struct MassValues {
 MassValues mass_values(const Dofs& s, const MassRows& rows, const RealVec& scale)
 {
   MassValues m{rows, sys_shared(s.A), {}, {}, {}, {}, {}};
-  size_anew(m.all, rows.all.from.size());
+  m.all.resize(rows.all.from.size());
   m.diag.resize(rows.size());
   for (int r = 0; r < rows.size(); ++r) {
     for (int k = rows.all.off[r]; k < rows.all.off[r + 1]; ++k)

@@ -26,18 +26,6 @@ void size_to(std::vector<T>& x, std::size_t n)
   x.resize(std::min(x.capacity(), n + n / 16));
 }
 
-// size_anew : n items whose values so far are not kept. Where they do not fit, the memory goes back first,
-// and a quarter more than asked for is taken: what is not touched costs nothing.
-template <class T>
-void size_anew(std::vector<T>& x, std::size_t n)
-{
-  if (n > x.capacity() || n < x.capacity() / 2) {
-    std::vector<T>().swap(x);
-    x.reserve(n + n / 4);
-  }
-  x.resize(n);
-}
-
 // append : one item, n equal ones, or those from first to last
 template <class T>
 void append(std::vector<T>& x, T item)

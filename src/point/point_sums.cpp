@@ -69,7 +69,7 @@ void grid_compose(const GridLists& ext, int nnode, ListTable& list, RealVec& lis
 
 void point_sums(const Points& pts, int dim, int nnode, ActiveGrid& g, RealVec* support)
 {
-  size_anew(g.dS, g.point.item.size() * dim + PACK);     // rows of packs end behind the last one
+  g.dS.resize(g.point.item.size() * dim + PACK);     // rows of packs end behind the last one
   std::fill(g.dS.end() - PACK, g.dS.end(), 0.0);
   if (!support) return dim == 2 ? sums<2, false>(pts, g, nullptr) : sums<3, false>(pts, g, nullptr);
   support->assign(nnode, 0.0);

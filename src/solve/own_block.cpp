@@ -6,7 +6,6 @@
 
 #include "base/comm.h"
 #include "base/far_first.h"
-#include "base/grow.h"
 #include "base/log.h"
 #include "solve/solve_data.h"
 
@@ -102,8 +101,8 @@ void list_blocks(const SysMatrix& A, OwnBlock& own, Pairs& border)
     row_of[to]   = row;
     from[to]     = k;
   }, [](int, int) {});
-  size_anew(own.col, n);
-  size_anew(own.from, n);
+  own.col.resize(n);
+  own.from.resize(n);
   next.assign(own.off.begin(), own.off.end());
   for (int col = 0, k = 0; col < A.nrow; ++col)
     for (; k < end[col]; ++k) {

@@ -2,7 +2,6 @@
 #include <numeric>
 
 #include "base/comm.h"
-#include "base/grow.h"
 #include "base/log.h"
 #include "solve/solve_data.h"
 
@@ -142,8 +141,12 @@ void sys_pattern(const ListTable& lists, int nrow, int dim, SysMatrix& A)
     A.off.push_back(static_cast<int>(A.col.size()));
   }
   A.col.shrink_to_fit();
-  size_anew(val, A.col.size() * dim * dim);
-  std::fill(val.begin(), val.end(), 0.0);
+  const size_t numbers = A.col.size() * dim * dim;
+  if (val.capacity() < numbers) {
+    val = RealVec();
+    val.reserve(numbers + numbers / 4);      // patterns of a run grow by little; what is not touched is free
+  }
+  val.assign(numbers, 0.0);
   A.val = std::move(val);
 }
 
