@@ -256,7 +256,7 @@ std::vector<IntVec> frac_outer(const Model& m, const IntVec& rank, int ranks, st
     }
   }
   notch.clear();
-  if (*std::max_element(all.begin(), all.end()) == 0.0) return list;
+  if (all.empty() || *std::max_element(all.begin(), all.end()) == 0.0) return list;
   notch = find_notched(m, s, rank, reach, all);
   for (size_t e = 0; e < reach.size(); ++e)
     if (notch[e]) reach[e] = all[e];
