@@ -155,9 +155,9 @@ void add_near(const Cells& c, const Sizes& s, const IntVec& rank, const RealVec&
 }
 
 // elements of other ranks at a node of what a rank has so far
-void add_neighbours(const Mesh& mesh, const IntVec& rank, std::vector<IntVec>& list)
+void add_neighbours(const Mesh& mesh, const ListTable& of_node, const IntVec& rank,
+                    std::vector<IntVec>& list)
 {
-  const ListTable of_node = frac_of_node(mesh);
   const auto each = [&](int e, auto use) {
     for (int k = mesh.conn.off[e]; k < mesh.conn.off[e + 1]; ++k)
       for (int q = of_node.off[mesh.conn.item[k]]; q < of_node.off[mesh.conn.item[k] + 1]; ++q)
@@ -180,10 +180,10 @@ void add_neighbours(const Mesh& mesh, const IntVec& rank, std::vector<IntVec>& l
 }
 
 // Elements that break by BALL near which a notch may end, and those by FORCE
-std::vector<char> find_notched(const Model& m, const Sizes& s, const IntVec& rank, const RealVec& most,
-                               const RealVec& all)
+std::vector<char> find_notched(const Model& m, const ListTable& of_node, const Sizes& s, const IntVec& rank,
+                               const RealVec& most, const RealVec& all)
 {
-  const IntVec hollow = hollow_elements(m.mesh, frac_of_node(m.mesh), model_removed(m));
+  const IntVec hollow = hollow_elements(m.mesh, of_node, model_removed(m));
   std::vector<char> notched(all.size(), 0);
   for (size_t e = 0; e < all.size(); ++e) notched[e] = most[e] == all[e];
   const Cells cells = find_cells(s, rank, all);
@@ -257,13 +257,15 @@ std::vector<IntVec> frac_outer(const Model& m, const IntVec& rank, int ranks, st
   }
   notch.clear();
   if (all.empty() || *std::max_element(all.begin(), all.end()) == 0.0) return list;
-  notch = find_notched(m, s, rank, reach, all);
-  for (size_t e = 0; e < reach.size(); ++e)
+  const ListTable of_node = frac_of_node(m.mesh);
+  // by FORCE alone all look as far
+  if (reach != all) notch = find_notched(m, of_node, s, rank, reach, all);
+  for (size_t e = 0; e < notch.size(); ++e)
     if (notch[e]) reach[e] = all[e];
   const Cells cells = find_cells(s, rank, reach);
   Around around;
   for (int o = 0; o < m.mesh.nelem(); ++o) add_near(cells, s, rank, reach, o, around, list);
-  add_neighbours(m.mesh, rank, list);
+  add_neighbours(m.mesh, of_node, rank, list);
   for (IntVec& of : list) std::sort(of.begin(), of.end());
   return list;
 }

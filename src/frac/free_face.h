@@ -16,6 +16,7 @@ struct FreeFace {
 // face_of : a face at t = 0: middle, area (length of an edge in the plane) times outward normal
 void face_of(const Mesh& mesh, int e, int f, double* mid, double* area);
 
+// free_face : face f of element e; removed: an element was behind it
 FreeFace free_face(const Mesh& mesh, int e, int f, bool removed);
 
 // look_at : two free faces with nothing but void between them; opposed: and 120 degrees or more between their
