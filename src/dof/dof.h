@@ -199,12 +199,16 @@ struct DivideBy {
 // that cannot be divided yet. Collective.
 void dof_part(bool whole, const DivideBy& by, Model& m);
 
-// dof_work : of the elements of this rank: as if they were intact, with which rows and iterations go, and
-// what those that are broken, and the points of those that have become some, cost above it      [2][nelem]
+// largest work of a rank over the mean that is as good as even: work is estimated no better
+constexpr double WORK_EVEN = 1.05;
+
+// dof_work : of the elements of this rank: what rows and iterations go with, as if they were intact or by the
+// pairs of nodes of the points that they have become; and what broken ones cost above it, and points [2][nelem]
 // dof_excess : the largest work of a rank over the mean, each kind for itself; rank: who works on each
 // point [npoint]. Collective.
-std::vector<RealVec> dof_work(const Model& m, const Elements& el, const Points& pts);
-double dof_excess(const Model& m, const Elements& el, const Points& pts, const IntVec& rank);
+//   in   uc   displacements of the corners [ncorner*dim]
+std::vector<RealVec> dof_work(const Model& m, const Elements& el, const Points& pts, const RealVec& uc);
+double dof_excess(const Model& m, const Elements& el, const Points& pts, const RealVec& uc, const IntVec& rank);
 
 // dof_divide : whose work is what, and the lists of this rank; fresh: rows or lists have changed. True:
 // the division is not the one that the pattern was made for.                               doc/theory.md 5.1
@@ -213,7 +217,7 @@ bool dof_divide(const Model& m, const Points& pts, const Level& now, const Activ
 
 // dof_share_points : MeshPart::window: which rank works on each point, when there are more of them. Those
 // that were elements go from rank to rank element by element, to one that knows them. Collective.
-void dof_share_points(const Model& m, const Elements& el, Points& pts, Division& d);
+void dof_share_points(const Model& m, const Elements& el, const RealVec& uc, Points& pts, Division& d);
 
 // dof_share_grid : divided model: the points, corners and bonds that the grid of this rank has lists for
 void dof_share_grid(const Model& m, const Points& pts, const Bonds& bonds, const ContactPairs& pairs,

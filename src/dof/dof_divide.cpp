@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <numeric>
 
@@ -11,40 +12,74 @@ namespace {
 
 // the largest work over the mean may grow by so much before all is divided again
 const double UNEVEN = 1.25;
-// the largest work over the mean, as points of a divided model are shared out
-const double EVEN = 1.05;
 
 // The work of elements and that of points are balanced apart from each other: rows and iterations go with
 // elements, active grid and projection with points
 enum WorkKind { WORK_ELEM, WORK_POINT, WORK_KINDS };
 
-// Broken material over intact one: intact elements and points are formed eight at once, broken ones one by
-// one. Measured in paper/p9_griffith, cycles of a tangent: C3D8 980 and 13 200, broken points 22 for each of
-// the pairs of their nodes and PAIRS_OF_LAW more
-const double BROKEN_ELEM = 13.0, BROKEN_POINT = 1.6, PAIRS_OF_LAW = 60.0;
+// Broken material over intact one, measured in paper/p9_griffith (doc/benchmarks.md, "Work of points"): a C3D8 that
+// is broken is formed one by one and costs 13 intact ones; a broken point costs, in the work of an intact one, 0.66
+// for each of the pairs of its nodes and PAIRS_OF_LAW more
+const double BROKEN_ELEM = 13.0, BROKEN_POINT = 0.66, PAIRS_OF_LAW = 110.0;
 
-// work of an element (eight at once take half of what one takes) and of a point on n grid nodes, in the same
-// unit
-double elem_work(const ElemBlock& b, bool broken)
+// work of an element (eight at once take half of what one takes) and of a point with so many pairs of nodes, in
+// the same unit
+double elem_work(Shape shape, bool broken)
 {
-  return (broken ? BROKEN_ELEM : 1.0) * 0.5 * pair_count(shape_info[b.shape].nen) * shape_info[b.shape].ngp;
+  return (broken ? BROKEN_ELEM : 1.0) * 0.5 * pair_count(shape_info[shape].nen) * shape_info[shape].ngp;
 }
-double point_work(int n, bool broken)
+double point_work(double pairs, bool broken)
 {
-  return 2.0 * (broken ? BROKEN_POINT * (pair_count(n) + PAIRS_OF_LAW) : pair_count(n));
+  return 2.0 * (broken ? BROKEN_POINT * (pairs + PAIRS_OF_LAW) : pairs);
 }
 
-// the same where its grid nodes are not known here: on those of two cells each way
-double usual_work(const Points& pts, int dim, int q) { return point_work(dim == 2 ? 9 : 27, pts.eroded(q)); }
+// Pairs of nodes of a point whose lists may not be there: of the cells of the grid that its box meets, for the
+// corners that move with the grid, and of as many nodes as it has corners for those that hang
+//   in   uc   displacements of the corners
+double pairs_of_point(const Model& m, const Points& pts, const RealVec& uc, int q)
+{
+  const int corners = pts.conn.count(q), dim = m.dim;
+  const auto on_grid = [&](int c) {
+    return pts.field[c] != FIELD_OWN && (pts.hangs.empty() || pts.hangs[c] == HANG_GRID);
+  };
+  const auto free = std::count_if(pts.conn.begin(q), pts.conn.begin(q + 1), on_grid);
+  double nodes = free > 0 ? 1.0 : 0.0;
+  for (int i = 0; i < dim && free > 0; ++i) {
+    double low = 1e300, high = -1e300;
+    for (int k = pts.conn.off[q]; k < pts.conn.off[q + 1]; ++k) {
+      const size_t at = static_cast<size_t>(pts.conn.item[k]) * dim + i;
+      const double x  = (pts.Xc[at] + uc[at] - m.grid.lo[i]) / m.grid.h[i];
+      low  = std::min(low, x);
+      high = std::max(high, x);
+    }
+    nodes *= 2.0 + std::floor(high) - std::floor(low);
+  }
+  return (pair_count(corners) * (corners - free) + 0.5 * nodes * (nodes + 1.0) * free) / corners;
+}
+
+// Work of a point, and what rows and iterations go with: as the work of an element with as many pairs of nodes
+struct PointWork { double rows, material; };
+PointWork work_of_point(const Model& m, const Points& pts, const RealVec& uc, int q)
+{
+  const double pairs = pairs_of_point(m, pts, uc, q);
+  const int e = pts.parent[q];
+  PointWork w = {0.0, point_work(pairs, pts.eroded(q))};
+  if (e < 0) return w;
+  int points = 1;
+  for (int p = pts.next[q]; p != q; p = pts.next[p]) ++points;
+  const Shape shape = elem_table[m.mesh.elem_type[e]].shape;
+  w.rows = elem_work(shape, false) / points * pairs / pair_count(shape_info[shape].nen);
+  return w;
+}
 
 // calls use(rank, kind, work) for each element and point, in the order of dof_lists
 template <class Use>
 void each_work(const Elements& el, const Points& pts, const ActiveGrid& grid, Division& d, Use use)
 {
   for (const ElemBlock& b : el.block)
-    for (int slot : b.live) use(d.elem[b.elem[slot]], WORK_ELEM, elem_work(b, el.broken(b.elem[slot]) >= 0));
+    for (int slot : b.live) use(d.elem[b.elem[slot]], WORK_ELEM, elem_work(b.shape, el.broken(b.elem[slot]) >= 0));
   for (int q = 0; q < grid.point.size(); ++q)
-    use(d.point[q], WORK_POINT, point_work(grid.point.count(q), pts.eroded(q)));
+    use(d.point[q], WORK_POINT, point_work(pair_count(grid.point.count(q)), pts.eroded(q)));
 }
 
 // the largest work of a rank over the mean, each kind for itself
@@ -295,7 +330,7 @@ std::vector<RankWork> work_of_ranks(const Model& m, const Elements& el)
   double count = 0.0;
   for (const ElemBlock& b : el.block)
     for (int slot : b.live) {
-      own.all += elem_work(b, el.broken(b.elem[slot]) >= 0);
+      own.all += elem_work(b.shape, el.broken(b.elem[slot]) >= 0);
       for (int i = 0; i < 3; ++i) own.centre[i] += m.mesh.X[3 * m.mesh.conn.begin(b.elem[slot])[0] + i];
       count += 1.0;
     }
@@ -399,7 +434,7 @@ std::vector<Handed> hand_over(const Model& m, const Points& pts, const RealVec& 
 
 }  // namespace
 
-void dof_share_points(const Model& m, const Elements& el, Points& pts, Division& d)
+void dof_share_points(const Model& m, const Elements& el, const RealVec& uc, Points& pts, Division& d)
 {
   const int made = pts.part.npoint + pts.part.ncorner;         // other corners: they have other ranks
   if (d.made == made && d.ranks == comm_size()) return;
@@ -413,7 +448,7 @@ void dof_share_points(const Model& m, const Elements& el, Points& pts, Division&
   std::map<int, int> first;                          // of elements, by number
   RealVec work(pts.npoint);
   for (int q = 0; q < pts.npoint; ++q) {
-    work[q] = usual_work(pts, m.dim, q);
+    work[q] = work_of_point(m, pts, uc, q).material;
     if (pts.parent[q] >= 0 && pts.of_elem[pts.parent[q]] == q) first[pts.part.point[q]] = q;
   }
   const std::vector<RankWork> elements = work_of_ranks(m, el);
@@ -425,11 +460,11 @@ void dof_share_points(const Model& m, const Elements& el, Points& pts, Division&
     return rank;
   };
   std::vector<RankWork> rank = loads();
-  const bool even = largest_part(rank) <= EVEN * std::max(1.0, d.excess);
+  const bool even = largest_part(rank) <= WORK_EVEN * std::max(1.0, d.excess);
   for (int k = 0; k < 4 * comm_size() && !even; ++k) {
     const int from = static_cast<int>(std::max_element(rank.begin(), rank.end(), less_work) - rank.begin());
     std::vector<Handed> handed;
-    if (from == comm_rank() && rank[from].all > EVEN * mean_work(rank))
+    if (from == comm_rank() && rank[from].all > WORK_EVEN * mean_work(rank))
       handed = hand_over(m, pts, X, work, rank, d.point);
     comm_allgatherv(handed);
     if (handed.empty()) break;
@@ -446,33 +481,40 @@ void dof_share_points(const Model& m, const Elements& el, Points& pts, Division&
   if (d.handed) point_find_common(m.part, d.point, pts);
 }
 
-std::vector<RealVec> dof_work(const Model& m, const Elements& el, const Points& pts)
+std::vector<RealVec> dof_work(const Model& m, const Elements& el, const Points& pts, const RealVec& uc)
 {
   std::vector<RealVec> work(WORK_KINDS, RealVec(m.mesh.nelem(), 0.0));
   for (const ElemBlock& b : el.block)
     for (int slot : b.live) {
       const int e = b.elem[slot];
-      work[WORK_ELEM][e]  = elem_work(b, false);
-      work[WORK_POINT][e] = elem_work(b, el.broken(e) >= 0) - work[WORK_ELEM][e];
+      work[WORK_ELEM][e]  = elem_work(b.shape, false);
+      work[WORK_POINT][e] = elem_work(b.shape, el.broken(e) >= 0) - work[WORK_ELEM][e];
     }
   for (int q = 0; q < pts.npoint; ++q) {
     const int e = pts.parent[q];
-    if (e >= 0 && m.part.works(e)) work[WORK_POINT][e] += usual_work(pts, m.dim, q);
+    if (e < 0 || !m.part.works(e)) continue;
+    const PointWork w = work_of_point(m, pts, uc, q);
+    work[WORK_ELEM][e]  += w.rows;
+    work[WORK_POINT][e] += w.material;
   }
   return work;
 }
 
-double dof_excess(const Model& m, const Elements& el, const Points& pts, const IntVec& rank)
+double dof_excess(const Model& m, const Elements& el, const Points& pts, const RealVec& uc, const IntVec& rank)
 {
   const int me = comm_rank();
   double load[WORK_KINDS] = {}, most[WORK_KINDS];
   for (const ElemBlock& b : el.block)
     for (int slot : b.live) {
-      load[WORK_ELEM] += elem_work(b, false);
-      load[WORK_POINT] += elem_work(b, el.broken(b.elem[slot]) >= 0) - elem_work(b, false);
+      load[WORK_ELEM] += elem_work(b.shape, false);
+      load[WORK_POINT] += elem_work(b.shape, el.broken(b.elem[slot]) >= 0) - elem_work(b.shape, false);
     }
-  for (int q = 0; q < pts.npoint; ++q)
-    if (rank[q] == me) load[WORK_POINT] += usual_work(pts, m.dim, q);
+  for (int q = 0; q < pts.npoint; ++q) {
+    if (rank[q] != me) continue;
+    const PointWork w = work_of_point(m, pts, uc, q);
+    load[WORK_ELEM]  += w.rows;
+    load[WORK_POINT] += w.material;
+  }
   std::copy(load, load + WORK_KINDS, most);
   comm_max(most, WORK_KINDS);
   comm_sum(load, WORK_KINDS);

@@ -37,11 +37,11 @@ bool step_divides_again(Problem& p)
   WorkShare& share = p.share;
   const int events = fr.neroded + fr.nconverted;
   if (events != share.events) {
-    share.now = dof_excess(m, p.d.el, pts, m.part.window ? p.st.division.point : pts.part.rank);
+    share.now = dof_excess(m, p.d.el, pts, p.st.n.uc, m.part.window ? p.st.division.point : pts.part.rank);
     if (share.events == AFTER_DIVISION) share.excess = std::max(1.0, share.now);
   }
   share.events = events;
-  share.lost += std::max(0.0, share.now / share.excess - 1.0);
+  if (share.now > WORK_EVEN * share.excess) share.lost += share.now / share.excess - 1.0;
   if (share.lost <= most_lost()) return false;
   log_note("  the model is divided among the ranks again: the largest part was %.2f of the mean",
            share.now);
@@ -81,7 +81,7 @@ DivideBy step_divide_by(const Problem& p)
     for (size_t r = 0; r < of_rank.size(); ++r)
       for (int e : of_rank[r]) by.rank[e] = static_cast<int>(r);
   } else {
-    by.work = dof_work(m, p.d.el, p.st.points);
+    by.work = dof_work(m, p.d.el, p.st.points, p.st.n.uc);
   }
   for (RealVec& kind : by.work) {
     RealVec own, all(comm_rank() == 0 ? part.nelem : 0, 0.0);

@@ -212,7 +212,7 @@ Failure step_prepare(Problem& p, const Step& s)
     timer_skip(PHASE_CONTACT);
   }
   point_groups(st.points, p.d.point_law);
-  if (p.m.part.window) dof_share_points(p.m, p.d.el, st.points, st.division);
+  if (p.m.part.window) dof_share_points(p.m, p.d.el, st.n.uc, st.points, st.division);
   dof_share_grid(p.m, st.points, st.bonds, p.d.pairs, st.division, p.d.mine);
   bool stays, known;
   grid_serves(p, xb, stays, known);
