@@ -105,6 +105,21 @@ bool moves_fast(const SolverData& d, const SolveAsk& ask, int dim)
   return ask.inertia && !d.factored && (!c.known || c.rate * fast_limit(dim) >= ask.digits);
 }
 
+// in motion conjugate gradients are as exact as a factorisation when they go on for long enough, and need no room
+// for factors
+const double EXACT = 1e-12;
+
+SolveAsk exact_in_motion(const Solver& s, const SolveAsk& ask, int dim)
+{
+  SolveAsk by = ask;
+  by.exact    = false;
+  by.eta      = EXACT;
+  by.energy = by.residual = 0.0;
+  by.digits = -std::log10(EXACT);
+  const bool alone = ask.exact && !ask.broken && s.def.kind == SOLVER_AUTO && s.def.reuse;
+  return alone && moves_fast(*s.data, by, dim) ? by : ask;
+}
+
 // seconds of a solution by factorisation
 double direct_seconds(const SolverData& d, bool pattern_known)
 {
@@ -597,7 +612,8 @@ Status solve_system(Solver& s, const SysMatrix& A, const SolveAsk& ask, const Re
   SolverData& d  = *s.data;
   count_entries(A, ask.pattern, d);
   const long analysed = s.nanalyse, factored = s.nfactor;
-  const Status status = first_pays(s, A, ask) ? first_solve(s, A, ask, b, x) : by_best(s, A, ask, b, x);
+  const Status status = first_pays(s, A, ask) ? first_solve(s, A, ask, b, x)
+                                              : by_best(s, A, exact_in_motion(s, ask, A.dim), b, x);
   if (s.nanalyse == analysed) timer_skip(PHASE_ANALYSIS);
   if (s.nfactor == factored) timer_skip(PHASE_FACTOR);
   return status;

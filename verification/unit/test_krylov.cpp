@@ -241,6 +241,27 @@ TEST(Krylov, NegativeCurvatureIsFactorised)
   }
 }
 
+// an exact solution in motion takes no factors; in statics, and where iterations are many, it does
+TEST(Krylov, ExactInMotionWithoutFactors)
+{
+  for (double soft : {0.5, 1e-4}) {
+    for (bool moves : {true, false}) {
+      const Springs k = springs(3, 0, 30, 30, 1.0, soft);
+      const RealVec b = right_hand_side(k.A);
+      RealVec x;
+      Solver s   = open(SOLVER_AUTO, PRECOND_AUTO);
+      SolveAsk a = ask(k.key, 1);
+      a.eta     = 1e-3;
+      a.exact   = true;
+      a.inertia = moves;
+      ASSERT_EQ(solve_system(s, k.A, a, b, x), STATUS_OK);
+      EXPECT_LT(residual(k.A, b, x), 1e-10);
+      EXPECT_EQ(s.nfactor, moves && soft == 0.5 ? 0 : 1) << soft;
+      solve_close(s);
+    }
+  }
+}
+
 // the same number: the same matrix, no second factorisation; REUSE=NO factorises all the same
 TEST(Krylov, SameMatrixKeepsItsFactors)
 {
