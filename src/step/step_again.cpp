@@ -10,7 +10,7 @@ namespace {
 
 // increments that may be lost to uneven work before the model is divided again, which costs one or two.
 // Measured: doc/benchmarks.md, "Division again". MPFE_DIVIDE=1 (tests): sooner
-const double LOST = 2.5, LOST_TESTS = 0.25;
+const double LOST = 1.5, LOST_TESTS = 0.25;
 
 double most_lost()
 {
