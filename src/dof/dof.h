@@ -202,13 +202,15 @@ void dof_part(bool whole, const DivideBy& by, Model& m);
 // largest work of a rank over the mean that is as good as even: work is estimated no better
 constexpr double WORK_EVEN = 1.05;
 
-// dof_work : of the elements of this rank: what rows and iterations go with, as if they were intact or by the
-// pairs of nodes of the points that they have become; and what broken ones cost above it, and points [2][nelem]
+// dof_work : of the elements of this rank, [2][nelem]: what rows and iterations go with, as if they were
+// intact or by the pairs of nodes of the points that they have become; what broken ones cost above it, and
+// points
 // dof_excess : the largest work of a rank over the mean, each kind for itself; rank: who works on each
 // point [npoint]. Collective.
 //   in   uc   displacements of the corners [ncorner*dim]
 std::vector<RealVec> dof_work(const Model& m, const Elements& el, const Points& pts, const RealVec& uc);
-double dof_excess(const Model& m, const Elements& el, const Points& pts, const RealVec& uc, const IntVec& rank);
+double dof_excess(const Model& m, const Elements& el, const Points& pts, const RealVec& uc,
+                  const IntVec& rank);
 
 // dof_divide : whose work is what, and the lists of this rank; fresh: rows or lists have changed. True:
 // the division is not the one that the pattern was made for.                               doc/theory.md 5.1

@@ -17,13 +17,13 @@ const double UNEVEN = 1.25;
 // elements, active grid and projection with points
 enum WorkKind { WORK_ELEM, WORK_POINT, WORK_KINDS };
 
-// Broken material over intact one, measured in paper/p9_griffith (doc/benchmarks.md, "Work of points"): a C3D8 that
-// is broken is formed one by one and costs 13 intact ones; a broken point costs, in the work of an intact one, 0.66
-// for each of the pairs of its nodes and PAIRS_OF_LAW more
+// Broken material over intact one, measured in paper/p9_griffith (doc/benchmarks.md, "Work of points"): a
+// C3D8 that is broken is formed one by one and costs 13 intact ones; a broken point costs, in the work of an
+// intact one, 0.66 for each of the pairs of its nodes and PAIRS_OF_LAW more
 const double BROKEN_ELEM = 13.0, BROKEN_POINT = 0.66, PAIRS_OF_LAW = 110.0;
 
-// work of an element (eight at once take half of what one takes) and of a point with so many pairs of nodes, in
-// the same unit
+// work of an element (eight at once take half of what one takes) and of a point with so many pairs of nodes,
+// in the same unit
 double elem_work(Shape shape, bool broken)
 {
   return (broken ? BROKEN_ELEM : 1.0) * 0.5 * pair_count(shape_info[shape].nen) * shape_info[shape].ngp;
@@ -33,8 +33,8 @@ double point_work(double pairs, bool broken)
   return 2.0 * (broken ? BROKEN_POINT * (pairs + PAIRS_OF_LAW) : pairs);
 }
 
-// Pairs of nodes of a point whose lists may not be there: of the cells of the grid that its box meets, for the
-// corners that move with the grid, and of as many nodes as it has corners for those that hang
+// Pairs of nodes of a point whose lists may not be there: of the cells of the grid that its box meets, for
+// the corners that move with the grid, and of as many nodes as it has corners for those that hang
 //   in   uc   displacements of the corners
 double pairs_of_point(const Model& m, const Points& pts, const RealVec& uc, int q)
 {
@@ -54,10 +54,11 @@ double pairs_of_point(const Model& m, const Points& pts, const RealVec& uc, int 
     }
     nodes *= 2.0 + std::floor(high) - std::floor(low);
   }
+  nodes = std::min(nodes, std::ldexp(static_cast<double>(free), dim));       // a corner sees 2^dim of them
   return (pair_count(corners) * (corners - free) + 0.5 * nodes * (nodes + 1.0) * free) / corners;
 }
 
-// Work of a point, and what rows and iterations go with: as the work of an element with as many pairs of nodes
+// Work of a point, and what rows and iterations go with: the work of an element with as many pairs of nodes
 struct PointWork { double rows, material; };
 PointWork work_of_point(const Model& m, const Points& pts, const RealVec& uc, int q)
 {
@@ -77,7 +78,10 @@ template <class Use>
 void each_work(const Elements& el, const Points& pts, const ActiveGrid& grid, Division& d, Use use)
 {
   for (const ElemBlock& b : el.block)
-    for (int slot : b.live) use(d.elem[b.elem[slot]], WORK_ELEM, elem_work(b.shape, el.broken(b.elem[slot]) >= 0));
+    for (int slot : b.live) {
+      const int e = b.elem[slot];
+      use(d.elem[e], WORK_ELEM, elem_work(b.shape, el.broken(e) >= 0));
+    }
   for (int q = 0; q < grid.point.size(); ++q)
     use(d.point[q], WORK_POINT, point_work(pair_count(grid.point.count(q)), pts.eroded(q)));
 }
@@ -500,7 +504,8 @@ std::vector<RealVec> dof_work(const Model& m, const Elements& el, const Points& 
   return work;
 }
 
-double dof_excess(const Model& m, const Elements& el, const Points& pts, const RealVec& uc, const IntVec& rank)
+double dof_excess(const Model& m, const Elements& el, const Points& pts, const RealVec& uc,
+                  const IntVec& rank)
 {
   const int me = comm_rank();
   double load[WORK_KINDS] = {}, most[WORK_KINDS];

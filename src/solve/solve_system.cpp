@@ -105,8 +105,8 @@ bool moves_fast(const SolverData& d, const SolveAsk& ask, int dim)
   return ask.inertia && !d.factored && (!c.known || c.rate * fast_limit(dim) >= ask.digits);
 }
 
-// in motion conjugate gradients are as exact as a factorisation when they go on for long enough, and need no room
-// for factors
+// in motion conjugate gradients are as exact as a factorisation when they go on for long enough, and need no
+// room for factors
 const double EXACT = 1e-12;
 
 SolveAsk exact_in_motion(const Solver& s, const SolveAsk& ask, int dim)
