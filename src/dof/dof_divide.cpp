@@ -52,7 +52,7 @@ double pairs_of_point(const Model& m, const Points& pts, const RealVec& uc, int 
       low  = std::min(low, x);
       high = std::max(high, x);
     }
-    nodes *= 2.0 + std::floor(high) - std::floor(low);
+    nodes *= 1.0 + std::max(std::ceil(high), std::floor(low) + 1.0) - std::floor(low);
   }
   nodes = std::min(nodes, std::ldexp(static_cast<double>(free), dim));       // a corner sees 2^dim of them
   return (pair_count(corners) * (corners - free) + 0.5 * nodes * (nodes + 1.0) * free) / corners;

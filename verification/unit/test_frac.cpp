@@ -6,6 +6,7 @@
 #include <numeric>
 #include <random>
 
+#include "dof/dof.h"
 #include "elem/kernel_broken.h"
 #include "frac/frac.h"
 #include "frac/free_face.h"
@@ -889,6 +890,49 @@ TEST(Conversion, CornersHangOnNodes)
     for (int e = 0; e < m.mesh.nelem() / 8; ++e) rest.push_back(e);
     frac_convert(m, r.el, r.fm, rest, r.share, r.st);
     for (int on : r.st.points.hangs) EXPECT_EQ(HANG_GRID, on);
+  }
+}
+
+// work of an element that has become points, by which ranks share them: what its nodes on the grid make it,
+// known without their lists; rows of one that hangs on its nodes stay those of an element
+TEST(Conversion, WorkGoesByNodes)
+{
+  for (Shape shape : {SHAPE_QUAD4, SHAPE_HEX8}) {
+    Model m = row_of(shape, 8, unit);
+    allow_conversion(m, 2);
+    m.body[0].hang         = true;
+    m.conversion[0].bonded = false;
+    m.grid.given = true;
+    for (int i = 0; i < 3; ++i) {
+      m.grid.lo[i] = -2.0;
+      m.grid.h[i]  = 0.9;
+      m.grid.n[i]  = 13;
+    }
+    Trial r(m, 3);
+    std::fill(r.st.n.u.begin(), r.st.n.u.end(), 0.0);
+    const RealVec intact = dof_work(m, r.el, r.st.points, r.st.n.uc)[0];
+    IntVec some(7);                                    // an element is left at x = 0
+    std::iota(some.begin(), some.end(), 1);
+    frac_convert(m, r.el, r.fm, some, r.share, r.st);
+    const Points& p = r.st.points;
+    ActiveGrid g;
+    int worst = -1;
+    ASSERT_EQ(STATUS_OK, grid_activate(m, p, r.st.bonds, GridShare(), r.st.n.uc, {}, g, &worst));
+    const std::vector<RealVec> work = dof_work(m, r.el, p, r.st.n.uc);
+    EXPECT_EQ(intact[0], work[0][0]);
+    EXPECT_EQ(0.0, work[1][0]);
+    for (int e = 1; e < 8; ++e) {
+      double pairs = 0.0;
+      for (int q = p.of_elem[e]; q < p.npoint && p.parent[q] == e; ++q)
+        pairs += pair_count(g.point.count(q));
+      if (e == 1) {                                    // hangs
+        EXPECT_EQ(pairs, 0.5 * work[1][e]) << shape;
+        EXPECT_NEAR(intact[e], work[0][e], 1e-12 * intact[e]);
+      } else if (e > 3) {                              // on the grid; weak nodes follow others
+        EXPECT_NEAR(pairs, 0.5 * work[1][e], (e == 7 ? 0.8 : 0.12) * pairs) << shape << " " << e;
+        EXPECT_GT(work[0][e], intact[e]);
+      }
+    }
   }
 }
 
