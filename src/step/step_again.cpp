@@ -38,7 +38,8 @@ bool step_divides_again(Problem& p)
   const int events = fr.neroded + fr.nconverted;
   if (events != share.events) {
     share.now = dof_excess(m, p.d.el, pts, p.st.n.uc, m.part.window ? p.st.division.point : pts.part.rank);
-    if (share.events == AFTER_DIVISION) share.excess = std::max(1.0, share.now);
+    const bool intact = share.events == AT_START && events == 0;
+    if (intact || share.events == AFTER_DIVISION) share.excess = std::max(1.0, share.now);
   }
   share.events = events;
   if (share.now > WORK_EVEN * share.excess) share.lost += share.now / share.excess - 1.0;
