@@ -41,8 +41,7 @@ int grid_field(const Points& pts, const SkinFace& f)
   const ShapeInfo& info = shape_info[pts.shape[f.elem]];
   for (int k = 0; k < info.nfnode[f.face]; ++k) {
     const int c = pts.conn.begin(f.elem)[info.face[f.face][k]];
-    const bool on_grid = c >= static_cast<int>(pts.hangs.size()) || pts.hangs[c] == HANG_GRID;
-    if (pts.field[c] != FIELD_OWN && on_grid) return pts.field[c];
+    if (pts.carrier(c) == HANG_GRID) return pts.field[c];
   }
   return -1;
 }

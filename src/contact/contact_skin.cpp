@@ -113,8 +113,7 @@ void add_carriers(const Model& m, const Points& pts, int kin, IntVec& out)
     out.push_back(kin);
     return;
   }
-  const int hangs = c < static_cast<int>(pts.hangs.size()) && pts.field[c] != FIELD_OWN ? pts.hangs[c]
-                                                                                        : HANG_GRID;
+  const int hangs = pts.carrier(c);
   if (hangs == HANG_NODE) out.push_back(pts.hang.begin(c)[0]);
   else if (hangs == HANG_CORNERS)
     for (int k = 0; k < pts.hang.count(c); ++k) add_carriers(m, pts, nnode - 1 - pts.hang.begin(c)[k], out);

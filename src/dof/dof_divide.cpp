@@ -39,9 +39,7 @@ double point_work(double pairs, bool broken)
 double pairs_of_point(const Model& m, const Points& pts, const RealVec& uc, int q)
 {
   const int corners = pts.conn.count(q), dim = m.dim;
-  const auto on_grid = [&](int c) {
-    return pts.field[c] != FIELD_OWN && (pts.hangs.empty() || pts.hangs[c] == HANG_GRID);
-  };
+  const auto on_grid = [&](int c) { return pts.carrier(c) == HANG_GRID; };
   const auto free = std::count_if(pts.conn.begin(q), pts.conn.begin(q + 1), on_grid);
   double nodes = free > 0 ? 1.0 : 0.0;
   for (int i = 0; i < dim && free > 0; ++i) {
@@ -452,7 +450,7 @@ void dof_share_points(const Model& m, const Elements& el, const RealVec& uc, Poi
   std::map<int, int> first;                          // of elements, by number
   RealVec work(pts.npoint);
   for (int q = 0; q < pts.npoint; ++q) {
-    work[q] = work_of_point(m, pts, uc, q).material;
+    work[q] = point_work(pairs_of_point(m, pts, uc, q), pts.eroded(q));
     if (pts.parent[q] >= 0 && pts.of_elem[pts.parent[q]] == q) first[pts.part.point[q]] = q;
   }
   const std::vector<RankWork> elements = work_of_ranks(m, el);

@@ -71,6 +71,12 @@ struct Points {
   {
     return c >= static_cast<int>(apart.size()) || apart[c] == 0 || apart[c] > before;
   }
+  // HangOn of a corner: what carries it                                                 (7.14)
+  int carrier(int c) const
+  {
+    if (field[c] == FIELD_OWN) return HANG_OWN;
+    return c < static_cast<int>(hangs.size()) ? hangs[c] : HANG_GRID;
+  }
   bool converted(int e) const { return !of_elem.empty() && of_elem[e] >= 0; }
   // carries what broken material still does; a released point is a whole piece of material again
   bool eroded(int p) const { return broken[p] >= 0 && !released[p]; }

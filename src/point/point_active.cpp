@@ -106,12 +106,6 @@ struct Touched {
   }
 };
 
-// what carries corner c                                                              (7.14)
-int carrier(const Points& pts, int c)
-{
-  return pts.field[c] == FIELD_OWN ? HANG_OWN : pts.hangs.empty() ? HANG_GRID : pts.hangs[c];
-}
-
 // corners between nodes get the unknowns of the corners at these nodes               (7.14)
 void follow_corners(const Points& pts, const GridShare& share, int nnode, ActiveGrid& g)
 {
@@ -132,7 +126,7 @@ void follow_corners(const Points& pts, const GridShare& share, int nnode, Active
         out_w[place[n]] += w * g.corner_w[k];
       }
     };
-    if (carrier(pts, c) != HANG_CORNERS) add(c, 1.0);
+    if (pts.carrier(c) != HANG_CORNERS) add(c, 1.0);
     else
       for (int k = pts.hang.off[c]; k < pts.hang.off[c + 1] && share.has_corner(c); ++k)
         add(-1 - pts.hang.item[k], pts.hang_w[k]);
@@ -159,7 +153,7 @@ Status touch(const Model& m, const Points& pts, const Bonds& bonds, const GridSh
   Touched corner(pts.ncorner, 1 << D, corner_key, g.corner, g.corner_w);
   for (int c = 0; c < pts.ncorner; ++c) {
     int n = 0;
-    const int on = owned[c] ? carrier(pts, c) : HANG_CORNERS;
+    const int on = owned[c] ? pts.carrier(c) : HANG_CORNERS;
     if (on == HANG_NODE || on == HANG_OWN) {
       corner_key[corner.n] =
           on == HANG_NODE ? key_node + pts.hang.begin(c)[0] : key_own + pts.corner_number(c);
@@ -195,7 +189,7 @@ Status touch(const Model& m, const Points& pts, const Bonds& bonds, const GridSh
     double mid[D] = {};
     bool follows = false;      // others: the grid around its centre need not exist
     for (int k = pts.conn.off[p]; k < pts.conn.off[p + 1]; ++k) {
-      follows = follows || carrier(pts, pts.conn.item[k]) != HANG_GRID;
+      follows = follows || pts.carrier(pts.conn.item[k]) != HANG_GRID;
       for (int i = 0; i < D; ++i) mid[i] += pts.w[k] * x[pts.conn.item[k] * D + i];
     }
     if (follows) continue;
@@ -615,7 +609,7 @@ bool grid_stays(const Model& m, const Points& pts, const Bonds& bonds, const Gri
     for (int i = 0; i < dim; ++i) way += std::fabs(to[i] - from[i]) / m.grid.h[i];
     return way <= m.grid.keep;
   };
-  const auto carried = [&](int c) { return pts.field[c] >= 0 && carrier(pts, c) == HANG_GRID; };
+  const auto carried = [&](int c) { return pts.field[c] >= 0 && pts.carrier(c) == HANG_GRID; };
   if (m.grid.keep == 0.0) return false;
   for (int c = 0; c < pts.ncorner; ++c)
     if (!stays(&laid.uc[c * dim], &uc[c * dim]) && carried(c)) return false;

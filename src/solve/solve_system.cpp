@@ -111,13 +111,13 @@ const double EXACT = 1e-12;
 
 SolveAsk exact_in_motion(const Solver& s, const SolveAsk& ask, int dim)
 {
+  if (!ask.exact || ask.broken || s.def.kind != SOLVER_AUTO || !s.def.reuse) return ask;
   SolveAsk by = ask;
   by.exact    = false;
   by.eta      = EXACT;
   by.energy = by.residual = 0.0;
   by.digits = -std::log10(EXACT);
-  const bool alone = ask.exact && !ask.broken && s.def.kind == SOLVER_AUTO && s.def.reuse;
-  return alone && moves_fast(*s.data, by, dim) ? by : ask;
+  return moves_fast(*s.data, by, dim) ? by : ask;
 }
 
 // seconds of a solution by factorisation

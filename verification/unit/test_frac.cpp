@@ -847,21 +847,28 @@ TEST(Conversion, KeepsPlacesAndStrain)
   }
 }
 
+// 8 elements in a row whose points hang on what is left of them, on a grid
+static Model hanging_row(Shape shape)
+{
+  Model m = row_of(shape, 8, unit);
+  allow_conversion(m, 2);
+  m.body[0].hang         = true;
+  m.conversion[0].bonded = false;
+  m.grid.given = true;
+  for (int i = 0; i < 3; ++i) {
+    m.grid.lo[i] = -2.0;
+    m.grid.h[i]  = 0.9;
+    m.grid.n[i]  = 13;
+  }
+  return m;
+}
+
 // what carries the corners: nodes that have an element, unknowns of their own between two rows of such
 // elements, the grid inside; what lies between nodes follows the corners there
 TEST(Conversion, CornersHangOnNodes)
 {
   for (Shape shape : {SHAPE_TRI3, SHAPE_QUAD4, SHAPE_TET4, SHAPE_HEX8}) {
-    Model m = row_of(shape, 8, unit);
-    allow_conversion(m, 2);
-    m.body[0].hang         = true;
-    m.conversion[0].bonded = false;
-    m.grid.given = true;
-    for (int i = 0; i < 3; ++i) {
-      m.grid.lo[i] = -2.0;
-      m.grid.h[i]  = 0.9;
-      m.grid.n[i]  = 13;
-    }
+    Model m = hanging_row(shape);
     Trial r(m, 3);
     std::fill(r.st.n.u.begin(), r.st.n.u.end(), 0.0);
     IntVec some;                                       // those from x = 1 to 8
@@ -898,16 +905,7 @@ TEST(Conversion, CornersHangOnNodes)
 TEST(Conversion, WorkGoesByNodes)
 {
   for (Shape shape : {SHAPE_QUAD4, SHAPE_HEX8}) {
-    Model m = row_of(shape, 8, unit);
-    allow_conversion(m, 2);
-    m.body[0].hang         = true;
-    m.conversion[0].bonded = false;
-    m.grid.given = true;
-    for (int i = 0; i < 3; ++i) {
-      m.grid.lo[i] = -2.0;
-      m.grid.h[i]  = 0.9;
-      m.grid.n[i]  = 13;
-    }
+    Model m = hanging_row(shape);
     Trial r(m, 3);
     std::fill(r.st.n.u.begin(), r.st.n.u.end(), 0.0);
     const RealVec intact = dof_work(m, r.el, r.st.points, r.st.n.uc)[0];
