@@ -117,14 +117,17 @@ std::string restart_path(const Model& m, const Options& o)
 }
 
 // rank 0 reads and checks the deck, and gives the others what they need of the model. False: errors
-bool read_model(const Options& o, Model& m)
+//   out  near   Output
+bool read_model(const Options& o, Model& m, std::vector<NearFace>& near)
 {
   Timer timer(PHASE_INPUT);
   if (comm_bcast(comm_rank() > 0 ? 0 : deck_read(o.deck, o.defines, m)) > 0) return false;
   m.out_dir = o.out_dir;
   DivideBy by;
-  if (comm_rank() == 0) by.skin = out_restart_skin(m, restart_path(m, o));
+  if (comm_rank() == 0 && !out_restart_pieces(m, restart_path(m, o), by))
+    by.skin = out_restart_skin(m, restart_path(m, o));
   dof_part(o.check, by, m);
+  near.swap(by.skin);
   log_keep(m.part.on);
   return true;
 }
@@ -137,11 +140,11 @@ struct Run {                   // what the ranks work on
 
 // The work of a run is divided again: deck and state go to the ranks as other pieces. False: the deck is not
 // what it was, or there is no room for the state; the run goes on as it is
-bool divide_again(const Options& o, std::unique_ptr<Run>& run, Archive& state)
+bool divide_again(const Options& o, std::unique_ptr<Run>& run, Archive& state, std::vector<NearFace>& near)
 {
   Timer timer(PHASE_INPUT);
   const Model& old  = run->model;
-  const DivideBy by = step_divide_by(run->problem);
+  DivideBy by = step_divide_by(run->problem);
   step_forget(run->problem);
   Model m;
   bool good = true;
@@ -154,7 +157,7 @@ bool divide_again(const Options& o, std::unique_ptr<Run>& run, Archive& state)
   if (!good) {
     log_warn("the model cannot be divided among the ranks again: the deck has changed since the run began, "
              "or there is no room for temporary files; the run goes on as it is");
-    run->problem.share.stays = true;
+    run->problem.next.stays = true;
     return false;
   }
   Warned warned = run->problem.warned;
@@ -164,6 +167,7 @@ bool divide_again(const Options& o, std::unique_ptr<Run>& run, Archive& state)
   run->model         = std::move(m);
   run->model.out_dir = o.out_dir;
   dof_part(false, by, run->model);
+  near.swap(by.skin);
   run->problem.warned = std::move(warned);
   return true;
 }
@@ -206,13 +210,13 @@ int run(const Options& o)
   std::unique_ptr<Run> run = std::make_unique<Run>();
   Model& model     = run->model;
   Problem& problem = run->problem;
-  if (!read_model(o, model)) return EXIT_DECK;
+  Output out;
+  if (!read_model(o, model, out.near)) return EXIT_DECK;
   std::string taken;
   if (!o.check && !lock_job(model, taken)) return EXIT_RESOURCE;
   Archive state;
   if (!load_restart(model, o, state)) return EXIT_DECK;
   if (o.check) return check_only(problem);
-  Output out;
   out_listing_open(model, out, state.reading);
   if (!taken.empty()) log_warn("%s", taken.c_str());
   const int wrong = step_open(problem);
@@ -221,7 +225,7 @@ int run(const Options& o)
   RunFrom from = state.reading ? RUN_FILE : RUN_BEGIN;
   int code     = step_run(problem, from, state, out);
   while (run->problem.again) {
-    from = divide_again(o, run, state) ? RUN_DIVIDED : RUN_ON;
+    from = divide_again(o, run, state, out.near) ? RUN_DIVIDED : RUN_ON;
     if (from == RUN_DIVIDED) open_again(run->problem);
     code = step_run(run->problem, from, state, out);
   }

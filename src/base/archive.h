@@ -189,16 +189,20 @@ void archive_each(Archive& f, Use use)
   }
 }
 
+// archive_skip : reading: an array is left out
+template <class T>
+void archive_skip(Archive& f)
+{
+  const std::size_t n = archive_count(f, 0);
+  f.good = f.good && n <= (f.end() - f.at) / sizeof(T);
+  if (f.good) f.at += n * sizeof(T);
+}
+
 template <class T>
 void io(Archive& f, const Divided<T>& d)
 {
   static_assert(is_plain<T>, "divided arrays hold numbers");
-  if (f.reading && d.skip) {
-    const std::size_t n = archive_count(f, 0);
-    f.good = f.good && n <= (f.end() - f.at) / sizeof(T);
-    if (f.good) f.at += n * sizeof(T);
-    return;
-  }
+  if (f.reading && d.skip) return archive_skip<T>(f);
   if (!f.part || f.part[d.kind].all) return io(f, d.x);
   const ArchivePart& part = f.part[d.kind];
   if (!f.reading)

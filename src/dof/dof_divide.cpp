@@ -442,8 +442,9 @@ void dof_share_points(const Model& m, const Elements& el, const RealVec& uc, Poi
   if (d.made == made && d.ranks == comm_size()) return;
   if (d.ranks != comm_size()) d = Division();
   d.elem.clear();
-  d.ranks = comm_size();
-  d.made  = made;
+  d.ranks  = comm_size();
+  d.pieces = true;
+  d.made   = made;
   const IntVec rank_of = point_ranks(m.part, pts);
   d.point.insert(d.point.end(), rank_of.begin() + static_cast<long>(d.point.size()), rank_of.end());
   const RealVec X = point_centres(pts, m.dim);
@@ -603,7 +604,9 @@ bool dof_divide(const Model& m, const Points& pts, const Level& now, const Activ
 {
   const Mesh& mesh = m.mesh;
   if (comm_size() == 1 || m.part.on) {
-    if (!m.part.on || (m.part.points && !m.part.window)) d = Division();
+    if (!m.part.window) d = Division();
+    d.ranks  = comm_size();
+    d.pieces = m.part.on;
     const IntVec& rank = ranks_of_points(m.part, pts, d);
     const bool other   = s.point_rank != rank;
     take_all(rank, grid, s);

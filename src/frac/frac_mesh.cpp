@@ -190,6 +190,7 @@ int frac_mesh(const Model& m, const Elements& el, FracMesh& fm)
   fm.average.assign(nelem, 0.0);
   for (size_t d = 0; d < m.fracture.size(); ++d)
     find_toughness(m, el, m.fracture[d], static_cast<int>(d), fm);
+  if (m.part.around.on()) halo_copy(m.part.around, 1, fm.release);
   for (size_t c = 0; c < m.conversion.size(); ++c)
     for (int e : m.part.on ? m.conversion[c].elem : m.elset[m.conversion[c].elset].item)
       fm.conv[e] = static_cast<int>(c);

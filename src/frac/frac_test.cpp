@@ -753,6 +753,12 @@ void frac_erode(const Model& m, const Step& step, const Elements& el, const Frac
   RealVec sum(2 * n, 0.0);     // energies, crack areas
   for (size_t k = 0; k < n; ++k)
     if (all[k].elem >= 0) erode({m, step, el, fm, fr, l, {}, {}}, all[k], fr, l, sum[k], sum[n + k]);
+  // of outer elements what their ranks say: rounding differs
+  if (n > 0 && m.part.around.on()) halo_copy(m.part.around, 3, fr.normal);
+  // as a restart file has them, so that sums over them are the same behind it
+  std::sort(fr.releasing.begin(), fr.releasing.end(), [&](int a, int b) {
+    return fr.time[a] != fr.time[b] ? fr.time[a] < fr.time[b] : a < b;
+  });
   if (m.part.on) comm_sum(sum);
   released.assign(sum.begin(), sum.begin() + static_cast<long>(n));
   for (size_t k = 0; k < n; ++k) fr.area += sum[n + k];

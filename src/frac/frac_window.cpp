@@ -48,7 +48,8 @@ bool points_fit(int dim, const State& s)
          fr.released_at.size() == fr.released.size() && ends(fr.left, fr.released.size()) &&
          in(fr.left.item, c) && ends(p.conn, n) && p.G.size() == items * dim && p.sampled.size() == n &&
          p.V0.size() == n && p.label.size() == n && p.broken.size() == n && p.normal.size() == 3 * n &&
-         p.hangs.size() == c && level_fits(dim, n, c, s);
+         p.hangs.size() == c && (!s.division.handed || s.division.point.size() == n) &&
+         level_fits(dim, n, c, s);
 }
 
 // lists of a state that was read have the lengths that its counts say
@@ -134,6 +135,7 @@ void take_points(int dim, const Points& known, const IntVec& point, const IntVec
   here.part.corner  = picked(corner, 1, known.part.corner);
   const size_t history = known.npoint ? st.n.hp.size() / known.npoint : 0;
   st.n.hp = picked(point, static_cast<int>(history), st.n.hp);
+  st.division.point = picked(point, st.division.handed, st.division.point);
   for (RealVec* x : {&st.n.uc, &st.n.vc}) *x = picked(corner, dim, *x);
   if (!st.laid.uc.empty()) st.laid.uc = picked(corner, dim, st.laid.uc);
 }

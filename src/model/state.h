@@ -248,12 +248,22 @@ struct GridLaid {              // where corners and bonds were when the active g
 
 struct Division {              // whose work is what; one rank: empty
   int ranks = 1;
+  // the model is divided, not the work alone; elem is then that of the pieces while it is saved, else empty
+  bool pieces = false;
   IntVec elem, point;          // [nelem], [npoint] rank
   double excess = 0;           // largest work of a rank over the mean, when the division was made
-  // MeshPart::window: points and corners of all ranks then; have points been handed from rank to rank? Not
-  // saved
+  // MeshPart::window: points and corners of all ranks then; have points been handed from rank to rank?
   int made    = -1;
   bool handed = false;
+};
+
+enum { AT_START = -2, AFTER_DIVISION = -1 };
+
+struct WorkShare {             // how even the work of a divided model is
+  int events = AT_START;       // elements that had broken or become points when it was asked last
+  double excess = 1.0;         // largest work of a rank over the mean, behind the last division
+  double now    = 1.0;         // the same when it was asked last
+  double lost   = 0.0;         // increments lost since then to work that has become uneven
 };
 
 struct StepLog {               // how the increment went
@@ -289,6 +299,7 @@ struct State {
   StepClock clock;
   GridLaid laid;
   Division division;
+  WorkShare work;
   StepLog log;
 };
 

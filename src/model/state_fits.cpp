@@ -238,6 +238,7 @@ bool division_fits(const Model& m, const State& s)
 {
   const Division& d = s.division;
   if (d.ranks < 1) return false;
+  if (d.pieces) return d.point.empty() || index(d.point, s.points.npoint, 0, d.ranks);
   return d.ranks == 1 ||
          (index(d.elem, m.mesh.nelem(), -1, d.ranks) && index(d.point, s.points.npoint, -1, d.ranks));
 }

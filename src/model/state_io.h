@@ -108,10 +108,23 @@ inline void io(Archive& f, StepClock& x)
   io_all(f, start, t, dt, nominal, easy, most, aim, impulse, square, energy, cuts);
 }
 
+// ranks of points follow where points are known: io_point_ranks
 inline void io(Archive& f, Division& x)
 {
-  auto& [ranks, elem, point, excess, made, handed] = x;
-  io_all(f, ranks, of_elems(elem), point, excess);
+  auto& [ranks, pieces, elem, point, excess, made, handed] = x;
+  io_all(f, ranks, pieces, of_elems(elem), excess, made, handed);
+}
+
+// of pieces, points that have not been handed over are where their elements are
+inline void io_point_ranks(Archive& f, Division& x)
+{
+  if (!x.pieces || x.handed) io(f, of_points(x.point));
+}
+
+inline void io(Archive& f, WorkShare& x)
+{
+  auto& [events, excess, now, lost] = x;
+  io_all(f, events, excess, now, lost);
 }
 
 inline void io(Archive& f, StepLog& x)
@@ -133,17 +146,19 @@ inline void io(Archive& f, GridLaid& x)
   io_all(f, of_corners(x.uc), x.xb);
 }
 
-// between increments: the level n+1 is that of n. A divided model needs no division of the work.
+// between increments: the level n+1 is that of n. First the division, which rank 0 reads alone to divide a
+// model as it was
 inline void io(Archive& f, State& x)
 {
-  auto& [n, np1, points, bonds, frac, rf, contact, grid_rf, rate, ledger, eroded, clock, laid, division,
+  auto& [n, np1, points, bonds, frac, rf, contact, grid_rf, rate, ledger, eroded, clock, laid, division, work,
          log] = x;
-  Division none;
+  io(f, division);
   io_outline(f, points);
   io(f, frac);
   if (state_takes(f)) state_find_corners(f, x);
-  io_all(f, points, n, bonds, of_nodes(rf), contact, grid_rf, of_nodes(rate), ledger, eroded, clock, laid,
-         f.part ? none : division, log);
+  io_all(f, points, n, bonds, of_nodes(rf), contact, grid_rf, of_nodes(rate), ledger, eroded, clock, laid, work,
+         log);
+  io_point_ranks(f, division);
   if (f.reading) np1 = n;
 }
 

@@ -261,6 +261,7 @@ void state_swap(WindowState& kept, State& s)
   s.n.slip.swap(kept.slip);
   s.n.lambda.swap(kept.lambda);
   s.n.lambda_n.swap(kept.lambda_n);
+  s.division.point.swap(kept.rank);
 }
 
 void state_bring(const Model& m, WindowState& kept, State& s)
@@ -290,6 +291,7 @@ void state_bring(const Model& m, WindowState& kept, State& s)
   s.n.uc       = picked(corners, dim, kept.uc);
   s.n.vc       = picked(corners, dim, kept.vc);
   s.n.hp       = picked(points, p.npoint ? static_cast<int>(kept.hp.size() / p.npoint) : 0, kept.hp);
+  s.division.point = picked(points, s.division.handed, kept.rank);
   s.n.slip     = of_bonds.join(kept.slip, dim);
   s.n.lambda   = of_bonds.join(kept.lambda, dim);
   s.n.lambda_n = of_bonds.join(kept.lambda_n, 1);

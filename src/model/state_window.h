@@ -13,6 +13,7 @@ struct WindowState {           // of a state
   Bonds bonds;
   RealVec uc, vc, hp, slip, lambda, lambda_n;        // of the level n
   GridLaid laid;
+  IntVec rank;                 // Division::point
   IntVec converted, released, released_at;
   ListTable left;
 };

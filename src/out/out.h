@@ -23,6 +23,7 @@
 #include "base/archive.h"
 #include "base/comm.h"
 #include "contact/contact_near.h"
+#include "dof/dof.h"
 #include "elem/elem.h"
 #include "frac/frac.h"
 #include "model/state.h"
@@ -140,6 +141,7 @@ struct Output {
   int frag_inc = -1;
   double restart_next = 0.0;   // TIME INTERVAL: time of the next restart file
   int restart_inc = -1;        // increment of the last restart file
+  std::vector<NearFace> near;  // rank 0, divided model: DivideBy::skin, which a restart file keeps
   std::vector<CheckResult> result;        // [Model::check]
   std::vector<RankLoad> ranks; // several ranks: filled before out_close
   std::vector<MemoryUse> memory;          // for the listing
@@ -170,8 +172,10 @@ int out_close(const Model& m, const Elements& el, const State& s, const ActiveGr
 // says why. Collective.
 bool out_restart_load(const Model& m, const std::string& path, Archive& f);
 
-// out_restart_skin : general contact: its faces where the file has them; none: there is no such file, or it
+// out_restart_pieces : the pieces of the model that has written the file, when it had as many ranks; false:
+// it had others, or there is no such file. out_restart_skin : general contact: its faces where the file has them; none: there is no such file, or it
 // is not one for this deck. Not collective: rank 0 asks with the whole model.
+bool out_restart_pieces(const Model& m, const std::string& path, DivideBy& by);
 std::vector<NearFace> out_restart_skin(const Model& m, const std::string& path);
 
 // out_reopen : instead of out_open: state, grid of the last frame and output as they were when the file f was

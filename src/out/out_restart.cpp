@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstring>
 #include <filesystem>
+#include <numeric>
 
 #include "base/comm.h"
 #include "base/hash.h"
@@ -40,7 +41,7 @@ static void io(Archive& f, Output& x)
 namespace {
 
 const char* const magic = "MPFE-RST";      // 8 letters
-const int format = 20;                     // of the content; changes with every change of a struct in it
+const int format = 21;                     // of the content; changes with every change of a struct in it
 
 struct FileHead {                 // in front of the content
   char magic[8];
@@ -66,9 +67,33 @@ struct Lengths {               // of the files that go on, -1: there is none yet
   long dat = -1, ero = -1, frag = -1;
 };
 
+// Output::near as numbers, 8 of each face
+RealVec numbers_of(const std::vector<NearFace>& near)
+{
+  RealVec x;
+  for (const NearFace& f : near) {
+    x.insert(x.end(), {static_cast<double>(f.elem), f.size});
+    x.insert(x.end(), f.box.lo, f.box.lo + 3);
+    x.insert(x.end(), f.box.hi, f.box.hi + 3);
+  }
+  return x;
+}
+
+std::vector<NearFace> faces_of(const RealVec& x)
+{
+  std::vector<NearFace> near(x.size() / 8);
+  for (std::size_t k = 0; k < near.size(); ++k) {
+    near[k].elem = static_cast<int>(x[8 * k]);
+    near[k].size = x[8 * k + 1];
+    std::copy_n(&x[8 * k + 2], 3, near[k].box.lo);
+    std::copy_n(&x[8 * k + 5], 3, near[k].box.hi);
+  }
+  return near;
+}
+
 void io_content(Archive& f, Lengths& length, State& s, ActiveGrid& grid, Output& out)
 {
-  io_all(f, length.dat, length.ero, length.frag, s, grid.ncell, grid.cell, out);
+  io_all(f, s, grid.ncell, grid.cell, length.dat, length.ero, length.frag, out);
 }
 
 // ---- writing -------------------------------------------------------------------
@@ -192,6 +217,7 @@ void write_whole(const Model& m, const ActiveGrid& grid, State& s, Archive& f, W
   const bool window = state_in_parts(m, s);
   std::vector<ArchivePart> part;
   IntVec releasing = m.part.on ? frac_releasing(m, s.frac) : s.frac.releasing;
+  if (m.part.on) s.division.elem = m.part.rank;
   state_to_deck(m.part, s);
   releasing.swap(s.frac.releasing);
   ActiveGrid cells = cells_of_all(m, grid);
@@ -205,6 +231,7 @@ void write_whole(const Model& m, const ActiveGrid& grid, State& s, Archive& f, W
   if (window) state_swap(kept, s);
   releasing.swap(s.frac.releasing);
   state_from_deck(m.part, s);
+  if (m.part.on) s.division.elem.clear();
   f.part = nullptr;
 }
 
@@ -269,6 +296,20 @@ bool fits(const std::string& path, const Model& m, const Origin& o)
   return o.deck == m.hash || refuse(path, "it belongs to another deck: its cards or parameters are not those "
                                           "of now. Only *RESTART, *VTK, *FRAGMENTS, *NODE FILE, "
                                           "*EL FILE, *NODE PRINT, *EL PRINT and *HEADING may change");
+}
+
+// the same, at what follows the origin. Collective
+bool open_content(const Model& m, const std::string& path, Archive& f)
+{
+  f = Archive();
+  f.reading = f.filed = true;
+  if (comm_bcast(comm_rank() == 0 && !open_file(path, f))) return false;
+  double size = static_cast<double>(f.size);
+  comm_bcast(&size, 1);
+  f.size = static_cast<std::size_t>(size);
+  Origin origin;
+  io(f, origin);
+  return fits(path, m, origin);
 }
 
 // that of the first rank that has one, since a divided model has its state in parts. Collective
@@ -338,11 +379,35 @@ bool read_whole(const Model& m, const Points& begin, Archive& f, Read read)
   return comm_allreduce_max(static_cast<int>(!f.good || f.at != f.end())) == 0;
 }
 
-// the state that was read becomes that of this rank; returns what does not fit the model
-std::string take_state(const Points& begin, Model& m, const FracMesh& fm, State& s, ActiveGrid& grid)
+// has a model in the same pieces written the state? Collective
+bool same_pieces(const MeshPart& part, const Division& d)
 {
+  bool same = part.on && d.pieces && d.ranks == comm_size() && d.elem.size() == part.elem.size();
+  for (std::size_t e = 0; e < part.elem.size() && same; ++e)
+    same = !part.works(static_cast<int>(e)) || d.elem[e] == part.rank[e];
+  return comm_allreduce_max(static_cast<int>(!same)) == 0;
+}
+
+// who works on what was as it is now, and stays so; else it is found anew. Collective
+void take_division(const Model& m, bool same, State& s)
+{
+  if (!same) s.work = WorkShare();
+  if (!same ? m.part.on || s.division.pieces : !m.part.window) s.division = Division();
+  Division& d = s.division;
+  if (!d.pieces) return;
+  d.elem.clear();
+  if (!d.handed) d.point = point_ranks(m.part, s.points);
+  else point_find_common(m.part, d.point, s.points);
+}
+
+// the state that was read becomes that of this rank; returns what does not fit the model
+//   in   other   it is that of other pieces
+std::string take_state(const Points& begin, bool other, Model& m, const FracMesh& fm, State& s,
+                       ActiveGrid& grid)
+{
+  const bool same = same_pieces(m.part, s.division) && !other;
   const bool good = frac_reload(begin, s, m, fm);
-  if (m.part.on) s.division = Division();            // of a replicated model, which has written the file
+  if (good) take_division(m, same, s);
   const std::string fault = good ? first_fault(state_fault(m, begin, s)) : "material points or bonds";
   if (fault.empty() && !m.part.window && s.frac.nconverted > 0) point_surfaces(m, s.points);
   if (m.part.on && comm_rank() > 0) {                // until it is made again, it is that of rank 0
@@ -381,7 +446,8 @@ void out_restart(const Model& m, State& s, const ActiveGrid& grid, bool now, Out
   origin.version = MPFE_VERSION;
   origin.deck    = m.hash;
   write_whole(m, grid, s, f, [&](ActiveGrid& cells) {
-    io(f, origin);
+    RealVec near = numbers_of(out.near);
+    io_all(f, origin, near);
     io_content(f, length, s, cells, out);
   });
   end_file(fresh, path, f);
@@ -391,15 +457,33 @@ void out_restart(const Model& m, State& s, const ActiveGrid& grid, bool now, Out
 
 bool out_restart_load(const Model& m, const std::string& path, Archive& f)
 {
-  f = Archive();
-  f.reading = f.filed = true;
-  if (comm_bcast(comm_rank() == 0 && !open_file(path, f))) return false;
-  double size = static_cast<double>(f.size);
-  comm_bcast(&size, 1);
-  f.size = static_cast<std::size_t>(size);
-  Origin origin;
-  io(f, origin);
-  return fits(path, m, origin);
+  if (!open_content(m, path, f)) return false;
+  archive_skip<double>(f);               // Output::near
+  return true;
+}
+
+bool out_restart_pieces(const Model& m, const std::string& path, DivideBy& by)
+{
+  const int ranks = comm_size();
+  if (path.empty() || ranks == 1) return false;
+  const CommAlone alone;
+  Archive f;
+  RealVec near;
+  Division d;
+  log_mute(true);              // what is wrong is told when the file is read
+  const bool good = open_content(m, path, f);
+  log_mute(false);
+  if (good) io_all(f, near, d);
+  if (f.file) std::fclose(f.file);
+  if (!good || !f.good || !d.pieces || d.ranks != ranks) return false;
+  IntVec count(ranks, 0);
+  for (int r : d.elem)
+    if (r >= 0 && r < ranks) ++count[r];
+  if (static_cast<int>(d.elem.size()) != m.mesh.nelem()) return false;
+  if (std::accumulate(count.begin(), count.end(), 0) != m.mesh.nelem()) return false;
+  by.rank.swap(d.elem);
+  by.skin = faces_of(near);
+  return true;
 }
 
 std::vector<NearFace> out_restart_skin(const Model& m, const std::string& path)
@@ -445,7 +529,7 @@ int out_reopen(Model& m, const Elements& el, const FracMesh& fm, Archive& f, Sta
               "written it");
     return 1;
   }
-  std::string fault = take_state(begin, m, fm, s, grid);
+  std::string fault = take_state(begin, false, m, fm, s, grid);
   if (fault.empty() && !output_fits(m, grid, names, out)) fault = "history and checks";
   if (!fault.empty()) {
     log_error("the restart file does not fit this model (%s): it is damaged, although its checksum is right; "
@@ -500,6 +584,7 @@ void out_resume(Model& m, const Elements& el, const FracMesh& fm, Archive& f, St
   MPFE_CHECK(history_setup(m, el, s, out) == 0, "columns of the history that were good are not");
   const Points begin = s.points;
   MPFE_CHECK(read_whole(m, begin, f, [&] { io_all(f, s, grid.ncell, grid.cell); }) &&
-                 take_state(begin, m, fm, s, grid).empty(),
+                 take_state(begin, true, m, fm, s, grid).empty(),
              "a state that was held does not fit the model");
+  s.work.events = AFTER_DIVISION;
 }

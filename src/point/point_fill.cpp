@@ -438,7 +438,8 @@ bool on_element_face(const Model& m, const Points& pts, int e, int f, int c)
   return beside < 1e-9;
 }
 
-// the faces of points where a surface of elements goes on: those of its faces whose element became points
+// the faces of points where a surface of elements goes on: those of its faces whose element became points,
+// in the order of the points, which bonds keep in a restart file
 void follow_surface(const Model& m, const Surface& s, const Points& pts, std::vector<Face>& out)
 {
   for (const Face& f : s.face) {
@@ -453,6 +454,9 @@ void follow_surface(const Model& m, const Surface& s, const Points& pts, std::ve
       }
     }
   }
+  std::sort(out.begin(), out.end(), [](const Face& a, const Face& b) {
+    return a.elem != b.elem ? a.elem < b.elem : a.face < b.face;
+  });
 }
 
 // [surface] 1: loads, bonds, contact or an absorbing boundary act on it

@@ -45,14 +45,8 @@ struct NewtonMemory {
   GridVelocity grid;
 };
 
-enum { AT_START = -2, AFTER_DIVISION = -1 };
-
-// How even the work of a divided model is
-struct WorkShare {
-  int events = AT_START;       // elements that had broken or become points when it was asked last
-  double excess = 1.0;         // largest work of a rank over the mean, behind the last division
-  double now    = 1.0;         // the same when it was asked last
-  double lost   = 0.0;         // increments lost since then to work that has become uneven
+// What a divided model is asked before it is divided again
+struct NextDivision {
   bool stays = false;          // it cannot be divided again
   long lists = 0;              // ContactScene::built when it was asked last who is near
   std::vector<NearFace> faces; // of this rank, where others come near that are not known
@@ -73,7 +67,7 @@ struct Problem {
   NewtonMemory newton;
   Warned warned;
   size_t warned_all = 0;       // several ranks: how many of these all know
-  WorkShare share;
+  NextDivision next;
   Again again = AGAIN_NOT;     // why step_run has stopped for another division
 };
 
@@ -296,7 +290,8 @@ void step_remainder(const Model& m, const Discretisation& d, const Dofs& dofs, c
                     Warned& warned);
 
 // step_divides_again : divided model whose elements break or become points where they are: has its work
-// become so uneven that it is to be divided again? Collective.
+// become so uneven that it is to be divided again? Asked once an increment, before it begins; writes
+// State::work, and shares out new points first. Collective.
 bool step_divides_again(Problem& p);
 
 // step_knows_near : are all faces here that places of general contact of this rank may meet, until lists of

@@ -32,13 +32,15 @@ std::vector<NearFace> faces_here(const Problem& p, const ContactScene& s)
 bool step_divides_again(Problem& p)
 {
   const Model& m     = p.m;
-  const Points& pts  = p.st.points;
-  const Fracture& fr = p.st.frac;
-  if (!m.part.on || fr.empty() || p.share.stays) return false;
-  WorkShare& share = p.share;
+  State& st          = p.st;
+  const Fracture& fr = st.frac;
+  if (!m.part.on || fr.empty() || p.next.stays) return false;
+  if (m.part.window) dof_share_points(m, p.d.el, st.n.uc, st.points, st.division);
+  WorkShare& share = st.work;
   const int events = fr.neroded + fr.nconverted;
   if (events != share.events) {
-    share.now = dof_excess(m, p.d.el, pts, p.st.n.uc, m.part.window ? p.st.division.point : pts.part.rank);
+    const IntVec& rank = m.part.window ? st.division.point : st.points.part.rank;
+    share.now = dof_excess(m, p.d.el, st.points, st.n.uc, rank);
     const bool intact = share.events == AT_START && events == 0 && !sooner();
     if (intact || share.events == AFTER_DIVISION) share.excess = std::max(1.0, share.now);
   }
@@ -54,9 +56,9 @@ bool step_knows_near(Problem& p)
 {
   const ContactScene& scene = p.d.scene;
   if (!p.m.part.window || model_general_contact(p.m) < 0) return true;
-  const bool made = scene.built != p.share.lists;
+  const bool made = scene.built != p.next.lists;
   if (comm_allreduce_max(static_cast<int>(made)) == 0) return true;
-  p.share.lists = scene.built;
+  p.next.lists = scene.built;
   return step_knows_faces(p, scene);
 }
 
@@ -65,7 +67,7 @@ bool step_knows_faces(Problem& p, const ContactScene& scene)
   if (!p.m.part.window) return true;
   std::vector<NearFace> own = faces_here(p, scene);
   const bool known = near_known(p.m.part, own);
-  if (!known) p.share.faces.swap(own);
+  if (!known) p.next.faces.swap(own);
   return known;
 }
 
@@ -95,7 +97,7 @@ DivideBy step_divide_by(const Problem& p)
     kind.swap(all);
   }
   if (model_general_contact(m) < 0) return by;
-  for (const std::vector<NearFace>& now : {faces_here(p, p.d.scene), p.share.faces})
+  for (const std::vector<NearFace>& now : {faces_here(p, p.d.scene), p.next.faces})
     for (const std::vector<NearFace>& own : comm_gather(now))
       by.skin.insert(by.skin.end(), own.begin(), own.end());
   return by;

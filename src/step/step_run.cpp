@@ -158,7 +158,7 @@ Failure interrupted_inside(Problem& p, Increment& inc, Output& out)
 // The run stops where the increment began, to be divided again with the faces that come near
 Failure stop_for_faces(Problem& p, const StepLog& before, const StepClock& clock)
 {
-  if (p.share.stays) return DIVISION_FAILED;
+  if (p.next.stays) return DIVISION_FAILED;
   log_note("  faces come near that their ranks do not know: they become known");
   p.st.log   = before;
   p.st.clock = clock;
@@ -317,6 +317,10 @@ Failure run_step(Problem& p, const Step& s, Output& out)
   p.ready = false;
   while (!clock_done(s, st.clock)) {
     if (check_ranks(st)) return interrupted(p, out);
+    if (step_divides_again(p)) {
+      p.again = AGAIN_WORK;
+      return STATUS_OK;
+    }
     // 1., 2. grid, rows, pattern, mass
     Failure failure = begin_increment(p, s, stops, inc);
     if (p.again) return STATUS_OK;
@@ -342,8 +346,6 @@ Failure run_step(Problem& p, const Step& s, Output& out)
     tell_half(st, inc.half, p.warned);
     st.eroded.clear();
     out_restart(p.m, st, p.d.grid, false, out);
-    if (step_divides_again(p)) p.again = AGAIN_WORK;
-    if (p.again) return STATUS_OK;
   }
   check_ranks(st);
   return STATUS_OK;
@@ -456,8 +458,7 @@ void resume_run(Problem& p, Archive& f, Output& out)
   MPFE_CHECK(!p.d.fm.on || frac_replay(p.m, p.d.fm, p.st, begin, p.d.share),
              "the repeated conversion gives other points");
   elem_refresh(p.d.el);
-  p.share.events = AFTER_DIVISION;
-  p.ready        = false;
+  p.ready = false;
 }
 
 int enter_run(Problem& p, RunFrom from, Archive& f, Output& out)
