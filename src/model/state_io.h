@@ -156,8 +156,8 @@ inline void io(Archive& f, State& x)
   io_outline(f, points);
   io(f, frac);
   if (state_takes(f)) state_find_corners(f, x);
-  io_all(f, points, n, bonds, of_nodes(rf), contact, grid_rf, of_nodes(rate), ledger, eroded, clock, laid, work,
-         log);
+  io_all(f, points, n, bonds, of_nodes(rf), contact, grid_rf, of_nodes(rate), ledger, eroded, clock, laid,
+         work, log);
   io_point_ranks(f, division);
   if (f.reading) np1 = n;
 }

@@ -172,9 +172,10 @@ int out_close(const Model& m, const Elements& el, const State& s, const ActiveGr
 // says why. Collective.
 bool out_restart_load(const Model& m, const std::string& path, Archive& f);
 
-// out_restart_pieces : the pieces of the model that has written the file, when it had as many ranks; false:
-// it had others, or there is no such file. out_restart_skin : general contact: its faces where the file has them; none: there is no such file, or it
-// is not one for this deck. Not collective: rank 0 asks with the whole model.
+// out_restart_pieces : the pieces of the model that has written the file; false: it had another number of
+// ranks, was not divided, or there is no such file for this deck
+// out_restart_skin : general contact: its faces where the file has them; none: there is no such file, or it
+// is not one for this deck. Neither is collective: rank 0 asks with the whole model.
 bool out_restart_pieces(const Model& m, const std::string& path, DivideBy& by);
 std::vector<NearFace> out_restart_skin(const Model& m, const std::string& path);
 
