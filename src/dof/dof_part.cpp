@@ -10,6 +10,7 @@
 
 #include "base/comm.h"
 #include "base/forest.h"
+#include "base/gather_lists.h"
 #include "base/log.h"
 #include "contact/contact.h"
 #include "contact/overlap.h"
@@ -66,8 +67,26 @@ IntVec elements_of_bodies(const Model& m)
   return all;
 }
 
-// Elements that all ranks have: at surfaces of bonds and contact pairs, those that are points from the start,
-// and of general contact where all ranks know outer faces
+// Of these, those that share a node with one of each rank, and are of another one
+std::vector<IntVec> around_bodies(const Model& m, const IntVec& rank)
+{
+  const Mesh& mesh  = m.mesh;
+  const IntVec elem = elements_of_bodies(m);
+  std::vector<IntVec> out(comm_size());
+  if (elem.empty()) return out;
+  const ListTable at = gather_lists(mesh.nnode(), [&](auto use) {
+    for (int e : elem)
+      for (int k = mesh.conn.off[e]; k < mesh.conn.off[e + 1]; ++k) use(mesh.conn.item[k], e);
+  });
+  for (int n = 0; n < mesh.nnode(); ++n)
+    for (const int* a = at.begin(n); a != at.begin(n + 1); ++a)
+      for (const int* b = at.begin(n); b != at.begin(n + 1); ++b)
+        if (rank[*a] != rank[*b]) out[rank[*a]].push_back(*b);
+  return out;
+}
+
+// Elements that all ranks have: at surfaces of bonds and contact pairs, and of general contact where all
+// ranks know outer faces
 IntVec elements_of_all(const Model& m)
 {
   IntVec all;
@@ -77,8 +96,6 @@ IntVec elements_of_all(const Model& m)
       for (const Face& f : m.surface[s].face) all.push_back(f.elem);
   for (const Face& f : m.part.skin)
     if (!m.part.window) all.push_back(f.elem);
-  const IntVec bodies = elements_of_bodies(m);
-  all.insert(all.end(), bodies.begin(), bodies.end());
   return all;
 }
 
@@ -163,7 +180,7 @@ void hold_surfaces(const Model& m, const IntVec& rank, std::vector<IntVec>& poin
 // What each rank knows beside its own elements
 struct Outer {
   // elements of others: those that it looks at, since they are near what breaks, at surfaces of bonds or
-  // contact, or become points that it knows; these alone
+  // contact, around its own that are points from the start, or become points that it knows; these alone
   OfRanks<int> elem, near;
   std::vector<IntVec> held;    // ModelCut
   std::vector<char> notch;     // the same
@@ -173,7 +190,8 @@ Outer find_outer(const Model& m, const IntVec& rank, const std::vector<NearFace>
 {
   Outer out;
   const IntVec all = elements_of_all(m);
-  if (m.fracture.empty() && all.empty() && !m.part.window) return out;
+  const std::vector<IntVec> around = around_bodies(m, rank);
+  if (m.fracture.empty() && all.empty() && !m.part.points && !m.part.window) return out;
   std::vector<IntVec> breaks(comm_size()), points(comm_size()), faces(comm_size());
   if (!m.fracture.empty()) breaks = frac_outer(m, rank, comm_size(), out.notch);
   if (m.part.window) {
@@ -183,8 +201,8 @@ Outer find_outer(const Model& m, const IntVec& rank, const std::vector<NearFace>
       points[r].insert(points[r].end(), faces[r].begin(), faces[r].end());
     hold_surfaces(m, rank, points, out.held);
   }
-  out.near = joined_lists({&points}, elements_of_bodies(m), rank);
-  out.elem = joined_lists({&breaks, &points}, all, rank);
+  out.near = joined_lists({&points}, {}, rank);
+  out.elem = joined_lists({&breaks, &points, &around}, all, rank);
   return out;
 }
 
@@ -284,6 +302,7 @@ void dof_part(bool whole, const DivideBy& by, Model& m)
     divides       = asked(m) && divided(m, by, rank);
     m.part.points = m.part.points && divides;
     m.part.window = m.part.window && divides;
+    if (m.part.points) point_fill_ranks(rank, m);
   }
   if (!comm_bcast(static_cast<int>(divides))) return model_bcast(m);
   if (comm_rank() == 0) send_pieces(rank, watch, by.skin, m);

@@ -47,7 +47,8 @@ struct Face {
 
 // Several ranks, divided model: Mesh, sets, surfaces, loads and supports hold what this rank works on. Mesh
 // has outer elements as well: those of other ranks that an estimate here looks at, and surfaces of bonds and
-// contact, all outer faces of the mesh with general contact.
+// contact, all outer faces of the mesh with general contact; and of elements that are points from the start
+// those that share a node with one of this rank.
 struct MeshPart {
   bool on = false;
   bool points = false;         // each rank has its own material points alone (PointPart)
@@ -162,6 +163,8 @@ struct Body {                  // *MATERIAL POINTS
   double thickness = 1.0;
   int field = 0;               // grid field: bodies with the same number share grid unknowns
   bool hang = false;           // FILL_CONVERSION: corners may follow nodes of the mesh (7.14)
+  // divided model, FILL_BLOCK, FILL_REGION: [cells] rank that has the points of a cell, -1: it has none
+  IntVec rank;
   Place place;
 };
 

@@ -20,7 +20,7 @@ IntVec outer_surfaces(const Model& m)
   return m.conversion.empty() ? model_bonded_surfaces(m) : IntVec(m.surface.size(), 1);
 }
 
-// [elset] 1: its elements are material points from the start, which all ranks have
+// [elset] 1: its elements are material points from the start, outer ones too
 IntVec outer_elsets(const Model& m)
 {
   IntVec outer(m.elset.size(), 0);

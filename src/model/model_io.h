@@ -101,10 +101,10 @@ inline void io(Archive& f, Amplitude& x)
 
 inline void io(Archive& f, Body& x)
 {
-  auto& [name, fill, lo, hi, cells, per_cell, elset, where, material, plane, thickness, field, hang, place] =
-         x;
+  auto& [name, fill, lo, hi, cells, per_cell, elset, where, material, plane, thickness, field, hang, rank,
+         place] = x;
   io_fields<Body>(f, name, fill, lo, hi, cells, per_cell, elset, where, material, plane, thickness, field,
-                  hang, place);
+                  hang, rank, place);
 }
 
 inline void io(Archive& f, Grid& x)

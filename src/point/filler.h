@@ -9,14 +9,24 @@
 #include "base/comm.h"
 #include "point/point.h"
 
-// Domains of all ranks that are not made yet: corners by their numbers among those of all ranks
+// A domain of an element that is material points from the start, before it is made
+struct Domain {
+  int point = -1;              // number among the points of all ranks
+  int rank = 0;                // who works on it
+  int elem = -1;               // element that it is a part of, on its own rank
+  int shape = 0;               // Shape
+  int corner[8] = {};          // index into FillPlan::number
+};
+
+// Several ranks: domains of such elements that this one knows: its own, those of others that share a corner
+// with them, and what bonds or contact hold with those that share a corner with it
 struct FillPlan {
-  IntVec cell;                 // [point] cell of the fill that it is in
-  IntVec shape;                // [point] Shape
-  ListTable conn;              // [point] numbers of its corners
-  RealVec X;                   // [corner*dim] from the first one of the body on
-  std::vector<char> common;    // [corner] other bodies may have it, too
-  int first = 0;               // number of that one
+  std::vector<std::vector<Domain>> domain;           // [body] ascending by their numbers
+  IntVec npoint, ncorner;      // [body] of all ranks
+  IntVec number;               // [corner] number among those of all ranks
+  RealVec X;                   // [corner*dim] at t = 0
+  IntVec index;                // [corner] index of the corner that was made here, -1: none
+  IntVec used;                 // corners of domains that are made here, ascending by their numbers
 };
 
 struct Filler {
@@ -29,8 +39,7 @@ struct Filler {
   int at_node[8] = {};         // corners at the nodes of the element, of those that hang
   FillPlan* plan = nullptr;    // nothing is made, but planned
   const IntVec* known = nullptr;         // numbers of points that all ranks know, ascending
-  std::vector<char> common = {};         // [node] elements of several bodies on one field have it
-  // is the point with this number here, when its rank has its cell?
+  // is the point with this number, which that rank works on, here?
   bool has(int number, int rank) const
   {
     return rank == comm_rank() || std::binary_search(known->begin(), known->end(), number);
@@ -43,6 +52,9 @@ int fill_corner(Filler& f, const double* X, int field);
 // fill_point : adds one domain with the given corners; an error when its volume is not positive
 void fill_point(Filler& f, int body, Shape shape, const int* corner);
 
+// fill_element : the lattice of element e becomes points of a body
+void fill_element(Filler& f, int body, int e);
+
 // fill_accepts : WHERE of a body or a surface at X; a value that is no number is a mistake, told once for
 // each
 bool fill_accepts(const Expr& where, const double* X, int dim, const char* kind, const std::string& name,
@@ -52,16 +64,27 @@ bool fill_accepts(const Expr& where, const double* X, int dim, const char* kind,
 // with a point that has it (own [ncorner]), -1: there is none. Collective.
 void share_corners(const std::vector<char>& own, PointPart& part);
 
-// fill_ranks : which rank has the points of each cell of a fill: of a box, or element of a set [body][cells]
-std::vector<IntVec> fill_ranks(const Model& m);
-
-// fill_box : the points of a body in a box. rank: of fill_ranks; empty: all of them are of this rank, as on
+// fill_box : the points of a body in a box. rank: Body::rank; empty: all of them are of this rank, as on
 // one rank. Else those of this rank and those that all know; numbers, PointPart::rank, near and foreign
 // (numbers of all ranks, not sorted yet) go on.
 void fill_box(Filler& f, int body, const IntVec& rank);
 
-// fill_planned : the points of a body that were planned, as fill_box. Corners that other bodies may have are
-// made on all ranks.
-void fill_planned(Filler& f, int body, const FillPlan& plan, const IntVec& rank);
+// fill_box_counts : adds the points and corners of a body in a box, of all ranks, to PointPart::npoint and
+// ncorner
+void fill_box_counts(Filler& f, int body);
+
+// fill_plan : the domains of bodies with FILL=ELSET that this rank knows, without held ones. Returns the
+// number of errors on any rank. Collective.
+int fill_plan(const Model& m, FillPlan& plan);
+
+// fill_plan_held : adds the domains of points that all ranks know (numbers, ascending), and those that share
+// a corner with them, as their ranks tell. Collective.
+void fill_plan_held(const IntVec& known, int dim, FillPlan& plan);
+
+// fill_plan_begin : nothing of the plan is made yet; which corners will be
+void fill_plan_begin(const Filler& f, FillPlan& plan);
+
+// fill_planned : the points of a body that were planned, as fill_box
+void fill_planned(Filler& f, int body, FillPlan& plan);
 
 #endif

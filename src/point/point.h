@@ -87,6 +87,11 @@ void point_fill_whole(const Model& m, Points& pts);
 // for conversion. Not collective: rank 0 asks with the whole model.
 bool point_fill_divides(const Model& m, int least);
 
+// point_fill_ranks : which rank has the points of each cell: those of a box in Body::rank, of elements that
+// are points from the start in of_elem [nelem], which holds the ranks of the finite elements. Not collective:
+// rank 0 asks with the whole model
+void point_fill_ranks(IntVec& of_elem, Model& m);
+
 // A corner is named by the mesh nodes it hangs on and their integer weights, so neighbours find the same one
 using CornerKey = std::vector<std::pair<long, int>>;
 

@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <map>
 
 #include "base/comm.h"
 #include "base/grow.h"
@@ -13,7 +12,8 @@ int fill_corner(Filler& f, const double* X, int field)
 {
   if (f.plan) {
     append(f.plan->X, X, X + f.m.dim);
-    return f.pts.part.ncorner++;
+    append(f.plan->number, -1);
+    return static_cast<int>(f.plan->number.size()) - 1;
   }
   append(f.pts.Xc, X, X + f.m.dim);
   append(f.pts.field, field);
@@ -25,10 +25,10 @@ int fill_corner(Filler& f, const double* X, int field)
 void fill_point(Filler& f, int body, Shape shape, const int* corner)
 {
   if (f.plan) {
-    ListTable& conn = f.plan->conn;
-    append(conn.item, corner, corner + shape_info[shape].nen);
-    append(conn.off, static_cast<int>(conn.item.size()));
-    append(f.plan->shape, int(shape));
+    Domain d;
+    d.shape = shape;
+    std::copy_n(corner, shape_info[shape].nen, d.corner);
+    append(f.plan->domain[body], d);
     return;
   }
   const Body& b = f.m.body[body];
@@ -206,15 +206,27 @@ void add_place(Centre& c, double count, const double* X)
   for (int i = 0; i < 3; ++i) c.x[i] += count * (X[i] - c.x[i]) / c.count;
 }
 
+// centre of an element: the mean of its nodes
+void centre_of(const Mesh& mesh, int e, double X[3])
+{
+  const int n = mesh.conn.count(e);
+  std::fill(X, X + 3, 0.0);
+  for (int a = 0; a < n; ++a)
+    for (int i = 0; i < 3; ++i) X[i] += mesh.X[3 * mesh.conn.begin(e)[a] + i] / n;
+}
+
 // The rank of each part of the cells, which lie at X [n*3]: one after the other, the part and the rank whose
-// elements are nearest, so that bonds seldom go from rank to rank. Collective.
-IntVec near_elements(const Model& m, const RealVec& X, const RealVec& work, const IntVec& part)
+// finite elements (of_elem: their ranks) are nearest, so that bonds seldom go from rank to rank
+IntVec near_elements(const Mesh& mesh, const IntVec& of_elem, const RealVec& X, const RealVec& work,
+                     const IntVec& part)
 {
   const int ranks = comm_size();
-  std::vector<Centre> to(1), from(ranks);
-  for (int n = 0; n < m.mesh.nnode(); ++n)
-    if (m.part.counts(n)) add_place(to[0], 1.0, &m.mesh.X[3 * n]);
-  comm_allgatherv(to);
+  std::vector<Centre> to(ranks), from(ranks);
+  for (int e = 0; e < mesh.nelem(); ++e) {
+    double x[3];
+    centre_of(mesh, e, x);
+    if (mesh.elem_section[e] >= 0) add_place(to[of_elem[e]], 1.0, x);
+  }
   for (size_t c = 0; c < part.size(); ++c) add_place(from[part[c]], work[c], &X[3 * c]);
   IntVec rank(ranks, -1);
   std::vector<char> taken(ranks, 0);
@@ -256,15 +268,16 @@ void join_ring(Points& p, int point, int& last)
   last = point;
 }
 
-// The next domain of all ranks: a point when it is here, else known when it is near
-//   in   rank     who works on it
+// A domain: a point when it is here, else known when it is near
+//   in   of_all   its number among the points of all ranks
+//        rank     who works on it
 //        corner   [nen] places of its corners in number (of all ranks) and index (here, -1: it is not here)
 //        last     of join_ring, for its cell
-void take_domain(Filler& f, int body, Shape shape, bool here, int rank, const size_t* corner,
+void take_domain(Filler& f, int body, Shape shape, int of_all, bool here, int rank, const size_t* corner,
                  const IntVec& number, const IntVec& index, int& last)
 {
   Points& p = f.pts;
-  const int of_all = p.part.npoint++, before = p.npoint, nen = shape_info[shape].nen;
+  const int before = p.npoint, nen = shape_info[shape].nen;
   if (!here) return add_near(number, index, shape, corner, nen, p.part);
   int c[8];
   for (int a = 0; a < nen; ++a) c[a] = index[corner[a]];
@@ -299,41 +312,39 @@ void fill_box(Filler& f, int body, const IntVec& rank)
     size_t corner[8];
     corners_of(box, at, corner);
     const Shape shape = box.dim == 3 ? SHAPE_HEX8 : SHAPE_QUAD4;
-    take_domain(f, body, shape, here[domain], rank_of(cell), corner, number, index, last[cell]);
+    take_domain(f, body, shape, f.pts.part.npoint++, here[domain], rank_of(cell), corner, number, index,
+                last[cell]);
   });
 }
 
-void fill_planned(Filler& f, int body, const FillPlan& plan, const IntVec& rank)
+void fill_box_counts(Filler& f, int body)
+{
+  const Box box = make_box(f.m, body);
+  const std::vector<char> filled = filled_domains(box, f);
+  f.pts.part.npoint += static_cast<int>(std::count(filled.begin(), filled.end(), 1));
+  number_corners(box, filled, f.pts.part.ncorner);
+}
+
+void fill_planned(Filler& f, int body, FillPlan& plan)
 {
   PointPart& part = f.pts.part;
-  const int dim = f.m.dim, ncorner = part.ncorner - plan.first, first = part.npoint;
-  const auto here = [&](int q) { return f.has(first + q, rank[plan.cell[q]]); };
-  IntVec index(ncorner, -1), number(ncorner), last(rank.size(), -1);
-  for (int q = 0; q < plan.conn.size(); ++q)
-    for (int k = plan.conn.off[q]; k < plan.conn.off[q + 1] && here(q); ++k)
-      if (plan.conn.item[k] >= plan.first) index[plan.conn.item[k] - plan.first] = 0;
-  for (int c = 0; c < ncorner; ++c) {
-    number[c] = plan.first + c;
-    if (index[c] < 0 && !plan.common[c]) continue;
-    index[c] = fill_corner(f, &plan.X[static_cast<size_t>(c) * dim], f.m.body[body].field);
-    part.corner.push_back(number[c]);
+  const auto before = [&](int c, int number) { return plan.number[c] < number; };
+  auto c = std::lower_bound(plan.used.begin(), plan.used.end(), part.ncorner, before);
+  part.ncorner += plan.ncorner[body];
+  for (; c != plan.used.end() && plan.number[*c] < part.ncorner; ++c) {
+    plan.index[*c] = fill_corner(f, &plan.X[static_cast<size_t>(*c) * f.m.dim], f.m.body[body].field);
+    part.corner.push_back(plan.number[*c]);
   }
-  std::map<int, size_t> before;          // corners of other bodies: their places behind those of this one
-  const auto place = [&](int c) {
-    if (c >= plan.first) return static_cast<size_t>(c - plan.first);
-    const auto known = before.emplace(c, number.size());
-    if (known.second) {
-      number.push_back(c);
-      index.push_back(f.pts.corner_here(c));
-    }
-    return known.first->second;
-  };
-  for (int q = 0; q < plan.conn.size(); ++q) {
+  int elem = -1, last = -1;              // last point made in this element, -1: none yet
+  for (const Domain& d : plan.domain[body]) {
+    if (d.elem != elem) last = -1;
+    elem = d.elem;
     size_t corner[8];
-    for (int a = 0; a < plan.conn.count(q); ++a) corner[a] = place(plan.conn.begin(q)[a]);
-    const Shape shape = static_cast<Shape>(plan.shape[q]);
-    take_domain(f, body, shape, here(q), rank[plan.cell[q]], corner, number, index, last[plan.cell[q]]);
+    std::copy_n(d.corner, 8, corner);
+    take_domain(f, body, static_cast<Shape>(d.shape), d.point, f.has(d.point, d.rank), d.rank, corner,
+                plan.number, plan.index, last);
   }
+  part.npoint += plan.npoint[body];
 }
 
 namespace {
@@ -359,11 +370,9 @@ void count_cells(const Model& m, int body, RealVec& count, RealVec& sum)
     const double points = std::pow(b.per_cell, m.dim);
     for (int e : m.elset[b.elset].item) {
       count.push_back(points);
-      sum.insert(sum.end(), 3, 0.0);
-      const int n = m.mesh.conn.count(e);
-      for (int a = 0; a < n; ++a)
-        for (int i = 0; i < 3; ++i)
-          sum[sum.size() - 3 + i] += points / n * m.mesh.X[3 * m.mesh.conn.begin(e)[a] + i];
+      double x[3];
+      centre_of(m.mesh, e, x);
+      for (int i = 0; i < 3; ++i) sum.push_back(points * x[i]);
     }
     return;
   }
@@ -410,11 +419,14 @@ bool point_fill_divides(const Model& m, int least)
          *std::min_element(count.begin(), count.end()) > 0;
 }
 
-std::vector<IntVec> fill_ranks(const Model& m)
+void point_fill_ranks(IntVec& of_elem, Model& m)
 {
-  CellParts c       = divide_cells(m);
-  const IntVec rank = near_elements(m, c.X, c.work, c.part);
-  for (IntVec& cells : c.number)
-    for (int& cell : cells) cell = cell < 0 ? -1 : rank[c.part[cell]];
-  return std::move(c.number);
+  const CellParts c = divide_cells(m);
+  const IntVec to   = near_elements(m.mesh, of_elem, c.X, c.work, c.part);
+  for (size_t b = 0; b < m.body.size(); ++b) {
+    IntVec rank;
+    for (int cell : c.number[b]) rank.push_back(cell < 0 ? -1 : to[c.part[cell]]);
+    if (m.body[b].fill != FILL_ELSET) m.body[b].rank = std::move(rank);
+    else for (size_t k = 0; k < rank.size(); ++k) of_elem[m.elset[m.body[b].elset].item[k]] = rank[k];
+  }
 }

@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
 
 #include "base/comm.h"
 #include "base/gather_lists.h"
@@ -65,11 +64,7 @@ int shared_corner(Filler& f, const Body& body, int e, const int* iw, int total)
   if (own) f.share.own.emplace(key, c);
   if (first == f.share.corner.end()) f.share.corner.emplace(std::make_pair(field, key), c);
   else f.pts.twin[c] = first->second;
-  if (f.plan) {
-    const auto is_common = [&](const auto& k) { return f.common[k.first] != 0; };
-    f.plan->common.push_back(!f.common.empty() && std::all_of(key.begin(), key.end(), is_common));
-    return c;
-  }
+  if (f.plan) return c;
   f.share.made.push_back(c);
   for (const auto& k : key) {
     f.share.node.item.push_back(static_cast<int>(k.first));
@@ -188,6 +183,8 @@ void corners_at_nodes(Filler& f, const Body& b, int e)
   }
 }
 
+}  // namespace
+
 void fill_element(Filler& f, int body, int e)
 {
   const int first = f.pts.npoint;
@@ -205,20 +202,15 @@ void fill_element(Filler& f, int body, int e)
   join_points(f.pts, first);
 }
 
-// rank: of fill_ranks; empty: all points are of this rank, as on one rank
-void fill_elset(Filler& f, int body, const IntVec& rank)
+namespace {
+
+// all points of the body are of this rank, as on one rank
+void fill_elset(Filler& f, int body)
 {
-  FillPlan plan;
-  plan.first = f.pts.part.ncorner;
-  f.plan     = rank.empty() ? nullptr : &plan;
-  int cell   = 0;
   for (int e : f.m.elset[f.m.body[body].elset].item) {
     if (f.errors) break;
     fill_element(f, body, e);
-    if (f.plan) plan.cell.resize(plan.shape.size(), cell++);
   }
-  f.plan = nullptr;
-  if (!rank.empty()) fill_planned(f, body, plan, rank);
 }
 
 using FaceKey = std::array<int, 4>;      // corners of a face, ascending, by their first names
@@ -317,43 +309,23 @@ IntVec held_points(const Model& m, const Points& pts)
   return all;
 }
 
-// [node] do elements of several bodies on one field of the grid have it? Empty: none
-std::vector<char> common_nodes(const Model& m)
-{
-  std::map<std::pair<int, int>, int> body;           // of a field and a node: the first one
-  std::vector<char> common;
-  const auto fills = [](const Body& b) { return b.fill == FILL_ELSET; };
-  if (std::count_if(m.body.begin(), m.body.end(), fills) < 2) return common;
-  for (size_t b = 0; b < m.body.size(); ++b)
-    for (int e : m.body[b].fill == FILL_ELSET ? m.elset[m.body[b].elset].item : IntVec())
-      for (int k = 0; k < m.mesh.conn.count(e); ++k) {
-        const int n = m.mesh.conn.begin(e)[k];
-        const auto first = body.emplace(std::make_pair(m.body[b].field, n), static_cast<int>(b)).first;
-        if (first->second == static_cast<int>(b)) continue;
-        common.resize(m.mesh.nnode(), 0);
-        common[n] = 1;
-      }
-  return common;
-}
-
-// the points of all bodies, or (on) those that are here: of this rank, and known ones (numbers); returns the
-// errors
-int fill_bodies(const Model& m, bool on, const std::vector<IntVec>& rank, const std::vector<char>& common,
-                const IntVec& known, Points& pts)
+// the points of all bodies, or (plan) those that are here: of this rank, and known ones (numbers); returns
+// the errors
+int fill_bodies(const Model& m, FillPlan* plan, const IntVec& known, Points& pts)
 {
   pts = Points();
-  pts.part.on = on;
+  pts.part.on = plan;
   CornerShare share;
   Filler f{m, pts, share};
   f.known = &known;
-  f.common = common;
+  if (plan) fill_plan_begin(f, *plan);
   for (size_t b = 0; b < m.body.size(); ++b) {
     const int before = pts.npoint + pts.part.npoint;
     if (m.body[b].fill == FILL_CONVERSION) continue;
-    if (m.body[b].fill == FILL_ELSET)
-      fill_elset(f, static_cast<int>(b), rank[b]);
-    else
-      fill_box(f, static_cast<int>(b), rank[b]);
+    const int body = static_cast<int>(b);
+    if (m.body[b].fill != FILL_ELSET) fill_box(f, body, plan ? m.body[b].rank : IntVec());
+    else if (plan) fill_planned(f, body, *plan);
+    else fill_elset(f, body);
     if (pts.npoint + pts.part.npoint == before) {
       log_error("body %s (%s line %d) holds no material point: check its box, its WHERE and its element set",
                 m.body[b].name.c_str(), m.body[b].place.file.c_str(), m.body[b].place.line);
@@ -370,16 +342,20 @@ int fill_bodies(const Model& m, bool on, const std::vector<IntVec>& rank, const 
 
 int point_fill(const Model& m, Points& pts)
 {
-  const std::vector<IntVec> rank = m.part.points ? fill_ranks(m) : std::vector<IntVec>(m.body.size());
-  const std::vector<char> common = m.part.points ? common_nodes(m) : std::vector<char>();
+  FillPlan plan;
   IntVec held;
-  int errors = fill_bodies(m, m.part.points, rank, common, held, pts);
+  int errors = m.part.points ? fill_plan(m, plan) : 0;
+  if (errors) return errors;
+  errors = fill_bodies(m, m.part.points ? &plan : nullptr, held, pts);
   errors += point_surfaces(m, pts);
   if (!pts.part.on) return errors;
+  errors = comm_allreduce_max(errors);
+  if (errors) return errors;
   held = held_points(m, pts);
-  if (!held.empty() && comm_allreduce_max(errors) == 0) {
-    errors = fill_bodies(m, m.part.points, rank, common, held, pts);
-    errors += point_surfaces(m, pts);
+  if (!held.empty()) {
+    fill_plan_held(held, m.dim, plan);
+    fill_bodies(m, &plan, held, pts);
+    point_surfaces(m, pts);
   }
   std::vector<char> own(pts.ncorner, 0);
   for (int q = 0; q < pts.npoint; ++q)
@@ -395,7 +371,7 @@ int point_fill(const Model& m, Points& pts)
 void point_fill_whole(const Model& m, Points& pts)
 {
   log_mute(true);
-  fill_bodies(m, false, std::vector<IntVec>(m.body.size()), {}, {}, pts);
+  fill_bodies(m, nullptr, {}, pts);
   point_surfaces(m, pts);
   log_mute(false);
 }

@@ -7,6 +7,7 @@
 
 #include "base/comm.h"
 #include "bond/bond.h"
+#include "dof/dof.h"
 #include "point/grid_cell.h"
 
 namespace {
@@ -216,6 +217,8 @@ void expect_parts_of_whole(Model m, bool meets, bool knows_boundary = false)
   ASSERT_EQ(0, point_fill(m, whole));
   ASSERT_EQ(STATUS_OK, grid_activate(m, whole, Bonds(), GridShare(), moved(whole, m.dim), {}, of_whole, &worst));
   m.part.on = m.part.points = true;
+  IntVec none;
+  point_fill_ranks(none, m);
   ASSERT_EQ(0, point_fill(m, part));
   GridShare own;
   own.on = true;
@@ -282,6 +285,108 @@ TEST(Divided, PointsOfEachRank)
   m.bond.resize(1);
   m.bond[0].general = true;
   expect_parts_of_whole(m, true, true);
+}
+
+namespace {
+
+// A row of 32 x 4 x 4 bricks: finite elements, and two bodies of points with nodes in common; a box of points
+// between them in the deck, and springs at the end
+Model row_of_bricks()
+{
+  Model m = block_model(0.5, 3, 2, 0.0);
+  const int n[3] = {32, 4, 4};
+  m.dim    = 3;
+  m.grid.n = {{40, 40, 10}};
+  m.elset.resize(2);
+  for (int z = 0; z <= n[2]; ++z)
+    for (int y = 0; y <= n[1]; ++y)
+      for (int x = 0; x <= n[0]; ++x) {
+        m.mesh.node_label.push_back(m.mesh.nnode() + 1);
+        m.mesh.X.insert(m.mesh.X.end(), {0.3 * x + 0.01 * y, 0.1 * y + 0.003 * x, 0.07 * z});
+      }
+  int type = 0;
+  while (elem_table[type].shape != SHAPE_HEX8) ++type;
+  const int up = n[0] + 1, over = up * (n[1] + 1);
+  for (int z = 0; z < n[2]; ++z)
+    for (int y = 0; y < n[1]; ++y)
+      for (int x = 0; x < n[0]; ++x) {
+        const int e = m.mesh.nelem(), a = z * over + y * up + x, b = a + over;
+        m.mesh.elem_label.push_back(e + 1);
+        m.mesh.elem_type.push_back(type);
+        m.mesh.elem_section.push_back(x < 8 ? 0 : -1);
+        for (int k : {a, a + 1, a + up + 1, a + up, b, b + 1, b + up + 1, b + up}) m.mesh.conn.item.push_back(k);
+        m.mesh.conn.off.push_back(static_cast<int>(m.mesh.conn.item.size()));
+        if (x >= 8) m.elset[x < 20].item.push_back(e);
+      }
+  m.section.resize(1);
+  m.body[0].hi[2]    = 1.0;
+  m.body[0].cells[2] = 1;
+  m.body[0].field    = 1;
+  m.body = {m.body[0], m.body[0], m.body[0]};
+  for (int b : {0, 2}) {
+    m.body[b].fill  = FILL_ELSET;
+    m.body[b].elset = b / 2;
+    m.body[b].field = 0;
+  }
+  m.surface.resize(1);
+  m.surface[0].body = 0;
+  std::string error;
+  int position = 0;
+  EXPECT_TRUE(expr_compile("x > 9.4 && z < 0.01", {}, m.surface[0].where, error, position)) << error;
+  m.bond.resize(1);
+  m.bond[0].kind    = BOND_GROUND;
+  m.bond[0].surface = 0;
+  return m;
+}
+
+}  // namespace
+
+// of elements that are points from the start each rank has its own and those around them, and numbers, places
+// and boundary are those of one rank; all ranks know the points that springs hold
+TEST(Divided, PointsOfElementsNearby)
+{
+  if (comm_size() == 1) GTEST_SKIP() << "several ranks";
+  const Model of_all = row_of_bricks();
+  Model m;
+  if (comm_rank() == 0) m = row_of_bricks();
+  dof_part(false, {}, m);
+  ASSERT_TRUE(m.part.on && m.part.points);
+  Points whole, pts;
+  ASSERT_EQ(0, point_fill(of_all, whole));
+  ASSERT_EQ(0, point_fill(m, pts));
+  const int known = pts.npoint + pts.part.near.size(), layer = 16;
+  RealVec elems(of_all.mesh.nelem(), 0.0), points(whole.npoint, 0.0);
+  int outer = 0;
+  for (int e = 0; e < m.mesh.nelem(); ++e) {
+    elems[m.part.elem[e]] += m.part.works(e);
+    outer += !m.part.works(e);
+  }
+  EXPECT_LE(outer, 3 * layer);                       // of 24 that are points; cuts are ragged
+  EXPECT_LE(known, whole.npoint / comm_size() + 3 * 8 * layer + 100);
+  EXPECT_EQ(whole.npoint, pts.npoint_all());
+  EXPECT_EQ(whole.ncorner, pts.part.ncorner);
+  std::set<std::pair<int, int>> boundary;            // number of a point, its face
+  for (const Face& f : whole.boundary) boundary.insert({f.elem, f.face});
+  size_t here = 0;
+  for (const Face& f : pts.boundary) here += boundary.count({pts.part.point[f.elem], f.face});
+  EXPECT_EQ(here, pts.boundary.size());
+  for (int p = 0; p < pts.npoint; ++p) {
+    const int w = pts.part.point[p];
+    points[w] += pts.part.rank[p] == comm_rank();
+    ASSERT_EQ(whole.body[w], pts.body[p]);
+    EXPECT_EQ(whole.V0[w], pts.V0[p]);
+    for (int a = 0; a < pts.conn.count(p); ++a) {
+      const int c = pts.conn.begin(p)[a], of_whole = whole.conn.begin(w)[a];
+      ASSERT_EQ(of_whole, pts.part.corner[c]);
+      for (int i = 0; i < 3; ++i) EXPECT_EQ(whole.Xc[3 * of_whole + i], pts.Xc[3 * c + i]);
+    }
+  }
+  comm_sum(elems);
+  comm_sum(points);
+  EXPECT_EQ(elems, RealVec(of_all.mesh.nelem(), 1.0));
+  EXPECT_EQ(points, RealVec(whole.npoint, 1.0));
+  ASSERT_FALSE(whole.surface[0].empty());
+  for (const Face& f : whole.surface[0]) EXPECT_GE(pts.point_here(f.elem), 0);
 }
 
 // no rank may be without points: of two bodies one is a single cell with nearly all of the work
