@@ -257,7 +257,8 @@ struct Division {              // whose work is what; one rank: empty
   bool handed = false;
 };
 
-enum { AT_START = -2, AFTER_DIVISION = -1 };
+// the work behind a division is that after its first increment
+enum { AT_START = -3, DIVIDED = -2, AFTER_DIVISION = -1 };
 
 struct WorkShare {             // how even the work of a divided model is
   int events = AT_START;       // elements that had broken or become points when it was asked last

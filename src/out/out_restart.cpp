@@ -586,5 +586,5 @@ void out_resume(Model& m, const Elements& el, const FracMesh& fm, Archive& f, St
   MPFE_CHECK(read_whole(m, begin, f, [&] { io_all(f, s, grid.ncell, grid.cell); }) &&
                  take_state(begin, true, m, fm, s, grid).empty(),
              "a state that was held does not fit the model");
-  s.work.events = AFTER_DIVISION;
+  s.work.events = DIVIDED;
 }

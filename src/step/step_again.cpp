@@ -37,6 +37,10 @@ bool step_divides_again(Problem& p)
   if (!m.part.on || fr.empty() || p.next.stays) return false;
   if (m.part.window) dof_share_points(m, p.d.el, st.n.uc, st.points, st.division);
   WorkShare& share = st.work;
+  if (share.events == DIVIDED) {
+    share.events = AFTER_DIVISION;
+    return false;
+  }
   const int events = fr.neroded + fr.nconverted;
   if (events != share.events) {
     const IntVec& rank = m.part.window ? st.division.point : st.points.part.rank;
