@@ -27,7 +27,7 @@ Failure assem_move_all(const Model& m, const Discretisation& d, const Dofs& dofs
 
 // assem_share_bonds : divided model: jumps, slips and multipliers at t(n+1) of the bonds that each rank works
 // on, on all ranks. Collective.
-void assem_share_bonds(const Model& m, const Dofs& dofs, const ContactPairs& pairs, State& st, Jumps& j);
+void assem_share_bonds(State& st, int dim, Jumps& j);
 
 // What goes with the message of the internal force, on several ranks: other vectors [neq] that are summed,
 // and a failure of this rank that comes after those of the force

@@ -472,27 +472,9 @@ Failure assem_move_all(const Model& m, const Discretisation& d, const Dofs& dofs
   return failure;
 }
 
-void assem_share_bonds(const Model& m, const Dofs& dofs, const ContactPairs& pairs, State& st, Jumps& j)
+void assem_share_bonds(State& st, int dim, Jumps& j)
 {
-  const int dim = m.dim;
-  const std::vector<RealVec*> part = {&j.contact, &st.np1.slip, &st.np1.lambda};
-  if (st.bonds.halo.on()) return halo_copy_all(st.bonds.halo, dim, part);
-  IntVec acts;                 // of all ranks, in the same order
-  for (int b = 0; b < st.bonds.nbond; ++b)
-    if (contact_acts(st.bonds, pairs, b)) acts.push_back(b);
-  std::vector<char> own(st.bonds.nbond, 0);
-  for (int b : dofs.bond_acts) own[b] = 1;
-  RealVec all;
-  for (int b : acts)
-    for (const RealVec* x : part)
-      for (int i = 0; i < dim; ++i) all.push_back(own[b] ? (*x)[b * dim + i] : 0.0);
-  comm_sum(all);
-  const double* from = all.data();
-  for (int b : acts)
-    for (RealVec* x : part) {
-      std::copy_n(from, dim, &(*x)[b * dim]);
-      from += dim;
-    }
+  halo_copy_all(st.bonds.halo, dim, std::vector<RealVec*>{&j.contact, &st.np1.slip, &st.np1.lambda});
 }
 
 Failure assem_internal(const Model& m, const Discretisation& d, const Dofs& dofs, const KernelMode& mode,

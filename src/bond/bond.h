@@ -12,8 +12,7 @@
 extern const double bond_alpha, contact_alpha;
 
 // bond_form : bonds of all definitions at t = 0: at the nodes of the surface and between them, tributary
-// areas, normals, penalties. Returns the number of errors (messages in the log). Collective where each rank
-// has points of its own.
+// areas, normals, penalties. Returns the number of errors (messages in the log).
 int bond_form(const Model& m, const Points& pts, Bonds& bonds);
 
 // A face of a finite element that looks at elements that have become points
@@ -33,7 +32,7 @@ void bond_skin(const Model& m, const Points& pts, const std::vector<SkinFace>& s
 IntVec bond_rebuild(const Model& m, const Points& pts, const std::vector<BondFace>& face,
                     const IntVec& node_lost, const std::vector<SkinFace>& skin, Bonds& bonds, Level& l);
 
-// bond_share : MeshPart::window: who works on a bond, and who else has it (Bonds::rank, halo, nall), when
+// bond_share : divided model: who works on a bond, and who else has it (Bonds::rank, halo, nall), when
 // bonds or owners of nodes are others than before. Collective.
 void bond_share(const Model& m, const Points& pts, Bonds& bonds);
 

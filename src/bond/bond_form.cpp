@@ -139,22 +139,24 @@ int edge_parts(const Model& m, const BondDef& d, const FaceNodes& face)
 // a lattice point is named by the nodes it hangs on and its integer weights: shared edges make one bond
 using BondKey = std::vector<std::pair<int, int>>;
 
+const long NO_NAME = -1;
+
 struct Former {
   const Model& m;
   Bonds& b;
   int def;
   int first;                   // first bond of the definition
   std::map<BondKey, int> known;
-  long name = -1;              // of the next place on a face (Bonds::name), -1: they get none
+  long name = NO_NAME;         // of the next place on a face (Bonds::name)
 };
 
 // places on a face at most, faces of an element
 const long PLACES = 1L << 14, FACES = 6;
 
-// names of places on faces of elements, and behind them on those of points
-const long AT_POINTS = 1L << 62, OWNERS = 1L << 31;
+// names of places on faces of elements, behind them on those of points, before them bonds of the deck
+const long AT_POINTS = 1L << 62, OF_DECK = -AT_POINTS, OWNERS = 1L << 31;
 
-// name of the first place on a face of an element or a point with this number
+// name of the first place on a face of an element or a point with this number, or on a face of a surface
 long face_name(int def, long number, int face) { return ((def * OWNERS + number) * FACES + face) * PLACES; }
 
 // a bond without area at the place with the shape functions N of the face; side A stands in the list
@@ -226,7 +228,7 @@ void form_inside(Former& f, const FaceNodes& face, int field, double penalty)
     }
     const int b = new_bond(f, field, face, s.N);
     add_area(f, face, s.xi, s.area * thickness, penalty, b);
-    if (f.name >= 0) f.b.name.push_back(f.name++);
+    if (f.name != NO_NAME) f.b.name.push_back(f.name++);
   }
 }
 
@@ -266,7 +268,7 @@ void form_face(Former& f, const FaceNodes& face, int field)
     const auto it     = f.known.find(key);
     const double total = key.size() == 1 ? 1.0 : static_cast<double>(parts) * parts;
     const int b       = it != f.known.end() ? it->second : lattice_bond(f, field, key, total, face, p);
-    if (f.name >= 0 && it == f.known.end()) f.b.name.push_back(name);
+    if (f.name != NO_NAME && it == f.known.end()) f.b.name.push_back(name);
     ++name;
     add_area(f, face, p.xi, p.share * (dim == 2 ? face.thickness : 1.0), penalty, b);
   }
@@ -353,9 +355,10 @@ int bond_form(const Model& m, const Points& pts, Bonds& bonds)
                       : def.kind == BOND_GROUND ? SIDE_GROUND
                                                 : m.body[def.body].field;
     Former f{m, bonds, static_cast<int>(d), first, {}};
-    for (const Face& face : s.body >= 0 ? pts.surface[def.surface] : s.face) {
-      form_face(f, face_nodes(m, pts, s.body, face), field);
-      if (pts.part.on) bonds.rank.resize(bonds.nbond, s.body >= 0 ? pts.part.rank[face.elem] : -1);
+    const std::vector<Face>& list = s.body >= 0 ? pts.surface[def.surface] : s.face;
+    for (size_t k = 0; k < list.size(); ++k) {
+      if (m.part.on) f.name = OF_DECK + face_name(f.def, static_cast<long>(k), 0);
+      form_face(f, face_nodes(m, pts, s.body, list[k]), field);
     }
     finish(f, first);
     if (field >= 0) errors += outside_grid(m, def, bonds, first);
@@ -400,7 +403,7 @@ void cut_bonds(Bonds& b, int dim, int n)
   for (RealVec* v : {&b.area, &b.cn, &b.ct, &b.offset, &b.initial_penetration, &b.friction}) v->resize(n);
   b.X.resize(3 * static_cast<size_t>(n));
   b.normal.resize(static_cast<size_t>(dim) * n);
-  b.name.clear();
+  if (!b.name.empty()) b.name.resize(n);
 }
 
 }  // namespace
@@ -570,11 +573,10 @@ void bond_skin(const Model& m, const Points& pts, const std::vector<SkinFace>& s
     const double thickness = m.dim == 2 ? face.thickness : 1.0,
                  penalty   = skin_penalty(m, pts, d, skin[s], face);
     b.skin_penalty[s] = penalty;
-    if (m.part.window) {
-      if (!point_skin_counts(m, pts, skin[s])) continue;
+    if (m.part.window && !point_skin_counts(m, pts, skin[s])) continue;
+    if (m.part.on)
       f.name = skin[s].points ? AT_POINTS + face_name(def, pts.part.point[elem], skin[s].face)
                               : face_name(def, m.part.elem_number(elem), skin[s].face);
-    }
     for (const FacePoint& p : face_lattice(face.n, face.X, parts)) {
       double N[4] = {0, 0, 0, 0};
       for (int k = 0; k < face.n; ++k) {
@@ -585,12 +587,11 @@ void bond_skin(const Model& m, const Points& pts, const std::vector<SkinFace>& s
       }
       const int q  = new_bond(f, SIDE_CONTACT, face, N);
       b.skin_of[q] = static_cast<int>(s);
-      if (f.name >= 0) b.name.push_back(f.name++);
+      if (f.name != NO_NAME) b.name.push_back(f.name++);
       add_area(f, face, p.xi, 0.5 * p.share * thickness, penalty, q);
     }
   }
   finish(f, first);
-  if (pts.part.on) b.rank.resize(b.nbond, -1);
 }
 
 IntVec bond_rebuild(const Model& m, const Points& pts, const std::vector<BondFace>& face,
@@ -632,11 +633,13 @@ IntVec bond_rebuild(const Model& m, const Points& pts, const std::vector<BondFac
 
 namespace {
 
-// who works on a bond: on a place of general contact the rank that knows it, else that of the first node or
-// corner
+// does this rank alone have the place of general contact?
+bool is_alone(const Model& m, const Bonds& b, int q) { return m.part.window && b.skin_of[q] >= 0; }
+
+// who works on a bond: the rank of the first node or corner
 int rank_of(const Model& m, const Points& pts, const Bonds& b, int q)
 {
-  if (b.skin_of[q] >= 0) return comm_rank();
+  if (is_alone(m, b, q)) return comm_rank();
   const int first = b.a.item[b.a.off[q]], c = first - m.mesh.nnode();
   return c < 0 ? m.part.halo.owner[first] : pts.part.halo.owner[c];
 }
@@ -645,20 +648,14 @@ int rank_of(const Model& m, const Points& pts, const Bonds& b, int q)
 
 void bond_share(const Model& m, const Points& pts, Bonds& b)
 {
-  if (!m.part.window) return;
-  // those of the deck, which are on all ranks, go before the others
-  std::vector<long> name;
-  for (int q = 0; q < b.nfixed; ++q) name.push_back(q - b.nfixed);
-  const int others = static_cast<int>(b.name.size()) - (b.nbond - b.nfixed);
-  name.insert(name.end(), b.name.begin() + others, b.name.end());
-  b.name.swap(name);
+  if (!m.part.on) return;
   b.rank.clear();
   double own = 0.0;
   IntVec known;                // that other ranks may know too
   for (int q = 0; q < b.nbond; ++q) {
     b.rank.push_back(rank_of(m, pts, b, q));
     own += b.rank[q] == comm_rank();
-    if (b.skin_of[q] < 0) known.push_back(q);
+    if (!is_alone(m, b, q)) known.push_back(q);
   }
   comm_sum(&own, 1);
   b.nall = static_cast<int>(own);

@@ -80,7 +80,7 @@ void contact_stiffness(const Level& l, int dim, const ContactPairs& pairs, Bonds
 
 // contact_start : surfaces that overlap at the start: says by how much and where, and pushes, takes the gaps
 // as offsets (bonds.offset), or counts an error, as the deck wants                               (4.13)
-//   in   pairs of t = 0;   returns the number of errors. Collective with MeshPart::window.
+//   in   pairs of t = 0;   returns the number of errors. Collective.
 int contact_start(const Model& m, Bonds& bonds, const ContactPairs& pairs, const RealVec& xb);
 
 // contact_offsets : places of contact that conversion has made take the offset that they would have had at t

@@ -26,7 +26,7 @@ Overlap find_overlap(const Model& m, const Bonds& bonds, const ContactPairs& pai
     o.gap = pairs.gap[b];
     std::copy_n(&xb[b * m.dim], m.dim, o.x);
   }
-  if (!m.part.window) return o;
+  if (!bonds.halo.on()) return o;
   std::vector<Overlap> all(1, o);
   comm_allgatherv(all);
   o = Overlap();
@@ -52,7 +52,7 @@ void take_offsets(const Model& m, Bonds& bonds, const ContactPairs& pairs, int d
     range[1] = std::max(range[1], -gap);
     ++count;
   }
-  if (m.part.window) {
+  if (bonds.halo.on()) {
     double sum = count;
     comm_sum(&sum, 1);
     comm_max(range, 2);

@@ -528,14 +528,6 @@ double dof_excess(const Model& m, const Elements& el, const Points& pts, const R
 
 namespace {
 
-// the rank of a bond: that of its first node, or of the first point that has its first corner
-bool bond_here(const Model& m, const Bonds& bonds, const GridShare& g, int b)
-{
-  const int n = bonds.a.item[bonds.a.off[b]], c = n - m.mesh.nnode();
-  if (!bonds.rank.empty() && bonds.rank[b] >= 0) return bonds.rank[b] == comm_rank();
-  return c < 0 ? m.part.counts(n) : g.owner[c] == comm_rank();
-}
-
 // who works on points; points: each rank has its own, and nothing becomes one
 const IntVec& ranks_of_points(const MeshPart& part, const Points& pts, const Division& d)
 {
@@ -578,7 +570,7 @@ void dof_share_grid(const Model& m, const Points& pts, const Bonds& bonds, const
       if (list.item[k] >= nnode) g.corner[list.item[k] - nnode] = 1;
   };
   for (int b = 0; b < bonds.nbond; ++b) {
-    g.bond[b] = bond_here(m, bonds, g, b);
+    g.bond[b] = bonds.counts(b);
     if (!g.bond[b] || !contact_acts(bonds, pairs, b)) continue;
     take(bonds.a, b);
     if (bonds.field[b] == SIDE_CONTACT) take(pairs.master, b);

@@ -101,7 +101,7 @@ IntVec frac_releasing(const Model& m, const Fracture& fr);
 // becomes that of here; begin: points at t = 0. False: points or bonds do not fit the model. Collective.
 bool frac_reload(const Points& begin, State& st, Model& m, const FracMesh& fm);
 
-// frac_take : MeshPart::window: points and bonds of the elements of here from a state that was read
+// frac_take : divided model: points and bonds of the elements of here from a state that was read
 // (state_find_corners), with elements and nodes of here (-1: not here) and bonds of all ranks; begin: points
 // at t = 0. False: it does not fit the model
 bool frac_take(const Model& m, const FracMesh& fm, const Points& begin, State& st);

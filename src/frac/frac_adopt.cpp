@@ -30,17 +30,17 @@ IntVec frac_releasing(const Model& m, const Fracture& fr)
 
 namespace {
 
-bool reload_window(const Points& begin, State& st, Model& m, const FracMesh& fm)
+bool reload_parts(const Points& begin, State& st, Model& m, const FracMesh& fm)
 {
   PointPart known;
   std::swap(known, st.points.part);      // bonds name corners of all ranks
   state_from_deck(m.part, st);
   std::swap(known, st.points.part);
   bool good = st.frac.phase.size() == m.part.elem.size() || st.frac.empty();
-  if (m.part.points || state_in_parts(m, st)) good = good && frac_take(m, fm, begin, st);
+  good = good && frac_take(m, fm, begin, st);
   if (comm_allreduce_max(static_cast<int>(!good))) return false;
-  point_surfaces(m, st.points);
-  if (!st.frac.empty()) model_owners(frac_gone(st.frac), m);
+  if (st.frac.nconverted > 0) point_surfaces(m, st.points);
+  if (m.part.window && !st.frac.empty()) model_owners(frac_gone(st.frac), m);
   if (st.frac.nconverted > 0) point_find_common(m.part, point_ranks(m.part, st.points), st.points);
   bond_share(m, st.points, st.bonds);
   st.np1 = st.n;
@@ -51,9 +51,7 @@ bool reload_window(const Points& begin, State& st, Model& m, const FracMesh& fm)
 
 bool frac_reload(const Points& begin, State& st, Model& m, const FracMesh& fm)
 {
-  if (m.part.window) return reload_window(begin, st, m, fm);
-  state_from_deck(m.part, st);
-  return true;
+  return !m.part.on || reload_parts(begin, st, m, fm);
 }
 
 void frac_gather(const Model& m, const Fracture& fr, IntVec& elem, size_t first)

@@ -163,8 +163,8 @@ void take_skin(const Points& here, int npoint, Bonds& b, IntVec& place)
   b.skin_penalty.swap(penalty);
 }
 
-// bonds whose nodes and corners are all here, of general contact those on faces of this rank; names are their
-// numbers. npoint, ncorner: of all ranks
+// bonds whose nodes and corners are all here, of general contact in a window those on faces of this rank;
+// names are their numbers. npoint, ncorner: of all ranks
 void take_bonds(const Model& m, int npoint, int ncorner, State& st)
 {
   const int dim = m.dim, nnode = m.mesh.nnode();
@@ -179,7 +179,7 @@ void take_bonds(const Model& m, int npoint, int ncorner, State& st)
     for (int& i : *x)
       if (i >= 0) i = face[i] >= 0 ? face[i] : NOT_HERE;
   const auto is_own = [&](int i) {
-    return i == -1 || (i >= 0 && point_skin_counts(m, st.points, b.skin[i]));
+    return i == -1 || (i >= 0 && (!m.part.window || point_skin_counts(m, st.points, b.skin[i])));
   };
   IntVec list;
   ListTable a;
@@ -201,7 +201,10 @@ void take_bonds(const Model& m, int npoint, int ncorner, State& st)
   b.X = picked(list, 3, b.X);
   for (RealVec* x : {&b.normal, &st.n.slip, &st.n.lambda}) *x = picked(list, dim, *x);
   if (!st.laid.xb.empty()) st.laid.xb = picked(list, dim, st.laid.xb);
-  b.name.assign(list.begin() + b.nfixed, list.end());
+  const int of_deck = b.nfixed;
+  b.nfixed = static_cast<int>(std::lower_bound(list.begin(), list.end(), of_deck) - list.begin());
+  b.name.clear();
+  for (int q : list) b.name.push_back(q - of_deck);
 }
 
 }  // namespace
@@ -216,7 +219,7 @@ bool frac_take(const Model& m, const FracMesh& fm, const Points& begin, State& s
   if (!lengths_fit(m.dim, st)) return false;
   if (fr.nconverted == 0) {
     take_bonds(m, begin.part.npoint, begin.part.ncorner, st);
-    return st.bonds.nbond >= st.bonds.nfixed;
+    return true;
   }
   Points known = begin;
   std::swap(known, st.points);
@@ -238,5 +241,5 @@ bool frac_take(const Model& m, const FracMesh& fm, const Points& begin, State& s
   std::swap(fr.left, left);
   take_points(m.dim, known, point, corner, st);
   take_bonds(m, known.part.npoint, known.part.ncorner, st);
-  return st.bonds.nbond >= st.bonds.nfixed;
+  return true;
 }

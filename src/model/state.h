@@ -133,11 +133,9 @@ struct Bonds {
   // -1: none
   IntVec met;
   RealVec skin_penalty;        // [skin] penalty per area of the face alone          force/length^3
-  // [nbond] each rank has points of its own: who works on a bond at corners, -1: at nodes. Made by bond_form,
-  // not saved; else empty. MeshPart::window: who works on it, made by bond_share
+  // divided model, made by bond_share, not saved: [nbond] who works on a bond; names, the same on all ranks
+  // that may, ascending as one rank has the bonds; who has them; bonds of all ranks
   IntVec rank;
-  // MeshPart::window: [nbond] names, the same on all ranks that may work on a bond; who has them; bonds of
-  // all ranks
   std::vector<long> name;
   Halo halo;
   int nall = 0;

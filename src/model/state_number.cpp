@@ -5,9 +5,9 @@
 
 namespace {
 
-// node, elem, point, corner: index to index; before, now: nodes of the mesh, behind which corners are counted
-template <class Node, class Elem, class Point, class Corner>
-void renumber(int before, int now, Node node, Elem elem, Point point, Corner corner, State& st)
+// node, elem, corner: index to index; before, now: nodes of the mesh, behind which corners are counted
+template <class Node, class Elem, class Corner>
+void renumber(int before, int now, Node node, Elem elem, Corner corner, State& st)
 {
   Points& p = st.points;
   for (int& e : p.parent)
@@ -17,7 +17,7 @@ void renumber(int before, int now, Node node, Elem elem, Point point, Corner cor
   Bonds& b = st.bonds;
   for (int& k : b.a.item) k = k < before ? node(k) : now + corner(k - before);
   for (SkinFace& f : b.skin)
-    f.elem = f.points ? point(f.elem) : elem(f.elem);
+    if (!f.points) f.elem = elem(f.elem);
   for (IntVec* list : {&st.frac.releasing, &st.frac.converted})
     for (int& e : *list) e = elem(e);
 }
@@ -54,11 +54,9 @@ IntVec deck_order(const MeshPart& part)
 void state_to_deck(const MeshPart& part, State& st)
 {
   if (!part.on) return;
-  const bool divided = part.points && !part.window;  // in a window state_bring does it
   renumber(
       static_cast<int>(part.node.size()), part.nnode, [&](int n) { return part.deck[n]; },
       [&](int e) { return part.elem[e]; },
-      [&](int p) { return divided ? st.points.part.point[p] : p; },
       [&](int c) { return st.points.corner_number(c); }, st);
 }
 
@@ -69,9 +67,8 @@ void state_from_deck(const MeshPart& part, State& st)
   for (int number : st.frac.releasing)
     if (part.elem_here(number) >= 0 || number < 0 || number >= part.nelem) releasing.push_back(number);
   st.frac.releasing.swap(releasing);
-  const bool divided = part.points && !part.window;
-  const int nnode    = static_cast<int>(part.node.size());
-  const IntVec node  = deck_order(part);
+  const int nnode   = static_cast<int>(part.node.size());
+  const IntVec node = deck_order(part);
   const auto here   = [&](int number) {
     const auto at = std::lower_bound(node.begin(), node.end(), number,
                                      [&](int n, int value) { return part.deck[n] < value; });
@@ -80,7 +77,6 @@ void state_from_deck(const MeshPart& part, State& st)
   renumber(
       part.nnode, nnode, here,
       [&](int e) { return part.elem_here(e); },
-      [&](int p) { return divided ? st.points.point_here(p) : p; },
       [&](int c) {                           // what is no number of a corner is none here either
         const int corner = st.points.corner_here(c);
         return corner < 0 ? st.points.ncorner : corner;

@@ -159,7 +159,10 @@ void join_skin(const MeshPart& mesh, const Joiner& of_bonds, const Points& p, co
 void join_bonds(const Joiner& j, int dim, const Bonds& b, Bonds& all)
 {
   all.nbond         = static_cast<int>(j.count);
-  all.nfixed        = b.nfixed;
+  IntVec of_deck(b.nbond, 0);
+  std::fill_n(of_deck.begin(), b.nfixed, 1);
+  of_deck           = j.join(of_deck, 1);
+  all.nfixed        = static_cast<int>(std::count(of_deck.begin(), of_deck.end(), 1));
   all.a.item        = j.join_lists(b.a.item, b.a.off, 1, all.a.off);
   IntVec off;
   all.a_w           = j.join_lists(b.a_w, b.a.off, 1, off);
@@ -248,9 +251,13 @@ IntVec join_converted(const Model& m, const IntVec& converted, const IntVec& her
 
 void state_swap(WindowState& kept, State& s)
 {
-  std::swap(kept.points, s.points);
   std::swap(kept.bonds, s.bonds);
   std::swap(kept.laid, s.laid);
+  s.n.slip.swap(kept.slip);
+  s.n.lambda.swap(kept.lambda);
+  s.n.lambda_n.swap(kept.lambda_n);
+  if (!kept.in_parts) return;
+  std::swap(kept.points, s.points);
   std::swap(kept.converted, s.frac.converted);
   std::swap(kept.released, s.frac.released);
   std::swap(kept.released_at, s.frac.released_at);
@@ -258,49 +265,65 @@ void state_swap(WindowState& kept, State& s)
   s.n.uc.swap(kept.uc);
   s.n.vc.swap(kept.vc);
   s.n.hp.swap(kept.hp);
-  s.n.slip.swap(kept.slip);
-  s.n.lambda.swap(kept.lambda);
-  s.n.lambda_n.swap(kept.lambda_n);
   s.division.point.swap(kept.rank);
 }
 
-void state_bring(const Model& m, WindowState& kept, State& s)
+namespace {
+
+// bonds of all ranks on rank 0, and what a level and the grid say of them
+//   in   p   points of kept
+void bring_bonds(const Model& m, const Points& p, const WindowState& kept, bool laid, State& s)
+{
+  const Bonds& b = kept.bonds;
+  IntVec bonds;
+  for (int q = 0; q < b.nbond; ++q)
+    if (b.rank[q] == comm_rank()) bonds.push_back(q);
+  const Joiner of_bonds(bonds, b.name);
+  join_bonds(of_bonds, m.dim, b, s.bonds);
+  join_skin(m.part, of_bonds, p, b, s.bonds);
+  s.n.slip     = of_bonds.join(kept.slip, m.dim);
+  s.n.lambda   = of_bonds.join(kept.lambda, m.dim);
+  s.n.lambda_n = of_bonds.join(kept.lambda_n, 1);
+  if (laid) s.laid.xb = of_bonds.join(kept.laid.xb, m.dim);
+}
+
+// points and corners that this rank brings, and what else says something of them
+void bring_points(const Model& m, const IntVec& here, const WindowState& kept, bool laid, State& s)
 {
   const int dim = m.dim, me = comm_rank();
-  IntVec here;                 // elements of converted
-  for (int number : s.frac.converted) here.push_back(m.part.elem_here(number));
-  state_swap(kept, s);
   const Points& p = kept.points;
-  const Bonds& b  = kept.bonds;
-  IntVec points, bonds;
+  IntVec points;
   for (int q = 0; q < p.npoint; ++q) {
     const int number = p.parent[q];
     if (number >= 0 ? m.part.works(m.part.elem_here(number)) : p.part.rank[q] == me) points.push_back(q);
   }
   const IntVec corners = own_corners(kept, points);
-  for (int q = 0; q < b.nbond; ++q)
-    if (b.rank[q] == me) bonds.push_back(q);
-  if (s.frac.nconverted > 0) s.points = numbered(m, points, corners, p);
+  s.points = numbered(m, points, corners, p);
   s.points.part.npoint  = p.part.npoint;
   s.points.part.ncorner = p.part.ncorner;
   s.points.part.point   = picked(points, 1, p.part.point);
   s.points.part.corner  = picked(corners, 1, p.part.corner);
-  const Joiner of_bonds(bonds, b.name);
-  join_bonds(of_bonds, dim, b, s.bonds);
-  join_skin(m.part, of_bonds, p, b, s.bonds);
   s.n.uc       = picked(corners, dim, kept.uc);
   s.n.vc       = picked(corners, dim, kept.vc);
   s.n.hp       = picked(points, p.npoint ? static_cast<int>(kept.hp.size() / p.npoint) : 0, kept.hp);
   s.division.point = picked(points, s.division.handed, kept.rank);
-  s.n.slip     = of_bonds.join(kept.slip, dim);
-  s.n.lambda   = of_bonds.join(kept.lambda, dim);
-  s.n.lambda_n = of_bonds.join(kept.lambda_n, 1);
-  if (comm_allreduce_max(static_cast<int>(!kept.laid.uc.empty()))) {
-    s.laid.uc = picked(corners, dim, kept.laid.uc);
-    s.laid.xb = of_bonds.join(kept.laid.xb, dim);
-  }
+  if (laid) s.laid.uc = picked(corners, dim, kept.laid.uc);
   s.frac.converted = join_converted(m, kept.converted, here, p);
   join_released(kept, points, s.frac);
+}
+
+}  // namespace
+
+void state_bring(const Model& m, WindowState& kept, State& s)
+{
+  IntVec here;                 // elements of converted
+  for (int number : s.frac.converted) here.push_back(m.part.elem_here(number));
+  kept.in_parts = state_in_parts(m, s);
+  state_swap(kept, s);
+  const bool laid = comm_allreduce_max(static_cast<int>(!kept.laid.uc.empty()));
+  bring_bonds(m, kept.in_parts ? kept.points : s.points, kept, laid, s);
+  if (kept.in_parts) bring_points(m, here, kept, laid, s);
+  else s.laid.uc = kept.laid.uc;
 }
 
 void state_read_outline(Archive& f, Points& x)

@@ -1,6 +1,6 @@
 // ---------------------------------------------------------------------------
-// state_window.h : MeshPart::window: material points and bonds for a restart file, which has those of all
-// ranks in the order of one rank
+// state_window.h : divided model: material points and bonds for a restart file, which has those of all ranks
+// in the order of one rank
 // ---------------------------------------------------------------------------
 #ifndef MPFE_MODEL_STATE_WINDOW_H
 #define MPFE_MODEL_STATE_WINDOW_H
@@ -9,6 +9,7 @@
 #include "model/state.h"
 
 struct WindowState {           // of a state
+  bool in_parts = false;       // state_in_parts; else bonds alone, with slip, lambda, lambda_n and laid
   Points points;
   Bonds bonds;
   RealVec uc, vc, hp, slip, lambda, lambda_n;        // of the level n
@@ -18,21 +19,21 @@ struct WindowState {           // of a state
   ListTable left;
 };
 
-// state_in_parts : do ranks know points or bonds that others do not?
+// state_in_parts : do ranks know points that others do not, of elements that have become points?
 inline bool state_in_parts(const Model& m, const State& s)
 {
-  return m.part.window && (s.frac.nconverted > 0 || model_general_contact(m) >= 0);
+  return m.part.window && s.frac.nconverted > 0;
 }
 
 // state_swap : these parts of a state for others
 void state_swap(WindowState& kept, State& s);
 
-// state_bring : from a state in numbers of the deck (state_to_deck) where elements have become points, or
-// with general contact. Collective.
+// state_bring : from a state in numbers of the deck (state_to_deck). Collective.
 //   out  kept   what this rank has
-//        s      points and corners that this rank brings, each by one rank, ascending by their numbers of all
-//               ranks (PointPart::point, corner), which the lists of them have; npoint and ncorner of all
-//               ranks; the first point of each element that it works on. Bonds: on rank 0 those of all ranks
+//        s      bonds: on rank 0 those of all ranks. With state_in_parts points and corners that this rank
+//               brings, each by one rank, ascending by their numbers of all ranks (PointPart::point, corner),
+//               which the lists of them have; npoint and ncorner of all ranks; the first point of each
+//               element that it works on
 void state_bring(const Model& m, WindowState& kept, State& s);
 
 // state_takes : f is read in parts, points and corners by ArchivePart::takes

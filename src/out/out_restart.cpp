@@ -214,7 +214,6 @@ ActiveGrid cells_of_all(const Model& m, const ActiveGrid& grid)
 template <class Write>
 void write_whole(const Model& m, const ActiveGrid& grid, State& s, Archive& f, Write write)
 {
-  const bool window = state_in_parts(m, s);
   std::vector<ArchivePart> part;
   IntVec releasing = m.part.on ? frac_releasing(m, s.frac) : s.frac.releasing;
   if (m.part.on) s.division.elem = m.part.rank;
@@ -222,13 +221,13 @@ void write_whole(const Model& m, const ActiveGrid& grid, State& s, Archive& f, W
   releasing.swap(s.frac.releasing);
   ActiveGrid cells = cells_of_all(m, grid);
   WindowState kept;
-  if (window) state_bring(m, kept, s);
   if (m.part.on) {
+    state_bring(m, kept, s);
     part   = parts_of(m, s.points);
     f.part = part.data();
   }
   write(cells);
-  if (window) state_swap(kept, s);
+  if (m.part.on) state_swap(kept, s);
   releasing.swap(s.frac.releasing);
   state_from_deck(m.part, s);
   if (m.part.on) s.division.elem.clear();

@@ -330,9 +330,9 @@ void write_bonds(const Model& m, const State& s, Output& out)
 {
   const Bonds& bonds = s.bonds;
   const int dim      = m.dim;
-  IntVec list;                 // all ranks know all of them, or each has its own
+  IntVec list;
   for (int b = 0; b < bonds.nbond; ++b)
-    if (m.part.window ? bonds.counts(b) : !m.part.on || comm_rank() == 0) list.push_back(b);
+    if (bonds.counts(b)) list.push_back(b);
   const bool here = !list.empty();
   if (!anybody(m, here)) return;
   RealVec x, u, force, slip = s.n.slip;

@@ -253,9 +253,9 @@ double with_grounds(const Model& m, const State& st, const Attempt& a, double wo
 {
   const int dim  = m.dim;
   const Bonds& b = st.bonds;
-  double C[9], g0[3], g1[3];
+  double C[9], g0[3], g1[3], sum = b.halo.on() ? 0.0 : work;
   for (int k = 0; k < b.nbond; ++k) {
-    if (b.field[k] != SIDE_GROUND) continue;
+    if (b.field[k] != SIDE_GROUND || !b.counts(k)) continue;
     bond_ground_motion(m, b, k, a.t0, a.total0, g0);
     bond_ground_motion(m, b, k, a.t1, a.total1, g1);
     bond_stiffness(b, dim, k, C);
@@ -263,10 +263,12 @@ double with_grounds(const Model& m, const State& st, const Attempt& a, double wo
       double f = st.np1.lambda[k * dim + i];
       for (int j = 0; j < dim; ++j)
         f += 0.5 * C[i * dim + j] * (st.n.slip[k * dim + j] + st.np1.slip[k * dim + j]);
-      work -= f * (g1[i] - g0[i]);
+      sum -= f * (g1[i] - g0[i]);
     }
   }
-  return work;
+  if (!b.halo.on()) return sum;
+  comm_sum(&sum, 1);
+  return work + sum;
 }
 
 // statics: corners follow other nodes than in the step before, whose equilibrium is none on these; what the
@@ -295,7 +297,7 @@ double friction_loss(const Attempt& a, int b, int dim, const State& st)
   return work - stored;
 }
 
-// MeshPart::window, where each rank has places of its own: what those of all ranks did
+// divided model: what the places of all ranks did
 //   inout log [Model::bond], friction, wall [grid_rf]
 void sum_places(std::vector<ContactLog>& log, double& friction, RealVec& wall)
 {
@@ -362,7 +364,7 @@ void finish_contact(const Model& m, const ContactPairs& pairs, const Attempt& a,
   RealVec wall(st.grid_rf.size(), 0.0);
   double friction = 0.0;
   finish_places(m, pairs, a, st, log, friction, wall);
-  if (m.part.window) sum_places(log, friction, wall);
+  if (m.part.on) sum_places(log, friction, wall);
   st.ledger.friction += friction;
   for (size_t i = 0; i < wall.size(); ++i) st.grid_rf[i] += wall[i];
   for (size_t d = 0; d < log.size() && d < st.contact.size(); ++d) log[d].work += st.contact[d].work;

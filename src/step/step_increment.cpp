@@ -43,7 +43,7 @@ Failure augment(Problem& p, Attempt& a)
 {
   const auto due = [&](int k) {
     const bool here = update_multipliers(p.m, p.st.bonds, a.mode, k, p.st.np1);
-    return p.m.part.window ? comm_allreduce_max(static_cast<int>(here)) > 0 : here;
+    return p.m.part.on ? comm_allreduce_max(static_cast<int>(here)) > 0 : here;
   };
   for (int k = 0; due(k); ++k) {
     const Failure failure = step_newton(p, a);

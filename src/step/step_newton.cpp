@@ -298,7 +298,7 @@ Failure tell_all(Problem& p, Attempt& a)
     a.du_all.swap(dof_gather(p.dofs, {&a.du})[0]);
     failure = assem_move_all(p.m, p.d, *p.dofs.whole, a.mode, a.du_all, a.t0, a.t1, p.st, a.jumps);
   }
-  if (p.m.part.on && p.st.bonds.nbond_all()) assem_share_bonds(p.m, p.dofs, p.d.pairs, p.st, a.jumps);
+  if (p.m.part.on && p.st.bonds.nbond_all()) assem_share_bonds(p.st, p.m.dim, a.jumps);
   return failure;
 }
 
