@@ -12,7 +12,8 @@
 extern const double bond_alpha, contact_alpha;
 
 // bond_form : bonds of all definitions at t = 0: at the nodes of the surface and between them, tributary
-// areas, normals, penalties. Returns the number of errors (messages in the log).
+// areas, normals, penalties. Of those that tie a surface of elements a rank has the ones at nodes of its
+// elements, with their whole area. Returns the number of errors (messages in the log). Collective.
 int bond_form(const Model& m, const Points& pts, Bonds& bonds);
 
 // A face of a finite element that looks at elements that have become points

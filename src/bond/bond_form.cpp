@@ -6,6 +6,7 @@
 #include "base/comm.h"
 #include "base/log.h"
 #include "bond/bond.h"
+#include "model/model_cut.h"
 #include "point/point.h"
 #include "shape/face.h"
 
@@ -148,6 +149,8 @@ struct Former {
   int first;                   // first bond of the definition
   std::map<BondKey, int> known;
   long name = NO_NAME;         // of the next place on a face (Bonds::name)
+  // nodes of which one must have a place between and at nodes; null: any do
+  const std::vector<char>* nodes = nullptr;
 };
 
 // places on a face at most, faces of an element
@@ -232,10 +235,11 @@ void form_inside(Former& f, const FaceNodes& face, int field, double penalty)
   }
 }
 
+// face: the first one
 void warn_thickness(const Former& f, const FaceNodes& face)
 {
   const BondDef& d = f.m.bond[f.def];
-  if (d.body < 0 || f.b.nbond != f.first || face.thickness == f.m.body[d.body].thickness) return;
+  if (d.body < 0 || f.m.dim == 3 || face.thickness == f.m.body[d.body].thickness) return;
   log_warn("bond %s (%s line %d): the elements are %g thick, the body %s is %g thick", d.name.c_str(),
            d.place.file.c_str(), d.place.line, face.thickness, f.m.body[d.body].name.c_str(),
            f.m.body[d.body].thickness);
@@ -248,7 +252,6 @@ void form_face(Former& f, const FaceNodes& face, int field)
   const BondDef& d     = f.m.bond[f.def];
   const int dim        = f.m.dim;
   const double penalty = penalty_of(f.m, d, face.young, face_size(face));
-  if (dim == 2) warn_thickness(f, face);
   if (d.by_face) return form_inside(f, face, field, penalty);
   const int parts = edge_parts(f.m, d, face);
   long name       = f.name;
@@ -261,6 +264,11 @@ void form_face(Former& f, const FaceNodes& face, int field)
     const auto number = [&](int kin) {
       return kin < nnode ? f.m.part.node_number(kin) : f.m.part.nnode + kin;
     };
+    const auto wanted = [&](const auto& k) { return (*f.nodes)[k.first]; };
+    if (f.nodes && std::none_of(key.begin(), key.end(), wanted)) {
+      ++name;
+      continue;
+    }
     std::sort(key.begin(), key.end(),
               [&](const auto& a, const auto& b) { return number(a.first) < number(b.first); });
     // a node, whatever the parts of the faces that meet there
@@ -346,6 +354,7 @@ int bond_form(const Model& m, const Points& pts, Bonds& bonds)
 {
   bonds = Bonds();
   int errors = 0;
+  const std::vector<char> own = model_own_nodes(m);
   for (size_t d = 0; d < m.bond.size(); ++d) {
     const BondDef& def = m.bond[d];
     if (def.surface < 0) continue;                    // conversion, general contact
@@ -355,14 +364,19 @@ int bond_form(const Model& m, const Points& pts, Bonds& bonds)
                       : def.kind == BOND_GROUND ? SIDE_GROUND
                                                 : m.body[def.body].field;
     Former f{m, bonds, static_cast<int>(d), first, {}};
+    if (m.part.on && model_ties(def) && s.body < 0) f.nodes = &own;
     const std::vector<Face>& list = s.body >= 0 ? pts.surface[def.surface] : s.face;
     for (size_t k = 0; k < list.size(); ++k) {
-      if (m.part.on) f.name = OF_DECK + face_name(f.def, static_cast<long>(k), 0);
-      form_face(f, face_nodes(m, pts, s.body, list[k]), field);
+      const long at        = s.member.empty() ? static_cast<long>(k) : s.member[k].at;
+      const FaceNodes face = face_nodes(m, pts, s.body, list[k]);
+      if (m.part.on) f.name = OF_DECK + face_name(f.def, at, 0);
+      if (at == 0) warn_thickness(f, face);
+      form_face(f, face, field);
     }
     finish(f, first);
     if (field >= 0) errors += outside_grid(m, def, bonds, first);
-    if (bonds.nbond == first) {
+    const int made = bonds.nbond - first;
+    if ((m.part.on ? comm_allreduce_max(made) : made) == 0) {
       log_error("%s %s (%s line %d): its surface %s holds no face",
                 def.kind == BOND_CONTACT ? "contact" : "bond", def.name.c_str(), def.place.file.c_str(),
                 def.place.line, s.name.c_str());
@@ -371,7 +385,7 @@ int bond_form(const Model& m, const Points& pts, Bonds& bonds)
     if (def.kind == BOND_CONTACT) warn_same_way(m, pts, def);
   }
   bonds.nfixed = bonds.nbond;
-  return errors;
+  return m.part.on ? comm_allreduce_max(errors) : errors;
 }
 
 namespace {
@@ -650,19 +664,30 @@ void bond_share(const Model& m, const Points& pts, Bonds& b)
 {
   if (!m.part.on) return;
   b.rank.clear();
-  double own = 0.0;
   IntVec known;                // that other ranks may know too
+  std::vector<long> key;
   for (int q = 0; q < b.nbond; ++q) {
     b.rank.push_back(rank_of(m, pts, b, q));
-    own += b.rank[q] == comm_rank();
-    if (!is_alone(m, b, q)) known.push_back(q);
+    if (is_alone(m, b, q)) continue;
+    known.push_back(q);
+    key.push_back(b.name[q]);
   }
+  halo_form(key, b.halo);
+  const IntVec first = b.halo.owner;
+  halo_renumber(known, b.halo);
+  // a rank may have a node by an equation alone, and no bond of the deck there. Others that the rank of their
+  // node does not have are at the rim of what is known here, and are none
+  std::vector<char> has(b.nbond, 0);
+  for (int r = 0; r < comm_size(); ++r)
+    for (int q : b.halo.common[r]) has[q] |= b.rank[q] == r;
+  double own = 0.0;
+  for (size_t k = 0; k < known.size(); ++k) {
+    int& rank = b.rank[known[k]];
+    if (known[k] < b.nfixed && rank != comm_rank() && !has[known[k]]) rank = first[k];
+  }
+  for (int rank : b.rank) own += rank == comm_rank();
   comm_sum(&own, 1);
   b.nall = static_cast<int>(own);
-  std::vector<long> key;
-  for (int q : known) key.push_back(b.name[q]);
-  halo_form(key, b.halo);
-  halo_renumber(known, b.halo);
   b.halo.owner = b.rank;
   halo_copy_all(b.halo, 1, std::vector<RealVec*>{&b.area, &b.cn, &b.ct});
 }

@@ -30,7 +30,7 @@ IntVec parts_of_mesh(const Mesh& mesh, const MeshPart& part)
       parts.join(mesh.conn.item[k], mesh.conn.item[mesh.conn.off[e]]);
   IntVec root(mesh.nnode());
   for (int n = 0; n < mesh.nnode(); ++n) root[n] = parts.root(n);
-  if (part.on) model_join_ranks(part, PointPart(), root);
+  if (part.on) model_join_ranks(part, PointPart(), Halo(), root);
   return root;
 }
 

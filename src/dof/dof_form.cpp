@@ -102,6 +102,8 @@ bool add_guests(const Model& m, const Bonds& bonds, const Discretisation& d, Dof
   };
   for (const MeshItem& q : d.grid.corner_mesh) add(q.node);
   for (int b = 0; b < bonds.nbond; ++b) {
+    // one of a node that has been lost ties nothing any more
+    if (bonds.cn[b] == 0.0 && bonds.ct[b] == 0.0) continue;
     if (!d.mine.bond[b] || !contact_acts(bonds, d.pairs, b)) continue;
     take(bonds.a, b);
     if (bonds.field[b] == SIDE_CONTACT) take(d.pairs.master, b);

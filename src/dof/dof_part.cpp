@@ -85,12 +85,35 @@ std::vector<IntVec> around_bodies(const Model& m, const IntVec& rank)
   return out;
 }
 
-// Elements that all ranks have: at surfaces of bonds and contact pairs, and of general contact where all
-// ranks know outer faces
+// Elements of others with a face that is tied and has a node of the elements of each rank: so it knows all
+// such faces at its nodes
+std::vector<IntVec> around_ties(const Model& m, const IntVec& rank)
+{
+  const Mesh& mesh = m.mesh;
+  std::vector<IntVec> out(comm_size());
+  const ListTable at = gather_lists(mesh.nnode(), [&](auto use) {
+    for (const BondDef& d : m.bond) {
+      if (!model_ties(d)) continue;
+      for (const Face& f : m.surface[d.surface].face) {
+        const ShapeInfo& info = shape_info[elem_table[mesh.elem_type[f.elem]].shape];
+        const int* node       = mesh.conn.begin(f.elem);
+        for (int k = 0; k < info.nfnode[f.face]; ++k) use(node[info.face[f.face][k]], f.elem);
+      }
+    }
+  });
+  for (int e = 0; e < mesh.nelem() && !at.item.empty(); ++e)
+    for (int k = mesh.conn.off[e]; k < mesh.conn.off[e + 1]; ++k)
+      for (const int* tied = at.begin(mesh.conn.item[k]); tied != at.begin(mesh.conn.item[k] + 1); ++tied)
+        if (rank[*tied] != rank[e]) out[rank[e]].push_back(*tied);
+  return out;
+}
+
+// Elements that all ranks have: at surfaces of contact pairs, and of general contact where all ranks know
+// outer faces
 IntVec elements_of_all(const Model& m)
 {
   IntVec all;
-  const IntVec surface = model_bonded_surfaces(m, !m.part.window);
+  const IntVec surface = model_bonded_surfaces(m, false, !m.part.window);
   for (std::size_t s = 0; s < surface.size(); ++s)
     if (surface[s])
       for (const Face& f : m.surface[s].face) all.push_back(f.elem);
@@ -153,8 +176,8 @@ IntVec ranks_at(const Mesh& mesh, const std::vector<Face>& face, const IntVec& r
   return out;
 }
 
-// Elements at surfaces of bonds and contact pairs whose points each rank knows: of a pair those of the master
-// surface, where it may have places of the other one (BondDef::held); else all
+// Elements at surfaces of contact pairs whose points each rank knows: those of the master surface, where it
+// may have places of the other one (BondDef::held); with a body all
 void hold_surfaces(const Model& m, const IntVec& rank, std::vector<IntVec>& points,
                    std::vector<IntVec>& held)
 {
@@ -162,6 +185,7 @@ void hold_surfaces(const Model& m, const IntVec& rank, std::vector<IntVec>& poin
   std::vector<IntVec> more(points.size());
   for (std::size_t d = 0; d < m.bond.size(); ++d) {
     const BondDef& b = m.bond[d];
+    if (model_ties(b)) continue;
     const bool pair = pair_of_elements(m, b);
     IntVec known(points.size(), 1);
     if (pair) known = ranks_at(m.mesh, m.surface[b.surface].face, rank, points);
@@ -179,8 +203,9 @@ void hold_surfaces(const Model& m, const IntVec& rank, std::vector<IntVec>& poin
 
 // What each rank knows beside its own elements
 struct Outer {
-  // elements of others: those that it looks at, since they are near what breaks, at surfaces of bonds or
-  // contact, around its own that are points from the start, or become points that it knows; these alone
+  // elements of others: those that it looks at, since they are near what breaks, at surfaces of contact,
+  // around its own at surfaces of bonds, around its own that are points from the start, or become points that
+  // it knows; these alone
   OfRanks<int> elem, near;
   std::vector<IntVec> held;    // ModelCut
   std::vector<char> notch;     // the same
@@ -190,8 +215,7 @@ Outer find_outer(const Model& m, const IntVec& rank, const std::vector<NearFace>
 {
   Outer out;
   const IntVec all = elements_of_all(m);
-  const std::vector<IntVec> around = around_bodies(m, rank);
-  if (m.fracture.empty() && all.empty() && !m.part.points && !m.part.window) return out;
+  const std::vector<IntVec> around = around_bodies(m, rank), ties = around_ties(m, rank);
   std::vector<IntVec> breaks(comm_size()), points(comm_size()), faces(comm_size());
   if (!m.fracture.empty()) breaks = frac_outer(m, rank, comm_size(), out.notch);
   if (m.part.window) {
@@ -202,7 +226,7 @@ Outer find_outer(const Model& m, const IntVec& rank, const std::vector<NearFace>
     hold_surfaces(m, rank, points, out.held);
   }
   out.near = joined_lists({&points}, {}, rank);
-  out.elem = joined_lists({&breaks, &points, &around}, all, rank);
+  out.elem = joined_lists({&breaks, &points, &around, &ties}, all, rank);
   return out;
 }
 

@@ -1,4 +1,6 @@
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <numeric>
 
 #include "base/comm.h"
@@ -67,16 +69,16 @@ bool ties(const Model& m, const Elements& el, const Fracture& fr, const Bonds& b
   return false;
 }
 
-// joins bond q with point p when that is intact and its domain at t = 0 contains or touches the place of the
-// bond
-void join_bond(const Model& m, const Points& pts, const Bonds& b, int q, int p, Forest& forest)
+// joins item with point p when that is intact and its domain at t = 0 contains or touches the place of a bond
+//   in   place   of the bond [3], item   what is at its side A
+void join_bond(const Model& m, const Points& pts, const double* place, int item, int p, Forest& forest)
 {
   if (pts.broken[p] >= 0) return;
   double X[24], xi[3];
   for (int a = 0; a < pts.conn.count(p); ++a)
     for (int i = 0; i < m.dim; ++i) X[a * m.dim + i] = pts.Xc[pts.conn.begin(p)[a] * m.dim + i];
-  if (!shape_locate(static_cast<Shape>(pts.shape[p]), X, &b.X[3 * q], xi)) return;
-  forest.join(b.a.item[b.a.off[q]], m.mesh.nnode() + pts.conn.begin(p)[0]);
+  if (!shape_locate(static_cast<Shape>(pts.shape[p]), X, place, xi)) return;
+  forest.join(item, m.mesh.nnode() + pts.conn.begin(p)[0]);
 }
 
 // bonds of conversion: the points of the elements that were at the bond
@@ -88,42 +90,90 @@ void join_converted(const Model& m, const Points& pts, const Bonds& b, const Lis
     const int e = of_node.item[k];
     if (!pts.converted(e) || !holds(m, b, q, e)) continue;
     for (int p = pts.of_elem[e]; p < pts.npoint && pts.parent[p] == e; ++p)
-      if (m.body[pts.body[p]].field == b.field[q]) join_bond(m, pts, b, q, p, forest);
+      if (m.body[pts.body[p]].field == b.field[q]) join_bond(m, pts, &b.X[3 * q], n, p, forest);
   }
 }
 
-// bonds of the deck, sorted by X1: the points of their body
-void join_of_deck(const Model& m, const Points& pts, const Bonds& b, const IntVec& bond, Forest& forest)
+// A bond of the deck that ties the mesh to points of a body
+struct TiedPlace {
+  double X[3];
+  int body;
+  int node;                    // side A: its first node, -1: it is of another rank
+  long name;
+};
+
+// those of other ranks that may be at points of this one
+void exchange_places(const Model& m, const Points& pts, std::vector<TiedPlace>& place)
 {
-  RealVec x;
-  for (int q : bond) x.push_back(b.X[3 * q]);
-  for (int p = 0; p < pts.npoint && !bond.empty(); ++p) {
+  std::array<double, 6> box = {1e300, 1e300, 1e300, 1e300, 1e300, 1e300};        // low, and high negative
+  for (std::size_t k = 0; k < pts.Xc.size(); ++k) {
+    double &lo = box[k % m.dim], &hi = box[3 + k % m.dim];
+    lo = std::min(lo, pts.Xc[k]);
+    hi = std::min(hi, -pts.Xc[k]);
+  }
+  std::vector<std::array<double, 6>> of_rank(1, box);
+  comm_allgatherv(of_rank);
+  std::vector<std::vector<TiedPlace>> tell(comm_size());
+  for (int r = 0; r < comm_size(); ++r) {
+    double largest = 0.0;
+    for (double x : of_rank[r]) largest = std::max(largest, std::fabs(x));
+    const double margin = 1e-5 * largest;
+    for (TiedPlace p : place) {
+      bool meets = r != comm_rank();
+      for (int i = 0; i < m.dim; ++i)
+        meets = meets && p.X[i] > of_rank[r][i] - margin && -p.X[i] > of_rank[r][3 + i] - margin;
+      p.node = -1;
+      if (meets) tell[r].push_back(p);
+    }
+  }
+  for (const std::vector<TiedPlace>& told : comm_exchange(tell))
+    place.insert(place.end(), told.begin(), told.end());
+}
+
+// bonds of the deck that tie the mesh to points of a body, by X1: of a divided model those that this rank
+// works on, and those of others that may be at its points
+std::vector<TiedPlace> tied_places(const Model& m, const Elements& el, const State& st,
+                                   const ListTable& of_node)
+{
+  const Bonds& b = st.bonds;
+  std::vector<TiedPlace> place;
+  for (int q = 0; q < b.nfixed; ++q)
+    if (b.counts(q) && ties(m, el, st.frac, b, of_node, q))
+      place.push_back({{b.X[3 * q], b.X[3 * q + 1], b.X[3 * q + 2]}, m.bond[b.def[q]].body,
+                       b.a.item[b.a.off[q]], m.part.on ? b.name[q] : q});
+  if (m.part.on) exchange_places(m, st.points, place);
+  std::sort(place.begin(), place.end(),
+            [](const TiedPlace& x, const TiedPlace& y) { return x.X[0] < y.X[0]; });
+  return place;
+}
+
+// places, items of the forest from first on: side A, and the points of their body
+void join_places(const Model& m, const Points& pts, const std::vector<TiedPlace>& place, int first,
+                 Forest& forest)
+{
+  for (std::size_t k = 0; k < place.size(); ++k)
+    if (place[k].node >= 0) forest.join(place[k].node, first + static_cast<int>(k));
+  for (int p = 0; p < pts.npoint && !place.empty(); ++p) {
     double lo = 1e300, hi = -1e300;
     for (int a = 0; a < pts.conn.count(p); ++a) {
       lo = std::min(lo, pts.Xc[pts.conn.begin(p)[a] * m.dim]);
       hi = std::max(hi, pts.Xc[pts.conn.begin(p)[a] * m.dim]);
     }
     const double margin = 1e-5 * (hi - lo);
-    for (size_t k = std::lower_bound(x.begin(), x.end(), lo - margin) - x.begin();
-         k < x.size() && x[k] <= hi + margin; ++k)
-      if (m.bond[b.def[bond[k]]].body == pts.body[p]) join_bond(m, pts, b, bond[k], p, forest);
+    const auto below    = [](const TiedPlace& t, double x) { return t.X[0] < x; };
+    for (auto t = std::lower_bound(place.begin(), place.end(), lo - margin, below);
+         t != place.end() && t->X[0] <= hi + margin; ++t)
+      if (t->body == pts.body[p])
+        join_bond(m, pts, t->X, first + static_cast<int>(t - place.begin()), p, forest);
   }
 }
 
-void join_bonds(const Model& m, const Elements& el, const State& st, Forest& forest)
+// bonds of conversion
+void join_bonds(const Model& m, const Elements& el, const State& st, const ListTable& of_node, Forest& forest)
 {
-  const Points& pts = st.points;
-  const Bonds& b    = st.bonds;
-  if (pts.npoint == 0 || b.nbond == 0) return;
-  const ListTable of_node = elements_of_nodes(m);
-  IntVec of_deck;
-  for (int q = 0; q < b.nbond; ++q) {
-    if (!ties(m, el, st.frac, b, of_node, q)) continue;
-    if (q < b.nfixed) of_deck.push_back(q);
-    else join_converted(m, pts, b, of_node, q, forest);
-  }
-  std::sort(of_deck.begin(), of_deck.end(), [&](int i, int j) { return b.X[3 * i] < b.X[3 * j]; });
-  join_of_deck(m, pts, b, of_deck, forest);
+  const Bonds& b = st.bonds;
+  for (int q = b.nfixed; q < b.nbond && st.points.npoint > 0; ++q)
+    if (ties(m, el, st.frac, b, of_node, q)) join_converted(m, st.points, b, of_node, q, forest);
 }
 
 // divided model: the names of all ranks, ascending
@@ -160,13 +210,23 @@ IntVec order_pieces(const std::vector<Fragment>& item)
 int frac_connect(const Model& m, const Elements& el, const State& st, Fragments& f)
 {
   const Points& pts = st.points;
-  Forest forest(m.mesh.nnode() + pts.ncorner);       // nodes, then corners
+  const ListTable of_node = st.bonds.nbond > 0 ? elements_of_nodes(m) : ListTable();
+  const std::vector<TiedPlace> place = tied_places(m, el, st, of_node);
+  const int first = m.mesh.nnode() + pts.ncorner;
+  Forest forest(first + static_cast<int>(place.size()));     // nodes, corners, places of bonds
   join_elements(m, el, forest);
   join_points(m, pts, forest);
-  join_bonds(m, el, st, forest);
+  join_places(m, pts, place, first, forest);
+  join_bonds(m, el, st, of_node, forest);
   IntVec root;
   for (int i = 0; i < static_cast<int>(forest.up.size()); ++i) root.push_back(forest.root(i));
-  if (m.part.on) model_join_ranks(m.part, pts.part, root);
+  if (m.part.on) {
+    Halo halo;
+    std::vector<long> name;
+    for (const TiedPlace& p : place) name.push_back(p.name);
+    halo_form(name, halo);
+    model_join_ranks(m.part, pts.part, halo, root);
+  }
 
   const auto of_elem  = [&](int e) { return root[m.mesh.conn.begin(e)[0]]; };
   const auto of_point = [&](int p) { return root[m.mesh.nnode() + pts.conn.begin(p)[0]]; };

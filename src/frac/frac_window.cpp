@@ -4,6 +4,7 @@
 
 #include "base/picked.h"
 #include "frac/frac.h"
+#include "model/model_cut.h"
 
 namespace {
 
@@ -163,8 +164,9 @@ void take_skin(const Points& here, int npoint, Bonds& b, IntVec& place)
   b.skin_penalty.swap(penalty);
 }
 
-// bonds whose nodes and corners are all here, of general contact in a window those on faces of this rank;
-// names are their numbers. npoint, ncorner: of all ranks
+// bonds whose nodes and corners are all here, of general contact in a window those on faces of this rank, of
+// the deck's that tie elements those that bond_form makes; names are their numbers. npoint, ncorner: of all
+// ranks
 void take_bonds(const Model& m, int npoint, int ncorner, State& st)
 {
   const int dim = m.dim, nnode = m.mesh.nnode();
@@ -181,12 +183,19 @@ void take_bonds(const Model& m, int npoint, int ncorner, State& st)
   const auto is_own = [&](int i) {
     return i == -1 || (i >= 0 && (!m.part.window || point_skin_counts(m, st.points, b.skin[i])));
   };
+  const std::vector<char> own = model_own_nodes(m);
+  const auto is_formed = [&](int q) {
+    const BondDef& d = m.bond[b.def[q]];
+    return q >= b.nfixed || !model_ties(d) || m.surface[d.surface].body >= 0 ||
+           std::any_of(b.a.begin(q), b.a.begin(q + 1), [&](int n) { return n >= 0 && n < nnode && own[n]; });
+  };
   IntVec list;
   ListTable a;
   RealVec a_w;
   for (int q = 0; q < b.nbond; ++q) {
     const int *first = b.a.begin(q), *last = first + b.a.count(q);
-    if (first == last || std::find(first, last, -1) != last || !is_own(b.skin_of[q])) continue;
+    if (first == last || std::find(first, last, -1) != last) continue;
+    if (!is_own(b.skin_of[q]) || !is_formed(q)) continue;
     list.push_back(q);
     a.item.insert(a.item.end(), first, last);
     a_w.insert(a_w.end(), b.a_w.begin() + b.a.off[q], b.a_w.begin() + b.a.off[q + 1]);
@@ -216,7 +225,8 @@ bool frac_take(const Model& m, const FracMesh& fm, const Points& begin, State& s
     return e < 0 || (e < m.mesh.nelem() && !m.part.knows_points(e));
   };
   fr.converted.erase(std::remove_if(fr.converted.begin(), fr.converted.end(), unknown), fr.converted.end());
-  if (!lengths_fit(m.dim, st)) return false;
+  const auto is_def = [&](int d) { return d >= 0 && d < static_cast<int>(m.bond.size()); };
+  if (!lengths_fit(m.dim, st) || !std::all_of(st.bonds.def.begin(), st.bonds.def.end(), is_def)) return false;
   if (fr.nconverted == 0) {
     take_bonds(m, begin.part.npoint, begin.part.ncorner, st);
     return true;

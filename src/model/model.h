@@ -89,7 +89,7 @@ struct Set {                   // nodes or elements, ascending, each once
   Place place;
 };
 
-struct Member {                // of a set, in a divided model
+struct Member {                // of a set or a surface, in a divided model
   int elem;
   int at;                      // its place in the set
 };
@@ -97,6 +97,8 @@ struct Member {                // of a set, in a divided model
 struct Surface {
   std::string name;
   std::vector<Face> face;      // faces of finite elements; for a body: filled by point_fill
+  // divided model, where bonds or contact hold it: [face] their places in the whole list
+  std::vector<Member> member;
   int body = -1;               // >= 0: the boundary of this body of material points
   Expr where;                  // body: faces all of whose corners satisfy where != 0 at t = 0
   Place place;

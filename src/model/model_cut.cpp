@@ -307,15 +307,25 @@ IntVec first_nodes(const Mesh& mesh, const OfRanks<int>& own)
 
 }  // namespace
 
-IntVec model_bonded_surfaces(const Model& m, bool sides)
+IntVec model_bonded_surfaces(const Model& m, bool ties, bool sides)
 {
   IntVec bonded(m.surface.size(), 0);
   for (const BondDef& d : m.bond) {
+    if (!ties && model_ties(d)) continue;
     for (int s : {d.surface, d.master})
       if (s >= 0) bonded[s] = 1;
     each_side(d, [&](const ContactSide& side) { if (sides && side.surface >= 0) bonded[side.surface] = 1; });
   }
   return bonded;
+}
+
+std::vector<char> model_own_nodes(const Model& m)
+{
+  std::vector<char> own(m.mesh.nnode(), 0);
+  for (int e = 0; e < m.mesh.nelem(); ++e)
+    for (int k = m.mesh.conn.off[e]; k < m.mesh.conn.off[e + 1] && m.part.works(e); ++k)
+      own[m.mesh.conn.item[k]] = 1;
+  return own;
 }
 
 IntVec model_removed(const Model& m)
@@ -341,6 +351,12 @@ ModelCut model_cut_open(Model& whole, const IntVec& rank, const OfRanks<int>& ou
   for (ConversionDef& d : c.rest.conversion) d.elem = c.rest.elset[d.elset].item;
   for (BondDef& d : c.rest.bond)
     each_side(d, [&](ContactSide& side) { if (side.elset >= 0) side.elem = c.rest.elset[side.elset].item; });
+  const IntVec bonded = model_bonded_surfaces(c.rest);
+  for (std::size_t s = 0; s < bonded.size(); ++s) {
+    Surface& of = c.rest.surface[s];
+    for (std::size_t k = 0; k < of.face.size() && bonded[s]; ++k)
+      of.member.push_back({of.face[k].elem, static_cast<int>(k)});
+  }
   for (FractureDef& f : c.rest.fracture)
     for (std::size_t k = 0; k < c.rest.elset[f.elset].item.size(); ++k)
       f.member.push_back({c.rest.elset[f.elset].item[k], static_cast<int>(k)});
@@ -417,6 +433,7 @@ ModelLists model_lists_of_all(Model& m)
     if (of_points[s]) l.elem.push_back(&m.elset[s].item);
   for (std::size_t s = 0; s < m.surface.size(); ++s)
     if (outer[s]) l.face.push_back(&m.surface[s].face);
+  for (Surface& s : m.surface) l.member.push_back(&s.member);
   for (Step& s : m.step)
     for (Load& load : s.load)
       if (!m.conversion.empty()) l.elem.push_back(&load.elem);
@@ -476,15 +493,16 @@ void model_find_common(const IntVec& gone, Model& m)
 }
 
 // Pieces tell their neighbours until nothing changes: as often as the longest of them goes from rank to rank.
-void model_join_ranks(const MeshPart& part, const PointPart& points, IntVec& root)
+void model_join_ranks(const MeshPart& part, const PointPart& points, const Halo& other, IntVec& root)
 {
-  const int nnode = static_cast<int>(part.node.size()), n = static_cast<int>(root.size());
+  const int nnode = static_cast<int>(part.node.size()), n = static_cast<int>(root.size()),
+            others = n - static_cast<int>(other.owner.size());
   const auto number = [&](int i) {
     const int c = i - nnode;
     return c < 0 ? part.node[i] : part.nnode + (points.corner.empty() ? c : points.corner[c]);
   };
   IntVec least(n, std::numeric_limits<int>::max()), before;
-  for (int i = 0; i < n; ++i) least[root[i]] = std::min(least[root[i]], number(i));
+  for (int i = 0; i < others; ++i) least[root[i]] = std::min(least[root[i]], number(i));
   const auto tell = [&](const Halo& h, int first) {  // items that others have too, from first on
     if (!h.on()) return;
     std::vector<IntVec> to(comm_size());
@@ -501,6 +519,7 @@ void model_join_ranks(const MeshPart& part, const PointPart& points, IntVec& roo
     before = least;
     tell(part.halo, 0);
     tell(points.halo, nnode);
+    tell(other, others);
   } while (comm_allreduce_max(static_cast<int>(least != before)));
   for (int& r : root) r = least[r];
 }

@@ -52,8 +52,15 @@ struct ModelLists {
 ModelLists model_lists_of_work(Model& m);
 ModelLists model_lists_of_all(Model& m);
 
-// model_bonded_surfaces : [surface] 1: bonds or contact pairs hold it; sides: or it is one of general contact
-IntVec model_bonded_surfaces(const Model& m, bool sides = true);
+// model_ties : does it tie a surface, to points or to the ground?
+inline bool model_ties(const BondDef& d) { return d.kind != BOND_CONTACT && d.surface >= 0; }
+
+// model_bonded_surfaces : [surface] 1: a contact pair holds it; ties: or bonds that tie it; sides: or it is
+// one of general contact
+IntVec model_bonded_surfaces(const Model& m, bool ties = true, bool sides = true);
+
+// model_own_nodes : [nnode] 1: an element that this rank works on has it
+std::vector<char> model_own_nodes(const Model& m);
 
 // model_removed : [nelem] 1: *MODEL CHANGE, REMOVE takes it away
 IntVec model_removed(const Model& m);
@@ -81,8 +88,10 @@ void model_find_common(const IntVec& gone, Model& m);
 // [nelem]. Collective.
 void model_owners(const IntVec& gone, Model& m);
 
-// model_join_ranks : divided model: root [nodes, then corners] of the part that a rank sees becomes the
-// smallest number of that part on all ranks: of nodes in the mesh of the deck, corners behind. Collective.
-void model_join_ranks(const MeshPart& part, const PointPart& points, IntVec& root);
+// model_join_ranks : divided model: root [nodes, then corners, other things] of the part that a rank sees
+// becomes the smallest number of that part on all ranks: of nodes in the mesh of the deck, corners behind;
+// others have none. Collective.
+//   in   other   which of the other things ranks have in common
+void model_join_ranks(const MeshPart& part, const PointPart& points, const Halo& other, IntVec& root);
 
 #endif

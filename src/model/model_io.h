@@ -75,8 +75,8 @@ inline void io(Archive& f, Face& x)
 
 inline void io(Archive& f, Surface& x)
 {
-  auto& [name, face, body, where, place] = x;
-  io_fields<Surface>(f, name, face, body, where, place);
+  auto& [name, face, member, body, where, place] = x;
+  io_fields<Surface>(f, name, face, member, body, where, place);
 }
 
 inline void io(Archive& f, Material& x)

@@ -91,7 +91,7 @@ double smallest_cell(const Model& m)
   return *std::min_element(m.grid.h.begin(), m.grid.h.begin() + m.dim);
 }
 
-// modulus of the stiffer side of a bond
+// modulus of the stiffer side of a bond. Collective
 double bond_young(const Model& m, const BondDef& d)
 {
   double young = d.body >= 0 ? m.material[m.body[d.body].material].young : 0.0;
@@ -102,6 +102,7 @@ double bond_young(const Model& m, const BondDef& d)
     const int section = m.mesh.elem_section[face.elem];
     if (section >= 0) young = std::max(young, m.material[m.section[section].material].young);
   }
+  out_max(m, &young, 1);
   return young;
 }
 

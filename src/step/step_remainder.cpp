@@ -30,7 +30,7 @@ IntVec find_pieces(const Mesh& mesh, const MeshPart& part, const Elements& el, c
       for (int a = 1; a < mesh.conn.count(e); ++a) pieces.join(node[a], node[0]);
     }
   for (int n = 0; n < mesh.nnode(); ++n) pieces.up[n] = pieces.root(n);
-  if (part.on) model_join_ranks(part, PointPart(), pieces.up);
+  if (part.on) model_join_ranks(part, PointPart(), Halo(), pieces.up);
   return pieces.up;
 }
 

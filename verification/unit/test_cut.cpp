@@ -6,6 +6,7 @@
 #include <numeric>
 #include <set>
 
+#include "bond/bond.h"
 #include "contact/contact.h"
 #include "contact/contact_near.h"
 #include "dof/dof.h"
@@ -520,6 +521,83 @@ TEST(Divided, SkinOfNearElements)
   EXPECT_GT(static_cast<double>(known.size()), own);
   comm_sum(&own, 1);
   EXPECT_EQ(own, 79.0);
+}
+
+// a plate whose sides, in another order than the deck's, are tied to a body and held by springs
+Model tied_plate(int n)
+{
+  Model m = plate(n);
+  std::vector<Face>& face = m.surface[0].face;
+  face.clear();
+  for (int k = n - 1; k >= 0; --k)
+    for (const Face& f : {Face{k, 0}, Face{k * n + n - 1, 1}, Face{n * n - 1 - k, 2}, Face{k * n, 3}})
+      face.push_back(f);
+  m.grid.given = true;
+  m.grid.lo    = {{-1.0, -1.0, 0.0}};
+  m.grid.h     = {{1.0, 1.0, 1.0}};
+  m.grid.n     = {{n, n, 1}};
+  m.elset.push_back({"NONE", {}, {}});
+  m.body.resize(1);
+  m.body[0].fill     = FILL_ELSET;
+  m.body[0].elset    = static_cast<int>(m.elset.size()) - 1;
+  m.body[0].material = 0;
+  m.bond.resize(2);
+  for (BondDef& d : m.bond) {
+    d.kind         = BOND_MESH_GRID;
+    d.surface      = 0;
+    d.body         = 0;
+    d.intermediate = 1;
+    d.penalty      = 3.0;
+  }
+  m.bond[1].kind = BOND_GROUND;
+  m.bond[1].body = -1;
+  return m;
+}
+
+// A rank has the bonds at nodes of its elements, whole ones, and no more; each counts once, and their names
+// sort as one rank has them
+TEST(Divided, TiesAreWithTheirElements)
+{
+  if (comm_size() == 1) GTEST_SKIP();
+  const int n = 80;
+  const Model whole = tied_plate(n);
+  Model m;
+  if (comm_rank() == 0) m = tied_plate(n);
+  dof_part(false, {}, m);
+  ASSERT_TRUE(m.part.on);
+  Bonds one, b;
+  ASSERT_EQ(bond_form(whole, Points(), one), 0);
+  ASSERT_EQ(bond_form(m, Points(), b), 0);
+  const RealVec formed = b.area;
+  bond_share(m, Points(), b);
+  EXPECT_EQ(b.area, formed);
+  EXPECT_EQ(b.nbond_all(), one.nbond);
+  EXPECT_EQ(one.nbond, 16 * n);
+  struct Place { long name; double X[2], area; };
+  std::vector<Place> place;
+  double known = b.nbond;
+  for (int q = 0; q < b.nbond; ++q)
+    if (b.counts(q)) place.push_back({b.name[q], {b.X[3 * q], b.X[3 * q + 1]}, b.area[q]});
+  comm_allgatherv(place);
+  std::sort(place.begin(), place.end(), [](const Place& p, const Place& q) { return p.name < q.name; });
+  ASSERT_EQ(place.size(), static_cast<size_t>(one.nbond));
+  for (int q = 0; q < one.nbond; ++q) {
+    for (int i = 0; i < 2; ++i) EXPECT_EQ(place[q].X[i], one.X[3 * q + i]);
+    EXPECT_NEAR(place[q].area, one.area[q], 1e-14);
+  }
+  comm_sum(&known, 1);
+  EXPECT_GT(known, one.nbond);
+  EXPECT_LT(known, one.nbond + 32.0 * comm_size());
+  for (int def : {0, 1}) {
+    const BondSums all = bond_sums(one, def), sum = bond_sums(b, def);
+    EXPECT_EQ(sum.nodal, all.nodal);
+    EXPECT_EQ(sum.between, all.between);
+    EXPECT_NEAR(sum.area, all.area, 1e-10);
+    EXPECT_NEAR(sum.penalty, all.penalty, 1e-12);
+  }
+  double elements = m.mesh.nelem();
+  comm_sum(&elements, 1);
+  EXPECT_LT(elements, n * n + 16.0 * comm_size());
 }
 
 // a face of an element of unit size, its box [x, x + 1] grown by a quarter
