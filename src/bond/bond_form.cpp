@@ -149,8 +149,8 @@ struct Former {
   int first;                   // first bond of the definition
   std::map<BondKey, int> known;
   long name = NO_NAME;         // of the next place on a face (Bonds::name)
-  // nodes of which one must have a place between and at nodes; null: any do
-  const std::vector<char>* nodes = nullptr;
+  // nodes and corners of which a place must hang on one (bond_own); null: any place will do
+  const std::vector<char>* own = nullptr;
 };
 
 // places on a face at most, faces of an element
@@ -264,8 +264,8 @@ void form_face(Former& f, const FaceNodes& face, int field)
     const auto number = [&](int kin) {
       return kin < nnode ? f.m.part.node_number(kin) : f.m.part.nnode + kin;
     };
-    const auto wanted = [&](const auto& k) { return (*f.nodes)[k.first]; };
-    if (f.nodes && std::none_of(key.begin(), key.end(), wanted)) {
+    const auto wanted = [&](const auto& k) { return (*f.own)[k.first]; };
+    if (f.own && std::none_of(key.begin(), key.end(), wanted)) {
       ++name;
       continue;
     }
@@ -350,11 +350,24 @@ void warn_same_way(const Model& m, const Points& pts, const BondDef& d)
 
 }  // namespace
 
+std::vector<char> bond_own(const Model& m, const Points& pts)
+{
+  const int nnode = m.mesh.nnode();
+  std::vector<char> own(nnode + pts.ncorner, 0);
+  for (int e = 0; e < m.mesh.nelem(); ++e)
+    for (int k = m.mesh.conn.off[e]; k < m.mesh.conn.off[e + 1] && m.part.works(e); ++k)
+      own[m.mesh.conn.item[k]] = 1;
+  for (size_t q = 0; q < pts.part.rank.size(); ++q)
+    for (int k = pts.conn.off[q]; k < pts.conn.off[q + 1] && pts.part.rank[q] == comm_rank(); ++k)
+      own[nnode + pts.conn.item[k]] = 1;
+  return own;
+}
+
 int bond_form(const Model& m, const Points& pts, Bonds& bonds)
 {
   bonds = Bonds();
   int errors = 0;
-  const std::vector<char> own = model_own_nodes(m);
+  const std::vector<char> own = bond_own(m, pts);
   for (size_t d = 0; d < m.bond.size(); ++d) {
     const BondDef& def = m.bond[d];
     if (def.surface < 0) continue;                    // conversion, general contact
@@ -364,12 +377,14 @@ int bond_form(const Model& m, const Points& pts, Bonds& bonds)
                       : def.kind == BOND_GROUND ? SIDE_GROUND
                                                 : m.body[def.body].field;
     Former f{m, bonds, static_cast<int>(d), first, {}};
-    if (m.part.on && model_ties(def) && s.body < 0) f.nodes = &own;
+    if (m.part.on && model_ties(def)) f.own = &own;
     const std::vector<Face>& list = s.body >= 0 ? pts.surface[def.surface] : s.face;
     for (size_t k = 0; k < list.size(); ++k) {
       const long at        = s.member.empty() ? static_cast<long>(k) : s.member[k].at;
       const FaceNodes face = face_nodes(m, pts, s.body, list[k]);
-      if (m.part.on) f.name = OF_DECK + face_name(f.def, at, 0);
+      if (m.part.on)
+        f.name = OF_DECK + (s.body < 0 ? face_name(f.def, at, 0)
+                                       : face_name(f.def, pts.part.point[list[k].elem], list[k].face));
       if (at == 0) warn_thickness(f, face);
       form_face(f, face, field);
     }

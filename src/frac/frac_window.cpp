@@ -3,6 +3,7 @@
 #include <map>
 
 #include "base/picked.h"
+#include "bond/bond.h"
 #include "frac/frac.h"
 #include "model/model_cut.h"
 
@@ -183,11 +184,10 @@ void take_bonds(const Model& m, int npoint, int ncorner, State& st)
   const auto is_own = [&](int i) {
     return i == -1 || (i >= 0 && (!m.part.window || point_skin_counts(m, st.points, b.skin[i])));
   };
-  const std::vector<char> own = model_own_nodes(m);
+  const std::vector<char> own = bond_own(m, st.points);
   const auto is_formed = [&](int q) {
-    const BondDef& d = m.bond[b.def[q]];
-    return q >= b.nfixed || !model_ties(d) || m.surface[d.surface].body >= 0 ||
-           std::any_of(b.a.begin(q), b.a.begin(q + 1), [&](int n) { return n >= 0 && n < nnode && own[n]; });
+    return q >= b.nfixed || !model_ties(m.bond[b.def[q]]) ||
+           std::any_of(b.a.begin(q), b.a.begin(q + 1), [&](int k) { return own[k]; });
   };
   IntVec list;
   ListTable a;

@@ -319,15 +319,6 @@ IntVec model_bonded_surfaces(const Model& m, bool ties, bool sides)
   return bonded;
 }
 
-std::vector<char> model_own_nodes(const Model& m)
-{
-  std::vector<char> own(m.mesh.nnode(), 0);
-  for (int e = 0; e < m.mesh.nelem(); ++e)
-    for (int k = m.mesh.conn.off[e]; k < m.mesh.conn.off[e + 1] && m.part.works(e); ++k)
-      own[m.mesh.conn.item[k]] = 1;
-  return own;
-}
-
 IntVec model_removed(const Model& m)
 {
   IntVec removed(m.mesh.nelem(), 0);

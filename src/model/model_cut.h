@@ -59,9 +59,6 @@ inline bool model_ties(const BondDef& d) { return d.kind != BOND_CONTACT && d.su
 // one of general contact
 IntVec model_bonded_surfaces(const Model& m, bool ties = true, bool sides = true);
 
-// model_own_nodes : [nnode] 1: an element that this rank works on has it
-std::vector<char> model_own_nodes(const Model& m);
-
 // model_removed : [nelem] 1: *MODEL CHANGE, REMOVE takes it away
 IntVec model_removed(const Model& m);
 

@@ -19,7 +19,7 @@ struct Domain {
 };
 
 // Several ranks: domains of such elements that this one knows: its own, those of others that share a corner
-// with them, and what bonds or contact hold with those that share a corner with it
+// with them, and what contact holds with those that share a corner with it
 struct FillPlan {
   std::vector<std::vector<Domain>> domain;           // [body] ascending by their numbers
   IntVec npoint, ncorner;      // [body] of all ranks
@@ -38,7 +38,7 @@ struct Filler {
   int errors = 0;
   int at_node[8] = {};         // corners at the nodes of the element, of those that hang
   FillPlan* plan = nullptr;    // nothing is made, but planned
-  const IntVec* known = nullptr;         // numbers of points that all ranks know, ascending
+  const IntVec* known = nullptr;         // numbers of points of others that are known here, ascending
   // is the point with this number, which that rank works on, here?
   bool has(int number, int rank) const
   {
@@ -65,7 +65,7 @@ bool fill_accepts(const Expr& where, const double* X, int dim, const char* kind,
 void share_corners(const std::vector<char>& own, PointPart& part);
 
 // fill_box : the points of a body in a box. rank: Body::rank; empty: all of them are of this rank, as on
-// one rank. Else those of this rank and those that all know; numbers, PointPart::rank, near and foreign
+// one rank. Else those of this rank and known ones; numbers, PointPart::rank, near and foreign
 // (numbers of all ranks, not sorted yet) go on.
 void fill_box(Filler& f, int body, const IntVec& rank);
 

@@ -292,10 +292,10 @@ void number_foreign(PointPart& part)
     if (c < 0) c = -1 - static_cast<int>(std::lower_bound(all.begin(), all.end(), -1 - c) - all.begin());
 }
 
-// numbers of points of all ranks with a face that bonds or contact hold, ascending. Collective
+// numbers of points of all ranks with a face that contact holds, ascending. Collective
 IntVec held_points(const Model& m, const Points& pts)
 {
-  const IntVec bonded = model_bonded_surfaces(m);
+  const IntVec bonded = model_bonded_surfaces(m, false);
   IntVec all;
   const auto take = [&](const std::vector<Face>& list) {
     for (const Face& f : list) all.push_back(pts.part.point[f.elem]);
@@ -307,6 +307,30 @@ IntVec held_points(const Model& m, const Points& pts)
   std::sort(all.begin(), all.end());
   all.erase(std::unique(all.begin(), all.end()), all.end());
   return all;
+}
+
+// adds the numbers of points of other ranks with a face that bonds tie, and a corner of it that points of
+// this rank have; all points of pts are of this rank. Collective
+void add_tied_points(const Model& m, const Points& pts, IntVec& held)
+{
+  const ListTable at = gather_lists(pts.ncorner, [&](auto use) {
+    for (const BondDef& d : m.bond) {
+      if (!model_ties(d) || m.surface[d.surface].body < 0) continue;
+      for (const Face& f : pts.surface[d.surface]) {
+        const ShapeInfo& info = shape_info[pts.shape[f.elem]];
+        for (int k = 0; k < info.nfnode[f.face]; ++k)
+          use(pts.conn.begin(f.elem)[info.face[f.face][k]], pts.part.point[f.elem]);
+      }
+    }
+  });
+  Halo halo;
+  halo_form(std::vector<long>(pts.part.corner.begin(), pts.part.corner.end()), halo);
+  std::vector<IntVec> tell(comm_size());
+  for (int r = 0; r < comm_size(); ++r)
+    for (int c : halo.common[r]) tell[r].insert(tell[r].end(), at.begin(c), at.begin(c + 1));
+  for (const IntVec& told : comm_exchange(tell)) held.insert(held.end(), told.begin(), told.end());
+  std::sort(held.begin(), held.end());
+  held.erase(std::unique(held.begin(), held.end()), held.end());
 }
 
 // the points of all bodies, or (plan) those that are here: of this rank, and known ones (numbers); returns
@@ -352,8 +376,9 @@ int point_fill(const Model& m, Points& pts)
   errors = comm_allreduce_max(errors);
   if (errors) return errors;
   held = held_points(m, pts);
+  if (!held.empty()) fill_plan_held(held, m.dim, plan);
+  add_tied_points(m, pts, held);
   if (!held.empty()) {
-    fill_plan_held(held, m.dim, plan);
     fill_bodies(m, &plan, held, pts);
     point_surfaces(m, pts);
   }

@@ -1,6 +1,7 @@
 // Active grid: partition, linear exactness, weak nodes, fill. Cases A1, S1.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <set>
@@ -342,7 +343,8 @@ Model row_of_bricks()
 }  // namespace
 
 // of elements that are points from the start each rank has its own and those around them, and numbers, places
-// and boundary are those of one rank; all ranks know the points that springs hold
+// and boundary are those of one rank; of points that springs hold it knows those at its corners, and forms the
+// springs there
 TEST(Divided, PointsOfElementsNearby)
 {
   if (comm_size() == 1) GTEST_SKIP() << "several ranks";
@@ -367,9 +369,14 @@ TEST(Divided, PointsOfElementsNearby)
   EXPECT_EQ(whole.ncorner, pts.part.ncorner);
   std::set<std::pair<int, int>> boundary;            // number of a point, its face
   for (const Face& f : whole.boundary) boundary.insert({f.elem, f.face});
-  size_t here = 0;
-  for (const Face& f : pts.boundary) here += boundary.count({pts.part.point[f.elem], f.face});
-  EXPECT_EQ(here, pts.boundary.size());
+  const std::vector<char> own = bond_own(m, pts);
+  const auto is_own = [&](const Face& f) {
+    const ShapeInfo& info = shape_info[pts.shape[f.elem]];
+    return std::any_of(info.face[f.face], info.face[f.face] + info.nfnode[f.face],
+                       [&](int a) { return own[m.mesh.nnode() + pts.conn.begin(f.elem)[a]]; });
+  };
+  for (const Face& f : pts.boundary)
+    EXPECT_TRUE(!is_own(f) || boundary.count({pts.part.point[f.elem], f.face}));
   for (int p = 0; p < pts.npoint; ++p) {
     const int w = pts.part.point[p];
     points[w] += pts.part.rank[p] == comm_rank();
@@ -386,7 +393,18 @@ TEST(Divided, PointsOfElementsNearby)
   EXPECT_EQ(elems, RealVec(of_all.mesh.nelem(), 1.0));
   EXPECT_EQ(points, RealVec(whole.npoint, 1.0));
   ASSERT_FALSE(whole.surface[0].empty());
-  for (const Face& f : whole.surface[0]) EXPECT_GE(pts.point_here(f.elem), 0);
+  Bonds one, b;
+  ASSERT_EQ(0, bond_form(of_all, whole, one));
+  ASSERT_EQ(0, bond_form(m, pts, b));
+  bond_share(m, pts, b);
+  EXPECT_EQ(b.nbond_all(), one.nbond);
+  EXPECT_NEAR(bond_sums(b, 0).area, bond_sums(one, 0).area, 1e-12);
+  double springs = b.nbond, held = 0.0;
+  for (int q = 0; q < pts.npoint; ++q) held += pts.part.rank[q] != comm_rank();
+  comm_sum(&springs, 1);
+  comm_sum(&held, 1);
+  EXPECT_LE(springs, one.nbond + 10.0 * (comm_size() - 1));          // five corners between two ranks
+  EXPECT_LE(held, 16.0 * comm_size());
 }
 
 // no rank may be without points: of two bodies one is a single cell with nearly all of the work
