@@ -673,6 +673,22 @@ int rank_of(const Model& m, const Points& pts, const Bonds& b, int q)
   return c < 0 ? m.part.halo.owner[first] : pts.part.halo.owner[c];
 }
 
+// Who works on bonds that several ranks have: the one that says so itself, since it has all that is at their
+// corners; at the rim of what is known a rank may take another one for it. -1: none of these. Collective
+void claim_bonds(Bonds& b)
+{
+  const int ranks = comm_size(), me = comm_rank();
+  std::vector<std::vector<char>> tell(ranks);
+  for (int r = 0; r < ranks; ++r)
+    for (int q : b.halo.common[r]) tell[r].push_back(b.rank[q] == me);
+  const std::vector<std::vector<char>> told = comm_exchange(tell);
+  for (int& rank : b.rank)
+    if (rank != me) rank = -1;
+  for (int r = 0; r < ranks; ++r)
+    for (size_t i = 0; i < told[r].size(); ++i)
+      if (told[r][i]) b.rank[b.halo.common[r][i]] = r;
+}
+
 }  // namespace
 
 void bond_share(const Model& m, const Points& pts, Bonds& b)
@@ -690,16 +706,11 @@ void bond_share(const Model& m, const Points& pts, Bonds& b)
   halo_form(key, b.halo);
   const IntVec first = b.halo.owner;
   halo_renumber(known, b.halo);
-  // a rank may have a node by an equation alone, and no bond of the deck there. Others that the rank of their
-  // node does not have are at the rim of what is known here, and are none
-  std::vector<char> has(b.nbond, 0);
-  for (int r = 0; r < comm_size(); ++r)
-    for (int q : b.halo.common[r]) has[q] |= b.rank[q] == r;
+  claim_bonds(b);
+  // a rank may have a node by an equation alone, and no bond of the deck there
+  for (size_t k = 0; k < known.size(); ++k)
+    if (known[k] < b.nfixed && b.rank[known[k]] < 0) b.rank[known[k]] = first[k];
   double own = 0.0;
-  for (size_t k = 0; k < known.size(); ++k) {
-    int& rank = b.rank[known[k]];
-    if (known[k] < b.nfixed && rank != comm_rank() && !has[known[k]]) rank = first[k];
-  }
   for (int rank : b.rank) own += rank == comm_rank();
   comm_sum(&own, 1);
   b.nall = static_cast<int>(own);
