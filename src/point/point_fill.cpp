@@ -378,7 +378,7 @@ int point_fill(const Model& m, Points& pts)
   held = held_points(m, pts);
   if (!held.empty()) fill_plan_held(held, m.dim, plan);
   add_tied_points(m, pts, held);
-  if (!held.empty()) {
+  if (comm_allreduce_max(static_cast<int>(!held.empty()))) {
     fill_bodies(m, &plan, held, pts);
     point_surfaces(m, pts);
   }
