@@ -367,7 +367,7 @@ int bond_form(const Model& m, const Points& pts, Bonds& bonds)
 {
   bonds = Bonds();
   int errors = 0;
-  const std::vector<char> own = bond_own(m, pts);
+  const std::vector<char> own = m.part.on ? bond_own(m, pts) : std::vector<char>();
   for (size_t d = 0; d < m.bond.size(); ++d) {
     const BondDef& def = m.bond[d];
     if (def.surface < 0) continue;                    // conversion, general contact

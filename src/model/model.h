@@ -46,9 +46,9 @@ struct Face {
 };
 
 // Several ranks, divided model: Mesh, sets, surfaces, loads and supports hold what this rank works on. Mesh
-// has outer elements as well: those of other ranks that an estimate here looks at, and surfaces of bonds and
-// contact, all outer faces of the mesh with general contact; and of elements that are points from the start
-// those that share a node with one of this rank.
+// has outer elements as well: those of other ranks that an estimate here looks at, and surfaces of contact,
+// all outer faces of the mesh with general contact; and of elements that bonds tie, or that are points from
+// the start, those that share a node with one of this rank.
 struct MeshPart {
   bool on = false;
   bool points = false;         // each rank has its own material points alone (PointPart)

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <cstring>
 #include <filesystem>
-#include <numeric>
 
 #include "base/comm.h"
 #include "base/hash.h"
@@ -391,7 +390,8 @@ bool same_pieces(const MeshPart& part, const Division& d)
 void take_division(const Model& m, bool same, State& s)
 {
   if (!same) s.work = WorkShare();
-  if (!same ? m.part.on || s.division.pieces : !m.part.window) s.division = Division();
+  const bool stays = m.part.on ? same && m.part.window : !s.division.pieces;
+  if (!stays) s.division = Division();
   Division& d = s.division;
   if (!d.pieces) return;
   d.elem.clear();
@@ -475,11 +475,9 @@ bool out_restart_pieces(const Model& m, const std::string& path, DivideBy& by)
   if (good) io_all(f, near, d);
   if (f.file) std::fclose(f.file);
   if (!good || !f.good || !d.pieces || d.ranks != ranks) return false;
-  IntVec count(ranks, 0);
-  for (int r : d.elem)
-    if (r >= 0 && r < ranks) ++count[r];
+  const auto is_rank = [&](int r) { return r >= 0 && r < ranks; };
   if (static_cast<int>(d.elem.size()) != m.mesh.nelem()) return false;
-  if (std::accumulate(count.begin(), count.end(), 0) != m.mesh.nelem()) return false;
+  if (!std::all_of(d.elem.begin(), d.elem.end(), is_rank)) return false;
   by.rank.swap(d.elem);
   by.skin = faces_of(near);
   return true;
