@@ -9,12 +9,11 @@ namespace {
 // Layers of nodes around points: what the projection changes falls to 0.27 from one to the next
 const int NEAR = 26;
 
-// steps [nrow] of all rows that are near those with 0, the others have more than NEAR
-void spread(const ListTable& graph, IntVec& steps)
+// steps [nrow] of all rows that are near the rows from, whose steps are known; the others have more than NEAR
+void spread(const ListTable& graph, const IntVec& from, IntVec& steps)
 {
   std::vector<IntVec> list(NEAR + 1);
-  for (int r = 0; r < graph.size(); ++r)
-    if (steps[r] <= NEAR) list[steps[r]].push_back(r);
+  for (int r : from) list[steps[r]].push_back(r);
   for (int d = 0; d < NEAR; ++d)
     for (int r : list[d]) {
       if (steps[r] < d) continue;
@@ -27,16 +26,21 @@ void spread(const ListTable& graph, IntVec& steps)
     }
 }
 
-// the fewest of all ranks
-void agree(const Halo& h, IntVec& steps)
+// the fewest of all ranks; returns the rows that get fewer of others
+IntVec agree(const Halo& h, IntVec& steps)
 {
   std::vector<IntVec> to(h.common.size());
   for (size_t r = 0; r < to.size(); ++r)
     for (int k : h.common[r]) to[r].push_back(steps[k]);
   const std::vector<IntVec> from = comm_exchange(to);
+  IntVec fewer;
   for (size_t r = 0; r < to.size(); ++r)
-    for (size_t i = 0; i < from[r].size(); ++i)
-      steps[h.common[r][i]] = std::min(steps[h.common[r][i]], from[r][i]);
+    for (size_t i = 0; i < from[r].size(); ++i) {
+      int& own = steps[h.common[r][i]];
+      if (from[r][i] < own) fewer.push_back(h.common[r][i]);
+      own = std::min(own, from[r][i]);
+    }
+  return fewer;
 }
 
 // [nrow] a row near points that this rank or another works on
@@ -47,10 +51,13 @@ std::vector<char> near_points(const ActiveGrid& grid, const Dofs& s)
   for (int q : s.owned_point)
     for (int k = grid.point.off[q]; k < grid.point.off[q + 1]; ++k) steps[s.nfe + grid.point.item[k]] = 0;
   const ListTable graph = sys_graph(s.A);
-  spread(graph, steps);
-  for (int again = 0; again < 2 && sys_shared(s.A); ++again) {     // far enough, and border rows as agreed
+  IntVec from;
+  for (int r = 0; r < s.nrow; ++r)
+    if (steps[r] == 0) from.push_back(r);
+  spread(graph, from, steps);
+  if (sys_shared(s.A)) {                             // far enough, and border rows as agreed
+    spread(graph, agree(s.A.halo, steps), steps);
     agree(s.A.halo, steps);
-    if (again == 0) spread(graph, steps);
   }
   std::vector<char> near(s.nrow);
   for (int r = 0; r < s.nrow; ++r) near[r] = steps[r] <= NEAR;
@@ -147,14 +154,14 @@ void sort_border(MassRows& m)
   std::vector<BorderPair> own;
   IntVec own_from;
   std::vector<std::array<int, 2>> row;               // of pairs: column, all
-  std::vector<std::vector<std::array<int, 2>>> cross(shared.size());
   for (int r = m.alone; r < m.size(); ++r) {
     row.clear();
     const int a = r - m.alone;
     for (int k = m.all.off[r]; k < m.all.off[r + 1]; ++k) {
       const int c = m.all.col[k], b = c - m.alone;
       if (b < 0) {
-        cross[a].push_back({c, k});
+        m.cross.item.push_back(c);
+        m.cross_from.push_back(k);
       } else if (set[a] == set[b]) {
         row.push_back({b, k});
       } else {
@@ -162,18 +169,12 @@ void sort_border(MassRows& m)
         m.edge_from.push_back(k);
       }
     }
+    m.cross.off.push_back(static_cast<int>(m.cross.item.size()));
     std::sort(row.begin(), row.end());
     for (const auto& q : row) {
       own.push_back({a, q[0]});
       own_from.push_back(q[1]);
     }
-  }
-  for (const auto& list : cross) {
-    for (const auto& q : list) {
-      m.cross.item.push_back(q[0]);
-      m.cross_from.push_back(q[1]);
-    }
-    m.cross.off.push_back(static_cast<int>(m.cross.item.size()));
   }
   join_border(own, own_from, m);
 }

@@ -197,49 +197,38 @@ struct MassSystem {
     }
     return xq;
   }
-  // the same on several ranks; sum [4][D]: x y, r y, r r, y y of all ranks
-  void apply(const RealVec& x, const RealVec& r, RealVec& t, RealVec& y, double* sum) const
+  // the same on several ranks, x = r + turn times the x before. late [shared*D]: the border of t before, and
+  // now; sum [4][D]: x q, r q, r r, q q of all ranks
+  void apply(const RealVec& x, const RealVec& r, const double* turn, RealVec& late, RealVec& t, RealVec& y,
+             RealVec& q, double* sum) const
   {
     const size_t first = alone();
-    backward(x, t);
-    for (size_t i = 0; i < y.size(); ++i) y[i] = x[i] - (1.0 - shift) * t[i];
-    const RealVec edge = border_of(y);
+    const double keep  = 1.0 - shift;
     RealVec back = border_of(r);                     // as t of x: (I + L)^-T r
     border_backward(back.data());
-    forward_here(y, y);
-    cross_forward(y, y);
+    for (size_t k = 0; k < late.size(); ++k) late[k] = back[k] + turn[k % D] * late[k];
+    std::copy(late.begin(), late.end(), t.begin() + static_cast<long>(first));
+    cross_backward(t.data());
+    sweep_back(t.data());
+    apply_alone(x, r, t, y, q, sum);
+    cross_forward(y, q);
     for (size_t k = 0; k < rows.edge.size(); ++k) {
       const int a = rows.edge[k][0], b = rows.edge[k][1];
-      dirs<D>(y.data(), a) += mass.edge[k] * dirs<D>(t.data(), b);
-      dirs<D>(y.data(), b) += mass.edge[k] * dirs<D>(t.data(), a);
+      dirs<D>(q.data(), a) += mass.edge[k] * dirs<D>(t.data(), b);
+      dirs<D>(q.data(), b) += mass.edge[k] * dirs<D>(t.data(), a);
     }
-    Sums<D> xy, ry, rr, yy;
-    for (size_t k = 0; k < first; k += 64 * D) {     // parts that stay in the cache
-      const size_t n = std::min(first - k, static_cast<size_t>(64 * D));
-      for (size_t l = k; l < k + n; ++l) y[l] += t[l];
-      xy.add(&x[k], &y[k], n);
-      ry.add(&r[k], &y[k], n);
-      rr.add(&r[k], &r[k], n);
-      yy.add(&y[k], &y[k], n);
-    }
-    xy.add(t.data() + first, y.data() + first, y.size() - first);      // the border: what this rank has
-    ry.add(back.data(), y.data() + first, y.size() - first);
-    for (int i = 0; i < D; ++i) {
-      sum[i]         = xy.of(i);
-      sum[D + i]     = ry.of(i);
-      sum[2 * D + i] = rr.of(i);
-      sum[3 * D + i] = yy.of(i);
-    }
-    for (size_t k = 0; k < edge.size(); ++k) {
-      const double own = rows.owned[k / D], to = t[first + k], at = r[first + k];
-      sum[k % D] += own * to * (x[first + k] + edge[k]);
-      sum[D + k % D] += own * (at * to + back[k] * edge[k]);
+    RealVec edge(late.size());
+    for (size_t k = 0; k < edge.size(); ++k) {       // the border: what this rank has
+      const double own = rows.owned[k / D], to = t[first + k], at = r[first + k], of = q[first + k];
+      edge[k] = x[first + k] - keep * to;
+      sum[k % D] += to * of + own * to * (x[first + k] + edge[k]);
+      sum[D + k % D] += back[k] * of + own * (at * to + back[k] * edge[k]);
       sum[2 * D + k % D] += own * at * at;
     }
-    halo_sum(rows.halo, D, y, sum, 4 * D);
-    border_forward(edge, y);
-    for (size_t k = first; k < y.size(); ++k) y[k] += t[k];
-    add_border(y, sum + 3 * D);
+    halo_sum(rows.halo, D, q, sum, 4 * D);
+    border_forward(edge, q);
+    for (size_t k = first; k < q.size(); ++k) q[k] += t[k];
+    add_border(q, sum + 3 * D);
   }
   // the residual of M from that of the variables: out = (I + L) r; square = out out
   void residual(const RealVec& r, RealVec& out, double* square) const
@@ -281,6 +270,33 @@ struct MassSystem {
 
 private:
   size_t alone() const { return static_cast<size_t>(rows.alone) * D; }
+  // rows of this rank alone, t as it is behind the sweep; sum = x q, r q, r r, q q of them
+  void apply_alone(const RealVec& x, const RealVec& r, const RealVec& t, RealVec& y, RealVec& q,
+                   double* sum) const
+  {
+    const int *off = rows.all.off.data(), *col = rows.all.col.data();
+    const double *val = mass.all.data(), *f = free.data(), keep = 1.0 - shift;
+    Dirs<D> xq = Dirs<D>::Zero(), rq = xq, rr = xq, qq = xq;
+    for (int n = 0; n < rows.alone; ++n) {
+      const Dirs<D> to = dirs<D>(x.data(), n), at = dirs<D>(r.data(), n), add = dirs<D>(t.data(), n);
+      Dirs<D> of = to - keep * add;
+      for (int k = off[n]; k < off[n + 1]; ++k) of -= val[k] * dirs<D>(y.data(), col[k]);
+      of *= dirs<D>(f, n);
+      dirs<D>(y.data(), n) = of;
+      of += add;
+      dirs<D>(q.data(), n) = of;
+      xq += to * of;
+      rq += at * of;
+      rr += at * at;
+      qq += of * of;
+    }
+    for (int i = 0; i < D; ++i) {
+      sum[i]         = xq[i];
+      sum[D + i]     = rq[i];
+      sum[2 * D + i] = rr[i];
+      sum[3 * D + i] = qq[i];
+    }
+  }
   void sweep_back(double* of) const
   {
     const int *off = rows.all.off.data(), *col = rows.all.col.data();
@@ -385,7 +401,7 @@ bool below(const double* value, const double* goal)
 template <int D>
 int iterate_ranks(const MassSystem<D>& m, const double* size, double* rho, RealVec& r, RealVec& step)
 {
-  RealVec w(r.size(), 0.0), q(r.size()), t(r.size());
+  RealVec w(r.size(), 0.0), y(r.size()), q(r.size()), t(r.size()), late(m.rows.halo.shared.size() * D, 0.0);
   double turn[D], part[D], square[D], goal[D], enough[D], sum[4 * D];
   const double *wq = sum, *rq = sum + D, *rr = sum + 2 * D, *qq = sum + 3 * D;
   step.assign(r.size(), 0.0);
@@ -401,8 +417,8 @@ int iterate_ranks(const MassSystem<D>& m, const double* size, double* rho, RealV
       if (below<D>(square, goal)) return it;
     }
     for (size_t k = 0; k < r.size(); k += D)
-      for (int i = 0; i < D; ++i) w[k + i] = r[k + i] + turn[i] * w[k + i];
-    m.apply(w, r, t, q, sum);
+      for (int i = 0; i < D; ++i) t[k + i] = w[k + i] = r[k + i] + turn[i] * w[k + i];
+    m.apply(w, r, turn, late, t, y, q, sum);
     stuck = true;
     bool cancels = false;
     for (int i = 0; i < D; ++i) {

@@ -82,37 +82,85 @@ void halo_renumber(const IntVec& index, Halo& h)
   for (int& k : h.shared) k = index[k];
 }
 
+namespace {
+
+// calls use(place of a number, its place in a message) for those of the things of list, D each
+template <int FIXED, class Use>
+void each_number(const IntVec& list, int D, Use use)
+{
+  const std::size_t n = FIXED ? FIXED : D;
+  std::size_t at = 0;
+  for (int k : list)
+    for (std::size_t i = 0; i < n; ++i) use(static_cast<std::size_t>(k) * n + i, at++);
+}
+
+template <class Use>
+void each_number(const IntVec& list, int D, Use use)
+{
+  if (D == 3) each_number<3>(list, D, use);
+  else if (D == 2) each_number<2>(list, D, use);
+  else if (D == 1) each_number<1>(list, D, use);
+  else each_number<0>(list, D, use);
+}
+
+// calls use(vector, its numbers in a message) for each vector; returns the place behind them
+template <class T, class Use>
+void each_vector(const std::vector<RealVec*>& v, std::size_t numbers, T* at, Use use)
+{
+  for (RealVec* x : v) {
+    use(x->data(), at);
+    at += numbers;
+  }
+}
+
+// x += those in a message
+void add_numbers(const IntVec& list, int D, const double* from, double* x)
+{
+  each_number(list, D, [&](std::size_t k, std::size_t at) { x[k] += from[at]; });
+}
+
+// x of v = the sum over the ranks in their order; from [ranks] m numbers and what they have of their things
+void add_in_order(const Halo& h, int D, const std::vector<RealVec*>& v, const std::vector<RealVec>& from, int m)
+{
+  const int me = comm_rank();
+  RealVec part(h.shared.size() * D * v.size());
+  each_vector(v, h.shared.size() * D, part.data(), [&](double* x, double* own) {
+    each_number(h.shared, D, [&](std::size_t k, std::size_t at) {
+      own[at] = x[k];
+      x[k]    = 0.0;
+    });
+  });
+  for (std::size_t r = 0; r < from.size(); ++r) {
+    const bool here    = static_cast<int>(r) == me;
+    const IntVec& list = here ? h.shared : h.common[r];
+    each_vector(v, list.size() * D, here ? part.data() : from[r].data() + m,
+                [&](double* x, const double* of) { add_numbers(list, D, of, x); });
+  }
+}
+
+}  // namespace
+
 void halo_sum(const Halo& h, int D, const std::vector<RealVec*>& v, double* number, int m)
 {
   const int ranks = comm_size(), me = comm_rank();
-  const auto at = [D](RealVec& x, int k) { return x.data() + static_cast<std::size_t>(k) * D; };
   std::vector<RealVec> to(ranks), from(ranks);
   for (int r = 0; r < ranks; ++r) {
     if (r == me) continue;
-    to[r].reserve(m + h.common[r].size() * D * v.size());
-    to[r].assign(number, number + m);
-    for (RealVec* x : v)
-      for (int k : h.common[r]) to[r].insert(to[r].end(), at(*x, k), at(*x, k) + D);
+    to[r].resize(m + h.common[r].size() * D * v.size());
     from[r].resize(to[r].size());
+    std::copy(number, number + m, to[r].begin());
+    each_vector(v, h.common[r].size() * D, to[r].data() + m, [&](const double* x, double* out) {
+      each_number(h.common[r], D, [&](std::size_t k, std::size_t at) { out[at] = x[k]; });
+    });
   }
-  const RealVec own(number, number + m);
-  RealVec part;
-  part.reserve(h.shared.size() * D * v.size());
-  for (RealVec* x : v)
-    for (int k : h.shared)
-      for (int i = 0; i < D; ++i) {
-        double& value = at(*x, k)[i];
-        part.push_back(value);
-        value = 0.0;
-      }
   comm_exchange(to, from);
+  from[me].assign(number, number + m);
   std::fill(number, number + m, 0.0);
-  for (int r = 0; r < ranks; ++r) {
-    const double* next = r == me ? own.data() : from[r].data();
-    for (int i = 0; i < m; ++i) number[i] += *next++;
-    if (r == me) next = part.data();
-    for (RealVec* x : v)
-      for (int k : r == me ? h.shared : h.common[r])
-        for (int i = 0; i < D; ++i) at(*x, k)[i] += *next++;
-  }
+  for (const RealVec& of : from)
+    for (int i = 0; i < m; ++i) number[i] += of[i];
+  if (ranks != 2) return add_in_order(h, D, v, from, m);
+  // a sum of two is the same on both
+  const IntVec& list = h.common[1 - me];
+  each_vector(v, list.size() * D, from[1 - me].data() + m,
+              [&](double* x, const double* of) { add_numbers(list, D, of, x); });
 }

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <map>
 #include <string>
+#include <utility>
 
 #include "base/log.h"
 #include "dof/dof.h"
@@ -77,6 +78,19 @@ std::vector<SupportPart> support_parts(const Model& m, const Points& pts, const 
   return part;
 }
 
+// rows of the keys that parts have, as far as they are here: key and row, ascending
+std::vector<std::pair<long, int>> rows_of_parts(const Dofs& s, const std::vector<SupportPart>& part)
+{
+  std::vector<long> key;
+  for (const SupportPart& h : part) key.push_back(h.key);
+  std::sort(key.begin(), key.end());
+  std::vector<std::pair<long, int>> row;
+  for (int r = 0; r < s.nrow; ++r)
+    if (std::binary_search(key.begin(), key.end(), s.row_key[r])) row.emplace_back(s.row_key[r], r);
+  std::sort(row.begin(), row.end());
+  return row;
+}
+
 // Prescribes the grid nodes that the corners follow; a node of several corners gets their mean by
 // |N_v|  (7.18)
 void support_corners(const Model& m, const Points& pts, const Discretisation& d,
@@ -84,7 +98,6 @@ void support_corners(const Model& m, const Points& pts, const Discretisation& d,
 {
   struct Sum { double weight = 0.0, increment = 0.0, rate = 0.0, rate0 = 0.0; };
   std::map<int, Sum> sum;
-  std::map<long, int> row;
   const auto elsewhere = [&](int c) { return d.mine.on && d.mine.owner[c] != comm_rank(); };
   for (const SupportedCorner& h : corners)
     if (pts.field[h.corner] == FIELD_OWN && !elsewhere(h.corner))
@@ -92,11 +105,12 @@ void support_corners(const Model& m, const Points& pts, const Discretisation& d,
                 "its material point was released from its neighbours; the support has ended there");
   const bool any = !corners.empty();
   if (d.mine.on ? comm_allreduce_max(static_cast<int>(any)) == 0 : !any) return;
-  for (int r = 0; r < s.nrow; ++r) row[s.row_key[r]] = r;
-  for (const SupportPart& h : support_parts(m, pts, d, corners, s)) {
-    const auto here = row.find(h.key);
+  const std::vector<SupportPart> part          = support_parts(m, pts, d, corners, s);
+  const std::vector<std::pair<long, int>> row = rows_of_parts(s, part);
+  for (const SupportPart& h : part) {
+    const auto here = std::lower_bound(row.begin(), row.end(), std::pair<long, int>(h.key, 0));
     const int node  = m.part.on ? m.part.node_here(h.node) : h.node;
-    const int dof   = here == row.end() ? -1 : here->second * s.dim + h.dir;
+    const int dof   = here == row.end() || here->first != h.key ? -1 : here->second * s.dim + h.dir;
     const double w  = std::fabs(h.N);
     s.corner_support.push_back({dof, node < 0 ? -1 : node * s.dim + h.dir, w});
     if (dof < 0) continue;

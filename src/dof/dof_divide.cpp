@@ -447,13 +447,10 @@ void dof_share_points(const Model& m, const Elements& el, const RealVec& uc, Poi
   d.made   = made;
   const IntVec rank_of = point_ranks(m.part, pts);
   d.point.insert(d.point.end(), rank_of.begin() + static_cast<long>(d.point.size()), rank_of.end());
-  const RealVec X = point_centres(pts, m.dim);
-  std::map<int, int> first;                          // of elements, by number
-  RealVec work(pts.npoint);
-  for (int q = 0; q < pts.npoint; ++q) {
-    work[q] = point_work(pairs_of_point(m, pts, uc, q), pts.eroded(q));
-    if (pts.parent[q] >= 0 && pts.of_elem[pts.parent[q]] == q) first[pts.part.point[q]] = q;
-  }
+  RealVec work(pts.npoint, 0.0);                     // of points of this rank
+  const auto take = [&](int q) { work[q] = point_work(pairs_of_point(m, pts, uc, q), pts.eroded(q)); };
+  for (int q = 0; q < pts.npoint; ++q)
+    if (d.point[q] == comm_rank()) take(q);
   const std::vector<RankWork> elements = work_of_ranks(m, el);
   const auto loads = [&] {
     std::vector<RankWork> rank(1, elements[comm_rank()]);
@@ -468,15 +465,16 @@ void dof_share_points(const Model& m, const Elements& el, const RealVec& uc, Poi
     const int from = static_cast<int>(std::max_element(rank.begin(), rank.end(), less_work) - rank.begin());
     std::vector<Handed> handed;
     if (from == comm_rank() && rank[from].all > WORK_EVEN * mean_work(rank))
-      handed = hand_over(m, pts, X, work, rank, d.point);
+      handed = hand_over(m, pts, point_centres(pts, m.dim), work, rank, d.point);
     comm_allgatherv(handed);
     if (handed.empty()) break;
     d.handed = true;
     for (const Handed& h : handed) {
-      const auto here = first.find(h.point);
-      for (int q = here == first.end() ? pts.npoint : here->second, e = q < pts.npoint ? pts.parent[q] : -1;
-           q < pts.npoint && pts.parent[q] == e; ++q)
+      const int here = pts.point_here(h.point);
+      for (int q = here; here >= 0 && q < pts.npoint && pts.parent[q] == pts.parent[here]; ++q) {
         d.point[q] = h.rank;
+        if (h.rank == comm_rank()) take(q);
+      }
     }
     rank = loads();
   }

@@ -215,6 +215,11 @@ void fill_elset(Filler& f, int body)
 
 using FaceKey = std::array<int, 4>;      // corners of a face, ascending, by their first names
 
+bool same_face(const FaceKey& a, const FaceKey& b)     // without a call of memcmp
+{
+  return a[0] == b[0] && a[1] == b[1] && a[2] == b[2] && a[3] == b[3];
+}
+
 // of all faces of points, and of those near that are of other ranks, point after point
 std::vector<FaceKey> face_keys(const Points& p)
 {
@@ -253,7 +258,7 @@ void find_boundary(Points& p)
     for (int s = 0; s < shape_info[p.shape[q]].nface; ++s, ++own) {
       int owners = 0;
       for (int k = at.off[(*own)[3]]; k < at.off[(*own)[3] + 1] && owners < 2; ++k)
-        owners += key[at.item[k]] == *own;
+        owners += same_face(key[at.item[k]], *own);
       if (owners == 1) p.boundary.push_back({q, s});
     }
 }

@@ -228,15 +228,20 @@ void own_form(const SysMatrix& A, long number, OwnBlock& own)
 
 void own_border(const SysMatrix& A, OwnBlock& own)
 {
-  const int D = A.dim, DD = D * D;
-  own.border.val.assign(own.border.col.size() * DD, 0.0);
-  for (size_t k = 0; k < own.border_from.size(); ++k)
-    if (own.border_from[k] >= 0)
-      std::copy_n(&A.val[static_cast<size_t>(own.border_from[k]) * DD], DD, &own.border.val[k * DD]);
-  RealVec diag;
-  sys_diagonal(A, diag);
-  own.diag.clear();
-  for (int I : A.halo.shared) own.diag.insert(own.diag.end(), &diag[I * D], &diag[I * D] + D);
+  own.border.val.assign(own.border.col.size() * A.dim * A.dim, 0.0);
+  with_dim(A.dim, [&](auto d) {
+    constexpr int D = decltype(d)::value, DD = D * D;
+    for (size_t k = 0; k < own.border_from.size(); ++k) {
+      if (own.border_from[k] < 0) continue;
+      const double* a = &A.val[static_cast<size_t>(own.border_from[k]) * DD];
+      for (int i = 0; i < DD; ++i) own.border.val[k * DD + i] = a[i];
+    }
+    RealVec diag;
+    sys_diagonal(A, diag);
+    own.diag.clear();
+    for (int I : A.halo.shared)
+      for (int i = 0; i < D; ++i) own.diag.push_back(diag[I * D + i]);
+  });
 }
 
 namespace {

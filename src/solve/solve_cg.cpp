@@ -158,17 +158,18 @@ CgDone cg_solve(const CgSystem& s, const RealVec& b, const CgGoal& goal, CgWork&
   CgDone done;
   const size_t n  = b.size();
   const bool both = s.own && comm_size() == 2;
-  const double residual = std::max(goal.eta * norm(s, b), goal.residual);
+  double length = norm(s, b), rho = 0.0, before = 1.0;
+  const double residual = std::max(goal.eta * length, goal.residual);
   w.r = b;
   w.z.resize(n);
   w.p.assign(n, 0.0);
   if (goal.begun > 0.0) {
     multiply(s, x, w.q);
     add(-1.0, w.q, w.r);
+    length = norm(s, w.r);
   } else {
     x.assign(n, 0.0);
   }
-  double length = norm(s, w.r), rho = 0.0, before = 1.0;
   for (;; ++done.iterations) {
     if (!s.precondition(w.r, w.z, rho)) return done;
     if (!std::isfinite(rho) || rho < 0.0) return done;
