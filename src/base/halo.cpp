@@ -120,7 +120,8 @@ void add_numbers(const IntVec& list, int D, const double* from, double* x)
 }
 
 // x of v = the sum over the ranks in their order; from [ranks] m numbers and what they have of their things
-void add_in_order(const Halo& h, int D, const std::vector<RealVec*>& v, const std::vector<RealVec>& from, int m)
+void add_in_order(const Halo& h, int D, const std::vector<RealVec*>& v, const std::vector<RealVec>& from,
+                  int m)
 {
   const int me = comm_rank();
   RealVec part(h.shared.size() * D * v.size());

@@ -103,10 +103,7 @@ IntVec part_mesh(const Mesh& mesh, int dim, const std::vector<RealVec>& work, in
         &cut, part.data());
     const IntVec found(part.begin(), part.end());
     if (result == METIS_OK)
-      {
-      const bool good = surplus(mesh, work, parts, straight) <= surplus(mesh, work, parts, found);
-      return good ? straight : found;
-    }
+      return surplus(mesh, work, parts, straight) <= surplus(mesh, work, parts, found) ? straight : found;
   }
   log_warn("METIS failed to partition the mesh (code %d): it is divided by coordinates", result);
 #else
