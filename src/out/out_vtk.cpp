@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "base/picked.h"
 #include "bond/bond.h"
 #include "out/out.h"
 #include "out/out_vtk_file.h"
@@ -11,6 +12,11 @@ const char* const kind_name[VTK_KINDS] = {"fe", "mp", "bond", "grid"};
 
 struct CellFields {            // one value a cell
   RealVec stress[6], mises, energy, det, plastic;
+  explicit CellFields(std::size_t n)                 // room for them
+  {
+    for (RealVec& x : stress) x.reserve(n);
+    for (RealVec* x : {&mises, &energy, &det, &plastic}) x->reserve(n);
+  }
 };
 
 void add_fields(CellFields& c, const double sig[6], double energy, double det, double plastic)
@@ -117,21 +123,6 @@ void end(VtkFile& f, VtkKind kind, const Model& m, bool here, const Output& out)
   write_series(out, kind, ending_of(m));
 }
 
-RealVec gather(const RealVec& field, const IntVec& item, int dim)
-{
-  RealVec out;
-  for (int i : item)
-    for (int k = 0; k < dim; ++k) out.push_back(field[i * dim + k]);
-  return out;
-}
-
-IntVec gather(const IntVec& field, const IntVec& item)
-{
-  IntVec out;
-  for (int i : item) out.push_back(field[i]);
-  return out;
-}
-
 // ---- finite elements --------------------------------------------------------
 
 struct FeMesh {                // elements that still exist, and their nodes
@@ -195,18 +186,17 @@ void write_fe(const Model& m, const Elements& el, const State& s, const Fragment
   RealVec x;
   for (int n : fe.node)
     for (int i = 0; i < m.dim; ++i) x.push_back(m.mesh.X[n * 3 + i] + s.n.u[n * m.dim + i]);
-  CellFields cell;
+  CellFields cell(fe.elem.size());
   element_fields(m, el, s, fe, cell);
 
   VtkFile f;
   begin(f, VTK_FE, m, s, here, out);
-  vtk_points(f, x, m.dim);
-  vtk_cells(f, fe.conn, fe.type);
+  vtk_mesh(f, x, m.dim, fe.conn, fe.type);
   vtk_point_data(f, static_cast<int>(fe.node.size()));
-  vtk_vectors(f, "displacement", gather(s.n.u, fe.node, m.dim), m.dim);
-  vtk_vectors(f, "velocity", gather(s.n.v, fe.node, m.dim), m.dim);
-  vtk_vectors(f, "acceleration", gather(s.n.a, fe.node, m.dim), m.dim);
-  vtk_vectors(f, "reaction", gather(s.rf, fe.node, m.dim), m.dim);
+  vtk_vectors(f, "displacement", picked(fe.node, m.dim, s.n.u), m.dim);
+  vtk_vectors(f, "velocity", picked(fe.node, m.dim, s.n.v), m.dim);
+  vtk_vectors(f, "acceleration", picked(fe.node, m.dim, s.n.a), m.dim);
+  vtk_vectors(f, "reaction", picked(fe.node, m.dim, s.rf), m.dim);
   vtk_labels(f, "node_label", fe.node_label);
   vtk_cell_data(f, fe.conn.size());
   write_fields(f, cell, m.dim, yields(m));
@@ -224,7 +214,7 @@ void write_fe(const Model& m, const Elements& el, const State& s, const Fragment
     vtk_scalars(f, "time_broken", time);
     vtk_scalars(f, "degradation", degr);
   }
-  if (m.fragments.on) vtk_labels(f, "fragment", gather(fragments.of_elem, fe.elem));
+  if (m.fragments.on) vtk_labels(f, "fragment", picked(fe.elem, 1, fragments.of_elem));
   end(f, VTK_FE, m, here, out);
 }
 
@@ -266,7 +256,7 @@ void write_mp(const Model& m, const State& s, const Fragments& fragments, Output
   const bool here    = !shown.point.empty();
   const IntVec& list = shown.point;
   if (!anybody(m, here)) return;
-  CellFields cell;
+  CellFields cell(list.size());
   IntVec type, body;
   IpFields ip;
   for (int p : list) {
@@ -275,21 +265,20 @@ void write_mp(const Model& m, const State& s, const Fragments& fragments, Output
     type.push_back(shape_info[pts.shape[p]].vtk);
     body.push_back(pts.body[p] + 1);
   }
-  const RealVec uc = gather(s.n.uc, shown.corner, m.dim);
-  RealVec x = gather(pts.Xc, shown.corner, m.dim);
+  const RealVec uc = picked(shown.corner, m.dim, s.n.uc);
+  RealVec x = picked(shown.corner, m.dim, pts.Xc);
   for (std::size_t i = 0; i < x.size(); ++i) x[i] += uc[i];
 
   VtkFile f;
   begin(f, VTK_MP, m, s, here, out);
-  vtk_points(f, x, m.dim);
-  vtk_cells(f, shown.conn, type);
+  vtk_mesh(f, x, m.dim, shown.conn, type);
   vtk_point_data(f, static_cast<int>(shown.corner.size()));
   vtk_vectors(f, "displacement", uc, m.dim);
   vtk_cell_data(f, static_cast<int>(list.size()));
-  vtk_vectors(f, "velocity", gather(point_velocities(pts, m.dim, s.n.vc), list, m.dim), m.dim);
+  vtk_vectors(f, "velocity", picked(list, m.dim, point_velocities(pts, m.dim, s.n.vc)), m.dim);
   write_fields(f, cell, m.dim, yields(m));
   vtk_labels(f, "body", body);
-  vtk_labels(f, "label", gather(pts.label, list));
+  vtk_labels(f, "label", picked(list, 1, pts.label));
   if (!s.frac.empty()) {
     IntVec parent, broken;
     RealVec time;
@@ -300,10 +289,10 @@ void write_mp(const Model& m, const State& s, const Fragments& fragments, Output
     }
     vtk_labels(f, "parent", parent);
     vtk_labels(f, "broken", broken);
-    vtk_labels(f, "released", gather(pts.released, list));
+    vtk_labels(f, "released", picked(list, 1, pts.released));
     vtk_scalars(f, "time_broken", time);
   }
-  if (m.fragments.on) vtk_labels(f, "fragment", gather(fragments.of_point, list));
+  if (m.fragments.on) vtk_labels(f, "fragment", picked(list, 1, fragments.of_point));
   end(f, VTK_MP, m, here, out);
 }
 
@@ -339,7 +328,7 @@ void write_bonds(const Model& m, const State& s, Output& out)
   ListTable conn;
   IntVec kind = bonds.intermediate;
   bond_places(m, s.points, bonds, s.n.u, s.n.uc, x);
-  const RealVec place = gather(x, list, dim);
+  const RealVec place = picked(list, dim, x);
   u = place;
   for (int b : list) {
     const int k = conn.size();
@@ -359,15 +348,14 @@ void write_bonds(const Model& m, const State& s, Output& out)
   const int n = conn.size(), vertex = 1;
   VtkFile file;
   begin(file, VTK_BOND, m, s, here, out);
-  vtk_points(file, place, dim);
-  vtk_cells(file, conn, IntVec(n, vertex));
+  vtk_mesh(file, place, dim, conn, IntVec(n, vertex));
   vtk_point_data(file, n);
   vtk_vectors(file, "displacement", u, dim);
-  vtk_vectors(file, "slip", gather(slip, list, dim), dim);
+  vtk_vectors(file, "slip", picked(list, dim, slip), dim);
   vtk_vectors(file, "force", force, dim);
-  vtk_scalars(file, "area", gather(bonds.area, list, 1));
-  vtk_labels(file, "kind", gather(kind, list));
-  vtk_labels(file, "bond", gather(bonds.def, list));
+  vtk_scalars(file, "area", picked(list, 1, bonds.area));
+  vtk_labels(file, "kind", picked(list, 1, kind));
+  vtk_labels(file, "bond", picked(list, 1, bonds.def));
   end(file, VTK_BOND, m, here, out);
 }
 
@@ -399,8 +387,7 @@ void write_grid(const Model& m, const State& s, const ActiveGrid& grid, Output& 
   }
   VtkFile f;
   begin(f, VTK_GRID, m, s, here, out);
-  vtk_points(f, x, m.dim);
-  vtk_cells(f, conn, IntVec(grid.ncell, shape_info[m.dim == 3 ? SHAPE_HEX8 : SHAPE_QUAD4].vtk));
+  vtk_mesh(f, x, m.dim, conn, IntVec(grid.ncell, shape_info[m.dim == 3 ? SHAPE_HEX8 : SHAPE_QUAD4].vtk));
   vtk_cell_data(f, grid.ncell);
   vtk_labels(f, "field", field);
   end(f, VTK_GRID, m, here, out);

@@ -23,46 +23,75 @@ float single_of(double value)
   return std::fabs(value) < FLT_MIN ? 0.0f : static_cast<float>(value);
 }
 
+// what waits goes into the file when it is more than a part
+const std::size_t PART = 3 << 12;
+void put_waiting(std::FILE* file, std::string& bytes, std::size_t most)
+{
+  if (bytes.size() <= most) return;
+  std::fwrite(bytes.data(), 1, bytes.size(), file);
+  bytes.clear();
+}
+
+// Lists of numbers that are not copied: places x [n*dim] in three directions, and in single precision
+struct Padded {
+  const RealVec& x;
+  int dim;
+  std::size_t size() const { return x.size() / dim * 3; }
+  double operator[](std::size_t i) const
+  {
+    const int k = static_cast<int>(i % 3);
+    return k < dim ? x[i / 3 * dim + k] : 0.0;
+  }
+};
+
+template <class List>
+struct Singles {
+  const List& x;
+  std::size_t size() const { return x.size(); }
+  float operator[](std::size_t i) const { return single_of(x[i]); }
+};
+
 // numbers of one block, [n] values, `row` of them in a line of an ASCII file
-void put_reals(VtkFile& f, const RealVec& value, int row, bool as_double)
+template <class List>
+void put_reals(VtkFile& f, const List& value, int row, bool as_double)
 {
   std::string bytes;
-  for (std::size_t i = 0; i < value.size(); ++i) {
-    const float single = single_of(value[i]);
+  for (std::size_t i = 0, n = value.size(); i < n; ++i) {
+    const double whole = value[i];
+    const float single = single_of(whole);
     if (f.format == VTK_ASCII)
-      std::fprintf(f.file, as_double ? "%.16g%c" : "%.8g%c", as_double ? value[i] : single,
+      std::fprintf(f.file, as_double ? "%.16g%c" : "%.8g%c", as_double ? whole : single,
                    (i + 1) % row == 0 ? '\n' : ' ');
     else if (as_double)
-      append_bytes(bytes, &value[i], 8);
+      append_bytes(bytes, &whole, 8);
     else
       append_bytes(bytes, &single, 4);
+    put_waiting(f.file, bytes, PART);
   }
   if (f.format == VTK_ASCII) return;
-  std::fwrite(bytes.data(), 1, bytes.size(), f.file);
-  std::fputc('\n', f.file);
+  bytes += '\n';
+  put_waiting(f.file, bytes, 0);
+}
+
+void put_int(VtkFile& f, int value, std::string& bytes)
+{
+  if (f.format == VTK_ASCII) std::fprintf(f.file, "%d\n", value);
+  else append_bytes(bytes, &value, 4);
+  put_waiting(f.file, bytes, PART);
+}
+
+void end_ints(VtkFile& f, std::string& bytes)
+{
+  if (f.format == VTK_ASCII) return;
+  bytes += '\n';
+  put_waiting(f.file, bytes, 0);
 }
 
 void put_ints(VtkFile& f, const IntVec& value)
 {
   std::string bytes;
-  for (int v : value) {
-    if (f.format == VTK_ASCII)
-      std::fprintf(f.file, "%d\n", v);
-    else
-      append_bytes(bytes, &v, 4);
-  }
-  if (f.format == VTK_ASCII) return;
-  std::fwrite(bytes.data(), 1, bytes.size(), f.file);
-  std::fputc('\n', f.file);
-}
-
-RealVec padded(const RealVec& x, int dim)
-{
-  if (dim == 3) return x;
-  RealVec out;
-  out.reserve(x.size() / 2 * 3);
-  for (std::size_t i = 0; i + 1 < x.size(); i += 2) out.insert(out.end(), {x[i], x[i + 1], 0.0});
-  return out;
+  for (int v : value) put_int(f, v, bytes);
+  end_ints(f, bytes);
 }
 
 // ---- XML: arrays in base64, a length in 8 bytes in front ------------------------
@@ -73,41 +102,39 @@ bool is_little()
   return *reinterpret_cast<const unsigned char*>(&probe) == 1;
 }
 
-void put_base64(std::FILE* file, const std::string& bytes)
+// bytes in base64 into the file; those that are not three wait, but at the end
+void put_base64(std::FILE* file, std::string& bytes, bool end)
 {
   const char* const letter = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  const std::size_t size = end ? bytes.size() : bytes.size() / 3 * 3;
   std::string text;
-  text.reserve(bytes.size() / 3 * 4 + 4);
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+  text.reserve(size / 3 * 4 + 4);
+  for (std::size_t i = 0; i < size; i += 3) {
     unsigned three = 0;
     for (std::size_t k = i; k < i + 3; ++k)
-      three = three << 8 | (k < bytes.size() ? static_cast<unsigned char>(bytes[k]) : 0u);
-    for (int k = 0; k < 4; ++k)
-      text += i + k > bytes.size() ? '=' : letter[three >> (18 - 6 * k) & 63];
+      three = three << 8 | (k < size ? static_cast<unsigned char>(bytes[k]) : 0u);
+    for (int k = 0; k < 4; ++k) text += i + k > size ? '=' : letter[three >> (18 - 6 * k) & 63];
   }
   std::fwrite(text.data(), 1, text.size(), file);
+  bytes.erase(0, size);
 }
 
-template <class Number>
-void put_array(VtkFile& f, const char* type, const char* name, int components,
-               const std::vector<Number>& value)
+template <class Number, class List>
+void put_array(VtkFile& f, const char* type, const char* name, int components, const List& value)
 {
   const std::uint64_t size = value.size() * sizeof(Number);
-  std::string bytes(reinterpret_cast<const char*>(&size), sizeof size);
-  bytes.append(reinterpret_cast<const char*>(value.data()), size);
   const std::string what = "DataArray type=\"" + std::string(type) + "\" Name=\"" + name + "\"" +
       (components > 1 ? " NumberOfComponents=\"" + std::to_string(components) + "\"" : std::string());
   if (*f.section) f.fields[f.section[0] == 'C'] += "<P" + what + "/>\n";
   std::fprintf(f.file, "<%s format=\"binary\">\n", what.c_str());
-  put_base64(f.file, bytes);
+  std::string bytes(reinterpret_cast<const char*>(&size), sizeof size);
+  for (std::size_t i = 0, n = value.size(); i < n; ++i) {
+    const Number one = static_cast<Number>(value[i]);
+    bytes.append(reinterpret_cast<const char*>(&one), sizeof one);
+    if (bytes.size() > PART) put_base64(f.file, bytes, false);
+  }
+  put_base64(f.file, bytes, true);
   std::fputs("\n</DataArray>\n", f.file);
-}
-
-std::vector<float> singles(const RealVec& value)
-{
-  std::vector<float> out;
-  for (double v : value) out.push_back(single_of(v));
-  return out;
 }
 
 void open_section(VtkFile& f, const char* section)
@@ -133,15 +160,22 @@ void open_xml(VtkFile& f, double time)
                "format=\"ascii\">\n%.16g\n</DataArray>\n</FieldData>\n", time);
 }
 
-void put_mesh(VtkFile& f, const ListTable& conn, const IntVec& type)
+// the ends of the lists of conn
+struct Ends {
+  const ListTable& conn;
+  std::size_t size() const { return conn.off.size() - 1; }
+  int operator[](std::size_t i) const { return conn.off[i + 1]; }
+};
+
+void put_xml_mesh(VtkFile& f, const Padded& x, const ListTable& conn, const IntVec& type)
 {
-  std::fprintf(f.file, "<Piece NumberOfPoints=\"%zu\" NumberOfCells=\"%d\">\n<Points>\n", f.x.size() / 3,
+  std::fprintf(f.file, "<Piece NumberOfPoints=\"%zu\" NumberOfCells=\"%d\">\n<Points>\n", x.size() / 3,
                conn.size());
-  put_array(f, "Float64", "Points", 3, f.x);
+  put_array<double>(f, "Float64", "Points", 3, x);
   std::fputs("</Points>\n<Cells>\n", f.file);
-  put_array(f, "Int32", "connectivity", 1, conn.item);
-  put_array(f, "Int32", "offsets", 1, IntVec(conn.off.begin() + 1, conn.off.end()));
-  put_array(f, "UInt8", "types", 1, std::vector<std::uint8_t>(type.begin(), type.end()));
+  put_array<int>(f, "Int32", "connectivity", 1, conn.item);
+  put_array<int>(f, "Int32", "offsets", 1, Ends{conn});
+  put_array<std::uint8_t>(f, "UInt8", "types", 1, type);
   std::fputs("</Cells>\n", f.file);
 }
 
@@ -156,7 +190,7 @@ void vtk_open(VtkFile& f, const std::string& path, const std::string& title, dou
   std::fprintf(f.file, "# vtk DataFile Version 3.0\n%.200s\n%s\nDATASET UNSTRUCTURED_GRID\n",
                title.c_str(), format == VTK_ASCII ? "ASCII" : "BINARY");
   std::fprintf(f.file, "FIELD FieldData 1\nTIME 1 1 double\n");
-  put_reals(f, {time}, 1, true);
+  put_reals(f, RealVec{time}, 1, true);
 }
 
 void vtk_close(VtkFile& f)
@@ -181,26 +215,18 @@ void vtk_parallel(const VtkFile& f, const std::string& path, const std::vector<s
   out_file_close(file, path);
 }
 
-void vtk_points(VtkFile& f, const RealVec& x, int dim)
+void vtk_mesh(VtkFile& f, const RealVec& x, int dim, const ListTable& conn, const IntVec& type)
 {
-  if (f.format == VTK_XML) {
-    f.x = padded(x, dim);
-    return;
-  }
+  if (f.format == VTK_XML) return put_xml_mesh(f, {x, dim}, conn, type);
   std::fprintf(f.file, "POINTS %zu double\n", x.size() / dim);
-  put_reals(f, padded(x, dim), 3, true);
-}
-
-void vtk_cells(VtkFile& f, const ListTable& conn, const IntVec& type)
-{
-  if (f.format == VTK_XML) return put_mesh(f, conn, type);
+  put_reals(f, Padded{x, dim}, 3, true);
   std::fprintf(f.file, "CELLS %d %zu\n", conn.size(), conn.item.size() + conn.size());
-  IntVec list;
+  std::string bytes;
   for (int c = 0; c < conn.size(); ++c) {
-    list.push_back(conn.count(c));
-    list.insert(list.end(), conn.begin(c), conn.begin(c) + conn.count(c));
+    put_int(f, conn.count(c), bytes);
+    for (int k = conn.off[c]; k < conn.off[c + 1]; ++k) put_int(f, conn.item[k], bytes);
   }
-  put_ints(f, list);
+  end_ints(f, bytes);
   std::fprintf(f.file, "CELL_TYPES %d\n", conn.size());
   put_ints(f, type);
 }
@@ -219,21 +245,22 @@ void vtk_cell_data(VtkFile& f, int n)
 
 void vtk_scalars(VtkFile& f, const char* name, const RealVec& value)
 {
-  if (f.format == VTK_XML) return put_array(f, "Float32", name, 1, singles(value));
+  if (f.format == VTK_XML) return put_array<float>(f, "Float32", name, 1, Singles<RealVec>{value});
   std::fprintf(f.file, "SCALARS %s float 1\nLOOKUP_TABLE default\n", name);
   put_reals(f, value, 1, false);
 }
 
 void vtk_labels(VtkFile& f, const char* name, const IntVec& value)
 {
-  if (f.format == VTK_XML) return put_array(f, "Int32", name, 1, value);
+  if (f.format == VTK_XML) return put_array<int>(f, "Int32", name, 1, value);
   std::fprintf(f.file, "SCALARS %s int 1\nLOOKUP_TABLE default\n", name);
   put_ints(f, value);
 }
 
 void vtk_vectors(VtkFile& f, const char* name, const RealVec& value, int dim)
 {
-  if (f.format == VTK_XML) return put_array(f, "Float32", name, 3, singles(padded(value, dim)));
+  const Padded all{value, dim};
+  if (f.format == VTK_XML) return put_array<float>(f, "Float32", name, 3, Singles<Padded>{all});
   std::fprintf(f.file, "VECTORS %s float\n", name);
-  put_reals(f, padded(value, dim), 3, false);
+  put_reals(f, all, 3, false);
 }

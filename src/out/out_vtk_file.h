@@ -1,8 +1,8 @@
 // ---------------------------------------------------------------------------
 // out_vtk_file.h : one VTK file, an unstructured grid: legacy (version 3.0), or XML (.vtu)
 //
-// Order of the calls: open, points, cells, then point_data and cell_data, each
-// followed by its scalars, labels and vectors; close.
+// Order of the calls: open, mesh, then point_data and cell_data, each followed by its scalars, labels and
+// vectors; close. Numbers go to the file in parts, without a copy of the array.
 // ---------------------------------------------------------------------------
 #ifndef MPFE_OUT_OUT_VTK_FILE_H
 #define MPFE_OUT_OUT_VTK_FILE_H
@@ -18,7 +18,6 @@ struct VtkFile {
   std::FILE* file = nullptr;
   std::string path;
   VtkFormat format = VTK_BINARY;       // legacy binary is big-endian, as the format asks
-  RealVec x;                   // XML: the points wait for the number of cells
   const char* section = "";    // XML: PointData or CellData, open
   std::string fields[2];       // XML: what a .pvtu says of the arrays of points, of cells
 };
@@ -32,11 +31,9 @@ void vtk_close(VtkFile& f);
 // one of them, already closed
 void vtk_parallel(const VtkFile& f, const std::string& path, const std::vector<std::string>& piece);
 
-// vtk_points : x [n*dim]; the third coordinate is 0 in two dimensions
-void vtk_points(VtkFile& f, const RealVec& x, int dim);
-
-// vtk_cells : type [conn.size()] cell types of VTK
-void vtk_cells(VtkFile& f, const ListTable& conn, const IntVec& type);
+// vtk_mesh : places x [n*dim], the third coordinate is 0 in two dimensions; cells conn of these, type
+// [conn.size()] their cell types of VTK
+void vtk_mesh(VtkFile& f, const RealVec& x, int dim, const ListTable& conn, const IntVec& type);
 
 void vtk_point_data(VtkFile& f, int n);
 void vtk_cell_data(VtkFile& f, int n);
