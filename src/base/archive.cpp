@@ -230,6 +230,7 @@ void archive_divided_read(Archive& f, const ArchivePart& part, std::size_t one, 
       std::copy_n(next, unit, x + static_cast<std::size_t>(part.at[i]) * unit);
   }
   f.at += of_all * one;
+  if (comm_rank() == 0) good = good && from == f.at;   // else ragged: nobody takes an item
   f.begin = f.at;
   f.bytes.clear();
   f.good = comm_bcast(good) == 1;

@@ -30,21 +30,24 @@
 #include "base/types.h"
 
 // What the items of a divided array are: nodes, elements, or the Gauss points of elements; material points,
-// their corners; items of lists of each point (its corners, pairs of these) or corner (what carries it)
+// their corners; items of lists of each point (its corners, pairs of these) or corner (what carries it);
+// bonds, the items of their side A; faces of general contact
 enum ArchiveKind {
-  PER_NODE, PER_ELEM, PER_GAUSS, PER_POINT, PER_CORNER, PER_CONN, PER_PAIR, PER_HANG, ARCHIVE_KINDS
+  PER_NODE, PER_ELEM, PER_GAUSS, PER_POINT, PER_CORNER, PER_CONN, PER_PAIR, PER_HANG, PER_BOND, PER_SIDE,
+  PER_SKIN, ARCHIVE_KINDS
 };
 
 struct ArchivePart {           // items that this rank has
   bool all = false;            // each rank has all of them
   int whole = 0;               // items of all ranks
   IntVec item;                 // index of each among all of them, ascending
-  // ragged: item i has units[i] places in the array, and none when no rank has it; else one
+  // ragged: item i has units[i] places in the array, and none when no rank has it (reading: the file is no
+  // good then); else one
   bool ragged = false;
   IntVec units;
   long all_units = 0;          // reading: of all items; 0: of those that ranks bring
   std::vector<char> brings;    // this rank brings it when it is written; empty: all of them
-  // where each stands in the array of this rank; empty, and ragged ones: in that order
+  // where each, or its first place, stands in the array of this rank; empty: in that order
   IntVec at;
   // reading: item are those that this rank takes, by their index and a number that the file has of each
   std::function<bool(int, int)> takes;
@@ -175,6 +178,8 @@ template <class T>
 Divided<T> of_points(std::vector<T>& x, bool skip = false) { return {x, PER_POINT, skip}; }
 template <class T>
 Divided<T> of_corners(std::vector<T>& x, bool skip = false) { return {x, PER_CORNER, skip}; }
+template <class T>
+Divided<T> of_bonds(std::vector<T>& x) { return {x, PER_BOND}; }
 
 // archive_each : reading: calls use(index, value) for each number of an array, of which few are held at once
 template <class T, class Use>

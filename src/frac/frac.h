@@ -102,7 +102,7 @@ IntVec frac_releasing(const Model& m, const Fracture& fr);
 bool frac_reload(const Points& begin, State& st, Model& m, const FracMesh& fm);
 
 // frac_take : divided model: points and bonds of the elements of here from a state that was read
-// (state_find_corners), with elements and nodes of here (-1: not here) and bonds of all ranks; begin: points
+// (state_find_corners, state_read_bonds), with elements and nodes of here (-1: not here); begin: points
 // at t = 0. False: it does not fit the model
 bool frac_take(const Model& m, const FracMesh& fm, const Points& begin, State& st);
 

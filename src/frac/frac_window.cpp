@@ -1,15 +1,16 @@
 #include <algorithm>
-#include <limits>
 #include <map>
+#include <numeric>
 
 #include "base/picked.h"
 #include "bond/bond.h"
 #include "frac/frac.h"
 #include "model/model_cut.h"
+#include "model/state_window.h"
 
 namespace {
 
-// faces of general contact of a whole state, and what bonds say of them
+// faces of general contact of a state that was read, and what bonds say of them
 bool skin_fits(const Bonds& b)
 {
   const size_t q = b.nbond;
@@ -142,20 +143,15 @@ void take_points(int dim, const Points& known, const IntVec& point, const IntVec
   if (!st.laid.uc.empty()) st.laid.uc = picked(corner, dim, st.laid.uc);
 }
 
-// of a bond: a face of general contact that is not here
-const int NOT_HERE = std::numeric_limits<int>::min();
-
-// faces of general contact that are here; place [faces of all ranks]: where they are, -1: not here
-void take_skin(const Points& here, int npoint, Bonds& b, IntVec& place)
+// faces of general contact that are here; place [b.skin]: where they are then, FACE_ELSEWHERE: not here
+void take_skin(const Points& here, Bonds& b, IntVec& place)
 {
-  IntVec point(npoint, -1);    // where points of all ranks are
-  for (int p = 0; p < here.npoint; ++p) point[here.part.point[p]] = p;
   std::vector<SkinFace> skin;
   RealVec penalty;
-  place.assign(b.skin.size(), -1);
+  place.assign(b.skin.size(), FACE_ELSEWHERE);
   for (size_t i = 0; i < b.skin.size(); ++i) {
     SkinFace f = b.skin[i];
-    if (f.points) f.elem = f.elem >= 0 && f.elem < npoint ? point[f.elem] : -1;
+    if (f.points) f.elem = here.point_here(f.elem);
     if (f.elem < 0) continue;
     place[i] = static_cast<int>(skin.size());
     skin.push_back(f);
@@ -165,22 +161,32 @@ void take_skin(const Points& here, int npoint, Bonds& b, IntVec& place)
   b.skin_penalty.swap(penalty);
 }
 
-// bonds whose nodes and corners are all here, of general contact in a window those on faces of this rank, of
-// the deck's that tie elements those that bond_form makes; names are their numbers. npoint, ncorner: of all
-// ranks
-void take_bonds(const Model& m, int npoint, int ncorner, State& st)
+// numbers of corners of all ranks among what bonds tie, behind the nodes, become corners that are here, or -1
+void take_corners(int nnode, const IntVec& number, IntVec& side)
 {
-  const int dim = m.dim, nnode = m.mesh.nnode();
+  IntVec order(number.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::sort(order.begin(), order.end(), [&](int a, int b) { return number[a] < number[b]; });
+  for (int& k : side) {
+    if (k < nnode) continue;
+    const auto at = std::lower_bound(order.begin(), order.end(), k - nnode,
+                                     [&](int c, int value) { return number[c] < value; });
+    k = at != order.end() && number[*at] == k - nnode ? nnode + *at : -1;
+  }
+}
+
+// bonds whose nodes and corners are all here, of general contact in a window those on faces of this rank, of
+// the deck's that tie elements those that bond_form makes
+void take_bonds(const Model& m, State& st)
+{
+  const int dim = m.dim;
   Bonds& b = st.bonds;
-  IntVec corner(ncorner, -1);  // where corners of all ranks are
-  for (int c = 0; c < st.points.ncorner; ++c) corner[st.points.part.corner[c]] = nnode + c;
-  for (int& k : b.a.item)
-    if (k >= nnode) k = k - nnode < ncorner ? corner[k - nnode] : -1;
+  take_corners(m.mesh.nnode(), st.points.part.corner, b.a.item);
   IntVec face;
-  take_skin(st.points, npoint, b, face);
+  take_skin(st.points, b, face);
   for (IntVec* x : {&b.skin_of, &b.met})
     for (int& i : *x)
-      if (i >= 0) i = face[i] >= 0 ? face[i] : NOT_HERE;
+      if (i >= 0) i = face[i];
   const auto is_own = [&](int i) {
     return i == -1 || (i >= 0 && (!m.part.window || point_skin_counts(m, st.points, b.skin[i])));
   };
@@ -210,10 +216,8 @@ void take_bonds(const Model& m, int npoint, int ncorner, State& st)
   b.X = picked(list, 3, b.X);
   for (RealVec* x : {&b.normal, &st.n.slip, &st.n.lambda}) *x = picked(list, dim, *x);
   if (!st.laid.xb.empty()) st.laid.xb = picked(list, dim, st.laid.xb);
-  const int of_deck = b.nfixed;
-  b.nfixed = static_cast<int>(std::lower_bound(list.begin(), list.end(), of_deck) - list.begin());
-  b.name.clear();
-  for (int q : list) b.name.push_back(q - of_deck);
+  b.name   = picked(list, 1, b.name);
+  b.nfixed = static_cast<int>(std::lower_bound(list.begin(), list.end(), b.nfixed) - list.begin());
 }
 
 }  // namespace
@@ -228,7 +232,7 @@ bool frac_take(const Model& m, const FracMesh& fm, const Points& begin, State& s
   const auto is_def = [&](int d) { return d >= 0 && d < static_cast<int>(m.bond.size()); };
   if (!lengths_fit(m.dim, st) || !std::all_of(st.bonds.def.begin(), st.bonds.def.end(), is_def)) return false;
   if (fr.nconverted == 0) {
-    take_bonds(m, begin.part.npoint, begin.part.ncorner, st);
+    take_bonds(m, st);
     return true;
   }
   Points known = begin;
@@ -250,6 +254,6 @@ bool frac_take(const Model& m, const FracMesh& fm, const Points& begin, State& s
     return false;
   std::swap(fr.left, left);
   take_points(m.dim, known, point, corner, st);
-  take_bonds(m, known.part.npoint, known.part.ncorner, st);
+  take_bonds(m, st);
   return true;
 }

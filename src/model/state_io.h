@@ -1,9 +1,9 @@
 // ---------------------------------------------------------------------------
 // state_io.h : the state to and from an archive: one list of fields a struct
 //
-// of_nodes, of_elems, of_gauss, of_points, of_corners, DividedLists: a divided model holds the part of this
-// rank, the file the whole. What names elements, nodes, points or corners by index is not translated here:
-// releasing is by out_restart, others by state_to_deck and state_bring.
+// of_nodes, of_elems, of_gauss, of_points, of_corners, of_bonds, DividedLists: a divided model holds the part
+// of this rank, the file the whole. What names elements, nodes, points, corners or faces by index is not
+// translated here: releasing is by out_restart, others by state_to_deck, state_bring and state_find_faces.
 // ---------------------------------------------------------------------------
 #ifndef MPFE_MODEL_STATE_IO_H
 #define MPFE_MODEL_STATE_IO_H
@@ -11,11 +11,10 @@
 #include "model/model_io.h"
 #include "model/state_window.h"
 
-inline void io(Archive& f, SkinFace& x)
-{
-  auto& [elem, face, points] = x;
-  io_all(f, elem, face, points);
-}
+// faces go as they are, since arrays of them are divided
+template <>
+inline constexpr bool is_plain<SkinFace> = true;
+static_assert(sizeof(SkinFace) == 3 * sizeof(int), "a gap between the fields would be saved");
 
 // Lists of points or corners, and what their items are
 struct DividedLists {
@@ -64,12 +63,45 @@ inline void io(Archive& f, Points& x)
          Divided<double>{hang_w, PER_HANG, skip}, of_corners(hangs), of_corners(apart));
 }
 
+// Side A of bonds as numbers: the last one of each list is -1 - item
+inline IntVec list_numbers(const ListTable& x)
+{
+  IntVec number = x.item;
+  for (int i = 0; i < x.size(); ++i)
+    if (x.count(i) > 0) number[x.off[i + 1] - 1] = -1 - number[x.off[i + 1] - 1];
+  return number;
+}
+
+inline void number_lists(IntVec& number, ListTable& x)
+{
+  x.off.assign(1, 0);
+  x.item.swap(number);
+  for (std::size_t i = 0; i < x.item.size(); ++i) {
+    if (x.item[i] >= 0) continue;
+    x.item[i] = -1 - x.item[i];
+    x.off.push_back(static_cast<int>(i) + 1);
+  }
+}
+
+// First what tells a rank of a divided model which bonds it takes: what they tie, faces of general contact
+inline void io_outline(Archive& f, const Points& p, Bonds& x)
+{
+  io_all(f, x.nbond, x.nfixed);
+  if (f.reading && f.part) return state_read_bonds(f, p, x);
+  IntVec side = list_numbers(x.a);
+  io_all(f, Divided<SkinFace>{x.skin, PER_SKIN}, Divided<int>{side, PER_SIDE});
+  if (f.reading) number_lists(side, x.a);
+}
+
 inline void io(Archive& f, Bonds& x)
 {
   auto& [nbond, nfixed, a, a_w, def, field, area, X, normal, cn, ct, offset, initial_penetration,
          intermediate, friction, skin, skin_of, met, skin_penalty, rank, name, halo, nall] = x;
-  io_all(f, nbond, nfixed, a, a_w, def, field, area, X, normal, cn, ct, offset, initial_penetration,
-         intermediate, friction, skin, skin_of, met, skin_penalty);
+  io_all(f, Divided<double>{a_w, PER_SIDE}, of_bonds(def), of_bonds(field), of_bonds(area), of_bonds(X),
+         of_bonds(normal), of_bonds(cn), of_bonds(ct), of_bonds(offset), of_bonds(initial_penetration),
+         of_bonds(intermediate), of_bonds(friction), of_bonds(skin_of), of_bonds(met),
+         Divided<double>{skin_penalty, PER_SKIN});
+  if (f.reading && f.part) state_find_faces(f, x);
 }
 
 inline void io(Archive& f, Fracture& x)
@@ -84,8 +116,8 @@ inline void io(Archive& f, Fracture& x)
 inline void io(Archive& f, Level& x)
 {
   auto& [time, u, v, a, uc, vc, slip, lambda, lambda_n, he, hp, degr] = x;
-  io_all(f, time, of_nodes(u), of_nodes(v), of_nodes(a), of_corners(uc), of_corners(vc), slip, lambda,
-         lambda_n, of_gauss(he), of_points(hp), of_elems(degr));
+  io_all(f, time, of_nodes(u), of_nodes(v), of_nodes(a), of_corners(uc), of_corners(vc),
+         of_bonds(slip), of_bonds(lambda), of_bonds(lambda_n), of_gauss(he), of_points(hp), of_elems(degr));
 }
 
 inline void io(Archive& f, Ledger& x)
@@ -143,7 +175,7 @@ inline void io(Archive& f, ErosionLog& x)
 
 inline void io(Archive& f, GridLaid& x)
 {
-  io_all(f, of_corners(x.uc), x.xb);
+  io_all(f, of_corners(x.uc), of_bonds(x.xb));
 }
 
 // between increments: the level n+1 is that of n. First the division, which rank 0 reads alone to divide a
@@ -156,6 +188,7 @@ inline void io(Archive& f, State& x)
   io_outline(f, points);
   io(f, frac);
   if (state_takes(f)) state_find_corners(f, x);
+  io_outline(f, points, bonds);
   io_all(f, points, n, bonds, of_nodes(rf), contact, grid_rf, of_nodes(rate), ledger, eroded, clock, laid,
          work, log);
   io_point_ranks(f, division);

@@ -5,67 +5,11 @@
 #include <utility>
 
 #include "base/comm.h"
+#include "base/key_number.h"
 #include "base/picked.h"
-#include "model/model_io.h"
+#include "model/state_io.h"
 
 namespace {
-
-// Items of all ranks on rank 0, in the order of their names, each once; of one that several bring, they bring
-// the same. Collective, as all below.
-struct Joiner {
-  IntVec item;                 // that this rank brings
-  IntVec place;                // rank 0: of each that comes, rank after rank
-  std::size_t count = 0;       // rank 0: of them
-  Joiner(IntVec brings, const std::vector<long>& name);
-
-  // numbers of the items, D for each
-  template <class T>
-  std::vector<T> join(const std::vector<T>& x, int D) const
-  {
-    std::vector<T> out(count * static_cast<std::size_t>(D));
-    std::size_t k = 0;
-    for (const std::vector<T>& part : comm_gather(picked(item, D, x)))
-      for (std::size_t at = 0; at < part.size(); at += D, ++k)
-        std::copy_n(&part[at], D, &out[place[k] * static_cast<std::size_t>(D)]);
-    return out;
-  }
-
-  // numbers of lists with off [n+1], D for each of their items; off of all: of those on rank 0
-  template <class T>
-  std::vector<T> join_lists(const std::vector<T>& x, const IntVec& off, int D, IntVec& off_of_all) const
-  {
-    IntVec length(off.size() - 1);
-    for (std::size_t i = 0; i < length.size(); ++i) length[i] = off[i + 1] - off[i];
-    length = join(length, 1);
-    off_of_all.assign(1, 0);
-    for (int n : length) off_of_all.push_back(off_of_all.back() + n);
-    std::vector<T> out(off_of_all.back() * static_cast<std::size_t>(D));
-    std::size_t k = 0;
-    for (const std::vector<T>& part : comm_gather(picked(item, off, D, x)))
-      for (std::size_t at = 0; at < part.size(); ++k) {
-        const std::size_t n = length[place[k]] * static_cast<std::size_t>(D);
-        std::copy_n(part.begin() + static_cast<long>(at), n,
-                    out.begin() + static_cast<long>(off_of_all[place[k]]) * D);
-        at += n;
-      }
-    return out;
-  }
-};
-
-Joiner::Joiner(IntVec brings, const std::vector<long>& name) : item(std::move(brings))
-{
-  std::vector<long> own, all;
-  for (int i : item) own.push_back(name[i]);
-  for (const std::vector<long>& part : comm_gather(own)) all.insert(all.end(), part.begin(), part.end());
-  IntVec order(all.size());
-  std::iota(order.begin(), order.end(), 0);
-  std::sort(order.begin(), order.end(), [&](int a, int b) { return all[a] < all[b]; });
-  place.resize(all.size());
-  for (std::size_t k = 0; k < order.size(); ++k) {
-    count += k == 0 || all[order[k]] != all[order[k - 1]];
-    place[order[k]] = static_cast<int>(count) - 1;
-  }
-}
 
 // places of lists with n[i] numbers
 template <class Count>
@@ -126,57 +70,11 @@ std::vector<long> skin_names(const IntVec& point, const std::vector<SkinFace>& s
   return name;
 }
 
-// Faces of general contact of this rank, and what bonds say of them
-void join_skin(const MeshPart& mesh, const Joiner& of_bonds, const Points& p, const Bonds& b, Bonds& all)
+// does this rank bring a face of general contact?
+bool brings_face(const MeshPart& mesh, const Points& p, const SkinFace& f)
 {
-  const std::vector<long> name = skin_names(p.part.point, b.skin);
-  IntVec own, face;
-  for (std::size_t i = 0; i < b.skin.size(); ++i) {
-    const SkinFace& f = b.skin[i];
-    const int e = f.element(p);
-    if (e < 0 ? p.part.rank[f.elem] == comm_rank() : mesh.works(mesh.elem_here(e)))
-      own.push_back(static_cast<int>(i));
-    face.insert(face.end(), {f.points ? p.part.point[f.elem] : f.elem, f.face, f.points});
-  }
-  const Joiner of_skin(own, name);
-  const std::vector<long> known = of_skin.join(name, 1);
-  face = of_skin.join(face, 3);
-  for (std::size_t i = 0; i < face.size(); i += 3) all.skin.push_back({face[i], face[i + 1], face[i + 2]});
-  all.skin_penalty = of_skin.join(b.skin_penalty, 1);
-  const auto join_places = [&](const IntVec& skin_of) {        // what is no face stays as it is
-    std::vector<long> named;
-    for (int i : skin_of) named.push_back(i < 0 ? i : name[i]);
-    IntVec place;
-    for (long n : of_bonds.join(named, 1))
-      place.push_back(static_cast<int>(
-          n < 0 ? n : std::lower_bound(known.begin(), known.end(), n) - known.begin()));
-    return place;
-  };
-  all.skin_of = join_places(b.skin_of);
-  all.met     = join_places(b.met);
-}
-
-void join_bonds(const Joiner& j, int dim, const Bonds& b, Bonds& all)
-{
-  all.nbond         = static_cast<int>(j.count);
-  IntVec of_deck(b.nbond, 0);
-  std::fill_n(of_deck.begin(), b.nfixed, 1);
-  of_deck           = j.join(of_deck, 1);
-  all.nfixed        = static_cast<int>(std::count(of_deck.begin(), of_deck.end(), 1));
-  all.a.item        = j.join_lists(b.a.item, b.a.off, 1, all.a.off);
-  IntVec off;
-  all.a_w           = j.join_lists(b.a_w, b.a.off, 1, off);
-  all.def           = j.join(b.def, 1);
-  all.field         = j.join(b.field, 1);
-  all.area          = j.join(b.area, 1);
-  all.X             = j.join(b.X, 3);
-  all.normal        = j.join(b.normal, dim);
-  all.cn            = j.join(b.cn, 1);
-  all.ct            = j.join(b.ct, 1);
-  all.offset        = j.join(b.offset, 1);
-  all.initial_penetration = j.join(b.initial_penetration, 1);
-  all.intermediate  = j.join(b.intermediate, 1);
-  all.friction      = j.join(b.friction, 1);
+  const int e = f.element(p);
+  return e < 0 ? p.part.rank[f.elem] == comm_rank() : mesh.works(mesh.elem_here(e));
 }
 
 // Corners that this rank brings, ascending by their numbers: of the points that it brings, and those that
@@ -247,44 +145,61 @@ IntVec join_converted(const Model& m, const IntVec& converted, const IntVec& her
   return list;
 }
 
-}  // namespace
-
-void state_swap(WindowState& kept, State& s)
+// What is here of things with these names, and what of it this rank brings, by the names
+//   out  number   of each among those that the ranks bring, ascending with the names; -1: none brings it
+ArchivePart named_part(const std::vector<long>& name, const std::vector<char>& brings, IntVec& number)
 {
-  std::swap(kept.bonds, s.bonds);
-  std::swap(kept.laid, s.laid);
-  s.n.slip.swap(kept.slip);
-  s.n.lambda.swap(kept.lambda);
-  s.n.lambda_n.swap(kept.lambda_n);
-  if (!kept.in_parts) return;
-  std::swap(kept.points, s.points);
-  std::swap(kept.converted, s.frac.converted);
-  std::swap(kept.released, s.frac.released);
-  std::swap(kept.released_at, s.frac.released_at);
-  std::swap(kept.left, s.frac.left);
-  s.n.uc.swap(kept.uc);
-  s.n.vc.swap(kept.vc);
-  s.n.hp.swap(kept.hp);
-  s.division.point.swap(kept.rank);
+  ArchivePart part;
+  std::vector<long> own;
+  for (std::size_t i = 0; i < name.size(); ++i)
+    if (brings[i]) own.push_back(name[i]);
+  number = key_numbers(own, name, part.whole);
+  part.at.resize(name.size());
+  std::iota(part.at.begin(), part.at.end(), 0);
+  std::sort(part.at.begin(), part.at.end(), [&](int i, int j) { return number[i] < number[j]; });
+  part.item   = picked(part.at, 1, number);
+  part.brings = picked(part.at, 1, brings);
+  return part;
 }
 
-namespace {
-
-// bonds of all ranks on rank 0, and what a level and the grid say of them
-//   in   p   points of kept
-void bring_bonds(const Model& m, const Points& p, const WindowState& kept, bool laid, State& s)
+// faces of general contact, and what bonds say of them
+//   in   p   points of this rank
+ArchivePart bring_faces(const MeshPart& mesh, const Points& p, Bonds& b)
 {
-  const Bonds& b = kept.bonds;
-  IntVec bonds;
-  for (int q = 0; q < b.nbond; ++q)
-    if (b.rank[q] == comm_rank()) bonds.push_back(q);
-  const Joiner of_bonds(bonds, b.name);
-  join_bonds(of_bonds, m.dim, b, s.bonds);
-  join_skin(m.part, of_bonds, p, b, s.bonds);
-  s.n.slip     = of_bonds.join(kept.slip, m.dim);
-  s.n.lambda   = of_bonds.join(kept.lambda, m.dim);
-  s.n.lambda_n = of_bonds.join(kept.lambda_n, 1);
-  if (laid) s.laid.xb = of_bonds.join(kept.laid.xb, m.dim);
+  std::vector<char> brings;
+  for (const SkinFace& f : b.skin) brings.push_back(brings_face(mesh, p, f));
+  IntVec number;
+  const ArchivePart part = named_part(skin_names(p.part.point, b.skin), brings, number);
+  for (SkinFace& f : b.skin)
+    if (f.points) f.elem = p.part.point[f.elem];
+  for (IntVec* list : {&b.skin_of, &b.met})
+    for (int& i : *list)
+      if (i >= 0) i = number[i];
+  return part;
+}
+
+// bonds; of those of all ranks the ones of the deck come first
+ArchivePart bring_bonds(Bonds& b)
+{
+  std::vector<char> brings;
+  for (int rank : b.rank) brings.push_back(rank == comm_rank());
+  IntVec number;
+  const ArchivePart part = named_part(b.name, brings, number);
+  int of_deck = 0;
+  for (int q = 0; q < b.nfixed; ++q) of_deck = std::max(of_deck, number[q] + 1);
+  b.nbond  = part.whole;
+  b.nfixed = comm_allreduce_max(of_deck);
+  return part;
+}
+
+// what the bonds of a part tie
+ArchivePart side_part(const ArchivePart& bonds, const ListTable& a)
+{
+  ArchivePart part = bonds;
+  part.ragged = true;
+  part.at     = picked(bonds.at, 1, a.off);
+  for (int q : bonds.at) part.units.push_back(a.count(q));
+  return part;
 }
 
 // points and corners that this rank brings, and what else says something of them
@@ -307,23 +222,55 @@ void bring_points(const Model& m, const IntVec& here, const WindowState& kept, b
   s.n.vc       = picked(corners, dim, kept.vc);
   s.n.hp       = picked(points, p.npoint ? static_cast<int>(kept.hp.size() / p.npoint) : 0, kept.hp);
   s.division.point = picked(points, s.division.handed, kept.rank);
-  if (laid) s.laid.uc = picked(corners, dim, kept.laid.uc);
+  if (laid) s.laid.uc = picked(corners, dim, kept.laid);
   s.frac.converted = join_converted(m, kept.converted, here, p);
   join_released(kept, points, s.frac);
 }
 
+void swap_points(WindowState& kept, State& s)
+{
+  std::swap(kept.points, s.points);
+  std::swap(kept.converted, s.frac.converted);
+  std::swap(kept.released, s.frac.released);
+  std::swap(kept.released_at, s.frac.released_at);
+  std::swap(kept.left, s.frac.left);
+  s.n.uc.swap(kept.uc);
+  s.n.vc.swap(kept.vc);
+  s.n.hp.swap(kept.hp);
+  s.laid.uc.swap(kept.laid);
+  s.division.point.swap(kept.rank);
+}
+
 }  // namespace
 
-void state_bring(const Model& m, WindowState& kept, State& s)
+void state_swap(WindowState& kept, State& s)
+{
+  std::swap(kept.nbond, s.bonds.nbond);
+  std::swap(kept.nfixed, s.bonds.nfixed);
+  s.bonds.skin.swap(kept.skin);
+  s.bonds.skin_of.swap(kept.skin_of);
+  s.bonds.met.swap(kept.met);
+  if (kept.in_parts) swap_points(kept, s);
+}
+
+void state_bring(const Model& m, WindowState& kept, State& s, std::vector<ArchivePart>& part)
 {
   IntVec here;                 // elements of converted
   for (int number : s.frac.converted) here.push_back(m.part.elem_here(number));
+  Bonds& b = s.bonds;
   kept.in_parts = state_in_parts(m, s);
-  state_swap(kept, s);
-  const bool laid = comm_allreduce_max(static_cast<int>(!kept.laid.uc.empty()));
-  bring_bonds(m, kept.in_parts ? kept.points : s.points, kept, laid, s);
-  if (kept.in_parts) bring_points(m, here, kept, laid, s);
-  else s.laid.uc = kept.laid.uc;
+  kept.nbond    = b.nbond;
+  kept.nfixed   = b.nfixed;
+  kept.skin     = b.skin;
+  kept.skin_of  = b.skin_of;
+  kept.met      = b.met;
+  part[PER_BOND] = bring_bonds(b);
+  part[PER_SIDE] = side_part(part[PER_BOND], b.a);
+  part[PER_SKIN] = bring_faces(m.part, s.points, b);
+  if (!kept.in_parts) return;
+  const bool laid = comm_allreduce_max(static_cast<int>(!s.laid.uc.empty()));
+  swap_points(kept, s);
+  bring_points(m, here, kept, laid, s);
 }
 
 void state_read_outline(Archive& f, Points& x)
@@ -405,4 +352,61 @@ void state_find_corners(Archive& f, State& s)
   corners       = ArchivePart();
   corners.whole = x.part.ncorner;
   corners.item  = here;
+}
+
+void state_read_bonds(Archive& f, const Points& p, Bonds& x)
+{
+  ArchivePart &bonds = f.part[PER_BOND], &side = f.part[PER_SIDE], &skin = f.part[PER_SKIN];
+  const ArchivePart &nodes = f.part[PER_NODE], &corners = f.part[PER_CORNER];
+  const auto has = [](const ArchivePart& part, int i) {
+    return part.all || std::binary_search(part.item.begin(), part.item.end(), i);
+  };
+  const int nbond = x.nbond, nfixed = x.nfixed, ncorner = corners.all ? p.ncorner : corners.whole;
+  bonds = skin = ArchivePart();
+  x = Bonds();
+  archive_each<SkinFace>(f, [&](int i, const SkinFace& face) {
+    skin.whole = i + 1;
+    if (!has(f.part[face.points ? PER_POINT : PER_ELEM], face.elem)) return;
+    skin.item.push_back(i);
+    x.skin.push_back(face);
+  });
+  bool here = true;            // all that the bond ties
+  IntVec list;
+  long items = 0;
+  archive_each<int>(f, [&](int, int number) {
+    const int k = number < 0 ? -1 - number : number;
+    f.good = f.good && k - nodes.whole < ncorner;
+    here = here && (k < nodes.whole ? has(nodes, k) : has(corners, k - nodes.whole));
+    list.push_back(k);
+    ++items;
+    if (number >= 0) return;
+    if (here) {
+      bonds.item.push_back(bonds.whole);
+      x.a.item.insert(x.a.item.end(), list.begin(), list.end());
+      x.a.off.push_back(static_cast<int>(x.a.item.size()));
+      x.name.push_back(static_cast<long>(bonds.whole) - nfixed);
+    }
+    ++bonds.whole;
+    list.clear();
+    here = true;
+  });
+  f.good = f.good && list.empty() && bonds.whole == nbond && nfixed >= 0 && nfixed <= nbond;
+  x.nbond  = static_cast<int>(bonds.item.size());
+  x.nfixed = static_cast<int>(std::lower_bound(bonds.item.begin(), bonds.item.end(), nfixed) -
+                              bonds.item.begin());
+  side = bonds;
+  side.ragged    = true;
+  side.all_units = items;
+  for (int q = 0; q < x.nbond; ++q) side.units.push_back(x.a.count(q));
+}
+
+void state_find_faces(const Archive& f, Bonds& x)
+{
+  const ArchivePart& skin = f.part[PER_SKIN];
+  for (IntVec* list : {&x.skin_of, &x.met})
+    for (int& i : *list) {
+      if (i < 0 || i >= skin.whole) continue;
+      const auto at = std::lower_bound(skin.item.begin(), skin.item.end(), i);
+      i = at != skin.item.end() && *at == i ? static_cast<int>(at - skin.item.begin()) : FACE_ELSEWHERE;
+    }
 }

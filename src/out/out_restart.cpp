@@ -40,7 +40,7 @@ static void io(Archive& f, Output& x)
 namespace {
 
 const char* const magic = "MPFE-RST";      // 8 letters
-const int format = 21;                     // of the content; changes with every change of a struct in it
+const int format = 22;                     // of the content; changes with every change of a struct in it
 
 struct FileHead {                 // in front of the content
   char magic[8];
@@ -152,10 +152,10 @@ void copy_file(const std::string& from, const std::string& path)
   else log_warn("%s cannot be read any more: %s", from.c_str(), std::strerror(errno));
 }
 
-// what the rank of a divided model has of the deck's mesh, and of points                   [ARCHIVE_KINDS]
-std::vector<ArchivePart> parts_of(const Model& m, const Points& pts)
+// what the rank of a divided model has of the deck's mesh, and of points
+//   out  part   [ARCHIVE_KINDS]
+void find_parts(const Model& m, const Points& pts, std::vector<ArchivePart>& part)
 {
-  std::vector<ArchivePart> part(ARCHIVE_KINDS);
   part[PER_NODE].whole = m.part.nnode;
   part[PER_NODE].at    = deck_order(m.part);
   for (int n : part[PER_NODE].at) {
@@ -174,14 +174,14 @@ std::vector<ArchivePart> parts_of(const Model& m, const Points& pts)
   const PointPart& own = pts.part;
   const bool all = !m.part.points && !m.part.window;
   part[PER_POINT].all = part[PER_CORNER].all = all;
-  if (all) return part;
+  if (all) return;
   part[PER_POINT].whole  = own.npoint;
   part[PER_POINT].item   = own.point;
   for (int rank : own.rank) part[PER_POINT].brings.push_back(rank == comm_rank());
   part[PER_CORNER].whole = own.ncorner;
   part[PER_CORNER].item  = own.corner;
   for (int owner : own.halo.owner) part[PER_CORNER].brings.push_back(owner == comm_rank());
-  if (pts.of_elem.empty()) return part;
+  if (pts.of_elem.empty()) return;
   for (ArchiveKind kind : {PER_CONN, PER_PAIR}) part[kind] = part[PER_POINT];
   part[PER_HANG] = part[PER_CORNER];
   for (ArchiveKind kind : {PER_CONN, PER_PAIR, PER_HANG}) part[kind].ragged = true;
@@ -191,7 +191,6 @@ std::vector<ArchivePart> parts_of(const Model& m, const Points& pts)
     part[PER_PAIR].units.push_back(pair_count(n));
   }
   for (int c = 0; c < pts.hang.size(); ++c) part[PER_HANG].units.push_back(pts.hang.count(c));
-  return part;
 }
 
 // the cells of the grid; divided model: on rank 0 those of all ranks
@@ -213,7 +212,7 @@ ActiveGrid cells_of_all(const Model& m, const ActiveGrid& grid)
 template <class Write>
 void write_whole(const Model& m, const ActiveGrid& grid, State& s, Archive& f, Write write)
 {
-  std::vector<ArchivePart> part;
+  std::vector<ArchivePart> part(ARCHIVE_KINDS);
   IntVec releasing = m.part.on ? frac_releasing(m, s.frac) : s.frac.releasing;
   if (m.part.on) s.division.elem = m.part.rank;
   state_to_deck(m.part, s);
@@ -221,8 +220,8 @@ void write_whole(const Model& m, const ActiveGrid& grid, State& s, Archive& f, W
   ActiveGrid cells = cells_of_all(m, grid);
   WindowState kept;
   if (m.part.on) {
-    state_bring(m, kept, s);
-    part   = parts_of(m, s.points);
+    state_bring(m, kept, s, part);
+    find_parts(m, s.points, part);
     f.part = part.data();
   }
   write(cells);
@@ -358,9 +357,9 @@ int continue_file(const std::string& path, long length, std::FILE*& file)
 template <class Read>
 bool read_whole(const Model& m, const Points& begin, Archive& f, Read read)
 {
-  std::vector<ArchivePart> part;
+  std::vector<ArchivePart> part(ARCHIVE_KINDS);
   if (m.part.on) {
-    part   = parts_of(m, begin);
+    find_parts(m, begin, part);
     f.part = part.data();
   }
   if (m.part.window)

@@ -13,6 +13,8 @@
 #include "model/model_cut.h"
 #include "model/model_io.h"
 #include "model/model_send.h"
+#include "model/state_io.h"
+#include "out/out.h"
 
 namespace {
 
@@ -598,6 +600,71 @@ TEST(Divided, TiesAreWithTheirElements)
   double elements = m.mesh.nelem();
   comm_sum(&elements, 1);
   EXPECT_LT(elements, n * n + 16.0 * comm_size());
+}
+
+// Through a file the bonds are those of one rank, and each rank gets what it had
+TEST(Divided, BondsPassTheArchive)
+{
+  if (comm_size() == 1) GTEST_SKIP();
+  const int n = 40;
+  const Model whole = tied_plate(n);
+  Model m;
+  if (comm_rank() == 0) m = tied_plate(n);
+  dof_part(false, {}, m);
+  ASSERT_TRUE(m.part.on);
+  m.step.resize(1);
+  m.step[0].period = m.step[0].dt = 1.0;
+  Bonds one;
+  State s;
+  ASSERT_EQ(bond_form(whole, Points(), one), 0);
+  ASSERT_EQ(bond_form(m, Points(), s.bonds), 0);
+  bond_share(m, Points(), s.bonds);
+  s.log.step = 1;
+  s.clock.dt = 1.0;
+  for (RealVec* x : {&s.n.u, &s.n.v, &s.n.a, &s.rf}) x->assign(m.mesh.nnode() * m.dim, 0.0);
+  for (int q = 0; q < s.bonds.nbond; ++q) {
+    for (int i = 0; i < m.dim; ++i) s.n.slip.push_back(s.bonds.X[3 * q + i]);
+    s.n.lambda_n.push_back(s.bonds.def[q]);
+  }
+  s.n.lambda = s.n.slip;
+  const Bonds before = s.bonds;
+  ActiveGrid grid;
+  Archive f;
+  ASSERT_TRUE(out_hold(m, s, grid, f));
+  EXPECT_EQ(s.bonds.nbond, before.nbond);
+  EXPECT_EQ(s.bonds.nfixed, before.nfixed);
+  EXPECT_EQ(s.bonds.a.item, before.a.item);
+  EXPECT_EQ(s.bonds.met, before.met);
+  if (comm_rank() == 0) {
+    const CommAlone alone;
+    Archive all = f;
+    State t;
+    io(all, t);
+    EXPECT_TRUE(all.good);
+    EXPECT_EQ(t.bonds.nbond, one.nbond);
+    EXPECT_EQ(t.bonds.nfixed, one.nfixed);
+    EXPECT_EQ(t.bonds.X, one.X);
+    EXPECT_EQ(t.bonds.def, one.def);
+    EXPECT_EQ(t.bonds.a.off, one.a.off);
+    EXPECT_EQ(t.bonds.a_w, one.a_w);
+    EXPECT_EQ(t.bonds.intermediate, one.intermediate);
+    EXPECT_EQ(t.n.lambda, t.n.slip);
+    for (int q = 0; q < one.nbond; ++q) EXPECT_EQ(t.n.slip[2 * q + 1], one.X[3 * q + 1]);
+  }
+  State t;
+  Output out;
+  out_resume(m, Elements(), FracMesh(), f, t, grid, out);
+  EXPECT_EQ(t.bonds.nbond, before.nbond);
+  EXPECT_EQ(t.bonds.nfixed, before.nfixed);
+  EXPECT_EQ(t.bonds.nall, one.nbond);
+  EXPECT_EQ(t.bonds.rank, before.rank);
+  EXPECT_EQ(t.bonds.a.off, before.a.off);
+  EXPECT_EQ(t.bonds.a.item, before.a.item);
+  EXPECT_EQ(t.bonds.area, before.area);
+  EXPECT_EQ(t.bonds.normal, before.normal);
+  EXPECT_EQ(t.n.slip, s.n.slip);
+  EXPECT_EQ(t.n.lambda_n, s.n.lambda_n);
+  EXPECT_TRUE(std::is_sorted(t.bonds.name.begin(), t.bonds.name.end()));
 }
 
 // a face of an element of unit size, its box [x, x + 1] grown by a quarter

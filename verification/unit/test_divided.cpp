@@ -4,12 +4,14 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <array>
+#include <climits>
 #include <cmath>
 #include <map>
 #include <random>
 
 #include "assem/assem.h"
 #include "assem/mass_rows.h"
+#include "base/key_number.h"
 #include "solve/solve_data.h"
 #include "samples.h"
 
@@ -232,6 +234,33 @@ TEST(Divided, FirstRankTellsOfAZeroPivot)
   EXPECT_GE(ranks, 1.0);
   EXPECT_FALSE(s.message.empty());
   solve_close(s);
+}
+
+// keys that several ranks bring count once; ranks ask for some that nobody brings, and one brings none
+TEST(Divided, NumbersOfKeys)
+{
+  std::mt19937 random(comm_rank() + 1);
+  std::vector<long> brings, asked;
+  for (int k = 0; k < 300 && comm_rank() != 1; ++k) brings.push_back(static_cast<long>(random() % 999) - 500);
+  brings.push_back(LONG_MIN + comm_rank());
+  for (int k = 0; k < 200; ++k) asked.push_back(static_cast<long>(random() % 2000) - 1000);
+  asked.push_back(LONG_MIN);
+  asked.push_back(LONG_MAX);
+  std::vector<long> known = brings;
+  comm_allgatherv(known);
+  std::sort(known.begin(), known.end());
+  known.erase(std::unique(known.begin(), known.end()), known.end());
+  int all = -1;
+  const IntVec number = key_numbers(brings, asked, all);
+  EXPECT_EQ(all, static_cast<int>(known.size()));
+  ASSERT_EQ(number.size(), asked.size());
+  for (size_t k = 0; k < asked.size(); ++k) {
+    const auto at = std::lower_bound(known.begin(), known.end(), asked[k]);
+    const bool is = at != known.end() && *at == asked[k];
+    EXPECT_EQ(number[k], is ? static_cast<int>(at - known.begin()) : -1);
+  }
+  EXPECT_EQ(key_numbers({}, {1, 2}, all), IntVec({-1, -1}));
+  EXPECT_EQ(all, 0);
 }
 
 TEST(Divided, ProductDiagonalAndCollection)

@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "base/picked.h"
 #include "frac/frac.h"
 #include "model/state_fits.h"
 #include "model/state_io.h"
@@ -108,6 +109,135 @@ TEST(Archive, DividedArraysAreThoseOfTheWhole)
   EXPECT_EQ(phase2, phase);
   EXPECT_TRUE(none2.empty());
   EXPECT_EQ(after2, 17);
+}
+
+// seven nodes and three corners of all ranks; bonds 3 and 4 are of conversion, 1 and 4 on faces of contact
+Bonds some_bonds()
+{
+  Bonds b;
+  b.nbond  = 5;
+  b.nfixed = 3;
+  b.a.off  = {0, 1, 3, 4, 6, 7};
+  b.a.item = {4, 0, 2, 6, 1 + 7, 2, 2 + 7};
+  b.a_w    = {1, 0.5, 0.25, 1, 0.125, 2, 3};
+  b.def = b.field = b.intermediate = {0, 1, 2, 3, 4};
+  b.area = b.cn = b.ct = b.offset = b.initial_penetration = b.friction = {0.5, 1.5, 2.5, 3.5, 4.5};
+  for (int i = 0; i < 15; ++i) b.X.push_back(i);
+  for (int i = 0; i < 10; ++i) b.normal.push_back(-i);
+  b.skin         = {{0, 1, 0}, {2, 0, 0}, {3, 2, 1}};
+  b.skin_penalty = {10, 11, 12};
+  b.skin_of      = {-1, 2, -1, -1, 1};
+  b.met          = {-1, 0, -1, -1, 2};
+  return b;
+}
+
+void io_bonds(Archive& f, Bonds& b, RealVec& slip)
+{
+  Points points;
+  points.ncorner = 3;
+  io_outline(f, points, b);
+  io_all(f, of_bonds(slip), b);
+}
+
+// a rank writes what it has in its own order, and what nobody brings (number -1) stays away
+TEST(Archive, BondsOfARankAreWrittenInTheOrderOfAll)
+{
+  Bonds all = some_bonds(), b;
+  RealVec slip_all(10), slip;
+  for (int i = 0; i < 10; ++i) slip_all[i] = i;
+  const IntVec order = {3, 0, 4, 2, 1, 0};             // the last one is another rank's
+  b.nbond  = all.nbond;
+  b.nfixed = all.nfixed;
+  b.a      = picked(order, all.a);
+  b.a_w    = picked(order, all.a.off, 1, all.a_w);
+  for (IntVec Bonds::* x : {&Bonds::def, &Bonds::field, &Bonds::intermediate, &Bonds::skin_of, &Bonds::met})
+    b.*x = picked(order, 1, all.*x);
+  for (RealVec Bonds::* x :
+       {&Bonds::area, &Bonds::cn, &Bonds::ct, &Bonds::offset, &Bonds::initial_penetration, &Bonds::friction})
+    b.*x = picked(order, 1, all.*x);
+  b.X      = picked(order, 3, all.X);
+  b.normal = picked(order, 2, all.normal);
+  slip     = picked(order, 2, slip_all);
+  b.skin         = {all.skin[2], all.skin[0], all.skin[1]};
+  b.skin_penalty = {12, 10, 11};
+  b.area[5] = slip[10] = -1;
+  ArchivePart part[ARCHIVE_KINDS];
+  part[PER_BOND].whole  = 5;
+  part[PER_BOND].item   = {-1, 0, 1, 2, 3, 4};
+  part[PER_BOND].at     = {5, 1, 4, 3, 0, 2};
+  part[PER_BOND].brings = {0, 1, 1, 1, 1, 1};
+  part[PER_SIDE]        = part[PER_BOND];
+  part[PER_SIDE].ragged = true;
+  part[PER_SIDE].at     = picked(part[PER_BOND].at, 1, b.a.off);
+  for (int q : part[PER_BOND].at) part[PER_SIDE].units.push_back(b.a.count(q));
+  part[PER_SKIN].whole  = 3;
+  part[PER_SKIN].item   = {0, 1, 2};
+  part[PER_SKIN].at     = {1, 2, 0};
+  Archive f, whole;
+  f.part = part;
+  io_bonds(f, b, slip);
+  io_bonds(whole, all, slip_all);
+  EXPECT_TRUE(f.bytes == whole.bytes);
+}
+
+// a rank reads the bonds that tie only what it has, and the faces of its elements and points; a file with bonds
+// that no rank takes is no good
+TEST(Archive, BondsOfARankAreThoseOfItsNodes)
+{
+  Bonds all = some_bonds(), b;
+  RealVec slip_all(10), slip;
+  for (int i = 0; i < 10; ++i) slip_all[i] = i;
+  Archive whole;
+  io_bonds(whole, all, slip_all);
+  ArchivePart part[ARCHIVE_KINDS];
+  part[PER_NODE].whole   = 7;
+  part[PER_NODE].item    = {0, 2, 5};
+  part[PER_CORNER].whole = 3;
+  part[PER_CORNER].item  = {1, 2};
+  part[PER_ELEM].item    = {1, 2};
+  part[PER_POINT].item   = {3};
+  Archive f;
+  f.reading = f.filed = true;
+  f.part = part;
+  f.file = std::tmpfile();
+  ASSERT_TRUE(f.file);
+  f.size = whole.bytes.size();
+  std::fwrite(whole.bytes.data(), 1, whole.bytes.size(), f.file);
+  Points points;
+  points.ncorner = 3;
+  io_outline(f, points, b);
+  io(f, of_bonds(slip));
+  EXPECT_TRUE(f.good);
+  io(f, b);
+  EXPECT_FALSE(f.good);
+  std::fclose(f.file);
+  b.skin_of = {2, -1, 1};
+  b.met     = {0, -1, 2};
+  state_find_faces(f, b);
+  EXPECT_EQ(b.nbond, 3);
+  EXPECT_EQ(b.nfixed, 1);
+  EXPECT_EQ(b.name, (std::vector<long>{-2, 0, 1}));
+  EXPECT_EQ(b.a.off, (IntVec{0, 2, 4, 5}));
+  EXPECT_EQ(b.a.item, (IntVec{0, 2, 8, 2, 9}));
+  EXPECT_EQ(slip, (RealVec{2, 3, 6, 7, 8, 9}));
+  EXPECT_EQ(b.skin.size(), 2u);
+  EXPECT_EQ(b.skin_of, (IntVec{1, -1, 0}));
+  EXPECT_EQ(b.met, (IntVec{FACE_ELSEWHERE, -1, 1}));
+
+  Bonds damaged = some_bonds();                        // a node that the deck has not; a number of bonds
+  damaged.a.item[0] = 10;
+  for (int more : {0, 1}) {
+    damaged.nbond += more;
+    Archive bytes, g;
+    io_bonds(bytes, damaged, slip_all);
+    g.reading = true;
+    g.bytes   = bytes.bytes;
+    g.part    = part;
+    Bonds back;
+    io_outline(g, Points(), back);
+    EXPECT_FALSE(g.good) << more;
+    damaged.a.item[0] = 4;
+  }
 }
 
 TEST(Archive, AStateThatDoesNotFitTheModelIsSeen)
