@@ -265,7 +265,9 @@ std::string explain_here(const Problem& p, const Failure& f, const std::string& 
 // does this rank know more of the failure than others?
 bool knows(const Problem& p, const Failure& f)
 {
-  if (f.status == SOLVER_SINGULAR || f.status == SOLVER_FAILED) return p.newton.solver.zero_equation >= 0;
+  const int equation = p.newton.solver.zero_equation;        // behind those of this rank: of another one
+  if (f.status == SOLVER_SINGULAR || f.status == SOLVER_FAILED)
+    return equation >= 0 && equation < p.dofs.neq();
   return f.index >= 0;
 }
 
