@@ -12,9 +12,8 @@
 extern const double bond_alpha, contact_alpha;
 
 // bond_form : bonds of all definitions at t = 0: at the nodes of the surface and between them, tributary
-// areas, normals, penalties. Of those that tie a surface a rank has the ones at nodes or corners of its
-// elements and points (bond_own), with their whole area. Returns the number of errors (messages in the log).
-// Collective.
+// areas, normals, penalties. A rank has those at nodes or corners of its elements and points (bond_own), with
+// their whole area. Returns the number of errors (messages in the log). Collective.
 int bond_form(const Model& m, const Points& pts, Bonds& bonds);
 
 // bond_own : [nodes, then corners] 1: elements that this rank works on have it, or points from the start

@@ -6,7 +6,6 @@
 #include "base/comm.h"
 #include "base/log.h"
 #include "bond/bond.h"
-#include "model/model_cut.h"
 #include "point/point.h"
 #include "shape/face.h"
 
@@ -149,7 +148,8 @@ struct Former {
   int first;                   // first bond of the definition
   std::map<BondKey, int> known;
   long name = NO_NAME;         // of the next place on a face (Bonds::name)
-  // nodes and corners of which a place must hang on one (bond_own); null: any place will do
+  // nodes and corners of which a place must hang on one (bond_own), one inside a face on its own; null: any
+  // place will do
   const std::vector<char>* own = nullptr;
 };
 
@@ -224,6 +224,8 @@ int sample_parts(const Model& m, const BondDef& d)
 void form_inside(Former& f, const FaceNodes& face, int field, double penalty)
 {
   const double thickness = f.m.dim == 2 ? face.thickness : 1.0;
+  const auto wanted      = [&](int kin) { return (*f.own)[kin]; };
+  if (f.own && std::none_of(face.kin, face.kin + face.n, wanted)) return;
   for (const FaceSample& s : face_samples(face.n, face.X, sample_parts(f.m, f.m.bond[f.def]))) {
     for (int k = 0; k < face.n; ++k) {
       f.b.a.item.push_back(face.kin[k]);
@@ -320,18 +322,22 @@ int outside_grid(const Model& m, const BondDef& d, const Bonds& bonds, int first
   return 0;
 }
 
-// sum of the area vectors of a surface at t = 0, and in area the sum of their lengths
+// sum of the area vectors of a surface at t = 0, and in area the sum of their lengths. Collective
 void area_vector(const Model& m, const Points& pts, int surface, double* sum, double& area)
 {
   const Surface& s = m.surface[surface];
   area = sum[0] = sum[1] = sum[2] = 0.0;
   for (const Face& f : s.body >= 0 ? pts.surface[surface] : s.face) {
+    if (s.body >= 0 ? pts.part.on && pts.part.rank[f.elem] != comm_rank() : !m.part.works(f.elem)) continue;
     const FaceNodes face = face_nodes(m, pts, s.body, f);
     const double centre[2] = {face.n == 3 ? 1.0 / 3 : 0.0, face.n == 3 ? 1.0 / 3 : 0.0};
     double n[3];
     area += face_area(face.n, face.X, centre, n);
     for (int i = 0; i < 3; ++i) sum[i] += n[i];
   }
+  if (!m.part.on) return;
+  comm_sum(&area, 1);
+  comm_sum(sum, 3);
 }
 
 // two nearly plane surfaces that face the same way cannot meet: one of them is the wrong side
@@ -377,7 +383,7 @@ int bond_form(const Model& m, const Points& pts, Bonds& bonds)
                       : def.kind == BOND_GROUND ? SIDE_GROUND
                                                 : m.body[def.body].field;
     Former f{m, bonds, static_cast<int>(d), first, {}};
-    if (m.part.on && model_ties(def)) f.own = &own;
+    if (m.part.on) f.own = &own;
     const std::vector<Face>& list = s.body >= 0 ? pts.surface[def.surface] : s.face;
     for (size_t k = 0; k < list.size(); ++k) {
       const long at        = s.member.empty() ? static_cast<long>(k) : s.member[k].at;
@@ -647,7 +653,7 @@ IntVec bond_rebuild(const Model& m, const Points& pts, const std::vector<BondFac
     finish(f, first);
   }
   for (size_t d = 0; d < m.bond.size(); ++d) {       // slave surfaces go on as faces of points
-    if (!has_slave_elements(m, m.bond[d])) continue;
+    if (!has_slave_elements(m, m.bond[d]) || !m.bond[d].held) continue;
     const int first = b.nbond;
     Former f{m, b, static_cast<int>(d), first, {}};
     for (const Face& s : pts.surface[m.bond[d].surface]) {

@@ -24,7 +24,7 @@ struct ContactPairs {
   RealVec penalty, friction, stick;
   IntVec face;                 // [nbond] general contact: index into Bonds::skin of what is met, -1: none
   IntVec wall;                 // [nbond] general contact: *GRID BOUNDARY that is met, -1: none
-  int near = 0;                // bonds that meet a face; general contact in a window: the most of a rank
+  int near = 0;                // bonds that meet a face; several ranks: the most of one
   int searched = 0, skipped = 0;    // definitions; skipped: the boxes of their surfaces are apart
 };
 
@@ -56,7 +56,7 @@ std::vector<ContactWall> contact_walls(const Model& m);
 struct ContactScene;
 
 // contact_search : nearest master face of every place within reach; bodies apart cost their boxes only.
-// Collective with MeshPart::window.
+// Collective.
 //   in   xb [nbond*dim] places of side A at t(n);  u, uc displacements of nodes and corners;
 //        scene  near faces of general contact, of scene_update
 void contact_search(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& u,

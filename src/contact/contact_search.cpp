@@ -71,22 +71,40 @@ void master_faces(const Model& m, const Points& pts, int surface, bool at_start,
   for (const Face& f : pts.surface[surface]) faces.push_back(master_face(m, pts, true, f, u, uc));
 }
 
-// Bonds first ... last-1 of one definition. The boxes of both surfaces come first: bodies apart end here.
-// Returns whether they are.
-bool search_pair(const Model& m, const Points& pts, const Bonds& bonds, int first, int last, bool at_start,
-                 const RealVec& u, const RealVec& uc, const RealVec& xb, ContactPairs& pairs)
+// boxes of the places of each definition; of_all: of all ranks, collective
+std::vector<Box> slave_boxes(const Model& m, const Bonds& bonds, const RealVec& xb, bool of_all)
+{
+  std::vector<Box> box(m.bond.size());
+  for (int b = 0; b < bonds.nbond; ++b) box[bonds.def[b]].add(&xb[b * m.dim], &xb[b * m.dim], m.dim);
+  if (!m.part.on || !of_all) return box;
+  RealVec ends;
+  for (const Box& b : box)
+    for (int i = 0; i < 3; ++i) ends.insert(ends.end(), {-b.lo[i], b.hi[i]});
+  comm_max(ends.data(), static_cast<long>(ends.size()));
+  for (size_t d = 0; d < box.size(); ++d)
+    for (int i = 0; i < 3; ++i) {
+      box[d].lo[i] = -ends[6 * d + 2 * i];
+      box[d].hi[i] = ends[6 * d + 2 * i + 1];
+    }
+  return box;
+}
+
+// Bonds first ... last-1 of one definition, slave_box around them, of all ranks. The boxes of both surfaces
+// come first: bodies apart end here. Returns whether they are.
+bool search_pair(const Model& m, const Points& pts, const Bonds& bonds, int first, int last,
+                 const Box& slave_box, bool at_start, const RealVec& u, const RealVec& uc, const RealVec& xb,
+                 ContactPairs& pairs)
 {
   const int dim = m.dim, master = m.bond[bonds.def[first]].master;
   std::vector<MasterFace> faces;
   std::vector<Hit> hits;
-  Box slave_box, master_box;
+  Box master_box;
   double reach = 0.0;
   master_faces(m, pts, master, at_start, u, uc, faces);
   for (const MasterFace& f : faces) {
     reach = std::max(reach, f.size);
     master_box.add(f.lo, f.hi, dim);
   }
-  for (int b = first; b < last; ++b) slave_box.add(&xb[b * dim], &xb[b * dim], dim);
   const bool apart = slave_box.apart(master_box, reach, dim);
   for (int b = first; b < last; ++b) {
     Box place;
@@ -282,7 +300,7 @@ void search_general(GeneralSearch& g, int first, int last, ContactPairs& pairs)
 //   state   [bond] 0: no places here, 1: the surfaces are apart, 2: searched
 void count_searches(const Model& m, RealVec state, ContactPairs& pairs)
 {
-  if (m.part.window) {         // else all ranks have found the same
+  if (m.part.on) {
     state.push_back(pairs.near);
     comm_max(state.data(), static_cast<long>(state.size()));
     pairs.near = static_cast<int>(state.back());
@@ -292,7 +310,7 @@ void count_searches(const Model& m, RealVec state, ContactPairs& pairs)
   pairs.searched = std::count(state.begin(), state.end(), 2.0);
 }
 
-// scene: null: not of general contact, and places are not counted. Else collective with MeshPart::window
+// scene: null: not of general contact, and places are not counted. Else collective
 void search(const Model& m, const Points& pts, const Bonds& bonds, bool at_start, const RealVec& u,
             const RealVec& uc, const RealVec& xb, const ContactScene* scene, ContactPairs& pairs)
 {
@@ -303,15 +321,17 @@ void search(const Model& m, const Points& pts, const Bonds& bonds, bool at_start
   RealVec state(m.bond.size(), 0.0);
   const int all = model_general_contact(m);
   if (all >= 0 && scene) state[all] = scene->near.item.empty() ? 1.0 : 2.0;
+  const std::vector<Box> box = slave_boxes(m, bonds, xb, scene != nullptr);
   for (int first = 0, last; first < bonds.nbond; first = last) {       // bonds of a definition stand together
     for (last = first; last < bonds.nbond && bonds.def[last] == bonds.def[first]; ++last) {}
     const bool general = !bonds.skin.empty() && bonds.skin_of[first] >= 0;
     if (general && scene) {
       GeneralSearch g{m, pts, bonds, u, uc, xb, *scene, {}, contact_walls(m)};
       search_general(g, first, last, pairs);
-    } else if (!general && bonds.field[first] == SIDE_CONTACT && m.bond[bonds.def[first]].held) {
-      const bool apart = search_pair(m, pts, bonds, first, last, at_start, u, uc, xb, pairs);
-      double& s = state[bonds.def[first]];
+    } else if (!general && bonds.field[first] == SIDE_CONTACT) {
+      const int d      = bonds.def[first];
+      const bool apart = search_pair(m, pts, bonds, first, last, box[d], at_start, u, uc, xb, pairs);
+      double& s = state[d];
       s = std::max(s, apart ? 1.0 : 2.0);
     } else {
       pairs.master.off.insert(pairs.master.off.end(), last - first,

@@ -11,7 +11,8 @@ namespace {
 
 struct Overlap {               // of one definition at the start
   int count = 0;               // places that overlap
-  double gap = 0.0, x[3] = {0, 0, 0};  // of the deepest
+  double gap = 0.0, x[3] = {0, 0, 0};  // of the deepest, the first one
+  long name = 0;
 };
 
 Overlap find_overlap(const Model& m, const Bonds& bonds, const ContactPairs& pairs, const RealVec& xb,
@@ -24,6 +25,7 @@ Overlap find_overlap(const Model& m, const Bonds& bonds, const ContactPairs& pai
     ++o.count;
     if (pairs.gap[b] >= o.gap) continue;
     o.gap = pairs.gap[b];
+    if (bonds.halo.on()) o.name = bonds.name[b];
     std::copy_n(&xb[b * m.dim], m.dim, o.x);
   }
   if (!bonds.halo.on()) return o;
@@ -32,7 +34,7 @@ Overlap find_overlap(const Model& m, const Bonds& bonds, const ContactPairs& pai
   o = Overlap();
   for (const Overlap& r : all) {
     const int count = o.count + r.count;
-    if (r.gap < o.gap) o = r;
+    if (r.gap < o.gap || (r.gap == o.gap && r.name < o.name)) o = r;
     o.count = count;
   }
   return o;

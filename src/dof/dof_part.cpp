@@ -85,15 +85,15 @@ std::vector<IntVec> around_bodies(const Model& m, const IntVec& rank)
   return out;
 }
 
-// Elements of others with a face that is tied and has a node of the elements of each rank: so it knows all
-// such faces at its nodes
-std::vector<IntVec> around_ties(const Model& m, const IntVec& rank)
+// Elements of others with a face at side A of bonds or contact pairs, which has a node of the elements of
+// each rank: so it knows all such faces at its nodes
+std::vector<IntVec> around_bonds(const Model& m, const IntVec& rank)
 {
   const Mesh& mesh = m.mesh;
   std::vector<IntVec> out(comm_size());
   const ListTable at = gather_lists(mesh.nnode(), [&](auto use) {
     for (const BondDef& d : m.bond) {
-      if (!model_ties(d)) continue;
+      if (d.surface < 0) continue;
       for (const Face& f : m.surface[d.surface].face) {
         const ShapeInfo& info = shape_info[elem_table[mesh.elem_type[f.elem]].shape];
         const int* node       = mesh.conn.begin(f.elem);
@@ -103,20 +103,15 @@ std::vector<IntVec> around_ties(const Model& m, const IntVec& rank)
   });
   for (int e = 0; e < mesh.nelem() && !at.item.empty(); ++e)
     for (int k = mesh.conn.off[e]; k < mesh.conn.off[e + 1]; ++k)
-      for (const int* tied = at.begin(mesh.conn.item[k]); tied != at.begin(mesh.conn.item[k] + 1); ++tied)
-        if (rank[*tied] != rank[e]) out[rank[e]].push_back(*tied);
+      for (const int* b = at.begin(mesh.conn.item[k]); b != at.begin(mesh.conn.item[k] + 1); ++b)
+        if (rank[*b] != rank[e]) out[rank[e]].push_back(*b);
   return out;
 }
 
-// Elements that all ranks have: at surfaces of contact pairs, and of general contact where all ranks know
-// outer faces
+// Elements that all ranks have: those with outer faces, for general contact where all ranks know them
 IntVec elements_of_all(const Model& m)
 {
   IntVec all;
-  const IntVec surface = model_bonded_surfaces(m, false, !m.part.window);
-  for (std::size_t s = 0; s < surface.size(); ++s)
-    if (surface[s])
-      for (const Face& f : m.surface[s].face) all.push_back(f.elem);
   for (const Face& f : m.part.skin)
     if (!m.part.window) all.push_back(f.elem);
   return all;
@@ -152,15 +147,8 @@ OfRanks<int> joined_lists(const std::vector<const std::vector<IntVec>*>& lists, 
   return out;
 }
 
-// is it a contact pair of two surfaces of elements?
-bool pair_of_elements(const Model& m, const BondDef& d)
-{
-  return d.kind == BOND_CONTACT && !d.general && m.surface[d.surface].body < 0 &&
-         m.surface[d.master].body < 0;
-}
-
 // [ranks] do elements that a rank works on, or whose points it knows, have a node of these faces? Only such a
-// rank can get a place of theirs to work on
+// rank can have contact points of theirs
 IntVec ranks_at(const Mesh& mesh, const std::vector<Face>& face, const IntVec& rank,
                 const std::vector<IntVec>& points)
 {
@@ -176,36 +164,32 @@ IntVec ranks_at(const Mesh& mesh, const std::vector<Face>& face, const IntVec& r
   return out;
 }
 
-// Elements at surfaces of contact pairs whose points each rank knows: those of the master surface, where it
-// may have places of the other one (BondDef::held); with a body all
-void hold_surfaces(const Model& m, const IntVec& rank, std::vector<IntVec>& points,
-                   std::vector<IntVec>& held)
+// Elements of others at the master surfaces of the contact pairs of which each rank may have contact points
+// (held: BondDef::held); points   elements of others whose points it knows
+std::vector<IntVec> at_masters(const Model& m, const IntVec& rank, const std::vector<IntVec>& points,
+                               std::vector<IntVec>& held)
 {
+  std::vector<IntVec> out(points.size());
   held.assign(points.size(), IntVec(m.bond.size(), 1));
-  std::vector<IntVec> more(points.size());
   for (std::size_t d = 0; d < m.bond.size(); ++d) {
     const BondDef& b = m.bond[d];
-    if (model_ties(b)) continue;
-    const bool pair = pair_of_elements(m, b);
+    if (b.master < 0) continue;
     IntVec known(points.size(), 1);
-    if (pair) known = ranks_at(m.mesh, m.surface[b.surface].face, rank, points);
+    if (m.surface[b.surface].body < 0) known = ranks_at(m.mesh, m.surface[b.surface].face, rank, points);
     for (std::size_t r = 0; r < points.size(); ++r) {
       held[r][d] = known[r];
-      for (int s : {pair ? -1 : b.surface, b.master})
-        if (s >= 0 && known[r])
-          for (const Face& f : m.surface[s].face) more[r].push_back(f.elem);
+      for (const Face& f : m.surface[b.master].face)
+        if (known[r] && rank[f.elem] != static_cast<int>(r)) out[r].push_back(f.elem);
     }
   }
-  for (std::size_t r = 0; r < points.size(); ++r)
-    for (int e : more[r])
-      if (rank[e] != static_cast<int>(r)) points[r].push_back(e);
+  return out;
 }
 
 // What each rank knows beside its own elements
 struct Outer {
-  // elements of others: those that it looks at, since they are near what breaks, at surfaces of contact,
-  // around its own at surfaces of bonds, around its own that are points from the start, or become points that
-  // it knows; these alone
+  // elements of others: those that it looks at, since they are near what breaks, have faces that contact may
+  // meet, are around its own at side A of bonds and contact pairs or around its own that are points from the
+  // start, or become points that it knows; these alone
   OfRanks<int> elem, near;
   std::vector<IntVec> held;    // ModelCut
   std::vector<char> notch;     // the same
@@ -215,7 +199,7 @@ Outer find_outer(const Model& m, const IntVec& rank, const std::vector<NearFace>
 {
   Outer out;
   const IntVec all = elements_of_all(m);
-  const std::vector<IntVec> around = around_bodies(m, rank), ties = around_ties(m, rank);
+  const std::vector<IntVec> around = around_bodies(m, rank), bonds = around_bonds(m, rank);
   std::vector<IntVec> breaks(comm_size()), points(comm_size()), faces(comm_size());
   if (!m.fracture.empty()) breaks = frac_outer(m, rank, comm_size(), out.notch);
   if (m.part.window) {
@@ -223,10 +207,12 @@ Outer find_outer(const Model& m, const IntVec& rank, const std::vector<NearFace>
     near_outer(skin.empty() ? skin_at_start(m) : skin, rank, faces);
     for (std::size_t r = 0; r < points.size(); ++r)
       points[r].insert(points[r].end(), faces[r].begin(), faces[r].end());
-    hold_surfaces(m, rank, points, out.held);
   }
+  const std::vector<IntVec> masters = at_masters(m, rank, points, out.held);
+  for (std::size_t r = 0; r < points.size() && m.part.window; ++r)
+    points[r].insert(points[r].end(), masters[r].begin(), masters[r].end());
   out.near = joined_lists({&points}, {}, rank);
-  out.elem = joined_lists({&breaks, &points, &around, &ties}, all, rank);
+  out.elem = joined_lists({&breaks, &points, &around, &bonds, &masters}, all, rank);
   return out;
 }
 

@@ -5,7 +5,6 @@
 #include "base/picked.h"
 #include "bond/bond.h"
 #include "frac/frac.h"
-#include "model/model_cut.h"
 #include "model/state_window.h"
 
 namespace {
@@ -176,7 +175,7 @@ void take_corners(int nnode, const IntVec& number, IntVec& side)
 }
 
 // bonds whose nodes and corners are all here, of general contact in a window those on faces of this rank, of
-// the deck's that tie elements those that bond_form makes
+// others those that bond_form and bond_rebuild make
 void take_bonds(const Model& m, State& st)
 {
   const int dim = m.dim;
@@ -192,8 +191,8 @@ void take_bonds(const Model& m, State& st)
   };
   const std::vector<char> own = bond_own(m, st.points);
   const auto is_formed = [&](int q) {
-    return q >= b.nfixed || !model_ties(m.bond[b.def[q]]) ||
-           std::any_of(b.a.begin(q), b.a.begin(q + 1), [&](int k) { return own[k]; });
+    if (q >= b.nfixed) return m.bond[b.def[q]].held;
+    return std::any_of(b.a.begin(q), b.a.begin(q + 1), [&](int k) { return own[k] != 0; });
   };
   IntVec list;
   ListTable a;

@@ -46,9 +46,9 @@ struct Face {
 };
 
 // Several ranks, divided model: Mesh, sets, surfaces, loads and supports hold what this rank works on. Mesh
-// has outer elements as well: those of other ranks that an estimate here looks at, and surfaces of contact,
-// all outer faces of the mesh with general contact; and of elements that bonds tie, or that are points from
-// the start, those that share a node with one of this rank.
+// has outer elements as well: those of other ranks that an estimate here looks at, and master surfaces of
+// contact, all outer faces of the mesh with general contact; and of elements at side A of bonds and contact,
+// or that are points from the start, those that share a node with one of this rank.
 struct MeshPart {
   bool on = false;
   bool points = false;         // each rank has its own material points alone (PointPart)
@@ -241,8 +241,7 @@ struct BondDef {               // *BOND, *CONTACT PAIR, *CONTACT
   double stick = 0.0;
   // *CONTACT: all outer faces, each with places on it, against all; the last property that fits counts
   bool general = false;
-  // MeshPart::window, a contact pair: this rank works on places of it, or may, and knows the points of the
-  // master surface; else it looks for nothing
+  // divided model, a contact pair: this rank may have contact points of it, and knows all that they may meet
   bool held = true;
   std::vector<ContactRule> include, exclude, property;
   Place place;

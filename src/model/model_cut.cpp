@@ -307,14 +307,13 @@ IntVec first_nodes(const Mesh& mesh, const OfRanks<int>& own)
 
 }  // namespace
 
-IntVec model_bonded_surfaces(const Model& m, bool ties, bool sides)
+IntVec model_bonded_surfaces(const Model& m)
 {
   IntVec bonded(m.surface.size(), 0);
   for (const BondDef& d : m.bond) {
-    if (!ties && model_ties(d)) continue;
     for (int s : {d.surface, d.master})
       if (s >= 0) bonded[s] = 1;
-    each_side(d, [&](const ContactSide& side) { if (sides && side.surface >= 0) bonded[side.surface] = 1; });
+    each_side(d, [&](const ContactSide& side) { if (side.surface >= 0) bonded[side.surface] = 1; });
   }
   return bonded;
 }

@@ -52,12 +52,9 @@ struct ModelLists {
 ModelLists model_lists_of_work(Model& m);
 ModelLists model_lists_of_all(Model& m);
 
-// model_ties : does it tie a surface, to points or to the ground?
-inline bool model_ties(const BondDef& d) { return d.kind != BOND_CONTACT && d.surface >= 0; }
-
-// model_bonded_surfaces : [surface] 1: a contact pair holds it; ties: or bonds that tie it; sides: or it is
-// one of general contact
-IntVec model_bonded_surfaces(const Model& m, bool ties = true, bool sides = true);
+// model_bonded_surfaces : [surface] 1: side A or the master of bonds or contact pairs, or named by general
+// contact
+IntVec model_bonded_surfaces(const Model& m);
 
 // model_removed : [nelem] 1: *MODEL CHANGE, REMOVE takes it away
 IntVec model_removed(const Model& m);

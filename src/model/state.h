@@ -15,8 +15,8 @@ enum HangOn { HANG_GRID, HANG_NODE, HANG_CORNERS, HANG_OWN };
 
 // Several ranks, divided model: none has all points.
 // on (MeshPart::points): each has points of its own. Those of others are here, to be looked at, where contact
-// holds a face of theirs, or bonds one with a corner of its own points; others that share a corner with what
-// is here are known by their corners.
+// may meet a face of theirs, or side A of bonds and contact has one with a corner of its own points; others
+// that share a corner with what is here are known by their corners.
 // window (MeshPart::window): of points that were elements each has those of the elements that it has, its own
 // and outer ones, and works on those of its own. Points from the start, if any, are divided as with on.
 struct PointPart {

@@ -297,30 +297,29 @@ void number_foreign(PointPart& part)
     if (c < 0) c = -1 - static_cast<int>(std::lower_bound(all.begin(), all.end(), -1 - c) - all.begin());
 }
 
-// numbers of points of all ranks with a face that contact holds, ascending. Collective
+// numbers of points of all ranks with a face that contact may meet, ascending. Collective
 IntVec held_points(const Model& m, const Points& pts)
 {
-  const IntVec bonded = model_bonded_surfaces(m, false);
   IntVec all;
   const auto take = [&](const std::vector<Face>& list) {
     for (const Face& f : list) all.push_back(pts.part.point[f.elem]);
   };
   if (model_general_contact(m) >= 0) take(pts.boundary);
-  for (size_t s = 0; s < m.surface.size(); ++s)
-    if (bonded[s] && m.surface[s].body >= 0) take(pts.surface[s]);
+  for (const BondDef& d : m.bond)
+    if (d.master >= 0 && m.surface[d.master].body >= 0) take(pts.surface[d.master]);
   comm_allgatherv(all);
   std::sort(all.begin(), all.end());
   all.erase(std::unique(all.begin(), all.end()), all.end());
   return all;
 }
 
-// adds the numbers of points of other ranks with a face that bonds tie, and a corner of it that points of
-// this rank have; all points of pts are of this rank. Collective
-void add_tied_points(const Model& m, const Points& pts, IntVec& held)
+// adds the numbers of points of other ranks with a face at side A of bonds or contact pairs, and a corner of
+// it that points of this rank have; all points of pts are of this rank. Collective
+void add_bonded_points(const Model& m, const Points& pts, IntVec& held)
 {
   const ListTable at = gather_lists(pts.ncorner, [&](auto use) {
     for (const BondDef& d : m.bond) {
-      if (!model_ties(d) || m.surface[d.surface].body < 0) continue;
+      if (d.surface < 0 || m.surface[d.surface].body < 0) continue;
       for (const Face& f : pts.surface[d.surface]) {
         const ShapeInfo& info = shape_info[pts.shape[f.elem]];
         for (int k = 0; k < info.nfnode[f.face]; ++k)
@@ -382,7 +381,7 @@ int point_fill(const Model& m, Points& pts)
   if (errors) return errors;
   held = held_points(m, pts);
   if (!held.empty()) fill_plan_held(held, m.dim, plan);
-  add_tied_points(m, pts, held);
+  add_bonded_points(m, pts, held);
   if (comm_allreduce_max(static_cast<int>(!held.empty()))) {
     fill_bodies(m, &plan, held, pts);
     point_surfaces(m, pts);

@@ -38,59 +38,76 @@ double smallest_stretch(const Model& m, const Elements& el, const State& st)
 }
 
 // what the pairs of contact hold in a static step that found something free to move: nothing while they are
-// open
+// open. Divided model: collective
 std::string contact_text(const Model& m, const State& st, const ContactPairs& pairs)
 {
   std::string out;
-  if (m.step[st.log.step - 1].proc != PROC_STATIC || pairs.gap.empty()) return out;
+  if (m.step[st.log.step - 1].proc != PROC_STATIC || st.bonds.nbond_all() == 0) return out;
+  // none where bonds have been made anew since the last attempt
+  const int places = pairs.master.size();
+  const bool known = places == st.bonds.nbond && st.np1.slip.size() == static_cast<size_t>(places) * m.dim;
   for (size_t d = 0; d < m.bond.size(); ++d) {
     const BondDef& def = m.bond[d];
     if (def.kind != BOND_CONTACT) continue;
-    int closed = 0;
-    double least = 1e300, moved = 1e300;
-    for (int b = 0; b < st.bonds.nbond; ++b) {
+    double closed = 0.0, gap[2] = {1e300, 1e300};    // the smallest at the start of the increment, and now
+    for (int b = 0; b < places && known; ++b) {
       if (st.bonds.def[b] != static_cast<int>(d) || !pairs.master.count(b)) continue;
       const double now = st.np1.slip[b * m.dim];
-      least = std::min(least, pairs.gap[b]);
-      moved = std::min(moved, now);
-      closed += now <= 1e-9 * pairs.size[b];
+      gap[0] = std::min(gap[0], pairs.gap[b]);
+      gap[1] = std::min(gap[1], now);
+      closed += st.bonds.counts(b) && now <= 1e-9 * pairs.size[b];
+    }
+    if (m.part.on) {
+      double large[2] = {-gap[0], -gap[1]};
+      comm_sum(&closed, 1);
+      comm_max(large, 2);
+      for (int i : {0, 1}) gap[i] = -large[i];
     }
     char text[300];
-    if (closed)
-      std::snprintf(text, sizeof text, "; contact %.60s is closed at %d contact points and supports the "
+    if (closed > 0.0)
+      std::snprintf(text, sizeof text, "; contact %.60s is closed at %.0f contact points and supports the "
                                        "body %s",
                     def.name.c_str(), closed,
                     def.friction > 0.0 ? "while it is in compression"
                                        : "in the normal direction only (no friction)");
-    else if (least > 1e299)
+    else if (gap[0] > 1e299)
       std::snprintf(text, sizeof text, "; contact %.60s has no face opposite and supports nothing",
                     def.name.c_str());
     else
       std::snprintf(text, sizeof text,
                     "; contact %.60s is open (smallest gap %.3g at the start of the increment, %.3g now) and "
                     "supports nothing: close it (*CONTACT PAIR, ADJUST=), or support the body",
-                    def.name.c_str(), least, moved);
+                    def.name.c_str(), gap[0], gap[1]);
     out += text;
   }
   return out;
 }
 
-// is the element a master of a pair that looks at nodes only? Nodes of the master between them are seen by
-// nobody
-std::string unseen_master(const Model& m, const Bonds& bonds, const ContactPairs& pairs, int e)
+// is the element that turned inside out a master of a pair that looks at nodes only? Nodes of the master
+// between them are seen by nobody. Divided model: collective
+std::string unseen_master(const Model& m, const Bonds& bonds, const ContactPairs& pairs, const Failure& f)
 {
-  const Mesh& mesh = m.mesh;
+  const int none = static_cast<int>(m.bond.size());
+  if (f.status != BAD_JACOBIAN || f.at == AT_POINT) return "";
+  IntVec node;                 // of the element, numbers
+  for (int k = 0; f.index >= 0 && k < m.mesh.conn.count(f.index); ++k)
+    node.push_back(m.part.node_number(m.mesh.conn.begin(f.index)[k]));
+  if (m.part.on) comm_allgatherv(node);
+  const auto is_node = [&](int kin) {
+    return kin < m.mesh.nnode() && std::find(node.begin(), node.end(), m.part.node_number(kin)) != node.end();
+  };
+  int def = none;
   for (int b = 0; b < bonds.nbond && b < pairs.master.size(); ++b) {
     const BondDef& d = m.bond[bonds.def[b]];
     if (d.by_face || d.intermediate != 0) continue;
-    for (int k = pairs.master.off[b]; k < pairs.master.off[b + 1]; ++k)
-      if (std::find(mesh.conn.begin(e), mesh.conn.begin(e) + mesh.conn.count(e), pairs.master.item[k]) !=
-          mesh.conn.begin(e) + mesh.conn.count(e))
-        return ". It belongs to the master surface of contact " + d.name.substr(0, 60) +
-               ", where master nodes between slave nodes may penetrate undetected: use TYPE=SURFACE TO "
-               "SURFACE, INTERMEDIATE=1, or a second pair with the roles exchanged";
+    if (!std::any_of(pairs.master.begin(b), pairs.master.begin(b + 1), is_node)) continue;
+    def = std::min(def, bonds.def[b]);
   }
-  return "";
+  if (m.part.on) def = -comm_allreduce_max(-def);
+  if (def == none) return "";
+  return ". It belongs to the master surface of contact " + m.bond[def].name.substr(0, 60) +
+         ", where master nodes between slave nodes may penetrate undetected: use TYPE=SURFACE TO "
+         "SURFACE, INTERMEDIATE=1, or a second pair with the roles exchanged";
 }
 
 // who has the row of the first zero pivot, and which of its directions it is
@@ -115,7 +132,7 @@ std::string pivot_text(const Model& m, const ActiveGrid& grid, const Dofs& s, in
 // what the solver says, what can move, and the unknown of the first zero pivot in the user's words. A pivot
 // vanishes at any unknown that takes part in the free motion; a rotation shows in a direction that is
 // supported elsewhere.
-std::string solver_text(const Problem& p, const std::string& whole)
+std::string solver_text(const Problem& p, const std::string& whole, const std::string& contact)
 {
   const Dofs& s = p.dofs;
   const int equation = p.newton.solver.zero_equation;
@@ -131,7 +148,6 @@ std::string solver_text(const Problem& p, const std::string& whole)
                    "by a hinge or by broken elements alone, or stiffnesses differ by too many orders of "
                    "magnitude (a very thin element)";
   }
-  const std::string contact = contact_text(p.m, p.st, p.d.pairs);
   return words + ", which takes part in the motion" + contact +
          "; if it is supported, stiffnesses differ by too many orders of magnitude (a penalty, a very thin "
          "element)";
@@ -197,14 +213,16 @@ void needed_box(const Model& m, const State& st, double* lo, double* hi)
 
 namespace {
 
-// whole: divided model: what the supports leave free
-std::string explain_here(const Problem& p, const Failure& f, const std::string& whole)
+// whole: divided model: what the supports leave free; contact: what pairs hold; master: of an element that
+// turned inside out
+std::string explain_here(const Problem& p, const Failure& f, const std::string& whole,
+                         const std::string& contact, const std::string& master)
 {
   char text[512];
   const Model& m = p.m;
   if (!f.note.empty()) return f.note;
   const Status status = f.status;
-  if (status == SOLVER_SINGULAR || status == SOLVER_FAILED) return solver_text(p, whole);
+  if (status == SOLVER_SINGULAR || status == SOLVER_FAILED) return solver_text(p, whole, contact);
   if (status == MASS_FAILED)
     return "the system of the mass matrix (velocities of the grid at the start of the increment, or "
            "accelerations of the nodes) did not converge in 1000 iterations, which smaller increments do not "
@@ -241,7 +259,7 @@ std::string explain_here(const Problem& p, const Failure& f, const std::string& 
                   is_point ? "material point" : "element",
                   is_point ? p.st.points.label[f.index] : m.mesh.elem_label[f.index],
                   material.law == LAW_SVK ? ". St.Venant-Kirchhoff softens below a stretch of 0.577" : "");
-    return is_point ? text : text + unseen_master(m, p.st.bonds, p.d.pairs, f.index);
+    return text + master;
   }
   const double stretch = smallest_stretch(m, p.d.el, p.st);
   if (stretch < 0.65) {
@@ -259,7 +277,7 @@ std::string explain_here(const Problem& p, const Failure& f, const std::string& 
                 p.st.log.residual, p.st.log.scale, p.st.log.iterations);
   const Solver& solver = p.newton.solver;
   const bool fixed_pivots = solver.null_pivot_row >= 0 && solver.zero_equation >= 0;
-  return fixed_pivots ? text + ("; " + solver_text(p, whole)) : text;
+  return fixed_pivots ? text + ("; " + solver_text(p, whole, contact)) : text;
 }
 
 // does this rank know more of the failure than others?
@@ -277,7 +295,10 @@ bool knows(const Problem& p, const Failure& f)
 std::string step_explain(const Problem& p, const Failure& f)
 {
   const bool divided = p.m.part.on;
-  const std::string text = explain_here(p, f, divided ? step_free_motion(p.m, p.d.el, p.dofs, -1) : "");
+  const std::string whole   = divided ? step_free_motion(p.m, p.d.el, p.dofs, -1) : "",
+                    contact = contact_text(p.m, p.st, p.d.pairs),
+                    master  = unseen_master(p.m, p.st.bonds, p.d.pairs, f),
+                    text    = explain_here(p, f, whole, contact, master);
   if (!p.dofs.split) return text;
   const int ranks = comm_size(), first = ranks - comm_allreduce_max(knows(p, f) ? ranks - comm_rank() : 0);
   return comm_exchange(std::vector<std::string>(ranks, text))[first == ranks ? 0 : first];

@@ -74,7 +74,7 @@ NewtonControls newton_controls(const Model& m, const Discretisation& d, const St
   if (s.proc == PROC_STATIC && d.pairs.near) {
     int slips = 0;
     for (double mu : st.bonds.friction) slips = slips || mu > 0.0;
-    c.slips = m.part.window ? comm_allreduce_max(slips) > 0 : slips > 0;
+    c.slips = m.part.on ? comm_allreduce_max(slips) > 0 : slips > 0;
     if (!c.breaks) c.patience = PATIENCE;
   }
   c.singular = s.proc == PROC_STATIC && fm.on && st.frac.neroded > 0;
@@ -128,6 +128,20 @@ Failure find_missed_contact(Problem& p)
     return {CONTACT_DEPTH, AT_BOND, b};
   }
   return STATUS_OK;
+}
+
+// the failure at a place of contact that one rank would find first: others need not know the place.
+// Collective
+Failure agree_on_place(const Bonds& b, const Failure& own)
+{
+  Failure f = failure_agree(own);
+  if (f.ok() || f.at != AT_BOND) return f;
+  std::vector<long> name;
+  if (own.at == AT_BOND && own.index >= 0) name.push_back(b.name[own.index]);
+  f.index = name.empty() ? -1 : own.index;
+  comm_allgatherv(name);
+  if (f.index >= 0 && b.name[f.index] > *std::min_element(name.begin(), name.end())) f.index = -1;
+  return f;
 }
 
 }  // namespace
@@ -187,8 +201,7 @@ Failure step_increment(Problem& p, const Step& s, double t0, double dt, RealVec&
     failure = step_newton(p, a);
   }
   if (failure.ok() && st.bonds.nbond_all()) failure = augment(p, a);
-  // of places that other ranks do not know
-  const auto agree = [&](const Failure& f) { return p.m.part.window ? failure_agree(f) : f; };
+  const auto agree = [&](const Failure& f) { return p.m.part.on ? agree_on_place(st.bonds, f) : f; };
   if (failure.ok() && p.d.pairs.near)
     failure = agree(step_contact_depth(st.bonds, p.d.pairs, st.np1, p.m.dim));
   if (failure.ok() && s.proc == PROC_STATIC) failure = agree(find_missed_contact(p));

@@ -556,17 +556,10 @@ Model tied_plate(int n)
   return m;
 }
 
-// A rank has the bonds at nodes of its elements, whole ones, and no more; each counts once, and their names
-// sort as one rank has them
-TEST(Divided, TiesAreWithTheirElements)
+// A rank has the bonds at nodes of its elements, whole ones, and no more than these of others; each counts
+// once, and their names sort as one rank has them
+void expect_own_bonds(const Model& whole, const Model& m, double others)
 {
-  if (comm_size() == 1) GTEST_SKIP();
-  const int n = 80;
-  const Model whole = tied_plate(n);
-  Model m;
-  if (comm_rank() == 0) m = tied_plate(n);
-  dof_part(false, {}, m);
-  ASSERT_TRUE(m.part.on);
   Bonds one, b;
   ASSERT_EQ(bond_form(whole, Points(), one), 0);
   ASSERT_EQ(bond_form(m, Points(), b), 0);
@@ -574,7 +567,6 @@ TEST(Divided, TiesAreWithTheirElements)
   bond_share(m, Points(), b);
   EXPECT_EQ(b.area, formed);
   EXPECT_EQ(b.nbond_all(), one.nbond);
-  EXPECT_EQ(one.nbond, 16 * n);
   struct Place { long name; double X[2], area; };
   std::vector<Place> place;
   double known = b.nbond;
@@ -589,14 +581,25 @@ TEST(Divided, TiesAreWithTheirElements)
   }
   comm_sum(&known, 1);
   EXPECT_GT(known, one.nbond);
-  EXPECT_LT(known, one.nbond + 32.0 * comm_size());
-  for (int def : {0, 1}) {
+  EXPECT_LT(known, one.nbond + others * comm_size());
+  for (int def = 0; def < static_cast<int>(m.bond.size()); ++def) {
     const BondSums all = bond_sums(one, def), sum = bond_sums(b, def);
     EXPECT_EQ(sum.nodal, all.nodal);
     EXPECT_EQ(sum.between, all.between);
     EXPECT_NEAR(sum.area, all.area, 1e-10);
     EXPECT_NEAR(sum.penalty, all.penalty, 1e-12);
   }
+}
+
+TEST(Divided, TiesAreWithTheirElements)
+{
+  if (comm_size() == 1) GTEST_SKIP();
+  const int n = 80;
+  Model m;
+  if (comm_rank() == 0) m = tied_plate(n);
+  dof_part(false, {}, m);
+  ASSERT_TRUE(m.part.on);
+  expect_own_bonds(tied_plate(n), m, 32.0);
   double elements = m.mesh.nelem();
   comm_sum(&elements, 1);
   EXPECT_LT(elements, n * n + 16.0 * comm_size());
@@ -665,6 +668,58 @@ TEST(Divided, BondsPassTheArchive)
   EXPECT_EQ(t.n.slip, s.n.slip);
   EXPECT_EQ(t.n.lambda_n, s.n.lambda_n);
   EXPECT_TRUE(std::is_sorted(t.bonds.name.begin(), t.bonds.name.end()));
+}
+
+// The sides of a plate may meet its upper one, at nodes and inside their faces; three elements at the left
+// may meet the right one
+Model paired_plate(int n)
+{
+  Model m = tied_plate(n);
+  m.surface.resize(4, m.surface[0]);
+  for (int s : {1, 2, 3}) m.surface[s].face.clear();
+  for (int k = 0; k < n; ++k) m.surface[1].face.push_back({n * n - 1 - k, 2});
+  for (int k : {n / 3 + 1, n / 3, n / 3 + 2}) m.surface[2].face.push_back({k * n, 3});
+  for (int k = 0; k < n; ++k) m.surface[3].face.push_back({k * n + n - 1, 1});
+  m.bond.resize(3);
+  for (BondDef& d : m.bond) {
+    d.kind   = BOND_CONTACT;
+    d.body   = -1;
+    d.master = 1;
+  }
+  m.bond[1].by_face = true;
+  m.bond[2].surface = 2;
+  m.bond[2].master  = 3;
+  return m;
+}
+
+// A rank has contact points at nodes of its elements, and the faces that these may meet: all of the upper
+// side, of the right one those of its own elements or all
+TEST(Divided, PairsAreWithTheirElements)
+{
+  if (comm_size() == 1) GTEST_SKIP();
+  const int n = 80;
+  const Model whole = paired_plate(n);
+  Model m;
+  if (comm_rank() == 0) m = paired_plate(n);
+  dof_part(false, {}, m);
+  ASSERT_TRUE(m.part.on);
+  expect_own_bonds(whole, m, 48.0);
+  Bonds b;
+  ASSERT_EQ(bond_form(m, Points(), b), 0);
+  for (int def : {0, 1, 2}) {
+    const std::vector<Face>& face = m.surface[m.bond[def].master].face;
+    const size_t own = std::count_if(face.begin(), face.end(),
+                                     [&](const Face& f) { return m.part.works(f.elem); });
+    EXPECT_TRUE(m.bond[def].held || std::count(b.def.begin(), b.def.end(), def) == 0);
+    if (m.bond[def].held) EXPECT_EQ(face.size(), static_cast<size_t>(n)) << def;
+    else EXPECT_LE(face.size(), own + 2) << def;     // of the first pair, beside a cut
+  }
+  double elements = m.mesh.nelem(), held = m.bond[2].held;
+  comm_sum(&elements, 1);
+  comm_sum(&held, 1);
+  EXPECT_GE(held, 1.0);
+  EXPECT_LT(held, comm_size());
+  EXPECT_LT(elements, n * n + (n + 16.0) * comm_size() + n);
 }
 
 // a face of an element of unit size, its box [x, x + 1] grown by a quarter
