@@ -227,6 +227,7 @@ void bring_points(const Model& m, const IntVec& here, const WindowState& kept, b
   join_released(kept, points, s.frac);
 }
 
+// points and corners, and what else says something of them
 void swap_points(WindowState& kept, State& s)
 {
   std::swap(kept.points, s.points);
