@@ -621,12 +621,13 @@ bool grid_stays(const Model& m, const Points& pts, const Bonds& bonds, const Gri
 bool grid_covers(const Points& pts, const Bonds& bonds, const GridShare& share, const ActiveGrid& g)
 {
   if (!share.on) return true;
+  const auto has = [](const ListTable& lists, int i) { return lists.count(i) > 0; };
   for (int p = 0; p < pts.npoint; ++p)
-    if (share.point[p] && !g.point.count(p)) return false;
+    if ((share.point[p] != 0) != has(g.point, p)) return false;
   for (int c = 0; c < pts.ncorner; ++c)
-    if (share.corner[c] && !g.corner.count(c)) return false;
+    if ((share.corner[c] != 0) != has(g.corner, c)) return false;
   for (int b = 0; b < bonds.nbond; ++b)
-    if (share.bond[b] && bonds.field[b] >= 0 && !g.bond.count(b)) return false;
+    if ((share.bond[b] && bonds.field[b] >= 0) != has(g.bond, b)) return false;
   return true;
 }
 
