@@ -165,7 +165,7 @@ struct GridShare {
 Status grid_activate(const Model& m, const Points& pts, const Bonds& bonds, const GridShare& share,
                      const RealVec& uc, const RealVec& xb, ActiveGrid& g, int* worst);
 
-// grid_covers : the grid has lists for all that is of share, and for nothing else, as one made anew would have
+// grid_covers : the grid has lists for all that is of share, and for nothing else, as one that is made anew
 bool grid_covers(const Points& pts, const Bonds& bonds, const GridShare& share, const ActiveGrid& g);
 
 // grid_stays : no corner that the grid carries and no bond to it has gone further than Grid::keep from where
