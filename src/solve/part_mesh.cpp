@@ -97,7 +97,7 @@ IntVec part_mesh(const Mesh& mesh, int dim, const std::vector<RealVec>& work, in
     option[METIS_OPTION_NUMBERING] = 0;
     option[METIS_OPTION_SEED]      = 1;
     option[METIS_OPTION_UFACTOR]   = 10;             // the largest part at most 1.01 of the mean
-    option[METIS_OPTION_NCUTS]     = kinds > 1 ? 4 : 1;      // the best of so many; several kinds: they differ
+    option[METIS_OPTION_NCUTS]     = kinds > 1 ? 4 : 1;      // the best of so many: those of two kinds differ
     // bisection balances few parts better
     result = (parts > 8 ? METIS_PartGraphKway : METIS_PartGraphRecursive)(
         &n, &kinds, graph.off, graph.near, load.data(), nullptr, nullptr, &count, nullptr, nullptr, option,
