@@ -180,22 +180,10 @@ struct MassSystem {
   // a product is not needed. Returns x q in each direction. One rank
   Dirs<D> apply(const RealVec& x, RealVec& t, RealVec& y, RealVec& q) const
   {
+    double sum[D];
     sweep_back(t.data());
-    const int *off = rows.all.off.data(), *col = rows.all.col.data(), n = rows.size();
-    const double *val = mass.all.data(), *f = free.data(), *to = x.data(), *add = t.data();
-    const double keep = 1.0 - shift;
-    double *of = y.data(), *out = q.data();
-    Dirs<D> xq = Dirs<D>::Zero();
-    for (int r = 0; r < n; ++r) {
-      Dirs<D> sum = dirs<D>(to, r) - keep * dirs<D>(add, r);
-      for (int k = off[r]; k < off[r + 1]; ++k) sum -= val[k] * dirs<D>(of, col[k]);
-      sum *= dirs<D>(f, r);
-      dirs<D>(of, r) = sum;
-      sum += dirs<D>(add, r);
-      dirs<D>(out, r) = sum;
-      xq += dirs<D>(to, r) * sum;
-    }
-    return xq;
+    apply_alone<false>(x, x, t, y, q, sum);
+    return Eigen::Map<const Dirs<D>>(sum);
   }
   // the same on several ranks, x = r + turn times the x before. late [shared*D]: the border of t before, and
   // now; sum [4][D]: x q, r q, r r, q q of all ranks
@@ -210,7 +198,7 @@ struct MassSystem {
     std::copy(late.begin(), late.end(), t.begin() + static_cast<long>(first));
     cross_backward(t.data());
     sweep_back(t.data());
-    apply_alone(x, r, t, y, q, sum);
+    apply_alone<true>(x, r, t, y, q, sum);
     cross_forward(y, q);
     for (size_t k = 0; k < rows.edge.size(); ++k) {
       const int a = rows.edge[k][0], b = rows.edge[k][1];
@@ -270,32 +258,31 @@ struct MassSystem {
 
 private:
   size_t alone() const { return static_cast<size_t>(rows.alone) * D; }
-  // rows of this rank alone, t as it is behind the sweep; sum = x q, r q, r r, q q of them
+  // rows of this rank alone, t as it is behind the sweep; sum = x q of them, ALL: [4][D] x q, r q, r r, q q
+  template <bool ALL>
   void apply_alone(const RealVec& x, const RealVec& r, const RealVec& t, RealVec& y, RealVec& q,
                    double* sum) const
   {
     const int *off = rows.all.off.data(), *col = rows.all.col.data();
     const double *val = mass.all.data(), *f = free.data(), keep = 1.0 - shift;
-    Dirs<D> xq = Dirs<D>::Zero(), rq = xq, rr = xq, qq = xq;
+    Dirs<D> part[4] = {Dirs<D>::Zero(), Dirs<D>::Zero(), Dirs<D>::Zero(), Dirs<D>::Zero()};
     for (int n = 0; n < rows.alone; ++n) {
-      const Dirs<D> to = dirs<D>(x.data(), n), at = dirs<D>(r.data(), n), add = dirs<D>(t.data(), n);
+      const Dirs<D> to = dirs<D>(x.data(), n), add = dirs<D>(t.data(), n);
       Dirs<D> of = to - keep * add;
       for (int k = off[n]; k < off[n + 1]; ++k) of -= val[k] * dirs<D>(y.data(), col[k]);
       of *= dirs<D>(f, n);
       dirs<D>(y.data(), n) = of;
       of += add;
       dirs<D>(q.data(), n) = of;
-      xq += to * of;
-      rq += at * of;
-      rr += at * at;
-      qq += of * of;
+      part[0] += to * of;
+      if (!ALL) continue;
+      const Dirs<D> at = dirs<D>(r.data(), n);
+      part[1] += at * of;
+      part[2] += at * at;
+      part[3] += of * of;
     }
-    for (int i = 0; i < D; ++i) {
-      sum[i]         = xq[i];
-      sum[D + i]     = rq[i];
-      sum[2 * D + i] = rr[i];
-      sum[3 * D + i] = qq[i];
-    }
+    for (int k = 0; k < (ALL ? 4 : 1); ++k)
+      for (int i = 0; i < D; ++i) sum[k * D + i] = part[k][i];
   }
   void sweep_back(double* of) const
   {

@@ -103,7 +103,7 @@ void each_number(const IntVec& list, int D, Use use)
   else each_number<0>(list, D, use);
 }
 
-// calls use(vector, its numbers in a message) for each vector; returns the place behind them
+// calls use(vector, its numbers in a message) for each vector; they begin at at
 template <class T, class Use>
 void each_vector(const std::vector<RealVec*>& v, std::size_t numbers, T* at, Use use)
 {

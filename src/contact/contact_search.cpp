@@ -71,11 +71,14 @@ void master_faces(const Model& m, const Points& pts, int surface, bool at_start,
   for (const Face& f : pts.surface[surface]) faces.push_back(master_face(m, pts, true, f, u, uc));
 }
 
-// boxes of the places of each definition; of_all: of all ranks, collective
+// boxes of the contact points of each pair; of_all: of all ranks, collective
 std::vector<Box> slave_boxes(const Model& m, const Bonds& bonds, const RealVec& xb, bool of_all)
 {
   std::vector<Box> box(m.bond.size());
-  for (int b = 0; b < bonds.nbond; ++b) box[bonds.def[b]].add(&xb[b * m.dim], &xb[b * m.dim], m.dim);
+  const auto is_pair = [](const BondDef& d) { return d.master >= 0; };
+  if (std::none_of(m.bond.begin(), m.bond.end(), is_pair)) return box;
+  for (int b = 0; b < bonds.nbond; ++b)
+    if (is_pair(m.bond[bonds.def[b]])) box[bonds.def[b]].add(&xb[b * m.dim], &xb[b * m.dim], m.dim);
   if (!m.part.on || !of_all) return box;
   RealVec ends;
   for (const Box& b : box)

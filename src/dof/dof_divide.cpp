@@ -342,13 +342,12 @@ std::vector<RankWork> work_of_ranks(const Model& m, const Elements& el)
   return all;
 }
 
-RealVec point_centres(const Points& pts, int dim)
+// centre of point q at t = 0
+void centre_of(const Points& pts, int dim, int q, double X[3])
 {
-  RealVec X(static_cast<size_t>(pts.npoint) * 3, 0.0);
-  for (int q = 0; q < pts.npoint; ++q)
-    for (int k = pts.conn.off[q]; k < pts.conn.off[q + 1]; ++k)
-      for (int i = 0; i < dim; ++i) X[3 * q + i] += pts.w[k] * pts.Xc[pts.conn.item[k] * dim + i];
-  return X;
+  std::fill(X, X + 3, 0.0);
+  for (int k = pts.conn.off[q]; k < pts.conn.off[q + 1]; ++k)
+    for (int i = 0; i < dim; ++i) X[i] += pts.w[k] * pts.Xc[pts.conn.item[k] * dim + i];
 }
 
 double largest_part(const std::vector<RankWork>& rank)
@@ -403,7 +402,7 @@ std::vector<char> inside(const Model& m, const IntVec& common, const int* held)
 // What the rank with the most work hands to the one with least among those that know points of its: elements
 // furthest towards it first
 //   in   held   [rank*bond] BondDef::held
-std::vector<Handed> hand_over(const Model& m, const Points& pts, const RealVec& X, const RealVec& work,
+std::vector<Handed> hand_over(const Model& m, const Points& pts, const RealVec& work,
                               const std::vector<RankWork>& rank, const IntVec& of, const IntVec& held)
 {
   const Halo& around = m.part.around_points;
@@ -421,9 +420,10 @@ std::vector<Handed> hand_over(const Model& m, const Points& pts, const RealVec& 
   const std::vector<char> known = inside(m, around.common[to], held.data() + to * m.bond.size());
   for (int e : around.common[to])
     if (movable(e) && known[e]) {
-      double along = 0.0;
+      double along = 0.0, X[3];
+      centre_of(pts, m.dim, pts.of_elem[e], X);
       for (int i = 0; i < 3; ++i)
-        along += X[3 * pts.of_elem[e] + i] * (rank[to].centre[i] - rank[me].centre[i]);
+        along += X[i] * (rank[to].centre[i] - rank[me].centre[i]);
       list.emplace_back(-along, e);
     }
   std::sort(list.begin(), list.end());
@@ -473,7 +473,7 @@ void dof_share_points(const Model& m, const Elements& el, const RealVec& uc, Poi
     const int from = static_cast<int>(std::max_element(rank.begin(), rank.end(), less_work) - rank.begin());
     std::vector<Handed> handed;
     if (from == comm_rank() && rank[from].all > WORK_EVEN * mean_work(rank))
-      handed = hand_over(m, pts, point_centres(pts, m.dim), work, rank, d.point, held);
+      handed = hand_over(m, pts, work, rank, d.point, held);
     comm_allgatherv(handed);
     if (handed.empty()) break;
     d.handed = true;

@@ -9,11 +9,16 @@
 
 namespace {
 
+bool is_little()
+{
+  const std::uint16_t probe = 1;
+  return *reinterpret_cast<const unsigned char*>(&probe) == 1;
+}
+
 void append_bytes(std::string& bytes, const void* value, int size)
 {
   const char* b = static_cast<const char*>(value);
-  const std::uint16_t probe = 1;
-  const bool little = *reinterpret_cast<const unsigned char*>(&probe) == 1;
+  const bool little = is_little();
   for (int i = 0; i < size; ++i) bytes += little ? b[size - 1 - i] : b[i];
 }
 
@@ -95,12 +100,6 @@ void put_ints(VtkFile& f, const IntVec& value)
 }
 
 // ---- XML: arrays in base64, a length in 8 bytes in front ------------------------
-
-bool is_little()
-{
-  const std::uint16_t probe = 1;
-  return *reinterpret_cast<const unsigned char*>(&probe) == 1;
-}
 
 // bytes in base64 into the file; those that are not three wait, but at the end
 void put_base64(std::FILE* file, std::string& bytes, bool end)

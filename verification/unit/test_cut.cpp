@@ -591,13 +591,20 @@ void expect_own_bonds(const Model& whole, const Model& m, double others)
   }
 }
 
+// the piece of this rank
+Model divided(Model whole)
+{
+  Model m;
+  if (comm_rank() == 0) std::swap(m, whole);
+  dof_part(false, {}, m);
+  return m;
+}
+
 TEST(Divided, TiesAreWithTheirElements)
 {
   if (comm_size() == 1) GTEST_SKIP();
-  const int n = 80;
-  Model m;
-  if (comm_rank() == 0) m = tied_plate(n);
-  dof_part(false, {}, m);
+  const int n   = 80;
+  const Model m = divided(tied_plate(n));
   ASSERT_TRUE(m.part.on);
   expect_own_bonds(tied_plate(n), m, 32.0);
   double elements = m.mesh.nelem();
@@ -609,11 +616,8 @@ TEST(Divided, TiesAreWithTheirElements)
 TEST(Divided, BondsPassTheArchive)
 {
   if (comm_size() == 1) GTEST_SKIP();
-  const int n = 40;
-  const Model whole = tied_plate(n);
-  Model m;
-  if (comm_rank() == 0) m = tied_plate(n);
-  dof_part(false, {}, m);
+  const Model whole = tied_plate(40);
+  Model m = divided(whole);
   ASSERT_TRUE(m.part.on);
   m.step.resize(1);
   m.step[0].period = m.step[0].dt = 1.0;
@@ -698,10 +702,7 @@ TEST(Divided, PairsAreWithTheirElements)
 {
   if (comm_size() == 1) GTEST_SKIP();
   const int n = 80;
-  const Model whole = paired_plate(n);
-  Model m;
-  if (comm_rank() == 0) m = paired_plate(n);
-  dof_part(false, {}, m);
+  const Model whole = paired_plate(n), m = divided(whole);
   ASSERT_TRUE(m.part.on);
   expect_own_bonds(whole, m, 48.0);
   Bonds b;
