@@ -388,16 +388,16 @@ Failure body_loads(const Model& m, const Discretisation& d, const State& st, con
       if (!of_body &&
           !(pts.parent[q] >= 0 && std::binary_search(l.elem.begin(), l.elem.end(), pts.parent[q])))
         continue;
-      double X[3] = {0, 0, 0};
-      for (int k = pts.conn.off[q]; k < pts.conn.off[q + 1]; ++k)
-        for (int i = 0; i < dim; ++i) X[i] += pts.w[k] * pts.Xc[pts.conn.item[k] * dim + i];
+      double X[3];
+      point_place(pts, dim, q, X);
       double value;
       const auto name = [&] { return "material point " + std::to_string(pts.label[q]); };
       const Failure failure = value_here(m, step, l, X, at, name, value);
       if (!failure.ok()) return failure;
       const double w = value * (l.per_mass ? pts.mass[q] : pts.V0[q]);
-      for (int k = pts.conn.off[q]; k < pts.conn.off[q + 1]; ++k)
-        for (int i = 0; i < dim; ++i) fc[pts.conn.item[k] * dim + i] += w * pts.w[k] * l.dir[i];
+      const double* w_c = pts.w(q);
+      for (int a = 0; a < pts.conn.count(q); ++a)
+        for (int i = 0; i < dim; ++i) fc[pts.conn.begin(q)[a] * dim + i] += w * w_c[a] * l.dir[i];
     }
   return STATUS_OK;
 }

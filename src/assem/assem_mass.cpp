@@ -55,16 +55,14 @@ inline void add_narrow_domain(int n, const double* mc, const double* N, const in
 void add_point_mass(const Points& pts, const ActiveGrid& g, const RealVec* alpha, const Dofs& s, RealVec& M)
 {
   RealVec N, mN;
-  const double* mc = pts.mc.data();
-  const int* slot  = g.slot.data();
-  int at = 0;                  // point that mc and slot stand at
+  const int* slot = g.slot.data();
+  int at = 0;                  // point that slot stands at
   for (size_t own = 0; own < s.owned_point.size(); ++own) {
     const int q = s.owned_point[own];
-    for (; at < q; ++at) {
-      mc += pair_count(pts.conn.count(at));
+    for (; at < q; ++at)
       for (int c = 0; c < pts.conn.count(at) && g.point.count(at); ++c)
         slot += g.corner.count(pts.conn.begin(at)[c]);
-    }
+    const double* mc    = pts.mc(q);
     const double factor = alpha ? (*alpha)[pts.body[q]] : 1.0;
     if (factor == 0.0) continue;
     const int n = g.point.count(q), nen = pts.conn.count(q), width = (n + WIDE - 1) / WIDE * WIDE;

@@ -342,14 +342,6 @@ std::vector<RankWork> work_of_ranks(const Model& m, const Elements& el)
   return all;
 }
 
-// centre of point q at t = 0
-void centre_of(const Points& pts, int dim, int q, double X[3])
-{
-  std::fill(X, X + 3, 0.0);
-  for (int k = pts.conn.off[q]; k < pts.conn.off[q + 1]; ++k)
-    for (int i = 0; i < dim; ++i) X[i] += pts.w[k] * pts.Xc[pts.conn.item[k] * dim + i];
-}
-
 double largest_part(const std::vector<RankWork>& rank)
 {
   return std::max_element(rank.begin(), rank.end(), less_work)->all / mean_work(rank);
@@ -421,7 +413,7 @@ std::vector<Handed> hand_over(const Model& m, const Points& pts, const RealVec& 
   for (int e : around.common[to])
     if (movable(e) && known[e]) {
       double along = 0.0, X[3];
-      centre_of(pts, m.dim, pts.of_elem[e], X);
+      point_place(pts, m.dim, pts.of_elem[e], X);
       for (int i = 0; i < 3; ++i)
         along += X[i] * (rank[to].centre[i] - rank[me].centre[i]);
       list.emplace_back(-along, e);

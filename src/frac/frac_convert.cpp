@@ -95,10 +95,9 @@ void set_elastic(const Model& m, int p, const Mat3& be, State& st)
 // Gauss point of element e next to point p at t = 0
 int nearest_gauss(const Model& m, const Elements& el, int e, const Points& pts, int p)
 {
-  double X[3] = {0, 0, 0}, at[3], N[8], nearest = 1e300;
+  double X[3], at[3], N[8], nearest = 1e300;
   int best = 0;
-  for (int k = pts.conn.off[p]; k < pts.conn.off[p + 1]; ++k)
-    for (int i = 0; i < m.dim; ++i) X[i] += pts.w[k] * pts.Xc[pts.conn.item[k] * m.dim + i];
+  point_place(pts, m.dim, p, X);
   for (int g = 0; g < shape_info[el.block[el.initial_block[e]].shape].ngp; ++g) {
     elem_gauss_place(m, el, e, g, at, N);
     double d = 0.0;
@@ -148,13 +147,12 @@ void convert_one(const Model& m, const Elements& el, const FracMesh& fm, int e, 
 {
   const ConversionDef& c = m.conversion[fm.conv[e]];
   const int first = st.points.npoint, old = st.points.ncorner;
-  const size_t first_mass = st.points.mc.size();
   point_convert(m, c.body[m.mesh.elem_section[e]], e, st.points.npoint_all(), share, st.points);
   interpolate(share, st.n.u, m.dim, st.n.uc);
   interpolate(share, st.n.v, m.dim, st.n.vc);
   mass.resize(st.points.ncorner, 0.0);
   added.resize(st.points.ncorner, 0.0);
-  point_add_mass(st.points, first, first_mass, added);
+  point_add_mass(st.points, first, added);
   for (int k = st.points.conn.off[first]; k < st.points.conn.off[st.points.npoint]; ++k) {
     const int corner = st.points.conn.item[k];
     if (added[corner] == 0.0) continue;
@@ -335,7 +333,7 @@ void frac_convert(const Model& m, Elements& el, const FracMesh& fm, const IntVec
   RealVec mass(st.points.ncorner, 0.0), added;
   std::map<int, Mat3> be;      // [point] of plastic material: its stress goes on
   note_elastic(m, st, be);
-  point_add_mass(st.points, 0, 0, mass);
+  point_add_mass(st.points, 0, mass);
   for (int e : elem) {
     convert_one(m, el, fm, e, share, mass, added, st, be);
     made.item.insert(made.item.end(), share.made.begin(), share.made.end());

@@ -46,7 +46,7 @@ void load_element(const Model& m, const Elements& el, const Level& l, int e, Car
   std::copy(mass, mass + pair_count(c.nen), c.mass);
 }
 
-void load_point(const Points& pts, int dim, const Level& l, int p, const double* mc, Carrier& c)
+void load_point(const Points& pts, int dim, const Level& l, int p, Carrier& c)
 {
   c.nen = pts.conn.count(p);
   for (int a = 0; a < c.nen; ++a) {
@@ -57,7 +57,7 @@ void load_point(const Points& pts, int dim, const Level& l, int p, const double*
       c.v[a][i] = l.vc[n * dim + i];
     }
   }
-  std::copy(mc, mc + c.nen * (c.nen + 1) / 2, c.mass);
+  std::copy_n(pts.mc(p), pair_count(c.nen), c.mass);
 }
 
 // calls use(piece, carrier) for all elements and points that count on this rank
@@ -70,11 +70,10 @@ void each_carrier(const Model& m, const Elements& el, const State& st, const Fra
     load_element(m, el, st.n, e, c);
     use(f.of_elem[e], c);
   }
-  const double* mc = st.points.mc.data();
   for (int p = 0; p < st.points.npoint; ++p) {
-    load_point(st.points, m.dim, st.n, p, mc, c);
-    mc += c.nen * (c.nen + 1) / 2;
-    if (point_counts(m, st.points, p)) use(f.of_point[p], c);
+    if (!point_counts(m, st.points, p)) continue;
+    load_point(st.points, m.dim, st.n, p, c);
+    use(f.of_point[p], c);
   }
 }
 

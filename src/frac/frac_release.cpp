@@ -21,9 +21,10 @@ const double LEAST_SIZE = 0.5;
 Eigen::Matrix3d gradient(const Points& pts, int dim, const RealVec& uc, int p)
 {
   Eigen::Matrix3d F = Eigen::Matrix3d::Identity();
-  for (int k = pts.conn.off[p]; k < pts.conn.off[p + 1]; ++k)
+  const double* G = pts.G(p);
+  for (int a = 0; a < pts.conn.count(p); ++a)
     for (int i = 0; i < dim; ++i)
-      for (int j = 0; j < dim; ++j) F(i, j) += uc[pts.conn.item[k] * dim + i] * pts.G[k * dim + j];
+      for (int j = 0; j < dim; ++j) F(i, j) += uc[pts.conn.begin(p)[a] * dim + i] * G[a * dim + j];
   return F;
 }
 
@@ -43,14 +44,6 @@ struct RigidFragment {
   double m[8][8], mc[8], mass = 0.0;
 };
 
-// first pair of each point in Points::mc
-std::vector<size_t> first_pairs(const Points& pts)
-{
-  std::vector<size_t> first(1, 0);
-  for (int p = 0; p < pts.npoint; ++p) first.push_back(first.back() + pair_count(pts.conn.count(p)));
-  return first;
-}
-
 // the mean over the mass
 Eigen::Vector3d mean(const RigidFragment& g, const Eigen::Vector3d* value)
 {
@@ -59,8 +52,9 @@ Eigen::Vector3d mean(const RigidFragment& g, const Eigen::Vector3d* value)
   return sum / g.mass;
 }
 
-void read_fragment(const Points& pts, int dim, const Level& l, int p, const double* pairs, RigidFragment& g)
+void read_fragment(const Points& pts, int dim, const Level& l, int p, RigidFragment& g)
 {
+  const double* pairs = pts.mc(p);
   g = RigidFragment();
   g.n = pts.conn.count(p);
   for (int a = 0; a < g.n; ++a) {
@@ -110,9 +104,7 @@ Eigen::Matrix3d squeezed(const Eigen::Matrix3d& F)
 
 // The maps from the shapes of t = 0 to those that points are released with, which have room. What is near a
 // point the rank of its element knows.                                                             (7.34)
-//   in   fresh, pair   points, and where their masses are
-void fitted(const Model& m, const IntVec& fresh, const std::vector<size_t>& pair, const State& st,
-            std::vector<Eigen::Matrix3d>& map)
+void fitted(const Model& m, const IntVec& fresh, const State& st, std::vector<Eigen::Matrix3d>& map)
 {
   const Points& pts = st.points;
   std::vector<GrainShape> grain;
@@ -120,7 +112,7 @@ void fitted(const Model& m, const IntVec& fresh, const std::vector<size_t>& pair
   map.clear();
   for (int p : fresh) {
     RigidFragment g;
-    read_fragment(pts, m.dim, st.n, p, &pts.mc[pair[p]], g);
+    read_fragment(pts, m.dim, st.n, p, g);
     const Eigen::Matrix3d F = gradient(pts, m.dim, st.n.uc, p), U = squeezed(F), R = rotation(F);
     const Eigen::Vector3d X = mean(g, g.X), x = mean(g, g.x);
     GrainShape shape;
@@ -151,25 +143,26 @@ void reshape(const Eigen::Matrix3d& A, int dim, int p, Points& pts, RigidFragmen
 {
   const Eigen::Vector3d X = mean(g, g.X);
   const Eigen::Matrix3d B = A.inverse().transpose();
+  pts.kind[p] = domain_own(pts.kind[p], pts.kinds);
+  double* G   = &pts.kinds.number[pts.kinds.first[pts.kind[p]]] + g.n;
   for (int a = 0; a < g.n; ++a) {
-    const int k = pts.conn.off[p] + a;
-    Eigen::Vector3d G = Eigen::Vector3d::Zero();
-    for (int i = 0; i < dim; ++i) G[i] = pts.G[k * dim + i];
+    Eigen::Vector3d G_a = Eigen::Vector3d::Zero();
+    for (int i = 0; i < dim; ++i) G_a[i] = G[a * dim + i];
     g.X[a] = X + A * (g.X[a] - X);
-    G = B * G;
+    G_a = B * G_a;
     for (int i = 0; i < dim; ++i) {
-      pts.Xc[pts.conn.item[k] * dim + i] = g.X[a][i];
-      pts.G[k * dim + i] = G[i];
+      pts.Xc[pts.conn.begin(p)[a] * dim + i] = g.X[a][i];
+      G[a * dim + i] = G_a[i];
     }
   }
 }
 
 // the shape without stress, turned, and a rigid motion (7.13); map: to the shape without stress from now on,
 // null: as it was
-void restore(int dim, int p, size_t pair, const Eigen::Matrix3d* map, Points& pts, Level& l)
+void restore(int dim, int p, const Eigen::Matrix3d* map, Points& pts, Level& l)
 {
   RigidFragment g;
-  read_fragment(pts, dim, l, p, &pts.mc[pair], g);
+  read_fragment(pts, dim, l, p, g);
   const Eigen::Matrix3d R = rotation(gradient(pts, dim, l.uc, p));
   if (map) reshape(*map, dim, p, pts, g);
   const Eigen::Vector3d X = mean(g, g.X), x = mean(g, g.x), v = mean(g, g.v);
@@ -270,7 +263,6 @@ void frac_release(const Model& m, const FracMesh& fm, const IntVec& number, Stat
   Fracture& fr  = st.frac;
   const int all = static_cast<int>(number.size());
   const TornPoints torn = torn_here(number, pts);
-  const std::vector<size_t> pair = first_pairs(pts);
   IntVec fresh;
   for (int p : torn.point)
     if (!pts.released[p]) fresh.push_back(p);
@@ -280,14 +272,14 @@ void frac_release(const Model& m, const FracMesh& fm, const IntVec& number, Stat
   fr.nreleased += news;
   fr.renewed += all - news;
   std::vector<Eigen::Matrix3d> map;
-  if (model_general_contact(m) >= 0) fitted(m, fresh, pair, st, map);
+  if (model_general_contact(m) >= 0) fitted(m, fresh, st, map);
   const size_t before = fr.left.item.size();
   point_release(fresh, m.dim, pts, fr.left);
   copy_corners(fr.left.item, before, m.dim, st.n);
   size_t k = 0;
   for (int p : torn.point) {
     const bool first = k < fresh.size() && fresh[k] == p;
-    restore(m.dim, p, pair[p], first && !map.empty() ? &map[k] : nullptr, pts, st.n);
+    restore(m.dim, p, first && !map.empty() ? &map[k] : nullptr, pts, st.n);
     forget_flow(pts, p, st.n.hp);
     k += first;
   }

@@ -40,7 +40,7 @@ bool points_fit(int dim, const State& s)
 {
   const Points& p    = s.points;
   const Fracture& fr = s.frac;
-  const size_t n = p.npoint, c = p.ncorner, items = p.conn.item.size();
+  const size_t n = p.npoint, c = p.ncorner;
   const auto in = [](const IntVec& list, size_t end) {
     return std::all_of(list.begin(), list.end(),
                        [=](int i) { return i >= 0 && static_cast<size_t>(i) < end; });
@@ -48,7 +48,7 @@ bool points_fit(int dim, const State& s)
   return p.part.point.size() == n && p.part.corner.size() == c && p.parent.size() == n &&
          p.Xc.size() == c * dim && p.apart.size() == c && in(fr.released, n) &&
          fr.released_at.size() == fr.released.size() && ends(fr.left, fr.released.size()) &&
-         in(fr.left.item, c) && ends(p.conn, n) && p.G.size() == items * dim && p.sampled.size() == n &&
+         in(fr.left.item, c) && ends(p.conn, n) && p.kind.size() == n && p.sampled.size() == n &&
          p.V0.size() == n && p.label.size() == n && p.broken.size() == n && p.normal.size() == 3 * n &&
          p.hangs.size() == c && (!s.division.handed || s.division.point.size() == n) &&
          level_fits(dim, n, c, s);
@@ -120,9 +120,13 @@ bool find_points(const Points& known, const Fracture& fr, const Points& here, In
 void take_points(int dim, const Points& known, const IntVec& point, const IntVec& corner, State& st)
 {
   Points& here = st.points;
-  for (int p = 0; p < here.npoint; ++p)
-    std::copy_n(&known.G[static_cast<size_t>(known.conn.off[point[p]]) * dim], here.conn.count(p) * dim,
-                &here.G[static_cast<size_t>(here.conn.off[p]) * dim]);
+  for (int p = 0; p < here.npoint; ++p) {
+    const int n = here.conn.count(p);
+    double number[domain_numbers(8, 3)];
+    std::copy_n(here.w(p), domain_numbers(n, dim), number);
+    std::copy_n(known.G(point[p]), n * dim, number + n);
+    here.kind[p] = domain_change(here.kind[p], n, number, here.kinds);
+  }
   for (IntVec Points::* x : {&Points::sampled, &Points::label, &Points::broken})
     here.*x = picked(point, 1, known.*x);
   here.V0     = picked(point, 1, known.V0);

@@ -4,6 +4,7 @@
 #ifndef MPFE_MODEL_STATE_H
 #define MPFE_MODEL_STATE_H
 
+#include "model/domain_kinds.h"
 #include "model/model.h"
 
 // Points::field of the corners of released points
@@ -41,11 +42,10 @@ struct Points {
   RealVec Xc;                  // [ncorner*dim]  corners at t = 0                     length
   IntVec shape;                // [npoint] Shape of the domain
   ListTable conn;              // [npoint] corners of a domain
-  RealVec w;                   // [conn.item] weights w_c, sum 1 over a domain
-  RealVec G;                   // [conn.item*dim] gradients G_c, sum 0                1/length
+  IntVec kind;                 // [npoint] index into kinds
+  DomainKinds kinds;           // weights, gradients, consistent masses
   // [npoint] 1: G and V0 belong to a Gauss place of the element that it was, 0: means over the domain
   IntVec sampled;
-  RealVec mc;                  // consistent mass of a domain on its corners, pairs a >= b, point after point
   RealVec V0;                  // [npoint] volume (area x thickness) at t = 0         length^3
   RealVec mass;                // [npoint]
   IntVec body;                 // [npoint] index into Model::body
@@ -81,6 +81,10 @@ struct Points {
   bool converted(int e) const { return !of_elem.empty() && of_elem[e] >= 0; }
   // carries what broken material still does; a released point is a whole piece of material again
   bool eroded(int p) const { return broken[p] >= 0 && !released[p]; }
+  // of a domain: weights w_c [n], gradients G_c [n*dim] (1/length), masses, pairs a >= b
+  const double* w(int p) const { return kinds.at(kind[p]); }
+  const double* G(int p) const { return w(p) + conn.count(p); }
+  const double* mc(int p) const { return G(p) + conn.count(p) * kinds.dim; }
   std::vector<Face> boundary;  // faces with one owner; elem: point, face: local face
   // [Model::surface] faces of points: of surfaces on bodies, and of surfaces on
   std::vector<std::vector<Face>> surface;

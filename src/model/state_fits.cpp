@@ -82,15 +82,12 @@ bool points_fit(const Model& m, const Points& begin, const Points& p)
   if (p.npoint < begin.npoint || p.ncorner < begin.ncorner) return false;
   const std::size_t n = p.npoint, c = p.ncorner, dim = m.dim;
   if (!index(p.shape, n, 0, 5) || !lists(p.conn, p.npoint, 0, p.ncorner)) return false;
-  std::size_t pairs = 0;
   for (int q = 0; q < p.npoint; ++q) {
     const ShapeInfo& info = shape_info[p.shape[q]];
     if (info.dim != m.dim || p.conn.count(q) != info.nen) return false;
-    pairs += info.nen * (info.nen + 1) / 2;
   }
-  const std::size_t items = p.conn.item.size();
-  if (!real(p.Xc, c * dim) || !real(p.w, items) || !real(p.G, items * dim) || !index(p.sampled, n, 0, 2) ||
-      !real(p.mc, pairs) || !real(p.V0, n) || !real(p.mass, n))
+  if (!real(p.Xc, c * dim) || !has(p.kind, n) || !real(p.kinds.number, p.kinds.number.size()) ||
+      !index(p.sampled, n, 0, 2) || !real(p.V0, n) || !real(p.mass, n))
     return false;
   if (!index(p.body, n, 0, nbody) || !has(p.label, n) || !index(p.parent, n, -1, nelem) ||
       !index(p.broken, n, -1, nfrac))

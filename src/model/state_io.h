@@ -46,21 +46,69 @@ inline void io_outline(Archive& f, Points& x)
   io_all(f, x.npoint, x.ncorner, of_points(x.parent), DividedLists{x.conn, PER_POINT, PER_CONN});
 }
 
+// Numbers of domains, point after point, as files have them
+struct DomainNumbers { RealVec w, G, mc; };
+
+inline DomainNumbers domain_lists(const Points& x)
+{
+  DomainNumbers d;
+  for (int p = 0; p < x.conn.size(); ++p) {
+    const int n = x.conn.count(p);
+    d.w.insert(d.w.end(), x.w(p), x.G(p));
+    d.G.insert(d.G.end(), x.G(p), x.mc(p));
+    d.mc.insert(d.mc.end(), x.mc(p), x.mc(p) + n * (n + 1) / 2);
+  }
+  return d;
+}
+
+// Reading: kinds from such lists. Those that are not read, since conversion gives them once more, are zero.
+// Lists that do not fit each other: no kinds, which state_fits refuses
+inline void domains_from_lists(const DomainNumbers& d, Points& x)
+{
+  const std::size_t items = x.conn.item.size();
+  const int dim = items ? static_cast<int>(d.G.size() / items) : 0;
+  std::size_t pairs = 0, all = 0;
+  x.kind.clear();
+  x.kinds = DomainKinds();
+  for (int p = 0; p < x.conn.size(); ++p) {
+    const std::size_t n = x.conn.count(p);
+    if (n < 1 || n > 8) return;
+    pairs += n * (n + 1) / 2;
+    all += n;
+  }
+  if (all != items || d.G.size() != items * dim || (dim != 2 && dim != 3) ||
+      (!d.w.empty() && (d.w.size() != items || d.mc.size() != pairs)))
+    return;
+  pairs = 0;
+  for (int p = 0; p < x.conn.size(); ++p) {
+    const int n = x.conn.count(p), k = x.conn.off[p];
+    double number[domain_numbers(8, 3)] = {};
+    std::copy_n(&d.G[static_cast<std::size_t>(k) * dim], n * dim, number + n);
+    if (!d.w.empty()) std::copy_n(&d.w[k], n, number);
+    if (!d.w.empty()) std::copy_n(&d.mc[pairs], n * (n + 1) / 2, number + n * (1 + dim));
+    pairs += static_cast<std::size_t>(n) * (n + 1) / 2;
+    x.kind.push_back(domain_kind(n, dim, number, x.kinds));
+  }
+}
+
 inline void io(Archive& f, Points& x)
 {
   bool filled = x.of_elem.empty();
   io(f, filled);
   if (filled) return;
   const bool skip = state_takes(f);    // what the conversions give once more
-  auto& [npoint, ncorner, Xc, shape, conn, w, G, sampled, mc, V0, mass, body, label, of_elem, parent, next,
+  auto& [npoint, ncorner, Xc, shape, conn, kind, kinds, sampled, V0, mass, body, label, of_elem, parent, next,
          broken, normal, released, field, twin, hang, hang_w, hangs, apart, boundary, surface, part] = x;
   if (!f.reading && !f.part) apart.resize(ncorner, 0);
-  io_all(f, of_corners(Xc), of_points(shape, skip), Divided<double>{w, PER_CONN, skip},
-         Divided<double>{G, PER_CONN}, of_points(sampled), Divided<double>{mc, PER_PAIR, skip}, of_points(V0),
+  DomainNumbers d;
+  if (!f.reading) d = domain_lists(x);
+  io_all(f, of_corners(Xc), of_points(shape, skip), Divided<double>{d.w, PER_CONN, skip},
+         Divided<double>{d.G, PER_CONN}, of_points(sampled), Divided<double>{d.mc, PER_PAIR, skip}, of_points(V0),
          of_points(mass, skip), of_points(body, skip), of_points(label), of_elems(of_elem),
          of_points(next, skip), of_points(broken), of_points(normal), of_points(released, skip),
          of_corners(field, skip), of_corners(twin, skip), DividedLists{hang, PER_CORNER, PER_HANG, skip},
          Divided<double>{hang_w, PER_HANG, skip}, of_corners(hangs), of_corners(apart));
+  if (f.reading) domains_from_lists(d, x);
 }
 
 // Side A of bonds as numbers: the last one of each list is -1 - item

@@ -11,17 +11,6 @@
 
 namespace {
 
-// places of lists with n[i] numbers
-template <class Count>
-IntVec offsets(int lists, Count count)
-{
-  IntVec off(1, 0);
-  for (int i = 0; i < lists; ++i) off.push_back(off.back() + count(i));
-  return off;
-}
-
-int pairs_of(const Points& p, int point) { return p.conn.count(point) * (p.conn.count(point) + 1) / 2; }
-
 // points and corners, in numbers of all ranks
 Points numbered(const Model& m, const IntVec& points, const IntVec& corners, const Points& p)
 {
@@ -34,10 +23,8 @@ Points numbered(const Model& m, const IntVec& points, const IntVec& corners, con
   out.ncorner = p.part.ncorner;
   out.Xc      = picked(corners, dim, p.Xc);
   out.conn    = picked(points, p.conn);
-  out.w       = picked(points, p.conn.off, 1, p.w);
-  out.G       = picked(points, p.conn.off, dim, p.G);
-  out.mc      = picked(points, offsets(p.npoint, [&](int q) { return pairs_of(p, q); }), 1, p.mc);
-  for (IntVec Points::* x : {&Points::shape, &Points::sampled, &Points::body, &Points::label, &Points::parent,
+  out.kinds   = p.kinds;
+  for (IntVec Points::* x : {&Points::shape, &Points::kind, &Points::sampled, &Points::body, &Points::label, &Points::parent,
                              &Points::next, &Points::broken, &Points::released})
     out.*x = picked(points, 1, p.*x);
   out.V0     = picked(points, 1, p.V0);

@@ -92,14 +92,6 @@ void add_elements(const Model& m, const Elements& el, const State& s, const Chec
   }
 }
 
-// the place of a point at t = 0: sum_c w_c X_c
-void point_place(const Points& pts, int dim, int p, double X[3])
-{
-  for (int i = 0; i < 3; ++i) X[i] = 0.0;
-  for (int k = pts.conn.off[p]; k < pts.conn.off[p + 1]; ++k)
-    for (int i = 0; i < dim; ++i) X[i] += pts.w[k] * pts.Xc[pts.conn.item[k] * dim + i];
-}
-
 void add_points(const Model& m, const State& s, const Check& c, const Quantity& q, Norm& norm)
 {
   const Points& pts = s.points;
@@ -109,7 +101,7 @@ void add_points(const Model& m, const State& s, const Check& c, const Quantity& 
     double X[3], value;
     point_place(pts, m.dim, p, X);
     if (quantity_is_place(q)) {
-      value = point_nodal_at(m, pts, s.n, q, p, pts.w.data() + pts.conn.off[p]);
+      value = point_nodal_at(m, pts, s.n, q, p, pts.w(p));
     } else {
       point_ip_fields(m, pts, s.n, p, f);
       value = quantity_ip(q, f);

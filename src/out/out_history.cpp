@@ -279,7 +279,7 @@ Gathered sampled(const Model& m, const Elements& el, const State& s, const Probe
   for (int n : probe.node) sample.add(node_value(m, s, probe.q, n), 1.0);
   for (int e : probe.elem) sample_gauss(m, el, s, probe.q, e, sample);
   for (int p : probe.point)
-    sample_point(m, s, probe.q, p, s.points.w.data() + s.points.conn.off[p], sample);
+    sample_point(m, s, probe.q, p, s.points.w(p), sample);
   return gather(sample);
 }
 

@@ -211,9 +211,17 @@ void point_tangent_pack(int dim, const Points& pts, const PointLaws& law, const 
                         const RealVec& uc0, const RealVec& uc1, const ActiveGrid& g, const int* point,
                         double* ke);
 
-// point_add_mass : adds the mass of the domains from the first-th on at their corners, sum_d m_cd; at: place
-// of its masses in Points::mc;  mass [ncorner]
-void point_add_mass(const Points& pts, int first, size_t at, RealVec& mass);
+// point_add_mass : adds the mass of the domains from the first-th on at their corners, sum_d m_cd;
+// mass [ncorner]
+void point_add_mass(const Points& pts, int first, RealVec& mass);
+
+// point_domain : places of the n corners of a domain, from the first one, to as many digits as all places there
+// have: domains that are equal but for their place have the same bits, whatever rounding there was
+//   out  X [n*dim]
+void point_domain(const Points& pts, int dim, const int* corner, int n, double* X);
+
+// point_place : centre of point p at t = 0, sum_c w_c X_c
+void point_place(const Points& pts, int dim, int p, double X[3]);
 
 // point_corner_in_element : shape functions of element e at the place of corner c at t = 0; false when it is
 // not found

@@ -188,9 +188,11 @@ Status touch(const Model& m, const Points& pts, const Bonds& bonds, const GridSh
     if (pts.released[p] || !share.has_point(p)) continue;
     double mid[D] = {};
     bool follows = false;      // others: the grid around its centre need not exist
-    for (int k = pts.conn.off[p]; k < pts.conn.off[p + 1]; ++k) {
-      follows = follows || pts.carrier(pts.conn.item[k]) != HANG_GRID;
-      for (int i = 0; i < D; ++i) mid[i] += pts.w[k] * x[pts.conn.item[k] * D + i];
+    const double* w = pts.w(p);
+    for (int a = 0; a < pts.conn.count(p); ++a) {
+      const int c = pts.conn.begin(p)[a];
+      follows = follows || pts.carrier(c) != HANG_GRID;
+      for (int i = 0; i < D; ++i) mid[i] += w[a] * x[c * D + i];
     }
     if (follows) continue;
     if (!locate<D>(grid, mid, s)) continue;

@@ -22,6 +22,21 @@ int fill_corner(Filler& f, const double* X, int field)
   return f.pts.ncorner++;
 }
 
+void point_domain(const Points& pts, int dim, const int* corner, int n, double* X)
+{
+  const int digits = 48;       // of a place; corners of equal domains differ in the last 5
+  for (int i = 0; i < dim; ++i) {
+    double most = 0.0;
+    for (int c = 0; c < n; ++c) most = std::max(most, std::fabs(pts.Xc[corner[c] * dim + i]));
+    int exponent;
+    std::frexp(most, &exponent);
+    for (int c = 0; c < n; ++c) {
+      const double from_first = pts.Xc[corner[c] * dim + i] - pts.Xc[corner[0] * dim + i];
+      X[c * dim + i] = std::ldexp(std::nearbyint(std::ldexp(from_first, digits - exponent)), exponent - digits);
+    }
+  }
+}
+
 void fill_point(Filler& f, int body, Shape shape, const int* corner)
 {
   if (f.plan) {
@@ -34,28 +49,26 @@ void fill_point(Filler& f, int body, Shape shape, const int* corner)
   const Body& b = f.m.body[body];
   const int dim = f.m.dim, nen = shape_info[shape].nen;
   Points& p = f.pts;
-  double X[24], w[36], G[24];
-  for (int c = 0; c < nen; ++c)
-    for (int i = 0; i < dim; ++i) X[c * dim + i] = p.Xc[corner[c] * dim + i];
+  double X[24], number[domain_numbers(8, 3)];
+  point_domain(p, dim, corner, nen, X);
+  double *w = number, *G = w + nen, *mc = G + nen * dim;
   const double V = cpdi_weights(shape, X, w, G);
   if (!(V > 0.0)) {
     log_error(
         "body %s: a material point near (%g, %g) has a domain of volume %g: the element it fills is turned "
         "inside out or degenerate",
-        b.name.c_str(), X[0], X[1], V);
+        b.name.c_str(), p.Xc[corner[0] * dim], p.Xc[corner[0] * dim + 1], V);
     ++f.errors;
     return;
   }
   append(p.shape, int(shape));
   append(p.conn.item, corner, corner + nen);
   append(p.conn.off, static_cast<int>(p.conn.item.size()));
-  append(p.w, w, w + nen);
-  append(p.G, G, G + nen * dim);
   append(p.sampled, 0);
   append(p.V0, V * (dim == 2 ? b.thickness : 1.0));
   append(p.mass, p.V0.back() * f.m.material[b.material].density);
-  shape_mass(shape, X, p.mass.back() / V, w);
-  append(p.mc, w, w + pair_count(nen));
+  shape_mass(shape, X, p.mass.back() / V, mc);
+  append(p.kind, domain_kind(nen, dim, number, p.kinds));
   append(p.body, body);
   append(p.label, ++p.npoint);
   append(p.parent, f.parent);

@@ -539,14 +539,14 @@ void point_sample(const Model& m, int e, bool at_gauss, Points& pts)
   if (pts.sampled[first] == at_gauss || (shape != SHAPE_QUAD4 && shape != SHAPE_HEX8) || b.per_cell == 1)
     return;
   for (int p = first; p < pts.npoint && pts.parent[p] == e; ++p) {
-    double X[24], w[8], G[24];
-    for (int c = 0; c < nen; ++c)
-      for (int i = 0; i < dim; ++i) X[c * dim + i] = pts.Xc[pts.conn.begin(p)[c] * dim + i];
+    double X[24], number[domain_numbers(8, 3)], w[8], *G = number + nen;
+    point_domain(pts, dim, pts.conn.begin(p), nen, X);
+    std::copy_n(pts.w(p), domain_numbers(nen, dim), number);
     const double V = at_gauss ? gauss_weights(shape, X, p - first, b.per_cell, G)
                               : cpdi_weights(shape, X, w, G);
     // so far out a distorted element is turned inside out
     if (!(V > 0.0)) return point_sample(m, e, false, pts);
-    std::copy(G, G + nen * dim, &pts.G[static_cast<size_t>(pts.conn.off[p]) * dim]);
+    pts.kind[p]    = domain_change(pts.kind[p], nen, number, pts.kinds);
     pts.V0[p]      = V * (dim == 2 ? b.thickness : 1.0);
     pts.sampled[p] = at_gauss;
   }

@@ -12,11 +12,12 @@ template <int D>
 void gradient(const Points& pts, const RealVec& uc, int p, double* H)
 {
   for (int k = 0; k < D * D; ++k) H[k] = 0.0;
-  for (int k = pts.conn.off[p]; k < pts.conn.off[p + 1]; ++k) {
-    const int c = pts.conn.item[k];
+  const double* G = pts.G(p);
+  for (int a = 0; a < pts.conn.count(p); ++a) {
+    const int c = pts.conn.begin(p)[a];
     for (int i = 0; i < D; ++i) {
       const double u = uc[c * D + i];
-      for (int j = 0; j < D; ++j) H[i * D + j] += u * pts.G[k * D + j];
+      for (int j = 0; j < D; ++j) H[i * D + j] += u * G[a * D + j];
     }
   }
 }
@@ -77,7 +78,7 @@ inline void load_points(const Points& pts, const int* point, int nen, Pack* G, P
   if (NEN * D % PACK == 0 && NEN) {
     for (int k = 0; k < NEN * D; k += PACK) {
       for (int l = 0; l < PACK; ++l) {
-        const double* from = &pts.G[static_cast<size_t>(pts.conn.off[point[l]]) * D];
+        const double* from = pts.G(point[l]);
         G[k + l] = *reinterpret_cast<const PackRow*>(from + k);
       }
       pack_turn(G + k);
@@ -85,7 +86,7 @@ inline void load_points(const Points& pts, const int* point, int nen, Pack* G, P
     return;
   }
   for (int l = 0; l < PACK; ++l) {
-    const double* from = &pts.G[static_cast<size_t>(pts.conn.off[point[l]]) * D];
+    const double* from = pts.G(point[l]);
     for (int k = 0; k < nen * D; ++k) G[k][l] = from[k];
   }
 }
@@ -164,7 +165,7 @@ Hourglass hourglass(const Points& pts, const MatLaw& law, int p)
   if (!pts.released[p] || n != (D == 2 ? 4 : 8)) return g;
   g.modes = D == 2 ? 1 : 4;
   const int* corner = pts.conn.begin(p);
-  const double* G   = &pts.G[static_cast<size_t>(pts.conn.off[p]) * D];
+  const double* G   = pts.G(p);
   double GG = 0.0;
   for (int k = 0; k < n * D; ++k) GG += G[k] * G[k];
   for (int m = 0; m < g.modes; ++m) {
@@ -290,8 +291,8 @@ Status group_force(const Points& pts, const PointLaws& law, const KernelMode& mo
   corner.erase(std::unique(corner.begin(), corner.end()), corner.end());
   const int n = static_cast<int>(corner.size());
   group.set_nodes(n, corner.data(), [&](int i, auto use) {
-    for (int a = pts.conn.off[point[i]]; a < pts.conn.off[point[i] + 1]; ++a)
-      use(pts.conn.item[a], &pts.G[static_cast<size_t>(a) * D]);
+    const double* G = pts.G(point[i]);
+    for (int a = 0; a < pts.conn.count(point[i]); ++a) use(pts.conn.begin(point[i])[a], G + a * D);
   });
   RealVec re(static_cast<size_t>(n) * D);
   const Status status = group.form(law.body[pts.body[point[0]]], mode, n, re.data(), nullptr);
@@ -348,7 +349,7 @@ Status corner_force(const Model& m, const Points& pts, const PointLaws& law, con
       status = BAD_JACOBIAN;
       return;
     }
-    ip_force<D, 0>(&pts.G[static_cast<size_t>(pts.conn.off[p]) * D], pts.conn.count(p), pts.V0[p], Fb, S, re);
+    ip_force<D, 0>(pts.G(p), pts.conn.count(p), pts.V0[p], Fb, S, re);
     for (int a = 0; a < pts.conn.count(p); ++a)
       for (int i = 0; i < D; ++i) fc[pts.conn.begin(p)[a] * D + i] += re[a * D + i];
   });
@@ -548,13 +549,14 @@ void point_motion(const Points& pts, int dim, const RealVec& uc, int p, IpFields
 {
   out    = IpFields();
   out.V0 = pts.V0[p];
-  for (int k = pts.conn.off[p]; k < pts.conn.off[p + 1]; ++k) {
-    const int c = pts.conn.item[k];
+  const double *w = pts.w(p), *G = pts.G(p);
+  for (int a = 0; a < pts.conn.count(p); ++a) {
+    const int c = pts.conn.begin(p)[a];
     for (int i = 0; i < dim; ++i) {
       const double X = pts.Xc[c * dim + i], u = uc[c * dim + i];
-      out.X[i] += pts.w[k] * X;
-      out.x[i] += pts.w[k] * (X + u);
-      for (int j = 0; j < dim; ++j) out.F[3 * i + j] += u * pts.G[k * dim + j];
+      out.X[i] += w[a] * X;
+      out.x[i] += w[a] * (X + u);
+      for (int j = 0; j < dim; ++j) out.F[3 * i + j] += u * G[a * dim + j];
     }
   }
 }

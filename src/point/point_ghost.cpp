@@ -31,11 +31,12 @@ void fill_cells(const Model& m, const Points& pts, const RealVec& uc, const std:
       f.rho[c]       = std::max(f.rho[c], mat.density);
       f.thickness[c] = std::max(f.thickness[c], D == 2 ? body.thickness : 1.0);
     };
-    for (int k = pts.conn.off[q]; k < pts.conn.off[q + 1]; ++k) {
-      const size_t c = static_cast<size_t>(pts.conn.item[k]) * D;
+    const double* w = pts.w(q);
+    for (int a = 0; a < pts.conn.count(q); ++a) {
+      const size_t c = static_cast<size_t>(pts.conn.begin(q)[a]) * D;
       for (int i = 0; i < D; ++i) {
         x[i] = pts.Xc[c + i] + uc[c + i];
-        mid[i] += pts.w[k] * x[i];
+        mid[i] += w[a] * x[i];
       }
       reach(x);
     }

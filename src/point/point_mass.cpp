@@ -1,13 +1,15 @@
+#include <algorithm>
+
 #include <Eigen/Core>
 
 #include "base/gather_lists.h"
 #include "base/grow.h"
 #include "point/point.h"
 
-void point_add_mass(const Points& pts, int first, size_t at, RealVec& mass)
+void point_add_mass(const Points& pts, int first, RealVec& mass)
 {
-  const double* m = pts.mc.data() + at;
   for (int p = first; p < pts.npoint; ++p) {
+    const double* m = pts.mc(p);
     const int *corner = pts.conn.begin(p), nen = pts.conn.count(p);
     for (int a = 0; a < nen; ++a)
       for (int b = 0; b <= a; ++b, ++m) {
@@ -71,8 +73,6 @@ void point_corner_mass(const Points& pts, const IntVec& list, CornerMass& m)
   m.conn   = pts.conn.item;
   m.parent = pts.parent;
   m.list   = list;
-  std::vector<size_t> first(1, 0);                   // of the masses of each domain
-  for (int p = 0; p < pts.npoint; ++p) first.push_back(first.back() + pair_count(pts.conn.count(p)));
   IntVec of;
   const ListTable around = domains_around(pts, list, of);
   m.diag.assign(pts.ncorner, 0.0);
@@ -82,7 +82,7 @@ void point_corner_mass(const Points& pts, const IntVec& list, CornerMass& m)
       const int p = of[around.item[k]], a = around.item[k] - pts.conn.off[p], *corner = pts.conn.begin(p);
       for (int b = 0; b < pts.conn.count(p); ++b) {
         const int d       = corner[b];
-        const double mass = pts.mc[first[p] + (a >= b ? pair_place(a, b) : pair_place(b, a))];
+        const double mass = pts.mc(p)[a >= b ? pair_place(a, b) : pair_place(b, a)];
         if (d == c) m.diag[c] += mass;
         if (d >= c) continue;
         if (place[d] < m.off[c]) {
@@ -105,11 +105,21 @@ RealVec point_corner_momentum(const CornerMass& m, int dim, const RealVec& vc)
   return q;
 }
 
+void point_place(const Points& pts, int dim, int p, double X[3])
+{
+  std::fill(X, X + 3, 0.0);
+  const double* w = pts.w(p);
+  for (int a = 0; a < pts.conn.count(p); ++a)
+    for (int i = 0; i < dim; ++i) X[i] += w[a] * pts.Xc[pts.conn.begin(p)[a] * dim + i];
+}
+
 RealVec point_velocities(const Points& pts, int dim, const RealVec& vc)
 {
   RealVec vp(static_cast<size_t>(pts.npoint) * dim, 0.0);
-  for (int p = 0; p < pts.npoint; ++p)
-    for (int k = pts.conn.off[p]; k < pts.conn.off[p + 1]; ++k)
-      for (int i = 0; i < dim; ++i) vp[p * dim + i] += pts.w[k] * vc[pts.conn.item[k] * dim + i];
+  for (int p = 0; p < pts.npoint; ++p) {
+    const double* w = pts.w(p);
+    for (int a = 0; a < pts.conn.count(p); ++a)
+      for (int i = 0; i < dim; ++i) vp[p * dim + i] += w[a] * vc[pts.conn.begin(p)[a] * dim + i];
+  }
   return vp;
 }

@@ -13,9 +13,9 @@ void sums(const Points& pts, ActiveGrid& g, double* support)
 {
   using Dir = Eigen::Array<double, D, 1>;
   RealVec S_of_point;
-  const int *slot = g.slot.data(), *corner_off = g.corner.off.data(), *corner = pts.conn.item.data();
-  const int *conn_off = pts.conn.off.data(), *point_off = g.point.off.data(), *node = g.point.item.data();
-  const double *corner_w = g.corner_w.data(), *G = pts.G.data(), *w = pts.w.data();
+  const int *slot = g.slot.data(), *corner_off = g.corner.off.data();
+  const int *point_off = g.point.off.data(), *node = g.point.item.data();
+  const double* corner_w = g.corner_w.data();
   double* dS = g.dS.data();
   for (int p = 0, npoint = pts.npoint; p < npoint; ++p) {
     const int n = point_off[p + 1] - point_off[p];
@@ -23,7 +23,9 @@ void sums(const Points& pts, ActiveGrid& g, double* support)
     if (SUPPORT) S_of_point.assign(n, 0.0);
     double* S = S_of_point.data();
     std::fill(dS, dS + n * D, 0.0);
-    for (int k = conn_off[p], end = conn_off[p + 1]; k < end; ++k) {
+    const double *G = pts.G(p), *w = pts.w(p);
+    const int* corner = pts.conn.begin(p);
+    for (int k = 0, end = pts.conn.count(p); k < end; ++k) {
       const Dir of_corner = Eigen::Map<const Dir>(G + static_cast<size_t>(k) * D);
       for (int j = corner_off[corner[k]], last = corner_off[corner[k] + 1]; j < last; ++j) {
         const double N = corner_w[j];

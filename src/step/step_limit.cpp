@@ -97,7 +97,7 @@ Compressed compressed(const Model& m, const Elements& el, const State& st)
   for (int q = 0; q < st.points.npoint; ++q) {
     if (!point_counts(m, st.points, q)) continue;
     if (st.points.broken[q] >= 0 || point_material(m, st.points, q).law != LAW_SVK) continue;
-    const double* G = &st.points.G[static_cast<size_t>(st.points.conn.off[q]) * dim];
+    const double* G = st.points.G(q);
     if (clear(dim, G, st.points.conn.count(q), st.points.conn.begin(q), st.n.uc)) continue;
     point_ip_fields(m, st.points, st.n, q, f);
     c.points += note(c, f, q, true);

@@ -35,7 +35,7 @@ void step_memory(const Problem& p, std::vector<MemoryUse>& out)
   out.push_back({"elements", elements});
   out.push_back({"mesh", bytes(mesh.X) + bytes(mesh.conn) + bytes(mesh.node_label) + bytes(mesh.elem_label) +
                              bytes(mesh.elem_type) + bytes(mesh.elem_section)});
-  out.push_back({"points and grid", bytes(q.Xc) + bytes(q.G) + bytes(q.w) + bytes(q.mc) + bytes(q.conn) +
+  out.push_back({"points and grid", bytes(q.Xc) + bytes(q.kinds.number) + bytes(q.kind) + bytes(q.conn) +
                                         bytes(p.d.grid.point) + bytes(p.d.grid.dS) + bytes(p.d.grid.corner) +
                                         bytes(p.d.grid.corner_w) + bytes(p.d.grid.slot) +
                                         bytes(s.corner_mass.col) + bytes(s.corner_mass.val)});

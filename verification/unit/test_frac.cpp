@@ -479,7 +479,7 @@ TEST(Broken, PointTangentAgainstDifferences)
       const int d = m.dim, n = p.conn.count(0), *corner = p.conn.begin(0);
       ActiveGrid g;                                  // every corner on a grid node of its own
       g.point = p.conn;
-      g.dS    = p.G;
+      for (int q = 0; q < p.npoint; ++q) g.dS.insert(g.dS.end(), p.G(q), p.mc(q));
       RealVec work, ke(pair_count(n) * d * d);
       const PointLaws law = point_laws(m);
       const KernelMode mode;
@@ -970,10 +970,10 @@ TEST(Conversion, RimKeepsTheEnergyOfItsElement)
             for (int k = 0; k < nen * m.dim; ++k) want[k] += b.w[at] * b.dNdX[at * nen * m.dim + k];
           }
           for (int q = p.of_elem[e]; q < p.npoint && p.parent[q] == e; ++q)
-            for (int k = p.conn.off[q]; k < p.conn.off[q + 1]; ++k) {
-              ASSERT_TRUE(point_corner_in_element(m, p, e, p.conn.item[k], N));
+            for (int c = 0; c < p.conn.count(q); ++c) {
+              ASSERT_TRUE(point_corner_in_element(m, p, e, p.conn.begin(q)[c], N));
               for (int a = 0; a < nen; ++a)
-                for (int i = 0; i < m.dim; ++i) has[a * m.dim + i] += p.V0[q] * p.G[k * m.dim + i] * N[a];
+                for (int i = 0; i < m.dim; ++i) has[a * m.dim + i] += p.V0[q] * p.G(q)[c * m.dim + i] * N[a];
             }
           for (int k = 0; k < nen * m.dim; ++k)
             EXPECT_NEAR(want[k], has[k], 1e-13) << shape << " " << per_elem;

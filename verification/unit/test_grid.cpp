@@ -97,7 +97,7 @@ TEST(Grid, LinearFieldsAreExactWhereverTheBodyLies)
         double sum = 0.0, grad[4] = {0}, none[2] = {0};
         for (int k = a.pts.conn.off[p]; k < a.pts.conn.off[p + 1]; ++k)
           for (int c = a.pts.conn.item[k], j = a.g.corner.off[c]; j < a.g.corner.off[c + 1]; ++j)
-            sum += a.pts.w[k] * a.g.corner_w[j];
+            sum += a.pts.w(p)[k - a.pts.conn.off[p]] * a.g.corner_w[j];
         for (int k = a.g.point.off[p]; k < a.g.point.off[p + 1]; ++k) {
           double x[3];
           grid_node_place(m.grid, 2, a.g.key[a.g.point.item[k]], x);
@@ -415,4 +415,61 @@ TEST(Divided, RanksWithoutPointsAreNotMade)
   EXPECT_FALSE(point_fill_divides(m, 0));
   m.body.push_back(block_model(3.0, 4, 1, 0.05).body[0]);
   EXPECT_EQ(comm_size() == 2, point_fill_divides(m, 1));
+}
+
+// kinds of domains against a plain list: points come, change and get numbers of their own, in any order
+TEST(Domain, KindsHaveTheNumbersOfTheirPoints)
+{
+  const int dim = 2, numbers = domain_numbers(4, dim), most = 400;
+  DomainKinds k;
+  IntVec kind;
+  std::vector<RealVec> want;
+  std::vector<char> own;
+  unsigned seed = 1;
+  const auto roll = [&](unsigned n) { return (seed = seed * 1664525u + 1013904223u) / 65536u % n; };
+  const auto some = [&] { return RealVec(numbers, 0.1 * roll(60)); };
+  for (int turn = 0; turn < 4000; ++turn) {
+    const RealVec x = some();
+    const unsigned what = roll(4), p = kind.empty() ? 0 : roll(static_cast<unsigned>(kind.size()));
+    if (kind.empty() || (what == 0 && kind.size() < most)) {
+      kind.push_back(domain_kind(4, dim, x.data(), k));
+      want.push_back(x);
+      own.push_back(0);
+    } else if (what == 1) {
+      kind[p] = domain_own(kind[p], k);
+      k.number[k.first[kind[p]] + 3] = want[p][3] = 7.0 + turn;
+      own[p] = 1;
+    } else {
+      kind[p] = domain_change(kind[p], 4, x.data(), k);
+      want[p] = x;
+      own[p]  = 0;
+    }
+    std::set<RealVec> different;
+    for (size_t q = 0; q < kind.size(); ++q) {
+      ASSERT_TRUE(std::equal(want[q].begin(), want[q].end(), k.at(kind[q]))) << turn << " " << q;
+      if (!own[q]) different.insert(want[q]);
+    }
+    const size_t in_use = k.first.size() - k.unused.size(), alone = std::count(own.begin(), own.end(), 1);
+    ASSERT_EQ(different.size() + alone, in_use) << turn;
+  }
+  EXPECT_GT(k.first.size(), 60u);
+}
+
+// a box of equal cells far from the origin: rounding of places does not make kinds
+TEST(Domain, EqualCellsAreOfFewKinds)
+{
+  for (double shift : {0.0, 0.1, 12.3, 1234.5}) {
+    Points pts;
+    ASSERT_EQ(0, point_fill(block_model(1.0 + shift, 4, 3, 0.05), pts));
+    EXPECT_LE(pts.kinds.first.size(), 16u) << shift;
+    for (int p = 0; p < pts.npoint; ++p) {
+      const double *w = pts.w(p), *mc = pts.mc(p);
+      double sum = 0.0, mass = 0.0;
+      for (int c = 0; c < 4; ++c) sum += w[c];
+      for (int c = 0; c < 4; ++c)
+        for (int d = 0; d < 4; ++d) mass += mc[c >= d ? pair_place(c, d) : pair_place(d, c)];
+      EXPECT_NEAR(1.0, sum, 1e-15);
+      EXPECT_NEAR(pts.mass[p], mass, 1e-15 * mass);
+    }
+  }
 }
