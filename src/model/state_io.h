@@ -103,8 +103,8 @@ inline void io(Archive& f, Points& x)
   DomainNumbers d;
   if (!f.reading) d = domain_lists(x);
   io_all(f, of_corners(Xc), of_points(shape, skip), Divided<double>{d.w, PER_CONN, skip},
-         Divided<double>{d.G, PER_CONN}, of_points(sampled), Divided<double>{d.mc, PER_PAIR, skip}, of_points(V0),
-         of_points(mass, skip), of_points(body, skip), of_points(label), of_elems(of_elem),
+         Divided<double>{d.G, PER_CONN}, of_points(sampled), Divided<double>{d.mc, PER_PAIR, skip},
+         of_points(V0), of_points(mass, skip), of_points(body, skip), of_points(label), of_elems(of_elem),
          of_points(next, skip), of_points(broken), of_points(normal), of_points(released, skip),
          of_corners(field, skip), of_corners(twin, skip), DividedLists{hang, PER_CORNER, PER_HANG, skip},
          Divided<double>{hang_w, PER_HANG, skip}, of_corners(hangs), of_corners(apart));

@@ -24,8 +24,9 @@ Points numbered(const Model& m, const IntVec& points, const IntVec& corners, con
   out.Xc      = picked(corners, dim, p.Xc);
   out.conn    = picked(points, p.conn);
   out.kinds   = p.kinds;
-  for (IntVec Points::* x : {&Points::shape, &Points::kind, &Points::sampled, &Points::body, &Points::label, &Points::parent,
-                             &Points::next, &Points::broken, &Points::released})
+  for (IntVec Points::* x :
+       {&Points::shape, &Points::kind, &Points::sampled, &Points::body, &Points::label, &Points::parent,
+        &Points::next, &Points::broken, &Points::released})
     out.*x = picked(points, 1, p.*x);
   out.V0     = picked(points, 1, p.V0);
   out.mass   = picked(points, 1, p.mass);

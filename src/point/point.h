@@ -8,6 +8,7 @@
 
 #include "elem/elem.h"
 #include "model/state.h"
+#include "point/corner_names.h"
 
 const long key_own  = 1L << 60;  // + number of a corner that has unknowns of its own (Points::corner_number)
 const long key_node = 1L << 61;  // + n: node n of the mesh, which corners follow
@@ -92,11 +93,8 @@ bool point_fill_divides(const Model& m, int least);
 // rank 0 asks with the whole model
 void point_fill_ranks(IntVec& of_elem, Model& m);
 
-// A corner is named by the mesh nodes it hangs on and their integer weights, so neighbours find the same one
-using CornerKey = std::vector<std::pair<long, int>>;
-
 struct CornerShare {
-  std::map<std::pair<int, CornerKey>, int> corner;   // (grid field, key) -> corner, the first one
+  CornerNames corner;          // the first one of each name
   std::map<CornerKey, int> own;   // corners of the last element that it shares with no other
   IntVec made;                 // corners that the last element made,
   ListTable node;              // the nodes they hang on
@@ -215,8 +213,8 @@ void point_tangent_pack(int dim, const Points& pts, const PointLaws& law, const 
 // mass [ncorner]
 void point_add_mass(const Points& pts, int first, RealVec& mass);
 
-// point_domain : places of the n corners of a domain, from the first one, to as many digits as all places there
-// have: domains that are equal but for their place have the same bits, whatever rounding there was
+// point_domain : places of the n corners of a domain, from the first one, to as many digits as all places
+// there have: domains that are equal but for their place have the same bits, whatever rounding there was
 //   out  X [n*dim]
 void point_domain(const Points& pts, int dim, const int* corner, int n, double* X);
 

@@ -32,7 +32,8 @@ void point_domain(const Points& pts, int dim, const int* corner, int n, double* 
     std::frexp(most, &exponent);
     for (int c = 0; c < n; ++c) {
       const double from_first = pts.Xc[corner[c] * dim + i] - pts.Xc[corner[0] * dim + i];
-      X[c * dim + i] = std::ldexp(std::nearbyint(std::ldexp(from_first, digits - exponent)), exponent - digits);
+      const double steps      = std::nearbyint(std::ldexp(from_first, digits - exponent));
+      X[c * dim + i] = std::ldexp(steps, exponent - digits);
     }
   }
 }

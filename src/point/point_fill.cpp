@@ -25,8 +25,8 @@ void hang(Filler& f, int e, const CornerKey& key, int total)
   Points& p = f.pts;
   const int* node = f.m.mesh.conn.begin(e);
   for (const auto& k : key) {
-    const long a = std::find(node, node + f.m.mesh.conn.count(e), static_cast<int>(k.first)) - node;
-    append(p.hang.item, key.size() == 1 ? static_cast<int>(k.first) : -1 - f.at_node[a]);
+    const long a = std::find(node, node + f.m.mesh.conn.count(e), k.first) - node;
+    append(p.hang.item, key.size() == 1 ? k.first : -1 - f.at_node[a]);
     append(p.hang_w, static_cast<double>(k.second) / total);
   }
   p.hang.off.back() = static_cast<int>(p.hang.item.size());
@@ -45,29 +45,26 @@ int shared_corner(Filler& f, const Body& body, int e, const int* iw, int total)
     for (int i = 0; i < dim; ++i) X[i] += f.m.mesh.X[3 * node[a] + i] * iw[a] / total;
   }
   // in the same order on all ranks
-  const auto number = [&](long n) { return f.m.part.node_number(static_cast<int>(n)); };
+  const auto number = [&](int n) { return f.m.part.node_number(n); };
   std::sort(key.begin(), key.end(),
             [&](const auto& a, const auto& b) { return number(a.first) < number(b.first); });
-  auto first = f.share.corner.find({field, key});
-  if (first != f.share.corner.end() && !f.pts.shareable(first->second, f.before)) {
-    f.share.corner.erase(first);
-    first = f.share.corner.end();
-  }
+  int& first = corner_named(field, key, f.share.corner);
+  if (first >= 0 && !f.pts.shareable(first, f.before)) first = -1;
   const bool own = f.parent >= 0 && key.size() > 1;
   if (own) {
     const auto it = f.share.own.find(key);
     if (it != f.share.own.end()) return it->second;
-  } else if (first != f.share.corner.end()) {
-    return first->second;
+  } else if (first >= 0) {
+    return first;
   }
   const int c = fill_corner(f, X, field);
   if (own) f.share.own.emplace(key, c);
-  if (first == f.share.corner.end()) f.share.corner.emplace(std::make_pair(field, key), c);
-  else f.pts.twin[c] = first->second;
+  if (first < 0) first = c;
+  else f.pts.twin[c] = first;
   if (f.plan) return c;
   f.share.made.push_back(c);
   for (const auto& k : key) {
-    f.share.node.item.push_back(static_cast<int>(k.first));
+    f.share.node.item.push_back(k.first);
     f.share.weight.push_back(static_cast<double>(k.second) / total);
   }
   if (body.hang) hang(f, e, key, total);

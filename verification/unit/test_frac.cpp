@@ -815,7 +815,8 @@ TEST(Conversion, TornPointsComeOff)
     frac_convert(m, r.el, r.fm, rest, r.share, r.st);
     CornerShare share;
     EXPECT_TRUE(frac_replay(m, r.fm, r.st, begin, share));
-    EXPECT_EQ(share.corner, r.share.corner);
+    EXPECT_EQ(share.corner.corner, r.share.corner.corner);
+    EXPECT_EQ(share.corner.place, r.share.corner.place);
   }
 }
 
