@@ -26,6 +26,30 @@ void size_to(std::vector<T>& x, std::size_t n)
   x.resize(std::min(x.capacity(), n + n / 16));
 }
 
+// fit_size : n items, whatever they are. Arrays that are made anew through the run, a little larger or smaller
+// each time: an eighth more is taken, and what is too large by more than a quarter is given back.
+template <class T>
+void fit_size(std::vector<T>& x, std::size_t n)
+{
+  if (n > x.capacity() || n + n / 4 < x.capacity()) {
+    std::vector<T>().swap(x);            // before others are taken
+    x.reserve(n + n / 8);
+  }
+  x.resize(n);
+}
+
+// fit_room : the same for an array as it is
+template <class T>
+void fit_room(std::vector<T>& x)
+{
+  const std::size_t n = x.size();
+  if (n + n / 4 >= x.capacity() && n + n / 16 <= x.capacity()) return;
+  std::vector<T> fit;
+  fit.reserve(n + n / 8);
+  fit.insert(fit.end(), x.begin(), x.end());
+  x.swap(fit);
+}
+
 // append : one item, n equal ones, or those from first to last
 template <class T>
 void append(std::vector<T>& x, T item)

@@ -3,6 +3,7 @@
 #include "base/comm.h"
 #include "base/far_first.h"
 #include "base/gather_lists.h"
+#include "base/grow.h"
 #include "base/timer.h"
 #include "dof/dof.h"
 
@@ -285,11 +286,11 @@ void form_maps(const Mesh& mesh, const Elements& el, const ActiveGrid& grid, Dof
   for (int q : s.owned_bond) s.bond_map_off.push_back(pairs[2] += pair_count(s.bond.count(q)));
   for (int q : s.owned_ghost) s.ghost_map_off.push_back(pairs[3] += pair_count(grid.ghost.count(q)));
   for (int k : s.owned_group) s.group_map_off.push_back(pairs[4] += pair_count(s.group.count(k)));
-  s.elem_map.resize(pairs[0]);
-  s.point_map.resize(pairs[1]);
-  s.bond_map.resize(pairs[2]);
-  s.ghost_map.resize(pairs[3]);
-  s.group_map.resize(pairs[4]);
+  fit_size(s.elem_map, pairs[0]);
+  fit_size(s.point_map, pairs[1]);
+  fit_size(s.bond_map, pairs[2]);
+  fit_size(s.ghost_map, pairs[3]);
+  fit_size(s.group_map, pairs[4]);
   const size_t npoint = s.owned_point.size(), nbond = s.owned_bond.size(), nghost = s.owned_ghost.size();
   int* map = s.elem_map.data();
   dof_lists(mesh, el, grid, s, false, [&](int n, const int* row) {

@@ -2,6 +2,7 @@
 #include <map>
 #include <numeric>
 
+#include "base/grow.h"
 #include "base/picked.h"
 #include "bond/bond.h"
 #include "frac/frac.h"
@@ -146,6 +147,18 @@ void take_points(int dim, const Points& known, const IntVec& point, const IntVec
   if (!st.laid.uc.empty()) st.laid.uc = picked(corner, dim, st.laid.uc);
 }
 
+// Arrays that later conversions add to, with room for some: what a division makes has none, or half as much
+// again
+void fit_points(State& st)
+{
+  Points& p = st.points;
+  for (RealVec* x : {&p.Xc, &p.V0, &p.mass, &p.normal, &p.hang_w, &st.n.uc, &st.n.vc, &st.n.hp}) fit_room(*x);
+  for (IntVec* x : {&p.shape, &p.conn.off, &p.conn.item, &p.kind, &p.sampled, &p.body, &p.label, &p.parent,
+                    &p.next, &p.broken, &p.released, &p.field, &p.twin, &p.hang.off, &p.hang.item, &p.hangs,
+                    &p.apart, &p.part.point, &p.part.corner})
+    fit_room(*x);
+}
+
 // faces of general contact that are here; place [b.skin]: where they are then, FACE_ELSEWHERE: not here
 void take_skin(const Points& here, Bonds& b, IntVec& place)
 {
@@ -257,6 +270,7 @@ bool frac_take(const Model& m, const FracMesh& fm, const Points& begin, State& s
     return false;
   std::swap(fr.left, left);
   take_points(m.dim, known, point, corner, st);
+  fit_points(st);
   take_bonds(m, st);
   return true;
 }
