@@ -26,8 +26,8 @@ void size_to(std::vector<T>& x, std::size_t n)
   x.resize(std::min(x.capacity(), n + n / 16));
 }
 
-// fit_size : n items, whatever they are. Arrays that are made anew through the run, a little larger or smaller
-// each time: an eighth more is taken, and what is too large by more than a quarter is given back.
+// fit_size : n items, whatever they are. Arrays that are made anew through the run, a little larger or
+// smaller each time: an eighth more is taken, and what is too large by more than a quarter is given back.
 template <class T>
 void fit_size(std::vector<T>& x, std::size_t n)
 {

@@ -10,13 +10,14 @@ namespace {
 
 const int KEPT = 1 << 30;      // byte of the heap that may lie idle
 const int HEAP = 32 << 20;     // byte: smaller requests come from the heap; glibc takes no more
+const int HEAP_OF_RANKS = 256 << 10;   // the same on several ranks
 
 }  // namespace
 
-void heap_keep()
+void heap_keep(int ranks)
 {
 #ifdef __GLIBC__
   if (!std::getenv("MALLOC_TRIM_THRESHOLD_")) mallopt(M_TRIM_THRESHOLD, KEPT);
-  if (!std::getenv("MALLOC_MMAP_THRESHOLD_")) mallopt(M_MMAP_THRESHOLD, HEAP);
+  if (!std::getenv("MALLOC_MMAP_THRESHOLD_")) mallopt(M_MMAP_THRESHOLD, ranks > 1 ? HEAP_OF_RANKS : HEAP);
 #endif
 }
