@@ -86,8 +86,9 @@ bool points_fit(const Model& m, const Points& begin, const Points& p)
     const ShapeInfo& info = shape_info[p.shape[q]];
     if (info.dim != m.dim || p.conn.count(q) != info.nen) return false;
   }
-  if (!real(p.Xc, c * dim) || !has(p.kind, n) || !real(p.kinds.number, p.kinds.number.size()) ||
-      !index(p.sampled, n, 0, 2) || !real(p.V0, n) || !real(p.mass, n))
+  if (!real(p.Xc, c * dim) || !has(p.kind, n) || (n > 0 && p.kinds.dim != m.dim) ||
+      !real(p.kinds.number, p.kinds.number.size()) || !index(p.sampled, n, 0, 2) || !real(p.V0, n) ||
+      !real(p.mass, n))
     return false;
   if (!index(p.body, n, 0, nbody) || !has(p.label, n) || !index(p.parent, n, -1, nelem) ||
       !index(p.broken, n, -1, nfrac))

@@ -61,9 +61,9 @@ inline DomainNumbers domain_lists(const Points& x)
   return d;
 }
 
-// Reading: kinds from such lists. Those that are not read, since conversion gives them once more, are zero.
-// Lists that do not fit each other: no kinds, which state_fits refuses
-inline void domains_from_lists(const DomainNumbers& d, Points& x)
+// Reading: kinds from such lists. G_alone: others are not read, since conversion gives them once more, and
+// are zero. Lists that do not fit each other: no kinds, which state_fits refuses
+inline void domains_from_lists(const DomainNumbers& d, bool G_alone, Points& x)
 {
   const std::size_t items = x.conn.item.size();
   const int dim = items ? static_cast<int>(d.G.size() / items) : 0;
@@ -77,15 +77,15 @@ inline void domains_from_lists(const DomainNumbers& d, Points& x)
     all += n;
   }
   if (all != items || d.G.size() != items * dim || (dim != 2 && dim != 3) ||
-      (!d.w.empty() && (d.w.size() != items || d.mc.size() != pairs)))
+      (!G_alone && (d.w.size() != items || d.mc.size() != pairs)))
     return;
   pairs = 0;
   for (int p = 0; p < x.conn.size(); ++p) {
     const int n = x.conn.count(p), k = x.conn.off[p];
     double number[domain_numbers(8, 3)] = {};
     std::copy_n(&d.G[static_cast<std::size_t>(k) * dim], n * dim, number + n);
-    if (!d.w.empty()) std::copy_n(&d.w[k], n, number);
-    if (!d.w.empty()) std::copy_n(&d.mc[pairs], n * (n + 1) / 2, number + n * (1 + dim));
+    if (!G_alone) std::copy_n(&d.w[k], n, number);
+    if (!G_alone) std::copy_n(&d.mc[pairs], n * (n + 1) / 2, number + n * (1 + dim));
     pairs += static_cast<std::size_t>(n) * (n + 1) / 2;
     x.kind.push_back(domain_kind(n, dim, number, x.kinds));
   }
@@ -108,7 +108,7 @@ inline void io(Archive& f, Points& x)
          of_points(next, skip), of_points(broken), of_points(normal), of_points(released, skip),
          of_corners(field, skip), of_corners(twin, skip), DividedLists{hang, PER_CORNER, PER_HANG, skip},
          Divided<double>{hang_w, PER_HANG, skip}, of_corners(hangs), of_corners(apart));
-  if (f.reading) domains_from_lists(d, x);
+  if (f.reading) domains_from_lists(d, skip, x);
 }
 
 // Side A of bonds as numbers: the last one of each list is -1 - item
