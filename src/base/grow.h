@@ -9,12 +9,12 @@
 #include <vector>
 
 // room_for : room for more items. Arrays of points and corners grow by a few at a time and then stay: half as
-// much again is taken, where std::vector takes twice as much.
+// much again is taken, or another part, where std::vector takes twice as much.
 template <class T>
-void room_for(std::vector<T>& x, std::size_t more)
+void room_for(std::vector<T>& x, std::size_t more, std::size_t part = 2)
 {
   const std::size_t n = x.size() + more;
-  if (n > x.capacity()) x.reserve(n + n / 2);
+  if (n > x.capacity()) x.reserve(n + n / part);
 }
 
 // size_to : n items at least; called again with few more, it need not do it again
@@ -26,28 +26,40 @@ void size_to(std::vector<T>& x, std::size_t n)
   x.resize(std::min(x.capacity(), n + n / 16));
 }
 
+// too_large : is there more room than n items need, by a quarter?
+template <class T>
+bool too_large(const std::vector<T>& x, std::size_t n)
+{
+  return n + n / 4 < x.capacity();
+}
+
 // fit_size : n items, whatever they are. Arrays that are made anew through the run, a little larger or
 // smaller each time: an eighth more is taken, and what is too large by more than a quarter is given back.
 template <class T>
 void fit_size(std::vector<T>& x, std::size_t n)
 {
-  if (n > x.capacity() || n + n / 4 < x.capacity()) {
+  if (n > x.capacity() || too_large(x, n)) {
     std::vector<T>().swap(x);            // before others are taken
     x.reserve(n + n / 8);
   }
   x.resize(n);
 }
 
-// fit_room : the same for an array as it is
+// fit_room : room for an eighth more items than there are
 template <class T>
 void fit_room(std::vector<T>& x)
 {
-  const std::size_t n = x.size();
-  if (n + n / 4 >= x.capacity() && n + n / 16 <= x.capacity()) return;
   std::vector<T> fit;
-  fit.reserve(n + n / 8);
+  fit.reserve(x.size() + x.size() / 8);
   fit.insert(fit.end(), x.begin(), x.end());
   x.swap(fit);
+}
+
+// give_back : what is too large by more than a quarter
+template <class T>
+void give_back(std::vector<T>& x)
+{
+  if (too_large(x, x.size())) fit_room(x);
 }
 
 // append : one item, n equal ones, or those from first to last

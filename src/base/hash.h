@@ -17,4 +17,11 @@ inline std::uint64_t hash_add(std::uint64_t hash, const void* data, std::size_t 
   return hash;
 }
 
+// hash_mix : a hash of one more number, a word at a time; its high digits are brought down
+inline std::uint64_t hash_mix(std::uint64_t h, std::uint64_t x)
+{
+  h = (h ^ x) * 1099511628211ULL;
+  return h ^ h >> 29;
+}
+
 #endif

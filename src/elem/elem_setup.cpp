@@ -7,6 +7,7 @@
 #include <unordered_map>
 
 #include "base/comm.h"
+#include "base/hash.h"
 #include "base/log.h"
 #include "elem/elem.h"
 #include "shape/shape.h"
@@ -74,10 +75,9 @@ int kind_of(Kinds& k, const double* rel, int n, bool& fresh)
   const double size = size_of(rel, n);
   int exponent;
   std::frexp(size, &exponent);
-  std::uint64_t key = 14695981039346656037ULL;
+  std::uint64_t key = hash_start;
   for (int i = 0; i < n; ++i)
-    key = (key ^ static_cast<std::uint64_t>(std::llround(std::ldexp(rel[i], 20 - exponent)))) *
-          1099511628211ULL;
+    key = hash_mix(key, static_cast<std::uint64_t>(std::llround(std::ldexp(rel[i], 20 - exponent))));
   IntVec& list = k.bucket[key];
   fresh = false;
   for (int c : list) {

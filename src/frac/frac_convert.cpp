@@ -17,8 +17,7 @@ namespace {
 // values of a nodal field at the corners that an element has made                            (7.9)
 void interpolate(const CornerShare& share, const RealVec& node, int dim, RealVec& corner)
 {
-  const size_t n = corner.size() + share.made.size() * dim;
-  if (n > corner.capacity()) corner.reserve(n + n / 8);         // each of three levels has such arrays
+  room_for(corner, share.made.size() * dim, 8);      // each of three levels has such arrays
   for (size_t k = 0; k < share.made.size(); ++k)
     for (int i = 0; i < dim; ++i) {
       double sum = 0.0;

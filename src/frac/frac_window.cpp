@@ -121,13 +121,8 @@ bool find_points(const Points& known, const Fracture& fr, const Points& here, In
 void take_points(int dim, const Points& known, const IntVec& point, const IntVec& corner, State& st)
 {
   Points& here = st.points;
-  for (int p = 0; p < here.npoint; ++p) {
-    const int n = here.conn.count(p);
-    double number[domain_numbers(8, 3)];
-    std::copy_n(here.w(p), domain_numbers(n, dim), number);
-    std::copy_n(known.G(point[p]), n * dim, number + n);
-    here.kind[p] = domain_change(here.kind[p], n, number, here.kinds);
-  }
+  for (int p = 0; p < here.npoint; ++p)
+    here.kind[p] = domain_gradients(here.kind[p], here.conn.count(p), known.G(point[p]), here.kinds);
   for (IntVec Points::* x : {&Points::sampled, &Points::label, &Points::broken})
     here.*x = picked(point, 1, known.*x);
   here.V0     = picked(point, 1, known.V0);

@@ -1,21 +1,20 @@
 #include "model/domain_kinds.h"
 
 #include <algorithm>
-#include <cstdint>
 #include <cstring>
 
 #include "base/grow.h"
+#include "base/hash_places.h"
 
 namespace {
 
 std::uint64_t hash_of(std::size_t n, const double* number)
 {
-  std::uint64_t h = 14695981039346656037ULL;
+  std::uint64_t h = hash_start;
   for (std::size_t i = 0; i < n; ++i) {
     std::uint64_t bits;
     std::memcpy(&bits, number + i, sizeof bits);
-    h = (h ^ bits) * 1099511628211ULL;
-    h ^= h >> 29;
+    h = hash_mix(h, bits);
   }
   return h;
 }
@@ -50,22 +49,9 @@ int new_kind(std::size_t numbers, const double* number, bool alone, DomainKinds&
 // place in the table of these numbers, or the free one where they belong
 std::size_t find_place(std::size_t numbers, const double* number, const DomainKinds& k)
 {
-  const std::size_t mask = k.place.size() - 1;
-  std::size_t i = hash_of(numbers, number) & mask;
-  for (; k.place[i] >= 0; i = (i + 1) & mask) {
-    const int kind = k.place[i];
-    if (length(k, kind) == numbers && std::memcmp(k.at(kind), number, numbers * sizeof(double)) == 0) break;
-  }
-  return i;
-}
-
-// the table is at most half full
-void make_room(DomainKinds& k)
-{
-  if (2 * (k.first.size() + 1) <= k.place.size()) return;
-  k.place.assign(k.place.empty() ? 16 : 2 * k.place.size(), -1);
-  for (int kind = 0; kind < static_cast<int>(k.first.size()); ++kind)
-    if (k.users[kind] > 0 && !k.alone[kind]) k.place[find_place(length(k, kind), k.at(kind), k)] = kind;
+  return hash_find(k.place, hash_of(numbers, number), [&](int kind) {
+    return length(k, kind) == numbers && std::memcmp(k.at(kind), number, numbers * sizeof(double)) == 0;
+  });
 }
 
 // a kind leaves the table; those behind it, which it may have kept from their place, are put there again
@@ -85,7 +71,9 @@ void leave_table(int kind, DomainKinds& k)
 int domain_kind(int n, int dim, const double* number, DomainKinds& k)
 {
   k.dim = dim;
-  make_room(k);
+  hash_room(k.place, static_cast<int>(k.first.size()),
+            [&](int kind) { return k.users[kind] > 0 && !k.alone[kind]; },
+            [&](int kind) { return hash_of(length(k, kind), k.at(kind)); });
   const std::size_t numbers = domain_numbers(n, dim);
   int& place = k.place[find_place(numbers, number, k)];
   if (place < 0) return place = new_kind(numbers, number, false, k);
@@ -100,6 +88,13 @@ int domain_change(int kind, int n, const double* number, DomainKinds& k)
   if (!k.alone[kind]) leave_table(kind, k);
   k.unused.push_back(kind);
   return now;
+}
+
+int domain_gradients(int kind, int n, const double* G, DomainKinds& k)
+{
+  RealVec number(k.at(kind), k.at(kind) + domain_numbers(n, k.dim));
+  std::copy_n(G, n * k.dim, &number[n]);
+  return domain_change(kind, n, number.data(), k);
 }
 
 int domain_own(int kind, DomainKinds& k)

@@ -31,6 +31,9 @@ int domain_kind(int n, int dim, const double* number, DomainKinds& k);
 // domain_change : the same for a point that has had this kind
 int domain_change(int kind, int n, const double* number, DomainKinds& k);
 
+// domain_gradients : the same for one whose gradients alone become others, G [n*dim]
+int domain_gradients(int kind, int n, const double* G, DomainKinds& k);
+
 // domain_own : a kind with the numbers of this one, which the point that has had this one may change
 int domain_own(int kind, DomainKinds& k);
 

@@ -1,15 +1,21 @@
 #include "point/corner_names.h"
 
-#include <cstdint>
-
 #include "base/grow.h"
+#include "base/hash_places.h"
 
 namespace {
 
-std::uint64_t mix(std::uint64_t h, int x)
+std::uint64_t with_node(std::uint64_t h, int node, int weight)
 {
-  h = (h ^ static_cast<std::uint32_t>(x)) * 1099511628211ULL;
-  return h ^ h >> 29;
+  return hash_mix(hash_mix(h, static_cast<std::uint32_t>(node)), static_cast<std::uint32_t>(weight));
+}
+
+std::uint64_t hash_of_name(const CornerNames& names, int name)
+{
+  std::uint64_t h = hash_mix(hash_start, static_cast<std::uint32_t>(names.field[name]));
+  for (int k = names.node.off[name]; k < names.node.off[name + 1]; ++k)
+    h = with_node(h, names.node.item[k], names.weight[k]);
+  return h;
 }
 
 bool has_key(const CornerNames& names, int name, int field, const CornerKey& key)
@@ -21,34 +27,17 @@ bool has_key(const CornerNames& names, int name, int field, const CornerKey& key
   return true;
 }
 
-// the table is at most half full
-void make_room(CornerNames& names)
-{
-  if (2 * (names.corner.size() + 1) <= names.place.size()) return;
-  names.place.assign(names.place.empty() ? 16 : 2 * names.place.size(), -1);
-  const std::size_t mask = names.place.size() - 1;
-  for (int name = 0; name < static_cast<int>(names.corner.size()); ++name) {
-    std::uint64_t h = mix(0, names.field[name]);
-    for (int k = names.node.off[name]; k < names.node.off[name + 1]; ++k)
-      h = mix(mix(h, names.node.item[k]), names.weight[k]);
-    std::size_t i = h & mask;
-    while (names.place[i] >= 0) i = (i + 1) & mask;
-    names.place[i] = name;
-  }
-}
-
 }  // namespace
 
 int& corner_named(int field, const CornerKey& key, CornerNames& names)
 {
-  make_room(names);
-  const std::size_t mask = names.place.size() - 1;
-  std::uint64_t h = mix(0, field);
-  for (const auto& [node, weight] : key) h = mix(mix(h, node), weight);
-  std::size_t i = h & mask;
-  for (; names.place[i] >= 0; i = (i + 1) & mask)
-    if (has_key(names, names.place[i], field, key)) return names.corner[names.place[i]];
-  names.place[i] = static_cast<int>(names.corner.size());
+  hash_room(names.place, static_cast<int>(names.corner.size()), [](int) { return true; },
+            [&](int name) { return hash_of_name(names, name); });
+  std::uint64_t h = hash_mix(hash_start, static_cast<std::uint32_t>(field));
+  for (const auto& [node, weight] : key) h = with_node(h, node, weight);
+  int& name = names.place[hash_find(names.place, h, [&](int n) { return has_key(names, n, field, key); })];
+  if (name >= 0) return names.corner[name];
+  name = static_cast<int>(names.corner.size());
   append(names.field, field);
   append(names.corner, -1);
   for (const auto& [node, weight] : key) {

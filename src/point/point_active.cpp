@@ -556,8 +556,8 @@ Status activate(const Model& m, const Points& pts, const Bonds& bonds, const Gri
     if (status != STATUS_OK) return no_grid(status, g);
     activate_all<D>(m, pts, uc, node, g);
   }
-  for (IntVec* x : {&g.corner.item, &g.point.item, &g.slot}) fit_room(*x);
-  for (RealVec* x : {&g.corner_w, &g.dS}) fit_room(*x);
+  for (IntVec* x : {&g.corner.item, &g.point.item, &g.slot}) give_back(*x);
+  for (RealVec* x : {&g.corner_w, &g.dS}) give_back(*x);
   ++g.lists;
   g.nnode = static_cast<int>(g.key.size());
   g.ncell = static_cast<int>(g.cell.size());

@@ -536,14 +536,13 @@ void point_sample(const Model& m, int e, bool at_gauss, Points& pts)
   if (pts.sampled[first] == at_gauss || (shape != SHAPE_QUAD4 && shape != SHAPE_HEX8) || b.per_cell == 1)
     return;
   for (int p = first; p < pts.npoint && pts.parent[p] == e; ++p) {
-    double X[24], number[domain_numbers(8, 3)], w[8], *G = number + nen;
+    double X[24], w[8], G[24];
     point_domain(pts, dim, pts.conn.begin(p), nen, X);
-    std::copy_n(pts.w(p), domain_numbers(nen, dim), number);
     const double V = at_gauss ? gauss_weights(shape, X, p - first, b.per_cell, G)
                               : cpdi_weights(shape, X, w, G);
     // so far out a distorted element is turned inside out
     if (!(V > 0.0)) return point_sample(m, e, false, pts);
-    pts.kind[p]    = domain_change(pts.kind[p], nen, number, pts.kinds);
+    pts.kind[p]    = domain_gradients(pts.kind[p], nen, G, pts.kinds);
     pts.V0[p]      = V * (dim == 2 ? b.thickness : 1.0);
     pts.sampled[p] = at_gauss;
   }
