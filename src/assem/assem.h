@@ -13,6 +13,7 @@ struct Jumps {
   RealVec contact;             // [nbond*dim] relative displacement of contact bonds over the step
   // [nghost*dim] jump of the gradient of du at the ghost faces, times the size of a cell
   RealVec ghost;
+  RealVec corner;              // [ncorner*dim] work space of assem_internal
 };
 
 // assem_move : places and displacements at t(n+1) from the increment du: writes st.np1.u, uc, slip
@@ -40,7 +41,7 @@ struct SumWith {
 // writes gap, friction and multiplier of contact into st.np1
 //   BAD_JACOBIAN: with the element or point
 Failure assem_internal(const Model& m, const Discretisation& d, const Dofs& dofs, const KernelMode& mode,
-                       const Jumps& j, State& st, RealVec& fint, const SumWith& with = {});
+                       Jumps& j, State& st, RealVec& fint, const SumWith& with = {});
 
 // When loads are taken: times of the step and of the run; followers act on places between t(n), s = 0, and
 // t(n+1), s = 1

@@ -478,13 +478,14 @@ void assem_share_bonds(State& st, int dim, Jumps& j)
 }
 
 Failure assem_internal(const Model& m, const Discretisation& d, const Dofs& dofs, const KernelMode& mode,
-                       const Jumps& j, State& st, RealVec& fint, const SumWith& with)
+                       Jumps& j, State& st, RealVec& fint, const SumWith& with)
 {
   Timer timer(PHASE_RESIDUAL);
   fint.assign(dofs.neq(), 0.0);
   Failure failure = add_elements(m, d.el, dofs, mode, st, fint);
   if (st.points.npoint_all()) {
-    RealVec fc(st.points.Xc.size(), 0.0);
+    RealVec& fc = j.corner;
+    fc.assign(st.points.Xc.size(), 0.0);
     int worst = -1;
     const Status s = point_corner_force(m, st.points, d.point_law, mode, st.n, st.np1,
                                         dofs.owned_point, dofs.owned_group, fc, &worst);
@@ -551,20 +552,19 @@ Failure assem_dead_loads(const Model& m, const Discretisation& d, const Dofs& do
 {
   const bool divided    = m.part.on;
   const Dofs* const own = divided ? &dofs : nullptr;
+  fext.assign(dofs.neq(), 0.0);
+  const auto other = [&](const Load& l) { return dofs.whole && follows(step, l); };
+  if (std::all_of(step.load.begin(), step.load.end(), other)) return STATUS_OK;
   RealVec fn(static_cast<size_t>(m.mesh.nnode()) * m.dim, 0.0), fc(st.points.Xc.size(), 0.0);
   RealVec far(divided ? fc.size() : 0, 0.0);
   Failure failure;
-  bool any = false;
   for (const Load& l : step.load) {
-    if (dofs.whole && follows(step, l)) continue;
-    any = true;
+    if (other(l)) continue;
     if (l.kind == LOAD_NODE) failure = node_loads(m, d.follow, step, l, at, warned, fn, divided ? far : fc);
     else if (l.kind == LOAD_BODY) failure = body_loads(m, d, st, step, l, at, own, fn, fc);
     else failure = face_loads(m, d, st, step, l, at, own, fn, fc);
     if (!failure.ok()) break;
   }
-  fext.assign(dofs.neq(), 0.0);
-  if (!any) return STATUS_OK;
   if (divided) return sum_loads(st.points, d, dofs, failure, fn, fc, far, fext);
   if (!failure.ok()) return failure;
   // all points push at rows of this rank: its own do not tell what those of others do

@@ -5,6 +5,8 @@
 #ifndef MPFE_BASE_HALO_H
 #define MPFE_BASE_HALO_H
 
+#include <algorithm>
+
 #include "base/comm.h"
 #include "base/log.h"
 
@@ -35,18 +37,22 @@ template <class T>
 void halo_copy_all(const Halo& h, int D, const std::vector<std::vector<T>*>& v)
 {
   const int me = comm_rank();
+  const auto numbers = [&](std::size_t with, int owner) {      // of a message
+    const IntVec& list = h.common[with];
+    const auto things  = std::count_if(list.begin(), list.end(), [&](int k) { return h.owner[k] == owner; });
+    return static_cast<std::size_t>(things) * v.size() * static_cast<std::size_t>(D);
+  };
   std::vector<std::vector<T>> to(h.common.size());
-  for (std::size_t r = 0; r < h.common.size(); ++r)
+  for (std::size_t r = 0; r < h.common.size(); ++r) {
+    to[r].reserve(numbers(r, me));
     for (int k : h.common[r])
       for (std::size_t i = 0; i < v.size() && h.owner[k] == me; ++i)
         to[r].insert(to[r].end(), v[i]->begin() + long(k) * D, v[i]->begin() + long(k + 1) * D);
+  }
   const std::vector<std::vector<T>> from = comm_exchange(to);
   for (std::size_t r = 0; r < h.common.size(); ++r) {
     auto next = from[r].begin();
-    std::size_t owned = 0;
-    for (int k : h.common[r]) owned += h.owner[k] == static_cast<int>(r);
-    MPFE_CHECK(from[r].size() == owned * v.size() * static_cast<std::size_t>(D),
-               "ranks disagree on whose things are");
+    MPFE_CHECK(from[r].size() == numbers(r, static_cast<int>(r)), "ranks disagree on whose things are");
     for (int k : h.common[r]) {
       if (h.owner[k] != static_cast<int>(r)) continue;
       for (std::vector<T>* x : v) {

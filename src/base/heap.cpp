@@ -10,7 +10,7 @@ namespace {
 
 const int KEPT = 1 << 30;      // byte of the heap that may lie idle
 const int HEAP = 32 << 20;     // byte: smaller requests come from the heap; glibc takes no more
-const int HEAP_OF_RANKS = 256 << 10;   // the same on several ranks
+const int HEAP_OF_RANKS = 128 << 10;   // the same on several ranks
 
 }  // namespace
 

@@ -126,7 +126,7 @@ void end(VtkFile& f, VtkKind kind, const Model& m, bool here, const Output& out)
 // ---- finite elements --------------------------------------------------------
 
 struct FeMesh {                // elements that still exist, and their nodes
-  IntVec elem, node, node_label, elem_label, material, type;
+  IntVec elem, node, type;
   ListTable conn;
 };
 
@@ -146,21 +146,19 @@ void collect_elements(const Model& m, const Elements& el, FeMesh& fe)
       if (place[n] < 0) {
         place[n] = static_cast<int>(fe.node.size());
         fe.node.push_back(n);
-        fe.node_label.push_back(m.mesh.node_label[n]);
       }
       fe.conn.item.push_back(place[n]);
     }
     fe.conn.off.push_back(static_cast<int>(fe.conn.item.size()));
     fe.elem.push_back(e);
-    fe.elem_label.push_back(m.mesh.elem_label[e]);
-    fe.material.push_back(material_of(m, e));
     fe.type.push_back(shape_info[elem_table[m.mesh.elem_type[e]].shape].vtk);
   }
 }
 
 // means over the Gauss points, weighted by their volume
-void element_fields(const Model& m, const Elements& el, const State& s, const FeMesh& fe, CellFields& cell)
+CellFields element_fields(const Model& m, const Elements& el, const State& s, const FeMesh& fe)
 {
+  CellFields cell(fe.elem.size());
   IpFields f;
   for (int e : fe.elem) {
     double sig[6] = {0, 0, 0, 0, 0, 0}, energy = 0.0, det = 0.0, plastic = 0.0, volume = 0.0;
@@ -175,6 +173,17 @@ void element_fields(const Model& m, const Elements& el, const State& s, const Fe
     for (double& k : sig) k /= volume;
     add_fields(cell, sig, energy / volume, det / volume, plastic / volume);
   }
+  return cell;
+}
+
+// where the elements are now
+void write_elements(VtkFile& f, const Model& m, const State& s, const FeMesh& fe)
+{
+  RealVec x;
+  x.reserve(fe.node.size() * static_cast<std::size_t>(m.dim));
+  for (int n : fe.node)
+    for (int i = 0; i < m.dim; ++i) x.push_back(m.mesh.X[n * 3 + i] + s.n.u[n * m.dim + i]);
+  vtk_mesh(f, x, m.dim, fe.conn, fe.type);
 }
 
 void write_fe(const Model& m, const Elements& el, const State& s, const Fragments& fragments, Output& out)
@@ -183,25 +192,21 @@ void write_fe(const Model& m, const Elements& el, const State& s, const Fragment
   collect_elements(m, el, fe);
   const bool here = !fe.elem.empty();
   if (!anybody(m, here)) return;
-  RealVec x;
-  for (int n : fe.node)
-    for (int i = 0; i < m.dim; ++i) x.push_back(m.mesh.X[n * 3 + i] + s.n.u[n * m.dim + i]);
-  CellFields cell(fe.elem.size());
-  element_fields(m, el, s, fe, cell);
-
   VtkFile f;
   begin(f, VTK_FE, m, s, here, out);
-  vtk_mesh(f, x, m.dim, fe.conn, fe.type);
+  write_elements(f, m, s, fe);
   vtk_point_data(f, static_cast<int>(fe.node.size()));
   vtk_vectors(f, "displacement", picked(fe.node, m.dim, s.n.u), m.dim);
   vtk_vectors(f, "velocity", picked(fe.node, m.dim, s.n.v), m.dim);
   vtk_vectors(f, "acceleration", picked(fe.node, m.dim, s.n.a), m.dim);
   vtk_vectors(f, "reaction", picked(fe.node, m.dim, s.rf), m.dim);
-  vtk_labels(f, "node_label", fe.node_label);
+  vtk_labels(f, "node_label", picked(fe.node, 1, m.mesh.node_label));
   vtk_cell_data(f, fe.conn.size());
-  write_fields(f, cell, m.dim, yields(m));
-  vtk_labels(f, "label", fe.elem_label);
-  vtk_labels(f, "material", fe.material);
+  write_fields(f, element_fields(m, el, s, fe), m.dim, yields(m));
+  vtk_labels(f, "label", picked(fe.elem, 1, m.mesh.elem_label));
+  IntVec material;
+  for (int e : fe.elem) material.push_back(material_of(m, e));
+  vtk_labels(f, "material", material);
   if (!s.frac.empty()) {
     IntVec broken;
     RealVec time, degr;
@@ -241,12 +246,37 @@ Shown points_shown(const Model& m, const Points& pts)
     place[c] = static_cast<int>(s.corner.size());
     s.corner.push_back(c);
   }
+  std::size_t corners = 0;
+  for (int p : s.point) corners += static_cast<std::size_t>(pts.conn.count(p));
+  s.conn.item.reserve(corners);
   for (int p : s.point) {
     for (int k = pts.conn.off[p]; k < pts.conn.off[p + 1]; ++k)
       s.conn.item.push_back(place[pts.conn.item[k]]);
     s.conn.off.push_back(static_cast<int>(s.conn.item.size()));
   }
   return s;
+}
+
+// where the domains of the points are now
+void write_domains(VtkFile& f, const Model& m, const State& s, const Shown& shown)
+{
+  RealVec x = picked(shown.corner, m.dim, s.points.Xc);
+  for (std::size_t i = 0; i < x.size(); ++i)
+    x[i] += s.n.uc[static_cast<std::size_t>(shown.corner[i / m.dim]) * m.dim + i % m.dim];
+  IntVec type;
+  for (int p : shown.point) type.push_back(shape_info[s.points.shape[p]].vtk);
+  vtk_mesh(f, x, m.dim, shown.conn, type);
+}
+
+CellFields point_fields(const Model& m, const State& s, const IntVec& list)
+{
+  CellFields cell(list.size());
+  IpFields ip;
+  for (int p : list) {
+    point_ip_fields(m, s.points, s.n, p, ip);
+    add_fields(cell, ip.sig, ip.psi, det_F(ip.F), ip.plastic);
+  }
+  return cell;
 }
 
 void write_mp(const Model& m, const State& s, const Fragments& fragments, Output& out)
@@ -256,27 +286,16 @@ void write_mp(const Model& m, const State& s, const Fragments& fragments, Output
   const bool here    = !shown.point.empty();
   const IntVec& list = shown.point;
   if (!anybody(m, here)) return;
-  CellFields cell(list.size());
-  IntVec type, body;
-  IpFields ip;
-  for (int p : list) {
-    point_ip_fields(m, pts, s.n, p, ip);
-    add_fields(cell, ip.sig, ip.psi, det_F(ip.F), ip.plastic);
-    type.push_back(shape_info[pts.shape[p]].vtk);
-    body.push_back(pts.body[p] + 1);
-  }
-  const RealVec uc = picked(shown.corner, m.dim, s.n.uc);
-  RealVec x = picked(shown.corner, m.dim, pts.Xc);
-  for (std::size_t i = 0; i < x.size(); ++i) x[i] += uc[i];
-
   VtkFile f;
   begin(f, VTK_MP, m, s, here, out);
-  vtk_mesh(f, x, m.dim, shown.conn, type);
+  write_domains(f, m, s, shown);
   vtk_point_data(f, static_cast<int>(shown.corner.size()));
-  vtk_vectors(f, "displacement", uc, m.dim);
+  vtk_vectors(f, "displacement", picked(shown.corner, m.dim, s.n.uc), m.dim);
   vtk_cell_data(f, static_cast<int>(list.size()));
   vtk_vectors(f, "velocity", picked(list, m.dim, point_velocities(pts, m.dim, s.n.vc)), m.dim);
-  write_fields(f, cell, m.dim, yields(m));
+  write_fields(f, point_fields(m, s, list), m.dim, yields(m));
+  IntVec body;
+  for (int p : list) body.push_back(pts.body[p] + 1);
   vtk_labels(f, "body", body);
   vtk_labels(f, "label", picked(list, 1, pts.label));
   if (!s.frac.empty()) {

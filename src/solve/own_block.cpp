@@ -6,6 +6,7 @@
 
 #include "base/comm.h"
 #include "base/far_first.h"
+#include "base/grow.h"
 #include "base/log.h"
 #include "solve/solve_data.h"
 
@@ -74,8 +75,8 @@ void take_rows(const SysMatrix& A, OwnBlock& own)
     if (h.owner[I] != comm_rank()) std::fill_n(own.once.begin() + static_cast<long>(I) * A.dim, A.dim, 0.0);
 }
 
-// blocks off the border, by the row that is eliminated last, its columns ascending: sorted by the column,
-// then by the row; those of the border as pairs of its rows
+// blocks off the border, by the row that is eliminated last, its columns ascending; those of the border as
+// pairs of its rows
 void list_blocks(const SysMatrix& A, OwnBlock& own, Pairs& border)
 {
   const auto each = [&](auto use, auto on_border) {
@@ -86,30 +87,30 @@ void list_blocks(const SysMatrix& A, OwnBlock& own, Pairs& border)
         else use(std::max(i, j), std::min(i, j), 2 * k + (j > i ? 1 : 0));
       }
   };
-  IntVec end(A.nrow + 1, 0);                         // of each column
   own.off.assign(A.nrow + 1, 0);
-  each([&](int row, int col, int) {
-    ++end[col];
-    ++own.off[row + 1];
-  }, [&](int i, int j) { border.push_back(pair_of(i, j)); });
+  size_t on_border = 0;
+  each([&](int row, int, int) { ++own.off[row + 1]; }, [&](int, int) { ++on_border; });
   std::partial_sum(own.off.begin(), own.off.end(), own.off.begin());
-  std::partial_sum(end.begin(), end.end(), end.begin());
-  const int n = end.back();
-  IntVec row_of(n), from(n), next(end.begin(), end.end());
+  fit_size(own.col, own.off.back());
+  fit_size(own.from, own.off.back());
+  border.reserve(on_border);
+  IntVec next(own.off.begin(), own.off.end() - 1);
   each([&](int row, int col, int k) {
-    const int to = --next[col];
-    row_of[to]   = row;
-    from[to]     = k;
-  }, [](int, int) {});
-  own.col.resize(n);
-  own.from.resize(n);
-  next.assign(own.off.begin(), own.off.end());
-  for (int col = 0, k = 0; col < A.nrow; ++col)
-    for (; k < end[col]; ++k) {
-      const int to = next[row_of[k]]++;
-      own.col[to]  = col;
-      own.from[to] = from[k];
+    const int to = next[row]++;
+    own.col[to]  = col;
+    own.from[to] = k;
+  }, [&](int i, int j) { border.push_back(pair_of(i, j)); });
+  Pairs line;                                        // column and block
+  for (int row = 0; row < A.nrow; ++row) {
+    line.clear();
+    for (int k = own.off[row]; k < own.off[row + 1]; ++k) line.push_back(pair_of(own.col[k], own.from[k]));
+    if (std::is_sorted(line.begin(), line.end())) continue;
+    std::sort(line.begin(), line.end());
+    for (int k = own.off[row]; k < own.off[row + 1]; ++k) {
+      own.col[k]  = row_of_pair(line[k - own.off[row]]);
+      own.from[k] = col_of_pair(line[k - own.off[row]]);
     }
+  }
 }
 
 // [ranks] position of each row of the border among those that a rank has too, -1: it has not
@@ -137,15 +138,15 @@ void form_border(const SysMatrix& A, OwnBlock& own, Pairs pairs)
       send[r].push_back(a);
       send[r].push_back(b);
     }
-  const std::vector<IntVec> come = comm_exchange(send);
-  Pairs other, joined;
+  send = comm_exchange(send);
   for (int r = 0; r < ranks; ++r) {
-    other.clear();
-    joined.clear();
-    for (size_t k = 0; k < come[r].size(); k += 2) {
-      const int a = own.at[A.halo.common[r][come[r][k]]], b = own.at[A.halo.common[r][come[r][k + 1]]];
+    Pairs other, joined;
+    other.reserve(send[r].size() / 2);
+    for (size_t k = 0; k < send[r].size(); k += 2) {
+      const int a = own.at[A.halo.common[r][send[r][k]]], b = own.at[A.halo.common[r][send[r][k + 1]]];
       other.push_back(pair_of(std::max(a, b) - own.inner, std::min(a, b) - own.inner));
     }
+    IntVec().swap(send[r]);
     std::sort(other.begin(), other.end());
     std::set_union(pairs.begin(), pairs.end(), other.begin(), other.end(), std::back_inserter(joined));
     pairs.swap(joined);
@@ -158,24 +159,25 @@ void form_border(const SysMatrix& A, OwnBlock& own, Pairs pairs)
   s.col.reserve(pairs.size());
   own.border_from.clear();
   own.border_from.reserve(pairs.size());
-  std::vector<std::vector<std::pair<long, int>>> name(ranks);
   for (long q : pairs) {
-    const int k = static_cast<int>(s.col.size()), row = row_of_pair(q), col = col_of_pair(q);
+    const int row = row_of_pair(q), col = col_of_pair(q);
     ++s.off[row + 1];
     s.col.push_back(col);
     own.border_from.push_back(find_block(A, own.order[own.inner + row], own.order[own.inner + col]));
-    for (int r = 0; r < ranks; ++r) {
-      const int a = place[r][row], b = place[r][col];
-      if (a < 0 || b < 0) continue;
-      name[r].emplace_back(pair_of(std::max(a, b), std::min(a, b)), 2 * k + (a < b ? 1 : 0));
-    }
   }
   std::partial_sum(s.off.begin(), s.off.end(), s.off.begin());
   own.to.assign(ranks, IntVec());
+  std::vector<std::pair<long, int>> name;            // of a block on both ranks
   for (int r = 0; r < ranks; ++r) {
-    std::sort(name[r].begin(), name[r].end());
-    own.to[r].reserve(name[r].size());
-    for (const auto& n : name[r]) own.to[r].push_back(n.second);
+    name.clear();
+    for (size_t k = 0; k < pairs.size(); ++k) {
+      const int a = place[r][row_of_pair(pairs[k])], b = place[r][col_of_pair(pairs[k])];
+      if (a < 0 || b < 0) continue;
+      name.emplace_back(pair_of(std::max(a, b), std::min(a, b)), 2 * static_cast<int>(k) + (a < b ? 1 : 0));
+    }
+    std::sort(name.begin(), name.end());
+    own.to[r].reserve(name.size());
+    for (const auto& n : name) own.to[r].push_back(n.second);
   }
 }
 
@@ -215,6 +217,7 @@ void own_form(const SysMatrix& A, long number, OwnBlock& own)
   if (number > 0 && number == own.number) return;
   const std::uint64_t pattern = pattern_sum(A);
   if (comm_allreduce_max(static_cast<int>(own.pattern != pattern))) {
+    own = OwnBlock();                                // before there is another
     Pairs border;
     order_rows(A, own);
     take_rows(A, own);

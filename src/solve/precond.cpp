@@ -3,6 +3,7 @@
 #include <unordered_map>
 
 #include "base/comm.h"
+#include "base/grow.h"
 #include "base/log.h"
 #include "solve/solve_data.h"
 
@@ -363,7 +364,7 @@ void diagonal_apply(const SysMatrix& A, const RealVec& inverse, const RealVec& r
 bool cholesky_form(const SysMatrix& A, Cholesky& c, OwnBlock* own)
 {
   const FactorRows rows = own ? own_rows(*own) : all_rows(A);
-  c.L.resize(static_cast<size_t>(rows.off[rows.n]) * A.dim * A.dim);
+  fit_size(c.L, static_cast<size_t>(rows.off[rows.n]) * A.dim * A.dim);
   return with_dim(A.dim, [&](auto d) {
     constexpr int D = decltype(d)::value;
     bool good = find_shift(c.shift,
