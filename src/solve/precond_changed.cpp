@@ -348,6 +348,7 @@ void changed_begin(const SysMatrix& A, const std::vector<long>& key, int nfe, Ch
 bool changed_form(Solver& s, const SysMatrix& A, const std::vector<long>& key, int nfe, long stamp,
                   Changed& c)
 {
+  c.columns = 0;
   if (!c.on || c.stamp == stamp) return c.on;
   std::vector<char> in(c.nfe, 0);
   for (int row : c.set) in[row] = 1;
@@ -358,6 +359,7 @@ bool changed_form(Solver& s, const SysMatrix& A, const std::vector<long>& key, i
   for (int J = 0; J < c.nfe; ++J)
     if (in[J] && c.place[J] < 0) rows.push_back(J);
   c.on = (c.set.size() + rows.size()) * A.dim <= MOST;
+  c.columns = static_cast<int>(rows.size()) * A.dim;
   if (c.on && !rows.empty()) c.on = add_columns(s, c, rows) == STATUS_OK;
   c.on = c.on && form_dense(A, c);
   if (c.on) c.stamp = stamp;

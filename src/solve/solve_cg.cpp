@@ -106,9 +106,6 @@ double next_length(const CgSystem& s, const Products& sum, double alpha, const R
   return square > CANCELS * sum.rr ? std::sqrt(square) : norm(s, r);
 }
 
-// all ranks leave the loop together: several do not look at the clock
-bool late(const Clock& clock, double limit) { return comm_size() == 1 && clock.seconds() > limit; }
-
 }  // namespace
 
 // ---------------------------------------------------------------------------
@@ -154,7 +151,6 @@ double cg_begin(const CgSystem& s, const RealVec& b, const std::vector<RealVec>&
 // ---------------------------------------------------------------------------
 CgDone cg_solve(const CgSystem& s, const RealVec& b, const CgGoal& goal, CgWork& w, RealVec& x)
 {
-  const Clock clock;
   CgDone done;
   const size_t n  = b.size();
   const bool both = s.own && comm_size() == 2;
@@ -183,7 +179,7 @@ CgDone cg_solve(const CgSystem& s, const RealVec& b, const CgGoal& goal, CgWork&
       done.good = true;
       return done;
     }
-    if (done.iterations >= goal.most || late(clock, goal.seconds)) return done;
+    if (done.iterations >= goal.most) return done;
     turn(done.iterations ? rho / before : 0.0, w.z, w.p);
     Products sum;
     if (both) sum = multiply_both(s, w.p, w.r, w.q);

@@ -100,6 +100,7 @@ struct Changed {
   std::shared_ptr<GridBlock> grid0, grid;    // its rows of the grid, those of today
   long stamp = -1;             // of the matrix that the rest was made for
   IntVec old, now;             // rows of elements: [today] row of A0; [A0] row of today, -1: it has left
+  int columns = 0;             // of V that the last form has added
   IntVec set, place;           // old rows that have changed or left; [nfe] their place in set, -1: not in it
   // columns A0^-1 e of the set, [A0.neq] each, those of rows that came together in one vector
   std::vector<std::vector<float>> V;
@@ -124,7 +125,6 @@ struct CgGoal {                // both norms must arrive
   double energy = 0.0;         // or sqrt(r M^-1 r) against this
   double residual = 0.0;       // or the norm of r against this
   int most = 0;                // iterations
-  double seconds = 0.0;        // one rank
   double begun = 0.0;          // energy b x of the x to begin with, 0: x = 0
 };
 
@@ -141,8 +141,7 @@ struct CgSystem {
 // What a path of CG has cost in this run
 struct PathCost {
   bool known = false;
-  bool odd = false;            // the last solution took so long that it did not count
-  double setup = 0.0, iteration = 0.0;   // seconds, smoothed
+  double setup = 0.0, iteration = 0.0;   // seconds of counted work, smoothed
   double rate  = 1.0;          // decimal digits an iteration brings
   long last    = 0;            // number of the solution that tried it last
   long pause   = 0;            // solutions until it is tried again
@@ -174,7 +173,7 @@ struct SolverData {
   CgWork work;
   std::vector<RealVec> past;   // solutions of the last systems, of the same size
   PathCost cost[PATHS];
-  double direct_factor = 0.0, direct_back = 0.0, direct_analyse = 0.0;   // seconds, smoothed
+  double direct_factor = 0.0, direct_back = 0.0, direct_analyse = 0.0;   // seconds of counted work, smoothed
   double guess = 0.0;          // seconds of a factorisation before the first one, 0: not guessed
   long rows = 0;               // rows of the matrix at hand, of all ranks
   long counted = 0;            // SolveAsk::pattern that they are those of
@@ -258,9 +257,8 @@ bool changed_form(Solver& s, const SysMatrix& A, const std::vector<long>& key, i
                   Changed& c);
 Status changed_apply(Solver& s, const SysMatrix& A, Changed& c, const RealVec& r, RealVec& z);
 
-// Seconds since it was made: those of the processor when the wall clock ran faster (a machine that others use
-// too), those of the wall when several threads worked, and on several ranks, where waiting for the others
-// counts. There they are for the listing alone: what the choice goes by is counted
+// Seconds since it was made, for the listing: those of the processor when the wall clock ran faster (other
+// programs ran too); on several ranks those of the wall, since waiting for the others counts
 struct Clock {
   double wall = timer_wall(), cpu = timer_cpu();
   double seconds() const

@@ -19,8 +19,6 @@ const long AMG_WAIT = 8;       // solutions until multigrid that has failed is t
 const int FEW       = 30;      // the same, with corrected factors: more cost what a factorisation does
 const size_t PAST   = 6;       // solutions to begin the next one with
 const double SMOOTH = 0.5;     // weight of the newest measurement
-// times what was expected: the machine did something else, unless it happens twice
-const double ODD    = 3.0;
 const double NEVER  = std::numeric_limits<double>::infinity();
 
 void smooth(double& mean, double value)
@@ -34,8 +32,7 @@ double expected(const PathCost& c, double digits)
   return c.setup + c.iteration * std::max(1.0, digits / c.rate);
 }
 
-// operations a second of one core, for what a path will take that was not tried yet: the order of size is
-// enough, as measured times replace the guess (cube and cantilever of doc/benchmarks.md)
+// operations a second of one core (cube and cantilever of doc/benchmarks.md)
 const double FACTOR_RATE = 2e10, CG_RATE = 3e9;
 const int GUESS          = 200;                    // iterations
 // making the incomplete factor takes as long as so many iterations, by dimension
@@ -46,40 +43,63 @@ double cholesky_guess(const SolverData& d, double iterations = GUESS)
   return iterations * 8.0 * d.entries / CG_RATE;
 }
 
-// ---- Several ranks: seconds of counted work, no clock, so that all ranks and all runs choose alike  (8.5)
+// ---- seconds of counted work, no clock: two runs choose alike, and all ranks of one  (8.5)
 
-// seconds of a number in the factors beside the operations, of a number of the matrix in the analysis; of the
+// of a number in the factors beside the operations, on one rank and on several; of a number of the matrix in
+// the analysis
+const double FACTOR_ENTRY = 1.5e-8, FACTOR_ENTRY_RANKS = 3e-8, ANALYSIS_ENTRY = 2e-7;
 // messages of an iteration and of a back substitution
-const double FACTOR_ENTRY = 3e-8, ANALYSIS_ENTRY = 2e-7, ITERATION = 1e-4, BACK = 1e-3;
+const double ITERATION = 1e-4, BACK = 1e-3;
 // iterations with the incomplete factor that it takes to make it, and multigrid; of one with multigrid,
 // and of a product alone
 const double FORM = 4.0, AMG_FORM = 120.0, AMG_ITERATION = 3.7, PRODUCT = 0.4;
+// of a back substitution: one of many at once, and one in single precision; a number of changed columns
+const double COLUMN = 0.5, ROUGH = 0.5, CHANGED_NUMBER = 2.5e-10;
+
+bool several() { return comm_size() > 1; }
 
 double workers(const SolverData& d) { return d.first_only ? 1.0 : comm_size(); }
 
 double counted_factor(const Solver& s)
 {
   const SolverData& d = *s.data;
-  return (s.flops / FACTOR_RATE + FACTOR_ENTRY * d.factor_entries) / workers(d);
+  const double entry  = several() ? FACTOR_ENTRY_RANKS : FACTOR_ENTRY;
+  return (s.flops / FACTOR_RATE + entry * d.factor_entries) / workers(d);
 }
 
-double counted_back(const SolverData& d) { return BACK + 8.0 * d.factor_entries / CG_RATE / workers(d); }
+double counted_back(const SolverData& d)
+{
+  return (several() ? BACK : 0.0) + 8.0 * d.factor_entries / CG_RATE / workers(d);
+}
+
+double changed_numbers(const SolverData& d)
+{
+  return static_cast<double>(d.changed.set.size()) * static_cast<double>(d.rows) * d.dim * d.dim;
+}
 
 double counted_iteration(const SolverData& d, SolvePath path)
 {
-  const double cholesky = cholesky_guess(d, 1.0);
+  const double cholesky = cholesky_guess(d, 1.0), messages = several() ? ITERATION : 0.0;
   switch (path) {
-    case PATH_REUSED:
-    case PATH_CHANGED: return ITERATION + PRODUCT * cholesky + counted_back(d);
-    case PATH_AMG: return AMG_ITERATION * (ITERATION + cholesky);
-    case PATH_DIAGONAL: return ITERATION + PRODUCT * cholesky;
-    default: return ITERATION + cholesky;
+    case PATH_CHANGED: return counted_iteration(d, PATH_REUSED) + CHANGED_NUMBER * changed_numbers(d);
+    case PATH_REUSED: return messages + PRODUCT * cholesky + (d.by_chm ? ROUGH : 1.0) * counted_back(d);
+    case PATH_AMG: return AMG_ITERATION * (messages + cholesky);
+    case PATH_DIAGONAL: return messages + PRODUCT * cholesky;
+    default: return messages + cholesky;
   }
+}
+
+// columns of the inverse that came in together, and what is dense: of the changed rows
+double counted_changed(const SolverData& d)
+{
+  const double m = static_cast<double>(d.changed.set.size()) * d.dim;
+  return COLUMN * d.changed.columns * counted_back(d) + 3.0 * m * m * m / FACTOR_RATE;
 }
 
 double counted_setup(const SolverData& d, SolvePath path)
 {
   const double cholesky = counted_iteration(d, PATH_CHOLESKY);
+  if (path == PATH_CHANGED) return cholesky + counted_changed(d);
   return path == PATH_CHOLESKY ? FORM * cholesky : path == PATH_AMG ? AMG_FORM * cholesky : cholesky;
 }
 
@@ -90,14 +110,12 @@ int counted_limit(const SolverData& d, SolvePath path, double seconds)
   return 1 + static_cast<int>(std::min(1.0 * MOST, std::max(0.0, most)));
 }
 
-bool counted() { return comm_size() > 1; }
-
 // In motion the first systems are solved without a factorisation, which is expensive in space, and whose
 // factors would take most of the memory; more iterations than these tell of increments so long that masses do
 // not help. In the plane on one rank factors are cheap, and soon pay
 const int FAST = 60, FAST_PLANE = 15;
 
-int fast_limit(int dim) { return dim == 2 && !counted() ? FAST_PLANE : FAST; }
+int fast_limit(int dim) { return dim == 2 && !several() ? FAST_PLANE : FAST; }
 
 bool moves_fast(const SolverData& d, const SolveAsk& ask, int dim)
 {
@@ -202,7 +220,7 @@ bool promising(const SolverData& d, const SolveAsk& ask, SolvePath path, const P
 bool amg_waits(const SolverData& d) { return d.amg_wait > 0; }
 
 // Iterations with the incomplete factor for 8 digits: what this run has counted, else those of a cube with as
-// many nodes. No clock: two runs choose alike
+// many nodes
 double cholesky_iterations(const Solver& s)
 {
   const PathLog& l = s.path[PATH_CHOLESKY];
@@ -222,7 +240,7 @@ bool amg_pays(Solver& s, const SysMatrix& A, const SolveAsk& ask)
   return cholesky_guess(d, AMG_WORK) < 0.5 * factor && amg_there();
 }
 
-// the fastest path by what this run has measured; a path that is not known, or was not tried for long, gets a
+// the fastest path by what this run has counted; a path that is not known, or was not tried for long, gets a
 // trial that ends when the best one would have been faster
 SolvePath fastest(const Solver& s, const SolveAsk& ask, bool pattern_known, long now, double& limit)
 {
@@ -282,19 +300,16 @@ Status by_factor(Solver& s, const SysMatrix& A, const SolveAsk& ask, const RealV
   SolverData& d = *s.data;
   {
     Timer timer(PHASE_ANALYSIS);
-    const Clock clock;
     const long before   = s.nanalyse;
     const Status status = solve_analyse(s, A);
     if (status != STATUS_OK) return status;
-    if (s.nanalyse > before)
-      smooth(d.direct_analyse, counted() ? ANALYSIS_ENTRY * d.entries_all : clock.seconds());
+    if (s.nanalyse > before) smooth(d.direct_analyse, ANALYSIS_ENTRY * d.entries_all);
   }
   {
     Timer timer(PHASE_FACTOR);
-    const Clock clock;
     const Status status = solve_factor(s, A);
     if (status != STATUS_OK) return status;
-    smooth(d.direct_factor, counted() ? counted_factor(s) : clock.seconds());
+    smooth(d.direct_factor, counted_factor(s));
   }
   d.stamp    = ask.stamp;
   // earlier solutions are those of other rows
@@ -307,9 +322,8 @@ Status by_factor(Solver& s, const SysMatrix& A, const SolveAsk& ask, const RealV
   d.age      = 0;
   if (d.fresh_rate > 0.0) d.cost[PATH_REUSED].rate = d.fresh_rate;
   Timer timer(PHASE_SOLVE);
-  const Clock clock;
   const Status status = solve_back(s, b, x);
-  smooth(d.direct_back, counted() ? counted_back(d) : clock.seconds());
+  smooth(d.direct_back, counted_back(d));
   if (status == STATUS_OK && s.def.reuse && d.rows * A.dim >= SMALL_SYSTEM) remember_solution(d.past, x);
   d.cycle_seconds = direct_seconds(d, true);
   d.cycle_digits  = ask.digits;
@@ -431,15 +445,15 @@ bool form(Solver& s, const SysMatrix& A, const SolveAsk& ask, SolvePath path, Cg
   }
 }
 
-// what the path has cost, for the next choice
-void remember(Solver& s, SolvePath path, const CgDone& done, double setup, double seconds, long now)
+// what the path has cost, for the next choice; kept: by an incomplete factor that was there
+void remember(Solver& s, SolvePath path, const CgDone& done, bool kept, long now)
 {
   SolverData& d = *s.data;
   PathCost& c   = d.cost[path];
   const double brought = digits_of(done);
+  const double setup   = kept ? 0.0 : counted_setup(d, path);
+  const double seconds = done.iterations * counted_iteration(d, path);
   c.last = now;
-  c.odd  = c.known && !c.odd && done.good && setup + seconds > ODD * expected(c, brought);
-  if (c.odd) return;
   smooth(c.setup, setup);
   if (done.iterations > 0) {
     smooth(c.iteration, seconds / done.iterations);
@@ -479,11 +493,10 @@ void amg_judge(SolverData& d, const CgDone& done)
            done.iterations, d.amg_wait);
 }
 
-// the preconditioner, and conjugate gradients with it; setup: seconds of the first
+// the preconditioner, and conjugate gradients with it
 CgDone form_and_solve(Solver& s, const SysMatrix& A, const SolveAsk& ask, SolvePath path, double limit,
-                      const RealVec& b, RealVec& x, double& setup)
+                      const RealVec& b, RealVec& x)
 {
-  const Clock clock;
   SolverData& d  = *s.data;
   OwnBlock* own  = sys_shared(A) ? &d.own : nullptr;
   const bool old = path == PATH_CHOLESKY && cholesky_kept(s, ask);
@@ -494,16 +507,15 @@ CgDone form_and_solve(Solver& s, const SysMatrix& A, const SolveAsk& ask, SolveP
     if (own) own_form(A, ask.pattern, *own);
     if (!form(s, A, ask, path, c)) return done;
   }
-  setup = clock.seconds();
   Timer timer(PHASE_CG);
   // A^-1 and M^-1 are far apart in smooth modes, but for factors: M^-1 sees too little of an error there
   const double safety = path == PATH_REUSED || path == PATH_CHANGED ? 1.0 : 0.1;
   int most            = path == PATH_CHANGED ? FEW : path == PATH_AMG ? AMG_MOST : MOST;
-  if (counted() && limit < NEVER) most = std::min(most, counted_limit(d, path, limit));
+  if (limit < NEVER) most = std::min(most, counted_limit(d, path, limit));
   if (s.def.kind == SOLVER_AUTO && path == PATH_CHOLESKY && moves_fast(d, ask, A.dim))
     most = std::min(most, fast_limit(A.dim) + 1);
   if (old) most = std::min(most, kept_limit(A.dim, d.cholesky, ask));
-  CgGoal goal{safety * ask.eta, safety * ask.energy, ask.residual, most, limit - setup};
+  CgGoal goal{safety * ask.eta, safety * ask.energy, ask.residual, most};
   const bool same = path == PATH_REUSED && d.reused.same;    // where a product with A costs little beside M
   if (same) goal.begun = cg_begin(c, b, d.past, x);
   done = cg_solve(c, b, goal, d.work, x);
@@ -516,19 +528,15 @@ Status by_cg(Solver& s, const SysMatrix& A, const SolveAsk& ask, SolvePath path,
              const RealVec& b, RealVec& x)
 {
   const Clock clock;
-  SolverData& d    = *s.data;
-  const bool old   = path == PATH_CHOLESKY && cholesky_kept(s, ask);
-  const double begun = counted() && !old ? counted_setup(d, path) : 0.0;
-  double setup     = 0.0;
-  CgDone done      = form_and_solve(s, A, ask, path, limit, b, x, setup);
-  if (old && !done.good) done = form_and_solve(s, A, ask, path, limit, b, x, setup);
-  const double seconds = clock.seconds();
-  if (counted()) remember(s, path, done, begun, done.iterations * counted_iteration(d, path), now);
-  else remember(s, path, done, setup, seconds - setup, now);
+  SolverData& d  = *s.data;
+  const bool old = path == PATH_CHOLESKY && cholesky_kept(s, ask);
+  CgDone done    = form_and_solve(s, A, ask, path, limit, b, x);
+  if (old && !done.good) done = form_and_solve(s, A, ask, path, limit, b, x);
+  remember(s, path, done, old, now);
   PathLog& log = s.path[path];
   log.iterations += done.iterations;
   if (done.good && done.end > 0.0) log.digits += digits_of(done);
-  log.seconds += seconds;
+  log.seconds += clock.seconds();
   if (!done.good) ++log.failed;
   s.left = done.end;
   if (path == PATH_AMG) amg_judge(d, done);
@@ -601,8 +609,8 @@ void count_entries(const SysMatrix& A, long pattern, SolverData& d)
 //   out  x      [neq], another vector than b; s.left: bound of its error
 //   status      SOLVER_SINGULAR, SOLVER_FAILED, BAD_NUMBER of the factorisation
 //
-// When conjugate gradients do not converge, the next best path follows, at last a factorisation. On one rank
-// the choice goes by measured time: two runs may take other paths, and agree to the tolerance of Newton.
+// When conjugate gradients do not converge, the next best path follows, at last a factorisation. The choice
+// goes by counted work: two runs take the same paths.
 // ---------------------------------------------------------------------------
 Status solve_system(Solver& s, const SysMatrix& A, const SolveAsk& ask, const RealVec& b, RealVec& x)
 {
