@@ -101,7 +101,7 @@ struct Box {
   size_t domains() const { return static_cast<size_t>(n[0]) * n[1] * std::max(1, n[2]); }
   size_t cells() const { return static_cast<size_t>(n[0] / per_cell) * (n[1] / per_cell) *
                                 std::max(1, n[2] / per_cell); }
-  size_t corners() const { return static_cast<size_t>(n[0] + 1) * (n[1] + 1) * (n[2] + 1); }
+  int corners_of_domain() const { return dim == 3 ? 8 : 4; }
 };
 
 Box make_box(const Model& m, int body)
@@ -137,33 +137,21 @@ void centre_of(const Box& box, const int* at, double* X)
   for (int i = 0; i < 3; ++i) X[i] = i < box.dim ? box.b.lo[i] + (at[i] + 0.5) * box.d[i] : 0.0;
 }
 
-// the corners of a domain, among those of the box; returns how many
-int corners_of(const Box& box, const int* at, size_t* corner)
-{
-  static const int step[8][3] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0},
-                                 {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};
-  const int nen = box.dim == 3 ? 8 : 4;
-  for (int a = 0; a < nen; ++a)
-    corner[a] = (static_cast<size_t>(at[2] + step[a][2]) * (box.n[1] + 1) + at[1] + step[a][1]) *
-                    (box.n[0] + 1) + at[0] + step[a][0];
-  return nen;
-}
+const int corner_step[8][3] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0},
+                               {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};
 
-void corner_place(const Box& box, size_t corner, double* X)
+void corner_place(const Box& box, const int* at, double* X)
 {
-  const size_t row = box.n[0] + 1, layer = row * (box.n[1] + 1);
-  const int at[3]  = {static_cast<int>(corner % row), static_cast<int>(corner % layer / row),
-                      static_cast<int>(corner / layer)};
   // the far face exactly at hi, so that bodies meet meshes without rounding gaps
   for (int i = 0; i < box.dim; ++i) X[i] = at[i] == box.n[i] ? box.b.hi[i] : box.b.lo[i] + at[i] * box.d[i];
 }
 
-// [domains] WHERE accepts the centre
-std::vector<char> filled_domains(const Box& box, Filler& f)
+// [domains] WHERE accepts the centre; empty: all are filled
+std::vector<bool> filled_domains(const Box& box, Filler& f)
 {
-  std::vector<char> filled(box.domains(), 1);
+  if (box.b.fill != FILL_REGION) return {};
+  std::vector<bool> filled(box.domains());
   int faults = 0;
-  if (box.b.fill != FILL_REGION) return filled;
   each_domain(box, [&](size_t domain, size_t, const int* at) {
     double X[3];
     centre_of(box, at, X);
@@ -173,41 +161,121 @@ std::vector<char> filled_domains(const Box& box, Filler& f)
   return filled;
 }
 
-// corners of the box that domains have: their numbers in the order in which these come, from first on; -1:
-// none has it
-IntVec number_corners(const Box& box, const std::vector<char>& filled, int& next)
+// Part of a box: domains from lo on
+struct Part {
+  int lo[3] = {0, 0, 0}, n[3] = {0, 0, 0};
+  int layers = 1;              // of corners more than of domains; 0: in the plane
+  bool has(const int* at) const
+  {
+    for (int i = 0; i < 3; ++i)
+      if (at[i] < lo[i] || at[i] >= lo[i] + n[i]) return false;
+    return true;
+  }
+  bool has_corner(const int* at) const
+  {
+    for (int i = 0; i < 3; ++i)
+      if (at[i] < lo[i] || at[i] > lo[i] + n[i]) return false;
+    return n[0] > 0;
+  }
+  size_t domains() const { return static_cast<size_t>(n[0]) * n[1] * n[2]; }
+  size_t corners() const { return n[0] ? static_cast<size_t>(n[0] + 1) * (n[1] + 1) * (n[2] + layers) : 0; }
+  size_t domain(const int* at) const
+  {
+    return (static_cast<size_t>(at[2] - lo[2]) * n[1] + at[1] - lo[1]) * n[0] + at[0] - lo[0];
+  }
+  size_t corner(const int* at) const
+  {
+    return (static_cast<size_t>(at[2] - lo[2]) * (n[1] + 1) + at[1] - lo[1]) * (n[0] + 1) + at[0] - lo[0];
+  }
+};
+
+// calls use(domain, cell, at) for all domains of a box that hold a point
+template <class Use>
+void each_filled(const Box& box, const std::vector<bool>& filled, Use use)
 {
-  IntVec number(box.corners(), -1);
-  each_domain(box, [&](size_t domain, size_t, const int* at) {
-    size_t corner[8];
-    const int nen = corners_of(box, at, corner);
-    for (int a = 0; a < nen && filled[domain]; ++a)
-      if (number[corner[a]] < 0) number[corner[a]] = next++;
+  each_domain(box, [&](size_t domain, size_t cell, const int* at) {
+    if (filled.empty() || filled[domain]) use(domain, cell, at);
+  });
+}
+
+// the domains that are here, and those around them; has(cell) is asked once for each filled one, in order
+template <class Has>
+Part part_of_box(const Box& box, const std::vector<bool>& filled, Has has)
+{
+  int lo[3] = {box.n[0], box.n[1], std::max(1, box.n[2])}, hi[3] = {-1, -1, -1};
+  each_filled(box, filled, [&](size_t, size_t cell, const int* at) {
+    if (!has(cell)) return;
+    for (int i = 0; i < 3; ++i) {
+      lo[i] = std::min(lo[i], at[i]);
+      hi[i] = std::max(hi[i], at[i]);
+    }
+  });
+  Part part;
+  part.layers = box.dim == 3;
+  for (int i = 0; i < 3 && hi[0] >= 0; ++i) {
+    part.lo[i] = std::max(0, lo[i] - 1);
+    part.n[i]  = std::min(hi[i] + 2, std::max(1, box.n[i])) - part.lo[i];
+  }
+  return part;
+}
+
+// does a filled domain that comes before the one at at have its corner step?
+bool made_before(const Box& box, const std::vector<bool>& filled, const int* at, const int* step)
+{
+  const int n[3]   = {box.n[0], box.n[1], std::max(1, box.n[2])};
+  const auto place = [&](const int* d) { return (static_cast<size_t>(d[2]) * n[1] + d[1]) * n[0] + d[0]; };
+  for (int k = 0; k < (box.dim == 3 ? 8 : 4); ++k) {
+    const int d[3] = {at[0] + step[0] - k % 2, at[1] + step[1] - k / 2 % 2, at[2] + step[2] - k / 4};
+    bool inside = true;
+    for (int i = 0; i < 3; ++i) inside = inside && d[i] >= 0 && d[i] < n[i];
+    if (inside && place(d) < place(at) && (filled.empty() || filled[place(d)])) return true;
+  }
+  return false;
+}
+
+// Corners that filled domains have are numbered in the order in which these come, from next on. Returns the
+// numbers of those of a part, -1: no domain has it
+IntVec number_corners(const Box& box, const std::vector<bool>& filled, const Part& part, int& next)
+{
+  IntVec number(part.corners(), -1);
+  each_filled(box, filled, [&](size_t, size_t, const int* at) {
+    for (int a = 0; a < box.corners_of_domain(); ++a) {
+      const int* step = corner_step[a];
+      const int c[3]  = {at[0] + step[0], at[1] + step[1], at[2] + step[2]};
+      if (!part.has_corner(c)) next += !made_before(box, filled, at, step);
+      else if (number[part.corner(c)] < 0) number[part.corner(c)] = next++;
+    }
   });
   return number;
 }
 
-// adds the corners of domains that are here, ascending by number; index of each corner of the box, -1: it is
+// adds the corners of domains that are here, ascending by number; index of each corner of the part, -1: it is
 // not here
-IntVec add_corners(Filler& f, const Box& box, const IntVec& number, const std::vector<char>& here)
+IntVec add_corners(Filler& f, const Box& box, const Part& part, const IntVec& number,
+                   const std::vector<char>& here)
 {
-  std::vector<std::pair<int, size_t>> list;            // number, place in the box
-  std::vector<char> known(box.corners(), 0);
-  each_domain(box, [&](size_t domain, size_t, const int* at) {
-    size_t corner[8];
-    const int nen = corners_of(box, at, corner);
-    for (int a = 0; a < nen && here[domain]; ++a) {
-      if (!known[corner[a]]) list.emplace_back(number[corner[a]], corner[a]);
-      known[corner[a]] = 1;
+  struct Corner { int number, at[3]; };
+  std::vector<Corner> list;
+  IntVec index(part.corners(), -1);
+  each_domain(box, [&](size_t, size_t, const int* at) {
+    if (!part.has(at) || !here[part.domain(at)]) return;
+    for (int a = 0; a < box.corners_of_domain(); ++a) {
+      const int* step = corner_step[a];
+      Corner c{0, {at[0] + step[0], at[1] + step[1], at[2] + step[2]}};
+      int& i = index[part.corner(c.at)];
+      if (i < 0) {
+        c.number = number[part.corner(c.at)];
+        list.push_back(c);
+      }
+      i = 0;
     }
   });
-  std::sort(list.begin(), list.end());
-  IntVec index(box.corners(), -1);
-  for (const auto& [of_all, place] : list) {
+  std::sort(list.begin(), list.end(), [](const Corner& a, const Corner& b) { return a.number < b.number; });
+  for (const Corner& c : list) {
     double X[3] = {0, 0, 0};
-    corner_place(box, place, X);
-    index[place] = fill_corner(f, X, box.b.field);
-    if (f.pts.part.on) f.pts.part.corner.push_back(of_all);
+    corner_place(box, c.at, X);
+    index[part.corner(c.at)] = fill_corner(f, X, box.b.field);
+    if (f.pts.part.on) f.pts.part.corner.push_back(c.number);
   }
   return index;
 }
@@ -310,33 +378,42 @@ void take_domain(Filler& f, int body, Shape shape, int of_all, bool here, int ra
 void fill_box(Filler& f, int body, const IntVec& rank)
 {
   const Box box = make_box(f.m, body);
-  const std::vector<char> filled = filled_domains(box, f);
-  const int me = comm_rank();
+  const std::vector<bool> filled = filled_domains(box, f);
+  const Shape shape = box.dim == 3 ? SHAPE_HEX8 : SHAPE_QUAD4;
+  const int me = comm_rank(), first = f.pts.part.npoint;
   const auto rank_of = [&](size_t cell) { return rank.empty() ? me : rank[cell]; };
-  std::vector<char> here = filled;
-  int next = f.pts.part.npoint;          // number of the next domain
-  each_domain(box, [&](size_t domain, size_t cell, const int*) {
-    if (filled[domain]) here[domain] = f.has(next++, rank_of(cell));
+  int next = first;                      // number of the next domain
+  const Part part = part_of_box(box, filled, [&](size_t cell) { return f.has(next++, rank_of(cell)); });
+  std::vector<char> here(part.domains(), 0);
+  next = first;
+  each_filled(box, filled, [&](size_t, size_t cell, const int* at) {
+    if (part.has(at)) here[part.domain(at)] = f.has(next, rank_of(cell));
+    ++next;
   });
-  const IntVec number = number_corners(box, filled, f.pts.part.ncorner);
-  const IntVec index  = add_corners(f, box, number, here);
-  IntVec last(box.cells(), -1);          // last point made in a cell, -1: none yet
-  each_domain(box, [&](size_t domain, size_t cell, const int* at) {
-    if (!filled[domain]) return;
+  const IntVec number = number_corners(box, filled, part, f.pts.part.ncorner);
+  const IntVec index  = add_corners(f, box, part, number, here);
+  IntVec last(part.domains(), -1);       // of the first domain of a cell in the part: join_ring
+  each_filled(box, filled, [&](size_t, size_t cell, const int* at) {
+    const int of_all = f.pts.part.npoint++;
+    if (!part.has(at)) return;
     size_t corner[8];
-    corners_of(box, at, corner);
-    const Shape shape = box.dim == 3 ? SHAPE_HEX8 : SHAPE_QUAD4;
-    take_domain(f, body, shape, f.pts.part.npoint++, here[domain], rank_of(cell), corner, number, index,
-                last[cell]);
+    for (int a = 0; a < box.corners_of_domain(); ++a) {
+      const int c[3] = {at[0] + corner_step[a][0], at[1] + corner_step[a][1], at[2] + corner_step[a][2]};
+      corner[a] = part.corner(c);
+    }
+    int in_cell[3];                      // the first domain of the cell that the part has
+    for (int i = 0; i < 3; ++i) in_cell[i] = std::max(part.lo[i], at[i] - at[i] % box.per_cell);
+    take_domain(f, body, shape, of_all, here[part.domain(at)], rank_of(cell), corner, number, index,
+                last[part.domain(in_cell)]);
   });
 }
 
 void fill_box_counts(Filler& f, int body)
 {
   const Box box = make_box(f.m, body);
-  const std::vector<char> filled = filled_domains(box, f);
-  f.pts.part.npoint += static_cast<int>(std::count(filled.begin(), filled.end(), 1));
-  number_corners(box, filled, f.pts.part.ncorner);
+  const std::vector<bool> filled = filled_domains(box, f);
+  each_filled(box, filled, [&](size_t, size_t, const int*) { ++f.pts.part.npoint; });
+  number_corners(box, filled, Part(), f.pts.part.ncorner);
 }
 
 void fill_planned(Filler& f, int body, FillPlan& plan)
