@@ -607,11 +607,13 @@ bool grid_stays(const Model& m, const Points& pts, const Bonds& bonds, const Gri
                 const RealVec& uc, const RealVec& xb)
 {
   const int dim = m.dim;
+  // what flies freely goes on by equal parts of a cell, and may come to keep itself: rounding does not choose
+  const double most = m.grid.keep * (1.0 + 1e-9);
   if (laid.uc.size() != uc.size() || laid.xb.size() != xb.size()) return false;
   const auto stays = [&](const double* from, const double* to) {
     double way = 0.0;
     for (int i = 0; i < dim; ++i) way += std::fabs(to[i] - from[i]) / m.grid.h[i];
-    return way <= m.grid.keep;
+    return way <= most;
   };
   const auto carried = [&](int c) { return pts.field[c] >= 0 && pts.carrier(c) == HANG_GRID; };
   if (m.grid.keep == 0.0) return false;

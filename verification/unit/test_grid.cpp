@@ -143,7 +143,14 @@ TEST(Grid, StaysUntilACornerHasGone)
   const GridLaid laid{uc, {}, a.g.made};
   const auto stays = [&]() { return grid_stays(m, a.pts, Bonds(), laid, uc, RealVec()); };
   EXPECT_TRUE(stays());
-  uc[0] += 0.06 * m.grid.h[0];
+  // a way of KEEP itself, with the rounding of many equal increments, on either side
+  for (double rounding : {-1e-13, 1e-13}) {
+    uc[0] = 0.3 + 0.1 * m.grid.h[0] * (1.0 + rounding);
+    EXPECT_TRUE(stays());
+  }
+  uc[0] = 0.3 + 0.1 * m.grid.h[0] * (1.0 + 1e-6);
+  EXPECT_FALSE(stays());
+  uc[0] = 0.3 + 0.06 * m.grid.h[0];
   uc[1] -= 0.035 * m.grid.h[1];
   EXPECT_TRUE(stays());
   uc[1] -= 0.01 * m.grid.h[1];
