@@ -137,8 +137,13 @@ void centre_of(const Box& box, const int* at, double* X)
   for (int i = 0; i < 3; ++i) X[i] = i < box.dim ? box.b.lo[i] + (at[i] + 0.5) * box.d[i] : 0.0;
 }
 
-const int corner_step[8][3] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0},
-                               {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};
+// c: corner a of the domain at at
+void corner_of(const int* at, int a, int* c)
+{
+  static const int step[8][3] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0},
+                                 {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};
+  for (int i = 0; i < 3; ++i) c[i] = at[i] + step[a][i];
+}
 
 void corner_place(const Box& box, const int* at, double* X)
 {
@@ -219,13 +224,13 @@ Part part_of_box(const Box& box, const std::vector<bool>& filled, Has has)
   return part;
 }
 
-// does a filled domain that comes before the one at at have its corner step?
-bool made_before(const Box& box, const std::vector<bool>& filled, const int* at, const int* step)
+// does a filled domain that comes before the one at at have its corner c?
+bool made_before(const Box& box, const std::vector<bool>& filled, const int* at, const int* c)
 {
   const int n[3]   = {box.n[0], box.n[1], std::max(1, box.n[2])};
   const auto place = [&](const int* d) { return (static_cast<size_t>(d[2]) * n[1] + d[1]) * n[0] + d[0]; };
   for (int k = 0; k < (box.dim == 3 ? 8 : 4); ++k) {
-    const int d[3] = {at[0] + step[0] - k % 2, at[1] + step[1] - k / 2 % 2, at[2] + step[2] - k / 4};
+    const int d[3] = {c[0] - k % 2, c[1] - k / 2 % 2, c[2] - k / 4};
     bool inside = true;
     for (int i = 0; i < 3; ++i) inside = inside && d[i] >= 0 && d[i] < n[i];
     if (inside && place(d) < place(at) && (filled.empty() || filled[place(d)])) return true;
@@ -240,9 +245,9 @@ IntVec number_corners(const Box& box, const std::vector<bool>& filled, const Par
   IntVec number(part.corners(), -1);
   each_filled(box, filled, [&](size_t, size_t, const int* at) {
     for (int a = 0; a < box.corners_of_domain(); ++a) {
-      const int* step = corner_step[a];
-      const int c[3]  = {at[0] + step[0], at[1] + step[1], at[2] + step[2]};
-      if (!part.has_corner(c)) next += !made_before(box, filled, at, step);
+      int c[3];
+      corner_of(at, a, c);
+      if (!part.has_corner(c)) next += !made_before(box, filled, at, c);
       else if (number[part.corner(c)] < 0) number[part.corner(c)] = next++;
     }
   });
@@ -260,8 +265,8 @@ IntVec add_corners(Filler& f, const Box& box, const Part& part, const IntVec& nu
   each_domain(box, [&](size_t, size_t, const int* at) {
     if (!part.has(at) || !here[part.domain(at)]) return;
     for (int a = 0; a < box.corners_of_domain(); ++a) {
-      const int* step = corner_step[a];
-      Corner c{0, {at[0] + step[0], at[1] + step[1], at[2] + step[2]}};
+      Corner c;
+      corner_of(at, a, c.at);
       int& i = index[part.corner(c.at)];
       if (i < 0) {
         c.number = number[part.corner(c.at)];
@@ -398,7 +403,8 @@ void fill_box(Filler& f, int body, const IntVec& rank)
     if (!part.has(at)) return;
     size_t corner[8];
     for (int a = 0; a < box.corners_of_domain(); ++a) {
-      const int c[3] = {at[0] + corner_step[a][0], at[1] + corner_step[a][1], at[2] + corner_step[a][2]};
+      int c[3];
+      corner_of(at, a, c);
       corner[a] = part.corner(c);
     }
     int in_cell[3];                      // the first domain of the cell that the part has

@@ -6,7 +6,6 @@
 
 #include "base/comm.h"
 #include "base/far_first.h"
-#include "base/grow.h"
 #include "base/log.h"
 #include "solve/solve_data.h"
 
@@ -68,7 +67,6 @@ void take_rows(const SysMatrix& A, OwnBlock& own)
   IntVec ranks(A.nrow, 1);
   for (const IntVec& list : h.common)
     for (int I : list) ++ranks[I];
-  own.weight.clear();
   for (int I : h.shared) own.weight.push_back(1.0 / std::sqrt(static_cast<double>(ranks[I])));
   own.once.assign(A.neq(), 1.0);
   for (int I = 0; I < A.nrow; ++I)
@@ -91,8 +89,8 @@ void list_blocks(const SysMatrix& A, OwnBlock& own, Pairs& border)
   size_t on_border = 0;
   each([&](int row, int, int) { ++own.off[row + 1]; }, [&](int, int) { ++on_border; });
   std::partial_sum(own.off.begin(), own.off.end(), own.off.begin());
-  fit_size(own.col, own.off.back());
-  fit_size(own.from, own.off.back());
+  own.col.resize(own.off.back());
+  own.from.resize(own.off.back());
   border.reserve(on_border);
   IntVec next(own.off.begin(), own.off.end() - 1);
   each([&](int row, int col, int k) {
@@ -152,12 +150,10 @@ void form_border(const SysMatrix& A, OwnBlock& own, Pairs pairs)
     pairs.swap(joined);
   }
   SysMatrix& s = own.border;
-  s      = SysMatrix();
   s.dim  = A.dim;
   s.nrow = static_cast<int>(A.halo.shared.size());
   s.off.assign(s.nrow + 1, 0);
   s.col.reserve(pairs.size());
-  own.border_from.clear();
   own.border_from.reserve(pairs.size());
   for (long q : pairs) {
     const int row = row_of_pair(q), col = col_of_pair(q);
