@@ -125,9 +125,9 @@ bool read_model(const Options& o, Model& m, std::vector<NearFace>& near)
   m.out_dir = o.out_dir;
   DivideBy by;
   if (comm_rank() == 0 && !out_restart_pieces(m, restart_path(m, o), by))
-    by.skin = out_restart_skin(m, restart_path(m, o));
+    by.near = out_restart_near(m, restart_path(m, o));
   dof_part(o.check, by, m);
-  near.swap(by.skin);
+  near.swap(by.near);
   log_keep(m.part.on);
   return true;
 }
@@ -167,7 +167,7 @@ bool divide_again(const Options& o, std::unique_ptr<Run>& run, Archive& state, s
   run->model         = std::move(m);
   run->model.out_dir = o.out_dir;
   dof_part(false, by, run->model);
-  near.swap(by.skin);
+  near.swap(by.near);
   run->problem.warned = std::move(warned);
   return true;
 }

@@ -24,7 +24,7 @@ enum Status {
   OUTSIDE_GRID,        // a corner of a material point left the grid
   HALF_RESIDUAL,       // the equations of motion are not fulfilled well enough at half the increment
   CRITERION_EXCEEDED,  // the load at which the first element breaks was stepped over
-  FACES_UNKNOWN,       // general contact reaches faces that the rank does not know: divided again, it does
+  FACES_UNKNOWN,       // contact reaches faces that the rank does not know: divided again, it does
   DIVISION_FAILED,     // bodies that different ranks know have come near, and the model is not divided again
   INTERRUPTED          // a signal asked the run to end
 };

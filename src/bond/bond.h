@@ -11,6 +11,9 @@
 // Contact: contact_alpha E/h.
 extern const double bond_alpha, contact_alpha;
 
+// surface_young : largest Young's modulus behind a surface, of the faces that are here
+double surface_young(const Model& m, const Surface& s);
+
 // bond_form : bonds of all definitions at t = 0: at the nodes of the surface and between them, tributary
 // areas, normals, penalties. A rank has those at nodes or corners of its elements and points (bond_own), with
 // their whole area. Returns the number of errors (messages in the log). Collective.
@@ -39,6 +42,10 @@ IntVec bond_rebuild(const Model& m, const Points& pts, const std::vector<BondFac
 // bond_share : divided model: who works on a bond, and who else has it (Bonds::rank, halo, nall), when
 // bonds or owners of nodes are others than before. Collective.
 void bond_share(const Model& m, const Points& pts, Bonds& bonds);
+
+// bond_tell : divided model: of contact pairs, whose points are searched for by the rank that works on them
+// alone: the others get their state. Before bonds or owners of nodes become others. Collective.
+void bond_tell(const Model& m, Bonds& bonds, Level& l);
 
 // bond_places : where side A is, from displacements of nodes and corners                          xb
 // [nbond*dim]

@@ -57,7 +57,8 @@ double face_size(const FaceNodes& face)
   return most;
 }
 
-// largest Young's modulus behind a surface
+}  // namespace
+
 double surface_young(const Model& m, const Surface& s)
 {
   if (s.body >= 0) return m.material[m.body[s.body].material].young;
@@ -69,13 +70,15 @@ double surface_young(const Model& m, const Surface& s)
   return young;
 }
 
+namespace {
+
 // penalty per area of a definition
 double penalty_of(const Model& m, const BondDef& d, double young_face, double h_face)
 {
   if (d.penalty > 0.0) return d.penalty;
   double young = young_face, h = h_face;
   if (d.body >= 0) young = std::max(young, m.material[m.body[d.body].material].young);
-  if (d.master >= 0) young = std::max(young, surface_young(m, m.surface[d.master]));
+  if (d.master >= 0) young = std::max(young, m.part.on ? d.young : surface_young(m, m.surface[d.master]));
   const bool points = d.kind == BOND_MESH_GRID || m.surface[d.surface].body >= 0 ||
                       (d.master >= 0 && m.surface[d.master].body >= 0);
   if (m.grid.given && points) {
@@ -721,5 +724,13 @@ void bond_share(const Model& m, const Points& pts, Bonds& b)
   comm_sum(&own, 1);
   b.nall = static_cast<int>(own);
   b.halo.owner = b.rank;
-  halo_copy_all(b.halo, 1, std::vector<RealVec*>{&b.area, &b.cn, &b.ct});
+  halo_copy_all(b.halo, 1, std::vector<RealVec*>{&b.area, &b.cn, &b.ct, &b.offset});
+}
+
+void bond_tell(const Model& m, Bonds& b, Level& l)
+{
+  const auto is_pair = [](const BondDef& d) { return d.master >= 0; };
+  if (!b.halo.on() || std::none_of(m.bond.begin(), m.bond.end(), is_pair)) return;
+  halo_copy_all(b.halo, m.dim, std::vector<RealVec*>{&l.slip, &l.lambda});
+  halo_copy_all(b.halo, 1, std::vector<RealVec*>{&l.lambda_n, &b.offset, &b.initial_penetration});
 }

@@ -55,15 +55,15 @@ std::vector<ContactWall> contact_walls(const Model& m);
 
 struct ContactScene;
 
-// contact_search : nearest master face of every place within reach; bodies apart cost their boxes only.
-// Collective.
+// contact_search : nearest master face of every place within reach that this rank works on; bodies apart
+// cost their boxes only. Collective.
 //   in   xb [nbond*dim] places of side A at t(n);  u, uc displacements of nodes and corners;
 //        scene  near faces of general contact, of scene_update
 void contact_search(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& u,
                     const RealVec& uc, const RealVec& xb, const ContactScene& scene, ContactPairs& pairs);
 
 // contact_search_start : the same for contact pairs with the master faces of t = 0, whatever became of their
-// elements since; u, uc, xb of t = 0
+// elements since, and of all places that are here; u, uc, xb of t = 0. Collective with a divided model.
 void contact_search_start(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& u,
                           const RealVec& uc, const RealVec& xb, ContactPairs& pairs);
 
@@ -85,8 +85,13 @@ int contact_start(const Model& m, Bonds& bonds, const ContactPairs& pairs, const
 
 // contact_offsets : places of contact that conversion has made take the offset that they would have had at t
 // = 0  (4.13)
-//   in   place: these bonds of contact;   bonds.offset is set
+//   in   place: these bonds of contact;   bonds.offset is set where the faces are known: of those that this
+//        rank works on. Collective with a divided model.
 void contact_offsets(const Model& m, const Points& pts, const IntVec& place, Bonds& bonds);
+
+// contact_displacements : those that the deck gives at t = 0, also of corners that conversion has
+// made since
+void contact_displacements(const Model& m, const Points& pts, RealVec& u, RealVec& uc);
 
 // contact_force : force on side A minus side B and, unless K is null, the symmetric part of its tangent and
 // the rest, across n^T   (4.9) - (4.12)

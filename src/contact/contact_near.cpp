@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "base/comm.h"
+#include "base/gather_lists.h"
 #include "contact/contact_meet.h"
 #include "point/point.h"
 
@@ -69,43 +70,54 @@ std::vector<NearFace> near_own(const Model& m, const Points& pts, const std::vec
   return own;
 }
 
-bool near_known(const MeshPart& part, const std::vector<NearFace>& own)
+bool near_known(const MeshPart& part, const std::vector<NearFace>& own, const std::vector<NearFace>& look)
 {
   const int ranks = comm_size();
-  std::vector<ContactBox> of_rank(1, box_of(own)), box;
+  std::vector<ContactBox> of_rank(1, box_of(look)), box;
   comm_allgatherv(of_rank);
   std::vector<std::vector<NearFace>> tell(ranks);
   for (int r = 0; r < ranks; ++r)
     for (const NearFace& f : own)
       if (r != comm_rank() && boxes_meet(f.box, of_rank[r])) tell[r].push_back(f);
-  for (const NearFace& f : own) box.push_back(f.box);
+  for (const NearFace& f : look) box.push_back(f.box);
   const ContactTree tree(box);
   int missing = 0;
   IntVec found;
   for (const std::vector<NearFace>& told : comm_exchange(tell))
     for (const NearFace& f : told) {
       if (missing || f.elem < 0 || part.elem_here(f.elem) >= 0) continue;
+      found.clear();
       tree.overlap(f.box, found);
-      missing = !found.empty();
+      missing = std::any_of(found.begin(), found.end(), [&](int i) { return look[i].def == f.def; });
     }
   return comm_allreduce_max(missing) == 0;
 }
 
-void near_outer(const std::vector<NearFace>& face, const IntVec& rank, std::vector<IntVec>& list)
+void near_outer(const std::vector<NearFace>& face, const IntVec& rank, const std::vector<IntVec>& slaves,
+                std::vector<IntVec>& list)
 {
   std::vector<ContactBox> box;
   for (const NearFace& f : face) box.push_back(grown(f.box, AROUND * f.size));
   const ContactTree tree(box);
-  IntVec found;
+  IntVec found, to;
   const int ranks = static_cast<int>(list.size());
+  const ListTable others = gather_lists(static_cast<int>(rank.size()), [&](auto use) {
+    for (std::size_t r = 0; r < slaves.size(); ++r)
+      for (int e : slaves[r]) use(e, static_cast<int>(r));
+  });
   for (std::size_t i = 0; i < face.size(); ++i) {
-    const int r = face[i].elem < 0 ? -1 : rank[face[i].elem];
+    const int e = face[i].elem;
+    if (face[i].side == NEAR_MASTER) continue;
+    to.assign(1, e < 0 ? 0 : rank[e]);
+    for (int r = 1; r < ranks && e < 0; ++r) to.push_back(r);
+    if (face[i].side == NEAR_SLAVE) to.insert(to.end(), others.begin(e), others.begin(e + 1));
     found.clear();
     tree.overlap(box[i], found);
     for (int j : found) {
-      const int e = face[j].elem;
-      for (int to = r < 0 ? 0 : r; to < (r < 0 ? ranks : r + 1) && e >= 0; ++to)
-        if (rank[e] != to) list[to].push_back(e);
+      const NearFace& f = face[j];
+      if (f.def != face[i].def || f.side == NEAR_SLAVE || f.elem < 0) continue;
+      for (int r : to)
+        if (rank[f.elem] != r) list[r].push_back(f.elem);
     }
   }
   for (IntVec& of : list) {

@@ -1,9 +1,9 @@
 // ---------------------------------------------------------------------------
-// contact_near.h : general contact of a divided model: elements of other ranks that are near
-// (doc/theory.md 5.1)
+// contact_near.h : contact of a divided model: elements of other ranks that are near     (doc/theory.md 5.1)
 //
-// MeshPart::window: a rank works on places of faces of its own elements. Elements of others whose faces may
-// be met are outer elements; when others come near, the model is divided again.
+// MeshPart::window: a rank works on places of general contact of faces of its own elements. Elements of
+// others whose faces may be met are outer elements; when others come near, the model is divided again.
+// Contact pairs: contact_masters.h.
 // ---------------------------------------------------------------------------
 #ifndef MPFE_CONTACT_CONTACT_NEAR_H
 #define MPFE_CONTACT_CONTACT_NEAR_H
@@ -15,12 +15,24 @@
 // increment, and what they may have moved since the lists were made
 struct NearReach { double part, most, margin; };
 
-// A face of general contact where it is now
+// side of a contact pair; NEAR_BOTH: a face of general contact
+enum NearSide { NEAR_BOTH, NEAR_SLAVE, NEAR_MASTER };
+
+// A face that contact may meet, or one that looks for such faces, where it is now
 struct NearFace {
   // that has it, or had it before it became points: in the mesh of the deck; -1: of a point from the start
   int elem;
   double size;                 // longest edge                                                       length
   ContactBox box;              // half of what may lie between it and a face that it may meet is added
+  int def = -1;                // contact pair, index into Model::bond; -1: general contact
+  int side = NEAR_BOTH;
+};
+
+// When it was asked last whether all master faces are known that contact points may meet
+struct MasterWatch {
+  RealVec u, uc;
+  int nbond = 0;
+  double margin = 0.0;         // the answer holds for motions below a quarter of it     length
 };
 
 // near_faces : those of skin, in that order
@@ -38,13 +50,16 @@ std::vector<NearFace> near_now(const Model& m, const Points& pts, const std::vec
 std::vector<NearFace> near_own(const Model& m, const Points& pts, const std::vector<SkinFace>& skin,
                                const std::vector<NearFace>& face);
 
-// near_known : are all elements of other ranks here that may meet a face of own? Collective.
-bool near_known(const MeshPart& part, const std::vector<NearFace>& own);
+// near_known : are all elements of other ranks here with faces that those of look may meet? Collective.
+//   in   own   faces of elements of this rank;   look  those that look for faces: in general contact the same
+bool near_known(const MeshPart& part, const std::vector<NearFace>& own, const std::vector<NearFace>& look);
 
 // near_outer : elements near those of each rank that belong to others, from further off, so that bodies have
 // to move before others come near; what is near a point from the start all ranks get
-//   in     face   of all ranks;   rank [nelem]
-//   inout  list   [ranks] added to
-void near_outer(const std::vector<NearFace>& face, const IntVec& rank, std::vector<IntVec>& list);
+//   in     face    of all ranks;   rank [nelem]
+//          slaves  [ranks] elements of others whose faces, slaves of pairs, look for a rank too; or empty
+//   inout  list    [ranks] added to
+void near_outer(const std::vector<NearFace>& face, const IntVec& rank, const std::vector<IntVec>& slaves,
+                std::vector<IntVec>& list);
 
 #endif

@@ -3,6 +3,7 @@
 
 #include "base/comm.h"
 #include "contact/contact.h"
+#include "contact/contact_masters.h"
 #include "contact/contact_scene.h"
 
 namespace {
@@ -60,64 +61,70 @@ void take_hits(const std::vector<Hit>& hits, int dim, double offset, int b, Cont
   for (int i = 0; i < dim; ++i) pairs.normal[b * dim + i] = n[i] / norm;
 }
 
-// faces of a master surface: elements that became points have left faces of points, but not yet at the start
-void master_faces(const Model& m, const Points& pts, int surface, bool at_start, const RealVec& u,
-                  const RealVec& uc, std::vector<MasterFace>& faces)
-{
-  const Surface& s = m.surface[surface];
-  for (const Face& f : s.face)
-    if (at_start || !pts.converted(f.elem)) faces.push_back(master_face(m, pts, false, f, u, uc));
-  if (at_start && s.body < 0) return;
-  for (const Face& f : pts.surface[surface]) faces.push_back(master_face(m, pts, true, f, u, uc));
-}
-
-// boxes of the contact points of each pair; of_all: of all ranks, collective
-std::vector<Box> slave_boxes(const Model& m, const Bonds& bonds, const RealVec& xb, bool of_all)
-{
-  std::vector<Box> box(m.bond.size());
-  const auto is_pair = [](const BondDef& d) { return d.master >= 0; };
-  if (std::none_of(m.bond.begin(), m.bond.end(), is_pair)) return box;
-  for (int b = 0; b < bonds.nbond; ++b)
-    if (is_pair(m.bond[bonds.def[b]])) box[bonds.def[b]].add(&xb[b * m.dim], &xb[b * m.dim], m.dim);
-  if (!m.part.on || !of_all) return box;
-  RealVec ends;
-  for (const Box& b : box)
-    for (int i = 0; i < 3; ++i) ends.insert(ends.end(), {-b.lo[i], b.hi[i]});
-  comm_max(ends.data(), static_cast<long>(ends.size()));
-  for (size_t d = 0; d < box.size(); ++d)
-    for (int i = 0; i < 3; ++i) {
-      box[d].lo[i] = -ends[6 * d + 2 * i];
-      box[d].hi[i] = ends[6 * d + 2 * i + 1];
-    }
-  return box;
-}
-
-// Bonds first ... last-1 of one definition, slave_box around them, of all ranks. The boxes of both surfaces
-// come first: bodies apart end here. Returns whether they are.
-bool search_pair(const Model& m, const Points& pts, const Bonds& bonds, int first, int last,
-                 const Box& slave_box, bool at_start, const RealVec& u, const RealVec& uc, const RealVec& xb,
-                 ContactPairs& pairs)
-{
-  const int dim = m.dim, master = m.bond[bonds.def[first]].master;
-  std::vector<MasterFace> faces;
-  std::vector<Hit> hits;
-  Box master_box;
+// The master surface of a pair: the faces that are here; its box and the longest edge, of all ranks
+struct Masters {
+  std::vector<MasterFace> face;
+  Box box;
   double reach = 0.0;
-  master_faces(m, pts, master, at_start, u, uc, faces);
-  for (const MasterFace& f : faces) {
-    reach = std::max(reach, f.size);
-    master_box.add(f.lo, f.hi, dim);
+};
+
+bool is_pair(const BondDef& d) { return d.master >= 0; }
+
+// Both sides of each pair [bond]: boxes of the contact points, and masters. at_start: faces of t = 0,
+// whatever became of their elements since. Collective with a divided model
+void pair_sides(const Model& m, const Points& pts, const Bonds& bonds, bool at_start, const RealVec& u,
+                const RealVec& uc, const RealVec& xb, std::vector<Box>& slave, std::vector<Masters>& master)
+{
+  slave.resize(m.bond.size());
+  master.resize(m.bond.size());
+  if (std::none_of(m.bond.begin(), m.bond.end(), is_pair)) return;
+  for (int b = 0; b < bonds.nbond; ++b)
+    if (is_pair(m.bond[bonds.def[b]])) slave[bonds.def[b]].add(&xb[b * m.dim], &xb[b * m.dim], m.dim);
+  RealVec all;
+  for (size_t d = 0; d < m.bond.size(); ++d) {
+    Masters& s = master[d];
+    if (!is_pair(m.bond[d])) continue;
+    for (const SkinFace& f : surface_faces(m, pts, m.bond[d].master, at_start))
+      s.face.push_back(master_face(m, pts, f.points, {f.elem, f.face}, u, uc));
+    for (const MasterFace& f : s.face) {
+      s.reach = std::max(s.reach, f.size);
+      s.box.add(f.lo, f.hi, m.dim);
+    }
+    for (const Box& box : {slave[d], s.box})
+      for (int i = 0; i < 3; ++i) all.insert(all.end(), {-box.lo[i], box.hi[i]});
+    all.push_back(s.reach);
   }
-  const bool apart = slave_box.apart(master_box, reach, dim);
+  if (!m.part.on) return;
+  comm_max(all.data(), static_cast<long>(all.size()));
+  const double* x = all.data();
+  for (size_t d = 0; d < m.bond.size(); ++d) {
+    if (!is_pair(m.bond[d])) continue;
+    for (Box* box : {&slave[d], &master[d].box})
+      for (int i = 0; i < 3; ++i) {
+        box->lo[i] = -*x++;
+        box->hi[i] = *x++;
+      }
+    master[d].reach = *x++;
+  }
+}
+
+// Bonds first ... last-1 of one definition. The boxes of both surfaces come first: bodies apart end here.
+// Returns whether they are. all: also contact points that others work on, who search for them
+bool search_pair(const Bonds& bonds, int dim, int first, int last, const Box& slave, const Masters& master,
+                 bool all, const RealVec& xb, ContactPairs& pairs)
+{
+  std::vector<Hit> hits;
+  const bool apart = slave.apart(master.box, master.reach, dim);
   for (int b = first; b < last; ++b) {
     Box place;
     place.add(&xb[b * dim], &xb[b * dim], dim);
     hits.clear();
     // no area: a node that is lost
-    if (!apart && bonds.area[b] > 0.0 && !place.apart(master_box, reach, dim)) {
+    const bool looks = !apart && bonds.area[b] > 0.0 && (all || bonds.counts(b));
+    if (looks && !place.apart(master.box, master.reach, dim)) {
       double p[3] = {0, 0, 0};
       std::copy(&xb[b * dim], &xb[b * dim] + dim, p);
-      nearest(faces, p, reach, hits);
+      nearest(master.face, p, master.reach, hits);
     }
     if (!hits.empty()) take_hits(hits, dim, bonds.offset[b], b, pairs);
     pairs.master.off.push_back(static_cast<int>(pairs.master.item.size()));
@@ -313,7 +320,8 @@ void count_searches(const Model& m, RealVec state, ContactPairs& pairs)
   pairs.searched = std::count(state.begin(), state.end(), 2.0);
 }
 
-// scene: null: not of general contact, and places are not counted. Else collective
+// scene: null: not of general contact, places are not counted, and those that others work on have theirs too.
+// Collective
 void search(const Model& m, const Points& pts, const Bonds& bonds, bool at_start, const RealVec& u,
             const RealVec& uc, const RealVec& xb, const ContactScene* scene, ContactPairs& pairs)
 {
@@ -324,7 +332,9 @@ void search(const Model& m, const Points& pts, const Bonds& bonds, bool at_start
   RealVec state(m.bond.size(), 0.0);
   const int all = model_general_contact(m);
   if (all >= 0 && scene) state[all] = scene->near.item.empty() ? 1.0 : 2.0;
-  const std::vector<Box> box = slave_boxes(m, bonds, xb, scene != nullptr);
+  std::vector<Box> slave;
+  std::vector<Masters> master;
+  pair_sides(m, pts, bonds, at_start, u, uc, xb, slave, master);
   for (int first = 0, last; first < bonds.nbond; first = last) {       // bonds of a definition stand together
     for (last = first; last < bonds.nbond && bonds.def[last] == bonds.def[first]; ++last) {}
     const bool general = !bonds.skin.empty() && bonds.skin_of[first] >= 0;
@@ -333,7 +343,7 @@ void search(const Model& m, const Points& pts, const Bonds& bonds, bool at_start
       search_general(g, first, last, pairs);
     } else if (!general && bonds.field[first] == SIDE_CONTACT) {
       const int d      = bonds.def[first];
-      const bool apart = search_pair(m, pts, bonds, first, last, box[d], at_start, u, uc, xb, pairs);
+      const bool apart = search_pair(bonds, m.dim, first, last, slave[d], master[d], !scene, xb, pairs);
       double& s = state[d];
       s = std::max(s, apart ? 1.0 : 2.0);
     } else {

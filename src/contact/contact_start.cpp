@@ -93,10 +93,7 @@ int contact_start(const Model& m, Bonds& bonds, const ContactPairs& pairs, const
   return errors;
 }
 
-namespace {
-
-// displacements that the deck gives at t = 0, also those of corners that conversion has made since
-void start_displacement(const Model& m, const Points& pts, RealVec& u, RealVec& uc)
+void contact_displacements(const Model& m, const Points& pts, RealVec& u, RealVec& uc)
 {
   const int dim = m.dim;
   u.assign(static_cast<size_t>(m.mesh.nnode()) * dim, 0.0);
@@ -131,16 +128,16 @@ void start_displacement(const Model& m, const Points& pts, RealVec& u, RealVec& 
   }
 }
 
-}  // namespace
-
 void contact_offsets(const Model& m, const Points& pts, const IntVec& place, Bonds& bonds)
 {
-  bool any = false;
+  int any = 0;
   for (int b : place) any = any || m.bond[bonds.def[b]].overlap == OVERLAP_ADJUST;
+  const auto adjusts = [](const BondDef& d) { return d.overlap == OVERLAP_ADJUST; };
+  if (m.part.on && std::any_of(m.bond.begin(), m.bond.end(), adjusts)) any = comm_allreduce_max(any);
   if (!any) return;
   RealVec u, uc, xb;
   ContactPairs pairs;
-  start_displacement(m, pts, u, uc);
+  contact_displacements(m, pts, u, uc);
   bond_places(m, pts, bonds, u, uc, xb);
   contact_search_start(m, pts, bonds, u, uc, xb, pairs);
   for (int b : place) {

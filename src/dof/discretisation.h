@@ -8,6 +8,7 @@
 
 #include "bond/bond.h"
 #include "contact/contact.h"
+#include "contact/contact_near.h"
 #include "contact/contact_scene.h"
 #include "contact/overlap.h"
 #include "elem/elem.h"
@@ -22,6 +23,7 @@ struct Discretisation {
   ActiveGrid own;              // several ranks with the whole model: what this one works on, in its rows
   ContactPairs pairs;
   ContactScene scene;          // general contact: faces that are near
+  MasterWatch masters;         // contact pairs of a divided model
   OverlapWatch watch;          // parts that nothing keeps apart
   FracMesh fm;
   CornerShare share;           // corners that conversion has made

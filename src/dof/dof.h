@@ -192,7 +192,8 @@ using Warned = std::set<std::string>;
 struct DivideBy {
   std::vector<RealVec> work;   // of the elements of the deck [kinds][nelem]; empty: that of intact ones
   IntVec rank;                 // [nelem] whose they are, and stay; empty: it is found
-  std::vector<NearFace> skin;  // general contact: faces of all ranks; empty: those of t = 0
+  // faces of all ranks, of general contact and of contact pairs; none of the one or the other: those of t = 0
+  std::vector<NearFace> near;
 };
 
 // dof_part : the model of rank 0 to all ranks: to each its piece; whole when this is asked for, and of scenes

@@ -6,6 +6,7 @@
 #include "base/comm.h"
 #include "base/log.h"
 #include "base/part_places.h"
+#include "contact/contact_masters.h"
 #include "dof/dof.h"
 
 namespace {
@@ -384,8 +385,9 @@ std::vector<char> inside(const Model& m, const IntVec& common, const int* held)
   for (const ConversionDef& c : m.conversion)
     for (int e : c.elem)
       if (!both[e]) each(e, [&](int n) { rim[n] = 1; });
+  // contact points stay with the ranks that know the master faces near them
   for (std::size_t d = 0; d < m.bond.size(); ++d)
-    if (!held[d])
+    if (!held[d] || masters_near_alone(m, m.bond[d]))
       for (const Face& f : m.surface[m.bond[d].surface].face) each(f.elem, [&](int n) { rim[n] = 1; });
   for (int e : common) each(e, [&](int n) { both[e] = both[e] && !rim[n]; });
   return both;

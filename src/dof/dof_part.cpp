@@ -12,7 +12,9 @@
 #include "base/forest.h"
 #include "base/gather_lists.h"
 #include "base/log.h"
+#include "bond/bond.h"
 #include "contact/contact.h"
+#include "contact/contact_masters.h"
 #include "contact/overlap.h"
 #include "dof/dof.h"
 #include "model/model_cut.h"
@@ -117,17 +119,44 @@ IntVec elements_of_all(const Model& m)
   return all;
 }
 
+bool of_general(const NearFace& f) { return f.side == NEAR_BOTH; }
+
 // faces of general contact at t = 0, with the reach of the search that looks for overlaps then
 std::vector<NearFace> skin_at_start(const Model& m)
 {
   std::vector<SkinFace> skin;
   Points pts;
+  RealVec u, uc;
   if (model_general_contact(m) < 0) return {};
   for (const Face& f : m.part.skin) skin.push_back({f.elem, f.face, 0});
   point_fill_whole(m, pts);
   for (const Face& f : pts.boundary) skin.push_back({f.elem, f.face, 1});
-  const RealVec u(static_cast<std::size_t>(m.mesh.nnode()) * m.dim, 0.0), uc(pts.Xc.size(), 0.0);
+  contact_displacements(m, pts, u, uc);
   return near_now(m, pts, skin, u, uc, true, 0.0);
+}
+
+// those of contact pairs at t = 0; adjusted: where contact points that elements leave behind look for their
+// gap at t = 0
+std::vector<NearFace> pairs_at_start(const Model& m, bool adjusted)
+{
+  RealVec u, uc;
+  double margin;
+  contact_displacements(m, Points(), u, uc);
+  return masters_and_slaves(m, Points(), u, uc, adjusted, margin);
+}
+
+// near faces of general contact, or of contact pairs: given: those of a division before, or of a state; else
+// those of t = 0
+std::vector<NearFace> near_of(const Model& m, const std::vector<NearFace>& given, bool general)
+{
+  std::vector<NearFace> out;
+  for (const NearFace& f : given)
+    if (of_general(f) == general) out.push_back(f);
+  if (out.empty()) out = general ? skin_at_start(m) : pairs_at_start(m, false);
+  if (general || m.conversion.empty()) return out;
+  const std::vector<NearFace> start = pairs_at_start(m, true);
+  out.insert(out.end(), start.begin(), start.end());
+  return out;
 }
 
 // lists of the ranks, and what all have of others, each once, ascending
@@ -165,11 +194,16 @@ IntVec ranks_at(const Mesh& mesh, const std::vector<Face>& face, const IntVec& r
 }
 
 // Elements of others at the master surfaces of the contact pairs of which each rank may have contact points
-// (held: BondDef::held); points   elements of others whose points it knows
+// (held: BondDef::held), near them or all
+//   in   points   [ranks] elements of others whose points it knows
+//        slaves   [ranks] of others with a face at side A that has a node of its elements
+//        near     masters and slaves of pairs
 std::vector<IntVec> at_masters(const Model& m, const IntVec& rank, const std::vector<IntVec>& points,
+                               const std::vector<IntVec>& slaves, const std::vector<NearFace>& near,
                                std::vector<IntVec>& held)
 {
   std::vector<IntVec> out(points.size());
+  near_outer(near, rank, slaves, out);
   held.assign(points.size(), IntVec(m.bond.size(), 1));
   for (std::size_t d = 0; d < m.bond.size(); ++d) {
     const BondDef& b = m.bond[d];
@@ -178,8 +212,9 @@ std::vector<IntVec> at_masters(const Model& m, const IntVec& rank, const std::ve
     if (m.surface[b.surface].body < 0) known = ranks_at(m.mesh, m.surface[b.surface].face, rank, points);
     for (std::size_t r = 0; r < points.size(); ++r) {
       held[r][d] = known[r];
+      if (!known[r] || masters_near_alone(m, b)) continue;
       for (const Face& f : m.surface[b.master].face)
-        if (known[r] && rank[f.elem] != static_cast<int>(r)) out[r].push_back(f.elem);
+        if (rank[f.elem] != static_cast<int>(r)) out[r].push_back(f.elem);
     }
   }
   return out;
@@ -195,7 +230,7 @@ struct Outer {
   std::vector<char> notch;     // the same
 };
 
-Outer find_outer(const Model& m, const IntVec& rank, const std::vector<NearFace>& skin)
+Outer find_outer(const Model& m, const IntVec& rank, const std::vector<NearFace>& near)
 {
   Outer out;
   const IntVec all = elements_of_all(m);
@@ -204,11 +239,11 @@ Outer find_outer(const Model& m, const IntVec& rank, const std::vector<NearFace>
   if (!m.fracture.empty()) breaks = frac_outer(m, rank, comm_size(), out.notch);
   if (m.part.window) {
     frac_around(m, rank, points);
-    near_outer(skin.empty() ? skin_at_start(m) : skin, rank, faces);
+    near_outer(near_of(m, near, true), rank, {}, faces);
     for (std::size_t r = 0; r < points.size(); ++r)
       points[r].insert(points[r].end(), faces[r].begin(), faces[r].end());
   }
-  const std::vector<IntVec> masters = at_masters(m, rank, points, out.held);
+  const std::vector<IntVec> masters = at_masters(m, rank, points, bonds, near_of(m, near, false), out.held);
   for (std::size_t r = 0; r < points.size() && m.part.window; ++r)
     points[r].insert(points[r].end(), masters[r].begin(), masters[r].end());
   out.near = joined_lists({&points}, {}, rank);
@@ -274,12 +309,14 @@ bool divided(const Model& m, const DivideBy& by, IntVec& rank)
 }
 
 // rank 0: to the other ranks one piece after the other, so that no more than one lies beside the whole model
-void send_pieces(const IntVec& rank, const OverlapWatch& watch, const std::vector<NearFace>& skin, Model& m)
+void send_pieces(const IntVec& rank, const OverlapWatch& watch, const std::vector<NearFace>& near, Model& m)
 {
+  for (BondDef& d : m.bond)
+    if (d.master >= 0) d.young = surface_young(m, m.surface[d.master]);
   m.part.joined    = joined_by_faces(m);
   m.part.strangers = watch.pair;
   m.part.skin      = contact_skin_at_start(m);
-  Outer outer = find_outer(m, rank, skin);
+  Outer outer = find_outer(m, rank, near);
   model_order_nodes(rank, outer.elem, comm_size(), m);
   ModelCut cut = model_cut_open(m, rank, outer.elem, comm_size());
   cut.near     = std::move(outer.near);
@@ -315,7 +352,7 @@ void dof_part(bool whole, const DivideBy& by, Model& m)
     if (m.part.points) point_fill_ranks(rank, m);
   }
   if (!comm_bcast(static_cast<int>(divides))) return model_bcast(m);
-  if (comm_rank() == 0) send_pieces(rank, watch, by.skin, m);
+  if (comm_rank() == 0) send_pieces(rank, watch, by.near, m);
   else m = model_receive();
   model_cut_close(m);
 #ifdef __GLIBC__

@@ -241,8 +241,9 @@ struct BondDef {               // *BOND, *CONTACT PAIR, *CONTACT
   double stick = 0.0;
   // *CONTACT: all outer faces, each with places on it, against all; the last property that fits counts
   bool general = false;
-  // divided model, a contact pair: this rank may have contact points of it, and knows all that they may meet
+  // divided model, a contact pair: this rank may have contact points of it, and knows what they may meet
   bool held = true;
+  double young = 0.0;          // the same: largest modulus behind the master surface, of all ranks
   std::vector<ContactRule> include, exclude, property;
   Place place;
 };

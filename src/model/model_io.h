@@ -140,11 +140,11 @@ inline void io(Archive& f, ContactRule& x)
 inline void io(Archive& f, BondDef& x)
 {
   auto& [name, kind, surface, body, intermediate, penalty, alpha, normal_only, direction, motion, amplitude,
-         augment, master, friction, overlap, adjust, by_face, stick, general, held, include, exclude,
-         property, place] = x;
+         augment, master, friction, overlap, adjust, by_face, stick, general, held, young, include,
+         exclude, property, place] = x;
   io_fields<BondDef>(f, name, kind, surface, body, intermediate, penalty, alpha, normal_only, direction,
                      motion, amplitude, augment, master, friction, overlap, adjust, by_face, stick, general,
-                     held, include, exclude, property, place);
+                     held, young, include, exclude, property, place);
 }
 
 inline void io(Archive& f, InitialValue& x)

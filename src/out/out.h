@@ -141,7 +141,7 @@ struct Output {
   int frag_inc = -1;
   double restart_next = 0.0;   // TIME INTERVAL: time of the next restart file
   int restart_inc = -1;        // increment of the last restart file
-  std::vector<NearFace> near;  // rank 0, divided model: DivideBy::skin, which a restart file keeps
+  std::vector<NearFace> near;  // rank 0, divided model: DivideBy::near, which a restart file keeps
   std::vector<CheckResult> result;        // [Model::check]
   std::vector<RankLoad> ranks; // several ranks: filled before out_close
   std::vector<MemoryUse> memory;          // for the listing
@@ -174,10 +174,10 @@ bool out_restart_load(const Model& m, const std::string& path, Archive& f);
 
 // out_restart_pieces : the pieces of the model that has written the file; false: it had another number of
 // ranks, was not divided, or there is no such file for this deck
-// out_restart_skin : general contact: its faces where the file has them; none: there is no such file, or it
-// is not one for this deck. Neither is collective: rank 0 asks with the whole model.
+// out_restart_near : faces of general contact and of contact pairs where the file has them; none: there is no
+// such file, or it is not one for this deck. Neither is collective: rank 0 asks with the whole model.
 bool out_restart_pieces(const Model& m, const std::string& path, DivideBy& by);
-std::vector<NearFace> out_restart_skin(const Model& m, const std::string& path);
+std::vector<NearFace> out_restart_near(const Model& m, const std::string& path);
 
 // out_reopen : instead of out_open: state, grid of the last frame and output as they were when the file f was
 // written; on entry s is the state at t = 0. Returns the number of errors.

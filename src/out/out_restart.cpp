@@ -12,6 +12,7 @@
 #include "base/log.h"
 #include "base/timer.h"
 #include "base/version.h"
+#include "contact/contact_masters.h"
 #include "model/state_fits.h"
 #include "model/state_io.h"
 #include "model/state_number.h"
@@ -40,7 +41,7 @@ static void io(Archive& f, Output& x)
 namespace {
 
 const char* const magic = "MPFE-RST";      // 8 letters
-const int format = 22;                     // of the content; changes with every change of a struct in it
+const int format = 23;                     // of the content; changes with every change of a struct in it
 
 struct FileHead {                 // in front of the content
   char magic[8];
@@ -66,12 +67,13 @@ struct Lengths {               // of the files that go on, -1: there is none yet
   long dat = -1, ero = -1, frag = -1;
 };
 
-// Output::near as numbers, 8 of each face
+// Output::near as numbers, 10 of each face
 RealVec numbers_of(const std::vector<NearFace>& near)
 {
   RealVec x;
   for (const NearFace& f : near) {
-    x.insert(x.end(), {static_cast<double>(f.elem), f.size});
+    x.insert(x.end(), {static_cast<double>(f.elem), static_cast<double>(f.def),
+                       static_cast<double>(f.side), f.size});
     x.insert(x.end(), f.box.lo, f.box.lo + 3);
     x.insert(x.end(), f.box.hi, f.box.hi + 3);
   }
@@ -80,12 +82,15 @@ RealVec numbers_of(const std::vector<NearFace>& near)
 
 std::vector<NearFace> faces_of(const RealVec& x)
 {
-  std::vector<NearFace> near(x.size() / 8);
+  std::vector<NearFace> near(x.size() / 10);
   for (std::size_t k = 0; k < near.size(); ++k) {
-    near[k].elem = static_cast<int>(x[8 * k]);
-    near[k].size = x[8 * k + 1];
-    std::copy_n(&x[8 * k + 2], 3, near[k].box.lo);
-    std::copy_n(&x[8 * k + 5], 3, near[k].box.hi);
+    const double* of = &x[10 * k];
+    near[k].elem = static_cast<int>(of[0]);
+    near[k].def  = static_cast<int>(of[1]);
+    near[k].side = static_cast<int>(of[2]);
+    near[k].size = of[3];
+    std::copy_n(of + 4, 3, near[k].box.lo);
+    std::copy_n(of + 7, 3, near[k].box.hi);
   }
   return near;
 }
@@ -478,14 +483,17 @@ bool out_restart_pieces(const Model& m, const std::string& path, DivideBy& by)
   if (static_cast<int>(d.elem.size()) != m.mesh.nelem()) return false;
   if (!std::all_of(d.elem.begin(), d.elem.end(), is_rank)) return false;
   by.rank.swap(d.elem);
-  by.skin = faces_of(near);
+  by.near = faces_of(near);
   return true;
 }
 
-std::vector<NearFace> out_restart_skin(const Model& m, const std::string& path)
+std::vector<NearFace> out_restart_near(const Model& m, const std::string& path)
 {
-  const bool near = !m.conversion.empty() || m.body.empty();   // else all ranks know all faces
-  if (path.empty() || comm_size() == 1 || model_general_contact(m) < 0 || !near) return {};
+  // else all ranks know all faces of general contact
+  const bool general = model_general_contact(m) >= 0 && (!m.conversion.empty() || m.body.empty());
+  const bool pairs   = std::any_of(m.bond.begin(), m.bond.end(),
+                                   [&](const BondDef& d) { return masters_near_alone(m, d); });
+  if (path.empty() || comm_size() == 1 || !(general || pairs)) return {};
   const CommAlone alone;
   Archive f;
   Lengths length;
@@ -503,7 +511,12 @@ std::vector<NearFace> out_restart_skin(const Model& m, const std::string& path)
   double most = 0.0;
   for (const RealVec* v : {&s.n.v, &s.n.vc})
     for (double x : *v) most = std::max(most, std::fabs(x));
-  return near_now(m, s.points, s.bonds.skin, s.n.u, s.n.uc, false, 2.0 * s.clock.dt * most);
+  std::vector<NearFace> near;
+  double margin;
+  if (general) near = near_now(m, s.points, s.bonds.skin, s.n.u, s.n.uc, false, 2.0 * s.clock.dt * most);
+  if (pairs) point_surfaces(m, s.points);
+  for (const NearFace& of : masters_and_slaves(m, s.points, s.n.u, s.n.uc, false, margin)) near.push_back(of);
+  return near;
 }
 
 // ---------------------------------------------------------------------------

@@ -3,7 +3,7 @@
 
 #include "base/comm.h"
 #include "base/log.h"
-#include "contact/contact_near.h"
+#include "contact/contact_masters.h"
 #include "step/step.h"
 
 namespace {
@@ -70,7 +70,7 @@ bool step_knows_faces(Problem& p, const ContactScene& scene)
 {
   if (!p.m.part.window) return true;
   std::vector<NearFace> own = faces_here(p, scene);
-  const bool known = near_known(p.m.part, own);
+  const bool known = near_known(p.m.part, own, own);
   if (!known) p.next.faces.swap(own);
   return known;
 }
@@ -100,10 +100,15 @@ DivideBy step_divide_by(const Problem& p)
       for (size_t k = 0; k < told[r].size(); ++k) all[of_rank[r][k]] = told[r][k];
     kind.swap(all);
   }
-  if (model_general_contact(m) < 0) return by;
-  for (const std::vector<NearFace>& now : {faces_here(p, p.d.scene), p.next.faces})
+  double margin;
+  const State& st = p.st;
+  const auto take = [&](const std::vector<NearFace>& now) {
     for (const std::vector<NearFace>& own : comm_gather(now))
-      by.skin.insert(by.skin.end(), own.begin(), own.end());
+      by.near.insert(by.near.end(), own.begin(), own.end());
+  };
+  if (model_general_contact(m) >= 0) take(faces_here(p, p.d.scene));
+  take(masters_and_slaves(m, st.points, st.n.u, st.n.uc, false, margin));
+  take(p.next.faces);
   return by;
 }
 

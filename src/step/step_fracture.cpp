@@ -43,6 +43,7 @@ Failure apply(Problem& p, const Step& s, const std::vector<Erosion>& erode, cons
   if (s.proc == PROC_STATIC || scheme_of(s).acceleration) step_undo_points(st, p.d.share, u);
   {
     Timer timer(PHASE_FRACTURE);
+    if (!convert.empty() || !torn.empty()) bond_tell(p.m, st.bonds, st.n);
     if (!torn.empty()) frac_release(p.m, p.d.fm, torn, st);
     RealVec gain;
     frac_erode(p.m, s, p.d.el, p.d.fm, erode, st.frac, st.n, gain);

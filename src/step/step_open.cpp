@@ -4,6 +4,7 @@
 #include "base/comm.h"
 #include "base/log.h"
 #include "base/timer.h"
+#include "contact/contact_masters.h"
 #include "step/step.h"
 
 namespace {
@@ -200,6 +201,8 @@ Failure step_prepare(Problem& p, const Step& s)
   }
   if (has_contact(p.m)) {
     Timer timer(PHASE_CONTACT);
+    if (!masters_known(p.m, st.points, st.bonds, st.n.u, st.n.uc, xb, p.d.masters, p.next.faces))
+      return FACES_UNKNOWN;
     const bool is_static = s.proc == PROC_STATIC;
     const double travel  = 2.0 * st.clock.dt * fastest(p.m.part, st, is_static);
     scene_update(p.m, st.points, st.bonds, st.n.u, st.n.uc, is_static, travel, p.d.scene);

@@ -181,7 +181,8 @@ Failure begin_increment(Problem& p, const Step& s, const std::vector<double>& st
   const bool moves = s.proc == PROC_DYNAMIC;
   if (p.d.fm.on && !moves) step_undo_point(st, true, inc.undo);
   Failure failure = step_prepare(p, s);
-  if (failure.ok() && !step_knows_near(p)) return stop_for_faces(p, inc.before, inc.clock);
+  if (failure.ok() && !step_knows_near(p)) failure = FACES_UNKNOWN;
+  if (failure.status == FACES_UNKNOWN) return stop_for_faces(p, inc.before, inc.clock);
   if (failure.ok() && st.log.inc == 1 && moves && scheme_of(s).acceleration)
     failure = step_initial_acceleration(p, s, 0.0);
   inc.dt = clock_next(s, st.clock, stops);
