@@ -48,16 +48,24 @@ double largest_change(const RealVec& a, const RealVec& b)
   return most;
 }
 
-// contact points at nodes or corners of this rank
-std::vector<NearFace> points_here(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& xb)
+// [nbond] contact points of such pairs at nodes or corners of this rank
+std::vector<char> own_points(const Model& m, const Points& pts, const Bonds& bonds)
+{
+  const std::vector<char> own = bond_own(m, pts);
+  std::vector<char> out;
+  for (int b = 0; b < bonds.nbond; ++b)
+    out.push_back(masters_near_alone(m, m.bond[bonds.def[b]]) &&
+                  std::any_of(bonds.a.begin(b), bonds.a.begin(b + 1), [&](int k) { return own[k] != 0; }));
+  return out;
+}
+
+std::vector<NearFace> points_here(int dim, const Bonds& bonds, const RealVec& xb, const std::vector<char>& own)
 {
   std::vector<NearFace> out;
-  const std::vector<char> own = bond_own(m, pts);
   for (int b = 0; b < bonds.nbond; ++b) {
-    if (!masters_near_alone(m, m.bond[bonds.def[b]])) continue;
-    if (std::none_of(bonds.a.begin(b), bonds.a.begin(b + 1), [&](int k) { return own[k] != 0; })) continue;
+    if (!own[b]) continue;
     NearFace p = {-1, 0.0, {{0, 0, 0}, {0, 0, 0}}, bonds.def[b], NEAR_SLAVE};
-    for (double* x : {p.box.lo, p.box.hi}) std::copy_n(&xb[b * m.dim], m.dim, x);
+    for (double* x : {p.box.lo, p.box.hi}) std::copy_n(&xb[b * dim], dim, x);
     out.push_back(p);
   }
   return out;
@@ -107,17 +115,19 @@ bool masters_known(const Model& m, const Points& pts, const Bonds& bonds, const 
 {
   const auto near = [&](const BondDef& d) { return masters_near_alone(m, d); };
   if (!m.part.on || std::none_of(m.bond.begin(), m.bond.end(), near)) return true;
-  int stale = u.size() != watch.u.size() || uc.size() != watch.uc.size() || bonds.nbond != watch.nbond;
-  if (!stale)
-    stale = 4.0 * std::sqrt(m.dim) * std::max(largest_change(u, watch.u), largest_change(uc, watch.uc)) >=
-            watch.margin;
-  if (comm_allreduce_max(stale) == 0) return true;
-  watch = {u, uc, bonds.nbond, 0.0};
-  face  = masters_and_slaves(m, pts, u, uc, false, watch.margin);
+  const bool other = u.size() != watch.u.size() || uc.size() != watch.uc.size() ||
+                     watch.own.size() != static_cast<size_t>(bonds.nbond);
+  if (other) watch.own = own_points(m, pts, bonds);
+  const bool stale = other || 4.0 * std::sqrt(m.dim) * std::max(largest_change(u, watch.u),
+                                                                largest_change(uc, watch.uc)) >= watch.margin;
+  if (comm_allreduce_max(static_cast<int>(stale)) == 0) return true;
+  watch.u  = u;
+  watch.uc = uc;
+  face     = masters_and_slaves(m, pts, u, uc, false, watch.margin);
   std::vector<NearFace> master;
   for (const NearFace& f : face)
     if (f.side == NEAR_MASTER) master.push_back(f);
-  const bool known = near_known(m.part, master, points_here(m, pts, bonds, xb));
+  const bool known = near_known(m.part, master, points_here(m.dim, bonds, xb, watch.own));
   if (known) face.clear();
   else watch = MasterWatch();
   return known;

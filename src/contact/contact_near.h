@@ -31,7 +31,7 @@ struct NearFace {
 // When it was asked last whether all master faces are known that contact points may meet
 struct MasterWatch {
   RealVec u, uc;
-  int nbond = 0;
+  std::vector<char> own;       // [nbond] at nodes or corners of this rank
   double margin = 0.0;         // the answer holds for motions below a quarter of it     length
 };
 

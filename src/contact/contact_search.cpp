@@ -5,19 +5,22 @@
 #include "contact/contact.h"
 #include "contact/contact_masters.h"
 #include "contact/contact_scene.h"
+#include "contact/contact_tree.h"
 
 namespace {
 
 // the nearest face that p lies over, or else the nearest with p beside its rim: nodes on the edge of both
 // surfaces stay in contact under small oscillations. More than one when p stands over the edge or the node
 // where they meet at an angle.
-void nearest(const std::vector<MasterFace>& faces, const double* p, double reach, std::vector<Hit>& best)
+//   in   near   these of face, ascending, have p within their boxes and reach
+void nearest(const std::vector<MasterFace>& face, const IntVec& near, const double* p, double reach,
+             std::vector<Hit>& best)
 {
   Projection kind = PROJ_NONE;
   best.clear();
-  for (const MasterFace& f : faces) {
+  for (int i : near) {
     Hit hit;
-    contact_nearer(hit, contact_meet(f, p, reach, hit), kind, best);
+    contact_nearer(hit, contact_meet(face[i], p, reach, hit), kind, best);
   }
   contact_equal(best);
 }
@@ -114,17 +117,28 @@ bool search_pair(const Bonds& bonds, int dim, int first, int last, const Box& sl
                  bool all, const RealVec& xb, ContactPairs& pairs)
 {
   std::vector<Hit> hits;
+  std::vector<ContactBox> box;
+  IntVec near;
   const bool apart = slave.apart(master.box, master.reach, dim);
+  for (const MasterFace& f : master.face) {
+    if (apart) break;
+    box.emplace_back();
+    for (int i = 0; i < 3; ++i) {
+      box.back().lo[i] = f.lo[i] - master.reach;
+      box.back().hi[i] = f.hi[i] + master.reach;
+    }
+  }
+  const ContactTree tree(box);
   for (int b = first; b < last; ++b) {
-    Box place;
-    place.add(&xb[b * dim], &xb[b * dim], dim);
+    ContactBox place = {{0, 0, 0}, {0, 0, 0}};
+    for (double* x : {place.lo, place.hi}) std::copy_n(&xb[b * dim], dim, x);
     hits.clear();
     // no area: a node that is lost
-    const bool looks = !apart && bonds.area[b] > 0.0 && (all || bonds.counts(b));
-    if (looks && !place.apart(master.box, master.reach, dim)) {
-      double p[3] = {0, 0, 0};
-      std::copy(&xb[b * dim], &xb[b * dim] + dim, p);
-      nearest(master.face, p, master.reach, hits);
+    if (!apart && bonds.area[b] > 0.0 && (all || bonds.counts(b))) {
+      near.clear();
+      tree.overlap(place, near);
+      std::sort(near.begin(), near.end());
+      nearest(master.face, near, place.lo, master.reach, hits);
     }
     if (!hits.empty()) take_hits(hits, dim, bonds.offset[b], b, pairs);
     pairs.master.off.push_back(static_cast<int>(pairs.master.item.size()));
