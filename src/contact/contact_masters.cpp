@@ -59,7 +59,8 @@ std::vector<char> own_points(const Model& m, const Points& pts, const Bonds& bon
   return out;
 }
 
-std::vector<NearFace> points_here(int dim, const Bonds& bonds, const RealVec& xb, const std::vector<char>& own)
+std::vector<NearFace> points_here(int dim, const Bonds& bonds, const RealVec& xb,
+                                  const std::vector<char>& own)
 {
   std::vector<NearFace> out;
   for (int b = 0; b < bonds.nbond; ++b) {

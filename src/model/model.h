@@ -152,6 +152,13 @@ struct Amplitude {
 // FILL_CONVERSION: empty until elements become points
 enum FillKind { FILL_BLOCK, FILL_ELSET, FILL_REGION, FILL_CONVERSION };
 
+// Ranks that have the points of the cells of a box, in runs of cells, the first direction fastest: from
+// first[k] on rank[k], -1: cells without points
+struct CellRanks {
+  IntVec first, rank;
+  bool empty() const { return first.empty(); }
+};
+
 struct Body {                  // *MATERIAL POINTS
   std::string name;
   FillKind fill = FILL_BLOCK;
@@ -165,8 +172,7 @@ struct Body {                  // *MATERIAL POINTS
   double thickness = 1.0;
   int field = 0;               // grid field: bodies with the same number share grid unknowns
   bool hang = false;           // FILL_CONVERSION: corners may follow nodes of the mesh (7.14)
-  // divided model, FILL_BLOCK, FILL_REGION: [cells] rank that has the points of a cell, -1: it has none
-  IntVec rank;
+  CellRanks rank;              // divided model, FILL_BLOCK, FILL_REGION
   Place place;
 };
 

@@ -99,6 +99,12 @@ inline void io(Archive& f, Amplitude& x)
   io_fields<Amplitude>(f, name, kind, total_time, t, y, expr, place);
 }
 
+inline void io(Archive& f, CellRanks& x)
+{
+  auto& [first, rank] = x;
+  io_fields<CellRanks>(f, first, rank);
+}
+
 inline void io(Archive& f, Body& x)
 {
   auto& [name, fill, lo, hi, cells, per_cell, elset, where, material, plane, thickness, field, hang, rank,

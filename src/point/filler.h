@@ -64,10 +64,10 @@ bool fill_accepts(const Expr& where, const double* X, int dim, const char* kind,
 // with a point that has it (own [ncorner]), -1: there is none. Collective.
 void share_corners(const std::vector<char>& own, PointPart& part);
 
-// fill_box : the points of a body in a box. rank: Body::rank; empty: all of them are of this rank, as on
+// fill_box : the points of a body in a box. ranks: Body::rank; empty: all of them are of this rank, as on
 // one rank. Else those of this rank and known ones; numbers, PointPart::rank, near and foreign
 // (numbers of all ranks, not sorted yet) go on.
-void fill_box(Filler& f, int body, const IntVec& rank);
+void fill_box(Filler& f, int body, const CellRanks& ranks);
 
 // fill_box_counts : adds the points and corners of a body in a box, of all ranks, to PointPart::npoint and
 // ncorner

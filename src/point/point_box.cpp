@@ -348,6 +348,26 @@ void add_near(const IntVec& number, const IntVec& index, Shape shape, const size
   part.near_shape.push_back(shape);
 }
 
+// Rank of a cell, of cells that are asked nearly in their order; not divided: this one
+class RankOfCell {
+public:
+  explicit RankOfCell(const CellRanks& ranks) : ranks_(ranks) {}
+  int operator()(size_t cell)
+  {
+    const IntVec& first = ranks_.first;
+    const auto starts   = [&](size_t k) { return static_cast<size_t>(first[k]); };
+    if (first.empty()) return comm_rank();
+    const bool inside = starts(at_) <= cell && (at_ + 1 == first.size() || cell < starts(at_ + 1));
+    if (!inside)
+      at_ = std::upper_bound(first.begin(), first.end(), static_cast<int>(cell)) - first.begin() - 1;
+    return ranks_.rank[at_];
+  }
+
+private:
+  const CellRanks& ranks_;
+  size_t at_ = 0;              // run that the last cell was in
+};
+
 // into the ring of the points of its cell; last: the last one made there, -1: none yet
 void join_ring(Points& p, int point, int& last)
 {
@@ -380,13 +400,13 @@ void take_domain(Filler& f, int body, Shape shape, int of_all, bool here, int ra
 
 }  // namespace
 
-void fill_box(Filler& f, int body, const IntVec& rank)
+void fill_box(Filler& f, int body, const CellRanks& ranks)
 {
   const Box box = make_box(f.m, body);
   const std::vector<bool> filled = filled_domains(box, f);
   const Shape shape = box.dim == 3 ? SHAPE_HEX8 : SHAPE_QUAD4;
-  const int me = comm_rank(), first = f.pts.part.npoint;
-  const auto rank_of = [&](size_t cell) { return rank.empty() ? me : rank[cell]; };
+  const int first = f.pts.part.npoint;
+  RankOfCell rank_of(ranks);
   int next = first;                      // number of the next domain
   const Part part = part_of_box(box, filled, [&](size_t cell) { return f.has(next++, rank_of(cell)); });
   std::vector<char> here(part.domains(), 0);
@@ -521,9 +541,15 @@ void point_fill_ranks(IntVec& of_elem, Model& m)
   const CellParts c = divide_cells(m);
   const IntVec to   = near_elements(m.mesh, of_elem, c.X, c.work, c.part);
   for (size_t b = 0; b < m.body.size(); ++b) {
-    IntVec rank;
-    for (int cell : c.number[b]) rank.push_back(cell < 0 ? -1 : to[c.part[cell]]);
-    if (m.body[b].fill != FILL_ELSET) m.body[b].rank = std::move(rank);
-    else for (size_t k = 0; k < rank.size(); ++k) of_elem[m.elset[m.body[b].elset].item[k]] = rank[k];
+    CellRanks runs;
+    for (size_t k = 0; k < c.number[b].size(); ++k) {
+      const int cell = c.number[b][k], rank = cell < 0 ? -1 : to[c.part[cell]];
+      if (m.body[b].fill == FILL_ELSET) of_elem[m.elset[m.body[b].elset].item[k]] = rank;
+      else if (runs.empty() || runs.rank.back() != rank) {
+        runs.first.push_back(static_cast<int>(k));
+        runs.rank.push_back(rank);
+      }
+    }
+    m.body[b].rank = std::move(runs);
   }
 }

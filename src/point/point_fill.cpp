@@ -343,12 +343,13 @@ int fill_bodies(const Model& m, FillPlan* plan, const IntVec& known, Points& pts
   CornerShare share;
   Filler f{m, pts, share};
   f.known = &known;
+  const CellRanks whole;
   if (plan) fill_plan_begin(f, *plan);
   for (size_t b = 0; b < m.body.size(); ++b) {
     const int before = pts.npoint + pts.part.npoint;
     if (m.body[b].fill == FILL_CONVERSION) continue;
     const int body = static_cast<int>(b);
-    if (m.body[b].fill != FILL_ELSET) fill_box(f, body, plan ? m.body[b].rank : IntVec());
+    if (m.body[b].fill != FILL_ELSET) fill_box(f, body, plan ? m.body[b].rank : whole);
     else if (plan) fill_planned(f, body, *plan);
     else fill_elset(f, body);
     if (pts.npoint + pts.part.npoint == before) {

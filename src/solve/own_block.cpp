@@ -30,16 +30,18 @@ std::uint64_t pattern_sum(const SysMatrix& A)
   return sum;
 }
 
-// the block of rows I >= J of A, -1: none
+// the block of rows I, J of A: 2 k, or 2 k + 1: A has the transposed one; -1: none
 int find_block(const SysMatrix& A, int I, int J)
 {
-  const auto first = A.col.begin() + A.off[I], last = A.col.begin() + A.off[I + 1];
-  const auto found = std::lower_bound(first, last, J);
-  return found != last && *found == J ? static_cast<int>(found - A.col.begin()) : -1;
+  const int row = std::max(I, J), col = std::min(I, J);
+  const auto first = A.col.begin() + A.off[row], last = A.col.begin() + A.off[row + 1];
+  const auto found = std::lower_bound(first, last, col);
+  if (found == last || *found != col) return -1;
+  return 2 * static_cast<int>(found - A.col.begin()) + (J > I ? 1 : 0);
 }
 
-// rows of this rank alone, those far from the border and from rows that bonds tie first; then the border in
-// the order of A
+// rows of this rank alone, those far from the border and from rows that bonds tie first; then the border: of
+// two ranks in the order of the keys, which both know, so that both solve for it alike; else in that of A
 void order_rows(const SysMatrix& A, OwnBlock& own)
 {
   const ListTable graph = sys_graph(A);
@@ -56,6 +58,10 @@ void order_rows(const SysMatrix& A, OwnBlock& own)
   for (int I : A.halo.shared) border[I] = 1;
   far_first(A.nrow, late, near, own.order);
   std::stable_partition(own.order.begin(), own.order.end(), [&](int I) { return !border[I]; });
+  if (comm_size() == 2) {
+    const IntVec& common = A.halo.common[1 - comm_rank()];
+    std::copy(common.begin(), common.end(), own.order.begin() + own.inner);
+  }
   for (int n = 0; n < A.nrow; ++n) own.at[own.order[n]] = n;
   own.in_order = std::is_sorted(own.order.begin(), own.order.end());
 }
@@ -67,7 +73,8 @@ void take_rows(const SysMatrix& A, OwnBlock& own)
   IntVec ranks(A.nrow, 1);
   for (const IntVec& list : h.common)
     for (int I : list) ++ranks[I];
-  for (int I : h.shared) own.weight.push_back(1.0 / std::sqrt(static_cast<double>(ranks[I])));
+  for (int n = own.inner; n < A.nrow; ++n)
+    own.weight.push_back(1.0 / std::sqrt(static_cast<double>(ranks[own.order[n]])));
   own.once.assign(A.neq(), 1.0);
   for (int I = 0; I < A.nrow; ++I)
     if (h.owner[I] != comm_rank()) std::fill_n(own.once.begin() + static_cast<long>(I) * A.dim, A.dim, 0.0);
@@ -97,7 +104,9 @@ void list_blocks(const SysMatrix& A, OwnBlock& own, Pairs& border)
     const int to = next[row]++;
     own.col[to]  = col;
     own.from[to] = k;
-  }, [&](int i, int j) { border.push_back(pair_of(i, j)); });
+  }, [&](int i, int j) {
+    border.push_back(pair_of(std::max(i, j), std::min(i, j)));
+  });
   Pairs line;                                        // column and block
   for (int row = 0; row < A.nrow; ++row) {
     line.clear();
@@ -232,14 +241,14 @@ void own_border(const SysMatrix& A, OwnBlock& own)
     constexpr int D = decltype(d)::value, DD = D * D;
     for (size_t k = 0; k < own.border_from.size(); ++k) {
       if (own.border_from[k] < 0) continue;
-      const double* a = &A.val[static_cast<size_t>(own.border_from[k]) * DD];
-      for (int i = 0; i < DD; ++i) own.border.val[k * DD + i] = a[i];
+      const double* a = &A.val[static_cast<size_t>(own.border_from[k] / 2) * DD];
+      add_block(D, own.border_from[k] % 2 == 1, a, &own.border.val[k * DD]);
     }
     RealVec diag;
     sys_diagonal(A, diag);
     own.diag.clear();
-    for (int I : A.halo.shared)
-      for (int i = 0; i < D; ++i) own.diag.push_back(diag[I * D + i]);
+    for (int n = own.inner; n < A.nrow; ++n)
+      for (int i = 0; i < D; ++i) own.diag.push_back(diag[own.order[n] * D + i]);
   });
 }
 

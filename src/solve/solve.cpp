@@ -393,6 +393,20 @@ void solve_memory(const Solver& s, std::vector<MemoryUse>& out)
   if (d.first) first_memory(*d.first, out);
 }
 
+void solve_drop(Solver& s)
+{
+  SolverData& d = *s.data;
+#ifdef MPFE_MUMPS
+  if (s.kind == SOLVER_MUMPS) mumps_close(s);
+#endif
+  d.chm.reset();
+  d.sky   = Skyline();
+  d.stamp = -1;
+  d.factored = d.analysed = d.by_chm = d.for_mumps = d.narrow = false;
+  d.reused = ReusedFactors();
+  d.past.clear();
+}
+
 void solve_close(Solver& s)
 {
   if (s.data && s.data->first) first_close(*s.data->first);

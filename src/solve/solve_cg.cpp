@@ -184,6 +184,7 @@ CgDone cg_solve(const CgSystem& s, const RealVec& b, const CgGoal& goal, CgWork&
     Products sum;
     if (both) sum = multiply_both(s, w.p, w.r, w.q);
     else sum.pq = multiply(s, w.p, w.q);
+    done.indefinite = sum.pq <= 0.0;
     if (!(sum.pq > 0.0)) return done;
     const double alpha = rho / sum.pq;
     add(alpha, w.p, x);

@@ -71,10 +71,10 @@ struct OwnBlock {
   IntVec from;                 // 2 k: block k of A, 2 k + 1: transposed
   // couplings of the rows of the border, by elements of all ranks that have both
   SysMatrix border;            // [Halo::shared] rows; no values, but for a moment
-  IntVec border_from;          // [border.col] block of A, -1: of other ranks alone
+  IntVec border_from;          // [border.col] 2 k: block k of A, 2 k + 1: transposed; -1: of others alone
   std::vector<IntVec> to;      // [ranks] blocks that a rank has too: 2 k, 2 k + 1: transposed there
   RealVec diag;                // [border.neq] diagonal of A, of all ranks
-  RealVec weight;              // [Halo::shared] 1/sqrt of the ranks that have the row
+  RealVec weight;              // [border] 1/sqrt of the ranks that have the row
   bool alike = false;          // all ranks have the same border, in the same order
 };
 
@@ -118,6 +118,7 @@ struct CgDone {
   int iterations = 0;
   double start = 0.0, first = 0.0, end = 0.0;   // sqrt(r M^-1 r) of b, of the first and of the last iterate
   bool good = false;
+  bool indefinite = false;     // a direction of no or negative curvature, or no incomplete factor
 };
 
 struct CgGoal {                // both norms must arrive
@@ -173,6 +174,10 @@ struct SolverData {
   CgWork work;
   std::vector<RealVec> past;   // solutions of the last systems, of the same size
   PathCost cost[PATHS];
+  // in motion: the incomplete factor found a matrix indefinite: from this solution on it is tried again; how
+  // many were left out; what was factorised meanwhile goes when it serves
+  long again = 0, left_out = 0;
+  bool spare = false;
   double direct_factor = 0.0, direct_back = 0.0, direct_analyse = 0.0;   // seconds of counted work, smoothed
   double guess = 0.0;          // seconds of a factorisation before the first one, 0: not guessed
   long rows = 0;               // rows of the matrix at hand, of all ranks
@@ -194,6 +199,9 @@ bool solve_same_pattern(const Solver& s, const SysMatrix& A);
 // equation_here : several ranks: the equation of the whole matrix on those that have it, others: one behind
 // their last one; number [nrow]: rows of here in the whole matrix
 int equation_here(const IntVec& number, int dim, int equation);
+
+// solve_drop : the factors and their analysis are given back. Collective
+void solve_drop(Solver& s);
 
 // sys_rows : rows of all ranks. Collective
 long sys_rows(const SysMatrix& A);

@@ -186,10 +186,10 @@ bool changed_pays(const Solver& s)
 // ---- the choice ------------------------------------------------------------
 
 // what the deck allows beside a factorisation
-bool allowed(const Solver& s, SolvePath path)
+bool allowed(const Solver& s, SolvePath path, long now)
 {
   if (path == PATH_REUSED) return have_factors(s);
-  return s.def.kind == SOLVER_AUTO;
+  return s.def.kind == SOLVER_AUTO && now >= s.data->again;
 }
 
 // nothing was factorised yet: are conjugate gradients surely faster?
@@ -252,13 +252,13 @@ SolvePath fastest(const Solver& s, const SolveAsk& ask, bool pattern_known, long
   double least   = direct;
   for (SolvePath path : {PATH_REUSED, PATH_CHOLESKY}) {
     const PathCost& c = d.cost[path];
-    if (!allowed(s, path) || !c.known || expected(c, ask.digits) >= least) continue;
+    if (!allowed(s, path, now) || !c.known || expected(c, ask.digits) >= least) continue;
     best  = path;
     least = expected(c, ask.digits);
   }
   limit = least;
   for (SolvePath path : {PATH_REUSED, PATH_CHOLESKY})
-    if (path != best && allowed(s, path) && due(d.cost[path], now) &&
+    if (path != best && allowed(s, path, now) && due(d.cost[path], now) &&
         promising(d, ask, path, d.cost[path], least))
       return path;
   limit = 2.0 * direct;
@@ -505,6 +505,7 @@ CgDone form_and_solve(Solver& s, const SysMatrix& A, const SolveAsk& ask, SolveP
   {
     Timer timer(PHASE_PRECOND);
     if (own) own_form(A, ask.pattern, *own);
+    done.indefinite = path == PATH_CHOLESKY;         // where it has no factor
     if (!form(s, A, ask, path, c)) return done;
   }
   Timer timer(PHASE_CG);
@@ -524,15 +525,35 @@ CgDone form_and_solve(Solver& s, const SysMatrix& A, const SolveAsk& ask, SolveP
   return done;
 }
 
+// In motion a matrix may be indefinite in some iterations of an increment, which tells little of those that
+// follow: the incomplete factor is tried again, each time after twice as many solutions
+void wait_indefinite(SolverData& d, const double* shift, long now)
+{
+  d.again    = now + 1 + d.left_out;
+  d.left_out = d.left_out > 0 ? std::min(2 * d.left_out, 2 * PAUSE) : 1;
+  d.spare    = true;
+  d.cholesky = Cholesky();
+  d.cholesky.shift        = shift[0];
+  d.cholesky.border_shift = shift[1];
+}
+
 Status by_cg(Solver& s, const SysMatrix& A, const SolveAsk& ask, SolvePath path, double limit, long now,
              const RealVec& b, RealVec& x)
 {
   const Clock clock;
   SolverData& d  = *s.data;
   const bool old = path == PATH_CHOLESKY && cholesky_kept(s, ask);
-  CgDone done    = form_and_solve(s, A, ask, path, limit, b, x);
+  const Cholesky& c    = d.cholesky;
+  const double shift[] = {c.shift, c.border_shift};
+  CgDone done = form_and_solve(s, A, ask, path, limit, b, x);
   if (old && !done.good) done = form_and_solve(s, A, ask, path, limit, b, x);
-  remember(s, path, done, old, now);
+  if (path == PATH_CHOLESKY && ask.inertia && done.indefinite) wait_indefinite(d, shift, now);
+  else remember(s, path, done, old, now);
+  if (path == PATH_CHOLESKY && done.good) {
+    if (d.spare) solve_drop(s);
+    d.spare = false;
+    d.left_out /= 2;
+  }
   PathLog& log = s.path[path];
   log.iterations += done.iterations;
   if (done.good && done.end > 0.0) log.digits += digits_of(done);
