@@ -262,6 +262,31 @@ TEST(Krylov, ExactInMotionWithoutFactors)
   }
 }
 
+// In motion: matrix 4 is indefinite and is factorised; the incomplete factor serves before and
+// behind, and gives their factors back. Before, it rested for 50 solutions and more
+TEST(Krylov, IndefiniteInMotionIsFactorisedOnce)
+{
+  const Springs good = springs(3, 0, 30, 30, 1.0, 0.5), bad = springs(3, 0, 30, 30, 1.0, -0.3);
+  const RealVec b = right_hand_side(good.A);
+  RealVec x;
+  Solver s = open(SOLVER_AUTO, PRECOND_AUTO);
+  for (int n = 1; n <= 12; ++n) {
+    const bool indefinite = n == 4;
+    const Springs& k = indefinite ? bad : good;
+    SolveAsk a = ask(k.key, n);
+    a.eta     = 1e-8;
+    a.inertia = true;
+    ASSERT_EQ(solve_system(s, k.A, a, b, x), STATUS_OK);
+    EXPECT_LT(residual(k.A, b, x), 1e-6) << n;
+    EXPECT_EQ(s.data->factored, indefinite) << n;
+  }
+  EXPECT_EQ(s.nfactor, 1);
+  EXPECT_EQ(s.path[PATH_FACTOR].solves, 1);
+  EXPECT_EQ(s.path[PATH_CHOLESKY].solves, 11);
+  EXPECT_EQ(s.data->cholesky.shift, 0.0);
+  solve_close(s);
+}
+
 // the same number: the same matrix, no second factorisation; REUSE=NO factorises all the same
 TEST(Krylov, SameMatrixKeepsItsFactors)
 {
