@@ -294,20 +294,30 @@ void number_foreign(PointPart& part)
     if (c < 0) c = -1 - static_cast<int>(std::lower_bound(all.begin(), all.end(), -1 - c) - all.begin());
 }
 
-// numbers of points of all ranks with a face that contact may meet, ascending. Collective
-IntVec held_points(const Model& m, const Points& pts)
+void sort_once(IntVec& list)
 {
-  IntVec all;
-  const auto take = [&](const std::vector<Face>& list) {
-    for (const Face& f : list) all.push_back(pts.part.point[f.elem]);
+  std::sort(list.begin(), list.end());
+  list.erase(std::unique(list.begin(), list.end()), list.end());
+}
+
+// Numbers of points of all ranks with a face that contact of this rank may meet, ascending: of general
+// contact, and of pairs of which it may have contact points; all: those that any rank may meet. Collective
+IntVec held_points(const Model& m, const Points& pts, IntVec& all)
+{
+  IntVec here;
+  const auto take = [&](const std::vector<Face>& list, bool held) {
+    IntVec number;
+    for (const Face& f : list) number.push_back(pts.part.point[f.elem]);
+    comm_allgatherv(number);
+    all.insert(all.end(), number.begin(), number.end());
+    if (held) here.insert(here.end(), number.begin(), number.end());
   };
-  if (model_general_contact(m) >= 0) take(pts.boundary);
+  if (model_general_contact(m) >= 0) take(pts.boundary, true);
   for (const BondDef& d : m.bond)
-    if (d.master >= 0 && m.surface[d.master].body >= 0) take(pts.surface[d.master]);
-  comm_allgatherv(all);
-  std::sort(all.begin(), all.end());
-  all.erase(std::unique(all.begin(), all.end()), all.end());
-  return all;
+    if (d.master >= 0 && m.surface[d.master].body >= 0) take(pts.surface[d.master], d.held);
+  sort_once(all);
+  sort_once(here);
+  return here;
 }
 
 // adds the numbers of points of other ranks with a face at side A of bonds or contact pairs, and a corner of
@@ -330,8 +340,7 @@ void add_bonded_points(const Model& m, const Points& pts, IntVec& held)
   for (int r = 0; r < comm_size(); ++r)
     for (int c : halo.common[r]) tell[r].insert(tell[r].end(), at.begin(c), at.begin(c + 1));
   for (const IntVec& told : comm_exchange(tell)) held.insert(held.end(), told.begin(), told.end());
-  std::sort(held.begin(), held.end());
-  held.erase(std::unique(held.begin(), held.end()), held.end());
+  sort_once(held);
 }
 
 // the points of all bodies, or (plan) those that are here: of this rank, and known ones (numbers); returns
@@ -377,8 +386,9 @@ int point_fill(const Model& m, Points& pts)
   if (!pts.part.on) return errors;
   errors = comm_allreduce_max(errors);
   if (errors) return errors;
-  held = held_points(m, pts);
-  if (!held.empty()) fill_plan_held(held, m.dim, plan);
+  IntVec all;
+  held = held_points(m, pts, all);
+  if (!all.empty()) fill_plan_held(all, m.dim, plan);
   add_bonded_points(m, pts, held);
   if (comm_allreduce_max(static_cast<int>(!held.empty()))) {
     fill_bodies(m, &plan, held, pts);
