@@ -41,11 +41,32 @@ void add_side(const Model& m, const Points& pts, const RealVec& u, const RealVec
   }
 }
 
-double largest_change(const RealVec& a, const RealVec& b)
+// nodes and corners of master faces and contact points of this rank, each once
+IntVec moving(const Model& m, const Points& pts, const Bonds& bonds, const std::vector<char>& own)
 {
-  double most = 0.0;
-  for (size_t i = 0; i < a.size(); ++i) most = std::max(most, std::fabs(a[i] - b[i]));
-  return most;
+  IntVec kin;
+  for (const BondDef& d : m.bond) {
+    if (!masters_near_alone(m, d)) continue;
+    for (const SkinFace& f : surface_faces(m, pts, d.master, false)) {
+      if (!point_skin_counts(m, pts, f)) continue;
+      const MasterFace at = face_at_start(m, pts, f.points, {f.elem, f.face});
+      kin.insert(kin.end(), at.kin, at.kin + at.n);
+    }
+  }
+  for (int b = 0; b < bonds.nbond; ++b)
+    if (own[b]) kin.insert(kin.end(), bonds.a.begin(b), bonds.a.begin(b + 1));
+  std::sort(kin.begin(), kin.end());
+  kin.erase(std::unique(kin.begin(), kin.end()), kin.end());
+  return kin;
+}
+
+// calls use(k, u) for the displacement of each number k of kin
+template <class Use>
+void each_motion(const IntVec& kin, int nnode, int dim, const RealVec& u, const RealVec& uc, Use use)
+{
+  for (size_t k = 0; k < kin.size(); ++k)
+    for (int i = 0; i < dim; ++i)
+      use(k * dim + i, kin[k] < nnode ? u[kin[k] * dim + i] : uc[(kin[k] - nnode) * dim + i]);
 }
 
 // [nbond] contact points of such pairs at nodes or corners of this rank
@@ -116,14 +137,21 @@ bool masters_known(const Model& m, const Points& pts, const Bonds& bonds, const 
 {
   const auto near = [&](const BondDef& d) { return masters_near_alone(m, d); };
   if (!m.part.on || std::none_of(m.bond.begin(), m.bond.end(), near)) return true;
-  const bool other = u.size() != watch.u.size() || uc.size() != watch.uc.size() ||
-                     watch.own.size() != static_cast<size_t>(bonds.nbond);
-  if (other) watch.own = own_points(m, pts, bonds);
-  const bool stale = other || 4.0 * std::sqrt(m.dim) * std::max(largest_change(u, watch.u),
-                                                                largest_change(uc, watch.uc)) >= watch.margin;
+  const int nnode = m.mesh.nnode();
+  double most     = 0.0;       // what has moved since then
+  bool stale = uc.size() != watch.corners || watch.own.size() != static_cast<size_t>(bonds.nbond) ||
+               watch.margin == 0.0;
+  if (!stale)
+    each_motion(watch.kin, nnode, m.dim, u, uc, [&](size_t k, double x) {
+      most = std::max(most, std::fabs(x - watch.u[k]));
+    });
+  else watch.own = own_points(m, pts, bonds);
+  stale = stale || 4.0 * std::sqrt(m.dim) * most >= watch.margin;
   if (comm_allreduce_max(static_cast<int>(stale)) == 0) return true;
-  watch.u  = u;
-  watch.uc = uc;
+  watch.kin     = moving(m, pts, bonds, watch.own);
+  watch.corners = uc.size();
+  watch.u.resize(watch.kin.size() * m.dim);
+  each_motion(watch.kin, nnode, m.dim, u, uc, [&](size_t k, double x) { watch.u[k] = x; });
   face     = masters_and_slaves(m, pts, u, uc, false, watch.margin);
   std::vector<NearFace> master;
   for (const NearFace& f : face)

@@ -30,7 +30,9 @@ struct NearFace {
 
 // When it was asked last whether all master faces are known that contact points may meet
 struct MasterWatch {
-  RealVec u, uc;
+  IntVec kin;                  // nodes and corners (nnode + c) of faces and points of this rank
+  RealVec u;                   // [kin*dim] their displacements then
+  size_t corners = 0;          // corners that were here
   std::vector<char> own;       // [nbond] at nodes or corners of this rank
   double margin = 0.0;         // the answer holds for motions below a quarter of it     length
 };

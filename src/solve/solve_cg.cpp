@@ -184,8 +184,8 @@ CgDone cg_solve(const CgSystem& s, const RealVec& b, const CgGoal& goal, CgWork&
     Products sum;
     if (both) sum = multiply_both(s, w.p, w.r, w.q);
     else sum.pq = multiply(s, w.p, w.q);
-    done.indefinite = sum.pq <= 0.0;
-    if (!(sum.pq > 0.0)) return done;
+    done.indefinite = done.indefinite || sum.pq <= 0.0;
+    if (!((goal.any_sign ? std::fabs(sum.pq) : sum.pq) > 0.0)) return done;
     const double alpha = rho / sum.pq;
     add(alpha, w.p, x);
     add(-alpha, w.q, w.r);

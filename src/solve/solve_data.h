@@ -127,6 +127,7 @@ struct CgGoal {                // both norms must arrive
   double residual = 0.0;       // or the norm of r against this
   int most = 0;                // iterations
   double begun = 0.0;          // energy b x of the x to begin with, 0: x = 0
+  bool any_sign = false;       // a few directions of negative curvature do not end it
 };
 
 // z = M^-1 r, rho = r z; false: it failed

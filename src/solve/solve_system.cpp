@@ -518,6 +518,7 @@ CgDone form_and_solve(Solver& s, const SysMatrix& A, const SolveAsk& ask, SolveP
   if (old) most = std::min(most, kept_limit(A.dim, d.cholesky, ask));
   CgGoal goal{safety * ask.eta, safety * ask.energy, ask.residual, most};
   const bool same = path == PATH_REUSED && d.reused.same;    // where a product with A costs little beside M
+  goal.any_sign = ask.inertia;
   if (same) goal.begun = cg_begin(c, b, d.past, x);
   done = cg_solve(c, b, goal, d.work, x);
   if (same && done.good) remember_solution(d.past, x);
@@ -527,14 +528,11 @@ CgDone form_and_solve(Solver& s, const SysMatrix& A, const SolveAsk& ask, SolveP
 
 // In motion a matrix may be indefinite in some iterations of an increment, which tells little of those that
 // follow: the incomplete factor is tried again, each time after twice as many solutions
-void wait_indefinite(SolverData& d, const double* shift, long now)
+void wait_indefinite(SolverData& d, long now)
 {
   d.again    = now + 1 + d.left_out;
   d.left_out = d.left_out > 0 ? std::min(2 * d.left_out, 2 * PAUSE) : 1;
   d.spare    = true;
-  d.cholesky = Cholesky();
-  d.cholesky.shift        = shift[0];
-  d.cholesky.border_shift = shift[1];
 }
 
 Status by_cg(Solver& s, const SysMatrix& A, const SolveAsk& ask, SolvePath path, double limit, long now,
@@ -546,9 +544,18 @@ Status by_cg(Solver& s, const SysMatrix& A, const SolveAsk& ask, SolvePath path,
   const Cholesky& c    = d.cholesky;
   const double shift[] = {c.shift, c.border_shift};
   CgDone done = form_and_solve(s, A, ask, path, limit, b, x);
+  bool indefinite = done.indefinite;
   if (old && !done.good) done = form_and_solve(s, A, ask, path, limit, b, x);
-  if (path == PATH_CHOLESKY && ask.inertia && done.indefinite) wait_indefinite(d, shift, now);
-  else remember(s, path, done, old, now);
+  indefinite = indefinite || done.indefinite ||
+               (!done.good && (c.shift > shift[0] || c.border_shift > shift[1]));
+  if (path == PATH_CHOLESKY && ask.inertia && indefinite) {
+    d.cholesky = Cholesky();             // the next one begins as this one did
+    d.cholesky.shift        = shift[0];
+    d.cholesky.border_shift = shift[1];
+    if (!done.good) wait_indefinite(d, now);
+  } else {
+    remember(s, path, done, old, now);
+  }
   if (path == PATH_CHOLESKY && done.good) {
     if (d.spare) solve_drop(s);
     d.spare = false;
