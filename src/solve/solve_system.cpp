@@ -546,8 +546,7 @@ Status by_cg(Solver& s, const SysMatrix& A, const SolveAsk& ask, SolvePath path,
   CgDone done = form_and_solve(s, A, ask, path, limit, b, x);
   bool indefinite = done.indefinite;
   if (old && !done.good) done = form_and_solve(s, A, ask, path, limit, b, x);
-  indefinite = indefinite || done.indefinite ||
-               (!done.good && (c.shift > shift[0] || c.border_shift > shift[1]));
+  indefinite = indefinite || done.indefinite;        // the same on all ranks, which shifts are not
   if (path == PATH_CHOLESKY && ask.inertia && indefinite) {
     d.cholesky = Cholesky();             // the next one begins as this one did
     d.cholesky.shift        = shift[0];
