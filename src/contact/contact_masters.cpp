@@ -112,10 +112,10 @@ std::vector<SkinFace> surface_faces(const Model& m, const Points& pts, int surfa
 }
 
 std::vector<NearFace> masters_and_slaves(const Model& m, const Points& pts, const RealVec& u,
-                                         const RealVec& uc, bool adjusted, double& margin)
+                                         const RealVec& uc, bool adjusted, double* margin)
 {
   std::vector<NearFace> out;
-  margin = 1e300;
+  double least = 1e300;
   const auto taken = [&](const BondDef& d) {
     return masters_near_alone(m, d) && (!adjusted || d.overlap == OVERLAP_ADJUST);
   };
@@ -124,10 +124,11 @@ std::vector<NearFace> masters_and_slaves(const Model& m, const Points& pts, cons
   for (size_t d = 0; d < m.bond.size(); ++d) {
     if (!taken(m.bond[d])) continue;
     const int def = static_cast<int>(d);
-    margin = std::min(margin, MARGIN * reach[d]);
+    least = std::min(least, MARGIN * reach[d]);
     add_side(m, pts, u, uc, adjusted, def, NEAR_SLAVE, {}, out);
     add_side(m, pts, u, uc, adjusted, def, NEAR_MASTER, {0.0, 2.0 * reach[d], 2.0 * MARGIN * reach[d]}, out);
   }
+  if (margin) *margin = least;
   return out;
 }
 
@@ -152,7 +153,7 @@ bool masters_known(const Model& m, const Points& pts, const Bonds& bonds, const 
   watch.corners = uc.size();
   watch.u.resize(watch.kin.size() * m.dim);
   each_motion(watch.kin, nnode, m.dim, u, uc, [&](size_t k, double x) { watch.u[k] = x; });
-  face     = masters_and_slaves(m, pts, u, uc, false, watch.margin);
+  face     = masters_and_slaves(m, pts, u, uc, false, &watch.margin);
   std::vector<NearFace> master;
   for (const NearFace& f : face)
     if (f.side == NEAR_MASTER) master.push_back(f);

@@ -20,9 +20,9 @@ std::vector<SkinFace> surface_faces(const Model& m, const Points& pts, int surfa
 
 // masters_and_slaves : faces of both sides of such pairs that this rank works on; adjusted: of pairs with
 // OVERLAP=ADJUST alone, at t = 0. Collective with a divided model.
-//   out  margin  motion for which the boxes hold                                       length
+//   out  margin  motion for which the boxes hold; null: not asked for                  length
 std::vector<NearFace> masters_and_slaves(const Model& m, const Points& pts, const RealVec& u,
-                                         const RealVec& uc, bool adjusted, double& margin);
+                                         const RealVec& uc, bool adjusted, double* margin = nullptr);
 
 // masters_known : are all master faces here that contact points of this rank may meet? Collective.
 //   in     xb     [nbond*dim] places of side A

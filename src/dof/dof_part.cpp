@@ -140,9 +140,8 @@ std::vector<NearFace> skin_at_start(const Model& m)
 std::vector<NearFace> pairs_at_start(const Model& m, bool adjusted)
 {
   RealVec u, uc;
-  double margin;
   contact_displacements(m, Points(), u, uc);
-  return masters_and_slaves(m, Points(), u, uc, adjusted, margin);
+  return masters_and_slaves(m, Points(), u, uc, adjusted);
 }
 
 // near faces of general contact, or of contact pairs: given: those of a division before, or of a state; else

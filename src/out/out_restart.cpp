@@ -512,10 +512,9 @@ std::vector<NearFace> out_restart_near(const Model& m, const std::string& path)
   for (const RealVec* v : {&s.n.v, &s.n.vc})
     for (double x : *v) most = std::max(most, std::fabs(x));
   std::vector<NearFace> near;
-  double margin;
   if (general) near = near_now(m, s.points, s.bonds.skin, s.n.u, s.n.uc, false, 2.0 * s.clock.dt * most);
   if (pairs) point_surfaces(m, s.points);
-  for (const NearFace& of : masters_and_slaves(m, s.points, s.n.u, s.n.uc, false, margin)) near.push_back(of);
+  for (const NearFace& of : masters_and_slaves(m, s.points, s.n.u, s.n.uc, false)) near.push_back(of);
   return near;
 }
 

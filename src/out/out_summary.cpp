@@ -96,12 +96,7 @@ double bond_young(const Model& m, const BondDef& d)
 {
   double young = d.body >= 0 ? m.material[m.body[d.body].material].young : 0.0;
   if (d.surface < 0) return young;
-  const Surface& surface = m.surface[d.surface];
-  if (surface.body >= 0) young = std::max(young, m.material[m.body[surface.body].material].young);
-  for (const Face& face : surface.face) {
-    const int section = m.mesh.elem_section[face.elem];
-    if (section >= 0) young = std::max(young, m.material[m.section[section].material].young);
-  }
+  young = std::max(young, surface_young(m, m.surface[d.surface]));
   out_max(m, &young, 1);
   return young;
 }

@@ -100,14 +100,13 @@ DivideBy step_divide_by(const Problem& p)
       for (size_t k = 0; k < told[r].size(); ++k) all[of_rank[r][k]] = told[r][k];
     kind.swap(all);
   }
-  double margin;
   const State& st = p.st;
   const auto take = [&](const std::vector<NearFace>& now) {
     for (const std::vector<NearFace>& own : comm_gather(now))
       by.near.insert(by.near.end(), own.begin(), own.end());
   };
   if (model_general_contact(m) >= 0) take(faces_here(p, p.d.scene));
-  take(masters_and_slaves(m, st.points, st.n.u, st.n.uc, false, margin));
+  take(masters_and_slaves(m, st.points, st.n.u, st.n.uc, false));
   take(p.next.faces);
   return by;
 }
