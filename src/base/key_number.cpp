@@ -2,6 +2,7 @@
 
 #include "base/comm.h"
 #include "base/key_number.h"
+#include "base/sort_once.h"
 
 namespace {
 
@@ -40,8 +41,7 @@ IntVec key_numbers(const std::vector<long>& brings, const std::vector<long>& key
   };
   std::vector<long> known;                           // of the range of this rank
   for (const std::vector<long>& part : to_ranks(brings)) known.insert(known.end(), part.begin(), part.end());
-  std::sort(known.begin(), known.end());
-  known.erase(std::unique(known.begin(), known.end()), known.end());
+  sort_once(known);
   IntVec count(1, static_cast<int>(known.size()));
   comm_allgatherv(count);
   int before = 0;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "base/comm.h"
+#include "base/sort_once.h"
 #include "bond/bond.h"
 #include "contact/contact_meet.h"
 #include "point/point.h"
@@ -55,8 +56,7 @@ IntVec moving(const Model& m, const Points& pts, const Bonds& bonds, const std::
   }
   for (int b = 0; b < bonds.nbond; ++b)
     if (own[b]) kin.insert(kin.end(), bonds.a.begin(b), bonds.a.begin(b + 1));
-  std::sort(kin.begin(), kin.end());
-  kin.erase(std::unique(kin.begin(), kin.end()), kin.end());
+  sort_once(kin);
   return kin;
 }
 

@@ -4,6 +4,7 @@
 
 #include "base/comm.h"
 #include "base/gather_lists.h"
+#include "base/sort_once.h"
 #include "contact/contact_meet.h"
 #include "point/point.h"
 
@@ -120,8 +121,5 @@ void near_outer(const std::vector<NearFace>& face, const IntVec& rank, const std
         if (rank[f.elem] != r) list[r].push_back(f.elem);
     }
   }
-  for (IntVec& of : list) {
-    std::sort(of.begin(), of.end());
-    of.erase(std::unique(of.begin(), of.end()), of.end());
-  }
+  for (IntVec& of : list) sort_once(of);
 }

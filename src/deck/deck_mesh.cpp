@@ -3,6 +3,7 @@
 #include <charconv>
 #include <iterator>
 
+#include "base/sort_once.h"
 #include "deck/deck_state.h"
 
 namespace {
@@ -178,8 +179,7 @@ const std::vector<Face>& mesh_free_faces(Deck& d, const Model& m)
 // ---------------------------------------------------------------------------
 int set_merge(std::vector<Set>& sets, const std::string& name, IntVec& item, const Place& place)
 {
-  std::sort(item.begin(), item.end());
-  item.erase(std::unique(item.begin(), item.end()), item.end());
+  sort_once(item);
   for (std::size_t i = 0; i < sets.size(); ++i) {
     if (sets[i].name != name) continue;
     IntVec both;

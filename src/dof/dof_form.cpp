@@ -4,6 +4,7 @@
 #include "base/far_first.h"
 #include "base/gather_lists.h"
 #include "base/grow.h"
+#include "base/sort_once.h"
 #include "base/timer.h"
 #include "dof/dof.h"
 
@@ -109,8 +110,7 @@ bool add_guests(const Model& m, const Bonds& bonds, const Discretisation& d, Dof
     take(bonds.a, b);
     if (bonds.field[b] == SIDE_CONTACT) take(d.pairs.master, b);
   }
-  std::sort(guest.begin(), guest.end());
-  guest.erase(std::unique(guest.begin(), guest.end()), guest.end());
+  sort_once(guest);
   if (std::equal(guest.begin(), guest.end(), s.node_of_row.begin() + own, s.node_of_row.end())) return false;
   for (int r = own; r < s.nfe; ++r) s.row_of_node[s.node_of_row[r]] = -1;
   s.node_of_row.resize(own);
@@ -171,8 +171,7 @@ void form_groups(const ListTable& group, const ActiveGrid& grid, Dofs& s)
     for (int i = group.off[k]; i < group.off[k + 1]; ++i)
       for (int j = grid.point.off[group.item[i]]; j < grid.point.off[group.item[i] + 1]; ++j)
         row.push_back(s.nfe + grid.point.item[j]);
-    std::sort(row.begin(), row.end());
-    row.erase(std::unique(row.begin(), row.end()), row.end());
+    sort_once(row);
     s.group.item.insert(s.group.item.end(), row.begin(), row.end());
     s.group.off.push_back(static_cast<int>(s.group.item.size()));
     s.group_first.push_back(group.begin(k)[0]);
@@ -217,8 +216,7 @@ IntVec tied_rows(const Dofs& s)
     if (std::any_of(first, last, on_grid) && !std::all_of(first, last, on_grid))
       tied.insert(tied.end(), first, last);
   }
-  std::sort(tied.begin(), tied.end());
-  tied.erase(std::unique(tied.begin(), tied.end()), tied.end());
+  sort_once(tied);
   return tied;
 }
 

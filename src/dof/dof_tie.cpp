@@ -1,6 +1,7 @@
 #include <algorithm>
 
 #include "base/log.h"
+#include "base/sort_once.h"
 #include "dof/dof.h"
 
 namespace {
@@ -115,8 +116,7 @@ void tie_extend(const Dofs& s, ListTable& lists)
         for (int q = master.off[order[k]]; q < master.off[order[k] + 1]; ++q)
           row.push_back(master.item[q] / s.dim);
     if (row.size() > before) {
-      std::sort(row.begin(), row.end());
-      row.erase(std::unique(row.begin(), row.end()), row.end());
+      sort_once(row);
     }
     longer.item.insert(longer.item.end(), row.begin(), row.end());
     longer.off.push_back(static_cast<int>(longer.item.size()));

@@ -5,6 +5,7 @@
 
 #include "base/comm.h"
 #include "base/forest.h"
+#include "base/sort_once.h"
 #include "frac/frac.h"
 #include "shape/shape.h"
 
@@ -179,14 +180,10 @@ void join_bonds(const Model& m, const Elements& el, const State& st, const ListT
 // divided model: the names of all ranks, ascending
 void gather_names(const MeshPart& part, IntVec& name)
 {
-  const auto each_once = [&] {
-    std::sort(name.begin(), name.end());
-    name.erase(std::unique(name.begin(), name.end()), name.end());
-  };
-  each_once();
+  sort_once(name);
   if (!part.on) return;
   comm_allgatherv(name);
-  each_once();
+  sort_once(name);
 }
 
 // the new number of each piece: by falling mass, pieces of the same mass by their smallest label

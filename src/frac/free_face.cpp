@@ -6,6 +6,7 @@
 
 #include "base/forest.h"
 #include "base/gather_lists.h"
+#include "base/sort_once.h"
 #include "shape/shape.h"
 
 namespace {
@@ -152,7 +153,6 @@ IntVec hollow_elements(const Mesh& mesh, const ListTable& of_node, const IntVec&
         out.push_back(a.elem);
         out.push_back(b.elem);
       }
-  std::sort(out.begin(), out.end());
-  out.erase(std::unique(out.begin(), out.end()), out.end());
+  sort_once(out);
   return out;
 }

@@ -7,6 +7,7 @@
 #include "base/comm.h"
 #include "base/key_number.h"
 #include "base/picked.h"
+#include "base/sort_once.h"
 #include "model/state_io.h"
 
 namespace {
@@ -332,8 +333,7 @@ void state_find_corners(Archive& f, State& s)
   here = corners.item;
   for (const IntVec* list : {&x.conn.item, &fr.left.item})
     here.insert(here.end(), list->begin(), list->end());
-  std::sort(here.begin(), here.end());
-  here.erase(std::unique(here.begin(), here.end()), here.end());
+  sort_once(here);
   for (IntVec* list : {&x.conn.item, &fr.left.item})
     for (int& c : *list) c = x.corner_here(c);
   x.npoint      = static_cast<int>(x.part.point.size());

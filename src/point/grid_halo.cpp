@@ -1,6 +1,7 @@
 #include "point/grid_halo.h"
 
 #include "base/comm.h"
+#include "base/sort_once.h"
 
 namespace {
 
@@ -29,8 +30,7 @@ void key_halo(const std::vector<long>& own, const std::vector<Span>& span, int d
   h     = KeyHalo();
   h.key = own;
   for (const std::vector<long>& list : told) h.key.insert(h.key.end(), list.begin(), list.end());
-  std::sort(h.key.begin(), h.key.end());
-  h.key.erase(std::unique(h.key.begin(), h.key.end()), h.key.end());
+  sort_once(h.key);
   const auto places = [&](const std::vector<long>& list) {
     IntVec place;
     for (long k : list) place.push_back(find_key(h.key, k));

@@ -5,6 +5,7 @@
 
 #include "base/comm.h"
 #include "base/grow.h"
+#include "base/sort_once.h"
 #include "point/grid_halo.h"
 
 namespace {
@@ -23,12 +24,6 @@ void each_node(const Grid& g, int dim, int field, const int* cell, const double*
     }
     if (N != 0.0) use(node_key(g, dim, field, at), N);
   }
-}
-
-void sort_unique(std::vector<long>& v)
-{
-  std::sort(v.begin(), v.end());
-  v.erase(std::unique(v.begin(), v.end()), v.end());
 }
 
 // The different keys of a list, ascending, and their numbers. Keys of the grid that lie close together are
@@ -57,7 +52,7 @@ void number_keys(const std::vector<long>& all, KeyNumbers& out)
   out.low = low;
   if (high - low >= 8 * static_cast<long>(all.size())) {
     out.key = all;
-    sort_unique(out.key);
+    sort_once(out.key);
     return;
   }
   if (high >= low) {
@@ -70,7 +65,7 @@ void number_keys(const std::vector<long>& all, KeyNumbers& out)
       out.key.push_back(low + static_cast<long>(i));
     }
   }
-  sort_unique(own);
+  sort_once(own);
   out.key.insert(out.key.end(), own.begin(), own.end());
 }
 

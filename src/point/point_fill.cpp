@@ -6,6 +6,7 @@
 #include "base/gather_lists.h"
 #include "base/grow.h"
 #include "base/log.h"
+#include "base/sort_once.h"
 #include "model/model_cut.h"
 #include "point/filler.h"
 #include "shape/shape.h"
@@ -288,16 +289,9 @@ namespace {
 void number_foreign(PointPart& part)
 {
   IntVec& all = part.foreign;
-  std::sort(all.begin(), all.end());
-  all.erase(std::unique(all.begin(), all.end()), all.end());
+  sort_once(all);
   for (int& c : part.near.item)
     if (c < 0) c = -1 - static_cast<int>(std::lower_bound(all.begin(), all.end(), -1 - c) - all.begin());
-}
-
-void sort_once(IntVec& list)
-{
-  std::sort(list.begin(), list.end());
-  list.erase(std::unique(list.begin(), list.end()), list.end());
 }
 
 // Numbers of points of all ranks with a face that contact of this rank may meet, ascending: of general

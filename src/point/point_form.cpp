@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "base/comm.h"
+#include "base/sort_once.h"
 #include "elem/kernel_broken.h"
 #include "point/point.h"
 
@@ -287,8 +288,7 @@ Status group_force(const Points& pts, const PointLaws& law, const KernelMode& mo
     const int* of = pts.conn.begin(point[i]);
     corner.insert(corner.end(), of, of + pts.conn.count(point[i]));
   }
-  std::sort(corner.begin(), corner.end());
-  corner.erase(std::unique(corner.begin(), corner.end()), corner.end());
+  sort_once(corner);
   const int n = static_cast<int>(corner.size());
   group.set_nodes(n, corner.data(), [&](int i, auto use) {
     const double* G = pts.G(point[i]);

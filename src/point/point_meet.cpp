@@ -3,6 +3,7 @@
 #include "base/comm.h"
 #include "base/forest.h"
 #include "base/gather_lists.h"
+#include "base/sort_once.h"
 #include "point/grid_halo.h"
 
 namespace {
@@ -96,8 +97,7 @@ struct Wide {
       all.each(point[k], [&](int c) {
         out.insert(out.end(), of_corner.begin(c), of_corner.begin(c) + of_corner.count(c));
       });
-    std::sort(out.begin(), out.end());
-    out.erase(std::unique(out.begin(), out.end()), out.end());
+    sort_once(out);
     return out;
   }
 };

@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "base/log.h"
+#include "base/sort_once.h"
 #include "solve/petsc_load.h"
 
 namespace {
@@ -124,8 +125,7 @@ void list_blocks_of_all(const SysMatrix& M, const RowNumbers& rows, AmgData& d)
   std::vector<std::pair<int, int>> all;                    // row here, column
   for (const IntVec& list : come)
     for (size_t k = 0; k < list.size(); k += 2) all.emplace_back(list[k], list[k + 1]);
-  std::sort(all.begin(), all.end());
-  all.erase(std::unique(all.begin(), all.end()), all.end());
+  sort_once(all);
   const int n = static_cast<int>(d.row.size()), D = M.dim;
   MPFE_CHECK(n == rows.first[comm_rank() + 1] - first, "list_blocks_of_all: rows of this rank");
   d.block_off.assign(n + 1, 0);
