@@ -729,8 +729,7 @@ void bond_share(const Model& m, const Points& pts, Bonds& b)
 
 void bond_tell(const Model& m, Bonds& b, Level& l)
 {
-  const auto is_pair = [](const BondDef& d) { return d.master >= 0; };
-  if (!b.halo.on() || std::none_of(m.bond.begin(), m.bond.end(), is_pair)) return;
+  if (!b.halo.on() || !model_has_pairs(m)) return;
   halo_copy_all(b.halo, m.dim, std::vector<RealVec*>{&l.slip, &l.lambda});
   halo_copy_all(b.halo, 1, std::vector<RealVec*>{&l.lambda_n, &b.offset, &b.initial_penetration});
 }

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "base/comm.h"
+#include "base/gather_lists.h"
 #include "base/sort_once.h"
 #include "bond/bond.h"
 #include "contact/contact_meet.h"
@@ -14,18 +15,47 @@ namespace {
 // of the reach of a pair: what master faces and contact points may move before it is asked again who is near
 const double MARGIN = 0.25;
 
-// Longest edge of the master faces of each pair, of all ranks: how far its contact points look. Zero where no
-// pair is near alone. Collective with a divided model
+// Longest edge of the master faces of each pair, of all ranks: how far its contact points look. Collective
+// with a divided model
 RealVec reaches(const Model& m, const Points& pts, const RealVec& u, const RealVec& uc, bool at_start)
 {
   RealVec reach(m.bond.size(), 0.0);
   for (size_t d = 0; d < m.bond.size(); ++d) {
-    if (!masters_near_alone(m, m.bond[d])) continue;
+    if (!m.bond[d].pair()) continue;
     for (const SkinFace& f : surface_faces(m, pts, m.bond[d].master, at_start))
       reach[d] = std::max(reach[d], master_face(m, pts, f.points, {f.elem, f.face}, u, uc).size);
   }
   if (m.part.on) comm_max(reach.data(), static_cast<long>(reach.size()));
   return reach;
+}
+
+// Side A on a body: each point of this rank with a corner on it, in the box of the faces that have its corners
+// there: contact points at these are of the rank of any point around
+void add_points(const Model& m, const Points& pts, const RealVec& u, const RealVec& uc, int def,
+                std::vector<NearFace>& out)
+{
+  const std::vector<Face>& faces = pts.surface[m.bond[def].surface];
+  std::vector<MasterFace> face;
+  for (const Face& f : faces) face.push_back(master_face(m, pts, 1, {f.elem, f.face}, u, uc));
+  const ListTable at = gather_lists(pts.ncorner, [&](auto use) {
+    for (size_t i = 0; i < face.size(); ++i)
+      for (int k = 0; k < face[i].n; ++k) use(face[i].kin[k] - m.mesh.nnode(), static_cast<int>(i));
+  });
+  for (int q = 0; q < pts.npoint; ++q) {
+    if (!point_counts(m, pts, q)) continue;
+    NearFace p = {-1, 0.0, {{1e300, 1e300, 1e300}, {-1e300, -1e300, -1e300}}, def, NEAR_SLAVE};
+    p.point = pts.point_number(q);
+    for (int k = pts.conn.off[q]; k < pts.conn.off[q + 1]; ++k)
+      for (const int* i = at.begin(pts.conn.item[k]); i != at.begin(pts.conn.item[k] + 1); ++i) {
+        const MasterFace& f = face[*i];
+        p.size = std::max(p.size, f.size);
+        for (int j = 0; j < 3; ++j) {
+          p.box.lo[j] = std::min(p.box.lo[j], f.lo[j]);
+          p.box.hi[j] = std::max(p.box.hi[j], f.hi[j]);
+        }
+      }
+    if (p.size > 0.0) out.push_back(p);
+  }
 }
 
 void add_side(const Model& m, const Points& pts, const RealVec& u, const RealVec& uc, bool at_start, int def,
@@ -47,7 +77,7 @@ IntVec moving(const Model& m, const Points& pts, const Bonds& bonds, const std::
 {
   IntVec kin;
   for (const BondDef& d : m.bond) {
-    if (!masters_near_alone(m, d)) continue;
+    if (!d.pair()) continue;
     for (const SkinFace& f : surface_faces(m, pts, d.master, false)) {
       if (!point_skin_counts(m, pts, f)) continue;
       const MasterFace at = face_at_start(m, pts, f.points, {f.elem, f.face});
@@ -69,13 +99,13 @@ void each_motion(const IntVec& kin, int nnode, int dim, const RealVec& u, const 
       use(k * dim + i, kin[k] < nnode ? u[kin[k] * dim + i] : uc[(kin[k] - nnode) * dim + i]);
 }
 
-// [nbond] contact points of such pairs at nodes or corners of this rank
+// [nbond] contact points of pairs at nodes or corners of this rank
 std::vector<char> own_points(const Model& m, const Points& pts, const Bonds& bonds)
 {
   const std::vector<char> own = bond_own(m, pts);
   std::vector<char> out;
   for (int b = 0; b < bonds.nbond; ++b)
-    out.push_back(masters_near_alone(m, m.bond[bonds.def[b]]) &&
+    out.push_back(m.bond[bonds.def[b]].pair() &&
                   std::any_of(bonds.a.begin(b), bonds.a.begin(b + 1), [&](int k) { return own[k] != 0; }));
   return out;
 }
@@ -95,11 +125,6 @@ std::vector<NearFace> points_here(int dim, const Bonds& bonds, const RealVec& xb
 
 }  // namespace
 
-bool masters_near_alone(const Model& m, const BondDef& d)
-{
-  return d.master >= 0 && m.surface[d.master].body < 0 && m.surface[d.surface].body < 0;
-}
-
 std::vector<SkinFace> surface_faces(const Model& m, const Points& pts, int surface, bool at_start)
 {
   std::vector<SkinFace> out;
@@ -117,7 +142,7 @@ std::vector<NearFace> masters_and_slaves(const Model& m, const Points& pts, cons
   std::vector<NearFace> out;
   double least = 1e300;
   const auto taken = [&](const BondDef& d) {
-    return masters_near_alone(m, d) && (!adjusted || d.overlap == OVERLAP_ADJUST);
+    return d.pair() && (!adjusted || d.overlap == OVERLAP_ADJUST);
   };
   if (std::none_of(m.bond.begin(), m.bond.end(), taken)) return out;
   const RealVec reach = reaches(m, pts, u, uc, adjusted);
@@ -125,7 +150,8 @@ std::vector<NearFace> masters_and_slaves(const Model& m, const Points& pts, cons
     if (!taken(m.bond[d])) continue;
     const int def = static_cast<int>(d);
     least = std::min(least, MARGIN * reach[d]);
-    add_side(m, pts, u, uc, adjusted, def, NEAR_SLAVE, {}, out);
+    if (m.surface[m.bond[d].surface].body >= 0) add_points(m, pts, u, uc, def, out);
+    else add_side(m, pts, u, uc, adjusted, def, NEAR_SLAVE, {}, out);
     add_side(m, pts, u, uc, adjusted, def, NEAR_MASTER, {0.0, 2.0 * reach[d], 2.0 * MARGIN * reach[d]}, out);
   }
   if (margin) *margin = least;
@@ -136,8 +162,7 @@ std::vector<NearFace> masters_and_slaves(const Model& m, const Points& pts, cons
 bool masters_known(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& u, const RealVec& uc,
                    const RealVec& xb, MasterWatch& watch, std::vector<NearFace>& face)
 {
-  const auto near = [&](const BondDef& d) { return masters_near_alone(m, d); };
-  if (!m.part.on || std::none_of(m.bond.begin(), m.bond.end(), near)) return true;
+  if (!m.part.on || !model_has_pairs(m)) return true;
   const int nnode = m.mesh.nnode();
   double most     = 0.0;       // what has moved since then
   bool stale = uc.size() != watch.corners || watch.own.size() != static_cast<size_t>(bonds.nbond) ||
@@ -157,7 +182,7 @@ bool masters_known(const Model& m, const Points& pts, const Bonds& bonds, const 
   std::vector<NearFace> master;
   for (const NearFace& f : face)
     if (f.side == NEAR_MASTER) master.push_back(f);
-  const bool known = near_known(m.part, master, points_here(m.dim, bonds, xb, watch.own));
+  const bool known = near_known(m.part, pts, master, points_here(m.dim, bonds, xb, watch.own));
   if (known) face.clear();
   else watch = MasterWatch();
   return known;

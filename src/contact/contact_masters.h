@@ -2,24 +2,21 @@
 // contact_masters.h : contact pairs of a divided model: master faces near the contact points of a rank
 // (doc/theory.md 5.1)
 //
-// Of a pair of two surfaces of elements a rank knows the master faces near its contact points. When others
-// come near, the model is divided again, as with general contact (contact_near.h).
+// Of a pair a rank knows the master faces near its contact points. When others come near, the model is
+// divided again, as with general contact (contact_near.h).
 // ---------------------------------------------------------------------------
 #ifndef MPFE_CONTACT_CONTACT_MASTERS_H
 #define MPFE_CONTACT_CONTACT_MASTERS_H
 
 #include "contact/contact_near.h"
 
-// masters_near_alone : does a rank know only near master faces of it? Else those of points from the start, or
-// that such points may meet, are known where there are contact points of the pair
-bool masters_near_alone(const Model& m, const BondDef& d);
-
 // surface_faces : faces of a surface as they are now: of elements, and of the points that some of these have
 // become; at_start: those of t = 0
 std::vector<SkinFace> surface_faces(const Model& m, const Points& pts, int surface, bool at_start);
 
-// masters_and_slaves : faces of both sides of such pairs that this rank works on; adjusted: of pairs with
-// OVERLAP=ADJUST alone, at t = 0. Collective with a divided model.
+// masters_and_slaves : faces of both sides of pairs that this rank works on; adjusted: of pairs with
+// OVERLAP=ADJUST alone, at t = 0. For side A on a body: points with a corner on it, and the faces around.
+// Collective with a divided model.
 //   out  margin  motion for which the boxes hold; null: not asked for                  length
 std::vector<NearFace> masters_and_slaves(const Model& m, const Points& pts, const RealVec& u,
                                          const RealVec& uc, bool adjusted, double* margin = nullptr);

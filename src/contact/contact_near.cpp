@@ -48,6 +48,7 @@ std::vector<NearFace> near_faces(const Model& m, const Points& pts, const std::v
     NearFace near = {e < 0 ? -1 : m.part.elem_number(e), f.size, {}};
     std::copy_n(f.lo, 3, near.box.lo);
     std::copy_n(f.hi, 3, near.box.hi);
+    if (e < 0) near.point = pts.point_number(s.elem);
     near.box = grown(near.box, reach.part * f.size + 0.5 * (reach.most + reach.margin));
     out.push_back(near);
   }
@@ -71,7 +72,8 @@ std::vector<NearFace> near_own(const Model& m, const Points& pts, const std::vec
   return own;
 }
 
-bool near_known(const MeshPart& part, const std::vector<NearFace>& own, const std::vector<NearFace>& look)
+bool near_known(const MeshPart& part, const Points& pts, const std::vector<NearFace>& own,
+                const std::vector<NearFace>& look)
 {
   const int ranks = comm_size();
   std::vector<ContactBox> of_rank(1, box_of(look)), box;
@@ -86,7 +88,7 @@ bool near_known(const MeshPart& part, const std::vector<NearFace>& own, const st
   IntVec found;
   for (const std::vector<NearFace>& told : comm_exchange(tell))
     for (const NearFace& f : told) {
-      if (missing || f.elem < 0 || part.elem_here(f.elem) >= 0) continue;
+      if (missing || (f.elem < 0 ? pts.point_here(f.point) : part.elem_here(f.elem)) >= 0) continue;
       found.clear();
       tree.overlap(f.box, found);
       missing = std::any_of(found.begin(), found.end(), [&](int i) { return look[i].def == f.def; });
@@ -95,31 +97,38 @@ bool near_known(const MeshPart& part, const std::vector<NearFace>& own, const st
 }
 
 void near_outer(const std::vector<NearFace>& face, const IntVec& rank, const std::vector<IntVec>& slaves,
-                std::vector<IntVec>& list)
+                NearLists& out)
 {
   std::vector<ContactBox> box;
-  for (const NearFace& f : face) box.push_back(grown(f.box, AROUND * f.size));
+  int elements = 0;            // numbers are below
+  for (const NearFace& f : face) {
+    box.push_back(grown(f.box, AROUND * f.size));
+    elements = std::max(elements, f.elem + 1);
+  }
   const ContactTree tree(box);
   IntVec found, to;
-  const int ranks = static_cast<int>(list.size());
-  const ListTable others = gather_lists(static_cast<int>(rank.size()), [&](auto use) {
+  const ListTable others = gather_lists(elements, [&](auto use) {
     for (std::size_t r = 0; r < slaves.size(); ++r)
-      for (int e : slaves[r]) use(e, static_cast<int>(r));
+      for (int e : slaves[r])
+        if (e < elements) use(e, static_cast<int>(r));
   });
   for (std::size_t i = 0; i < face.size(); ++i) {
     const int e = face[i].elem;
     if (face[i].side == NEAR_MASTER) continue;
-    to.assign(1, e < 0 ? 0 : rank[e]);
-    for (int r = 1; r < ranks && e < 0; ++r) to.push_back(r);
-    if (face[i].side == NEAR_SLAVE) to.insert(to.end(), others.begin(e), others.begin(e + 1));
+    to.assign(1, rank[i]);
+    if (face[i].side == NEAR_SLAVE && e >= 0) to.insert(to.end(), others.begin(e), others.begin(e + 1));
     found.clear();
     tree.overlap(box[i], found);
     for (int j : found) {
       const NearFace& f = face[j];
-      if (f.def != face[i].def || f.side == NEAR_SLAVE || f.elem < 0) continue;
-      for (int r : to)
-        if (rank[f.elem] != r) list[r].push_back(f.elem);
+      if (f.def != face[i].def || f.side == NEAR_SLAVE) continue;
+      for (int r : to) {
+        if (rank[j] == r) continue;
+        if (f.elem >= 0) out.elem[r].push_back(f.elem);
+        else out.point[r].push_back({f.point, rank[j]});
+      }
     }
   }
-  for (IntVec& of : list) sort_once(of);
+  for (IntVec& of : out.elem) sort_once(of);
+  for (std::vector<PointHome>& of : out.point) sort_once(of);
 }

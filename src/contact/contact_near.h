@@ -26,6 +26,13 @@ struct NearFace {
   ContactBox box;              // half of what may lie between it and a face that it may meet is added
   int def = -1;                // contact pair, index into Model::bond; -1: general contact
   int side = NEAR_BOTH;
+  int point = -1;              // from the start, that has it: number among those of all ranks
+};
+
+// What ranks must know of others, each once, ascending
+struct NearLists {
+  std::vector<IntVec> elem;                          // [ranks] in the mesh of the deck
+  std::vector<std::vector<PointHome>> point;         // [ranks] points from the start
 };
 
 // When it was asked last whether all master faces are known that contact points may meet
@@ -52,16 +59,20 @@ std::vector<NearFace> near_now(const Model& m, const Points& pts, const std::vec
 std::vector<NearFace> near_own(const Model& m, const Points& pts, const std::vector<SkinFace>& skin,
                                const std::vector<NearFace>& face);
 
-// near_known : are all elements of other ranks here with faces that those of look may meet? Collective.
-//   in   own   faces of elements of this rank;   look  those that look for faces: in general contact the same
-bool near_known(const MeshPart& part, const std::vector<NearFace>& own, const std::vector<NearFace>& look);
+// near_known : are all elements and points of other ranks here with faces that those of look may meet?
+// Collective.
+//   in   own   faces of elements and points of this rank
+//        look  those that look for faces: in general contact the same
+bool near_known(const MeshPart& part, const Points& pts, const std::vector<NearFace>& own,
+                const std::vector<NearFace>& look);
 
-// near_outer : elements near those of each rank that belong to others, from further off, so that bodies have
-// to move before others come near; what is near a point from the start all ranks get
-//   in     face    of all ranks;   rank [nelem]
+// near_outer : elements and points near those of each rank that belong to others, from further off, so that
+// bodies have to move before others come near
+//   in     face    of all ranks
+//          rank    [face] of its element or point
 //          slaves  [ranks] elements of others whose faces, slaves of pairs, look for a rank too; or empty
-//   inout  list    [ranks] added to
+//   inout  out     added to
 void near_outer(const std::vector<NearFace>& face, const IntVec& rank, const std::vector<IntVec>& slaves,
-                std::vector<IntVec>& list);
+                NearLists& out);
 
 #endif

@@ -71,8 +71,6 @@ struct Masters {
   double reach = 0.0;
 };
 
-bool is_pair(const BondDef& d) { return d.master >= 0; }
-
 // Both sides of each pair [bond]: boxes of the contact points, and masters. at_start: faces of t = 0,
 // whatever became of their elements since. Collective with a divided model
 void pair_sides(const Model& m, const Points& pts, const Bonds& bonds, bool at_start, const RealVec& u,
@@ -80,13 +78,13 @@ void pair_sides(const Model& m, const Points& pts, const Bonds& bonds, bool at_s
 {
   slave.resize(m.bond.size());
   master.resize(m.bond.size());
-  if (std::none_of(m.bond.begin(), m.bond.end(), is_pair)) return;
+  if (!model_has_pairs(m)) return;
   for (int b = 0; b < bonds.nbond; ++b)
-    if (is_pair(m.bond[bonds.def[b]])) slave[bonds.def[b]].add(&xb[b * m.dim], &xb[b * m.dim], m.dim);
+    if (m.bond[bonds.def[b]].pair()) slave[bonds.def[b]].add(&xb[b * m.dim], &xb[b * m.dim], m.dim);
   RealVec all;
   for (size_t d = 0; d < m.bond.size(); ++d) {
     Masters& s = master[d];
-    if (!is_pair(m.bond[d])) continue;
+    if (!m.bond[d].pair()) continue;
     for (const SkinFace& f : surface_faces(m, pts, m.bond[d].master, at_start))
       s.face.push_back(master_face(m, pts, f.points, {f.elem, f.face}, u, uc));
     for (const MasterFace& f : s.face) {
@@ -101,7 +99,7 @@ void pair_sides(const Model& m, const Points& pts, const Bonds& bonds, bool at_s
   comm_max(all.data(), static_cast<long>(all.size()));
   const double* x = all.data();
   for (size_t d = 0; d < m.bond.size(); ++d) {
-    if (!is_pair(m.bond[d])) continue;
+    if (!m.bond[d].pair()) continue;
     for (Box* box : {&slave[d], &master[d].box})
       for (int i = 0; i < 3; ++i) {
         box->lo[i] = -*x++;

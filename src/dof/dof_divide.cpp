@@ -6,7 +6,6 @@
 #include "base/comm.h"
 #include "base/log.h"
 #include "base/part_places.h"
-#include "contact/contact_masters.h"
 #include "dof/dof.h"
 
 namespace {
@@ -369,12 +368,11 @@ void take_all(const IntVec& rank, const ActiveGrid& grid, Dofs& s)
 // an element whose points go to another rank, by the number of the first of them
 struct Handed { int point, rank; };
 
-// [nelem] does another rank know the points of e and of all elements around it, and what contact points there
-// may meet? Only then may it work on them: all ranks that have a corner of e then have an element with it in
-// common with that rank, and all agree on the rank that the corner belongs to.
+// [nelem] does another rank know the points of e and of all elements around it, and is no contact point there?
+// Only then may it work on them: all ranks that have a corner of e then have an element with it in common with
+// that rank, and all agree on the rank that the corner belongs to.
 //   in   common   elements whose points both know; of e this rank knows all around it
-//        held     [bond] BondDef::held of the other rank
-std::vector<char> inside(const Model& m, const IntVec& common, const int* held)
+std::vector<char> inside(const Model& m, const IntVec& common)
 {
   const Mesh& mesh = m.mesh;
   std::vector<char> both(mesh.nelem(), 0), rim(mesh.nnode(), 0);
@@ -386,18 +384,17 @@ std::vector<char> inside(const Model& m, const IntVec& common, const int* held)
     for (int e : c.elem)
       if (!both[e]) each(e, [&](int n) { rim[n] = 1; });
   // contact points stay with the ranks that know the master faces near them
-  for (std::size_t d = 0; d < m.bond.size(); ++d)
-    if (!held[d] || masters_near_alone(m, m.bond[d]))
-      for (const Face& f : m.surface[m.bond[d].surface].face) each(f.elem, [&](int n) { rim[n] = 1; });
+  for (const BondDef& d : m.bond)
+    if (d.pair())
+      for (const Face& f : m.surface[d.surface].face) each(f.elem, [&](int n) { rim[n] = 1; });
   for (int e : common) each(e, [&](int n) { both[e] = both[e] && !rim[n]; });
   return both;
 }
 
 // What the rank with the most work hands to the one with least among those that know points of its: elements
 // furthest towards it first
-//   in   held   [rank*bond] BondDef::held
 std::vector<Handed> hand_over(const Model& m, const Points& pts, const RealVec& work,
-                              const std::vector<RankWork>& rank, const IntVec& of, const IntVec& held)
+                              const std::vector<RankWork>& rank, const IntVec& of)
 {
   const Halo& around = m.part.around_points;
   const int me = comm_rank();
@@ -411,7 +408,7 @@ std::vector<Handed> hand_over(const Model& m, const Points& pts, const RealVec& 
       to = r;
   if (to < 0) return out;
   std::vector<std::pair<double, int>> list;          // how far towards it, element
-  const std::vector<char> known = inside(m, around.common[to], held.data() + to * m.bond.size());
+  const std::vector<char> known = inside(m, around.common[to]);
   for (int e : around.common[to])
     if (movable(e) && known[e]) {
       double along = 0.0, X[3];
@@ -460,14 +457,11 @@ void dof_share_points(const Model& m, const Elements& el, const RealVec& uc, Poi
   };
   std::vector<RankWork> rank = loads();
   const bool even = largest_part(rank) <= WORK_EVEN * std::max(1.0, d.excess);
-  IntVec held;
-  for (const BondDef& b : m.bond) held.push_back(b.held);
-  if (!even) comm_allgatherv(held);
   for (int k = 0; k < 4 * comm_size() && !even; ++k) {
     const int from = static_cast<int>(std::max_element(rank.begin(), rank.end(), less_work) - rank.begin());
     std::vector<Handed> handed;
     if (from == comm_rank() && rank[from].all > WORK_EVEN * mean_work(rank))
-      handed = hand_over(m, pts, work, rank, d.point, held);
+      handed = hand_over(m, pts, work, rank, d.point);
     comm_allgatherv(handed);
     if (handed.empty()) break;
     d.handed = true;

@@ -12,6 +12,7 @@
 #include "base/forest.h"
 #include "base/gather_lists.h"
 #include "base/log.h"
+#include "base/sort_once.h"
 #include "bond/bond.h"
 #include "contact/contact.h"
 #include "contact/contact_masters.h"
@@ -40,11 +41,11 @@ bool points_divide(const Model& m)
   return elements || point_fill_divides(m, LEAST_CELLS);
 }
 
-// Can each rank know the points and outer faces of the elements that it has alone? Elements become points, or
+// Does each rank know the points and outer faces of elements where they are? Elements become points, or
 // contact is general
 bool points_near(const Model& m)
 {
-  return !m.conversion.empty() || (!m.part.points && model_general_contact(m) >= 0);
+  return !m.conversion.empty() || model_general_contact(m) >= 0;
 }
 
 // is the model large enough? MPFE_DIVIDE=0: it is not wanted; tests compare
@@ -110,26 +111,15 @@ std::vector<IntVec> around_bonds(const Model& m, const IntVec& rank)
   return out;
 }
 
-// Elements that all ranks have: those with outer faces, for general contact where all ranks know them
-IntVec elements_of_all(const Model& m)
-{
-  IntVec all;
-  for (const Face& f : m.part.skin)
-    if (!m.part.window) all.push_back(f.elem);
-  return all;
-}
-
 bool of_general(const NearFace& f) { return f.side == NEAR_BOTH; }
 
-// faces of general contact at t = 0, with the reach of the search that looks for overlaps then
-std::vector<NearFace> skin_at_start(const Model& m)
+// faces of general contact at t = 0, with the reach of the search that looks for overlaps then; pts: of all
+// ranks
+std::vector<NearFace> skin_at_start(const Model& m, const Points& pts)
 {
   std::vector<SkinFace> skin;
-  Points pts;
   RealVec u, uc;
-  if (model_general_contact(m) < 0) return {};
   for (const Face& f : m.part.skin) skin.push_back({f.elem, f.face, 0});
-  point_fill_whole(m, pts);
   for (const Face& f : pts.boundary) skin.push_back({f.elem, f.face, 1});
   contact_displacements(m, pts, u, uc);
   return near_now(m, pts, skin, u, uc, true, 0.0);
@@ -137,38 +127,58 @@ std::vector<NearFace> skin_at_start(const Model& m)
 
 // those of contact pairs at t = 0; adjusted: where contact points that elements leave behind look for their
 // gap at t = 0
-std::vector<NearFace> pairs_at_start(const Model& m, bool adjusted)
+std::vector<NearFace> pairs_at_start(const Model& m, const Points& pts, bool adjusted)
 {
   RealVec u, uc;
-  contact_displacements(m, Points(), u, uc);
-  return masters_and_slaves(m, Points(), u, uc, adjusted);
+  contact_displacements(m, pts, u, uc);
+  return masters_and_slaves(m, pts, u, uc, adjusted);
 }
 
-// near faces of general contact, or of contact pairs: given: those of a division before, or of a state; else
-// those of t = 0
-std::vector<NearFace> near_of(const Model& m, const std::vector<NearFace>& given, bool general)
+// near faces of general contact, or of contact pairs
+struct NearFaces { std::vector<NearFace> general, pairs; };
+
+// given: those of a division before, or of a state; what is not among them: those of t = 0
+NearFaces near_of(const Model& m, const std::vector<NearFace>& given)
 {
-  std::vector<NearFace> out;
-  for (const NearFace& f : given)
-    if (of_general(f) == general) out.push_back(f);
-  if (out.empty()) out = general ? skin_at_start(m) : pairs_at_start(m, false);
-  if (general || m.conversion.empty()) return out;
-  const std::vector<NearFace> start = pairs_at_start(m, true);
-  out.insert(out.end(), start.begin(), start.end());
+  NearFaces out;
+  for (const NearFace& f : given) (of_general(f) ? out.general : out.pairs).push_back(f);
+  const bool general = out.general.empty() && model_general_contact(m) >= 0,
+             pairs   = out.pairs.empty() && model_has_pairs(m),
+             adjust  = !m.conversion.empty() && model_has_pairs(m);
+  if (!general && !pairs && !adjust) return out;
+  Points pts;
+  point_fill_whole(m, pts);
+  if (general) out.general = skin_at_start(m, pts);
+  if (pairs) out.pairs = pairs_at_start(m, pts, false);
+  if (!adjust) return out;
+  const std::vector<NearFace> start = pairs_at_start(m, pts, true);
+  out.pairs.insert(out.pairs.end(), start.begin(), start.end());
   return out;
 }
 
-// lists of the ranks, and what all have of others, each once, ascending
-OfRanks<int> joined_lists(const std::vector<const std::vector<IntVec>*>& lists, const IntVec& all,
-                          const IntVec& rank)
+// [face] rank of its element or point
+IntVec ranks_of_faces(const Model& m, const IntVec& rank, const std::vector<NearFace>& face)
+{
+  IntVec out, number;
+  for (const NearFace& f : face)
+    if (f.elem < 0) number.push_back(f.point);
+  sort_once(number);
+  const IntVec home = point_fill_homes(m, rank, number);
+  for (const NearFace& f : face) {
+    const auto at = std::lower_bound(number.begin(), number.end(), f.point) - number.begin();
+    out.push_back(f.elem < 0 ? home[at] : rank[f.elem]);
+  }
+  return out;
+}
+
+// lists of the ranks, each item once, ascending
+OfRanks<int> joined_lists(const std::vector<const std::vector<IntVec>*>& lists)
 {
   OfRanks<int> out;
   out.off.push_back(0);
   for (int r = 0; r < comm_size(); ++r) {
     std::set<int> here;
     for (const std::vector<IntVec>* list : lists) here.insert((*list)[r].begin(), (*list)[r].end());
-    for (int e : all)
-      if (rank[e] != r) here.insert(e);
     out.item.insert(out.item.end(), here.begin(), here.end());
     out.off.push_back(static_cast<int>(out.item.size()));
   }
@@ -192,61 +202,53 @@ IntVec ranks_at(const Mesh& mesh, const std::vector<Face>& face, const IntVec& r
   return out;
 }
 
-// Elements of others at the master surfaces of the contact pairs of which each rank may have contact points
-// (held: BondDef::held), near them or all
+// [ranks] BondDef::held, for each of bond: may a rank have contact points of a pair?
 //   in   points   [ranks] elements of others whose points it knows
-//        slaves   [ranks] of others with a face at side A that has a node of its elements
-//        near     masters and slaves of pairs
-std::vector<IntVec> at_masters(const Model& m, const IntVec& rank, const std::vector<IntVec>& points,
-                               const std::vector<IntVec>& slaves, const std::vector<NearFace>& near,
-                               std::vector<IntVec>& held)
+std::vector<IntVec> pairs_held(const Model& m, const IntVec& rank, const std::vector<IntVec>& points)
 {
-  std::vector<IntVec> out(points.size());
-  near_outer(near, rank, slaves, out);
-  held.assign(points.size(), IntVec(m.bond.size(), 1));
+  std::vector<IntVec> held(points.size(), IntVec(m.bond.size(), 1));
   for (std::size_t d = 0; d < m.bond.size(); ++d) {
     const BondDef& b = m.bond[d];
-    if (b.master < 0) continue;
-    IntVec known(points.size(), 1);
-    if (m.surface[b.surface].body < 0) known = ranks_at(m.mesh, m.surface[b.surface].face, rank, points);
-    for (std::size_t r = 0; r < points.size(); ++r) {
-      held[r][d] = known[r];
-      if (!known[r] || masters_near_alone(m, b)) continue;
-      for (const Face& f : m.surface[b.master].face)
-        if (rank[f.elem] != static_cast<int>(r)) out[r].push_back(f.elem);
-    }
+    if (!b.pair() || m.surface[b.surface].body >= 0) continue;
+    const IntVec known = ranks_at(m.mesh, m.surface[b.surface].face, rank, points);
+    for (std::size_t r = 0; r < points.size(); ++r) held[r][d] = known[r];
   }
-  return out;
+  return held;
 }
 
-// What each rank knows beside its own elements
+// What each rank knows beside its own elements and points
 struct Outer {
   // elements of others: those that it looks at, since they are near what breaks, have faces that contact may
   // meet, are around its own at side A of bonds and contact pairs or around its own that are points from the
   // start, or become points that it knows; these alone
   OfRanks<int> elem, near;
-  std::vector<IntVec> held;    // ModelCut
+  std::vector<std::vector<PointHome>> point;         // ModelCut
+  std::vector<IntVec> held;    // the same
   std::vector<char> notch;     // the same
 };
 
-Outer find_outer(const Model& m, const IntVec& rank, const std::vector<NearFace>& near)
+Outer find_outer(const Model& m, const IntVec& rank, const std::vector<NearFace>& given)
 {
   Outer out;
-  const IntVec all = elements_of_all(m);
+  const std::size_t ranks = comm_size();
   const std::vector<IntVec> around = around_bodies(m, rank), bonds = around_bonds(m, rank);
-  std::vector<IntVec> breaks(comm_size()), points(comm_size()), faces(comm_size());
+  std::vector<IntVec> breaks(ranks), points(ranks);
+  NearLists near = {std::vector<IntVec>(ranks), std::vector<std::vector<PointHome>>(ranks)};
   if (!m.fracture.empty()) breaks = frac_outer(m, rank, comm_size(), out.notch);
+  const NearFaces face = near_of(m, given);
+  near_outer(face.general, ranks_of_faces(m, rank, face.general), {}, near);
   if (m.part.window) {
     frac_around(m, rank, points);
-    near_outer(near_of(m, near, true), rank, {}, faces);
-    for (std::size_t r = 0; r < points.size(); ++r)
-      points[r].insert(points[r].end(), faces[r].begin(), faces[r].end());
+    for (std::size_t r = 0; r < ranks; ++r)
+      points[r].insert(points[r].end(), near.elem[r].begin(), near.elem[r].end());
   }
-  const std::vector<IntVec> masters = at_masters(m, rank, points, bonds, near_of(m, near, false), out.held);
-  for (std::size_t r = 0; r < points.size() && m.part.window; ++r)
-    points[r].insert(points[r].end(), masters[r].begin(), masters[r].end());
-  out.near = joined_lists({&points}, {}, rank);
-  out.elem = joined_lists({&breaks, &points, &around, &bonds, &masters}, all, rank);
+  out.held = pairs_held(m, rank, points);
+  near_outer(face.pairs, ranks_of_faces(m, rank, face.pairs), bonds, near);
+  for (std::size_t r = 0; r < ranks && m.part.window; ++r)
+    points[r].insert(points[r].end(), near.elem[r].begin(), near.elem[r].end());
+  out.near  = joined_lists({&points});
+  out.elem  = joined_lists({&breaks, &points, &around, &bonds, &near.elem});
+  out.point = std::move(near.point);
   return out;
 }
 
@@ -311,7 +313,7 @@ bool divided(const Model& m, const DivideBy& by, IntVec& rank)
 void send_pieces(const IntVec& rank, const OverlapWatch& watch, const std::vector<NearFace>& near, Model& m)
 {
   for (BondDef& d : m.bond)
-    if (d.master >= 0) d.young = surface_young(m, m.surface[d.master]);
+    if (d.pair()) d.young = surface_young(m, m.surface[d.master]);
   m.part.joined    = joined_by_faces(m);
   m.part.strangers = watch.pair;
   m.part.skin      = contact_skin_at_start(m);
@@ -319,6 +321,7 @@ void send_pieces(const IntVec& rank, const OverlapWatch& watch, const std::vecto
   model_order_nodes(rank, outer.elem, comm_size(), m);
   ModelCut cut = model_cut_open(m, rank, outer.elem, comm_size());
   cut.near     = std::move(outer.near);
+  cut.point    = std::move(outer.point);
   cut.held     = std::move(outer.held);
   cut.notch    = std::move(outer.notch);
   for (int r = 1; r < comm_size(); ++r) {

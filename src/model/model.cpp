@@ -55,6 +55,11 @@ int model_general_contact(const Model& m)
   return -1;
 }
 
+bool model_has_pairs(const Model& m)
+{
+  return std::any_of(m.bond.begin(), m.bond.end(), [](const BondDef& d) { return d.pair(); });
+}
+
 // ---------------------------------------------------------------------------
 // amplitude_eval : y(t), constant before the first and after the last point
 //

@@ -49,6 +49,12 @@ struct Face {
 // has outer elements as well: those of other ranks that an estimate here looks at, and master surfaces of
 // contact, all outer faces of the mesh with general contact; and of elements at side A of bonds and contact,
 // or that are points from the start, those that share a node with one of this rank.
+struct PointHome {             // a point from the start: number among those of all ranks, who works on it
+  int point, rank;
+  bool operator<(const PointHome& b) const { return point < b.point; }
+  bool operator==(const PointHome& b) const { return point == b.point; }
+};
+
 struct MeshPart {
   bool on = false;
   bool points = false;         // each rank has its own material points alone (PointPart)
@@ -66,6 +72,8 @@ struct MeshPart {
   // ranks too, owner: rank
   std::vector<char> with_points;
   Halo around_points;
+  // points: those from the start of other ranks that contact of this one may meet, ascending
+  std::vector<PointHome> near_point;
   // [Mesh::nelem] a notch may end in reach of its estimate, which is all here then; empty: ask the mesh
   std::vector<char> notch;
   bool joined = false;         // all elements of the deck hang together by common faces
@@ -252,6 +260,7 @@ struct BondDef {               // *BOND, *CONTACT PAIR, *CONTACT
   double young = 0.0;          // the same: largest modulus behind the master surface, of all ranks
   std::vector<ContactRule> include, exclude, property;
   Place place;
+  bool pair() const { return master >= 0; }          // *CONTACT PAIR
 };
 
 struct InitialValue {          // *INITIAL CONDITIONS, TYPE=VELOCITY|DISPLACEMENT
@@ -544,6 +553,9 @@ int model_find_body(const Model& m, const std::string& name);
 
 // model_general_contact : index into Model::bond of *CONTACT, -1 when there is none
 int model_general_contact(const Model& m);
+
+// model_has_pairs : is there a *CONTACT PAIR?
+bool model_has_pairs(const Model& m);
 
 // frame_turn : components of a vector v [dim] along the directions of a node, out [dim]; back: from these to
 // x, y, z

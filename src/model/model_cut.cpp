@@ -381,6 +381,7 @@ Model model_cut_piece(ModelCut& c, int r)
   for (int n : m.part.node) m.part.deck.push_back(c.deck.empty() ? n : c.deck[n]);
   for (int e : m.part.elem) m.part.rank.push_back(c.rank[e]);
   for (std::size_t d = 0; d < m.bond.size() && !c.held.empty(); ++d) m.bond[d].held = c.held[r][d];
+  if (!c.point.empty()) m.part.near_point = c.point[r];
   if (!c.notch.empty()) m.part.notch = picked(m.part.elem, 1, c.notch);
   if (m.part.window) {
     const auto first = c.near.item.begin() + c.near.off[r], last = c.near.item.begin() + c.near.off[r + 1];

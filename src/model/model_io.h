@@ -53,12 +53,18 @@ inline void io(Archive& f, StrangerPair& x)
   io_fields<StrangerPair>(f, body, other, section, told);
 }
 
+inline void io(Archive& f, PointHome& x)
+{
+  auto& [point, rank] = x;
+  io_fields<PointHome>(f, point, rank);
+}
+
 inline void io(Archive& f, MeshPart& x)
 {
   auto& [on, points, window, nnode, nelem, node, elem, deck, rank, halo, around, with_points,
-         around_points, notch, joined, tied, strangers, skin] = x;
+         around_points, near_point, notch, joined, tied, strangers, skin] = x;
   io_fields<MeshPart>(f, on, points, window, nnode, nelem, node, elem, deck, rank, halo, around, with_points,
-                      around_points, notch, joined, tied, strangers, skin);
+                      around_points, near_point, notch, joined, tied, strangers, skin);
 }
 
 inline void io(Archive& f, Set& x)

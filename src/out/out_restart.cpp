@@ -41,7 +41,7 @@ static void io(Archive& f, Output& x)
 namespace {
 
 const char* const magic = "MPFE-RST";      // 8 letters
-const int format = 23;                     // of the content; changes with every change of a struct in it
+const int format = 24;                     // of the content; changes with every change of a struct in it
 
 struct FileHead {                 // in front of the content
   char magic[8];
@@ -67,13 +67,13 @@ struct Lengths {               // of the files that go on, -1: there is none yet
   long dat = -1, ero = -1, frag = -1;
 };
 
-// Output::near as numbers, 10 of each face
+// Output::near as numbers, 11 of each face
 RealVec numbers_of(const std::vector<NearFace>& near)
 {
   RealVec x;
   for (const NearFace& f : near) {
     x.insert(x.end(), {static_cast<double>(f.elem), static_cast<double>(f.def),
-                       static_cast<double>(f.side), f.size});
+                       static_cast<double>(f.side), static_cast<double>(f.point), f.size});
     x.insert(x.end(), f.box.lo, f.box.lo + 3);
     x.insert(x.end(), f.box.hi, f.box.hi + 3);
   }
@@ -82,15 +82,16 @@ RealVec numbers_of(const std::vector<NearFace>& near)
 
 std::vector<NearFace> faces_of(const RealVec& x)
 {
-  std::vector<NearFace> near(x.size() / 10);
+  std::vector<NearFace> near(x.size() / 11);
   for (std::size_t k = 0; k < near.size(); ++k) {
-    const double* of = &x[10 * k];
-    near[k].elem = static_cast<int>(of[0]);
-    near[k].def  = static_cast<int>(of[1]);
-    near[k].side = static_cast<int>(of[2]);
-    near[k].size = of[3];
-    std::copy_n(of + 4, 3, near[k].box.lo);
-    std::copy_n(of + 7, 3, near[k].box.hi);
+    const double* of = &x[11 * k];
+    near[k].elem  = static_cast<int>(of[0]);
+    near[k].def   = static_cast<int>(of[1]);
+    near[k].side  = static_cast<int>(of[2]);
+    near[k].point = static_cast<int>(of[3]);
+    near[k].size  = of[4];
+    std::copy_n(of + 5, 3, near[k].box.lo);
+    std::copy_n(of + 8, 3, near[k].box.hi);
   }
   return near;
 }
@@ -489,10 +490,7 @@ bool out_restart_pieces(const Model& m, const std::string& path, DivideBy& by)
 
 std::vector<NearFace> out_restart_near(const Model& m, const std::string& path)
 {
-  // else all ranks know all faces of general contact
-  const bool general = model_general_contact(m) >= 0 && (!m.conversion.empty() || m.body.empty());
-  const bool pairs   = std::any_of(m.bond.begin(), m.bond.end(),
-                                   [&](const BondDef& d) { return masters_near_alone(m, d); });
+  const bool general = model_general_contact(m) >= 0, pairs = model_has_pairs(m);
   if (path.empty() || comm_size() == 1 || !(general || pairs)) return {};
   const CommAlone alone;
   Archive f;

@@ -73,13 +73,12 @@ void fill_box(Filler& f, int body, const CellRanks& ranks);
 // ncorner
 void fill_box_counts(Filler& f, int body);
 
-// fill_plan : the domains of bodies with FILL=ELSET that this rank knows, without held ones. Returns the
-// number of errors on any rank. Collective.
+// fill_plan : the domains of bodies with FILL=ELSET that this rank knows of itself. Returns the number of errors on any rank. Collective.
 int fill_plan(const Model& m, FillPlan& plan);
 
-// fill_plan_held : adds the domains of points that all ranks know (numbers, ascending), and those that share
-// a corner with them, as their ranks tell. Collective.
-void fill_plan_held(const IntVec& known, int dim, FillPlan& plan);
+// fill_plan_near : adds the domains of these points of other ranks, and those that share a corner with them,
+// as their ranks tell. Collective.
+void fill_plan_near(const std::vector<PointHome>& point, int dim, FillPlan& plan);
 
 // fill_plan_begin : nothing of the plan is made yet; which corners will be
 void fill_plan_begin(const Filler& f, FillPlan& plan);

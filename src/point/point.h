@@ -93,6 +93,12 @@ bool point_fill_divides(const Model& m, int least);
 // rank 0 asks with the whole model
 void point_fill_ranks(IntVec& of_elem, Model& m);
 
+// point_fill_homes : who works on points from the start; behind point_fill_ranks, on rank 0 with the whole
+// model
+//   in   of_elem  [nelem] rank of an element
+//        number   of points among those of all ranks, ascending
+IntVec point_fill_homes(const Model& m, const IntVec& of_elem, const IntVec& number);
+
 struct CornerShare {
   CornerNames corner;          // the first one of each name
   std::map<CornerKey, int> own;   // corners of the last element that it shares with no other

@@ -479,12 +479,15 @@ IntVec number_cells(const RealVec& count, const RealVec& sum, RealVec& X, RealVe
   return out;
 }
 
-// points and sum of their places in the cells of a box; about as many in an element
+// how many points an element of such a body becomes, whatever its shape
+int points_of_element(const Body& b, int dim) { return b.per_cell * b.per_cell * (dim == 3 ? b.per_cell : 1); }
+
+// points and sum of their places in the cells of a box, or in elements
 void count_cells(const Model& m, int body, RealVec& count, RealVec& sum)
 {
   const Body& b = m.body[body];
   if (b.fill == FILL_ELSET) {
-    const double points = std::pow(b.per_cell, m.dim);
+    const double points = points_of_element(b, m.dim);
     for (int e : m.elset[b.elset].item) {
       count.push_back(points);
       double x[3];
@@ -552,4 +555,33 @@ void point_fill_ranks(IntVec& of_elem, Model& m)
     }
     m.body[b].rank = std::move(runs);
   }
+}
+
+IntVec point_fill_homes(const Model& m, const IntVec& of_elem, const IntVec& number)
+{
+  IntVec out;
+  Points none;
+  CornerShare share;
+  Filler f{m, none, share};
+  int next = 0;                          // number of the next point
+  log_mute(true);
+  const auto take = [&](int points, int rank) {
+    next += points;
+    while (out.size() < number.size() && number[out.size()] < next) out.push_back(rank);
+  };
+  for (size_t b = 0; b < m.body.size() && out.size() < number.size(); ++b) {
+    const Body& body = m.body[b];
+    if (body.fill == FILL_CONVERSION) continue;
+    if (body.fill == FILL_ELSET) {
+      for (int e : m.elset[body.elset].item) take(points_of_element(body, m.dim), of_elem[e]);
+      continue;
+    }
+    const Box box = make_box(m, static_cast<int>(b));
+    RankOfCell rank_of(body.rank);
+    each_filled(box, filled_domains(box, f),
+                [&](size_t, size_t cell, const int*) { take(1, rank_of(cell)); });
+  }
+  log_mute(false);
+  MPFE_CHECK(out.size() == number.size(), "a point from the start is in no body");
+  return out;
 }

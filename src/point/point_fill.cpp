@@ -294,29 +294,9 @@ void number_foreign(PointPart& part)
     if (c < 0) c = -1 - static_cast<int>(std::lower_bound(all.begin(), all.end(), -1 - c) - all.begin());
 }
 
-// Numbers of points of all ranks with a face that contact of this rank may meet, ascending: of general
-// contact, and of pairs of which it may have contact points; all: those that any rank may meet. Collective
-IntVec held_points(const Model& m, const Points& pts, IntVec& all)
-{
-  IntVec here;
-  const auto take = [&](const std::vector<Face>& list, bool held) {
-    IntVec number;
-    for (const Face& f : list) number.push_back(pts.part.point[f.elem]);
-    comm_allgatherv(number);
-    all.insert(all.end(), number.begin(), number.end());
-    if (held) here.insert(here.end(), number.begin(), number.end());
-  };
-  if (model_general_contact(m) >= 0) take(pts.boundary, true);
-  for (const BondDef& d : m.bond)
-    if (d.master >= 0 && m.surface[d.master].body >= 0) take(pts.surface[d.master], d.held);
-  sort_once(all);
-  sort_once(here);
-  return here;
-}
-
 // adds the numbers of points of other ranks with a face at side A of bonds or contact pairs, and a corner of
 // it that points of this rank have; all points of pts are of this rank. Collective
-void add_bonded_points(const Model& m, const Points& pts, IntVec& held)
+void add_bonded_points(const Model& m, const Points& pts, IntVec& known)
 {
   const ListTable at = gather_lists(pts.ncorner, [&](auto use) {
     for (const BondDef& d : m.bond) {
@@ -333,8 +313,8 @@ void add_bonded_points(const Model& m, const Points& pts, IntVec& held)
   std::vector<IntVec> tell(comm_size());
   for (int r = 0; r < comm_size(); ++r)
     for (int c : halo.common[r]) tell[r].insert(tell[r].end(), at.begin(c), at.begin(c + 1));
-  for (const IntVec& told : comm_exchange(tell)) held.insert(held.end(), told.begin(), told.end());
-  sort_once(held);
+  for (const IntVec& told : comm_exchange(tell)) known.insert(known.end(), told.begin(), told.end());
+  sort_once(known);
 }
 
 // the points of all bodies, or (plan) those that are here: of this rank, and known ones (numbers); returns
@@ -372,20 +352,19 @@ int fill_bodies(const Model& m, FillPlan* plan, const IntVec& known, Points& pts
 int point_fill(const Model& m, Points& pts)
 {
   FillPlan plan;
-  IntVec held;
+  IntVec known;                // numbers of points of other ranks that are here
   int errors = m.part.points ? fill_plan(m, plan) : 0;
   if (errors) return errors;
-  errors = fill_bodies(m, m.part.points ? &plan : nullptr, held, pts);
+  errors = fill_bodies(m, m.part.points ? &plan : nullptr, known, pts);
   errors += point_surfaces(m, pts);
   if (!pts.part.on) return errors;
   errors = comm_allreduce_max(errors);
   if (errors) return errors;
-  IntVec all;
-  held = held_points(m, pts, all);
-  if (!all.empty()) fill_plan_held(all, m.dim, plan);
-  add_bonded_points(m, pts, held);
-  if (comm_allreduce_max(static_cast<int>(!held.empty()))) {
-    fill_bodies(m, &plan, held, pts);
+  fill_plan_near(m.part.near_point, m.dim, plan);
+  for (const PointHome& p : m.part.near_point) known.push_back(p.point);
+  add_bonded_points(m, pts, known);
+  if (comm_allreduce_max(static_cast<int>(!known.empty()))) {
+    fill_bodies(m, &plan, known, pts);
     point_surfaces(m, pts);
   }
   std::vector<char> own(pts.ncorner, 0);

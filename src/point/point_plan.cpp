@@ -100,7 +100,7 @@ void tell_numbers(const MeshPart& mesh, const std::vector<Planned>& planned, con
   }
 }
 
-// A corner of a held domain
+// A corner of a domain that another rank asks for
 struct CornerAt { int number; double X[3]; };
 
 // corners of the plan by their numbers; those that are not there come behind the others
@@ -128,32 +128,52 @@ struct ByNumber {
   }
 };
 
-// [corner] held domains of this rank (their numbers are known) have it
-std::vector<char> corners_of_held(const IntVec& known, const FillPlan& plan)
+// [corner] one of these domains of this rank (numbers, ascending) has it
+std::vector<char> corners_of(const IntVec& number, const FillPlan& plan)
 {
   std::vector<char> out(plan.number.size(), 0);
-  const auto held = [&](const Domain& d) {
-    return d.rank == comm_rank() && std::binary_search(known.begin(), known.end(), d.point);
+  const auto asked = [&](const Domain& d) {
+    return d.rank == comm_rank() && std::binary_search(number.begin(), number.end(), d.point);
   };
   for (const std::vector<Domain>& list : plan.domain)
     for (const Domain& d : list)
-      for (int a = 0; a < corners(d) && held(d); ++a) out[d.corner[a]] = 1;
+      for (int a = 0; a < corners(d) && asked(d); ++a) out[d.corner[a]] = 1;
   return out;
 }
 
-// domains with one of these corners, of all ranks, join the list. Collective
-void join_domains(const std::vector<char>& with, ByNumber& of, std::vector<Domain>& list)
+// What a rank is told: domains of each body [body], which have the numbers of their corners, and the places of
+// those that have all domains that it has asked for
+struct Told {
+  std::vector<std::vector<Domain>> domain;
+  std::vector<CornerAt> place;
+};
+
+Told domains_near(const IntVec& asked, int dim, const FillPlan& plan)
 {
-  std::vector<Domain> told;
-  for (const Domain& d : list) {
-    if (std::none_of(d.corner, d.corner + corners(d), [&](int c) { return with[c] != 0; })) continue;
-    told.push_back(d);
-    for (int a = 0; a < corners(d); ++a) told.back().corner[a] = of.plan.number[d.corner[a]];
+  Told out;
+  out.domain.resize(plan.domain.size());
+  if (asked.empty()) return out;
+  const std::vector<char> with = corners_of(asked, plan);
+  for (size_t c = 0; c < with.size(); ++c) {
+    if (!with[c]) continue;
+    out.place.push_back({plan.number[c], {0, 0, 0}});
+    std::copy_n(&plan.X[c * dim], dim, out.place.back().X);
   }
-  comm_allgatherv(told);
-  for (Domain& d : told)
+  for (size_t b = 0; b < plan.domain.size(); ++b)
+    for (Domain d : plan.domain[b]) {
+      if (std::none_of(d.corner, d.corner + corners(d), [&](int c) { return with[c] != 0; })) continue;
+      for (int a = 0; a < corners(d); ++a) d.corner[a] = plan.number[d.corner[a]];
+      out.domain[b].push_back(d);
+    }
+  return out;
+}
+
+void join_domains(const std::vector<Domain>& told, ByNumber& of, std::vector<Domain>& list)
+{
+  for (Domain d : told) {
     for (int a = 0; a < corners(d); ++a) d.corner[a] = of.corner(d.corner[a]);
-  list.insert(list.end(), told.begin(), told.end());
+    list.push_back(d);
+  }
   std::stable_sort(list.begin(), list.end(),         // what was here comes first
                    [](const Domain& a, const Domain& b) { return a.point < b.point; });
   const auto same = [](const Domain& a, const Domain& b) { return a.point == b.point; };
@@ -191,21 +211,27 @@ int fill_plan(const Model& m, FillPlan& plan)
   return 0;
 }
 
-void fill_plan_held(const IntVec& known, int dim, FillPlan& plan)
+void fill_plan_near(const std::vector<PointHome>& point, int dim, FillPlan& plan)
 {
   if (plan.domain.empty()) return;       // on all ranks
-  const std::vector<char> held = corners_of_held(known, plan);
-  std::vector<CornerAt> place;
-  for (size_t c = 0; c < held.size(); ++c) {
-    if (!held[c]) continue;
-    place.push_back({plan.number[c], {0, 0, 0}});
-    std::copy_n(&plan.X[c * dim], dim, place.back().X);
-  }
-  comm_allgatherv(place);
+  std::vector<IntVec> ask(comm_size());
+  for (const PointHome& p : point) ask[p.rank].push_back(p.point);
+  std::vector<Told> tell;
+  for (const IntVec& asked : comm_exchange(ask)) tell.push_back(domains_near(asked, dim, plan));
   ByNumber of(plan, dim);
-  for (std::vector<Domain>& list : plan.domain) join_domains(held, of, list);
-  for (const CornerAt& p : place)
-    std::copy_n(p.X, dim, &plan.X[static_cast<size_t>(of.corner(p.number)) * dim]);
+  for (size_t b = 0; b < plan.domain.size(); ++b) {
+    std::vector<std::vector<Domain>> domain;
+    for (const Told& t : tell) domain.push_back(t.domain[b]);
+    std::vector<Domain> told;
+    for (const std::vector<Domain>& list : comm_exchange(domain))
+      told.insert(told.end(), list.begin(), list.end());
+    join_domains(told, of, plan.domain[b]);
+  }
+  std::vector<std::vector<CornerAt>> place;
+  for (const Told& t : tell) place.push_back(t.place);
+  for (const std::vector<CornerAt>& list : comm_exchange(place))
+    for (const CornerAt& p : list)
+      std::copy_n(p.X, dim, &plan.X[static_cast<size_t>(of.corner(p.number)) * dim]);
 }
 
 void fill_plan_begin(const Filler& f, FillPlan& plan)

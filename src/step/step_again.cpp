@@ -70,7 +70,7 @@ bool step_knows_faces(Problem& p, const ContactScene& scene)
 {
   if (!p.m.part.window) return true;
   std::vector<NearFace> own = faces_here(p, scene);
-  const bool known = near_known(p.m.part, own, own);
+  const bool known = near_known(p.m.part, p.st.points, own, own);
   if (!known) p.next.faces.swap(own);
   return known;
 }
