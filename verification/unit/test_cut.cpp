@@ -478,36 +478,12 @@ Model touching_plate()
   return m;
 }
 
-// beside points from the start, and without conversion, all ranks know all faces of general contact
-TEST(Divided, SkinIsThatOfAll)
+// a rank knows the outer faces of its own elements and of those near them, as the ranks of these tell
+void expect_near_skin(const Model& of_rank_zero)
 {
-  if (comm_size() == 1) GTEST_SKIP();
   const Model whole = touching_plate();
   Model m;
-  if (comm_rank() == 0) {
-    m = touching_plate();
-    m.elset.push_back({"NONE", {}, {}});
-    m.body.resize(1);
-    m.body[0].fill  = FILL_ELSET;
-    m.body[0].elset = static_cast<int>(m.elset.size()) - 1;
-  }
-  dof_part(false, {}, m);
-  ASSERT_TRUE(m.part.on);
-  ASSERT_FALSE(m.part.window);
-  EXPECT_LT(m.mesh.nelem(), whole.mesh.nelem());
-  const auto at_start = skin_in_deck(whole, IntVec(whole.mesh.nelem(), AS_ELEMENT));
-  EXPECT_EQ(at_start.size(), 79u);                   // one stands on a plane of symmetry
-  EXPECT_EQ(skin_in_deck(m, IntVec(m.mesh.nelem(), AS_ELEMENT)), at_start);
-  EXPECT_EQ(m.bond[0].include[0].a.elem.size(), static_cast<size_t>(m.mesh.nelem()));
-}
-
-// otherwise those of its own elements and of those near them, as the ranks of these tell
-TEST(Divided, SkinOfNearElements)
-{
-  if (comm_size() == 1) GTEST_SKIP();
-  const Model whole = touching_plate();
-  Model m;
-  if (comm_rank() == 0) m = touching_plate();
+  if (comm_rank() == 0) m = of_rank_zero;
   dof_part(false, {}, m);
   ASSERT_TRUE(m.part.on);
   ASSERT_TRUE(m.part.window);
@@ -520,10 +496,28 @@ TEST(Divided, SkinOfNearElements)
     known.push_back(f);
   }
   EXPECT_EQ(skin_in_deck(m, IntVec(m.mesh.nelem(), AS_ELEMENT)), known);
-  EXPECT_LT(known.size(), 79u);
+  EXPECT_LT(known.size(), 79u);                      // one of 80 stands on a plane of symmetry
   EXPECT_GT(static_cast<double>(known.size()), own);
   comm_sum(&own, 1);
   EXPECT_EQ(own, 79.0);
+}
+
+TEST(Divided, SkinOfNearElements)
+{
+  if (comm_size() == 1) GTEST_SKIP();
+  expect_near_skin(touching_plate());
+}
+
+// the same beside points from the start
+TEST(Divided, SkinBesidePoints)
+{
+  if (comm_size() == 1) GTEST_SKIP();
+  Model m = touching_plate();
+  m.elset.push_back({"NONE", {}, {}});
+  m.body.resize(1);
+  m.body[0].fill  = FILL_ELSET;
+  m.body[0].elset = static_cast<int>(m.elset.size()) - 1;
+  expect_near_skin(m);
 }
 
 // a plate whose sides, in another order than the deck's, are tied to a body and held by springs
@@ -775,10 +769,26 @@ TEST(Divided, NearElementsAreOuterOnes)
 {
   // boxes are apart by 0, 2.9 and 3.1 sizes; those of one and a half sizes on both sides are added
   const std::vector<NearFace> face = {face_at(0, 0.0), face_at(1, 1.5), face_at(2, 5.9), face_at(3, 10.5)};
-  std::vector<IntVec> list(2);
+  NearLists list = {std::vector<IntVec>(2), std::vector<std::vector<PointHome>>(2)};
   near_outer(face, {0, 1, 0, 1}, {}, list);
-  EXPECT_EQ(list[0], IntVec{1});
-  EXPECT_EQ(list[1], (IntVec{0, 2}));
+  EXPECT_EQ(list.elem[0], IntVec{1});
+  EXPECT_EQ(list.elem[1], (IntVec{0, 2}));
+  EXPECT_TRUE(list.point[0].empty() && list.point[1].empty());
+}
+
+// points from the start go by their numbers, with who works on them; each once, though two faces are near
+TEST(Divided, NearPointsAreKnown)
+{
+  std::vector<NearFace> face = {face_at(0, 0.0), face_at(-1, 1.5), face_at(-1, 1.6), face_at(-1, 9.0)};
+  face[1].point = face[2].point = 7;
+  face[3].point = 3;
+  NearLists list = {std::vector<IntVec>(2), std::vector<std::vector<PointHome>>(2)};
+  near_outer(face, {0, 1, 1, 0}, {}, list);
+  ASSERT_EQ(list.point[0].size(), 1u);
+  EXPECT_EQ(list.point[0][0].point, 7);
+  EXPECT_EQ(list.point[0][0].rank, 1);
+  EXPECT_EQ(list.elem[1], IntVec{0});
+  EXPECT_TRUE(list.point[1].empty());                // the last one is too far off
 }
 
 // A slave looks at masters of its own pair alone, for the rank of its element and for others that look with it
@@ -789,11 +799,11 @@ TEST(Divided, NearMastersAreOuterOnes)
   face[0].side = face[3].side = NEAR_SLAVE;
   face[1].side = face[2].side = NEAR_MASTER;
   face[2].def  = face[3].def = 1;
-  std::vector<IntVec> list(3);
+  NearLists list = {std::vector<IntVec>(3), std::vector<std::vector<PointHome>>(3)};
   near_outer(face, {0, 1, 1, 1}, {{}, {}, {0}}, list);
-  EXPECT_EQ(list[0], IntVec{1});
-  EXPECT_EQ(list[1], IntVec());
-  EXPECT_EQ(list[2], IntVec{1});
+  EXPECT_EQ(list.elem[0], IntVec{1});
+  EXPECT_EQ(list.elem[1], IntVec());
+  EXPECT_EQ(list.elem[2], IntVec{1});
 }
 
 TEST(Divided, NearFacesOfOthersAreMissed)
@@ -803,12 +813,19 @@ TEST(Divided, NearFacesOfOthersAreMissed)
   MeshPart part;
   part.on = true;
   part.elem = {me};
-  EXPECT_TRUE(near_known(part, {face_at(me, 1.6 * me)}, {face_at(me, 1.6 * me)}));
-  EXPECT_TRUE(near_known(part, {}, {}));
-  EXPECT_FALSE(near_known(part, {face_at(me, 1.4 * me)}, {face_at(me, 1.4 * me)}));
+  EXPECT_TRUE(near_known(part, Points(), {face_at(me, 1.6 * me)}, {face_at(me, 1.6 * me)}));
+  EXPECT_TRUE(near_known(part, Points(), {}, {}));
+  EXPECT_FALSE(near_known(part, Points(), {face_at(me, 1.4 * me)}, {face_at(me, 1.4 * me)}));
+  Points pts;                                        // points from the start instead
+  pts.part.on    = true;
+  pts.part.point = {me};
+  NearFace point = face_at(-1, 1.4 * me);
+  point.point    = me;
+  EXPECT_FALSE(near_known(part, pts, {point}, {point}));
+  pts.part.point = {std::min(me, next), std::max(me, next)};
+  EXPECT_EQ(comm_size() == 2, near_known(part, pts, {point}, {point}));
   part.elem = {std::min(me, next), std::max(me, next)};
-  if (comm_size() == 2) EXPECT_TRUE(near_known(part, {face_at(me, 1.4 * me)}, {face_at(me, 1.4 * me)}));
-  else EXPECT_FALSE(near_known(part, {face_at(me, 1.4 * me)}, {face_at(me, 1.4 * me)}));
+  EXPECT_EQ(comm_size() == 2, near_known(part, Points(), {face_at(me, 1.4 * me)}, {face_at(me, 1.4 * me)}));
 }
 
 }  // namespace

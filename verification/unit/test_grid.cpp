@@ -8,6 +8,7 @@
 
 #include "base/comm.h"
 #include "bond/bond.h"
+#include "contact/contact_near.h"
 #include "dof/dof.h"
 #include "point/grid_cell.h"
 
@@ -216,8 +217,7 @@ RealVec moved(const Points& pts, int dim)
   return uc;
 }
 
-// knows_boundary: each rank has all points at the boundary of bodies
-void expect_parts_of_whole(Model m, bool meets, bool knows_boundary = false)
+void expect_parts_of_whole(Model m, bool meets)
 {
   Points whole, part;
   ActiveGrid of_whole, of_part;
@@ -238,14 +238,7 @@ void expect_parts_of_whole(Model m, bool meets, bool knows_boundary = false)
     points += own.point[p];
     for (int k = part.conn.off[p]; k < part.conn.off[p + 1] && own.point[p]; ++k) own.corner[part.conn.item[k]] = 1;
   }
-  std::set<std::pair<int, int>> boundary;            // number of a point, its face
-  for (const Face& f : part.boundary) {
-    faces += own.point[f.elem];
-    boundary.insert({part.part.point[f.elem], f.face});
-  }
-  for (const Face& f : whole.boundary)
-    EXPECT_TRUE(!knows_boundary || boundary.count({f.elem, f.face}));
-  EXPECT_EQ(knows_boundary, boundary.size() == whole.boundary.size());
+  for (const Face& f : part.boundary) faces += own.point[f.elem];
   ASSERT_EQ(STATUS_OK, grid_activate(m, part, Bonds(), own, moved(part, m.dim), {}, of_part, &worst));
   double sum[4] = {points, faces, double(of_part.ghost.size()), double(of_part.ncell)};
   comm_sum(sum, 4);
@@ -290,9 +283,6 @@ TEST(Divided, PointsOfEachRank)
   m.body[1].lo[1] = m.body[0].hi[1] + 0.1;
   m.body[1].hi[1] += m.body[1].lo[1] - m.body[0].lo[1];
   expect_parts_of_whole(m, true);
-  m.bond.resize(1);
-  m.bond[0].general = true;
-  expect_parts_of_whole(m, true, true);
 }
 
 namespace {
@@ -412,6 +402,63 @@ TEST(Divided, PointsOfElementsNearby)
   comm_sum(&held, 1);
   EXPECT_LE(springs, one.nbond + 10.0 * (comm_size() - 1));          // five corners between two ranks
   EXPECT_LE(held, 16.0 * comm_size());
+}
+
+// contact: a rank knows the points of others that its own faces may meet, by their numbers and who works on
+// them, with the faces that are outer ones; few of all
+TEST(Divided, PointsNearContact)
+{
+  if (comm_size() == 1) GTEST_SKIP() << "several ranks";
+  Model of_all = row_of_bricks();
+  of_all.bond.resize(2);
+  of_all.bond[1].general = true;
+  Model m;
+  if (comm_rank() == 0) m = of_all;
+  dof_part(false, {}, m);
+  ASSERT_TRUE(m.part.on && m.part.points && m.part.window);
+  Points whole, pts;
+  ASSERT_EQ(0, point_fill(of_all, whole));
+  ASSERT_EQ(0, point_fill(m, pts));
+  RealVec home(whole.npoint, 0.0);
+  for (int q = 0; q < pts.npoint; ++q)
+    if (pts.part.rank[q] == comm_rank()) home[pts.part.point[q]] = comm_rank();
+  comm_sum(home);
+  for (const PointHome& p : m.part.near_point) {
+    EXPECT_EQ(p.rank, home[p.point]);
+    EXPECT_NE(p.rank, comm_rank());
+    EXPECT_GE(pts.point_here(p.point), 0);
+  }
+  std::vector<SkinFace> skin;
+  for (const Face& f : whole.boundary) skin.push_back({f.elem, f.face, 1});
+  const RealVec u(3 * of_all.mesh.nnode(), 0.0), uc(whole.Xc.size(), 0.0);
+  const std::vector<NearFace> face = near_now(of_all, whole, skin, u, uc, true, 0.0);
+  std::vector<ContactBox> box;
+  for (const NearFace& f : face) box.push_back(f.box);
+  const ContactTree tree(box);
+  std::set<std::pair<int, int>> boundary;            // number of a point, its face
+  for (const Face& f : pts.boundary) boundary.insert({pts.part.point[f.elem], f.face});
+  double met = 0.0;
+  for (size_t i = 0; i < skin.size(); ++i) {
+    if (home[skin[i].elem] != comm_rank()) continue;
+    IntVec found;
+    tree.overlap(box[i], found);
+    for (int j : found) {
+      EXPECT_TRUE(boundary.count({skin[j].elem, skin[j].face}));
+      met += home[skin[j].elem] != comm_rank();
+    }
+  }
+  comm_sum(&met, 1);
+  EXPECT_GT(met, 0.0);
+  std::set<std::pair<int, int>> all;
+  for (const Face& f : whole.boundary) all.insert({f.elem, f.face});
+  size_t outer = 0;
+  for (const auto& f : boundary) {
+    EXPECT_TRUE(all.count(f) || std::none_of(m.part.near_point.begin(), m.part.near_point.end(),
+                                             [&](const PointHome& p) { return p.point == f.first; }));
+    outer += all.count(f);
+  }
+  EXPECT_LT(outer, all.size());
+  EXPECT_LT(m.part.near_point.size(), all.size() / 2);
 }
 
 // no rank may be without points: of two bodies one is a single cell with nearly all of the work
