@@ -388,14 +388,15 @@ bool below(const double* value, const double* goal)
 template <int D>
 int iterate_ranks(const MassSystem<D>& m, const double* size, double* rho, RealVec& r, RealVec& step)
 {
+  const int n = m.rows.size();
   RealVec w(r.size(), 0.0), y(r.size()), q(r.size()), t(r.size()), late(m.rows.halo.shared.size() * D, 0.0);
-  double turn[D], part[D], square[D], goal[D], enough[D], sum[4 * D];
+  double square[D], goal[D], enough[D], sum[4 * D];
   const double *wq = sum, *rq = sum + D, *rr = sum + 2 * D, *qq = sum + 3 * D;
+  Dirs<D> turn = Dirs<D>::Zero(), part;
   step.assign(r.size(), 0.0);
   for (int i = 0; i < D; ++i) {
     goal[i]   = 1e-28 * size[i];
     enough[i] = 1e-16 * size[i];
-    turn[i]   = 0.0;
   }
   bool stuck = false;
   for (int it = 0; !stuck && it <= 1000; ++it) {
@@ -403,9 +404,12 @@ int iterate_ranks(const MassSystem<D>& m, const double* size, double* rho, RealV
       m.residual(r, t, square);
       if (below<D>(square, goal)) return it;
     }
-    for (size_t k = 0; k < r.size(); k += D)
-      for (int i = 0; i < D; ++i) t[k + i] = w[k + i] = r[k + i] + turn[i] * w[k + i];
-    m.apply(w, r, turn, late, t, y, q, sum);
+    for (int k = 0; k < n; ++k) {
+      const Dirs<D> next = dirs<D>(r.data(), k) + turn * dirs<D>(w.data(), k);
+      dirs<D>(w.data(), k) = next;
+      dirs<D>(t.data(), k) = next;
+    }
+    m.apply(w, r, turn.data(), late, t, y, q, sum);
     stuck = true;
     bool cancels = false;
     for (int i = 0; i < D; ++i) {
@@ -414,11 +418,10 @@ int iterate_ranks(const MassSystem<D>& m, const double* size, double* rho, RealV
       rho[i]  = rr[i] - 2.0 * part[i] * rq[i] + part[i] * part[i] * qq[i];
       cancels = cancels || rho[i] < CANCELS * rr[i];
     }
-    for (size_t k = 0; k < r.size(); k += D)
-      for (int i = 0; i < D; ++i) {
-        step[k + i] += part[i] * w[k + i];
-        r[k + i] -= part[i] * q[k + i];
-      }
+    for (int k = 0; k < n; ++k) {
+      dirs<D>(step.data(), k) += part * dirs<D>(w.data(), k);
+      dirs<D>(r.data(), k) -= part * dirs<D>(q.data(), k);
+    }
     if (cancels) m.dots(r, r, rho);
     for (int i = 0; i < D; ++i) turn[i] = rr[i] > 0.0 ? rho[i] / rr[i] : 0.0;
   }

@@ -365,6 +365,10 @@ void take_all(const IntVec& rank, const ActiveGrid& grid, Dofs& s)
 
 // ---- divided model, each rank knows the points of the elements that it has ----
 
+// largest work of a rank over the mean above which it hands points to another one. P9 on two ranks: 80.9 s
+// with 1.05, 79.7 with 1.02, 80.7 with 1.005, where work is known no better
+const double HAND_EVEN = 1.02;
+
 // an element whose points go to another rank, by the number of the first of them
 struct Handed { int point, rank; };
 
@@ -456,11 +460,11 @@ void dof_share_points(const Model& m, const Elements& el, const RealVec& uc, Poi
     return rank;
   };
   std::vector<RankWork> rank = loads();
-  const bool even = largest_part(rank) <= WORK_EVEN * std::max(1.0, d.excess);
+  const bool even = largest_part(rank) <= HAND_EVEN * std::max(1.0, d.excess);
   for (int k = 0; k < 4 * comm_size() && !even; ++k) {
     const int from = static_cast<int>(std::max_element(rank.begin(), rank.end(), less_work) - rank.begin());
     std::vector<Handed> handed;
-    if (from == comm_rank() && rank[from].all > WORK_EVEN * mean_work(rank))
+    if (from == comm_rank() && rank[from].all > HAND_EVEN * mean_work(rank))
       handed = hand_over(m, pts, work, rank, d.point);
     comm_allgatherv(handed);
     if (handed.empty()) break;
