@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <bitset>
 #include <cmath>
 #include <map>
 #include <numeric>
@@ -33,27 +34,54 @@ double point_work(double pairs, bool broken)
   return 2.0 * (broken ? BROKEN_POINT * (pairs + PAIRS_OF_LAW) : pairs);
 }
 
-// Pairs of nodes of a point whose lists may not be there: of the cells of the grid that its box meets, for
-// the corners that move with the grid, and of as many nodes as it has corners for those that hang
+// Nodes of the grid around places (units of the cells, [n*3]), each once; of places that lie far apart as many
+// as they would have alone
+int nodes_around(int dim, int n, const double* place)
+{
+  const int most = 6;          // nodes in a direction that are looked at one by one
+  int low[3] = {0, 0, 0}, size[3] = {1, 1, 1};
+  bool small = true;
+  for (int i = 0; i < dim; ++i) {
+    double lo = 1e300, hi = -1e300;
+    for (int k = 0; k < n; ++k) {
+      lo = std::min(lo, std::floor(place[3 * k + i]));
+      hi = std::max(hi, std::floor(place[3 * k + i]));
+    }
+    small   = small && hi - lo + 2.0 <= most;
+    low[i]  = small ? static_cast<int>(lo) : 0;
+    size[i] = small ? static_cast<int>(hi - lo) + 2 : 1;
+  }
+  if (!small) return n << dim;
+  std::bitset<most * most * most> seen;
+  for (int k = 0; k < n; ++k)
+    for (int a = 0; a < 1 << dim; ++a) {
+      int at[3] = {0, 0, 0};
+      for (int i = 0; i < dim; ++i)
+        at[i] = static_cast<int>(std::floor(place[3 * k + i])) - low[i] + (a >> i & 1);
+      seen[(at[2] * size[1] + at[1]) * size[0] + at[0]] = true;
+    }
+  return static_cast<int>(seen.count());
+}
+
+// Pairs of nodes of a point whose lists may not be there: those of the grid around the corners that move with
+// it, and one for each corner that hangs
 //   in   uc   displacements of the corners
 double pairs_of_point(const Model& m, const Points& pts, const RealVec& uc, int q)
 {
   const int corners = pts.conn.count(q), dim = m.dim;
-  const auto on_grid = [&](int c) { return pts.carrier(c) == HANG_GRID; };
-  const auto free = std::count_if(pts.conn.begin(q), pts.conn.begin(q + 1), on_grid);
-  double nodes = free > 0 ? 1.0 : 0.0;
-  for (int i = 0; i < dim && free > 0; ++i) {
-    double low = 1e300, high = -1e300;
-    for (int k = pts.conn.off[q]; k < pts.conn.off[q + 1]; ++k) {
-      const size_t at = static_cast<size_t>(pts.conn.item[k]) * dim + i;
-      const double x  = (pts.Xc[at] + uc[at] - m.grid.lo[i]) / m.grid.h[i];
-      low  = std::min(low, x);
-      high = std::max(high, x);
+  int free = 0;                // corners on the grid
+  double place[24];
+  for (int k = pts.conn.off[q]; k < pts.conn.off[q + 1]; ++k) {
+    const int c = pts.conn.item[k];
+    if (pts.carrier(c) != HANG_GRID) continue;
+    for (int i = 0; i < dim; ++i) {
+      const size_t at = static_cast<size_t>(c) * dim + i;
+      place[3 * free + i] = (pts.Xc[at] + uc[at] - m.grid.lo[i]) / m.grid.h[i];
     }
-    nodes *= 1.0 + std::max(std::ceil(high), std::floor(low) + 1.0) - std::floor(low);
+    ++free;
   }
-  nodes = std::min(nodes, std::ldexp(static_cast<double>(free), dim));       // a corner sees 2^dim of them
-  return (pair_count(corners) * (corners - free) + 0.5 * nodes * (nodes + 1.0) * free) / corners;
+  const int nodes = free > 0 ? nodes_around(dim, free, place) : 0;
+  return pair_count(nodes + corners - free);
 }
 
 // Work of a point, and what rows and iterations go with: the work of an element with as many pairs of nodes
@@ -365,8 +393,8 @@ void take_all(const IntVec& rank, const ActiveGrid& grid, Dofs& s)
 
 // ---- divided model, each rank knows the points of the elements that it has ----
 
-// largest work of a rank over the mean above which it hands points to another one. P9 on two ranks: 80.9 s
-// with 1.05, 79.7 with 1.02, 80.7 with 1.005, where work is known no better
+// largest work of a rank over the mean above which it hands points to another one. All of P9 on two ranks:
+// 80.9 s with 1.05, 79.7 with 1.02, 80.7 with 1.005
 const double HAND_EVEN = 1.02;
 
 // an element whose points go to another rank, by the number of the first of them
