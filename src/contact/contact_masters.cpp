@@ -29,8 +29,8 @@ RealVec reaches(const Model& m, const Points& pts, const RealVec& u, const RealV
   return reach;
 }
 
-// Side A on a body: each point of this rank with a corner on it, in the box of the faces that have its corners
-// there: contact points at these are of the rank of any point around
+// Side A on a body: each point of this rank with a corner on it, in the box of the faces that have its
+// corners there: contact points at these are of the rank of any point around
 void add_points(const Model& m, const Points& pts, const RealVec& u, const RealVec& uc, int def,
                 std::vector<NearFace>& out)
 {

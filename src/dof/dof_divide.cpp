@@ -34,8 +34,8 @@ double point_work(double pairs, bool broken)
   return 2.0 * (broken ? BROKEN_POINT * (pairs + PAIRS_OF_LAW) : pairs);
 }
 
-// Nodes of the grid around places (units of the cells, [n*3]), each once; of places that lie far apart as many
-// as they would have alone
+// Nodes of the grid around places (units of the cells, [n*3]), each once; of places that lie far apart as
+// many as they would have alone
 int nodes_around(int dim, int n, const double* place)
 {
   const int most = 6;          // nodes in a direction that are looked at one by one
@@ -393,16 +393,16 @@ void take_all(const IntVec& rank, const ActiveGrid& grid, Dofs& s)
 
 // ---- divided model, each rank knows the points of the elements that it has ----
 
-// largest work of a rank over the mean above which it hands points to another one. All of P9 on two ranks:
-// 80.9 s with 1.05, 79.7 with 1.02, 80.7 with 1.005
+// largest work of a rank over the mean above which it hands points to another one. All of P9 on two
+// ranks: 80.9 s with 1.05, 79.7 with 1.02, 80.7 with 1.005
 const double HAND_EVEN = 1.02;
 
 // an element whose points go to another rank, by the number of the first of them
 struct Handed { int point, rank; };
 
-// [nelem] does another rank know the points of e and of all elements around it, and is no contact point there?
-// Only then may it work on them: all ranks that have a corner of e then have an element with it in common with
-// that rank, and all agree on the rank that the corner belongs to.
+// [nelem] does another rank know the points of e and of all elements around it, and is no contact point
+// there? Only then may it work on them: all ranks that have a corner of e then have an element with it in
+// common with that rank, and all agree on the rank that the corner belongs to.
 //   in   common   elements whose points both know; of e this rank knows all around it
 std::vector<char> inside(const Model& m, const IntVec& common)
 {

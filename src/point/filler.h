@@ -73,7 +73,8 @@ void fill_box(Filler& f, int body, const CellRanks& ranks);
 // ncorner
 void fill_box_counts(Filler& f, int body);
 
-// fill_plan : the domains of bodies with FILL=ELSET that this rank knows of itself. Returns the number of errors on any rank. Collective.
+// fill_plan : the domains of bodies with FILL=ELSET that this rank knows of itself. Returns the number of
+// errors on any rank. Collective.
 int fill_plan(const Model& m, FillPlan& plan);
 
 // fill_plan_near : adds the domains of these points of other ranks, and those that share a corner with them,

@@ -480,7 +480,10 @@ IntVec number_cells(const RealVec& count, const RealVec& sum, RealVec& X, RealVe
 }
 
 // how many points an element of such a body becomes, whatever its shape
-int points_of_element(const Body& b, int dim) { return b.per_cell * b.per_cell * (dim == 3 ? b.per_cell : 1); }
+int points_of_element(const Body& b, int dim)
+{
+  return b.per_cell * b.per_cell * (dim == 3 ? b.per_cell : 1);
+}
 
 // points and sum of their places in the cells of a box, or in elements
 void count_cells(const Model& m, int body, RealVec& count, RealVec& sum)

@@ -141,8 +141,8 @@ std::vector<char> corners_of(const IntVec& number, const FillPlan& plan)
   return out;
 }
 
-// What a rank is told: domains of each body [body], which have the numbers of their corners, and the places of
-// those that have all domains that it has asked for
+// What a rank is told: domains of each body [body], with the numbers of their corners, and the places of the
+// corners of those that it has asked for
 struct Told {
   std::vector<std::vector<Domain>> domain;
   std::vector<CornerAt> place;
