@@ -11,8 +11,8 @@
 namespace {
 
 // of the size of each of two faces: what lies between them beyond their reach when their elements become
-// known. More: pieces are larger; less: they are made more often. Measured: doc/benchmarks.md, "General
-// contact of near elements"
+// known. More: pieces are larger; less: they are made more often. Measured: doc/benchmarks.md, "Contact on
+// several ranks"
 const double AROUND = 1.5;
 
 ContactBox grown(ContactBox b, double by)

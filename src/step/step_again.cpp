@@ -9,8 +9,8 @@
 namespace {
 
 // increments that may be lost to uneven work before the model is divided again, which costs one or two.
-// Measured: doc/benchmarks.md, "Division again". MPFE_DIVIDE=1 (tests): sooner, also what the first division
-// has left uneven
+// Measured: doc/benchmarks.md, "What two ranks lose". MPFE_DIVIDE=1 (tests): sooner, also what the first
+// division has left uneven
 const double LOST = 1.5, LOST_TESTS = 0.25;
 
 bool sooner()
