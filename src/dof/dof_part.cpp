@@ -142,9 +142,10 @@ NearFaces near_of(const Model& m, const std::vector<NearFace>& given)
 {
   NearFaces out;
   for (const NearFace& f : given) (of_general(f) ? out.general : out.pairs).push_back(f);
+  const auto adjusts = [](const BondDef& d) { return d.pair() && d.overlap == OVERLAP_ADJUST; };
   const bool general = out.general.empty() && model_general_contact(m) >= 0,
              pairs   = out.pairs.empty() && model_has_pairs(m),
-             adjust  = !m.conversion.empty() && model_has_pairs(m);
+             adjust  = !m.conversion.empty() && std::any_of(m.bond.begin(), m.bond.end(), adjusts);
   if (!general && !pairs && !adjust) return out;
   Points pts;
   point_fill_whole(m, pts);
