@@ -279,7 +279,7 @@ int main(int argc, char** argv)
   streams_open();
   blas_choose(argc, argv);
   comm_open(&argc, &argv);
-  heap_keep(comm_size());
+  heap_keep();
   log_mute(comm_rank() > 0);
   gsl_set_error_handler_off();                       // it would abort; who calls GSL looks at what comes back
   int code = start(argc, argv);

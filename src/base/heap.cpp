@@ -10,14 +10,13 @@ namespace {
 
 const int KEPT = 1 << 30;      // byte of the heap that may lie idle
 const int HEAP = 32 << 20;     // byte: smaller requests come from the heap; glibc takes no more
-const int HEAP_OF_RANKS = 128 << 10;   // the same on more than two ranks
 
 }  // namespace
 
-void heap_keep(int ranks)
+void heap_keep()
 {
 #ifdef __GLIBC__
   if (!std::getenv("MALLOC_TRIM_THRESHOLD_")) mallopt(M_TRIM_THRESHOLD, KEPT);
-  if (!std::getenv("MALLOC_MMAP_THRESHOLD_")) mallopt(M_MMAP_THRESHOLD, ranks > 2 ? HEAP_OF_RANKS : HEAP);
+  if (!std::getenv("MALLOC_MMAP_THRESHOLD_")) mallopt(M_MMAP_THRESHOLD, HEAP);
 #endif
 }

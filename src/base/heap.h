@@ -6,9 +6,8 @@
 
 // heap_keep : freed memory stays with the process. Vectors of a model's length are made and freed in every
 // solution; glibc would give each of them back to the system and get it again page by page (P7: 4 % of the
-// run on one rank, P9: 4 % on two). On more than two ranks, where memory counts, those of more than 128 kB go
-// back (P9 on four ranks: 3 % of the memory at 256 kB, 1.6 % more at 128). What the user has set in MALLOC_*
-// stays.
-void heap_keep(int ranks);
+// run on one rank; P8: a quarter on two and four, and P9 4 %, for 3 % less memory). What the user has set in
+// MALLOC_* stays.
+void heap_keep();
 
 #endif
