@@ -69,7 +69,7 @@ def numbers(text):
             "steps": len(re.findall(r"^  increment \d+ done", text, re.M))}
 
 
-def run(ranks, deck, out, **define):
+def run(ranks, deck, out, define):
     return ended(started(ranks, deck, out, define), deck, out)
 
 
@@ -77,21 +77,35 @@ def least(runs):
     return {key: min(r[key] for r in runs) for key in runs[0]}
 
 
-def in_turns(rounds, ranks, deck, out, **define):
+def in_turns(rounds, ranks, deck, out, define):
     """The least of some runs on each of these numbers of ranks, which take turns."""
     runs = {n: [] for n in ranks}
     for _ in range(rounds):
         for n in ranks:
-            runs[n].append(run(n, deck, out, **define))
+            runs[n].append(run(n, deck, out, define))
     return [least(runs[n]) for n in ranks]
 
 
-def copies(number, deck, out, **define):
-    """Seconds of that many runs of one rank at once, over those of one alone: 1 where cores do not disturb each other."""
-    alone = least([run(1, deck, out, **define) for _ in range(2)])["wall"]
+def copies(number, deck, out, define):
+    """That many runs of one rank at once."""
     folders = [os.path.join(out, "copy%d" % k) for k in range(number)]
     children = [started(1, deck, folder, define) for folder in folders]
-    return max(ended(c, deck, folder)["wall"] for c, folder in zip(children, folders)) / alone
+    return [ended(c, deck, folder) for c, folder in zip(children, folders)]
+
+
+def disturbance(number, deck, out, define):
+    """Seconds of that many runs of one rank at once, over those of one alone: 1 where cores do not disturb each other."""
+    alone = least([run(1, deck, out, define) for _ in range(2)])["wall"]
+    return max(r["wall"] for r in copies(number, deck, out, define)) / alone
+
+
+def increment_seconds(runs, deck, out, define):
+    """CPU seconds of the work of a rank in an increment, the least of some: runs(deck, out, define) gives the runs of a deck with
+    the parameter steps; input and the start of MPI are in none of them."""
+    few, many = 20, 120
+    mean = lambda steps: min(sum(r["work"] for r in list_) / len(list_) for list_ in
+                             (runs(deck, out, dict(define, steps=steps)) for _ in range(4)))
+    return (mean(many) - mean(few)) / (many - few)
 
 
 def empty(out):
