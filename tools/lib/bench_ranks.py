@@ -7,10 +7,11 @@ import sys
 from mpfe_ranks import launcher, possible
 from mpfe_sweep import MPFE, TOP
 
-# a bar of two elements, without the work of a scene: what the program, MPI and its libraries take
+# so few elements that they count for nothing, and enough to be divided among four ranks: what the program, MPI and the
+# libraries that divide a mesh take
 EMPTY = """*BLOCK, TYPE=CPE4, ELSET=E
 0, 0, 2, 1
-2, 1
+16, 8
 *MATERIAL, NAME=M
 *ELASTIC
 1, 0.2
