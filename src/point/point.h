@@ -4,6 +4,7 @@
 #ifndef MPFE_POINT_POINT_H
 #define MPFE_POINT_POINT_H
 
+#include <cstdint>
 #include <map>
 
 #include "elem/elem.h"
@@ -235,7 +236,7 @@ bool point_corner_in_element(const Model& m, const Points& pts, int e, int c, do
 struct CornerMass {
   IntVec off{0}, col;          // [ncorner] corners before it
   RealVec val, diag;
-  IntVec conn, parent, list;   // what it was made from: Points::conn.item, parent, and the domains
+  std::uint64_t made_of = 0;   // check sum of the domains that it was made from
 };
 
 // point_corner_mass : of the domains of list, unless it is that of these already

@@ -4,6 +4,7 @@
 
 #include "base/gather_lists.h"
 #include "base/grow.h"
+#include "base/hash.h"
 #include "point/point.h"
 
 void point_add_mass(const Points& pts, int first, RealVec& mass)
@@ -34,10 +35,17 @@ ListTable domains_around(const Points& pts, const IntVec& list, IntVec& of)
   });
 }
 
-// the mass is that of these points
-bool same_domains(const Points& pts, const IntVec& list, const CornerMass& m)
+// check sum of the domains of list, not 0
+std::uint64_t sum_of_domains(const Points& pts, const IntVec& list)
 {
-  return m.conn == pts.conn.item && m.parent == pts.parent && m.list == list;
+  std::uint64_t sum = hash_mix(hash_start, static_cast<std::uint64_t>(pts.ncorner));
+  const auto add    = [&](int k) { sum = hash_mix(sum, static_cast<unsigned>(k)); };
+  for (int p : list) {
+    add(p);
+    add(pts.parent[p]);
+    std::for_each(pts.conn.begin(p), pts.conn.begin(p + 1), add);
+  }
+  return sum ? sum : 1;
 }
 
 // the numbers of a corner in all directions, together in vector registers
@@ -65,14 +73,13 @@ void momentum(const CornerMass& m, const double* v, double* q)
 
 void point_corner_mass(const Points& pts, const IntVec& list, CornerMass& m)
 {
-  if (same_domains(pts, list, m)) return;
+  const std::uint64_t made_of = sum_of_domains(pts, list);
+  if (m.made_of == made_of) return;
   const size_t before = m.col.size();
   m = CornerMass();
   m.col.reserve(before);
   m.val.reserve(before);
-  m.conn   = pts.conn.item;
-  m.parent = pts.parent;
-  m.list   = list;
+  m.made_of = made_of;
   IntVec of;
   const ListTable around = domains_around(pts, list, of);
   m.diag.assign(pts.ncorner, 0.0);
