@@ -34,8 +34,8 @@ double point_work(double pairs, bool broken)
   return 2.0 * (broken ? BROKEN_POINT * (pairs + PAIRS_OF_LAW) : pairs);
 }
 
-// Nodes of the grid around places (units of the cells, [n*3]), each once; of places that lie far apart as
-// many as they would have alone
+// Nodes of the grid around places (units of the cells, [n*3]), each once; a place on a line of the grid has
+// those of the line. Of places that lie far apart as many as they would have alone
 int nodes_around(int dim, int n, const double* place)
 {
   const int most = 6;          // nodes in a direction that are looked at one by one
@@ -45,19 +45,21 @@ int nodes_around(int dim, int n, const double* place)
     double lo = 1e300, hi = -1e300;
     for (int k = 0; k < n; ++k) {
       lo = std::min(lo, std::floor(place[3 * k + i]));
-      hi = std::max(hi, std::floor(place[3 * k + i]));
+      hi = std::max(hi, std::ceil(place[3 * k + i]));
     }
-    small   = small && hi - lo + 2.0 <= most;
+    small   = small && hi - lo + 1.0 <= most;
     low[i]  = small ? static_cast<int>(lo) : 0;
-    size[i] = small ? static_cast<int>(hi - lo) + 2 : 1;
+    size[i] = small ? static_cast<int>(hi - lo) + 1 : 1;
   }
   if (!small) return n << dim;
   std::bitset<most * most * most> seen;
   for (int k = 0; k < n; ++k)
     for (int a = 0; a < 1 << dim; ++a) {
       int at[3] = {0, 0, 0};
-      for (int i = 0; i < dim; ++i)
-        at[i] = static_cast<int>(std::floor(place[3 * k + i])) - low[i] + (a >> i & 1);
+      for (int i = 0; i < dim; ++i) {
+        const double x = place[3 * k + i];
+        at[i] = static_cast<int>(a >> i & 1 ? std::ceil(x) : std::floor(x)) - low[i];
+      }
       seen[(at[2] * size[1] + at[1]) * size[0] + at[0]] = true;
     }
   return static_cast<int>(seen.count());
