@@ -34,25 +34,21 @@ RealVec reaches(const Model& m, const Points& pts, const RealVec& u, const RealV
 void add_points(const Model& m, const Points& pts, const RealVec& u, const RealVec& uc, int def,
                 std::vector<NearFace>& out)
 {
-  const std::vector<Face>& faces = pts.surface[m.bond[def].surface];
   std::vector<MasterFace> face;
-  for (const Face& f : faces) face.push_back(master_face(m, pts, 1, {f.elem, f.face}, u, uc));
+  for (const Face& f : pts.surface[m.bond[def].surface])
+    face.push_back(master_face(m, pts, 1, {f.elem, f.face}, u, uc));
   const ListTable at = gather_lists(pts.ncorner, [&](auto use) {
     for (size_t i = 0; i < face.size(); ++i)
       for (int k = 0; k < face[i].n; ++k) use(face[i].kin[k] - m.mesh.nnode(), static_cast<int>(i));
   });
   for (int q = 0; q < pts.npoint; ++q) {
     if (!point_counts(m, pts, q)) continue;
-    NearFace p = {-1, 0.0, {{1e300, 1e300, 1e300}, {-1e300, -1e300, -1e300}}, def, NEAR_SLAVE};
+    NearFace p = {-1, 0.0, box_of_nothing, def, NEAR_SLAVE};
     p.point = pts.point_number(q);
     for (int k = pts.conn.off[q]; k < pts.conn.off[q + 1]; ++k)
       for (const int* i = at.begin(pts.conn.item[k]); i != at.begin(pts.conn.item[k] + 1); ++i) {
-        const MasterFace& f = face[*i];
-        p.size = std::max(p.size, f.size);
-        for (int j = 0; j < 3; ++j) {
-          p.box.lo[j] = std::min(p.box.lo[j], f.lo[j]);
-          p.box.hi[j] = std::max(p.box.hi[j], f.hi[j]);
-        }
+        p.size = std::max(p.size, face[*i].size);
+        box_take(p.box, face[*i].lo, face[*i].hi);
       }
     if (p.size > 0.0) out.push_back(p);
   }

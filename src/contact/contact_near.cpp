@@ -27,12 +27,8 @@ ContactBox grown(ContactBox b, double by)
 // around all of them
 ContactBox box_of(const std::vector<NearFace>& face)
 {
-  ContactBox all = {{1e300, 1e300, 1e300}, {-1e300, -1e300, -1e300}};
-  for (const NearFace& f : face)
-    for (int i = 0; i < 3; ++i) {
-      all.lo[i] = std::min(all.lo[i], f.box.lo[i]);
-      all.hi[i] = std::max(all.hi[i], f.box.hi[i]);
-    }
+  ContactBox all = box_of_nothing;
+  for (const NearFace& f : face) box_take(all, f.box.lo, f.box.hi);
   return all;
 }
 

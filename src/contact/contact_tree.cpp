@@ -18,11 +18,7 @@ ContactTree::ContactTree(const std::vector<ContactBox>& box) : box_(box), item_(
 void ContactTree::split(int first, int last)
 {
   Node n{box_[item_[first]], first, last, 0};
-  for (int k = first; k < last; ++k)
-    for (int i = 0; i < 3; ++i) {
-      n.box.lo[i] = std::min(n.box.lo[i], box_[item_[k]].lo[i]);
-      n.box.hi[i] = std::max(n.box.hi[i], box_[item_[k]].hi[i]);
-    }
+  for (int k = first; k < last; ++k) box_take(n.box, box_[item_[k]].lo, box_[item_[k]].hi);
   const size_t at = node_.size();
   node_.push_back(n);
   if (last - first <= LEAF) return;

@@ -5,6 +5,7 @@
 #ifndef MPFE_CONTACT_CONTACT_TREE_H
 #define MPFE_CONTACT_CONTACT_TREE_H
 
+#include <algorithm>
 #include <vector>
 
 #include "base/types.h"
@@ -12,6 +13,17 @@
 struct ContactBox {
   double lo[3], hi[3];
 };
+
+const ContactBox box_of_nothing = {{1e300, 1e300, 1e300}, {-1e300, -1e300, -1e300}};
+
+// box_take : b grows until it holds what lies between lo [3] and hi [3]
+inline void box_take(ContactBox& b, const double* lo, const double* hi)
+{
+  for (int i = 0; i < 3; ++i) {
+    b.lo[i] = std::min(b.lo[i], lo[i]);
+    b.hi[i] = std::max(b.hi[i], hi[i]);
+  }
+}
 
 inline bool boxes_meet(const ContactBox& a, const ContactBox& b)
 {

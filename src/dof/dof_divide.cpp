@@ -18,9 +18,9 @@ const double UNEVEN = 1.25;
 // elements, active grid and projection with points
 enum WorkKind { WORK_ELEM, WORK_POINT, WORK_KINDS };
 
-// Broken material over intact one, measured in paper/p9_griffith (doc/benchmarks.md, two ranks): a
-// C3D8 that is broken is formed one by one and costs 13 intact ones; a broken point costs, in the work of an
-// intact one, 0.66 for each of the pairs of its nodes and PAIRS_OF_LAW more
+// Broken material over intact one, measured in paper/p9_griffith (doc/benchmarks.md, "What two ranks lose"):
+// a C3D8 that is broken is formed one by one and costs 13 intact ones; a broken point costs, in the work of
+// an intact one, 0.66 for each of the pairs of its nodes and PAIRS_OF_LAW more
 const double BROKEN_ELEM = 13.0, BROKEN_POINT = 0.66, PAIRS_OF_LAW = 110.0;
 
 // work of an element (eight at once take half of what one takes) and of a point with so many pairs of nodes,

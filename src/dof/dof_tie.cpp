@@ -115,9 +115,7 @@ void tie_extend(const Dofs& s, ListTable& lists)
       for (int k = first[row[a]]; k < first[row[a] + 1]; ++k)
         for (int q = master.off[order[k]]; q < master.off[order[k] + 1]; ++q)
           row.push_back(master.item[q] / s.dim);
-    if (row.size() > before) {
-      sort_once(row);
-    }
+    if (row.size() > before) sort_once(row);
     longer.item.insert(longer.item.end(), row.begin(), row.end());
     longer.off.push_back(static_cast<int>(longer.item.size()));
   }

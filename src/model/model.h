@@ -45,16 +45,16 @@ struct Face {
   int face;                    // 0-based local face
 };
 
-// Several ranks, divided model: Mesh, sets, surfaces, loads and supports hold what this rank works on. Mesh
-// has outer elements as well: those of other ranks that an estimate here looks at, and master surfaces of
-// contact, all outer faces of the mesh with general contact; and of elements at side A of bonds and contact,
-// or that are points from the start, those that share a node with one of this rank.
 struct PointHome {             // a point from the start: number among those of all ranks, who works on it
   int point, rank;
   bool operator<(const PointHome& b) const { return point < b.point; }
   bool operator==(const PointHome& b) const { return point == b.point; }
 };
 
+// Several ranks, divided model: Mesh, sets, surfaces, loads and supports hold what this rank works on. Mesh
+// has outer elements as well: those of other ranks that an estimate here looks at, or with faces that contact
+// of this rank may meet; and of elements at side A of bonds and contact, or that are points from the start,
+// those that share a node with one of this rank.
 struct MeshPart {
   bool on = false;
   bool points = false;         // each rank has its own material points alone (PointPart)

@@ -148,6 +148,7 @@ struct Told {
   std::vector<CornerAt> place;
 };
 
+// of domains of this rank (numbers, ascending), and of those that share a corner with them
 Told domains_near(const IntVec& asked, int dim, const FillPlan& plan)
 {
   Told out;
@@ -168,6 +169,7 @@ Told domains_near(const IntVec& asked, int dim, const FillPlan& plan)
   return out;
 }
 
+// domains that other ranks tell, with the numbers of their corners, join the list
 void join_domains(const std::vector<Domain>& told, ByNumber& of, std::vector<Domain>& list)
 {
   for (Domain d : told) {

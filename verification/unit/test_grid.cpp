@@ -239,6 +239,7 @@ void expect_parts_of_whole(Model m, bool meets)
     for (int k = part.conn.off[p]; k < part.conn.off[p + 1] && own.point[p]; ++k) own.corner[part.conn.item[k]] = 1;
   }
   for (const Face& f : part.boundary) faces += own.point[f.elem];
+  EXPECT_NE(part.boundary.size(), whole.boundary.size());
   ASSERT_EQ(STATUS_OK, grid_activate(m, part, Bonds(), own, moved(part, m.dim), {}, of_part, &worst));
   double sum[4] = {points, faces, double(of_part.ghost.size()), double(of_part.ncell)};
   comm_sum(sum, 4);
