@@ -117,6 +117,7 @@ void join_border(const std::vector<BorderPair>& own, const IntVec& all, MassRows
       to[r].push_back({place[own[k].row], place[own[k].col]});
       m.border_to[r].push_back(all[k]);
     }
+    m.border_to[r].shrink_to_fit();
   }
   std::vector<std::vector<BorderPair>> of = comm_exchange(to);
   std::vector<BorderPair> pair = own, joined;        // ascending, as those of others are
@@ -130,6 +131,7 @@ void join_border(const std::vector<BorderPair>& own, const IntVec& all, MassRows
   of[me]          = own;
   m.border_to[me] = all;
   m.border.off.assign(n + 1, 0);
+  m.border.col.reserve(pair.size());
   for (const BorderPair& q : pair) {
     ++m.border.off[q.row + 1];
     m.border.col.push_back(q.col);
@@ -138,6 +140,7 @@ void join_border(const std::vector<BorderPair>& own, const IntVec& all, MassRows
   m.border_at.assign(ranks, IntVec());
   for (int r = 0; r < ranks; ++r) {
     int at = 0;
+    m.border_at[r].reserve(of[r].size());
     for (const BorderPair& q : of[r]) {
       while (pair[at] < q) ++at;
       m.border_at[r].push_back(at);
@@ -176,6 +179,8 @@ void sort_border(MassRows& m)
       own_from.push_back(q[1]);
     }
   }
+  for (IntVec* x : {&m.cross.item, &m.cross_from, &m.edge_from}) x->shrink_to_fit();
+  m.edge.shrink_to_fit();
   join_border(own, own_from, m);
 }
 

@@ -8,13 +8,23 @@
 #include <cstddef>
 #include <vector>
 
+#include "base/heap.h"
+
+// reserve_apart : large ones on pages of their own
+template <class T>
+void reserve_apart(std::vector<T>& x, std::size_t n)
+{
+  const PagesApart apart(n * sizeof(T));
+  x.reserve(n);
+}
+
 // room_for : room for more items. Arrays of points and corners grow by a few at a time and then stay: half as
 // much again is taken, or another part, where std::vector takes twice as much.
 template <class T>
 void room_for(std::vector<T>& x, std::size_t more, std::size_t part = 2)
 {
   const std::size_t n = x.size() + more;
-  if (n > x.capacity()) x.reserve(n + n / part);
+  if (n > x.capacity()) reserve_apart(x, n + n / part);
 }
 
 // size_to : n items at least; called again with few more, it need not do it again
@@ -40,7 +50,7 @@ void fit_size(std::vector<T>& x, std::size_t n)
 {
   if (n > x.capacity() || too_large(x, n)) {
     std::vector<T>().swap(x);            // before others are taken
-    x.reserve(n + n / 8);
+    reserve_apart(x, n + n / 8);
   }
   x.resize(n);
 }
@@ -50,7 +60,7 @@ template <class T>
 void fit_room(std::vector<T>& x)
 {
   std::vector<T> fit;
-  fit.reserve(x.size() + x.size() / 8);
+  reserve_apart(fit, x.size() + x.size() / 8);
   fit.insert(fit.end(), x.begin(), x.end());
   x.swap(fit);
 }

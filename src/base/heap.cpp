@@ -9,7 +9,18 @@
 namespace {
 
 const int KEPT = 1 << 30;      // byte of the heap that may lie idle
-const int HEAP = 32 << 20;     // byte: smaller requests come from the heap; glibc takes no more
+const std::size_t HEAP = 32 << 20;    // byte: smaller requests come from the heap; glibc takes no more
+const std::size_t APART = 64 << 10;     // byte: larger ones have pages of their own, with PagesApart
+
+void take_from_heap(std::size_t size)
+{
+#ifdef __GLIBC__
+  static const bool user = std::getenv("MALLOC_MMAP_THRESHOLD_") != nullptr;
+  if (!user) mallopt(M_MMAP_THRESHOLD, static_cast<int>(size));
+#else
+  (void)size;
+#endif
+}
 
 }  // namespace
 
@@ -17,6 +28,16 @@ void heap_keep()
 {
 #ifdef __GLIBC__
   if (!std::getenv("MALLOC_TRIM_THRESHOLD_")) mallopt(M_TRIM_THRESHOLD, KEPT);
-  if (!std::getenv("MALLOC_MMAP_THRESHOLD_")) mallopt(M_MMAP_THRESHOLD, HEAP);
 #endif
+  take_from_heap(HEAP);
+}
+
+PagesApart::PagesApart(std::size_t bytes) : large(bytes >= APART)
+{
+  if (large) take_from_heap(APART);
+}
+
+PagesApart::~PagesApart()
+{
+  if (large) take_from_heap(HEAP);
 }

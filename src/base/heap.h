@@ -4,10 +4,22 @@
 #ifndef MPFE_BASE_HEAP_H
 #define MPFE_BASE_HEAP_H
 
+#include <cstddef>
+
 // heap_keep : freed memory stays with the process. Vectors of a model's length are made and freed in every
 // solution; glibc would give each of them back to the system and get it again page by page (P7: 4 % of the
 // run on one rank; P8: a quarter on two and four, and P9 4 %, for 3 % less memory). What the user has set in
 // MALLOC_* stays.
 void heap_keep();
+
+// PagesApart : while there is one, a request of so many bytes gets pages of its own, if it is for 256 kB or more. For
+// arrays that stay and become larger at times: in the heap each would leave a hole behind that nothing else fills.
+struct PagesApart {
+  explicit PagesApart(std::size_t bytes);
+  ~PagesApart();
+  PagesApart(const PagesApart&) = delete;
+  PagesApart& operator=(const PagesApart&) = delete;
+  bool large;
+};
 
 #endif

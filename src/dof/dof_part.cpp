@@ -27,6 +27,9 @@ namespace {
 const int LEAST = 16;
 // cells of points a rank, where each has its own
 const int LEAST_CELLS = 16;
+// elements of others of two rows beside all that may become points, above which a rank knows points of one
+// row. P9, largest rank of four: ROWMEM
+const double MANY = 1.0 / 3.0;
 
 // does a body wait for points that elements become?
 bool waits(const Body& b) { return b.fill == FILL_CONVERSION; }
@@ -228,18 +231,30 @@ struct Outer {
   std::vector<char> notch;     // the same
 };
 
+// Points of how many rows of elements of others does a rank know? Of two it can take over points from others when
+// work has become uneven; where these are many beside all elements, memory counts more, and it knows one.
+//   in   rows   [ranks] elements of two rows
+int rows_of_points(const Model& m, const std::vector<IntVec>& rows)
+{
+  std::size_t all = 0, others = 0;
+  for (const ConversionDef& c : m.conversion) all += m.elset[c.elset].item.size();
+  for (const IntVec& elem : rows) others += elem.size();
+  return others > MANY * all ? 1 : FRAC_ROWS;
+}
+
 Outer find_outer(const Model& m, const IntVec& rank, const std::vector<NearFace>& given)
 {
   Outer out;
   const std::size_t ranks = comm_size();
   const std::vector<IntVec> around = around_bodies(m, rank), bonds = around_bonds(m, rank);
-  std::vector<IntVec> breaks(ranks), points(ranks);
+  std::vector<IntVec> breaks(ranks), rows(ranks), points(ranks);
   NearLists near = {std::vector<IntVec>(ranks), std::vector<std::vector<PointHome>>(ranks)};
   if (!m.fracture.empty()) breaks = frac_outer(m, rank, comm_size(), out.notch);
   const NearFaces face = near_of(m, given);
   near_outer(face.general, ranks_of_faces(m, rank, face.general), {}, near);
   if (m.part.window) {
-    frac_around(m, rank, points);
+    rows   = frac_around(m, rank, comm_size(), FRAC_ROWS);
+    points = frac_around(m, rank, comm_size(), rows_of_points(m, rows));
     for (std::size_t r = 0; r < ranks; ++r)
       points[r].insert(points[r].end(), near.elem[r].begin(), near.elem[r].end());
   }
@@ -248,7 +263,7 @@ Outer find_outer(const Model& m, const IntVec& rank, const std::vector<NearFace>
   for (std::size_t r = 0; r < ranks && m.part.window; ++r)
     points[r].insert(points[r].end(), near.elem[r].begin(), near.elem[r].end());
   out.near  = joined_lists({&points});
-  out.elem  = joined_lists({&breaks, &points, &around, &bonds, &near.elem});
+  out.elem  = joined_lists({&breaks, &rows, &points, &around, &bonds, &near.elem});
   out.point = std::move(near.point);
   return out;
 }

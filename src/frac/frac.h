@@ -73,9 +73,12 @@ int frac_mesh(const Model& m, const Elements& el, FracMesh& fm);
 //   out  notch   MeshPart::notch                          [nelem]
 std::vector<IntVec> frac_outer(const Model& m, const IntVec& rank, int ranks, std::vector<char>& notch);
 
-// frac_around : adds to the list of each rank the elements of others within two rows of its own, where
-// elements become points: what decides whether their corners hang on nodes  (7.14)
-void frac_around(const Model& m, const IntVec& rank, std::vector<IntVec>& list);
+// frac_around : [ranks] elements of others within so many rows of its own, where elements become points
+std::vector<IntVec> frac_around(const Model& m, const IntVec& rank, int ranks, int rows);
+
+// rows of elements around those that a rank works on: whether corners of a converted element hang on nodes
+// depends on the elements at its nodes, and on whether nodes of these have an element  (7.14)
+const int FRAC_ROWS = 2;
 
 // frac_of_node : elements of each node                   [nnode]
 ListTable frac_of_node(const Mesh& mesh);

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <unordered_map>
 
+#include "base/sort_once.h"
 #include "frac/frac.h"
 #include "frac/free_face.h"
 #include "shape/shape.h"
@@ -197,10 +198,6 @@ std::vector<char> find_notched(const Model& m, const ListTable& of_node, const S
   return notched;
 }
 
-// rows of elements around those that a rank works on: whether corners of a converted element hang on nodes
-// depends on the elements at its nodes, and on whether nodes of these have an element
-const int ROWS = 2;
-
 // elements near those that become points
 std::vector<char> near_points(const Model& m)
 {
@@ -208,7 +205,7 @@ std::vector<char> near_points(const Model& m)
   std::vector<char> near(mesh.nelem(), 0), node(mesh.nnode(), 0);
   for (const ConversionDef& c : m.conversion)
     for (int e : m.elset[c.elset].item) near[e] = 1;
-  for (int row = 0; row < ROWS; ++row) {
+  for (int row = 0; row < FRAC_ROWS; ++row) {
     for (int e = 0; e < mesh.nelem(); ++e)
       for (int k = mesh.conn.off[e]; k < mesh.conn.off[e + 1] && near[e]; ++k) node[mesh.conn.item[k]] = 1;
     for (int e = 0; e < mesh.nelem(); ++e)
@@ -220,9 +217,10 @@ std::vector<char> near_points(const Model& m)
 
 }  // namespace
 
-void frac_around(const Model& m, const IntVec& rank, std::vector<IntVec>& list)
+std::vector<IntVec> frac_around(const Model& m, const IntVec& rank, int ranks, int rows)
 {
   const Mesh& mesh = m.mesh;
+  std::vector<IntVec> list(ranks);
   const std::vector<char> near = near_points(m);
   std::vector<IntVec> of_node(mesh.nnode());         // ranks that have an element there
   const auto take = [&](int n, int r) {
@@ -230,7 +228,7 @@ void frac_around(const Model& m, const IntVec& rank, std::vector<IntVec>& list)
   };
   for (int e = 0; e < mesh.nelem(); ++e)
     for (int k = mesh.conn.off[e]; k < mesh.conn.off[e + 1] && near[e]; ++k) take(mesh.conn.item[k], rank[e]);
-  for (int row = 0; row < ROWS; ++row) {
+  for (int row = 0; row < rows; ++row) {
     std::vector<std::pair<int, int>> found;          // element, rank
     for (int e = 0; e < mesh.nelem(); ++e)
       for (int k = mesh.conn.off[e]; k < mesh.conn.off[e + 1] && near[e]; ++k)
@@ -241,6 +239,8 @@ void frac_around(const Model& m, const IntVec& rank, std::vector<IntVec>& list)
       for (int k = mesh.conn.off[e]; k < mesh.conn.off[e + 1]; ++k) take(mesh.conn.item[k], r);
     }
   }
+  for (IntVec& elem : list) sort_once(elem);
+  return list;
 }
 
 std::vector<IntVec> frac_outer(const Model& m, const IntVec& rank, int ranks, std::vector<char>& notch)

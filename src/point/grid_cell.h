@@ -128,7 +128,9 @@ bool points_meet(const Points& pts, const GridShare& share, const std::vector<lo
 void grid_compose(const GridLists& ext, int nnode, ListTable& list, RealVec& list_w);
 
 // point_sums : dS_pv/dX of every point from its corners (3.7), for the lists of g
-//   out  support   max_p S_pv of every node (3.10); null: not asked for
-void point_sums(const Points& pts, int dim, int nnode, ActiveGrid& g, RealVec* support);
+void point_sums(const Points& pts, int dim, ActiveGrid& g);
+
+// point_support : [nnode] max_p S_pv of every node (3.10), by the lists of g
+RealVec point_support(const Points& pts, int nnode, const ActiveGrid& g);
 
 #endif

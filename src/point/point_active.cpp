@@ -418,6 +418,7 @@ void name_mesh_nodes(ActiveGrid& g)
   const int n = static_cast<int>(std::lower_bound(g.key.begin(), g.key.end(), key_node) - g.key.begin());
   const auto name = [&](IntVec& list, std::vector<MeshItem>& mesh) {
     mesh.clear();
+    mesh.reserve(std::count_if(list.begin(), list.end(), [n](int i) { return i >= n; }));
     for (int k = 0; k < static_cast<int>(list.size()); ++k) {
       if (list[k] < n) continue;
       mesh.push_back({k, static_cast<int>(g.key[list[k]] - key_node)});
@@ -448,7 +449,7 @@ void follow_unknowns(const Points& pts, const GridShare& share, const GridLists&
   grid_compose(extend, nnode, g.bond, g.bond_w);
   grid_compose(extend, nnode, g.ghost, g.ghost_w);
   point_lists(pts, share, nnode, g);
-  point_sums(pts, D, nnode, g, nullptr);
+  point_sums(pts, D, g);
 }
 
 std::vector<char> strong_nodes(const Grid& grid, const std::vector<long>& node, const RealVec& support)
@@ -481,9 +482,8 @@ bool activate_part(const Model& m, const Points& pts, const GridShare& share, co
     for (int& item : list->item) item = item < touched ? of.mine[item] : item - touched + near;
   const int nnode = static_cast<int>(node.size());
   follow_corners(pts, share, nnode, g);
-  RealVec support;
   point_lists(pts, share, nnode, g);
-  point_sums(pts, D, nnode, g, &support);
+  RealVec support = point_support(pts, nnode, g);
   key_max(of, 1, support);
   g.meets = m.grid.keep > 0.0 && points_meet(pts, share, node, g.point, &of);
   const std::vector<char> strong = strong_nodes(m.grid, node, support);
@@ -520,15 +520,15 @@ void activate_all(const Model& m, const Points& pts, const RealVec& uc, std::vec
 {
   const GridShare all;
   follow_corners(pts, all, static_cast<int>(node.size()), g);
-  RealVec support;
   point_lists(pts, all, static_cast<int>(node.size()), g);
-  point_sums(pts, D, static_cast<int>(node.size()), g, &support);
+  const RealVec support = point_support(pts, static_cast<int>(node.size()), g);
   g.meets = m.grid.keep > 0.0 && points_meet(pts, all, node, g.point, nullptr);
   const std::vector<char> strong = strong_nodes(m.grid, node, support);
   const int weak = static_cast<int>(std::count(strong.begin(), strong.end(), 0));
   g.nlone = 0;
   grid_ghost(m, pts, uc, node, nullptr, g);
   if (weak == 0) {             // touched nodes are the unknowns
+    point_sums(pts, D, g);
     g.key.swap(node);
   } else {
     GridLists extend;
@@ -552,7 +552,7 @@ Status activate(const Model& m, const Points& pts, const Bonds& bonds, const Gri
     activate_all<D>(m, pts, uc, node, g);
   }
   for (IntVec* x : {&g.corner.item, &g.point.item, &g.slot}) give_back(*x);
-  for (RealVec* x : {&g.corner_w, &g.dS}) give_back(*x);
+  give_back(g.corner_w);
   ++g.lists;
   g.nnode = static_cast<int>(g.key.size());
   g.ncell = static_cast<int>(g.cell.size());
@@ -642,5 +642,6 @@ Status grid_activate(const Model& m, const Points& pts, const Bonds& bonds, cons
 
 void point_tell_corners(const Points& pts, int dim, const std::vector<RealVec*>& x)
 {
-  if (pts.part.held) halo_copy_all(pts.part.halo, dim, x);
+  for (RealVec* v : x)         // messages of one at a time: as long as all corners that several ranks have
+    if (pts.part.held) halo_copy(pts.part.halo, dim, *v);
 }

@@ -75,11 +75,10 @@ void point_corner_mass(const Points& pts, const IntVec& list, CornerMass& m)
 {
   const std::uint64_t made_of = sum_of_domains(pts, list);
   if (m.made_of == made_of) return;
-  const size_t before = m.col.size();
-  m = CornerMass();
-  m.col.reserve(before);
-  m.val.reserve(before);
   m.made_of = made_of;
+  m.off.assign(1, 0);
+  m.col.clear();
+  m.val.clear();
   IntVec of;
   const ListTable around = domains_around(pts, list, of);
   m.diag.assign(pts.ncorner, 0.0);
@@ -94,8 +93,10 @@ void point_corner_mass(const Points& pts, const IntVec& list, CornerMass& m)
         if (d >= c) continue;
         if (place[d] < m.off[c]) {
           place[d] = static_cast<int>(m.col.size());
-          append(m.col, d);
-          append(m.val, 0.0);
+          room_for(m.col, 1, 8);
+          room_for(m.val, 1, 8);
+          m.col.push_back(d);
+          m.val.push_back(0.0);
         }
         m.val[place[d]] += mass;
       }

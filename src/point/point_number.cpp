@@ -180,6 +180,7 @@ std::vector<IntVec> common_corners(const MeshPart& mesh, const Points& pts)
     for (int c : start.on() ? start.common[r] : IntVec()) mark[c] = r;
     for (int c : pts.part.numbered)
       if (mark[c] == r) common[r].push_back(c);
+    common[r].shrink_to_fit();
   }
   return common;
 }
@@ -230,6 +231,7 @@ void point_find_common(const MeshPart& mesh, const IntVec& rank, Points& pts)
   }
   for (int c = 0; c < pts.ncorner; ++c)
     if (shared[c]) halo.shared.push_back(c);
+  halo.shared.shrink_to_fit();
   part.held = true;
   part.halo = std::move(halo);
 }

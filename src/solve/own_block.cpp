@@ -6,6 +6,7 @@
 
 #include "base/comm.h"
 #include "base/far_first.h"
+#include "base/grow.h"
 #include "base/log.h"
 #include "solve/solve_data.h"
 
@@ -206,10 +207,11 @@ bool border_alike(const SysMatrix& A, const OwnBlock& own)
 }
 
 // y += block x, or its transpose
-void add_block(int D, bool turned, const double* x, double* y)
+template <class From, class To>
+void add_block(int D, bool turned, const From* x, To* y)
 {
   for (int i = 0; i < D; ++i)
-    for (int j = 0; j < D; ++j) y[i * D + j] += turned ? x[j * D + i] : x[i * D + j];
+    for (int j = 0; j < D; ++j) y[i * D + j] += static_cast<To>(turned ? x[j * D + i] : x[i * D + j]);
 }
 
 }  // namespace
@@ -234,15 +236,16 @@ void own_form(const SysMatrix& A, long number, OwnBlock& own)
   own.number  = number;
 }
 
-void own_border(const SysMatrix& A, OwnBlock& own)
+void own_border(const SysMatrix& A, OwnBlock& own, std::vector<float>& val)
 {
-  own.border.val.assign(own.border.col.size() * A.dim * A.dim, 0.0);
+  fit_size(val, own.border.col.size() * A.dim * A.dim);
+  std::fill(val.begin(), val.end(), 0.0f);
   with_dim(A.dim, [&](auto d) {
     constexpr int D = decltype(d)::value, DD = D * D;
     for (size_t k = 0; k < own.border_from.size(); ++k) {
       if (own.border_from[k] < 0) continue;
       const double* a = &A.val[static_cast<size_t>(own.border_from[k] / 2) * DD];
-      add_block(D, own.border_from[k] % 2 == 1, a, &own.border.val[k * DD]);
+      add_block(D, own.border_from[k] % 2 == 1, a, &val[k * DD]);
     }
     RealVec diag;
     sys_diagonal(A, diag);
@@ -271,7 +274,7 @@ size_t next_blocks(const IntVec& list, size_t at, Take take, Use use)
 // blocks that take(rank, block) chooses, of val to other ranks; back(block, turned, value) for those that
 // come(rank, block) chooses there. In parts, so that messages need little memory
 template <class Take, class Come, class Back>
-void exchange_blocks(const OwnBlock& own, int D, const RealVec& val, Take take, Come come, Back back)
+void exchange_blocks(const OwnBlock& own, int D, const std::vector<float>& val, Take take, Come come, Back back)
 {
   const int ranks = comm_size(), me = comm_rank(), DD = D * D;
   std::vector<RealVec> send(ranks), from(ranks);
@@ -306,7 +309,7 @@ void exchange_blocks(const OwnBlock& own, int D, const RealVec& val, Take take, 
 
 // Two ranks, in one message: each has what the other has, and both get the same sum of two
 template <int D>
-void sum_direct(const OwnBlock& own, RealVec& val)
+void sum_direct(const OwnBlock& own, std::vector<float>& val)
 {
   const int other = 1 - comm_rank();
   const IntVec& common = own.to[other];
@@ -322,13 +325,13 @@ void sum_direct(const OwnBlock& own, RealVec& val)
       at += D * D;
     }
   };
-  each([&](size_t k, size_t at) { send[other][at] = val[k]; });
+  each([&](size_t k, size_t at) { send[other][at] = static_cast<double>(val[k]); });
   comm_exchange(send, from);
-  each([&](size_t k, size_t at) { val[k] += from[other][at]; });
+  each([&](size_t k, size_t at) { val[k] += static_cast<float>(from[other][at]); });
 }
 
 // in two messages: the first rank that has a block adds, in their order, and tells the others
-void sum_by_first(const OwnBlock& own, int D, RealVec& val)
+void sum_by_first(const OwnBlock& own, int D, std::vector<float>& val)
 {
   const int DD = D * D, me = comm_rank();
   IntVec first(val.size() / DD, me);
@@ -340,14 +343,14 @@ void sum_by_first(const OwnBlock& own, int D, RealVec& val)
     add_block(D, turned, value, &val[k * DD]);
   });
   exchange_blocks(own, D, val, here, there, [&](size_t k, bool turned, const double* value) {
-    std::fill_n(&val[k * DD], DD, 0.0);
+    std::fill_n(&val[k * DD], DD, 0.0f);
     add_block(D, turned, value, &val[k * DD]);
   });
 }
 
 }  // namespace
 
-void own_sum(const OwnBlock& own, int D, RealVec& val)
+void own_sum(const OwnBlock& own, int D, std::vector<float>& val)
 {
   if (comm_size() > 2) return sum_by_first(own, D, val);
   with_dim(D, [&](auto d) { sum_direct<decltype(d)::value>(own, val); });

@@ -93,6 +93,17 @@ IntVec part_mesh(const Mesh& mesh, int dim, const std::vector<RealVec>& work, in
       const IntVec whole = part_weights(work[k]);
       for (idx_t e = 0; e < n; ++e) load[static_cast<size_t>(e) * kinds + k] = whole[e];
     }
+    // a cut where there is more work costs more: points and rows of others that a rank must know
+    std::vector<idx_t> edge;
+    if (kinds > 1) {
+      RealVec all(n, 0.0);
+      for (const RealVec& kind : work)
+        for (idx_t e = 0; e < n; ++e) all[e] += kind[e];
+      const IntVec whole = part_weights(all);
+      for (idx_t e = 0; e < n; ++e)
+        for (idx_t k = graph.off[e]; k < graph.off[e + 1]; ++k)
+          edge.push_back(whole[e] + whole[graph.near[k]]);
+    }
     METIS_SetDefaultOptions(option);
     option[METIS_OPTION_NUMBERING] = 0;
     option[METIS_OPTION_SEED]      = 1;
@@ -100,7 +111,7 @@ IntVec part_mesh(const Mesh& mesh, int dim, const std::vector<RealVec>& work, in
     option[METIS_OPTION_NCUTS]     = kinds > 1 ? 4 : 1;      // the best of so many: those of two kinds differ
     // bisection balances few parts better
     result = (parts > 8 ? METIS_PartGraphKway : METIS_PartGraphRecursive)(
-        &n, &kinds, graph.off, graph.near, load.data(), nullptr, nullptr, &count, nullptr, nullptr, option,
+        &n, &kinds, graph.off, graph.near, load.data(), nullptr, edge.empty() ? nullptr : edge.data(), &count, nullptr, nullptr, option,
         &cut, part.data());
     const IntVec found(part.begin(), part.end());
     if (result == METIS_OK)

@@ -117,9 +117,9 @@ FactorRows own_rows(const OwnBlock& own)
   return f;
 }
 
-// blocks of row i of f
-template <int D>
-void take_row(const FactorRows& f, const RealVec& val, int i, RealVec& row)
+// blocks of row i of f; Val: double or float
+template <int D, class Val>
+void take_row(const FactorRows& f, const std::vector<Val>& val, int i, RealVec& row)
 {
   const int DD = D * D, first = f.off[i], last = f.off[i + 1];
   row.resize(static_cast<size_t>(last - first) * DD);
@@ -130,7 +130,7 @@ void take_row(const FactorRows& f, const RealVec& val, int i, RealVec& row)
   }
   double* to = row.data();
   for (int k = first; k < last; ++k, to += DD) {
-    const double* a = &val[static_cast<size_t>(f.from[k] / 2) * DD];
+    const Val* a = &val[static_cast<size_t>(f.from[k] / 2) * DD];
     if (f.from[k] % 2 == 0) std::copy_n(a, DD, to);
     else
       for (int r = 0; r < D; ++r)
@@ -160,11 +160,11 @@ void eliminate(const FactorRows& f, int J, const IntVec& place, const std::vecto
   }
 }
 
-// L L^T of the matrix with the numbers val, on the rows f, the diagonal times 1 + shift
+// L L^T of the matrix with the numbers val, on the rows f, the diagonal times 1 + shift. L may be val.
 //   in   base   [n*D] diagonal that shift and the least pivot go by; null: that of val
 // false: a pivot is not positive
-template <int D>
-bool factor(const FactorRows& f, const RealVec& val, const double* base, double shift,
+template <int D, class Val>
+bool factor(const FactorRows& f, const std::vector<Val>& val, const double* base, double shift,
             std::vector<float>& L)
 {
   const int DD = D * D;
@@ -196,10 +196,10 @@ bool factor(const FactorRows& f, const RealVec& val, const double* base, double 
 }
 
 // several ranks: rows of the border, and what the elimination of this rank's own rows leaves of them
-//   out  left   [border blocks] A - sum_K L_IK L_JK^T, the part of this rank
+//   inout left  [border blocks] A, then A - sum_K L_IK L_JK^T, the part of this rank
 template <int D>
 void reduce_border(const FactorRows& f, const RealVec& val, const SysMatrix& border, std::vector<float>& L,
-                   RealVec& left)
+                   std::vector<float>& left)
 {
   const int DD = D * D;
   IntVec place(f.n, -1);
@@ -214,10 +214,12 @@ void reduce_border(const FactorRows& f, const RealVec& val, const SysMatrix& bor
     }
     for (int q = border.off[b]; q < border.off[b + 1]; ++q) {
       const int other = f.inner + border.col[q];
+      double sum[DD];
+      std::copy_n(&left[static_cast<size_t>(q) * DD], DD, sum);
       for (int m = f.off[other]; m < f.off[other + 1]; ++m)
         if (place[f.col[m]] >= 0)
-          subtract<D>(&row[static_cast<size_t>(place[f.col[m]]) * DD], &L[static_cast<size_t>(m) * DD],
-                      &left[static_cast<size_t>(q) * DD]);
+          subtract<D>(&row[static_cast<size_t>(place[f.col[m]]) * DD], &L[static_cast<size_t>(m) * DD], sum);
+      for (int i = 0; i < DD; ++i) left[static_cast<size_t>(q) * DD + i] = static_cast<float>(sum[i]);
     }
     for (int k = first; k < last; ++k) place[f.col[k]] = -1;
   }
@@ -293,18 +295,13 @@ void backward(const FactorRows& f, const float* __restrict L, double* __restrict
   }
 }
 
-// the factor with the least shift that goes well, from the last one on; false: not even the largest one
-template <class Try>
-bool find_shift(double& shift, Try try_shift)
+// the next shift to try; false: there is none, and the first one is 0 again
+bool larger_shift(double& shift)
 {
-  while (!try_shift(shift)) {
-    shift = shift > 0.0 ? 10.0 * shift : FIRST_SHIFT;
-    if (shift > LARGEST_SHIFT) {
-      shift = 0.0;
-      return false;
-    }
-  }
-  return true;
+  shift = shift > 0.0 ? 10.0 * shift : FIRST_SHIFT;
+  if (shift <= LARGEST_SHIFT) return true;
+  shift = 0.0;
+  return false;
 }
 
 void multiply_block(int D, const double* block, const double* x, double* y)
@@ -367,21 +364,20 @@ bool cholesky_form(const SysMatrix& A, Cholesky& c, OwnBlock* own)
   fit_size(c.L, static_cast<size_t>(rows.off[rows.n]) * A.dim * A.dim);
   return with_dim(A.dim, [&](auto d) {
     constexpr int D = decltype(d)::value;
-    bool good = find_shift(c.shift,
-                           [&](double shift) { return factor<D>(rows, A.val, nullptr, shift, c.L); });
+    bool good = true;
+    while (good && !factor<D>(rows, A.val, nullptr, c.shift, c.L)) good = larger_shift(c.shift);
     if (!own) return good;
-    // what is left of the border, of all ranks, and its factor                                   (8.7)
-    SysMatrix& border = own->border;
-    std::vector<float>().swap(c.border);
-    own_border(A, *own);
-    reduce_border<D>(rows, A.val, border, c.L, border.val);
-    own_sum(*own, D, border.val);
-    c.border.resize(border.val.size());
-    good = find_shift(c.border_shift, [&](double shift) {
-             return factor<D>(all_rows(border), border.val, own->diag.data(), shift, c.border);
-           }) && good;
-    RealVec().swap(border.val);
-    return comm_allreduce_max(static_cast<int>(!good)) == 0;
+    // What is left of the border, of all ranks, becomes its factor where it stands (8.7): where a rank wants
+    // a larger shift, all begin again
+    for (;;) {
+      own_border(A, *own, c.border);
+      reduce_border<D>(rows, A.val, own->border, c.L, c.border);
+      own_sum(*own, D, c.border);
+      const bool done = factor<D>(all_rows(own->border), c.border, own->diag.data(), c.border_shift, c.border);
+      good = good && (done || larger_shift(c.border_shift));
+      const int worst = comm_allreduce_max(!good ? 2 : !done ? 1 : 0);
+      if (worst != 1) return worst == 0;
+    }
   });
 }
 

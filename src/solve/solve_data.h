@@ -70,7 +70,7 @@ struct OwnBlock {
   IntVec off, col;             // [nrow+1]; places in the order of elimination
   IntVec from;                 // 2 k: block k of A, 2 k + 1: transposed
   // couplings of the rows of the border, by elements of all ranks that have both
-  SysMatrix border;            // [Halo::shared] rows; no values, but for a moment
+  SysMatrix border;            // [Halo::shared] rows; no values
   IntVec border_from;          // [border.col] 2 k: block k of A, 2 k + 1: transposed; -1: of others alone
   std::vector<IntVec> to;      // [ranks] blocks that a rank has too: 2 k, 2 k + 1: transposed there
   RealVec diag;                // [border.neq] diagonal of A, of all ranks
@@ -293,10 +293,10 @@ inline double own_dot(const OwnBlock& own, const RealVec& a, const RealVec& b)
 // own_form : what the pattern of A says of its borders; number: of the pattern (SolveAsk). Collective, as the
 // routines below.
 void own_form(const SysMatrix& A, long number, OwnBlock& own);
-// own_border : own.border.val is what this rank has of A there; own.diag
-void own_border(const SysMatrix& A, OwnBlock& own);
+// own_border : own.diag; val [own.border.col.size()*dim*dim] is what this rank has of A there
+void own_border(const SysMatrix& A, OwnBlock& own, std::vector<float>& val);
 // own_sum : val of the border, summed over the ranks
-void own_sum(const OwnBlock& own, int D, RealVec& val);
+void own_sum(const OwnBlock& own, int D, std::vector<float>& val);
 
 // solve_fail : keeps the message and returns the status
 Status solve_fail(Solver& s, Status status, const char* format, ...) __attribute__((format(printf, 3, 4)));

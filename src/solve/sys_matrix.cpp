@@ -2,6 +2,7 @@
 #include <numeric>
 
 #include "base/comm.h"
+#include "base/grow.h"
 #include "base/log.h"
 #include "solve/solve_data.h"
 
@@ -121,10 +122,13 @@ void sys_pattern(const ListTable& lists, int nrow, int dim, SysMatrix& A)
     for (int k = lists.off[l]; k < lists.off[l + 1]; ++k) holder[next[lists.item[k]]++] = l;
 
   RealVec val = std::move(A.val);          // its memory serves again
+  const size_t before = A.col.size();
   A      = SysMatrix();
   A.dim  = dim;
   A.nrow = nrow;
   A.off.assign(1, 0);
+  A.off.reserve(nrow + 1);
+  A.col.reserve(before + before / 16);
   IntVec stamp(nrow, -1);
   for (int r = 0; r < nrow; ++r) {
     const size_t first = A.col.size();
@@ -140,13 +144,10 @@ void sys_pattern(const ListTable& lists, int nrow, int dim, SysMatrix& A)
     A.col.push_back(r);
     A.off.push_back(static_cast<int>(A.col.size()));
   }
-  A.col.shrink_to_fit();
+  give_back(A.col);
   const size_t numbers = A.col.size() * dim * dim;
-  if (val.capacity() < numbers) {
-    val = RealVec();
-    val.reserve(numbers + numbers / 4);      // patterns of a run grow by little; what is not touched is free
-  }
-  val.assign(numbers, 0.0);
+  fit_size(val, numbers);
+  std::fill(val.begin(), val.end(), 0.0);
   A.val = std::move(val);
 }
 
