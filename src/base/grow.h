@@ -10,7 +10,7 @@
 
 #include "base/heap.h"
 
-// reserve_apart : large ones on pages of their own
+// reserve_apart : large ones on pages of their own rather than behind the heap (PagesApart)
 template <class T>
 void reserve_apart(std::vector<T>& x, std::size_t n)
 {

@@ -9,8 +9,8 @@
 namespace {
 
 const int KEPT = 1 << 30;      // byte of the heap that may lie idle
-const std::size_t HEAP = 32 << 20;    // byte: smaller requests come from the heap; glibc takes no more
-const std::size_t APART = 64 << 10;     // byte: larger ones have pages of their own, with PagesApart
+const std::size_t HEAP = 32 << 20;     // byte: smaller requests come from the heap; glibc takes no more
+const std::size_t APART = 64 << 10;    // the same, with PagesApart
 
 void take_from_heap(std::size_t size)
 {

@@ -37,7 +37,7 @@ void grid_compose(const GridLists& ext, int nnode, ListTable& list, RealVec& lis
   ListTable out;
   RealVec out_w;
   IntVec place(nnode, -1);     // of a node in out, where it was seen last
-  const auto each = [&](auto use) {      // use(new node, its place, weight), or use(known node, ...)
+  const auto each = [&](auto use) {      // use(node, its place in out, weight)
     int items = 0;
     for (int i = 0; i < list.size(); ++i) {
       const int first = items;

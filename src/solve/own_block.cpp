@@ -274,7 +274,8 @@ size_t next_blocks(const IntVec& list, size_t at, Take take, Use use)
 // blocks that take(rank, block) chooses, of val to other ranks; back(block, turned, value) for those that
 // come(rank, block) chooses there. In parts, so that messages need little memory
 template <class Take, class Come, class Back>
-void exchange_blocks(const OwnBlock& own, int D, const std::vector<float>& val, Take take, Come come, Back back)
+void exchange_blocks(const OwnBlock& own, int D, const std::vector<float>& val, Take take, Come come,
+                     Back back)
 {
   const int ranks = comm_size(), me = comm_rank(), DD = D * D;
   std::vector<RealVec> send(ranks), from(ranks);

@@ -111,8 +111,8 @@ IntVec part_mesh(const Mesh& mesh, int dim, const std::vector<RealVec>& work, in
     option[METIS_OPTION_NCUTS]     = kinds > 1 ? 4 : 1;      // the best of so many: those of two kinds differ
     // bisection balances few parts better
     result = (parts > 8 ? METIS_PartGraphKway : METIS_PartGraphRecursive)(
-        &n, &kinds, graph.off, graph.near, load.data(), nullptr, edge.empty() ? nullptr : edge.data(), &count, nullptr, nullptr, option,
-        &cut, part.data());
+        &n, &kinds, graph.off, graph.near, load.data(), nullptr, edge.empty() ? nullptr : edge.data(), &count,
+        nullptr, nullptr, option, &cut, part.data());
     const IntVec found(part.begin(), part.end());
     if (result == METIS_OK)
       return surplus(mesh, work, parts, straight) <= surplus(mesh, work, parts, found) ? straight : found;

@@ -369,11 +369,12 @@ bool cholesky_form(const SysMatrix& A, Cholesky& c, OwnBlock* own)
     if (!own) return good;
     // What is left of the border, of all ranks, becomes its factor where it stands (8.7): where a rank wants
     // a larger shift, all begin again
+    const SysMatrix& border = own->border;
     for (;;) {
       own_border(A, *own, c.border);
-      reduce_border<D>(rows, A.val, own->border, c.L, c.border);
+      reduce_border<D>(rows, A.val, border, c.L, c.border);
       own_sum(*own, D, c.border);
-      const bool done = factor<D>(all_rows(own->border), c.border, own->diag.data(), c.border_shift, c.border);
+      const bool done = factor<D>(all_rows(border), c.border, own->diag.data(), c.border_shift, c.border);
       good = good && (done || larger_shift(c.border_shift));
       const int worst = comm_allreduce_max(!good ? 2 : !done ? 1 : 0);
       if (worst != 1) return worst == 0;

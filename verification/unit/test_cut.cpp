@@ -457,6 +457,37 @@ TEST(Divided, RanksGetTheirPieces)
   EXPECT_EQ(loads, nodes);
 }
 
+// a rank knows the points of two rows of elements of others, so that it can take some over; of one where two
+// would be many
+TEST(Divided, RowsOfPointsOfOthers)
+{
+  if (comm_size() == 1) GTEST_SKIP();
+  for (int n : {80, 12}) {
+    Model m;
+    if (comm_rank() == 0) {
+      m = plate(n);
+      m.conversion.resize(1);
+      m.conversion[0].elset = 0;
+    }
+    dof_part(false, {}, m);
+    ASSERT_TRUE(m.part.window);
+    std::vector<char> own(m.mesh.nnode(), 0);
+    for (int e = 0; e < m.mesh.nelem(); ++e)
+      for (int k = m.mesh.conn.off[e]; k < m.mesh.conn.off[e + 1] && m.part.works(e); ++k)
+        own[m.mesh.conn.item[k]] = 1;
+    int beside = 0, with_points = 0;                 // elements of others
+    for (int e = 0; e < m.mesh.nelem(); ++e) {
+      if (m.part.works(e)) continue;
+      beside += std::any_of(m.mesh.conn.begin(e), m.mesh.conn.begin(e + 1), [&](int i) { return own[i]; });
+      with_points += m.part.knows_points(e);
+    }
+    EXPECT_GT(beside, 0);
+    if (n == 12) EXPECT_EQ(with_points, beside);
+    else EXPECT_GT(2 * with_points, 3 * beside);
+    EXPECT_GT(m.mesh.nelem(), n * n / comm_size());
+  }
+}
+
 // faces of general contact in the numbers of the deck
 std::vector<std::pair<int, int>> skin_in_deck(const Model& m, const IntVec& phase)
 {

@@ -355,6 +355,38 @@ TEST(Divided, BorderOfTheFactorIsWhole)
   EXPECT_LT(2 * iterations[1], iterations[0]);
 }
 
+// A border that ranks cannot factorise but with a larger diagonal: all form it again, and are of one mind on it
+TEST(Divided, BorderWantsALargerDiagonal)
+{
+  NEEDS_RANKS;
+  for (int dim : {2, 3}) {
+    Lattice l   = lattice(dim, {12, 6, 4}, by_slices, 1e-3, false);
+    const int D = l.A.dim;
+    std::vector<char> border(l.A.nrow, 0);
+    for (int I : l.A.halo.shared) border[I] = 1;
+    for (int I = 0; I < l.A.nrow && comm_rank() == 0; ++I)
+      for (int k = l.A.off[I]; k < l.A.off[I + 1] - 1; ++k)
+        for (int i = 0; i < D * D && border[I] && border[l.A.col[k]]; ++i)
+          l.A.val[static_cast<size_t>(k) * D * D + i] *= 4.0;
+    Cholesky c;
+    OwnBlock own;
+    own_form(l.A, 1, own);
+    ASSERT_TRUE(cholesky_form(l.A, c, &own));
+    EXPECT_GT(comm_allreduce_max(c.border_shift), 0.0);
+    const RealVec r(l.A.neq(), 1.0);
+    RealVec y, z = r;
+    EXPECT_GT(cholesky_apply(l.A, c, own, y, z), 0.0);
+    EXPECT_TRUE(same_bits(l.A, z));
+    // the next matrix begins with the shift that has gone well
+    const double shift = c.border_shift;
+    RealVec again = r;
+    ASSERT_TRUE(cholesky_form(l.A, c, &own));
+    cholesky_apply(l.A, c, own, y, again);
+    EXPECT_EQ(c.border_shift, shift);
+    EXPECT_EQ(again, z);
+  }
+}
+
 // factors of a lattice serve another one, with rows that have come, left, and gone to other ranks
 TEST(Divided, FactorsOfOtherRows)
 {

@@ -4,6 +4,11 @@
 
 #include <cmath>
 
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
+
+#include "base/grow.h"
 #include "model/model.h"
 #include "model/scheme.h"
 
@@ -282,6 +287,28 @@ TEST(Scheme, HhtIsOfSecondOrderAndWithoutAlphaNewmark)
     none = std::max(none, std::fabs(a.u - b.u));
   }
   EXPECT_LT(none, 1e-14);
+}
+
+// large arrays that stay do not make the heap larger when they fit into none of its holes; all others do
+TEST(Heap, LargeArraysHavePagesOfTheirOwn)
+{
+#ifdef __GLIBC__
+  const auto apart = [] { return mallinfo2().hblks; };
+  const std::size_t n = 3000000, small = 7000;       // 24 MB, 56 kB
+  const auto before = apart();
+  std::vector<std::vector<double>> x(20), other(20);
+  for (auto& v : x) reserve_apart(v, n); // holes come first
+  const auto filled = apart();
+  EXPECT_GT(filled, before + 10);
+  for (auto& v : other) v.reserve(n);
+  EXPECT_EQ(apart(), filled);
+  for (auto& v : other) std::vector<double>().swap(v);
+  std::vector<std::vector<double>> many(2000);
+  for (auto& v : many) reserve_apart(v, small);
+  EXPECT_EQ(apart(), filled);
+  std::vector<double>().swap(x.back());
+  EXPECT_EQ(apart(), filled - 1);
+#endif
 }
 
 }  // namespace
