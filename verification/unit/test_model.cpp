@@ -293,6 +293,7 @@ TEST(Scheme, HhtIsOfSecondOrderAndWithoutAlphaNewmark)
 TEST(Heap, LargeArraysHavePagesOfTheirOwn)
 {
 #ifdef __GLIBC__
+  mallopt(M_MMAP_MAX, 65536);            // SuperLU, which comes with PETSc, has switched it off
   const auto apart = [] { return mallinfo2().hblks; };
   const std::size_t n = 3000000, small = 7000;       // 24 MB, 56 kB
   const auto before = apart();
