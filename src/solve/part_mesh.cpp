@@ -66,6 +66,25 @@ int dual_graph(const Mesh& mesh, int common_nodes, DualGraph& graph)
   idx_t n = mesh.nelem(), nodes = mesh.nnode(), common = common_nodes, numbering = 0;
   return METIS_MeshToDual(&n, &nodes, off.data(), item.data(), &common, &numbering, &graph.off, &graph.near);
 }
+
+// A cut where there is more work costs more: rows and points beside it are there twice. Their sum fits into
+// 32 bits
+std::vector<idx_t> edge_weights(const DualGraph& graph, const std::vector<RealVec>& work)
+{
+  const idx_t n = static_cast<idx_t>(work[0].size());
+  RealVec all(n, 0.0);
+  for (const RealVec& kind : work)
+    for (idx_t e = 0; e < n; ++e) all[e] += kind[e];
+  const IntVec whole = part_weights(all);
+  double sum = 0.0;
+  for (idx_t e = 0; e < n; ++e) sum += 2.0 * whole[e] * static_cast<double>(graph.off[e + 1] - graph.off[e]);
+  const double scale = std::min(1.0, 1e9 / sum);
+  std::vector<idx_t> edge(graph.off[n]);
+  for (idx_t e = 0; e < n; ++e)
+    for (idx_t k = graph.off[e]; k < graph.off[e + 1]; ++k)
+      edge[k] = std::max<idx_t>(1, static_cast<idx_t>(scale * (whole[e] + whole[graph.near[k]])));
+  return edge;
+}
 #endif
 
 }  // namespace
@@ -93,17 +112,7 @@ IntVec part_mesh(const Mesh& mesh, int dim, const std::vector<RealVec>& work, in
       const IntVec whole = part_weights(work[k]);
       for (idx_t e = 0; e < n; ++e) load[static_cast<size_t>(e) * kinds + k] = whole[e];
     }
-    // a cut where there is more work costs more: points and rows of others that a rank must know
-    std::vector<idx_t> edge;
-    if (kinds > 1) {
-      RealVec all(n, 0.0);
-      for (const RealVec& kind : work)
-        for (idx_t e = 0; e < n; ++e) all[e] += kind[e];
-      const IntVec whole = part_weights(all);
-      for (idx_t e = 0; e < n; ++e)
-        for (idx_t k = graph.off[e]; k < graph.off[e + 1]; ++k)
-          edge.push_back(whole[e] + whole[graph.near[k]]);
-    }
+    std::vector<idx_t> edge = kinds > 1 ? edge_weights(graph, work) : std::vector<idx_t>();
     METIS_SetDefaultOptions(option);
     option[METIS_OPTION_NUMBERING] = 0;
     option[METIS_OPTION_SEED]      = 1;
