@@ -112,7 +112,7 @@ IntVec part_mesh(const Mesh& mesh, int dim, const std::vector<RealVec>& work, in
       const IntVec whole = part_weights(work[k]);
       for (idx_t e = 0; e < n; ++e) load[static_cast<size_t>(e) * kinds + k] = whole[e];
     }
-    // two parts have one cut, and its preconditioner is what counts: P9 on two ranks 93.7 s, 97.6 with weights
+    // two parts have one cut, and its preconditioner counts most: P9 on two ranks 95.7 s, 97.6 with weights
     std::vector<idx_t> edge = kinds > 1 && parts > 2 ? edge_weights(graph, work) : std::vector<idx_t>();
     METIS_SetDefaultOptions(option);
     option[METIS_OPTION_NUMBERING] = 0;
