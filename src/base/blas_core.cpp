@@ -58,11 +58,9 @@ void blas_choose(int, char** argv)
   if (!std::getenv("OPENBLAS_NUM_THREADS") && !std::getenv("OMP_NUM_THREADS"))
     changed = setenv("OPENBLAS_NUM_THREADS", std::to_string(threads()).c_str(), 0) == 0 || changed;
   if (!changed || setenv(STARTED, "1", 1) != 0) return;
-  char path[4096];                       // by its name, so that ps and top know it
-  const long length = readlink("/proc/self/exe", path, sizeof path - 1);
-  if (length <= 0) return;
-  path[length] = '\0';
-  execv(path, argv);
+  char path[4096] = "";                  // by its name, so that ps and top know it
+  if (readlink("/proc/self/exe", path, sizeof path - 1) > 0) execv(path, argv);
+  execv("/proc/self/exe", argv);         // the file is gone
 }
 
 #else

@@ -642,6 +642,6 @@ Status grid_activate(const Model& m, const Points& pts, const Bonds& bonds, cons
 
 void point_tell_corners(const Points& pts, int dim, const std::vector<RealVec*>& x)
 {
-  for (RealVec* v : x)         // messages of one at a time: as long as all corners that several ranks have
-    if (pts.part.held) halo_copy(pts.part.halo, dim, *v);
+  if (!pts.part.held) return;
+  for (RealVec* v : x) halo_copy(pts.part.halo, dim, *v);         // one at a time: messages are long
 }

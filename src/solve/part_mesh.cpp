@@ -72,10 +72,7 @@ int dual_graph(const Mesh& mesh, int common_nodes, DualGraph& graph)
 std::vector<idx_t> edge_weights(const DualGraph& graph, const std::vector<RealVec>& work)
 {
   const idx_t n = static_cast<idx_t>(work[0].size());
-  RealVec all(n, 0.0);
-  for (const RealVec& kind : work)
-    for (idx_t e = 0; e < n; ++e) all[e] += kind[e];
-  const IntVec whole = part_weights(all);
+  const IntVec whole = part_weights(part_sums(work));
   double sum = 0.0;
   for (idx_t e = 0; e < n; ++e) sum += 2.0 * whole[e] * static_cast<double>(graph.off[e + 1] - graph.off[e]);
   const double scale = std::min(1.0, 1e9 / sum);

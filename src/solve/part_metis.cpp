@@ -14,11 +14,9 @@ namespace {
 // equal weights in the order of the rows
 IntVec part_in_order(const std::vector<RealVec>& weight, int parts)
 {
-  const size_t n = weight[0].size();
-  RealVec sums(n, 0.0);
-  for (const RealVec& kind : weight)
-    for (size_t r = 0; r < n; ++r) sums[r] += kind[r];
-  const double all = std::accumulate(sums.begin(), sums.end(), 0.0);
+  const RealVec sums = part_sums(weight);
+  const size_t n     = sums.size();
+  const double all   = std::accumulate(sums.begin(), sums.end(), 0.0);
   double sum = 0.0;
   IntVec part(n);
   for (size_t r = 0; r < n; ++r) {
@@ -29,6 +27,14 @@ IntVec part_in_order(const std::vector<RealVec>& weight, int parts)
 }
 
 }  // namespace
+
+RealVec part_sums(const std::vector<RealVec>& weight)
+{
+  RealVec sums(weight[0].size(), 0.0);
+  for (const RealVec& kind : weight)
+    for (size_t r = 0; r < sums.size(); ++r) sums[r] += kind[r];
+  return sums;
+}
 
 IntVec part_weights(const RealVec& weight)
 {
