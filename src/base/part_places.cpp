@@ -210,6 +210,14 @@ IntVec part_places(const RealVec& X, const RealVec& work, int parts)
   return part;
 }
 
+RealVec part_sums(const std::vector<RealVec>& weight)
+{
+  RealVec sums(weight[0].size(), 0.0);
+  for (const RealVec& kind : weight)
+    for (size_t r = 0; r < sums.size(); ++r) sums[r] += kind[r];
+  return sums;
+}
+
 // ---------------------------------------------------------------------------
 // part_planes : as part_places with kinds of work [kinds][n]
 //
@@ -221,9 +229,6 @@ IntVec part_planes(const RealVec& X, const std::vector<RealVec>& work, int parts
   const size_t n = work[0].size();
   IntVec order(n), part(n, 0);
   std::iota(order.begin(), order.end(), 0);
-  RealVec sum(n, 0.0);
-  for (const RealVec& kind : work)
-    for (size_t i = 0; i < n; ++i) sum[i] += kind[i];
-  cut_again(X, work, sum, order.data(), order.data() + n, 0, parts, part);
+  cut_again(X, work, part_sums(work), order.data(), order.data() + n, 0, parts, part);
   return part;
 }

@@ -13,4 +13,7 @@ IntVec part_places(const RealVec& X, const RealVec& work, int parts);
 // that may stand obliquely                                                                             [n]
 IntVec part_planes(const RealVec& X, const std::vector<RealVec>& work, int parts);
 
+// part_sums : [n] the sum of all kinds of weight [kinds][n]
+RealVec part_sums(const std::vector<RealVec>& weight);
+
 #endif

@@ -3,6 +3,7 @@
 #include <numeric>
 
 #include "base/log.h"
+#include "base/part_places.h"
 #include "solve/solve_data.h"
 
 #ifdef MPFE_METIS
@@ -27,14 +28,6 @@ IntVec part_in_order(const std::vector<RealVec>& weight, int parts)
 }
 
 }  // namespace
-
-RealVec part_sums(const std::vector<RealVec>& weight)
-{
-  RealVec sums(weight[0].size(), 0.0);
-  for (const RealVec& kind : weight)
-    for (size_t r = 0; r < sums.size(); ++r) sums[r] += kind[r];
-  return sums;
-}
 
 IntVec part_weights(const RealVec& weight)
 {

@@ -104,9 +104,6 @@ IntVec part_metis(const SysMatrix& A, const std::vector<RealVec>& weight, int pa
 // up as integers of 32 bits, could not count them
 IntVec part_weights(const RealVec& weight);
 
-// part_sums : [n] weight of all kinds [kinds][n]
-RealVec part_sums(const std::vector<RealVec>& weight);
-
 struct SolverData;             // private to the solver files
 
 // equations; below, a factorisation takes a few milliseconds and nothing needs to be chosen.
