@@ -383,7 +383,7 @@ void out_listing_skipped(std::FILE* file, const Model& m, const State& s)
   };
   const Line lines[] = {
     {PHASE_GRID, "active grid", "no material points, or it moves with them"},
-    {PHASE_PROJECT, "projection", "no material points"},
+    {PHASE_PROJECT, "projection", "no material points, or the grid goes on as it was"},
     {PHASE_BOND, "bonds", "there are none"},
     {PHASE_CONTACT, "contact search", "no contact"},
     {PHASE_PATTERN, "pattern", "no list has changed"},

@@ -101,14 +101,18 @@ void finish_grid(const Dofs& dofs, const Attempt& a, RealVec& dv)
   }
 }
 
-// v + dv in the rows of the grid, for the next projection
-void keep_velocity(const Dofs& s, const RealVec& v, const RealVec& dv, GridVelocity& after)
+// v + dv in the rows of the grid made, for the next projection
+void keep_velocity(const Dofs& s, long made, double time, const RealVec& v, const RealVec& dv,
+                   GridVelocity& after)
 {
   const int first = s.nfe * s.dim;
   after.pattern   = s.pattern;
+  after.made      = made;
+  after.time      = time;
   after.key.assign(s.row_key.begin() + s.nfe, s.row_key.end());
+  after.fixed.assign(s.fixed.begin() + first, s.fixed.end());
   after.v.resize(s.neq() - first);
-  for (int i = first; i < s.neq(); ++i) after.v[i - first] = v[i] + dv[i];
+  for (int i = first; i < s.neq(); ++i) after.v[i - first] = s.fixed[i] ? s.rate[i] : v[i] + dv[i];
 }
 
 // several ranks with the whole model, where points follow nodes: what each rank has of velocities and
@@ -139,7 +143,7 @@ void finish_velocities(const ActiveGrid& grid, const Dofs& dofs, const Attempt& 
   if (here) finish_nodes(all, a, a.du_all, st, dv);
   else finish_nodes(dofs, a, a.du, st, own);
   if (st.points.npoint_all()) finish_grid(dofs, a, own);
-  if (after) keep_velocity(dofs, a.vgrid, own, *after);
+  if (after) keep_velocity(dofs, grid.made, a.total1, a.vgrid, own, *after);
   if (!dofs.whole) {
     dv.swap(own);
   } else if (st.points.npoint_all()) {
@@ -390,7 +394,7 @@ void step_finish(Problem& p, Attempt& a, RealVec& energy)
   // 1. velocities
   // small systems and REUSE=NO: a continued run repeats every digit
   GridVelocity* const after = m.solver.reuse && s.neq_all() >= SMALL_SYSTEM ? &p.newton.grid : nullptr;
-  if (!after) p.newton.grid = GridVelocity();
+  if (!after || a.cM == 0.0) p.newton.grid = GridVelocity();
   if (a.cM != 0.0) finish_velocities(p.d.grid, s, a, st, dv, after);
   point_tell_corners(st.points, m.dim, {&st.np1.uc, &st.np1.vc});
   if (m.part.around.on()) {                          // nodes of outer elements

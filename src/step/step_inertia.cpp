@@ -49,6 +49,19 @@ std::vector<char> begin_velocity(const GridVelocity& before, const Dofs& s, Real
   return begun;
 }
 
+// Are mass, points and supports those of the increment before, which ended at the velocity before? Then that is
+// what the projection gives. Collective                                                                (3.19)
+bool projection_known(const State& st, const Discretisation& d, const Dofs& s, const GridVelocity& before)
+{
+  const ActiveGrid& grid = dof_grid(d, s);
+  bool known = before.pattern == s.pattern && before.made == d.grid.made && before.time == st.n.time &&
+               std::none_of(grid.ghost_m.begin(), grid.ghost_m.end(), [](double m) { return m != 0.0; });
+  const size_t first = static_cast<size_t>(s.nfe) * s.dim;
+  for (size_t i = 0; known && i < before.v.size(); ++i)
+    known = before.fixed[i] == s.fixed[first + i] && (!before.fixed[i] || before.v[i] == s.rate0[first + i]);
+  return s.split ? comm_allreduce_max(static_cast<int>(!known)) == 0 : known;
+}
+
 // velocity of the grid: M-orthogonal projection of the velocities of the points    (3.13)
 //   in   before     velocity of the grid that was
 //   out  momentum   [neq] M v of nodes, sum m S v of points
@@ -57,6 +70,12 @@ Failure velocity_at_start(const State& st, const Discretisation& d, const Dofs& 
                           const GridVelocity& before, RealVec& momentum, RealVec& vgrid)
 {
   vgrid = dof_of_nodes(dofs, st.n.v);
+  if (d.grid.of_all.nodes && !dofs.hung && before.pattern >= 0 && projection_known(st, d, dofs, before)) {
+    timer_skip(PHASE_PROJECT);
+    std::copy(before.v.begin(), before.v.end(), vgrid.begin() + static_cast<long>(dofs.nfe) * dofs.dim);
+    mass_multiply(dofs, vgrid, momentum);
+    return STATUS_OK;
+  }
   mass_elements(dofs, vgrid, momentum);
   point_momentum(dof_grid(d, dofs), dofs, st.n.vc, momentum);
   sys_sum(dofs.A, momentum);
