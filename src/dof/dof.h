@@ -57,7 +57,8 @@ struct Dofs {
   // points follow nodes of the mesh: M couples these with each other and with the grid
   bool hung = false;
   RealVec M_elem;              // [blocks of A] then: M of the elements alone
-  CornerMass corner_mass;      // of the points that this rank works on
+  CornerMass corner_mass;      // of the points that this rank works on, looked at for ActiveGrid::made:
+  long corner_mass_made = -1;
   RealVec M_diag;              // [nrow] its diagonal, of all ranks
   std::shared_ptr<const MassRows> mass_rows;         // rows of the projection, for the pattern mass_of
   // [blocks of A][dim*dim] damping matrix of this rank, as A; empty: there is no damping    (6.18), (6.19)

@@ -382,7 +382,8 @@ bool form_split(const Model& m, const Step& step, State& st, Discretisation& d, 
 void dof_form(const Model& m, const Step& step, State& st, Discretisation& d, Dofs& s)
 {
   const bool fresh = comm_size() > 1 ? form_split(m, step, st, d, s) : form_rows(m, step, st, d, s);
-  point_corner_mass(st.points, s.owned_point, s.corner_mass);
+  if (fresh || s.corner_mass_made != d.grid.made) point_corner_mass(st.points, s.owned_point, s.corner_mass);
+  s.corner_mass_made = d.grid.made;
   if (!fresh) return timer_skip(PHASE_PATTERN);
   Timer timer(PHASE_PATTERN);
   ++s.pattern;

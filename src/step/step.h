@@ -29,11 +29,11 @@ struct KnownRegular {
   IntVec fixed;
 };
 
-// Velocity of the grid at the end of the last increment, where the projection of the next one begins  (3.14), or
-// what it gives                                                                                       (3.19)
+// Velocity of the grid at the end of the last increment: where the projection of the next one begins, or what
+// it gives                                                                               (3.14), (3.19)
 struct GridVelocity {
   long pattern = -1, made = -1;  // Dofs::pattern, ActiveGrid::made
-  double time  = 0.0;          // of that end
+  int increment = 0;           // StepLog::inc_total at that end
   std::vector<long> key;       // row_key of the rows of the grid, descending
   RealVec v;                   // [key*dim]
   IntVec fixed;                // [key*dim] DofKind

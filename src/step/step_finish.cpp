@@ -102,13 +102,13 @@ void finish_grid(const Dofs& dofs, const Attempt& a, RealVec& dv)
 }
 
 // v + dv in the rows of the grid made, for the next projection
-void keep_velocity(const Dofs& s, long made, double time, const RealVec& v, const RealVec& dv,
+void keep_velocity(const Dofs& s, long made, int increment, const RealVec& v, const RealVec& dv,
                    GridVelocity& after)
 {
   const int first = s.nfe * s.dim;
   after.pattern   = s.pattern;
   after.made      = made;
-  after.time      = time;
+  after.increment = increment;
   after.key.assign(s.row_key.begin() + s.nfe, s.row_key.end());
   after.fixed.assign(s.fixed.begin() + first, s.fixed.end());
   after.v.resize(s.neq() - first);
@@ -143,7 +143,7 @@ void finish_velocities(const ActiveGrid& grid, const Dofs& dofs, const Attempt& 
   if (here) finish_nodes(all, a, a.du_all, st, dv);
   else finish_nodes(dofs, a, a.du, st, own);
   if (st.points.npoint_all()) finish_grid(dofs, a, own);
-  if (after) keep_velocity(dofs, grid.made, a.total1, a.vgrid, own, *after);
+  if (after) keep_velocity(dofs, grid.made, st.log.inc_total + 1, a.vgrid, own, *after);
   if (!dofs.whole) {
     dv.swap(own);
   } else if (st.points.npoint_all()) {

@@ -49,12 +49,13 @@ std::vector<char> begin_velocity(const GridVelocity& before, const Dofs& s, Real
   return begun;
 }
 
-// Are mass, points and supports those of the increment before, which ended at the velocity before? Then that is
-// what the projection gives. Collective                                                                (3.19)
+// Are mass, points and supports those of the increment before, which ended at the velocity before? Then that
+// is what the projection gives. Collective                                                            (3.19)
 bool projection_known(const State& st, const Discretisation& d, const Dofs& s, const GridVelocity& before)
 {
   const ActiveGrid& grid = dof_grid(d, s);
-  bool known = before.pattern == s.pattern && before.made == d.grid.made && before.time == st.n.time &&
+  bool known = before.pattern == s.pattern && before.made == d.grid.made &&
+               before.increment == st.log.inc_total &&
                std::none_of(grid.ghost_m.begin(), grid.ghost_m.end(), [](double m) { return m != 0.0; });
   const size_t first = static_cast<size_t>(s.nfe) * s.dim;
   for (size_t i = 0; known && i < before.v.size(); ++i)
