@@ -29,14 +29,15 @@ struct KnownRegular {
   IntVec fixed;
 };
 
-// Velocity of the grid at the end of the last increment: where the projection of the next one begins, or what
-// it gives                                                                               (3.14), (3.19)
+// Projected velocity at the end of the last increment, of the rows of the grid and, where points follow nodes,
+// of those of nodes: where the projection of the next one begins, or what it gives       (3.14), (3.19)
 struct GridVelocity {
   long pattern = -1, made = -1;  // Dofs::pattern, ActiveGrid::made
   int increment = 0;           // StepLog::inc_total at that end
+  int first = 0;               // the first of these rows
   std::vector<long> key;       // row_key of the rows of the grid, descending
-  RealVec v;                   // [key*dim]
-  IntVec fixed;                // [key*dim] DofKind
+  RealVec v;                   // [rows*dim]
+  IntVec fixed;                // [rows*dim] DofKind
 };
 
 // What Newton's method keeps from one increment to the next; results do not depend on it, but for rounding

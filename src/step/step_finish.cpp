@@ -105,11 +105,12 @@ void finish_grid(const Dofs& dofs, const Attempt& a, RealVec& dv)
 void keep_velocity(const Dofs& s, long made, int increment, const RealVec& v, const RealVec& dv,
                    GridVelocity& after)
 {
-  const int first = s.nfe * s.dim;
   after.pattern   = s.pattern;
   after.made      = made;
   after.increment = increment;
+  after.first     = s.hung ? 0 : s.nfe;
   after.key.assign(s.row_key.begin() + s.nfe, s.row_key.end());
+  const int first = after.first * s.dim;
   after.fixed.assign(s.fixed.begin() + first, s.fixed.end());
   after.v.resize(s.neq() - first);
   for (int i = first; i < s.neq(); ++i) after.v[i - first] = s.fixed[i] ? s.rate[i] : v[i] + dv[i];

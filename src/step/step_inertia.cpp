@@ -27,39 +27,52 @@ void agree_velocity(const Dofs& s, std::vector<char>& begun, RealVec& vgrid)
   }
 }
 
-// puts the velocities that the grid had into those rows that are in it again; returns which they are
+// The velocities before, of the same rows. Those of nodes that are prescribed are known better
+void take_velocity(const GridVelocity& before, const Dofs& s, RealVec& vgrid)
+{
+  const int first = before.first * s.dim, grid = s.nfe * s.dim;
+  for (int i = first; i < s.neq(); ++i)
+    if (i >= grid || !s.fixed[i]) vgrid[i] = before.v[i - first];
+}
+
+// puts the velocities that there were into those rows that are there again; returns which they are
 std::vector<char> begin_velocity(const GridVelocity& before, const Dofs& s, RealVec& vgrid)
 {
   std::vector<char> begun;
   if (before.pattern < 0) return begun;
   if (before.pattern == s.pattern) {
-    std::copy(before.v.begin(), before.v.end(), vgrid.begin() + static_cast<long>(s.nfe) * s.dim);
+    take_velocity(before, s, vgrid);
     begun.assign(s.nrow, 1);
     return begun;
   }
+  const double* of_grid = before.v.data() + before.v.size() - before.key.size() * s.dim;
   begun.assign(s.nrow, 0);
   size_t k = 0;
   for (int r = s.nfe; r < s.nrow; ++r) {
     while (k < before.key.size() && before.key[k] > s.row_key[r]) ++k;
     if (k == before.key.size() || before.key[k] != s.row_key[r]) continue;
     begun[r] = 1;
-    for (int i = 0; i < s.dim; ++i) vgrid[r * s.dim + i] = before.v[k * s.dim + i];
+    for (int i = 0; i < s.dim; ++i) vgrid[r * s.dim + i] = of_grid[k * s.dim + i];
   }
   if (s.split) agree_velocity(s, begun, vgrid);
   return begun;
 }
 
 // Are mass, points and supports those of the increment before, which ended at the velocity before? Then that
-// is what the projection gives. Collective                                                            (3.19)
+// is what the projection gives. Dependent dofs of nodes that points follow are not projected. Collective (3.19)
 bool projection_known(const State& st, const Discretisation& d, const Dofs& s, const GridVelocity& before)
 {
+  if (s.hung && s.tie.any) return false;
   const ActiveGrid& grid = dof_grid(d, s);
-  bool known = before.pattern == s.pattern && before.made == d.grid.made &&
-               before.increment == st.log.inc_total &&
+  bool known = before.pattern == s.pattern && before.first == (s.hung ? 0 : s.nfe) &&
+               before.made == d.grid.made && before.increment == st.log.inc_total &&
                std::none_of(grid.ghost_m.begin(), grid.ghost_m.end(), [](double m) { return m != 0.0; });
-  const size_t first = static_cast<size_t>(s.nfe) * s.dim;
-  for (size_t i = 0; known && i < before.v.size(); ++i)
-    known = before.fixed[i] == s.fixed[first + i] && (!before.fixed[i] || before.v[i] == s.rate0[first + i]);
+  const int first = before.first * s.dim;
+  for (int i = first; known && i < s.neq(); ++i) {
+    const bool at_node = i < s.nfe * s.dim;
+    known = before.fixed[i - first] == s.fixed[i] &&
+            (at_node || !s.fixed[i] || before.v[i - first] == s.rate0[i]);
+  }
   return s.split ? comm_allreduce_max(static_cast<int>(!known)) == 0 : known;
 }
 
@@ -70,17 +83,18 @@ bool projection_known(const State& st, const Discretisation& d, const Dofs& s, c
 Failure velocity_at_start(const State& st, const Discretisation& d, const Dofs& dofs,
                           const GridVelocity& before, RealVec& momentum, RealVec& vgrid)
 {
+  const bool projects = d.grid.of_all.nodes || dofs.hung;
   vgrid = dof_of_nodes(dofs, st.n.v);
-  if (d.grid.of_all.nodes && !dofs.hung && before.pattern >= 0 && projection_known(st, d, dofs, before)) {
+  if (projects && before.pattern >= 0 && projection_known(st, d, dofs, before)) {
     timer_skip(PHASE_PROJECT);
-    std::copy(before.v.begin(), before.v.end(), vgrid.begin() + static_cast<long>(dofs.nfe) * dofs.dim);
+    take_velocity(before, dofs, vgrid);
     mass_multiply(dofs, vgrid, momentum);
     return STATUS_OK;
   }
   mass_elements(dofs, vgrid, momentum);
   point_momentum(dof_grid(d, dofs), dofs, st.n.vc, momentum);
   sys_sum(dofs.A, momentum);
-  if (!d.grid.of_all.nodes && !dofs.hung) return STATUS_OK;
+  if (!projects) return STATUS_OK;
   Timer timer(PHASE_PROJECT);
   const Dofs& s = dofs;
   const int first = s.hung ? 0 : s.nfe;
