@@ -29,8 +29,8 @@ struct KnownRegular {
   IntVec fixed;
 };
 
-// Projected velocity at the end of the last increment, of the rows of the grid and, where points follow nodes,
-// of those of nodes: where the projection of the next one begins, or what it gives       (3.14), (3.19)
+// Projected velocity at the end of the last increment, of the rows of the grid and, where points follow
+// nodes, of those of nodes: where the projection of the next one begins, or what it gives  (3.14), (3.19)
 struct GridVelocity {
   long pattern = -1, made = -1;  // Dofs::pattern, ActiveGrid::made
   int increment = 0;           // StepLog::inc_total at that end

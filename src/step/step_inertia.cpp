@@ -59,7 +59,8 @@ std::vector<char> begin_velocity(const GridVelocity& before, const Dofs& s, Real
 }
 
 // Are mass, points and supports those of the increment before, which ended at the velocity before? Then that
-// is what the projection gives. Dependent dofs of nodes that points follow are not projected. Collective (3.19)
+// is what the projection gives. Dependent dofs of nodes that points follow are not projected. Collective
+// (3.19)
 bool projection_known(const State& st, const Discretisation& d, const Dofs& s, const GridVelocity& before)
 {
   if (s.hung && s.tie.any) return false;
