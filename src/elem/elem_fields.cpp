@@ -76,12 +76,12 @@ double one_energy(const Model& m, const ElemBlock& b, size_t s, const RealVec& u
                   const ErodedLaw* er)
 {
   const int ngp = shape_info[b.shape].ngp;
-  double sum = 0.0, E[MAX_GAUSS * D * D], S[D * D], C[36];
+  double sum = 0.0, E[MAX_GAUSS * D * D], S[D * D];
   element_strains<D>(m, b, s, u, nlgeom, er, E);
   for (int g = 0; g < ngp; ++g) {
     double psi = 0.0;
     if (er) {
-      split_eroded(b.law, D, er->split, nlgeom, er->c, E + g * D * D, er->N, &psi, S, C);
+      split_eroded(b.law, D, er->split, nlgeom, er->c, E + g * D * D, er->N, &psi, S, nullptr);
     } else {
       ip_law<D>(b.law, E + g * D * D, S);
       for (int k = 0; k < D * D; ++k) psi += 0.5 * S[k] * E[g * D * D + k];
@@ -128,8 +128,8 @@ void broken_stress(const MatLaw& law, int dim, bool nlgeom, const ErodedLaw& er,
 {
   if (dim == 2 && law.plane == PLANE_STRESS) {
     const double E[4] = {out.E[0], out.E[3], out.E[3], out.E[1]};
-    double Sp[4], C[9];
-    split_eroded(law, 2, er.split, nlgeom, er.c, E, er.N, &out.psi, Sp, C);
+    double Sp[4];
+    split_eroded(law, 2, er.split, nlgeom, er.c, E, er.N, &out.psi, Sp, nullptr);
     S[0] = Sp[0];
     S[1] = Sp[3];
     S[3] = Sp[1];
@@ -137,7 +137,7 @@ void broken_stress(const MatLaw& law, int dim, bool nlgeom, const ErodedLaw& er,
     return;
   }
   SplitOut split;
-  split_full(law, er.split, nlgeom, out.E, er.N, split);
+  split_full(law, er.split, nlgeom, out.E, er.N, split, false);
   out.psi = er.c * split.psi_plus + split.psi_minus;
   for (int k = 0; k < 6; ++k) S[k] = er.c * split.Sp[k] + split.Sm[k];
 }

@@ -136,7 +136,7 @@ bool law_granular_step(const MatLaw& law, const KernelMode& mode, const double* 
   full_tensor<3>(E0, start);
   full_tensor<3>(E1, end);
   ip_discrete_kink<3>(law, pressure, mode, start, end, Sp, C ? Cp : nullptr);
-  split_eroded(law, 3, SPLIT_PRESSURE, mode.finite, 0.0, end, pressure.N, &psi, Sp1, Cp1);
+  split_eroded(law, 3, SPLIT_PRESSURE, mode.finite, 0.0, end, pressure.N, &psi, Sp1, C ? Cp1 : nullptr);
   if (std::isnan(Sp[0])) return false;
   for (int i = 0; i < 6; ++i) {
     const int at = 3 * V::row[i] + V::col[i];

@@ -14,15 +14,16 @@ using V = VoigtPlace<3>;
 
 const double Id[6]   = {1, 1, 1, 0, 0, 0};
 
-void add_dyad(double w, const double A[6], double C[36])     // C += w A (x) A
+// C += w A (x) A; this and the next do nothing where C is null
+void add_dyad(double w, const double A[6], double* C)
 {
-  for (int m = 0; m < 6; ++m)
+  for (int m = 0; m < 6 && C; ++m)
     for (int n = 0; n < 6; ++n) C[6 * m + n] += w * A[m] * A[n];
 }
 
-void add_identity(double w, double C[36])     // C += w times the identity of symmetric tensors
+void add_identity(double w, double* C)        // C += w times the identity of symmetric tensors
 {
-  for (int m = 0; m < 6; ++m) C[7 * m] += m < 3 ? w : 0.5 * w;
+  for (int m = 0; m < 6 && C; ++m) C[7 * m] += m < 3 ? w : 0.5 * w;
 }
 
 // plane components -> six
@@ -80,8 +81,8 @@ double largest_principal(const double E[6])
   return std::max({e[0], e[1], e[2]});
 }
 
-// the intact law (2.1) in three dimensions, added to psi, S, C
-void add_intact(const MatLaw& law, const double E[6], double& psi, double S[6], double C[36])
+// the intact law (2.1) in three dimensions, added to psi, S and, unless it is null, C
+void add_intact(const MatLaw& law, const double E[6], double& psi, double S[6], double* C)
 {
   const double tr = E[0] + E[1] + E[2];
   psi += 0.5 * law.lam3 * tr * tr + law.mu * six_dot(E, E);
@@ -91,13 +92,13 @@ void add_intact(const MatLaw& law, const double E[6], double& psi, double S[6], 
 }
 
 // the other part is what is left of the intact law
-void add_rest(const MatLaw& law, const double E[6], double psi, const double S[6], const double C[36],
-              double& psi_rest, double S_rest[6], double C_rest[36])
+void add_rest(const MatLaw& law, const double E[6], double psi, const double S[6], const double* C,
+              double& psi_rest, double S_rest[6], double* C_rest)
 {
   add_intact(law, E, psi_rest, S_rest, C_rest);
   psi_rest -= psi;
   for (int m = 0; m < 6; ++m) S_rest[m] -= S[m];
-  for (int m = 0; m < 36; ++m) C_rest[m] -= C[m];
+  for (int m = 0; m < 36 && C; ++m) C_rest[m] -= C[m];
 }
 
 // representative crack element                                                       (2.6), (2.7)
@@ -120,14 +121,15 @@ void split_rce(const MatLaw& law, const double E[6], const double N[3], SplitOut
   o.psi_plus = 0.5 * (tau[0] * tau[0] + tau[1] * tau[1] + tau[2] * tau[2]) / mu +
                (open ? 0.5 * sn * sn / M : 0.0);
   auto P = [N](int i, int j) { return (i == j) - N[i] * N[j]; };
-  for (int m = 0; m < 6; ++m)
+  double *Cp = o.of_plus(), *Cm = o.of_minus();
+  for (int m = 0; m < 6 && Cp; ++m)
     for (int n = 0; n < 6; ++n) {
       const int i = V::row[m], j = V::col[m], k = V::row[n], l = V::col[n];
-      o.Cp[6 * m + n] = mu * (N[i] * N[k] * P(j, l) + N[i] * N[l] * P(j, k) + N[j] * N[k] * P(i, l) +
+      Cp[6 * m + n] = mu * (N[i] * N[k] * P(j, l) + N[i] * N[l] * P(j, k) + N[j] * N[k] * P(i, l) +
                               N[j] * N[l] * P(i, k));
     }
-  if (open) add_dyad(1.0 / M, G, o.Cp);
-  add_rest(law, E, o.psi_plus, o.Sp, o.Cp, o.psi_minus, o.Sm, o.Cm);
+  if (open) add_dyad(1.0 / M, G, Cp);
+  add_rest(law, E, o.psi_plus, o.Sp, Cp, o.psi_minus, o.Sm, Cm);
 }
 
 // volumetric - deviatoric                                                                  (2.8)
@@ -142,45 +144,45 @@ void split_vd(const MatLaw& law, const double E[6], SplitOut& o)
     (tr > 0.0 ? o.Sp : o.Sm)[m] = K * tr * Id[m];
     o.Sp[m] += 2.0 * law.mu * dev[m];
   }
-  add_dyad(K, Id, tr > 0.0 ? o.Cp : o.Cm);
-  add_identity(2.0 * law.mu, o.Cp);
-  add_dyad(-2.0 / 3.0 * law.mu, Id, o.Cp);
+  add_dyad(K, Id, tr > 0.0 ? o.of_plus() : o.of_minus());
+  add_identity(2.0 * law.mu, o.of_plus());
+  add_dyad(-2.0 / 3.0 * law.mu, Id, o.of_plus());
 }
 
 // spectral                                                                                 (2.9)
 void split_spectral(const MatLaw& law, const double E[6], SplitOut& o)
 {
   const double tr = E[0] + E[1] + E[2];
-  double e[3], v[3][3], vv[6];
+  double e[3], v[3][3], vv[6], *Cp = o.of_plus(), *Cm = o.of_minus();
   principal(E, e, v);
   (tr > 0.0 ? o.psi_plus : o.psi_minus) = 0.5 * law.lam3 * tr * tr;
   for (int m = 0; m < 6; ++m) (tr > 0.0 ? o.Sp : o.Sm)[m] = law.lam3 * tr * Id[m];
-  add_dyad(law.lam3, Id, tr > 0.0 ? o.Cp : o.Cm);
+  add_dyad(law.lam3, Id, tr > 0.0 ? Cp : Cm);
   for (int a = 0; a < 3; ++a) {
     const bool plus = e[a] > 0.0;
     (plus ? o.psi_plus : o.psi_minus) += law.mu * e[a] * e[a];
     for (int m = 0; m < 6; ++m) vv[m] = v[a][V::row[m]] * v[a][V::col[m]];
     for (int m = 0; m < 6; ++m) (plus ? o.Sp : o.Sm)[m] += 2.0 * law.mu * e[a] * vv[m];
-    add_dyad(2.0 * law.mu, vv, plus ? o.Cp : o.Cm);
-    for (int b = 0; b < a; ++b) {
+    add_dyad(2.0 * law.mu, vv, plus ? Cp : Cm);
+    for (int b = 0; b < a && Cp; ++b) {
       for (int m = 0; m < 6; ++m)
         vv[m] = v[a][V::row[m]] * v[b][V::col[m]] + v[b][V::row[m]] * v[a][V::col[m]];
       const double hi = std::max(e[a], e[b]), lo = std::min(e[a], e[b]);
       const double theta = hi <= 0.0 ? 0.0 : lo >= 0.0 ? 1.0 : hi / (hi - lo);
-      add_dyad(law.mu * theta, vv, o.Cp);
-      add_dyad(law.mu * (1.0 - theta), vv, o.Cm);
+      add_dyad(law.mu * theta, vv, Cp);
+      add_dyad(law.mu * (1.0 - theta), vv, Cm);
     }
   }
 }
 
-// j = J - 1 (finite) or tr E, its gradient G and the derivative D of that, none when they are null; false:
-// 2E + I is not positive definite
+// j = J - 1 (finite) or tr E, its gradient G and the derivative D of that, unless they are null; D with G;
+// false: 2E + I is not positive definite
 bool volume(bool finite, const double E[6], double& j, double* G, double* D)
 {
   const double I1 = E[0] + E[1] + E[2];
   j = I1;
+  if (D) std::fill(D, D + 36, 0.0);
   if (G) {
-    std::fill(D, D + 36, 0.0);
     // not std::copy(Id, Id + 6, G): GCC 12.2 with AVX-512 copies the constants 1 1 1 0 as 1 1 1 1 (-O1; -O2
     // where this is not inlined), and broken material bears shear. Element by element it is right at all
     // levels (Split.PressureBearsNoShear)
@@ -205,7 +207,7 @@ bool volume(bool finite, const double E[6], double& j, double* G, double* D)
   for (int m = 0; m < 6; ++m) {
     const int a = V::row[m], b = V::col[m];
     G[m] = J * inv[a][b];
-    for (int n = 0; n < 6; ++n) {
+    for (int n = 0; n < 6 && D; ++n) {
       const int k = V::row[n], l = V::col[n];
       D[6 * m + n] = J * (inv[a][b] * inv[k][l] - inv[a][k] * inv[b][l] - inv[a][l] * inv[b][k]);
     }
@@ -217,57 +219,57 @@ bool volume(bool finite, const double E[6], double& j, double* G, double* D)
 void split_pressure(const MatLaw& law, bool finite, const double E[6], SplitOut& o)
 {
   const double K = bulk_modulus(law);
-  double j, G[6], D[36];
+  double j, G[6], D[36], *Cp = o.of_plus(), *Cm = o.of_minus();
   if (!volume(finite, E, j, nullptr, nullptr)) {
     o.psi_plus = o.psi_minus = std::numeric_limits<double>::quiet_NaN();
     return;
   }
   if (!(j > 0.0)) {
-    volume(finite, E, j, G, D);
+    volume(finite, E, j, G, Cm ? D : nullptr);
     o.psi_minus = 0.5 * K * j * j;
     for (int m = 0; m < 6; ++m) o.Sm[m] = K * j * G[m];
-    for (int m = 0; m < 36; ++m) o.Cm[m] = K * j * D[m];
-    add_dyad(K, G, o.Cm);
+    for (int m = 0; m < 36 && Cm; ++m) Cm[m] = K * j * D[m];
+    add_dyad(K, G, Cm);
   }
-  add_rest(law, E, o.psi_minus, o.Sm, o.Cm, o.psi_plus, o.Sp, o.Cp);
+  add_rest(law, E, o.psi_minus, o.Sm, Cm, o.psi_plus, o.Sp, Cp);
 }
 
 // j = change of the thickness of the crack, h - 1 with h^2 = 1/(N.C^-1 N) (finite) or N.E.N, its gradient G
-// and the derivative D of that, none when they are null; false: C = 2E + I is not positive definite  (2.18)
+// and the derivative D of that, unless they are null; D with G; false: C = 2E + I is not positive definite
+// (2.18)
 bool thickness(bool finite, const double E[6], const double N[3], double& j, double* G, double* D)
 {
   double NN[6];
   for (int m = 0; m < 6; ++m) NN[m] = N[V::row[m]] * N[V::col[m]];
   j = six_dot(NN, E);
-  if (G) {
-    std::fill(D, D + 36, 0.0);
-    std::copy(NN, NN + 6, G);
-  }
+  if (D) std::fill(D, D + 36, 0.0);
+  if (G) std::copy(NN, NN + 6, G);
   if (!finite) return true;
-  const Eigen::Vector3d n(N[0], N[1], N[2]);
-  Eigen::Matrix3d A, cofA, C, inv;
-  A << E[0], E[3], E[5], E[3], E[1], E[4], E[5], E[4], E[2];
-  C = Eigen::Matrix3d::Identity() + 2.0 * A;
-  cofA << E[1] * E[2] - E[4] * E[4], E[5] * E[4] - E[3] * E[2], E[3] * E[4] - E[5] * E[1],
-          E[5] * E[4] - E[3] * E[2], E[0] * E[2] - E[5] * E[5], E[3] * E[5] - E[0] * E[4],
-          E[3] * E[4] - E[5] * E[1], E[3] * E[5] - E[0] * E[4], E[0] * E[1] - E[3] * E[3];
-  const double I1 = A.trace(), I2 = cofA.trace(), I3 = A.row(0).dot(cofA.row(0)), NcofN = n.dot(cofA * n);
+  const double cof[6] = {E[1] * E[2] - E[4] * E[4], E[0] * E[2] - E[5] * E[5], E[0] * E[1] - E[3] * E[3],
+                         E[5] * E[4] - E[3] * E[2], E[3] * E[5] - E[0] * E[4], E[3] * E[4] - E[5] * E[1]};
+  const double I1 = E[0] + E[1] + E[2], I2 = cof[0] + cof[1] + cof[2],
+               I3 = E[0] * cof[0] + E[3] * cof[3] + E[5] * cof[5], NcofN = six_dot(NN, cof);
   const double det = 1.0 + 2.0 * I1 + 4.0 * I2 + 8.0 * I3, area2 = 1.0 + 2.0 * (I1 - j) + 4.0 * NcofN;
-  if (!(C(0, 0) > 0.0 && C(0, 0) * C(1, 1) - C(0, 1) * C(0, 1) > 0.0 && det > 0.0)) return false;
+  const double c11 = 1.0 + 2.0 * E[0], c22 = 1.0 + 2.0 * E[1], c12 = 2.0 * E[3];
+  if (!(c11 > 0.0 && c11 * c22 - c12 * c12 > 0.0 && det > 0.0)) return false;
   const double h = std::sqrt(det / area2);
   j = (2.0 * j + 4.0 * (I2 - NcofN) + 8.0 * I3) / area2 / (1.0 + h);       // h - 1 without loss of digits
   if (!G) return true;
-  inv = (Eigen::Matrix3d::Identity() + 2.0 * (I1 * Eigen::Matrix3d::Identity() - A) + 4.0 * cofA) / det;
-  const Eigen::Vector3d a = inv * n;
+  double inv[3][3], a[3];                            // C^-1 and C^-1 N
+  for (int m = 0; m < 6; ++m) {
+    const int r = V::row[m], s = V::col[m];
+    inv[r][s] = inv[s][r] = ((1.0 + 2.0 * I1) * Id[m] - 2.0 * E[m] + 4.0 * cof[m]) / det;
+  }
+  for (int i = 0; i < 3; ++i) a[i] = inv[i][0] * N[0] + inv[i][1] * N[1] + inv[i][2] * N[2];
   const double h3 = h * h * h, h5 = h3 * h * h;
   for (int m = 0; m < 6; ++m) {
     const int r = V::row[m], s = V::col[m];
     G[m] = h3 * a[r] * a[s];
-    for (int k = 0; k <= m; ++k) {
+    for (int k = 0; k <= m && D; ++k) {
       const int t = V::row[k], u = V::col[k];
       D[6 * m + k] = D[6 * k + m] = 3.0 * h5 * a[r] * a[s] * a[t] * a[u] -
-                                    h3 * ((inv(r, t) * a[u] + inv(r, u) * a[t]) * a[s] +
-                                          (inv(s, t) * a[u] + inv(s, u) * a[t]) * a[r]);
+                                    h3 * ((inv[r][t] * a[u] + inv[r][u] * a[t]) * a[s] +
+                                          (inv[s][t] * a[u] + inv[s][u] * a[t]) * a[r]);
     }
   }
   return true;
@@ -277,19 +279,19 @@ bool thickness(bool finite, const double E[6], const double N[3], double& j, dou
 void split_crack(const MatLaw& law, bool finite, const double E[6], const double N[3], SplitOut& o)
 {
   const double M = law.lam + 2.0 * law.mu;
-  double j, G[6], D[36];
+  double j, G[6], D[36], *Cp = o.of_plus(), *Cm = o.of_minus();
   if (!thickness(finite, E, N, j, nullptr, nullptr)) {
     o.psi_plus = o.psi_minus = std::numeric_limits<double>::quiet_NaN();
     return;
   }
   if (!(j > 0.0)) {
-    thickness(finite, E, N, j, G, D);
+    thickness(finite, E, N, j, G, Cm ? D : nullptr);
     o.psi_minus = 0.5 * M * j * j;
     for (int m = 0; m < 6; ++m) o.Sm[m] = M * j * G[m];
-    for (int m = 0; m < 36; ++m) o.Cm[m] = M * j * D[m];
-    add_dyad(M, G, o.Cm);
+    for (int m = 0; m < 36 && Cm; ++m) Cm[m] = M * j * D[m];
+    add_dyad(M, G, Cm);
   }
-  add_rest(law, E, o.psi_minus, o.Sm, o.Cm, o.psi_plus, o.Sp, o.Cp);
+  add_rest(law, E, o.psi_minus, o.Sm, Cm, o.psi_plus, o.Sp, Cp);
 }
 
 // plane stress: the E33 with c S33+ + S33- = 0, and the law there. S33 of every split rises with E33 ever
@@ -318,16 +320,17 @@ void release_thickness(const MatLaw& law, Split split, bool finite, double c, co
 }  // namespace
 
 void split_full(const MatLaw& law, Split split, bool finite, const double E[6], const double N[3],
-                SplitOut& out)
+                SplitOut& out, bool tangent)
 {
   out = SplitOut{};
+  out.tangent = tangent;
   switch (split) {
     case SPLIT_RCE:      split_rce(law, E, N, out); break;
     case SPLIT_VD:       split_vd(law, E, out); break;
     case SPLIT_SPECTRAL: split_spectral(law, E, out); break;
     case SPLIT_PRESSURE: split_pressure(law, finite, E, out); break;
     case SPLIT_CRACK:    split_crack(law, finite, E, N, out); break;
-    case SPLIT_NONE:     add_intact(law, E, out.psi_plus, out.Sp, out.Cp); break;
+    case SPLIT_NONE:     add_intact(law, E, out.psi_plus, out.Sp, out.of_plus()); break;
     case SPLIT_GRANULAR: break;          // has a history: law_granular
   }
 }
@@ -355,7 +358,7 @@ double split_drive(const MatLaw& law, int dim, Split split, bool finite, const d
   SplitOut o;
   six_of(dim, E, E6);
   mat_full(law, dim, E6, S6);
-  split_full(law, split, finite, E6, none, o);
+  split_full(law, split, finite, E6, none, o, false);
   return o.psi_plus;
 }
 
@@ -368,13 +371,14 @@ void split_eroded(const MatLaw& law, int dim, Split split, bool finite, double c
   SplitOut o;
   six_of(dim, E, E6);
   if (release) release_thickness(law, split, finite, c, N, E6, o);
-  else split_full(law, split, finite, E6, N, o);
+  else split_full(law, split, finite, E6, N, o, C != nullptr);
 
   *psi = c * o.psi_plus + o.psi_minus;
   for (int m = 0; m < nv; ++m) {
     const int k = seen[m], i = V::row[k], j = V::col[k];
     S[dim * i + j] = S[dim * j + i] = c * o.Sp[k] + o.Sm[k];
   }
+  if (!C) return;
   double D[36];
   for (int m = 0; m < 36; ++m) D[m] = c * o.Cp[m] + o.Cm[m];
   for (int m = 0; m < nv; ++m)
@@ -392,11 +396,11 @@ bool split_has_kink(const MatLaw& law, Split split)
 }
 
 bool split_kink(const MatLaw& law, int dim, Split split, bool finite, double c, const double* E,
-                const double N[3], bool slopes, SplitKink& kink)
+                const double N[3], int order, SplitKink& kink)
 {
   const int nv = dim == 2 ? 3 : 6, *seen = seen_by(dim);
   double E6[6], G6[6], D6[36] = {0};
-  double *G = slopes ? G6 : nullptr, *D = slopes ? D6 : nullptr;
+  double *G = order > 0 ? G6 : nullptr, *D = order > 1 ? D6 : nullptr;
   six_of(dim, E, E6);
   if (split == SPLIT_RCE) {
     for (int m = 0; m < 6; ++m) G6[m] = law.lam3 * Id[m] + 2.0 * law.mu * N[V::row[m]] * N[V::col[m]];
@@ -412,10 +416,10 @@ bool split_kink(const MatLaw& law, int dim, Split split, bool finite, double c, 
     kink.side = -1;
     kink.w    = (1.0 - c) * bulk_modulus(law);
   }
-  for (int m = 0; m < nv && slopes; ++m) {
+  for (int m = 0; m < nv && order > 0; ++m) {
     const int i = V::row[seen[m]], k = V::col[seen[m]];
     kink.G[dim * i + k] = kink.G[dim * k + i] = G6[seen[m]];
-    for (int n = 0; n < nv; ++n) kink.D[nv * m + n] = D6[6 * seen[m] + seen[n]];
+    for (int n = 0; n < nv && order > 1; ++n) kink.D[nv * m + n] = D6[6 * seen[m] + seen[n]];
   }
   return true;
 }

@@ -15,7 +15,10 @@
 struct SplitOut {
   double psi_plus, psi_minus;  // force/length^2
   double Sp[6], Sm[6];         // force/length^2
-  double Cp[36], Cm[36];       // force/length^2
+  double Cp[36], Cm[36];       // force/length^2; zero where the tangent is not asked for
+  bool tangent = true;
+  double* of_plus() { return tangent ? Cp : nullptr; }
+  double* of_minus() { return tangent ? Cm : nullptr; }
 };
 
 // ---------------------------------------------------------------------------
@@ -25,12 +28,13 @@ struct SplitOut {
 //        finite   NLGEOM: SPLIT_PRESSURE takes J - 1 of E, otherwise tr E
 //        E        strain, tensor components           [6]; plane strain: E33 = 0
 //        N        unit normal of the crack            [3]; used by SPLIT_RCE and SPLIT_CRACK
+//        tangent  is it asked for?
 //   out  out      at a kink (tr E, E_a, s_n or J - 1 = 0) the tangent is that of the closed side
 //   theory        doc/theory.md: (2.5) - (2.10), (2.18)
 //   fails         SPLIT_PRESSURE with finite, 2E + I not positive definite: both psi NaN, all S and C zero
 // ---------------------------------------------------------------------------
 void split_full(const MatLaw& law, Split split, bool finite, const double E[6], const double N[3],
-                SplitOut& out);
+                SplitOut& out, bool tangent = true);
 
 // ---------------------------------------------------------------------------
 // split_normal : direction of the largest principal stress of the intact law, in the plane for dim 2
@@ -60,7 +64,8 @@ double split_drive(const MatLaw& law, int dim, Split split, bool finite, const d
 //        N        unit normal of the crack            [3]; used by SPLIT_RCE and SPLIT_CRACK
 //   out  psi      energy per volume at t = 0          force/length^2
 //        S        stress                              [dim*dim]  force/length^2
-//        C        dS/dE, engineering shear columns    [nv*nv], nv = 3 (11 22 12) or 6 (11 22 33 12 23 31)
+//        C        dS/dE, engineering shear columns    [nv*nv], nv = 3 (11 22 12) or 6 (11 22 33 12 23 31);
+//                 null: not asked for
 //   theory        doc/theory.md: (2.12), (2.13). Plane stress: S33 = 0, C condensed
 //   fails         as split_full: psi NaN, S and C zero; plane stress: when the plane part of 2E + I is not
 //                 positive definite, and with c = 1 when E33 of (2.2) is below -1/2. The caller rejects
@@ -76,7 +81,7 @@ void split_eroded(const MatLaw& law, int dim, Split split, bool finite, double c
 //   psi = quadratic + w/2 <side j>_+^2       RCE: j = s_n, side 1;  VD: j = tr E;
 //                                            PRESSURE with NLGEOM: j = J - 1;  CRACK: j = N.E.N, side -1
 //
-//   in   as split_eroded;   slopes: dj/dE and d2j/dE2 are asked for
+//   in   as split_eroded;   order: 0: j, 1: and dj/dE, 2: and d2j/dE2 are asked for
 //   out  kink     j, dj/dE, d2j/dE2 (engineering shear columns), w, side
 //   returns       false: 2E + I is not positive definite
 //   theory        doc/theory.md: (2.6), (2.8), (2.10), (2.17), (2.18)
@@ -91,6 +96,6 @@ struct SplitKink {
 
 bool split_has_kink(const MatLaw& law, Split split);
 bool split_kink(const MatLaw& law, int dim, Split split, bool finite, double c, const double* E,
-                const double N[3], bool slopes, SplitKink& kink);
+                const double N[3], int order, SplitKink& kink);
 
 #endif

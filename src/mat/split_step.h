@@ -80,12 +80,12 @@ inline void ip_discrete(const MatLaw& law, const ErodedLaw& er, const KernelMode
 {
   constexpr int nv = VoigtPlace<D>::nv;
   const StrainStep<D> e(E0, E1);
-  double S1[D * D], S0[D * D], Cm[nv * nv], C1[nv * nv], psi0, psi1, psim, work = 0.0;
-  split_eroded(law, D, er.split, mode.finite, er.c, e.mid, er.N, &psim, S, Cm);
+  double S1[D * D], S0[D * D], Cm[nv * nv], psi0, psi1, psim, work = 0.0;
+  split_eroded(law, D, er.split, mode.finite, er.c, e.mid, er.N, &psim, S, C ? Cm : nullptr);
   for (int k = 0; C && k < nv * nv; ++k) C[k] = 0.5 * Cm[k];
   if (e.small) return;
-  split_eroded(law, D, er.split, mode.finite, er.c, E1, er.N, &psi1, S1, C1);
-  split_eroded(law, D, er.split, mode.finite, er.c, E0, er.N, &psi0, S0, C1);
+  split_eroded(law, D, er.split, mode.finite, er.c, E1, er.N, &psi1, S1, nullptr);
+  split_eroded(law, D, er.split, mode.finite, er.c, E0, er.N, &psi0, S0, nullptr);
   for (int k = 0; k < D * D; ++k) work += S[k] * e.d[k];
   const double a = (psi1 - psi0 - work) / e.dd;
   if (C) {
@@ -119,11 +119,11 @@ inline void ip_discrete_kink(const MatLaw& law, const ErodedLaw& er, const Kerne
   const StrainStep<D> e(E0, E1);
   double psi, Cm[nv * nv];
   SplitKink k0, m, k1;
-  split_eroded(law, D, er.split, mode.finite, er.c, e.mid, er.N, &psi, S, Cm);
-  const auto kink = [&](const double* E, bool slopes, SplitKink& k) {
-    return split_kink(law, D, er.split, mode.finite, er.c, E, er.N, slopes, k);
+  split_eroded(law, D, er.split, mode.finite, er.c, e.mid, er.N, &psi, S, C ? Cm : nullptr);
+  const auto kink = [&](const double* E, int order, SplitKink& k) {
+    return split_kink(law, D, er.split, mode.finite, er.c, E, er.N, order, k);
   };
-  if (!kink(E0, false, k0) || !kink(e.mid, false, m) || !kink(E1, false, k1)) {
+  if (!kink(E0, 0, k0) || !kink(e.mid, 0, m) || !kink(E1, 0, k1)) {
     for (int k = 0; k < D * D; ++k) S[k] = std::nan("");
     return;
   }
@@ -131,8 +131,8 @@ inline void ip_discrete_kink(const MatLaw& law, const ErodedLaw& er, const Kerne
     for (int k = 0; k < nv * nv && C; ++k) C[k] = 0.5 * Cm[k];
     return;
   }
-  kink(e.mid, true, m);
-  kink(E1, true, k1);
+  kink(e.mid, C ? 2 : 1, m);
+  if (C) kink(E1, 1, k1);
   // the middle's share of the one-sided part gives way to q
   const double had = m.side * m.j > 0.0 ? m.w : 0.0;
   double q, slope;
@@ -165,15 +165,15 @@ inline void ip_stress_broken(const MatLaw& law, const ErodedLaw& er, const Kerne
   constexpr int nv = VoigtPlace<D>::nv;
   double psi, S0[D * D], S1[D * D], C1[nv * nv];
   if (!mode.mid) {
-    split_eroded(law, D, er.split, mode.finite, er.c, E1, er.N, &psi, S, C ? C : C1);
+    split_eroded(law, D, er.split, mode.finite, er.c, E1, er.N, &psi, S, C);
     return;
   }
   if (split_has_kink(law, er.split)) ip_discrete_kink<D>(law, er, mode, E0, E1, S, C);
   else ip_discrete<D>(law, er, mode, E0, E1, S, C);
   const double more = mode.s_new - 0.5;              // dissipation on demand
   if (more == 0.0) return;
-  split_eroded(law, D, er.split, mode.finite, er.c, E0, er.N, &psi, S0, C1);
-  split_eroded(law, D, er.split, mode.finite, er.c, E1, er.N, &psi, S1, C1);
+  split_eroded(law, D, er.split, mode.finite, er.c, E0, er.N, &psi, S0, nullptr);
+  split_eroded(law, D, er.split, mode.finite, er.c, E1, er.N, &psi, S1, C ? C1 : nullptr);
   for (int k = 0; k < D * D; ++k) S[k] += more * (S1[k] - S0[k]);
   if (C)
     for (int k = 0; k < nv * nv; ++k) C[k] += more * C1[k];
