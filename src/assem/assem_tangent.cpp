@@ -128,6 +128,13 @@ void add_points(const Model& m, const Discretisation& d, const KernelMode& mode,
     add_packed_pairs<D>(dofs.A, w.map, w.n, n, kp);
     w.n = 0;
   };
+  // one by one: points with the nodes of the one before add up to one
+  const int* sum_map = nullptr;
+  int sum_n = 0;
+  const auto add_sum = [&]() {
+    if (sum_map) add_pairs<D>(dofs.A, sum_map, sum_n, ke.data());
+    sum_map = nullptr;
+  };
   const size_t* at = dofs.point_map_off.data();
   for (int q : dofs.owned_point) {
     const int n    = grid.point.count(q);
@@ -139,10 +146,15 @@ void add_points(const Model& m, const Discretisation& d, const KernelMode& mode,
       if (w.add(q, map)) flush(w, n);
       continue;
     }
-    ke.resize(static_cast<size_t>(pair_count(n)) * D * D);
+    if (map != sum_map) {
+      add_sum();
+      sum_map = map;
+      sum_n   = n;
+      ke.assign(static_cast<size_t>(pair_count(n)) * D * D, 0.0);
+    }
     point_tangent(m, pts, d.point_law, mode, st.n, st.np1, grid, q, work, ke.data());
-    add_pairs<D>(dofs.A, map, n, ke.data());
   }
+  add_sum();
   for (int n = 0; n <= POINT_PACK_NODES; ++n) flush(waiting[n], n);
   // points that share their change of volume, on the nodes of all of them
   at = dofs.group_map_off.data();

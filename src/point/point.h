@@ -198,7 +198,7 @@ Status point_corner_force(const Model& m, const Points& pts, const PointLaws& la
                           const Level& l0, Level& l1, const IntVec& owned, const IntVec& groups, RealVec& fc,
                           int* worst);
 
-// point_tangent : tangent of point p for its grid nodes, pairs a >= b [pairs][dim*dim]; work: scratch
+// point_tangent : ke += tangent of point p for its grid nodes, pairs a >= b [pairs][dim*dim]; work: scratch
 void point_tangent(const Model& m, const Points& pts, const PointLaws& law, const KernelMode& mode,
                    const Level& l0, Level& l1, const ActiveGrid& g, int p, RealVec& work, double* ke);
 

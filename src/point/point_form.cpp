@@ -446,7 +446,6 @@ void tangent(const Model& m, const Points& pts, const PointLaws& law, const Kern
   if (reads_old(pts, law, mode, p)) gradient<D>(pts, l0.uc, p, H0);
   const int first = g.point.off[p], n = g.point.count(p);
   const double* dS = &g.dS[static_cast<size_t>(first) * D];
-  for (int k = 0; k < pair_count(n) * D * D; ++k) ke[k] = 0.0;
   if (!pts.eroded(p) && !is_general(pts, law, p)) {
     work.resize(static_cast<size_t>(n) * D);
     ip_stress<D>(of_body, mode, H0, H1, Fb, S);
