@@ -90,12 +90,24 @@ inline void ip_tangent_general(const double* dNdX, int n, double w, const double
     for (int L = 0; L < D; ++L)
       for (int J = 0; J < D; ++J)
         for (int m = 0; m < DD; ++m) M[L * DD + m] += dNdX[a * D + J] * A[(J * D + L) * DD + m];
-    for (int b = 0; b <= a; ++b, k += DD) {
-      const double* g = dNdX + b * D;
-      for (int m = 0; m < DD; ++m) {
-        double sum = k[m];
-        for (int L = 0; L < D; ++L) sum += M[L * DD + m] * g[L];
-        k[m] = sum;
+    if constexpr (D == 3) {                          // the numbers of a block as 8 and 1
+      const auto eight = [&M](int L) { return *reinterpret_cast<const PackRow*>(M + L * DD); };
+      const Pack M0 = eight(0), M1 = eight(1), M2 = eight(2);
+      const double m0 = M[PACK], m1 = M[DD + PACK], m2 = M[2 * DD + PACK];
+      for (int b = 0; b <= a; ++b, k += DD) {
+        const double* g = dNdX + b * D;
+        PackRow& to = *reinterpret_cast<PackRow*>(k);
+        to = to + g[0] * M0 + g[1] * M1 + g[2] * M2;
+        k[PACK] += g[0] * m0 + g[1] * m1 + g[2] * m2;
+      }
+    } else {
+      for (int b = 0; b <= a; ++b, k += DD) {
+        const double* g = dNdX + b * D;
+        for (int m = 0; m < DD; ++m) {
+          double sum = k[m];
+          for (int L = 0; L < D; ++L) sum += M[L * DD + m] * g[L];
+          k[m] = sum;
+        }
       }
     }
   }
