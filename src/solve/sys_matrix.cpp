@@ -38,13 +38,14 @@ void multiply(const SysMatrix& A, const RealVec& val, const double* x, double* y
   }
 }
 
+typedef double Two __attribute__((vector_size(16), aligned(8), may_alias));
+inline Two two(const double* v) { return *reinterpret_cast<const Two*>(v); }
+
 // the same in the plane: a row of a block is one vector register
 template <>
 void multiply<2>(const SysMatrix& A, const RealVec& val, const double* x, double* y)
 {
-  typedef double Two __attribute__((vector_size(16), aligned(8), may_alias));
   const int *off = A.off.data(), *col = A.col.data(), n = A.nrow;
-  const auto two = [](const double* v) { return *reinterpret_cast<const Two*>(v); };
   const double* a = val.data();
   for (int I = 0; I < n; ++I) {
     const double x0 = x[2 * I], x1 = x[2 * I + 1];
@@ -58,6 +59,37 @@ void multiply<2>(const SysMatrix& A, const RealVec& val, const double* x, double
     y[2 * I] += first[0] + first[1] + (a[0] * x0 + a[2] * x1);
     y[2 * I + 1] += second[0] + second[1] + (a[2] * x0 + a[3] * x1);
     a += 4;
+  }
+}
+
+// the same in space: a row of a block is two numbers in a register and one
+template <>
+void multiply<3>(const SysMatrix& A, const RealVec& val, const double* x, double* y)
+{
+  const int *off = A.off.data(), *col = A.col.data(), n = A.nrow;
+  const double* a = val.data();
+  for (int I = 0; I < n; ++I) {
+    const double *xI = x + 3 * I, x0 = xI[0], x1 = xI[1], x2 = xI[2];
+    Two s0 = {}, s1 = {}, s2 = {};
+    double t0 = 0.0, t1 = 0.0, t2 = 0.0;
+    for (int k = off[I], last = off[I + 1] - 1; k < last; ++k, a += 9) {
+      const int J = 3 * col[k];
+      const Two a0 = two(a), a1 = two(a + 3), a2 = two(a + 6), xJ = two(x + J);
+      const double b0 = a[2], b1 = a[5], b2 = a[8], zJ = x[J + 2];
+      s0 += a0 * xJ;
+      s1 += a1 * xJ;
+      s2 += a2 * xJ;
+      t0 += b0 * zJ;
+      t1 += b1 * zJ;
+      t2 += b2 * zJ;
+      *reinterpret_cast<Two*>(y + J) += a0 * x0 + a1 * x1 + a2 * x2;
+      y[J + 2] += b0 * x0 + b1 * x1 + b2 * x2;
+    }
+    double* yI = y + 3 * I;
+    yI[0] += s0[0] + s0[1] + t0 + (a[0] * x0 + a[3] * x1 + a[6] * x2);
+    yI[1] += s1[0] + s1[1] + t1 + (a[3] * x0 + a[4] * x1 + a[7] * x2);
+    yI[2] += s2[0] + s2[1] + t2 + (a[6] * x0 + a[7] * x1 + a[8] * x2);
+    a += 9;
   }
 }
 
