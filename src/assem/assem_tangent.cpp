@@ -146,7 +146,7 @@ void add_points(const Model& m, const Discretisation& d, const KernelMode& mode,
       if (w.add(q, map)) flush(w, n);
       continue;
     }
-    if (map != sum_map) {
+    if (map != sum_map || n != sum_n) {
       add_sum();
       sum_map = map;
       sum_n   = n;

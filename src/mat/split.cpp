@@ -126,7 +126,7 @@ void split_rce(const MatLaw& law, const double E[6], const double N[3], SplitOut
     for (int n = 0; n < 6; ++n) {
       const int i = V::row[m], j = V::col[m], k = V::row[n], l = V::col[n];
       Cp[6 * m + n] = mu * (N[i] * N[k] * P(j, l) + N[i] * N[l] * P(j, k) + N[j] * N[k] * P(i, l) +
-                              N[j] * N[l] * P(i, k));
+                            N[j] * N[l] * P(i, k));
     }
   if (open) add_dyad(1.0 / M, G, Cp);
   add_rest(law, E, o.psi_plus, o.Sp, Cp, o.psi_minus, o.Sm, Cm);
