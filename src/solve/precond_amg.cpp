@@ -35,6 +35,7 @@ struct AmgData {
 
   const SysMatrix* M = nullptr;    // matrix of today: all rows, or those of this rank and their neighbours
   OwnBlock* own      = nullptr;    // several ranks
+  std::vector<float> val;          // its values, which need no more digits here
   const Cholesky* L  = nullptr;    // its incomplete factor
   IntVec off, col;                 // pattern that the lists below are for; several ranks: its check sum
   std::uint64_t pattern = 0;
@@ -262,7 +263,7 @@ std::vector<RealVec> rigid_motions(const AmgData& d, const RealVec* place)
 void put_rows(const AmgData& d, const double* v, RealVec& x)
 {
   const int D = d.M->dim;
-  std::fill(x.begin(), x.end(), 0.0);
+  if (d.own) std::fill(x.begin(), x.end(), 0.0);     // else all rows are here
   for (size_t l = 0; l < d.row.size(); ++l) std::copy_n(v + l * D, D, &x[static_cast<size_t>(d.row[l]) * D]);
 }
 
@@ -295,8 +296,18 @@ PetscErrorCode multiply(Mat product, Vec from, Vec to)
   void* context = nullptr;
   petsc->MatShellGetContext(product, &context);
   AmgData& d = *static_cast<AmgData*>(context);
+  if (!d.own) {                                      // in place
+    const double* x = nullptr;
+    double* y = nullptr;
+    petsc->VecGetArrayRead(from, &x);
+    petsc->VecGetArray(to, &y);
+    sys_multiply(*d.M, d.val, x, y);
+    petsc->VecRestoreArray(to, &y);
+    petsc->VecRestoreArrayRead(from, &x);
+    return 0;
+  }
   spread(d, from);
-  sys_multiply(*d.M, d.x, d.y);
+  sys_multiply(*d.M, d.val, d.x.data(), d.y.data());
   sys_sum(*d.M, d.y);
   pick(d, d.y, to);
   return 0;
@@ -403,6 +414,7 @@ bool begin(const SysMatrix& M, OwnBlock* own, const Cholesky& L, const std::func
   d.M     = &M;
   d.own   = own;
   d.L     = &L;
+  d.val.assign(M.val.begin(), M.val.end());
   if (comm_allreduce_max(static_cast<int>(2.0 * static_cast<double>(M.val.size()) > INT_MAX))) return false;
   if (own) {
     const RowNumbers rows = sys_number(M);
@@ -422,6 +434,7 @@ bool begin(const SysMatrix& M, OwnBlock* own, const Cholesky& L, const std::func
   list_entries(M.dim, d);
   d.x.resize(M.neq());
   if (own) {
+    d.y.resize(M.neq());
     d.r.resize(d.row.size() * M.dim);
     d.z.resize(d.r.size());
   }
@@ -459,6 +472,7 @@ bool amg_form(const SysMatrix& M, OwnBlock* own, const Cholesky& L, const std::f
   d.M        = &M;
   d.own      = own;
   d.L        = &L;
+  d.val.assign(M.val.begin(), M.val.end());
   d.kept     = d.stamp != stamp;
   if (!d.kept || d.extra <= SETUP_AGAIN) return true;
   d.kept  = false;
@@ -508,6 +522,7 @@ double amg_memory(const AmgData& d)
 {
   return static_cast<double>((d.source.capacity() + d.number.capacity() + d.entry_col.capacity() +
                               d.entry_off.capacity() + 2 * d.target.capacity()) * sizeof(int) +
+                             d.val.capacity() * sizeof(float) +
                              (d.entry.capacity() + d.x.capacity() + d.y.capacity()) * sizeof(double));
 }
 

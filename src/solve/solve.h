@@ -63,6 +63,7 @@ void sys_multiply(const SysMatrix& A, const RealVec& x, RealVec& y);
 
 // sys_multiply : with val instead of the values of A
 void sys_multiply(const SysMatrix& A, const RealVec& val, const RealVec& x, RealVec& y);
+void sys_multiply(const SysMatrix& A, const std::vector<float>& val, const double* x, double* y);
 
 // sys_diagonal : diagonal of A [neq]
 void sys_diagonal(const SysMatrix& A, RealVec& d);

@@ -8,45 +8,36 @@
 
 namespace {
 
-// y += A x, D known to the compiler. Blocks off the diagonal act twice, as A_IJ and as its transpose.
-template <int D>
-void multiply(const SysMatrix& A, const RealVec& val, const double* x, double* y)
+// y += A x. Blocks off the diagonal act twice, as A_IJ and as its transpose. T: of the values
+template <class T>
+void multiply_line(const SysMatrix& A, const T* a, const double* x, double* y)
 {
-  for (int I = 0; I < A.nrow; ++I) {
-    double row[D] = {};
-    const double* xI = x + I * D;
-    const int last   = A.off[I + 1] - 1;
-    for (int k = A.off[I]; k < last; ++k) {
-      const double* a  = &val[static_cast<size_t>(k) * D * D];
-      const double* xJ = x + A.col[k] * D;
-      double* yJ       = y + A.col[k] * D;
-      for (int i = 0; i < D; ++i)
-        for (int j = 0; j < D; ++j) {
-          row[i] += a[i * D + j] * xJ[j];
-          yJ[j] += a[i * D + j] * xI[i];
-        }
+  const int *off = A.off.data(), *col = A.col.data(), n = A.nrow;
+  for (int I = 0; I < n; ++I) {
+    double row = 0.0;
+    for (int k = off[I], last = off[I + 1] - 1; k < last; ++k, ++a) {
+      row += *a * x[col[k]];
+      y[col[k]] += *a * x[I];
     }
-    const double* a = &val[static_cast<size_t>(last) * D * D];
-    for (int i = 0; i < D; ++i) {
-      row[i] += a[i * D + i] * xI[i];
-      for (int j = 0; j < i; ++j) {
-        row[i] += a[i * D + j] * xI[j];
-        row[j] += a[i * D + j] * xI[i];
-      }
-    }
-    for (int i = 0; i < D; ++i) y[I * D + i] += row[i];
+    y[I] += row + *a++ * x[I];
   }
 }
 
-typedef double Two __attribute__((vector_size(16), aligned(8), may_alias));
-inline Two two(const double* v) { return *reinterpret_cast<const Two*>(v); }
+typedef double Two __attribute__((vector_size(16)));
+typedef double TwoAt __attribute__((vector_size(16), aligned(8), may_alias));
+typedef float FloatsAt __attribute__((vector_size(8), aligned(4), may_alias));
+
+inline Two two(const double* v) { return *reinterpret_cast<const TwoAt*>(v); }
+inline Two two(const float* v)
+{
+  return __builtin_convertvector(*reinterpret_cast<const FloatsAt*>(v), Two);
+}
 
 // the same in the plane: a row of a block is one vector register
-template <>
-void multiply<2>(const SysMatrix& A, const RealVec& val, const double* x, double* y)
+template <class T>
+void multiply_plane(const SysMatrix& A, const T* a, const double* x, double* y)
 {
   const int *off = A.off.data(), *col = A.col.data(), n = A.nrow;
-  const double* a = val.data();
   for (int I = 0; I < n; ++I) {
     const double x0 = x[2 * I], x1 = x[2 * I + 1];
     Two first = {}, second = {};
@@ -54,7 +45,7 @@ void multiply<2>(const SysMatrix& A, const RealVec& val, const double* x, double
       const int J = 2 * col[k];
       first += two(a) * two(x + J);
       second += two(a + 2) * two(x + J);
-      *reinterpret_cast<Two*>(y + J) += two(a) * x0 + two(a + 2) * x1;
+      *reinterpret_cast<TwoAt*>(y + J) += two(a) * x0 + two(a + 2) * x1;
     }
     y[2 * I] += first[0] + first[1] + (a[0] * x0 + a[2] * x1);
     y[2 * I + 1] += second[0] + second[1] + (a[2] * x0 + a[3] * x1);
@@ -62,12 +53,11 @@ void multiply<2>(const SysMatrix& A, const RealVec& val, const double* x, double
   }
 }
 
-// the same in space: a row of a block is two numbers in a register and one
-template <>
-void multiply<3>(const SysMatrix& A, const RealVec& val, const double* x, double* y)
+// the same in space: two numbers in a register and one
+template <class T>
+void multiply_space(const SysMatrix& A, const T* a, const double* x, double* y)
 {
   const int *off = A.off.data(), *col = A.col.data(), n = A.nrow;
-  const double* a = val.data();
   for (int I = 0; I < n; ++I) {
     const double *xI = x + 3 * I, x0 = xI[0], x1 = xI[1], x2 = xI[2];
     Two s0 = {}, s1 = {}, s2 = {};
@@ -82,7 +72,7 @@ void multiply<3>(const SysMatrix& A, const RealVec& val, const double* x, double
       t0 += b0 * zJ;
       t1 += b1 * zJ;
       t2 += b2 * zJ;
-      *reinterpret_cast<Two*>(y + J) += a0 * x0 + a1 * x1 + a2 * x2;
+      *reinterpret_cast<TwoAt*>(y + J) += a0 * x0 + a1 * x1 + a2 * x2;
       y[J + 2] += b0 * x0 + b1 * x1 + b2 * x2;
     }
     double* yI = y + 3 * I;
@@ -90,6 +80,18 @@ void multiply<3>(const SysMatrix& A, const RealVec& val, const double* x, double
     yI[1] += s1[0] + s1[1] + t1 + (a[3] * x0 + a[4] * x1 + a[7] * x2);
     yI[2] += s2[0] + s2[1] + t2 + (a[6] * x0 + a[7] * x1 + a[8] * x2);
     a += 9;
+  }
+}
+
+template <class T>
+void multiply(const SysMatrix& A, const std::vector<T>& val, const double* x, double* y)
+{
+  std::fill(y, y + A.neq(), 0.0);
+  switch (A.dim) {
+    case 1: return multiply_line(A, val.data(), x, y);
+    case 2: return multiply_plane(A, val.data(), x, y);
+    case 3: return multiply_space(A, val.data(), x, y);
+    default: log_bug("sys_multiply: blocks are 1 x 1, 2 x 2 or 3 x 3", __FILE__, __LINE__);
   }
 }
 
@@ -106,13 +108,13 @@ void sys_multiply(const SysMatrix& A, const RealVec& x, RealVec& y) { sys_multip
 void sys_multiply(const SysMatrix& A, const RealVec& val, const RealVec& x, RealVec& y)
 {
   MPFE_CHECK(&x != &y, "sys_multiply: x and y are one vector");
-  y.assign(A.neq(), 0.0);
-  switch (A.dim) {
-    case 1: multiply<1>(A, val, x.data(), y.data()); break;
-    case 2: multiply<2>(A, val, x.data(), y.data()); break;
-    case 3: multiply<3>(A, val, x.data(), y.data()); break;
-    default: log_bug("sys_multiply: blocks are 1 x 1, 2 x 2 or 3 x 3", __FILE__, __LINE__);
-  }
+  y.resize(A.neq());
+  multiply(A, val, x.data(), y.data());
+}
+
+void sys_multiply(const SysMatrix& A, const std::vector<float>& val, const double* x, double* y)
+{
+  multiply(A, val, x, y);
 }
 
 void sys_diagonal(const SysMatrix& A, RealVec& d)
