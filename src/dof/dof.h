@@ -106,6 +106,7 @@ struct Dofs {
   std::vector<CornerSupport> corner_support;  // supports of nodes that have become corners of points
   double h_mean = 0.0;         // mean size of elements and cells at t = 0, for rounding floors
   int neq() const { return nrow * dim; }
+  int projected_from() const { return hung ? 0 : nfe; }       // the first row that the projection may change
   bool counts(size_t i) const { return !split || once[i]; }   // dof i counts here in a sum
   double neq_all() const { return static_cast<double>(split ? rows : nrow) * dim; }   // of all ranks
 };

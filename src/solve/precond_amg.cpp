@@ -34,8 +34,8 @@ struct AmgData {
   ~AmgData();
 
   const SysMatrix* M = nullptr;    // matrix of today: all rows, or those of this rank and their neighbours
-  OwnBlock* own      = nullptr;    // several ranks
   std::vector<float> val;          // its values, which need no more digits here
+  OwnBlock* own      = nullptr;    // several ranks
   const Cholesky* L  = nullptr;    // its incomplete factor
   IntVec off, col;                 // pattern that the lists below are for; several ranks: its check sum
   std::uint64_t pattern = 0;
@@ -408,13 +408,18 @@ bool same_pattern(const AmgData& d, const SysMatrix& M, const OwnBlock* own)
   return d.off == M.off && d.col == M.col;
 }
 
+void take_matrix(const SysMatrix& M, OwnBlock* own, const Cholesky& L, AmgData& d)
+{
+  d.M   = &M;
+  d.own = own;
+  d.L   = &L;
+  d.val.assign(M.val.begin(), M.val.end());
+}
+
 bool begin(const SysMatrix& M, OwnBlock* own, const Cholesky& L, const std::function<RealVec()>& place,
            AmgData& d)
 {
-  d.M     = &M;
-  d.own   = own;
-  d.L     = &L;
-  d.val.assign(M.val.begin(), M.val.end());
+  take_matrix(M, own, L, d);
   if (comm_allreduce_max(static_cast<int>(2.0 * static_cast<double>(M.val.size()) > INT_MAX))) return false;
   if (own) {
     const RowNumbers rows = sys_number(M);
@@ -469,10 +474,7 @@ bool amg_form(const SysMatrix& M, OwnBlock* own, const Cholesky& L, const std::f
     return false;
   }
   AmgData& d = *data;
-  d.M        = &M;
-  d.own      = own;
-  d.L        = &L;
-  d.val.assign(M.val.begin(), M.val.end());
+  take_matrix(M, own, L, d);
   d.kept     = d.stamp != stamp;
   if (!d.kept || d.extra <= SETUP_AGAIN) return true;
   d.kept  = false;

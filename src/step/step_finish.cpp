@@ -108,7 +108,7 @@ void keep_velocity(const Dofs& s, long made, int increment, const RealVec& v, co
   after.pattern   = s.pattern;
   after.made      = made;
   after.increment = increment;
-  after.first     = s.hung ? 0 : s.nfe;
+  after.first     = s.projected_from();
   after.key.assign(s.row_key.begin() + s.nfe, s.row_key.end());
   const int first = after.first * s.dim;
   after.fixed.assign(s.fixed.begin() + first, s.fixed.end());

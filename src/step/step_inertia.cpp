@@ -63,9 +63,9 @@ std::vector<char> begin_velocity(const GridVelocity& before, const Dofs& s, Real
 // (3.19)
 bool projection_known(const State& st, const Discretisation& d, const Dofs& s, const GridVelocity& before)
 {
-  if (s.hung && s.tie.any) return false;
+  if (before.pattern < 0 || (s.hung && s.tie.any)) return false;
   const ActiveGrid& grid = dof_grid(d, s);
-  bool known = before.pattern == s.pattern && before.first == (s.hung ? 0 : s.nfe) &&
+  bool known = before.pattern == s.pattern && before.first == s.projected_from() &&
                before.made == d.grid.made && before.increment == st.log.inc_total &&
                std::none_of(grid.ghost_m.begin(), grid.ghost_m.end(), [](double m) { return m != 0.0; });
   const int first = before.first * s.dim;
@@ -86,7 +86,7 @@ Failure velocity_at_start(const State& st, const Discretisation& d, const Dofs& 
 {
   const bool projects = d.grid.of_all.nodes || dofs.hung;
   vgrid = dof_of_nodes(dofs, st.n.v);
-  if (projects && before.pattern >= 0 && projection_known(st, d, dofs, before)) {
+  if (projects && projection_known(st, d, dofs, before)) {
     timer_skip(PHASE_PROJECT);
     take_velocity(before, dofs, vgrid);
     mass_multiply(dofs, vgrid, momentum);
@@ -98,7 +98,7 @@ Failure velocity_at_start(const State& st, const Discretisation& d, const Dofs& 
   if (!projects) return STATUS_OK;
   Timer timer(PHASE_PROJECT);
   const Dofs& s = dofs;
-  const int first = s.hung ? 0 : s.nfe;
+  const int first = s.projected_from();
   const std::vector<char> begun = begin_velocity(before, s, vgrid);
   for (int i = s.nfe * s.dim; i < s.neq(); ++i)
     if (s.fixed[i]) vgrid[i] = s.rate0[i];
@@ -173,7 +173,7 @@ Failure begin_damping(Problem& p, Attempt& a)
 Failure inertia_at_start(Problem& p, Attempt& a, RealVec& Ma)
 {
   const Dofs& s = p.dofs;
-  const int first = s.hung ? 0 : s.nfe, grid = s.nfe * s.dim;
+  const int first = s.projected_from(), grid = s.nfe * s.dim;
   a.agrid = dof_of_nodes(s, p.st.n.a);
   if (p.d.grid.of_all.nodes || s.hung) {
     RealVec f(s.neq(), 0.0), damping(s.neq(), 0.0);
