@@ -10,18 +10,23 @@
 #include <petscksp.h>
 
 #define MPFE_PETSC_ROUTINES(use)                                                             \
-  use(KSPGetPC) use(KSPSetTolerances) use(KSPSetUp) use(MatAssemblyBegin) use(MatAssemblyEnd) \
-  use(MatCreateMPIAIJWithArrays) use(MatCreateSeqAIJWithArrays) use(MatCreateShell)          \
-  use(MatDestroy) use(MatNullSpaceCreate) use(MatNullSpaceDestroy) use(MatSetBlockSize)      \
-  use(MatSetNearNullSpace) use(MatSetOption) use(MatShellGetContext)                         \
-  use(MatShellSetOperation) use(MatUpdateMPIAIJWithArray) use(PCApply) use(PCCreate)         \
-  use(PCDestroy) use(PCMGGetLevels) use(PCMGGetSmoother) use(PCSetFromOptions)               \
-  use(PCSetOperators) use(PCSetOptionsPrefix) use(PCSetType) use(PCSetUp) use(PCSetUseAmat)  \
+  use(KSPGetOperators) use(KSPGetPC) use(KSPSetTolerances) use(KSPSetUp)                     \
+  use(MatAssemblyBegin) use(MatAssemblyEnd) use(MatCreateMPIAIJWithArrays)                   \
+  use(MatCreateSeqAIJWithArrays) use(MatDestroy) use(MatGetBlockSizes) use(MatGetRowIJ)      \
+  use(MatGetSize) use(MatMPIAIJGetSeqAIJ) use(MatNullSpaceCreate) use(MatNullSpaceDestroy)   \
+  use(MatRestoreRowIJ) use(MatSeqAIJGetArrayRead) use(MatSeqAIJRestoreArrayRead)             \
+  use(MatSetBlockSize) use(MatSetNearNullSpace) use(MatSetOperation) use(MatSetOption)       \
+  use(MatUpdateMPIAIJWithArray) use(PCApply) use(PCCreate) use(PCDestroy)                    \
+  use(PCMGGetInterpolation) use(PCMGGetLevels) use(PCMGGetSmoother) use(PCSetFromOptions)    \
+  use(PCSetOperators) use(PCSetOptionsPrefix) use(PCSetType) use(PCSetUp)                    \
   use(PCShellGetContext) use(PCShellSetApply) use(PCShellSetContext)                         \
-  use(PetscInitializeNoArguments) use(PetscOptionsSetValue) use(PetscPushErrorHandler)       \
-  use(PetscReturnErrorHandler) use(VecCreateMPIWithArray) use(VecCreateSeqWithArray)         \
-  use(VecDestroy) use(VecGetArray) use(VecGetArrayRead) use(VecPlaceArray) use(VecResetArray) \
-  use(VecRestoreArray) use(VecRestoreArrayRead)
+  use(PetscContainerCreate) use(PetscContainerDestroy) use(PetscContainerGetPointer)         \
+  use(PetscContainerSetPointer) use(PetscContainerSetUserDestroy)                            \
+  use(PetscInitializeNoArguments) use(PetscObjectCompose) use(PetscObjectQuery)              \
+  use(PetscOptionsSetValue) use(PetscPushErrorHandler) use(PetscReturnErrorHandler)          \
+  use(VecCopy) use(VecCreateMPIWithArray) use(VecCreateSeqWithArray) use(VecDestroy) use(VecGetArray)     \
+  use(VecGetArrayRead) use(VecPlaceArray) use(VecResetArray) use(VecRestoreArray)            \
+  use(VecRestoreArrayRead) use(VecSet)
 
 // each under its own name, with the type that the headers of PETSc give it
 struct Petsc {

@@ -8,6 +8,7 @@
 
 #include "base/log.h"
 #include "base/sort_once.h"
+#include "solve/level_product.h"
 #include "solve/petsc_load.h"
 
 namespace {
@@ -52,7 +53,8 @@ struct AmgData {
   IntVec entry_off, entry_col;     // the same for single equations
   RealVec entry;                   // their values, those of the matrix with this stamp:
   long stamp = -1;
-  Mat matrix = nullptr, product = nullptr;      // entries; product with M
+  Mat matrix = nullptr;            // entries; its product is that with M
+  double level_bytes = 0.0;        // of the matrices of coarse levels in single precision
   PC multigrid = nullptr;
   Vec in = nullptr, out = nullptr;
   RealVec x, y;                    // [M.neq]
@@ -66,7 +68,7 @@ AmgData::~AmgData()
 {
   if (!petsc) return;
   petsc->PCDestroy(&multigrid);
-  for (Mat* m : {&matrix, &product}) petsc->MatDestroy(m);
+  petsc->MatDestroy(&matrix);
   for (Vec* v : {&in, &out}) petsc->VecDestroy(v);
 }
 
@@ -257,6 +259,122 @@ std::vector<RealVec> rigid_motions(const AmgData& d, const RealVec* place)
   return motion;
 }
 
+// ---- own products in place of those of PETSc ------------------------------
+
+const char* const ATTACHED = "mpfe";
+
+// what a matrix of PETSc carries; null: nothing
+template <class T>
+T* attached(Mat matrix)
+{
+  PetscObject container = nullptr;
+  void* data            = nullptr;
+  petsc->PetscObjectQuery(reinterpret_cast<PetscObject>(matrix), ATTACHED, &container);
+  if (container) petsc->PetscContainerGetPointer(reinterpret_cast<PetscContainer>(container), &data);
+  return static_cast<T*>(data);
+}
+
+bool attach(Mat matrix, void* data, PetscErrorCode (*destroy)(void*))
+{
+  PetscContainer container = nullptr;
+  const bool good = !petsc->PetscContainerCreate(MPI_COMM_SELF, &container) &&
+                    !petsc->PetscContainerSetPointer(container, data) &&
+                    !petsc->PetscContainerSetUserDestroy(container, destroy) &&
+                    !petsc->PetscObjectCompose(reinterpret_cast<PetscObject>(matrix), ATTACHED,
+                                               reinterpret_cast<PetscObject>(container));
+  petsc->PetscContainerDestroy(&container);
+  return good;
+}
+
+PetscErrorCode no_destroy(void*) { return 0; }
+PetscErrorCode destroy_level(void* data)
+{
+  delete static_cast<LevelMatrix*>(data);
+  return 0;
+}
+
+bool set_operation(Mat matrix, MatOperation operation, PetscErrorCode (*routine)(Mat, Vec, Vec))
+{
+  return !petsc->MatSetOperation(matrix, operation, reinterpret_cast<void (*)()>(routine));
+}
+
+template <class Product>
+PetscErrorCode work_on(Vec from, Vec to, Product product)
+{
+  const double* x = nullptr;
+  double* y       = nullptr;
+  petsc->VecGetArrayRead(from, &x);
+  petsc->VecGetArray(to, &y);
+  product(x, y);
+  petsc->VecRestoreArray(to, &y);
+  petsc->VecRestoreArrayRead(from, &x);
+  return 0;
+}
+
+// to = A from
+PetscErrorCode level_mult(Mat matrix, Vec from, Vec to)
+{
+  const LevelMatrix& A = *attached<LevelMatrix>(matrix);
+  return work_on(from, to, [&](const double* x, double* y) { level_multiply(A, x, false, y); });
+}
+
+// to = b + A from
+PetscErrorCode level_mult_add(Mat matrix, Vec from, Vec b, Vec to)
+{
+  const LevelMatrix& A = *attached<LevelMatrix>(matrix);
+  if (b != to) petsc->VecCopy(b, to);
+  return work_on(from, to, [&](const double* x, double* y) { level_multiply(A, x, true, y); });
+}
+
+// to = A^T from
+PetscErrorCode level_mult_transpose(Mat matrix, Vec from, Vec to)
+{
+  const LevelMatrix& A = *attached<LevelMatrix>(matrix);
+  petsc->VecSet(to, 0.0);
+  return work_on(from, to, [&](const double* x, double* y) { level_transposed(A, x, y); });
+}
+
+// a sequential matrix of PETSc, in blocks of rows x cols: its products become those of level_product.h, if
+// the blocks fit
+bool take_products(Mat matrix, int rows, int cols, AmgData& d)
+{
+  LevelMatrix* A = attached<LevelMatrix>(matrix);
+  if (!A) {
+    A = new LevelMatrix;
+    if (!attach(matrix, A, destroy_level)) return false;
+  }
+  const int *off = nullptr, *col = nullptr;
+  const double* val = nullptr;
+  int n = 0, m = 0;
+  PetscBool done = PETSC_FALSE;
+  if (petsc->MatGetSize(matrix, &n, &m) ||
+      petsc->MatGetRowIJ(matrix, 0, PETSC_FALSE, PETSC_FALSE, &n, &off, &col, &done) || !done ||
+      petsc->MatSeqAIJGetArrayRead(matrix, &val))
+    return false;
+  const double before = level_memory(*A);
+  const bool fits     = level_fill(rows, cols, n, m, off, col, val, *A);
+  d.level_bytes += level_memory(*A) - before;
+  if (petsc->MatSeqAIJRestoreArrayRead(matrix, &val) ||
+      petsc->MatRestoreRowIJ(matrix, 0, PETSC_FALSE, PETSC_FALSE, &n, &off, &col, &done))
+    return false;
+  if (!fits) return true;
+  return set_operation(matrix, MATOP_MULT, level_mult) &&
+         set_operation(matrix, MATOP_MULT_TRANSPOSE, level_mult_transpose) &&
+         !petsc->MatSetOperation(matrix, MATOP_MULT_ADD, reinterpret_cast<void (*)()>(level_mult_add));
+}
+
+// several ranks: a matrix of PETSc has two sequential ones, for columns of this rank and of others
+bool take_products(Mat matrix, AmgData& d)
+{
+  int rows = 0, cols = 0;
+  if (petsc->MatGetBlockSizes(matrix, &rows, &cols)) return false;
+  if (!d.own) return take_products(matrix, rows, cols, d);
+  Mat here = nullptr, others = nullptr;
+  const int* name = nullptr;
+  return !petsc->MatMPIAIJGetSeqAIJ(matrix, &here, &others, &name) && take_products(here, rows, cols, d) &&
+         take_products(others, rows, cols, d);
+}
+
 // ---- the finest level: M and its incomplete factor -------------------------
 
 // the numbers v of the rows of this rank in a vector of all rows of M, 0 in others; and the way back
@@ -291,21 +409,11 @@ void pick(const AmgData& d, const RealVec& from, Vec to)
   petsc->VecRestoreArray(to, &v);
 }
 
-PetscErrorCode multiply(Mat product, Vec from, Vec to)
+PetscErrorCode multiply(Mat matrix, Vec from, Vec to)
 {
-  void* context = nullptr;
-  petsc->MatShellGetContext(product, &context);
-  AmgData& d = *static_cast<AmgData*>(context);
-  if (!d.own) {                                      // in place
-    const double* x = nullptr;
-    double* y = nullptr;
-    petsc->VecGetArrayRead(from, &x);
-    petsc->VecGetArray(to, &y);
-    sys_multiply(*d.M, d.val, x, y);
-    petsc->VecRestoreArray(to, &y);
-    petsc->VecRestoreArrayRead(from, &x);
-    return 0;
-  }
+  AmgData& d = *attached<AmgData>(matrix);
+  if (!d.own)                                        // in place
+    return work_on(from, to, [&](const double* x, double* y) { sys_multiply(*d.M, d.val, x, y); });
   spread(d, from);
   sys_multiply(*d.M, d.val, d.x.data(), d.y.data());
   sys_sum(*d.M, d.y);
@@ -344,9 +452,8 @@ bool create_matrices(AmgData& d)
   const int error = d.own ? petsc->MatCreateMPIAIJWithArrays(comm, n, n, N, N, off, col, a, &d.matrix)
                           : petsc->MatCreateSeqAIJWithArrays(comm, n, n, off, col, a, &d.matrix);
   return !error && !petsc->MatSetBlockSize(d.matrix, D) &&
-         !petsc->MatSetOption(d.matrix, MAT_SPD, PETSC_TRUE) &&
-         !petsc->MatCreateShell(comm, n, n, N, N, &d, &d.product) &&
-         !petsc->MatShellSetOperation(d.product, MATOP_MULT, reinterpret_cast<void (*)()>(multiply));
+         !petsc->MatSetOption(d.matrix, MAT_SPD, PETSC_TRUE) && attach(d.matrix, &d, no_destroy) &&
+         set_operation(d.matrix, MATOP_MULT, multiply);
 }
 
 bool give_motions(AmgData& d, const RealVec* place)
@@ -365,14 +472,29 @@ bool give_motions(AmgData& d, const RealVec* place)
   return good;
 }
 
+// products of levels; begin: the interpolation too, which stays
+bool take_levels(int levels, bool begin, AmgData& d)
+{
+  for (int l = 1; l < levels; ++l) {
+    Mat P = nullptr, A = nullptr;
+    KSP smoother;
+    if (begin && (petsc->PCMGGetInterpolation(d.multigrid, l, &P) || !take_products(P, d))) return false;
+    if (l == levels - 1) return set_operation(d.matrix, MATOP_MULT, multiply);
+    if (petsc->PCMGGetSmoother(d.multigrid, l, &smoother) ||
+        petsc->KSPGetOperators(smoother, nullptr, &A) || !take_products(A, d))
+      return false;
+  }
+  return true;
+}
+
 // the finest smoother is one step of Chebyshev with the incomplete factor; the others are those of GAMG,
 // two steps with the diagonal
-bool refine(AmgData& d)
+bool refine(bool begin, AmgData& d)
 {
   int levels = 0;
   KSP smoother;
   PC factor;
-  if (petsc->PCMGGetLevels(d.multigrid, &levels)) return false;
+  if (petsc->PCMGGetLevels(d.multigrid, &levels) || !take_levels(levels, begin, d)) return false;
   if (levels < 2) return true;
   return !petsc->PCMGGetSmoother(d.multigrid, levels - 1, &smoother) &&
          !petsc->KSPGetPC(smoother, &factor) && !petsc->PCSetType(factor, PCSHELL) &&
@@ -388,8 +510,7 @@ bool form_hierarchy(AmgData& d, const RealVec* place)
   return create_vector(d, nullptr, &d.in) && create_vector(d, nullptr, &d.out) && create_matrices(d) &&
          !petsc->PCCreate(comm, &d.multigrid) && !petsc->PCSetOptionsPrefix(d.multigrid, "mpfe_") &&
          !petsc->PCSetType(d.multigrid, PCGAMG) && !petsc->PCSetFromOptions(d.multigrid) &&
-         !petsc->PCSetUseAmat(d.multigrid, PETSC_TRUE) &&
-         !petsc->PCSetOperators(d.multigrid, d.product, d.matrix) && give_motions(d, place) && refine(d);
+         !petsc->PCSetOperators(d.multigrid, d.matrix, d.matrix) && give_motions(d, place) && refine(true, d);
 }
 
 // coarse matrices of today, with the interpolation as it is
@@ -398,8 +519,8 @@ bool renew_hierarchy(AmgData& d)
   const int error = d.own ? petsc->MatUpdateMPIAIJWithArray(d.matrix, d.entry.data())
                           : petsc->MatAssemblyBegin(d.matrix, MAT_FINAL_ASSEMBLY);
   return !error && (d.own || !petsc->MatAssemblyEnd(d.matrix, MAT_FINAL_ASSEMBLY)) &&
-         !petsc->PCSetOperators(d.multigrid, d.product, d.matrix) && !petsc->PCSetUp(d.multigrid) &&
-         refine(d);
+         !petsc->PCSetOperators(d.multigrid, d.matrix, d.matrix) && !petsc->PCSetUp(d.multigrid) &&
+         refine(false, d);
 }
 
 bool same_pattern(const AmgData& d, const SysMatrix& M, const OwnBlock* own)
@@ -524,7 +645,7 @@ double amg_memory(const AmgData& d)
 {
   return static_cast<double>((d.source.capacity() + d.number.capacity() + d.entry_col.capacity() +
                               d.entry_off.capacity() + 2 * d.target.capacity()) * sizeof(int) +
-                             d.val.capacity() * sizeof(float) +
+                             d.val.capacity() * sizeof(float) + d.level_bytes +
                              (d.entry.capacity() + d.x.capacity() + d.y.capacity()) * sizeof(double));
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "solve/level_product.h"
 #include "solve/solve_data.h"
 #include "samples.h"
 
@@ -492,4 +493,53 @@ TEST(Krylov, MultigridThatFailsWaits)
   EXPECT_EQ(s.path[PATH_AMG].failed, 1);
   EXPECT_EQ(s.path[PATH_FACTOR].solves, 3);
   solve_close(s);
+}
+
+// Products with the matrices of coarse levels: rows x cols blocks, one row of blocks empty, lines of all
+// lengths of a rest behind whole vector registers. Single precision against the sum in double
+TEST(Krylov, LevelProductIsThatOfSingleEquations)
+{
+  for (int rows : {1, 2, 3, 6})
+    for (int cols : {1, 3, 6}) {
+      const int nb = 9, mb = 7, n = nb * rows, m = mb * cols;
+      IntVec off{0}, col;
+      RealVec val;
+      const auto there = [](int I, int J) { return I != 4 && (I * 5 + J * 3) % 4 < 2; };
+      for (int i = 0; i < n; ++i) {
+        for (int j = 0; j < m; ++j)
+          if (there(i / rows, j / cols)) {
+            col.push_back(j);
+            val.push_back(std::sin(1.0 + 7.0 * i + 3.0 * j));
+          }
+        off.push_back(static_cast<int>(col.size()));
+      }
+      RealVec x(m), t(n), y(n, 9.0), more(n, 2.0), back(m, -1.0), right(n, 0.0), left(m, -1.0);
+      for (int j = 0; j < m; ++j) x[j] = std::cos(0.3 * j);
+      for (int i = 0; i < n; ++i) t[i] = std::cos(1.7 * i);
+      for (int i = 0; i < n; ++i)
+        for (int k = off[i]; k < off[i + 1]; ++k) {
+          right[i] += val[k] * x[col[k]];
+          left[col[k]] += val[k] * t[i];
+        }
+      LevelMatrix A;
+      ASSERT_TRUE(level_fill(rows, cols, n, m, off.data(), col.data(), val.data(), A));
+      level_multiply(A, x.data(), false, y.data());
+      level_multiply(A, x.data(), true, more.data());
+      level_transposed(A, t.data(), back.data());
+      for (int i = 0; i < n; ++i) EXPECT_NEAR(y[i], right[i], 1e-5);
+      for (int i = 0; i < n; ++i) EXPECT_NEAR(more[i], right[i] + 2.0, 1e-5);
+      for (int j = 0; j < m; ++j) EXPECT_NEAR(back[j], left[j], 1e-5);
+    }
+}
+
+// sizes that are no whole blocks, and single equations without blocks, stay with PETSc
+TEST(Krylov, LevelProductNeedsBlocks)
+{
+  const IntVec off{0, 1, 2, 3, 4, 5, 6}, col{0, 1, 2, 3, 4, 5};
+  const RealVec val(6, 1.0);
+  LevelMatrix A;
+  EXPECT_FALSE(level_fill(4, 6, 6, 6, off.data(), col.data(), val.data(), A));
+  EXPECT_FALSE(level_fill(6, 4, 6, 6, off.data(), col.data(), val.data(), A));
+  EXPECT_FALSE(level_fill(6, 6, 6, 6, off.data(), col.data(), val.data(), A));
+  EXPECT_TRUE(level_fill(2, 2, 6, 6, off.data(), col.data(), val.data(), A));
 }

@@ -1,0 +1,31 @@
+// ---------------------------------------------------------------------------
+// level_product.h : products with the matrices of coarse levels, in single precision
+//
+// Rows of an aggregate have their couplings in the same columns, those of an aggregate together: a row of
+// blocks is kept as `rows` lines of numbers one behind the other, and its part of x is gathered once.
+// ---------------------------------------------------------------------------
+#ifndef MPFE_SOLVE_LEVEL_PRODUCT_H
+#define MPFE_SOLVE_LEVEL_PRODUCT_H
+
+#include "base/types.h"
+
+struct LevelMatrix {
+  int rows = 1, cols = 1;          // of a block
+  IntVec off, col;                 // [block rows + 1], [blocks] its column, in blocks
+  std::vector<size_t> first;       // [block rows + 1] where its lines begin in val
+  std::vector<float> val;          // lines are filled up with zeros to whole vector registers
+};
+
+// level_fill : A of the pattern (off, col) and the values of single equations, for n rows and m columns
+//
+// false: blocks of rows x cols do not fit into it, or would be more than twice as large
+bool level_fill(int rows, int cols, int n, int m, const int* off, const int* col, const double* val,
+                LevelMatrix& A);
+
+// level_multiply : y = A x, or y += A x; level_transposed : y += A^T x. x and y do not overlap
+void level_multiply(const LevelMatrix& A, const double* x, bool add, double* y);
+void level_transposed(const LevelMatrix& A, const double* x, double* y);
+
+double level_memory(const LevelMatrix& A);
+
+#endif
