@@ -22,6 +22,8 @@ void take_from_heap(std::size_t size)
 #endif
 }
 
+int depth = 0;                 // of PagesApart
+
 }  // namespace
 
 void heap_keep()
@@ -32,12 +34,19 @@ void heap_keep()
   take_from_heap(HEAP);
 }
 
+void heap_give_back()
+{
+#ifdef __GLIBC__
+  malloc_trim(0);
+#endif
+}
+
 PagesApart::PagesApart(std::size_t bytes) : large(bytes >= APART)
 {
-  if (large) take_from_heap(APART);
+  if (large && depth++ == 0) take_from_heap(APART);
 }
 
 PagesApart::~PagesApart()
 {
-  if (large) take_from_heap(HEAP);
+  if (large && --depth == 0) take_from_heap(HEAP);
 }

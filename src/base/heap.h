@@ -12,12 +12,15 @@
 // MALLOC_* stays.
 void heap_keep();
 
+// heap_give_back : all pages that are free, also those between others
+void heap_give_back();
+
 // PagesApart : while there is one, a request of so many bytes, 64 kB and more, that fits into no hole of the
 // heap gets pages of its own. For arrays that stay, and become larger at times: the place where they were
 // would be another hole that nothing fills (P9: 74 MB on one rank, 79 without; 43.6 on the largest of four,
 // 47 without).
 struct PagesApart {
-  explicit PagesApart(std::size_t bytes);
+  explicit PagesApart(std::size_t bytes = 1 << 30);
   ~PagesApart();
   PagesApart(const PagesApart&) = delete;
   PagesApart& operator=(const PagesApart&) = delete;

@@ -389,6 +389,7 @@ void dof_form(const Model& m, const Step& step, State& st, Discretisation& d, Do
   ++s.pattern;
   s.renumbered = true;
   if (s.whole) s.whole->renumbered = true;
+  s.mass_rows.reset();                   // of the pattern before
   form_pattern(m.mesh, d.el, dof_grid(d, s), s);
   if (s.split) count_rows(s);
   form_maps(m.mesh, d.el, dof_grid(d, s), s);

@@ -4,13 +4,10 @@
 #include <map>
 #include <set>
 
-#ifdef __GLIBC__
-#include <malloc.h>
-#endif
-
 #include "base/comm.h"
 #include "base/forest.h"
 #include "base/gather_lists.h"
+#include "base/heap.h"
 #include "base/log.h"
 #include "base/sort_once.h"
 #include "bond/bond.h"
@@ -373,7 +370,5 @@ void dof_part(bool whole, const DivideBy& by, Model& m)
   if (comm_rank() == 0) send_pieces(rank, watch, by.near, m);
   else m = model_receive();
   model_cut_close(m);
-#ifdef __GLIBC__
-  malloc_trim(0);                        // what the whole model took
-#endif
+  heap_give_back();                      // what the whole model took
 }

@@ -3,6 +3,7 @@
 #include <cstdio>
 
 #include "base/comm.h"
+#include "base/heap.h"
 #include "base/interrupt.h"
 #include "base/log.h"
 #include "base/timer.h"
@@ -437,6 +438,7 @@ int begin_run(Problem& p, Output& out)
 // state and output of the restart file; what follows from the state is made again
 int continue_run(Problem& p, Archive& f, Output& out)
 {
+  const PagesApart apart;                // holes that all this leaves in the heap would stay
   const Points begin = p.st.points;
   const int errors   = out_reopen(p.piece, p.d.el, p.d.fm, f, p.st, p.d.grid, out);
   if (errors) return errors;
@@ -454,12 +456,14 @@ int continue_run(Problem& p, Archive& f, Output& out)
 // the same in a model that is divided in another way
 void resume_run(Problem& p, Archive& f, Output& out)
 {
+  const PagesApart apart;                // holes that all this leaves in the heap would stay
   const Points begin = p.st.points;
   out_resume(p.piece, p.d.el, p.d.fm, f, p.st, p.d.grid, out);
   MPFE_CHECK(!p.d.fm.on || frac_replay(p.m, p.d.fm, p.st, begin, p.d.share),
              "the repeated conversion gives other points");
   elem_refresh(p.d.el);
   p.ready = false;
+  heap_give_back();                      // what reading the deck and the state took
 }
 
 int enter_run(Problem& p, RunFrom from, Archive& f, Output& out)
