@@ -225,11 +225,8 @@ int run(const Options& o)
   RunFrom from = state.reading ? RUN_FILE : RUN_BEGIN;
   int code     = step_run(problem, from, state, out);
   while (run->problem.again) {
-    {
-      const PagesApart apart;
-      from = divide_again(o, run, state, out.near) ? RUN_DIVIDED : RUN_ON;
-      if (from == RUN_DIVIDED) open_again(run->problem);
-    }
+    from = divide_again(o, run, state, out.near) ? RUN_DIVIDED : RUN_ON;
+    if (from == RUN_DIVIDED) open_again(run->problem);
     code = step_run(run->problem, from, state, out);
   }
   log_gather();

@@ -22,8 +22,6 @@ void take_from_heap(std::size_t size)
 #endif
 }
 
-int depth = 0;                 // of PagesApart
-
 }  // namespace
 
 void heap_keep()
@@ -43,10 +41,10 @@ void heap_give_back()
 
 PagesApart::PagesApart(std::size_t bytes) : large(bytes >= APART)
 {
-  if (large && depth++ == 0) take_from_heap(APART);
+  if (large) take_from_heap(APART);
 }
 
 PagesApart::~PagesApart()
 {
-  if (large && --depth == 0) take_from_heap(HEAP);
+  if (large) take_from_heap(HEAP);
 }

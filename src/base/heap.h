@@ -20,7 +20,7 @@ void heap_give_back();
 // would be another hole that nothing fills (P9: 74 MB on one rank, 79 without; 43.6 on the largest of four,
 // 47 without).
 struct PagesApart {
-  explicit PagesApart(std::size_t bytes = 1 << 30);
+  explicit PagesApart(std::size_t bytes);
   ~PagesApart();
   PagesApart(const PagesApart&) = delete;
   PagesApart& operator=(const PagesApart&) = delete;

@@ -1,6 +1,7 @@
 #include "solve/level_product.h"
 
 #include <algorithm>
+#include <type_traits>
 
 #include "base/log.h"
 
@@ -9,6 +10,8 @@ namespace {
 const int LANES = 8;
 typedef float Lanes __attribute__((vector_size(4 * LANES)));
 typedef float LanesAt __attribute__((vector_size(4 * LANES), aligned(4), may_alias));
+
+int block_rows(const LevelMatrix& A) { return static_cast<int>(A.off.size()) - 1; }
 
 int line_length(const LevelMatrix& A, int I)
 {
@@ -48,35 +51,62 @@ void add_lines(const float* a, int length, const double* x, float* v)
   }
 }
 
+// use(I, length, a): each row of blocks, the length of its lines, and the first of them
+template <int R, class Use>
+void each_row(const LevelMatrix& A, Use use)
+{
+  const float* a = A.val.data();
+  for (int I = 0; I < block_rows(A); ++I) {
+    const int length = line_length(A, I);
+    use(I, length, a);
+    a += R * length;
+  }
+}
+
+// room for the part of a vector that belongs to the longest line
+std::vector<float> longest_part(const LevelMatrix& A)
+{
+  int longest = 0;
+  for (int I = 0; I < block_rows(A); ++I) longest = std::max(longest, line_length(A, I));
+  return std::vector<float>(longest);
+}
+
 template <int R>
 void multiply(const LevelMatrix& A, const double* x, bool add, double* y)
 {
-  const int C = A.cols;
-  std::vector<float> part;
-  for (size_t I = 0; I + 1 < A.off.size(); ++I) {
-    const int length = line_length(A, static_cast<int>(I));
-    if (static_cast<int>(part.size()) < length) part.resize(length);
+  std::vector<float> part = longest_part(A);
+  each_row<R>(A, [&](int I, int length, const float* a) {
     float* v = part.data();
     for (int k = A.off[I]; k < A.off[I + 1]; ++k)
-      for (int j = 0; j < C; ++j) *v++ = static_cast<float>(x[A.col[k] * C + j]);
+      for (int j = 0; j < A.cols; ++j) *v++ = static_cast<float>(x[A.col[k] * A.cols + j]);
     std::fill(v, part.data() + length, 0.0F);
-    multiply_lines<R>(A.val.data() + A.first[I], length, part.data(), add, y + I * R);
-  }
+    multiply_lines<R>(a, length, part.data(), add, y + I * R);
+  });
 }
 
 template <int R>
 void transposed(const LevelMatrix& A, const double* x, double* y)
 {
-  const int C = A.cols;
-  std::vector<float> part;
-  for (size_t I = 0; I + 1 < A.off.size(); ++I) {
-    const int length = line_length(A, static_cast<int>(I));
-    if (static_cast<int>(part.size()) < length) part.resize(length);
-    add_lines<R>(A.val.data() + A.first[I], length, x + I * R, part.data());
+  std::vector<float> part = longest_part(A);
+  each_row<R>(A, [&](int I, int length, const float* a) {
+    add_lines<R>(a, length, x + I * R, part.data());
     const float* v = part.data();
     for (int k = A.off[I]; k < A.off[I + 1]; ++k)
-      for (int j = 0; j < C; ++j) y[A.col[k] * C + j] += *v++;
+      for (int j = 0; j < A.cols; ++j) y[A.col[k] * A.cols + j] += *v++;
+  });
+}
+
+// rows of a block: displacements of a node, or motions of an aggregate
+template <class Use>
+void with_rows(int rows, Use use)
+{
+  switch (rows) {
+    case 1: return use(std::integral_constant<int, 1>());
+    case 2: return use(std::integral_constant<int, 2>());
+    case 3: return use(std::integral_constant<int, 3>());
+    case 6: return use(std::integral_constant<int, 6>());
   }
+  log_bug("with_rows: blocks have 1, 2, 3 or 6 rows", __FILE__, __LINE__);
 }
 
 // columns of blocks of each row of blocks, ascending
@@ -102,20 +132,21 @@ void list_blocks(int n, int m, const int* off, const int* col, LevelMatrix& A)
 bool level_fill(int rows, int cols, int n, int m, const int* off, const int* col, const double* val,
                 LevelMatrix& A)
 {
-  if (rows < 1 || cols < 1 || rows > 6 || n % rows || m % cols) return false;
+  const bool known = rows == 1 || rows == 2 || rows == 3 || rows == 6;
+  if (!known || cols < 1 || n % rows || m % cols) return false;
   A.rows = rows;
   A.cols = cols;
   list_blocks(n, m, off, col, A);
   if (static_cast<double>(A.col.size()) * rows * cols > 2.0 * off[n] + 1.0) return false;
-  A.first.assign(1, 0);
-  for (int I = 0; I < n / rows; ++I)
-    A.first.push_back(A.first.back() + static_cast<size_t>(rows) * line_length(A, I));
-  A.val.assign(A.first.back(), 0.0F);
-  IntVec place(m / cols);
-  for (int I = 0; I < n / rows; ++I) {
+  size_t numbers = 0;
+  for (int I = 0; I < block_rows(A); ++I) numbers += static_cast<size_t>(rows) * line_length(A, I);
+  A.val.assign(numbers, 0.0F);
+  IntVec place(m / cols);                            // of a column of blocks in the lines of a row
+  float* line = A.val.data();
+  for (int I = 0; I < block_rows(A); ++I) {
+    const int length = line_length(A, I);
     for (int k = A.off[I]; k < A.off[I + 1]; ++k) place[A.col[k]] = (k - A.off[I]) * cols;
-    float* line = A.val.data() + A.first[I];
-    for (int i = I * rows; i < (I + 1) * rows; ++i, line += line_length(A, I))
+    for (int i = I * rows; i < (I + 1) * rows; ++i, line += length)
       for (int k = off[i]; k < off[i + 1]; ++k)
         line[place[col[k] / cols] + col[k] % cols] = static_cast<float>(val[k]);
   }
@@ -124,32 +155,16 @@ bool level_fill(int rows, int cols, int n, int m, const int* off, const int* col
 
 void level_multiply(const LevelMatrix& A, const double* x, bool add, double* y)
 {
-  switch (A.rows) {
-    case 1: return multiply<1>(A, x, add, y);
-    case 2: return multiply<2>(A, x, add, y);
-    case 3: return multiply<3>(A, x, add, y);
-    case 4: return multiply<4>(A, x, add, y);
-    case 5: return multiply<5>(A, x, add, y);
-    case 6: return multiply<6>(A, x, add, y);
-  }
-  log_bug("level_multiply: blocks have one to six rows", __FILE__, __LINE__);
+  with_rows(A.rows, [&](auto rows) { multiply<decltype(rows)::value>(A, x, add, y); });
 }
 
 void level_transposed(const LevelMatrix& A, const double* x, double* y)
 {
-  switch (A.rows) {
-    case 1: return transposed<1>(A, x, y);
-    case 2: return transposed<2>(A, x, y);
-    case 3: return transposed<3>(A, x, y);
-    case 4: return transposed<4>(A, x, y);
-    case 5: return transposed<5>(A, x, y);
-    case 6: return transposed<6>(A, x, y);
-  }
-  log_bug("level_transposed: blocks have one to six rows", __FILE__, __LINE__);
+  with_rows(A.rows, [&](auto rows) { transposed<decltype(rows)::value>(A, x, y); });
 }
 
 double level_memory(const LevelMatrix& A)
 {
   return static_cast<double>((A.off.capacity() + A.col.capacity()) * sizeof(int) +
-                             A.first.capacity() * sizeof(size_t) + A.val.capacity() * sizeof(float));
+                             A.val.capacity() * sizeof(float));
 }

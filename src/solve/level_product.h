@@ -12,13 +12,13 @@
 struct LevelMatrix {
   int rows = 1, cols = 1;          // of a block
   IntVec off, col;                 // [block rows + 1], [blocks] its column, in blocks
-  std::vector<size_t> first;       // [block rows + 1] where its lines begin in val
-  std::vector<float> val;          // lines are filled up with zeros to whole vector registers
+  std::vector<float> val;          // its lines, filled up with zeros to whole vector registers
 };
 
 // level_fill : A of the pattern (off, col) and the values of single equations, for n rows and m columns
 //
-// false: blocks of rows x cols do not fit into it, or would be more than twice as large
+// false: blocks of rows x cols do not fit into it, would be more than twice as large, or have other rows than
+// 1, 2, 3, 6
 bool level_fill(int rows, int cols, int n, int m, const int* off, const int* col, const double* val,
                 LevelMatrix& A);
 

@@ -472,19 +472,19 @@ bool give_motions(AmgData& d, const RealVec* place)
   return good;
 }
 
-// products of levels; begin: the interpolation too, which stays
+// own products on all levels, those of the finest again: PETSc sets its own when it puts a matrix together.
+// begin: of the interpolation too, which stays
 bool take_levels(int levels, bool begin, AmgData& d)
 {
   for (int l = 1; l < levels; ++l) {
     Mat P = nullptr, A = nullptr;
     KSP smoother;
     if (begin && (petsc->PCMGGetInterpolation(d.multigrid, l, &P) || !take_products(P, d))) return false;
-    if (l == levels - 1) return set_operation(d.matrix, MATOP_MULT, multiply);
-    if (petsc->PCMGGetSmoother(d.multigrid, l, &smoother) ||
-        petsc->KSPGetOperators(smoother, nullptr, &A) || !take_products(A, d))
+    if (l < levels - 1 && (petsc->PCMGGetSmoother(d.multigrid, l, &smoother) ||
+                           petsc->KSPGetOperators(smoother, nullptr, &A) || !take_products(A, d)))
       return false;
   }
-  return true;
+  return set_operation(d.matrix, MATOP_MULT, multiply);
 }
 
 // the finest smoother is one step of Chebyshev with the incomplete factor; the others are those of GAMG,

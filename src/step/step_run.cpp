@@ -438,7 +438,6 @@ int begin_run(Problem& p, Output& out)
 // state and output of the restart file; what follows from the state is made again
 int continue_run(Problem& p, Archive& f, Output& out)
 {
-  const PagesApart apart;                // holes that all this leaves in the heap would stay
   const Points begin = p.st.points;
   const int errors   = out_reopen(p.piece, p.d.el, p.d.fm, f, p.st, p.d.grid, out);
   if (errors) return errors;
@@ -456,7 +455,6 @@ int continue_run(Problem& p, Archive& f, Output& out)
 // the same in a model that is divided in another way
 void resume_run(Problem& p, Archive& f, Output& out)
 {
-  const PagesApart apart;                // holes that all this leaves in the heap would stay
   const Points begin = p.st.points;
   out_resume(p.piece, p.d.el, p.d.fm, f, p.st, p.d.grid, out);
   MPFE_CHECK(!p.d.fm.on || frac_replay(p.m, p.d.fm, p.st, begin, p.d.share),
