@@ -203,13 +203,21 @@ struct Ledger {                // energies and momenta at t(n), [3] in space
   double fracture = 0;
   double ghost = 0;            // dissipated by ghost stabilisation so far
   double viscous = 0;          // dissipated by *DAMPING and *VISCOUS BOUNDARY so far
-  double renewal = 0;          // statics: lost on the way to equilibrium on a new grid so far
+  // statics: lost so far on the way to equilibrium from forces that have lost what held them           (6.15)
+  double renewal  = 0;         // of corners on a new grid
+  double overlap  = 0;         // of contact that overlaps at the start
+  double released = 0;         // of supports that were removed
+  double sudden   = 0;         // of loads that act at once
+  double stopped  = 0;         // of motion, with its kinetic energy
   double conversion = 0;       // lost when elements became points (averages, bonds), so far
   double total0 = 0;           // kinetic + strain + bond at the start of the run
-  // kinetic + strain + bond + plastic + friction + fracture + ghost + viscous + renewal + conversion - total0
-  // - external
+  // kinetic + strain + bond + all that is lost (ledger_lost) - total0 - external
   double balance = 0;
   double scale = 0;            // largest energy seen so far
+  double rounding = 0;         // energies below are rounding of zero
+  // of the step under way: balance and external work at its start, largest energy in it
+  double balance0 = 0, external0 = 0, step_scale = 0;
+  int off = 0;                 // steps whose balance was off by more than they allow
   double momentum[3] = {0, 0, 0};
   double angular[3] = {0, 0, 0};
   double slip_max = 0, slip_rms = 0;

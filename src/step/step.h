@@ -231,6 +231,14 @@ Failure step_inertia_begin(Problem& p, Attempt& a);
 // step_increment
 void step_finish(Problem& p, Attempt& a, RealVec& energy);
 
+// step_residual_at_start : statics: fint - fext at t(n) on the weights of this step, [neq]
+RealVec step_residual_at_start(const Dofs& dofs, const Attempt& a);
+
+// step_settle : statics: energy lost on the way to equilibrium from forces that nothing holds any more, into
+// st.ledger by its cause                                                            (6.15)
+//   in   rf0  [nnode*dim] reactions at t(n);  R0  [neq] residual at t(n)
+void step_settle(Problem& p, const Attempt& a, const RealVec& rf0, const RealVec& R0);
+
 // step_initial_acceleration : a = M^-1 (fext - fint) of the nodes, at the start of a Newmark step and after
 // elements broke
 Failure step_initial_acceleration(Problem& p, const Step& s, double t_step);
@@ -241,10 +249,15 @@ void step_missed(const Model& m, const Step& s, double start, bool mid);
 
 // ledger_sums : energies and momenta of the level; energy: strain energy of intact elements [nelem]; work: of
 // this rank, becomes that of all
+// ledger_lost : all that has been dissipated or lost, of known cause
 // ledger_balance : energy of bonds, and what is missing;   ledger_update : both
+// ledger_open : at the start of the run, with what is rounding;   ledger_begin_step : of a step
 void ledger_sums(const Model& m, const Elements& el, const Dofs& dofs, const Level& l, bool nlgeom,
                  State& st, double& work, RealVec* energy);
+double ledger_lost(const Ledger& g);
 void ledger_balance(int dim, const Level& l, State& st);
+void ledger_open(const Model& m, const Elements& el, const Dofs& dofs, State& st);
+void ledger_begin_step(Ledger& g);
 void ledger_update(const Model& m, const Elements& el, const Dofs& dofs, const Level& l, bool nlgeom,
                    State& st, RealVec* energy = nullptr);
 

@@ -222,23 +222,13 @@ void finish_followers(const IntVec& follow, const Attempt& a, int dim, State& st
     }
 }
 
-// statics: R at t(n) on the weights of this step
-RealVec residual_at_start(const Dofs& dofs, const Attempt& a)
-{
-  RealVec R(dofs.neq());
-  for (int i = 0; i < dofs.neq(); ++i) R[i] = a.fint0[i] - a.fext0[i];
-  tie_force(dofs, R);
-  return R;
-}
-
 // work of loads and moved supports over the step, of this rank                      (6.12)
-double external_work(const Dofs& dofs, const Attempt& a, const RealVec& rf0)
+//   in   R0   [neq] statics: residual at t(n)
+double external_work(const Dofs& dofs, const Attempt& a, const RealVec& rf0, const RealVec& R0)
 {
   const int dim  = dofs.dim;
   const bool mid = a.mode.mid;
   double work = 0.0;
-  RealVec R0;                  // statics: at t(n)
-  if (a.cM == 0.0) R0 = residual_at_start(dofs, a);
   for (int i = 0; i < dofs.neq(); ++i) {
     if (!dofs.counts(i)) continue;
     const double f0 = mid ? a.fext[i] : a.fext0[i];
@@ -274,19 +264,6 @@ double with_grounds(const Model& m, const State& st, const Attempt& a, double wo
   if (!b.halo.on()) return sum;
   comm_sum(&sum, 1);
   return work + sum;
-}
-
-// statics: corners follow other nodes than in the step before, whose equilibrium is none on these; what the
-// forces that are left do on the way to the new one is lost. Elements that break leave forces too, which are
-// counted there (dt = 0).  (6.15)
-double work_of_renewal(const ActiveGrid& grid, const Dofs& dofs, const Attempt& a)
-{
-  if (a.cM != 0.0 || a.dt == 0.0 || grid.of_all.nodes == 0) return 0.0;
-  double work = 0.0;
-  const RealVec R0 = residual_at_start(dofs, a);
-  for (int i = 0; i < dofs.neq(); ++i)
-    if (!dofs.fixed[i] && dofs.counts(i)) work -= 0.5 * R0[i] * a.du[i];
-  return dof_total(dofs, work);
 }
 
 // energy that friction takes at place b: its work less the change of what sticking stores            (4.11)
@@ -412,8 +389,10 @@ void step_finish(Problem& p, Attempt& a, RealVec& energy)
   finish_reactions(m, all, s.whole ? reactions_of_all(s, a.R) : a.R, st);
   if (p.d.pairs.near || !st.contact.empty()) finish_contact(m, p.d.pairs, a, st);
   // 4. ledger                                                                       (6.12), (6.15), (7.16)
-  double work = external_work(s, a, rf0);
-  st.ledger.renewal += work_of_renewal(p.d.grid, s, a);
+  RealVec R0;
+  if (a.cM == 0.0) R0 = step_residual_at_start(s, a);
+  double work = external_work(s, a, rf0, R0);
+  if (a.cM == 0.0) step_settle(p, a, rf0, R0);
   if (p.d.fm.on) st.ledger.fracture += frac_degraded(m, a.step, p.d.el, st.points, st.frac, st.n, st.np1);
   ledger_sums(m, p.d.el, s, st.np1, a.step.nlgeom, st, work, p.d.fm.on ? &energy : nullptr);
   st.ledger.external += with_grounds(m, st, a, work);

@@ -68,7 +68,39 @@ void add_points(const Points& pts, const RealVec& mom, const Level& l, Ledger& g
   for (int i = 0; i < 3; ++i) g.angular[i] += spin[i];
 }
 
+// Strain that is rounding: coordinates keep 16 digits, and an element is a hundredth of them
+const double ROUNDING = 1e-14;
+
+// sum of E V over elements and points, of all ranks                                 energy
+double stiffness_energy(const Model& m, const Elements& el, const Dofs& dofs, const Points& pts)
+{
+  double sum = 0.0;
+  for (const ElemBlock& b : el.block)
+    for (int slot : elem_owned(b)) {
+      const double* w = &b.w[b.gauss(slot)];
+      double volume   = 0.0;
+      for (int g = 0; g < shape_info[b.shape].ngp; ++g) volume += w[g];
+      sum += volume * m.material[m.section[m.mesh.elem_section[b.elem[slot]]].material].young;
+    }
+  for (int p : dofs.owned_point) sum += pts.V0[p] * m.material[m.body[pts.body[p]].material].young;
+  comm_sum(&sum, 1);
+  return sum;
+}
+
 }  // namespace
+
+double ledger_lost(const Ledger& g)
+{
+  return g.plastic + g.friction + g.fracture + g.ghost + g.viscous + g.renewal + g.overlap + g.released +
+         g.sudden + g.stopped + g.conversion;
+}
+
+void ledger_begin_step(Ledger& g)
+{
+  g.balance0   = g.balance;
+  g.external0  = g.external;
+  g.step_scale = g.kinetic + g.strain;
+}
 
 void ledger_sums(const Model& m, const Elements& el, const Dofs& dofs, const Level& l, bool nlgeom,
                  State& st, double& work, RealVec* energy)
@@ -90,9 +122,10 @@ void ledger_balance(int dim, const Level& l, State& st)
 {
   Ledger& g = st.ledger;
   g.bond    = bond_energy(st.bonds, dim, l, &g.slip_max, &g.slip_rms);
-  g.balance = g.kinetic + g.strain + g.bond + g.plastic + g.friction + g.fracture + g.ghost + g.viscous +
-              g.renewal + g.conversion - g.total0 - g.external;
-  g.scale   = std::max({g.scale, g.kinetic + g.strain, std::fabs(g.external)});
+  g.balance = g.kinetic + g.strain + g.bond + ledger_lost(g) - g.total0 - g.external;
+  const double energy = g.kinetic + g.strain;
+  g.scale      = std::max({g.scale, energy, std::fabs(g.external)});
+  g.step_scale = std::max({g.step_scale, energy, std::fabs(g.external - g.external0)});
 }
 
 void ledger_update(const Model& m, const Elements& el, const Dofs& dofs, const Level& l, bool nlgeom,
@@ -101,4 +134,14 @@ void ledger_update(const Model& m, const Elements& el, const Dofs& dofs, const L
   double none = 0.0;
   ledger_sums(m, el, dofs, l, nlgeom, st, none, energy);
   ledger_balance(m.dim, l, st);
+}
+
+void ledger_open(const Model& m, const Elements& el, const Dofs& dofs, State& st)
+{
+  ledger_update(m, el, dofs, st.n, m.step.front().nlgeom, st);
+  Ledger& g  = st.ledger;
+  g.total0   = g.kinetic + g.strain + g.bond;
+  g.balance  = 0.0;
+  g.scale    = g.total0;
+  g.rounding = ROUNDING * ROUNDING * stiffness_energy(m, el, dofs, st.points);
 }

@@ -1,0 +1,66 @@
+#include "base/comm.h"
+#include "step/step.h"
+
+namespace {
+
+// [neq] at t(n): loads of this step less those at the end of the step before; within a step none
+RealVec load_jump(Problem& p, const Attempt& a)
+{
+  const int number = p.st.log.step;
+  RealVec jump = a.fext0, before;
+  if (p.st.log.inc > 1) return RealVec(jump.size(), 0.0);
+  if (number > 1) {
+    const Step& last = p.m.step[number - 2];
+    if (!assem_loads(p.m, p.d, p.dofs, p.st, last, {last.period, a.total0, 1.0}, p.warned, before).ok())
+      before = a.fext0;
+    for (size_t i = 0; i < jump.size(); ++i) jump[i] -= before[i];
+  }
+  tie_force(p.dofs, jump);
+  return jump;
+}
+
+// where the energy goes of forces that neither a load that jumps nor a support that was removed explains
+double* other_cause(Problem& p)
+{
+  Ledger& g        = p.st.ledger;
+  const int number = p.st.log.step;
+  const bool first = p.st.log.inc == 1;
+  if (first && number == 1) return &g.overlap;       // nothing is strained yet: it is contact
+  if (first && p.m.step[number - 2].proc == PROC_DYNAMIC) return &g.stopped;
+  return p.d.grid.of_all.nodes > 0 ? &g.renewal : nullptr;
+}
+
+}  // namespace
+
+RealVec step_residual_at_start(const Dofs& dofs, const Attempt& a)
+{
+  RealVec R(dofs.neq());
+  for (int i = 0; i < dofs.neq(); ++i) R[i] = a.fint0[i] - a.fext0[i];
+  tie_force(dofs, R);
+  return R;
+}
+
+// ---------------------------------------------------------------------------
+// step_settle : R0 falls to 0 while the dofs move by du                             doc/theory.md (6.15)
+//
+// Elements that break leave forces too, which are counted there (dt = 0).
+// ---------------------------------------------------------------------------
+void step_settle(Problem& p, const Attempt& a, const RealVec& rf0, const RealVec& R0)
+{
+  const Dofs& dofs = p.dofs;
+  const int dim    = dofs.dim;
+  if (a.dt == 0.0 || (p.st.log.inc > 1 && p.d.grid.of_all.nodes == 0)) return;
+  const RealVec jump = load_jump(p, a);
+  double lost[3]     = {0.0, 0.0, 0.0};              // loads, supports, others
+  for (int i = 0; i < dofs.neq(); ++i) {
+    if (dofs.fixed[i] || !dofs.counts(i)) continue;
+    const int r     = i / dim;
+    const bool held = p.st.log.inc == 1 && r < dofs.nfe && rf0[dofs.node_of_row[r] * dim + i % dim] != 0.0;
+    lost[0] += 0.5 * jump[i] * a.du[i];
+    lost[held ? 1 : 2] -= 0.5 * (R0[i] + jump[i]) * a.du[i];
+  }
+  for (double& x : lost) x = dof_total(dofs, x);
+  p.st.ledger.sudden += lost[0];
+  p.st.ledger.released += lost[1];
+  if (double* other = other_cause(p)) *other += lost[2];
+}
