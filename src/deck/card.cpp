@@ -402,10 +402,18 @@ std::string other_element(const std::string& name)
   };
   static const Family family[] = {
       {"C3D20", "this form is not available; take C3D20R, or C3D20"},
-      {"C3D27", "bricks of 27 nodes are not available; take C3D20R, with the first 20 nodes"},
+      {"C3D27", "bricks of 27 nodes are not available; take C3D20R, with the first 20 nodes (gmsh: "
+                "Mesh.SecondOrderIncomplete = 1)"},
+      {"C3D18", "wedges of 18 nodes are not available; take C3D15, with the first 15 nodes (gmsh: "
+                "Mesh.SecondOrderIncomplete = 1)"},
+      {"C3D5", "pyramids are not available; mesh without them: tetrahedra or wedges (C3D6) beside the bricks"},
+      {"C3D13", "pyramids are not available; mesh without them: tetrahedra or wedges (C3D15) beside the bricks"},
+      {"C3D14", "pyramids are not available; mesh without them: tetrahedra or wedges (C3D15) beside the bricks"},
       {"C3D15", "this form is not available; take C3D15"},
       {"C3D10", "this form is not available; take C3D10"},
       {"C3D8", "this form of integration is not available; take C3D8, or C3D8I for bending"},
+      {"M3D9", "quadrilaterals of 9 nodes are not available; write those of 8 (gmsh: "
+               "Mesh.SecondOrderIncomplete = 1)"},
       {"CPE8", "this form is not available; take CPE8R, or CPE8"},
       {"CPS8", "this form is not available; take CPS8R, or CPS8"},
       {"CPE6", "this form is not available; take CPE6"},
@@ -431,7 +439,7 @@ std::string other_element(const std::string& name)
   return "";
 }
 
-int card_param_element(Card& c)
+int card_param_element(Card& c, std::string* remedy)
 {
   const HeadParam* const p = with_value(c, "TYPE");
   if (!p) return -1;
@@ -439,7 +447,8 @@ int card_param_element(Card& c)
   f.text  = element_type_here(*c.deck, f.text);
   const std::string name = text_squeeze(f.text), other = elem_type_find(name) < 0 ? other_element(name) : "";
   if (!other.empty()) {
-    card_error(c, f, "TYPE " + text_show(name) + ": " + other);
+    if (remedy) *remedy = other;
+    else card_error(c, f, "TYPE " + text_show(name) + ": " + other);
     return -1;
   }
   const int type = word_of(c, f, "TYPE", element_type_words().c_str());

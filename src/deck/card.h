@@ -74,7 +74,7 @@ bool card_param_expr(Card& c, const char* name, Expr& out);
 // card_where : where != 0 at X; a value that is no finite number is an error, told once; what: node, element
 bool card_where(Card& c, const Expr& where, const double* X, int dim, const std::string& what);
 // TYPE= as index into elem_table, -1: wrong
-int card_param_element(Card& c);
+int card_param_element(Card& c, std::string* remedy = nullptr);
 int card_param_amplitude(Card& c, Model& m);     // index or -1; TIME DELAY= makes a later copy
 bool card_op_new(Card& c);                                         // OP=NEW
 

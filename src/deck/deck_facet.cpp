@@ -106,10 +106,19 @@ void facet_surfaces(Deck& d, Model& m)
     }
     if (s.face.empty()) continue;                    // edges in space, or inside the mesh: nodes alone
     if (model_find_surface(m, s.name) >= 0) continue;      // *SURFACE has made one of this name
-    if (s.face.size() < set.item.size())
+    if (s.face.size() < set.item.size() && d.absent_elem.empty())
       deck_warn(d, deck_field(d, set.place, set.name),
                 text_format("%zu of the %zu elements of ", set.item.size() - s.face.size(), set.item.size()) +
                     set.name + " are no outer faces of the mesh; surface " + set.name + " has the others");
     m.surface.push_back(s);
   }
+}
+
+void absent_tell(Deck& d)
+{
+  d.word = "ELEMENT";
+  for (const Absent& a : d.absent)
+    deck_error(d, a.at, text_format("TYPE %s (%ld element%s): ", text_show(a.type).c_str(), a.count,
+                                    a.count == 1 ? "" : "s") + a.remedy);
+  d.absent.clear();
 }

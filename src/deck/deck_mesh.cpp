@@ -31,6 +31,11 @@ int target(Deck& d, const Field& at, const std::vector<Named>& list, const char*
   const std::string name = text_upper(at.text);
   for (std::size_t i = 0; i < list.size(); ++i)
     if (list[i].name == name) return static_cast<int>(i);
+  // for want of elements of a type that is not available, which is reported
+  if (d.absent_set.count(name) || (!d.absent_elem.empty() && is_facet_set(d, name))) {
+    ++d.errors;
+    return -1;
+  }
   if (std::string(keyword) == "ELSET" && is_facet_set(d, name)) {
     deck_error(d, at,
                "the elements of set " + name +
@@ -46,7 +51,8 @@ int target(Deck& d, const Field& at, const std::vector<Named>& list, const char*
 int index_of(Deck& d, const LabelIndex& index, const Field& at, int label, const char* what)
 {
   const int i = index.find(label);
-  if (i < 0)
+  if (i < 0 && &index == &d.elem_index && d.absent_elem.count(label)) ++d.errors;
+  else if (i < 0)
     deck_error(d, at, text_format("%s %d is not defined; it must be read before it is used", what, label));
   return i;
 }

@@ -15,6 +15,21 @@ std::vector<std::string> keyword_words()
   return list;
 }
 
+// what to do about a keyword of Abaqus or CalculiX that is not there; "": nothing in particular
+std::string other_keyword(const std::string& word)
+{
+  for (const char* part : {"PART", "END PART", "ASSEMBLY", "END ASSEMBLY", "INSTANCE", "END INSTANCE"})
+    if (word == part)
+      return ": decks have no parts and instances; write a flat one (Abaqus/CAE: Model, Edit Attributes, Do not "
+             "use parts and assemblies in input files)";
+  for (const char* output : {"PREPRINT", "OUTPUT", "NODE OUTPUT", "ELEMENT OUTPUT", "CONTACT OUTPUT", "FILE FORMAT"})
+    if (word == output)
+      return "; leave it out, or take *VTK, *HISTORY, *NODE FILE, *EL FILE, *NODE PRINT, *EL PRINT";
+  for (const char* heat : {"EXPANSION", "CONDUCTIVITY", "SPECIFIC HEAT"})
+    if (word == heat) return ": there are no temperatures here; leave it out";
+  return "";
+}
+
 void skip_data(Deck& d)
 {
   std::vector<Field> field;
@@ -104,8 +119,11 @@ void read_card(Deck& d, Model& m)
   c.keyword = keyword_find(c.head.word);
   if (!c.keyword) {
     const std::string near = text_nearest(c.head.word, keyword_words());
+    const std::string remedy = other_keyword(c.head.word);
     deck_error(d, c.head.at, "keyword *" + text_show(c.head.word) + " is not known" +
-               (near.empty() ? "; mpfe --list-keywords lists all" : "; did you mean *" + near + "?"));
+               (!remedy.empty() ? remedy
+                : near.empty()  ? "; mpfe --list-keywords lists all"
+                                : "; did you mean *" + near + "?"));
     return skip_data(d);
   }
   d.word = c.head.word = c.keyword->word;
@@ -168,6 +186,7 @@ void read_all(Deck& d, const std::string& path, const std::vector<std::pair<std:
   m.dim = deck_dimension(path);
   set_defines(d, defines);
   read_cards(d, m);
+  absent_tell(d);
   deck_run_later(d, m, STAGE_STEP);
   deck_resolve(d, m);
   deck_run_later(d, m, STAGE_END);

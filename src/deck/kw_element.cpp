@@ -26,6 +26,23 @@ bool label_is_new(Card& card, int label)
   return false;
 }
 
+// an edge of three nodes, in the order of any program: the ends first, which are furthest apart
+void middle_last(const Mesh& mesh, Facet& f)
+{
+  const auto apart = [&](int a, int b) {
+    double sum = 0.0;
+    for (int i = 0; i < 3; ++i) {
+      const double d = mesh.X[3 * static_cast<std::size_t>(f.node[a]) + i] -
+                       mesh.X[3 * static_cast<std::size_t>(f.node[b]) + i];
+      sum += d * d;
+    }
+    return sum;
+  };
+  const double opposite[3] = {apart(1, 2), apart(2, 0), apart(0, 1)};
+  const long middle = std::max_element(opposite, opposite + 3) - opposite;
+  std::swap(f.node[middle], f.node[2]);
+}
+
 // elements of a lower dimension than the model
 void read_facets(Card& card, Model& model, int nen, int corners)
 {
@@ -49,10 +66,37 @@ void read_facets(Card& card, Model& model, int nen, int corners)
       f.node[a] = n;
     }
     if (!card_good(card) || !label_is_new(card, label)) continue;
+    if (nen == 3 && corners == 2) middle_last(model.mesh, f);
     item.push_back(static_cast<int>(d.facet.size()));
     facet_add(d, label, f);
   }
   if (!set.empty()) facet_set_merge(d, model, set, item, card_place(card));
+}
+
+// elements of a type that is not available: their number is reported at the end of the mesh. remedy: empty when
+// the type is misspelt, which is reported already
+void read_absent(Card& card, const std::string& remedy)
+{
+  const int most = 100;        // fields of an element
+  Deck& d = *card.deck;
+  const std::string set = card_param_name(card, "ELSET");
+  if (!set.empty()) d.absent_set.insert(set);
+  long count = 0;
+  while (card_line(card)) {
+    join_lines(card, most);
+    d.absent_elem.insert(card_label(card, "element label"));
+    card.next = card.field.size();
+    ++count;
+  }
+  if (remedy.empty()) return;
+  const Field& at        = card_param(card, "TYPE")->value;
+  const std::string type = text_squeeze(element_type_here(d, at.text));
+  for (Absent& a : d.absent)
+    if (a.type == type) {
+      a.count += count;
+      return;
+    }
+  d.absent.push_back({type, remedy, at, count});
 }
 
 }  // namespace
@@ -68,7 +112,9 @@ void kw_element(Card& card, Model& model)
   const int facet = named ? facet_nodes(element_type_here(*card.deck, named->value.text), model.dim, corners)
                           : 0;
   if (facet) return read_facets(card, model, facet, corners);
-  const int type = card_param_element(card);
+  std::string remedy;
+  const int type = card_param_element(card, &remedy);
+  if (type < 0 && named) return read_absent(card, remedy);
   const std::string set = card_param_name(card, "ELSET");
   const int nen = type < 0 ? 0 : shape_info[elem_table[type].shape].nen;
   IntVec item;

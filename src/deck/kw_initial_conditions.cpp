@@ -48,8 +48,13 @@ void kw_initial_conditions(Card& card, Model& model)
     InitialValue v;
     v.displacement = type == 1;
     const Field target = card_field(card, "node set, node or body");
-    v.dof   = card_dof(card, model, "direction");
+    v.dof   = card_int(card, "direction", 1, 3) - 1;
     v.value = card_expr(card, type == 1 ? "displacement" : "velocity");
+    if (card_good(card) && v.dof >= model.dim) {     // a plane model in a deck of space
+      if (!v.value.is_const() || v.value.value != 0.0)
+        card_error(card, card.whole, "direction 3 does not exist in a plane model; it can only be given 0");
+      continue;
+    }
     v.place = line_place(card);
     if (card_good(card)) card_later(card, STAGE_STEP, [=](Deck& d, Model& m) { apply(d, m, target, v); });
   }

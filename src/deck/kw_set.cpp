@@ -30,7 +30,7 @@ void generate(Card& card, const LabelIndex& index, const IntVec& label, IntVec& 
         item.push_back(static_cast<int>(i));
   }
   const long missing = count - static_cast<long>(item.size() - before);
-  if (missing > 0)
+  if (missing > 0 && card.deck->absent_elem.empty())
     card_warn(card, card.whole,
               text_format("%ld of the %ld labels of this range are not defined", missing, count));
 }
@@ -53,14 +53,47 @@ bool listed_facets(const Deck& d, const Model& model, const Field& f, IntVec& fa
   return found && model_find_elset(model, text_upper(f.text)) < 0;     // a set may hold both
 }
 
-// labels and names of sets
-void listed(Card& card, const Model& model, bool nodes, IntVec& item, IntVec& facet)
+// labels of a set that are not defined
+struct Missing {
+  Field first;
+  int label = 0, count = 0;
+  // is f such a label? One of an element whose type is not available is reported by that
+  bool add(const Deck& d, const Field& f, const LabelIndex& index)
+  {
+    int number = 0;
+    if (!target_label(f.text, number) || index.find(number) >= 0) return false;
+    if (&index == &d.elem_index && d.absent_elem.count(number)) return false;
+    if (count++ == 0) {
+      first = f;
+      label = number;
+    }
+    return true;
+  }
+};
+
+void tell_missing(Card& card, const char* what, const Missing& missing, std::size_t defined)
 {
+  if (missing.count == 0) return;
+  if (missing.count == 1)
+    return card_error(card, missing.first, text_format("%s %d is not defined; it must be read before it is used",
+                                                       what, missing.label));
+  card_error(card, missing.first,
+             text_format("%d of the %zu %ss of this set are not defined, the first is %d; they must be read "
+                         "before they are used. A mesh generator leaves out elements that this format does not "
+                         "have (gmsh: pyramids), and the mesh has holes there",
+                         missing.count, missing.count + defined, what, missing.label));
+}
+
+// labels and names of sets
+void listed(Card& card, const Model& model, bool nodes, Missing& missing, IntVec& item, IntVec& facet)
+{
+  const LabelIndex& index = nodes ? card.deck->node_index : card.deck->elem_index;
   while (card_more(card)) {
     Field f = card.field[card.next++];
     const bool may_be_facet = !nodes && !card.deck->facet.empty() && !f.empty();
     if (may_be_facet && listed_facets(*card.deck, model, f, facet)) continue;
     if (f.empty()) card_error(card, f, "a label or a set name is missing here");
+    else if (missing.add(*card.deck, f, index)) continue;
     else if (nodes) target_nodes(*card.deck, model, f, item);
     else target_elems(*card.deck, model, f, item);
   }
@@ -80,6 +113,14 @@ void selected(Card& card, const Model& model, bool nodes, const Expr& where, Int
   }
 }
 
+// *NSET, ELSET= : the nodes of the elements of a set
+void nodes_of(Card& card, const Model& model, const Field& elset, IntVec& item)
+{
+  IntVec elem;
+  if (!target_elems(*card.deck, model, elset, elem)) return;
+  for (int e : elem) item.insert(item.end(), model.mesh.conn.begin(e), model.mesh.conn.begin(e + 1));
+}
+
 }  // namespace
 
 void set_read(Card& card, Model& model, bool nodes)
@@ -87,14 +128,19 @@ void set_read(Card& card, Model& model, bool nodes)
   const std::string name = card_param_name(card, nodes ? "NSET" : "ELSET");
   const bool generated = card_flag(card, "GENERATE");
   IntVec item, facet;
+  Missing missing;
   Expr where;
+  const Field elset = nodes ? card_param_field(card, "ELSET") : Field();
+  if (!elset.empty()) nodes_of(card, model, elset, item);
   if (card_param_expr(card, "WHERE", where)) selected(card, model, nodes, where, item);
   while (card_line(card)) {
-    if (!generated) listed(card, model, nodes, item, facet);
+    if (!generated) listed(card, model, nodes, missing, item, facet);
     else if (nodes) generate(card, card.deck->node_index, model.mesh.node_label, item);
     else generate(card, card.deck->elem_index, model.mesh.elem_label, item);
   }
+  tell_missing(card, nodes ? "node" : "element", missing, item.size() + facet.size());
   if (name.empty()) return;
+  if (card.deck->errors > card.errors_before && !card.deck->absent_elem.empty()) card.deck->absent_set.insert(name);
   facet_set_merge(*card.deck, model, name, facet, card_place(card));
   if (item.empty() && !facet.empty()) return;
   if (item.empty() && card.deck->errors == card.errors_before)

@@ -247,6 +247,10 @@ double fracture_value(const Model& m, const Elements& el, const State& s, const 
   if (probe.q.comp == 11) return s.ledger.ghost;
   if (probe.q.comp == 13) return s.ledger.viscous;
   if (probe.q.comp == 14) return s.ledger.plastic;
+  if (probe.q.comp == 15) return s.ledger.overlap;
+  if (probe.q.comp == 16) return s.ledger.released;
+  if (probe.q.comp == 17) return s.ledger.sudden;
+  if (probe.q.comp == 18) return s.ledger.stopped;
   if (probe.q.comp == 12) return static_cast<double>(s.frac.nreleasing);
   if (probe.q.comp >= 6) return tip_place(m, s, probe.q.comp - 6, probe.reduce == REDUCE_MIN);
   const double value[6] = {double(s.frac.neroded), s.frac.area,       double(s.points.npoint_all()),

@@ -26,7 +26,8 @@ const Word words[] = {
     {"S23", Q_S, 4},         {"S31", Q_S, 5},         {"S13", Q_S, 5},          {"E11", Q_E, 0},
     {"E22", Q_E, 1},         {"E33", Q_E, 2},         {"E12", Q_E, 3},          {"E23", Q_E, 4},
     {"E31", Q_E, 5},         {"E13", Q_E, 5},         {"SMISES", Q_MISES, 0},   {"ENER", Q_ENER, 0},
-    {"PEEQ", Q_PEEQ, 0},     {"EPLAST", Q_FRAC, 14}};
+    {"PEEQ", Q_PEEQ, 0},     {"EPLAST", Q_FRAC, 14},
+    {"EOVERLAP", Q_FRAC, 15}, {"EFREED", Q_FRAC, 16},   {"ESUDDEN", Q_FRAC, 17},   {"ESTOP", Q_FRAC, 18}};
 
 }  // namespace
 

@@ -8,6 +8,7 @@
 namespace {
 
 const double ZERO_PIVOT = 3e-12;    // relative to the diagonal of A in the same equation
+const double FIXED = 1e200;         // pivot of an unknown that is fixed
 
 // height of block column J in scalar rows, with the diagonal block; its first scalar column
 long column_height(const Skyline& K, int J, int D) { return static_cast<long>(J - K.first[J] + 1) * D; }
@@ -84,10 +85,11 @@ void eliminate_column(Skyline& K, int J)
 }
 
 // diagonal block of J: pivots, and the columns divided by the pivots. diagonal [D]: of A, in the rows of J.
-// Returns the local column of a zero pivot, or -1.
+// A zero pivot is no pivot: its unknown is fixed. Their number, and the local column of the first one
 template <int D>
-int divide_column(Skyline& K, int J, const double* diagonal)
+int divide_column(Skyline& K, int J, const double* diagonal, int& first)
 {
+  int zeros = 0;
   const long h     = column_height(K, J, D);
   const long above = h - D;
   const double* d  = K.d.data() + static_cast<long>(K.first[J]) * D;
@@ -105,10 +107,13 @@ int divide_column(Skyline& K, int J, const double* diagonal)
       pivot -= u * q[k];
       q[k] = u;
     }
-    if (std::fabs(pivot) <= ZERO_PIVOT * std::fabs(diagonal[c])) return c;
+    if (std::fabs(pivot) <= ZERO_PIVOT * std::fabs(diagonal[c])) {
+      if (zeros++ == 0) first = c;
+      pivot = FIXED;
+    }
     K.d[static_cast<long>(J) * D + c] = pivot;
   }
-  return -1;
+  return zeros;
 }
 
 template <int D>
@@ -116,19 +121,28 @@ Status factor(Solver& s, const SysMatrix& A)
 {
   Skyline& K = s.data->sky;
   fill_profile<D>(K, A);
-  for (int J = 0; J < A.nrow; ++J) {
+  IntVec row(A.nrow);          // of A, of each block column
+  for (int I = 0; I < A.nrow; ++I) row[K.pos[I]] = I;
+  int zeros = 0;
+  bool fixed = true;
+  for (int J = 0; J < A.nrow && fixed; ++J) {
     double diagonal[D];
     for (int c = 0; c < D; ++c) diagonal[c] = column(K, J)[(c + 1) * column_height(K, J, D) - D + c];
     eliminate_column<D>(K, J);
-    const int zero = divide_column<D>(K, J, diagonal);
-    if (zero >= 0) {
-      const long I = std::find(K.pos.begin(), K.pos.end(), J) - K.pos.begin();
-      s.zero_equation = static_cast<int>(I * D + zero);
-      return solve_fail(s, SOLVER_SINGULAR,
-                        "zero pivot in equation %ld (block row %ld, component %d): a rigid-body motion or "
-                        "mechanism is not constrained; check the supports",
-                        I * D + zero + 1, I + 1, zero + 1);
-    }
+    int first = 0;
+    const int more = divide_column<D>(K, J, diagonal, first);
+    if (more == 0) continue;
+    fixed = pivot_fixed(s, row[J]);
+    if (zeros == 0 || !fixed) s.zero_equation = row[J] * D + first;
+    zeros += more;
+  }
+  if (zeros > 0) {
+    const int I = s.zero_equation / D, component = s.zero_equation % D;
+    solve_fail(s, SOLVER_SINGULAR, "%d zero pivots, the first in equation %d (block row %d, component %d): a "
+               "rigid-body motion or mechanism is not constrained; check the supports",
+               zeros, s.zero_equation + 1, I + 1, component + 1);
+    if (!fixed) return SOLVER_SINGULAR;
+    s.fixed_null_pivots += zeros;
   }
   s.negative = static_cast<int>(std::count_if(K.d.begin(), K.d.end(), [](double d) { return d < 0.0; }));
   return STATUS_OK;
@@ -216,7 +230,8 @@ Status skyline_analyse(Solver& s, const SysMatrix& A)
 //
 //   status  SOLVER_SINGULAR: |pivot| <= 3e-12 of the diagonal of A in that equation, so that soft parts
 //           beside stiff ones are no false alarm. Free bodies of 40 x 30 to 400 x 160 quadrilaterals
-//           have pivots of 3e-14 to 7e-13 by rounding, measured.
+//           have pivots of 3e-14 to 7e-13 by rounding, measured. Where a zero pivot is no error
+//           (pivot_fixed) its unknown is fixed, as by MUMPS.
 //
 // An indefinite matrix is fine as long as no pivot vanishes. Columns of one block row
 // are of one height, so that D x D inner products share their loads.

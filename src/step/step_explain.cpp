@@ -222,6 +222,7 @@ std::string explain_here(const Problem& p, const Failure& f, const std::string& 
   const Model& m = p.m;
   if (!f.note.empty()) return f.note;
   const Status status = f.status;
+  const bool nlgeom   = m.step[p.st.log.step - 1].nlgeom;
   if (status == SOLVER_SINGULAR || status == SOLVER_FAILED) return solver_text(p, whole, contact);
   if (status == MASS_FAILED)
     return "the system of the mass matrix (velocities of the grid at the start of the increment, or "
@@ -258,10 +259,11 @@ std::string explain_here(const Problem& p, const Failure& f, const std::string& 
                   "%s %d turned inside out (det F <= 0)%s: check the load, or use smaller increments",
                   is_point ? "material point" : "element",
                   is_point ? p.st.points.label[f.index] : m.mesh.elem_label[f.index],
-                  material.law == LAW_SVK ? ". St.Venant-Kirchhoff softens below a stretch of 0.577" : "");
+                  material.law == LAW_SVK && nlgeom ? ". St.Venant-Kirchhoff softens below a stretch of 0.577" : "");
     return text + master;
   }
-  const double stretch = smallest_stretch(m, p.d.el, p.st);
+  // without NLGEOM the law is Hooke's, which does not soften
+  const double stretch = nlgeom ? smallest_stretch(m, p.d.el, p.st) : 1.0;
   if (stretch < 0.65) {
     std::snprintf(
         text, sizeof text,
