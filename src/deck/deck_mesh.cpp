@@ -79,7 +79,8 @@ bool target_items(Deck& d, const Field& at, const std::vector<Set>& sets,
   const int i = target(d, at, sets, set, keyword);
   if (i < 0) return false;
   item.insert(item.end(), sets[i].item.begin(), sets[i].item.end());
-  if (sets[i].item.empty()) deck_error(d, at, std::string(set) + " " + sets[i].name + " is empty");
+  if (sets[i].item.empty() && d.absent_set.count(sets[i].name)) ++d.errors;
+  else if (sets[i].item.empty()) deck_error(d, at, std::string(set) + " " + sets[i].name + " is empty");
   return !sets[i].item.empty();
 }
 

@@ -15,7 +15,8 @@ void read_table(Card& card, Amplitude& a)
       if (!card_good(card)) break;
       if (!a.t.empty() && t <= a.t.back()) {
         card_error(card, at,
-                   "times must ascend: " + text_number(t) + " comes after " + text_number(a.t.back()));
+                   "times must ascend: " + text_number(t) + " comes after " + text_number(a.t.back()) +
+                       (t == a.t.back() ? "; a jump takes two times, one a little later" : ""));
         break;
       }
       a.t.push_back(t);

@@ -13,8 +13,9 @@ void kw_restart(Card& card, Model& model)
   if (write && r.write) card_error(card, card.head.at, "*RESTART, WRITE is given already");
   r.read = r.read || read;
   if (!write) return;
+  r.frequency = card_param_int(card, "FREQUENCY", 0, 0, 2147483647);
+  if (r.frequency == 0 && card_param(card, "FREQUENCY")) return;   // of Abaqus: none is written
   r.write     = true;
-  r.frequency = card_param_int(card, "FREQUENCY", 0, 1, 2147483647);
   r.interval  = card_param_real(card, "TIME INTERVAL", 0.0, above(0.0));
   r.overlay   = card_flag(card, "OVERLAY");
 }

@@ -77,7 +77,7 @@ void step_defaults(std::FILE* file, const Model& m, int i)
                s.max_inc);
   if (s.proc == PROC_DYNAMIC) dynamic_defaults(file, s);
   if (s.balance > 0.0)
-    std::fprintf(file, "  balance         %g of the largest energy at the end of the run, or exit code 1\n",
+    std::fprintf(file, "  balance         %g of the largest energy in the step, or exit code 1\n",
                  s.balance);
   std::fprintf(
       file,

@@ -8,6 +8,9 @@
 namespace {
 
 const double ZERO_PIVOT = 3e-12;    // relative to the diagonal of A in the same equation
+// the same where a zero pivot is no error. Pivots of free motions in G3 (contact/g3_walls): up to 7e-12, and none
+// of others below 1e-6; one that is missed is a wild motion, one too many costs an iteration
+const double NO_ERROR = 1e-10;
 const double FIXED = 1e200;         // pivot of an unknown that is fixed
 
 // height of block column J in scalar rows, with the diagonal block; its first scalar column
@@ -85,9 +88,10 @@ void eliminate_column(Skyline& K, int J)
 }
 
 // diagonal block of J: pivots, and the columns divided by the pivots. diagonal [D]: of A, in the rows of J.
-// A zero pivot is no pivot: its unknown is fixed. Their number, and the local column of the first one
+// A pivot up to zero of the diagonal is none: its unknown is fixed. Their number, and the local column of the
+// first one
 template <int D>
-int divide_column(Skyline& K, int J, const double* diagonal, int& first)
+int divide_column(Skyline& K, int J, const double* diagonal, double zero, int& first)
 {
   int zeros = 0;
   const long h     = column_height(K, J, D);
@@ -107,7 +111,7 @@ int divide_column(Skyline& K, int J, const double* diagonal, int& first)
       pivot -= u * q[k];
       q[k] = u;
     }
-    if (std::fabs(pivot) <= ZERO_PIVOT * std::fabs(diagonal[c])) {
+    if (std::fabs(pivot) <= zero * std::fabs(diagonal[c])) {
       if (zeros++ == 0) first = c;
       pivot = FIXED;
     }
@@ -130,9 +134,10 @@ Status factor(Solver& s, const SysMatrix& A)
     for (int c = 0; c < D; ++c) diagonal[c] = column(K, J)[(c + 1) * column_height(K, J, D) - D + c];
     eliminate_column<D>(K, J);
     int first = 0;
-    const int more = divide_column<D>(K, J, diagonal, first);
+    const bool may = pivot_fixed(s, row[J]);
+    const int more = divide_column<D>(K, J, diagonal, may ? NO_ERROR : ZERO_PIVOT, first);
     if (more == 0) continue;
-    fixed = pivot_fixed(s, row[J]);
+    fixed = may;
     if (zeros == 0 || !fixed) s.zero_equation = row[J] * D + first;
     zeros += more;
   }
