@@ -190,12 +190,6 @@ int check_only(Problem& p)
   return EXIT_GOOD;
 }
 
-bool load_restart(const Model& m, const Options& o, Archive& f)
-{
-  const std::string path = restart_path(m, o);
-  return path.empty() || out_restart_load(m, path, f);
-}
-
 // nobody else writes JOB.*; rank 0 sees to it. taken: what a crash has left behind
 bool lock_job(const Model& m, std::string& taken)
 {
@@ -212,10 +206,11 @@ int run(const Options& o)
   Problem& problem = run->problem;
   Output out;
   if (!read_model(o, model, out.near)) return EXIT_DECK;
+  out.from = restart_path(model, o);
   std::string taken;
   if (!o.check && !lock_job(model, taken)) return EXIT_RESOURCE;
   Archive state;
-  if (!load_restart(model, o, state)) return EXIT_DECK;
+  if (!out.from.empty() && !out_restart_load(model, out.from, state)) return EXIT_DECK;
   if (o.check) return check_only(problem);
   out_listing_open(model, out, state.reading);
   if (!taken.empty()) log_warn("%s", taken.c_str());

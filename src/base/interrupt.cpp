@@ -1,24 +1,41 @@
 #include "base/interrupt.h"
 
 #include <csignal>
+#include <ctime>
 #include <initializer_list>
+
+#include "base/comm.h"
 
 namespace {
 
-volatile std::sig_atomic_t seen = 0;
+const std::time_t TOGETHER = 3;    // seconds: a queue and mpirun both send the signal that ends a run of ranks
 
-void note(int number) { seen = number; }
+volatile std::sig_atomic_t seen = 0;
+std::time_t when = 0;
+
+// the second one ends the program
+void note(int number)
+{
+  const std::time_t now = std::time(nullptr);
+  if (seen && (comm_size() == 1 || now - when > TOGETHER)) {
+    std::signal(number, SIG_DFL);
+    std::raise(number);              // comes when this routine returns
+    return;
+  }
+  if (!seen) when = now;
+  seen = number;
+}
 
 }  // namespace
 
 void interrupt_watch()
 {
-  for (int number : {SIGINT, SIGTERM}) {
+  for (int number : {SIGINT, SIGTERM, SIGUSR1, SIGUSR2}) {
     struct sigaction now;
     if (sigaction(number, nullptr, &now) != 0 || now.sa_handler == SIG_IGN) continue;
     struct sigaction then = {};
     then.sa_handler = note;
-    then.sa_flags   = SA_RESETHAND | SA_RESTART;
+    then.sa_flags   = SA_RESTART;
     sigemptyset(&then.sa_mask);
     sigaction(number, &then, nullptr);
   }

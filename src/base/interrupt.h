@@ -1,10 +1,12 @@
 // ---------------------------------------------------------------------------
-// interrupt.h : Ctrl-C and kill end the run after the increment that is under way, with all files complete
+// interrupt.h : Ctrl-C, kill and the signals of queues end the run after the increment that is under way, with
+// all files complete
 // ---------------------------------------------------------------------------
 #ifndef MPFE_BASE_INTERRUPT_H
 #define MPFE_BASE_INTERRUPT_H
 
-// interrupt_watch : from now on SIGINT and SIGTERM are only noted; the second one ends the program at once.
+// interrupt_watch : from now on SIGINT, SIGTERM, SIGUSR1 and SIGUSR2 (which mpirun hands on, other than the
+// first two) are only noted; a second one ends the program at once, on several ranks not within seconds.
 // Signals that the user has switched off (nohup) stay off.
 void interrupt_watch();
 

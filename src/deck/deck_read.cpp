@@ -91,17 +91,18 @@ bool place_fits(Card& c, const Model& m)
   return false;
 }
 
-// the words and data lines of this card are part of what a restart file belongs to; those of output alone are
-// not
+// the words and data lines of this card are part of what a restart file belongs to; those of output alone and
+// of the way to a solution are not, nor is the limit of increments
 void hash_card(Deck& d, const Card& c)
 {
-  const std::vector<std::string> output = split_words(
-      "CONTACT FILE|CONTACT PRINT|EL FILE|EL PRINT|FRAGMENTS|HEADING|"
-      "NODE FILE|NODE PRINT|RESTART|VTK");
-  d.hashing = std::find(output.begin(), output.end(), c.head.word) == output.end();
+  const std::vector<std::string> free = split_words(
+      "CONTACT FILE|CONTACT PRINT|EL FILE|EL PRINT|FRAGMENTS|HEADING|NEWTON|"
+      "NODE FILE|NODE PRINT|RESTART|SOLVER|VTK");
+  d.hashing = std::find(free.begin(), free.end(), c.head.word) == free.end();
   if (!d.hashing) return;
   deck_hash(d, c.head.word);
-  for (const HeadParam& p : c.head.param) deck_hash(d, p.name + "=" + p.value.text);
+  for (const HeadParam& p : c.head.param)
+    if (c.head.word != "STEP" || p.name != "INC") deck_hash(d, p.name + "=" + p.value.text);
 }
 
 void hash_parameters(Deck& d)

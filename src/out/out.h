@@ -128,6 +128,7 @@ struct RankLoad {              // what one rank has done
 
 struct Output {
   std::string base;            // out_dir/JOB
+  std::string from;            // restart file that the run goes on from; empty: none
   std::FILE *lst = nullptr, *his = nullptr, *dat = nullptr, *chk = nullptr, *ero = nullptr, *frag = nullptr;
   History history;
   std::vector<Probe> probe;    // [Model::history]
@@ -187,6 +188,10 @@ int out_reopen(Model& m, const Elements& el, const FracMesh& fm, Archive& f, Sta
 // out_restart : JOB.rst, when it is due or must be written now, so that a kill at any moment leaves a whole
 // file
 void out_restart(const Model& m, State& s, const ActiveGrid& grid, bool now, Output& out);
+
+// out_mark : JOB.continue, which stands as long as a run that a signal has ended waits to be continued; a
+// launcher may hide the exit code (mpirun). waits = false: it goes
+void out_mark(const Output& out, bool waits);
 
 // out_hold : the state of all ranks in a file without a name, which f reads then; false: there is no room for
 // it. out_resume : instead of out_open and out_reopen: the state of that file in a model that is divided in

@@ -152,7 +152,7 @@ void out_listing_open(const Model& m, Output& out, bool goes_on)
   out.lst  = out_file_first(out.base + ".lst", goes_on);
   if (comm_rank() > 0) return;
   log_open(out.lst);
-  if (goes_on) std::fprintf(out.lst, "\n\n---- continued from a restart file ----\n\n");
+  if (goes_on) std::fprintf(out.lst, "\n\n---- continued from %s ----\n\n", out.from.c_str());
   utsname machine;
   uname(&machine);
   std::fprintf(out.lst, "mpfe %s   implicit material points and finite elements\n\n", MPFE_VERSION);

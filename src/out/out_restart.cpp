@@ -18,6 +18,7 @@
 #include "model/state_number.h"
 #include "model/state_window.h"
 #include "out/out.h"
+#include "out/out_branch.h"
 
 static void io(Archive& f, VtkSeries& x)
 {
@@ -297,8 +298,9 @@ bool fits(const std::string& path, const Model& m, const Origin& o)
                             ", has written it; this is mpfe " MPFE_VERSION ", format " +
                             std::to_string(format));
   return o.deck == m.hash || refuse(path, "it belongs to another deck: its cards or parameters are not those "
-                                          "of now. Only *RESTART, *VTK, *FRAGMENTS, *NODE FILE, "
-                                          "*EL FILE, *NODE PRINT, *EL PRINT and *HEADING may change");
+                                          "of now. Only *RESTART, *VTK, *FRAGMENTS, *NODE FILE, *EL FILE, "
+                                          "*NODE PRINT, *EL PRINT, *HEADING, *NEWTON, *SOLVER and INC of "
+                                          "*STEP may change");
 }
 
 // the same, at what follows the origin. Collective
@@ -337,25 +339,6 @@ bool output_fits(const Model& m, const ActiveGrid& grid, const std::vector<std::
   for (const VtkSeries& s : out.series)
     if (s.file.size() != s.time.size()) return false;
   return out.vtk_frame >= 0 && grid.ncell == static_cast<int>(grid.cell.size());
-}
-
-// a file that goes on is cut back to the length that it had, and opened behind it
-int continue_file(const std::string& path, long length, std::FILE*& file)
-{
-  std::error_code error;
-  if (length < 0) {
-    std::filesystem::remove(path, error);
-    return 0;
-  }
-  const std::uintmax_t now = std::filesystem::file_size(path, error);
-  if (error || now < static_cast<std::uintmax_t>(length)) {
-    log_error("%s is continued, but its first %ld bytes are missing: restore the file in this folder",
-              path.c_str(), length);
-    return 1;
-  }
-  std::filesystem::resize_file(path, static_cast<std::uintmax_t>(length), error);
-  file = out_file_open(path, true);
-  return 0;
 }
 
 // calls read() with arrays of f in the parts of the ranks, of points in a window those whose elements are
@@ -459,6 +442,19 @@ void out_restart(const Model& m, State& s, const ActiveGrid& grid, bool now, Out
   log_note("  restart file written, %.3g MB", 1e-6 * static_cast<double>(f.at));
 }
 
+void out_mark(const Output& out, bool waits)
+{
+  if (comm_rank() > 0) return;
+  const std::string path = out.base + ".continue";
+  if (!waits) {
+    std::remove(path.c_str());
+    return;
+  }
+  std::FILE* file = out_file_open(path);
+  std::fprintf(file, "%s.rst\n", out.base.c_str());
+  out_file_close(file, path);
+}
+
 bool out_restart_load(const Model& m, const std::string& path, Archive& f)
 {
   if (!open_content(m, path, f)) return false;
@@ -545,11 +541,13 @@ int out_reopen(Model& m, const Elements& el, const FracMesh& fm, Archive& f, Sta
   }
   if (out_idle(m)) return 0;
   out.chk = out_file_first(out.base + ".chk");
-  if (first && continue_file(out.base + ".dat", length.dat, out.dat) +
-                   continue_file(out.base + ".ero", length.ero, out.ero) +
-                   continue_file(out.base + ".frag", length.frag, out.frag))
-    return 1;
-  if (m.vtk.on && first) out_vtk_continue(out);
+  if (first) {
+    branch_table(m, out, "dat", length.dat, out.dat);
+    branch_table(m, out, "ero", length.ero, out.ero);
+    branch_table(m, out, "frag", length.frag, out.frag);
+    branch_frames(m, out);
+    if (m.vtk.on) out_vtk_continue(out);
+  }
   history_open(out);
   const int every = std::max(1, m.history_out.frequency);
   for (int row = 0; row <= out.row_written; row += every) history_write(out, row);

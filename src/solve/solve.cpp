@@ -26,11 +26,12 @@ bool by_mumps(const Solver& s) { return s.kind == SOLVER_MUMPS && !s.data->narro
 // is a zero pivot an error, or not expected?
 bool regular(const Solver& s) { return s.masses || s.null_pivot_row < 0; }
 
-// a small matrix with a narrow profile: the skyline is faster than MUMPS begins
+// A small matrix with a narrow profile: the skyline is faster than MUMPS begins. Not with REUSE=NO: whether
+// an earlier matrix of the pattern was unfit for it would decide, which a continued run cannot know
 bool narrow_analyse(Solver& s, const SysMatrix& A)
 {
-  if (s.kind != SOLVER_MUMPS || s.def.kind == SOLVER_MUMPS || !regular(s) || s.data->unfit ||
-      A.neq() >= SMALL_SYSTEM || comm_size() > 1)
+  if (s.kind != SOLVER_MUMPS || s.def.kind == SOLVER_MUMPS || !s.def.reuse || !regular(s) ||
+      s.data->unfit || A.neq() >= SMALL_SYSTEM || comm_size() > 1)
     return false;
   return skyline_analyse(s, A) == STATUS_OK && s.flops < NARROW;
 }

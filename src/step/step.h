@@ -284,6 +284,9 @@ void step_undo_points(const State& st, const CornerShare& share, UndoPoint& u);
 void step_undo_keep(State& st, UndoPoint& u);
 void step_undo(Problem& p, UndoPoint& u);
 
+// step_can_undo : is there a way back? Not from points that have changed where they were not copied before
+bool step_can_undo(const State& st, const UndoPoint& u);
+
 // step_fracture : at t(n), just converged: what breaks, breaks and becomes points; in statics equilibrium
 // follows at the same load, until nothing breaks any more. Not good: the state is that of a failed attempt.
 // INTERRUPTED: a signal came between two equilibria.

@@ -10,6 +10,12 @@
 
 namespace {
 
+// do points differ in number or bonds from those of the way back?
+bool points_changed(const State& st, const UndoPoint& u)
+{
+  return st.frac.nconverted != u.state.frac.nconverted || st.frac.nreleased != u.state.frac.nreleased;
+}
+
 double all_energy(const Ledger& g) { return g.kinetic + g.strain + g.bond + g.plastic; }
 
 // what breaks now; dynamics: not before the next test is due
@@ -172,11 +178,12 @@ void step_undo_keep(State& st, UndoPoint& u)
   u.kept = true;
 }
 
+bool step_can_undo(const State& st, const UndoPoint& u) { return u.points || !points_changed(st, u); }
+
 void step_undo(Problem& p, UndoPoint& u)
 {
-  const StepLog log = p.st.log;
-  const bool changed = p.st.frac.nconverted != u.state.frac.nconverted ||
-                       p.st.frac.nreleased != u.state.frac.nreleased;
+  const StepLog log  = p.st.log;
+  const bool changed = points_changed(p.st, u);
   Level n;
   if (u.copy) n = u.n;
   else std::swap(n, u.kept ? u.n : p.st.n);

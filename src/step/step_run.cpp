@@ -136,7 +136,8 @@ struct Increment {
   int cuts = 0;                // of the step, before it
   double dt = 0.0;             // of this attempt
   double shorter = 0.0;        // of the next one, when this fails
-  UndoPoint undo;              // with fracture
+  UndoPoint undo;              // with fracture, from the begin of the first attempt on
+  bool undoes = false;         // undo is that of this increment
   BreakWatch watch;
   HalfWatch half;
   RealVec energy;              // of step_increment
@@ -145,10 +146,24 @@ struct Increment {
 // back to where the increment began
 void forget_attempt(Problem& p, Increment& inc, Output& out)
 {
-  if (p.d.fm.on) step_undo(p, inc.undo);
+  if (inc.undoes) step_undo(p, inc.undo);
   out_erosion_undo(out);
   p.st.log    = inc.before;
   p.st.ledger = inc.ledger;
+}
+
+// The run ends by its own error: the state of the last good increment stays, in a restart file too, when the
+// deck asks for such files. Returns how to go on from there
+std::string leave_good_state(Problem& p, Increment& inc, Output& out)
+{
+  if (inc.undoes && !step_can_undo(p.st, inc.undo)) return "";
+  forget_attempt(p, inc, out);
+  p.st.clock = inc.clock;
+  if (!p.m.restart.write || p.st.log.inc_total == 0) return "";
+  out_restart(p.m, p.st, p.d.grid, true, out);
+  return ". " + out.base + ".rst has the state before this increment: mpfe --restart " + out.base +
+         ".rst goes on from there, also with other *NEWTON and *SOLVER cards, another INC of *STEP, on other "
+         "ranks or another machine";
 }
 
 // within an increment: it is forgotten, and the run goes on with it
@@ -169,6 +184,12 @@ Failure stop_for_faces(Problem& p, const StepLog& before, const StepClock& clock
   return STATUS_OK;
 }
 
+void begin_undo(State& st, bool copy, Increment& inc)
+{
+  step_undo_point(st, copy, inc.undo);
+  inc.undoes = true;
+}
+
 // grid, rows, pattern and mass at t(n), the length of the first attempt, and the way back
 Failure begin_increment(Problem& p, const Step& s, const std::vector<double>& stops, Increment& inc)
 {
@@ -177,19 +198,20 @@ Failure begin_increment(Problem& p, const Step& s, const std::vector<double>& st
   inc.clock  = st.clock;
   inc.ledger = st.ledger;
   inc.cuts   = st.clock.cuts;
+  inc.undoes = false;
   st.log.cuts = 0;
   if (++st.log.inc > s.max_inc)
     return {NOT_CONVERGED, "INC=" + std::to_string(s.max_inc) +
                                " increments do not reach the end of the step: increase INC or dt"};
   const bool moves = s.proc == PROC_DYNAMIC;
-  if (p.d.fm.on && !moves) step_undo_point(st, true, inc.undo);
+  if (p.d.fm.on && !moves) begin_undo(st, true, inc);
   Failure failure = step_prepare(p, s);
   if (failure.ok() && !step_knows_near(p)) failure = FACES_UNKNOWN;
   if (failure.status == FACES_UNKNOWN) return stop_for_faces(p, inc.before, inc.clock);
   if (failure.ok() && st.log.inc == 1 && moves && scheme_of(s).acceleration)
     failure = step_initial_acceleration(p, s, 0.0);
   inc.dt = clock_next(s, st.clock, stops);
-  if (p.d.fm.on && moves) step_undo_point(st, false, inc.undo);      // with the first acceleration
+  if (p.d.fm.on && moves) begin_undo(st, false, inc);        // with the first acceleration
   st.clock.aim = 0.0;
   inc.watch    = BreakWatch();
   inc.watch.on = !moves && !s.direct;
@@ -313,11 +335,10 @@ void share_warned(Problem& p)
 // ---------------------------------------------------------------------------
 // run_step : one step of the deck                                              doc/theory.md 6.5
 // ---------------------------------------------------------------------------
-Failure run_step(Problem& p, const Step& s, Output& out)
+Failure run_step(Problem& p, const Step& s, Increment& inc, Output& out)
 {
   State& st = p.st;
   const std::vector<double> stops = clock_stops(p.m, s, st.clock.start);
-  Increment inc;
   p.ready = false;
   while (!clock_done(s, st.clock)) {
     if (check_ranks(st)) return interrupted(p, out);
@@ -412,6 +433,16 @@ void warn_few_points(const Points& pts, const ActiveGrid& grid)
            pts.npoint_all(), grid.of_all.cells);
 }
 
+// why the run has stopped, and how it goes on
+void tell_failure(Problem& p, const Failure& failure, Increment& inc, Output& out)
+{
+  const StepLog log = p.st.log;
+  const double time = p.st.n.time;
+  std::string text  = cuts_text(p.m, p.st, failure) + ". " + step_explain(p, failure);
+  if (failure.status != INTERRUPTED) text += leave_good_state(p, inc, out);
+  log_error("step %d, increment %d, time %.8g: %s", log.step, log.inc, time, text.c_str());
+}
+
 // energies at the start need the mass of the first step
 void open_ledger(Problem& p)
 {
@@ -458,6 +489,7 @@ void resume_run(Problem& p, Archive& f, Output& out)
 int enter_run(Problem& p, RunFrom from, Archive& f, Output& out)
 {
   p.again = AGAIN_NOT;
+  if (!out_idle(p.m)) out_mark(out, false);
   if (from == RUN_BEGIN) return begin_run(p, out);
   if (from == RUN_FILE) return continue_run(p, f, out);
   if (from == RUN_DIVIDED) resume_run(p, f, out);
@@ -485,15 +517,14 @@ int step_run(Problem& p, RunFrom from, Archive& f, Output& out)
       begin_step(p.m.step[k], p.st);
       step_missed(p.m, p.m.step[k], p.st.clock.start, step_mode(p.m.step[k]).mid);
     }
-    failure = run_step(p, p.m.step[k], out);
+    Increment inc;
+    failure = run_step(p, p.m.step[k], inc, out);
     if (p.again) return EXIT_GOOD;
+    if (!failure.ok()) tell_failure(p, failure, inc, out);
     out_step_end(p.m, p.st, out);
     if (failure.ok()) judge_balance(p.m.step[k], p.st.log.step, p.st.ledger);
   }
   const Status status = failure.status;
-  if (!failure.ok())
-    log_error("step %d, increment %d, time %.8g: %s. %s", p.st.log.step, p.st.log.inc, p.st.n.time,
-              cuts_text(p.m, p.st, failure).c_str(), step_explain(p, failure).c_str());
   warn_conversion(p.st.ledger);
   load_of_ranks(p.d.el, p.dofs, out.ranks);
   step_memory(p, out.memory);
@@ -501,7 +532,10 @@ int step_run(Problem& p, RunFrom from, Archive& f, Output& out)
       comm_bcast(out_close(p.m, p.d.el, p.st, p.d.grid, p.newton.solver, status == STATUS_OK, out));
   if (status == SOLVER_FAILED || status == DIVISION_FAILED) return EXIT_RESOURCE;
   if (status == BAD_VALUE) return EXIT_DECK;
-  if (status == INTERRUPTED && p.m.restart.write) return EXIT_CONTINUE;
+  if (status == INTERRUPTED && p.m.restart.write) {
+    if (!out_idle(p.m)) out_mark(out, true);
+    return EXIT_CONTINUE;
+  }
   if (status != STATUS_OK) return EXIT_PHYSICS;
   return failed || p.st.ledger.off > 0 ? EXIT_CHECK_FAILED : EXIT_GOOD;
 }

@@ -5,7 +5,7 @@
 
 include tools/machines/debian.mk
 MARCH    = x86-64-v2
-CXXFLAGS = -O1 -g -march=$(MARCH) -fsanitize=address,undefined -fno-sanitize-recover=undefined \
+CXXFLAGS = -O1 -g1 -march=$(MARCH) -fsanitize=address,undefined -fno-sanitize-recover=undefined \
            -fno-omit-frame-pointer -D_GLIBCXX_ASSERTIONS
 LDFLAGS  = -fsanitize=address,undefined
 SUFFIX   = -debug

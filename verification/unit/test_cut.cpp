@@ -228,11 +228,13 @@ TEST(ModelCut, NodesStandAsRanksEliminateThem)
   const int n = 8;
   const Model deck = plate(n);
   Model m = deck;
-  m.equation.resize(1);
+  m.equation.resize(3);
   m.equation[0].term = {{5, 0, 0.5}, {80, 1, -1.0}};
+  for (int i = 0; i < 2; ++i) m.equation[1 + i].term = {{17, i, 1.0}, {81, i, -1.0}};
   m.frame.resize(1);
-  m.frame[0].node = 17;
-  m.frame[0].twin = 81;
+  m.frame[0].node     = 17;
+  m.frame[0].twin     = 81;
+  m.frame[0].equation = 1;
   IntVec rank;
   for (int e = 0; e < m.mesh.nelem(); ++e) rank.push_back(e % n < n / 2 ? 0 : 1);
   model_order_nodes(rank, {}, 2, m);
@@ -262,6 +264,17 @@ TEST(ModelCut, NodesStandAsRanksEliminateThem)
   for (int k = 0; k < p.mesh.nnode(); ++k) {
     EXPECT_EQ(p.mesh.node_label[k], deck.mesh.node_label[p.part.deck[k]]);
     EXPECT_EQ(p.part.node_here(p.part.node[k]), k);
+  }
+  // the node with directions of its own is here, with its twin and their equations
+  const auto deck_node = [&](int k) { return p.part.deck.at(k); };
+  ASSERT_EQ(p.frame.size(), 1u);
+  EXPECT_EQ(deck_node(p.frame[0].node), 17);
+  EXPECT_EQ(deck_node(p.frame[0].twin), 81);
+  for (int i = 0; i < 2; ++i) {
+    const std::vector<EquationTerm>& term = p.equation.at(p.frame[0].equation + i).term;
+    EXPECT_EQ(deck_node(term.at(0).node), 17);
+    EXPECT_EQ(deck_node(term.at(1).node), 81);
+    EXPECT_EQ(term[0].dof, i);
   }
   // its own nodes first, then those of the middle, which rank 0 has too
   EXPECT_TRUE(ascends(p.part.node));

@@ -685,10 +685,15 @@ TEST(Deck3, elements_by_hand_loads_and_history)
   const std::vector<Load>& l = a.m.step[0].load;
   ASSERT_EQ(l.size(), 6u);
   EXPECT_TRUE(l[0].per_mass && l[0].dir[2] == -1.0);
-  EXPECT_TRUE(l[1].kind == LOAD_PRESSURE && l[1].face[0].face == 5);
+  const auto is_on = [&](const Load& load, int elem, int face) {     // a surface of this face alone
+    const std::vector<Face>& f = a.m.surface.at(load.surface).face;
+    return f.size() == 1 && f[0].elem == elem && f[0].face == face;
+  };
+  EXPECT_TRUE(l[1].kind == LOAD_PRESSURE && is_on(l[1], 0, 5));
   EXPECT_TRUE(l[2].kind == LOAD_BODY && l[2].dir[2] == 1.0);
   EXPECT_NEAR(l[3].dir[2], 0.8, 1e-15);
-  EXPECT_EQ(l[3].face[0].face, 2);
+  EXPECT_TRUE(l[3].kind == LOAD_TRACTION && is_on(l[3], 1, 2));
+  EXPECT_TRUE(l[4].kind == LOAD_TRACTION && is_on(l[4], 0, 1));
   EXPECT_EQ(l[5].dof, 2);
   EXPECT_EQ(a.m.surface[0].face.size(), 1u);
   EXPECT_EQ(a.m.initial[0].dof, 2);
