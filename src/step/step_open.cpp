@@ -91,17 +91,19 @@ bool has_contact(const Model& m)
   return false;
 }
 
-// contact looks at the start for surfaces that overlap
+// contact looks at the start for surfaces that overlap. What touches takes the stiffness and the friction of
+// what it meets before it pushes
 int start_contact(const Model& m, State& st, ContactScene& scene, ContactPairs& pairs)
 {
   RealVec xb;
   bond_places(m, st.points, st.bonds, st.n.u, st.n.uc, xb);
   scene_update(m, st.points, st.bonds, st.n.u, st.n.uc, true, 0.0, scene);
   contact_search(m, st.points, st.bonds, st.n.u, st.n.uc, xb, scene, pairs);
+  contact_stiffness(st.n, m.dim, pairs, st.bonds);
   const int errors = contact_start(m, st.bonds, pairs, xb);
   for (int b = 0; b < st.bonds.nbond; ++b)
     if (st.bonds.field[b] == SIDE_CONTACT)
-      st.n.slip[b * m.dim] = pairs.gap[b] - st.bonds.offset[b];
+      st.n.slip[b * m.dim] = contact_gap(pairs, b, pairs.gap[b] - st.bonds.offset[b]);
   return errors;
 }
 
