@@ -20,6 +20,7 @@ struct ContactPairs {
   // [nbond] at t(n), without offset and initial penetration of the bond; negative: pushes   length
   RealVec gap;
   RealVec size;                // [nbond] longest edge of the face that is met        length
+  RealVec rounding;            // [nbond] error of gap by rounding                    length
   // [nbond] general contact: penalty per area and friction of the two faces, of those that meet one
   RealVec penalty, friction, stick;
   IntVec face;                 // [nbond] general contact: index into Bonds::skin of what is met, -1: none
@@ -32,6 +33,18 @@ struct ContactPairs {
 inline bool contact_acts(const Bonds& bonds, const ContactPairs& pairs, int b)
 {
   return bonds.field[b] != SIDE_CONTACT || pairs.master.count(b);
+}
+
+// contact_touch : gap of bond b up to which surfaces touch                         length
+inline double contact_touch(const ContactPairs& pairs, int b)
+{
+  return 1e-9 * pairs.size[b] + pairs.rounding[b];
+}
+
+// contact_gap : a gap of bond b as history keeps it: a penetration of rounding is zero
+inline double contact_gap(const ContactPairs& pairs, int b, double gap)
+{
+  return gap < 0.0 && gap >= -pairs.rounding[b] ? 0.0 : gap;
 }
 
 // contact_skin : outer faces of elements, and of points, that take part in general contact. Left out: what
@@ -75,7 +88,8 @@ void contact_initial(const Level& l, int dim, bool moves, Bonds& bonds, ContactP
 // contact_forget : places of contact that meet no face are open and without force over the step
 void contact_forget(const Bonds& bonds, const ContactPairs& pairs, int dim, Level& l);
 
-// contact_stiffness : places of general contact that do not push take penalty and friction of what they meet
+// contact_stiffness : places of general contact take the friction of what they meet, and those that do not
+// push its penalty
 void contact_stiffness(const Level& l, int dim, const ContactPairs& pairs, Bonds& bonds);
 
 // contact_start : surfaces that overlap at the start: says by how much and where, and pushes, takes the gaps

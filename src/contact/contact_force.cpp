@@ -5,18 +5,11 @@
 
 namespace {
 
-// A gap within rounding of zero is closed in statics: otherwise a body that rests on another has nothing to
-// stand on in the first iteration (part of the face, as in contact_start)
-const double touches = 1e-9;
-// Part of the face: a penetration up to it is rounding and counts as a gap of zero from one increment to the
-// next, as where a place stands at a node of the face that it meets.
-// Test: Contact.RoundingIsNoPenetration (unit)
-const double ROUNDING = 1e-12;
-
 // normal force (negative: pressure) and its slope from the gaps at both ends of the step, shifted by
 // lambda/C. The energy-momentum scheme takes the discrete gradient of 1/2 C <g>^2, so that a contact gives
 // back the energy it took  (4.10)
-//   in   touch: gaps up to it are closed in statics (the force has no jump, the slope has)
+//   in   touch: gaps up to it are closed in statics (the force has no jump, the slope has): otherwise a body
+//        that rests on another has nothing to stand on in the first iteration
 void normal_law(const KernelMode& mode, double C, double touch, double g0, double g1, double& p,
                 double& slope)
 {
@@ -52,14 +45,14 @@ double contact_force(const Model& m, const Bonds& bonds, const ContactPairs& pai
     tn += n[i] * t0[i];
   }
   const double g1 = g0 + sn;
-  normal_law(mode, C, touches * pairs.size[b], g0 + shift, g1 + shift, p, slope);
+  normal_law(mode, C, contact_touch(pairs, b), g0 + shift, g1 + shift, p, slope);
   for (int i = 0; i < dim; ++i) {
     f[i]  = p * n[i];
     t1[i] = 0.0;
     if (across) across[i] = 0.0;
     for (int j = 0; K && j < dim; ++j) K[i * dim + j] = slope * n[i] * n[j];
   }
-  const double gap = g1 < 0.0 && g1 >= -ROUNDING * pairs.size[b] ? 0.0 : g1;
+  const double gap = contact_gap(pairs, b, g1);
   *slipped = 0.0;
   if (mu == 0.0) return gap;
   // touches without pressure: it sticks until Newton's method knows the pressure

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "shape/face.h"
 
@@ -16,6 +17,16 @@ const double RIM2    = 1e-4;   // of the squared size: a hundredth of the face b
 // of the squared size: a place that pushes and meets nothing more keeps its face while it is beside it by
 // less than a quarter of it: what it stores comes back.  Test: verification/contact/g2_flight.inp
 const double HELD2   = 0.0625;
+// What a gap is off by rounding: part of the size of the face, and of its coordinates. Smaller gaps of either
+// sign are the same.  Tests: Contact.RoundingIsNoPenetration (unit), verification/contact/touch_place
+const double ROUNDING = 1e-12, DIGITS = 8.0 * std::numeric_limits<double>::epsilon();
+
+double largest_of(const MasterFace& f)
+{
+  double most = 0.0;
+  for (int i = 0; i < 3; ++i) most = std::max({most, std::fabs(f.lo[i]), std::fabs(f.hi[i])});
+  return most;
+}
 
 // move(k): displacement k of the nodes or the corners
 template <class Move>
@@ -40,6 +51,7 @@ MasterFace face_of(const Model& m, const Points& pts, bool body, const Face& f, 
     const double *a = out.x + 3 * k, *b = out.x + 3 * ((k + 1) % out.n);
     out.size = std::max(out.size, std::hypot(b[0] - a[0], b[1] - a[1], b[2] - a[2]));
   }
+  out.rounding = ROUNDING * out.size + DIGITS * largest_of(out);
   return out;
 }
 
@@ -72,7 +84,8 @@ void face_middle(const MasterFace& f, double* x, double* n)
 
 namespace {
 
-// local place of the point of the face nearest to p: Newton on the two tangents (one step for flat faces)
+// local place of the foot of the perpendicular from p: Newton on the two tangents (one step for flat triangles
+// and edges)
 void project(const MasterFace& f, const double* p, double* xi)
 {
   double N[4], dN[8];
@@ -109,30 +122,43 @@ bool on_face(const MasterFace& f, const double* xi)
   return std::fabs(xi[0]) < 1.0 + tol && std::fabs(xi[1]) < 1.0 + tol;
 }
 
-// the place of the face nearest to xi
-void clamp(const MasterFace& f, double* xi)
+// local coordinates of the corners of an edge, a triangle, a quadrilateral
+const double CORNER[5][4][2] = {
+    {}, {}, {{-1, 0}, {1, 0}}, {{0, 0}, {1, 0}, {0, 1}}, {{-1, -1}, {1, -1}, {1, 1}, {-1, 1}}};
+
+// share of b in the point of the line from a to b that is nearest to p
+double nearest_on_line(const double* a, const double* b, const double* p)
 {
-  if (f.n != 3) {
-    for (int k = 0; k < 2; ++k) xi[k] = std::min(std::max(xi[k], -1.0), 1.0);
-    return;
+  double along = 0.0, length2 = 0.0;
+  for (int i = 0; i < 3; ++i) {
+    along += (b[i] - a[i]) * (p[i] - a[i]);
+    length2 += (b[i] - a[i]) * (b[i] - a[i]);
   }
-  for (int k = 0; k < 2; ++k) xi[k] = std::max(xi[k], 0.0);
-  const double sum = xi[0] + xi[1];
-  if (sum > 1.0)
-    for (int k = 0; k < 2; ++k) xi[k] /= sum;
+  return length2 > 0.0 ? std::min(std::max(along / length2, 0.0), 1.0) : 0.0;
 }
 
-}  // namespace
-
-namespace {
-
-// the place of f nearest to p; in over: does p lie over f. Returns the squared distance
-double nearest_place(const MasterFace& f, const double* p, bool& over, Hit& hit)
+// local place of the point of the edges of f, which are straight, nearest to p; in the plane of its ends
+void nearest_on_rim(const MasterFace& f, const double* p, double* xi)
 {
-  double xi[2], distance2 = 0.0;
-  project(f, p, xi);
-  over = on_face(f, xi);
-  if (!over) clamp(f, xi);
+  double least = 1e300;
+  for (int k = 0; k < (f.n == 2 ? 1 : f.n); ++k) {
+    const int l = (k + 1) % f.n;
+    const double *a = f.x + 3 * k, *b = f.x + 3 * l, t = nearest_on_line(a, b, p);
+    double distance2 = 0.0;
+    for (int i = 0; i < 3; ++i) {
+      const double r = p[i] - a[i] - t * (b[i] - a[i]);
+      distance2 += r * r;
+    }
+    if (distance2 >= least) continue;
+    least = distance2;
+    for (int i = 0; i < 2; ++i) xi[i] = CORNER[f.n][k][i] + t * (CORNER[f.n][l][i] - CORNER[f.n][k][i]);
+  }
+}
+
+// what p meets at the local place xi of f. Returns the squared distance
+double take_place(const MasterFace& f, const double* p, const double* xi, Hit& hit)
+{
+  double distance2 = 0.0;
   face_eval(f.n, xi, hit.N, nullptr);
   const double norm = face_area(f.n, f.x, xi, hit.n);
   hit.face = &f;
@@ -147,6 +173,23 @@ double nearest_place(const MasterFace& f, const double* p, bool& over, Hit& hit)
   return distance2;
 }
 
+// the place of f nearest to p; in over: does p lie over f. Returns the squared distance.
+// Test: Contact.TheNearestPlaceOfAFaceIsTheNearest (unit)
+double nearest_place(const MasterFace& f, const double* p, bool& over, Hit& hit)
+{
+  double xi[2];
+  project(f, p, xi);
+  over = on_face(f, xi);
+  if (over) {
+    const double distance2 = take_place(f, p, xi, hit);
+    // far from a distorted face Newton's method may not converge, and end inside by chance
+    over = distance2 - hit.gap * hit.gap <= RIM2 * f.size * f.size;
+    if (over) return distance2;
+  }
+  nearest_on_rim(f, p, xi);
+  return take_place(f, p, xi, hit);
+}
+
 }  // namespace
 
 Projection contact_meet(const MasterFace& f, const double* p, double reach, Hit& hit)
@@ -158,8 +201,6 @@ Projection contact_meet(const MasterFace& f, const double* p, double reach, Hit&
   if (hit.gap > reach || hit.gap < -DEEPEST * f.size) return PROJ_NONE;
   // behind a dent a point may lie over no face at all: it belongs to the face whose edge it is behind
   const double gap2 = hit.gap * hit.gap, rim2 = RIM2 * f.size * f.size;
-  // far from a distorted face Newton's method may not converge, and end inside by chance
-  if (over && distance2 - gap2 > rim2) return PROJ_NONE;
   if (over || (hit.gap <= 0.0 && distance2 <= BESIDE2 * gap2)) return PROJ_OVER;
   return distance2 - gap2 <= rim2 ? PROJ_RIM : PROJ_NONE;
 }
@@ -182,7 +223,7 @@ void contact_nearer(const Hit& hit, Projection k, Projection& kind, std::vector<
 namespace {
 
 // is a as small as least, to rounding?
-bool equals(double a, double least, const Hit& hit) { return a <= least + 1e-8 * hit.face->size; }
+bool equals(double a, double least, const Hit& hit) { return a <= least + 1e-8 * hit.face->size + hit.face->rounding; }
 
 double distance(const Hit& hit) { return std::hypot(hit.r[0], hit.r[1], hit.r[2]); }
 

@@ -14,6 +14,7 @@ struct MasterFace {
   double x[12];                // places at t(n)
   double lo[3], hi[3];
   double size = 0.0;           // longest edge
+  double rounding = 0.0;       // error of a gap that is measured from it               length
   int skin = -1;               // general contact: index into the skin
 };
 

@@ -61,6 +61,7 @@ void take_hits(const std::vector<Hit>& hits, int dim, double offset, int b, Cont
   ++pairs.near;
   pairs.gap[b]  = (n[0] * r[0] + n[1] * r[1] + n[2] * r[2]) / norm - offset;
   pairs.size[b] = hits[0].face->size;
+  pairs.rounding[b] = hits[0].face->rounding;
   for (int i = 0; i < dim; ++i) pairs.normal[b * dim + i] = n[i] / norm;
 }
 
@@ -228,7 +229,7 @@ bool stays(GeneralSearch& g, int i, int met, const double* p, double nearest, Hi
 {
   const FaceNow& b   = face_now(g, met);
   const double reach = g.scene.part * (g.face[i].f.size + b.f.size) + g.scene.travel;
-  return contact_meet(b.f, p, reach, hit) == PROJ_OVER && hit.gap < nearest - 1e-8 * b.f.size;
+  return contact_meet(b.f, p, reach, hit) == PROJ_OVER && hit.gap < nearest - 1e-8 * b.f.size - b.f.rounding;
 }
 
 void search_place(GeneralSearch& g, int b, const IntVec& facing, std::vector<Hit>& hits)
@@ -277,6 +278,7 @@ void meet_wall(GeneralSearch& g, int b, int i, ContactPairs& pairs)
     pairs.master_w.push_back(0.0);
     pairs.gap[b]  = gap;
     pairs.size[b] = a.f.size;
+    pairs.rounding[b] = a.f.rounding;
     std::fill_n(&pairs.normal[b * g.m.dim], g.m.dim, 0.0);
     pairs.normal[b * g.m.dim + w.axis] = w.side;
     pairs.face[b]     = -1;
@@ -341,6 +343,7 @@ void search(const Model& m, const Points& pts, const Bonds& bonds, bool at_start
   pairs.normal.assign(static_cast<size_t>(bonds.nbond) * m.dim, 0.0);
   pairs.gap.assign(bonds.nbond, 1e300);
   pairs.size.assign(bonds.nbond, 0.0);
+  pairs.rounding.assign(bonds.nbond, 0.0);
   RealVec state(m.bond.size(), 0.0);
   const int all = model_general_contact(m);
   if (all >= 0 && scene) state[all] = scene->near.item.empty() ? 1.0 : 2.0;
@@ -390,15 +393,16 @@ void contact_forget(const Bonds& bonds, const ContactPairs& pairs, int dim, Leve
   }
 }
 
-// A place that pushes keeps its stiffness: with another one its energy would be another
+// A place that pushes keeps its stiffness: with another one its energy would be another. Friction stores
+// nothing, and is that of the face on which the place slides
 void contact_stiffness(const Level& l, int dim, const ContactPairs& pairs, Bonds& bonds)
 {
   for (int b = 0; b < bonds.nbond; ++b) {
-    const bool pushes = l.slip[b * dim] < 0.0;
-    if (bonds.skin.empty() || bonds.skin_of[b] < 0 || !pairs.master.count(b) || pushes) continue;
-    bonds.cn[b]       = pairs.penalty[b] * bonds.area[b];
-    bonds.ct[b]       = pairs.stick[b] > 0.0 ? pairs.stick[b] * bonds.area[b] : bonds.cn[b];
+    if (bonds.skin.empty() || bonds.skin_of[b] < 0 || !pairs.master.count(b)) continue;
     bonds.friction[b] = pairs.friction[b];
+    if (l.slip[b * dim] < 0.0) continue;
+    bonds.cn[b] = pairs.penalty[b] * bonds.area[b];
+    bonds.ct[b] = pairs.stick[b] > 0.0 ? pairs.stick[b] * bonds.area[b] : bonds.cn[b];
   }
 }
 

@@ -20,7 +20,7 @@ Overlap find_overlap(const Model& m, const Bonds& bonds, const ContactPairs& pai
 {
   Overlap o;
   for (int b = 0; b < bonds.nbond; ++b) {
-    if (bonds.def[b] != def || !pairs.master.count(b) || pairs.gap[b] >= -1e-9 * pairs.size[b]) continue;
+    if (bonds.def[b] != def || !pairs.master.count(b) || pairs.gap[b] >= -contact_touch(pairs, b)) continue;
     if (!bonds.counts(b)) continue;
     ++o.count;
     if (pairs.gap[b] >= o.gap) continue;

@@ -55,7 +55,7 @@ std::string contact_text(const Model& m, const State& st, const ContactPairs& pa
       const double now = st.np1.slip[b * m.dim];
       gap[0] = std::min(gap[0], pairs.gap[b]);
       gap[1] = std::min(gap[1], now);
-      closed += st.bonds.counts(b) && now <= 1e-9 * pairs.size[b];
+      closed += st.bonds.counts(b) && now <= contact_touch(pairs, b);
     }
     if (m.part.on) {
       double large[2] = {-gap[0], -gap[1]};

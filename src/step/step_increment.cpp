@@ -11,7 +11,6 @@ namespace {
 // missed a face; at 0.5 the search would lose it (contact_search), so TOO_DEEP ends the increment before.
 // Test: Increment.PointsThatEnterTooDeep (unit)
 const double ENTERED = 0.25, TOO_DEEP = 0.45;
-const double TOUCHES = 1e-9;   // what is less deep lies on the face
 // Contacts that close raise the residual for an iteration, and full corrections are the way to the set that
 // is closed. Test: A8 (contact/friction_push.inp)
 const int PATIENCE = 2;
@@ -123,7 +122,7 @@ Failure find_missed_contact(Problem& p)
   contact_search(p.m, st.points, st.bonds, st.np1.u, st.np1.uc, xb, scene, pairs);
   for (int b = 0; b < st.bonds.nbond; ++b) {
     if (st.bonds.skin_of[b] < 0 || p.d.pairs.master.count(b) || !pairs.master.count(b)) continue;
-    if (pairs.gap[b] >= -TOUCHES * pairs.size[b]) continue;
+    if (pairs.gap[b] >= -contact_touch(pairs, b)) continue;
     st.np1.slip[b * dim] = pairs.gap[b];
     return {CONTACT_DEPTH, AT_BOND, b};
   }

@@ -84,6 +84,86 @@ int start_equations(const Model& m, const Level& l)
   return errors;
 }
 
+// One *BOUNDARY whose supports give other velocities at the start than *INITIAL CONDITIONS, on all ranks
+struct OtherVelocity {
+  double nodes = 0.0;
+  double label = 1e300, line = 0.0;    // the smallest of a node, the last of *INITIAL CONDITIONS
+};
+
+// line of *INITIAL CONDITIONS that gives the velocity of a dof of a node, 0: none       [nnode*dim]
+IntVec lines_of_velocity(const Model& m)
+{
+  IntVec line(static_cast<size_t>(m.mesh.nnode()) * m.dim, 0);
+  for (const InitialValue& iv : m.initial)
+    for (int n : iv.node)
+      if (!iv.displacement && iv.dof < m.dim) line[n * m.dim + iv.dof] = iv.place.line;
+  return line;
+}
+
+void warn_other_velocity(const Prescribed& b, const OtherVelocity& x)
+{
+  if (x.nodes == 0.0) return;
+  log_warn("%s line %d, *BOUNDARY: %.0f nodes from node %.0f on have the velocity of their support from the "
+           "start of the run, not the one of *INITIAL CONDITIONS, line %.0f",
+           b.place.file.c_str(), b.place.line, x.nodes, x.label, x.line);
+}
+
+// dependent dofs move as those that they depend on
+void start_ties(const Model& m, RealVec& v)
+{
+  std::vector<EquationSolved> solved;
+  int bad;
+  if (!equations_resolve(m, m.step[0].equation, solved, bad)) return;
+  for (const EquationSolved& e : solved) {
+    double sum = 0.0;
+    for (const EquationMaster& q : e.master) sum += q.coef * v[q.node * m.dim + q.dof];
+    v[e.node * m.dim + e.dof] = sum;
+  }
+}
+
+// In motion prescribed dofs have the velocity of their support from the start: a jump in the first increment
+// would make or lose the energy of their mass  (3.20)
+void start_supports(const Model& m, RealVec& v)
+{
+  if (m.step.empty() || m.step[0].proc != PROC_DYNAMIC) return;
+  const Step& step  = m.step[0];
+  const double later = 1e-3 * step.dt;
+  const IntVec line = lines_of_velocity(m);
+  std::vector<OtherVelocity> other(step.prescribed.size());
+  bool any = false;
+  for (size_t k = 0; k < other.size(); ++k) {
+    const Prescribed& b = step.prescribed[k];
+    OtherVelocity& x    = other[k];
+    for (int n : b.node) {
+      const double* X   = &m.mesh.X[3 * n];
+      const double rate = (prescribed_value(m, b, X, later, later) - prescribed_value(m, b, X, 0.0, 0.0)) / later;
+      bool given = false;
+      for (int dof = n * m.dim + b.first; dof <= n * m.dim + std::min(b.last, m.dim - 1); ++dof) {
+        if (!std::isfinite(rate) || std::fabs(v[dof] - rate) <= 1e-6 * std::fabs(rate)) continue;
+        any    = true;
+        v[dof] = rate;
+        if (line[dof] == 0) continue;
+        given  = true;
+        x.line = std::max(x.line, static_cast<double>(line[dof]));
+      }
+      if (!given) continue;
+      x.nodes += m.part.counts(n);
+      x.label = std::min(x.label, static_cast<double>(m.mesh.node_label[n]));
+    }
+  }
+  for (size_t k = 0; k < other.size(); ++k) {
+    OtherVelocity& x = other[k];
+    if (m.part.on) {
+      comm_sum(&x.nodes, 1);
+      x.label = -comm_allreduce_max(-x.label);
+      x.line  = comm_allreduce_max(x.line);
+    }
+    warn_other_velocity(step.prescribed[k], x);
+  }
+  if (m.part.on) any = comm_allreduce_max(static_cast<int>(any)) > 0;
+  if (any && !step.equation.empty()) start_ties(m, v);
+}
+
 bool has_contact(const Model& m)
 {
   for (const BondDef& d : m.bond)
@@ -91,17 +171,19 @@ bool has_contact(const Model& m)
   return false;
 }
 
-// contact looks at the start for surfaces that overlap
+// contact looks at the start for surfaces that overlap. What touches takes the stiffness and the friction of
+// what it meets before it pushes
 int start_contact(const Model& m, State& st, ContactScene& scene, ContactPairs& pairs)
 {
   RealVec xb;
   bond_places(m, st.points, st.bonds, st.n.u, st.n.uc, xb);
   scene_update(m, st.points, st.bonds, st.n.u, st.n.uc, true, 0.0, scene);
   contact_search(m, st.points, st.bonds, st.n.u, st.n.uc, xb, scene, pairs);
+  contact_stiffness(st.n, m.dim, pairs, st.bonds);
   const int errors = contact_start(m, st.bonds, pairs, xb);
   for (int b = 0; b < st.bonds.nbond; ++b)
     if (st.bonds.field[b] == SIDE_CONTACT)
-      st.n.slip[b * m.dim] = pairs.gap[b] - st.bonds.offset[b];
+      st.n.slip[b * m.dim] = contact_gap(pairs, b, pairs.gap[b] - st.bonds.offset[b]);
   return errors;
 }
 
@@ -145,6 +227,7 @@ int step_open(Problem& p)
   point_tell_corners(st.points, m.dim, {&st.n.uc, &st.n.vc});
   if (errors == 0) errors = start_equations(m, st.n);
   if (errors) return errors;
+  start_supports(m, st.n.v);
   if (has_contact(m)) errors = start_contact(m, st, p.d.scene, p.d.pairs);
   if (errors) return errors;
   overlap_pairs(m, p.d.watch);

@@ -212,6 +212,64 @@ TEST(Contact, NoPlaceFarFromADistortedFaceMeetsIt)
   }
 }
 
+namespace {
+
+// the face with its nodes turned round by k
+MasterFace turned(const MasterFace& f, int k)
+{
+  MasterFace out = f;
+  for (int n = 0; n < f.n; ++n) std::copy_n(f.x + 3 * ((n + k) % f.n), 3, out.x + 3 * n);
+  return out;
+}
+
+// squared distance of p from the nearest of many places of the face
+double least_of_many(const MasterFace& f, const double* p)
+{
+  const int many = 60;
+  double least   = 1e300;
+  for (int i = 0; i <= many; ++i)
+    for (int j = 0; j <= (f.n == 3 ? many - i : many); ++j) {
+      const double a = double(i) / many, b = double(j) / many;
+      const double N[2][4] = {{1 - a - b, a, b, 0}, {(1 - a) * (1 - b), a * (1 - b), a * b, (1 - a) * b}};
+      double distance2 = 0.0;
+      for (int c = 0; c < 3; ++c) {
+        double r = p[c];
+        for (int n = 0; n < f.n; ++n) r -= N[f.n - 3][n] * f.x[3 * n + c];
+        distance2 += r * r;
+      }
+      least = std::min(least, distance2);
+    }
+  return least;
+}
+
+}  // namespace
+
+// over the face, beside its edges and its corners; whichever node comes first
+TEST(Contact, TheNearestPlaceOfAFaceIsTheNearest)
+{
+  Random random(4);
+  for (int k = 0; k < 4000; ++k) {
+    const double X[2][8] = {{-1, -1, 1, -1, 0, 1}, {-1, -1, 1, -1, 1, 1, -1, 1}};
+    MasterFace f;
+    f.n    = 3 + k % 2;
+    f.size = 3.0;
+    for (int n = 0; n < f.n; ++n)
+      for (int i = 0; i < 3; ++i)
+        f.x[3 * n + i] = i < 2 ? X[f.n - 3][2 * n + i] + number(random, -0.4, 0.4) : 0.0;
+    const double p[3] = {number(random, -2, 2), number(random, -2, 2), number(random, -0.5, 0.5)};
+    Hit hit, other;
+    contact_hold(f, p, hit);
+    const double least = std::sqrt(least_of_many(f, p)), found = std::hypot(hit.r[0], hit.r[1], hit.r[2]);
+    EXPECT_LE(found, least + 1e-12);
+    EXPECT_GE(found, least - 0.1);                   // half a piece
+    for (int turn = 1; turn < f.n; ++turn) {
+      contact_hold(turned(f, turn), p, other);
+      for (int i = 0; i < 3; ++i) EXPECT_NEAR(hit.r[i], other.r[i], 1e-12);
+      for (int n = 0; n < f.n; ++n) EXPECT_NEAR(hit.N[(n + turn) % f.n], other.N[n], 1e-10);
+    }
+  }
+}
+
 // of equally near faces around a sharp corner the first counts, whichever is nearer by rounding; before it one
 // that the place lies over, when it lies beside the other
 TEST(Contact, EquallyNearFacesKeepTheirOrder)
@@ -250,6 +308,7 @@ TEST(Contact, RoundingIsNoPenetration)
   bonds.cn = bonds.ct = {1.0};
   pairs.normal = {0.0, 1.0};
   pairs.size   = {10.0};
+  pairs.rounding = {1e-11};
   for (const double friction : {0.0, 0.3})
     for (const double gap : {-1e-10, -1e-12, 0.0, 1e-12}) {
       const double s[2] = {0.0, 0.0}, t0[2] = {0.0, 0.0};

@@ -34,6 +34,7 @@ struct Contact {               // one bond with an oblique normal; the penalty i
     bonds.ct    = {2.5};
     pairs.gap   = {gap};
     pairs.size  = {1.0};
+    pairs.rounding = {0.0};
     pairs.normal = dim == 2 ? RealVec{0.6, 0.8} : RealVec{2.0 / 7, 3.0 / 7, 6.0 / 7};
   }
   void force(const KernelMode& mode, const double* s, double* f, double* K, double* slipped)
