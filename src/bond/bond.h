@@ -6,13 +6,16 @@
 
 #include "model/state.h"
 
-// Default penalty per area is bond_alpha E/h, E the stiffer side and h the smallest edge of a grid cell
-// (without a grid: of the faces). Measured: doc/verification.md, sweep S2.
-// Contact: contact_alpha E/h.
+// Default penalty per area is bond_alpha M/h, M (mat_stiffness) of the stiffer side and h the smallest edge of a
+// grid cell (without a grid: the longest edge of the face). Measured: doc/verification.md, sweep S2.
+// Contact: contact_alpha M/h.
 extern const double bond_alpha, contact_alpha;
 
-// surface_young : largest Young's modulus behind a surface, of the faces that are here
-double surface_young(const Model& m, const Surface& s);
+// surface_stiffness : largest mat_stiffness behind a surface, of the faces that are here
+double surface_stiffness(const Model& m, const Surface& s);
+
+// bond_side_stiffness : the same of the sides of a bond, or of the slave surface of a pair
+double bond_side_stiffness(const Model& m, const BondDef& d);
 
 // bond_form : bonds of all definitions at t = 0: at the nodes of the surface and between them, tributary
 // areas, normals, penalties. A rank has those at nodes or corners of its elements and points (bond_own), with

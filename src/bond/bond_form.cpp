@@ -6,6 +6,7 @@
 #include "base/comm.h"
 #include "base/log.h"
 #include "bond/bond.h"
+#include "mat/mat.h"
 #include "point/point.h"
 #include "shape/face.h"
 
@@ -18,8 +19,21 @@ struct FaceNodes {
   int n = 0;
   int kin[4];
   double X[12];                // [n*3]
-  double thickness = 1.0, young = 0.0;
+  double thickness = 1.0, stiff = 0.0;      // stiff: mat_stiffness of what is behind it
 };
+
+double body_stiffness(const Model& m, int b)
+{
+  const Body& body = m.body[b];
+  return mat_stiffness(m.material[body.material], m.dim == 2 ? body.plane : PLANE_NONE);
+}
+
+double element_stiffness(const Model& m, int e)
+{
+  const int section = m.mesh.elem_section[e];
+  return section < 0 ? 0.0 : mat_stiffness(m.material[m.section[section].material],
+                                           elem_table[m.mesh.elem_type[e]].plane);
+}
 
 // body: of the points that own the face, -1: a finite element owns it
 FaceNodes face_nodes(const Model& m, const Points& pts, int of_body, const Face& f)
@@ -37,11 +51,11 @@ FaceNodes face_nodes(const Model& m, const Points& pts, int of_body, const Face&
   }
   if (body) {
     out.thickness = m.body[of_body].thickness;
-    out.young     = m.material[m.body[of_body].material].young;
+    out.stiff     = body_stiffness(m, of_body);
   } else if (m.mesh.elem_section[f.elem] >= 0) {
     const Section& sec = m.section[m.mesh.elem_section[f.elem]];
     out.thickness = sec.thickness;
-    out.young     = m.material[sec.material].young;
+    out.stiff     = element_stiffness(m, f.elem);
   }
   return out;
 }
@@ -59,33 +73,37 @@ double face_size(const FaceNodes& face)
 
 }  // namespace
 
-double surface_young(const Model& m, const Surface& s)
+double surface_stiffness(const Model& m, const Surface& s)
 {
-  if (s.body >= 0) return m.material[m.body[s.body].material].young;
-  double young = 0.0;
-  for (const Face& f : s.face) {
-    const int section = m.mesh.elem_section[f.elem];
-    if (section >= 0) young = std::max(young, m.material[m.section[section].material].young);
-  }
-  return young;
+  if (s.body >= 0) return body_stiffness(m, s.body);
+  double stiff = 0.0;
+  for (const Face& f : s.face) stiff = std::max(stiff, element_stiffness(m, f.elem));
+  return stiff;
+}
+
+double bond_side_stiffness(const Model& m, const BondDef& d)
+{
+  const double stiff = d.body >= 0 ? body_stiffness(m, d.body) : 0.0;
+  return d.surface < 0 ? stiff : std::max(stiff, surface_stiffness(m, m.surface[d.surface]));
 }
 
 namespace {
 
 // penalty per area of a definition
-double penalty_of(const Model& m, const BondDef& d, double young_face, double h_face)
+double penalty_of(const Model& m, const BondDef& d, const FaceNodes& face)
 {
   if (d.penalty > 0.0) return d.penalty;
-  double young = young_face, h = h_face;
-  if (d.body >= 0) young = std::max(young, m.material[m.body[d.body].material].young);
-  if (d.master >= 0) young = std::max(young, m.part.on ? d.young : surface_young(m, m.surface[d.master]));
+  double stiff = face.stiff, h = face_size(face);
+  if (d.body >= 0) stiff = std::max(stiff, body_stiffness(m, d.body));
+  if (d.master >= 0)
+    stiff = std::max(stiff, m.part.on ? d.stiff : surface_stiffness(m, m.surface[d.master]));
   const bool points = d.kind == BOND_MESH_GRID || m.surface[d.surface].body >= 0 ||
                       (d.master >= 0 && m.surface[d.master].body >= 0);
   if (m.grid.given && points) {
     h = m.grid.h[0];
     for (int i = 1; i < m.dim; ++i) h = std::min(h, m.grid.h[i]);
   }
-  return (d.alpha > 0.0 ? d.alpha : d.kind == BOND_CONTACT ? contact_alpha : bond_alpha) * young / h;
+  return (d.alpha > 0.0 ? d.alpha : d.kind == BOND_CONTACT ? contact_alpha : bond_alpha) * stiff / h;
 }
 
 // Height of an element over its face f: mean distance of its other nodes from it, where elements side by side
@@ -115,7 +133,7 @@ double skin_penalty(const Model& m, const Points& pts, const BondDef& d, const S
   const bool on_grid = s.points && !pts.released[s.elem];
   const double h = on_grid ? *std::min_element(m.grid.h.begin(), m.grid.h.begin() + m.dim)
                            : height_over(m, pts, s.points, {s.elem, s.face}, face);
-  return (d.alpha > 0.0 ? d.alpha : contact_alpha) * face.young / h;
+  return (d.alpha > 0.0 ? d.alpha : contact_alpha) * face.stiff / h;
 }
 
 // parts of an edge: as the deck says, or as long as the domains of the body on side B, so that the grid
@@ -182,6 +200,7 @@ int new_bond(Former& f, int field, const FaceNodes& face, const double* N)
   b.ct.push_back(0.0);
   b.offset.push_back(0.0);
   b.initial_penetration.push_back(0.0);
+  b.deep.push_back(0.0);
   b.friction.push_back(f.m.bond[f.def].friction);
   b.skin_of.push_back(-1);
   b.met.push_back(-1);
@@ -256,7 +275,7 @@ void form_face(Former& f, const FaceNodes& face, int field)
 {
   const BondDef& d     = f.m.bond[f.def];
   const int dim        = f.m.dim;
-  const double penalty = penalty_of(f.m, d, face.young, face_size(face));
+  const double penalty = penalty_of(f.m, d, face);
   if (d.by_face) return form_inside(f, face, field, penalty);
   const int parts = edge_parts(f.m, d, face);
   long name       = f.name;
@@ -438,7 +457,8 @@ void cut_bonds(Bonds& b, int dim, int n)
   b.a.item.resize(b.a.off[n]);
   b.a_w.resize(b.a.off[n]);
   for (IntVec* v : {&b.def, &b.field, &b.intermediate, &b.skin_of, &b.met}) v->resize(n);
-  for (RealVec* v : {&b.area, &b.cn, &b.ct, &b.offset, &b.initial_penetration, &b.friction}) v->resize(n);
+  for (RealVec* v : {&b.area, &b.cn, &b.ct, &b.offset, &b.initial_penetration, &b.deep, &b.friction})
+    v->resize(n);
   b.X.resize(3 * static_cast<size_t>(n));
   b.normal.resize(static_cast<size_t>(dim) * n);
   if (!b.name.empty()) b.name.resize(n);
@@ -451,7 +471,7 @@ namespace {
 // What a bond that is made anew takes from the one of the same name that was there before
 struct KeptBond {
   std::array<double, 3> slip{{0, 0, 0}}, lambda{{0, 0, 0}};
-  double lambda_n = 0.0, offset = 0.0, initial_penetration = 0.0, area = 0.0;
+  double lambda_n = 0.0, offset = 0.0, initial_penetration = 0.0, deep = 0.0, area = 0.0;
   double cn = 0.0, ct = 0.0, friction = 0.0;   // of general contact: those of the face that it met
   SkinFace met;
   int wall = -1;               // Bonds::met of a wall
@@ -475,6 +495,7 @@ KeptBonds keep_bonds(const Bonds& b, const Level& l, int dim)
     k.lambda_n = l.lambda_n[q];
     k.offset   = b.offset[q];
     k.initial_penetration    = b.initial_penetration[q];
+    k.deep     = b.deep[q];
     k.area     = b.area[q];
     k.cn       = b.cn[q];
     k.ct       = b.ct[q];
@@ -541,6 +562,7 @@ IntVec restore_bonds(int dim, const KeptBonds& kept, Bonds& b, Level& l)
     l.lambda_n[q] = k->lambda_n * (k->area > 0.0 ? b.area[q] / k->area : 1.0);   // of contact: kept per area
     b.offset[q]   = k->offset;
     b.initial_penetration[q]    = k->initial_penetration;
+    b.deep[q]     = k->deep;
     if (b.skin_of[q] < 0) continue;
     b.cn[q]       = k->cn;
     b.ct[q]       = k->ct;
@@ -731,5 +753,5 @@ void bond_tell(const Model& m, Bonds& b, Level& l)
 {
   if (!b.halo.on() || !model_has_pairs(m)) return;
   halo_copy_all(b.halo, m.dim, std::vector<RealVec*>{&l.slip, &l.lambda});
-  halo_copy_all(b.halo, 1, std::vector<RealVec*>{&l.lambda_n, &b.offset, &b.initial_penetration});
+  halo_copy_all(b.halo, 1, std::vector<RealVec*>{&l.lambda_n, &b.offset, &b.initial_penetration, &b.deep});
 }

@@ -21,6 +21,7 @@ struct ContactPairs {
   RealVec gap;
   RealVec size;                // [nbond] longest edge of the face that is met        length
   RealVec rounding;            // [nbond] error of gap by rounding                    length
+  RealVec deep;                // [nbond] depth at which the penalty has doubled, 0: it stays         length
   // [nbond] general contact: penalty per area and friction of the two faces, of those that meet one
   RealVec penalty, friction, stick;
   IntVec face;                 // [nbond] general contact: index into Bonds::skin of what is met, -1: none
@@ -88,8 +89,8 @@ void contact_initial(const Level& l, int dim, bool moves, Bonds& bonds, ContactP
 // contact_forget : places of contact that meet no face are open and without force over the step
 void contact_forget(const Bonds& bonds, const ContactPairs& pairs, int dim, Level& l);
 
-// contact_stiffness : places of general contact take the friction of what they meet, and those that do not
-// push its penalty
+// contact_stiffness : places of general contact take the friction of what they meet; places that do not push
+// take the depth at which their penalty grows, those of general contact the penalty of what they meet
 void contact_stiffness(const Level& l, int dim, const ContactPairs& pairs, Bonds& bonds);
 
 // contact_start : surfaces that overlap at the start: says by how much and where, and pushes, takes the gaps

@@ -5,9 +5,9 @@
 
 namespace {
 
-// normal force (negative: pressure) and its slope from the gaps at both ends of the step, shifted by
-// lambda/C. The energy-momentum scheme takes the discrete gradient of 1/2 C <g>^2, so that a contact gives
-// back the energy it took  (4.10)
+// part of the normal force (negative: pressure) that the penalty C makes, and its slope, from the gaps at both
+// ends of the step, shifted by lambda/C. The energy-momentum scheme takes the discrete gradient of
+// 1/2 C <g>^2, so that a contact gives back the energy it took  (4.10)
 //   in   touch: gaps up to it are closed in statics (the force has no jump, the slope has): otherwise a body
 //        that rests on another has nothing to stand on in the first iteration
 void normal_law(const KernelMode& mode, double C, double touch, double g0, double g1, double& p,
@@ -29,6 +29,23 @@ void normal_law(const KernelMode& mode, double C, double touch, double g0, doubl
   }
 }
 
+// the part with which a deep contact grows, added to p and slope: that of the energy 1/4 G <g>^4    (4.21)
+void add_growth(const KernelMode& mode, double G, double g0, double g1, double& p, double& slope)
+{
+  const double a = std::min(g0, 0.0), b = std::min(g1, 0.0), dg = g1 - g0;
+  if (!mode.mid || mode.s_new > 0.5) {
+    p += G * (mode.s_new * b * b * b + mode.s_old * a * a * a);
+    slope += 3.0 * mode.s_new * G * b * b;
+  } else if ((g0 < 0.0) == (g1 < 0.0)) {
+    p += 0.25 * G * (a + b) * (a * a + b * b);
+    slope += 0.25 * G * (a * a + 2.0 * a * b + 3.0 * b * b);
+  } else {
+    const double grown = 0.25 * G * (b * b * b * b - a * a * a * a) / dg;
+    p += grown;
+    slope += (G * b * b * b - grown) / dg;
+  }
+}
+
 }  // namespace
 
 double contact_force(const Model& m, const Bonds& bonds, const ContactPairs& pairs, int b,
@@ -46,6 +63,7 @@ double contact_force(const Model& m, const Bonds& bonds, const ContactPairs& pai
   }
   const double g1 = g0 + sn;
   normal_law(mode, C, contact_touch(pairs, b), g0 + shift, g1 + shift, p, slope);
+  add_growth(mode, bonds.growth(b), g0, g1, p, slope);
   for (int i = 0; i < dim; ++i) {
     f[i]  = p * n[i];
     t1[i] = 0.0;

@@ -42,6 +42,9 @@ struct Box {
   }
 };
 
+static double env(const char* n, double d) { const char* s = getenv(n); return s ? atof(s) : d; }
+const double DEEP = env("MPFE_DEEP", 0.1);
+
 // what the bond meets: the mean of the faces                                       (4.9)
 void take_hits(const std::vector<Hit>& hits, int dim, double offset, int b, ContactPairs& pairs)
 {
@@ -58,9 +61,11 @@ void take_hits(const std::vector<Hit>& hits, int dim, double offset, int b, Cont
     }
   }
   const double norm = std::hypot(n[0], n[1], n[2]);
+  double size = 1e300;
+  for (const Hit& hit : hits) size = std::min(size, hit.face->size);
   ++pairs.near;
   pairs.gap[b]  = (n[0] * r[0] + n[1] * r[1] + n[2] * r[2]) / norm - offset;
-  pairs.size[b] = hits[0].face->size;
+  pairs.size[b] = size;
   pairs.rounding[b] = hits[0].face->rounding;
   for (int i = 0; i < dim; ++i) pairs.normal[b * dim + i] = n[i] / norm;
 }
@@ -111,9 +116,10 @@ void pair_sides(const Model& m, const Points& pts, const Bonds& bonds, bool at_s
 }
 
 // Bonds first ... last-1 of one definition. The boxes of both surfaces come first: bodies apart end here.
-// Returns whether they are. all: also contact points that others work on, who search for them
+// Returns whether they are. all: also contact points that others work on, who search for them; given: the deck
+// says the penalty
 bool search_pair(const Bonds& bonds, int dim, int first, int last, const Box& slave, const Masters& master,
-                 bool all, const RealVec& xb, ContactPairs& pairs)
+                 bool all, bool given, const RealVec& xb, ContactPairs& pairs)
 {
   std::vector<Hit> hits;
   std::vector<ContactBox> box;
@@ -139,7 +145,10 @@ bool search_pair(const Bonds& bonds, int dim, int first, int last, const Box& sl
       std::sort(near.begin(), near.end());
       nearest(master.face, near, place.lo, master.reach, hits);
     }
-    if (!hits.empty()) take_hits(hits, dim, bonds.offset[b], b, pairs);
+    if (!hits.empty()) {
+      take_hits(hits, dim, bonds.offset[b], b, pairs);
+      pairs.deep[b] = given ? 0.0 : DEEP * pairs.size[b];
+    }
     pairs.master.off.push_back(static_cast<int>(pairs.master.item.size()));
   }
   return apart;
@@ -279,6 +288,7 @@ void meet_wall(GeneralSearch& g, int b, int i, ContactPairs& pairs)
     pairs.gap[b]  = gap;
     pairs.size[b] = a.f.size;
     pairs.rounding[b] = a.f.rounding;
+    pairs.deep[b] = g.m.bond[g.bonds.def[b]].penalty > 0.0 ? 0.0 : DEEP * a.f.size;
     std::fill_n(&pairs.normal[b * g.m.dim], g.m.dim, 0.0);
     pairs.normal[b * g.m.dim + w.axis] = w.side;
     pairs.face[b]     = -1;
@@ -310,6 +320,7 @@ void search_general(GeneralSearch& g, int first, int last, ContactPairs& pairs)
       const ContactRule* r = scene_property(d, g.scene, i, j);
       take_hits(hits, g.m.dim, g.bonds.offset[b], b, pairs);
       pairs.face[b]     = j;
+      pairs.deep[b]     = d.penalty > 0.0 || (r && r->penalty > 0.0) ? 0.0 : DEEP * pairs.size[b];
       pairs.penalty[b]  = r && r->penalty > 0.0 ? r->penalty
                                                 : std::min(g.bonds.skin_penalty[i], g.bonds.skin_penalty[j]);
       pairs.friction[b] = r ? r->friction : d.friction;
@@ -344,6 +355,7 @@ void search(const Model& m, const Points& pts, const Bonds& bonds, bool at_start
   pairs.gap.assign(bonds.nbond, 1e300);
   pairs.size.assign(bonds.nbond, 0.0);
   pairs.rounding.assign(bonds.nbond, 0.0);
+  pairs.deep.assign(bonds.nbond, 0.0);
   RealVec state(m.bond.size(), 0.0);
   const int all = model_general_contact(m);
   if (all >= 0 && scene) state[all] = scene->near.item.empty() ? 1.0 : 2.0;
@@ -358,7 +370,8 @@ void search(const Model& m, const Points& pts, const Bonds& bonds, bool at_start
       search_general(g, first, last, pairs);
     } else if (!general && bonds.field[first] == SIDE_CONTACT) {
       const int d      = bonds.def[first];
-      const bool apart = search_pair(bonds, m.dim, first, last, slave[d], master[d], !scene, xb, pairs);
+      const bool apart = search_pair(bonds, m.dim, first, last, slave[d], master[d], !scene,
+                                     m.bond[d].penalty > 0.0, xb, pairs);
       double& s = state[d];
       s = std::max(s, apart ? 1.0 : 2.0);
     } else {
@@ -398,9 +411,12 @@ void contact_forget(const Bonds& bonds, const ContactPairs& pairs, int dim, Leve
 void contact_stiffness(const Level& l, int dim, const ContactPairs& pairs, Bonds& bonds)
 {
   for (int b = 0; b < bonds.nbond; ++b) {
-    if (bonds.skin.empty() || bonds.skin_of[b] < 0 || !pairs.master.count(b)) continue;
-    bonds.friction[b] = pairs.friction[b];
+    if (!pairs.master.count(b)) continue;
+    const bool general = !bonds.skin.empty() && bonds.skin_of[b] >= 0;
+    if (general) bonds.friction[b] = pairs.friction[b];
     if (l.slip[b * dim] < 0.0) continue;
+    bonds.deep[b] = pairs.deep[b];
+    if (!general) continue;
     bonds.cn[b] = pairs.penalty[b] * bonds.area[b];
     bonds.ct[b] = pairs.stick[b] > 0.0 ? pairs.stick[b] * bonds.area[b] : bonds.cn[b];
   }

@@ -8,7 +8,7 @@ void check_params(Card& card, const BondDef& b)
   const HeadParam* const body = card_param(card, "BODY");
   if (card_param(card, "PENALTY") && card_param(card, "ALPHA"))
     card_error(card, card_param(card, "ALPHA")->key,
-               "the penalty is given twice: take PENALTY (force/length^3) or ALPHA (penalty = ALPHA E/h)");
+               "the penalty is given twice: take PENALTY (force/length^3) or ALPHA (penalty = ALPHA M/h)");
   if (!ground && !body)
     card_error(card, card.head.at,
                "BODY=name is missing: the body of material points on the other side (or TYPE=GROUND)");

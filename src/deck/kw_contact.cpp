@@ -19,7 +19,7 @@ void contact_twice(Card& card)
   const bool interaction = card_param(card, "INTERACTION");
   if (card_param(card, "PENALTY") && card_param(card, "ALPHA"))
     card_error(card, card_param(card, "ALPHA")->key,
-               "the penalty is given twice: take PENALTY (force/length^3) or ALPHA (penalty = ALPHA E/h)");
+               "the penalty is given twice: take PENALTY (force/length^3) or ALPHA (penalty = ALPHA M/h)");
   for (const char* name : {"PENALTY", "ALPHA", "FRICTION"})
     if (interaction && card_param(card, name))
       card_error(card, card_param(card, name)->key,

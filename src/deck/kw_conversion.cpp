@@ -22,7 +22,7 @@ void kw_conversion(Card& card, Model& model)
   c.bond.intermediate = card_param_int(card, "INTERMEDIATE", 0, 0, 1000);
   if (card_param(card, "PENALTY") && card_param(card, "ALPHA"))
     card_error(card, card_param(card, "ALPHA")->key,
-               "the penalty is given twice: take PENALTY (force/length^3) or ALPHA (penalty = ALPHA E/h)");
+               "the penalty is given twice: take PENALTY (force/length^3) or ALPHA (penalty = ALPHA M/h)");
   if (c.trigger == TRIGGER_DISTORTION) c.limit = card_param_real(card, "LIMIT", 0.2, between(0.0, 1.0));
   else if (card_param(card, "LIMIT"))
     card_error(card, card_param(card, "LIMIT")->key, "LIMIT goes with TRIGGER=DISTORTION only");

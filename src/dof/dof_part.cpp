@@ -326,7 +326,7 @@ bool divided(const Model& m, const DivideBy& by, IntVec& rank)
 void send_pieces(const IntVec& rank, const OverlapWatch& watch, const std::vector<NearFace>& near, Model& m)
 {
   for (BondDef& d : m.bond)
-    if (d.pair()) d.young = surface_young(m, m.surface[d.master]);
+    if (d.pair()) d.stiff = surface_stiffness(m, m.surface[d.master]);
   m.part.joined    = joined_by_faces(m);
   m.part.strangers = watch.pair;
   m.part.skin      = contact_skin_at_start(m);

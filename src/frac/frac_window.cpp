@@ -66,7 +66,7 @@ bool lengths_fit(int dim, const State& s)
          b.a_w.size() == b.a.item.size() &&
          b.def.size() == q && b.field.size() == q && b.area.size() == q && b.X.size() == 3 * q &&
          b.normal.size() == q * dim && b.cn.size() == q && b.ct.size() == q && b.offset.size() == q &&
-         b.initial_penetration.size() == q && b.intermediate.size() == q && b.friction.size() == q &&
+         b.initial_penetration.size() == q && b.deep.size() == q && b.intermediate.size() == q && b.friction.size() == q &&
          skin_fits(b) && s.n.slip.size() == q * dim &&
          s.n.lambda.size() == q * dim && s.n.lambda_n.size() == q;
 }
@@ -222,7 +222,8 @@ void take_bonds(const Model& m, State& st)
   b.a_w.swap(a_w);
   b.nbond = static_cast<int>(list.size());
   for (IntVec* x : {&b.def, &b.field, &b.intermediate, &b.skin_of, &b.met}) *x = picked(list, 1, *x);
-  for (RealVec* x : {&b.area, &b.cn, &b.ct, &b.offset, &b.initial_penetration, &b.friction, &st.n.lambda_n})
+  for (RealVec* x : {&b.area, &b.cn, &b.ct, &b.offset, &b.initial_penetration, &b.deep, &b.friction,
+                     &st.n.lambda_n})
     *x = picked(list, 1, *x);
   b.X = picked(list, 3, b.X);
   for (RealVec* x : {&b.normal, &st.n.slip, &st.n.lambda}) *x = picked(list, dim, *x);

@@ -33,6 +33,10 @@ struct MatLaw {
 
 MatLaw mat_law(const Material& m, Plane plane);
 
+// mat_stiffness : stress per strain of a layer that cannot give way sideways: E(1-nu)/((1+nu)(1-2nu)), for nu
+// towards 0.5 the bulk modulus; of a sheet in plane stress E/(1-nu^2)              force/length^2
+double mat_stiffness(const Material& m, Plane plane);
+
 // bulk_modulus : K of three dimensions                                       force/length^2
 inline double bulk_modulus(const MatLaw& law) { return law.lam3 + 2.0 / 3.0 * law.mu; }
 

@@ -22,6 +22,12 @@ MatLaw mat_law(const Material& m, Plane plane)
   return law;
 }
 
+double mat_stiffness(const Material& m, Plane plane)
+{
+  const MatLaw law = mat_law(m, plane);
+  return law.lam + 2.0 * law.mu;
+}
+
 void mat_full(const MatLaw& law, int dim, double E[6], double S[6])
 {
   if (dim == 2) {

@@ -237,7 +237,7 @@ struct BondDef {               // *BOND, *CONTACT PAIR, *CONTACT
   int surface = -1;
   int body = -1;               // BOND_MESH_GRID: the body of material points on the other side
   int intermediate = -1;       // bonds between the nodes of an edge; -1: as close as the corners of the body
-  double penalty = 0.0;        // force/length^3; 0: alpha E/h
+  double penalty = 0.0;        // force/length^3; 0: alpha M/h
   double alpha = 0.0;          // 0: the default of the program
   bool normal_only = false;    // rollers: ties only the direction below, or the face normal when it is zero
   std::array<double, 3> direction{{0, 0, 0}};
@@ -257,7 +257,7 @@ struct BondDef {               // *BOND, *CONTACT PAIR, *CONTACT
   bool general = false;
   // divided model, a contact pair: this rank may have contact points of it, and knows what they may meet
   bool held = true;
-  double young = 0.0;          // the same: largest modulus behind the master surface, of all ranks
+  double stiff = 0.0;          // the same: largest mat_stiffness behind the master surface, of all ranks
   std::vector<ContactRule> include, exclude, property;
   Place place;
   bool pair() const { return master >= 0; }          // *CONTACT PAIR

@@ -152,11 +152,11 @@ inline void io(Archive& f, ContactRule& x)
 inline void io(Archive& f, BondDef& x)
 {
   auto& [name, kind, surface, body, intermediate, penalty, alpha, normal_only, direction, motion, amplitude,
-         augment, master, friction, overlap, adjust, by_face, stick, general, held, young, include,
+         augment, master, friction, overlap, adjust, by_face, stick, general, held, stiff, include,
          exclude, property, place] = x;
   io_fields<BondDef>(f, name, kind, surface, body, intermediate, penalty, alpha, normal_only, direction,
                      motion, amplitude, augment, master, friction, overlap, adjust, by_face, stick, general,
-                     held, young, include, exclude, property, place);
+                     held, stiff, include, exclude, property, place);
 }
 
 inline void io(Archive& f, InitialValue& x)

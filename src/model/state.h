@@ -130,6 +130,8 @@ struct Bonds {
   RealVec offset;
   // [nbond] contact: part of the measured gap that is no compression (theory 4.16)   length
   RealVec initial_penetration;
+  // [nbond] contact: depth at which the pressure is twice that of the penalty; 0: it stays linear   length
+  RealVec deep;
   IntVec intermediate;         // [nbond] 0: at a node, 1: between nodes
   RealVec friction;            // [nbond] contact: Coulomb
   std::vector<SkinFace> skin;  // general contact: all faces; those of elements first
@@ -144,6 +146,8 @@ struct Bonds {
   std::vector<long> name;
   Halo halo;
   int nall = 0;
+  // [b] contact: pressure grows by this times the cube of the penetration (4.10)     force/length^3
+  double growth(int b) const { return deep[b] > 0.0 ? cn[b] / (deep[b] * deep[b]) : 0.0; }
   bool counts(int b) const { return !halo.on() || rank[b] == comm_rank(); }    // b counts here in a sum
   int nbond_all() const { return halo.on() ? nall : nbond; }                   // of all ranks
 };

@@ -129,7 +129,8 @@ bool bonds_fit(const Model& m, const Points& p, const Bonds& b)
   if (!index(b.def, n, 0, static_cast<int>(m.bond.size())) || !index(b.field, n, SIDE_CONTACT, fields(m)))
     return false;
   return real(b.area, n) && real(b.X, 3 * n) && real(b.normal, n * dim) && real(b.cn, n) && real(b.ct, n) &&
-         real(b.offset, n) && real(b.initial_penetration, n) && index(b.intermediate, n, 0, 2) &&
+         real(b.offset, n) && real(b.initial_penetration, n) && real(b.deep, n) &&
+         index(b.intermediate, n, 0, 2) &&
          real(b.friction, n) && real(b.skin_penalty, b.skin.size()) &&
          index(b.skin_of, n, -1, static_cast<int>(b.skin.size())) &&
          index(b.met, n, last_wall, static_cast<int>(b.skin.size())) && skin_fits(m, p, b);

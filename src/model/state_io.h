@@ -144,10 +144,10 @@ inline void io_outline(Archive& f, const Points& p, Bonds& x)
 inline void io(Archive& f, Bonds& x)
 {
   auto& [nbond, nfixed, a, a_w, def, field, area, X, normal, cn, ct, offset, initial_penetration,
-         intermediate, friction, skin, skin_of, met, skin_penalty, rank, name, halo, nall] = x;
+         deep, intermediate, friction, skin, skin_of, met, skin_penalty, rank, name, halo, nall] = x;
   io_all(f, Divided<double>{a_w, PER_SIDE}, of_bonds(def), of_bonds(field), of_bonds(area), of_bonds(X),
          of_bonds(normal), of_bonds(cn), of_bonds(ct), of_bonds(offset), of_bonds(initial_penetration),
-         of_bonds(intermediate), of_bonds(friction), of_bonds(skin_of), of_bonds(met),
+         of_bonds(deep), of_bonds(intermediate), of_bonds(friction), of_bonds(skin_of), of_bonds(met),
          Divided<double>{skin_penalty, PER_SKIN});
   if (f.reading && f.part) state_find_faces(f, x);
 }

@@ -196,8 +196,8 @@ void out_listing_defaults(std::FILE* file, const Model& m, const Bonds& bonds)
     std::fprintf(file, "  bond %-10s penalty %s (%s), %s between nodes, %d augmentations, %s\n",
                  d.name.c_str(), or_default(per_area, "set when bonds form").c_str(),
                  d.penalty > 0.0 ? "given"
-                 : d.alpha > 0.0 ? "alpha E/h, alpha given"
-                                 : "alpha E/h, alpha of the program",
+                 : d.alpha > 0.0 ? "alpha M/h, alpha given"
+                                 : "alpha M/h, alpha of the program",
                  d.intermediate < 0 && d.by_face ? "at points inside the slave faces, none"
                  : d.intermediate < 0            ? "as close as the corners of the body"
                                                  : std::to_string(d.intermediate).c_str(),

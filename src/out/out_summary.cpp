@@ -82,8 +82,7 @@ Range edge_range(const Model& m, const Elements& el)
 double wave_speed(const Material& mat)
 {
   if (mat.density <= 0.0 || mat.poisson >= 0.5) return 0.0;
-  const double nu = mat.poisson;
-  return std::sqrt(mat.young * (1.0 - nu) / ((1.0 + nu) * (1.0 - 2.0 * nu)) / mat.density);
+  return std::sqrt(mat_stiffness(mat, PLANE_NONE) / mat.density);
 }
 
 double smallest_cell(const Model& m)
@@ -91,14 +90,12 @@ double smallest_cell(const Model& m)
   return *std::min_element(m.grid.h.begin(), m.grid.h.begin() + m.dim);
 }
 
-// modulus of the stiffer side of a bond. Collective
-double bond_young(const Model& m, const BondDef& d)
+// stiffness of the stiffer side of a bond. Collective
+double side_stiffness(const Model& m, const BondDef& d)
 {
-  double young = d.body >= 0 ? m.material[m.body[d.body].material].young : 0.0;
-  if (d.surface < 0) return young;
-  young = std::max(young, surface_young(m, m.surface[d.surface]));
-  out_max(m, &young, 1);
-  return young;
+  double stiff = bond_side_stiffness(m, d);
+  out_max(m, &stiff, 1);
+  return stiff;
 }
 
 void print_mesh(std::FILE* file, const Model& m, const Elements& el)
@@ -198,10 +195,10 @@ void print_bonds(std::FILE* file, const Model& m, const Bonds& bonds)
     const BondSums sum = bond_sums(bonds, static_cast<int>(i));
     std::fprintf(file, "  bond %-10s %.0f nodal, %.0f intermediate, area %g", m.bond[i].name.c_str(),
                  sum.nodal, sum.between, sum.area);
-    const double penalty = sum.penalty, young = bond_young(m, m.bond[i]);
+    const double penalty = sum.penalty, stiff = side_stiffness(m, m.bond[i]);
     if (penalty > 0.0) std::fprintf(file, ", penalty %g", penalty);
-    if (penalty > 0.0 && young > 0.0 && m.grid.given)
-      std::fprintf(file, " = %.4g E/h", penalty / (young / smallest_cell(m)));
+    if (penalty > 0.0 && stiff > 0.0 && m.grid.given)
+      std::fprintf(file, " = %.4g M/h", penalty / (stiff / smallest_cell(m)));
     std::fprintf(file, "\n");
   }
 }

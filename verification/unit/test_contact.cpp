@@ -306,6 +306,7 @@ TEST(Contact, RoundingIsNoPenetration)
   KernelMode mode;
   m.dim = 2;
   bonds.cn = bonds.ct = {1.0};
+  bonds.deep = {0.0};
   pairs.normal = {0.0, 1.0};
   pairs.size   = {10.0};
   pairs.rounding = {1e-11};

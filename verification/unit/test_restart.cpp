@@ -121,7 +121,7 @@ Bonds some_bonds()
   b.a.item = {4, 0, 2, 6, 1 + 7, 2, 2 + 7};
   b.a_w    = {1, 0.5, 0.25, 1, 0.125, 2, 3};
   b.def = b.field = b.intermediate = {0, 1, 2, 3, 4};
-  b.area = b.cn = b.ct = b.offset = b.initial_penetration = b.friction = {0.5, 1.5, 2.5, 3.5, 4.5};
+  b.area = b.cn = b.ct = b.offset = b.initial_penetration = b.deep = b.friction = {0.5, 1.5, 2.5, 3.5, 4.5};
   for (int i = 0; i < 15; ++i) b.X.push_back(i);
   for (int i = 0; i < 10; ++i) b.normal.push_back(-i);
   b.skin         = {{0, 1, 0}, {2, 0, 0}, {3, 2, 1}};
@@ -153,7 +153,7 @@ TEST(Archive, BondsOfARankAreWrittenInTheOrderOfAll)
   for (IntVec Bonds::* x : {&Bonds::def, &Bonds::field, &Bonds::intermediate, &Bonds::skin_of, &Bonds::met})
     b.*x = picked(order, 1, all.*x);
   for (RealVec Bonds::* x :
-       {&Bonds::area, &Bonds::cn, &Bonds::ct, &Bonds::offset, &Bonds::initial_penetration, &Bonds::friction})
+       {&Bonds::area, &Bonds::cn, &Bonds::ct, &Bonds::offset, &Bonds::initial_penetration, &Bonds::deep, &Bonds::friction})
     b.*x = picked(order, 1, all.*x);
   b.X      = picked(order, 3, all.X);
   b.normal = picked(order, 2, all.normal);
