@@ -112,7 +112,8 @@ bool frac_take(const Model& m, const FracMesh& fm, const Points& begin, State& s
 // frac_gone : [nelem] 1: no element any more
 IntVec frac_gone(const Fracture& fr);
 
-// frac_begin : nothing is broken yet, but for pre-cracks; l: the degradation factors
+// frac_begin : nothing is broken yet, but for pre-cracks, which become points after the first increment; l: the
+// degradation factors. Collective.
 void frac_begin(const Model& m, const FracMesh& fm, Fracture& fr, Level& l);
 
 // frac_near : calls use(element, distance) for all elements whose centre lies within radius of x
@@ -186,6 +187,9 @@ void frac_degrade(const Model& m, const Step& s, const FracMesh& fm, const Fract
 // frac_degraded : energy that the degradation between l0 and l1 gives up  (7.16). Collective.
 double frac_degraded(const Model& m, const Step& s, const Elements& el, const Points& pts, const Fracture& fr,
                      const Level& l0, const Level& l1);
+
+// frac_count_releasing : Fracture::nreleasing of all ranks. Collective.
+void frac_count_releasing(const Model& m, Fracture& fr);
 
 // frac_open : elements whose release is over leave the list; those to become points then are added to
 // convert (numbers in the mesh of the deck). Collective.

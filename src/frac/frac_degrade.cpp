@@ -44,6 +44,16 @@ double frac_degraded(const Model& m, const Step& s, const Elements& el, const Po
   return sum;
 }
 
+void frac_count_releasing(const Model& m, Fracture& fr)
+{
+  fr.nreleasing = static_cast<int>(
+      std::count_if(fr.releasing.begin(), fr.releasing.end(), [&](int e) { return m.part.works(e); }));
+  if (!m.part.on) return;
+  double count = fr.nreleasing;
+  comm_sum(&count, 1);
+  fr.nreleasing = static_cast<int>(count);
+}
+
 void frac_open(const Model& m, const FracMesh& fm, const Level& l, Fracture& fr, IntVec& convert)
 {
   if (m.part.on && fr.nreleasing == 0) return;
@@ -60,10 +70,5 @@ void frac_open(const Model& m, const FracMesh& fm, const Level& l, Fracture& fr,
   }
   if (!m.conversion.empty()) frac_gather(m, fr, convert, first);
   fr.releasing.swap(still);
-  fr.nreleasing = static_cast<int>(
-      std::count_if(fr.releasing.begin(), fr.releasing.end(), [&](int e) { return m.part.works(e); }));
-  if (!m.part.on) return;
-  double count = fr.nreleasing;
-  comm_sum(&count, 1);
-  fr.nreleasing = static_cast<int>(count);
+  frac_count_releasing(m, fr);
 }

@@ -213,9 +213,13 @@ void frac_begin(const Model& m, const FracMesh& fm, Fracture& fr, Level& l)
         fr.phase[e] = AS_NOTHING;
         continue;
       }
+      const int c = fm.conv[e];
+      if (c >= 0 && m.conversion[c].trigger == TRIGGER_EROSION && fr.broken[e] < 0) fr.releasing.push_back(e);
       fr.broken[e] = fm.def[e];
       fr.time[e]   = 0.0;
       l.degr[e]    = m.fracture[fm.def[e]].stiffness;
       for (int i = 0; i < 3; ++i) fr.normal[3 * static_cast<size_t>(e) + i] = b.normal[i];
     }
+  std::sort(fr.releasing.begin(), fr.releasing.end());
+  frac_count_releasing(m, fr);
 }

@@ -349,44 +349,83 @@ double largest_stress(const Scan& s, int e)
   return split_normal(s.law(e), s.m.dim, E, nullptr);
 }
 
-// an element in tension whose psi+ / volume, by the law of e, is above a limit
-bool denser(Scan& s, int o, int e, double limit)
-{
-  if (s.W[o] <= limit) return false;                 // psi+ is never more than the whole energy
-  return drive_beside(s, e, o) > limit && largest_stress(s, o) > 0.0;
-}
-
 double spacing_of(const Scan& s, int e)
 {
   const FractureDef& d = s.def(e);
   return (d.spacing >= 0.0 ? d.spacing : s.dynamic() ? FRAC_SPACING : 0.0) * s.fm.local[e];
 }
 
-// holds little of what the densest element near it does: FORCE: of its ball, BALL in motion: within SPACING.
-// G of the ball, and |J|, are much the same for all elements near a tip, also for those behind it; on an
-// aligned mesh the neighbours of the tip element hold a third of its energy, those behind it a tenth
+// a crack may start where nothing is broken: at what was removed always, elsewhere as START says
+bool start_allowed(const Scan& s, int e)
+{
+  const FractureDef& d = s.def(e);
+  return (d.start && (d.strength == 0.0 || largest_stress(s, e) >= d.strength)) || at_removed(s, e);
+}
+
+// psi+ / volume over toughness, by which elements compete                              1/length
+double relative_drive(Scan& s, int e) { return drive_of(s, e) / s.fm.gc[e]; }
+
+// an element that could break instead of another one: of an *EIGENFRACTURE, intact, in tension, at a crack or
+// where one may start, and nearer to its toughness than the limit
+bool competes(Scan& s, int o, double limit)
+{
+  if (s.fm.def[o] < 0 || s.W[o] <= limit * s.fm.gc[o]) return false;   // psi+ is never more than W
+  if (relative_drive(s, o) <= limit || !(largest_stress(s, o) > 0.0)) return false;
+  return at_crack(s, o) || touches_broken(s, o) || start_allowed(s, o);
+}
+
+// holds little of what the strongest competitor near it does: FORCE: of its ball, BALL in motion: within
+// SPACING. G of the ball, and |J|, are much the same for all elements near a tip, also for those behind it;
+// on an aligned mesh the neighbours of the tip element hold a third of its energy, those behind it a tenth
 bool behind_tip(Scan& s, int e)
 {
   const bool force = estimate_of(s, e) == ESTIMATE_FORCE;
   if (!force && (!s.dynamic() || s.def(e).order == ORDER_ALL)) return false;
   const double reach = force ? radius_of(s, e) : spacing_of(s, e),
-               limit = drive_of(s, e) / (force ? TIP_STATICS : TIP_MOTION);
+               limit = relative_drive(s, e) / (force ? TIP_STATICS : TIP_MOTION);
   bool found = false;
   frac_near(s.fm, &s.fm.centre[3 * e], reach * AT_RADIUS,
-            [&](int o, double) { found = found || (s.fm.def[o] >= 0 && denser(s, o, e, limit)); });
+            [&](int o, double) { found = found || competes(s, o, limit); });
   return found;
 }
 
-// the densest element in tension of its ball, with nothing broken in it: a crack may start here
+// a crack in the ball of e that can go on to it: element by element of the ball, which may break
+bool crack_reaches(const Scan& s, int e)
+{
+  const bool force  = estimate_of(s, e) == ESTIMATE_FORCE;
+  const auto is_end = [&](int o) { return force ? s.cracked(o) : s.broken(o); };
+  IntVec ball, todo(1, e);
+  bool any = false;
+  in_ball(s, e, [&](int o, double) {
+    if (o != e && (is_end(o) || (s.fm.def[o] >= 0 && s.intact(o)))) ball.push_back(o);
+    any = any || is_end(o);
+  });
+  std::sort(ball.begin(), ball.end());
+  std::vector<char> seen(ball.size(), 0);
+  for (size_t next = 0; any && next < todo.size(); ++next) {
+    const int nen = s.m.mesh.conn.count(todo[next]), *node = s.m.mesh.conn.begin(todo[next]);
+    for (int a = 0; a < nen; ++a)
+      for (int k = 0; k < s.fm.of_node.count(node[a]); ++k) {
+        const int o   = s.fm.of_node.begin(node[a])[k];
+        const auto at = std::lower_bound(ball.begin(), ball.end(), o);
+        if (at == ball.end() || *at != o || seen[at - ball.begin()]) continue;
+        if (is_end(o)) return true;
+        seen[at - ball.begin()] = 1;
+        todo.push_back(o);
+      }
+  }
+  return false;
+}
+
+// nearer to its toughness than its competitors beside it and in its ball, which no crack reaches: a crack may
+// start here
 bool may_start(Scan& s, int e)
 {
+  if (crack_reaches(s, e)) return false;
+  const double limit = (1.0 + tied) * relative_drive(s, e);
+  if (beside(s, e, [&](int o) { return competes(s, o, limit); })) return false;
   bool good = true;
-  const bool force = estimate_of(s, e) == ESTIMATE_FORCE;
-  in_ball(s, e, [&](int o, double) { good = good && !(force ? s.cracked(o) : s.broken(o)); });
-  if (!good) return false;
-  const double limit = (1.0 + tied) * drive_of(s, e);
-  if (beside(s, e, [&](int o) { return denser(s, o, e, limit); })) return false;
-  in_ball(s, e, [&](int o, double) { good = good && !denser(s, o, e, limit); });
+  in_ball(s, e, [&](int o, double) { good = good && !competes(s, o, limit); });
   return good;
 }
 
@@ -429,13 +468,6 @@ void turn_off(const double* J, double* N)
   }
   if (norm < 1e-6) return;
   for (int i = 0; i < 3; ++i) N[i] = n[i] / std::sqrt(norm);
-}
-
-// a crack may start where nothing is broken: at what was removed always, elsewhere as START says
-bool start_allowed(const Scan& s, int e)
-{
-  const FractureDef& d = s.def(e);
-  return (d.start && (d.strength == 0.0 || largest_stress(s, e) >= d.strength)) || at_removed(s, e);
 }
 
 bool near_crack(const Scan& s, int e)
@@ -565,7 +597,7 @@ void keep_fronts(std::vector<Candidate>& all)
     if (c.x.value < 1.0) continue;
     const Candidate* best = &c;
     for (const Candidate& o : all)
-      if (o.x.rank > best->x.rank && distance(c, o) < c.ball) best = &o;
+      if (c.force && o.force && o.x.rank > best->x.rank && distance(c, o) < c.ball) best = &o;
     if (best->x.value >= 1.0) out.push_back(c);
   }
   all.swap(out);
@@ -582,7 +614,7 @@ FirstBreak most_exceeded(const std::vector<Candidate>& all, bool fallback)
     if (value <= first.value) continue;
     bool front = true;
     for (const Candidate& o : all)
-      front = front && (fallback || !c.force || o.x.rank <= c.x.rank || distance(c, o) >= c.ball);
+      front = front && (fallback || !c.force || !o.force || o.x.rank <= c.x.rank || distance(c, o) >= c.ball);
     if (front) first = {c.x.elem, c.x.number, c.x.label, c.x.def, value, part};
   }
   return first;
