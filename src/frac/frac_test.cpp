@@ -608,14 +608,14 @@ void choose(bool dynamic, bool fallback, std::vector<Candidate>& all)
   all.swap(out);
 }
 
-// What a broken element covers of one that breaks: part 1 - r/h of it, r/h: distance in the plane of the crack
+// What a broken element covers of one that breaks: the part 1 - r/h, r: distance in the plane of the crack
 struct Cover {
   double d[3];                 // from the one that breaks, in that plane
   double r, part;
 };
 
-// the largest part that two of them cover: what lies opposite counts whole, what lies beside or behind the first
-// one not; no direction of the plane is preferred
+// the largest part that two of them cover: what lies opposite counts whole, what lies beside or behind the
+// first one not; no direction of the plane is preferred
 double covered_part(const std::vector<Cover>& all)
 {
   double most = 0.0;

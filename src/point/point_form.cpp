@@ -8,8 +8,8 @@
 
 namespace {
 
-// Plastic flow holds no shape, and the law sees the mean volume of a group alone: nothing would keep the volume
-// of one point. What it differs from the mean has this part of the stiffness of shear.
+// Plastic flow holds no shape, and the law sees the mean volume of a group alone: nothing would keep the
+// volume of one point. What it differs from the mean has this part of the stiffness of shear.
 // Test: stress/points_flow_volume
 const double HOLD = 0.1;
 

@@ -188,13 +188,14 @@ std::string passed_plane(const Model& m, const State& st, const Failure& f)
     const double lo = m.grid.lo[i], hi = lo + m.grid.n[i] * m.grid.h[i];
     const double x  = st.points.Xc[f.index * m.dim + i] + st.n.uc[f.index * m.dim + i];
     const double past = std::max(lo - x, x - hi), plane = x < lo ? lo : hi;
-    if (past <= 0.0 || b.first > i || b.last < i || std::fabs(b.position - plane) > 1e-6 * m.grid.h[i]) continue;
+    const bool held = b.first <= i && b.last >= i && std::fabs(b.position - plane) < 1e-6 * m.grid.h[i];
+    if (past <= 0.0 || !held) continue;
     char text[500];
     std::snprintf(text, sizeof text,
-                  " passed the plane %c = %g, which *GRID BOUNDARY holds, by %.3g cells: the nodes of the plane "
-                  "are held, but those beside it moved by more than a cell with next to no material at them. Use "
-                  "smaller increments, *GRID, KEEP=0, more points (*MATERIAL POINTS, POINTS=), or a grid that "
-                  "extends beyond a held body with *CONTACT",
+                  " passed the plane %c = %g, which *GRID BOUNDARY holds, by %.3g cells: the nodes of the "
+                  "plane are held, but others moved by more than a cell in an increment, or had next to no "
+                  "material. Use smaller increments, *GRID, KEEP=0, more points (*MATERIAL POINTS, POINTS=), "
+                  "or a held body with *CONTACT instead of the plane",
                   "xyz"[i], plane, past / m.grid.h[i]);
     return text;
   }

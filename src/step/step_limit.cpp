@@ -142,8 +142,9 @@ void warn_lost_volume(const Model& m, const PointLaws& laws, const State& st, Wa
   const double most  = m.part.on ? comm_allreduce_max(w.part) : w.part;
   if (most < LOST || !warned.insert("volume").second || w.part < most) return;
   log_warn("time %.8g: the domain of material point %d of body %s has %.3g times its volume at t = 0, its "
-           "law sees %.3g: the shape of the domain is lost, and what follows there is unreliable. Use more "
-           "points or a coarser grid (*MATERIAL POINTS, POINTS=), smaller increments, or hardening (*PLASTIC)",
+           "law sees %.3g: the shape of the domain is lost, and what follows there is unreliable. Use "
+           "more points or a coarser grid (*MATERIAL POINTS, POINTS=), smaller increments, or hardening "
+           "(*PLASTIC)",
            st.n.time, st.points.label[w.point], m.body[st.points.body[w.point]].name.c_str(), w.J, w.law);
 }
 

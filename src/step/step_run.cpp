@@ -305,8 +305,8 @@ void warn_of_crawl(const Step& s, const State& st, Increment& inc, Warned& warne
                              : "the last cut: " + (inc.limit_text.empty()
                                                        ? std::string(out_status_text(inc.limit))
                                                        : inc.limit_text);
-  log_warn("step %d, time %.8g: %d increments in a row are shorter than a thousandth of dt = %.4g, the last %.3g: "
-           "the run crawls; %s. %s",
+  log_warn("step %d, time %.8g: %d increments in a row are shorter than a thousandth of dt = %.4g, the last "
+           "%.3g: the run crawls; %s. %s",
            st.log.step, st.n.time, inc.crawling, s.dt, inc.dt, why.c_str(), crawl_advice(inc.limit));
 }
 
