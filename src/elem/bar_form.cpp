@@ -240,6 +240,15 @@ bool stresses(const BarGroup& g, const KernelMode& mode, bool old, const History
   return true;
 }
 
+// what holds the volume of point q: hold times the mean over the step of theta - thetabar    (1.14a)
+template <int D>
+double hold_pressure(const BarGroup& g, const KernelMode& mode, const Work<D>& w, int q)
+{
+  if (g.hold == 0.0) return 0.0;
+  const double one = w.np1.point[q].theta - w.np1.mean;
+  return g.hold * (mode.mid ? 0.5 * (one + w.n.point[q].theta - w.n.mean) : one);
+}
+
 // G = dEbar/du of point q, and its force, which is added to re                               (1.16)
 template <int D>
 void add_force(const BarGroup& g, const KernelMode& mode, int q, Work<D>& w, double* re)
@@ -252,6 +261,7 @@ void add_force(const BarGroup& g, const KernelMode& mode, int q, Work<D>& w, dou
   double Fb[D * D], v[6];
   deformation<D>(mode, w.n.point[q], w.np1.point[q], Fb);
   volume_strain<D>(mode, w, q, v);
+  const double held = hold_pressure<D>(g, mode, w, q);
   double p = 0.0;
   for (int i = 0; i < 6; ++i) p += (i < 3 ? 1.0 : 2.0) * S[i] * v[i];
   w.pressure[q] = p;
@@ -270,7 +280,7 @@ void add_force(const BarGroup& g, const KernelMode& mode, int q, Work<D>& w, dou
         w.G[i * nd + col] = G;
         f += G * S[i];
       }
-      re[col] += g.w[q] * f;
+      re[col] += g.w[q] * (f - held * d);
     }
 }
 
@@ -309,7 +319,9 @@ void add_geometric_tangent(const BarGroup& g, const KernelMode& mode, double mea
   full_tensor<D>(&w.S[6 * static_cast<size_t>(q)], S);
   deformation<D>(mode, w.n.point[q], w.np1.point[q], Fb);
   const double am = scale_of(mode, w.n.point[q], w.np1.point[q]), cg = mode.cG();
-  const double p = w.pressure[q], kappa = cg * g.w[q] * (mean_pressure - p);
+  const double p     = w.pressure[q];
+  const double kappa = cg * g.w[q] * (mean_pressure - p + hold_pressure<D>(g, mode, w, q));
+  const double both  = cg * g.w[q] * (2.0 / 3.0 * p + g.hold);
   double* qa = w.G.data();                             // [nn*dim] w cg 2/3 a Fb S dN_a
   double* sn = w.CG.data();                            // [nn*dim] w cg a S dN_a
   for (int a = 0; a < g.nn; ++a) {
@@ -333,7 +345,7 @@ void add_geometric_tangent(const BarGroup& g, const KernelMode& mode, double mea
         const double da = w.mean[a * D + i] - beta[a * D + i];
         for (int j = 0; j < D; ++j) {
           const double dc = w.mean[c * D + j] - beta[c * D + j];
-          k[i * D + j] += qa[a * D + i] * dc + da * qa[c * D + j] + 2.0 / 3.0 * cg * g.w[q] * p * da * dc -
+          k[i * D + j] += qa[a * D + i] * dc + da * qa[c * D + j] + both * da * dc -
                           kappa * beta[a * D + j] * beta[c * D + i];
         }
         k[i * D + i] += geo;

@@ -9,6 +9,7 @@
 //
 // The force is the derivative of the energy of Fbar, and over a step of the energy-momentum scheme its
 // discrete gradient: f . du = sum w S : dEbar exactly                                        (1.16)
+// hold adds the energy sum w hold (theta - thetabar)^2 / 2                                   (1.14a)
 // ---------------------------------------------------------------------------
 #ifndef MPFE_ELEM_BAR_FORM_H
 #define MPFE_ELEM_BAR_FORM_H
@@ -21,6 +22,7 @@ struct BarGroup {
   const double* dNdX;
   const double* w;             // [ngp]                                                       length^3
   const MatLaw* law;
+  double hold = 0.0;           // stiffness of theta - thetabar of each point                   force/length^2
 };
 
 // bar_strains : strains Ebar of a group

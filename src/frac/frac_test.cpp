@@ -640,34 +640,50 @@ void choose(bool dynamic, bool fallback, std::vector<Candidate>& all)
   all.swap(out);
 }
 
+// What a broken element covers of one that breaks: the part 1 - r/h, r: distance in the plane of the crack
+struct Cover {
+  double d[3];                 // from the one that breaks, in that plane
+  double r, part;
+};
+
+// the largest part that two of them cover: what lies opposite counts whole, what lies beside or behind the
+// first one not; no direction of the plane is preferred
+double covered_part(const std::vector<Cover>& all)
+{
+  double most = 0.0;
+  for (const Cover& a : all)
+    for (const Cover& b : all) {
+      if (b.part > a.part) continue;
+      const double dot = a.d[0] * b.d[0] + a.d[1] * b.d[1] + a.d[2] * b.d[2], rr = a.r * b.r;
+      most = std::max(most, a.part + (rr > 0.0 ? b.part * std::max(0.0, -dot / rr) : 0.0));
+    }
+  return most;
+}
+
 // what an element that breaks adds to the crack: the square (2D: the edge) of its size in the plane of the
 // crack, less what elements that broke before, within 1.5 h of that plane, cover of it to either side  (7.17)
 double crack_area(const Scan& s, int e, const double* N)
 {
   const double h = s.fm.size[e];
-  double t[2][3] = {{-N[1], N[0], 0.0}, {0.0, 0.0, 0.0}}, covered[2] = {0.0, 0.0};
-  if (s.m.dim == 3) {
-    const double a[3] = {std::fabs(N[0]) < 0.6 ? 1.0 : 0.0, std::fabs(N[0]) < 0.6 ? 0.0 : 1.0, 0.0};
-    const double aN = a[0] * N[0] + a[1] * N[1], norm = std::sqrt(1.0 - aN * aN);
-    for (int i = 0; i < 3; ++i) t[0][i] = (a[i] - aN * N[i]) / norm;
-    for (int i = 0; i < 3; ++i)
-      t[1][i] = N[(i + 1) % 3] * t[0][(i + 2) % 3] - N[(i + 2) % 3] * t[0][(i + 1) % 3];
-  }
+  std::vector<Cover> all;
   frac_near(s.fm, &s.fm.centre[3 * e], 2.1 * s.fm.local[e], [&](int o, double) {
     if (o == e || s.fr.broken[o] < 0) return;
-    double n = 0.0, along[2] = {0.0, 0.0};
+    double n = 0.0, rr = 0.0;
+    Cover c;
     for (int i = 0; i < 3; ++i) {
-      const double d = s.fm.centre[3 * o + i] - s.fm.centre[3 * e + i];
-      n += d * N[i];
-      for (int k = 0; k < 2; ++k) along[k] += d * t[k][i];
+      c.d[i] = s.fm.centre[3 * o + i] - s.fm.centre[3 * e + i];
+      n += c.d[i] * N[i];
     }
-    if (std::fabs(n) > 1.5 * s.fm.local[e]) return;
-    const double overlap = std::max(0.0, 1.0 - std::fabs(along[0]) / h) *
-                           std::max(0.0, 1.0 - std::fabs(along[1]) / h);
-    double& side = covered[along[0] > 0.0];
-    side = std::max(side, overlap);
+    if (std::fabs(n) > 1.5 * s.fm.local[e] * (1.0 + 1e-9)) return;
+    for (int i = 0; i < 3; ++i) {
+      c.d[i] -= n * N[i];
+      rr += c.d[i] * c.d[i];
+    }
+    c.r    = std::sqrt(rr);
+    c.part = 1.0 - c.r / h;
+    if (c.part > 0.0) all.push_back(c);
   });
-  const double share = std::max(0.0, 1.0 - covered[0] - covered[1]);
+  const double share = std::max(0.0, 1.0 - covered_part(all));
   return share * h * (s.m.dim == 2 ? s.fm.thickness[e] : h);
 }
 

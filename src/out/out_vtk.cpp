@@ -34,10 +34,13 @@ double det_F(const double F[9])
          F[2] * (F[3] * F[7] - F[4] * F[6]);
 }
 
+// does anything flow: a plastic law, or what breaks with friction?
 bool yields(const Model& m)
 {
   return std::any_of(m.material.begin(), m.material.end(),
-                     [](const Material& a) { return a.used && a.law == LAW_J2; });
+                     [](const Material& a) { return a.used && a.law == LAW_J2; }) ||
+         std::any_of(m.fracture.begin(), m.fracture.end(),
+                     [](const FractureDef& f) { return f.residual == SPLIT_GRANULAR; });
 }
 
 void write_fields(VtkFile& f, const CellFields& c, int dim, bool plastic)

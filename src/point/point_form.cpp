@@ -8,6 +8,14 @@
 
 namespace {
 
+// Plastic flow holds no shape, and the law sees the mean volume of a group alone: nothing would keep the
+// volume of one point. What it differs from the mean has this part of the stiffness of shear.
+// Test: stress/points_flow_volume
+const double HOLD = 0.1;
+
+// of a law that flows: the stiffness of theta - thetabar of a point           (1.14a) force/length^2
+double point_hold(const MatLaw& law) { return law.kind == LAW_J2 && law.bar ? HOLD * law.mu : 0.0; }
+
 // displacement gradient of point p: sum_c u_c (x) G_c                              (3.5)
 template <int D>
 void gradient(const Points& pts, const RealVec& uc, int p, double* H)
@@ -271,7 +279,7 @@ struct Group {
   }
   Status form(const MatLaw& law, const KernelMode& mode, int n, double* re, double* ke)
   {
-    const BarGroup g{D, static_cast<int>(V0.size()), n, dNdX.data(), V0.data(), &law};
+    const BarGroup g{D, static_cast<int>(V0.size()), n, dNdX.data(), V0.data(), &law, point_hold(law)};
     return bar_form(g, mode, H0.data(), H1.data(), history.data(), re, ke);
   }
 };
@@ -609,6 +617,8 @@ void point_fields(const Model& m, const Points& pts, const Level& l, int p, doub
     if (m.dim == 2) general_strain<2>(pts, of, l.uc, p, E, &scale);
     else general_strain<3>(pts, of, l.uc, p, E, &scale);
     ip_general_from(of, true, E, scale, history_at(l.hp, point_history_size(pts, l), p), out);
+    const double apart = 3.0 * std::log(scale);              // thetabar - theta
+    out.psi += 0.5 * point_hold(of) * apart * apart;
     return;
   }
   ip_fields_from(law, m.dim, true, broken ? &er : nullptr, out);

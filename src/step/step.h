@@ -302,7 +302,8 @@ bool step_signalled();
 
 // step_limit : warns when elements or points are compressed below the stretch at which St.Venant-Kirchhoff
 // softens: how many, the worst one, and again whenever twice as many are
-void step_limit(const Model& m, const Elements& el, const State& st, const Step& s, Warned& warned);
+void step_limit(const Model& m, const Elements& el, const PointLaws& laws, const State& st, const Step& s,
+                Warned& warned);
 
 // step_remainder : statics: warns when loads rest on broken material alone: the share that its STIFFNESS
 // carries

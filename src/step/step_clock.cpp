@@ -18,6 +18,19 @@ const double GROWS = 1.5, SHRINKS = 0.75;
 const int SMALL_ONES = 3;
 const double GROWS_BY = 1.25, SMALL = 0.8 / (GROWS_BY * GROWS_BY);
 
+// DIRECT: the length of increments that were cut doubles after one that took at most EASY iterations, after
+// two in a row of at most HARD, and at multiples of dt. So a hard spot costs few failed attempts, and one that is
+// past costs none. whole: a multiple of dt is reached.
+// Test: Clock.CutIncrementsOfDirectGrowBack (unit)
+void grow_back(const Step& s, double used, int iterations, bool whole, StepClock& c)
+{
+  if (!whole && used < c.dt * (1.0 - 1e-9)) return;          // shortened by an output time: shows nothing
+  c.easy = iterations <= EASY ? EASY_ONES : iterations <= HARD ? c.easy + 1 : 0;
+  if (!whole && c.easy < EASY_ONES) return;
+  c.dt   = std::min(s.dt, 2.0 * c.dt);
+  c.easy = 0;
+}
+
 // the end of the nominal increment, or of the step
 double clock_goal(const Step& s, const StepClock& c)
 {
@@ -53,12 +66,12 @@ double clock_next(const Step& s, const StepClock& c, const std::vector<double>& 
 void clock_accept(const Step& s, double used, int iterations, double half, StepClock& c)
 {
   c.t += used;
-  if (std::fabs(c.t - clock_goal(s, c)) < 1e-9 * s.dt) {
+  const bool whole = std::fabs(c.t - clock_goal(s, c)) < 1e-9 * s.dt;
+  if (whole) {
     c.t = clock_goal(s, c);
     ++c.nominal;
-    if (s.direct) c.dt = s.dt;
   }
-  if (s.direct) return;
+  if (s.direct) return grow_back(s, used, iterations, whole, c);
   if (s.half_force > 0.0 || s.half_part > 0.0) return choose_by_half(s, used, iterations, half, c);
   c.easy = iterations <= EASY ? c.easy + 1 : 0;
   if (c.easy >= EASY_ONES) {

@@ -179,6 +179,29 @@ std::string outside_text(const Model& m, const State& st, const Failure& f)
   return text;
 }
 
+// the plane of *GRID BOUNDARY that a corner has passed, and by how much; empty: the grid is open there
+std::string passed_plane(const Model& m, const State& st, const Failure& f)
+{
+  if (f.at == AT_BOND) return "";
+  for (const GridBc& b : m.grid_bc) {
+    const int i     = b.axis;
+    const double lo = m.grid.lo[i], hi = lo + m.grid.n[i] * m.grid.h[i];
+    const double x  = st.points.Xc[f.index * m.dim + i] + st.n.uc[f.index * m.dim + i];
+    const double past = std::max(lo - x, x - hi), plane = x < lo ? lo : hi;
+    const bool held = b.first <= i && b.last >= i && std::fabs(b.position - plane) < 1e-6 * m.grid.h[i];
+    if (past <= 0.0 || !held) continue;
+    char text[500];
+    std::snprintf(text, sizeof text,
+                  " passed the plane %c = %g, which *GRID BOUNDARY holds, by %.3g cells: the nodes of the "
+                  "plane are held, but others moved by more than a cell in an increment, or had next to no "
+                  "material. Use smaller increments, *GRID, KEEP=0, more points (*MATERIAL POINTS, POINTS=), "
+                  "or a held body with *CONTACT instead of the plane",
+                  "xyz"[i], plane, past / m.grid.h[i]);
+    return text;
+  }
+  return "";
+}
+
 // box of all that needs the grid, now and at the end of the step with the velocities of now
 void needed_box(const Model& m, const State& st, double* lo, double* hi)
 {
@@ -232,6 +255,8 @@ std::string explain_here(const Problem& p, const Failure& f, const std::string& 
   if (status == OUTSIDE_GRID) {
     double top[3] = {0, 0, 0}, lo[3], hi[3];
     for (int i = 0; i < m.dim; ++i) top[i] = m.grid.lo[i] + m.grid.n[i] * m.grid.h[i];
+    const std::string passed = passed_plane(m, p.st, f);
+    if (!passed.empty()) return outside_text(m, p.st, f) + passed;
     needed_box(m, p.st, lo, hi);
     return outside_text(m, p.st, f) + " left the grid, which extends from " +
            position_text(m.grid.lo.data(), m.dim) + " to " + position_text(top, m.dim) +

@@ -10,6 +10,9 @@
 
 namespace {
 
+// The volume of a domain over that which the law sees (1.14), or the inverse, from which it is lost
+const double LOST = 2.0;
+
 const double limit = 1.0 / 3.0;      // of the square of the stretch: dS/dF changes its sign
 
 // What is compressed beyond the limit
@@ -105,6 +108,46 @@ Compressed compressed(const Model& m, const Elements& el, const State& st)
   return c;
 }
 
+double det(const double* F)
+{
+  return F[0] * (F[4] * F[8] - F[5] * F[7]) - F[1] * (F[3] * F[8] - F[5] * F[6]) +
+         F[2] * (F[3] * F[7] - F[4] * F[6]);
+}
+
+// the point whose domain has least of the volume that its law sees, or most
+struct LostVolume {
+  double part = 1.0;           // above 1, of the larger to the smaller
+  double J = 1.0, law = 1.0;
+  int point = -1;
+};
+
+LostVolume lost_volume(const Model& m, const PointLaws& laws, const State& st)
+{
+  LostVolume worst;
+  IpFields f;
+  for (int q = 0; q < st.points.npoint; ++q) {
+    if (!laws.in_group(q) || !point_counts(m, st.points, q)) continue;
+    point_ip_fields(m, st.points, st.n, q, f);
+    const double J = det(f.F), law = det(f.Fbar), part = std::max(J / law, law / J);
+    if (part > worst.part) worst = {part, J, law, q};
+  }
+  return worst;
+}
+
+// says once whose domain has no more the volume of its material
+void warn_lost_volume(const Model& m, const PointLaws& laws, const State& st, Warned& warned)
+{
+  if (laws.group.size() == 0 && !m.part.on) return;
+  const LostVolume w = lost_volume(m, laws, st);
+  const double most  = m.part.on ? comm_allreduce_max(w.part) : w.part;
+  if (most < LOST || !warned.insert("volume").second || w.part < most) return;
+  log_warn("time %.8g: the domain of material point %d of body %s has %.3g times its volume at t = 0, its "
+           "law sees %.3g: the shape of the domain is lost, and what follows there is unreliable. Use "
+           "more points or a coarser grid (*MATERIAL POINTS, POINTS=), smaller increments, or hardening "
+           "(*PLASTIC)",
+           st.n.time, st.points.label[w.point], m.body[st.points.body[w.point]].name.c_str(), w.J, w.law);
+}
+
 void sum_ranks(Compressed& c)
 {
   double count[2] = {static_cast<double>(c.elements), static_cast<double>(c.points)};
@@ -116,10 +159,12 @@ void sum_ranks(Compressed& c)
 
 }  // namespace
 
-void step_limit(const Model& m, const Elements& el, const State& st, const Step& s, Warned& warned)
+void step_limit(const Model& m, const Elements& el, const PointLaws& laws, const State& st, const Step& s,
+                Warned& warned)
 {
   if (!s.nlgeom || (comm_rank() > 0 && !m.part.on)) return;
   Timer timer(PHASE_COMMIT);
+  warn_lost_volume(m, laws, st, warned);
   Compressed c = compressed(m, el, st);
   const double least = c.least;
   if (m.part.on) sum_ranks(c);

@@ -16,6 +16,11 @@ namespace {
 // a few large increments is taken by the trapezoidal rule. Test: A8 (stress/balance_limit), motion
 const double TOLD_MOTION = 0.01, TOLD_STATICS = 0.2;
 
+// A run crawls when this number of increments in a row are shorter than this part of dt. Test: S8
+// (stress/direct_crawls)
+const int CRAWLS = 100;
+const double CRAWLING = 1e-3;
+
 // statics know no velocity: what moves is stopped, and its energy is lost
 void stop_motion(State& st)
 {
@@ -141,6 +146,9 @@ struct Increment {
   BreakWatch watch;
   HalfWatch half;
   RealVec energy;              // of step_increment
+  int crawling = 0;            // increments in a row that are much shorter than dt
+  Status limit = STATUS_OK;    // why one was cut last, and in words
+  std::string limit_text;
 };
 
 // back to where the increment began
@@ -266,9 +274,12 @@ bool cut(Problem& p, const Step& s, const Ledger& before, Increment& inc, Failur
   if (failure.status == INTERRUPTED || st.log.cuts >= s.ctl.max_cut || inc.shorter < s.dt_min) return false;
   out_listing_cut(st.log.step, st.log.inc, clock.start + clock.t, inc.dt, inc.shorter, failure.status,
                   failure.note.c_str());
+  inc.limit      = failure.status;
+  inc.limit_text = failure.note;
   ++st.log.cuts;
   st.clock.cuts = inc.cuts + st.log.cuts;
   inc.dt = inc.shorter;
+  if (s.direct) st.clock.easy = 0;
   if (failure.status != CRITERION_EXCEEDED) st.clock.dt = inc.shorter;
   return true;
 }
@@ -298,12 +309,37 @@ void accept(const Step& s, double dt, const HalfWatch& half, State& st)
   st.log.t_step = st.clock.t;
 }
 
+// what helps against increments that this has cut, whatever their length
+const char* crawl_advice(Status limit)
+{
+  if (limit == HALF_RESIDUAL) return "a larger dt min, or a larger HAFTOL, lets longer ones pass";
+  if (limit == BAD_JACOBIAN)
+    return "look at what lies there: a finer mesh, or *CONVERSION and *EIGENFRACTURE for what is crushed";
+  return "look at what moves there (*VTK) for a mechanism or an instability; *NEWTON, MAX ITER= and LINE "
+         "SEARCH= help a slow iteration; dt min of *STATIC or *DYNAMIC ends such a run";
+}
+
+// says once a step that increments stay much shorter than dt, and why
+void warn_of_crawl(const Step& s, const State& st, Increment& inc, Warned& warned)
+{
+  inc.crawling = inc.dt < CRAWLING * s.dt && st.clock.dt < CRAWLING * s.dt ? inc.crawling + 1 : 0;
+  if (inc.crawling < CRAWLS || !warned.insert("crawl " + std::to_string(st.log.step)).second) return;
+  const std::string why =
+      inc.limit == STATUS_OK ? "none of them was cut by this run"
+                             : "the last cut: " + (inc.limit_text.empty()
+                                                       ? std::string(out_status_text(inc.limit))
+                                                       : inc.limit_text);
+  log_warn("step %d, time %.8g: %d increments in a row are shorter than a thousandth of dt = %.4g, the last "
+           "%.3g: the run crawls; %s. %s",
+           st.log.step, st.n.time, inc.crawling, s.dt, inc.dt, why.c_str(), crawl_advice(inc.limit));
+}
+
 // what the user should know of the new state
 void warn_of_state(Problem& p, const Step& s)
 {
   const State& st = p.st;
   if (s.proc == PROC_STATIC || st.log.inc_total % 10 == 0 || clock_done(s, st.clock))
-    step_limit(p.m, p.d.el, st, s, p.warned);
+    step_limit(p.m, p.d.el, p.d.point_law, st, s, p.warned);
   if (p.d.fm.on) step_remainder(p.m, p.d, dof_all_rows(p.dofs), st, s, p.warned);
   if (!p.d.watch.pair.empty()) overlap_look(p.m, p.d.el, st, p.d.watch);
 }
@@ -364,6 +400,7 @@ Failure run_step(Problem& p, const Step& s, Increment& inc, Output& out)
     if (!failure.ok()) return failure;
     accept(s, inc.dt, inc.half, st);
     warn_of_state(p, s);
+    warn_of_crawl(s, st, inc, p.warned);
     log_gather();
     share_warned(p);
     // 6. write

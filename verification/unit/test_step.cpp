@@ -87,6 +87,33 @@ TEST(Clock, EndsOnStopsAndOnTheStepWithoutASliver)
   EXPECT_TRUE(clock_done(s, c));
 }
 
+// grow_back of step_clock.cpp, as doc/theory.md 6.5 tells it: 2^-16 of dt is back at dt within a nominal increment,
+// which ends on the multiple of dt; a hard increment does not grow, and the end of a nominal increment doubles
+TEST(Clock, CutIncrementsOfDirectGrowBack)
+{
+  Step s   = automatic(1.0, 0.125);
+  s.direct = true;
+  StepClock c = started(s);
+  c.dt = std::ldexp(s.dt, -16);
+  int n = 0;
+  for (; c.nominal == 1 && n < 1000; ++n) clock_accept(s, clock_next(s, c, {}), 1, 0.0, c);
+  EXPECT_LT(n, 20);                                  // 65536 of the length that was cut
+  EXPECT_DOUBLE_EQ(0.125, c.t);
+  EXPECT_DOUBLE_EQ(0.125, c.dt);
+  c.dt = 0.125 / 8;
+  clock_accept(s, c.dt, 9, 0.0, c);                  // hard
+  EXPECT_DOUBLE_EQ(0.125 / 8, c.dt);
+  clock_accept(s, c.dt, 6, 0.0, c);                  // neither easy nor hard: two in a row
+  EXPECT_DOUBLE_EQ(0.125 / 8, c.dt);
+  clock_accept(s, 0.001, 1, 0.0, c);                 // ended on an output time
+  EXPECT_DOUBLE_EQ(0.125 / 8, c.dt);
+  clock_accept(s, c.dt, 6, 0.0, c);
+  EXPECT_DOUBLE_EQ(0.125 / 4, c.dt);
+  while (c.nominal == 2) clock_accept(s, clock_next(s, c, {}), 9, 0.0, c);
+  EXPECT_DOUBLE_EQ(0.25, c.t);
+  EXPECT_DOUBLE_EQ(0.125 / 2, c.dt);
+}
+
 TEST(Increment, PointsThatEnterTooDeep)
 {
   Bonds bonds;
