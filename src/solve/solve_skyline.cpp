@@ -8,8 +8,8 @@
 namespace {
 
 const double ZERO_PIVOT = 3e-12;    // relative to the diagonal of A in the same equation
-// the same where a zero pivot is no error. Pivots of free motions in G3 (contact/g3_walls): up to 7e-12, and none
-// of others below 1e-6; one that is missed is a wild motion, one too many costs an iteration
+// the same where a zero pivot is no error. Pivots of free motions in G3 (contact/g3_walls): up to 7e-12, and
+// none of others below 1e-6; one that is missed is a wild motion, one too many costs an iteration
 const double NO_ERROR = 1e-10;
 const double FIXED = 1e200;         // pivot of an unknown that is fixed
 
