@@ -134,7 +134,7 @@ Status factor(Solver& s, const SysMatrix& A)
     for (int c = 0; c < D; ++c) diagonal[c] = column(K, J)[(c + 1) * column_height(K, J, D) - D + c];
     eliminate_column<D>(K, J);
     int first = 0;
-    const bool may = pivot_fixed(s, row[J]);
+    const bool may = pivot_fixed(s, row[J]) && !s.data->narrow;      // else MUMPS has it
     const int more = divide_column<D>(K, J, diagonal, may ? NO_ERROR : ZERO_PIVOT, first);
     if (more == 0) continue;
     fixed = may;
