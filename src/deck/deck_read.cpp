@@ -20,9 +20,10 @@ std::string other_keyword(const std::string& word)
 {
   for (const char* part : {"PART", "END PART", "ASSEMBLY", "END ASSEMBLY", "INSTANCE", "END INSTANCE"})
     if (word == part)
-      return ": decks have no parts and instances; write a flat one (Abaqus/CAE: Model, Edit Attributes, Do not "
-             "use parts and assemblies in input files)";
-  for (const char* output : {"PREPRINT", "OUTPUT", "NODE OUTPUT", "ELEMENT OUTPUT", "CONTACT OUTPUT", "FILE FORMAT"})
+      return ": decks have no parts and instances; write a flat one (Abaqus/CAE: Model, Edit Attributes, Do "
+             "not use parts and assemblies in input files)";
+  for (const char* output : {"PREPRINT", "OUTPUT", "NODE OUTPUT", "ELEMENT OUTPUT", "CONTACT OUTPUT",
+                             "FILE FORMAT"})
     if (word == output)
       return "; leave it out, or take *VTK, *HISTORY, *NODE FILE, *EL FILE, *NODE PRINT, *EL PRINT";
   for (const char* heat : {"EXPANSION", "CONDUCTIVITY", "SPECIFIC HEAT"})

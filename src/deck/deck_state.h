@@ -129,8 +129,8 @@ struct Deck {
   std::vector<Facet> facet;                        // elements of a lower dimension (deck_facet.cpp)
   std::unordered_map<int, int> facet_index;        // label -> index
   std::vector<Set> facet_set;                      // indices into facet
-  // types that are not available; labels and sets of their elements, also of those whose type is misspelt: lines
-  // that use them are no further errors
+  // types that are not available; labels and sets of their elements, also of those whose type is misspelt:
+  // lines that use them are no further errors
   std::vector<Absent> absent;
   std::set<int> absent_elem;
   std::set<std::string> absent_set;
@@ -194,7 +194,7 @@ void facet_add(Deck& d, int label, const Facet& f);
 // facet_set_merge : these facets join the set of this name, their nodes the node set
 void facet_set_merge(Deck& d, Model& m, const std::string& name, IntVec& item, const Place& place);
 void facet_surfaces(Deck& d, Model& m);                    // when the mesh is complete (deck_facet.cpp)
-void absent_tell(Deck& d);                                 // the types that are not available (deck_facet.cpp)
+void absent_tell(Deck& d);                     // the types that are not available (deck_facet.cpp)
 bool target_label(const std::string& text, int& label);
 bool target_nodes(Deck& d, const Model& m, const Field& at, IntVec& node);     // node set or label
 bool target_elems(Deck& d, const Model& m, const Field& at, IntVec& elem);     // element set or label

@@ -73,8 +73,8 @@ void read_facets(Card& card, Model& model, int nen, int corners)
   if (!set.empty()) facet_set_merge(d, model, set, item, card_place(card));
 }
 
-// elements of a type that is not available: their number is reported at the end of the mesh. remedy: empty when
-// the type is misspelt, which is reported already
+// elements of a type that is not available: their number is reported at the end of the mesh. remedy: empty
+// when the type is misspelt, which is reported already
 void read_absent(Card& card, const std::string& remedy)
 {
   const int most = 100;        // fields of an element

@@ -75,12 +75,13 @@ void tell_missing(Card& card, const char* what, const Missing& missing, std::siz
 {
   if (missing.count == 0) return;
   if (missing.count == 1)
-    return card_error(card, missing.first, text_format("%s %d is not defined; it must be read before it is used",
-                                                       what, missing.label));
+    return card_error(card, missing.first,
+                      text_format("%s %d is not defined; it must be read before it is used", what,
+                                  missing.label));
   card_error(card, missing.first,
              text_format("%d of the %zu %ss of this set are not defined, the first is %d; they must be read "
-                         "before they are used. A mesh generator leaves out elements that this format does not "
-                         "have (gmsh: pyramids), and the mesh has holes there",
+                         "before they are used. A mesh generator leaves out elements that this format "
+                         "does not have (gmsh: pyramids), and the mesh has holes there",
                          missing.count, missing.count + defined, what, missing.label));
 }
 
@@ -140,7 +141,8 @@ void set_read(Card& card, Model& model, bool nodes)
   }
   tell_missing(card, nodes ? "node" : "element", missing, item.size() + facet.size());
   if (name.empty()) return;
-  if (card.deck->errors > card.errors_before && !card.deck->absent_elem.empty()) card.deck->absent_set.insert(name);
+  Deck& d = *card.deck;
+  if (d.errors > card.errors_before && !d.absent_elem.empty()) d.absent_set.insert(name);
   facet_set_merge(*card.deck, model, name, facet, card_place(card));
   if (item.empty() && !facet.empty()) return;
   if (item.empty() && card.deck->errors == card.errors_before)

@@ -290,10 +290,12 @@ void out_listing_balance(std::FILE* file, const Model& m, const State& s)
   if (l.ghost != 0.0) std::fprintf(file, "  ghosts          %18.10e\n", l.ghost);
   if (l.viscous != 0.0) std::fprintf(file, "  viscous         %18.10e\n", l.viscous);
   if (l.renewal != 0.0) std::fprintf(file, "  grid renewed    %18.10e\n", l.renewal);
-  if (l.overlap != 0.0) std::fprintf(file, "  overlap         %18.10e   (of contact at the start)\n", l.overlap);
+  if (l.overlap != 0.0)
+    std::fprintf(file, "  overlap         %18.10e   (of contact at the start)\n", l.overlap);
   if (l.released != 0.0)
     std::fprintf(file, "  supports freed  %18.10e   (by *BOUNDARY, OP=NEW)\n", l.released);
-  if (l.sudden != 0.0) std::fprintf(file, "  sudden loads    %18.10e   (at the start of static steps)\n", l.sudden);
+  if (l.sudden != 0.0)
+    std::fprintf(file, "  sudden loads    %18.10e   (at the start of static steps)\n", l.sudden);
   if (l.stopped != 0.0) std::fprintf(file, "  motion stopped  %18.10e   (by static steps)\n", l.stopped);
   std::fprintf(file, "  at the start    %18.10e\n  external work   %18.10e\n", l.total0, l.external);
   std::fprintf(file, "  balance         %18.10e   (%.3e of the largest energy)\n", l.balance,

@@ -8,8 +8,8 @@
 namespace {
 
 const double ZERO_PIVOT = 3e-12;    // relative to the diagonal of A in the same equation
-// the same where a zero pivot is no error. Pivots of free motions in G3 (contact/g3_walls): up to 7e-12, and none
-// of others below 1e-6; one that is missed is a wild motion, one too many costs an iteration
+// the same where a zero pivot is no error. Pivots of free motions in G3 (contact/g3_walls): up to 7e-12, and
+// none of others below 1e-6; one that is missed is a wild motion, one too many costs an iteration
 const double NO_ERROR = 1e-10;
 const double FIXED = 1e200;         // pivot of an unknown that is fixed
 
@@ -134,7 +134,7 @@ Status factor(Solver& s, const SysMatrix& A)
     for (int c = 0; c < D; ++c) diagonal[c] = column(K, J)[(c + 1) * column_height(K, J, D) - D + c];
     eliminate_column<D>(K, J);
     int first = 0;
-    const bool may = pivot_fixed(s, row[J]);
+    const bool may = pivot_fixed(s, row[J]) && !s.data->narrow;      // else MUMPS has it
     const int more = divide_column<D>(K, J, diagonal, may ? NO_ERROR : ZERO_PIVOT, first);
     if (more == 0) continue;
     fixed = may;

@@ -280,11 +280,12 @@ std::string explain_here(const Problem& p, const Failure& f, const std::string& 
     const bool is_point = f.at == AT_POINT;
     const Material& material = is_point ? point_material(m, p.st.points, f.index)
                                         : m.material[m.section[m.mesh.elem_section[f.index]].material];
+    const bool softens = nlgeom && material.law == LAW_SVK;
     std::snprintf(text, sizeof text,
                   "%s %d turned inside out (det F <= 0)%s: check the load, or use smaller increments",
                   is_point ? "material point" : "element",
                   is_point ? p.st.points.label[f.index] : m.mesh.elem_label[f.index],
-                  material.law == LAW_SVK && nlgeom ? ". St.Venant-Kirchhoff softens below a stretch of 0.577" : "");
+                  softens ? ". St.Venant-Kirchhoff softens below a stretch of 0.577" : "");
     return text + master;
   }
   // without NLGEOM the law is Hooke's, which does not soften

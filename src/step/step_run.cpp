@@ -422,15 +422,17 @@ void warn_conversion(const Ledger& g)
 }
 
 // ---------------------------------------------------------------------------
-// judge_balance : has more energy come from nowhere in a step, or been lost, than *STEP, BALANCE= allows? Then
-// it is an error; less is a warning. Loss is what a dissipating scheme is for; in statics the work of a few
-// large increments is taken by the trapezoidal rule, so only a gross error counts.       doc/theory.md (6.13)
+// judge_balance : has more energy come from nowhere in a step, or been lost, than *STEP, BALANCE= allows?
+// Then it is an error; less is a warning. Loss is what a dissipating scheme is for; in statics the work of a
+// few large increments is taken by the trapezoidal rule, so only a gross error counts.   doc/theory.md (6.13)
 // ---------------------------------------------------------------------------
 void judge_balance(const Step& s, int number, Ledger& g)
 {
   const bool moves   = s.proc == PROC_DYNAMIC;
   const double change = g.balance - g.balance0, off = std::fabs(change);
-  if (g.step_scale <= g.rounding || (change < 0.0 && moves && scheme_of(s).dissipates(s))) return;
+  // energies of a step in which nothing happens are what Newton's method leaves of those before
+  if (g.step_scale <= std::max(g.rounding, s.ctl.tol_force * g.scale)) return;
+  if (change < 0.0 && moves && scheme_of(s).dissipates(s)) return;
   const double part = off / g.step_scale;
   if (s.balance > 0.0 && part > s.balance) {
     log_error("step %d: the energy balance is off by %.1f %% of the largest energy (%.4g of %.4g), more than "
@@ -439,8 +441,8 @@ void judge_balance(const Step& s, int number, Ledger& g)
               moves ? ", or SCHEME=ENERGY-MOMENTUM" : "");
     ++g.off;
   } else if (part > (moves ? TOLD_MOTION : TOLD_STATICS)) {
-    log_warn("step %d: the energy balance is off by %.1f %% (%.4g of %.4g): repeat with smaller increments to "
-             "see whether the results are reliable",
+    log_warn("step %d: the energy balance is off by %.1f %% (%.4g of %.4g): repeat with smaller increments "
+             "to see whether the results are reliable",
              number, 100.0 * part, change, g.step_scale);
   }
 }

@@ -219,6 +219,34 @@ TEST(Solve, SingularIsTold)
     }
 }
 
+// where zero pivots are no error each free motion costs one unknown, and what the body can carry is carried
+TEST(Solve, NullPivotsAreFixed)
+{
+  for (SolverKind kind : solvers_built_in())
+    for (int dim : {2, 3}) {
+      SCOPED_TRACE(testing::Message() << "kind " << kind << " dim " << dim);
+      const SysMatrix A = shuffled_grid(dim, 20, 15);      // free body
+      Solver s;
+      ASSERT_TRUE(solve_open(s, {kind}));
+      s.null_pivot_row = 0;
+      ASSERT_EQ(solve_factor(s, A), STATUS_OK) << s.message;
+      EXPECT_GT(s.fixed_null_pivots, 0);
+      EXPECT_GE(s.zero_equation, 0);
+      const RealVec u = right_hand_side(A);
+      RealVec b(A.neq()), x, back(A.neq());
+      sys_multiply(A, u, b);                               // in balance
+      ASSERT_EQ(solve_back(s, b, x), STATUS_OK);
+      sys_multiply(A, x, back);
+      double most = 0.0, error = 0.0;
+      for (int i = 0; i < A.neq(); ++i) {
+        most  = std::max(most, std::fabs(b[i]));
+        error = std::max(error, std::fabs(back[i] - b[i]));
+      }
+      EXPECT_LT(error, 1e-9 * most);
+      solve_close(s);
+    }
+}
+
 // the message names the equation that nothing holds
 TEST(Solve, SingularNamesTheEquation)
 {
