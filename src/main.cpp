@@ -46,7 +46,7 @@ const char* const usage =
     "  --version, --help\n"
     "Exit codes: 0 success, 1 a *CHECK failed, 2 error in the deck or the restart file, 3 no convergence,\n"
     "4 internal error, 5 out of memory or disk, solver error, or another run in this folder,\n"
-    "6 ended by a signal, JOB.rst continues the run.\n";
+    "6 ended by a signal, JOB.rst continues the run (JOB.continue stands as long as it waits).\n";
 
 int usage_error(const char* what, const char* word)
 {
