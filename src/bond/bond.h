@@ -7,7 +7,7 @@
 #include "model/state.h"
 
 // Default penalty per area is bond_alpha E/h, E the stiffer side and h the smallest edge of a grid cell
-// (without a grid: of the faces). Measured: doc/verification.md, sweep S2.
+// (without points: the longest edge of the face). Measured: doc/verification.md, sweep S2.
 // Contact: contact_alpha E/h.
 extern const double bond_alpha, contact_alpha;
 

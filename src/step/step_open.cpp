@@ -121,47 +121,51 @@ void start_ties(const Model& m, RealVec& v)
   }
 }
 
+// Puts the rates of one *BOUNDARY at the start into v; other: where *INITIAL CONDITIONS give another velocity.
+// Returns whether any was another
+bool start_support(const Model& m, const Prescribed& b, const IntVec& line, RealVec& v, OtherVelocity& other)
+{
+  const double later = 1e-3 * m.step[0].dt;
+  bool any = false;
+  for (int n : b.node) {
+    const double* X    = &m.mesh.X[3 * n];
+    const double moved = prescribed_value(m, b, X, later, later) - prescribed_value(m, b, X, 0.0, 0.0);
+    const double rate  = moved / later;
+    bool given = false;
+    for (int dof = n * m.dim + b.first; dof <= n * m.dim + std::min(b.last, m.dim - 1); ++dof) {
+      if (!std::isfinite(rate) || std::fabs(v[dof] - rate) <= 1e-6 * std::fabs(rate)) continue;
+      any    = true;
+      v[dof] = rate;
+      if (line[dof] == 0) continue;
+      given      = true;
+      other.line = std::max(other.line, static_cast<double>(line[dof]));
+    }
+    if (!given) continue;
+    other.nodes += m.part.counts(n);
+    other.label = std::min(other.label, static_cast<double>(m.mesh.node_label[n]));
+  }
+  return any;
+}
+
 // In motion prescribed dofs have the velocity of their support from the start: a jump in the first increment
-// would make or lose the energy of their mass  (3.20)
+// would make or lose the energy of their mass.  Test: A6 (stress/velocity_on_support.inp)
 void start_supports(const Model& m, RealVec& v)
 {
   if (m.step.empty() || m.step[0].proc != PROC_DYNAMIC) return;
-  const Step& step  = m.step[0];
-  const double later = 1e-3 * step.dt;
   const IntVec line = lines_of_velocity(m);
-  std::vector<OtherVelocity> other(step.prescribed.size());
-  bool any = false;
-  for (size_t k = 0; k < other.size(); ++k) {
-    const Prescribed& b = step.prescribed[k];
-    OtherVelocity& x    = other[k];
-    for (int n : b.node) {
-      const double* X   = &m.mesh.X[3 * n];
-      const double rate = (prescribed_value(m, b, X, later, later) - prescribed_value(m, b, X, 0.0, 0.0)) / later;
-      bool given = false;
-      for (int dof = n * m.dim + b.first; dof <= n * m.dim + std::min(b.last, m.dim - 1); ++dof) {
-        if (!std::isfinite(rate) || std::fabs(v[dof] - rate) <= 1e-6 * std::fabs(rate)) continue;
-        any    = true;
-        v[dof] = rate;
-        if (line[dof] == 0) continue;
-        given  = true;
-        x.line = std::max(x.line, static_cast<double>(line[dof]));
-      }
-      if (!given) continue;
-      x.nodes += m.part.counts(n);
-      x.label = std::min(x.label, static_cast<double>(m.mesh.node_label[n]));
-    }
-  }
-  for (size_t k = 0; k < other.size(); ++k) {
-    OtherVelocity& x = other[k];
+  int any = 0;
+  for (const Prescribed& b : m.step[0].prescribed) {
+    OtherVelocity other;
+    if (start_support(m, b, line, v, other)) any = 1;
     if (m.part.on) {
-      comm_sum(&x.nodes, 1);
-      x.label = -comm_allreduce_max(-x.label);
-      x.line  = comm_allreduce_max(x.line);
+      comm_sum(&other.nodes, 1);
+      other.label = -comm_allreduce_max(-other.label);
+      other.line  = comm_allreduce_max(other.line);
     }
-    warn_other_velocity(step.prescribed[k], x);
+    warn_other_velocity(b, other);
   }
-  if (m.part.on) any = comm_allreduce_max(static_cast<int>(any)) > 0;
-  if (any && !step.equation.empty()) start_ties(m, v);
+  if (m.part.on) any = comm_allreduce_max(any);
+  if (any && !m.step[0].equation.empty()) start_ties(m, v);
 }
 
 bool has_contact(const Model& m)
