@@ -84,8 +84,8 @@ void face_middle(const MasterFace& f, double* x, double* n)
 
 namespace {
 
-// local place of the foot of the perpendicular from p: Newton on the two tangents (one step for flat triangles
-// and edges)
+// local place of the foot of the perpendicular from p: Newton on the two tangents (one step for edges and
+// triangles)
 void project(const MasterFace& f, const double* p, double* xi)
 {
   double N[4], dN[8];
@@ -223,7 +223,10 @@ void contact_nearer(const Hit& hit, Projection k, Projection& kind, std::vector<
 namespace {
 
 // is a as small as least, to rounding?
-bool equals(double a, double least, const Hit& hit) { return a <= least + 1e-8 * hit.face->size + hit.face->rounding; }
+bool equals(double a, double least, const Hit& hit)
+{
+  return a <= least + 1e-8 * hit.face->size + hit.face->rounding;
+}
 
 double distance(const Hit& hit) { return std::hypot(hit.r[0], hit.r[1], hit.r[2]); }
 

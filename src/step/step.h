@@ -131,6 +131,12 @@ struct Attempt {
 // step_open : state at t = 0: points, bonds, elements, initial velocities. Returns the number of errors.
 int step_open(Problem& p);
 
+// step_supports : in motion dofs that step k, which begins at time, prescribes, and the step before did not,
+// have the velocity of their support at once: a jump in the first increment would make or lose the energy of
+// their mass. True: v was another. Collective.
+// Tests: A6 (stress/velocity_on_support.inp, stress/support_begins.inp)
+bool step_supports(const Model& m, int k, double time, RealVec& v);
+
 // step_prepare : active grid, rows, pattern, mass of the coming step (once for all attempts)
 Failure step_prepare(Problem& p, const Step& s);
 

@@ -90,10 +90,11 @@ struct OtherVelocity {
   double label = 1e300, line = 0.0;    // the smallest of a node, the last of *INITIAL CONDITIONS
 };
 
-// line of *INITIAL CONDITIONS that gives the velocity of a dof of a node, 0: none       [nnode*dim]
-IntVec lines_of_velocity(const Model& m)
+// line of *INITIAL CONDITIONS that gives the velocity with which a dof comes to step k, 0: none  [nnode*dim]
+IntVec lines_of_velocity(const Model& m, int k)
 {
   IntVec line(static_cast<size_t>(m.mesh.nnode()) * m.dim, 0);
+  if (k > 0) return line;
   for (const InitialValue& iv : m.initial)
     for (int n : iv.node)
       if (!iv.displacement && iv.dof < m.dim) line[n * m.dim + iv.dof] = iv.place.line;
@@ -109,11 +110,11 @@ void warn_other_velocity(const Prescribed& b, const OtherVelocity& x)
 }
 
 // dependent dofs move as those that they depend on
-void start_ties(const Model& m, RealVec& v)
+void tie_velocities(const Model& m, const Step& step, RealVec& v)
 {
   std::vector<EquationSolved> solved;
   int bad;
-  if (!equations_resolve(m, m.step[0].equation, solved, bad)) return;
+  if (!equations_resolve(m, step.equation, solved, bad)) return;
   for (const EquationSolved& e : solved) {
     double sum = 0.0;
     for (const EquationMaster& q : e.master) sum += q.coef * v[q.node * m.dim + q.dof];
@@ -121,47 +122,42 @@ void start_ties(const Model& m, RealVec& v)
   }
 }
 
-// In motion prescribed dofs have the velocity of their support from the start: a jump in the first increment
-// would make or lose the energy of their mass  (3.20)
-void start_supports(const Model& m, RealVec& v)
+// dofs whose motion the step before prescribes already [nnode*dim]; static: they have no velocity
+std::vector<char> supported_before(const Model& m, int k)
 {
-  if (m.step.empty() || m.step[0].proc != PROC_DYNAMIC) return;
-  const Step& step  = m.step[0];
+  std::vector<char> before(static_cast<size_t>(m.mesh.nnode()) * m.dim, 0);
+  if (k == 0 || m.step[k - 1].proc != PROC_DYNAMIC) return before;
+  for (const Prescribed& b : m.step[k - 1].prescribed)
+    for (int n : b.node)
+      for (int i = b.first; i <= b.last && i < m.dim; ++i) before[n * m.dim + i] = 1;
+  return before;
+}
+
+// Puts the rates of one *BOUNDARY at the start of the step into v; other: where *INITIAL CONDITIONS give
+// another velocity. Returns whether any was another
+bool support_velocities(const Model& m, const Step& step, const Prescribed& b, double time,
+                        const std::vector<char>& before, const IntVec& line, RealVec& v, OtherVelocity& other)
+{
   const double later = 1e-3 * step.dt;
-  const IntVec line = lines_of_velocity(m);
-  std::vector<OtherVelocity> other(step.prescribed.size());
   bool any = false;
-  for (size_t k = 0; k < other.size(); ++k) {
-    const Prescribed& b = step.prescribed[k];
-    OtherVelocity& x    = other[k];
-    for (int n : b.node) {
-      const double* X   = &m.mesh.X[3 * n];
-      const double rate = (prescribed_value(m, b, X, later, later) - prescribed_value(m, b, X, 0.0, 0.0)) / later;
-      bool given = false;
-      for (int dof = n * m.dim + b.first; dof <= n * m.dim + std::min(b.last, m.dim - 1); ++dof) {
-        if (!std::isfinite(rate) || std::fabs(v[dof] - rate) <= 1e-6 * std::fabs(rate)) continue;
-        any    = true;
-        v[dof] = rate;
-        if (line[dof] == 0) continue;
-        given  = true;
-        x.line = std::max(x.line, static_cast<double>(line[dof]));
-      }
-      if (!given) continue;
-      x.nodes += m.part.counts(n);
-      x.label = std::min(x.label, static_cast<double>(m.mesh.node_label[n]));
+  for (int n : b.node) {
+    const double* X   = &m.mesh.X[3 * n];
+    const double x0   = prescribed_value(m, b, X, 0.0, time);
+    const double rate = (prescribed_value(m, b, X, later, time + later) - x0) / later;
+    bool given = false;
+    for (int dof = n * m.dim + b.first; dof <= n * m.dim + std::min(b.last, m.dim - 1); ++dof) {
+      if (!std::isfinite(rate) || before[dof] || std::fabs(v[dof] - rate) <= 1e-6 * std::fabs(rate)) continue;
+      any    = true;
+      v[dof] = rate;
+      if (line[dof] == 0) continue;
+      given      = true;
+      other.line = std::max(other.line, static_cast<double>(line[dof]));
     }
+    if (!given) continue;
+    other.nodes += m.part.counts(n);
+    other.label = std::min(other.label, static_cast<double>(m.mesh.node_label[n]));
   }
-  for (size_t k = 0; k < other.size(); ++k) {
-    OtherVelocity& x = other[k];
-    if (m.part.on) {
-      comm_sum(&x.nodes, 1);
-      x.label = -comm_allreduce_max(-x.label);
-      x.line  = comm_allreduce_max(x.line);
-    }
-    warn_other_velocity(step.prescribed[k], x);
-  }
-  if (m.part.on) any = comm_allreduce_max(static_cast<int>(any)) > 0;
-  if (any && !step.equation.empty()) start_ties(m, v);
+  return any;
 }
 
 bool has_contact(const Model& m)
@@ -188,6 +184,28 @@ int start_contact(const Model& m, State& st, ContactScene& scene, ContactPairs& 
 }
 
 }  // namespace
+
+bool step_supports(const Model& m, int k, double time, RealVec& v)
+{
+  if (m.step.empty() || m.step[k].proc != PROC_DYNAMIC) return false;
+  const Step& step = m.step[k];
+  const IntVec line = lines_of_velocity(m, k);
+  const std::vector<char> before = supported_before(m, k);
+  int any = 0;
+  for (const Prescribed& b : step.prescribed) {
+    OtherVelocity other;
+    if (support_velocities(m, step, b, time, before, line, v, other)) any = 1;
+    if (m.part.on) {
+      comm_sum(&other.nodes, 1);
+      other.label = -comm_allreduce_max(-other.label);
+      other.line  = comm_allreduce_max(other.line);
+    }
+    warn_other_velocity(b, other);
+  }
+  if (m.part.on) any = comm_allreduce_max(any);
+  if (any && !step.equation.empty()) tie_velocities(m, step, v);
+  return any > 0;
+}
 
 int step_open(Problem& p)
 {
@@ -227,7 +245,7 @@ int step_open(Problem& p)
   point_tell_corners(st.points, m.dim, {&st.n.uc, &st.n.vc});
   if (errors == 0) errors = start_equations(m, st.n);
   if (errors) return errors;
-  start_supports(m, st.n.v);
+  step_supports(m, 0, 0.0, st.n.v);
   if (has_contact(m)) errors = start_contact(m, st, p.d.scene, p.d.pairs);
   if (errors) return errors;
   overlap_pairs(m, p.d.watch);

@@ -80,6 +80,29 @@ void begin_step(const Step& s, State& st)
   ledger_begin_step(st.ledger);
 }
 
+// Supports that begin with step k. The kinetic energy that they take or give at once is work of theirs
+void begin_supports(Problem& p, int k)
+{
+  State& st  = p.st;
+  RealVec v  = st.n.v;
+  const Step& s = p.m.step[k];
+  if (k == 0 || !step_supports(p.m, k, st.n.time, v)) return;
+  const bool known    = step_prepare(p, s).ok();
+  const Ledger before = st.ledger;
+  const auto kinetic  = [&]() {
+    if (known) ledger_update(p.m, p.d.el, p.dofs, st.n, s.nlgeom, st);
+    return st.ledger.kinetic;
+  };
+  const double was = kinetic();
+  st.n.v.swap(v);
+  for (size_t i = 0; i < v.size(); ++i)
+    if (v[i] != st.n.v[i]) st.n.a[i] = 0.0;
+  const double change = kinetic() - was;
+  st.ledger = before;
+  st.ledger.kinetic += change;
+  st.ledger.external += change;
+}
+
 // can a shorter increment do better? Not without memory or a number, outside the grid, when the velocities at
 // t(n) are not found, or after a signal
 bool cut_helps(Status status)
@@ -554,6 +577,7 @@ int step_run(Problem& p, RunFrom from, Archive& f, Output& out)
     if (from == RUN_BEGIN || from == RUN_FILE || k > first) out_step_begin(p.m, static_cast<int>(k), out);
     if (from == RUN_BEGIN || k > first) {
       begin_step(p.m.step[k], p.st);
+      begin_supports(p, static_cast<int>(k));
       step_missed(p.m, p.m.step[k], p.st.clock.start, step_mode(p.m.step[k]).mid);
     }
     Increment inc;

@@ -322,6 +322,29 @@ TEST(Contact, RoundingIsNoPenetration)
     }
 }
 
+// what pushes keeps its stiffness and takes the friction of the face on which it slides
+TEST(Contact, FrictionIsOfTheFaceThatIsMet)
+{
+  Bonds bonds;
+  ContactPairs pairs;
+  Level l;
+  bonds.nbond = 2;
+  bonds.area = bonds.cn = bonds.ct = {2.0, 2.0};
+  bonds.friction = {0.1, 0.1};
+  bonds.skin.resize(1);
+  bonds.skin_of  = {0, 0};
+  pairs.penalty  = {30.0, 30.0};
+  pairs.friction = {0.5, 0.5};
+  pairs.stick    = {0.0, 7.0};
+  pairs.master.item = {0, 0};
+  pairs.master.off  = {0, 1, 2};
+  l.slip = {-1e-3, 0.0, 0.0, 0.0};
+  contact_stiffness(l, 2, pairs, bonds);
+  EXPECT_EQ((RealVec{2.0, 60.0}), bonds.cn);
+  EXPECT_EQ((RealVec{2.0, 14.0}), bonds.ct);
+  EXPECT_EQ((RealVec{0.5, 0.5}), bonds.friction);
+}
+
 // held across and not along: inside the body whose half is computed. Held in all directions: a floor
 TEST(Contact, PlanesOfSymmetryAreNoOuterFaces)
 {
