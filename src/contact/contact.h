@@ -76,9 +76,9 @@ void contact_initial(const Level& l, int dim, bool moves, Bonds& bonds, ContactP
 // contact_forget : places of contact that meet no face are open and without force over the step
 void contact_forget(const Bonds& bonds, const ContactPairs& pairs, int dim, Level& l);
 
-// contact_stiffness : places that do not push take the depth at which their penalty grows, those of general
-// contact penalty and friction of what they meet
-void contact_stiffness(const Level& l, int dim, const ContactPairs& pairs, Bonds& bonds);
+// contact_stiffness : places that do not push take the depth at which their penalty has doubled, in motion
+// (moves), and those of general contact penalty and friction of what they meet
+void contact_stiffness(const Level& l, int dim, bool moves, const ContactPairs& pairs, Bonds& bonds);
 
 // contact_start : surfaces that overlap at the start: says by how much and where, and pushes, takes the gaps
 // as offsets (bonds.offset), or counts an error, as the deck wants                               (4.13)
