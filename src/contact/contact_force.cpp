@@ -13,8 +13,8 @@ const double touches = 1e-9;
 // Test: Contact.RoundingIsNoPenetration (unit)
 const double ROUNDING = 1e-12;
 
-// part of the normal force (negative: pressure) that the penalty C makes, and its slope, from the gaps at both
-// ends of the step, shifted by lambda/C. The energy-momentum scheme takes the discrete gradient of
+// part of the normal force (negative: pressure) that the penalty C makes, and its slope, from the gaps at
+// both ends of the step, shifted by lambda/C. The energy-momentum scheme takes the discrete gradient of
 // 1/2 C <g>^2, so that a contact gives back the energy it took  (4.10)
 //   in   touch: gaps up to it are closed in statics (the force has no jump, the slope has)
 void normal_law(const KernelMode& mode, double C, double touch, double g0, double g1, double& p,

@@ -42,8 +42,8 @@ struct Box {
   }
 };
 
-// of the size of the face: depth at which the penalty has doubled in motion (4.21). At 0.1 P9 with 1000 m/s ends
-// by a contact point too deep.  Test: G3 (contact/deep_discs.inp)
+// of the size of the face: depth at which the penalty has doubled in motion (4.21). At 0.1 P9 with 1000 m/s
+// ends by a contact point too deep.  Test: G3 (contact/deep_discs.inp)
 const double DEEP = 0.05;
 
 // what the bond meets: the mean of the faces                                       (4.9)

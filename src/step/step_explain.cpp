@@ -224,12 +224,13 @@ std::string deep_advice(const Problem& p, int b)
   if (before - now > -0.5 * now) return "it came in within this increment: use smaller increments";
   if (d.penalty > 0.0)
     std::snprintf(text, sizeof text,
-                  "the penalty is too soft, which smaller increments do not change: raise it (%s, PENALTY=, or its "
-                  "*SURFACE BEHAVIOR), now %g, or leave it out: that of the program grows with the depth",
+                  "the penalty is too soft, which smaller increments do not change: raise it (%s, PENALTY=, or "
+                  "its *SURFACE BEHAVIOR), now %g, or leave it out: that of the program grows with the depth",
                   keyword, d.penalty);
   else
     std::snprintf(text, sizeof text,
-                  "the penalty is too soft, which smaller increments do not change: raise it (%s, ALPHA=), now %g",
+                  "the penalty is too soft, which smaller increments do not change: raise it (%s, ALPHA=), "
+                  "now %g",
                   keyword, d.alpha > 0.0 ? d.alpha : contact_alpha);
   return text;
 }
