@@ -90,8 +90,9 @@ void contact_initial(const Level& l, int dim, bool moves, Bonds& bonds, ContactP
 void contact_forget(const Bonds& bonds, const ContactPairs& pairs, int dim, Level& l);
 
 // contact_stiffness : places of general contact take the friction of what they meet; places that do not push
-// take the depth at which their penalty grows, those of general contact the penalty of what they meet
-void contact_stiffness(const Level& l, int dim, const ContactPairs& pairs, Bonds& bonds);
+// take the depth at which their penalty has doubled, in motion (moves), those of general contact the penalty of
+// what they meet
+void contact_stiffness(const Level& l, int dim, bool moves, const ContactPairs& pairs, Bonds& bonds);
 
 // contact_start : surfaces that overlap at the start: says by how much and where, and pushes, takes the gaps
 // as offsets (bonds.offset), or counts an error, as the deck wants                               (4.13)

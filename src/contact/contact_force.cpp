@@ -5,8 +5,8 @@
 
 namespace {
 
-// part of the normal force (negative: pressure) that the penalty C makes, and its slope, from the gaps at both
-// ends of the step, shifted by lambda/C. The energy-momentum scheme takes the discrete gradient of
+// part of the normal force (negative: pressure) that the penalty C makes, and its slope, from the gaps at
+// both ends of the step, shifted by lambda/C. The energy-momentum scheme takes the discrete gradient of
 // 1/2 C <g>^2, so that a contact gives back the energy it took  (4.10)
 //   in   touch: gaps up to it are closed in statics (the force has no jump, the slope has): otherwise a body
 //        that rests on another has nothing to stand on in the first iteration

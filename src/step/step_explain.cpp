@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "base/comm.h"
+#include "bond/bond.h"
 #include "step/step.h"
 
 namespace {
@@ -236,6 +237,27 @@ void needed_box(const Model& m, const State& st, double* lo, double* hi)
 
 namespace {
 
+// what helps against a contact point b that went too deep: nearly all of it in this increment, or bit by bit
+std::string deep_advice(const Problem& p, int b)
+{
+  const BondDef& d  = p.m.bond[p.st.bonds.def[b]];
+  const double now  = p.st.np1.slip[b * p.m.dim], before = p.d.pairs.gap[b];
+  const char* const keyword = d.general ? "*CONTACT" : "*CONTACT PAIR";
+  char text[256];
+  if (before - now > -0.5 * now) return "it came in within this increment: use smaller increments";
+  if (d.penalty > 0.0)
+    std::snprintf(text, sizeof text,
+                  "the penalty is too soft, which smaller increments do not change: raise it (%s, PENALTY=, or "
+                  "its *SURFACE BEHAVIOR), now %g, or leave it out: that of the program grows with the depth",
+                  keyword, d.penalty);
+  else
+    std::snprintf(text, sizeof text,
+                  "the penalty is too soft, which smaller increments do not change: raise it (%s, ALPHA=), "
+                  "now %g",
+                  keyword, d.alpha > 0.0 ? d.alpha : contact_alpha);
+  return text;
+}
+
 // whole: divided model: what the supports leave free; contact: what pairs hold; master: of an element that
 // turned inside out
 std::string explain_here(const Problem& p, const Failure& f, const std::string& whole,
@@ -268,13 +290,13 @@ std::string explain_here(const Problem& p, const Failure& f, const std::string& 
            "of proportion (units, sizes, stiffness, density, penalty, dt)";
   if (status == DIVISION_FAILED) return out_status_text(status);
   if (status == CONTACT_DEPTH && f.index >= 0) {
-    const double* X = &p.st.bonds.X[3 * f.index];
-    std::snprintf(
-        text, sizeof text,
-        "contact %s: the contact point initially at (%g, %g, %g) penetrates its master face by %g, too deep "
-        "for the size of the face: use smaller increments, or a stiffer penalty (*CONTACT PAIR, ALPHA=)",
-        m.bond[p.st.bonds.def[f.index]].name.c_str(), X[0], X[1], X[2], -p.st.np1.slip[f.index * m.dim]);
-    return text;
+    const BondDef& d = m.bond[p.st.bonds.def[f.index]];
+    const double* X  = &p.st.bonds.X[3 * f.index];
+    std::snprintf(text, sizeof text,
+                  "contact %s: the contact point initially at (%g, %g, %g) penetrates its master face by %g, "
+                  "too deep for the size of the face: ",
+                  d.name.c_str(), X[0], X[1], X[2], -p.st.np1.slip[f.index * m.dim]);
+    return text + deep_advice(p, f.index);
   }
   if (status == BAD_JACOBIAN && f.index >= 0) {
     const bool is_point = f.at == AT_POINT;
