@@ -10,6 +10,7 @@
 #include "base/hash.h"
 #include "base/log.h"
 #include "elem/elem.h"
+#include "model/lumped.h"
 #include "shape/shape.h"
 
 namespace {
@@ -39,19 +40,6 @@ ElemBlock& block_for(const Model& m, Elements& el, std::map<std::tuple<int, int,
   }
   el.block_of[e] = it->second;
   return el.block[it->second];
-}
-
-// m [pairs a >= b]: the sums of the rows on the diagonal
-void lump(int nen, double* m)
-{
-  double row[MAX_NODES] = {0};
-  for (int a = 0, k = 0; a < nen; ++a)
-    for (int b = 0; b <= a; ++b, ++k) {
-      row[a] += m[k];
-      if (b < a) row[b] += m[k];
-      m[k] = 0.0;
-    }
-  for (int a = 0; a < nen; ++a) m[a * (a + 3) / 2] = row[a];
 }
 
 const double SAME = 1e-12;     // of the size of an element: coordinates that differ by rounding only
@@ -182,7 +170,7 @@ void elem_mass_form(const ElemBlock& b, const double* X, double* me)
 {
   const ShapeInfo& info = shape_info[b.shape];
   shape_mass(b.shape, X, b.density * (info.dim == 2 ? b.thickness : 1.0), me);
-  if (b.lumped) lump(info.nen, me);
+  if (b.lumped) lump_mass(info.nen, me);
 }
 
 void elem_refresh(Elements& el)

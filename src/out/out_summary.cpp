@@ -3,6 +3,7 @@
 
 #include "base/log.h"
 #include "mat/law.h"
+#include "model/lumped.h"
 #include "out/out.h"
 
 namespace {
@@ -137,6 +138,13 @@ void print_grid(std::FILE* file, const Grid& g, int dim)
   std::fprintf(file, "\n");
 }
 
+// which mass a section has, where it is not the consistent one of smooth waves, and why
+const char* mass_of(const Model& m, const Section& s)
+{
+  if (!model_lumps(m)) return s.lumped ? ", lumped by name" : "";
+  return s.lumped ? ", lumped: something can break or touch" : ", consistent by name or as quadratic elements";
+}
+
 void print_sections(std::FILE* file, const Model& m, const Elements& el)
 {
   for (std::size_t i = 0; i < m.section.size(); ++i) {
@@ -155,7 +163,7 @@ void print_sections(std::FILE* file, const Model& m, const Elements& el)
     std::fprintf(file, "  section %-7s of %s: %.0f elements", m.elset[section.elset].name.c_str(),
                  mat.name.c_str(), elements);
     if (m.dim == 2) std::fprintf(file, ", thickness %g", section.thickness);
-    std::fprintf(file, ", volume %.9g, mass %.9g\n", volume, volume * mat.density);
+    std::fprintf(file, ", volume %.9g, mass %.9g%s\n", volume, volume * mat.density, mass_of(m, section));
   }
 }
 

@@ -5,6 +5,7 @@
 #include "base/grow.h"
 #include "base/log.h"
 #include "base/part_places.h"
+#include "model/lumped.h"
 #include "point/filler.h"
 #include "shape/shape.h"
 
@@ -69,6 +70,7 @@ void fill_point(Filler& f, int body, Shape shape, const int* corner)
   append(p.V0, V * (dim == 2 ? b.thickness : 1.0));
   append(p.mass, p.V0.back() * f.m.material[b.material].density);
   shape_mass(shape, X, p.mass.back() / V, mc);
+  if (points_lumped(f.m, f.parent)) lump_mass(nen, mc);
   append(p.kind, domain_kind(nen, dim, number, p.kinds));
   append(p.body, body);
   append(p.label, ++p.npoint);
