@@ -281,11 +281,10 @@ IntVec body_of_elements(Deck& d, const Model& m)
   IntVec body(m.mesh.nelem(), -1);
   for (std::size_t b = 0; b < m.body.size(); ++b) {
     if (m.body[b].elset < 0) continue;
-    bool shared = false, section = false, wedge = false;
+    bool shared = false, section = false;
     int quadratic = -1;
     for (int e : m.elset[m.body[b].elset].item) {
       shared  = shared || body[e] >= 0;
-      wedge   = wedge || elem_table[m.mesh.elem_type[e]].shape == SHAPE_WEDGE6;
       section = section || m.mesh.elem_section[e] >= 0;
       if (quadratic < 0 && elem_quadratic(m.mesh.elem_type[e])) quadratic = e;
       body[e] = static_cast<int>(b);
@@ -295,9 +294,6 @@ IntVec body_of_elements(Deck& d, const Model& m)
       fault(d, "MATERIAL POINTS", m.body[b].place, word,
             "elements of " + word +
                 " have a *SOLID SECTION; they become material points and must not have one");
-    if (wedge)
-      fault(d, "MATERIAL POINTS", m.body[b].place, word,
-            "wedges (C3D6) cannot become material points; take C3D8 or C3D4");
     if (quadratic >= 0)
       fault(d, "MATERIAL POINTS", m.body[b].place, word,
             quadratic_text(m, quadratic) + " cannot become material points" + take_linear(m));

@@ -80,21 +80,16 @@ void check_estimate(Deck& d, const Model& m)
     }
 }
 
-void check_wedges(Deck& d, const Model& m, const ConversionDef& c)
-{
-  for (int e : m.elset[c.elset].item)
-    if (elem_table[m.mesh.elem_type[e]].shape == SHAPE_WEDGE6)
-      return fault(d, "CONVERSION", c.place, m.elset[c.elset].name,
-                   "wedges (C3D6) cannot become material points; take C3D8 or C3D4");
-}
-
-void check_tetrahedra(Deck& d, const Model& m, const ConversionDef& c)
+void check_per_elem(Deck& d, const Model& m, const ConversionDef& c)
 {
   if (c.per_elem <= 2) return;
-  for (int e : m.elset[c.elset].item)
-    if (elem_table[m.mesh.elem_type[e]].shape == SHAPE_TET4)
-      return fault(d, "CONVERSION", c.place, "POINTS",
-                   text_format("a tetrahedron becomes 1 or 8 points: POINTS=1 or 2, not %d", c.per_elem));
+  for (int e : m.elset[c.elset].item) {
+    const Shape shape = elem_table[m.mesh.elem_type[e]].shape;
+    if (shape != SHAPE_TET4 && shape != SHAPE_WEDGE6) continue;
+    return fault(d, "CONVERSION", c.place, "POINTS",
+                 text_format("a %s points: POINTS=1 or 2, not %d",
+                             shape == SHAPE_TET4 ? "tetrahedron becomes 1 or 8" : "wedge becomes 3 or 6", c.per_elem));
+  }
 }
 
 // what waits to break must be able to
@@ -177,8 +172,7 @@ void make_bodies(Deck& d, Model& m, ConversionDef& c)
   if (model_find_body(m, c.body_name) >= 0 && c.body_name != "CONVERTED")
     return fault(d, "CONVERSION", c.place, c.body_name,
                  "body " + c.body_name + " is defined already; take another name");
-  check_wedges(d, m, c);
-  check_tetrahedra(d, m, c);
+  check_per_elem(d, m, c);
   check_trigger(d, m, c);
   check_cells(d, m, c);
   for (std::size_t s = 0; s < m.section.size(); ++s) {

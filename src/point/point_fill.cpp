@@ -170,6 +170,43 @@ void fill_tet(Filler& f, int body, int e)
   for (const auto& c : domain) fill_point(f, body, SHAPE_TET4, c);
 }
 
+// A wedge is three bricks (m = 1) or six in two layers (m = 2), which meet at the line through the centroids of its
+// triangles
+void fill_wedge(Filler& f, int body, int e)
+{
+  const Body& b = f.m.body[body];
+  const int m   = b.per_cell;
+  if (m > 2) {
+    log_error("body %s: a wedge becomes 3 or 6 points: POINTS=1 or 2, not %d", b.name.c_str(), m);
+    ++f.errors;
+    return;
+  }
+  // on the triangle at height j: the mean of nodes a and d, and of c
+  const auto corner = [&](int a, int d, int c, int j) {
+    const int part = c >= 0 ? 1 : a == d ? m * m : m == 1 ? 1 : m * m / 2;     // as a brick has it
+    int iw[6] = {}, total = 0;
+    for (int n = 0; n < 3; ++n) {
+      if (n != a && n != d && n != c) continue;
+      iw[n]     = part * (m - j);
+      iw[n + 3] = part * j;
+      total += part * m;
+    }
+    return shared_corner(f, b, e, iw, total);
+  };
+  for (int j = 0; j < m; ++j)
+    for (int a = 0; a < 3; ++a) {
+      const int next = (a + 1) % 3, last = (a + 2) % 3;
+      int c[8];
+      for (int k = 0; k < 2; ++k) {
+        c[4 * k]     = corner(a, a, -1, j + k);
+        c[4 * k + 1] = corner(a, next, -1, j + k);
+        c[4 * k + 2] = corner(a, next, last, j + k);
+        c[4 * k + 3] = corner(a, last, -1, j + k);
+      }
+      fill_point(f, body, SHAPE_HEX8, c);
+    }
+}
+
 // the corners at the nodes of an element, which those between may follow; weights as the lattice has them
 void corners_at_nodes(Filler& f, const Body& b, int e)
 {
@@ -190,9 +227,10 @@ void fill_element(Filler& f, int body, int e)
     case SHAPE_TRI3: fill_tri(f, body, e); break;
     case SHAPE_QUAD4: fill_quad(f, body, e); break;
     case SHAPE_TET4: fill_tet(f, body, e); break;
+    case SHAPE_WEDGE6: fill_wedge(f, body, e); break;
     case SHAPE_HEX8: fill_hex(f, body, e); break;
     default:
-      log_error("body %s: element %d is a %s, which cannot become material points; use bricks or tetrahedra",
+      log_error("body %s: element %d is a %s, which cannot become material points; use linear elements",
                 f.m.body[body].name.c_str(), f.m.mesh.elem_label[e],
                 elem_table[f.m.mesh.elem_type[e]].name);
       ++f.errors;
@@ -517,8 +555,8 @@ void point_sample(const Model& m, int e, bool at_gauss, Points& pts)
   const Body& b     = m.body[pts.body[first]];
   const Shape shape = static_cast<Shape>(pts.shape[first]);
   const int nen     = shape_info[shape].nen;
-  if (pts.sampled[first] == at_gauss || (shape != SHAPE_QUAD4 && shape != SHAPE_HEX8) || b.per_cell == 1)
-    return;
+  const bool lattice = shape == elem_table[m.mesh.elem_type[e]].shape && (shape == SHAPE_QUAD4 || shape == SHAPE_HEX8);
+  if (pts.sampled[first] == at_gauss || !lattice || b.per_cell == 1) return;
   for (int p = first; p < pts.npoint && pts.parent[p] == e; ++p) {
     double X[24], w[8], G[24];
     point_domain(pts, dim, pts.conn.begin(p), nen, X);

@@ -10,6 +10,9 @@
 
 namespace {
 
+const char* SOFTENS_TEXT = ". St.Venant-Kirchhoff softens below a stretch of 0.577: take *HYPERELASTIC, NEO HOOKE for "
+                           "*ELASTIC";
+
 // smallest principal stretch of the last accepted state, of St.Venant-Kirchhoff material; 1: there is none
 double smallest_stretch(const Model& m, const Elements& el, const State& st)
 {
@@ -307,7 +310,7 @@ std::string explain_here(const Problem& p, const Failure& f, const std::string& 
                   "%s %d turned inside out (det F <= 0)%s: check the load, or use smaller increments",
                   is_point ? "material point" : "element",
                   is_point ? p.st.points.label[f.index] : m.mesh.elem_label[f.index],
-                  softens ? ". St.Venant-Kirchhoff softens below a stretch of 0.577" : "");
+                  softens ? SOFTENS_TEXT : "");
     return text + master;
   }
   // without NLGEOM the law is Hooke's, which does not soften
@@ -316,7 +319,7 @@ std::string explain_here(const Problem& p, const Failure& f, const std::string& 
     std::snprintf(
         text, sizeof text,
         "no equilibrium found (residual %.3e against %.3e); the smallest stretch is %.3f: St.Venant-"
-        "Kirchhoff softens below 0.577 and carries no more load",
+        "Kirchhoff softens below 0.577 and carries no more load: take *HYPERELASTIC, NEO HOOKE for *ELASTIC",
         p.st.log.residual, p.st.log.scale, stretch);
     return text;
   }

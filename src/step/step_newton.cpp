@@ -136,16 +136,29 @@ RealVec strain_diagonal(const Model& m, const Bonds& bonds, const ActiveGrid& gr
   return d;
 }
 
-// force that rounding alone makes: the stiffness times 1e-15 of the displacement and of the element
-// size  (6.5)
+// largest displacement of a node or a corner in the increment so far
+double largest_move(const Problem& p)
+{
+  const State& st = p.st;
+  double most = 0.0;
+  for (size_t i = 0; i < st.n.u.size(); ++i) most = std::max(most, std::fabs(st.np1.u[i] - st.n.u[i]));
+  for (size_t i = 0; i < st.n.uc.size(); ++i) most = std::max(most, std::fabs(st.np1.uc[i] - st.n.uc[i]));
+  return dof_largest(p.dofs, most);
+}
+
+// force that rounding alone makes: the stiffness times 1e-15 of the displacement and of the element size
+// (6.5). Of the grid no more counts than material moves: motions that no corner sees may be of any size.
 double rounding_floor(const Problem& p, const RealVec& diag, const Attempt& a)
 {
   const RealVec& du    = a.du;
   const RealVec strain =
       strain_diagonal(p.m, p.st.bonds, dof_grid(p.d, p.dofs), p.dofs, diag, a.cM, a.cC);
   const Ties& t = p.dofs.tie;
+  const double most = largest_move(p);
+  const int grid    = p.dofs.nfe * p.dofs.dim;
   const auto square = [&](int i) {
-    const double f = std::max(0.0, strain[i]) * 2e-15 * p.dofs.h_mean + diag[i] * 1e-14 * std::fabs(du[i]);
+    const double move = i < grid ? std::fabs(du[i]) : std::min(most, std::fabs(du[i]));
+    const double f    = std::max(0.0, strain[i]) * 2e-15 * p.dofs.h_mean + diag[i] * 1e-14 * move;
     return f * f;
   };
   double sum = 0.0;

@@ -175,7 +175,7 @@ int start_contact(const Model& m, State& st, ContactScene& scene, ContactPairs& 
   bond_places(m, st.points, st.bonds, st.n.u, st.n.uc, xb);
   scene_update(m, st.points, st.bonds, st.n.u, st.n.uc, true, 0.0, scene);
   contact_search(m, st.points, st.bonds, st.n.u, st.n.uc, xb, scene, pairs);
-  contact_stiffness(st.n, m.dim, m.step.front().proc == PROC_DYNAMIC, pairs, st.bonds);
+  contact_stiffness(st.n, m.dim, !m.step.empty() && m.step.front().proc == PROC_DYNAMIC, pairs, st.bonds);
   const int errors = contact_start(m, st.bonds, pairs, xb);
   for (int b = 0; b < st.bonds.nbond; ++b)
     if (st.bonds.field[b] == SIDE_CONTACT)

@@ -339,7 +339,7 @@ TEST(Contact, FrictionIsOfTheFaceThatIsMet)
   pairs.master.item = {0, 0};
   pairs.master.off  = {0, 1, 2};
   l.slip = {-1e-3, 0.0, 0.0, 0.0};
-  contact_stiffness(l, 2, pairs, bonds);
+  contact_stiffness(l, 2, false, pairs, bonds);
   EXPECT_EQ((RealVec{2.0, 60.0}), bonds.cn);
   EXPECT_EQ((RealVec{2.0, 14.0}), bonds.ct);
   EXPECT_EQ((RealVec{0.5, 0.5}), bonds.friction);

@@ -68,21 +68,25 @@ Model row_of(Shape shape, int n, const double* A)
     }
   static const int tets[6][4] = {{0, 1, 2, 6}, {0, 2, 3, 6}, {0, 3, 7, 6},
                                  {0, 7, 4, 6}, {0, 4, 5, 6}, {0, 5, 1, 6}};
-  static const int tris[2][4] = {{0, 1, 2}, {0, 2, 3}};
+  static const int tris[2][4] = {{0, 1, 2}, {0, 2, 3}}, wedges[2][6] = {{0, 1, 2, 4, 5, 6}, {0, 2, 3, 4, 6, 7}};
   Set all{"E", {}, {}};
   for (int i = 0; i < n; ++i) {
     const int a = layer * i, b = a + layer;
     const int node[8] = {a, b, b + 1, a + 1, a + 2, b + 2, b + 3, a + 3};
-    const int parts = shape == SHAPE_TRI3 ? 2 : shape == SHAPE_TET4 ? 6 : 1, nen = shape_info[shape].nen;
+    const int parts = static_cast<int>(parts_of_cube(shape)), nen = shape_info[shape].nen;
     for (int q = 0; q < parts; ++q) {
       for (int k = 0; k < nen; ++k)
-        m.mesh.conn.item.push_back(node[parts == 6 ? tets[q][k] : parts == 2 ? tris[q][k] : k]);
+        m.mesh.conn.item.push_back(node[shape == SHAPE_TET4     ? tets[q][k]
+                                        : shape == SHAPE_TRI3   ? tris[q][k]
+                                        : shape == SHAPE_WEDGE6 ? wedges[q][k]
+                                                                : k]);
       m.mesh.conn.off.push_back(static_cast<int>(m.mesh.conn.item.size()));
       all.item.push_back(m.mesh.nelem());
       m.mesh.elem_label.push_back(all.item.back() + 1);
       m.mesh.elem_type.push_back(shape == SHAPE_TRI3    ? ELEM_CPE3
                                  : shape == SHAPE_QUAD4 ? ELEM_CPE4
                                  : shape == SHAPE_TET4  ? ELEM_C3D4
+                                 : shape == SHAPE_WEDGE6 ? ELEM_C3D6
                                                         : ELEM_C3D8);
       m.mesh.elem_section.push_back(0);
     }
@@ -666,9 +670,9 @@ TEST(Release, AverageOfARampIsExact)
 // mass, momentum and kinetic energy of elements go on in their points exactly; neighbours share corners
 TEST(Conversion, KeepsMassMomentumAndKineticEnergy)
 {
-  for (Shape shape : {SHAPE_TRI3, SHAPE_QUAD4, SHAPE_TET4, SHAPE_HEX8})
+  for (Shape shape : {SHAPE_TRI3, SHAPE_QUAD4, SHAPE_TET4, SHAPE_WEDGE6, SHAPE_HEX8})
     for (int per_elem : {1, 2, 3}) {
-      if (shape == SHAPE_TET4 && per_elem == 3) continue;
+      if ((shape == SHAPE_TET4 || shape == SHAPE_WEDGE6) && per_elem == 3) continue;
       Model m = row_of(shape, 3, skew);
       allow_conversion(m, per_elem);
       Trial r(m, 9);
@@ -690,7 +694,9 @@ TEST(Conversion, KeepsMassMomentumAndKineticEnergy)
       // neighbours have corners of one name between nodes, each its own
       int names = 0;
       for (int c = 0; c < p.ncorner; ++c) names += p.twin[c] == c;
-      EXPECT_EQ((3 * k + 1) * (k + 1) * (m.dim == 2 ? 1 : k + 1), names);
+      // wedges: 8 nodes, 13 edges and 6 triangles in each layer
+      const int layer = shape == SHAPE_WEDGE6 ? 8 + 13 + 6 : (3 * k + 1) * (k + 1);
+      EXPECT_EQ(layer * (m.dim == 2 ? 1 : k + 1), names) << shape;
       EXPECT_TRUE(r.el.block[0].live.empty());
       EXPECT_EQ(0, r.st.bonds.nbond);
     }
@@ -700,7 +706,7 @@ TEST(Conversion, KeepsMassMomentumAndKineticEnergy)
 // the same
 TEST(Conversion, SharedCornersKeepTheMomentum)
 {
-  for (Shape shape : {SHAPE_TRI3, SHAPE_QUAD4, SHAPE_TET4, SHAPE_HEX8}) {
+  for (Shape shape : {SHAPE_TRI3, SHAPE_QUAD4, SHAPE_TET4, SHAPE_WEDGE6, SHAPE_HEX8}) {
     Model m = row_of(shape, 3, skew);
     allow_conversion(m, 2);
     Trial r(m, 9);
@@ -721,7 +727,7 @@ TEST(Conversion, SharedCornersKeepTheMomentum)
 // undeformed by where the first ones have gone, and no face between the two counts as boundary
 TEST(Conversion, CornersBetweenNodesThatHaveDriftedDeformNoNeighbour)
 {
-  for (Shape shape : {SHAPE_TRI3, SHAPE_QUAD4, SHAPE_TET4, SHAPE_HEX8}) {
+  for (Shape shape : {SHAPE_TRI3, SHAPE_QUAD4, SHAPE_TET4, SHAPE_WEDGE6, SHAPE_HEX8}) {
     Model m = row_of(shape, 3, skew);
     allow_conversion(m, 2);
     Trial r(m, 9), fresh(m, 9);
@@ -823,7 +829,7 @@ TEST(Conversion, TornPointsComeOff)
 // corners lie where the lattice of the element lies now; the points have its strain when that is uniform
 TEST(Conversion, KeepsPlacesAndStrain)
 {
-  for (Shape shape : {SHAPE_TRI3, SHAPE_QUAD4, SHAPE_TET4, SHAPE_HEX8}) {
+  for (Shape shape : {SHAPE_TRI3, SHAPE_QUAD4, SHAPE_TET4, SHAPE_WEDGE6, SHAPE_HEX8}) {
     Model m = row_of(shape, 2, skew);
     allow_conversion(m, 2);
     Trial r(m, 2);
@@ -868,7 +874,7 @@ static Model hanging_row(Shape shape)
 // elements, the grid inside; what lies between nodes follows the corners there
 TEST(Conversion, CornersHangOnNodes)
 {
-  for (Shape shape : {SHAPE_TRI3, SHAPE_QUAD4, SHAPE_TET4, SHAPE_HEX8}) {
+  for (Shape shape : {SHAPE_TRI3, SHAPE_QUAD4, SHAPE_TET4, SHAPE_WEDGE6, SHAPE_HEX8}) {
     Model m = hanging_row(shape);
     Trial r(m, 3);
     std::fill(r.st.n.u.begin(), r.st.n.u.end(), 0.0);

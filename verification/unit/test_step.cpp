@@ -167,6 +167,15 @@ TEST(Newton, SecantsFindTheSkewPartOfTheTangent)
 
 namespace {
 
+void read_deck_text(const std::string& text, Model& m)
+{
+  const auto folder = std::filesystem::temp_directory_path() / ("mpfe_test_step_" + std::to_string(getpid()));
+  std::filesystem::create_directories(folder);
+  std::ofstream(folder / "deck.inp") << text;
+  EXPECT_EQ(0, deck_read((folder / "deck.inp").string(), {}, m));
+  std::filesystem::remove_all(folder);
+}
+
 // a sheet of 40 x 25 cells that swings, held at its foot, of material points or of elements; more than 2000
 // equations
 struct Swing {
@@ -175,15 +184,10 @@ struct Swing {
   Problem p{m, st};
   Swing(const std::string& sheet)
   {
-    const auto folder = std::filesystem::temp_directory_path() /
-                        ("mpfe_test_step_" + std::to_string(getpid()));
-    std::filesystem::create_directories(folder);
-    std::ofstream(folder / "deck.inp")
-        << "*MATERIAL, NAME=M\n*ELASTIC\n100, 0.2\n*DENSITY\n1\n*GRID, KEEP=0.5\n-5.3, 0, 45.7, 35\n1, 1\n"
-        << sheet << "*INITIAL CONDITIONS, TYPE=VELOCITY\nB, 1, \"0.02*y\"\n"
-        << "*STEP, NLGEOM\n*DYNAMIC, DIRECT, SCHEME=ENERGY-MOMENTUM\n0.05, 1\n*END STEP\n";
-    EXPECT_EQ(0, deck_read((folder / "deck.inp").string(), {}, m));
-    std::filesystem::remove_all(folder);
+    read_deck_text("*MATERIAL, NAME=M\n*ELASTIC\n100, 0.2\n*DENSITY\n1\n*GRID, KEEP=0.5\n-5.3, 0, 45.7, 35\n"
+                   "1, 1\n" + sheet + "*INITIAL CONDITIONS, TYPE=VELOCITY\nB, 1, \"0.02*y\"\n*STEP, NLGEOM\n"
+                   "*DYNAMIC, DIRECT, SCHEME=ENERGY-MOMENTUM\n0.05, 1\n*END STEP\n",
+                   m);
     EXPECT_EQ(0, step_open(p));
     EXPECT_TRUE(step_prepare(p, m.step[0]).ok());
   }
@@ -276,6 +280,36 @@ TEST(Increment, ProjectionIsKnownWherePointsFollowNodes)
   EXPECT_LT(difference(s.st.np1.u, u), 1e-12);
   s.convert(14 * 40, 15 * 40);
   s.next(false);
+}
+
+// A thin sheet of tetrahedra as points, in cells as large as they are: the grid has more nodes than the sheet has
+// corners, and motions that no corner sees, with neither mass nor stiffness. They stay as small as what the corners do
+TEST(Increment, GridMotionsThatNoCornerSeesStaySmall)
+{
+  Model m;
+  read_deck_text("*BLOCK, TYPE=C3D4, ELSET=SHEET\n0, 0, 0, 6, 6, 0.8\n6, 6, 1\n*MATERIAL, NAME=M\n"
+                 "*HYPERELASTIC, NEO HOOKE\n20, 0.05\n*DENSITY\n1\n"
+                 "*MATERIAL POINTS, BODY=B, FILL=ELSET, ELSET=SHEET, MATERIAL=M, POINTS=1\n"
+                 "*GRID\n-4.3, -4.4, -8.55, 12, 12, 8\n1.3\n*INITIAL CONDITIONS, TYPE=VELOCITY\n"
+                 "B, 1, \"0.3*sin(x)*cos(y)\"\nB, 3, \"cos(x*1.1)*cos(y*1.1)\"\n"
+                 "*STEP, NLGEOM\n*DYNAMIC, DIRECT\n0.05, 5\n*END STEP\n",
+                 m);
+  State st;
+  Problem p{m, st};
+  ASSERT_EQ(0, step_open(p));
+  for (int k = 0; k < 20; ++k) {
+    ASSERT_TRUE(step_prepare(p, m.step[0]).ok());
+    RealVec energy;
+    ASSERT_TRUE(step_increment(p, m.step[0], 0.05 * k, 0.05, energy).ok());
+    EXPECT_LE(st.log.residual, 2e-8 * st.log.scale);
+    double grid = 0.0;         // way that the grid goes in an increment
+    for (double v : p.newton.grid.v) grid = std::max(grid, 0.05 * std::fabs(v));
+    EXPECT_LT(grid, 10.0 * difference(st.np1.uc, st.n.uc));
+    std::swap(st.n, st.np1);
+    ++st.log.inc_total;
+    p.ready = false;
+  }
+  EXPECT_EQ(0, p.newton.solver.fixed_null_pivots);
 }
 
 // a support whose rate jumps sets other nodes in motion
