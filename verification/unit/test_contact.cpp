@@ -330,7 +330,7 @@ TEST(Contact, FrictionIsOfTheFaceThatIsMet)
   Level l;
   bonds.nbond = 2;
   bonds.area = bonds.cn = bonds.ct = {2.0, 2.0};
-  bonds.friction = {0.1, 0.1};
+  bonds.friction = bonds.deep = {0.1, 0.1};
   bonds.skin.resize(1);
   bonds.skin_of  = {0, 0};
   pairs.penalty  = {30.0, 30.0};
