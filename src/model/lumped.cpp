@@ -14,7 +14,7 @@ bool model_lumps(const Model& m)
 bool points_lumped(const Model& m, int e)
 {
   const int section = e < 0 ? -1 : m.mesh.elem_section[e];
-  return section < 0 ? model_lumps(m) : m.section[section].lumped;
+  return section >= 0 && m.section[section].lumped;
 }
 
 void lump_mass(int nen, double* m)
