@@ -8,7 +8,8 @@
 
 namespace {
 
-const std::time_t TOGETHER = 3;    // seconds: a queue and mpirun both send the signal that ends a run of ranks
+// seconds: a queue and mpirun both send the signal that ends a run of ranks
+const std::time_t TOGETHER = 3;
 
 volatile std::sig_atomic_t seen = 0;
 std::time_t when = 0;

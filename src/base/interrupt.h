@@ -1,6 +1,6 @@
 // ---------------------------------------------------------------------------
-// interrupt.h : Ctrl-C, kill and the signals of queues end the run after the increment that is under way, with
-// all files complete
+// interrupt.h : Ctrl-C, kill and the signals of queues end the run after the increment that is under way,
+// with all files complete
 // ---------------------------------------------------------------------------
 #ifndef MPFE_BASE_INTERRUPT_H
 #define MPFE_BASE_INTERRUPT_H

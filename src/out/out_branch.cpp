@@ -31,8 +31,9 @@ std::string without_number(const std::string& text, const std::string& word)
   std::size_t k = text.size();
   while (k > 0 && std::isdigit(static_cast<unsigned char>(text[k - 1]))) --k;
   const std::string head = "_" + word;
-  const bool tail = k < text.size() && k >= head.size() && text.compare(k - head.size(), head.size(), head) == 0;
-  return tail ? text.substr(0, k - head.size()) : text;
+  if (k == text.size() || k < head.size()) return text;
+  const std::string before = text.substr(0, k - head.size());
+  return text.compare(before.size(), head.size(), head) == 0 ? before : text;
 }
 
 // the table that has at least so many bytes beside the restart file: under its name, under that name without
@@ -57,7 +58,8 @@ void copy_lines(const std::string& from, const std::string& path, long length)
   std::FILE* file   = out_file_open(path);
   std::vector<char> bytes(1 << 20);
   for (long left = length; source && left > 0;) {
-    const std::size_t n = std::fread(bytes.data(), 1, std::min(left, static_cast<long>(bytes.size())), source);
+    const long most     = std::min(left, static_cast<long>(bytes.size()));
+    const std::size_t n = std::fread(bytes.data(), 1, static_cast<std::size_t>(most), source);
     if (n == 0) break;
     std::fwrite(bytes.data(), 1, n, file);
     left -= static_cast<long>(n);

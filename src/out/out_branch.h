@@ -2,7 +2,7 @@
 // out_branch.h : results of the time before a restart file, where a run goes on from it
 //
 // Tables and frames are in the folder of the results, or beside the restart file: then the run branches off
-// into another folder, or under another name, and they are copied. What is in neither is missing, and said so.
+// into another folder, or under another name, and they are copied. A warning names what is in neither.
 // ---------------------------------------------------------------------------
 #ifndef MPFE_OUT_BRANCH_H
 #define MPFE_OUT_BRANCH_H
