@@ -112,8 +112,8 @@ bool frac_take(const Model& m, const FracMesh& fm, const Points& begin, State& s
 // frac_gone : [nelem] 1: no element any more
 IntVec frac_gone(const Fracture& fr);
 
-// frac_begin : nothing is broken yet, but for pre-cracks, which become points after the first increment; l: the
-// degradation factors. Collective.
+// frac_begin : nothing is broken yet, but for pre-cracks, which become points after the first increment;
+// l: the degradation factors. Collective.
 void frac_begin(const Model& m, const FracMesh& fm, Fracture& fr, Level& l);
 
 // frac_near : calls use(element, distance) for all elements whose centre lies within radius of x

@@ -10,8 +10,8 @@
 // waves as short as an element run ahead, and break or hit what they meet
 bool model_lumps(const Model& m);
 
-// points_lumped : are the masses of points lumped that were element e, -1: no element? As those of the element;
-// of no element they are consistent
+// points_lumped : are the masses of points lumped that were element e? As those of the element; -1, of no
+// element: they are not
 bool points_lumped(const Model& m, int e);
 
 // lump_mass : m [pairs a >= b]: the sums of the rows on the diagonal

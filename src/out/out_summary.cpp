@@ -142,7 +142,8 @@ void print_grid(std::FILE* file, const Grid& g, int dim)
 const char* mass_of(const Model& m, const Section& s)
 {
   if (!model_lumps(m)) return s.lumped ? ", lumped by name" : "";
-  return s.lumped ? ", lumped: something can break or touch" : ", consistent by name or as quadratic elements";
+  return s.lumped ? ", lumped: something can break or touch"
+                  : ", consistent by name or as quadratic elements";
 }
 
 void print_sections(std::FILE* file, const Model& m, const Elements& el)
@@ -238,8 +239,8 @@ void print_viscous(std::FILE* file, const Model& m, const Points& pts)
   }
 }
 
-// elements that a wave may cross in an increment before fracture is not resolved. With lumped masses the number
-// of broken elements is the same within its scatter up to 2.3 (doc/verification/fracture.md, MASS)
+// elements that a wave may cross in an increment before fracture is not resolved. With lumped masses the
+// number of broken elements is the same within its scatter up to 2.3 (doc/verification/fracture.md, MASS)
 const double MOST_CROSSED = 3.0;
 
 // cells and elements that the fastest wave crosses in one step; with fracture a warning when it crosses many
