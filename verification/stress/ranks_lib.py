@@ -17,7 +17,7 @@ def scales(folder, name, his):
     """What differences are divided by, at least."""
     with open(os.path.join(folder, name + ".lst")) as f:
         text = f.read()
-    mass = sum(float(x) for x in re.findall(r"^  (?:section|body) .* mass (\S+)$", text, re.M))
+    mass = sum(float(x) for x in re.findall(r"^  (?:section|body) .* mass ([^\s,]+)(?:,.*)?$", text, re.M))
     lengths = [abs(float(b) - float(a)) for a, b in re.findall(r"[xyz] (\S+) \.\.\. ([^\s,]+)", text)]
     energy = max(abs(x) for e in ENERGIES if e in his for x in his[e])
     momentum = math.sqrt(2.0 * mass * max(his["kinetic"]))
