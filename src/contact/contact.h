@@ -20,7 +20,7 @@ struct ContactPairs {
   // [nbond] at t(n), without offset and initial penetration of the bond; negative: pushes   length
   RealVec gap;
   RealVec size;                // [nbond] longest edge of the face that is met        length
-  RealVec deep;                // [nbond] depth at which the penalty has doubled, 0: it stays         length
+  RealVec deep;                // [nbond] depth from which the pressure grows, 0: none     length
   // [nbond] general contact: penalty per area and friction of the two faces, of those that meet one
   RealVec penalty, friction, stick;
   IntVec face;                 // [nbond] general contact: index into Bonds::skin of what is met, -1: none
@@ -76,7 +76,7 @@ void contact_initial(const Level& l, int dim, bool moves, Bonds& bonds, ContactP
 // contact_forget : places of contact that meet no face are open and without force over the step
 void contact_forget(const Bonds& bonds, const ContactPairs& pairs, int dim, Level& l);
 
-// contact_stiffness : places that do not push take the depth at which their penalty has doubled, in motion
+// contact_stiffness : places that do not push take the depth from which their pressure grows, in motion
 // (moves), and those of general contact penalty and friction of what they meet
 void contact_stiffness(const Level& l, int dim, bool moves, const ContactPairs& pairs, Bonds& bonds);
 
