@@ -63,7 +63,7 @@ double bond_energy(const Bonds& bonds, int dim, const Level& l, double* slip_max
     if (bonds.field[b] == SIDE_CONTACT) {                        // contact                 (4.14)
       const double shift = l.lambda_n[b] < 0.0 ? l.lambda_n[b] / bonds.cn[b] : 0.0,
                    g = std::min(s[0] + shift, 0.0);
-      const double n = std::min(s[0], 0.0);
+      const double n = bonds.beyond(b, s[0]);
       energy += 0.5 * bonds.cn[b] * (g * g - shift * shift) + 0.25 * bonds.growth(b) * n * n * n * n;
       for (int i = 0; i < dim && bonds.ct[b] > 0.0; ++i) energy += 0.5 * lam[i] * lam[i] / bonds.ct[b];
       continue;

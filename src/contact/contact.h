@@ -21,7 +21,7 @@ struct ContactPairs {
   RealVec gap;
   RealVec size;                // [nbond] longest edge of the face that is met        length
   RealVec rounding;            // [nbond] error of gap by rounding                    length
-  RealVec deep;                // [nbond] depth at which the penalty has doubled, 0: it stays         length
+  RealVec deep;                // [nbond] depth from which the pressure grows, 0: none     length
   // [nbond] general contact: penalty per area and friction of the two faces, of those that meet one
   RealVec penalty, friction, stick;
   IntVec face;                 // [nbond] general contact: index into Bonds::skin of what is met, -1: none
@@ -90,7 +90,7 @@ void contact_initial(const Level& l, int dim, bool moves, Bonds& bonds, ContactP
 void contact_forget(const Bonds& bonds, const ContactPairs& pairs, int dim, Level& l);
 
 // contact_stiffness : places of general contact take the friction of what they meet; places that do not push
-// take the depth at which their penalty has doubled, in motion (moves), those of general contact the penalty of
+// take the depth from which their pressure grows, in motion (moves), those of general contact the penalty of
 // what they meet
 void contact_stiffness(const Level& l, int dim, bool moves, const ContactPairs& pairs, Bonds& bonds);
 

@@ -29,7 +29,8 @@ void normal_law(const KernelMode& mode, double C, double touch, double g0, doubl
   }
 }
 
-// the part with which a deep contact grows, added to p and slope: that of the energy 1/4 G <g>^4    (4.21)
+// the part with which a deep contact grows, added to p and slope: that of the energy 1/4 G <g>^4, g the gaps
+// beyond the depth where it begins                                                 (4.21)
 void add_growth(const KernelMode& mode, double G, double g0, double g1, double& p, double& slope)
 {
   const double a = std::min(g0, 0.0), b = std::min(g1, 0.0), dg = g1 - g0;
@@ -63,7 +64,7 @@ double contact_force(const Model& m, const Bonds& bonds, const ContactPairs& pai
   }
   const double g1 = g0 + sn;
   normal_law(mode, C, contact_touch(pairs, b), g0 + shift, g1 + shift, p, slope);
-  add_growth(mode, bonds.growth(b), g0, g1, p, slope);
+  add_growth(mode, bonds.growth(b), g0 + bonds.deep[b], g1 + bonds.deep[b], p, slope);
   for (int i = 0; i < dim; ++i) {
     f[i]  = p * n[i];
     t1[i] = 0.0;

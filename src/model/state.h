@@ -130,7 +130,7 @@ struct Bonds {
   RealVec offset;
   // [nbond] contact: part of the measured gap that is no compression (theory 4.16)   length
   RealVec initial_penetration;
-  // [nbond] contact: depth at which the pressure is twice that of the penalty; 0: it stays linear   length
+  // [nbond] contact: depth from which the pressure grows faster than the penalty; 0: it stays linear   length
   RealVec deep;
   IntVec intermediate;         // [nbond] 0: at a node, 1: between nodes
   RealVec friction;            // [nbond] contact: Coulomb
@@ -146,8 +146,9 @@ struct Bonds {
   std::vector<long> name;
   Halo halo;
   int nall = 0;
-  // [b] contact: pressure grows by this times the cube of the penetration (4.10)     force/length^3
-  double growth(int b) const { return deep[b] > 0.0 ? cn[b] / (deep[b] * deep[b]) : 0.0; }
+  // contact: what goes beyond deep, its cube times growth is the force added (4.21)     length, force/length^3
+  double beyond(int b, double gap) const { return gap + deep[b] < 0.0 ? gap + deep[b] : 0.0; }
+  double growth(int b) const { return deep[b] > 0.0 ? 4.0 * cn[b] / (deep[b] * deep[b]) : 0.0; }
   bool counts(int b) const { return !halo.on() || rank[b] == comm_rank(); }    // b counts here in a sum
   int nbond_all() const { return halo.on() ? nall : nbond; }                   // of all ranks
 };

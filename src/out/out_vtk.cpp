@@ -326,7 +326,7 @@ void bond_force(const State& s, int dim, int b, double force[3])
   double C[9];
   // contact: pressure along the normal, and friction
   if (s.bonds.field[b] == SIDE_CONTACT) {
-    const double g = s.n.slip[b * dim], n = std::min(g, 0.0),
+    const double g = s.n.slip[b * dim], n = s.bonds.beyond(b, g),
                  p = std::min(s.bonds.cn[b] * g + s.n.lambda_n[b], 0.0) + s.bonds.growth(b) * n * n * n;
     for (int i = 0; i < dim; ++i) force[i] = p * s.bonds.normal[b * dim + i] + s.n.lambda[b * dim + i];
     return;
