@@ -44,7 +44,7 @@ struct Box {
 
 // Part of the size of the face: what is deeper meets a contact that grows (4.21). Ordinary contact stays
 // linear: grown from the start, discs of points part 2 % faster (G3).  Test: G3 (contact/deep_discs.inp)
-const double DEEP = 0.1;
+const double DEEP = 0.05;
 
 // what the bond meets: the mean of the faces                                       (4.9)
 void take_hits(const std::vector<Hit>& hits, int dim, double offset, int b, ContactPairs& pairs)

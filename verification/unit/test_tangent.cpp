@@ -32,7 +32,7 @@ struct Contact {               // one bond with an oblique normal; the penalty i
     bonds.friction = {friction};
     bonds.cn    = {3.0};
     bonds.ct    = {2.5};
-    bonds.deep  = {0.01};
+    bonds.deep  = {0.03};
     pairs.gap   = {gap};
     pairs.size  = {1.0};
     pairs.rounding = {0.0};
