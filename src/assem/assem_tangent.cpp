@@ -210,7 +210,7 @@ void add_ghosts(const ActiveGrid& grid, Dofs& dofs)
 
 // Motions of the grid that no corner sees have neither mass nor stiffness: rounding alone would solve for
 // them.  Test: Increment.GridMotionsThatNoCornerSeesStaySmall (unit)
-// Of the diagonal of the mass; the weakest motion that a corner sees has 1e-4. Not of A: a stiff bond would hold
+// Part of the diagonal of the mass; motions that a corner sees have 1e-4. Not of A: a stiff bond would hold
 // soft motions too.  Test: A2 (patch/a2_spin_coupled)                                                  (8.16)
 const double UNSEEN = 1e-10;
 

@@ -6,8 +6,8 @@
 
 #include "model/state.h"
 
-// Default penalty per area is bond_alpha M/h, M (mat_stiffness) of the stiffer side and h the smallest edge of a
-// grid cell (without points: the longest edge of the face). Measured: doc/verification.md, sweep S2.
+// Default penalty per area is bond_alpha M/h, M (mat_stiffness) of the stiffer side and h the smallest edge
+// of a grid cell (without points: the longest edge of the face). Measured: doc/verification.md, sweep S2.
 // Contact: contact_alpha M/h.
 extern const double bond_alpha, contact_alpha;
 

@@ -117,8 +117,8 @@ void pair_sides(const Model& m, const Points& pts, const Bonds& bonds, bool at_s
 }
 
 // Bonds first ... last-1 of one definition. The boxes of both surfaces come first: bodies apart end here.
-// Returns whether they are. all: also contact points that others work on, who search for them; given: the deck
-// says the penalty
+// Returns whether they are. all: also contact points that others work on, who search for them; given:
+// the deck says the penalty
 bool search_pair(const Bonds& bonds, int dim, int first, int last, const Box& slave, const Masters& master,
                  bool all, bool given, const RealVec& xb, ContactPairs& pairs)
 {

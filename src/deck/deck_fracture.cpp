@@ -88,7 +88,8 @@ void check_per_elem(Deck& d, const Model& m, const ConversionDef& c)
     if (shape != SHAPE_TET4 && shape != SHAPE_WEDGE6) continue;
     return fault(d, "CONVERSION", c.place, "POINTS",
                  text_format("a %s points: POINTS=1 or 2, not %d",
-                             shape == SHAPE_TET4 ? "tetrahedron becomes 1 or 8" : "wedge becomes 3 or 6", c.per_elem));
+                             shape == SHAPE_TET4 ? "tetrahedron becomes 1 or 8" : "wedge becomes 3 or 6",
+                             c.per_elem));
   }
 }
 

@@ -66,7 +66,8 @@ bool lengths_fit(int dim, const State& s)
          b.a_w.size() == b.a.item.size() &&
          b.def.size() == q && b.field.size() == q && b.area.size() == q && b.X.size() == 3 * q &&
          b.normal.size() == q * dim && b.cn.size() == q && b.ct.size() == q && b.offset.size() == q &&
-         b.initial_penetration.size() == q && b.deep.size() == q && b.intermediate.size() == q && b.friction.size() == q &&
+         b.initial_penetration.size() == q && b.deep.size() == q &&
+         b.intermediate.size() == q && b.friction.size() == q &&
          skin_fits(b) && s.n.slip.size() == q * dim &&
          s.n.lambda.size() == q * dim && s.n.lambda_n.size() == q;
 }

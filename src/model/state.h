@@ -146,7 +146,7 @@ struct Bonds {
   std::vector<long> name;
   Halo halo;
   int nall = 0;
-  // contact: what goes beyond deep, its cube times growth is the force added (4.21)     length, force/length^3
+  // contact: what goes beyond deep; its cube times growth is the force added (4.21)   length, force/length^3
   double beyond(int b, double gap) const { return gap + deep[b] < 0.0 ? gap + deep[b] : 0.0; }
   double growth(int b) const { return deep[b] > 0.0 ? 4.0 * cn[b] / (deep[b] * deep[b]) : 0.0; }
   bool counts(int b) const { return !halo.on() || rank[b] == comm_rank(); }    // b counts here in a sum

@@ -170,7 +170,7 @@ void fill_tet(Filler& f, int body, int e)
   for (const auto& c : domain) fill_point(f, body, SHAPE_TET4, c);
 }
 
-// A wedge is three bricks (m = 1) or six in two layers (m = 2), which meet at the line through the centroids of its
+// A wedge is three bricks (m = 1) or six in two layers (m = 2), which meet at the line of centroids of its
 // triangles
 void fill_wedge(Filler& f, int body, int e)
 {
@@ -555,7 +555,8 @@ void point_sample(const Model& m, int e, bool at_gauss, Points& pts)
   const Body& b     = m.body[pts.body[first]];
   const Shape shape = static_cast<Shape>(pts.shape[first]);
   const int nen     = shape_info[shape].nen;
-  const bool lattice = shape == elem_table[m.mesh.elem_type[e]].shape && (shape == SHAPE_QUAD4 || shape == SHAPE_HEX8);
+  const bool lattice = shape == elem_table[m.mesh.elem_type[e]].shape &&
+                       (shape == SHAPE_QUAD4 || shape == SHAPE_HEX8);
   if (pts.sampled[first] == at_gauss || !lattice || b.per_cell == 1) return;
   for (int p = first; p < pts.npoint && pts.parent[p] == e; ++p) {
     double X[24], w[8], G[24];

@@ -19,7 +19,7 @@ const int SMALL_ONES = 3;
 const double GROWS_BY = 1.25, SMALL = 0.8 / (GROWS_BY * GROWS_BY);
 
 // DIRECT: the length of increments that were cut doubles after one that took at most EASY iterations, after
-// two in a row of at most HARD, and at multiples of dt. So a hard spot costs few failed attempts, and one that is
+// two in a row of at most HARD, and at multiples of dt. A hard spot costs few failed tries, and one that is
 // past costs none. whole: a multiple of dt is reached.
 // Test: Clock.CutIncrementsOfDirectGrowBack (unit)
 void grow_back(const Step& s, double used, int iterations, bool whole, StepClock& c)

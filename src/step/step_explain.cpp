@@ -10,7 +10,8 @@
 
 namespace {
 
-const char* SOFTENS_TEXT = ". St.Venant-Kirchhoff softens below a stretch of 0.577: take *HYPERELASTIC, NEO HOOKE for "
+const char* SOFTENS_TEXT = ". St.Venant-Kirchhoff softens below a stretch of 0.577: take "
+                           "*HYPERELASTIC, NEO HOOKE for "
                            "*ELASTIC";
 
 // smallest principal stretch of the last accepted state, of St.Venant-Kirchhoff material; 1: there is none
@@ -250,7 +251,8 @@ std::string deep_advice(const Problem& p, int b)
   if (before - now > -0.5 * now) return "it came in within this increment: use smaller increments";
   if (d.penalty > 0.0)
     std::snprintf(text, sizeof text,
-                  "the penalty is too soft, which smaller increments do not change: raise it (%s, PENALTY=, or "
+                  "the penalty is too soft, which smaller increments do not change: raise it (%s, PENALTY=, "
+                  "or "
                   "its *SURFACE BEHAVIOR), now %g, or leave it out: that of the program grows with the depth",
                   keyword, d.penalty);
   else

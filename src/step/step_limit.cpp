@@ -173,7 +173,8 @@ void step_limit(const Model& m, const Elements& el, const PointLaws& laws, const
   if (least > c.least) return;           // another rank has the worst one
   const int label = c.is_point ? st.points.label[c.worst] : m.mesh.elem_label[c.worst];
   log_warn("time %.8g: %d elements and %d material points are compressed below a stretch of 0.577, where "
-           "St.Venant-Kirchhoff softens and its results are unreliable (*HYPERELASTIC, NEO HOOKE does not soften); "
+           "St.Venant-Kirchhoff softens and its results are unreliable (*HYPERELASTIC, NEO HOOKE does "
+           "not soften); "
            "the worst is %s %d at %s with %.3f",
            st.n.time, c.elements, c.points, c.is_point ? "material point" : "element", label,
            position_text(c.X, m.dim).c_str(), std::sqrt(std::max(0.0, c.least)));
