@@ -10,7 +10,7 @@ namespace {
 
 // Plastic flow holds no shape, and the law sees the mean volume of a group alone: nothing would keep the
 // volume of one point. What it differs from the mean has this part of the stiffness of shear.
-// Test: stress/points_flow_volume
+// Test: A17 (stress/points_flow)
 const double HOLD = 0.1;
 
 // of a law that flows: the stiffness of theta - thetabar of a point           (1.14a) force/length^2

@@ -11,8 +11,7 @@
 namespace {
 
 const char* SOFTENS_TEXT = ". St.Venant-Kirchhoff softens below a stretch of 0.577: take "
-                           "*HYPERELASTIC, NEO HOOKE for "
-                           "*ELASTIC";
+                           "*HYPERELASTIC, NEO HOOKE for *ELASTIC";
 
 // smallest principal stretch of the last accepted state, of St.Venant-Kirchhoff material; 1: there is none
 double smallest_stretch(const Model& m, const Elements& el, const State& st)
@@ -252,8 +251,8 @@ std::string deep_advice(const Problem& p, int b)
   if (d.penalty > 0.0)
     std::snprintf(text, sizeof text,
                   "the penalty is too soft, which smaller increments do not change: raise it (%s, PENALTY=, "
-                  "or "
-                  "its *SURFACE BEHAVIOR), now %g, or leave it out: that of the program grows with the depth",
+                  "or its *SURFACE BEHAVIOR), now %g, or leave it out: that of the program grows with the "
+                  "depth",
                   keyword, d.penalty);
   else
     std::snprintf(text, sizeof text,

@@ -110,8 +110,7 @@ Compressed compressed(const Model& m, const Elements& el, const State& st)
 
 double det(const double* F)
 {
-  return F[0] * (F[4] * F[8] - F[5] * F[7]) - F[1] * (F[3] * F[8] - F[5] * F[6]) +
-         F[2] * (F[3] * F[7] - F[4] * F[6]);
+  return Eigen::Map<const Eigen::Matrix3d>(F).determinant();
 }
 
 // the point whose domain has least of the volume that its law sees, or most
@@ -137,7 +136,7 @@ LostVolume lost_volume(const Model& m, const PointLaws& laws, const State& st)
 // says once whose domain has no more the volume of its material
 void warn_lost_volume(const Model& m, const PointLaws& laws, const State& st, Warned& warned)
 {
-  if (laws.group.size() == 0 && !m.part.on) return;
+  if (warned.count("volume") || (laws.group.size() == 0 && !m.part.on)) return;
   const LostVolume w = lost_volume(m, laws, st);
   const double most  = m.part.on ? comm_allreduce_max(w.part) : w.part;
   if (most < LOST || !warned.insert("volume").second || w.part < most) return;
@@ -174,8 +173,7 @@ void step_limit(const Model& m, const Elements& el, const PointLaws& laws, const
   const int label = c.is_point ? st.points.label[c.worst] : m.mesh.elem_label[c.worst];
   log_warn("time %.8g: %d elements and %d material points are compressed below a stretch of 0.577, where "
            "St.Venant-Kirchhoff softens and its results are unreliable (*HYPERELASTIC, NEO HOOKE does "
-           "not soften); "
-           "the worst is %s %d at %s with %.3f",
+           "not soften); the worst is %s %d at %s with %.3f",
            st.n.time, c.elements, c.points, c.is_point ? "material point" : "element", label,
            position_text(c.X, m.dim).c_str(), std::sqrt(std::max(0.0, c.least)));
 }

@@ -154,7 +154,7 @@ double rounding_floor(const Problem& p, const RealVec& diag, const Attempt& a)
   const RealVec strain =
       strain_diagonal(p.m, p.st.bonds, dof_grid(p.d, p.dofs), p.dofs, diag, a.cM, a.cC);
   const Ties& t = p.dofs.tie;
-  const double most = largest_move(p);
+  const double most = p.d.grid.of_all.nodes > 0 ? largest_move(p) : 0.0;
   const int grid    = p.dofs.nfe * p.dofs.dim;
   const auto square = [&](int i) {
     const double move = i < grid ? std::fabs(du[i]) : std::min(most, std::fabs(du[i]));
