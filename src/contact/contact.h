@@ -71,10 +71,10 @@ struct ContactScene;
 
 // contact_search : nearest master face of every place within reach that this rank works on; bodies apart
 // cost their boxes only. Collective.
-//   in   xb [nbond*dim] places of side A at t(n);  u, uc displacements of nodes and corners;
+//   in   l  displacements of nodes and corners, gaps;  xb [nbond*dim] places of side A there;
 //        scene  near faces of general contact, of scene_update
-void contact_search(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& u,
-                    const RealVec& uc, const RealVec& xb, const ContactScene& scene, ContactPairs& pairs);
+void contact_search(const Model& m, const Points& pts, const Bonds& bonds, const Level& l,
+                    const RealVec& xb, const ContactScene& scene, ContactPairs& pairs);
 
 // contact_search_start : the same for contact pairs with the master faces of t = 0, whatever became of their
 // elements since, and of all places that are here; u, uc, xb of t = 0. Collective with a divided model.

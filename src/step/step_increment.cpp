@@ -119,7 +119,7 @@ Failure find_missed_contact(Problem& p)
   bond_places(p.m, st.points, st.bonds, st.np1.u, st.np1.uc, xb);
   scene_update(p.m, st.points, st.bonds, st.np1.u, st.np1.uc, true, 0.0, scene);
   if (!step_knows_faces(p, scene)) return FACES_UNKNOWN;
-  contact_search(p.m, st.points, st.bonds, st.np1.u, st.np1.uc, xb, scene, pairs);
+  contact_search(p.m, st.points, st.bonds, st.np1, xb, scene, pairs);
   for (int b = 0; b < st.bonds.nbond; ++b) {
     if (st.bonds.skin_of[b] < 0 || p.d.pairs.master.count(b) || !pairs.master.count(b)) continue;
     if (pairs.gap[b] >= -contact_touch(pairs, b)) continue;
