@@ -11,6 +11,10 @@
 #include "elem/kernel.h"
 #include "model/state.h"
 
+// Part of the size of the face: what is deeper meets a contact that grows (4.21). Ordinary contact stays
+// linear: grown from the start, discs of points part 2 % faster (G3).  Test: G3 (contact/deep_discs.inp)
+const double CONTACT_DEEP = 0.05;
+
 // What contact bonds meet in this step
 struct ContactPairs {
   // [nbond] kinematic points of the master face (corner c: nnode + c), empty: none near

@@ -61,10 +61,6 @@ struct Box {
   }
 };
 
-// Part of the size of the face: what is deeper meets a contact that grows (4.21). Ordinary contact stays
-// linear: grown from the start, discs of points part 2 % faster (G3).  Test: G3 (contact/deep_discs.inp)
-const double DEEP = 0.05;
-
 // what the bond meets: the mean of the faces                                       (4.9)
 void take_hits(const std::vector<Hit>& hits, int dim, double offset, int b, ContactPairs& pairs)
 {
@@ -168,7 +164,7 @@ bool search_pair(const Bonds& bonds, int dim, int first, int last, const Box& sl
     }
     if (!hits.empty()) {
       take_hits(hits, dim, bonds.offset[b], b, pairs);
-      pairs.deep[b] = given ? 0.0 : DEEP * pairs.size[b];
+      pairs.deep[b] = given ? 0.0 : CONTACT_DEEP * pairs.size[b];
     }
     pairs.master.off.push_back(static_cast<int>(pairs.master.item.size()));
   }
@@ -321,7 +317,7 @@ void meet_wall(GeneralSearch& g, int b, int i, ContactPairs& pairs)
     pairs.gap[b]  = gap;
     pairs.size[b] = a.f.size;
     pairs.rounding[b] = a.f.rounding;
-    pairs.deep[b] = g.m.bond[g.bonds.def[b]].penalty > 0.0 ? 0.0 : DEEP * a.f.size;
+    pairs.deep[b] = g.m.bond[g.bonds.def[b]].penalty > 0.0 ? 0.0 : CONTACT_DEEP * a.f.size;
     std::fill_n(&pairs.normal[b * g.m.dim], g.m.dim, 0.0);
     pairs.normal[b * g.m.dim + w.axis] = w.side;
     pairs.face[b]     = -1;
@@ -353,7 +349,7 @@ void search_general(GeneralSearch& g, int first, int last, ContactPairs& pairs)
       const ContactRule* r = scene_property(d, g.scene, i, j);
       take_hits(hits, g.m.dim, g.bonds.offset[b], b, pairs);
       pairs.face[b]     = j;
-      pairs.deep[b]     = d.penalty > 0.0 || (r && r->penalty > 0.0) ? 0.0 : DEEP * pairs.size[b];
+      pairs.deep[b]     = d.penalty > 0.0 || (r && r->penalty > 0.0) ? 0.0 : CONTACT_DEEP * pairs.size[b];
       pairs.penalty[b]  = r && r->penalty > 0.0 ? r->penalty
                                                 : std::min(g.bonds.skin_penalty[i], g.bonds.skin_penalty[j]);
       pairs.friction[b] = r ? r->friction : d.friction;

@@ -149,8 +149,8 @@ Failure step_contact_depth(const Bonds& b, const ContactPairs& pairs, const Leve
 {
   for (int q = 0; q < b.nbond; ++q) {
     if (b.field[q] != SIDE_CONTACT || !pairs.master.count(q)) continue;
-    const double gap = l.slip[q * dim] / pairs.size[q],
-                 before = pairs.gap[q] / pairs.size[q];
+    const double size = std::max(pairs.size[q], b.deep[q] / CONTACT_DEEP);   // crushed debris shrinks
+    const double gap = l.slip[q * dim] / size, before = pairs.gap[q] / size;
     if (gap > -TOO_DEEP && (gap > -ENTERED || before - gap < ENTERED)) continue;
     return {CONTACT_DEPTH, AT_BOND, q};
   }
