@@ -62,6 +62,7 @@ struct FirstBreak {
   int def = -1;                // index into Model::fracture
   double value = 0.0;          // criterion over the value at which it breaks, >= 1
   double part  = 0.0;          // FALLBACK: part of Gc h; 0: by the criterion of its definition
+  double gain  = 1.0;          // of a kink over the estimate of elem
 };
 
 // frac_mesh : topology, sizes, toughness. Returns the number of errors (messages in the log).

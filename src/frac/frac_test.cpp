@@ -6,6 +6,7 @@
 #include "base/forest.h"
 #include "base/timer.h"
 #include "frac/frac.h"
+#include "frac/frac_kink.h"
 #include "frac/free_face.h"
 #include "shape/shape.h"
 
@@ -429,24 +430,180 @@ bool may_start(Scan& s, int e)
   return good;
 }
 
-// the order: along the direction from the broken elements of the ball, so that the path leaves the mesh
-// lines  (7.8)
-double force_rank(const Scan& s, int e, const double* J, double G)
+// unit vector from the middle of the cracked elements within radius, which is to be further off than least;
+// false: there is none
+bool grown_along(const Scan& s, int e, double radius, double least, double* d)
 {
-  double mid[3] = {0, 0, 0}, volume = 0.0, d[3], norm = 0.0, along = 0.0;
-  in_ball(s, e, [&](int o, double) {
+  double mid[3] = {0, 0, 0}, volume = 0.0, norm = 0.0;
+  frac_near(s.fm, &s.fm.centre[3 * e], radius * AT_RADIUS, [&](int o, double) {
     if (!s.cracked(o)) return;
     const double v = s.fm.volume[o] > 0.0 ? s.fm.volume[o] : 1.0;
     volume += v;
     for (int i = 0; i < 3; ++i) mid[i] += v * s.fm.centre[3 * o + i];
   });
-  if (volume == 0.0) return G;
+  if (volume == 0.0) return false;
   for (int i = 0; i < 3; ++i) {
     d[i] = s.fm.centre[3 * e + i] - mid[i] / volume;
     norm += d[i] * d[i];
-    along += d[i] * J[i];
   }
-  return norm > 0.0 ? along / std::sqrt(norm) : G;
+  for (int i = 0; i < 3; ++i) d[i] /= std::sqrt(norm);
+  return norm > least * least;
+}
+
+// the order: along the direction from the broken elements of the ball, so that the path leaves the mesh
+// lines  (7.8)
+double force_rank(const Scan& s, int e, const double* J, double G)
+{
+  double d[3];
+  return grown_along(s, e, radius_of(s, e), 0.0, d) ? J[0] * d[0] + J[1] * d[1] + J[2] * d[2] : G;
+}
+
+// ---- mixed mode in the plane                                                       (7.35)
+
+// A crack kinks where that releases more by this part: at a notch, whose direction is known, more than straight
+// on; a crack that has grown more than |J| says. |J| goes where a kink would up to K_II/K_I = 0.4, and the
+// staircase of a mesh that looks like shear releases less.  Test: A10, P7, K2 (fracture/kink_inclined.inp)
+const double MORE = 1.05, MORE_GROWN = 1.15;
+// cosine between the crack and the way into an element at its end; less: the element is beside the crack
+const double AHEAD = 0.7;
+// in sizes of an element: length of a kink; distance of the middle of what is cracked in the ball from the
+// element ahead: less is no crack yet that has a direction (three elements of a row: 2)
+const double KINK_LENGTH = 3.0, CRACK = 1.9;
+
+// middle of the free faces within radius of an element or a place, by their size
+void middle_of(const std::vector<FreeFace>& face, const double* c, double radius, double* mid)
+{
+  double size = 0.0;
+  mid[0] = mid[1] = 0.0;
+  for (const FreeFace& f : face) {
+    if (std::hypot(f.mid[0] - c[0], f.mid[1] - c[1]) > radius) continue;
+    const double area = std::hypot(f.area[0], f.area[1]);
+    size += area;
+    for (int i = 0; i < 2; ++i) mid[i] += area * f.mid[i];
+  }
+  for (int i = 0; size > 0.0 && i < 2; ++i) mid[i] /= size;
+}
+
+// the end of a notch that no crack has left yet, at e: it would grow away from the middle of the faces around,
+// from the one at the end whose element holds more
+//   out  tip   of the notch; x on the face; d unit vector
+bool notch_end(const Scan& s, int e, double* tip, double* x, double* d)
+{
+  std::vector<FreeFace> face;
+  const double h = s.fm.local[e], *c = &s.fm.centre[3 * e];
+  free_faces(s, e, 6.0 * h, face);
+  std::copy_n(c, 2, tip);
+  double mid[2], norm = 0.0;
+  const FreeFace* first = nullptr;
+  for (int pass = 0; pass < 2; ++pass) {             // the second one about the end that the first one found
+    middle_of(face, tip, 3.0 * h, mid);
+    for (int i = 0; i < 2; ++i) d[i] = tip[i] - mid[i];
+    norm = std::hypot(d[0], d[1]);
+    if (norm < 0.5 * h) return false;
+    double far = -1e300, most = 0.0, sum[2] = {0, 0};
+    int n = 0;
+    const auto ahead = [&](int node) {
+      const double* X = &s.m.mesh.X[3 * node];
+      return std::hypot(X[0] - c[0], X[1] - c[1]) < 3.0 * h ? (X[0] * d[0] + X[1] * d[1]) / norm : -1e300;
+    };
+    for (const FreeFace& f : face)
+      for (int a = 0; a < f.n; ++a) far = std::max(far, ahead(f.node[a]));
+    first = nullptr;
+    for (const FreeFace& f : face)
+      for (int a = 0; a < f.n; ++a) {
+        if (ahead(f.node[a]) < far - 0.8 * h) continue;
+        for (int i = 0; i < 2; ++i) sum[i] += s.m.mesh.X[3 * f.node[a] + i];
+        ++n;
+        if (s.W[f.elem] <= most) continue;
+        most  = s.W[f.elem];
+        first = &f;
+      }
+    for (int i = 0; n && i < 2; ++i) tip[i] = sum[i] / n;
+  }
+  if (!first) return false;
+  std::copy_n(first->mid, 2, x);
+  middle_of(face, tip, 3.0 * h, mid);
+  for (int i = 0; i < 2; ++i) d[i] = tip[i] - mid[i];
+  norm = std::hypot(d[0], d[1]);
+  for (int i = 0; i < 2; ++i) d[i] /= norm;
+  return norm > h;
+}
+
+// the middle of the faces where a crack meets e, and the unit vector into e there; false: none does
+bool crack_face(const Scan& s, int e, double* x, double* into)
+{
+  double mid[3], area[3];
+  int n = 0;
+  x[0] = x[1] = into[0] = into[1] = 0.0;
+  for (int f = 0; f < shape_info[s.el.block[s.el.initial_block[e]].shape].nface; ++f) {
+    const int o = s.fm.across[6 * e + f];
+    if (o < 0 || !s.cracked(o)) continue;
+    face_of(s.m.mesh, e, f, mid, area);
+    for (int i = 0; i < 2; ++i) {
+      x[i] += mid[i];
+      into[i] -= area[i];
+    }
+    ++n;
+  }
+  const double norm = std::hypot(into[0], into[1]);
+  for (int i = 0; n && i < 2; ++i) {
+    x[i] /= n;
+    into[i] /= norm;
+  }
+  return n > 0 && norm > 0.0;
+}
+
+// K_II/K_I of the tip c in front of e whose crack has grown along d: shear over tension on the line ahead. Stress
+// along the crack has no part in it. Where the crack is closed 1e3 with the sign of the shear
+double mode_ratio(const Scan& s, int e, const double* c, const double* d)
+{
+  double normal = 0.0, shear = 0.0;
+  in_ball(s, e, [&](int o, double) {
+    if (!s.intact(o)) return;
+    const double *x = &s.fm.centre[3 * o], h = s.fm.local[e];
+    const double along  = (x[0] - c[0]) * d[0] + (x[1] - c[1]) * d[1];
+    const double across = std::fabs((x[0] - c[0]) * d[1] - (x[1] - c[1]) * d[0]);
+    if (along < h || along > 3.2 * h || across > 0.5 * h + 0.2 * along) return;
+    double E[4], S[4];
+    mean_strain(s, o, E);
+    ip_law<2>(s.law(o), E, S);
+    const double t[2] = {S[1] * d[0] - S[0] * d[1], S[3] * d[0] - S[2] * d[1]};      // S n, n = (-d2, d1)
+    normal += s.fm.volume[o] * (t[1] * d[0] - t[0] * d[1]);
+    shear += s.fm.volume[o] * (t[0] * d[0] + t[1] * d[1]);
+  });
+  const double least = 1e-3 * std::fabs(shear);
+  return shear == 0.0 ? 0.0 : shear / std::max(normal, least);
+}
+
+// does the ball reach an outer face of the mesh?
+bool at_surface(const Scan& s, int e)
+{
+  bool found = false;
+  in_ball(s, e, [&](int o, double) {
+    if (s.el.initial_block[o] < 0) return;
+    for (int f = 0; f < shape_info[s.el.block[s.el.initial_block[o]].shape].nface; ++f)
+      found = found || s.fm.across[6 * o + f] < 0;
+  });
+  return found;
+}
+
+// intact elements that a line of this length from x enters, until one that cannot break; false: there are none
+bool along_line(const Scan& s, int e, const double* x, const double* d, double length, IntVec& out)
+{
+  const double step = 0.02 * s.fm.local[e];
+  int now = -1;
+  out.clear();
+  for (double r = 0.5 * step; r < length; r += step) {
+    const double at[3] = {x[0] + r * d[0], x[1] + r * d[1], 0.0};
+    if (now >= 0 && in_element(s.m.mesh, now, at)) continue;
+    now = -1;
+    frac_near(s.fm, at, 2.0 * s.fm.local[e], [&](int o, double) {
+      if (s.el.initial_block[o] >= 0 && in_element(s.m.mesh, o, at)) now = o;
+    });
+    if (now < 0 || (s.cracked(now) ? !out.empty() : s.fm.def[now] < 0)) break;
+    if (s.intact(now) && std::find(out.begin(), out.end(), now) == out.end()) out.push_back(now);
+  }
+  return !out.empty();
 }
 
 double fallback_of(const Scan& s, int e)
@@ -489,6 +646,8 @@ double with_strength(const Scan& s, int e, double value)
   return std::min(value, part * part);
 }
 
+const int KINK_MOST = 16;      // elements of a kink
+
 // A candidate, with all that the choice among those of all ranks looks at
 struct Candidate {
   Erosion x;
@@ -497,15 +656,25 @@ struct Candidate {
   double fallback = 0.0;       // part of Gc h that breaks it anywhere
   double exceeded = 0.0;       // x.value, and with START=stress what that lets through
   bool griffith = false, force = false, order_all = false;
+  double gain = 1.0;           // x.value over the estimate of the element front
+  int front = -1, front_label = 0;
+  // mixed mode: the elements of the kink
+  int nkink = 0;
+  Erosion kink[KINK_MOST];
 };
+
+Erosion erosion_of(const Scan& s, int e, double value, double rank, const double* J)
+{
+  const double* X = &s.fm.centre[3 * e];
+  return {e, value, rank, {J[0], J[1], J[2]}, 0.0, s.m.part.elem_number(e), s.m.mesh.elem_label[e],
+          s.fm.def[e], {X[0], X[1], X[2]}};
+}
 
 Candidate candidate(const Scan& s, int e, double value, double rank, const double* J)
 {
   const FractureDef& d = s.def(e);
-  const double* X = &s.fm.centre[3 * e];
   Candidate c;
-  c.x = {e, value, rank, {J[0], J[1], J[2]}, 0.0, s.m.part.elem_number(e), s.m.mesh.elem_label[e],
-         s.fm.def[e], {X[0], X[1], X[2]}};
+  c.x = erosion_of(s, e, value, rank, J);
   c.ball      = radius_of(s, e) * AT_RADIUS;
   c.spacing   = spacing_of(s, e);
   c.fallback  = fallback_of(s, e);
@@ -513,6 +682,8 @@ Candidate candidate(const Scan& s, int e, double value, double rank, const doubl
   c.griffith  = d.criterion == CRITERION_GRIFFITH;
   c.force     = c.griffith && estimate_of(s, e) == ESTIMATE_FORCE;
   c.order_all = d.order == ORDER_ALL;
+  c.front       = c.x.number;
+  c.front_label = c.x.label;
   return c;
 }
 
@@ -569,6 +740,63 @@ bool out_of_reach(const Scan& s, int e, double W_most)
   return ball_constant(s, e) * radius_of(s, e) * W_most * ROUNDING < s.fm.gc[e];
 }
 
+// FORCE in the plane: a crack in mixed mode kinks to where it releases most, by gain times what it would
+// straight on; the elements of the kink break together, since the force on the ball does not yet see it
+//   in   J   of (7.5)
+void take_kink(const Scan& s, const double* J, Candidate& c)
+{
+  const int e = c.x.elem;
+  double x[2], into[2], d[3], ratio = 0.0;
+  bool given = true;           // the crack is one of the start, whose direction is known
+  if (crack_face(s, e, x, into)) {
+    // a kink is shorter than the ball: what has grown last counts, if it is straighter
+    double near[3];
+    const double radius = radius_of(s, e), least = CRACK * s.fm.local[e];
+    if (!grown_along(s, e, radius, least, d) || !grown_along(s, e, 0.5 * radius, 0.0, near)) return;
+    in_ball(s, e, [&](int o, double) { given = given && !s.broken(o); });
+    if (!given && at_surface(s, e)) return;          // the ligament is shorter than J and the stress ahead want
+    const double last = mode_ratio(s, e, x, near);
+    ratio = mode_ratio(s, e, x, d);
+    if (std::fabs(last) < std::fabs(ratio)) {
+      std::copy_n(near, 3, d);
+      ratio = last;
+    }
+    if (d[0] * into[0] + d[1] * into[1] < AHEAD) return;
+  } else {
+    double tip[2];
+    if (!at_notch(s, e, radius_of(s, e)) || !notch_end(s, e, tip, x, d)) return;
+    ratio = mode_ratio(s, e, tip, d);
+  }
+  const Kink k   = kink_of(ratio);
+  const double G = (J[0] * d[0] + J[1] * d[1]) / s.fm.gc[e] * k.gain;
+  if (given ? k.gain < MORE : G < MORE_GROWN * c.x.value) return;
+  const double go[2] = {d[0] * std::cos(k.angle) - d[1] * std::sin(k.angle),
+                        d[0] * std::sin(k.angle) + d[1] * std::cos(k.angle)};
+  IntVec line;
+  if (!along_line(s, e, x, go, KINK_LENGTH * s.fm.local[e], line)) return;
+  c.gain     = G / c.x.value;
+  c.x.value  = G;
+  c.exceeded = with_strength(s, e, G);
+  c.nkink    = std::min<int>(KINK_MOST, line.size());
+  const double grows[3] = {G * s.fm.gc[e] * go[0], G * s.fm.gc[e] * go[1], 0.0};
+  for (int i = 0; i < c.nkink; ++i) c.kink[i] = erosion_of(s, line[i], G, G, grows);
+}
+
+// a front that kinks: the elements of the kink in place of the element that it stands for
+void take_kinks(const MeshPart& part, std::vector<Candidate>& all)
+{
+  std::vector<Candidate> out;
+  for (const Candidate& c : all) {
+    if (c.nkink == 0) out.push_back(c);
+    for (int i = 0; i < c.nkink; ++i) {
+      out.push_back(c);
+      out.back().x = c.kink[i];
+      out.back().x.elem = part.elem_here(c.kink[i].number);
+    }
+  }
+  all.swap(out);
+}
+
 void by_griffith(Scan& s, int e, double W_most, std::vector<Candidate>& out)
 {
   const double least = FRAC_LEAST * s.fm.gc[e] / s.fm.size[e];
@@ -584,8 +812,10 @@ void by_griffith(Scan& s, int e, double W_most, std::vector<Candidate>& out)
   const double G = estimate(s, e, J);
   if (G < s.fm.gc[e] && !force) return;              // FORCE: keep_fronts judges
   const double rank = force ? force_rank(s, e, J, G) : drive_of(s, e) * s.fm.size[e];
+  const double F[3] = {J[0], J[1], J[2]};
   if (!at) J[0] = J[1] = J[2] = 0.0;                 // no crack yet that could go on
   out.push_back(candidate(s, e, G / s.fm.gc[e], rank / s.fm.gc[e], J));
+  if (force && s.m.dim == 2) take_kink(s, F, out.back());
 }
 
 // FORCE: all elements around a tip see much the same |J|. Where the best placed one of a ball holds, none of
@@ -615,7 +845,7 @@ FirstBreak most_exceeded(const std::vector<Candidate>& all, bool fallback)
     bool front = true;
     for (const Candidate& o : all)
       front = front && (fallback || !c.force || !o.force || o.x.rank <= c.x.rank || distance(c, o) >= c.ball);
-    if (front) first = {c.x.elem, c.x.number, c.x.label, c.x.def, value, part};
+    if (front) first = {-1, c.front, c.front_label, c.x.def, value, part, c.gain};
   }
   return first;
 }
@@ -767,6 +997,7 @@ void frac_test(const Model& m, const Step& step, const Elements& el, const FracM
   first = most_exceeded(all, fallback);
   if (first.number >= 0) first.elem = m.part.elem_here(first.number);
   choose(s.dynamic(), fallback, all);
+  take_kinks(m.part, all);
   for (Candidate& c : all) {
     c.x.elem = m.part.elem_here(c.x.number);
     out.push_back(c.x);
@@ -777,7 +1008,7 @@ double frac_value(const Model& m, const Step& step, const Elements& el, const Fr
                   const Fracture& fr, const Level& l, const FirstBreak& first)
 {
   const bool own = first.elem >= 0 && m.part.works(first.elem);
-  double value   = own ? value_of({m, step, el, fm, fr, l, {}, {}}, first.elem, first.part) : 0.0;
+  double value   = own ? first.gain * value_of({m, step, el, fm, fr, l, {}, {}}, first.elem, first.part) : 0.0;
   if (m.part.on) comm_sum(&value, 1);
   return value;
 }

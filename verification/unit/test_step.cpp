@@ -117,6 +117,7 @@ TEST(Clock, CutIncrementsOfDirectGrowBack)
 TEST(Increment, PointsThatEnterTooDeep)
 {
   Bonds bonds;
+  bonds.deep = {0.0};
   bonds.nbond = 1;
   bonds.field = {SIDE_CONTACT};
   ContactPairs pairs;

@@ -1,0 +1,22 @@
+// ---------------------------------------------------------------------------
+// frac_kink.h : where a crack in mixed mode goes in the plane (doc/theory.md 7.35)
+// ---------------------------------------------------------------------------
+#ifndef MPFE_FRAC_FRAC_KINK_H
+#define MPFE_FRAC_FRAC_KINK_H
+
+#include "model/model.h"
+
+// The kink with the largest energy release
+struct Kink {
+  double angle = 0.0;          // from the direction of the crack, counterclockwise
+  double gain  = 1.0;          // its energy release over that of growth straight on
+};
+
+// kink_of : of a crack whose K_II/K_I is ratio. K_II > 0: shear stress ahead of the tip is positive, with the
+// crack along x
+Kink kink_of(double ratio);
+
+// in_element : does x [2] lie in the triangle or quadrilateral e of the mesh at t = 0?
+bool in_element(const Mesh& mesh, int e, const double* x);
+
+#endif
