@@ -41,9 +41,9 @@ class Glass:
         return self.cr * ((tau - tau0) - tau0 * np.log(tau / tau0))
 
 
-def write_deck(folder, tag, glass, kind="aligned", rows=2, h=0.5e-3, dt=None, T=15.7e-6, Gc=3.0, mass="CONSISTENT", scheme="",
+def write_deck(folder, tag, glass, kind="aligned", rows=2, h=0.5e-3, dt=None, T=15.7e-6, Gc=3.0, mass="", scheme="",
                shift=None, W=0.1, H=0.04, T0=1.0, breaks="MAYBREAK"):
-    """The deck of a run; shift: broken elements become points on a grid shifted by so many cells."""
+    """The deck of a run; mass: empty, the default; shift: broken elements become points on a grid shifted by so many cells."""
     a, dt = 0.5 * W, dt or 2e-4 * h
     mesh = os.path.join(folder, "mesh_%s_%d_%g_%g.inc" % (kind, rows, h * 1e3, W * 1e3))
     if not os.path.exists(mesh):
@@ -51,7 +51,7 @@ def write_deck(folder, tag, glass, kind="aligned", rows=2, h=0.5e-3, dt=None, T=
     values = dict(h=h, T=T, dt=dt, T0=T0, Gc=Gc, E=glass.E, nu=glass.nu, rho=glass.rho, sig=glass.sig, W=W, H=H)
     text = "*PARAMETER\n" + "".join("%s = %.12g\n" % p for p in values.items())
     text += "*INCLUDE, INPUT=%s\n*INCLUDE, INPUT=%s/a14_plate.inc\n" % (mesh, HERE)
-    text += "*SOLID SECTION, ELSET=PLATE, MATERIAL=GLASS, MASS=%s\n*EIGENFRACTURE, ELSET=%s\n<Gc>\n" % (mass, breaks)
+    text += "*SOLID SECTION, ELSET=PLATE, MATERIAL=GLASS%s\n*EIGENFRACTURE, ELSET=%s\n<Gc>\n" % (", MASS=" + mass if mass else "", breaks)
     if kind == "slab":
         text += "*BOUNDARY\nSIDES, 3\n"
     if shift is not None:
