@@ -89,7 +89,7 @@ bool solve_free(const SysMatrix& M, const std::vector<char>& free, const RealVec
   }
   for (int row = 0; row < M.nrow; ++row)
     if (free[row]) x[row] = u[at[row]] * scale[at[row]];
-  return r.squaredNorm() <= ENOUGH * size;
+  return std::isfinite(size) && r.squaredNorm() <= ENOUGH * size;
 }
 
 }  // namespace
