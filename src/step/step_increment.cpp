@@ -70,11 +70,11 @@ NewtonControls newton_controls(const Model& m, const Discretisation& d, const St
   c.linear   = linear_scene(m, fm, st.points, s);
   c.breaks   = fm.on;
   for (const FractureDef& f : m.fracture) c.rubs = c.rubs || f.residual == SPLIT_GRANULAR;
-  if (d.pairs.near) {
+  if (s.proc == PROC_STATIC && d.pairs.near) {
     int slips = 0;
     for (double mu : st.bonds.friction) slips = slips || mu > 0.0;
     c.slips = m.part.on ? comm_allreduce_max(slips) > 0 : slips > 0;
-    if (s.proc == PROC_STATIC && !c.breaks) c.patience = PATIENCE;
+    if (!c.breaks) c.patience = PATIENCE;
   }
   c.singular = s.proc == PROC_STATIC && fm.on && st.frac.neroded > 0;
   // equilibrium after elements broke (dt = 0) opens and closes many cracks: it may take longer

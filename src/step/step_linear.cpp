@@ -15,7 +15,6 @@ const double ACCEPT = 3e-9;
 const double BLIND  = 1e-6;    // reduction in iterations that the increment before did not have
 const int SLOW      = 8;       // iterations; Newton's method that takes more gets factorised tangents
 const double NEAR   = 0.1;     // of the accepted residual, when a tangent is used twice
-const int LATE      = 4;       // iterations in motion: the mass holds what slips, and Newton's method ends without
 const double SLIP   = 1e-6;    // of the correction, left where contact slips. A8 (contact/friction_punch.inp)
 
 bool same_tangent(const ReusedTangent& z, const Dofs& dofs, const Attempt& a)
@@ -81,13 +80,12 @@ RealVec row_places(const Problem& p)
 }
 
 // (A + E) x = f, E what slipping contact adds that is not symmetric; its solutions share the factors  (6.23)
-Status solve_slipping(Problem& p, const Attempt& a, int it, const RealVec& pending, SolveAsk& ask,
-                      LinearSystem& l)
+Status solve_slipping(Problem& p, const Attempt& a, const RealVec& pending, SolveAsk& ask, LinearSystem& l)
 {
   const Dofs& s  = p.dofs;
   Solver& solver = p.newton.solver;
   SlipTangent slip;
-  if (a.newton.slips && (a.cM == 0.0 || it > LATE)) assem_slip(p.m, p.d.pairs, a.mode, a.jumps, p.st, s, slip);
+  if (a.newton.slips) assem_slip(p.m, p.d.pairs, a.mode, a.jumps, p.st, s, slip);
   if (!slip.any) return solve_system(solver, s.A, ask, l.f, l.dx);
   RealVec y;
   ask.exact = true;
@@ -175,7 +173,7 @@ Failure step_solve(Problem& p, const Attempt& a, int it, double residual, double
   ask.digits = -std::log10(std::max(ask.eta, FINAL * l.residual / residual));
   ask.plain  = !p.st.points.npoint_all() && !p.st.bonds.nbond_all() && !p.d.fm.on;
   if (!ask.inertia || p.m.solver.kind == SOLVER_AMG) ask.place = [&p] { return row_places(p); };
-  const Status status = solve_slipping(p, a, it, pending, ask, l);
+  const Status status = solve_slipping(p, a, pending, ask, l);
   if (status != STATUS_OK) return status;
   l.own_energy = 0.0;
   for (int i = 0; i < s.neq(); ++i) {
