@@ -11,6 +11,10 @@
 #include "elem/kernel.h"
 #include "model/state.h"
 
+// Part of the size of the face: what is deeper meets a contact that grows (4.21). Ordinary contact stays
+// linear: grown from the start, discs of points part 2 % faster (G3).  Test: G3 (contact/deep_discs.inp)
+const double CONTACT_DEEP = 0.05;
+
 // What contact bonds meet in this step
 struct ContactPairs {
   // [nbond] kinematic points of the master face (corner c: nnode + c), empty: none near
@@ -71,10 +75,10 @@ struct ContactScene;
 
 // contact_search : nearest master face of every place within reach that this rank works on; bodies apart
 // cost their boxes only. Collective.
-//   in   xb [nbond*dim] places of side A at t(n);  u, uc displacements of nodes and corners;
+//   in   l  displacements of nodes and corners, gaps;  xb [nbond*dim] places of side A there;
 //        scene  near faces of general contact, of scene_update
-void contact_search(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& u,
-                    const RealVec& uc, const RealVec& xb, const ContactScene& scene, ContactPairs& pairs);
+void contact_search(const Model& m, const Points& pts, const Bonds& bonds, const Level& l,
+                    const RealVec& xb, const ContactScene& scene, ContactPairs& pairs);
 
 // contact_search_start : the same for contact pairs with the master faces of t = 0, whatever became of their
 // elements since, and of all places that are here; u, uc, xb of t = 0. Collective with a divided model.

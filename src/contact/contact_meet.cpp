@@ -15,8 +15,8 @@ const double DEEPEST = 0.5;    // of the size of a face: a point deeper below it
 const double BESIDE2 = 1.0625;
 const double RIM2    = 1e-4;   // of the squared size: a hundredth of the face beside its rim still meets it
 // of the squared size: a place that pushes and meets nothing more keeps its face while it is beside it by
-// less than a quarter of it: what it stores comes back.  Test: verification/contact/g2_flight.inp
-const double HELD2   = 0.0625;
+// less than its size: what it stores comes back.  Test: verification/contact/g3_glance.inp
+const double HELD2   = 1.0;
 // What a gap is off by rounding: part of the size of the face, and of its coordinates. Smaller gaps of either
 // sign are the same.  Tests: Contact.RoundingIsNoPenetration (unit), verification/contact/touch_place
 const double ROUNDING = 1e-12, DIGITS = 8.0 * std::numeric_limits<double>::epsilon();
@@ -173,9 +173,10 @@ double take_place(const MasterFace& f, const double* p, const double* xi, Hit& h
   return distance2;
 }
 
-// the place of f nearest to p; in over: does p lie over f. Returns the squared distance.
+}  // namespace
+
 // Test: Contact.TheNearestPlaceOfAFaceIsTheNearest (unit)
-double nearest_place(const MasterFace& f, const double* p, bool& over, Hit& hit)
+double contact_nearest(const MasterFace& f, const double* p, bool& over, Hit& hit)
 {
   double xi[2];
   project(f, p, xi);
@@ -190,26 +191,46 @@ double nearest_place(const MasterFace& f, const double* p, bool& over, Hit& hit)
   return take_place(f, p, xi, hit);
 }
 
-}  // namespace
-
 Projection contact_meet(const MasterFace& f, const double* p, double reach, Hit& hit)
 {
   for (int i = 0; i < 3; ++i)
     if (p[i] < f.lo[i] - reach || p[i] > f.hi[i] + reach) return PROJ_NONE;
   bool over;
-  const double distance2 = nearest_place(f, p, over, hit);
+  const double distance2 = contact_nearest(f, p, over, hit);
   if (hit.gap > reach || hit.gap < -DEEPEST * f.size) return PROJ_NONE;
-  // behind a dent a point may lie over no face at all: it belongs to the face whose edge it is behind
   const double gap2 = hit.gap * hit.gap, rim2 = RIM2 * f.size * f.size;
-  if (over || (hit.gap <= 0.0 && distance2 <= BESIDE2 * gap2)) return PROJ_OVER;
+  // behind a dent a point may lie over no face at all: it belongs to the face whose edge it is behind
+  hit.beside = !over && hit.gap <= 0.0 && distance2 <= BESIDE2 * gap2;
+  if (over || hit.beside) return PROJ_OVER;
   return distance2 - gap2 <= rim2 ? PROJ_RIM : PROJ_NONE;
+}
+
+// Test: verification/contact/g3_corners.inp
+bool contact_outside(const Hit& hit, const MasterFace& neighbour, const double* p)
+{
+  const MasterFace& f = *hit.face;
+  for (int k = 0; k < f.n; ++k)
+    if (hit.N[k] > 1e-6 && std::find(neighbour.kin, neighbour.kin + neighbour.n, f.kin[k]) ==
+                               neighbour.kin + neighbour.n)
+      return false;
+  double x[3], n[3], gap = 0.0;
+  face_middle(neighbour, x, n);
+  for (int i = 0; i < 3; ++i) gap += n[i] * (p[i] - x[i]);
+  return gap > 1e-8 * neighbour.size + neighbour.rounding;
 }
 
 bool contact_hold(const MasterFace& f, const double* p, Hit& hit)
 {
   bool over;
-  const double distance2 = nearest_place(f, p, over, hit);
-  return distance2 - hit.gap * hit.gap <= HELD2 * f.size * f.size;
+  const double distance2 = contact_nearest(f, p, over, hit);
+  if (distance2 - hit.gap * hit.gap > HELD2 * f.size * f.size) return false;
+  if (over) return true;
+  double xi[2];
+  Hit beside;
+  project(f, p, xi);
+  const double beside2 = take_place(f, p, xi, beside) - beside.gap * beside.gap;
+  if (beside2 <= RIM2 * f.size * f.size) hit = beside;       // else Newton's method did not converge
+  return true;
 }
 
 void contact_nearer(const Hit& hit, Projection k, Projection& kind, std::vector<Hit>& best)

@@ -32,6 +32,7 @@ struct Hit {                   // a face that is met, and where
   const MasterFace* face = nullptr;
   double N[4], n[3], r[3];     // shape functions of the place, normal, from the place to the point
   double gap = 0.0;
+  bool beside = false;         // the place is on the rim, and the point behind it
 };
 
 // how a point projects on a face: not, on its rim, inside
@@ -41,8 +42,15 @@ enum Projection { PROJ_NONE, PROJ_RIM, PROJ_OVER };
 // hundredth of its size. None beyond reach or when p has entered by more than half of its size.
 Projection contact_meet(const MasterFace& f, const double* p, double reach, Hit& hit);
 
-// contact_hold : the place of f nearest to p, whatever its depth; false: further beside f than a quarter of
-// its size
+// contact_nearest : the place of f nearest to p; in over: does p lie over f. Returns the squared distance
+double contact_nearest(const MasterFace& f, const double* p, bool& over, Hit& hit);
+
+// contact_outside : hit is beside a rim that the neighbour has too, and p is in front of the neighbour: it is
+// outside of a corner, not behind a dent
+bool contact_outside(const Hit& hit, const MasterFace& neighbour, const double* p);
+
+// contact_hold : the foot of p on f, or on f extended, whatever its depth; false: further beside f than its
+// size
 bool contact_hold(const MasterFace& f, const double* p, Hit& hit);
 
 // contact_nearer : takes the face of hit into best, the faces so far, of one kind of projection

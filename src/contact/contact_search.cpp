@@ -20,9 +20,28 @@ void nearest(const std::vector<MasterFace>& face, const IntVec& near, const doub
   best.clear();
   for (int i : near) {
     Hit hit;
-    contact_nearer(hit, contact_meet(face[i], p, reach, hit), kind, best);
+    const Projection k = contact_meet(face[i], p, reach, hit);
+    if (hit.beside && std::any_of(near.begin(), near.end(),
+                                  [&](int j) { return j != i && contact_outside(hit, face[j], p); }))
+      continue;
+    contact_nearer(hit, k, kind, best);
   }
   contact_equal(best);
+}
+
+// the nearest face that p, which pushes, may keep
+void nearest_held(const std::vector<MasterFace>& face, const IntVec& near, const double* p,
+                  std::vector<Hit>& best)
+{
+  double least = 1e300;
+  for (int i : near) {
+    Hit hit;
+    bool over;
+    const double distance2 = contact_nearest(face[i], p, over, hit);
+    if (distance2 >= least || !contact_hold(face[i], p, hit)) continue;
+    least = distance2;
+    best.assign(1, hit);
+  }
 }
 
 struct Box {
@@ -41,10 +60,6 @@ struct Box {
     return false;
   }
 };
-
-// Part of the size of the face: what is deeper meets a contact that grows (4.21). Ordinary contact stays
-// linear: grown from the start, discs of points part 2 % faster (G3).  Test: G3 (contact/deep_discs.inp)
-const double DEEP = 0.05;
 
 // what the bond meets: the mean of the faces                                       (4.9)
 void take_hits(const std::vector<Hit>& hits, int dim, double offset, int b, ContactPairs& pairs)
@@ -118,9 +133,9 @@ void pair_sides(const Model& m, const Points& pts, const Bonds& bonds, bool at_s
 
 // Bonds first ... last-1 of one definition. The boxes of both surfaces come first: bodies apart end here.
 // Returns whether they are. all: also contact points that others work on, who search for them; given:
-// the deck says the penalty
+// the deck says the penalty; slip: gaps at the end of the last step
 bool search_pair(const Bonds& bonds, int dim, int first, int last, const Box& slave, const Masters& master,
-                 bool all, bool given, const RealVec& xb, ContactPairs& pairs)
+                 bool all, bool given, const RealVec& xb, const RealVec& slip, ContactPairs& pairs)
 {
   std::vector<Hit> hits;
   std::vector<ContactBox> box;
@@ -145,10 +160,11 @@ bool search_pair(const Bonds& bonds, int dim, int first, int last, const Box& sl
       tree.overlap(place, near);
       std::sort(near.begin(), near.end());
       nearest(master.face, near, place.lo, master.reach, hits);
+      if (hits.empty() && slip[b * dim] < 0.0) nearest_held(master.face, near, place.lo, hits);
     }
     if (!hits.empty()) {
       take_hits(hits, dim, bonds.offset[b], b, pairs);
-      pairs.deep[b] = given ? 0.0 : DEEP * pairs.size[b];
+      pairs.deep[b] = given ? 0.0 : CONTACT_DEEP * pairs.size[b];
     }
     pairs.master.off.push_back(static_cast<int>(pairs.master.item.size()));
   }
@@ -242,6 +258,16 @@ bool stays(GeneralSearch& g, int i, int met, const double* p, double nearest, Hi
   return contact_meet(b.f, p, reach, hit) == PROJ_OVER && hit.gap < nearest - 1e-8 * b.f.size - b.f.rounding;
 }
 
+// a place of face i behind a face beside its rim: is it in front of a neighbour of that face?
+bool outside_corner(GeneralSearch& g, int i, const Hit& hit, const double* p)
+{
+  for (int k = g.scene.near.off[i]; k < g.scene.near.off[i + 1]; ++k) {
+    const int j = g.scene.near.item[k];
+    if (j != hit.face->skin && contact_outside(hit, face_now(g, j).f, p)) return true;
+  }
+  return false;
+}
+
 void search_place(GeneralSearch& g, int b, const IntVec& facing, std::vector<Hit>& hits)
 {
   double p[3] = {0, 0, 0};
@@ -253,7 +279,9 @@ void search_place(GeneralSearch& g, int b, const IntVec& facing, std::vector<Hit
     Hit hit;
     const double reach = g.scene.part * (g.face[i].f.size + g.face[j].f.size) + g.scene.travel;
     if (outside_cylinder(g.face[j], p)) continue;
-    contact_nearer(hit, contact_meet(g.face[j].f, p, reach, hit), kind, hits);
+    const Projection k = contact_meet(g.face[j].f, p, reach, hit);
+    if (hit.beside && outside_corner(g, i, hit, p)) continue;
+    contact_nearer(hit, k, kind, hits);
   }
   contact_equal(hits);
   const int met = g.bonds.met[b];
@@ -289,7 +317,7 @@ void meet_wall(GeneralSearch& g, int b, int i, ContactPairs& pairs)
     pairs.gap[b]  = gap;
     pairs.size[b] = a.f.size;
     pairs.rounding[b] = a.f.rounding;
-    pairs.deep[b] = g.m.bond[g.bonds.def[b]].penalty > 0.0 ? 0.0 : DEEP * a.f.size;
+    pairs.deep[b] = g.m.bond[g.bonds.def[b]].penalty > 0.0 ? 0.0 : CONTACT_DEEP * a.f.size;
     std::fill_n(&pairs.normal[b * g.m.dim], g.m.dim, 0.0);
     pairs.normal[b * g.m.dim + w.axis] = w.side;
     pairs.face[b]     = -1;
@@ -321,7 +349,7 @@ void search_general(GeneralSearch& g, int first, int last, ContactPairs& pairs)
       const ContactRule* r = scene_property(d, g.scene, i, j);
       take_hits(hits, g.m.dim, g.bonds.offset[b], b, pairs);
       pairs.face[b]     = j;
-      pairs.deep[b]     = d.penalty > 0.0 || (r && r->penalty > 0.0) ? 0.0 : DEEP * pairs.size[b];
+      pairs.deep[b]     = d.penalty > 0.0 || (r && r->penalty > 0.0) ? 0.0 : CONTACT_DEEP * pairs.size[b];
       pairs.penalty[b]  = r && r->penalty > 0.0 ? r->penalty
                                                 : std::min(g.bonds.skin_penalty[i], g.bonds.skin_penalty[j]);
       pairs.friction[b] = r ? r->friction : d.friction;
@@ -349,7 +377,8 @@ void count_searches(const Model& m, RealVec state, ContactPairs& pairs)
 // scene: null: not of general contact, places are not counted, and those that others work on have theirs too.
 // Collective
 void search(const Model& m, const Points& pts, const Bonds& bonds, bool at_start, const RealVec& u,
-            const RealVec& uc, const RealVec& xb, const ContactScene* scene, ContactPairs& pairs)
+            const RealVec& uc, const RealVec& slip, const RealVec& xb, const ContactScene* scene,
+            ContactPairs& pairs)
 {
   pairs = ContactPairs();
   pairs.normal.assign(static_cast<size_t>(bonds.nbond) * m.dim, 0.0);
@@ -372,7 +401,7 @@ void search(const Model& m, const Points& pts, const Bonds& bonds, bool at_start
     } else if (!general && bonds.field[first] == SIDE_CONTACT) {
       const int d      = bonds.def[first];
       const bool apart = search_pair(bonds, m.dim, first, last, slave[d], master[d], !scene,
-                                     m.bond[d].penalty > 0.0, xb, pairs);
+                                     m.bond[d].penalty > 0.0, xb, slip, pairs);
       double& s = state[d];
       s = std::max(s, apart ? 1.0 : 2.0);
     } else {
@@ -385,16 +414,17 @@ void search(const Model& m, const Points& pts, const Bonds& bonds, bool at_start
 
 }  // namespace
 
-void contact_search(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& u,
-                    const RealVec& uc, const RealVec& xb, const ContactScene& scene, ContactPairs& pairs)
+void contact_search(const Model& m, const Points& pts, const Bonds& bonds, const Level& l,
+                    const RealVec& xb, const ContactScene& scene, ContactPairs& pairs)
 {
-  search(m, pts, bonds, false, u, uc, xb, &scene, pairs);
+  search(m, pts, bonds, false, l.u, l.uc, l.slip, xb, &scene, pairs);
 }
 
 void contact_search_start(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& u,
                           const RealVec& uc, const RealVec& xb, ContactPairs& pairs)
 {
-  search(m, pts, bonds, true, u, uc, xb, nullptr, pairs);
+  const RealVec open(static_cast<size_t>(bonds.nbond) * m.dim, 0.0);
+  search(m, pts, bonds, true, u, uc, open, xb, nullptr, pairs);
 }
 
 void contact_forget(const Bonds& bonds, const ContactPairs& pairs, int dim, Level& l)

@@ -119,7 +119,7 @@ Failure find_missed_contact(Problem& p)
   bond_places(p.m, st.points, st.bonds, st.np1.u, st.np1.uc, xb);
   scene_update(p.m, st.points, st.bonds, st.np1.u, st.np1.uc, true, 0.0, scene);
   if (!step_knows_faces(p, scene)) return FACES_UNKNOWN;
-  contact_search(p.m, st.points, st.bonds, st.np1.u, st.np1.uc, xb, scene, pairs);
+  contact_search(p.m, st.points, st.bonds, st.np1, xb, scene, pairs);
   for (int b = 0; b < st.bonds.nbond; ++b) {
     if (st.bonds.skin_of[b] < 0 || p.d.pairs.master.count(b) || !pairs.master.count(b)) continue;
     if (pairs.gap[b] >= -contact_touch(pairs, b)) continue;
@@ -149,8 +149,8 @@ Failure step_contact_depth(const Bonds& b, const ContactPairs& pairs, const Leve
 {
   for (int q = 0; q < b.nbond; ++q) {
     if (b.field[q] != SIDE_CONTACT || !pairs.master.count(q)) continue;
-    const double gap = l.slip[q * dim] / pairs.size[q],
-                 before = pairs.gap[q] / pairs.size[q];
+    const double size = std::max(pairs.size[q], b.deep[q] / CONTACT_DEEP);   // crushed debris shrinks
+    const double gap = l.slip[q * dim] / size, before = pairs.gap[q] / size;
     if (gap > -TOO_DEEP && (gap > -ENTERED || before - gap < ENTERED)) continue;
     return {CONTACT_DEPTH, AT_BOND, q};
   }

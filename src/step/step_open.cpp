@@ -174,7 +174,7 @@ int start_contact(const Model& m, State& st, ContactScene& scene, ContactPairs& 
   RealVec xb;
   bond_places(m, st.points, st.bonds, st.n.u, st.n.uc, xb);
   scene_update(m, st.points, st.bonds, st.n.u, st.n.uc, true, 0.0, scene);
-  contact_search(m, st.points, st.bonds, st.n.u, st.n.uc, xb, scene, pairs);
+  contact_search(m, st.points, st.bonds, st.n, xb, scene, pairs);
   contact_stiffness(st.n, m.dim, !m.step.empty() && m.step.front().proc == PROC_DYNAMIC, pairs, st.bonds);
   const int errors = contact_start(m, st.bonds, pairs, xb);
   for (int b = 0; b < st.bonds.nbond; ++b)
@@ -307,7 +307,7 @@ Failure step_prepare(Problem& p, const Step& s)
     const bool is_static = s.proc == PROC_STATIC;
     const double travel  = 2.0 * st.clock.dt * fastest(p.m.part, st, is_static);
     scene_update(p.m, st.points, st.bonds, st.n.u, st.n.uc, is_static, travel, p.d.scene);
-    contact_search(p.m, st.points, st.bonds, st.n.u, st.n.uc, xb, p.d.scene, p.d.pairs);
+    contact_search(p.m, st.points, st.bonds, st.n, xb, p.d.scene, p.d.pairs);
     contact_stiffness(st.n, p.m.dim, !is_static, p.d.pairs, st.bonds);
     contact_initial(st.n, p.m.dim, !is_static, st.bonds, p.d.pairs);
     st.log.contact_searched += p.d.pairs.searched;

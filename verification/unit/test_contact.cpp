@@ -83,7 +83,11 @@ ContactPairs search(Scene& s, ContactScene& scene)
   ContactPairs pairs;
   bond_places(s.m, s.pts, s.bonds, s.u, s.uc, xb);
   scene_update(s.m, s.pts, s.bonds, s.u, s.uc, true, 0.0, scene);
-  contact_search(s.m, s.pts, s.bonds, s.u, s.uc, xb, scene, pairs);
+  Level l;
+  l.u  = s.u;
+  l.uc = s.uc;
+  l.slip.assign(static_cast<std::size_t>(s.bonds.nbond) * s.m.dim, 0.0);
+  contact_search(s.m, s.pts, s.bonds, l, xb, scene, pairs);
   return pairs;
 }
 
@@ -258,12 +262,13 @@ TEST(Contact, TheNearestPlaceOfAFaceIsTheNearest)
         f.x[3 * n + i] = i < 2 ? X[f.n - 3][2 * n + i] + number(random, -0.4, 0.4) : 0.0;
     const double p[3] = {number(random, -2, 2), number(random, -2, 2), number(random, -0.5, 0.5)};
     Hit hit, other;
-    contact_hold(f, p, hit);
+    bool over;
+    contact_nearest(f, p, over, hit);
     const double least = std::sqrt(least_of_many(f, p)), found = std::hypot(hit.r[0], hit.r[1], hit.r[2]);
     EXPECT_LE(found, least + 1e-12);
     EXPECT_GE(found, least - 0.1);                   // half a piece
     for (int turn = 1; turn < f.n; ++turn) {
-      contact_hold(turned(f, turn), p, other);
+      contact_nearest(turned(f, turn), p, over, other);
       for (int i = 0; i < 3; ++i) EXPECT_NEAR(hit.r[i], other.r[i], 1e-12);
       for (int n = 0; n < f.n; ++n) EXPECT_NEAR(hit.N[(n + turn) % f.n], other.N[n], 1e-10);
     }

@@ -70,7 +70,10 @@ ContactPairs pairs_of_point(Model m, const RealVec& x)
   Points points;
   points.surface.resize(1);
   ContactPairs pairs;
-  contact_search(m, points, bonds, RealVec(m.mesh.X.size(), 0.0), RealVec(), x, ContactScene(), pairs);
+  Level l;
+  l.u.assign(m.mesh.X.size(), 0.0);
+  l.slip.assign(m.dim, 0.0);
+  contact_search(m, points, bonds, l, x, ContactScene(), pairs);
   return pairs;
 }
 
