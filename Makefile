@@ -121,7 +121,7 @@ install_files:
 	install -m 644 tools/lib/mpfe_files.py $(SHARE)/tools/lib
 	install -m 644 README.md LICENSE CHANGES $(SHARE)
 	cp -r doc/. $(SHARE)/doc
-	install -m 644 $(filter-out %_mesh.inp,$(wildcard decks/*.inp decks/*.geo)) $(SHARE)/decks
+	install -m 644 $(filter-out %_mesh.inp,$(wildcard decks/*.inp decks/*.inc decks/*.geo)) $(SHARE)/decks
 	ln -sf ../share/mpfe/tools/plot $(DESTDIR)$(PREFIX)/bin/mpfe-plot
 	ln -sf ../share/mpfe/tools/fragments $(DESTDIR)$(PREFIX)/bin/mpfe-fragments
 

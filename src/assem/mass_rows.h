@@ -50,4 +50,7 @@ std::shared_ptr<const MassRows> mass_rows_of(const Dofs& s, MassRowsOf of);
 // follow nodes, these and the nodes near points. Collective.                                         (3.14)
 std::shared_ptr<const MassRows> mass_rows_projection(const ActiveGrid& grid, const Dofs& s);
 
+// mass_factor : M x = f as mass_solve, by a factorisation: 1; -1: not solved. Collective.            (3.14)
+int mass_factor(const Dofs& s, MassRowsOf of, const RealVec& f, RealVec& x);
+
 #endif

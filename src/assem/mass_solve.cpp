@@ -602,7 +602,8 @@ int mass_solve(const Dofs& s, MassRowsOf of, int guess, const RealVec& f, RealVe
 {
   const bool known = s.mass_rows && s.mass_of == s.pattern && s.mass_rows->of == of;
   const auto rows  = known ? s.mass_rows : mass_rows_of(s, of);
-  return s.dim == 2 ? solve<2>(s, *rows, guess, {}, f, x) : solve<3>(s, *rows, guess, {}, f, x);
+  const int it = s.dim == 2 ? solve<2>(s, *rows, guess, {}, f, x) : solve<3>(s, *rows, guess, {}, f, x);
+  return it >= 0 ? it : mass_factor(s, of, f, x);
 }
 
 int mass_project(const Dofs& s, const std::vector<char>& begun, const RealVec& momentum, RealVec& v)
@@ -610,7 +611,8 @@ int mass_project(const Dofs& s, const std::vector<char>& begun, const RealVec& m
   const MassRows& rows = *s.mass_rows;
   const int it = s.dim == 2 ? solve<2>(s, rows, s.nfe, begun, momentum, v)
                             : solve<3>(s, rows, s.nfe, begun, momentum, v);
-  return it >= 0 || !s.hung ? it : mass_solve(s, ROWS_ALL, s.nfe, momentum, v);
+  if (it >= 0) return it;
+  return s.hung ? mass_solve(s, ROWS_ALL, s.nfe, momentum, v) : mass_factor(s, ROWS_GRID, momentum, v);
 }
 
 int mass_solve_tied(const Dofs& s, const RealVec& f, RealVec& x)

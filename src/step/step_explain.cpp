@@ -275,9 +275,9 @@ std::string explain_here(const Problem& p, const Failure& f, const std::string& 
   if (status == SOLVER_SINGULAR || status == SOLVER_FAILED) return solver_text(p, whole, contact);
   if (status == MASS_FAILED)
     return "the system of the mass matrix (velocities of the grid at the start of the increment, or "
-           "accelerations of the nodes) did not converge in 1000 iterations, which smaller increments do not "
-           "change: check densities and velocities that are out of proportion, and points that barely touch "
-           "their cells (*GRID, WEAK=)";
+           "accelerations of the nodes) was solved neither by conjugate gradients nor by a factorisation, "
+           "which smaller increments do not change: check densities, velocities and sizes of elements that "
+           "are out of proportion";
   if (status == OUTSIDE_GRID) {
     double top[3] = {0, 0, 0}, lo[3], hi[3];
     for (int i = 0; i < m.dim; ++i) top[i] = m.grid.lo[i] + m.grid.n[i] * m.grid.h[i];

@@ -11,6 +11,7 @@
 
 #include "assem/assem.h"
 #include "assem/mass_rows.h"
+#include "assem/mass_rows.h"
 #include "base/key_number.h"
 #include "solve/solve_data.h"
 #include "samples.h"
@@ -523,6 +524,9 @@ TEST(Divided, MassSolve)
       for (int I = 0; I < l.A.nrow; ++I)
         if (l.key[I] % 100 == 3) s.fixed[I * dim] = 1;
       ASSERT_GT(mass_solve(s, ROWS_ALL, 0, local(l, f), x), 0);
+      RealVec factored = local(l, given);
+      ASSERT_EQ(1, mass_factor(s, ROWS_ALL, local(l, f), factored));
+      for (int k = 0; k < s.neq(); ++k) EXPECT_NEAR(factored[k], x[k], 1e-11 * (1.0 + std::fabs(x[k])));
       for (int i = 0; i < dim; ++i) {
         Eigen::MatrixXd K = M;
         Eigen::VectorXd right(n);
