@@ -19,6 +19,8 @@ const double FRAC_LEAST = 0.01;
 // In sizes of an element: default radius of the ball by FORCE and by BALL; radius of the ball around a notch
 // in which BALL asks for J as well; default spacing in motion
 const double FRAC_RADIUS_FORCE = 5.0, FRAC_RADIUS_BALL = 2.0, FRAC_NOTCH = 5.0, FRAC_SPACING = 2.0;
+// what a kink looks at around an element, in its sizes
+const double FRAC_KINK = 6.0;
 
 // What fracture and conversion need to know of the mesh at t = 0; made once
 struct FracMesh {

@@ -460,8 +460,8 @@ double force_rank(const Scan& s, int e, const double* J, double G)
 
 // ---- mixed mode in the plane                                                       (7.35)
 
-// A crack kinks where that releases more by this part: at a notch, whose direction is known, more than straight
-// on; a crack that has grown more than |J| says. |J| goes where a kink would up to K_II/K_I = 0.4, and the
+// A crack kinks where that releases more by this part: at a notch, whose direction is known, more than
+// straight on; a crack that has grown more than |J| says. |J| goes where a kink would up to K_II/K_I = 0.4, and the
 // staircase of a mesh that looks like shear releases less.  Test: A10, P7, K2 (fracture/kink_inclined.inp)
 const double MORE = 1.05, MORE_GROWN = 1.15;
 // cosine between the crack and the way into an element at its end; less: the element is beside the crack
@@ -484,49 +484,67 @@ void middle_of(const std::vector<FreeFace>& face, const double* c, double radius
   for (int i = 0; size > 0.0 && i < 2; ++i) mid[i] /= size;
 }
 
-// the end of a notch that no crack has left yet, at e: it would grow away from the middle of the faces around,
-// from the one at the end whose element holds more
-//   out  tip   of the notch; x on the face; d unit vector
-bool notch_end(const Scan& s, int e, double* tip, double* x, double* d)
+// Where a crack or a notch ends, the middle of the faces that a kink leaves, the direction so far
+// (unit vector)
+struct Tip {
+  double end[2], face[2], d[3] = {0, 0, 0};
+  bool given = true;           // nothing has broken there: its direction is known
+};
+
+// nodes of the faces around c that lie ahead along d: their mean; of their faces the one whose element holds
+// more
+const FreeFace* faces_ahead(const Scan& s, const std::vector<FreeFace>& face, const double* c,
+                            const double* d, double h, double* end)
 {
-  std::vector<FreeFace> face;
+  double far = -1e300, most = 0.0, sum[2] = {0, 0};
+  int n = 0;
+  const FreeFace* first = nullptr;
+  const auto ahead = [&](int node) {
+    const double* X = &s.m.mesh.X[3 * node];
+    return std::hypot(X[0] - c[0], X[1] - c[1]) < 3.0 * h ? X[0] * d[0] + X[1] * d[1] : -1e300;
+  };
+  for (const FreeFace& f : face)
+    for (int a = 0; a < f.n; ++a) far = std::max(far, ahead(f.node[a]));
+  for (const FreeFace& f : face)
+    for (int a = 0; a < f.n; ++a) {
+      if (ahead(f.node[a]) < far - 0.8 * h) continue;
+      for (int i = 0; i < 2; ++i) sum[i] += s.m.mesh.X[3 * f.node[a] + i];
+      ++n;
+      if (s.W[f.elem] <= most) continue;
+      most  = s.W[f.elem];
+      first = &f;
+    }
+  for (int i = 0; n && i < 2; ++i) end[i] = sum[i] / n;
+  return first;
+}
+
+// unit vector from the middle of the faces around end to end; false: they do not lie behind it
+bool away_from(const std::vector<FreeFace>& face, const double* end, double h, double least, double* d)
+{
+  double mid[2];
+  middle_of(face, end, 3.0 * h, mid);
+  const double norm = std::hypot(end[0] - mid[0], end[1] - mid[1]);
+  if (norm < least) return false;
+  for (int i = 0; i < 2; ++i) d[i] = (end[i] - mid[i]) / norm;
+  return true;
+}
+
+// the end of a notch near e that no crack has left yet; false: there is none
+bool notch_end(const Scan& s, int e, Tip& t)
+{
+  if (!at_notch(s, e, radius_of(s, e))) return false;
   const double h = s.fm.local[e], *c = &s.fm.centre[3 * e];
-  free_faces(s, e, 6.0 * h, face);
-  std::copy_n(c, 2, tip);
-  double mid[2], norm = 0.0;
+  std::vector<FreeFace> face;
+  free_faces(s, e, FRAC_KINK * h, face);
+  std::copy_n(c, 2, t.end);
   const FreeFace* first = nullptr;
   for (int pass = 0; pass < 2; ++pass) {             // the second one about the end that the first one found
-    middle_of(face, tip, 3.0 * h, mid);
-    for (int i = 0; i < 2; ++i) d[i] = tip[i] - mid[i];
-    norm = std::hypot(d[0], d[1]);
-    if (norm < 0.5 * h) return false;
-    double far = -1e300, most = 0.0, sum[2] = {0, 0};
-    int n = 0;
-    const auto ahead = [&](int node) {
-      const double* X = &s.m.mesh.X[3 * node];
-      return std::hypot(X[0] - c[0], X[1] - c[1]) < 3.0 * h ? (X[0] * d[0] + X[1] * d[1]) / norm : -1e300;
-    };
-    for (const FreeFace& f : face)
-      for (int a = 0; a < f.n; ++a) far = std::max(far, ahead(f.node[a]));
-    first = nullptr;
-    for (const FreeFace& f : face)
-      for (int a = 0; a < f.n; ++a) {
-        if (ahead(f.node[a]) < far - 0.8 * h) continue;
-        for (int i = 0; i < 2; ++i) sum[i] += s.m.mesh.X[3 * f.node[a] + i];
-        ++n;
-        if (s.W[f.elem] <= most) continue;
-        most  = s.W[f.elem];
-        first = &f;
-      }
-    for (int i = 0; n && i < 2; ++i) tip[i] = sum[i] / n;
+    if (!away_from(face, t.end, h, 0.5 * h, t.d)) return false;
+    first = faces_ahead(s, face, c, t.d, h, t.end);
   }
   if (!first) return false;
-  std::copy_n(first->mid, 2, x);
-  middle_of(face, tip, 3.0 * h, mid);
-  for (int i = 0; i < 2; ++i) d[i] = tip[i] - mid[i];
-  norm = std::hypot(d[0], d[1]);
-  for (int i = 0; i < 2; ++i) d[i] /= norm;
-  return norm > h;
+  std::copy_n(first->mid, 2, t.face);
+  return away_from(face, t.end, h, h, t.d);
 }
 
 // the middle of the faces where a crack meets e, and the unit vector into e there; false: none does
@@ -553,8 +571,8 @@ bool crack_face(const Scan& s, int e, double* x, double* into)
   return n > 0 && norm > 0.0;
 }
 
-// K_II/K_I of the tip c in front of e whose crack has grown along d: shear over tension on the line ahead. Stress
-// along the crack has no part in it. Where the crack is closed 1e3 with the sign of the shear
+// K_II/K_I of the tip c in front of e whose crack has grown along d: shear over tension on the line ahead.
+// Stress along the crack has no part in it. Where the crack is closed 1e3 with the sign of the shear
 double mode_ratio(const Scan& s, int e, const double* c, const double* d)
 {
   double normal = 0.0, shear = 0.0;
@@ -587,7 +605,29 @@ bool at_surface(const Scan& s, int e)
   return found;
 }
 
-// intact elements that a line of this length from x enters, until one that cannot break; false: there are none
+// the tip of the crack in front of e, and its ratio; false: e is beside it, or too little has cracked
+bool crack_tip(const Scan& s, int e, Tip& t, double& ratio)
+{
+  double into[2], near[3];
+  const double radius = radius_of(s, e);
+  if (!crack_face(s, e, t.face, into)) return false;
+  std::copy_n(t.face, 2, t.end);
+  if (!grown_along(s, e, radius, CRACK * s.fm.local[e], t.d)) return false;
+  in_ball(s, e, [&](int o, double) { t.given = t.given && !s.broken(o); });
+  // a ligament that is shorter than J and the stress ahead want
+  if (!t.given && at_surface(s, e)) return false;
+  ratio = mode_ratio(s, e, t.end, t.d);
+  // a kink is shorter than the ball: the direction of its half counts, if the crack is straighter by it
+  const double last = grown_along(s, e, 0.5 * radius, 0.0, near) ? mode_ratio(s, e, t.end, near) : ratio;
+  if (std::fabs(last) < std::fabs(ratio)) {
+    std::copy_n(near, 3, t.d);
+    ratio = last;
+  }
+  return t.d[0] * into[0] + t.d[1] * into[1] >= AHEAD;
+}
+
+// intact elements that a line of this length from x enters, until one that cannot break; false: there are
+// none
 bool along_line(const Scan& s, int e, const double* x, const double* d, double length, IntVec& out)
 {
   const double step = 0.02 * s.fm.local[e];
@@ -609,7 +649,7 @@ bool along_line(const Scan& s, int e, const double* x, const double* d, double l
 double fallback_of(const Scan& s, int e)
 {
   const double given = s.def(e).fallback;
-  return given >= 0.0 ? given : estimate_of(s, e) == ESTIMATE_FORCE ? 0.45 : 0.0;
+  return given >= 0.0 ? given : estimate_of(s, e) == ESTIMATE_FORCE && s.m.dim == 3 ? 0.45 : 0.0;
 }
 
 // the crack holds the direction of growth: what of N is along J goes
@@ -746,34 +786,21 @@ bool out_of_reach(const Scan& s, int e, double W_most)
 void take_kink(const Scan& s, const double* J, Candidate& c)
 {
   const int e = c.x.elem;
-  double x[2], into[2], d[3], ratio = 0.0;
-  bool given = true;           // the crack is one of the start, whose direction is known
+  double ratio = 0.0, x[2], into[2];
+  Tip t;
   if (crack_face(s, e, x, into)) {
-    // a kink is shorter than the ball: what has grown last counts, if it is straighter
-    double near[3];
-    const double radius = radius_of(s, e), least = CRACK * s.fm.local[e];
-    if (!grown_along(s, e, radius, least, d) || !grown_along(s, e, 0.5 * radius, 0.0, near)) return;
-    in_ball(s, e, [&](int o, double) { given = given && !s.broken(o); });
-    if (!given && at_surface(s, e)) return;          // the ligament is shorter than J and the stress ahead want
-    const double last = mode_ratio(s, e, x, near);
-    ratio = mode_ratio(s, e, x, d);
-    if (std::fabs(last) < std::fabs(ratio)) {
-      std::copy_n(near, 3, d);
-      ratio = last;
-    }
-    if (d[0] * into[0] + d[1] * into[1] < AHEAD) return;
+    if (!crack_tip(s, e, t, ratio)) return;
   } else {
-    double tip[2];
-    if (!at_notch(s, e, radius_of(s, e)) || !notch_end(s, e, tip, x, d)) return;
-    ratio = mode_ratio(s, e, tip, d);
+    if (!notch_end(s, e, t)) return;
+    ratio = mode_ratio(s, e, t.end, t.d);
   }
   const Kink k   = kink_of(ratio);
-  const double G = (J[0] * d[0] + J[1] * d[1]) / s.fm.gc[e] * k.gain;
-  if (given ? k.gain < MORE : G < MORE_GROWN * c.x.value) return;
-  const double go[2] = {d[0] * std::cos(k.angle) - d[1] * std::sin(k.angle),
-                        d[0] * std::sin(k.angle) + d[1] * std::cos(k.angle)};
+  const double G = (J[0] * t.d[0] + J[1] * t.d[1]) / s.fm.gc[e] * k.gain;
+  if (t.given ? k.gain < MORE : G < MORE_GROWN * c.x.value) return;
+  const double cosine = std::cos(k.angle), sine = std::sin(k.angle);
+  const double go[2] = {t.d[0] * cosine - t.d[1] * sine, t.d[0] * sine + t.d[1] * cosine};
   IntVec line;
-  if (!along_line(s, e, x, go, KINK_LENGTH * s.fm.local[e], line)) return;
+  if (!along_line(s, e, t.face, go, KINK_LENGTH * s.fm.local[e], line)) return;
   c.gain     = G / c.x.value;
   c.x.value  = G;
   c.exceeded = with_strength(s, e, G);
@@ -1008,7 +1035,8 @@ double frac_value(const Model& m, const Step& step, const Elements& el, const Fr
                   const Fracture& fr, const Level& l, const FirstBreak& first)
 {
   const bool own = first.elem >= 0 && m.part.works(first.elem);
-  double value   = own ? first.gain * value_of({m, step, el, fm, fr, l, {}, {}}, first.elem, first.part) : 0.0;
+  double value   = 0.0;
+  if (own) value = first.gain * value_of({m, step, el, fm, fr, l, {}, {}}, first.elem, first.part);
   if (m.part.on) comm_sum(&value, 1);
   return value;
 }

@@ -9,6 +9,7 @@
 #include "dof/dof.h"
 #include "elem/kernel_broken.h"
 #include "frac/frac.h"
+#include "frac/frac_kink.h"
 #include "frac/free_face.h"
 #include "shape/shape.h"
 #include "samples.h"
@@ -509,6 +510,27 @@ TEST(Broken, PointTangentAgainstDifferences)
         }
       EXPECT_LT(worst / size, 1e-7) << split << " " << shape;
     }
+}
+
+// angle and load of pure mode II by the largest energy release: Amestoy and Leblond (1992) give 75 to 76 degrees, and
+// sigma sqrt(pi a)/Kc = 0.81; mixed modes are those of a crack inclined by 60, 45, 30 and 15 degrees
+TEST(Fracture, KinksReleaseMost)
+{
+  const double pi = 3.14159265358979323846;
+  EXPECT_NEAR(-75.5, kink_of(1e3).angle * 180 / pi, 0.6);
+  EXPECT_NEAR(0.81, 1.0 / std::sqrt(kink_of(1e3).gain), 0.005);
+  const double beta[4] = {60, 45, 30, 15}, angle[4] = {-45.4, -56.6, -64.3, -70.4},
+               load[4] = {0.9752, 1.0950, 1.4882, 2.9155};
+  for (int i = 0; i < 4; ++i) {
+    const double b = beta[i] * pi / 180, K1 = std::sin(b) * std::sin(b), K2 = std::sin(b) * std::cos(b);
+    const Kink k = kink_of(K2 / K1), mirrored = kink_of(-K2 / K1);
+    EXPECT_NEAR(angle[i], k.angle * 180 / pi, 0.5);
+    EXPECT_NEAR(load[i], 1.0 / std::sqrt(k.gain * (K1 * K1 + K2 * K2)), 1e-3);
+    EXPECT_EQ(-k.angle, mirrored.angle);
+    EXPECT_EQ(k.gain, mirrored.gain);
+  }
+  EXPECT_EQ(0.0, kink_of(0.0).angle);
+  EXPECT_EQ(1.0, kink_of(0.0).gain);
 }
 
 TEST(FracMesh, SizesAndNeighbours)
