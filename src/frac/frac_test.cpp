@@ -464,6 +464,8 @@ double force_rank(const Scan& s, int e, const double* J, double G)
 // straight on; a crack that has grown more than |J| says. |J| goes where a kink would up to K_II/K_I = 0.4, and
 // the staircase of a mesh that looks like shear releases less.  Test: A10, P7, K2 (fracture/kink_inclined.inp)
 const double MORE = 1.05, MORE_GROWN = 1.15;
+// cosine of the directions of a crack in the ball and in half of it, 3 degrees: less is no straight one
+const double STRAIGHT = 0.9986;
 // cosine between the crack and the way into an element at its end; less: the element is beside the crack
 const double AHEAD = 0.7;
 // in sizes of an element: length of a kink; distance of the middle of what is cracked in the ball from the
@@ -488,7 +490,8 @@ void middle_of(const std::vector<FreeFace>& face, const double* c, double radius
 // (unit vector)
 struct Tip {
   double end[2], face[2], d[3] = {0, 0, 0};
-  bool given = true;           // nothing has broken there: its direction is known
+  bool given = true;           // nothing has broken there
+  bool straight = true;        // its direction is the same in the ball and in half of it
 };
 
 // nodes of the faces around c that lie ahead along d: their mean; of their faces the one whose element holds
@@ -618,7 +621,9 @@ bool crack_tip(const Scan& s, int e, Tip& t, double& ratio)
   if (!t.given && at_surface(s, e)) return false;
   ratio = mode_ratio(s, e, t.end, t.d);
   // a kink is shorter than the ball: the direction of its half counts, if the crack is straighter by it
-  const double last = grown_along(s, e, 0.5 * radius, 0.0, near) ? mode_ratio(s, e, t.end, near) : ratio;
+  if (!grown_along(s, e, 0.5 * radius, 0.0, near)) return false;
+  const double last = mode_ratio(s, e, t.end, near);
+  t.straight = t.d[0] * near[0] + t.d[1] * near[1] > STRAIGHT;
   if (std::fabs(last) < std::fabs(ratio)) {
     std::copy_n(near, 3, t.d);
     ratio = last;
@@ -698,6 +703,7 @@ struct Candidate {
   bool griffith = false, force = false, order_all = false;
   double gain = 1.0;           // x.value over the estimate of the element front
   int front = -1, front_label = 0;
+  bool decides = false;        // at a straight crack of the start: other elements of the ball are beside it
   // mixed mode: the elements of the kink
   int nkink = 0;
   Erosion kink[KINK_MOST];
@@ -801,6 +807,7 @@ void take_kink(const Scan& s, const double* J, Candidate& c)
   const double go[2] = {t.d[0] * cosine - t.d[1] * sine, t.d[0] * sine + t.d[1] * cosine};
   IntVec line;
   if (!along_line(s, e, t.face, go, KINK_LENGTH * s.fm.local[e], line)) return;
+  c.decides  = t.given && t.straight;
   c.gain     = G / c.x.value;
   c.x.value  = G;
   c.exceeded = with_strength(s, e, G);
@@ -843,6 +850,19 @@ void by_griffith(Scan& s, int e, double W_most, std::vector<Candidate>& out)
   if (!at) J[0] = J[1] = J[2] = 0.0;                 // no crack yet that could go on
   out.push_back(candidate(s, e, G / s.fm.gc[e], rank / s.fm.gc[e], J));
   if (force && s.m.dim == 2) take_kink(s, F, out.back());
+}
+
+// where a crack of the start kinks |J| of the elements beside it says nothing
+void drop_beside(std::vector<Candidate>& all)
+{
+  std::vector<Candidate> out;
+  for (const Candidate& c : all) {
+    bool keep = true;
+    for (const Candidate& o : all)
+      keep = keep && (!c.force || c.decides || !o.decides || distance(c, o) >= o.ball);
+    if (keep) out.push_back(c);
+  }
+  all.swap(out);
 }
 
 // FORCE: all elements around a tip see much the same |J|. Where the best placed one of a ball holds, none of
@@ -1012,6 +1032,7 @@ void frac_test(const Model& m, const Step& step, const Elements& el, const FracM
     else by_griffith(s, e, W_most, all);
   }
   join(all);
+  drop_beside(all);
   keep_fronts(all);
   const bool fallback = all.empty();
   if (fallback) {                                 // ligaments that the crack has left behind
