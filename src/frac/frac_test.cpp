@@ -461,8 +461,9 @@ double force_rank(const Scan& s, int e, const double* J, double G)
 // ---- mixed mode in the plane                                                       (7.35)
 
 // A crack kinks where that releases more by this part: at a notch, whose direction is known, more than
-// straight on; a crack that has grown more than |J| says. |J| goes where a kink would up to K_II/K_I = 0.4, and
-// the staircase of a mesh that looks like shear releases less.  Test: A10, P7, K2 (fracture/kink_inclined.inp)
+// straight on; a crack that has grown more than |J| says. |J| goes where a kink would up to K_II/K_I = 0.4,
+// and the staircase of a mesh that looks like shear releases less.
+// Test: A10, P7, K2 (fracture/kink_inclined.inp)
 const double MORE = 1.05, MORE_GROWN = 1.15;
 // cosine of the directions of a crack in the ball and in half of it, 3 degrees: less is no straight one
 const double STRAIGHT = 0.9986;
