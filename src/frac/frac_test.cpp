@@ -17,6 +17,8 @@ const double ROUNDING = 1.0 + 1e-9;    // of a bound
 // see behind_tip. Less: flanks of a crack break (A14); more: it cannot divide (P8)
 const double TIP_STATICS = 0.2, TIP_MOTION = 0.4;
 const double FINE = 1e6;               // parts of an increment: rounding must not part a symmetric pair
+// length of the mean normal of the faces of an interface at a node; less: it turns by 120 degrees
+const double INTERFACE = 0.5;
 // ranks this close belong to a symmetric pair: Newton ends at a tolerance, not at zero
 const double tied = 1e-3;
 
@@ -181,7 +183,7 @@ bool at_crack(const Scan& s, int e)
 
 // J += sum_a q_a F_a of one element
 template <int D>
-void add_force(const Scan& s, int e, const double* q, double* J)
+void add_force_of(const Scan& s, int e, const double* q, double* J)
 {
   const ElemBlock& b    = s.el.block[s.el.initial_block[e]];
   const ShapeInfo& info = shape_info[b.shape];
@@ -308,6 +310,63 @@ double front_length(const Scan& s, int e, const double* J, double radius)
   return sum;
 }
 
+// an element of other energy at equal strain than a, or of another thickness
+bool other_material(const Scan& s, int a, int b)
+{
+  const ElemBlock &x = s.el.block[s.el.initial_block[a]], &y = s.el.block[s.el.initial_block[b]];
+  return &x != &y && (x.law.material != y.law.material || x.thickness != y.thickness);
+}
+
+// a node between materials, off the crack: the force on it is that on the interface, square to it, and none of
+// the crack. n: unit normal, 0 where the interface turns sharply
+bool at_interface(const Scan& s, int node, double* n)
+{
+  const int first = s.fm.of_node.begin(node)[0];
+  bool mixed = false;
+  for (int k = 0; k < s.fm.of_node.count(node); ++k) {
+    const int o = s.fm.of_node.begin(node)[k];
+    if (s.el.initial_block[o] < 0 || s.cracked(o)) return false;
+    mixed = mixed || other_material(s, first, o);
+  }
+  if (!mixed) return false;
+  double length = 0.0, sum = 0.0;
+  n[0] = n[1] = n[2] = 0.0;
+  for (int k = 0; k < s.fm.of_node.count(node); ++k) {
+    const int o = s.fm.of_node.begin(node)[k];
+    for (int f = 0; f < shape_info[s.el.block[s.el.initial_block[o]].shape].nface; ++f) {
+      const int p = s.fm.across[6 * o + f];
+      if (p < 0 || s.el.initial_block[p] < 0 || s.el.initial_block[o] >= s.el.initial_block[p] ||
+          !other_material(s, o, p))
+        continue;
+      const FreeFace face = free_face(s.m.mesh, o, f, false);
+      if (std::find(face.node, face.node + face.n, node) == face.node + face.n) continue;
+      for (int i = 0; i < 3; ++i) n[i] += face.area[i];
+      length += std::hypot(face.area[0], face.area[1], face.area[2]);
+    }
+  }
+  sum = std::hypot(n[0], n[1], n[2]);
+  for (int i = 0; i < 3; ++i) n[i] = sum > INTERFACE * length ? n[i] / sum : 0.0;
+  return true;
+}
+
+// J += what an element adds; at a node of an interface without the force square to it               (7.5)
+//   inout   q   [nodes] weights
+void add_force(const Scan& s, int e, double* q, double* J)
+{
+  const int nen = s.m.mesh.conn.count(e), *node = s.m.mesh.conn.begin(e);
+  const auto add = s.m.dim == 2 ? add_force_of<2> : add_force_of<3>;
+  for (int a = 0; s.el.block.size() > 1 && a < nen; ++a) {
+    double n[3], one[8] = {0}, F[3] = {0, 0, 0};
+    if (q[a] == 0.0 || !at_interface(s, node[a], n)) continue;
+    std::swap(one[a], q[a]);
+    if (n[0] == 0.0 && n[1] == 0.0 && n[2] == 0.0) continue;
+    add(s, e, one, F);
+    const double across = F[0] * n[0] + F[1] * n[1] + F[2] * n[2];
+    for (int i = 0; i < 3; ++i) J[i] += F[i] - across * n[i];
+  }
+  add(s, e, q, J);
+}
+
 // J of the ball around an element, per thickness or per length of the front
 double force_estimate(const Scan& s, int e, double radius, double* J)
 {
@@ -318,9 +377,7 @@ double force_estimate(const Scan& s, int e, double radius, double* J)
     const int n = s.m.mesh.conn.count(o), *node = s.m.mesh.conn.begin(o);
     double q[8], sum = 0.0;
     for (int a = 0; a < n; ++a) sum += q[a] = weight_of(s, node[a], c, radius);
-    if (sum == 0.0) return;
-    if (s.m.dim == 2) add_force<2>(s, o, q, J);
-    else add_force<3>(s, o, q, J);
+    if (sum > 0.0) add_force(s, o, q, J);
   });
   // without crack or notch the surface itself is where a crack may start
   if (s.m.dim == 3 && (at_crack(s, e) || at_notch(s, e, radius))) take_surface(s, e, radius, J);
