@@ -1,5 +1,6 @@
 #include "frac/frac_kink.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace {
@@ -51,6 +52,8 @@ Kink kink_of(double ratio)
   if (ratio < 0.0) best.angle = -best.angle;
   return best;
 }
+
+double kink_share(double angle) { return release(std::min(std::fabs(angle) / pi, 0.5), 1.0, 0.0); }
 
 bool in_element(const Mesh& mesh, int e, const double* x)
 {

@@ -2,6 +2,8 @@
 #include <array>
 #include <cmath>
 
+#include <Eigen/Eigenvalues>
+
 #include "base/comm.h"
 #include "base/forest.h"
 #include "base/timer.h"
@@ -314,7 +316,8 @@ double front_length(const Scan& s, int e, const double* J, double radius)
 bool other_material(const Scan& s, int a, int b)
 {
   const ElemBlock &x = s.el.block[s.el.initial_block[a]], &y = s.el.block[s.el.initial_block[b]];
-  return &x != &y && (x.law.material != y.law.material || x.thickness != y.thickness);
+  return x.law.mu != y.law.mu || x.law.lam3 != y.law.lam3 || x.law.kind != y.law.kind ||
+         x.thickness != y.thickness;
 }
 
 // a node between materials, off the crack: the force on it is that on the interface, square to it, and none of
@@ -487,6 +490,9 @@ bool may_start(Scan& s, int e)
   return good;
 }
 
+// weight of a cracked element o in the ball of e; one that was removed has no volume
+double crack_share(const Scan& s, int e, int o) { return s.fm.volume[s.fm.volume[o] > 0.0 ? o : e]; }
+
 // unit vector from the middle of the cracked elements within radius, which is to be further off than least;
 // false: there is none
 bool grown_along(const Scan& s, int e, double radius, double least, double* d)
@@ -494,7 +500,7 @@ bool grown_along(const Scan& s, int e, double radius, double least, double* d)
   double mid[3] = {0, 0, 0}, volume = 0.0, norm = 0.0;
   frac_near(s.fm, &s.fm.centre[3 * e], radius * AT_RADIUS, [&](int o, double) {
     if (!s.cracked(o)) return;
-    const double v = s.fm.volume[o] > 0.0 ? s.fm.volume[o] : 1.0;
+    const double v = crack_share(s, e, o);
     volume += v;
     for (int i = 0; i < 3; ++i) mid[i] += v * s.fm.centre[3 * o + i];
   });
@@ -526,6 +532,12 @@ const double MORE = 1.05, MORE_GROWN = 1.15;
 const double STRAIGHT = 0.9986;
 // cosine between the crack and the way into an element at its end; less: the element is beside the crack
 const double AHEAD = 0.7;
+// cosine between the way into an element at a crack and where the crack goes, or its plane; less: it lies beside
+// the crack, and what breaks there is a kink, whose release counts. Test: K7
+const double BESIDE = 0.5;
+// spread of the middles of what is cracked along and across a crack, squared, in sizes of an element and over the
+// one along: two elements of a row have 0.25, three 0.67
+const double LONG = 0.2, FLAT = 0.2;
 // in sizes of an element: length of a kink; distance of the middle of what is cracked in the ball from the
 // element ahead: less is no crack yet that has a direction (three elements of a row: 2)
 const double KINK_LENGTH = 3.0, CRACK = 1.9;
@@ -547,7 +559,7 @@ void middle_of(const std::vector<FreeFace>& face, const double* c, double radius
 // Where a crack or a notch ends, the middle of the faces that a kink leaves, the direction so far
 // (unit vector)
 struct Tip {
-  double end[2], face[2], d[3] = {0, 0, 0};
+  double end[2], face[3], d[3] = {0, 0, 0};
   bool given = true;           // nothing has broken there
   bool straight = true;        // its direction is the same in the ball and in half of it
 };
@@ -608,24 +620,24 @@ bool notch_end(const Scan& s, int e, Tip& t)
   return away_from(face, t.end, h, h, t.d);
 }
 
-// the middle of the faces where a crack meets e, and the unit vector into e there; false: none does
+// the middle of the faces where a crack meets e, and the unit vector into e there [3]; false: none does
 bool crack_face(const Scan& s, int e, double* x, double* into)
 {
   double mid[3], area[3];
   int n = 0;
-  x[0] = x[1] = into[0] = into[1] = 0.0;
+  for (int i = 0; i < 3; ++i) x[i] = into[i] = 0.0;
   for (int f = 0; f < shape_info[s.el.block[s.el.initial_block[e]].shape].nface; ++f) {
     const int o = s.fm.across[6 * e + f];
     if (o < 0 || !s.cracked(o)) continue;
     face_of(s.m.mesh, e, f, mid, area);
-    for (int i = 0; i < 2; ++i) {
+    for (int i = 0; i < s.m.dim; ++i) {
       x[i] += mid[i];
       into[i] -= area[i];
     }
     ++n;
   }
-  const double norm = std::hypot(into[0], into[1]);
-  for (int i = 0; n && i < 2; ++i) {
+  const double norm = std::hypot(into[0], into[1], into[2]);
+  for (int i = 0; n && i < s.m.dim; ++i) {
     x[i] /= n;
     into[i] /= norm;
   }
@@ -654,6 +666,31 @@ double mode_ratio(const Scan& s, int e, const double* c, const double* d)
   return shear == 0.0 ? 0.0 : shear / std::max(normal, least);
 }
 
+// unit normal of the line or plane of what is cracked in half the ball of e; false: it is none
+bool crack_plane(const Scan& s, int e, double* n)
+{
+  const double h = s.fm.local[e];
+  Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  double volume = 0.0;
+  frac_near(s.fm, &s.fm.centre[3 * e], 0.5 * radius_of(s, e) * AT_RADIUS, [&](int o, double) {
+    if (!s.cracked(o)) return;
+    const Eigen::Vector3d at = Eigen::Map<const Eigen::Vector3d>(&s.fm.centre[3 * o]) -
+                               Eigen::Map<const Eigen::Vector3d>(&s.fm.centre[3 * e]);
+    const double v = crack_share(s, e, o);
+    volume += v;
+    sum += v * at;
+    spread += v * at * at.transpose();
+  });
+  if (volume == 0.0) return false;
+  const Eigen::Vector3d middle = sum / volume;
+  Eigen::Matrix3d about = spread / volume - middle * middle.transpose();
+  if (s.m.dim == 2) about(2, 2) = h * h;           // along the front
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(about);
+  for (int i = 0; i < 3; ++i) n[i] = axes.eigenvectors()(i, 0);
+  return axes.eigenvalues()[1] > LONG * h * h && axes.eigenvalues()[0] < FLAT * axes.eigenvalues()[1];
+}
+
 // does the ball reach an outer face of the mesh?
 bool at_surface(const Scan& s, int e)
 {
@@ -669,7 +706,7 @@ bool at_surface(const Scan& s, int e)
 // the tip of the crack in front of e, and its ratio; false: e is beside it, or too little has cracked
 bool crack_tip(const Scan& s, int e, Tip& t, double& ratio)
 {
-  double into[2], near[3];
+  double into[3], near[3];
   const double radius = radius_of(s, e);
   if (!crack_face(s, e, t.face, into)) return false;
   std::copy_n(t.face, 2, t.end);
@@ -850,7 +887,7 @@ bool out_of_reach(const Scan& s, int e, double W_most)
 void take_kink(const Scan& s, const double* J, Candidate& c)
 {
   const int e = c.x.elem;
-  double ratio = 0.0, x[2], into[2];
+  double ratio = 0.0, x[3], into[3];
   Tip t;
   if (crack_face(s, e, x, into)) {
     if (!crack_tip(s, e, t, ratio)) return;
@@ -872,6 +909,25 @@ void take_kink(const Scan& s, const double* J, Candidate& c)
   c.nkink    = std::min<int>(KINK_MOST, line.size());
   const double grows[3] = {G * s.fm.gc[e] * go[0], G * s.fm.gc[e] * go[1], 0.0};
   for (int i = 0; i < c.nkink; ++i) c.kink[i] = erosion_of(s, line[i], G, G, grows);
+}
+
+// FORCE: an element beside a crack releases what a kink of that angle does. Where what lies ahead is tougher, or
+// cannot break, |J| would break the flanks
+//   in   J   of (7.5)
+void take_beside(const Scan& s, const double* J, Candidate& c)
+{
+  const int e = c.x.elem;
+  double x[3], into[3], n[3], ways = 0.0, size = std::hypot(J[0], J[1], J[2]);
+  if (size == 0.0 || !crack_face(s, e, x, into)) return;
+  for (int i = 0; i < 3; ++i) ways += J[i] * into[i] / size;
+  if (!crack_plane(s, e, n)) return;
+  const double off = n[0] * into[0] + n[1] * into[1] + n[2] * into[2];
+  ways = std::max(ways, std::sqrt(std::max(0.0, 1.0 - off * off)));
+  if (ways >= BESIDE) return;
+  c.gain = kink_share(std::acos(std::max(0.0, ways)));
+  c.x.value *= c.gain;
+  c.x.rank *= c.gain;
+  c.exceeded *= c.gain;
 }
 
 // a front that kinks: the elements of the kink in place of the element that it stands for
@@ -907,7 +963,9 @@ void by_griffith(Scan& s, int e, double W_most, std::vector<Candidate>& out)
   const double F[3] = {J[0], J[1], J[2]};
   if (!at) J[0] = J[1] = J[2] = 0.0;                 // no crack yet that could go on
   out.push_back(candidate(s, e, G / s.fm.gc[e], rank / s.fm.gc[e], J));
-  if (force && s.m.dim == 2) take_kink(s, F, out.back());
+  if (!force) return;
+  if (s.m.dim == 2) take_kink(s, F, out.back());
+  if (out.back().nkink == 0) take_beside(s, F, out.back());
 }
 
 // where a crack of the start kinks |J| of the elements beside it says nothing
