@@ -533,8 +533,9 @@ const double STRAIGHT = 0.9986;
 // cosine between the crack and the way into an element at its end; less: the element is beside the crack
 const double AHEAD = 0.7;
 // cosine between the way into an element at a crack and where the crack goes, or its plane; less: it lies beside
-// the crack, and what breaks there is a kink, whose release counts. Test: K7
-const double BESIDE = 0.5;
+// the crack, and what breaks there is a kink, whose release counts where a toughness that is so much larger
+// blocks the way ahead. Test: K7
+const double BESIDE = 0.5, TOUGHER = 1.2;
 // spread of the middles of what is cracked along and across a crack, squared, in sizes of an element and over the
 // one along: two elements of a row have 0.25, three 0.67
 const double LONG = 0.2, FLAT = 0.2;
@@ -689,6 +690,36 @@ bool crack_plane(const Scan& s, int e, double* n)
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(about);
   for (int i = 0; i < 3; ++i) n[i] = axes.eigenvectors()(i, 0);
   return axes.eigenvalues()[1] > LONG * h * h && axes.eigenvalues()[0] < FLAT * axes.eigenvalues()[1];
+}
+
+// what lies ahead, along J, of the foremost cracked element in the ball of e is tougher, or cannot break
+bool blocked(const Scan& s, int e, const double* J)
+{
+  int tip = -1, tougher = 0;
+  double far = 0.0;
+  const auto along = [&](int from, int to) {
+    double sum = 0.0;
+    for (int i = 0; i < 3; ++i) sum += J[i] * (s.fm.centre[3 * to + i] - s.fm.centre[3 * from + i]);
+    return sum;
+  };
+  in_ball(s, e, [&](int o, double) {
+    if (!s.cracked(o) || (tip >= 0 && along(e, o) <= far)) return;
+    tip = o;
+    far = along(e, o);
+  });
+  if (tip < 0) return false;
+  const int nen = s.m.mesh.conn.count(tip), *node = s.m.mesh.conn.begin(tip);
+  for (int a = 0; a < nen; ++a)
+    for (int k = 0; k < s.fm.of_node.count(node[a]); ++k) {
+      const int o = s.fm.of_node.begin(node[a])[k];
+      if (o == tip || !s.intact(o)) continue;
+      const double *x = &s.fm.centre[3 * o], *c = &s.fm.centre[3 * tip];
+      const double size = std::hypot(J[0], J[1], J[2]) * std::hypot(x[0] - c[0], x[1] - c[1], x[2] - c[2]);
+      if (along(tip, o) < AHEAD * size) continue;
+      if (s.fm.def[o] >= 0 && s.fm.gc[o] < TOUGHER * s.fm.gc[e]) return false;
+      ++tougher;
+    }
+  return tougher > 0;
 }
 
 // does the ball reach an outer face of the mesh?
@@ -923,7 +954,7 @@ void take_beside(const Scan& s, const double* J, Candidate& c)
   if (!crack_plane(s, e, n)) return;
   const double off = n[0] * into[0] + n[1] * into[1] + n[2] * into[2];
   ways = std::max(ways, std::sqrt(std::max(0.0, 1.0 - off * off)));
-  if (ways >= BESIDE) return;
+  if (ways >= BESIDE || !blocked(s, e, J)) return;
   c.gain = kink_share(std::acos(std::max(0.0, ways)));
   c.x.value *= c.gain;
   c.x.rank *= c.gain;
