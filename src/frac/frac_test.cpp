@@ -23,6 +23,11 @@ const double FINE = 1e6;               // parts of an increment: rounding must n
 const double INTERFACE = 0.5;
 // ranks this close belong to a symmetric pair: Newton ends at a tolerance, not at zero
 const double tied = 1e-3;
+// what breaks of a front in space breaks together: |J| of its elements differs by that where it is straight
+// Test: A10, K5
+const double FRONT = 0.03;
+// cosine of the normals of two faces that are opposite
+const double OPPOSITE = -0.5;
 
 // What one test knows of the state; what costs is made when it is asked for
 struct Scan {
@@ -513,12 +518,45 @@ bool grown_along(const Scan& s, int e, double radius, double least, double* d)
   return norm > least * least;
 }
 
+// spread of the middles of what is cracked along and across a crack, squared, in sizes of an element and over the
+// one along: two elements of a row have 0.25, three 0.67
+const double LONG = 0.1, FLAT = 0.2;
+
+// unit normal of the line or plane of what is cracked in half the ball of e; false: it is none
+bool crack_plane(const Scan& s, int e, double* n)
+{
+  const double h = s.fm.local[e];
+  Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  double volume = 0.0;
+  frac_near(s.fm, &s.fm.centre[3 * e], 0.5 * radius_of(s, e) * AT_RADIUS, [&](int o, double) {
+    if (!s.cracked(o)) return;
+    const Eigen::Vector3d at = Eigen::Map<const Eigen::Vector3d>(&s.fm.centre[3 * o]) -
+                               Eigen::Map<const Eigen::Vector3d>(&s.fm.centre[3 * e]);
+    const double v = crack_share(s, e, o);
+    volume += v;
+    sum += v * at;
+    spread += v * at * at.transpose();
+  });
+  if (volume == 0.0) return false;
+  const Eigen::Vector3d middle = sum / volume;
+  Eigen::Matrix3d about = spread / volume - middle * middle.transpose();
+  if (s.m.dim == 2) about(2, 2) = h * h;           // along the front
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(about);
+  for (int i = 0; i < 3; ++i) n[i] = axes.eigenvectors()(i, 0);
+  return axes.eigenvalues()[1] > LONG * h * h && axes.eigenvalues()[0] < FLAT * axes.eigenvalues()[1];
+}
+
 // the order: along the direction from the broken elements of the ball, so that the path leaves the mesh
-// lines  (7.8)
+// lines; in space the way along the front does not count: all of a plane front are level  (7.8)
 double force_rank(const Scan& s, int e, const double* J, double G)
 {
-  double d[3];
-  return grown_along(s, e, radius_of(s, e), 0.0, d) ? J[0] * d[0] + J[1] * d[1] + J[2] * d[2] : G;
+  double d[3], n[3];
+  if (!grown_along(s, e, radius_of(s, e), 0.0, d)) return G;
+  const double ahead = J[0] * d[0] + J[1] * d[1] + J[2] * d[2];
+  if (s.m.dim == 2 || ahead <= 0.0 || !crack_plane(s, e, n)) return ahead;
+  const double size = std::hypot(J[0], J[1], J[2]), off = d[0] * n[0] + d[1] * n[1] + d[2] * n[2];
+  return ahead / std::hypot(ahead / size, off);
 }
 
 // ---- mixed mode in the plane                                                       (7.35)
@@ -536,9 +574,6 @@ const double AHEAD = 0.7;
 // the crack, and what breaks there is a kink, whose release counts where a toughness that is so much larger
 // blocks the way ahead. Test: K7
 const double BESIDE = 0.5, TOUGHER = 1.2;
-// spread of the middles of what is cracked along and across a crack, squared, in sizes of an element and over the
-// one along: two elements of a row have 0.25, three 0.67
-const double LONG = 0.2, FLAT = 0.2;
 // in sizes of an element: length of a kink; distance of the middle of what is cracked in the ball from the
 // element ahead: less is no crack yet that has a direction (three elements of a row: 2)
 const double KINK_LENGTH = 3.0, CRACK = 1.9;
@@ -667,31 +702,6 @@ double mode_ratio(const Scan& s, int e, const double* c, const double* d)
   return shear == 0.0 ? 0.0 : shear / std::max(normal, least);
 }
 
-// unit normal of the line or plane of what is cracked in half the ball of e; false: it is none
-bool crack_plane(const Scan& s, int e, double* n)
-{
-  const double h = s.fm.local[e];
-  Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  double volume = 0.0;
-  frac_near(s.fm, &s.fm.centre[3 * e], 0.5 * radius_of(s, e) * AT_RADIUS, [&](int o, double) {
-    if (!s.cracked(o)) return;
-    const Eigen::Vector3d at = Eigen::Map<const Eigen::Vector3d>(&s.fm.centre[3 * o]) -
-                               Eigen::Map<const Eigen::Vector3d>(&s.fm.centre[3 * e]);
-    const double v = crack_share(s, e, o);
-    volume += v;
-    sum += v * at;
-    spread += v * at * at.transpose();
-  });
-  if (volume == 0.0) return false;
-  const Eigen::Vector3d middle = sum / volume;
-  Eigen::Matrix3d about = spread / volume - middle * middle.transpose();
-  if (s.m.dim == 2) about(2, 2) = h * h;           // along the front
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(about);
-  for (int i = 0; i < 3; ++i) n[i] = axes.eigenvectors()(i, 0);
-  return axes.eigenvalues()[1] > LONG * h * h && axes.eigenvalues()[0] < FLAT * axes.eigenvalues()[1];
-}
-
 // what lies ahead, along J, of the foremost cracked element in the ball of e is tougher, or cannot break
 bool blocked(const Scan& s, int e, const double* J)
 {
@@ -783,6 +793,25 @@ double fallback_of(const Scan& s, int e)
   return given >= 0.0 ? given : estimate_of(s, e) == ESTIMATE_FORCE && s.m.dim == 3 ? 0.45 : 0.0;
 }
 
+// a ligament: a crack on two sides of it that do not meet at an edge, or all around it
+bool left_behind(const Scan& s, int e)
+{
+  if (s.def(e).fallback >= 0.0) return true;
+  double way[6][3], mid[3];
+  int n = 0;
+  for (int f = 0; f < shape_info[s.el.block[s.el.initial_block[e]].shape].nface; ++f)
+    if (s.fm.across[6 * e + f] >= 0 && s.cracked(s.fm.across[6 * e + f])) face_of(s.m.mesh, e, f, mid, way[n++]);
+  bool found = false;
+  for (int a = 0; a < n; ++a)
+    for (int b = 0; b < a; ++b) {
+      double dot = 0.0;
+      for (int i = 0; i < 3; ++i) dot += way[a][i] * way[b][i];
+      const double size = std::hypot(way[a][0], way[a][1], way[a][2]) * std::hypot(way[b][0], way[b][1], way[b][2]);
+      found = found || dot < OPPOSITE * size;
+    }
+  return found;
+}
+
 // the crack holds the direction of growth: what of N is along J goes
 void turn_off(const double* J, double* N)
 {
@@ -827,6 +856,7 @@ struct Candidate {
   double fallback = 0.0;       // part of Gc h that breaks it anywhere
   double exceeded = 0.0;       // x.value, and with START=stress what that lets through
   bool griffith = false, force = false, order_all = false;
+  double level = tied;         // part of the rank of the best placed one with which it is level
   double gain = 1.0;           // x.value over the estimate of the element front
   int front = -1, front_label = 0;
   bool decides = false;        // at a straight crack of the start: other elements of the ball are beside it
@@ -854,6 +884,7 @@ Candidate candidate(const Scan& s, int e, double value, double rank, const doubl
   c.griffith  = d.criterion == CRITERION_GRIFFITH;
   c.force     = c.griffith && estimate_of(s, e) == ESTIMATE_FORCE;
   c.order_all = d.order == ORDER_ALL;
+  if (c.force && s.m.dim == 3 && at_crack(s, e)) c.level = FRONT;
   c.front       = c.x.number;
   c.front_label = c.x.label;
   return c;
@@ -1018,11 +1049,12 @@ void keep_fronts(std::vector<Candidate>& all)
 {
   std::vector<Candidate> out;
   for (const Candidate& c : all) {
-    if (c.x.value < 1.0) continue;
+    if (c.x.value < 1.0 - (c.force ? c.level : 0.0)) continue;
     const Candidate* best = &c;
     for (const Candidate& o : all)
       if (c.force && o.force && o.x.rank > best->x.rank && distance(c, o) < c.ball) best = &o;
-    if (best->x.value >= 1.0) out.push_back(c);
+    if (best->x.value < 1.0) continue;
+    if (c.x.value >= 1.0 || c.x.rank >= (1.0 - c.level) * best->x.rank) out.push_back(c);
   }
   all.swap(out);
 }
@@ -1057,7 +1089,7 @@ void choose(bool dynamic, bool fallback, std::vector<Candidate>& all)
     bool take = true;
     for (const Candidate& o : out) {
       const bool far = c.spacing > 0.0 && distance(c, o) >= c.spacing * (1.0 - 1e-9);
-      take = take && (judged || c.x.rank >= (1.0 - tied) * o.x.rank || far);
+      take = take && (judged || c.x.rank >= (1.0 - c.level) * o.x.rank || far);
     }
     if (take) out.push_back(c);
   }
@@ -1185,7 +1217,7 @@ void frac_test(const Model& m, const Step& step, const Elements& el, const FracM
   if (fallback) {                                 // ligaments that the crack has left behind
     for (int e = 0; e < nelem; ++e)
       if (my_turn(m.part, e) && fm.def[e] >= 0 && s.intact(e) && s.def(e).criterion == CRITERION_GRIFFITH &&
-          fallback_of(s, e) > 0.0)
+          fallback_of(s, e) > 0.0 && left_behind(s, e))
         by_element(s, e, fallback_of(s, e), all);
     join(all);
   }
