@@ -281,6 +281,109 @@ void take_surface(const Scan& s, int e, double radius, double* J)
   }
 }
 
+// weight of a cracked element o in the ball of e; one that was removed has no volume
+double crack_share(const Scan& s, int e, int o) { return s.fm.volume[s.fm.volume[o] > 0.0 ? o : e]; }
+
+// in sizes of an element: points that see the crack, reach. Spread of the middles of what is cracked along and across a crack, squared, in sizes of an element and over the
+// one along: two elements of a row have 0.25, three 0.67
+const double RASTER = 0.5, AROUND = 2.5, LONG = 0.1, FLAT = 0.2;
+
+// unit normal of the line or plane of what is cracked around e; false: it is none
+bool crack_plane(const Scan& s, int e, double* n, double* mid = nullptr)
+{
+  const double h = s.fm.local[e];
+  Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  double volume = 0.0;
+  frac_near(s.fm, &s.fm.centre[3 * e], AROUND * h * AT_RADIUS, [&](int o, double) {
+    if (!s.cracked(o)) return;
+    const Eigen::Vector3d at = Eigen::Map<const Eigen::Vector3d>(&s.fm.centre[3 * o]) -
+                               Eigen::Map<const Eigen::Vector3d>(&s.fm.centre[3 * e]);
+    const double v = crack_share(s, e, o);
+    volume += v;
+    sum += v * at;
+    spread += v * at * at.transpose();
+  });
+  if (volume == 0.0) return false;
+  const Eigen::Vector3d middle = sum / volume;
+  Eigen::Matrix3d about = spread / volume - middle * middle.transpose();
+  if (s.m.dim == 2) about(2, 2) = h * h;           // along the front
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(about);
+  for (int i = 0; i < 3; ++i) n[i] = axes.eigenvectors()(i, 0);
+  for (int i = 0; mid && i < 3; ++i) mid[i] = s.fm.centre[3 * e + i] + middle[i];
+  return axes.eigenvalues()[1] > LONG * h * h && axes.eigenvalues()[0] < FLAT * axes.eigenvalues()[1];
+}
+
+// element of space in which x lies at t = 0, -1: none
+int element_at(const Scan& s, const double* x, double h)
+{
+  int found = -1;
+  frac_near(s.fm, x, h, [&](int o, double) {
+    if (found >= 0 || (!s.cracked(o) && s.el.initial_block[o] < 0)) return;
+    const Shape shape = elem_table[s.m.mesh.elem_type[o]].shape;
+    bool in = true;
+    for (int f = 0; in && f < shape_info[shape].nface; ++f) {
+      double mid[3], area[3], out = 0.0;
+      face_of(s.m.mesh, o, f, mid, area);
+      for (int i = 0; i < 3; ++i) out += (x[i] - mid[i]) * area[i];
+      in = out <= 0.0;
+    }
+    if (in) found = o;
+  });
+  return found;
+}
+
+// unit vectors square to n and to each other
+void plane_axes(const double* n, double* a, double* b)
+{
+  int least = 0;
+  for (int i = 1; i < 3; ++i)
+    if (std::fabs(n[i]) < std::fabs(n[least])) least = i;
+  double axis[3] = {0, 0, 0};
+  axis[least] = 1.0;
+  for (int i = 0; i < 3; ++i) a[i] = n[(i + 1) % 3] * axis[(i + 2) % 3] - n[(i + 2) % 3] * axis[(i + 1) % 3];
+  const double size = std::hypot(a[0], a[1], a[2]);
+  for (int i = 0; i < 3; ++i) a[i] /= size;
+  for (int i = 0; i < 3; ++i) b[i] = n[(i + 1) % 3] * a[(i + 2) % 3] - n[(i + 2) % 3] * a[(i + 1) % 3];
+}
+
+// int q n.j ds along the front as it is, n its normal, j the direction of J: between points of a raster in the
+// plane of the crack, of which one lies in the crack and the next one in what is intact. 0: it is no plane
+double crack_front(const Scan& s, int e, const double* J, double radius)
+{
+  double n[3], mid[3], a[3], b[3], off = 0.0, sum = 0.0;
+  const double *c = &s.fm.centre[3 * e], size = std::hypot(J[0], J[1], J[2]), h = s.fm.local[e];
+  if (size == 0.0 || !at_crack(s, e) || !crack_plane(s, e, n, mid)) return 0.0;
+  plane_axes(n, a, b);
+  for (int i = 0; i < 3; ++i) off += (mid[i] - c[i]) * n[i];
+  const int most    = static_cast<int>(std::ceil(radius / (RASTER * h))), wide = 2 * most + 2;
+  const double cell = radius / most;
+  IntVec state(static_cast<size_t>(wide) * wide, 0);            // 1: crack, 2: intact
+  const auto place = [&](double p, double q, double* x) {
+    for (int i = 0; i < 3; ++i) x[i] = c[i] + (p - most) * cell * a[i] + (q - most) * cell * b[i] + off * n[i];
+  };
+  for (int p = 0; p < wide; ++p)
+    for (int q = 0; q < wide; ++q) {
+      double x[3];
+      place(p - 0.5, q - 0.5, x);
+      if (std::hypot(x[0] - c[0], x[1] - c[1], x[2] - c[2]) > radius + cell) continue;
+      const int o = element_at(s, x, 1.2 * h);
+      state[p * wide + q] = o < 0 ? 0 : s.cracked(o) ? 1 : 2;
+    }
+  for (int p = 0; p < wide; ++p)
+    for (int q = 0; q < wide; ++q)
+      for (int side = 0; side < 2; ++side) {
+        const int one = state[p * wide + q], p2 = p + (side == 0), q2 = q + (side == 1);
+        if (one == 0 || p2 == wide || q2 == wide || one + state[p2 * wide + q2] != 3) continue;
+        double x[3], along = 0.0;
+        place(p - (side == 0 ? 0.0 : 0.5), q - (side == 1 ? 0.0 : 0.5), x);
+        for (int i = 0; i < 3; ++i) along += (side == 0 ? a[i] : b[i]) * J[i] / size;
+        const double r = std::hypot(x[0] - c[0], x[1] - c[1], x[2] - c[2]);
+        sum += (one == 1 ? along : -along) * cell * std::min(1.0, std::max(0.0, 2.0 * (1.0 - r / radius)));
+      }
+  return sum;
+}
+
 // int q ds along the straight front through the element, square to J and to the largest principal stress, as
 // far as the body reaches: 1.5 radius inside                                                          (7.6)
 double front_length(const Scan& s, int e, const double* J, double radius)
@@ -389,7 +492,11 @@ double force_estimate(const Scan& s, int e, double radius, double* J)
   });
   // without crack or notch the surface itself is where a crack may start
   if (s.m.dim == 3 && (at_crack(s, e) || at_notch(s, e, radius))) take_surface(s, e, radius, J);
-  const double per = s.m.dim == 2 ? s.fm.thickness[e] : front_length(s, e, J, radius);
+  double per = s.fm.thickness[e];
+  if (s.m.dim == 3) {
+    const double straight = front_length(s, e, J, radius), found = crack_front(s, e, J, radius);
+    per = found > 0.5 * straight ? found : straight;
+  }
   for (int i = 0; i < 3; ++i) J[i] /= per;
   return std::sqrt(J[0] * J[0] + J[1] * J[1] + J[2] * J[2]);
 }
@@ -495,9 +602,6 @@ bool may_start(Scan& s, int e)
   return good;
 }
 
-// weight of a cracked element o in the ball of e; one that was removed has no volume
-double crack_share(const Scan& s, int e, int o) { return s.fm.volume[s.fm.volume[o] > 0.0 ? o : e]; }
-
 // unit vector from the middle of the cracked elements within radius, which is to be further off than least;
 // false: there is none
 bool grown_along(const Scan& s, int e, double radius, double least, double* d)
@@ -516,35 +620,6 @@ bool grown_along(const Scan& s, int e, double radius, double least, double* d)
   }
   for (int i = 0; i < 3; ++i) d[i] /= std::sqrt(norm);
   return norm > least * least;
-}
-
-// spread of the middles of what is cracked along and across a crack, squared, in sizes of an element and over the
-// one along: two elements of a row have 0.25, three 0.67
-const double LONG = 0.1, FLAT = 0.2;
-
-// unit normal of the line or plane of what is cracked in half the ball of e; false: it is none
-bool crack_plane(const Scan& s, int e, double* n)
-{
-  const double h = s.fm.local[e];
-  Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  double volume = 0.0;
-  frac_near(s.fm, &s.fm.centre[3 * e], 0.5 * radius_of(s, e) * AT_RADIUS, [&](int o, double) {
-    if (!s.cracked(o)) return;
-    const Eigen::Vector3d at = Eigen::Map<const Eigen::Vector3d>(&s.fm.centre[3 * o]) -
-                               Eigen::Map<const Eigen::Vector3d>(&s.fm.centre[3 * e]);
-    const double v = crack_share(s, e, o);
-    volume += v;
-    sum += v * at;
-    spread += v * at * at.transpose();
-  });
-  if (volume == 0.0) return false;
-  const Eigen::Vector3d middle = sum / volume;
-  Eigen::Matrix3d about = spread / volume - middle * middle.transpose();
-  if (s.m.dim == 2) about(2, 2) = h * h;           // along the front
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(about);
-  for (int i = 0; i < 3; ++i) n[i] = axes.eigenvectors()(i, 0);
-  return axes.eigenvalues()[1] > LONG * h * h && axes.eigenvalues()[0] < FLAT * axes.eigenvalues()[1];
 }
 
 // the order: along the direction from the broken elements of the ball, so that the path leaves the mesh
@@ -884,7 +959,7 @@ Candidate candidate(const Scan& s, int e, double value, double rank, const doubl
   c.griffith  = d.criterion == CRITERION_GRIFFITH;
   c.force     = c.griffith && estimate_of(s, e) == ESTIMATE_FORCE;
   c.order_all = d.order == ORDER_ALL;
-  if (c.force && s.m.dim == 3 && at_crack(s, e)) c.level = FRONT;
+  if (c.force && s.m.dim == 3) c.level = FRONT;
   c.front       = c.x.number;
   c.front_label = c.x.label;
   return c;
