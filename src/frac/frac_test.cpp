@@ -286,7 +286,7 @@ double crack_share(const Scan& s, int e, int o) { return s.fm.volume[s.fm.volume
 
 // in sizes of an element: points that see the crack, reach. Spread of the middles of what is cracked along and across a crack, squared, in sizes of an element and over the
 // one along: two elements of a row have 0.25, three 0.67
-const double RASTER = 0.5, AROUND = 2.5, LONG = 0.1, FLAT = 0.2;
+const double RASTER = 0.5, AROUND = 2.5, LONG = 0.1, FLAT = 0.4;
 
 // unit normal of the line or plane of what is cracked around e; false: it is none
 bool crack_plane(const Scan& s, int e, double* n, double* mid = nullptr)
@@ -314,7 +314,7 @@ bool crack_plane(const Scan& s, int e, double* n, double* mid = nullptr)
   return axes.eigenvalues()[1] > LONG * h * h && axes.eigenvalues()[0] < FLAT * axes.eigenvalues()[1];
 }
 
-// element of space in which x lies at t = 0, -1: none
+// element in which x lies at t = 0, -1: none
 int element_at(const Scan& s, const double* x, double h)
 {
   int found = -1;
@@ -647,8 +647,8 @@ const double STRAIGHT = 0.9986;
 const double AHEAD = 0.7;
 // cosine between the way into an element at a crack and where the crack goes, or its plane; less: it lies beside
 // the crack, and what breaks there is a kink, whose release counts where a toughness that is so much larger
-// blocks the way ahead. Test: K7
-const double BESIDE = 0.5, TOUGHER = 1.2;
+// blocks the way ahead; the same with a centre so many sizes off the plane. Test: K7
+const double BESIDE = 0.5, TOUGHER = 1.2, ASIDE = 0.6;
 // in sizes of an element: length of a kink; distance of the middle of what is cracked in the ball from the
 // element ahead: less is no crack yet that has a direction (three elements of a row: 2)
 const double KINK_LENGTH = 3.0, CRACK = 1.9;
@@ -780,31 +780,21 @@ double mode_ratio(const Scan& s, int e, const double* c, const double* d)
 // what lies ahead, along J, of the foremost cracked element in the ball of e is tougher, or cannot break
 bool blocked(const Scan& s, int e, const double* J)
 {
-  int tip = -1, tougher = 0;
-  double far = 0.0;
-  const auto along = [&](int from, int to) {
-    double sum = 0.0;
-    for (int i = 0; i < 3; ++i) sum += J[i] * (s.fm.centre[3 * to + i] - s.fm.centre[3 * from + i]);
-    return sum;
-  };
+  int tip = -1;
+  double far = 0.0, x[3], size = std::hypot(J[0], J[1], J[2]);
+  const double h = s.fm.local[e];
   in_ball(s, e, [&](int o, double) {
-    if (!s.cracked(o) || (tip >= 0 && along(e, o) <= far)) return;
+    if (!s.cracked(o)) return;
+    double along = 0.0;
+    for (int i = 0; i < 3; ++i) along += J[i] * (s.fm.centre[3 * o + i] - s.fm.centre[3 * e + i]);
+    if (tip >= 0 && along <= far) return;
     tip = o;
-    far = along(e, o);
+    far = along;
   });
   if (tip < 0) return false;
-  const int nen = s.m.mesh.conn.count(tip), *node = s.m.mesh.conn.begin(tip);
-  for (int a = 0; a < nen; ++a)
-    for (int k = 0; k < s.fm.of_node.count(node[a]); ++k) {
-      const int o = s.fm.of_node.begin(node[a])[k];
-      if (o == tip || !s.intact(o)) continue;
-      const double *x = &s.fm.centre[3 * o], *c = &s.fm.centre[3 * tip];
-      const double size = std::hypot(J[0], J[1], J[2]) * std::hypot(x[0] - c[0], x[1] - c[1], x[2] - c[2]);
-      if (along(tip, o) < AHEAD * size) continue;
-      if (s.fm.def[o] >= 0 && s.fm.gc[o] < TOUGHER * s.fm.gc[e]) return false;
-      ++tougher;
-    }
-  return tougher > 0;
+  for (int i = 0; i < 3; ++i) x[i] = s.fm.centre[3 * tip + i] + J[i] / size * h;
+  const int o = element_at(s, x, 1.5 * h);
+  return o >= 0 && s.intact(o) && (s.fm.def[o] < 0 || s.fm.gc[o] > TOUGHER * s.fm.gc[e]);
 }
 
 // does the ball reach an outer face of the mesh?
@@ -1054,12 +1044,16 @@ void take_kink(const Scan& s, const double* J, Candidate& c)
 void take_beside(const Scan& s, const double* J, Candidate& c)
 {
   const int e = c.x.elem;
-  double x[3], into[3], n[3], ways = 0.0, size = std::hypot(J[0], J[1], J[2]);
+  double x[3], into[3], n[3], mid[3], ways = 0.0, size = std::hypot(J[0], J[1], J[2]);
   if (size == 0.0 || !crack_face(s, e, x, into)) return;
   for (int i = 0; i < 3; ++i) ways += J[i] * into[i] / size;
-  if (!crack_plane(s, e, n)) return;
-  const double off = n[0] * into[0] + n[1] * into[1] + n[2] * into[2];
-  ways = std::max(ways, std::sqrt(std::max(0.0, 1.0 - off * off)));
+  if (!crack_plane(s, e, n, mid)) return;
+  double off = 0.0, away = 0.0;
+  for (int i = 0; i < 3; ++i) {
+    off += n[i] * into[i];
+    away += n[i] * (s.fm.centre[3 * e + i] - mid[i]);
+  }
+  ways = std::fabs(away) > ASIDE * s.fm.local[e] ? 0.0 : std::max(ways, std::sqrt(std::max(0.0, 1.0 - off * off)));
   if (ways >= BESIDE || !blocked(s, e, J)) return;
   c.gain = kink_share(std::acos(std::max(0.0, ways)));
   c.x.value *= c.gain;
