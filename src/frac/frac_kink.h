@@ -16,8 +16,8 @@ struct Kink {
 // crack along x
 Kink kink_of(double ratio);
 
-// kink_share : energy release of a crack of mode I that kinks by angle, over that of growth straight on. Beyond
-// 90 degrees the expansions end: that of 90
+// kink_share : energy release of a crack of mode I that kinks by angle, over that of growth straight on.
+// Beyond 90 degrees the expansions end: that of 90
 double kink_share(double angle);
 
 // in_element : does x [2] lie in the triangle or quadrilateral e of the mesh at t = 0?

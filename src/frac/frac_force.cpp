@@ -1,0 +1,326 @@
+#include "frac/frac_scan.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Eigenvalues>
+
+#include "shape/shape.h"
+
+// length of the mean normal of the faces of an interface at a node; less: it turns by 120 degrees
+const double INTERFACE = 0.5;
+
+// ---- configurational force in a ball                                               (7.5), (7.6)
+
+// J += sum_a q_a F_a of one element
+template <int D>
+static void add_force_of(const Scan& s, int e, const double* q, double* J)
+{
+  const ElemBlock& b    = s.el.block[s.el.initial_block[e]];
+  const ShapeInfo& info = shape_info[b.shape];
+  const int nen = info.nen, *node = s.m.mesh.conn.begin(e);
+  double E[72], u[24];
+  elem_strains(s.m, s.el, e, s.l.u, s.step.nlgeom, E);
+  for (int a = 0; a < nen; ++a)
+    for (int i = 0; i < D; ++i) u[a * D + i] = s.l.u[node[a] * D + i];
+  for (int g = 0; g < info.ngp; ++g) {
+    const size_t at  = b.gauss(s.el.slot_of[e]) + g;
+    const double* dN = &b.dNdX[at * nen * D];
+    double H[D * D], S[D * D], P[D * D], gq[D] = {0}, W = 0.0;
+    ip_gradient<D, 0>(dN, nen, u, H);
+    ip_law<D>(b.law, E + g * D * D, S);
+    for (int i = 0; i < D; ++i)
+      for (int j = 0; j < D; ++j) {
+        P[i * D + j] = S[i * D + j];
+        W += 0.5 * S[i * D + j] * E[(g * D + i) * D + j];
+        if (s.step.nlgeom)
+          for (int k = 0; k < D; ++k) P[i * D + j] += H[i * D + k] * S[k * D + j];
+      }
+    for (int a = 0; a < nen; ++a)
+      for (int j = 0; j < D; ++j) gq[j] += q[a] * dN[a * D + j];
+    for (int k = 0; k < D; ++k)
+      for (int j = 0; j < D; ++j) {
+        double eshelby = k == j ? -W : 0.0;
+        for (int i = 0; i < D; ++i) eshelby += H[i * D + k] * P[i * D + j];
+        J[k] += b.w[at] * eshelby * gq[j];
+      }
+  }
+}
+
+// faces of a ball
+void free_faces(const Scan& s, int e, double radius, std::vector<FreeFace>& out)
+{
+  out.clear();
+  frac_near(s.fm, &s.fm.centre[3 * e], radius, [&](int o, double) {
+    if (s.removed(o) || s.el.initial_block[o] < 0) return;
+    for (int f = 0; f < shape_info[s.el.block[s.el.initial_block[o]].shape].nface; ++f) {
+      const int behind = s.fm.across[6 * o + f];
+      if (behind < 0 || s.removed(behind)) out.push_back(free_face(s.m.mesh, o, f, behind >= 0));
+    }
+  });
+}
+
+// does the end of a notch lie in the ball?
+static bool find_notch(const Scan& s, int e, double radius)
+{
+  std::vector<FreeFace> face;
+  free_faces(s, e, radius, face);
+  return notch_among(face, s.fm.local[e]);
+}
+
+// the same; bodies are those of the start, so the answer is kept
+bool at_notch(const Scan& s, int e, double radius)
+{
+  if (!s.m.part.notch.empty() && !s.m.part.notch[e]) return false;
+  RealVec& known = s.fm.notch;
+  known.resize(s.fm.size.size(), 0.0);
+  if (std::fabs(known[e]) != radius) known[e] = find_notch(s, e, radius) ? -radius : radius;
+  return known[e] < 0.0;
+}
+
+// q of (7.6)
+static double weight_of(const Scan& s, int node, const double* c, double radius)
+{
+  const double* X = &s.m.mesh.X[3 * node];
+  const double r  = std::hypot(X[0] - c[0], X[1] - c[1], X[2] - c[2]);
+  return std::min(1.0, std::max(0.0, 2.0 * (1.0 - r / radius)));
+}
+
+// what the surface of the body adds to J where it cuts the ball: -int q W n dA on faces without traction.
+// Those of a notch belong to the crack
+static void take_surface(const Scan& s, int e, double radius, double* J)
+{
+  std::vector<FreeFace> face;
+  free_faces(s, e, radius + 1.5 * s.fm.local[e], face);
+  for (const FreeFace& f : face) {
+    if (f.removed || !s.intact(f.elem)) continue;
+    double q = 0.0;
+    for (int a = 0; a < f.n; ++a) q += weight_of(s, f.node[a], &s.fm.centre[3 * e], radius) / f.n;
+    if (q == 0.0) continue;
+    bool notch = false;
+    for (const FreeFace& o : face) notch = notch || (&o != &f && look_at(f, o, s.fm.local[e], false));
+    if (notch) continue;
+    const double W = elem_energy_one(s.m, s.el, f.elem, s.l, 1.0, s.step.nlgeom) / s.fm.volume[f.elem];
+    for (int i = 0; i < 3; ++i) J[i] += q * W * f.area[i];
+  }
+}
+
+// in sizes of an element: distance of the points that see the crack, reach of what is its plane. Spread
+// of the middles of what is cracked along and across it, squared, in sizes of an element and over the one
+// along: two elements of a row have 0.25, three 0.67
+const double RASTER = 0.5, AROUND = 2.5, LONG = 0.1, FLAT = 0.4;
+
+// unit normal of the line or plane of what is cracked around e; false: it is none
+bool crack_plane(const Scan& s, int e, double* n, double* mid)
+{
+  const double h = s.fm.local[e];
+  Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  double volume = 0.0;
+  frac_near(s.fm, &s.fm.centre[3 * e], AROUND * h * AT_RADIUS, [&](int o, double) {
+    if (!s.cracked(o)) return;
+    const Eigen::Vector3d at = Eigen::Map<const Eigen::Vector3d>(&s.fm.centre[3 * o]) -
+                               Eigen::Map<const Eigen::Vector3d>(&s.fm.centre[3 * e]);
+    const double v = crack_share(s, e, o);
+    volume += v;
+    sum += v * at;
+    spread += v * at * at.transpose();
+  });
+  if (volume == 0.0) return false;
+  const Eigen::Vector3d middle = sum / volume;
+  Eigen::Matrix3d about = spread / volume - middle * middle.transpose();
+  if (s.m.dim == 2) about(2, 2) = h * h;           // along the front
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(about);
+  for (int i = 0; i < 3; ++i) n[i] = axes.eigenvectors()(i, 0);
+  for (int i = 0; mid && i < 3; ++i) mid[i] = s.fm.centre[3 * e + i] + middle[i];
+  return axes.eigenvalues()[1] > LONG * h * h && axes.eigenvalues()[0] < FLAT * axes.eigenvalues()[1];
+}
+
+// element in which x lies at t = 0, -1: none
+int element_at(const Scan& s, const double* x, double h)
+{
+  int found = -1;
+  frac_near(s.fm, x, h, [&](int o, double) {
+    if (found >= 0 || (!s.cracked(o) && s.el.initial_block[o] < 0)) return;
+    const Shape shape = elem_table[s.m.mesh.elem_type[o]].shape;
+    bool in = true;
+    for (int f = 0; in && f < shape_info[shape].nface; ++f) {
+      double mid[3], area[3], out = 0.0;
+      face_of(s.m.mesh, o, f, mid, area);
+      for (int i = 0; i < 3; ++i) out += (x[i] - mid[i]) * area[i];
+      in = out <= 0.0;
+    }
+    if (in) found = o;
+  });
+  return found;
+}
+
+// unit vectors square to n and to each other
+static void plane_axes(const double* n, double* a, double* b)
+{
+  int least = 0;
+  for (int i = 1; i < 3; ++i)
+    if (std::fabs(n[i]) < std::fabs(n[least])) least = i;
+  double axis[3] = {0, 0, 0};
+  axis[least] = 1.0;
+  for (int i = 0; i < 3; ++i) a[i] = n[(i + 1) % 3] * axis[(i + 2) % 3] - n[(i + 2) % 3] * axis[(i + 1) % 3];
+  const double size = std::hypot(a[0], a[1], a[2]);
+  for (int i = 0; i < 3; ++i) a[i] /= size;
+  for (int i = 0; i < 3; ++i) b[i] = n[(i + 1) % 3] * a[(i + 2) % 3] - n[(i + 2) % 3] * a[(i + 1) % 3];
+}
+
+// int q n.j ds along the front as it is, n its normal, j the direction of J: between points of a raster
+// in the plane of the crack, of which one lies in the crack and the next one in what is intact. 0: it is
+// no plane
+static double crack_front(const Scan& s, int e, const double* J, double radius)
+{
+  double n[3], mid[3], a[3], b[3], off = 0.0, sum = 0.0;
+  const double *c = &s.fm.centre[3 * e], size = std::hypot(J[0], J[1], J[2]), h = s.fm.local[e];
+  if (size == 0.0 || !at_crack(s, e) || !crack_plane(s, e, n, mid)) return 0.0;
+  plane_axes(n, a, b);
+  for (int i = 0; i < 3; ++i) off += (mid[i] - c[i]) * n[i];
+  const int most    = static_cast<int>(std::ceil(radius / (RASTER * h))), wide = 2 * most + 2;
+  const double cell = radius / most;
+  IntVec state(static_cast<size_t>(wide) * wide, 0);            // 1: crack, 2: intact
+  const auto place = [&](double p, double q, double* x) {
+    for (int i = 0; i < 3; ++i)
+      x[i] = c[i] + (p - most) * cell * a[i] + (q - most) * cell * b[i] + off * n[i];
+  };
+  for (int p = 0; p < wide; ++p)
+    for (int q = 0; q < wide; ++q) {
+      double x[3];
+      place(p - 0.5, q - 0.5, x);
+      if (std::hypot(x[0] - c[0], x[1] - c[1], x[2] - c[2]) > radius + cell) continue;
+      const int o = element_at(s, x, 1.2 * h);
+      state[p * wide + q] = o < 0 ? 0 : s.cracked(o) ? 1 : 2;
+    }
+  for (int p = 0; p < wide; ++p)
+    for (int q = 0; q < wide; ++q)
+      for (int side = 0; side < 2; ++side) {
+        const int one = state[p * wide + q], p2 = p + (side == 0), q2 = q + (side == 1);
+        if (one == 0 || p2 == wide || q2 == wide || one + state[p2 * wide + q2] != 3) continue;
+        double x[3], along = 0.0;
+        place(p - (side == 0 ? 0.0 : 0.5), q - (side == 1 ? 0.0 : 0.5), x);
+        for (int i = 0; i < 3; ++i) along += (side == 0 ? a[i] : b[i]) * J[i] / size;
+        const double r = std::hypot(x[0] - c[0], x[1] - c[1], x[2] - c[2]);
+        sum += (one == 1 ? along : -along) * cell * std::min(1.0, std::max(0.0, 2.0 * (1.0 - r / radius)));
+      }
+  return sum;
+}
+
+// int q ds along the straight front through the element, square to J and to the largest principal stress, as
+// far as the body reaches: 1.5 radius inside                                                          (7.6)
+static double front_length(const Scan& s, int e, const double* J, double radius)
+{
+  double E[9], N[3], t[3], norm = 0.0, reach[2] = {radius, radius};
+  const double* c = &s.fm.centre[3 * e];
+  mean_strain(s, e, E);
+  split_normal(s.law(e), 3, E, N);
+  for (int i = 0; i < 3; ++i) {
+    t[i] = J[(i + 1) % 3] * N[(i + 2) % 3] - J[(i + 2) % 3] * N[(i + 1) % 3];
+    norm += t[i] * t[i];
+  }
+  if (norm == 0.0) return 1.5 * radius;
+  for (int i = 0; i < 3; ++i) t[i] /= std::sqrt(norm);
+  frac_near(s.fm, c, radius + s.fm.local[e], [&](int o, double) {
+    if (s.el.initial_block[o] < 0) return;
+    for (int f = 0; f < shape_info[s.el.block[s.el.initial_block[o]].shape].nface; ++f) {
+      if (s.fm.across[6 * o + f] >= 0) continue;
+      double mid[3], area[3], to_face = 0.0, slope = 0.0, size2 = 0.0, miss2 = 0.0;
+      face_of(s.m.mesh, o, f, mid, area);
+      for (int i = 0; i < 3; ++i) {
+        to_face += (mid[i] - c[i]) * area[i];
+        slope += t[i] * area[i];
+        size2 += area[i] * area[i];
+      }
+      if (slope == 0.0) continue;
+      const double at = to_face / slope;
+      for (int i = 0; i < 3; ++i) miss2 += (c[i] + at * t[i] - mid[i]) * (c[i] + at * t[i] - mid[i]);
+      if (miss2 < std::sqrt(size2)) reach[at < 0.0] = std::min(reach[at < 0.0], std::fabs(at));
+    }
+  });
+  double sum = 0.0;
+  for (double a : reach) sum += a < 0.5 * radius ? a : 2.0 * a - a * a / radius - 0.25 * radius;
+  return sum;
+}
+
+// an element of other energy at equal strain than a, or of another thickness
+static bool other_material(const Scan& s, int a, int b)
+{
+  const ElemBlock &x = s.el.block[s.el.initial_block[a]], &y = s.el.block[s.el.initial_block[b]];
+  return x.law.mu != y.law.mu || x.law.lam3 != y.law.lam3 || x.law.kind != y.law.kind ||
+         x.thickness != y.thickness;
+}
+
+// a node between materials, off the crack: the force on it is that on the interface, square to it, and none
+// of the crack. n: unit normal, 0 where the interface turns sharply
+static bool at_interface(const Scan& s, int node, double* n)
+{
+  const int first = s.fm.of_node.begin(node)[0];
+  bool mixed = false;
+  for (int k = 0; k < s.fm.of_node.count(node); ++k) {
+    const int o = s.fm.of_node.begin(node)[k];
+    if (s.el.initial_block[o] < 0 || s.cracked(o)) return false;
+    mixed = mixed || other_material(s, first, o);
+  }
+  if (!mixed) return false;
+  double length = 0.0, sum = 0.0;
+  n[0] = n[1] = n[2] = 0.0;
+  for (int k = 0; k < s.fm.of_node.count(node); ++k) {
+    const int o = s.fm.of_node.begin(node)[k];
+    for (int f = 0; f < shape_info[s.el.block[s.el.initial_block[o]].shape].nface; ++f) {
+      const int p = s.fm.across[6 * o + f];
+      if (p < 0 || s.el.initial_block[p] < 0 || s.el.initial_block[o] >= s.el.initial_block[p] ||
+          !other_material(s, o, p))
+        continue;
+      const FreeFace face = free_face(s.m.mesh, o, f, false);
+      if (std::find(face.node, face.node + face.n, node) == face.node + face.n) continue;
+      for (int i = 0; i < 3; ++i) n[i] += face.area[i];
+      length += std::hypot(face.area[0], face.area[1], face.area[2]);
+    }
+  }
+  sum = std::hypot(n[0], n[1], n[2]);
+  for (int i = 0; i < 3; ++i) n[i] = sum > INTERFACE * length ? n[i] / sum : 0.0;
+  return true;
+}
+
+// J += what an element adds; at a node of an interface without the force square to it               (7.5)
+//   inout   q   [nodes] weights
+static void add_force(const Scan& s, int e, double* q, double* J)
+{
+  const int nen = s.m.mesh.conn.count(e), *node = s.m.mesh.conn.begin(e);
+  const auto add = s.m.dim == 2 ? add_force_of<2> : add_force_of<3>;
+  for (int a = 0; s.el.block.size() > 1 && a < nen; ++a) {
+    double n[3], one[8] = {0}, F[3] = {0, 0, 0};
+    if (q[a] == 0.0 || !at_interface(s, node[a], n)) continue;
+    std::swap(one[a], q[a]);
+    if (n[0] == 0.0 && n[1] == 0.0 && n[2] == 0.0) continue;
+    add(s, e, one, F);
+    const double across = F[0] * n[0] + F[1] * n[1] + F[2] * n[2];
+    for (int i = 0; i < 3; ++i) J[i] += F[i] - across * n[i];
+  }
+  add(s, e, q, J);
+}
+
+// J of the ball around an element, per thickness or per length of the front
+double force_estimate(const Scan& s, int e, double radius, double* J)
+{
+  const double *c = &s.fm.centre[3 * e], reach = radius + 1.5 * s.fm.local[e];
+  for (int i = 0; i < 3; ++i) J[i] = 0.0;
+  frac_near(s.fm, c, reach, [&](int o, double) {
+    if (!s.intact(o)) return;
+    const int n = s.m.mesh.conn.count(o), *node = s.m.mesh.conn.begin(o);
+    double q[8], sum = 0.0;
+    for (int a = 0; a < n; ++a) sum += q[a] = weight_of(s, node[a], c, radius);
+    if (sum > 0.0) add_force(s, o, q, J);
+  });
+  // without crack or notch the surface itself is where a crack may start
+  if (s.m.dim == 3 && (at_crack(s, e) || at_notch(s, e, radius))) take_surface(s, e, radius, J);
+  double per = s.fm.thickness[e];
+  if (s.m.dim == 3) {
+    const double straight = front_length(s, e, J, radius), found = crack_front(s, e, J, radius);
+    per = found > 0.5 * straight ? found : straight;
+  }
+  for (int i = 0; i < 3; ++i) J[i] /= per;
+  return std::sqrt(J[0] * J[0] + J[1] * J[1] + J[2] * J[2]);
+}

@@ -1,0 +1,132 @@
+// ---------------------------------------------------------------------------
+// frac_scan.h : what the parts of a fracture test share: the state that they look at, the ball of an
+// element, what is cracked around it, the force on it, the tip of a crack in it  (7.1) - (7.8), (7.35)
+// ---------------------------------------------------------------------------
+#ifndef MPFE_FRAC_FRAC_SCAN_H
+#define MPFE_FRAC_FRAC_SCAN_H
+
+#include "frac/frac.h"
+#include "frac/free_face.h"
+
+// What one test knows of the state; what costs is made when it is asked for
+struct Scan {
+  const Model& m;
+  const Step& step;
+  const Elements& el;
+  const FracMesh& fm;
+  const Fracture& fr;
+  const Level& l;
+  // [nelem] of intact elements: strain energy / volume, or its average; 0 for others
+  RealVec W;
+  RealVec drive;               // [nelem] psi+ / volume, -1: not yet known
+  bool dynamic() const { return step.proc == PROC_DYNAMIC; }
+  bool averaged(int e) const { return dynamic() && !fr.mean.empty() && fr.mean[e] > 0.0; }
+  const FractureDef& def(int e) const { return m.fracture[fm.def[e]]; }
+  const MatLaw& law(int e) const { return el.block[el.initial_block[e]].law; }
+  bool intact(int e) const
+  {
+    return fr.phase[e] == AS_ELEMENT && fr.broken[e] < 0 && el.initial_block[e] >= 0;
+  }
+  bool removed(int e) const { return fr.phase[e] == AS_NOTHING; }
+  bool broken(int e) const { return fr.broken[e] >= 0; }
+  bool cracked(int e) const { return removed(e) || broken(e); }
+};
+
+// estimate_of, radius_of : by which estimate, in a ball of which radius
+Estimate estimate_of(const Scan& s, int e);
+double radius_of(const Scan& s, int e);
+
+// centres just at the radius belong to the ball: on an aligned mesh they would come and go with rounding, and
+// with the units
+const double AT_RADIUS = 1.0 + 1e-6;
+
+// calls use(o, distance) for the elements whose centres lie in the ball of e
+template <class Use>
+void in_ball(const Scan& s, int e, Use use)
+{
+  frac_near(s.fm, &s.fm.centre[3 * e], radius_of(s, e) * AT_RADIUS, use);
+}
+
+// mean_strain : of an intact element                                                       [dim*dim]
+void mean_strain(const Scan& s, int e, double* E);
+
+// largest_stress : largest principal stress of the mean strain                             force/length^2
+double largest_stress(const Scan& s, int e);
+
+// drive_of : psi+ / volume of an intact element by the law of its definition, in dynamics its average
+// over time. drive_beside: of an element o beside e; one that cannot break by the law of e
+double drive_of(Scan& s, int e);
+double drive_beside(Scan& s, int e, int o);
+
+// an element behind a face for which is(o) holds
+template <class Is>
+bool beside(const Scan& s, int e, Is is)
+{
+  for (int f = 0; f < 6; ++f)
+    if (s.fm.across[6 * e + f] >= 0 && is(s.fm.across[6 * e + f])) return true;
+  return false;
+}
+
+// touches_broken : shares a node with a broken element
+bool touches_broken(const Scan& s, int e);
+
+// crack_share : weight of a cracked element o in the ball of e; one that was removed has no volume
+double crack_share(const Scan& s, int e, int o);
+
+// at_removed, at_crack : beside a removed element; FORCE: behind a face of what is broken or removed,
+// BALL: shares a node with what is broken
+bool at_removed(const Scan& s, int e);
+bool at_crack(const Scan& s, int e);
+
+// free_faces : of the elements in the ball of this radius
+void free_faces(const Scan& s, int e, double radius, std::vector<FreeFace>& out);
+
+// at_notch : does the end of a notch lie in the ball?
+bool at_notch(const Scan& s, int e, double radius);
+
+// grown_along : unit vector from the middle of the cracked elements within radius, which is to be further
+// off than least; false: there is none
+bool grown_along(const Scan& s, int e, double radius, double least, double* d);
+
+// crack_plane : unit normal of the line or plane of what is cracked around e, a place in it; false: it is
+// none
+bool crack_plane(const Scan& s, int e, double* n, double* mid = nullptr);
+
+// element_at : element in which x lies at t = 0, -1: none; h: size of an element there
+int element_at(const Scan& s, const double* x, double h);
+
+// force_estimate : |J| of the ball around an element, per thickness or per length of the front  (7.5), (7.6)
+//   out   J   with its direction
+double force_estimate(const Scan& s, int e, double radius, double* J);
+
+// Where a crack or a notch ends, the middle of the faces that a kink leaves, the direction so far
+// (unit vector)
+struct Tip {
+  double end[2], face[3], d[3] = {0, 0, 0};
+  bool given = true;           // nothing has broken there
+  bool straight = true;        // its direction is the same in the ball and in half of it
+};
+
+// notch_end : the end of a notch near e that no crack has left yet; false: there is none
+bool notch_end(const Scan& s, int e, Tip& t);
+
+// crack_face : the middle of the faces where a crack meets e, and the unit vector into e there [3];
+// false: none does
+bool crack_face(const Scan& s, int e, double* x, double* into);
+
+// mode_ratio : K_II/K_I of the tip c in front of e whose crack has grown along d
+double mode_ratio(const Scan& s, int e, const double* c, const double* d);
+
+// crack_tip : the tip of the crack in front of e, and its ratio; false: e is beside it, or too little has
+// cracked
+bool crack_tip(const Scan& s, int e, Tip& t, double& ratio);
+
+// along_line : intact elements that a line of this length from x enters, until one that cannot break;
+// false: there are none
+bool along_line(const Scan& s, int e, const double* x, const double* d, double length, IntVec& out);
+
+// blocked : what lies ahead, along J, of the foremost cracked element in the ball of e is tougher, or
+// cannot break
+bool blocked(const Scan& s, int e, const double* J);
+
+#endif

@@ -1,0 +1,207 @@
+#include "frac/frac_scan.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "frac/frac_kink.h"
+#include "shape/shape.h"
+
+// cosine of the directions of a crack in the ball and in half of it, 3 degrees: less is no straight one
+const double STRAIGHT = 0.9986;
+// cosine between the crack and the way into an element at its end; less: the element is beside the crack
+const double AHEAD = 0.7;
+// in sizes of an element: distance of the middle of what is cracked in the ball from the element ahead:
+// less is no crack yet that has a direction (three elements of a row: 2)
+const double CRACK = 1.9;
+// a toughness that is so much larger blocks the way ahead
+const double TOUGHER = 1.2;
+// middle of the free faces within radius of an element or a place, by their size
+static void middle_of(const std::vector<FreeFace>& face, const double* c, double radius, double* mid)
+{
+  double size = 0.0;
+  mid[0] = mid[1] = 0.0;
+  for (const FreeFace& f : face) {
+    if (std::hypot(f.mid[0] - c[0], f.mid[1] - c[1]) > radius) continue;
+    const double area = std::hypot(f.area[0], f.area[1]);
+    size += area;
+    for (int i = 0; i < 2; ++i) mid[i] += area * f.mid[i];
+  }
+  for (int i = 0; size > 0.0 && i < 2; ++i) mid[i] /= size;
+}
+
+// nodes of the faces around c that lie ahead along d: their mean; of their faces the one whose element holds
+// more
+static const FreeFace* faces_ahead(const Scan& s, const std::vector<FreeFace>& face, const double* c,
+                            const double* d, double h, double* end)
+{
+  double far = -1e300, most = 0.0, sum[2] = {0, 0};
+  int n = 0;
+  const FreeFace* first = nullptr;
+  const auto ahead = [&](int node) {
+    const double* X = &s.m.mesh.X[3 * node];
+    return std::hypot(X[0] - c[0], X[1] - c[1]) < 3.0 * h ? X[0] * d[0] + X[1] * d[1] : -1e300;
+  };
+  for (const FreeFace& f : face)
+    for (int a = 0; a < f.n; ++a) far = std::max(far, ahead(f.node[a]));
+  for (const FreeFace& f : face)
+    for (int a = 0; a < f.n; ++a) {
+      if (ahead(f.node[a]) < far - 0.8 * h) continue;
+      for (int i = 0; i < 2; ++i) sum[i] += s.m.mesh.X[3 * f.node[a] + i];
+      ++n;
+      if (s.W[f.elem] <= most) continue;
+      most  = s.W[f.elem];
+      first = &f;
+    }
+  for (int i = 0; n && i < 2; ++i) end[i] = sum[i] / n;
+  return first;
+}
+
+// unit vector from the middle of the faces around end to end; false: they do not lie behind it
+static bool away_from(const std::vector<FreeFace>& face, const double* end, double h, double least, double* d)
+{
+  double mid[2];
+  middle_of(face, end, 3.0 * h, mid);
+  const double norm = std::hypot(end[0] - mid[0], end[1] - mid[1]);
+  if (norm < least) return false;
+  for (int i = 0; i < 2; ++i) d[i] = (end[i] - mid[i]) / norm;
+  return true;
+}
+
+// the end of a notch near e that no crack has left yet; false: there is none
+bool notch_end(const Scan& s, int e, Tip& t)
+{
+  if (!at_notch(s, e, radius_of(s, e))) return false;
+  const double h = s.fm.local[e], *c = &s.fm.centre[3 * e];
+  std::vector<FreeFace> face;
+  free_faces(s, e, FRAC_KINK * h, face);
+  std::copy_n(c, 2, t.end);
+  const FreeFace* first = nullptr;
+  for (int pass = 0; pass < 2; ++pass) {             // the second one about the end that the first one found
+    if (!away_from(face, t.end, h, 0.5 * h, t.d)) return false;
+    first = faces_ahead(s, face, c, t.d, h, t.end);
+  }
+  if (!first) return false;
+  std::copy_n(first->mid, 2, t.face);
+  return away_from(face, t.end, h, h, t.d);
+}
+
+// the middle of the faces where a crack meets e, and the unit vector into e there [3]; false: none does
+bool crack_face(const Scan& s, int e, double* x, double* into)
+{
+  double mid[3], area[3];
+  int n = 0;
+  for (int i = 0; i < 3; ++i) x[i] = into[i] = 0.0;
+  for (int f = 0; f < shape_info[s.el.block[s.el.initial_block[e]].shape].nface; ++f) {
+    const int o = s.fm.across[6 * e + f];
+    if (o < 0 || !s.cracked(o)) continue;
+    face_of(s.m.mesh, e, f, mid, area);
+    for (int i = 0; i < s.m.dim; ++i) {
+      x[i] += mid[i];
+      into[i] -= area[i];
+    }
+    ++n;
+  }
+  const double norm = std::hypot(into[0], into[1], into[2]);
+  for (int i = 0; n && i < s.m.dim; ++i) {
+    x[i] /= n;
+    into[i] /= norm;
+  }
+  return n > 0 && norm > 0.0;
+}
+
+// K_II/K_I of the tip c in front of e whose crack has grown along d: shear over tension on the line ahead.
+// Stress along the crack has no part in it. Where the crack is closed 1e3 with the sign of the shear
+double mode_ratio(const Scan& s, int e, const double* c, const double* d)
+{
+  double normal = 0.0, shear = 0.0;
+  in_ball(s, e, [&](int o, double) {
+    if (!s.intact(o)) return;
+    const double *x = &s.fm.centre[3 * o], h = s.fm.local[e];
+    const double along  = (x[0] - c[0]) * d[0] + (x[1] - c[1]) * d[1];
+    const double across = std::fabs((x[0] - c[0]) * d[1] - (x[1] - c[1]) * d[0]);
+    if (along < h || along > 3.2 * h || across > 0.5 * h + 0.2 * along) return;
+    double E[4], S[4];
+    mean_strain(s, o, E);
+    ip_law<2>(s.law(o), E, S);
+    const double t[2] = {S[1] * d[0] - S[0] * d[1], S[3] * d[0] - S[2] * d[1]};      // S n, n = (-d2, d1)
+    normal += s.fm.volume[o] * (t[1] * d[0] - t[0] * d[1]);
+    shear += s.fm.volume[o] * (t[0] * d[0] + t[1] * d[1]);
+  });
+  const double least = 1e-3 * std::fabs(shear);
+  return shear == 0.0 ? 0.0 : shear / std::max(normal, least);
+}
+
+// what lies ahead, along J, of the foremost cracked element in the ball of e is tougher, or cannot break
+bool blocked(const Scan& s, int e, const double* J)
+{
+  int tip = -1;
+  double far = 0.0, x[3], size = std::hypot(J[0], J[1], J[2]);
+  const double h = s.fm.local[e];
+  in_ball(s, e, [&](int o, double) {
+    if (!s.cracked(o)) return;
+    double along = 0.0;
+    for (int i = 0; i < 3; ++i) along += J[i] * (s.fm.centre[3 * o + i] - s.fm.centre[3 * e + i]);
+    if (tip >= 0 && along <= far) return;
+    tip = o;
+    far = along;
+  });
+  if (tip < 0) return false;
+  for (int i = 0; i < 3; ++i) x[i] = s.fm.centre[3 * tip + i] + J[i] / size * h;
+  const int o = element_at(s, x, 1.5 * h);
+  return o >= 0 && s.intact(o) && (s.fm.def[o] < 0 || s.fm.gc[o] > TOUGHER * s.fm.gc[e]);
+}
+
+// does the ball reach an outer face of the mesh?
+static bool at_surface(const Scan& s, int e)
+{
+  bool found = false;
+  in_ball(s, e, [&](int o, double) {
+    if (s.el.initial_block[o] < 0) return;
+    for (int f = 0; f < shape_info[s.el.block[s.el.initial_block[o]].shape].nface; ++f)
+      found = found || s.fm.across[6 * o + f] < 0;
+  });
+  return found;
+}
+
+// the tip of the crack in front of e, and its ratio; false: e is beside it, or too little has cracked
+bool crack_tip(const Scan& s, int e, Tip& t, double& ratio)
+{
+  double into[3], near[3];
+  const double radius = radius_of(s, e);
+  if (!crack_face(s, e, t.face, into)) return false;
+  std::copy_n(t.face, 2, t.end);
+  if (!grown_along(s, e, radius, CRACK * s.fm.local[e], t.d)) return false;
+  in_ball(s, e, [&](int o, double) { t.given = t.given && !s.broken(o); });
+  // a ligament that is shorter than J and the stress ahead want
+  if (!t.given && at_surface(s, e)) return false;
+  ratio = mode_ratio(s, e, t.end, t.d);
+  // a kink is shorter than the ball: the direction of its half counts, if the crack is straighter by it
+  if (!grown_along(s, e, 0.5 * radius, 0.0, near)) return false;
+  const double last = mode_ratio(s, e, t.end, near);
+  t.straight = t.d[0] * near[0] + t.d[1] * near[1] > STRAIGHT;
+  if (std::fabs(last) < std::fabs(ratio)) {
+    std::copy_n(near, 3, t.d);
+    ratio = last;
+  }
+  return t.d[0] * into[0] + t.d[1] * into[1] >= AHEAD;
+}
+
+// intact elements that a line of this length from x enters, until one that cannot break; false: there are
+// none
+bool along_line(const Scan& s, int e, const double* x, const double* d, double length, IntVec& out)
+{
+  const double step = 0.02 * s.fm.local[e];
+  int now = -1;
+  out.clear();
+  for (double r = 0.5 * step; r < length; r += step) {
+    const double at[3] = {x[0] + r * d[0], x[1] + r * d[1], 0.0};
+    if (now >= 0 && in_element(s.m.mesh, now, at)) continue;
+    now = -1;
+    frac_near(s.fm, at, 2.0 * s.fm.local[e], [&](int o, double) {
+      if (s.el.initial_block[o] >= 0 && in_element(s.m.mesh, o, at)) now = o;
+    });
+    if (now < 0 || (s.cracked(now) ? !out.empty() : s.fm.def[now] < 0)) break;
+    if (s.intact(now) && std::find(out.begin(), out.end(), now) == out.end()) out.push_back(now);
+  }
+  return !out.empty();
+}
