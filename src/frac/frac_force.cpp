@@ -244,12 +244,10 @@ static double front_length(const Scan& s, int e, const double* J, double radius)
   return sum;
 }
 
-// an element of other energy at equal strain than a, or of another thickness
-static bool other_material(const Scan& s, int a, int b)
+// a face between them takes a force
+static bool differ(const Scan& s, int a, int b)
 {
-  const ElemBlock &x = s.el.block[s.el.initial_block[a]], &y = s.el.block[s.el.initial_block[b]];
-  return x.law.mu != y.law.mu || x.law.lam3 != y.law.lam3 || x.law.kind != y.law.kind ||
-         x.thickness != y.thickness;
+  return other_material(s, a, b) || s.fm.thickness[a] != s.fm.thickness[b];
 }
 
 // a node between materials, off the crack: the force on it is that on the interface, square to it, and none
@@ -261,7 +259,7 @@ static bool at_interface(const Scan& s, int node, double* n)
   for (int k = 0; k < s.fm.of_node.count(node); ++k) {
     const int o = s.fm.of_node.begin(node)[k];
     if (s.el.initial_block[o] < 0 || s.cracked(o)) return false;
-    mixed = mixed || other_material(s, first, o);
+    mixed = mixed || differ(s, first, o);
   }
   if (!mixed) return false;
   double length = 0.0, sum = 0.0;
@@ -271,7 +269,7 @@ static bool at_interface(const Scan& s, int node, double* n)
     for (int f = 0; f < shape_info[s.el.block[s.el.initial_block[o]].shape].nface; ++f) {
       const int p = s.fm.across[6 * o + f];
       if (p < 0 || s.el.initial_block[p] < 0 || s.el.initial_block[o] >= s.el.initial_block[p] ||
-          !other_material(s, o, p))
+          !differ(s, o, p))
         continue;
       const FreeFace face = free_face(s.m.mesh, o, f, false);
       if (std::find(face.node, face.node + face.n, node) == face.node + face.n) continue;

@@ -103,3 +103,9 @@ bool grown_along(const Scan& s, int e, double radius, double least, double* d)
   for (int i = 0; i < 3; ++i) d[i] /= std::sqrt(norm);
   return norm > least * least;
 }
+
+bool other_material(const Scan& s, int a, int b)
+{
+  const ElemBlock &x = s.el.block[s.el.initial_block[a]], &y = s.el.block[s.el.initial_block[b]];
+  return x.law.mu != y.law.mu || x.law.lam3 != y.law.lam3 || x.law.kind != y.law.kind;
+}

@@ -52,7 +52,7 @@ double ball_estimate(Scan& s, int e, bool bound = false)
   const double radius = radius_of(s, e);
   double energy = 0.0, volume = 0.0;
   frac_near(s.fm, &s.fm.centre[3 * e], radius + s.fm.local[e], [&](int o, double r) {
-    if (s.removed(o)) return;
+    if (s.removed(o) || other_material(s, e, o)) return;
     const double w = ball_weight(s, e, radius, r) * s.fm.volume[o];
     volume += w;
     if (s.intact(o)) energy += (bound ? s.W[o] : drive_beside(s, e, o)) * w;
@@ -375,22 +375,26 @@ void take_kink(const Scan& s, const double* J, Candidate& c)
 
 // FORCE: an element beside a crack releases what a kink of that angle does. Where what lies ahead is tougher,
 // or cannot break, |J| would break the flanks
-//   in   J   of (7.5)
+//   in   J   of (7.5), 0: not known
 void take_beside(const Scan& s, const double* J, Candidate& c)
 {
   const int e = c.x.elem;
-  double x[3], into[3], n[3], mid[3], ways = 0.0, size = std::hypot(J[0], J[1], J[2]);
-  if (size == 0.0 || !crack_face(s, e, x, into)) return;
-  for (int i = 0; i < 3; ++i) ways += J[i] * into[i] / size;
-  if (!crack_plane(s, e, n, mid)) return;
-  double off = 0.0, away = 0.0;
+  double x[3], into[3], n[3], mid[3], way[3] = {J[0], J[1], J[2]}, ways = 0.0, off = 0.0, away = 0.0, along = 0.0;
+  if (!crack_face(s, e, x, into) || !crack_plane(s, e, n, mid)) return;
   for (int i = 0; i < 3; ++i) {
     off += n[i] * into[i];
     away += n[i] * (s.fm.centre[3 * e + i] - mid[i]);
   }
-  ways = std::max(ways, std::sqrt(std::max(0.0, 1.0 - off * off)));
+  double size = std::hypot(J[0], J[1], J[2]);
+  if (size == 0.0) {                                 // from the middle of the crack, in its plane
+    for (int i = 0; i < 3; ++i) way[i] = s.fm.centre[3 * e + i] - mid[i] - away * n[i];
+    size = std::hypot(way[0], way[1], way[2]);
+    if (size < 0.5 * s.fm.local[e]) return;
+  } else
+    for (int i = 0; i < 3; ++i) along += J[i] * into[i] / size;
+  ways = std::max(along, std::sqrt(std::max(0.0, 1.0 - off * off)));
   if (std::fabs(away) > ASIDE * s.fm.local[e]) ways = 0.0;
-  if (ways >= BESIDE || !blocked(s, e, J)) return;
+  if (ways >= BESIDE || !blocked(s, e, way)) return;
   c.gain = kink_share(std::acos(std::max(0.0, ways)));
   c.x.value *= c.gain;
   c.x.rank *= c.gain;
@@ -430,9 +434,8 @@ void by_griffith(Scan& s, int e, double W_most, std::vector<Candidate>& out)
   const double F[3] = {J[0], J[1], J[2]};
   if (!at) J[0] = J[1] = J[2] = 0.0;                 // no crack yet that could go on
   out.push_back(candidate(s, e, G / s.fm.gc[e], rank / s.fm.gc[e], J));
-  if (!force) return;
-  if (s.m.dim == 2) take_kink(s, F, out.back());
-  if (out.back().nkink == 0) take_beside(s, F, out.back());
+  if (force && s.m.dim == 2) take_kink(s, F, out.back());
+  if (at && out.back().nkink == 0) take_beside(s, F, out.back());
 }
 
 // where a crack of the start kinks |J| of the elements beside it says nothing
