@@ -197,11 +197,14 @@ std::string leave_good_state(Problem& p, Increment& inc, Output& out)
          "ranks or another machine";
 }
 
-// within an increment: it is forgotten, and the run goes on with it
+// within an increment: it is forgotten, but for files of what broke in it, and the run goes on with it
 Failure interrupted_inside(Problem& p, Increment& inc, Output& out)
 {
+  const std::string broke = out_unfinished(p.m, p.d.el, p.st, p.d.grid, out);
   forget_attempt(p, inc, out);
-  return interrupted(p, out);
+  Failure failure = interrupted(p, out);
+  if (!broke.empty()) failure.note += ". " + broke;
+  return failure;
 }
 
 // The run stops where the increment began, to be divided again with the faces that come near
