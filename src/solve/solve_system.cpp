@@ -183,6 +183,20 @@ bool changed_pays(const Solver& s)
   return d.age == 0 || c.setup < d.cycle_seconds / (d.age + 1);
 }
 
+// Broken material in space: factors cost so much more than the incomplete factor that conjugate gradients take
+// less than half of their time, also with parts that only the residual stiffness holds
+bool broken_by_cg(const Solver& s, const SysMatrix& A, const SolveAsk& ask, long now, double& limit)
+{
+  const SolverData& d = *s.data;
+  const PathCost& c   = d.cost[PATH_CHOLESKY];
+  if (A.dim != 3 || s.def.kind != SOLVER_AUTO || now < d.again) return false;
+  const double direct = d.factored || d.guess > 0.0 ? direct_seconds(d, solve_same_pattern(s, A)) : 0.0;
+  const bool known    = c.known && !due(c, now);
+  const double cg     = known ? expected(c, ask.digits) : cholesky_guess(d, CUBE * std::cbrt(d.rows));
+  limit = 2.0 * direct;
+  return cg < 0.5 * direct;
+}
+
 // ---- the choice ------------------------------------------------------------
 
 // what the deck allows beside a factorisation
@@ -279,7 +293,11 @@ SolvePath choose(Solver& s, const SysMatrix& A, const SolveAsk& ask, long now, d
       return have_factors(s) && !stale(d, ask.digits) ? PATH_REUSED : PATH_FACTOR;
     return s.def.precond == PRECOND_DIAGONAL ? PATH_DIAGONAL : PATH_CHOLESKY;
   }
-  if (ask.broken && !ask.exact && !small && changed_pays(s)) return PATH_CHANGED;
+  if (ask.broken && !ask.exact && !small) {
+    if (broken_by_cg(s, A, ask, now, limit)) return PATH_CHOLESKY;
+    limit = NEVER;
+    if (changed_pays(s)) return PATH_CHANGED;
+  }
   if (small || ask.exact || ask.broken) return PATH_FACTOR;
   if (amg_pays(s, A, ask)) return PATH_AMG;
   if (moves_fast(d, ask, A.dim)) return PATH_CHOLESKY;

@@ -52,7 +52,7 @@ bool supported(Problem& p)
   if (!dof_all(p.dofs, h.pattern == p.dofs.pattern && h.fixed == p.dofs.fixed)) {
     h.pattern = p.dofs.pattern;
     h.fixed   = p.dofs.fixed;
-    h.good    = !p.st.points.npoint_all() && !p.st.bonds.nbond_all() && !p.d.fm.on &&
+    h.good    = !p.st.points.npoint_all() && !p.st.bonds.nbond_all() &&
                 step_supports_fix(p.m, p.d.el, dof_all_rows(p.dofs));
   }
   return h.good;
@@ -169,7 +169,7 @@ Failure step_solve(Problem& p, const Attempt& a, int it, double residual, double
   p.newton.solver.null_pivot_row = singular || (a.cM != 0.0 && p.d.grid.of_all.nodes) ? s.nfe : -1;
   ask.inertia   = a.cM != 0.0;
   ask.known_regular      = p.newton.solver.nfactor == 0 && s.neq_all() >= SMALL_SYSTEM && p.m.dim == 3 &&
-                  (ask.inertia || supported(p));
+                  (ask.inertia || (!singular && supported(p)));
   ask.digits = -std::log10(std::max(ask.eta, FINAL * l.residual / residual));
   ask.plain  = !p.st.points.npoint_all() && !p.st.bonds.nbond_all() && !p.d.fm.on;
   if (!ask.inertia || p.m.solver.kind == SOLVER_AMG) ask.place = [&p] { return row_places(p); };
