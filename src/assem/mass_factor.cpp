@@ -95,7 +95,7 @@ bool solve_free(const SysMatrix& M, const std::vector<char>& free, const RealVec
 }  // namespace
 
 // ---------------------------------------------------------------------------
-// mass_factor : M x = f by a factorisation, where conjugate gradients end without an answer: M + FACTOR_SHIFT I
+// mass_factor : M x = f by a factorisation, where conjugate gradients find none: M + FACTOR_SHIFT I
 // is factorised and the residual of M refined. Motions that corners hardly see, with 1e-10 of the mass that
 // others have, need it. Rank 0 factorises. Collective.                                              (3.14)
 //
