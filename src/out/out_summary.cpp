@@ -266,9 +266,9 @@ void warn_of_increment(const Model& m, std::size_t step, double crossed)
   const bool consistent = breaks_consistent(m);
   if (consistent && crossed > CROSSED_CONSISTENT)
     log_warn("step %zu, *DYNAMIC: dt = %.3g: a wave crosses %.3g elements in an increment, and what may "
-             "break has MASS=CONSISTENT: waves as short as an element run ahead and break what they meet, the "
-             "more the shorter the increment. Leave MASS= of *SOLID SECTION out (lumped), or take DIRECT and "
-             "dt = %.3g",
+             "break has MASS=CONSISTENT: waves as short as an element run ahead and break what they meet, "
+             "the more the shorter the increment. Leave MASS= of *SOLID SECTION out (lumped), or take DIRECT "
+             "and dt = %.3g",
              step + 1, dt, crossed, dt * CROSSED_CONSISTENT / crossed);
   else if (crossed > MOST_CROSSED)
     log_warn("step %zu, *DYNAMIC: dt = %.3g: a wave crosses %.3g elements in an increment, so fracture by "
