@@ -36,11 +36,18 @@ UNIT_SRC := $(wildcard verification/unit/*.cpp)
 OBJ      := $(SRC:%.cpp=$(BUILD)/%.o)
 MAIN_OBJ := $(BUILD)/src/main.o
 UNIT_OBJ := $(UNIT_SRC:%.cpp=$(BUILD)/%.o)
+# a folder of src as one file, where a machine file wants it so: ROOMS=yes
+ifeq ($(ROOMS),yes)
+OBJ      := $(patsubst src/%/,$(BUILD)/rooms/%.o,$(sort $(dir $(SRC))))
+endif
 
 # GCC 12 takes the undefined vectors of its own AVX-512 headers for mistakes of Eigen (GCC bug 105593)
-WARNINGS = -Wall -Wextra -Wshadow -Wno-maybe-uninitialized
+WARNINGS ?= -Wall -Wextra -Wshadow -Wno-maybe-uninitialized
 COMPILE  = $(CXX) -std=c++17 $(CXXFLAGS) $(WARNINGS) $(DEFINES) -Isrc $(INCLUDE) -MMD -MP
 
+# what a test does is not worth long optimising, the routines it calls are
+UNIT_FLAGS ?= -O1
+$(UNIT_OBJ): COMMON = $(UNIT_FLAGS)
 # looks at the processor before the instructions of MARCH are used
 $(BUILD)/src/base/cpu_check.o: COMMON = $(if $(filter x86_64,$(shell uname -m)),-march=x86-64 -mtune=generic)
 
@@ -79,6 +86,17 @@ $(BUILD)/%.o: %.cpp $(BUILD)/compile.txt
 	@mkdir -p $(@D)
 	$(call say,CXX,$<)
 	$(Q)$(COMPILE) $(COMMON) -c $< -o $@
+
+ifeq ($(ROOMS),yes)
+$(OBJ): %.o: %.cpp $(BUILD)/compile.txt
+	$(call say,CXX,$<)
+	$(Q)$(COMPILE) -c $< -o $@
+
+$(OBJ:.o=.cpp): $(BUILD)/rooms/%.cpp: FORCE
+	@mkdir -p $(@D)
+	@printf '#include "../../../%s"\n' $(filter src/$*/%,$(SRC)) > $@.now
+	@cmp -s $@.now $@ && rm $@.now || mv $@.now $@
+endif
 
 # setup looks again; demo, test and verify look once, then trust the stamp.
 # They build in a second make, because setup may bring the compiler.

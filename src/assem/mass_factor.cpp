@@ -11,9 +11,9 @@
 namespace {
 
 // of a unit diagonal: added to M, which may be singular; refined away
-const double SHIFT    = 1e-13;
-const int REFINEMENTS = 10;
-const double GOAL     = 1e-28, ENOUGH = 1e-16;       // of the square of the right-hand side, as in mass_solve
+const double FACTOR_SHIFT    = 1e-13;
+const int FACTOR_REFINEMENTS = 10;
+const double GOAL = 1e-28, ENOUGH = 1e-16;       // of the square of the right-hand side, as in mass_solve
 
 using Sparse = Eigen::SparseMatrix<double>;
 
@@ -79,11 +79,11 @@ bool solve_free(const SysMatrix& M, const std::vector<char>& free, const RealVec
   Sparse A(n, n), I(n, n);
   A.setFromTriplets(entry.begin(), entry.end());
   I.setIdentity();
-  const Eigen::SimplicialLDLT<Sparse> factor(A + SHIFT * I);
+  const Eigen::SimplicialLDLT<Sparse> factor(A + FACTOR_SHIFT * I);
   if (factor.info() != Eigen::Success) return false;
   Eigen::VectorXd u = Eigen::VectorXd::Zero(n), r = b;
   const double size = b.squaredNorm();
-  for (int k = 0; k < REFINEMENTS && !(r.squaredNorm() <= GOAL * size); ++k) {
+  for (int k = 0; k < FACTOR_REFINEMENTS && !(r.squaredNorm() <= GOAL * size); ++k) {
     u += factor.solve(r);
     r = b - A.selfadjointView<Eigen::Lower>() * u;
   }
@@ -95,8 +95,8 @@ bool solve_free(const SysMatrix& M, const std::vector<char>& free, const RealVec
 }  // namespace
 
 // ---------------------------------------------------------------------------
-// mass_factor : M x = f by a factorisation, where conjugate gradients end without an answer: M + SHIFT I is
-// factorised and the residual of M refined. Motions that the corners hardly see, with 1e-10 of the mass that
+// mass_factor : M x = f by a factorisation, where conjugate gradients find none: M + FACTOR_SHIFT I
+// is factorised and the residual of M refined. Motions that corners hardly see, with 1e-10 of the mass that
 // others have, need it. Rank 0 factorises. Collective.                                              (3.14)
 //
 //   in   of     rows: all, or those of the grid

@@ -15,7 +15,7 @@ namespace {
 // Tests: Contact.* (unit), G1 (contact/g1_compare), G2 (contact/g2_flight.inp)
 const double REACH_STATIC = 0.5;     // of the size of each of two faces: what may meet in an increment
 const double REACH_MOTION = 0.125;   // the same in motion, besides what moves in the increment
-const double MARGIN = 0.25;          // of the mean size: lists of near faces hold for half of this motion
+const double SCENE_MARGIN = 0.25;    // of the mean size: lists of near faces hold for half of this motion
 // of the size of a face: at t = 0 what lies this far behind it, and no further off than BACK_NEAR sizes, is
 // the back of its own body
 const double BACK      = 1e-6;
@@ -181,7 +181,7 @@ void find_near(const Model& m, const Points& pts, const RealVec& u, const RealVe
 {
   const BondDef& d = m.bond[model_general_contact(m)];
   const int n = static_cast<int>(s.skin.size());
-  s.margin = MARGIN * mean_of(s.size);
+  s.margin = SCENE_MARGIN * mean_of(s.size);
   s.u  = u;
   s.uc = uc;
   std::vector<ContactBox> box;
@@ -205,7 +205,7 @@ void find_near(const Model& m, const Points& pts, const RealVec& u, const RealVe
 
 NearReach near_reach(bool is_static, double travel, const RealVec& size)
 {
-  return {is_static ? REACH_STATIC : REACH_MOTION, 1.5 * travel, MARGIN * mean_of(size)};
+  return {is_static ? REACH_STATIC : REACH_MOTION, 1.5 * travel, SCENE_MARGIN * mean_of(size)};
 }
 
 void scene_update(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& u, const RealVec& uc,

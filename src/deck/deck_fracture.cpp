@@ -5,7 +5,8 @@
 
 namespace {
 
-void fault(Deck& d, const char* keyword, const Place& place, const std::string& word, const std::string& text)
+void refuse(Deck& d, const char* keyword, const Place& place, const std::string& word,
+            const std::string& text)
 {
   d.word = keyword;
   deck_error(d, deck_field(d, place, word), text);
@@ -20,9 +21,9 @@ void check_once(Deck& d, const Model& m, const std::vector<Def>& defs, const cha
     if (defs[i].elset < 0) continue;
     for (int e : m.elset[defs[i].elset].item) {
       if (owner[e] >= 0) {
-        fault(d, keyword, defs[i].place, m.elset[defs[i].elset].name,
-              text_format("element %d is in *%s of line %d already; sets must not overlap",
-                          m.mesh.elem_label[e], keyword, defs[owner[e]].place.line));
+        refuse(d, keyword, defs[i].place, m.elset[defs[i].elset].name,
+               text_format("element %d is in *%s of line %d already; sets must not overlap",
+                           m.mesh.elem_label[e], keyword, defs[owner[e]].place.line));
         break;
       }
       owner[e] = static_cast<int>(i);
@@ -38,10 +39,10 @@ void check_elements(Deck& d, const Model& m, const std::vector<Def>& defs, const
     if (f.elset < 0) continue;
     for (int e : m.elset[f.elset].item)
       if (m.mesh.elem_section[e] < 0) {
-        fault(d, keyword, f.place, m.elset[f.elset].name,
-              text_format("element %d has no *SOLID SECTION; only finite elements can break or become points "
-                          "during the run",
-                          m.mesh.elem_label[e]));
+        refuse(d, keyword, f.place, m.elset[f.elset].name,
+               text_format("element %d has no *SOLID SECTION; only finite elements can break or become "
+                           "points during the run",
+                           m.mesh.elem_label[e]));
         break;
       }
   }
@@ -56,10 +57,10 @@ void check_broken(Deck& d, const Model& m)
   for (const BrokenDef& b : m.broken)
     for (int e : b.elem) {
       if (b.remove || may[e]) continue;
-      fault(d, "INITIAL CONDITIONS", b.place, "",
-            text_format("element %d is broken from the start, but belongs to no *EIGENFRACTURE, which "
-                        "says what it still carries; put it into the set of one",
-                        m.mesh.elem_label[e]));
+      refuse(d, "INITIAL CONDITIONS", b.place, "",
+             text_format("element %d is broken from the start, but belongs to no *EIGENFRACTURE, which "
+                         "says what it still carries; put it into the set of one",
+                         m.mesh.elem_label[e]));
       break;
     }
 }
@@ -70,7 +71,7 @@ void check_estimate(Deck& d, const Model& m)
   for (const FractureDef& f : m.fracture)
     for (const Step& s : m.step) {
       if (f.estimate != ESTIMATE_FORCE || s.proc != PROC_DYNAMIC) continue;
-      fault(
+      refuse(
           d, "EIGENFRACTURE", f.place, "FORCE",
           text_format(
               "ESTIMATE=FORCE holds in static steps only, and the step of line %d is dynamic; leave it out: "
@@ -86,10 +87,10 @@ void check_per_elem(Deck& d, const Model& m, const ConversionDef& c)
   for (int e : m.elset[c.elset].item) {
     const Shape shape = elem_table[m.mesh.elem_type[e]].shape;
     if (shape != SHAPE_TET4 && shape != SHAPE_WEDGE6) continue;
-    return fault(d, "CONVERSION", c.place, "POINTS",
-                 text_format("a %s points: POINTS=1 or 2, not %d",
-                             shape == SHAPE_TET4 ? "tetrahedron becomes 1 or 8" : "wedge becomes 3 or 6",
-                             c.per_elem));
+    return refuse(d, "CONVERSION", c.place, "POINTS",
+                  text_format("a %s points: POINTS=1 or 2, not %d",
+                              shape == SHAPE_TET4 ? "tetrahedron becomes 1 or 8" : "wedge becomes 3 or 6",
+                              c.per_elem));
   }
 }
 
@@ -103,9 +104,9 @@ void check_trigger(Deck& d, const Model& m, const ConversionDef& c)
       for (int e : m.elset[f.elset].item) may[e] = 1;
   for (int e : m.elset[c.elset].item)
     if (may[e]) return;
-  fault(d, "CONVERSION", c.place, m.elset[c.elset].name,
-        "no element of this set is in an *EIGENFRACTURE: none ever breaks, and none becomes "
-        "points; write one, or take TRIGGER=DISTORTION or TIME");
+  refuse(d, "CONVERSION", c.place, m.elset[c.elset].name,
+         "no element of this set is in an *EIGENFRACTURE: none ever breaks, and none becomes "
+         "points; write one, or take TRIGGER=DISTORTION or TIME");
 }
 
 // the body that the elements of one section become, empty at t = 0, and the bonds that tie it to what is left
@@ -158,11 +159,11 @@ void check_cells(Deck& d, const Model& m, const ConversionDef& c)
   double h = 0.0;
   for (int i = 0; i < m.dim; ++i) h = std::max(h, m.grid.h[i]);
   if (h > 3.0 * smallest)
-    fault(d, "CONVERSION", c.place, m.elset[c.elset].name,
-          "the cells of the grid (" + text_number(h) +
-              ") are more than three times as large as the "
-              "smallest edge of these elements (" +
-              text_number(smallest) + "): the grid would hold a crack together; take smaller cells");
+    refuse(d, "CONVERSION", c.place, m.elset[c.elset].name,
+           "the cells of the grid (" + text_number(h) +
+               ") are more than three times as large as the "
+               "smallest edge of these elements (" +
+               text_number(smallest) + "): the grid would hold a crack together; take smaller cells");
 }
 
 void make_bodies(Deck& d, Model& m, ConversionDef& c)
@@ -171,8 +172,8 @@ void make_bodies(Deck& d, Model& m, ConversionDef& c)
   c.bond_of.assign(m.section.size(), -1);
   if (c.elset < 0) return;
   if (model_find_body(m, c.body_name) >= 0 && c.body_name != "CONVERTED")
-    return fault(d, "CONVERSION", c.place, c.body_name,
-                 "body " + c.body_name + " is defined already; take another name");
+    return refuse(d, "CONVERSION", c.place, c.body_name,
+                  "body " + c.body_name + " is defined already; take another name");
   check_per_elem(d, m, c);
   check_trigger(d, m, c);
   check_cells(d, m, c);

@@ -2,7 +2,7 @@
 
 namespace {
 
-void check_params(Card& card, const BondDef& b)
+void pair_params(Card& card, const BondDef& b)
 {
   contact_twice(card);
   if (!card_param(card, "INTERACTION") && b.name.empty() && !card_param(card, "NAME"))
@@ -29,7 +29,7 @@ void kw_contact_pair(Card& card, Model& model)
   b.intermediate = card_param_int(card, "INTERMEDIATE", b.by_face ? -1 : 0, 0, 1000);
   b.augment = card_param_int(card, "AUGMENT", 0, 0, 1000);
   contact_overlap(card, b);
-  check_params(card, b);
+  pair_params(card, b);
   const Field interaction = card_param_field(card, "INTERACTION");
   if (!card_line(card)) {
     card_error(card, card.head.at, "a data line must follow: slave surface, master surface");

@@ -4,8 +4,8 @@
 
 namespace {
 
-const char* const plane_words = "P1|P2|P3|P4|TRVEC1|TRVEC2|TRVEC3|TRVEC4|GRAV|CENTRIF|BX|BY";
-const char* const solid_words =
+const char* const plane_loads = "P1|P2|P3|P4|TRVEC1|TRVEC2|TRVEC3|TRVEC4|GRAV|CENTRIF|BX|BY";
+const char* const solid_loads =
     "P1|P2|P3|P4|P5|P6|TRVEC1|TRVEC2|TRVEC3|TRVEC4|TRVEC5|TRVEC6|GRAV|CENTRIF|BX|BY|BZ";
 
 // faces of elements
@@ -83,7 +83,7 @@ bool read_line(Card& card, Model& model, Load& l, Field& target, std::string& wo
   const bool everything = card.field[0].empty() && card.field.size() > 1 &&
                           text_squeeze(card.field[1].text) == "GRAV";
   target = everything ? card.field[card.next++] : card_field(card, "element set, element or body");
-  const char* const words = model.dim == 3 ? solid_words : plane_words;
+  const char* const words = model.dim == 3 ? solid_loads : plane_loads;
   const int faces = model.dim == 3 ? 6 : 4;
   const int kind = card_word(card, "kind of load", words);
   if (kind < 0) return false;

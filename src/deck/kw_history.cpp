@@ -4,11 +4,11 @@
 
 namespace {
 
-const char* const plane_words =
+const char* const plane_quantities =
     "U1|U2|V1|V2|A1|A2|X1|X2|RF1|RF2|GRF1|GRF2|CFORCE|CGAP|CAREA|CWORK|CPRESS|NERODED|NRELEASE|CRACKA|"
     "NPOINTS|NBONDS|EFRAC|ECONV|EGHOST|EVISC|EPLAST|EOVERLAP|EFREED|ESUDDEN|ESTOP|NFRAG|NLOOSE|TIP1|TIP2|"
     "S11|S22|S33|S12|E11|E22|E33|E12|SMISES|ENER|PEEQ";
-const char* const solid_words =
+const char* const solid_quantities =
     "U1|U2|U3|V1|V2|V3|A1|A2|A3|X1|X2|X3|RF1|RF2|RF3|GRF1|GRF2|GRF3|CFORCE|CGAP|CAREA|CWORK|CPRESS|NERODED|"
     "NRELEASE|CRACKA|NPOINTS|NBONDS|EFRAC|ECONV|EGHOST|EVISC|EPLAST|EOVERLAP|EFREED|ESUDDEN|ESTOP|NFRAG|"
     "NLOOSE|TIP1|TIP2|TIP3|"
@@ -88,7 +88,7 @@ void settle_contact(Deck& d, Model& m, HistoryDef h, const Field& target)
 
 void read_line(Card& card, const Model& model, std::vector<std::string>& names)
 {
-  const char* const quantities = model.dim == 3 ? solid_words : plane_words;
+  const char* const quantities = model.dim == 3 ? solid_quantities : plane_quantities;
   const char* const axis[3] = {"x", "y", "z"};
   HistoryDef h;
   const Field name = card_field(card, "name of the column");

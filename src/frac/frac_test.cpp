@@ -10,7 +10,7 @@
 
 namespace {
 
-const double pi = 3.14159265358979323846;
+const double PI = 3.14159265358979323846;
 const double ROUNDING = 1.0 + 1e-9;    // of a bound
 // see behind_tip. Less: flanks of a crack break (A14); more: it cannot divide (P8)
 const double TIP_STATICS = 0.2, TIP_MOTION = 0.4;
@@ -43,7 +43,7 @@ double ball_constant(const Scan& s, int e)
   if (s.def(e).drive == SPLIT_RCE)
     kappa = stress ? 0.5247 * (1.0 - nu * nu) : 0.5247 * (1.0 - 2.0 * nu) / ((1.0 - nu) * (1.0 - nu));
   const double x = s.fm.local[e] / radius_of(s, e), x2 = x * x;
-  return s.m.dim == 2 ? pi / kappa * (1.0 + x2 / 3.0) : 8.0 / (3.0 * kappa) * (1.0 + x2) / (1.0 + x2 / 3.0);
+  return s.m.dim == 2 ? PI / kappa * (1.0 + x2 / 3.0) : 8.0 / (3.0 * kappa) * (1.0 + x2) / (1.0 + x2 / 3.0);
 }
 
 // bound: from the whole energy, which psi+ never exceeds

@@ -60,8 +60,8 @@ void note_flow(const MatLaw& law, const Return& r, const double* h_n, double* h_
 }
 
 // without NLGEOM: additive strains
-bool small_strain(const MatLaw& law, const double* E, const double* h_n, double* h_np1, bool tangent,
-                  LawOutput& out)
+bool j2_small_strain(const MatLaw& law, const double* E, const double* h_n, double* h_np1, bool tangent,
+                     LawOutput& out)
 {
   const double K = bulk_modulus(law);
   const SmallTrial t = small_trial(law, E, h_n);
@@ -102,7 +102,7 @@ double yield_work(const Material& m, double a)
 bool law_j2(const MatLaw& law, bool finite, const double* E, const double* h_n, double* h_np1, bool tangent,
             LawOutput& out)
 {
-  if (!finite) return small_strain(law, E, h_n, h_np1, tangent, out);
+  if (!finite) return j2_small_strain(law, E, h_n, h_np1, tangent, out);
   const double K = bulk_modulus(law);
   // 1. trial
   HenckyTrial t;

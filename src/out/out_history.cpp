@@ -7,7 +7,7 @@
 
 namespace {
 
-const double not_a_number = std::numeric_limits<double>::quiet_NaN();
+const double no_value = std::numeric_limits<double>::quiet_NaN();
 const double infinite     = std::numeric_limits<double>::infinity();
 
 struct Sample {                // values and weights that one column reads
@@ -55,7 +55,7 @@ void gather_ranks(const Model& m, std::vector<Gathered>& of)
 
 double reduced(Reduce reduce, const Gathered& g)
 {
-  if (g.count == 0.0) return not_a_number;
+  if (g.count == 0.0) return no_value;
   switch (reduce) {
     case REDUCE_SUM:    return g.sum;
     case REDUCE_MAX:    return g.hi;
@@ -225,7 +225,7 @@ void sample_place(const Model& m, const Elements& el, const State& s, const Prob
 // broken
 double tip_place(const Model& m, const State& s, int axis, bool first)
 {
-  double tip = not_a_number;
+  double tip = no_value;
   for (size_t e = 0; e < s.frac.time.size(); ++e) {
     if (!(s.frac.time[e] > 0.0)) continue;
     const int n = m.mesh.conn.count(static_cast<int>(e));

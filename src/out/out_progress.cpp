@@ -6,7 +6,7 @@
 
 namespace {
 
-const double pause = 0.2;      // seconds between two lines
+const double LINE_PAUSE = 0.2; // seconds between two lines
 
 double whole_time(const Model& m)
 {
@@ -48,7 +48,7 @@ void out_progress(const Model& m, const State& s, Output& out)
 {
   if (!out.terminal) return;
   const double now = timer_wall();
-  if (now - out.progress_last < pause) return;
+  if (now - out.progress_last < LINE_PAUSE) return;
   out.progress_last = now;
   const double part = std::min(1.0, s.n.time / std::max(whole_time(m), 1e-300));
   const double done = part - out.progress_from / std::max(whole_time(m), 1e-300);

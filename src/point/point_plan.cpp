@@ -13,7 +13,7 @@
 namespace {
 
 // How many points and corners an element makes, or its first ones; elem: number in the mesh of the deck
-struct Made { int elem, points, corners; };
+struct PlanCount { int elem, points, corners; };
 
 // An element that is planned: its domains in the list of its body, and the corners that it makes
 struct Planned { int elem, body, first, end, corner, corner_end; };
@@ -22,15 +22,15 @@ int corners(const Domain& d) { return shape_info[d.shape].nen; }
 
 // Counts of the elements of this rank become numbers of their first point and corner, in the order of the
 // deck; rank 0 alone sees all of them. npoint and ncorner of all ranks go on. Collective
-void first_numbers(PointPart& part, std::vector<Made>& own)
+void planned_numbers(PointPart& part, std::vector<PlanCount>& own)
 {
-  std::vector<std::vector<Made>> of_rank = comm_gather(own);
-  std::vector<Made*> all;
-  for (std::vector<Made>& list : of_rank)
-    for (Made& x : list) all.push_back(&x);
-  std::sort(all.begin(), all.end(), [](const Made* a, const Made* b) { return a->elem < b->elem; });
-  for (Made* x : all) {
-    const Made count = *x;
+  std::vector<std::vector<PlanCount>> of_rank = comm_gather(own);
+  std::vector<PlanCount*> all;
+  for (std::vector<PlanCount>& list : of_rank)
+    for (PlanCount& x : list) all.push_back(&x);
+  std::sort(all.begin(), all.end(), [](const auto* a, const auto* b) { return a->elem < b->elem; });
+  for (PlanCount* x : all) {
+    const PlanCount count = *x;
     *x = {count.elem, part.npoint, part.ncorner};
     part.npoint += count.points;
     part.ncorner += count.corners;
@@ -48,7 +48,7 @@ void plan_body(Filler& f, int body, std::vector<Planned>& planned)
   std::vector<Domain>& domain = plan.domain[body];
   const auto ncorner  = [&] { return static_cast<int>(plan.number.size()); };
   const size_t before = planned.size();
-  std::vector<Made> own;
+  std::vector<PlanCount> own;
   for (int e : f.m.elset[f.m.body[body].elset].item) {
     if (f.errors) break;
     const int first = static_cast<int>(domain.size()), corner = ncorner();
@@ -61,7 +61,7 @@ void plan_body(Filler& f, int body, std::vector<Planned>& planned)
     planned.push_back({e, body, first, end, corner, ncorner()});
     if (mesh.works(e)) own.push_back({mesh.elem[e], end - first, ncorner() - corner});
   }
-  first_numbers(f.pts.part, own);
+  planned_numbers(f.pts.part, own);
   auto made = own.begin();
   for (size_t k = before; k < planned.size(); ++k) {
     const Planned& x = planned[k];

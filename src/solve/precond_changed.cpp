@@ -20,7 +20,7 @@ namespace {
 
 // of the stiffness of its elements: a block that differs by more belongs to the set
 const double CHANGED    = 0.01;
-const size_t MOST       = 300;       // unknowns of the set
+const size_t MAX_CHANGED = 300;      // unknowns of the set
 // of a unit diagonal: rows of the grid may have no stiffness of their own
 const double SHIFT      = 1e-14;
 
@@ -358,7 +358,7 @@ bool changed_form(Solver& s, const SysMatrix& A, const std::vector<long>& key, i
   IntVec rows;
   for (int J = 0; J < c.nfe; ++J)
     if (in[J] && c.place[J] < 0) rows.push_back(J);
-  c.on = (c.set.size() + rows.size()) * A.dim <= MOST;
+  c.on = (c.set.size() + rows.size()) * A.dim <= MAX_CHANGED;
   c.columns = static_cast<int>(rows.size()) * A.dim;
   if (c.on && !rows.empty()) c.on = add_columns(s, c, rows) == STATUS_OK;
   c.on = c.on && form_dense(A, c);

@@ -23,7 +23,7 @@ struct FirstAlone {
 namespace {
 
 // equations of matrices that rank 0 solves alone: it has them whole, and the factors
-const long MOST = 300000;
+const long MAX_FIRST = 300000;
 
 // ---- rows and pattern of all ranks -------------------------------------------------
 
@@ -233,7 +233,7 @@ bool first_pays(const Solver& s, const SysMatrix& A, const SolveAsk& ask)
   // by CHOLMOD whole runs on two ranks take 0.72 to 1.04 of those with MUMPS (doc/benchmarks.md)
   const bool few = ask.broken || (A.dim == 2 && !ask.inertia && comm_size() == 2);
   return sys_shared(A) && s.def.kind == SOLVER_AUTO && s.kind == SOLVER_MUMPS && s.def.reuse &&
-         equations > 0 && (equations < SMALL_SYSTEM || (few && equations <= MOST));
+         equations > 0 && (equations < SMALL_SYSTEM || (few && equations <= MAX_FIRST));
 }
 
 Status first_solve(Solver& s, const SysMatrix& A, const SolveAsk& ask, const RealVec& b, RealVec& x)

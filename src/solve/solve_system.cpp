@@ -9,7 +9,7 @@ namespace {
 
 // Answers depend on none of these, seconds do. Tests: SPEED (speed/guard: seconds, speed/reuse: answers)
 const long PAUSE    = 50;      // solutions until a slower path is tried again; doubled when it fails
-const int MOST      = 5000;    // iterations
+const int MAX_ITERATIONS = 5000;  // iterations
 const double CUBE   = 3.6;     // iterations with the incomplete factor, cube of elements: times cbrt(nodes)
 // the same, for 8 digits: more, and multigrid is faster, which takes as long as 70 of them with its part of
 // the set-up (an iteration 3.7, the set-up 100 to 150 for all systems that keep it)
@@ -107,7 +107,7 @@ double counted_setup(const SolverData& d, SolvePath path)
 int counted_limit(const SolverData& d, SolvePath path, double seconds)
 {
   const double most = (seconds - counted_setup(d, path)) / counted_iteration(d, path);
-  return 1 + static_cast<int>(std::min(1.0 * MOST, std::max(0.0, most)));
+  return 1 + static_cast<int>(std::min(1.0 * MAX_ITERATIONS, std::max(0.0, most)));
 }
 
 // In motion the first systems are solved without a factorisation, which is expensive in space, and whose
@@ -529,7 +529,7 @@ CgDone form_and_solve(Solver& s, const SysMatrix& A, const SolveAsk& ask, SolveP
   Timer timer(PHASE_CG);
   // A^-1 and M^-1 are far apart in smooth modes, but for factors: M^-1 sees too little of an error there
   const double safety = path == PATH_REUSED || path == PATH_CHANGED ? 1.0 : 0.1;
-  int most            = path == PATH_CHANGED ? FEW : path == PATH_AMG ? AMG_MOST : MOST;
+  int most            = path == PATH_CHANGED ? FEW : path == PATH_AMG ? AMG_MOST : MAX_ITERATIONS;
   if (limit < NEVER) most = std::min(most, counted_limit(d, path, limit));
   if (s.def.kind == SOLVER_AUTO && path == PATH_CHOLESKY && moves_fast(d, ask, A.dim))
     most = std::min(most, fast_limit(A.dim) + 1);

@@ -11,7 +11,7 @@
 namespace {
 
 // The volume of a domain over that which the law sees (1.14), or the inverse, from which it is lost
-const double LOST = 2.0;
+const double VOLUME_LOST = 2.0;
 
 const double limit = 1.0 / 3.0;      // of the square of the stretch: dS/dF changes its sign
 
@@ -139,7 +139,7 @@ void warn_lost_volume(const Model& m, const PointLaws& laws, const State& st, Wa
   if (warned.count("volume") || (laws.group.size() == 0 && !m.part.on)) return;
   const LostVolume w = lost_volume(m, laws, st);
   const double most  = m.part.on ? comm_allreduce_max(w.part) : w.part;
-  if (most < LOST || !warned.insert("volume").second || w.part < most) return;
+  if (most < VOLUME_LOST || !warned.insert("volume").second || w.part < most) return;
   log_warn("time %.8g: the domain of material point %d of body %s has %.3g times its volume at t = 0, its "
            "law sees %.3g: the shape of the domain is lost, and what follows there is unreliable. Use "
            "more points or a coarser grid (*MATERIAL POINTS, POINTS=), smaller increments, or hardening "

@@ -2,7 +2,8 @@
 # standard library and of Eigen. Five to twenty times slower; a fault ends the program at once.
 #     make MACHINE=debug unit && bin/unit-debug
 # Leaks are not looked for: Open MPI keeps what it has (src/base/sanitize.cpp). Nor is what the address sanitizer or the processor
-# finds by itself (null, object-size, alignment, vptr), which makes the build up to twice as long. tools/sanitize runs what CI runs.
+# finds by itself (null, object-size, alignment, vptr), which makes the build up to twice as long. CI builds
+# the serial program with sanitizers, sanitize.mk.
 
 include tools/machines/debian.mk
 MARCH    = x86-64-v2
