@@ -22,13 +22,28 @@ std::string other_keyword(const std::string& word)
     if (word == part)
       return ": decks have no parts and instances; write a flat one (Abaqus/CAE: Model, Edit Attributes, Do "
              "not use parts and assemblies in input files)";
-  for (const char* output : {"PREPRINT", "OUTPUT", "NODE OUTPUT", "ELEMENT OUTPUT", "CONTACT OUTPUT",
-                             "FILE FORMAT"})
-    if (word == output)
-      return "; leave it out, or take *VTK, *HISTORY, *NODE FILE, *EL FILE, *NODE PRINT, *EL PRINT";
-  for (const char* heat : {"EXPANSION", "CONDUCTIVITY", "SPECIFIC HEAT"})
-    if (word == heat) return ": there are no temperatures here; leave it out";
   return "";
+}
+
+// Cards of pre-processors that change nothing here: requests of output, which *VTK, *HISTORY and the cards of
+// CalculiX make; controls of another program; properties of heat, where no temperature is given
+bool changes_nothing(const std::string& word)
+{
+  for (const char* other : {"PREPRINT", "OUTPUT", "NODE OUTPUT", "ELEMENT OUTPUT", "CONTACT OUTPUT",
+                            "ENERGY OUTPUT", "FILE FORMAT", "TIME POINTS", "MONITOR", "PRINT", "CONTROLS",
+                            "SECTION CONTROLS", "EXPANSION", "CONDUCTIVITY", "SPECIFIC HEAT"})
+    if (word == other) return true;
+  return false;
+}
+
+// *OUTPUT (2), *PREPRINT
+std::string passed_over(const Deck& d)
+{
+  std::string text;
+  for (const auto& p : d.passed)
+    text += (text.empty() ? "*" : ", *") + p.first +
+            (p.second > 1 ? " (" + std::to_string(p.second) + ")" : "");
+  return text;
 }
 
 void skip_data(Deck& d)
@@ -119,6 +134,10 @@ void read_card(Deck& d, Model& m)
   d.word.clear();
   deck_head(d, c.head);
   c.keyword = keyword_find(c.head.word);
+  if (!c.keyword && changes_nothing(c.head.word)) {
+    ++d.passed[c.head.word];
+    return skip_data(d);
+  }
   if (!c.keyword) {
     const std::string near = text_nearest(c.head.word, keyword_words());
     const std::string remedy = other_keyword(c.head.word);
@@ -196,8 +215,9 @@ void read_all(Deck& d, const std::string& path, const std::vector<std::pair<std:
   warn_unused_defines(d);
   deck_check(d, m);
   hash_parameters(d);
-  m.param = d.param;
-  m.hash  = d.hash;
+  m.param  = d.param;
+  m.hash   = d.hash;
+  m.passed = passed_over(d);
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #define MPFE_DECK_DECK_STATE_H
 
 #include <functional>
+#include <map>
 #include <set>
 #include <string>
 #include <unordered_map>
@@ -102,6 +103,7 @@ struct Deck {
   std::set<std::size_t> told;                      // hashes of the texts
   int errors = 0, warnings = 0;
   std::string word;            // keyword that is read or checked, for messages
+  std::map<std::string, int> passed;               // cards that change nothing here, and how many
 
   std::uint64_t hash = hash_start;   // of the lines so far
   bool hashing = false;        // the lines of the open card count

@@ -4,13 +4,18 @@ namespace {
 
 const long max_range = 100000000;
 
-// first, last[, step] : those labels of the range that exist
+// first, last[, step] : those labels of the range that exist; downwards with a negative step
 void generate(Card& card, const LabelIndex& index, const IntVec& label, IntVec& item)
 {
-  const int first = card_label(card, "first label");
-  const int last  = card_label(card, "last label");
-  const int step  = card_int_or(card, "step", 1, 1, 2147483647);
+  int first = card_label(card, "first label"), last = card_label(card, "last label");
+  int step  = card_int_or(card, "step", 1, -2147483647, 2147483647);
   if (!card_good(card)) return;
+  if (step == 0) return card_error(card, card.field[2], "the step of a range must not be 0");
+  if (step < 0) {
+    step = -step;
+    std::swap(first, last);
+    first += static_cast<int>((static_cast<long>(last) - first) % step);      // where it ends, downwards
+  }
   if (last < first)
     return card_error(card, card.field[1],
                       text_format("last label %d is smaller than the first, %d", last, first));

@@ -512,6 +512,7 @@ struct Model {
   std::string out_dir = ".";
   std::string deck;            // path as given
   std::string heading;
+  std::string passed;          // cards of the deck that change nothing here, for the listing
   int dim = 2;
   Mesh mesh;
   MeshPart part;
