@@ -65,6 +65,8 @@ struct Dofs {
   RealVec C;
   RealVec C_diag;              // [nrow*dim] its diagonal, of all ranks
   bool damped = false;         // C is there, on any rank
+  bool damping_lumped = false; // C is lumped: an explicit step
+  RealVec lumped;              // explicit step: [nrow] sums of the rows of M, of all ranks; else empty
   IntVec owned_point, owned_bond, owned_ghost;          // what this rank works on; elements: ElemBlock::owned
   IntVec owned_group;          // groups of points (1.14) whose first point this rank works on
   std::vector<char> bond_owned;      // [nbond]

@@ -222,6 +222,8 @@ struct Ledger {                // energies and momenta at t(n), [3] in space
   double rounding = 0;         // energies below are rounding of zero
   // of the step under way: balance and external work at its start, largest energy in it
   double balance0 = 0, external0 = 0, step_scale = 0;
+  // explicit: length of the increments that the kinetic energy is the product of half steps of, 0: none
+  double leap = 0;                                                                             // (6.33)
   int off = 0;                 // steps whose balance was off by more than they allow
   double momentum[3] = {0, 0, 0};
   double angular[3] = {0, 0, 0};

@@ -187,19 +187,21 @@ Failure step_increment(Problem& p, const Step& s, double t0, double dt, RealVec&
   st.log.residual   = 0.0;
   a.du.assign(p.dofs.neq(), 0.0);
   Failure failure = dof_constrain(p.m, p.d, st, s, a.t0, a.t1, p.dofs, p.warned);
+  if (failure.ok() && s.proc == PROC_DYNAMIC) ledger_leap(p.dofs, s.explicit_steps() ? dt : 0.0, st);
   if (failure.ok() && !mid)
     failure = assem_loads(p.m, p.d, p.dofs, st, s, {a.t0, a.total0, 0.0}, p.warned, a.fext0);
-  if (failure.ok() && s.proc == PROC_DYNAMIC) failure = step_inertia_begin(p, a);
+  const bool leaps = s.explicit_steps();
+  if (failure.ok() && s.proc == PROC_DYNAMIC && !leaps) failure = step_inertia_begin(p, a);
   if (failure.status == BAD_VALUE) return failure;
   if (dt > 0.0 && s.proc == PROC_STATIC) extrapolate(p.m, st, p.dofs, dt, a);
   const bool guessed = a.guesses;
-  if (failure.ok()) failure = step_newton(p, a);
+  if (failure.ok()) failure = leaps ? step_explicit(p, a) : step_newton(p, a);
   if (!failure.ok() && failure.status != BAD_VALUE && guessed) {
     a.du.assign(p.dofs.neq(), 0.0);
     a.guesses = false;
     failure = step_newton(p, a);
   }
-  if (failure.ok() && st.bonds.nbond_all()) failure = augment(p, a);
+  if (failure.ok() && st.bonds.nbond_all() && !leaps) failure = augment(p, a);
   const auto agree = [&](const Failure& f) { return p.m.part.on ? agree_on_place(st.bonds, f) : f; };
   if (failure.ok() && p.d.pairs.near)
     failure = agree(step_contact_depth(st.bonds, p.d.pairs, st.np1, p.m.dim));

@@ -262,3 +262,25 @@ Failure step_initial_acceleration(Problem& p, const Step& s, double t_step)
   if (p.m.part.around.on()) halo_copy(p.m.part.halo, dofs.dim, p.st.n.a);
   return STATUS_OK;
 }
+
+Failure step_motion_begin(Problem& p, Attempt& a)
+{
+  const Dofs& s = p.dofs;
+  const GridVelocity& before = p.newton.grid;
+  a.cM = scheme_of(a.step).mass(a.step, a.dt);
+  if (!p.d.grid.of_all.nodes && !s.hung) {
+    a.vgrid = dof_of_nodes(s, p.st.n.v);
+    a.agrid = dof_of_nodes(s, p.st.n.a);
+    return STATUS_OK;
+  }
+  Failure failure = velocity_at_start(p.st, p.d, s, before, a.momentum, a.vgrid);
+  if (!failure.ok()) return failure;
+  if (!before.a.empty() && projection_known(p.st, p.d, s, before)) {
+    a.agrid = dof_of_nodes(s, p.st.n.a);
+    std::copy(before.a.begin(), before.a.end(), a.agrid.begin() + before.first * s.dim);
+    return STATUS_OK;
+  }
+  RealVec Ma;
+  failure = force_at_start(p, a);
+  return failure.ok() ? inertia_at_start(p, a, Ma) : failure;
+}

@@ -28,6 +28,7 @@ void stop_motion(State& st)
   log_warn("step %d is static: the kinetic energy of %g is discarded", st.log.step, st.ledger.kinetic);
   st.ledger.stopped += st.ledger.kinetic;
   st.ledger.kinetic = 0.0;
+  st.ledger.leap    = 0.0;
   for (RealVec* v : {&st.n.v, &st.n.a, &st.n.vc}) std::fill(v->begin(), v->end(), 0.0);
 }
 
@@ -241,6 +242,7 @@ Failure begin_increment(Problem& p, const Step& s, const std::vector<double>& st
   if (failure.status == FACES_UNKNOWN) return stop_for_faces(p, inc.before, inc.clock);
   if (failure.ok() && st.log.inc == 1 && moves && scheme_of(s).acceleration)
     failure = step_initial_acceleration(p, s, 0.0);
+  if (failure.ok() && s.explicit_steps()) failure = step_stable(p, s);
   inc.dt = clock_next(s, st.clock, stops);
   if (p.d.fm.on && moves) begin_undo(st, false, inc);        // with the first acceleration
   st.clock.aim = 0.0;
@@ -345,6 +347,7 @@ const char* crawl_advice(Status limit)
 // says once a step that increments stay much shorter than dt, and why
 void warn_of_crawl(const Step& s, const State& st, Increment& inc, Warned& warned)
 {
+  if (s.explicit_steps()) return;
   inc.crawling = inc.dt < CRAWLING * s.dt && st.clock.dt < CRAWLING * s.dt ? inc.crawling + 1 : 0;
   if (inc.crawling < CRAWLS || !warned.insert("crawl " + std::to_string(st.log.step)).second) return;
   const std::string why =
