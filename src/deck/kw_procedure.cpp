@@ -41,7 +41,7 @@ void procedure_times(Card& card, Step& s)
   s.period = card_real_or(card, "period", 1.0, above(0.0));
   card_real_or(card, "an empty field", 0.0, at_least(0.0));
   s.dt_max = card_real_or(card, "largest dt", 0.0, at_least(0.0));
-  if (dt > s.period * (1.0 + 1e-12))
+  if (card.open && dt > s.period * (1.0 + 1e-12))
     card_error(card, card.field[0],
                "dt = " + text_number(dt) + " is larger than the period, " + text_number(s.period));
   s.dt = dt > 0.0 ? dt : s.period;

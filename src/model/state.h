@@ -252,6 +252,10 @@ struct StepClock {             // the step that is under way
   // strain energy, of the step so far                                                        (6.25), (6.26)
   double impulse = 0, square = 0, energy = 0;
   int cuts = 0;                // of all increments so far
+  // explicit: largest stable increment of elements, and of the system when the step began, 0: not known; what
+  // had broken, become points or been released when it was looked at last                     (6.30) - (6.32)
+  double stable = 0, system = 0;
+  long broke = 0;
 };
 
 struct GridLaid {              // where corners and bonds were when the active grid was made

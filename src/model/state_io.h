@@ -186,8 +186,8 @@ inline void io(Archive& f, ContactLog& x)
 
 inline void io(Archive& f, StepClock& x)
 {
-  auto& [start, t, dt, nominal, easy, most, aim, impulse, square, energy, cuts] = x;
-  io_all(f, start, t, dt, nominal, easy, most, aim, impulse, square, energy, cuts);
+  auto& [start, t, dt, nominal, easy, most, aim, impulse, square, energy, cuts, stable, system, broke] = x;
+  io_all(f, start, t, dt, nominal, easy, most, aim, impulse, square, energy, cuts, stable, system, broke);
 }
 
 // ranks of points follow where points are known: io_point_ranks

@@ -57,14 +57,11 @@ struct NextDivision {
   std::vector<NearFace> faces; // of this rank, where others come near that are not known
 };
 
-// Largest stable increment of an explicit step, and what it was found for
+// What an explicit step keeps; results do not depend on it
 struct StableIncrement {
   std::vector<RealVec> omega2; // of elem_stable
-  double dt = 0.0;             // of elements, bonds, contact and points at t(n)
-  double system = 0.0;         // of the whole system, when it was measured last
-  int step = 0;                // StepLog::step when it was measured last
-  long after = 0;              // StepLog::inc_total then
-  long changed = 0;            // elements that had broken or become points, and points released
+  // [nnode + ncorner] work space: stiffness of contact over mass, of nodes and corners       1/time^2
+  RealVec push;
 };
 
 // work has become uneven; faces of general contact have come near that are not known

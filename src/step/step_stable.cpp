@@ -95,50 +95,167 @@ Failure measure(Problem& p, const Step& s, double& omega2)
     for (int i = 0; i < d.neq(); ++i) w[i] -= T(k, k) * q[i] + beta * before[i];
     before.swap(q);
     q.swap(w);
-    if (k > 0 && size <= 1e-12 * T(0, 0)) break;
   }
   return failure;
 }
 
-void report(const Problem& p, const Step& s, const State& st, double elements, int worst, double taken)
+// the stiffness of contact b at its gap, which grows where it is deep                            (4.21)
+double contact_slope(const Bonds& b, int k, double gap)
 {
-  const std::string ruling = worst < 0 ? "" : ", element " + std::to_string(worst);
-  log_note("  explicit: stable increment of the elements %.6g%s; of the whole system %.6g; taken %.6g", elements,
-           ruling.c_str(), p.stable.system, taken);
-  if (s.dt < s.period && s.dt > s.safety * std::min(elements, p.stable.system))
+  const double beyond = b.beyond(k, gap);
+  return std::max(b.cn[k], b.ct[k]) + 3.0 * b.growth(k) * beyond * beyond;
+}
+
+// calls use(place, weight) for the nodes n and the corners nnode + c that contact bond k ties
+template <class Use>
+void each_place(const Problem& p, int k, Use use)
+{
+  const Bonds& b           = p.st.bonds;
+  const ContactPairs& pair = p.d.pairs;
+  for (int j = b.a.off[k]; j < b.a.off[k + 1]; ++j) use(b.a.item[j], std::fabs(b.a_w[j]));
+  for (int j = pair.master.off[k]; j < pair.master.off[k + 1]; ++j)
+    use(pair.master.item[j], std::fabs(pair.master_w[j]));
+}
+
+// mass of a node or a corner that contact pushes at; a consistent mass counts by its smallest part     (6.34)
+double mass_at(const Problem& p, const std::vector<char>& coupled, int place)
+{
+  const Dofs& s   = p.dofs;
+  const int nnode = p.m.mesh.nnode();
+  if (place < nnode) return s.row_of_node[place] < 0 ? 0.0 : s.lumped[s.row_of_node[place]];
+  const int c = place - nnode;
+  return s.corner_mass.diag[c] * (coupled[c] ? 1.0 / (1 << s.dim) : 1.0);
+}
+
+// [ncorner] corners whose mass is coupled with that of others
+std::vector<char> coupled_corners(const CornerMass& m)
+{
+  std::vector<char> coupled(m.diag.size(), 0);
+  for (size_t c = 0; c < m.diag.size(); ++c)
+    for (int k = m.off[c]; k < m.off[c + 1]; ++k)
+      if (m.val[k] != 0.0) coupled[c] = coupled[m.col[k]] = 1;
+  return coupled;
+}
+
+// bounds the square of the frequency that contact adds: for each node or corner its stiffness over its mass
+//                                                                                              (6.32)
+//   out  push [nnode + ncorner];  returns the largest of this rank
+double contact_frequency(const Problem& p, RealVec& push)
+{
+  const Dofs& s  = p.dofs;
+  const Bonds& b = p.st.bonds;
+  const std::vector<char> coupled = coupled_corners(s.corner_mass);
+  double most = 0.0;
+  push.assign(static_cast<size_t>(p.m.mesh.nnode()) + p.st.points.ncorner, 0.0);
+  for (int k : s.bond_acts) {
+    if (b.field[k] != SIDE_CONTACT) continue;
+    const double slope = contact_slope(b, k, p.st.n.slip[k * s.dim]);
+    double sum = 0.0;
+    each_place(p, k, [&](int, double w) { sum += w; });
+    each_place(p, k, [&](int place, double w) {
+      const double mass = mass_at(p, coupled, place);
+      if (mass > 0.0) push[place] += slope * sum * w / mass;
+    });
+  }
+  for (double x : push) most = std::max(most, x);
+  return most;
+}
+
+// Part of the square of the largest frequency of the elements that contact may add, where its penalty is that
+// of the program; the increment becomes shorter by sqrt(1 + SOFT). Test: X6 (explicit impact)
+const double SOFT = 0.5;
+
+// penalties of contact points that do not push are kept so small that the increment need not follow them
+void soften_contact(Problem& p, double limit, const RealVec& push)
+{
+  const Dofs& s = p.dofs;
+  Bonds& b      = p.st.bonds;
+  for (int k : s.bond_acts) {
+    const BondDef& def = p.m.bond[b.def[k]];
+    if (b.field[k] != SIDE_CONTACT || def.penalty > 0.0 || def.alpha > 0.0) continue;
+    if (p.st.n.slip[k * s.dim] < 0.0 && p.st.n.time > 0.0) continue;
+    double most = 0.0;
+    each_place(p, k, [&](int place, double) { most = std::max(most, push[place]); });
+    if (most <= limit) continue;
+    b.cn[k] *= limit / most;
+    b.ct[k] *= limit / most;
+  }
+}
+
+// what contact adds to the square of the largest frequency, once its own penalties are in reach. Collective.
+double contact_part(Problem& p, double omega2)
+{
+  RealVec& push = p.stable.push;
+  bool acts = false;
+  for (int k : p.dofs.bond_acts) acts = acts || p.st.bonds.field[k] == SIDE_CONTACT;
+  double most = 0.0;
+  if (acts && contact_frequency(p, push) > SOFT * omega2) {
+    soften_contact(p, SOFT * omega2, push);
+    most = contact_frequency(p, push);
+  } else if (acts) {
+    for (double x : push) most = std::max(most, x);
+  }
+  return comm_size() > 1 ? comm_allreduce_max(most) : most;
+}
+
+void report(const Step& s, const State& st, int label, double taken)
+{
+  const StepClock& c = st.clock;
+  const std::string ruling = label < 0 ? "" : ", element " + std::to_string(label);
+  log_note("  explicit: stable increment of the elements %.6g%s; of the whole system %.6g; taken %.6g", c.stable,
+           ruling.c_str(), c.system, taken);
+  if (s.dt < s.period && s.dt > taken * (1.0 + 1e-9))
     log_warn("step %d, *DYNAMIC, EXPLICIT: dt = %g of the deck is longer than is stable; the increments have "
-             "%g (%g of the stable one)",
+             "%g, %g of the largest stable one",
              st.log.step, s.dt, taken, s.safety);
+}
+
+// the largest stable increment of points. Collective.
+double stable_of_points(const Problem& p)
+{
+  int worst;
+  const double own =
+      point_stable(p.st.points, p.m.dim, p.d.point_law, p.st.n, p.dofs.owned_point, &worst);
+  return comm_size() > 1 ? -comm_allreduce_max(-own) : own;
+}
+
+// the largest stable increment of elements; label of the one that rules. Collective.
+double stable_of_elements(Problem& p, const Step& s, int& label)
+{
+  int worst;
+  const double own = elem_stable(p.m, p.d.el, p.st.n, s.nlgeom, p.stable.omega2, &worst);
+  label = worst < 0 ? -1 : p.m.mesh.elem_label[worst];
+  if (comm_size() == 1) return own;
+  const double least = -comm_allreduce_max(-own);
+  label = comm_allreduce_max(own == least ? label : -1);
+  return least;
 }
 
 }  // namespace
 
 Failure step_stable(Problem& p, const Step& s)
 {
-  State& st = p.st;
-  StableIncrement& q = p.stable;
-  const bool begins  = q.step != st.log.step;
-  const bool changed = begins || q.changed != changes(st);
-  if (!changed && st.log.inc_total - q.after < LOOKS_AGAIN) return STATUS_OK;
-  int worst;
-  double elements = elem_stable(p.m, p.d.el, st.n, s.nlgeom, q.omega2, &worst);
-  int label = worst < 0 ? -1 : p.m.mesh.elem_label[worst];
-  if (comm_size() > 1) {
-    const double own = elements;
-    elements = -comm_allreduce_max(-elements);
-    label    = comm_allreduce_max(own == elements ? label : -1);
+  State& st    = p.st;
+  StepClock& c = st.clock;
+  const bool begins = c.system == 0.0;
+  int label = -1;
+  if (begins || c.broke != changes(st) || st.log.inc % LOOKS_AGAIN == 0) {
+    c.stable = stable_of_elements(p, s, label);
+    const double points = p.st.points.npoint_all() > 0 ? stable_of_points(p) : c.stable;
+    if (points < c.stable) label = -1;
+    c.stable = std::min(c.stable, points);
+    c.broke  = changes(st);
   }
   if (begins) {
     double omega2;
     const Failure failure = measure(p, s, omega2);
     if (!failure.ok()) return failure;
-    q.system = omega2 > 0.0 ? 2.0 / std::sqrt(omega2) : 1e300;
+    c.system = omega2 > 0.0 ? 2.0 / std::sqrt(omega2) : 1e300;
   }
-  q.step    = st.log.step;
-  q.after   = st.log.inc_total;
-  q.changed = changes(st);
-  q.dt      = std::min(elements, q.system);
-  st.clock.dt = std::min(s.dt, s.safety * q.dt);
-  if (begins) report(p, s, st, elements, label, st.clock.dt);
+  const double free   = std::min(c.stable, c.system), omega2 = 4.0 / (free * free);
+  const double touch  = contact_part(p, omega2);
+  const double taken  = s.safety * 2.0 / std::sqrt(omega2 + touch);
+  c.dt = std::min(s.dt, taken);
+  if (begins) report(s, st, label, taken);
   return STATUS_OK;
 }
