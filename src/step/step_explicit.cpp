@@ -43,11 +43,11 @@ Failure solve_accelerations(const Problem& p, const RealVec& f, double half, Rea
 {
   const Dofs& s = p.dofs;
   if (s.tie.any) return mass_solve_tied(s, f, acc) < 0 ? MASS_FAILED : STATUS_OK;
-  if (s.hung) return mass_solve(s, ROWS_ALL, s.nrow, f, acc) < 0 ? MASS_FAILED : STATUS_OK;
   node_accelerations(s, half, f, acc);
-  if (p.d.grid.of_all.nodes == 0) return STATUS_OK;
+  if (p.d.grid.of_all.nodes == 0 && !s.hung) return STATUS_OK;
   Timer timer(PHASE_PROJECT);
-  return mass_solve(s, ROWS_GRID, s.nrow, f, acc) < 0 ? MASS_FAILED : STATUS_OK;
+  const std::vector<char> begun(s.nrow, 1);          // rows of the grid begin with the acceleration of t(n)
+  return mass_project(s, begun, f, acc) < 0 ? MASS_FAILED : STATUS_OK;
 }
 
 // forces at t(n+1): internal ones, loads, and damping at the velocity of the middle
@@ -87,7 +87,7 @@ Failure step_explicit(Problem& p, Attempt& a)
   // 3. forces there, and the acceleration that they make                                     (6.29)
   failure = form_forces(p, a, f);
   if (!failure.ok()) return failure;
-  a.acc.assign(s.neq(), 0.0);
+  a.acc = a.agrid;
   for (int i = 0; i < s.neq(); ++i)
     if (s.fixed[i] == DOF_FIXED) a.acc[i] = (s.rate[i] - a.vgrid[i]) / a.dt;
   failure = solve_accelerations(p, f, 0.5 * a.dt, a.acc);

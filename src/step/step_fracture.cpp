@@ -145,6 +145,7 @@ Failure step_fracture(Problem& p, const Step& s, double t_step, UndoPoint& befor
     if (s.proc == PROC_DYNAMIC) {
       if (!scheme_of(s).acceleration) return STATUS_OK;
       failure = step_initial_acceleration(p, s, t_step);
+      p.newton.grid.a.clear();             // forces have jumped
       if (failure.ok() && s.explicit_steps()) book_leap(p, s);
       return failure;
     }

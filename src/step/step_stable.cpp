@@ -16,8 +16,8 @@ const int VECTORS = 24;
 // Size of the motion that measures the stiffness, of the mean size of elements and cells
 const double MOVE = 1e-7;
 
-// what makes frequencies others at once
-long changes(const State& st) { return st.frac.neroded + st.frac.nconverted + st.frac.nreleased; }
+// what makes frequencies larger at once: points that come
+long changes(const State& st) { return st.frac.nconverted + st.frac.nreleased; }
 
 // K x by a small motion from t(n); f0: internal force there
 Failure stiffness_times(Problem& p, const KernelMode& mode, const RealVec& f0, const RealVec& x, RealVec& y)
@@ -239,13 +239,14 @@ Failure step_stable(Problem& p, const Step& s)
   StepClock& c = st.clock;
   const bool begins = c.system == 0.0;
   int label = -1;
-  if (begins || c.broke != changes(st) || st.log.inc % LOOKS_AGAIN == 0) {
-    c.stable = stable_of_elements(p, s, label);
-    const double points = p.st.points.npoint_all() > 0 ? stable_of_points(p) : c.stable;
+  const bool looks = begins || st.log.inc % LOOKS_AGAIN == 0;
+  if (looks) c.stable = stable_of_elements(p, s, label);
+  if ((looks || c.broke != changes(st)) && st.points.npoint_all() > 0) {
+    const double points = stable_of_points(p);
     if (points < c.stable) label = -1;
     c.stable = std::min(c.stable, points);
-    c.broke  = changes(st);
   }
+  c.broke = changes(st);
   if (begins) {
     double omega2;
     const Failure failure = measure(p, s, omega2);
