@@ -62,6 +62,10 @@ struct StableIncrement {
   std::vector<RealVec> omega2; // of elem_stable
   // [nnode + ncorner] work space: stiffness of contact over mass, of nodes and corners       1/time^2
   RealVec push;
+  // loads at the end of the increment before, for these rows; step, increment: when
+  RealVec fext;
+  long pattern = -1, made = -1;          // Dofs::pattern, ActiveGrid::made
+  int step = 0, inc = 0;
 };
 
 // work has become uneven; faces of general contact have come near that are not known
