@@ -75,12 +75,13 @@ void read_explicit(Card& card, Model& model)
   Step& s  = model.step.back();
   s.scheme = SCHEME_EXPLICIT;
   s.scheme_given = true;
-  for (const char* word : {"SCHEME", "BETA", "GAMMA", "DISSIPATION", "ALPHA", "HAFTOL", "HALFINC SCALE FACTOR",
-                           "NOHAF", "SOLVER"})
+  for (const char* word : {"SCHEME", "BETA", "GAMMA", "DISSIPATION", "ALPHA", "HAFTOL",
+                           "HALFINC SCALE FACTOR", "NOHAF", "SOLVER"})
     if (const HeadParam* const given = card_param(card, word))
       card_error(card, given->key, std::string(word) + " belongs to implicit schemes; an explicit step has "
                                                        "SCALE FACTOR alone: leave it out");
-  for (const char* word : {"DIRECT", "DIRECT USER CONTROL", "FIXED TIME INCREMENTATION", "ELEMENT BY ELEMENT"})
+  for (const char* word : {"DIRECT", "DIRECT USER CONTROL", "FIXED TIME INCREMENTATION",
+                           "ELEMENT BY ELEMENT"})
     card_flag(card, word);
   s.safety = card_param_real(card, "SCALE FACTOR", s.safety, from_to(0.01, 1.0));
   if (s.max_inc == Step().max_inc) s.max_inc = 2000000000;

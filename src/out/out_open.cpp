@@ -49,7 +49,8 @@ void out_increment(const Model& m, const Elements& el, const State& s, const Act
   if (out_idle(m)) return;
   Timer timer(PHASE_OUTPUT);
   const bool leaps = s.log.step > 0 && m.step[s.log.step - 1].explicit_steps();
-  if (s.log.inc_total > 0 && (!leaps || s.log.inc % EVERY == 0 || !s.eroded.empty())) out_listing_increment(s);
+  const bool listed = !leaps || s.log.inc % EVERY == 0 || !s.eroded.empty();
+  if (s.log.inc_total > 0 && listed) out_listing_increment(s);
   history_row(m, el, s, out);
   out_check_increment(m, el, s, out);
   if (vtk_due(m, s, out)) out_vtk(m, el, s, grid, out);

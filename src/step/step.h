@@ -245,8 +245,8 @@ Failure step_tell_all(Problem& p, Attempt& a);
 // step_explicit : the attempt by central differences: du, forces and acceleration at t(n+1) (6.28), (6.29)
 Failure step_explicit(Problem& p, Attempt& a);
 
-// step_stable : explicit: st.clock.dt becomes the length that is stable at t(n), or that of the deck when it is
-// shorter. Collective.                                                        doc/theory.md (6.30) - (6.32)
+// step_stable : explicit: st.clock.dt becomes the length that is stable at t(n), or that of the deck when it
+// is shorter. Collective.                                                     doc/theory.md (6.30) - (6.32)
 Failure step_stable(Problem& p, const Step& s);
 
 // step_motion_begin : explicit: velocity and acceleration at t(n) of nodes and grid

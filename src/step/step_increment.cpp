@@ -197,7 +197,7 @@ Failure step_increment(Problem& p, const Step& s, double t0, double dt, RealVec&
   const double load = mid ? 0.5 : 1.0;               // where in the increment the loads are taken
   Attempt a{s, step_mode(s), t0, t0 + dt, dt, total0, total0 + dt, {t0 + load * dt, total0 + load * dt, load},
             newton_controls(p.m, p.d, st, s, dt)};
-  if (s.explicit_steps()) a.total1 = a.load.total = st.clock.start + a.t1;   // to the last bit t(n) of the next
+  if (s.explicit_steps()) a.total1 = a.load.total = st.clock.start + a.t1;   // t(n) of the next, to the bit
   if (s.proc == PROC_DYNAMIC) a.mode.rate = scheme_of(s).damping(s, dt);
   st.np1 = st.n;
   if (!p.d.pairs.gap.empty()) contact_forget(st.bonds, p.d.pairs, p.m.dim, st.np1);

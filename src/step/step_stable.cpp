@@ -210,8 +210,8 @@ void report(const Step& s, const State& st, int label, double taken)
 {
   const StepClock& c = st.clock;
   const std::string ruling = label < 0 ? "" : ", element " + std::to_string(label);
-  log_note("  explicit: stable increment of the elements %.6g%s; of the whole system %.6g; taken %.6g", c.stable,
-           ruling.c_str(), c.system, taken);
+  log_note("  explicit: stable increment of the elements %.6g%s; of the whole system %.6g; taken %.6g",
+           c.stable, ruling.c_str(), c.system, taken);
   if (s.dt < s.period && s.dt > taken * (1.0 + 1e-9))
     log_warn("step %d, *DYNAMIC, EXPLICIT: dt = %g of the deck is longer than is stable; the increments have "
              "%g, %g of the largest stable one",
