@@ -62,7 +62,7 @@ double leap_energy(const Dofs& dofs, const Level& l)
   for (int r = 0; r < dofs.nfe; ++r)
     for (int i = 0; i < dim; ++i) {
       const double a = l.a[dofs.node_of_row[r] * dim + i];
-      if (!dofs.fixed[r * dim + i] && dofs.counts(r * dim + i)) sum += dofs.lumped[r] * a * a;
+      if (dofs.fixed[r * dim + i] != DOF_FIXED && dofs.counts(r * dim + i)) sum += dofs.lumped[r] * a * a;
     }
   return 0.125 * sum;
 }
