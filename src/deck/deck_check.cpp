@@ -577,6 +577,10 @@ void check_explicit(Deck& d, const Model& m)
             line + ": viscous boundaries do not go with material points there; take an implicit step");
   if (m.grid.ghost_stiffness > 0.0 || m.grid.ghost_mass > 0.0)
     fault(d, "GHOST", m.grid.ghost_place, "GHOST", line + ", which knows no ghosts; leave *GHOST out");
+  for (const ConversionDef& c : m.conversion)
+    if (c.bonded)
+      fault(d, "CONVERSION", c.place, "BONDS",
+            line + ": bonds that form within it would make its increments too long; leave INTERFACE=BONDS out");
   for (const BondDef& b : m.bond)
     if (b.augment > 0)
       fault(d, bond_word(b), b.place, b.name,

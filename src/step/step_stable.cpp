@@ -11,6 +11,8 @@ namespace {
 
 // The increment is looked at again after so many, since elements deform
 const int LOOKS_AGAIN = 20;
+// and measured again after so many when there are bonds, since the grid moves
+const int MEASURES_AGAIN = 200;
 // Lanczos' method: vectors. The largest frequency of a system is then known to 1 or 2 %
 const int VECTORS = 24;
 // Size of the motion that measures the stiffness, of the mean size of elements and cells
@@ -255,7 +257,9 @@ Failure step_stable(Problem& p, const Step& s)
     c.stable = std::min(c.stable, points);
   }
   c.broke = changes(st);
-  if (begins) {
+  const bool tied = std::any_of(p.m.bond.begin(), p.m.bond.end(),
+                                [](const BondDef& b) { return b.kind != BOND_CONTACT; });
+  if (begins || (tied && st.log.inc % MEASURES_AGAIN == 0)) {
     double omega2;
     const Failure failure = measure(p, s, omega2);
     if (!failure.ok()) return failure;
