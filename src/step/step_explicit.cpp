@@ -47,7 +47,9 @@ Failure solve_accelerations(const Problem& p, const RealVec& f, double half, Rea
   if (p.d.grid.of_all.nodes == 0 && !s.hung) return STATUS_OK;
   Timer timer(PHASE_PROJECT);
   const std::vector<char> begun(s.nrow, 1);          // rows of the grid begin with the acceleration of t(n)
-  return mass_project(s, begun, f, acc) < 0 ? MASS_FAILED : STATUS_OK;
+  if (mass_project(s, begun, f, acc) < 0) return MASS_FAILED;
+  step_keep_momentum(s, f, acc);
+  return STATUS_OK;
 }
 
 // forces at t(n+1): internal ones, loads, and damping at the velocity of the middle
@@ -68,7 +70,22 @@ Failure form_forces(Problem& p, Attempt& a, RealVec& f)
   return STATUS_OK;
 }
 
+// Rows whose sum is a smaller part of their diagonal are left out: weights of other signs cancel there
+const double LEAST_SUM = 0.05;
+
 }  // namespace
+
+// with r = f - M a the sum of M (r / lumped) over the rows is that of r
+void step_keep_momentum(const Dofs& s, const RealVec& f, RealVec& acc)
+{
+  RealVec Ma;
+  mass_multiply(s, acc, Ma);
+  for (int i = 0; i < s.neq(); ++i) {
+    const int r = i / s.dim;
+    if (s.fixed[i] != DOF_FREE || s.lumped[r] <= LEAST_SUM * s.M_diag[r]) continue;
+    acc[i] += (f[i] - Ma[i]) / s.lumped[r];
+  }
+}
 
 // ---------------------------------------------------------------------------
 // step_explicit : one increment of central differences                            doc/theory.md 6.8
