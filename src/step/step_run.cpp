@@ -394,6 +394,15 @@ void share_warned(Problem& p)
   p.warned_all = p.warned.size();
 }
 
+// explicit: a run that goes on from the file just written knows neither velocity nor acceleration of the grid;
+// this one forgets them, so that both go on alike to the last bit. Collective.
+void forget_grid(Problem& p, const Output& out)
+{
+  if (comm_bcast(static_cast<int>(out.restart_inc == p.st.log.inc_total)) == 0) return;
+  p.newton.grid = GridVelocity();
+  p.stable.step = 0;
+}
+
 // ---------------------------------------------------------------------------
 // run_step : one step of the deck                                              doc/theory.md 6.5
 // ---------------------------------------------------------------------------
@@ -434,6 +443,7 @@ Failure run_step(Problem& p, const Step& s, Increment& inc, Output& out)
     tell_half(st, inc.half, p.warned);
     st.eroded.clear();
     out_restart(p.m, st, p.d.grid, false, out);
+    if (s.explicit_steps() && p.m.restart.write) forget_grid(p, out);
   }
   check_ranks(st);
   return STATUS_OK;
