@@ -580,7 +580,8 @@ void check_explicit(Deck& d, const Model& m)
   for (const ConversionDef& c : m.conversion)
     if (c.bonded)
       fault(d, "CONVERSION", c.place, "BONDS",
-            line + ": bonds that form within it would make its increments too long; leave INTERFACE=BONDS out");
+            line + ": bonds that form within it would make its increments too long; leave INTERFACE=BONDS "
+                   "out");
   for (const BondDef& b : m.bond)
     if (b.augment > 0)
       fault(d, bond_word(b), b.place, b.name,

@@ -249,8 +249,8 @@ Failure step_explicit(Problem& p, Attempt& a);
 // is shorter. Collective.                                                     doc/theory.md (6.30) - (6.32)
 Failure step_stable(Problem& p, const Step& s);
 
-// step_keep_momentum : what conjugate gradients have left of M a = f goes to a by the lumped mass, so that the
-// momentum changes by f to rounding
+// step_keep_momentum : what conjugate gradients have left of M a = f goes to a by the lumped mass, so that
+// the momentum changes by f to rounding
 void step_keep_momentum(const Dofs& s, const RealVec& f, RealVec& acc);
 
 // step_motion_begin : explicit: velocity and acceleration at t(n) of nodes and grid

@@ -394,8 +394,8 @@ void share_warned(Problem& p)
   p.warned_all = p.warned.size();
 }
 
-// explicit: a run that goes on from the file just written knows neither velocity nor acceleration of the grid;
-// this one forgets them, so that both go on alike to the last bit. Collective.
+// explicit: a run that goes on from the file just written knows neither velocity nor acceleration of the
+// grid; this one forgets them, so that both go on alike to the last bit. Collective.
 void forget_grid(Problem& p, const Output& out)
 {
   if (comm_bcast(static_cast<int>(out.restart_inc == p.st.log.inc_total)) == 0) return;
