@@ -10,10 +10,23 @@
 
 namespace {
 
+// [nrow][dim*dim] the blocks of the lumped C, of all ranks
+RealVec damping_blocks(const Dofs& s)
+{
+  const int width = s.dim * s.dim;
+  RealVec all(static_cast<size_t>(s.nrow) * width);
+  for (int r = 0; r < s.nrow; ++r)
+    std::copy_n(&s.C[static_cast<size_t>(s.A.off[r + 1] - 1) * width], width,
+                &all[static_cast<size_t>(r) * width]);
+  if (s.split) halo_sum(s.halo, width, all);
+  return all;
+}
+
 // (M + dt/2 C) a = f in the rows of nodes, both lumped: a number or a small block for each          (6.29)
 void node_accelerations(const Dofs& s, double half, const RealVec& f, RealVec& acc)
 {
   const int dim = s.dim;
+  const RealVec blocks = s.damped ? damping_blocks(s) : RealVec();
   for (int r = 0; r < s.nfe; ++r) {
     if (!s.damped) {
       for (int i = r * dim; i < (r + 1) * dim; ++i)
@@ -22,7 +35,7 @@ void node_accelerations(const Dofs& s, double half, const RealVec& f, RealVec& a
     }
     Eigen::Matrix3d A = Eigen::Matrix3d::Identity();
     Eigen::Vector3d b = Eigen::Vector3d::Zero();
-    const double* C   = &s.C[static_cast<size_t>(s.A.off[r + 1] - 1) * dim * dim];
+    const double* C   = &blocks[static_cast<size_t>(r) * dim * dim];
     for (int i = 0; i < dim; ++i) {
       if (s.fixed[r * dim + i] == DOF_FIXED) continue;
       b(i) = f[r * dim + i];

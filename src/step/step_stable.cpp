@@ -270,5 +270,10 @@ Failure step_stable(Problem& p, const Step& s)
   const double taken  = s.safety * 2.0 / std::sqrt(omega2 + touch);
   c.dt = std::min(s.dt, taken);
   if (begins) report(s, st, label, taken);
+  const auto touches = [](const BondDef& b) { return b.kind == BOND_CONTACT; };
+  if (begins && comm_size() > 1 && std::any_of(p.m.bond.begin(), p.m.bond.end(), touches))
+    log_warn("step %d, *DYNAMIC, EXPLICIT: each rank finds the penalties of contact from its own contact "
+             "points; where ranks share nodes the answer is not that of one rank to rounding",
+             st.log.step);
   return STATUS_OK;
 }
