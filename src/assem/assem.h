@@ -90,8 +90,11 @@ void assem_mass(const Points& pts, const Discretisation& d, Dofs& s);
 void mass_damping(const Model& m, const Points& pts, const Discretisation& d, const Dofs& s, RealVec& M);
 
 // assem_damping : Dofs::C of *DAMPING, ALPHA= and *VISCOUS BOUNDARY, unless it is that of the pattern of now
-// and no points move                                                          doc/theory.md (6.18), (6.19)
-void assem_damping(const Model& m, const Points& pts, const Discretisation& d, Dofs& s);
+// and no points move; lumped: the sums of its rows, a block for each node     doc/theory.md (6.18), (6.19)
+void assem_damping(const Model& m, const Points& pts, const Discretisation& d, bool lumped, Dofs& s);
+
+// assem_lumped : Dofs::lumped of an explicit step, after assem_mass. Collective.
+void assem_lumped(Dofs& s);
 
 // damping_multiply : y = C x; damping_work : x . C x; both of all ranks
 void damping_multiply(const Dofs& s, const RealVec& x, RealVec& y);

@@ -107,10 +107,37 @@ void add_point_face(const Model& m, const Points& pts, const Discretisation& d, 
 
 }  // namespace
 
-void assem_damping(const Model& m, const Points& pts, const Discretisation& d, Dofs& s)
+namespace {
+
+// the sums of the rows of C in its diagonal blocks, nothing beside them
+void lump_damping(Dofs& s)
+{
+  const int dim = s.dim;
+  const auto block = [&](size_t k) { return &s.C[k * dim * dim]; };
+  for (int r = 0; r < s.nrow; ++r) {
+    double* own = block(s.A.off[r + 1] - 1);
+    for (int i = 0; i < dim; ++i)                      // its lower part alone is there
+      for (int j = 0; j < i; ++j) own[j * dim + i] = own[i * dim + j];
+  }
+  for (int r = 0; r < s.nrow; ++r)
+    for (int k = s.A.off[r]; k < s.A.off[r + 1] - 1; ++k) {
+      double *b = block(k), *row = block(s.A.off[r + 1] - 1), *col = block(s.A.off[s.A.col[k] + 1] - 1);
+      for (int i = 0; i < dim; ++i)
+        for (int j = 0; j < dim; ++j) {
+          row[i * dim + j] += b[i * dim + j];
+          col[j * dim + i] += b[i * dim + j];
+          b[i * dim + j] = 0.0;
+        }
+    }
+}
+
+}  // namespace
+
+void assem_damping(const Model& m, const Points& pts, const Discretisation& d, bool lumped, Dofs& s)
 {
   const long made = dof_grid(d, s).made;
-  if (!damped(m) || (s.damping_of == s.pattern && s.damping_made == made)) return;
+  if (!damped(m)) return;
+  if (s.damping_of == s.pattern && s.damping_made == made && s.damping_lumped == lumped) return;
   Timer timer(PHASE_MASS);
   s.damping_of   = s.pattern;
   s.damping_made = made;
@@ -125,6 +152,8 @@ void assem_damping(const Model& m, const Points& pts, const Discretisation& d, D
     for (const Face& f : m.surface[v.surface].face) add_element_face(m.mesh, d.el, v, f, s);
     for (const Face& f : pts.surface[v.surface]) add_point_face(m, pts, d, v, f, s);
   }
+  s.damping_lumped = lumped;
+  if (lumped) lump_damping(s);
   s.C_diag.resize(s.neq());
   for (int r = 0; r < s.nrow; ++r)
     for (int i = 0; i < dim; ++i)

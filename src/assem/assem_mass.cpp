@@ -150,6 +150,14 @@ void assem_mass(const Points& pts, const Discretisation& d, Dofs& s)
   s.mass_made = made;
 }
 
+void assem_lumped(Dofs& s)
+{
+  RealVec sums;
+  mass_multiply(s, RealVec(s.neq(), 1.0), sums);
+  s.lumped.resize(s.nrow);
+  for (int r = 0; r < s.nrow; ++r) s.lumped[r] = sums[r * s.dim];
+}
+
 void mass_damping(const Model& m, const Points& pts, const Discretisation& d, const Dofs& s, RealVec& M)
 {
   RealVec alpha;

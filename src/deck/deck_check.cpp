@@ -548,6 +548,46 @@ void check_bodies(Deck& d, const Model& m)
     doubt(d, "GRID", m.grid.place, "GRID", "there is a grid, but no *MATERIAL POINTS; it has no effect");
 }
 
+// What explicit steps do not know
+void check_explicit(Deck& d, const Model& m)
+{
+  const auto is    = [](const Step& s) { return s.explicit_steps(); };
+  const auto first = std::find_if(m.step.begin(), m.step.end(), is);
+  if (first == m.step.end()) return;
+  const std::string line = text_format("the step of line %d is *DYNAMIC, EXPLICIT", first->place.line);
+  for (const Section& s : m.section) {
+    if (s.elset < 0) continue;
+    const int e = first_quadratic(m, m.elset[s.elset].item);
+    if (e >= 0)
+      fault(d, "SOLID SECTION", s.place, "",
+            line + ": " + quadratic_text(m, e) + " have no lumped mass" + take_linear(m) +
+                ", or an implicit step");
+    else if (!s.lumped)
+      fault(d, "SOLID SECTION", s.place, "CONSISTENT",
+            line + ", which needs lumped masses; leave MASS=CONSISTENT out");
+  }
+  const bool points = !m.body.empty() || !m.conversion.empty();
+  for (const Material& a : m.material)
+    if (a.used && a.alpha > 0.0 && points)
+      fault(d, "DAMPING", a.place, a.name,
+            line + ": ALPHA does not go with material points there; take BETA, or an implicit step");
+  for (const ViscousBoundary& v : m.viscous)
+    if (points)
+      fault(d, "VISCOUS BOUNDARY", v.place, "",
+            line + ": viscous boundaries do not go with material points there; take an implicit step");
+  if (m.grid.ghost_stiffness > 0.0 || m.grid.ghost_mass > 0.0)
+    fault(d, "GHOST", m.grid.ghost_place, "GHOST", line + ", which knows no ghosts; leave *GHOST out");
+  for (const ConversionDef& c : m.conversion)
+    if (c.bonded)
+      fault(d, "CONVERSION", c.place, "BONDS",
+            line + ": bonds that form within it would make its increments too long; leave INTERFACE=BONDS "
+                   "out");
+  for (const BondDef& b : m.bond)
+    if (b.augment > 0)
+      fault(d, bond_word(b), b.place, b.name,
+            line + ", which makes no augmentations; leave AUGMENT out");
+}
+
 // *DAMPING and *VISCOUS BOUNDARY act in motion only; each face has one damper, on an element or a point
 void check_damping(Deck& d, const Model& m, const IntVec& body)
 {
@@ -807,6 +847,7 @@ void check_missing(Deck& d, const Model& m, const IntVec& body)
   check_fragments(d, m);
   check_bodies(d, m);
   check_damping(d, m, body);
+  check_explicit(d, m);
   for (const BondDef& b : m.bond) check_bond_distance(d, m, b);
 }
 

@@ -111,7 +111,7 @@ void settle_scheme(Deck& d, const Model& m, Step& s)
 // hundredth of the step, as in Abaqus. What breaks is asked once an increment, and not by the residual.
 void settle_dt_max(const Model& m, Step& s)
 {
-  if (s.proc != PROC_DYNAMIC || s.dt_max > 0.0) return;
+  if (s.proc != PROC_DYNAMIC || s.dt_max > 0.0 || s.explicit_steps()) return;
   const bool watched = s.half_force > 0.0 || s.half_part > 0.0;
   s.dt_max = watched && m.fracture.empty() ? std::max(s.dt, 0.01 * s.period) : s.dt;
 }

@@ -106,8 +106,9 @@ const Keyword keyword_table[] = {
      "pressure, traction, gravity and volume force on elements and bodies"},
     {"DSLOAD", kw_dsload, IN_STEP, "AMPLITUDE|OP|TIME DELAY", "pressure and traction on surfaces"},
     {"DYNAMIC", kw_dynamic, IN_STEP, 
-     "DIRECT|SCHEME|BETA|GAMMA|DISSIPATION|ALPHA|HAFTOL|HALFINC SCALE FACTOR|NOHAF|SOLVER",
-     "implicit dynamic step"},
+     "EXPLICIT|DIRECT|SCHEME|BETA|GAMMA|DISSIPATION|ALPHA|HAFTOL|HALFINC SCALE FACTOR|NOHAF|SOLVER|"
+     "SCALE FACTOR|DIRECT USER CONTROL|FIXED TIME INCREMENTATION|ELEMENT BY ELEMENT",
+     "dynamic step, implicit or explicit"},
     {"EIGENFRACTURE", kw_eigenfracture, IN_MODEL,
      "ELSET!|CRITERION|ESTIMATE|EPSILON|SPLIT|RESIDUAL|ANGLE|STIFFNESS|RELEASE|AVERAGE|ORDER|SPACING|"
      "INTERVAL|SPEED LIMIT|FALLBACK|START|TOLERANCE|WEIBULL|SEED",

@@ -68,6 +68,37 @@ void read_half(Card& card, Step& s)
                    " limits: leave one of the two out");
 }
 
+// What Abaqus writes of explicit increments means the same here: they are as long as the deck says, or as is
+// stable. What belongs to implicit schemes is an error
+void read_explicit(Card& card, Model& model)
+{
+  Step& s  = model.step.back();
+  s.scheme = SCHEME_EXPLICIT;
+  s.scheme_given = true;
+  for (const char* word : {"SCHEME", "BETA", "GAMMA", "DISSIPATION", "ALPHA", "HAFTOL",
+                           "HALFINC SCALE FACTOR", "NOHAF", "SOLVER"})
+    if (const HeadParam* const given = card_param(card, word))
+      card_error(card, given->key, std::string(word) + " belongs to implicit schemes; an explicit step has "
+                                                       "SCALE FACTOR alone: leave it out");
+  for (const char* word : {"DIRECT", "DIRECT USER CONTROL", "FIXED TIME INCREMENTATION",
+                           "ELEMENT BY ELEMENT"})
+    card_flag(card, word);
+  s.safety = card_param_real(card, "SCALE FACTOR", s.safety, from_to(0.01, 1.0));
+  if (s.max_inc == Step().max_inc) s.max_inc = 2000000000;
+  procedure_begin(card, model, PROC_DYNAMIC);
+  procedure_times(card, s);
+}
+
+// what stands there for explicit steps alone
+void refuse_explicit(Card& card)
+{
+  for (const char* word : {"SCALE FACTOR", "DIRECT USER CONTROL", "FIXED TIME INCREMENTATION",
+                           "ELEMENT BY ELEMENT"})
+    if (const HeadParam* const given = card_param(card, word))
+      card_error(card, given->key, std::string(word) + " belongs to *DYNAMIC, EXPLICIT: write EXPLICIT, or "
+                                                       "leave it out");
+}
+
 }  // namespace
 
 // ---------------------------------------------------------------------------
@@ -75,10 +106,13 @@ void read_half(Card& card, Step& s)
 //         [, HALFINC SCALE FACTOR=][, NOHAF] : dt, period[, dt_min[, dt_max]]
 // Without SCHEME: BETA, GAMMA mean Newmark, DISSIPATION energy-momentum, ALPHA below 0 HHT; else deck_resolve
 // settles it.
+// *DYNAMIC, EXPLICIT[, SCALE FACTOR=] : [dt], period[, , dt_max]
 // ---------------------------------------------------------------------------
 void kw_dynamic(Card& card, Model& model)
 {
   Step& s = model.step.back();
+  if (card_flag(card, "EXPLICIT")) return read_explicit(card, model);
+  refuse_explicit(card);
   const HeadParam* const beta  = card_param(card, "BETA");
   const HeadParam* const alpha = card_param(card, "ALPHA");
   double zero = 1.0;           // ALPHA=0, no damping, names no scheme

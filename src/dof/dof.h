@@ -65,6 +65,8 @@ struct Dofs {
   RealVec C;
   RealVec C_diag;              // [nrow*dim] its diagonal, of all ranks
   bool damped = false;         // C is there, on any rank
+  bool damping_lumped = false; // C is lumped: an explicit step
+  RealVec lumped;              // explicit step: [nrow] sums of the rows of M, of all ranks; else empty
   IntVec owned_point, owned_bond, owned_ghost;          // what this rank works on; elements: ElemBlock::owned
   IntVec owned_group;          // groups of points (1.14) whose first point this rank works on
   std::vector<char> bond_owned;      // [nbond]
@@ -90,6 +92,7 @@ struct Dofs {
   ListTable point_rows;        // the lists that the pattern was made for
   ListTable bond_rows, ghost_rows, group_rows;
   long pattern = 0;            // number of the pattern
+  bool lean = false;           // one rank, explicit step: it has no bonds, which act by their forces alone
   long mass_of = 0, damping_of = 0;    // patterns that M and C were made for, and ActiveGrid::made
   long mass_made = -1, damping_made = -1;
   long lists_of = -1;          // ActiveGrid::made that the lists of rows belong to
@@ -261,7 +264,8 @@ void dof_lists(const Mesh& mesh, const Elements& el, const ActiveGrid& grid, con
     return;
   }
   for (int q : s.owned_point) use_point(q);
-  for (int b : s.owned_bond) use(s.bond.count(b), s.bond.begin(b));
+  for (size_t k = 0; k < s.owned_bond.size() && !s.lean; ++k)
+    use(s.bond.count(s.owned_bond[k]), s.bond.begin(s.owned_bond[k]));
   for (int q : s.owned_ghost) use_ghost(q);
   for (int k : s.owned_group) use(s.group.count(k), s.group.begin(k));
 }

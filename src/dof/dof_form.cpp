@@ -281,7 +281,9 @@ void form_maps(const Mesh& mesh, const Elements& el, const ActiveGrid& grid, Dof
     if (!shared) pairs[1] += pair_count(grid.point.count(q));
     before = q;
   }
-  for (int q : s.owned_bond) s.bond_map_off.push_back(pairs[2] += pair_count(s.bond.count(q)));
+  const size_t nbond = s.lean ? 0 : s.owned_bond.size();
+  for (size_t k = 0; k < nbond; ++k)
+    s.bond_map_off.push_back(pairs[2] += pair_count(s.bond.count(s.owned_bond[k])));
   for (int q : s.owned_ghost) s.ghost_map_off.push_back(pairs[3] += pair_count(grid.ghost.count(q)));
   for (int k : s.owned_group) s.group_map_off.push_back(pairs[4] += pair_count(s.group.count(k)));
   fit_size(s.elem_map, pairs[0]);
@@ -289,7 +291,7 @@ void form_maps(const Mesh& mesh, const Elements& el, const ActiveGrid& grid, Dof
   fit_size(s.bond_map, pairs[2]);
   fit_size(s.ghost_map, pairs[3]);
   fit_size(s.group_map, pairs[4]);
-  const size_t npoint = s.owned_point.size(), nbond = s.owned_bond.size(), nghost = s.owned_ghost.size();
+  const size_t npoint = s.owned_point.size(), nghost = s.owned_ghost.size();
   int* map = s.elem_map.data();
   dof_lists(mesh, el, grid, s, false, [&](int n, const int* row) {
     if (list == nelem) map = s.point_map.data();
@@ -332,18 +334,24 @@ bool form_rows(const Model& m, const Step& step, State& st, Discretisation& d, D
   s.dim = m.dim;
   number_nodes(m, st, d.el, s);
   bool fresh = m.part.on && add_guests(m, st.bonds, d, s);
+  const bool lean = step.explicit_steps() && comm_size() == 1;
+  fresh  = fresh || s.lean != lean;
+  s.lean = lean;
+  bool bonds = false;          // other ones act
   // the grid has moved along, and nothing else makes lists
   const bool stay = !first && !fresh && s.lists_of == d.grid.made && d.pairs.gap.empty() &&
                      d.point_law.group.size() == 0;
   if (!stay) {
     form_lists(m.part, st.bonds, d, s);
     fresh = fresh || first || s.nrow != before;
-    fresh = fresh || !same(s.point_rows, d.grid.point) || !same(s.bond_rows, s.bond) ||
+    bonds = !same(s.bond_rows, s.bond);
+    fresh = fresh || !same(s.point_rows, d.grid.point) || (bonds && !lean) ||
             !same(s.ghost_rows, d.grid.ghost) || !same(s.group_rows, s.group);
     s.lists_of = d.grid.made;
   }
   fresh = dof_tie(m, step, s) || fresh;
-  fresh = dof_divide(m, st.points, st.n, d.grid, fresh, d.el, st.division, s) || fresh;
+  fresh = dof_divide(m, st.points, st.n, d.grid, fresh || bonds, d.el, st.division, s) || fresh;
+  if (bonds) s.bond_rows = s.bond;
   if (!fresh) return false;
   s.point_rows = d.grid.point;
   s.bond_rows  = s.bond;

@@ -208,6 +208,13 @@ void elem_strains(const Model& m, const Elements& el, int e, const RealVec& u, b
 // elem_energy_one : strain energy of element e in the level; broken: with the degradation factor c
 double elem_energy_one(const Model& m, const Elements& el, int e, const Level& l, double c, bool nlgeom);
 
+// elem_stable : the largest stable increment of central differences that the elements of this rank allow in
+// level l: 2/omega of the worst, which bounds that of any mesh of them  doc/theory.md (6.30), (6.31)
+//   inout omega2   [block][kind] square of the frequency of an element at rest; empty: it is found
+//   out   worst    the element, -1: no element
+double elem_stable(const Model& m, const Elements& el, const Level& l, bool nlgeom,
+                   std::vector<RealVec>& omega2, int* worst);
+
 // elem_share_history : l.he as the ranks that work on the elements have it, on all ranks. Collective
 void elem_share_history(const Elements& el, Level& l);
 

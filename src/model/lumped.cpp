@@ -8,7 +8,9 @@ bool model_lumps(const Model& m)
                                    [](const Step& s) { return s.proc == PROC_DYNAMIC; });
   const bool touches = std::any_of(m.bond.begin(), m.bond.end(),
                                    [](const BondDef& b) { return b.kind == BOND_CONTACT; });
-  return moves && (touches || !m.fracture.empty());
+  const bool explicit_one = std::any_of(m.step.begin(), m.step.end(),
+                                        [](const Step& s) { return s.explicit_steps(); });
+  return explicit_one || (moves && (touches || !m.fracture.empty()));
 }
 
 bool points_lumped(const Model& m, int e)

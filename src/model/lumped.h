@@ -6,8 +6,8 @@
 
 #include "model/model.h"
 
-// model_lumps : the default: lumped masses in motion where something can break or touch. In a consistent mass
-// waves as short as an element run ahead, and break or hit what they meet
+// model_lumps : the default: lumped masses in motion where something can break or touch, and where a step is
+// explicit. In a consistent mass waves as short as an element run ahead, and break or hit what they meet
 bool model_lumps(const Model& m);
 
 // points_lumped : are the masses of points lumped that were element e? As those of the element; -1, of no

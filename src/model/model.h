@@ -391,7 +391,7 @@ struct Prescribed {            // *BOUNDARY
 
 enum Procedure { PROC_STATIC, PROC_DYNAMIC };
 // rows of the table in scheme.cpp
-enum TimeScheme { SCHEME_NEWMARK, SCHEME_ENERGY_MOMENTUM, SCHEME_HHT };
+enum TimeScheme { SCHEME_NEWMARK, SCHEME_ENERGY_MOMENTUM, SCHEME_HHT, SCHEME_EXPLICIT };
 
 struct Controls {              // *NEWTON
   double tol_force  = 1e-8;    // residual / force scale
@@ -425,6 +425,7 @@ struct Step {
   double beta = 0.25, gamma = 0.5;
   double dissipation = 0.0;    // energy-momentum: 0 ... 0.5
   double alpha = 0.0;          // HHT: -1/3 ... 0
+  double safety = 0.9;         // explicit: increment over the largest stable one
   // largest energy from nowhere, or lost, as a part of the largest energy; 0: the default
   double balance = 0.0;
   bool extrapolate = true;     // statics: an increment begins with what the one before would do in its time
@@ -434,6 +435,7 @@ struct Step {
   std::vector<PrintRequest> print;
   IntVec equation;             // indices into Model::equation of those that hold in this step
   Place place;
+  bool explicit_steps() const { return proc == PROC_DYNAMIC && scheme == SCHEME_EXPLICIT; }
 };
 
 // ---- output and checks ----------------------------------------------------

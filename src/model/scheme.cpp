@@ -85,6 +85,32 @@ std::string hht_describe(const Step& s)
   return text_of("alpha %g, beta %g, gamma %g", s.alpha, s.beta, s.gamma);
 }
 
+// ---- central differences: Newmark's motion with beta = 0, gamma = 1/2, whose acceleration at t(n+1) follows
+// from the forces there (step_explicit.cpp)                                             (6.28)
+
+double central_mass(const Step&, double dt) { return 2.0 / (dt * dt); }
+
+double central_known(const Step&, double, double, double, double) { return 0.0; }
+
+double central_damping(const Step&, double dt) { return 1.0 / dt; }
+
+double central_damping_known(const Step&, double, double, double) { return 0.0; }
+
+void central_node(const Step&, double dt, double du, double v, double a, double& v1, double& a1)
+{
+  v1 = 2.0 * du / dt - v;
+  a1 = a;
+}
+
+double central_grid(const Step&, double dt, double du, double v, double) { return 2.0 * (du / dt - v); }
+
+bool central_dissipates(const Step&) { return false; }
+
+std::string central_describe(const Step& s)
+{
+  return text_of("explicit, %g of the largest stable increment", s.safety);
+}
+
 //   name, mid, accel, force, mass, known, damping, damping_known, node, grid, dissipates, describe
 const Scheme table[] = {
     {"Newmark", false, true, false, newmark_mass, newmark_known, newmark_damping, newmark_damping_known,
@@ -93,6 +119,8 @@ const Scheme table[] = {
      momentum_damping_known, momentum_node, momentum_grid, momentum_dissipates, momentum_describe},
     {"Hilber, Hughes and Taylor", false, true, true, hht_mass, hht_known, newmark_damping,
      hht_damping_known, newmark_node, newmark_grid, hht_dissipates, hht_describe},
+    {"central differences", false, true, false, central_mass, central_known, central_damping,
+     central_damping_known, central_node, central_grid, central_dissipates, central_describe},
 };
 
 }  // namespace

@@ -222,6 +222,8 @@ struct Ledger {                // energies and momenta at t(n), [3] in space
   double rounding = 0;         // energies below are rounding of zero
   // of the step under way: balance and external work at its start, largest energy in it
   double balance0 = 0, external0 = 0, step_scale = 0;
+  // explicit: length of the increments that the kinetic energy is the product of half steps of, 0: none
+  double leap = 0;                                                                             // (6.33)
   int off = 0;                 // steps whose balance was off by more than they allow
   double momentum[3] = {0, 0, 0};
   double angular[3] = {0, 0, 0};
@@ -250,6 +252,10 @@ struct StepClock {             // the step that is under way
   // strain energy, of the step so far                                                        (6.25), (6.26)
   double impulse = 0, square = 0, energy = 0;
   int cuts = 0;                // of all increments so far
+  // explicit: largest stable increment of elements, and of the system when the step began, 0: not known; what
+  // had broken, become points or been released when it was looked at last                     (6.30) - (6.32)
+  double stable = 0, system = 0;
+  long broke = 0;
 };
 
 struct GridLaid {              // where corners and bonds were when the active grid was made

@@ -172,10 +172,10 @@ inline void io(Archive& f, Ledger& x)
 {
   auto& [kinetic, strain, bond, external, friction, plastic, fracture, ghost, viscous, renewal, overlap,
          released, sudden, stopped, conversion, total0, balance, scale, rounding, balance0, external0,
-         step_scale, off, momentum, angular, slip_max, slip_rms] = x;
+         step_scale, leap, off, momentum, angular, slip_max, slip_rms] = x;
   io_all(f, kinetic, strain, bond, external, friction, plastic, fracture, ghost, viscous, renewal, overlap,
          released, sudden, stopped, conversion, total0, balance, scale, rounding, balance0, external0,
-         step_scale, off, momentum, angular, slip_max, slip_rms);
+         step_scale, leap, off, momentum, angular, slip_max, slip_rms);
 }
 
 inline void io(Archive& f, ContactLog& x)
@@ -186,8 +186,8 @@ inline void io(Archive& f, ContactLog& x)
 
 inline void io(Archive& f, StepClock& x)
 {
-  auto& [start, t, dt, nominal, easy, most, aim, impulse, square, energy, cuts] = x;
-  io_all(f, start, t, dt, nominal, easy, most, aim, impulse, square, energy, cuts);
+  auto& [start, t, dt, nominal, easy, most, aim, impulse, square, energy, cuts, stable, system, broke] = x;
+  io_all(f, start, t, dt, nominal, easy, most, aim, impulse, square, energy, cuts, stable, system, broke);
 }
 
 // ranks of points follow where points are known: io_point_ranks

@@ -7,6 +7,8 @@
 
 namespace {
 
+const int EVERY = 100;         // explicit increments from one line of the listing to the next
+
 bool vtk_due(const Model& m, const State& s, Output& out)
 {
   const VtkDef& v = m.vtk;
@@ -46,7 +48,9 @@ void out_increment(const Model& m, const Elements& el, const State& s, const Act
 {
   if (out_idle(m)) return;
   Timer timer(PHASE_OUTPUT);
-  if (s.log.inc_total > 0) out_listing_increment(s);
+  const bool leaps = s.log.step > 0 && m.step[s.log.step - 1].explicit_steps();
+  const bool listed = !leaps || s.log.inc % EVERY == 0 || !s.eroded.empty();
+  if (s.log.inc_total > 0 && listed) out_listing_increment(s);
   history_row(m, el, s, out);
   out_check_increment(m, el, s, out);
   if (vtk_due(m, s, out)) out_vtk(m, el, s, grid, out);

@@ -285,7 +285,7 @@ void print_wave_travel(std::FILE* file, const Model& m, const Elements& el, cons
   const Range edge = edge_range(m, el);
   const double h = smallest_cell(m);
   for (std::size_t i = 0; i < m.step.size(); ++i) {
-    if (m.step[i].proc != PROC_DYNAMIC || c <= 0.0) continue;
+    if (m.step[i].proc != PROC_DYNAMIC || m.step[i].explicit_steps() || c <= 0.0) continue;
     std::fprintf(file, "  step %zu          dt %g: a wave travels %g", i + 1, m.step[i].dt, c * m.step[i].dt);
     if (edge.hi > 0.0) std::fprintf(file, ", %.3g of the smallest edge", c * m.step[i].dt / edge.lo);
     if (pts.npoint_all() > 0 && h > 0.0) std::fprintf(file, ", %.3g cells", c * m.step[i].dt / h);

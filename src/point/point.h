@@ -191,6 +191,12 @@ struct PointLaws {
 PointLaws point_laws(const Model& m);
 void point_groups(const Points& pts, PointLaws& law);
 
+// point_stable : the largest stable increment of central differences that the points in owned allow in level
+// l; a consistent mass of the grid bounds it by that of each domain on its corners  doc/theory.md (6.34)
+//   out   worst    the point, -1: none
+double point_stable(const Points& pts, int dim, const PointLaws& laws, const Level& l, const IntVec& owned,
+                    int* worst);
+
 // point_corner_force : internal force of the points in owned on their corners, from displacements and
 // degradation at t(n), t(n+1); groups: of PointLaws, those that this rank works on
 //   out l1.hp, fc [ncorner*dim] added to;  BAD_JACOBIAN: *worst is the point

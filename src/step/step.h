@@ -37,6 +37,7 @@ struct GridVelocity {
   int first = 0;               // the first of these rows
   std::vector<long> key;       // row_key of the rows of the grid, descending
   RealVec v;                   // [rows*dim]
+  RealVec a;                   // [rows*dim] explicit step: acceleration; else empty
   IntVec fixed;                // [rows*dim] DofKind
 };
 
@@ -56,6 +57,17 @@ struct NextDivision {
   std::vector<NearFace> faces; // of this rank, where others come near that are not known
 };
 
+// What an explicit step keeps; results do not depend on it
+struct StableIncrement {
+  std::vector<RealVec> omega2; // of elem_stable
+  // [nnode + ncorner] work space: stiffness of contact over mass, of nodes and corners       1/time^2
+  RealVec push;
+  // loads at the end of the increment before, for these rows; step, increment: when
+  RealVec fext;
+  long pattern = -1, made = -1;          // Dofs::pattern, ActiveGrid::made
+  int step = 0, inc = 0;
+};
+
 // work has become uneven; faces of general contact have come near that are not known
 enum Again { AGAIN_NOT, AGAIN_WORK, AGAIN_NEAR };
 
@@ -72,6 +84,7 @@ struct Problem {
   Warned warned;
   size_t warned_all = 0;       // several ranks: how many of these all know
   NextDivision next;
+  StableIncrement stable;      // explicit steps
   Again again = AGAIN_NOT;     // why step_run has stopped for another division
 };
 
@@ -122,6 +135,7 @@ struct Attempt {
   RealVec fint0{}, fext0{};        // [neq] at t(n) on the weights of this step (statics, Newmark)
   RealVec fint{}, fext{}, R{};       // [neq] at the solution; R with the forces of equations at their masters
   RealVec du{};                  // [neq]
+  RealVec acc{}, acc_all{};      // explicit: acceleration at t(n+1) [neq]; of all ranks with the whole model
   RealVec du_all{};            // several ranks with the whole model: of all rows, at the solution
   Jumps jumps{};               // of du
   RealVec guess{};               // [neq] statics: where Newton's method begins, when it does not at rest
@@ -225,6 +239,23 @@ Failure step_contact_depth(const Bonds& b, const ContactPairs& pairs, const Leve
 // step_newton : solves R(du) = 0 for the attempt. Not good with a guess: it may be without.
 Failure step_newton(Problem& p, Attempt& a);
 
+// step_tell_all : several ranks: all get what each has found for its rows, at the solution. Collective.
+Failure step_tell_all(Problem& p, Attempt& a);
+
+// step_explicit : the attempt by central differences: du, forces and acceleration at t(n+1) (6.28), (6.29)
+Failure step_explicit(Problem& p, Attempt& a);
+
+// step_stable : explicit: st.clock.dt becomes the length that is stable at t(n), or that of the deck when it
+// is shorter. Collective.                                                     doc/theory.md (6.30) - (6.32)
+Failure step_stable(Problem& p, const Step& s);
+
+// step_keep_momentum : what conjugate gradients have left of M a = f goes to a by the lumped mass, so that
+// the momentum changes by f to rounding
+void step_keep_momentum(const Dofs& s, const RealVec& f, RealVec& acc);
+
+// step_motion_begin : explicit: velocity and acceleration at t(n) of nodes and grid
+Failure step_motion_begin(Problem& p, Attempt& a);
+
 // step_damping : damping force at t(n) of velocities v [neq]: C v, and that of the viscous stress. Writes
 // st.np1. step_damps: is there any?   t_step: time of the step
 Failure step_damping(Problem& p, bool finite, double t_step, double dt, const RealVec& v, RealVec& f);
@@ -264,6 +295,10 @@ double ledger_lost(const Ledger& g);
 void ledger_balance(int dim, const Level& l, State& st);
 void ledger_open(const Model& m, const Elements& el, const Dofs& dofs, State& st);
 void ledger_begin_step(Ledger& g);
+
+// ledger_leap : the kinetic energy becomes that of explicit increments of length dt, or that of t(n) (0); the
+// energy at the start of the run becomes another by the same. Collective.                       (6.33)
+void ledger_leap(const Dofs& dofs, double dt, State& st);
 void ledger_update(const Model& m, const Elements& el, const Dofs& dofs, const Level& l, bool nlgeom,
                    State& st, RealVec* energy = nullptr);
 

@@ -71,6 +71,7 @@ void clock_accept(const Step& s, double used, int iterations, double half, StepC
     c.t = clock_goal(s, c);
     ++c.nominal;
   }
+  if (s.explicit_steps()) return;        // step_stable says how long the next one is
   if (s.direct) return grow_back(s, used, iterations, whole, c);
   if (s.half_force > 0.0 || s.half_part > 0.0) return choose_by_half(s, used, iterations, half, c);
   c.easy = iterations <= EASY ? c.easy + 1 : 0;

@@ -24,8 +24,10 @@ void finish_ties(const Dofs& s, State& st, RealVec& dv)
 }
 
 //   in   du   [neq] of dofs
+//        acc  [neq] explicit: accelerations at t(n+1); else empty
 //   out  dv   [neq] change of the velocities of the nodes
-void finish_nodes(const Dofs& dofs, const Attempt& a, const RealVec& du, State& st, RealVec& dv)
+void finish_nodes(const Dofs& dofs, const Attempt& a, const RealVec& du, const RealVec& acc1, State& st,
+                  RealVec& dv)
 {
   const Step& s = a.step;
   const Scheme& scheme = scheme_of(s);
@@ -39,6 +41,9 @@ void finish_nodes(const Dofs& dofs, const Attempt& a, const RealVec& du, State& 
       if (dofs.fixed[dof] == DOF_FIXED) {           // prescribed motion: its own rate
         v1 = dofs.rate[dof];
         a1 = (v1 - v) / a.dt;
+      } else if (!acc1.empty()) {
+        a1 = acc1[dof];
+        v1 = v + 0.5 * a.dt * (acc + a1);
       } else {
         scheme.node(s, a.dt, du[dof], v, acc, v1, a1);
       }
@@ -96,14 +101,16 @@ void finish_grid(const Dofs& dofs, const Attempt& a, RealVec& dv)
   for (int i = first * dim; i < dofs.neq(); ++i) {
     if (dofs.fixed[i])
       dv[i] = dofs.rate[i] - a.vgrid[i];
+    else if (!a.acc.empty())
+      dv[i] = 0.5 * a.dt * (a.agrid[i] + a.acc[i]);
     else
       dv[i] = scheme.grid(s, a.dt, a.du[i], a.vgrid[i], scheme.acceleration ? a.agrid[i] : 0.0);
   }
 }
 
-// v + dv in the rows of the grid made, for the next projection
+// v + dv in the rows of the grid made, for the next projection; explicit: the acceleration as well
 void keep_velocity(const Dofs& s, long made, int increment, const RealVec& v, const RealVec& dv,
-                   GridVelocity& after)
+                   const RealVec& acc, GridVelocity& after)
 {
   after.pattern   = s.pattern;
   after.made      = made;
@@ -113,6 +120,8 @@ void keep_velocity(const Dofs& s, long made, int increment, const RealVec& v, co
   const int first = after.first * s.dim;
   after.fixed.assign(s.fixed.begin() + first, s.fixed.end());
   after.v.resize(s.neq() - first);
+  after.a.clear();
+  if (!acc.empty()) after.a.assign(acc.begin() + first, acc.end());
   for (int i = first; i < s.neq(); ++i) after.v[i - first] = s.fixed[i] ? s.rate[i] : v[i] + dv[i];
 }
 
@@ -141,10 +150,10 @@ void finish_velocities(const ActiveGrid& grid, const Dofs& dofs, const Attempt& 
   // the nodes of all rows, by each rank
   const bool here = dofs.whole && !dofs.hung;
   RealVec own(dofs.neq(), 0.0);
-  if (here) finish_nodes(all, a, a.du_all, st, dv);
-  else finish_nodes(dofs, a, a.du, st, own);
+  if (here) finish_nodes(all, a, a.du_all, a.acc_all, st, dv);
+  else finish_nodes(dofs, a, a.du, a.acc, st, own);
   if (st.points.npoint_all()) finish_grid(dofs, a, own);
-  if (after) keep_velocity(dofs, grid.made, st.log.inc_total + 1, a.vgrid, own, *after);
+  if (after) keep_velocity(dofs, grid.made, st.log.inc_total + 1, a.vgrid, own, a.acc, *after);
   if (!dofs.whole) {
     dv.swap(own);
   } else if (st.points.npoint_all()) {
@@ -371,7 +380,8 @@ void step_finish(Problem& p, Attempt& a, RealVec& energy)
   point_share_history(m, st.points, p.d.point_law, s.point_rank, s.owned_point, s.owned_group, st.np1);
   // 1. velocities
   // small systems and REUSE=NO: a continued run repeats every digit
-  GridVelocity* const after = m.solver.reuse && s.neq_all() >= SMALL_SYSTEM ? &p.newton.grid : nullptr;
+  const bool keeps = (m.solver.reuse && s.neq_all() >= SMALL_SYSTEM) || a.step.explicit_steps();
+  GridVelocity* const after = keeps ? &p.newton.grid : nullptr;
   if (!after || a.cM == 0.0) p.newton.grid = GridVelocity();
   if (a.cM != 0.0) finish_velocities(p.d.grid, s, a, st, dv, after);
   point_tell_corners(st.points, m.dim, {&st.np1.uc, &st.np1.vc});

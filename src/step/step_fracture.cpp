@@ -94,6 +94,16 @@ Failure settle(Problem& p, const Step& s, double t_step, RealVec& energy)
   return prepared;
 }
 
+// explicit: the forces have jumped, and with them the velocity of the half step before: the crack's    (6.33)
+void book_leap(Problem& p, const Step& s)
+{
+  Ledger& g = p.st.ledger;
+  const double before = g.kinetic;
+  ledger_update(p.m, p.d.el, p.dofs, p.st.n, s.nlgeom, p.st);
+  g.fracture += before - g.kinetic;
+  ledger_balance(p.m.dim, p.st.n, p.st);
+}
+
 // CRITERION_EXCEEDED: the load at which the first element breaks lies well inside the increment    (7.25)
 Failure stepped_over(const Model& m, const Discretisation& d, const Step& s, const UndoPoint& before,
                      BreakWatch& w)
@@ -133,8 +143,13 @@ Failure step_fracture(Problem& p, const Step& s, double t_step, UndoPoint& befor
     Failure failure = apply(p, s, erode, torn, convert, before);
     if (!failure.ok()) return failure;
     if (s.proc == PROC_DYNAMIC) {
-      if (scheme_of(s).acceleration) return step_initial_acceleration(p, s, t_step);
-      return STATUS_OK;
+      if (!scheme_of(s).acceleration) return STATUS_OK;
+      p.newton.grid.a.clear();             // forces have jumped
+      // where points follow nodes step_motion_begin asks for all forces
+      if (s.explicit_steps() && p.dofs.hung) return STATUS_OK;
+      failure = step_initial_acceleration(p, s, t_step);
+      if (failure.ok() && s.explicit_steps()) book_leap(p, s);
+      return failure;
     }
     failure = settle(p, s, t_step, energy);
     if (!failure.ok()) return failure;

@@ -143,6 +143,27 @@ Failure agree_on_place(const Bonds& b, const Failure& own)
   return f;
 }
 
+// explicit: loads at t(n) are those of the end of the increment before, of the same rows
+bool loads_known(const Problem& p, const Step& s, RealVec& fext)
+{
+  const StableIncrement& q = p.stable;
+  const StepLog& log       = p.st.log;
+  if (!s.explicit_steps() || q.step != log.step || q.inc != log.inc - 1) return false;
+  if (q.pattern != p.dofs.pattern || q.made != p.d.grid.made) return false;
+  if (q.fext.size() != static_cast<size_t>(p.dofs.neq())) return false;
+  fext = q.fext;
+  return true;
+}
+
+void keep_loads(Problem& p, const RealVec& fext)
+{
+  p.stable.fext    = fext;
+  p.stable.pattern = p.dofs.pattern;
+  p.stable.made    = p.d.grid.made;
+  p.stable.step    = p.st.log.step;
+  p.stable.inc     = p.st.log.inc;
+}
+
 }  // namespace
 
 Failure step_contact_depth(const Bonds& b, const ContactPairs& pairs, const Level& l, int dim)
@@ -176,6 +197,7 @@ Failure step_increment(Problem& p, const Step& s, double t0, double dt, RealVec&
   const double load = mid ? 0.5 : 1.0;               // where in the increment the loads are taken
   Attempt a{s, step_mode(s), t0, t0 + dt, dt, total0, total0 + dt, {t0 + load * dt, total0 + load * dt, load},
             newton_controls(p.m, p.d, st, s, dt)};
+  if (s.explicit_steps()) a.total1 = a.load.total = st.clock.start + a.t1;   // t(n) of the next, to the bit
   if (s.proc == PROC_DYNAMIC) a.mode.rate = scheme_of(s).damping(s, dt);
   st.np1 = st.n;
   if (!p.d.pairs.gap.empty()) contact_forget(st.bonds, p.d.pairs, p.m.dim, st.np1);
@@ -187,19 +209,21 @@ Failure step_increment(Problem& p, const Step& s, double t0, double dt, RealVec&
   st.log.residual   = 0.0;
   a.du.assign(p.dofs.neq(), 0.0);
   Failure failure = dof_constrain(p.m, p.d, st, s, a.t0, a.t1, p.dofs, p.warned);
-  if (failure.ok() && !mid)
+  if (failure.ok() && s.proc == PROC_DYNAMIC) ledger_leap(p.dofs, s.explicit_steps() ? dt : 0.0, st);
+  if (failure.ok() && !mid && !loads_known(p, s, a.fext0))
     failure = assem_loads(p.m, p.d, p.dofs, st, s, {a.t0, a.total0, 0.0}, p.warned, a.fext0);
-  if (failure.ok() && s.proc == PROC_DYNAMIC) failure = step_inertia_begin(p, a);
+  const bool leaps = s.explicit_steps();
+  if (failure.ok() && s.proc == PROC_DYNAMIC && !leaps) failure = step_inertia_begin(p, a);
   if (failure.status == BAD_VALUE) return failure;
   if (dt > 0.0 && s.proc == PROC_STATIC) extrapolate(p.m, st, p.dofs, dt, a);
   const bool guessed = a.guesses;
-  if (failure.ok()) failure = step_newton(p, a);
+  if (failure.ok()) failure = leaps ? step_explicit(p, a) : step_newton(p, a);
   if (!failure.ok() && failure.status != BAD_VALUE && guessed) {
     a.du.assign(p.dofs.neq(), 0.0);
     a.guesses = false;
     failure = step_newton(p, a);
   }
-  if (failure.ok() && st.bonds.nbond_all()) failure = augment(p, a);
+  if (failure.ok() && st.bonds.nbond_all() && !leaps) failure = augment(p, a);
   const auto agree = [&](const Failure& f) { return p.m.part.on ? agree_on_place(st.bonds, f) : f; };
   if (failure.ok() && p.d.pairs.near)
     failure = agree(step_contact_depth(st.bonds, p.d.pairs, st.np1, p.m.dim));
@@ -208,6 +232,7 @@ Failure step_increment(Problem& p, const Step& s, double t0, double dt, RealVec&
     failure = step_half(p, a, *half);
     if (failure.ok()) failure = half_judge(s, dt, st.log.cuts, *half);
   }
+  if (failure.ok() && leaps) keep_loads(p, a.fext);
   if (failure.ok()) step_finish(p, a, energy);
   if (failure.ok() && !std::isfinite(st.ledger.balance)) failure = BAD_NUMBER;
   return failure;

@@ -262,3 +262,52 @@ Failure step_initial_acceleration(Problem& p, const Step& s, double t_step)
   if (p.m.part.around.on()) halo_copy(p.m.part.halo, dofs.dim, p.st.n.a);
   return STATUS_OK;
 }
+
+namespace {
+
+// acc [neq] of this rank becomes the acceleration of all nodes at t(n)
+void put_accelerations(Problem& p, const RealVec& acc)
+{
+  const Dofs &s = p.dofs, &all = dof_all_rows(s);
+  const RealVec told = s.whole ? dof_gather(s, {&acc})[0] : acc;
+  for (int r = 0; r < all.nfe; ++r)
+    for (int i = 0; i < s.dim; ++i) p.st.n.a[all.node_of_row[r] * s.dim + i] = told[r * s.dim + i];
+  if (p.m.part.around.on()) halo_copy(p.m.part.halo, s.dim, p.st.n.a);
+}
+
+}  // namespace
+
+Failure step_motion_begin(Problem& p, Attempt& a)
+{
+  const Dofs& s = p.dofs;
+  const GridVelocity& before = p.newton.grid;
+  a.cM = scheme_of(a.step).mass(a.step, a.dt);
+  if (!p.d.grid.of_all.nodes && !s.hung) {
+    a.vgrid = dof_of_nodes(s, p.st.n.v);
+    a.agrid = dof_of_nodes(s, p.st.n.a);
+    return STATUS_OK;
+  }
+  Failure failure = velocity_at_start(p.st, p.d, s, before, a.momentum, a.vgrid);
+  if (!failure.ok()) return failure;
+  if (!before.a.empty() && projection_known(p.st, p.d, s, before)) {
+    a.agrid = dof_of_nodes(s, p.st.n.a);
+    std::copy(before.a.begin(), before.a.end(), a.agrid.begin() + before.first * s.dim);
+    return STATUS_OK;
+  }
+  RealVec Ma;
+  failure = force_at_start(p, a);
+  if (failure.ok()) failure = inertia_at_start(p, a, Ma);
+  if (!failure.ok() || step_damps(p)) return failure;
+  RealVec f(s.neq());
+  for (int i = 0; i < s.neq(); ++i) f[i] = a.fext0[i] - a.fint0[i];
+  if (s.hung) {
+    step_keep_momentum(s, f, a.agrid);
+    return failure;
+  }
+  // contact has other forces now, and nodes are to have those that the grid has
+  for (int i = 0; i < s.nfe * s.dim && !s.tie.any; ++i)
+    if (s.fixed[i] == DOF_FREE) a.agrid[i] = f[i] / s.lumped[i / s.dim];
+  step_keep_momentum(s, f, a.agrid);
+  put_accelerations(p, a.agrid);
+  return failure;
+}

@@ -303,18 +303,6 @@ Failure correct(Problem& p, Attempt& a, const RealVec& dx, double g0, bool searc
   return failure;
 }
 
-// several ranks: all get what each has found for its rows (whole model), or for those of points and for bonds
-Failure tell_all(Problem& p, Attempt& a)
-{
-  Failure failure;
-  if (p.dofs.whole) {
-    a.du_all.swap(dof_gather(p.dofs, {&a.du})[0]);
-    failure = assem_move_all(p.m, p.d, *p.dofs.whole, a.mode, a.du_all, a.t0, a.t1, p.st, a.jumps);
-  }
-  if (p.m.part.on && p.st.bonds.nbond_all()) assem_share_bonds(p.st, p.m.dim, a.jumps);
-  return failure;
-}
-
 // dx R at free dofs, and with it the energy of the correction
 double first_slope(const Dofs& s, const RealVec& R, LinearSystem& l)
 {
@@ -337,6 +325,22 @@ void tell_iteration(StepLog& log, int it, const Residual& b, double energy, doub
 }
 
 }  // namespace
+
+// several ranks: all get what each has found for its rows (whole model), or for those of points and for bonds
+Failure step_tell_all(Problem& p, Attempt& a)
+{
+  Failure failure;
+  if (p.dofs.whole) {
+    std::vector<const RealVec*> told{&a.du};
+    if (!a.acc.empty()) told.push_back(&a.acc);
+    std::vector<RealVec> all = dof_gather(p.dofs, told);
+    a.du_all.swap(all[0]);
+    if (!a.acc.empty()) a.acc_all.swap(all[1]);
+    failure = assem_move_all(p.m, p.d, *p.dofs.whole, a.mode, a.du_all, a.t0, a.t1, p.st, a.jumps);
+  }
+  if (p.m.part.on && p.st.bonds.nbond_all()) assem_share_bonds(p.st, p.m.dim, a.jumps);
+  return failure;
+}
 
 // ---------------------------------------------------------------------------
 // step_newton : du of the attempt, from the predictor or the guess                 doc/theory.md 6.2
@@ -368,7 +372,7 @@ Failure step_newton(Problem& p, Attempt& a)
     // loads below the floor are solved for once; without loads the floor ends the search for rounding
     if (it == 1 && there && guessed == 0.0 && converged(p, a, b, l, b.external == 0.0, false)) {
       a.R = b.R;                                     // nothing to do: the predictor is the solution
-      return tell_all(p, a);
+      return step_tell_all(p, a);
     }
     // 3. solve
     failure = step_solve(p, a, it, before, accepted, pending, l);
@@ -390,7 +394,7 @@ Failure step_newton(Problem& p, Attempt& a)
     if (targets_reached(s, a.du) && step_solved_well(p.newton.solver, l) &&
         converged(p, a, b, l, true, stalls)) {
       a.R = b.R;
-      return tell_all(p, a);
+      return step_tell_all(p, a);
     }
   }
   return NOT_CONVERGED;

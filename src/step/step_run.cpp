@@ -28,6 +28,7 @@ void stop_motion(State& st)
   log_warn("step %d is static: the kinetic energy of %g is discarded", st.log.step, st.ledger.kinetic);
   st.ledger.stopped += st.ledger.kinetic;
   st.ledger.kinetic = 0.0;
+  st.ledger.leap    = 0.0;
   for (RealVec* v : {&st.n.v, &st.n.a, &st.n.vc}) std::fill(v->begin(), v->end(), 0.0);
 }
 
@@ -244,6 +245,7 @@ Failure begin_increment(Problem& p, const Step& s, const std::vector<double>& st
   if (failure.status == FACES_UNKNOWN) return stop_for_faces(p, inc.before, inc.clock);
   if (failure.ok() && st.log.inc == 1 && moves && scheme_of(s).acceleration)
     failure = step_initial_acceleration(p, s, 0.0);
+  if (failure.ok() && s.explicit_steps()) failure = step_stable(p, s);
   inc.dt = clock_next(s, st.clock, stops);
   if (p.d.fm.on && moves) begin_undo(st, false, inc);        // with the first acceleration
   st.clock.aim = 0.0;
@@ -348,6 +350,7 @@ const char* crawl_advice(Status limit)
 // says once a step that increments stay much shorter than dt, and why
 void warn_of_crawl(const Step& s, const State& st, Increment& inc, Warned& warned)
 {
+  if (s.explicit_steps()) return;
   inc.crawling = inc.dt < CRAWLING * s.dt && st.clock.dt < CRAWLING * s.dt ? inc.crawling + 1 : 0;
   if (inc.crawling < CRAWLS || !warned.insert("crawl " + std::to_string(st.log.step)).second) return;
   const std::string why =
@@ -394,6 +397,15 @@ void share_warned(Problem& p)
   p.warned_all = p.warned.size();
 }
 
+// explicit: a run that goes on from the file just written knows neither velocity nor acceleration of the
+// grid; this one forgets them, so that both go on alike to the last bit. Collective.
+void forget_grid(Problem& p, const Output& out)
+{
+  if (comm_bcast(static_cast<int>(out.restart_inc == p.st.log.inc_total)) == 0) return;
+  p.newton.grid = GridVelocity();
+  p.stable.step = 0;
+}
+
 // ---------------------------------------------------------------------------
 // run_step : one step of the deck                                              doc/theory.md 6.5
 // ---------------------------------------------------------------------------
@@ -434,6 +446,7 @@ Failure run_step(Problem& p, const Step& s, Increment& inc, Output& out)
     tell_half(st, inc.half, p.warned);
     st.eroded.clear();
     out_restart(p.m, st, p.d.grid, false, out);
+    if (s.explicit_steps() && p.m.restart.write) forget_grid(p, out);
   }
   check_ranks(st);
   return STATUS_OK;

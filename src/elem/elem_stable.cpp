@@ -1,0 +1,86 @@
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Dense>
+
+#include "elem/elem.h"
+
+namespace {
+
+// square of the largest frequency of a scalar field in an element of this kind: stiffness lam + 2 mu along
+// each gradient, on its own lumped mass                                                      (6.30)
+double frequency_of_kind(const ElemBlock& b, int kind)
+{
+  const ShapeInfo& info = shape_info[b.shape];
+  const int nen = info.nen, dim = info.dim;
+  const double* me = &b.me[static_cast<size_t>(kind) * pair_count(nen)];
+  double mass[MAX_NODES] = {0};
+  for (int a = 0, k = 0; a < nen; ++a)
+    for (int c = 0; c <= a; ++c, ++k) {
+      mass[a] += me[k];
+      if (c < a) mass[c] += me[k];
+    }
+  Eigen::MatrixXd K = Eigen::MatrixXd::Zero(nen, nen);
+  for (int g = 0; g < info.ngp; ++g) {
+    const size_t at  = static_cast<size_t>(kind) * info.ngp + g;
+    const double* dN = &b.dNdX[at * nen * dim];
+    const double w   = b.w[at] * (b.law.lam + 2.0 * b.law.mu);
+    for (int a = 0; a < nen; ++a)
+      for (int c = 0; c <= a; ++c) {
+        double sum = 0.0;
+        for (int i = 0; i < dim; ++i) sum += dN[a * dim + i] * dN[c * dim + i];
+        K(a, c) += w * sum / std::sqrt(mass[a] * mass[c]);
+      }
+  }
+  return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(K, Eigen::EigenvaluesOnly).eigenvalues()(nen - 1);
+}
+
+// factor of the stiffness by the mean stretch of the element: along the largest one St.Venant-Kirchhoff
+// stiffens, along the smallest one laws of the logarithm do                                  (6.31)
+double stretch_factor(const Model& m, const ElemBlock& b, int slot, const RealVec& u)
+{
+  const ShapeInfo& info = shape_info[b.shape];
+  const int nen = info.nen, dim = info.dim, *node = elem_nodes(m.mesh, b, slot);
+  Eigen::Matrix3d F = Eigen::Matrix3d::Identity();
+  double volume = 0.0;
+  for (int g = 0; g < info.ngp; ++g) volume += b.w[b.gauss(slot) + g];
+  for (int g = 0; g < info.ngp; ++g) {
+    const double* dN  = &b.dNdX[(b.gauss(slot) + g) * nen * dim];
+    const double part = b.w[b.gauss(slot) + g] / volume;
+    for (int a = 0; a < nen; ++a)
+      for (int i = 0; i < dim; ++i)
+        for (int j = 0; j < dim; ++j) F(i, j) += part * u[node[a] * dim + i] * dN[a * dim + j];
+  }
+  Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> C;
+  C.computeDirect(F.transpose() * F, Eigen::EigenvaluesOnly);
+  const double most = C.eigenvalues()(2), least = std::max(C.eigenvalues()(0), 1e-6);
+  const double stretched = 1.0 + 1.5 * std::max(0.0, most - 1.0);
+  if (b.law.kind == LAW_SVK || b.law.kind == LAW_GRANULAR) return stretched;
+  return std::max(stretched, (1.0 - 0.5 * std::log(least)) / least);
+}
+
+}  // namespace
+
+double elem_stable(const Model& m, const Elements& el, const Level& l, bool nlgeom,
+                   std::vector<RealVec>& omega2, int* worst)
+{
+  double least = 1e300;
+  *worst = -1;
+  omega2.resize(el.block.size());
+  for (size_t k = 0; k < el.block.size(); ++k) {
+    const ElemBlock& b = el.block[k];
+    const int kinds    = static_cast<int>(b.me.size()) / pair_count(shape_info[b.shape].nen);
+    for (int kind = static_cast<int>(omega2[k].size()); kind < kinds; ++kind)
+      omega2[k].push_back(frequency_of_kind(b, kind));
+    for (int slot : elem_owned(b)) {
+      double w2 = omega2[k][b.kind[slot]];
+      if (nlgeom && el.broken(b.elem[slot]) < 0) w2 *= stretch_factor(m, b, slot, l.u);
+      const double w = std::sqrt(w2), xi = 0.5 * b.law.beta * w;
+      const double dt = 2.0 / w * (std::sqrt(1.0 + xi * xi) - xi);
+      if (dt >= least) continue;
+      least  = dt;
+      *worst = b.elem[slot];
+    }
+  }
+  return least;
+}

@@ -1,0 +1,64 @@
+#include <algorithm>
+#include <cmath>
+#include <unordered_map>
+
+#include <Eigen/Dense>
+
+#include "point/point.h"
+
+namespace {
+
+// square of the largest frequency of a domain on its own mass at its corners: it has one gradient, so V (lam
+// + 2 mu) times the largest eigenvalue of sum G_c (m^-1)_cd G_d                                     (6.34)
+double frequency_of_domain(const Points& pts, int dim, int p, double stiffness)
+{
+  const int n = pts.conn.count(p);
+  const double *mc = pts.mc(p), *G = pts.G(p);
+  Eigen::MatrixXd M(n, n), B(n, dim);
+  for (int a = 0; a < n; ++a) {
+    for (int b = 0; b <= a; ++b) M(a, b) = M(b, a) = mc[a * (a + 1) / 2 + b];
+    for (int i = 0; i < dim; ++i) B(a, i) = G[a * dim + i];
+  }
+  const Eigen::MatrixXd A = pts.V0[p] * stiffness * B.transpose() * M.ldlt().solve(B);
+  return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(0.5 * (A + A.transpose()), Eigen::EigenvaluesOnly)
+      .eigenvalues()(dim - 1);
+}
+
+// as stretch_factor of elements                                                                      (6.31)
+double stretch_factor(const Points& pts, int dim, int p, LawKind law, const RealVec& uc)
+{
+  Eigen::Matrix3d F = Eigen::Matrix3d::Identity();
+  const double* G   = pts.G(p);
+  for (int a = 0; a < pts.conn.count(p); ++a)
+    for (int i = 0; i < dim; ++i)
+      for (int j = 0; j < dim; ++j)
+        F(i, j) += uc[static_cast<size_t>(pts.conn.begin(p)[a]) * dim + i] * G[a * dim + j];
+  Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> C;
+  C.computeDirect(F.transpose() * F, Eigen::EigenvaluesOnly);
+  const double most = C.eigenvalues()(2), least = std::max(C.eigenvalues()(0), 1e-6);
+  const double stretched = 1.0 + 1.5 * std::max(0.0, most - 1.0);
+  if (law == LAW_SVK || law == LAW_GRANULAR) return stretched;
+  return std::max(stretched, (1.0 - 0.5 * std::log(least)) / least);
+}
+
+}  // namespace
+
+double point_stable(const Points& pts, int dim, const PointLaws& laws, const Level& l, const IntVec& owned,
+                    int* worst)
+{
+  double least = 1e300;
+  *worst = -1;
+  std::vector<std::unordered_map<int, double>> known(laws.body.size());        // kind of a body: omega^2
+  for (int p : owned) {
+    const MatLaw& law = laws.body[pts.body[p]];
+    const auto found  = known[pts.body[p]].emplace(pts.kind[p], 0.0);
+    double& w2 = found.first->second;
+    if (found.second) w2 = frequency_of_domain(pts, dim, p, law.lam + 2.0 * law.mu);
+    const double w  = std::sqrt(w2 * (pts.eroded(p) ? 1.0 : stretch_factor(pts, dim, p, law.kind, l.uc)));
+    const double xi = 0.5 * law.beta * w, dt = 2.0 / w * (std::sqrt(1.0 + xi * xi) - xi);
+    if (dt >= least) continue;
+    least  = dt;
+    *worst = p;
+  }
+  return least;
+}

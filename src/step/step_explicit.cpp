@@ -1,0 +1,133 @@
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Dense>
+
+#include "base/comm.h"
+#include "base/log.h"
+#include "base/timer.h"
+#include "step/step.h"
+
+namespace {
+
+// [nrow][dim*dim] the blocks of the lumped C, of all ranks
+RealVec damping_blocks(const Dofs& s)
+{
+  const int width = s.dim * s.dim;
+  RealVec all(static_cast<size_t>(s.nrow) * width);
+  for (int r = 0; r < s.nrow; ++r)
+    std::copy_n(&s.C[static_cast<size_t>(s.A.off[r + 1] - 1) * width], width,
+                &all[static_cast<size_t>(r) * width]);
+  if (s.split) halo_sum(s.halo, width, all);
+  return all;
+}
+
+// (M + dt/2 C) a = f in the rows of nodes, both lumped: a number or a small block for each          (6.29)
+void node_accelerations(const Dofs& s, double half, const RealVec& f, RealVec& acc)
+{
+  const int dim = s.dim;
+  const RealVec blocks = s.damped ? damping_blocks(s) : RealVec();
+  for (int r = 0; r < s.nfe; ++r) {
+    if (!s.damped) {
+      for (int i = r * dim; i < (r + 1) * dim; ++i)
+        if (s.fixed[i] == DOF_FREE) acc[i] = f[i] / s.lumped[r];
+      continue;
+    }
+    Eigen::Matrix3d A = Eigen::Matrix3d::Identity();
+    Eigen::Vector3d b = Eigen::Vector3d::Zero();
+    const double* C   = &blocks[static_cast<size_t>(r) * dim * dim];
+    for (int i = 0; i < dim; ++i) {
+      if (s.fixed[r * dim + i] == DOF_FIXED) continue;
+      b(i) = f[r * dim + i];
+      A(i, i) = s.lumped[r];
+      for (int j = 0; j < dim; ++j) {
+        A(i, j) += half * C[i * dim + j] * (s.fixed[r * dim + j] != DOF_FIXED);
+        b(i) -= half * C[i * dim + j] * acc[r * dim + j] * (s.fixed[r * dim + j] == DOF_FIXED);
+      }
+    }
+    const Eigen::Vector3d x = A.fullPivLu().solve(b);
+    for (int i = 0; i < dim; ++i)
+      if (s.fixed[r * dim + i] == DOF_FREE) acc[r * dim + i] = x(i);
+  }
+}
+
+// accelerations of the free dofs from their forces f; those of fixed ones stand in acc
+Failure solve_accelerations(const Problem& p, const RealVec& f, double half, RealVec& acc)
+{
+  const Dofs& s = p.dofs;
+  if (s.tie.any) return mass_solve_tied(s, f, acc) < 0 ? MASS_FAILED : STATUS_OK;
+  node_accelerations(s, half, f, acc);
+  if (p.d.grid.of_all.nodes == 0 && !s.hung) return STATUS_OK;
+  Timer timer(PHASE_PROJECT);
+  const std::vector<char> begun(s.nrow, 1);          // rows of the grid begin with the acceleration of t(n)
+  if (mass_project(s, begun, f, acc) < 0) return MASS_FAILED;
+  step_keep_momentum(s, f, acc);
+  return STATUS_OK;
+}
+
+// forces at t(n+1): internal ones, loads, and damping at the velocity of the middle
+Failure form_forces(Problem& p, Attempt& a, RealVec& f)
+{
+  const Dofs& s   = p.dofs;
+  Failure failure = assem_move(p.m, p.d, s, a.du, a.t0, a.t1, p.st, a.jumps);
+  if (failure.ok()) failure = assem_internal(p.m, p.d, s, a.mode, a.jumps, p.st, a.fint);
+  if (failure.ok()) failure = assem_loads(p.m, p.d, s, p.st, a.step, a.load, p.warned, a.fext);
+  if (!failure.ok()) return failure;
+  f.resize(s.neq());
+  for (int i = 0; i < s.neq(); ++i) f[i] = a.fext[i] - a.fint[i];
+  if (!s.damped) return STATUS_OK;
+  RealVec v(s.neq()), Cv;
+  for (int i = 0; i < s.neq(); ++i) v[i] = a.vgrid[i] + 0.5 * a.dt * a.agrid[i];
+  damping_multiply(s, v, Cv);
+  for (int i = 0; i < s.neq(); ++i) f[i] -= Cv[i];
+  return STATUS_OK;
+}
+
+// Rows whose sum is a smaller part of their diagonal are left out: weights of other signs cancel there
+const double LEAST_SUM = 0.05;
+
+}  // namespace
+
+// with r = f - M a the sum of M (r / lumped) over the rows is that of r
+void step_keep_momentum(const Dofs& s, const RealVec& f, RealVec& acc)
+{
+  RealVec Ma;
+  mass_multiply(s, acc, Ma);
+  for (int i = 0; i < s.neq(); ++i) {
+    const int r = i / s.dim;
+    if (s.fixed[i] != DOF_FREE || s.lumped[r] <= LEAST_SUM * s.M_diag[r]) continue;
+    acc[i] += (f[i] - Ma[i]) / s.lumped[r];
+  }
+}
+
+// ---------------------------------------------------------------------------
+// step_explicit : one increment of central differences                            doc/theory.md 6.8
+// ---------------------------------------------------------------------------
+Failure step_explicit(Problem& p, Attempt& a)
+{
+  const Dofs& s = p.dofs;
+  RealVec f;
+  // 1. velocity and acceleration at t(n)
+  Failure failure = step_motion_begin(p, a);
+  if (!failure.ok()) return failure;
+  // 2. displacement: that of the velocity in the middle of the increment                    (6.28)
+  for (int i = 0; i < s.neq(); ++i)
+    a.du[i] = s.fixed[i] == DOF_FIXED ? s.target[i] : a.dt * (a.vgrid[i] + 0.5 * a.dt * a.agrid[i]);
+  tie_follow(s, true, a.du);
+  // 3. forces there, and the acceleration that they make                                     (6.29)
+  failure = form_forces(p, a, f);
+  if (!failure.ok()) return failure;
+  a.acc = a.agrid;
+  for (int i = 0; i < s.neq(); ++i)
+    if (s.fixed[i] == DOF_FIXED) a.acc[i] = (s.rate[i] - a.vgrid[i]) / a.dt;
+  failure = solve_accelerations(p, f, 0.5 * a.dt, a.acc);
+  if (!failure.ok()) return failure;
+  // 4. reactions, as the residual of an implicit increment has them
+  if (p.d.grid.of_all.nodes || s.hung) mass_multiply(s, a.acc, a.R);
+  else a.R = a.acc;
+  const bool lumped = !p.d.grid.of_all.nodes && !s.hung;
+  for (int i = 0; i < s.neq(); ++i) a.R[i] = (lumped ? s.lumped[i / s.dim] : 1.0) * a.R[i] - f[i];
+  tie_force(s, a.R);
+  p.st.log.iterations = 1;
+  return step_tell_all(p, a);
+}

@@ -1,0 +1,279 @@
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Dense>
+
+#include "base/comm.h"
+#include "base/log.h"
+#include "step/step.h"
+
+namespace {
+
+// The increment is looked at again after so many, since elements deform
+const int LOOKS_AGAIN = 20;
+// and measured again after so many when there are bonds, since the grid moves
+const int MEASURES_AGAIN = 200;
+// Lanczos' method: vectors. The largest frequency of a system is then known to 1 or 2 %
+const int VECTORS = 24;
+// Size of the motion that measures the stiffness, of the mean size of elements and cells
+const double MOVE = 1e-7;
+
+// to three digits, which other ranks and another order of sums leave as they are
+double rounded(double x)
+{
+  const double unit = std::pow(10.0, std::floor(std::log10(x)) - 2.0);
+  return unit * std::floor(x / unit);
+}
+
+// what makes frequencies larger at once: points that come
+long changes(const State& st) { return st.frac.nconverted + st.frac.nreleased; }
+
+// K x by a small motion from t(n); f0: internal force there
+Failure stiffness_times(Problem& p, const KernelMode& mode, const RealVec& f0, const RealVec& x, RealVec& y)
+{
+  const Dofs& s = p.dofs;
+  double most = 0.0;
+  for (double v : x) most = std::max(most, std::fabs(v));
+  most = dof_largest(s, most);
+  y.assign(s.neq(), 0.0);
+  if (most == 0.0) return STATUS_OK;
+  const double scale = MOVE * s.h_mean / most;
+  RealVec du(x);
+  for (double& v : du) v *= scale;
+  Jumps jumps;
+  Failure failure = assem_move(p.m, p.d, s, du, 0.0, 0.0, p.st, jumps);
+  if (failure.ok()) failure = assem_internal(p.m, p.d, s, mode, jumps, p.st, y);
+  for (int i = 0; i < s.neq(); ++i) y[i] = (y[i] - f0[i]) / scale;
+  return failure;
+}
+
+// a start without symmetry, the same on all ranks
+RealVec first_vector(const MeshPart& part, const Dofs& s)
+{
+  RealVec x(s.neq());
+  for (int i = 0; i < s.neq(); ++i) {
+    const int r    = i / s.dim;
+    const double k = r < s.nfe ? part.deck_number(s.node_of_row[r]) : static_cast<double>(s.row_key[r]);
+    x[i] = s.fixed[i] ? 0.0 : std::sin(12.9898 * (k + 1.0) + 78.233 * (i % s.dim + 1.0));
+  }
+  return x;
+}
+
+// y = M^-1 f on free dofs
+Failure mass_inverse(const Dofs& s, const RealVec& f, bool points, RealVec& y)
+{
+  y.assign(s.neq(), 0.0);
+  if (points || s.hung) return mass_solve(s, ROWS_ALL, 0, f, y) < 0 ? MASS_FAILED : STATUS_OK;
+  for (int i = 0; i < s.neq(); ++i) y[i] = s.fixed[i] ? 0.0 : f[i] / s.lumped[i / s.dim];
+  return STATUS_OK;
+}
+
+// square of the largest frequency of M^-1 K by Lanczos' method                                  (6.32)
+Failure measure(Problem& p, const Step& s, double& omega2)
+{
+  const Dofs& d = p.dofs;
+  const bool points = p.d.grid.of_all.nodes > 0;
+  KernelMode mode;
+  mode.finite = s.nlgeom;
+  RealVec f0, q, before(d.neq(), 0.0), f, w, Mq;
+  Jumps jumps;
+  p.st.np1 = p.st.n;
+  Failure failure = dof_constrain(p.m, p.d, p.st, s, p.st.clock.t, p.st.clock.t, p.dofs, p.warned);
+  if (failure.ok()) failure = assem_move(p.m, p.d, d, before, 0.0, 0.0, p.st, jumps);
+  if (failure.ok()) failure = assem_internal(p.m, p.d, d, mode, jumps, p.st, f0);
+  if (!failure.ok()) return failure;
+  q = first_vector(p.m.part, d);
+  Eigen::MatrixXd T = Eigen::MatrixXd::Zero(VECTORS, VECTORS);
+  double beta = 0.0;
+  omega2 = 0.0;
+  for (int k = 0; k < VECTORS && failure.ok(); ++k) {
+    mass_multiply(d, q, Mq);
+    const double size = std::sqrt(dof_dot(d, q, Mq));
+    if (k > 0) {
+      beta = size;
+      T(k, k - 1) = T(k - 1, k) = beta;
+    }
+    if (!(size > 0.0)) break;
+    for (double& x : q) x /= size;
+    failure = stiffness_times(p, mode, f0, q, f);
+    for (int i = 0; i < d.neq(); ++i) f[i] = d.fixed[i] ? 0.0 : f[i];
+    if (failure.ok()) failure = mass_inverse(d, f, points, w);
+    if (!failure.ok()) return failure;
+    T(k, k) = dof_dot(d, q, f);
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(T.topLeftCorner(k + 1, k + 1));
+    omega2 = std::max(omega2, eigen.eigenvalues()(k));
+    for (int i = 0; i < d.neq(); ++i) w[i] -= T(k, k) * q[i] + beta * before[i];
+    before.swap(q);
+    q.swap(w);
+  }
+  return failure;
+}
+
+// the stiffness of contact b at its gap, which grows where it is deep                            (4.21)
+double contact_slope(const Bonds& b, int k, double gap)
+{
+  const double beyond = b.beyond(k, gap);
+  return std::max(b.cn[k], b.ct[k]) + 3.0 * b.growth(k) * beyond * beyond;
+}
+
+// calls use(place, weight) for the nodes n and the corners nnode + c that contact bond k ties
+template <class Use>
+void each_place(const Problem& p, int k, Use use)
+{
+  const Bonds& b           = p.st.bonds;
+  const ContactPairs& pair = p.d.pairs;
+  for (int j = b.a.off[k]; j < b.a.off[k + 1]; ++j) use(b.a.item[j], std::fabs(b.a_w[j]));
+  for (int j = pair.master.off[k]; j < pair.master.off[k + 1]; ++j)
+    use(pair.master.item[j], std::fabs(pair.master_w[j]));
+}
+
+// mass of a node or a corner that contact pushes at; a consistent mass counts by its smallest part     (6.34)
+double mass_at(const Problem& p, const std::vector<char>& coupled, int place)
+{
+  const Dofs& s   = p.dofs;
+  const int nnode = p.m.mesh.nnode();
+  if (place < nnode) return s.row_of_node[place] < 0 ? 0.0 : s.lumped[s.row_of_node[place]];
+  const int c = place - nnode;
+  return s.corner_mass.diag[c] * (coupled[c] ? 1.0 / (1 << s.dim) : 1.0);
+}
+
+// [ncorner] corners whose mass is coupled with that of others
+std::vector<char> coupled_corners(const CornerMass& m)
+{
+  std::vector<char> coupled(m.diag.size(), 0);
+  for (size_t c = 0; c < m.diag.size(); ++c)
+    for (int k = m.off[c]; k < m.off[c + 1]; ++k)
+      if (m.val[k] != 0.0) coupled[c] = coupled[m.col[k]] = 1;
+  return coupled;
+}
+
+// bounds the square of the frequency that contact adds: for each node or corner its stiffness over its mass
+//                                                                                              (6.32)
+//   out  push [nnode + ncorner];  returns the largest of this rank
+double contact_frequency(const Problem& p, RealVec& push)
+{
+  const Dofs& s  = p.dofs;
+  const Bonds& b = p.st.bonds;
+  const std::vector<char> coupled = coupled_corners(s.corner_mass);
+  double most = 0.0;
+  push.assign(static_cast<size_t>(p.m.mesh.nnode()) + p.st.points.ncorner, 0.0);
+  for (int k : s.bond_acts) {
+    if (b.field[k] != SIDE_CONTACT) continue;
+    const double slope = contact_slope(b, k, p.st.n.slip[k * s.dim]);
+    double sum = 0.0;
+    each_place(p, k, [&](int, double w) { sum += w; });
+    each_place(p, k, [&](int place, double w) {
+      const double mass = mass_at(p, coupled, place);
+      if (mass > 0.0) push[place] += slope * sum * w / mass;
+    });
+  }
+  for (double x : push) most = std::max(most, x);
+  return most;
+}
+
+// Part of the square of the largest frequency of the elements that contact may add, where its penalty is that
+// of the program; the increment becomes shorter by sqrt(1 + SOFT). Test: X6 (explicit impact)
+const double SOFT = 0.5;
+
+// penalties of contact points that do not push are kept so small that the increment need not follow them
+void soften_contact(Problem& p, double limit, const RealVec& push)
+{
+  const Dofs& s = p.dofs;
+  Bonds& b      = p.st.bonds;
+  for (int k : s.bond_acts) {
+    const BondDef& def = p.m.bond[b.def[k]];
+    if (b.field[k] != SIDE_CONTACT || def.penalty > 0.0 || def.alpha > 0.0) continue;
+    if (p.st.n.slip[k * s.dim] < 0.0 && p.st.n.time > 0.0) continue;
+    double most = 0.0;
+    each_place(p, k, [&](int place, double) { most = std::max(most, push[place]); });
+    if (most <= limit) continue;
+    b.cn[k] *= limit / most;
+    b.ct[k] *= limit / most;
+  }
+}
+
+// what contact adds to the square of the largest frequency, once its own penalties are in reach. Collective.
+double contact_part(Problem& p, double omega2)
+{
+  RealVec& push = p.stable.push;
+  bool acts = false;
+  for (int k : p.dofs.bond_acts) acts = acts || p.st.bonds.field[k] == SIDE_CONTACT;
+  double most = 0.0;
+  if (acts && contact_frequency(p, push) > SOFT * omega2) {
+    soften_contact(p, SOFT * omega2, push);
+    most = contact_frequency(p, push);
+  } else if (acts) {
+    for (double x : push) most = std::max(most, x);
+  }
+  return comm_size() > 1 ? comm_allreduce_max(most) : most;
+}
+
+void report(const Step& s, const State& st, int label, double taken)
+{
+  const StepClock& c = st.clock;
+  const std::string ruling = label < 0 ? "" : ", element " + std::to_string(label);
+  log_note("  explicit: stable increment of the elements %.6g%s; of the whole system %.6g; taken %.6g",
+           c.stable, ruling.c_str(), c.system, taken);
+  if (s.dt < s.period && s.dt > taken * (1.0 + 1e-9))
+    log_warn("step %d, *DYNAMIC, EXPLICIT: dt = %g of the deck is longer than is stable; the increments have "
+             "%g, %g of the largest stable one",
+             st.log.step, s.dt, taken, s.safety);
+}
+
+// the largest stable increment of points. Collective.
+double stable_of_points(const Problem& p)
+{
+  int worst;
+  const double own =
+      point_stable(p.st.points, p.m.dim, p.d.point_law, p.st.n, p.dofs.owned_point, &worst);
+  return comm_size() > 1 ? -comm_allreduce_max(-own) : own;
+}
+
+// the largest stable increment of elements; label of the one that rules. Collective.
+double stable_of_elements(Problem& p, const Step& s, int& label)
+{
+  int worst;
+  const double own = elem_stable(p.m, p.d.el, p.st.n, s.nlgeom, p.stable.omega2, &worst);
+  label = worst < 0 ? -1 : p.m.mesh.elem_label[worst];
+  if (comm_size() == 1) return own;
+  const double least = -comm_allreduce_max(-own);
+  label = comm_allreduce_max(own == least ? label : -1);
+  return least;
+}
+
+}  // namespace
+
+Failure step_stable(Problem& p, const Step& s)
+{
+  State& st    = p.st;
+  StepClock& c = st.clock;
+  const bool begins = c.system == 0.0;
+  int label = -1;
+  const bool looks = begins || st.log.inc % LOOKS_AGAIN == 0;
+  if (looks) c.stable = stable_of_elements(p, s, label);
+  if ((looks || c.broke != changes(st)) && st.points.npoint_all() > 0) {
+    const double points = stable_of_points(p);
+    if (points < c.stable) label = -1;
+    c.stable = std::min(c.stable, points);
+  }
+  c.broke = changes(st);
+  const bool tied = std::any_of(p.m.bond.begin(), p.m.bond.end(),
+                                [](const BondDef& b) { return b.kind != BOND_CONTACT; });
+  if (begins || (tied && st.log.inc % MEASURES_AGAIN == 0)) {
+    double omega2;
+    const Failure failure = measure(p, s, omega2);
+    if (!failure.ok()) return failure;
+    c.system = omega2 > 0.0 ? rounded(2.0 / std::sqrt(omega2)) : 1e300;
+  }
+  const double free   = std::min(c.stable, c.system), omega2 = 4.0 / (free * free);
+  const double touch  = contact_part(p, omega2);
+  const double taken  = s.safety * 2.0 / std::sqrt(omega2 + touch);
+  c.dt = std::min(s.dt, taken);
+  if (begins) report(s, st, label, taken);
+  const auto touches = [](const BondDef& b) { return b.kind == BOND_CONTACT; };
+  if (begins && comm_size() > 1 && std::any_of(p.m.bond.begin(), p.m.bond.end(), touches))
+    log_warn("step %d, *DYNAMIC, EXPLICIT: each rank finds the penalties of contact from its own contact "
+             "points; where ranks share nodes the answer is not that of one rank to rounding",
+             st.log.step);
+  return STATUS_OK;
+}
