@@ -379,7 +379,8 @@ void take_kink(const Scan& s, const double* J, Candidate& c)
 void take_beside(const Scan& s, const double* J, Candidate& c)
 {
   const int e = c.x.elem;
-  double x[3], into[3], n[3], mid[3], way[3] = {J[0], J[1], J[2]}, ways = 0.0, off = 0.0, away = 0.0, along = 0.0;
+  double x[3], into[3], n[3], mid[3], way[3] = {J[0], J[1], J[2]};
+  double ways = 0.0, off = 0.0, away = 0.0, along = 0.0;
   if (!crack_face(s, e, x, into) || !crack_plane(s, e, n, mid)) return;
   for (int i = 0; i < 3; ++i) {
     off += n[i] * into[i];

@@ -293,13 +293,13 @@ inline void io(Archive& f, HistoryOutput& x)
 
 inline void io(Archive& f, Model& x)
 {
-  auto& [job, out_dir, deck, heading, passed, dim, mesh, part, nset, elset, surface, material, section, amplitude,
-         body, grid, grid_bc, viscous, bond, initial, fracture, conversion, broken, equation, frame, step,
-         history, history_out, vtk, fragments, restart, check, solver, param, hash] = x;
-  io_fields<Model>(f, job, out_dir, deck, heading, passed, dim, mesh, part, nset, elset, surface, material, section,
-                   amplitude, body, grid, grid_bc, viscous, bond, initial, fracture, conversion, broken,
-                   equation, frame, step, history, history_out, vtk, fragments, restart, check, solver, param,
-                   hash);
+  auto& [job, out_dir, deck, heading, passed, dim, mesh, part, nset, elset, surface, material, section,
+         amplitude, body, grid, grid_bc, viscous, bond, initial, fracture, conversion, broken, equation,
+         frame, step, history, history_out, vtk, fragments, restart, check, solver, param, hash] = x;
+  io_fields<Model>(f, job, out_dir, deck, heading, passed, dim, mesh, part, nset, elset, surface,
+                   material, section, amplitude, body, grid, grid_bc, viscous, bond, initial, fracture,
+                   conversion, broken, equation, frame, step, history, history_out, vtk, fragments,
+                   restart, check, solver, param, hash);
 }
 
 #endif

@@ -243,7 +243,8 @@ void history_write(const Output& out, int row);
 void out_vtk(const Model& m, const Elements& el, const State& s, const ActiveGrid& grid, Output& out);
 void out_vtk_series(const std::string& path, const VtkSeries& series);
 
-// out_unfinished : what broke in an increment that a signal ends, in files JOB.unfinished.*; a line that says so
+// out_unfinished : what broke in an increment that a signal ends, in files JOB.unfinished.*; a line that says
+// so
 std::string out_unfinished(const Model& m, const Elements& el, const State& s, const ActiveGrid& grid,
                            const Output& out);
 

@@ -46,8 +46,9 @@ void out_erosion_undo(Output& out)
 }
 
 // ---------------------------------------------------------------------------
-// out_unfinished : what broke in an increment that a signal ends: JOB.unfinished.ero and frames JOB.unfinished_*,
-// with the state as it is, not yet in equilibrium with its criterion. Returns a line that says so.
+// out_unfinished : what broke in an increment that a signal ends: JOB.unfinished.ero and frames
+// JOB.unfinished_*, with the state as it is, not yet in equilibrium with its criterion. Returns a line that
+// says so.
 // ---------------------------------------------------------------------------
 std::string out_unfinished(const Model& m, const Elements& el, const State& s, const ActiveGrid& grid,
                            const Output& out)
@@ -59,7 +60,7 @@ std::string out_unfinished(const Model& m, const Elements& el, const State& s, c
   out_erosion(m, s, apart);
   if (apart.ero) out_file_close(apart.ero, apart.base + ".ero");
   if (m.vtk.on) out_vtk(m, el, s, grid, apart);
-  return std::to_string(s.eroded.size()) + " elements broke in an increment that had not ended: " + apart.base +
-         ".ero" + (m.vtk.on ? " and frames of this name" : "") + ", not yet in equilibrium; a run that goes on breaks "
-         "them again";
+  return std::to_string(s.eroded.size()) + " elements broke in an increment that had not ended: " +
+         apart.base + ".ero" + (m.vtk.on ? " and frames of this name" : "") +
+         ", not yet in equilibrium; a run that goes on breaks them again";
 }

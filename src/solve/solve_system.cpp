@@ -183,8 +183,8 @@ bool changed_pays(const Solver& s)
   return d.age == 0 || c.setup < d.cycle_seconds / (d.age + 1);
 }
 
-// Broken material in space: factors cost so much more than the incomplete factor that conjugate gradients take
-// less than half of their time, also with parts that only the residual stiffness holds
+// Broken material in space: factors cost so much more than the incomplete factor that conjugate gradients
+// take less than half of their time, also with parts that only the residual stiffness holds
 bool broken_by_cg(const Solver& s, const SysMatrix& A, const SolveAsk& ask, long now, double& limit)
 {
   const SolverData& d = *s.data;
