@@ -404,6 +404,19 @@ std::string take_state(const Points& begin, bool other, Model& m, const FracMesh
   return fault;
 }
 
+// files of out_unfinished: what broke there breaks again
+void remove_unfinished(const std::string& base)
+{
+  namespace fs = std::filesystem;
+  const fs::path folder = fs::path(base).parent_path();
+  const std::string name = fs::path(base).filename().string();
+  std::error_code error;
+  std::vector<fs::path> found;
+  for (const auto& entry : fs::directory_iterator(folder.empty() ? fs::path(".") : folder, error))
+    if (entry.path().filename().string().compare(0, name.size(), name) == 0) found.push_back(entry.path());
+  for (const fs::path& path : found) fs::remove(path, error);
+}
+
 }  // namespace
 
 // ---------------------------------------------------------------------------
@@ -448,7 +461,7 @@ void out_mark(const Output& out, bool waits)
   const std::string path = out.base + ".continue";
   if (!waits) {
     std::remove(path.c_str());
-    return;
+    return remove_unfinished(out.base + ".unfinished");
   }
   std::FILE* file = out_file_open(path);
   std::fprintf(file, "%s.rst\n", out.base.c_str());
