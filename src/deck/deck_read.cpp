@@ -136,6 +136,7 @@ void read_card(Deck& d, Model& m)
   c.keyword = keyword_find(c.head.word);
   if (!c.keyword && changes_nothing(c.head.word)) {
     ++d.passed[c.head.word];
+    d.hashing = false;         // a restart file does not belong to them
     return skip_data(d);
   }
   if (!c.keyword) {

@@ -11,14 +11,15 @@ void generate(Card& card, const LabelIndex& index, const IntVec& label, IntVec& 
   int step  = card_int_or(card, "step", 1, -2147483647, 2147483647);
   if (!card_good(card)) return;
   if (step == 0) return card_error(card, card.field[2], "the step of a range must not be 0");
+  if (step > 0 ? last < first : last > first)
+    return card_error(card, card.field[1],
+                      text_format("last label %d is %s than the first, %d", last,
+                                  step > 0 ? "smaller" : "larger", first));
   if (step < 0) {
     step = -step;
     std::swap(first, last);
     first += static_cast<int>((static_cast<long>(last) - first) % step);      // where it ends, downwards
   }
-  if (last < first)
-    return card_error(card, card.field[1],
-                      text_format("last label %d is smaller than the first, %d", last, first));
   const long count = (static_cast<long>(last) - first) / step + 1;
   if (count > max_range)
     return card_error(card, card.whole,

@@ -38,6 +38,9 @@ struct FracMesh {
   RealVec local;               // [nelem] h, mean with the neighbours
   IntVec across, across_face;  // [nelem*6] element behind a face and its face there, -1: none
   ListTable of_node;           // [nnode] elements of a node
+  // nodes between materials, ascending; [3] normal of the interface there, 0 where it turns sharply   (7.36)
+  IntVec between;
+  RealVec between_normal;
   // [nelem] radius of the ball in which the end of a notch was looked for, negative: there is one; 0: not yet
   mutable RealVec notch;
   double lo[3] = {0, 0, 0}, bin = 1.0;     // bins of centres
@@ -55,6 +58,7 @@ struct Erosion {
   int number = -1, label = 0;  // in the mesh of the deck
   int def = -1;                // index into Model::fracture
   double X[3] = {0, 0, 0};     // centre at t = 0
+  double gain = 1.0;           // value over the estimate of the element by which its front is judged
 };
 
 // The element whose criterion is exceeded most among those that may break now
@@ -82,6 +86,9 @@ std::vector<IntVec> frac_around(const Model& m, const IntVec& rank, int ranks, i
 // rows of elements around those that a rank works on: whether corners of a converted element hang on nodes
 // depends on the elements at its nodes, and on whether nodes of these have an element  (7.14)
 const int FRAC_ROWS = 2;
+
+// frac_other_material : are the energies of two elements with a section at equal strain different?
+bool frac_other_material(const Elements& el, int a, int b);
 
 // frac_of_node : elements of each node                   [nnode]
 ListTable frac_of_node(const Mesh& mesh);

@@ -7,14 +7,13 @@
 
 #include "shape/shape.h"
 
-// length of the mean normal of the faces of an interface at a node; less: it turns by 120 degrees
-const double INTERFACE = 0.5;
+namespace {
 
 // ---- configurational force in a ball                                               (7.5), (7.6)
 
 // J += sum_a q_a F_a of one element
 template <int D>
-static void add_force_of(const Scan& s, int e, const double* q, double* J)
+void add_force_of(const Scan& s, int e, const double* q, double* J)
 {
   const ElemBlock& b    = s.el.block[s.el.initial_block[e]];
   const ShapeInfo& info = shape_info[b.shape];
@@ -47,6 +46,8 @@ static void add_force_of(const Scan& s, int e, const double* q, double* J)
   }
 }
 
+}  // namespace
+
 // faces of a ball
 void free_faces(const Scan& s, int e, double radius, std::vector<FreeFace>& out)
 {
@@ -60,13 +61,17 @@ void free_faces(const Scan& s, int e, double radius, std::vector<FreeFace>& out)
   });
 }
 
+namespace {
+
 // does the end of a notch lie in the ball?
-static bool find_notch(const Scan& s, int e, double radius)
+bool find_notch(const Scan& s, int e, double radius)
 {
   std::vector<FreeFace> face;
   free_faces(s, e, radius, face);
   return notch_among(face, s.fm.local[e]);
 }
+
+}  // namespace
 
 // the same; bodies are those of the start, so the answer is kept
 bool at_notch(const Scan& s, int e, double radius)
@@ -78,17 +83,23 @@ bool at_notch(const Scan& s, int e, double radius)
   return known[e] < 0.0;
 }
 
-// q of (7.6)
-static double weight_of(const Scan& s, int node, const double* c, double radius)
+namespace {
+
+// q of (7.6) at the place x
+double weight_at(const double* x, const double* c, double radius)
 {
-  const double* X = &s.m.mesh.X[3 * node];
-  const double r  = std::hypot(X[0] - c[0], X[1] - c[1], X[2] - c[2]);
+  const double r = std::hypot(x[0] - c[0], x[1] - c[1], x[2] - c[2]);
   return std::min(1.0, std::max(0.0, 2.0 * (1.0 - r / radius)));
+}
+
+double weight_of(const Scan& s, int node, const double* c, double radius)
+{
+  return weight_at(&s.m.mesh.X[3 * node], c, radius);
 }
 
 // what the surface of the body adds to J where it cuts the ball: -int q W n dA on faces without traction.
 // Those of a notch belong to the crack
-static void take_surface(const Scan& s, int e, double radius, double* J)
+void take_surface(const Scan& s, int e, double radius, double* J)
 {
   std::vector<FreeFace> face;
   free_faces(s, e, radius + 1.5 * s.fm.local[e], face);
@@ -109,6 +120,8 @@ static void take_surface(const Scan& s, int e, double radius, double* J)
 // of the middles of what is cracked along and across it, squared, in sizes of an element and over the one
 // along: two elements of a row have 0.25, three 0.67
 const double RASTER = 0.5, AROUND = 2.5, LONG = 0.1, FLAT = 0.4;
+
+}  // namespace
 
 // unit normal of the line or plane of what is cracked around e; false: it is none
 bool crack_plane(const Scan& s, int e, double* n, double* mid)
@@ -155,8 +168,10 @@ int element_at(const Scan& s, const double* x, double h)
   return found;
 }
 
+namespace {
+
 // unit vectors square to n and to each other
-static void plane_axes(const double* n, double* a, double* b)
+void plane_axes(const double* n, double* a, double* b)
 {
   int least = 0;
   for (int i = 1; i < 3; ++i)
@@ -172,7 +187,7 @@ static void plane_axes(const double* n, double* a, double* b)
 // int q n.j ds along the front as it is, n its normal, j the direction of J: between points of a raster
 // in the plane of the crack, of which one lies in the crack and the next one in what is intact. 0: it is
 // no plane
-static double crack_front(const Scan& s, int e, const double* J, double radius)
+double crack_front(const Scan& s, int e, const double* J, double radius)
 {
   double n[3], mid[3], a[3], b[3], off = 0.0, sum = 0.0;
   const double *c = &s.fm.centre[3 * e], size = std::hypot(J[0], J[1], J[2]), h = s.fm.local[e];
@@ -202,15 +217,14 @@ static double crack_front(const Scan& s, int e, const double* J, double radius)
         double x[3], along = 0.0;
         place(p - (side == 0 ? 0.0 : 0.5), q - (side == 1 ? 0.0 : 0.5), x);
         for (int i = 0; i < 3; ++i) along += (side == 0 ? a[i] : b[i]) * J[i] / size;
-        const double r = std::hypot(x[0] - c[0], x[1] - c[1], x[2] - c[2]);
-        sum += (one == 1 ? along : -along) * cell * std::min(1.0, std::max(0.0, 2.0 * (1.0 - r / radius)));
+        sum += (one == 1 ? along : -along) * cell * weight_at(x, c, radius);
       }
   return sum;
 }
 
 // int q ds along the straight front through the element, square to J and to the largest principal stress, as
 // far as the body reaches: 1.5 radius inside                                                          (7.6)
-static double front_length(const Scan& s, int e, const double* J, double radius)
+double front_length(const Scan& s, int e, const double* J, double radius)
 {
   double E[9], N[3], t[3], norm = 0.0, reach[2] = {radius, radius};
   const double* c = &s.fm.centre[3 * e];
@@ -244,53 +258,28 @@ static double front_length(const Scan& s, int e, const double* J, double radius)
   return sum;
 }
 
-// a face between them takes a force
-static bool differ(const Scan& s, int a, int b)
+// normal of the interface at a node between materials, off the crack: the force there is that on the
+// interface, square to it, and none of the crack. Null: there is none
+const double* interface_at(const Scan& s, int node)
 {
-  return other_material(s, a, b) || s.fm.thickness[a] != s.fm.thickness[b];
-}
-
-// a node between materials, off the crack: the force on it is that on the interface, square to it, and none
-// of the crack. n: unit normal, 0 where the interface turns sharply
-static bool at_interface(const Scan& s, int node, double* n)
-{
-  const int first = s.fm.of_node.begin(node)[0];
-  bool mixed = false;
-  for (int k = 0; k < s.fm.of_node.count(node); ++k) {
-    const int o = s.fm.of_node.begin(node)[k];
-    if (s.el.initial_block[o] < 0 || s.cracked(o)) return false;
-    mixed = mixed || differ(s, first, o);
-  }
-  if (!mixed) return false;
-  double length = 0.0, sum = 0.0;
-  n[0] = n[1] = n[2] = 0.0;
-  for (int k = 0; k < s.fm.of_node.count(node); ++k) {
-    const int o = s.fm.of_node.begin(node)[k];
-    for (int f = 0; f < shape_info[s.el.block[s.el.initial_block[o]].shape].nface; ++f) {
-      const int p = s.fm.across[6 * o + f];
-      if (p < 0 || s.el.initial_block[p] < 0 || s.el.initial_block[o] >= s.el.initial_block[p] ||
-          !differ(s, o, p))
-        continue;
-      const FreeFace face = free_face(s.m.mesh, o, f, false);
-      if (std::find(face.node, face.node + face.n, node) == face.node + face.n) continue;
-      for (int i = 0; i < 3; ++i) n[i] += face.area[i];
-      length += std::hypot(face.area[0], face.area[1], face.area[2]);
-    }
-  }
-  sum = std::hypot(n[0], n[1], n[2]);
-  for (int i = 0; i < 3; ++i) n[i] = sum > INTERFACE * length ? n[i] / sum : 0.0;
-  return true;
+  const IntVec& between = s.fm.between;
+  const auto at = std::lower_bound(between.begin(), between.end(), node);
+  if (at == between.end() || *at != node) return nullptr;
+  for (int k = 0; k < s.fm.of_node.count(node); ++k)
+    if (s.cracked(s.fm.of_node.begin(node)[k])) return nullptr;
+  return &s.fm.between_normal[3 * (at - between.begin())];
 }
 
 // J += what an element adds; at a node of an interface without the force square to it               (7.5)
 //   inout   q   [nodes] weights
-static void add_force(const Scan& s, int e, double* q, double* J)
+void add_force(const Scan& s, int e, double* q, double* J)
 {
   const int nen = s.m.mesh.conn.count(e), *node = s.m.mesh.conn.begin(e);
   const auto add = s.m.dim == 2 ? add_force_of<2> : add_force_of<3>;
-  for (int a = 0; s.el.block.size() > 1 && a < nen; ++a) {
-    double n[3], one[8] = {0}, F[3] = {0, 0, 0};
-    if (q[a] == 0.0 || !at_interface(s, node[a], n)) continue;
+  for (int a = 0; !s.fm.between.empty() && a < nen; ++a) {
+    const double* n = q[a] > 0.0 ? interface_at(s, node[a]) : nullptr;
+    if (!n) continue;
+    double one[8] = {0}, F[3] = {0, 0, 0};
     std::swap(one[a], q[a]);
     if (n[0] == 0.0 && n[1] == 0.0 && n[2] == 0.0) continue;
     add(s, e, one, F);
@@ -299,6 +288,8 @@ static void add_force(const Scan& s, int e, double* q, double* J)
   }
   add(s, e, q, J);
 }
+
+}  // namespace
 
 // J of the ball around an element, per thickness or per length of the front
 double force_estimate(const Scan& s, int e, double radius, double* J)

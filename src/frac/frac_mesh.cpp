@@ -8,6 +8,7 @@
 
 #include "base/log.h"
 #include "frac/frac.h"
+#include "frac/free_face.h"
 #include "shape/shape.h"
 
 namespace {
@@ -151,7 +152,66 @@ void find_toughness(const Model& m, const Elements& el, const FractureDef& d, in
   if (rng) gsl_rng_free(rng);
 }
 
+// a face between them takes a force
+bool differ(const Elements& el, const FracMesh& fm, int a, int b)
+{
+  return frac_other_material(el, a, b) || fm.thickness[a] != fm.thickness[b];
+}
+
+// is a node between materials? One with an element without section is not
+bool is_between(const Elements& el, const FracMesh& fm, int node)
+{
+  const int n = fm.of_node.count(node), *elem = fm.of_node.begin(node);
+  bool mixed = false;
+  for (int k = 0; k < n; ++k) {
+    if (el.initial_block[elem[k]] < 0) return false;
+    mixed = mixed || differ(el, fm, elem[0], elem[k]);
+  }
+  return mixed;
+}
+
+// length of the mean normal of the faces of an interface at a node; less: it turns by 120 degrees
+const double INTERFACE = 0.5;
+
+// mean normal of the faces between the elements of a node that differ, from the smaller block to the larger
+void interface_normal(const Model& m, const Elements& el, const FracMesh& fm, int node, double* n)
+{
+  double length = 0.0;
+  n[0] = n[1] = n[2] = 0.0;
+  for (int k = 0; k < fm.of_node.count(node); ++k) {
+    const int e = fm.of_node.begin(node)[k], block = el.initial_block[e];
+    for (int f = 0; f < shape_info[el.block[block].shape].nface; ++f) {
+      const int o = fm.across[6 * e + f];
+      if (o < 0 || block >= el.initial_block[o] || !differ(el, fm, e, o)) continue;
+      const FreeFace face = free_face(m.mesh, e, f, false);
+      if (std::find(face.node, face.node + face.n, node) == face.node + face.n) continue;
+      for (int i = 0; i < 3; ++i) n[i] += face.area[i];
+      length += std::hypot(face.area[0], face.area[1], face.area[2]);
+    }
+  }
+  const double sum = std::hypot(n[0], n[1], n[2]);
+  for (int i = 0; i < 3; ++i) n[i] = sum > INTERFACE * length ? n[i] / sum : 0.0;
+}
+
+void find_interfaces(const Model& m, const Elements& el, FracMesh& fm)
+{
+  if (m.fracture.empty() || el.block.size() < 2) return;
+  for (int node = 0; node < m.mesh.nnode(); ++node) {
+    if (!is_between(el, fm, node)) continue;
+    double n[3];
+    interface_normal(m, el, fm, node, n);
+    fm.between.push_back(node);
+    fm.between_normal.insert(fm.between_normal.end(), n, n + 3);
+  }
+}
+
 }  // namespace
+
+bool frac_other_material(const Elements& el, int a, int b)
+{
+  const MatLaw &x = el.block[el.initial_block[a]].law, &y = el.block[el.initial_block[b]].law;
+  return x.mu != y.mu || x.lam3 != y.lam3 || x.kind != y.kind;
+}
 
 // two triangles, two wedges, six tetrahedra
 double parts_of_cube(Shape s)
@@ -183,6 +243,7 @@ int frac_mesh(const Model& m, const Elements& el, FracMesh& fm)
   find_local(fm);
   find_bins(m, fm);
   fm.of_node = frac_of_node(m.mesh);
+  find_interfaces(m, el, fm);
   fm.def.assign(nelem, -1);
   fm.conv.assign(nelem, -1);
   fm.gc.assign(nelem, 0.0);

@@ -35,10 +35,14 @@ void mean_strain(const Scan& s, int e, double* E)
   for (int k = 0; k < d2; ++k) E[k] /= volume;
 }
 
-static double drive_by(const Scan& s, int e, Split split)
+namespace {
+
+double drive_by(const Scan& s, int e, Split split)
 {
   return frac_drive(s.m, s.step, s.el, s.fm, s.l, e, split);
 }
+
+}  // namespace
 
 // psi+ / volume of an intact element by the law of its definition, in dynamics its average over time
 double drive_of(Scan& s, int e)
@@ -102,10 +106,4 @@ bool grown_along(const Scan& s, int e, double radius, double least, double* d)
   }
   for (int i = 0; i < 3; ++i) d[i] /= std::sqrt(norm);
   return norm > least * least;
-}
-
-bool other_material(const Scan& s, int a, int b)
-{
-  const ElemBlock &x = s.el.block[s.el.initial_block[a]], &y = s.el.block[s.el.initial_block[b]];
-  return x.law.mu != y.law.mu || x.law.lam3 != y.law.lam3 || x.law.kind != y.law.kind;
 }

@@ -67,9 +67,6 @@ bool beside(const Scan& s, int e, Is is)
   return false;
 }
 
-// other_material : are their energies at equal strain different?
-bool other_material(const Scan& s, int a, int b);
-
 // touches_broken : shares a node with a broken element
 bool touches_broken(const Scan& s, int e);
 

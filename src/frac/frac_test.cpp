@@ -52,7 +52,7 @@ double ball_estimate(Scan& s, int e, bool bound = false)
   const double radius = radius_of(s, e);
   double energy = 0.0, volume = 0.0;
   frac_near(s.fm, &s.fm.centre[3 * e], radius + s.fm.local[e], [&](int o, double r) {
-    if (s.removed(o) || other_material(s, e, o)) return;
+    if (s.removed(o) || s.el.initial_block[o] < 0 || frac_other_material(s.el, e, o)) return;
     const double w = ball_weight(s, e, radius, r) * s.fm.volume[o];
     volume += w;
     if (s.intact(o)) energy += (bound ? s.W[o] : drive_beside(s, e, o)) * w;
@@ -257,7 +257,6 @@ struct Candidate {
   double exceeded = 0.0;       // x.value, and with START=stress what that lets through
   bool griffith = false, force = false, order_all = false;
   double level = tied;         // part of the rank of the best placed one with which it is level
-  double gain = 1.0;           // x.value over the estimate of the element front
   int front = -1, front_label = 0;
   bool decides = false;        // at a straight crack of the start: other elements of the ball are beside it
   // mixed mode: the elements of the kink
@@ -365,7 +364,7 @@ void take_kink(const Scan& s, const double* J, Candidate& c)
   IntVec line;
   if (!along_line(s, e, t.face, go, KINK_LENGTH * s.fm.local[e], line)) return;
   c.decides  = t.given && t.straight;
-  c.gain     = G / c.x.value;
+  c.x.gain   = G / c.x.value;
   c.x.value  = G;
   c.exceeded = with_strength(s, e, G);
   c.nkink    = std::min<int>(KINK_MOST, line.size());
@@ -379,27 +378,26 @@ void take_kink(const Scan& s, const double* J, Candidate& c)
 void take_beside(const Scan& s, const double* J, Candidate& c)
 {
   const int e = c.x.elem;
-  double x[3], into[3], n[3], mid[3], way[3] = {J[0], J[1], J[2]};
-  double ways = 0.0, off = 0.0, away = 0.0, along = 0.0;
+  double x[3], into[3], n[3], mid[3], way[3] = {J[0], J[1], J[2]}, off = 0.0, away = 0.0;
   if (!crack_face(s, e, x, into) || !crack_plane(s, e, n, mid)) return;
   for (int i = 0; i < 3; ++i) {
     off += n[i] * into[i];
     away += n[i] * (s.fm.centre[3 * e + i] - mid[i]);
   }
-  double size = std::hypot(J[0], J[1], J[2]);
-  if (size == 0.0) {                                 // from the middle of the crack, in its plane
+  double ways = std::sqrt(std::max(0.0, 1.0 - off * off));
+  const double size = std::hypot(J[0], J[1], J[2]);
+  if (size > 0.0) {
+    ways = std::max(ways, (J[0] * into[0] + J[1] * into[1] + J[2] * into[2]) / size);
+  } else {                                           // from the middle of the crack, in its plane
     for (int i = 0; i < 3; ++i) way[i] = s.fm.centre[3 * e + i] - mid[i] - away * n[i];
-    size = std::hypot(way[0], way[1], way[2]);
-    if (size < 0.5 * s.fm.local[e]) return;
-  } else
-    for (int i = 0; i < 3; ++i) along += J[i] * into[i] / size;
-  ways = std::max(along, std::sqrt(std::max(0.0, 1.0 - off * off)));
+    if (std::hypot(way[0], way[1], way[2]) < 0.5 * s.fm.local[e]) return;
+  }
   if (std::fabs(away) > ASIDE * s.fm.local[e]) ways = 0.0;
   if (ways >= BESIDE || !blocked(s, e, way)) return;
-  c.gain = kink_share(std::acos(std::max(0.0, ways)));
-  c.x.value *= c.gain;
-  c.x.rank *= c.gain;
-  c.exceeded *= c.gain;
+  c.x.gain = kink_share(std::acos(std::max(0.0, ways)));
+  c.x.value *= c.x.gain;
+  c.x.rank *= c.x.gain;
+  c.exceeded *= c.x.gain;
 }
 
 // a front that kinks: the elements of the kink in place of the element that it stands for
@@ -480,7 +478,7 @@ FirstBreak most_exceeded(const std::vector<Candidate>& all, bool fallback)
     bool front = true;
     for (const Candidate& o : all)
       front = front && (fallback || !c.force || !o.force || o.x.rank <= c.x.rank || distance(c, o) >= c.ball);
-    if (front) first = {-1, c.front, c.front_label, c.x.def, value, part, c.gain};
+    if (front) first = {-1, c.front, c.front_label, c.x.def, value, part, c.x.gain};
   }
   return first;
 }
@@ -566,7 +564,7 @@ double value_of(Scan s, int e, double part)
 double when_met(const Scan& s, const Level& l1, const Erosion& x)
 {
   if (!s.dynamic() || s.fm.release[x.elem] == 0.0 || x.value < 1.0) return l1.time;
-  const double value0 = value_of(s, x.elem, 0.0);
+  const double value0 = x.gain * value_of(s, x.elem, 0.0);
   if (value0 >= 1.0) return s.l.time;
   const double part = std::round(FINE * (1.0 - value0) / (x.value - value0)) / FINE;
   return s.l.time + part * (l1.time - s.l.time);

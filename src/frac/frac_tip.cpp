@@ -6,6 +6,8 @@
 #include "frac/frac_kink.h"
 #include "shape/shape.h"
 
+namespace {
+
 // cosine of the directions of a crack in the ball and in half of it, 3 degrees: less is no straight one
 const double STRAIGHT = 0.9986;
 // cosine between the crack and the way into an element at its end; less: the element is beside the crack
@@ -15,8 +17,9 @@ const double AHEAD = 0.7;
 const double CRACK = 1.9;
 // a toughness that is so much larger blocks the way ahead
 const double TOUGHER = 1.2;
+
 // middle of the free faces within radius of an element or a place, by their size
-static void middle_of(const std::vector<FreeFace>& face, const double* c, double radius, double* mid)
+void middle_of(const std::vector<FreeFace>& face, const double* c, double radius, double* mid)
 {
   double size = 0.0;
   mid[0] = mid[1] = 0.0;
@@ -31,7 +34,7 @@ static void middle_of(const std::vector<FreeFace>& face, const double* c, double
 
 // nodes of the faces around c that lie ahead along d: their mean; of their faces the one whose element holds
 // more
-static const FreeFace* faces_ahead(const Scan& s, const std::vector<FreeFace>& face, const double* c,
+const FreeFace* faces_ahead(const Scan& s, const std::vector<FreeFace>& face, const double* c,
                             const double* d, double h, double* end)
 {
   double far = -1e300, most = 0.0, sum[2] = {0, 0};
@@ -57,7 +60,7 @@ static const FreeFace* faces_ahead(const Scan& s, const std::vector<FreeFace>& f
 }
 
 // unit vector from the middle of the faces around end to end; false: they do not lie behind it
-static bool away_from(const std::vector<FreeFace>& face, const double* end, double h, double least, double* d)
+bool away_from(const std::vector<FreeFace>& face, const double* end, double h, double least, double* d)
 {
   double mid[2];
   middle_of(face, end, 3.0 * h, mid);
@@ -66,6 +69,8 @@ static bool away_from(const std::vector<FreeFace>& face, const double* end, doub
   for (int i = 0; i < 2; ++i) d[i] = (end[i] - mid[i]) / norm;
   return true;
 }
+
+}  // namespace
 
 // the end of a notch near e that no crack has left yet; false: there is none
 bool notch_end(const Scan& s, int e, Tip& t)
@@ -151,8 +156,10 @@ bool blocked(const Scan& s, int e, const double* J)
   return o >= 0 && s.intact(o) && (s.fm.def[o] < 0 || s.fm.gc[o] > TOUGHER * s.fm.gc[e]);
 }
 
+namespace {
+
 // does the ball reach an outer face of the mesh?
-static bool at_surface(const Scan& s, int e)
+bool at_surface(const Scan& s, int e)
 {
   bool found = false;
   in_ball(s, e, [&](int o, double) {
@@ -162,6 +169,8 @@ static bool at_surface(const Scan& s, int e)
   });
   return found;
 }
+
+}  // namespace
 
 // the tip of the crack in front of e, and its ratio; false: e is beside it, or too little has cracked
 bool crack_tip(const Scan& s, int e, Tip& t, double& ratio)

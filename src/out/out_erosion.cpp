@@ -56,7 +56,6 @@ std::string out_unfinished(const Model& m, const Elements& el, const State& s, c
   if (s.eroded.empty()) return "";
   Output apart;
   apart.base = out.base + ".unfinished";
-  std::remove((apart.base + ".ero").c_str());
   out_erosion(m, s, apart);
   if (apart.ero) out_file_close(apart.ero, apart.base + ".ero");
   if (m.vtk.on) out_vtk(m, el, s, grid, apart);

@@ -404,16 +404,19 @@ std::string take_state(const Points& begin, bool other, Model& m, const FracMesh
   return fault;
 }
 
-// files of out_unfinished: what broke there breaks again
+// files of out_unfinished, of which JOB.unfinished.ero is always one: what broke there breaks again
 void remove_unfinished(const std::string& base)
 {
   namespace fs = std::filesystem;
   const fs::path folder = fs::path(base).parent_path();
   const std::string name = fs::path(base).filename().string();
   std::error_code error;
+  if (!fs::exists(base + ".ero", error)) return;
   std::vector<fs::path> found;
   for (const auto& entry : fs::directory_iterator(folder.empty() ? fs::path(".") : folder, error))
-    if (entry.path().filename().string().compare(0, name.size(), name) == 0) found.push_back(entry.path());
+    for (const char* next : {".ero", "_"})
+      if (entry.path().filename().string().compare(0, name.size() + std::strlen(next), name + next) == 0)
+        found.push_back(entry.path());
   for (const fs::path& path : found) fs::remove(path, error);
 }
 
