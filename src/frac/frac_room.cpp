@@ -193,16 +193,18 @@ bool overlap(const HullCell& a, const HullCell& b)
   return true;
 }
 
-// a grain gets smaller until it does not overlap the cell, or is as small as it may be
-void draw_back(const HullCell& other, int dim, double least, GrainShape& g)
+// a grain gets smaller until it does not overlap a cell that stays, or another grain as small as itself; whichever
+// of two is looked at first, both end alike
+template <class Meets>
+void draw_back(double least, double& scale, Meets meets)
 {
-  if (!overlap(other, cell_of_grain(g, dim, g.scale))) return;
-  double lo = least, hi = g.scale;
+  if (!meets(scale)) return;
+  double lo = least, hi = 1.0;                         // the same scales are tried beside each cell
   for (int k = 0; k < BISECTIONS; ++k) {
     const double s = 0.5 * (lo + hi);
-    (overlap(other, cell_of_grain(g, dim, s)) ? hi : lo) = s;
+    (meets(s) ? hi : lo) = s;
   }
-  g.scale = lo;
+  scale = lo;
 }
 
 }  // namespace
@@ -213,7 +215,7 @@ void frac_room(const Model& m, const State& st, double least, std::vector<GrainS
   std::vector<HullCell> own;
   std::vector<ContactBox> box;
   for (const GrainShape& g : grain) {
-    own.push_back(cell_of_grain(g, m.dim, g.scale));
+    own.push_back(cell_of_grain(g, m.dim, 1.0));
     box.push_back(box_of(own.back().n, own.back().x));
   }
   std::vector<HullCell> cell = other_cells(m, grain, box, st);
@@ -227,8 +229,13 @@ void frac_room(const Model& m, const State& st, double least, std::vector<GrainS
     IntVec found;
     tree.overlap(box[self], found);
     std::sort(found.begin(), found.end());
+    GrainShape& g = grain[i];
     for (int j : found)
-      if (j != self) draw_back(cell[j], m.dim, least, grain[i]);
-    cell[self] = cell_of_grain(grain[i], m.dim, grain[i].scale);
+      if (j < others)
+        draw_back(least, g.scale, [&](double s) { return overlap(cell[j], cell_of_grain(g, m.dim, s)); });
+      else if (j != self)
+        draw_back(least, g.scale, [&](double s) {
+          return overlap(cell_of_grain(grain[j - others], m.dim, s), cell_of_grain(g, m.dim, s));
+        });
   }
 }
