@@ -183,6 +183,16 @@ std::string outside_text(const Model& m, const State& st, const Failure& f)
   return text;
 }
 
+// what helps where broken elements have become one point each, which still move with the grid; empty: there are none
+std::string single_points(const Model& m, const Fracture& fr)
+{
+  const bool single = std::any_of(m.conversion.begin(), m.conversion.end(),
+                                  [](const ConversionDef& c) { return c.per_elem == 1; });
+  if (!single || fr.nconverted <= fr.nreleased) return "";
+  return "; broken material of one point an element does not resist all motions of its cells: *CONVERSION, "
+         "POINTS=2";
+}
+
 // the plane of *GRID BOUNDARY that a corner has passed, and by how much; empty: the grid is open there
 std::string passed_plane(const Model& m, const State& st, const Failure& f)
 {
@@ -201,7 +211,7 @@ std::string passed_plane(const Model& m, const State& st, const Failure& f)
                   "material. Use smaller increments, *GRID, KEEP=0, more points (*MATERIAL POINTS, POINTS=), "
                   "or a held body with *CONTACT instead of the plane",
                   "xyz"[i], plane, past / m.grid.h[i]);
-    return text;
+    return text + single_points(m, st.frac);
   }
   return "";
 }
@@ -331,7 +341,8 @@ std::string explain_here(const Problem& p, const Failure& f, const std::string& 
                 p.st.log.residual, p.st.log.scale, p.st.log.iterations);
   const Solver& solver = p.newton.solver;
   const bool fixed_pivots = solver.null_pivot_row >= 0 && solver.zero_equation >= 0;
-  return fixed_pivots ? text + ("; " + solver_text(p, whole, contact)) : text;
+  const std::string single = text + single_points(m, p.st.frac);
+  return fixed_pivots ? single + "; " + solver_text(p, whole, contact) : single;
 }
 
 // does this rank know more of the failure than others?
