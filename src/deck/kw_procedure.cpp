@@ -8,8 +8,9 @@ const double max_increments = 1e9;
 
 void read_times(Card& card, Step& s)
 {
-  s.dt     = card_real_or(card, "dt", 1.0, above(0.0));
+  s.dt     = card_real_or(card, "dt", 0.0, above(0.0));
   s.period = card_real_or(card, "period", 1.0, above(0.0));
+  if (s.dt == 0.0) s.dt = s.period;
   s.dt_min = card_real_or(card, "smallest dt", 0.0, at_least(0.0));
   s.dt_max = card_real_or(card, "largest dt", 0.0, at_least(0.0));
   if (!card.open || !card_good(card)) return;
