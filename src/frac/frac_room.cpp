@@ -193,8 +193,8 @@ bool overlap(const HullCell& a, const HullCell& b)
   return true;
 }
 
-// a grain gets smaller until it does not overlap a cell that stays, or another grain as small as itself; whichever
-// of two is looked at first, both end alike
+// a grain gets smaller until it does not overlap a cell that stays, or another grain as small as itself;
+// whichever of two is looked at first, both end alike
 template <class Meets>
 void draw_back(double least, double& scale, Meets meets)
 {

@@ -183,7 +183,8 @@ std::string outside_text(const Model& m, const State& st, const Failure& f)
   return text;
 }
 
-// what helps where broken elements have become one point each, which still move with the grid; empty: there are none
+// what helps where broken elements have become one point each, which still move with the grid; empty: there
+// are none
 std::string single_points(const Model& m, const Fracture& fr)
 {
   const bool single = std::any_of(m.conversion.begin(), m.conversion.end(),
