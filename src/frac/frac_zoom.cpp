@@ -9,25 +9,27 @@
 #include "shape/shape.h"
 
 // A sharp crack in a square of small cells around the tip, with the displacements of the mesh on its border.
-// x along the crack, the tip at 0; cells have the material of the mesh there.                       (7.38)
+// x along the crack, the tip at 0; the material is that of the mesh.                                (7.38)
 
 namespace {
 
-// cells in the size of an element; half a side of the square in sizes of an element
-const int CELLS = 4, HALF = 6, SIDE = 2 * CELLS * HALF, NODES = SIDE + 1;
-const int TIP   = SIDE / 2;    // column of the tip, row of the crack
+// sizes of the cells from the tip outwards, in sizes of an element. 3.3 more sizes change K4 by 1 %
+const int FINE_CELLS = 8, SIDE = 26, NODES = SIDE + 1;
+const double FINE = 0.25, COARSE[5] = {0.35, 0.5, 0.7, 1.0, 1.4};
+const int ELEMENT = 4;         // cells in the size of an element
+const int TIP     = SIDE / 2;  // column of the tip, row of the crack
 // in sizes of an element: what is cracked and lies so far from the line of the crack is void
 const double SLOT = 0.75;
 
 struct Cell {
-  double lam = 0.0, mu = 0.0;  // times thickness
+  double lam[4] = {0, 0, 0, 0}, mu[4] = {0, 0, 0, 0};    // at the Gauss points, times thickness; 0: void
   bool there = false;
 };
 
 struct Square {
-  double h;                    // of a cell
+  double at[NODES];            // of the lines of the grid
   std::vector<Cell> cell;      // [SIDE*SIDE]
-  // nodes; those of the crack once more after them, for the cells above it
+  // [NODES*NODES]; the upper nodes of the crack stand after them where they are counted
   std::vector<std::array<double, 2>> given;          // displacement on the border
   std::vector<char> held;
 };
@@ -40,29 +42,38 @@ bool on_border(int column, int row)
 
 Square empty_square(double h)
 {
-  return {h / CELLS, std::vector<Cell>(SIDE * SIDE), std::vector<std::array<double, 2>>(NODES * NODES),
-          std::vector<char>(NODES * NODES, 0)};
+  Square q{{}, std::vector<Cell>(SIDE * SIDE), std::vector<std::array<double, 2>>(NODES * NODES),
+           std::vector<char>(NODES * NODES, 0)};
+  for (int k = 0; k <= TIP; ++k) {
+    const double before = k > 0 ? q.at[TIP + k - 1] : 0.0;
+    q.at[TIP + k] = before + (k == 0 ? 0.0 : k <= FINE_CELLS ? FINE : COARSE[k - FINE_CELLS - 1]) * h;
+    q.at[TIP - k] = -q.at[TIP + k];
+  }
+  return q;
 }
 
 // ---- stiffness and energy
 
-// stiffness of a square cell, which does not depend on its size          [8*8]
-void cell_stiffness(const Cell& c, double K[8][8])
+const double GAUSS = 0.57735026918962576;
+const double PLACE[4][2] = {{-GAUSS, -GAUSS}, {GAUSS, -GAUSS}, {-GAUSS, GAUSS}, {GAUSS, GAUSS}};
+
+// stiffness of a cell of a x b                [8*8]
+void cell_stiffness(const Cell& c, double a, double b, double K[8][8])
 {
-  const double g = 1.0 / std::sqrt(3.0);
   std::fill_n(K[0], 64, 0.0);
-  for (double x : {-g, g})
-    for (double y : {-g, g}) {
-      const double dN[4][2] = {{y - 1, x - 1}, {1 - y, -1 - x}, {1 + y, 1 + x}, {-1 - y, 1 - x}};
-      for (int a = 0; a < 4; ++a)
-        for (int b = 0; b < 4; ++b)
-          for (int i = 0; i < 2; ++i)
-            for (int j = 0; j < 2; ++j) {
-              const double dot = i == j ? dN[a][0] * dN[b][0] + dN[a][1] * dN[b][1] : 0.0;
-              K[2 * a + i][2 * b + j] +=
-                  (c.lam * dN[a][i] * dN[b][j] + c.mu * (dN[a][j] * dN[b][i] + dot)) / 16.0;
-            }
-    }
+  for (int g = 0; g < 4; ++g) {
+    const double x = PLACE[g][0], y = PLACE[g][1], p = 0.5 / a, q = 0.5 / b, w = 0.25 * a * b;
+    const double dN[4][2] = {{p * (y - 1), q * (x - 1)}, {p * (1 - y), q * (-1 - x)},
+                             {p * (1 + y), q * (1 + x)}, {p * (-1 - y), q * (1 - x)}};
+    for (int m = 0; m < 4; ++m)
+      for (int n = 0; n < 4; ++n)
+        for (int i = 0; i < 2; ++i)
+          for (int j = 0; j < 2; ++j) {
+            const double dot = i == j ? dN[m][0] * dN[n][0] + dN[m][1] * dN[n][1] : 0.0;
+            K[2 * m + i][2 * n + j] +=
+                w * (c.lam[g] * dN[m][i] * dN[n][j] + c.mu[g] * (dN[m][j] * dN[n][i] + dot));
+          }
+  }
 }
 
 // nodes of a cell when the crack is open up to a column; those above it are the second ones there
@@ -99,7 +110,7 @@ double energy_open(const Square& q, int open)
     int node[4];
     double K[8][8];
     cell_nodes(k % SIDE, k / SIDE, open, node);
-    cell_stiffness(q.cell[k], K);
+    cell_stiffness(q.cell[k], q.at[k % SIDE + 1] - q.at[k % SIDE], q.at[k / SIDE + 1] - q.at[k / SIDE], K);
     const auto value = [&](int a) { return eqn[node[a / 2]] < 0 ? q.given[node[a / 2]][a % 2] : 0.0; };
     for (int a = 0; a < 8; ++a)
       for (int b = 0; b < 8; ++b) {
@@ -119,7 +130,8 @@ double energy_open(const Square& q, int open)
 // energy per length of the crack that goes on between two columns, from the tip
 double release(const Square& q, int from, int to)
 {
-  return (energy_open(q, TIP + from) - energy_open(q, TIP + to)) / ((to - from) * q.h);
+  return (energy_open(q, TIP + from) - energy_open(q, TIP + to)) /
+         (q.at[TIP + to] - q.at[TIP + from]);
 }
 
 // ---- what stands in the square
@@ -153,12 +165,18 @@ int element_of(const Scan& s, const CrackAxes& f, double along, double across, d
 
 void fill_cells(const Scan& s, const CrackAxes& f, double h, Square& q)
 {
-  for (int k = 0; k < SIDE * SIDE; ++k) {
-    const int o = element_of(s, f, (k % SIDE + 0.5 - TIP) * q.h, (k / SIDE + 0.5 - TIP) * q.h, h);
-    if (o < 0) continue;
-    const MatLaw& law = s.law(o);
-    q.cell[k] = {law.lam * s.fm.thickness[o], law.mu * s.fm.thickness[o], true};
-  }
+  const auto middle = [&](int k, double x) {
+    return 0.5 * (q.at[k] + q.at[k + 1] + x * (q.at[k + 1] - q.at[k]));
+  };
+  for (int k = 0; k < SIDE * SIDE; ++k)
+    for (int g = 0; g < 4; ++g) {
+      Cell& c = q.cell[k];
+      const int o = element_of(s, f, middle(k % SIDE, PLACE[g][0]), middle(k / SIDE, PLACE[g][1]), h);
+      if (o < 0) continue;
+      c.lam[g] = s.law(o).lam * s.fm.thickness[o];
+      c.mu[g]  = s.law(o).mu * s.fm.thickness[o];
+      c.there  = true;
+    }
 }
 
 // displacement of the mesh at x; false: nothing intact is there
@@ -188,7 +206,7 @@ void turn_back(const CrackAxes& f, Square& q)
   double turn = 0.0, size = 0.0, mean[2] = {0, 0}, n = 0.0;
   const auto each = [&](auto use) {
     for (int k = 0; k < NODES * NODES; ++k)
-      if (q.held[k]) use((k % NODES - TIP) * q.h, (k / NODES - TIP) * q.h, q.given[k]);
+      if (q.held[k]) use(q.at[k % NODES], q.at[k / NODES], q.given[k]);
   };
   each([&](double, double, std::array<double, 2>& u) {
     u = {u[0] * f.d[0] + u[1] * f.d[1], u[1] * f.d[0] - u[0] * f.d[1]};
@@ -212,7 +230,7 @@ void hold_border(const Scan& s, const CrackAxes& f, double h, Square& q)
   for (int k = 0; k < NODES * NODES; ++k) {
     if (!on_border(k % NODES, k / NODES)) continue;
     double x[3];
-    f.place((k % NODES - TIP) * q.h, (k / NODES - TIP) * q.h, x);
+    f.place(q.at[k % NODES], q.at[k / NODES], x);
     q.held[k] = displacement_at(s, x, h, q.given[k].data());
   }
   turn_back(f, q);
@@ -221,9 +239,12 @@ void hold_border(const Scan& s, const CrackAxes& f, double h, Square& q)
 // the same with the material of e in all cells
 Square one_material(const Scan& s, int e, Square q)
 {
-  const MatLaw& law = s.law(e);
   for (Cell& c : q.cell)
-    if (c.there) c = {law.lam * s.fm.thickness[e], law.mu * s.fm.thickness[e], true};
+    for (int g = 0; g < 4; ++g) {
+      if (c.mu[g] == 0.0) continue;
+      c.lam[g] = s.law(e).lam * s.fm.thickness[e];
+      c.mu[g]  = s.law(e).mu * s.fm.thickness[e];
+    }
   return q;
 }
 
@@ -238,6 +259,6 @@ double sharp_release(const Scan& s, int e, const double* tip, const double* d)
   hold_border(s, f, h, q);
   const Square u = one_material(s, e, q);
   // held as it is, the border does not follow the crack: by as much less it releases in one material
-  const double held = release(u, 0, CELLS) / release(u, -1, 2);
-  return release(q, 0, CELLS) / (held * s.fm.thickness[e]);
+  const double held = release(u, 0, ELEMENT) / release(u, -1, 2);
+  return release(q, 0, ELEMENT) / (held * s.fm.thickness[e]);
 }
