@@ -136,8 +136,8 @@ bool blocked(const Scan& s, int e, const double* J);
 // near_interface : is a node between two materials that near to x?
 bool near_interface(const Scan& s, const double* x, double distance);
 
-// sharp_release : energy per area that a sharp crack releases on its way from the tip along d through the next
-// size of an element, in the plane; e: the element ahead. Not above 0: not known                      (7.38)
+// sharp_release : energy per area that a sharp crack releases on its way from the tip along d through the
+// next size of an element, in the plane; e: the element ahead. Not above 0: not known               (7.38)
 double sharp_release(const Scan& s, int e, const double* tip, const double* d);
 
 #endif

@@ -245,6 +245,9 @@ const double KINK_LENGTH = 3.0;
 // a centre so many sizes off the plane it lies beside the crack, and what breaks there is a kink. Test:
 // K7
 const double BESIDE = 0.5, ASIDE = 0.6;
+// in sizes of an element: from the middle of what is cracked within 2.5 of them along it; less: the crack
+// passes by
+const double MIDDLE = 0.5;
 
 const int KINK_MOST = 16;      // elements of a kink
 
@@ -380,7 +383,8 @@ void take_kink(const Scan& s, const double* J, Candidate& c)
   for (int i = 0; i < c.nkink; ++i) c.kink[i] = erosion_of(s, line[i], G, G, grows);
 }
 
-// in sizes of an element: distance of an interface from a tip whose crack is looked at as a sharp one. Test: K4
+// in sizes of an element: distance of an interface from a tip whose crack is looked at as a sharp one.
+// Test: K4
 const double INTERFACE = 3.0;
 
 // what a sharp crack releases through the element ahead of a tip, over |J| around that
@@ -398,7 +402,7 @@ double sharp_share(Scan& s, int ahead)
   return share;
 }
 
-// FORCE in the plane: near an interface G changes within an element, and J sees the blunt end of a row of them
+// FORCE in the plane: near an interface G changes within an element, and J sees the blunt end of a row
 void take_interface(Scan& s, const double* J, Candidate& c)
 {
   const int ahead = s.fm.between.empty() ? -1 : element_ahead(s, c.x.elem, J);
@@ -447,6 +451,20 @@ void take_kinks(const MeshPart& part, std::vector<Candidate>& all)
   all.swap(out);
 }
 
+// FORCE: beside the middle of a slot that was removed, whose ends are elsewhere
+// Test: K2 (fracture/kink_inclined.inp, b=15)
+bool flank(const Scan& s, int e)
+{
+  double n[3], mid[3], off = 0.0, apart = 0.0;
+  if (estimate_of(s, e) != ESTIMATE_FORCE || !at_removed(s, e) || !crack_plane(s, e, n, mid)) return false;
+  for (int i = 0; i < 3; ++i) off += n[i] * (s.fm.centre[3 * e + i] - mid[i]);
+  for (int i = 0; i < 3; ++i) {
+    const double along = s.fm.centre[3 * e + i] - mid[i] - off * n[i];
+    apart += along * along;
+  }
+  return std::fabs(off) > ASIDE * s.fm.local[e] && std::sqrt(apart) < MIDDLE * s.fm.local[e];
+}
+
 void by_griffith(Scan& s, int e, double W_most, std::vector<Candidate>& out)
 {
   const double least = FRAC_LEAST * s.fm.gc[e] / s.fm.size[e];
@@ -457,6 +475,7 @@ void by_griffith(Scan& s, int e, double W_most, std::vector<Candidate>& out)
   if (!(largest_stress(s, e) > 0.0) || drive_of(s, e) <= least) return;
   const bool at = at_crack(s, e);
   if (at ? behind_tip(s, e) : !start_allowed(s, e) || !may_start(s, e)) return;
+  if (at && s.def(e).strength == 0.0 && flank(s, e)) return;
   double J[3];
   ++timer_phase(PHASE_ESTIMATE).calls;
   const double G = estimate(s, e, J);
