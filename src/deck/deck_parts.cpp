@@ -281,7 +281,8 @@ void assembly_line(Flat& f, const Line& l, std::string& head, const Instance*& o
     if (!name.empty() && !of)
       f.fault.emplace_back(f.out.size(), "INSTANCE " + text_show(name) + " is not known");
     if (keyword_of(t) == "NODE")
-      f.fault.emplace_back(f.out.size(), "reference points of an assembly are not available; *NODE in a *PART");
+      f.fault.emplace_back(f.out.size(), "reference points of an assembly are not available; nodes stand in "
+                                         "a *PART");
     std::vector<std::string> p = fields_of(t);
     const auto of_instance = [](const std::string& x) { return name_of(x) == "INSTANCE"; };
     p.erase(std::remove_if(p.begin(), p.end(), of_instance), p.end());
