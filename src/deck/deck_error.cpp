@@ -57,7 +57,7 @@ void add_message(Deck& d, bool warning, const Field& at, const std::string& text
   m.warning = warning;
   m.file = at.file;
   m.line = at.line;
-  m.text = d.file[at.file].path + text_format(" line %d", at.line);
+  m.text = d.file[at.file].path + text_format(" line %d", deck_line_number(d, at.file, at.line));
   if (!d.word.empty()) m.text += ", *" + d.word;
   if (at.number > 0) m.text += text_format(", field %d", at.number);
   m.text += "\n" + echo(d, at) + "  " + text + "  (" + page(d.word) + ")";
@@ -200,7 +200,7 @@ Place deck_place(const Deck& d, const Field& at)
 
 std::string spot_text(const Deck& d, const Spot& s)
 {
-  return d.file[s.file].path + text_format(" line %d", s.line);
+  return d.file[s.file].path + text_format(" line %d", deck_line_number(d, s.file, s.line));
 }
 
 // ---------------------------------------------------------------------------

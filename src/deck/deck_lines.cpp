@@ -248,6 +248,12 @@ std::string deck_line_text(const Deck& d, int file, int line)
   return f.text.substr(first, last - first);
 }
 
+int deck_line_number(const Deck& d, int file, int line)
+{
+  const IntVec& origin = d.file[file].origin;
+  return line >= 1 && line <= static_cast<int>(origin.size()) ? origin[line - 1] : line;
+}
+
 // ---------------------------------------------------------------------------
 // deck_open : go on reading in this file. from: the word of *INCLUDE that names it, null for the deck itself.
 // ---------------------------------------------------------------------------
@@ -267,6 +273,7 @@ bool deck_open(Deck& d, const std::string& path, const Field* from)
   if (index < 0 && reason.empty() && load_file(path, f, reason)) {
     index = static_cast<int>(d.file.size());
     d.file.push_back(std::move(f));
+    if (deck_has_parts(d.file[index])) deck_flatten(d, index);
   }
   if (!reason.empty()) {
     if (!from) {               // the deck itself: a file without lines stands for it

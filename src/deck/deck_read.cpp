@@ -20,8 +20,7 @@ std::string other_keyword(const std::string& word)
 {
   for (const char* part : {"PART", "END PART", "ASSEMBLY", "END ASSEMBLY", "INSTANCE", "END INSTANCE"})
     if (word == part)
-      return ": decks have no parts and instances; write a flat one (Abaqus/CAE: Model, Edit Attributes, Do "
-             "not use parts and assemblies in input files)";
+      return ": the file has no *PART";
   return "";
 }
 
@@ -43,6 +42,7 @@ std::string passed_over(const Deck& d)
   for (const auto& p : d.passed)
     text += (text.empty() ? "*" : ", *") + p.first +
             (p.second > 1 ? " (" + std::to_string(p.second) + ")" : "");
+  if (!d.parts.empty()) text += (text.empty() ? "" : "; ") + ("*PART made flat: " + d.parts);
   return text;
 }
 

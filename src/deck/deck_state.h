@@ -40,6 +40,7 @@ struct Head {                  // a keyword line
 struct DeckFile {
   std::string path, text;
   std::vector<std::size_t> start;    // offset of each line
+  IntVec origin;               // line in the file, from 1; empty: the same (deck_parts.cpp)
 };
 
 struct Reading {               // an open file: main deck, include of it, ...
@@ -104,6 +105,7 @@ struct Deck {
   int errors = 0, warnings = 0;
   std::string word;            // keyword that is read or checked, for messages
   std::map<std::string, int> passed;               // cards that change nothing here, and how many
+  std::string parts;           // instances of *PART, for the listing
 
   std::uint64_t hash = hash_start;   // of the lines so far
   bool hashing = false;        // the lines of the open card count
@@ -167,6 +169,11 @@ std::string deck_line_text(const Deck& d, int file, int line);
 bool deck_peek(Deck& d, bool& keyword);                    // is there a next line; includes are opened
 void deck_head(Deck& d, Head& head);                       // takes the keyword line, with its continuation
 void deck_split(Deck& d, bool substitute, std::vector<Field>& field, Field& whole, bool& comma);
+
+// ---- parts and instances (deck_parts.cpp)
+bool deck_has_parts(const DeckFile& f);
+void deck_flatten(Deck& d, int file);                      // the lines of the file without them
+int deck_line_number(const Deck& d, int file, int line);   // in the file as the user has it
 
 void deck_hash(Deck& d, const std::string& line);          // this line counts
 

@@ -1,0 +1,364 @@
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <map>
+
+#include "deck/deck_state.h"
+
+// A deck of parts and instances becomes a flat one before its cards are read: the lines of a part stand where
+// its instance is, with labels beyond those of the instances before, and NAME of a set as INSTANCE.NAME
+
+namespace {
+
+const double PI = 3.14159265358979323846;
+
+struct Line {
+  std::string text;
+  int origin;                  // line of the file, from 1
+};
+
+struct Part {
+  std::vector<Line> line;
+};
+
+struct Instance {
+  std::string name;            // before the names of its sets
+  double shift[3] = {0, 0, 0};
+  double from[3] = {0, 0, 0}, to[3] = {0, 0, 0}, angle = 0.0;   // axis of the rotation, degrees
+  int node = 0, elem = 0;      // added to labels
+};
+
+struct Flat {
+  std::vector<Line> out;
+  std::vector<std::pair<int, std::string>> fault;    // line of out, what is wrong there
+  std::map<std::string, Part> part;
+  std::map<std::string, Instance> instance;
+  int most_node = 0, most_elem = 0;                  // largest label so far
+  std::string told;            // instances and what was added to their labels
+};
+
+// ---- words of a line
+
+std::string trimmed(const std::string& s)
+{
+  const std::size_t a = s.find_first_not_of(" \t\r"), b = s.find_last_not_of(" \t\r");
+  return a == std::string::npos ? "" : s.substr(a, b - a + 1);
+}
+
+// fields between commas outside of quotes
+std::vector<std::string> fields_of(const std::string& line)
+{
+  std::vector<std::string> out(1);
+  bool quote = false;
+  for (char c : line) {
+    quote = quote != (c == '"');
+    if (c == ',' && !quote) out.emplace_back();
+    else out.back() += c;
+  }
+  for (std::string& f : out) f = trimmed(f);
+  return out;
+}
+
+std::string joined(const std::vector<std::string>& field)
+{
+  std::string line;
+  for (std::size_t k = 0; k < field.size(); ++k) line += (k ? ", " : "") + field[k];
+  return line;
+}
+
+bool is_keyword(const std::string& line) { return line.size() > 1 && line[0] == '*' && line[1] != '*'; }
+bool is_data(const std::string& line) { return !line.empty() && line[0] != '*'; }
+
+// upper case, single blanks, without the star
+std::string keyword_of(const std::string& line)
+{
+  std::string w = text_upper(fields_of(line)[0].substr(1));
+  for (std::size_t i = w.find("  "); i != std::string::npos; i = w.find("  ")) w.erase(i, 1);
+  return trimmed(w);
+}
+
+std::string name_of(std::string f)
+{
+  const std::size_t at = f.find('=');
+  return at == std::string::npos ? "" : trimmed(text_upper(f.substr(0, at)));
+}
+
+std::string value_of(const std::string& f)
+{
+  std::string v = trimmed(f.substr(f.find('=') + 1));
+  v.erase(std::remove(v.begin(), v.end(), '"'), v.end());
+  return text_upper(v);
+}
+
+std::string param_of(const std::string& line, const char* name)
+{
+  for (const std::string& f : fields_of(line))
+    if (name_of(f) == name) return value_of(f);
+  return "";
+}
+
+// a number of a placement, or a coordinate that it moves; blank: 0
+double number(Flat& f, const std::string& field)
+{
+  char* end = nullptr;
+  const double value = std::strtod(field.c_str(), &end);
+  if (*end != 0)
+    f.fault.emplace_back(std::max<int>(1, f.out.size()) - 1,
+                         text_show(field) + " is no number; expressions stand in no *INSTANCE, nor in the "
+                                            "coordinates of one that is moved");
+  return value;
+}
+
+// ---- lines of an instance
+
+std::string quoted(const std::string& name)
+{
+  return name.find(' ') == std::string::npos ? name : '"' + name + '"';
+}
+
+// a label, or the name of a set of the instance
+std::string shifted(const Instance& i, const std::string& field, int by)
+{
+  int label = 0;
+  if (field.empty()) return field;
+  if (target_label(field, label)) return std::to_string(label + by);
+  return quoted(i.name + "." + value_of("=" + field));
+}
+
+void place_node(const Instance& i, double* x)
+{
+  for (int k = 0; k < 3; ++k) x[k] += i.shift[k];
+  double n[3], r[3], along = 0.0, size = 0.0;
+  for (int k = 0; k < 3; ++k) size += (i.to[k] - i.from[k]) * (i.to[k] - i.from[k]);
+  if (i.angle == 0.0 || size == 0.0) return;
+  for (int k = 0; k < 3; ++k) {
+    n[k] = (i.to[k] - i.from[k]) / std::sqrt(size);
+    r[k] = x[k] - i.from[k];
+    along += n[k] * r[k];
+  }
+  const double c = std::cos(i.angle * PI / 180.0), s = std::sin(i.angle * PI / 180.0);
+  for (int k = 0; k < 3; ++k) {
+    const int p = (k + 1) % 3, q = (k + 2) % 3;
+    x[k] = i.from[k] + c * r[k] + s * (n[p] * r[q] - n[q] * r[p]) + (1.0 - c) * along * n[k];
+  }
+}
+
+std::string node_line(Flat& flat, const Instance& i, std::vector<std::string> f)
+{
+  f[0] = shifted(i, f[0], i.node);
+  double x[3] = {0, 0, 0};
+  const bool moved = i.angle != 0.0 || i.shift[0] != 0.0 || i.shift[1] != 0.0 || i.shift[2] != 0.0;
+  if (!moved) return joined(f);
+  for (std::size_t k = 1; k < std::min<std::size_t>(4, f.size()); ++k) x[k - 1] = number(flat, f[k]);
+  place_node(i, x);
+  const bool space = f.size() > 3 || std::fabs(x[2]) > 1e-12 * (std::fabs(x[0]) + std::fabs(x[1]));
+  std::string line = f[0];
+  for (int k = 0; k < (space ? 3 : 2); ++k) line += text_format(", %.17g", x[k]);
+  return line;
+}
+
+// a data line of a card; first: an element begins in it
+std::string data_line(Flat& flat, const Instance& i, const std::string& word, const std::string& head,
+                      bool first, const std::string& line)
+{
+  std::vector<std::string> f = fields_of(line);
+  const bool generate = text_upper(head).find("GENERATE") != std::string::npos;
+  if (word == "NODE") return node_line(flat, i, f);
+  if (word == "ELEMENT")
+    for (std::size_t k = 0; k < f.size(); ++k) f[k] = shifted(i, f[k], first && k == 0 ? i.elem : i.node);
+  if (word == "NSET" || word == "ELSET")
+    for (std::size_t k = 0; k < f.size() && !(generate && k == 2); ++k)
+      f[k] = shifted(i, f[k], word == "NSET" ? i.node : i.elem);
+  if (word == "SURFACE") f[0] = shifted(i, f[0], param_of(head, "TYPE") == "NODE" ? i.node : i.elem);
+  return joined(f);
+}
+
+// names of sets of the instance in a keyword line of its part
+std::string head_line(const Instance& i, const std::string& word, const std::string& line)
+{
+  std::vector<std::string> f = fields_of(line);
+  for (std::string& p : f) {
+    const std::string name = name_of(p);
+    if (name == "NSET" || name == "ELSET" || (name == "NAME" && word == "SURFACE"))
+      p = name + "=" + quoted(i.name + "." + value_of(p));
+  }
+  return joined(f);
+}
+
+bool of_part(const std::string& word)
+{
+  for (const char* w : {"NODE", "ELEMENT", "NSET", "ELSET", "SURFACE", "SOLID SECTION"})
+    if (word == w) return true;
+  return false;
+}
+
+void add_instance(Flat& f, const Instance& i, const Part& part)
+{
+  std::string word, head;
+  bool first = true;
+  for (const Line& l : part.line) {
+    const std::string t = trimmed(l.text);
+    std::string text = l.text;
+    if (is_keyword(t)) {
+      word = keyword_of(t);
+      head = t;
+      text = head_line(i, word, t);
+      first = true;
+      if (!of_part(word))
+        f.fault.emplace_back(f.out.size(),
+                             "*" + word + " inside *PART is not available; write it after *END ASSEMBLY");
+    } else if (is_data(t)) {
+      text = data_line(f, i, word, head, first, t);
+      int label = 0;
+      if (first && target_label(fields_of(text)[0], label)) {
+        if (word == "NODE") f.most_node = std::max(f.most_node, label);
+        if (word == "ELEMENT") f.most_elem = std::max(f.most_elem, label);
+      }
+      first = word != "ELEMENT" || t.back() != ',';
+    }
+    f.out.push_back({text, l.origin});
+  }
+}
+
+// what is added to the labels of the next instance: a power of ten above all so far
+int above(int most)
+{
+  int by = most > 0 ? 10 : 0;
+  while (by > 0 && by <= most) by = by > 100000000 ? most + 1 : 10 * by;
+  return by;
+}
+
+// ---- the file
+
+void read_placement(Flat& flat, Instance& i, const std::vector<std::string>& data)
+{
+  for (std::size_t row = 0; row < data.size() && row < 2; ++row) {
+    std::vector<std::string> f = fields_of(data[row]);
+    f.resize(7);
+    for (int k = 0; k < 3; ++k) {
+      const double v = number(flat, f[k]);
+      if (row == 0) i.shift[k] = v;
+      else {
+        i.from[k] = v;
+        i.to[k]   = number(flat, f[3 + k]);
+      }
+    }
+    if (row == 1) i.angle = number(flat, f[6]);
+  }
+}
+
+void begin_instance(Flat& f, const std::string& head, const std::vector<Line>& inside)
+{
+  Instance i;
+  i.name = param_of(head, "NAME");
+  i.node = above(f.most_node);
+  i.elem = above(f.most_elem);
+  const std::string of = param_of(head, "PART");
+  const auto part = f.part.find(of);
+  std::vector<std::string> data;
+  for (const Line& l : inside)
+    if (is_data(trimmed(l.text))) data.push_back(trimmed(l.text));
+  if (part == f.part.end() || i.name.empty()) {
+    f.fault.emplace_back(f.out.size() - 1, "*INSTANCE needs NAME= and PART= of a *PART above it");
+    return;
+  }
+  read_placement(f, i, data);
+  f.told += (f.told.empty() ? "" : ", ") + i.name + " of *PART " + of +
+            (i.node || i.elem ? text_format(" (nodes + %d, elements + %d)", i.node, i.elem) : "");
+  add_instance(f, i, part->second);
+  f.instance[i.name] = i;
+}
+
+// a line of the assembly: sets of an instance by its labels
+void assembly_line(Flat& f, const Line& l, std::string& head, const Instance*& of)
+{
+  const std::string t = trimmed(l.text);
+  if (is_keyword(t)) {
+    const std::string name = param_of(t, "INSTANCE");
+    const auto found = f.instance.find(name);
+    head = t;
+    of   = found == f.instance.end() ? nullptr : &found->second;
+    if (!name.empty() && !of)
+      f.fault.emplace_back(f.out.size(), "INSTANCE " + text_show(name) + " is not known");
+    if (keyword_of(t) == "NODE")
+      f.fault.emplace_back(f.out.size(), "reference points of an assembly are not available; nodes stand in "
+                                         "a *PART");
+    std::vector<std::string> p = fields_of(t);
+    const auto of_instance = [](const std::string& x) { return name_of(x) == "INSTANCE"; };
+    p.erase(std::remove_if(p.begin(), p.end(), of_instance), p.end());
+    f.out.push_back({name.empty() ? l.text : joined(p), l.origin});
+    return;
+  }
+  const bool set = of && is_data(t);
+  f.out.push_back({set ? data_line(f, *of, keyword_of(head), head, true, t) : l.text, l.origin});
+}
+
+// one line after the other: parts are kept for their instances
+void flatten(const std::vector<Line>& all, Flat& f)
+{
+  Part* part = nullptr;
+  std::string head;
+  bool in_assembly = false;
+  const Instance* of = nullptr;
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    const Line& l = all[k];
+    const std::string t = trimmed(l.text), word = is_keyword(t) ? keyword_of(t) : "";
+    const Line blank = {"** " + t, l.origin};
+    if (word == "PART") part = &f.part[param_of(t, "NAME")];
+    else if (part && word != "END PART") part->line.push_back(l);
+    else if (word == "ASSEMBLY") in_assembly = true;
+    else if (word == "END ASSEMBLY") in_assembly = false;
+    else if (word == "INSTANCE") {
+      std::vector<Line> inside;
+      f.out.push_back(blank);
+      while (++k < all.size() && keyword_of("*" + trimmed(all[k].text)) != "*END INSTANCE")
+        inside.push_back(all[k]);
+      begin_instance(f, t, inside);
+      continue;
+    } else if (word != "END PART" && in_assembly) {
+      assembly_line(f, l, head, of);
+      continue;
+    } else if (word != "END PART") {
+      f.out.push_back(l);
+      continue;
+    }
+    if (word == "END PART") part = nullptr;
+    f.out.push_back(blank);
+  }
+  if (part) f.fault.emplace_back(f.out.size() - 1, "*END PART is missing");
+}
+
+}  // namespace
+
+bool deck_has_parts(const DeckFile& f)
+{
+  for (std::size_t start : f.start) {
+    std::size_t i = f.text.find_first_not_of(" \t", start);
+    if (i != std::string::npos && f.text[i] == '*' && text_upper(f.text.substr(i, 5)) == "*PART") return true;
+  }
+  return false;
+}
+
+void deck_flatten(Deck& d, int file)
+{
+  DeckFile& f = d.file[file];
+  std::vector<Line> all;
+  for (int line = 1; line <= static_cast<int>(f.start.size()); ++line)
+    all.push_back({deck_line_text(d, file, line), line});
+  Flat flat;
+  flatten(all, flat);
+  f.text.clear();
+  f.start.clear();
+  for (const Line& l : flat.out) {
+    f.start.push_back(f.text.size());
+    f.text += l.text + "\n";
+    f.origin.push_back(l.origin);
+  }
+  for (const auto& x : flat.fault) {
+    Field at;
+    at.file = file;
+    at.line = x.first + 1;
+    deck_error(d, at, x.second);
+  }
+  d.parts = flat.told;
+}
