@@ -37,9 +37,7 @@ struct ElemBlock {
   bool bar = false;            // their Gauss points share the change of volume (1.14)
   IntVec elem;                 // elements of the block
   IntVec conn;                 // [nelem][nen] their nodes, where they do not stand as in the mesh; else empty
-  IntVec live;                 // places of those that are still elements, ascending
-  IntVec owned;                 // those of live that this rank works on; read it by elem_owned
-  bool divided = false;        // owned belongs to live
+  IntVec live;                 // places of those that are still elements and owned by this rank, ascending
   IntVec kind;                 // [nelem]
   RealVec dNdX;                // [kind][ngp][nen][dim]                               1/length
   RealVec w;                   // [kind][ngp] weight x volume                         length^3
@@ -56,7 +54,6 @@ struct Elements {
   IntVec initial_block;                 // [Mesh::nelem] block at t = 0
   IntVec gauss_of;             // [Mesh::nelem + 1] first Gauss point of an element among those of all
   int history = 0;             // numbers that an integration point keeps
-  bool all_owned = true;       // one rank, or a divided model: this rank works on all that are live here
   // [Mesh::nelem] divided model: 1: another rank works on it, it is here to be looked at; empty: none
   std::vector<char> outer;
   const Fracture* frac = nullptr;   // what is broken; null: nothing can break
@@ -67,12 +64,8 @@ struct Elements {
 // Returns BAD_JACOBIAN and the element in *worst when det(dX/dxi) <= 0 at a Gauss point.
 Status elem_setup(const Model& m, Elements& el, int* worst);
 
-// elem_refresh : lists of the elements that still are elements, after form has changed. On several ranks
-// nobody has them until dof_divide has divided them.
+// elem_refresh : lists of the elements that still are elements, after form has changed
 void elem_refresh(Elements& el);
-
-// elem_owned : places of the elements that this rank works on; sums over them come after the division
-const IntVec& elem_owned(const ElemBlock& b);
 
 // elem_broken_law : law of broken element e with the degradation factor c
 ErodedLaw elem_broken_law(const Model& m, const Elements& el, int e, double c);
@@ -215,8 +208,6 @@ double elem_energy_one(const Model& m, const Elements& el, int e, const Level& l
 double elem_stable(const Model& m, const Elements& el, const Level& l, bool nlgeom,
                    std::vector<RealVec>& omega2, int* worst);
 
-// elem_share_history : l.he as the ranks that work on the elements have it, on all ranks. Collective
-void elem_share_history(const Elements& el, Level& l);
 
 // elem_plastic : energy dissipated by plastic flow in the elements of this rank
 double elem_plastic(const Elements& el, const Level& l);

@@ -293,7 +293,7 @@ double elem_plastic(const Elements& el, const Level& l)
   double sum = 0.0;
   if (el.history <= HISTORY_DISSIPATED) return sum;
   for (const ElemBlock& b : el.block)
-    for (int s : elem_owned(b)) {
+    for (int s : b.live) {
       const double* h = history_at(l.he, el.history, el.gauss_of[b.elem[s]]);
       for (int g = 0; g < shape_info[b.shape].ngp; ++g)
         sum += b.w[b.gauss(s) + g] * h[g * el.history + HISTORY_DISSIPATED];
@@ -319,7 +319,7 @@ double elem_energy(const Model& m, const Elements& el, const Level& l, bool nlge
       for (int k = 0; k < n; ++k) add(b.elem[slot[k]], energy[k], true);
       n = 0;
     };
-    for (int s : elem_owned(b)) {
+    for (int s : b.live) {
       const int e       = b.elem[s];
       const bool intact = el.broken(e) < 0;
       if (intact && pack) {
@@ -340,7 +340,7 @@ double elem_viscous_loss(const Model& m, const Elements& el, const Level& l0, co
   const int dd = m.dim * m.dim;
   for (const ElemBlock& b : el.block) {
     if (b.law.beta == 0.0) continue;
-    for (int slot : elem_owned(b)) {
+    for (int slot : b.live) {
       const int e = b.elem[slot];
       if (el.broken(e) >= 0) continue;
       if (b.general) {

@@ -285,7 +285,7 @@ double distortion(const Model& m, const Elements& el, int e, const Level& l)
 // elements from place first on, of all ranks, ascending as those of a set, by their numbers in the deck
 void join_sorted(const MeshPart& deck, size_t first, IntVec& list)
 {
-  if (comm_size() == 1) return;
+  if (!deck.on) return;
   IntVec part;
   for (size_t k = first; k < list.size(); ++k) part.push_back(deck.elem_number(list[k]));
   comm_allgatherv(part);
@@ -307,11 +307,9 @@ void frac_due(const Model& m, const Elements& el, const FracMesh& fm, const Frac
       continue;
     for (int e : m.elset[d.elset].item) {
       if (fm.conv[e] != static_cast<int>(c) || fr.phase[e] != AS_ELEMENT || el.initial_block[e] < 0) continue;
-      // ranks take elements in turn
-      if (!m.part.on && d.trigger == TRIGGER_DISTORTION && e % comm_size() != comm_rank()) continue;
       if (d.trigger == TRIGGER_TIME || distortion(m, el, e, l) < d.limit) out.push_back(e);
     }
-    if (m.part.on || d.trigger == TRIGGER_DISTORTION) join_sorted(m.part, first, out);
+    join_sorted(m.part, first, out);
   }
 }
 

@@ -8,10 +8,8 @@
 //     out_listing_iteration, out_listing_cut, out_increment
 //   out_close                            checks, tables; returns the number of failed checks
 // A run that goes on from a restart file: out_restart_load, out_listing_open, out_reopen, then as above.
-// On several ranks with a replicated model the first one does it all; the others return at once (out_idle),
-// but for out_reopen, which gives all the state. With a divided model (MeshPart) all routines that take the
-// Model are collective: each rank brings what it has, history and checks are equal on all ranks, and the
-// first one writes, but for the pieces of VTK.
+// On several ranks all routines that take the Model are collective: each rank brings what it owns, history and
+// checks are equal on all ranks, and the first one writes, but for the pieces of VTK.
 // ---------------------------------------------------------------------------
 #ifndef MPFE_OUT_OUT_H
 #define MPFE_OUT_OUT_H
@@ -57,9 +55,6 @@ double point_nodal_at(const Model& m, const Points& pts, const Level& level, con
 
 // elem_gauss : Gauss points of an element, 0 when it is no element any more
 int elem_gauss(const Model& m, const Elements& el, int e);
-
-// out_idle : a rank that has nothing to do in out/: not the first one of a replicated model
-inline bool out_idle(const Model& m) { return comm_rank() > 0 && !m.part.on; }
 
 // out_sum, out_max : numbers of the ranks of a divided model put together, on all of them; else they stay.
 // Collective.

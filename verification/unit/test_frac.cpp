@@ -1049,16 +1049,6 @@ TEST(Conversion, BondsOfTheInterface)
   }
 }
 
-// on several ranks elem_refresh leaves no owner: a sum before the next division would count twice
-TEST(Elements, SumsWaitForTheDivision)
-{
-  ElemBlock b{};
-  EXPECT_EXIT(elem_owned(b), testing::ExitedWithCode(EXIT_BUG), "before they are divided among the ranks");
-  b.divided = true;
-  b.owned    = {3};
-  EXPECT_EQ(elem_owned(b).size(), 1u);
-}
-
 // places of contact are made anew by each conversion: pressure, offset and entry stay with the place, the
 // area is that of the surface
 TEST(Conversion, PlacesOfContact)

@@ -349,7 +349,7 @@ TEST(Divided, PointsOfElementsNearby)
   const Model of_all = row_of_bricks();
   Model m;
   if (comm_rank() == 0) m = row_of_bricks();
-  dof_part(false, {}, m);
+  dof_part({}, m);
   ASSERT_TRUE(m.part.on && m.part.points);
   Points whole, pts;
   ASSERT_EQ(0, point_fill(of_all, whole));
@@ -415,7 +415,7 @@ TEST(Divided, PointsNearContact)
   of_all.bond[1].general = true;
   Model m;
   if (comm_rank() == 0) m = of_all;
-  dof_part(false, {}, m);
+  dof_part({}, m);
   ASSERT_TRUE(m.part.on && m.part.points && m.part.window);
   Points whole, pts;
   ASSERT_EQ(0, point_fill(of_all, whole));
