@@ -22,8 +22,8 @@ struct Jumps {
 Failure assem_move(const Model& m, const Discretisation& d, const Dofs& dofs, const RealVec& du,
                    double t_step0, double t_step1, State& st, Jumps& j);
 
-// assem_share_bonds : several ranks: jumps, slips and multipliers at t(n+1) of each bond from its owner to the
-// other ranks that have it. Collective.
+// assem_share_bonds : several ranks: jumps, slips and multipliers at t(n+1) of each bond from its owner to
+// the other ranks that have it. Collective.
 void assem_share_bonds(State& st, int dim, Jumps& j);
 
 // assem_internal : fint [neq] of elements, points and bonds for the two levels of the state;

@@ -201,8 +201,8 @@ void dof_share_points(const Model& m, const Elements& el, const RealVec& uc, Poi
 void dof_share_grid(const Model& m, const Points& pts, const Bonds& bonds, const ContactPairs& pairs,
                     const Division& d, GridShare& g);
 
-// dof_lists : calls use(n, rows) for every element, point, bond, ghost and group of points that this rank owns,
-// in that order
+// dof_lists : calls use(n, rows) for every element, point, bond, ghost and group of points that this rank
+// owns, in that order
 template <class Use>
 void dof_lists(const Mesh& mesh, const Elements& el, const ActiveGrid& grid, const Dofs& s, Use use)
 {

@@ -284,7 +284,8 @@ void form_maps(const Mesh& mesh, const Elements& el, const ActiveGrid& grid, Dof
   const size_t nbond = s.lean ? 0 : s.bond_acts.size();
   for (size_t k = 0; k < nbond; ++k)
     s.bond_map_off.push_back(pairs[2] += pair_count(s.bond.count(s.bond_acts[k])));
-  for (int q = 0; q < grid.ghost.size(); ++q) s.ghost_map_off.push_back(pairs[3] += pair_count(grid.ghost.count(q)));
+  for (int q = 0; q < grid.ghost.size(); ++q)
+    s.ghost_map_off.push_back(pairs[3] += pair_count(grid.ghost.count(q)));
   for (int k : s.owned_group) s.group_map_off.push_back(pairs[4] += pair_count(s.group.count(k)));
   fit_size(s.elem_map, pairs[0]);
   fit_size(s.point_map, pairs[1]);

@@ -20,8 +20,8 @@
 
 namespace {
 
-// finite elements and cells of points that an owner has at least: with fewer, messages cost more than they save,
-// and METIS balances badly
+// finite elements and cells of points that a rank has at least: with fewer, messages cost more than they
+// save, and METIS balances badly
 const int LEAST = 16;
 // part of all elements that may become points: where ranks have more of others in two rows, they know the
 // points of one row. P9, largest of four: 44.9 MB; 47.6 with two rows (3 % faster)

@@ -5,23 +5,11 @@
 #define MPFE_ELEM_ELEM_H
 
 #include "elem/bar_form.h"
+#include "model/quantity.h"
 #include "elem/kernel.h"
 #include "mat/mat.h"
 #include "mat/split.h"
 #include "model/state.h"
-
-// What an integration point holds, for output and checks. Plane problems fill 33 as well.
-// Order of the six: 11 22 33 12 23 31, tensor components.
-struct IpFields {
-  double X[3] = {0, 0, 0}, x[3] = {0, 0, 0};   // place at t = 0 and now
-  double F[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};   // row by row
-  double sig[6] = {0, 0, 0, 0, 0, 0};          // Cauchy stress
-  double E[6]   = {0, 0, 0, 0, 0, 0};          // Green-Lagrange strain (linear strain without NLGEOM)
-  double psi = 0.0;                            // strain energy / volume at t = 0
-  double plastic = 0.0;                        // equivalent plastic strain
-  double Fbar[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};        // laws with history: F that the law sees (1.14)
-  double V0  = 0.0;                            // volume of the point at t = 0
-};
 
 // Elements of one type, material and thickness; reference gradients are computed once, and once for all
 // elements that are equal but for their place: elements of one kind
@@ -110,23 +98,13 @@ struct ElemSize {
   static constexpr int D = DIM, N = NODES, NGP = POINTS;
 };
 
-template <class Use>
+template <int S = 0, class Use>
 auto by_shape(Shape s, Use use)
 {
-  switch (s) {
-    case SHAPE_TRI3: return use(ElemSize<2, 3, 1>());
-    case SHAPE_QUAD4: return use(ElemSize<2, 4, 4>());
-    case SHAPE_TET4: return use(ElemSize<3, 4, 1>());
-    case SHAPE_WEDGE6: return use(ElemSize<3, 6, 6>());
-    case SHAPE_TRI6: return use(ElemSize<2, 6, 3>());
-    case SHAPE_QUAD8: return use(ElemSize<2, 8, 9>());
-    case SHAPE_QUAD8R: return use(ElemSize<2, 8, 4>());
-    case SHAPE_TET10: return use(ElemSize<3, 10, 4>());
-    case SHAPE_WEDGE15: return use(ElemSize<3, 15, 9>());
-    case SHAPE_HEX20: return use(ElemSize<3, 20, 27>());
-    case SHAPE_HEX20R: return use(ElemSize<3, 20, 8>());
-    default: return use(ElemSize<3, 8, 8>());
+  if constexpr (S + 1 < SHAPES) {
+    if (s != S) return by_shape<S + 1>(s, use);
   }
+  return use(ElemSize<shape_info[S].dim, shape_info[S].nen, shape_info[S].ngp>());
 }
 
 // elem_nodes : nodes of the element at place slot of its block

@@ -31,7 +31,7 @@ void find_sizes(const Model& m, const Elements& el, FracMesh& fm)
     const ShapeInfo& info = shape_info[b.shape];
     for (int g = 0; g < info.ngp; ++g) fm.volume[e] += b.w[b.gauss(el.slot_of[e]) + g];
     if (m.dim == 2) fm.thickness[e] = b.thickness;
-    const double cube = fm.volume[e] / fm.thickness[e] * parts_of_cube(b.shape);
+    const double cube = fm.volume[e] / fm.thickness[e] * shape_info[b.shape].cube_parts;
     fm.size[e] = m.dim == 2 ? std::sqrt(cube) : std::cbrt(cube);
   }
 }
@@ -211,12 +211,6 @@ bool frac_other_material(const Elements& el, int a, int b)
 {
   const MatLaw &x = el.block[el.initial_block[a]].law, &y = el.block[el.initial_block[b]].law;
   return x.mu != y.mu || x.lam3 != y.lam3 || x.kind != y.kind;
-}
-
-// two triangles, two wedges, six tetrahedra
-double parts_of_cube(Shape s)
-{
-  return s == SHAPE_TRI3 || s == SHAPE_WEDGE6 ? 2.0 : s == SHAPE_TET4 ? 6.0 : 1.0;
 }
 
 ListTable frac_of_node(const Mesh& mesh)

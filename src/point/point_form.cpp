@@ -653,7 +653,7 @@ double point_plastic(const Points& pts, const Level& l, const IntVec& mine)
 {
   const size_t history = point_history_size(pts, l);
   double sum = 0.0;
-  if (history <= HISTORY_DISSIPATED) return sum;
+  if (history == 0) return sum;
   for (int p : mine) sum += pts.V0[p] * history_at(l.hp, history, p)[HISTORY_DISSIPATED];
   return sum;
 }

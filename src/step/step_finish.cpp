@@ -332,7 +332,8 @@ void step_finish(Problem& p, Attempt& a, RealVec& energy)
   const RealVec rf0 = st.rf.empty() ? RealVec(static_cast<size_t>(m.mesh.nnode()) * m.dim, 0.0) : st.rf;
   RealVec dv(s.neq(), 0.0);    // change of the velocities of the unknowns
   st.np1.time = a.total1;
-  if (st.points.part.window) point_tell_history(m.part, s.point_rank, st.points, p.d.point_law.history, st.np1);
+  if (st.points.part.window)
+    point_tell_history(m.part, s.point_rank, st.points, p.d.point_law.history, st.np1);
   // 1. velocities
   // small systems and REUSE=NO: a continued run repeats every digit
   const bool keeps = (m.solver.reuse && s.neq_all() >= SMALL_SYSTEM) || a.step.explicit_steps();

@@ -74,7 +74,7 @@ Model row_of(Shape shape, int n, const double* A)
   for (int i = 0; i < n; ++i) {
     const int a = layer * i, b = a + layer;
     const int node[8] = {a, b, b + 1, a + 1, a + 2, b + 2, b + 3, a + 3};
-    const int parts = static_cast<int>(parts_of_cube(shape)), nen = shape_info[shape].nen;
+    const int parts = shape_info[shape].cube_parts, nen = shape_info[shape].nen;
     for (int q = 0; q < parts; ++q) {
       for (int k = 0; k < nen; ++k)
         m.mesh.conn.item.push_back(node[shape == SHAPE_TET4     ? tets[q][k]
