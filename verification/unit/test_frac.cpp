@@ -163,7 +163,7 @@ struct Sample {
   RealVec u0, u1;
   ErodedLaw er;
   Sample(Shape s, Split split, Plane plane, unsigned seed)
-    : run(row_of(s == SHAPE_WEDGE6 || s == SHAPE_PYR5 ? SHAPE_HEX8 : s, 1, skew), seed), er(broken_law(split, run.m.dim))
+    : run(row_of(s == SHAPE_WEDGE6 ? SHAPE_HEX8 : s, 1, skew), seed), er(broken_law(split, run.m.dim))
   {
     const int n = shape_info[s].nen * run.m.dim;
     u0 = random_numbers(n, seed, 0.1);
