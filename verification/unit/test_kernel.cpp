@@ -154,8 +154,8 @@ double tangent_error(Shape s, const KernelMode& mode, double amplitude, bool enh
   return worst / size;
 }
 
-const Shape all_shapes[] = {SHAPE_TRI3, SHAPE_QUAD4, SHAPE_TET4, SHAPE_WEDGE6, SHAPE_HEX8, SHAPE_PYR5, SHAPE_TRI6,
-                            SHAPE_QUAD8, SHAPE_QUAD8R, SHAPE_TET10, SHAPE_WEDGE15, SHAPE_HEX20,
+const Shape all_shapes[] = {SHAPE_TRI3, SHAPE_QUAD4, SHAPE_TET4, SHAPE_WEDGE6, SHAPE_HEX8, SHAPE_PYR5,
+                            SHAPE_TRI6, SHAPE_QUAD8, SHAPE_QUAD8R, SHAPE_TET10, SHAPE_WEDGE15, SHAPE_HEX20,
                             SHAPE_HEX20R};
 const Shape linear_shapes[] = {SHAPE_TRI3, SHAPE_QUAD4, SHAPE_TET4, SHAPE_WEDGE6, SHAPE_HEX8, SHAPE_PYR5};
 

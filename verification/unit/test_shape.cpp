@@ -50,7 +50,8 @@ double exact(Shape s, const int p[3])
   if (s == SHAPE_PYR5)                               // 4 / ((i+1)(j+1)) int t^k (1-t)^(i+j+2) dt
     return p[0] % 2 || p[1] % 2 ? 0.0
                                 : 4.0 / ((p[0] + 1) * (p[1] + 1)) * std::tgamma(p[2] + 1.0) *
-                                      std::tgamma(p[0] + p[1] + 3.0) / std::tgamma(p[0] + p[1] + p[2] + 4.0);
+                                      std::tgamma(p[0] + p[1] + 3.0) /
+                                      std::tgamma(p[0] + p[1] + p[2] + 4.0);
   const int axes = simplex_axes(s);
   double value = 1.0;
   int n = axes;
@@ -251,13 +252,14 @@ TEST(Shape, PlacesInBentCells)
   }
 }
 
-// a pyramid: positions inside and at the apex are found again, those beside it are not; its rule integrates the
-// stiffness of a pyramid with a parallelogram as base as a rule of eight points does
+// a pyramid: positions inside and at the apex are found again, those beside it are not; its rule integrates
+// the stiffness of a pyramid with a parallelogram as base as a rule of eight points does
 TEST(Shape, Pyramid)
 {
   const double X[15] = {0, 0, 0, 1.2, 0.1, 0, 1.0, 1.1, 0.1, -0.1, 0.8, 0, 0.4, 0.5, 0.9};
   double xi[3], N[5];
-  const double inside[2][3] = {{0.2, -0.3, 0.5}, {0.0, 0.0, 0.999999}}, beside[2][3] = {{0.4, 0.5, 0.95}, {0, 0.1, 0.5}};
+  const double inside[2][3] = {{0.2, -0.3, 0.5}, {0.0, 0.0, 0.999999}};
+  const double beside[2][3] = {{0.4, 0.5, 0.95}, {0, 0.1, 0.5}};
   for (const auto& at : inside) {
     double x[3] = {0, 0, 0};
     shape_eval(SHAPE_PYR5, at, N, nullptr);
