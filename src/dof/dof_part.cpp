@@ -22,10 +22,10 @@ namespace {
 
 // finite elements and cells of points that a rank has at least: with fewer, messages cost more than they
 // save, and METIS balances badly
-const int LEAST = 16;
+const int OWNED_AT_LEAST = 16;
 // part of all elements that may become points: where ranks have more of others in two rows, they know the
 // points of one row. P9, largest of four: 44.9 MB; 47.6 with two rows (3 % faster)
-const double MANY = 1.0 / 3.0;
+const double TWO_ROWS_AT_MOST = 1.0 / 3.0;
 
 // does a body wait for points that elements become?
 bool waits(const Body& b) { return b.fill == FILL_CONVERSION; }
@@ -224,7 +224,7 @@ bool too_many(const Model& m, const std::vector<IntVec>& rows)
   std::size_t all = 0, others = 0;
   for (const ConversionDef& c : m.conversion) all += m.elset[c.elset].item.size();
   for (const IntVec& elem : rows) others += elem.size();
-  return others > MANY * all;
+  return others > TWO_ROWS_AT_MOST * all;
 }
 
 Outer find_outer(const Model& m, const IntVec& rank, const std::vector<NearFace>& given)
@@ -309,7 +309,7 @@ void leave_none_empty(int ranks, IntVec& rank)
 IntVec owners(const Model& m, const DivideBy& by)
 {
   if (!by.rank.empty()) return by.rank;
-  const int elements = finite_elements(m), most = m.part.points ? elements / LEAST : comm_size(),
+  const int elements = finite_elements(m), most = m.part.points ? elements / OWNED_AT_LEAST : comm_size(),
             ranks    = std::max(1, std::min(comm_size(), most));
   IntVec rank(m.mesh.nelem(), 0);
   if (elements == 0 || ranks == 1) return rank;
@@ -349,9 +349,9 @@ void send_pieces(const IntVec& rank, const OverlapWatch& watch, const std::vecto
 int dof_ranks(const Model& m)
 {
   const int ranks = comm_size(), elements = finite_elements(m);
-  if (elements >= static_cast<long>(LEAST) * ranks || ranks == 1) return ranks;
+  if (elements >= static_cast<long>(OWNED_AT_LEAST) * ranks || ranks == 1) return ranks;
   const long cells = has_points(m) ? point_fill_cells(m) : 0;
-  return static_cast<int>(std::max(1L, std::min<long>(ranks, (elements + cells) / LEAST)));
+  return static_cast<int>(std::max(1L, std::min<long>(ranks, (elements + cells) / OWNED_AT_LEAST)));
 }
 
 // ---------------------------------------------------------------------------
