@@ -83,7 +83,7 @@ void find_bins(const Model& m, FracMesh& fm)
 {
   const int nelem = m.mesh.nelem();
   double hi[3], mean = 0.0;
-  for (int i = 0; i < 3; ++i) fm.lo[i] = hi[i] = fm.centre[i];
+  for (int i = 0; i < 3; ++i) fm.lo[i] = hi[i] = nelem > 0 ? fm.centre[i] : 0.0;
   for (int e = 0; e < nelem; ++e) {
     mean += fm.size[e] / nelem;
     for (int i = 0; i < 3; ++i) {
@@ -91,7 +91,7 @@ void find_bins(const Model& m, FracMesh& fm)
       hi[i]    = std::max(hi[i], fm.centre[3 * e + i]);
     }
   }
-  fm.bin = 2.0 * mean;
+  fm.bin = mean > 0.0 ? 2.0 * mean : 1.0;            // a rank may own points alone
   long cells = 1;
   for (int i = 0; i < 3; ++i) {
     fm.nbin[i] = std::min(MOST_BINS, static_cast<int>((hi[i] - fm.lo[i]) / fm.bin) + 1);
