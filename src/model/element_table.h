@@ -31,7 +31,7 @@ struct ShapeInfo {
   Shape linear;       // the shape of its corners, which are its first nodes
   // linear shapes alone:
   int cube_parts = 0; // so many fill a square or a cube with the size of the element as side    (7.2)
-  int around = 0;     // elements around a node inside a body, at least
+  int around = 0;     // elements around a node inside a body, more than around one of its surface
   // local nodes at the ends of three edges of each corner (plane: two), right-handed; their order mirrored
   int edge[MAX_CORNERS][3] = {}, mirror[MAX_CORNERS] = {};
 };
@@ -65,7 +65,7 @@ inline constexpr ShapeInfo shape_info[] = {
    8, {{1, 3, 4}, {2, 0, 5}, {3, 1, 6}, {0, 2, 7}, {7, 5, 0}, {4, 6, 1}, {5, 7, 2}, {6, 4, 3}},
    {4, 5, 6, 7, 0, 1, 2, 3}},
   {SHAPE_PYR5, 3, 5, 4, 5, {4, 3, 3, 3, 3, 0},
-   {{0, 3, 2, 1}, {0, 1, 4}, {1, 2, 4}, {2, 3, 4}, {3, 0, 4}}, 14, SHAPE_PYR5, 6, 6,
+   {{0, 3, 2, 1}, {0, 1, 4}, {1, 2, 4}, {2, 3, 4}, {3, 0, 4}}, 14, SHAPE_PYR5, 6, 13,
    {{1, 3, 4}, {2, 0, 4}, {3, 1, 4}, {0, 2, 4}, {1, 0, 2}}, {0, 3, 2, 1, 4}},
   {SHAPE_TRI6, 2, 6, 3, 3, {3, 3, 3, 0, 0, 0}, {{0, 1, 3}, {1, 2, 4}, {2, 0, 5}}, 22, SHAPE_TRI3},
   {SHAPE_QUAD8, 2, 8, 9, 4, {3, 3, 3, 3, 0, 0}, {{0, 1, 4}, {1, 2, 5}, {2, 3, 6}, {3, 0, 7}}, 23,

@@ -67,7 +67,7 @@ void wedge6(const double* xi, double* N, double* dN)
 // t = 0 at the base, 1 at the apex; N = (1-t + r_a r) (1-t + s_a s) / (4 (1-t)) at the base            (1.22)
 void pyr5(const double* xi, double* N, double* dN)
 {
-  const double open = 1.0 - xi[2], least = 1e-12;    // at the apex the derivatives depend on the way there
+  const double open = 1.0 - xi[2], least = 1e-15;    // at the apex the derivatives depend on the way there
   const double z = std::fabs(open) > least ? open : least, r = xi[0] / z, s = xi[1] / z;
   for (int a = 0; a < 4; ++a) {
     const double* c = corner_sign[a];
@@ -78,7 +78,7 @@ void pyr5(const double* xi, double* N, double* dN)
     dN[3 * a + 1] = 0.25 * c[1] * f;
     dN[3 * a + 2] = 0.25 * (c[0] * c[1] * r * s - 1.0);
   }
-  N[4] = 1.0 - z;
+  N[4] = xi[2];
   if (!dN) return;
   dN[12] = dN[13] = 0.0;
   dN[14] = 1.0;
@@ -244,6 +244,21 @@ double shape_jacobian(Shape s, const double* dN, const double* X, double* dNdX)
   return det;
 }
 
+namespace {
+
+// the apex of a pyramid, where its map has no derivative
+bool at_apex(const double* X, const double* x)
+{
+  double size = 0.0, off = 0.0;
+  for (int i = 0; i < 3; ++i) {
+    off  = std::fmax(off, std::fabs(x[i] - X[12 + i]));
+    size = std::fmax(size, std::fabs(X[i] - X[12 + i]));
+  }
+  return off <= 1e-12 * size;
+}
+
+}  // namespace
+
 bool shape_inverse(Shape s, const double* X, const double* x, double* xi)
 {
   const int dim = shape_info[s].dim, nen = shape_info[s].nen;
@@ -251,7 +266,11 @@ bool shape_inverse(Shape s, const double* X, const double* x, double* xi)
   const Shape corners = shape_info[s].linear;
   const double start  = (corners == SHAPE_TRI3 || corners == SHAPE_TET4) ? 0.25 : 0.0;
   for (int i = 0; i < dim; ++i) xi[i] = start;
-  if (corners == SHAPE_PYR5) xi[2] = 0.25;
+  if (corners == SHAPE_PYR5) {
+    const bool apex = at_apex(X, x);
+    xi[2] = apex ? 1.0 : 0.25;
+    if (apex) return true;
+  }
   for (int it = 0; it < 25; ++it) {
     shape_eval(s, xi, N, dN);
     // r from the first node on: digits that a far origin would cost
