@@ -350,7 +350,10 @@ int dof_ranks(const Model& m)
 {
   const int ranks = comm_size(), elements = finite_elements(m);
   if (elements >= static_cast<long>(OWNED_AT_LEAST) * ranks || ranks == 1) return ranks;
-  const long cells = has_points(m) ? point_fill_cells(m) : 0;
+  // where elements may break, become points or meet in general contact, each rank owns some: one without any
+  // has an empty Fracture (state.h) and no outer faces, which other ranks take for a model without them
+  const bool owns  = elements > 0 && (!m.fracture.empty() || !m.broken.empty() || points_near(m));
+  const long cells = has_points(m) && !owns ? point_fill_cells(m) : 0;
   return static_cast<int>(std::max(1L, std::min<long>(ranks, (elements + cells) / OWNED_AT_LEAST)));
 }
 
