@@ -99,15 +99,8 @@ int read_options(int argc, char** argv, Options& o)
   return EXIT_GOOD;
 }
 
-// has a rank errors? Rank 0 has told its own, and says when it has none
-bool failed(int errors)
-{
-  const bool any = comm_allreduce_max(errors) > 0;
-  if (any && errors == 0)
-    log_error("other ranks find errors in the model that the first one does not: are the machines of one "
-              "kind?");
-  return any;
-}
+// has a rank errors?
+bool failed(int errors) { return comm_allreduce_max(errors) > 0; }
 
 // the file of --restart, or JOB.rst when the deck asks for it; empty: the run begins
 std::string restart_path(const Model& m, const Options& o)
@@ -116,20 +109,31 @@ std::string restart_path(const Model& m, const Options& o)
   return m.out_dir + "/" + m.job + ".rst";
 }
 
-// rank 0 reads and checks the deck, and gives the others what they need of the model. False: errors
-//   out  near   Output
-bool read_model(const Options& o, Model& m, std::vector<NearFace>& near)
+// rank 0 reads and checks the deck. False: errors
+bool read_deck(const Options& o, Model& m)
 {
   Timer timer(PHASE_INPUT);
-  if (comm_bcast(comm_rank() > 0 ? 0 : deck_read(o.deck, o.defines, m)) > 0) return false;
+  return comm_bcast(comm_rank() > 0 ? 0 : deck_read(o.deck, o.defines, m)) == 0;
+}
+
+// a small model takes fewer ranks than there are; false: this one waits for the others
+bool works(const Options& o, const Model& m)
+{
+  return comm_keep(comm_bcast(o.check ? 1 : comm_rank() > 0 ? 0 : dof_ranks(m)));
+}
+
+// each rank gets what it needs of the model of rank 0
+//   out  near   Output
+void divide_model(const Options& o, Model& m, std::vector<NearFace>& near)
+{
+  Timer timer(PHASE_INPUT);
   m.out_dir = o.out_dir;
   DivideBy by;
   if (comm_rank() == 0 && !out_restart_pieces(m, restart_path(m, o), by))
     by.near = out_restart_near(m, restart_path(m, o));
-  dof_part(o.check, by, m);
+  dof_part(by, m);
   near.swap(by.near);
   log_keep(m.part.on);
-  return true;
 }
 
 struct Run {                   // what the ranks work on
@@ -166,7 +170,7 @@ bool divide_again(const Options& o, std::unique_ptr<Run>& run, Archive& state, s
   run = std::make_unique<Run>();
   run->model         = std::move(m);
   run->model.out_dir = o.out_dir;
-  dof_part(false, by, run->model);
+  dof_part(by, run->model);
   near.swap(by.near);
   run->problem.warned = std::move(warned);
   return true;
@@ -185,8 +189,7 @@ int check_only(Problem& p)
   if (failed(step_open(p))) return EXIT_DECK;
   Output out;
   if (failed(history_setup(p.m, p.d.el, p.st, out))) return EXIT_DECK;
-  if (!out_idle(p.m))
-    out_model_summary(comm_rank() == 0 ? stdout : nullptr, p.m, p.d.el, p.st.points, p.st.bonds);
+  out_model_summary(stdout, p.m, p.d.el, p.st.points, p.st.bonds);
   return EXIT_GOOD;
 }
 
@@ -205,7 +208,9 @@ int run(const Options& o)
   Model& model     = run->model;
   Problem& problem = run->problem;
   Output out;
-  if (!read_model(o, model, out.near)) return EXIT_DECK;
+  if (!read_deck(o, model)) return EXIT_DECK;
+  if (!works(o, model)) return EXIT_GOOD;
+  divide_model(o, model, out.near);
   out.from = restart_path(model, o);
   std::string taken;
   if (!o.check && !lock_job(model, taken)) return EXIT_RESOURCE;
@@ -217,7 +222,7 @@ int run(const Options& o)
   if (!taken.empty()) log_warn("%s", taken.c_str());
   const int wrong = step_open(problem);
   log_gather();
-  if (model.part.on ? comm_allreduce_max(wrong) > 0 : failed(wrong)) return EXIT_DECK;
+  if (failed(wrong)) return EXIT_DECK;
   RunFrom from = state.reading ? RUN_FILE : RUN_BEGIN;
   int code     = step_run(problem, from, state, out);
   while (run->problem.again) {
@@ -243,7 +248,7 @@ int run_guarded(const Options& o)
   }
   log_mute(false);
   log_error("%s", words);
-  if (comm_size() > 1) comm_stop(EXIT_RESOURCE);
+  if (comm_started() > 1) comm_stop(EXIT_RESOURCE);
   return EXIT_RESOURCE;
 }
 
@@ -281,6 +286,7 @@ int main(int argc, char** argv)
   int code = start(argc, argv);
   if (!streams_good() && (code == EXIT_GOOD || code == EXIT_CHECK_FAILED)) code = EXIT_RESOURCE;
   lock_release();
+  code = comm_end(code);
   comm_close();
   if (code != EXIT_CONTINUE) interrupt_finish();
   return code;

@@ -22,26 +22,16 @@ struct Jumps {
 Failure assem_move(const Model& m, const Discretisation& d, const Dofs& dofs, const RealVec& du,
                    double t_step0, double t_step1, State& st, Jumps& j);
 
-// assem_move_all : the same, and gap, friction and multiplier of contact as assem_internal leaves them
-Failure assem_move_all(const Model& m, const Discretisation& d, const Dofs& dofs, const KernelMode& mode,
-                       const RealVec& du, double t_step0, double t_step1, State& st, Jumps& j);
-
-// assem_share_bonds : divided model: jumps, slips and multipliers at t(n+1) of the bonds that each rank works
-// on, on all ranks. Collective.
+// assem_share_bonds : several ranks: jumps, slips and multipliers at t(n+1) of each bond from its owner to
+// the other ranks that have it. Collective.
 void assem_share_bonds(State& st, int dim, Jumps& j);
-
-// What goes with the message of the internal force, on several ranks: other vectors [neq] that are summed,
-// and a failure of this rank that comes after those of the force
-struct SumWith {
-  std::vector<RealVec*> vectors;
-  Failure failure;
-};
 
 // assem_internal : fint [neq] of elements, points and bonds for the two levels of the state;
 // writes gap, friction and multiplier of contact into st.np1
+//   inout with   null, or another vector [neq] that is summed over the ranks in the same message
 //   BAD_JACOBIAN: with the element or point
 Failure assem_internal(const Model& m, const Discretisation& d, const Dofs& dofs, const KernelMode& mode,
-                       Jumps& j, State& st, RealVec& fint, const SumWith& with = {});
+                       Jumps& j, State& st, RealVec& fint, RealVec* with = nullptr);
 
 // When loads are taken: times of the step and of the run; followers act on places between t(n), s = 0, and
 // t(n+1), s = 1
@@ -53,12 +43,6 @@ struct LoadTime {
 Failure assem_loads(const Model& m, const Discretisation& d, const Dofs& dofs, const State& st,
                     const Step& step, const LoadTime& at, Warned& warned, RealVec& fext);
 bool assem_has_followers(const Step& step);
-
-// Several ranks with the whole model, the same in two parts: dead loads; the part of followers of this rank
-Failure assem_dead_loads(const Model& m, const Discretisation& d, const Dofs& dofs, const State& st,
-                         const Step& step, const LoadTime& at, Warned& warned, RealVec& fext);
-Failure assem_own_followers(const Model& m, const Discretisation& d, const Dofs& dofs, const State& st,
-                            const Step& step, const LoadTime& at, RealVec& fext);
 
 // assem_tangent : A = K + cM M + cC C (all dofs, also the fixed ones); the history of laws at t(n+1) is
 // written again

@@ -69,7 +69,6 @@ void add_face(Dofs& s, int nen, const double* X, const FaceNode* node, double th
 void add_element_face(const Mesh& mesh, const Elements& el, const ViscousBoundary& v, const Face& f, Dofs& s)
 {
   if (el.block_of[f.elem] < 0) return;               // no element any more
-  if (!s.elem_rank.empty() && s.elem_rank[f.elem] != comm_rank()) return;
   const double one      = 1.0;
   const ElemBlock& b    = el.block[el.block_of[f.elem]];
   const ShapeInfo& info = shape_info[b.shape];
@@ -98,7 +97,7 @@ void add_point_face(const Model& m, const Points& pts, const Discretisation& d, 
   for (int k = 0; k < nen; ++k) {
     const int c = conn[info.face[f.face][k]];
     for (int i = 0; i < 3; ++i) X[3 * k + i] = i < s.dim ? pts.Xc[c * s.dim + i] : 0.0;
-    const ActiveGrid& g = dof_grid(d, s);
+    const ActiveGrid& g = d.grid;
     node[k] = {g.corner.count(c), g.corner.begin(c), &g.corner_w[g.corner.off[c]], s.nfe};
   }
   add_face(s, nen, X, node, s.dim == 2 ? body.thickness : 1.0,
@@ -135,7 +134,7 @@ void lump_damping(Dofs& s)
 
 void assem_damping(const Model& m, const Points& pts, const Discretisation& d, bool lumped, Dofs& s)
 {
-  const long made = dof_grid(d, s).made;
+  const long made = d.grid.made;
   if (!damped(m)) return;
   if (s.damping_of == s.pattern && s.damping_made == made && s.damping_lumped == lumped) return;
   Timer timer(PHASE_MASS);

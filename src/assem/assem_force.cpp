@@ -143,7 +143,7 @@ Failure add_elements(const Model& m, const Elements& el, const Dofs& dofs, const
     const ElemForm form     = elem_form(b);
     const ElemFormPack pack = elem_form_pack(b);
     PackList w;
-    for (int slot : elem_owned(b)) {
+    for (int slot : b.live) {
       const int e = b.elem[slot], *node = elem_nodes(mesh, b, slot);
       const bool intact = el.broken(e) < 0;
       if (intact && pack) {
@@ -179,7 +179,7 @@ void add_contact(const Model& m, const ContactPairs& pairs, const Dofs& dofs, co
   const int dim = m.dim;
   double f[3];
   contact_state(m, pairs, mode, j, b, st, f);
-  for (int k = dofs.bond.off[b]; k < dofs.bond.off[b + 1] && dofs.bond_owned[b]; ++k)
+  for (int k = dofs.bond.off[b]; k < dofs.bond.off[b + 1]; ++k)
     for (int i = 0; i < dim; ++i) fint[dofs.bond.item[k] * dim + i] += dofs.bond_w[k] * f[i];
 }
 
@@ -194,7 +194,6 @@ void add_bonds(const Model& m, const ContactPairs& pairs, const Dofs& dofs, cons
       add_contact(m, pairs, dofs, mode, jumps, b, st, fint);
       continue;
     }
-    if (!dofs.bond_owned[b]) continue;
     bond_stiffness(st.bonds, dim, b, C);
     for (int i = 0; i < dim; ++i)
       s[i] = mode.s_new * st.np1.slip[b * dim + i] + mode.s_old * st.n.slip[b * dim + i];
@@ -211,28 +210,21 @@ void add_ghosts(const ActiveGrid& grid, const Dofs& dofs, const Jumps& j, RealVe
 {
   const int dim      = dofs.dim;
   const ListTable& t = grid.ghost;
-  for (int q : dofs.owned_ghost)
+  for (int q = 0; q < t.size(); ++q)
     for (int k = t.off[q]; k < t.off[q + 1]; ++k)
       for (int i = 0; i < dim; ++i)
         fint[(dofs.nfe + t.item[k]) * dim + i] += grid.ghost_k[q] * grid.ghost_w[k] *
                                                    j.ghost[q * dim + i];
 }
 
-// sum over the ranks, and a failure that all agree on: that of the highest point or element
-Failure sum_force(const MeshPart& part, const Dofs& s, const Failure& failure, const SumWith& with,
-                  RealVec& fint)
+// sum over the ranks, and a failure that all agree on
+Failure sum_force(const Dofs& s, const Failure& failure, RealVec* with, RealVec& fint)
 {
-  double bad[2] = {failure.ok() ? 0.0 : 1.0, with.failure.ok() ? 0.0 : 1.0};
+  double bad = failure.ok() ? 0.0 : 1.0;
   std::vector<RealVec*> all = {&fint};
-  all.insert(all.end(), with.vectors.begin(), with.vectors.end());
-  halo_sum(s.A.halo, s.dim, all, bad, 2);
-  if (bad[0] == 0.0) return bad[1] == 0.0 ? STATUS_OK : failure_agree(with.failure);
-  if (part.on) return failure_agree(failure);
-  const int point = 1 << 30;           // above all elements
-  const int own   = failure.index + (failure.at == AT_POINT ? point : 0);
-  const int worst = comm_allreduce_max(failure.ok() ? -1 : own);
-  if (worst >= point) return {BAD_JACOBIAN, AT_POINT, worst - point};
-  return {BAD_JACOBIAN, AT_ELEMENT, worst};
+  if (with) all.push_back(with);
+  halo_sum(s.A.halo, s.dim, all, &bad, 1);
+  return bad == 0.0 ? STATUS_OK : failure_agree(failure);
 }
 
 // ---- loads ----------------------------------------------------------------
@@ -309,14 +301,14 @@ Failure face_load(const Follower& f, const Face& q, const Step& step, const Load
   return STATUS_OK;
 }
 
-// faces of finite elements, or of points (body); rank [nelem] or [npoint]: not null: those of this rank alone
+// faces of finite elements, or of points (body); owner [npoint]: those of this rank alone, empty: all
 Failure faces_load(const Model& m, const Discretisation& d, const State& st, const Step& step, const Load& l,
-                   bool body, const std::vector<Face>& face, const LoadTime& at, const IntVec* rank,
+                   bool body, const std::vector<Face>& face, const LoadTime& at, const IntVec& owner,
                    RealVec& out)
 {
   const Follower f{m, st, body, at.s, step.nlgeom};
   for (const Face& q : face) {
-    if (rank && (*rank)[q.elem] != comm_rank()) continue;
+    if (!owner.empty() && owner[q.elem] != comm_rank()) continue;
     const Shape shape = body ? static_cast<Shape>(st.points.shape[q.elem])
                              : elem_table[m.mesh.elem_type[q.elem]].shape;
     const int* conn   = body ? st.points.conn.begin(q.elem) : m.mesh.conn.begin(q.elem);
@@ -347,25 +339,22 @@ std::vector<Face> acting_faces(const Points& pts, const Load& l, const std::vect
 }
 
 // faces of finite elements into fn [nnode*dim], faces of bodies into fc [ncorner*dim]
-//   in   own   not null: only the faces that this rank works on
 Failure face_loads(const Model& m, const Discretisation& d, const State& st, const Step& step, const Load& l,
-                   const LoadTime& at, const Dofs* own, RealVec& fn, RealVec& fc)
+                   const LoadTime& at, const Dofs& dofs, RealVec& fn, RealVec& fc)
 {
-  // the faces of elements of a divided model are those of this rank
-  const IntVec *elems = own && !own->elem_rank.empty() ? &own->elem_rank : nullptr,
-               *points = own ? &own->point_rank : nullptr;
-  const Failure failure = faces_load(m, d, st, step, l, false, m.surface[l.surface].face, at, elems, fn);
+  const IntVec& owner = dofs.point_rank;
+  const Failure failure = faces_load(m, d, st, step, l, false, m.surface[l.surface].face, at, {}, fn);
   if (!failure.ok()) return failure;
   const std::vector<Face>& face = st.points.surface[l.surface];
-  if (l.except.empty() && l.only.empty()) return faces_load(m, d, st, step, l, true, face, at, points, fc);
-  return faces_load(m, d, st, step, l, true, acting_faces(st.points, l, face), at, points, fc);
+  if (l.except.empty() && l.only.empty()) return faces_load(m, d, st, step, l, true, face, at, owner, fc);
+  return faces_load(m, d, st, step, l, true, acting_faces(st.points, l, face), at, owner, fc);
 }
 
 Failure body_loads(const Model& m, const Discretisation& d, const State& st, const Step& step, const Load& l,
-                   const LoadTime& at, const Dofs* own, RealVec& fn, RealVec& fc)
+                   const LoadTime& at, const Dofs& dofs, RealVec& fn, RealVec& fc)
 {
   const int dim  = m.dim;
-  const auto here = [own](int q) { return !own || own->point_rank[q] == comm_rank(); };
+  const auto here = [&](int q) { return dofs.point_rank.empty() || dofs.point_rank[q] == comm_rank(); };
   for (int e : l.elem) {
     if (d.el.block_of[e] < 0) continue;
     const ElemBlock& b    = d.el.block[d.el.block_of[e]];
@@ -454,7 +443,7 @@ void assem_ghost_jump(const ActiveGrid& grid, const Dofs& dofs, const RealVec& x
 Failure assem_move(const Model& m, const Discretisation& d, const Dofs& dofs, const RealVec& du,
                    double t_step0, double t_step1, State& st, Jumps& j)
 {
-  const ActiveGrid& grid = dof_grid(d, dofs);
+  const ActiveGrid& grid = d.grid;
   move_nodes(dofs, du, st);
   assem_gather_corners(grid, dofs, du, st.n.uc, st.np1.uc);                             // (3.1)
   assem_ghost_jump(grid, dofs, du, j.ghost);
@@ -462,23 +451,14 @@ Failure assem_move(const Model& m, const Discretisation& d, const Dofs& dofs, co
   return m.part.on && has_grounds(m) ? failure_agree(failure) : failure;
 }
 
-Failure assem_move_all(const Model& m, const Discretisation& d, const Dofs& dofs, const KernelMode& mode,
-                       const RealVec& du, double t_step0, double t_step1, State& st, Jumps& j)
-{
-  const Failure failure = assem_move(m, d, dofs, du, t_step0, t_step1, st, j);
-  double f[3];
-  for (int b : dofs.bond_acts)
-    if (failure.ok() && st.bonds.field[b] == SIDE_CONTACT) contact_state(m, d.pairs, mode, j, b, st, f);
-  return failure;
-}
-
 void assem_share_bonds(State& st, int dim, Jumps& j)
 {
+  if (comm_size() == 1 || st.bonds.nbond_all() == 0) return;
   halo_copy_all(st.bonds.halo, dim, std::vector<RealVec*>{&j.contact, &st.np1.slip, &st.np1.lambda});
 }
 
 Failure assem_internal(const Model& m, const Discretisation& d, const Dofs& dofs, const KernelMode& mode,
-                       Jumps& j, State& st, RealVec& fint, const SumWith& with)
+                       Jumps& j, State& st, RealVec& fint, RealVec* with)
 {
   Timer timer(PHASE_RESIDUAL);
   fint.assign(dofs.neq(), 0.0);
@@ -490,12 +470,11 @@ Failure assem_internal(const Model& m, const Discretisation& d, const Dofs& dofs
     const Status s = point_corner_force(m, st.points, d.point_law, mode, st.n, st.np1,
                                         dofs.owned_point, dofs.owned_group, fc, &worst);
     if (s != STATUS_OK) failure = {s, AT_POINT, worst};
-    assem_scatter_corners(dof_grid(d, dofs), dofs, fc, fint);
+    assem_scatter_corners(d.grid, dofs, fc, fint);
   }
   if (st.bonds.nbond) add_bonds(m, d.pairs, dofs, mode, j, st, fint);
-  add_ghosts(dof_grid(d, dofs), dofs, j, fint);
-  if (comm_size() > 1) return sum_force(m.part, dofs, failure, with, fint);
-  return failure.ok() ? with.failure : failure;
+  add_ghosts(d.grid, dofs, j, fint);
+  return comm_size() > 1 ? sum_force(dofs, failure, with, fint) : failure;
 }
 
 namespace {
@@ -509,7 +488,7 @@ Failure sum_loads(const Points& pts, const Discretisation& d, const Dofs& dofs, 
 {
   const bool any = std::any_of(far.begin(), far.end(), [](double f) { return f != 0.0; });
   fext = dof_of_nodes(dofs, fn);
-  assem_scatter_corners(dof_grid(d, dofs), dofs, fc, fext);
+  assem_scatter_corners(d.grid, dofs, fc, fext);
   fext.insert(fext.end(), {any ? 1.0 : 0.0, failure.ok() ? 0.0 : 1.0});
   sys_sum(dofs.A, fext, 2);
   const bool bad = fext.back() > 0.0, corners = fext[fext.size() - 2] > 0.0;
@@ -534,57 +513,24 @@ bool assem_has_followers(const Step& step)
   return std::any_of(step.load.begin(), step.load.end(), [&](const Load& l) { return follows(step, l); });
 }
 
-// each rank knows where its own faces are during Newton's method
-Failure assem_own_followers(const Model& m, const Discretisation& d, const Dofs& dofs, const State& st,
-                            const Step& step, const LoadTime& at, RealVec& fext)
-{
-  RealVec fn(static_cast<size_t>(m.mesh.nnode()) * m.dim, 0.0), fc(st.points.Xc.size(), 0.0);
-  Failure failure;
-  for (const Load& l : step.load)
-    if (failure.ok() && follows(step, l)) failure = face_loads(m, d, st, step, l, at, &dofs, fn, fc);
-  fext = dof_of_nodes(dofs, fn);
-  assem_scatter_corners(dof_grid(d, dofs), dofs, fc, fext);
-  return failure;
-}
-
-Failure assem_dead_loads(const Model& m, const Discretisation& d, const Dofs& dofs, const State& st,
-                         const Step& step, const LoadTime& at, Warned& warned, RealVec& fext)
-{
-  const bool divided    = m.part.on;
-  const Dofs* const own = divided ? &dofs : nullptr;
-  fext.assign(dofs.neq(), 0.0);
-  const auto other = [&](const Load& l) { return dofs.whole && follows(step, l); };
-  if (std::all_of(step.load.begin(), step.load.end(), other)) return STATUS_OK;
-  RealVec fn(static_cast<size_t>(m.mesh.nnode()) * m.dim, 0.0), fc(st.points.Xc.size(), 0.0);
-  RealVec far(divided ? fc.size() : 0, 0.0);
-  Failure failure;
-  for (const Load& l : step.load) {
-    if (other(l)) continue;
-    if (l.kind == LOAD_NODE) failure = node_loads(m, d.follow, step, l, at, warned, fn, divided ? far : fc);
-    else if (l.kind == LOAD_BODY) failure = body_loads(m, d, st, step, l, at, own, fn, fc);
-    else failure = face_loads(m, d, st, step, l, at, own, fn, fc);
-    if (!failure.ok()) break;
-  }
-  if (divided) return sum_loads(st.points, d, dofs, failure, fn, fc, far, fext);
-  if (!failure.ok()) return failure;
-  // all points push at rows of this rank: its own do not tell what those of others do
-  const Dofs& all = st.points.npoint_all() ? dof_all_rows(dofs) : dofs;
-  RealVec f       = dof_of_nodes(all, fn);
-  assem_scatter_corners(d.grid, all, fc, f);
-  if (dofs.whole && st.points.npoint_all()) dof_pick(dofs, f, fext);
-  else fext.swap(f);
-  return STATUS_OK;
-}
-
 Failure assem_loads(const Model& m, const Discretisation& d, const Dofs& dofs, const State& st,
                     const Step& step, const LoadTime& at, Warned& warned, RealVec& fext)
 {
-  Failure failure = assem_dead_loads(m, d, dofs, st, step, at, warned, fext);
-  if (!failure.ok() || !dofs.whole || !assem_has_followers(step)) return failure;
-  RealVec f;
-  failure = failure_agree(assem_own_followers(m, d, dofs, st, step, at, f));
+  fext.assign(dofs.neq(), 0.0);
+  if (step.load.empty()) return STATUS_OK;
+  RealVec fn(static_cast<size_t>(m.mesh.nnode()) * m.dim, 0.0), fc(st.points.Xc.size(), 0.0);
+  RealVec far(m.part.on ? fc.size() : 0, 0.0);
+  Failure failure;
+  for (const Load& l : step.load) {
+    if (l.kind == LOAD_NODE)
+      failure = node_loads(m, d.follow, step, l, at, warned, fn, m.part.on ? far : fc);
+    else if (l.kind == LOAD_BODY) failure = body_loads(m, d, st, step, l, at, dofs, fn, fc);
+    else failure = face_loads(m, d, st, step, l, at, dofs, fn, fc);
+    if (!failure.ok()) break;
+  }
+  if (m.part.on) return sum_loads(st.points, d, dofs, failure, fn, fc, far, fext);
   if (!failure.ok()) return failure;
-  sys_sum(dofs.A, f);
-  for (int i = 0; i < dofs.neq(); ++i) fext[i] += f[i];
+  fext = dof_of_nodes(dofs, fn);
+  assem_scatter_corners(d.grid, dofs, fc, fext);
   return STATUS_OK;
 }

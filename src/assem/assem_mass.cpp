@@ -97,7 +97,7 @@ void add_point_mass(const Points& pts, const ActiveGrid& g, const RealVec* alpha
 void add_ghost_mass(const ActiveGrid& grid, Dofs& s)
 {
   const size_t* at = s.ghost_map_off.data();
-  for (int q : s.owned_ghost) {
+  for (int q = 0; q < grid.ghost.size(); ++q) {
     const int n = grid.ghost.count(q), *map = &s.ghost_map[*at++];
     const double* w = &grid.ghost_w[grid.ghost.off[q]];
     for (int a = 0; a < n; ++a)
@@ -112,7 +112,7 @@ void add_element_mass(const Elements& el, bool damping, const Dofs& s, RealVec& 
   for (const ElemBlock& b : el.block) {
     const int pairs     = pair_count(shape_info[b.shape].nen);
     const double factor = damping ? b.alpha : 1.0;
-    for (int slot : elem_owned(b)) {
+    for (int slot : b.live) {
       const double* me = elem_mass(b, slot);
       for (int k = 0; k < pairs; ++k) M[*map++ / 2] += factor * me[k];
     }
@@ -129,8 +129,8 @@ void form_mass(const Points& pts, const Discretisation& d, Dofs& s)
     s.M_elem.clear();
     if (s.hung) s.M_elem = s.M;
   }
-  add_point_mass(pts, dof_grid(d, s), nullptr, s, s.M);
-  add_ghost_mass(dof_grid(d, s), s);
+  add_point_mass(pts, d.grid, nullptr, s, s.M);
+  add_ghost_mass(d.grid, s);
   s.M_diag.resize(s.nrow);
   for (int r = 0; r < s.nrow; ++r) s.M_diag[r] = s.M[s.A.off[r + 1] - 1];
   sys_sum(s.A, s.M_diag);
@@ -140,12 +140,12 @@ void form_mass(const Points& pts, const Discretisation& d, Dofs& s)
 
 void assem_mass(const Points& pts, const Discretisation& d, Dofs& s)
 {
-  const long made = dof_grid(d, s).made;
+  const long made = d.grid.made;
   if (s.mass_of == s.pattern && s.mass_made == made) return timer_skip(PHASE_MASS);
   Timer timer(PHASE_MASS);
   form_mass(pts, d, s);
   if (s.mass_of != s.pattern)
-    s.mass_rows = pts.npoint_all() ? mass_rows_projection(dof_grid(d, s), s) : nullptr;
+    s.mass_rows = pts.npoint_all() ? mass_rows_projection(d.grid, s) : nullptr;
   s.mass_of   = s.pattern;
   s.mass_made = made;
 }
@@ -164,5 +164,5 @@ void mass_damping(const Model& m, const Points& pts, const Discretisation& d, co
   for (const Body& b : m.body) alpha.push_back(m.material[b.material].alpha);
   M.assign(s.A.col.size(), 0.0);
   add_element_mass(d.el, true, s, M);
-  add_point_mass(pts, dof_grid(d, s), &alpha, s, M);
+  add_point_mass(pts, d.grid, &alpha, s, M);
 }

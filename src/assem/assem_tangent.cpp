@@ -99,7 +99,7 @@ void add_elements(const Model& m, const Elements& el, const KernelMode& mode, St
     const ElemForm form     = elem_form(b);
     const ElemFormPack pack = elem_form_pack(b);
     PackList w;
-    for (int slot : elem_owned(b)) {
+    for (int slot : b.live) {
       const bool intact = el.broken(b.elem[slot]) < 0;
       if (intact && pack) {
         if (w.add(slot, map)) add_pack<D>(mesh, st, mode, b, pack, w, dofs.A);
@@ -117,7 +117,7 @@ template <int D>
 void add_points(const Model& m, const Discretisation& d, const KernelMode& mode, State& st, Dofs& dofs)
 {
   const Points& pts = st.points;
-  const ActiveGrid& grid = dof_grid(d, dofs);
+  const ActiveGrid& grid = d.grid;
   RealVec work, ke;
   PackList waiting[POINT_PACK_NODES + 1];            // by number of grid nodes
   alignas(Pack) double kp[(pair_count(POINT_PACK_NODES) + 1) * D * D * PACK];
@@ -174,7 +174,7 @@ void add_bonds(const Model& m, const ContactPairs& pairs, const State& st, const
   double C[D * D], k[D * D];
   double f[D], t1[D], slipped;
   const size_t* at = dofs.bond_map_off.data();
-  for (int q : dofs.owned_bond) {
+  for (int q : dofs.bond_acts) {
     const int* map     = &dofs.bond_map[*at++];
     const bool contact = st.bonds.field[q] == SIDE_CONTACT;
     if (contact)
@@ -197,7 +197,7 @@ template <int D>
 void add_ghosts(const ActiveGrid& grid, Dofs& dofs)
 {
   const size_t* at = dofs.ghost_map_off.data();
-  for (int q : dofs.owned_ghost) {
+  for (int q = 0; q < grid.ghost.size(); ++q) {
     const int n = grid.ghost.count(q), *map = &dofs.ghost_map[*at++];
     const double* w = &grid.ghost_w[grid.ghost.off[q]];
     for (int a = 0; a < n; ++a)
@@ -234,12 +234,12 @@ void assem_tangent(const Model& m, const Discretisation& d, const KernelMode& mo
     add_elements<2>(m, d.el, mode, st, s);
     add_points<2>(m, d, mode, st, s);
     add_bonds<2>(m, d.pairs, st, mode, j, s);
-    add_ghosts<2>(dof_grid(d, s), s);
+    add_ghosts<2>(d.grid, s);
   } else {
     add_elements<3>(m, d.el, mode, st, s);
     add_points<3>(m, d, mode, st, s);
     add_bonds<3>(m, d.pairs, st, mode, j, s);
-    add_ghosts<3>(dof_grid(d, s), s);
+    add_ghosts<3>(d.grid, s);
   }
   for (size_t k = 0; k < s.C.size() && cC != 0.0; ++k) s.A.val[k] += cC * s.C[k];
   if (cM == 0.0) return;

@@ -383,69 +383,27 @@ bool below(const double* value, const double* goal)
   return true;
 }
 
-// iterate on several ranks, with one message an iteration (on more than two: two): the square of the next
-// residual follows from products with this one, and is taken itself where these nearly cancel
+// Conjugate gradients for step from 0, all directions side by side; r ends as the residual. The residual of M
+// itself is what must be small. Returns the iterations; -1: not there, to 1e-8 after 1000 of them.
+// Several ranks: known is the square of r, one message an iteration (on more than two: two): the square of
+// the next residual follows from products with this one, and is taken itself where these nearly cancel.
 template <int D>
-int iterate_ranks(const MassSystem<D>& m, const double* size, double* rho, RealVec& r, RealVec& step)
+int iterate(const MassSystem<D>& m, const double* size, const double* known, RealVec& r, RealVec& step)
 {
+  const bool shared = m.mass.shared;
   const int n = m.rows.size();
-  RealVec w(r.size(), 0.0), y(r.size()), q(r.size()), t(r.size()), late(m.rows.halo.shared.size() * D, 0.0);
-  double square[D], goal[D], enough[D], sum[4 * D];
-  const double *wq = sum, *rq = sum + D, *rr = sum + 2 * D, *qq = sum + 3 * D;
-  Dirs<D> turn = Dirs<D>::Zero(), part;
-  step.assign(r.size(), 0.0);
-  for (int i = 0; i < D; ++i) {
-    goal[i]   = 1e-28 * size[i];
-    enough[i] = 1e-16 * size[i];
-  }
-  bool stuck = false;
-  for (int it = 0; !stuck && it <= 1000; ++it) {
-    if (below<D>(rho, goal)) {
-      m.residual(r, t, square);
-      if (below<D>(square, goal)) return it;
-    }
-    for (int k = 0; k < n; ++k) {
-      const Dirs<D> next = dirs<D>(r.data(), k) + turn * dirs<D>(w.data(), k);
-      dirs<D>(w.data(), k) = next;
-      dirs<D>(t.data(), k) = next;
-    }
-    m.apply(w, r, turn.data(), late, t, y, q, sum);
-    stuck = true;
-    bool cancels = false;
-    for (int i = 0; i < D; ++i) {
-      if (rr[i] > goal[i] && wq[i] > 0.0) stuck = false;
-      part[i] = wq[i] > 0.0 ? rr[i] / wq[i] : 0.0;
-      rho[i]  = rr[i] - 2.0 * part[i] * rq[i] + part[i] * part[i] * qq[i];
-      cancels = cancels || rho[i] < CANCELS * rr[i];
-    }
-    for (int k = 0; k < n; ++k) {
-      dirs<D>(step.data(), k) += part * dirs<D>(w.data(), k);
-      dirs<D>(r.data(), k) -= part * dirs<D>(q.data(), k);
-    }
-    if (cancels) m.dots(r, r, rho);
-    for (int i = 0; i < D; ++i) turn[i] = rr[i] > 0.0 ? rho[i] / rr[i] : 0.0;
-  }
-  m.residual(r, t, square);
-  return below<D>(square, enough) ? 1000 : -1;
-}
-
-// Conjugate gradients for step from 0, all directions side by side; r ends as the residual, of which several
-// ranks know the square. The residual of M itself is what must be small. Returns the iterations; -1: not
-// there, to 1e-8 after 1000 of them.
-template <int D>
-int iterate(const MassSystem<D>& m, const double* size, double* known, RealVec& r, RealVec& step)
-{
-  if (m.mass.shared) return iterate_ranks<D>(m, size, known, r, step);
-  const int n = m.rows.size();
-  RealVec w(r.size(), 0.0), y(r.size()), q(r.size()), t(r.size());
-  double square[D], goal[D], enough[D];
+  RealVec w(r.size(), 0.0), y(r.size()), q(r.size()), t(r.size()),
+      late(shared ? m.rows.halo.shared.size() * D : 0, 0.0);
+  double square[D], goal[D], enough[D], sum[4 * D];      // of several ranks: w q, r q, r r, q q
+  const double *rq = sum + D, *rr = sum + 2 * D, *qq = sum + 3 * D;
   step.assign(r.size(), 0.0);
   for (int i = 0; i < D; ++i) {
     goal[i]   = 1e-28 * size[i];
     enough[i] = 1e-16 * size[i];
   }
   Dirs<D> rho, turn = Dirs<D>::Zero();
-  m.dots(r, r, rho.data());
+  if (shared) std::copy(known, known + D, rho.data());
+  else m.dots(r, r, rho.data());
   bool stuck = false;                                // M is singular in the direction w, to rounding
   for (int it = 0; !stuck && it <= 1000; ++it) {
     if (below<D>(rho.data(), goal)) {
@@ -457,7 +415,14 @@ int iterate(const MassSystem<D>& m, const double* size, double* known, RealVec& 
       dirs<D>(w.data(), k) = next;
       dirs<D>(t.data(), k) = next;
     }
-    Dirs<D> part = m.apply(w, t, y, q), sum = Dirs<D>::Zero();
+    Dirs<D> part, left = Dirs<D>::Zero();
+    if (shared) {
+      m.apply(w, r, turn.data(), late, t, y, q, sum);
+      part = dirs<D>(sum, 0);
+      rho  = dirs<D>(sum, 2);
+    } else {
+      part = m.apply(w, t, y, q);
+    }
     stuck = true;
     for (int i = 0; i < D; ++i) {
       if (rho[i] > goal[i] && part[i] > 0.0) stuck = false;
@@ -465,12 +430,18 @@ int iterate(const MassSystem<D>& m, const double* size, double* known, RealVec& 
     }
     for (int k = 0; k < n; ++k) {
       dirs<D>(step.data(), k) += part * dirs<D>(w.data(), k);
-      const Dirs<D> left = dirs<D>(r.data(), k) - part * dirs<D>(q.data(), k);
-      dirs<D>(r.data(), k) = left;
-      sum += left * left;
+      const Dirs<D> next = dirs<D>(r.data(), k) - part * dirs<D>(q.data(), k);
+      dirs<D>(r.data(), k) = next;
+      left += next * next;
     }
-    for (int i = 0; i < D; ++i) turn[i] = rho[i] > 0.0 ? sum[i] / rho[i] : 0.0;
-    rho = sum;
+    bool cancels = false;
+    for (int i = 0; shared && i < D; ++i) {
+      left[i] = rr[i] - 2.0 * part[i] * rq[i] + part[i] * part[i] * qq[i];
+      cancels = cancels || left[i] < CANCELS * rr[i];
+    }
+    if (cancels) m.dots(r, r, left.data());
+    for (int i = 0; i < D; ++i) turn[i] = rho[i] > 0.0 ? left[i] / rho[i] : 0.0;
+    rho = left;
   }
   m.residual(r, t, square);
   return below<D>(square, enough) ? 1000 : -1;

@@ -18,13 +18,12 @@ long window(std::size_t bytes, int items)
   return std::max(16L, std::min({65536L, static_cast<long>(most), comm_piece() >> 14}));
 }
 
-bool goes_on(const Archive& f) { return f.file || f.ranks != RANKS_NONE; }
+bool goes_on(const Archive& f) { return f.file || f.rank != NO_RANK; }
 
 void hand_on(Archive& f)
 {
   if (f.bytes.empty()) return;
-  if (f.ranks == RANKS_ALL) comm_bcast(f.bytes);
-  else if (f.ranks != RANKS_NONE) comm_send(f.bytes, f.ranks);
+  if (f.rank != NO_RANK) comm_send(f.bytes, f.rank);
   else {
     std::fwrite(f.bytes.data(), 1, f.bytes.size(), f.file);    // who closes the file sees a full disk
     f.hash = hash_add(f.hash, f.bytes.data(), f.bytes.size());
@@ -48,8 +47,8 @@ void refill(Archive& f)
     f.bytes.resize(std::min(CHUNK, f.size - f.at));
     f.bytes.resize(from_file(f, f.at, &f.bytes[0], f.bytes.size()));
   }
-  if (f.ranks >= RANKS_ONE) comm_receive(f.bytes, 0);
-  else if (f.filed || f.ranks == RANKS_ALL) comm_bcast(f.bytes);
+  if (f.rank != NO_RANK) comm_receive(f.bytes, 0);
+  else if (f.filed) comm_bcast(f.bytes);
   f.begin = f.at;
   f.good  = !f.bytes.empty();
 }

@@ -55,7 +55,7 @@ struct ArchivePart {           // items that this rank has
 
 // Where bytes go from rank 0: nowhere else, to all other ranks, or (0 or more) to one of them. Who reads says
 // whether it is one of all, or the only one.
-enum { RANKS_NONE = -2, RANKS_ALL = -1, RANKS_ONE = 0 };
+enum { NO_RANK = -1 };
 
 struct Archive {
   bool reading = false;
@@ -69,9 +69,9 @@ struct Archive {
   std::FILE* file = nullptr;
   long head = 0;               // bytes of the file before the content
   ArchivePart* part = nullptr; // [ARCHIVE_KINDS] arrays are divided among ranks; null: they are not
-  int ranks = RANKS_NONE;      // no file: bytes go from rank 0 to other ranks; nobody knows how many they are
+  int rank = NO_RANK;          // no file: bytes go from rank 0 to this one; nobody knows how many they are
   std::vector<std::shared_ptr<void>> shared;     // what several values share, as it came
-  std::size_t end() const { return ranks != RANKS_NONE ? SIZE_MAX : filed ? size : bytes.size(); }
+  std::size_t end() const { return rank != NO_RANK ? SIZE_MAX : filed ? size : bytes.size(); }
 };
 
 // archive_raw : these bytes. Collective when it reads from a file, or is one of all ranks.

@@ -9,6 +9,7 @@
 #include <mpi.h>
 
 #include <algorithm>
+#include <ctime>
 #include <initializer_list>
 
 #include "base/timer.h"
@@ -16,6 +17,8 @@
 namespace {
 
 int rank = 0, size = 1;
+int started = 1;               // ranks of the launcher: size of them work, the others wait
+MPI_Comm world = MPI_COMM_NULL;      // the ranks that work
 
 // where ranks need no network, MPI does not look at the devices of the bus: 0.02 s of each start
 const char* const NO_DEVICES = "-linux:pci,-pci";
@@ -35,7 +38,7 @@ void receive(void* to, long bytes, int from, std::vector<MPI_Request>& request)
 {
   each_piece(bytes, [&](long at, int n) {
     request.emplace_back();
-    MPI_Irecv(static_cast<char*>(to) + at, n, MPI_BYTE, from, 0, MPI_COMM_WORLD, &request.back());
+    MPI_Irecv(static_cast<char*>(to) + at, n, MPI_BYTE, from, 0, world, &request.back());
   });
 }
 
@@ -43,7 +46,7 @@ void send(const void* what, long bytes, int to, std::vector<MPI_Request>& reques
 {
   each_piece(bytes, [&](long at, int n) {
     request.emplace_back();
-    MPI_Isend(static_cast<const char*>(what) + at, n, MPI_BYTE, to, 0, MPI_COMM_WORLD, &request.back());
+    MPI_Isend(static_cast<const char*>(what) + at, n, MPI_BYTE, to, 0, world, &request.back());
   });
 }
 
@@ -56,7 +59,7 @@ void wait_all(std::vector<MPI_Request>& request)
 void broadcast(void* x, long bytes, int root)
 {
   char* const first = static_cast<char*>(x);
-  each_piece(bytes, [&](long at, int n) { MPI_Bcast(first + at, n, MPI_BYTE, root, MPI_COMM_WORLD); });
+  each_piece(bytes, [&](long at, int n) { MPI_Bcast(first + at, n, MPI_BYTE, root, world); });
 }
 
 // Started without a launcher, Open MPI 4 would start a daemon beside every run (0.3 s), look for networks
@@ -88,7 +91,7 @@ void add_parts(const RealVec& part, int n, double* x)
 void sum_short(double* x, int n)
 {
   RealVec part(static_cast<size_t>(n) * size);
-  MPI_Allgather(x, n, MPI_DOUBLE, part.data(), n, MPI_DOUBLE, MPI_COMM_WORLD);
+  MPI_Allgather(x, n, MPI_DOUBLE, part.data(), n, MPI_DOUBLE, world);
   add_parts(part, n, x);
 }
 
@@ -106,9 +109,9 @@ void sum_slices(double* x, int n)
   }
   RealVec part(static_cast<size_t>(count[rank]) * size);
   MPI_Alltoallv(x, count.data(), first.data(), MPI_DOUBLE, part.data(), mine.data(), place.data(), MPI_DOUBLE,
-                MPI_COMM_WORLD);
+                world);
   add_parts(part, count[rank], x + first[rank]);
-  MPI_Allgatherv(MPI_IN_PLACE, 0, MPI_DOUBLE, x, count.data(), first.data(), MPI_DOUBLE, MPI_COMM_WORLD);
+  MPI_Allgatherv(MPI_IN_PLACE, 0, MPI_DOUBLE, x, count.data(), first.data(), MPI_DOUBLE, world);
 }
 
 }  // namespace
@@ -133,8 +136,10 @@ void comm_open(int* argc, char*** argv)
     setenv("HWLOC_COMPONENTS", NO_DEVICES, 0);
   }
   MPI_Init(argc, argv);
-  MPI_Comm_rank(MPI_COMM_WORLD, &rank);
-  MPI_Comm_size(MPI_COMM_WORLD, &size);
+  world = MPI_COMM_WORLD;
+  MPI_Comm_rank(world, &rank);
+  MPI_Comm_size(world, &size);
+  started = size;
   if (const char* text = std::getenv("MPFE_COMM_PIECE")) piece = std::max(8L, std::atol(text) / 8 * 8);
 }
 
@@ -148,6 +153,29 @@ void comm_close()
 
 int comm_rank() { return rank; }
 int comm_size() { return size; }
+int comm_started() { return started; }
+
+bool comm_keep(int n)
+{
+  if (n >= size) return true;
+  const bool works = rank < n;
+  MPI_Comm_split(MPI_COMM_WORLD, works ? 0 : MPI_UNDEFINED, rank, &world);
+  size = works ? n : 1;
+  return works;
+}
+
+int comm_end(int code)
+{
+  if (started == size) return code;
+  const timespec nap = {0, 10 * 1000 * 1000};        // 0.01 s: MPI_Wait would keep the core busy
+  MPI_Request request;
+  MPI_Ibcast(&code, 1, MPI_INT, 0, MPI_COMM_WORLD, &request);
+  for (int done = 0; !done;) {
+    MPI_Test(&request, &done, MPI_STATUS_IGNORE);
+    if (!done) nanosleep(&nap, nullptr);
+  }
+  return code;
+}
 long comm_piece() { return piece; }
 
 int comm_fortran(bool all)
@@ -155,7 +183,7 @@ int comm_fortran(bool all)
   int begun = 0;
   MPI_Initialized(&begun);
   if (!begun) MPI_Init(nullptr, nullptr);
-  return MPI_Comm_c2f(all && size > 1 ? MPI_COMM_WORLD : MPI_COMM_SELF);
+  return MPI_Comm_c2f(all && size > 1 ? world : MPI_COMM_SELF);
 }
 
 CommAlone::CommAlone() : rank(::rank), size(::size)
@@ -173,7 +201,7 @@ CommAlone::~CommAlone()
 void comm_stop(int code)
 {
   lock_release();
-  if (size > 1) MPI_Abort(MPI_COMM_WORLD, code);
+  if (started > 1) MPI_Abort(MPI_COMM_WORLD, code);
   std::exit(code);
 }
 
@@ -189,7 +217,7 @@ void comm_bcast(std::string& bytes)
   if (size == 1) return;
   Timer timer(PHASE_COMM);
   long length = static_cast<long>(bytes.size());
-  MPI_Bcast(&length, 1, MPI_LONG, 0, MPI_COMM_WORLD);
+  MPI_Bcast(&length, 1, MPI_LONG, 0, world);
   bytes.resize(length);
   broadcast(&bytes[0], length, 0);
 }
@@ -198,7 +226,7 @@ int comm_bcast(int x)
 {
   if (size == 1) return x;
   Timer timer(PHASE_COMM);
-  MPI_Bcast(&x, 1, MPI_INT, 0, MPI_COMM_WORLD);
+  MPI_Bcast(&x, 1, MPI_INT, 0, world);
   return x;
 }
 
@@ -206,9 +234,9 @@ void comm_send(const std::string& bytes, int to)
 {
   Timer timer(PHASE_COMM);
   const long length = static_cast<long>(bytes.size());
-  MPI_Send(&length, 1, MPI_LONG, to, 0, MPI_COMM_WORLD);
+  MPI_Send(&length, 1, MPI_LONG, to, 0, world);
   each_piece(length, [&](long at, int n) {
-    MPI_Send(bytes.data() + at, n, MPI_BYTE, to, 0, MPI_COMM_WORLD);
+    MPI_Send(bytes.data() + at, n, MPI_BYTE, to, 0, world);
   });
 }
 
@@ -216,10 +244,10 @@ void comm_receive(std::string& bytes, int from)
 {
   Timer timer(PHASE_COMM);
   long length = 0;
-  MPI_Recv(&length, 1, MPI_LONG, from, 0, MPI_COMM_WORLD, MPI_STATUS_IGNORE);
+  MPI_Recv(&length, 1, MPI_LONG, from, 0, world, MPI_STATUS_IGNORE);
   bytes.resize(static_cast<size_t>(length));
   each_piece(length, [&](long at, int n) {
-    MPI_Recv(&bytes[at], n, MPI_BYTE, from, 0, MPI_COMM_WORLD, MPI_STATUS_IGNORE);
+    MPI_Recv(&bytes[at], n, MPI_BYTE, from, 0, world, MPI_STATUS_IGNORE);
   });
 }
 
@@ -228,7 +256,7 @@ int comm_allreduce_max(int x)
   if (size == 1) return x;
   Timer timer(PHASE_COMM);
   int most = x;
-  MPI_Allreduce(&x, &most, 1, MPI_INT, MPI_MAX, MPI_COMM_WORLD);
+  MPI_Allreduce(&x, &most, 1, MPI_INT, MPI_MAX, world);
   return most;
 }
 
@@ -246,7 +274,7 @@ void comm_max(double* x, long n)
   if (size == 1) return;
   Timer timer(PHASE_COMM);
   each_piece(8 * n, [&](long at, int bytes) {
-    MPI_Allreduce(MPI_IN_PLACE, x + at / 8, bytes / 8, MPI_DOUBLE, MPI_MAX, MPI_COMM_WORLD);
+    MPI_Allreduce(MPI_IN_PLACE, x + at / 8, bytes / 8, MPI_DOUBLE, MPI_MAX, world);
   });
 }
 
@@ -273,14 +301,14 @@ void comm_allgatherv(RealVec& x, const IntVec& count)
   IntVec first(size, 0);
   for (int r = 1; r < size; ++r) first[r] = first[r - 1] + count[r - 1];
   MPI_Allgatherv(MPI_IN_PLACE, 0, MPI_DOUBLE, x.data(), count.data(), first.data(), MPI_DOUBLE,
-                 MPI_COMM_WORLD);
+                 world);
 }
 
 std::vector<long> comm_counts(const std::vector<long>& out)
 {
   Timer timer(PHASE_COMM);
   std::vector<long> in(out);
-  MPI_Alltoall(out.data(), 1, MPI_LONG, in.data(), 1, MPI_LONG, MPI_COMM_WORLD);
+  MPI_Alltoall(out.data(), 1, MPI_LONG, in.data(), 1, MPI_LONG, world);
   return in;
 }
 
@@ -303,6 +331,9 @@ void comm_open(int*, char***) {}
 void comm_close() {}
 int comm_rank() { return 0; }
 int comm_size() { return 1; }
+int comm_started() { return 1; }
+bool comm_keep(int) { return true; }
+int comm_end(int code) { return code; }
 int comm_fortran(bool) { return -987654; }           // MUMPS without MPI
 void comm_stop(int code) { std::exit(code); }
 CommAlone::CommAlone() : rank(0), size(1) {}

@@ -17,7 +17,15 @@ void comm_open(int* argc, char*** argv);
 void comm_close();
 
 int comm_rank();   // 0 ... comm_size()-1
-int comm_size();
+int comm_size();   // ranks that work
+int comm_started();      // ranks that the launcher has started
+
+// comm_keep : ranks 0 ... n-1 work from now on; false on the others, which go to comm_end and call nothing
+// else of this header. Collective.
+bool comm_keep(int n);
+
+// comm_end : exit code of rank 0 on all ranks; those that do not work wait for it asleep. At the end of all.
+int comm_end(int code);
 
 // comm_fortran : the communicator of all ranks, or of this one alone, as Fortran knows it (MUMPS)
 int comm_fortran(bool all);

@@ -18,7 +18,7 @@ std::time_t when = 0;
 void note(int number)
 {
   const std::time_t now = std::time(nullptr);
-  if (seen && (comm_size() == 1 || now - when > TOGETHER)) {
+  if (seen && (comm_started() == 1 || now - when > TOGETHER)) {
     std::signal(number, SIG_DFL);
     std::raise(number);              // comes when this routine returns
     return;

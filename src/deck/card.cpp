@@ -406,9 +406,9 @@ std::string other_element(const std::string& name)
                 "Mesh.SecondOrderIncomplete = 1)"},
       {"C3D18", "wedges of 18 nodes are not available; take C3D15, with the first 15 nodes (gmsh: "
                 "Mesh.SecondOrderIncomplete = 1)"},
-      {"C3D5", "pyramids are not available; take tetrahedra or wedges (C3D6) beside the bricks"},
-      {"C3D13", "pyramids are not available; take tetrahedra or wedges (C3D15) beside the bricks"},
-      {"C3D14", "pyramids are not available; take tetrahedra or wedges (C3D15) beside the bricks"},
+      {"C3D5", "this form is not available; take C3D5"},
+      {"C3D13", "quadratic pyramids are not available; mesh with linear elements (C3D5) or tetrahedra alone"},
+      {"C3D14", "quadratic pyramids are not available; mesh with linear elements (C3D5) or tetrahedra alone"},
       {"C3D15", "this form is not available; take C3D15"},
       {"C3D10", "this form is not available; take C3D10"},
       {"C3D8", "this form of integration is not available; take C3D8, or C3D8I for bending"},

@@ -81,17 +81,7 @@ const char* bond_word(const BondDef& bond) { return bond.kind == BOND_CONTACT ? 
 // the corner a of an element: twice its signed area, or six times the signed volume of its three edges
 double corner(const Model& m, Shape shape, const int* node, int a)
 {
-  const int nen = shape_info[shape].nen, dim = shape_info[shape].dim;
-  int to[3] = {(a + 1) % nen, (a + nen - 1) % nen, 0};      // ends of the edges, right-handed
-  if (shape == SHAPE_TET4) {
-    const int others[4][3] = {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}};
-    std::copy(others[a], others[a] + 3, to);
-  } else if (dim == 3) {                                    // two rings of k nodes, one above the other
-    const int k = nen / 2, ring = a < k ? 0 : k, next = ring + (a + 1) % k, before = ring + (a + k - 1) % k;
-    to[0] = ring ? before : next;
-    to[1] = ring ? next : before;
-    to[2] = (a + k) % nen;
-  }
+  const int dim = shape_info[shape].dim, *to = shape_info[shape].edge[a];
   double r[3][3];
   for (int j = 0; j < 3; ++j)
     for (int i = 0; i < 3; ++i) r[j][i] = node_place(m, node[to[j]])[i] - node_place(m, node[a])[i];
@@ -104,13 +94,9 @@ double corner(const Model& m, Shape shape, const int* node, int a)
 // labels in the order that turns the element round
 std::string turned_round(const Model& m, Shape shape, const int* node)
 {
-  const int n = shape_info[shape].nen, k = n / 2;
   std::string text;
-  for (int a = 0; a < n; ++a) {
-    const int tet[4] = {0, 2, 1, 3};
-    const int b = shape == SHAPE_TET4 ? tet[a] : shape_info[shape].dim == 3 ? (a + k) % n : (n - a) % n;
-    text += text_format(" %d", m.mesh.node_label[node[b]]);
-  }
+  for (int a = 0; a < shape_info[shape].nen; ++a)
+    text += text_format(" %d", m.mesh.node_label[node[shape_info[shape].mirror[a]]]);
   return text;
 }
 

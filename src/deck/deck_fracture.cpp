@@ -86,10 +86,12 @@ void check_per_elem(Deck& d, const Model& m, const ConversionDef& c)
   if (c.per_elem <= 2) return;
   for (int e : m.elset[c.elset].item) {
     const Shape shape = elem_table[m.mesh.elem_type[e]].shape;
-    if (shape != SHAPE_TET4 && shape != SHAPE_WEDGE6) continue;
+    if (shape != SHAPE_TET4 && shape != SHAPE_WEDGE6 && shape != SHAPE_PYR5) continue;
     return refuse(d, "CONVERSION", c.place, "POINTS",
                   text_format("a %s points: POINTS=1 or 2, not %d",
-                              shape == SHAPE_TET4 ? "tetrahedron becomes 1 or 8" : "wedge becomes 3 or 6",
+                              shape == SHAPE_TET4   ? "tetrahedron becomes 1 or 8"
+                              : shape == SHAPE_PYR5 ? "pyramid becomes 1 or 10"
+                                                    : "wedge becomes 3 or 6",
                               c.per_elem));
   }
 }

@@ -1,12 +1,9 @@
 #include <cmath>
 
 #include "deck/card.h"
+#include "model/quantity.h"
 
 namespace {
-
-const char* const plane_words = "U1|U2|V1|V2|S11|S22|S33|S12|E11|E22|E33|E12|SMISES|ENER|PEEQ";
-const char* const solid_words =
-    "U1|U2|U3|V1|V2|V3|S11|S22|S33|S12|S23|S31|S13|E11|E22|E33|E12|E23|E31|E13|SMISES|ENER|PEEQ";
 
 // 0.01 or 2% ; percent: of scale
 double read_tolerance(Card& card, double scale)
@@ -35,12 +32,12 @@ void read_history(Card& card, Check c, std::vector<std::pair<Check, Field>>& lis
 
 void read_field(Card& card, const Model& model, Check c, std::vector<std::pair<Check, Field>>& list)
 {
-  const char* const fields = model.dim == 3 ? solid_words : plane_words;
-  const int q = card_word(card, "quantity", fields);
+  const std::string fields = quantity_words(model.dim, {OF_MOTION, OF_POINTS});
+  const int q = card_word(card, "quantity", fields.c_str());
   c.exact     = card_expr(card, "exact value");
   c.tolerance = read_tolerance(card, 1.0);
   if (q < 0 || !card_good(card)) return;
-  c.what = split_words(fields)[q];
+  c.what = split_words(fields.c_str())[q];
   list.emplace_back(c, card.whole);
 }
 

@@ -1,37 +1,16 @@
 #include <algorithm>
 
 #include "deck/card.h"
+#include "model/quantity.h"
 
 namespace {
 
-const char* const plane_quantities =
-    "U1|U2|V1|V2|A1|A2|X1|X2|RF1|RF2|GRF1|GRF2|CFORCE|CGAP|CAREA|CWORK|CPRESS|NERODED|NRELEASE|CRACKA|"
-    "NPOINTS|NBONDS|EFRAC|ECONV|EGHOST|EVISC|EPLAST|EOVERLAP|EFREED|ESUDDEN|ESTOP|NFRAG|NLOOSE|TIP1|TIP2|"
-    "S11|S22|S33|S12|E11|E22|E33|E12|SMISES|ENER|PEEQ";
-const char* const solid_quantities =
-    "U1|U2|U3|V1|V2|V3|A1|A2|A3|X1|X2|X3|RF1|RF2|RF3|GRF1|GRF2|GRF3|CFORCE|CGAP|CAREA|CWORK|CPRESS|NERODED|"
-    "NRELEASE|CRACKA|NPOINTS|NBONDS|EFRAC|ECONV|EGHOST|EVISC|EPLAST|EOVERLAP|EFREED|ESUDDEN|ESTOP|NFRAG|"
-    "NLOOSE|TIP1|TIP2|TIP3|"
-    "S11|S22|S33|S12|S23|S31|S13|E11|E22|E33|E12|E23|E31|E13|SMISES|ENER|PEEQ";
+const std::vector<QuantityWhere> EVERYWHERE = {OF_MOTION,  OF_NODES, OF_SUPPORTS, OF_GRID,
+                                               OF_CONTACT, OF_MODEL, OF_POINTS};
 
-const char* const model_words =
-    "NERODED|NRELEASE|CRACKA|NPOINTS|NBONDS|EFRAC|ECONV|EGHOST|EVISC|EPLAST|EOVERLAP|EFREED|ESUDDEN|ESTOP|"
-    "NFRAG|NLOOSE|TIP1|TIP2|TIP3";
-
-bool is_of_model(const std::string& what)
-{
-  const std::vector<std::string> words = split_words(model_words);
-  return std::find(words.begin(), words.end(), what) != words.end();
-}
-
-bool is_of_elements(const std::string& what)
-{
-  return !is_of_model(what) && (what[0] == 'S' || what[0] == 'E' || what == "PEEQ");
-}
-bool is_of_points(const std::string& what)
-{
-  return what[0] == 'U' || what[0] == 'V' || is_of_elements(what);
-}
+QuantityWhere where(const std::string& what) { return quantity_find(what)->where; }
+bool is_of_elements(const std::string& what) { return where(what) == OF_POINTS; }
+bool is_of_points(const std::string& what) { return where(what) == OF_MOTION || is_of_elements(what); }
 
 // a body goes before a set of the same name: its elements and nodes may have become points
 void settle(Deck& d, Model& m, HistoryDef h, const Field& target)
@@ -88,13 +67,13 @@ void settle_contact(Deck& d, Model& m, HistoryDef h, const Field& target)
 
 void read_line(Card& card, const Model& model, std::vector<std::string>& names)
 {
-  const char* const quantities = model.dim == 3 ? solid_quantities : plane_quantities;
+  const std::string quantities = quantity_words(model.dim, EVERYWHERE);
   const char* const axis[3] = {"x", "y", "z"};
   HistoryDef h;
   const Field name = card_field(card, "name of the column");
-  const int q = card_word(card, "quantity", quantities);
+  const int q = card_word(card, "quantity", quantities.c_str());
   if (q < 0 || !card_good(card)) return;
-  h.what  = split_words(quantities)[q];
+  h.what  = split_words(quantities.c_str())[q];
   h.name  = text_upper(name.text);
   h.place = line_place(card);
   std::string column;
@@ -104,7 +83,7 @@ void read_line(Card& card, const Model& model, std::vector<std::string>& names)
     card_error(card, name, "column " + text_show(h.name) + " is defined already");
   names.push_back(h.name);
 
-  if (is_of_model(h.what)) {                      // of the whole model: no target
+  if (where(h.what) == OF_MODEL) {                      // of the whole model: no target
     if (card_more(card)) {
       const int r = card_word(card, "reduction", "MAX|MIN");
       if (r >= 0) h.reduce = r == 0 ? REDUCE_MAX : REDUCE_MIN;
@@ -113,12 +92,12 @@ void read_line(Card& card, const Model& model, std::vector<std::string>& names)
     return;
   }
   const Field target = card_field(card, "target (node set, node, element set, body or AT)");
-  const bool grid = h.what[0] == 'G', contact = h.what[0] == 'C';
+  const bool grid = where(h.what) == OF_GRID, contact = where(h.what) == OF_CONTACT;
   h.at_point = text_upper(target.text) == "AT";
   if (h.at_point && !is_of_points(h.what))
     card_error(card, target, h.what + " is not available AT a place; name a node set");
   for (int i = 0; h.at_point && i < model.dim; ++i) h.X[i] = card_real(card, axis[i], any_number());
-  h.reduce = h.what[0] == 'R' || grid ? REDUCE_SUM : REDUCE_MEAN;
+  h.reduce = where(h.what) == OF_SUPPORTS || grid ? REDUCE_SUM : REDUCE_MEAN;
   if (!h.at_point && !grid && !contact && card_more(card)) {
     const int r = card_word(card, "reduction", "MEAN|SUM|MAX|MIN|ABSMAX");
     if (r >= 0) h.reduce = static_cast<Reduce>(r);

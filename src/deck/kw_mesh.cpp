@@ -1,15 +1,19 @@
 #include "deck/kw_mesh.h"
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
+
+#include "base/log.h"
 
 namespace {
 
 // how a cell is cut: elements of n nodes, each a list of corners of the cell
 struct Cut {
   int n, nen;
-  int corner[6][8];
+  int corner[6][8];            // CENTRE: a node in the middle of the cell
 };
+const int CENTRE = 8;
 
 // corners of the quadrilateral and of the lower face of the brick: counter-clockwise from lower left.
 // Triangles, and the wedges above them, are cut from lower left to upper right. The six tetrahedra share the
@@ -21,6 +25,9 @@ const Cut cut_wedge = {2, 6, {{0, 1, 2, 4, 5, 6}, {0, 2, 3, 4, 6, 7}}};
 const Cut cut_tet = {
     6, 4, {{0, 1, 2, 6}, {0, 2, 3, 6}, {0, 3, 7, 6}, {0, 7, 4, 6}, {0, 4, 5, 6}, {0, 5, 1, 6}}};
 
+const Cut cut_pyramid = {6, 5, {{0, 1, 2, 3, CENTRE}, {4, 7, 6, 5, CENTRE}, {0, 4, 5, 1, CENTRE},
+                               {1, 5, 6, 2, CENTRE}, {2, 6, 7, 3, CENTRE}, {3, 7, 4, 0, CENTRE}}};
+
 const Cut& cut_of(int type)
 {
   switch (shape_info[elem_table[type].shape].linear) {
@@ -28,8 +35,12 @@ const Cut& cut_of(int type)
     case SHAPE_TET4:   return cut_tet;
     case SHAPE_WEDGE6: return cut_wedge;
     case SHAPE_HEX8:   return cut_hex;
-    default:           return cut_quad;
+    case SHAPE_PYR5:   return cut_pyramid;
+    case SHAPE_QUAD4:  return cut_quad;
+    case SHAPE_TRI6: case SHAPE_QUAD8: case SHAPE_QUAD8R: case SHAPE_TET10: case SHAPE_WEDGE15:
+    case SHAPE_HEX20: case SHAPE_HEX20R: case SHAPES: break;
   }
+  MPFE_CHECK(false, "cut_of: no shape of corners");
 }
 
 // two cells with the same key cost time only: the distance decides
@@ -85,6 +96,7 @@ bool part_room(Card& card, Model& model, double nodes, double cells, double size
   Mesh& mesh = model.mesh;
   const int per_cell = cut_of(p.type).n;
   if (elem_quadratic(p.type)) nodes *= per_cell > 1 ? 8 : 4;       // edges a corner, with room
+  if (&cut_of(p.type) == &cut_pyramid) nodes += cells;
   if (cells > 5e7) {
     card_error(card, card.whole, text_format("%.9g cells; at most 5e7 are allowed", cells));
     return false;
@@ -135,11 +147,23 @@ int middle_node(Card& card, Model& model, int a, const int* corner, Part& p)
   return p.middle[std::minmax(i, j)] = static_cast<int>(p.node.size()) - 1;
 }
 
+// the node in the middle of a cell with eight corners
+int centre_node(Card& card, Model& model, const int* corner, Part& p)
+{
+  double x[3] = {0, 0, 0};
+  for (int a = 0; a < 8; ++a)
+    for (int i = 0; i < 3; ++i) x[i] += model.mesh.X[3 * static_cast<std::size_t>(p.node[corner[a]]) + i] / 8;
+  return part_node(card, model, x, 0, p) ? static_cast<int>(p.node.size()) - 1 : -1;
+}
+
 }  // namespace
 
-bool part_cell(Card& card, Model& model, const int* corner, Part& p)
+bool part_cell(Card& card, Model& model, const int* corners, Part& p)
 {
   const Cut& cut = cut_of(p.type);
+  int corner[CENTRE + 1];
+  std::copy(corners, corners + (model.dim == 3 ? 8 : 4), corner);
+  if (&cut == &cut_pyramid && (corner[CENTRE] = centre_node(card, model, corner, p)) < 0) return false;
   for (int k = 0; k < cut.n; ++k) {
     int own[MAX_NODES], node[MAX_NODES];
     for (int a = 0; a < cut.nen; ++a) own[a] = corner[cut.corner[k][a]];

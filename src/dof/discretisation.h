@@ -20,7 +20,6 @@ struct Discretisation {
   PointLaws point_law;
   GridShare mine;              // what the grid has lists for
   ActiveGrid grid;
-  ActiveGrid own;              // several ranks with the whole model: what this one works on, in its rows
   ContactPairs pairs;
   ContactScene scene;          // general contact: faces that are near
   MasterWatch masters;         // contact pairs of a divided model

@@ -67,9 +67,8 @@ struct Dofs {
   bool damped = false;         // C is there, on any rank
   bool damping_lumped = false; // C is lumped: an explicit step
   RealVec lumped;              // explicit step: [nrow] sums of the rows of M, of all ranks; else empty
-  IntVec owned_point, owned_bond, owned_ghost;          // what this rank works on; elements: ElemBlock::owned
+  IntVec owned_point;          // points that this rank works on; of elements, bonds and ghosts it does on all
   IntVec owned_group;          // groups of points (1.14) whose first point this rank works on
-  std::vector<char> bond_owned;      // [nbond]
   IntVec owner;                // [nrow] rank that a row belongs to; one rank: empty
   Halo halo;                   // split: rows that other ranks have too
   // several ranks: rows are those that this rank works on, numbered by it, and vectors of the system hold
@@ -77,15 +76,10 @@ struct Dofs {
   bool split = false;
   std::vector<char> once;      // split: [nrow*dim] the row belongs to this rank
   long rows = 0;               // split: rows of all ranks, each once
-  // several ranks that hold the whole model: all rows as on one rank, their lists and whose work is what
-  std::shared_ptr<Dofs> whole;
-  IntVec whole_row;            // whole: [nrow] the row there
-  IntVec local_row;            // whole: [whole->nrow] the row here, -1: none
-  ListTable of_rank;           // whole: [ranks] rows of whole that belong to each
-  IntVec elem_rank, point_rank;        // the division that the pattern was made for
+  IntVec point_rank;           // of the points, when the pattern was made
   // block of A for each node pair, 2 k + 1: transposed; elements of this rank, block after block
   IntVec elem_map;
-  // [owned_point], [owned_bond], [owned_ghost]; points with the nodes of the one before share its places
+  // [owned_point], [bond_acts], [nghost]; points with the nodes of the one before share its places
   IntVec point_map, bond_map, ghost_map;
   IntVec group_map;            // [owned_group]
   std::vector<size_t> point_map_off, bond_map_off, ghost_map_off, group_map_off;
@@ -113,30 +107,6 @@ struct Dofs {
   bool counts(size_t i) const { return !split || once[i]; }   // dof i counts here in a sum
   double neq_all() const { return static_cast<double>(split ? rows : nrow) * dim; }   // of all ranks
 };
-
-// dof_all_rows : the numbering of all rows, for what every rank does with the whole model; a divided model
-// has none but its own
-inline const Dofs& dof_all_rows(const Dofs& s) { return s.whole ? *s.whole : s; }
-
-// dof_grid : the active grid in the numbers of the rows of s
-inline const ActiveGrid& dof_grid(const Discretisation& d, const Dofs& s) { return s.whole ? d.own : d.grid; }
-
-// dof_local : the rows of this rank (dof_local.cpp) of what whole has, and d.own
-//   in   fresh   lists, rows or the division have changed
-void dof_local(const Model& m, const Points& pts, bool fresh, Discretisation& d, Dofs& s);
-
-// dof_gather : vectors x [neq] of the rows of each rank become [whole->neq] on all; from row first of whole
-// on, 0 before it. Collective.
-// dof_pick : the way back
-std::vector<RealVec> dof_gather(const Dofs& s, const std::vector<const RealVec*>& x, int first = 0);
-template <class T>
-void dof_pick(const Dofs& s, const std::vector<T>& whole, std::vector<T>& x)
-{
-  x.resize(s.neq());
-  for (int r = 0; r < s.nrow; ++r)
-    std::copy_n(whole.begin() + static_cast<long>(s.whole_row[r]) * s.dim, s.dim,
-                x.begin() + static_cast<long>(r) * s.dim);
-}
 
 // dof_of_nodes : x of the nodes [nnode*dim] as a vector of the system [neq], 0 in the rows of the grid
 inline RealVec dof_of_nodes(const Dofs& s, const RealVec& x)
@@ -186,7 +156,6 @@ inline bool dof_all(const Dofs& s, bool here)
 inline bool dof_all_free(const Dofs& s)
 {
   if (s.free) return true;
-  if (s.whole) return s.whole->constrained.empty();
   return !s.split && s.constrained.empty();
 }
 
@@ -201,9 +170,11 @@ struct DivideBy {
   std::vector<NearFace> near;
 };
 
-// dof_part : the model of rank 0 to all ranks: to each its piece; whole when this is asked for, and of scenes
-// that cannot be divided yet. Collective.
-void dof_part(bool whole, const DivideBy& by, Model& m);
+// dof_ranks : how many ranks the model of rank 0 is worth; the others wait (comm_keep). Not collective.
+int dof_ranks(const Model& m);
+
+// dof_part : the model of rank 0 to all ranks: to each its piece. Collective.
+void dof_part(const DivideBy& by, Model& m);
 
 // largest work of a rank over the mean that is as good as even: work is estimated no better
 constexpr double WORK_EVEN = 1.05;
@@ -218,10 +189,9 @@ std::vector<RealVec> dof_work(const Model& m, const Elements& el, const Points& 
 double dof_excess(const Model& m, const Elements& el, const Points& pts, const RealVec& uc,
                   const IntVec& rank);
 
-// dof_divide : whose work is what, and the lists of this rank; fresh: rows or lists have changed. True:
-// the division is not the one that the pattern was made for.                               doc/theory.md 5.1
-bool dof_divide(const Model& m, const Points& pts, const Level& now, const ActiveGrid& grid, bool fresh,
-                Elements& el, Division& d, Dofs& s);
+// dof_divide : owned points and groups of points. True: the owners are not those that the pattern was made
+// for.                                                                                     doc/theory.md 5.1
+bool dof_divide(const Model& m, const Points& pts, const ActiveGrid& grid, Division& d, Dofs& s);
 
 // dof_share_points : MeshPart::window: which rank works on each point, when there are more of them. Those
 // that were elements go from rank to rank element by element, to one that knows them. Collective.
@@ -231,14 +201,14 @@ void dof_share_points(const Model& m, const Elements& el, const RealVec& uc, Poi
 void dof_share_grid(const Model& m, const Points& pts, const Bonds& bonds, const ContactPairs& pairs,
                     const Division& d, GridShare& g);
 
-// dof_lists : calls use(n, rows) for every element, point, bond, ghost and group of points, in that order;
-// all: also those of other ranks
+// dof_lists : calls use(n, rows) for every element, point, bond, ghost and group of points that this rank
+// owns, in that order
 template <class Use>
-void dof_lists(const Mesh& mesh, const Elements& el, const ActiveGrid& grid, const Dofs& s, bool all, Use use)
+void dof_lists(const Mesh& mesh, const Elements& el, const ActiveGrid& grid, const Dofs& s, Use use)
 {
   IntVec row;
   for (const ElemBlock& b : el.block)
-    for (int slot : all ? b.live : elem_owned(b)) {
+    for (int slot : b.live) {
       const int *node = elem_nodes(mesh, b, slot), nen = mesh.conn.count(b.elem[slot]);
       row.clear();
       for (int a = 0; a < nen; ++a) row.push_back(s.row_of_node[node[a]]);
@@ -256,23 +226,16 @@ void dof_lists(const Mesh& mesh, const Elements& el, const ActiveGrid& grid, con
       row.push_back(s.nfe + grid.ghost.item[k]);
     use(static_cast<int>(row.size()), row.data());
   };
-  if (all) {
-    for (int q = 0; q < grid.point.size(); ++q) use_point(q);
-    for (int b = 0; b < s.bond.size(); ++b) use(s.bond.count(b), s.bond.begin(b));
-    for (int q = 0; q < grid.ghost.size(); ++q) use_ghost(q);
-    for (int k = 0; k < s.group.size(); ++k) use(s.group.count(k), s.group.begin(k));
-    return;
-  }
   for (int q : s.owned_point) use_point(q);
-  for (size_t k = 0; k < s.owned_bond.size() && !s.lean; ++k)
-    use(s.bond.count(s.owned_bond[k]), s.bond.begin(s.owned_bond[k]));
-  for (int q : s.owned_ghost) use_ghost(q);
+  for (size_t k = 0; k < s.bond_acts.size() && !s.lean; ++k)
+    use(s.bond.count(s.bond_acts[k]), s.bond.begin(s.bond_acts[k]));
+  for (int q = 0; q < grid.ghost.size(); ++q) use_ghost(q);
   for (int k : s.owned_group) use(s.group.count(k), s.group.begin(k));
 }
 
 // dof_form : rows, lists, equations, and, when a list has changed, division, pattern and scatter maps; the
 // mass of an earlier pattern is dropped then
-//   writes st.division, ElemBlock::owned, the rows of mesh nodes in d.grid
+//   writes st.division, the rows of mesh nodes in d.grid
 void dof_form(const Model& m, const Step& step, State& st, Discretisation& d, Dofs& s);
 
 // ---- equations between dofs (dof_tie.cpp), doc/theory.md (5.6) - (5.8)

@@ -188,22 +188,6 @@ void release_all(Dofs& s)
   s.renumbered = false;
 }
 
-// those of whole in the rows of this rank
-void take_constrained(const Dofs& w, Dofs& s)
-{
-  release_all(s);
-  for (int dof : w.constrained) {
-    const int row = s.local_row[dof / s.dim], here = row * s.dim + dof % s.dim;
-    if (row < 0) continue;
-    s.constrained.push_back(here);
-    s.fixed[here]   = w.fixed[dof];
-    s.target[here]  = w.target[dof];
-    s.rate[here]    = w.rate[dof];
-    s.rate0[here]   = w.rate0[dof];
-    s.grid_bc[here] = w.grid_bc[dof];
-  }
-}
-
 // The increment in which dofs are prescribed
 struct Span {
   double t_step0, t_step1, total0;
@@ -300,10 +284,13 @@ Failure agreed(const Model& m, const Values& values, const Failure& failure)
   return m.part.on && varies ? failure_agree(failure) : failure;
 }
 
-// what is prescribed on this rank
-Failure constrain_here(const Model& m, const Discretisation& d, const State& st, const Step& step,
-                       const Span& t, Dofs& s, Warned& warned)
+}  // namespace
+
+Failure dof_constrain(const Model& m, const Discretisation& d, const State& st, const Step& step,
+                      double t_step0, double t_step1, Dofs& s, Warned& warned)
 {
+  const Span t{t_step0, t_step1, st.n.time, step.proc == PROC_DYNAMIC};
+  s.free = step.prescribed.empty() && m.grid_bc.empty() && m.equation.empty();
   release_all(s);
   s.corner_support.clear();
   std::vector<SupportedCorner> corners;
@@ -314,20 +301,4 @@ Failure constrain_here(const Model& m, const Discretisation& d, const State& st,
   failure = agreed(m, m.grid_bc, constrain_grid(m, d, st, t, s));
   if (failure.ok() && !m.equation.empty()) constrain_ties(st.n.u, s);
   return failure;
-}
-
-}  // namespace
-
-Failure dof_constrain(const Model& m, const Discretisation& d, const State& st, const Step& step,
-                      double t_step0, double t_step1, Dofs& s, Warned& warned)
-{
-  const Span t{t_step0, t_step1, st.n.time, step.proc == PROC_DYNAMIC};
-  s.free = step.prescribed.empty() && m.grid_bc.empty() && m.equation.empty();
-  if (!s.whole) return constrain_here(m, d, st, step, t, s, warned);
-  Dofs& w = *s.whole;
-  const Failure failure = constrain_here(m, d, st, step, t, w, warned);
-  if (!failure.ok()) return failure;
-  take_constrained(w, s);
-  s.tie.gap = w.tie.gap;
-  return STATUS_OK;
 }

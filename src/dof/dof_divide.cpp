@@ -1,18 +1,12 @@
 #include <algorithm>
 #include <bitset>
 #include <cmath>
-#include <map>
 #include <numeric>
 
 #include "base/comm.h"
-#include "base/log.h"
-#include "base/part_places.h"
 #include "dof/dof.h"
 
 namespace {
-
-// the largest work over the mean may grow by so much before all is divided again
-const double UNEVEN = 1.25;
 
 // The work of elements and that of points are balanced apart from each other: rows and iterations go with
 // elements, active grid and projection with points
@@ -101,248 +95,7 @@ PointWork work_of_point(const Model& m, const Points& pts, const RealVec& uc, in
   return w;
 }
 
-// calls use(rank, kind, work) for each element and point, in the order of dof_lists
-template <class Use>
-void each_work(const Elements& el, const Points& pts, const ActiveGrid& grid, Division& d, Use use)
-{
-  for (const ElemBlock& b : el.block)
-    for (int slot : b.live) {
-      const int e = b.elem[slot];
-      use(d.elem[e], WORK_ELEM, elem_work(b.shape, el.broken(e) >= 0));
-    }
-  for (int q = 0; q < grid.point.size(); ++q)
-    use(d.point[q], WORK_POINT, point_work(pair_count(grid.point.count(q)), pts.eroded(q)));
-}
-
-// the largest work of a rank over the mean, each kind for itself
-double excess(const Elements& el, const Points& pts, const ActiveGrid& grid, Division& d)
-{
-  const int ranks = comm_size();
-  RealVec load(static_cast<size_t>(WORK_KINDS) * ranks, 0.0);
-  each_work(el, pts, grid, d, [&](int rank, int kind, double work) { load[kind * ranks + rank] += work; });
-  double most = 0.0;
-  for (int kind = 0; kind < WORK_KINDS; ++kind)
-    most += *std::max_element(load.begin() + kind * ranks, load.begin() + (kind + 1) * ranks);
-  const double all = std::accumulate(load.begin(), load.end(), 0.0);
-  return all > 0.0 ? most * ranks / all : 1.0;
-}
-
-// points that were elements stay where these were
-void take_new_points(const Points& pts, Division& d)
-{
-  for (int q = static_cast<int>(d.point.size()); q < pts.npoint; ++q)
-    d.point.push_back(pts.parent[q] >= 0 ? d.elem[pts.parent[q]] : 0);
-}
-
-// parts of the rows by METIS, on rank 0 for all
-IntVec divide_rows(const Mesh& mesh, const Points& pts, const Elements& el, const ActiveGrid& grid,
-                   const Dofs& s, Division& d)
-{
-  ListTable lists;
-  std::string bytes;
-  IntVec part(s.nrow);
-  if (comm_rank() == 0) {
-    dof_lists(mesh, el, grid, s, true, [&](int n, const int* row) {
-      lists.item.insert(lists.item.end(), row, row + n);
-      lists.off.push_back(static_cast<int>(lists.item.size()));
-    });
-    std::vector<RealVec> weight(WORK_KINDS, RealVec(s.nrow, 0.0));
-    int list = 0;
-    each_work(el, pts, grid, d, [&](int, int kind, double work) {
-      for (int k = lists.off[list]; k < lists.off[list + 1]; ++k)
-        weight[kind][lists.item[k]] += work / lists.count(list);
-      ++list;
-    });
-    const auto none = [](const RealVec& w) { return *std::max_element(w.begin(), w.end()) <= 0.0; };
-    if (s.nrow > 0 && weight.size() > 1)
-      weight.erase(std::remove_if(weight.begin() + 1, weight.end(), none), weight.end());
-    if (s.nrow > 0 && weight.size() > 1 && none(weight[0])) weight.erase(weight.begin());
-    SysMatrix A;
-    sys_pattern(lists, s.nrow, s.dim, A);
-    part  = part_metis(A, weight, comm_size());
-    bytes = std::string(reinterpret_cast<const char*>(part.data()), part.size() * sizeof(int));
-  }
-  comm_bcast(bytes);
-  std::memcpy(part.data(), bytes.data(), bytes.size());
-  return part;
-}
-
-// an element or point goes where all its rows are; between parts, to the rank of them with the least work of
-// its kind
-void divide_work(const Mesh& mesh, const Points& pts, const Elements& el, const ActiveGrid& grid,
-                 const Dofs& s, const IntVec& part, Division& d)
-{
-  struct Item { int* rank; int kind; double work; };
-  std::vector<Item> item;
-  std::vector<RealVec> load(WORK_KINDS, RealVec(comm_size(), 0.0));
-  each_work(el, pts, grid, d, [&](int& r, int kind, double w) { item.push_back({&r, kind, w}); });
-  for (const bool between : {false, true}) {
-    size_t list = 0;
-    dof_lists(mesh, el, grid, s, true, [&](int n, const int* row) {
-      if (list == item.size()) return;               // bonds and ghosts follow their rows
-      const Item& of = item[list++];
-      RealVec& work  = load[of.kind];
-      int best  = n ? part[row[0]] : 0;
-      bool same = true;
-      for (int a = 1; a < n; ++a) {
-        same = same && part[row[a]] == part[row[0]];
-        if (work[part[row[a]]] < work[best]) best = part[row[a]];
-      }
-      if (same == between) return;
-      *of.rank = best;
-      work[best] += of.work;
-    });
-  }
-}
-
-// mean places of elements and points at t(n), in the order of dof_lists                              [n*3]
-RealVec work_places(const Model& m, const Points& pts, const Level& now, const Elements& el)
-{
-  RealVec X;
-  const int dim = m.dim;
-  const auto add = [&](const int* item, int n, const double* at, int stride, const RealVec& u) {
-    X.insert(X.end(), 3, 0.0);
-    double* x = &X[X.size() - 3];
-    for (int k = 0; k < n; ++k) {
-      const size_t first = item[k];
-      for (int i = 0; i < dim; ++i) x[i] += (at[first * stride + i] + u[first * dim + i]) / n;
-    }
-  };
-  for (const ElemBlock& b : el.block)
-    for (int slot : b.live)
-      add(m.mesh.conn.begin(b.elem[slot]), m.mesh.conn.count(b.elem[slot]), m.mesh.X.data(), 3, now.u);
-  for (int q = 0; q < pts.npoint; ++q)
-    add(pts.conn.begin(q), pts.conn.count(q), pts.Xc.data(), dim, now.uc);
-  return X;
-}
-
-// calls use(row, rank) for the rows of elements and points, in the order of dof_lists
-template <class Use>
-void each_touch(const Mesh& mesh, const Elements& el, const ActiveGrid& grid, const Dofs& s, Division& d,
-                Use use)
-{
-  for (const ElemBlock& b : el.block)
-    for (int slot : b.live) {
-      const int e = b.elem[slot];
-      for (int k = mesh.conn.off[e]; k < mesh.conn.off[e + 1]; ++k)
-        use(s.row_of_node[mesh.conn.item[k]], d.elem[e]);
-    }
-  for (int q = 0; q < grid.point.size(); ++q)
-    for (int k = grid.point.off[q]; k < grid.point.off[q + 1]; ++k)
-      use(s.nfe + grid.point.item[k], d.point[q]);
-}
-
-// rows that elements and points of several ranks touch
-int shared_rows(const Mesh& mesh, const Elements& el, const ActiveGrid& grid, const Dofs& s, Division& d)
-{
-  return part_shared(s.nrow, [&](auto use) { each_touch(mesh, el, grid, s, d, use); });
-}
-
-// what a division costs over an ideal one: work of the rank that has most, and rows that are there twice
-double surplus(const Mesh& mesh, const Points& pts, const Elements& el, const ActiveGrid& grid, const Dofs& s,
-               Division& d)
-{
-  return excess(el, pts, grid, d) + shared_rows(mesh, el, grid, s, d) * static_cast<double>(d.ranks) / s.nrow;
-}
-
-// by METIS, by straight cuts, or, where there are elements and points, by oblique ones, whichever costs least
-void divide_again(const Model& m, const Points& pts, const Level& now, const Elements& el,
-                  const ActiveGrid& grid, const Dofs& s, Division& d)
-{
-  const Mesh& mesh = m.mesh;
-  d.ranks = comm_size();
-  d.elem.assign(mesh.nelem(), 0);
-  d.point.assign(grid.point.size(), 0);
-  RealVec work;
-  std::vector<RealVec> of_kind(WORK_KINDS);
-  each_work(el, pts, grid, d, [&](int, int kind, double w) {
-    for (int k = 0; k < WORK_KINDS; ++k) of_kind[k].push_back(k == kind ? w : 0.0);
-    work.push_back(w);
-  });
-  const RealVec X = work_places(m, pts, now, el);
-  std::vector<Division> choice;
-  const auto add = [&](const IntVec& part) {
-    choice.push_back(d);
-    size_t item = 0;
-    each_work(el, pts, grid, choice.back(), [&](int& rank, int, double) { rank = part[item++]; });
-  };
-  add(part_places(X, work, d.ranks));
-  if (grid.point.size()) add(part_planes(X, of_kind, d.ranks));
-  divide_work(mesh, pts, el, grid, s, divide_rows(mesh, pts, el, grid, s, d), d);
-  choice.push_back(d);
-  double least = 1e300;
-  for (Division& c : choice) {
-    const double costs = surplus(mesh, pts, el, grid, s, c);
-    if (costs >= least) continue;
-    least = costs;
-    d     = c;
-  }
-  d.excess = excess(el, pts, grid, d);
-}
-
-// a row belongs to the rank that has most of what touches it, a bond to the rank of its first row
-void find_owners(const Mesh& mesh, const Elements& el, const ActiveGrid& grid, Division& d, Dofs& s)
-{
-  std::vector<std::map<int, int>> touch;     // rows between ranks: how often each rank touches them
-  IntVec between(s.nrow, -1);                // their numbers
-  s.owner.assign(s.nrow, -1);
-  each_touch(mesh, el, grid, s, d, [&](int row, int r) {
-    if (s.owner[row] < 0) s.owner[row] = r;
-    if (s.owner[row] == r || between[row] >= 0) return;
-    between[row] = static_cast<int>(touch.size());
-    touch.emplace_back();
-  });
-  if (!touch.empty())
-    each_touch(mesh, el, grid, s, d, [&](int row, int r) {
-      if (between[row] >= 0) ++touch[between[row]][r];
-    });
-  const auto fewer = [](const auto& a, const auto& b) { return a.second < b.second; };
-  for (int r = 0; r < s.nrow; ++r)
-    if (between[r] >= 0) {
-      const auto& of = touch[between[r]];
-      s.owner[r] = std::max_element(of.begin(), of.end(), fewer)->first;
-    }
-  for (int& owner : s.owner) owner = std::max(owner, 0);   // touched by bonds alone
-}
-
-void take_bonds(Dofs& s)
-{
-  s.owned_bond.clear();
-  s.bond_owned.assign(s.bond.size(), 0);
-  for (int b : s.bond_acts) {
-    s.bond_owned[b] = (s.bond.count(b) ? s.owner[s.bond.begin(b)[0]] : 0) == comm_rank();
-    if (s.bond_owned[b]) s.owned_bond.push_back(b);
-  }
-}
-
-// points and groups of this rank
-void take_points(const IntVec& rank, const ActiveGrid& grid, Dofs& s)
-{
-  const int me = comm_rank();
-  s.owned_point.clear();
-  for (int q = 0; q < grid.point.size(); ++q)
-    if (rank[q] == me) s.owned_point.push_back(q);
-  s.owned_group.clear();
-  for (int k = 0; k < s.group.size(); ++k)
-    if (rank[s.group_first[k]] == me) s.owned_group.push_back(k);
-}
-
-void take_owned(const Division& d, const ActiveGrid& grid, Elements& el, Dofs& s)
-{
-  const int me = comm_rank();
-  for (ElemBlock& b : el.block) {
-    b.owned.clear();
-    b.divided = true;
-    for (int slot : b.live)
-      if (d.elem[b.elem[slot]] == me) b.owned.push_back(slot);
-  }
-  take_points(d.point, grid, s);
-  s.owned_ghost.clear();
-  for (int q = 0; q < grid.ghost.size(); ++q)
-    if (s.owner[s.nfe + grid.ghost.begin(q)[0]] == me) s.owned_ghost.push_back(q);
-}
-
-// ---- divided model: all ranks know all points, and share the work on them ----
+// ---- points that were elements go from rank to rank ----
 
 // what a rank has to do, and where
 struct RankWork { double all = 0.0, centre[3] = {0, 0, 0}; };
@@ -377,23 +130,17 @@ double largest_part(const std::vector<RankWork>& rank)
   return std::max_element(rank.begin(), rank.end(), less_work)->all / mean_work(rank);
 }
 
-// one rank, or a divided model: all that is here
-void take_all(const IntVec& rank, const ActiveGrid& grid, Dofs& s)
+// points and groups of this rank; rank [npoint]: the owner of each, empty: this rank
+void take_points(const IntVec& rank, const ActiveGrid& grid, Dofs& s)
 {
-  const auto all = [](IntVec& list, int n) {
-    if (static_cast<int>(list.size()) == n) return;
-    list.resize(n);
-    std::iota(list.begin(), list.end(), 0);
-  };
-  s.owned_bond = s.bond_acts;
-  s.bond_owned.assign(s.bond.size(), 1);
-  all(s.owned_ghost, grid.ghost.size());
-  if (!rank.empty()) return take_points(rank, grid, s);
-  all(s.owned_point, grid.point.size());
-  all(s.owned_group, s.group.size());
+  const auto owned = [&](int q) { return rank.empty() || rank[q] == comm_rank(); };
+  s.owned_point.clear();
+  for (int q = 0; q < grid.point.size(); ++q)
+    if (owned(q)) s.owned_point.push_back(q);
+  s.owned_group.clear();
+  for (int k = 0; k < s.group.size(); ++k)
+    if (owned(s.group_first[k])) s.owned_group.push_back(k);
 }
-
-// ---- divided model, each rank knows the points of the elements that it has ----
 
 // largest work of a rank over the mean above which it hands points to another one. All of P9 on two
 // ranks: 80.9 s with 1.05, 79.7 with 1.02, 80.7 with 1.005
@@ -608,50 +355,14 @@ void dof_share_grid(const Model& m, const Points& pts, const Bonds& bonds, const
       if (g.corner[c] && pts.hangs[c] == HANG_CORNERS) g.corner[-1 - pts.hang.item[k]] = 1;
 }
 
-// ---------------------------------------------------------------------------
-// dof_divide : whose work is what                                          doc/theory.md 5.1
-//
-//   in   rows and lists of now; fresh: they have changed
-//   out  State::division, ElemBlock::owned, owned_point, owned_bond, owner
-//   returns true when the division is not the one that the pattern was made for
-//
-// The division is a part of the state, so that a run that goes on sums in the same order. It is made once,
-// and again when conversion, erosion or motion has made it uneven, or the number of ranks is another one than
-// in the restart file.
-// ---------------------------------------------------------------------------
-bool dof_divide(const Model& m, const Points& pts, const Level& now, const ActiveGrid& grid, bool fresh,
-                Elements& el, Division& d, Dofs& s)
+bool dof_divide(const Model& m, const Points& pts, const ActiveGrid& grid, Division& d, Dofs& s)
 {
-  const Mesh& mesh = m.mesh;
-  if (comm_size() == 1 || m.part.on) {
-    if (!m.part.window) d = Division();
-    d.ranks  = comm_size();
-    d.pieces = m.part.on;
-    const IntVec& rank = ranks_of_points(m.part, pts, d);
-    const bool other   = s.point_rank != rank;
-    take_all(rank, grid, s);
-    s.point_rank = rank;
-    return other;
-  }
-  bool again = d.ranks != comm_size();
-  if (!again && fresh) {
-    take_new_points(pts, d);
-    const double most = excess(el, pts, grid, d);
-    again = most > UNEVEN * d.excess;
-    if (again)
-      log_note("  the work is divided among the ranks again: the largest part was %.2f of the mean", most);
-  }
-  if (again) divide_again(m, pts, now, el, grid, s, d);
-  // an undone increment has its division back
-  const bool other = s.elem_rank != d.elem || s.point_rank != d.point;
-  const bool known = std::all_of(el.block.begin(), el.block.end(),
-                                 [](const ElemBlock& b) { return b.divided; });
-  if (fresh || other) find_owners(mesh, el, grid, d, s);
-  if (fresh || other || !known) take_owned(d, grid, el, s);
-  take_bonds(s);
-  if (other) {
-    s.elem_rank  = d.elem;
-    s.point_rank = d.point;
-  }
+  if (!m.part.window) d = Division();
+  d.ranks  = comm_size();
+  d.pieces = m.part.on;
+  const IntVec& rank = ranks_of_points(m.part, pts, d);
+  const bool other   = s.point_rank != rank;
+  take_points(rank, grid, s);
+  s.point_rank = rank;
   return other;
 }

@@ -210,7 +210,7 @@ bool same(const ListTable& a, const ListTable& b) { return a.off == b.off && a.i
 IntVec tied_rows(const Dofs& s)
 {
   IntVec tied;
-  for (int b : s.owned_bond) {
+  for (int b : s.bond_acts) {
     const auto first = s.bond.begin(b), last = first + s.bond.count(b);
     const auto on_grid = [&](int row) { return row >= s.nfe; };
     if (std::any_of(first, last, on_grid) && !std::all_of(first, last, on_grid))
@@ -224,7 +224,7 @@ IntVec tied_rows(const Dofs& s)
 void form_pattern(const Mesh& mesh, const Elements& el, const ActiveGrid& grid, Dofs& s)
 {
   ListTable lists;
-  dof_lists(mesh, el, grid, s, false, [&](int n, const int* row) {
+  dof_lists(mesh, el, grid, s, [&](int n, const int* row) {
     const int last = lists.size() - 1;
     if (last >= 0 && lists.count(last) == n && std::equal(row, row + n, lists.begin(last))) return;
     lists.item.insert(lists.item.end(), row, row + n);
@@ -263,8 +263,8 @@ void form_maps(const Mesh& mesh, const Elements& el, const ActiveGrid& grid, Dof
 {
   size_t nelem = 0, list = 0, pairs[5] = {};
   for (const ElemBlock& b : el.block) {
-    nelem += elem_owned(b).size();
-    pairs[0] += elem_owned(b).size() * pair_count(shape_info[b.shape].nen);
+    nelem += b.live.size();
+    pairs[0] += b.live.size() * pair_count(shape_info[b.shape].nen);
   }
   s.point_map_off.clear();
   s.bond_map_off.assign(1, 0);
@@ -281,19 +281,20 @@ void form_maps(const Mesh& mesh, const Elements& el, const ActiveGrid& grid, Dof
     if (!shared) pairs[1] += pair_count(grid.point.count(q));
     before = q;
   }
-  const size_t nbond = s.lean ? 0 : s.owned_bond.size();
+  const size_t nbond = s.lean ? 0 : s.bond_acts.size();
   for (size_t k = 0; k < nbond; ++k)
-    s.bond_map_off.push_back(pairs[2] += pair_count(s.bond.count(s.owned_bond[k])));
-  for (int q : s.owned_ghost) s.ghost_map_off.push_back(pairs[3] += pair_count(grid.ghost.count(q)));
+    s.bond_map_off.push_back(pairs[2] += pair_count(s.bond.count(s.bond_acts[k])));
+  for (int q = 0; q < grid.ghost.size(); ++q)
+    s.ghost_map_off.push_back(pairs[3] += pair_count(grid.ghost.count(q)));
   for (int k : s.owned_group) s.group_map_off.push_back(pairs[4] += pair_count(s.group.count(k)));
   fit_size(s.elem_map, pairs[0]);
   fit_size(s.point_map, pairs[1]);
   fit_size(s.bond_map, pairs[2]);
   fit_size(s.ghost_map, pairs[3]);
   fit_size(s.group_map, pairs[4]);
-  const size_t npoint = s.owned_point.size(), nghost = s.owned_ghost.size();
+  const size_t npoint = s.owned_point.size(), nghost = grid.ghost.size();
   int* map = s.elem_map.data();
-  dof_lists(mesh, el, grid, s, false, [&](int n, const int* row) {
+  dof_lists(mesh, el, grid, s, [&](int n, const int* row) {
     if (list == nelem) map = s.point_map.data();
     if (list == nelem + npoint) map = s.bond_map.data();
     if (list == nelem + npoint + nbond) map = s.ghost_map.data();
@@ -350,7 +351,7 @@ bool form_rows(const Model& m, const Step& step, State& st, Discretisation& d, D
     s.lists_of = d.grid.made;
   }
   fresh = dof_tie(m, step, s) || fresh;
-  fresh = dof_divide(m, st.points, st.n, d.grid, fresh || bonds, d.el, st.division, s) || fresh;
+  fresh = dof_divide(m, st.points, d.grid, st.division, s) || fresh;
   if (bonds) s.bond_rows = s.bond;
   if (!fresh) return false;
   s.point_rows = d.grid.point;
@@ -360,29 +361,18 @@ bool form_rows(const Model& m, const Step& step, State& st, Discretisation& d, D
   return true;
 }
 
-// several ranks: the rows of this one, from the whole model or from its part of the model
+// several ranks: rows that they have in common
 bool form_split(const Model& m, const Step& step, State& st, Discretisation& d, Dofs& s)
 {
   s.split = true;
-  if (m.part.on) {
-    s.whole.reset();
-    double any[2] = {static_cast<double>(form_rows(m, step, st, d, s)), static_cast<double>(s.hung)};
-    comm_max(any, 2);
-    s.hung = any[1] > 0.0;
-    if (any[0] == 0.0) return false;
-    halo_form(s.row_key, s.halo);
-    for (int r = 0; r < s.nfe; ++r) s.halo.owner[r] = m.part.halo.owner[s.node_of_row[r]];
-    s.owner = s.halo.owner;
-    return true;
-  }
-  if (!s.whole) s.whole = std::make_shared<Dofs>();
-  s.dim = m.dim;
-  s.whole->numbered = s.whole->numbered && s.numbered;
-  s.numbered        = true;
-  const bool fresh = form_rows(m, step, st, d, *s.whole);
-  dof_local(m, st.points, fresh, d, s);
-  if (fresh) dof_tie(m, step, s);
-  return fresh;
+  double any[2] = {static_cast<double>(form_rows(m, step, st, d, s)), static_cast<double>(s.hung)};
+  comm_max(any, 2);
+  s.hung = any[1] > 0.0;
+  if (any[0] == 0.0) return false;
+  halo_form(s.row_key, s.halo);
+  for (int r = 0; r < s.nfe; ++r) s.halo.owner[r] = m.part.halo.owner[s.node_of_row[r]];
+  s.owner = s.halo.owner;
+  return true;
 }
 
 }  // namespace
@@ -396,14 +386,12 @@ void dof_form(const Model& m, const Step& step, State& st, Discretisation& d, Do
   Timer timer(PHASE_PATTERN);
   ++s.pattern;
   s.renumbered = true;
-  if (s.whole) s.whole->renumbered = true;
   s.mass_rows.reset();                   // of the pattern before
-  form_pattern(m.mesh, d.el, dof_grid(d, s), s);
+  form_pattern(m.mesh, d.el, d.grid, s);
   if (s.split) count_rows(s);
-  form_maps(m.mesh, d.el, dof_grid(d, s), s);
+  form_maps(m.mesh, d.el, d.grid, s);
   s.M.clear();
   s.C.clear();
   s.damped = false;
   if (s.h_mean == 0.0) s.h_mean = mean_size(m, d.el);
-  if (s.whole) s.whole->h_mean = s.h_mean;
 }

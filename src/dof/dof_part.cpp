@@ -20,25 +20,23 @@
 
 namespace {
 
-// finite elements a rank: below, all ranks keep the whole model
-const int LEAST = 16;
-// cells of points a rank, where each has its own
-const int LEAST_CELLS = 16;
+// finite elements and cells of points that a rank has at least: with fewer, messages cost more than they
+// save, and METIS balances badly
+const int OWNED_AT_LEAST = 16;
 // part of all elements that may become points: where ranks have more of others in two rows, they know the
 // points of one row. P9, largest of four: 44.9 MB; 47.6 with two rows (3 % faster)
-const double MANY = 1.0 / 3.0;
+const double TWO_ROWS_AT_MOST = 1.0 / 3.0;
 
 // does a body wait for points that elements become?
 bool waits(const Body& b) { return b.fill == FILL_CONVERSION; }
 
-// Can each rank have points of its own of those that are there from the start? Without elements there must be
-// enough
-bool points_divide(const Model& m)
+// are there points from the start?
+bool has_points(const Model& m) { return !std::all_of(m.body.begin(), m.body.end(), waits); }
+
+int finite_elements(const Model& m)
 {
-  if (std::all_of(m.body.begin(), m.body.end(), waits)) return false;
   const IntVec& section = m.mesh.elem_section;
-  const bool elements   = std::any_of(section.begin(), section.end(), [](int s) { return s >= 0; });
-  return elements || point_fill_divides(m, LEAST_CELLS);
+  return static_cast<int>(std::count_if(section.begin(), section.end(), [](int s) { return s >= 0; }));
 }
 
 // Does each rank know the points and outer faces of elements where they are? Elements become points, or
@@ -46,16 +44,6 @@ bool points_divide(const Model& m)
 bool points_near(const Model& m)
 {
   return !m.conversion.empty() || model_general_contact(m) >= 0;
-}
-
-// is the model large enough? MPFE_DIVIDE=0: it is not wanted; tests compare
-bool asked(const Model& m)
-{
-  const char* text = std::getenv("MPFE_DIVIDE");
-  const IntVec& section = m.mesh.elem_section;
-  const long elements   = std::count_if(section.begin(), section.end(), [](int s) { return s >= 0; });
-  if (text && *text == '0') return false;
-  return (m.part.points && elements == 0) || elements >= static_cast<long>(LEAST) * comm_size();
 }
 
 // elements that are points from the start
@@ -236,7 +224,7 @@ bool too_many(const Model& m, const std::vector<IntVec>& rows)
   std::size_t all = 0, others = 0;
   for (const ConversionDef& c : m.conversion) all += m.elset[c.elset].item.size();
   for (const IntVec& elem : rows) others += elem.size();
-  return others > MANY * all;
+  return others > TWO_ROWS_AT_MOST * all;
 }
 
 Outer find_outer(const Model& m, const IntVec& rank, const std::vector<NearFace>& given)
@@ -302,24 +290,36 @@ bool joined_by_faces(const Model& m)
   return left == 1;
 }
 
-// rank 0: rank of each element; false: the model stays whole
-bool divided(const Model& m, const DivideBy& by, IntVec& rank)
+// each of the first ranks owns something: METIS may leave one of few elements without any
+void leave_none_empty(int ranks, IntVec& rank)
 {
-  rank = by.rank;
-  if (!rank.empty()) return true;
-  const IntVec& section = m.mesh.elem_section;
-  if (std::none_of(section.begin(), section.end(), [](int s) { return s >= 0; })) {
-    rank.assign(m.mesh.nelem(), 0);
-    return true;
+  IntVec count(ranks, 0);
+  for (int r : rank) ++count[r];
+  for (int r = 0; r < ranks; ++r) {
+    if (count[r] > 0) continue;
+    const int most = static_cast<int>(std::max_element(count.begin(), count.end()) - count.begin());
+    const auto last = std::find(rank.rbegin(), rank.rend(), most);
+    *last = r;
+    --count[most];
+    ++count[r];
   }
+}
+
+// rank 0: owner of each element. Few elements beside many points belong to the first ranks
+IntVec owners(const Model& m, const DivideBy& by)
+{
+  if (!by.rank.empty()) return by.rank;
+  const int elements = finite_elements(m), most = m.part.points ? elements / OWNED_AT_LEAST : comm_size(),
+            ranks    = std::max(1, std::min(comm_size(), most));
+  IntVec rank(m.mesh.nelem(), 0);
+  if (elements == 0 || ranks == 1) return rank;
   std::vector<RealVec> kind = by.work;
   const auto none = [](const RealVec& w) { return *std::max_element(w.begin(), w.end()) <= 0.0; };
   kind.erase(std::remove_if(kind.begin(), kind.end(), none), kind.end());
   if (kind.empty()) kind.push_back(element_work(m.mesh));
-  rank = part_mesh(m.mesh, m.dim, kind, comm_size());
-  IntVec count(comm_size(), 0);
-  for (int r : rank) ++count[r];
-  return *std::min_element(count.begin(), count.end()) > 0;
+  rank = part_mesh(m.mesh, m.dim, kind, ranks);
+  leave_none_empty(ranks, rank);
+  return rank;
 }
 
 // rank 0: to the other ranks one piece after the other, so that no more than one lies beside the whole model
@@ -346,29 +346,36 @@ void send_pieces(const IntVec& rank, const OverlapWatch& watch, const std::vecto
 
 }  // namespace
 
+int dof_ranks(const Model& m)
+{
+  const int ranks = comm_size(), elements = finite_elements(m);
+  if (elements >= static_cast<long>(OWNED_AT_LEAST) * ranks || ranks == 1) return ranks;
+  // where elements may break, become points or meet in general contact, each rank owns some: one without any
+  // has an empty Fracture (state.h) and no outer faces, which other ranks take for a model without them
+  const bool owns  = elements > 0 && (!m.fracture.empty() || !m.broken.empty() || points_near(m));
+  const long cells = has_points(m) && !owns ? point_fill_cells(m) : 0;
+  return static_cast<int>(std::max(1L, std::min<long>(ranks, (elements + cells) / OWNED_AT_LEAST)));
+}
+
 // ---------------------------------------------------------------------------
-// dof_part : the model of rank 0, divided where it can be                                doc/theory.md 5.1
+// dof_part : the model of rank 0, divided among the ranks                                doc/theory.md 5.1
 //
-//   inout m      rank 0: the whole model; behind it, on all ranks, what they work on
+//   inout m      rank 0: the whole model; afterwards, on all ranks, what they own and its surroundings
 // ---------------------------------------------------------------------------
-void dof_part(bool whole, const DivideBy& by, Model& m)
+void dof_part(const DivideBy& by, Model& m)
 {
   if (comm_size() == 1) return;
-  IntVec rank;
-  OverlapWatch watch;
-  bool divides = false;
-  if (comm_rank() == 0 && !whole) {
+  if (comm_rank() == 0) {
+    OverlapWatch watch;
     overlap_pairs(m, watch);
-    m.part.points = points_divide(m);
+    m.part.points = has_points(m);
     m.part.window = points_near(m);
-    divides       = asked(m) && divided(m, by, rank);
-    m.part.points = m.part.points && divides;
-    m.part.window = m.part.window && divides;
+    IntVec rank   = owners(m, by);
     if (m.part.points) point_fill_ranks(rank, m);
+    send_pieces(rank, watch, by.near, m);
+  } else {
+    m = model_receive();
   }
-  if (!comm_bcast(static_cast<int>(divides))) return model_bcast(m);
-  if (comm_rank() == 0) send_pieces(rank, watch, by.near, m);
-  else m = model_receive();
   model_cut_close(m);
   heap_give_back();                      // what the whole model took
 }

@@ -5,23 +5,11 @@
 #define MPFE_ELEM_ELEM_H
 
 #include "elem/bar_form.h"
+#include "model/quantity.h"
 #include "elem/kernel.h"
 #include "mat/mat.h"
 #include "mat/split.h"
 #include "model/state.h"
-
-// What an integration point holds, for output and checks. Plane problems fill 33 as well.
-// Order of the six: 11 22 33 12 23 31, tensor components.
-struct IpFields {
-  double X[3] = {0, 0, 0}, x[3] = {0, 0, 0};   // place at t = 0 and now
-  double F[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};   // row by row
-  double sig[6] = {0, 0, 0, 0, 0, 0};          // Cauchy stress
-  double E[6]   = {0, 0, 0, 0, 0, 0};          // Green-Lagrange strain (linear strain without NLGEOM)
-  double psi = 0.0;                            // strain energy / volume at t = 0
-  double plastic = 0.0;                        // equivalent plastic strain
-  double Fbar[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};        // laws with history: F that the law sees (1.14)
-  double V0  = 0.0;                            // volume of the point at t = 0
-};
 
 // Elements of one type, material and thickness; reference gradients are computed once, and once for all
 // elements that are equal but for their place: elements of one kind
@@ -37,9 +25,7 @@ struct ElemBlock {
   bool bar = false;            // their Gauss points share the change of volume (1.14)
   IntVec elem;                 // elements of the block
   IntVec conn;                 // [nelem][nen] their nodes, where they do not stand as in the mesh; else empty
-  IntVec live;                 // places of those that are still elements, ascending
-  IntVec owned;                 // those of live that this rank works on; read it by elem_owned
-  bool divided = false;        // owned belongs to live
+  IntVec live;                 // places of those that are still elements and owned by this rank, ascending
   IntVec kind;                 // [nelem]
   RealVec dNdX;                // [kind][ngp][nen][dim]                               1/length
   RealVec w;                   // [kind][ngp] weight x volume                         length^3
@@ -56,7 +42,6 @@ struct Elements {
   IntVec initial_block;                 // [Mesh::nelem] block at t = 0
   IntVec gauss_of;             // [Mesh::nelem + 1] first Gauss point of an element among those of all
   int history = 0;             // numbers that an integration point keeps
-  bool all_owned = true;       // one rank, or a divided model: this rank works on all that are live here
   // [Mesh::nelem] divided model: 1: another rank works on it, it is here to be looked at; empty: none
   std::vector<char> outer;
   const Fracture* frac = nullptr;   // what is broken; null: nothing can break
@@ -67,12 +52,8 @@ struct Elements {
 // Returns BAD_JACOBIAN and the element in *worst when det(dX/dxi) <= 0 at a Gauss point.
 Status elem_setup(const Model& m, Elements& el, int* worst);
 
-// elem_refresh : lists of the elements that still are elements, after form has changed. On several ranks
-// nobody has them until dof_divide has divided them.
+// elem_refresh : lists of the elements that still are elements, after form has changed
 void elem_refresh(Elements& el);
-
-// elem_owned : places of the elements that this rank works on; sums over them come after the division
-const IntVec& elem_owned(const ElemBlock& b);
 
 // elem_broken_law : law of broken element e with the degradation factor c
 ErodedLaw elem_broken_law(const Model& m, const Elements& el, int e, double c);
@@ -117,23 +98,13 @@ struct ElemSize {
   static constexpr int D = DIM, N = NODES, NGP = POINTS;
 };
 
-template <class Use>
+template <int S = 0, class Use>
 auto by_shape(Shape s, Use use)
 {
-  switch (s) {
-    case SHAPE_TRI3: return use(ElemSize<2, 3, 1>());
-    case SHAPE_QUAD4: return use(ElemSize<2, 4, 4>());
-    case SHAPE_TET4: return use(ElemSize<3, 4, 1>());
-    case SHAPE_WEDGE6: return use(ElemSize<3, 6, 6>());
-    case SHAPE_TRI6: return use(ElemSize<2, 6, 3>());
-    case SHAPE_QUAD8: return use(ElemSize<2, 8, 9>());
-    case SHAPE_QUAD8R: return use(ElemSize<2, 8, 4>());
-    case SHAPE_TET10: return use(ElemSize<3, 10, 4>());
-    case SHAPE_WEDGE15: return use(ElemSize<3, 15, 9>());
-    case SHAPE_HEX20: return use(ElemSize<3, 20, 27>());
-    case SHAPE_HEX20R: return use(ElemSize<3, 20, 8>());
-    default: return use(ElemSize<3, 8, 8>());
+  if constexpr (S + 1 < SHAPES) {
+    if (s != S) return by_shape<S + 1>(s, use);
   }
+  return use(ElemSize<shape_info[S].dim, shape_info[S].nen, shape_info[S].ngp>());
 }
 
 // elem_nodes : nodes of the element at place slot of its block
@@ -215,8 +186,6 @@ double elem_energy_one(const Model& m, const Elements& el, int e, const Level& l
 double elem_stable(const Model& m, const Elements& el, const Level& l, bool nlgeom,
                    std::vector<RealVec>& omega2, int* worst);
 
-// elem_share_history : l.he as the ranks that work on the elements have it, on all ranks. Collective
-void elem_share_history(const Elements& el, Level& l);
 
 // elem_plastic : energy dissipated by plastic flow in the elements of this rank
 double elem_plastic(const Elements& el, const Level& l);

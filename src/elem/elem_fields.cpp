@@ -212,7 +212,8 @@ void ip_general_from(const MatLaw& law, bool nlgeom, const double* E, double sca
     return;
   }
   out.psi     = l.psi;
-  out.plastic = law_of(law).history > HISTORY_EQUIVALENT ? h[HISTORY_EQUIVALENT] : 0.0;
+  const int equivalent = law_field(law_of(law), HISTORY_EQUIVALENT);
+  out.plastic = equivalent >= 0 ? h[equivalent] : 0.0;
   for (int k = 0; k < 6; ++k) out.sig[k] = l.S[k];
   if (!nlgeom) return;
   double F[9];
@@ -291,9 +292,9 @@ double elem_energy_one(const Model& m, const Elements& el, int e, const Level& l
 double elem_plastic(const Elements& el, const Level& l)
 {
   double sum = 0.0;
-  if (el.history <= HISTORY_DISSIPATED) return sum;
+  if (el.history == 0) return sum;
   for (const ElemBlock& b : el.block)
-    for (int s : elem_owned(b)) {
+    for (int s : b.live) {
       const double* h = history_at(l.he, el.history, el.gauss_of[b.elem[s]]);
       for (int g = 0; g < shape_info[b.shape].ngp; ++g)
         sum += b.w[b.gauss(s) + g] * h[g * el.history + HISTORY_DISSIPATED];
@@ -319,7 +320,7 @@ double elem_energy(const Model& m, const Elements& el, const Level& l, bool nlge
       for (int k = 0; k < n; ++k) add(b.elem[slot[k]], energy[k], true);
       n = 0;
     };
-    for (int s : elem_owned(b)) {
+    for (int s : b.live) {
       const int e       = b.elem[s];
       const bool intact = el.broken(e) < 0;
       if (intact && pack) {
@@ -340,7 +341,7 @@ double elem_viscous_loss(const Model& m, const Elements& el, const Level& l0, co
   const int dd = m.dim * m.dim;
   for (const ElemBlock& b : el.block) {
     if (b.law.beta == 0.0) continue;
-    for (int slot : elem_owned(b)) {
+    for (int slot : b.live) {
       const int e = b.elem[slot];
       if (el.broken(e) >= 0) continue;
       if (b.general) {

@@ -73,18 +73,3 @@ Status elem_form_one(const Model& m, const Elements& el, const KernelMode& mode,
   const ErodedLaw broken = elem_broken_law(m, el, e, degr_of_step(l0, l1, mode.mid, e));
   return elem_form_general(b, slot, &broken, mode, u0, u1, h, re, ke);
 }
-
-void elem_share_history(const Elements& el, Level& l)
-{
-  if (el.all_owned || l.he.empty()) return;
-  RealVec all(l.he.size(), 0.0);
-  for (const ElemBlock& b : el.block)
-    for (int s : elem_owned(b)) {
-      const int e = b.elem[s];
-      const size_t from = static_cast<size_t>(el.gauss_of[e]) * el.history,
-                   to   = static_cast<size_t>(el.gauss_of[e + 1]) * el.history;
-      std::copy(l.he.begin() + from, l.he.begin() + to, all.begin() + from);
-    }
-  comm_sum(all);
-  l.he.swap(all);
-}

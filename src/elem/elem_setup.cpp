@@ -128,7 +128,6 @@ Status elem_setup(const Model& m, Elements& el, int* worst)
   el.slot_of.assign(mesh.nelem(), -1);
   el.gauss_of.assign(1, 0);
   el.history = law_history(m);
-  el.all_owned = comm_size() == 1 || m.part.on;
   if (m.part.around.on())
     for (int e = 0; e < mesh.nelem(); ++e) el.outer.push_back(!m.part.works(e));
   for (int e = 0; e < mesh.nelem(); ++e) {
@@ -182,16 +181,6 @@ void elem_refresh(Elements& el)
     el.block_of[e] = is ? el.initial_block[e] : -1;
     if (is) el.block[el.initial_block[e]].live.push_back(el.slot_of[e]);
   }
-  for (ElemBlock& b : el.block) {
+  for (ElemBlock& b : el.block)
     if (!std::is_sorted(b.live.begin(), b.live.end())) std::sort(b.live.begin(), b.live.end());
-    b.divided = el.all_owned;
-    if (b.divided) b.owned = b.live;
-    else b.owned.clear();
-  }
-}
-
-const IntVec& elem_owned(const ElemBlock& b)
-{
-  MPFE_CHECK(b.divided, "a sum over elements before they are divided among the ranks");
-  return b.owned;
 }

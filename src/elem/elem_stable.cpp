@@ -72,7 +72,7 @@ double elem_stable(const Model& m, const Elements& el, const Level& l, bool nlge
     const int kinds    = static_cast<int>(b.me.size()) / pair_count(shape_info[b.shape].nen);
     for (int kind = static_cast<int>(omega2[k].size()); kind < kinds; ++kind)
       omega2[k].push_back(frequency_of_kind(b, kind));
-    for (int slot : elem_owned(b)) {
+    for (int slot : b.live) {
       double w2 = omega2[k][b.kind[slot]];
       if (nlgeom && el.broken(b.elem[slot]) < 0) w2 *= stretch_factor(m, b, slot, l.u);
       const double w = std::sqrt(w2), xi = 0.5 * b.law.beta * w;

@@ -95,8 +95,6 @@ bool frac_other_material(const Elements& el, int a, int b);
 // frac_of_node : elements of each node                   [nnode]
 ListTable frac_of_node(const Mesh& mesh);
 
-// parts_of_cube : an element of this shape as a part of a square or a cube                       (7.2)
-double parts_of_cube(Shape s);
 
 // frac_share : a number of each element [nelem], found by the ranks each for theirs, for all that look at it.
 // Collective.

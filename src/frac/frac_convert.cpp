@@ -58,9 +58,8 @@ void share_momentum(const Model& m, const Points& pts, int e, int c, double befo
 
 using Mat3 = Eigen::Matrix3d;
 
-Mat3 plastic_metric(const double* h)                   // Cp^-1
+Mat3 plastic_metric(const double* a)                   // Cp^-1 of HISTORY_DEFORMATION
 {
-  const double* a = h + HISTORY_PLASTIC;
   Mat3 M;
   M << 1 + a[0], a[3], a[5], a[3], 1 + a[1], a[4], a[5], a[4], 1 + a[2];
   return M;
@@ -68,17 +67,19 @@ Mat3 plastic_metric(const double* h)                   // Cp^-1
 
 Mat3 matrix(const double* F) { return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(F); }
 
-bool yields(const Model& m, const Points& pts, int p)
+// where the history of point p has the plastic deformation, -1: its law has none
+int plastic_part(const Model& m, const Points& pts, int p)
 {
-  return pts.broken[p] < 0 && point_material(m, pts, p).law == LAW_J2;
+  if (pts.broken[p] >= 0) return -1;
+  return law_field(law_of(mat_law(point_material(m, pts, p), PLANE_NONE)), HISTORY_DEFORMATION);
 }
 
 // Elastic deformation be = Fbar Cp^-1 Fbar^T of a Gauss point or a point of plastic material: what its stress
 // depends on
-Mat3 elastic_metric(const IpFields& f, const double* h)
+Mat3 elastic_metric(const IpFields& f, const double* plastic)
 {
   const Mat3 F = matrix(f.Fbar);
-  return F * plastic_metric(h) * F.transpose();
+  return F * plastic_metric(plastic) * F.transpose();
 }
 
 // the plastic deformation with which point p has this elastic one
@@ -88,7 +89,7 @@ void set_elastic(const Model& m, int p, const Mat3& be, State& st)
   IpFields f;
   point_ip_fields(m, st.points, st.n, p, f);
   const Mat3 inv = matrix(f.Fbar).inverse(), C = inv * be * inv.transpose() - Mat3::Identity();
-  double* h = history_at(st.n.hp, n, p) + HISTORY_PLASTIC;
+  double* h = history_at(st.n.hp, n, p) + plastic_part(m, st.points, p);
   using V = VoigtPlace<3>;
   for (int k = 0; k < 6; ++k) h[k] = 0.5 * (C(V::row[k], V::col[k]) + C(V::col[k], V::row[k]));
 }
@@ -122,9 +123,10 @@ void pass_history(const Model& m, const Elements& el, int e, int first, State& s
     const int g     = nearest_gauss(m, el, e, st.points, p);
     const double* h = history_at(st.n.he, n, el.gauss_of[e] + g);
     std::copy_n(h, n, history_at(st.n.hp, n, p));
-    if (!yields(m, st.points, p)) continue;
+    const int plastic = plastic_part(m, st.points, p);
+    if (plastic < 0) continue;
     elem_ip_fields(m, el, st.n, true, e, g, f);
-    be[p] = elastic_metric(f, h);
+    be[p] = elastic_metric(f, h + plastic);
   }
 }
 
@@ -135,9 +137,10 @@ void note_elastic(const Model& m, const State& st, std::map<int, Mat3>& be)
   const size_t n = point_history_size(st.points, st.n);
   IpFields f;
   for (int p = 0; p < st.points.npoint; ++p) {
-    if (st.points.parent[p] < 0 || !yields(m, st.points, p)) continue;
+    const int plastic = st.points.parent[p] < 0 ? -1 : plastic_part(m, st.points, p);
+    if (plastic < 0) continue;
     point_ip_fields(m, st.points, st.n, p, f);
-    be[p] = elastic_metric(f, history_at(st.n.hp, n, p));
+    be[p] = elastic_metric(f, history_at(st.n.hp, n, p) + plastic);
   }
 }
 
@@ -209,10 +212,8 @@ std::vector<char> rim_elements(const Model& m, const FracMesh& fm, const IntVec&
     for (int k = m.mesh.conn.off[e]; k < m.mesh.conn.off[e + 1]; ++k) beside[m.mesh.conn.item[k]] = 1;
     rim[e] = !point_any_released(pts, e);
   }
-  // by Shape: elements around a node inside a body, at least
-  static const int around[5] = {5, 4, 18, 9, 8};
   for (int e : fr.converted) {
-    const int most    = around[elem_table[m.mesh.elem_type[e]].shape];
+    const int most    = shape_info[elem_table[m.mesh.elem_type[e]].shape].around;
     const auto inside = [&](int n) { return lost[n] && !beside[n] && fm.of_node.count(n) >= most; };
     if (any(e, [&](int n) { return beside[n]; }) && !any(e, inside)) rim[e] = !point_any_released(pts, e);
   }
@@ -285,7 +286,7 @@ double distortion(const Model& m, const Elements& el, int e, const Level& l)
 // elements from place first on, of all ranks, ascending as those of a set, by their numbers in the deck
 void join_sorted(const MeshPart& deck, size_t first, IntVec& list)
 {
-  if (comm_size() == 1) return;
+  if (!deck.on) return;
   IntVec part;
   for (size_t k = first; k < list.size(); ++k) part.push_back(deck.elem_number(list[k]));
   comm_allgatherv(part);
@@ -307,11 +308,9 @@ void frac_due(const Model& m, const Elements& el, const FracMesh& fm, const Frac
       continue;
     for (int e : m.elset[d.elset].item) {
       if (fm.conv[e] != static_cast<int>(c) || fr.phase[e] != AS_ELEMENT || el.initial_block[e] < 0) continue;
-      // ranks take elements in turn
-      if (!m.part.on && d.trigger == TRIGGER_DISTORTION && e % comm_size() != comm_rank()) continue;
       if (d.trigger == TRIGGER_TIME || distortion(m, el, e, l) < d.limit) out.push_back(e);
     }
-    if (m.part.on || d.trigger == TRIGGER_DISTORTION) join_sorted(m.part, first, out);
+    join_sorted(m.part, first, out);
   }
 }
 

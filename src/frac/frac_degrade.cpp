@@ -31,16 +31,14 @@ void frac_degrade(const Model& m, const Step& s, const FracMesh& fm, const Fract
 double frac_degraded(const Model& m, const Step& s, const Elements& el, const Points& pts, const Fracture& fr,
                      const Level& l0, const Level& l1)
 {
-  const int ranks = comm_size(), me = comm_rank();
   double sum = 0.0;
-  int turn   = 0;
   for (int e : fr.releasing) {
-    if (m.part.on ? !m.part.works(e) : turn++ % ranks != me) continue;       // whole model: in turn
+    if (!m.part.works(e)) continue;
     const double c0 = l0.degr[e], c1 = l1.degr[e], mean = 0.5 * (c0 + c1);
     const auto energy = [&](const Level& l, double c) { return broken_energy(m, s, el, pts, fr, l, e, c); };
     sum += energy(l0, c0) - energy(l0, mean) + energy(l1, mean) - energy(l1, c1);
   }
-  if (m.part.on || !fr.releasing.empty()) comm_sum(&sum, 1);
+  comm_sum(&sum, 1);
   return sum;
 }
 

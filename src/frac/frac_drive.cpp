@@ -17,8 +17,7 @@ double averaged(double mean, double before, double now, double dt, double T)
 
 void frac_share(const MeshPart& part, RealVec& x)
 {
-  if (!part.on) comm_sum(x);
-  else if (part.around.on()) halo_copy(part.around, 1, x);
+  if (part.around.on()) halo_copy(part.around, 1, x);
 }
 
 double frac_drive(const Model& m, const Step& s, const Elements& el, const FracMesh& fm, const Level& l,

@@ -31,7 +31,7 @@ void find_sizes(const Model& m, const Elements& el, FracMesh& fm)
     const ShapeInfo& info = shape_info[b.shape];
     for (int g = 0; g < info.ngp; ++g) fm.volume[e] += b.w[b.gauss(el.slot_of[e]) + g];
     if (m.dim == 2) fm.thickness[e] = b.thickness;
-    const double cube = fm.volume[e] / fm.thickness[e] * parts_of_cube(b.shape);
+    const double cube = fm.volume[e] / fm.thickness[e] * shape_info[b.shape].cube_parts;
     fm.size[e] = m.dim == 2 ? std::sqrt(cube) : std::cbrt(cube);
   }
 }
@@ -83,7 +83,7 @@ void find_bins(const Model& m, FracMesh& fm)
 {
   const int nelem = m.mesh.nelem();
   double hi[3], mean = 0.0;
-  for (int i = 0; i < 3; ++i) fm.lo[i] = hi[i] = fm.centre[i];
+  for (int i = 0; i < 3; ++i) fm.lo[i] = hi[i] = nelem > 0 ? fm.centre[i] : 0.0;
   for (int e = 0; e < nelem; ++e) {
     mean += fm.size[e] / nelem;
     for (int i = 0; i < 3; ++i) {
@@ -91,7 +91,7 @@ void find_bins(const Model& m, FracMesh& fm)
       hi[i]    = std::max(hi[i], fm.centre[3 * e + i]);
     }
   }
-  fm.bin = 2.0 * mean;
+  fm.bin = mean > 0.0 ? 2.0 * mean : 1.0;            // a rank may own points alone
   long cells = 1;
   for (int i = 0; i < 3; ++i) {
     fm.nbin[i] = std::min(MOST_BINS, static_cast<int>((hi[i] - fm.lo[i]) / fm.bin) + 1);
@@ -211,12 +211,6 @@ bool frac_other_material(const Elements& el, int a, int b)
 {
   const MatLaw &x = el.block[el.initial_block[a]].law, &y = el.block[el.initial_block[b]].law;
   return x.mu != y.mu || x.lam3 != y.lam3 || x.kind != y.kind;
-}
-
-// two triangles, two wedges, six tetrahedra
-double parts_of_cube(Shape s)
-{
-  return s == SHAPE_TRI3 || s == SHAPE_WEDGE6 ? 2.0 : s == SHAPE_TET4 ? 6.0 : 1.0;
 }
 
 ListTable frac_of_node(const Mesh& mesh)

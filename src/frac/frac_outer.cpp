@@ -54,7 +54,7 @@ Sizes find_sizes(const Mesh& mesh, int dim)
     for (int a = 0; a < n; ++a)
       for (int i = 0; i < 3; ++i) s.centre[3 * e + i] += mesh.X[3 * static_cast<size_t>(node[a]) + i] / n;
     if (mesh.elem_section[e] < 0) continue;
-    const double cube = content(mesh, dim, e) * parts_of_cube(elem_table[mesh.elem_type[e]].shape);
+    const double cube = content(mesh, dim, e) * shape_info[elem_table[mesh.elem_type[e]].shape].cube_parts;
     s.size[e] = dim == 2 ? std::sqrt(cube) : std::cbrt(cube);
     for (int a = 0; a < n; ++a) at_node[node[a]] = std::max(at_node[node[a]], s.size[e]);
   }

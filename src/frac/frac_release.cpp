@@ -191,10 +191,13 @@ void copy_corners(const IntVec& left, size_t first, int dim, Level& l)
 }
 
 // a shape that is made anew has no plastic deformation; what is dissipated stays
-void forget_flow(const Points& pts, int p, RealVec& hp)
+void forget_flow(const Model& m, const Points& pts, int p, RealVec& hp)
 {
   const size_t n = hp.size() / static_cast<size_t>(pts.npoint);
-  if (n > HISTORY_EQUIVALENT) std::fill_n(&hp[p * n], HISTORY_EQUIVALENT, 0.0);
+  MatLaw law;
+  law.kind = LAW_GRANULAR;
+  if (n == 0 || m.fracture[pts.broken[p]].residual != SPLIT_GRANULAR) return;
+  std::fill_n(&hp[p * n + law_field(law_of(law), HISTORY_DEFORMATION)], 6, 0.0);
 }
 
 // is point p, which is broken, to be released or made anew?
@@ -280,7 +283,7 @@ void frac_release(const Model& m, const FracMesh& fm, const IntVec& number, Stat
   for (int p : torn.point) {
     const bool first = k < fresh.size() && fresh[k] == p;
     restore(m.dim, p, first && !map.empty() ? &map[k] : nullptr, pts, st.n);
-    forget_flow(pts, p, st.n.hp);
+    forget_flow(m, pts, p, st.n.hp);
     k += first;
   }
   if (m.part.window) point_number_released(m, torn.point, torn.turn, fresh, pts);

@@ -306,13 +306,6 @@ double distance(const Candidate& a, const Candidate& b)
   return std::hypot(x[0] - y[0], x[1] - y[1], x[2] - y[2]);
 }
 
-// divided model: those of this rank; else ranks take elements in turn, since candidates lie close together,
-// and each knows the whole state
-bool my_turn(const MeshPart& part, int e)
-{
-  return part.on ? part.works(e) : e % comm_size() == comm_rank();
-}
-
 void find_energies(const RealVec& energy, Scan& s)
 {
   const size_t nelem = s.fm.size.size();
@@ -665,7 +658,7 @@ void frac_test(const Model& m, const Step& step, const Elements& el, const FracM
   if (m.part.on) W_most = comm_allreduce_max(W_most);
   std::vector<Candidate> all;
   for (int e = 0; e < nelem; ++e) {
-    if (!my_turn(m.part, e) || fm.def[e] < 0 || !s.intact(e)) continue;
+    if (!m.part.works(e) || fm.def[e] < 0 || !s.intact(e)) continue;
     if (s.def(e).criterion == CRITERION_ELEMENT) by_element(s, e, 1.0, all);
     else by_griffith(s, e, W_most, all);
   }
@@ -675,7 +668,7 @@ void frac_test(const Model& m, const Step& step, const Elements& el, const FracM
   const bool fallback = all.empty();
   if (fallback) {                                 // ligaments that the crack has left behind
     for (int e = 0; e < nelem; ++e)
-      if (my_turn(m.part, e) && fm.def[e] >= 0 && s.intact(e) && s.def(e).criterion == CRITERION_GRIFFITH &&
+      if (m.part.works(e) && fm.def[e] >= 0 && s.intact(e) && s.def(e).criterion == CRITERION_GRIFFITH &&
           fallback_of(s, e) > 0.0 && left_behind(s, e))
         by_element(s, e, fallback_of(s, e), all);
     join(all);
@@ -705,7 +698,7 @@ void frac_when(const Model& m, const Step& step, const Elements& el, const FracM
 {
   RealVec time;
   for (const Erosion& x : all) {
-    const bool own = x.elem >= 0 && my_turn(m.part, x.elem);
+    const bool own = x.elem >= 0 && m.part.works(x.elem);
     time.push_back(own ? when_met({m, step, el, fm, fr, l0, {}, {}, {}}, l1, x) : 0.0);
   }
   comm_sum(time);

@@ -57,7 +57,7 @@ bool hencky_trial(const double* E, const double* h_n, HenckyTrial& t)
   if (!cholesky(E, l)) return false;
   t.L  = Mat3::Identity() + l;
   t.LL = l + l.transpose() + l.transpose() * l;
-  const Mat3 X = t.LL + t.L.transpose() * tensor(h_n + HISTORY_PLASTIC) * t.L;       // be - I
+  const Mat3 X = t.LL + t.L.transpose() * tensor(h_n + FLOW_DEFORMATION) * t.L;       // be - I
   const Eigen::SelfAdjointEigenSolver<Mat3> spectrum(X);
   t.x = spectrum.eigenvalues();
   t.n = spectrum.eigenvectors();
@@ -77,7 +77,7 @@ void hencky_flow(const HenckyTrial& t, const Vec3& e, double* h_np1)
   Vec3 be;                                             // minus I
   for (int i = 0; i < 3; ++i) be(i) = std::expm1(2.0 * e(i));
   const Mat3 change = t.n * be.asDiagonal() * t.n.transpose() - t.LL;
-  six(back(t.L, back(t.L, change).transpose()), h_np1 + HISTORY_PLASTIC);
+  six(back(t.L, back(t.L, change).transpose()), h_np1 + FLOW_DEFORMATION);
 }
 
 void hencky_tangent(const HenckyTrial& t, const Vec3& tau, const Vec3& s, const Moduli& moduli, double* D)
@@ -112,7 +112,7 @@ SmallTrial small_trial(const MatLaw& law, const double* E, const double* h_n)
 {
   SmallTrial t;
   double e[6];
-  for (int i = 0; i < 6; ++i) e[i] = E[i] + 0.5 * h_n[HISTORY_PLASTIC + i];
+  for (int i = 0; i < 6; ++i) e[i] = E[i] + 0.5 * h_n[FLOW_DEFORMATION + i];
   t.tr = e[0] + e[1] + e[2];
   t.ss = 0.0;
   for (int i = 0; i < 6; ++i) {
@@ -124,7 +124,7 @@ SmallTrial small_trial(const MatLaw& law, const double* E, const double* h_n)
 
 void small_flow(const SmallTrial& t, double w, const double* h_n, double* h_np1)
 {
-  for (int i = 0; i < 6; ++i) h_np1[HISTORY_PLASTIC + i] = h_n[HISTORY_PLASTIC + i] - 2.0 * w * t.s[i];
+  for (int i = 0; i < 6; ++i) h_np1[FLOW_DEFORMATION + i] = h_n[FLOW_DEFORMATION + i] - 2.0 * w * t.s[i];
 }
 
 void small_tangent(const SmallTrial& t, const Moduli& c, double* D)

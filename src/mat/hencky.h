@@ -18,6 +18,10 @@ struct HenckyTrial {
   Eigen::Vector3d x, e;        // eigenvalues of be - I; logarithmic strains ln(1 + x)/2
 };
 
+// history of laws that flow: Cp^-1 - I of the plastic part of the deformation [6], without NLGEOM -2 ep;
+// equivalent plastic strain
+enum { FLOW_DEFORMATION = 0, FLOW_EQUIVALENT = 6 };
+
 // hencky_trial : elastic strains without further flow. false: 2E + I is not positive definite
 bool hencky_trial(const double* E, const double* h_n, HenckyTrial& t);
 

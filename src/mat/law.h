@@ -13,15 +13,27 @@
 #ifndef MPFE_MAT_LAW_H
 #define MPFE_MAT_LAW_H
 
+#include <vector>
+
 #include "mat/mat.h"
 
-const int MAX_HISTORY = 8;     // numbers that a point keeps, at most
+// History of an integration point: first what it has dissipated so far / volume at t = 0 (force/length^2),
+// which law_update keeps, then the numbers that its law keeps. At t = 0 all are zero
+enum { HISTORY_DISSIPATED = 0, HISTORY_OF_LAW = 1 };
+const int MAX_HISTORY = 16;    // numbers of an integration point, at most
 
-// What laws with history keep. At t = 0 all are zero
-enum HistoryPlace {
-  HISTORY_PLASTIC    = 0,      // [6] Cp^-1 - I of the plastic part of the deformation; without NLGEOM -2 ep
-  HISTORY_EQUIVALENT = 6,      // equivalent plastic strain
-  HISTORY_DISSIPATED = 7       // energy dissipated so far / volume at t = 0          force/length^2
+// What the program does with some numbers of a law besides saving them
+enum HistoryUse {
+  HISTORY_KEPT,                // nothing
+  HISTORY_DEFORMATION,         // [6] Cp^-1 - I, without NLGEOM -2 ep: zero when a domain gets a new shape;
+                               // the elastic deformation is kept when gradients change (7.14)
+  HISTORY_EQUIVALENT           // output as EPLAST
+};
+
+struct HistoryField {
+  const char* name;
+  int size;
+  HistoryUse use;
 };
 
 // history_at : that of the k-th integration point in h, size numbers each; null when laws keep none
@@ -33,30 +45,41 @@ inline const double* history_at(const RealVec& h, size_t size, int k)
 
 struct LawOutput {
   double psi;                  // stored energy / volume at t = 0                     force/length^2
+  double dissipated;           // energy / volume dissipated since t(n); 0 unless set   force/length^2
   double S[6];                 // stress                                              force/length^2
   double D[36];                // dS/dE                                               force/length^2
 };
 
 struct Law {
   const char* name;            // as the listing calls it
-  int history;                 // numbers that a point keeps
+  std::vector<HistoryField> history;           // what an integration point keeps, one after the other
   bool linear;                 // the tangent never changes without NLGEOM
   // ---------------------------------------------------------------------------
   // update : the law in three dimensions at one strain
   //
   //   in   finite   NLGEOM
   //        E        strain                                    [6]
-  //        h_n      history at t(n)                           [history]
-  //   out  h_np1    history at this strain                    [history]
-  //        out      D when tangent is set
+  //        h_n      history at t(n)                           [sum of the sizes of history]
+  //   out  h_np1    history at this strain                    [the same]
+  //        out      psi, S; dissipated when it is not 0; D when tangent is set
   //   returns       false: 2E + I is not positive definite, or no stress was found
   // ---------------------------------------------------------------------------
   bool (*update)(const MatLaw& law, bool finite, const double* E, const double* h_n, double* h_np1,
                  bool tangent, LawOutput& out);
+  // step : stress over a step of the energy-momentum scheme, arguments as law_step; null: the discrete
+  // gradient of psi + dissipated (2.14)
+  bool (*step)(const MatLaw& law, const KernelMode& mode, const double* E0, const double* E1,
+               const double* h_n, double* h_np1, double* dissipated, double* S, double* C);
 };
 
-// law_of : the law of intact material
+// law_of : the row of the table
 const Law& law_of(const MatLaw& law);
+
+// law_field : place of the first number of that use in the history of an integration point, -1: none
+int law_field(const Law& law, HistoryUse use);
+
+// law_other : the row of LAW_OTHER, a law that no keyword chooses; tests fill it
+Law& law_other();
 
 // law_is_general : does intact material need law_step? false: the short form of elem/kernel.h serves
 inline bool law_is_general(const MatLaw& law) { return law.kind != LAW_SVK || law.bar; }
@@ -65,11 +88,13 @@ inline bool law_is_general(const MatLaw& law) { return law.kind != LAW_SVK || la
 inline bool broken_keeps_history(const ErodedLaw& er) { return er.split == SPLIT_GRANULAR; }
 MatLaw law_broken(const MatLaw& intact, const ErodedLaw& er);
 
-// law_history : numbers that points of this model keep: the most of all its materials
+// law_history : numbers of an integration point of this model: the most of all its materials; 0: no law keeps
+// any
 int law_history(const Model& m);
 
-// law_update : the law of intact material; in plane stress E33 is found so that S33 = 0, and D is condensed
-// (2.13). Arguments as Law::update; E is changed in plane stress
+// law_update : the law at one strain; in plane stress E33 is found so that S33 = 0, and D is condensed
+// (2.13). Arguments as Law::update, but h_n and h_np1 are the history of an integration point, null when no
+// law keeps any; E is changed in plane stress
 bool law_update(const MatLaw& law, bool finite, double* E, const double* h_n, double* h_np1, bool tangent,
                 LawOutput& out);
 
@@ -77,8 +102,8 @@ bool law_update(const MatLaw& law, bool finite, double* E, const double* h_n, do
 // law_step : stress of intact, or granular, material over a step
 //
 //   in   E0, E1   strains at t(n), t(n+1)                   [6]
-//        h_n      history at t(n)                           [history]
-//   out  h_np1    history at t(n+1)                         [history]
+//        h_n      history at t(n) of the integration point
+//   out  h_np1    history at t(n+1)
 //        S        stress of table (1.8), with viscosity     [6]
 //        C        its derivative to E1, unless null         [36]
 //   theory        doc/theory.md: (2.14), (2.15), (2.21)
@@ -99,7 +124,7 @@ bool law_neo_hooke(const MatLaw& law, bool finite, const double* E, const double
 bool law_granular(const MatLaw& law, bool finite, const double* E, const double* h_n, double* h_np1,
                   bool tangent, LawOutput& out);
 bool law_granular_step(const MatLaw& law, const KernelMode& mode, const double* E0, const double* E1,
-                       const double* h_n, double* h_np1, double* S, double* C);
+                       const double* h_n, double* h_np1, double* dissipated, double* S, double* C);
 bool law_j2(const MatLaw& law, bool finite, const double* E, const double* h_n, double* h_np1, bool tangent,
             LawOutput& out);
 

@@ -53,10 +53,10 @@ void blend(double c, const LawOutput& intact, bool tangent, LawOutput& out)
   for (int i = 0; tangent && i < 36; ++i) out.D[i] = c * intact.D[i] + (1.0 - c) * out.D[i];
 }
 
-void note_flow(const MatLaw& law, const Grains& g, const double* h_n, double* h_np1)
+void note_flow(const MatLaw& law, const Grains& g, const double* h_n, double* h_np1, LawOutput& out)
 {
-  h_np1[HISTORY_EQUIVALENT] = h_n[HISTORY_EQUIVALENT] + g.gamma;
-  h_np1[HISTORY_DISSIPATED] = h_n[HISTORY_DISSIPATED] + (1.0 - law.c) * g.beta * g.q * g.gamma;
+  h_np1[FLOW_EQUIVALENT] = h_n[FLOW_EQUIVALENT] + g.gamma;
+  out.dissipated         = (1.0 - law.c) * g.beta * g.q * g.gamma;
 }
 
 // the symmetric part                                                                   (2.31)
@@ -80,7 +80,7 @@ void small_strain(const MatLaw& law, const double* E, const double* h_n, double*
   for (int i = 0; i < 6; ++i) out.S[i] = g.beta * t.s[i] - (i < 3 ? g.pressure : 0.0);
   out.psi = g.psi;
   small_flow(t, flow_rate(g), h_n, h_np1);
-  note_flow(law, g, h_n, h_np1);
+  note_flow(law, g, h_n, h_np1, out);
   if (tangent) small_tangent(t, moduli(law, g), out.D);
 }
 
@@ -104,8 +104,8 @@ bool law_granular(const MatLaw& law, bool finite, const double* E, const double*
   const Vec3 tau  = g.beta * s - Vec3::Constant(g.pressure);
   out.psi = g.psi;
   hencky_stress(t, tau, out.S);
-  std::copy_n(h_n, HISTORY_EQUIVALENT, h_np1);
-  note_flow(law, g, h_n, h_np1);
+  std::copy_n(h_n, FLOW_EQUIVALENT, h_np1);
+  note_flow(law, g, h_n, h_np1, out);
   if (flow_rate(g) > 0.0) hencky_flow(t, t.e - flow_rate(g) * s, h_np1);
   if (tangent) hencky_tangent(t, tau, s, moduli(law, g), out.D);
   blend(law.c, intact, tangent, out);
@@ -120,7 +120,7 @@ bool law_granular(const MatLaw& law, bool finite, const double* E, const double*
 // dissipated: friction, and what backward Euler takes
 // ---------------------------------------------------------------------------
 bool law_granular_step(const MatLaw& law, const KernelMode& mode, const double* E0, const double* E1,
-                       const double* h_n, double* h_np1, double* S, double* C)
+                       const double* h_n, double* h_np1, double* dissipated, double* S, double* C)
 {
   using V = VoigtPlace<3>;
   MatLaw bare = law;
@@ -145,7 +145,7 @@ bool law_granular_step(const MatLaw& law, const KernelMode& mode, const double* 
     work += S[i] * (E1[i] - E0[i]) * (i < 3 ? 1.0 : 2.0);
   }
   for (int i = 0; C && i < 36; ++i) C[i] = Cp[i] + one.D[i] - Cp1[i];
-  h_np1[HISTORY_DISSIPATED] = h_n[HISTORY_DISSIPATED] + (1.0 - law.c) * (work - one.psi + zero.psi);
+  *dissipated = (1.0 - law.c) * (work - one.psi + zero.psi);
   LawOutput intact;                                    // quadratic: the middle is exact
   law_svk(law, mode.finite, mid, nullptr, nullptr, C != nullptr, intact);
   for (int i = 0; i < 6; ++i) S[i] = law.c * intact.S[i] + (1.0 - law.c) * S[i];

@@ -50,13 +50,11 @@ Moduli moduli(const MatLaw& law, double K, const Return& r)
   return {K, 2.0 * law.mu * r.beta, r.plastic ? flow : 0.0};
 }
 
-void note_flow(const MatLaw& law, const Return& r, const double* h_n, double* h_np1)
+void note_flow(const MatLaw& law, const Return& r, const double* h_n, double* h_np1, LawOutput& out)
 {
-  const double a = h_n[HISTORY_EQUIVALENT];
-  h_np1[HISTORY_EQUIVALENT] = a + r.gamma;
-  h_np1[HISTORY_DISSIPATED] = h_n[HISTORY_DISSIPATED] + (r.plastic ? yield_work(*law.material, a + r.gamma) -
-                                                                     yield_work(*law.material, a)
-                                                                   : 0.0);
+  const double a = h_n[FLOW_EQUIVALENT];
+  h_np1[FLOW_EQUIVALENT] = a + r.gamma;
+  if (r.plastic) out.dissipated = yield_work(*law.material, a + r.gamma) - yield_work(*law.material, a);
 }
 
 // without NLGEOM: additive strains
@@ -65,11 +63,11 @@ bool j2_small_strain(const MatLaw& law, const double* E, const double* h_n, doub
 {
   const double K = bulk_modulus(law);
   const SmallTrial t = small_trial(law, E, h_n);
-  const Return r = radial_return(law, std::sqrt(1.5 * t.ss), h_n[HISTORY_EQUIVALENT]);
+  const Return r = radial_return(law, std::sqrt(1.5 * t.ss), h_n[FLOW_EQUIVALENT]);
   for (int i = 0; i < 6; ++i) out.S[i] = r.beta * t.s[i] + (i < 3 ? K * t.tr : 0.0);
   out.psi = 0.5 * K * t.tr * t.tr + 0.25 / law.mu * r.beta * r.beta * t.ss;
   small_flow(t, r.plastic ? 1.5 * r.gamma / r.q : 0.0, h_n, h_np1);
-  note_flow(law, r, h_n, h_np1);
+  note_flow(law, r, h_n, h_np1, out);
   if (tangent) small_tangent(t, moduli(law, K, r), out.D);
   return true;
 }
@@ -110,13 +108,13 @@ bool law_j2(const MatLaw& law, bool finite, const double* E, const double* h_n, 
   const double tr = t.e.sum();
   const Vec3 s    = 2.0 * law.mu * (t.e.array() - tr / 3.0);
   // 2. return
-  const Return r = radial_return(law, std::sqrt(1.5) * s.norm(), h_n[HISTORY_EQUIVALENT]);
+  const Return r = radial_return(law, std::sqrt(1.5) * s.norm(), h_n[FLOW_EQUIVALENT]);
   const Vec3 tau = r.beta * s + Vec3::Constant(K * tr);
   out.psi = 0.5 * K * tr * tr + 0.25 / law.mu * r.beta * r.beta * s.squaredNorm();
   hencky_stress(t, tau, out.S);
   // 3. history
-  std::copy_n(h_n, HISTORY_EQUIVALENT, h_np1);
-  note_flow(law, r, h_n, h_np1);
+  std::copy_n(h_n, FLOW_EQUIVALENT, h_np1);
+  note_flow(law, r, h_n, h_np1, out);
   if (r.plastic) hencky_flow(t, t.e - 1.5 * r.gamma / r.q * s, h_np1);
   // 4. tangent                                                                        (2.27)
   if (tangent) hencky_tangent(t, tau, s, moduli(law, K, r), out.D);

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/log.h"
 #include "mat/law.h"
 #include "mat/voigt.h"
 
@@ -77,25 +78,62 @@ void discrete_gradient(const LawOutput& zero, const LawOutput& one, double gone,
 
 }  // namespace
 
-const Law& law_of(const MatLaw& law)
+namespace {
+
+const std::vector<HistoryField> flow = {{"plastic deformation", 6, HISTORY_DEFORMATION},
+                                        {"equivalent plastic strain", 1, HISTORY_EQUIVALENT}};
+
+// one row for each LawKind
+Law table[] = {
+    {"elastic", {}, true, law_svk, nullptr},
+    {"neo-Hooke", {}, false, law_neo_hooke, nullptr},
+    {"J2 plasticity", flow, false, law_j2, nullptr},
+    {"granular", flow, false, law_granular, law_granular_step},
+    {"other", {}, false, law_svk, nullptr},
+};
+static_assert(sizeof table / sizeof *table == LAW_KINDS, "a law without a row in the table");
+
+int history_of(const Law& law)
 {
-  static const Law table[] = {
-      {"elastic", 0, true, law_svk},
-      {"neo-Hooke", 0, false, law_neo_hooke},
-      {"J2 plasticity", 8, false, law_j2},
-      {"granular", 8, false, law_granular},
-  };
-  return table[law.kind];
+  int n = law.history.empty() ? 0 : HISTORY_OF_LAW;
+  for (const HistoryField& f : law.history) n += f.size;
+  return n;
 }
 
+// Law::update with the history of an integration point
+bool update(const Law& l, const MatLaw& law, bool finite, const double* E, const double* h_n, double* h_np1,
+            bool tangent, LawOutput& out)
+{
+  out.dissipated = 0.0;
+  if (l.history.empty()) return l.update(law, finite, E, nullptr, nullptr, tangent, out);
+  if (!l.update(law, finite, E, h_n + HISTORY_OF_LAW, h_np1 + HISTORY_OF_LAW, tangent, out)) return false;
+  h_np1[HISTORY_DISSIPATED] = h_n[HISTORY_DISSIPATED] + out.dissipated;
+  return true;
+}
+
+}  // namespace
+
+const Law& law_of(const MatLaw& law) { return table[law.kind]; }
+Law& law_other() { return table[LAW_OTHER]; }
+
+int law_field(const Law& law, HistoryUse use)
+{
+  int at = HISTORY_OF_LAW;
+  for (const HistoryField& f : law.history) {
+    if (f.use == use) return at;
+    at += f.size;
+  }
+  return -1;
+}
 
 int law_history(const Model& m)
 {
   int n = 0;
   for (const Material& mat : m.material)
-    if (mat.used) n = std::max(n, law_of(mat_law(mat, PLANE_NONE)).history);
+    if (mat.used) n = std::max(n, history_of(law_of(mat_law(mat, PLANE_NONE))));
   for (const FractureDef& f : m.fracture)
-    if (f.residual == SPLIT_GRANULAR) n = std::max(n, static_cast<int>(HISTORY_DISSIPATED) + 1);
+    if (f.residual == SPLIT_GRANULAR) n = std::max(n, history_of(table[LAW_GRANULAR]));
+  MPFE_CHECK(n <= MAX_HISTORY, "MAX_HISTORY (mat/law.h) is less than a law keeps");
   return n;
 }
 
@@ -114,12 +152,12 @@ bool law_update(const MatLaw& law, bool finite, double* E, const double* h_n, do
                 LawOutput& out)
 {
   const Law& l = law_of(law);
-  if (law.plane != PLANE_STRESS) return l.update(law, finite, E, h_n, h_np1, tangent, out);
+  if (law.plane != PLANE_STRESS) return update(l, law, finite, E, h_n, h_np1, tangent, out);
   // S33(E33) = 0 by Newton's method; a step that leaves the positive stretches is halved
   E[2] = -law.lam3 / (law.lam3 + 2.0 * law.mu) * (E[0] + E[1]);
   if (finite && E[2] < -0.45) E[2] = -0.45;
   for (int it = 0; it < MOST_ITERATIONS; ++it) {
-    if (!l.update(law, finite, E, h_n, h_np1, true, out)) return false;
+    if (!update(l, law, finite, E, h_n, h_np1, true, out)) return false;
     const double size = std::fabs(out.S[0]) + std::fabs(out.S[1]) + std::fabs(out.S[3]);
     const double step = -out.S[2] / out.D[14];
     if (std::fabs(out.S[2]) <= 1e-15 * law.mu || std::fabs(out.S[2]) <= 1e-14 * size || !(out.D[14] > 0.0)) {
@@ -136,8 +174,14 @@ bool law_update(const MatLaw& law, bool finite, double* E, const double* h_n, do
 bool law_step(const MatLaw& law, const KernelMode& mode, const double* E0, const double* E1,
               const double* h_n, double* h_np1, double* S, double* C)
 {
-  if (law.kind == LAW_GRANULAR && mode.mid && law.plane != PLANE_STRESS)
-    return law_granular_step(law, mode, E0, E1, h_n, h_np1, S, C);
+  const Law& l = law_of(law);
+  if (l.step && mode.mid && law.plane != PLANE_STRESS) {
+    double dissipated = 0.0;
+    if (!l.step(law, mode, E0, E1, h_n + HISTORY_OF_LAW, h_np1 + HISTORY_OF_LAW, &dissipated, S, C))
+      return false;
+    h_np1[HISTORY_DISSIPATED] = h_n[HISTORY_DISSIPATED] + dissipated;
+    return true;
+  }
   LawOutput one, zero;
   double end[6], start[6], scratch[MAX_HISTORY];
   std::copy(E1, E1 + 6, end);
@@ -145,8 +189,8 @@ bool law_step(const MatLaw& law, const KernelMode& mode, const double* E0, const
   if (mode.mid) {
     std::copy(E0, E0 + 6, start);
     if (!law_update(law, mode.finite, start, h_n, scratch, false, zero)) return false;
-    const bool keeps  = law_of(law).history > HISTORY_DISSIPATED;
-    const double gone = keeps ? h_np1[HISTORY_DISSIPATED] - h_n[HISTORY_DISSIPATED] : 0.0;
+    // as the history has it, which the ledger reads
+    const double gone = l.history.empty() ? 0.0 : h_np1[HISTORY_DISSIPATED] - h_n[HISTORY_DISSIPATED];
     discrete_gradient(zero, one, gone, E0, E1, law.plane == PLANE_STRESS, S, C);
     const double more = mode.s_new - 0.5;              // dissipation on demand
     for (int i = 0; i < 6; ++i) S[i] += more * (one.S[i] - zero.S[i]);

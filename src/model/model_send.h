@@ -10,7 +10,4 @@
 void model_send(Model& m, int rank);
 Model model_receive();
 
-// model_bcast : from rank 0 to all. Collective.
-void model_bcast(Model& m);
-
 #endif

@@ -81,7 +81,7 @@ bool points_fit(const Model& m, const Points& begin, const Points& p)
             nfrac = static_cast<int>(m.fracture.size());
   if (p.npoint < begin.npoint || p.ncorner < begin.ncorner) return false;
   const std::size_t n = p.npoint, c = p.ncorner, dim = m.dim;
-  if (!index(p.shape, n, 0, 5) || !lists(p.conn, p.npoint, 0, p.ncorner)) return false;
+  if (!index(p.shape, n, 0, SHAPE_TRI6) || !lists(p.conn, p.npoint, 0, p.ncorner)) return false;
   for (int q = 0; q < p.npoint; ++q) {
     const ShapeInfo& info = shape_info[p.shape[q]];
     if (info.dim != m.dim || p.conn.count(q) != info.nen) return false;

@@ -8,10 +8,8 @@
 //     out_listing_iteration, out_listing_cut, out_increment
 //   out_close                            checks, tables; returns the number of failed checks
 // A run that goes on from a restart file: out_restart_load, out_listing_open, out_reopen, then as above.
-// On several ranks with a replicated model the first one does it all; the others return at once (out_idle),
-// but for out_reopen, which gives all the state. With a divided model (MeshPart) all routines that take the
-// Model are collective: each rank brings what it has, history and checks are equal on all ranks, and the
-// first one writes, but for the pieces of VTK.
+// On several ranks all routines that take the Model are collective: each rank brings what it owns, history
+// and checks are equal on all ranks, and the first one writes, but for the pieces of VTK.
 // ---------------------------------------------------------------------------
 #ifndef MPFE_OUT_OUT_H
 #define MPFE_OUT_OUT_H
@@ -26,27 +24,15 @@
 #include "dof/dof.h"
 #include "elem/elem.h"
 #include "frac/frac.h"
+#include "model/quantity.h"
 #include "model/state.h"
 #include "point/point.h"
 #include "solve/solve.h"
 
 // ---- quantities (out_quantity.cpp) ------------------------------------------
 
-enum QuantityKind {
-  Q_NONE, Q_U, Q_V, Q_A, Q_X, Q_RF, Q_GRF, Q_CONTACT, Q_FRAC, Q_S, Q_E, Q_MISES, Q_ENER, Q_PEEQ
-};
-
-struct Quantity {              // U1: {Q_U, 0};  S12: {Q_S, 3}
-  QuantityKind kind = Q_NONE;
-  int comp = 0;
-};
-
-// quantity_find : the word of a deck; kind Q_NONE when it is unknown
-Quantity quantity_find(const std::string& word);
-bool quantity_is_nodal(const Quantity& q);       // U V A X RF GRF
-bool quantity_is_place(const Quantity& q);       // U V A X: known at every place of a body
-double quantity_ip(const Quantity& q, const IpFields& f);   // S E SMISES ENER PEEQ
-double mises_stress(const double sig[6]);
+// quantity_is_place : known at any position of a body
+inline bool quantity_is_place(const Quantity& q) { return q.where == OF_MOTION || q.where == OF_NODES; }
 
 // elem_nodal_at : U V A X in element e, shape functions N at the place
 double elem_nodal_at(const Model& m, const Level& level, const Quantity& q, int e, const double* N);
@@ -57,9 +43,6 @@ double point_nodal_at(const Model& m, const Points& pts, const Level& level, con
 
 // elem_gauss : Gauss points of an element, 0 when it is no element any more
 int elem_gauss(const Model& m, const Elements& el, int e);
-
-// out_idle : a rank that has nothing to do in out/: not the first one of a replicated model
-inline bool out_idle(const Model& m) { return comm_rank() > 0 && !m.part.on; }
 
 // out_sum, out_max : numbers of the ranks of a divided model put together, on all of them; else they stay.
 // Collective.
@@ -89,7 +72,7 @@ struct History {               // every increment, also those that the file skip
 };
 
 struct Probe {                 // a column of *HISTORY, ready to be read
-  Quantity q;
+  const Quantity* q = nullptr;
   Reduce reduce = REDUCE_MEAN;
   IntVec node, elem, point;    // what it reads on this rank, a node on one rank alone
   Located at;

@@ -65,7 +65,7 @@ void add_centre(const Model& m, const Elements& el, const State& s, const Check&
   for (int g = 0; g < elem_gauss(m, el, e); ++g) {
     elem_ip_fields(m, el, s.n, out_nlgeom(m, s), e, g, f);
     V += f.V0;
-    value += f.V0 * quantity_ip(q, f);
+    value += f.V0 * q.point(f, q.comp);
     for (int i = 0; i < 3; ++i) X[i] += f.V0 * f.X[i];
   }
   for (double& x : X) x /= V;
@@ -86,7 +86,7 @@ void add_elements(const Model& m, const Elements& el, const State& s, const Chec
     for (int g = 0; g < elem_gauss(m, el, e); ++g) {
       elem_ip_fields(m, el, s.n, out_nlgeom(m, s), e, g, f);
       shape_eval(shape, gauss_rule(shape).xi[g], N, nullptr);
-      const double value = quantity_is_place(q) ? elem_nodal_at(m, s.n, q, e, N) : quantity_ip(q, f);
+      const double value = quantity_is_place(q) ? elem_nodal_at(m, s.n, q, e, N) : q.point(f, q.comp);
       norm.add(value, expr_eval(c.exact, f.X, s.n.time), f.V0);
     }
   }
@@ -104,7 +104,7 @@ void add_points(const Model& m, const State& s, const Check& c, const Quantity& 
       value = point_nodal_at(m, pts, s.n, q, p, pts.w(p));
     } else {
       point_ip_fields(m, pts, s.n, p, f);
-      value = quantity_ip(q, f);
+      value = q.point(f, q.comp);
     }
     norm.add(value, expr_eval(c.exact, X, s.n.time), pts.V0[p]);
   }
@@ -159,11 +159,12 @@ bool out_check_due(const Check& c, const CheckResult& r, double time)
 double out_check_field(const Model& m, const Elements& el, const State& s, const Check& c,
                        std::string& message)
 {
-  const Quantity q = quantity_find(c.what);
-  if (q.kind == Q_NONE || q.kind == Q_RF || q.kind == Q_GRF || q.kind == Q_CONTACT) {
+  const Quantity* const found = quantity_find(c.what);
+  if (!found || (!quantity_is_place(*found) && found->where != OF_POINTS)) {
     message = "no field of this name";
     return not_a_number;
   }
+  const Quantity& q = *found;
   Norm norm;
   add_elements(m, el, s, c, q, norm);
   add_points(m, s, c, q, norm);
@@ -172,7 +173,8 @@ double out_check_field(const Model& m, const Elements& el, const State& s, const
   if (norm.volume <= 0.0) message = "reads nothing: no element and no material point";
   else if (!std::isfinite(norm.exact)) message = "the exact field is not a number somewhere";
   else if (!(scale > 0.0)) message = "the exact field is zero everywhere: give SCALE";
-  else if (std::isnan(norm.error) && q.kind == Q_A) message = "material points keep no acceleration";
+  else if (std::isnan(norm.error) && quantity_is_place(q) && !q.corner)
+    message = "material points keep no acceleration";
   return message.empty() ? std::sqrt(norm.error) / scale : not_a_number;
 }
 

@@ -145,44 +145,39 @@ int make_probe(const Model& m, const Elements& el, const State& s, const History
 {
   probe.q      = quantity_find(d.what);
   probe.reduce = d.reduce;
-  if (probe.q.kind == Q_NONE) return complain(d, "unknown quantity");
-  if (probe.q.kind == Q_GRF) {
+  if (!probe.q) return complain(d, "unknown quantity");
+  const QuantityWhere where = probe.q->where;
+  if (where == OF_GRID) {
     probe.grid_bc = d.grid_bc;
     const bool known = probe.grid_bc >= 0 && probe.grid_bc < static_cast<int>(m.grid_bc.size());
     return known ? 0 : complain(d, "no such *GRID BOUNDARY line");
   }
-  if (probe.q.kind == Q_CONTACT) {
+  if (where == OF_CONTACT) {
     probe.contact = d.contact;
     return d.contact >= 0 ? 0 : complain(d, "no such *CONTACT PAIR");
   }
-  if (probe.q.kind == Q_FRAC) return 0;
+  if (where == OF_MODEL) return 0;
   find_targets(m, el, s, d, probe);
   const Targets has = targets_of(m, probe);
   if (d.at_point) {
     if (!has.elem_at && !has.point_at)
       return complain(d, "no element and no material point contains this place at t = 0");
-    if (probe.q.kind == Q_A && !has.elem_at) return complain(d, "material points keep no acceleration");
+    if (where == OF_NODES && !probe.q->corner && !has.elem_at)
+      return complain(d, "material points keep no acceleration");
     return 0;
   }
   if (d.body >= 0 && m.body[d.body].fill == FILL_CONVERSION) return 0;        // empty at t = 0
   if (!has.node && !has.elem && !has.point) return complain(d, "the target is empty");
-  if (quantity_is_nodal(probe.q) ? has.elem : has.node)
+  if (where == OF_POINTS ? has.node : has.elem)
     return complain(d, "this quantity does not belong to this kind of target");
-  if (has.point && (probe.q.kind == Q_A || probe.q.kind == Q_RF))
+  if (has.point && where != OF_POINTS && !probe.q->corner)
     return complain(d, "material points have neither accelerations nor reactions");
   return 0;
 }
 
 double node_value(const Model& m, const State& s, const Quantity& q, int n)
 {
-  const int i = n * m.dim + q.comp;
-  switch (q.kind) {
-    case Q_U:  return s.n.u[i];
-    case Q_V:  return s.n.v[i];
-    case Q_A:  return s.n.a[i];
-    case Q_X:  return m.mesh.X[n * 3 + q.comp] + s.n.u[i];
-    default:   return s.rf[i];
-  }
+  return q.where == OF_SUPPORTS ? s.rf[n * m.dim + q.comp] : q.node(m, s.n, n, q.comp);
 }
 
 void sample_gauss(const Model& m, const Elements& el, const State& s, const Quantity& q, int e,
@@ -191,7 +186,7 @@ void sample_gauss(const Model& m, const Elements& el, const State& s, const Quan
   IpFields f;
   for (int g = 0; g < elem_gauss(m, el, e); ++g) {
     elem_ip_fields(m, el, s.n, out_nlgeom(m, s), e, g, f);
-    sample.add(quantity_ip(q, f), f.V0);
+    sample.add(q.point(f, q.comp), f.V0);
   }
 }
 
@@ -203,7 +198,7 @@ void sample_point(const Model& m, const State& s, const Quantity& q, int p, cons
   }
   IpFields f;
   point_ip_fields(m, s.points, s.n, p, f);
-  sample.add(quantity_ip(q, f), s.points.V0[p]);
+  sample.add(q.point(f, q.comp), s.points.V0[p]);
 }
 
 // the place of t = 0 may lie on a common edge: the mean over its owners
@@ -212,78 +207,42 @@ void sample_place(const Model& m, const Elements& el, const State& s, const Prob
   const double* N = probe.at.N.data();
   for (std::size_t i = 0; i < probe.at.elem.size(); ++i) {
     const int e = probe.at.elem[i];
-    if (quantity_is_place(probe.q))
-      sample.add(elem_nodal_at(m, s.n, probe.q, e, N + MAX_NODES * i), 1.0);
+    if (quantity_is_place(*probe.q))
+      sample.add(elem_nodal_at(m, s.n, *probe.q, e, N + MAX_NODES * i), 1.0);
     else
-      sample_gauss(m, el, s, probe.q, e, sample);
+      sample_gauss(m, el, s, *probe.q, e, sample);
   }
   for (std::size_t i = 0; i < probe.at.point.size(); ++i)
-    sample_point(m, s, probe.q, probe.at.point[i], N + MAX_NODES * i, sample);
+    sample_point(m, s, *probe.q, probe.at.point[i], N + MAX_NODES * i, sample);
 }
 
-// place of the crack tip in one direction: the last centre, or the first with MIN, of what the criterion has
-// broken
-double tip_place(const Model& m, const State& s, int axis, bool first)
-{
-  double tip = no_value;
-  for (size_t e = 0; e < s.frac.time.size(); ++e) {
-    if (!(s.frac.time[e] > 0.0)) continue;
-    const int n = m.mesh.conn.count(static_cast<int>(e));
-    double x = 0.0;
-    for (int a = 0; a < n; ++a) x += m.mesh.X[3 * m.mesh.conn.begin(static_cast<int>(e))[a] + axis] / n;
-    tip = std::isnan(tip) ? x : first ? std::min(tip, x) : std::max(tip, x);
-  }
-  const double none = -1e300;
-  double most = std::isnan(tip) ? none : first ? -tip : tip;
-  out_max(m, &most, 1);
-  return most == none ? tip : first ? -most : most;
-}
-
-double fracture_value(const Model& m, const Elements& el, const State& s, const Probe& probe)
-{
-  Fragments f;
-  if (probe.q.comp == 9) return frac_connect(m, el, s, f);
-  if (probe.q.comp == 10) return s.frac.nreleased;
-  if (probe.q.comp == 11) return s.ledger.ghost;
-  if (probe.q.comp == 13) return s.ledger.viscous;
-  if (probe.q.comp == 14) return s.ledger.plastic;
-  if (probe.q.comp == 15) return s.ledger.overlap;
-  if (probe.q.comp == 16) return s.ledger.released;
-  if (probe.q.comp == 17) return s.ledger.sudden;
-  if (probe.q.comp == 18) return s.ledger.stopped;
-  if (probe.q.comp == 12) return static_cast<double>(s.frac.nreleasing);
-  if (probe.q.comp >= 6) return tip_place(m, s, probe.q.comp - 6, probe.reduce == REDUCE_MIN);
-  const double value[6] = {double(s.frac.neroded), s.frac.area,       double(s.points.npoint_all()),
-                           double(s.bonds.nbond_all()),  s.ledger.fracture, s.ledger.conversion};
-  return value[probe.q.comp];
-}
-
-// a number that the state holds as it is, or the sample that the column is made of
+// a sample of nodes or points that the column is made of, or a number of the state
 bool is_sampled(const Probe& probe)
 {
-  return probe.q.kind != Q_FRAC && probe.contact < 0 && probe.grid_bc < 0;
+  return probe.q->where != OF_MODEL && probe.q->where != OF_CONTACT && probe.q->where != OF_GRID;
 }
 
 double state_value(const Model& m, const Elements& el, const State& s, const Probe& probe)
 {
-  if (probe.q.kind == Q_FRAC) return fracture_value(m, el, s, probe);
-  if (probe.contact >= 0) {
-    const ContactLog c = probe.contact < static_cast<int>(s.contact.size()) ? s.contact[probe.contact]
-                                                                            : ContactLog();
-    const double value[5] = {c.force, c.gap, c.area, c.work, c.peak};
-    return value[probe.q.comp];
-  }
-  return s.grid_rf[probe.grid_bc * m.dim + probe.q.comp];
+  const Quantity& q = *probe.q;
+  const auto fragments = [&] {
+    Fragments f;
+    return static_cast<double>(frac_connect(m, el, s, f));
+  };
+  if (q.where == OF_MODEL) return q.model({m, s, probe.reduce == REDUCE_MIN, fragments}, q.comp);
+  if (q.where == OF_GRID) return s.grid_rf[probe.grid_bc * m.dim + q.comp];
+  const bool begun = probe.contact < static_cast<int>(s.contact.size());
+  return q.contact(begun ? s.contact[probe.contact] : ContactLog());
 }
 
 Gathered sampled(const Model& m, const Elements& el, const State& s, const Probe& probe)
 {
   Sample sample;
   sample_place(m, el, s, probe, sample);
-  for (int n : probe.node) sample.add(node_value(m, s, probe.q, n), 1.0);
-  for (int e : probe.elem) sample_gauss(m, el, s, probe.q, e, sample);
+  for (int n : probe.node) sample.add(node_value(m, s, *probe.q, n), 1.0);
+  for (int e : probe.elem) sample_gauss(m, el, s, *probe.q, e, sample);
   for (int p : probe.point)
-    sample_point(m, s, probe.q, p, s.points.w(p), sample);
+    sample_point(m, s, *probe.q, p, s.points.w(p), sample);
   return gather(sample);
 }
 

@@ -161,7 +161,10 @@ void out_listing_open(const Model& m, Output& out, bool goes_on)
                m.deck.c_str(), date_text().c_str());
   std::fprintf(out.lst, "  machine         %s %s, %ld processors\n", machine.sysname, machine.machine,
                sysconf(_SC_NPROCESSORS_ONLN));
-  std::fprintf(out.lst, "  ranks           %d\n", comm_size());
+  std::fprintf(out.lst, "  ranks           %d", comm_size());
+  if (comm_started() > comm_size())
+    std::fprintf(out.lst, " of %d; the model is too small for more", comm_started());
+  std::fprintf(out.lst, "\n");
   std::fprintf(out.lst, "  threads         OMP_NUM_THREADS %s, OPENBLAS_NUM_THREADS %s\n",
                environment("OMP_NUM_THREADS"), environment("OPENBLAS_NUM_THREADS"));
   std::fprintf(out.lst, "  compiled        by C++ compiler %s, vector instructions %s\n", __VERSION__,
@@ -221,7 +224,6 @@ void out_listing_defaults(std::FILE* file, const Model& m, const Bonds& bonds)
 
 void out_step_begin(const Model& m, int step, Output& out)
 {
-  if (out_idle(m)) return;
   step_defaults(out.lst, m, step);
   std::fprintf(
       out.lst,
@@ -230,7 +232,6 @@ void out_step_begin(const Model& m, int step, Output& out)
 
 void out_step_end(const Model& m, const State& s, Output& out)
 {
-  if (out_idle(m)) return;
   std::fprintf(out.lst, "\nend of step %d after %d increments at time %.9g\n", s.log.step, s.log.inc,
                s.n.time);
   out_listing_balance(out.lst, m, s);

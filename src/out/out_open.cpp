@@ -26,7 +26,6 @@ bool vtk_due(const Model& m, const State& s, Output& out)
 // ---------------------------------------------------------------------------
 int out_open(const Model& m, const Elements& el, const State& s, const ActiveGrid& grid, Output& out)
 {
-  if (out_idle(m)) return 0;
   if (!out.lst) out_listing_open(m, out);
   out_model_summary(out.lst, m, el, s.points, s.bonds);
   out_listing_defaults(out.lst, m, s.bonds);
@@ -46,7 +45,6 @@ int out_open(const Model& m, const Elements& el, const State& s, const ActiveGri
 // ---------------------------------------------------------------------------
 void out_increment(const Model& m, const Elements& el, const State& s, const ActiveGrid& grid, Output& out)
 {
-  if (out_idle(m)) return;
   Timer timer(PHASE_OUTPUT);
   const bool leaps = s.log.step > 0 && m.step[s.log.step - 1].explicit_steps();
   const bool listed = !leaps || s.log.inc % EVERY == 0 || !s.eroded.empty();
@@ -69,7 +67,6 @@ void out_increment(const Model& m, const Elements& el, const State& s, const Act
 int out_close(const Model& m, const Elements& el, const State& s, const ActiveGrid& grid,
               const Solver& solver, bool finished, Output& out)
 {
-  if (out_idle(m)) return 0;
   out_progress_clear(out);
   const int last = static_cast<int>(out.history.rows.size()) - 1;
   if (out.row_written < last) history_write(out, last);

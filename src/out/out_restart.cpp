@@ -42,7 +42,7 @@ static void io(Archive& f, Output& x)
 namespace {
 
 const char* const magic = "MPFE-RST";      // 8 letters
-const int format = 26;                     // of the content; changes with every change of a struct in it
+const int format = 27;                     // of the content; changes with every change of a struct in it
 
 struct FileHead {                 // in front of the content
   char magic[8];
@@ -378,8 +378,7 @@ bool same_pieces(const MeshPart& part, const Division& d)
 void take_division(const Model& m, bool same, State& s)
 {
   if (!same) s.work = WorkShare();
-  const bool stays = m.part.on ? same && m.part.window : !s.division.pieces;
-  if (!stays) s.division = Division();
+  if (!(m.part.on && same && m.part.window)) s.division = Division();
   Division& d = s.division;
   if (!d.pieces) return;
   d.elem.clear();
@@ -430,7 +429,7 @@ void remove_unfinished(const std::string& base)
 // ---------------------------------------------------------------------------
 void out_restart(const Model& m, State& s, const ActiveGrid& grid, bool now, Output& out)
 {
-  if (!m.restart.write || out_idle(m)) return;
+  if (!m.restart.write) return;
   const bool due = s.log.inc > 0 && restart_due(m, s, out);
   if (!(due || now) || out.restart_inc == s.log.inc_total) return;
   Timer timer(PHASE_OUTPUT);
@@ -555,7 +554,6 @@ int out_reopen(Model& m, const Elements& el, const FracMesh& fm, Archive& f, Sta
               fault.c_str());
     return 1;
   }
-  if (out_idle(m)) return 0;
   out.chk = out_file_first(out.base + ".chk");
   if (first) {
     branch_table(m, out, "dat", length.dat, out.dat);

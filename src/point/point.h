@@ -85,9 +85,8 @@ int point_fill(const Model& m, Points& pts);
 // point_fill_whole : all of them, on a rank that has the whole model; mistakes of the deck are not told
 void point_fill_whole(const Model& m, Points& pts);
 
-// point_fill_divides : are there least cells of points for each rank, and does each get some? No body waits
-// for conversion. Not collective: rank 0 asks with the whole model.
-bool point_fill_divides(const Model& m, int least);
+// point_fill_cells : cells with points, and elements that are points from the start
+long point_fill_cells(const Model& m);
 
 // point_fill_ranks : which rank has the points of each cell: those of a box in Body::rank, of elements that
 // are points from the start in of_elem [nelem], which holds the ranks of the finite elements. Not collective:
@@ -296,11 +295,6 @@ double point_viscous_loss(const Points& pts, int dim, const PointLaws& law, cons
 
 // point_energy_one : strain energy of the broken point p with displacements of l; c: degradation factor
 double point_energy_one(const Model& m, const Points& pts, const Level& l, int p, double c);
-
-// point_share_history : l.hp as the ranks that work on points (rank [npoint]) and groups have it, on all
-// ranks that know them, unless each has points of its own. Collective
-void point_share_history(const Model& m, const Points& pts, const PointLaws& law, const IntVec& rank,
-                         const IntVec& mine, const IntVec& groups, Level& l);
 
 // point_tell_history : MeshPart::window: l.hp, n numbers a point, as the rank has it that works on the point
 // (rank [npoint]), to all that have the element that it was. Collective

@@ -326,6 +326,7 @@ IntVec near_elements(const Mesh& mesh, const IntVec& of_elem, const RealVec& X, 
       for (int r = 0; r < ranks && rank[p] < 0; ++r) {
         double apart = 0.0;
         for (int i = 0; i < 3 && to[r].count > 0.0; ++i) apart += std::pow(from[p].x[i] - to[r].x[i], 2);
+        if (to[r].count == 0.0) apart = 1e299;       // ranks without elements take what is left
         if (taken[r] || apart >= least) continue;
         least = apart;
         best  = r;
@@ -521,7 +522,7 @@ struct CellParts {
   IntVec part;                 // [n]
 };
 
-CellParts divide_cells(const Model& m)
+CellParts cells_with_points(const Model& m)
 {
   CellParts c;
   for (size_t b = 0; b < m.body.size(); ++b) {
@@ -529,24 +530,17 @@ CellParts divide_cells(const Model& m)
     if (m.body[b].fill != FILL_CONVERSION) count_cells(m, static_cast<int>(b), count, sum);
     c.number.push_back(number_cells(count, sum, c.X, c.work));
   }
-  c.part = part_places(c.X, c.work, comm_size());
   return c;
 }
 
 }  // namespace
 
-bool point_fill_divides(const Model& m, int least)
-{
-  const CellParts c = divide_cells(m);
-  IntVec count(comm_size(), 0);
-  for (int p : c.part) ++count[p];
-  return static_cast<int>(c.part.size()) >= least * comm_size() &&
-         *std::min_element(count.begin(), count.end()) > 0;
-}
+long point_fill_cells(const Model& m) { return static_cast<long>(cells_with_points(m).work.size()); }
 
 void point_fill_ranks(IntVec& of_elem, Model& m)
 {
-  const CellParts c = divide_cells(m);
+  CellParts c = cells_with_points(m);
+  c.part = part_places(c.X, c.work, comm_size());
   const IntVec to   = near_elements(m.mesh, of_elem, c.X, c.work, c.part);
   for (size_t b = 0; b < m.body.size(); ++b) {
     CellRanks runs;

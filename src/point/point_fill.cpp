@@ -170,6 +170,48 @@ void fill_tet(Filler& f, int body, int e)
   for (const auto& c : domain) fill_point(f, body, SHAPE_TET4, c);
 }
 
+// a pyramid is one domain (m = 1) or 10 (m = 2: four at the base, one at the apex, one upside down between
+// them, and a tetrahedron below each edge of that)
+void fill_pyramid(Filler& f, int body, int e)
+{
+  const Body& b = f.m.body[body];
+  if (b.per_cell > 2) {
+    log_error("body %s: a pyramid becomes 1 or 10 points: POINTS=1 or 2, not %d", b.name.c_str(),
+              b.per_cell);
+    ++f.errors;
+    return;
+  }
+  const int total = b.per_cell == 1 ? 1 : 8;         // as a brick has them
+  const auto corner = [&](std::initializer_list<int> nodes) {
+    int iw[5] = {};
+    for (int a : nodes) iw[a] += total / static_cast<int>(nodes.size());
+    return shared_corner(f, b, e, iw, total);
+  };
+  const int apex = corner({4});
+  int base[4], edge[4], up[4];
+  for (int a = 0; a < 4; ++a) base[a] = corner({a});
+  if (b.per_cell == 1) {
+    const int c[5] = {base[0], base[1], base[2], base[3], apex};
+    return fill_point(f, body, SHAPE_PYR5, c);
+  }
+  const int centre = corner({0, 1, 2, 3});
+  for (int a = 0; a < 4; ++a) {
+    edge[a] = corner({a, (a + 1) % 4});
+    up[a]   = corner({a, 4});
+  }
+  const int pyramid[6][5] = {{base[0], edge[0], centre, edge[3], up[0]},
+                             {edge[0], base[1], edge[1], centre, up[1]},
+                             {centre, edge[1], base[2], edge[2], up[2]},
+                             {edge[3], centre, edge[2], base[3], up[3]},
+                             {up[0], up[1], up[2], up[3], apex},
+                             {up[0], up[3], up[2], up[1], centre}};
+  for (const auto& c : pyramid) fill_point(f, body, SHAPE_PYR5, c);
+  for (int a = 0; a < 4; ++a) {
+    const int c[4] = {edge[a], centre, up[a], up[(a + 1) % 4]};
+    fill_point(f, body, SHAPE_TET4, c);
+  }
+}
+
 // A wedge is three bricks (m = 1) or six in two layers (m = 2), which meet at the line of centroids of its
 // triangles
 void fill_wedge(Filler& f, int body, int e)
@@ -229,7 +271,9 @@ void fill_element(Filler& f, int body, int e)
     case SHAPE_TET4: fill_tet(f, body, e); break;
     case SHAPE_WEDGE6: fill_wedge(f, body, e); break;
     case SHAPE_HEX8: fill_hex(f, body, e); break;
-    default:
+    case SHAPE_PYR5: fill_pyramid(f, body, e); break;
+    case SHAPE_TRI6: case SHAPE_QUAD8: case SHAPE_QUAD8R: case SHAPE_TET10: case SHAPE_WEDGE15:
+    case SHAPE_HEX20: case SHAPE_HEX20R: case SHAPES:
       log_error("body %s: element %d is a %s, which cannot become material points; use linear elements",
                 f.m.body[body].name.c_str(), f.m.mesh.elem_label[e],
                 elem_table[f.m.mesh.elem_type[e]].name);

@@ -653,25 +653,7 @@ double point_plastic(const Points& pts, const Level& l, const IntVec& mine)
 {
   const size_t history = point_history_size(pts, l);
   double sum = 0.0;
-  if (history <= HISTORY_DISSIPATED) return sum;
+  if (history == 0) return sum;
   for (int p : mine) sum += pts.V0[p] * history_at(l.hp, history, p)[HISTORY_DISSIPATED];
   return sum;
-}
-
-void point_share_history(const Model& m, const Points& pts, const PointLaws& law, const IntVec& rank,
-                         const IntVec& mine, const IntVec& groups, Level& l)
-{
-  if (pts.part.window) return point_tell_history(m.part, rank, pts, law.history, l);
-  if (comm_size() == 1 || pts.part.on || l.hp.empty()) return;
-  RealVec all(l.hp.size(), 0.0);
-  const auto take = [&](int p) {
-    const auto from = l.hp.begin() + static_cast<long>(p) * law.history;
-    std::copy(from, from + law.history, all.begin() + static_cast<long>(p) * law.history);
-  };
-  for (int p : mine)
-    if (!law.in_group(p)) take(p);
-  for (int k : groups)
-    for (int i = law.group.off[k]; i < law.group.off[k + 1]; ++i) take(law.group.item[i]);
-  comm_sum(all);
-  l.hp.swap(all);
 }

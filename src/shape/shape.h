@@ -18,7 +18,8 @@ const GaussRule& gauss_rule(Shape s);
 const GaussRule& gauss_rule_mass(Shape s);
 
 // shape_eval : N [nen] and, unless null, dN/dxi [nen*dim] at the local place xi
-//   triangles, tetrahedra: xi >= 0, sum <= 1; quadrilaterals, bricks: -1 ... 1
+//   triangles, tetrahedra: xi >= 0, sum <= 1; quadrilaterals, bricks: -1 ... 1; pyramids: t >= 0, |r| and |s|
+//   at most 1-t
 void shape_eval(Shape s, const double* xi, double* N, double* dN);
 
 // shape_jacobian : dN/dX [nen*dim] from dN/dxi and the nodal places X [nen*dim]; returns det(dX/dxi)

@@ -64,6 +64,26 @@ void wedge6(const double* xi, double* N, double* dN)
   }
 }
 
+// t = 0 at the base, 1 at the apex; N = (1-t + r_a r) (1-t + s_a s) / (4 (1-t)) at the base            (1.22)
+void pyr5(const double* xi, double* N, double* dN)
+{
+  const double open = 1.0 - xi[2], least = 1e-15;    // at the apex the derivatives depend on the way there
+  const double z = std::fabs(open) > least ? open : least, r = xi[0] / z, s = xi[1] / z;
+  for (int a = 0; a < 4; ++a) {
+    const double* c = corner_sign[a];
+    const double f = 1.0 + c[0] * r, g = 1.0 + c[1] * s;
+    N[a] = 0.25 * z * f * g;
+    if (!dN) continue;
+    dN[3 * a]     = 0.25 * c[0] * g;
+    dN[3 * a + 1] = 0.25 * c[1] * f;
+    dN[3 * a + 2] = 0.25 * (c[0] * c[1] * r * s - 1.0);
+  }
+  N[4] = xi[2];
+  if (!dN) return;
+  dN[12] = dN[13] = 0.0;
+  dN[14] = 1.0;
+}
+
 // serendipity family of the wedge, s = -1 below and 1 above: corners, middles of the edges of the triangles,
 // of those between them                                                                               (1.21)
 void wedge15(const double* xi, double* N, double* dN)
@@ -193,6 +213,7 @@ void shape_eval(Shape s, const double* xi, double* N, double* dN)
     case SHAPE_TET4: tet4(xi, N, dN); break;
     case SHAPE_WEDGE6: wedge6(xi, N, dN); break;
     case SHAPE_HEX8: hex8(xi, N, dN); break;
+    case SHAPE_PYR5: pyr5(xi, N, dN); break;
     case SHAPE_TRI6: tri6(xi, N, dN); break;
     case SHAPE_TET10: tet10(xi, N, dN); break;
     case SHAPE_WEDGE15: wedge15(xi, N, dN); break;
@@ -202,6 +223,7 @@ void shape_eval(Shape s, const double* xi, double* N, double* dN)
     case SHAPE_HEX20: case SHAPE_HEX20R:
       for (int a = 0; a < 20; ++a) serendipity(3, hex20_node[a], xi, N + a, dN ? dN + 3 * a : nullptr);
       break;
+    case SHAPES: break;
   }
 }
 
@@ -222,6 +244,21 @@ double shape_jacobian(Shape s, const double* dN, const double* X, double* dNdX)
   return det;
 }
 
+namespace {
+
+// the apex of a pyramid, where its map has no derivative
+bool at_apex(const double* X, const double* x)
+{
+  double size = 0.0, off = 0.0;
+  for (int i = 0; i < 3; ++i) {
+    off  = std::fmax(off, std::fabs(x[i] - X[12 + i]));
+    size = std::fmax(size, std::fabs(X[i] - X[12 + i]));
+  }
+  return off <= 1e-12 * size;
+}
+
+}  // namespace
+
 bool shape_inverse(Shape s, const double* X, const double* x, double* xi)
 {
   const int dim = shape_info[s].dim, nen = shape_info[s].nen;
@@ -229,6 +266,11 @@ bool shape_inverse(Shape s, const double* X, const double* x, double* xi)
   const Shape corners = shape_info[s].linear;
   const double start  = (corners == SHAPE_TRI3 || corners == SHAPE_TET4) ? 0.25 : 0.0;
   for (int i = 0; i < dim; ++i) xi[i] = start;
+  if (corners == SHAPE_PYR5) {
+    const bool apex = at_apex(X, x);
+    xi[2] = apex ? 1.0 : 0.25;
+    if (apex) return true;
+  }
   for (int it = 0; it < 25; ++it) {
     shape_eval(s, xi, N, dN);
     // r from the first node on: digits that a far origin would cost
@@ -255,17 +297,18 @@ bool shape_inverse(Shape s, const double* X, const double* x, double* xi)
 bool shape_inside(Shape shape, const double* xi, double tolerance)
 {
   const Shape s = shape_info[shape].linear;      // the natural coordinates are the same
-  double N[8];
-  shape_eval(s, xi, N, nullptr);
-  const bool simplex = s == SHAPE_TRI3 || s == SHAPE_TET4;
-  if (simplex) {
-    for (int a = 0; a < shape_info[s].nen; ++a)
-      if (N[a] < -tolerance) return false;
-    return true;
+  const auto within = [&](int i, double most) { return std::fabs(xi[i]) <= most + tolerance; };
+  const auto above  = [&](double x) { return x >= -tolerance; };
+  switch (s) {
+    case SHAPE_TRI3: return above(xi[0]) && above(xi[1]) && above(1.0 - xi[0] - xi[1]);
+    case SHAPE_TET4:
+      return above(xi[0]) && above(xi[1]) && above(xi[2]) && above(1.0 - xi[0] - xi[1] - xi[2]);
+    case SHAPE_WEDGE6: return above(xi[0]) && above(xi[1]) && above(1.0 - xi[0] - xi[1]) && within(2, 1.0);
+    case SHAPE_QUAD4: return within(0, 1.0) && within(1, 1.0);
+    case SHAPE_HEX8: return within(0, 1.0) && within(1, 1.0) && within(2, 1.0);
+    case SHAPE_PYR5: return above(xi[2]) && within(0, 1.0 - xi[2]) && within(1, 1.0 - xi[2]);
+    case SHAPE_TRI6: case SHAPE_QUAD8: case SHAPE_QUAD8R: case SHAPE_TET10: case SHAPE_WEDGE15:
+    case SHAPE_HEX20: case SHAPE_HEX20R: case SHAPES: break;       // no shape of corners
   }
-  if (s == SHAPE_WEDGE6 && (xi[0] < -tolerance || xi[1] < -tolerance || xi[0] + xi[1] > 1.0 + tolerance))
-    return false;
-  for (int i = s == SHAPE_WEDGE6 ? 2 : 0; i < shape_info[s].dim; ++i)
-    if (std::fabs(xi[i]) > 1.0 + tolerance) return false;
-  return true;
+  return false;
 }

@@ -1,5 +1,6 @@
 #include <cmath>
 
+#include "base/log.h"
 #include "shape/shape.h"
 
 namespace {
@@ -102,12 +103,33 @@ GaussRule wedge_rule(int triangle, int axis)
   return r;
 }
 
+// Points of a square that shrinks towards the apex, 2 by 2 on each of 1 or 2 levels (Gauss-Jacobi, weight
+// (1-t)^2): exact for the stiffness, and for N_a N_b, on pyramids with a parallelogram as base
+GaussRule pyramid_rule(int levels)
+{
+  const double r = std::sqrt(2.0 / 45.0);            // roots 1/3 -+ r of t^2 - 2t/3 + 1/15
+  const double t[2] = {levels == 1 ? 0.25 : 1.0 / 3 - r, 1.0 / 3 + r};
+  // weights by the moments 1/3 and 1/12 of 1 and t
+  const double upper = levels == 1 ? 0.0 : (1.0 / 12 - t[0] / 3) / (t[1] - t[0]);
+  const double w[2]  = {1.0 / 3 - upper, upper};
+  const GaussRule square = tensor_rule(2);
+  GaussRule rule{};
+  rule.n = 4 * levels;
+  for (int k = 0; k < rule.n; ++k) {
+    const int level = k / 4;
+    for (int i = 0; i < 2; ++i) rule.xi[k][i] = square.xi[k % 4][i] * (1.0 - t[level]);
+    rule.xi[k][2] = t[level];
+    rule.w[k]     = w[level];
+  }
+  return rule;
+}
+
 }  // namespace
 
 const GaussRule& gauss_rule(Shape s)
 {
   static const GaussRule tri = tri_rule(1), quad = tensor_rule(2), tet = tet_rule(1),
-                         wedge = wedge_rule(3, 2), hex = tensor_rule(3);
+                         wedge = wedge_rule(3, 2), hex = tensor_rule(3), pyramid = pyramid_rule(1);
   static const GaussRule tri3 = tri_rule(3), tet4 = tet_rule(4), quad9 = tensor_rule_3(2),
                          wedge9 = wedge_rule(3, 3), hex27 = tensor_rule_3(3);
   switch (s) {
@@ -121,15 +143,17 @@ const GaussRule& gauss_rule(Shape s)
     case SHAPE_TET10: return tet4;
     case SHAPE_WEDGE15: return wedge9;
     case SHAPE_HEX20: return hex27;
-    case SHAPE_HEX8: case SHAPE_HEX20R: break;
+    case SHAPE_PYR5: return pyramid;
+    case SHAPE_HEX8: case SHAPE_HEX20R: return hex;
+    case SHAPES: break;
   }
-  return hex;
+  MPFE_CHECK(false, "gauss_rule: no shape");
 }
 
 const GaussRule& gauss_rule_mass(Shape s)
 {
   static const GaussRule tri = tri_rule(3), tet = tet_rule(4), tri6 = tri_rule(6), tet10 = tet_rule(14),
-                         wedge18 = wedge_rule(6, 3);
+                         wedge18 = wedge_rule(6, 3), pyramid8 = pyramid_rule(2);
   switch (s) {
     case SHAPE_TRI3: return tri;
     case SHAPE_TET4: return tet;
@@ -138,8 +162,11 @@ const GaussRule& gauss_rule_mass(Shape s)
     case SHAPE_WEDGE15: return wedge18;
     case SHAPE_QUAD8R: return gauss_rule(SHAPE_QUAD8);
     case SHAPE_HEX20R: return gauss_rule(SHAPE_HEX20);
-    default: return gauss_rule(s);
+    case SHAPE_PYR5: return pyramid8;
+    case SHAPE_QUAD4: case SHAPE_WEDGE6: case SHAPE_HEX8: case SHAPE_QUAD8: case SHAPE_HEX20: case SHAPES:
+      break;
   }
+  return gauss_rule(s);
 }
 
 void shape_mass(Shape s, const double* X, double density, double* m)

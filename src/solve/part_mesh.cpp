@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
 #include "base/log.h"
@@ -85,6 +86,18 @@ std::vector<idx_t> edge_weights(const DualGraph& graph, const std::vector<RealVe
 #endif
 
 }  // namespace
+
+IntVec part_weights(const RealVec& weight)
+{
+  const double most  = weight.empty() ? 0.0 : *std::max_element(weight.begin(), weight.end());
+  const double one   = 1.0 / std::max(most, 1e-300);
+  const double all   = one * std::accumulate(weight.begin(), weight.end(), 0.0);
+  const double scale = one * std::min(1000.0, 1e9 / std::max(all, 1e-300));
+  IntVec out;
+  out.reserve(weight.size());
+  for (double w : weight) out.push_back(1 + static_cast<int>(std::lround(scale * w)));
+  return out;
+}
 
 // ---------------------------------------------------------------------------
 // part_mesh : the elements of a mesh in parts of equal work with few common nodes

@@ -36,8 +36,11 @@ bool find_routines(void* library, Petsc& p)
 
 // Options are those of this program alone, neither of a file .petscrc nor of the environment; signals stay
 // as they are, and errors come back as numbers
-bool start(const Petsc& p)
+bool start(void* library, const Petsc& p)
 {
+  // ranks that do not work start no PETSc
+  if (void* const comm = dlsym(library, "PETSC_COMM_WORLD"))
+    *static_cast<MPI_Comm*>(comm) = MPI_Comm_f2c(comm_fortran(true));
   const char* const set     = std::getenv("PETSC_OPTIONS");
   const std::string options = set ? set : "";
   unsetenv("PETSC_OPTIONS");
@@ -60,7 +63,7 @@ const Petsc* petsc_open()
     comm_fortran(true);                          // MPI has begun then
     void* const library = load();
     there = !comm_allreduce_max(!(library && find_routines(library, petsc)));
-    there = there && !comm_allreduce_max(!start(petsc));
+    there = there && !comm_allreduce_max(!start(library, petsc));
   }
   return there ? &petsc : nullptr;
 }

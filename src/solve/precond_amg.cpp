@@ -435,11 +435,13 @@ PetscErrorCode smooth(PC pc, Vec from, Vec to)
 
 // ---- the hierarchy ---------------------------------------------------------
 
+MPI_Comm comm_of(const AmgData& d) { return d.own ? MPI_Comm_f2c(comm_fortran(true)) : MPI_COMM_SELF; }
+
 bool create_vector(const AmgData& d, const RealVec* values, Vec* v)
 {
   const int D = d.M->dim, n = static_cast<int>(d.row.size()) * D;
   const double* a = values ? values->data() : nullptr;
-  return !(d.own ? petsc->VecCreateMPIWithArray(MPI_COMM_WORLD, D, n, d.nall * D, a, v)
+  return !(d.own ? petsc->VecCreateMPIWithArray(comm_of(d), D, n, d.nall * D, a, v)
                  : petsc->VecCreateSeqWithArray(MPI_COMM_SELF, D, n, a, v));
 }
 
@@ -447,7 +449,7 @@ bool create_matrices(AmgData& d)
 {
   const int D = d.M->dim, n = static_cast<int>(d.row.size()) * D, N = d.nall * D;
   int *off = d.entry_off.data(), *col = d.entry_col.data();
-  const MPI_Comm comm = d.own ? MPI_COMM_WORLD : MPI_COMM_SELF;
+  const MPI_Comm comm = comm_of(d);
   double* a       = d.entry.data();
   const int error = d.own ? petsc->MatCreateMPIAIJWithArrays(comm, n, n, N, N, off, col, a, &d.matrix)
                           : petsc->MatCreateSeqAIJWithArrays(comm, n, n, off, col, a, &d.matrix);
@@ -463,7 +465,7 @@ bool give_motions(AmgData& d, const RealVec* place)
   bool good = true;
   for (size_t m = 0; m < v.size(); ++m) good = good && create_vector(d, &motion[m], &v[m]);
   MatNullSpace space = nullptr;
-  const MPI_Comm comm = d.own ? MPI_COMM_WORLD : MPI_COMM_SELF;
+  const MPI_Comm comm = comm_of(d);
   const int count = static_cast<int>(v.size());
   good = good && !petsc->MatNullSpaceCreate(comm, PETSC_FALSE, count, v.data(), &space) &&
          !petsc->MatSetNearNullSpace(d.matrix, space) && !petsc->PCSetUp(d.multigrid);
@@ -506,7 +508,7 @@ bool form_hierarchy(AmgData& d, const RealVec* place)
 {
   // one rank: the default takes a third longer; several know no other ways
   if (!d.own && petsc->PetscOptionsSetValue(nullptr, "-matptap_via", "rap")) return false;
-  const MPI_Comm comm = d.own ? MPI_COMM_WORLD : MPI_COMM_SELF;
+  const MPI_Comm comm = comm_of(d);
   return create_vector(d, nullptr, &d.in) && create_vector(d, nullptr, &d.out) && create_matrices(d) &&
          !petsc->PCCreate(comm, &d.multigrid) && !petsc->PCSetOptionsPrefix(d.multigrid, "mpfe_") &&
          !petsc->PCSetType(d.multigrid, PCGAMG) && !petsc->PCSetFromOptions(d.multigrid) &&

@@ -98,9 +98,6 @@ int part_shared(int n, Each each)
   return shared;
 }
 
-// part_metis : the rows of A in parts of equal weight of each kind with few neighbours between them   [nrow]
-IntVec part_metis(const SysMatrix& A, const std::vector<RealVec>& weight, int parts);
-
 // part_weights : weights as whole numbers from 1 on, the largest near 1000; less where METIS, which adds them
 // up as integers of 32 bits, could not count them
 IntVec part_weights(const RealVec& weight);

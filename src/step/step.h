@@ -135,8 +135,7 @@ struct Attempt {
   RealVec fint0{}, fext0{};        // [neq] at t(n) on the weights of this step (statics, Newmark)
   RealVec fint{}, fext{}, R{};       // [neq] at the solution; R with the forces of equations at their masters
   RealVec du{};                  // [neq]
-  RealVec acc{}, acc_all{};      // explicit: acceleration at t(n+1) [neq]; of all ranks with the whole model
-  RealVec du_all{};            // several ranks with the whole model: of all rows, at the solution
+  RealVec acc{};               // explicit: acceleration at t(n+1) [neq]
   Jumps jumps{};               // of du
   RealVec guess{};               // [neq] statics: where Newton's method begins, when it does not at rest
   bool guesses = false;          // it does so; a rank may have no rows
@@ -238,9 +237,6 @@ Failure step_contact_depth(const Bonds& b, const ContactPairs& pairs, const Leve
 
 // step_newton : solves R(du) = 0 for the attempt. Not good with a guess: it may be without.
 Failure step_newton(Problem& p, Attempt& a);
-
-// step_tell_all : several ranks: all get what each has found for its rows, at the solution. Collective.
-Failure step_tell_all(Problem& p, Attempt& a);
 
 // step_explicit : the attempt by central differences: du, forces and acceleration at t(n+1) (6.28), (6.29)
 Failure step_explicit(Problem& p, Attempt& a);

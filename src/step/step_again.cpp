@@ -117,7 +117,6 @@ void step_forget(Problem& p)
   cells.cell.swap(p.d.grid.cell);
   cells.ncell = p.d.grid.ncell;
   p.d.grid    = std::move(cells);
-  p.d.own     = ActiveGrid();
   Solver solver;
   std::swap(solver, p.newton.solver);
   solve_close(solver);

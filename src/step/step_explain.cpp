@@ -143,10 +143,10 @@ std::string solver_text(const Problem& p, const std::string& whole, const std::s
   std::string words = p.newton.solver.message.empty() ? "the linear solver failed" : p.newton.solver.message;
   if (equation < 0 || equation >= s.neq()) return words;
   const int row = equation / s.dim;
-  words += ". It appears in " + pivot_text(p.m, dof_grid(p.d, s), s, row, equation % s.dim + 1);
+  words += ". It appears in " + pivot_text(p.m, p.d.grid, s, row, equation % s.dim + 1);
   if (row < s.nfe && !p.st.points.npoint_all() && !p.st.bonds.nbond_all() && !s.tie.any) {
     const std::string motion =
-        p.m.part.on ? whole : step_free_motion(p.m, p.d.el, dof_all_rows(s), s.node_of_row[row]);
+        p.m.part.on ? whole : step_free_motion(p.m, p.d.el, s, s.node_of_row[row]);
     if (!motion.empty()) return words + ": the supports do not constrain " + motion + " of its part";
     return words + ": the supports constrain all rigid-body motions of its part, so a piece is connected "
                    "by a hinge or by broken elements alone, or stiffnesses differ by too many orders of "

@@ -76,7 +76,7 @@ void finish_ghosts(const Model& m, const ActiveGrid& grid, const Dofs& dofs, con
 {
   if (m.grid.ghost_stiffness <= 0.0 && m.grid.ghost_mass <= 0.0) return;
   double loss = ghost_loss(grid, dofs, a, dv);
-  if (m.part.on) comm_sum(&loss, 1);                 // else all ranks know all ghosts
+  comm_sum(&loss, 1);
   g.ghost += loss;
 }
 
@@ -125,60 +125,16 @@ void keep_velocity(const Dofs& s, long made, int increment, const RealVec& v, co
   for (int i = first; i < s.neq(); ++i) after.v[i - first] = s.fixed[i] ? s.rate[i] : v[i] + dv[i];
 }
 
-// several ranks with the whole model, where points follow nodes: what each rank has of velocities and
-// accelerations becomes that of all nodes
-void tell_nodes(const Dofs& dofs, State& st)
-{
-  const int dim = dofs.dim;
-  const Dofs& w = *dofs.whole;
-  const RealVec v = dof_of_nodes(dofs, st.np1.v), acc = dof_of_nodes(dofs, st.np1.a);
-  const std::vector<RealVec> all = dof_gather(dofs, {&v, &acc});
-  for (int r = 0; r < w.nfe; ++r)
-    for (int i = 0; i < dim; ++i) {
-      st.np1.v[w.node_of_row[r] * dim + i] = all[0][r * dim + i];
-      st.np1.a[w.node_of_row[r] * dim + i] = all[1][r * dim + i];
-    }
-}
-
 // velocities of nodes, corners and grid                                             (6.3), (3.15)
-//   out  dv      change of those of the unknowns, all that this rank knows: [neq] of dof_all_rows
+//   out  dv      change of those of the unknowns [neq]
 //        after   of the grid, for the next projection; null: not asked for
 void finish_velocities(const ActiveGrid& grid, const Dofs& dofs, const Attempt& a, State& st, RealVec& dv,
                        GridVelocity* after)
 {
-  const Dofs& all = dof_all_rows(dofs);
-  // the nodes of all rows, by each rank
-  const bool here = dofs.whole && !dofs.hung;
-  RealVec own(dofs.neq(), 0.0);
-  if (here) finish_nodes(all, a, a.du_all, a.acc_all, st, dv);
-  else finish_nodes(dofs, a, a.du, a.acc, st, own);
-  if (st.points.npoint_all()) finish_grid(dofs, a, own);
-  if (after) keep_velocity(dofs, grid.made, st.log.inc_total + 1, a.vgrid, own, a.acc, *after);
-  if (!dofs.whole) {
-    dv.swap(own);
-  } else if (st.points.npoint_all()) {
-    const int first = here ? all.nfe : 0;
-    const RealVec told = dof_gather(dofs, {&own}, first)[0];
-    std::copy(told.begin() + static_cast<long>(first) * all.dim, told.end(),
-              dv.begin() + static_cast<long>(first) * all.dim);
-    if (!here) tell_nodes(dofs, st);
-  }
-  if (st.points.npoint_all()) assem_gather_corners(grid, all, dv, st.n.vc, st.np1.vc);
-}
-
-// several ranks with the whole model: R where supports act, [neq] of all rows
-RealVec reactions_of_all(const Dofs& dofs, const RealVec& R)
-{
-  const int dim = dofs.dim;
-  const Dofs& w = *dofs.whole;
-  RealVec at, all(w.neq(), 0.0);         // dof and force, one after the other
-  if (dof_all_free(dofs)) return all;
-  for (int i = 0; i < dofs.neq(); ++i)
-    if (dofs.fixed[i] == DOF_FIXED && dofs.counts(i))
-      at.insert(at.end(), {static_cast<double>(dofs.whole_row[i / dim] * dim + i % dim), R[i]});
-  comm_allgatherv(at);
-  for (size_t k = 0; k < at.size(); k += 2) all[static_cast<int>(at[k])] = at[k + 1];
-  return all;
+  finish_nodes(dofs, a, a.du, a.acc, st, dv);
+  if (st.points.npoint_all()) finish_grid(dofs, a, dv);
+  if (after) keep_velocity(dofs, grid.made, st.log.inc_total + 1, a.vgrid, dv, a.acc, *after);
+  if (st.points.npoint_all()) assem_gather_corners(grid, dofs, dv, st.n.vc, st.np1.vc);
 }
 
 // of supports that go on at corners; divided model: a rank knows the dofs of its rows, and all entries
@@ -371,13 +327,13 @@ void step_finish(Problem& p, Attempt& a, RealVec& energy)
 {
   Timer timer(PHASE_COMMIT);
   const Model& m = p.m;
-  const Dofs &s = p.dofs, &all = dof_all_rows(s);
+  const Dofs& s = p.dofs;
   State& st      = p.st;
   const RealVec rf0 = st.rf.empty() ? RealVec(static_cast<size_t>(m.mesh.nnode()) * m.dim, 0.0) : st.rf;
-  RealVec dv(all.neq(), 0.0);  // change of the velocities of the unknowns
+  RealVec dv(s.neq(), 0.0);    // change of the velocities of the unknowns
   st.np1.time = a.total1;
-  elem_share_history(p.d.el, st.np1);
-  point_share_history(m, st.points, p.d.point_law, s.point_rank, s.owned_point, s.owned_group, st.np1);
+  if (st.points.part.window)
+    point_tell_history(m.part, s.point_rank, st.points, p.d.point_law.history, st.np1);
   // 1. velocities
   // small systems and REUSE=NO: a continued run repeats every digit
   const bool keeps = (m.solver.reuse && s.neq_all() >= SMALL_SYSTEM) || a.step.explicit_steps();
@@ -392,11 +348,11 @@ void step_finish(Problem& p, Attempt& a, RealVec& energy)
     halo_copy_all(m.part.halo, m.dim, told);
   }
   // 2. what ghosts and damping have taken                                           (3.17), (6.21)
-  finish_ghosts(m, p.d.grid, all, a, dv, st.ledger);
+  finish_ghosts(m, p.d.grid, s, a, dv, st.ledger);
   finish_damping(m, p.d, s, a, st);
   // 3. results
   finish_followers(p.d.follow, a, m.dim, st);
-  finish_reactions(m, all, s.whole ? reactions_of_all(s, a.R) : a.R, st);
+  finish_reactions(m, s, a.R, st);
   if (p.d.pairs.near || !st.contact.empty()) finish_contact(m, p.d.pairs, a, st);
   // 4. ledger                                                                       (6.12), (6.15), (7.16)
   RealVec R0;

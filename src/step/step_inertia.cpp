@@ -64,7 +64,7 @@ std::vector<char> begin_velocity(const GridVelocity& before, const Dofs& s, Real
 bool projection_known(const State& st, const Discretisation& d, const Dofs& s, const GridVelocity& before)
 {
   if (before.pattern < 0 || (s.hung && s.tie.any)) return false;
-  const ActiveGrid& grid = dof_grid(d, s);
+  const ActiveGrid& grid = d.grid;
   bool known = before.pattern == s.pattern && before.first == s.projected_from() &&
                before.made == d.grid.made && before.increment == st.log.inc_total &&
                std::none_of(grid.ghost_m.begin(), grid.ghost_m.end(), [](double m) { return m != 0.0; });
@@ -93,7 +93,7 @@ Failure velocity_at_start(const State& st, const Discretisation& d, const Dofs& 
     return STATUS_OK;
   }
   mass_elements(dofs, vgrid, momentum);
-  point_momentum(dof_grid(d, dofs), dofs, st.n.vc, momentum);
+  point_momentum(d.grid, dofs, st.n.vc, momentum);
   sys_sum(dofs.A, momentum);
   if (!projects) return STATUS_OK;
   Timer timer(PHASE_PROJECT);
@@ -230,11 +230,23 @@ Failure step_inertia_begin(Problem& p, Attempt& a)
   return failure;
 }
 
+namespace {
+
+// acc [neq] of this rank becomes the acceleration of all nodes at t(n)
+void put_accelerations(Problem& p, const RealVec& acc)
+{
+  const Dofs& s = p.dofs;
+  for (int r = 0; r < s.nfe; ++r)
+    for (int i = 0; i < s.dim; ++i) p.st.n.a[s.node_of_row[r] * s.dim + i] = acc[r * s.dim + i];
+  if (p.m.part.around.on()) halo_copy(p.m.part.halo, s.dim, p.st.n.a);
+}
+
+}  // namespace
+
 Failure step_initial_acceleration(Problem& p, const Step& s, double t_step)
 {
   Dofs& dofs = p.dofs;
-  const int nodes = dof_all_rows(dofs).nfe;
-  if ((p.m.part.on ? comm_allreduce_max(nodes) : nodes) == 0) return STATUS_OK;
+  if (comm_allreduce_max(dofs.nfe) == 0) return STATUS_OK;
   RealVec zero(dofs.neq(), 0.0), fint, f, acc(dofs.neq(), 0.0), momentum, v, damping(dofs.neq(), 0.0);
   Jumps jumps;
   p.st.np1 = p.st.n;
@@ -255,27 +267,9 @@ Failure step_initial_acceleration(Problem& p, const Step& s, double t_step)
       acc[i] = p.st.n.a[dofs.node_of_row[i / dofs.dim] * dofs.dim + i % dofs.dim];
   if ((dofs.tie.any ? mass_solve_tied(dofs, f, acc) : mass_solve(dofs, ROWS_ALL, 0, f, acc)) < 0)
     return MASS_FAILED;
-  if (dofs.whole) acc = dof_gather(dofs, {&acc})[0];
-  const Dofs& all = dof_all_rows(dofs);
-  for (int r = 0; r < all.nfe; ++r)
-    for (int i = 0; i < dofs.dim; ++i) p.st.n.a[all.node_of_row[r] * dofs.dim + i] = acc[r * dofs.dim + i];
-  if (p.m.part.around.on()) halo_copy(p.m.part.halo, dofs.dim, p.st.n.a);
+  put_accelerations(p, acc);
   return STATUS_OK;
 }
-
-namespace {
-
-// acc [neq] of this rank becomes the acceleration of all nodes at t(n)
-void put_accelerations(Problem& p, const RealVec& acc)
-{
-  const Dofs &s = p.dofs, &all = dof_all_rows(s);
-  const RealVec told = s.whole ? dof_gather(s, {&acc})[0] : acc;
-  for (int r = 0; r < all.nfe; ++r)
-    for (int i = 0; i < s.dim; ++i) p.st.n.a[all.node_of_row[r] * s.dim + i] = told[r * s.dim + i];
-  if (p.m.part.around.on()) halo_copy(p.m.part.halo, s.dim, p.st.n.a);
-}
-
-}  // namespace
 
 Failure step_motion_begin(Problem& p, Attempt& a)
 {

@@ -96,7 +96,7 @@ double stiffness_energy(const Model& m, const Elements& el, const Dofs& dofs, co
 {
   double sum = 0.0;
   for (const ElemBlock& b : el.block)
-    for (int slot : elem_owned(b)) {
+    for (int slot : b.live) {
       const double* w = &b.w[b.gauss(slot)];
       double volume   = 0.0;
       for (int g = 0; g < shape_info[b.shape].ngp; ++g) volume += w[g];

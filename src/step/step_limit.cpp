@@ -161,7 +161,7 @@ void sum_ranks(Compressed& c)
 void step_limit(const Model& m, const Elements& el, const PointLaws& laws, const State& st, const Step& s,
                 Warned& warned)
 {
-  if (!s.nlgeom || (comm_rank() > 0 && !m.part.on)) return;
+  if (!s.nlgeom) return;
   Timer timer(PHASE_COMMIT);
   warn_lost_volume(m, laws, st, warned);
   Compressed c = compressed(m, el, st);

@@ -53,7 +53,7 @@ bool supported(Problem& p)
     h.pattern = p.dofs.pattern;
     h.fixed   = p.dofs.fixed;
     h.good    = !p.st.points.npoint_all() && !p.st.bonds.nbond_all() &&
-                step_supports_fix(p.m, p.d.el, dof_all_rows(p.dofs));
+                step_supports_fix(p.m, p.d.el, p.dofs);
   }
   return h.good;
 }
@@ -67,7 +67,7 @@ RealVec row_places(const Problem& p)
   for (int r = 0; r < s.nfe; ++r)
     for (int i = 0; i < dim; ++i)
       place[r * dim + i] = p.m.mesh.X[3 * s.node_of_row[r] + i] + p.st.np1.u[s.node_of_row[r] * dim + i];
-  const ActiveGrid& grid = dof_grid(p.d, s);
+  const ActiveGrid& grid = p.d.grid;
   for (int g = 0; g < grid.nnode; ++g) {
     double x[3];
     grid_unknown_place(p.m, p.st.points, p.st.n.uc, grid, g, x);

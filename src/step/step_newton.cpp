@@ -57,19 +57,11 @@ Failure form_forces(Problem& p, Attempt& a, const RealVec& du, Residual& b)
 {
   const Dofs& s    = p.dofs;
   const bool loads = a.fext.empty() || assem_has_followers(a.step);
-  const bool apart = s.whole && assem_has_followers(a.step);           // followers of each rank
-  RealVec f;
-  SumWith with;
-  if (apart) with.failure = assem_own_followers(p.m, p.d, s, p.st, a.step, a.load, f);
-  if (apart) with.vectors.push_back(&f);
   if (a.cM != 0.0) mass_part(s, du, b.Mdu);
-  if (a.cM != 0.0) with.vectors.push_back(&b.Mdu);
-  Failure failure = assem_internal(p.m, p.d, s, a.mode, a.jumps, p.st, a.fint, with);
+  const Failure failure =
+      assem_internal(p.m, p.d, s, a.mode, a.jumps, p.st, a.fint, a.cM != 0.0 ? &b.Mdu : nullptr);
   if (!failure.ok() || !loads) return failure;
-  if (!apart) return assem_loads(p.m, p.d, s, p.st, a.step, a.load, p.warned, a.fext);
-  failure = assem_dead_loads(p.m, p.d, s, p.st, a.step, a.load, p.warned, a.fext);
-  for (int i = 0; i < s.neq() && failure.ok(); ++i) a.fext[i] += f[i];
-  return failure;
+  return assem_loads(p.m, p.d, s, p.st, a.step, a.load, p.warned, a.fext);
 }
 
 // R(du); moves the state n+1
@@ -152,7 +144,7 @@ double rounding_floor(const Problem& p, const RealVec& diag, const Attempt& a)
 {
   const RealVec& du    = a.du;
   const RealVec strain =
-      strain_diagonal(p.m, p.st.bonds, dof_grid(p.d, p.dofs), p.dofs, diag, a.cM, a.cC);
+      strain_diagonal(p.m, p.st.bonds, p.d.grid, p.dofs, diag, a.cM, a.cC);
   const Ties& t = p.dofs.tie;
   const double most = p.d.grid.of_all.nodes > 0 ? largest_move(p) : 0.0;
   const int grid    = p.dofs.nfe * p.dofs.dim;
@@ -326,22 +318,6 @@ void tell_iteration(StepLog& log, int it, const Residual& b, double energy, doub
 
 }  // namespace
 
-// several ranks: all get what each has found for its rows (whole model), or for those of points and for bonds
-Failure step_tell_all(Problem& p, Attempt& a)
-{
-  Failure failure;
-  if (p.dofs.whole) {
-    std::vector<const RealVec*> told{&a.du};
-    if (!a.acc.empty()) told.push_back(&a.acc);
-    std::vector<RealVec> all = dof_gather(p.dofs, told);
-    a.du_all.swap(all[0]);
-    if (!a.acc.empty()) a.acc_all.swap(all[1]);
-    failure = assem_move_all(p.m, p.d, *p.dofs.whole, a.mode, a.du_all, a.t0, a.t1, p.st, a.jumps);
-  }
-  if (p.m.part.on && p.st.bonds.nbond_all()) assem_share_bonds(p.st, p.m.dim, a.jumps);
-  return failure;
-}
-
 // ---------------------------------------------------------------------------
 // step_newton : du of the attempt, from the predictor or the guess                 doc/theory.md 6.2
 // ---------------------------------------------------------------------------
@@ -372,7 +348,8 @@ Failure step_newton(Problem& p, Attempt& a)
     // loads below the floor are solved for once; without loads the floor ends the search for rounding
     if (it == 1 && there && guessed == 0.0 && converged(p, a, b, l, b.external == 0.0, false)) {
       a.R = b.R;                                     // nothing to do: the predictor is the solution
-      return step_tell_all(p, a);
+      assem_share_bonds(p.st, p.m.dim, a.jumps);
+      return STATUS_OK;
     }
     // 3. solve
     failure = step_solve(p, a, it, before, accepted, pending, l);
@@ -394,7 +371,8 @@ Failure step_newton(Problem& p, Attempt& a)
     if (targets_reached(s, a.du) && step_solved_well(p.newton.solver, l) &&
         converged(p, a, b, l, true, stalls)) {
       a.R = b.R;
-      return step_tell_all(p, a);
+      assem_share_bonds(p.st, p.m.dim, a.jumps);
+      return STATUS_OK;
     }
   }
   return NOT_CONVERGED;

@@ -100,11 +100,10 @@ void gather_pieces(std::map<int, Piece>& piece)
 void step_remainder(const Model& m, const Discretisation& d, const Dofs& dofs, const State& st, const Step& s,
                     Warned& warned)
 {
-  const bool on = m.part.on;
-  if (s.proc != PROC_STATIC || st.points.npoint_all() || (!on && comm_rank() > 0) || !breaks(st.frac, m.part))
+  if (s.proc != PROC_STATIC || st.points.npoint_all() || !breaks(st.frac, m.part))
     return;
   const bool numbered = dofs.fixed.size() == static_cast<size_t>(dofs.neq());
-  if (on ? comm_allreduce_max(!numbered) : !numbered) return;
+  if (comm_allreduce_max(!numbered)) return;
   RealVec f;
   const LoadTime now{st.n.time - st.clock.start, st.n.time, 1.0};
   if (!assem_loads(m, d, dofs, st, s, now, warned, f).ok()) return;
@@ -115,7 +114,7 @@ void step_remainder(const Model& m, const Discretisation& d, const Dofs& dofs, c
     for (int i = 0; i < m.dim && dofs.counts(r * m.dim); ++i)
       piece[root[dofs.node_of_row[r]]].load[i] += f[r * m.dim + i];
   add_rest(m, d.el, st, s, root, piece);
-  if (on) gather_pieces(piece);
+  if (m.part.on) gather_pieces(piece);
   double all = 0.0, rest = 0.0;
   for (const auto& x : piece) {
     const Piece& q = x.second;

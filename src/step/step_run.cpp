@@ -369,7 +369,7 @@ void warn_of_state(Problem& p, const Step& s)
   const State& st = p.st;
   if (s.proc == PROC_STATIC || st.log.inc_total % 10 == 0 || clock_done(s, st.clock))
     step_limit(p.m, p.d.el, p.d.point_law, st, s, p.warned);
-  if (p.d.fm.on) step_remainder(p.m, p.d, dof_all_rows(p.dofs), st, s, p.warned);
+  if (p.d.fm.on) step_remainder(p.m, p.d, p.dofs, st, s, p.warned);
   if (!p.d.watch.pair.empty()) overlap_look(p.m, p.d.el, st, p.d.watch);
 }
 
@@ -491,9 +491,9 @@ void load_of_ranks(const Elements& el, const Dofs& dofs, std::vector<RankLoad>& 
 {
   if (comm_size() == 1) return;
   RankLoad own;
-  for (const ElemBlock& b : el.block) own.elements += static_cast<double>(b.owned.size());
+  for (const ElemBlock& b : el.block) own.elements += static_cast<double>(b.live.size());
   own.points = static_cast<double>(dofs.owned_point.size());
-  own.bonds  = static_cast<double>(dofs.owned_bond.size());
+  own.bonds  = static_cast<double>(dofs.bond_acts.size());
   for (Phase phase : {PHASE_RESIDUAL, PHASE_TANGENT, PHASE_MASS}) own.assembly += timer_phase(phase).wall;
   own.between = timer_phase(PHASE_COMM).wall;
   own.memory  = out_memory();
@@ -567,7 +567,7 @@ void resume_run(Problem& p, Archive& f, Output& out)
 int enter_run(Problem& p, RunFrom from, Archive& f, Output& out)
 {
   p.again = AGAIN_NOT;
-  if (!out_idle(p.m)) out_mark(out, false);
+  out_mark(out, false);
   if (from == RUN_BEGIN) return begin_run(p, out);
   if (from == RUN_FILE) return continue_run(p, f, out);
   if (from == RUN_DIVIDED) resume_run(p, f, out);
@@ -612,7 +612,7 @@ int step_run(Problem& p, RunFrom from, Archive& f, Output& out)
   if (status == SOLVER_FAILED || status == DIVISION_FAILED) return EXIT_RESOURCE;
   if (status == BAD_VALUE) return EXIT_DECK;
   if (status == INTERRUPTED && p.m.restart.write) {
-    if (!out_idle(p.m)) out_mark(out, true);
+    out_mark(out, true);
     return EXIT_CONTINUE;
   }
   if (status != STATUS_OK) return EXIT_PHYSICS;

@@ -94,7 +94,8 @@ Part whole_part(const Model& m, const Elements& el, const Dofs& dofs)
 {
   Part part;
   part.begun = true;
-  RealVec X0(m.mesh.X.begin(), m.mesh.X.begin() + 3);
+  RealVec X0(3, 0.0);
+  if (!m.mesh.X.empty()) std::copy_n(m.mesh.X.begin(), 3, X0.begin());         // a rank may own points alone
   comm_bcast(X0.data(), 3);
   std::copy(X0.begin(), X0.end(), part.X0);
   for (const ElemBlock& b : el.block)

@@ -44,12 +44,13 @@ struct Sample {                // one element with random displacements
 // coordinates of the nodes of the sample: distorted; middles off the middle of straight edges  [nen*dim]
 RealVec sample_nodes(Shape s)
 {
-  static const double base[5][24] = {
+  static const double base[SHAPE_TRI6][24] = {
     {0, 0, 1.1, 0.1, 0.2, 0.9},
     {0, 0, 1.2, 0.1, 1.0, 1.1, -0.1, 0.8},
     {0, 0, 0, 1, 0.1, 0, 0.1, 1.1, 0, 0.2, 0.1, 0.9},
     {0, 0, 0, 1, 0.1, 0, 0.1, 1.1, 0, 0, 0, 1, 1.1, 0, 1.2, 0, 1, 1.1},
-    {0, 0, 0, 1.2, 0.1, 0, 1.0, 1.1, 0.1, -0.1, 0.8, 0, 0, 0.1, 1, 1.1, 0, 1.2, 1, 1, 0.9, 0, 1.1, 1.1}};
+    {0, 0, 0, 1.2, 0.1, 0, 1.0, 1.1, 0.1, -0.1, 0.8, 0, 0, 0.1, 1, 1.1, 0, 1.2, 1, 1, 0.9, 0, 1.1, 1.1},
+    {0, 0, 0, 1.2, 0.1, 0, 1.0, 1.1, 0.1, -0.1, 0.8, 0, 0.4, 0.5, 0.9}};
   const ShapeInfo &info = shape_info[s], &corners = shape_info[info.linear];
   const double* x       = base[info.linear];
   RealVec X(x, x + corners.nen * info.dim);
@@ -153,10 +154,10 @@ double tangent_error(Shape s, const KernelMode& mode, double amplitude, bool enh
   return worst / size;
 }
 
-const Shape all_shapes[] = {SHAPE_TRI3, SHAPE_QUAD4, SHAPE_TET4, SHAPE_WEDGE6, SHAPE_HEX8, SHAPE_TRI6,
-                            SHAPE_QUAD8, SHAPE_QUAD8R, SHAPE_TET10, SHAPE_WEDGE15, SHAPE_HEX20,
+const Shape all_shapes[] = {SHAPE_TRI3, SHAPE_QUAD4, SHAPE_TET4, SHAPE_WEDGE6, SHAPE_HEX8, SHAPE_PYR5,
+                            SHAPE_TRI6, SHAPE_QUAD8, SHAPE_QUAD8R, SHAPE_TET10, SHAPE_WEDGE15, SHAPE_HEX20,
                             SHAPE_HEX20R};
-const Shape linear_shapes[] = {SHAPE_TRI3, SHAPE_QUAD4, SHAPE_TET4, SHAPE_WEDGE6, SHAPE_HEX8};
+const Shape linear_shapes[] = {SHAPE_TRI3, SHAPE_QUAD4, SHAPE_TET4, SHAPE_WEDGE6, SHAPE_HEX8, SHAPE_PYR5};
 
 // all elements, with NLGEOM and without, at this rate of the viscous stress
 void expect_tangents(double rate)
@@ -203,8 +204,8 @@ TEST(Cpdi, PartitionAndLinearExactness)
     for (int i = 0; i < e.nen * e.dim; ++i) X[i] = 0.3 * e.u0[i];
     static const double sign[8][3] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0},
                                       {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};
-    static const int corner[5][8] = {
-        {0, 1, 3}, {0, 1, 2, 3}, {0, 1, 3, 4}, {0, 1, 3, 4, 5, 7}, {0, 1, 2, 3, 4, 5, 6, 7}};
+    static const int corner[SHAPE_TRI6][8] = {
+        {0, 1, 3}, {0, 1, 2, 3}, {0, 1, 3, 4}, {0, 1, 3, 4, 5, 7}, {0, 1, 2, 3, 4, 5, 6, 7}, {0, 1, 2, 3, 5}};
     for (int a = 0; a < e.nen; ++a)
       for (int i = 0; i < e.dim; ++i) X[a * e.dim + i] += sign[corner[s][a]][i];
     EXPECT_GT(cpdi_weights(s, X, w, G), 0.0);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <random>
 
+#include "mat/hencky.h"
 #include "mat/law.h"
 #include "mat/voigt.h"
 #include "samples.h"
@@ -177,7 +178,7 @@ TEST(Law, PlasticUniaxialStressFollowsTheTableInLogarithmicStrain)
     double slope;
     const double J     = f * (1.0 + 2.0 * E[1]);
     const double tau   = out.S[0] * f * f;              // Kirchhoff
-    const double a     = p.h[HISTORY_EQUIVALENT];
+    const double a     = p.h[HISTORY_OF_LAW + FLOW_EQUIVALENT];
     EXPECT_NEAR(std::log(f), tau / m.young + a, 1e-12) << f;
     EXPECT_NEAR(tau, f < 1.005 ? m.young * std::log(f) : yield_stress(m, a, &slope), 1e-12) << f;
     EXPECT_NEAR(std::log(J), (1.0 - 2.0 * m.poisson) * tau / m.young, 1e-12);
@@ -199,8 +200,8 @@ TEST(Law, PlasticSimpleShearInOneStepIsTheReturnOfTheLogarithms)
   // principal stretches of simple shear: exp(+-asinh(g/2)); the stress is coaxial with b
   const double e = std::asinh(0.5 * g), q = 2.0 * law.mu * e * std::sqrt(3.0);
   double slope;
-  EXPECT_NEAR(q - 3.0 * law.mu * h[HISTORY_EQUIVALENT], yield_stress(m, h[HISTORY_EQUIVALENT], &slope), 1e-12);
-  const double tau = (q - 3.0 * law.mu * h[HISTORY_EQUIVALENT]) / std::sqrt(3.0);      // principal stress
+  EXPECT_NEAR(q - 3.0 * law.mu * h[HISTORY_OF_LAW + FLOW_EQUIVALENT], yield_stress(m, h[HISTORY_OF_LAW + FLOW_EQUIVALENT], &slope), 1e-12);
+  const double tau = (q - 3.0 * law.mu * h[HISTORY_OF_LAW + FLOW_EQUIVALENT]) / std::sqrt(3.0);      // principal stress
   // tau_12 of F S F^T
   const double t12 = (out.S[3] + g * out.S[1]);
   EXPECT_NEAR(t12, tau / std::sqrt(1.0 + 0.25 * g * g), 1e-12);
@@ -228,7 +229,7 @@ TEST(Law, TurningTheBodyTurnsNothing)
     EXPECT_NEAR(a.psi, b.psi, 1e-12 * a.psi + 1e-16);
     p.go(E);
     t.go(T);
-    EXPECT_NEAR(p.h[HISTORY_EQUIVALENT], t.h[HISTORY_EQUIVALENT], 1e-12);
+    EXPECT_NEAR(p.h[HISTORY_OF_LAW + FLOW_EQUIVALENT], t.h[HISTORY_OF_LAW + FLOW_EQUIVALENT], 1e-12);
   }
 }
 

@@ -86,13 +86,31 @@ void two_elements(Model& m, Elements& el, State& s)
 
 TEST(OutQuantity, WordsOfTheDeck)
 {
-  EXPECT_EQ(quantity_find("U2").kind, Q_U);
-  EXPECT_EQ(quantity_find("U2").comp, 1);
-  EXPECT_EQ(quantity_find("S12").comp, 3);
-  EXPECT_EQ(quantity_find("S13").comp, quantity_find("S31").comp);
-  EXPECT_EQ(quantity_find("NONSENSE").kind, Q_NONE);
-  EXPECT_TRUE(quantity_is_nodal(quantity_find("RF1")));
-  EXPECT_FALSE(quantity_is_place(quantity_find("RF1")));
+  EXPECT_EQ(quantity_find("U2")->where, OF_MOTION);
+  EXPECT_EQ(quantity_find("U2")->comp, 1);
+  EXPECT_EQ(quantity_find("S12")->comp, 3);
+  EXPECT_EQ(quantity_find("S13")->comp, quantity_find("S31")->comp);
+  EXPECT_EQ(quantity_find("NONSENSE"), nullptr);
+  EXPECT_FALSE(quantity_is_place(*quantity_find("RF1")));
+  EXPECT_EQ(quantity_words(2, {OF_MOTION, OF_GRID}), "U1|U2|V1|V2|GRF1|GRF2");
+  EXPECT_EQ(quantity_words(3, {OF_GRID}), "GRF1|GRF2|GRF3");
+}
+
+// each line of the table has the function of its kind
+TEST(OutQuantity, EachHasItsValue)
+{
+  const std::string all =
+      quantity_words(3, {OF_MOTION, OF_NODES, OF_SUPPORTS, OF_GRID, OF_CONTACT, OF_MODEL, OF_POINTS});
+  std::istringstream words(all);
+  std::string word;
+  while (std::getline(words, word, '|')) {
+    const Quantity& q = *quantity_find(word);
+    EXPECT_EQ(q.node != nullptr, q.where == OF_MOTION || q.where == OF_NODES) << word;
+    EXPECT_TRUE(q.where != OF_MOTION || q.corner) << word;
+    EXPECT_EQ(q.contact != nullptr, q.where == OF_CONTACT) << word;
+    EXPECT_EQ(q.model != nullptr, q.where == OF_MODEL) << word;
+    EXPECT_EQ(q.point != nullptr, q.where == OF_POINTS) << word;
+  }
 }
 
 TEST(OutQuantity, MisesOfShearAndPressure)
@@ -205,7 +223,7 @@ TEST(OutLocate, ElementsAtAPlace)
   const double in_square[3] = {0.25, 0.5, 0}, on_edge[3] = {1, 0.5, 0}, outside[3] = {1.8, 0.8, 0};
   const Located a = out_locate(m, el, s.points, in_square);
   ASSERT_EQ(a.elem, IntVec({0}));
-  Quantity u1 = quantity_find("U1"), x2 = quantity_find("X2");
+  const Quantity &u1 = *quantity_find("U1"), &x2 = *quantity_find("X2");
   EXPECT_NEAR(elem_nodal_at(m, s.n, u1, 0, a.N.data()), 0.025, 1e-14);
   EXPECT_NEAR(elem_nodal_at(m, s.n, x2, 0, a.N.data()), 0.49, 1e-14);
   EXPECT_EQ(out_locate(m, el, s.points, on_edge).elem, IntVec({0, 1}));
@@ -229,8 +247,8 @@ TEST(OutLocate, PointsWhereNoElementIs)
   const double x[3] = {0.5, 0.5, 0};
   const Located found = out_locate(m, el, p, x);
   ASSERT_EQ(found.point, IntVec({0}));
-  EXPECT_NEAR(point_nodal_at(m, p, s.n, quantity_find("U1"), 0, found.N.data()), 0.05, 1e-14);
-  EXPECT_EQ(point_nodal_at(m, p, s.n, quantity_find("V2"), 0, found.N.data()), 4.0);
+  EXPECT_NEAR(point_nodal_at(m, p, s.n, *quantity_find("U1"), 0, found.N.data()), 0.05, 1e-14);
+  EXPECT_EQ(point_nodal_at(m, p, s.n, *quantity_find("V2"), 0, found.N.data()), 4.0);
 }
 
 // a brick, a wedge or a tetrahedron far from the origin and skew: a place goes to natural coordinates and

@@ -18,12 +18,14 @@ void node_at(Shape s, int a, double xi[3])
   static const double tri[3][3] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}},
                       tet[4][3] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}},
                       wedge[6][3] = {{0, 0, -1}, {1, 0, -1}, {0, 1, -1}, {0, 0, 1}, {1, 0, 1}, {0, 1, 1}},
+                      pyramid[5][3] = {{-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0}, {0, 0, 1}},
                       hex[8][3] = {{-1, -1, -1}, {1, -1, -1}, {1, 1, -1}, {-1, 1, -1},
                                    {-1, -1, 1},  {1, -1, 1},  {1, 1, 1},  {-1, 1, 1}};
   const Shape corners = shape_info[s].linear;
   const double(*x)[3] = corners == SHAPE_TRI3     ? tri
                         : corners == SHAPE_TET4   ? tet
                         : corners == SHAPE_WEDGE6 ? wedge
+                        : corners == SHAPE_PYR5   ? pyramid
                                                   : hex;
   int end[2] = {a, a};
   if (a >= shape_info[corners].nen) shape_edge(s, a, end);
@@ -38,12 +40,18 @@ double power(const double* x, const int p[3])
 // the first axes of the reference cell that make a triangle or a tetrahedron; the others run from -1 to 1
 int simplex_axes(Shape s)
 {
+  if (s == SHAPE_PYR5) return 3;                     // as complete
   return is_simplex(s) ? shape_info[s].dim : shape_info[s].linear == SHAPE_WEDGE6 ? 2 : 0;
 }
 
 // int x^i y^j z^k over the reference cell
 double exact(Shape s, const int p[3])
 {
+  if (s == SHAPE_PYR5)                               // 4 / ((i+1)(j+1)) int t^k (1-t)^(i+j+2) dt
+    return p[0] % 2 || p[1] % 2 ? 0.0
+                                : 4.0 / ((p[0] + 1) * (p[1] + 1)) * std::tgamma(p[2] + 1.0) *
+                                      std::tgamma(p[0] + p[1] + 3.0) /
+                                      std::tgamma(p[0] + p[1] + p[2] + 4.0);
   const int axes = simplex_axes(s);
   double value = 1.0;
   int n = axes;
@@ -140,7 +148,8 @@ TEST(Shape, RulesAreExactToTheirDegree)
   for (const Case& c : {Case{SHAPE_TRI3, 1, 2}, Case{SHAPE_QUAD4, 3, 3}, Case{SHAPE_TET4, 1, 2},
                         Case{SHAPE_HEX8, 3, 3}, Case{SHAPE_TRI6, 2, 4}, Case{SHAPE_QUAD8, 5, 5},
                         Case{SHAPE_QUAD8R, 3, 5}, Case{SHAPE_TET10, 2, 5}, Case{SHAPE_HEX20, 5, 5},
-                        Case{SHAPE_HEX20R, 3, 5}, Case{SHAPE_WEDGE6, 2, 2}, Case{SHAPE_WEDGE15, 2, 4}}) {
+                        Case{SHAPE_HEX20R, 3, 5}, Case{SHAPE_WEDGE6, 2, 2}, Case{SHAPE_WEDGE15, 2, 4},
+                        Case{SHAPE_PYR5, 1, 3}}) {
     EXPECT_EQ(shape_info[c.s].ngp, gauss_rule(c.s).n);
     EXPECT_LT(rule_error(c.s, gauss_rule(c.s), c.stiffness), 2e-15) << c.s;
     EXPECT_GT(rule_error(c.s, gauss_rule(c.s), c.stiffness + 1), 1e-4) << c.s;
@@ -241,4 +250,37 @@ TEST(Shape, PlacesInBentCells)
     x[0] += 3.0;
     EXPECT_FALSE(shape_locate(s, X, x, at)) << s;
   }
+}
+
+// a pyramid: positions inside and at the apex are found again, those beside it are not; its rule integrates
+// the stiffness of a pyramid with a parallelogram as base as a rule of eight points does
+TEST(Shape, Pyramid)
+{
+  const double X[15] = {0, 0, 0, 1.2, 0.1, 0, 1.0, 1.1, 0.1, -0.1, 0.8, 0, 0.4, 0.5, 0.9};
+  double xi[3], N[5];
+  const double inside[2][3] = {{0.2, -0.3, 0.5}, {0.0, 0.0, 0.999999}};
+  const double beside[2][3] = {{0.4, 0.5, 0.95}, {0, 0.1, 0.5}};
+  for (const auto& at : inside) {
+    double x[3] = {0, 0, 0};
+    shape_eval(SHAPE_PYR5, at, N, nullptr);
+    for (int a = 0; a < 5; ++a)
+      for (int i = 0; i < 3; ++i) x[i] += N[a] * X[3 * a + i];
+    ASSERT_TRUE(shape_locate(SHAPE_PYR5, X, x, xi));
+    for (int i = 0; i < 3; ++i) EXPECT_NEAR(at[i], xi[i], 1e-9);
+  }
+  EXPECT_TRUE(shape_locate(SHAPE_PYR5, X, X + 12, xi));
+  for (const auto& x : beside) EXPECT_FALSE(shape_locate(SHAPE_PYR5, X, x, xi));
+  const double flat[15] = {0, 0, 0, 1, 0.2, 0, 1.1, 1.3, 0.1, 0.1, 1.1, 0.1, 0.3, 0.5, 0.8};
+  double sum[2][25] = {};
+  for (int k = 0; k < 2; ++k) {
+    const GaussRule& rule = k ? gauss_rule_mass(SHAPE_PYR5) : gauss_rule(SHAPE_PYR5);
+    for (int g = 0; g < rule.n; ++g) {
+      double dN[15], d[15];
+      shape_eval(SHAPE_PYR5, rule.xi[g], N, dN);
+      const double w = rule.w[g] * shape_jacobian(SHAPE_PYR5, dN, flat, d);
+      for (int a = 0; a < 5; ++a)
+        for (int b = 0; b < 5; ++b) sum[k][5 * a + b] += w * d[3 * a] * d[3 * b + 1];
+    }
+  }
+  for (int k = 0; k < 25; ++k) EXPECT_NEAR(sum[0][k], sum[1][k], 1e-14);
 }

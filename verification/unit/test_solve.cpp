@@ -441,45 +441,6 @@ TEST(Order, MetisIsAPermutationAndRepeats)
 
 // ---- several ranks ------------------------------------------------------------
 
-TEST(Ranks, PartsAreEvenAndRepeat)
-{
-  const SysMatrix A = shuffled_grid(2, 40, 30);
-  RealVec weight(A.nrow, 1.0);
-  for (int I = 0; I < A.nrow / 4; ++I) weight[I] = 3.0;
-  for (int parts : {2, 4, 7}) {
-    const IntVec part = part_metis(A, {weight}, parts);
-    RealVec load(parts, 0.0);
-    for (int I = 0; I < A.nrow; ++I) load.at(part[I]) += weight[I];
-    const double mean = std::accumulate(load.begin(), load.end(), 0.0) / parts;
-    for (double l : load) EXPECT_NEAR(l, mean, 0.1 * mean);
-    EXPECT_EQ(part, part_metis(A, {weight}, parts));
-  }
-}
-
-#ifdef MPFE_METIS
-// work of a kind of its own lies in one quarter of the rows
-TEST(Ranks, PartsAreEvenInEachKind)
-{
-  const SysMatrix A = shuffled_grid(2, 40, 30);
-  RealVec rows(A.nrow, 1.0), quarter(A.nrow, 0.0);
-  const ListTable graph = sys_graph(A);
-  IntVec seen(1, 0);           // rows around the first one
-  quarter[0] = 1.0;
-  for (size_t k = 0; k < seen.size() && seen.size() < static_cast<size_t>(A.nrow) / 4; ++k)
-    for (int i = graph.off[seen[k]]; i < graph.off[seen[k] + 1]; ++i)
-      if (quarter[graph.item[i]] == 0.0) {
-        quarter[graph.item[i]] = 1.0;
-        seen.push_back(graph.item[i]);
-      }
-  const IntVec part = part_metis(A, {rows, quarter}, 2);
-  for (const RealVec& kind : {rows, quarter}) {
-    double load[2] = {0.0, 0.0};
-    for (int I = 0; I < A.nrow; ++I) load[part[I]] += kind[I];
-    EXPECT_NEAR(load[0], load[1], 0.1 * (load[0] + load[1]));
-  }
-}
-#endif
-
 // Elements fill a square, points its lower left corner: straight cuts leave the points on one side, a diagonal
 // divides both, with few things at the cut
 TEST(Ranks, ObliqueCutsDivideTwoKindsOfWork)
@@ -556,12 +517,6 @@ TEST(Ranks, WeightsOfManyThingsCanBeSummed)
   for (int w : part_weights(many)) sum += w;
   EXPECT_LT(sum, 1.1e9);
   EXPECT_GT(sum, 0.9e9);
-}
-
-TEST(Ranks, FewRowsAreDividedInTheirOrder)
-{
-  const SysMatrix A = pattern(2, 3, {{0, 1}, {1, 2}});
-  EXPECT_EQ(part_metis(A, {{1.0, 1.0, 2.0}}, 2), (IntVec{0, 0, 1}));
 }
 
 TEST(Ranks, PatternHoldsWhatListsCoupleAndAllDiagonals)
