@@ -43,8 +43,10 @@ Failure apply(Problem& p, const Step& s, const std::vector<Erosion>& erode, cons
               IntVec convert, UndoPoint& u)
 {
   State& st = p.st;
-  const double before = all_energy(st.ledger);
   double released = 0.0;
+  if (s.explicit_steps()) ledger_update(p.m, p.d.el, p.dofs, st.n, s.nlgeom, st);
+  const double before = all_energy(st.ledger);
+  step_undo_state(st, u);
   // in motion without accelerations nothing fails behind this that a shorter increment would mend
   if (s.proc == PROC_STATIC || scheme_of(s).acceleration) step_undo_points(st, p.d.share, u);
   {
@@ -134,6 +136,7 @@ Failure step_fracture(Problem& p, const Step& s, double t_step, UndoPoint& befor
       if (!over.ok()) return over;
     }
     frac_due(p.m, p.d.el, p.d.fm, p.st.frac, p.st.n, convert);
+    if (s.explicit_steps() && !(erode.empty() && convert.empty())) step_undo_state(p.st, before);
     frac_open(p.m, p.d.fm, p.st.n, p.st.frac, convert);
     frac_when(p.m, s, p.d.el, p.d.fm, p.st.frac, before.n, p.st.n, erode);
     std::stable_sort(erode.begin(), erode.end(),
@@ -159,7 +162,10 @@ Failure step_fracture(Problem& p, const Step& s, double t_step, UndoPoint& befor
   }
 }
 
-void step_undo_point(State& st, bool copy, UndoPoint& u)
+namespace {
+
+// all but levels and points
+void copy_state(State& st, UndoPoint& u)
 {
   Level n, np1;                // no copies of these
   Points points;
@@ -171,11 +177,29 @@ void step_undo_point(State& st, bool copy, UndoPoint& u)
   std::swap(n, st.n);
   std::swap(np1, st.np1);
   std::swap(points, st.points);
+  u.whole = true;
+}
+
+}  // namespace
+
+void step_undo_point(State& st, bool copy, UndoPoint& u)
+{
+  copy_state(st, u);
   u.share  = CornerShare();
   u.points = false;
   u.kept   = false;
   u.copy   = copy;
   if (copy) u.n = st.n;
+}
+
+void step_undo_later(UndoPoint& u)
+{
+  u.whole = u.points = u.kept = u.copy = false;
+}
+
+void step_undo_state(State& st, UndoPoint& u)
+{
+  if (!u.whole) copy_state(st, u);
 }
 
 void step_undo_points(const State& st, const CornerShare& share, UndoPoint& u)
@@ -193,17 +217,22 @@ void step_undo_keep(State& st, UndoPoint& u)
   u.kept = true;
 }
 
-bool step_can_undo(const State& st, const UndoPoint& u) { return u.points || !points_changed(st, u); }
+bool step_can_undo(const State& st, const UndoPoint& u)
+{
+  return u.points || !u.whole || !points_changed(st, u);
+}
 
 void step_undo(Problem& p, UndoPoint& u)
 {
   const StepLog log  = p.st.log;
-  const bool changed = points_changed(p.st, u);
+  const bool changed = u.whole && points_changed(p.st, u);
   Level n;
   if (u.copy) n = u.n;
   else std::swap(n, u.kept ? u.n : p.st.n);
   u.kept = false;
-  if (u.points) {
+  if (!u.whole) {
+    // nothing has changed but level n
+  } else if (u.points) {
     p.d.share = u.share;
     p.st      = u.state;
   } else {
