@@ -69,6 +69,7 @@ struct ContactFound {
 // wrote it (forget_grid)
 struct StableIncrement {
   ContactFound found;
+  double crossing = 0.0;       // time in which a wave crosses the smallest element at rest; 0: not known
   // [nnode + ncorner] work space: stiffness of contact over mass, of nodes and corners       1/time^2; mass
   RealVec push, mass;
   // loads at the end of the increment before, for these rows; step, increment: when
@@ -345,6 +346,9 @@ void step_undo_state(State& st, UndoPoint& u);
 void step_undo_points(const State& st, const CornerShare& share, UndoPoint& u);
 void step_undo_keep(State& st, UndoPoint& u);
 void step_undo(Problem& p, UndoPoint& u);
+
+// step_tests : do tests of fracture look at time? Explicit: conversion and release of points wait for them too
+bool step_tests(const Problem& p, const Step& s, double time);
 
 // step_can_undo : is there a way back? Not from points that have changed where they were not copied before
 bool step_can_undo(const State& st, const UndoPoint& u);

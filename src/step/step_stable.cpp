@@ -234,6 +234,18 @@ void report(const Step& s, const State& st, int label, double taken)
              st.log.step, s.dt, taken, s.safety);
 }
 
+// time in which a wave crosses the smallest element at rest, 2 / omega of (6.30). Collective.
+double crossing_time(Problem& p, const Step& s)
+{
+  int worst;
+  double most = 0.0;
+  elem_stable(p.m, p.d.el, p.st.n, s.nlgeom, &worst);          // omega2, where the run has just been continued
+  for (const ElemBlock& b : p.d.el.block)
+    for (double omega2 : b.omega2) most = std::max(most, omega2);
+  if (comm_size() > 1) most = comm_allreduce_max(most);
+  return most > 0.0 ? 2.0 / std::sqrt(most) : 0.0;
+}
+
 // the largest stable increment of points. Collective.
 double stable_of_points(const Problem& p)
 {
@@ -265,6 +277,7 @@ Failure step_stable(Problem& p, const Step& s)
   int label = -1;
   const bool looks = begins || st.log.inc % LOOKS_AGAIN == 0;
   if (looks) c.stable = stable_of_elements(p, s, label);
+  if (p.stable.crossing == 0.0) p.stable.crossing = crossing_time(p, s);
   if ((looks || c.broke != changes(st)) && st.points.npoint_all() > 0) {
     const double points = stable_of_points(p);
     if (points < c.stable) label = -1;
