@@ -305,9 +305,10 @@ bool contact_stays(const Problem& p, const Step& s)
   bool stays = s.explicit_steps() && f.step == st.log.step && f.bonds == st.bonds.nbond_all() &&
                f.changes == st.frac.nconverted + st.frac.nreleased && f.u.size() == st.n.u.size() &&
                f.uc.size() == st.n.uc.size() && p.d.pairs.gap.size() == static_cast<size_t>(st.bonds.nbond);
-  stays = stays && std::sqrt(p.m.dim) * std::max(largest_change(f.u, st.n.u), largest_change(f.uc, st.n.uc)) <
-                       SEARCH_AGAIN * f.size;
-  return p.m.part.on ? comm_allreduce_max(static_cast<int>(!stays)) == 0 : stays;
+  double most[2] = {stays ? 0.0 : 1.0, 0.0};
+  if (stays) most[1] = std::max(largest_change(f.u, st.n.u), largest_change(f.uc, st.n.uc));
+  if (p.m.part.on) comm_max(most, 2);
+  return most[0] == 0.0 && std::sqrt(p.m.dim) * most[1] < SEARCH_AGAIN * f.size;
 }
 
 void note_contact(Problem& p)
@@ -321,9 +322,12 @@ void note_contact(Problem& p)
   f.u       = st.n.u;
   f.uc      = st.n.uc;
   f.size    = 1e300;
+  const RealVec& general = p.d.scene.size;           // at t = 0: crushed debris does not count
   for (int b = 0; b < st.bonds.nbond; ++b)
-    if (p.d.pairs.master.count(b)) f.size = std::min(f.size, p.d.pairs.size[b]);
-  for (double size : p.d.scene.size) f.size = std::min(f.size, size);
+    if (st.bonds.field[b] == SIDE_CONTACT && p.d.pairs.master.count(b) && general.empty())
+      f.size = std::min(f.size, p.d.pairs.size[b]);
+  for (double size : general) f.size = std::min(f.size, size);
+  if (p.m.part.on) f.size = -comm_allreduce_max(-f.size);
 }
 
 // what places of contact meet, and their stiffness. FACES_UNKNOWN
