@@ -288,7 +288,12 @@ void grid_serves(const Problem& p, const RealVec& xb, bool& stays, bool& known)
 
 // An explicit increment keeps what its places of contact meet while nothing has moved by this part of the
 // smallest face since the search. Test: X2, G1 (explicit)
+
 const double SEARCH_AGAIN = 0.02;
+
+// In explicit steps the pressure of contact grows from so many times the depth on: what has come that deep in
+// one increment would be thrown back by more than is stable. Test: X6 (explicit, G3)
+const double LATER = 4.0;
 
 double largest_change(const RealVec& a, const RealVec& b)
 {
@@ -348,6 +353,8 @@ Failure find_contact(Problem& p, const Step& s, const RealVec& xb)
   const double travel  = 2.0 * st.clock.dt * fastest(p.m.part, st, is_static);
   scene_update(p.m, st.points, st.bonds, st.n.u, st.n.uc, is_static, travel, p.d.scene);
   contact_search(p.m, st.points, st.bonds, st.n, xb, p.d.scene, p.d.pairs);
+  for (double& deep : p.d.pairs.deep)
+    if (s.explicit_steps()) deep *= LATER;
   contact_stiffness(st.n, p.m.dim, !is_static, p.d.pairs, st.bonds);
   contact_initial(st.n, p.m.dim, !is_static, st.bonds, p.d.pairs);
   st.log.contact_searched += p.d.pairs.searched;
