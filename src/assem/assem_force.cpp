@@ -127,7 +127,8 @@ inline void add_force_pack(const Mesh& mesh, const Dofs& dofs, const ElemBlock& 
       double* f = &fint[dofs.row_of_node[node[a]] * D];
       if (D == 2 && PACK > 2 && a * D < whole) {
         const int k = a * D;
-        *reinterpret_cast<Two*>(f) += *reinterpret_cast<const Two*>(r + (k / PACK * PACK + l) * PACK + k % PACK);
+        const double* from = r + (k / PACK * PACK + l) * PACK + k % PACK;
+        *reinterpret_cast<Two*>(f) += *reinterpret_cast<const Two*>(from);
         continue;
       }
       for (int i = 0, k = a * D; i < D; ++i, ++k)

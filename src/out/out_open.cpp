@@ -12,7 +12,10 @@ namespace {
 
 const int EVERY = 100;         // explicit increments from one line of the listing to the next
 
-bool leaps(const Model& m, const State& s) { return s.log.step > 0 && m.step[s.log.step - 1].explicit_steps(); }
+bool leaps(const Model& m, const State& s)
+{
+  return s.log.step > 0 && m.step[s.log.step - 1].explicit_steps();
+}
 
 bool line_due(const Model& m, const State& s)
 {

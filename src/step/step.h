@@ -341,13 +341,14 @@ struct UndoPoint {
   CornerShare share;
 };
 void step_undo_point(State& st, bool copy, UndoPoint& u);
-void step_undo_later(UndoPoint& u);      // explicit: the state is copied by step_undo_state, before it changes
+// explicit: the state is copied by step_undo_state, before it changes
+void step_undo_later(UndoPoint& u);
 void step_undo_state(State& st, UndoPoint& u);
 void step_undo_points(const State& st, const CornerShare& share, UndoPoint& u);
 void step_undo_keep(State& st, UndoPoint& u);
 void step_undo(Problem& p, UndoPoint& u);
 
-// step_tests : do tests of fracture look at time? Explicit: conversion and release of points wait for them too
+// step_tests : do tests of fracture look at time? Explicit: conversion and release of points wait for them
 bool step_tests(const Problem& p, const Step& s, double time);
 
 // step_can_undo : is there a way back? Not from points that have changed where they were not copied before

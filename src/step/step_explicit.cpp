@@ -115,7 +115,7 @@ void leap_nodes(const Dofs& s, const Level& n, Attempt& a)
     }
 }
 
-// acceleration and velocity at t(n+1), reactions, work (6.12); false: a number is not finite                   (6.29)
+// acceleration and velocity at t(n+1), reactions, work (6.12); false: a number is not finite      (6.29)
 //   in   rf0   reactions at t(n)  [nnode*dim]
 bool accelerate_nodes(const Dofs& s, const RealVec& rf0, const Level& n, Attempt& a, Level& l)
 {

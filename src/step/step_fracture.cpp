@@ -18,8 +18,8 @@ bool points_changed(const State& st, const UndoPoint& u)
 
 double all_energy(const Ledger& g) { return g.kinetic + g.strain + g.bond + g.plastic; }
 
-// Part of the time in which a wave crosses the smallest element: explicit tests are no nearer, unless the deck
-// says so. Test: P9 (explicit)
+// Part of the time in which a wave crosses the smallest element: explicit tests are no nearer, unless the
+// deck says so. Test: X4
 const double OFTEN = 0.5;
 
 double test_interval(const Model& m, const Step& s, double crossing)

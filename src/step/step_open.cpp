@@ -287,12 +287,11 @@ void grid_serves(const Problem& p, const RealVec& xb, bool& stays, bool& known)
 }
 
 // An explicit increment keeps what its places of contact meet while nothing has moved by this part of the
-// smallest face since the search. Test: X2, G1 (explicit)
-
+// smallest face since the search. Test: X2 (x2_discs)
 const double SEARCH_AGAIN = 0.02;
 
 // In explicit steps the pressure of contact grows from so many times the depth on: what has come that deep in
-// one increment would be thrown back by more than is stable. Test: X6 (explicit, G3)
+// one increment would be thrown back by more than is stable. Test: X6 (g3_explicit)
 const double LATER = 4.0;
 
 double largest_change(const RealVec& a, const RealVec& b)

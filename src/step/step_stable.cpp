@@ -127,8 +127,8 @@ void each_place(const Problem& p, int k, Use use)
     use(pair.master.item[j], std::fabs(pair.master_w[j]));
 }
 
-// mass of nodes and corners that contact pushes at, of all ranks; a consistent mass counts by its smallest part
-//                                                                                              (6.34)
+// mass of nodes and corners that contact pushes at, of all ranks; a consistent mass counts by its smallest
+// part                                                                                         (6.34)
 //   out  mass [nnode + ncorner]
 void masses_at(const Problem& p, RealVec& mass)
 {
@@ -239,7 +239,7 @@ double crossing_time(Problem& p, const Step& s)
 {
   int worst;
   double most = 0.0;
-  elem_stable(p.m, p.d.el, p.st.n, s.nlgeom, &worst);          // omega2, where the run has just been continued
+  elem_stable(p.m, p.d.el, p.st.n, s.nlgeom, &worst);    // omega2, where the run has just been continued
   for (const ElemBlock& b : p.d.el.block)
     for (double omega2 : b.omega2) most = std::max(most, omega2);
   if (comm_size() > 1) most = comm_allreduce_max(most);
@@ -295,7 +295,8 @@ Failure step_stable(Problem& p, const Step& s)
   const double free   = std::min(c.stable, c.system), omega2 = 4.0 / (free * free);
   const double touch  = contact_part(p, omega2);
   const double xi     = s.bulk() ? std::max(s.bulk_linear, c.xi) : 0.0;
-  const double taken  = s.safety * 2.0 / std::sqrt(omega2 + touch) * (std::sqrt(1.0 + xi * xi) - xi);   // (6.36)
+  const double damped = std::sqrt(1.0 + xi * xi) - xi;                                           // (6.36)
+  const double taken  = s.safety * 2.0 / std::sqrt(omega2 + touch) * damped;
   c.dt = std::min(s.dt, taken);
   if (begins) report(s, st, label, taken);
   return STATUS_OK;
