@@ -21,6 +21,8 @@ const double FRAC_LEAST = 0.01;
 const double FRAC_RADIUS_FORCE = 5.0, FRAC_RADIUS_BALL = 2.0, FRAC_NOTCH = 5.0, FRAC_SPACING = 2.0;
 // what a kink looks at around an element, in its sizes
 const double FRAC_KINK = 6.0;
+// the same from the corner of the square in which a sharp crack is looked at                       (7.38)
+const double FRAC_SHARP = 11.0;
 
 // What fracture and conversion need to know of the mesh at t = 0; made once
 struct FracMesh {

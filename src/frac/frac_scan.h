@@ -19,6 +19,8 @@ struct Scan {
   // [nelem] of intact elements: strain energy / volume, or its average; 0 for others
   RealVec W;
   RealVec drive;               // [nelem] psi+ / volume, -1: not yet known
+  // sharp_release over |J| of elements ahead of a tip
+  std::vector<std::pair<int, double>> sharp;
   bool dynamic() const { return step.proc == PROC_DYNAMIC; }
   bool averaged(int e) const { return dynamic() && !fr.mean.empty() && fr.mean[e] > 0.0; }
   const FractureDef& def(int e) const { return m.fracture[fm.def[e]]; }
@@ -125,8 +127,17 @@ bool crack_tip(const Scan& s, int e, Tip& t, double& ratio);
 // false: there are none
 bool along_line(const Scan& s, int e, const double* x, const double* d, double length, IntVec& out);
 
-// blocked : what lies ahead, along J, of the foremost cracked element in the ball of e is tougher, or
-// cannot break
+// element_ahead : what lies ahead, along J, of the foremost cracked element in the ball of e; -1: nothing
+int element_ahead(const Scan& s, int e, const double* J);
+
+// blocked : that is tougher, or cannot break
 bool blocked(const Scan& s, int e, const double* J);
+
+// near_interface : is a node between two materials that near to x?
+bool near_interface(const Scan& s, const double* x, double distance);
+
+// sharp_release : energy per area that a sharp crack releases on its way from the tip along d through the
+// next size of an element, in the plane; e: the element ahead. Not above 0: not known               (7.38)
+double sharp_release(const Scan& s, int e, const double* tip, const double* d);
 
 #endif

@@ -245,6 +245,9 @@ const double KINK_LENGTH = 3.0;
 // a centre so many sizes off the plane it lies beside the crack, and what breaks there is a kink. Test:
 // K7
 const double BESIDE = 0.5, ASIDE = 0.6;
+// in sizes of an element: from the middle of what is cracked within 2.5 of them along it; less: the crack
+// passes by
+const double MIDDLE = 0.5;
 
 const int KINK_MOST = 16;      // elements of a kink
 
@@ -287,6 +290,14 @@ Candidate candidate(const Scan& s, int e, double value, double rank, const doubl
   c.front       = c.x.number;
   c.front_label = c.x.label;
   return c;
+}
+
+void scale(double share, Candidate& c)
+{
+  c.x.gain *= share;
+  c.x.value *= share;
+  c.x.rank *= share;
+  c.exceeded *= share;
 }
 
 double distance(const Candidate& a, const Candidate& b)
@@ -372,6 +383,33 @@ void take_kink(const Scan& s, const double* J, Candidate& c)
   for (int i = 0; i < c.nkink; ++i) c.kink[i] = erosion_of(s, line[i], G, G, grows);
 }
 
+// in sizes of an element: distance of an interface from a tip whose crack is looked at as a sharp one.
+// Test: K4
+const double INTERFACE = 3.0;
+
+// what a sharp crack releases through the element ahead of a tip, over |J| around that
+double sharp_share(Scan& s, int ahead)
+{
+  for (const auto& known : s.sharp)
+    if (known.first == ahead) return known.second;
+  double x[3], d[3], J[3], share = 1.0;
+  if (crack_face(s, ahead, x, d) && near_interface(s, x, INTERFACE * s.fm.local[ahead])) {
+    grown_along(s, ahead, radius_of(s, ahead), 0.0, d);
+    const double G = sharp_release(s, ahead, x, d);
+    if (G > 0.0) share = G / force_estimate(s, ahead, radius_of(s, ahead), J);
+  }
+  s.sharp.emplace_back(ahead, share);
+  return share;
+}
+
+// FORCE in the plane: near an interface G changes within an element, and J sees the blunt end of a row
+void take_interface(Scan& s, const double* J, Candidate& c)
+{
+  const int ahead = s.fm.between.empty() ? -1 : element_ahead(s, c.x.elem, J);
+  if (ahead < 0 || !s.intact(ahead)) return;
+  scale(sharp_share(s, ahead), c);
+}
+
 // FORCE: an element beside a crack releases what a kink of that angle does. Where what lies ahead is tougher,
 // or cannot break, |J| would break the flanks
 //   in   J   of (7.5), 0: not known
@@ -394,10 +432,8 @@ void take_beside(const Scan& s, const double* J, Candidate& c)
   }
   if (std::fabs(away) > ASIDE * s.fm.local[e]) ways = 0.0;
   if (ways >= BESIDE || !blocked(s, e, way)) return;
-  c.x.gain = kink_share(std::acos(std::max(0.0, ways)));
-  c.x.value *= c.x.gain;
-  c.x.rank *= c.x.gain;
-  c.exceeded *= c.x.gain;
+  const double share = kink_share(std::acos(std::max(0.0, ways)));
+  scale(share, c);
 }
 
 // a front that kinks: the elements of the kink in place of the element that it stands for
@@ -415,6 +451,20 @@ void take_kinks(const MeshPart& part, std::vector<Candidate>& all)
   all.swap(out);
 }
 
+// FORCE: beside the middle of a slot that was removed, whose ends are elsewhere
+// Test: K2 (fracture/kink_inclined.inp, b=15)
+bool flank(const Scan& s, int e)
+{
+  double n[3], mid[3], off = 0.0, apart = 0.0;
+  if (estimate_of(s, e) != ESTIMATE_FORCE || !at_removed(s, e) || !crack_plane(s, e, n, mid)) return false;
+  for (int i = 0; i < 3; ++i) off += n[i] * (s.fm.centre[3 * e + i] - mid[i]);
+  for (int i = 0; i < 3; ++i) {
+    const double along = s.fm.centre[3 * e + i] - mid[i] - off * n[i];
+    apart += along * along;
+  }
+  return std::fabs(off) > ASIDE * s.fm.local[e] && std::sqrt(apart) < MIDDLE * s.fm.local[e];
+}
+
 void by_griffith(Scan& s, int e, double W_most, std::vector<Candidate>& out)
 {
   const double least = FRAC_LEAST * s.fm.gc[e] / s.fm.size[e];
@@ -425,6 +475,7 @@ void by_griffith(Scan& s, int e, double W_most, std::vector<Candidate>& out)
   if (!(largest_stress(s, e) > 0.0) || drive_of(s, e) <= least) return;
   const bool at = at_crack(s, e);
   if (at ? behind_tip(s, e) : !start_allowed(s, e) || !may_start(s, e)) return;
+  if (at && s.def(e).strength == 0.0 && flank(s, e)) return;
   double J[3];
   ++timer_phase(PHASE_ESTIMATE).calls;
   const double G = estimate(s, e, J);
@@ -434,6 +485,7 @@ void by_griffith(Scan& s, int e, double W_most, std::vector<Candidate>& out)
   if (!at) J[0] = J[1] = J[2] = 0.0;                 // no crack yet that could go on
   out.push_back(candidate(s, e, G / s.fm.gc[e], rank / s.fm.gc[e], J));
   if (force && s.m.dim == 2) take_kink(s, F, out.back());
+  if (force && s.m.dim == 2 && at && out.back().nkink == 0) take_interface(s, F, out.back());
   if (at && out.back().nkink == 0) take_beside(s, F, out.back());
 }
 
@@ -595,7 +647,7 @@ void erode(const Scan& s, const Erosion& x, Fracture& fr, Level& l, double& ener
 double frac_estimate(const Model& m, const Step& step, const Elements& el, const FracMesh& fm,
                      const Fracture& fr, const Level& l, int e, double J[3])
 {
-  Scan s{m, step, el, fm, fr, l, {}, {}};
+  Scan s{m, step, el, fm, fr, l, {}, {}, {}};
   s.drive.assign(fm.size.size(), -1.0);
   return estimate(s, e, J);
 }
@@ -606,7 +658,7 @@ void frac_test(const Model& m, const Step& step, const Elements& el, const FracM
   out.clear();
   first = FirstBreak();
   if (m.fracture.empty()) return;
-  Scan s{m, step, el, fm, fr, l, {}, {}};
+  Scan s{m, step, el, fm, fr, l, {}, {}, {}};
   const int nelem = m.mesh.nelem();
   find_energies(energy, s);
   double W_most = s.W.empty() ? 0.0 : *std::max_element(s.W.begin(), s.W.end());
@@ -643,7 +695,7 @@ double frac_value(const Model& m, const Step& step, const Elements& el, const Fr
 {
   const bool own = first.elem >= 0 && m.part.works(first.elem);
   double value   = 0.0;
-  if (own) value = first.gain * value_of({m, step, el, fm, fr, l, {}, {}}, first.elem, first.part);
+  if (own) value = first.gain * value_of({m, step, el, fm, fr, l, {}, {}, {}}, first.elem, first.part);
   if (m.part.on) comm_sum(&value, 1);
   return value;
 }
@@ -654,7 +706,7 @@ void frac_when(const Model& m, const Step& step, const Elements& el, const FracM
   RealVec time;
   for (const Erosion& x : all) {
     const bool own = x.elem >= 0 && my_turn(m.part, x.elem);
-    time.push_back(own ? when_met({m, step, el, fm, fr, l0, {}, {}}, l1, x) : 0.0);
+    time.push_back(own ? when_met({m, step, el, fm, fr, l0, {}, {}, {}}, l1, x) : 0.0);
   }
   comm_sum(time);
   for (size_t k = 0; k < all.size(); ++k) all[k].time = time[k];
@@ -666,7 +718,7 @@ void frac_erode(const Model& m, const Step& step, const Elements& el, const Frac
   const size_t n = all.size();
   RealVec sum(2 * n, 0.0);     // energies, crack areas
   for (size_t k = 0; k < n; ++k)
-    if (all[k].elem >= 0) erode({m, step, el, fm, fr, l, {}, {}}, all[k], fr, l, sum[k], sum[n + k]);
+    if (all[k].elem >= 0) erode({m, step, el, fm, fr, l, {}, {}, {}}, all[k], fr, l, sum[k], sum[n + k]);
   // of outer elements what their ranks say: rounding differs
   if (n > 0 && m.part.around.on()) halo_copy(m.part.around, 3, fr.normal);
   // as a restart file has them, so that sums over them are the same behind it

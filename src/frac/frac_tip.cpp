@@ -136,8 +136,7 @@ double mode_ratio(const Scan& s, int e, const double* c, const double* d)
   return shear == 0.0 ? 0.0 : shear / std::max(normal, least);
 }
 
-// what lies ahead, along J, of the foremost cracked element in the ball of e is tougher, or cannot break
-bool blocked(const Scan& s, int e, const double* J)
+int element_ahead(const Scan& s, int e, const double* J)
 {
   int tip = -1;
   double far = 0.0, x[3], size = std::hypot(J[0], J[1], J[2]);
@@ -150,10 +149,27 @@ bool blocked(const Scan& s, int e, const double* J)
     tip = o;
     far = along;
   });
-  if (tip < 0) return false;
-  for (int i = 0; i < 3; ++i) x[i] = s.fm.centre[3 * tip + i] + J[i] / size * h;
-  const int o = element_at(s, x, 1.5 * h);
+  int o = tip;
+  for (double r = 0.25; o >= 0 && s.cracked(o) && size > 0.0 && r <= 1.0; r += 0.25) {
+    for (int i = 0; i < 3; ++i) x[i] = s.fm.centre[3 * tip + i] + J[i] / size * r * h;
+    o = element_at(s, x, 1.5 * h);
+  }
+  return o >= 0 && s.cracked(o) ? -1 : o;
+}
+
+bool blocked(const Scan& s, int e, const double* J)
+{
+  const int o = element_ahead(s, e, J);
   return o >= 0 && s.intact(o) && (s.fm.def[o] < 0 || s.fm.gc[o] > TOUGHER * s.fm.gc[e]);
+}
+
+bool near_interface(const Scan& s, const double* x, double distance)
+{
+  for (int node : s.fm.between) {
+    const double* X = &s.m.mesh.X[3 * static_cast<size_t>(node)];
+    if (std::hypot(X[0] - x[0], X[1] - x[1], X[2] - x[2]) < distance) return true;
+  }
+  return false;
 }
 
 namespace {

@@ -1,0 +1,264 @@
+#include "frac/frac_scan.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include <Eigen/SparseCholesky>
+
+#include "shape/shape.h"
+
+// A sharp crack in a square of small cells around the tip, with the displacements of the mesh on its border.
+// x along the crack, the tip at 0; the material is that of the mesh.                                (7.38)
+
+namespace {
+
+// sizes of the cells from the tip outwards, in sizes of an element. 3.3 more sizes change K4 by 1 %
+const int FINE_CELLS = 8, SIDE = 26, NODES = SIDE + 1;
+const double FINE = 0.25, COARSE[5] = {0.35, 0.5, 0.7, 1.0, 1.4};
+const int ELEMENT = 4;         // cells in the size of an element
+const int TIP     = SIDE / 2;  // column of the tip, row of the crack
+// in sizes of an element: what is cracked and lies so far from the line of the crack is void
+const double SLOT = 0.75;
+
+struct Cell {
+  double lam[4] = {0, 0, 0, 0}, mu[4] = {0, 0, 0, 0};    // at the Gauss points, times thickness; 0: void
+  bool there = false;
+};
+
+struct Square {
+  double at[NODES];            // of the lines of the grid
+  std::vector<Cell> cell;      // [SIDE*SIDE]
+  // [NODES*NODES]; the upper nodes of the crack stand after them where they are counted
+  std::vector<std::array<double, 2>> given;          // displacement on the border
+  std::vector<char> held;
+};
+
+int node_at(int column, int row) { return row * NODES + column; }
+bool on_border(int column, int row)
+{
+  return column == 0 || row == 0 || column == NODES - 1 || row == NODES - 1;
+}
+
+Square empty_square(double h)
+{
+  Square q{{}, std::vector<Cell>(SIDE * SIDE), std::vector<std::array<double, 2>>(NODES * NODES),
+           std::vector<char>(NODES * NODES, 0)};
+  for (int k = 0; k <= TIP; ++k) {
+    const double before = k > 0 ? q.at[TIP + k - 1] : 0.0;
+    q.at[TIP + k] = before + (k == 0 ? 0.0 : k <= FINE_CELLS ? FINE : COARSE[k - FINE_CELLS - 1]) * h;
+    q.at[TIP - k] = -q.at[TIP + k];
+  }
+  return q;
+}
+
+// ---- stiffness and energy
+
+const double GAUSS = 0.57735026918962576;
+const double PLACE[4][2] = {{-GAUSS, -GAUSS}, {GAUSS, -GAUSS}, {-GAUSS, GAUSS}, {GAUSS, GAUSS}};
+
+// stiffness of a cell of a x b                [8*8]
+void cell_stiffness(const Cell& c, double a, double b, double K[8][8])
+{
+  std::fill_n(K[0], 64, 0.0);
+  for (int g = 0; g < 4; ++g) {
+    const double x = PLACE[g][0], y = PLACE[g][1], p = 0.5 / a, q = 0.5 / b, w = 0.25 * a * b;
+    const double dN[4][2] = {{p * (y - 1), q * (x - 1)}, {p * (1 - y), q * (-1 - x)},
+                             {p * (1 + y), q * (1 + x)}, {p * (-1 - y), q * (1 - x)}};
+    for (int m = 0; m < 4; ++m)
+      for (int n = 0; n < 4; ++n)
+        for (int i = 0; i < 2; ++i)
+          for (int j = 0; j < 2; ++j) {
+            const double dot = i == j ? dN[m][0] * dN[n][0] + dN[m][1] * dN[n][1] : 0.0;
+            K[2 * m + i][2 * n + j] +=
+                w * (c.lam[g] * dN[m][i] * dN[n][j] + c.mu[g] * (dN[m][j] * dN[n][i] + dot));
+          }
+  }
+}
+
+// nodes of a cell when the crack is open up to a column; those above it are the second ones there
+void cell_nodes(int column, int row, int open, int node[4])
+{
+  node[0] = node_at(column, row);
+  node[1] = node_at(column + 1, row);
+  node[2] = node_at(column + 1, row + 1);
+  node[3] = node_at(column, row + 1);
+  if (row != TIP) return;
+  if (column < open) node[0] = NODES * NODES + column;
+  if (column + 1 < open) node[1] = NODES * NODES + column + 1;
+}
+
+// strain energy with the crack open up to a column
+double energy_open(const Square& q, int open)
+{
+  const int total = NODES * NODES + open;
+  std::vector<char> used(total, 0);
+  for (int k = 0; k < SIDE * SIDE; ++k) {
+    int node[4];
+    cell_nodes(k % SIDE, k / SIDE, open, node);
+    for (int n : node) used[n] |= q.cell[k].there;
+  }
+  IntVec eqn(total, -1);
+  int neq = 0;
+  for (int n = 0; n < total; ++n)
+    if (used[n] && (n >= NODES * NODES || !q.held[n])) eqn[n] = 2 * neq++;
+  std::vector<Eigen::Triplet<double>> entry;
+  Eigen::VectorXd load = Eigen::VectorXd::Zero(2 * neq);
+  double fixed = 0.0;          // energy of the given displacements alone
+  for (int k = 0; k < SIDE * SIDE; ++k) {
+    if (!q.cell[k].there) continue;
+    int node[4];
+    double K[8][8];
+    cell_nodes(k % SIDE, k / SIDE, open, node);
+    cell_stiffness(q.cell[k], q.at[k % SIDE + 1] - q.at[k % SIDE], q.at[k / SIDE + 1] - q.at[k / SIDE], K);
+    const auto value = [&](int a) { return eqn[node[a / 2]] < 0 ? q.given[node[a / 2]][a % 2] : 0.0; };
+    for (int a = 0; a < 8; ++a)
+      for (int b = 0; b < 8; ++b) {
+        const int i = eqn[node[a / 2]], j = eqn[node[b / 2]];
+        if (i >= 0 && j >= 0) entry.emplace_back(i + a % 2, j + b % 2, K[a][b]);
+        else if (i >= 0) load[i + a % 2] -= K[a][b] * value(b);
+        else if (j < 0) fixed += 0.5 * K[a][b] * value(a) * value(b);
+      }
+  }
+  Eigen::SparseMatrix<double> A(2 * neq, 2 * neq);
+  A.setFromTriplets(entry.begin(), entry.end());
+  const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factor(A);
+  if (factor.info() != Eigen::Success) return 0.0;
+  return fixed - 0.5 * load.dot(factor.solve(load));
+}
+
+// energy per length of the crack that goes on between two columns, from the tip
+double release(const Square& q, int from, int to)
+{
+  return (energy_open(q, TIP + from) - energy_open(q, TIP + to)) /
+         (q.at[TIP + to] - q.at[TIP + from]);
+}
+
+// ---- what stands in the square
+
+// the square in the mesh: axis along the crack, tip
+struct CrackAxes {
+  const double *tip, *d;
+  void place(double along, double across, double* x) const
+  {
+    x[0] = tip[0] + along * d[0] - across * d[1];
+    x[1] = tip[1] + along * d[1] + across * d[0];
+    x[2] = 0.0;
+  }
+};
+
+// the element in which a place lies, of what is cracked along the line the one beside it; -1: void
+int element_of(const Scan& s, const CrackAxes& f, double along, double across, double h)
+{
+  double x[3];
+  f.place(along, across, x);
+  int o = element_at(s, x, 1.5 * h);
+  const double side = across < 0.0 ? -1.0 : 1.0;
+  for (double way : {side, -side}) {
+    if (o < 0 || !s.cracked(o) || std::fabs(across) > SLOT * h) break;
+    f.place(along, across + way * h, x);
+    const int next = element_at(s, x, 1.5 * h);
+    if (next >= 0 && s.intact(next)) o = next;
+  }
+  return o >= 0 && s.intact(o) ? o : -1;
+}
+
+void fill_cells(const Scan& s, const CrackAxes& f, double h, Square& q)
+{
+  const auto middle = [&](int k, double x) {
+    return 0.5 * (q.at[k] + q.at[k + 1] + x * (q.at[k + 1] - q.at[k]));
+  };
+  for (int k = 0; k < SIDE * SIDE; ++k)
+    for (int g = 0; g < 4; ++g) {
+      Cell& c = q.cell[k];
+      const int o = element_of(s, f, middle(k % SIDE, PLACE[g][0]), middle(k / SIDE, PLACE[g][1]), h);
+      if (o < 0) continue;
+      c.lam[g] = s.law(o).lam * s.fm.thickness[o];
+      c.mu[g]  = s.law(o).mu * s.fm.thickness[o];
+      c.there  = true;
+    }
+}
+
+// displacement of the mesh at x; false: nothing intact is there
+bool displacement_at(const Scan& s, const double* x, double h, double* u)
+{
+  bool found = false;
+  frac_near(s.fm, x, 1.5 * h, [&](int o, double) {
+    if (found || !s.intact(o)) return;
+    const Shape shape = s.el.block[s.el.initial_block[o]].shape;
+    const int nen = shape_info[shape].nen, *node = s.m.mesh.conn.begin(o);
+    double X[24], xi[3], N[8];
+    for (int a = 0; a < nen; ++a)
+      for (int i = 0; i < 2; ++i) X[2 * a + i] = s.m.mesh.X[3 * node[a] + i];
+    if (!shape_inverse(shape, X, x, xi) || !shape_inside(shape, xi, 1e-6)) return;
+    shape_eval(shape, xi, N, nullptr);
+    u[0] = u[1] = 0.0;
+    for (int a = 0; a < nen; ++a)
+      for (int i = 0; i < 2; ++i) u[i] += N[a] * s.l.u[2 * node[a] + i];
+    found = true;
+  });
+  return found;
+}
+
+// turns displacements back by the mean rotation of the border, in the axes of the crack
+void turn_back(const CrackAxes& f, Square& q)
+{
+  double turn = 0.0, size = 0.0, mean[2] = {0, 0}, n = 0.0;
+  const auto each = [&](auto use) {
+    for (int k = 0; k < NODES * NODES; ++k)
+      if (q.held[k]) use(q.at[k % NODES], q.at[k / NODES], q.given[k]);
+  };
+  each([&](double, double, std::array<double, 2>& u) {
+    u = {u[0] * f.d[0] + u[1] * f.d[1], u[1] * f.d[0] - u[0] * f.d[1]};
+    for (int i = 0; i < 2; ++i) mean[i] += u[i];
+    ++n;
+  });
+  each([&](double x, double y, std::array<double, 2>& u) {
+    const double p[2] = {x + u[0] - mean[0] / n, y + u[1] - mean[1] / n};
+    turn += x * p[1] - y * p[0];
+    size += x * p[0] + y * p[1];
+  });
+  const double angle = std::atan2(turn, size), c = std::cos(angle), t = std::sin(angle);
+  each([&](double x, double y, std::array<double, 2>& u) {
+    const double p[2] = {x + u[0] - mean[0] / n, y + u[1] - mean[1] / n};
+    u = {c * p[0] + t * p[1] - x, c * p[1] - t * p[0] - y};
+  });
+}
+
+void hold_border(const Scan& s, const CrackAxes& f, double h, Square& q)
+{
+  for (int k = 0; k < NODES * NODES; ++k) {
+    if (!on_border(k % NODES, k / NODES)) continue;
+    double x[3];
+    f.place(q.at[k % NODES], q.at[k / NODES], x);
+    q.held[k] = displacement_at(s, x, h, q.given[k].data());
+  }
+  turn_back(f, q);
+}
+
+// the same with the material of e in all cells
+Square one_material(const Scan& s, int e, Square q)
+{
+  for (Cell& c : q.cell)
+    for (int g = 0; g < 4; ++g) {
+      if (c.mu[g] == 0.0) continue;
+      c.lam[g] = s.law(e).lam * s.fm.thickness[e];
+      c.mu[g]  = s.law(e).mu * s.fm.thickness[e];
+    }
+  return q;
+}
+
+}  // namespace
+
+double sharp_release(const Scan& s, int e, const double* tip, const double* d)
+{
+  const double h = s.fm.local[e];
+  const CrackAxes f  = {tip, d};
+  Square q = empty_square(h);
+  fill_cells(s, f, h, q);
+  hold_border(s, f, h, q);
+  const Square u = one_material(s, e, q);
+  // held as it is, the border does not follow the crack: by as much less it releases in one material
+  const double held = release(u, 0, ELEMENT) / release(u, -1, 2);
+  return release(q, 0, ELEMENT) / (held * s.fm.thickness[e]);
+}
