@@ -102,63 +102,112 @@ Failure move_bonds(const Model& m, const Dofs& dofs, const RealVec& du, double t
   return STATUS_OK;
 }
 
-// adds the force re of an element; its numbers lie STRIDE apart
-template <int STRIDE = 1>
+// adds the force re of an element
 inline void add_force(const Dofs& dofs, const int* node, int nen, int dim, const double* re, RealVec& fint)
 {
   for (int a = 0; a < nen; ++a) {
     double* f = &fint[dofs.row_of_node[node[a]] * dim];
-    for (int i = 0; i < dim; ++i) f[i] += re[(a * dim + i) * STRIDE];
+    for (int i = 0; i < dim; ++i) f[i] += re[a * dim + i];
   }
 }
 
-Failure add_pack(const Mesh& mesh, const State& st, const Dofs& dofs, const KernelMode& mode,
+typedef double Two __attribute__((vector_size(16), aligned(8), may_alias));
+
+// adds the forces re [N*D] of the first n elements of a pack
+template <int D, int N>
+inline void add_force_pack(const Mesh& mesh, const Dofs& dofs, const ElemBlock& b, const int* slot, int n,
+                           Pack* re, RealVec& fint)
+{
+  constexpr int whole = N * D / PACK * PACK;
+  for (int k = 0; k < whole; k += PACK) pack_turn(re + k);
+  const double* r = reinterpret_cast<const double*>(re);
+  for (int l = 0; l < n; ++l) {
+    const int* node = elem_nodes(mesh, b, slot[l]);
+    for (int a = 0; a < N; ++a) {
+      double* f = &fint[dofs.row_of_node[node[a]] * D];
+      if (D == 2 && PACK > 2 && a * D < whole) {
+        const int k = a * D;
+        const double* from = r + (k / PACK * PACK + l) * PACK + k % PACK;
+        *reinterpret_cast<Two*>(f) += *reinterpret_cast<const Two*>(from);
+        continue;
+      }
+      for (int i = 0, k = a * D; i < D; ++i, ++k)
+        f[i] += k < whole ? r[(k / PACK * PACK + l) * PACK + k % PACK] : r[k * PACK + l];
+    }
+  }
+}
+
+template <int D, int N>
+Failure add_pack(const Mesh& mesh, State& st, const Dofs& dofs, const KernelMode& mode,
                  const ElemBlock& b, ElemFormPack form, PackList& w, RealVec& fint)
 {
   if (w.n == 0) return STATUS_OK;
-  const int dim = dofs.dim, nen = shape_info[b.shape].nen, n = w.n;
-  const int most = 3 * MAX_NODES * PACK;
-  alignas(Pack) double u0[most], u1[most], re[most];
+  Pack u0[N * D], u1[N * D], re[N * D];
+  const auto numbers = [](Pack* x) { return reinterpret_cast<double*>(x); };
   unsigned bad;
   w.fill();
-  if (mode_reads_old(mode, b.law)) elem_ends_pack(st.n.u, mesh, b, w.slot, nen, dim, u0);
-  elem_ends_pack(st.np1.u, mesh, b, w.slot, nen, dim, u1);
-  const Status status = form(b, w.slot, mode, u0, u1, re, nullptr, bad);
-  for (int l = 0; l < n; ++l)
-    add_force<PACK>(dofs, elem_nodes(mesh, b, w.slot[l]), nen, dim, re + l, fint);
+  if (mode.bulk || mode_reads_old(mode, b.law)) elem_ends_pack(st.n.u, mesh, b, w.slot, N, D, numbers(u0));
+  elem_ends_pack(st.np1.u, mesh, b, w.slot, N, D, numbers(u1));
+  const Status status = form(b, w.slot, mode, numbers(u0), numbers(u1), numbers(re), nullptr, bad);
+  if (mode.bulk)
+    elem_bulk_pack(b)(b, w.slot, w.n, numbers(u0), numbers(u1), mode.finite, st.n.q, st.np1.q, *mode.bulk,
+                      numbers(re));
+  add_force_pack<D, N>(mesh, dofs, b, w.slot, w.n, re, fint);
   w.n = 0;
   if (status == STATUS_OK) return STATUS_OK;
   return {BAD_JACOBIAN, AT_ELEMENT, b.elem[w.slot[__builtin_ctz(bad)]]};
 }
 
+// bulk viscosity of an intact element that is in no pack
+template <int D, int N>
+void add_bulk(const Mesh& mesh, const Dofs& dofs, const KernelMode& mode, const ElemBlock& b, int slot,
+              State& st, RealVec& fint)
+{
+  Pack u0[N * D], u1[N * D], re[N * D] = {};
+  const auto numbers = [](Pack* x) { return reinterpret_cast<double*>(x); };
+  PackList w;
+  w.add(slot);
+  w.fill();
+  elem_ends_pack(st.n.u, mesh, b, w.slot, N, D, numbers(u0));
+  elem_ends_pack(st.np1.u, mesh, b, w.slot, N, D, numbers(u1));
+  elem_bulk_pack(b)(b, w.slot, 1, numbers(u0), numbers(u1), mode.finite, st.n.q, st.np1.q, *mode.bulk,
+                    numbers(re));
+  add_force_pack<D, N>(mesh, dofs, b, w.slot, 1, re, fint);
+}
+
+template <int D, int N>
+void add_block(const Model& m, const Elements& el, const Dofs& dofs, const KernelMode& mode,
+               const ElemBlock& b, State& st, RealVec& fint, Failure& failure)
+{
+  const Mesh& mesh        = m.mesh;
+  const ElemForm form     = elem_form(b);
+  const ElemFormPack pack = elem_form_pack(b);
+  double re[N * D];
+  PackList w;
+  const auto flush = [&] {
+    const Failure f = add_pack<D, N>(mesh, st, dofs, mode, b, pack, w, fint);
+    if (!f.ok()) failure = f;
+  };
+  for (int slot : b.live) {
+    const int e = b.elem[slot];
+    if (el.broken(e) < 0 && pack) {
+      if (w.add(slot)) flush();
+      continue;
+    }
+    if (elem_form_one(m, el, mode, b, slot, form, st.n, st.np1, re, nullptr) != STATUS_OK)
+      failure = {BAD_JACOBIAN, AT_ELEMENT, e};
+    add_force(dofs, elem_nodes(mesh, b, slot), N, D, re, fint);
+    if (mode.bulk && el.broken(e) < 0) add_bulk<D, N>(mesh, dofs, mode, b, slot, st, fint);
+  }
+  flush();
+}
+
 Failure add_elements(const Model& m, const Elements& el, const Dofs& dofs, const KernelMode& mode, State& st,
                      RealVec& fint)
 {
-  const Mesh& mesh = m.mesh;
-  const int dim    = m.dim;
   Failure failure;             // the last one
-  double re[3 * MAX_NODES];
-  for (const ElemBlock& b : el.block) {
-    const ShapeInfo& info   = shape_info[b.shape];
-    const ElemForm form     = elem_form(b);
-    const ElemFormPack pack = elem_form_pack(b);
-    PackList w;
-    for (int slot : b.live) {
-      const int e = b.elem[slot], *node = elem_nodes(mesh, b, slot);
-      const bool intact = el.broken(e) < 0;
-      if (intact && pack) {
-        if (!w.add(slot)) continue;
-        const Failure f = add_pack(mesh, st, dofs, mode, b, pack, w, fint);
-        if (!f.ok()) failure = f;
-      } else {
-        if (elem_form_one(m, el, mode, b, slot, form, st.n, st.np1, re, nullptr) != STATUS_OK)
-          failure = {BAD_JACOBIAN, AT_ELEMENT, e};
-        add_force(dofs, node, info.nen, dim, re, fint);
-      }
-    }
-    const Failure f = add_pack(mesh, st, dofs, mode, b, pack, w, fint);
-    if (!f.ok()) failure = f;
-  }
+  for (const ElemBlock& b : el.block)
+    by_shape(b.shape, [&](auto z) { add_block<z.D, z.N>(m, el, dofs, mode, b, st, fint, failure); });
   return failure;
 }
 

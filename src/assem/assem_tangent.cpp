@@ -35,7 +35,7 @@ inline void add_pairs(SysMatrix& A, const int* map, int n, const double* ke)
 
 // the same for some lanes of a pack: ke [pairs + 1][D*D][PACK], which is used up. Lanes that all go to the
 // same places, as the points of an element, are added up first. In the plane the blocks of two pairs are
-// turned at once, so that each is one vector
+// or of one are turned at once, so that each is one vector
 template <int D>
 inline void add_packed_pairs(SysMatrix& A, const int* const* map, int lanes, int n, double* ke)
 {
@@ -50,7 +50,7 @@ inline void add_packed_pairs(SysMatrix& A, const int* const* map, int lanes, int
     add_pairs<D>(A, map[0], n, ke);
     return;
   }
-  if (D == 3) {
+  if (D == 3 || PACK < 4) {
     for (int l = 0; l < lanes; ++l) add_pairs<D, PACK>(A, map[l], n, ke + l);
     return;
   }
@@ -58,12 +58,12 @@ inline void add_packed_pairs(SysMatrix& A, const int* const* map, int lanes, int
   typedef double BlockAt __attribute__((vector_size(32), aligned(8), may_alias));
   typedef long Places __attribute__((vector_size(32)));
   const Places turn[2] = {{0, 1, 2, 3}, {0, 2, 1, 3}};
-  const int pairs = pair_count(n);
+  const int pairs = pair_count(n), turned = PACK / 4;
   for (int a = 0; a < n; ++a) k[pair_place(a, a) * 4 + 1] = Pack{};
-  for (int pair = 0; pair < pairs; pair += 2) {
+  for (int pair = 0; pair < pairs; pair += turned) {
     pack_turn(k + pair * 4);
     for (int l = 0; l < lanes; ++l)
-      for (int q = 0; q < 2 && pair + q < pairs; ++q) {
+      for (int q = 0; q < turned && pair + q < pairs; ++q) {
         const int where = map[l][pair + q];
         BlockAt* v      = reinterpret_cast<BlockAt*>(&A.val[static_cast<size_t>(where / 2) * 4]);
         *v += __builtin_shuffle(reinterpret_cast<const Block*>(k + pair * 4 + l)[q], turn[where & 1]);

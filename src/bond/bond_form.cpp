@@ -753,5 +753,6 @@ void bond_tell(const Model& m, Bonds& b, Level& l)
 {
   if (!b.halo.on() || !model_has_pairs(m)) return;
   halo_copy_all(b.halo, m.dim, std::vector<RealVec*>{&l.slip, &l.lambda});
-  halo_copy_all(b.halo, 1, std::vector<RealVec*>{&l.lambda_n, &b.offset, &b.initial_penetration, &b.deep});
+  halo_copy_all(b.halo, 1, std::vector<RealVec*>{&l.lambda_n, &b.offset, &b.initial_penetration, &b.deep,
+                                                 &b.cn, &b.ct});
 }

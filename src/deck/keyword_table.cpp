@@ -5,6 +5,7 @@ void kw_amplitude(Card&, Model&);
 void kw_block(Card&, Model&);
 void kw_bond(Card&, Model&);
 void kw_boundary(Card&, Model&);
+void kw_bulk_viscosity(Card&, Model&);
 void kw_check(Card&, Model&);
 void kw_cload(Card&, Model&);
 void kw_contact(Card&, Model&);
@@ -76,6 +77,8 @@ const Keyword keyword_table[] = {
      "ties a surface to the grid of a body of material points, or to the ground"},
     {"BOUNDARY", kw_boundary, IN_MODEL | IN_STEP, "AMPLITUDE|OP|TIME DELAY",
      "prescribed displacements of nodes"},
+    {"BULK VISCOSITY", kw_bulk_viscosity, IN_STEP, "",
+     "damping of changes of volume in explicit steps: shock fronts do not ring"},
     {"CHECK", kw_check, ANYWHERE, "TYPE!|SOURCE!|TIME|AT|SCALE|CENTRE",
      "expected value, its tolerance and its source"},
     {"CLOAD", kw_cload, IN_STEP, "AMPLITUDE|OP|TIME DELAY", "forces on nodes"},

@@ -23,8 +23,13 @@ void kw_step(Card& card, Model& model)
   s.balance = card_param_real(card, "BALANCE", 0.0, above(0.0));
   std::string title;
   while (card_text(card, title)) {}
-  if (!model.step.empty()) s.equation = model.step.back().equation;
-  else for (std::size_t k = 0; k < model.equation.size(); ++k) s.equation.push_back(static_cast<int>(k));
+  if (!model.step.empty()) {
+    s.bulk_linear    = model.step.back().bulk_linear;
+    s.bulk_quadratic = model.step.back().bulk_quadratic;
+    s.equation       = model.step.back().equation;
+  } else {
+    for (std::size_t k = 0; k < model.equation.size(); ++k) s.equation.push_back(static_cast<int>(k));
+  }
   model.step.push_back(s);
   d.removes.emplace_back();
   d.in_step = true;

@@ -339,9 +339,9 @@ bool form_rows(const Model& m, const Step& step, State& st, Discretisation& d, D
   fresh  = fresh || s.lean != lean;
   s.lean = lean;
   bool bonds = false;          // other ones act
-  // the grid has moved along, and nothing else makes lists
-  const bool stay = !first && !fresh && s.lists_of == d.grid.made && d.pairs.gap.empty() &&
-                     d.point_law.group.size() == 0;
+  // the grid has moved along, nothing else makes lists, and places of contact keep what they meet
+  const bool meets = !d.pairs.gap.empty() && d.pairs.searched + d.pairs.skipped > 0;
+  const bool stay  = !first && !fresh && !meets && s.lists_of == d.grid.made && d.point_law.group.size() == 0;
   if (!stay) {
     form_lists(m.part, st.bonds, d, s);
     fresh = fresh || first || s.nrow != before;

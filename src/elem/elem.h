@@ -31,6 +31,8 @@ struct ElemBlock {
   RealVec w;                   // [kind][ngp] weight x volume                         length^3
   RealVec eas;                 // enhanced types: [kind][eas_size] modes and their inverse stiffness
   RealVec me;                  // [kind][pairs] mass, node pairs a >= b
+  RealVec omega2;              // explicit: [kind] square of the frequency of an element at rest (6.30)
+  RealVec mean;                // explicit: [kind][nen*dim + 2] mean gradient, volume, size (6.35)
   // place of the first Gauss point
   size_t gauss(size_t slot) const { return static_cast<size_t>(kind[slot]) * shape_info[shape].ngp; }
 };
@@ -129,11 +131,28 @@ inline void elem_ends(const Level& l0, const Level& l1, const int* node, int nen
 inline void elem_ends_pack(const RealVec& u, const Mesh& mesh, const ElemBlock& b, const int* slot, int nen,
                            int dim, double* ul)
 {
-  for (int l = 0; l < PACK; ++l) {
-    const int* node = elem_nodes(mesh, b, slot[l]);
-    for (int a = 0; a < nen; ++a)
-      for (int i = 0; i < dim; ++i) ul[(a * dim + i) * PACK + l] = u[node[a] * dim + i];
+  const int* node[PACK];
+  Pack* out = reinterpret_cast<Pack*>(ul);
+  for (int l = 0; l < PACK; ++l) node[l] = elem_nodes(mesh, b, slot[l]);
+  for (int a = 0; a < nen; ++a) {
+    const double* of[PACK];
+    for (int l = 0; l < PACK; ++l) of[l] = &u[static_cast<size_t>(node[l][a]) * dim];
+    for (int i = 0; i < dim; ++i) out[a * dim + i] = pack_gather(of, i);
   }
+}
+
+// elem_gradients_pack : gradients [N*D] and weight of Gauss point g of PACK elements
+template <int D, int N>
+inline void elem_gradients_pack(const ElemBlock& b, const int* slot, int g, Pack* dNdX, Pack& w)
+{
+  const double *dN[PACK], *of[PACK];
+  for (int l = 0; l < PACK; ++l) {
+    const size_t at = b.gauss(slot[l]) + g;
+    dN[l] = &b.dNdX[at * N * D];
+    of[l] = &b.w[at];
+  }
+  pack_rows(dN, N * D, dNdX);
+  w = pack_gather(of, 0);
 }
 
 // eas_size, eas_setup : enhanced modes of one element from its nodal places X [nen*dim] and weights w [ngp];
@@ -181,10 +200,24 @@ double elem_energy_one(const Model& m, const Elements& el, int e, const Level& l
 
 // elem_stable : the largest stable increment of central differences that the elements of this rank allow in
 // level l: 2/omega of the worst, which bounds that of any mesh of them  doc/theory.md (6.30), (6.31)
-//   inout omega2   [block][kind] square of the frequency of an element at rest; empty: it is found
-//   out   worst    the element, -1: no element
-double elem_stable(const Model& m, const Elements& el, const Level& l, bool nlgeom,
-                   std::vector<RealVec>& omega2, int* worst);
+//   out   worst    the element, -1: no element; ElemBlock::omega2, mean, unless they are there
+double elem_stable(const Model& m, Elements& el, const Level& l, bool nlgeom, int* worst);
+
+// Bulk viscosity over an increment, KernelMode::bulk
+struct BulkStep {
+  double linear = 0.0, quadratic = 0.0;        // coefficients
+  double dt = 0.0;             // length of the increment; 0: the pressures of t(n) act on
+  double loss = 0.0;           // energy taken, by elements so far
+  double xi = 0.0;             // largest damping ratio so far
+};
+
+// elem_bulk_pack : adds the force of the bulk viscosity of the first n of PACK intact elements to re; u0, u1,
+// re as elem_form_pack                                                          doc/theory.md (6.35), (6.36)
+//   in   q0    pressures at t(n)     [nelem]
+//   out  q1    of t(n+1)             [nelem]
+using ElemBulkPack = void (*)(const ElemBlock& b, const int* slot, int n, const double* u0, const double* u1,
+                              bool finite, const RealVec& q0, RealVec& q1, BulkStep& k, double* re);
+ElemBulkPack elem_bulk_pack(const ElemBlock& b);
 
 
 // elem_plastic : energy dissipated by plastic flow in the elements of this rank

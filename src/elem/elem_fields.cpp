@@ -99,11 +99,7 @@ void pack_energy(const Mesh& mesh, const ElemBlock& b, const int* slot, const Re
   Pack ul[N * D], sum = {}, dN[N * D], w = {};
   elem_ends_pack(u, mesh, b, slot, N, D, reinterpret_cast<double*>(ul));
   for (int g = 0; g < NGP; ++g) {
-    for (int l = 0; l < PACK; ++l) {
-      const size_t at = b.gauss(slot[l]) + g;
-      for (int k = 0; k < N * D; ++k) dN[k][l] = b.dNdX[at * N * D + k];
-      w[l] = b.w[at];
-    }
+    elem_gradients_pack<D, N>(b, slot, g, dN, w);
     Pack H[D * D], E[D * D], S[D * D], psi = {};
     ip_gradient<D, N>(dN, N, ul, H);
     ip_strain<D>(nlgeom, H, E);

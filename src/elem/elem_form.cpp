@@ -50,11 +50,7 @@ Status form_pack(const ElemBlock& b, const int* slot, const KernelMode& mode, co
     det = form<D, N, NGP>(&b.dNdX[first * N * D], &b.w[first], b.law, mode, pack(u0), pack(u1), rp, kp);
   } else {
     Pack dNdX[NGP * N * D], w[NGP];
-    for (int l = 0; l < PACK; ++l) {
-      const size_t first = b.gauss(slot[l]);
-      for (int k = 0; k < NGP * N * D; ++k) dNdX[k][l] = b.dNdX[first * N * D + k];
-      for (int k = 0; k < NGP; ++k) w[k][l] = b.w[first + k];
-    }
+    for (int g = 0; g < NGP; ++g) elem_gradients_pack<D, N>(b, slot, g, dNdX + g * N * D, w[g]);
     det = form<D, N, NGP>(dNdX, w, b.law, mode, pack(u0), pack(u1), rp, kp);
   }
   bad = 0;

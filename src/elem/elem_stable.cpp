@@ -59,21 +59,36 @@ double stretch_factor(const Model& m, const ElemBlock& b, int slot, const RealVe
   return std::max(stretched, (1.0 - 0.5 * std::log(least)) / least);
 }
 
+// mean gradient, volume, and the size 2 c / omega that a wave crosses in the stable increment       (6.35)
+void add_mean(ElemBlock& b, int kind)
+{
+  const ShapeInfo& info = shape_info[b.shape];
+  const int n = info.nen * info.dim;
+  RealVec mean(n + 2, 0.0);
+  for (int g = 0; g < info.ngp; ++g) {
+    const size_t at = static_cast<size_t>(kind) * info.ngp + g;
+    for (int k = 0; k < n; ++k) mean[k] += b.w[at] * b.dNdX[at * n + k];
+    mean[n] += b.w[at];
+  }
+  for (int k = 0; k < n; ++k) mean[k] /= mean[n];
+  mean[n + 1] = 2.0 * std::sqrt((b.law.lam + 2.0 * b.law.mu) / b.density / b.omega2[kind]);
+  b.mean.insert(b.mean.end(), mean.begin(), mean.end());
+}
+
 }  // namespace
 
-double elem_stable(const Model& m, const Elements& el, const Level& l, bool nlgeom,
-                   std::vector<RealVec>& omega2, int* worst)
+double elem_stable(const Model& m, Elements& el, const Level& l, bool nlgeom, int* worst)
 {
   double least = 1e300;
   *worst = -1;
-  omega2.resize(el.block.size());
-  for (size_t k = 0; k < el.block.size(); ++k) {
-    const ElemBlock& b = el.block[k];
-    const int kinds    = static_cast<int>(b.me.size()) / pair_count(shape_info[b.shape].nen);
-    for (int kind = static_cast<int>(omega2[k].size()); kind < kinds; ++kind)
-      omega2[k].push_back(frequency_of_kind(b, kind));
+  for (ElemBlock& b : el.block) {
+    const int kinds = static_cast<int>(b.me.size()) / pair_count(shape_info[b.shape].nen);
+    for (int kind = static_cast<int>(b.omega2.size()); kind < kinds; ++kind) {
+      b.omega2.push_back(frequency_of_kind(b, kind));
+      add_mean(b, kind);
+    }
     for (int slot : b.live) {
-      double w2 = omega2[k][b.kind[slot]];
+      double w2 = b.omega2[b.kind[slot]];
       if (nlgeom && el.broken(b.elem[slot]) < 0) w2 *= stretch_factor(m, b, slot, l.u);
       const double w = std::sqrt(w2), xi = 0.5 * b.law.beta * w;
       const double dt = 2.0 / w * (std::sqrt(1.0 + xi * xi) - xi);

@@ -22,7 +22,14 @@
 
 #include "mat/mat.h"
 
+// as many numbers as a vector register of the processor holds: longer vectors go through memory
+#if defined(__AVX512F__)
 const int PACK = 8;
+#elif defined(__AVX__)
+const int PACK = 4;
+#else
+const int PACK = 2;
+#endif
 typedef double Pack __attribute__((vector_size(8 * PACK), may_alias));
 
 // a row of PACK numbers, anywhere in memory
@@ -32,15 +39,21 @@ typedef double PackRow __attribute__((vector_size(8 * PACK), aligned(8), may_ali
 inline void pack_turn(Pack* x)
 {
   typedef long Places __attribute__((vector_size(8 * PACK)));
-  static_assert(PACK == 8, "three exchanges");
+#if defined(__AVX512F__)
   const Places low[3]  = {{0, 8, 2, 10, 4, 12, 6, 14},
                           {0, 1, 8, 9, 4, 5, 12, 13},
                           {0, 1, 2, 3, 8, 9, 10, 11}},
                high[3] = {{1, 9, 3, 11, 5, 13, 7, 15},
                           {2, 3, 10, 11, 6, 7, 14, 15},
                           {4, 5, 6, 7, 12, 13, 14, 15}};
+#elif defined(__AVX__)
+  const Places low[2]  = {{0, 4, 2, 6}, {0, 1, 4, 5}},
+               high[2] = {{1, 5, 3, 7}, {2, 3, 6, 7}};
+#else
+  const Places low[1] = {{0, 2}}, high[1] = {{1, 3}};
+#endif
 #pragma GCC unroll 3
-  for (int s = 0; s < 3; ++s)
+  for (int s = 0; 1 << s < PACK; ++s)
 #pragma GCC unroll 8
     for (int i = 0; i < PACK; ++i) {
       const int j = i + (1 << s);
@@ -49,6 +62,29 @@ inline void pack_turn(Pack* x)
       x[i] = __builtin_shuffle(a, b, low[s]);
       x[j] = __builtin_shuffle(a, b, high[s]);
     }
+}
+
+// pack_gather : number i of each of PACK arrays
+inline Pack pack_gather(const double* const* x, int i)
+{
+#if defined(__AVX512F__)
+  return Pack{x[0][i], x[1][i], x[2][i], x[3][i], x[4][i], x[5][i], x[6][i], x[7][i]};
+#elif defined(__AVX__)
+  return Pack{x[0][i], x[1][i], x[2][i], x[3][i]};
+#else
+  return Pack{x[0][i], x[1][i]};
+#endif
+}
+
+// pack_rows : out [n] from n numbers of each of PACK arrays that lie together
+inline void pack_rows(const double* const* x, int n, Pack* out)
+{
+  const int whole = n / PACK * PACK;
+  for (int k = 0; k < whole; k += PACK) {
+    for (int l = 0; l < PACK; ++l) out[k + l] = *reinterpret_cast<const PackRow*>(x[l] + k);
+    pack_turn(out + k);
+  }
+  for (int k = whole; k < n; ++k) out[k] = pack_gather(x, k);
 }
 
 // number of node pairs a >= b, and the place of a pair

@@ -91,14 +91,21 @@ inline void ip_tangent_general(const double* dNdX, int n, double w, const double
       for (int J = 0; J < D; ++J)
         for (int m = 0; m < DD; ++m) M[L * DD + m] += dNdX[a * D + J] * A[(J * D + L) * DD + m];
     if constexpr (D == 3) {                          // the numbers of a block as 8 and 1
-      const auto eight = [&M](int L) { return *reinterpret_cast<const PackRow*>(M + L * DD); };
-      const Pack M0 = eight(0), M1 = eight(1), M2 = eight(2);
-      const double m0 = M[PACK], m1 = M[DD + PACK], m2 = M[2 * DD + PACK];
+      constexpr int R = 8 / PACK;
+      Pack M0[R], M1[R], M2[R];
+      for (int r = 0; r < R; ++r) {
+        M0[r] = *reinterpret_cast<const PackRow*>(M + r * PACK);
+        M1[r] = *reinterpret_cast<const PackRow*>(M + DD + r * PACK);
+        M2[r] = *reinterpret_cast<const PackRow*>(M + 2 * DD + r * PACK);
+      }
+      const double m0 = M[8], m1 = M[DD + 8], m2 = M[2 * DD + 8];
       for (int b = 0; b <= a; ++b, k += DD) {
         const double* g = dNdX + b * D;
-        PackRow& to = *reinterpret_cast<PackRow*>(k);
-        to = to + g[0] * M0 + g[1] * M1 + g[2] * M2;
-        k[PACK] += g[0] * m0 + g[1] * m1 + g[2] * m2;
+        for (int r = 0; r < R; ++r) {
+          PackRow& to = *reinterpret_cast<PackRow*>(k + r * PACK);
+          to = to + g[0] * M0[r] + g[1] * M1[r] + g[2] * M2[r];
+        }
+        k[8] += g[0] * m0 + g[1] * m1 + g[2] * m2;
       }
     } else {
       for (int b = 0; b <= a; ++b, k += DD) {

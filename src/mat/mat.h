@@ -6,6 +6,8 @@
 
 #include "model/model.h"
 
+struct BulkStep;               // elem.h
+
 // What a time scheme asks of the law over a step t(n) -> t(n+1)                        (1.8)
 struct KernelMode {
   bool finite = true;          // NLGEOM
@@ -14,6 +16,7 @@ struct KernelMode {
   double s_new = 1.0, s_old = 0.0;
   // viscous stress: factor of E(n+1) - E(n) in dE/dt; 1/dt, Newmark gamma/(beta dt); statics: 0     1/time
   double rate = 0.0;
+  BulkStep* bulk = nullptr;          // explicit: bulk viscosity of elements (6.35); null: none
   double cD() const { return s_new; }
   double cG() const { return !finite ? 0.0 : mid ? 0.5 : 1.0; }
 };

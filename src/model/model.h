@@ -426,6 +426,7 @@ struct Step {
   double dissipation = 0.0;    // energy-momentum: 0 ... 0.5
   double alpha = 0.0;          // HHT: -1/3 ... 0
   double safety = 0.9;         // explicit: increment over the largest stable one
+  double bulk_linear = 0.0, bulk_quadratic = 0.0;      // explicit: coefficients of the bulk viscosity (6.35)
   // largest energy from nowhere, or lost, as a part of the largest energy; 0: the default
   double balance = 0.0;
   bool extrapolate = true;     // statics: an increment begins with what the one before would do in its time
@@ -436,6 +437,8 @@ struct Step {
   IntVec equation;             // indices into Model::equation of those that hold in this step
   Place place;
   bool explicit_steps() const { return proc == PROC_DYNAMIC && scheme == SCHEME_EXPLICIT; }
+  bool bulk() const { return explicit_steps() && (bulk_linear > 0.0 || bulk_quadratic > 0.0); }
+  bool over(double t) const { return t >= period * (1.0 - 1e-10); }     // t is the end of the step
 };
 
 // ---- output and checks ----------------------------------------------------
@@ -506,7 +509,9 @@ struct SolverDef {             // *SOLVER
 };
 
 struct HistoryOutput {         // *HISTORY, FREQUENCY=
-  int frequency = 1;
+  int frequency = 0;           // 0: not given: 1, in explicit steps 10
+  int every() const { return frequency > 0 ? frequency : 1; }
+  int every_explicit() const { return frequency > 0 ? frequency : 10; }
 };
 
 struct Model {

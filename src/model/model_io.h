@@ -241,11 +241,11 @@ inline void io(Archive& f, PrintRequest& x)
 inline void io(Archive& f, Step& x)
 {
   auto& [nlgeom, proc, period, dt, dt_min, dt_max, direct, half_force, half_part, max_inc, scheme,
-         scheme_given, beta, gamma, dissipation, alpha, safety, balance, extrapolate, ctl, load, prescribed,
-         print, equation, place] = x;
+         scheme_given, beta, gamma, dissipation, alpha, safety, bulk_linear, bulk_quadratic, balance,
+         extrapolate, ctl, load, prescribed, print, equation, place] = x;
   io_fields<Step>(f, nlgeom, proc, period, dt, dt_min, dt_max, direct, half_force, half_part, max_inc, scheme,
-                  scheme_given, beta, gamma, dissipation, alpha, safety, balance, extrapolate, ctl, load,
-                  prescribed, print, equation, place);
+                  scheme_given, beta, gamma, dissipation, alpha, safety, bulk_linear, bulk_quadratic, balance,
+                  extrapolate, ctl, load, prescribed, print, equation, place);
 }
 
 inline void io(Archive& f, HistoryDef& x)

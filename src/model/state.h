@@ -190,6 +190,7 @@ struct Level {                 // one time level
   RealVec he, hp;
   // [nelem] degradation factor of psi+: 1 intact, c when its release is over; empty: nothing can break
   RealVec degr;
+  RealVec q;                   // [nelem] pressure of the bulk viscosity (6.35); empty: there is none
 };
 
 // degr_of_step : degradation factor of element e that acts over a step from l0 to l1: the mean for the
@@ -256,6 +257,7 @@ struct StepClock {             // the step that is under way
   // had broken, become points or been released when it was looked at last                     (6.30) - (6.32)
   double stable = 0, system = 0;
   long broke = 0;
+  double xi = 0;               // explicit: largest damping ratio of the bulk viscosity in the last increment
 };
 
 struct GridLaid {              // where corners and bonds were when the active grid was made

@@ -193,6 +193,7 @@ bool level_fits(const Model& m, const State& s, const Level& l)
                     bonds = s.bonds.nbond;
   return std::fabs(l.time) < FAR && real(l.u, nodal) && real(l.v, nodal) && real(l.a, nodal) &&
          real(l.uc, corners) && real(l.vc, corners) && real(l.degr, s.frac.empty() ? 0 : m.mesh.nelem()) &&
+         (l.q.empty() || real(l.q, m.mesh.nelem())) &&
          history_fits(m, s.points, l) && finite(l.slip, bonds * dim) &&
          real(l.lambda, bonds * dim) && real(l.lambda_n, bonds);
 }

@@ -163,9 +163,10 @@ inline void io(Archive& f, Fracture& x)
 
 inline void io(Archive& f, Level& x)
 {
-  auto& [time, u, v, a, uc, vc, slip, lambda, lambda_n, he, hp, degr] = x;
+  auto& [time, u, v, a, uc, vc, slip, lambda, lambda_n, he, hp, degr, q] = x;
   io_all(f, time, of_nodes(u), of_nodes(v), of_nodes(a), of_corners(uc), of_corners(vc),
-         of_bonds(slip), of_bonds(lambda), of_bonds(lambda_n), of_gauss(he), of_points(hp), of_elems(degr));
+         of_bonds(slip), of_bonds(lambda), of_bonds(lambda_n), of_gauss(he), of_points(hp), of_elems(degr),
+         of_elems(q));
 }
 
 inline void io(Archive& f, Ledger& x)
@@ -186,8 +187,9 @@ inline void io(Archive& f, ContactLog& x)
 
 inline void io(Archive& f, StepClock& x)
 {
-  auto& [start, t, dt, nominal, easy, most, aim, impulse, square, energy, cuts, stable, system, broke] = x;
-  io_all(f, start, t, dt, nominal, easy, most, aim, impulse, square, energy, cuts, stable, system, broke);
+  auto& [start, t, dt, nominal, easy, most, aim, impulse, square, energy, cuts, stable, system, broke,
+         xi] = x;
+  io_all(f, start, t, dt, nominal, easy, most, aim, impulse, square, energy, cuts, stable, system, broke, xi);
 }
 
 // ranks of points follow where points are known: io_point_ranks

@@ -66,7 +66,8 @@ Located out_locate(const Model& m, const Elements& el, const Points& pts, const 
 
 // ---- history (out_history.cpp) -------------------------------------------------
 
-struct History {               // every increment, also those that the file skips
+// every increment, also those that the file skips; explicit steps: those where out_row_due
+struct History {
   std::vector<std::string> names;
   std::vector<RealVec> rows;
 };
@@ -146,6 +147,12 @@ void out_step_begin(const Model& m, int step, Output& out);          // step: 0-
 void out_step_end(const Model& m, const State& s, Output& out);
 void out_increment(const Model& m, const Elements& el, const State& s, const ActiveGrid& grid, Output& out);
 
+// out_row_due : does the history get a row at t(n)? In explicit steps at every FREQUENCY-th increment, at the
+// end of the step, when elements have broken, and on both sides of the time of a check
+// out_reads_ledger : are energies read at t(n), by a row or a line of the listing?
+bool out_row_due(const Model& m, const State& s);
+bool out_reads_ledger(const Model& m, const State& s);
+
 // out_close : finished = false when the run stopped before its end (checks at the end then fail)
 int out_close(const Model& m, const Elements& el, const State& s, const ActiveGrid& grid,
               const Solver& solver, bool finished, Output& out);
@@ -221,6 +228,7 @@ const char* out_status_text(Status status);
 int history_setup(const Model& m, const Elements& el, const State& s, Output& out);    // returns errors
 void history_open(Output& out);
 void history_row(const Model& m, const Elements& el, const State& s, Output& out);
+bool history_shown(const Model& m, const History& h, int row);
 void history_write(const Output& out, int row);
 
 void out_vtk(const Model& m, const Elements& el, const State& s, const ActiveGrid& grid, Output& out);

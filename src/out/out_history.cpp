@@ -302,6 +302,13 @@ void history_open(Output& out)
   std::fputc('\n', out.his);
 }
 
+// explicit steps make rows for the file alone
+bool history_shown(const Model& m, const History& h, int row)
+{
+  const int step = static_cast<int>(h.rows[row][1]);
+  return (step > 0 && m.step[step - 1].explicit_steps()) || row % m.history_out.every() == 0;
+}
+
 void history_write(const Output& out, int row)
 {
   const RealVec& value = out.history.rows[row];
@@ -333,7 +340,7 @@ void history_row(const Model& m, const Elements& el, const State& s, Output& out
                                            : state_value(m, el, s, out.probe[i]));
   out.history.rows.push_back(row);
   const int last = static_cast<int>(out.history.rows.size()) - 1;
-  if (last % std::max(1, m.history_out.frequency) != 0) return;
+  if (!history_shown(m, out.history, last)) return;
   history_write(out, last);
   out.row_written = last;
 }

@@ -206,7 +206,7 @@ void out_listing_defaults(std::FILE* file, const Model& m, const Bonds& bonds)
                                                  : std::to_string(d.intermediate).c_str(),
                  d.augment, d.normal_only ? "one direction" : "all directions");
   }
-  std::fprintf(file, "  history         every %d increments\n", std::max(1, m.history_out.frequency));
+  std::fprintf(file, "  history         every %d increments\n", m.history_out.every());
   if (m.vtk.on)
     std::fprintf(file, "  VTK             %s, every %s increments, time interval %s\n",
                  m.part.on     ? ".pvtu and a .vtu of each rank, since the model is divided"

@@ -1,5 +1,8 @@
 #include <unistd.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "base/comm.h"
 #include "base/log.h"
 #include "base/timer.h"
@@ -8,6 +11,16 @@
 namespace {
 
 const int EVERY = 100;         // explicit increments from one line of the listing to the next
+
+bool leaps(const Model& m, const State& s)
+{
+  return s.log.step > 0 && m.step[s.log.step - 1].explicit_steps();
+}
+
+bool line_due(const Model& m, const State& s)
+{
+  return !leaps(m, s) || s.log.inc % EVERY == 0 || !s.eroded.empty();
+}
 
 bool vtk_due(const Model& m, const State& s, Output& out)
 {
@@ -20,6 +33,18 @@ bool vtk_due(const Model& m, const State& s, Output& out)
 }
 
 }  // namespace
+
+bool out_row_due(const Model& m, const State& s)
+{
+  if (!leaps(m, s) || s.log.inc == 0 || !s.eroded.empty()) return true;
+  if (s.log.inc_total % m.history_out.every_explicit() == 0) return true;
+  if (m.step[s.log.step - 1].over(s.clock.t)) return true;
+  return std::any_of(m.check.begin(), m.check.end(), [&](const Check& c) {
+    return c.kind == CHECK_HISTORY && c.at == AT_TIME && std::fabs(s.n.time - c.time) <= 1.01 * s.log.dt;
+  });
+}
+
+bool out_reads_ledger(const Model& m, const State& s) { return out_row_due(m, s) || line_due(m, s); }
 
 // ---------------------------------------------------------------------------
 // out_open : summary, columns, first row and frame at t = 0
@@ -46,10 +71,8 @@ int out_open(const Model& m, const Elements& el, const State& s, const ActiveGri
 void out_increment(const Model& m, const Elements& el, const State& s, const ActiveGrid& grid, Output& out)
 {
   Timer timer(PHASE_OUTPUT);
-  const bool leaps = s.log.step > 0 && m.step[s.log.step - 1].explicit_steps();
-  const bool listed = !leaps || s.log.inc % EVERY == 0 || !s.eroded.empty();
-  if (s.log.inc_total > 0 && listed) out_listing_increment(s);
-  history_row(m, el, s, out);
+  if (s.log.inc_total > 0 && line_due(m, s)) out_listing_increment(s);
+  if (out_row_due(m, s)) history_row(m, el, s, out);
   out_check_increment(m, el, s, out);
   if (vtk_due(m, s, out)) out_vtk(m, el, s, grid, out);
   else timer_skip(PHASE_OUTPUT);

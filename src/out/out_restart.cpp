@@ -563,8 +563,8 @@ int out_reopen(Model& m, const Elements& el, const FracMesh& fm, Archive& f, Sta
     if (m.vtk.on) out_vtk_continue(out);
   }
   history_open(out);
-  const int every = std::max(1, m.history_out.frequency);
-  for (int row = 0; row <= out.row_written; row += every) history_write(out, row);
+  for (int row = 0; row <= out.row_written; ++row)
+    if (history_shown(m, out.history, row)) history_write(out, row);
   log_note("the run goes on from step %d, increment %d, time %.9g", s.log.step, s.log.inc, s.n.time);
   out.terminal      = first && isatty(STDERR_FILENO) == 1;
   out.progress_wall = timer_wall();

@@ -83,21 +83,10 @@ void by_packs(const Points& pts, const PointLaws& law, const IntVec& owned, UseP
 template <int D, int NEN>
 inline void load_points(const Points& pts, const int* point, int nen, Pack* G, Pack& V0)
 {
+  const double* from[PACK];
   for (int l = 0; l < PACK; ++l) V0[l] = pts.V0[point[l]];
-  if (NEN * D % PACK == 0 && NEN) {
-    for (int k = 0; k < NEN * D; k += PACK) {
-      for (int l = 0; l < PACK; ++l) {
-        const double* from = pts.G(point[l]);
-        G[k + l] = *reinterpret_cast<const PackRow*>(from + k);
-      }
-      pack_turn(G + k);
-    }
-    return;
-  }
-  for (int l = 0; l < PACK; ++l) {
-    const double* from = pts.G(point[l]);
-    for (int k = 0; k < nen * D; ++k) G[k][l] = from[k];
-  }
+  for (int l = 0; l < PACK; ++l) from[l] = pts.G(point[l]);
+  pack_rows(from, (NEN ? NEN : nen) * D, G);
 }
 
 // displacements u [nen*D] of their corners
@@ -109,8 +98,7 @@ inline void load_ends(const Points& pts, const int* point, int nen, const RealVe
   for (int a = 0; a < n; ++a) {
     const double* of[PACK];
     for (int l = 0; l < PACK; ++l) of[l] = &uc[static_cast<size_t>(corner[l][a]) * D];
-    for (int i = 0; i < D; ++i)
-      u[a * D + i] = Pack{of[0][i], of[1][i], of[2][i], of[3][i], of[4][i], of[5][i], of[6][i], of[7][i]};
+    for (int i = 0; i < D; ++i) u[a * D + i] = pack_gather(of, i);
   }
 }
 

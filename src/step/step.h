@@ -4,6 +4,7 @@
 #ifndef MPFE_STEP_STEP_H
 #define MPFE_STEP_STEP_H
 
+#include <array>
 #include <functional>
 
 #include "assem/assem.h"
@@ -57,15 +58,27 @@ struct NextDivision {
   std::vector<NearFace> faces; // of this rank, where others come near that are not known
 };
 
-// What an explicit step keeps; results do not depend on it
+// When an explicit step has searched for contact, and how things lay then; size: of the smallest face
+struct ContactFound {
+  int step = -1, bonds = 0, changes = 0;
+  RealVec u, uc;               // [nnode*dim], [ncorner*dim]
+  double size = 0.0, time = 0.0;
+};
+
+// What an explicit step keeps; a run that goes on from a restart file has none of it, and so has the one that
+// wrote it (forget_grid)
 struct StableIncrement {
-  std::vector<RealVec> omega2; // of elem_stable
-  // [nnode + ncorner] work space: stiffness of contact over mass, of nodes and corners       1/time^2
-  RealVec push;
+  ContactFound found;
+  double crossing = 0.0;       // time in which a wave crosses the smallest element at rest; 0: not known
+  // [nnode + ncorner] work space: stiffness of contact over mass, of nodes and corners       1/time^2; mass
+  RealVec push, mass;
   // loads at the end of the increment before, for these rows; step, increment: when
   RealVec fext;
   long pattern = -1, made = -1;          // Dofs::pattern, ActiveGrid::made
   int step = 0, inc = 0;
+  RealVec spare, fint, du, R;  // their memory alone
+  // Discretisation::follow is that of so many converted elements and released points
+  std::array<size_t, 2> followed{{0, 0}};
 };
 
 // work has become uneven; faces of general contact have come near that are not known
@@ -136,6 +149,9 @@ struct Attempt {
   RealVec fint{}, fext{}, R{};       // [neq] at the solution; R with the forces of equations at their masters
   RealVec du{};                  // [neq]
   RealVec acc{};               // explicit: acceleration at t(n+1) [neq]
+  double work = 0.0;             // with plain: of loads and supports over the increment
+  bool plain = false;            // explicit, nodes alone, no dampers: st.np1 has velocities and accelerations
+  BulkStep bulk{};               // explicit: bulk viscosity
   Jumps jumps{};               // of du
   RealVec guess{};               // [neq] statics: where Newton's method begins, when it does not at rest
   bool guesses = false;          // it does so; a rank may have no rows
@@ -249,6 +265,9 @@ Failure step_stable(Problem& p, const Step& s);
 // the momentum changes by f to rounding
 void step_keep_momentum(const Dofs& s, const RealVec& f, RealVec& acc);
 
+// step_hold_bulk : explicit: the pressures of the bulk viscosity at t(n) act on in mode
+void step_hold_bulk(Problem& p, const Step& s, BulkStep& bulk, KernelMode& mode);
+
 // step_motion_begin : explicit: velocity and acceleration at t(n) of nodes and grid
 Failure step_motion_begin(Problem& p, Attempt& a);
 
@@ -311,15 +330,22 @@ struct BreakWatch {
 // step_undo_points, before they change
 struct UndoPoint {
   State state;                 // without levels
+  bool whole = true;           // state is there; explicit steps copy it before it changes
   bool points = false;         // with points, and share is that of them
   Level n;                     // a copy, or the one that was kept
   bool copy = false, kept = false;
   CornerShare share;
 };
 void step_undo_point(State& st, bool copy, UndoPoint& u);
+// explicit: the state is copied by step_undo_state, before it changes
+void step_undo_later(UndoPoint& u);
+void step_undo_state(State& st, UndoPoint& u);
 void step_undo_points(const State& st, const CornerShare& share, UndoPoint& u);
 void step_undo_keep(State& st, UndoPoint& u);
 void step_undo(Problem& p, UndoPoint& u);
+
+// step_tests : do tests of fracture look at time? Explicit: conversion and release of points wait for them
+bool step_tests(const Problem& p, const Step& s, double time);
 
 // step_can_undo : is there a way back? Not from points that have changed where they were not copied before
 bool step_can_undo(const State& st, const UndoPoint& u);

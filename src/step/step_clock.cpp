@@ -50,7 +50,7 @@ void choose_by_half(const Step& s, double used, int iterations, double part, Ste
 
 }  // namespace
 
-bool clock_done(const Step& s, const StepClock& c) { return c.t >= s.period * (1.0 - 1e-10); }
+bool clock_done(const Step& s, const StepClock& c) { return s.over(c.t); }
 
 double clock_next(const Step& s, const StepClock& c, const std::vector<double>& stops)
 {

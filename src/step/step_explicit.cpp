@@ -6,6 +6,7 @@
 #include "base/comm.h"
 #include "base/log.h"
 #include "base/timer.h"
+#include "model/scheme.h"
 #include "step/step.h"
 
 namespace {
@@ -100,12 +101,75 @@ void step_keep_momentum(const Dofs& s, const RealVec& f, RealVec& acc)
   }
 }
 
+namespace {
+
+// the same for nodes alone, in two passes over them: displacement                                 (6.28)
+void leap_nodes(const Dofs& s, const Level& n, Attempt& a)
+{
+  const int dim = s.dim;
+  a.du.resize(s.neq());
+  for (int r = 0; r < s.nfe; ++r)
+    for (int i = 0; i < dim; ++i) {
+      const int dof = r * dim + i, k = s.node_of_row[r] * dim + i;
+      a.du[dof] = s.fixed[dof] == DOF_FIXED ? s.target[dof] : a.dt * (n.v[k] + 0.5 * a.dt * n.a[k]);
+    }
+}
+
+// acceleration and velocity at t(n+1), reactions, work (6.12); false: a number is not finite      (6.29)
+//   in   rf0   reactions at t(n)  [nnode*dim]
+bool accelerate_nodes(const Dofs& s, const RealVec& rf0, const Level& n, Attempt& a, Level& l)
+{
+  const int dim = s.dim;
+  double sum = 0.0;
+  a.R.resize(s.neq());
+  for (int r = 0; r < s.nfe; ++r)
+    for (int i = 0; i < dim; ++i) {
+      const int dof = r * dim + i, k = s.node_of_row[r] * dim + i;
+      const double f = a.fext[dof] - a.fint[dof];
+      double a1 = f / s.lumped[r], v1 = n.v[k] + 0.5 * a.dt * (n.a[k] + a1);
+      double load = a.fext0[dof] + a.fext[dof];
+      if (s.fixed[dof] == DOF_FIXED) {
+        v1 = s.rate[dof];
+        a1 = (v1 - n.v[k]) / a.dt;
+        a.R[dof] = s.lumped[r] * a1 - f;
+        load += rf0[k] + a.R[dof];
+      }
+      l.a[k] = a1;
+      l.v[k] = v1;
+      sum += a1;
+      if (s.counts(dof)) a.work += 0.5 * load * a.du[dof];
+    }
+  return dof_all(s, std::isfinite(sum));
+}
+
+Failure explicit_nodes(Problem& p, Attempt& a)
+{
+  State& st     = p.st;
+  const Dofs& s = p.dofs;
+  a.cM = scheme_of(a.step).mass(a.step, a.dt);
+  leap_nodes(s, st.n, a);
+  Failure failure = assem_move(p.m, p.d, s, a.du, a.t0, a.t1, st, a.jumps);
+  if (failure.ok()) failure = assem_internal(p.m, p.d, s, a.mode, a.jumps, st, a.fint);
+  if (failure.ok()) failure = assem_loads(p.m, p.d, s, st, a.step, a.load, p.warned, a.fext);
+  if (failure.ok() && !accelerate_nodes(s, st.rf, st.n, a, st.np1)) return BAD_NUMBER;
+  st.log.iterations = 1;
+  return failure.ok() ? step_tell_all(p, a) : failure;
+}
+
+}  // namespace
+
 // ---------------------------------------------------------------------------
 // step_explicit : one increment of central differences                            doc/theory.md 6.8
 // ---------------------------------------------------------------------------
 Failure step_explicit(Problem& p, Attempt& a)
 {
   const Dofs& s = p.dofs;
+  if (a.step.bulk()) {
+    a.bulk      = {a.step.bulk_linear, a.step.bulk_quadratic, a.dt};
+    a.mode.bulk = &a.bulk;
+  }
+  a.plain = !p.d.grid.of_all.nodes && !s.hung && !s.tie.any && !s.damped && !s.whole;
+  if (a.plain) return explicit_nodes(p, a);
   RealVec f;
   // 1. velocity and acceleration at t(n)
   Failure failure = step_motion_begin(p, a);
@@ -126,7 +190,12 @@ Failure step_explicit(Problem& p, Attempt& a)
   if (p.d.grid.of_all.nodes || s.hung) mass_multiply(s, a.acc, a.R);
   else a.R = a.acc;
   const bool lumped = !p.d.grid.of_all.nodes && !s.hung;
-  for (int i = 0; i < s.neq(); ++i) a.R[i] = (lumped ? s.lumped[i / s.dim] : 1.0) * a.R[i] - f[i];
+  double sum = 0.0;
+  for (int i = 0; i < s.neq(); ++i) {
+    a.R[i] = (lumped ? s.lumped[i / s.dim] : 1.0) * a.R[i] - f[i];
+    sum += a.acc[i];
+  }
+  if (!dof_all(s, std::isfinite(sum))) return BAD_NUMBER;
   tie_force(s, a.R);
   p.st.log.iterations = 1;
   assem_share_bonds(p.st, p.m.dim, a.jumps);

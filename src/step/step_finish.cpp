@@ -154,9 +154,10 @@ void corner_reactions(const Model& m, const Dofs& dofs, const RealVec& R, RealVe
 void finish_reactions(const Model& m, const Dofs& dofs, const RealVec& R, State& st)
 {
   const int dim = m.dim;
-  st.rf.assign(static_cast<size_t>(m.mesh.nnode()) * dim, 0.0);
+  const size_t nodal = static_cast<size_t>(m.mesh.nnode()) * dim;
+  if (!dofs.free || st.log.inc <= 1 || st.rf.size() != nodal) st.rf.assign(nodal, 0.0);
   st.grid_rf.assign(m.grid_bc.size() * dim, 0.0);
-  for (int i = 0; i < dofs.neq(); ++i) {
+  for (int i = 0; i < dofs.neq() && !dofs.free; ++i) {
     if (dofs.fixed[i] != DOF_FIXED) continue;
     const int r = i / dim;
     if (r < dofs.nfe) st.rf[dofs.node_of_row[r] * dim + i % dim] = R[i];
@@ -318,6 +319,15 @@ void finish_contact(const Model& m, const ContactPairs& pairs, const Attempt& a,
   st.contact = log;
 }
 
+// what the bulk viscosity has taken, and its damping ratio for the next increment                (6.35)
+void finish_bulk(const Attempt& a, State& st)
+{
+  double loss = a.bulk.loss;
+  comm_sum(&loss, 1);
+  st.ledger.viscous += loss;
+  st.clock.xi = comm_size() > 1 ? comm_allreduce_max(a.bulk.xi) : a.bulk.xi;
+}
+
 }  // namespace
 
 // ---------------------------------------------------------------------------
@@ -329,17 +339,20 @@ void step_finish(Problem& p, Attempt& a, RealVec& energy)
   const Model& m = p.m;
   const Dofs& s = p.dofs;
   State& st      = p.st;
-  const RealVec rf0 = st.rf.empty() ? RealVec(static_cast<size_t>(m.mesh.nnode()) * m.dim, 0.0) : st.rf;
-  RealVec dv(s.neq(), 0.0);    // change of the velocities of the unknowns
+  const bool leaps  = a.step.explicit_steps();
+  RealVec rf0;
+  if (!a.plain) rf0 = st.rf;
+  if (!a.plain && rf0.empty()) rf0.assign(static_cast<size_t>(m.mesh.nnode()) * m.dim, 0.0);
+  RealVec dv(a.plain ? 0 : s.neq(), 0.0);          // change of the velocities of the unknowns
   st.np1.time = a.total1;
   if (st.points.part.window)
     point_tell_history(m.part, s.point_rank, st.points, p.d.point_law.history, st.np1);
   // 1. velocities
   // small systems and REUSE=NO: a continued run repeats every digit
-  const bool keeps = (m.solver.reuse && s.neq_all() >= SMALL_SYSTEM) || a.step.explicit_steps();
+  const bool keeps = ((m.solver.reuse && s.neq_all() >= SMALL_SYSTEM) || leaps) && st.points.npoint_all();
   GridVelocity* const after = keeps ? &p.newton.grid : nullptr;
   if (!after || a.cM == 0.0) p.newton.grid = GridVelocity();
-  if (a.cM != 0.0) finish_velocities(p.d.grid, s, a, st, dv, after);
+  if (a.cM != 0.0 && !a.plain) finish_velocities(p.d.grid, s, a, st, dv, after);
   point_tell_corners(st.points, m.dim, {&st.np1.uc, &st.np1.vc});
   if (m.part.around.on()) {                          // nodes of outer elements
     std::vector<RealVec*> told{&st.np1.u};
@@ -357,10 +370,17 @@ void step_finish(Problem& p, Attempt& a, RealVec& energy)
   // 4. ledger                                                                       (6.12), (6.15), (7.16)
   RealVec R0;
   if (a.cM == 0.0) R0 = step_residual_at_start(s, a);
-  double work = external_work(s, a, rf0, R0);
+  double work = a.plain ? a.work : external_work(s, a, rf0, R0);
   if (a.cM == 0.0) step_settle(p, a, rf0, R0);
   if (p.d.fm.on) st.ledger.fracture += frac_degraded(m, a.step, p.d.el, st.points, st.frac, st.n, st.np1);
-  ledger_sums(m, p.d.el, s, st.np1, a.step.nlgeom, st, work, p.d.fm.on ? &energy : nullptr);
+  if (leaps) {                 // energies: when they are read (run_step), or those of a test
+    comm_sum(&work, 1);
+    if (!m.fracture.empty() && step_tests(p, a.step, a.total1))
+      elem_energy(m, p.d.el, st.np1, a.step.nlgeom, &energy);
+    if (a.step.bulk()) finish_bulk(a, st);
+  } else {
+    ledger_sums(m, p.d.el, s, st.np1, a.step.nlgeom, st, work, p.d.fm.on ? &energy : nullptr);
+  }
   st.ledger.external += with_grounds(m, st, a, work);
-  ledger_balance(m.dim, st.np1, st);
+  if (!leaps) ledger_balance(m.dim, st.np1, st);
 }

@@ -144,24 +144,61 @@ Failure agree_on_place(const Bonds& b, const Failure& own)
 }
 
 // explicit: loads at t(n) are those of the end of the increment before, of the same rows
-bool loads_known(const Problem& p, const Step& s, RealVec& fext)
+bool loads_known(Problem& p, const Step& s, RealVec& fext)
 {
-  const StableIncrement& q = p.stable;
+  StableIncrement& q = p.stable;
   const StepLog& log       = p.st.log;
   if (!s.explicit_steps() || q.step != log.step || q.inc != log.inc - 1) return false;
   if (q.pattern != p.dofs.pattern || q.made != p.d.grid.made) return false;
   if (q.fext.size() != static_cast<size_t>(p.dofs.neq())) return false;
-  fext = q.fext;
+  fext.swap(q.fext);           // an attempt that fails asks for them again
   return true;
 }
 
-void keep_loads(Problem& p, const RealVec& fext)
+void keep_loads(Problem& p, Attempt& a)
 {
-  p.stable.fext    = fext;
+  StableIncrement& q = p.stable;
+  q.fext.swap(a.fext);
+  q.spare.swap(a.fext0);
+  q.fint.swap(a.fint);
+  q.du.swap(a.du);
+  q.R.swap(a.R);
   p.stable.pattern = p.dofs.pattern;
   p.stable.made    = p.d.grid.made;
   p.stable.step    = p.st.log.step;
   p.stable.inc     = p.st.log.inc;
+}
+
+// explicit: vectors of the increment before, whose memory serves again
+void take_space(StableIncrement& q, Attempt& a)
+{
+  a.fext.swap(q.spare);
+  a.fint.swap(q.fint);
+  a.du.swap(q.du);
+  a.R.swap(q.R);
+}
+
+// explicit: level n+1, as far as the increment does not write it as a whole
+void begin_level(const Problem& p, const Step& s, const Level& n, Level& l)
+{
+  const Dofs& d = p.dofs;
+  for (RealVec Level::*x : {&Level::u, &Level::v, &Level::a}) {
+    if (d.whole) l.*x = n.*x;
+    else (l.*x).resize(n.u.size());
+  }
+  for (int k = 0; k < p.m.mesh.nnode() && !d.whole; ++k) {
+    if (d.row_of_node[k] >= 0) continue;             // in no element
+    for (RealVec Level::*x : {&Level::u, &Level::v, &Level::a})
+      std::copy_n(&(n.*x)[k * d.dim], d.dim, &(l.*x)[k * d.dim]);
+  }
+  l.uc.resize(n.uc.size());
+  l.vc.resize(n.vc.size());
+  for (RealVec Level::*x : {&Level::slip, &Level::lambda, &Level::lambda_n, &Level::he, &Level::hp,
+                            &Level::degr, &Level::q})
+    l.*x = n.*x;
+  l.time = n.time;
+  if (s.bulk()) l.q.resize(p.m.mesh.nelem(), 0.0);
+  else l.q.clear();
 }
 
 }  // namespace
@@ -199,7 +236,12 @@ Failure step_increment(Problem& p, const Step& s, double t0, double dt, RealVec&
             newton_controls(p.m, p.d, st, s, dt)};
   if (s.explicit_steps()) a.total1 = a.load.total = st.clock.start + a.t1;   // t(n) of the next, to the bit
   if (s.proc == PROC_DYNAMIC) a.mode.rate = scheme_of(s).damping(s, dt);
-  st.np1 = st.n;
+  if (s.explicit_steps()) {
+    if (s.bulk()) st.n.q.resize(p.m.mesh.nelem(), 0.0);
+    begin_level(p, s, st.n, st.np1);
+  } else {
+    st.np1 = st.n;
+  }
   if (!p.d.pairs.gap.empty()) contact_forget(st.bonds, p.d.pairs, p.m.dim, st.np1);
   if (p.d.fm.on) frac_degrade(p.m, s, p.d.fm, st.frac, st.n, dt, st.np1);
   // in motion a multiplier of the step before would push a contact that opens: energy from nothing (4.2)
@@ -207,6 +249,7 @@ Failure step_increment(Problem& p, const Step& s, double t0, double dt, RealVec&
   // of this attempt: an error before the first one tells so
   st.log.iterations = 0;
   st.log.residual   = 0.0;
+  if (s.explicit_steps()) take_space(p.stable, a);
   a.du.assign(p.dofs.neq(), 0.0);
   Failure failure = dof_constrain(p.m, p.d, st, s, a.t0, a.t1, p.dofs, p.warned);
   if (failure.ok() && s.proc == PROC_DYNAMIC) ledger_leap(p.dofs, s.explicit_steps() ? dt : 0.0, st);
@@ -232,8 +275,8 @@ Failure step_increment(Problem& p, const Step& s, double t0, double dt, RealVec&
     failure = step_half(p, a, *half);
     if (failure.ok()) failure = half_judge(s, dt, st.log.cuts, *half);
   }
-  if (failure.ok() && leaps) keep_loads(p, a.fext);
   if (failure.ok()) step_finish(p, a, energy);
-  if (failure.ok() && !std::isfinite(st.ledger.balance)) failure = BAD_NUMBER;
+  if (failure.ok() && !std::isfinite(leaps ? st.ledger.external : st.ledger.balance)) failure = BAD_NUMBER;
+  if (failure.ok() && leaps) keep_loads(p, a);
   return failure;
 }

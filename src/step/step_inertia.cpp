@@ -118,7 +118,9 @@ Failure force_at_start(Problem& p, Attempt& a)
 {
   const RealVec zero(p.dofs.neq(), 0.0);
   KernelMode mode;
+  BulkStep bulk;
   mode.finite = a.mode.finite;
+  step_hold_bulk(p, a.step, bulk, mode);
   const Failure failure = assem_move(p.m, p.d, p.dofs, zero, a.t0, a.t0, p.st, a.jumps);
   return failure.ok() ? assem_internal(p.m, p.d, p.dofs, mode, a.jumps, p.st, a.fint0) : failure;
 }
@@ -128,6 +130,18 @@ Failure force_at_start(Problem& p, Attempt& a)
 const double GLANCE = 1e-3;
 
 }  // namespace
+
+void step_hold_bulk(Problem& p, const Step& s, BulkStep& bulk, KernelMode& mode)
+{
+  if (!s.bulk()) return;
+  int worst;
+  p.st.n.q.resize(p.m.mesh.nelem(), 0.0);
+  const auto bare = [](const ElemBlock& b) { return b.mean.empty(); };
+  if (std::any_of(p.d.el.block.begin(), p.d.el.block.end(), bare))
+    elem_stable(p.m, p.d.el, p.st.n, s.nlgeom, &worst);        // means of the elements
+  bulk      = {s.bulk_linear, s.bulk_quadratic, 0.0};
+  mode.bulk = &bulk;
+}
 
 bool step_damps(const Problem& p) { return p.dofs.damped || model_viscous(p.m); }
 
@@ -249,9 +263,11 @@ Failure step_initial_acceleration(Problem& p, const Step& s, double t_step)
   if (comm_allreduce_max(dofs.nfe) == 0) return STATUS_OK;
   RealVec zero(dofs.neq(), 0.0), fint, f, acc(dofs.neq(), 0.0), momentum, v, damping(dofs.neq(), 0.0);
   Jumps jumps;
-  p.st.np1 = p.st.n;
   KernelMode mode;
+  BulkStep bulk;
   mode.finite = s.nlgeom;
+  step_hold_bulk(p, s, bulk, mode);
+  p.st.np1 = p.st.n;
   Failure failure = dof_constrain(p.m, p.d, p.st, s, t_step, t_step, dofs, p.warned);
   if (failure.ok()) failure = assem_move(p.m, p.d, dofs, zero, t_step, t_step, p.st, jumps);
   if (failure.ok()) failure = assem_internal(p.m, p.d, dofs, mode, jumps, p.st, fint);

@@ -286,13 +286,92 @@ void grid_serves(const Problem& p, const RealVec& xb, bool& stays, bool& known)
   known = no[1] == 0.0;
 }
 
+// An explicit increment keeps what its places of contact meet while nothing has moved by this part of the
+// smallest face since the search. Test: X2 (x2_discs)
+const double SEARCH_AGAIN = 0.02;
+
+// In explicit steps the pressure of contact grows from so many times the depth on: what has come that deep in
+// one increment would be thrown back by more than is stable. Test: X6 (g3_explicit)
+const double LATER = 4.0;
+
+double largest_change(const RealVec& a, const RealVec& b)
+{
+  double most = 0.0;
+  for (size_t i = 0; i < a.size(); ++i) most = std::max(most, std::fabs(a[i] - b[i]));
+  return most;
+}
+
+// may the places of contact keep what they meet? The same on all ranks
+bool contact_stays(const Problem& p, const Step& s)
+{
+  const ContactFound& f = p.stable.found;
+  const State& st = p.st;
+  bool stays = s.explicit_steps() && f.step == st.log.step && f.bonds == st.bonds.nbond_all() &&
+               f.changes == st.frac.nconverted + st.frac.nreleased && f.u.size() == st.n.u.size() &&
+               f.uc.size() == st.n.uc.size() && p.d.pairs.gap.size() == static_cast<size_t>(st.bonds.nbond);
+  double most[2] = {stays ? 0.0 : 1.0, 0.0};
+  if (stays) most[1] = std::max(largest_change(f.u, st.n.u), largest_change(f.uc, st.n.uc));
+  if (p.m.part.on) comm_max(most, 2);
+  return most[0] == 0.0 && std::sqrt(p.m.dim) * most[1] < SEARCH_AGAIN * f.size;
+}
+
+void note_contact(Problem& p)
+{
+  ContactFound& f = p.stable.found;
+  const State& st = p.st;
+  f.step    = st.log.step;
+  f.time    = st.n.time;
+  f.bonds   = st.bonds.nbond_all();
+  f.changes = st.frac.nconverted + st.frac.nreleased;
+  f.u       = st.n.u;
+  f.uc      = st.n.uc;
+  f.size    = 1e300;
+  const RealVec& general = p.d.scene.size;           // at t = 0: crushed debris does not count
+  for (int b = 0; b < st.bonds.nbond; ++b)
+    if (st.bonds.field[b] == SIDE_CONTACT && p.d.pairs.master.count(b) && general.empty())
+      f.size = std::min(f.size, p.d.pairs.size[b]);
+  for (double size : general) f.size = std::min(f.size, size);
+  if (p.m.part.on) f.size = -comm_allreduce_max(-f.size);
+}
+
+// what places of contact meet, and their stiffness. FACES_UNKNOWN
+Failure find_contact(Problem& p, const Step& s, const RealVec& xb)
+{
+  State& st = p.st;
+  if (contact_stays(p, s)) {
+    for (int b = 0; b < st.bonds.nbond && st.n.time > p.stable.found.time; ++b)
+      if (p.d.pairs.master.count(b)) p.d.pairs.gap[b] = st.n.slip[b * p.m.dim];
+    p.d.pairs.searched = p.d.pairs.skipped = 0;      // what they meet stays
+    timer_skip(PHASE_CONTACT);
+    return STATUS_OK;
+  }
+  Timer timer(PHASE_CONTACT);
+  if (!masters_known(p.m, st.points, st.bonds, st.n.u, st.n.uc, xb, p.d.masters, p.next.faces))
+    return FACES_UNKNOWN;
+  const bool is_static = s.proc == PROC_STATIC;
+  const double travel  = 2.0 * st.clock.dt * fastest(p.m.part, st, is_static);
+  scene_update(p.m, st.points, st.bonds, st.n.u, st.n.uc, is_static, travel, p.d.scene);
+  contact_search(p.m, st.points, st.bonds, st.n, xb, p.d.scene, p.d.pairs);
+  for (double& deep : p.d.pairs.deep)
+    if (s.explicit_steps()) deep *= LATER;
+  contact_stiffness(st.n, p.m.dim, !is_static, p.d.pairs, st.bonds);
+  contact_initial(st.n, p.m.dim, !is_static, st.bonds, p.d.pairs);
+  st.log.contact_searched += p.d.pairs.searched;
+  st.log.contact_skipped += p.d.pairs.skipped;
+  if (s.explicit_steps()) note_contact(p);
+  return STATUS_OK;
+}
+
 }  // namespace
 
 Failure step_prepare(Problem& p, const Step& s)
 {
   if (p.ready) return STATUS_OK;
   State& st = p.st;
-  frac_follow(p.m, st.frac, st.points, p.d.follow);
+  const std::array<size_t, 2> forms{{st.frac.converted.size(), st.frac.released.size()}};
+  if (!s.explicit_steps() || forms != p.stable.followed)
+    frac_follow(p.m, st.frac, st.points, p.d.follow);
+  p.stable.followed = forms;
   RealVec xb;
   if (st.bonds.nbond_all()) {
     Timer timer(PHASE_BOND);
@@ -301,17 +380,8 @@ Failure step_prepare(Problem& p, const Step& s)
     timer_skip(PHASE_BOND);
   }
   if (has_contact(p.m)) {
-    Timer timer(PHASE_CONTACT);
-    if (!masters_known(p.m, st.points, st.bonds, st.n.u, st.n.uc, xb, p.d.masters, p.next.faces))
-      return FACES_UNKNOWN;
-    const bool is_static = s.proc == PROC_STATIC;
-    const double travel  = 2.0 * st.clock.dt * fastest(p.m.part, st, is_static);
-    scene_update(p.m, st.points, st.bonds, st.n.u, st.n.uc, is_static, travel, p.d.scene);
-    contact_search(p.m, st.points, st.bonds, st.n, xb, p.d.scene, p.d.pairs);
-    contact_stiffness(st.n, p.m.dim, !is_static, p.d.pairs, st.bonds);
-    contact_initial(st.n, p.m.dim, !is_static, st.bonds, p.d.pairs);
-    st.log.contact_searched += p.d.pairs.searched;
-    st.log.contact_skipped += p.d.pairs.skipped;
+    const Failure failure = find_contact(p, s, xb);
+    if (!failure.ok()) return failure;
   } else {
     timer_skip(PHASE_CONTACT);
   }

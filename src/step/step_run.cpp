@@ -21,6 +21,9 @@ const double TOLD_MOTION = 0.01, TOLD_STATICS = 0.2;
 const int CRAWLS = 100;
 const double CRAWLING = 1e-3;
 
+// Explicit increments from one look at compressed elements to the next
+const int LOOKS = 100;
+
 // statics know no velocity: what moves is stopped, and its energy is lost
 void stop_motion(State& st)
 {
@@ -247,7 +250,12 @@ Failure begin_increment(Problem& p, const Step& s, const std::vector<double>& st
     failure = step_initial_acceleration(p, s, 0.0);
   if (failure.ok() && s.explicit_steps()) failure = step_stable(p, s);
   inc.dt = clock_next(s, st.clock, stops);
-  if (p.d.fm.on && moves) begin_undo(st, false, inc);        // with the first acceleration
+  if (p.d.fm.on && s.explicit_steps()) {
+    step_undo_later(inc.undo);
+    inc.undoes = true;
+  } else if (p.d.fm.on && moves) {
+    begin_undo(st, false, inc);                      // with the first acceleration
+  }
   st.clock.aim = 0.0;
   inc.watch    = BreakWatch();
   inc.watch.on = !moves && !s.direct;
@@ -367,7 +375,8 @@ void warn_of_crawl(const Step& s, const State& st, Increment& inc, Warned& warne
 void warn_of_state(Problem& p, const Step& s)
 {
   const State& st = p.st;
-  if (s.proc == PROC_STATIC || st.log.inc_total % 10 == 0 || clock_done(s, st.clock))
+  const int every = s.explicit_steps() ? LOOKS : 10;
+  if (s.proc == PROC_STATIC || st.log.inc_total % every == 0 || clock_done(s, st.clock))
     step_limit(p.m, p.d.el, p.d.point_law, st, s, p.warned);
   if (p.d.fm.on) step_remainder(p.m, p.d, p.dofs, st, s, p.warned);
   if (!p.d.watch.pair.empty()) overlap_look(p.m, p.d.el, st, p.d.watch);
@@ -404,6 +413,7 @@ void forget_grid(Problem& p, const Output& out)
   if (comm_bcast(static_cast<int>(out.restart_inc == p.st.log.inc_total)) == 0) return;
   p.newton.grid = GridVelocity();
   p.stable.step = 0;
+  p.stable.found.step = -1;
 }
 
 // ---------------------------------------------------------------------------
@@ -437,6 +447,8 @@ Failure run_step(Problem& p, const Step& s, Increment& inc, Output& out)
     }
     if (!failure.ok()) return failure;
     accept(s, inc.dt, inc.half, st);
+    if (s.explicit_steps() && out_reads_ledger(p.m, st))
+      ledger_update(p.m, p.d.el, p.dofs, st.n, s.nlgeom, st);
     warn_of_state(p, s);
     warn_of_crawl(s, st, inc, p.warned);
     log_gather();

@@ -127,48 +127,63 @@ void each_place(const Problem& p, int k, Use use)
     use(pair.master.item[j], std::fabs(pair.master_w[j]));
 }
 
-// mass of a node or a corner that contact pushes at; a consistent mass counts by its smallest part     (6.34)
-double mass_at(const Problem& p, const std::vector<char>& coupled, int place)
+// mass of nodes and corners that contact pushes at, of all ranks; a consistent mass counts by its smallest
+// part                                                                                         (6.34)
+//   out  mass [nnode + ncorner]
+void masses_at(const Problem& p, RealVec& mass)
 {
-  const Dofs& s   = p.dofs;
-  const int nnode = p.m.mesh.nnode();
-  if (place < nnode) return s.row_of_node[place] < 0 ? 0.0 : s.lumped[s.row_of_node[place]];
-  const int c = place - nnode;
-  return s.corner_mass.diag[c] * (coupled[c] ? 1.0 / (1 << s.dim) : 1.0);
-}
-
-// [ncorner] corners whose mass is coupled with that of others
-std::vector<char> coupled_corners(const CornerMass& m)
-{
-  std::vector<char> coupled(m.diag.size(), 0);
+  const Dofs& s       = p.dofs;
+  const Points& pts   = p.st.points;
+  const CornerMass& m = s.corner_mass;
+  const int nnode     = p.m.mesh.nnode();
+  RealVec corner(m.diag), coupled(m.diag.size(), 0.0);
   for (size_t c = 0; c < m.diag.size(); ++c)
     for (int k = m.off[c]; k < m.off[c + 1]; ++k)
-      if (m.val[k] != 0.0) coupled[c] = coupled[m.col[k]] = 1;
-  return coupled;
+      if (m.val[k] != 0.0) coupled[c] = coupled[m.col[k]] = 1.0;
+  if (pts.part.on || pts.part.window) halo_sum(pts.part.halo, 1, {&corner, &coupled});
+  mass.assign(nnode, 0.0);
+  for (int n = 0; n < nnode; ++n)
+    if (s.row_of_node[n] >= 0) mass[n] = s.lumped[s.row_of_node[n]];
+  for (size_t c = 0; c < corner.size(); ++c)
+    mass.push_back(corner[c] * (coupled[c] > 0.0 ? 1.0 / (1 << s.dim) : 1.0));
+}
+
+// the stiffness of contact at nodes and corners, of all ranks
+void sum_places(const Problem& p, RealVec& stiff)
+{
+  const int nnode = p.m.mesh.nnode();
+  const Points& pts = p.st.points;
+  if (comm_size() == 1) return;
+  if (!p.m.part.on) return comm_sum(stiff);
+  RealVec node(stiff.begin(), stiff.begin() + nnode), corner(stiff.begin() + nnode, stiff.end());
+  halo_sum(p.m.part.halo, 1, node);
+  if (pts.part.on || pts.part.window) halo_sum(pts.part.halo, 1, corner);
+  std::copy(node.begin(), node.end(), stiff.begin());
+  std::copy(corner.begin(), corner.end(), stiff.begin() + nnode);
 }
 
 // bounds the square of the frequency that contact adds: for each node or corner its stiffness over its mass
 //                                                                                              (6.32)
-//   out  push [nnode + ncorner];  returns the largest of this rank
-double contact_frequency(const Problem& p, RealVec& push)
+//   out  push [nnode + ncorner];  returns the largest. Collective.
+double contact_frequency(const Problem& p, const RealVec& mass, RealVec& push)
 {
   const Dofs& s  = p.dofs;
   const Bonds& b = p.st.bonds;
-  const std::vector<char> coupled = coupled_corners(s.corner_mass);
   double most = 0.0;
-  push.assign(static_cast<size_t>(p.m.mesh.nnode()) + p.st.points.ncorner, 0.0);
+  push.assign(mass.size(), 0.0);
   for (int k : s.bond_acts) {
-    if (b.field[k] != SIDE_CONTACT) continue;
+    if (b.field[k] != SIDE_CONTACT || !s.bond_owned[k]) continue;
     const double slope = contact_slope(b, k, p.st.n.slip[k * s.dim]);
     double sum = 0.0;
     each_place(p, k, [&](int, double w) { sum += w; });
-    each_place(p, k, [&](int place, double w) {
-      const double mass = mass_at(p, coupled, place);
-      if (mass > 0.0) push[place] += slope * sum * w / mass;
-    });
+    each_place(p, k, [&](int place, double w) { push[place] += slope * sum * w; });
   }
-  for (double x : push) most = std::max(most, x);
-  return most;
+  sum_places(p, push);
+  for (size_t k = 0; k < push.size(); ++k) {
+    push[k] = mass[k] > 0.0 ? push[k] / mass[k] : 0.0;
+    most    = std::max(most, push[k]);
+  }
+  return comm_size() > 1 ? comm_allreduce_max(most) : most;
 }
 
 // Part of the square of the largest frequency of the elements that contact may add, where its penalty is that
@@ -195,17 +210,16 @@ void soften_contact(Problem& p, double limit, const RealVec& push)
 // what contact adds to the square of the largest frequency, once its own penalties are in reach. Collective.
 double contact_part(Problem& p, double omega2)
 {
-  RealVec& push = p.stable.push;
-  bool acts = false;
+  RealVec &push = p.stable.push, &mass = p.stable.mass;
+  int acts = 0;
   for (int k : p.dofs.bond_acts) acts = acts || p.st.bonds.field[k] == SIDE_CONTACT;
-  double most = 0.0;
-  if (acts && contact_frequency(p, push) > SOFT * omega2) {
-    soften_contact(p, SOFT * omega2, push);
-    most = contact_frequency(p, push);
-  } else if (acts) {
-    for (double x : push) most = std::max(most, x);
-  }
-  return comm_size() > 1 ? comm_allreduce_max(most) : most;
+  if (comm_size() > 1) acts = comm_allreduce_max(acts);
+  if (!acts) return 0.0;
+  masses_at(p, mass);
+  double most = contact_frequency(p, mass, push);
+  if (most <= SOFT * omega2) return most;
+  soften_contact(p, SOFT * omega2, push);
+  return contact_frequency(p, mass, push);
 }
 
 void report(const Step& s, const State& st, int label, double taken)
@@ -218,6 +232,18 @@ void report(const Step& s, const State& st, int label, double taken)
     log_warn("step %d, *DYNAMIC, EXPLICIT: dt = %g of the deck is longer than is stable; the increments have "
              "%g, %g of the largest stable one",
              st.log.step, s.dt, taken, s.safety);
+}
+
+// time in which a wave crosses the smallest element at rest, 2 / omega of (6.30). Collective.
+double crossing_time(Problem& p, const Step& s)
+{
+  int worst;
+  double most = 0.0;
+  elem_stable(p.m, p.d.el, p.st.n, s.nlgeom, &worst);    // omega2, where the run has just been continued
+  for (const ElemBlock& b : p.d.el.block)
+    for (double omega2 : b.omega2) most = std::max(most, omega2);
+  if (comm_size() > 1) most = comm_allreduce_max(most);
+  return most > 0.0 ? 2.0 / std::sqrt(most) : 0.0;
 }
 
 // the largest stable increment of points. Collective.
@@ -233,7 +259,7 @@ double stable_of_points(const Problem& p)
 double stable_of_elements(Problem& p, const Step& s, int& label)
 {
   int worst;
-  const double own = elem_stable(p.m, p.d.el, p.st.n, s.nlgeom, p.stable.omega2, &worst);
+  const double own = elem_stable(p.m, p.d.el, p.st.n, s.nlgeom, &worst);
   label = worst < 0 ? -1 : p.m.mesh.elem_label[worst];
   if (comm_size() == 1) return own;
   const double least = -comm_allreduce_max(-own);
@@ -251,6 +277,7 @@ Failure step_stable(Problem& p, const Step& s)
   int label = -1;
   const bool looks = begins || st.log.inc % LOOKS_AGAIN == 0;
   if (looks) c.stable = stable_of_elements(p, s, label);
+  if (p.stable.crossing == 0.0) p.stable.crossing = crossing_time(p, s);
   if ((looks || c.broke != changes(st)) && st.points.npoint_all() > 0) {
     const double points = stable_of_points(p);
     if (points < c.stable) label = -1;
@@ -267,13 +294,10 @@ Failure step_stable(Problem& p, const Step& s)
   }
   const double free   = std::min(c.stable, c.system), omega2 = 4.0 / (free * free);
   const double touch  = contact_part(p, omega2);
-  const double taken  = s.safety * 2.0 / std::sqrt(omega2 + touch);
+  const double xi     = s.bulk() ? std::max(s.bulk_linear, c.xi) : 0.0;
+  const double damped = std::sqrt(1.0 + xi * xi) - xi;                                           // (6.36)
+  const double taken  = s.safety * 2.0 / std::sqrt(omega2 + touch) * damped;
   c.dt = std::min(s.dt, taken);
   if (begins) report(s, st, label, taken);
-  const auto touches = [](const BondDef& b) { return b.kind == BOND_CONTACT; };
-  if (begins && comm_size() > 1 && std::any_of(p.m.bond.begin(), p.m.bond.end(), touches))
-    log_warn("step %d, *DYNAMIC, EXPLICIT: each rank finds the penalties of contact from its own contact "
-             "points; where ranks share nodes the answer is not that of one rank to rounding",
-             st.log.step);
   return STATUS_OK;
 }

@@ -31,7 +31,7 @@ struct Scene {
   double elements()
   {
     int worst;
-    return elem_stable(m, p.d.el, st.n, true, p.stable.omega2, &worst);
+    return elem_stable(m, p.d.el, st.n, true, &worst);
   }
   double points()
   {

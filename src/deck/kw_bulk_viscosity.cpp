@@ -1,0 +1,14 @@
+#include "deck/card.h"
+
+// *BULK VISCOSITY : [b1, b2], coefficients of the linear and of the quadratic part; later explicit steps keep
+// them
+void kw_bulk_viscosity(Card& card, Model& model)
+{
+  Step& s = model.step.back();
+  s.bulk_linear    = card_real_or(card, "linear coefficient b1", 0.06, at_least(0.0));
+  s.bulk_quadratic = card_real_or(card, "quadratic coefficient b2", 1.2, at_least(0.0));
+  card_end(card);
+  if (!s.explicit_steps())
+    card_error(card, card.head.at, "*BULK VISCOSITY belongs to explicit steps: it stands after *DYNAMIC, "
+                                   "EXPLICIT; BETA of *DAMPING damps in implicit steps as well");
+}

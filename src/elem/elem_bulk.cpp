@@ -1,0 +1,82 @@
+#include <cmath>
+
+#include "elem/elem.h"
+
+namespace {
+
+// det F F^-T of F = 1 + H
+template <int D>
+inline void cofactor(const Pack* H, Pack* cof)
+{
+  Pack F[D * D];
+  for (int k = 0; k < D * D; ++k) F[k] = H[k];
+  for (int i = 0; i < D; ++i) F[i * D + i] += 1.0;
+  for (int i = 0; i < D; ++i)
+    for (int j = 0; j < D; ++j) {
+      if constexpr (D == 2) {
+        cof[i * 2 + j] = (i == j ? 1.0 : -1.0) * F[(1 - i) * 2 + 1 - j];
+      } else {
+        const int i1 = (i + 1) % 3, i2 = (i + 2) % 3, j1 = (j + 1) % 3, j2 = (j + 2) % 3;
+        cof[i * 3 + j] = F[i1 * 3 + j1] * F[i2 * 3 + j2] - F[i1 * 3 + j2] * F[i2 * 3 + j1];
+      }
+    }
+}
+
+// change of volume over volume at t = 0 of the mean gradient H
+template <int D>
+inline Pack volume_change(bool finite, const Pack* H)
+{
+  if (finite) return ip_det<D>(H) - 1.0;
+  Pack sum{};
+  for (int i = 0; i < D; ++i) sum += H[i * D + i];
+  return sum;
+}
+
+// q = rho L (b1 c + b2^2 L <-rate>) rate, one for each element, of the mean gradient             (6.35)
+template <int D, int N>
+void bulk_pack(const ElemBlock& b, const int* slot, int n, const double* u0, const double* u1, bool finite,
+               const RealVec& q0, RealVec& q1, BulkStep& k, double* re)
+{
+  const auto pack = [](const double* x) { return reinterpret_cast<const Pack*>(x); };
+  const double* of[PACK];
+  for (int l = 0; l < PACK; ++l) of[l] = &b.mean[static_cast<size_t>(b.kind[slot[l]]) * (N * D + 2)];
+  Pack mean[N * D + 2], H0[D * D], H1[D * D], cof[D * D], before{};
+  pack_rows(of, N * D + 2, mean);
+  const Pack volume = mean[N * D], size = mean[N * D + 1];
+  ip_gradient<D, N>(mean, N, pack(u0), H0);
+  ip_gradient<D, N>(mean, N, pack(u1), H1);
+  for (int l = 0; l < PACK; ++l) before[l] = q0[b.elem[slot[l]]];
+  const Pack change0 = volume_change<D>(finite, H0), change = volume_change<D>(finite, H1) - change0;
+  const double c = std::sqrt((b.law.lam + 2.0 * b.law.mu) / b.density);
+  Pack q = before;
+  if (k.dt > 0.0) {
+    const Pack rate = change / ((1.0 + change0 + 0.5 * change) * k.dt), zero{},
+               squeezed = rate < zero ? -rate : zero,
+               xi = k.linear + k.quadratic * k.quadratic * size / c * squeezed;
+    q = b.density * c * size * xi * rate;
+    const Pack loss = 0.5 * volume * (before + q) * change;
+    for (int l = 0; l < n; ++l) {
+      k.loss += loss[l];
+      k.xi = std::max(k.xi, xi[l]);
+    }
+  }
+  for (int l = 0; l < n; ++l) q1[b.elem[slot[l]]] = q[l];
+  if (finite) cofactor<D>(H1, cof);
+  Pack* f = reinterpret_cast<Pack*>(re);
+  for (int a = 0; a < N; ++a)
+    for (int i = 0; i < D; ++i) {
+      Pack sum{};
+      if (finite)
+        for (int j = 0; j < D; ++j) sum += cof[i * D + j] * mean[a * D + j];
+      else
+        sum = mean[a * D + i];
+      f[a * D + i] += volume * q * sum;
+    }
+}
+
+}  // namespace
+
+ElemBulkPack elem_bulk_pack(const ElemBlock& b)
+{
+  return by_shape(b.shape, [](auto z) -> ElemBulkPack { return bulk_pack<z.D, z.N>; });
+}
