@@ -127,6 +127,12 @@ void each_place(const Problem& p, int k, Use use)
     use(pair.master.item[j], std::fabs(pair.master_w[j]));
 }
 
+// do several ranks have corners of the same points?
+bool corners_shared(const Points& pts)
+{
+  return (pts.part.on || pts.part.window) && pts.npoint_all() > 0 && pts.part.halo.on();
+}
+
 // mass of nodes and corners that contact pushes at, of all ranks; a consistent mass counts by its smallest
 // part                                                                                         (6.34)
 //   out  mass [nnode + ncorner]
@@ -140,7 +146,9 @@ void masses_at(const Problem& p, RealVec& mass)
   for (size_t c = 0; c < m.diag.size(); ++c)
     for (int k = m.off[c]; k < m.off[c + 1]; ++k)
       if (m.val[k] != 0.0) coupled[c] = coupled[m.col[k]] = 1.0;
-  if (pts.part.on || pts.part.window) halo_sum(pts.part.halo, 1, {&corner, &coupled});
+  corner.resize(pts.ncorner, 0.0);
+  coupled.resize(pts.ncorner, 0.0);
+  if (corners_shared(pts)) halo_sum(pts.part.halo, 1, {&corner, &coupled});
   mass.assign(nnode, 0.0);
   for (int n = 0; n < nnode; ++n)
     if (s.row_of_node[n] >= 0) mass[n] = s.lumped[s.row_of_node[n]];
@@ -157,7 +165,7 @@ void sum_places(const Problem& p, RealVec& stiff)
   if (!p.m.part.on) return comm_sum(stiff);
   RealVec node(stiff.begin(), stiff.begin() + nnode), corner(stiff.begin() + nnode, stiff.end());
   halo_sum(p.m.part.halo, 1, node);
-  if (pts.part.on || pts.part.window) halo_sum(pts.part.halo, 1, corner);
+  if (corners_shared(pts)) halo_sum(pts.part.halo, 1, corner);
   std::copy(node.begin(), node.end(), stiff.begin());
   std::copy(corner.begin(), corner.end(), stiff.begin() + nnode);
 }
