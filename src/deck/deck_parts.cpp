@@ -12,13 +12,13 @@ namespace {
 
 const double PI = 3.14159265358979323846;
 
-struct Line {
+struct FlatLine {
   std::string text;
   int origin;                  // line of the file, from 1
 };
 
-struct Part {
-  std::vector<Line> line;
+struct DeckPart {
+  std::vector<FlatLine> line;
 };
 
 struct Instance {
@@ -29,9 +29,9 @@ struct Instance {
 };
 
 struct Flat {
-  std::vector<Line> out;
+  std::vector<FlatLine> out;
   std::vector<std::pair<int, std::string>> fault;    // line of out, what is wrong there
-  std::map<std::string, Part> part;
+  std::map<std::string, DeckPart> part;
   std::map<std::string, Instance> instance;
   int most_node = 0, most_elem = 0;                  // largest label so far
   std::string told;            // instances and what was added to their labels
@@ -70,7 +70,7 @@ bool is_keyword(const std::string& line) { return line.size() > 1 && line[0] == 
 bool is_data(const std::string& line) { return !line.empty() && line[0] != '*'; }
 
 // upper case, single blanks, without the star
-std::string keyword_of(const std::string& line)
+std::string card_word_of(const std::string& line)
 {
   std::string w = text_upper(fields_of(line)[0].substr(1));
   for (std::size_t i = w.find("  "); i != std::string::npos; i = w.find("  ")) w.erase(i, 1);
@@ -98,7 +98,7 @@ std::string param_of(const std::string& line, const char* name)
 }
 
 // a number of a placement, or a coordinate that it moves; blank: 0
-double number(Flat& f, const std::string& field)
+double placed_number(Flat& f, const std::string& field)
 {
   char* end = nullptr;
   const double value = std::strtod(field.c_str(), &end);
@@ -111,7 +111,7 @@ double number(Flat& f, const std::string& field)
 
 // ---- lines of an instance
 
-std::string quoted(const std::string& name)
+std::string in_quotes(const std::string& name)
 {
   return name.find(' ') == std::string::npos ? name : '"' + name + '"';
 }
@@ -122,7 +122,7 @@ std::string shifted(const Instance& i, const std::string& field, int by)
   int label = 0;
   if (field.empty()) return field;
   if (target_label(field, label)) return std::to_string(label + by);
-  return quoted(i.name + "." + value_of("=" + field));
+  return in_quotes(i.name + "." + value_of("=" + field));
 }
 
 void place_node(const Instance& i, double* x)
@@ -149,7 +149,7 @@ std::string node_line(Flat& flat, const Instance& i, std::vector<std::string> f)
   double x[3] = {0, 0, 0};
   const bool moved = i.angle != 0.0 || i.shift[0] != 0.0 || i.shift[1] != 0.0 || i.shift[2] != 0.0;
   if (!moved) return joined(f);
-  for (std::size_t k = 1; k < std::min<std::size_t>(4, f.size()); ++k) x[k - 1] = number(flat, f[k]);
+  for (std::size_t k = 1; k < std::min<std::size_t>(4, f.size()); ++k) x[k - 1] = placed_number(flat, f[k]);
   place_node(i, x);
   const bool space = f.size() > 3 || std::fabs(x[2]) > 1e-12 * (std::fabs(x[0]) + std::fabs(x[1]));
   std::string line = f[0];
@@ -180,7 +180,7 @@ std::string head_line(const Instance& i, const std::string& word, const std::str
   for (std::string& p : f) {
     const std::string name = name_of(p);
     if (name == "NSET" || name == "ELSET" || (name == "NAME" && word == "SURFACE"))
-      p = name + "=" + quoted(i.name + "." + value_of(p));
+      p = name + "=" + in_quotes(i.name + "." + value_of(p));
   }
   return joined(f);
 }
@@ -192,15 +192,15 @@ bool of_part(const std::string& word)
   return false;
 }
 
-void add_instance(Flat& f, const Instance& i, const Part& part)
+void add_instance(Flat& f, const Instance& i, const DeckPart& part)
 {
   std::string word, head;
   bool first = true;
-  for (const Line& l : part.line) {
+  for (const FlatLine& l : part.line) {
     const std::string t = trimmed(l.text);
     std::string text = l.text;
     if (is_keyword(t)) {
-      word = keyword_of(t);
+      word = card_word_of(t);
       head = t;
       text = head_line(i, word, t);
       first = true;
@@ -221,7 +221,7 @@ void add_instance(Flat& f, const Instance& i, const Part& part)
 }
 
 // what is added to the labels of the next instance: a power of ten above all so far
-int above(int most)
+int above_all(int most)
 {
   int by = most > 0 ? 10 : 0;
   while (by > 0 && by <= most) by = by > 100000000 ? most + 1 : 10 * by;
@@ -236,27 +236,27 @@ void read_placement(Flat& flat, Instance& i, const std::vector<std::string>& dat
     std::vector<std::string> f = fields_of(data[row]);
     f.resize(7);
     for (int k = 0; k < 3; ++k) {
-      const double v = number(flat, f[k]);
+      const double v = placed_number(flat, f[k]);
       if (row == 0) i.shift[k] = v;
       else {
         i.from[k] = v;
-        i.to[k]   = number(flat, f[3 + k]);
+        i.to[k]   = placed_number(flat, f[3 + k]);
       }
     }
-    if (row == 1) i.angle = number(flat, f[6]);
+    if (row == 1) i.angle = placed_number(flat, f[6]);
   }
 }
 
-void begin_instance(Flat& f, const std::string& head, const std::vector<Line>& inside)
+void begin_instance(Flat& f, const std::string& head, const std::vector<FlatLine>& inside)
 {
   Instance i;
   i.name = param_of(head, "NAME");
-  i.node = above(f.most_node);
-  i.elem = above(f.most_elem);
+  i.node = above_all(f.most_node);
+  i.elem = above_all(f.most_elem);
   const std::string of = param_of(head, "PART");
   const auto part = f.part.find(of);
   std::vector<std::string> data;
-  for (const Line& l : inside)
+  for (const FlatLine& l : inside)
     if (is_data(trimmed(l.text))) data.push_back(trimmed(l.text));
   if (part == f.part.end() || i.name.empty()) {
     f.fault.emplace_back(f.out.size() - 1, "*INSTANCE needs NAME= and PART= of a *PART above it");
@@ -270,7 +270,7 @@ void begin_instance(Flat& f, const std::string& head, const std::vector<Line>& i
 }
 
 // a line of the assembly: sets of an instance by its labels
-void assembly_line(Flat& f, const Line& l, std::string& head, const Instance*& of)
+void assembly_line(Flat& f, const FlatLine& l, std::string& head, const Instance*& of)
 {
   const std::string t = trimmed(l.text);
   if (is_keyword(t)) {
@@ -280,7 +280,7 @@ void assembly_line(Flat& f, const Line& l, std::string& head, const Instance*& o
     of   = found == f.instance.end() ? nullptr : &found->second;
     if (!name.empty() && !of)
       f.fault.emplace_back(f.out.size(), "INSTANCE " + text_show(name) + " is not known");
-    if (keyword_of(t) == "NODE")
+    if (card_word_of(t) == "NODE")
       f.fault.emplace_back(f.out.size(), "reference points of an assembly are not available; nodes stand in "
                                          "a *PART");
     std::vector<std::string> p = fields_of(t);
@@ -290,28 +290,28 @@ void assembly_line(Flat& f, const Line& l, std::string& head, const Instance*& o
     return;
   }
   const bool set = of && is_data(t);
-  f.out.push_back({set ? data_line(f, *of, keyword_of(head), head, true, t) : l.text, l.origin});
+  f.out.push_back({set ? data_line(f, *of, card_word_of(head), head, true, t) : l.text, l.origin});
 }
 
 // one line after the other: parts are kept for their instances
-void flatten(const std::vector<Line>& all, Flat& f)
+void flatten(const std::vector<FlatLine>& all, Flat& f)
 {
-  Part* part = nullptr;
+  DeckPart* part = nullptr;
   std::string head;
   bool in_assembly = false;
   const Instance* of = nullptr;
   for (std::size_t k = 0; k < all.size(); ++k) {
-    const Line& l = all[k];
-    const std::string t = trimmed(l.text), word = is_keyword(t) ? keyword_of(t) : "";
-    const Line blank = {"** " + t, l.origin};
+    const FlatLine& l = all[k];
+    const std::string t = trimmed(l.text), word = is_keyword(t) ? card_word_of(t) : "";
+    const FlatLine blank = {"** " + t, l.origin};
     if (word == "PART") part = &f.part[param_of(t, "NAME")];
     else if (part && word != "END PART") part->line.push_back(l);
     else if (word == "ASSEMBLY") in_assembly = true;
     else if (word == "END ASSEMBLY") in_assembly = false;
     else if (word == "INSTANCE") {
-      std::vector<Line> inside;
+      std::vector<FlatLine> inside;
       f.out.push_back(blank);
-      while (++k < all.size() && keyword_of("*" + trimmed(all[k].text)) != "*END INSTANCE")
+      while (++k < all.size() && card_word_of("*" + trimmed(all[k].text)) != "*END INSTANCE")
         inside.push_back(all[k]);
       begin_instance(f, t, inside);
       continue;
@@ -342,14 +342,14 @@ bool deck_has_parts(const DeckFile& f)
 void deck_flatten(Deck& d, int file)
 {
   DeckFile& f = d.file[file];
-  std::vector<Line> all;
+  std::vector<FlatLine> all;
   for (int line = 1; line <= static_cast<int>(f.start.size()); ++line)
     all.push_back({deck_line_text(d, file, line), line});
   Flat flat;
   flatten(all, flat);
   f.text.clear();
   f.start.clear();
-  for (const Line& l : flat.out) {
+  for (const FlatLine& l : flat.out) {
     f.start.push_back(f.text.size());
     f.text += l.text + "\n";
     f.origin.push_back(l.origin);

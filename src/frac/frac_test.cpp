@@ -378,7 +378,7 @@ void take_kink(const Scan& s, const double* J, Candidate& c)
 
 // in sizes of an element: distance of an interface from a tip whose crack is looked at as a sharp one.
 // Test: K4
-const double INTERFACE = 3.0;
+const double TO_INTERFACE = 3.0;
 
 // what a sharp crack releases through the element ahead of a tip, over |J| around that
 double sharp_share(Scan& s, int ahead)
@@ -386,7 +386,7 @@ double sharp_share(Scan& s, int ahead)
   for (const auto& known : s.sharp)
     if (known.first == ahead) return known.second;
   double x[3], d[3], J[3], share = 1.0;
-  if (crack_face(s, ahead, x, d) && near_interface(s, x, INTERFACE * s.fm.local[ahead])) {
+  if (crack_face(s, ahead, x, d) && near_interface(s, x, TO_INTERFACE * s.fm.local[ahead])) {
     grown_along(s, ahead, radius_of(s, ahead), 0.0, d);
     const double G = sharp_release(s, ahead, x, d);
     if (G > 0.0) share = G / force_estimate(s, ahead, radius_of(s, ahead), J);

@@ -15,20 +15,20 @@ namespace {
 
 // sizes of the cells from the tip outwards, in sizes of an element. 3.3 more sizes change K4 by 1 %
 const int FINE_CELLS = 8, SIDE = 26, NODES = SIDE + 1;
-const double FINE = 0.25, COARSE[5] = {0.35, 0.5, 0.7, 1.0, 1.4};
+const double FINE_SIZE = 0.25, COARSE[5] = {0.35, 0.5, 0.7, 1.0, 1.4};
 const int ELEMENT = 4;         // cells in the size of an element
 const int TIP     = SIDE / 2;  // column of the tip, row of the crack
 // in sizes of an element: what is cracked and lies so far from the line of the crack is void
 const double SLOT = 0.75;
 
-struct Cell {
+struct SmallCell {
   double lam[4] = {0, 0, 0, 0}, mu[4] = {0, 0, 0, 0};    // at the Gauss points, times thickness; 0: void
   bool there = false;
 };
 
 struct Square {
   double at[NODES];            // of the lines of the grid
-  std::vector<Cell> cell;      // [SIDE*SIDE]
+  std::vector<SmallCell> cell;      // [SIDE*SIDE]
   // [NODES*NODES]; the upper nodes of the crack stand after them where they are counted
   std::vector<std::array<double, 2>> given;          // displacement on the border
   std::vector<char> held;
@@ -42,11 +42,11 @@ bool on_border(int column, int row)
 
 Square empty_square(double h)
 {
-  Square q{{}, std::vector<Cell>(SIDE * SIDE), std::vector<std::array<double, 2>>(NODES * NODES),
+  Square q{{}, std::vector<SmallCell>(SIDE * SIDE), std::vector<std::array<double, 2>>(NODES * NODES),
            std::vector<char>(NODES * NODES, 0)};
   for (int k = 0; k <= TIP; ++k) {
     const double before = k > 0 ? q.at[TIP + k - 1] : 0.0;
-    q.at[TIP + k] = before + (k == 0 ? 0.0 : k <= FINE_CELLS ? FINE : COARSE[k - FINE_CELLS - 1]) * h;
+    q.at[TIP + k] = before + (k == 0 ? 0.0 : k <= FINE_CELLS ? FINE_SIZE : COARSE[k - FINE_CELLS - 1]) * h;
     q.at[TIP - k] = -q.at[TIP + k];
   }
   return q;
@@ -58,7 +58,7 @@ const double GAUSS = 0.57735026918962576;
 const double PLACE[4][2] = {{-GAUSS, -GAUSS}, {GAUSS, -GAUSS}, {-GAUSS, GAUSS}, {GAUSS, GAUSS}};
 
 // stiffness of a cell of a x b                [8*8]
-void cell_stiffness(const Cell& c, double a, double b, double K[8][8])
+void cell_stiffness(const SmallCell& c, double a, double b, double K[8][8])
 {
   std::fill_n(K[0], 64, 0.0);
   for (int g = 0; g < 4; ++g) {
@@ -170,7 +170,7 @@ void fill_cells(const Scan& s, const CrackAxes& f, double h, Square& q)
   };
   for (int k = 0; k < SIDE * SIDE; ++k)
     for (int g = 0; g < 4; ++g) {
-      Cell& c = q.cell[k];
+      SmallCell& c = q.cell[k];
       const int o = element_of(s, f, middle(k % SIDE, PLACE[g][0]), middle(k / SIDE, PLACE[g][1]), h);
       if (o < 0) continue;
       c.lam[g] = s.law(o).lam * s.fm.thickness[o];
@@ -239,7 +239,7 @@ void hold_border(const Scan& s, const CrackAxes& f, double h, Square& q)
 // the same with the material of e in all cells
 Square one_material(const Scan& s, int e, Square q)
 {
-  for (Cell& c : q.cell)
+  for (SmallCell& c : q.cell)
     for (int g = 0; g < 4; ++g) {
       if (c.mu[g] == 0.0) continue;
       c.lam[g] = s.law(e).lam * s.fm.thickness[e];
