@@ -153,7 +153,8 @@ Failure explicit_nodes(Problem& p, Attempt& a)
   if (failure.ok()) failure = assem_loads(p.m, p.d, s, st, a.step, a.load, p.warned, a.fext);
   if (failure.ok() && !accelerate_nodes(s, st.rf, st.n, a, st.np1)) return BAD_NUMBER;
   st.log.iterations = 1;
-  return failure.ok() ? step_tell_all(p, a) : failure;
+  if (failure.ok()) assem_share_bonds(p.st, p.m.dim, a.jumps);
+  return failure;
 }
 
 }  // namespace
@@ -168,7 +169,7 @@ Failure step_explicit(Problem& p, Attempt& a)
     a.bulk      = {a.step.bulk_linear, a.step.bulk_quadratic, a.dt};
     a.mode.bulk = &a.bulk;
   }
-  a.plain = !p.d.grid.of_all.nodes && !s.hung && !s.tie.any && !s.damped && !s.whole;
+  a.plain = !p.d.grid.of_all.nodes && !s.hung && !s.tie.any && !s.damped;
   if (a.plain) return explicit_nodes(p, a);
   RealVec f;
   // 1. velocity and acceleration at t(n)

@@ -182,11 +182,8 @@ void take_space(StableIncrement& q, Attempt& a)
 void begin_level(const Problem& p, const Step& s, const Level& n, Level& l)
 {
   const Dofs& d = p.dofs;
-  for (RealVec Level::*x : {&Level::u, &Level::v, &Level::a}) {
-    if (d.whole) l.*x = n.*x;
-    else (l.*x).resize(n.u.size());
-  }
-  for (int k = 0; k < p.m.mesh.nnode() && !d.whole; ++k) {
+  for (RealVec Level::*x : {&Level::u, &Level::v, &Level::a}) (l.*x).resize(n.u.size());
+  for (int k = 0; k < p.m.mesh.nnode(); ++k) {
     if (d.row_of_node[k] >= 0) continue;             // in no element
     for (RealVec Level::*x : {&Level::u, &Level::v, &Level::a})
       std::copy_n(&(n.*x)[k * d.dim], d.dim, &(l.*x)[k * d.dim]);

@@ -180,7 +180,7 @@ double contact_frequency(const Problem& p, const RealVec& mass, RealVec& push)
   double most = 0.0;
   push.assign(mass.size(), 0.0);
   for (int k : s.bond_acts) {
-    if (b.field[k] != SIDE_CONTACT || !s.bond_owned[k]) continue;
+    if (b.field[k] != SIDE_CONTACT) continue;
     const double slope = contact_slope(b, k, p.st.n.slip[k * s.dim]);
     double sum = 0.0;
     each_place(p, k, [&](int, double w) { sum += w; });
