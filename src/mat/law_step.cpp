@@ -80,15 +80,15 @@ void discrete_gradient(const LawOutput& zero, const LawOutput& one, double gone,
 
 namespace {
 
-const std::vector<HistoryField> flow = {{"plastic deformation", 6, HISTORY_DEFORMATION},
-                                        {"equivalent plastic strain", 1, HISTORY_EQUIVALENT}};
+const std::vector<HistoryField> flow_history = {{"plastic deformation", 6, HISTORY_DEFORMATION},
+                                                {"equivalent plastic strain", 1, HISTORY_EQUIVALENT}};
 
 // one row for each LawKind
 Law table[] = {
     {"elastic", {}, true, law_svk, nullptr},
     {"neo-Hooke", {}, false, law_neo_hooke, nullptr},
-    {"J2 plasticity", flow, false, law_j2, nullptr},
-    {"granular", flow, false, law_granular, law_granular_step},
+    {"J2 plasticity", flow_history, false, law_j2, nullptr},
+    {"granular", flow_history, false, law_granular, law_granular_step},
     {"other", {}, false, law_svk, nullptr},
 };
 static_assert(sizeof table / sizeof *table == LAW_KINDS, "a law without a row in the table");

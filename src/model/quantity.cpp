@@ -82,7 +82,7 @@ Quantity point(const char* word, double (*value)(const IpFields&, int), int c = 
 
 using Now = const ModelNow&;
 
-const Quantity table[] = {
+const Quantity quantity_table[] = {
     // nodes, elements and points
     motion("U1", node_u, corner_u),
     motion("U2", node_u, corner_u),
@@ -159,7 +159,7 @@ double mises_stress(const double s[6])
 
 const Quantity* quantity_find(const std::string& word)
 {
-  for (const Quantity& q : table)
+  for (const Quantity& q : quantity_table)
     if (word == q.word) return &q;
   return nullptr;
 }
@@ -167,7 +167,7 @@ const Quantity* quantity_find(const std::string& word)
 std::string quantity_words(int dim, const std::vector<QuantityWhere>& where)
 {
   std::string words;
-  for (const Quantity& q : table)
+  for (const Quantity& q : quantity_table)
     if (q.dim <= dim && std::find(where.begin(), where.end(), q.where) != where.end())
       words += (words.empty() ? "" : "|") + std::string(q.word);
   return words;
