@@ -121,6 +121,17 @@ std::string text_squeeze(const std::string& word)
   return s;
 }
 
+std::string text_keyword(const std::string& word)
+{
+  std::string s;
+  for (char c : text_upper(word)) {
+    if (std::strchr(" \t\r\v\f", c)) c = ' ';
+    if (c != ' ' || (!s.empty() && s.back() != ' ')) s += c;
+  }
+  if (!s.empty() && s.back() == ' ') s.pop_back();
+  return s;
+}
+
 std::string text_nearest(const std::string& word, const std::vector<std::string>& valid)
 {
   if (word.empty() || word.size() > 80) return "";

@@ -324,10 +324,7 @@ void deck_head(Deck& d, Head& head)
   Scan s = scan_open(d, true);
   s.pos = s.raw.find('*') + 1;
   head.at = scan_word(s, ",");
-  std::string& w = head.word = text_upper(head.at.text);
-  for (std::size_t i = 0; i < w.size(); ++i)
-    if (blank(w[i])) w[i] = ' ';
-  for (std::size_t i = w.find("  "); i != std::string::npos; i = w.find("  ")) w.erase(i, 1);
+  head.word = text_keyword(head.at.text);
   bool more = s.pos < s.raw.size();
   if (more) {
     ++s.pos;

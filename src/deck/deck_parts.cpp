@@ -69,13 +69,8 @@ std::string joined(const std::vector<std::string>& field)
 bool is_keyword(const std::string& line) { return line.size() > 1 && line[0] == '*' && line[1] != '*'; }
 bool is_data(const std::string& line) { return !line.empty() && line[0] != '*'; }
 
-// upper case, single blanks, without the star
-std::string card_word_of(const std::string& line)
-{
-  std::string w = text_upper(fields_of(line)[0].substr(1));
-  for (std::size_t i = w.find("  "); i != std::string::npos; i = w.find("  ")) w.erase(i, 1);
-  return trimmed(w);
-}
+// the keyword of a line, without the star
+std::string card_word_of(const std::string& line) { return text_keyword(fields_of(line)[0].substr(1)); }
 
 std::string name_of(std::string f)
 {
@@ -95,6 +90,13 @@ std::string param_of(const std::string& line, const char* name)
   for (const std::string& f : fields_of(line))
     if (name_of(f) == name) return value_of(f);
   return "";
+}
+
+bool has_flag(const std::string& line, const char* name)
+{
+  for (const std::string& f : fields_of(line))
+    if (text_squeeze(f) == name) return true;
+  return false;
 }
 
 // a number of a placement, or a coordinate that it moves; blank: 0
@@ -162,7 +164,7 @@ std::string data_line(Flat& flat, const Instance& i, const std::string& word, co
                       bool first, const std::string& line)
 {
   std::vector<std::string> f = fields_of(line);
-  const bool generate = text_upper(head).find("GENERATE") != std::string::npos;
+  const bool generate = has_flag(head, "GENERATE");
   if (word == "NODE") return node_line(flat, i, f);
   if (word == "ELEMENT")
     for (std::size_t k = 0; k < f.size(); ++k) f[k] = shifted(i, f[k], first && k == 0 ? i.elem : i.node);

@@ -152,6 +152,7 @@ std::string text_show(const std::string& word);            // clipped, printable
 std::string text_number(double value);                     // shortest of 12 digits
 std::string text_upper(const std::string& word);
 std::string text_squeeze(const std::string& word);         // upper case without blanks
+std::string text_keyword(const std::string& word);         // upper case with single blanks
 // "" when none is near
 std::string text_nearest(const std::string& word, const std::vector<std::string>& valid);
 // "; did you mean X?" or the list
