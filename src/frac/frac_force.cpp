@@ -149,21 +149,25 @@ bool crack_plane(const Scan& s, int e, double* n, double* mid)
   return axes.eigenvalues()[1] > LONG * h * h && axes.eigenvalues()[0] < FLAT * axes.eigenvalues()[1];
 }
 
+bool lies_in(const Mesh& mesh, int e, const double* x)
+{
+  bool in = true;
+  for (int f = 0; in && f < shape_info[elem_table[mesh.elem_type[e]].shape].nface; ++f) {
+    double mid[3], area[3], out = 0.0;
+    face_of(mesh, e, f, mid, area);
+    for (int i = 0; i < 3; ++i) out += (x[i] - mid[i]) * area[i];
+    in = out <= 0.0;
+  }
+  return in;
+}
+
 // element in which x lies at t = 0, -1: none
 int element_at(const Scan& s, const double* x, double h)
 {
   int found = -1;
   frac_near(s.fm, x, h, [&](int o, double) {
     if (found >= 0 || (!s.cracked(o) && s.el.initial_block[o] < 0)) return;
-    const Shape shape = elem_table[s.m.mesh.elem_type[o]].shape;
-    bool in = true;
-    for (int f = 0; in && f < shape_info[shape].nface; ++f) {
-      double mid[3], area[3], out = 0.0;
-      face_of(s.m.mesh, o, f, mid, area);
-      for (int i = 0; i < 3; ++i) out += (x[i] - mid[i]) * area[i];
-      in = out <= 0.0;
-    }
-    if (in) found = o;
+    if (lies_in(s.m.mesh, o, x)) found = o;
   });
   return found;
 }

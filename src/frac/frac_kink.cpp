@@ -54,13 +54,3 @@ Kink kink_of(double ratio)
 }
 
 double kink_share(double angle) { return release(std::min(std::fabs(angle) / pi, 0.5), 1.0, 0.0); }
-
-bool in_element(const Mesh& mesh, int e, const double* x)
-{
-  const int n = mesh.conn.count(e), *node = mesh.conn.begin(e);
-  for (int a = 0; a < n; ++a) {
-    const double *p = &mesh.X[3 * node[a]], *q = &mesh.X[3 * node[(a + 1) % n]];
-    if ((q[0] - p[0]) * (x[1] - p[1]) - (q[1] - p[1]) * (x[0] - p[0]) < 0.0) return false;
-  }
-  return true;
-}

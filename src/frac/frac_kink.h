@@ -4,8 +4,6 @@
 #ifndef MPFE_FRAC_FRAC_KINK_H
 #define MPFE_FRAC_FRAC_KINK_H
 
-#include "model/model.h"
-
 // The kink with the largest energy release
 struct Kink {
   double angle = 0.0;          // from the direction of the crack, counterclockwise
@@ -19,8 +17,5 @@ Kink kink_of(double ratio);
 // kink_share : energy release of a crack of mode I that kinks by angle, over that of growth straight on.
 // Beyond 90 degrees the expansions end: that of 90
 double kink_share(double angle);
-
-// in_element : does x [2] lie in the triangle or quadrilateral e of the mesh at t = 0?
-bool in_element(const Mesh& mesh, int e, const double* x);
 
 #endif

@@ -94,6 +94,9 @@ bool grown_along(const Scan& s, int e, double radius, double least, double* d);
 // none
 bool crack_plane(const Scan& s, int e, double* n, double* mid = nullptr);
 
+// lies_in : does x lie in element e at t = 0?
+bool lies_in(const Mesh& mesh, int e, const double* x);
+
 // element_at : element in which x lies at t = 0, -1: none; h: size of an element there
 int element_at(const Scan& s, const double* x, double h);
 

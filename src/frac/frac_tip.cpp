@@ -220,11 +220,8 @@ bool along_line(const Scan& s, int e, const double* x, const double* d, double l
   out.clear();
   for (double r = 0.5 * step; r < length; r += step) {
     const double at[3] = {x[0] + r * d[0], x[1] + r * d[1], 0.0};
-    if (now >= 0 && in_element(s.m.mesh, now, at)) continue;
-    now = -1;
-    frac_near(s.fm, at, 2.0 * s.fm.local[e], [&](int o, double) {
-      if (s.el.initial_block[o] >= 0 && in_element(s.m.mesh, o, at)) now = o;
-    });
+    if (now >= 0 && lies_in(s.m.mesh, now, at)) continue;
+    now = element_at(s, at, 2.0 * s.fm.local[e]);
     if (now < 0 || (s.cracked(now) ? !out.empty() : s.fm.def[now] < 0)) break;
     if (s.intact(now) && std::find(out.begin(), out.end(), now) == out.end()) out.push_back(now);
   }

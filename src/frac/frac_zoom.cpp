@@ -187,10 +187,10 @@ bool displacement_at(const Scan& s, const double* x, double h, double* u)
     if (found || !s.intact(o)) return;
     const Shape shape = s.el.block[s.el.initial_block[o]].shape;
     const int nen = shape_info[shape].nen, *node = s.m.mesh.conn.begin(o);
-    double X[24], xi[3], N[8];
+    double X[2 * MAX_NODES], xi[3], N[MAX_NODES];
     for (int a = 0; a < nen; ++a)
       for (int i = 0; i < 2; ++i) X[2 * a + i] = s.m.mesh.X[3 * node[a] + i];
-    if (!shape_inverse(shape, X, x, xi) || !shape_inside(shape, xi, 1e-6)) return;
+    if (!shape_locate(shape, X, x, xi)) return;
     shape_eval(shape, xi, N, nullptr);
     u[0] = u[1] = 0.0;
     for (int a = 0; a < nen; ++a)
