@@ -325,7 +325,7 @@ void finish_bulk(const Attempt& a, State& st)
   double loss = a.bulk.loss;
   comm_sum(&loss, 1);
   st.ledger.viscous += loss;
-  st.clock.xi = comm_size() > 1 ? comm_allreduce_max(a.bulk.xi) : a.bulk.xi;
+  st.clock.xi = comm_allreduce_max(a.bulk.xi);
 }
 
 }  // namespace

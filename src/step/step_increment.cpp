@@ -163,10 +163,10 @@ void keep_loads(Problem& p, Attempt& a)
   q.fint.swap(a.fint);
   q.du.swap(a.du);
   q.R.swap(a.R);
-  p.stable.pattern = p.dofs.pattern;
-  p.stable.made    = p.d.grid.made;
-  p.stable.step    = p.st.log.step;
-  p.stable.inc     = p.st.log.inc;
+  q.pattern = p.dofs.pattern;
+  q.made    = p.d.grid.made;
+  q.step    = p.st.log.step;
+  q.inc     = p.st.log.inc;
 }
 
 // explicit: vectors of the increment before, whose memory serves again

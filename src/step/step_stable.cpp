@@ -162,7 +162,6 @@ void sum_places(const Problem& p, RealVec& stiff)
   const int nnode = p.m.mesh.nnode();
   const Points& pts = p.st.points;
   if (comm_size() == 1) return;
-  if (!p.m.part.on) return comm_sum(stiff);
   RealVec node(stiff.begin(), stiff.begin() + nnode), corner(stiff.begin() + nnode, stiff.end());
   halo_sum(p.m.part.halo, 1, node);
   if (corners_shared(pts)) halo_sum(pts.part.halo, 1, corner);
@@ -191,7 +190,7 @@ double contact_frequency(const Problem& p, const RealVec& mass, RealVec& push)
     push[k] = mass[k] > 0.0 ? push[k] / mass[k] : 0.0;
     most    = std::max(most, push[k]);
   }
-  return comm_size() > 1 ? comm_allreduce_max(most) : most;
+  return comm_allreduce_max(most);
 }
 
 // Part of the square of the largest frequency of the elements that contact may add, where its penalty is that
@@ -221,8 +220,7 @@ double contact_part(Problem& p, double omega2)
   RealVec &push = p.stable.push, &mass = p.stable.mass;
   int acts = 0;
   for (int k : p.dofs.bond_acts) acts = acts || p.st.bonds.field[k] == SIDE_CONTACT;
-  if (comm_size() > 1) acts = comm_allreduce_max(acts);
-  if (!acts) return 0.0;
+  if (comm_allreduce_max(acts) == 0) return 0.0;
   masses_at(p, mass);
   double most = contact_frequency(p, mass, push);
   if (most <= SOFT * omega2) return most;
@@ -250,7 +248,7 @@ double crossing_time(Problem& p, const Step& s)
   elem_stable(p.m, p.d.el, p.st.n, s.nlgeom, &worst);    // omega2, where the run has just been continued
   for (const ElemBlock& b : p.d.el.block)
     for (double omega2 : b.omega2) most = std::max(most, omega2);
-  if (comm_size() > 1) most = comm_allreduce_max(most);
+  most = comm_allreduce_max(most);
   return most > 0.0 ? 2.0 / std::sqrt(most) : 0.0;
 }
 
@@ -260,7 +258,7 @@ double stable_of_points(const Problem& p)
   int worst;
   const double own =
       point_stable(p.st.points, p.m.dim, p.d.point_law, p.st.n, p.dofs.owned_point, &worst);
-  return comm_size() > 1 ? -comm_allreduce_max(-own) : own;
+  return -comm_allreduce_max(-own);
 }
 
 // the largest stable increment of elements; label of the one that rules. Collective.
