@@ -76,10 +76,6 @@ void discrete_gradient(const LawOutput& zero, const LawOutput& one, double gone,
   for (int i = 0; i < 6; ++i) S[i] += a * d[i];
 }
 
-}  // namespace
-
-namespace {
-
 const std::vector<HistoryField> flow_history = {{"plastic deformation", 6, HISTORY_DEFORMATION},
                                                 {"equivalent plastic strain", 1, HISTORY_EQUIVALENT}};
 

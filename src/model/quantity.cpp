@@ -52,20 +52,10 @@ using CornerValue = double (*)(const Points&, const Level&, int, int, int);
 // last letter of the word: direction
 int direction(const char* word) { return word[std::char_traits<char>::length(word) - 1] - '1'; }
 
-Quantity motion(const char* word, NodeValue node, CornerValue corner)
+Quantity nodal(QuantityWhere where, const char* word, NodeValue node = nullptr, CornerValue corner = nullptr)
 {
   const int c = direction(word);
-  return {word, OF_MOTION, c, c == 2 ? 3 : 2, node, corner, nullptr, nullptr, nullptr};
-}
-Quantity node(const char* word, NodeValue value, CornerValue corner)
-{
-  const int c = direction(word);
-  return {word, OF_NODES, c, c == 2 ? 3 : 2, value, corner, nullptr, nullptr, nullptr};
-}
-Quantity reaction(const char* word, QuantityWhere where)
-{
-  const int c = direction(word);
-  return {word, where, c, c == 2 ? 3 : 2, nullptr, nullptr, nullptr, nullptr, nullptr};
+  return {word, where, c, c == 2 ? 3 : 2, node, corner, nullptr, nullptr, nullptr};
 }
 Quantity contact(const char* word, double (*value)(const ContactLog&))
 {
@@ -84,25 +74,25 @@ using Now = const ModelNow&;
 
 const Quantity quantity_table[] = {
     // nodes, elements and points
-    motion("U1", node_u, corner_u),
-    motion("U2", node_u, corner_u),
-    motion("U3", node_u, corner_u),
-    motion("V1", node_v, corner_v),
-    motion("V2", node_v, corner_v),
-    motion("V3", node_v, corner_v),
+    nodal(OF_MOTION, "U1", node_u, corner_u),
+    nodal(OF_MOTION, "U2", node_u, corner_u),
+    nodal(OF_MOTION, "U3", node_u, corner_u),
+    nodal(OF_MOTION, "V1", node_v, corner_v),
+    nodal(OF_MOTION, "V2", node_v, corner_v),
+    nodal(OF_MOTION, "V3", node_v, corner_v),
     // nodes
-    node("A1", node_a, nullptr),
-    node("A2", node_a, nullptr),
-    node("A3", node_a, nullptr),
-    node("X1", node_x, corner_x),
-    node("X2", node_x, corner_x),
-    node("X3", node_x, corner_x),
-    reaction("RF1", OF_SUPPORTS),
-    reaction("RF2", OF_SUPPORTS),
-    reaction("RF3", OF_SUPPORTS),
-    reaction("GRF1", OF_GRID),
-    reaction("GRF2", OF_GRID),
-    reaction("GRF3", OF_GRID),
+    nodal(OF_NODES, "A1", node_a),
+    nodal(OF_NODES, "A2", node_a),
+    nodal(OF_NODES, "A3", node_a),
+    nodal(OF_NODES, "X1", node_x, corner_x),
+    nodal(OF_NODES, "X2", node_x, corner_x),
+    nodal(OF_NODES, "X3", node_x, corner_x),
+    nodal(OF_SUPPORTS, "RF1"),
+    nodal(OF_SUPPORTS, "RF2"),
+    nodal(OF_SUPPORTS, "RF3"),
+    nodal(OF_GRID, "GRF1"),
+    nodal(OF_GRID, "GRF2"),
+    nodal(OF_GRID, "GRF3"),
     // contact pairs
     contact("CFORCE", [](const ContactLog& c) { return c.force; }),
     contact("CGAP", [](const ContactLog& c) { return c.gap; }),
