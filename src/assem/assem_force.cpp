@@ -137,23 +137,46 @@ inline void add_force_pack(const Mesh& mesh, const Dofs& dofs, const ElemBlock& 
   }
 }
 
+// elements of a pack in which a crack may begin to open: the force of their law
+template <int N>
+Status open_cracks(const Model& m, const Elements& el, const KernelMode& mode, const ElemBlock& b,
+                   const PackList& w, unsigned opens, State& st, Pack* re)
+{
+  Status status = STATUS_OK;
+  double one[N];
+  for (int l = 0; l < w.n; ++l) {
+    if (!(opens & 1u << l)) {
+      elem_uncracked(el, st.n, st.np1, b.elem[w.slot[l]]);
+      continue;
+    }
+    const Status s = elem_form_one(m, el, mode, b, w.slot[l], nullptr, st.n, st.np1, one, nullptr);
+    if (s != STATUS_OK) status = s;
+    for (int k = 0; k < N; ++k) re[k][l] = one[k];
+  }
+  return status;
+}
+
 template <int D, int N>
-Failure add_pack(const Mesh& mesh, State& st, const Dofs& dofs, const KernelMode& mode,
+Failure add_pack(const Model& m, const Elements& el, State& st, const Dofs& dofs, const KernelMode& mode,
                  const ElemBlock& b, ElemFormPack form, PackList& w, RealVec& fint)
 {
+  const Mesh& mesh = m.mesh;
   if (w.n == 0) return STATUS_OK;
   Pack u0[N * D], u1[N * D], re[N * D];
   const auto numbers = [](Pack* x) { return reinterpret_cast<double*>(x); };
-  unsigned bad;
+  unsigned bad, opens;
   w.fill();
   if (mode.bulk || mode_reads_old(mode, b.law)) elem_ends_pack(st.n.u, mesh, b, w.slot, N, D, numbers(u0));
   elem_ends_pack(st.np1.u, mesh, b, w.slot, N, D, numbers(u1));
-  const Status status = form(b, w.slot, mode, numbers(u0), numbers(u1), numbers(re), nullptr, bad);
+  const Status status = form(b, w.slot, mode, numbers(u0), numbers(u1), numbers(re), nullptr, bad,
+                             b.opens() ? &opens : nullptr);
+  const Status cracks = b.opens() ? open_cracks<N * D>(m, el, mode, b, w, opens, st, re) : STATUS_OK;
   if (mode.bulk)
     elem_bulk_pack(b)(b, w.slot, w.n, numbers(u0), numbers(u1), mode.finite, st.n.q, st.np1.q, *mode.bulk,
                       numbers(re));
   add_force_pack<D, N>(mesh, dofs, b, w.slot, w.n, re, fint);
   w.n = 0;
+  if (cracks != STATUS_OK) return {BAD_JACOBIAN, AT_ELEMENT, b.elem[w.slot[0]]};
   if (status == STATUS_OK) return STATUS_OK;
   return {BAD_JACOBIAN, AT_ELEMENT, b.elem[w.slot[__builtin_ctz(bad)]]};
 }
@@ -181,16 +204,16 @@ void add_block(const Model& m, const Elements& el, const Dofs& dofs, const Kerne
 {
   const Mesh& mesh        = m.mesh;
   const ElemForm form     = elem_form(b);
-  const ElemFormPack pack = elem_form_pack(b);
+  const ElemFormPack pack = pack_of(b, mode);
   double re[N * D];
   PackList w;
   const auto flush = [&] {
-    const Failure f = add_pack<D, N>(mesh, st, dofs, mode, b, pack, w, fint);
+    const Failure f = add_pack<D, N>(m, el, st, dofs, mode, b, pack, w, fint);
     if (!f.ok()) failure = f;
   };
   for (int slot : b.live) {
     const int e = b.elem[slot];
-    if (el.broken(e) < 0 && pack) {
+    if (el.broken(e) < 0 && pack && !(b.opens() && elem_cracked(el, st.n, e))) {
       if (w.add(slot)) flush();
       continue;
     }

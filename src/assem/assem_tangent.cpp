@@ -83,7 +83,7 @@ void add_pack(const Mesh& mesh, const State& st, const KernelMode& mode, const E
   w.fill();
   if (mode_reads_old(mode, b.law)) elem_ends_pack(st.n.u, mesh, b, w.slot, nen, D, u0);
   elem_ends_pack(st.np1.u, mesh, b, w.slot, nen, D, u1);
-  form(b, w.slot, mode, u0, u1, nullptr, ke, bad);
+  form(b, w.slot, mode, u0, u1, nullptr, ke, bad, nullptr);
   add_packed_pairs<D>(A, w.map, w.n, nen, ke);
   w.n = 0;
 }
@@ -97,11 +97,11 @@ void add_elements(const Model& m, const Elements& el, const KernelMode& mode, St
   for (const ElemBlock& b : el.block) {
     const ShapeInfo& info   = shape_info[b.shape];
     const ElemForm form     = elem_form(b);
-    const ElemFormPack pack = elem_form_pack(b);
+    const ElemFormPack pack = pack_of(b, mode);
     PackList w;
     for (int slot : b.live) {
-      const bool intact = el.broken(b.elem[slot]) < 0;
-      if (intact && pack) {
+      const int e = b.elem[slot];
+      if (el.broken(e) < 0 && pack && !(b.opens() && elem_cracked(el, st.np1, e))) {
         if (w.add(slot, map)) add_pack<D>(mesh, st, mode, b, pack, w, dofs.A);
       } else {
         elem_form_one(m, el, mode, b, slot, form, st.n, st.np1, re, ke);

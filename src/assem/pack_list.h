@@ -23,4 +23,10 @@ struct PackList {
   }
 };
 
+// pack_of : elem_form_pack where it serves: the strength is compared with the stress at t(n+1) alone
+inline ElemFormPack pack_of(const ElemBlock& b, const KernelMode& mode)
+{
+  return b.opens() && (mode.mid || b.law.beta * mode.rate != 0.0) ? nullptr : elem_form_pack(b);
+}
+
 #endif

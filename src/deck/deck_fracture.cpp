@@ -2,7 +2,6 @@
 #include <cmath>
 
 #include "deck/deck_state.h"
-#include "mat/law.h"
 
 namespace {
 
@@ -94,6 +93,13 @@ double diameter(const Mesh& mesh, int e)
   return most;
 }
 
+// width of an element that the softening still follows: E over its steepest slope        (2.34)
+double widest(const FractureDef& f, double young)
+{
+  const double part[] = {2.0, 1.2, 1.0};             // linear, bilinear, exponential
+  return part[f.softening] * young * f.gc / (f.ft * f.ft);
+}
+
 // COHESIVE: elastic material; elements of full integration, which the softening can be followed in
 void check_cohesive(Deck& d, const Model& m)
 {
@@ -103,22 +109,23 @@ void check_cohesive(Deck& d, const Model& m)
       if (m.mesh.elem_section[e] < 0) break;         // check_elements tells
       const Material& mat  = m.material[m.section[m.mesh.elem_section[e]].material];
       const ElemType& type = elem_table[m.mesh.elem_type[e]];
-      const double widest  = crack_widest(crack_of(f), mat.young), size = diameter(m.mesh, e);
+      const double most    = widest(f, mat.young), size = diameter(m.mesh, e);
       const auto fault     = [&](const std::string& text) {
         refuse(d, "EIGENFRACTURE", f.place, m.elset[f.elset].name,
                    text_format("element %d: ", m.mesh.elem_label[e]) + text);
       };
       if (mat.law != LAW_SVK) {
-        fault("CRITERION=COHESIVE goes with *ELASTIC alone; leave out *PLASTIC and *HYPERELASTIC of " + mat.name);
+        fault("CRITERION=COHESIVE goes with *ELASTIC alone; leave out *PLASTIC and *HYPERELASTIC of " +
+              mat.name);
         break;
       }
       if (type.enhanced) {
         fault(std::string("CRITERION=COHESIVE needs elements without enhanced strains, not ") + type.name);
         break;
       }
-      if (size <= widest) continue;
+      if (size <= most) continue;
       fault("it measures " + text_number(size) + ", too wide for the softening, which needs elements below " +
-            text_number(widest) + " (E Gc/ft^2 = " + text_number(mat.young * f.gc / (f.ft * f.ft)) +
+            text_number(most) + " (E Gc/ft^2 = " + text_number(mat.young * f.gc / (f.ft * f.ft)) +
             "); refine the mesh, or lower ft");
       break;
     }

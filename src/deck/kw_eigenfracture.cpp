@@ -54,7 +54,8 @@ void check_words(Card& card, const FractureDef& f)
     card_error(card, p->key, "SPEED LIMIT is gone, because it turned cracks along the lines of the mesh; "
                              "leave it out");
   if (f.criterion != CRITERION_COHESIVE && card_param(card, "SOFTENING"))
-    card_error(card, card_param(card, "SOFTENING")->key, "SOFTENING goes with CRITERION=COHESIVE only");
+    card_error(card, card_param(card, "SOFTENING")->key,
+               "SOFTENING goes with CRITERION=COHESIVE only");
   if (f.criterion != CRITERION_GRIFFITH)
     for (const char* name : {"ESTIMATE", "EPSILON", "FALLBACK", "START"})
       if (card_param(card, name))
@@ -70,8 +71,8 @@ void check_words(Card& card, const FractureDef& f)
 }  // namespace
 
 // ---------------------------------------------------------------------------
-// *EIGENFRACTURE, ELSET=[, CRITERION=GRIFFITH|ELEMENT|COHESIVE][, ESTIMATE=][, EPSILON=][, SPLIT=][, RESIDUAL=][,
-// STIFFNESS=] ... : Gc[, ft]
+// *EIGENFRACTURE, ELSET=[, CRITERION=GRIFFITH|ELEMENT|COHESIVE][, ESTIMATE=][, EPSILON=][, SPLIT=]
+// [, RESIDUAL=][, STIFFNESS=] ... : Gc[, ft]
 // ---------------------------------------------------------------------------
 void kw_eigenfracture(Card& card, Model& model)
 {
@@ -105,7 +106,8 @@ void kw_eigenfracture(Card& card, Model& model)
   if (!card_line(card)) {
     card_error(card, card.head.at,
                f.criterion == CRITERION_COHESIVE
-                   ? "a data line must follow: Gc, ft, the toughness in force/length and the strength in force/length^2"
+                   ? "a data line must follow: Gc, ft, the toughness in force/length and the strength in "
+                     "force/length^2"
                    : "a data line must follow: Gc, the toughness in force/length");
     return;
   }

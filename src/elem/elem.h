@@ -35,6 +35,8 @@ struct ElemBlock {
   RealVec scatter;             // the same: [nelem] factor of strength and toughness; empty: 1
   RealVec omega2;              // explicit: [kind] square of the frequency of an element at rest (6.30)
   RealVec mean;                // explicit: [kind][nen*dim + 2] mean gradient, volume, size (6.35)
+  // cracks open against a cohesion; until then its elements are those of the short form
+  bool opens() const { return law.kind == LAW_COHESIVE; }
   // place of the first Gauss point
   size_t gauss(size_t slot) const { return static_cast<size_t>(kind[slot]) * shape_info[shape].ngp; }
 };
@@ -72,6 +74,12 @@ ErodedLaw elem_broken_law(const Model& m, const Elements& el, int e, double c);
 // elem_history : history of the Gauss points of element e at both ends of the step             [ngp]
 void elem_history(const Elements& el, const Level& l0, Level& l1, int e, HistoryStep* h);
 
+// elem_cracked : has a crack with cohesion begun to open at a Gauss point of element e?
+bool elem_cracked(const Elements& el, const Level& l, int e);
+
+// elem_uncracked : at the end of the step too there is none
+void elem_uncracked(const Elements& el, const Level& l0, Level& l1, int e);
+
 // elem_form_general : as elem_form, for laws that the short form of the kernel does not know
 //   in   broken    law of an element that carries what its law leaves: without enhanced strains, and det F is
 //                  not asked for; null: intact
@@ -97,9 +105,11 @@ Status elem_form_one(const Model& m, const Elements& el, const KernelMode& mode,
 // [...][PACK]
 //   in   slot      places of the elements                [PACK]
 //        u0        read when mode_reads_old says so; re or ke may be null
+//   out  opens     a bit for each element in which a crack may begin to open, unless null
 //   BAD_JACOBIAN: bad has a bit for each element with det F(n+1) <= 0
 using ElemFormPack = Status (*)(const ElemBlock& b, const int* slot, const KernelMode& mode,
-                                const double* u0, const double* u1, double* re, double* ke, unsigned& bad);
+                                const double* u0, const double* u1, double* re, double* ke, unsigned& bad,
+                                unsigned* opens);
 ElemFormPack elem_form_pack(const ElemBlock& b);   // null: the type has none
 ElemForm eas_form(Shape s);
 

@@ -115,7 +115,7 @@ using PackEnergy = void (*)(const Mesh& mesh, const ElemBlock& b, const int* slo
 
 PackEnergy pack_energy_of(const ElemBlock& b)
 {
-  if (elem_table[b.type].enhanced || b.general) return nullptr;
+  if (elem_table[b.type].enhanced || (b.general && !b.opens())) return nullptr;
   return by_shape(b.shape, [](auto z) -> PackEnergy { return pack_energy<z.D, z.N, z.NGP>; });
 }
 
@@ -210,6 +210,7 @@ void ip_general_from(const MatLaw& law, bool nlgeom, const double* E, double sca
   out.psi     = l.psi;
   const int equivalent = law_field(law_of(law), HISTORY_EQUIVALENT);
   out.plastic = equivalent >= 0 ? h[equivalent] : 0.0;
+  if (law.kind == LAW_COHESIVE) out.opening = crack_opening(h);
   for (int k = 0; k < 6; ++k) out.sig[k] = l.S[k];
   if (!nlgeom) return;
   double F[9];
@@ -250,6 +251,8 @@ void elem_ip_fields(const Model& m, const Elements& el, const Level& l, bool nlg
   }
   if (broken) {
     ip_fields_from(b.law, dim, nlgeom, &er, out);
+    if (b.law.kind == LAW_COHESIVE)
+      out.opening = crack_opening(history_at(l.he, el.history, el.gauss_of[e] + g));
     return;
   }
   if (!elem_table[b.type].enhanced) {
@@ -320,7 +323,7 @@ double elem_energy(const Model& m, const Elements& el, const Level& l, bool nlge
     for (int s : b.live) {
       const int e       = b.elem[s];
       const bool intact = el.broken(e) < 0;
-      if (intact && pack) {
+      if (intact && pack && !(b.opens() && elem_cracked(el, l, e))) {
         slot[n++] = s;
         if (n == PACK) flush();
       } else {

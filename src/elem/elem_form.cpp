@@ -3,10 +3,10 @@
 namespace {
 
 // an element with NGP Gauss points and N nodes in D dimensions, or a pack of them; re or ke may be null.
-// Returns the least det F(n+1)
+// Returns the least det F(n+1); most: largest S : S, unless null
 template <int D, int N, int NGP, class G, class T>
 T form(const G* dNdX, const G* w, const MatLaw& law, const KernelMode& mode, const T* u0, const T* u1, T* re,
-       T* ke)
+       T* ke, T* most = nullptr)
 {
   T det_min = T{} + 1.0;
   if (re)
@@ -20,6 +20,11 @@ T form(const G* dNdX, const G* w, const MatLaw& law, const KernelMode& mode, con
     if (mode_reads_old(mode, law)) ip_gradient<D, N>(dN, N, u0, H0);
     const T det = ip_stress<D>(law, mode, H0, H1, Fb, S);
     det_min     = det < det_min ? det : det_min;
+    if (most) {
+      T SS = {};
+      for (int k = 0; k < D * D; ++k) SS += S[k] * S[k];
+      *most = SS > *most ? SS : *most;
+    }
     if (re) ip_force<D, N>(dN, N, w[g], Fb, S, re);
     if (ke) ip_tangent<D, N>(dN, N, w[g], law, mode, Fb, S, f, ke);
   }
@@ -37,22 +42,36 @@ Status form_one(const ElemBlock& b, size_t slot, const KernelMode& mode,
 }
 
 // equal elements share their gradients; others have them side by side in packs
+// lanes in which a principal stress may exceed the strength: it is at most sqrt(S : S)
+unsigned near_strength(const ElemBlock& b, const int* slot, const Pack& most)
+{
+  unsigned out = 0;
+  for (int l = 0; l < PACK; ++l) {
+    const double ft = b.law.crack.strength * (b.scatter.empty() ? 1.0 : b.scatter[slot[l]]);
+    if (!(most[l] <= ft * ft)) out |= 1u << l;
+  }
+  return out;
+}
+
 template <int D, int N, int NGP>
 Status form_pack(const ElemBlock& b, const int* slot, const KernelMode& mode, const double* u0,
-                 const double* u1, double* re, double* ke, unsigned& bad)
+                 const double* u1, double* re, double* ke, unsigned& bad, unsigned* opens)
 {
+  Pack most = {}, *stress = opens ? &most : nullptr;
   const auto pack = [](const double* x) { return reinterpret_cast<const Pack*>(x); };
   Pack *rp = reinterpret_cast<Pack*>(re), *kp = reinterpret_cast<Pack*>(ke), det;
   bool equal = true;
   for (int l = 1; l < PACK; ++l) equal = equal && b.kind[slot[l]] == b.kind[slot[0]];
   if (equal) {
     const size_t first = b.gauss(slot[0]);
-    det = form<D, N, NGP>(&b.dNdX[first * N * D], &b.w[first], b.law, mode, pack(u0), pack(u1), rp, kp);
+    det = form<D, N, NGP>(&b.dNdX[first * N * D], &b.w[first], b.law, mode, pack(u0), pack(u1), rp, kp,
+                          stress);
   } else {
     Pack dNdX[NGP * N * D], w[NGP];
     for (int g = 0; g < NGP; ++g) elem_gradients_pack<D, N>(b, slot, g, dNdX + g * N * D, w[g]);
-    det = form<D, N, NGP>(dNdX, w, b.law, mode, pack(u0), pack(u1), rp, kp);
+    det = form<D, N, NGP>(dNdX, w, b.law, mode, pack(u0), pack(u1), rp, kp, stress);
   }
+  if (opens) *opens = near_strength(b, slot, most);
   bad = 0;
   for (int l = 0; l < PACK; ++l)
     if (!(det[l] > 0.0)) bad |= 1u << l;
@@ -74,6 +93,6 @@ ElemForm elem_form(const ElemBlock& b)
 
 ElemFormPack elem_form_pack(const ElemBlock& b)
 {
-  if (elem_table[b.type].enhanced || b.general) return nullptr;
+  if (elem_table[b.type].enhanced || (b.general && !b.opens())) return nullptr;
   return by_shape(b.shape, [](auto z) -> ElemFormPack { return form_pack<z.D, z.N, z.NGP>; });
 }

@@ -14,7 +14,8 @@ Status form(const ElemBlock& b, size_t slot, const ErodedLaw* broken, const Kern
   const size_t first = b.gauss(slot);
   const double *dNdX = &b.dNdX[first * N * D], *w = &b.w[first];
   const bool split = broken && !broken_keeps_history(*broken);
-  const MatLaw law = broken && !split ? law_broken(b.law, *broken) : elem_law(b, slot);
+  MatLaw law       = broken && !split ? law_broken(b.law, *broken) : elem_law(b, slot);
+  law.crack.secant = mode.secant;
   const bool old   = split ? mode.mid : mode_reads_old(mode, law);
   for (int k = 0; k < N * D; ++k) re[k] = 0.0;
   for (int k = 0; ke && k < pair_count(N) * D * D; ++k) ke[k] = 0.0;
@@ -40,6 +41,20 @@ void elem_history(const Elements& el, const Level& l0, Level& l1, int e, History
 {
   for (int k = el.gauss_of[e]; k < el.gauss_of[e + 1]; ++k)
     *h++ = {history_at(l0.he, el.history, k), history_at(l1.he, el.history, k)};
+}
+
+bool elem_cracked(const Elements& el, const Level& l, int e)
+{
+  for (int k = el.gauss_of[e]; k < el.gauss_of[e + 1]; ++k)
+    if (crack_opening(history_at(l.he, el.history, k)) > 0.0) return true;
+  return false;
+}
+
+void elem_uncracked(const Elements& el, const Level& l0, Level& l1, int e)
+{
+  const size_t first = static_cast<size_t>(el.gauss_of[e]) * el.history,
+               n     = static_cast<size_t>(el.gauss_of[e + 1]) * el.history - first;
+  std::copy_n(&l0.he[first], n, &l1.he[first]);
 }
 
 Status elem_form_general(const ElemBlock& b, size_t slot, const ErodedLaw* broken, const KernelMode& mode,

@@ -154,7 +154,8 @@ Status elem_setup(const Model& m, Elements& el, int* worst)
     for (int e = 0; e < mesh.nelem(); ++e) el.outer.push_back(!m.part.works(e));
   for (int e = 0; e < mesh.nelem(); ++e) {
     const bool is = mesh.elem_section[e] >= 0;
-    el.gauss_of.push_back(el.gauss_of[e] + (is ? shape_info[block_for(m, el, known, e, cohesive[e]).shape].ngp : 0));
+    const int points = is ? shape_info[block_for(m, el, known, e, cohesive[e]).shape].ngp : 0;
+    el.gauss_of.push_back(el.gauss_of[e] + points);
   }
   kinds.resize(el.block.size());
   for (int e : block_order(m)) {

@@ -134,9 +134,6 @@ bool law_cohesive(const MatLaw& law, bool finite, const double* E, const double*
 // crack_of : the cohesive law of a fracture definition
 CrackLaw crack_of(const FractureDef& d);
 
-// crack_widest : width across of an element that the softening still follows               length
-double crack_widest(const CrackLaw& c, double young);
-
 // crack_open : opening at which the traction is gone (exponential: below 0.1 % of the strength)     length
 double crack_open(const CrackLaw& c);
 

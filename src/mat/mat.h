@@ -14,6 +14,7 @@ struct KernelMode {
   bool mid    = false;         // energy-momentum
   bool is_static = false;         // statics: broken material is kept from wrinkling (2.16)
   double s_new = 1.0, s_old = 0.0;
+  bool secant = false;         // tangent of cracks that open: one that is positive definite      (2.36)
   // viscous stress: factor of E(n+1) - E(n) in dE/dt; 1/dt, Newmark gamma/(beta dt); statics: 0     1/time
   double rate = 0.0;
   BulkStep* bulk = nullptr;          // explicit: bulk viscosity of elements (6.35); null: none
@@ -29,6 +30,7 @@ struct CrackLaw {
   double scatter  = 1.0;       // factor of both
   const double* place = nullptr;       // nodes of the element [nodes*dim]: its width along a normal
   int nodes = 0, dim = 0;
+  bool secant = false;         // KernelMode
 };
 
 // St.Venant-Kirchhoff: S = lam tr(E) I + 2 mu E. In plane stress lam is the reduced one,
@@ -39,7 +41,7 @@ struct MatLaw {
   double beta = 0;             // viscous stress beta D : dE/dt, D of lam and mu                  time
   Plane plane = PLANE_STRAIN;
   LawKind kind = LAW_SVK;
-  double c = 1.0, friction = 0.0;      // LAW_GRANULAR: degradation factor, tangent of the angle
+  double c = 1.0, friction = 0.0;      // degradation factor; LAW_GRANULAR: tangent of the angle
   bool bar = false;            // integration points share their change of volume (1.14)
   const Material* material = nullptr;  // of the model, which is const
   CrackLaw crack;              // LAW_COHESIVE

@@ -137,6 +137,7 @@ const Quantity quantity_table[] = {
     point("SMISES", [](const IpFields& f, int) { return mises_stress(f.sig); }),
     point("ENER", [](const IpFields& f, int) { return f.psi; }),
     point("PEEQ", [](const IpFields& f, int) { return f.plastic; }),
+    point("CRACKW", [](const IpFields& f, int) { return f.opening; }),
 };
 
 }  // namespace

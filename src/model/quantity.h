@@ -22,6 +22,7 @@ struct IpFields {
   double E[6]   = {0, 0, 0, 0, 0, 0};          // Green-Lagrange strain (linear strain without NLGEOM)
   double psi = 0.0;                            // strain energy / volume at t = 0
   double plastic = 0.0;                        // equivalent plastic strain
+  double opening = 0.0;                        // largest opening of a crack with cohesion
   double Fbar[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};        // laws with history: F that the law sees (1.14)
   double V0  = 0.0;                            // volume of the point at t = 0
 };

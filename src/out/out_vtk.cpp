@@ -11,21 +11,22 @@ namespace {
 const char* const kind_name[VTK_KINDS] = {"fe", "mp", "bond", "grid"};
 
 struct CellFields {            // one value a cell
-  RealVec stress[6], mises, energy, det, plastic;
+  RealVec stress[6], mises, energy, det, plastic, opening;
   explicit CellFields(std::size_t n)                 // room for them
   {
     for (RealVec& x : stress) x.reserve(n);
-    for (RealVec* x : {&mises, &energy, &det, &plastic}) x->reserve(n);
+    for (RealVec* x : {&mises, &energy, &det, &plastic, &opening}) x->reserve(n);
   }
 };
 
-void add_fields(CellFields& c, const double sig[6], double energy, double det, double plastic)
+void add_fields(CellFields& c, const double sig[6], double energy, double det, double plastic, double opening)
 {
   for (int k = 0; k < 6; ++k) c.stress[k].push_back(sig[k]);
   c.mises.push_back(mises_stress(sig));
   c.energy.push_back(energy);
   c.det.push_back(det);
   c.plastic.push_back(plastic);
+  c.opening.push_back(opening);
 }
 
 double det_F(const double F[9])
@@ -43,7 +44,13 @@ bool yields(const Model& m)
                      [](const FractureDef& f) { return f.residual == SPLIT_GRANULAR; });
 }
 
-void write_fields(VtkFile& f, const CellFields& c, int dim, bool plastic)
+bool opens(const Model& m)
+{
+  return std::any_of(m.fracture.begin(), m.fracture.end(),
+                     [](const FractureDef& f) { return f.criterion == CRITERION_COHESIVE; });
+}
+
+void write_fields(VtkFile& f, const CellFields& c, int dim, bool plastic, bool opening)
 {
   const char* const name[6] = {"S11", "S22", "S33", "S12", "S23", "S31"};
   for (int k = 0; k < (dim == 3 ? 6 : 4); ++k) vtk_scalars(f, name[k], c.stress[k]);
@@ -51,6 +58,7 @@ void write_fields(VtkFile& f, const CellFields& c, int dim, bool plastic)
   vtk_scalars(f, "ENER", c.energy);
   vtk_scalars(f, "J", c.det);
   if (plastic) vtk_scalars(f, "PEEQ", c.plastic);
+  if (opening) vtk_scalars(f, "CRACKW", c.opening);
 }
 
 // a divided model has a .vtu of each rank, whatever the deck says, and a .pvtu that leads to them
@@ -164,17 +172,19 @@ CellFields element_fields(const Model& m, const Elements& el, const State& s, co
   CellFields cell(fe.elem.size());
   IpFields f;
   for (int e : fe.elem) {
-    double sig[6] = {0, 0, 0, 0, 0, 0}, energy = 0.0, det = 0.0, plastic = 0.0, volume = 0.0;
+    double sig[6] = {0, 0, 0, 0, 0, 0}, energy = 0.0, det = 0.0, plastic = 0.0, opening = 0.0,
+           volume = 0.0;
     for (int g = 0; g < elem_gauss(m, el, e); ++g) {
       elem_ip_fields(m, el, s.n, out_nlgeom(m, s), e, g, f);
       for (int k = 0; k < 6; ++k) sig[k] += f.V0 * f.sig[k];
       energy += f.V0 * f.psi;
       det    += f.V0 * det_F(f.F);
       plastic += f.V0 * f.plastic;
+      opening += f.V0 * f.opening;
       volume += f.V0;
     }
     for (double& k : sig) k /= volume;
-    add_fields(cell, sig, energy / volume, det / volume, plastic / volume);
+    add_fields(cell, sig, energy / volume, det / volume, plastic / volume, opening / volume);
   }
   return cell;
 }
@@ -205,7 +215,7 @@ void write_fe(const Model& m, const Elements& el, const State& s, const Fragment
   vtk_vectors(f, "reaction", picked(fe.node, m.dim, s.rf), m.dim);
   vtk_labels(f, "node_label", picked(fe.node, 1, m.mesh.node_label));
   vtk_cell_data(f, fe.conn.size());
-  write_fields(f, element_fields(m, el, s, fe), m.dim, yields(m));
+  write_fields(f, element_fields(m, el, s, fe), m.dim, yields(m), opens(m));
   vtk_labels(f, "label", picked(fe.elem, 1, m.mesh.elem_label));
   IntVec material;
   for (int e : fe.elem) material.push_back(material_of(m, e));
@@ -277,7 +287,7 @@ CellFields point_fields(const Model& m, const State& s, const IntVec& list)
   IpFields ip;
   for (int p : list) {
     point_ip_fields(m, s.points, s.n, p, ip);
-    add_fields(cell, ip.sig, ip.psi, det_F(ip.F), ip.plastic);
+    add_fields(cell, ip.sig, ip.psi, det_F(ip.F), ip.plastic, ip.opening);
   }
   return cell;
 }
@@ -296,7 +306,7 @@ void write_mp(const Model& m, const State& s, const Fragments& fragments, Output
   vtk_vectors(f, "displacement", picked(shown.corner, m.dim, s.n.uc), m.dim);
   vtk_cell_data(f, static_cast<int>(list.size()));
   vtk_vectors(f, "velocity", picked(list, m.dim, point_velocities(pts, m.dim, s.n.vc)), m.dim);
-  write_fields(f, point_fields(m, s, list), m.dim, yields(m));
+  write_fields(f, point_fields(m, s, list), m.dim, yields(m), opens(m));
   IntVec body;
   for (int p : list) body.push_back(pts.body[p] + 1);
   vtk_labels(f, "body", body);

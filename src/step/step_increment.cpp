@@ -14,6 +14,8 @@ const double ENTERED = 0.25, TOO_DEEP = 0.45;
 // Contacts that close raise the residual for an iteration, and full corrections are the way to the set that
 // is closed. Test: A8 (contact/friction_push.inp)
 const int PATIENCE = 2;
+// times the iterations of other material: cracks that open against a cohesion. Test: C3
+const int OPENING_ITERATIONS = 20;
 
 // augmented Lagrange: the bond force becomes the multiplier (4.6), the pressure of a contact as well (4.15).
 // k: updates so far in this step. False: none is due.
@@ -70,6 +72,7 @@ NewtonControls newton_controls(const Model& m, const Discretisation& d, const St
   c.linear   = linear_scene(m, fm, st.points, s);
   c.breaks   = fm.on;
   for (const FractureDef& f : m.fracture) c.rubs = c.rubs || f.residual == SPLIT_GRANULAR;
+  for (const FractureDef& f : m.fracture) c.opens = c.opens || f.criterion == CRITERION_COHESIVE;
   if (s.proc == PROC_STATIC && d.pairs.near) {
     int slips = 0;
     for (double mu : st.bonds.friction) slips = slips || mu > 0.0;
@@ -79,6 +82,7 @@ NewtonControls newton_controls(const Model& m, const Discretisation& d, const St
   c.singular = s.proc == PROC_STATIC && fm.on && st.frac.neroded > 0;
   // equilibrium after elements broke (dt = 0) opens and closes many cracks: it may take longer
   c.max_iter = dt > 0.0 ? s.ctl.max_iter : 4 * s.ctl.max_iter;
+  if (c.opens) c.max_iter *= OPENING_ITERATIONS;
   return c;
 }
 

@@ -306,6 +306,32 @@ double first_slope(const Dofs& s, const RealVec& R, LinearSystem& l)
   return sum[0];
 }
 
+// Cracks that open against a cohesion: where the tangent does not bring the residual down, its correction is
+// taken back, and a stiffness follows with which the energy falls, for twice as many iterations each time
+// (6.37)
+struct Descent {
+  int left = 0, next = 4;      // iterations with that stiffness: to come, next time
+  RealVec du;                  // before the correction of the tangent
+};
+const double FALLS = 0.7;      // of the residual before
+
+//   in   before   residual of the iteration before; 0: supports have moved since
+Failure descend(Problem& p, Attempt& a, double before, Descent& d, Residual& b)
+{
+  if (a.mode.secant) {
+    if (--d.left > 0) return STATUS_OK;
+    a.mode.secant = false;
+    return STATUS_OK;
+  }
+  if (before == 0.0 || b.free_norm <= FALLS * before) return STATUS_OK;
+  a.mode.secant = true;
+  d.left = d.next;
+  d.next = 2 * d.next;
+  if (b.free_norm <= before) return STATUS_OK;
+  a.du = d.du;
+  return form_residual(p, a, a.du, b);
+}
+
 void tell_iteration(StepLog& log, int it, const Residual& b, double energy, double part)
 {
   log.iterations = it;
@@ -328,9 +354,11 @@ Failure step_newton(Problem& p, Attempt& a)
   Residual b;
   LinearSystem l;
   Secants secants;
+  Descent descent;
   double least = 1e300;        // norm of R so far
   int stale    = 0;            // iterations since
   RealVec trial(s.neq()), pending(s.neq());
+  a.mode.secant = false;
   // 1. where it begins
   double guessed  = 0.0;       // energy of the guess
   Failure failure = begin_at_predictor(p, a, b);
@@ -354,13 +382,17 @@ Failure step_newton(Problem& p, Attempt& a)
     // 3. solve
     failure = step_solve(p, a, it, before, accepted, pending, l);
     if (!failure.ok()) return failure;
-    if (a.newton.rubs && there) step_secant(secants, a.du, dof_own(s, l.diag), l.dx);
+    if (!a.mode.secant && a.newton.opens) secants = Secants();
+    if ((a.newton.rubs || a.mode.secant) && there) step_secant(secants, a.du, dof_own(s, l.diag), l.dx);
     const double g0 = first_slope(s, b.R, l);
     if (it == 1 && guessed > 0.0 && std::fabs(g0) > guessed) return NOT_CONVERGED;   // it leads astray (6.14)
     // 4. correct                                                                   (6.6)
     double part = 1.0;
+    if (a.newton.opens && !a.mode.secant) descent.du = a.du;
     failure = correct(p, a, l.dx, g0, a.step.ctl.line_search && there && stale >= a.newton.patience, trial, b,
                       part);
+    if (!failure.ok()) return failure;
+    if (a.newton.opens) failure = descend(p, a, there ? before : 0.0, descent, b);
     if (!failure.ok()) return failure;
     stale = b.free_norm < least ? 0 : stale + 1;
     least = std::min(least, b.free_norm);

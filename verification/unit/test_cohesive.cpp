@@ -81,9 +81,10 @@ void compare(const Crack& b, Plane plane, const double* E, double of_stress, dou
     ASSERT_TRUE(b.at(more, up, up_h) && b.at(less, down, down_h));
     const double gone = up_h[HISTORY_DISSIPATED] - down_h[HISTORY_DISSIPATED];
     EXPECT_NEAR((up.psi - down.psi + gone) / (2 * h), out.S[j], of_stress) << plane << j;
-    for (int i = 0; i < 6; ++i)
-      if (plane != PLANE_STRESS || (i != 2 && i < 4))
-        EXPECT_NEAR((up.S[i] - down.S[i]) / (2 * h), out.D[i * 6 + j], of_tangent) << plane << i << j;
+    for (int i = 0; i < 6; ++i) {
+      if (plane == PLANE_STRESS && (i == 2 || i > 3)) continue;
+      EXPECT_NEAR((up.S[i] - down.S[i]) / (2 * h), out.D[i * 6 + j], of_tangent) << plane << i << j;
+    }
   }
 }
 
