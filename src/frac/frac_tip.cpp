@@ -12,9 +12,9 @@ namespace {
 const double STRAIGHT = 0.9986;
 // cosine between the crack and the way into an element at its end; less: the element is beside the crack
 const double AHEAD = 0.7;
-// in sizes of an element: distance of the middle of what is cracked in the ball from the element ahead:
-// less is no crack yet that has a direction (three elements of a row: 2)
-const double CRACK = 1.9;
+// in sizes of an element: distance of the middle of what is cracked in the ball from its end: less is no
+// crack yet that has a direction (three elements of a row: 1.5)
+const double CRACK = 1.4;
 // a toughness that is so much larger blocks the way ahead
 const double TOUGHER = 1.2;
 
@@ -114,11 +114,12 @@ bool crack_face(const Scan& s, int e, double* x, double* into)
   return n > 0 && norm > 0.0;
 }
 
-// K_II/K_I of the tip c in front of e whose crack has grown along d: shear over tension on the line ahead.
-// Stress along the crack has no part in it. Where the crack is closed 1e3 with the sign of the shear
-double mode_ratio(const Scan& s, int e, const double* c, const double* d)
+// K_II/K_I: shear over tension on the line ahead; stress along the crack has no part in it. Where the crack
+// is closed 1e3 with the sign of the shear. T: there the singular parts along and across the crack are equal
+void modes_ahead(const Scan& s, int e, Tip& t)
 {
-  double normal = 0.0, shear = 0.0;
+  const double *c = t.end, *d = t.d;
+  double normal = 0.0, shear = 0.0, apart = 0.0, volume = 0.0;
   in_ball(s, e, [&](int o, double) {
     if (!s.intact(o)) return;
     const double *x = &s.fm.centre[3 * o], h = s.fm.local[e];
@@ -128,12 +129,16 @@ double mode_ratio(const Scan& s, int e, const double* c, const double* d)
     double E[4], S[4];
     mean_strain(s, o, E);
     ip_law<2>(s.law(o), E, S);
-    const double t[2] = {S[1] * d[0] - S[0] * d[1], S[3] * d[0] - S[2] * d[1]};      // S n, n = (-d2, d1)
-    normal += s.fm.volume[o] * (t[1] * d[0] - t[0] * d[1]);
-    shear += s.fm.volume[o] * (t[0] * d[0] + t[1] * d[1]);
+    const double p[2] = {S[1] * d[0] - S[0] * d[1], S[3] * d[0] - S[2] * d[1]};      // S n, n = (-d2, d1)
+    const double pull = p[1] * d[0] - p[0] * d[1], v = s.fm.volume[o];
+    volume += v;
+    normal += v * pull;
+    shear += v * (p[0] * d[0] + p[1] * d[1]);
+    apart += v * (S[0] + S[3] - 2.0 * pull);
   });
   const double least = 1e-3 * std::fabs(shear);
-  return shear == 0.0 ? 0.0 : shear / std::max(normal, least);
+  t.ratio = shear == 0.0 ? 0.0 : shear / std::max(normal, least);
+  t.along = volume > 0.0 ? apart / volume : 0.0;
 }
 
 int element_ahead(const Scan& s, int e, const double* J)
@@ -188,26 +193,24 @@ bool at_surface(const Scan& s, int e)
 
 }  // namespace
 
-// the tip of the crack in front of e, and its ratio; false: e is beside it, or too little has cracked
-bool crack_tip(const Scan& s, int e, Tip& t, double& ratio)
+// the tip of the crack in front of e, with its modes; false: e is beside it, or too little has cracked
+bool crack_tip(const Scan& s, int e, Tip& t)
 {
-  double into[3], near[3];
+  double into[3];
   const double radius = radius_of(s, e);
   if (!crack_face(s, e, t.face, into)) return false;
   std::copy_n(t.face, 2, t.end);
-  if (!grown_along(s, e, radius, CRACK * s.fm.local[e], t.d)) return false;
+  if (!grown_along(s, e, t.face, radius, CRACK * s.fm.local[e], t.d)) return false;
   in_ball(s, e, [&](int o, double) { t.given = t.given && !s.broken(o); });
   // a ligament that is shorter than J and the stress ahead want
   if (!t.given && at_surface(s, e)) return false;
-  ratio = mode_ratio(s, e, t.end, t.d);
+  modes_ahead(s, e, t);
   // a kink is shorter than the ball: the direction of its half counts, if the crack is straighter by it
-  if (!grown_along(s, e, 0.5 * radius, 0.0, near)) return false;
-  const double last = mode_ratio(s, e, t.end, near);
-  t.straight = t.d[0] * near[0] + t.d[1] * near[1] > STRAIGHT;
-  if (std::fabs(last) < std::fabs(ratio)) {
-    std::copy_n(near, 3, t.d);
-    ratio = last;
-  }
+  Tip near = t;
+  if (!grown_along(s, e, t.face, 0.5 * radius, 0.0, near.d)) return false;
+  modes_ahead(s, e, near);
+  near.straight = t.straight = t.d[0] * near.d[0] + t.d[1] * near.d[1] > STRAIGHT;
+  if (std::fabs(near.ratio) < std::fabs(t.ratio)) t = near;
   return t.d[0] * into[0] + t.d[1] * into[1] >= AHEAD;
 }
 
