@@ -128,6 +128,9 @@ void modes_ahead(const Scan& s, int e, Tip& t);
 // cracked
 bool crack_tip(const Scan& s, int e, Tip& t);
 
+// slot_width : of the slot that ends at t, between its sides                              length
+double slot_width(const Scan& s, int e, const Tip& t);
+
 // along_line : intact elements that a line of this length from x enters, until one that cannot break;
 // false: there are none
 bool along_line(const Scan& s, int e, const double* x, const double* d, double length, IntVec& out);

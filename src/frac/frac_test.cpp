@@ -346,12 +346,12 @@ bool out_of_reach(const Scan& s, int e, double W_most)
   return ball_constant(s, e) * radius_of(s, e) * W_most * ROUNDING < s.fm.gc[e];
 }
 
-// what a row of removed elements that grows releases by the stress along it, which a sharp crack does not
-// feel. Test: K2 (fracture/kink_inclined.inp, b=15)                                                 (7.35)
+// what a slot that grows releases by the stress along it, which a sharp crack does not feel.
+// Test: K2 (fracture/kink_inclined.inp, b=15)                                                       (7.35)
 double slot_release(const Scan& s, int e, const Tip& t)
 {
   const double lam = s.law(e).lam, mu = s.law(e).mu, modulus = 4.0 * mu * (lam + mu) / (lam + 2.0 * mu);
-  return at_removed(s, e) ? 0.5 * s.fm.local[e] * t.along * t.along / modulus : 0.0;
+  return 0.5 * slot_width(s, e, t) * t.along * t.along / modulus;
 }
 
 // FORCE in the plane: a crack in mixed mode kinks to where it releases most, by gain times what it would
@@ -368,13 +368,14 @@ void take_kink(const Scan& s, const double* J, Candidate& c)
     if (!notch_end(s, e, t)) return;
     modes_ahead(s, e, t);
   }
-  const Kink k   = kink_of(t.ratio);
-  const double G = (J[0] * t.d[0] + J[1] * t.d[1] - slot_release(s, e, t)) / s.fm.gc[e] * k.gain;
+  const Kink k = kink_of(t.ratio);
+  double G     = (J[0] * t.d[0] + J[1] * t.d[1]) / s.fm.gc[e] * k.gain;
   if (t.given ? k.gain < MORE : G < MORE_GROWN * c.x.value) return;
   const double cosine = std::cos(k.angle), sine = std::sin(k.angle);
   const double go[2] = {t.d[0] * cosine - t.d[1] * sine, t.d[0] * sine + t.d[1] * cosine};
   IntVec line;
   if (!along_line(s, e, t.face, go, KINK_LENGTH * s.fm.local[e], line)) return;
+  if (t.given) G -= slot_release(s, e, t) / s.fm.gc[e] * k.gain;
   c.decides  = t.given && t.straight;
   c.x.gain   = G / c.x.value;
   c.x.value  = G;
@@ -382,6 +383,14 @@ void take_kink(const Scan& s, const double* J, Candidate& c)
   c.nkink    = std::min<int>(KINK_MOST, line.size());
   const double grows[3] = {G * s.fm.gc[e] * go[0], G * s.fm.gc[e] * go[1], 0.0};
   for (int i = 0; i < c.nkink; ++i) c.kink[i] = erosion_of(s, line[i], G, G, grows);
+}
+
+// the element before the end of a slot from which a crack kinks: flanks of the slot may hold more
+bool kinks(const Scan& s, int e)
+{
+  Tip t;
+  return s.m.dim == 2 && estimate_of(s, e) == ESTIMATE_FORCE && at_removed(s, e) && crack_tip(s, e, t) && t.given &&
+         t.straight && kink_of(t.ratio).gain >= MORE;
 }
 
 // in sizes of an element: distance of an interface from a tip whose crack is looked at as a sharp one.
@@ -475,7 +484,7 @@ void by_griffith(Scan& s, int e, double W_most, std::vector<Candidate>& out)
   if (!force && ball_estimate(s, e, true) * ROUNDING < s.fm.gc[e]) return timer_skip(PHASE_ESTIMATE);
   if (!(largest_stress(s, e) > 0.0) || drive_of(s, e) <= least) return;
   const bool at = at_crack(s, e);
-  if (at ? behind_tip(s, e) : !start_allowed(s, e) || !may_start(s, e)) return;
+  if (at ? behind_tip(s, e) && !kinks(s, e) : !start_allowed(s, e) || !may_start(s, e)) return;
   if (at && s.def(e).strength == 0.0 && flank(s, e)) return;
   double J[3];
   ++timer_phase(PHASE_ESTIMATE).calls;

@@ -15,6 +15,10 @@ const double AHEAD = 0.7;
 // in sizes of an element: distance of the middle of what is cracked in the ball from its end: less is no
 // crack yet that has a direction (three elements of a row: 1.5)
 const double CRACK = 1.4;
+// what the end of a slot leaves of a stress along it on the line ahead
+const double BEFORE_END = 0.85;
+// slope of the sides of a notch that is no slot
+const double OPENS = 0.3;
 // a toughness that is so much larger blocks the way ahead
 const double TOUGHER = 1.2;
 
@@ -138,7 +142,7 @@ void modes_ahead(const Scan& s, int e, Tip& t)
   });
   const double least = 1e-3 * std::fabs(shear);
   t.ratio = shear == 0.0 ? 0.0 : shear / std::max(normal, least);
-  t.along = volume > 0.0 ? apart / volume : 0.0;
+  t.along = volume > 0.0 ? apart / (BEFORE_END * volume) : 0.0;
 }
 
 int element_ahead(const Scan& s, int e, const double* J)
@@ -212,6 +216,25 @@ bool crack_tip(const Scan& s, int e, Tip& t)
   near.straight = t.straight = t.d[0] * near.d[0] + t.d[1] * near.d[1] > STRAIGHT;
   if (std::fabs(near.ratio) < std::fabs(t.ratio)) t = near;
   return t.d[0] * into[0] + t.d[1] * into[1] >= AHEAD;
+}
+
+// width of the slot that ends at t, in the part of the ball where q falls; of a notch whose sides open: 0
+double slot_width(const Scan& s, int e, const Tip& t)
+{
+  const double h = s.fm.local[e];
+  double opens = 0.0, side[2] = {0, 0}, size[2] = {0, 0};
+  std::vector<FreeFace> face;
+  free_faces(s, e, radius_of(s, e), face);
+  for (const FreeFace& f : face) {
+    const double x[2] = {f.mid[0] - t.end[0], f.mid[1] - t.end[1]};
+    if (x[0] * t.d[0] + x[1] * t.d[1] > -h) continue;
+    const double part = f.area[1] * t.d[0] - f.area[0] * t.d[1];        // of the face along the slot
+    opens += f.area[0] * t.d[0] + f.area[1] * t.d[1];
+    size[part > 0.0] += std::fabs(part);
+    side[part > 0.0] += std::fabs(part) * (x[1] * t.d[0] - x[0] * t.d[1]);
+  }
+  if (size[0] == 0.0 || size[1] == 0.0 || std::fabs(opens) > OPENS * (size[0] + size[1])) return 0.0;
+  return std::max(0.0, side[0] / size[0] - side[1] / size[1]);
 }
 
 // intact elements that a line of this length from x enters, until one that cannot break; false: there are
