@@ -161,12 +161,21 @@ bool may_start(Scan& s, int e)
   return good;
 }
 
+// cosine of the directions of a crack in the ball and in half of it, 20 degrees: less is bent.
+// Test: K1 (fracture/k2_kinks), A10
+const double BENT = 0.94;
+
 // the order: along the direction from the broken elements of the ball, so that the path leaves the mesh
-// lines; in space the way along the front does not count: all of a plane front are level  (7.8)
+// lines; a kink goes by its own direction, not that of the crack behind it; in space the way along the front
+// does not count: all of a plane front are level  (7.8)
 double force_rank(const Scan& s, int e, const double* J, double G)
 {
-  double d[3], n[3];
-  if (!grown_along(s, e, &s.fm.centre[3 * e], radius_of(s, e), 0.0, d)) return G;
+  double d[3], near[3], n[3];
+  const double *x = &s.fm.centre[3 * e], radius = radius_of(s, e);
+  if (!grown_along(s, e, x, radius, 0.0, d)) return G;
+  if (s.m.dim == 2 && grown_along(s, e, x, 0.5 * radius, 0.0, near) &&
+      d[0] * near[0] + d[1] * near[1] < BENT)
+    std::copy_n(near, 3, d);
   const double ahead = J[0] * d[0] + J[1] * d[1] + J[2] * d[2];
   if (s.m.dim == 2 || ahead <= 0.0 || !crack_plane(s, e, n)) return ahead;
   const double size = std::hypot(J[0], J[1], J[2]), off = d[0] * n[0] + d[1] * n[1] + d[2] * n[2];
@@ -389,8 +398,8 @@ void take_kink(const Scan& s, const double* J, Candidate& c)
 bool kinks(const Scan& s, int e)
 {
   Tip t;
-  return s.m.dim == 2 && estimate_of(s, e) == ESTIMATE_FORCE && at_removed(s, e) && crack_tip(s, e, t) && t.given &&
-         t.straight && kink_of(t.ratio).gain >= MORE;
+  return s.m.dim == 2 && estimate_of(s, e) == ESTIMATE_FORCE && at_removed(s, e) && crack_tip(s, e, t) &&
+         t.given && t.straight && kink_of(t.ratio).gain >= MORE;
 }
 
 // in sizes of an element: distance of an interface from a tip whose crack is looked at as a sharp one.

@@ -22,6 +22,18 @@ const double OPENS = 0.3;
 // a toughness that is so much larger blocks the way ahead
 const double TOUGHER = 1.2;
 
+// ball in which a crack has its direction: EPSILON may be too small for one
+double kink_radius(const Scan& s, int e)
+{
+  return std::max(radius_of(s, e), FRAC_RADIUS_FORCE * s.fm.local[e]) * AT_RADIUS;
+}
+
+template <class Use>
+void in_kink_ball(const Scan& s, int e, Use use)
+{
+  frac_near(s.fm, &s.fm.centre[3 * e], kink_radius(s, e), use);
+}
+
 // middle of the free faces within radius of an element or a place, by their size
 void middle_of(const std::vector<FreeFace>& face, const double* c, double radius, double* mid)
 {
@@ -124,7 +136,7 @@ void modes_ahead(const Scan& s, int e, Tip& t)
 {
   const double *c = t.end, *d = t.d;
   double normal = 0.0, shear = 0.0, apart = 0.0, volume = 0.0;
-  in_ball(s, e, [&](int o, double) {
+  in_kink_ball(s, e, [&](int o, double) {
     if (!s.intact(o)) return;
     const double *x = &s.fm.centre[3 * o], h = s.fm.local[e];
     const double along  = (x[0] - c[0]) * d[0] + (x[1] - c[1]) * d[1];
@@ -187,7 +199,7 @@ namespace {
 bool at_surface(const Scan& s, int e)
 {
   bool found = false;
-  in_ball(s, e, [&](int o, double) {
+  in_kink_ball(s, e, [&](int o, double) {
     if (s.el.initial_block[o] < 0) return;
     for (int f = 0; f < shape_info[s.el.block[s.el.initial_block[o]].shape].nface; ++f)
       found = found || s.fm.across[6 * o + f] < 0;
@@ -201,11 +213,11 @@ bool at_surface(const Scan& s, int e)
 bool crack_tip(const Scan& s, int e, Tip& t)
 {
   double into[3];
-  const double radius = radius_of(s, e);
+  const double radius = kink_radius(s, e);
   if (!crack_face(s, e, t.face, into)) return false;
   std::copy_n(t.face, 2, t.end);
   if (!grown_along(s, e, t.face, radius, CRACK * s.fm.local[e], t.d)) return false;
-  in_ball(s, e, [&](int o, double) { t.given = t.given && !s.broken(o); });
+  in_kink_ball(s, e, [&](int o, double) { t.given = t.given && !s.broken(o); });
   // a ligament that is shorter than J and the stress ahead want
   if (!t.given && at_surface(s, e)) return false;
   modes_ahead(s, e, t);
