@@ -15,6 +15,11 @@ const double ROUNDING = 1.0 + 1e-9;    // of a bound
 // see behind_tip. Less: flanks of a crack break (A14); more: it cannot divide (P8)
 const double TIP_STATICS = 0.2, TIP_MOTION = 0.4;
 const double FINE = 1e6;               // parts of an increment: rounding must not part a symmetric pair
+// A crack kinks where that releases more by this part: at a notch, whose direction is known, more than
+// straight on; a crack that has grown more than |J| says. |J| goes where a kink would up to K_II/K_I = 0.4,
+// and the staircase of a mesh that looks like shear releases less. In motion waves look like shear too (A14).
+// Test: A10, P7, K2 (fracture/kink_inclined.inp)
+const double MORE = 1.05, MORE_GROWN = 1.15, MORE_MOTION = 1.15;
 // ranks this close belong to a symmetric pair: Newton ends at a tolerance, not at zero
 const double tied = 1e-3;
 // what breaks of a front in space breaks together: |J| of its elements differs by that where it is straight
@@ -60,6 +65,33 @@ double ball_estimate(Scan& s, int e, bool bound = false)
   return volume > 0.0 ? ball_constant(s, e) * radius * energy / volume : 0.0;
 }
 
+// what a slot that grows releases by the stress along it, which a sharp crack does not feel.
+// Test: K2 (fracture/kink_inclined.inp, b=15)                                                       (7.35)
+double slot_release(const Scan& s, int e, const Tip& t)
+{
+  const double lam = s.law(e).lam, mu = s.law(e).mu, modulus = 4.0 * mu * (lam + mu) / (lam + 2.0 * mu);
+  return 0.5 * slot_width(s, e, t) * t.along * t.along / modulus;
+}
+
+// BALL in the plane: the end of a notch near e, which no crack has left yet, and the kink there; false: a crack
+// goes straight on from it. A row of removed elements must be straight, as in statics
+bool notch_kinks(const Scan& s, int e, Tip& t, Kink& k)
+{
+  bool left = false, slot = false, found = false;
+  frac_near(s.fm, &s.fm.centre[3 * e], FRAC_NOTCH * s.fm.local[e], [&](int o, double) {
+    left = left || s.broken(o);
+    slot = slot || s.removed(o);
+    Tip x;
+    if (found || !s.intact(o) || !at_removed(s, o) || !crack_tip(s, o, x) || !x.given || !x.straight) return;
+    t = x;
+    found = true;
+  });
+  if (s.m.dim == 3 || left || (slot ? !found : !notch_end(s, e, t))) return false;
+  if (!slot) modes_ahead(s, e, t);
+  k = kink_of(t.ratio);
+  return k.gain >= MORE_MOTION;
+}
+
 // BALL: where a notch ends within 5 h, J as well. It is right there from the first element on; the ball is a
 // fifth too high, because a void has no volume  (7.7)
 double estimate(Scan& s, int e, double* J)
@@ -69,7 +101,11 @@ double estimate(Scan& s, int e, double* J)
   const double G = ball_estimate(s, e), radius = FRAC_NOTCH * s.fm.local[e];
   if (G < s.fm.gc[e] || !at_notch(s, e, radius)) return G;
   double F[3];
-  return std::min(G, force_estimate(s, e, radius, F));
+  Tip t;
+  Kink k;
+  double by_force = force_estimate(s, e, radius, F);
+  if (notch_kinks(s, e, t, k)) by_force = k.gain * (F[0] * t.d[0] + F[1] * t.d[1] - slot_release(s, e, t));
+  return std::min(G, by_force);
 }
 
 // threshold of one element: Gc h t                                                   (7.1)
@@ -243,11 +279,6 @@ double with_strength(const Scan& s, int e, double value)
   return std::min(value, part * part);
 }
 
-// A crack kinks where that releases more by this part: at a notch, whose direction is known, more than
-// straight on; a crack that has grown more than |J| says. |J| goes where a kink would up to K_II/K_I = 0.4,
-// and the staircase of a mesh that looks like shear releases less.
-// Test: A10, P7, K2 (fracture/kink_inclined.inp)
-const double MORE = 1.05, MORE_GROWN = 1.15;
 // in sizes of an element: length of a kink
 const double KINK_LENGTH = 3.0;
 // cosine between the way into an element at a crack and where the crack goes, or its plane; less, or with
@@ -355,12 +386,27 @@ bool out_of_reach(const Scan& s, int e, double W_most)
   return ball_constant(s, e) * radius_of(s, e) * W_most * ROUNDING < s.fm.gc[e];
 }
 
-// what a slot that grows releases by the stress along it, which a sharp crack does not feel.
-// Test: K2 (fracture/kink_inclined.inp, b=15)                                                       (7.35)
-double slot_release(const Scan& s, int e, const Tip& t)
+// the elements along the kink of the tip t, from x on, break by the value of c; false: there are none
+bool take_line(const Scan& s, const Tip& t, const double* x, const Kink& k, double value, Candidate& c)
 {
-  const double lam = s.law(e).lam, mu = s.law(e).mu, modulus = 4.0 * mu * (lam + mu) / (lam + 2.0 * mu);
-  return 0.5 * slot_width(s, e, t) * t.along * t.along / modulus;
+  const int e = c.x.elem;
+  const double cosine = std::cos(k.angle), sine = std::sin(k.angle), G = value * s.fm.gc[e];
+  const double go[3] = {t.d[0] * cosine - t.d[1] * sine, t.d[0] * sine + t.d[1] * cosine, 0.0};
+  const double J[3]  = {G * go[0], G * go[1], 0.0};
+  IntVec line;
+  if (!along_line(s, e, x, go, KINK_LENGTH * s.fm.local[e], line)) return false;
+  c.nkink = std::min<int>(KINK_MOST, line.size());
+  for (int i = 0; i < c.nkink; ++i) c.kink[i] = erosion_of(s, line[i], value, value, J);
+  return true;
+}
+
+// BALL: the same at the end of a notch
+void take_notch(const Scan& s, Candidate& c)
+{
+  Tip t;
+  Kink k;
+  if (!notch_kinks(s, c.x.elem, t, k)) return;
+  take_line(s, t, t.end, k, c.x.value, c);
 }
 
 // FORCE in the plane: a crack in mixed mode kinks to where it releases most, by gain times what it would
@@ -380,18 +426,12 @@ void take_kink(const Scan& s, const double* J, Candidate& c)
   const Kink k = kink_of(t.ratio);
   double G     = (J[0] * t.d[0] + J[1] * t.d[1]) / s.fm.gc[e] * k.gain;
   if (t.given ? k.gain < MORE : G < MORE_GROWN * c.x.value) return;
-  const double cosine = std::cos(k.angle), sine = std::sin(k.angle);
-  const double go[2] = {t.d[0] * cosine - t.d[1] * sine, t.d[0] * sine + t.d[1] * cosine};
-  IntVec line;
-  if (!along_line(s, e, t.face, go, KINK_LENGTH * s.fm.local[e], line)) return;
   if (t.given) G -= slot_release(s, e, t) / s.fm.gc[e] * k.gain;
+  if (!take_line(s, t, t.face, k, G, c)) return;
   c.decides  = t.given && t.straight;
   c.x.gain   = G / c.x.value;
   c.x.value  = G;
   c.exceeded = with_strength(s, e, G);
-  c.nkink    = std::min<int>(KINK_MOST, line.size());
-  const double grows[3] = {G * s.fm.gc[e] * go[0], G * s.fm.gc[e] * go[1], 0.0};
-  for (int i = 0; i < c.nkink; ++i) c.kink[i] = erosion_of(s, line[i], G, G, grows);
 }
 
 // the element before the end of a slot from which a crack kinks: flanks of the slot may hold more
@@ -462,6 +502,9 @@ void take_kinks(const MeshPart& part, std::vector<Candidate>& all)
   for (const Candidate& c : all) {
     if (c.nkink == 0) out.push_back(c);
     for (int i = 0; i < c.nkink; ++i) {
+      bool twice = false;                            // another element at the same tip stands for it as well
+      for (const Candidate& o : out) twice = twice || o.x.number == c.kink[i].number;
+      if (twice) continue;
       out.push_back(c);
       out.back().x = c.kink[i];
       out.back().x.elem = part.elem_here(c.kink[i].number);
@@ -504,6 +547,7 @@ void by_griffith(Scan& s, int e, double W_most, std::vector<Candidate>& out)
   if (!at) J[0] = J[1] = J[2] = 0.0;                 // no crack yet that could go on
   out.push_back(candidate(s, e, G / s.fm.gc[e], rank / s.fm.gc[e], J));
   if (force && s.m.dim == 2) take_kink(s, F, out.back());
+  if (!force && at_notch(s, e, FRAC_NOTCH * s.fm.local[e])) take_notch(s, out.back());
   if (force && s.m.dim == 2 && at && out.back().nkink == 0) take_interface(s, F, out.back());
   if (at && out.back().nkink == 0) take_beside(s, F, out.back());
 }

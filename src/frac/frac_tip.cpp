@@ -67,8 +67,10 @@ const FreeFace* faces_ahead(const Scan& s, const std::vector<FreeFace>& face, co
       if (ahead(f.node[a]) < far - 0.8 * h) continue;
       for (int i = 0; i < 2; ++i) sum[i] += s.m.mesh.X[3 * f.node[a] + i];
       ++n;
-      if (s.W[f.elem] <= most) continue;
-      most  = s.W[f.elem];
+      if (!s.intact(f.elem)) continue;
+      const double W = elem_energy_one(s.m, s.el, f.elem, s.l, 1.0, s.step.nlgeom) / s.fm.volume[f.elem];
+      if (W <= most) continue;
+      most  = W;
       first = &f;
     }
   for (int i = 0; n && i < 2; ++i) end[i] = sum[i] / n;
@@ -91,7 +93,7 @@ bool away_from(const std::vector<FreeFace>& face, const double* end, double h, d
 // the end of a notch near e that no crack has left yet; false: there is none
 bool notch_end(const Scan& s, int e, Tip& t)
 {
-  if (!at_notch(s, e, radius_of(s, e))) return false;
+  if (!at_notch(s, e, s.dynamic() ? FRAC_NOTCH * s.fm.local[e] : radius_of(s, e))) return false;
   const double h = s.fm.local[e], *c = &s.fm.centre[3 * e];
   std::vector<FreeFace> face;
   free_faces(s, e, FRAC_KINK * h, face);
@@ -236,7 +238,7 @@ double slot_width(const Scan& s, int e, const Tip& t)
   const double h = s.fm.local[e];
   double opens = 0.0, side[2] = {0, 0}, size[2] = {0, 0};
   std::vector<FreeFace> face;
-  free_faces(s, e, radius_of(s, e), face);
+  free_faces(s, e, s.dynamic() ? FRAC_NOTCH * h : radius_of(s, e), face);
   for (const FreeFace& f : face) {
     const double x[2] = {f.mid[0] - t.end[0], f.mid[1] - t.end[1]};
     if (x[0] * t.d[0] + x[1] * t.d[1] > -h) continue;
