@@ -73,8 +73,8 @@ double slot_release(const Scan& s, int e, const Tip& t)
   return 0.5 * slot_width(s, e, t) * t.along * t.along / modulus;
 }
 
-// BALL in the plane: the end of a notch near e, which no crack has left yet, and the kink there; false: a crack
-// goes straight on from it. A row of removed elements must be straight, as in statics
+// BALL in the plane: the end of a notch near e, which no crack has left yet, and the kink there; false: a
+// crack goes straight on from it. A row of removed elements must be straight, as in statics
 bool notch_kinks(const Scan& s, int e, Tip& t, Kink& k)
 {
   bool left = false, slot = false, found = false;
@@ -92,14 +92,56 @@ bool notch_kinks(const Scan& s, int e, Tip& t, Kink& k)
   return k.gain >= MORE_MOTION;
 }
 
+// in sizes of an element: distance of an interface from a tip whose crack is looked at as a sharp one.
+// Test: K4
+const double TO_INTERFACE = 3.0;
+// times the release of an element, about 7 h/c_R: a tip that has not moved for longer is at rest. Test: K4
+const double AT_REST = 4.0;
+
+// what a sharp crack releases through the element ahead of a tip, over the estimate there
+double sharp_share(Scan& s, int ahead)
+{
+  for (const auto& known : s.sharp)
+    if (known.first == ahead) return known.second;
+  double x[3], d[3], J[3], share = 1.0;
+  const bool force = estimate_of(s, ahead) == ESTIMATE_FORCE;
+  const double h = s.fm.local[ahead], radius = force ? radius_of(s, ahead) : FRAC_NOTCH * h;
+  if (crack_face(s, ahead, x, d) && near_interface(s, x, TO_INTERFACE * h)) {
+    grown_along(s, ahead, &s.fm.centre[3 * ahead], radius, 0.0, d);
+    const double G = sharp_release(s, ahead, x, d);
+    if (G > 0.0) share =
+                       G / (force ? force_estimate(s, ahead, radius, J) : ball_estimate(s, ahead));
+  }
+  s.sharp.emplace_back(ahead, share);
+  return share;
+}
+
+// BALL in the plane, near an interface at a tip at rest: what a sharp crack releases, over G. The mean in the
+// ball is that of the field of a tip in one material
+double rest_share(Scan& s, int e)
+{
+  const double *c = &s.fm.centre[3 * e], h = s.fm.local[e];
+  if (s.m.dim == 3 || !near_interface(s, c, (TO_INTERFACE + 1.0) * h)) return 1.0;
+  double last = -1e300, d[3];
+  frac_near(s.fm, c, FRAC_NOTCH * h, [&](int o, double) {
+    if (s.broken(o)) last = std::max(last, s.fr.time[o]);
+  });
+  if (s.l.time - last < AT_REST * s.fm.release[e]) return 1.0;
+  if (!grown_along(s, e, c, FRAC_NOTCH * h, 0.0, d)) return 1.0;
+  const int ahead = element_ahead(s, e, d);
+  return ahead >= 0 && s.intact(ahead) && s.fm.def[ahead] >= 0 ? sharp_share(s, ahead) : 1.0;
+}
+
 // BALL: where a notch ends within 5 h, J as well. It is right there from the first element on; the ball is a
-// fifth too high, because a void has no volume  (7.7)
+// fifth too high, because a void has no volume  (7.7). Near an interface what a sharp crack releases  (7.38)
 double estimate(Scan& s, int e, double* J)
 {
   for (int i = 0; i < 3; ++i) J[i] = 0.0;
   if (estimate_of(s, e) == ESTIMATE_FORCE) return force_estimate(s, e, radius_of(s, e), J);
   const double G = ball_estimate(s, e), radius = FRAC_NOTCH * s.fm.local[e];
-  if (G < s.fm.gc[e] || !at_notch(s, e, radius)) return G;
+  if (G < s.fm.gc[e]) return G;
+  const double share = rest_share(s, e);
+  if (share != 1.0 || !at_notch(s, e, radius)) return G * share;
   double F[3];
   Tip t;
   Kink k;
@@ -440,25 +482,6 @@ bool kinks(const Scan& s, int e)
   Tip t;
   return s.m.dim == 2 && estimate_of(s, e) == ESTIMATE_FORCE && at_removed(s, e) && crack_tip(s, e, t) &&
          t.given && t.straight && kink_of(t.ratio).gain >= MORE;
-}
-
-// in sizes of an element: distance of an interface from a tip whose crack is looked at as a sharp one.
-// Test: K4
-const double TO_INTERFACE = 3.0;
-
-// what a sharp crack releases through the element ahead of a tip, over |J| around that
-double sharp_share(Scan& s, int ahead)
-{
-  for (const auto& known : s.sharp)
-    if (known.first == ahead) return known.second;
-  double x[3], d[3], J[3], share = 1.0;
-  if (crack_face(s, ahead, x, d) && near_interface(s, x, TO_INTERFACE * s.fm.local[ahead])) {
-    grown_along(s, ahead, &s.fm.centre[3 * ahead], radius_of(s, ahead), 0.0, d);
-    const double G = sharp_release(s, ahead, x, d);
-    if (G > 0.0) share = G / force_estimate(s, ahead, radius_of(s, ahead), J);
-  }
-  s.sharp.emplace_back(ahead, share);
-  return share;
 }
 
 // FORCE in the plane: near an interface G changes within an element, and J sees the blunt end of a row
