@@ -108,6 +108,7 @@ double force_estimate(const Scan& s, int e, double radius, double* J);
 // (unit vector)
 struct Tip {
   double end[2], face[3], d[3] = {0, 0, 0};
+  int elem = -1;               // ahead of it
   double ratio = 0.0;          // K_II/K_I
   double along = 0.0;          // stress along the crack, T                             force/length^2
   bool given = true;           // nothing has broken there
@@ -129,7 +130,7 @@ void modes_ahead(const Scan& s, int e, Tip& t);
 bool crack_tip(const Scan& s, int e, Tip& t);
 
 // slot_width : of the slot that ends at t, between its sides                              length
-double slot_width(const Scan& s, int e, const Tip& t);
+double slot_width(const Scan& s, const Tip& t);
 
 // along_line : intact elements that a line of this length from x enters, until one that cannot break;
 // false: there are none

@@ -67,10 +67,11 @@ double ball_estimate(Scan& s, int e, bool bound = false)
 
 // what a slot that grows releases by the stress along it, which a sharp crack does not feel.
 // Test: K2 (fracture/kink_inclined.inp, b=15)                                                       (7.35)
-double slot_release(const Scan& s, int e, const Tip& t)
+double slot_release(const Scan& s, const Tip& t)
 {
-  const double lam = s.law(e).lam, mu = s.law(e).mu, modulus = 4.0 * mu * (lam + mu) / (lam + 2.0 * mu);
-  return 0.5 * slot_width(s, e, t) * t.along * t.along / modulus;
+  const double lam = s.law(t.elem).lam, mu = s.law(t.elem).mu;
+  const double modulus = 4.0 * mu * (lam + mu) / (lam + 2.0 * mu);
+  return 0.5 * slot_width(s, t) * t.along * t.along / modulus;
 }
 
 // BALL in the plane: the end of a notch near e, which no crack has left yet, and the kink there; false: a
@@ -146,7 +147,7 @@ double estimate(Scan& s, int e, double* J)
   Tip t;
   Kink k;
   double by_force = force_estimate(s, e, radius, F);
-  if (notch_kinks(s, e, t, k)) by_force = k.gain * (F[0] * t.d[0] + F[1] * t.d[1] - slot_release(s, e, t));
+  if (notch_kinks(s, e, t, k)) by_force = k.gain * (F[0] * t.d[0] + F[1] * t.d[1] - slot_release(s, t));
   return std::min(G, by_force);
 }
 
@@ -468,7 +469,7 @@ void take_kink(const Scan& s, const double* J, Candidate& c)
   const Kink k = kink_of(t.ratio);
   double G     = (J[0] * t.d[0] + J[1] * t.d[1]) / s.fm.gc[e] * k.gain;
   if (t.given ? k.gain < MORE : G < MORE_GROWN * c.x.value) return;
-  if (t.given) G -= slot_release(s, e, t) / s.fm.gc[e] * k.gain;
+  if (t.given) G -= slot_release(s, t) / s.fm.gc[e] * k.gain;
   if (!take_line(s, t, t.face, k, G, c)) return;
   c.decides  = t.given && t.straight;
   c.x.gain   = G / c.x.value;

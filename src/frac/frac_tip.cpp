@@ -105,6 +105,7 @@ bool notch_end(const Scan& s, int e, Tip& t)
   }
   if (!first) return false;
   std::copy_n(first->mid, 2, t.face);
+  t.elem = first->elem;
   return away_from(face, t.end, h, h, t.d);
 }
 
@@ -216,6 +217,7 @@ bool crack_tip(const Scan& s, int e, Tip& t)
 {
   double into[3];
   const double radius = kink_radius(s, e);
+  t.elem = e;
   if (!crack_face(s, e, t.face, into)) return false;
   std::copy_n(t.face, 2, t.end);
   if (!grown_along(s, e, t.face, radius, CRACK * s.fm.local[e], t.d)) return false;
@@ -233,12 +235,13 @@ bool crack_tip(const Scan& s, int e, Tip& t)
 }
 
 // width of the slot that ends at t, in the part of the ball where q falls; of a notch whose sides open: 0
-double slot_width(const Scan& s, int e, const Tip& t)
+double slot_width(const Scan& s, const Tip& t)
 {
+  const int e    = t.elem;
   const double h = s.fm.local[e];
   double opens = 0.0, side[2] = {0, 0}, size[2] = {0, 0};
   std::vector<FreeFace> face;
-  free_faces(s, e, s.dynamic() ? FRAC_NOTCH * h : radius_of(s, e), face);
+  free_faces(s, e, (s.dynamic() ? FRAC_NOTCH * h : radius_of(s, e)) * AT_RADIUS, face);
   for (const FreeFace& f : face) {
     const double x[2] = {f.mid[0] - t.end[0], f.mid[1] - t.end[1]};
     if (x[0] * t.d[0] + x[1] * t.d[1] > -h) continue;
