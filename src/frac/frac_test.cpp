@@ -79,7 +79,7 @@ double slot_release(const Scan& s, const Tip& t)
 bool notch_kinks(const Scan& s, int e, Tip& t, Kink& k)
 {
   bool left = false, slot = false, found = false;
-  frac_near(s.fm, &s.fm.centre[3 * e], FRAC_NOTCH * s.fm.local[e], [&](int o, double) {
+  frac_near(s.fm, &s.fm.centre[3 * e], FRAC_NOTCH * s.fm.local[e] * AT_RADIUS, [&](int o, double) {
     left = left || s.broken(o);
     slot = slot || s.removed(o);
     Tip x;
@@ -124,7 +124,7 @@ double rest_share(Scan& s, int e)
   const double *c = &s.fm.centre[3 * e], h = s.fm.local[e];
   if (s.m.dim == 3 || !near_interface(s, c, (TO_INTERFACE + 1.0) * h)) return 1.0;
   double last = -1e300, d[3];
-  frac_near(s.fm, c, FRAC_NOTCH * h, [&](int o, double) {
+  frac_near(s.fm, c, FRAC_NOTCH * h * AT_RADIUS, [&](int o, double) {
     if (s.broken(o)) last = std::max(last, s.fr.time[o]);
   });
   if (s.l.time - last < AT_REST * s.fm.release[e]) return 1.0;
