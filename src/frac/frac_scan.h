@@ -146,7 +146,8 @@ bool blocked(const Scan& s, int e, const double* J);
 bool near_interface(const Scan& s, const double* x, double distance);
 
 // sharp_release : energy per area that a sharp crack releases on its way from the tip along d through the
-// next size of an element, in the plane; e: the element ahead. Not above 0: not known               (7.38)
-double sharp_release(const Scan& s, int e, const double* tip, const double* d);
+// next size of an element, in the plane square to its front, with the normal n of the crack; e: the element
+// ahead. Not above 0: not known                                                                   (7.38)
+double sharp_release(const Scan& s, int e, const double* tip, const double* d, const double* n);
 
 #endif

@@ -99,19 +99,41 @@ const double TO_INTERFACE = 3.0;
 // times the release of an element, about 7 h/c_R: a tip that has not moved for longer is at rest. Test: K4
 const double AT_REST = 4.0;
 
+// normal n of a crack that grows along d; in space d becomes the part of J square to n; false: there is none
+bool crack_axes(const Scan& s, int e, const double* J, double* d, double* n)
+{
+  n[0] = -d[1];
+  n[1] = d[0];
+  n[2] = 0.0;
+  if (s.m.dim == 2) return true;
+  if (!crack_plane(s, e, n)) {                       // a single layer: as front_length
+    double E[9];
+    mean_strain(s, e, E);
+    split_normal(s.law(e), 3, E, n);
+  }
+  const double off = J[0] * n[0] + J[1] * n[1] + J[2] * n[2];
+  double size = 0.0;
+  for (int i = 0; i < 3; ++i) {
+    d[i] = J[i] - off * n[i];
+    size += d[i] * d[i];
+  }
+  for (int i = 0; i < 3; ++i) d[i] /= std::sqrt(size);
+  return size > 0.0;
+}
+
 // what a sharp crack releases through the element ahead of a tip, over the estimate there
 double sharp_share(Scan& s, int ahead)
 {
   for (const auto& known : s.sharp)
     if (known.first == ahead) return known.second;
-  double x[3], d[3], J[3], share = 1.0;
+  double x[3], d[3], n[3], J[3], share = 1.0;
   const bool force = estimate_of(s, ahead) == ESTIMATE_FORCE;
   const double h = s.fm.local[ahead], radius = force ? radius_of(s, ahead) : FRAC_NOTCH * h;
   if (crack_face(s, ahead, x, d) && near_interface(s, x, TO_INTERFACE * h)) {
+    const double G0 = force ? force_estimate(s, ahead, radius, J) : ball_estimate(s, ahead);
     grown_along(s, ahead, &s.fm.centre[3 * ahead], radius, 0.0, d);
-    const double G = sharp_release(s, ahead, x, d);
-    if (G > 0.0) share =
-                       G / (force ? force_estimate(s, ahead, radius, J) : ball_estimate(s, ahead));
+    const double G = crack_axes(s, ahead, J, d, n) ? sharp_release(s, ahead, x, d, n) : 0.0;
+    if (G > 0.0) share = G / G0;
   }
   s.sharp.emplace_back(ahead, share);
   return share;
@@ -485,10 +507,18 @@ bool kinks(const Scan& s, int e)
          t.given && t.straight && kink_of(t.ratio).gain >= MORE;
 }
 
-// FORCE in the plane: near an interface G changes within an element, and J sees the blunt end of a row
+// FORCE: near an interface G changes within an element, and J sees the blunt end of a row. In space a brick
+// stands for itself, from half of its toughness on; teeth of fronts of tetrahedra have no such tip
 void take_interface(Scan& s, const double* J, Candidate& c)
 {
-  const int ahead = s.fm.between.empty() ? -1 : element_ahead(s, c.x.elem, J);
+  const int e = c.x.elem;
+  double x[3], into[3];
+  if (s.fm.between.empty()) return;
+  if (s.m.dim == 3 && (c.x.value < 0.5 || s.el.block[s.el.initial_block[e]].shape != SHAPE_HEX8)) return;
+  if (s.m.dim == 3 && !crack_face(s, e, x, into)) return;
+  const double size = std::hypot(J[0], J[1], J[2]);
+  const bool front  = s.m.dim == 3 && J[0] * into[0] + J[1] * into[1] + J[2] * into[2] > BESIDE * size;
+  const int ahead   = front ? e : element_ahead(s, e, J);
   if (ahead < 0 || !s.intact(ahead)) return;
   scale(sharp_share(s, ahead), c);
 }
@@ -572,7 +602,7 @@ void by_griffith(Scan& s, int e, double W_most, std::vector<Candidate>& out)
   out.push_back(candidate(s, e, G / s.fm.gc[e], rank / s.fm.gc[e], J));
   if (force && s.m.dim == 2) take_kink(s, F, out.back());
   if (!force && at_notch(s, e, FRAC_NOTCH * s.fm.local[e])) take_notch(s, out.back());
-  if (force && s.m.dim == 2 && at && out.back().nkink == 0) take_interface(s, F, out.back());
+  if (force && at && out.back().nkink == 0) take_interface(s, F, out.back());
   if (at && out.back().nkink == 0) take_beside(s, F, out.back());
 }
 
