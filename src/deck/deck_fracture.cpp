@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "deck/deck_state.h"
+#include "mat/law.h"
 
 namespace {
 
@@ -79,6 +80,49 @@ void check_estimate(Deck& d, const Model& m)
               s.place.line));
       break;
     }
+}
+
+// largest distance between two nodes of an element
+double diameter(const Mesh& mesh, int e)
+{
+  double most = 0.0;
+  for (int a = 0; a < mesh.conn.count(e); ++a)
+    for (int b = 0; b < a; ++b) {
+      const double *x = &mesh.X[3 * mesh.conn.begin(e)[a]], *y = &mesh.X[3 * mesh.conn.begin(e)[b]];
+      most = std::max(most, std::hypot(x[0] - y[0], x[1] - y[1], x[2] - y[2]));
+    }
+  return most;
+}
+
+// COHESIVE: elastic material; elements of full integration, which the softening can be followed in
+void check_cohesive(Deck& d, const Model& m)
+{
+  for (const FractureDef& f : m.fracture) {
+    if (f.criterion != CRITERION_COHESIVE || f.elset < 0) continue;
+    for (int e : m.elset[f.elset].item) {
+      if (m.mesh.elem_section[e] < 0) break;         // check_elements tells
+      const Material& mat  = m.material[m.section[m.mesh.elem_section[e]].material];
+      const ElemType& type = elem_table[m.mesh.elem_type[e]];
+      const double widest  = crack_widest(crack_of(f), mat.young), size = diameter(m.mesh, e);
+      const auto fault     = [&](const std::string& text) {
+        refuse(d, "EIGENFRACTURE", f.place, m.elset[f.elset].name,
+                   text_format("element %d: ", m.mesh.elem_label[e]) + text);
+      };
+      if (mat.law != LAW_SVK) {
+        fault("CRITERION=COHESIVE goes with *ELASTIC alone; leave out *PLASTIC and *HYPERELASTIC of " + mat.name);
+        break;
+      }
+      if (type.enhanced) {
+        fault(std::string("CRITERION=COHESIVE needs elements without enhanced strains, not ") + type.name);
+        break;
+      }
+      if (size <= widest) continue;
+      fault("it measures " + text_number(size) + ", too wide for the softening, which needs elements below " +
+            text_number(widest) + " (E Gc/ft^2 = " + text_number(mat.young * f.gc / (f.ft * f.ft)) +
+            "); refine the mesh, or lower ft");
+      break;
+    }
+  }
 }
 
 void check_per_elem(Deck& d, const Model& m, const ConversionDef& c)
@@ -200,5 +244,6 @@ void deck_fracture(Deck& d, Model& m)
   check_elements(d, m, m.conversion, "CONVERSION");
   check_estimate(d, m);
   check_broken(d, m);
+  check_cohesive(d, m);
   for (ConversionDef& c : m.conversion) make_bodies(d, m, c);
 }

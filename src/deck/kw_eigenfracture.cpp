@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 
 #include "deck/card.h"
@@ -9,7 +10,7 @@ const char* const residual_words = "RCE|VD|SPECTRAL|PRESSURE|NONE|CRACK|GRANULAR
 // of GRIFFITH: waves shorter than an element do not break the next one (A14)
 const double average_default = 0.8;
 const double release_default = 1.7;      // of GRIFFITH: a running crack then pays its toughness (A14)
-const char* const criterion_words = "GRIFFITH|ELEMENT";
+const char* const criterion_words = "GRIFFITH|ELEMENT|COHESIVE";
 
 // START=YES|NO|stress
 void read_start(Card& card, FractureDef& f)
@@ -52,17 +53,25 @@ void check_words(Card& card, const FractureDef& f)
   if (const HeadParam* p = card_param(card, "SPEED LIMIT"))
     card_error(card, p->key, "SPEED LIMIT is gone, because it turned cracks along the lines of the mesh; "
                              "leave it out");
-  if (f.criterion != CRITERION_ELEMENT) return;
-  for (const char* name : {"ESTIMATE", "EPSILON", "FALLBACK", "START"})
-    if (card_param(card, name))
-      card_error(card, card_param(card, name)->key, std::string(name) + " goes with CRITERION=GRIFFITH only");
+  if (f.criterion != CRITERION_COHESIVE && card_param(card, "SOFTENING"))
+    card_error(card, card_param(card, "SOFTENING")->key, "SOFTENING goes with CRITERION=COHESIVE only");
+  if (f.criterion != CRITERION_GRIFFITH)
+    for (const char* name : {"ESTIMATE", "EPSILON", "FALLBACK", "START"})
+      if (card_param(card, name))
+        card_error(card, card_param(card, name)->key,
+                   std::string(name) + " goes with CRITERION=GRIFFITH only");
+  if (f.criterion == CRITERION_COHESIVE)
+    for (const char* name : {"SPLIT", "AVERAGE", "ORDER", "SPACING", "INTERVAL", "TOLERANCE"})
+      if (card_param(card, name))
+        card_error(card, card_param(card, name)->key,
+                   std::string(name) + " has no meaning with CRITERION=COHESIVE; leave it out");
 }
 
 }  // namespace
 
 // ---------------------------------------------------------------------------
-// *EIGENFRACTURE, ELSET=[, CRITERION=GRIFFITH|ELEMENT][, ESTIMATE=][, EPSILON=][, SPLIT=][, RESIDUAL=][,
-// STIFFNESS=] ... : Gc
+// *EIGENFRACTURE, ELSET=[, CRITERION=GRIFFITH|ELEMENT|COHESIVE][, ESTIMATE=][, EPSILON=][, SPLIT=][, RESIDUAL=][,
+// STIFFNESS=] ... : Gc[, ft]
 // ---------------------------------------------------------------------------
 void kw_eigenfracture(Card& card, Model& model)
 {
@@ -85,6 +94,8 @@ void kw_eigenfracture(Card& card, Model& model)
   f.stiffness = card_param_real(card, "STIFFNESS", f.stiffness, from_to(0.0, 1.0));
   f.weibull   = card_param_real(card, "WEIBULL", 0.0, at_least(0.1));
   f.tolerance = card_param_real(card, "TOLERANCE", f.tolerance, from_to(0.0, 1.0));
+  f.softening = static_cast<Softening>(
+      std::max(0, card_param_word(card, "SOFTENING", "LINEAR|BILINEAR|EXPONENTIAL", SOFTENING_LINEAR)));
   f.seed      = card_param_int(card, "SEED", 1, 0, 2147483647);
   read_order(card, f);
   check_words(card, f);
@@ -92,10 +103,14 @@ void kw_eigenfracture(Card& card, Model& model)
     card_error(card, card_param(card, "SEED")->key, "SEED goes with WEIBULL=modulus only");
   const Field elset = card_param_field(card, "ELSET");
   if (!card_line(card)) {
-    card_error(card, card.head.at, "a data line must follow: Gc, the toughness in force/length");
+    card_error(card, card.head.at,
+               f.criterion == CRITERION_COHESIVE
+                   ? "a data line must follow: Gc, ft, the toughness in force/length and the strength in force/length^2"
+                   : "a data line must follow: Gc, the toughness in force/length");
     return;
   }
   f.gc = card_real(card, "Gc", above(0.0));
+  if (f.criterion == CRITERION_COHESIVE) f.ft = card_real(card, "ft", above(0.0));
   card_end(card);
   const std::size_t i = model.fracture.size();
   model.fracture.push_back(f);

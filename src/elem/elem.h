@@ -31,6 +31,8 @@ struct ElemBlock {
   RealVec w;                   // [kind][ngp] weight x volume                         length^3
   RealVec eas;                 // enhanced types: [kind][eas_size] modes and their inverse stiffness
   RealVec me;                  // [kind][pairs] mass, node pairs a >= b
+  RealVec place;               // LAW_COHESIVE: [kind][nen][dim] nodes, from the first one           length
+  RealVec scatter;             // the same: [nelem] factor of strength and toughness; empty: 1
   RealVec omega2;              // explicit: [kind] square of the frequency of an element at rest (6.30)
   RealVec mean;                // explicit: [kind][nen*dim + 2] mean gradient, volume, size (6.35)
   // place of the first Gauss point
@@ -54,8 +56,15 @@ struct Elements {
 // Returns BAD_JACOBIAN and the element in *worst when det(dX/dxi) <= 0 at a Gauss point.
 Status elem_setup(const Model& m, Elements& el, int* worst);
 
+// elem_scatter : factors of strength and toughness of elements that open against a cohesion, from the
+// toughness of each                                                                    [nelem]
+void elem_scatter(const Model& m, const RealVec& gc, Elements& el);
+
 // elem_refresh : lists of the elements that still are elements, after form has changed
 void elem_refresh(Elements& el);
+
+// elem_law : law of the intact element at place slot of its block
+MatLaw elem_law(const ElemBlock& b, size_t slot);
 
 // elem_broken_law : law of broken element e with the degradation factor c
 ErodedLaw elem_broken_law(const Model& m, const Elements& el, int e, double c);
@@ -220,8 +229,9 @@ using ElemBulkPack = void (*)(const ElemBlock& b, const int* slot, int n, const 
 ElemBulkPack elem_bulk_pack(const ElemBlock& b);
 
 
-// elem_plastic : energy dissipated by plastic flow in the elements of this rank
-double elem_plastic(const Elements& el, const Level& l);
+// elem_dissipated : energy that the laws of the elements of this rank have dissipated: by plastic flow, or by
+// cracks that open against a cohesion
+double elem_dissipated(const Elements& el, const Level& l, bool cohesive);
 
 // elem_viscous_loss : sum beta w dE : D : dE of the intact elements of this rank from l0 to l1; divided by
 // the time between them it is what viscous stress dissipates   doc/theory.md (2.20)

@@ -242,7 +242,7 @@ void elem_ip_fields(const Model& m, const Elements& el, const Level& l, bool nlg
   const ErodedLaw er = broken ? elem_broken_law(m, el, e, l.degr[e]) : ErodedLaw();
   if (broken ? broken_keeps_history(er) : b.general) {
     double strain[6 * MAX_GAUSS], scale[MAX_GAUSS];
-    const MatLaw law = broken ? law_broken(b.law, er) : b.law;
+    const MatLaw law = broken ? law_broken(b.law, er) : elem_law(b, slot);
     general_strains(m, b, law.bar, slot, l.u, nlgeom, strain, scale);
     const double* h = history_at(l.he, el.history, el.gauss_of[e] + g);
     ip_general_from(law, nlgeom, strain + 6 * g, scale[g], h, out);
@@ -276,7 +276,7 @@ double elem_energy_one(const Model& m, const Elements& el, int e, const Level& l
   const bool broken  = el.broken(e) >= 0;
   const ErodedLaw er = broken ? elem_broken_law(m, el, e, c) : ErodedLaw();
   if (broken ? broken_keeps_history(er) : b.general) {
-    const MatLaw law = broken ? law_broken(b.law, er) : b.law;
+    const MatLaw law = broken ? law_broken(b.law, er) : elem_law(b, el.slot_of[e]);
     const double* h  = history_at(l.he, el.history, el.gauss_of[e]);
     return general_energy(m, b, law, el.slot_of[e], l.u, nlgeom, h, el.history);
   }
@@ -285,12 +285,13 @@ double elem_energy_one(const Model& m, const Elements& el, int e, const Level& l
                     : one_energy<3>(m, b, el.slot_of[e], l.u, nlgeom, law);
 }
 
-double elem_plastic(const Elements& el, const Level& l)
+double elem_dissipated(const Elements& el, const Level& l, bool cohesive)
 {
   double sum = 0.0;
   if (el.history == 0) return sum;
   for (const ElemBlock& b : el.block)
     for (int s : b.live) {
+      if ((b.law.kind == LAW_COHESIVE) != cohesive) continue;
       const double* h = history_at(l.he, el.history, el.gauss_of[b.elem[s]]);
       for (int g = 0; g < shape_info[b.shape].ngp; ++g)
         sum += b.w[b.gauss(s) + g] * h[g * el.history + HISTORY_DISSIPATED];

@@ -14,7 +14,7 @@ Status form(const ElemBlock& b, size_t slot, const ErodedLaw* broken, const Kern
   const size_t first = b.gauss(slot);
   const double *dNdX = &b.dNdX[first * N * D], *w = &b.w[first];
   const bool split = broken && !broken_keeps_history(*broken);
-  const MatLaw law = broken && !split ? law_broken(b.law, *broken) : b.law;
+  const MatLaw law = broken && !split ? law_broken(b.law, *broken) : elem_law(b, slot);
   const bool old   = split ? mode.mid : mode_reads_old(mode, law);
   for (int k = 0; k < N * D; ++k) re[k] = 0.0;
   for (int k = 0; ke && k < pair_count(N) * D * D; ++k) ke[k] = 0.0;

@@ -10,17 +10,33 @@
 #include "base/hash.h"
 #include "base/log.h"
 #include "elem/elem.h"
+#include "mat/law.h"
 #include "model/lumped.h"
 #include "shape/shape.h"
 
 namespace {
 
-ElemBlock& block_for(const Model& m, Elements& el, std::map<std::tuple<int, int, double, bool>, int>& known,
-                     int e)
+using BlockKey = std::tuple<int, int, double, bool, int>;
+
+// fracture definition of the elements that open against a cohesion, -1: others            [nelem]
+IntVec cohesive_elements(const Model& m)
+{
+  IntVec def(m.mesh.nelem(), -1);
+  for (size_t d = 0; d < m.fracture.size(); ++d) {
+    if (m.fracture[d].criterion != CRITERION_COHESIVE) continue;
+    for (const Member& x : m.fracture[d].member) def[x.elem] = static_cast<int>(d);
+    if (m.part.on) continue;
+    for (int e : m.elset[m.fracture[d].elset].item) def[e] = static_cast<int>(d);
+  }
+  return def;
+}
+
+//   in   cohesive   definition, -1: none
+ElemBlock& block_for(const Model& m, Elements& el, std::map<BlockKey, int>& known, int e, int cohesive)
 {
   const Section& s = m.section[m.mesh.elem_section[e]];
   const int type   = m.mesh.elem_type[e];
-  const auto key   = std::make_tuple(type, s.material, s.thickness, s.lumped);
+  const auto key   = std::make_tuple(type, s.material, s.thickness, s.lumped, cohesive);
   auto it          = known.find(key);
   if (it == known.end()) {
     it = known.emplace(key, static_cast<int>(el.block.size())).first;
@@ -29,6 +45,11 @@ ElemBlock& block_for(const Model& m, Elements& el, std::map<std::tuple<int, int,
     b.type      = type;
     b.shape     = elem_table[type].shape;
     b.law       = mat_law(mat, elem_table[type].plane);
+    if (cohesive >= 0) {
+      b.law.kind  = LAW_COHESIVE;
+      b.law.c     = m.fracture[cohesive].stiffness;
+      b.law.crack = crack_of(m.fracture[cohesive]);
+    }
     b.density   = mat.density;
     b.alpha     = mat.alpha;
     b.thickness = s.thickness;
@@ -121,7 +142,8 @@ IntVec block_order(const Model& m)
 Status elem_setup(const Model& m, Elements& el, int* worst)
 {
   const Mesh& mesh = m.mesh;
-  std::map<std::tuple<int, int, double, bool>, int> known;
+  std::map<BlockKey, int> known;
+  const IntVec cohesive = cohesive_elements(m);
   std::vector<Kinds> kinds;    // [block]
   el = Elements();
   el.block_of.assign(mesh.nelem(), -1);
@@ -132,7 +154,7 @@ Status elem_setup(const Model& m, Elements& el, int* worst)
     for (int e = 0; e < mesh.nelem(); ++e) el.outer.push_back(!m.part.works(e));
   for (int e = 0; e < mesh.nelem(); ++e) {
     const bool is = mesh.elem_section[e] >= 0;
-    el.gauss_of.push_back(el.gauss_of[e] + (is ? shape_info[block_for(m, el, known, e).shape].ngp : 0));
+    el.gauss_of.push_back(el.gauss_of[e] + (is ? shape_info[block_for(m, el, known, e, cohesive[e]).shape].ngp : 0));
   }
   kinds.resize(el.block.size());
   for (int e : block_order(m)) {
@@ -151,13 +173,34 @@ Status elem_setup(const Model& m, Elements& el, int* worst)
     b.elem.push_back(e);
     if (m.part.on) b.conn.insert(b.conn.end(), node, node + info.nen);
     b.kind.push_back(kind_of(kinds[el.block_of[e]], rel, info.nen * info.dim, fresh));
-    if (!fresh || add_kind(b, X)) continue;
+    if (!fresh) continue;
+    if (b.law.kind == LAW_COHESIVE) b.place.insert(b.place.end(), rel, rel + info.nen * info.dim);
+    if (add_kind(b, X)) continue;
     *worst = e;
     return BAD_JACOBIAN;
   }
   el.initial_block = el.block_of;
   elem_refresh(el);
   return STATUS_OK;
+}
+
+void elem_scatter(const Model& m, const RealVec& gc, Elements& el)
+{
+  const IntVec def = cohesive_elements(m);
+  for (ElemBlock& b : el.block)
+    if (b.law.kind == LAW_COHESIVE && m.fracture[def[b.elem[0]]].weibull > 0.0)
+      for (int e : b.elem) b.scatter.push_back(gc[e] / b.law.crack.gc);
+}
+
+MatLaw elem_law(const ElemBlock& b, size_t slot)
+{
+  MatLaw law = b.law;
+  if (law.kind != LAW_COHESIVE) return law;
+  law.crack.nodes = shape_info[b.shape].nen;
+  law.crack.dim   = shape_info[b.shape].dim;
+  law.crack.place = &b.place[static_cast<size_t>(b.kind[slot]) * law.crack.nodes * law.crack.dim];
+  if (!b.scatter.empty()) law.crack.scatter = b.scatter[slot];
+  return law;
 }
 
 const double* elem_mass(const ElemBlock& b, int slot)

@@ -55,7 +55,7 @@ double stretch_factor(const Model& m, const ElemBlock& b, int slot, const RealVe
   C.computeDirect(F.transpose() * F, Eigen::EigenvaluesOnly);
   const double most = C.eigenvalues()(2), least = std::max(C.eigenvalues()(0), 1e-6);
   const double stretched = 1.0 + 1.5 * std::max(0.0, most - 1.0);
-  if (b.law.kind == LAW_SVK || b.law.kind == LAW_GRANULAR) return stretched;
+  if (b.law.kind == LAW_SVK || b.law.kind == LAW_GRANULAR || b.law.kind == LAW_COHESIVE) return stretched;
   return std::max(stretched, (1.0 - 0.5 * std::log(least)) / least);
 }
 

@@ -6,6 +6,7 @@
 #include "base/timer.h"
 #include "frac/frac_kink.h"
 #include "frac/frac_scan.h"
+#include "mat/law.h"
 #include "shape/shape.h"
 
 namespace {
@@ -445,6 +446,17 @@ void by_element(Scan& s, int e, double part, std::vector<Candidate>& out)
     out.push_back(candidate(s, e, value, value, none));
 }
 
+// COHESIVE: where the traction is gone at all Gauss points
+void by_cohesion(const Scan& s, int e, std::vector<Candidate>& out)
+{
+  const double end = crack_open(crack_of(s.def(e)));
+  double least = 1e300;
+  for (int g = s.el.gauss_of[e]; g < s.el.gauss_of[e + 1]; ++g)
+    least = std::min(least, crack_opening(history_at(s.l.he, s.el.history, g)) / end);
+  const double none[3] = {0, 0, 0};
+  if (least >= 1.0) out.push_back(candidate(s, e, least, least, none));
+}
+
 // BALL: W_most, the largest energy / volume of any element, is too little
 bool out_of_reach(const Scan& s, int e, double W_most)
 {
@@ -729,6 +741,19 @@ double value_of(Scan s, int e, double part)
   return with_strength(s, e, estimate(s, e, J) / s.fm.gc[e]);
 }
 
+// the mean normal of the Gauss points, each on the side of the first one
+void mean_normal(const Scan& s, int e, double* N)
+{
+  double sum[3] = {0, 0, 0}, size = 0.0;
+  for (int g = s.el.gauss_of[e]; g < s.el.gauss_of[e + 1]; ++g) {
+    const double* n   = crack_normal(history_at(s.l.he, s.el.history, g));
+    const double side = n[0] * sum[0] + n[1] * sum[1] + n[2] * sum[2] < 0.0 ? -1.0 : 1.0;
+    for (int i = 0; i < 3; ++i) sum[i] += side * n[i];
+  }
+  for (double x : sum) size += x * x;
+  for (int i = 0; i < 3; ++i) N[i] = sum[i] / std::sqrt(size);
+}
+
 //   in   s   at the level l0
 double when_met(const Scan& s, const Level& l1, const Erosion& x)
 {
@@ -748,8 +773,13 @@ void erode(const Scan& s, const Erosion& x, Fracture& fr, Level& l, double& ener
   double E[9];
   mean_strain(s, e, E);
   double* N = &fr.normal[3 * static_cast<size_t>(e)];
-  split_normal(s.law(e), s.m.dim, E, N);
-  turn_off(x.J, N);
+  const bool cohesive = s.def(e).criterion == CRITERION_COHESIVE;
+  if (cohesive) {
+    if (own) mean_normal(s, e, N);
+  } else {
+    split_normal(s.law(e), s.m.dim, E, N);
+    turn_off(x.J, N);
+  }
   fr.broken[e] = s.fm.def[e];
   fr.time[e]   = x.time;
   fr.releasing.push_back(e);
@@ -780,13 +810,15 @@ void frac_test(const Model& m, const Step& step, const Elements& el, const FracM
   find_energies(energy, s);
   double W_most = s.W.empty() ? 0.0 : *std::max_element(s.W.begin(), s.W.end());
   if (m.part.on) W_most = comm_allreduce_max(W_most);
-  std::vector<Candidate> all;
+  std::vector<Candidate> all, open;
   for (int e = 0; e < nelem; ++e) {
     if (!m.part.works(e) || fm.def[e] < 0 || !s.intact(e)) continue;
-    if (s.def(e).criterion == CRITERION_ELEMENT) by_element(s, e, 1.0, all);
+    if (s.def(e).criterion == CRITERION_COHESIVE) by_cohesion(s, e, open);
+    else if (s.def(e).criterion == CRITERION_ELEMENT) by_element(s, e, 1.0, all);
     else by_griffith(s, e, W_most, all);
   }
   join(all);
+  join(open);
   drop_beside(all);
   keep_fronts(all);
   const bool fallback = all.empty();
@@ -801,6 +833,7 @@ void frac_test(const Model& m, const Step& step, const Elements& el, const FracM
   if (first.number >= 0) first.elem = m.part.elem_here(first.number);
   choose(s.dynamic(), fallback, all);
   take_kinks(m.part, all);
+  all.insert(all.end(), open.begin(), open.end());
   for (Candidate& c : all) {
     c.x.elem = m.part.elem_here(c.x.number);
     out.push_back(c.x);

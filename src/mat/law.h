@@ -128,6 +128,22 @@ bool law_granular_step(const MatLaw& law, const KernelMode& mode, const double* 
 bool law_j2(const MatLaw& law, bool finite, const double* E, const double* h_n, double* h_np1, bool tangent,
             LawOutput& out);
 
+bool law_cohesive(const MatLaw& law, bool finite, const double* E, const double* h_n, double* h_np1,
+                  bool tangent, LawOutput& out);
+
+// crack_of : the cohesive law of a fracture definition
+CrackLaw crack_of(const FractureDef& d);
+
+// crack_widest : width across of an element that the softening still follows               length
+double crack_widest(const CrackLaw& c, double young);
+
+// crack_open : opening at which the traction is gone (exponential: below 0.1 % of the strength)     length
+double crack_open(const CrackLaw& c);
+
+// crack_opening, crack_normal [3] : of the history of an integration point; normal 0: not cracked
+double crack_opening(const double* h);
+const double* crack_normal(const double* h);
+
 // yield_stress : (2.26), at the equivalent plastic strain a; slope: its derivative. yield_work : its integral
 double yield_stress(const Material& m, double a, double* slope);
 double yield_work(const Material& m, double a);

@@ -85,6 +85,8 @@ Law table[] = {
     {"neo-Hooke", {}, false, law_neo_hooke, nullptr},
     {"J2 plasticity", flow_history, false, law_j2, nullptr},
     {"granular", flow_history, false, law_granular, law_granular_step},
+    {"cohesive", {{"crack normal", 3, HISTORY_KEPT}, {"crack width", 1, HISTORY_KEPT},
+                  {"crack opening", 1, HISTORY_KEPT}}, false, law_cohesive, nullptr},
     {"other", {}, false, law_svk, nullptr},
 };
 static_assert(sizeof table / sizeof *table == LAW_KINDS, "a law without a row in the table");
@@ -127,8 +129,10 @@ int law_history(const Model& m)
   int n = 0;
   for (const Material& mat : m.material)
     if (mat.used) n = std::max(n, history_of(law_of(mat_law(mat, PLANE_NONE))));
-  for (const FractureDef& f : m.fracture)
+  for (const FractureDef& f : m.fracture) {
     if (f.residual == SPLIT_GRANULAR) n = std::max(n, history_of(table[LAW_GRANULAR]));
+    if (f.criterion == CRITERION_COHESIVE) n = std::max(n, history_of(table[LAW_COHESIVE]));
+  }
   MPFE_CHECK(n <= MAX_HISTORY, "MAX_HISTORY (mat/law.h) is less than a law keeps");
   return n;
 }

@@ -21,6 +21,16 @@ struct KernelMode {
   double cG() const { return !finite ? 0.0 : mid ? 0.5 : 1.0; }
 };
 
+// Crack that opens against a cohesion: LAW_COHESIVE
+struct CrackLaw {
+  Softening softening = SOFTENING_LINEAR;
+  double strength = 0.0;       // force/length^2
+  double gc       = 0.0;       // toughness                                     force/length
+  double scatter  = 1.0;       // factor of both
+  const double* place = nullptr;       // nodes of the element [nodes*dim]: its width along a normal
+  int nodes = 0, dim = 0;
+};
+
 // St.Venant-Kirchhoff: S = lam tr(E) I + 2 mu E. In plane stress lam is the reduced one,
 // so that the law of the plane components has the same form.
 struct MatLaw {
@@ -32,6 +42,7 @@ struct MatLaw {
   double c = 1.0, friction = 0.0;      // LAW_GRANULAR: degradation factor, tangent of the angle
   bool bar = false;            // integration points share their change of volume (1.14)
   const Material* material = nullptr;  // of the model, which is const
+  CrackLaw crack;              // LAW_COHESIVE
 };
 
 MatLaw mat_law(const Material& m, Plane plane);

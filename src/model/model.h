@@ -116,7 +116,7 @@ struct Surface {
 enum Split { SPLIT_RCE, SPLIT_VD, SPLIT_SPECTRAL, SPLIT_PRESSURE, SPLIT_NONE, SPLIT_CRACK, SPLIT_GRANULAR };
 
 // rows of the table in mat/law_step.cpp
-enum LawKind { LAW_SVK, LAW_NEO_HOOKE, LAW_J2, LAW_GRANULAR, LAW_OTHER, LAW_KINDS };
+enum LawKind { LAW_SVK, LAW_NEO_HOOKE, LAW_J2, LAW_GRANULAR, LAW_COHESIVE, LAW_OTHER, LAW_KINDS };
 
 struct Material {
   std::string name;
@@ -274,7 +274,8 @@ struct InitialValue {          // *INITIAL CONDITIONS, TYPE=VELOCITY|DISPLACEMEN
 
 // ---- fracture --------------------------------------------------------------
 
-enum Criterion { CRITERION_GRIFFITH, CRITERION_ELEMENT };
+enum Criterion { CRITERION_GRIFFITH, CRITERION_ELEMENT, CRITERION_COHESIVE };
+enum Softening { SOFTENING_LINEAR, SOFTENING_BILINEAR, SOFTENING_EXPONENTIAL };
 enum Estimate { ESTIMATE_AUTO, ESTIMATE_FORCE, ESTIMATE_BALL };
 enum ErosionOrder { ORDER_STRONGEST, ORDER_ALL };
 
@@ -302,6 +303,9 @@ struct FractureDef {           // *EIGENFRACTURE
   bool start = true;           // may a crack start where there is none
   // largest principal stress that this needs, 0: energy alone              force/length^2
   double strength = 0.0;
+  // CRITERION_COHESIVE: stress at which an element begins to open             force/length^2
+  double ft = 0.0;
+  Softening softening = SOFTENING_LINEAR;
   std::vector<Member> member;  // divided model: what is here of elset, outer elements too
   Place place;
 };

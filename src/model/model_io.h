@@ -174,10 +174,11 @@ inline void io(Archive& f, Member& x)
 inline void io(Archive& f, FractureDef& x)
 {
   auto& [elset, criterion, estimate, drive, residual, friction, order, gc, weibull, seed, epsilon, spacing,
-         interval, stiffness, release, average, tolerance, fallback, start, strength, member, place] = x;
+         interval, stiffness, release, average, tolerance, fallback, start, strength, ft, softening, member,
+         place] = x;
   io_fields<FractureDef>(f, elset, criterion, estimate, drive, residual, friction, order, gc, weibull, seed,
                          epsilon, spacing, interval, stiffness, release, average, tolerance, fallback, start,
-                         strength, member, place);
+                         strength, ft, softening, member, place);
 }
 
 inline void io(Archive& f, ConversionDef& x)

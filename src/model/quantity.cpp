@@ -105,7 +105,7 @@ const Quantity quantity_table[] = {
     model("CRACKA", [](Now now, int) { return now.s.frac.area; }),
     model("NPOINTS", [](Now now, int) { return double(now.s.points.npoint_all()); }),
     model("NBONDS", [](Now now, int) { return double(now.s.bonds.nbond_all()); }),
-    model("EFRAC", [](Now now, int) { return now.s.ledger.fracture; }),
+    model("EFRAC", [](Now now, int) { return now.s.ledger.fracture + now.s.ledger.cohesive; }),
     model("ECONV", [](Now now, int) { return now.s.ledger.conversion; }),
     model("EGHOST", [](Now now, int) { return now.s.ledger.ghost; }),
     model("EVISC", [](Now now, int) { return now.s.ledger.viscous; }),

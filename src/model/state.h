@@ -207,6 +207,7 @@ struct Ledger {                // energies and momenta at t(n), [3] in space
   double plastic = 0;          // dissipated by plastic flow so far
   // released by erosion, in statics also by the equilibrium that follows it, so far
   double fracture = 0;
+  double cohesive = 0;         // dissipated by cracks that open against a cohesion so far
   double ghost = 0;            // dissipated by ghost stabilisation so far
   double viscous = 0;          // dissipated by *DAMPING and *VISCOUS BOUNDARY so far
   // statics: lost so far on the way to equilibrium from forces that have lost what held them           (6.15)

@@ -171,11 +171,11 @@ inline void io(Archive& f, Level& x)
 
 inline void io(Archive& f, Ledger& x)
 {
-  auto& [kinetic, strain, bond, external, friction, plastic, fracture, ghost, viscous, renewal, overlap,
-         released, sudden, stopped, conversion, total0, balance, scale, rounding, balance0, external0,
+  auto& [kinetic, strain, bond, external, friction, plastic, fracture, cohesive, ghost, viscous, renewal,
+         overlap, released, sudden, stopped, conversion, total0, balance, scale, rounding, balance0, external0,
          step_scale, leap, off, momentum, angular, slip_max, slip_rms] = x;
-  io_all(f, kinetic, strain, bond, external, friction, plastic, fracture, ghost, viscous, renewal, overlap,
-         released, sudden, stopped, conversion, total0, balance, scale, rounding, balance0, external0,
+  io_all(f, kinetic, strain, bond, external, friction, plastic, fracture, cohesive, ghost, viscous, renewal,
+         overlap, released, sudden, stopped, conversion, total0, balance, scale, rounding, balance0, external0,
          step_scale, leap, off, momentum, angular, slip_max, slip_rms);
 }
 

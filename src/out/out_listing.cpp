@@ -278,8 +278,8 @@ void out_listing_balance(std::FILE* file, const Model& m, const State& s)
   std::fprintf(file, "\nENERGY at time %.9g\n", s.n.time);
   std::fprintf(file, "  kinetic         %18.10e\n  strain          %18.10e\n  bonds           %18.10e\n",
                l.kinetic, l.strain, l.bond);
-  if (l.fracture != 0.0 || s.frac.neroded > 0)
-    std::fprintf(file, "  fracture        %18.10e   (%d elements, crack area %.6g)\n", l.fracture,
+  if (l.fracture + l.cohesive != 0.0 || s.frac.neroded > 0)
+    std::fprintf(file, "  fracture        %18.10e   (%d elements, crack area %.6g)\n", l.fracture + l.cohesive,
                  s.frac.neroded, s.frac.area);
   if (s.frac.nconverted > 0)
     std::fprintf(file, "  conversion      %18.10e   (%d elements)\n", l.conversion, s.frac.nconverted);

@@ -300,7 +300,8 @@ double point_energy_one(const Model& m, const Points& pts, const Level& l, int p
 // (rank [npoint]), to all that have the element that it was. Collective
 void point_tell_history(const MeshPart& part, const IntVec& rank, const Points& pts, int n, Level& l);
 
-// point_plastic : energy dissipated by plastic flow in the points in mine
-double point_plastic(const Points& pts, const Level& l, const IntVec& mine);
+// point_dissipated : as elem_dissipated, in the points in mine
+double point_dissipated(const Model& m, const Points& pts, const Level& l, const IntVec& mine,
+                        bool cohesive);
 
 #endif

@@ -16,7 +16,7 @@ bool points_changed(const State& st, const UndoPoint& u)
   return st.frac.nconverted != u.state.frac.nconverted || st.frac.nreleased != u.state.frac.nreleased;
 }
 
-double all_energy(const Ledger& g) { return g.kinetic + g.strain + g.bond + g.plastic; }
+double all_energy(const Ledger& g) { return g.kinetic + g.strain + g.bond + g.plastic + g.cohesive; }
 
 // Part of the time in which a wave crosses the smallest element: explicit tests are no nearer, unless the
 // deck says so. Test: X4

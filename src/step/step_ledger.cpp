@@ -41,9 +41,10 @@ void add_nodes(const Mesh& mesh, const Dofs& dofs, const Level& l, Ledger& g)
 // what the ranks have, in one message
 void sum_ranks(Ledger& g, double& work)
 {
-  double sum[10] = {g.kinetic,    g.momentum[0], g.momentum[1], g.momentum[2], g.angular[0],
-                    g.angular[1], g.angular[2],  g.strain,      g.plastic,     work};
-  comm_sum(sum, 10);
+  double sum[11] = {g.kinetic,    g.momentum[0], g.momentum[1], g.momentum[2], g.angular[0], g.angular[1],
+                    g.angular[2], g.strain,      g.plastic,     work,          g.cohesive};
+  comm_sum(sum, 11);
+  g.cohesive = sum[10];
   work      = sum[9];
   g.strain  = sum[7];
   g.plastic = sum[8];
@@ -111,7 +112,7 @@ double stiffness_energy(const Model& m, const Elements& el, const Dofs& dofs, co
 
 double ledger_lost(const Ledger& g)
 {
-  return g.plastic + g.friction + g.fracture + g.ghost + g.viscous + g.renewal + g.overlap + g.released +
+  return g.plastic + g.friction + g.fracture + g.cohesive + g.ghost + g.viscous + g.renewal + g.overlap + g.released +
          g.sudden + g.stopped + g.conversion;
 }
 
@@ -135,7 +136,8 @@ void ledger_sums(const Model& m, const Elements& el, const Dofs& dofs, const Lev
   else add_points<3>(st.points, mom, l, g);
   g.strain = elem_energy(m, el, l, nlgeom, energy) +
              point_energy(m, st.points, l, dofs.owned_point);
-  g.plastic = elem_plastic(el, l) + point_plastic(st.points, l, dofs.owned_point);
+  g.plastic  = elem_dissipated(el, l, false) + point_dissipated(m, st.points, l, dofs.owned_point, false);
+  g.cohesive = elem_dissipated(el, l, true) + point_dissipated(m, st.points, l, dofs.owned_point, true);
   sum_ranks(g, work);
 }
 

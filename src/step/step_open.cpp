@@ -220,6 +220,7 @@ int step_open(Problem& p)
   }
   int errors = frac_mesh(m, p.d.el, p.d.fm);
   if (errors) return errors;
+  elem_scatter(m, p.d.fm.gc, p.d.el);
   frac_begin(m, p.d.fm, st.frac, st.n);
   if (p.d.fm.on) p.d.el.frac = &st.frac;
   elem_refresh(p.d.el);

@@ -1,0 +1,222 @@
+// ---------------------------------------------------------------------------
+// law_cohesive.cpp : a crack that opens against a cohesion, smeared over the element  (doc/theory.md 2.6)
+//
+// The largest principal stress opens it: E = Ee + w/b N N, N the axis of that stress, b the width of the
+// element along N when it began to open. The intact law of Ee gives S, and the stress along N is that of the
+// crack,
+//
+//   t = f(k)/k w,  k = the largest opening so far,  f(0) = strength,  integral of f = toughness   (2.33)
+//
+// What presses closes it. N stays an axis of strain and stress, so that w makes the energy
+// psi(Ee) + [t w/2 + what is dissipated]/b least, whose derivative the stress is.
+// ---------------------------------------------------------------------------
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Eigenvalues>
+
+#include "mat/law.h"
+#include "mat/voigt.h"
+
+namespace {
+
+using Vec3 = Eigen::Vector3d;
+using Mat3 = Eigen::Matrix3d;
+
+// history: normal at the end of the last increment; width across, 0: not cracked; largest opening
+enum { CRACK_NORMAL = 0, CRACK_WIDTH = 3, CRACK_OPENING = 4 };
+const int MOST_ITERATIONS = 100;     // for an opening; Newton's method takes 1 to 6
+const double SAME = 1e-14;           // of an opening
+
+// f(k), its slope, and the integral of f up to k
+struct Cohesion { double f, slope, work; };
+
+// the straight part of a softening curve from (k0, f0) to (k1, f1); work: up to k0
+Cohesion straight(double k, double k0, double f0, double k1, double f1, double work)
+{
+  const double slope = (f1 - f0) / (k1 - k0), f = f0 + slope * (k - k0);
+  return {f, slope, work + 0.5 * (f0 + f) * (k - k0)};
+}
+
+Cohesion cohesion(const CrackLaw& c, double k)
+{
+  const double gc = c.gc * c.scatter, ft = c.strength * c.scatter;
+  if (c.softening == SOFTENING_EXPONENTIAL) {
+    const double f = ft * std::exp(-ft / gc * k);
+    return {f, -ft / gc * f, gc - gc / ft * f};
+  }
+  const double end = crack_open(c);
+  if (k >= end) return {0.0, 0.0, gc};
+  if (c.softening == SOFTENING_LINEAR) return straight(k, 0.0, ft, end, 0.0, 0.0);
+  // Petersson: (0.8 Gc/ft, ft/3), (3.6 Gc/ft, 0)
+  const double knee = 0.8 * gc / ft;
+  if (k < knee) return straight(k, 0.0, ft, knee, ft / 3.0, 0.0);
+  return straight(k, knee, ft / 3.0, end, 0.0, knee * ft * 2.0 / 3.0);
+}
+
+// what opening up to k has dissipated, over the area of the crack
+double dissipated_to(const CrackLaw& c, double k)
+{
+  const Cohesion h = cohesion(c, k);
+  return h.work - 0.5 * h.f * k;
+}
+
+// The crack at one strain
+struct Opening {
+  Vec3 N, B;                   // normal, another axis of strain and stress
+  double width;
+  double t;                    // stress along N without it
+  double beside;               // stiffness of the material beside it               force/length^3
+  double w = 0.0, k = 0.0;     // opening, the largest so far
+  double s = 0.0;              // t/w
+  double flexible = 0.0;       // dw/dt
+};
+
+double width_along(const CrackLaw& c, const Vec3& N)
+{
+  double lo = 0.0, hi = 0.0;
+  for (int a = 0; a < c.nodes; ++a) {
+    double at = 0.0;
+    for (int i = 0; i < c.dim; ++i) at += N[i] * c.place[a * c.dim + i];
+    lo = a == 0 ? at : std::min(lo, at);
+    hi = a == 0 ? at : std::max(hi, at);
+  }
+  return hi - lo;
+}
+
+Mat3 tensor(const double* S)
+{
+  Mat3 m;
+  m << S[0], S[3], S[5], S[3], S[1], S[4], S[5], S[4], S[2];
+  return m;
+}
+
+// the largest principal stress, its direction and another axis; in the plane those of the plane
+void find_axes(const CrackLaw& c, const double* S, Opening& o)
+{
+  if (c.dim == 2) {
+    const double mean = 0.5 * (S[0] + S[1]), half = 0.5 * (S[0] - S[1]), angle = 0.5 * std::atan2(S[3], half);
+    o.t = mean + std::hypot(half, S[3]);
+    o.N = Vec3(std::cos(angle), std::sin(angle), 0.0);
+    o.B = Vec3(-o.N[1], o.N[0], 0.0);
+    return;
+  }
+  Eigen::SelfAdjointEigenSolver<Mat3> eigen;
+  eigen.computeDirect(tensor(S));
+  o.t = eigen.eigenvalues()[2];
+  o.N = eigen.eigenvectors().col(2).normalized();
+  o.B = (eigen.eigenvectors().col(1) - o.N.dot(eigen.eigenvectors().col(1)) * o.N).normalized();
+}
+
+// the opening that grows from k: beside k + f(k) = t
+double grown(const CrackLaw& c, const Opening& o, double k)
+{
+  double lo = k, hi = o.t / o.beside;
+  for (int i = 0; i < MOST_ITERATIONS && hi - lo > SAME * hi; ++i) {
+    const Cohesion h   = cohesion(c, k);
+    const double more  = o.t - o.beside * k - h.f;
+    (more > 0.0 ? lo : hi) = k;
+    const double next = k + more / (o.beside + h.slope);
+    if (std::fabs(next - k) <= SAME * hi) return next;
+    k = next > lo && next < hi ? next : 0.5 * (lo + hi);
+  }
+  return k;
+}
+
+// w of (2.33); k: the largest so far
+void open(const CrackLaw& c, double k, Opening& o)
+{
+  o.k = k;
+  if (k > 0.0) o.s = cohesion(c, k).f / k;
+  o.flexible = o.t > 0.0 && k > 0.0 ? 1.0 / (o.beside + o.s) : 0.0;
+  o.w        = o.flexible * o.t;
+  if (k > 0.0 ? o.w <= k : o.t <= c.strength * c.scatter) return;
+  o.w = o.k  = grown(c, o, k);
+  o.s        = cohesion(c, o.k).f / o.k;
+  o.flexible = 1.0 / (o.beside + cohesion(c, o.k).slope);
+}
+
+// stress of a unit strain sym(N a): C : sym(N a)                                        [6]
+void stress_of(const MatLaw& law, const Vec3& N, const Vec3& a, double* S)
+{
+  using V = VoigtPlace<3>;
+  const double trace = N.dot(a);
+  for (int i = 0; i < 6; ++i)
+    S[i] = (i < 3 ? law.lam3 * trace : 0.0) + law.mu * (N[V::row[i]] * a[V::col[i]] + N[V::col[i]] * a[V::row[i]]);
+}
+
+// D -= share S S^T, S of the strain sym(N a)
+void take_out(const MatLaw& law, const Vec3& N, const Vec3& a, double share, double* D)
+{
+  double S[6];
+  stress_of(law, N, a, S);
+  for (int i = 0; i < 6; ++i)
+    for (int j = 0; j < 6; ++j) D[6 * i + j] -= share * S[i] * S[j];
+}
+
+// D of the crack from that of the intact law: along N it gives way; in the shear of N and another axis the
+// stress turns with the strain: dS/dE = (S_N - S_a)/(E_N - E_a)                          (2.35)
+void soften(const MatLaw& law, const Opening& o, const Mat3& E, const Mat3& S, double* D)
+{
+  take_out(law, o.N, o.N, o.flexible / o.width, D);
+  for (const Vec3& a : {o.B, Vec3(o.N.cross(o.B))}) {
+    const double dE = o.N.dot(E * o.N) - a.dot(E * a), dS = o.N.dot(S * o.N) - a.dot(S * a);
+    if (dE > 0.0) take_out(law, o.N, a, (law.mu - 0.5 * dS / dE) / (law.mu * law.mu), D);
+  }
+}
+
+}  // namespace
+
+CrackLaw crack_of(const FractureDef& d)
+{
+  CrackLaw c;
+  c.softening = d.softening;
+  c.strength  = d.ft;
+  c.gc        = d.gc;
+  return c;
+}
+
+double crack_open(const CrackLaw& c)
+{
+  static const double openings[] = {2.0, 3.6, 7.0};
+  return openings[c.softening] * c.gc / c.strength;
+}
+
+double crack_widest(const CrackLaw& c, double young)
+{
+  return young / -cohesion(c, 0.0).slope;
+}
+
+double crack_opening(const double* h) { return h[HISTORY_OF_LAW + CRACK_OPENING]; }
+const double* crack_normal(const double* h) { return h + HISTORY_OF_LAW + CRACK_NORMAL; }
+
+bool law_cohesive(const MatLaw& law, bool finite, const double* E, const double* h_n, double* h_np1,
+                  bool tangent, LawOutput& out)
+{
+  const CrackLaw& c = law.crack;
+  law_svk(law, finite, E, nullptr, nullptr, tangent, out);
+  std::copy_n(h_n, CRACK_OPENING + 1, h_np1);
+  Opening o;
+  find_axes(c, out.S, o);
+  if (h_n[CRACK_WIDTH] == 0.0 && o.t <= c.strength * c.scatter) return true;
+  o.width  = h_n[CRACK_WIDTH] == 0.0 ? width_along(c, o.N) : h_n[CRACK_WIDTH];
+  o.beside = (law.lam3 + 2.0 * law.mu) / o.width;
+  open(c, h_n[CRACK_OPENING], o);
+  const double part = 1.0 - law.c;
+  LawOutput intact  = out;
+  double R[6];
+  stress_of(law, o.N, o.w / o.width * o.N, R);
+  for (int i = 0; i < 6; ++i) out.S[i] -= part * R[i];
+  // psi of Ee, and what the crack stores
+  out.psi -= part * (o.t - 0.5 * (o.beside + o.s) * o.w) * o.w / o.width;
+  out.dissipated = part * (dissipated_to(c, o.k) - dissipated_to(c, h_n[CRACK_OPENING])) / o.width;
+  for (int i = 0; i < 3; ++i) h_np1[CRACK_NORMAL + i] = o.N[i];
+  h_np1[CRACK_WIDTH]   = o.width;
+  h_np1[CRACK_OPENING] = o.k;
+  if (!tangent) return true;
+  double S[6];                                         // of the crack alone: part 1
+  for (int i = 0; i < 6; ++i) S[i] = intact.S[i] - R[i];
+  soften(law, o, tensor(E), tensor(S), out.D);
+  for (int i = 0; i < 36; ++i) out.D[i] = law.c * intact.D[i] + part * out.D[i];
+  return true;
+}

@@ -1,0 +1,207 @@
+// Cracks that open against a cohesion: traction over opening, energy, tangent. Case C1.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "mat/law.h"
+#include "mat/voigt.h"
+#include "samples.h"
+
+namespace {
+
+const double square[8] = {0, 0, 0.1, 0, 0.1, 0.1, 0, 0.1};
+const double cube[24]  = {0, 0, 0,   0.1, 0, 0,   0.1, 0.1, 0,   0, 0.1, 0,
+                          0, 0, 0.1, 0.1, 0, 0.1, 0.1, 0.1, 0.1, 0, 0.1, 0.1};
+
+// E 200, nu 0.3, strength 1, toughness 0.01: E Gc/ft^2 = 2, elements of 0.1
+MatLaw cohesive(const Material& m, Plane plane, Softening s)
+{
+  MatLaw law = mat_law(m, plane);
+  law.kind   = LAW_COHESIVE;
+  law.c      = 0.0;
+  law.crack.softening = s;
+  law.crack.strength  = 1.0;
+  law.crack.gc        = 0.01;
+  law.crack.dim       = plane == PLANE_NONE ? 3 : 2;
+  law.crack.nodes     = plane == PLANE_NONE ? 8 : 4;
+  law.crack.place     = plane == PLANE_NONE ? cube : square;
+  return law;
+}
+
+struct Crack {
+  Material m = material_of(LAW_SVK, 0.3, {}, {});
+  MatLaw law;
+  double h[MAX_HISTORY] = {0};
+  LawOutput out;
+  Crack(Plane plane, Softening s) { law = cohesive(m, plane, s); }
+  bool at(const double* E, LawOutput& o, double* h1 = nullptr) const
+  {
+    double e[6], none[MAX_HISTORY];
+    std::copy(E, E + 6, e);
+    return law_update(law, false, e, h, h1 ? h1 : none, true, o);
+  }
+  void go(const double* E)
+  {
+    double h1[MAX_HISTORY] = {0};
+    ASSERT_TRUE(at(E, out, h1));
+    std::copy(h1, h1 + MAX_HISTORY, h);
+  }
+  double normal_stiffness() const { return law.lam3 + 2.0 * law.mu; }
+};
+
+const Softening softenings[] = {SOFTENING_LINEAR, SOFTENING_BILINEAR, SOFTENING_EXPONENTIAL};
+const Plane planes[] = {PLANE_NONE, PLANE_STRAIN, PLANE_STRESS};
+
+// traction at an opening
+double traction(Softening s, double w)
+{
+  const double end = 0.02;     // 2 Gc/ft
+  if (s == SOFTENING_LINEAR) return std::max(0.0, 1.0 - w / end);
+  if (s == SOFTENING_EXPONENTIAL) return std::exp(-w / 0.01);
+  if (w < 0.008) return 1.0 - 2.0 / 3.0 * w / 0.008;
+  return std::max(0.0, 1.0 / 3.0 * (1.0 - (w - 0.008) / 0.028));
+}
+
+// derivatives of the energy and of the stress by differences, against stress and tangent
+void compare(const Crack& b, Plane plane, const double* E, double of_stress, double of_tangent)
+{
+  LawOutput out, up, down;
+  double up_h[MAX_HISTORY] = {0}, down_h[MAX_HISTORY] = {0};
+  ASSERT_TRUE(b.at(E, out));
+  const double h = 1e-7;
+  for (int j = 0; j < 6; ++j) {
+    if (plane != PLANE_NONE && (j == 2 || j > 3)) continue;
+    double more[6], less[6];
+    std::copy(E, E + 6, more);
+    std::copy(E, E + 6, less);
+    more[j] += j < 3 ? h : 0.5 * h;                    // engineering shear
+    less[j] -= j < 3 ? h : 0.5 * h;
+    ASSERT_TRUE(b.at(more, up, up_h) && b.at(less, down, down_h));
+    const double gone = up_h[HISTORY_DISSIPATED] - down_h[HISTORY_DISSIPATED];
+    EXPECT_NEAR((up.psi - down.psi + gone) / (2 * h), out.S[j], of_stress) << plane << j;
+    for (int i = 0; i < 6; ++i)
+      if (plane != PLANE_STRESS || (i != 2 && i < 4))
+        EXPECT_NEAR((up.S[i] - down.S[i]) / (2 * h), out.D[i * 6 + j], of_tangent) << plane << i << j;
+  }
+}
+
+void draw(std::mt19937& gen, double size, Plane plane, double* E)
+{
+  std::uniform_real_distribution<double> any(-size, size);
+  for (int i = 0; i < 6; ++i) E[i] = any(gen);
+  if (plane != PLANE_NONE) E[2] = E[4] = E[5] = 0.0;
+}
+
+}  // namespace
+
+TEST(Cohesive, TractionIsThatOfTheOpening)
+{
+  for (Softening s : softenings) {
+    Crack b(PLANE_STRAIN, s);
+    double E[6] = {0};
+    E[0] = 0.999 / b.normal_stiffness();
+    b.go(E);
+    EXPECT_NEAR(b.out.S[0], 0.999, 1e-12);             // not a crack yet
+    EXPECT_EQ(b.out.dissipated, 0.0);
+    for (double w : {0.001, 0.004, 0.009, 0.015, 0.019, 0.05}) {
+      E[0] = traction(s, w) / b.normal_stiffness() + w / 0.1;
+      b.go(E);
+      EXPECT_NEAR(b.out.S[0], traction(s, w), 1e-12) << s << " " << w;
+      EXPECT_NEAR(crack_opening(b.h), w, 1e-13);
+    }
+    EXPECT_NEAR(b.h[HISTORY_DISSIPATED], 0.01 / 0.1, s == SOFTENING_EXPONENTIAL ? 4.1e-3 : 1e-12);
+  }
+}
+
+TEST(Cohesive, ClosesToTheOriginAndPressesInFull)
+{
+  Crack b(PLANE_STRAIN, SOFTENING_LINEAR);
+  const double M = b.normal_stiffness();
+  double E[6] = {0};
+  E[0] = 0.5 / M + 0.01 / 0.1;                         // half way
+  b.go(E);
+  EXPECT_NEAR(b.out.S[0], 0.5, 1e-12);
+  const double gone = b.h[HISTORY_DISSIPATED];
+  EXPECT_NEAR(gone, (0.0075 - 0.0025) / 0.1, 1e-12);   // work less what is stored
+  E[0] = 0.25 / M + 0.005 / 0.1;
+  b.go(E);
+  EXPECT_NEAR(b.out.S[0], 0.25, 1e-12);
+  E[0] = -0.3 / M;
+  b.go(E);
+  EXPECT_NEAR(b.out.S[0], -0.3, 1e-12);
+  E[0] = 0.0;
+  E[1] = 0.25 / M + 0.005 / 0.1;                       // what opened one way has softened the other
+  b.go(E);
+  EXPECT_NEAR(b.out.S[1], 0.25, 1e-12);
+  E[1] = 0.0;
+  E[0] = 0.5 / M + 0.01 / 0.1;
+  b.go(E);
+  EXPECT_NEAR(b.out.S[0], 0.5, 1e-12);
+  EXPECT_EQ(b.h[HISTORY_DISSIPATED], gone);
+}
+
+TEST(Cohesive, WidthIsThatAlongTheNormal)
+{
+  for (double degrees : {0.0, 26.565, 45.0, 70.0}) {
+    Crack b(PLANE_STRAIN, SOFTENING_LINEAR);
+    const double a = degrees * std::acos(-1.0) / 180.0, c = std::cos(a), s = std::sin(a);
+    const double width = 0.1 * (c + s);
+    double E[6]  = {c * c, s * s, 0, c * s, 0, 0};
+    for (double& x : E) x *= 0.3;
+    b.go(E);
+    EXPECT_NEAR(b.h[HISTORY_DISSIPATED], 0.01 / width, 1e-12) << degrees;
+  }
+  Crack b(PLANE_NONE, SOFTENING_LINEAR);
+  const double n = 1.0 / std::sqrt(3.0);
+  double E[6] = {n * n, n * n, n * n, n * n, n * n, n * n};
+  b.go(E);
+  EXPECT_NEAR(b.h[HISTORY_DISSIPATED], 0.01 / (0.3 * n), 1e-9);
+}
+
+TEST(Cohesive, StressAndTangentAreDerivatives)
+{
+  std::mt19937 gen(7);
+  int opened = 0;
+  for (Softening s : softenings)
+    for (Plane plane : planes)
+      for (int trial = 0; trial < 40; ++trial) {
+        Crack b(plane, s);
+        double E[6], h1[MAX_HISTORY] = {0};
+        draw(gen, 0.03, plane, E);
+        b.go(E);
+        if (crack_opening(b.h) == 0.0) continue;       // not a crack
+        draw(gen, trial % 2 ? 0.05 : 0.02, plane, E);
+        ASSERT_TRUE(b.at(E, b.out, h1));
+        if (crack_opening(h1) > crack_opening(b.h)) ++opened;
+        compare(b, plane, E, 2e-5, 2e-3);
+      }
+  EXPECT_GT(opened, 50);
+}
+
+// a disc is as wide along any normal: what begins to open
+TEST(Cohesive, BeginsToOpenWithItsTangent)
+{
+  std::mt19937 gen(9);
+  RealVec disc;
+  for (int k = 0; k < 8192; ++k) {
+    const double a = 2.0 * std::acos(-1.0) * k / 8192;
+    disc.push_back(0.05 * std::cos(a));
+    disc.push_back(0.05 * std::sin(a));
+  }
+  int opened = 0;
+  for (Plane plane : {PLANE_STRAIN, PLANE_STRESS})
+    for (int trial = 0; trial < 10; ++trial) {
+      Crack b(plane, SOFTENING_LINEAR);
+      b.law.crack.nodes = 8192;
+      b.law.crack.place = disc.data();
+      double E[6], h1[MAX_HISTORY] = {0};
+      draw(gen, 0.03, plane, E);
+      ASSERT_TRUE(b.at(E, b.out, h1));
+      if (crack_opening(h1) == 0.0) continue;
+      ++opened;
+      compare(b, plane, E, 1e-2, 0.1);
+    }
+  EXPECT_GT(opened, 5);
+}
