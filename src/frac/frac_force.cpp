@@ -67,7 +67,7 @@ namespace {
 bool find_notch(const Scan& s, int e, double radius)
 {
   std::vector<FreeFace> face;
-  free_faces(s, e, radius, face);
+  free_faces(s, e, radius * AT_RADIUS, face);
   return notch_among(face, s.fm.local[e]);
 }
 

@@ -88,9 +88,9 @@ bool at_crack(const Scan& s, int e)
 // weight of a cracked element o in the ball of e; one that was removed has no volume
 double crack_share(const Scan& s, int e, int o) { return s.fm.volume[s.fm.volume[o] > 0.0 ? o : e]; }
 
-// unit vector from the middle of the cracked elements within radius, which is to be further off than least;
-// false: there is none
-bool grown_along(const Scan& s, int e, double radius, double least, double* d)
+// unit vector to x from the middle of the cracked elements within radius, which is to be further off than
+// least; false: there is none
+bool grown_along(const Scan& s, int e, const double* x, double radius, double least, double* d)
 {
   double mid[3] = {0, 0, 0}, volume = 0.0, norm = 0.0;
   frac_near(s.fm, &s.fm.centre[3 * e], radius * AT_RADIUS, [&](int o, double) {
@@ -101,7 +101,7 @@ bool grown_along(const Scan& s, int e, double radius, double least, double* d)
   });
   if (volume == 0.0) return false;
   for (int i = 0; i < 3; ++i) {
-    d[i] = s.fm.centre[3 * e + i] - mid[i] / volume;
+    d[i] = x[i] - mid[i] / volume;
     norm += d[i] * d[i];
   }
   for (int i = 0; i < 3; ++i) d[i] /= std::sqrt(norm);

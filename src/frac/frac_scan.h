@@ -86,9 +86,9 @@ void free_faces(const Scan& s, int e, double radius, std::vector<FreeFace>& out)
 // at_notch : does the end of a notch lie in the ball?
 bool at_notch(const Scan& s, int e, double radius);
 
-// grown_along : unit vector from the middle of the cracked elements within radius, which is to be further
-// off than least; false: there is none
-bool grown_along(const Scan& s, int e, double radius, double least, double* d);
+// grown_along : unit vector to x from the middle of the cracked elements within radius of e, which is to be
+// further off than least; false: there is none
+bool grown_along(const Scan& s, int e, const double* x, double radius, double least, double* d);
 
 // crack_plane : unit normal of the line or plane of what is cracked around e, a place in it; false: it is
 // none
@@ -108,6 +108,9 @@ double force_estimate(const Scan& s, int e, double radius, double* J);
 // (unit vector)
 struct Tip {
   double end[2], face[3], d[3] = {0, 0, 0};
+  int elem = -1;               // ahead of it
+  double ratio = 0.0;          // K_II/K_I
+  double along = 0.0;          // stress along the crack, T                             force/length^2
   bool given = true;           // nothing has broken there
   bool straight = true;        // its direction is the same in the ball and in half of it
 };
@@ -119,12 +122,15 @@ bool notch_end(const Scan& s, int e, Tip& t);
 // false: none does
 bool crack_face(const Scan& s, int e, double* x, double* into);
 
-// mode_ratio : K_II/K_I of the tip c in front of e whose crack has grown along d
-double mode_ratio(const Scan& s, int e, const double* c, const double* d);
+// modes_ahead : ratio and along of the tip in front of e
+void modes_ahead(const Scan& s, int e, Tip& t);
 
-// crack_tip : the tip of the crack in front of e, and its ratio; false: e is beside it, or too little has
+// crack_tip : the tip of the crack in front of e, with its modes; false: e is beside it, or too little has
 // cracked
-bool crack_tip(const Scan& s, int e, Tip& t, double& ratio);
+bool crack_tip(const Scan& s, int e, Tip& t);
+
+// slot_width : of the slot that ends at t, between its sides                              length
+double slot_width(const Scan& s, const Tip& t);
 
 // along_line : intact elements that a line of this length from x enters, until one that cannot break;
 // false: there are none
@@ -140,7 +146,8 @@ bool blocked(const Scan& s, int e, const double* J);
 bool near_interface(const Scan& s, const double* x, double distance);
 
 // sharp_release : energy per area that a sharp crack releases on its way from the tip along d through the
-// next size of an element, in the plane; e: the element ahead. Not above 0: not known               (7.38)
-double sharp_release(const Scan& s, int e, const double* tip, const double* d);
+// next size of an element, in the plane square to its front, with the normal n of the crack; e: the element
+// ahead. Not above 0: not known                                                                   (7.38)
+double sharp_release(const Scan& s, int e, const double* tip, const double* d, const double* n);
 
 #endif

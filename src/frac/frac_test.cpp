@@ -16,6 +16,11 @@ const double ROUNDING = 1.0 + 1e-9;    // of a bound
 // see behind_tip. Less: flanks of a crack break (A14); more: it cannot divide (P8)
 const double TIP_STATICS = 0.2, TIP_MOTION = 0.4;
 const double FINE = 1e6;               // parts of an increment: rounding must not part a symmetric pair
+// A crack kinks where that releases more by this part: at a notch, whose direction is known, more than
+// straight on; a crack that has grown more than |J| says. |J| goes where a kink would up to K_II/K_I = 0.4,
+// and the staircase of a mesh that looks like shear releases less. In motion waves look like shear too (A14).
+// Test: A10, P7, K2 (fracture/kink_inclined.inp)
+const double MORE = 1.05, MORE_GROWN = 1.15, MORE_MOTION = 1.15;
 // ranks this close belong to a symmetric pair: Newton ends at a tolerance, not at zero
 const double tied = 1e-3;
 // what breaks of a front in space breaks together: |J| of its elements differs by that where it is straight
@@ -61,16 +66,112 @@ double ball_estimate(Scan& s, int e, bool bound = false)
   return volume > 0.0 ? ball_constant(s, e) * radius * energy / volume : 0.0;
 }
 
+// what a slot that grows releases by the stress along it, which a sharp crack does not feel.
+// Test: K2 (fracture/kink_inclined.inp, b=15)                                                       (7.35)
+double slot_release(const Scan& s, const Tip& t)
+{
+  const double lam = s.law(t.elem).lam, mu = s.law(t.elem).mu;
+  const double modulus = 4.0 * mu * (lam + mu) / (lam + 2.0 * mu);
+  return 0.5 * slot_width(s, t) * t.along * t.along / modulus;
+}
+
+// BALL in the plane: the end of a notch near e, which no crack has left yet, and the kink there; false: a
+// crack goes straight on from it. A row of removed elements must be straight, as in statics
+bool notch_kinks(const Scan& s, int e, Tip& t, Kink& k)
+{
+  bool left = false, slot = false, found = false;
+  frac_near(s.fm, &s.fm.centre[3 * e], FRAC_NOTCH * s.fm.local[e] * AT_RADIUS, [&](int o, double) {
+    left = left || s.broken(o);
+    slot = slot || s.removed(o);
+    Tip x;
+    if (found || !s.intact(o) || !at_removed(s, o) || !crack_tip(s, o, x) || !x.given || !x.straight) return;
+    t = x;
+    found = true;
+  });
+  if (s.m.dim == 3 || left || (slot ? !found : !notch_end(s, e, t))) return false;
+  if (!slot) modes_ahead(s, e, t);
+  k = kink_of(t.ratio);
+  return k.gain >= MORE_MOTION;
+}
+
+// in sizes of an element: distance of an interface from a tip whose crack is looked at as a sharp one.
+// Test: K4
+const double TO_INTERFACE = 3.0;
+// times the release of an element, about 7 h/c_R: a tip that has not moved for longer is at rest. Test: K4
+const double AT_REST = 4.0;
+
+// normal n of a crack that grows along d; in space d becomes the part of J square to n; false: there is none
+bool crack_axes(const Scan& s, int e, const double* J, double* d, double* n)
+{
+  n[0] = -d[1];
+  n[1] = d[0];
+  n[2] = 0.0;
+  if (s.m.dim == 2) return true;
+  if (!crack_plane(s, e, n)) {                       // a single layer: as front_length
+    double E[9];
+    mean_strain(s, e, E);
+    split_normal(s.law(e), 3, E, n);
+  }
+  const double off = J[0] * n[0] + J[1] * n[1] + J[2] * n[2];
+  double size = 0.0;
+  for (int i = 0; i < 3; ++i) {
+    d[i] = J[i] - off * n[i];
+    size += d[i] * d[i];
+  }
+  for (int i = 0; i < 3; ++i) d[i] /= std::sqrt(size);
+  return size > 0.0;
+}
+
+// what a sharp crack releases through the element ahead of a tip, over the estimate there
+double sharp_share(Scan& s, int ahead)
+{
+  for (const auto& known : s.sharp)
+    if (known.first == ahead) return known.second;
+  double x[3], d[3], n[3], J[3], share = 1.0;
+  const bool force = estimate_of(s, ahead) == ESTIMATE_FORCE;
+  const double h = s.fm.local[ahead], radius = force ? radius_of(s, ahead) : FRAC_NOTCH * h;
+  if (crack_face(s, ahead, x, d) && near_interface(s, x, TO_INTERFACE * h)) {
+    const double G0 = force ? force_estimate(s, ahead, radius, J) : ball_estimate(s, ahead);
+    grown_along(s, ahead, &s.fm.centre[3 * ahead], radius, 0.0, d);
+    const double G = crack_axes(s, ahead, J, d, n) ? sharp_release(s, ahead, x, d, n) : 0.0;
+    if (G > 0.0) share = G / G0;
+  }
+  s.sharp.emplace_back(ahead, share);
+  return share;
+}
+
+// BALL in the plane, near an interface at a tip at rest: what a sharp crack releases, over G. The mean in the
+// ball is that of the field of a tip in one material
+double rest_share(Scan& s, int e)
+{
+  const double *c = &s.fm.centre[3 * e], h = s.fm.local[e];
+  if (s.m.dim == 3 || !near_interface(s, c, (TO_INTERFACE + 1.0) * h)) return 1.0;
+  double last = -1e300, d[3];
+  frac_near(s.fm, c, FRAC_NOTCH * h * AT_RADIUS, [&](int o, double) {
+    if (s.broken(o)) last = std::max(last, s.fr.time[o]);
+  });
+  if (s.l.time - last < AT_REST * s.fm.release[e]) return 1.0;
+  if (!grown_along(s, e, c, FRAC_NOTCH * h, 0.0, d)) return 1.0;
+  const int ahead = element_ahead(s, e, d);
+  return ahead >= 0 && s.intact(ahead) && s.fm.def[ahead] >= 0 ? sharp_share(s, ahead) : 1.0;
+}
+
 // BALL: where a notch ends within 5 h, J as well. It is right there from the first element on; the ball is a
-// fifth too high, because a void has no volume  (7.7)
+// fifth too high, because a void has no volume  (7.7). Near an interface what a sharp crack releases  (7.38)
 double estimate(Scan& s, int e, double* J)
 {
   for (int i = 0; i < 3; ++i) J[i] = 0.0;
   if (estimate_of(s, e) == ESTIMATE_FORCE) return force_estimate(s, e, radius_of(s, e), J);
   const double G = ball_estimate(s, e), radius = FRAC_NOTCH * s.fm.local[e];
-  if (G < s.fm.gc[e] || !at_notch(s, e, radius)) return G;
+  if (G < s.fm.gc[e]) return G;
+  const double share = rest_share(s, e);
+  if (share != 1.0 || !at_notch(s, e, radius)) return G * share;
   double F[3];
-  return std::min(G, force_estimate(s, e, radius, F));
+  Tip t;
+  Kink k;
+  double by_force = force_estimate(s, e, radius, F);
+  if (notch_kinks(s, e, t, k)) by_force = k.gain * (F[0] * t.d[0] + F[1] * t.d[1] - slot_release(s, t));
+  return std::min(G, by_force);
 }
 
 // threshold of one element: Gc h t                                                   (7.1)
@@ -162,12 +263,21 @@ bool may_start(Scan& s, int e)
   return good;
 }
 
+// cosine of the directions of a crack in the ball and in half of it, 20 degrees: less is bent.
+// Test: K1 (fracture/k2_kinks), A10
+const double BENT = 0.94;
+
 // the order: along the direction from the broken elements of the ball, so that the path leaves the mesh
-// lines; in space the way along the front does not count: all of a plane front are level  (7.8)
+// lines; a kink goes by its own direction, not that of the crack behind it; in space the way along the front
+// does not count: all of a plane front are level  (7.8)
 double force_rank(const Scan& s, int e, const double* J, double G)
 {
-  double d[3], n[3];
-  if (!grown_along(s, e, radius_of(s, e), 0.0, d)) return G;
+  double d[3], near[3], n[3];
+  const double *x = &s.fm.centre[3 * e], radius = radius_of(s, e);
+  if (!grown_along(s, e, x, radius, 0.0, d)) return G;
+  if (s.m.dim == 2 && grown_along(s, e, x, 0.5 * radius, 0.0, near) &&
+      d[0] * near[0] + d[1] * near[1] < BENT)
+    std::copy_n(near, 3, d);
   const double ahead = J[0] * d[0] + J[1] * d[1] + J[2] * d[2];
   if (s.m.dim == 2 || ahead <= 0.0 || !crack_plane(s, e, n)) return ahead;
   const double size = std::hypot(J[0], J[1], J[2]), off = d[0] * n[0] + d[1] * n[1] + d[2] * n[2];
@@ -235,11 +345,6 @@ double with_strength(const Scan& s, int e, double value)
   return std::min(value, part * part);
 }
 
-// A crack kinks where that releases more by this part: at a notch, whose direction is known, more than
-// straight on; a crack that has grown more than |J| says. |J| goes where a kink would up to K_II/K_I = 0.4,
-// and the staircase of a mesh that looks like shear releases less.
-// Test: A10, P7, K2 (fracture/kink_inclined.inp)
-const double MORE = 1.05, MORE_GROWN = 1.15;
 // in sizes of an element: length of a kink
 const double KINK_LENGTH = 3.0;
 // cosine between the way into an element at a crack and where the crack goes, or its plane; less, or with
@@ -358,59 +463,74 @@ bool out_of_reach(const Scan& s, int e, double W_most)
   return ball_constant(s, e) * radius_of(s, e) * W_most * ROUNDING < s.fm.gc[e];
 }
 
+// the elements along the kink of the tip t, from x on, break by the value of c; false: there are none
+bool take_line(const Scan& s, const Tip& t, const double* x, const Kink& k, double value, Candidate& c)
+{
+  const int e = c.x.elem;
+  const double cosine = std::cos(k.angle), sine = std::sin(k.angle), G = value * s.fm.gc[e];
+  const double go[3] = {t.d[0] * cosine - t.d[1] * sine, t.d[0] * sine + t.d[1] * cosine, 0.0};
+  const double J[3]  = {G * go[0], G * go[1], 0.0};
+  IntVec line;
+  if (!along_line(s, e, x, go, KINK_LENGTH * s.fm.local[e], line)) return false;
+  c.nkink = std::min<int>(KINK_MOST, line.size());
+  for (int i = 0; i < c.nkink; ++i) c.kink[i] = erosion_of(s, line[i], value, value, J);
+  return true;
+}
+
+// BALL: the same at the end of a notch
+void take_notch(const Scan& s, Candidate& c)
+{
+  Tip t;
+  Kink k;
+  if (!notch_kinks(s, c.x.elem, t, k)) return;
+  take_line(s, t, t.end, k, c.x.value, c);
+}
+
 // FORCE in the plane: a crack in mixed mode kinks to where it releases most, by gain times what it would
 // straight on; the elements of the kink break together, since the force on the ball does not yet see it
 //   in   J   of (7.5)
 void take_kink(const Scan& s, const double* J, Candidate& c)
 {
   const int e = c.x.elem;
-  double ratio = 0.0, x[3], into[3];
+  double x[3], into[3];
   Tip t;
   if (crack_face(s, e, x, into)) {
-    if (!crack_tip(s, e, t, ratio)) return;
+    if (!crack_tip(s, e, t)) return;
   } else {
     if (!notch_end(s, e, t)) return;
-    ratio = mode_ratio(s, e, t.end, t.d);
+    modes_ahead(s, e, t);
   }
-  const Kink k   = kink_of(ratio);
-  const double G = (J[0] * t.d[0] + J[1] * t.d[1]) / s.fm.gc[e] * k.gain;
+  const Kink k = kink_of(t.ratio);
+  double G     = (J[0] * t.d[0] + J[1] * t.d[1]) / s.fm.gc[e] * k.gain;
   if (t.given ? k.gain < MORE : G < MORE_GROWN * c.x.value) return;
-  const double cosine = std::cos(k.angle), sine = std::sin(k.angle);
-  const double go[2] = {t.d[0] * cosine - t.d[1] * sine, t.d[0] * sine + t.d[1] * cosine};
-  IntVec line;
-  if (!along_line(s, e, t.face, go, KINK_LENGTH * s.fm.local[e], line)) return;
+  if (t.given) G -= slot_release(s, t) / s.fm.gc[e] * k.gain;
+  if (!take_line(s, t, t.face, k, G, c)) return;
   c.decides  = t.given && t.straight;
   c.x.gain   = G / c.x.value;
   c.x.value  = G;
   c.exceeded = with_strength(s, e, G);
-  c.nkink    = std::min<int>(KINK_MOST, line.size());
-  const double grows[3] = {G * s.fm.gc[e] * go[0], G * s.fm.gc[e] * go[1], 0.0};
-  for (int i = 0; i < c.nkink; ++i) c.kink[i] = erosion_of(s, line[i], G, G, grows);
 }
 
-// in sizes of an element: distance of an interface from a tip whose crack is looked at as a sharp one.
-// Test: K4
-const double TO_INTERFACE = 3.0;
-
-// what a sharp crack releases through the element ahead of a tip, over |J| around that
-double sharp_share(Scan& s, int ahead)
+// the element before the end of a slot from which a crack kinks: flanks of the slot may hold more
+bool kinks(const Scan& s, int e)
 {
-  for (const auto& known : s.sharp)
-    if (known.first == ahead) return known.second;
-  double x[3], d[3], J[3], share = 1.0;
-  if (crack_face(s, ahead, x, d) && near_interface(s, x, TO_INTERFACE * s.fm.local[ahead])) {
-    grown_along(s, ahead, radius_of(s, ahead), 0.0, d);
-    const double G = sharp_release(s, ahead, x, d);
-    if (G > 0.0) share = G / force_estimate(s, ahead, radius_of(s, ahead), J);
-  }
-  s.sharp.emplace_back(ahead, share);
-  return share;
+  Tip t;
+  return s.m.dim == 2 && estimate_of(s, e) == ESTIMATE_FORCE && at_removed(s, e) && crack_tip(s, e, t) &&
+         t.given && t.straight && kink_of(t.ratio).gain >= MORE;
 }
 
-// FORCE in the plane: near an interface G changes within an element, and J sees the blunt end of a row
+// FORCE: near an interface G changes within an element, and J sees the blunt end of a row. In space a brick
+// stands for itself, from half of its toughness on; teeth of fronts of tetrahedra have no such tip
 void take_interface(Scan& s, const double* J, Candidate& c)
 {
-  const int ahead = s.fm.between.empty() ? -1 : element_ahead(s, c.x.elem, J);
+  const int e = c.x.elem;
+  double x[3], into[3];
+  if (s.fm.between.empty()) return;
+  if (s.m.dim == 3 && (c.x.value < 0.5 || s.el.block[s.el.initial_block[e]].shape != SHAPE_HEX8)) return;
+  if (s.m.dim == 3 && !crack_face(s, e, x, into)) return;
+  const double size = std::hypot(J[0], J[1], J[2]);
+  const bool front  = s.m.dim == 3 && J[0] * into[0] + J[1] * into[1] + J[2] * into[2] > BESIDE * size;
+  const int ahead   = front ? e : element_ahead(s, e, J);
   if (ahead < 0 || !s.intact(ahead)) return;
   scale(sharp_share(s, ahead), c);
 }
@@ -448,6 +568,9 @@ void take_kinks(const MeshPart& part, std::vector<Candidate>& all)
   for (const Candidate& c : all) {
     if (c.nkink == 0) out.push_back(c);
     for (int i = 0; i < c.nkink; ++i) {
+      bool twice = false;                            // another element at the same tip stands for it as well
+      for (const Candidate& o : out) twice = twice || o.x.number == c.kink[i].number;
+      if (twice) continue;
       out.push_back(c);
       out.back().x = c.kink[i];
       out.back().x.elem = part.elem_here(c.kink[i].number);
@@ -479,7 +602,7 @@ void by_griffith(Scan& s, int e, double W_most, std::vector<Candidate>& out)
   if (!force && ball_estimate(s, e, true) * ROUNDING < s.fm.gc[e]) return timer_skip(PHASE_ESTIMATE);
   if (!(largest_stress(s, e) > 0.0) || drive_of(s, e) <= least) return;
   const bool at = at_crack(s, e);
-  if (at ? behind_tip(s, e) : !start_allowed(s, e) || !may_start(s, e)) return;
+  if (at ? behind_tip(s, e) && !kinks(s, e) : !start_allowed(s, e) || !may_start(s, e)) return;
   if (at && s.def(e).strength == 0.0 && flank(s, e)) return;
   double J[3];
   ++timer_phase(PHASE_ESTIMATE).calls;
@@ -490,7 +613,8 @@ void by_griffith(Scan& s, int e, double W_most, std::vector<Candidate>& out)
   if (!at) J[0] = J[1] = J[2] = 0.0;                 // no crack yet that could go on
   out.push_back(candidate(s, e, G / s.fm.gc[e], rank / s.fm.gc[e], J));
   if (force && s.m.dim == 2) take_kink(s, F, out.back());
-  if (force && s.m.dim == 2 && at && out.back().nkink == 0) take_interface(s, F, out.back());
+  if (!force && at_notch(s, e, FRAC_NOTCH * s.fm.local[e])) take_notch(s, out.back());
+  if (force && at && out.back().nkink == 0) take_interface(s, F, out.back());
   if (at && out.back().nkink == 0) take_beside(s, F, out.back());
 }
 

@@ -12,11 +12,27 @@ namespace {
 const double STRAIGHT = 0.9986;
 // cosine between the crack and the way into an element at its end; less: the element is beside the crack
 const double AHEAD = 0.7;
-// in sizes of an element: distance of the middle of what is cracked in the ball from the element ahead:
-// less is no crack yet that has a direction (three elements of a row: 2)
-const double CRACK = 1.9;
+// in sizes of an element: distance of the middle of what is cracked in the ball from its end: less is no
+// crack yet that has a direction (three elements of a row: 1.5)
+const double CRACK = 1.4;
+// what the end of a slot leaves of a stress along it on the line ahead
+const double BEFORE_END = 0.85;
+// slope of the sides of a notch that is no slot
+const double OPENS = 0.3;
 // a toughness that is so much larger blocks the way ahead
 const double TOUGHER = 1.2;
+
+// ball in which a crack has its direction: EPSILON may be too small for one
+double kink_radius(const Scan& s, int e)
+{
+  return std::max(radius_of(s, e), FRAC_RADIUS_FORCE * s.fm.local[e]) * AT_RADIUS;
+}
+
+template <class Use>
+void in_kink_ball(const Scan& s, int e, Use use)
+{
+  frac_near(s.fm, &s.fm.centre[3 * e], kink_radius(s, e), use);
+}
 
 // middle of the free faces within radius of an element or a place, by their size
 void middle_of(const std::vector<FreeFace>& face, const double* c, double radius, double* mid)
@@ -51,8 +67,10 @@ const FreeFace* faces_ahead(const Scan& s, const std::vector<FreeFace>& face, co
       if (ahead(f.node[a]) < far - 0.8 * h) continue;
       for (int i = 0; i < 2; ++i) sum[i] += s.m.mesh.X[3 * f.node[a] + i];
       ++n;
-      if (s.W[f.elem] <= most) continue;
-      most  = s.W[f.elem];
+      if (!s.intact(f.elem)) continue;
+      const double W = elem_energy_one(s.m, s.el, f.elem, s.l, 1.0, s.step.nlgeom) / s.fm.volume[f.elem];
+      if (W <= most) continue;
+      most  = W;
       first = &f;
     }
   for (int i = 0; n && i < 2; ++i) end[i] = sum[i] / n;
@@ -75,7 +93,7 @@ bool away_from(const std::vector<FreeFace>& face, const double* end, double h, d
 // the end of a notch near e that no crack has left yet; false: there is none
 bool notch_end(const Scan& s, int e, Tip& t)
 {
-  if (!at_notch(s, e, radius_of(s, e))) return false;
+  if (!at_notch(s, e, s.dynamic() ? FRAC_NOTCH * s.fm.local[e] : radius_of(s, e))) return false;
   const double h = s.fm.local[e], *c = &s.fm.centre[3 * e];
   std::vector<FreeFace> face;
   free_faces(s, e, FRAC_KINK * h, face);
@@ -87,6 +105,7 @@ bool notch_end(const Scan& s, int e, Tip& t)
   }
   if (!first) return false;
   std::copy_n(first->mid, 2, t.face);
+  t.elem = first->elem;
   return away_from(face, t.end, h, h, t.d);
 }
 
@@ -114,12 +133,13 @@ bool crack_face(const Scan& s, int e, double* x, double* into)
   return n > 0 && norm > 0.0;
 }
 
-// K_II/K_I of the tip c in front of e whose crack has grown along d: shear over tension on the line ahead.
-// Stress along the crack has no part in it. Where the crack is closed 1e3 with the sign of the shear
-double mode_ratio(const Scan& s, int e, const double* c, const double* d)
+// K_II/K_I: shear over tension on the line ahead; stress along the crack has no part in it. Where the crack
+// is closed 1e3 with the sign of the shear. T: there the singular parts along and across the crack are equal
+void modes_ahead(const Scan& s, int e, Tip& t)
 {
-  double normal = 0.0, shear = 0.0;
-  in_ball(s, e, [&](int o, double) {
+  const double *c = t.end, *d = t.d;
+  double normal = 0.0, shear = 0.0, apart = 0.0, volume = 0.0;
+  in_kink_ball(s, e, [&](int o, double) {
     if (!s.intact(o)) return;
     const double *x = &s.fm.centre[3 * o], h = s.fm.local[e];
     const double along  = (x[0] - c[0]) * d[0] + (x[1] - c[1]) * d[1];
@@ -128,12 +148,16 @@ double mode_ratio(const Scan& s, int e, const double* c, const double* d)
     double E[4], S[4];
     mean_strain(s, o, E);
     ip_law<2>(s.law(o), E, S);
-    const double t[2] = {S[1] * d[0] - S[0] * d[1], S[3] * d[0] - S[2] * d[1]};      // S n, n = (-d2, d1)
-    normal += s.fm.volume[o] * (t[1] * d[0] - t[0] * d[1]);
-    shear += s.fm.volume[o] * (t[0] * d[0] + t[1] * d[1]);
+    const double p[2] = {S[1] * d[0] - S[0] * d[1], S[3] * d[0] - S[2] * d[1]};      // S n, n = (-d2, d1)
+    const double pull = p[1] * d[0] - p[0] * d[1], v = s.fm.volume[o];
+    volume += v;
+    normal += v * pull;
+    shear += v * (p[0] * d[0] + p[1] * d[1]);
+    apart += v * (S[0] + S[3] - 2.0 * pull);
   });
   const double least = 1e-3 * std::fabs(shear);
-  return shear == 0.0 ? 0.0 : shear / std::max(normal, least);
+  t.ratio = shear == 0.0 ? 0.0 : shear / std::max(normal, least);
+  t.along = volume > 0.0 ? apart / (BEFORE_END * volume) : 0.0;
 }
 
 int element_ahead(const Scan& s, int e, const double* J)
@@ -178,7 +202,7 @@ namespace {
 bool at_surface(const Scan& s, int e)
 {
   bool found = false;
-  in_ball(s, e, [&](int o, double) {
+  in_kink_ball(s, e, [&](int o, double) {
     if (s.el.initial_block[o] < 0) return;
     for (int f = 0; f < shape_info[s.el.block[s.el.initial_block[o]].shape].nface; ++f)
       found = found || s.fm.across[6 * o + f] < 0;
@@ -188,27 +212,46 @@ bool at_surface(const Scan& s, int e)
 
 }  // namespace
 
-// the tip of the crack in front of e, and its ratio; false: e is beside it, or too little has cracked
-bool crack_tip(const Scan& s, int e, Tip& t, double& ratio)
+// the tip of the crack in front of e, with its modes; false: e is beside it, or too little has cracked
+bool crack_tip(const Scan& s, int e, Tip& t)
 {
-  double into[3], near[3];
-  const double radius = radius_of(s, e);
+  double into[3];
+  const double radius = kink_radius(s, e);
+  t.elem = e;
   if (!crack_face(s, e, t.face, into)) return false;
   std::copy_n(t.face, 2, t.end);
-  if (!grown_along(s, e, radius, CRACK * s.fm.local[e], t.d)) return false;
-  in_ball(s, e, [&](int o, double) { t.given = t.given && !s.broken(o); });
+  if (!grown_along(s, e, t.face, radius, CRACK * s.fm.local[e], t.d)) return false;
+  in_kink_ball(s, e, [&](int o, double) { t.given = t.given && !s.broken(o); });
   // a ligament that is shorter than J and the stress ahead want
   if (!t.given && at_surface(s, e)) return false;
-  ratio = mode_ratio(s, e, t.end, t.d);
+  modes_ahead(s, e, t);
   // a kink is shorter than the ball: the direction of its half counts, if the crack is straighter by it
-  if (!grown_along(s, e, 0.5 * radius, 0.0, near)) return false;
-  const double last = mode_ratio(s, e, t.end, near);
-  t.straight = t.d[0] * near[0] + t.d[1] * near[1] > STRAIGHT;
-  if (std::fabs(last) < std::fabs(ratio)) {
-    std::copy_n(near, 3, t.d);
-    ratio = last;
-  }
+  Tip near = t;
+  if (!grown_along(s, e, t.face, 0.5 * radius, 0.0, near.d)) return false;
+  modes_ahead(s, e, near);
+  near.straight = t.straight = t.d[0] * near.d[0] + t.d[1] * near.d[1] > STRAIGHT;
+  if (std::fabs(near.ratio) < std::fabs(t.ratio)) t = near;
   return t.d[0] * into[0] + t.d[1] * into[1] >= AHEAD;
+}
+
+// width of the slot that ends at t, in the part of the ball where q falls; of a notch whose sides open: 0
+double slot_width(const Scan& s, const Tip& t)
+{
+  const int e    = t.elem;
+  const double h = s.fm.local[e];
+  double opens = 0.0, side[2] = {0, 0}, size[2] = {0, 0};
+  std::vector<FreeFace> face;
+  free_faces(s, e, (s.dynamic() ? FRAC_NOTCH * h : radius_of(s, e)) * AT_RADIUS, face);
+  for (const FreeFace& f : face) {
+    const double x[2] = {f.mid[0] - t.end[0], f.mid[1] - t.end[1]};
+    if (x[0] * t.d[0] + x[1] * t.d[1] > -h) continue;
+    const double part = f.area[1] * t.d[0] - f.area[0] * t.d[1];        // of the face along the slot
+    opens += f.area[0] * t.d[0] + f.area[1] * t.d[1];
+    size[part > 0.0] += std::fabs(part);
+    side[part > 0.0] += std::fabs(part) * (x[1] * t.d[0] - x[0] * t.d[1]);
+  }
+  if (size[0] == 0.0 || size[1] == 0.0 || std::fabs(opens) > OPENS * (size[0] + size[1])) return 0.0;
+  return std::max(0.0, side[0] / size[0] - side[1] / size[1]);
 }
 
 // intact elements that a line of this length from x enters, until one that cannot break; false: there are

@@ -136,14 +136,22 @@ double release(const Square& q, int from, int to)
 
 // ---- what stands in the square
 
-// the square in the mesh: axis along the crack, tip
+// the square in the mesh: tip, axis along the crack, normal of the crack; in space it is square to the front
 struct CrackAxes {
-  const double *tip, *d;
+  const double *tip, *d, *n;
   void place(double along, double across, double* x) const
   {
-    x[0] = tip[0] + along * d[0] - across * d[1];
-    x[1] = tip[1] + along * d[1] + across * d[0];
-    x[2] = 0.0;
+    for (int i = 0; i < 3; ++i) x[i] = tip[i] + along * d[i] + across * n[i];
+  }
+  // components of a displacement along both                                      [dim] to [2]
+  std::array<double, 2> components(const double* u, int dim) const
+  {
+    std::array<double, 2> c = {0.0, 0.0};
+    for (int i = 0; i < dim; ++i) {
+      c[0] += d[i] * u[i];
+      c[1] += n[i] * u[i];
+    }
+    return c;
   }
 };
 
@@ -179,29 +187,30 @@ void fill_cells(const Scan& s, const CrackAxes& f, double h, Square& q)
     }
 }
 
-// displacement of the mesh at x; false: nothing intact is there
+// displacement of the mesh at x [dim]; false: nothing intact is there
 bool displacement_at(const Scan& s, const double* x, double h, double* u)
 {
   bool found = false;
+  const int dim = s.m.dim;
   frac_near(s.fm, x, 1.5 * h, [&](int o, double) {
     if (found || !s.intact(o)) return;
     const Shape shape = s.el.block[s.el.initial_block[o]].shape;
     const int nen = shape_info[shape].nen, *node = s.m.mesh.conn.begin(o);
-    double X[2 * MAX_NODES], xi[3], N[MAX_NODES];
+    double X[3 * MAX_NODES], xi[3], N[MAX_NODES];
     for (int a = 0; a < nen; ++a)
-      for (int i = 0; i < 2; ++i) X[2 * a + i] = s.m.mesh.X[3 * node[a] + i];
+      for (int i = 0; i < dim; ++i) X[dim * a + i] = s.m.mesh.X[3 * node[a] + i];
     if (!shape_locate(shape, X, x, xi)) return;
     shape_eval(shape, xi, N, nullptr);
-    u[0] = u[1] = 0.0;
+    std::fill_n(u, dim, 0.0);
     for (int a = 0; a < nen; ++a)
-      for (int i = 0; i < 2; ++i) u[i] += N[a] * s.l.u[2 * node[a] + i];
+      for (int i = 0; i < dim; ++i) u[i] += N[a] * s.l.u[dim * node[a] + i];
     found = true;
   });
   return found;
 }
 
-// turns displacements back by the mean rotation of the border, in the axes of the crack
-void turn_back(const CrackAxes& f, Square& q)
+// turns displacements back by the mean rotation of the border
+void turn_back(Square& q)
 {
   double turn = 0.0, size = 0.0, mean[2] = {0, 0}, n = 0.0;
   const auto each = [&](auto use) {
@@ -209,7 +218,6 @@ void turn_back(const CrackAxes& f, Square& q)
       if (q.held[k]) use(q.at[k % NODES], q.at[k / NODES], q.given[k]);
   };
   each([&](double, double, std::array<double, 2>& u) {
-    u = {u[0] * f.d[0] + u[1] * f.d[1], u[1] * f.d[0] - u[0] * f.d[1]};
     for (int i = 0; i < 2; ++i) mean[i] += u[i];
     ++n;
   });
@@ -229,11 +237,12 @@ void hold_border(const Scan& s, const CrackAxes& f, double h, Square& q)
 {
   for (int k = 0; k < NODES * NODES; ++k) {
     if (!on_border(k % NODES, k / NODES)) continue;
-    double x[3];
+    double x[3], u[3];
     f.place(q.at[k % NODES], q.at[k / NODES], x);
-    q.held[k] = displacement_at(s, x, h, q.given[k].data());
+    q.held[k] = displacement_at(s, x, h, u);
+    if (q.held[k]) q.given[k] = f.components(u, s.m.dim);
   }
-  turn_back(f, q);
+  turn_back(q);
 }
 
 // the same with the material of e in all cells
@@ -250,10 +259,10 @@ Square one_material(const Scan& s, int e, Square q)
 
 }  // namespace
 
-double sharp_release(const Scan& s, int e, const double* tip, const double* d)
+double sharp_release(const Scan& s, int e, const double* tip, const double* d, const double* n)
 {
-  const double h = s.fm.local[e];
-  const CrackAxes f  = {tip, d};
+  const double h    = s.fm.local[e];
+  const CrackAxes f = {tip, d, n};
   Square q = empty_square(h);
   fill_cells(s, f, h, q);
   hold_border(s, f, h, q);
