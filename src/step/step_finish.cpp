@@ -233,13 +233,14 @@ double with_grounds(const Model& m, const State& st, const Attempt& a, double wo
 }
 
 // energy that friction takes at place b: its work less the change of what sticking stores            (4.11)
+// Forces of both ends act where they are not those of the middle
 double friction_loss(const Attempt& a, int b, int dim, const State& st)
 {
   const double ct = st.bonds.ct[b];
   double work = 0.0, stored = 0.0;
   for (int i = 0; i < dim && ct > 0.0; ++i) {
     const double t0 = st.n.lambda[b * dim + i], t1 = st.np1.lambda[b * dim + i];
-    work += t1 * a.jumps.contact[b * dim + i];
+    work += (a.mode.mid || a.cM == 0.0 ? t1 : 0.5 * (t0 + t1)) * a.jumps.contact[b * dim + i];
     stored += 0.5 * (t1 * t1 - t0 * t0) / ct;
   }
   return work - stored;
