@@ -432,7 +432,7 @@ Failure body_loads(const Model& m, const Discretisation& d, const State& st, con
       const auto name = [&] { return "material point " + std::to_string(pts.label[q]); };
       const Failure failure = value_here(m, step, l, X, at, name, value);
       if (!failure.ok()) return failure;
-      const double w = value * (l.per_mass ? pts.mass[q] : pts.V0[q]);
+      const double w = value * (l.per_mass ? pts.mass[q] : point_volume(m, pts, q));
       const double* w_c = pts.w(q);
       for (int a = 0; a < pts.conn.count(q); ++a)
         for (int i = 0; i < dim; ++i) fc[pts.conn.begin(q)[a] * dim + i] += w * w_c[a] * l.dir[i];

@@ -138,11 +138,14 @@ void fitted(const Model& m, const IntVec& fresh, const State& st, std::vector<Ei
   }
 }
 
-// the shape of a point without stress is mapped, about its centre, by A
+// The shape of a point without stress is mapped, about its centre, by A. Squeezed debris does not rule the
+// explicit increment: less volume carries stress, so that no frequency of the point grows            (7.34)
 void reshape(const Eigen::Matrix3d& A, int dim, int p, Points& pts, RigidFragment& g)
 {
   const Eigen::Vector3d X = mean(g, g.X);
   const Eigen::Matrix3d B = A.inverse().transpose();
+  const double least = Eigen::JacobiSVD<Eigen::Matrix3d>(A).singularValues()[2];
+  pts.V0[p] *= std::min(1.0, least * least);
   pts.kind[p] = domain_own(pts.kind[p], pts.kinds);
   double* G   = &pts.kinds.number[pts.kinds.first[pts.kind[p]]] + g.n;
   for (int a = 0; a < g.n; ++a) {
