@@ -2,13 +2,14 @@
 
 namespace {
 
-// an element with NGP Gauss points and N nodes in D dimensions, or a pack of them; re or ke may be null.
-// Returns the least det F(n+1)
-template <int D, int N, int NGP, class G, class T>
+// an element with NGP Gauss points and N nodes in D dimensions, or a pack of them; re, ke or energy may be
+// null. Returns the least det F(n+1)
+template <int D, int N, int NGP, bool ENERGY = false, class G, class T>
 T form(const G* dNdX, const G* w, const MatLaw& law, const KernelMode& mode, const T* u0, const T* u1, T* re,
-       T* ke)
+       T* ke, T* energy = nullptr)
 {
   T det_min = T{} + 1.0;
+  if (ENERGY) *energy = T{};
   if (re)
     for (int k = 0; k < N * D; ++k) re[k] = T{};
   if (ke)
@@ -20,6 +21,13 @@ T form(const G* dNdX, const G* w, const MatLaw& law, const KernelMode& mode, con
     if (mode_reads_old(mode, law)) ip_gradient<D, N>(dN, N, u0, H0);
     const T det = ip_stress<D>(law, mode, H0, H1, Fb, S);
     det_min     = det < det_min ? det : det_min;
+    if (ENERGY) {
+      T E[D * D], Snew[D * D], psi = {};
+      ip_strain<D>(mode.finite, H1, E);
+      ip_law<D>(law, E, Snew);
+      for (int k = 0; k < D * D; ++k) psi += 0.5 * Snew[k] * E[k];
+      *energy += w[g] * psi;
+    }
     if (re) ip_force<D, N>(dN, N, w[g], Fb, S, re);
     if (ke) ip_tangent<D, N>(dN, N, w[g], law, mode, Fb, S, f, ke);
   }
@@ -36,26 +44,36 @@ Status form_one(const ElemBlock& b, size_t slot, const KernelMode& mode,
              : BAD_JACOBIAN;
 }
 
-// equal elements share their gradients; others have them side by side in packs
-template <int D, int N, int NGP>
-Status form_pack(const ElemBlock& b, const int* slot, const KernelMode& mode, const double* u0,
-                 const double* u1, double* re, double* ke, unsigned& bad)
+// equal elements share their gradients; others have them side by side in packs. Apart for ENERGY: the forces
+// alone are faster
+template <int D, int N, int NGP, bool ENERGY>
+__attribute__((noinline, flatten)) Pack form_rows(const ElemBlock& b, const int* slot, const KernelMode& mode,
+                                                  const Pack* u0, const Pack* u1, Pack* re, Pack* ke,
+                                                  Pack* energy)
 {
-  const auto pack = [](const double* x) { return reinterpret_cast<const Pack*>(x); };
-  Pack *rp = reinterpret_cast<Pack*>(re), *kp = reinterpret_cast<Pack*>(ke), det;
   bool equal = true;
   for (int l = 1; l < PACK; ++l) equal = equal && b.kind[slot[l]] == b.kind[slot[0]];
   if (equal) {
     const size_t first = b.gauss(slot[0]);
-    det = form<D, N, NGP>(&b.dNdX[first * N * D], &b.w[first], b.law, mode, pack(u0), pack(u1), rp, kp);
-  } else {
-    Pack dNdX[NGP * N * D], w[NGP];
-    for (int g = 0; g < NGP; ++g) elem_gradients_pack<D, N>(b, slot, g, dNdX + g * N * D, w[g]);
-    det = form<D, N, NGP>(dNdX, w, b.law, mode, pack(u0), pack(u1), rp, kp);
+    return form<D, N, NGP, ENERGY>(&b.dNdX[first * N * D], &b.w[first], b.law, mode, u0, u1, re, ke, energy);
   }
+  Pack dNdX[NGP * N * D], w[NGP];
+  for (int g = 0; g < NGP; ++g) elem_gradients_pack<D, N>(b, slot, g, dNdX + g * N * D, w[g]);
+  return form<D, N, NGP, ENERGY>(dNdX, w, b.law, mode, u0, u1, re, ke, energy);
+}
+
+template <int D, int N, int NGP>
+Status form_pack(const ElemBlock& b, const int* slot, const KernelMode& mode, const double* u0,
+                 const double* u1, double* re, double* ke, unsigned& bad, double* energy)
+{
+  const auto pack = [](const double* x) { return reinterpret_cast<const Pack*>(x); };
+  Pack *rp = reinterpret_cast<Pack*>(re), *kp = reinterpret_cast<Pack*>(ke), psi;
+  const Pack det = energy ? form_rows<D, N, NGP, true>(b, slot, mode, pack(u0), pack(u1), rp, kp, &psi)
+                          : form_rows<D, N, NGP, false>(b, slot, mode, pack(u0), pack(u1), rp, kp, nullptr);
   bad = 0;
   for (int l = 0; l < PACK; ++l)
     if (!(det[l] > 0.0)) bad |= 1u << l;
+  for (int l = 0; l < PACK && energy; ++l) energy[l] = psi[l];
   return bad ? BAD_JACOBIAN : STATUS_OK;
 }
 

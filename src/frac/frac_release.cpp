@@ -263,7 +263,7 @@ void frac_torn(const Model& m, const FracMesh& fm, const Fracture& fr, const Poi
   std::sort(out.begin(), out.end());
 }
 
-void frac_release(const Model& m, const FracMesh& fm, const IntVec& number, State& st)
+void frac_release(const Model& m, const FracMesh& fm, const IntVec& number, bool last, State& st)
 {
   Points& pts   = st.points;
   Fracture& fr  = st.frac;
@@ -290,7 +290,7 @@ void frac_release(const Model& m, const FracMesh& fm, const IntVec& number, Stat
     k += first;
   }
   if (m.part.window) point_number_released(m, torn.point, torn.turn, fresh, pts);
-  frac_interfaces(m, fm, st);
+  if (last) frac_interfaces(m, fm, st);
 }
 
 namespace {

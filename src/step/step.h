@@ -152,6 +152,7 @@ struct Attempt {
   RealVec du{};                  // [neq]
   RealVec acc{};               // explicit: acceleration at t(n+1) [neq]
   double work = 0.0;             // with plain: of loads and supports over the increment
+  RealVec* energy = nullptr;     // explicit: [nelem] of intact elements at t(n+1), where a test needs them
   bool plain = false;            // explicit, nodes alone, no dampers: st.np1 has velocities and accelerations
   BulkStep bulk{};               // explicit: bulk viscosity
   Jumps jumps{};               // of du

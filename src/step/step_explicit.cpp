@@ -74,7 +74,7 @@ Failure form_forces(Problem& p, Attempt& a, RealVec& f)
 {
   const Dofs& s   = p.dofs;
   Failure failure = assem_move(p.m, p.d, s, a.du, a.t0, a.t1, p.st, a.jumps);
-  if (failure.ok()) failure = assem_internal(p.m, p.d, s, a.mode, a.jumps, p.st, a.fint);
+  if (failure.ok()) failure = assem_internal(p.m, p.d, s, a.mode, a.jumps, p.st, a.fint, nullptr, a.energy);
   if (failure.ok()) failure = assem_loads(p.m, p.d, s, p.st, a.step, a.load, p.warned, a.fext);
   if (!failure.ok()) return failure;
   f.resize(s.neq());
@@ -152,7 +152,7 @@ Failure explicit_nodes(Problem& p, Attempt& a)
   a.cM = scheme_of(a.step).mass(a.step, a.dt);
   leap_nodes(s, st.n, a);
   Failure failure = assem_move(p.m, p.d, s, a.du, a.t0, a.t1, st, a.jumps);
-  if (failure.ok()) failure = assem_internal(p.m, p.d, s, a.mode, a.jumps, st, a.fint);
+  if (failure.ok()) failure = assem_internal(p.m, p.d, s, a.mode, a.jumps, st, a.fint, nullptr, a.energy);
   if (failure.ok()) failure = assem_loads(p.m, p.d, s, st, a.step, a.load, p.warned, a.fext);
   if (failure.ok() && !accelerate_nodes(s, st.rf, st.n, a, st.np1)) return BAD_NUMBER;
   st.log.iterations = 1;

@@ -376,8 +376,6 @@ void step_finish(Problem& p, Attempt& a, RealVec& energy)
   if (p.d.fm.on) st.ledger.fracture += frac_degraded(m, a.step, p.d.el, st.points, st.frac, st.n, st.np1);
   if (leaps) {                 // energies: when they are read (run_step), or those of a test
     comm_sum(&work, 1);
-    if (!m.fracture.empty() && step_tests(p, a.step, a.total1))
-      elem_energy(m, p.d.el, st.np1, a.step.nlgeom, &energy);
     if (a.step.bulk()) finish_bulk(a, st);
   } else {
     ledger_sums(m, p.d.el, s, st.np1, a.step.nlgeom, st, work, p.d.fm.on ? &energy : nullptr);
