@@ -84,7 +84,8 @@ void face_middle(const MasterFace& f, double* x, double* n)
 namespace {
 
 // local place of the foot of the perpendicular from p: Newton on the two tangents (one step for edges,
-// triangles and parallelograms, and one that sees it). x = m + a xi + b eta + h xi eta; a triangle from its first node, h = 0
+// triangles and parallelograms, and one that sees it). x = m + a xi + b eta + h xi eta; a triangle from its
+// first node, h = 0
 void project(const MasterFace& f, const double* p, double* xi)
 {
   double r0[3], a[3], b[3] = {0, 0, 0}, h[3] = {0, 0, 0};
