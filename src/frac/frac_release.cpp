@@ -282,10 +282,13 @@ void frac_release(const Model& m, const FracMesh& fm, const IntVec& number, bool
   const size_t before = fr.left.item.size();
   point_release(fresh, m.dim, pts, fr.left);
   copy_corners(fr.left.item, before, m.dim, st.n);
+  const size_t history = point_history_size(pts, st.n);
   size_t k = 0;
   for (int p : torn.point) {
     const bool first = k < fresh.size() && fresh[k] == p;
+    const double V = pts.V0[p];
     restore(m.dim, p, first && !map.empty() ? &map[k] : nullptr, pts, st.n);
+    if (history) history_at(st.n.hp, history, p)[HISTORY_DISSIPATED] *= V / pts.V0[p];    // stays
     forget_flow(m, pts, p, st.n.hp);
     k += first;
   }
