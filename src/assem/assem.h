@@ -29,9 +29,11 @@ void assem_share_bonds(State& st, int dim, Jumps& j);
 // assem_internal : fint [neq] of elements, points and bonds for the two levels of the state;
 // writes gap, friction and multiplier of contact into st.np1
 //   inout with   null, or another vector [neq] that is summed over the ranks in the same message
+//   out   energy  strain energy of intact elements of this rank at t(n+1) [nelem]; null: not asked for
 //   BAD_JACOBIAN: with the element or point
 Failure assem_internal(const Model& m, const Discretisation& d, const Dofs& dofs, const KernelMode& mode,
-                       Jumps& j, State& st, RealVec& fint, RealVec* with = nullptr);
+                       Jumps& j, State& st, RealVec& fint, RealVec* with = nullptr,
+                       RealVec* energy = nullptr);
 
 // When loads are taken: times of the step and of the run; followers act on places between t(n), s = 0, and
 // t(n+1), s = 1

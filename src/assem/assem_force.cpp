@@ -140,7 +140,7 @@ inline void add_force_pack(const Mesh& mesh, const Dofs& dofs, const ElemBlock& 
 // elements of a pack in which a crack may begin to open: the force of their law
 template <int N>
 Status open_cracks(const Model& m, const Elements& el, const KernelMode& mode, const ElemBlock& b,
-                   const PackList& w, unsigned opens, State& st, Pack* re)
+                   const PackList& w, unsigned opens, State& st, Pack* re, double* psi)
 {
   Status status = STATUS_OK;
   double one[N];
@@ -152,29 +152,33 @@ Status open_cracks(const Model& m, const Elements& el, const KernelMode& mode, c
     const Status s = elem_form_one(m, el, mode, b, w.slot[l], nullptr, st.n, st.np1, one, nullptr);
     if (s != STATUS_OK) status = s;
     for (int k = 0; k < N; ++k) re[k][l] = one[k];
+    if (psi) psi[l] = elem_energy_one(m, el, b.elem[w.slot[l]], st.np1, 1.0, mode.finite);
   }
   return status;
 }
 
 template <int D, int N>
 Failure add_pack(const Model& m, const Elements& el, State& st, const Dofs& dofs, const KernelMode& mode,
-                 const ElemBlock& b, ElemFormPack form, PackList& w, RealVec& fint)
+                 const ElemBlock& b, ElemFormPack form, PackList& w, RealVec& fint, RealVec* energy)
 {
   const Mesh& mesh = m.mesh;
   if (w.n == 0) return STATUS_OK;
   Pack u0[N * D], u1[N * D], re[N * D];
+  double psi[PACK];
   const auto numbers = [](Pack* x) { return reinterpret_cast<double*>(x); };
   unsigned bad, opens;
   w.fill();
   if (mode.bulk || mode_reads_old(mode, b.law)) elem_ends_pack(st.n.u, mesh, b, w.slot, N, D, numbers(u0));
   elem_ends_pack(st.np1.u, mesh, b, w.slot, N, D, numbers(u1));
   const Status status = form(b, w.slot, mode, numbers(u0), numbers(u1), numbers(re), nullptr, bad,
-                             b.opens() ? &opens : nullptr);
-  const Status cracks = b.opens() ? open_cracks<N * D>(m, el, mode, b, w, opens, st, re) : STATUS_OK;
+                             energy || b.opens() ? psi : nullptr, b.opens() ? &opens : nullptr);
+  const Status cracks = b.opens() ? open_cracks<N * D>(m, el, mode, b, w, opens, st, re, energy ? psi : nullptr)
+                                  : STATUS_OK;
   if (mode.bulk)
     elem_bulk_pack(b)(b, w.slot, w.n, numbers(u0), numbers(u1), mode.finite, st.n.q, st.np1.q, *mode.bulk,
                       numbers(re));
   add_force_pack<D, N>(mesh, dofs, b, w.slot, w.n, re, fint);
+  for (int l = 0; l < w.n && energy; ++l) (*energy)[b.elem[w.slot[l]]] = psi[l];
   w.n = 0;
   if (cracks != STATUS_OK) return {BAD_JACOBIAN, AT_ELEMENT, b.elem[w.slot[0]]};
   if (status == STATUS_OK) return STATUS_OK;
@@ -200,7 +204,7 @@ void add_bulk(const Mesh& mesh, const Dofs& dofs, const KernelMode& mode, const 
 
 template <int D, int N>
 void add_block(const Model& m, const Elements& el, const Dofs& dofs, const KernelMode& mode,
-               const ElemBlock& b, State& st, RealVec& fint, Failure& failure)
+               const ElemBlock& b, State& st, RealVec& fint, RealVec* energy, Failure& failure)
 {
   const Mesh& mesh        = m.mesh;
   const ElemForm form     = elem_form(b);
@@ -208,7 +212,7 @@ void add_block(const Model& m, const Elements& el, const Dofs& dofs, const Kerne
   double re[N * D];
   PackList w;
   const auto flush = [&] {
-    const Failure f = add_pack<D, N>(m, el, st, dofs, mode, b, pack, w, fint);
+    const Failure f = add_pack<D, N>(m, el, st, dofs, mode, b, pack, w, fint, energy);
     if (!f.ok()) failure = f;
   };
   for (int slot : b.live) {
@@ -220,17 +224,18 @@ void add_block(const Model& m, const Elements& el, const Dofs& dofs, const Kerne
     if (elem_form_one(m, el, mode, b, slot, form, st.n, st.np1, re, nullptr) != STATUS_OK)
       failure = {BAD_JACOBIAN, AT_ELEMENT, e};
     add_force(dofs, elem_nodes(mesh, b, slot), N, D, re, fint);
+    if (energy && el.broken(e) < 0) (*energy)[e] = elem_energy_one(m, el, e, st.np1, 1.0, mode.finite);
     if (mode.bulk && el.broken(e) < 0) add_bulk<D, N>(mesh, dofs, mode, b, slot, st, fint);
   }
   flush();
 }
 
 Failure add_elements(const Model& m, const Elements& el, const Dofs& dofs, const KernelMode& mode, State& st,
-                     RealVec& fint)
+                     RealVec& fint, RealVec* energy)
 {
   Failure failure;             // the last one
   for (const ElemBlock& b : el.block)
-    by_shape(b.shape, [&](auto z) { add_block<z.D, z.N>(m, el, dofs, mode, b, st, fint, failure); });
+    by_shape(b.shape, [&](auto z) { add_block<z.D, z.N>(m, el, dofs, mode, b, st, fint, energy, failure); });
   return failure;
 }
 
@@ -455,7 +460,7 @@ Failure body_loads(const Model& m, const Discretisation& d, const State& st, con
       const auto name = [&] { return "material point " + std::to_string(pts.label[q]); };
       const Failure failure = value_here(m, step, l, X, at, name, value);
       if (!failure.ok()) return failure;
-      const double w = value * (l.per_mass ? pts.mass[q] : pts.V0[q]);
+      const double w = value * (l.per_mass ? pts.mass[q] : point_volume(m, pts, q));
       const double* w_c = pts.w(q);
       for (int a = 0; a < pts.conn.count(q); ++a)
         for (int i = 0; i < dim; ++i) fc[pts.conn.begin(q)[a] * dim + i] += w * w_c[a] * l.dir[i];
@@ -530,11 +535,12 @@ void assem_share_bonds(State& st, int dim, Jumps& j)
 }
 
 Failure assem_internal(const Model& m, const Discretisation& d, const Dofs& dofs, const KernelMode& mode,
-                       Jumps& j, State& st, RealVec& fint, RealVec* with)
+                       Jumps& j, State& st, RealVec& fint, RealVec* with, RealVec* energy)
 {
   Timer timer(PHASE_RESIDUAL);
   fint.assign(dofs.neq(), 0.0);
-  Failure failure = add_elements(m, d.el, dofs, mode, st, fint);
+  if (energy) energy->assign(m.mesh.nelem(), 0.0);
+  Failure failure = add_elements(m, d.el, dofs, mode, st, fint, energy);
   if (st.points.npoint_all()) {
     RealVec& fc = j.corner;
     fc.assign(st.points.Xc.size(), 0.0);

@@ -83,7 +83,7 @@ void add_pack(const Mesh& mesh, const State& st, const KernelMode& mode, const E
   w.fill();
   if (mode_reads_old(mode, b.law)) elem_ends_pack(st.n.u, mesh, b, w.slot, nen, D, u0);
   elem_ends_pack(st.np1.u, mesh, b, w.slot, nen, D, u1);
-  form(b, w.slot, mode, u0, u1, nullptr, ke, bad, nullptr);
+  form(b, w.slot, mode, u0, u1, nullptr, ke, bad, nullptr, nullptr);
   add_packed_pairs<D>(A, w.map, w.n, nen, ke);
   w.n = 0;
 }

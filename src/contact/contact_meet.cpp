@@ -9,7 +9,6 @@
 namespace {
 
 // Test of all three: Face.ContactMeetsNearTheRimAndNotTooDeep (unit)
-const double DEEPEST = 0.5;    // of the size of a face: a point deeper below it has come from elsewhere
 // 1 + (1/4)^2, on squared distances: a point below an edge belongs to the face while it lies beside it by no
 // more than a quarter of its depth (14 degrees)
 const double BESIDE2 = 1.0625;
@@ -84,31 +83,41 @@ void face_middle(const MasterFace& f, double* x, double* n)
 
 namespace {
 
-// local place of the foot of the perpendicular from p: Newton on the two tangents (one step for edges and
-// triangles)
+// local place of the foot of the perpendicular from p: Newton on the two tangents (one step for edges,
+// triangles and parallelograms, and one that sees it). x = m + a xi + b eta + h xi eta; a triangle from its
+// first node, h = 0
 void project(const MasterFace& f, const double* p, double* xi)
 {
-  double N[4], dN[8];
-  xi[0] = xi[1] = f.n == 3 ? 1.0 / 3 : 0.0;
-  for (int it = 0; it < 10; ++it) {
-    double r[3] = {p[0], p[1], p[2]}, t[2][3] = {{0, 0, 0}, {0, 0, 0}};
-    face_eval(f.n, xi, N, dN);
-    for (int k = 0; k < f.n; ++k)
-      for (int i = 0; i < 3; ++i) {
-        r[i] -= N[k] * f.x[3 * k + i];
-        t[0][i] += dN[2 * k] * f.x[3 * k + i];
-        t[1][i] += dN[2 * k + 1] * f.x[3 * k + i];
-      }
-    double a = 0, b = 0, c = 0, p0 = 0, p1 = 0;
-    for (int i = 0; i < 3; ++i) {
-      a += t[0][i] * t[0][i];
-      b += t[0][i] * t[1][i];
-      c += t[1][i] * t[1][i];
-      p0 += t[0][i] * r[i];
-      p1 += t[1][i] * r[i];
+  double r0[3], a[3], b[3] = {0, 0, 0}, h[3] = {0, 0, 0};
+  const double* x = f.x;
+  for (int i = 0; i < 3; ++i) {
+    if (f.n == 4) {
+      r0[i] = p[i] - 0.25 * (x[i] + x[3 + i] + x[6 + i] + x[9 + i]);
+      a[i]  = 0.25 * (x[3 + i] + x[6 + i] - x[i] - x[9 + i]);
+      b[i]  = 0.25 * (x[6 + i] + x[9 + i] - x[i] - x[3 + i]);
+      h[i]  = 0.25 * (x[i] + x[6 + i] - x[3 + i] - x[9 + i]);
+    } else if (f.n == 3) {
+      r0[i] = p[i] - x[i];
+      a[i]  = x[3 + i] - x[i];
+      b[i]  = x[6 + i] - x[i];
+    } else {
+      r0[i] = p[i] - 0.5 * (x[i] + x[3 + i]);
+      a[i]  = 0.5 * (x[3 + i] - x[i]);
     }
-    if (f.n == 2) { b = p1 = 0.0; c = 1.0; }
-    const double det = a * c - b * b, d0 = (c * p0 - b * p1) / det, d1 = (a * p1 - b * p0) / det;
+  }
+  xi[0] = xi[1] = 0.0;
+  for (int it = 0; it < 10; ++it) {
+    double aa = 0, ab = 0, bb = 0, p0 = 0, p1 = 0;
+    for (int i = 0; i < 3; ++i) {
+      const double t0 = a[i] + h[i] * xi[1], t1 = b[i] + h[i] * xi[0], r = r0[i] - t0 * xi[0] - b[i] * xi[1];
+      aa += t0 * t0;
+      ab += t0 * t1;
+      bb += t1 * t1;
+      p0 += t0 * r;
+      p1 += t1 * r;
+    }
+    if (f.n == 2) bb = 1.0;
+    const double det = aa * bb - ab * ab, d0 = (bb * p0 - ab * p1) / det, d1 = (aa * p1 - ab * p0) / det;
     xi[0] += d0;
     xi[1] += d1;
     if (std::fabs(d0) + std::fabs(d1) < 1e-12) return;
@@ -197,7 +206,7 @@ Projection contact_meet(const MasterFace& f, const double* p, double reach, Hit&
     if (p[i] < f.lo[i] - reach || p[i] > f.hi[i] + reach) return PROJ_NONE;
   bool over;
   const double distance2 = contact_nearest(f, p, over, hit);
-  if (hit.gap > reach || hit.gap < -DEEPEST * f.size) return PROJ_NONE;
+  if (hit.gap > reach || hit.gap < -CONTACT_DEEPEST * f.size) return PROJ_NONE;
   const double gap2 = hit.gap * hit.gap, rim2 = RIM2 * f.size * f.size;
   // behind a dent a point may lie over no face at all: it belongs to the face whose edge it is behind
   hit.beside = !over && hit.gap <= 0.0 && distance2 <= BESIDE2 * gap2;

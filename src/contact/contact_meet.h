@@ -8,6 +8,10 @@
 
 #include "model/state.h"
 
+// Part of the size of a face: a point deeper below it has come from elsewhere.
+// Test: Face.ContactMeetsNearTheRimAndNotTooDeep (unit)
+const double CONTACT_DEEPEST = 0.5;
+
 struct MasterFace {
   int n = 0;
   int kin[4];                  // nodes (corner c: nnode + c)

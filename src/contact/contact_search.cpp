@@ -201,10 +201,16 @@ void take_cylinder(FaceNow& a)
   a.radius2 = warp < 0.01 * shortest ? radius * radius : 1e300;
 }
 
-bool outside_cylinder(const FaceNow& a, const double* p)
+// Of its size: by so much the height over its middle is off the gap to a face with a cylinder
+const double UNEVEN = 0.06;
+
+bool outside_cylinder(const FaceNow& a, const double* p, double reach)
 {
   const double r[3] = {p[0] - a.x[0], p[1] - a.x[1], p[2] - a.x[2]};
   const double height = r[0] * a.n[0] + r[1] * a.n[1] + r[2] * a.n[2];
+  if (a.radius2 < 1e300 && (height > reach + UNEVEN * a.f.size ||
+                            height < -(CONTACT_DEEPEST + UNEVEN) * a.f.size))
+    return true;
   return r[0] * r[0] + r[1] * r[1] + r[2] * r[2] - height * height > a.radius2;
 }
 
@@ -278,7 +284,7 @@ void search_place(GeneralSearch& g, int b, const IntVec& facing, std::vector<Hit
   for (int j : facing) {
     Hit hit;
     const double reach = g.scene.part * (g.face[i].f.size + g.face[j].f.size) + g.scene.travel;
-    if (outside_cylinder(g.face[j], p)) continue;
+    if (outside_cylinder(g.face[j], p, reach)) continue;
     const Projection k = contact_meet(g.face[j].f, p, reach, hit);
     if (hit.beside && outside_corner(g, i, hit, p)) continue;
     contact_nearer(hit, k, kind, hits);

@@ -105,10 +105,11 @@ Status elem_form_one(const Model& m, const Elements& el, const KernelMode& mode,
 // [...][PACK]
 //   in   slot      places of the elements                [PACK]
 //        u0        read when mode_reads_old says so; re or ke may be null
-//   out  opens     a bit for each element in which a crack may begin to open, unless null
+//   out  energy    strain energies at t(n+1)             [PACK]; null: not asked for
+//        opens     a bit for each element in which a crack may begin to open; needs energy; null: not asked for
 //   BAD_JACOBIAN: bad has a bit for each element with det F(n+1) <= 0
-using ElemFormPack = Status (*)(const ElemBlock& b, const int* slot, const KernelMode& mode,
-                                const double* u0, const double* u1, double* re, double* ke, unsigned& bad,
+using ElemFormPack = Status (*)(const ElemBlock& b, const int* slot, const KernelMode& mode, const double* u0,
+                                const double* u1, double* re, double* ke, unsigned& bad, double* energy,
                                 unsigned* opens);
 ElemFormPack elem_form_pack(const ElemBlock& b);   // null: the type has none
 ElemForm eas_form(Shape s);
@@ -156,7 +157,8 @@ inline void elem_ends_pack(const RealVec& u, const Mesh& mesh, const ElemBlock& 
   for (int a = 0; a < nen; ++a) {
     const double* of[PACK];
     for (int l = 0; l < PACK; ++l) of[l] = &u[static_cast<size_t>(node[l][a]) * dim];
-    for (int i = 0; i < dim; ++i) out[a * dim + i] = pack_gather(of, i);
+    if (dim == 2) pack_gather_two(of, &out[a * 2]);
+    else for (int i = 0; i < dim; ++i) out[a * dim + i] = pack_gather(of, i);
   }
 }
 

@@ -3,12 +3,13 @@
 namespace {
 
 // an element with NGP Gauss points and N nodes in D dimensions, or a pack of them; re or ke may be null.
-// Returns the least det F(n+1); most: largest S : S, unless null
-template <int D, int N, int NGP, class G, class T>
+// Returns the least det F(n+1); with ENERGY energy; with STRESS most, the largest S : S
+template <int D, int N, int NGP, bool ENERGY = false, bool STRESS = false, class G, class T>
 T form(const G* dNdX, const G* w, const MatLaw& law, const KernelMode& mode, const T* u0, const T* u1, T* re,
-       T* ke, T* most = nullptr)
+       T* ke, T* energy = nullptr, T* most = nullptr)
 {
   T det_min = T{} + 1.0;
+  if (ENERGY) *energy = T{};
   if (re)
     for (int k = 0; k < N * D; ++k) re[k] = T{};
   if (ke)
@@ -20,10 +21,17 @@ T form(const G* dNdX, const G* w, const MatLaw& law, const KernelMode& mode, con
     if (mode_reads_old(mode, law)) ip_gradient<D, N>(dN, N, u0, H0);
     const T det = ip_stress<D>(law, mode, H0, H1, Fb, S);
     det_min     = det < det_min ? det : det_min;
-    if (most) {
+    if (STRESS) {
       T SS = {};
       for (int k = 0; k < D * D; ++k) SS += S[k] * S[k];
       *most = SS > *most ? SS : *most;
+    }
+    if (ENERGY) {
+      T E[D * D], Snew[D * D], psi = {};
+      ip_strain<D>(mode.finite, H1, E);
+      ip_law<D>(law, E, Snew);
+      for (int k = 0; k < D * D; ++k) psi += 0.5 * Snew[k] * E[k];
+      *energy += w[g] * psi;
     }
     if (re) ip_force<D, N>(dN, N, w[g], Fb, S, re);
     if (ke) ip_tangent<D, N>(dN, N, w[g], law, mode, Fb, S, f, ke);
@@ -41,7 +49,6 @@ Status form_one(const ElemBlock& b, size_t slot, const KernelMode& mode,
              : BAD_JACOBIAN;
 }
 
-// equal elements share their gradients; others have them side by side in packs
 // lanes in which a principal stress may exceed the strength: it is at most sqrt(S : S)
 unsigned near_strength(const ElemBlock& b, const int* slot, const Pack& most)
 {
@@ -53,28 +60,44 @@ unsigned near_strength(const ElemBlock& b, const int* slot, const Pack& most)
   return out;
 }
 
-template <int D, int N, int NGP>
-Status form_pack(const ElemBlock& b, const int* slot, const KernelMode& mode, const double* u0,
-                 const double* u1, double* re, double* ke, unsigned& bad, unsigned* opens)
+// equal elements share their gradients; others have them side by side in packs. Apart for ENERGY: the forces
+// alone are faster
+template <int D, int N, int NGP, bool ENERGY, bool STRESS>
+__attribute__((noinline, flatten)) Pack form_rows(const ElemBlock& b, const int* slot, const KernelMode& mode,
+                                                  const Pack* u0, const Pack* u1, Pack* re, Pack* ke,
+                                                  Pack* energy, Pack* most)
 {
-  Pack most = {}, *stress = opens ? &most : nullptr;
-  const auto pack = [](const double* x) { return reinterpret_cast<const Pack*>(x); };
-  Pack *rp = reinterpret_cast<Pack*>(re), *kp = reinterpret_cast<Pack*>(ke), det;
   bool equal = true;
   for (int l = 1; l < PACK; ++l) equal = equal && b.kind[slot[l]] == b.kind[slot[0]];
   if (equal) {
     const size_t first = b.gauss(slot[0]);
-    det = form<D, N, NGP>(&b.dNdX[first * N * D], &b.w[first], b.law, mode, pack(u0), pack(u1), rp, kp,
-                          stress);
-  } else {
-    Pack dNdX[NGP * N * D], w[NGP];
-    for (int g = 0; g < NGP; ++g) elem_gradients_pack<D, N>(b, slot, g, dNdX + g * N * D, w[g]);
-    det = form<D, N, NGP>(dNdX, w, b.law, mode, pack(u0), pack(u1), rp, kp, stress);
+    return form<D, N, NGP, ENERGY, STRESS>(&b.dNdX[first * N * D], &b.w[first], b.law, mode, u0, u1, re, ke,
+                                           energy, most);
   }
-  if (opens) *opens = near_strength(b, slot, most);
+  Pack dNdX[NGP * N * D], w[NGP];
+  for (int g = 0; g < NGP; ++g) elem_gradients_pack<D, N>(b, slot, g, dNdX + g * N * D, w[g]);
+  return form<D, N, NGP, ENERGY, STRESS>(dNdX, w, b.law, mode, u0, u1, re, ke, energy, most);
+}
+
+template <int D, int N, int NGP>
+Status form_pack(const ElemBlock& b, const int* slot, const KernelMode& mode, const double* u0,
+                 const double* u1, double* re, double* ke, unsigned& bad, double* energy, unsigned* opens)
+{
+  const auto pack = [](const double* x) { return reinterpret_cast<const Pack*>(x); };
+  Pack *rp = reinterpret_cast<Pack*>(re), *kp = reinterpret_cast<Pack*>(ke), psi;
+  Pack most = {}, det;
+  if (opens) {
+    det    = form_rows<D, N, NGP, true, true>(b, slot, mode, pack(u0), pack(u1), rp, kp, &psi, &most);
+    *opens = near_strength(b, slot, most);
+  } else if (energy) {
+    det = form_rows<D, N, NGP, true, false>(b, slot, mode, pack(u0), pack(u1), rp, kp, &psi, nullptr);
+  } else {
+    det = form_rows<D, N, NGP, false, false>(b, slot, mode, pack(u0), pack(u1), rp, kp, nullptr, nullptr);
+  }
   bad = 0;
   for (int l = 0; l < PACK; ++l)
     if (!(det[l] > 0.0)) bad |= 1u << l;
+  for (int l = 0; l < PACK && energy; ++l) energy[l] = psi[l];
   return bad ? BAD_JACOBIAN : STATUS_OK;
 }
 

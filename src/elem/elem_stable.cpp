@@ -41,16 +41,11 @@ double stretch_factor(const Model& m, const ElemBlock& b, int slot, const RealVe
 {
   const ShapeInfo& info = shape_info[b.shape];
   const int nen = info.nen, dim = info.dim, *node = elem_nodes(m.mesh, b, slot);
+  const double* dN = &b.mean[static_cast<size_t>(b.kind[slot]) * (nen * dim + 2)];
   Eigen::Matrix3d F = Eigen::Matrix3d::Identity();
-  double volume = 0.0;
-  for (int g = 0; g < info.ngp; ++g) volume += b.w[b.gauss(slot) + g];
-  for (int g = 0; g < info.ngp; ++g) {
-    const double* dN  = &b.dNdX[(b.gauss(slot) + g) * nen * dim];
-    const double part = b.w[b.gauss(slot) + g] / volume;
-    for (int a = 0; a < nen; ++a)
-      for (int i = 0; i < dim; ++i)
-        for (int j = 0; j < dim; ++j) F(i, j) += part * u[node[a] * dim + i] * dN[a * dim + j];
-  }
+  for (int a = 0; a < nen; ++a)
+    for (int i = 0; i < dim; ++i)
+      for (int j = 0; j < dim; ++j) F(i, j) += u[node[a] * dim + i] * dN[a * dim + j];
   Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> C;
   C.computeDirect(F.transpose() * F, Eigen::EigenvaluesOnly);
   const double most = C.eigenvalues()(2), least = std::max(C.eigenvalues()(0), 1e-6);

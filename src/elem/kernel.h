@@ -76,6 +76,19 @@ inline Pack pack_gather(const double* const* x, int i)
 #endif
 }
 
+// pack_gather_two : out [2] from the first two numbers of each of PACK arrays
+inline void pack_gather_two(const double* const* x, Pack* out)
+{
+#if defined(__AVX__) && !defined(__AVX512F__)
+  typedef long Places __attribute__((vector_size(8 * PACK)));
+  const Pack a = {x[0][0], x[0][1], x[2][0], x[2][1]}, b = {x[1][0], x[1][1], x[3][0], x[3][1]};
+  out[0] = __builtin_shuffle(a, b, Places{0, 4, 2, 6});
+  out[1] = __builtin_shuffle(a, b, Places{1, 5, 3, 7});
+#else
+  for (int i = 0; i < 2; ++i) out[i] = pack_gather(x, i);
+#endif
+}
+
 // pack_rows : out [n] from n numbers of each of PACK arrays that lie together
 inline void pack_rows(const double* const* x, int n, Pack* out)
 {

@@ -228,7 +228,8 @@ void frac_torn(const Model& m, const FracMesh& fm, const Fracture& fr, const Poi
 // a rigid motion with their mass, linear and, if it needs no energy, angular momentum; the bonds of their
 // elements go  (7.13). Collective.
 //   in   number   of frac_torn; those that are here are released here
-void frac_release(const Model& m, const FracMesh& fm, const IntVec& number, State& st);
+//        last     no frac_convert follows, which forms the interfaces
+void frac_release(const Model& m, const FracMesh& fm, const IntVec& number, bool last, State& st);
 
 // The shape that a point would be released with
 struct GrainShape {

@@ -100,7 +100,7 @@ void count_items(const Model& m, const Elements& el, const Points& pts, Fragment
   for (int p = 0; p < pts.npoint; ++p) {
     if (!point_counts(m, pts, p)) continue;
     Fragment& k = f.item[f.of_point[p]];
-    k.volume += pts.V0[p];
+    k.volume += point_volume(m, pts, p);
     ++k.npoint;
     const int e = pts.parent[p];
     take_label(k, e >= 0, e >= 0 ? m.mesh.elem_label[e] : pts.label[p]);

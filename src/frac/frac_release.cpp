@@ -138,11 +138,14 @@ void fitted(const Model& m, const IntVec& fresh, const State& st, std::vector<Ei
   }
 }
 
-// the shape of a point without stress is mapped, about its centre, by A
+// The shape of a point without stress is mapped, about its centre, by A. Squeezed debris does not rule the
+// explicit increment: less volume carries stress, so that no frequency of the point grows            (7.34)
 void reshape(const Eigen::Matrix3d& A, int dim, int p, Points& pts, RigidFragment& g)
 {
   const Eigen::Vector3d X = mean(g, g.X);
   const Eigen::Matrix3d B = A.inverse().transpose();
+  const double least = Eigen::JacobiSVD<Eigen::Matrix3d>(A).singularValues()[2];
+  pts.V0[p] *= std::min(1.0, least * least);
   pts.kind[p] = domain_own(pts.kind[p], pts.kinds);
   double* G   = &pts.kinds.number[pts.kinds.first[pts.kind[p]]] + g.n;
   for (int a = 0; a < g.n; ++a) {
@@ -260,7 +263,7 @@ void frac_torn(const Model& m, const FracMesh& fm, const Fracture& fr, const Poi
   std::sort(out.begin(), out.end());
 }
 
-void frac_release(const Model& m, const FracMesh& fm, const IntVec& number, State& st)
+void frac_release(const Model& m, const FracMesh& fm, const IntVec& number, bool last, State& st)
 {
   Points& pts   = st.points;
   Fracture& fr  = st.frac;
@@ -279,15 +282,18 @@ void frac_release(const Model& m, const FracMesh& fm, const IntVec& number, Stat
   const size_t before = fr.left.item.size();
   point_release(fresh, m.dim, pts, fr.left);
   copy_corners(fr.left.item, before, m.dim, st.n);
+  const size_t history = point_history_size(pts, st.n);
   size_t k = 0;
   for (int p : torn.point) {
     const bool first = k < fresh.size() && fresh[k] == p;
+    const double V = pts.V0[p];
     restore(m.dim, p, first && !map.empty() ? &map[k] : nullptr, pts, st.n);
+    if (history) history_at(st.n.hp, history, p)[HISTORY_DISSIPATED] *= V / pts.V0[p];    // stays
     forget_flow(m, pts, p, st.n.hp);
     k += first;
   }
   if (m.part.window) point_number_released(m, torn.point, torn.turn, fresh, pts);
-  frac_interfaces(m, fm, st);
+  if (last) frac_interfaces(m, fm, st);
 }
 
 namespace {

@@ -133,6 +133,13 @@ void point_number_released(const Model& m, const IntVec& which, const IntVec& tu
 // point with them (rank [npoint]). Collective.
 void point_find_common(const MeshPart& mesh, const IntVec& rank, Points& pts);
 
+// point_volume : volume of point p at t = 0, of its mass; V0 of a squeezed one is less
+inline double point_volume(const Model& m, const Points& pts, int p)
+{
+  const double density = m.material[m.body[pts.body[p]].material].density;
+  return pts.released[p] && density > 0.0 ? pts.mass[p] / density : pts.V0[p];
+}
+
 // point_sample : G and V0 of the points of element e belong to the Gauss places of the element (at_gauss;
 // quadrilaterals and bricks), or are the means over their domains                                            
 // doc/theory.md (7.19), (3.2) - (3.4)

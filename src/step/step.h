@@ -72,6 +72,8 @@ struct StableIncrement {
   double crossing = 0.0;       // time in which a wave crosses the smallest element at rest; 0: not known
   // [nnode + ncorner] work space: stiffness of contact over mass, of nodes and corners       1/time^2; mass
   RealVec push, mass;
+  // forces of contact at t(n) before it was searched for anew, in parts [(nnode + ncorner)*dim]; empty: kept
+  RealVec before;
   // loads at the end of the increment before, for these rows; step, increment: when
   RealVec fext;
   long pattern = -1, made = -1;          // Dofs::pattern, ActiveGrid::made
@@ -151,6 +153,7 @@ struct Attempt {
   RealVec du{};                  // [neq]
   RealVec acc{};               // explicit: acceleration at t(n+1) [neq]
   double work = 0.0;             // with plain: of loads and supports over the increment
+  RealVec* energy = nullptr;     // explicit: [nelem] of intact elements at t(n+1), where a test needs them
   bool plain = false;            // explicit, nodes alone, no dampers: st.np1 has velocities and accelerations
   BulkStep bulk{};               // explicit: bulk viscosity
   Jumps jumps{};               // of du
@@ -265,6 +268,22 @@ Failure step_stable(Problem& p, const Step& s);
 // step_keep_momentum : what conjugate gradients have left of M a = f goes to a by the lumped mass, so that
 // the momentum changes by f to rounding
 void step_keep_momentum(const Dofs& s, const RealVec& f, RealVec& acc);
+
+// step_accelerations : explicit: of free dofs from their forces f, with dampers over half (dt/2); those of
+// fixed ones stand in acc
+Failure step_accelerations(const Problem& p, const RealVec& f, double half, RealVec& acc);
+
+// step_turn_begin : explicit: notes the forces of contact at t(n) before it is searched for anew
+// step_turn : the accelerations of t(n) become those of what contact meets now: the force at both ends of an
+// increment has one direction then, and does the work that contact stores. Collective.            (6.37)
+void step_turn_begin(Problem& p, const Step& s);
+Failure step_turn(Problem& p);
+
+// step_corners_shared : do several ranks have corners of the same points?
+inline bool step_corners_shared(const Points& pts)
+{
+  return (pts.part.on || pts.part.window) && pts.npoint_all() > 0 && pts.part.halo.on();
+}
 
 // step_hold_bulk : explicit: the pressures of the bulk viscosity at t(n) act on in mode
 void step_hold_bulk(Problem& p, const Step& s, BulkStep& bulk, KernelMode& mode);

@@ -52,8 +52,9 @@ void node_accelerations(const Dofs& s, double half, const RealVec& f, RealVec& a
   }
 }
 
-// accelerations of the free dofs from their forces f; those of fixed ones stand in acc
-Failure solve_accelerations(const Problem& p, const RealVec& f, double half, RealVec& acc)
+}  // namespace
+
+Failure step_accelerations(const Problem& p, const RealVec& f, double half, RealVec& acc)
 {
   const Dofs& s = p.dofs;
   if (s.tie.any) return mass_solve_tied(s, f, acc) < 0 ? MASS_FAILED : STATUS_OK;
@@ -66,12 +67,14 @@ Failure solve_accelerations(const Problem& p, const RealVec& f, double half, Rea
   return STATUS_OK;
 }
 
+namespace {
+
 // forces at t(n+1): internal ones, loads, and damping at the velocity of the middle
 Failure form_forces(Problem& p, Attempt& a, RealVec& f)
 {
   const Dofs& s   = p.dofs;
   Failure failure = assem_move(p.m, p.d, s, a.du, a.t0, a.t1, p.st, a.jumps);
-  if (failure.ok()) failure = assem_internal(p.m, p.d, s, a.mode, a.jumps, p.st, a.fint);
+  if (failure.ok()) failure = assem_internal(p.m, p.d, s, a.mode, a.jumps, p.st, a.fint, nullptr, a.energy);
   if (failure.ok()) failure = assem_loads(p.m, p.d, s, p.st, a.step, a.load, p.warned, a.fext);
   if (!failure.ok()) return failure;
   f.resize(s.neq());
@@ -149,7 +152,7 @@ Failure explicit_nodes(Problem& p, Attempt& a)
   a.cM = scheme_of(a.step).mass(a.step, a.dt);
   leap_nodes(s, st.n, a);
   Failure failure = assem_move(p.m, p.d, s, a.du, a.t0, a.t1, st, a.jumps);
-  if (failure.ok()) failure = assem_internal(p.m, p.d, s, a.mode, a.jumps, st, a.fint);
+  if (failure.ok()) failure = assem_internal(p.m, p.d, s, a.mode, a.jumps, st, a.fint, nullptr, a.energy);
   if (failure.ok()) failure = assem_loads(p.m, p.d, s, st, a.step, a.load, p.warned, a.fext);
   if (failure.ok() && !accelerate_nodes(s, st.rf, st.n, a, st.np1)) return BAD_NUMBER;
   st.log.iterations = 1;
@@ -170,10 +173,11 @@ Failure step_explicit(Problem& p, Attempt& a)
     a.mode.bulk = &a.bulk;
   }
   a.plain = !p.d.grid.of_all.nodes && !s.hung && !s.tie.any && !s.damped;
-  if (a.plain) return explicit_nodes(p, a);
-  RealVec f;
   // 1. velocity and acceleration at t(n)
-  Failure failure = step_motion_begin(p, a);
+  Failure failure = step_turn(p);
+  if (failure.ok() && a.plain) return explicit_nodes(p, a);
+  RealVec f;
+  if (failure.ok()) failure = step_motion_begin(p, a);
   if (!failure.ok()) return failure;
   // 2. displacement: that of the velocity in the middle of the increment                    (6.28)
   for (int i = 0; i < s.neq(); ++i)
@@ -185,7 +189,7 @@ Failure step_explicit(Problem& p, Attempt& a)
   a.acc = a.agrid;
   for (int i = 0; i < s.neq(); ++i)
     if (s.fixed[i] == DOF_FIXED) a.acc[i] = (s.rate[i] - a.vgrid[i]) / a.dt;
-  failure = solve_accelerations(p, f, 0.5 * a.dt, a.acc);
+  failure = step_accelerations(p, f, 0.5 * a.dt, a.acc);
   if (!failure.ok()) return failure;
   // 4. reactions, as the residual of an implicit increment has them
   if (p.d.grid.of_all.nodes || s.hung) mass_multiply(s, a.acc, a.R);

@@ -233,13 +233,14 @@ double with_grounds(const Model& m, const State& st, const Attempt& a, double wo
 }
 
 // energy that friction takes at place b: its work less the change of what sticking stores            (4.11)
+// Forces of both ends act where they are not those of the middle
 double friction_loss(const Attempt& a, int b, int dim, const State& st)
 {
   const double ct = st.bonds.ct[b];
   double work = 0.0, stored = 0.0;
   for (int i = 0; i < dim && ct > 0.0; ++i) {
     const double t0 = st.n.lambda[b * dim + i], t1 = st.np1.lambda[b * dim + i];
-    work += t1 * a.jumps.contact[b * dim + i];
+    work += (a.mode.mid || a.cM == 0.0 ? t1 : 0.5 * (t0 + t1)) * a.jumps.contact[b * dim + i];
     stored += 0.5 * (t1 * t1 - t0 * t0) / ct;
   }
   return work - stored;
@@ -375,8 +376,6 @@ void step_finish(Problem& p, Attempt& a, RealVec& energy)
   if (p.d.fm.on) st.ledger.fracture += frac_degraded(m, a.step, p.d.el, st.points, st.frac, st.n, st.np1);
   if (leaps) {                 // energies: when they are read (run_step), or those of a test
     comm_sum(&work, 1);
-    if (!m.fracture.empty() && step_tests(p, a.step, a.total1))
-      elem_energy(m, p.d.el, st.np1, a.step.nlgeom, &energy);
     if (a.step.bulk()) finish_bulk(a, st);
   } else {
     ledger_sums(m, p.d.el, s, st.np1, a.step.nlgeom, st, work, p.d.fm.on ? &energy : nullptr);

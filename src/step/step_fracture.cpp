@@ -44,6 +44,15 @@ void find_erosions(const Model& m, const Discretisation& d, const Step& s, doubl
   frac_test(m, s, d.el, d.fm, fr, st.n, energy, erode, first);
 }
 
+// Explicit: elements that break and lose their stress over a time change neither forces nor energies at once;
+// bulk viscosity leaves them
+bool breaks_smoothly(const Model& m, const Step& s, const std::vector<Erosion>& erode)
+{
+  return s.explicit_steps() && !s.bulk() && std::all_of(erode.begin(), erode.end(), [&](const Erosion& e) {
+           return m.fracture[e.def].release > 0.0;
+         });
+}
+
 // points are released; elements break, and those that are to become points, do. The energy that goes is told
 // apart.
 //   convert   numbers in the mesh of the deck
@@ -52,7 +61,8 @@ Failure apply(Problem& p, const Step& s, const std::vector<Erosion>& erode, cons
 {
   State& st = p.st;
   double released = 0.0;
-  if (s.explicit_steps()) ledger_update(p.m, p.d.el, p.dofs, st.n, s.nlgeom, st);
+  const bool smooth = convert.empty() && torn.empty() && breaks_smoothly(p.m, s, erode);
+  if (s.explicit_steps() && !smooth) ledger_update(p.m, p.d.el, p.dofs, st.n, s.nlgeom, st);
   const double before = all_energy(st.ledger);
   step_undo_state(st, u);
   // in motion without accelerations nothing fails behind this that a shorter increment would mend
@@ -60,7 +70,7 @@ Failure apply(Problem& p, const Step& s, const std::vector<Erosion>& erode, cons
   {
     Timer timer(PHASE_FRACTURE);
     if (!convert.empty() || !torn.empty()) bond_tell(p.m, st.bonds, st.n);
-    if (!torn.empty()) frac_release(p.m, p.d.fm, torn, st);
+    if (!torn.empty()) frac_release(p.m, p.d.fm, torn, convert.empty(), st);
     RealVec gain;
     frac_erode(p.m, s, p.d.el, p.d.fm, erode, st.frac, st.n, gain);
     for (size_t k = 0; k < erode.size(); ++k) {
@@ -79,7 +89,7 @@ Failure apply(Problem& p, const Step& s, const std::vector<Erosion>& erode, cons
   }
   p.ready = false;
   const Failure failure = step_prepare(p, s);
-  if (!failure.ok()) return failure;
+  if (!failure.ok() || (smooth && convert.empty())) return failure;
   ledger_update(p.m, p.d.el, p.dofs, st.n, s.nlgeom, st);
   st.ledger.fracture += released;
   st.ledger.conversion += before - all_energy(st.ledger) - released;
@@ -163,7 +173,8 @@ Failure step_fracture(Problem& p, const Step& s, double t_step, UndoPoint& befor
     Failure failure = apply(p, s, erode, torn, convert, before);
     if (!failure.ok()) return failure;
     if (s.proc == PROC_DYNAMIC) {
-      if (!scheme_of(s).acceleration) return STATUS_OK;
+      const bool smooth = convert.empty() && torn.empty() && breaks_smoothly(p.m, s, erode);
+      if (!scheme_of(s).acceleration || smooth) return STATUS_OK;
       p.newton.grid.a.clear();             // forces have jumped
       // where points follow nodes step_motion_begin asks for all forces
       if (s.explicit_steps() && p.dofs.hung) return STATUS_OK;

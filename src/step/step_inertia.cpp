@@ -304,8 +304,10 @@ Failure step_motion_begin(Problem& p, Attempt& a)
     std::copy(before.a.begin(), before.a.end(), a.agrid.begin() + before.first * s.dim);
     return STATUS_OK;
   }
-  RealVec Ma;
+  RealVec Ma, ahead = p.st.n.degr;
+  ahead.swap(p.st.np1.degr);                         // broken elements as they are at t(n)
   failure = force_at_start(p, a);
+  ahead.swap(p.st.np1.degr);
   if (failure.ok()) failure = inertia_at_start(p, a, Ma);
   if (!failure.ok() || step_damps(p)) return failure;
   RealVec f(s.neq());

@@ -339,6 +339,7 @@ void note_contact(Problem& p)
 Failure find_contact(Problem& p, const Step& s, const RealVec& xb)
 {
   State& st = p.st;
+  p.stable.before.clear();
   if (contact_stays(p, s)) {
     for (int b = 0; b < st.bonds.nbond && st.n.time > p.stable.found.time; ++b)
       if (p.d.pairs.master.count(b)) p.d.pairs.gap[b] = st.n.slip[b * p.m.dim];
@@ -347,6 +348,7 @@ Failure find_contact(Problem& p, const Step& s, const RealVec& xb)
     return STATUS_OK;
   }
   Timer timer(PHASE_CONTACT);
+  step_turn_begin(p, s);
   if (!masters_known(p.m, st.points, st.bonds, st.n.u, st.n.uc, xb, p.d.masters, p.next.faces))
     return FACES_UNKNOWN;
   const bool is_static = s.proc == PROC_STATIC;

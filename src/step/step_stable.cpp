@@ -127,12 +127,6 @@ void each_place(const Problem& p, int k, Use use)
     use(pair.master.item[j], std::fabs(pair.master_w[j]));
 }
 
-// do several ranks have corners of the same points?
-bool corners_shared(const Points& pts)
-{
-  return (pts.part.on || pts.part.window) && pts.npoint_all() > 0 && pts.part.halo.on();
-}
-
 // mass of nodes and corners that contact pushes at, of all ranks; a consistent mass counts by its smallest
 // part                                                                                         (6.34)
 //   out  mass [nnode + ncorner]
@@ -148,10 +142,11 @@ void masses_at(const Problem& p, RealVec& mass)
       if (m.val[k] != 0.0) coupled[c] = coupled[m.col[k]] = 1.0;
   corner.resize(pts.ncorner, 0.0);
   coupled.resize(pts.ncorner, 0.0);
-  if (corners_shared(pts)) halo_sum(pts.part.halo, 1, {&corner, &coupled});
+  if (step_corners_shared(pts)) halo_sum(pts.part.halo, 1, {&corner, &coupled});
   mass.assign(nnode, 0.0);
   for (int n = 0; n < nnode; ++n)
     if (s.row_of_node[n] >= 0) mass[n] = s.lumped[s.row_of_node[n]];
+  if (comm_size() > 1) halo_copy(p.m.part.halo, 1, mass);      // faces of other ranks have nodes without rows
   for (size_t c = 0; c < corner.size(); ++c)
     mass.push_back(corner[c] * (coupled[c] > 0.0 ? 1.0 / (1 << s.dim) : 1.0));
 }
@@ -164,7 +159,7 @@ void sum_places(const Problem& p, RealVec& stiff)
   if (comm_size() == 1) return;
   RealVec node(stiff.begin(), stiff.begin() + nnode), corner(stiff.begin() + nnode, stiff.end());
   halo_sum(p.m.part.halo, 1, node);
-  if (corners_shared(pts)) halo_sum(pts.part.halo, 1, corner);
+  if (step_corners_shared(pts)) halo_sum(pts.part.halo, 1, corner);
   std::copy(node.begin(), node.end(), stiff.begin());
   std::copy(corner.begin(), corner.end(), stiff.begin() + nnode);
 }
@@ -240,16 +235,20 @@ void report(const Step& s, const State& st, int label, double taken)
              st.log.step, s.dt, taken, s.safety);
 }
 
-// time in which a wave crosses the smallest element at rest, 2 / omega of (6.30). Collective.
+// time in which a wave crosses the smallest element that can break, at rest, 2 / omega of (6.30); without any
+// that of all. Collective.
 double crossing_time(Problem& p, const Step& s)
 {
   int worst;
-  double most = 0.0;
+  double most[2] = {0.0, 0.0};                       // of those that can break, of all
   elem_stable(p.m, p.d.el, p.st.n, s.nlgeom, &worst);    // omega2, where the run has just been continued
   for (const ElemBlock& b : p.d.el.block)
-    for (double omega2 : b.omega2) most = std::max(most, omega2);
-  most = comm_allreduce_max(most);
-  return most > 0.0 ? 2.0 / std::sqrt(most) : 0.0;
+    for (size_t slot = 0; slot < b.elem.size(); ++slot)
+      for (int k = p.d.fm.on && p.d.fm.def[b.elem[slot]] >= 0 ? 0 : 1; k < 2; ++k)
+        most[k] = std::max(most[k], b.omega2[b.kind[slot]]);
+  comm_max(most, 2);
+  const double omega2 = most[0] > 0.0 ? most[0] : most[1];
+  return omega2 > 0.0 ? 2.0 / std::sqrt(omega2) : 0.0;
 }
 
 // the largest stable increment of points. Collective.

@@ -832,7 +832,7 @@ TEST(Conversion, TornPointsComeOff)
     point_sums(p, m.dim, r.st.n.vc, energy, momentum);
     point_spin(p, m.dim, r.st.n, L);
     const int corners = p.ncorner;
-    frac_release(m, r.fm, torn, r.st);
+    frac_release(m, r.fm, torn, true, r.st);
     point_sums(p, m.dim, r.st.n.vc, now_energy, now);
     point_spin(p, m.dim, r.st.n, now_L);
     for (int i = 0; i < m.dim; ++i) EXPECT_NEAR(momentum[i], now[i], 1e-13 * mass) << shape;

@@ -491,7 +491,8 @@ TEST(Element, PacksGiveTheSame)
       mode.mid = !equal, mode.s_new = mode.mid ? 0.5 : 1.0, mode.s_old = 1.0 - mode.s_new;
       mode.rate = 3.0;
       unsigned bad = 1;
-      EXPECT_EQ(STATUS_OK, elem_form_pack(b)(b, slot, mode, u0, u1, re, ke, bad, nullptr));
+      double psi[PACK];
+      EXPECT_EQ(STATUS_OK, elem_form_pack(b)(b, slot, mode, u0, u1, re, ke, bad, psi, nullptr));
       EXPECT_EQ(0u, bad);
       for (int l = 0; l < PACK; ++l) {
         RealVec re1(n), ke1(pairs);

@@ -1,0 +1,90 @@
+#include <algorithm>
+
+#include "step/step.h"
+
+namespace {
+
+// force at t(n) of the places of contact that count on this rank, on what they and their faces hang
+//   out  f [(nnode + ncorner)*dim]
+void contact_at_start(const Problem& p, RealVec& f)
+{
+  const State& st           = p.st;
+  const Bonds& b            = st.bonds;
+  const ContactPairs& pairs = p.d.pairs;
+  const int dim             = p.m.dim;
+  f.assign(static_cast<size_t>(p.m.mesh.nnode() + st.points.ncorner) * dim, 0.0);
+  for (int k = 0; k < b.nbond; ++k) {
+    const double gap = st.n.slip[k * dim], deep = b.beyond(k, gap);
+    if (b.field[k] != SIDE_CONTACT || !(gap < 0.0) || !b.counts(k) || !pairs.master.count(k)) continue;
+    const double *n = &pairs.normal[k * dim], *rub = &st.n.lambda[k * dim];
+    double press = b.cn[k] * gap + b.growth(k) * deep * deep * deep;
+    for (int i = 0; i < dim; ++i) press -= rub[i] * n[i];
+    for (int i = 0; i < dim; ++i) {
+      const double push = press * n[i] + rub[i];     // on side B; friction along the face alone
+      for (int j = b.a.off[k]; j < b.a.off[k + 1]; ++j) f[b.a.item[j] * dim + i] -= b.a_w[j] * push;
+      for (int j = pairs.master.off[k]; j < pairs.master.off[k + 1]; ++j)
+        f[pairs.master.item[j] * dim + i] += pairs.master_w[j] * push;
+    }
+  }
+}
+
+// the forces on nodes and corners [(nnode + ncorner)*dim] that ranks have in parts, in the rows of the system
+void to_rows(const Problem& p, const RealVec& of_place, RealVec& f)
+{
+  const Dofs& s     = p.dofs;
+  const Points& pts = p.st.points;
+  const int dim     = s.dim;
+  const auto middle = of_place.begin() + static_cast<long>(p.m.mesh.nnode()) * dim;
+  RealVec node(of_place.begin(), middle), corner(middle, of_place.end());
+  if (p.m.part.on) halo_sum(p.m.part.halo, dim, node);
+  f.assign(s.neq(), 0.0);
+  if (pts.npoint_all() > 0) {
+    const bool shared = step_corners_shared(pts);
+    if (shared) halo_sum(pts.part.halo, dim, corner);
+    for (int c = 0; c < pts.ncorner && shared; ++c)
+      if (pts.part.halo.owner[c] != comm_rank()) std::fill_n(&corner[c * dim], dim, 0.0);
+    assem_scatter_corners(p.d.grid, s, corner, f);
+    sys_sum(s.A, f);
+  }
+  for (int r = 0; r < s.nfe; ++r)
+    for (int i = 0; i < dim; ++i) f[r * dim + i] += node[s.node_of_row[r] * dim + i];
+}
+
+}  // namespace
+
+void step_turn_begin(Problem& p, const Step& s)
+{
+  const ContactFound& found = p.stable.found;
+  RealVec& push = p.stable.before;
+  push.clear();
+  if (!s.explicit_steps() || found.step != p.st.log.step || found.bonds != p.st.bonds.nbond_all()) return;
+  if (found.changes == p.st.frac.nconverted + p.st.frac.nreleased) contact_at_start(p, push);
+}
+
+Failure step_turn(Problem& p)
+{
+  const Dofs& s        = p.dofs;
+  const bool carried   = p.d.grid.of_all.nodes || s.hung;
+  RealVec& before      = p.stable.before;
+  GridVelocity& grid   = p.newton.grid;
+  RealVec now, f, acc(s.neq(), 0.0);
+  const bool anew = carried && (grid.a.empty() || grid.pattern != s.pattern || grid.made != p.d.grid.made);
+  if (dof_all(s, before.empty()) || !dof_all(s, !anew)) return STATUS_OK;
+  contact_at_start(p, now);
+  for (size_t k = 0; k < now.size(); ++k) now[k] -= before[k];
+  before.clear();
+  if (dof_all(s, std::all_of(now.begin(), now.end(), [](double x) { return x == 0.0; }))) return STATUS_OK;
+  to_rows(p, now, f);
+  const Failure failure = step_accelerations(p, f, 0.0, acc);
+  if (!failure.ok()) return failure;
+  for (int i = 0; i < s.nfe * s.dim; ++i) {
+    const int k = s.node_of_row[i / s.dim] * s.dim + i % s.dim;
+    if (s.fixed[i] == DOF_FREE) p.st.n.a[k] += acc[i];
+    else if (!p.st.rf.empty()) p.st.rf[k] -= f[i];
+  }
+  const int first = grid.first * s.dim;
+  for (size_t i = 0; i < grid.a.size(); ++i)
+    if (s.fixed[first + i] == DOF_FREE) grid.a[i] += acc[first + i];
+  if (p.m.part.around.on()) halo_copy(p.m.part.halo, s.dim, p.st.n.a);
+  return STATUS_OK;
+}
