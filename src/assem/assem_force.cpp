@@ -172,8 +172,9 @@ Failure add_pack(const Model& m, const Elements& el, State& st, const Dofs& dofs
   elem_ends_pack(st.np1.u, mesh, b, w.slot, N, D, numbers(u1));
   const Status status = form(b, w.slot, mode, numbers(u0), numbers(u1), numbers(re), nullptr, bad,
                              energy || b.opens() ? psi : nullptr, b.opens() ? &opens : nullptr);
-  const Status cracks = b.opens() ? open_cracks<N * D>(m, el, mode, b, w, opens, st, re, energy ? psi : nullptr)
-                                  : STATUS_OK;
+  double* const asked = energy ? psi : nullptr;
+  const Status cracks =
+      b.opens() ? open_cracks<N * D>(m, el, mode, b, w, opens, st, re, asked) : STATUS_OK;
   if (mode.bulk)
     elem_bulk_pack(b)(b, w.slot, w.n, numbers(u0), numbers(u1), mode.finite, st.n.q, st.np1.q, *mode.bulk,
                       numbers(re));

@@ -106,7 +106,7 @@ Status elem_form_one(const Model& m, const Elements& el, const KernelMode& mode,
 //   in   slot      places of the elements                [PACK]
 //        u0        read when mode_reads_old says so; re or ke may be null
 //   out  energy    strain energies at t(n+1)             [PACK]; null: not asked for
-//        opens     a bit for each element in which a crack may begin to open; needs energy; null: not asked for
+//        opens     a bit for each element in which a crack may begin to open, with energy; or null
 //   BAD_JACOBIAN: bad has a bit for each element with det F(n+1) <= 0
 using ElemFormPack = Status (*)(const ElemBlock& b, const int* slot, const KernelMode& mode, const double* u0,
                                 const double* u1, double* re, double* ke, unsigned& bad, double* energy,
