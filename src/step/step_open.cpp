@@ -328,10 +328,13 @@ void note_contact(Problem& p)
   f.uc      = st.n.uc;
   f.size    = 1e300;
   const RealVec& general = p.d.scene.size;           // at t = 0: crushed debris does not count
+  const auto& skin = p.d.scene.skin;
+  const bool grains = std::all_of(skin.begin(), skin.end(), [](const SkinFace& k) { return k.points == 2; });
   for (int b = 0; b < st.bonds.nbond; ++b)
     if (st.bonds.field[b] == SIDE_CONTACT && p.d.pairs.master.count(b) && general.empty())
       f.size = std::min(f.size, p.d.pairs.size[b]);
-  for (double size : general) f.size = std::min(f.size, size);
+  for (size_t k = 0; k < general.size(); ++k)        // nor do points that were squeezed when released
+    if (grains || skin[k].points != 2) f.size = std::min(f.size, general[k]);
   if (p.m.part.on) f.size = -comm_allreduce_max(-f.size);
 }
 
