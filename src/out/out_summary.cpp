@@ -168,6 +168,65 @@ void print_sections(std::FILE* file, const Model& m, const Elements& el)
   }
 }
 
+// elements of this rank that may break by f
+IntVec breakable(const Model& m, const FractureDef& f)
+{
+  IntVec out;
+  for (const Member& x : f.member)
+    if (m.part.works(x.elem)) out.push_back(x.elem);
+  if (!m.part.on && f.elset >= 0) out = m.elset[f.elset].item;
+  return out;
+}
+
+// what an uncracked body of elements of the size h bears: by its strength, or by the mesh    (7.20), (2.34)
+void print_strength(std::FILE* file, const FractureDef& f, const Material& mat, Plane plane, double h)
+{
+  const double E = mat.young, E1 = plane == PLANE_STRESS ? E : E / (1.0 - mat.poisson * mat.poisson);
+  if (f.criterion == CRITERION_COHESIVE) {
+    const double zone = E * f.gc / (f.ft * f.ft);
+    std::fprintf(file, ", strength %.4g, E Gc/ft^2 = %.4g: %.3g elements\n", f.ft, zone, zone / h);
+    return;
+  }
+  std::fprintf(file, ", E Gc/h = %.4g", E * f.gc / h);
+  if (f.criterion == CRITERION_GRIFFITH && f.epsilon == 0.0 && f.drive == SPLIT_RCE) {
+    const double mesh = std::sqrt(E1 * f.gc / h);
+    std::fprintf(file, "^(1/2): strength of the mesh %.4g in statics, %.4g in motion", 0.52 * mesh,
+                 (plane == PLANE_NONE ? 0.413 : 0.393) * mesh);
+  }
+  std::fprintf(file, "\n");
+}
+
+// plane strain or stress of the elements of a section, by the word of the deck
+Plane plane_of(const Model& m, std::size_t section)
+{
+  for (int e = 0; e < m.mesh.nelem(); ++e)
+    if (m.mesh.elem_section[e] == static_cast<int>(section)) return elem_table[m.mesh.elem_type[e]].plane;
+  return m.dim == 3 ? PLANE_NONE : PLANE_STRAIN;
+}
+
+void print_fracture(std::FILE* file, const Model& m, const Elements& el)
+{
+  for (const FractureDef& f : m.fracture)
+    for (std::size_t i = 0; i < m.section.size(); ++i) {
+      double sum[2] = {0.0, 0.0};
+      const Plane plane = plane_of(m, i);
+      for (int e : breakable(m, f)) {
+        if (el.block_of[e] < 0 || m.mesh.elem_section[e] != static_cast<int>(i)) continue;
+        const ElemBlock& b = el.block[el.block_of[e]];
+        double part = shape_info[b.shape].cube_parts / (m.dim == 2 ? b.thickness : 1.0), cube = 0.0;
+        for (int g = 0; g < shape_info[b.shape].ngp; ++g) cube += part * b.w[b.gauss(el.slot_of[e]) + g];
+        sum[0] += m.dim == 2 ? std::sqrt(cube) : std::cbrt(cube);
+        ++sum[1];
+      }
+      out_sum(m, sum, 2);
+      if (sum[1] == 0.0) continue;
+      const double h = sum[0] / sum[1];
+      std::fprintf(file, "  may break: %.0f elements of %s, mean size %.4g, toughness %.4g", sum[1],
+                   m.elset[m.section[i].elset].name.c_str(), h, f.gc);
+      print_strength(file, f, m.material[m.section[i].material], plane, h);
+    }
+}
+
 void print_bodies(std::FILE* file, const Model& m, const Points& pts)
 {
   if (pts.npoint_all() == 0) return;
@@ -331,6 +390,7 @@ void out_model_summary(std::FILE* file, const Model& m, const Elements& el, cons
   print_grid(file, m.grid, m.dim);
   print_materials(file, m);
   print_sections(file, m, el);
+  print_fracture(file, m, el);
   print_bodies(file, m, pts);
   print_bonds(file, m, bonds);
   print_viscous(file, m, pts);

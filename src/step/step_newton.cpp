@@ -308,7 +308,7 @@ double first_slope(const Dofs& s, const RealVec& R, LinearSystem& l)
 
 // Cracks that open against a cohesion: where the tangent does not bring the residual down, its correction is
 // taken back, and a stiffness follows with which the energy falls, for twice as many iterations each time
-// (6.37)
+// (6.38)
 struct Descent {
   int left = 0, next = 4;      // iterations with that stiffness: to come, next time
   RealVec du;                  // before the correction of the tangent
