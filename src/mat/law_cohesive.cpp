@@ -25,7 +25,7 @@ using Mat3 = Eigen::Matrix3d;
 
 // history: normal at the end of the last increment; width across, 0: not cracked; largest opening
 enum { CRACK_NORMAL = 0, CRACK_WIDTH = 3, CRACK_OPENING = 4 };
-const int MOST_ITERATIONS = 100;     // for an opening; Newton's method takes 1 to 6
+const int MOST_TRIALS = 100;         // for an opening; Newton's method takes 1 to 6
 const double SAME = 1e-14;           // of an opening
 // of the opening at which nothing is left: from there on the width stays. Test: C1 (strength/band.inp): 0.97
 // of Gc at 0 degrees (0.92 with 0), C3: squares and triangles dissipate 1317 and 1351 Nmm (1206 and 1310)
@@ -115,7 +115,7 @@ void find_axes(const CrackLaw& c, const double* S, Opening& o)
 double grown(const CrackLaw& c, const Opening& o, double k)
 {
   double lo = k, hi = o.t / o.beside;
-  for (int i = 0; i < MOST_ITERATIONS && hi - lo > SAME * hi; ++i) {
+  for (int i = 0; i < MOST_TRIALS && hi - lo > SAME * hi; ++i) {
     const Cohesion h   = cohesion(c, k);
     const double more  = o.t - o.beside * k - h.f;
     (more > 0.0 ? lo : hi) = k;
