@@ -87,7 +87,7 @@ double width_along(const CrackLaw& c, const Vec3& N)
   return hi - lo;
 }
 
-Mat3 tensor(const double* S)
+Mat3 full_of(const double* S)
 {
   Mat3 m;
   m << S[0], S[3], S[5], S[3], S[1], S[4], S[5], S[4], S[2];
@@ -105,7 +105,7 @@ void find_axes(const CrackLaw& c, const double* S, Opening& o)
     return;
   }
   Eigen::SelfAdjointEigenSolver<Mat3> eigen;
-  eigen.computeDirect(tensor(S));
+  eigen.computeDirect(full_of(S));
   o.t = eigen.eigenvalues()[2];
   o.N = eigen.eigenvectors().col(2).normalized();
   o.B = (eigen.eigenvectors().col(1) - o.N.dot(eigen.eigenvectors().col(1)) * o.N).normalized();
@@ -235,7 +235,7 @@ bool law_cohesive(const MatLaw& law, bool finite, const double* E, const double*
   double S[6];                                         // of the crack alone: part 1
   for (int i = 0; i < 6; ++i) S[i] = intact.S[i] - R[i];
   if (c.secant) soften_secant(law, o, out.D);
-  else soften(law, o, tensor(E), tensor(S), out.D);
+  else soften(law, o, full_of(E), full_of(S), out.D);
   for (int i = 0; i < 36; ++i) out.D[i] = law.c * intact.D[i] + part * out.D[i];
   return true;
 }
