@@ -109,7 +109,7 @@ struct NewtonControls {
   bool breaks   = false;       // material may break: it then kinks the residual, and has next to no stiffness
   bool rubs     = false;       // granular material: the matrix is but the symmetric part of the tangent
   bool slips    = false;       // statics with friction in contact: the tangent may be unsymmetric   (6.23)
-  bool opens    = false;       // cracks open against a cohesion: the tangent may be indefinite
+  bool opens    = false;       // statics: cracks open against a cohesion: the tangent may be indefinite
   bool singular = false;       // statics with broken material: the tangent is nearly singular
   int max_iter  = 0;
   int patience  = 0;           // iterations without a smaller residual before corrections are searched  (6.6)

@@ -72,7 +72,8 @@ NewtonControls newton_controls(const Model& m, const Discretisation& d, const St
   c.linear   = linear_scene(m, fm, st.points, s);
   c.breaks   = fm.on;
   for (const FractureDef& f : m.fracture) c.rubs = c.rubs || f.residual == SPLIT_GRANULAR;
-  for (const FractureDef& f : m.fracture) c.opens = c.opens || f.criterion == CRITERION_COHESIVE;
+  for (const FractureDef& f : m.fracture)
+    c.opens = c.opens || (s.proc == PROC_STATIC && f.criterion == CRITERION_COHESIVE);
   if (s.proc == PROC_STATIC && d.pairs.near) {
     int slips = 0;
     for (double mu : st.bonds.friction) slips = slips || mu > 0.0;
