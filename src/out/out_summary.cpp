@@ -187,10 +187,9 @@ void print_strength(std::FILE* file, const FractureDef& f, const Material& mat, 
     std::fprintf(file, ", strength %.4g, E Gc/ft^2 = %.4g: %.3g elements\n", f.ft, zone, zone / h);
     return;
   }
-  std::fprintf(file, ", E Gc/h = %.4g", E * f.gc / h);
   if (f.criterion == CRITERION_GRIFFITH && f.epsilon == 0.0 && f.drive == SPLIT_RCE) {
     const double mesh = std::sqrt(E1 * f.gc / h);
-    std::fprintf(file, "^(1/2): strength of the mesh %.4g in statics, %.4g in motion", 0.52 * mesh,
+    std::fprintf(file, ", strength of the mesh %.4g in statics, %.4g in motion", 0.52 * mesh,
                  (plane == PLANE_NONE ? 0.413 : 0.393) * mesh);
   }
   std::fprintf(file, "\n");
