@@ -218,7 +218,7 @@ void add_block(const Model& m, const Elements& el, const Dofs& dofs, const Kerne
   };
   for (int slot : b.live) {
     const int e = b.elem[slot];
-    if (el.broken(e) < 0 && pack && !(b.opens() && elem_cracked(el, st.n, e))) {
+    if (pack && elem_whole(el, b, st.n, e)) {
       if (w.add(slot)) flush();
       continue;
     }

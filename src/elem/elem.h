@@ -65,6 +65,11 @@ void elem_scatter(const Model& m, const RealVec& gc, Elements& el);
 // elem_refresh : lists of the elements that still are elements, after form has changed
 void elem_refresh(Elements& el);
 
+// elem_volume, elem_size : volume at t = 0 of the element at place slot of its block; edge of the square or
+// cube that it is a part of
+double elem_volume(const ElemBlock& b, size_t slot);
+double elem_size(const ElemBlock& b, size_t slot);
+
 // elem_law : law of the intact element at place slot of its block
 MatLaw elem_law(const ElemBlock& b, size_t slot);
 
@@ -76,6 +81,12 @@ void elem_history(const Elements& el, const Level& l0, Level& l1, int e, History
 
 // elem_cracked : has a crack with cohesion begun to open at a Gauss point of element e?
 bool elem_cracked(const Elements& el, const Level& l, int e);
+
+// elem_whole : element e of the block is intact, and no crack with cohesion has begun to open in it
+inline bool elem_whole(const Elements& el, const ElemBlock& b, const Level& l, int e)
+{
+  return el.broken(e) < 0 && !(b.opens() && elem_cracked(el, l, e));
+}
 
 // elem_uncracked : at the end of the step too there is none
 void elem_uncracked(const Elements& el, const Level& l0, Level& l1, int e);
@@ -241,9 +252,9 @@ using ElemBulkPack = void (*)(const ElemBlock& b, const int* slot, int n, const 
 ElemBulkPack elem_bulk_pack(const ElemBlock& b);
 
 
-// elem_dissipated : energy that the laws of the elements of this rank have dissipated: by plastic flow, or by
-// cracks that open against a cohesion
-double elem_dissipated(const Elements& el, const Level& l, bool cohesive);
+// elem_dissipated : adds the energy that the laws of the elements of this rank have dissipated: by plastic
+// flow, by cracks that open against a cohesion
+void elem_dissipated(const Elements& el, const Level& l, double& plastic, double& cohesive);
 
 // elem_viscous_loss : sum beta w dE : D : dE of the intact elements of this rank from l0 to l1; divided by
 // the time between them it is what viscous stress dissipates   doc/theory.md (2.20)

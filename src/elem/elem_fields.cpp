@@ -288,18 +288,17 @@ double elem_energy_one(const Model& m, const Elements& el, int e, const Level& l
                     : one_energy<3>(m, b, el.slot_of[e], l.u, nlgeom, law);
 }
 
-double elem_dissipated(const Elements& el, const Level& l, bool cohesive)
+void elem_dissipated(const Elements& el, const Level& l, double& plastic, double& cohesive)
 {
-  double sum = 0.0;
-  if (el.history == 0) return sum;
-  for (const ElemBlock& b : el.block)
+  if (el.history == 0) return;
+  for (const ElemBlock& b : el.block) {
+    double& sum = b.opens() ? cohesive : plastic;
     for (int s : b.live) {
-      if ((b.law.kind == LAW_COHESIVE) != cohesive) continue;
       const double* h = history_at(l.he, el.history, el.gauss_of[b.elem[s]]);
       for (int g = 0; g < shape_info[b.shape].ngp; ++g)
         sum += b.w[b.gauss(s) + g] * h[g * el.history + HISTORY_DISSIPATED];
     }
-  return sum;
+  }
 }
 
 double elem_energy(const Model& m, const Elements& el, const Level& l, bool nlgeom, RealVec* each)
@@ -323,7 +322,7 @@ double elem_energy(const Model& m, const Elements& el, const Level& l, bool nlge
     for (int s : b.live) {
       const int e       = b.elem[s];
       const bool intact = el.broken(e) < 0;
-      if (intact && pack && !(b.opens() && elem_cracked(el, l, e))) {
+      if (pack && elem_whole(el, b, l, e)) {
         slot[n++] = s;
         if (n == PACK) flush();
       } else {

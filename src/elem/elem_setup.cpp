@@ -24,9 +24,7 @@ IntVec cohesive_elements(const Model& m)
   IntVec def(m.mesh.nelem(), -1);
   for (size_t d = 0; d < m.fracture.size(); ++d) {
     if (m.fracture[d].criterion != CRITERION_COHESIVE) continue;
-    for (const Member& x : m.fracture[d].member) def[x.elem] = static_cast<int>(d);
-    if (m.part.on) continue;
-    for (int e : m.elset[m.fracture[d].elset].item) def[e] = static_cast<int>(d);
+    for (const Member& x : model_members(m, m.fracture[d])) def[x.elem] = static_cast<int>(d);
   }
   return def;
 }
@@ -191,6 +189,20 @@ void elem_scatter(const Model& m, const RealVec& gc, Elements& el)
   for (ElemBlock& b : el.block)
     if (b.law.kind == LAW_COHESIVE && m.fracture[def[b.elem[0]]].weibull > 0.0)
       for (int e : b.elem) b.scatter.push_back(gc[e] / b.law.crack.gc);
+}
+
+double elem_volume(const ElemBlock& b, size_t slot)
+{
+  double volume = 0.0;
+  for (int g = 0; g < shape_info[b.shape].ngp; ++g) volume += b.w[b.gauss(slot) + g];
+  return volume;
+}
+
+double elem_size(const ElemBlock& b, size_t slot)
+{
+  const ShapeInfo& info = shape_info[b.shape];
+  const double cube     = elem_volume(b, slot) / (info.dim == 2 ? b.thickness : 1.0) * info.cube_parts;
+  return info.dim == 2 ? std::sqrt(cube) : std::cbrt(cube);
 }
 
 MatLaw elem_law(const ElemBlock& b, size_t slot)

@@ -28,11 +28,9 @@ void find_sizes(const Model& m, const Elements& el, FracMesh& fm)
       for (int i = 0; i < 3; ++i) fm.centre[3 * e + i] += m.mesh.X[3 * node[a] + i] / n;
     if (el.initial_block[e] < 0) continue;
     const ElemBlock& b    = el.block[el.initial_block[e]];
-    const ShapeInfo& info = shape_info[b.shape];
-    for (int g = 0; g < info.ngp; ++g) fm.volume[e] += b.w[b.gauss(el.slot_of[e]) + g];
+    fm.volume[e] = elem_volume(b, el.slot_of[e]);
+    fm.size[e]   = elem_size(b, el.slot_of[e]);
     if (m.dim == 2) fm.thickness[e] = b.thickness;
-    const double cube = fm.volume[e] / fm.thickness[e] * shape_info[b.shape].cube_parts;
-    fm.size[e] = m.dim == 2 ? std::sqrt(cube) : std::cbrt(cube);
   }
 }
 
@@ -133,12 +131,9 @@ void find_toughness(const Model& m, const Elements& el, const FractureDef& d, in
     gsl_rng_set(rng, static_cast<unsigned long>(d.seed));
     scale = d.gc / gsl_sf_gamma(1.0 + 1.0 / d.weibull);
   }
-  std::vector<Member> all = d.member;
-  for (size_t k = 0; !m.part.on && k < m.elset[d.elset].item.size(); ++k)
-    all.push_back({m.elset[d.elset].item[k], static_cast<int>(k)});
   double gc = d.gc;
   int drawn = 0;               // an element has the number of its place in the set
-  for (const Member& x : all) {
+  for (const Member& x : model_members(m, d)) {
     const int e = x.elem;
     for (; rng && drawn <= x.at; ++drawn) gc = gsl_ran_weibull(rng, scale, d.weibull);
     if (fm.size[e] == 0.0) continue;

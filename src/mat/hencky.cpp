@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "mat/voigt.h"
+
 namespace {
 
 using Mat3 = Eigen::Matrix3d;
@@ -12,7 +14,7 @@ const double EQUAL_STRETCH = 1e-6;   // relative difference of squares of stretc
 Mat3 tensor(const double* a)
 {
   Mat3 M;
-  M << a[0], a[3], a[5], a[3], a[1], a[4], a[5], a[4], a[2];
+  full_tensor<3>(a, M.data());
   return M;
 }
 

@@ -90,7 +90,7 @@ double width_along(const CrackLaw& c, const Vec3& N)
 Mat3 full_of(const double* S)
 {
   Mat3 m;
-  m << S[0], S[3], S[5], S[3], S[1], S[4], S[5], S[4], S[2];
+  full_tensor<3>(S, m.data());
   return m;
 }
 

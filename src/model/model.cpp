@@ -48,6 +48,14 @@ int model_find_material(const Model& m, const std::string& name) { return find_n
 int model_find_amplitude(const Model& m, const std::string& name) { return find_name(m.amplitude, name); }
 int model_find_body(const Model& m, const std::string& name) { return find_name(m.body, name); }
 
+std::vector<Member> model_members(const Model& m, const FractureDef& d)
+{
+  std::vector<Member> all = d.member;
+  for (size_t k = 0; !m.part.on && k < m.elset[d.elset].item.size(); ++k)
+    all.push_back({m.elset[d.elset].item[k], static_cast<int>(k)});
+  return all;
+}
+
 int model_general_contact(const Model& m)
 {
   for (size_t i = 0; i < m.bond.size(); ++i)

@@ -563,6 +563,10 @@ int model_find_material(const Model& m, const std::string& name);
 int model_find_amplitude(const Model& m, const std::string& name);
 int model_find_body(const Model& m, const std::string& name);
 
+// model_members : elements that may break by a definition, with their places in its set; divided model: those
+// that are here, outer ones too
+std::vector<Member> model_members(const Model& m, const FractureDef& d);
+
 // model_general_contact : index into Model::bond of *CONTACT, -1 when there is none
 int model_general_contact(const Model& m);
 

@@ -153,10 +153,7 @@ void print_sections(std::FILE* file, const Model& m, const Elements& el)
     double sum[2] = {0.0, 0.0}, &volume = sum[0], &elements = sum[1];
     for (int e = 0; e < m.mesh.nelem(); ++e) {
       if (el.block_of[e] < 0 || m.mesh.elem_section[e] != static_cast<int>(i)) continue;
-      const int ngp = elem_gauss(m, el, e);
-      const ElemBlock& b = el.block[el.block_of[e]];
-      const double* w    = &b.w[b.gauss(el.slot_of[e])];
-      for (int g = 0; g < ngp; ++g) volume += w[g];
+      volume += elem_volume(el.block[el.block_of[e]], el.slot_of[e]);
       ++elements;
     }
     out_sum(m, sum, 2);
@@ -166,16 +163,6 @@ void print_sections(std::FILE* file, const Model& m, const Elements& el)
     if (m.dim == 2) std::fprintf(file, ", thickness %g", section.thickness);
     std::fprintf(file, ", volume %.9g, mass %.9g%s\n", volume, volume * mat.density, mass_of(m, section));
   }
-}
-
-// elements of this rank that may break by f
-IntVec breakable(const Model& m, const FractureDef& f)
-{
-  IntVec out;
-  for (const Member& x : f.member)
-    if (m.part.works(x.elem)) out.push_back(x.elem);
-  if (!m.part.on && f.elset >= 0) out = m.elset[f.elset].item;
-  return out;
 }
 
 // what an uncracked body of elements of the size h bears: by its strength, or by the mesh    (7.20), (2.34)
@@ -209,12 +196,10 @@ void print_fracture(std::FILE* file, const Model& m, const Elements& el)
     for (std::size_t i = 0; i < m.section.size(); ++i) {
       double sum[2] = {0.0, 0.0};
       const Plane plane = plane_of(m, i);
-      for (int e : breakable(m, f)) {
+      for (const Member& x : model_members(m, f)) {
+        const int e = x.elem;
         if (el.block_of[e] < 0 || m.mesh.elem_section[e] != static_cast<int>(i)) continue;
-        const ElemBlock& b = el.block[el.block_of[e]];
-        double part = shape_info[b.shape].cube_parts / (m.dim == 2 ? b.thickness : 1.0), cube = 0.0;
-        for (int g = 0; g < shape_info[b.shape].ngp; ++g) cube += part * b.w[b.gauss(el.slot_of[e]) + g];
-        sum[0] += m.dim == 2 ? std::sqrt(cube) : std::cbrt(cube);
+        sum[0] += elem_size(el.block[el.block_of[e]], el.slot_of[e]);
         ++sum[1];
       }
       out_sum(m, sum, 2);

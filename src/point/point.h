@@ -308,7 +308,7 @@ double point_energy_one(const Model& m, const Points& pts, const Level& l, int p
 void point_tell_history(const MeshPart& part, const IntVec& rank, const Points& pts, int n, Level& l);
 
 // point_dissipated : as elem_dissipated, in the points in mine
-double point_dissipated(const Model& m, const Points& pts, const Level& l, const IntVec& mine,
-                        bool cohesive);
+void point_dissipated(const Model& m, const Points& pts, const Level& l, const IntVec& mine, double& plastic,
+                      double& cohesive);
 
 #endif

@@ -637,15 +637,13 @@ double point_viscous_loss(const Points& pts, int dim, const PointLaws& law, cons
   return dim == 2 ? viscous_loss<2>(pts, law, l0, l1, mine) : viscous_loss<3>(pts, law, l0, l1, mine);
 }
 
-double point_dissipated(const Model& m, const Points& pts, const Level& l, const IntVec& mine,
-                        bool cohesive)
+void point_dissipated(const Model& m, const Points& pts, const Level& l, const IntVec& mine, double& plastic,
+                      double& cohesive)
 {
   const size_t history = point_history_size(pts, l);
-  double sum = 0.0;
-  if (history == 0) return sum;
+  if (history == 0) return;
   for (int p : mine) {
     const bool opened = pts.eroded(p) && m.fracture[pts.broken[p]].criterion == CRITERION_COHESIVE;
-    if (opened == cohesive) sum += pts.V0[p] * history_at(l.hp, history, p)[HISTORY_DISSIPATED];
+    (opened ? cohesive : plastic) += pts.V0[p] * history_at(l.hp, history, p)[HISTORY_DISSIPATED];
   }
-  return sum;
 }

@@ -98,10 +98,7 @@ double stiffness_energy(const Model& m, const Elements& el, const Dofs& dofs, co
   double sum = 0.0;
   for (const ElemBlock& b : el.block)
     for (int slot : b.live) {
-      const double* w = &b.w[b.gauss(slot)];
-      double volume   = 0.0;
-      for (int g = 0; g < shape_info[b.shape].ngp; ++g) volume += w[g];
-      sum += volume * m.material[m.section[m.mesh.elem_section[b.elem[slot]]].material].young;
+      sum += elem_volume(b, slot) * m.material[m.section[m.mesh.elem_section[b.elem[slot]]].material].young;
     }
   for (int p : dofs.owned_point) sum += pts.V0[p] * m.material[m.body[pts.body[p]].material].young;
   comm_sum(&sum, 1);
@@ -136,8 +133,9 @@ void ledger_sums(const Model& m, const Elements& el, const Dofs& dofs, const Lev
   else add_points<3>(st.points, mom, l, g);
   g.strain = elem_energy(m, el, l, nlgeom, energy) +
              point_energy(m, st.points, l, dofs.owned_point);
-  g.plastic  = elem_dissipated(el, l, false) + point_dissipated(m, st.points, l, dofs.owned_point, false);
-  g.cohesive = elem_dissipated(el, l, true) + point_dissipated(m, st.points, l, dofs.owned_point, true);
+  g.plastic = g.cohesive = 0.0;
+  elem_dissipated(el, l, g.plastic, g.cohesive);
+  point_dissipated(m, st.points, l, dofs.owned_point, g.plastic, g.cohesive);
   sum_ranks(g, work);
 }
 

@@ -285,6 +285,7 @@ bool targets_reached(const Dofs& s, const RealVec& du)
 
 // du += a part of dx; smaller than 1 when an element turns inside out or the residual overshoots
 //   in   search   a line search is allowed;   g0 = dx R at free dofs
+//   out  trial    du as it was
 Failure correct(Problem& p, Attempt& a, const RealVec& dx, double g0, bool search, RealVec& trial,
                 Residual& b, double& part)
 {
@@ -311,7 +312,6 @@ double first_slope(const Dofs& s, const RealVec& R, LinearSystem& l)
 // (6.38)
 struct Descent {
   int left = 0, next = 4;      // iterations with that stiffness: to come, next time
-  RealVec du;                  // before the correction of the tangent
 };
 const double FALLS = 0.7;      // of the residual before
 // times the correction of that stiffness: the energy falls below 2. Test: C3 with h = 10 ends with it, not
@@ -319,11 +319,11 @@ const double FALLS = 0.7;      // of the residual before
 const double RELAXED = 1.8;
 
 //   in   before   residual of the iteration before; 0: supports have moved since
-Failure descend(Problem& p, Attempt& a, double before, Descent& d, Residual& b)
+//        du       before the correction
+Failure descend(Problem& p, Attempt& a, double before, RealVec& du, Descent& d, Residual& b)
 {
   if (a.mode.secant) {
-    if (--d.left > 0) return STATUS_OK;
-    a.mode.secant = false;
+    a.mode.secant = --d.left > 0;
     return STATUS_OK;
   }
   if (before == 0.0 || b.free_norm <= FALLS * before) return STATUS_OK;
@@ -331,7 +331,7 @@ Failure descend(Problem& p, Attempt& a, double before, Descent& d, Residual& b)
   d.left = d.next;
   d.next = 2 * d.next;
   if (b.free_norm <= before) return STATUS_OK;
-  a.du = d.du;
+  a.du.swap(du);
   return form_residual(p, a, a.du, b);
 }
 
@@ -392,11 +392,10 @@ Failure step_newton(Problem& p, Attempt& a)
     if (it == 1 && guessed > 0.0 && std::fabs(g0) > guessed) return NOT_CONVERGED;   // it leads astray (6.14)
     // 4. correct                                                                   (6.6)
     double part = 1.0;
-    if (a.newton.opens && !a.mode.secant) descent.du = a.du;
     failure = correct(p, a, l.dx, g0, a.step.ctl.line_search && there && stale >= a.newton.patience, trial, b,
                       part);
     if (!failure.ok()) return failure;
-    if (a.newton.opens) failure = descend(p, a, there ? before : 0.0, descent, b);
+    if (a.newton.opens) failure = descend(p, a, there ? before : 0.0, trial, descent, b);
     if (!failure.ok()) return failure;
     stale = b.free_norm < least ? 0 : stale + 1;
     least = std::min(least, b.free_norm);

@@ -2,9 +2,14 @@
 #ifndef MPFE_UNIT_SAMPLES_H
 #define MPFE_UNIT_SAMPLES_H
 
+#include <gtest/gtest.h>
+
+#include <algorithm>
 #include <cmath>
+#include <random>
 
 #include "elem/kernel.h"
+#include "mat/law.h"
 #include "solve/solve.h"
 
 inline KernelMode energy_momentum(double dissipation)
@@ -27,6 +32,35 @@ inline Material material_of(LawKind kind, double poisson, const RealVec& yield, 
   m.plastic_strain = plastic_strain;
   m.used           = true;
   return m;
+}
+
+// a law at an integration point: at a strain, and on to one, whose history and output it keeps
+struct LawPoint {
+  MatLaw law;
+  bool finite;
+  double h[MAX_HISTORY] = {0};
+  LawOutput out = {};
+  bool at(const double* E, LawOutput& o, double* h1 = nullptr) const
+  {
+    double e[6], none[MAX_HISTORY];
+    std::copy(E, E + 6, e);
+    return law_update(law, finite, e, h, h1 ? h1 : none, true, o);
+  }
+  void go(const double* E)
+  {
+    double h1[MAX_HISTORY] = {0};
+    ASSERT_TRUE(at(E, out, h1));
+    std::copy(h1, h1 + MAX_HISTORY, h);
+  }
+};
+
+// a strain with components of this size
+inline void random_strain(std::mt19937& gen, double size, Plane plane, double* E)
+{
+  std::uniform_real_distribution<double> any(-size, size);
+  for (int i = 0; i < 6; ++i) E[i] = any(gen);
+  if (plane == PLANE_NONE) return;
+  E[2] = E[4] = E[5] = 0.0;
 }
 
 inline RealVec right_hand_side(const SysMatrix& A)

@@ -30,23 +30,12 @@ MatLaw cohesive(const Material& m, Plane plane, Softening s)
   return law;
 }
 
-struct Crack {
+struct Crack : LawPoint {
   Material m = material_of(LAW_SVK, 0.3, {}, {});
-  MatLaw law;
-  double h[MAX_HISTORY] = {0};
-  LawOutput out;
-  Crack(Plane plane, Softening s) { law = cohesive(m, plane, s); }
-  bool at(const double* E, LawOutput& o, double* h1 = nullptr) const
+  Crack(Plane plane, Softening s)
   {
-    double e[6], none[MAX_HISTORY];
-    std::copy(E, E + 6, e);
-    return law_update(law, false, e, h, h1 ? h1 : none, true, o);
-  }
-  void go(const double* E)
-  {
-    double h1[MAX_HISTORY] = {0};
-    ASSERT_TRUE(at(E, out, h1));
-    std::copy(h1, h1 + MAX_HISTORY, h);
+    law    = cohesive(m, plane, s);
+    finite = false;
   }
   double normal_stiffness() const { return law.lam3 + 2.0 * law.mu; }
 };
@@ -86,13 +75,6 @@ void compare(const Crack& b, Plane plane, const double* E, double of_stress, dou
       EXPECT_NEAR((up.S[i] - down.S[i]) / (2 * h), out.D[i * 6 + j], of_tangent) << plane << i << j;
     }
   }
-}
-
-void draw(std::mt19937& gen, double size, Plane plane, double* E)
-{
-  std::uniform_real_distribution<double> any(-size, size);
-  for (int i = 0; i < 6; ++i) E[i] = any(gen);
-  if (plane != PLANE_NONE) E[2] = E[4] = E[5] = 0.0;
 }
 
 }  // namespace
@@ -170,10 +152,10 @@ TEST(Cohesive, StressAndTangentAreDerivatives)
       for (int trial = 0; trial < 40; ++trial) {
         Crack b(plane, s);
         double E[6], h1[MAX_HISTORY] = {0};
-        draw(gen, 0.03, plane, E);
+        random_strain(gen, 0.03, plane, E);
         b.go(E);
         if (crack_opening(b.h) == 0.0) continue;       // not a crack
-        draw(gen, trial % 2 ? 0.05 : 0.02, plane, E);
+        random_strain(gen, trial % 2 ? 0.05 : 0.02, plane, E);
         ASSERT_TRUE(b.at(E, b.out, h1));
         if (crack_opening(h1) > crack_opening(b.h)) ++opened;
         compare(b, plane, E, 2e-5, 2e-3);
@@ -198,7 +180,7 @@ TEST(Cohesive, BeginsToOpenWithItsTangent)
       b.law.crack.nodes = 8192;
       b.law.crack.place = disc.data();
       double E[6], h1[MAX_HISTORY] = {0};
-      draw(gen, 0.03, plane, E);
+      random_strain(gen, 0.03, plane, E);
       ASSERT_TRUE(b.at(E, b.out, h1));
       if (crack_opening(h1) == 0.0) continue;
       ++opened;

@@ -14,34 +14,6 @@ namespace {
 // E 200, nu 0.3; neo-Hooke with the same constants of small strains; yield 1, hardening 5, then 2
 Material sample(LawKind kind) { return material_of(kind, 0.3, {1.0, 1.5, 1.9}, {0.0, 0.1, 0.3}); }
 
-struct Point {
-  MatLaw law;
-  bool finite;
-  double h[MAX_HISTORY] = {0};
-  bool at(const double* E, LawOutput& out, double* h1 = nullptr)
-  {
-    double e[6], none[MAX_HISTORY];
-    for (int i = 0; i < 6; ++i) e[i] = E[i];
-    return law_update(law, finite, e, h, h1 ? h1 : none, true, out);
-  }
-  void go(const double* E)
-  {
-    LawOutput out;
-    double h1[MAX_HISTORY] = {0};
-    ASSERT_TRUE(at(E, out, h1));
-    for (int i = 0; i < MAX_HISTORY; ++i) h[i] = h1[i];
-  }
-};
-
-// a strain with components of this size
-void random_strain(std::mt19937& gen, double size, Plane plane, double* E)
-{
-  std::uniform_real_distribution<double> any(-size, size);
-  for (int i = 0; i < 6; ++i) E[i] = any(gen);
-  if (plane == PLANE_NONE) return;
-  E[2] = E[4] = E[5] = 0.0;
-}
-
 const Plane planes[3]  = {PLANE_NONE, PLANE_STRAIN, PLANE_STRESS};
 const LawKind kinds[3] = {LAW_SVK, LAW_NEO_HOOKE, LAW_J2};
 
@@ -54,7 +26,7 @@ TEST(Law, StressIsTheDerivativeOfTheIncrementalEnergyAndTangentThatOfTheStress)
     for (Plane plane : planes)
       for (bool finite : {false, true}) {
         const Material m = sample(kind);
-        Point p{mat_law(m, plane), finite};
+        LawPoint p{mat_law(m, plane), finite};
         double E[6];
         random_strain(gen, 0.03, plane, E);
         p.go(E);                                       // a history
@@ -94,7 +66,7 @@ TEST(Law, StepOfEnergyMomentumStoresAndDissipatesTheWork)
     for (Plane plane : planes)
       for (double size : {1e-5, 0.02, 0.2}) {
         const Material m = sample(kind);
-        Point p{mat_law(m, plane), true};
+        LawPoint p{mat_law(m, plane), true};
         double E0[6], E1[6], S[6], C[36], h1[MAX_HISTORY] = {0};
         random_strain(gen, size, plane, E0);
         p.go(E0);
@@ -137,7 +109,7 @@ TEST(Law, NeoHookeUniaxialAndSmallStrains)
 {
   const Material m = sample(LAW_NEO_HOOKE);
   const MatLaw law = mat_law(m, PLANE_NONE);
-  Point p{law, true};
+  LawPoint p{law, true};
   LawOutput out, svk;
   const double K = law.lam3 + 2.0 / 3.0 * law.mu;
   for (double f : {0.3, 0.8, 1.5, 4.0}) {              // uniaxial strain: J = f
@@ -162,7 +134,7 @@ TEST(Law, NeoHookeUniaxialAndSmallStrains)
 TEST(Law, PlasticUniaxialStressFollowsTheTableInLogarithmicStrain)
 {
   const Material m = sample(LAW_J2);
-  Point p{mat_law(m, PLANE_NONE), true};
+  LawPoint p{mat_law(m, PLANE_NONE), true};
   // pulled to stretches f, the lateral one found so that S22 = S33 = 0
   for (double f : {1.002, 1.01, 1.1, 1.25, 1.6}) {
     double E[6] = {0.5 * (f * f - 1.0), 0, 0, 0, 0, 0};
@@ -191,7 +163,7 @@ TEST(Law, PlasticSimpleShearInOneStepIsTheReturnOfTheLogarithms)
 {
   const Material m = sample(LAW_J2);
   const MatLaw law = mat_law(m, PLANE_NONE);
-  Point p{law, true};
+  LawPoint p{law, true};
   const double g = 0.4;
   const double E[6] = {0, 0.5 * g * g, 0, 0.5 * g, 0, 0};      // F = I + g e1 (x) e2
   LawOutput out;
@@ -212,7 +184,7 @@ TEST(Law, TurningTheBodyTurnsNothing)
   // a strain path and the same path with the reference axes turned: same energies
   std::mt19937 gen(9);
   const Material m = sample(LAW_J2);
-  Point p{mat_law(m, PLANE_NONE), true}, t{mat_law(m, PLANE_NONE), true};
+  LawPoint p{mat_law(m, PLANE_NONE), true}, t{mat_law(m, PLANE_NONE), true};
   for (int step = 0; step < 5; ++step) {
     double E[6];
     random_strain(gen, 0.1, PLANE_NONE, E);
@@ -252,7 +224,7 @@ TEST(Law, GranularMaterialShearsAtTheFrictionOfItsPressureAndCarriesNoTension)
   const double tan  = 0.7;
   const MatLaw law  = granular(m, PLANE_NONE, 0.0, tan);
   for (bool finite : {false, true}) {
-    Point p{law, finite};
+    LawPoint p{law, finite};
     const double v = -0.01, g = 0.2;                   // volume, shear of a layer
     const double f = finite ? 1.0 + v : 1.0;
     const double E[6] = {0, finite ? 0.5 * (g * g + f * f - 1.0) : v, 0, 0.5 * g, 0, 0};  // F: x + g y, f y
@@ -291,7 +263,7 @@ TEST(Law, GranularTangentIsTheSymmetricPartAndStepsStoreAndDissipateTheWork)
   const Material m = sample(LAW_SVK);
   for (bool finite : {false, true})
     for (double c : {0.0, 0.3}) {
-      Point p{granular(m, PLANE_NONE, c, 0.7), finite};
+      LawPoint p{granular(m, PLANE_NONE, c, 0.7), finite};
       double E[6], S[6], h1[MAX_HISTORY] = {0};
       random_strain(gen, 0.01, PLANE_NONE, E);
       for (int i = 0; i < 3; ++i) E[i] -= 0.01;
