@@ -116,7 +116,7 @@ struct Surface {
 enum Split { SPLIT_RCE, SPLIT_VD, SPLIT_SPECTRAL, SPLIT_PRESSURE, SPLIT_NONE, SPLIT_CRACK, SPLIT_GRANULAR };
 
 // rows of the table in mat/law_step.cpp
-enum LawKind { LAW_SVK, LAW_NEO_HOOKE, LAW_J2, LAW_GRANULAR, LAW_COHESIVE, LAW_OTHER, LAW_KINDS };
+enum LawKind { LAW_SVK, LAW_NEO_HOOKE, LAW_J2, LAW_GRANULAR, LAW_COHESIVE, LAW_SPLIT, LAW_OTHER, LAW_KINDS };
 
 struct Material {
   std::string name;
