@@ -70,8 +70,7 @@ void elem_refresh(Elements& el);
 double elem_volume(const ElemBlock& b, size_t slot);
 double elem_size(const ElemBlock& b, size_t slot);
 
-// elem_law : law of the element at place slot of its block as it is, intact or broken with the degradation factor
-// c
+// elem_law : law of the element at place slot of its block, intact, or broken with the degradation factor c
 MatLaw elem_law(const Model& m, const Elements& el, const ElemBlock& b, size_t slot, double c);
 
 // elem_history : history of the Gauss points of element e at both ends of the step             [ngp]
@@ -89,8 +88,7 @@ inline bool elem_whole(const Elements& el, const ElemBlock& b, const Level& l, i
 // elem_uncracked : at the end of the step too there is none
 void elem_uncracked(const Elements& el, const Level& l0, Level& l1, int e);
 
-// elem_form_general : as elem_form without enhanced strains, for laws that the short form of the kernel does not
-// know
+// elem_form_general : as elem_form without enhanced strains, for laws without a short form in the kernel
 //   in   law       of the element, elem_law
 //        h         history of each Gauss point           [ngp]; its np1 is written
 Status elem_form_general(const ElemBlock& b, size_t slot, const MatLaw& law, const KernelMode& mode,

@@ -16,8 +16,8 @@ struct HistoryStep {
   double* np1     = nullptr;   // at t(n+1)
 };
 
-// Fb, S [D*D] and, unless C is null, C [nv*nv] from the displacement gradients at t(n), when mode_reads_old, and
-// t(n+1)
+// Fb, S [D*D] and, unless C is null, C [nv*nv] from the displacement gradients at t(n), when mode_reads_old,
+// and t(n+1)
 template <int D>
 inline Status ip_general(const MatLaw& law, const KernelMode& mode, const double* H0, const double* H1,
                          const double* h_n, double* h_np1, double* Fb, double* S, double* C)

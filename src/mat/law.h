@@ -126,8 +126,8 @@ bool law_granular(const MatLaw& law, bool finite, const double* E, const double*
                   bool tangent, LawOutput& out);
 bool law_granular_step(const MatLaw& law, const KernelMode& mode, const double* E0, const double* E1,
                        const double* h_n, double* h_np1, double* S, double* C);
-bool law_split(const MatLaw& law, bool finite, const double* E, const double* h_n, double* h_np1, bool tangent,
-               LawOutput& out);
+bool law_split(const MatLaw& law, bool finite, const double* E, const double* h_n, double* h_np1,
+               bool tangent, LawOutput& out);
 bool law_split_step(const MatLaw& law, const KernelMode& mode, const double* E0, const double* E1,
                     const double* h_n, double* h_np1, double* S, double* C);
 bool law_j2(const MatLaw& law, bool finite, const double* E, const double* h_n, double* h_np1, bool tangent,

@@ -49,8 +49,8 @@ bool law_split(const MatLaw& law, bool finite, const double* E, const double*, d
   return true;
 }
 
-bool law_split_step(const MatLaw& law, const KernelMode& mode, const double* E0, const double* E1, const double*,
-                    double*, double* S, double* C)
+bool law_split_step(const MatLaw& law, const KernelMode& mode, const double* E0, const double* E1,
+                    const double*, double*, double* S, double* C)
 {
   double start[9], end[9], stress[9], tangent[9];
   if (law.plane == PLANE_NONE) {

@@ -74,8 +74,8 @@ inline bool mode_reads_old(const KernelMode& mode, const MatLaw& law)
   return mode.mid || law.beta * mode.rate != 0.0;
 }
 
-// law_broken : what fracture definition f leaves of the intact law, with the degradation factor c and the frozen
-// normal N[3]: LAW_GRANULAR or LAW_SPLIT
+// law_broken : what fracture definition f leaves of the intact law, with the degradation factor c and the
+// frozen normal N[3]: LAW_GRANULAR or LAW_SPLIT
 MatLaw law_broken(const MatLaw& intact, const FractureDef& f, double c, const double* N);
 
 // mat_full : plane components -> all six (11 22 33 12 23 31, tensor) of E and S
