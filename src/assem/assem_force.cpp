@@ -85,11 +85,11 @@ Failure move_bonds(const Model& m, const Dofs& dofs, const RealVec& du, double t
     for (int k = dofs.bond.off[b]; k < dofs.bond.off[b + 1]; ++k)
       for (int i = 0; i < dim; ++i) s[i] += dofs.bond_w[k] * du[dofs.bond.item[k] * dim + i];
     // contact: jump over the step, the gap is made with the force
-    if (st.bonds.field[b] == SIDE_CONTACT) {
+    if (st.bonds.side[b] == SIDE_CONTACT) {
       for (int i = 0; i < dim; ++i) j.contact[b * dim + i] = s[i];
       continue;
     }
-    if (st.bonds.field[b] == SIDE_GROUND) {
+    if (st.bonds.side[b] == SIDE_GROUND) {
       bond_ground_motion(m, st.bonds, b, t0, total0, g0);
       bond_ground_motion(m, st.bonds, b, t1, total1, g1);
       Failure failure = check_ground(m, st.bonds, b, g0, total0);
@@ -268,7 +268,7 @@ void add_bonds(const Model& m, const ContactPairs& pairs, const Dofs& dofs, cons
   const int dim = m.dim;
   double C[9], s[3];
   for (int b : dofs.bond_acts) {
-    if (st.bonds.field[b] == SIDE_CONTACT) {
+    if (st.bonds.side[b] == SIDE_CONTACT) {
       add_contact(m, pairs, dofs, mode, jumps, b, st, fint);
       continue;
     }

@@ -8,7 +8,8 @@ void assem_slip(const Model& m, const ContactPairs& pairs, const KernelMode& mod
   double f[3], t1[3], slipped, across[3];
   slip = SlipTangent();
   for (int b : s.bond_acts) {
-    if (st.bonds.field[b] != SIDE_CONTACT || !pairs.master.count(b) || st.bonds.friction[b] == 0.0) continue;
+    if (st.bonds.side[b] != SIDE_CONTACT || !pairs.master.count(b)) continue;
+    if (st.bonds.contact.friction[b] == 0.0) continue;
     contact_force(m, st.bonds, pairs, b, mode, &j.contact[b * dim], &st.n.lambda[b * dim],
                   st.np1.lambda_n[b], f, nullptr, t1, &slipped, across);
     if (slipped == 0.0) continue;

@@ -176,7 +176,7 @@ void add_bonds(const Model& m, const ContactPairs& pairs, const State& st, const
   const size_t* at = dofs.bond_map_off.data();
   for (int q : dofs.bond_acts) {
     const int* map     = &dofs.bond_map[*at++];
-    const bool contact = st.bonds.field[q] == SIDE_CONTACT;
+    const bool contact = st.bonds.side[q] == SIDE_CONTACT;
     if (contact)
       contact_force(m, st.bonds, pairs, q, mode, &j.contact[q * D], &st.n.lambda[q * D],
                     st.np1.lambda_n[q], f, C, t1, &slipped);

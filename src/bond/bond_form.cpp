@@ -95,10 +95,10 @@ double penalty_of(const Model& m, const BondDef& d, const FaceNodes& face)
   if (d.penalty > 0.0) return d.penalty;
   double stiff = face.stiff, h = face_size(face);
   if (d.body >= 0) stiff = std::max(stiff, body_stiffness(m, d.body));
-  if (d.master >= 0)
-    stiff = std::max(stiff, m.part.on ? d.stiff : surface_stiffness(m, m.surface[d.master]));
+  if (d.contact.master >= 0)
+    stiff = std::max(stiff, m.part.on ? d.contact.stiff : surface_stiffness(m, m.surface[d.contact.master]));
   const bool points = d.kind == BOND_MESH_GRID || m.surface[d.surface].body >= 0 ||
-                      (d.master >= 0 && m.surface[d.master].body >= 0);
+                      (d.contact.master >= 0 && m.surface[d.contact.master].body >= 0);
   if (m.grid.given && points) {
     h = m.grid.h[0];
     for (int i = 1; i < m.dim; ++i) h = std::min(h, m.grid.h[i]);
@@ -162,7 +162,7 @@ using BondKey = std::vector<std::pair<int, int>>;
 
 const long NO_NAME = -1;
 
-struct Former {
+struct BondBuilder {
   const Model& m;
   Bonds& b;
   int def;
@@ -184,7 +184,7 @@ const long AT_POINTS = 1L << 62, OF_DECK = -AT_POINTS, OWNERS = 1L << 31;
 long face_name(int def, long number, int face) { return ((def * OWNERS + number) * FACES + face) * PLACES; }
 
 // a bond without area at the place with the shape functions N of the face; side A stands in the list
-int new_bond(Former& f, int field, const FaceNodes& face, const double* N)
+int new_bond(BondBuilder& f, const FaceNodes& face, const double* N)
 {
   Bonds& b = f.b;
   double X[3] = {0, 0, 0};
@@ -193,22 +193,28 @@ int new_bond(Former& f, int field, const FaceNodes& face, const double* N)
   b.a.off.push_back(static_cast<int>(b.a.item.size()));
   b.X.insert(b.X.end(), X, X + 3);
   b.def.push_back(f.def);
-  b.field.push_back(field);
+  const BondDef& def = f.m.bond[f.def];
+  b.side.push_back(def.kind == BOND_CONTACT  ? SIDE_CONTACT
+                   : def.kind == BOND_GROUND ? SIDE_GROUND
+                                             : SIDE_GRID);
+  b.field.push_back(def.kind == BOND_MESH_GRID ? f.m.body[def.body].field : -1);
   b.area.push_back(0.0);
   b.normal.insert(b.normal.end(), f.m.dim, 0.0);
   b.cn.push_back(0.0);
   b.ct.push_back(0.0);
-  b.offset.push_back(0.0);
-  b.initial_penetration.push_back(0.0);
-  b.deep.push_back(0.0);
-  b.friction.push_back(f.m.bond[f.def].friction);
-  b.skin_of.push_back(-1);
-  b.met.push_back(-1);
+  ContactState& c = b.contact;
+  c.offset.push_back(0.0);
+  c.initial_penetration.push_back(0.0);
+  c.deep.push_back(0.0);
+  c.friction.push_back(def.contact.friction);
+  c.skin_of.push_back(-1);
+  c.met.push_back(-1);
+  c.wall.push_back(-1);
   b.intermediate.push_back(b.a.count(b.nbond) > 1);
   return b.nbond++;
 }
 
-int lattice_bond(Former& f, int field, const BondKey& key, double total, const FaceNodes& face,
+int lattice_bond(BondBuilder& f, const BondKey& key, double total, const FaceNodes& face,
                  const FacePoint& p)
 {
   double N[4] = {0, 0, 0, 0}, all = 0.0;
@@ -219,11 +225,11 @@ int lattice_bond(Former& f, int field, const BondKey& key, double total, const F
     f.b.a_w.push_back(k.second / total);
   }
   f.known.emplace(key, f.b.nbond);
-  return new_bond(f, field, face, N);
+  return new_bond(f, face, N);
 }
 
 // area, stiffness and normal that a face gives to bond b at the local place xi
-void add_area(Former& f, const FaceNodes& face, const double* xi, double area, double penalty, int b)
+void add_area(BondBuilder& f, const FaceNodes& face, const double* xi, double area, double penalty, int b)
 {
   double n[3];
   const double norm = face_area(face.n, face.X, xi, n);
@@ -243,7 +249,7 @@ int sample_parts(const Model& m, const BondDef& d)
 }
 
 // places of contact inside a slave face                                              (4.17)
-void form_inside(Former& f, const FaceNodes& face, int field, double penalty)
+void form_inside(BondBuilder& f, const FaceNodes& face, double penalty)
 {
   const double thickness = f.m.dim == 2 ? face.thickness : 1.0;
   const auto wanted      = [&](int kin) { return (*f.own)[kin]; };
@@ -253,14 +259,14 @@ void form_inside(Former& f, const FaceNodes& face, int field, double penalty)
       f.b.a.item.push_back(face.kin[k]);
       f.b.a_w.push_back(s.N[k]);
     }
-    const int b = new_bond(f, field, face, s.N);
+    const int b = new_bond(f, face, s.N);
     add_area(f, face, s.xi, s.area * thickness, penalty, b);
     if (f.name != NO_NAME) f.b.name.push_back(f.name++);
   }
 }
 
 // face: the first one
-void warn_thickness(const Former& f, const FaceNodes& face)
+void warn_thickness(const BondBuilder& f, const FaceNodes& face)
 {
   const BondDef& d = f.m.bond[f.def];
   if (d.body < 0 || f.m.dim == 3 || face.thickness == f.m.body[d.body].thickness) return;
@@ -271,12 +277,12 @@ void warn_thickness(const Former& f, const FaceNodes& face)
 
 // bonds of one face: trapezoidal shares, so that a uniform traction goes to the nodes as from the
 // element  (4.5)
-void form_face(Former& f, const FaceNodes& face, int field)
+void form_face(BondBuilder& f, const FaceNodes& face)
 {
   const BondDef& d     = f.m.bond[f.def];
   const int dim        = f.m.dim;
   const double penalty = penalty_of(f.m, d, face);
-  if (d.by_face) return form_inside(f, face, field, penalty);
+  if (d.contact.by_face) return form_inside(f, face, penalty);
   const int parts = edge_parts(f.m, d, face);
   long name       = f.name;
   for (const FacePoint& p : face_lattice(face.n, face.X, parts)) {
@@ -299,7 +305,7 @@ void form_face(Former& f, const FaceNodes& face, int field)
     if (key.size() == 1) key[0].second = 1;
     const auto it     = f.known.find(key);
     const double total = key.size() == 1 ? 1.0 : static_cast<double>(parts) * parts;
-    const int b       = it != f.known.end() ? it->second : lattice_bond(f, field, key, total, face, p);
+    const int b       = it != f.known.end() ? it->second : lattice_bond(f, key, total, face, p);
     if (f.name != NO_NAME && it == f.known.end()) f.b.name.push_back(name);
     ++name;
     add_area(f, face, p.xi, p.share * (dim == 2 ? face.thickness : 1.0), penalty, b);
@@ -307,7 +313,7 @@ void form_face(Former& f, const FaceNodes& face, int field)
 }
 
 // unit normals; the tangential stiffness of bonds that tie one direction only is zero
-void finish(Former& f, int first)
+void finish(BondBuilder& f, int first)
 {
   const BondDef& d = f.m.bond[f.def];
   const int dim    = f.m.dim;
@@ -322,7 +328,7 @@ void finish(Former& f, int first)
     }
     norm = std::sqrt(norm);
     for (int i = 0; i < dim; ++i) n[i] = norm > 0.0 ? n[i] / norm : (i == 0);
-    f.b.ct[b] = d.normal_only ? 0.0 : d.stick > 0.0 ? d.stick * f.b.area[b] : f.b.cn[b];
+    f.b.ct[b] = d.normal_only ? 0.0 : d.contact.stick > 0.0 ? d.contact.stick * f.b.area[b] : f.b.cn[b];
   }
 }
 
@@ -367,13 +373,13 @@ void warn_same_way(const Model& m, const Points& pts, const BondDef& d)
 {
   double a[3], b[3], area_a, area_b;
   area_vector(m, pts, d.surface, a, area_a);
-  area_vector(m, pts, d.master, b, area_b);
+  area_vector(m, pts, d.contact.master, b, area_b);
   if (a[0] * b[0] + a[1] * b[1] + a[2] * b[2] > 0.9 * area_a * area_b)
     log_warn("contact %s (%s line %d): the surfaces %s and %s face the same way and cannot meet unless a "
              "body turns round; is one of them "
              "the wrong side?",
              d.name.c_str(), d.place.file.c_str(), d.place.line, m.surface[d.surface].name.c_str(),
-             m.surface[d.master].name.c_str());
+             m.surface[d.contact.master].name.c_str());
 }
 
 }  // namespace
@@ -401,10 +407,7 @@ int bond_form(const Model& m, const Points& pts, Bonds& bonds)
     if (def.surface < 0) continue;                    // conversion, general contact
     const Surface& s = m.surface[def.surface];
     const int first    = bonds.nbond;
-    const int field = def.kind == BOND_CONTACT  ? SIDE_CONTACT
-                      : def.kind == BOND_GROUND ? SIDE_GROUND
-                                                : m.body[def.body].field;
-    Former f{m, bonds, static_cast<int>(d), first, {}};
+    BondBuilder f{m, bonds, static_cast<int>(d), first, {}};
     if (m.part.on) f.own = &own;
     const std::vector<Face>& list = s.body >= 0 ? pts.surface[def.surface] : s.face;
     for (size_t k = 0; k < list.size(); ++k) {
@@ -414,10 +417,10 @@ int bond_form(const Model& m, const Points& pts, Bonds& bonds)
         f.name = OF_DECK + (s.body < 0 ? face_name(f.def, at, 0)
                                        : face_name(f.def, pts.part.point[list[k].elem], list[k].face));
       if (at == 0) warn_thickness(f, face);
-      form_face(f, face, field);
+      form_face(f, face);
     }
     finish(f, first);
-    if (field >= 0) errors += outside_grid(m, def, bonds, first);
+    if (def.kind == BOND_MESH_GRID) errors += outside_grid(m, def, bonds, first);
     const int made = bonds.nbond - first;
     if ((m.part.on ? comm_allreduce_max(made) : made) == 0) {
       log_error("%s %s (%s line %d): its surface %s holds no face",
@@ -456,8 +459,9 @@ void cut_bonds(Bonds& b, int dim, int n)
   b.a.off.resize(n + 1);
   b.a.item.resize(b.a.off[n]);
   b.a_w.resize(b.a.off[n]);
-  for (IntVec* v : {&b.def, &b.field, &b.intermediate, &b.skin_of, &b.met}) v->resize(n);
-  for (RealVec* v : {&b.area, &b.cn, &b.ct, &b.offset, &b.initial_penetration, &b.deep, &b.friction})
+  ContactState& c = b.contact;
+  for (IntVec* v : {&b.def, &b.side, &b.field, &b.intermediate, &c.skin_of, &c.met, &c.wall}) v->resize(n);
+  for (RealVec* v : {&b.area, &b.cn, &b.ct, &c.offset, &c.initial_penetration, &c.deep, &c.friction})
     v->resize(n);
   b.X.resize(3 * static_cast<size_t>(n));
   b.normal.resize(static_cast<size_t>(dim) * n);
@@ -474,7 +478,7 @@ struct KeptBond {
   double lambda_n = 0.0, offset = 0.0, initial_penetration = 0.0, deep = 0.0, area = 0.0;
   double cn = 0.0, ct = 0.0, friction = 0.0;   // of general contact: those of the face that it met
   SkinFace met;
-  int wall = -1;               // Bonds::met of a wall
+  int wall = -1;
 };
 
 // Bonds of before: by what side A hangs on; places of general contact face by face
@@ -486,6 +490,7 @@ struct KeptBonds {
 
 KeptBonds keep_bonds(const Bonds& b, const Level& l, int dim)
 {
+  const ContactState& c = b.contact;
   KeptBonds kept;
   int open = -1;               // face whose places are kept
   for (int q = b.nfixed; q < b.nbond; ++q) {
@@ -493,21 +498,21 @@ KeptBonds keep_bonds(const Bonds& b, const Level& l, int dim)
     std::copy_n(&l.slip[q * dim], dim, k.slip.begin());
     std::copy_n(&l.lambda[q * dim], dim, k.lambda.begin());
     k.lambda_n = l.lambda_n[q];
-    k.offset   = b.offset[q];
-    k.initial_penetration    = b.initial_penetration[q];
-    k.deep     = b.deep[q];
+    k.offset   = c.offset[q];
+    k.initial_penetration    = c.initial_penetration[q];
+    k.deep     = c.deep[q];
     k.area     = b.area[q];
     k.cn       = b.cn[q];
     k.ct       = b.ct[q];
-    k.friction = b.friction[q];
-    if (b.met[q] >= 0) k.met = b.skin[b.met[q]];
-    k.wall = std::min(b.met[q], -1);
-    if (b.skin_of[q] < 0) {
+    k.friction = c.friction[q];
+    if (c.met[q] >= 0) k.met = c.skin[c.met[q]];
+    k.wall = c.wall[q];
+    if (c.skin_of[q] < 0) {
       kept.bond[slip_key(b, q)] = k;
       continue;
     }
-    if (b.skin_of[q] != open) kept.face.emplace_back(face_id(b.skin[b.skin_of[q]], true), kept.place.size());
-    open = b.skin_of[q];
+    if (c.skin_of[q] != open) kept.face.emplace_back(face_id(c.skin[c.skin_of[q]], true), kept.place.size());
+    open = c.skin_of[q];
     kept.place.push_back(k);
   }
   std::sort(kept.face.begin(), kept.face.end());
@@ -524,11 +529,11 @@ size_t find_id(const std::vector<std::pair<FaceId, int>>& list, const FaceId& id
 // the bond that bond q was before, null: it was not there; first: the first one of its face
 const KeptBond* bond_before(const KeptBonds& kept, const Bonds& b, int q, int first)
 {
-  if (b.skin_of[q] < 0) {
+  if (b.contact.skin_of[q] < 0) {
     const auto it = kept.bond.find(slip_key(b, q));
     return it == kept.bond.end() ? nullptr : &it->second;
   }
-  const FaceId id = face_id(b.skin[b.skin_of[q]], true);
+  const FaceId id = face_id(b.contact.skin[b.contact.skin_of[q]], true);
   const size_t at = find_id(kept.face, id);
   if (at == kept.face.size() || kept.face[at].first != id) return nullptr;
   return &kept.place[kept.face[at].second + q - first];
@@ -538,6 +543,7 @@ const KeptBond* bond_before(const KeptBonds& kept, const Bonds& b, int q, int fi
 // there before
 IntVec restore_bonds(int dim, const KeptBonds& kept, Bonds& b, Level& l)
 {
+  ContactState& c = b.contact;
   IntVec fresh;
   const size_t fixed = static_cast<size_t>(b.nfixed), all = static_cast<size_t>(b.nbond);
   l.slip.resize(fixed * dim);
@@ -547,31 +553,31 @@ IntVec restore_bonds(int dim, const KeptBonds& kept, Bonds& b, Level& l)
   l.lambda.resize(all * dim, 0.0);
   l.lambda_n.resize(all, 0.0);
   std::vector<std::pair<FaceId, int>> skin;          // a point that was released has kept its faces
-  for (size_t i = 0; i < b.skin.size(); ++i) skin.emplace_back(face_id(b.skin[i], false), i);
+  for (size_t i = 0; i < c.skin.size(); ++i) skin.emplace_back(face_id(c.skin[i], false), i);
   std::sort(skin.begin(), skin.end());
   int first = b.nfixed;
   for (int q = b.nfixed; q < b.nbond; ++q) {
-    if (b.skin_of[q] != b.skin_of[first]) first = q;
+    if (c.skin_of[q] != c.skin_of[first]) first = q;
     const KeptBond* k = bond_before(kept, b, q, first);
     if (!k) {
-      if (b.field[q] == SIDE_CONTACT) fresh.push_back(q);
+      if (b.side[q] == SIDE_CONTACT) fresh.push_back(q);
       continue;
     }
     std::copy_n(k->slip.begin(), dim, &l.slip[q * dim]);
     std::copy_n(k->lambda.begin(), dim, &l.lambda[q * dim]);
     l.lambda_n[q] = k->lambda_n * (k->area > 0.0 ? b.area[q] / k->area : 1.0);   // of contact: kept per area
-    b.offset[q]   = k->offset;
-    b.initial_penetration[q]    = k->initial_penetration;
-    b.deep[q]     = k->deep;
-    if (b.skin_of[q] < 0) continue;
+    c.offset[q]   = k->offset;
+    c.initial_penetration[q]    = k->initial_penetration;
+    c.deep[q]     = k->deep;
+    if (c.skin_of[q] < 0) continue;
     b.cn[q]       = k->cn;
     b.ct[q]       = k->ct;
-    b.friction[q] = k->friction;
-    b.met[q]      = k->wall;
+    c.friction[q] = k->friction;
+    c.wall[q]     = k->wall;
     if (k->met.elem < 0) continue;
     const FaceId met = face_id(k->met, false);
     const size_t at  = find_id(skin, met);
-    if (at < skin.size() && skin[at].first == met) b.met[q] = skin[at].second;
+    if (at < skin.size() && skin[at].first == met) c.met[q] = skin[at].second;
   }
   return fresh;
 }
@@ -579,7 +585,7 @@ IntVec restore_bonds(int dim, const KeptBonds& kept, Bonds& b, Level& l)
 // contact pair whose slave surface is one of elements
 bool has_slave_elements(const Model& m, const BondDef& d)
 {
-  return d.kind == BOND_CONTACT && !d.general && m.surface[d.surface].body < 0;
+  return d.kind == BOND_CONTACT && !d.contact.general && m.surface[d.surface].body < 0;
 }
 
 // Slave places of the deck keep the part of their area that belongs to faces of elements; the rest goes on at
@@ -591,9 +597,9 @@ void shrink_slaves(const Model& m, const Points& pts, Bonds& b, Level& l)
     if (!has_slave_elements(m, m.bond[d])) continue;
     if (pts.surface[m.bond[d].surface].empty()) continue;
     Bonds rest;
-    Former f{m, rest, static_cast<int>(d), 0, {}};
+    BondBuilder f{m, rest, static_cast<int>(d), 0, {}};
     for (const Face& s : m.surface[m.bond[d].surface].face)
-      if (!pts.converted(s.elem)) form_face(f, face_nodes(m, pts, -1, s), SIDE_CONTACT);
+      if (!pts.converted(s.elem)) form_face(f, face_nodes(m, pts, -1, s));
     finish(f, 0);
     std::map<SlipKey, int> find;
     for (int r = 0; r < rest.nbond; ++r) find[slip_key(rest, r)] = r;
@@ -620,19 +626,19 @@ const int SKIN_PARTS[4] = {0, 0, 4, 3};
 
 void bond_skin(const Model& m, const Points& pts, const std::vector<SkinFace>& skin, Bonds& b)
 {
-  b.skin = skin;
-  b.skin_penalty.assign(skin.size(), 0.0);
+  b.contact.skin = skin;
+  b.contact.skin_penalty.assign(skin.size(), 0.0);
   if (skin.empty()) return;
   const int def      = model_general_contact(m);
   const BondDef& d   = m.bond[def];
   const int first    = b.nbond, parts = d.intermediate >= 0 ? d.intermediate + 1 : SKIN_PARTS[m.dim];
-  Former f{m, b, def, first, {}};
+  BondBuilder f{m, b, def, first, {}};
   for (size_t s = 0; s < skin.size(); ++s) {
     const int elem         = skin[s].elem;
     const FaceNodes face   = face_nodes(m, pts, skin[s].points ? pts.body[elem] : -1, {elem, skin[s].face});
     const double thickness = m.dim == 2 ? face.thickness : 1.0,
                  penalty   = skin_penalty(m, pts, d, skin[s], face);
-    b.skin_penalty[s] = penalty;
+    b.contact.skin_penalty[s] = penalty;
     if (m.part.window && !point_skin_counts(m, pts, skin[s])) continue;
     if (m.part.on)
       f.name = skin[s].points ? AT_POINTS + face_name(def, pts.part.point[elem], skin[s].face)
@@ -645,8 +651,8 @@ void bond_skin(const Model& m, const Points& pts, const std::vector<SkinFace>& s
         b.a.item.push_back(face.kin[k]);
         b.a_w.push_back(N[k]);
       }
-      const int q  = new_bond(f, SIDE_CONTACT, face, N);
-      b.skin_of[q] = static_cast<int>(s);
+      const int q  = new_bond(f, face, N);
+      b.contact.skin_of[q] = static_cast<int>(s);
       if (f.name != NO_NAME) b.name.push_back(f.name++);
       add_area(f, face, p.xi, 0.5 * p.share * thickness, penalty, q);
     }
@@ -670,20 +676,20 @@ IntVec bond_rebuild(const Model& m, const Points& pts, const std::vector<BondFac
   cut_bonds(b, dim, b.nfixed);
   for (size_t k = 0; k < face.size();) {             // faces come definition by definition
     const int def = face[k].def, first = b.nbond;
-    Former f{m, b, def, first, {}};
+    BondBuilder f{m, b, def, first, {}};
     for (; k < face.size() && face[k].def == def; ++k) {
       if (m.part.window) f.name = face_name(def, m.part.elem_number(face[k].face.elem), face[k].face.face);
-      form_face(f, face_nodes(m, pts, -1, face[k].face), m.body[m.bond[def].body].field);
+      form_face(f, face_nodes(m, pts, -1, face[k].face));
     }
     finish(f, first);
   }
   for (size_t d = 0; d < m.bond.size(); ++d) {       // slave surfaces go on as faces of points
-    if (!has_slave_elements(m, m.bond[d]) || !m.bond[d].held) continue;
+    if (!has_slave_elements(m, m.bond[d]) || !m.bond[d].contact.held) continue;
     const int first = b.nbond;
-    Former f{m, b, static_cast<int>(d), first, {}};
+    BondBuilder f{m, b, static_cast<int>(d), first, {}};
     for (const Face& s : pts.surface[m.bond[d].surface]) {
       if (m.part.window) f.name = AT_POINTS + face_name(f.def, pts.part.point[s.elem], s.face);
-      form_face(f, face_nodes(m, pts, pts.body[s.elem], s), SIDE_CONTACT);
+      form_face(f, face_nodes(m, pts, pts.body[s.elem], s));
     }
     finish(f, first);
   }
@@ -694,7 +700,7 @@ IntVec bond_rebuild(const Model& m, const Points& pts, const std::vector<BondFac
 namespace {
 
 // does this rank alone have the place of general contact?
-bool is_alone(const Model& m, const Bonds& b, int q) { return m.part.window && b.skin_of[q] >= 0; }
+bool is_alone(const Model& m, const Bonds& b, int q) { return m.part.window && b.contact.skin_of[q] >= 0; }
 
 // who works on a bond: the rank of the first node or corner
 int rank_of(const Model& m, const Points& pts, const Bonds& b, int q)
@@ -746,13 +752,14 @@ void bond_share(const Model& m, const Points& pts, Bonds& b)
   comm_sum(&own, 1);
   b.nall = static_cast<int>(own);
   b.halo.owner = b.rank;
-  halo_copy_all(b.halo, 1, std::vector<RealVec*>{&b.area, &b.cn, &b.ct, &b.offset});
+  halo_copy_all(b.halo, 1, std::vector<RealVec*>{&b.area, &b.cn, &b.ct, &b.contact.offset});
 }
 
 void bond_tell(const Model& m, Bonds& b, Level& l)
 {
   if (!b.halo.on() || !model_has_pairs(m)) return;
   halo_copy_all(b.halo, m.dim, std::vector<RealVec*>{&l.slip, &l.lambda});
-  halo_copy_all(b.halo, 1, std::vector<RealVec*>{&l.lambda_n, &b.offset, &b.initial_penetration, &b.deep,
+  ContactState& c = b.contact;
+  halo_copy_all(b.halo, 1, std::vector<RealVec*>{&l.lambda_n, &c.offset, &c.initial_penetration, &c.deep,
                                                  &b.cn, &b.ct});
 }

@@ -37,7 +37,7 @@ struct ContactPairs {
 // contact_acts : is bond b one that ties, or a place of contact that meets a face?
 inline bool contact_acts(const Bonds& bonds, const ContactPairs& pairs, int b)
 {
-  return bonds.field[b] != SIDE_CONTACT || pairs.master.count(b);
+  return bonds.side[b] != SIDE_CONTACT || pairs.master.count(b);
 }
 
 // contact_touch : gap of bond b up to which surfaces touch                         length

@@ -55,7 +55,7 @@ double contact_force(const Model& m, const Bonds& bonds, const ContactPairs& pai
 {
   const int dim     = m.dim;
   const double *n = &pairs.normal[b * dim], C = bonds.cn[b], Ct = bonds.ct[b],
-               mu = bonds.friction[b];
+               mu = bonds.contact.friction[b];
   const double g0 = pairs.gap[b], shift = lambda < 0.0 ? lambda / C : 0.0;   // C = 0: a lost bond    (4.14)
   double p, slope, sn = 0.0, tn = 0.0;
   for (int i = 0; i < dim; ++i) {
@@ -64,7 +64,7 @@ double contact_force(const Model& m, const Bonds& bonds, const ContactPairs& pai
   }
   const double g1 = g0 + sn;
   normal_law(mode, C, contact_touch(pairs, b), g0 + shift, g1 + shift, p, slope);
-  add_growth(mode, bonds.growth(b), g0 + bonds.deep[b], g1 + bonds.deep[b], p, slope);
+  add_growth(mode, bonds.growth(b), g0 + bonds.contact.deep[b], g1 + bonds.contact.deep[b], p, slope);
   for (int i = 0; i < dim; ++i) {
     f[i]  = p * n[i];
     t1[i] = 0.0;

@@ -22,7 +22,7 @@ RealVec reaches(const Model& m, const Points& pts, const RealVec& u, const RealV
   RealVec reach(m.bond.size(), 0.0);
   for (size_t d = 0; d < m.bond.size(); ++d) {
     if (!m.bond[d].pair()) continue;
-    for (const SkinFace& f : surface_faces(m, pts, m.bond[d].master, at_start))
+    for (const SkinFace& f : surface_faces(m, pts, m.bond[d].contact.master, at_start))
       reach[d] = std::max(reach[d], master_face(m, pts, f.points, {f.elem, f.face}, u, uc).size);
   }
   if (m.part.on) comm_max(reach.data(), static_cast<long>(reach.size()));
@@ -59,7 +59,7 @@ void add_side(const Model& m, const Points& pts, const RealVec& u, const RealVec
 {
   std::vector<SkinFace> own;
   const BondDef& d = m.bond[def];
-  for (const SkinFace& f : surface_faces(m, pts, side == NEAR_SLAVE ? d.surface : d.master, at_start))
+  for (const SkinFace& f : surface_faces(m, pts, side == NEAR_SLAVE ? d.surface : d.contact.master, at_start))
     if (point_skin_counts(m, pts, f)) own.push_back(f);
   for (NearFace f : near_faces(m, pts, own, u, uc, reach)) {
     f.def  = def;
@@ -74,7 +74,7 @@ IntVec moving(const Model& m, const Points& pts, const Bonds& bonds, const std::
   IntVec kin;
   for (const BondDef& d : m.bond) {
     if (!d.pair()) continue;
-    for (const SkinFace& f : surface_faces(m, pts, d.master, false)) {
+    for (const SkinFace& f : surface_faces(m, pts, d.contact.master, false)) {
       if (!point_skin_counts(m, pts, f)) continue;
       const MasterFace at = face_at_start(m, pts, f.points, {f.elem, f.face});
       kin.insert(kin.end(), at.kin, at.kin + at.n);
@@ -138,7 +138,7 @@ std::vector<NearFace> masters_and_slaves(const Model& m, const Points& pts, cons
   std::vector<NearFace> out;
   double least = 1e300;
   const auto taken = [&](const BondDef& d) {
-    return d.pair() && (!adjusted || d.overlap == OVERLAP_ADJUST);
+    return d.pair() && (!adjusted || d.contact.overlap == OVERLAP_ADJUST);
   };
   if (std::none_of(m.bond.begin(), m.bond.end(), taken)) return out;
   const RealVec reach = reaches(m, pts, u, uc, adjusted);

@@ -86,7 +86,7 @@ template <class Use>
 void each_rule(const BondDef& d, Use use)
 {
   int bit = 0;
-  for (const std::vector<ContactRule>* list : {&d.include, &d.exclude, &d.property})
+  for (const std::vector<ContactRule>* list : {&d.contact.include, &d.contact.exclude, &d.contact.property})
     for (const ContactRule& r : *list) {
       use(*list, r, SideBits(1) << bit, SideBits(1) << (bit + 1));
       bit += 2;
@@ -102,8 +102,8 @@ bool allowed(const BondDef& d, SideBits x, SideBits y)
 {
   bool in = false, out = false;
   each_rule(d, [&](const RuleList& list, const ContactRule&, SideBits a, SideBits b) {
-    if (&list == &d.include) in = in || fits(a, b, x, y);
-    if (&list == &d.exclude) out = out || fits(a, b, x, y);
+    if (&list == &d.contact.include) in = in || fits(a, b, x, y);
+    if (&list == &d.contact.exclude) out = out || fits(a, b, x, y);
   });
   return in && !out;
 }
@@ -120,7 +120,7 @@ void describe(const Model& m, const Points& pts, const Bonds& bonds, ContactScen
   });
   s = ContactScene();
   s.part_of_node = std::move(part);
-  s.skin         = bonds.skin;
+  s.skin         = bonds.contact.skin;
   IntVec outer(pts.npoint, 0);           // faces of a point in the skin
   for (const SkinFace& f : s.skin)
     if (f.points) ++outer[f.elem];
@@ -216,7 +216,7 @@ void scene_update(const Model& m, const Points& pts, const Bonds& bonds, const R
   const long built  = s.built;
   if (s.part_of_node.empty()) s.part_of_node = parts_of_mesh(m.mesh, m.part);
   // elements inside a body that become points bring corners, and leave the skin as it is
-  const bool same = s.skin == bonds.skin && s.uc.size() == uc.size() && s.built > 0;
+  const bool same = s.skin == bonds.contact.skin && s.uc.size() == uc.size() && s.built > 0;
   if (!same) {
     describe(m, pts, bonds, s);
     s.built = built;
@@ -243,7 +243,7 @@ const ContactRule* scene_property(const BondDef& d, const ContactScene& s, int a
 {
   const ContactRule* last = nullptr;
   each_rule(d, [&](const RuleList& list, const ContactRule& r, SideBits x, SideBits y) {
-    if (&list == &d.property && fits(x, y, s.sides[a], s.sides[b])) last = &r;
+    if (&list == &d.contact.property && fits(x, y, s.sides[a], s.sides[b])) last = &r;
   });
   return last;
 }

@@ -107,7 +107,7 @@ void pair_sides(const Model& m, const Points& pts, const Bonds& bonds, bool at_s
   for (size_t d = 0; d < m.bond.size(); ++d) {
     Masters& s = master[d];
     if (!m.bond[d].pair()) continue;
-    for (const SkinFace& f : surface_faces(m, pts, m.bond[d].master, at_start))
+    for (const SkinFace& f : surface_faces(m, pts, m.bond[d].contact.master, at_start))
       s.face.push_back(master_face(m, pts, f.points, {f.elem, f.face}, u, uc));
     for (const MasterFace& f : s.face) {
       s.reach = std::max(s.reach, f.size);
@@ -163,7 +163,7 @@ bool search_pair(const Bonds& bonds, int dim, int first, int last, const Box& sl
       if (hits.empty() && slip[b * dim] < 0.0) nearest_held(master.face, near, place.lo, hits);
     }
     if (!hits.empty()) {
-      take_hits(hits, dim, bonds.offset[b], b, pairs);
+      take_hits(hits, dim, bonds.contact.offset[b], b, pairs);
       pairs.deep[b] = given ? 0.0 : CONTACT_DEEP * pairs.size[b];
     }
     pairs.master.off.push_back(static_cast<int>(pairs.master.item.size()));
@@ -278,7 +278,7 @@ void search_place(GeneralSearch& g, int b, const IntVec& facing, std::vector<Hit
 {
   double p[3] = {0, 0, 0};
   Projection kind = PROJ_NONE;
-  const int i = g.bonds.skin_of[b];
+  const int i = g.bonds.contact.skin_of[b];
   std::copy_n(&g.xb[b * g.m.dim], g.m.dim, p);
   hits.clear();
   for (int j : facing) {
@@ -290,7 +290,7 @@ void search_place(GeneralSearch& g, int b, const IntVec& facing, std::vector<Hit
     contact_nearer(hit, k, kind, hits);
   }
   contact_equal(hits);
-  const int met = g.bonds.met[b];
+  const int met = g.bonds.contact.met[b];
   if (met < 0) return;
   Hit hit;
   if (hits.empty()) {
@@ -311,7 +311,7 @@ void meet_wall(GeneralSearch& g, int b, int i, ContactPairs& pairs)
   for (const ContactWall& w : g.wall) {
     const double gap = w.side * (g.xb[b * g.m.dim + w.axis] - w.at);
     const bool meets = pairs.master.item.size() > first;
-    const bool pushes = g.bonds.met[b] == MET_WALL - w.grid_bc;
+    const bool pushes = g.bonds.contact.wall[b] == w.grid_bc;
     if (w.side * a.n[w.axis] > OPPOSED && !pushes) continue;
     if (gap > g.scene.part * a.f.size + g.scene.travel) continue;
     if (meets && gap > pairs.gap[b]) continue;
@@ -328,14 +328,15 @@ void meet_wall(GeneralSearch& g, int b, int i, ContactPairs& pairs)
     pairs.normal[b * g.m.dim + w.axis] = w.side;
     pairs.face[b]     = -1;
     pairs.wall[b]     = w.grid_bc;
-    pairs.penalty[b]  = g.bonds.skin_penalty[i];
-    pairs.friction[b] = w.sticks ? g.m.bond[g.bonds.def[b]].friction : 0.0;
-    pairs.stick[b]    = g.m.bond[g.bonds.def[b]].stick;
+    pairs.penalty[b]  = g.bonds.contact.skin_penalty[i];
+    pairs.friction[b] = w.sticks ? g.m.bond[g.bonds.def[b]].contact.friction : 0.0;
+    pairs.stick[b]    = g.m.bond[g.bonds.def[b]].contact.stick;
   }
 }
 
 void search_general(GeneralSearch& g, int first, int last, ContactPairs& pairs)
 {
+  const RealVec& alone = g.bonds.contact.skin_penalty;
   const BondDef& d = g.m.bond[g.bonds.def[first]];
   IntVec look;
   std::vector<Hit> hits;
@@ -345,21 +346,20 @@ void search_general(GeneralSearch& g, int first, int last, ContactPairs& pairs)
   pairs.face.assign(g.bonds.nbond, -1);
   pairs.wall.assign(g.bonds.nbond, -1);
   for (int b = first; b < last; ++b) {
-    const int i = g.bonds.skin_of[b];
+    const int i = g.bonds.contact.skin_of[b];
     if (i != open) facing(g, i, look);
     open = i;
-    if (!look.empty() || g.bonds.met[b] >= 0) search_place(g, b, look, hits);
+    if (!look.empty() || g.bonds.contact.met[b] >= 0) search_place(g, b, look, hits);
     else hits.clear();
     if (!hits.empty()) {
       const int j = hits[0].face->skin;
       const ContactRule* r = scene_property(d, g.scene, i, j);
-      take_hits(hits, g.m.dim, g.bonds.offset[b], b, pairs);
+      take_hits(hits, g.m.dim, g.bonds.contact.offset[b], b, pairs);
       pairs.face[b]     = j;
       pairs.deep[b]     = d.penalty > 0.0 || (r && r->penalty > 0.0) ? 0.0 : CONTACT_DEEP * pairs.size[b];
-      pairs.penalty[b]  = r && r->penalty > 0.0 ? r->penalty
-                                                : std::min(g.bonds.skin_penalty[i], g.bonds.skin_penalty[j]);
-      pairs.friction[b] = r ? r->friction : d.friction;
-      pairs.stick[b]    = r && r->stick > 0.0 ? r->stick : d.stick;
+      pairs.penalty[b]  = r && r->penalty > 0.0 ? r->penalty : std::min(alone[i], alone[j]);
+      pairs.friction[b] = r ? r->friction : d.contact.friction;
+      pairs.stick[b]    = r && r->stick > 0.0 ? r->stick : d.contact.stick;
     }
     if (g.scene.skin[i].points == 2) meet_wall(g, b, i, pairs);
     pairs.master.off.push_back(static_cast<int>(pairs.master.item.size()));
@@ -400,11 +400,11 @@ void search(const Model& m, const Points& pts, const Bonds& bonds, bool at_start
   pair_sides(m, pts, bonds, at_start, u, uc, xb, slave, master);
   for (int first = 0, last; first < bonds.nbond; first = last) {       // bonds of a definition stand together
     for (last = first; last < bonds.nbond && bonds.def[last] == bonds.def[first]; ++last) {}
-    const bool general = !bonds.skin.empty() && bonds.skin_of[first] >= 0;
+    const bool general = !bonds.contact.skin.empty() && bonds.contact.skin_of[first] >= 0;
     if (general && scene) {
       GeneralSearch g{m, pts, bonds, u, uc, xb, *scene, {}, contact_walls(m)};
       search_general(g, first, last, pairs);
-    } else if (!general && bonds.field[first] == SIDE_CONTACT) {
+    } else if (!general && bonds.side[first] == SIDE_CONTACT) {
       const int d      = bonds.def[first];
       const bool apart = search_pair(bonds, m.dim, first, last, slave[d], master[d], !scene,
                                      m.bond[d].penalty > 0.0, xb, slip, pairs);
@@ -449,10 +449,10 @@ void contact_stiffness(const Level& l, int dim, bool moves, const ContactPairs& 
 {
   for (int b = 0; b < bonds.nbond; ++b) {
     if (!pairs.master.count(b)) continue;
-    const bool general = !bonds.skin.empty() && bonds.skin_of[b] >= 0;
-    if (general) bonds.friction[b] = pairs.friction[b];
+    const bool general = !bonds.contact.skin.empty() && bonds.contact.skin_of[b] >= 0;
+    if (general) bonds.contact.friction[b] = pairs.friction[b];
     if (l.slip[b * dim] < 0.0) continue;
-    bonds.deep[b] = moves ? pairs.deep[b] : 0.0;
+    bonds.contact.deep[b] = moves ? pairs.deep[b] : 0.0;
     if (!general) continue;
     bonds.cn[b] = pairs.penalty[b] * bonds.area[b];
     bonds.ct[b] = pairs.stick[b] > 0.0 ? pairs.stick[b] * bonds.area[b] : bonds.cn[b];
@@ -466,7 +466,7 @@ void contact_stiffness(const Level& l, int dim, bool moves, const ContactPairs& 
 void contact_initial(const Level& l, int dim, bool moves, Bonds& bonds, ContactPairs& pairs)
 {
   for (int b = 0; b < bonds.nbond; ++b) {
-    double &initial = bonds.initial_penetration[b], &gap = pairs.gap[b];
+    double &initial = bonds.contact.initial_penetration[b], &gap = pairs.gap[b];
     const double was = l.slip[b * dim];
     if (!pairs.master.count(b)) initial = 0.0;
     else if (moves && was < 0.0) initial = gap - was;

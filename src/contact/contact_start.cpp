@@ -47,8 +47,9 @@ void take_offsets(const Model& m, Bonds& bonds, const ContactPairs& pairs, int d
   double range[2] = {0.0, 0.0};          // the largest, and the least with the other sign
   for (int b = 0; b < bonds.nbond; ++b) {
     const double gap = pairs.gap[b];
-    if (bonds.def[b] != def || !pairs.master.count(b) || gap > m.bond[def].adjust || gap == 0.0) continue;
-    bonds.offset[b] = gap;
+    if (bonds.def[b] != def || !pairs.master.count(b)) continue;
+    if (gap > m.bond[def].contact.adjust || gap == 0.0) continue;
+    bonds.contact.offset[b] = gap;
     if (!bonds.counts(b)) continue;
     range[0] = std::max(range[0], gap);
     range[1] = std::max(range[1], -gap);
@@ -79,10 +80,10 @@ int contact_start(const Model& m, Bonds& bonds, const ContactPairs& pairs, const
                     "(%g, %g, %g); %d contact points in all",
                     def.name.c_str(), def.place.file.c_str(), def.place.line, -o.gap, o.x[0], o.x[1], o.x[2],
                     o.count);
-    if (def.overlap == OVERLAP_REFUSE && o.count) {
+    if (def.contact.overlap == OVERLAP_REFUSE && o.count) {
       log_error("%s: separate the surfaces, or use OVERLAP=ADJUST", text);
       ++errors;
-    } else if (def.overlap == OVERLAP_ADJUST) {
+    } else if (def.contact.overlap == OVERLAP_ADJUST) {
       log_note("%s%s", o.count ? text : "contact ", o.count ? ": taken as zero gap" : def.name.c_str());
       take_offsets(m, bonds, pairs, static_cast<int>(d));
     } else if (o.count) {
@@ -131,8 +132,8 @@ void contact_displacements(const Model& m, const Points& pts, RealVec& u, RealVe
 void contact_offsets(const Model& m, const Points& pts, const IntVec& place, Bonds& bonds)
 {
   int any = 0;
-  for (int b : place) any = any || m.bond[bonds.def[b]].overlap == OVERLAP_ADJUST;
-  const auto adjusts = [](const BondDef& d) { return d.overlap == OVERLAP_ADJUST; };
+  for (int b : place) any = any || m.bond[bonds.def[b]].contact.overlap == OVERLAP_ADJUST;
+  const auto adjusts = [](const BondDef& d) { return d.contact.overlap == OVERLAP_ADJUST; };
   if (m.part.on && std::any_of(m.bond.begin(), m.bond.end(), adjusts)) any = comm_allreduce_max(any);
   if (!any) return;
   RealVec u, uc, xb;
@@ -142,7 +143,7 @@ void contact_offsets(const Model& m, const Points& pts, const IntVec& place, Bon
   contact_search_start(m, pts, bonds, u, uc, xb, pairs);
   for (int b : place) {
     const BondDef& def = m.bond[bonds.def[b]];
-    if (def.overlap == OVERLAP_ADJUST && pairs.master.count(b) && pairs.gap[b] <= def.adjust)
-      bonds.offset[b] = pairs.gap[b];
+    if (def.contact.overlap == OVERLAP_ADJUST && pairs.master.count(b) && pairs.gap[b] <= def.contact.adjust)
+      bonds.contact.offset[b] = pairs.gap[b];
   }
 }

@@ -93,12 +93,12 @@ Relations relations(const Model& m)
     for (int b = 0; b < nbody; ++b)
       if (m.body[a].field == m.body[b].field) r.join(a, b);
   for (const BondDef& d : m.bond) {
-    for (const ContactRule& rule : d.include)
+    for (const ContactRule& rule : d.contact.include)
       for (int a : parts_of(m, r, rule.a))
         for (int b : parts_of(m, r, rule.b)) r.join(a, b);
     if (d.surface < 0 || d.kind == BOND_GROUND) continue;
     std::vector<int> other;
-    if (d.kind == BOND_CONTACT) other = parts_of(m, d.master);
+    if (d.kind == BOND_CONTACT) other = parts_of(m, d.contact.master);
     for (int b = 0; b < nbody && d.kind == BOND_MESH_GRID; ++b)
       if (m.body[b].field == m.body[d.body].field) other.push_back(b);
     for (int a : parts_of(m, d.surface))

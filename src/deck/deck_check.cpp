@@ -244,11 +244,11 @@ void check_quadratic(Deck& d, const Model& m)
                                    "leave MASS=LUMPED out");
   }
   for (const BondDef& bond : m.bond) {
-    if (bond.general)
+    if (bond.contact.general)
       refuse("CONTACT", bond.place,
              " cannot be in contact, and *CONTACT takes all outer faces" + take_linear(m) +
                  ", or *CONTACT PAIR of the other faces");
-    for (int s : {bond.surface, bond.master}) {
+    for (int s : {bond.surface, bond.contact.master}) {
       if (s < 0) continue;
       IntVec elem;
       for (const Face& f : m.surface[s].face) elem.push_back(f.elem);
@@ -611,7 +611,7 @@ void check_damping(Deck& d, const Model& m, const IntVec& body)
 // faces of elements that become points are gone when bonds are made
 void check_bond_faces(Deck& d, const Model& m, const BondDef& bond, const IntVec& body)
 {
-  for (int s : {bond.surface, bond.master}) {
+  for (int s : {bond.surface, bond.contact.master}) {
     if (s < 0) continue;
     for (const Face& f : m.surface[s].face) {
       if (body[f.elem] < 0) continue;
@@ -629,21 +629,22 @@ void check_bond_faces(Deck& d, const Model& m, const BondDef& bond, const IntVec
 // contact takes outer faces, and each face on one side only
 void check_contact_faces(Deck& d, const Model& m, const BondDef& bond)
 {
-  if (bond.kind != BOND_CONTACT || bond.surface < 0 || bond.master < 0 || bond.surface == bond.master) return;
+  const int master = bond.contact.master;
+  if (bond.kind != BOND_CONTACT || bond.surface < 0 || master < 0 || bond.surface == master) return;
   const auto key = [](const Face& f) { return std::make_pair(f.elem, f.face); };
   std::set<std::pair<int, int>> outer, slave;
   for (const Face& f : mesh_free_faces(d, m)) outer.insert(key(f));
   for (const Face& f : m.surface[bond.surface].face) slave.insert(key(f));
-  for (const Face& f : m.surface[bond.master].face) {
+  for (const Face& f : m.surface[bond.contact.master].face) {
     if (!slave.count(key(f))) continue;
     fault(d, "CONTACT PAIR", bond.place, bond.name,
           text_format("face S%d of element %d belongs to both surfaces, ", f.face + 1,
                       m.mesh.elem_label[f.elem]) +
-              m.surface[bond.surface].name + " and " + m.surface[bond.master].name +
+              m.surface[bond.surface].name + " and " + m.surface[bond.contact.master].name +
               "; it cannot be in contact with itself");
     break;
   }
-  for (int s : {bond.surface, bond.master})
+  for (int s : {bond.surface, bond.contact.master})
     for (const Face& f : m.surface[s].face) {
       if (outer.count(key(f))) continue;
       fault(d, "CONTACT PAIR", bond.place, bond.name,

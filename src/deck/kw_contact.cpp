@@ -8,8 +8,8 @@ void contact_overlap(Card& card, BondDef& b)
   const HeadParam* const adjust = card_param(card, "ADJUST");
   const int word = card_param_word(card, "OVERLAP", "PUSH|ADJUST|REFUSE",
                                    adjust ? OVERLAP_ADJUST : OVERLAP_PUSH);
-  b.overlap = static_cast<OverlapPolicy>(word < 0 ? 0 : word);
-  b.adjust  = card_param_real(card, "ADJUST", 0.0, at_least(0.0));
+  b.contact.overlap = static_cast<OverlapPolicy>(word < 0 ? 0 : word);
+  b.contact.adjust  = card_param_real(card, "ADJUST", 0.0, at_least(0.0));
   if (adjust && word >= 0 && word != OVERLAP_ADJUST)
     card_error(card, adjust->key, "ADJUST=a goes with OVERLAP=ADJUST only");
 }
@@ -43,8 +43,8 @@ const Interaction* contact_interaction(Deck& d, const Field& at)
 void contact_take(const Interaction& in, BondDef& b)
 {
   b.penalty  = in.penalty;
-  b.friction = in.friction;
-  b.stick    = in.stick;
+  b.contact.friction = in.friction;
+  b.contact.stick    = in.stick;
 }
 
 namespace {
@@ -76,7 +76,8 @@ enum RuleKind { RULE_INCLUDE, RULE_EXCLUDE, RULE_PROPERTY };
 
 std::vector<ContactRule>& rules_of(BondDef& b, RuleKind kind)
 {
-  return kind == RULE_INCLUDE ? b.include : kind == RULE_EXCLUDE ? b.exclude : b.property;
+  ContactDef& c = b.contact;
+  return kind == RULE_INCLUDE ? c.include : kind == RULE_EXCLUDE ? c.exclude : c.property;
 }
 
 // a line: side, side[, interaction]; an empty first side: all faces, an empty second one: the first
@@ -115,8 +116,8 @@ bool holds(const ContactSide& a, const ContactSide& b)
 // is every inclusion taken back by an exclusion?
 bool nothing_left(const BondDef& g)
 {
-  return std::all_of(g.include.begin(), g.include.end(), [&](const ContactRule& in) {
-    return std::any_of(g.exclude.begin(), g.exclude.end(), [&](const ContactRule& out) {
+  return std::all_of(g.contact.include.begin(), g.contact.include.end(), [&](const ContactRule& in) {
+    return std::any_of(g.contact.exclude.begin(), g.contact.exclude.end(), [&](const ContactRule& out) {
       return (holds(out.a, in.a) && holds(out.b, in.b)) || (holds(out.a, in.b) && holds(out.b, in.a));
     });
   });
@@ -126,18 +127,18 @@ bool nothing_left(const BondDef& g)
 void complete(Deck& d, Model& m, int general)
 {
   BondDef& g = m.bond[general];
-  if (g.include.empty()) g.include.push_back(ContactRule());
+  if (g.contact.include.empty()) g.contact.include.push_back(ContactRule());
   if (nothing_left(g))
     deck_error(d, deck_field(d, g.place, "CONTACT"),
                "*CONTACT EXCLUSIONS take back all that is included; nothing is left to meet");
   for (const BondDef& b : m.bond)
-    if (b.kind == BOND_CONTACT && !b.general && b.surface >= 0 && b.master >= 0) {
+    if (b.kind == BOND_CONTACT && !b.contact.general && b.surface >= 0 && b.contact.master >= 0) {
       ContactRule rule;
       rule.a.surface = b.surface;
-      rule.b.surface = b.master;
-      g.exclude.push_back(rule);
+      rule.b.surface = b.contact.master;
+      g.contact.exclude.push_back(rule);
     }
-  if (g.include.size() + g.exclude.size() + g.property.size() > MOST_RULES)
+  if (g.contact.include.size() + g.contact.exclude.size() + g.contact.property.size() > MOST_RULES)
     deck_error(d, deck_field(d, g.place, "CONTACT"),
                "inclusions, exclusions, properties and contact pairs are more than 30 in all");
 }
@@ -152,12 +153,12 @@ void kw_contact(Card& card, Model& model)
 {
   BondDef b;
   b.kind     = BOND_CONTACT;
-  b.general  = true;
+  b.contact.general  = true;
   b.name     = card_param(card, "NAME") ? card_param_name(card, "NAME") : "GENERAL";
   b.place    = card_place(card);
   b.penalty  = card_param_real(card, "PENALTY", 0.0, above(0.0));
   b.alpha    = card_param_real(card, "ALPHA", 0.0, above(0.0));
-  b.friction = card_param_real(card, "FRICTION", 0.0, at_least(0.0));
+  b.contact.friction = card_param_real(card, "FRICTION", 0.0, at_least(0.0));
   b.intermediate = card_param_int(card, "INTERMEDIATE", -1, 0, 1000);
   contact_overlap(card, b);
   contact_twice(card);
@@ -165,7 +166,7 @@ void kw_contact(Card& card, Model& model)
   if (model_general_contact(model) >= 0)
     card_error(card, card.head.at, "there is a *CONTACT already; one holds for all");
   for (const BondDef& other : model.bond)
-    if (other.name == b.name && !other.general)
+    if (other.name == b.name && !other.contact.general)
       card_error(card, card.head.at, "bond or contact " + b.name + " is defined already");
   const int i = static_cast<int>(model.bond.size());
   model.bond.push_back(b);
@@ -180,7 +181,8 @@ void kw_contact(Card& card, Model& model)
 void kw_contact_inclusions(Card& card, Model& model)
 {
   const int general = model_general_contact(model);
-  if (card_flag(card, "ALL EXTERIOR") && general >= 0) model.bond[general].include.push_back(ContactRule());
+  if (card_flag(card, "ALL EXTERIOR") && general >= 0)
+    model.bond[general].contact.include.push_back(ContactRule());
   read_rules(card, model, RULE_INCLUDE);
 }
 

@@ -24,9 +24,9 @@ void kw_contact_pair(Card& card, Model& model)
   b.place    = card_place(card);
   b.penalty  = card_param_real(card, "PENALTY", 0.0, above(0.0));
   b.alpha    = card_param_real(card, "ALPHA", 0.0, above(0.0));
-  b.friction = card_param_real(card, "FRICTION", 0.0, at_least(0.0));
-  b.by_face = card_param_word(card, "TYPE", "NODE TO SURFACE|SURFACE TO SURFACE", 0) == 1;
-  b.intermediate = card_param_int(card, "INTERMEDIATE", b.by_face ? -1 : 0, 0, 1000);
+  b.contact.friction = card_param_real(card, "FRICTION", 0.0, at_least(0.0));
+  b.contact.by_face = card_param_word(card, "TYPE", "NODE TO SURFACE|SURFACE TO SURFACE", 0) == 1;
+  b.intermediate = card_param_int(card, "INTERMEDIATE", b.contact.by_face ? -1 : 0, 0, 1000);
   b.augment = card_param_int(card, "AUGMENT", 0, 0, 1000);
   contact_overlap(card, b);
   pair_params(card, b);
@@ -49,8 +49,8 @@ void kw_contact_pair(Card& card, Model& model)
       if (in) contact_take(*in, m.bond[i]);
     }
     m.bond[i].surface = target_surface(d, m, slave);
-    m.bond[i].master  = target_surface(d, m, master);
-    if (m.bond[i].surface >= 0 && m.bond[i].surface == m.bond[i].master)
+    m.bond[i].contact.master  = target_surface(d, m, master);
+    if (m.bond[i].surface >= 0 && m.bond[i].surface == m.bond[i].contact.master)
       deck_error(d, master, "a surface cannot be in contact with itself here; name two surfaces");
   });
 }

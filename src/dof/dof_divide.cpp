@@ -348,7 +348,7 @@ void dof_share_grid(const Model& m, const Points& pts, const Bonds& bonds, const
     g.bond[b] = bonds.counts(b);
     if (!g.bond[b] || !contact_acts(bonds, pairs, b)) continue;
     take(bonds.a, b);
-    if (bonds.field[b] == SIDE_CONTACT) take(pairs.master, b);
+    if (bonds.side[b] == SIDE_CONTACT) take(pairs.master, b);
   }
   for (int c = 0; c < static_cast<int>(pts.hangs.size()); ++c)
     for (int k = pts.hang.off[c]; k < pts.hang.off[c + 1]; ++k)

@@ -108,7 +108,7 @@ bool add_guests(const Model& m, const Bonds& bonds, const Discretisation& d, Dof
     if (bonds.cn[b] == 0.0 && bonds.ct[b] == 0.0) continue;
     if (!d.mine.bond[b] || !contact_acts(bonds, d.pairs, b)) continue;
     take(bonds.a, b);
-    if (bonds.field[b] == SIDE_CONTACT) take(d.pairs.master, b);
+    if (bonds.side[b] == SIDE_CONTACT) take(d.pairs.master, b);
   }
   sort_once(guest);
   if (std::equal(guest.begin(), guest.end(), s.node_of_row.begin() + own, s.node_of_row.end())) return false;
@@ -145,7 +145,7 @@ void bond_rows(const Bonds& bonds, const Discretisation& d, const Dofs& s, int b
   };
   if (!contact_acts(bonds, d.pairs, b)) return;
   for (int k = bonds.a.off[b]; k < bonds.a.off[b + 1]; ++k) add_kin(bonds.a.item[k], bonds.a_w[k]);
-  if (bonds.field[b] == SIDE_CONTACT)
+  if (bonds.side[b] == SIDE_CONTACT)
     for (int k = d.pairs.master.off[b]; k < d.pairs.master.off[b + 1]; ++k)
       add_kin(d.pairs.master.item[k], -d.pairs.master_w[k]);
   for (int j = d.grid.bond.off[b]; j < d.grid.bond.off[b + 1]; ++j)

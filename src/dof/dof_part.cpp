@@ -130,7 +130,7 @@ NearFaces near_of(const Model& m, const std::vector<NearFace>& given)
 {
   NearFaces out;
   for (const NearFace& f : given) (of_general(f) ? out.general : out.pairs).push_back(f);
-  const auto adjusts = [](const BondDef& d) { return d.pair() && d.overlap == OVERLAP_ADJUST; };
+  const auto adjusts = [](const BondDef& d) { return d.pair() && d.contact.overlap == OVERLAP_ADJUST; };
   const bool general = out.general.empty() && model_general_contact(m) >= 0,
              pairs   = out.pairs.empty() && model_has_pairs(m),
              adjust  = !m.conversion.empty() && std::any_of(m.bond.begin(), m.bond.end(), adjusts);
@@ -326,7 +326,7 @@ IntVec owners(const Model& m, const DivideBy& by)
 void send_pieces(const IntVec& rank, const OverlapWatch& watch, const std::vector<NearFace>& near, Model& m)
 {
   for (BondDef& d : m.bond)
-    if (d.pair()) d.stiff = surface_stiffness(m, m.surface[d.master]);
+    if (d.pair()) d.contact.stiff = surface_stiffness(m, m.surface[d.contact.master]);
   m.part.joined    = joined_by_faces(m);
   m.part.strangers = watch.pair;
   m.part.skin      = contact_skin_at_start(m);

@@ -14,12 +14,13 @@ namespace {
 bool skin_fits(const Bonds& b)
 {
   const size_t q = b.nbond;
-  const int n    = static_cast<int>(b.skin.size());
+  const int n    = static_cast<int>(b.contact.skin.size());
   const auto in  = [n](const IntVec& list) {
     return std::all_of(list.begin(), list.end(), [n](int i) { return i < n; });
   };
-  return b.skin_of.size() == q && b.met.size() == q && in(b.skin_of) && in(b.met) &&
-         b.skin_penalty.size() == b.skin.size();
+  const ContactState& c = b.contact;
+  return c.skin_of.size() == q && c.met.size() == q && c.wall.size() == q && in(c.skin_of) && in(c.met) &&
+         c.skin_penalty.size() == c.skin.size();
 }
 
 bool ends(const ListTable& t, size_t lists)
@@ -64,10 +65,11 @@ bool lengths_fit(int dim, const State& s)
                                             : level_fits(dim, s.points.npoint, s.points.ncorner, s);
   return points && b.nfixed >= 0 && b.nbond >= b.nfixed && ends(b.a, q) &&
          b.a_w.size() == b.a.item.size() &&
-         b.def.size() == q && b.field.size() == q && b.area.size() == q && b.X.size() == 3 * q &&
-         b.normal.size() == q * dim && b.cn.size() == q && b.ct.size() == q && b.offset.size() == q &&
-         b.initial_penetration.size() == q && b.deep.size() == q &&
-         b.intermediate.size() == q && b.friction.size() == q &&
+         b.def.size() == q && b.side.size() == q && b.field.size() == q && b.area.size() == q &&
+         b.X.size() == 3 * q &&
+         b.normal.size() == q * dim && b.cn.size() == q && b.ct.size() == q && b.contact.offset.size() == q &&
+         b.contact.initial_penetration.size() == q && b.contact.deep.size() == q &&
+         b.intermediate.size() == q && b.contact.friction.size() == q &&
          skin_fits(b) && s.n.slip.size() == q * dim &&
          s.n.lambda.size() == q * dim && s.n.lambda_n.size() == q;
 }
@@ -160,17 +162,17 @@ void take_skin(const Points& here, Bonds& b, IntVec& place)
 {
   std::vector<SkinFace> skin;
   RealVec penalty;
-  place.assign(b.skin.size(), FACE_ELSEWHERE);
-  for (size_t i = 0; i < b.skin.size(); ++i) {
-    SkinFace f = b.skin[i];
+  place.assign(b.contact.skin.size(), FACE_ELSEWHERE);
+  for (size_t i = 0; i < b.contact.skin.size(); ++i) {
+    SkinFace f = b.contact.skin[i];
     if (f.points) f.elem = here.point_here(f.elem);
     if (f.elem < 0) continue;
     place[i] = static_cast<int>(skin.size());
     skin.push_back(f);
-    penalty.push_back(b.skin_penalty[i]);
+    penalty.push_back(b.contact.skin_penalty[i]);
   }
-  b.skin.swap(skin);
-  b.skin_penalty.swap(penalty);
+  b.contact.skin.swap(skin);
+  b.contact.skin_penalty.swap(penalty);
 }
 
 // numbers of corners of all ranks among what bonds tie, behind the nodes, become corners that are here, or -1
@@ -196,15 +198,15 @@ void take_bonds(const Model& m, State& st)
   take_corners(m.mesh.nnode(), st.points.part.corner, b.a.item);
   IntVec face;
   take_skin(st.points, b, face);
-  for (IntVec* x : {&b.skin_of, &b.met})
+  for (IntVec* x : {&b.contact.skin_of, &b.contact.met})
     for (int& i : *x)
       if (i >= 0) i = face[i];
   const auto is_own = [&](int i) {
-    return i == -1 || (i >= 0 && (!m.part.window || point_skin_counts(m, st.points, b.skin[i])));
+    return i == -1 || (i >= 0 && (!m.part.window || point_skin_counts(m, st.points, b.contact.skin[i])));
   };
   const std::vector<char> own = bond_own(m, st.points);
   const auto is_formed = [&](int q) {
-    if (q >= b.nfixed) return m.bond[b.def[q]].held;
+    if (q >= b.nfixed) return m.bond[b.def[q]].contact.held;
     return std::any_of(b.a.begin(q), b.a.begin(q + 1), [&](int k) { return own[k] != 0; });
   };
   IntVec list;
@@ -213,7 +215,7 @@ void take_bonds(const Model& m, State& st)
   for (int q = 0; q < b.nbond; ++q) {
     const int *first = b.a.begin(q), *last = first + b.a.count(q);
     if (first == last || std::find(first, last, -1) != last) continue;
-    if (!is_own(b.skin_of[q]) || !is_formed(q)) continue;
+    if (!is_own(b.contact.skin_of[q]) || !is_formed(q)) continue;
     list.push_back(q);
     a.item.insert(a.item.end(), first, last);
     a_w.insert(a_w.end(), b.a_w.begin() + b.a.off[q], b.a_w.begin() + b.a.off[q + 1]);
@@ -222,8 +224,10 @@ void take_bonds(const Model& m, State& st)
   std::swap(b.a, a);
   b.a_w.swap(a_w);
   b.nbond = static_cast<int>(list.size());
-  for (IntVec* x : {&b.def, &b.field, &b.intermediate, &b.skin_of, &b.met}) *x = picked(list, 1, *x);
-  for (RealVec* x : {&b.area, &b.cn, &b.ct, &b.offset, &b.initial_penetration, &b.deep, &b.friction,
+  ContactState& c = b.contact;
+  for (IntVec* x : {&b.def, &b.side, &b.field, &b.intermediate, &c.skin_of, &c.met, &c.wall})
+    *x = picked(list, 1, *x);
+  for (RealVec* x : {&b.area, &b.cn, &b.ct, &c.offset, &c.initial_penetration, &c.deep, &c.friction,
                      &st.n.lambda_n})
     *x = picked(list, 1, *x);
   b.X = picked(list, 3, b.X);

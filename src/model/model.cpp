@@ -59,7 +59,7 @@ std::vector<Member> model_members(const Model& m, const FractureDef& d)
 int model_general_contact(const Model& m)
 {
   for (size_t i = 0; i < m.bond.size(); ++i)
-    if (m.bond[i].general) return static_cast<int>(i);
+    if (m.bond[i].contact.general) return static_cast<int>(i);
   return -1;
 }
 

@@ -230,6 +230,25 @@ struct ContactRule {           // *CONTACT INCLUSIONS, EXCLUSIONS, PROPERTY ASSI
   double friction = 0.0, stick = 0.0, penalty = 0.0;     // of a property
 };
 
+// What a definition of contact has besides that of a bond
+struct ContactDef {            // *CONTACT PAIR, *CONTACT
+  int master = -1;             // the surface on the other side; that of the bond is the slave
+  double friction = 0.0;       // Coulomb
+  OverlapPolicy overlap = OVERLAP_PUSH;
+  // OVERLAP_ADJUST: gaps at the start up to this are taken as zero as well   length
+  double adjust = 0.0;
+  // contact points inside the slave faces (SURFACE TO SURFACE) instead of nodes
+  bool by_face = false;
+  // tangential stiffness per area while it sticks; 0: that of the normal direction
+  double stick = 0.0;
+  // *CONTACT: all outer faces, each with places on it, against all; the last property that fits counts
+  bool general = false;
+  // divided model, a contact pair: this rank may have contact points of it, and knows what they may meet
+  bool held = true;
+  double stiff = 0.0;          // the same: largest mat_stiffness behind the master surface, of all ranks
+  std::vector<ContactRule> include, exclude, property;
+};
+
 struct BondDef {               // *BOND, *CONTACT PAIR, *CONTACT
   std::string name;
   BondKind kind = BOND_MESH_GRID;
@@ -244,23 +263,9 @@ struct BondDef {               // *BOND, *CONTACT PAIR, *CONTACT
   std::array<Expr, 3> motion;  // BOND_GROUND: displacement of the ground
   int amplitude = -1;
   int augment = 0;             // augmented Lagrange updates a step
-  int master = -1;             // BOND_CONTACT: the surface on the other side; surface is the slave
-  double friction = 0.0;       // BOND_CONTACT: Coulomb
-  OverlapPolicy overlap = OVERLAP_PUSH;
-  // OVERLAP_ADJUST: gaps at the start up to this are taken as zero as well   length
-  double adjust = 0.0;
-  // BOND_CONTACT: places inside the slave faces (SURFACE TO SURFACE) instead of nodes
-  bool by_face = false;
-  // BOND_CONTACT: tangential stiffness per area while it sticks; 0: that of the normal direction
-  double stick = 0.0;
-  // *CONTACT: all outer faces, each with places on it, against all; the last property that fits counts
-  bool general = false;
-  // divided model, a contact pair: this rank may have contact points of it, and knows what they may meet
-  bool held = true;
-  double stiff = 0.0;          // the same: largest mat_stiffness behind the master surface, of all ranks
-  std::vector<ContactRule> include, exclude, property;
+  ContactDef contact;          // BOND_CONTACT
   Place place;
-  bool pair() const { return master >= 0; }          // *CONTACT PAIR
+  bool pair() const { return contact.master >= 0; }          // *CONTACT PAIR
 };
 
 struct InitialValue {          // *INITIAL CONDITIONS, TYPE=VELOCITY|DISPLACEMENT

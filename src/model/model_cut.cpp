@@ -33,7 +33,7 @@ IntVec outer_elsets(const Model& m)
 template <class Bond, class Use>
 void each_side(Bond& d, Use use)
 {
-  for (auto* list : {&d.include, &d.exclude, &d.property})
+  for (auto* list : {&d.contact.include, &d.contact.exclude, &d.contact.property})
     for (auto& rule : *list) {
       use(rule.a);
       use(rule.b);
@@ -311,7 +311,7 @@ IntVec model_bonded_surfaces(const Model& m)
 {
   IntVec bonded(m.surface.size(), 0);
   for (const BondDef& d : m.bond) {
-    for (int s : {d.surface, d.master})
+    for (int s : {d.surface, d.contact.master})
       if (s >= 0) bonded[s] = 1;
     each_side(d, [&](const ContactSide& side) { if (side.surface >= 0) bonded[side.surface] = 1; });
   }
@@ -380,7 +380,7 @@ Model model_cut_piece(ModelCut& c, int r)
   m.part.elem  = items(c.elem, r);
   for (int n : m.part.node) m.part.deck.push_back(c.deck.empty() ? n : c.deck[n]);
   for (int e : m.part.elem) m.part.rank.push_back(c.rank[e]);
-  for (std::size_t d = 0; d < m.bond.size() && !c.held.empty(); ++d) m.bond[d].held = c.held[r][d];
+  for (std::size_t d = 0; d < m.bond.size() && !c.held.empty(); ++d) m.bond[d].contact.held = c.held[r][d];
   if (!c.point.empty()) m.part.near_point = c.point[r];
   if (!c.notch.empty()) m.part.notch = picked(m.part.elem, 1, c.notch);
   if (m.part.window) {

@@ -149,14 +149,20 @@ inline void io(Archive& f, ContactRule& x)
   io_fields<ContactRule>(f, a, b, friction, stick, penalty);
 }
 
+inline void io(Archive& f, ContactDef& x)
+{
+  auto& [master, friction, overlap, adjust, by_face, stick, general, held, stiff, include, exclude,
+         property] = x;
+  io_fields<ContactDef>(f, master, friction, overlap, adjust, by_face, stick, general, held, stiff, include,
+                        exclude, property);
+}
+
 inline void io(Archive& f, BondDef& x)
 {
   auto& [name, kind, surface, body, intermediate, penalty, alpha, normal_only, direction, motion, amplitude,
-         augment, master, friction, overlap, adjust, by_face, stick, general, held, stiff, include,
-         exclude, property, place] = x;
+         augment, contact, place] = x;
   io_fields<BondDef>(f, name, kind, surface, body, intermediate, penalty, alpha, normal_only, direction,
-                     motion, amplitude, augment, master, friction, overlap, adjust, by_face, stick, general,
-                     held, stiff, include, exclude, property, place);
+                     motion, amplitude, augment, contact, place);
 }
 
 inline void io(Archive& f, InitialValue& x)

@@ -99,10 +99,8 @@ struct Points {
   int point_here(int number) const;      // PointPart::on; -1: it is not here
 };
 
-// Bonds::field where side B is no grid
-enum { SIDE_GROUND = -1, SIDE_CONTACT = -2 };
-
-const int MET_WALL = -2;
+// What is on side B of a bond; SIDE_CONTACT: what is met, found in each step
+enum BondSide { SIDE_GRID, SIDE_GROUND, SIDE_CONTACT };
 
 // An outer face that takes part in general contact: of a finite element, or of a point
 struct SkinFace {
@@ -113,33 +111,37 @@ struct SkinFace {
   int element(const Points& pts) const { return points ? pts.parent[elem] : elem; }
 };
 
-// Bonds tie side A (nodes or corners) to the grid or to the ground (doc/theory.md 4)
+// What contact points, the bonds of SIDE_CONTACT, keep besides: arrays of all bonds
+struct ContactState {
+  RealVec offset;              // [nbond] gap at the start that counts as zero (OVERLAP=ADJUST)   length
+  // [nbond] part of the measured gap that is no compression (theory 4.16)   length
+  RealVec initial_penetration;
+  // [nbond] depth from which the pressure grows faster than the penalty; 0: it stays linear   length
+  RealVec deep;
+  RealVec friction;            // [nbond] Coulomb
+  std::vector<SkinFace> skin;  // general contact: all faces; those of elements first
+  RealVec skin_penalty;        // [skin] penalty per area of the face alone          force/length^3
+  IntVec skin_of;              // [nbond] general contact: index into skin, -1: none
+  // [nbond] general contact: what it pushes on: a face, index into skin, or a *GRID BOUNDARY; -1: none
+  IntVec met, wall;
+};
+
+// Bonds tie side A (nodes or corners) to the grid or to the ground; contact points keep it off what they meet
+// (doc/theory.md 4)
 struct Bonds {
   int nbond = 0;
   int nfixed = 0;              // bonds of the deck; those that follow come from conversion
   ListTable a;                 // side A: finite-element node n, or corner c as nnode + c
   RealVec a_w;                 // [a.item] weights, sum 1
   IntVec def;                  // [nbond] index into Model::bond
-  // [nbond] grid field of side B, or SIDE_GROUND, or SIDE_CONTACT: found in each step
-  IntVec field;
+  IntVec side;                 // [nbond] BondSide
+  IntVec field;                // [nbond] SIDE_GRID: the grid field; -1: others
   RealVec area;                // [nbond] tributary area (length x thickness in 2D)
   RealVec X;                   // [nbond*3] place at t = 0
   RealVec normal;              // [nbond*dim] unit normal, from side A outwards
   RealVec cn, ct;              // [nbond] penalty normal and tangential x area        force/length
-  // [nbond] contact: gap at the start that counts as zero (OVERLAP=ADJUST)   length
-  RealVec offset;
-  // [nbond] contact: part of the measured gap that is no compression (theory 4.16)   length
-  RealVec initial_penetration;
-  // [nbond] contact: depth from which the pressure grows faster than the penalty; 0: it stays linear   length
-  RealVec deep;
   IntVec intermediate;         // [nbond] 0: at a node, 1: between nodes
-  RealVec friction;            // [nbond] contact: Coulomb
-  std::vector<SkinFace> skin;  // general contact: all faces; those of elements first
-  IntVec skin_of;              // [nbond] index into skin, -1: not of general contact
-  // [nbond] general contact: face that it pushes on, index into skin; MET_WALL - w: *GRID BOUNDARY w;
-  // -1: none
-  IntVec met;
-  RealVec skin_penalty;        // [skin] penalty per area of the face alone          force/length^3
+  ContactState contact;
   // divided model, made by bond_share, not saved: [nbond] who works on a bond; names, the same on all ranks
   // that may, ascending as one rank has the bonds; who has them; bonds of all ranks
   IntVec rank;
@@ -147,8 +149,16 @@ struct Bonds {
   Halo halo;
   int nall = 0;
   // contact: what goes beyond deep; its cube times growth is the force added (4.21)   length, force/length^3
-  double beyond(int b, double gap) const { return gap + deep[b] < 0.0 ? gap + deep[b] : 0.0; }
-  double growth(int b) const { return deep[b] > 0.0 ? 4.0 * cn[b] / (deep[b] * deep[b]) : 0.0; }
+  double beyond(int b, double gap) const
+  {
+    const double more = gap + contact.deep[b];
+    return more < 0.0 ? more : 0.0;
+  }
+  double growth(int b) const
+  {
+    const double deep = contact.deep[b];
+    return deep > 0.0 ? 4.0 * cn[b] / (deep * deep) : 0.0;
+  }
   bool counts(int b) const { return !halo.on() || rank[b] == comm_rank(); }    // b counts here in a sum
   int nbond_all() const { return halo.on() ? nall : nbond; }                   // of all ranks
 };

@@ -111,7 +111,7 @@ bool points_fit(const Model& m, const Points& begin, const Points& p)
 
 bool skin_fits(const Model& m, const Points& p, const Bonds& b)
 {
-  for (const SkinFace& f : b.skin) {
+  for (const SkinFace& f : b.contact.skin) {
     if (f.elem < 0 || f.elem >= (f.points ? p.npoint : m.mesh.nelem())) return false;
     const Shape shape = f.points ? static_cast<Shape>(p.shape[f.elem])
                                  : elem_table[m.mesh.elem_type[f.elem]].shape;
@@ -120,20 +120,26 @@ bool skin_fits(const Model& m, const Points& p, const Bonds& b)
   return true;
 }
 
+bool contact_fits(const Model& m, std::size_t n, const ContactState& c)
+{
+  const int faces = static_cast<int>(c.skin.size());
+  return real(c.offset, n) && real(c.initial_penetration, n) && real(c.deep, n) && real(c.friction, n) &&
+         real(c.skin_penalty, c.skin.size()) && index(c.skin_of, n, -1, faces) &&
+         index(c.met, n, -1, faces) && index(c.wall, n, -1, static_cast<int>(m.grid_bc.size()));
+}
+
 bool bonds_fit(const Model& m, const Points& p, const Bonds& b)
 {
   if (b.nbond < 0 || b.nfixed < 0 || b.nfixed > b.nbond) return false;
   const std::size_t n = b.nbond, dim = m.dim;
-  const int last_wall = MET_WALL + 1 - static_cast<int>(m.grid_bc.size());
   if (!lists(b.a, b.nbond, 0, m.mesh.nnode() + p.ncorner) || !real(b.a_w, b.a.item.size())) return false;
-  if (!index(b.def, n, 0, static_cast<int>(m.bond.size())) || !index(b.field, n, SIDE_CONTACT, fields(m)))
+  if (!index(b.def, n, 0, static_cast<int>(m.bond.size())) || !index(b.field, n, -1, fields(m)) ||
+      !index(b.side, n, SIDE_GRID, SIDE_CONTACT + 1))
     return false;
+  for (std::size_t q = 0; q < n; ++q)
+    if ((b.side[q] == SIDE_GRID) != (b.field[q] >= 0)) return false;
   return real(b.area, n) && real(b.X, 3 * n) && real(b.normal, n * dim) && real(b.cn, n) && real(b.ct, n) &&
-         real(b.offset, n) && real(b.initial_penetration, n) && real(b.deep, n) &&
-         index(b.intermediate, n, 0, 2) &&
-         real(b.friction, n) && real(b.skin_penalty, b.skin.size()) &&
-         index(b.skin_of, n, -1, static_cast<int>(b.skin.size())) &&
-         index(b.met, n, last_wall, static_cast<int>(b.skin.size())) && skin_fits(m, p, b);
+         index(b.intermediate, n, 0, 2) && contact_fits(m, n, b.contact) && skin_fits(m, p, b);
 }
 
 bool fracture_fits(const Model& m, const Points& p, const Fracture& f)

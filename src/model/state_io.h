@@ -137,18 +137,19 @@ inline void io_outline(Archive& f, const Points& p, Bonds& x)
   io_all(f, x.nbond, x.nfixed);
   if (f.reading && f.part) return state_read_bonds(f, p, x);
   IntVec side = list_numbers(x.a);
-  io_all(f, Divided<SkinFace>{x.skin, PER_SKIN}, Divided<int>{side, PER_SIDE});
+  io_all(f, Divided<SkinFace>{x.contact.skin, PER_SKIN}, Divided<int>{side, PER_SIDE});
   if (f.reading) number_lists(side, x.a);
 }
 
 inline void io(Archive& f, Bonds& x)
 {
-  auto& [nbond, nfixed, a, a_w, def, field, area, X, normal, cn, ct, offset, initial_penetration,
-         deep, intermediate, friction, skin, skin_of, met, skin_penalty, rank, name, halo, nall] = x;
-  io_all(f, Divided<double>{a_w, PER_SIDE}, of_bonds(def), of_bonds(field), of_bonds(area), of_bonds(X),
-         of_bonds(normal), of_bonds(cn), of_bonds(ct), of_bonds(offset), of_bonds(initial_penetration),
-         of_bonds(deep), of_bonds(intermediate), of_bonds(friction), of_bonds(skin_of), of_bonds(met),
-         Divided<double>{skin_penalty, PER_SKIN});
+  auto& [nbond, nfixed, a, a_w, def, side, field, area, X, normal, cn, ct, intermediate, contact, rank, name,
+         halo, nall] = x;
+  auto& [offset, initial_penetration, deep, friction, skin, skin_penalty, skin_of, met, wall] = contact;
+  io_all(f, Divided<double>{a_w, PER_SIDE}, of_bonds(def), of_bonds(side), of_bonds(field), of_bonds(area),
+         of_bonds(X), of_bonds(normal), of_bonds(cn), of_bonds(ct), of_bonds(offset),
+         of_bonds(initial_penetration), of_bonds(deep), of_bonds(intermediate), of_bonds(friction),
+         of_bonds(skin_of), of_bonds(met), of_bonds(wall), Divided<double>{skin_penalty, PER_SKIN});
   if (f.reading && f.part) state_find_faces(f, x);
 }
 

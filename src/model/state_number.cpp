@@ -16,7 +16,7 @@ void renumber(int before, int now, Node node, Elem elem, Corner corner, State& s
     if (n >= 0) n = node(n);
   Bonds& b = st.bonds;
   for (int& k : b.a.item) k = k < before ? node(k) : now + corner(k - before);
-  for (SkinFace& f : b.skin)
+  for (SkinFace& f : b.contact.skin)
     if (!f.points) f.elem = elem(f.elem);
   for (IntVec* list : {&st.frac.releasing, &st.frac.converted})
     for (int& e : *list) e = elem(e);

@@ -156,12 +156,12 @@ ArchivePart named_part(const std::vector<long>& name, const std::vector<char>& b
 ArchivePart bring_faces(const MeshPart& mesh, const Points& p, Bonds& b)
 {
   std::vector<char> brings;
-  for (const SkinFace& f : b.skin) brings.push_back(brings_face(mesh, p, f));
+  for (const SkinFace& f : b.contact.skin) brings.push_back(brings_face(mesh, p, f));
   IntVec number;
-  const ArchivePart part = named_part(skin_names(p.part.point, b.skin), brings, number);
-  for (SkinFace& f : b.skin)
+  const ArchivePart part = named_part(skin_names(p.part.point, b.contact.skin), brings, number);
+  for (SkinFace& f : b.contact.skin)
     if (f.points) f.elem = p.part.point[f.elem];
-  for (IntVec* list : {&b.skin_of, &b.met})
+  for (IntVec* list : {&b.contact.skin_of, &b.contact.met})
     for (int& i : *list)
       if (i >= 0) i = number[i];
   return part;
@@ -237,9 +237,9 @@ void state_swap(WindowState& kept, State& s)
 {
   std::swap(kept.nbond, s.bonds.nbond);
   std::swap(kept.nfixed, s.bonds.nfixed);
-  s.bonds.skin.swap(kept.skin);
-  s.bonds.skin_of.swap(kept.skin_of);
-  s.bonds.met.swap(kept.met);
+  s.bonds.contact.skin.swap(kept.skin);
+  s.bonds.contact.skin_of.swap(kept.skin_of);
+  s.bonds.contact.met.swap(kept.met);
   if (kept.in_parts) swap_points(kept, s);
 }
 
@@ -251,9 +251,9 @@ void state_bring(const Model& m, WindowState& kept, State& s, std::vector<Archiv
   kept.in_parts = state_in_parts(m, s);
   kept.nbond    = b.nbond;
   kept.nfixed   = b.nfixed;
-  kept.skin     = b.skin;
-  kept.skin_of  = b.skin_of;
-  kept.met      = b.met;
+  kept.skin     = b.contact.skin;
+  kept.skin_of  = b.contact.skin_of;
+  kept.met      = b.contact.met;
   part[PER_BOND] = bring_bonds(b);
   part[PER_SIDE] = side_part(part[PER_BOND], b.a);
   part[PER_SKIN] = bring_faces(m.part, s.points, b);
@@ -357,7 +357,7 @@ void state_read_bonds(Archive& f, const Points& p, Bonds& x)
     skin.whole = i + 1;
     if (!has(f.part[face.points ? PER_POINT : PER_ELEM], face.elem)) return;
     skin.item.push_back(i);
-    x.skin.push_back(face);
+    x.contact.skin.push_back(face);
   });
   bool here = true;            // all that the bond ties
   IntVec list;
@@ -392,7 +392,7 @@ void state_read_bonds(Archive& f, const Points& p, Bonds& x)
 void state_find_faces(const Archive& f, Bonds& x)
 {
   const ArchivePart& skin = f.part[PER_SKIN];
-  for (IntVec* list : {&x.skin_of, &x.met})
+  for (IntVec* list : {&x.contact.skin_of, &x.contact.met})
     for (int& i : *list) {
       if (i < 0 || i >= skin.whole) continue;
       const auto at = std::lower_bound(skin.item.begin(), skin.item.end(), i);

@@ -201,7 +201,7 @@ void out_listing_defaults(std::FILE* file, const Model& m, const Bonds& bonds)
                  d.penalty > 0.0 ? "given"
                  : d.alpha > 0.0 ? "alpha M/h, alpha given"
                                  : "alpha M/h, alpha of the program",
-                 d.intermediate < 0 && d.by_face ? "at points inside the slave faces, none"
+                 d.intermediate < 0 && d.contact.by_face ? "at points inside the slave faces, none"
                  : d.intermediate < 0            ? "as close as the corners of the body"
                                                  : std::to_string(d.intermediate).c_str(),
                  d.augment, d.normal_only ? "one direction" : "all directions");

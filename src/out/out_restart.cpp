@@ -42,7 +42,7 @@ static void io(Archive& f, Output& x)
 namespace {
 
 const char* const magic = "MPFE-RST";      // 8 letters
-const int format = 28;                     // of the content; changes with every change of a struct in it
+const int format = 29;                     // of the content; changes with every change of a struct in it
 
 struct FileHead {                 // in front of the content
   char magic[8];
@@ -521,7 +521,8 @@ std::vector<NearFace> out_restart_near(const Model& m, const std::string& path)
   for (const RealVec* v : {&s.n.v, &s.n.vc})
     for (double x : *v) most = std::max(most, std::fabs(x));
   std::vector<NearFace> near;
-  if (general) near = near_now(m, s.points, s.bonds.skin, s.n.u, s.n.uc, false, 2.0 * s.clock.dt * most);
+  const std::vector<SkinFace>& skin = s.bonds.contact.skin;
+  if (general) near = near_now(m, s.points, skin, s.n.u, s.n.uc, false, 2.0 * s.clock.dt * most);
   if (pairs) point_surfaces(m, s.points);
   for (const NearFace& of : masters_and_slaves(m, s.points, s.n.u, s.n.uc, false)) near.push_back(of);
   return near;

@@ -335,7 +335,7 @@ void bond_force(const State& s, int dim, int b, double force[3])
 {
   double C[9];
   // contact: pressure along the normal, and friction
-  if (s.bonds.field[b] == SIDE_CONTACT) {
+  if (s.bonds.side[b] == SIDE_CONTACT) {
     const double g = s.n.slip[b * dim], n = s.bonds.beyond(b, g),
                  p = std::min(s.bonds.cn[b] * g + s.n.lambda_n[b], 0.0) + s.bonds.growth(b) * n * n * n;
     for (int i = 0; i < dim; ++i) force[i] = p * s.bonds.normal[b * dim + i] + s.n.lambda[b * dim + i];
@@ -368,7 +368,7 @@ void write_bonds(const Model& m, const State& s, Output& out)
     double f[3];
     for (int i = 0; i < dim; ++i) u[k * dim + i] -= bonds.X[3 * b + i];
     // contact: the penetration along the normal; kind 2 open, 3 closed
-    if (bonds.field[b] == SIDE_CONTACT) {
+    if (bonds.side[b] == SIDE_CONTACT) {
       const double g = std::min(s.n.slip[b * dim], 0.0);
       kind[b] = bonds.cn[b] * s.n.slip[b * dim] + s.n.lambda_n[b] < 0.0 ? 3 : 2;
       for (int i = 0; i < dim; ++i) slip[b * dim + i] = g * bonds.normal[b * dim + i];

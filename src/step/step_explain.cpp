@@ -72,7 +72,7 @@ std::string contact_text(const Model& m, const State& st, const ContactPairs& pa
       std::snprintf(text, sizeof text, "; contact %.60s is closed at %.0f contact points and supports the "
                                        "body %s",
                     def.name.c_str(), closed,
-                    def.friction > 0.0 ? "while it is in compression"
+                    def.contact.friction > 0.0 ? "while it is in compression"
                                        : "in the normal direction only (no friction)");
     else if (gap[0] > 1e299)
       std::snprintf(text, sizeof text, "; contact %.60s has no face opposite and supports nothing",
@@ -103,7 +103,7 @@ std::string unseen_master(const Model& m, const Bonds& bonds, const ContactPairs
   int def = none;
   for (int b = 0; b < bonds.nbond && b < pairs.master.size(); ++b) {
     const BondDef& d = m.bond[bonds.def[b]];
-    if (d.by_face || d.intermediate != 0) continue;
+    if (d.contact.by_face || d.intermediate != 0) continue;
     if (!std::any_of(pairs.master.begin(b), pairs.master.begin(b + 1), is_node)) continue;
     def = std::min(def, bonds.def[b]);
   }
@@ -256,7 +256,7 @@ std::string deep_advice(const Problem& p, int b)
 {
   const BondDef& d  = p.m.bond[p.st.bonds.def[b]];
   const double now  = p.st.np1.slip[b * p.m.dim], before = p.d.pairs.gap[b];
-  const char* const keyword = d.general ? "*CONTACT" : "*CONTACT PAIR";
+  const char* const keyword = d.contact.general ? "*CONTACT" : "*CONTACT PAIR";
   char text[256];
   if (before - now > -0.5 * now) return "it came in within this increment: use smaller increments";
   if (d.penalty > 0.0)

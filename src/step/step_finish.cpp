@@ -216,7 +216,7 @@ double with_grounds(const Model& m, const State& st, const Attempt& a, double wo
   const Bonds& b = st.bonds;
   double C[9], g0[3], g1[3], sum = b.halo.on() ? 0.0 : work;
   for (int k = 0; k < b.nbond; ++k) {
-    if (b.field[k] != SIDE_GROUND || !b.counts(k)) continue;
+    if (b.side[k] != SIDE_GROUND || !b.counts(k)) continue;
     bond_ground_motion(m, b, k, a.t0, a.total0, g0);
     bond_ground_motion(m, b, k, a.t1, a.total1, g1);
     bond_stiffness(b, dim, k, C);
@@ -278,12 +278,13 @@ void finish_places(const Model& m, const ContactPairs& pairs, const Attempt& a, 
 {
   const int dim = m.dim;
   for (int b = 0; b < st.bonds.nbond; ++b) {
-    if (st.bonds.field[b] != SIDE_CONTACT) continue;
-    const bool general = m.bond[st.bonds.def[b]].general, counts = st.bonds.counts(b);
+    if (st.bonds.side[b] != SIDE_CONTACT) continue;
+    const bool general = m.bond[st.bonds.def[b]].contact.general, counts = st.bonds.counts(b);
     if (counts) friction += friction_loss(a, b, dim, st);
     if (general) {
-      const int met = pairs.wall[b] >= 0 ? MET_WALL - pairs.wall[b] : pairs.face[b];
-      st.bonds.met[b] = st.np1.slip[b * dim] < 0.0 ? met : -1;
+      const bool pushes = st.np1.slip[b * dim] < 0.0, on_wall = pairs.wall[b] >= 0;
+      st.bonds.contact.met[b]  = pushes && !on_wall ? pairs.face[b] : -1;
+      st.bonds.contact.wall[b] = pushes ? pairs.wall[b] : -1;
     }
     if (!pairs.master.count(b)) continue;
     double f[3], t1[3], slipped, pressure = 0.0, slide = 0.0;
@@ -300,7 +301,7 @@ void finish_places(const Model& m, const ContactPairs& pairs, const Attempt& a, 
     for (int i = 0; i < dim && plane >= 0; ++i) wall[plane * dim + i] -= f[i];
     ContactLog& c = log[st.bonds.def[b]];
     c.force += pressure;
-    c.gap  = std::min(c.gap, gap + st.bonds.initial_penetration[b]);
+    c.gap  = std::min(c.gap, gap + st.bonds.contact.initial_penetration[b]);
     c.peak = std::max(c.peak, pressure / st.bonds.area[b]);
     if (pressure > 0.0) c.area += st.bonds.area[b];
     c.work += std::sqrt(slide) * slipped;

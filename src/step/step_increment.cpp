@@ -26,7 +26,7 @@ bool update_multipliers(const Model& m, const Bonds& b, const KernelMode& mode, 
   bool changed = false;
   for (int q = 0; q < b.nbond; ++q) {
     if (m.bond[b.def[q]].augment <= k) continue;
-    if (b.field[q] == SIDE_CONTACT) {
+    if (b.side[q] == SIDE_CONTACT) {
       const double next = contact_multiplier(mode, b.cn[q], l.slip[q * dim], l.lambda_n[q]);
       changed = changed || next != l.lambda_n[q];
       l.lambda_n[q] = next;
@@ -76,7 +76,7 @@ NewtonControls newton_controls(const Model& m, const Discretisation& d, const St
     c.opens = c.opens || (s.proc == PROC_STATIC && f.criterion == CRITERION_COHESIVE);
   if (s.proc == PROC_STATIC && d.pairs.near) {
     int slips = 0;
-    for (double mu : st.bonds.friction) slips = slips || mu > 0.0;
+    for (double mu : st.bonds.contact.friction) slips = slips || mu > 0.0;
     c.slips = m.part.on ? comm_allreduce_max(slips) > 0 : slips > 0;
     if (!c.breaks) c.patience = PATIENCE;
   }
@@ -109,7 +109,7 @@ Failure find_missed_contact(Problem& p)
 {
   State& st = p.st;
   const MeshPart& part = p.m.part;
-  if (model_general_contact(p.m) < 0 || (st.bonds.skin.empty() && !part.window)) return STATUS_OK;
+  if (model_general_contact(p.m) < 0 || (st.bonds.contact.skin.empty() && !part.window)) return STATUS_OK;
   if (part.on) halo_copy(part.halo, p.m.dim, st.np1.u);        // nodes of outer elements
   if (part.window) point_tell_corners(st.points, p.m.dim, {&st.np1.uc});
   double most = 0.0;
@@ -126,7 +126,7 @@ Failure find_missed_contact(Problem& p)
   if (!step_knows_faces(p, scene)) return FACES_UNKNOWN;
   contact_search(p.m, st.points, st.bonds, st.np1, xb, scene, pairs);
   for (int b = 0; b < st.bonds.nbond; ++b) {
-    if (st.bonds.skin_of[b] < 0 || p.d.pairs.master.count(b) || !pairs.master.count(b)) continue;
+    if (st.bonds.contact.skin_of[b] < 0 || p.d.pairs.master.count(b) || !pairs.master.count(b)) continue;
     if (pairs.gap[b] >= -contact_touch(pairs, b)) continue;
     st.np1.slip[b * dim] = pairs.gap[b];
     return {CONTACT_DEPTH, AT_BOND, b};
@@ -208,8 +208,8 @@ void begin_level(const Problem& p, const Step& s, const Level& n, Level& l)
 Failure step_contact_depth(const Bonds& b, const ContactPairs& pairs, const Level& l, int dim)
 {
   for (int q = 0; q < b.nbond; ++q) {
-    if (b.field[q] != SIDE_CONTACT || !pairs.master.count(q)) continue;
-    const double size = std::max(pairs.size[q], b.deep[q] / CONTACT_DEEP);   // crushed debris shrinks
+    if (b.side[q] != SIDE_CONTACT || !pairs.master.count(q)) continue;
+    const double size = std::max(pairs.size[q], b.contact.deep[q] / CONTACT_DEEP);   // crushed debris shrinks
     const double gap = l.slip[q * dim] / size, before = pairs.gap[q] / size;
     if (gap > -TOO_DEEP && (gap > -ENTERED || before - gap < ENTERED)) continue;
     return {CONTACT_DEPTH, AT_BOND, q};

@@ -178,8 +178,8 @@ int start_contact(const Model& m, State& st, ContactScene& scene, ContactPairs& 
   contact_stiffness(st.n, m.dim, !m.step.empty() && m.step.front().proc == PROC_DYNAMIC, pairs, st.bonds);
   const int errors = contact_start(m, st.bonds, pairs, xb);
   for (int b = 0; b < st.bonds.nbond; ++b)
-    if (st.bonds.field[b] == SIDE_CONTACT)
-      st.n.slip[b * m.dim] = contact_gap(pairs, b, pairs.gap[b] - st.bonds.offset[b]);
+    if (st.bonds.side[b] == SIDE_CONTACT)
+      st.n.slip[b * m.dim] = contact_gap(pairs, b, pairs.gap[b] - st.bonds.contact.offset[b]);
   return errors;
 }
 
@@ -331,7 +331,7 @@ void note_contact(Problem& p)
   const auto& skin = p.d.scene.skin;
   const bool grains = std::all_of(skin.begin(), skin.end(), [](const SkinFace& k) { return k.points == 2; });
   for (int b = 0; b < st.bonds.nbond; ++b)
-    if (st.bonds.field[b] == SIDE_CONTACT && p.d.pairs.master.count(b) && general.empty())
+    if (st.bonds.side[b] == SIDE_CONTACT && p.d.pairs.master.count(b) && general.empty())
       f.size = std::min(f.size, p.d.pairs.size[b]);
   for (size_t k = 0; k < general.size(); ++k)        // nor do points that were squeezed when released
     if (grains || skin[k].points != 2) f.size = std::min(f.size, general[k]);

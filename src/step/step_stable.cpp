@@ -174,7 +174,7 @@ double contact_frequency(const Problem& p, const RealVec& mass, RealVec& push)
   double most = 0.0;
   push.assign(mass.size(), 0.0);
   for (int k : s.bond_acts) {
-    if (b.field[k] != SIDE_CONTACT) continue;
+    if (b.side[k] != SIDE_CONTACT) continue;
     const double slope = contact_slope(b, k, p.st.n.slip[k * s.dim]);
     double sum = 0.0;
     each_place(p, k, [&](int, double w) { sum += w; });
@@ -199,7 +199,7 @@ void soften_contact(Problem& p, double limit, const RealVec& push)
   Bonds& b      = p.st.bonds;
   for (int k : s.bond_acts) {
     const BondDef& def = p.m.bond[b.def[k]];
-    if (b.field[k] != SIDE_CONTACT || def.penalty > 0.0 || def.alpha > 0.0) continue;
+    if (b.side[k] != SIDE_CONTACT || def.penalty > 0.0 || def.alpha > 0.0) continue;
     if (p.st.n.slip[k * s.dim] < 0.0 && p.st.n.time > 0.0) continue;
     double most = 0.0;
     each_place(p, k, [&](int place, double) { most = std::max(most, push[place]); });
@@ -214,7 +214,7 @@ double contact_part(Problem& p, double omega2)
 {
   RealVec &push = p.stable.push, &mass = p.stable.mass;
   int acts = 0;
-  for (int k : p.dofs.bond_acts) acts = acts || p.st.bonds.field[k] == SIDE_CONTACT;
+  for (int k : p.dofs.bond_acts) acts = acts || p.st.bonds.side[k] == SIDE_CONTACT;
   if (comm_allreduce_max(acts) == 0) return 0.0;
   masses_at(p, mass);
   double most = contact_frequency(p, mass, push);

@@ -15,7 +15,7 @@ void contact_at_start(const Problem& p, RealVec& f)
   f.assign(static_cast<size_t>(p.m.mesh.nnode() + st.points.ncorner) * dim, 0.0);
   for (int k = 0; k < b.nbond; ++k) {
     const double gap = st.n.slip[k * dim], deep = b.beyond(k, gap);
-    if (b.field[k] != SIDE_CONTACT || !(gap < 0.0) || !b.counts(k) || !pairs.master.count(k)) continue;
+    if (b.side[k] != SIDE_CONTACT || !(gap < 0.0) || !b.counts(k) || !pairs.master.count(k)) continue;
     const double *n = &pairs.normal[k * dim], *rub = &st.n.lambda[k * dim];
     double press = b.cn[k] * gap + b.growth(k) * deep * deep * deep;
     for (int i = 0; i < dim; ++i) press -= rub[i] * n[i];

@@ -54,8 +54,8 @@ Model contact_model()
   m.section.push_back(Section{0, 0, 1.0, {}});
   BondDef d;
   d.kind    = BOND_CONTACT;
-  d.general = true;
-  d.include.resize(1);
+  d.contact.general = true;
+  d.contact.include.resize(1);
   m.bond.push_back(d);
   return m;
 }
@@ -311,7 +311,7 @@ TEST(Contact, RoundingIsNoPenetration)
   KernelMode mode;
   m.dim = 2;
   bonds.cn = bonds.ct = {1.0};
-  bonds.deep = {0.0};
+  bonds.contact.deep = {0.0};
   pairs.normal = {0.0, 1.0};
   pairs.size   = {10.0};
   pairs.rounding = {1e-11};
@@ -319,7 +319,7 @@ TEST(Contact, RoundingIsNoPenetration)
     for (const double gap : {-1e-10, -1e-12, 0.0, 1e-12}) {
       const double s[2] = {0.0, 0.0}, t0[2] = {0.0, 0.0};
       double f[2], t1[2], slipped;
-      bonds.friction = {friction};
+      bonds.contact.friction = {friction};
       pairs.gap      = {gap};
       EXPECT_EQ(gap == -1e-12 ? 0.0 : gap,
                 contact_force(m, bonds, pairs, 0, mode, s, t0, 0.0, f, nullptr, t1, &slipped));
@@ -335,9 +335,9 @@ TEST(Contact, FrictionIsOfTheFaceThatIsMet)
   Level l;
   bonds.nbond = 2;
   bonds.area = bonds.cn = bonds.ct = {2.0, 2.0};
-  bonds.friction = bonds.deep = {0.1, 0.1};
-  bonds.skin.resize(1);
-  bonds.skin_of  = {0, 0};
+  bonds.contact.friction = bonds.contact.deep = {0.1, 0.1};
+  bonds.contact.skin.resize(1);
+  bonds.contact.skin_of  = {0, 0};
   pairs.penalty  = {30.0, 30.0};
   pairs.friction = {0.5, 0.5};
   pairs.stick    = {0.0, 7.0};
@@ -347,7 +347,7 @@ TEST(Contact, FrictionIsOfTheFaceThatIsMet)
   contact_stiffness(l, 2, false, pairs, bonds);
   EXPECT_EQ((RealVec{2.0, 60.0}), bonds.cn);
   EXPECT_EQ((RealVec{2.0, 14.0}), bonds.ct);
-  EXPECT_EQ((RealVec{0.5, 0.5}), bonds.friction);
+  EXPECT_EQ((RealVec{0.5, 0.5}), bonds.contact.friction);
 }
 
 // held across and not along: inside the body whose half is computed. Held in all directions: a floor

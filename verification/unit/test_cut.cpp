@@ -118,8 +118,8 @@ Model all_kinds()
   m.viscous.resize(1);
   m.bond.resize(1);
   m.bond[0].motion[1] = function("y");
-  m.bond[0].include.resize(2);
-  m.bond[0].property.resize(1);
+  m.bond[0].contact.include.resize(2);
+  m.bond[0].contact.property.resize(1);
   m.fracture.resize(1);
   m.conversion.resize(1);
   m.conversion[0].bond.name = "of the conversion";
@@ -521,9 +521,9 @@ Model touching_plate()
 {
   Model m = plate(20);
   m.bond.resize(1);
-  m.bond[0].general = true;
-  m.bond[0].include.resize(1);
-  m.bond[0].include[0].a.elset = 0;
+  m.bond[0].contact.general = true;
+  m.bond[0].contact.include.resize(1);
+  m.bond[0].contact.include[0].a.elset = 0;
   return m;
 }
 
@@ -537,7 +537,7 @@ void expect_near_skin(const Model& of_rank_zero)
   ASSERT_TRUE(m.part.on);
   ASSERT_TRUE(m.part.window);
   EXPECT_LT(m.mesh.nelem(), whole.mesh.nelem());
-  EXPECT_EQ(m.bond[0].include[0].a.elem.size(), static_cast<size_t>(m.mesh.nelem()));
+  EXPECT_EQ(m.bond[0].contact.include[0].a.elem.size(), static_cast<size_t>(m.mesh.nelem()));
   std::vector<std::pair<int, int>> known;
   double own = 0.0;
   const auto at_start = skin_in_deck(whole, IntVec(whole.mesh.nelem(), AS_ELEMENT));
@@ -689,7 +689,7 @@ TEST(Divided, BondsPassTheArchive)
   EXPECT_EQ(s.bonds.nbond, before.nbond);
   EXPECT_EQ(s.bonds.nfixed, before.nfixed);
   EXPECT_EQ(s.bonds.a.item, before.a.item);
-  EXPECT_EQ(s.bonds.met, before.met);
+  EXPECT_EQ(s.bonds.contact.met, before.contact.met);
   if (comm_rank() == 0) {
     const CommAlone alone;
     Archive all = f;
@@ -736,11 +736,11 @@ Model paired_plate(int n)
   for (BondDef& d : m.bond) {
     d.kind   = BOND_CONTACT;
     d.body   = -1;
-    d.master = 1;
+    d.contact.master = 1;
   }
-  m.bond[1].by_face = true;
+  m.bond[1].contact.by_face = true;
   m.bond[2].surface = 2;
-  m.bond[2].master  = 3;
+  m.bond[2].contact.master  = 3;
   return m;
 }
 
@@ -757,7 +757,7 @@ TEST(Divided, PairsAreWithTheirElements)
   const RealVec zero(whole.mesh.X.size(), 0.0);
   int near = 0;
   for (int q = 0; q < b.nbond; ++q)
-    for (const Face& f : whole.surface[m.bond[b.def[q]].master].face) {
+    for (const Face& f : whole.surface[m.bond[b.def[q]].contact.master].face) {
       const MasterFace at = master_face(whole, Points(), false, f, zero, zero);
       bool apart = false;
       for (int i = 0; i < m.dim; ++i)
@@ -766,11 +766,11 @@ TEST(Divided, PairsAreWithTheirElements)
       EXPECT_TRUE(apart || m.part.elem_here(f.elem) >= 0) << q;
     }
   for (int def : {0, 1, 2}) {
-    const std::vector<Face>& face = m.surface[m.bond[def].master].face;
+    const std::vector<Face>& face = m.surface[m.bond[def].contact.master].face;
     const auto others = std::count_if(face.begin(), face.end(),
                                       [&](const Face& f) { return !m.part.works(f.elem); });
     EXPECT_LE(others, def < 2 ? 30 : 4) << def;
-    EXPECT_TRUE(m.bond[def].held || std::count(b.def.begin(), b.def.end(), def) == 0);
+    EXPECT_TRUE(m.bond[def].contact.held || std::count(b.def.begin(), b.def.end(), def) == 0);
   }
   double sum[2] = {static_cast<double>(m.mesh.nelem()), static_cast<double>(near)};
   comm_sum(sum, 2);

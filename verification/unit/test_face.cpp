@@ -60,12 +60,12 @@ ContactPairs pairs_of_point(Model m, const RealVec& x)
 {
   m.bond.resize(1);
   m.bond[0].kind   = BOND_CONTACT;
-  m.bond[0].master = 0;
+  m.bond[0].contact.master = 0;
   Bonds bonds;
   bonds.nbond  = 1;
   bonds.def    = {0};
-  bonds.field  = {SIDE_CONTACT};
-  bonds.offset = {0.0};
+  bonds.side  = {SIDE_CONTACT};
+  bonds.contact.offset = {0.0};
   bonds.area   = {1.0};
   Points points;
   points.surface.resize(1);
@@ -229,7 +229,7 @@ TEST(Face, ContactFromTheSideBringsNoDepth)
 {
   Bonds bonds;
   bonds.nbond = 1;
-  bonds.initial_penetration = {0.0};
+  bonds.contact.initial_penetration = {0.0};
   Level l;
   ContactPairs met;
   met.master.item = {0};
@@ -245,22 +245,22 @@ TEST(Face, ContactFromTheSideBringsNoDepth)
   EXPECT_EQ(-0.5, gap(1e300, -0.5, false));            // statics
   EXPECT_EQ(-0.4, gap(-0.4, -0.4005, true));           // was closed, slides over the edge of a facet
   EXPECT_NEAR(-0.4, gap(-0.4, -0.3995, true), 1e-15);
-  EXPECT_NEAR(0.0005, bonds.initial_penetration[0], 1e-15);
+  EXPECT_NEAR(0.0005, bonds.contact.initial_penetration[0], 1e-15);
   EXPECT_EQ(-0.3995, gap(-0.4, -0.3995, false));       // statics measure
-  EXPECT_EQ(0.0, bonds.initial_penetration[0]);
+  EXPECT_EQ(0.0, bonds.contact.initial_penetration[0]);
   EXPECT_NEAR(-0.4, gap(-0.4, -0.5, true), 1e-15);     // was closed, meets another face
   EXPECT_EQ(0.0, gap(1e300, -0.5, true));              // met no face before
-  EXPECT_EQ(-0.5, bonds.initial_penetration[0]);
+  EXPECT_EQ(-0.5, bonds.contact.initial_penetration[0]);
   EXPECT_NEAR(-0.1, gap(-0.1, -0.6, true), 1e-15);     // pressed deeper
   EXPECT_NEAR(-1e-9, gap(-1e-9, -0.3, true), 1e-15);   // moves out
   EXPECT_NEAR(-0.1, gap(-0.1, -0.4, true), 1e-15);     // and in again
   EXPECT_EQ(0.2, gap(0.1, 0.2, true));
-  EXPECT_EQ(0.0, bonds.initial_penetration[0]);
+  EXPECT_EQ(0.0, bonds.contact.initial_penetration[0]);
   EXPECT_EQ(-0.1, gap(-0.1, -0.1, true));
   EXPECT_EQ(0.0, gap(0.1, -0.3, true));                // was open over another face
   met.master.off = {0, 0};
   gap(-0.1, 1e300, true);
-  EXPECT_EQ(0.0, bonds.initial_penetration[0]);                      // meets nothing: forgotten
+  EXPECT_EQ(0.0, bonds.contact.initial_penetration[0]);                      // meets nothing: forgotten
 }
 
 TEST(Fill, BricksAndTetrahedra)

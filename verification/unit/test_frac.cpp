@@ -1077,7 +1077,7 @@ TEST(Conversion, PlacesOfContact)
   BondDef contact;
   contact.kind    = BOND_CONTACT;
   contact.surface = 0;
-  contact.master  = 1;
+  contact.contact.master  = 1;
   m.bond.push_back(contact);
   Trial r(m, 3);
   Bonds& b = r.st.bonds;
@@ -1091,17 +1091,17 @@ TEST(Conversion, PlacesOfContact)
   for (int e : {2, 1, 3}) {
     std::map<double, double> before;                   // per area
     for (int q = 0; q < b.nbond; ++q)
-      if (b.field[q] == SIDE_CONTACT && b.area[q] > 0.0 && b.a.item[b.a.off[q]] >= m.mesh.nnode()) {
+      if (b.side[q] == SIDE_CONTACT && b.area[q] > 0.0 && b.a.item[b.a.off[q]] >= m.mesh.nnode()) {
         l.lambda_n[q] = pressure(b.X[3 * q]) * b.area[q];
-        b.offset[q]   = -0.1 * b.X[3 * q];
-        b.initial_penetration[q]    = -0.2 * b.X[3 * q];
+        b.contact.offset[q]   = -0.1 * b.X[3 * q];
+        b.contact.initial_penetration[q]    = -0.2 * b.X[3 * q];
         before[b.X[3 * q]] = 1.0;
       }
     frac_convert(m, r.el, r.fm, {e}, r.share, r.st);
     ASSERT_EQ(static_cast<size_t>(b.nbond), l.lambda_n.size());
     double area = 0.0;
     for (int q = 0; q < b.nbond; ++q) {
-      if (b.field[q] != SIDE_CONTACT) {
+      if (b.side[q] != SIDE_CONTACT) {
         EXPECT_EQ(0.0, l.lambda_n[q]);
         continue;
       }
@@ -1109,8 +1109,8 @@ TEST(Conversion, PlacesOfContact)
       const double x = b.X[3 * q];
       const bool node = b.a.item[b.a.off[q]] < m.mesh.nnode(), known = before.count(x) > 0;
       EXPECT_NEAR(node || known ? pressure(x) * b.area[q] : 0.0, l.lambda_n[q], 1e-14) << e << " " << x;
-      EXPECT_EQ(!node && known ? -0.1 * x : 0.0, b.offset[q]);
-      EXPECT_EQ(!node && known ? -0.2 * x : 0.0, b.initial_penetration[q]);
+      EXPECT_EQ(!node && known ? -0.1 * x : 0.0, b.contact.offset[q]);
+      EXPECT_EQ(!node && known ? -0.2 * x : 0.0, b.contact.initial_penetration[q]);
       kept += !node && known;
     }
     EXPECT_NEAR(4.0, area, 1e-14);

@@ -412,7 +412,7 @@ TEST(Divided, PointsNearContact)
   if (comm_size() == 1) GTEST_SKIP() << "several ranks";
   Model of_all = row_of_bricks();
   of_all.bond.resize(2);
-  of_all.bond[1].general = true;
+  of_all.bond[1].contact.general = true;
   Model m;
   if (comm_rank() == 0) m = of_all;
   dof_part({}, m);

@@ -120,14 +120,16 @@ Bonds some_bonds()
   b.a.off  = {0, 1, 3, 4, 6, 7};
   b.a.item = {4, 0, 2, 6, 1 + 7, 2, 2 + 7};
   b.a_w    = {1, 0.5, 0.25, 1, 0.125, 2, 3};
-  b.def = b.field = b.intermediate = {0, 1, 2, 3, 4};
-  b.area = b.cn = b.ct = b.offset = b.initial_penetration = b.deep = b.friction = {0.5, 1.5, 2.5, 3.5, 4.5};
+  b.def = b.side = b.field = b.intermediate = {0, 1, 2, 3, 4};
+  b.area = b.cn = b.ct = {0.5, 1.5, 2.5, 3.5, 4.5};
+  b.contact.offset = b.contact.initial_penetration = b.contact.deep = b.contact.friction = b.area;
   for (int i = 0; i < 15; ++i) b.X.push_back(i);
   for (int i = 0; i < 10; ++i) b.normal.push_back(-i);
-  b.skin         = {{0, 1, 0}, {2, 0, 0}, {3, 2, 1}};
-  b.skin_penalty = {10, 11, 12};
-  b.skin_of      = {-1, 2, -1, -1, 1};
-  b.met          = {-1, 0, -1, -1, 2};
+  b.contact.skin         = {{0, 1, 0}, {2, 0, 0}, {3, 2, 1}};
+  b.contact.skin_penalty = {10, 11, 12};
+  b.contact.skin_of      = {-1, 2, -1, -1, 1};
+  b.contact.met          = {-1, 0, -1, -1, 2};
+  b.contact.wall         = {1, -1, -1, 0, -1};
   return b;
 }
 
@@ -150,16 +152,18 @@ TEST(Archive, BondsOfARankAreWrittenInTheOrderOfAll)
   b.nfixed = all.nfixed;
   b.a      = picked(order, all.a);
   b.a_w    = picked(order, all.a.off, 1, all.a_w);
-  for (IntVec Bonds::* x : {&Bonds::def, &Bonds::field, &Bonds::intermediate, &Bonds::skin_of, &Bonds::met})
+  for (IntVec Bonds::* x : {&Bonds::def, &Bonds::side, &Bonds::field, &Bonds::intermediate})
     b.*x = picked(order, 1, all.*x);
-  for (RealVec Bonds::* x :
-       {&Bonds::area, &Bonds::cn, &Bonds::ct, &Bonds::offset, &Bonds::initial_penetration, &Bonds::deep, &Bonds::friction})
-    b.*x = picked(order, 1, all.*x);
+  for (RealVec Bonds::* x : {&Bonds::area, &Bonds::cn, &Bonds::ct}) b.*x = picked(order, 1, all.*x);
+  using C = ContactState;
+  for (IntVec C::* x : {&C::skin_of, &C::met, &C::wall}) b.contact.*x = picked(order, 1, all.contact.*x);
+  for (RealVec C::* x : {&C::offset, &C::initial_penetration, &C::deep, &C::friction})
+    b.contact.*x = picked(order, 1, all.contact.*x);
   b.X      = picked(order, 3, all.X);
   b.normal = picked(order, 2, all.normal);
   slip     = picked(order, 2, slip_all);
-  b.skin         = {all.skin[2], all.skin[0], all.skin[1]};
-  b.skin_penalty = {12, 10, 11};
+  b.contact.skin         = {all.contact.skin[2], all.contact.skin[0], all.contact.skin[1]};
+  b.contact.skin_penalty = {12, 10, 11};
   b.area[5] = slip[10] = -1;
   ArchivePart part[ARCHIVE_KINDS];
   part[PER_BOND].whole  = 5;
@@ -211,8 +215,8 @@ TEST(Archive, BondsOfARankAreThoseOfItsNodes)
   io(f, b);
   EXPECT_FALSE(f.good);
   std::fclose(f.file);
-  b.skin_of = {2, -1, 1};
-  b.met     = {0, -1, 2};
+  b.contact.skin_of = {2, -1, 1};
+  b.contact.met     = {0, -1, 2};
   state_find_faces(f, b);
   EXPECT_EQ(b.nbond, 3);
   EXPECT_EQ(b.nfixed, 1);
@@ -220,9 +224,9 @@ TEST(Archive, BondsOfARankAreThoseOfItsNodes)
   EXPECT_EQ(b.a.off, (IntVec{0, 2, 4, 5}));
   EXPECT_EQ(b.a.item, (IntVec{0, 2, 8, 2, 9}));
   EXPECT_EQ(slip, (RealVec{2, 3, 6, 7, 8, 9}));
-  EXPECT_EQ(b.skin.size(), 2u);
-  EXPECT_EQ(b.skin_of, (IntVec{1, -1, 0}));
-  EXPECT_EQ(b.met, (IntVec{FACE_ELSEWHERE, -1, 1}));
+  EXPECT_EQ(b.contact.skin.size(), 2u);
+  EXPECT_EQ(b.contact.skin_of, (IntVec{1, -1, 0}));
+  EXPECT_EQ(b.contact.met, (IntVec{FACE_ELSEWHERE, -1, 1}));
 
   Bonds damaged = some_bonds();                        // a node that the deck has not; a number of bonds
   damaged.a.item[0] = 10;

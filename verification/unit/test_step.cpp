@@ -117,9 +117,9 @@ TEST(Clock, CutIncrementsOfDirectGrowBack)
 TEST(Increment, PointsThatEnterTooDeep)
 {
   Bonds bonds;
-  bonds.deep = {0.0};
+  bonds.contact.deep = {0.0};
   bonds.nbond = 1;
-  bonds.field = {SIDE_CONTACT};
+  bonds.side = {SIDE_CONTACT};
   ContactPairs pairs;
   pairs.master.item = {0};
   pairs.master.off  = {0, 1};

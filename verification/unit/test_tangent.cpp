@@ -29,10 +29,10 @@ struct Contact {               // one bond with an oblique normal; the penalty i
     m.dim = dim;
     bonds.nbond = 1;
     bonds.def   = {0};
-    bonds.friction = {friction};
+    bonds.contact.friction = {friction};
     bonds.cn    = {3.0};
     bonds.ct    = {2.5};
-    bonds.deep  = {0.03};
+    bonds.contact.deep  = {0.03};
     pairs.gap   = {gap};
     pairs.size  = {1.0};
     pairs.rounding = {0.0};
@@ -168,7 +168,7 @@ void count_contacts(const Scene& sc, int* closed, int* met)
 {
   *closed = *met = 0;
   for (int b = 0; b < sc.st.bonds.nbond; ++b) {
-    if (sc.st.bonds.field[b] != SIDE_CONTACT || !sc.p.d.pairs.master.count(b)) continue;
+    if (sc.st.bonds.side[b] != SIDE_CONTACT || !sc.p.d.pairs.master.count(b)) continue;
     ++*met;
     *closed += sc.st.np1.slip[b * sc.m.dim] < 0.0;
   }
