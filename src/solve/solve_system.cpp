@@ -7,16 +7,18 @@
 
 namespace {
 
-// Answers depend on none of these, seconds do. Tests: SPEED (speed/guard: seconds, speed/reuse: answers)
-const long PAUSE    = 50;      // solutions until a slower path is tried again; doubled when it fails
-const int MAX_ITERATIONS = 5000;  // iterations
+// Limits of the choice between the ways to a solution. They decide which way a system takes, and so, within
+// the error that is asked for, the last digits of the answer.
+// Tests: SPEED (speed/guard: seconds, speed/reuse: answers)
+const long PAUSE    = 50;      // solutions until a slower way is tried again; doubled when it fails
+const int MAX_ITERATIONS = 5000;
 const double CUBE   = 3.6;     // iterations with the incomplete factor, cube of elements: times cbrt(nodes)
 // the same, for 8 digits: more, and multigrid is faster, which takes as long as 70 of them with its part of
 // the set-up (an iteration 3.7, the set-up 100 to 150 for all systems that keep it)
-const double MANY = 130.0, AMG_WORK = 70.0;
-const int AMG_MOST  = 200;     // with multigrid, which takes 10 to 30 where it is in its place
+const double AMG_FROM = 130.0, AMG_WORK = 70.0;
+const int AMG_ITERATIONS = 200;        // with multigrid, which takes 10 to 30 where it is in its place
 const long AMG_WAIT = 8;       // solutions until multigrid that has failed is tried again; doubled each time
-const int FEW       = 30;      // the same, with corrected factors: more cost what a factorisation does
+const int CHANGED_ITERATIONS = 30;     // with corrected factors: more cost what a factorisation does
 const size_t PAST   = 6;       // solutions to begin the next one with
 const double SMOOTH = 0.5;     // weight of the newest measurement
 const double NEVER  = std::numeric_limits<double>::infinity();
@@ -32,29 +34,34 @@ double expected(const PathCost& c, double digits)
   return c.setup + c.iteration * std::max(1.0, digits / c.rate);
 }
 
-// operations a second of one core (cube and cantilever of doc/benchmarks.md)
-const double FACTOR_RATE = 2e10, CG_RATE = 3e9;
-const int GUESS          = 200;                    // iterations
-// making the incomplete factor takes as long as so many iterations, by dimension
-const double FORM_WORK[4] = {0.0, 1.0, 1.0, 2.5};
+// Rates of the machine that the choice counts with instead of a clock: two runs choose alike, and all ranks
+// of one (8.5). Assumed, not measured at run time: one core of the machine of doc/benchmarks.md, cube and
+// cantilever. Only their ratios matter: a wrong one takes a slower way.  Test: SPEED (speed/guard)
+struct MachineRates {
+  double factor = 2e10;        // operations of a factorisation                           1/second
+  double cg = 3e9;             // bytes of matrix that conjugate gradients read           1/second
+  double factor_entry       = 1.5e-8;  // a number in the factors, one rank               seconds
+  double factor_entry_ranks = 3e-8;    // the same, several ranks                         seconds
+  double analysis_entry     = 2e-7;    // a number of the matrix in the analysis          seconds
+  double changed_number     = 2.5e-10; // a number of changed columns                     seconds
+  double message            = 1e-4;    // messages of an iteration, several ranks         seconds
+  double back_message       = 1e-3;    // messages of a back substitution                 seconds
+};
+const MachineRates rate_of;
+
+// Work in units of one iteration with the incomplete factor
+const double CHOLESKY_FORM = 4.0, AMG_FORM = 120.0;  // to make it, and multigrid
+const double AMG_ITERATION = 3.7, PRODUCT = 0.4;     // an iteration with multigrid; a product alone
+// to make it, by dimension, where an earlier one might be kept
+const double KEPT_FORM[4] = {0.0, 1.0, 1.0, 2.5};
+// in units of one back substitution: one of many at once, one in single precision
+const double BATCHED_COLUMN = 0.5, SINGLE_PRECISION = 0.5;
+const int GUESS = 200;         // iterations with the incomplete factor when nothing is known
 
 double cholesky_guess(const SolverData& d, double iterations = GUESS)
 {
-  return iterations * 8.0 * d.entries / CG_RATE;
+  return iterations * 8.0 * d.entries / rate_of.cg;
 }
-
-// ---- seconds of counted work, no clock: two runs choose alike, and all ranks of one  (8.5)
-
-// of a number in the factors beside the operations, on one rank and on several; of a number of the matrix in
-// the analysis
-const double FACTOR_ENTRY = 1.5e-8, FACTOR_ENTRY_RANKS = 3e-8, ANALYSIS_ENTRY = 2e-7;
-// messages of an iteration and of a back substitution
-const double ITERATION = 1e-4, BACK = 1e-3;
-// iterations with the incomplete factor that it takes to make it, and multigrid; of one with multigrid,
-// and of a product alone
-const double FORM = 4.0, AMG_FORM = 120.0, AMG_ITERATION = 3.7, PRODUCT = 0.4;
-// of a back substitution: one of many at once, and one in single precision; a number of changed columns
-const double COLUMN = 0.5, ROUGH = 0.5, CHANGED_NUMBER = 2.5e-10;
 
 bool several() { return comm_size() > 1; }
 
@@ -63,13 +70,13 @@ double workers(const SolverData& d) { return d.first_only ? 1.0 : comm_size(); }
 double counted_factor(const Solver& s)
 {
   const SolverData& d = *s.data;
-  const double entry  = several() ? FACTOR_ENTRY_RANKS : FACTOR_ENTRY;
-  return (s.flops / FACTOR_RATE + entry * d.factor_entries) / workers(d);
+  const double entry  = several() ? rate_of.factor_entry_ranks : rate_of.factor_entry;
+  return (s.flops / rate_of.factor + entry * d.factor_entries) / workers(d);
 }
 
 double counted_back(const SolverData& d)
 {
-  return (several() ? BACK : 0.0) + 8.0 * d.factor_entries / CG_RATE / workers(d);
+  return (several() ? rate_of.back_message : 0.0) + 8.0 * d.factor_entries / rate_of.cg / workers(d);
 }
 
 double changed_numbers(const SolverData& d)
@@ -77,36 +84,69 @@ double changed_numbers(const SolverData& d)
   return static_cast<double>(d.changed.set.size()) * static_cast<double>(d.rows) * d.dim * d.dim;
 }
 
-double counted_iteration(const SolverData& d, SolvePath path)
+// ---- the ways by conjugate gradients                                                   (8.5)
+
+double messages() { return several() ? rate_of.message : 0.0; }
+
+double cholesky_iteration(const SolverData& d) { return messages() + cholesky_guess(d, 1.0); }
+double diagonal_iteration(const SolverData& d) { return messages() + PRODUCT * cholesky_guess(d, 1.0); }
+double amg_iteration(const SolverData& d) { return AMG_ITERATION * cholesky_iteration(d); }
+
+double reused_iteration(const SolverData& d)
 {
-  const double cholesky = cholesky_guess(d, 1.0), messages = several() ? ITERATION : 0.0;
-  switch (path) {
-    case PATH_CHANGED: return counted_iteration(d, PATH_REUSED) + CHANGED_NUMBER * changed_numbers(d);
-    case PATH_REUSED: return messages + PRODUCT * cholesky + (d.by_chm ? ROUGH : 1.0) * counted_back(d);
-    case PATH_AMG: return AMG_ITERATION * (messages + cholesky);
-    case PATH_DIAGONAL: return messages + PRODUCT * cholesky;
-    default: return messages + cholesky;
-  }
+  return diagonal_iteration(d) + (d.by_chm ? SINGLE_PRECISION : 1.0) * counted_back(d);
 }
+
+double changed_iteration(const SolverData& d)
+{
+  return reused_iteration(d) + rate_of.changed_number * changed_numbers(d);
+}
+
+double cholesky_setup(const SolverData& d) { return CHOLESKY_FORM * cholesky_iteration(d); }
+double amg_setup(const SolverData& d) { return AMG_FORM * cholesky_iteration(d); }
 
 // columns of the inverse that came in together, and what is dense: of the changed rows
-double counted_changed(const SolverData& d)
+double changed_setup(const SolverData& d)
 {
   const double m = static_cast<double>(d.changed.set.size()) * d.dim;
-  return COLUMN * d.changed.columns * counted_back(d) + 3.0 * m * m * m / FACTOR_RATE;
+  return cholesky_iteration(d) +
+         (BATCHED_COLUMN * d.changed.columns * counted_back(d) + 3.0 * m * m * m / rate_of.factor);
 }
 
-double counted_setup(const SolverData& d, SolvePath path)
-{
-  const double cholesky = counted_iteration(d, PATH_CHOLESKY);
-  if (path == PATH_CHANGED) return cholesky + counted_changed(d);
-  return path == PATH_CHOLESKY ? FORM * cholesky : path == PATH_AMG ? AMG_FORM * cholesky : cholesky;
-}
+// the preconditioner of the matrix; false: it has none.  z = M^-1 r and rho = r z
+using FormWay  = bool(Solver& s, const SysMatrix& A, const SolveAsk& ask, CgSystem& c);
+using ApplyWay = bool(Solver& s, const SysMatrix& A, const CgSystem& c, const RealVec& r, RealVec& z,
+                      double& rho);
+FormWay cholesky_form_way, diagonal_form_way, reused_form_way, changed_form_way, amg_form_way;
+ApplyWay cholesky_apply_way, diagonal_apply_way, reused_apply_way, changed_apply_way, amg_apply_way;
+
+struct CgWay {
+  FormWay* form;
+  ApplyWay* apply;
+  double (*iteration)(const SolverData& d);          // seconds of counted work
+  double (*setup)(const SolverData& d);
+  int iterations;                                    // at most
+  // part of the error that is asked for: A^-1 and M^-1 are far apart in smooth modes, where M^-1 sees too
+  // little of an error; not so with factors
+  double safety;
+};
+
+// one row for each SolvePath; the first two are no conjugate gradients
+const CgWay way[] = {
+    {},
+    {},
+    {reused_form_way, reused_apply_way, reused_iteration, cholesky_iteration, MAX_ITERATIONS, 1.0},
+    {changed_form_way, changed_apply_way, changed_iteration, changed_setup, CHANGED_ITERATIONS, 1.0},
+    {cholesky_form_way, cholesky_apply_way, cholesky_iteration, cholesky_setup, MAX_ITERATIONS, 0.1},
+    {diagonal_form_way, diagonal_apply_way, diagonal_iteration, cholesky_iteration, MAX_ITERATIONS, 0.1},
+    {amg_form_way, amg_apply_way, amg_iteration, amg_setup, AMG_ITERATIONS, 0.1},
+};
+static_assert(sizeof way / sizeof *way == PATHS, "a path without a row in the table");
 
 // iterations within so many seconds, at least one
 int counted_limit(const SolverData& d, SolvePath path, double seconds)
 {
-  const double most = (seconds - counted_setup(d, path)) / counted_iteration(d, path);
+  const double most = (seconds - way[path].setup(d)) / way[path].iteration(d);
   return 1 + static_cast<int>(std::min(1.0 * MAX_ITERATIONS, std::max(0.0, most)));
 }
 
@@ -214,10 +254,10 @@ bool without_factors(Solver& s, const SysMatrix& A, const SolveAsk& ask)
   if (d.guess == 0.0) {
     Timer timer(PHASE_ANALYSIS);
     s.flops_ahead = order_least(A);
-    d.guess       = s.flops_ahead / (FACTOR_RATE * comm_size());
+    d.guess       = s.flops_ahead / (rate_of.factor * comm_size());
     if (cholesky_guess(d) < 0.5 * d.guess) return true;
     if (solve_analyse(s, A) != STATUS_OK) return false;
-    d.guess = std::max(1e-9, s.flops_ahead / (FACTOR_RATE * comm_size()));
+    d.guess = std::max(1e-9, s.flops_ahead / (rate_of.factor * comm_size()));
   }
   return cholesky_guess(d) < 0.5 * d.guess;
 }
@@ -247,10 +287,10 @@ bool amg_pays(Solver& s, const SysMatrix& A, const SolveAsk& ask)
 {
   const SolverData& d = *s.data;
   if (A.dim != 3 || ask.inertia || !ask.plain || !ask.place || amg_waits(d) || factors_fit(d, ask) ||
-      cholesky_iterations(s) < MANY)
+      cholesky_iterations(s) < AMG_FROM)
     return false;
   if (!d.factored && !without_factors(s, A, ask)) return false;
-  const double factor = s.flops_ahead / (FACTOR_RATE * comm_size());
+  const double factor = s.flops_ahead / (rate_of.factor * comm_size());
   return cholesky_guess(d, AMG_WORK) < 0.5 * factor && amg_there();
 }
 
@@ -321,7 +361,7 @@ Status by_factor(Solver& s, const SysMatrix& A, const SolveAsk& ask, const RealV
     const long before   = s.nanalyse;
     const Status status = solve_analyse(s, A);
     if (status != STATUS_OK) return status;
-    if (s.nanalyse > before) smooth(d.direct_analyse, ANALYSIS_ENTRY * d.entries_all);
+    if (s.nanalyse > before) smooth(d.direct_analyse, rate_of.analysis_entry * d.entries_all);
   }
   {
     Timer timer(PHASE_FACTOR);
@@ -348,36 +388,60 @@ Status by_factor(Solver& s, const SysMatrix& A, const SolveAsk& ask, const RealV
   return status;
 }
 
-// z = M^-1 r by the incomplete factor
-void cholesky_step(SolverData& d, const CgSystem& c, const RealVec& r, RealVec& z, double& rho)
+// ---- z = M^-1 r and rho = r z by each way
+
+bool cholesky_apply_way(Solver& s, const SysMatrix&, const CgSystem& c, const RealVec& r, RealVec& z,
+                        double& rho)
 {
+  SolverData& d = *s.data;
   z = r;
   if (c.own) {
     rho = cholesky_apply(c.A, d.cholesky, *c.own, d.work.y, z);
-    return;
+    return true;
   }
   cholesky_apply(c.A, d.cholesky, z);
   rho = dot(r, z);
+  return true;
 }
 
-void diagonal_step(SolverData& d, const CgSystem& c, const RealVec& r, RealVec& z, double& rho)
+// r z of all ranks
+double cg_product(const CgSystem& c, const RealVec& r, const RealVec& z)
 {
-  diagonal_apply(c.A, d.diagonal, r, z);
-  if (!c.own) {
-    rho = dot(r, z);
-    return;
-  }
-  rho = own_dot(*c.own, r, z);
+  if (!c.own) return dot(r, z);
+  double rho = own_dot(*c.own, r, z);
   comm_sum(&rho, 1);
+  return rho;
+}
+
+bool diagonal_apply_way(Solver& s, const SysMatrix&, const CgSystem& c, const RealVec& r, RealVec& z,
+                        double& rho)
+{
+  diagonal_apply(c.A, s.data->diagonal, r, z);
+  rho = cg_product(c, r, z);
+  return true;
 }
 
 // the factors are those of the whole matrix A
-bool kept_step(Solver& s, const SysMatrix& A, const CgSystem& c, const RealVec& r, RealVec& z, double& rho)
+bool reused_apply_way(Solver& s, const SysMatrix& A, const CgSystem& c, const RealVec& r, RealVec& z,
+                      double& rho)
 {
   const Status status = reused_apply(s, A, s.data->reused, r, z);
-  rho = c.own ? own_dot(*c.own, r, z) : dot(r, z);
-  if (c.own) comm_sum(&rho, 1);
+  rho = cg_product(c, r, z);
   return status == STATUS_OK;
+}
+
+bool changed_apply_way(Solver& s, const SysMatrix& A, const CgSystem&, const RealVec& r, RealVec& z,
+                       double& rho)
+{
+  const Status status = changed_apply(s, A, s.data->changed, r, z);
+  rho = dot(r, z);
+  return status == STATUS_OK;
+}
+
+bool amg_apply_way(Solver& s, const SysMatrix&, const CgSystem&, const RealVec& r, RealVec& z,
+                   double& rho)
+{
+  return amg_apply(*s.data->amg, r, z, rho);
 }
 
 // the incomplete factor of the matrix of ask, on all ranks
@@ -389,7 +453,7 @@ bool cholesky_ready(SolverData& d, const SysMatrix& A, OwnBlock* own, const Solv
   if (!cholesky_form(A, c, own)) return false;
   c.stamp   = ask.stamp;
   c.pattern = ask.pattern;
-  c.spent   = FORM_WORK[A.dim];
+  c.spent   = KEPT_FORM[A.dim];
   c.digits  = 0.0;
   c.stale   = false;
   return true;
@@ -412,7 +476,7 @@ bool cholesky_kept(const Solver& s, const SolveAsk& ask)
 // iterations after which it has served badly
 int kept_limit(int dim, const Cholesky& c, const SolveAsk& ask)
 {
-  return static_cast<int>(FORM_WORK[dim] + 2.0 * (ask.digits + 1.0) * c.spent / c.digits);
+  return static_cast<int>(KEPT_FORM[dim] + 2.0 * (ask.digits + 1.0) * c.spent / c.digits);
 }
 
 void cholesky_judge(const CgDone& done, Cholesky& c)
@@ -423,44 +487,32 @@ void cholesky_judge(const CgDone& done, Cholesky& c)
   c.stale = !done.good || done.iterations * c.digits > c.spent * brought;
 }
 
-// the preconditioner of a path; false: A has none
-bool form(Solver& s, const SysMatrix& A, const SolveAsk& ask, SolvePath path, CgSystem& c)
+bool reused_form_way(Solver& s, const SysMatrix& A, const SolveAsk& ask, CgSystem&)
+{
+  return reused_form(A, ask.key, s.data->reused);
+}
+
+bool changed_form_way(Solver& s, const SysMatrix& A, const SolveAsk& ask, CgSystem&)
+{
+  return changed_form(s, A, ask.key, s.null_pivot_row, ask.stamp, s.data->changed);
+}
+
+bool cholesky_form_way(Solver& s, const SysMatrix&, const SolveAsk& ask, CgSystem& c)
+{
+  if (!cholesky_kept(s, ask)) return cholesky_ready(*s.data, c.A, c.own, ask);
+  timer_skip(PHASE_PRECOND);
+  return true;
+}
+
+bool amg_form_way(Solver& s, const SysMatrix&, const SolveAsk& ask, CgSystem& c)
 {
   SolverData& d = *s.data;
-  switch (path) {
-    case PATH_REUSED:
-      c.precondition = [&](const RealVec& r, RealVec& z, double& rho) {
-        return kept_step(s, A, c, r, z, rho);
-      };
-      return reused_form(A, ask.key, d.reused);
-    case PATH_CHANGED:
-      c.precondition = [&](const RealVec& r, RealVec& z, double& rho) {
-        const Status status = changed_apply(s, A, d.changed, r, z);
-        rho = dot(r, z);
-        return status == STATUS_OK;
-      };
-      return changed_form(s, A, ask.key, s.null_pivot_row, ask.stamp, d.changed);
-    case PATH_CHOLESKY:
-      c.precondition = [&](const RealVec& r, RealVec& z, double& rho) {
-        cholesky_step(d, c, r, z, rho);
-        return true;
-      };
-      if (!cholesky_kept(s, ask)) return cholesky_ready(d, c.A, c.own, ask);
-      timer_skip(PHASE_PRECOND);
-      return true;
-    case PATH_AMG:
-      c.precondition = [&](const RealVec& r, RealVec& z, double& rho) {
-        return amg_apply(*d.amg, r, z, rho);
-      };
-      return cholesky_ready(d, c.A, c.own, ask) &&
-             amg_form(c.A, c.own, d.cholesky, ask.place, ask.stamp, d.amg);
-    default:
-      c.precondition = [&](const RealVec& r, RealVec& z, double& rho) {
-        diagonal_step(d, c, r, z, rho);
-        return true;
-      };
-      return !comm_allreduce_max(!diagonal_form(c.A, d.diagonal));
-  }
+  return cholesky_ready(d, c.A, c.own, ask) && amg_form(c.A, c.own, d.cholesky, ask.place, ask.stamp, d.amg);
+}
+
+bool diagonal_form_way(Solver& s, const SysMatrix&, const SolveAsk&, CgSystem& c)
+{
+  return !comm_allreduce_max(!diagonal_form(c.A, s.data->diagonal));
 }
 
 // what the path has cost, for the next choice; kept: by an incomplete factor that was there
@@ -469,8 +521,8 @@ void remember(Solver& s, SolvePath path, const CgDone& done, bool kept, long now
   SolverData& d = *s.data;
   PathCost& c   = d.cost[path];
   const double brought = digits_of(done);
-  const double setup   = kept ? 0.0 : counted_setup(d, path);
-  const double seconds = done.iterations * counted_iteration(d, path);
+  const double setup   = kept ? 0.0 : way[path].setup(d);
+  const double seconds = done.iterations * way[path].iteration(d);
   c.last = now;
   smooth(c.setup, setup);
   if (done.iterations > 0) {
@@ -524,12 +576,14 @@ CgDone form_and_solve(Solver& s, const SysMatrix& A, const SolveAsk& ask, SolveP
     Timer timer(PHASE_PRECOND);
     if (own) own_form(A, ask.pattern, *own);
     done.indefinite = path == PATH_CHOLESKY;         // where it has no factor
-    if (!form(s, A, ask, path, c)) return done;
+    if (!way[path].form(s, A, ask, c)) return done;
+    c.precondition = [&](const RealVec& r, RealVec& z, double& rho) {
+      return way[path].apply(s, A, c, r, z, rho);
+    };
   }
   Timer timer(PHASE_CG);
-  // A^-1 and M^-1 are far apart in smooth modes, but for factors: M^-1 sees too little of an error there
-  const double safety = path == PATH_REUSED || path == PATH_CHANGED ? 1.0 : 0.1;
-  int most            = path == PATH_CHANGED ? FEW : path == PATH_AMG ? AMG_MOST : MAX_ITERATIONS;
+  const double safety = way[path].safety;
+  int most            = way[path].iterations;
   if (limit < NEVER) most = std::min(most, counted_limit(d, path, limit));
   if (s.def.kind == SOLVER_AUTO && path == PATH_CHOLESKY && moves_fast(d, ask, A.dim))
     most = std::min(most, fast_limit(A.dim) + 1);
