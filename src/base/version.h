@@ -2,6 +2,6 @@
 #ifndef MPFE_BASE_VERSION_H
 #define MPFE_BASE_VERSION_H
 
-#define MPFE_VERSION "0.1"
+#define MPFE_VERSION "0.3"
 
 #endif
