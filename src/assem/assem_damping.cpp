@@ -26,11 +26,13 @@ struct FaceNode {
 // C_IJ += w k; in the diagonal block its lower part alone
 void add_block(Dofs& s, int I, int J, double w, const double* k)
 {
-  const auto begin = s.A.col.begin() + s.A.off[I], end = s.A.col.begin() + s.A.off[I + 1];
-  const size_t at  = std::lower_bound(begin, end, J) - s.A.col.begin();
-  double* v = &s.C[at * s.dim * s.dim];
-  for (int i = 0; i < s.dim; ++i)
-    for (int j = 0; j < (I == J ? i + 1 : s.dim); ++j) v[i * s.dim + j] += w * k[i * s.dim + j];
+  const SysMatrix& A = s.pattern.A;
+  const auto begin   = A.col.begin() + A.off[I], end = A.col.begin() + A.off[I + 1];
+  const size_t at    = std::lower_bound(begin, end, J) - A.col.begin();
+  double* v = &s.mass.C[at * s.rows.dim * s.rows.dim];
+  for (int i = 0; i < s.rows.dim; ++i)
+    for (int j = 0; j < (I == J ? i + 1 : s.rows.dim); ++j)
+      v[i * s.rows.dim + j] += w * k[i * s.rows.dim + j];
 }
 
 // What a face of an element or a point damps with: impedances times the factors of the deck
@@ -46,15 +48,15 @@ Impedance impedance_of(const MatLaw& law, double density, const ViscousBoundary&
 // C_ab += int N_a N_b [ rho c_p n n + rho c_s (I - n n) ] dA on the face at t = 0, X [nen*3]       (6.19)
 void add_face(Dofs& s, int nen, const double* X, const FaceNode* node, double thickness, const Impedance& z)
 {
-  const int kind       = face_kind(s.dim, nen);
+  const int kind       = face_kind(s.rows.dim, nen);
   const FaceRule& rule = face_rule(kind);
   double N[MAX_FACE_NODES], n[3], k[9];
   for (int g = 0; g < rule.n; ++g) {
     face_eval(kind, rule.xi[g], N, nullptr);
     const double dA = face_area(kind, X, rule.xi[g], n);
-    for (int i = 0; i < s.dim; ++i)
-      for (int j = 0; j < s.dim; ++j)
-        k[i * s.dim + j] = rule.w[g] * thickness * dA *
+    for (int i = 0; i < s.rows.dim; ++i)
+      for (int j = 0; j < s.rows.dim; ++j)
+        k[i * s.rows.dim + j] = rule.w[g] * thickness * dA *
                            ((i == j) * z.shear + (z.normal - z.shear) * n[i] * n[j] / (dA * dA));
     for (int a = 0; a < nen; ++a)
       for (int b = 0; b < nen; ++b)
@@ -79,15 +81,15 @@ void add_element_face(const Mesh& mesh, const Elements& el, const ViscousBoundar
   for (int k = 0; k < nen; ++k) {
     const int n = conn[info.face[f.face][k]];
     std::copy(&mesh.X[3 * n], &mesh.X[3 * n] + 3, X + 3 * k);
-    node[k] = {1, &s.row_of_node[n], &one, 0};
+    node[k] = {1, &s.rows.row_of_node[n], &one, 0};
   }
-  add_face(s, nen, X, node, s.dim == 2 ? b.thickness : 1.0, impedance_of(b.law, b.density, v));
+  add_face(s, nen, X, node, s.rows.dim == 2 ? b.thickness : 1.0, impedance_of(b.law, b.density, v));
 }
 
 void add_point_face(const Model& m, const Points& pts, const Discretisation& d, const ViscousBoundary& v,
                     const Face& f, Dofs& s)
 {
-  if (!s.point_rank.empty() && s.point_rank[f.elem] != comm_rank()) return;
+  if (!s.pattern.point_rank.empty() && s.pattern.point_rank[f.elem] != comm_rank()) return;
   const Body& body      = m.body[pts.body[f.elem]];
   const ShapeInfo& info = shape_info[pts.shape[f.elem]];
   const int* conn       = pts.conn.begin(f.elem);
@@ -96,11 +98,11 @@ void add_point_face(const Model& m, const Points& pts, const Discretisation& d, 
   FaceNode node[4];
   for (int k = 0; k < nen; ++k) {
     const int c = conn[info.face[f.face][k]];
-    for (int i = 0; i < 3; ++i) X[3 * k + i] = i < s.dim ? pts.Xc[c * s.dim + i] : 0.0;
+    for (int i = 0; i < 3; ++i) X[3 * k + i] = i < s.rows.dim ? pts.Xc[c * s.rows.dim + i] : 0.0;
     const ActiveGrid& g = d.grid;
-    node[k] = {g.corner.count(c), g.corner.begin(c), &g.corner_w[g.corner.off[c]], s.nfe};
+    node[k] = {g.corner.count(c), g.corner.begin(c), &g.corner_w[g.corner.off[c]], s.rows.nfe};
   }
-  add_face(s, nen, X, node, s.dim == 2 ? body.thickness : 1.0,
+  add_face(s, nen, X, node, s.rows.dim == 2 ? body.thickness : 1.0,
            impedance_of(d.point_law.body[pts.body[f.elem]], m.material[body.material].density, v));
 }
 
@@ -111,16 +113,17 @@ namespace {
 // the sums of the rows of C in its diagonal blocks, nothing beside them
 void lump_damping(Dofs& s)
 {
-  const int dim = s.dim;
-  const auto block = [&](size_t k) { return &s.C[k * dim * dim]; };
-  for (int r = 0; r < s.nrow; ++r) {
-    double* own = block(s.A.off[r + 1] - 1);
+  const int dim = s.rows.dim;
+  const auto block = [&](size_t k) { return &s.mass.C[k * dim * dim]; };
+  for (int r = 0; r < s.rows.nrow; ++r) {
+    double* own = block(s.pattern.A.off[r + 1] - 1);
     for (int i = 0; i < dim; ++i)                      // its lower part alone is there
       for (int j = 0; j < i; ++j) own[j * dim + i] = own[i * dim + j];
   }
-  for (int r = 0; r < s.nrow; ++r)
-    for (int k = s.A.off[r]; k < s.A.off[r + 1] - 1; ++k) {
-      double *b = block(k), *row = block(s.A.off[r + 1] - 1), *col = block(s.A.off[s.A.col[k] + 1] - 1);
+  for (int r = 0; r < s.rows.nrow; ++r)
+    for (int k = s.pattern.A.off[r]; k < s.pattern.A.off[r + 1] - 1; ++k) {
+      double *b = block(k), *row = block(s.pattern.A.off[r + 1] - 1),
+          *col = block(s.pattern.A.off[s.pattern.A.col[k] + 1] - 1);
       for (int i = 0; i < dim; ++i)
         for (int j = 0; j < dim; ++j) {
           row[i * dim + j] += b[i * dim + j];
@@ -136,42 +139,44 @@ void assem_damping(const Model& m, const Points& pts, const Discretisation& d, b
 {
   const long made = d.grid.made;
   if (!damped(m)) return;
-  if (s.damping_of == s.pattern && s.damping_made == made && s.damping_lumped == lumped) return;
+  if (s.mass.damping_of == s.pattern.number && s.mass.damping_made == made &&
+      s.mass.damping_lumped == lumped) return;
   Timer timer(PHASE_MASS);
-  s.damping_of   = s.pattern;
-  s.damping_made = made;
-  s.damped       = true;
+  s.mass.damping_of   = s.pattern.number;
+  s.mass.damping_made = made;
+  s.mass.damped       = true;
   RealVec M;
   mass_damping(m, pts, d, s, M);                       // alpha M                                     (6.18)
-  const int dim = s.dim;
-  s.C.assign(s.A.val.size(), 0.0);
+  const int dim = s.rows.dim;
+  s.mass.C.assign(s.pattern.A.val.size(), 0.0);
   for (size_t k = 0; k < M.size(); ++k)
-    for (int i = 0; i < dim; ++i) s.C[(k * dim + i) * dim + i] = M[k];
+    for (int i = 0; i < dim; ++i) s.mass.C[(k * dim + i) * dim + i] = M[k];
   for (const ViscousBoundary& v : m.viscous) {
     for (const Face& f : m.surface[v.surface].face) add_element_face(m.mesh, d.el, v, f, s);
     for (const Face& f : pts.surface[v.surface]) add_point_face(m, pts, d, v, f, s);
   }
-  s.damping_lumped = lumped;
+  s.mass.damping_lumped = lumped;
   if (lumped) lump_damping(s);
-  s.C_diag.resize(s.neq());
-  for (int r = 0; r < s.nrow; ++r)
+  s.mass.C_diag.resize(s.rows.neq());
+  for (int r = 0; r < s.rows.nrow; ++r)
     for (int i = 0; i < dim; ++i)
-      s.C_diag[r * dim + i] = s.C[(static_cast<size_t>(s.A.off[r + 1] - 1) * dim + i) * dim + i];
-  sys_sum(s.A, s.C_diag);
+      s.mass.C_diag[r * dim +
+                    i] = s.mass.C[(static_cast<size_t>(s.pattern.A.off[r + 1] - 1) * dim + i) * dim + i];
+  sys_sum(s.pattern.A, s.mass.C_diag);
 }
 
 void damping_multiply(const Dofs& s, const RealVec& x, RealVec& y)
 {
-  sys_multiply(s.A, s.C, x, y);
-  sys_sum(s.A, y);
+  sys_multiply(s.pattern.A, s.mass.C, x, y);
+  sys_sum(s.pattern.A, y);
 }
 
 double damping_work(const Dofs& s, const RealVec& x)
 {
   RealVec y;
-  sys_multiply(s.A, s.C, x, y);
+  sys_multiply(s.pattern.A, s.mass.C, x, y);
   double work = 0.0;
-  for (int i = 0; i < s.neq(); ++i) work += x[i] * y[i];
+  for (int i = 0; i < s.rows.neq(); ++i) work += x[i] * y[i];
   comm_sum(&work, 1);
   return work;
 }

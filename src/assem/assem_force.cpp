@@ -49,10 +49,10 @@ void gather_corners(const ActiveGrid& g, const double* x, const double* before, 
 
 void move_nodes(const Dofs& dofs, const RealVec& du, State& st)
 {
-  const int dim = dofs.dim;
+  const int dim = dofs.rows.dim;
   const Level& n = st.n;
-  for (int r = 0; r < dofs.nfe; ++r) {
-    const int node = dofs.node_of_row[r];
+  for (int r = 0; r < dofs.rows.nfe; ++r) {
+    const int node = dofs.rows.node_of_row[r];
     for (int i = 0; i < dim; ++i) st.np1.u[node * dim + i] = n.u[node * dim + i] + du[r * dim + i];
   }
 }
@@ -80,10 +80,10 @@ Failure move_bonds(const Model& m, const Dofs& dofs, const RealVec& du, double t
   const int dim = m.dim;
   j.contact.resize(static_cast<size_t>(st.bonds.nbond) * dim);
   const double total0 = st.n.time, total1 = st.n.time + (t1 - t0);
-  for (int b : dofs.bond_acts) {
+  for (int b : dofs.rows.bond_acts) {
     double s[3] = {0, 0, 0}, g0[3], g1[3];
-    for (int k = dofs.bond.off[b]; k < dofs.bond.off[b + 1]; ++k)
-      for (int i = 0; i < dim; ++i) s[i] += dofs.bond_w[k] * du[dofs.bond.item[k] * dim + i];
+    for (int k = dofs.rows.bond.off[b]; k < dofs.rows.bond.off[b + 1]; ++k)
+      for (int i = 0; i < dim; ++i) s[i] += dofs.rows.bond_w[k] * du[dofs.rows.bond.item[k] * dim + i];
     // contact: jump over the step, the gap is made with the force
     if (st.bonds.side[b] == SIDE_CONTACT) {
       for (int i = 0; i < dim; ++i) j.contact[b * dim + i] = s[i];
@@ -106,7 +106,7 @@ Failure move_bonds(const Model& m, const Dofs& dofs, const RealVec& du, double t
 inline void add_force(const Dofs& dofs, const int* node, int nen, int dim, const double* re, RealVec& fint)
 {
   for (int a = 0; a < nen; ++a) {
-    double* f = &fint[dofs.row_of_node[node[a]] * dim];
+    double* f = &fint[dofs.rows.row_of_node[node[a]] * dim];
     for (int i = 0; i < dim; ++i) f[i] += re[a * dim + i];
   }
 }
@@ -124,7 +124,7 @@ inline void add_force_pack(const Mesh& mesh, const Dofs& dofs, const ElemBlock& 
   for (int l = 0; l < n; ++l) {
     const int* node = elem_nodes(mesh, b, slot[l]);
     for (int a = 0; a < N; ++a) {
-      double* f = &fint[dofs.row_of_node[node[a]] * D];
+      double* f = &fint[dofs.rows.row_of_node[node[a]] * D];
       if (D == 2 && PACK > 2 && a * D < whole) {
         const int k = a * D;
         const double* from = r + (k / PACK * PACK + l) * PACK + k % PACK;
@@ -257,8 +257,8 @@ void add_contact(const Model& m, const ContactPairs& pairs, const Dofs& dofs, co
   const int dim = m.dim;
   double f[3];
   contact_state(m, pairs, mode, j, b, st, f);
-  for (int k = dofs.bond.off[b]; k < dofs.bond.off[b + 1]; ++k)
-    for (int i = 0; i < dim; ++i) fint[dofs.bond.item[k] * dim + i] += dofs.bond_w[k] * f[i];
+  for (int k = dofs.rows.bond.off[b]; k < dofs.rows.bond.off[b + 1]; ++k)
+    for (int i = 0; i < dim; ++i) fint[dofs.rows.bond.item[k] * dim + i] += dofs.rows.bond_w[k] * f[i];
 }
 
 // f = lambda + C s, s mixed as the stress                                          (4.2)
@@ -267,7 +267,7 @@ void add_bonds(const Model& m, const ContactPairs& pairs, const Dofs& dofs, cons
 {
   const int dim = m.dim;
   double C[9], s[3];
-  for (int b : dofs.bond_acts) {
+  for (int b : dofs.rows.bond_acts) {
     if (st.bonds.side[b] == SIDE_CONTACT) {
       add_contact(m, pairs, dofs, mode, jumps, b, st, fint);
       continue;
@@ -278,20 +278,20 @@ void add_bonds(const Model& m, const ContactPairs& pairs, const Dofs& dofs, cons
     for (int i = 0; i < dim; ++i) {
       double f = st.np1.lambda[b * dim + i];
       for (int j = 0; j < dim; ++j) f += C[i * dim + j] * s[j];
-      for (int k = dofs.bond.off[b]; k < dofs.bond.off[b + 1]; ++k)
-        fint[dofs.bond.item[k] * dim + i] += dofs.bond_w[k] * f;
+      for (int k = dofs.rows.bond.off[b]; k < dofs.rows.bond.off[b + 1]; ++k)
+        fint[dofs.rows.bond.item[k] * dim + i] += dofs.rows.bond_w[k] * f;
     }
   }
 }
 
 void add_ghosts(const ActiveGrid& grid, const Dofs& dofs, const Jumps& j, RealVec& fint)
 {
-  const int dim      = dofs.dim;
+  const int dim      = dofs.rows.dim;
   const ListTable& t = grid.ghost;
   for (int q = 0; q < t.size(); ++q)
     for (int k = t.off[q]; k < t.off[q + 1]; ++k)
       for (int i = 0; i < dim; ++i)
-        fint[(dofs.nfe + t.item[k]) * dim + i] += grid.ghost_k[q] * grid.ghost_w[k] *
+        fint[(dofs.rows.nfe + t.item[k]) * dim + i] += grid.ghost_k[q] * grid.ghost_w[k] *
                                                    j.ghost[q * dim + i];
 }
 
@@ -301,7 +301,7 @@ Failure sum_force(const Dofs& s, const Failure& failure, RealVec* with, RealVec&
   double bad = failure.ok() ? 0.0 : 1.0;
   std::vector<RealVec*> all = {&fint};
   if (with) all.push_back(with);
-  halo_sum(s.A.halo, s.dim, all, &bad, 1);
+  halo_sum(s.pattern.A.halo, s.rows.dim, all, &bad, 1);
   return bad == 0.0 ? STATUS_OK : failure_agree(failure);
 }
 
@@ -420,7 +420,7 @@ std::vector<Face> acting_faces(const Points& pts, const Load& l, const std::vect
 Failure face_loads(const Model& m, const Discretisation& d, const State& st, const Step& step, const Load& l,
                    const LoadTime& at, const Dofs& dofs, RealVec& fn, RealVec& fc)
 {
-  const IntVec& owner = dofs.point_rank;
+  const IntVec& owner = dofs.pattern.point_rank;
   const Failure failure = faces_load(m, d, st, step, l, false, m.surface[l.surface].face, at, {}, fn);
   if (!failure.ok()) return failure;
   const std::vector<Face>& face = st.points.surface[l.surface];
@@ -432,7 +432,8 @@ Failure body_loads(const Model& m, const Discretisation& d, const State& st, con
                    const LoadTime& at, const Dofs& dofs, RealVec& fn, RealVec& fc)
 {
   const int dim  = m.dim;
-  const auto here = [&](int q) { return dofs.point_rank.empty() || dofs.point_rank[q] == comm_rank(); };
+  const auto here = [&](int q) { return dofs.pattern.point_rank.empty() ||
+      dofs.pattern.point_rank[q] == comm_rank(); };
   for (int e : l.elem) {
     if (d.el.block_of[e] < 0) continue;
     const ElemBlock& b    = d.el.block[d.el.block_of[e]];
@@ -494,28 +495,28 @@ Failure node_loads(const Model& m, const IntVec& follow, const Step& step, const
 
 void assem_scatter_corners(const ActiveGrid& grid, const Dofs& dofs, const RealVec& fc, RealVec& f)
 {
-  double* rows = f.data() + dofs.nfe * dofs.dim;
-  if (dofs.dim == 2) scatter_corners<2>(grid, fc.data(), rows);
+  double* rows = f.data() + dofs.rows.nfe * dofs.rows.dim;
+  if (dofs.rows.dim == 2) scatter_corners<2>(grid, fc.data(), rows);
   else scatter_corners<3>(grid, fc.data(), rows);
 }
 
 void assem_gather_corners(const ActiveGrid& grid, const Dofs& dofs, const RealVec& x, const RealVec& before,
                           RealVec& after)
 {
-  const double* rows = x.data() + dofs.nfe * dofs.dim;
-  if (dofs.dim == 2) gather_corners<2>(grid, rows, before.data(), after.data());
+  const double* rows = x.data() + dofs.rows.nfe * dofs.rows.dim;
+  if (dofs.rows.dim == 2) gather_corners<2>(grid, rows, before.data(), after.data());
   else gather_corners<3>(grid, rows, before.data(), after.data());
 }
 
 void assem_ghost_jump(const ActiveGrid& grid, const Dofs& dofs, const RealVec& x, RealVec& jump)
 {
-  const int dim      = dofs.dim;
+  const int dim      = dofs.rows.dim;
   const ListTable& t = grid.ghost;
   jump.assign(static_cast<size_t>(t.size()) * dim, 0.0);
   for (int q = 0; q < t.size(); ++q)
     for (int k = t.off[q]; k < t.off[q + 1]; ++k)
       for (int i = 0; i < dim; ++i)
-        jump[q * dim + i] += grid.ghost_w[k] * x[(dofs.nfe + t.item[k]) * dim + i];
+        jump[q * dim + i] += grid.ghost_w[k] * x[(dofs.rows.nfe + t.item[k]) * dim + i];
 }
 
 Failure assem_move(const Model& m, const Discretisation& d, const Dofs& dofs, const RealVec& du,
@@ -539,7 +540,7 @@ Failure assem_internal(const Model& m, const Discretisation& d, const Dofs& dofs
                        Jumps& j, State& st, RealVec& fint, RealVec* with, RealVec* energy)
 {
   Timer timer(PHASE_RESIDUAL);
-  fint.assign(dofs.neq(), 0.0);
+  fint.assign(dofs.rows.neq(), 0.0);
   if (energy) energy->assign(m.mesh.nelem(), 0.0);
   Failure failure = add_elements(m, d.el, dofs, mode, st, fint, energy);
   if (st.points.npoint_all()) {
@@ -547,7 +548,7 @@ Failure assem_internal(const Model& m, const Discretisation& d, const Dofs& dofs
     fc.assign(st.points.Xc.size(), 0.0);
     int worst = -1;
     const Status s = point_corner_force(m, st.points, d.point_law, mode, st.n, st.np1,
-                                        dofs.owned_point, dofs.owned_group, fc, &worst);
+                                        dofs.rows.owned_point, dofs.rows.owned_group, fc, &worst);
     if (s != STATUS_OK) failure = {s, AT_POINT, worst};
     assem_scatter_corners(d.grid, dofs, fc, fint);
   }
@@ -569,19 +570,19 @@ Failure sum_loads(const Points& pts, const Discretisation& d, const Dofs& dofs, 
   fext = dof_of_nodes(dofs, fn);
   assem_scatter_corners(d.grid, dofs, fc, fext);
   fext.insert(fext.end(), {any ? 1.0 : 0.0, failure.ok() ? 0.0 : 1.0});
-  sys_sum(dofs.A, fext, 2);
+  sys_sum(dofs.pattern.A, fext, 2);
   const bool bad = fext.back() > 0.0, corners = fext[fext.size() - 2] > 0.0;
   fext.resize(fext.size() - 2);
   if (bad) return failure_agree(failure);
   if (!corners) return STATUS_OK;
-  if (pts.part.window) halo_sum(pts.part.halo, dofs.dim, far);
+  if (pts.part.window) halo_sum(pts.part.halo, dofs.rows.dim, far);
   else comm_sum(far);
   for (size_t k = 0; k < far.size(); ++k)
-    if (d.mine.owner[k / dofs.dim] != comm_rank()) far[k] = 0.0;
-  RealVec f(dofs.neq(), 0.0);
+    if (d.mine.owner[k / dofs.rows.dim] != comm_rank()) far[k] = 0.0;
+  RealVec f(dofs.rows.neq(), 0.0);
   assem_scatter_corners(d.grid, dofs, far, f);
-  sys_sum(dofs.A, f);
-  for (int i = 0; i < dofs.neq(); ++i) fext[i] += f[i];
+  sys_sum(dofs.pattern.A, f);
+  for (int i = 0; i < dofs.rows.neq(); ++i) fext[i] += f[i];
   return STATUS_OK;
 }
 
@@ -595,7 +596,7 @@ bool assem_has_followers(const Step& step)
 Failure assem_loads(const Model& m, const Discretisation& d, const Dofs& dofs, const State& st,
                     const Step& step, const LoadTime& at, Warned& warned, RealVec& fext)
 {
-  fext.assign(dofs.neq(), 0.0);
+  fext.assign(dofs.rows.neq(), 0.0);
   if (step.load.empty()) return STATUS_OK;
   RealVec fn(static_cast<size_t>(m.mesh.nnode()) * m.dim, 0.0), fc(st.points.Xc.size(), 0.0);
   RealVec far(m.part.on ? fc.size() : 0, 0.0);

@@ -57,8 +57,8 @@ void add_point_mass(const Points& pts, const ActiveGrid& g, const RealVec* alpha
   RealVec N, mN;
   const int* slot = g.slot.data();
   int at = 0;                  // point that slot stands at
-  for (size_t own = 0; own < s.owned_point.size(); ++own) {
-    const int q = s.owned_point[own];
+  for (size_t own = 0; own < s.rows.owned_point.size(); ++own) {
+    const int q = s.rows.owned_point[own];
     for (; at < q; ++at)
       for (int c = 0; c < pts.conn.count(at) && g.point.count(at); ++c)
         slot += g.corner.count(pts.conn.begin(at)[c]);
@@ -74,7 +74,7 @@ void add_point_mass(const Points& pts, const ActiveGrid& g, const RealVec* alpha
           at_node[c * width + *to++] = g.corner_w[j];
       }
     };
-    const int* map = &s.point_map[s.point_map_off[own]];
+    const int* map = &s.pattern.point_map[s.pattern.point_map_off[own]];
     double scaled[36];
     for (int k = 0; k < pair_count(nen) && alpha; ++k) scaled[k] = factor * mc[k];
     const double* of_point = alpha ? scaled : mc;
@@ -96,19 +96,19 @@ void add_point_mass(const Points& pts, const ActiveGrid& g, const RealVec* alpha
 // ghost mass                                                                       (3.16)
 void add_ghost_mass(const ActiveGrid& grid, Dofs& s)
 {
-  const size_t* at = s.ghost_map_off.data();
+  const size_t* at = s.pattern.ghost_map_off.data();
   for (int q = 0; q < grid.ghost.size(); ++q) {
-    const int n = grid.ghost.count(q), *map = &s.ghost_map[*at++];
+    const int n = grid.ghost.count(q), *map = &s.pattern.ghost_map[*at++];
     const double* w = &grid.ghost_w[grid.ghost.off[q]];
     for (int a = 0; a < n; ++a)
-      for (int b = 0; b <= a; ++b) s.M[*map++ / 2] += grid.ghost_m[q] * w[a] * w[b];
+      for (int b = 0; b <= a; ++b) s.mass.M[*map++ / 2] += grid.ghost_m[q] * w[a] * w[b];
   }
 }
 
 // damping: alpha times the mass
 void add_element_mass(const Elements& el, bool damping, const Dofs& s, RealVec& M)
 {
-  const int* map = s.elem_map.data();
+  const int* map = s.pattern.elem_map.data();
   for (const ElemBlock& b : el.block) {
     const int pairs     = pair_count(shape_info[b.shape].nen);
     const double factor = damping ? b.alpha : 1.0;
@@ -121,19 +121,19 @@ void add_element_mass(const Elements& el, bool damping, const Dofs& s, RealVec& 
 
 void form_mass(const Points& pts, const Discretisation& d, Dofs& s)
 {
-  if (s.hung && s.mass_of == s.pattern) {
-    s.M = s.M_elem;
+  if (s.rows.hung && s.mass.mass_of == s.pattern.number) {
+    s.mass.M = s.mass.M_elem;
   } else {
-    s.M.assign(s.A.col.size(), 0.0);
-    add_element_mass(d.el, false, s, s.M);
-    s.M_elem.clear();
-    if (s.hung) s.M_elem = s.M;
+    s.mass.M.assign(s.pattern.A.col.size(), 0.0);
+    add_element_mass(d.el, false, s, s.mass.M);
+    s.mass.M_elem.clear();
+    if (s.rows.hung) s.mass.M_elem = s.mass.M;
   }
-  add_point_mass(pts, d.grid, nullptr, s, s.M);
+  add_point_mass(pts, d.grid, nullptr, s, s.mass.M);
   add_ghost_mass(d.grid, s);
-  s.M_diag.resize(s.nrow);
-  for (int r = 0; r < s.nrow; ++r) s.M_diag[r] = s.M[s.A.off[r + 1] - 1];
-  sys_sum(s.A, s.M_diag);
+  s.mass.M_diag.resize(s.rows.nrow);
+  for (int r = 0; r < s.rows.nrow; ++r) s.mass.M_diag[r] = s.mass.M[s.pattern.A.off[r + 1] - 1];
+  sys_sum(s.pattern.A, s.mass.M_diag);
 }
 
 }  // namespace
@@ -141,28 +141,28 @@ void form_mass(const Points& pts, const Discretisation& d, Dofs& s)
 void assem_mass(const Points& pts, const Discretisation& d, Dofs& s)
 {
   const long made = d.grid.made;
-  if (s.mass_of == s.pattern && s.mass_made == made) return timer_skip(PHASE_MASS);
+  if (s.mass.mass_of == s.pattern.number && s.mass.mass_made == made) return timer_skip(PHASE_MASS);
   Timer timer(PHASE_MASS);
   form_mass(pts, d, s);
-  if (s.mass_of != s.pattern)
-    s.mass_rows = pts.npoint_all() ? mass_rows_projection(d.grid, s) : nullptr;
-  s.mass_of   = s.pattern;
-  s.mass_made = made;
+  if (s.mass.mass_of != s.pattern.number)
+    s.mass.mass_rows = pts.npoint_all() ? mass_rows_projection(d.grid, s) : nullptr;
+  s.mass.mass_of   = s.pattern.number;
+  s.mass.mass_made = made;
 }
 
 void assem_lumped(Dofs& s)
 {
   RealVec sums;
-  mass_multiply(s, RealVec(s.neq(), 1.0), sums);
-  s.lumped.resize(s.nrow);
-  for (int r = 0; r < s.nrow; ++r) s.lumped[r] = sums[r * s.dim];
+  mass_multiply(s, RealVec(s.rows.neq(), 1.0), sums);
+  s.mass.lumped.resize(s.rows.nrow);
+  for (int r = 0; r < s.rows.nrow; ++r) s.mass.lumped[r] = sums[r * s.rows.dim];
 }
 
 void mass_damping(const Model& m, const Points& pts, const Discretisation& d, const Dofs& s, RealVec& M)
 {
   RealVec alpha;
   for (const Body& b : m.body) alpha.push_back(m.material[b.material].alpha);
-  M.assign(s.A.col.size(), 0.0);
+  M.assign(s.pattern.A.col.size(), 0.0);
   add_element_mass(d.el, true, s, M);
   add_point_mass(pts, d.grid, &alpha, s, M);
 }

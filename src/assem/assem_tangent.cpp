@@ -92,7 +92,7 @@ template <int D>
 void add_elements(const Model& m, const Elements& el, const KernelMode& mode, State& st, Dofs& dofs)
 {
   const Mesh& mesh = m.mesh;
-  const int* map = dofs.elem_map.data();
+  const int* map = dofs.pattern.elem_map.data();
   double re[MAX_NODES * D], ke[pair_count(MAX_NODES) * D * D];
   for (const ElemBlock& b : el.block) {
     const ShapeInfo& info   = shape_info[b.shape];
@@ -102,14 +102,14 @@ void add_elements(const Model& m, const Elements& el, const KernelMode& mode, St
     for (int slot : b.live) {
       const int e = b.elem[slot];
       if (pack && elem_whole(el, b, st.np1, e)) {
-        if (w.add(slot, map)) add_pack<D>(mesh, st, mode, b, pack, w, dofs.A);
+        if (w.add(slot, map)) add_pack<D>(mesh, st, mode, b, pack, w, dofs.pattern.A);
       } else {
         elem_form_one(m, el, mode, b, slot, form, st.n, st.np1, re, ke);
-        add_pairs<D>(dofs.A, map, info.nen, ke);
+        add_pairs<D>(dofs.pattern.A, map, info.nen, ke);
       }
       map += pair_count(info.nen);
     }
-    add_pack<D>(mesh, st, mode, b, pack, w, dofs.A);
+    add_pack<D>(mesh, st, mode, b, pack, w, dofs.pattern.A);
   }
 }
 
@@ -125,20 +125,20 @@ void add_points(const Model& m, const Discretisation& d, const KernelMode& mode,
     if (w.n == 0) return;
     w.fill();
     point_tangent_pack(D, pts, d.point_law, mode, st.n.uc, st.np1.uc, grid, w.slot, kp);
-    add_packed_pairs<D>(dofs.A, w.map, w.n, n, kp);
+    add_packed_pairs<D>(dofs.pattern.A, w.map, w.n, n, kp);
     w.n = 0;
   };
   // one by one: points with the nodes of the one before add up to one
   const int* sum_map = nullptr;
   int sum_n = 0;
   const auto add_sum = [&]() {
-    if (sum_map) add_pairs<D>(dofs.A, sum_map, sum_n, ke.data());
+    if (sum_map) add_pairs<D>(dofs.pattern.A, sum_map, sum_n, ke.data());
     sum_map = nullptr;
   };
-  const size_t* at = dofs.point_map_off.data();
-  for (int q : dofs.owned_point) {
+  const size_t* at = dofs.pattern.point_map_off.data();
+  for (int q : dofs.rows.owned_point) {
     const int n    = grid.point.count(q);
-    const int* map = &dofs.point_map[*at++];
+    const int* map = &dofs.pattern.point_map[*at++];
     if (d.point_law.in_group(q)) continue;
     if (pts.broken[q] < 0 && n <= POINT_PACK_NODES && !law_is_general(d.point_law.body[pts.body[q]])) {
       PackList& w = waiting[n];
@@ -157,13 +157,14 @@ void add_points(const Model& m, const Discretisation& d, const KernelMode& mode,
   add_sum();
   for (int n = 0; n <= POINT_PACK_NODES; ++n) flush(waiting[n], n);
   // points that share their change of volume, on the nodes of all of them
-  at = dofs.group_map_off.data();
-  for (int k : dofs.owned_group) {
-    const int n = dofs.group.count(k), *map = &dofs.group_map[*at++];
+  at = dofs.pattern.group_map_off.data();
+  for (int k : dofs.rows.owned_group) {
+    const int n = dofs.rows.group.count(k), *map = &dofs.pattern.group_map[*at++];
     ke.resize(static_cast<size_t>(pair_count(n)) * D * D);
-    point_group_tangent(m, pts, d.point_law, mode, st.n, st.np1, grid, k, n, dofs.group.begin(k), dofs.nfe,
+    point_group_tangent(m, pts, d.point_law, mode, st.n, st.np1, grid, k, n, dofs.rows.group.begin(k),
+                        dofs.rows.nfe,
                         ke.data());
-    add_pairs<D>(dofs.A, map, n, ke.data());
+    add_pairs<D>(dofs.pattern.A, map, n, ke.data());
   }
 }
 
@@ -173,9 +174,9 @@ void add_bonds(const Model& m, const ContactPairs& pairs, const State& st, const
 {
   double C[D * D], k[D * D];
   double f[D], t1[D], slipped;
-  const size_t* at = dofs.bond_map_off.data();
-  for (int q : dofs.bond_acts) {
-    const int* map     = &dofs.bond_map[*at++];
+  const size_t* at = dofs.pattern.bond_map_off.data();
+  for (int q : dofs.rows.bond_acts) {
+    const int* map     = &dofs.pattern.bond_map[*at++];
     const bool contact = st.bonds.side[q] == SIDE_CONTACT;
     if (contact)
       contact_force(m, st.bonds, pairs, q, mode, &j.contact[q * D], &st.n.lambda[q * D],
@@ -183,12 +184,12 @@ void add_bonds(const Model& m, const ContactPairs& pairs, const State& st, const
     else
       bond_stiffness(st.bonds, D, q, C);
     const double factor = contact ? 1.0 : mode.cD();
-    const int n     = dofs.bond.count(q);
-    const double* w = &dofs.bond_w[dofs.bond.off[q]];
+    const int n     = dofs.rows.bond.count(q);
+    const double* w = &dofs.rows.bond_w[dofs.rows.bond.off[q]];
     for (int a = 0; a < n; ++a)
       for (int b = 0; b <= a; ++b) {
         for (int i = 0; i < D * D; ++i) k[i] = factor * w[a] * w[b] * C[i];
-        add_block<D>(dofs.A, map[pair_place(a, b)], a == b, k);
+        add_block<D>(dofs.pattern.A, map[pair_place(a, b)], a == b, k);
       }
   }
 }
@@ -196,13 +197,13 @@ void add_bonds(const Model& m, const ContactPairs& pairs, const State& st, const
 template <int D>
 void add_ghosts(const ActiveGrid& grid, Dofs& dofs)
 {
-  const size_t* at = dofs.ghost_map_off.data();
+  const size_t* at = dofs.pattern.ghost_map_off.data();
   for (int q = 0; q < grid.ghost.size(); ++q) {
-    const int n = grid.ghost.count(q), *map = &dofs.ghost_map[*at++];
+    const int n = grid.ghost.count(q), *map = &dofs.pattern.ghost_map[*at++];
     const double* w = &grid.ghost_w[grid.ghost.off[q]];
     for (int a = 0; a < n; ++a)
       for (int b = 0; b <= a; ++b) {
-        double* v = &dofs.A.val[static_cast<size_t>(*map++ / 2) * D * D];
+        double* v = &dofs.pattern.A.val[static_cast<size_t>(*map++ / 2) * D * D];
         for (int i = 0; i < D; ++i) v[i * D + i] += grid.ghost_k[q] * w[a] * w[b];
       }
   }
@@ -216,9 +217,10 @@ const double UNSEEN = 1e-10;
 
 void hold_unseen(double cM, Dofs& s)
 {
-  for (int r = s.nfe; r < s.nrow; ++r) {
-    const size_t k = static_cast<size_t>(s.A.off[r + 1] - 1);
-    for (int i = 0; i < s.dim; ++i) s.A.val[(k * s.dim + i) * s.dim + i] += UNSEEN * cM * s.M[k];
+  for (int r = s.rows.nfe; r < s.rows.nrow; ++r) {
+    const size_t k = static_cast<size_t>(s.pattern.A.off[r + 1] - 1);
+    for (int i = 0; i < s.rows.dim; ++i)
+      s.pattern.A.val[(k * s.rows.dim + i) * s.rows.dim + i] += UNSEEN * cM * s.mass.M[k];
   }
 }
 
@@ -228,9 +230,9 @@ void assem_tangent(const Model& m, const Discretisation& d, const KernelMode& mo
                    const Jumps& j, State& st, Dofs& s)
 {
   Timer timer(PHASE_TANGENT);
-  ++s.tangent;
-  std::fill(s.A.val.begin(), s.A.val.end(), 0.0);
-  if (s.dim == 2) {
+  ++s.pattern.tangent;
+  std::fill(s.pattern.A.val.begin(), s.pattern.A.val.end(), 0.0);
+  if (s.rows.dim == 2) {
     add_elements<2>(m, d.el, mode, st, s);
     add_points<2>(m, d, mode, st, s);
     add_bonds<2>(m, d.pairs, st, mode, j, s);
@@ -241,46 +243,47 @@ void assem_tangent(const Model& m, const Discretisation& d, const KernelMode& mo
     add_bonds<3>(m, d.pairs, st, mode, j, s);
     add_ghosts<3>(d.grid, s);
   }
-  for (size_t k = 0; k < s.C.size() && cC != 0.0; ++k) s.A.val[k] += cC * s.C[k];
+  for (size_t k = 0; k < s.mass.C.size() && cC != 0.0; ++k) s.pattern.A.val[k] += cC * s.mass.C[k];
   if (cM == 0.0) return;
-  for (size_t k = 0; k < s.M.size(); ++k)
-    for (int i = 0; i < s.dim; ++i) s.A.val[(k * s.dim + i) * s.dim + i] += cM * s.M[k];
+  for (size_t k = 0; k < s.mass.M.size(); ++k)
+    for (int i = 0; i < s.rows.dim; ++i)
+      s.pattern.A.val[(k * s.rows.dim + i) * s.rows.dim + i] += cM * s.mass.M[k];
   hold_unseen(cM, s);
 }
 
 void assem_constrain(Dofs& s, const RealVec& diagonal, const RealVec& x, RealVec& f)
 {
   if (dof_all_free(s)) return;
-  const int dim = s.dim;
+  const int dim = s.rows.dim;
   double diag = 0.0;
-  if (!s.split)
+  if (!s.rows.split)
     for (double d : diagonal) diag += d;
   else diag = dof_sum(s, [&](size_t i) { return diagonal[i]; });
-  diag /= s.neq_all();
-  std::vector<char> fixed(s.nrow, 0);
-  for (int i = 0; i < s.neq(); ++i) fixed[i / dim] |= s.fixed[i] != 0;
+  diag /= s.rows.neq_all();
+  std::vector<char> fixed(s.rows.nrow, 0);
+  for (int i = 0; i < s.rows.neq(); ++i) fixed[i / dim] |= s.bound.fixed[i] != 0;
   RealVec Ax(f.size(), 0.0);           // of this rank, negative
   const bool any = std::find(fixed.begin(), fixed.end(), 1) != fixed.end();
-  for (int r = 0; r < s.nrow && any; ++r)
-    for (int k = s.A.off[r]; k < s.A.off[r + 1]; ++k) {
-      const int c = s.A.col[k];
+  for (int r = 0; r < s.rows.nrow && any; ++r)
+    for (int k = s.pattern.A.off[r]; k < s.pattern.A.off[r + 1]; ++k) {
+      const int c = s.pattern.A.col[k];
       if (!fixed[r] && !fixed[c]) continue;
-      double* v = &s.A.val[static_cast<size_t>(k) * dim * dim];
+      double* v = &s.pattern.A.val[static_cast<size_t>(k) * dim * dim];
       for (int i = 0; i < dim; ++i)
         for (int j = 0; j < (r == c ? i : dim); ++j) {
           const int row = r * dim + i, col = c * dim + j;
-          if (!s.fixed[row] && !s.fixed[col]) continue;
-          if (s.fixed[col] && !s.fixed[row]) Ax[row] -= v[i * dim + j] * x[col];
-          if (s.fixed[row] && !s.fixed[col]) Ax[col] -= v[i * dim + j] * x[row];
+          if (!s.bound.fixed[row] && !s.bound.fixed[col]) continue;
+          if (s.bound.fixed[col] && !s.bound.fixed[row]) Ax[row] -= v[i * dim + j] * x[col];
+          if (s.bound.fixed[row] && !s.bound.fixed[col]) Ax[col] -= v[i * dim + j] * x[row];
           v[i * dim + j] = 0.0;
         }
       if (r != c) continue;
-      const bool here = s.owner.empty() || s.owner[r] == comm_rank();
+      const bool here = s.rows.owner.empty() || s.rows.owner[r] == comm_rank();
       for (int i = 0; i < dim; ++i)
-        if (s.fixed[r * dim + i])
+        if (s.bound.fixed[r * dim + i])
           v[i * dim + i] = !here ? 0.0 : diagonal[r * dim + i] > 0.0 ? diagonal[r * dim + i] : diag;
     }
   const bool moves = std::any_of(x.begin(), x.end(), [](double v) { return v != 0.0; });
-  if (!dof_all(s, !moves)) sys_sum(s.A, Ax);
-  for (int i = 0; i < s.neq(); ++i) f[i] = s.fixed[i] ? 0.0 : f[i] + Ax[i];
+  if (!dof_all(s, !moves)) sys_sum(s.pattern.A, Ax);
+  for (int i = 0; i < s.rows.neq(); ++i) f[i] = s.bound.fixed[i] ? 0.0 : f[i] + Ax[i];
 }

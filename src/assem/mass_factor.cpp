@@ -106,20 +106,20 @@ bool solve_free(const SysMatrix& M, const std::vector<char>& free, const RealVec
 // ---------------------------------------------------------------------------
 int mass_factor(const Dofs& s, MassRowsOf of, const RealVec& f, RealVec& x)
 {
-  const int D = s.dim, first = of == ROWS_GRID ? s.nfe : 0;
+  const int D = s.rows.dim, first = of == ROWS_GRID ? s.rows.nfe : 0;
   SysMatrix part;
   part.dim  = 1;
-  part.nrow = s.nrow;
-  part.off  = s.A.off;
-  part.col  = s.A.col;
-  part.val  = s.M;
-  part.halo = s.A.halo;
+  part.nrow = s.rows.nrow;
+  part.off  = s.pattern.A.off;
+  part.col  = s.pattern.A.col;
+  part.val  = s.mass.M;
+  part.halo = s.pattern.A.halo;
   const SysMatrix M = sys_collect(part, true);
-  RealVec held(s.neq());
-  for (int i = 0; i < s.neq(); ++i)
-    held[i] = s.fixed[i] || i < first * D || !(s.M_diag[i / D] > 0.0) ? 1.0 : 0.0;
-  const RealVec F = collect(s.A.halo, D, f), fixed = collect(s.A.halo, D, held);
-  RealVec X   = collect(s.A.halo, D, x);
+  RealVec held(s.rows.neq());
+  for (int i = 0; i < s.rows.neq(); ++i)
+    held[i] = s.bound.fixed[i] || i < first * D || !(s.mass.M_diag[i / D] > 0.0) ? 1.0 : 0.0;
+  const RealVec F = collect(s.pattern.A.halo, D, f), fixed = collect(s.pattern.A.halo, D, held);
+  RealVec X   = collect(s.pattern.A.halo, D, x);
   bool solved = true;
   for (int i = 0; i < D && comm_rank() == 0; ++i) {
     std::vector<char> free(M.nrow);

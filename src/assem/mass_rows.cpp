@@ -46,21 +46,22 @@ IntVec agree(const Halo& h, IntVec& steps)
 // [nrow] a row near points that this rank or another works on
 std::vector<char> near_points(const ActiveGrid& grid, const Dofs& s)
 {
-  IntVec steps(s.nrow, NEAR + 1);
-  std::fill(steps.begin() + s.nfe, steps.end(), 0);
-  for (int q : s.owned_point)
-    for (int k = grid.point.off[q]; k < grid.point.off[q + 1]; ++k) steps[s.nfe + grid.point.item[k]] = 0;
-  const ListTable graph = sys_graph(s.A);
+  IntVec steps(s.rows.nrow, NEAR + 1);
+  std::fill(steps.begin() + s.rows.nfe, steps.end(), 0);
+  for (int q : s.rows.owned_point)
+    for (int k = grid.point.off[q]; k < grid.point.off[q + 1]; ++k)
+      steps[s.rows.nfe + grid.point.item[k]] = 0;
+  const ListTable graph = sys_graph(s.pattern.A);
   IntVec from;
-  for (int r = 0; r < s.nrow; ++r)
+  for (int r = 0; r < s.rows.nrow; ++r)
     if (steps[r] == 0) from.push_back(r);
   spread(graph, from, steps);
-  if (sys_shared(s.A)) {                             // far enough, and border rows as agreed
-    spread(graph, agree(s.A.halo, steps), steps);
-    agree(s.A.halo, steps);
+  if (sys_shared(s.pattern.A)) {                             // far enough, and border rows as agreed
+    spread(graph, agree(s.pattern.A.halo, steps), steps);
+    agree(s.pattern.A.halo, steps);
   }
-  std::vector<char> near(s.nrow);
-  for (int r = 0; r < s.nrow; ++r) near[r] = steps[r] <= NEAR;
+  std::vector<char> near(s.rows.nrow);
+  for (int r = 0; r < s.rows.nrow; ++r) near[r] = steps[r] <= NEAR;
   return near;
 }
 
@@ -188,24 +189,25 @@ void sort_border(MassRows& m)
 template <class May>
 void form(const Dofs& s, const std::vector<char>& take, May may, MassRows& m)
 {
-  IntVec at(s.nrow, -1), border;
-  if (sys_shared(s.A)) border = s.A.halo.shared;
-  std::vector<char> behind(s.nrow, 0);
+  IntVec at(s.rows.nrow, -1), border;
+  if (sys_shared(s.pattern.A)) border = s.pattern.A.halo.shared;
+  std::vector<char> behind(s.rows.nrow, 0);
   for (int r : border) behind[r] = 1;
   // in an order that is the same on all ranks
-  std::sort(border.begin(), border.end(), [&](int a, int b) { return s.row_key[a] < s.row_key[b]; });
+  std::sort(border.begin(), border.end(),
+            [&](int a, int b) { return s.rows.row_key[a] < s.rows.row_key[b]; });
   const auto add = [&](int r) {
     if (!take[r]) return;
     at[r] = m.size();
     m.row.push_back(r);
   };
-  for (int r = 0; r < s.nrow; ++r)
+  for (int r = 0; r < s.rows.nrow; ++r)
     if (!behind[r]) add(r);
   for (int r : border) add(r);
   const auto each = [&](auto use) {
-    for (int r = 0; r < s.nrow; ++r)
-      for (int k = s.A.off[r]; k < s.A.off[r + 1] - 1; ++k)
-        if ((take[r] || take[s.A.col[k]]) && may(k)) use(r, s.A.col[k], k);
+    for (int r = 0; r < s.rows.nrow; ++r)
+      for (int k = s.pattern.A.off[r]; k < s.pattern.A.off[r + 1] - 1; ++k)
+        if ((take[r] || take[s.pattern.A.col[k]]) && may(k)) use(r, s.pattern.A.col[k], k);
   };
   m.alone     = m.size();
   IntVec& off = m.all.off;
@@ -224,14 +226,14 @@ void form(const Dofs& s, const std::vector<char>& take, May may, MassRows& m)
     m.all.col[to]  = std::min(at[r], at[c]);
     m.all.from[to] = k;
   });
-  if (!sys_shared(s.A)) return;
-  m.halo = halo_of(s.A.halo, m, at);
+  if (!sys_shared(s.pattern.A)) return;
+  m.halo = halo_of(s.pattern.A.halo, m, at);
   sort_border(m);
 }
 
 std::vector<char> behind(const Dofs& s, int first)
 {
-  std::vector<char> take(s.nrow, 1);
+  std::vector<char> take(s.rows.nrow, 1);
   std::fill(take.begin(), take.begin() + first, 0);
   return take;
 }
@@ -242,18 +244,18 @@ std::shared_ptr<const MassRows> mass_rows_of(const Dofs& s, MassRowsOf of)
 {
   auto m = std::make_shared<MassRows>();
   m->of  = of;
-  form(s, behind(s, of == ROWS_ALL ? 0 : s.nfe), [&](int k) { return s.M[k] != 0.0; }, *m);
+  form(s, behind(s, of == ROWS_ALL ? 0 : s.rows.nfe), [&](int k) { return s.mass.M[k] != 0.0; }, *m);
   return m;
 }
 
 std::shared_ptr<const MassRows> mass_rows_projection(const ActiveGrid& grid, const Dofs& s)
 {
-  std::vector<char> may(s.M.size());
-  for (size_t k = 0; k < may.size(); ++k) may[k] = s.M[k] != 0.0;
-  for (const IntVec* map : {&s.point_map, &s.ghost_map})
+  std::vector<char> may(s.mass.M.size());
+  for (size_t k = 0; k < may.size(); ++k) may[k] = s.mass.M[k] != 0.0;
+  for (const IntVec* map : {&s.pattern.point_map, &s.pattern.ghost_map})
     for (int k : *map) may[k / 2] = 1;
   auto m = std::make_shared<MassRows>();
-  m->of  = s.hung ? ROWS_NEAR : ROWS_GRID;
-  form(s, s.hung ? near_points(grid, s) : behind(s, s.nfe), [&](int k) { return may[k]; }, *m);
+  m->of  = s.rows.hung ? ROWS_NEAR : ROWS_GRID;
+  form(s, s.rows.hung ? near_points(grid, s) : behind(s, s.rows.nfe), [&](int k) { return may[k]; }, *m);
   return m;
 }

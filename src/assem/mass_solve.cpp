@@ -22,11 +22,11 @@ template <int D>
 void multiply(const Dofs& s, const RealVec& M, int rows, const double* x, double* y)
 {
   for (int r = 0; r < rows; ++r) {
-    const int diag = s.A.off[r + 1] - 1;
+    const int diag = s.pattern.A.off[r + 1] - 1;
     double row[D];
     for (int i = 0; i < D; ++i) row[i] = M[diag] * x[r * D + i];
-    for (int k = s.A.off[r]; k < diag; ++k) {
-      const int c    = s.A.col[k] * D;
+    for (int k = s.pattern.A.off[r]; k < diag; ++k) {
+      const int c    = s.pattern.A.col[k] * D;
       const double m = M[k];
       for (int i = 0; i < D; ++i) {
         row[i] += m * x[c + i];
@@ -47,13 +47,13 @@ struct MassValues {
 // scale [n]
 MassValues mass_values(const Dofs& s, const MassRows& rows, const RealVec& scale)
 {
-  MassValues m{rows, sys_shared(s.A), {}, {}, {}, {}, {}};
+  MassValues m{rows, sys_shared(s.pattern.A), {}, {}, {}, {}, {}};
   m.all.resize(rows.all.from.size());
   m.diag.resize(rows.size());
   for (int r = 0; r < rows.size(); ++r) {
     for (int k = rows.all.off[r]; k < rows.all.off[r + 1]; ++k)
-      m.all[k] = s.M[rows.all.from[k]] * scale[r] * scale[rows.all.col[k]];
-    m.diag[r] = s.M[s.A.off[rows.row[r] + 1] - 1] * scale[r] * scale[r];
+      m.all[k] = s.mass.M[rows.all.from[k]] * scale[r] * scale[rows.all.col[k]];
+    m.diag[r] = s.mass.M[s.pattern.A.off[rows.row[r] + 1] - 1] * scale[r] * scale[r];
   }
   if (!m.shared) return m;
   m.cross = picked(rows.cross_from, 1, m.all);
@@ -482,7 +482,7 @@ void rim_parts(const Dofs& s, const MassValues& m, const RealVec& scale, const R
 {
   for (const MassRim& q : m.rows.rim)
     for (int i = 0; i < D; ++i)
-      part[q.row * D + i] += s.M[q.from] * scale[q.row] * x[q.beyond * D + i];
+      part[q.row * D + i] += s.mass.M[q.from] * scale[q.row] * x[q.beyond * D + i];
   sum_rows<D>(m, part);
 }
 
@@ -493,8 +493,8 @@ bool rim_stays(const Dofs& s, const MassRows& rows, const double* size, const Re
   double square[D] = {}, goal[D];
   for (const MassRim& q : rows.rim)
     for (int i = 0; i < D; ++i) {
-      const double part = s.fixed[q.beyond * D + i] ? 0.0 : s.M[q.from] * u[q.row * D + i];
-      square[i] += part * part / s.M_diag[q.beyond];
+      const double part = s.bound.fixed[q.beyond * D + i] ? 0.0 : s.mass.M[q.from] * u[q.row * D + i];
+      square[i] += part * part / s.mass.M_diag[q.beyond];
     }
   comm_sum(square, D);
   for (int i = 0; i < D; ++i) goal[i] = 1e-28 * size[i];
@@ -510,7 +510,7 @@ int solve(const Dofs& s, const MassRows& rows, int guess, const std::vector<char
   const bool near = rows.of == ROWS_NEAR;
   RealVec scale(n), u(n * D), r(n * D), q(n * D), t(n * D), b(n * D), sum(n * D), step;
   for (int k = 0; k < n; ++k) {
-    const double diag = s.M_diag[rows.row[k]];
+    const double diag = s.mass.M_diag[rows.row[k]];
     scale[k] = diag > 0.0 ? 1.0 / std::sqrt(diag) : 0.0;
   }
   MassSystem<D> m{mass_values(s, rows, scale), rows, RealVec(n * D, 0.0)};
@@ -520,7 +520,7 @@ int solve(const Dofs& s, const MassRows& rows, int guess, const std::vector<char
   // others begin with f over the sum of the row, which is right where the answer is smooth
   for (int k = 0; k < n * D; ++k) {
     const int dof = rows.row[k / D] * D + k % D;
-    m.free[k] = !s.fixed[dof] && scale[k / D] > 0.0;
+    m.free[k] = !s.bound.fixed[dof] && scale[k / D] > 0.0;
     b[k] = m.free[k] * (f[dof] * scale[k / D] - q[k]);
     t[k] = scale[k / D] > 0.0 ? 1.0 / scale[k / D] : 0.0;
   }
@@ -551,50 +551,52 @@ int solve(const Dofs& s, const MassRows& rows, int guess, const std::vector<char
 void mass_part(const Dofs& s, const RealVec& x, RealVec& y)
 {
   y.assign(x.size(), 0.0);
-  if (s.dim == 2) multiply<2>(s, s.M, s.nrow, x.data(), y.data());
-  else multiply<3>(s, s.M, s.nrow, x.data(), y.data());
+  if (s.rows.dim == 2) multiply<2>(s, s.mass.M, s.rows.nrow, x.data(), y.data());
+  else multiply<3>(s, s.mass.M, s.rows.nrow, x.data(), y.data());
 }
 
 void mass_elements(const Dofs& s, const RealVec& x, RealVec& y)
 {
-  const RealVec& M = s.hung ? s.M_elem : s.M;
+  const RealVec& M = s.rows.hung ? s.mass.M_elem : s.mass.M;
   y.assign(x.size(), 0.0);
-  if (s.dim == 2) multiply<2>(s, M, s.nfe, x.data(), y.data());
-  else multiply<3>(s, M, s.nfe, x.data(), y.data());
+  if (s.rows.dim == 2) multiply<2>(s, M, s.rows.nfe, x.data(), y.data());
+  else multiply<3>(s, M, s.rows.nfe, x.data(), y.data());
 }
 
 void mass_multiply(const Dofs& s, const RealVec& x, RealVec& y)
 {
   mass_part(s, x, y);
-  sys_sum(s.A, y);
+  sys_sum(s.pattern.A, y);
 }
 
 int mass_solve(const Dofs& s, MassRowsOf of, int guess, const RealVec& f, RealVec& x)
 {
-  const bool known = s.mass_rows && s.mass_of == s.pattern && s.mass_rows->of == of;
-  const auto rows  = known ? s.mass_rows : mass_rows_of(s, of);
-  const int it = s.dim == 2 ? solve<2>(s, *rows, guess, {}, f, x) : solve<3>(s, *rows, guess, {}, f, x);
+  const bool known = s.mass.mass_rows && s.mass.mass_of == s.pattern.number && s.mass.mass_rows->of == of;
+  const auto rows  = known ? s.mass.mass_rows : mass_rows_of(s, of);
+  const int it = s.rows.dim == 2 ? solve<2>(s, *rows, guess, {}, f, x) : solve<3>(s, *rows, guess, {}, f, x);
   return it >= 0 ? it : mass_factor(s, of, f, x);
 }
 
 int mass_project(const Dofs& s, const std::vector<char>& begun, const RealVec& momentum, RealVec& v)
 {
-  const MassRows& rows = *s.mass_rows;
-  const int it = s.dim == 2 ? solve<2>(s, rows, s.nfe, begun, momentum, v)
-                            : solve<3>(s, rows, s.nfe, begun, momentum, v);
+  const MassRows& rows = *s.mass.mass_rows;
+  const int it = s.rows.dim == 2 ? solve<2>(s, rows, s.rows.nfe, begun, momentum, v)
+                            : solve<3>(s, rows, s.rows.nfe, begun, momentum, v);
   if (it >= 0) return it;
-  return s.hung ? mass_solve(s, ROWS_ALL, s.nfe, momentum, v) : mass_factor(s, ROWS_GRID, momentum, v);
+  return s.rows.hung ? mass_solve(s, ROWS_ALL, s.rows.nfe, momentum, v)
+      : mass_factor(s, ROWS_GRID, momentum, v);
 }
 
 int mass_solve_tied(const Dofs& s, const RealVec& f, RealVec& x)
 {
-  const int n = s.nfe * s.dim;
-  RealVec diag(s.neq(), 0.0), b = f, r, q, w(s.neq(), 0.0);
-  for (int i = 0; i < n; ++i) diag[i] = s.M_diag[i / s.dim];
-  for (size_t k = 0; k < s.tie.dof.size(); ++k)
-    for (int j = s.tie.master.off[k]; j < s.tie.master.off[k + 1]; ++j)
-      diag[s.tie.master.item[j]] += s.tie.coef[j] * s.tie.coef[j] * s.M_diag[s.tie.dof[k] / s.dim];
-  const auto free = [&](int i) { return s.fixed[i] == DOF_FREE && diag[i] > 0.0; };
+  const Ties& tie = s.bound.tie;
+  const int n = s.rows.nfe * s.rows.dim;
+  RealVec diag(s.rows.neq(), 0.0), b = f, r, q, w(s.rows.neq(), 0.0);
+  for (int i = 0; i < n; ++i) diag[i] = s.mass.M_diag[i / s.rows.dim];
+  for (size_t k = 0; k < tie.dof.size(); ++k)
+    for (int j = tie.master.off[k]; j < tie.master.off[k + 1]; ++j)
+      diag[tie.master.item[j]] += tie.coef[j] * tie.coef[j] * s.mass.M_diag[tie.dof[k] / s.rows.dim];
+  const auto free = [&](int i) { return s.bound.fixed[i] == DOF_FREE && diag[i] > 0.0; };
   const auto apply = [&](RealVec& in, RealVec& out) {          // out = T^T M T in
     tie_follow(s, false, in);
     mass_multiply(s, in, out);
@@ -602,13 +604,13 @@ int mass_solve_tied(const Dofs& s, const RealVec& f, RealVec& x)
   };
   const auto weighed = [&](const RealVec& v) {                 // v^T diag^-1 v
     const double part = sum_terms(n, [&](size_t i) {
-      return free(static_cast<int>(i)) && s.counts(i) ? v[i] * v[i] / diag[i] : 0.0;
+      return free(static_cast<int>(i)) && s.rows.counts(i) ? v[i] * v[i] / diag[i] : 0.0;
     });
     return dof_total(s, part);
   };
   tie_force(s, b);
   for (int i = 0; i < n; ++i)
-    if (s.fixed[i] == DOF_FREE) x[i] = 0.0;
+    if (s.bound.fixed[i] == DOF_FREE) x[i] = 0.0;
   const double goal = 1e-28 * weighed(b);
   apply(x, q);
   r = b;
@@ -622,7 +624,7 @@ int mass_solve_tied(const Dofs& s, const RealVec& f, RealVec& x)
     for (int i = 0; i < n; ++i) w[i] = free(i) ? r[i] / diag[i] + (it ? rho / before : 0.0) * w[i] : 0.0;
     apply(w, q);
     const double wq = dof_total(s, sum_terms(n, [&](size_t i) {
-      return free(static_cast<int>(i)) && s.counts(i) ? w[i] * q[i] : 0.0;
+      return free(static_cast<int>(i)) && s.rows.counts(i) ? w[i] * q[i] : 0.0;
     }));
     if (!(wq > 0.0)) break;
     for (int i = 0; i < n; ++i) {
@@ -639,5 +641,5 @@ int mass_solve_tied(const Dofs& s, const RealVec& f, RealVec& x)
 
 void point_momentum(const ActiveGrid& grid, const Dofs& s, const RealVec& vc, RealVec& out)
 {
-  assem_scatter_corners(grid, s, point_corner_momentum(s.corner_mass, s.dim, vc), out);
+  assem_scatter_corners(grid, s, point_corner_momentum(s.mass.corner_mass, s.rows.dim, vc), out);
 }

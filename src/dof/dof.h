@@ -38,7 +38,8 @@ struct CornerSupport {
 
 struct MassRows;
 
-struct Dofs {
+// ---- rows: what has unknowns, who owns it, which rows a bond, a point or a group of points is tied to
+struct DofRows {
   int dim = 0, nfe = 0, nrow = 0;
   bool numbered = false;       // rows of nodes are those of the elements and bonds of now
   // divided model: the last of the nfe rows are of nodes that this rank has no element at; bonds of this rank
@@ -52,45 +53,25 @@ struct Dofs {
   ListTable bond;              // [nbond] rows of both sides
   RealVec bond_w;              // [bond.item] N_a of side A, -N_v of side B
   IntVec bond_acts;            // bonds but for places of contact that meet no face
-  SysMatrix A;
-  RealVec M;                   // [blocks of A] mass, one number serves all directions; of this rank, as A
-  // points follow nodes of the mesh: M couples these with each other and with the grid
-  bool hung = false;
-  RealVec M_elem;              // [blocks of A] then: M of the elements alone
-  CornerMass corner_mass;      // of the points that this rank works on, looked at for ActiveGrid::made:
-  long corner_mass_made = -1;
-  RealVec M_diag;              // [nrow] its diagonal, of all ranks
-  std::shared_ptr<const MassRows> mass_rows;         // rows of the projection, for the pattern mass_of
-  // [blocks of A][dim*dim] damping matrix of this rank, as A; empty: there is no damping    (6.18), (6.19)
-  RealVec C;
-  RealVec C_diag;              // [nrow*dim] its diagonal, of all ranks
-  bool damped = false;         // C is there, on any rank
-  bool damping_lumped = false; // C is lumped: an explicit step
-  RealVec lumped;              // explicit step: [nrow] sums of the rows of M, of all ranks; else empty
-  IntVec owned_point;          // points that this rank works on; of elements, bonds and ghosts it does on all
-  IntVec owned_group;          // groups of points (1.14) whose first point this rank works on
+  bool hung = false;           // points follow nodes of the mesh: mass couples these with one another
+  IntVec owned_point;          // points of this rank; of elements, bonds and ghosts it owns all that are here
+  IntVec owned_group;          // groups of points (1.14) whose first point this rank owns
   IntVec owner;                // [nrow] rank that a row belongs to; one rank: empty
   Halo halo;                   // split: rows that other ranks have too
-  // several ranks: rows are those that this rank works on, numbered by it, and vectors of the system hold
-  // these alone
+  // several ranks: rows are those of this rank, numbered by it, and vectors of the system hold these alone
   bool split = false;
   std::vector<char> once;      // split: [nrow*dim] the row belongs to this rank
-  long rows = 0;               // split: rows of all ranks, each once
-  IntVec point_rank;           // of the points, when the pattern was made
-  // block of A for each node pair, 2 k + 1: transposed; elements of this rank, block after block
-  IntVec elem_map;
-  // [owned_point], [bond_acts], [nghost]; points with the nodes of the one before share its places
-  IntVec point_map, bond_map, ghost_map;
-  IntVec group_map;            // [owned_group]
-  std::vector<size_t> point_map_off, bond_map_off, ghost_map_off, group_map_off;
-  ListTable point_rows;        // the lists that the pattern was made for
-  ListTable bond_rows, ghost_rows, group_rows;
-  long pattern = 0;            // number of the pattern
-  bool lean = false;           // one rank, explicit step: it has no bonds, which act by their forces alone
-  long mass_of = 0, damping_of = 0;    // patterns that M and C were made for, and ActiveGrid::made
-  long mass_made = -1, damping_made = -1;
-  long lists_of = -1;          // ActiveGrid::made that the lists of rows belong to
-  long tangent = 0;            // number of the tangent in A
+  long all = 0;                // split: rows of all ranks, each once
+  bool renumbered = false;     // since the last factorisation
+  double h_mean = 0.0;         // mean size of elements and cells at t = 0, for rounding floors
+  int neq() const { return nrow * dim; }
+  int projected_from() const { return hung ? 0 : nfe; }       // the first row that the projection may change
+  bool counts(size_t i) const { return !split || once[i]; }   // dof i counts here in a sum
+  double neq_all() const { return static_cast<double>(split ? all : nrow) * dim; }    // of all ranks
+};
+
+// ---- constraints: supports, and equations between dofs
+struct DofConstraints {
   Ties tie;
   std::vector<char> bare;      // [nfe] a node of an equation that belongs to no element of any rank
   IntVec fixed;                // [nrow*dim] DofKind
@@ -99,21 +80,59 @@ struct Dofs {
   IntVec grid_bc;              // [nrow*dim] index of the grid condition, -1
   IntVec constrained;          // dofs of which one of these is not that of a free dof
   bool free = false;           // the step prescribes nothing, on no rank
-  bool renumbered = false;     // since then
   std::vector<CornerSupport> corner_support;  // supports of nodes that have become corners of points
-  double h_mean = 0.0;         // mean size of elements and cells at t = 0, for rounding floors
-  int neq() const { return nrow * dim; }
-  int projected_from() const { return hung ? 0 : nfe; }       // the first row that the projection may change
-  bool counts(size_t i) const { return !split || once[i]; }   // dof i counts here in a sum
-  double neq_all() const { return static_cast<double>(split ? rows : nrow) * dim; }   // of all ranks
+};
+
+// ---- pattern: the matrix, where each contribution goes, the lists that it was made for
+struct DofPattern {
+  SysMatrix A;
+  // block of A for each node pair, 2 k + 1: transposed; elements of this rank, block after block
+  IntVec elem_map;
+  // [owned_point], [bond_acts], [nghost]; points with the nodes of the one before share its places
+  IntVec point_map, bond_map, ghost_map;
+  IntVec group_map;            // [owned_group]
+  std::vector<size_t> point_map_off, bond_map_off, ghost_map_off, group_map_off;
+  ListTable point_rows;        // the lists that the pattern was made for
+  ListTable bond_rows, ghost_rows, group_rows;
+  IntVec point_rank;           // of the points, when the pattern was made
+  long number = 0;             // of the pattern
+  bool lean = false;           // one rank, explicit step: it has no bonds, which act by their forces alone
+  long lists_of = -1;          // ActiveGrid::made that the lists of rows belong to
+  long tangent = 0;            // number of the tangent in A
+};
+
+// ---- mass and damping, and the patterns and grids that they were made for
+struct DofMass {
+  RealVec M;                   // [blocks of A] mass, one number serves all directions; of this rank, as A
+  RealVec M_elem;              // hung: [blocks of A] of the elements alone
+  CornerMass corner_mass;      // of the points of this rank, looked at for ActiveGrid::made:
+  long corner_mass_made = -1;
+  RealVec M_diag;              // [nrow] its diagonal, of all ranks
+  std::shared_ptr<const MassRows> mass_rows;         // rows of the projection, for the pattern mass_of
+  RealVec lumped;              // explicit step: [nrow] sums of the rows of M, of all ranks; else empty
+  // [blocks of A][dim*dim] damping matrix of this rank, as A; empty: there is no damping    (6.18), (6.19)
+  RealVec C;
+  RealVec C_diag;              // [nrow*dim] its diagonal, of all ranks
+  bool damped = false;         // C is there, on any rank
+  bool damping_lumped = false; // C is lumped: an explicit step
+  long mass_of = 0, damping_of = 0;    // DofPattern::number that M and C were made for, and ActiveGrid::made
+  long mass_made = -1, damping_made = -1;
+};
+
+// The system of a step
+struct Dofs {
+  DofRows rows;
+  DofConstraints bound;
+  DofPattern pattern;
+  DofMass mass;
 };
 
 // dof_of_nodes : x of the nodes [nnode*dim] as a vector of the system [neq], 0 in the rows of the grid
 inline RealVec dof_of_nodes(const Dofs& s, const RealVec& x)
 {
-  RealVec out(s.neq(), 0.0);
-  for (int r = 0; r < s.nfe; ++r)
-    for (int i = 0; i < s.dim; ++i) out[r * s.dim + i] = x[s.node_of_row[r] * s.dim + i];
+  RealVec out(s.rows.neq(), 0.0);
+  for (int r = 0; r < s.rows.nfe; ++r)
+    for (int i = 0; i < s.rows.dim; ++i) out[r * s.rows.dim + i] = x[s.rows.node_of_row[r] * s.rows.dim + i];
   return out;
 }
 
@@ -122,8 +141,8 @@ inline RealVec dof_of_nodes(const Dofs& s, const RealVec& x)
 template <class Term>
 double dof_sum(const Dofs& s, Term term)
 {
-  if (!s.split) return sum_terms(s.neq(), term);
-  double sum = sum_terms(s.neq(), [&](size_t i) { return s.once[i] ? term(i) : 0.0; });
+  if (!s.rows.split) return sum_terms(s.rows.neq(), term);
+  double sum = sum_terms(s.rows.neq(), [&](size_t i) { return s.rows.once[i] ? term(i) : 0.0; });
   comm_sum(&sum, 1);
   return sum;
 }
@@ -135,28 +154,28 @@ inline double dof_dot(const Dofs& s, const RealVec& a, const RealVec& b)
 // dof_own : x with zeros where the dof counts on another rank
 inline RealVec dof_own(const Dofs& s, RealVec x)
 {
-  for (size_t i = 0; i < x.size() && s.split; ++i) x[i] = s.once[i] ? x[i] : 0.0;
+  for (size_t i = 0; i < x.size() && s.rows.split; ++i) x[i] = s.rows.once[i] ? x[i] : 0.0;
   return x;
 }
 inline double dof_norm(const Dofs& s, const RealVec& a) { return __builtin_sqrt(dof_dot(s, a, a)); }
 // dof_total : x of this rank, summed over the ranks of a divided model
 inline double dof_total(const Dofs& s, double x)
 {
-  if (s.split) comm_sum(&x, 1);
+  if (s.rows.split) comm_sum(&x, 1);
   return x;
 }
 // dof_largest, dof_all : the largest of all ranks; true on all
-inline double dof_largest(const Dofs& s, double x) { return !s.split ? x : comm_allreduce_max(x); }
+inline double dof_largest(const Dofs& s, double x) { return !s.rows.split ? x : comm_allreduce_max(x); }
 inline bool dof_all(const Dofs& s, bool here)
 {
-  return !s.split ? here : comm_allreduce_max(static_cast<int>(!here)) == 0;
+  return !s.rows.split ? here : comm_allreduce_max(static_cast<int>(!here)) == 0;
 }
 
 // dof_all_free : no dof of any rank is prescribed or tied; false where this rank cannot know
 inline bool dof_all_free(const Dofs& s)
 {
-  if (s.free) return true;
-  return !s.split && s.constrained.empty();
+  if (s.bound.free) return true;
+  return !s.rows.split && s.bound.constrained.empty();
 }
 
 // Warnings that are given once, each with its key
@@ -211,26 +230,26 @@ void dof_lists(const Mesh& mesh, const Elements& el, const ActiveGrid& grid, con
     for (int slot : b.live) {
       const int *node = elem_nodes(mesh, b, slot), nen = mesh.conn.count(b.elem[slot]);
       row.clear();
-      for (int a = 0; a < nen; ++a) row.push_back(s.row_of_node[node[a]]);
+      for (int a = 0; a < nen; ++a) row.push_back(s.rows.row_of_node[node[a]]);
       use(static_cast<int>(row.size()), row.data());
     }
   const auto use_point = [&](int q) {
     row.clear();
     for (int k = grid.point.off[q]; k < grid.point.off[q + 1]; ++k)
-      row.push_back(s.nfe + grid.point.item[k]);
+      row.push_back(s.rows.nfe + grid.point.item[k]);
     use(static_cast<int>(row.size()), row.data());
   };
   const auto use_ghost = [&](int q) {
     row.clear();
     for (int k = grid.ghost.off[q]; k < grid.ghost.off[q + 1]; ++k)
-      row.push_back(s.nfe + grid.ghost.item[k]);
+      row.push_back(s.rows.nfe + grid.ghost.item[k]);
     use(static_cast<int>(row.size()), row.data());
   };
-  for (int q : s.owned_point) use_point(q);
-  for (size_t k = 0; k < s.bond_acts.size() && !s.lean; ++k)
-    use(s.bond.count(s.bond_acts[k]), s.bond.begin(s.bond_acts[k]));
+  for (int q : s.rows.owned_point) use_point(q);
+  for (size_t k = 0; k < s.rows.bond_acts.size() && !s.pattern.lean; ++k)
+    use(s.rows.bond.count(s.rows.bond_acts[k]), s.rows.bond.begin(s.rows.bond_acts[k]));
   for (int q = 0; q < grid.ghost.size(); ++q) use_ghost(q);
-  for (int k : s.owned_group) use(s.group.count(k), s.group.begin(k));
+  for (int k : s.rows.owned_group) use(s.rows.group.count(k), s.rows.group.begin(k));
 }
 
 // dof_form : rows, lists, equations, and, when a list has changed, division, pattern and scatter maps; the

@@ -11,30 +11,30 @@ namespace {
 
 void fix(Dofs& s, int dof, double increment, double rate, int grid_bc)
 {
-  s.fixed[dof]   = DOF_FIXED;
-  s.target[dof]  = increment;
-  s.rate[dof]    = rate;
-  s.grid_bc[dof] = grid_bc;
-  s.constrained.push_back(dof);
+  s.bound.fixed[dof]   = DOF_FIXED;
+  s.bound.target[dof]  = increment;
+  s.bound.rate[dof]    = rate;
+  s.bound.grid_bc[dof] = grid_bc;
+  s.bound.constrained.push_back(dof);
 }
 
 // dependent dofs; nodes without elements move only where an equation has them
 void constrain_ties(const RealVec& u, Dofs& s)
 {
-  Ties& t       = s.tie;
-  const int dim = s.dim;
-  const auto of = [&](int dof) { return u[s.node_of_row[dof / dim] * dim + dof % dim]; };
+  Ties& t       = s.bound.tie;
+  const int dim = s.rows.dim;
+  const auto of = [&](int dof) { return u[s.rows.node_of_row[dof / dim] * dim + dof % dim]; };
   for (size_t k = 0; k < t.dof.size(); ++k) {
-    s.fixed[t.dof[k]] = DOF_TIED;
-    s.constrained.push_back(t.dof[k]);
+    s.bound.fixed[t.dof[k]] = DOF_TIED;
+    s.bound.constrained.push_back(t.dof[k]);
     t.gap[k] = -of(t.dof[k]);
     for (int q = t.master.off[k]; q < t.master.off[k + 1]; ++q) t.gap[k] += t.coef[q] * of(t.master.item[q]);
   }
-  std::vector<char> acts(s.nfe * dim, 0);
+  std::vector<char> acts(s.rows.nfe * dim, 0);
   for (int m : t.master.item) acts[m] = 1;
-  for (int r = 0; r < s.nfe; ++r)
-    for (int dof = r * dim; dof < (r + 1) * dim && s.bare[r]; ++dof)
-      if (s.fixed[dof] == DOF_FREE && !acts[dof]) fix(s, dof, 0.0, 0.0, -1);
+  for (int r = 0; r < s.rows.nfe; ++r)
+    for (int dof = r * dim; dof < (r + 1) * dim && s.bound.bare[r]; ++dof)
+      if (s.bound.fixed[dof] == DOF_FREE && !acts[dof]) fix(s, dof, 0.0, 0.0, -1);
 }
 
 // A support that goes on at the corner of a point
@@ -51,7 +51,7 @@ void each_dof(const ActiveGrid& grid, const Dofs& s, const SupportedCorner& h, U
   const ListTable& list = grid.corner;
   for (int k = list.off[h.corner]; k < list.off[h.corner + 1]; ++k) {
     const double N = grid.corner_w[k];
-    if (std::fabs(N) > 1e-9) use((s.nfe + list.item[k]) * s.dim + h.dir, N);
+    if (std::fabs(N) > 1e-9) use((s.rows.nfe + list.item[k]) * s.rows.dim + h.dir, N);
   }
 }
 
@@ -70,7 +70,8 @@ std::vector<SupportPart> support_parts(const Model& m, const Points& pts, const 
   for (const SupportedCorner& h : corners) {
     if (pts.field[h.corner] == FIELD_OWN || (d.mine.on && d.mine.owner[h.corner] != comm_rank())) continue;
     each_dof(d.grid, s, h, [&](int dof, double N) {
-      part.push_back({s.row_key[dof / s.dim], m.part.node_number(h.node), h.dir, N, h.increment, h.rate,
+      part.push_back({s.rows.row_key[dof / s.rows.dim], m.part.node_number(h.node), h.dir, N, h.increment,
+          h.rate,
                       h.rate0});
     });
   }
@@ -85,8 +86,8 @@ std::vector<std::pair<long, int>> rows_of_parts(const Dofs& s, const std::vector
   for (const SupportPart& h : part) key.push_back(h.key);
   std::sort(key.begin(), key.end());
   std::vector<std::pair<long, int>> row;
-  for (int r = 0; r < s.nrow; ++r)
-    if (std::binary_search(key.begin(), key.end(), s.row_key[r])) row.emplace_back(s.row_key[r], r);
+  for (int r = 0; r < s.rows.nrow; ++r)
+    if (std::binary_search(key.begin(), key.end(), s.rows.row_key[r])) row.emplace_back(s.rows.row_key[r], r);
   std::sort(row.begin(), row.end());
   return row;
 }
@@ -110,9 +111,9 @@ void support_corners(const Model& m, const Points& pts, const Discretisation& d,
   for (const SupportPart& h : part) {
     const auto here = std::lower_bound(row.begin(), row.end(), std::pair<long, int>(h.key, 0));
     const int node  = m.part.on ? m.part.node_here(h.node) : h.node;
-    const int dof   = here == row.end() || here->first != h.key ? -1 : here->second * s.dim + h.dir;
+    const int dof   = here == row.end() || here->first != h.key ? -1 : here->second * s.rows.dim + h.dir;
     const double w  = std::fabs(h.N);
-    s.corner_support.push_back({dof, node < 0 ? -1 : node * s.dim + h.dir, w});
+    s.bound.corner_support.push_back({dof, node < 0 ? -1 : node * s.rows.dim + h.dir, w});
     if (dof < 0) continue;
     Sum& x = sum[dof];
     x.weight += w;
@@ -123,15 +124,15 @@ void support_corners(const Model& m, const Points& pts, const Discretisation& d,
   for (const auto& x : sum) {
     const Sum& q = x.second;
     fix(s, x.first, q.increment / q.weight, q.rate / q.weight, -1);
-    s.rate0[x.first] = q.rate0 / q.weight;
+    s.bound.rate0[x.first] = q.rate0 / q.weight;
   }
-  for (CornerSupport& h : s.corner_support)
+  for (CornerSupport& h : s.bound.corner_support)
     if (h.dof >= 0) h.part /= sum[h.dof].weight;
   for (const SupportedCorner& h : corners) {
     if (pts.field[h.corner] == FIELD_OWN || elsewhere(h.corner)) continue;
     double moved = 0.0;
-    each_dof(d.grid, s, h, [&](int dof, double N) { moved += N * s.target[dof]; });
-    if (std::fabs(moved - h.increment) > 0.01 * s.h_mean)
+    each_dof(d.grid, s, h, [&](int dof, double N) { moved += N * s.bound.target[dof]; });
+    if (std::fabs(moved - h.increment) > 0.01 * s.rows.h_mean)
       warn_once(
           warned, m.mesh, "BOUNDARY", h.b->place, h.node, time,
           "supports with different values meet at a node of the grid; the corners there move by a mean");
@@ -165,27 +166,27 @@ namespace {
 
 void release(Dofs& s, int dof)
 {
-  s.fixed[dof]   = DOF_FREE;
-  s.target[dof]  = 0.0;
-  s.rate[dof]    = 0.0;
-  s.rate0[dof]   = 0.0;
-  s.grid_bc[dof] = -1;
+  s.bound.fixed[dof]   = DOF_FREE;
+  s.bound.target[dof]  = 0.0;
+  s.bound.rate[dof]    = 0.0;
+  s.bound.rate0[dof]   = 0.0;
+  s.bound.grid_bc[dof] = -1;
 }
 
 // all dofs are free
 void release_all(Dofs& s)
 {
-  if (s.renumbered || s.fixed.size() != static_cast<size_t>(s.neq())) {
-    s.fixed.assign(s.neq(), DOF_FREE);
-    s.target.assign(s.neq(), 0.0);
-    s.rate.assign(s.neq(), 0.0);
-    s.rate0.assign(s.neq(), 0.0);
-    s.grid_bc.assign(s.neq(), -1);
+  if (s.rows.renumbered || s.bound.fixed.size() != static_cast<size_t>(s.rows.neq())) {
+    s.bound.fixed.assign(s.rows.neq(), DOF_FREE);
+    s.bound.target.assign(s.rows.neq(), 0.0);
+    s.bound.rate.assign(s.rows.neq(), 0.0);
+    s.bound.rate0.assign(s.rows.neq(), 0.0);
+    s.bound.grid_bc.assign(s.rows.neq(), -1);
   } else {
-    for (int dof : s.constrained) release(s, dof);
+    for (int dof : s.bound.constrained) release(s, dof);
   }
-  s.constrained.clear();
-  s.renumbered = false;
+  s.bound.constrained.clear();
+  s.rows.renumbered = false;
 }
 
 // The increment in which dofs are prescribed
@@ -210,7 +211,7 @@ Failure constrain_nodes(const Model& m, const Discretisation& d, const State& st
   const double ramped = part1 < 1.0 ? (part1 - part0) / (1.0 - part0) : 1.0;
   for (const Prescribed& b : step.prescribed)
     for (int n : b.node) {
-      const int r = s.row_of_node[n], c = d.follow.empty() ? FOLLOW_ELEMENT : d.follow[n];
+      const int r = s.rows.row_of_node[n], c = d.follow.empty() ? FOLLOW_ELEMENT : d.follow[n];
       if (c == FOLLOW_NONE)
         warn_once(warned, m.mesh, "BOUNDARY", b.place, n, total1,
                   "its last element is gone and no corner of a point lies there; the support has ended");
@@ -266,9 +267,9 @@ Failure constrain_grid(const Model& m, const Discretisation& d, const State& st,
       if (!std::isfinite(rate)) return bad_grid_node(m, b, x, total1 - back);
       if (!std::isfinite(rate0)) return bad_grid_node(m, b, x, total0 + back);
       for (int i = b.first; i <= b.last && i < m.dim; ++i) {
-        const int dof = (s.nfe + v) * m.dim + i;
+        const int dof = (s.rows.nfe + v) * m.dim + i;
         fix(s, dof, moved, rate, static_cast<int>(k));
-        s.rate0[dof] = rate0;
+        s.bound.rate0[dof] = rate0;
       }
     }
   }
@@ -290,9 +291,9 @@ Failure dof_constrain(const Model& m, const Discretisation& d, const State& st, 
                       double t_step0, double t_step1, Dofs& s, Warned& warned)
 {
   const Span t{t_step0, t_step1, st.n.time, step.proc == PROC_DYNAMIC};
-  s.free = step.prescribed.empty() && m.grid_bc.empty() && m.equation.empty();
+  s.bound.free = step.prescribed.empty() && m.grid_bc.empty() && m.equation.empty();
   release_all(s);
-  s.corner_support.clear();
+  s.bound.corner_support.clear();
   std::vector<SupportedCorner> corners;
   Failure failure = agreed(m, step.prescribed, constrain_nodes(m, d, st, step, t, s, corners, warned));
   if (!failure.ok()) return failure;

@@ -134,12 +134,12 @@ double largest_part(const std::vector<RankWork>& rank)
 void take_points(const IntVec& rank, const ActiveGrid& grid, Dofs& s)
 {
   const auto owned = [&](int q) { return rank.empty() || rank[q] == comm_rank(); };
-  s.owned_point.clear();
+  s.rows.owned_point.clear();
   for (int q = 0; q < grid.point.size(); ++q)
-    if (owned(q)) s.owned_point.push_back(q);
-  s.owned_group.clear();
-  for (int k = 0; k < s.group.size(); ++k)
-    if (owned(s.group_first[k])) s.owned_group.push_back(k);
+    if (owned(q)) s.rows.owned_point.push_back(q);
+  s.rows.owned_group.clear();
+  for (int k = 0; k < s.rows.group.size(); ++k)
+    if (owned(s.rows.group_first[k])) s.rows.owned_group.push_back(k);
 }
 
 // largest work of a rank over the mean above which it hands points to another one. All of P9 on two
@@ -361,8 +361,8 @@ bool dof_divide(const Model& m, const Points& pts, const ActiveGrid& grid, Divis
   d.ranks  = comm_size();
   d.pieces = m.part.on;
   const IntVec& rank = ranks_of_points(m.part, pts, d);
-  const bool other   = s.point_rank != rank;
+  const bool other   = s.pattern.point_rank != rank;
   take_points(rank, grid, s);
-  s.point_rank = rank;
+  s.pattern.point_rank = rank;
   return other;
 }

@@ -49,18 +49,18 @@ double take_row(SysMatrix& A, const ListTable& below, int d, std::vector<Couplin
 // blocks under the diagonal in the columns of rows with dependent dofs: k and row, pair after pair
 ListTable blocks_below(const Dofs& s)
 {
-  std::vector<char> wanted(s.nrow, 0);
-  for (int d : s.tie.dof) wanted[d / s.dim] = 1;
-  const SysMatrix& A = s.A;
+  std::vector<char> wanted(s.rows.nrow, 0);
+  for (int d : s.bound.tie.dof) wanted[d / s.rows.dim] = 1;
+  const SysMatrix& A = s.pattern.A;
   ListTable below;
-  below.off.assign(s.nrow + 1, 0);
+  below.off.assign(s.rows.nrow + 1, 0);
   const auto each = [&](auto use) {
-    for (int R = 0; R < s.nrow; ++R)
+    for (int R = 0; R < s.rows.nrow; ++R)
       for (int k = A.off[R]; k < A.off[R + 1] - 1; ++k)
         if (wanted[A.col[k]]) use(A.col[k], k, R);
   };
   each([&](int I, int, int) { below.off[I + 1] += 2; });
-  for (int I = 0; I < s.nrow; ++I) below.off[I + 1] += below.off[I];
+  for (int I = 0; I < s.rows.nrow; ++I) below.off[I + 1] += below.off[I];
   below.item.resize(below.off.back());
   IntVec next(below.off.begin(), below.off.end() - 1);
   each([&](int I, int k, int R) {
@@ -80,9 +80,9 @@ bool dof_tie(const Model& m, const Step& step, Dofs& s)
   MPFE_CHECK(equations_resolve(m, step.equation, solved, bad), "an equation depends on itself");
   Ties t;
   for (const EquationSolved& e : solved) {
-    t.dof.push_back(s.row_of_node[e.node] * s.dim + e.dof);
+    t.dof.push_back(s.rows.row_of_node[e.node] * s.rows.dim + e.dof);
     for (const EquationMaster& a : e.master) {
-      t.master.item.push_back(s.row_of_node[a.node] * s.dim + a.dof);
+      t.master.item.push_back(s.rows.row_of_node[a.node] * s.rows.dim + a.dof);
       t.coef.push_back(a.coef);
     }
     t.master.off.push_back(static_cast<int>(t.master.item.size()));
@@ -90,22 +90,23 @@ bool dof_tie(const Model& m, const Step& step, Dofs& s)
   t.gap.assign(t.dof.size(), 0.0);
   t.any = !t.dof.empty();
   if (m.part.tied) t.any = comm_allreduce_max(static_cast<int>(t.any)) > 0;
-  const Ties& old = s.tie;
+  const Ties& old = s.bound.tie;
   const bool same = t.dof == old.dof && t.coef == old.coef && t.master.off == old.master.off &&
                     t.master.item == old.master.item;
-  s.tie = t;
+  s.bound.tie = t;
   return !same;
 }
 
 void tie_extend(const Dofs& s, ListTable& lists)
 {
-  if (s.tie.dof.empty()) return;
-  IntVec first(s.nrow + 1, 0), order(s.tie.dof.size());        // ties of each row
-  for (int d : s.tie.dof) ++first[d / s.dim + 1];
-  for (int r = 0; r < s.nrow; ++r) first[r + 1] += first[r];
+  if (s.bound.tie.dof.empty()) return;
+  IntVec first(s.rows.nrow + 1, 0), order(s.bound.tie.dof.size());        // ties of each row
+  for (int d : s.bound.tie.dof) ++first[d / s.rows.dim + 1];
+  for (int r = 0; r < s.rows.nrow; ++r) first[r + 1] += first[r];
   IntVec next(first.begin(), first.end() - 1);
-  for (size_t k = 0; k < s.tie.dof.size(); ++k) order[next[s.tie.dof[k] / s.dim]++] = static_cast<int>(k);
-  const ListTable& master = s.tie.master;
+  for (size_t k = 0; k < s.bound.tie.dof.size(); ++k)
+    order[next[s.bound.tie.dof[k] / s.rows.dim]++] = static_cast<int>(k);
+  const ListTable& master = s.bound.tie.master;
   ListTable longer;
   IntVec row;
   for (int l = 0; l < lists.size(); ++l) {
@@ -114,7 +115,7 @@ void tie_extend(const Dofs& s, ListTable& lists)
     for (size_t a = 0; a < before; ++a)
       for (int k = first[row[a]]; k < first[row[a] + 1]; ++k)
         for (int q = master.off[order[k]]; q < master.off[order[k] + 1]; ++q)
-          row.push_back(master.item[q] / s.dim);
+          row.push_back(master.item[q] / s.rows.dim);
     if (row.size() > before) sort_once(row);
     longer.item.insert(longer.item.end(), row.begin(), row.end());
     longer.off.push_back(static_cast<int>(longer.item.size()));
@@ -124,7 +125,7 @@ void tie_extend(const Dofs& s, ListTable& lists)
 
 void tie_follow(const Dofs& s, bool gap, RealVec& x)
 {
-  const Ties& t = s.tie;
+  const Ties& t = s.bound.tie;
   for (size_t k = 0; k < t.dof.size(); ++k) {
     double sum = gap ? t.gap[k] : 0.0;
     for (int q = t.master.off[k]; q < t.master.off[k + 1]; ++q) sum += t.coef[q] * x[t.master.item[q]];
@@ -134,7 +135,7 @@ void tie_follow(const Dofs& s, bool gap, RealVec& x)
 
 void tie_force(const Dofs& s, RealVec& f)
 {
-  const Ties& t = s.tie;
+  const Ties& t = s.bound.tie;
   for (size_t k = 0; k < t.dof.size(); ++k) {
     const double force = f[t.dof[k]];
     for (int q = t.master.off[k]; q < t.master.off[k + 1]; ++q) f[t.master.item[q]] += t.coef[q] * force;
@@ -144,18 +145,19 @@ void tie_force(const Dofs& s, RealVec& f)
 
 void tie_matrix(Dofs& s)
 {
-  const Ties& t = s.tie;
+  const Ties& t = s.bound.tie;
   if (t.dof.empty()) return;
   const ListTable below = blocks_below(s);
   std::vector<Coupling> row;
   for (size_t k = 0; k < t.dof.size(); ++k) {
-    const double dd = take_row(s.A, below, t.dof[k], row);
+    const double dd = take_row(s.pattern.A, below, t.dof[k], row);
     for (int q = t.master.off[k]; q < t.master.off[k + 1]; ++q) {
       const int m    = t.master.item[q];
       const double c = t.coef[q];
-      for (const Coupling& w : row) add_entry(s.A, m, w.dof, (w.dof == m ? 2.0 : 1.0) * c * w.value);
+      for (const Coupling& w : row) add_entry(s.pattern.A, m, w.dof, (w.dof == m ? 2.0 : 1.0) * c * w.value);
       if (dd == 0.0) continue;
-      for (int r = t.master.off[k]; r <= q; ++r) add_entry(s.A, m, t.master.item[r], c * t.coef[r] * dd);
+      for (int r = t.master.off[k]; r <= q; ++r)
+        add_entry(s.pattern.A, m, t.master.item[r], c * t.coef[r] * dd);
     }
   }
 }

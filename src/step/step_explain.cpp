@@ -119,16 +119,16 @@ std::string pivot_text(const Model& m, const ActiveGrid& grid, const Dofs& s, in
 {
   char text[120];
   double x[3];
-  if (row < s.nfe) {
+  if (row < s.rows.nfe) {
     std::snprintf(text, sizeof text, "direction %d of node %d", direction,
-                  m.mesh.node_label[s.node_of_row[row]]);
-  } else if (grid.key[row - s.nfe] >= key_own) {
+                  m.mesh.node_label[s.rows.node_of_row[row]]);
+  } else if (grid.key[row - s.rows.nfe] >= key_own) {
     std::snprintf(text, sizeof text, "direction %d of a corner of a released point",
                   direction);
   } else {
-    grid_node_place(m.grid, s.dim, grid.key[row - s.nfe], x);
+    grid_node_place(m.grid, s.rows.dim, grid.key[row - s.rows.nfe], x);
     std::snprintf(text, sizeof text, "direction %d of the grid node at %s", direction,
-                  position_text(x, s.dim).c_str());
+                  position_text(x, s.rows.dim).c_str());
   }
   return text;
 }
@@ -141,12 +141,12 @@ std::string solver_text(const Problem& p, const std::string& whole, const std::s
   const Dofs& s = p.dofs;
   const int equation = p.newton.solver.zero_equation;
   std::string words = p.newton.solver.message.empty() ? "the linear solver failed" : p.newton.solver.message;
-  if (equation < 0 || equation >= s.neq()) return words;
-  const int row = equation / s.dim;
-  words += ". It appears in " + pivot_text(p.m, p.d.grid, s, row, equation % s.dim + 1);
-  if (row < s.nfe && !p.st.points.npoint_all() && !p.st.bonds.nbond_all() && !s.tie.any) {
+  if (equation < 0 || equation >= s.rows.neq()) return words;
+  const int row = equation / s.rows.dim;
+  words += ". It appears in " + pivot_text(p.m, p.d.grid, s, row, equation % s.rows.dim + 1);
+  if (row < s.rows.nfe && !p.st.points.npoint_all() && !p.st.bonds.nbond_all() && !s.bound.tie.any) {
     const std::string motion =
-        p.m.part.on ? whole : step_free_motion(p.m, p.d.el, s, s.node_of_row[row]);
+        p.m.part.on ? whole : step_free_motion(p.m, p.d.el, s, s.rows.node_of_row[row]);
     if (!motion.empty()) return words + ": the supports do not constrain " + motion + " of its part";
     return words + ": the supports constrain all rigid-body motions of its part, so a piece is connected "
                    "by a hinge or by broken elements alone, or stiffnesses differ by too many orders of "
@@ -351,7 +351,7 @@ bool knows(const Problem& p, const Failure& f)
 {
   const int equation = p.newton.solver.zero_equation;        // behind those of this rank: of another one
   if (f.status == SOLVER_SINGULAR || f.status == SOLVER_FAILED)
-    return equation >= 0 && equation < p.dofs.neq();
+    return equation >= 0 && equation < p.dofs.rows.neq();
   return f.index >= 0;
 }
 
@@ -365,7 +365,7 @@ std::string step_explain(const Problem& p, const Failure& f)
                     contact = contact_text(p.m, p.st, p.d.pairs),
                     master  = unseen_master(p.m, p.st.bonds, p.d.pairs, f),
                     text    = explain_here(p, f, whole, contact, master);
-  if (!p.dofs.split) return text;
+  if (!p.dofs.rows.split) return text;
   const int ranks = comm_size(), first = ranks - comm_allreduce_max(knows(p, f) ? ranks - comm_rank() : 0);
   return comm_exchange(std::vector<std::string>(ranks, text))[first == ranks ? 0 : first];
 }

@@ -14,41 +14,41 @@ namespace {
 // [nrow][dim*dim] the blocks of the lumped C, of all ranks
 RealVec damping_blocks(const Dofs& s)
 {
-  const int width = s.dim * s.dim;
-  RealVec all(static_cast<size_t>(s.nrow) * width);
-  for (int r = 0; r < s.nrow; ++r)
-    std::copy_n(&s.C[static_cast<size_t>(s.A.off[r + 1] - 1) * width], width,
+  const int width = s.rows.dim * s.rows.dim;
+  RealVec all(static_cast<size_t>(s.rows.nrow) * width);
+  for (int r = 0; r < s.rows.nrow; ++r)
+    std::copy_n(&s.mass.C[static_cast<size_t>(s.pattern.A.off[r + 1] - 1) * width], width,
                 &all[static_cast<size_t>(r) * width]);
-  if (s.split) halo_sum(s.halo, width, all);
+  if (s.rows.split) halo_sum(s.rows.halo, width, all);
   return all;
 }
 
 // (M + dt/2 C) a = f in the rows of nodes, both lumped: a number or a small block for each          (6.29)
 void node_accelerations(const Dofs& s, double half, const RealVec& f, RealVec& acc)
 {
-  const int dim = s.dim;
-  const RealVec blocks = s.damped ? damping_blocks(s) : RealVec();
-  for (int r = 0; r < s.nfe; ++r) {
-    if (!s.damped) {
+  const int dim = s.rows.dim;
+  const RealVec blocks = s.mass.damped ? damping_blocks(s) : RealVec();
+  for (int r = 0; r < s.rows.nfe; ++r) {
+    if (!s.mass.damped) {
       for (int i = r * dim; i < (r + 1) * dim; ++i)
-        if (s.fixed[i] == DOF_FREE) acc[i] = f[i] / s.lumped[r];
+        if (s.bound.fixed[i] == DOF_FREE) acc[i] = f[i] / s.mass.lumped[r];
       continue;
     }
     Eigen::Matrix3d A = Eigen::Matrix3d::Identity();
     Eigen::Vector3d b = Eigen::Vector3d::Zero();
     const double* C   = &blocks[static_cast<size_t>(r) * dim * dim];
     for (int i = 0; i < dim; ++i) {
-      if (s.fixed[r * dim + i] == DOF_FIXED) continue;
+      if (s.bound.fixed[r * dim + i] == DOF_FIXED) continue;
       b(i) = f[r * dim + i];
-      A(i, i) = s.lumped[r];
+      A(i, i) = s.mass.lumped[r];
       for (int j = 0; j < dim; ++j) {
-        A(i, j) += half * C[i * dim + j] * (s.fixed[r * dim + j] != DOF_FIXED);
-        b(i) -= half * C[i * dim + j] * acc[r * dim + j] * (s.fixed[r * dim + j] == DOF_FIXED);
+        A(i, j) += half * C[i * dim + j] * (s.bound.fixed[r * dim + j] != DOF_FIXED);
+        b(i) -= half * C[i * dim + j] * acc[r * dim + j] * (s.bound.fixed[r * dim + j] == DOF_FIXED);
       }
     }
     const Eigen::Vector3d x = A.fullPivLu().solve(b);
     for (int i = 0; i < dim; ++i)
-      if (s.fixed[r * dim + i] == DOF_FREE) acc[r * dim + i] = x(i);
+      if (s.bound.fixed[r * dim + i] == DOF_FREE) acc[r * dim + i] = x(i);
   }
 }
 
@@ -57,11 +57,12 @@ void node_accelerations(const Dofs& s, double half, const RealVec& f, RealVec& a
 Failure step_accelerations(const Problem& p, const RealVec& f, double half, RealVec& acc)
 {
   const Dofs& s = p.dofs;
-  if (s.tie.any) return mass_solve_tied(s, f, acc) < 0 ? MASS_FAILED : STATUS_OK;
+  if (s.bound.tie.any) return mass_solve_tied(s, f, acc) < 0 ? MASS_FAILED : STATUS_OK;
   node_accelerations(s, half, f, acc);
-  if (p.d.grid.of_all.nodes == 0 && !s.hung) return STATUS_OK;
+  if (p.d.grid.of_all.nodes == 0 && !s.rows.hung) return STATUS_OK;
   Timer timer(PHASE_PROJECT);
-  const std::vector<char> begun(s.nrow, 1);          // rows of the grid begin with the acceleration of t(n)
+  const std::vector<char> begun(s.rows.nrow, 1);
+      // rows of the grid begin with the acceleration of t(n)
   if (mass_project(s, begun, f, acc) < 0) return MASS_FAILED;
   step_keep_momentum(s, f, acc);
   return STATUS_OK;
@@ -77,13 +78,13 @@ Failure form_forces(Problem& p, Attempt& a, RealVec& f)
   if (failure.ok()) failure = assem_internal(p.m, p.d, s, a.mode, a.jumps, p.st, a.fint, nullptr, a.energy);
   if (failure.ok()) failure = assem_loads(p.m, p.d, s, p.st, a.step, a.load, p.warned, a.fext);
   if (!failure.ok()) return failure;
-  f.resize(s.neq());
-  for (int i = 0; i < s.neq(); ++i) f[i] = a.fext[i] - a.fint[i];
-  if (!s.damped) return STATUS_OK;
-  RealVec v(s.neq()), Cv;
-  for (int i = 0; i < s.neq(); ++i) v[i] = a.vgrid[i] + 0.5 * a.dt * a.agrid[i];
+  f.resize(s.rows.neq());
+  for (int i = 0; i < s.rows.neq(); ++i) f[i] = a.fext[i] - a.fint[i];
+  if (!s.mass.damped) return STATUS_OK;
+  RealVec v(s.rows.neq()), Cv;
+  for (int i = 0; i < s.rows.neq(); ++i) v[i] = a.vgrid[i] + 0.5 * a.dt * a.agrid[i];
   damping_multiply(s, v, Cv);
-  for (int i = 0; i < s.neq(); ++i) f[i] -= Cv[i];
+  for (int i = 0; i < s.rows.neq(); ++i) f[i] -= Cv[i];
   return STATUS_OK;
 }
 
@@ -97,10 +98,10 @@ void step_keep_momentum(const Dofs& s, const RealVec& f, RealVec& acc)
 {
   RealVec Ma;
   mass_multiply(s, acc, Ma);
-  for (int i = 0; i < s.neq(); ++i) {
-    const int r = i / s.dim;
-    if (s.fixed[i] != DOF_FREE || s.lumped[r] <= LEAST_SUM * s.M_diag[r]) continue;
-    acc[i] += (f[i] - Ma[i]) / s.lumped[r];
+  for (int i = 0; i < s.rows.neq(); ++i) {
+    const int r = i / s.rows.dim;
+    if (s.bound.fixed[i] != DOF_FREE || s.mass.lumped[r] <= LEAST_SUM * s.mass.M_diag[r]) continue;
+    acc[i] += (f[i] - Ma[i]) / s.mass.lumped[r];
   }
 }
 
@@ -109,12 +110,13 @@ namespace {
 // the same for nodes alone, in two passes over them: displacement                                 (6.28)
 void leap_nodes(const Dofs& s, const Level& n, Attempt& a)
 {
-  const int dim = s.dim;
-  a.du.resize(s.neq());
-  for (int r = 0; r < s.nfe; ++r)
+  const int dim = s.rows.dim;
+  a.du.resize(s.rows.neq());
+  for (int r = 0; r < s.rows.nfe; ++r)
     for (int i = 0; i < dim; ++i) {
-      const int dof = r * dim + i, k = s.node_of_row[r] * dim + i;
-      a.du[dof] = s.fixed[dof] == DOF_FIXED ? s.target[dof] : a.dt * (n.v[k] + 0.5 * a.dt * n.a[k]);
+      const int dof = r * dim + i, k = s.rows.node_of_row[r] * dim + i;
+      a.du[dof] = s.bound.fixed[dof] == DOF_FIXED ? s.bound.target[dof]
+          : a.dt * (n.v[k] + 0.5 * a.dt * n.a[k]);
     }
 }
 
@@ -122,25 +124,25 @@ void leap_nodes(const Dofs& s, const Level& n, Attempt& a)
 //   in   rf0   reactions at t(n)  [nnode*dim]
 bool accelerate_nodes(const Dofs& s, const RealVec& rf0, const Level& n, Attempt& a, Level& l)
 {
-  const int dim = s.dim;
+  const int dim = s.rows.dim;
   double sum = 0.0;
-  a.R.resize(s.neq());
-  for (int r = 0; r < s.nfe; ++r)
+  a.R.resize(s.rows.neq());
+  for (int r = 0; r < s.rows.nfe; ++r)
     for (int i = 0; i < dim; ++i) {
-      const int dof = r * dim + i, k = s.node_of_row[r] * dim + i;
+      const int dof = r * dim + i, k = s.rows.node_of_row[r] * dim + i;
       const double f = a.fext[dof] - a.fint[dof];
-      double a1 = f / s.lumped[r], v1 = n.v[k] + 0.5 * a.dt * (n.a[k] + a1);
+      double a1 = f / s.mass.lumped[r], v1 = n.v[k] + 0.5 * a.dt * (n.a[k] + a1);
       double load = a.fext0[dof] + a.fext[dof];
-      if (s.fixed[dof] == DOF_FIXED) {
-        v1 = s.rate[dof];
+      if (s.bound.fixed[dof] == DOF_FIXED) {
+        v1 = s.bound.rate[dof];
         a1 = (v1 - n.v[k]) / a.dt;
-        a.R[dof] = s.lumped[r] * a1 - f;
+        a.R[dof] = s.mass.lumped[r] * a1 - f;
         load += rf0[k] + a.R[dof];
       }
       l.a[k] = a1;
       l.v[k] = v1;
       sum += a1;
-      if (s.counts(dof)) a.work += 0.5 * load * a.du[dof];
+      if (s.rows.counts(dof)) a.work += 0.5 * load * a.du[dof];
     }
   return dof_all(s, std::isfinite(sum));
 }
@@ -172,7 +174,7 @@ Failure step_explicit(Problem& p, Attempt& a)
     a.bulk      = {a.step.bulk_linear, a.step.bulk_quadratic, a.dt};
     a.mode.bulk = &a.bulk;
   }
-  a.plain = !p.d.grid.of_all.nodes && !s.hung && !s.tie.any && !s.damped;
+  a.plain = !p.d.grid.of_all.nodes && !s.rows.hung && !s.bound.tie.any && !s.mass.damped;
   // 1. velocity and acceleration at t(n)
   Failure failure = step_turn(p);
   if (failure.ok() && a.plain) return explicit_nodes(p, a);
@@ -180,24 +182,25 @@ Failure step_explicit(Problem& p, Attempt& a)
   if (failure.ok()) failure = step_motion_begin(p, a);
   if (!failure.ok()) return failure;
   // 2. displacement: that of the velocity in the middle of the increment                    (6.28)
-  for (int i = 0; i < s.neq(); ++i)
-    a.du[i] = s.fixed[i] == DOF_FIXED ? s.target[i] : a.dt * (a.vgrid[i] + 0.5 * a.dt * a.agrid[i]);
+  for (int i = 0; i < s.rows.neq(); ++i)
+    a.du[i] = s.bound.fixed[i] == DOF_FIXED ? s.bound.target[i]
+        : a.dt * (a.vgrid[i] + 0.5 * a.dt * a.agrid[i]);
   tie_follow(s, true, a.du);
   // 3. forces there, and the acceleration that they make                                     (6.29)
   failure = form_forces(p, a, f);
   if (!failure.ok()) return failure;
   a.acc = a.agrid;
-  for (int i = 0; i < s.neq(); ++i)
-    if (s.fixed[i] == DOF_FIXED) a.acc[i] = (s.rate[i] - a.vgrid[i]) / a.dt;
+  for (int i = 0; i < s.rows.neq(); ++i)
+    if (s.bound.fixed[i] == DOF_FIXED) a.acc[i] = (s.bound.rate[i] - a.vgrid[i]) / a.dt;
   failure = step_accelerations(p, f, 0.5 * a.dt, a.acc);
   if (!failure.ok()) return failure;
   // 4. reactions, as the residual of an implicit increment has them
-  if (p.d.grid.of_all.nodes || s.hung) mass_multiply(s, a.acc, a.R);
+  if (p.d.grid.of_all.nodes || s.rows.hung) mass_multiply(s, a.acc, a.R);
   else a.R = a.acc;
-  const bool lumped = !p.d.grid.of_all.nodes && !s.hung;
+  const bool lumped = !p.d.grid.of_all.nodes && !s.rows.hung;
   double sum = 0.0;
-  for (int i = 0; i < s.neq(); ++i) {
-    a.R[i] = (lumped ? s.lumped[i / s.dim] : 1.0) * a.R[i] - f[i];
+  for (int i = 0; i < s.rows.neq(); ++i) {
+    a.R[i] = (lumped ? s.mass.lumped[i / s.rows.dim] : 1.0) * a.R[i] - f[i];
     sum += a.acc[i];
   }
   if (!dof_all(s, std::isfinite(sum))) return BAD_NUMBER;

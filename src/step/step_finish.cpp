@@ -11,16 +11,16 @@ namespace {
 // dependent dofs move as their masters do
 void finish_ties(const Dofs& s, State& st, RealVec& dv)
 {
-  const int dim   = s.dim;
-  const auto at = [&](int dof) { return s.node_of_row[dof / dim] * dim + dof % dim; };
-  for (size_t k = 0; k < s.tie.dof.size(); ++k)
+  const int dim   = s.rows.dim;
+  const auto at = [&](int dof) { return s.rows.node_of_row[dof / dim] * dim + dof % dim; };
+  for (size_t k = 0; k < s.bound.tie.dof.size(); ++k)
     for (RealVec* x : {&st.np1.v, &st.np1.a}) {
       double sum = 0.0;
-      for (int q = s.tie.master.off[k]; q < s.tie.master.off[k + 1]; ++q)
-        sum += s.tie.coef[q] * (*x)[at(s.tie.master.item[q])];
-      (*x)[at(s.tie.dof[k])] = sum;
+      for (int q = s.bound.tie.master.off[k]; q < s.bound.tie.master.off[k + 1]; ++q)
+        sum += s.bound.tie.coef[q] * (*x)[at(s.bound.tie.master.item[q])];
+      (*x)[at(s.bound.tie.dof[k])] = sum;
     }
-  for (int dof : s.tie.dof) dv[dof] = st.np1.v[at(dof)] - st.n.v[at(dof)];
+  for (int dof : s.bound.tie.dof) dv[dof] = st.np1.v[at(dof)] - st.n.v[at(dof)];
 }
 
 //   in   du   [neq] of dofs
@@ -31,15 +31,15 @@ void finish_nodes(const Dofs& dofs, const Attempt& a, const RealVec& du, const R
 {
   const Step& s = a.step;
   const Scheme& scheme = scheme_of(s);
-  const int dim = dofs.dim;
-  for (int r = 0; r < dofs.nfe; ++r)
+  const int dim = dofs.rows.dim;
+  for (int r = 0; r < dofs.rows.nfe; ++r)
     for (int i = 0; i < dim; ++i) {
-      const int dof = r * dim + i, k = dofs.node_of_row[r] * dim + i;
-      const double v   = dofs.hung ? a.vgrid[dof] : st.n.v[k],
-                   acc = !scheme.acceleration ? 0.0 : dofs.hung ? a.agrid[dof] : st.n.a[k];
+      const int dof = r * dim + i, k = dofs.rows.node_of_row[r] * dim + i;
+      const double v   = dofs.rows.hung ? a.vgrid[dof] : st.n.v[k],
+                   acc = !scheme.acceleration ? 0.0 : dofs.rows.hung ? a.agrid[dof] : st.n.a[k];
       double v1, a1;
-      if (dofs.fixed[dof] == DOF_FIXED) {           // prescribed motion: its own rate
-        v1 = dofs.rate[dof];
+      if (dofs.bound.fixed[dof] == DOF_FIXED) {           // prescribed motion: its own rate
+        v1 = dofs.bound.rate[dof];
         a1 = (v1 - v) / a.dt;
       } else if (!acc1.empty()) {
         a1 = acc1[dof];
@@ -48,7 +48,7 @@ void finish_nodes(const Dofs& dofs, const Attempt& a, const RealVec& du, const R
         scheme.node(s, a.dt, du[dof], v, acc, v1, a1);
       }
       // v is not that of the node, but the change is its change
-      const bool projected = dofs.hung && !dofs.fixed[dof];
+      const bool projected = dofs.rows.hung && !dofs.bound.fixed[dof];
       dv[dof] = v1 - (projected ? v : st.n.v[k]);
       st.np1.v[k] = projected ? st.n.v[k] + dv[dof] : v1;
       st.np1.a[k] = a1;
@@ -60,7 +60,7 @@ void finish_nodes(const Dofs& dofs, const Attempt& a, const RealVec& du, const R
 // motion  (3.17)
 double ghost_loss(const ActiveGrid& grid, const Dofs& dofs, const Attempt& a, const RealVec& dv)
 {
-  const int dim  = dofs.dim;
+  const int dim  = dofs.rows.dim;
   const double k = a.mode.mid ? 1.0 : 0.5;
   double loss = 0.0;
   RealVec jump;
@@ -84,10 +84,10 @@ void finish_ghosts(const Model& m, const ActiveGrid& grid, const Dofs& dofs, con
 void finish_damping(const Model& m, const Discretisation& d, const Dofs& dofs, const Attempt& a, State& st)
 {
   if (a.cM == 0.0) return;
-  if (dofs.damped) st.ledger.viscous += damping_work(dofs, a.du) / a.dt;
+  if (dofs.mass.damped) st.ledger.viscous += damping_work(dofs, a.du) / a.dt;
   if (!model_viscous(m)) return;
   double loss = elem_viscous_loss(m, d.el, st.n, st.np1, a.mode.finite) +
-                point_viscous_loss(st.points, m.dim, d.point_law, st.n, st.np1, dofs.owned_point);
+                point_viscous_loss(st.points, m.dim, d.point_law, st.n, st.np1, dofs.rows.owned_point);
   comm_sum(&loss, 1);
   st.ledger.viscous += loss / a.dt;
 }
@@ -96,11 +96,11 @@ void finish_damping(const Model& m, const Discretisation& d, const Dofs& dofs, c
 void finish_grid(const Dofs& dofs, const Attempt& a, RealVec& dv)
 {
   const Step& s = a.step;
-  const int dim = dofs.dim, first = dofs.nfe;
+  const int dim = dofs.rows.dim, first = dofs.rows.nfe;
   const Scheme& scheme = scheme_of(s);
-  for (int i = first * dim; i < dofs.neq(); ++i) {
-    if (dofs.fixed[i])
-      dv[i] = dofs.rate[i] - a.vgrid[i];
+  for (int i = first * dim; i < dofs.rows.neq(); ++i) {
+    if (dofs.bound.fixed[i])
+      dv[i] = dofs.bound.rate[i] - a.vgrid[i];
     else if (!a.acc.empty())
       dv[i] = 0.5 * a.dt * (a.agrid[i] + a.acc[i]);
     else
@@ -112,17 +112,18 @@ void finish_grid(const Dofs& dofs, const Attempt& a, RealVec& dv)
 void keep_velocity(const Dofs& s, long made, int increment, const RealVec& v, const RealVec& dv,
                    const RealVec& acc, GridVelocity& after)
 {
-  after.pattern   = s.pattern;
+  after.pattern   = s.pattern.number;
   after.made      = made;
   after.increment = increment;
-  after.first     = s.projected_from();
-  after.key.assign(s.row_key.begin() + s.nfe, s.row_key.end());
-  const int first = after.first * s.dim;
-  after.fixed.assign(s.fixed.begin() + first, s.fixed.end());
-  after.v.resize(s.neq() - first);
+  after.first     = s.rows.projected_from();
+  after.key.assign(s.rows.row_key.begin() + s.rows.nfe, s.rows.row_key.end());
+  const int first = after.first * s.rows.dim;
+  after.fixed.assign(s.bound.fixed.begin() + first, s.bound.fixed.end());
+  after.v.resize(s.rows.neq() - first);
   after.a.clear();
   if (!acc.empty()) after.a.assign(acc.begin() + first, acc.end());
-  for (int i = first; i < s.neq(); ++i) after.v[i - first] = s.fixed[i] ? s.rate[i] : v[i] + dv[i];
+  for (int i = first; i < s.rows.neq(); ++i) after.v[i - first] = s.bound.fixed[i] ? s.bound.rate[i] : v[i] +
+      dv[i];
 }
 
 // velocities of nodes, corners and grid                                             (6.3), (3.15)
@@ -141,13 +142,13 @@ void finish_velocities(const ActiveGrid& grid, const Dofs& dofs, const Attempt& 
 void corner_reactions(const Model& m, const Dofs& dofs, const RealVec& R, RealVec& rf)
 {
   RealVec force;
-  for (const CornerSupport& h : dofs.corner_support) {
-    const bool here = h.dof >= 0 && dofs.grid_bc[h.dof] < 0 && (!m.part.on || dofs.counts(h.dof));
+  for (const CornerSupport& h : dofs.bound.corner_support) {
+    const bool here = h.dof >= 0 && dofs.bound.grid_bc[h.dof] < 0 && (!m.part.on || dofs.rows.counts(h.dof));
     force.push_back(here ? h.part * R[h.dof] : 0.0);
   }
   if (m.part.on && !force.empty()) comm_sum(force);
   for (size_t k = 0; k < force.size(); ++k)
-    if (dofs.corner_support[k].node_dof >= 0) rf[dofs.corner_support[k].node_dof] += force[k];
+    if (dofs.bound.corner_support[k].node_dof >= 0) rf[dofs.bound.corner_support[k].node_dof] += force[k];
 }
 
 //   in   R   [neq] of dofs
@@ -155,14 +156,14 @@ void finish_reactions(const Model& m, const Dofs& dofs, const RealVec& R, State&
 {
   const int dim = m.dim;
   const size_t nodal = static_cast<size_t>(m.mesh.nnode()) * dim;
-  if (!dofs.free || st.log.inc <= 1 || st.rf.size() != nodal) st.rf.assign(nodal, 0.0);
+  if (!dofs.bound.free || st.log.inc <= 1 || st.rf.size() != nodal) st.rf.assign(nodal, 0.0);
   st.grid_rf.assign(m.grid_bc.size() * dim, 0.0);
-  for (int i = 0; i < dofs.neq() && !dofs.free; ++i) {
-    if (dofs.fixed[i] != DOF_FIXED) continue;
+  for (int i = 0; i < dofs.rows.neq() && !dofs.bound.free; ++i) {
+    if (dofs.bound.fixed[i] != DOF_FIXED) continue;
     const int r = i / dim;
-    if (r < dofs.nfe) st.rf[dofs.node_of_row[r] * dim + i % dim] = R[i];
-    else if (dofs.grid_bc[i] >= 0 && (!m.part.on || dofs.counts(i)))
-      st.grid_rf[dofs.grid_bc[i] * dim + i % dim] += R[i];
+    if (r < dofs.rows.nfe) st.rf[dofs.rows.node_of_row[r] * dim + i % dim] = R[i];
+    else if (dofs.bound.grid_bc[i] >= 0 && (!m.part.on || dofs.rows.counts(i)))
+      st.grid_rf[dofs.bound.grid_bc[i] * dim + i % dim] += R[i];
   }
   if (m.part.on && !st.grid_rf.empty()) comm_sum(st.grid_rf);
   corner_reactions(m, dofs, R, st.rf);
@@ -192,18 +193,18 @@ void finish_followers(const IntVec& follow, const Attempt& a, int dim, State& st
 //   in   R0   [neq] statics: residual at t(n)
 double external_work(const Dofs& dofs, const Attempt& a, const RealVec& rf0, const RealVec& R0)
 {
-  const int dim  = dofs.dim;
+  const int dim  = dofs.rows.dim;
   const bool mid = a.mode.mid;
   double work = 0.0;
-  for (int i = 0; i < dofs.neq(); ++i) {
-    if (!dofs.counts(i)) continue;
+  for (int i = 0; i < dofs.rows.neq(); ++i) {
+    if (!dofs.rows.counts(i)) continue;
     const double f0 = mid ? a.fext[i] : a.fext0[i];
     work += 0.5 * (f0 + a.fext[i]) * a.du[i];
-    if (dofs.fixed[i] != DOF_FIXED || a.du[i] == 0.0) continue;
+    if (dofs.bound.fixed[i] != DOF_FIXED || a.du[i] == 0.0) continue;
     const int r = i / dim;
     double r0   = a.R[i];
     if (a.cM == 0.0) r0 = R0[i];
-    else if (!mid && r < dofs.nfe) r0 = rf0[dofs.node_of_row[r] * dim + i % dim];
+    else if (!mid && r < dofs.rows.nfe) r0 = rf0[dofs.rows.node_of_row[r] * dim + i % dim];
     work += 0.5 * (r0 + a.R[i]) * a.du[i];
   }
   return work;
@@ -345,13 +346,14 @@ void step_finish(Problem& p, Attempt& a, RealVec& energy)
   RealVec rf0;
   if (!a.plain) rf0 = st.rf;
   if (!a.plain && rf0.empty()) rf0.assign(static_cast<size_t>(m.mesh.nnode()) * m.dim, 0.0);
-  RealVec dv(a.plain ? 0 : s.neq(), 0.0);          // change of the velocities of the unknowns
+  RealVec dv(a.plain ? 0 : s.rows.neq(), 0.0);          // change of the velocities of the unknowns
   st.np1.time = a.total1;
   if (st.points.part.window)
-    point_tell_history(m.part, s.point_rank, st.points, p.d.point_law.history, st.np1);
+    point_tell_history(m.part, s.pattern.point_rank, st.points, p.d.point_law.history, st.np1);
   // 1. velocities
   // small systems and REUSE=NO: a continued run repeats every digit
-  const bool keeps = ((m.solver.reuse && s.neq_all() >= SMALL_SYSTEM) || leaps) && st.points.npoint_all();
+  const bool keeps = ((m.solver.reuse && s.rows.neq_all() >= SMALL_SYSTEM) || leaps) &&
+      st.points.npoint_all();
   GridVelocity* const after = keeps ? &p.newton.grid : nullptr;
   if (!after || a.cM == 0.0) p.newton.grid = GridVelocity();
   if (a.cM != 0.0 && !a.plain) finish_velocities(p.d.grid, s, a, st, dv, after);

@@ -84,7 +84,7 @@ Failure apply(Problem& p, const Step& s, const std::vector<Erosion>& erode, cons
     if (!convert.empty() || !torn.empty()) bond_share(p.m, st.points, st.bonds);
   }
   if (!convert.empty() || !torn.empty()) {
-    p.dofs.numbered = false;             // other nodes, or other bonds
+    p.dofs.rows.numbered = false;             // other nodes, or other bonds
     st.laid         = GridLaid();
   }
   p.ready = false;
@@ -177,7 +177,7 @@ Failure step_fracture(Problem& p, const Step& s, double t_step, UndoPoint& befor
       if (!scheme_of(s).acceleration || smooth) return STATUS_OK;
       p.newton.grid.a.clear();             // forces have jumped
       // where points follow nodes step_motion_begin asks for all forces
-      if (s.explicit_steps() && p.dofs.hung) return STATUS_OK;
+      if (s.explicit_steps() && p.dofs.rows.hung) return STATUS_OK;
       failure = step_initial_acceleration(p, s, t_step);
       if (failure.ok() && s.explicit_steps()) book_leap(p, s);
       return failure;
@@ -280,6 +280,6 @@ void step_undo(Problem& p, UndoPoint& u)
   p.st.log = log;
   elem_refresh(p.d.el);
   if (changed && p.m.part.on) model_owners(frac_gone(p.st.frac), p.piece);
-  if (changed) p.dofs.numbered = false;
+  if (changed) p.dofs.rows.numbered = false;
   p.ready = false;
 }

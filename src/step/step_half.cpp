@@ -39,8 +39,8 @@ double largest(const Dofs& s, const RealVec& f)
 double largest_free(const Dofs& s, const RealVec& R)
 {
   double most = 0.0;
-  for (int i = 0; i < s.neq(); ++i)
-    if (!s.fixed[i]) most = std::max(most, std::isfinite(R[i]) ? std::fabs(R[i]) : HUGE_VAL);
+  for (int i = 0; i < s.rows.neq(); ++i)
+    if (!s.bound.fixed[i]) most = std::max(most, std::isfinite(R[i]) ? std::fabs(R[i]) : HUGE_VAL);
   return dof_largest(s, most);
 }
 
@@ -86,10 +86,10 @@ Failure forces_at(Problem& p, const Attempt& a, const Level& end, double part, c
 RealVec velocity_change(const Dofs& s, const Attempt& a)
 {
   const Scheme& scheme = scheme_of(a.step);
-  RealVec dv(s.neq());
-  for (int i = 0; i < s.neq(); ++i)
-    dv[i] = s.fixed[i] == DOF_FIXED
-              ? s.rate[i] - a.vgrid[i]
+  RealVec dv(s.rows.neq());
+  for (int i = 0; i < s.rows.neq(); ++i)
+    dv[i] = s.bound.fixed[i] == DOF_FIXED
+              ? s.bound.rate[i] - a.vgrid[i]
               : scheme.grid(a.step, a.dt, a.du[i], a.vgrid[i], a.agrid.empty() ? 0.0 : a.agrid[i]);
   tie_follow(s, false, dv);
   return dv;
@@ -99,12 +99,12 @@ RealVec velocity_change(const Dofs& s, const Attempt& a)
 Failure half_motion(Problem& p, const Attempt& a, const RealVec& dv, RealVec& du)
 {
   Dofs& s = p.dofs;
-  du.resize(s.neq());
-  for (int i = 0; i < s.neq(); ++i) du[i] = 0.5 * a.du[i] - 0.125 * a.dt * dv[i];
+  du.resize(s.rows.neq());
+  for (int i = 0; i < s.rows.neq(); ++i) du[i] = 0.5 * a.du[i] - 0.125 * a.dt * dv[i];
   Failure failure =
       dof_constrain(p.m, p.d, p.st, a.step, a.t0, a.t0 + 0.5 * a.dt, s, p.warned);
-  for (int i = 0; i < s.neq() && failure.ok(); ++i)
-    if (s.fixed[i] == DOF_FIXED) du[i] = s.target[i];
+  for (int i = 0; i < s.rows.neq() && failure.ok(); ++i)
+    if (s.bound.fixed[i] == DOF_FIXED) du[i] = s.bound.target[i];
   if (failure.ok()) tie_follow(s, true, du);
   const Failure back = dof_constrain(p.m, p.d, p.st, a.step, a.t0, a.t1, s, p.warned);
   return failure.ok() ? back : failure;
@@ -116,7 +116,7 @@ Failure forces_at_ends(Problem& p, const Attempt& a, const Level& end, Forces& f
   const bool known = !a.mode.mid && !model_viscous(p.m), at_start = known && !a.fint0.empty();
   Failure failure;
   if (at_start) f0 = difference(p.dofs, a.fint0, a.fext0);
-  else failure = forces_at(p, a, end, 0.0, RealVec(p.dofs.neq(), 0.0), f0);
+  else failure = forces_at(p, a, end, 0.0, RealVec(p.dofs.rows.neq(), 0.0), f0);
   if (!failure.ok()) return failure;
   if (known) f1 = difference(p.dofs, a.fint, a.fext);
   else failure = forces_at(p, a, end, 1.0, a.du, f1);
@@ -134,15 +134,15 @@ Failure half_residual(Problem& p, const Attempt& a, const Level& end, HalfWatch&
   if (failure.ok()) failure = forces_at_ends(p, a, end, f0, f1);
   if (failure.ok()) failure = forces_at(p, a, end, 0.5, du, fh);
   if (failure.ok() && step_damps(p)) {
-    RealVec v(s.neq());        // velocity at the middle less the mean of the ends
-    for (int i = 0; i < s.neq(); ++i)
+    RealVec v(s.rows.neq());        // velocity at the middle less the mean of the ends
+    for (int i = 0; i < s.rows.neq(); ++i)
       v[i] = 1.5 * a.du[i] / a.dt - 0.75 * (2.0 * a.vgrid[i] + dv[i]);
     failure = step_damping(p, a.mode.finite, a.t0, a.dt, v, damping);
   }
   if (!failure.ok()) return failure;
   w.force = std::max(f0.typical, f1.typical);
-  R.resize(s.neq());
-  for (int i = 0; i < s.neq(); ++i) {
+  R.resize(s.rows.neq());
+  for (int i = 0; i < s.rows.neq(); ++i) {
     const double damped = damping.empty() ? 0.0 : damping[i];
     R[i] = (1.0 + a.step.alpha) * (fh.r[i] - 0.5 * (f0.r[i] + f1.r[i]) + damped);
   }
@@ -162,9 +162,9 @@ double typical_force(const StepClock& c, double dt, double force)
 double half_energy(const Dofs& s, double dt, const RealVec& R)
 {
   double sum = 0.0;
-  for (int i = 0; i < s.neq(); ++i)
-    if (!s.fixed[i] && s.M_diag[i / s.dim] > 0.0 && s.counts(i))
-      sum += R[i] * R[i] / s.M_diag[i / s.dim];
+  for (int i = 0; i < s.rows.neq(); ++i)
+    if (!s.bound.fixed[i] && s.mass.M_diag[i / s.rows.dim] > 0.0 && s.rows.counts(i))
+      sum += R[i] * R[i] / s.mass.M_diag[i / s.rows.dim];
   return 0.5 * dt * dt * dof_total(s, sum);
 }
 

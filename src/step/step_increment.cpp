@@ -95,12 +95,13 @@ void extrapolate(const Model& m, const State& st, const Dofs& dofs, double dt, A
   if (!a.step.extrapolate || st.rate.empty() || st.log.cuts > 0 || !m.bond.empty() ||
       st.points.npoint_all() || st.frac.neroded > 0)
     return;
-  a.guess   = dofs.target;
+  a.guess   = dofs.bound.target;
   a.guesses = true;
-  const int dim = dofs.dim;
-  for (int r = 0; r < dofs.nfe; ++r)
+  const int dim = dofs.rows.dim;
+  for (int r = 0; r < dofs.rows.nfe; ++r)
     for (int i = 0; i < dim; ++i)
-      if (!dofs.fixed[r * dim + i]) a.guess[r * dim + i] = dt * st.rate[dofs.node_of_row[r] * dim + i];
+      if (!dofs.bound.fixed[r * dim + i])
+        a.guess[r * dim + i] = dt * st.rate[dofs.rows.node_of_row[r] * dim + i];
 }
 
 // General contact in statics: a place that met no face at t(n) and lies inside one now has come from further
@@ -154,8 +155,8 @@ bool loads_known(Problem& p, const Step& s, RealVec& fext)
   StableIncrement& q = p.stable;
   const StepLog& log       = p.st.log;
   if (!s.explicit_steps() || q.step != log.step || q.inc != log.inc - 1) return false;
-  if (q.pattern != p.dofs.pattern || q.made != p.d.grid.made) return false;
-  if (q.fext.size() != static_cast<size_t>(p.dofs.neq())) return false;
+  if (q.pattern != p.dofs.pattern.number || q.made != p.d.grid.made) return false;
+  if (q.fext.size() != static_cast<size_t>(p.dofs.rows.neq())) return false;
   fext.swap(q.fext);           // an attempt that fails asks for them again
   return true;
 }
@@ -168,7 +169,7 @@ void keep_loads(Problem& p, Attempt& a)
   q.fint.swap(a.fint);
   q.du.swap(a.du);
   q.R.swap(a.R);
-  q.pattern = p.dofs.pattern;
+  q.pattern = p.dofs.pattern.number;
   q.made    = p.d.grid.made;
   q.step    = p.st.log.step;
   q.inc     = p.st.log.inc;
@@ -189,9 +190,9 @@ void begin_level(const Problem& p, const Step& s, const Level& n, Level& l)
   const Dofs& d = p.dofs;
   for (RealVec Level::*x : {&Level::u, &Level::v, &Level::a}) (l.*x).resize(n.u.size());
   for (int k = 0; k < p.m.mesh.nnode(); ++k) {
-    if (d.row_of_node[k] >= 0) continue;             // in no element
+    if (d.rows.row_of_node[k] >= 0) continue;             // in no element
     for (RealVec Level::*x : {&Level::u, &Level::v, &Level::a})
-      std::copy_n(&(n.*x)[k * d.dim], d.dim, &(l.*x)[k * d.dim]);
+      std::copy_n(&(n.*x)[k * d.rows.dim], d.rows.dim, &(l.*x)[k * d.rows.dim]);
   }
   l.uc.resize(n.uc.size());
   l.vc.resize(n.vc.size());
@@ -253,7 +254,7 @@ Failure step_increment(Problem& p, const Step& s, double t0, double dt, RealVec&
   st.log.residual   = 0.0;
   if (s.explicit_steps()) take_space(p.stable, a);
   if (s.explicit_steps() && !p.m.fracture.empty() && step_tests(p, s, a.total1)) a.energy = &energy;
-  a.du.assign(p.dofs.neq(), 0.0);
+  a.du.assign(p.dofs.rows.neq(), 0.0);
   Failure failure = dof_constrain(p.m, p.d, st, s, a.t0, a.t1, p.dofs, p.warned);
   if (failure.ok() && s.proc == PROC_DYNAMIC) ledger_leap(p.dofs, s.explicit_steps() ? dt : 0.0, st);
   if (failure.ok() && !mid && !loads_known(p, s, a.fext0))
@@ -265,7 +266,7 @@ Failure step_increment(Problem& p, const Step& s, double t0, double dt, RealVec&
   const bool guessed = a.guesses;
   if (failure.ok()) failure = leaps ? step_explicit(p, a) : step_newton(p, a);
   if (!failure.ok() && failure.status != BAD_VALUE && guessed) {
-    a.du.assign(p.dofs.neq(), 0.0);
+    a.du.assign(p.dofs.rows.neq(), 0.0);
     a.guesses = false;
     failure = step_newton(p, a);
   }

@@ -12,15 +12,15 @@ namespace {
 // the same
 void agree_velocity(const Dofs& s, std::vector<char>& begun, RealVec& vgrid)
 {
-  const int dim = s.dim, width = dim + 1;            // velocity and 1, or zeros
-  RealVec known(static_cast<size_t>(s.nrow) * width, 0.0);
-  for (int r : s.halo.shared) {
+  const int dim = s.rows.dim, width = dim + 1;            // velocity and 1, or zeros
+  RealVec known(static_cast<size_t>(s.rows.nrow) * width, 0.0);
+  for (int r : s.rows.halo.shared) {
     if (!begun[r]) continue;
     std::copy_n(&vgrid[r * dim], dim, &known[r * width]);
     known[r * width + dim] = 1.0;
   }
-  halo_sum(s.halo, width, known);
-  for (int r : s.halo.shared) {
+  halo_sum(s.rows.halo, width, known);
+  for (int r : s.rows.halo.shared) {
     const double ranks = known[r * width + dim];
     begun[r] = ranks > 0.0;
     for (int i = 0; i < dim && ranks > 0.0; ++i) vgrid[r * dim + i] = known[r * width + i] / ranks;
@@ -30,9 +30,9 @@ void agree_velocity(const Dofs& s, std::vector<char>& begun, RealVec& vgrid)
 // The velocities before, of the same rows. Those of nodes that are prescribed are known better
 void take_velocity(const GridVelocity& before, const Dofs& s, RealVec& vgrid)
 {
-  const int first = before.first * s.dim, grid = s.nfe * s.dim;
-  for (int i = first; i < s.neq(); ++i)
-    if (i >= grid || !s.fixed[i]) vgrid[i] = before.v[i - first];
+  const int first = before.first * s.rows.dim, grid = s.rows.nfe * s.rows.dim;
+  for (int i = first; i < s.rows.neq(); ++i)
+    if (i >= grid || !s.bound.fixed[i]) vgrid[i] = before.v[i - first];
 }
 
 // puts the velocities that there were into those rows that are there again; returns which they are
@@ -40,21 +40,21 @@ std::vector<char> begin_velocity(const GridVelocity& before, const Dofs& s, Real
 {
   std::vector<char> begun;
   if (before.pattern < 0) return begun;
-  if (before.pattern == s.pattern) {
+  if (before.pattern == s.pattern.number) {
     take_velocity(before, s, vgrid);
-    begun.assign(s.nrow, 1);
+    begun.assign(s.rows.nrow, 1);
     return begun;
   }
-  const double* of_grid = before.v.data() + before.v.size() - before.key.size() * s.dim;
-  begun.assign(s.nrow, 0);
+  const double* of_grid = before.v.data() + before.v.size() - before.key.size() * s.rows.dim;
+  begun.assign(s.rows.nrow, 0);
   size_t k = 0;
-  for (int r = s.nfe; r < s.nrow; ++r) {
-    while (k < before.key.size() && before.key[k] > s.row_key[r]) ++k;
-    if (k == before.key.size() || before.key[k] != s.row_key[r]) continue;
+  for (int r = s.rows.nfe; r < s.rows.nrow; ++r) {
+    while (k < before.key.size() && before.key[k] > s.rows.row_key[r]) ++k;
+    if (k == before.key.size() || before.key[k] != s.rows.row_key[r]) continue;
     begun[r] = 1;
-    for (int i = 0; i < s.dim; ++i) vgrid[r * s.dim + i] = of_grid[k * s.dim + i];
+    for (int i = 0; i < s.rows.dim; ++i) vgrid[r * s.rows.dim + i] = of_grid[k * s.rows.dim + i];
   }
-  if (s.split) agree_velocity(s, begun, vgrid);
+  if (s.rows.split) agree_velocity(s, begun, vgrid);
   return begun;
 }
 
@@ -63,18 +63,18 @@ std::vector<char> begin_velocity(const GridVelocity& before, const Dofs& s, Real
 // (3.19)
 bool projection_known(const State& st, const Discretisation& d, const Dofs& s, const GridVelocity& before)
 {
-  if (before.pattern < 0 || (s.hung && s.tie.any)) return false;
+  if (before.pattern < 0 || (s.rows.hung && s.bound.tie.any)) return false;
   const ActiveGrid& grid = d.grid;
-  bool known = before.pattern == s.pattern && before.first == s.projected_from() &&
+  bool known = before.pattern == s.pattern.number && before.first == s.rows.projected_from() &&
                before.made == d.grid.made && before.increment == st.log.inc_total &&
                std::none_of(grid.ghost_m.begin(), grid.ghost_m.end(), [](double m) { return m != 0.0; });
-  const int first = before.first * s.dim;
-  for (int i = first; known && i < s.neq(); ++i) {
-    const bool at_node = i < s.nfe * s.dim;
-    known = before.fixed[i - first] == s.fixed[i] &&
-            (at_node || !s.fixed[i] || before.v[i - first] == s.rate0[i]);
+  const int first = before.first * s.rows.dim;
+  for (int i = first; known && i < s.rows.neq(); ++i) {
+    const bool at_node = i < s.rows.nfe * s.rows.dim;
+    known = before.fixed[i - first] == s.bound.fixed[i] &&
+            (at_node || !s.bound.fixed[i] || before.v[i - first] == s.bound.rate0[i]);
   }
-  return s.split ? comm_allreduce_max(static_cast<int>(!known)) == 0 : known;
+  return s.rows.split ? comm_allreduce_max(static_cast<int>(!known)) == 0 : known;
 }
 
 // velocity of the grid: M-orthogonal projection of the velocities of the points    (3.13)
@@ -84,7 +84,7 @@ bool projection_known(const State& st, const Discretisation& d, const Dofs& s, c
 Failure velocity_at_start(const State& st, const Discretisation& d, const Dofs& dofs,
                           const GridVelocity& before, RealVec& momentum, RealVec& vgrid)
 {
-  const bool projects = d.grid.of_all.nodes || dofs.hung;
+  const bool projects = d.grid.of_all.nodes || dofs.rows.hung;
   vgrid = dof_of_nodes(dofs, st.n.v);
   if (projects && projection_known(st, d, dofs, before)) {
     timer_skip(PHASE_PROJECT);
@@ -94,29 +94,29 @@ Failure velocity_at_start(const State& st, const Discretisation& d, const Dofs& 
   }
   mass_elements(dofs, vgrid, momentum);
   point_momentum(d.grid, dofs, st.n.vc, momentum);
-  sys_sum(dofs.A, momentum);
+  sys_sum(dofs.pattern.A, momentum);
   if (!projects) return STATUS_OK;
   Timer timer(PHASE_PROJECT);
   const Dofs& s = dofs;
-  const int first = s.projected_from();
+  const int first = s.rows.projected_from();
   const std::vector<char> begun = begin_velocity(before, s, vgrid);
-  for (int i = s.nfe * s.dim; i < s.neq(); ++i)
-    if (s.fixed[i]) vgrid[i] = s.rate0[i];
+  for (int i = s.rows.nfe * s.rows.dim; i < s.rows.neq(); ++i)
+    if (s.bound.fixed[i]) vgrid[i] = s.bound.rate0[i];
   if (mass_project(s, begun, momentum, vgrid) < 0) return MASS_FAILED;
   if (dof_all_free(s)) return STATUS_OK;
-  const auto behind = s.fixed.begin() + static_cast<long>(first) * s.dim;
-  if (dof_all(s, std::find(behind, s.fixed.end(), DOF_FIXED) == s.fixed.end())) return STATUS_OK;
+  const auto behind = s.bound.fixed.begin() + static_cast<long>(first) * s.rows.dim;
+  if (dof_all(s, std::find(behind, s.bound.fixed.end(), DOF_FIXED) == s.bound.fixed.end())) return STATUS_OK;
   RealVec Mv;                  // supports: the momentum that goes with their motion
   mass_multiply(s, vgrid, Mv);
-  for (int i = first * s.dim; i < s.neq(); ++i)
-    if (s.fixed[i] == DOF_FIXED) momentum[i] = Mv[i];
+  for (int i = first * s.rows.dim; i < s.rows.neq(); ++i)
+    if (s.bound.fixed[i] == DOF_FIXED) momentum[i] = Mv[i];
   return STATUS_OK;
 }
 
 // internal force at t(n) on the weights of this step: the grid has no acceleration of its own
 Failure force_at_start(Problem& p, Attempt& a)
 {
-  const RealVec zero(p.dofs.neq(), 0.0);
+  const RealVec zero(p.dofs.rows.neq(), 0.0);
   KernelMode mode;
   BulkStep bulk;
   mode.finite = a.mode.finite;
@@ -143,13 +143,13 @@ void step_hold_bulk(Problem& p, const Step& s, BulkStep& bulk, KernelMode& mode)
   mode.bulk = &bulk;
 }
 
-bool step_damps(const Problem& p) { return p.dofs.damped || model_viscous(p.m); }
+bool step_damps(const Problem& p) { return p.dofs.mass.damped || model_viscous(p.m); }
 
 // the viscous stress acts by the difference of the internal force with and without it
 Failure step_damping(Problem& p, bool finite, double t_step, double dt, const RealVec& v, RealVec& f)
 {
-  f.assign(p.dofs.neq(), 0.0);
-  if (p.dofs.damped) damping_multiply(p.dofs, v, f);
+  f.assign(p.dofs.rows.neq(), 0.0);
+  if (p.dofs.mass.damped) damping_multiply(p.dofs, v, f);
   if (!model_viscous(p.m)) return STATUS_OK;
   RealVec ahead = v, with, without;
   for (double& x : ahead) x *= GLANCE * dt;
@@ -161,7 +161,7 @@ Failure step_damping(Problem& p, bool finite, double t_step, double dt, const Re
   mode.rate = 1.0 / (GLANCE * dt);
   if (failure.ok()) failure = assem_internal(p.m, p.d, p.dofs, mode, jumps, p.st, with);
   if (!failure.ok()) return failure;
-  for (int i = 0; i < p.dofs.neq(); ++i) f[i] += with[i] - without[i];
+  for (int i = 0; i < p.dofs.rows.neq(); ++i) f[i] += with[i] - without[i];
   return STATUS_OK;
 }
 
@@ -171,13 +171,13 @@ namespace {
 Failure begin_damping(Problem& p, Attempt& a)
 {
   const Scheme& scheme = scheme_of(a.step);
-  if (p.dofs.damped) a.cC = scheme.damping(a.step, a.dt);
+  if (p.dofs.mass.damped) a.cC = scheme.damping(a.step, a.dt);
   if (a.mode.mid) return STATUS_OK;
-  RealVec v(p.dofs.neq()), f;
-  for (int i = 0; i < p.dofs.neq(); ++i)
+  RealVec v(p.dofs.rows.neq()), f;
+  for (int i = 0; i < p.dofs.rows.neq(); ++i)
     v[i] = scheme.damping_known(a.step, a.dt, a.vgrid[i], a.agrid.empty() ? 0.0 : a.agrid[i]);
   const Failure failure = step_damping(p, a.mode.finite, a.t0, a.dt, v, f);
-  for (int i = 0; i < p.dofs.neq() && failure.ok(); ++i) a.g[i] -= f[i];
+  for (int i = 0; i < p.dofs.rows.neq() && failure.ok(); ++i) a.g[i] -= f[i];
   return failure;
 }
 
@@ -187,20 +187,20 @@ Failure begin_damping(Problem& p, Attempt& a)
 Failure inertia_at_start(Problem& p, Attempt& a, RealVec& Ma)
 {
   const Dofs& s = p.dofs;
-  const int first = s.projected_from(), grid = s.nfe * s.dim;
+  const int first = s.rows.projected_from(), grid = s.rows.nfe * s.rows.dim;
   a.agrid = dof_of_nodes(s, p.st.n.a);
-  if (p.d.grid.of_all.nodes || s.hung) {
-    RealVec f(s.neq(), 0.0), damping(s.neq(), 0.0);
+  if (p.d.grid.of_all.nodes || s.rows.hung) {
+    RealVec f(s.rows.neq(), 0.0), damping(s.rows.neq(), 0.0);
     if (step_damps(p)) {
       const Failure failure = step_damping(p, a.mode.finite, a.t0, a.dt, a.vgrid, damping);
       if (!failure.ok()) return failure;
     }
     Timer timer(PHASE_PROJECT);
-    for (int i = first * s.dim; i < s.neq(); ++i) {
+    for (int i = first * s.rows.dim; i < s.rows.neq(); ++i) {
       f[i] = a.fext0[i] - a.fint0[i] - damping[i];
-      if (s.fixed[i] && i >= grid) a.agrid[i] = (s.rate[i] - s.rate0[i]) / a.dt;
+      if (s.bound.fixed[i] && i >= grid) a.agrid[i] = (s.bound.rate[i] - s.bound.rate0[i]) / a.dt;
     }
-    if (mass_solve(s, s.hung ? ROWS_ALL : ROWS_GRID, s.nfe, f, a.agrid) < 0) return MASS_FAILED;
+    if (mass_solve(s, s.rows.hung ? ROWS_ALL : ROWS_GRID, s.rows.nfe, f, a.agrid) < 0) return MASS_FAILED;
   }
   mass_multiply(s, a.agrid, Ma);
   return STATUS_OK;
@@ -209,11 +209,11 @@ Failure inertia_at_start(Problem& p, Attempt& a, RealVec& Ma)
 // fint - fext - reactions at t(n): M a of a scheme that weighs forces of both ends
 void unbalanced_at_start(const Dofs& s, const RealVec& rf, const Attempt& a, RealVec& f)
 {
-  f.resize(s.neq());
-  for (int i = 0; i < s.neq(); ++i) {
+  f.resize(s.rows.neq());
+  for (int i = 0; i < s.rows.neq(); ++i) {
     f[i] = a.fint0[i] - a.fext0[i];
-    if (s.fixed[i] == DOF_FIXED && i / s.dim < s.nfe && !rf.empty())
-      f[i] -= rf[s.node_of_row[i / s.dim] * s.dim + i % s.dim];
+    if (s.bound.fixed[i] == DOF_FIXED && i / s.rows.dim < s.rows.nfe && !rf.empty())
+      f[i] -= rf[s.rows.node_of_row[i / s.rows.dim] * s.rows.dim + i % s.rows.dim];
   }
 }
 
@@ -228,19 +228,19 @@ Failure step_inertia_begin(Problem& p, Attempt& a)
   const Scheme& scheme = scheme_of(s);
   RealVec Ma, force;
   if (scheme.acceleration) {
-    if (p.d.grid.of_all.nodes || p.dofs.hung || scheme.force) failure = force_at_start(p, a);
+    if (p.d.grid.of_all.nodes || p.dofs.rows.hung || scheme.force) failure = force_at_start(p, a);
     if (failure.ok()) failure = inertia_at_start(p, a, Ma);
     if (!failure.ok()) return failure;
   }
   if (scheme.force) unbalanced_at_start(p.dofs, p.st.rf, a, force);
   a.cM = scheme.mass(s, a.dt);
-  a.g.resize(p.dofs.neq());
-  for (int i = 0; i < p.dofs.neq(); ++i)
+  a.g.resize(p.dofs.rows.neq());
+  for (int i = 0; i < p.dofs.rows.neq(); ++i)
     a.g[i] = scheme.known(s, a.dt, a.momentum[i], Ma.empty() ? 0.0 : Ma[i], force.empty() ? 0.0 : force[i]);
   if (step_damps(p)) failure = begin_damping(p, a);
   // predictor: free flight
-  for (int i = 0; i < p.dofs.neq(); ++i)
-    a.du[i] = p.dofs.fixed[i] ? 0.0 : a.dt * a.vgrid[i];
+  for (int i = 0; i < p.dofs.rows.neq(); ++i)
+    a.du[i] = p.dofs.bound.fixed[i] ? 0.0 : a.dt * a.vgrid[i];
   return failure;
 }
 
@@ -250,9 +250,10 @@ namespace {
 void put_accelerations(Problem& p, const RealVec& acc)
 {
   const Dofs& s = p.dofs;
-  for (int r = 0; r < s.nfe; ++r)
-    for (int i = 0; i < s.dim; ++i) p.st.n.a[s.node_of_row[r] * s.dim + i] = acc[r * s.dim + i];
-  if (p.m.part.around.on()) halo_copy(p.m.part.halo, s.dim, p.st.n.a);
+  for (int r = 0; r < s.rows.nfe; ++r)
+    for (int i = 0; i < s.rows.dim; ++i)
+      p.st.n.a[s.rows.node_of_row[r] * s.rows.dim + i] = acc[r * s.rows.dim + i];
+  if (p.m.part.around.on()) halo_copy(p.m.part.halo, s.rows.dim, p.st.n.a);
 }
 
 }  // namespace
@@ -260,8 +261,9 @@ void put_accelerations(Problem& p, const RealVec& acc)
 Failure step_initial_acceleration(Problem& p, const Step& s, double t_step)
 {
   Dofs& dofs = p.dofs;
-  if (comm_allreduce_max(dofs.nfe) == 0) return STATUS_OK;
-  RealVec zero(dofs.neq(), 0.0), fint, f, acc(dofs.neq(), 0.0), momentum, v, damping(dofs.neq(), 0.0);
+  if (comm_allreduce_max(dofs.rows.nfe) == 0) return STATUS_OK;
+  RealVec zero(dofs.rows.neq(), 0.0), fint, f, acc(dofs.rows.neq(), 0.0), momentum, v,
+      damping(dofs.rows.neq(), 0.0);
   Jumps jumps;
   KernelMode mode;
   BulkStep bulk;
@@ -277,11 +279,11 @@ Failure step_initial_acceleration(Problem& p, const Step& s, double t_step)
     failure = velocity_at_start(p.st, p.d, p.dofs, p.newton.grid, momentum, v);
   if (failure.ok() && step_damps(p)) failure = step_damping(p, s.nlgeom, t_step, s.dt, v, damping);
   if (!failure.ok()) return failure;
-  for (int i = 0; i < dofs.neq(); ++i) f[i] -= fint[i] + damping[i];
-  for (int i = 0; i < dofs.nfe * dofs.dim; ++i)
-    if (dofs.fixed[i] == DOF_FIXED)
-      acc[i] = p.st.n.a[dofs.node_of_row[i / dofs.dim] * dofs.dim + i % dofs.dim];
-  if ((dofs.tie.any ? mass_solve_tied(dofs, f, acc) : mass_solve(dofs, ROWS_ALL, 0, f, acc)) < 0)
+  for (int i = 0; i < dofs.rows.neq(); ++i) f[i] -= fint[i] + damping[i];
+  for (int i = 0; i < dofs.rows.nfe * dofs.rows.dim; ++i)
+    if (dofs.bound.fixed[i] == DOF_FIXED)
+      acc[i] = p.st.n.a[dofs.rows.node_of_row[i / dofs.rows.dim] * dofs.rows.dim + i % dofs.rows.dim];
+  if ((dofs.bound.tie.any ? mass_solve_tied(dofs, f, acc) : mass_solve(dofs, ROWS_ALL, 0, f, acc)) < 0)
     return MASS_FAILED;
   put_accelerations(p, acc);
   return STATUS_OK;
@@ -292,7 +294,7 @@ Failure step_motion_begin(Problem& p, Attempt& a)
   const Dofs& s = p.dofs;
   const GridVelocity& before = p.newton.grid;
   a.cM = scheme_of(a.step).mass(a.step, a.dt);
-  if (!p.d.grid.of_all.nodes && !s.hung) {
+  if (!p.d.grid.of_all.nodes && !s.rows.hung) {
     a.vgrid = dof_of_nodes(s, p.st.n.v);
     a.agrid = dof_of_nodes(s, p.st.n.a);
     return STATUS_OK;
@@ -301,7 +303,7 @@ Failure step_motion_begin(Problem& p, Attempt& a)
   if (!failure.ok()) return failure;
   if (!before.a.empty() && projection_known(p.st, p.d, s, before)) {
     a.agrid = dof_of_nodes(s, p.st.n.a);
-    std::copy(before.a.begin(), before.a.end(), a.agrid.begin() + before.first * s.dim);
+    std::copy(before.a.begin(), before.a.end(), a.agrid.begin() + before.first * s.rows.dim);
     return STATUS_OK;
   }
   RealVec Ma, ahead = p.st.n.degr;
@@ -310,15 +312,15 @@ Failure step_motion_begin(Problem& p, Attempt& a)
   ahead.swap(p.st.np1.degr);
   if (failure.ok()) failure = inertia_at_start(p, a, Ma);
   if (!failure.ok() || step_damps(p)) return failure;
-  RealVec f(s.neq());
-  for (int i = 0; i < s.neq(); ++i) f[i] = a.fext0[i] - a.fint0[i];
-  if (s.hung) {
+  RealVec f(s.rows.neq());
+  for (int i = 0; i < s.rows.neq(); ++i) f[i] = a.fext0[i] - a.fint0[i];
+  if (s.rows.hung) {
     step_keep_momentum(s, f, a.agrid);
     return failure;
   }
   // contact has other forces now, and nodes are to have those that the grid has
-  for (int i = 0; i < s.nfe * s.dim && !s.tie.any; ++i)
-    if (s.fixed[i] == DOF_FREE) a.agrid[i] = f[i] / s.lumped[i / s.dim];
+  for (int i = 0; i < s.rows.nfe * s.rows.dim && !s.bound.tie.any; ++i)
+    if (s.bound.fixed[i] == DOF_FREE) a.agrid[i] = f[i] / s.mass.lumped[i / s.rows.dim];
   step_keep_momentum(s, f, a.agrid);
   put_accelerations(p, a.agrid);
   return failure;

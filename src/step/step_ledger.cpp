@@ -16,17 +16,17 @@ void add_cross(const double* x, const double* y, double* out)
 
 void add_nodes(const Mesh& mesh, const Dofs& dofs, const Level& l, Ledger& g)
 {
-  const int dim = dofs.dim;
+  const int dim = dofs.rows.dim;
   const RealVec v = dof_of_nodes(dofs, l.v);
   RealVec Mv;
-  const bool lumped = !dofs.lumped.empty() && !dofs.hung;
+  const bool lumped = !dofs.mass.lumped.empty() && !dofs.rows.hung;
   if (!lumped) mass_elements(dofs, v, Mv);
   else {
     Mv = v;
-    for (int i = 0; i < dofs.neq(); ++i) Mv[i] *= dofs.counts(i) ? dofs.lumped[i / dim] : 0.0;
+    for (int i = 0; i < dofs.rows.neq(); ++i) Mv[i] *= dofs.rows.counts(i) ? dofs.mass.lumped[i / dim] : 0.0;
   }
-  for (int r = 0; r < dofs.nfe; ++r) {
-    const int node = dofs.node_of_row[r];
+  for (int r = 0; r < dofs.rows.nfe; ++r) {
+    const int node = dofs.rows.node_of_row[r];
     double x[3] = {0, 0, 0}, q[3] = {0, 0, 0};
     for (int i = 0; i < dim; ++i) {
       x[i] = mesh.X[3 * node + i] + l.u[node * dim + i];
@@ -58,12 +58,14 @@ void sum_ranks(Ledger& g, double& work)
 double leap_energy(const Dofs& dofs, const Level& l)
 {
   double sum = 0.0;
-  const int dim = dofs.dim;
-  if (dofs.lumped.empty() || dofs.hung || dofs.fixed.size() != static_cast<size_t>(dofs.neq())) return 0.0;
-  for (int r = 0; r < dofs.nfe; ++r)
+  const int dim = dofs.rows.dim;
+  if (dofs.mass.lumped.empty() || dofs.rows.hung ||
+      dofs.bound.fixed.size() != static_cast<size_t>(dofs.rows.neq())) return 0.0;
+  for (int r = 0; r < dofs.rows.nfe; ++r)
     for (int i = 0; i < dim; ++i) {
-      const double a = l.a[dofs.node_of_row[r] * dim + i];
-      if (dofs.fixed[r * dim + i] != DOF_FIXED && dofs.counts(r * dim + i)) sum += dofs.lumped[r] * a * a;
+      const double a = l.a[dofs.rows.node_of_row[r] * dim + i];
+      if (dofs.bound.fixed[r * dim + i] != DOF_FIXED && dofs.rows.counts(r * dim + i))
+        sum += dofs.mass.lumped[r] * a * a;
     }
   return 0.125 * sum;
 }
@@ -100,7 +102,7 @@ double stiffness_energy(const Model& m, const Elements& el, const Dofs& dofs, co
     for (int slot : b.live) {
       sum += elem_volume(b, slot) * m.material[m.section[m.mesh.elem_section[b.elem[slot]]].material].young;
     }
-  for (int p : dofs.owned_point) sum += pts.V0[p] * m.material[m.body[pts.body[p]].material].young;
+  for (int p : dofs.rows.owned_point) sum += pts.V0[p] * m.material[m.body[pts.body[p]].material].young;
   comm_sum(&sum, 1);
   return sum;
 }
@@ -126,16 +128,16 @@ void ledger_sums(const Model& m, const Elements& el, const Dofs& dofs, const Lev
   Ledger& g = st.ledger;
   g.kinetic = 0.0;
   for (int i = 0; i < 3; ++i) g.momentum[i] = g.angular[i] = 0.0;
-  if (!dofs.M.empty()) add_nodes(m.mesh, dofs, l, g);
+  if (!dofs.mass.M.empty()) add_nodes(m.mesh, dofs, l, g);
   if (g.leap > 0.0) g.kinetic -= g.leap * g.leap * leap_energy(dofs, l);
-  const RealVec mom = point_corner_momentum(dofs.corner_mass, m.dim, l.vc);
+  const RealVec mom = point_corner_momentum(dofs.mass.corner_mass, m.dim, l.vc);
   if (m.dim == 2) add_points<2>(st.points, mom, l, g);
   else add_points<3>(st.points, mom, l, g);
   g.strain = elem_energy(m, el, l, nlgeom, energy) +
-             point_energy(m, st.points, l, dofs.owned_point);
+             point_energy(m, st.points, l, dofs.rows.owned_point);
   g.plastic = g.cohesive = 0.0;
   elem_dissipated(el, l, g.plastic, g.cohesive);
-  point_dissipated(m, st.points, l, dofs.owned_point, g.plastic, g.cohesive);
+  point_dissipated(m, st.points, l, dofs.rows.owned_point, g.plastic, g.cohesive);
   sum_ranks(g, work);
 }
 

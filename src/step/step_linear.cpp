@@ -20,9 +20,9 @@ const double SLIP   = 1e-6;    // of the correction, left where contact slips. A
 bool same_tangent(const ReusedTangent& z, const Dofs& dofs, const Attempt& a)
 {
   const auto same = [](double before, double now) { return std::fabs(before - now) <= 1e-12 * now; };
-  return z.on && z.pattern == dofs.pattern && z.mode.cD() == a.mode.cD() &&
+  return z.on && z.pattern == dofs.pattern.number && z.mode.cD() == a.mode.cD() &&
          same(z.mode.rate, a.mode.rate) && same(z.cM, a.cM) && same(z.cC, a.cC) &&
-         dof_all(dofs, z.fixed == dofs.fixed);
+         dof_all(dofs, z.fixed == dofs.bound.fixed);
 }
 
 // the iteration before, with its tangent, has brought the residual down so far that the same factor ends the
@@ -49,9 +49,9 @@ double reduction(const RealVec& gain, int it, double residual, double accepted)
 bool supported(Problem& p)
 {
   KnownRegular& h = p.newton.regular;
-  if (!dof_all(p.dofs, h.pattern == p.dofs.pattern && h.fixed == p.dofs.fixed)) {
-    h.pattern = p.dofs.pattern;
-    h.fixed   = p.dofs.fixed;
+  if (!dof_all(p.dofs, h.pattern == p.dofs.pattern.number && h.fixed == p.dofs.bound.fixed)) {
+    h.pattern = p.dofs.pattern.number;
+    h.fixed   = p.dofs.bound.fixed;
     h.good    = !p.st.points.npoint_all() && !p.st.bonds.nbond_all() &&
                 step_supports_fix(p.m, p.d.el, p.dofs);
   }
@@ -62,18 +62,19 @@ bool supported(Problem& p)
 RealVec row_places(const Problem& p)
 {
   const Dofs& s = p.dofs;
-  const int dim = s.dim;
-  RealVec place(s.neq());
-  for (int r = 0; r < s.nfe; ++r)
+  const int dim = s.rows.dim;
+  RealVec place(s.rows.neq());
+  for (int r = 0; r < s.rows.nfe; ++r)
     for (int i = 0; i < dim; ++i)
-      place[r * dim + i] = p.m.mesh.X[3 * s.node_of_row[r] + i] + p.st.np1.u[s.node_of_row[r] * dim + i];
+      place[r * dim + i] = p.m.mesh.X[3 * s.rows.node_of_row[r] + i] +
+          p.st.np1.u[s.rows.node_of_row[r] * dim + i];
   const ActiveGrid& grid = p.d.grid;
   for (int g = 0; g < grid.nnode; ++g) {
     double x[3];
     grid_unknown_place(p.m, p.st.points, p.st.n.uc, grid, g, x);
     const int c = grid_corner(p.st.points, grid.key[g]);
     for (int i = 0; i < dim; ++i)
-      place[(s.nfe + g) * dim + i] =
+      place[(s.rows.nfe + g) * dim + i] =
           c < 0 ? x[i] : p.st.points.Xc[c * dim + i] + p.st.n.uc[c * dim + i];
   }
   return place;
@@ -86,17 +87,17 @@ Status solve_slipping(Problem& p, const Attempt& a, const RealVec& pending, Solv
   Solver& solver = p.newton.solver;
   SlipTangent slip;
   if (a.newton.slips) assem_slip(p.m, p.d.pairs, a.mode, a.jumps, p.st, s, slip);
-  if (!slip.any) return solve_system(solver, s.A, ask, l.f, l.dx);
+  if (!slip.any) return solve_system(solver, s.pattern.A, ask, l.f, l.dx);
   RealVec y;
   ask.exact = true;
   ask.eta   = std::min(ask.eta, SLIP);
   slip_multiply(slip, p.d.pairs, s, pending, y);
-  for (int i = 0; i < s.neq(); ++i) l.f[i] -= y[i];
-  const Status status = solve_system(solver, s.A, ask, l.f, l.dx);
+  for (int i = 0; i < s.rows.neq(); ++i) l.f[i] -= y[i];
+  const Status status = solve_system(solver, s.pattern.A, ask, l.f, l.dx);
   if (status != STATUS_OK) return status;
   const auto back = [&](const RealVec& v, RealVec& z) {
     slip_multiply(slip, p.d.pairs, s, v, y);
-    return solve_system(solver, s.A, ask, y, z);
+    return solve_system(solver, s.pattern.A, ask, y, z);
   };
   const double left = solver.left;
   const Status more = step_slip(dof_own(s, l.diag), SLIP, back, l.dx);
@@ -113,14 +114,14 @@ void step_tangent(Problem& p, const Attempt& a, int it, double residual, double 
   ReusedTangent& z = p.newton.tangent;
   const bool same = same_tangent(z, s, a);
   const bool stay = same || (p.m.solver.reuse && near_tangent(p.newton.gain, a, it, residual, accepted));
-  l.f.resize(s.neq());
-  for (int i = 0; i < s.neq(); ++i) l.f[i] = -R[i];
+  l.f.resize(s.rows.neq());
+  for (int i = 0; i < s.rows.neq(); ++i) l.f[i] = -R[i];
   const auto arrived = [&] {
     return dof_all(s, std::all_of(pending.begin(), pending.end(), [](double x) { return x == 0.0; }));
   };
   if (stay && (dof_all_free(s) || arrived())) {
-    for (int i = 0; i < s.neq(); ++i)
-      if (s.fixed[i]) l.f[i] = 0.0;
+    for (int i = 0; i < s.rows.neq(); ++i)
+      if (s.bound.fixed[i]) l.f[i] = 0.0;
     timer_skip(PHASE_TANGENT);
     if (same) {
       l.diag  = z.diag;
@@ -129,23 +130,23 @@ void step_tangent(Problem& p, const Attempt& a, int it, double residual, double 
     ++(same ? z.same : z.near);
     return;
   }
-  const long number = s.tangent;
+  const long number = s.pattern.tangent;
   assem_tangent(p.m, p.d, a.mode, a.cM, a.cC, a.jumps, p.st, s);
-  if (same) s.tangent = number;
-  sys_diagonal(s.A, l.diag);
-  if (s.tie.any) {
+  if (same) s.pattern.tangent = number;
+  sys_diagonal(s.pattern.A, l.diag);
+  if (s.bound.tie.any) {
     l.whole = l.diag;
     tie_matrix(s);
-    sys_diagonal(s.A, l.diag);
+    sys_diagonal(s.pattern.A, l.diag);
   }
   assem_constrain(s, l.diag, pending, l.f);
   z.on = a.newton.linear && p.m.solver.reuse;
   if (!z.on) return;
-  z.pattern = s.pattern;
+  z.pattern = s.pattern.number;
   z.cM      = a.cM;
   z.cC      = a.cC;
   z.mode    = a.mode;
-  z.fixed   = s.fixed;
+  z.fixed   = s.bound.fixed;
   z.diag    = l.diag;
   z.whole   = l.whole;
 }
@@ -155,9 +156,9 @@ Failure step_solve(Problem& p, const Attempt& a, int it, double residual, double
 {
   const Dofs& s = p.dofs;
   l.residual = std::max(l.residual, residual);
-  SolveAsk ask{s.row_key};
-  ask.stamp    = s.tangent;
-  ask.pattern  = s.pattern;
+  SolveAsk ask{s.rows.row_key};
+  ask.stamp    = s.pattern.tangent;
+  ask.pattern  = s.pattern.number;
   ask.eta      = reduction(p.newton.gain, it, residual, accepted);
   ask.residual = 0.01 * accepted;
   // only a preconditioner that is exact where the tangent is nearly singular leaves nothing behind
@@ -166,9 +167,9 @@ Failure step_solve(Problem& p, const Attempt& a, int it, double residual, double
   ask.broken = singular;
   ask.exact  = it > SLOW;
   // in motion too: the mass of the grid may be singular in what no corner sees  (3.14)
-  p.newton.solver.null_pivot_row = singular || (a.cM != 0.0 && p.d.grid.of_all.nodes) ? s.nfe : -1;
+  p.newton.solver.null_pivot_row = singular || (a.cM != 0.0 && p.d.grid.of_all.nodes) ? s.rows.nfe : -1;
   ask.inertia   = a.cM != 0.0;
-  ask.known_regular      = p.newton.solver.nfactor == 0 && s.neq_all() >= SMALL_SYSTEM && p.m.dim == 3 &&
+  ask.known_regular      = p.newton.solver.nfactor == 0 && s.rows.neq_all() >= SMALL_SYSTEM && p.m.dim == 3 &&
                   (ask.inertia || (!singular && supported(p)));
   ask.digits = -std::log10(std::max(ask.eta, FINAL * l.residual / residual));
   ask.plain  = !p.st.points.npoint_all() && !p.st.bonds.nbond_all() && !p.d.fm.on;
@@ -176,9 +177,9 @@ Failure step_solve(Problem& p, const Attempt& a, int it, double residual, double
   const Status status = solve_slipping(p, a, pending, ask, l);
   if (status != STATUS_OK) return status;
   l.own_energy = 0.0;
-  for (int i = 0; i < s.neq(); ++i) {
-    if (s.counts(i)) l.own_energy += l.f[i] * l.dx[i];
-    if (s.fixed[i]) l.dx[i] = pending[i];
+  for (int i = 0; i < s.rows.neq(); ++i) {
+    if (s.rows.counts(i)) l.own_energy += l.f[i] * l.dx[i];
+    if (s.bound.fixed[i]) l.dx[i] = pending[i];
   }
   tie_follow(s, false, l.dx);
   return STATUS_OK;

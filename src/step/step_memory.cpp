@@ -25,12 +25,13 @@ void step_memory(const Problem& p, std::vector<MemoryUse>& out)
                 bytes(b.me);
   const Points& q = p.st.points;
   out.clear();
-  out.push_back({"matrix", bytes(s.A.val) + bytes(s.A.col) + bytes(s.A.off)});
-  out.push_back({"mass", bytes(s.M)});
-  if (!s.C.empty()) out.push_back({"damping", bytes(s.C)});
-  out.push_back({"positions in the matrix", bytes(s.elem_map) + bytes(s.point_map) + bytes(s.bond_map) +
-                                             bytes(s.ghost_map) + bytes(s.point_map_off) +
-                                             bytes(s.bond_map_off)});
+  out.push_back({"matrix", bytes(s.pattern.A.val) + bytes(s.pattern.A.col) + bytes(s.pattern.A.off)});
+  out.push_back({"mass", bytes(s.mass.M)});
+  if (!s.mass.C.empty()) out.push_back({"damping", bytes(s.mass.C)});
+  out.push_back({"positions in the matrix", bytes(s.pattern.elem_map) + bytes(s.pattern.point_map) +
+      bytes(s.pattern.bond_map) +
+                                             bytes(s.pattern.ghost_map) + bytes(s.pattern.point_map_off) +
+                                             bytes(s.pattern.bond_map_off)});
   solve_memory(p.newton.solver, out);
   out.push_back({"elements", elements});
   out.push_back({"mesh", bytes(mesh.X) + bytes(mesh.conn) + bytes(mesh.node_label) + bytes(mesh.elem_label) +
@@ -38,6 +39,6 @@ void step_memory(const Problem& p, std::vector<MemoryUse>& out)
   out.push_back({"points and grid", bytes(q.Xc) + bytes(q.kinds.number) + bytes(q.kind) + bytes(q.conn) +
                                         bytes(p.d.grid.point) + bytes(p.d.grid.dS) + bytes(p.d.grid.corner) +
                                         bytes(p.d.grid.corner_w) + bytes(p.d.grid.slot) +
-                                        bytes(s.corner_mass.col) + bytes(s.corner_mass.val)});
+                                        bytes(s.mass.corner_mass.col) + bytes(s.mass.corner_mass.val)});
   out.push_back({"state", bytes(p.st.n) + bytes(p.st.np1)});
 }

@@ -35,9 +35,9 @@ void own_squares(const Dofs& s, const std::array<const RealVec*, 4>& v, double* 
   const size_t LANES = 8;
   double part[4][LANES] = {};
   const double* x[4] = {v[0]->data(), v[1]->data(), v[2]->data(), v[3]->data()};
-  const int* fixed   = s.fixed.data();
-  const char* once   = s.once.data();
-  const size_t n = s.neq(), whole = n / LANES * LANES;
+  const int* fixed   = s.bound.fixed.data();
+  const char* once   = s.rows.once.data();
+  const size_t n = s.rows.neq(), whole = n / LANES * LANES;
   const auto add = [&](size_t i, size_t l) {
     const bool here = !SPLIT || once[i];
     part[0][l] += fixed[i] || !here ? 0.0 : x[0][i] * x[0][i];
@@ -71,22 +71,22 @@ Failure form_residual(Problem& p, Attempt& a, const RealVec& du, Residual& b)
   Failure failure = assem_move(p.m, p.d, s, du, a.t0, a.t1, p.st, a.jumps);
   if (failure.ok()) failure = form_forces(p, a, du, b);
   if (!failure.ok()) return failure;
-  b.R.resize(s.neq());
-  b.inertia.resize(s.neq());
+  b.R.resize(s.rows.neq());
+  b.inertia.resize(s.rows.neq());
   if (a.cM == 0.0) std::fill(b.inertia.begin(), b.inertia.end(), 0.0);
   else
-    for (int i = 0; i < s.neq(); ++i) b.inertia[i] = a.cM * b.Mdu[i] - a.g[i];
+    for (int i = 0; i < s.rows.neq(); ++i) b.inertia[i] = a.cM * b.Mdu[i] - a.g[i];
   if (a.cC != 0.0) {
     damping_multiply(s, du, b.Cdu);
-    for (int i = 0; i < s.neq(); ++i) b.inertia[i] += a.cC * b.Cdu[i];
+    for (int i = 0; i < s.rows.neq(); ++i) b.inertia[i] += a.cC * b.Cdu[i];
   }
-  for (int i = 0; i < s.neq(); ++i) b.R[i] = a.fint[i] - a.fext[i] + b.inertia[i];
+  for (int i = 0; i < s.rows.neq(); ++i) b.R[i] = a.fint[i] - a.fext[i] + b.inertia[i];
   tie_force(s, b.R);
   double norm[4];              // in one message
   const std::array<const RealVec*, 4> forces = {&b.R, &a.fint, &a.fext, &b.inertia};
-  if (s.split) own_squares<true>(s, forces, norm);
+  if (s.rows.split) own_squares<true>(s, forces, norm);
   else own_squares<false>(s, forces, norm);
-  if (s.split) comm_sum(norm, 4);
+  if (s.rows.split) comm_sum(norm, 4);
   for (double& x : norm) x = std::sqrt(x);
   const double internal = norm[1];
   b.free_norm = norm[0];
@@ -102,28 +102,30 @@ RealVec strain_diagonal(const Model& m, const Bonds& bonds, const ActiveGrid& gr
 {
   RealVec d = diag;
   if (cM != 0.0)
-    for (int i = 0; i < s.neq(); ++i) d[i] -= cM * s.M_diag[i / s.dim];
+    for (int i = 0; i < s.rows.neq(); ++i) d[i] -= cM * s.mass.M_diag[i / s.rows.dim];
   if (cC != 0.0)
-    for (int i = 0; i < s.neq(); ++i) d[i] -= cC * s.C_diag[i];
+    for (int i = 0; i < s.rows.neq(); ++i) d[i] -= cC * s.mass.C_diag[i];
   RealVec other;               // several ranks: of the bonds and ghosts of this one, negative
   const bool ghosts = m.grid.ghost_stiffness > 0.0 || m.grid.ghost_mass > 0.0,
-             shared = s.split && (bonds.nbond_all() || ghosts);
-  if (shared) other.assign(s.neq(), 0.0);
+             shared = s.rows.split && (bonds.nbond_all() || ghosts);
+  if (shared) other.assign(s.rows.neq(), 0.0);
   RealVec& to = shared ? other : d;
   double C[9];
-  for (int b : s.bond_acts) {
+  for (int b : s.rows.bond_acts) {
     if (m.bond[bonds.def[b]].kind == BOND_CONTACT) continue;
-    bond_stiffness(bonds, s.dim, b, C);
-    for (int k = s.bond.off[b]; k < s.bond.off[b + 1]; ++k)
-      for (int i = 0; i < s.dim; ++i)
-        to[s.bond.item[k] * s.dim + i] -= s.bond_w[k] * s.bond_w[k] * C[i * s.dim + i];
+    bond_stiffness(bonds, s.rows.dim, b, C);
+    for (int k = s.rows.bond.off[b]; k < s.rows.bond.off[b + 1]; ++k)
+      for (int i = 0; i < s.rows.dim; ++i)
+        to[s.rows.bond.item[k] * s.rows.dim + i] -= s.rows.bond_w[k] * s.rows.bond_w[k] * C[i * s.rows.dim +
+                                                                                            i];
   }
   const ListTable& ghost = grid.ghost;
   for (int q = 0; q < ghost.size(); ++q)
     for (int k = ghost.off[q]; k < ghost.off[q + 1]; ++k)
-      for (int i = 0; i < s.dim; ++i)
-        to[(s.nfe + ghost.item[k]) * s.dim + i] -= grid.ghost_k[q] * grid.ghost_w[k] * grid.ghost_w[k];
-  if (shared) sys_sum(s.A, other);
+      for (int i = 0; i < s.rows.dim; ++i)
+        to[(s.rows.nfe + ghost.item[k]) * s.rows.dim +
+           i] -= grid.ghost_k[q] * grid.ghost_w[k] * grid.ghost_w[k];
+  if (shared) sys_sum(s.pattern.A, other);
   for (size_t i = 0; i < other.size(); ++i) d[i] += other[i];
   return d;
 }
@@ -145,19 +147,19 @@ double rounding_floor(const Problem& p, const RealVec& diag, const Attempt& a)
   const RealVec& du    = a.du;
   const RealVec strain =
       strain_diagonal(p.m, p.st.bonds, p.d.grid, p.dofs, diag, a.cM, a.cC);
-  const Ties& t = p.dofs.tie;
+  const Ties& t = p.dofs.bound.tie;
   const double most = p.d.grid.of_all.nodes > 0 ? largest_move(p) : 0.0;
-  const int grid    = p.dofs.nfe * p.dofs.dim;
+  const int grid    = p.dofs.rows.nfe * p.dofs.rows.dim;
   const auto square = [&](int i) {
     const double move = i < grid ? std::fabs(du[i]) : std::min(most, std::fabs(du[i]));
-    const double f    = std::max(0.0, strain[i]) * 2e-15 * p.dofs.h_mean + diag[i] * 1e-14 * move;
+    const double f    = std::max(0.0, strain[i]) * 2e-15 * p.dofs.rows.h_mean + diag[i] * 1e-14 * move;
     return f * f;
   };
   double sum = 0.0;
   for (size_t i = 0; i < diag.size(); ++i)
-    if (p.dofs.counts(i)) sum += square(static_cast<int>(i));
+    if (p.dofs.rows.counts(i)) sum += square(static_cast<int>(i));
   for (size_t k = 0; k < t.dof.size(); ++k)          // what masters get from dependent dofs
-    for (int q = t.master.off[k]; q < t.master.off[k + 1] && p.dofs.counts(t.dof[k]); ++q)
+    for (int q = t.master.off[k]; q < t.master.off[k + 1] && p.dofs.rows.counts(t.dof[k]); ++q)
       sum += t.coef[q] * t.coef[q] * square(t.dof[k]);
   return std::sqrt(dof_total(p.dofs, sum));
 }
@@ -177,18 +179,18 @@ bool balanced(const Problem& p, const Attempt& a, const Residual& b, const RealV
   // broken material has next to no stiffness, and need not be judged by it
   if (a.newton.breaks) {
     for (size_t i = 0; i < diag.size(); ++i)
-      if (s.counts(i)) least += diag[i];
-    least = dof_total(s, least) * 1e-3 / s.neq_all();
+      if (s.rows.counts(i)) least += diag[i];
+    least = dof_total(s, least) * 1e-3 / s.rows.neq_all();
   }
-  for (int i = 0; i < s.neq(); ++i) {
-    if ((s.fixed[i] && !fixed_pivots && !stalls) || !(diag[i] > 0.0)) continue;
-    if (!s.counts(i)) continue;
+  for (int i = 0; i < s.rows.neq(); ++i) {
+    if ((s.bound.fixed[i] && !fixed_pivots && !stalls) || !(diag[i] > 0.0)) continue;
+    if (!s.rows.counts(i)) continue;
     const double k = std::max(diag[i], least);
-    if (!s.fixed[i]) energy[0] += b.R[i] * b.R[i] / k;
+    if (!s.bound.fixed[i]) energy[0] += b.R[i] * b.R[i] / k;
     const double f = std::max({std::fabs(a.fint[i]), std::fabs(a.fext[i]), std::fabs(b.inertia[i])});
     energy[1] += f * f / k;
   }
-  if (s.split) comm_sum(energy, 2);
+  if (s.rows.split) comm_sum(energy, 2);
   return energy[0] <= c.tol_energy * energy[1] || energy[1] == 0.0;
 }
 
@@ -255,8 +257,8 @@ Failure begin_at_guess(Problem& p, Attempt& a, Residual& b, double& guessed)
   tie_follow(p.dofs, true, a.du);
   const Failure failure = form_residual(p, a, a.du, b);
   if (!failure.ok()) return failure;
-  for (int i = 0; i < p.dofs.neq(); ++i)
-    if (p.dofs.counts(i)) guessed += (b.R[i] - R0[i]) * a.du[i];
+  for (int i = 0; i < p.dofs.rows.neq(); ++i)
+    if (p.dofs.rows.counts(i)) guessed += (b.R[i] - R0[i]) * a.du[i];
   guessed = std::fabs(dof_total(p.dofs, guessed));
   return STATUS_OK;
 }
@@ -266,9 +268,9 @@ bool find_pending(const Dofs& s, const RealVec& du, RealVec& pending)
 {
   bool there = true;
   if (dof_all_free(s)) return true;
-  for (int i = 0; i < s.neq(); ++i) {
-    pending[i] = s.fixed[i] == DOF_FIXED ? s.target[i] - du[i] : 0.0;
-    there      = there && std::fabs(pending[i]) <= 1e-14 * std::fabs(s.target[i]);
+  for (int i = 0; i < s.rows.neq(); ++i) {
+    pending[i] = s.bound.fixed[i] == DOF_FIXED ? s.bound.target[i] - du[i] : 0.0;
+    there      = there && std::fabs(pending[i]) <= 1e-14 * std::fabs(s.bound.target[i]);
   }
   return dof_all(s, there);
 }
@@ -277,9 +279,9 @@ bool targets_reached(const Dofs& s, const RealVec& du)
 {
   bool there = true;
   if (dof_all_free(s)) return true;
-  for (int i = 0; i < s.neq(); ++i)
-    if (s.fixed[i] == DOF_FIXED)
-      there = there && std::fabs(s.target[i] - du[i]) <= 1e-12 * std::fabs(s.target[i]);
+  for (int i = 0; i < s.rows.neq(); ++i)
+    if (s.bound.fixed[i] == DOF_FIXED)
+      there = there && std::fabs(s.bound.target[i] - du[i]) <= 1e-12 * std::fabs(s.bound.target[i]);
   return dof_all(s, there);
 }
 
@@ -300,9 +302,9 @@ Failure correct(Problem& p, Attempt& a, const RealVec& dx, double g0, bool searc
 double first_slope(const Dofs& s, const RealVec& R, LinearSystem& l)
 {
   double sum[2] = {0.0, l.own_energy};
-  for (int i = 0; i < s.neq(); ++i)
-    if (!s.fixed[i] && s.counts(i)) sum[0] += l.dx[i] * R[i];
-  if (s.split) comm_sum(sum, 2);
+  for (int i = 0; i < s.rows.neq(); ++i)
+    if (!s.bound.fixed[i] && s.rows.counts(i)) sum[0] += l.dx[i] * R[i];
+  if (s.rows.split) comm_sum(sum, 2);
   l.energy = std::max(l.energy, std::sqrt(std::fabs(sum[1])));
   return sum[0];
 }
@@ -360,7 +362,7 @@ Failure step_newton(Problem& p, Attempt& a)
   Descent descent;
   double least = 1e300;        // norm of R so far
   int stale    = 0;            // iterations since
-  RealVec trial(s.neq()), pending(s.neq());
+  RealVec trial(s.rows.neq()), pending(s.rows.neq());
   a.mode.secant = false;
   // 1. where it begins
   double guessed  = 0.0;       // energy of the guess

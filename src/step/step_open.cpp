@@ -418,19 +418,20 @@ Failure step_prepare(Problem& p, const Step& s)
   }
   dof_form(p.m, s, st, p.d, p.dofs);
   if (s.proc == PROC_DYNAMIC) {
-    const long of = p.dofs.mass_of, made = p.dofs.mass_made;
+    const long of = p.dofs.mass.mass_of, made = p.dofs.mass.mass_made;
     assem_mass(st.points, p.d, p.dofs);
     assem_damping(p.m, st.points, p.d, s.explicit_steps(), p.dofs);
-    if (!s.explicit_steps()) p.dofs.lumped.clear();
-    else if (p.dofs.lumped.empty() || of != p.dofs.mass_of || made != p.dofs.mass_made) assem_lumped(p.dofs);
+    if (!s.explicit_steps()) p.dofs.mass.lumped.clear();
+    else if (p.dofs.mass.lumped.empty() || of != p.dofs.mass.mass_of || made != p.dofs.mass.mass_made)
+      assem_lumped(p.dofs);
   } else {
-    p.dofs.lumped.clear();
+    p.dofs.mass.lumped.clear();
     timer_skip(PHASE_MASS);
   }
   st.log.grid_nodes = p.d.grid.of_all.nodes;
   st.log.grid_cells = p.d.grid.of_all.cells;
   st.log.weak_nodes = p.d.grid.of_all.weak;
-  st.log.equations  = static_cast<int>(p.dofs.neq_all());
+  st.log.equations  = static_cast<int>(p.dofs.rows.neq_all());
   p.ready = true;
   return STATUS_OK;
 }

@@ -36,10 +36,10 @@ IntVec find_pieces(const Mesh& mesh, const MeshPart& part, const Elements& el, c
 
 void find_supports(const Bonds& b, const Dofs& dofs, const IntVec& root, std::map<int, Piece>& piece)
 {
-  const int dim = dofs.dim;
-  for (int r = 0; r < dofs.nfe; ++r)
+  const int dim = dofs.rows.dim;
+  for (int r = 0; r < dofs.rows.nfe; ++r)
     for (int i = 0; i < dim; ++i)
-      if (dofs.fixed[r * dim + i]) piece[root[dofs.node_of_row[r]]].held[i] = true;
+      if (dofs.bound.fixed[r * dim + i]) piece[root[dofs.rows.node_of_row[r]]].held[i] = true;
   const int nnode = static_cast<int>(root.size());
   for (int item : b.a.item)
     for (int i = 0; i < dim && item < nnode; ++i) piece[root[item]].held[i] = true;
@@ -102,7 +102,7 @@ void step_remainder(const Model& m, const Discretisation& d, const Dofs& dofs, c
 {
   if (s.proc != PROC_STATIC || st.points.npoint_all() || !breaks(st.frac, m.part))
     return;
-  const bool numbered = dofs.fixed.size() == static_cast<size_t>(dofs.neq());
+  const bool numbered = dofs.bound.fixed.size() == static_cast<size_t>(dofs.rows.neq());
   if (comm_allreduce_max(!numbered)) return;
   RealVec f;
   const LoadTime now{st.n.time - st.clock.start, st.n.time, 1.0};
@@ -110,9 +110,9 @@ void step_remainder(const Model& m, const Discretisation& d, const Dofs& dofs, c
   const IntVec root = find_pieces(m.mesh, m.part, d.el, st.frac);
   std::map<int, Piece> piece;
   find_supports(st.bonds, dofs, root, piece);
-  for (int r = 0; r < dofs.nfe; ++r)
-    for (int i = 0; i < m.dim && dofs.counts(r * m.dim); ++i)
-      piece[root[dofs.node_of_row[r]]].load[i] += f[r * m.dim + i];
+  for (int r = 0; r < dofs.rows.nfe; ++r)
+    for (int i = 0; i < m.dim && dofs.rows.counts(r * m.dim); ++i)
+      piece[root[dofs.rows.node_of_row[r]]].load[i] += f[r * m.dim + i];
   add_rest(m, d.el, st, s, root, piece);
   if (m.part.on) gather_pieces(piece);
   double all = 0.0, rest = 0.0;

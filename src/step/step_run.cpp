@@ -504,8 +504,8 @@ void load_of_ranks(const Elements& el, const Dofs& dofs, std::vector<RankLoad>& 
   if (comm_size() == 1) return;
   RankLoad own;
   for (const ElemBlock& b : el.block) own.elements += static_cast<double>(b.live.size());
-  own.points = static_cast<double>(dofs.owned_point.size());
-  own.bonds  = static_cast<double>(dofs.bond_acts.size());
+  own.points = static_cast<double>(dofs.rows.owned_point.size());
+  own.bonds  = static_cast<double>(dofs.rows.bond_acts.size());
   for (Phase phase : {PHASE_RESIDUAL, PHASE_TANGENT, PHASE_MASS}) own.assembly += timer_phase(phase).wall;
   own.between = timer_phase(PHASE_COMM).wall;
   own.memory  = out_memory();

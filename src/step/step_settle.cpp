@@ -34,8 +34,8 @@ double* other_cause(Problem& p)
 
 RealVec step_residual_at_start(const Dofs& dofs, const Attempt& a)
 {
-  RealVec R(dofs.neq());
-  for (int i = 0; i < dofs.neq(); ++i) R[i] = a.fint0[i] - a.fext0[i];
+  RealVec R(dofs.rows.neq());
+  for (int i = 0; i < dofs.rows.neq(); ++i) R[i] = a.fint0[i] - a.fext0[i];
   tie_force(dofs, R);
   return R;
 }
@@ -48,14 +48,15 @@ RealVec step_residual_at_start(const Dofs& dofs, const Attempt& a)
 void step_settle(Problem& p, const Attempt& a, const RealVec& rf0, const RealVec& R0)
 {
   const Dofs& dofs = p.dofs;
-  const int dim    = dofs.dim;
+  const int dim    = dofs.rows.dim;
   if (a.dt == 0.0 || (p.st.log.inc > 1 && p.d.grid.of_all.nodes == 0)) return;
   const RealVec jump = load_jump(p, a);
   double lost[3]     = {0.0, 0.0, 0.0};              // loads, supports, others
-  for (int i = 0; i < dofs.neq(); ++i) {
-    if (dofs.fixed[i] || !dofs.counts(i)) continue;
+  for (int i = 0; i < dofs.rows.neq(); ++i) {
+    if (dofs.bound.fixed[i] || !dofs.rows.counts(i)) continue;
     const int r     = i / dim;
-    const bool held = p.st.log.inc == 1 && r < dofs.nfe && rf0[dofs.node_of_row[r] * dim + i % dim] != 0.0;
+    const bool held = p.st.log.inc == 1 && r < dofs.rows.nfe &&
+        rf0[dofs.rows.node_of_row[r] * dim + i % dim] != 0.0;
     lost[0] += 0.5 * jump[i] * a.du[i];
     lost[held ? 1 : 2] -= 0.5 * (R0[i] + jump[i]) * a.du[i];
   }

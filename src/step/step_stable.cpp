@@ -35,26 +35,27 @@ Failure stiffness_times(Problem& p, const KernelMode& mode, const RealVec& f0, c
   double most = 0.0;
   for (double v : x) most = std::max(most, std::fabs(v));
   most = dof_largest(s, most);
-  y.assign(s.neq(), 0.0);
+  y.assign(s.rows.neq(), 0.0);
   if (most == 0.0) return STATUS_OK;
-  const double scale = MOVE * s.h_mean / most;
+  const double scale = MOVE * s.rows.h_mean / most;
   RealVec du(x);
   for (double& v : du) v *= scale;
   Jumps jumps;
   Failure failure = assem_move(p.m, p.d, s, du, 0.0, 0.0, p.st, jumps);
   if (failure.ok()) failure = assem_internal(p.m, p.d, s, mode, jumps, p.st, y);
-  for (int i = 0; i < s.neq(); ++i) y[i] = (y[i] - f0[i]) / scale;
+  for (int i = 0; i < s.rows.neq(); ++i) y[i] = (y[i] - f0[i]) / scale;
   return failure;
 }
 
 // a start without symmetry, the same on all ranks
 RealVec first_vector(const MeshPart& part, const Dofs& s)
 {
-  RealVec x(s.neq());
-  for (int i = 0; i < s.neq(); ++i) {
-    const int r    = i / s.dim;
-    const double k = r < s.nfe ? part.deck_number(s.node_of_row[r]) : static_cast<double>(s.row_key[r]);
-    x[i] = s.fixed[i] ? 0.0 : std::sin(12.9898 * (k + 1.0) + 78.233 * (i % s.dim + 1.0));
+  RealVec x(s.rows.neq());
+  for (int i = 0; i < s.rows.neq(); ++i) {
+    const int r    = i / s.rows.dim;
+    const double k = r < s.rows.nfe ? part.deck_number(s.rows.node_of_row[r])
+        : static_cast<double>(s.rows.row_key[r]);
+    x[i] = s.bound.fixed[i] ? 0.0 : std::sin(12.9898 * (k + 1.0) + 78.233 * (i % s.rows.dim + 1.0));
   }
   return x;
 }
@@ -62,9 +63,9 @@ RealVec first_vector(const MeshPart& part, const Dofs& s)
 // y = M^-1 f on free dofs
 Failure mass_inverse(const Dofs& s, const RealVec& f, bool points, RealVec& y)
 {
-  y.assign(s.neq(), 0.0);
-  if (points || s.hung) return mass_solve(s, ROWS_ALL, 0, f, y) < 0 ? MASS_FAILED : STATUS_OK;
-  for (int i = 0; i < s.neq(); ++i) y[i] = s.fixed[i] ? 0.0 : f[i] / s.lumped[i / s.dim];
+  y.assign(s.rows.neq(), 0.0);
+  if (points || s.rows.hung) return mass_solve(s, ROWS_ALL, 0, f, y) < 0 ? MASS_FAILED : STATUS_OK;
+  for (int i = 0; i < s.rows.neq(); ++i) y[i] = s.bound.fixed[i] ? 0.0 : f[i] / s.mass.lumped[i / s.rows.dim];
   return STATUS_OK;
 }
 
@@ -75,7 +76,7 @@ Failure measure(Problem& p, const Step& s, double& omega2)
   const bool points = p.d.grid.of_all.nodes > 0;
   KernelMode mode;
   mode.finite = s.nlgeom;
-  RealVec f0, q, before(d.neq(), 0.0), f, w, Mq;
+  RealVec f0, q, before(d.rows.neq(), 0.0), f, w, Mq;
   Jumps jumps;
   p.st.np1 = p.st.n;
   Failure failure = dof_constrain(p.m, p.d, p.st, s, p.st.clock.t, p.st.clock.t, p.dofs, p.warned);
@@ -96,13 +97,13 @@ Failure measure(Problem& p, const Step& s, double& omega2)
     if (!(size > 0.0)) break;
     for (double& x : q) x /= size;
     failure = stiffness_times(p, mode, f0, q, f);
-    for (int i = 0; i < d.neq(); ++i) f[i] = d.fixed[i] ? 0.0 : f[i];
+    for (int i = 0; i < d.rows.neq(); ++i) f[i] = d.bound.fixed[i] ? 0.0 : f[i];
     if (failure.ok()) failure = mass_inverse(d, f, points, w);
     if (!failure.ok()) return failure;
     T(k, k) = dof_dot(d, q, f);
     const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(T.topLeftCorner(k + 1, k + 1));
     omega2 = std::max(omega2, eigen.eigenvalues()(k));
-    for (int i = 0; i < d.neq(); ++i) w[i] -= T(k, k) * q[i] + beta * before[i];
+    for (int i = 0; i < d.rows.neq(); ++i) w[i] -= T(k, k) * q[i] + beta * before[i];
     before.swap(q);
     q.swap(w);
   }
@@ -134,7 +135,7 @@ void masses_at(const Problem& p, RealVec& mass)
 {
   const Dofs& s       = p.dofs;
   const Points& pts   = p.st.points;
-  const CornerMass& m = s.corner_mass;
+  const CornerMass& m = s.mass.corner_mass;
   const int nnode     = p.m.mesh.nnode();
   RealVec corner(m.diag), coupled(m.diag.size(), 0.0);
   for (size_t c = 0; c < m.diag.size(); ++c)
@@ -145,10 +146,10 @@ void masses_at(const Problem& p, RealVec& mass)
   if (step_corners_shared(pts)) halo_sum(pts.part.halo, 1, {&corner, &coupled});
   mass.assign(nnode, 0.0);
   for (int n = 0; n < nnode; ++n)
-    if (s.row_of_node[n] >= 0) mass[n] = s.lumped[s.row_of_node[n]];
+    if (s.rows.row_of_node[n] >= 0) mass[n] = s.mass.lumped[s.rows.row_of_node[n]];
   if (comm_size() > 1) halo_copy(p.m.part.halo, 1, mass);      // faces of other ranks have nodes without rows
   for (size_t c = 0; c < corner.size(); ++c)
-    mass.push_back(corner[c] * (coupled[c] > 0.0 ? 1.0 / (1 << s.dim) : 1.0));
+    mass.push_back(corner[c] * (coupled[c] > 0.0 ? 1.0 / (1 << s.rows.dim) : 1.0));
 }
 
 // the stiffness of contact at nodes and corners, of all ranks
@@ -173,9 +174,9 @@ double contact_frequency(const Problem& p, const RealVec& mass, RealVec& push)
   const Bonds& b = p.st.bonds;
   double most = 0.0;
   push.assign(mass.size(), 0.0);
-  for (int k : s.bond_acts) {
+  for (int k : s.rows.bond_acts) {
     if (b.side[k] != SIDE_CONTACT) continue;
-    const double slope = contact_slope(b, k, p.st.n.slip[k * s.dim]);
+    const double slope = contact_slope(b, k, p.st.n.slip[k * s.rows.dim]);
     double sum = 0.0;
     each_place(p, k, [&](int, double w) { sum += w; });
     each_place(p, k, [&](int place, double w) { push[place] += slope * sum * w; });
@@ -197,10 +198,10 @@ void soften_contact(Problem& p, double limit, const RealVec& push)
 {
   const Dofs& s = p.dofs;
   Bonds& b      = p.st.bonds;
-  for (int k : s.bond_acts) {
+  for (int k : s.rows.bond_acts) {
     const BondDef& def = p.m.bond[b.def[k]];
     if (b.side[k] != SIDE_CONTACT || def.penalty > 0.0 || def.alpha > 0.0) continue;
-    if (p.st.n.slip[k * s.dim] < 0.0 && p.st.n.time > 0.0) continue;
+    if (p.st.n.slip[k * s.rows.dim] < 0.0 && p.st.n.time > 0.0) continue;
     double most = 0.0;
     each_place(p, k, [&](int place, double) { most = std::max(most, push[place]); });
     if (most <= limit) continue;
@@ -214,7 +215,7 @@ double contact_part(Problem& p, double omega2)
 {
   RealVec &push = p.stable.push, &mass = p.stable.mass;
   int acts = 0;
-  for (int k : p.dofs.bond_acts) acts = acts || p.st.bonds.side[k] == SIDE_CONTACT;
+  for (int k : p.dofs.rows.bond_acts) acts = acts || p.st.bonds.side[k] == SIDE_CONTACT;
   if (comm_allreduce_max(acts) == 0) return 0.0;
   masses_at(p, mass);
   double most = contact_frequency(p, mass, push);
@@ -256,7 +257,7 @@ double stable_of_points(const Problem& p)
 {
   int worst;
   const double own =
-      point_stable(p.st.points, p.m.dim, p.d.point_law, p.st.n, p.dofs.owned_point, &worst);
+      point_stable(p.st.points, p.m.dim, p.d.point_law, p.st.n, p.dofs.rows.owned_point, &worst);
   return -comm_allreduce_max(-own);
 }
 

@@ -55,14 +55,14 @@ struct Part {
 
 void add_node(const Mesh& mesh, const Dofs& dofs, int node, Part& part)
 {
-  const int dim   = dofs.dim;
+  const int dim   = dofs.rows.dim;
   const double* X = &mesh.X[3 * node];
   if (!part.begun) std::copy(X, X + 3, part.X0);
   part.begun = true;
   const double d[3] = {X[0] - part.X0[0], X[1] - part.X0[1], X[2] - part.X0[2]};
   part.far = std::max({part.far, std::fabs(d[0]), std::fabs(d[1]), std::fabs(d[2])});
   for (int i = 0; i < dim; ++i) {
-    if (dofs.fixed[dofs.row_of_node[node] * dim + i] != DOF_FIXED) continue;
+    if (dofs.bound.fixed[dofs.rows.row_of_node[node] * dim + i] != DOF_FIXED) continue;
     const int j = (i + 1) % 3, k = (i + 2) % 3;
     Vec6 r = Vec6::Zero();     // translation i; rotations about j and k move along i
     r[i]     = 1.0;
@@ -114,7 +114,7 @@ bool holds(const Part& part) { return !is_free(motions(part, 3), 0); }
 bool step_supports_fix(const Model& m, const Elements& el, const Dofs& dofs)
 {
   const Mesh& mesh = m.mesh;
-  if (dofs.dim != 3) return false;
+  if (dofs.rows.dim != 3) return false;
   if (m.part.on) return m.part.joined && holds(whole_part(m, el, dofs));
   Forest parts(mesh.nelem());
   join_faces(mesh, el, parts);
@@ -154,7 +154,7 @@ Part part_of(const Mesh& mesh, const Elements& el, const Dofs& dofs, int node)
 std::string step_free_motion(const Model& m, const Elements& el, const Dofs& dofs, int node)
 {
   if (m.part.on && !m.part.joined) return "";
-  const int dim   = dofs.dim;
+  const int dim   = dofs.rows.dim;
   const Part part = m.part.on ? whole_part(m, el, dofs) : part_of(m.mesh, el, dofs, node);
   if (!part.begun) return "";
   const auto e = motions(part, dim);

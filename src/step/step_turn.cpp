@@ -33,21 +33,21 @@ void to_rows(const Problem& p, const RealVec& of_place, RealVec& f)
 {
   const Dofs& s     = p.dofs;
   const Points& pts = p.st.points;
-  const int dim     = s.dim;
+  const int dim     = s.rows.dim;
   const auto middle = of_place.begin() + static_cast<long>(p.m.mesh.nnode()) * dim;
   RealVec node(of_place.begin(), middle), corner(middle, of_place.end());
   if (p.m.part.on) halo_sum(p.m.part.halo, dim, node);
-  f.assign(s.neq(), 0.0);
+  f.assign(s.rows.neq(), 0.0);
   if (pts.npoint_all() > 0) {
     const bool shared = step_corners_shared(pts);
     if (shared) halo_sum(pts.part.halo, dim, corner);
     for (int c = 0; c < pts.ncorner && shared; ++c)
       if (pts.part.halo.owner[c] != comm_rank()) std::fill_n(&corner[c * dim], dim, 0.0);
     assem_scatter_corners(p.d.grid, s, corner, f);
-    sys_sum(s.A, f);
+    sys_sum(s.pattern.A, f);
   }
-  for (int r = 0; r < s.nfe; ++r)
-    for (int i = 0; i < dim; ++i) f[r * dim + i] += node[s.node_of_row[r] * dim + i];
+  for (int r = 0; r < s.rows.nfe; ++r)
+    for (int i = 0; i < dim; ++i) f[r * dim + i] += node[s.rows.node_of_row[r] * dim + i];
 }
 
 }  // namespace
@@ -64,11 +64,12 @@ void step_turn_begin(Problem& p, const Step& s)
 Failure step_turn(Problem& p)
 {
   const Dofs& s        = p.dofs;
-  const bool carried   = p.d.grid.of_all.nodes || s.hung;
+  const bool carried   = p.d.grid.of_all.nodes || s.rows.hung;
   RealVec& before      = p.stable.before;
   GridVelocity& grid   = p.newton.grid;
-  RealVec now, f, acc(s.neq(), 0.0);
-  const bool anew = carried && (grid.a.empty() || grid.pattern != s.pattern || grid.made != p.d.grid.made);
+  RealVec now, f, acc(s.rows.neq(), 0.0);
+  const bool anew = carried &&
+      (grid.a.empty() || grid.pattern != s.pattern.number || grid.made != p.d.grid.made);
   if (dof_all(s, before.empty()) || !dof_all(s, !anew)) return STATUS_OK;
   contact_at_start(p, now);
   for (size_t k = 0; k < now.size(); ++k) now[k] -= before[k];
@@ -77,14 +78,14 @@ Failure step_turn(Problem& p)
   to_rows(p, now, f);
   const Failure failure = step_accelerations(p, f, 0.0, acc);
   if (!failure.ok()) return failure;
-  for (int i = 0; i < s.nfe * s.dim; ++i) {
-    const int k = s.node_of_row[i / s.dim] * s.dim + i % s.dim;
-    if (s.fixed[i] == DOF_FREE) p.st.n.a[k] += acc[i];
+  for (int i = 0; i < s.rows.nfe * s.rows.dim; ++i) {
+    const int k = s.rows.node_of_row[i / s.rows.dim] * s.rows.dim + i % s.rows.dim;
+    if (s.bound.fixed[i] == DOF_FREE) p.st.n.a[k] += acc[i];
     else if (!p.st.rf.empty()) p.st.rf[k] -= f[i];
   }
-  const int first = grid.first * s.dim;
+  const int first = grid.first * s.rows.dim;
   for (size_t i = 0; i < grid.a.size(); ++i)
-    if (s.fixed[first + i] == DOF_FREE) grid.a[i] += acc[first + i];
-  if (p.m.part.around.on()) halo_copy(p.m.part.halo, s.dim, p.st.n.a);
+    if (s.bound.fixed[first + i] == DOF_FREE) grid.a[i] += acc[first + i];
+  if (p.m.part.around.on()) halo_copy(p.m.part.halo, s.rows.dim, p.st.n.a);
   return STATUS_OK;
 }

@@ -503,30 +503,30 @@ TEST(Divided, MassSolve)
       Lattice l = lattice(dim, {7, 5, 3}, rank_of, 0.0);
       const int n = static_cast<int>(l.row_of.size());
       Dofs s;
-      s.dim  = dim;
-      s.nrow = l.A.nrow;
-      s.A    = l.A;
-      s.row_key.assign(l.key.begin(), l.key.end());
-      s.M.assign(l.A.col.size(), 0.0);
+      s.rows.dim  = dim;
+      s.rows.nrow = l.A.nrow;
+      s.pattern.A    = l.A;
+      s.rows.row_key.assign(l.key.begin(), l.key.end());
+      s.mass.M.assign(l.A.col.size(), 0.0);
       // springs of the first direction, with the sign of masses: dominant diagonal
       Eigen::MatrixXd M = Eigen::MatrixXd::Zero(n, n);
       for (int I = 0; I < n; ++I)
         for (int J = 0; J < n; ++J) M(I, J) = (I == J ? 1.2 : -1.0) * l.all(I * dim, J * dim);
       for (int I = 0; I < l.A.nrow; ++I)
         for (int k = l.A.off[I]; k < l.A.off[I + 1]; ++k)
-          s.M[k] = (l.A.col[k] == I ? 1.2 : -1.0) * l.A.val[static_cast<size_t>(k) * dim * dim];
-      for (int I = 0; I < l.A.nrow; ++I) s.M_diag.push_back(s.M[s.A.off[I + 1] - 1]);
-      sys_sum(s.A, s.M_diag);
-      s.fixed.assign(s.neq(), 0);
+          s.mass.M[k] = (l.A.col[k] == I ? 1.2 : -1.0) * l.A.val[static_cast<size_t>(k) * dim * dim];
+      for (int I = 0; I < l.A.nrow; ++I) s.mass.M_diag.push_back(s.mass.M[s.pattern.A.off[I + 1] - 1]);
+      sys_sum(s.pattern.A, s.mass.M_diag);
+      s.bound.fixed.assign(s.rows.neq(), 0);
       Eigen::VectorXd f(n * dim), given = Eigen::VectorXd::Zero(n * dim);
       for (int k = 0; k < n * dim; ++k) f[k] = std::cos(1.0 + k);
       RealVec x = local(l, given);
       for (int I = 0; I < l.A.nrow; ++I)
-        if (l.key[I] % 100 == 3) s.fixed[I * dim] = 1;
+        if (l.key[I] % 100 == 3) s.bound.fixed[I * dim] = 1;
       ASSERT_GT(mass_solve(s, ROWS_ALL, 0, local(l, f), x), 0);
       RealVec factored = local(l, given);
       ASSERT_EQ(1, mass_factor(s, ROWS_ALL, local(l, f), factored));
-      for (int k = 0; k < s.neq(); ++k) EXPECT_NEAR(factored[k], x[k], 1e-11 * (1.0 + std::fabs(x[k])));
+      for (int k = 0; k < s.rows.neq(); ++k) EXPECT_NEAR(factored[k], x[k], 1e-11 * (1.0 + std::fabs(x[k])));
       for (int i = 0; i < dim; ++i) {
         Eigen::MatrixXd K = M;
         Eigen::VectorXd right(n);
@@ -556,30 +556,30 @@ TEST(Divided, MassProjection)
     const int n = static_cast<int>(l.row_of.size());
     const auto x_of = [](long key) { return key % 100; };
     Dofs s;
-    s.dim  = 2;
-    s.nrow = s.nfe = l.A.nrow;
-    s.A    = l.A;
-    s.row_key.assign(l.key.begin(), l.key.end());
-    s.hung = true;
-    s.M.assign(l.A.col.size(), 0.0);
+    s.rows.dim  = 2;
+    s.rows.nrow = s.rows.nfe = l.A.nrow;
+    s.pattern.A    = l.A;
+    s.rows.row_key.assign(l.key.begin(), l.key.end());
+    s.rows.hung = true;
+    s.mass.M.assign(l.A.col.size(), 0.0);
     Eigen::MatrixXd M = Eigen::MatrixXd::Zero(n, n);
     for (int I = 0; I < n; ++I)
       for (int J = 0; J < n; ++J) M(I, J) = (I == J ? diagonal : -1.0) * l.all(I * 2, J * 2);
     for (int I = 0; I < l.A.nrow; ++I)
       for (int k = l.A.off[I]; k < l.A.off[I + 1]; ++k)
-        s.M[k] = (l.A.col[k] == I ? diagonal : -1.0) * l.A.val[static_cast<size_t>(k) * 4];
-    for (int I = 0; I < l.A.nrow; ++I) s.M_diag.push_back(s.M[s.A.off[I + 1] - 1]);
-    sys_sum(s.A, s.M_diag);
-    s.fixed.assign(s.neq(), 0);
+        s.mass.M[k] = (l.A.col[k] == I ? diagonal : -1.0) * l.A.val[static_cast<size_t>(k) * 4];
+    for (int I = 0; I < l.A.nrow; ++I) s.mass.M_diag.push_back(s.mass.M[s.pattern.A.off[I + 1] - 1]);
+    sys_sum(s.pattern.A, s.mass.M_diag);
+    s.bound.fixed.assign(s.rows.neq(), 0);
     ActiveGrid grid;
     for (int I = 0; I < l.A.nrow && comm_rank() == 0; ++I)
-      if (x_of(l.key[I]) == 0) grid.point.item.push_back(I - s.nfe);
+      if (x_of(l.key[I]) == 0) grid.point.item.push_back(I - s.rows.nfe);
     grid.point.off.push_back(static_cast<int>(grid.point.item.size()));
-    s.owned_point = {0};
-    s.mass_rows   = mass_rows_projection(grid, s);
+    s.rows.owned_point = {0};
+    s.mass.mass_rows   = mass_rows_projection(grid, s);
     int near = 0;
-    for (int I : s.mass_rows->row) near += x_of(l.key[I]) <= 26;
-    EXPECT_EQ(near, s.mass_rows->size());
+    for (int I : s.mass.mass_rows->row) near += x_of(l.key[I]) <= 26;
+    EXPECT_EQ(near, s.mass.mass_rows->size());
     EXPECT_EQ(near, std::count_if(l.key.begin(), l.key.end(), [&](long key) { return x_of(key) <= 26; }));
 
     Eigen::MatrixXd before(n, 2), f(n, 2);
@@ -605,6 +605,6 @@ TEST(Divided, MassProjection)
           EXPECT_EQ(x[I * 2 + i], start[I * 2 + i]);
         }
       }
-    EXPECT_TRUE(!sys_shared(s.A) || same_bits(l.A, x));
+    EXPECT_TRUE(!sys_shared(s.pattern.A) || same_bits(l.A, x));
   }
 }

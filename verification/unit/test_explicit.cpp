@@ -36,7 +36,7 @@ struct Scene {
   double points()
   {
     int worst;
-    return point_stable(st.points, m.dim, p.d.point_law, st.n, p.dofs.owned_point, &worst);
+    return point_stable(st.points, m.dim, p.d.point_law, st.n, p.dofs.rows.owned_point, &worst);
   }
 };
 
@@ -84,7 +84,7 @@ TEST(Explicit, MassesAreLumped)
 {
   Scene s(block("CPE4", "0,0,1,0.5", "4,2"));
   double sum = 0.0;
-  for (double m : s.p.dofs.lumped) sum += m;
+  for (double m : s.p.dofs.mass.lumped) sum += m;
   EXPECT_NEAR(sum, 1.0, 1e-12);
   for (const Section& q : s.m.section) EXPECT_TRUE(q.lumped);
 }

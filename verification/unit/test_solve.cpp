@@ -549,26 +549,27 @@ TEST(Mass, SingularPair)
   ListTable lists;
   for (int r = 0; r < n; ++r) lists.item.push_back(r);
   lists.off.push_back(n);
-  sys_pattern(lists, n, dim, s.A);
-  s.dim  = dim;
-  s.nrow = n;
-  s.M.assign(s.A.col.size(), 0.0);
-  for (int k = 0; k < n; ++k) {                      // corners: each sees four nodes in a row, and their twins
+  sys_pattern(lists, n, dim, s.pattern.A);
+  s.rows.dim  = dim;
+  s.rows.nrow = n;
+  s.mass.M.assign(s.pattern.A.col.size(), 0.0);
+  for (int k = 0; k < n; ++k)
+    {                      // corners: each sees four nodes in a row, and their twins
     const double mass = std::pow(10.0, -(k % 9));
     RealVec N(n, 0.0);
     for (int a = 0; a < 4; ++a) N[(k + a) % (n / 2)] = N[(k + a) % (n / 2) + n / 2] = number(random);
     for (int r = 0; r < n; ++r)
-      for (int c = 0; c <= r; ++c) s.M[s.A.off[r] + c] += mass * N[r] * N[c];
+      for (int c = 0; c <= r; ++c) s.mass.M[s.pattern.A.off[r] + c] += mass * N[r] * N[c];
   }
-  for (int r = n / 2; r < n; ++r) s.M[s.A.off[r] + r - n / 2] *= 1.0 + 1e-15;
-  for (int r = 0; r < n; ++r) s.M_diag.push_back(s.M[s.A.off[r + 1] - 1]);
-  s.fixed.assign(s.neq(), 0);
-  RealVec x(s.neq(), 0.0), z(s.neq()), f, y;
+  for (int r = n / 2; r < n; ++r) s.mass.M[s.pattern.A.off[r] + r - n / 2] *= 1.0 + 1e-15;
+  for (int r = 0; r < n; ++r) s.mass.M_diag.push_back(s.mass.M[s.pattern.A.off[r + 1] - 1]);
+  s.bound.fixed.assign(s.rows.neq(), 0);
+  RealVec x(s.rows.neq(), 0.0), z(s.rows.neq()), f, y;
   for (double& v : z) v = number(random);
   mass_multiply(s, z, f);
   EXPECT_GT(mass_solve(s, ROWS_ALL, 0, f, x), 0);
   mass_multiply(s, x, y);
-  for (int k = 0; k < s.neq(); ++k) EXPECT_NEAR(f[k], y[k], 1e-7 * std::abs(f[k]));
+  for (int k = 0; k < s.rows.neq(); ++k) EXPECT_NEAR(f[k], y[k], 1e-7 * std::abs(f[k]));
 }
 
 // corners of debris that lie nearly in a plane: motions of the grid have 1e-7 to 1e-13 of the mass that others have,
@@ -582,10 +583,10 @@ TEST(Mass, MotionsThatCornersHardlySee)
   ListTable lists;
   for (int r = 0; r < n; ++r) lists.item.push_back(r);
   lists.off.push_back(n);
-  sys_pattern(lists, n, dim, s.A);
-  s.dim  = dim;
-  s.nrow = n;
-  s.M.assign(s.A.col.size(), 0.0);
+  sys_pattern(lists, n, dim, s.pattern.A);
+  s.rows.dim  = dim;
+  s.rows.nrow = n;
+  s.mass.M.assign(s.pattern.A.col.size(), 0.0);
   RealVec f(n * dim, 0.0);
   for (int k = 0; k < 45; ++k) {                     // corners in the cells of a layer
     const double x = side * part(random), y = side * part(random), mass = std::pow(10.0, -3.0 * part(random)),
@@ -602,23 +603,23 @@ TEST(Mass, MotionsThatCornersHardlySee)
     double v[3];
     for (double& component : v) component = part(random) - 0.5;
     for (int r = 0; r < n; ++r) {
-      for (int c = 0; c <= r; ++c) s.M[s.A.off[r] + c] += mass * N[r] * N[c];
+      for (int c = 0; c <= r; ++c) s.mass.M[s.pattern.A.off[r] + c] += mass * N[r] * N[c];
       for (int d = 0; d < dim; ++d) f[r * dim + d] += mass * N[r] * v[d];
     }
   }
-  for (int r = 0; r < n; ++r) s.M_diag.push_back(s.M[s.A.off[r + 1] - 1]);
-  s.fixed.assign(s.neq(), 0);
-  s.fixed[7] = 1;
-  RealVec x(s.neq(), 0.0), y;
+  for (int r = 0; r < n; ++r) s.mass.M_diag.push_back(s.mass.M[s.pattern.A.off[r + 1] - 1]);
+  s.bound.fixed.assign(s.rows.neq(), 0);
+  s.bound.fixed[7] = 1;
+  RealVec x(s.rows.neq(), 0.0), y;
   x[7] = 2.0;
   ASSERT_GT(mass_solve(s, ROWS_ALL, 0, f, x), 0);
   EXPECT_EQ(2.0, x[7]);
   mass_multiply(s, x, y);
   double left = 0.0, size = 0.0;                     // as (3.14) weighs them
-  for (int k = 0; k < s.neq(); ++k) {
-    if (!(s.M_diag[k / dim] > 0.0)) continue;
-    size += f[k] * f[k] / s.M_diag[k / dim];
-    if (k != 7) left += (f[k] - y[k]) * (f[k] - y[k]) / s.M_diag[k / dim];
+  for (int k = 0; k < s.rows.neq(); ++k) {
+    if (!(s.mass.M_diag[k / dim] > 0.0)) continue;
+    size += f[k] * f[k] / s.mass.M_diag[k / dim];
+    if (k != 7) left += (f[k] - y[k]) * (f[k] - y[k]) / s.mass.M_diag[k / dim];
   }
   EXPECT_LT(left, 1e-16 * size);
 }
@@ -636,11 +637,11 @@ TEST(Mass, SolvesForFreeDofsAndKeepsTheRest)
         for (int r : {a, a + 1, a + side, a + side + 1}) lists.item.push_back(r);
         lists.off.push_back(static_cast<int>(lists.item.size()));
       }
-    sys_pattern(lists, n, dim, s.A);
-    s.dim  = dim;
-    s.nrow = n;
-    s.nfe  = first;
-    s.M.assign(s.A.col.size(), 0.0);
+    sys_pattern(lists, n, dim, s.pattern.A);
+    s.rows.dim  = dim;
+    s.rows.nrow = n;
+    s.rows.nfe  = first;
+    s.mass.M.assign(s.pattern.A.col.size(), 0.0);
     const double part[3] = {4.0 / 36, 2.0 / 36, 1.0 / 36};
     std::mt19937 random(dim);
     std::uniform_real_distribution<double> number(0.5, 2.0);
@@ -651,24 +652,25 @@ TEST(Mass, SolvesForFreeDofsAndKeepsTheRest)
           const int r = lists.begin(l)[a], c = lists.begin(l)[b];
           if (r == bare || c == bare) continue;
           const int k = static_cast<int>(
-              std::find(s.A.col.begin() + s.A.off[r], s.A.col.begin() + s.A.off[r + 1], c) - s.A.col.begin());
-          s.M[k] += mass * part[a == b ? 0 : a + b == 3 ? 2 : 1];
+              std::find(s.pattern.A.col.begin() + s.pattern.A.off[r], s.pattern.A.col.begin() +
+                        s.pattern.A.off[r + 1], c) - s.pattern.A.col.begin());
+          s.mass.M[k] += mass * part[a == b ? 0 : a + b == 3 ? 2 : 1];
         }
     }
-    for (int r = 0; r < n; ++r) s.M_diag.push_back(s.M[s.A.off[r + 1] - 1]);
-    s.fixed.assign(s.neq(), 0);
-    for (int k : {100, 101, 150, 233}) s.fixed[k] = 1;
-    RealVec x(s.neq(), 0.0), f(s.neq()), y;
+    for (int r = 0; r < n; ++r) s.mass.M_diag.push_back(s.mass.M[s.pattern.A.off[r + 1] - 1]);
+    s.bound.fixed.assign(s.rows.neq(), 0);
+    for (int k : {100, 101, 150, 233}) s.bound.fixed[k] = 1;
+    RealVec x(s.rows.neq(), 0.0), f(s.rows.neq()), y;
     for (double& v : f) v = number(random);
-    for (int k = 0; k < s.neq(); ++k)
-      if (s.fixed[k]) x[k] = number(random);
+    for (int k = 0; k < s.rows.neq(); ++k)
+      if (s.bound.fixed[k]) x[k] = number(random);
     const RealVec before = x;
     const int iterations = mass_solve(s, ROWS_GRID, first, f, x);
     EXPECT_GT(iterations, 0);
     EXPECT_LT(iterations, 30);
     mass_multiply(s, x, y);
-    for (int k = 0; k < s.neq(); ++k) {
-      if (k < first * dim || s.fixed[k] || k / dim == bare) EXPECT_EQ(before[k], x[k]) << k;
+    for (int k = 0; k < s.rows.neq(); ++k) {
+      if (k < first * dim || s.bound.fixed[k] || k / dim == bare) EXPECT_EQ(before[k], x[k]) << k;
       else EXPECT_NEAR(f[k], y[k], 1e-12) << k;
     }
   }

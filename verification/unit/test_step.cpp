@@ -152,7 +152,8 @@ TEST(Newton, SecantsFindTheSkewPartOfTheTangent)
     }
     return dx;
   };
-  const auto size = [](const RealVec& a) { return std::hypot(std::hypot(a[0], a[1]), std::hypot(a[2], a[3])); };
+  const auto size = [](const RealVec& a) { return std::hypot(std::hypot(a[0], a[1]), std::hypot(a[2], a[3]));
+      };
   for (bool with : {false, true}) {
     Secants h;
     RealVec u(n, 0.0), dx;
@@ -209,7 +210,7 @@ struct Swing {
     IntVec elem(to - from);
     std::iota(elem.begin(), elem.end(), from);
     frac_convert(m, p.d.el, p.d.fm, elem, p.d.share, st);
-    p.dofs.numbered = false;
+    p.dofs.rows.numbered = false;
     st.laid = GridLaid();
     p.ready = false;
     EXPECT_TRUE(step_prepare(p, m.step[0]).ok());
@@ -250,7 +251,7 @@ TEST(Increment, ProjectionIsKnownWhereTheGridGoesOn)
     s.increment();
     s.accept();
   }
-  ASSERT_GT(s.p.dofs.neq(), 2000);
+  ASSERT_GT(s.p.dofs.rows.neq(), 2000);
   EXPECT_LT(difference(s.next(true), s.next(false)), 1e-12);
   const long skipped = timer_phase(PHASE_PROJECT).skipped;
   s.increment();
@@ -269,12 +270,12 @@ TEST(Increment, ProjectionIsKnownWherePointsFollowNodes)
   s.increment();
   s.accept();
   s.convert(10 * 40, 14 * 40);
-  ASSERT_TRUE(s.p.dofs.hung);
+  ASSERT_TRUE(s.p.dofs.rows.hung);
   for (int k = 0; k < 6; ++k) {
     s.increment();
     s.accept();
   }
-  ASSERT_GT(s.p.dofs.neq(), 2000);
+  ASSERT_GT(s.p.dofs.rows.neq(), 2000);
   EXPECT_LT(difference(s.next(true), s.next(false)), 1e-12);
   const RealVec u = s.st.np1.u;
   s.next(true);

@@ -115,15 +115,15 @@ struct Scene {
 // full matrix from the lower block triangle
 RealVec full(const Dofs& s)
 {
-  const int d = s.dim, n = s.neq();
+  const int d = s.rows.dim, n = s.rows.neq();
   RealVec K(static_cast<size_t>(n) * n, 0.0);
-  for (int r = 0; r < s.nrow; ++r)
-    for (int k = s.A.off[r]; k < s.A.off[r + 1]; ++k)
+  for (int r = 0; r < s.rows.nrow; ++r)
+    for (int k = s.pattern.A.off[r]; k < s.pattern.A.off[r + 1]; ++k)
       for (int i = 0; i < d; ++i)
-        for (int j = 0; j < (s.A.col[k] == r ? i + 1 : d); ++j) {
-          const int row = r * d + i, col = s.A.col[k] * d + j;
+        for (int j = 0; j < (s.pattern.A.col[k] == r ? i + 1 : d); ++j) {
+          const int row = r * d + i, col = s.pattern.A.col[k] * d + j;
           K[static_cast<size_t>(row) * n + col] = K[static_cast<size_t>(col) * n + row] =
-              s.A.val[(static_cast<size_t>(k) * d + i) * d + j];
+              s.pattern.A.val[(static_cast<size_t>(k) * d + i) * d + j];
         }
   return K;
 }
@@ -132,7 +132,7 @@ RealVec full(const Dofs& s)
 // the tangent
 double tangent_error(Scene& sc, const KernelMode& mode, double amplitude)
 {
-  const int n = sc.p.dofs.neq();
+  const int n = sc.p.dofs.rows.neq();
   RealVec du(n);
   std::mt19937 gen(3);
   std::uniform_real_distribution<double> rnd(-amplitude, amplitude);
@@ -145,7 +145,7 @@ double tangent_error(Scene& sc, const KernelMode& mode, double amplitude)
   const double h  = 1e-6;
   double worst = 0.0, size = 0.0;
   RealVec unit(n), E(n);
-  sc.p.dofs.fixed.assign(n, DOF_FREE);
+  sc.p.dofs.bound.fixed.assign(n, DOF_FREE);
   for (int j = 0; j < n; ++j) {
     std::fill(unit.begin(), unit.end(), 0.0);
     unit[j] = 1.0;
@@ -365,21 +365,22 @@ TEST(Tangent, DampersOfATranslation)
   for (const Case& c : list) {
     Scene sc(damped + c.deck + moving);
     const Dofs& s = sc.p.dofs;
-    for (int i = 0; i < s.dim; ++i) {
-      RealVec e(s.neq(), 0.0), Ce;
-      for (int r = 0; r < s.nrow; ++r) e[r * s.dim + i] = 1.0;
+    for (int i = 0; i < s.rows.dim; ++i) {
+      RealVec e(s.rows.neq(), 0.0), Ce;
+      for (int r = 0; r < s.rows.nrow; ++r) e[r * s.rows.dim + i] = 1.0;
       const double impedance = i == 0 ? a * std::sqrt(rho * (c.lam + 2.0 * mu)) : b * std::sqrt(rho * mu);
       EXPECT_NEAR(damping_work(s, e), alpha * rho * c.volume + impedance * c.area, 1e-12) << c.deck;
       damping_multiply(s, e, Ce);
       double along = 0.0;
-      for (int r = 0; r < s.nrow; ++r) along += Ce[r * s.dim + i];
+      for (int r = 0; r < s.rows.nrow; ++r) along += Ce[r * s.rows.dim + i];
       EXPECT_NEAR(along, damping_work(s, e), 1e-12);
     }
-    sc.force(KernelMode(), RealVec(s.neq(), 0.0));
+    sc.force(KernelMode(), RealVec(s.rows.neq(), 0.0));
     assem_tangent(sc.m, sc.p.d, KernelMode(), 0.0, 0.0, sc.jumps, sc.st, sc.p.dofs);
-    const RealVec without = s.A.val;
+    const RealVec without = s.pattern.A.val;
     assem_tangent(sc.m, sc.p.d, KernelMode(), 0.0, 5.0, sc.jumps, sc.st, sc.p.dofs);
-    for (size_t k = 0; k < without.size(); ++k) EXPECT_NEAR(s.A.val[k], without[k] + 5.0 * s.C[k], 1e-12);
+    for (size_t k = 0; k < without.size(); ++k)
+      EXPECT_NEAR(s.pattern.A.val[k], without[k] + 5.0 * s.mass.C[k], 1e-12);
     // viscous stress of points and elements
     KernelMode mode;
     mode.rate = 3.0;
@@ -400,12 +401,12 @@ TEST(Tangent, SystemWithGhosts)
     mode = energy_momentum(0.0);
     mode.finite = false;
     EXPECT_LT(tangent_error(sc, mode, 0.05), 1e-7);
-    RealVec x(s.neq(), 0.0), jump;
+    RealVec x(s.rows.neq(), 0.0), jump;
     for (int v = 0; v < sc.p.d.grid.nnode; ++v) {
       double at[3];
       grid_node_place(sc.m.grid, sc.m.dim, sc.p.d.grid.key[v], at);
       for (int i = 0; i < sc.m.dim; ++i)
-        x[(s.nfe + v) * sc.m.dim + i] = 0.3 + 0.1 * at[i] - 0.7 * at[0] + 0.2 * at[1];
+        x[(s.rows.nfe + v) * sc.m.dim + i] = 0.3 + 0.1 * at[i] - 0.7 * at[0] + 0.2 * at[1];
     }
     assem_ghost_jump(sc.p.d.grid, sc.p.dofs, x, jump);
     for (double j : jump) EXPECT_NEAR(0.0, j, 1e-14);
@@ -427,10 +428,10 @@ double condition(double offset, const std::string& grid, const std::string& ghos
            "*SURFACE, NAME=LEFT, TYPE=BODY, BODY=B, WHERE=\"x<1e-9\"\n*BOND, TYPE=GROUND, NAME=HOLD, "
            "SURFACE=LEFT, ALPHA=1\n" +
            step);
-  sc.force(KernelMode(), RealVec(sc.p.dofs.neq(), 0.0));
+  sc.force(KernelMode(), RealVec(sc.p.dofs.rows.neq(), 0.0));
   assem_tangent(sc.m, sc.p.d, KernelMode(), 0.0, 0.0, sc.jumps, sc.st, sc.p.dofs);
   const RealVec K = full(sc.p.dofs);
-  const int n = sc.p.dofs.neq();
+  const int n = sc.p.dofs.rows.neq();
   const Eigen::Map<const Eigen::MatrixXd> A(K.data(), n, n);
   const Eigen::VectorXd value =
       Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(A, Eigen::EigenvaluesOnly).eigenvalues().cwiseAbs();

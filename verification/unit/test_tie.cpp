@@ -34,23 +34,23 @@ Ties ties()
 Dofs sample()
 {
   Dofs s;
-  s.dim  = D;
-  s.nrow = s.nfe = ROWS;
-  s.tie  = ties();
+  s.rows.dim  = D;
+  s.rows.nrow = s.rows.nfe = ROWS;
+  s.bound.tie  = ties();
   ListTable lists;
   for (const IntVec& l : {IntVec{0, 1, 2}, IntVec{1, 3, 4}, IntVec{4, 5}, IntVec{2, 5}}) {
     lists.item.insert(lists.item.end(), l.begin(), l.end());
     lists.off.push_back(static_cast<int>(lists.item.size()));
   }
   tie_extend(s, lists);
-  sys_pattern(lists, ROWS, D, s.A);
+  sys_pattern(lists, ROWS, D, s.pattern.A);
   double x = 0.3;
   const auto number = [&] { x = 3.9 * x * (1.0 - x); return x; };
   for (int I = 0; I < ROWS; ++I)
-    for (int k = s.A.off[I]; k < s.A.off[I + 1]; ++k)
+    for (int k = s.pattern.A.off[I]; k < s.pattern.A.off[I + 1]; ++k)
       for (int i = 0; i < D; ++i)
-        for (int j = 0; j < (s.A.col[k] == I ? i + 1 : D); ++j)
-          s.A.val[(static_cast<size_t>(k) * D + i) * D + j] = number();
+        for (int j = 0; j < (s.pattern.A.col[k] == I ? i + 1 : D); ++j)
+          s.pattern.A.val[(static_cast<size_t>(k) * D + i) * D + j] = number();
   return s;
 }
 
@@ -77,21 +77,21 @@ TEST(Tie, forces_do_the_same_work)
   tie_follow(s, false, x);
   tie_force(s, g);
   EXPECT_NEAR(product(x, f), product(x, g), 1e-14);
-  for (int d : s.tie.dof) EXPECT_EQ(g[d], 0.0);
+  for (int d : s.bound.tie.dof) EXPECT_EQ(g[d], 0.0);
 }
 
 TEST(Tie, matrix_is_condensed)
 {
   Dofs s = sample();
-  const SysMatrix before = s.A;
+  const SysMatrix before = s.pattern.A;
   tie_matrix(s);
   for (double phase : {0.2, 1.1, 2.5}) {
     RealVec x = wave(phase), y, z;
     tie_follow(s, false, x);
     sys_multiply(before, x, y);
     tie_force(s, y);
-    for (int d : s.tie.dof) x[d] = 0.0;      // rows and columns of dependent dofs are zero
-    sys_multiply(s.A, x, z);
+    for (int d : s.bound.tie.dof) x[d] = 0.0;      // rows and columns of dependent dofs are zero
+    sys_multiply(s.pattern.A, x, z);
     for (size_t i = 0; i < y.size(); ++i) EXPECT_NEAR(y[i], z[i], 1e-13) << i;
   }
 }
