@@ -69,17 +69,17 @@ void slip_multiply(const SlipTangent& slip, const ContactPairs& pairs, const Dof
 // A
 void assem_constrain(Dofs& s, const RealVec& diagonal, const RealVec& x, RealVec& f);
 
-// assem_mass : Dofs::M, unless it is that of the pattern of now and no points move            (3.12), (3.16)
+// assem_mass : DofMass::M, unless it is that of the pattern of now and no points move        (3.12), (3.16)
 void assem_mass(const Points& pts, const Discretisation& d, Dofs& s);
 
 // mass_damping : M [blocks of A] of this rank with alpha times the density of each material
 void mass_damping(const Model& m, const Points& pts, const Discretisation& d, const Dofs& s, RealVec& M);
 
-// assem_damping : Dofs::C of *DAMPING, ALPHA= and *VISCOUS BOUNDARY, unless it is that of the pattern of now
-// and no points move; lumped: the sums of its rows, a block for each node     doc/theory.md (6.18), (6.19)
+// assem_damping : DofMass::C of *DAMPING, ALPHA= and *VISCOUS BOUNDARY, unless it is that of the pattern of
+// now and no points move; lumped: the sums of its rows, a block for each node     doc/theory.md (6.18), (6.19)
 void assem_damping(const Model& m, const Points& pts, const Discretisation& d, bool lumped, Dofs& s);
 
-// assem_lumped : Dofs::lumped of an explicit step, after assem_mass. Collective.
+// assem_lumped : DofMass::lumped of an explicit step, after assem_mass. Collective.
 void assem_lumped(Dofs& s);
 
 // damping_multiply : y = C x; damping_work : x . C x; both of all ranks

@@ -258,7 +258,7 @@ void dof_lists(const Mesh& mesh, const Elements& el, const ActiveGrid& grid, con
 void dof_form(const Model& m, const Step& step, State& st, Discretisation& d, Dofs& s);
 
 // ---- equations between dofs (dof_tie.cpp), doc/theory.md (5.6) - (5.8)
-// dof_tie : Dofs::tie of the step; true: it is not the one of before
+// dof_tie : DofConstraints::tie of the step; true: it is not the one of before
 bool dof_tie(const Model& m, const Step& step, Dofs& s);
 
 // tie_extend : what couples a dependent dof couples its masters

@@ -44,11 +44,11 @@ void tell_soft(Solver& s)
   SolverData& d = *s.data;
   const int me  = comm_rank();
   std::vector<IntVec> to(comm_size());
-  const int rows = static_cast<int>(d.halo.owner.size());
+  const int rows = static_cast<int>(d.pattern.halo.owner.size());
   for (int I = std::max(0, s.null_pivot_row); s.null_pivot_row >= 0 && I < rows; ++I)
-    if (d.halo.owner[I] == me) to[0].push_back(d.numbers.number[I]);
+    if (d.pattern.halo.owner[I] == me) to[0].push_back(d.pattern.numbers.number[I]);
   d.soft.clear();
-  if (me == 0) d.soft.assign(d.numbers.first.back(), 0);
+  if (me == 0) d.soft.assign(d.pattern.numbers.first.back(), 0);
   for (const IntVec& list : comm_exchange(to))
     for (int number : list) d.soft[number] = 1;
 }
@@ -58,19 +58,20 @@ Status do_work(Solver& s, const SysMatrix& A, bool values, Work work)
 {
   SolverData& d = *s.data;
   if (!d.first_only) return work(s, A);
-  if (d.divided) tell_soft(s);
+  if (d.pattern.divided) tell_soft(s);
   const SysMatrix whole = sys_collect(A, values);
   Status status = comm_rank() == 0 ? work(s, whole) : STATUS_OK;
   status = static_cast<Status>(comm_bcast(status));
   s.zero_equation = comm_bcast(s.zero_equation);
-  if (d.divided) s.zero_equation = equation_here(d.numbers.number, d.dim, s.zero_equation);
+  if (d.pattern.divided)
+    s.zero_equation = equation_here(d.pattern.numbers.number, d.pattern.dim, s.zero_equation);
   s.negative      = comm_bcast(s.negative);
   comm_bcast(s.message);
-  double numbers[3] = {s.flops, s.flops_ahead, d.factor_entries};
+  double numbers[3] = {s.flops, s.flops_ahead, d.cost.factor_entries};
   comm_bcast(numbers, 3);
   s.flops          = numbers[0];
   s.flops_ahead    = numbers[1];
-  d.factor_entries = numbers[2];
+  d.cost.factor_entries = numbers[2];
   return status;
 }
 
@@ -129,16 +130,16 @@ Status back_work(Solver& s, RealVec& x)
 Status back_by_first(Solver& s, RealVec& x)
 {
   const SolverData& d = *s.data;
-  const int D = d.dim, me = comm_rank(), ranks = comm_size();
-  if (!d.divided) {
+  const int D = d.pattern.dim, me = comm_rank(), ranks = comm_size();
+  if (!d.pattern.divided) {
     const Status status = me == 0 ? back_work(s, x) : STATUS_OK;
     comm_bcast(x.data(), static_cast<int>(x.size()));
     return static_cast<Status>(comm_bcast(status));
   }
   std::vector<RealVec> to(ranks);
-  const int rows = static_cast<int>(d.halo.owner.size());
+  const int rows = static_cast<int>(d.pattern.halo.owner.size());
   for (int I = 0; I < rows; ++I)
-    if (d.halo.owner[I] == me)
+    if (d.pattern.halo.owner[I] == me)
       to[0].insert(to[0].end(), x.begin() + long(I) * D, x.begin() + long(I + 1) * D);
   std::vector<RealVec> from = comm_exchange(to);
   Status status = STATUS_OK;
@@ -148,17 +149,17 @@ Status back_by_first(Solver& s, RealVec& x)
     for (RealVec& part : from) all.insert(all.end(), part.begin(), part.end());
     status = back_work(s, all);
     for (int r = 0; r < ranks; ++r)
-      to[r].assign(all.begin() + long(d.numbers.first[r]) * D,
-                   all.begin() + long(d.numbers.first[r + 1]) * D);
+      to[r].assign(all.begin() + long(d.pattern.numbers.first[r]) * D,
+                   all.begin() + long(d.pattern.numbers.first[r + 1]) * D);
   }
   from = comm_exchange(to);
   const double* next = from[0].data();
   for (int I = 0; I < rows; ++I)
-    if (d.halo.owner[I] == me) {
+    if (d.pattern.halo.owner[I] == me) {
       std::copy(next, next + D, &x[I * D]);
       next += D;
     }
-  halo_copy(d.halo, D, x);
+  halo_copy(d.pattern.halo, D, x);
   return static_cast<Status>(comm_bcast(status));
 }
 
@@ -211,8 +212,9 @@ bool solve_same_pattern(const Solver& s, const SysMatrix& A)
   const SolverData& d = *s.data;
   // rows of several ranks too: a contact that meets another face may have the same pattern with other nodes.
   // Test: S6 (contact/g2_edges on two ranks)
-  const bool rows = d.halo.common == A.halo.common && d.halo.owner == A.halo.owner;
-  const bool same = d.dim == A.dim && d.off == A.off && d.col == A.col && (!sys_shared(A) || rows);
+  const bool rows = d.pattern.halo.common == A.halo.common && d.pattern.halo.owner == A.halo.owner;
+  const bool same = d.pattern.dim == A.dim && d.pattern.off == A.off && d.pattern.col == A.col &&
+      (!sys_shared(A) || rows);
   return sys_shared(A) ? !comm_allreduce_max(!same) : same;
 }
 
@@ -267,13 +269,13 @@ Status solve_analyse(Solver& s, const SysMatrix& A)
   ++s.nanalyse;
   d.factored = d.analysed = d.by_chm = d.for_mumps = false;
   d.chm.reset();
-  d.dim = A.dim;
-  d.off = A.off;
-  d.col = A.col;
-  d.divided = sys_shared(A);
-  if (d.divided) {
-    d.halo    = A.halo;
-    d.numbers = sys_number(A);
+  d.pattern.dim = A.dim;
+  d.pattern.off = A.off;
+  d.pattern.col = A.col;
+  d.pattern.divided = sys_shared(A);
+  if (d.pattern.divided) {
+    d.pattern.halo    = A.halo;
+    d.pattern.numbers = sys_number(A);
   }
   Status status = STATUS_OK;
   if (sys_rows(A) > 0) {
@@ -324,13 +326,13 @@ Status solve_back(Solver& s, const RealVec& b, RealVec& x)
 {
   MPFE_CHECK(s.data && s.data->factored, "solve_back without a factorisation");
   const SolverData& d = *s.data;
-  MPFE_CHECK(b.size() == (d.off.size() - 1) * d.dim,
+  MPFE_CHECK(b.size() == (d.pattern.off.size() - 1) * d.pattern.dim,
              "solve_back: the right-hand side has another size than the matrix");
 
   Stopwatch watch(s.seconds_back);
   ++s.nback;
   if (&x != &b) x = b;
-  if (d.divided ? d.numbers.first.back() == 0 : x.empty()) return STATUS_OK;
+  if (d.pattern.divided ? d.pattern.numbers.first.back() == 0 : x.empty()) return STATUS_OK;
   return d.first_only ? back_by_first(s, x) : back_work(s, x);
 }
 
@@ -353,7 +355,7 @@ Status solve_back_many(Solver& s, double* x, int count)
   if (d.by_chm) return chm_back(s, x, count);
   if (by_mumps(s)) return mumps_back(s, x, count);
 #endif
-  const size_t n = (d.off.size() - 1) * d.dim;
+  const size_t n = (d.pattern.off.size() - 1) * d.pattern.dim;
   RealVec one(n);
   for (int k = 0; k < count; ++k) {
     std::copy(x + k * n, x + (k + 1) * n, one.begin());
@@ -368,7 +370,7 @@ void solve_memory(const Solver& s, std::vector<MemoryUse>& out)
 {
   const SolverData& d = *s.data;
   const auto reals = [](const RealVec& v) { return static_cast<double>(v.capacity() * sizeof(double)); };
-  double numbers = static_cast<double>((d.off.capacity() + d.col.capacity()) * sizeof(int)),
+  double numbers = static_cast<double>((d.pattern.off.capacity() + d.pattern.col.capacity()) * sizeof(int)),
          factors = reals(d.sky.a) + 1e6 * s.memory_mb;
 #ifdef MPFE_MUMPS
   if (s.kind == SOLVER_MUMPS && d.mumps) numbers += mumps_memory(s);

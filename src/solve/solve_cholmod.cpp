@@ -196,7 +196,7 @@ Status chm_factor(Solver& s, const SysMatrix& A)
   cholmod_free_sparse(&S, &c.common);
   if (c.common.status != CHOLMOD_OK || !clearly_positive(*c.L, A)) return refuse(s);
   s.flops     = c.common.fl;
-  s.data->factor_entries = c.common.lnz;
+  s.data->cost.factor_entries = c.common.lnz;
   s.memory_mb = static_cast<double>(c.common.memory_inuse) / 1e6;
   return STATUS_OK;
 }

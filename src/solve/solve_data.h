@@ -149,13 +149,38 @@ struct PathCost {
   long pause   = 0;            // solutions until it is tried again
 };
 
-struct SolverData {
-  int dim = 0;                 // pattern that was analysed
+// The pattern that was analysed
+struct AnalysedPattern {
+  int dim = 0;
   IntVec off, col;
   // divided model: who has which row of that matrix, and its numbers over all ranks
   bool divided = false;
   Halo halo;
   RowNumbers numbers;
+};
+
+// What the choice between the ways to a solution counts with                                (8.5)
+struct SolverCosts {
+  PathCost path[PATHS];
+  // in motion: the incomplete factor found a matrix indefinite: from this solution on it is tried again; how
+  // many were left out; what was factorised meanwhile goes when it serves
+  long again = 0, left_out = 0;
+  bool spare = false;
+  double direct_factor = 0.0, direct_back = 0.0, direct_analyse = 0.0;   // seconds of counted work, smoothed
+  double guess = 0.0;          // seconds of a factorisation before the first one, 0: not guessed
+  long rows = 0;               // rows of the matrix at hand, of all ranks
+  long counted = 0;            // SolveAsk::pattern that they are those of
+  double entries = 0.0, entries_all = 0.0;       // its numbers: of the rank with most of them, of all
+  double factor_entries = 0.0; // numbers in the last factors, of all ranks
+  long age = 0;                // solutions with the factors as preconditioner
+  double fresh_rate = 0.0;     // rate of the first of them, smoothed
+  // spent and gained since the factorisation, which is included
+  double cycle_seconds = 0.0, cycle_digits = 0.0;
+};
+
+struct SolverData {
+  AnalysedPattern pattern;
+  SolverCosts cost;
   std::vector<char> soft;      // rank 0 factorises alone: rows whose zero pivots are fixed; else empty
   bool analysed = false, factored = false;
   bool first_only = false;     // several ranks: the first one factorises the whole matrix alone
@@ -174,21 +199,6 @@ struct SolverData {
   long amg_wait = 0, amg_pause = 0;      // solutions until multigrid is tried again after it has failed
   CgWork work;
   std::vector<RealVec> past;   // solutions of the last systems, of the same size
-  PathCost cost[PATHS];
-  // in motion: the incomplete factor found a matrix indefinite: from this solution on it is tried again; how
-  // many were left out; what was factorised meanwhile goes when it serves
-  long again = 0, left_out = 0;
-  bool spare = false;
-  double direct_factor = 0.0, direct_back = 0.0, direct_analyse = 0.0;   // seconds of counted work, smoothed
-  double guess = 0.0;          // seconds of a factorisation before the first one, 0: not guessed
-  long rows = 0;               // rows of the matrix at hand, of all ranks
-  long counted = 0;            // SolveAsk::pattern that they are those of
-  double entries = 0.0, entries_all = 0.0;       // its numbers: of the rank with most of them, of all
-  double factor_entries = 0.0; // numbers in the last factors, of all ranks
-  long age = 0;                // solutions with the factors as preconditioner
-  double fresh_rate = 0.0;     // rate of the first of them, smoothed
-  // spent and gained since the factorisation, which is included
-  double cycle_seconds = 0.0, cycle_digits = 0.0;
   std::shared_ptr<FirstAlone> first;     // several ranks: what rank 0 solves alone
   std::shared_ptr<MumpsData> mumps;
   std::shared_ptr<ChmData> chm;    // null: CHOLMOD is not to be tried with this pattern

@@ -229,7 +229,7 @@ Status tell(Status status, RealVec did, const FirstAlone& f, int dim, Solver& s)
 
 bool first_pays(const Solver& s, const SysMatrix& A, const SolveAsk& ask)
 {
-  const long equations = s.data->rows * A.dim;
+  const long equations = s.data->cost.rows * A.dim;
   // by CHOLMOD whole runs on two ranks take 0.72 to 1.04 of those with MUMPS (doc/benchmarks.md)
   const bool few = ask.broken || (A.dim == 2 && !ask.inertia && comm_size() == 2);
   return sys_shared(A) && s.def.kind == SOLVER_AUTO && s.kind == SOLVER_MUMPS && s.def.reuse &&

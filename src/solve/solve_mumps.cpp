@@ -87,7 +87,7 @@ int zero_pivot_of_all(const Solver& s, const MumpsData& m, int dim, bool& fixed,
   const int pivot  = static_cast<int>(list[fixed ? 0 : wrong]) - 1;
   const auto found = row.find(pivot / dim);
   const bool here  = found != row.end();
-  number = comm_allreduce_max(here ? s.data->numbers.number[found->second] * dim + pivot % dim : -1);
+  number = comm_allreduce_max(here ? s.data->pattern.numbers.number[found->second] * dim + pivot % dim : -1);
   return here ? found->second * dim + pivot % dim : nrow * dim;
 }
 
@@ -295,8 +295,8 @@ void find_takers(MumpsData& m, int dim)
 // right-hand side and solution distributed, nothing of the size of the whole system
 Status back_divided(Solver& s, MumpsData& m, double* x)
 {
-  const int D = s.data->dim, ranks = comm_size(), nrow = static_cast<int>(m.number.size());
-  const IntVec& owner = s.data->halo.owner;
+  const int D = s.data->pattern.dim, ranks = comm_size(), nrow = static_cast<int>(m.number.size());
+  const IntVec& owner = s.data->pattern.halo.owner;
   size_t next = 0;
   for (int I = 0; I < nrow; ++I)
     for (int i = 0; i < D && owner[I] == comm_rank(); ++i)
@@ -349,7 +349,7 @@ Status mumps_analyse(Solver& s, const SysMatrix& A)
   m.parts      = sys_shared(A);
   m.number     = order_rcm(whole);
   const IntVec number = m.parts ? m.number : IntVec();     // of the whole matrix, for perm
-  if (m.parts) scatter_numbers(m, A, s.data->numbers);
+  if (m.parts) scatter_numbers(m, A, s.data->pattern.numbers);
   else if (m.shared) comm_allgatherv(m.number);            // the others have none
   number_entries(m, A);
   icntl(m, 7)  = ORDER_AMF;
@@ -367,7 +367,7 @@ Status mumps_analyse(Solver& s, const SysMatrix& A)
 #else
   if (dissect) icntl(m, 7) = ORDER_CHOOSE;
 #endif
-  m.id.n       = m.parts ? s.data->numbers.first.back() * A.dim : A.neq();
+  m.id.n       = m.parts ? s.data->pattern.numbers.first.back() * A.dim : A.neq();
   give_entries(m);
   icntl(m, 14) = RELAX;
   if (!m.parts) m.x.resize(A.neq());
@@ -400,7 +400,7 @@ Status mumps_factor(Solver& s, const SysMatrix& A)
 
   s.flops     = m.id.rinfog[2];
   s.memory_mb = infog(m, 19);
-  s.data->factor_entries = infog(m, 29) < 0 ? -1e6 * infog(m, 29) : infog(m, 29);
+  s.data->cost.factor_entries = infog(m, 29) < 0 ? -1e6 * infog(m, 29) : infog(m, 29);
   s.negative  = infog(m, 12);
   if (infog(m, 28) > 0) {
     bool fixed   = false;
@@ -427,7 +427,7 @@ Status mumps_back(Solver& s, double* x, int count)
 {
   MumpsData& m = *s.data->mumps;
   if (m.parts) return back_divided(s, m, x);
-  const int D = s.data->dim, nrow = static_cast<int>(m.number.size());
+  const int D = s.data->pattern.dim, nrow = static_cast<int>(m.number.size());
   const size_t n = static_cast<size_t>(nrow) * D;
   m.x.resize(n * count);
   for (int k = 0; k < count; ++k)

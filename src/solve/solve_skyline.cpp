@@ -215,7 +215,7 @@ Status skyline_analyse(Solver& s, const SysMatrix& A)
     K.start[J + 1] = K.start[J] + column_height(K, J, A.dim) * A.dim;
     s.flops += A.dim * h * h;
   }
-  s.data->factor_entries = static_cast<double>(K.start[A.nrow]);
+  s.data->cost.factor_entries = static_cast<double>(K.start[A.nrow]);
   s.memory_mb = static_cast<double>(K.start[A.nrow]) * sizeof(double) / 1e6;
   try {
     K.a.resize(K.start[A.nrow]);
@@ -249,7 +249,7 @@ Status skyline_factor(Solver& s, const SysMatrix& A)
 Status skyline_back(Solver& s, RealVec& x)
 {
   Skyline& K = s.data->sky;
-  switch (s.data->dim) {
+  switch (s.data->pattern.dim) {
     case 1: back<1>(K, x); break;
     case 2: back<2>(K, x); break;
     default: back<3>(K, x);

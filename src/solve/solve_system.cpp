@@ -60,7 +60,7 @@ const int GUESS = 200;         // iterations with the incomplete factor when not
 
 double cholesky_guess(const SolverData& d, double iterations = GUESS)
 {
-  return iterations * 8.0 * d.entries / rate_of.cg;
+  return iterations * 8.0 * d.cost.entries / rate_of.cg;
 }
 
 bool several() { return comm_size() > 1; }
@@ -71,17 +71,17 @@ double counted_factor(const Solver& s)
 {
   const SolverData& d = *s.data;
   const double entry  = several() ? rate_of.factor_entry_ranks : rate_of.factor_entry;
-  return (s.flops / rate_of.factor + entry * d.factor_entries) / workers(d);
+  return (s.flops / rate_of.factor + entry * d.cost.factor_entries) / workers(d);
 }
 
 double counted_back(const SolverData& d)
 {
-  return (several() ? rate_of.back_message : 0.0) + 8.0 * d.factor_entries / rate_of.cg / workers(d);
+  return (several() ? rate_of.back_message : 0.0) + 8.0 * d.cost.factor_entries / rate_of.cg / workers(d);
 }
 
 double changed_numbers(const SolverData& d)
 {
-  return static_cast<double>(d.changed.set.size()) * static_cast<double>(d.rows) * d.dim * d.dim;
+  return static_cast<double>(d.changed.set.size()) * static_cast<double>(d.cost.rows) * d.pattern.dim * d.pattern.dim;
 }
 
 // ---- the ways by conjugate gradients                                                   (8.5)
@@ -108,7 +108,7 @@ double amg_setup(const SolverData& d) { return AMG_FORM * cholesky_iteration(d);
 // columns of the inverse that came in together, and what is dense: of the changed rows
 double changed_setup(const SolverData& d)
 {
-  const double m = static_cast<double>(d.changed.set.size()) * d.dim;
+  const double m = static_cast<double>(d.changed.set.size()) * d.pattern.dim;
   return cholesky_iteration(d) +
          (BATCHED_COLUMN * d.changed.columns * counted_back(d) + 3.0 * m * m * m / rate_of.factor);
 }
@@ -159,7 +159,7 @@ int fast_limit(int dim) { return dim == 2 && !several() ? FAST_PLANE : FAST; }
 
 bool moves_fast(const SolverData& d, const SolveAsk& ask, int dim)
 {
-  const PathCost& c = d.cost[PATH_CHOLESKY];
+  const PathCost& c = d.cost.path[PATH_CHOLESKY];
   return ask.inertia && !d.factored && (!c.known || c.rate * fast_limit(dim) >= ask.digits);
 }
 
@@ -181,8 +181,8 @@ SolveAsk exact_in_motion(const Solver& s, const SolveAsk& ask, int dim)
 // seconds of a solution by factorisation
 double direct_seconds(const SolverData& d, bool pattern_known)
 {
-  return (d.direct_factor > 0.0 ? d.direct_factor : d.guess) + d.direct_back +
-         (pattern_known ? 0.0 : d.direct_analyse);
+  return (d.cost.direct_factor > 0.0 ? d.cost.direct_factor : d.cost.guess) + d.cost.direct_back +
+         (pattern_known ? 0.0 : d.cost.direct_analyse);
 }
 
 // factors of an indefinite matrix are no preconditioner
@@ -193,9 +193,9 @@ bool have_factors(const Solver& s) { return s.data->factored && s.negative == 0;
 // the average grows from here on
 bool stale(const SolverData& d, double digits)
 {
-  const PathCost& c = d.cost[PATH_REUSED];
+  const PathCost& c = d.cost.path[PATH_REUSED];
   return c.known && (expected(c, digits) > direct_seconds(d, true) ||
-                     (d.age > 0 && c.iteration / c.rate > d.cycle_seconds / d.cycle_digits));
+                     (d.cost.age > 0 && c.iteration / c.rate > d.cost.cycle_seconds / d.cost.cycle_digits));
 }
 
 // is it time to look at a path that is not the best?
@@ -207,8 +207,8 @@ bool factors_fit(const SolverData& d, const SolveAsk& ask) { return d.factored &
 // the incomplete factor of this matrix is there, and faster than a back substitution
 bool cholesky_fits(const SolverData& d, const SolveAsk& ask)
 {
-  return d.cholesky.stamp == ask.stamp && d.cost[PATH_CHOLESKY].known &&
-         expected(d.cost[PATH_CHOLESKY], ask.digits) < d.direct_back;
+  return d.cholesky.stamp == ask.stamp && d.cost.path[PATH_CHOLESKY].known &&
+         expected(d.cost.path[PATH_CHOLESKY], ask.digits) < d.cost.direct_back;
 }
 
 // ---- broken material in statics: which rows change is known                            (8.9)
@@ -218,9 +218,9 @@ bool cholesky_fits(const SolverData& d, const SolveAsk& ask)
 bool changed_pays(const Solver& s)
 {
   const SolverData& d = *s.data;
-  const PathCost& c   = d.cost[PATH_CHANGED];
+  const PathCost& c   = d.cost.path[PATH_CHANGED];
   if (!d.changed.on || !have_factors(s)) return false;
-  return d.age == 0 || c.setup < d.cycle_seconds / (d.age + 1);
+  return d.cost.age == 0 || c.setup < d.cost.cycle_seconds / (d.cost.age + 1);
 }
 
 // Broken material in space: factors cost so much more than the incomplete factor that conjugate gradients
@@ -228,11 +228,11 @@ bool changed_pays(const Solver& s)
 bool broken_by_cg(const Solver& s, const SysMatrix& A, const SolveAsk& ask, long now, double& limit)
 {
   const SolverData& d = *s.data;
-  const PathCost& c   = d.cost[PATH_CHOLESKY];
-  if (A.dim != 3 || s.def.kind != SOLVER_AUTO || now < d.again) return false;
-  const double direct = d.factored || d.guess > 0.0 ? direct_seconds(d, solve_same_pattern(s, A)) : 0.0;
+  const PathCost& c   = d.cost.path[PATH_CHOLESKY];
+  if (A.dim != 3 || s.def.kind != SOLVER_AUTO || now < d.cost.again) return false;
+  const double direct = d.factored || d.cost.guess > 0.0 ? direct_seconds(d, solve_same_pattern(s, A)) : 0.0;
   const bool known    = c.known && !due(c, now);
-  const double cg     = known ? expected(c, ask.digits) : cholesky_guess(d, CUBE * std::cbrt(d.rows));
+  const double cg     = known ? expected(c, ask.digits) : cholesky_guess(d, CUBE * std::cbrt(d.cost.rows));
   limit = 2.0 * direct;
   return cg < 0.5 * direct;
 }
@@ -243,7 +243,7 @@ bool broken_by_cg(const Solver& s, const SysMatrix& A, const SolveAsk& ask, long
 bool allowed(const Solver& s, SolvePath path, long now)
 {
   if (path == PATH_REUSED) return have_factors(s);
-  return s.def.kind == SOLVER_AUTO && now >= s.data->again;
+  return s.def.kind == SOLVER_AUTO && now >= s.data->cost.again;
 }
 
 // nothing was factorised yet: are conjugate gradients surely faster?
@@ -251,15 +251,15 @@ bool without_factors(Solver& s, const SysMatrix& A, const SolveAsk& ask)
 {
   SolverData& d = *s.data;
   if (!ask.known_regular) return false;
-  if (d.guess == 0.0) {
+  if (d.cost.guess == 0.0) {
     Timer timer(PHASE_ANALYSIS);
     s.flops_ahead = order_least(A);
-    d.guess       = s.flops_ahead / (rate_of.factor * comm_size());
-    if (cholesky_guess(d) < 0.5 * d.guess) return true;
+    d.cost.guess       = s.flops_ahead / (rate_of.factor * comm_size());
+    if (cholesky_guess(d) < 0.5 * d.cost.guess) return true;
     if (solve_analyse(s, A) != STATUS_OK) return false;
-    d.guess = std::max(1e-9, s.flops_ahead / (rate_of.factor * comm_size()));
+    d.cost.guess = std::max(1e-9, s.flops_ahead / (rate_of.factor * comm_size()));
   }
-  return cholesky_guess(d) < 0.5 * d.guess;
+  return cholesky_guess(d) < 0.5 * d.cost.guess;
 }
 
 // is a path that is not known worth a trial? Masses make conjugate gradients fast, without them it goes by
@@ -278,7 +278,8 @@ bool amg_waits(const SolverData& d) { return d.amg_wait > 0; }
 double cholesky_iterations(const Solver& s)
 {
   const PathLog& l = s.path[PATH_CHOLESKY];
-  return l.digits > 0.0 ? 8.0 * static_cast<double>(l.iterations) / l.digits : CUBE * std::cbrt(s.data->rows);
+  return l.digits > 0.0 ? 8.0 * static_cast<double>(l.iterations) / l.digits
+      : CUBE * std::cbrt(s.data->cost.rows);
 }
 
 // elements in space, where the incomplete factor needs so many iterations that multigrid is faster, and a
@@ -305,15 +306,15 @@ SolvePath fastest(const Solver& s, const SolveAsk& ask, bool pattern_known, long
   SolvePath best = PATH_FACTOR;
   double least   = direct;
   for (SolvePath path : {PATH_REUSED, PATH_CHOLESKY}) {
-    const PathCost& c = d.cost[path];
+    const PathCost& c = d.cost.path[path];
     if (!allowed(s, path, now) || !c.known || expected(c, ask.digits) >= least) continue;
     best  = path;
     least = expected(c, ask.digits);
   }
   limit = least;
   for (SolvePath path : {PATH_REUSED, PATH_CHOLESKY})
-    if (path != best && allowed(s, path, now) && due(d.cost[path], now) &&
-        promising(d, ask, path, d.cost[path], least))
+    if (path != best && allowed(s, path, now) && due(d.cost.path[path], now) &&
+        promising(d, ask, path, d.cost.path[path], least))
       return path;
   limit = 2.0 * direct;
   return best == PATH_REUSED && stale(d, ask.digits) ? PATH_FACTOR : best;
@@ -324,10 +325,10 @@ SolvePath choose(Solver& s, const SysMatrix& A, const SolveAsk& ask, long now, d
   const SolverData& d = *s.data;
   limit = NEVER;
   if (!s.def.reuse) return PATH_FACTOR;
-  const bool small = d.rows * A.dim < SMALL_SYSTEM;
+  const bool small = d.cost.rows * A.dim < SMALL_SYSTEM;
   if (factors_fit(d, ask) && (s.def.kind != SOLVER_AUTO || small || ask.exact || ask.broken))
     return PATH_BACK;
-  if (s.def.kind == SOLVER_AMG) return amg_waits(d) || d.rows == 0 ? PATH_FACTOR : PATH_AMG;
+  if (s.def.kind == SOLVER_AMG) return amg_waits(d) || d.cost.rows == 0 ? PATH_FACTOR : PATH_AMG;
   if (s.def.kind == SOLVER_CG) {
     if (s.def.precond == PRECOND_FACTORS)
       return have_factors(s) && !stale(d, ask.digits) ? PATH_REUSED : PATH_FACTOR;
@@ -361,30 +362,31 @@ Status by_factor(Solver& s, const SysMatrix& A, const SolveAsk& ask, const RealV
     const long before   = s.nanalyse;
     const Status status = solve_analyse(s, A);
     if (status != STATUS_OK) return status;
-    if (s.nanalyse > before) smooth(d.direct_analyse, rate_of.analysis_entry * d.entries_all);
+    if (s.nanalyse > before) smooth(d.cost.direct_analyse, rate_of.analysis_entry * d.cost.entries_all);
   }
   {
     Timer timer(PHASE_FACTOR);
     const Status status = solve_factor(s, A);
     if (status != STATUS_OK) return status;
-    smooth(d.direct_factor, counted_factor(s));
+    smooth(d.cost.direct_factor, counted_factor(s));
   }
   d.stamp    = ask.stamp;
   // earlier solutions are those of other rows
-  if (d.divided && comm_allreduce_max(static_cast<int>(d.reused.key != ask.key))) d.past.clear();
+  if (d.pattern.divided && comm_allreduce_max(static_cast<int>(d.reused.key != ask.key))) d.past.clear();
   d.reused.key = ask.key;
-  if (d.divided) d.reused.owner = A.halo.owner;
+  if (d.pattern.divided) d.reused.owner = A.halo.owner;
   d.changed.on = false;
-  if (ask.broken && s.null_pivot_row >= 0 && s.def.reuse && d.rows * A.dim >= SMALL_SYSTEM && !sys_shared(A))
+  if (ask.broken && s.null_pivot_row >= 0 && s.def.reuse && d.cost.rows * A.dim >= SMALL_SYSTEM &&
+      !sys_shared(A))
     changed_begin(A, ask.key, s.null_pivot_row, d.changed);
-  d.age      = 0;
-  if (d.fresh_rate > 0.0) d.cost[PATH_REUSED].rate = d.fresh_rate;
+  d.cost.age      = 0;
+  if (d.cost.fresh_rate > 0.0) d.cost.path[PATH_REUSED].rate = d.cost.fresh_rate;
   Timer timer(PHASE_SOLVE);
   const Status status = solve_back(s, b, x);
-  smooth(d.direct_back, counted_back(d));
-  if (status == STATUS_OK && s.def.reuse && d.rows * A.dim >= SMALL_SYSTEM) remember_solution(d.past, x);
-  d.cycle_seconds = direct_seconds(d, true);
-  d.cycle_digits  = ask.digits;
+  smooth(d.cost.direct_back, counted_back(d));
+  if (status == STATUS_OK && s.def.reuse && d.cost.rows * A.dim >= SMALL_SYSTEM) remember_solution(d.past, x);
+  d.cost.cycle_seconds = direct_seconds(d, true);
+  d.cost.cycle_digits  = ask.digits;
   return status;
 }
 
@@ -519,7 +521,7 @@ bool diagonal_form_way(Solver& s, const SysMatrix&, const SolveAsk&, CgSystem& c
 void remember(Solver& s, SolvePath path, const CgDone& done, bool kept, long now)
 {
   SolverData& d = *s.data;
-  PathCost& c   = d.cost[path];
+  PathCost& c   = d.cost.path[path];
   const double brought = digits_of(done);
   const double setup   = kept ? 0.0 : way[path].setup(d);
   const double seconds = done.iterations * way[path].iteration(d);
@@ -537,15 +539,15 @@ void remember(Solver& s, SolvePath path, const CgDone& done, bool kept, long now
   if (path == PATH_CHANGED) {
     if (!done.good) d.changed.on = false;
     // all in all; the first iterations of an increment bring new rows, later ones do not
-    c.setup = d.age++ == 0 ? setup + seconds : (1.0 - SMOOTH) * c.setup + SMOOTH * (setup + seconds);
-    d.cycle_seconds += setup + seconds;
+    c.setup = d.cost.age++ == 0 ? setup + seconds : (1.0 - SMOOTH) * c.setup + SMOOTH * (setup + seconds);
+    d.cost.cycle_seconds += setup + seconds;
     return;
   }
   if (path != PATH_REUSED) return;
   if (!done.good || done.iterations == 0) return;
-  if (d.age++ == 0) smooth(d.fresh_rate, brought / done.iterations);
-  d.cycle_seconds += seconds;
-  d.cycle_digits += brought;
+  if (d.cost.age++ == 0) smooth(d.cost.fresh_rate, brought / done.iterations);
+  d.cost.cycle_seconds += seconds;
+  d.cost.cycle_digits += brought;
 }
 
 // multigrid that has failed begins anew, then rests, each time for longer
@@ -602,9 +604,9 @@ CgDone form_and_solve(Solver& s, const SysMatrix& A, const SolveAsk& ask, SolveP
 // follow: the incomplete factor is tried again, each time after twice as many solutions
 void wait_indefinite(SolverData& d, long now)
 {
-  d.again    = now + 1 + d.left_out;
-  d.left_out = d.left_out > 0 ? std::min(2 * d.left_out, 2 * PAUSE) : 1;
-  d.spare    = true;
+  d.cost.again    = now + 1 + d.cost.left_out;
+  d.cost.left_out = d.cost.left_out > 0 ? std::min(2 * d.cost.left_out, 2 * PAUSE) : 1;
+  d.cost.spare    = true;
 }
 
 Status by_cg(Solver& s, const SysMatrix& A, const SolveAsk& ask, SolvePath path, double limit, long now,
@@ -628,9 +630,9 @@ Status by_cg(Solver& s, const SysMatrix& A, const SolveAsk& ask, SolvePath path,
     remember(s, path, done, old, now);
   }
   if (path == PATH_CHOLESKY && done.good) {
-    if (d.spare) solve_drop(s);
-    d.spare = false;
-    d.left_out /= 2;
+    if (d.cost.spare) solve_drop(s);
+    d.cost.spare = false;
+    d.cost.left_out /= 2;
   }
   PathLog& log = s.path[path];
   log.iterations += done.iterations;
@@ -680,22 +682,22 @@ Status by_best(Solver& s, const SysMatrix& A, const SolveAsk& ask, const RealVec
 // rows and numbers of the matrix, of all ranks; a pattern that stays has as many as before
 void count_entries(const SysMatrix& A, long pattern, SolverData& d)
 {
-  if (pattern > 0 && pattern == d.counted) return;
-  d.counted = pattern;
-  d.rows    = A.nrow;
-  d.entries = d.entries_all = static_cast<double>(A.val.size());
+  if (pattern > 0 && pattern == d.cost.counted) return;
+  d.cost.counted = pattern;
+  d.cost.rows    = A.nrow;
+  d.cost.entries = d.cost.entries_all = static_cast<double>(A.val.size());
   if (!sys_shared(A)) return;
   const int ranks = comm_size(), me = comm_rank();
   RealVec of(2 * ranks, 0.0);
   of[2 * me]     = static_cast<double>(std::count(A.halo.owner.begin(), A.halo.owner.end(), me));
-  of[2 * me + 1] = d.entries;
+  of[2 * me + 1] = d.cost.entries;
   comm_sum(of);
-  d.rows        = 0;
-  d.entries_all = 0.0;
+  d.cost.rows        = 0;
+  d.cost.entries_all = 0.0;
   for (int r = 0; r < ranks; ++r) {
-    d.rows += static_cast<long>(of[2 * r]);
-    d.entries = std::max(d.entries, of[2 * r + 1]);
-    d.entries_all += of[2 * r + 1];
+    d.cost.rows += static_cast<long>(of[2 * r]);
+    d.cost.entries = std::max(d.cost.entries, of[2 * r + 1]);
+    d.cost.entries_all += of[2 * r + 1];
   }
 }
 

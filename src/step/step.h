@@ -10,7 +10,7 @@
 #include "assem/assem.h"
 #include "out/out.h"
 
-// The tangent in Dofs::A and what it was made for
+// The tangent in DofPattern::A and what it was made for
 struct ReusedTangent {
   bool on = false;             // nothing else can change it: no NLGEOM, contact or fracture
   long pattern = 0;
@@ -33,7 +33,7 @@ struct KnownRegular {
 // Projected velocity at the end of the last increment, of the rows of the grid and, where points follow
 // nodes, of those of nodes: where the projection of the next one begins, or what it gives  (3.14), (3.19)
 struct GridVelocity {
-  long pattern = -1, made = -1;  // Dofs::pattern, ActiveGrid::made
+  long pattern = -1, made = -1;  // DofPattern::number, ActiveGrid::made
   int increment = 0;           // StepLog::inc_total at that end
   int first = 0;               // the first of these rows
   std::vector<long> key;       // row_key of the rows of the grid, descending
@@ -76,7 +76,7 @@ struct StableIncrement {
   RealVec before;
   // loads at the end of the increment before, for these rows; step, increment: when
   RealVec fext;
-  long pattern = -1, made = -1;          // Dofs::pattern, ActiveGrid::made
+  long pattern = -1, made = -1;          // DofPattern::number, ActiveGrid::made
   int step = 0, inc = 0;
   RealVec spare, fint, du, R;  // their memory alone
   // Discretisation::follow is that of so many converted elements and released points
