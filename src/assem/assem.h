@@ -76,7 +76,7 @@ void assem_mass(const Points& pts, const Discretisation& d, Dofs& s);
 void mass_damping(const Model& m, const Points& pts, const Discretisation& d, const Dofs& s, RealVec& M);
 
 // assem_damping : DofMass::C of *DAMPING, ALPHA= and *VISCOUS BOUNDARY, unless it is that of the pattern of
-// now and no points move; lumped: the sums of its rows, a block for each node     doc/theory.md (6.18), (6.19)
+// now and no points move; lumped: the sums of its rows, a block for each node   doc/theory.md (6.18), (6.19)
 void assem_damping(const Model& m, const Points& pts, const Discretisation& d, bool lumped, Dofs& s);
 
 // assem_lumped : DofMass::lumped of an explicit step, after assem_mass. Collective.

@@ -81,7 +81,8 @@ double counted_back(const SolverData& d)
 
 double changed_numbers(const SolverData& d)
 {
-  return static_cast<double>(d.changed.set.size()) * static_cast<double>(d.cost.rows) * d.pattern.dim * d.pattern.dim;
+  const double D = d.pattern.dim;
+  return static_cast<double>(d.changed.set.size()) * static_cast<double>(d.cost.rows) * D * D;
 }
 
 // ---- the ways by conjugate gradients                                                   (8.5)
