@@ -315,9 +315,9 @@ void step_settle(Problem& p, const Attempt& a, const RealVec& rf0, const RealVec
 // elements broke
 Failure step_initial_acceleration(Problem& p, const Step& s, double t_step);
 
-// step_missed : at the start of a step: warns of loads and supports that fixed increments step over
+// step_warn_missed : at the start of a step: warns of loads and supports that fixed increments step over
 //   in   mid   loads are asked for in the middle of an increment
-void step_missed(const Model& m, const Step& s, double start, bool mid);
+void step_warn_missed(const Model& m, const Step& s, double start, bool mid);
 
 // ledger_sums : energies and momenta of the level; energy: strain energy of intact elements [nelem]; work: of
 // this rank, becomes that of all
@@ -383,15 +383,15 @@ Failure step_fracture(Problem& p, const Step& s, double t_step, UndoPoint& befor
 // step_signalled : has a signal come, on any rank? Collective.
 bool step_signalled();
 
-// step_limit : warns when elements or points are compressed below the stretch at which St.Venant-Kirchhoff
-// softens: how many, the worst one, and again whenever twice as many are
-void step_limit(const Model& m, const Elements& el, const PointLaws& laws, const State& st, const Step& s,
-                Warned& warned);
+// step_warn_compressed : warns when elements or points are compressed below the stretch at which
+// St.Venant-Kirchhoff softens: how many, the worst one, and again whenever twice as many are
+void step_warn_compressed(const Model& m, const Elements& el, const PointLaws& laws, const State& st,
+                          const Step& s, Warned& warned);
 
-// step_remainder : statics: warns when loads rest on broken material alone: the share that its STIFFNESS
+// step_warn_loose : statics: warns when loads rest on broken material alone: the share that its STIFFNESS
 // carries
-void step_remainder(const Model& m, const Discretisation& d, const Dofs& dofs, const State& st, const Step& s,
-                    Warned& warned);
+void step_warn_loose(const Model& m, const Discretisation& d, const Dofs& dofs, const State& st,
+                     const Step& s, Warned& warned);
 
 // step_divides_again : divided model whose elements break or become points where they are: has its work
 // become so uneven that it is to be divided again? Asked once an increment, before it begins; writes

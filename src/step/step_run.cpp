@@ -377,8 +377,8 @@ void warn_of_state(Problem& p, const Step& s)
   const State& st = p.st;
   const int every = s.explicit_steps() ? LOOKS : 10;
   if (s.proc == PROC_STATIC || st.log.inc_total % every == 0 || clock_done(s, st.clock))
-    step_limit(p.m, p.d.el, p.d.point_law, st, s, p.warned);
-  if (p.d.fm.on) step_remainder(p.m, p.d, p.dofs, st, s, p.warned);
+    step_warn_compressed(p.m, p.d.el, p.d.point_law, st, s, p.warned);
+  if (p.d.fm.on) step_warn_loose(p.m, p.d, p.dofs, st, s, p.warned);
   if (!p.d.watch.pair.empty()) overlap_look(p.m, p.d.el, st, p.d.watch);
 }
 
@@ -606,7 +606,7 @@ int step_run(Problem& p, RunFrom from, Archive& f, Output& out)
     if (from == RUN_BEGIN || k > first) {
       begin_step(p.m.step[k], p.st);
       begin_supports(p, static_cast<int>(k));
-      step_missed(p.m, p.m.step[k], p.st.clock.start, step_mode(p.m.step[k]).mid);
+      step_warn_missed(p.m, p.m.step[k], p.st.clock.start, step_mode(p.m.step[k]).mid);
     }
     Increment inc;
     failure = run_step(p, p.m.step[k], inc, out);

@@ -97,8 +97,8 @@ void gather_pieces(std::map<int, Piece>& piece)
 
 }  // namespace
 
-void step_remainder(const Model& m, const Discretisation& d, const Dofs& dofs, const State& st, const Step& s,
-                    Warned& warned)
+void step_warn_loose(const Model& m, const Discretisation& d, const Dofs& dofs, const State& st,
+                     const Step& s, Warned& warned)
 {
   if (s.proc != PROC_STATIC || st.points.npoint_all() || !breaks(st.frac, m.part))
     return;

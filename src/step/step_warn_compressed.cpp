@@ -158,8 +158,8 @@ void sum_ranks(Compressed& c)
 
 }  // namespace
 
-void step_limit(const Model& m, const Elements& el, const PointLaws& laws, const State& st, const Step& s,
-                Warned& warned)
+void step_warn_compressed(const Model& m, const Elements& el, const PointLaws& laws, const State& st,
+                          const Step& s, Warned& warned)
 {
   if (!s.nlgeom) return;
   Timer timer(PHASE_COMMIT);

@@ -26,7 +26,7 @@ bool elsewhere(const Model& m, const Load& l)
 // warns when value(t) is at most half of its largest size wherever the fixed increments ask for it; ask: part
 // of an increment
 template <class Value>
-void warn_missed(const Step& s, double ask, const Place& place, const char* what, Value value)
+void warn_one(const Step& s, double ask, const Place& place, const char* what, Value value)
 {
   const int PARTS = 8;
   const double n  = std::ceil(s.period / s.dt - 1e-9);
@@ -51,18 +51,18 @@ void warn_missed(const Step& s, double ask, const Place& place, const char* what
 }  // namespace
 
 // ---------------------------------------------------------------------------
-// step_missed : warns of loads and supports that fixed increments step over; looks eight times into each
+// step_warn_missed : warns of loads and supports that fixed increments step over; looks eight times into each
 // increment
 // ---------------------------------------------------------------------------
-void step_missed(const Model& m, const Step& s, double start, bool mid)
+void step_warn_missed(const Model& m, const Step& s, double start, bool mid)
 {
   if (!s.direct) return;
   for (const Load& l : s.load)
     if (l.ramp != RAMP_OUT && !elsewhere(m, l) && (!l.value.is_const() || l.amplitude >= 0))
-      warn_missed(s, mid ? 0.5 : 1.0, l.place, "load",
+      warn_one(s, mid ? 0.5 : 1.0, l.place, "load",
                   [&](double t) { return load_value(m, s, l, place_of(m, l), t, start + t); });
   for (const Prescribed& b : s.prescribed)
     if (!b.node.empty() && (!b.value.is_const() || b.amplitude >= 0))
-      warn_missed(s, 1.0, b.place, "prescribed displacement",
+      warn_one(s, 1.0, b.place, "prescribed displacement",
                   [&](double t) { return prescribed_value(m, b, &m.mesh.X[3 * b.node[0]], t, start + t); });
 }
