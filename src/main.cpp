@@ -180,7 +180,7 @@ bool divide_again(const Options& o, std::unique_ptr<Run>& run, Archive& state, s
 void open_again(Problem& p)
 {
   log_repeat(true);
-  MPFE_CHECK(step_open(p) == 0, "a model that was good is not");
+  MPFE_CHECK(step_open(p) == 0, "re-opening a checked model failed");
   log_repeat(false);
 }
 

@@ -384,7 +384,7 @@ bool below(const double* value, const double* goal)
 }
 
 // Conjugate gradients for step from 0, all directions side by side; r ends as the residual. The residual of M
-// itself is what must be small. Returns the iterations; -1: not there, to 1e-8 after 1000 of them.
+// itself is what must be small. Returns the iterations; -1: not converged to 1e-8 within 1000.
 // Several ranks: known is the square of r, one message an iteration (on more than two: two): the square of
 // the next residual follows from products with this one, and is taken itself where these nearly cancel.
 template <int D>

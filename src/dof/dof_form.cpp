@@ -30,9 +30,9 @@ void each_neighbour(const Mesh& mesh, const ListTable& around, int n, Use use)
       use(mesh.conn.item[j]);
 }
 
-// Nodes that are in use, those far from bonds to the grid and from points first. A node that is tied to the
-// grid then comes when its own neighbours have gone, and the incomplete factor need not drop what a stiff
-// bond would make of them  doc/theory.md (8.3)
+// Nodes in use, those far from bonds to the grid and from points first: nodes tied to the grid are then
+// eliminated after their neighbours, and the incomplete factor need not drop the fill of a stiff bond
+// doc/theory.md (8.3)
 IntVec order_nodes(const Mesh& mesh, const Bonds& bonds, const Points& pts, const ListTable& around)
 {
   std::vector<char> waits(mesh.nnode());

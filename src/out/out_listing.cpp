@@ -133,7 +133,7 @@ const char* out_status_text(Status status)
     case OUTSIDE_GRID:    return "a material point left the grid";
     case HALF_RESIDUAL:   return "the half-increment residual is too large";
     case CRITERION_EXCEEDED: return "the load of the first break lies within the increment";
-    case FACES_UNKNOWN:   return "faces come near that their ranks do not know";
+    case FACES_UNKNOWN:   return "contact faces owned by other ranks have come within search range";
     case DIVISION_FAILED: return "bodies that different ranks know come near each other, and the model "
                                  "cannot be divided again: put the deck back as it was when the run "
                                  "began, or free space for temporary files, and begin, or go on from a "

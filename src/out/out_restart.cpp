@@ -600,10 +600,10 @@ void out_resume(Model& m, const Elements& el, const FracMesh& fm, Archive& f, St
   out.probe.clear();
   out.history.names.clear();
   out.converted = -1;                                // what columns read is found again
-  MPFE_CHECK(history_setup(m, el, s, out) == 0, "columns of the history that were good are not");
+  MPFE_CHECK(history_setup(m, el, s, out) == 0, "history set-up failed after the model was divided again");
   const Points begin = s.points;
   MPFE_CHECK(read_whole(m, begin, f, [&] { io_all(f, s, grid.ncell, grid.cell); }) &&
                  take_state(begin, true, m, fm, s, grid).empty(),
-             "a state that was held does not fit the model");
+             "the saved state does not match the model");
   s.work.events = DIVIDED;
 }

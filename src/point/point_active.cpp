@@ -602,7 +602,7 @@ bool grid_stays(const Model& m, const Points& pts, const Bonds& bonds, const Gri
                 const RealVec& uc, const RealVec& xb)
 {
   const int dim = m.dim;
-  // what flies freely goes on by equal parts of a cell, and may come to keep itself: rounding does not choose
+  // in free flight the distance can equal KEEP exactly: the tolerance keeps round-off from deciding
   const double most = m.grid.keep * (1.0 + 1e-9);
   if (laid.uc.size() != uc.size() || laid.xb.size() != xb.size()) return false;
   const auto stays = [&](const double* from, const double* to) {

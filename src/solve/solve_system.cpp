@@ -152,8 +152,8 @@ int counted_limit(const SolverData& d, SolvePath path, double seconds)
 }
 
 // In motion the first systems are solved without a factorisation, which is expensive in space, and whose
-// factors would take most of the memory; more iterations than these tell of increments so long that masses do
-// not help. In the plane on one rank factors are cheap, and soon pay
+// factors would take most of the memory; more iterations mean that dt is so large that inertia no longer
+// conditions the matrix. In the plane on one rank factors are cheap, and soon pay
 const int FAST = 60, FAST_PLANE = 15;
 
 int fast_limit(int dim) { return dim == 2 && !several() ? FAST_PLANE : FAST; }
@@ -263,8 +263,7 @@ bool without_factors(Solver& s, const SysMatrix& A, const SolveAsk& ask)
   return cholesky_guess(d) < 0.5 * d.cost.guess;
 }
 
-// is a path that is not known worth a trial? Masses make conjugate gradients fast, without them it goes by
-// size
+// is a path that is not known worth a trial? With inertia conjugate gradients converge fast; without, by size
 bool promising(const SolverData& d, const SolveAsk& ask, SolvePath path, const PathCost& c, double least)
 {
   return path != PATH_CHOLESKY || c.known || ask.inertia || cholesky_guess(d) < least;

@@ -120,7 +120,7 @@ void step_forget(Problem& p)
   Solver solver;
   std::swap(solver, p.newton.solver);
   solve_close(solver);
-  MPFE_CHECK(solve_open(solver, p.m.solver), "a solver that was there is not");
+  MPFE_CHECK(solve_open(solver, p.m.solver), "the solver could not be re-opened");
   p.newton = NewtonMemory();
   p.newton.solver = std::move(solver);
   p.dofs  = Dofs();

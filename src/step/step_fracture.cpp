@@ -270,7 +270,7 @@ void step_undo(Problem& p, UndoPoint& u)
     p.d.share = u.share;
     p.st      = u.state;
   } else {
-    MPFE_CHECK(!changed, "points have changed, and there is no way back");
+    MPFE_CHECK(!changed, "undo requested after points were changed");
     std::swap(p.st.points, u.state.points);
     p.st = u.state;
     u.state.points = Points();

@@ -125,9 +125,9 @@ Failure force_at_start(Problem& p, Attempt& a)
   return failure.ok() ? assem_internal(p.m, p.d, p.dofs, mode, a.jumps, p.st, a.fint0) : failure;
 }
 
-// Part of the increment in which the nodes go on at their velocities, to get the viscous stress of t(n):
-// small against 1, and far above the rounding of strains
-const double GLANCE = 1e-3;
+// Perturbation, as a part of the increment, for the viscous force at t(n) by a finite difference: small
+// against 1, and far above the rounding of strains
+const double PERTURBATION = 1e-3;
 
 }  // namespace
 
@@ -152,13 +152,13 @@ Failure step_damping(Problem& p, bool finite, double t_step, double dt, const Re
   if (p.dofs.mass.damped) damping_multiply(p.dofs, v, f);
   if (!model_viscous(p.m)) return STATUS_OK;
   RealVec ahead = v, with, without;
-  for (double& x : ahead) x *= GLANCE * dt;
+  for (double& x : ahead) x *= PERTURBATION * dt;
   Jumps jumps;
   KernelMode mode;
   mode.finite = finite;
   Failure failure = assem_move(p.m, p.d, p.dofs, ahead, t_step, t_step, p.st, jumps);
   if (failure.ok()) failure = assem_internal(p.m, p.d, p.dofs, mode, jumps, p.st, without);
-  mode.rate = 1.0 / (GLANCE * dt);
+  mode.rate = 1.0 / (PERTURBATION * dt);
   if (failure.ok()) failure = assem_internal(p.m, p.d, p.dofs, mode, jumps, p.st, with);
   if (!failure.ok()) return failure;
   for (int i = 0; i < p.dofs.rows.neq(); ++i) f[i] += with[i] - without[i];

@@ -6,7 +6,7 @@
 
 namespace {
 
-// Halvings of a correction that turns something inside out. No test: with fewer the increment is cut instead
+// Bisections at most of a correction that inverts an element. No test: with fewer the increment is cut instead
 const int BACK_OFF = 6;
 // Line search: trials; with fracture more, since broken material kinks the line (P7).
 // Test of these and of the two below: A1 (patch/a1_bond_default.inp) misses its tolerance without a search
@@ -14,8 +14,8 @@ const int TRIALS = 4, TRIALS_BROKEN = 6;
 const double SMOOTH_ENOUGH = 0.8;    // of |g(0)|: a correction that leaves no more needs no search (6.6)
 const double LEAST_PART = 0.1;       // of the correction, or of the bracket
 
-// Supports alone load a body: no force at a free dof measures the energy, and conjugate gradients end above
-// what rounding makes. A residual above this part of the one before stalls. Test: G1 (contact/g1_compare)
+// With displacement loading alone there is no force scale at free dofs, and conjugate gradients stop above
+// round-off. A residual above this part of the one before stalls. Test: G1 (contact/g1_compare)
 const double STALLS = 0.5;
 
 // residual and the sizes that it is judged by                                       (6.3)
@@ -391,7 +391,7 @@ Failure step_newton(Problem& p, Attempt& a)
     if (a.mode.secant && there)
       for (double& x : l.dx) x *= RELAXED;
     const double g0 = first_slope(s, b.R, l);
-    if (it == 1 && guessed > 0.0 && std::fabs(g0) > guessed) return NOT_CONVERGED;   // it leads astray (6.14)
+    if (it == 1 && guessed > 0.0 && std::fabs(g0) > guessed) return NOT_CONVERGED;   // worse than no guess (6.14)
     // 4. correct                                                                   (6.6)
     double part = 1.0;
     failure = correct(p, a, l.dx, g0, a.step.ctl.line_search && there && stale >= a.newton.patience, trial, b,

@@ -12,8 +12,8 @@
 
 namespace {
 
-// Parts of the largest energy that are told when they are missing: in motion; in statics, where the work of
-// a few large increments is taken by the trapezoidal rule. Test: A8 (stress/balance_limit), motion
+// Energy imbalance, relative to the peak energy, above which to warn: in motion; in statics, where the work
+// of a few large increments is taken by the trapezoidal rule. Test: A8 (stress/balance_limit), motion
 const double TOLD_MOTION = 0.01, TOLD_STATICS = 0.2;
 
 // A run crawls when this number of increments in a row are shorter than this part of dt. Test: S8
@@ -45,8 +45,8 @@ double break_time(const BreakWatch& w, double value)
   return from < goal && goal < to ? (goal - from) / (to - from) : 0.5;
 }
 
-// how large the increment is that ends just before the first break; and where the one after it, in which it
-// breaks, ends.
+// cuts the increment to end just below the first fracture, and sets the end of the next one, in which it
+// breaks.
 // False: it cannot be cut any more.
 bool cut_to_break(const Model& m, const Step& s, const BreakWatch& w, double dt, int cuts, StepClock& clock,
                   double& shorter)
@@ -65,7 +65,7 @@ bool cut_to_break(const Model& m, const Step& s, const BreakWatch& w, double dt,
   return false;
 }
 
-// what the next increment may begin with
+// stores the rate for the predictor of the next increment
 void note_rate(const Step& s, double dt, State& st)
 {
   if (s.proc != PROC_STATIC || !s.extrapolate) return;
@@ -145,7 +145,7 @@ bool check_ranks(const State& st)
   comm_max(most, 9);
   for (int k = 0; k < 4; ++k)
     MPFE_CHECK(own[k] == most[1 + k] && own[k] == -most[5 + k],
-               "the ranks disagree: use machines of the same kind");
+               "ranks computed different results: run all ranks on the same CPU type and build");
   if (most[0] != 0.0 && !interrupt_signal()) interrupt_note(static_cast<int>(most[0]));
   return most[0] != 0.0;
 }
@@ -215,7 +215,7 @@ Failure interrupted_inside(Problem& p, Increment& inc, Output& out)
 Failure stop_for_faces(Problem& p, const StepLog& before, const StepClock& clock)
 {
   if (p.next.stays) return DIVISION_FAILED;
-  log_note("  faces come near that their ranks do not know: they become known");
+  log_note("  contact faces owned by other ranks have come within search range: the model is divided again");
   p.st.log   = before;
   p.st.clock = clock;
   p.again    = AGAIN_NEAR;
