@@ -6,7 +6,7 @@
 
 namespace {
 
-// Bisections at most of a correction that inverts an element. No test: with fewer the increment is cut instead
+// Bisections at most of a correction that inverts an element. No test: with fewer the increment is cut
 const int BACK_OFF = 6;
 // Line search: trials; with fracture more, since broken material kinks the line (P7).
 // Test of these and of the two below: A1 (patch/a1_bond_default.inp) misses its tolerance without a search
@@ -391,7 +391,7 @@ Failure step_newton(Problem& p, Attempt& a)
     if (a.mode.secant && there)
       for (double& x : l.dx) x *= RELAXED;
     const double g0 = first_slope(s, b.R, l);
-    if (it == 1 && guessed > 0.0 && std::fabs(g0) > guessed) return NOT_CONVERGED;   // worse than no guess (6.14)
+    if (it == 1 && guessed > 0.0 && std::fabs(g0) > guessed) return NOT_CONVERGED;   // misled (6.14)
     // 4. correct                                                                   (6.6)
     double part = 1.0;
     failure = correct(p, a, l.dx, g0, a.step.ctl.line_search && there && stale >= a.newton.patience, trial, b,
