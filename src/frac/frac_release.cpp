@@ -197,10 +197,9 @@ void copy_corners(const IntVec& left, size_t first, int dim, Level& l)
 void forget_flow(const Model& m, const Points& pts, int p, RealVec& hp)
 {
   const size_t n = hp.size() / static_cast<size_t>(pts.npoint);
-  MatLaw law;
-  law.kind = LAW_GRANULAR;
-  if (n == 0 || m.fracture[pts.broken[p]].residual != SPLIT_GRANULAR) return;
-  std::fill_n(&hp[p * n + law_field(law_of(law), HISTORY_DEFORMATION)], 6, 0.0);
+  const MatLaw law = law_broken(MatLaw(), m.fracture[pts.broken[p]], 0.0, MatLaw().N);
+  const int field  = law_field(law_of(law), HISTORY_DEFORMATION);
+  if (n > 0 && field >= 0) std::fill_n(&hp[p * n + field], 6, 0.0);
 }
 
 // is point p, which is broken, to be released or made anew?

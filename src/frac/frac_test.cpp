@@ -764,6 +764,16 @@ double when_met(const Scan& s, const Level& l1, const Erosion& x)
   return s.l.time + part * (l1.time - s.l.time);
 }
 
+// broken material of a law of its own begins with no history; what is dissipated stays
+void forget_history(const Scan& s, int e, Level& l)
+{
+  const ElemBlock& b = s.el.block[s.el.initial_block[e]];
+  const Law& law     = law_of(elem_law(s.m, s.el, b, s.el.slot_of[e], l.degr[e]));
+  if (law.history.empty() || &law == &law_of(b.law)) return;
+  for (int k = s.el.gauss_of[e]; k < s.el.gauss_of[e + 1]; ++k)
+    std::fill_n(history_at(l.he, s.el.history, k) + HISTORY_OF_LAW, s.el.history - HISTORY_OF_LAW, 0.0);
+}
+
 // energy, area: on the rank that works on it
 void erode(const Scan& s, const Erosion& x, Fracture& fr, Level& l, double& energy, double& area)
 {
@@ -785,6 +795,7 @@ void erode(const Scan& s, const Erosion& x, Fracture& fr, Level& l, double& ener
   fr.releasing.push_back(e);
   if (!s.dynamic() || s.fm.release[e] == 0.0) l.degr[e] = s.def(e).stiffness;
   if (!own) return;
+  forget_history(s, e, l);
   energy -= elem_energy_one(s.m, s.el, e, l, l.degr[e], s.step.nlgeom);
   area = crack_area(s, e, N);
 }
