@@ -278,11 +278,10 @@ namespace {
 
 MatLaw granular(const Material& m, Plane plane, double c, double friction)
 {
-  ErodedLaw er;
-  er.split    = SPLIT_GRANULAR;
-  er.c        = c;
-  er.friction = friction;
-  return law_broken(mat_law(m, plane), er);
+  FractureDef f;
+  f.residual = SPLIT_GRANULAR;
+  f.friction = friction;
+  return law_broken(mat_law(m, plane), f, c, MatLaw().N);
 }
 
 }  // namespace
