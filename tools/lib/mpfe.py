@@ -1,7 +1,7 @@
 """Reads the files that mpfe writes into arrays of numpy, and compares runs.
 
   read_table(path)           .his .ero .frag .csv   {column: array}
-  read_sta(path)             .sta                   {column: array}, cut attempts, exit code
+  read_sta(path)             .sta                   {column: array}, which attempts were cut, exit code
   read_dat(path)             .dat                   list of tables
   read_chk(path)             .chk                   list of checks
   frames(job, kind)          times and files of the frames
@@ -25,6 +25,20 @@ class FileError(ValueError):
 
 
 # ---- tables -----------------------------------------------------------------------------------------------------
+
+class Table(dict):
+    """{column: array}; names in any case of letters."""
+
+    def __init__(self, columns, path="table"):
+        super().__init__(columns)
+        self.path = path
+
+    def __missing__(self, name):
+        for key in self:
+            if key.lower() == name.lower():
+                return self[key]
+        raise FileError("%s: no column '%s'; there are: %s" % (self.path, name, " ".join(self)))
+
 
 def read_table(path):
     """Columns of .his, .ero, .frag or of a .csv file: {name: array}, in the order of the file. A table without rows
@@ -50,24 +64,21 @@ def read_table(path):
     data = np.array([r + [np.nan] * (width - len(r)) for r in rows]).reshape(-1, width)
     if names is None or len(names) != width:
         names = ["c%d" % (i + 1) for i in range(width)]
-    return {name: data[:, i] for i, name in enumerate(names)}
+    return Table({name: data[:, i] for i, name in enumerate(names)}, path)
 
 
-def column(table, name, path="table"):
-    """A column by its name, in any case of letters."""
-    for key in table:
-        if key.lower() == name.lower():
-            return table[key]
-    raise FileError("%s: no column '%s'; there are: %s" % (path, name, " ".join(table)))
+def as_array(table):
+    """The columns of a table side by side, [rows, columns]."""
+    return np.column_stack(list(table.values()))
 
 
 STA_COLUMNS = ("step", "inc", "att", "iters", "total_time", "step_time", "dt", "broken", "points", "wall")
 
 
 def read_sta(path):
-    """JOB.sta: the columns step inc att iters total_time step_time dt broken points wall as arrays; cut: attempts that
-    were cut (1U in the file); exit_code: of the run, None while it runs or when it was killed. Of a run that was continued the
-    rows after its restart file are left out."""
+    """JOB.sta: table, cut, code. Columns step inc att iters total_time step_time dt broken points wall; cut: the attempts that were cut
+    (1U in the file); exit code of the run, None while it runs or when it was killed. Of a run that was continued the rows after its
+    restart file are left out."""
     rows, cut, code, fresh = [], [], None, False
     with open(path) as f:
         for line in f:
@@ -88,8 +99,7 @@ def read_sta(path):
             rows.append(row)
             cut.append(words[2].endswith("U"))
     data = np.array(rows).reshape(-1, len(STA_COLUMNS))
-    out = {name: data[:, i] for i, name in enumerate(STA_COLUMNS)}
-    return dict(out, cut=np.array(cut, dtype=bool), exit_code=code)
+    return Table({name: data[:, i] for i, name in enumerate(STA_COLUMNS)}, path), np.array(cut, dtype=bool), code
 
 
 REAL = re.compile(r"[-+]?\d*\.\d+E[-+]\d+")
@@ -155,8 +165,7 @@ def compare(a, b, columns=None, axis="time", rel=1e-9, absolute=0.0):
     difference exceeds absolute and rel times the largest value of b."""
     known = {name.lower() for name in b}
     names = columns or [name for name in a if name.lower() in known and name.lower() != axis.lower()]
-    ta, tb = column(a, axis), column(b, axis)
-    return {name: compare_columns(ta, column(a, name), tb, column(b, name), rel, absolute) for name in names}
+    return {name: compare_columns(a[axis], a[name], b[axis], b[name], rel, absolute) for name in names}
 
 
 # ---- frames -----------------------------------------------------------------------------------------------------

@@ -14,7 +14,7 @@ except ImportError:
     os.execv(SYSTEM_PYTHON, [SYSTEM_PYTHON] + sys.argv)
 os.environ.pop("MPFE_PYTHON_TRIED", None)      # a script started from here looks for itself
 
-from mpfe import FileError, column, compare, frames, read_chk, read_dat, read_frame, read_sta, read_table, read_vtk      # noqa: E402,F401
+from mpfe import FileError, as_array, compare, frames, read_chk, read_dat, read_frame, read_sta, read_table, read_vtk      # noqa: E402,F401
 
 
 def end_with_line(kind, error, trace):
