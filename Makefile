@@ -33,6 +33,7 @@ BUILD := build/$(MACHINE)
 MPFE  := bin/mpfe$(SUFFIX)
 UNIT  := bin/unit$(SUFFIX)
 STAMP := $(BUILD)/setup.stamp
+READY := $(BUILD)/program.stamp
 
 SRC      := $(wildcard src/*/*.cpp)
 UNIT_SRC := $(wildcard verification/unit/*.cpp)
@@ -101,7 +102,7 @@ $(OBJ:.o=.cpp): $(BUILD)/rooms/%.cpp: FORCE
 	@cmp -s $@.now $@ && rm $@.now || mv $@.now $@
 endif
 
-# setup looks again; demo, test and verify look once, then trust the stamp.
+# setup looks again; demo, test and verify look once, then trust the stamp. What only tests need waits for them.
 # They build in a second make, because setup may bring the compiler.
 setup:
 	tools/setup MACHINE=$(MACHINE)
@@ -111,7 +112,11 @@ $(STAMP): tools/setup tools/machines/$(MACHINE).mk
 	tools/setup MACHINE=$(MACHINE)
 	@mkdir -p $(@D) && touch $@
 
-demo: $(STAMP)
+$(READY): tools/setup tools/machines/$(MACHINE).mk
+	tools/setup MACHINE=$(MACHINE) FOR=program
+	@mkdir -p $(@D) && touch $@
+
+demo: $(READY)
 	@$(MAKE) --no-print-directory all
 	MPFE=$(MPFE) tools/demo
 
@@ -139,7 +144,7 @@ install_files:
 	install -d $(DESTDIR)$(PREFIX)/bin $(SHARE)/tools/lib $(SHARE)/doc $(SHARE)/decks
 	install -m 755 $(MPFE) $(DESTDIR)$(PREFIX)/bin/mpfe
 	install -m 755 tools/plot tools/fragments $(SHARE)/tools
-	install -m 644 tools/lib/mpfe.py tools/lib/mpfe_files.py $(SHARE)/tools/lib
+	install -m 644 tools/lib/mpfe.py tools/lib/mpfe_files.py tools/lib/mpfe_scene.py $(SHARE)/tools/lib
 	install -d $(DESTDIR)$(PYTHON_LIB)
 	install -m 644 tools/lib/mpfe.py $(DESTDIR)$(PYTHON_LIB)
 	install -m 644 README.md LICENSE CHANGES $(SHARE)
