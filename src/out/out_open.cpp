@@ -80,6 +80,7 @@ void out_increment(const Model& m, const Elements& el, const State& s, const Act
   out_erosion(m, s, out);
   out.ero_written = 0;
   out_fragments(m, el, s, false, out);
+  out_status_row(m, s, out);
   out_progress(m, s, out);
   out_file_flush(out.lst, out.base + ".lst");
 }

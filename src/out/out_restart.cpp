@@ -569,6 +569,7 @@ int out_reopen(Model& m, const Elements& el, const FracMesh& fm, Archive& f, Sta
   out.terminal      = first && isatty(STDERR_FILENO) == 1;
   out.progress_wall = timer_wall();
   out.progress_from = s.n.time;
+  out_status_row(m, s, out);
   return 0;
 }
 

@@ -313,6 +313,7 @@ bool cut(Problem& p, const Step& s, const Ledger& before, Increment& inc, Failur
   if (failure.status == INTERRUPTED || st.log.cuts >= s.ctl.max_cut || inc.shorter < s.dt_min) return false;
   out_listing_cut(st.log.step, st.log.inc, clock.start + clock.t, inc.dt, inc.shorter, failure.status,
                   failure.note.c_str());
+  out_status_cut(st, inc.dt, out);
   inc.limit      = failure.status;
   inc.limit_text = failure.note;
   ++st.log.cuts;
@@ -589,6 +590,16 @@ int enter_run(Problem& p, RunFrom from, Archive& f, Output& out)
   return 0;
 }
 
+// of a run that has ended; off: a check failed, or energy is missing
+int exit_code(const Model& m, Status status, bool off)
+{
+  if (status == SOLVER_FAILED || status == DIVISION_FAILED) return EXIT_RESOURCE;
+  if (status == BAD_VALUE) return EXIT_DECK;
+  if (status == INTERRUPTED && m.restart.write) return EXIT_CONTINUE;
+  if (status != STATUS_OK) return EXIT_PHYSICS;
+  return off ? EXIT_CHECK_FAILED : EXIT_GOOD;
+}
+
 }  // namespace
 
 bool step_signalled()
@@ -624,12 +635,8 @@ int step_run(Problem& p, RunFrom from, Archive& f, Output& out)
   step_memory(p, out.memory);
   const int failed =
       comm_bcast(out_close(p.m, p.d.el, p.st, p.d.grid, p.newton.solver, status == STATUS_OK, out));
-  if (status == SOLVER_FAILED || status == DIVISION_FAILED) return EXIT_RESOURCE;
-  if (status == BAD_VALUE) return EXIT_DECK;
-  if (status == INTERRUPTED && p.m.restart.write) {
-    out_mark(out, true);
-    return EXIT_CONTINUE;
-  }
-  if (status != STATUS_OK) return EXIT_PHYSICS;
-  return failed || p.st.ledger.off > 0 ? EXIT_CHECK_FAILED : EXIT_GOOD;
+  const int code = exit_code(p.m, status, failed || p.st.ledger.off > 0);
+  if (code == EXIT_CONTINUE) out_mark(out, true);
+  out_status_end(code, out);
+  return code;
 }
