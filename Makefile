@@ -25,11 +25,15 @@ endif
 # where make install puts things, below DESTDIR when a package is made
 PREFIX ?= /usr/local
 SHARE   = $(DESTDIR)$(PREFIX)/share/mpfe
+# where Python looks for the module mpfe below PREFIX: dist-packages on Debian's /usr/local
+PYTHON_LIB ?= $(PREFIX)/$(shell python3 -c 'import sys; v = "lib/python%d.%d/" % sys.version_info[:2]; \
+  print(v + ("dist" if "$(PREFIX)/" + v + "dist-packages" in sys.path else "site") + "-packages")' 2>/dev/null)
 
 BUILD := build/$(MACHINE)
 MPFE  := bin/mpfe$(SUFFIX)
 UNIT  := bin/unit$(SUFFIX)
 STAMP := $(BUILD)/setup.stamp
+READY := $(BUILD)/program.stamp
 
 SRC      := $(wildcard src/*/*.cpp)
 UNIT_SRC := $(wildcard verification/unit/*.cpp)
@@ -98,7 +102,7 @@ $(OBJ:.o=.cpp): $(BUILD)/rooms/%.cpp: FORCE
 	@cmp -s $@.now $@ && rm $@.now || mv $@.now $@
 endif
 
-# setup looks again; demo, test and verify look once, then trust the stamp.
+# setup looks again; demo, test and verify look once, then trust the stamp. What only tests need waits for them.
 # They build in a second make, because setup may bring the compiler.
 setup:
 	tools/setup MACHINE=$(MACHINE)
@@ -108,7 +112,11 @@ $(STAMP): tools/setup tools/machines/$(MACHINE).mk
 	tools/setup MACHINE=$(MACHINE)
 	@mkdir -p $(@D) && touch $@
 
-demo: $(STAMP)
+$(READY): tools/setup tools/machines/$(MACHINE).mk
+	tools/setup MACHINE=$(MACHINE) FOR=program
+	@mkdir -p $(@D) && touch $@
+
+demo: $(READY)
 	@$(MAKE) --no-print-directory all
 	MPFE=$(MPFE) tools/demo
 
@@ -128,7 +136,7 @@ bench: $(STAMP)
 	@$(MAKE) --no-print-directory all
 	MPFE=$(MPFE) tools/bench $(ITEMS)
 
-# the program, mpfe-plot and mpfe-fragments, pages and decks; install_files does not build
+# the program, mpfe-plot and mpfe-fragments, the Python module, pages and decks; install_files does not build
 install: all
 	@$(MAKE) --no-print-directory install_files
 
@@ -136,7 +144,9 @@ install_files:
 	install -d $(DESTDIR)$(PREFIX)/bin $(SHARE)/tools/lib $(SHARE)/doc $(SHARE)/decks
 	install -m 755 $(MPFE) $(DESTDIR)$(PREFIX)/bin/mpfe
 	install -m 755 tools/plot tools/fragments $(SHARE)/tools
-	install -m 644 tools/lib/mpfe_files.py $(SHARE)/tools/lib
+	install -m 644 tools/lib/mpfe.py tools/lib/mpfe_files.py tools/lib/mpfe_scene.py $(SHARE)/tools/lib
+	install -d $(DESTDIR)$(PYTHON_LIB)
+	install -m 644 tools/lib/mpfe.py $(DESTDIR)$(PYTHON_LIB)
 	install -m 644 README.md LICENSE CHANGES $(SHARE)
 	cp -r doc/. $(SHARE)/doc
 	install -m 644 $(filter-out %_mesh.inp,$(wildcard decks/*.inp decks/*.inc decks/*.geo)) $(SHARE)/decks
@@ -144,7 +154,7 @@ install_files:
 	ln -sf ../share/mpfe/tools/fragments $(DESTDIR)$(PREFIX)/bin/mpfe-fragments
 
 uninstall:
-	rm -rf $(SHARE) $(addprefix $(DESTDIR)$(PREFIX)/bin/,mpfe mpfe-plot mpfe-fragments)
+	rm -rf $(SHARE) $(DESTDIR)$(PYTHON_LIB)/mpfe.py $(addprefix $(DESTDIR)$(PREFIX)/bin/,mpfe mpfe-plot mpfe-fragments)
 
 clean:
 	rm -rf build bin

@@ -30,7 +30,7 @@
 namespace {
 
 struct Options {
-  std::string deck, out_dir = ".", restart, help_word;
+  std::string deck, out_dir = ".", restart, help_word, status;
   std::vector<std::pair<std::string, double>> defines;
   bool check = false, help = false, version = false, list = false;
 };
@@ -40,6 +40,7 @@ const char* const usage =
     "  -o DIR           write results to DIR (created if missing; default: current folder)\n"
     "  -D name=value    set a parameter of the deck (*PARAMETER)\n"
     "  --restart FILE   continue from a restart file (*RESTART, WRITE) with the same deck\n"
+    "  --status JOB     how far the run JOB (DIR/JOB with -o DIR) is; its exit code, or 7 while it runs\n"
     "  --check          read and check the deck, print the model, compute nothing\n"
     "  --list-keywords  list all keywords, one line each\n"
     "  --help KEYWORD   print the page of a keyword: parameters, data lines, example, notes\n"
@@ -67,6 +68,8 @@ bool read_define(const std::string& text, Options& o)
   return true;
 }
 
+bool needs_no_deck(const Options& o) { return o.help || o.version || o.list || !o.status.empty(); }
+
 int read_options(int argc, char** argv, Options& o)
 {
   for (int i = 1; i < argc; ++i) {
@@ -91,11 +94,14 @@ int read_options(int argc, char** argv, Options& o)
       if (++i >= argc) return usage_error("a file must follow", argv[i - 1]);
       o.restart = argv[i];
       if (o.restart.empty()) return usage_error("a file must follow", "--restart");
+    } else if (a == "--status") {
+      if (++i >= argc) return usage_error("a job must follow", argv[i - 1]);
+      o.status = argv[i];
     } else if (a[0] == '-') return usage_error("unknown option", a.c_str());
     else if (o.deck.empty()) o.deck = a;
     else return usage_error("only one deck can be run", a.c_str());
   }
-  if (o.deck.empty() && !o.help && !o.version && !o.list) return usage_error("no deck", "give a file");
+  if (o.deck.empty() && !needs_no_deck(o)) return usage_error("no deck", "give a file");
   return EXIT_GOOD;
 }
 
@@ -260,6 +266,7 @@ int tell(const Options& o)
   if (o.help) std::fputs(usage, stdout);
   if (o.version) std::printf("mpfe %s\n", MPFE_VERSION);
   if (o.list) deck_list_keywords(stdout);
+  if (!o.status.empty()) return out_status(o.status, stdout);
   return EXIT_GOOD;
 }
 
@@ -268,7 +275,7 @@ int start(int argc, char** argv)
   Options o;
   const int wrong = read_options(argc, argv, o);
   if (wrong) return wrong;
-  if (o.help || o.version || o.list) return tell(o);
+  if (needs_no_deck(o)) return tell(o);
   interrupt_watch();
   return run_guarded(o);
 }

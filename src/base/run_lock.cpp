@@ -119,6 +119,21 @@ bool lock_take(const std::string& path, std::string& message)
   return fail(path, EAGAIN, message);
 }
 
+bool lock_held(const std::string& path, std::string& owner)
+{
+  const int file = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (file < 0) return false;
+  std::string host;
+  long process    = 0;
+  const bool named = read_owner(file, host, process);
+  owner = named ? "process " + std::to_string(process) + " on " + host : "it has just begun";
+  const bool dead = named && host == host_name() && !alive(process);
+  // a lock that nobody holds was left by a crash; one without a name is about to get it
+  const bool free = named && !dead && flock(file, LOCK_SH | LOCK_NB) == 0;
+  close(file);
+  return !dead && !free;
+}
+
 void lock_release()
 {
   if (handle < 0) return;

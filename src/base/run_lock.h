@@ -15,6 +15,9 @@
 // to go on. True: message is empty, or tells what was taken over.
 bool lock_take(const std::string& path, std::string& message);
 
+// lock_held : does a run hold it now? owner: its process and host, in words
+bool lock_held(const std::string& path, std::string& owner);
+
 // lock_release : removes the file; nothing when there is none of this process
 void lock_release();
 

@@ -1,6 +1,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <filesystem>
+#include <fstream>
 #include <map>
 
 #include "deck/deck_state.h"
@@ -33,6 +35,8 @@ struct Flat {
   std::vector<std::pair<int, std::string>> fault;    // line of out, what is wrong there
   std::map<std::string, DeckPart> part;
   std::map<std::string, Instance> instance;
+  Instance assembly;           // its own nodes (reference points) and the labels in its sets
+  bool has_points = false;
   int most_node = 0, most_elem = 0;                  // largest label so far
   std::string told;            // instances and what was added to their labels
 };
@@ -124,7 +128,7 @@ std::string shifted(const Instance& i, const std::string& field, int by)
   int label = 0;
   if (field.empty()) return field;
   if (target_label(field, label)) return std::to_string(label + by);
-  return in_quotes(i.name + "." + value_of("=" + field));
+  return i.name.empty() ? field : in_quotes(i.name + "." + value_of("=" + field));
 }
 
 void place_node(const Instance& i, double* x)
@@ -271,7 +275,17 @@ void begin_instance(Flat& f, const std::string& head, const std::vector<FlatLine
   f.instance[i.name] = i;
 }
 
-// a line of the assembly: sets of an instance by its labels
+// nodes of the assembly itself: beyond those of all instances so far
+void begin_points(Flat& f)
+{
+  if (f.has_points) return;
+  f.has_points    = true;
+  f.assembly.node = above_all(f.most_node);
+  if (f.assembly.node) f.told += text_format("%sreference points (nodes + %d)", f.told.empty() ? "" : ", ",
+                                             f.assembly.node);
+}
+
+// a line of the assembly: sets of an instance by its labels, reference points
 void assembly_line(Flat& f, const FlatLine& l, std::string& head, const Instance*& of)
 {
   const std::string t = trimmed(l.text);
@@ -282,9 +296,8 @@ void assembly_line(Flat& f, const FlatLine& l, std::string& head, const Instance
     of   = found == f.instance.end() ? nullptr : &found->second;
     if (!name.empty() && !of)
       f.fault.emplace_back(f.out.size(), "INSTANCE " + text_show(name) + " is not known");
-    if (card_word_of(t) == "NODE")
-      f.fault.emplace_back(f.out.size(), "reference points of an assembly are not available; nodes stand in "
-                                         "a *PART");
+    if (card_word_of(t) == "NODE") begin_points(f);
+    if (!of && f.has_points) of = &f.assembly;
     std::vector<std::string> p = fields_of(t);
     const auto of_instance = [](const std::string& x) { return name_of(x) == "INSTANCE"; };
     p.erase(std::remove_if(p.begin(), p.end(), of_instance), p.end());
@@ -292,7 +305,77 @@ void assembly_line(Flat& f, const FlatLine& l, std::string& head, const Instance
     return;
   }
   const bool set = of && is_data(t);
-  f.out.push_back({set ? data_line(f, *of, card_word_of(head), head, true, t) : l.text, l.origin});
+  const std::string text = set ? data_line(f, *of, card_word_of(head), head, true, t) : l.text;
+  int label = 0;
+  if (set && card_word_of(head) == "NODE" && target_label(fields_of(text)[0], label))
+    f.most_node = std::max(f.most_node, label);
+  f.out.push_back({text, l.origin});
+}
+
+// ---- the lines of a file, with those of includes that hold parts or stand in one
+
+bool begins_part(const std::string& line)
+{
+  const std::string t = text_upper(trimmed(line).substr(0, 9));
+  return t.compare(0, 5, "*PART") == 0 || t.compare(0, 9, "*INSTANCE") == 0;
+}
+
+std::vector<std::string> lines_of_file(const std::string& path)
+{
+  std::vector<std::string> line;
+  std::ifstream in(path);
+  for (std::string text; std::getline(in, text);) line.push_back(text);
+  return line;
+}
+
+std::string path_of_include(const std::string& folder, const std::string& head)
+{
+  for (const std::string& f : fields_of(head)) {
+    if (name_of(f) != "INPUT") continue;
+    std::string path = trimmed(f.substr(f.find('=') + 1));
+    path.erase(std::remove(path.begin(), path.end(), '"'), path.end());
+    return (std::filesystem::path(folder) / path).string();
+  }
+  return "";
+}
+
+// Is the keyword line a part of a flat deck: does it open or close what holds parts?
+void look_inside(const std::string& word, bool& part, bool& assembly)
+{
+  if (word == "PART") part = true;
+  if (word == "END PART") part = false;
+  if (word == "ASSEMBLY" || word == "INSTANCE") assembly = true;
+  if (word == "END ASSEMBLY") assembly = false;
+}
+
+// Adds a line; a keyword line inside *PART or *ASSEMBLY that ends in a comma becomes one with the next.
+//   in   origin   line of the deck, for the messages; of an include that of the card *INCLUDE
+void add_lines(const std::string& folder, const std::vector<std::string>& text, int origin, int depth,
+               bool& part, bool& assembly, std::vector<FlatLine>& all)
+{
+  bool goes_on = false;
+  for (std::size_t k = 0; k < text.size(); ++k) {
+    const int line      = origin > 0 ? origin : static_cast<int>(k) + 1;
+    const std::string t = trimmed(text[k]);
+    if (goes_on && !t.empty() && t.compare(0, 2, "**") != 0) {
+      all.back().text += " " + t;
+      goes_on = t.back() == ',';
+      continue;
+    }
+    const std::string word = is_keyword(t) ? card_word_of(t) : "";
+    look_inside(word, part, assembly);
+    if (word == "INCLUDE" && depth < 10) {
+      const std::string path = path_of_include(folder, t);
+      const std::vector<std::string> inner = lines_of_file(path);
+      if (part || std::any_of(inner.begin(), inner.end(), begins_part)) {
+        const std::string at = std::filesystem::path(path).parent_path().string();
+        add_lines(at, inner, line, depth + 1, part, assembly, all);
+        continue;
+      }
+    }
+    all.push_back({text[k], line});
+    goes_on = (part || assembly) && !word.empty() && t.back() == ',';
+  }
 }
 
 // one line after the other: parts are kept for their instances
@@ -336,7 +419,7 @@ bool deck_has_parts(const DeckFile& f)
 {
   for (std::size_t start : f.start) {
     std::size_t i = f.text.find_first_not_of(" \t", start);
-    if (i != std::string::npos && f.text[i] == '*' && text_upper(f.text.substr(i, 5)) == "*PART") return true;
+    if (i != std::string::npos && f.text[i] == '*' && begins_part(f.text.substr(i, 9))) return true;
   }
   return false;
 }
@@ -344,9 +427,12 @@ bool deck_has_parts(const DeckFile& f)
 void deck_flatten(Deck& d, int file)
 {
   DeckFile& f = d.file[file];
-  std::vector<FlatLine> all;
+  std::vector<std::string> text;
   for (int line = 1; line <= static_cast<int>(f.start.size()); ++line)
-    all.push_back({deck_line_text(d, file, line), line});
+    text.push_back(deck_line_text(d, file, line));
+  std::vector<FlatLine> all;
+  bool part = false, assembly = false;
+  add_lines(std::filesystem::path(f.path).parent_path().string(), text, 0, 0, part, assembly, all);
   Flat flat;
   flatten(all, flat);
   f.text.clear();

@@ -13,10 +13,12 @@ void read_table(Card& card, Amplitude& a)
       const double t = card_real(card, "time", any_number());
       const double y = card_real(card, "value", any_number());
       if (!card_good(card)) break;
-      if (!a.t.empty() && t <= a.t.back()) {
+      const std::size_t n = a.t.size();
+      const bool jumps = n > 0 && t == a.t.back() && a.kind == AMP_TABULAR && (n < 2 || a.t[n - 2] < t);
+      if (n > 0 && t <= a.t.back() && !jumps) {
         card_error(card, at,
                    "times must ascend: " + text_number(t) + " comes after " + text_number(a.t.back()) +
-                       (t == a.t.back() ? "; a jump takes two times, one a little later" : ""));
+                       (t == a.t.back() ? "; two points at one time are a jump of DEFINITION=TABULAR" : ""));
         break;
       }
       a.t.push_back(t);

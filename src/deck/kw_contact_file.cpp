@@ -3,5 +3,5 @@
 // *CONTACT FILE[, FREQUENCY=][, OUTPUT=]
 void kw_contact_file(Card& card, Model& model)
 {
-  file_read(card, model, "CDIS|CDISP|CSTR|CSTRESS|CELS|PCON");
+  file_read(card, model, "CDIS|CDISP|CSTR|CSTRE|CSTRESS|CELS|PCON");
 }

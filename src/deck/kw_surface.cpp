@@ -6,34 +6,58 @@
 
 namespace {
 
-// lines elset|element, S1; a face that is listed again would carry each load again
-void read_faces(Card& card, const Model& model, Surface& s)
+struct FaceLine {              // elset|element, S1
+  Field elem, face;
+  int number = 0;              // of the face, from 0
+};
+
+bool known(const Model& m, const Field& f)
 {
-  std::set<std::pair<int, int>> known;
-  while (card_line(card)) {
-    const Field f = card_field(card, "element or element set");
-    const int face = card_word(card, "face", model.dim == 3 ? "S1|S2|S3|S4|S5|S6" : "S1|S2|S3|S4");
+  int label = 0;
+  return target_label(f.text, label) || model_find_elset(m, text_upper(f.text)) >= 0;
+}
+
+// the faces of a surface; one that is listed again would carry each load again
+void add_faces(Deck& d, const Model& model, const std::vector<FaceLine>& lines, Surface& s)
+{
+  const int before = d.errors;
+  std::set<std::pair<int, int>> listed;
+  for (const FaceLine& l : lines) {
     IntVec elem;
-    if (!card_good(card) || !target_elems(*card.deck, model, f, elem)) continue;
+    if (!target_elems(d, model, l.elem, elem)) continue;
     int again = 0, first = -1;
     for (int e : elem) {
-      if (face < shape_info[elem_table[model.mesh.elem_type[e]].shape].nface) {
-        if (known.insert({e, face}).second) s.face.push_back(Face{e, face});
+      if (l.number < shape_info[elem_table[model.mesh.elem_type[e]].shape].nface) {
+        if (listed.insert({e, l.number}).second) s.face.push_back(Face{e, l.number});
         else if (again++ == 0) first = e;
         continue;
       }
-      card_error(card, card.field[1],
+      deck_error(d, l.face,
                  text_format("element %d is a %s and has no face S%d", model.mesh.elem_label[e],
-                             elem_table[model.mesh.elem_type[e]].name, face + 1));
+                             elem_table[model.mesh.elem_type[e]].name, l.number + 1));
       break;
     }
     if (again > 0)
-      card_warn(
-          card, f,
+      deck_warn(
+          d, l.elem,
           text_format("%d face%s of this line %s in the surface already, the first is S%d of element %d; "
                       "a face counts once",
-                      again, again > 1 ? "s" : "", again > 1 ? "are" : "is", face + 1,
+                      again, again > 1 ? "s" : "", again > 1 ? "are" : "is", l.number + 1,
                       model.mesh.elem_label[first]));
+  }
+  if (d.errors == before && s.face.empty())
+    deck_error(d, deck_field(d, s.place, "SURFACE"), "surface " + s.name + " is empty: no free face fits");
+}
+
+void read_faces(Card& card, const Model& model, std::vector<FaceLine>& lines)
+{
+  while (card_line(card)) {
+    FaceLine l;
+    l.elem   = card_field(card, "element or element set");
+    l.number = card_word(card, "face", model.dim == 3 ? "S1|S2|S3|S4|S5|S6" : "S1|S2|S3|S4");
+    if (!card_good(card)) continue;
+    l.face = card.field[1];
+    lines.push_back(l);
   }
 }
 
@@ -77,19 +101,25 @@ void kw_surface(Card& card, Model& model)
   if (!of_body && elset.empty() && selects)
     card_error(card, card.head.at, "WHERE needs ELSET=name (or TYPE=BODY, BODY=name)");
   IntVec elem;
-  if (!of_body && elset.empty()) read_faces(card, model, s);
+  std::vector<FaceLine> lines;
+  if (!of_body && elset.empty()) read_faces(card, model, lines);
   else if (!of_body && target_elems(*card.deck, model, elset, elem))
     find_faces(card, model, elem, selects ? &where : nullptr, s);
 
   if (s.name.empty()) return;
   if (model_find_surface(model, s.name) >= 0)
     card_error(card, card.head.at, "surface " + s.name + " is defined already");
-  const bool good = card.deck->errors == card.errors_before;
-  if (good && !of_body && s.face.empty())
+  const bool good     = card.deck->errors == card.errors_before;
+  const auto is_known = [&](const FaceLine& l) { return known(model, l.elem); };
+  const bool later    = !std::all_of(lines.begin(), lines.end(), is_known);
+  if (good && !later && !lines.empty()) add_faces(*card.deck, model, lines, s);
+  if (good && !of_body && lines.empty() && s.face.empty())
     card_error(card, card.head.at, "surface " + s.name + " is empty: no free face fits");
   if (of_body && selects) s.where = where;
   const std::size_t i = model.surface.size();
   model.surface.push_back(s);
+  if (good && later)           // a set that stands below
+    card_later(card, STAGE_STEP, [=](Deck& d, Model& m) { add_faces(d, m, lines, m.surface[i]); });
   if (of_body && !body.empty())
     card_later(card, STAGE_STEP, [=](Deck& d, Model& m) { m.surface[i].body = target_body(d, m, body); });
 }

@@ -133,14 +133,24 @@ bool law_split_step(const MatLaw& law, const KernelMode& mode, const double* E0,
 bool law_j2(const MatLaw& law, bool finite, const double* E, const double* h_n, double* h_np1, bool tangent,
             LawOutput& out);
 
+bool law_drucker_prager(const MatLaw& law, bool finite, const double* E, const double* h_n, double* h_np1,
+                        bool tangent, LawOutput& out);
 bool law_cohesive(const MatLaw& law, bool finite, const double* E, const double* h_n, double* h_np1,
                   bool tangent, LawOutput& out);
 
 // crack_of : the cohesive law of a fracture definition
 CrackLaw crack_of(const FractureDef& d);
 
+// crack_strength : stress at which this crack begins to open                      force/length^2
+inline double crack_strength(const CrackLaw& c) { return c.strength * c.scatter; }
+
 // crack_open : opening at which the traction is gone (exponential: below 0.1 % of the strength)     length
 double crack_open(const CrackLaw& c);
+
+// crack_share : stress along the axis that opens over what the crack carries at its largest opening so far;
+// 0: nothing is left
+//   in   S   stress [6], of the history h;   out  N  the axis [3]
+double crack_share(const CrackLaw& c, const double* S, const double* h, double* N);
 
 // crack_opening, crack_normal [3] : of the history of an integration point; normal 0: not cracked
 double crack_opening(const double* h);

@@ -84,6 +84,7 @@ Law table[] = {
     {"elastic", {}, true, law_svk, nullptr},
     {"neo-Hooke", {}, false, law_neo_hooke, nullptr},
     {"J2 plasticity", flow_history, false, law_j2, nullptr},
+    {"Drucker-Prager plasticity", flow_history, false, law_drucker_prager, nullptr},
     {"granular", flow_history, false, law_granular, law_granular_step},
     {"cohesive", {{"crack normal", 3, HISTORY_KEPT}, {"crack width", 1, HISTORY_KEPT},
                   {"crack opening", 1, HISTORY_KEPT}}, false, law_cohesive, nullptr},

@@ -17,7 +17,7 @@ MatLaw mat_law(const Material& m, Plane plane)
   law.beta  = m.beta;
   law.plane = plane;
   law.kind  = m.law;
-  law.bar   = plane != PLANE_STRESS && !m.breaks && (m.law == LAW_J2 || m.poisson >= LOCKS);
+  law.bar   = plane != PLANE_STRESS && !m.breaks && (law_flows(m.law) || m.poisson >= LOCKS);
   law.material = &m;
   return law;
 }

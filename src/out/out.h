@@ -134,6 +134,8 @@ struct Output {
   long ero_length = 0;         // of JOB.ero before them
   ErosionLog tip, tip_before;          // what broke last, and before this increment
   bool terminal = false;       // progress line
+  std::FILE* sta = nullptr;    // JOB.sta, rank 0
+  double status_start = 0.0, status_last = 0.0;      // wall seconds: start of the run; from there, last row
   double progress_wall = 0.0, progress_last = 0.0;   // wall seconds: start of the run, last line
   double progress_from = 0.0;  // time that the run started at
 };
@@ -261,7 +263,22 @@ void out_erosion_undo(Output& out);
 // out_fragments : JOB.frag, one line a fragment, debris first; last: the end of the run, with the listing
 void out_fragments(const Model& m, const Elements& el, const State& s, bool last, Output& out);
 
+// ---- how far the run is (out_status.cpp, out_progress.cpp) --------------------------
+
+// JOB.sta: out_status_open (goes_on: after what is there already), a row for the accepted state at t(n), one
+// for an attempt that is cut, and the end with the exit code
+void out_status_open(const Model& m, bool goes_on, Output& out);
+void out_status_row(const Model& m, const State& s, Output& out);
+void out_status_cut(const State& s, double dt, Output& out);
+void out_status_end(int code, Output& out);
+
+// out_status : reads JOB.sta for mpfe --status; returns the exit code, that of the run or:
+const int STATUS_RUNNING = 7;
+int out_status(const std::string& job, std::FILE* file);
+
+// out_progress : the line on the terminal
 void out_progress(const Model& m, const State& s, Output& out);
 void out_progress_clear(Output& out);
+std::string out_clock_text(double seconds);
 
 #endif

@@ -150,6 +150,7 @@ void out_listing_open(const Model& m, Output& out, bool goes_on)
 {
   out.base = m.out_dir.empty() ? m.job : m.out_dir + "/" + m.job;
   out.lst  = out_file_first(out.base + ".lst", goes_on);
+  out_status_open(m, goes_on, out);
   if (comm_rank() > 0) return;
   log_open(out.lst);
   if (goes_on) std::fprintf(out.lst, "\n\n---- continued from %s ----\n\n", out.from.c_str());

@@ -1,3 +1,6 @@
+#include <sys/ioctl.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -6,7 +9,7 @@
 
 namespace {
 
-const double LINE_PAUSE = 0.2; // seconds between two lines
+const double LINE_PAUSE = 1.0; // seconds between two lines
 
 double whole_time(const Model& m)
 {
@@ -15,34 +18,46 @@ double whole_time(const Model& m)
   return sum;
 }
 
-std::string clock_text(double seconds)
-{
-  char text[60];
-  const long t = std::lround(seconds);
-  if (t >= 3600)
-    std::snprintf(text, sizeof text, "%ld h %02ld min", t / 3600, t / 60 % 60);
-  else
-    std::snprintf(text, sizeof text, "%ld min %02ld s", t / 60, t % 60);
-  return text;
-}
-
 // what has broken, and where the crack is
 std::string crack_text(const Model& m, const State& s, const Output& out)
 {
-  if (s.frac.neroded == 0) return "";
+  if (s.frac.neroded == 0 || out.tip.elem < 0) return "";      // a run that goes on: nothing has broken since
   char text[120];
   const double* x = out.tip.X;
-  int n = std::snprintf(text, sizeof text, "  %d broken", s.frac.neroded);
-  if (out.tip.elem < 0) return text;                 // a run that goes on: nothing has broken since
-  n += std::snprintf(text + n, sizeof text - n, ", tip (%.4g, %.4g", x[0], x[1]);
+  const int n = std::snprintf(text, sizeof text, "  tip (%.4g, %.4g", x[0], x[1]);
   std::snprintf(text + n, sizeof text - n, m.dim == 3 ? ", %.4g)" : ")", x[2]);
+  return text;
+}
+
+// columns of the terminal, so that the line does not wrap
+int width()
+{
+  winsize size;
+  return ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 1 ? size.ws_col - 1 : 79;
+}
+
+std::string counts_text(const State& s)
+{
+  std::string text;
+  if (s.frac.neroded > 0) text += "  " + std::to_string(s.frac.neroded) + " broken";
+  if (s.points.npoint_all() > 0) text += "  " + std::to_string(s.points.npoint_all()) + " points";
   return text;
 }
 
 }  // namespace
 
+std::string out_clock_text(double seconds)
+{
+  char text[60];
+  const long t = std::lround(seconds);
+  if (t >= 3600) std::snprintf(text, sizeof text, "%ld h %02ld min", t / 3600, t / 60 % 60);
+  else if (t >= 60) std::snprintf(text, sizeof text, "%ld min %02ld s", t / 60, t % 60);
+  else std::snprintf(text, sizeof text, "%ld s", t);
+  return text;
+}
+
 // ---------------------------------------------------------------------------
-// out_progress : one line on the terminal, written over the last one
+// out_progress : one line a second on the terminal, written over the last one
 // ---------------------------------------------------------------------------
 void out_progress(const Model& m, const State& s, Output& out)
 {
@@ -53,11 +68,13 @@ void out_progress(const Model& m, const State& s, Output& out)
   const double part = std::min(1.0, s.n.time / std::max(whole_time(m), 1e-300));
   const double done = part - out.progress_from / std::max(whole_time(m), 1e-300);
   const double rest = done > 0.0 ? (now - out.progress_wall) * (1.0 - part) / done : 0.0;
-  std::fprintf(stderr,
-               "%s  step %d of %zu  increment %d  time %.5g (%.0f %%)  dt %.3g  %d iterations%s  about %s "
-               "left\033[K\r",
-               m.job.c_str(), s.log.step, m.step.size(), s.log.inc, s.n.time, 100.0 * part, s.log.dt,
-               s.log.iterations, crack_text(m, s, out).c_str(), clock_text(rest).c_str());
+  char head[200];
+  std::snprintf(head, sizeof head, "step %d/%zu  increment %d  time %.5g (%.0f %%)  dt %.3g", s.log.step,
+                m.step.size(), s.log.inc, s.n.time, 100.0 * part, s.log.dt);
+  std::string line = m.job + "  " + head + counts_text(s);
+  if (done > 0.0) line += "  about " + out_clock_text(rest) + " left";
+  line += crack_text(m, s, out);
+  std::fprintf(stderr, "%.*s\033[K\r", width(), line.c_str());
   std::fflush(stderr);
 }
 

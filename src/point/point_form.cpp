@@ -14,7 +14,7 @@ namespace {
 const double HOLD = 0.1;
 
 // of a law that flows: the stiffness of theta - thetabar of a point           (1.14a) force/length^2
-double point_hold(const MatLaw& law) { return law.kind == LAW_J2 && law.bar ? HOLD * law.mu : 0.0; }
+double point_hold(const MatLaw& law) { return law_flows(law.kind) && law.bar ? HOLD * law.mu : 0.0; }
 
 // displacement gradient of point p: sum_c u_c (x) G_c                              (3.5)
 template <int D>

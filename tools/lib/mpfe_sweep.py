@@ -5,7 +5,7 @@ import resource
 import subprocess
 import sys
 
-from mpfe_files import np, read_table
+from mpfe_files import np, read_chk, read_table
 
 TOP = os.path.dirname(os.path.dirname(os.path.dirname(os.path.realpath(__file__))))
 MPFE = os.path.abspath(os.environ.get("MPFE", os.path.join(TOP, "bin", "mpfe")))
@@ -37,8 +37,7 @@ def checks(job):
     """[(name, value, difference)] of the .chk of a run."""
     if not os.path.exists(job + ".chk"):
         return []
-    words = [line.split() for line in open(job + ".chk")]
-    return [(w[1], float(w[2]), float(w[4])) for w in words if w and w[0] in ("PASS", "FAIL")]
+    return [(c["name"], c["value"], c["difference"]) for c in read_chk(job + ".chk")]
 
 
 def run(deck, out, may_fail=False, **define):

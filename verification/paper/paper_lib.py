@@ -11,7 +11,7 @@ import time
 HERE = os.path.dirname(os.path.realpath(__file__))
 TOP = os.path.dirname(os.path.dirname(HERE))
 sys.path.insert(0, os.path.join(TOP, "tools", "lib"))
-from mpfe_files import column, np, read_table, read_vtk   # noqa: F401  (np first: it may start the script again)
+from mpfe_files import as_array, np, read_table, read_vtk   # noqa: F401  (np first: it may start the script again)
 import mpfe_sweep
 
 import matplotlib
@@ -63,7 +63,7 @@ def run(deck, folder, tag, quiet=False, **parameters):
 
 def history(base, *names):
     table = read_table(base + ".his")
-    return [column(table, name, base + ".his") for name in names]
+    return [table[name] for name in names]
 
 
 def frame(base, kind, which=-1):
