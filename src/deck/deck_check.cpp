@@ -325,10 +325,12 @@ void check_materials(Deck& d, const Model& m)
             "material " + a.name + " has no *ELASTIC (or *HYPERELASTIC); write it after *MATERIAL");
     if (a.law == LAW_DRUCKER_PRAGER && a.yield.empty())
       fault(d, "DRUCKER PRAGER", a.place, a.name,
-            "material " + a.name + " has *DRUCKER PRAGER without its strength; write *DRUCKER PRAGER HARDENING");
+            "material " + a.name +
+                " has *DRUCKER PRAGER without its strength; write *DRUCKER PRAGER HARDENING");
     if (law_flows(a.law) && a.hyper)
       fault(d, plastic_word(a), a.place, a.name,
-            "material " + a.name + " has *HYPERELASTIC and *" + plastic_word(a) + "; plasticity goes with *ELASTIC");
+            "material " + a.name + " has *HYPERELASTIC and *" + plastic_word(a) +
+                "; plasticity goes with *ELASTIC");
     if (a.law == LAW_NEO_HOOKE && a.breaks)
       doubt(d, "HYPERELASTIC", a.place, a.name,
             "material " + a.name + " is hyperelastic and can break: the criterion of *EIGENFRACTURE and "
@@ -336,8 +338,9 @@ void check_materials(Deck& d, const Model& m)
             "few per cent");
     if (law_flows(a.law) && a.breaks)
       fault(d, plastic_word(a), a.place, a.name,
-            "material " + a.name + " flows, and *EIGENFRACTURE names elements of it: the energy that plastic flow takes at a "
-            "crack tip is not in the criterion; remove *" + plastic_word(a) + ", or these elements from the set");
+            "material " + a.name + " flows, and *EIGENFRACTURE names elements of it: the energy that plastic "
+            "flow takes at a crack tip is not in the criterion; remove *" + plastic_word(a) +
+                ", or these elements from the set");
     if (dynamic && a.density == 0.0)
       fault(d, "DENSITY", a.place, a.name,
             "material " + a.name + " has no *DENSITY, which a *DYNAMIC step needs; write it after *MATERIAL");

@@ -122,7 +122,8 @@ const Keyword keyword_table[] = {
      "ELSET!|CRITERION|ESTIMATE|EPSILON|SPLIT|RESIDUAL|ANGLE|STIFFNESS|RELEASE|AVERAGE|ORDER|SPACING|"
      "INTERVAL|SPEED LIMIT|FALLBACK|START|TOLERANCE|WEIBULL|SEED",
      "elements that may break, their toughness and criterion"},
-    {"EL FILE", kw_el_file, IN_STEP, "FREQUENCY|OUTPUT|POSITION", "requests VTK output of element results (CalculiX)"},
+    {"EL FILE", kw_el_file, IN_STEP, "FREQUENCY|OUTPUT|POSITION",
+     "requests VTK output of element results (CalculiX)"},
     {"EL PRINT", kw_el_print, IN_STEP, "ELSET!|FREQUENCY|GLOBAL", "prints element results into the listing"},
     {"ELASTIC", kw_elastic, IN_MATERIAL, "TYPE", "Young's modulus and Poisson's ratio of a material"},
     {"ELEMENT", kw_element, IN_MODEL, "TYPE!|ELSET", "elements by label and nodes"},

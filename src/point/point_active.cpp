@@ -10,7 +10,8 @@
 
 namespace {
 
-// Bodies that meet through the grid have in common the nodes near them: it is laid anew after this part of KEEP.
+// Bodies that meet through the grid have in common the nodes near them: it is laid anew after this part of
+// KEEP.
 // Test: G3 (g3_pp)
 const double MEETING = 0.1;
 

@@ -408,8 +408,8 @@ Failure step_newton(Problem& p, Attempt& a)
     if (it == 1 && guessed > 0.0 && std::fabs(g0) > guessed) return NOT_CONVERGED;   // it leads astray (6.14)
     // 4. correct                                                                   (6.6)
     double part = 1.0;
-    failure = correct(p, a, l.dx, g0, a.step.ctl.line_search && there && !a.arc.on && stale >= a.newton.patience,
-                      trial, b, part);
+    const bool search = a.step.ctl.line_search && there && !a.arc.on && stale >= a.newton.patience;
+    failure = correct(p, a, l.dx, g0, search, trial, b, part);
     if (failure.ok() && a.arc.on && part < 1.0) failure = BAD_JACOBIAN;
     if (!failure.ok()) return failure;
     // RIKS: the first residual is that of the load before
