@@ -87,6 +87,7 @@ Law table[] = {
     {"granular", flow_history, false, law_granular, law_granular_step},
     {"cohesive", {{"crack normal", 3, HISTORY_KEPT}, {"crack width", 1, HISTORY_KEPT},
                   {"crack opening", 1, HISTORY_KEPT}}, false, law_cohesive, nullptr},
+    {"orthotropic", {}, true, law_ortho, nullptr},
     {"other", {}, false, law_svk, nullptr},
 };
 static_assert(sizeof table / sizeof *table == LAW_KINDS, "a law without a row in the table");
