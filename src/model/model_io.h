@@ -87,9 +87,9 @@ inline void io(Archive& f, Surface& x)
 
 inline void io(Archive& f, Material& x)
 {
-  auto& [name, law, young, poisson, density, alpha, beta, yield, plastic_strain, friction, dilation,
+  auto& [name, law, young, poisson, density, alpha, beta, elastic, yield, plastic_strain, friction, dilation,
          hardening, has_elastic, has_damping, used, hyper, breaks, place] = x;
-  io_fields<Material>(f, name, law, young, poisson, density, alpha, beta, yield, plastic_strain,
+  io_fields<Material>(f, name, law, young, poisson, density, alpha, beta, elastic, yield, plastic_strain,
                       friction, dilation, hardening, has_elastic, has_damping, used, hyper, breaks, place);
 }
 
@@ -223,8 +223,8 @@ inline void io(Archive& f, Load& x)
 
 inline void io(Archive& f, Prescribed& x)
 {
-  auto& [node, first, last, value, amplitude, factor, ramp, place] = x;
-  io_fields<Prescribed>(f, node, first, last, value, amplitude, factor, ramp, place);
+  auto& [node, first, last, value, velocity, amplitude, factor, ramp, place] = x;
+  io_fields<Prescribed>(f, node, first, last, value, velocity, amplitude, factor, ramp, place);
 }
 
 inline void io(Archive& f, Controls& x)
