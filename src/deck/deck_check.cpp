@@ -309,6 +309,30 @@ void check_sections(Deck& d, const Model& m, const IntVec& body)
 // the keyword that makes the material flow
 const char* plastic_word(const Material& a) { return a.law == LAW_J2 ? "PLASTIC" : "DRUCKER PRAGER"; }
 
+// orthotropic constants stand alone; in the plane nothing may shear out of it
+void check_ortho(Deck& d, const Model& m, const Material& a)
+{
+  if (a.elastic.empty()) return;
+  const char* const alone =
+      a.hyper               ? "*HYPERELASTIC replaces *ELASTIC, TYPE=ENGINEERING CONSTANTS; keep one of them"
+      : a.law != LAW_ORTHO  ? "*PLASTIC goes with isotropic *ELASTIC"
+      : a.beta > 0.0        ? "*DAMPING, BETA= goes with isotropic *ELASTIC; ALPHA= is available"
+      : a.breaks            ? "*EIGENFRACTURE names elements of it: the criterion and broken material are "
+                              "isotropic; take these elements out of the set"
+                            : nullptr;
+  if (alone) fault(d, "ELASTIC", a.place, a.name, "material " + a.name + ": " + alone);
+  double most = 0.0, out = 0.0;
+  for (int i : {0, 1, 2, 3})
+    for (int j : {0, 1, 2, 3}) most = std::max(most, std::fabs(a.elastic[6 * i + j]));
+  for (int i : {0, 1, 2, 3})
+    for (int j : {4, 5}) out = std::max(out, std::fabs(a.elastic[6 * i + j]));
+  if (m.dim == 2 && out > 1e-9 * most)
+    fault(d, "ELASTIC", a.place, a.name,
+          "material " + a.name +
+              " shears out of the plane when it is strained in it: in a plane model one of its three "
+              "directions is that of z");
+}
+
 void check_materials(Deck& d, const Model& m)
 {
   bool dynamic = false;
@@ -325,10 +349,13 @@ void check_materials(Deck& d, const Model& m)
             "material " + a.name + " has no *ELASTIC (or *HYPERELASTIC); write it after *MATERIAL");
     if (a.law == LAW_DRUCKER_PRAGER && a.yield.empty())
       fault(d, "DRUCKER PRAGER", a.place, a.name,
-            "material " + a.name + " has *DRUCKER PRAGER without its strength; write *DRUCKER PRAGER HARDENING");
+            "material " + a.name +
+                " has *DRUCKER PRAGER without its strength; write *DRUCKER PRAGER HARDENING");
     if (law_flows(a.law) && a.hyper)
       fault(d, plastic_word(a), a.place, a.name,
-            "material " + a.name + " has *HYPERELASTIC and *" + plastic_word(a) + "; plasticity goes with *ELASTIC");
+            "material " + a.name + " has *HYPERELASTIC and *" + plastic_word(a) +
+                "; plasticity goes with *ELASTIC");
+    check_ortho(d, m, a);
     if (a.law == LAW_NEO_HOOKE && a.breaks)
       doubt(d, "HYPERELASTIC", a.place, a.name,
             "material " + a.name + " is hyperelastic and can break: the criterion of *EIGENFRACTURE and "
@@ -336,8 +363,9 @@ void check_materials(Deck& d, const Model& m)
             "few per cent");
     if (law_flows(a.law) && a.breaks)
       fault(d, plastic_word(a), a.place, a.name,
-            "material " + a.name + " flows, and *EIGENFRACTURE names elements of it: the energy that plastic flow takes at a "
-            "crack tip is not in the criterion; remove *" + plastic_word(a) + ", or these elements from the set");
+            "material " + a.name + " flows, and *EIGENFRACTURE names elements of it: the energy that plastic "
+            "flow takes at a crack tip is not in the criterion; remove *" + plastic_word(a) +
+                ", or these elements from the set");
     if (dynamic && a.density == 0.0)
       fault(d, "DENSITY", a.place, a.name,
             "material " + a.name + " has no *DENSITY, which a *DYNAMIC step needs; write it after *MATERIAL");
@@ -356,9 +384,13 @@ void check_law_elements(Deck& d, const Model& m)
     if (a.law == LAW_SVK) continue;
     told[k] = 1;
     const std::string type = elem_table[m.mesh.elem_type[e]].name;
-    fault(d, law_flows(a.law) ? plastic_word(a) : "HYPERELASTIC", a.place, a.name,
+    const char* const word = law_flows(a.law)       ? plastic_word(a)
+                             : a.law == LAW_ORTHO ? "ELASTIC"
+                                                    : "HYPERELASTIC";
+    fault(d, word, a.place, a.name,
           text_format("element %d of type ", m.mesh.elem_label[e]) + type + " has material " + a.name +
-              ": enhanced strains go with *ELASTIC alone; take " + type.substr(0, type.size() - 1) +
+              ": enhanced strains go with " + (a.law == LAW_ORTHO ? "isotropic " : "") +
+              "*ELASTIC alone; take " + type.substr(0, type.size() - 1) +
               (law_flows(a.law) ? ", which does not lock by its volume" : ""));
   }
 }

@@ -223,7 +223,7 @@ void inherit_loads(Deck& d, Model& m)
 
 bool same_value(const Prescribed& a, const Prescribed& b)
 {
-  return expr_same(a.value, b.value) && a.amplitude == b.amplitude;
+  return expr_same(a.value, b.value) && a.amplitude == b.amplitude && a.velocity == b.velocity;
 }
 
 // of several lines for a node and direction the last one holds; two values in one step are worth a warning
@@ -268,12 +268,12 @@ void inherit_supports(Deck& d, Model& m)
       drop_replaced(d, m, acting, 0);
     }
     for (Prescribed& b : acting) {
-      b.ramp = k == 0 && ramps(s, b.value, b.amplitude);
+      b.ramp = k == 0 && !b.velocity && ramps(s, b.value, b.amplitude);
       if (k > 0) end_amplitude(m, period, time, b.factor, b.amplitude, false);
     }
     if (d.removes[k].boundary) acting.clear();
     const std::size_t before = acting.size();
-    for (Prescribed& b : s.prescribed) b.ramp = ramps(s, b.value, b.amplitude);
+    for (Prescribed& b : s.prescribed) b.ramp = !b.velocity && ramps(s, b.value, b.amplitude);
     acting.insert(acting.end(), s.prescribed.begin(), s.prescribed.end());
     drop_replaced(d, m, acting, before);
     s.prescribed = acting;

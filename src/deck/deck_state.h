@@ -141,12 +141,18 @@ struct Deck {
   std::vector<Face> free_face;                     // faces with one owner
   int free_face_nelem = -1;                        // number of elements when they were found
 
+  std::map<std::string, std::array<double, 9>> orientation;          // *ORIENTATION: axes 1, 2, 3
   std::unordered_map<int, int> frame_of;           // node -> index into Model::frame
   std::vector<Prescribed> base;                    // *BOUNDARY outside steps
   std::vector<Removes> removes;                    // [steps]
 };
 
 // ---- messages (deck_error.cpp) ---------------------------------------------
+// ---- orthotropic constants (deck_ortho.cpp)
+bool ortho_matrix(const double* constants, RealVec& D);
+RealVec ortho_turn(const RealVec& D, const std::array<double, 9>& axis);
+void ortho_isotropic(const RealVec& D, double& young, double& poisson);
+
 std::string text_format(const char* format, ...) __attribute__((format(printf, 1, 2)));
 std::string text_show(const std::string& word);            // clipped, printable
 std::string text_number(double value);                     // shortest of 12 digits

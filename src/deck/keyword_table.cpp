@@ -50,6 +50,7 @@ void kw_node(Card&, Model&);
 void kw_node_file(Card&, Model&);
 void kw_node_print(Card&, Model&);
 void kw_nset(Card&, Model&);
+void kw_orientation(Card&, Model&);
 void kw_parameter(Card&, Model&);
 void kw_plastic(Card&, Model&);
 void kw_restart(Card&, Model&);
@@ -77,8 +78,8 @@ const Keyword keyword_table[] = {
     {"BOND", kw_bond, IN_MODEL,
      "NAME!|SURFACE!|TYPE|BODY|INTERMEDIATE|LATTICE|PENALTY|ALPHA|AUGMENT|NORMAL|DOF|AMPLITUDE",
      "ties a surface to the grid of a body of material points, or to the ground"},
-    {"BOUNDARY", kw_boundary, IN_MODEL | IN_STEP, "AMPLITUDE|OP|TIME DELAY",
-     "prescribed displacements of nodes"},
+    {"BOUNDARY", kw_boundary, IN_MODEL | IN_STEP, "TYPE|AMPLITUDE|OP|TIME DELAY",
+     "prescribed displacements or velocities of nodes"},
     {"BULK VISCOSITY", kw_bulk_viscosity, IN_STEP, "",
      "damping of changes of volume in explicit steps: shock fronts do not ring"},
     {"CHECK", kw_check, ANYWHERE, "TYPE!|SOURCE!|TIME|AT|SCALE|CENTRE",
@@ -122,7 +123,8 @@ const Keyword keyword_table[] = {
      "ELSET!|CRITERION|ESTIMATE|EPSILON|SPLIT|RESIDUAL|ANGLE|STIFFNESS|RELEASE|AVERAGE|ORDER|SPACING|"
      "INTERVAL|SPEED LIMIT|FALLBACK|START|TOLERANCE|WEIBULL|SEED",
      "elements that may break, their toughness and criterion"},
-    {"EL FILE", kw_el_file, IN_STEP, "FREQUENCY|OUTPUT|POSITION", "requests VTK output of element results (CalculiX)"},
+    {"EL FILE", kw_el_file, IN_STEP, "FREQUENCY|OUTPUT|POSITION",
+     "requests VTK output of element results (CalculiX)"},
     {"EL PRINT", kw_el_print, IN_STEP, "ELSET!|FREQUENCY|GLOBAL", "prints element results into the listing"},
     {"ELASTIC", kw_elastic, IN_MATERIAL, "TYPE", "Young's modulus and Poisson's ratio of a material"},
     {"ELEMENT", kw_element, IN_MODEL, "TYPE!|ELSET", "elements by label and nodes"},
@@ -156,12 +158,13 @@ const Keyword keyword_table[] = {
     {"NODE PRINT", kw_node_print, IN_STEP, "NSET!|FREQUENCY|TOTALS|GLOBAL",
      "prints nodal results into the listing"},
     {"NSET", kw_nset, IN_MODEL, "NSET!|ELSET|GENERATE|WHERE|INTERNAL|UNSORTED", "set of nodes"},
+    {"ORIENTATION", kw_orientation, IN_MODEL, "NAME!|SYSTEM", "directions of an orthotropic material"},
     {"PARAMETER", kw_parameter, ANYWHERE, "", "names for numbers: name = expression"},
     {"PLASTIC", kw_plastic, IN_MATERIAL, "HARDENING",
      "yield stress over plastic strain: von Mises plasticity, isotropic hardening"},
     {"RESTART", kw_restart, ANYWHERE, "READ|WRITE|FREQUENCY|TIME INTERVAL|OVERLAY",
      "files from which the run can be continued"},
-    {"SOLID SECTION", kw_solid_section, IN_MODEL, "ELSET!|MATERIAL!|MASS|OFFSET",
+    {"SOLID SECTION", kw_solid_section, IN_MODEL, "ELSET!|MATERIAL!|ORIENTATION|MASS|OFFSET",
      "material, thickness and mass of elements"},
     {"SOLVER", kw_solver, OUTSIDE, "TYPE|REUSE|PRECONDITIONER", "the linear solver"},
     {"STATIC", kw_static, IN_STEP, "DIRECT|RIKS|SOLVER", "static step"},

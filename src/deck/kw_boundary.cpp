@@ -44,19 +44,20 @@ bool read_line(Card& card, const Model& model, Line& line)
   line.first = line.last = card_int(card, "first direction", 1, 6) - 1;
   if (card_more(card) && card.field[card.next].empty()) ++card.next;
   else if (card_more(card)) line.last = card_int(card, "last direction", 1, 6) - 1;
-  line.value = card_expr_or(card, "displacement", 0.0);
+  line.value = card_expr_or(card, "displacement or velocity", 0.0);
   if (card_good(card) && line.last < line.first)
     card_error(card, card.field[2], "the last direction is smaller than the first");
   leave_out_foreign(card, model, line);
   return card_good(card);
 }
 
-void apply(Deck& d, Model& m, const Line& line, int amplitude)
+void apply(Deck& d, Model& m, const Line& line, int amplitude, bool velocity)
 {
   Prescribed b;
   if (!target_nodes(d, m, line.target, b.node)) return;
   frame_nodes(d, m, b.node);
   b.value = line.value;
+  b.velocity  = velocity;
   b.amplitude = amplitude;
   b.place = deck_place(d, line.target);
   for (int i = line.first; i <= line.last; ++i) {
@@ -68,7 +69,7 @@ void apply(Deck& d, Model& m, const Line& line, int amplitude)
 }  // namespace
 
 // ---------------------------------------------------------------------------
-// *BOUNDARY[, AMPLITUDE=][, OP=] : nset|node, first[, last[, value]] or nset|node, ENCASTRE
+// *BOUNDARY[, TYPE=][, AMPLITUDE=][, OP=] : nset|node, first[, last[, value]] or nset|node, ENCASTRE
 // Outside a step it holds in every step; sets and amplitudes may then be defined later.
 // ---------------------------------------------------------------------------
 void kw_boundary(Card& card, Model& model)
@@ -78,13 +79,14 @@ void kw_boundary(Card& card, Model& model)
   const int amplitude = d.in_step ? card_param_amplitude(card, model) : -1;
   if (!d.in_step && card_param(card, "TIME DELAY"))
     card_error(card, card_param(card, "TIME DELAY")->value, "TIME DELAY stands in a step");
+  const bool velocity = card_param_word(card, "TYPE", "DISPLACEMENT|VELOCITY", 0) == 1;
   if (card_op_new(card) && d.in_step) d.removes.back().boundary = true;
   while (card_line(card)) {
     Line line;
     if (!read_line(card, model, line)) continue;
-    if (d.in_step) apply(d, model, line, amplitude);
+    if (d.in_step) apply(d, model, line, amplitude, velocity);
     else card_later(card, STAGE_STEP, [=](Deck& deck, Model& m) {
-      apply(deck, m, line, name.empty() ? -1 : target_amplitude(deck, m, name));
+      apply(deck, m, line, name.empty() ? -1 : target_amplitude(deck, m, name), velocity);
     });
   }
 }

@@ -13,6 +13,27 @@ bool lumps(const Model& m, const Section& s)
   return std::none_of(elem.begin(), elem.end(), [&](int e) { return elem_quadratic(m.mesh.elem_type[e]); });
 }
 
+// the material in the directions of an orientation: one of its own for each
+int turned_material(Deck& d, Model& m, int k, const Field& orientation)
+{
+  const auto found = d.orientation.find(text_upper(orientation.text));
+  if (k < 0) return k;
+  if (found == d.orientation.end()) {
+    deck_error(d, orientation,
+               "orientation " + text_show(orientation.text) + " is not defined (*ORIENTATION)");
+    return k;
+  }
+  if (m.material[k].law != LAW_ORTHO) return k;      // it is the same in all directions
+  Material turned = m.material[k];
+  turned.name += " in " + found->first;
+  for (std::size_t i = 0; i < m.material.size(); ++i)
+    if (m.material[i].name == turned.name) return static_cast<int>(i);
+  turned.elastic = ortho_turn(turned.elastic, found->second);
+  m.material.push_back(turned);
+  m.material[k].used = true;                         // by this one
+  return static_cast<int>(m.material.size()) - 1;
+}
+
 }  // namespace
 
 // *SOLID SECTION, ELSET=, MATERIAL=, MASS= : thickness (plane elements only)
@@ -29,11 +50,14 @@ void kw_solid_section(Card& card, Model& model)
   if (card_param_real(card, "OFFSET", 0.0, any_number()) != 0.0)
     card_error(card, card_param(card, "OFFSET")->value, "plane elements lie in the plane: OFFSET must be 0");
   const Field elset = card_param_field(card, "ELSET"), material = card_param_field(card, "MATERIAL");
+  const Field orientation = card_param_field(card, "ORIENTATION");
   const std::size_t i = model.section.size();
   model.section.push_back(s);
   card_later(card, STAGE_STEP, [=](Deck& d, Model& m) {
     m.section[i].elset = target_elset(d, m, elset);
     m.section[i].material = target_material(d, m, material);
+    if (orientation.empty()) return;
+    m.section[i].material = turned_material(d, m, m.section[i].material, orientation);
   });
   if (by_name) return;
   card_later(card, STAGE_END, [=](Deck&, Model& m) { m.section[i].lumped = lumps(m, m.section[i]); });

@@ -216,28 +216,30 @@ Failure constrain_nodes(const Model& m, const Discretisation& d, const State& st
         warn_once(warned, m.mesh, "BOUNDARY", b.place, n, total1,
                   "its last element is gone and no corner of a point lies there; the support has ended");
       if (r < 0 && c < 0) continue;
-      const double value = prescribed_value(m, b, &m.mesh.X[3 * n], t_step1, total1);
-      if (!std::isfinite(value)) return bad_node(m, b, n, total1);
-      double rate = 0.0;
-      if (moves && dt > 0.0) {
+      const double* X    = &m.mesh.X[3 * n];
+      const double value = prescribed_value(m, b, X, t_step1, total1);
+      const double way   = b.velocity ? prescribed_way(m, b, X, t_step0, t_step1, total0) : 0.0;
+      if (!std::isfinite(value) || !std::isfinite(way)) return bad_node(m, b, n, total1);
+      double rate = b.velocity ? value : 0.0;
+      if (moves && dt > 0.0 && !b.velocity) {
         rate = (value - prescribed_value(m, b, &m.mesh.X[3 * n], t_step1 - back, total1 - back)) / back;
         if (!std::isfinite(rate)) return bad_node(m, b, n, total1 - back);
       }
       if (r < 0) {
-        double rate0 = 0.0;
-        if (moves && dt > 0.0) {
+        double rate0 = b.velocity ? prescribed_value(m, b, X, t_step0, total0) : 0.0;
+        if (moves && dt > 0.0 && !b.velocity) {
           const double v0 = prescribed_value(m, b, &m.mesh.X[3 * n], t_step0, total0);
           rate0 = (prescribed_value(m, b, &m.mesh.X[3 * n], t_step0 + back, total0 + back) - v0) / back;
           if (!std::isfinite(rate0)) return bad_node(m, b, n, total0);
         }
         for (int i = b.first; i <= b.last && i < dim; ++i) {
-          const double increment = value - st.n.uc[c * dim + i];
+          const double increment = b.velocity ? way : value - st.n.uc[c * dim + i];
           corners.push_back({&b, n, c, i, b.ramp ? ramped * increment : increment, rate, rate0});
         }
         continue;
       }
       for (int i = b.first; i <= b.last && i < dim; ++i) {
-        const double increment = value - st.n.u[n * dim + i];
+        const double increment = b.velocity ? way : value - st.n.u[n * dim + i];
         fix(s, r * dim + i, b.ramp ? ramped * increment : increment, rate, -1);
       }
     }

@@ -120,6 +120,8 @@ double law_viscous_work(const MatLaw& law, const double* dE);
 // the laws, one file each
 bool law_svk(const MatLaw& law, bool finite, const double* E, const double* h_n, double* h_np1, bool tangent,
              LawOutput& out);
+bool law_ortho(const MatLaw& law, bool finite, const double* E, const double* h_n, double* h_np1,
+               bool tangent, LawOutput& out);
 bool law_neo_hooke(const MatLaw& law, bool finite, const double* E, const double* h_n, double* h_np1,
                    bool tangent, LawOutput& out);
 bool law_granular(const MatLaw& law, bool finite, const double* E, const double* h_n, double* h_np1,

@@ -89,6 +89,7 @@ Law table[] = {
     {"cohesive", {{"crack normal", 3, HISTORY_KEPT}, {"crack width", 1, HISTORY_KEPT},
                   {"crack opening", 1, HISTORY_KEPT}}, false, law_cohesive, nullptr},
     {"energy split", {}, false, law_split, law_split_step, true},
+    {"orthotropic", {}, true, law_ortho, nullptr},
     {"other", {}, false, law_svk, nullptr},
 };
 static_assert(sizeof table / sizeof *table == LAW_KINDS, "a law without a row in the table");

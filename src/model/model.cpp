@@ -3,6 +3,7 @@
 #include <gsl/gsl_spline.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <limits>
 #include <new>
@@ -131,6 +132,29 @@ double load_value(const Model& m, const Step& s, const Load& l, const double x[3
 double prescribed_value(const Model& m, const Prescribed& b, const double x[3], double t_step, double t_total)
 {
   return value_at(m, b.value, b.factor, b.amplitude, x, t_step, t_total);
+}
+
+double prescribed_way(const Model& m, const Prescribed& b, const double x[3], double t0, double t1,
+                      double total0)
+{
+  const double s = std::sqrt(0.6), at[3] = {-s, 0.0, s}, weight[3] = {5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0};
+  RealVec cut = {t0};          // between two points of a table the velocity is smooth
+  if (b.amplitude >= 0) {
+    const Amplitude& a = m.amplitude[b.amplitude];
+    const double shift = a.total_time ? total0 - t0 : 0.0;
+    for (double t : a.t)
+      if (t - shift > t0 && t - shift < t1) cut.push_back(t - shift);
+  }
+  cut.push_back(t1);
+  double way = 0.0;
+  for (std::size_t k = 0; k + 1 < cut.size(); ++k) {
+    const double half = 0.5 * (cut[k + 1] - cut[k]), middle = cut[k] + half;
+    for (int g = 0; g < 3; ++g) {
+      const double t = middle + at[g] * half;
+      way += 2.0 * half * weight[g] * prescribed_value(m, b, x, t, total0 + t - t0);
+    }
+  }
+  return way;
 }
 
 double support_value(const Model& m, const Expr& value, int amplitude, const double x[3], double t_step,

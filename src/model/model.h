@@ -117,8 +117,8 @@ enum Split { SPLIT_RCE, SPLIT_VD, SPLIT_SPECTRAL, SPLIT_PRESSURE, SPLIT_NONE, SP
 
 // rows of the table in mat/law_step.cpp
 enum LawKind {
-  LAW_SVK, LAW_NEO_HOOKE, LAW_J2, LAW_DRUCKER_PRAGER, LAW_GRANULAR, LAW_COHESIVE, LAW_SPLIT, LAW_OTHER,
-  LAW_KINDS
+  LAW_SVK, LAW_NEO_HOOKE, LAW_J2, LAW_DRUCKER_PRAGER, LAW_GRANULAR, LAW_COHESIVE, LAW_SPLIT, LAW_ORTHO,
+  LAW_OTHER, LAW_KINDS
 };
 
 // law_flows : is it plasticity?
@@ -134,6 +134,8 @@ struct Material {
   double density = 0.0;        // mass/length^3, 0: not given
   double alpha = 0.0;          // *DAMPING: force alpha M v                                      1/time
   double beta  = 0.0;          // *DAMPING: stress beta D : dE/dt                                time
+  // *ELASTIC, TYPE=ENGINEERING CONSTANTS: D [36] in the directions of the model, engineering shear columns
+  RealVec elastic;
   // *PLASTIC: yield stress over equivalent plastic strain, piecewise linear, constant beyond the last
   RealVec yield, plastic_strain;
   // *DRUCKER PRAGER: tangents of the angles; the test whose stress and strain yield and plastic_strain are
@@ -400,7 +402,8 @@ struct Load {
 struct Prescribed {            // *BOUNDARY
   IntVec node;
   int first = 0, last = 0;     // dofs, 0-based, both included
-  Expr value;                  // displacement, length
+  Expr value;                  // displacement, length; or velocity, length/time
+  bool velocity = false;
   int amplitude = -1;
   double factor = 1.0;         // last value of an amplitude that has ended with its step
   bool ramp = false;           // from the displacement at the start of the step
@@ -612,6 +615,9 @@ double amplitude_eval(const Amplitude& a, double t_step, double t_total);
 // (t: total time), loads with their ramp
 double load_value(const Model& m, const Step& s, const Load& l, const double x[3], double t_step,
                   double t_total);
+// prescribed_way : integral of a prescribed velocity over t0 ... t1 of the step        doc/theory.md (6.39)
+double prescribed_way(const Model& m, const Prescribed& b, const double x[3], double t0, double t1,
+                      double total0);
 double prescribed_value(const Model& m, const Prescribed& b, const double x[3], double t_step,
                         double t_total);
 

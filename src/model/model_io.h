@@ -87,9 +87,9 @@ inline void io(Archive& f, Surface& x)
 
 inline void io(Archive& f, Material& x)
 {
-  auto& [name, law, young, poisson, density, alpha, beta, yield, plastic_strain, friction, dilation,
+  auto& [name, law, young, poisson, density, alpha, beta, elastic, yield, plastic_strain, friction, dilation,
          hardening, has_elastic, has_damping, used, hyper, breaks, place] = x;
-  io_fields<Material>(f, name, law, young, poisson, density, alpha, beta, yield, plastic_strain,
+  io_fields<Material>(f, name, law, young, poisson, density, alpha, beta, elastic, yield, plastic_strain,
                       friction, dilation, hardening, has_elastic, has_damping, used, hyper, breaks, place);
 }
 
@@ -229,8 +229,8 @@ inline void io(Archive& f, Load& x)
 
 inline void io(Archive& f, Prescribed& x)
 {
-  auto& [node, first, last, value, amplitude, factor, ramp, place] = x;
-  io_fields<Prescribed>(f, node, first, last, value, amplitude, factor, ramp, place);
+  auto& [node, first, last, value, velocity, amplitude, factor, ramp, place] = x;
+  io_fields<Prescribed>(f, node, first, last, value, velocity, amplitude, factor, ramp, place);
 }
 
 inline void io(Archive& f, Controls& x)
@@ -248,11 +248,13 @@ inline void io(Archive& f, PrintRequest& x)
 inline void io(Archive& f, Step& x)
 {
   auto& [nlgeom, proc, period, dt, dt_min, dt_max, direct, arc, arc_nset, arc_direction, arc_end,
-         half_force, half_part, max_inc, scheme, scheme_given, beta, gamma, dissipation, alpha, safety, bulk_linear, bulk_quadratic, balance,
-         extrapolate, ctl, load, prescribed, print, equation, place] = x;
-  io_fields<Step>(f, nlgeom, proc, period, dt, dt_min, dt_max, direct, arc, arc_nset, arc_direction, arc_end,
-                  half_force, half_part, max_inc, scheme, scheme_given, beta, gamma, dissipation, alpha, safety, bulk_linear, bulk_quadratic, balance,
-                  extrapolate, ctl, load, prescribed, print, equation, place);
+         half_force, half_part, max_inc, scheme, scheme_given, beta, gamma, dissipation, alpha,
+         safety, bulk_linear, bulk_quadratic, balance, extrapolate, ctl, load, prescribed,
+         print, equation, place] = x;
+  io_fields<Step>(f, nlgeom, proc, period, dt, dt_min, dt_max, direct, arc, arc_nset, arc_direction,
+                  arc_end, half_force, half_part, max_inc, scheme, scheme_given, beta, gamma, dissipation,
+                  alpha, safety, bulk_linear, bulk_quadratic, balance, extrapolate, ctl, load, prescribed,
+                  print, equation, place);
 }
 
 inline void io(Archive& f, HistoryDef& x)

@@ -17,7 +17,7 @@ namespace {
 
 const double PAUSE = 1.0;      // wall seconds from one row of explicit increments to the next
 
-const char* const header =
+const char* const column_titles =
     "STEP     INC  ATT ITERS    TOTAL_TIME     STEP_TIME            DT   BROKEN    POINTS         WALL";
 
 double seconds(const Output& out) { return timer_wall() - out.status_start; }
@@ -144,7 +144,7 @@ void out_status_open(const Model& m, bool goes_on, Output& out)
   std::fprintf(out.sta, "# SUMMARY OF JOB INFORMATION: %s, mpfe %s, process %ld on %s, steps %zu, ",
                m.job.c_str(), MPFE_VERSION, static_cast<long>(getpid()), host, m.step.size());
   std::fprintf(out.sta, "total time %.9g\n", whole);
-  std::fprintf(out.sta, "#%s\n", header);
+  std::fprintf(out.sta, "#%s\n", column_titles);
   out_file_flush(out.sta, out.base + ".sta");
 }
 

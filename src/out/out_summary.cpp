@@ -258,8 +258,9 @@ void print_bonds(std::FILE* file, const Model& m, const Bonds& bonds)
 void print_materials(std::FILE* file, const Model& m)
 {
   for (const Material& mat : m.material) {
-    std::fprintf(file, "  material %-6s %s, E %g, nu %g, density %g", mat.name.c_str(),
-                 law_of(mat_law(mat, PLANE_NONE)).name, mat.young, mat.poisson, mat.density);
+    std::fprintf(file, "  material %-6s %s, E %g, nu %g%s, density %g", mat.name.c_str(),
+                 law_of(mat_law(mat, PLANE_NONE)).name, mat.young, mat.poisson,
+                 mat.elastic.empty() ? "" : " for penalties and waves", mat.density);
     if (wave_speed(mat) > 0.0) std::fprintf(file, ", pressure waves %.6g", wave_speed(mat));
     if (mat.has_damping) std::fprintf(file, ", damping alpha %g, beta %g", mat.alpha, mat.beta);
     std::fprintf(file, "%s\n", mat.used ? "" : " (not used)");

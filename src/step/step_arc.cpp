@@ -13,7 +13,8 @@
 
 namespace {
 
-// Elements whose share of what they carry is that near to the largest open together. Test: C2 (strength/snap.inp)
+// Elements whose share of what they carry is that near to the largest open together. Test: C2
+// (strength/snap.inp)
 const double ALIKE = 1e-6;
 // of the opening at which nothing is left: what an element may open by in an increment of dt of the deck.
 // Test: C2
@@ -60,9 +61,9 @@ double largest_share(const Problem& p, const ElemBlock& b, int e, ArcElement& q)
     q.e  = e;
     std::copy_n(N, 3, q.N.begin());
     q.width = width_along(p.m, e, N);
-    q.most  = crack_opening(h) > 0.0
-                  ? OPENS_BY * crack_open(law.crack)
-                  : (std::max(0.0, 1.0 - share) + PASSES_BY) * crack_strength(law.crack) * q.width / b.law.material->young;
+    const double strain = crack_strength(law.crack) / b.law.material->young;
+    q.most = crack_opening(h) > 0.0 ? OPENS_BY * crack_open(law.crack)
+                                    : (std::max(0.0, 1.0 - share) + PASSES_BY) * strain * q.width;
   }
   return most;
 }

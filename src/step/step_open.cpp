@@ -143,7 +143,7 @@ bool support_velocities(const Model& m, const Step& step, const Prescribed& b, d
   for (int n : b.node) {
     const double* X   = &m.mesh.X[3 * n];
     const double x0   = prescribed_value(m, b, X, 0.0, time);
-    const double rate = (prescribed_value(m, b, X, later, time + later) - x0) / later;
+    const double rate = b.velocity ? x0 : (prescribed_value(m, b, X, later, time + later) - x0) / later;
     bool given = false;
     for (int dof = n * m.dim + b.first; dof <= n * m.dim + std::min(b.last, m.dim - 1); ++dof) {
       if (!std::isfinite(rate) || before[dof] || std::fabs(v[dof] - rate) <= 1e-6 * std::fabs(rate)) continue;
@@ -289,8 +289,9 @@ void grid_serves(const Problem& p, const RealVec& xb, bool& stays, bool& known)
   known = no[1] == 0.0;
 }
 
-// the active grid, where it was laid or, when that does not stay, where corners and bonds are now. A grid that is
-// made again after a restart or a division shows only then whether bodies meet through it, and may not stay
+// the active grid, where it was laid or, when that does not stay, where corners and bonds are now. A grid
+// that is made again after a restart or a division shows only then whether bodies meet through it, and may
+// not stay
 Failure lay_grid(Problem& p, const RealVec& xb, bool stays)
 {
   State& st = p.st;

@@ -63,6 +63,6 @@ void step_warn_missed(const Model& m, const Step& s, double start, bool mid)
                   [&](double t) { return load_value(m, s, l, place_of(m, l), t, start + t); });
   for (const Prescribed& b : s.prescribed)
     if (!b.node.empty() && (!b.value.is_const() || b.amplitude >= 0))
-      warn_one(s, 1.0, b.place, "prescribed displacement",
+      warn_one(s, 1.0, b.place, b.velocity ? "prescribed velocity" : "prescribed displacement",
                   [&](double t) { return prescribed_value(m, b, &m.mesh.X[3 * b.node[0]], t, start + t); });
 }

@@ -109,7 +109,7 @@ class Scene:
         look = actor.GetProperty()
         if colour is not None:
             look.SetColor(*colour)
-        look.SetAmbient(0.42)
+        look.SetAmbient(0.48)
         look.SetDiffuse(0.68)
         look.SetSpecular(0.08)
         look.SetSpecularPower(20.0)
