@@ -17,12 +17,12 @@ namespace {
 
 using Vec3 = Eigen::Vector3d;
 
-const double ON_SURFACE = 1e-12;     // of the cohesion: rounding of a state that has just yielded
+const double ON_CONE = 1e-12;     // of the cohesion: rounding of a state that has just yielded
 // of the elastic stiffness, at the apex, where the tangent is zero. Test: C10 (strength/dp_apex.inp)
 const double APEX = 1e-3;
 
 // Return to the cone of a trial stress
-struct Return {
+struct ConeReturn {
   double p, q;                 // pressure and equivalent stress of the trial
   double gamma  = 0.0;         // amount of flow
   double volume = 0.0;         // by which flow enlarges
@@ -57,7 +57,7 @@ double cohesion(const Material& m, double a, double* slope)
 }
 
 // all of the deviator goes, and the pressure to the apex
-void to_apex(const MatLaw& law, double K, double a, Return& r)
+void to_apex(const MatLaw& law, double K, double a, ConeReturn& r)
 {
   const Material& m = *law.material;
   double slope;
@@ -70,14 +70,14 @@ void to_apex(const MatLaw& law, double K, double a, Return& r)
 
 // q - 3 mu gamma - tan(friction) (p + K tan(dilation) gamma) = d(a + rate gamma); the table is piecewise
 // linear
-Return cone_return(const MatLaw& law, double K, double p, double q, double a)
+ConeReturn cone_return(const MatLaw& law, double K, double p, double q, double a)
 {
   const Material& m = *law.material;
-  Return r;
+  ConeReturn r;
   r.p = r.end = p;
   r.q = q;
   double slope, d = cohesion(m, a, &slope);
-  if (q - m.friction * p - d <= ON_SURFACE * d) return r;
+  if (q - m.friction * p - d <= ON_CONE * d) return r;
   r.flows = true;
   const double rate = strain_rate(m), elastic = 3.0 * law.mu + m.friction * K * m.dilation;
   for (int it = 0; it < 100; ++it) {
@@ -99,7 +99,7 @@ Return cone_return(const MatLaw& law, double K, double p, double q, double a)
 }
 
 // the symmetric part                                                                             (2.40)
-Moduli moduli(const MatLaw& law, double K, const Return& r)
+Moduli moduli(const MatLaw& law, double K, const ConeReturn& r)
 {
   if (!r.flows) return {K, 2.0 * law.mu, 0.0};
   if (r.apex) return {APEX * K, APEX * 2.0 * law.mu, 0.0};
@@ -114,7 +114,7 @@ Moduli moduli(const MatLaw& law, double K, const Return& r)
 
 // what flow takes: of the cohesion, as it hardens, and of friction beyond what dilation gives back; at the
 // apex the work of the tension
-void note_flow(const MatLaw& law, const Return& r, const double* h_n, double* h_np1, LawOutput& out)
+void note_flow(const MatLaw& law, const ConeReturn& r, const double* h_n, double* h_np1, LawOutput& out)
 {
   const Material& m = *law.material;
   const double a = h_n[FLOW_EQUIVALENT], rate = strain_rate(m);
@@ -126,15 +126,15 @@ void note_flow(const MatLaw& law, const Return& r, const double* h_n, double* h_
 }
 
 // increment of the plastic strain over the deviator of the trial
-double flow_rate(const Return& r) { return r.flows && r.q > 0.0 ? 1.5 * r.gamma / r.q : 0.0; }
+double flow_rate(const ConeReturn& r) { return r.flows && r.q > 0.0 ? 1.5 * r.gamma / r.q : 0.0; }
 
 // without NLGEOM: additive strains
-bool small_strain(const MatLaw& law, const double* E, const double* h_n, double* h_np1, bool tangent,
+bool cone_small_strain(const MatLaw& law, const double* E, const double* h_n, double* h_np1, bool tangent,
                   LawOutput& out)
 {
   const double K     = bulk_modulus(law);
   const SmallTrial t = small_trial(law, E, h_n);
-  const Return r     = cone_return(law, K, -K * t.tr, std::sqrt(1.5 * t.ss), h_n[FLOW_EQUIVALENT]);
+  const ConeReturn r     = cone_return(law, K, -K * t.tr, std::sqrt(1.5 * t.ss), h_n[FLOW_EQUIVALENT]);
   for (int i = 0; i < 6; ++i) out.S[i] = r.beta * t.s[i] - (i < 3 ? r.end : 0.0);
   out.psi = 0.5 * r.end * r.end / K + 0.25 / law.mu * r.beta * r.beta * t.ss;
   small_flow(t, flow_rate(r), h_n, h_np1);
@@ -149,7 +149,7 @@ bool small_strain(const MatLaw& law, const double* E, const double* h_n, double*
 bool law_drucker_prager(const MatLaw& law, bool finite, const double* E, const double* h_n, double* h_np1,
                         bool tangent, LawOutput& out)
 {
-  if (!finite) return small_strain(law, E, h_n, h_np1, tangent, out);
+  if (!finite) return cone_small_strain(law, E, h_n, h_np1, tangent, out);
   const double K = bulk_modulus(law);
   // 1. trial
   HenckyTrial t;
@@ -157,7 +157,7 @@ bool law_drucker_prager(const MatLaw& law, bool finite, const double* E, const d
   const double tr = t.e.sum();
   const Vec3 s    = 2.0 * law.mu * (t.e.array() - tr / 3.0);
   // 2. return
-  const Return r = cone_return(law, K, -K * tr, std::sqrt(1.5) * s.norm(), h_n[FLOW_EQUIVALENT]);
+  const ConeReturn r = cone_return(law, K, -K * tr, std::sqrt(1.5) * s.norm(), h_n[FLOW_EQUIVALENT]);
   const Vec3 tau = r.beta * s - Vec3::Constant(r.end);
   out.psi = 0.5 * r.end * r.end / K + 0.25 / law.mu * r.beta * r.beta * s.squaredNorm();
   hencky_stress(t, tau, out.S);

@@ -615,7 +615,7 @@ double amplitude_eval(const Amplitude& a, double t_step, double t_total);
 // (t: total time), loads with their ramp
 double load_value(const Model& m, const Step& s, const Load& l, const double x[3], double t_step,
                   double t_total);
-// prescribed_way : integral of a prescribed velocity over t0 ... t1 of the step        doc/theory.md (6.39)
+// prescribed_way : integral of a prescribed velocity over t0 ... t1 of the step        doc/theory.md (6.40)
 double prescribed_way(const Model& m, const Prescribed& b, const double x[3], double t0, double t1,
                       double total0);
 double prescribed_value(const Model& m, const Prescribed& b, const double x[3], double t_step,

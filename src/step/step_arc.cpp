@@ -77,7 +77,7 @@ void find_openings(const Problem& p, Arc& arc)
   for (const ElemBlock& b : el.block) {
     if (!b.opens()) continue;
     for (int e : b.elem) {
-      if (el.broken(e) >= 0 || el.slot_of[e] < 0) continue;
+      if (el.broken(e) >= 0 || el.block_of[e] < 0) continue;
       ArcElement q;
       const double share = largest_share(p, b, e, q);
       if (share <= 0.0) continue;
