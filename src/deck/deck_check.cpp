@@ -312,7 +312,7 @@ void check_ortho(Deck& d, const Model& m, const Material& a)
   if (a.elastic.empty()) return;
   const char* const alone =
       a.hyper               ? "*HYPERELASTIC replaces *ELASTIC, TYPE=ENGINEERING CONSTANTS; keep one of them"
-      : a.law != LAW_ORTHO  ? "*PLASTIC goes with isotropic *ELASTIC"
+      : a.law != LAW_ORTHO  ? "plasticity goes with isotropic *ELASTIC"
       : a.beta > 0.0        ? "*DAMPING, BETA= goes with isotropic *ELASTIC; ALPHA= is available"
       : a.breaks            ? "*EIGENFRACTURE names elements of it: the criterion and broken material are "
                               "isotropic; take these elements out of the set"
@@ -330,6 +330,9 @@ void check_ortho(Deck& d, const Model& m, const Material& a)
               "directions is that of z");
 }
 
+// the keyword that makes the material flow
+const char* plastic_word(const Material& a) { return a.law == LAW_J2 ? "PLASTIC" : "DRUCKER PRAGER"; }
+
 void check_materials(Deck& d, const Model& m)
 {
   bool dynamic = false;
@@ -344,20 +347,22 @@ void check_materials(Deck& d, const Model& m)
     if (!a.has_elastic)
       fault(d, "ELASTIC", a.place, a.name,
             "material " + a.name + " has no *ELASTIC (or *HYPERELASTIC); write it after *MATERIAL");
-    if (a.law == LAW_J2 && a.hyper)
-      fault(d, "PLASTIC", a.place, a.name,
-            "material " + a.name + " has *HYPERELASTIC and *PLASTIC; plasticity goes with *ELASTIC");
+    if (a.law == LAW_DRUCKER_PRAGER && a.yield.empty())
+      fault(d, "DRUCKER PRAGER", a.place, a.name,
+            "material " + a.name + " has *DRUCKER PRAGER without its strength; write *DRUCKER PRAGER HARDENING");
+    if (law_flows(a.law) && a.hyper)
+      fault(d, plastic_word(a), a.place, a.name,
+            "material " + a.name + " has *HYPERELASTIC and *" + plastic_word(a) + "; plasticity goes with *ELASTIC");
     check_ortho(d, m, a);
     if (a.law == LAW_NEO_HOOKE && a.breaks)
       doubt(d, "HYPERELASTIC", a.place, a.name,
             "material " + a.name + " is hyperelastic and can break: the criterion of *EIGENFRACTURE and "
             "broken material take the elastic constants of small strains, which is right for strains of a "
             "few per cent");
-    if (a.law == LAW_J2 && a.breaks)
-      fault(d, "PLASTIC", a.place, a.name,
-            "material " + a.name + " has *PLASTIC, and *EIGENFRACTURE names elements of it: the energy that "
-            "plastic flow takes at a crack tip is not in the criterion; remove *PLASTIC, or these elements "
-            "from the set");
+    if (law_flows(a.law) && a.breaks)
+      fault(d, plastic_word(a), a.place, a.name,
+            "material " + a.name + " flows, and *EIGENFRACTURE names elements of it: the energy that plastic flow takes at a "
+            "crack tip is not in the criterion; remove *" + plastic_word(a) + ", or these elements from the set");
     if (dynamic && a.density == 0.0)
       fault(d, "DENSITY", a.place, a.name,
             "material " + a.name + " has no *DENSITY, which a *DYNAMIC step needs; write it after *MATERIAL");
@@ -376,11 +381,12 @@ void check_law_elements(Deck& d, const Model& m)
     if (a.law == LAW_SVK) continue;
     told[k] = 1;
     const std::string type = elem_table[m.mesh.elem_type[e]].name;
-    fault(d, a.law == LAW_J2 ? "PLASTIC" : a.law == LAW_ORTHO ? "ELASTIC" : "HYPERELASTIC", a.place, a.name,
+    fault(d, law_flows(a.law) ? plastic_word(a) : a.law == LAW_ORTHO ? "ELASTIC" : "HYPERELASTIC", a.place,
+          a.name,
           text_format("element %d of type ", m.mesh.elem_label[e]) + type + " has material " + a.name +
               ": enhanced strains go with " + (a.law == LAW_ORTHO ? "isotropic " : "") +
               "*ELASTIC alone; take " + type.substr(0, type.size() - 1) +
-              (a.law == LAW_J2 ? ", which does not lock by its volume" : ""));
+              (law_flows(a.law) ? ", which does not lock by its volume" : ""));
   }
 }
 
@@ -409,15 +415,15 @@ void check_locking(Deck& d, const Model& m)
   }
   for (std::size_t k = 0; k < m.material.size(); ++k) {
     const Material& a = m.material[k];
-    if ((a.poisson < 0.49 && a.law != LAW_J2) || (element[k] < 0 && body[k] < 0)) continue;
+    if ((a.poisson < 0.49 && !law_flows(a.law)) || (element[k] < 0 && body[k] < 0)) continue;
     std::string who;
     if (element[k] >= 0)
       who = elem_table[m.mesh.elem_type[element[k]]].name +
             text_format(" (element %d)", m.mesh.elem_label[element[k]]);
     if (body[k] >= 0)
       who += (who.empty() ? "" : " and ") + ("material points (body " + m.body[body[k]].name + ")");
-    const std::string why = a.law == LAW_J2 ? "plastic flow" : "poisson = " + text_number(a.poisson);
-    doubt(d, a.law == LAW_J2 ? "PLASTIC" : "ELASTIC", a.place, a.name,
+    const std::string why = law_flows(a.law) ? "plastic flow" : "poisson = " + text_number(a.poisson);
+    doubt(d, law_flows(a.law) ? plastic_word(a) : "ELASTIC", a.place, a.name,
           why + " of material " + a.name + " makes " + who +
               " too stiff: they lock when the volume cannot change" +
               (element[k] >= 0 && elem_quadratic(m.mesh.elem_type[element[k]]) ? " and have no F-bar" : "") +
@@ -458,6 +464,29 @@ void check_fragments(Deck& d, const Model& m)
       fault(d, "FRAGMENTS", m.fragments.place, "FRAGMENTS",
             "masses of fragments need the density of material " + a.name +
                 "; write *DENSITY after *MATERIAL");
+}
+
+// *STATIC, RIKS: loads of one factor, and something whose opening they can follow
+void check_arc(Deck& d, const Model& m, const Step& s)
+{
+  if (!s.arc) return;
+  const auto no = [&](const Place& at, const std::string& text) { fault(d, "STATIC", at, "RIKS", text); };
+  const auto of_time = [](const Expr& value, int amplitude) { return amplitude >= 0 || !value.is_const(); };
+  if (&s != &m.step.back()) no(s.place, "the step with *STATIC, RIKS must be the last one");
+  if (std::none_of(m.fracture.begin(), m.fracture.end(),
+                   [](const FractureDef& f) { return f.criterion == CRITERION_COHESIVE; }))
+    no(s.place, "*STATIC, RIKS follows cracks that open against a cohesion: write *EIGENFRACTURE, "
+                "CRITERION=COHESIVE, or leave out RIKS");
+  for (const Load& l : s.load) {
+    if (!l.of_place && of_time(l.value, l.amplitude))
+      no(l.place, "*STATIC, RIKS finds the factor of the loads itself: give a number without AMPLITUDE");
+    if (s.nlgeom && l.kind == LOAD_PRESSURE)
+      no(l.place, "a pressure that turns with the body (NLGEOM) does not go with *STATIC, RIKS");
+  }
+  for (const Prescribed& b : s.prescribed)
+    if (of_time(b.value, b.amplitude))
+      no(b.place, "*STATIC, RIKS finds the factor of the displacements itself: give a number without "
+                  "AMPLITUDE");
 }
 
 void check_gravity(Deck& d, const Model& m, const Step& s)
@@ -820,6 +849,7 @@ void check_steps(Deck& d, const Model& m, const IntVec& body)
       fault(d, "STEP", s.place, "STEP",
             "material points move through a grid and need large displacements; write *STEP, NLGEOM");
     check_gravity(d, m, s);
+    check_arc(d, m, s);
     check_loaded_supports(d, m, s);
     check_acting_nodes(d, m, s, use);
     check_acting_faces(d, m, s, body);

@@ -115,7 +115,7 @@ void check_cohesive(Deck& d, const Model& m)
                    text_format("element %d: ", m.mesh.elem_label[e]) + text);
       };
       if (mat.law != LAW_SVK) {
-        fault("CRITERION=COHESIVE goes with *ELASTIC alone; leave out *PLASTIC and *HYPERELASTIC of " +
+        fault("CRITERION=COHESIVE goes with *ELASTIC alone; leave out *PLASTIC, *DRUCKER PRAGER and *HYPERELASTIC of " +
               mat.name);
         break;
       }

@@ -21,6 +21,8 @@ void kw_damping(Card&, Model&);
 void kw_density(Card&, Model&);
 void kw_dload(Card&, Model&);
 void kw_dsload(Card&, Model&);
+void kw_drucker_prager(Card&, Model&);
+void kw_drucker_prager_hardening(Card&, Model&);
 void kw_dynamic(Card&, Model&);
 void kw_eigenfracture(Card&, Model&);
 void kw_el_file(Card&, Model&);
@@ -109,6 +111,10 @@ const Keyword keyword_table[] = {
     {"DLOAD", kw_dload, IN_STEP, "AMPLITUDE|OP|TIME DELAY",
      "pressure, traction, gravity and volume force on elements and bodies"},
     {"DSLOAD", kw_dsload, IN_STEP, "AMPLITUDE|OP|TIME DELAY", "pressure and traction on surfaces"},
+    {"DRUCKER PRAGER", kw_drucker_prager, IN_MATERIAL, "SHEAR CRITERION",
+     "plasticity of soil, rock and concrete: strength that grows with pressure"},
+    {"DRUCKER PRAGER HARDENING", kw_drucker_prager_hardening, IN_MATERIAL, "TYPE",
+     "yield stress over plastic strain of *DRUCKER PRAGER"},
     {"DYNAMIC", kw_dynamic, IN_STEP, 
      "EXPLICIT|DIRECT|SCHEME|BETA|GAMMA|DISSIPATION|ALPHA|HAFTOL|HALFINC SCALE FACTOR|NOHAF|SOLVER|"
      "SCALE FACTOR|DIRECT USER CONTROL|FIXED TIME INCREMENTATION|ELEMENT BY ELEMENT",
@@ -161,7 +167,7 @@ const Keyword keyword_table[] = {
     {"SOLID SECTION", kw_solid_section, IN_MODEL, "ELSET!|MATERIAL!|ORIENTATION|MASS|OFFSET",
      "material, thickness and mass of elements"},
     {"SOLVER", kw_solver, OUTSIDE, "TYPE|REUSE|PRECONDITIONER", "the linear solver"},
-    {"STATIC", kw_static, IN_STEP, "DIRECT|SOLVER", "static step"},
+    {"STATIC", kw_static, IN_STEP, "DIRECT|RIKS|SOLVER", "static step"},
     {"STEP", kw_step, ANYWHERE, "NAME|NLGEOM|INC|EXTRAPOLATION|BALANCE", "begins a step"},
     {"SURFACE", kw_surface, IN_MODEL, "NAME!|TYPE|ELSET|WHERE|BODY",
      "faces of elements or of a body of material points"},

@@ -12,15 +12,17 @@ const double average_default = 0.8;
 const double release_default = 1.7;      // of GRIFFITH: a running crack then pays its toughness (A14)
 const char* const criterion_words = "GRIFFITH|ELEMENT|COHESIVE";
 
-// START=YES|NO|stress
+// START=YES|NO
 void read_start(Card& card, FractureDef& f)
 {
   const HeadParam* p = card_param(card, "START");
   double number = 0.0;
   const std::string word = p && p->has_value ? text_upper(p->value.text) : "YES";
   if (word == "YES" || word == "NO") f.start = card_param_yes(card, "START", false, true);
-  else if (parse_real(word, number)) f.strength = card_param_real(card, "START", 0.0, above(0.0));
-  else card_error(card, p->value, "START=" + p->value.text + " is neither YES nor NO nor a stress");
+  else if (parse_real(word, number))
+    card_error(card, p->value, "START=stress is gone, because all elements near the first break broke with it; "
+                               "a strength is that of CRITERION=COHESIVE: Gc, ft");
+  else card_error(card, p->value, "START=" + p->value.text + " is neither YES nor NO");
 }
 
 void read_order(Card& card, FractureDef& f)

@@ -1,16 +1,12 @@
-#include "deck/card.h"
+#include "deck/kw_plastic.h"
 
-// ---------------------------------------------------------------------------
-// *PLASTIC[, HARDENING=ISOTROPIC] : yield stress, equivalent plastic strain[, temperature], line after line
-// ---------------------------------------------------------------------------
-void kw_plastic(Card& card, Model& model)
+void hardening_table(Card& card, Material& m)
 {
-  Material& m = card_parent_material(card, model);
   if (!m.yield.empty())
-    card_warn(card, card.head.at, "material " + m.name + " has a *PLASTIC already; this one replaces it");
+    card_warn(card, card.head.at,
+              "material " + m.name + " has a yield stress already; this one replaces it");
   m.yield.clear();
   m.plastic_strain.clear();
-  card_param_word(card, "HARDENING", "ISOTROPIC", 0);
   while (card_line(card)) {
     const double y    = card_real(card, "yield stress", above(0.0));
     const double last = m.plastic_strain.empty() ? 0.0 : m.plastic_strain.back();
@@ -27,6 +23,17 @@ void kw_plastic(Card& card, Model& model)
     m.yield.push_back(y);
     m.plastic_strain.push_back(a);
   }
-  if (m.yield.empty()) card_error(card, card.head.at, "*PLASTIC needs a line: yield stress, plastic strain");
+  if (m.yield.empty())
+    card_error(card, card.head.at, "*" + card.head.word + " needs a line: yield stress, plastic strain");
+}
+
+// ---------------------------------------------------------------------------
+// *PLASTIC[, HARDENING=ISOTROPIC] : yield stress, equivalent plastic strain[, temperature], line after line
+// ---------------------------------------------------------------------------
+void kw_plastic(Card& card, Model& model)
+{
+  Material& m = card_parent_material(card, model);
+  card_param_word(card, "HARDENING", "ISOTROPIC", 0);
+  hardening_table(card, m);
   m.law = LAW_J2;
 }

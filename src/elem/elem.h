@@ -70,11 +70,8 @@ void elem_refresh(Elements& el);
 double elem_volume(const ElemBlock& b, size_t slot);
 double elem_size(const ElemBlock& b, size_t slot);
 
-// elem_law : law of the intact element at place slot of its block
-MatLaw elem_law(const ElemBlock& b, size_t slot);
-
-// elem_broken_law : law of broken element e with the degradation factor c
-ErodedLaw elem_broken_law(const Model& m, const Elements& el, int e, double c);
+// elem_law : law of the element at place slot of its block, intact, or broken with the degradation factor c
+MatLaw elem_law(const Model& m, const Elements& el, const ElemBlock& b, size_t slot, double c);
 
 // elem_history : history of the Gauss points of element e at both ends of the step             [ngp]
 void elem_history(const Elements& el, const Level& l0, Level& l1, int e, HistoryStep* h);
@@ -91,11 +88,10 @@ inline bool elem_whole(const Elements& el, const ElemBlock& b, const Level& l, i
 // elem_uncracked : at the end of the step too there is none
 void elem_uncracked(const Elements& el, const Level& l0, Level& l1, int e);
 
-// elem_form_general : as elem_form, for laws that the short form of the kernel does not know
-//   in   broken    law of an element that carries what its law leaves: without enhanced strains, and det F is
-//                  not asked for; null: intact
+// elem_form_general : as elem_form without enhanced strains, for laws without a short form in the kernel
+//   in   law       of the element, elem_law
 //        h         history of each Gauss point           [ngp]; its np1 is written
-Status elem_form_general(const ElemBlock& b, size_t slot, const ErodedLaw* broken, const KernelMode& mode,
+Status elem_form_general(const ElemBlock& b, size_t slot, const MatLaw& law, const KernelMode& mode,
                          const double* u0, const double* u1, const HistoryStep* h, double* re,
                          double* ke);
 
@@ -212,16 +208,16 @@ void elem_mass_form(const ElemBlock& b, const double* X, double* me);
 void elem_ip_fields(const Model& m, const Elements& el, const Level& l, bool nlgeom,
                     int e, int g, IpFields& out);
 
-// ip_fields_from : fills E, sigma, psi of out from out.F; shared by elements and points; er: law of
-// broken material, or null
-void ip_fields_from(const MatLaw& law, int dim, bool nlgeom, const ErodedLaw* er, IpFields& out);
+// ip_fields_from : fills E, sigma, psi of out from out.F, intact St.Venant-Kirchhoff; shared by elements and
+// points
+void ip_fields_from(const MatLaw& law, int dim, bool nlgeom, IpFields& out);
 
 // ip_general_from : strain E [6], sigma, psi of out from E and F of out; scale: Fbar = scale F; h: history
 void ip_general_from(const MatLaw& law, bool nlgeom, const double* E, double scale, const double* h,
                      IpFields& out);
 
-// ip_stress_from : sigma, psi of out from out.F and out.E
-void ip_stress_from(const MatLaw& law, int dim, bool nlgeom, const ErodedLaw* er, IpFields& out);
+// ip_stress_from : the same from out.F and out.E
+void ip_stress_from(const MatLaw& law, int dim, bool nlgeom, IpFields& out);
 
 // elem_strains : strains at the Gauss points of an intact element e, with their enhanced part     
 // [ngp][dim*dim]

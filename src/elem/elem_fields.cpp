@@ -10,7 +10,7 @@ namespace {
 // strains of all Gauss points of an element, with their enhanced part                [ngp][dim*dim]
 template <int D>
 void element_strains(const Model& m, const ElemBlock& b, size_t slot, const RealVec& u, bool nlgeom,
-                     const ErodedLaw* er, double* E)
+                     double* E)
 {
   const ShapeInfo& info = shape_info[b.shape];
   const int nen = info.nen, *node = elem_nodes(m.mesh, b, slot);
@@ -21,7 +21,7 @@ void element_strains(const Model& m, const ElemBlock& b, size_t slot, const Real
     ip_gradient<D, 0>(&b.dNdX[(b.gauss(slot) + g) * nen * D], nen, ul, H);
     ip_strain<D>(nlgeom, H, E + g * D * D);
   }
-  if (!elem_table[b.type].enhanced || er) return;
+  if (!elem_table[b.type].enhanced) return;
   for (int g = 0; g < info.ngp; ++g)
     eas_strain(b.shape, &b.eas[b.kind[slot] * eas_size(b.shape)], &b.w[b.gauss(slot)], b.law, E, g,
                extra + g * D * D);
@@ -70,22 +70,17 @@ double general_energy(const Model& m, const ElemBlock& b, const MatLaw& law, siz
   return sum;
 }
 
-// strain energy of the element at place s; er: its law when it is broken, or null
+// strain energy of the intact element at place s
 template <int D>
-double one_energy(const Model& m, const ElemBlock& b, size_t s, const RealVec& u, bool nlgeom,
-                  const ErodedLaw* er)
+double one_energy(const Model& m, const ElemBlock& b, size_t s, const RealVec& u, bool nlgeom)
 {
   const int ngp = shape_info[b.shape].ngp;
   double sum = 0.0, E[MAX_GAUSS * D * D], S[D * D];
-  element_strains<D>(m, b, s, u, nlgeom, er, E);
+  element_strains<D>(m, b, s, u, nlgeom, E);
   for (int g = 0; g < ngp; ++g) {
     double psi = 0.0;
-    if (er) {
-      split_eroded(b.law, D, er->split, nlgeom, er->c, E + g * D * D, er->N, &psi, S, nullptr);
-    } else {
-      ip_law<D>(b.law, E + g * D * D, S);
-      for (int k = 0; k < D * D; ++k) psi += 0.5 * S[k] * E[g * D * D + k];
-    }
+    ip_law<D>(b.law, E + g * D * D, S);
+    for (int k = 0; k < D * D; ++k) psi += 0.5 * S[k] * E[g * D * D + k];
     sum += b.w[b.gauss(s) + g] * psi;
   }
   return sum;
@@ -119,25 +114,6 @@ PackEnergy pack_energy_of(const ElemBlock& b)
   return by_shape(b.shape, [](auto z) -> PackEnergy { return pack_energy<z.D, z.N, z.NGP>; });
 }
 
-// S and psi of broken material from E of out, all six components
-void broken_stress(const MatLaw& law, int dim, bool nlgeom, const ErodedLaw& er, IpFields& out, double* S)
-{
-  if (dim == 2 && law.plane == PLANE_STRESS) {
-    const double E[4] = {out.E[0], out.E[3], out.E[3], out.E[1]};
-    double Sp[4];
-    split_eroded(law, 2, er.split, nlgeom, er.c, E, er.N, &out.psi, Sp, nullptr);
-    S[0] = Sp[0];
-    S[1] = Sp[3];
-    S[3] = Sp[1];
-    S[2] = S[4] = S[5] = 0.0;
-    return;
-  }
-  SplitOut split;
-  split_full(law, er.split, nlgeom, out.E, er.N, split, false);
-  out.psi = er.c * split.psi_plus + split.psi_minus;
-  for (int k = 0; k < 6; ++k) S[k] = er.c * split.Sp[k] + split.Sm[k];
-}
-
 // sigma = F S F^T / det F                                                            (2.3)
 void cauchy_stress(const double* F, const double* S, double* sig)
 {
@@ -165,7 +141,7 @@ void set_strain(const double* E, int dim, IpFields& out)
 
 }  // namespace
 
-void ip_fields_from(const MatLaw& law, int dim, bool nlgeom, const ErodedLaw* er, IpFields& out)
+void ip_fields_from(const MatLaw& law, int dim, bool nlgeom, IpFields& out)
 {
   using V = VoigtPlace<3>;
   for (int k = 0; k < 6; ++k) {
@@ -174,16 +150,15 @@ void ip_fields_from(const MatLaw& law, int dim, bool nlgeom, const ErodedLaw* er
     for (int l = 0; l < 3; ++l) e += out.F[3 * l + i] * out.F[3 * l + j];
     out.E[k] = 0.5 * (nlgeom ? e - (i == j) : out.F[3 * i + j] + out.F[3 * j + i] - 2.0 * (i == j));
   }
-  ip_stress_from(law, dim, nlgeom, er, out);
+  ip_stress_from(law, dim, nlgeom, out);
 }
 
-void ip_stress_from(const MatLaw& law, int dim, bool nlgeom, const ErodedLaw* er, IpFields& out)
+void ip_stress_from(const MatLaw& law, int dim, bool nlgeom, IpFields& out)
 {
   double S[6];
   mat_full(law, dim, out.E, S);
   out.psi = 0.0;
   for (int k = 0; k < 6; ++k) out.psi += 0.5 * S[k] * out.E[k] * (k < 3 ? 1.0 : 2.0);
-  if (er) broken_stress(law, dim, nlgeom, *er, out, S);
   if (!nlgeom) {
     for (int k = 0; k < 6; ++k) out.sig[k] = S[k];
     return;
@@ -210,12 +185,11 @@ void ip_general_from(const MatLaw& law, bool nlgeom, const double* E, double sca
   out.psi     = l.psi;
   const int equivalent = law_field(law_of(law), HISTORY_EQUIVALENT);
   out.plastic = equivalent >= 0 ? h[equivalent] : 0.0;
-  if (law.kind == LAW_COHESIVE) out.opening = crack_opening(h);
   for (int k = 0; k < 6; ++k) out.sig[k] = l.S[k];
   if (!nlgeom) return;
   double F[9];
   for (int k = 0; k < 9; ++k) F[k] = scale * out.F[k];
-  if (law.plane == PLANE_STRESS) F[8] = std::sqrt(1.0 + 2.0 * out.E[2]);
+  if (law.plane == PLANE_STRESS) F[8] = out.E[2] > -0.5 ? std::sqrt(1.0 + 2.0 * out.E[2]) : 0.0;
   std::copy_n(F, 9, out.Fbar);
   cauchy_stress(F, l.S, out.sig);
 }
@@ -239,53 +213,43 @@ void elem_ip_fields(const Model& m, const Elements& el, const Level& l, bool nlg
       for (int j = 0; j < dim; ++j) out.F[3 * i + j] += l.u[n * dim + i] * dNdX[a * dim + j];
     }
   }
-  const bool broken  = el.broken(e) >= 0;
-  const ErodedLaw er = broken ? elem_broken_law(m, el, e, l.degr[e]) : ErodedLaw();
-  if (broken ? broken_keeps_history(er) : b.general) {
+  const bool broken = el.broken(e) >= 0;
+  if (broken || b.general) {
     double strain[6 * MAX_GAUSS], scale[MAX_GAUSS];
-    const MatLaw law = broken ? law_broken(b.law, er) : elem_law(b, slot);
+    const MatLaw law = elem_law(m, el, b, slot, broken ? l.degr[e] : 1.0);
+    const double* h  = history_at(l.he, el.history, el.gauss_of[e] + g);
     general_strains(m, b, law.bar, slot, l.u, nlgeom, strain, scale);
-    const double* h = history_at(l.he, el.history, el.gauss_of[e] + g);
     ip_general_from(law, nlgeom, strain + 6 * g, scale[g], h, out);
-    return;
-  }
-  if (broken) {
-    ip_fields_from(b.law, dim, nlgeom, &er, out);
-    if (b.law.kind == LAW_COHESIVE)
-      out.opening = crack_opening(history_at(l.he, el.history, el.gauss_of[e] + g));
+    if (b.opens() && law.kind != LAW_GRANULAR) out.opening = crack_opening(h);
     return;
   }
   if (!elem_table[b.type].enhanced) {
-    ip_fields_from(b.law, dim, nlgeom, nullptr, out);
+    ip_fields_from(b.law, dim, nlgeom, out);
     return;
   }
   double E[72];
-  if (dim == 2) element_strains<2>(m, b, slot, l.u, nlgeom, nullptr, E);
-  else element_strains<3>(m, b, slot, l.u, nlgeom, nullptr, E);
+  if (dim == 2) element_strains<2>(m, b, slot, l.u, nlgeom, E);
+  else element_strains<3>(m, b, slot, l.u, nlgeom, E);
   set_strain(E + g * dim * dim, dim, out);
-  ip_stress_from(b.law, dim, nlgeom, nullptr, out);
+  ip_stress_from(b.law, dim, nlgeom, out);
 }
 
 void elem_strains(const Model& m, const Elements& el, int e, const RealVec& u, bool nlgeom, double* E)
 {
   const ElemBlock& b = el.block[el.initial_block[e]];
-  if (m.dim == 2) element_strains<2>(m, b, el.slot_of[e], u, nlgeom, nullptr, E);
-  else element_strains<3>(m, b, el.slot_of[e], u, nlgeom, nullptr, E);
+  if (m.dim == 2) element_strains<2>(m, b, el.slot_of[e], u, nlgeom, E);
+  else element_strains<3>(m, b, el.slot_of[e], u, nlgeom, E);
 }
 
 double elem_energy_one(const Model& m, const Elements& el, int e, const Level& l, double c, bool nlgeom)
 {
   const ElemBlock& b = el.block[el.initial_block[e]];
-  const bool broken  = el.broken(e) >= 0;
-  const ErodedLaw er = broken ? elem_broken_law(m, el, e, c) : ErodedLaw();
-  if (broken ? broken_keeps_history(er) : b.general) {
-    const MatLaw law = broken ? law_broken(b.law, er) : elem_law(b, el.slot_of[e]);
-    const double* h  = history_at(l.he, el.history, el.gauss_of[e]);
-    return general_energy(m, b, law, el.slot_of[e], l.u, nlgeom, h, el.history);
+  const int slot = el.slot_of[e];
+  if (el.broken(e) >= 0 || b.general) {
+    const double* h = history_at(l.he, el.history, el.gauss_of[e]);
+    return general_energy(m, b, elem_law(m, el, b, slot, c), slot, l.u, nlgeom, h, el.history);
   }
-  const ErodedLaw* law = broken ? &er : nullptr;
-  return m.dim == 2 ? one_energy<2>(m, b, el.slot_of[e], l.u, nlgeom, law)
-                    : one_energy<3>(m, b, el.slot_of[e], l.u, nlgeom, law);
+  return m.dim == 2 ? one_energy<2>(m, b, slot, l.u, nlgeom) : one_energy<3>(m, b, slot, l.u, nlgeom);
 }
 
 void elem_dissipated(const Elements& el, const Level& l, double& plastic, double& cohesive)

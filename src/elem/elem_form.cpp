@@ -103,11 +103,6 @@ Status form_pack(const ElemBlock& b, const int* slot, const KernelMode& mode, co
 
 }  // namespace
 
-ErodedLaw elem_broken_law(const Model& m, const Elements& el, int e, double c)
-{
-  return eroded_law(m, el.frac->broken[e], c, &el.frac->normal[3 * static_cast<size_t>(e)]);
-}
-
 ElemForm elem_form(const ElemBlock& b)
 {
   if (elem_table[b.type].enhanced) return eas_form(b.shape);

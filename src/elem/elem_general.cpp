@@ -2,21 +2,18 @@
 
 #include "base/comm.h"
 #include "elem/elem.h"
-#include "elem/kernel_broken.h"
+#include "elem/kernel_general.h"
 
 namespace {
 
 template <int D, int N, int NGP>
-Status form(const ElemBlock& b, size_t slot, const ErodedLaw* broken, const KernelMode& mode,
-            const double* u0, const double* u1, const HistoryStep* h, double* re, double* ke)
+Status form(const ElemBlock& b, size_t slot, const MatLaw& law, const KernelMode& mode, const double* u0,
+            const double* u1, const HistoryStep* h, double* re, double* ke)
 {
   constexpr int nv = VoigtPlace<D>::nv;
   const size_t first = b.gauss(slot);
   const double *dNdX = &b.dNdX[first * N * D], *w = &b.w[first];
-  const bool split = broken && !broken_keeps_history(*broken);
-  MatLaw law       = broken && !split ? law_broken(b.law, *broken) : elem_law(b, slot);
-  law.crack.secant = mode.secant;
-  const bool old   = split ? mode.mid : mode_reads_old(mode, law);
+  const bool old = mode_reads_old(mode, law);
   for (int k = 0; k < N * D; ++k) re[k] = 0.0;
   for (int k = 0; ke && k < pair_count(N) * D * D; ++k) ke[k] = 0.0;
   for (int g = 0; g < NGP; ++g) {
@@ -24,11 +21,8 @@ Status form(const ElemBlock& b, size_t slot, const ErodedLaw* broken, const Kern
     double H0[D * D] = {0}, H1[D * D], Fb[D * D], S[D * D], C[nv * nv];
     ip_gradient<D, N>(dN, N, u1, H1);
     if (old) ip_gradient<D, N>(dN, N, u0, H0);
-    if (split) {
-      ip_broken<D>(b.law, *broken, mode, H0, H1, Fb, S, ke ? C : nullptr);
-    } else if (ip_general<D>(law, mode, H0, H1, h[g].n, h[g].np1, Fb, S, ke ? C : nullptr) != STATUS_OK) {
+    if (ip_general<D>(law, mode, H0, H1, h[g].n, h[g].np1, Fb, S, ke ? C : nullptr) != STATUS_OK)
       return BAD_JACOBIAN;
-    }
     ip_force<D, N>(dN, N, w[g], Fb, S, re);
     if (ke) ip_tangent_general<D, N>(dN, N, w[g], C, mode.cG(), Fb, S, ke);
   }
@@ -57,20 +51,20 @@ void elem_uncracked(const Elements& el, const Level& l0, Level& l1, int e)
   std::copy_n(&l0.he[first], n, &l1.he[first]);
 }
 
-Status elem_form_general(const ElemBlock& b, size_t slot, const ErodedLaw* broken, const KernelMode& mode,
+Status elem_form_general(const ElemBlock& b, size_t slot, const MatLaw& law, const KernelMode& mode,
                          const double* u0, const double* u1, const HistoryStep* h, double* re, double* ke)
 {
   return by_shape(b.shape, [&](auto z) {
-    if (!b.bar || broken) return form<z.D, z.N, z.NGP>(b, slot, broken, mode, u0, u1, h, re, ke);
+    if (!b.bar || law.broken) return form<z.D, z.N, z.NGP>(b, slot, law, mode, u0, u1, h, re, ke);
     const size_t first = b.gauss(slot);
     const double* dNdX = &b.dNdX[first * z.N * z.D];
-    const bool old = mode_reads_old(mode, b.law);
+    const bool old = mode_reads_old(mode, law);
     double H0[z.NGP * z.D * z.D], H1[z.NGP * z.D * z.D];
     for (int g = 0; g < z.NGP; ++g) {
       ip_gradient<z.D, z.N>(dNdX + g * z.N * z.D, z.N, u1, H1 + g * z.D * z.D);
       if (old) ip_gradient<z.D, z.N>(dNdX + g * z.N * z.D, z.N, u0, H0 + g * z.D * z.D);
     }
-    return bar_form({z.D, z.NGP, z.N, dNdX, &b.w[first], &b.law}, mode, H0, H1, h, re, ke);
+    return bar_form({z.D, z.NGP, z.N, dNdX, &b.w[first], &law}, mode, H0, H1, h, re, ke);
   });
 }
 
@@ -84,7 +78,7 @@ Status elem_form_one(const Model& m, const Elements& el, const KernelMode& mode,
   elem_ends(l0, l1, m.mesh.conn.begin(e), shape_info[b.shape].nen, m.dim, u0, u1);
   if (intact && !b.general) return form(b, slot, mode, u0, u1, re, ke);
   elem_history(el, l0, l1, e, h);
-  if (intact) return elem_form_general(b, slot, nullptr, mode, u0, u1, h, re, ke);
-  const ErodedLaw broken = elem_broken_law(m, el, e, degr_of_step(l0, l1, mode.mid, e));
-  return elem_form_general(b, slot, &broken, mode, u0, u1, h, re, ke);
+  MatLaw law       = elem_law(m, el, b, slot, intact ? 1.0 : degr_of_step(l0, l1, mode.mid, e));
+  law.crack.secant = mode.secant;
+  return elem_form_general(b, slot, law, mode, u0, u1, h, re, ke);
 }

@@ -205,8 +205,10 @@ double elem_size(const ElemBlock& b, size_t slot)
   return info.dim == 2 ? std::sqrt(cube) : std::cbrt(cube);
 }
 
-MatLaw elem_law(const ElemBlock& b, size_t slot)
+MatLaw elem_law(const Model& m, const Elements& el, const ElemBlock& b, size_t slot, double c)
 {
+  const int e = b.elem[slot], def = el.broken(e);
+  if (def >= 0) return law_broken(b.law, m.fracture[def], c, &el.frac->normal[3 * static_cast<size_t>(e)]);
   MatLaw law = b.law;
   if (law.kind != LAW_COHESIVE) return law;
   law.crack.nodes = shape_info[b.shape].nen;

@@ -16,15 +16,15 @@ struct HistoryStep {
   double* np1     = nullptr;   // at t(n+1)
 };
 
-// Fb, S [D*D] and, unless C is null, C [nv*nv] of intact or granular material from the displacement
-// gradients at t(n), when mode_reads_old, and t(n+1); det F of granular material is not asked for
+// Fb, S [D*D] and, unless C is null, C [nv*nv] from the displacement gradients at t(n), when mode_reads_old,
+// and t(n+1)
 template <int D>
 inline Status ip_general(const MatLaw& law, const KernelMode& mode, const double* H0, const double* H1,
                          const double* h_n, double* h_np1, double* Fb, double* S, double* C)
 {
   constexpr int nv = VoigtPlace<D>::nv;
   double E[D * D], E0[6] = {0}, E1[6], S6[6], C6[36];
-  if (mode.finite && law.kind != LAW_GRANULAR && !(ip_det<D>(H1) > 0.0)) return BAD_JACOBIAN;
+  if (mode.finite && !law.broken && !(ip_det<D>(H1) > 0.0)) return BAD_JACOBIAN;
   ip_strain<D>(mode.finite, H1, E);
   six_components<D>(E, 0.0, E1);
   if (mode_reads_old(mode, law)) {

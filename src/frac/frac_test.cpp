@@ -192,8 +192,7 @@ double spacing_of(const Scan& s, int e)
 // a crack may start where nothing is broken: at what was removed always, elsewhere as START says
 bool start_allowed(const Scan& s, int e)
 {
-  const FractureDef& d = s.def(e);
-  return (d.start && (d.strength == 0.0 || largest_stress(s, e) >= d.strength)) || at_removed(s, e);
+  return s.def(e).start || at_removed(s, e);
 }
 
 // psi+ / volume over toughness, by which elements compete                              1/length
@@ -335,16 +334,6 @@ bool near_crack(const Scan& s, int e)
 
 // ---- candidates
 
-// START=stress: where a crack starts, the square of the stress over it must be 1 too
-double with_strength(const Scan& s, int e, double value)
-{
-  const FractureDef& d = s.def(e);
-  if (d.criterion != CRITERION_GRIFFITH || d.strength == 0.0 || at_crack(s, e) || at_removed(s, e))
-    return value;
-  const double part = std::max(0.0, largest_stress(s, e)) / d.strength;
-  return std::min(value, part * part);
-}
-
 // in sizes of an element: length of a kink
 const double KINK_LENGTH = 3.0;
 // cosine between the way into an element at a crack and where the crack goes, or its plane; less, or with
@@ -363,7 +352,6 @@ struct Candidate {
   double ball = 0.0;           // FORCE: distance within which the best placed one decides
   double spacing  = 0.0;       // of those that break in one test
   double fallback = 0.0;       // part of Gc h that breaks it anywhere
-  double exceeded = 0.0;       // x.value, and with START=stress what that lets through
   bool griffith = false, force = false, order_all = false;
   double level = tied;         // part of the rank of the best placed one with which it is level
   int front = -1, front_label = 0;
@@ -388,7 +376,6 @@ Candidate candidate(const Scan& s, int e, double value, double rank, const doubl
   c.ball      = radius_of(s, e) * AT_RADIUS;
   c.spacing   = spacing_of(s, e);
   c.fallback  = fallback_of(s, e);
-  c.exceeded  = with_strength(s, e, value);
   c.griffith  = d.criterion == CRITERION_GRIFFITH;
   c.force     = c.griffith && estimate_of(s, e) == ESTIMATE_FORCE;
   c.order_all = d.order == ORDER_ALL;
@@ -403,7 +390,6 @@ void scale(double share, Candidate& c)
   c.x.gain *= share;
   c.x.value *= share;
   c.x.rank *= share;
-  c.exceeded *= share;
 }
 
 double distance(const Candidate& a, const Candidate& b)
@@ -505,10 +491,9 @@ void take_kink(const Scan& s, const double* J, Candidate& c)
   if (t.given ? k.gain < MORE : G < MORE_GROWN * c.x.value) return;
   if (t.given) G -= slot_release(s, t) / s.fm.gc[e] * k.gain;
   if (!take_line(s, t, t.face, k, G, c)) return;
-  c.decides  = t.given && t.straight;
-  c.x.gain   = G / c.x.value;
-  c.x.value  = G;
-  c.exceeded = with_strength(s, e, G);
+  c.decides = t.given && t.straight;
+  c.x.gain  = G / c.x.value;
+  c.x.value = G;
 }
 
 // the element before the end of a slot from which a crack kinks: flanks of the slot may hold more
@@ -603,7 +588,7 @@ void by_griffith(Scan& s, int e, double W_most, std::vector<Candidate>& out)
   if (!(largest_stress(s, e) > 0.0) || drive_of(s, e) <= least) return;
   const bool at = at_crack(s, e);
   if (at ? behind_tip(s, e) && !kinks(s, e) : !start_allowed(s, e) || !may_start(s, e)) return;
-  if (at && s.def(e).strength == 0.0 && flank(s, e)) return;
+  if (at && flank(s, e)) return;
   double J[3];
   ++timer_phase(PHASE_ESTIMATE).calls;
   const double G = estimate(s, e, J);
@@ -654,7 +639,7 @@ FirstBreak most_exceeded(const std::vector<Candidate>& all, bool fallback)
   FirstBreak first;
   for (const Candidate& c : all) {
     const double part  = fallback ? c.fallback : 0.0;
-    const double value = fallback ? c.x.value / part : c.exceeded;
+    const double value = c.x.value / (fallback ? part : 1.0);
     if (value <= first.value) continue;
     bool front = true;
     for (const Candidate& o : all)
@@ -738,7 +723,7 @@ double value_of(Scan s, int e, double part)
   if (part > 0.0 || s.def(e).criterion == CRITERION_ELEMENT)
     return drive_of(s, e) * s.fm.volume[e] / ((part > 0.0 ? part : 1.0) * threshold(s, e));
   double J[3];
-  return with_strength(s, e, estimate(s, e, J) / s.fm.gc[e]);
+  return estimate(s, e, J) / s.fm.gc[e];
 }
 
 // the mean normal of the Gauss points, each on the side of the first one

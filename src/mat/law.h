@@ -66,10 +66,10 @@ struct Law {
   // ---------------------------------------------------------------------------
   bool (*update)(const MatLaw& law, bool finite, const double* E, const double* h_n, double* h_np1,
                  bool tangent, LawOutput& out);
-  // step : stress over a step of the energy-momentum scheme, arguments as law_step; null: the discrete
-  // gradient of psi + dissipated (2.14)
+  // step : a law_step of its own; null: law_step_any
   bool (*step)(const MatLaw& law, const KernelMode& mode, const double* E0, const double* E1,
-               const double* h_n, double* h_np1, double* dissipated, double* S, double* C);
+               const double* h_n, double* h_np1, double* S, double* C);
+  bool free_thickness = false; // plane stress: update is given E11, E22, E12 and finds E33 itself
 };
 
 // law_of : the row of the table
@@ -84,10 +84,6 @@ Law& law_other();
 // law_is_general : does intact material need law_step? false: the short form of elem/kernel.h serves
 inline bool law_is_general(const MatLaw& law) { return law.kind != LAW_SVK || law.bar; }
 
-// law_broken : broken material with history: the law of the kernel in its place. Others: split.h
-inline bool broken_keeps_history(const ErodedLaw& er) { return er.split == SPLIT_GRANULAR; }
-MatLaw law_broken(const MatLaw& intact, const ErodedLaw& er);
-
 // law_history : numbers of an integration point of this model: the most of all its materials; 0: no law keeps
 // any
 int law_history(const Model& m);
@@ -99,7 +95,7 @@ bool law_update(const MatLaw& law, bool finite, double* E, const double* h_n, do
                 LawOutput& out);
 
 // ---------------------------------------------------------------------------
-// law_step : stress of intact, or granular, material over a step
+// law_step : stress of material over a step, intact or broken
 //
 //   in   E0, E1   strains at t(n), t(n+1)                   [6]
 //        h_n      history at t(n) of the integration point
@@ -111,6 +107,11 @@ bool law_update(const MatLaw& law, bool finite, double* E, const double* h_n, do
 // ---------------------------------------------------------------------------
 bool law_step(const MatLaw& law, const KernelMode& mode, const double* E0, const double* E1,
               const double* h_n, double* h_np1, double* S, double* C);
+
+// law_step_any : the same from energy, stress and what is dissipated alone: in the energy-momentum scheme the
+// discrete gradient of psi + dissipated (2.14)
+bool law_step_any(const MatLaw& law, const KernelMode& mode, const double* E0, const double* E1,
+                  const double* h_n, double* h_np1, double* S, double* C);
 
 // law_viscous_work : dE : D : dE with the elastic D of small strains: beta/dt times it is what viscous stress
 // dissipates in a step (2.20);  dE [6]
@@ -126,18 +127,32 @@ bool law_neo_hooke(const MatLaw& law, bool finite, const double* E, const double
 bool law_granular(const MatLaw& law, bool finite, const double* E, const double* h_n, double* h_np1,
                   bool tangent, LawOutput& out);
 bool law_granular_step(const MatLaw& law, const KernelMode& mode, const double* E0, const double* E1,
-                       const double* h_n, double* h_np1, double* dissipated, double* S, double* C);
+                       const double* h_n, double* h_np1, double* S, double* C);
+bool law_split(const MatLaw& law, bool finite, const double* E, const double* h_n, double* h_np1,
+               bool tangent, LawOutput& out);
+bool law_split_step(const MatLaw& law, const KernelMode& mode, const double* E0, const double* E1,
+                    const double* h_n, double* h_np1, double* S, double* C);
 bool law_j2(const MatLaw& law, bool finite, const double* E, const double* h_n, double* h_np1, bool tangent,
             LawOutput& out);
 
+bool law_drucker_prager(const MatLaw& law, bool finite, const double* E, const double* h_n, double* h_np1,
+                        bool tangent, LawOutput& out);
 bool law_cohesive(const MatLaw& law, bool finite, const double* E, const double* h_n, double* h_np1,
                   bool tangent, LawOutput& out);
 
 // crack_of : the cohesive law of a fracture definition
 CrackLaw crack_of(const FractureDef& d);
 
+// crack_strength : stress at which this crack begins to open                      force/length^2
+inline double crack_strength(const CrackLaw& c) { return c.strength * c.scatter; }
+
 // crack_open : opening at which the traction is gone (exponential: below 0.1 % of the strength)     length
 double crack_open(const CrackLaw& c);
+
+// crack_share : stress along the axis that opens over what the crack carries at its largest opening so far;
+// 0: nothing is left
+//   in   S   stress [6], of the history h;   out  N  the axis [3]
+double crack_share(const CrackLaw& c, const double* S, const double* h, double* N);
 
 // crack_opening, crack_normal [3] : of the history of an integration point; normal 0: not cracked
 double crack_opening(const double* h);

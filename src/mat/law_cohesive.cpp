@@ -199,6 +199,16 @@ double crack_open(const CrackLaw& c)
 double crack_opening(const double* h) { return h[HISTORY_OF_LAW + CRACK_OPENING]; }
 const double* crack_normal(const double* h) { return h + HISTORY_OF_LAW + CRACK_NORMAL; }
 
+double crack_share(const CrackLaw& c, const double* S, const double* h, double* N)
+{
+  Opening o;
+  find_axes(c, S, o);
+  const double k = crack_opening(h), carries = cohesion(c, k).f;
+  if (k > 0.0) o.N = Eigen::Map<const Vec3>(crack_normal(h));
+  std::copy_n(o.N.data(), 3, N);
+  return carries > 0.0 ? o.N.dot(full_of(S) * o.N) / carries : 0.0;
+}
+
 bool law_cohesive(const MatLaw& law, bool finite, const double* E, const double* h_n, double* h_np1,
                   bool tangent, LawOutput& out)
 {

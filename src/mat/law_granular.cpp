@@ -120,22 +120,23 @@ bool law_granular(const MatLaw& law, bool finite, const double* E, const double*
 // dissipated: friction, and what backward Euler takes
 // ---------------------------------------------------------------------------
 bool law_granular_step(const MatLaw& law, const KernelMode& mode, const double* E0, const double* E1,
-                       const double* h_n, double* h_np1, double* dissipated, double* S, double* C)
+                       const double* h_n, double* h_np1, double* S, double* C)
 {
   using V = VoigtPlace<3>;
+  if (!mode.mid || law.plane == PLANE_STRESS) return law_step_any(law, mode, E0, E1, h_n, h_np1, S, C);
   MatLaw bare = law;
   bare.c = 0.0;
-  ErodedLaw pressure;                                  // the part without history
-  pressure.split = SPLIT_PRESSURE;
-  pressure.c     = 0.0;
+  MatLaw pressure = bare;                              // the part without history
+  pressure.split  = SPLIT_PRESSURE;
   LawOutput zero, one;
   double scratch[MAX_HISTORY], mid[6], start[9], end[9], Sp[9], Sp1[9], Cp[36], Cp1[36], psi, work = 0.0;
-  if (!law_granular(bare, mode.finite, E0, h_n, scratch, false, zero) ||
-      !law_granular(bare, mode.finite, E1, h_n, h_np1, C != nullptr, one))
+  const double* flow_n = h_n + HISTORY_OF_LAW;
+  if (!law_granular(bare, mode.finite, E0, flow_n, scratch, false, zero) ||
+      !law_granular(bare, mode.finite, E1, flow_n, h_np1 + HISTORY_OF_LAW, C != nullptr, one))
     return false;
   full_tensor<3>(E0, start);
   full_tensor<3>(E1, end);
-  ip_discrete_kink<3>(law, pressure, mode, start, end, Sp, C ? Cp : nullptr);
+  split_discrete_kink<3>(pressure, mode, start, end, Sp, C ? Cp : nullptr);
   split_eroded(law, 3, SPLIT_PRESSURE, mode.finite, 0.0, end, pressure.N, &psi, Sp1, C ? Cp1 : nullptr);
   if (std::isnan(Sp[0])) return false;
   for (int i = 0; i < 6; ++i) {
@@ -145,7 +146,7 @@ bool law_granular_step(const MatLaw& law, const KernelMode& mode, const double* 
     work += S[i] * (E1[i] - E0[i]) * (i < 3 ? 1.0 : 2.0);
   }
   for (int i = 0; C && i < 36; ++i) C[i] = Cp[i] + one.D[i] - Cp1[i];
-  *dissipated = (1.0 - law.c) * (work - one.psi + zero.psi);
+  h_np1[HISTORY_DISSIPATED] = h_n[HISTORY_DISSIPATED] + (1.0 - law.c) * (work - one.psi + zero.psi);
   LawOutput intact;                                    // quadratic: the middle is exact
   law_svk(law, mode.finite, mid, nullptr, nullptr, C != nullptr, intact);
   for (int i = 0; i < 6; ++i) S[i] = law.c * intact.S[i] + (1.0 - law.c) * S[i];

@@ -84,9 +84,11 @@ Law table[] = {
     {"elastic", {}, true, law_svk, nullptr},
     {"neo-Hooke", {}, false, law_neo_hooke, nullptr},
     {"J2 plasticity", flow_history, false, law_j2, nullptr},
+    {"Drucker-Prager plasticity", flow_history, false, law_drucker_prager, nullptr},
     {"granular", flow_history, false, law_granular, law_granular_step},
     {"cohesive", {{"crack normal", 3, HISTORY_KEPT}, {"crack width", 1, HISTORY_KEPT},
                   {"crack opening", 1, HISTORY_KEPT}}, false, law_cohesive, nullptr},
+    {"energy split", {}, false, law_split, law_split_step, true},
     {"orthotropic", {}, true, law_ortho, nullptr},
     {"other", {}, false, law_svk, nullptr},
 };
@@ -131,22 +133,11 @@ int law_history(const Model& m)
   for (const Material& mat : m.material)
     if (mat.used) n = std::max(n, history_of(law_of(mat_law(mat, PLANE_NONE))));
   for (const FractureDef& f : m.fracture) {
-    if (f.residual == SPLIT_GRANULAR) n = std::max(n, history_of(table[LAW_GRANULAR]));
+    n = std::max(n, history_of(law_of(law_broken(MatLaw(), f, 0.0, MatLaw().N))));
     if (f.criterion == CRITERION_COHESIVE) n = std::max(n, history_of(table[LAW_COHESIVE]));
   }
   MPFE_CHECK(n <= MAX_HISTORY, "MAX_HISTORY (mat/law.h) is less than a law keeps");
   return n;
-}
-
-MatLaw law_broken(const MatLaw& intact, const ErodedLaw& er)
-{
-  MatLaw law   = intact;
-  law.kind     = LAW_GRANULAR;
-  law.c        = er.c;
-  law.friction = er.friction;
-  law.beta     = 0.0;
-  law.bar      = false;
-  return law;
 }
 
 bool law_update(const MatLaw& law, bool finite, double* E, const double* h_n, double* h_np1, bool tangent,
@@ -156,6 +147,7 @@ bool law_update(const MatLaw& law, bool finite, double* E, const double* h_n, do
   if (law.plane != PLANE_STRESS) return update(l, law, finite, E, h_n, h_np1, tangent, out);
   // S33(E33) = 0 by Newton's method; a step that leaves the positive stretches is halved
   E[2] = -law.lam3 / (law.lam3 + 2.0 * law.mu) * (E[0] + E[1]);
+  if (l.free_thickness) return update(l, law, finite, E, h_n, h_np1, tangent, out);
   if (finite && E[2] < -0.45) E[2] = -0.45;
   for (int it = 0; it < MOST_ITERATIONS; ++it) {
     if (!update(l, law, finite, E, h_n, h_np1, true, out)) return false;
@@ -176,13 +168,12 @@ bool law_step(const MatLaw& law, const KernelMode& mode, const double* E0, const
               const double* h_n, double* h_np1, double* S, double* C)
 {
   const Law& l = law_of(law);
-  if (l.step && mode.mid && law.plane != PLANE_STRESS) {
-    double dissipated = 0.0;
-    if (!l.step(law, mode, E0, E1, h_n + HISTORY_OF_LAW, h_np1 + HISTORY_OF_LAW, &dissipated, S, C))
-      return false;
-    h_np1[HISTORY_DISSIPATED] = h_n[HISTORY_DISSIPATED] + dissipated;
-    return true;
-  }
+  return (l.step ? l.step : law_step_any)(law, mode, E0, E1, h_n, h_np1, S, C);
+}
+
+bool law_step_any(const MatLaw& law, const KernelMode& mode, const double* E0, const double* E1,
+                  const double* h_n, double* h_np1, double* S, double* C)
+{
   LawOutput one, zero;
   double end[6], start[6], scratch[MAX_HISTORY];
   std::copy(E1, E1 + 6, end);
@@ -191,7 +182,8 @@ bool law_step(const MatLaw& law, const KernelMode& mode, const double* E0, const
     std::copy(E0, E0 + 6, start);
     if (!law_update(law, mode.finite, start, h_n, scratch, false, zero)) return false;
     // as the history has it, which the ledger reads
-    const double gone = l.history.empty() ? 0.0 : h_np1[HISTORY_DISSIPATED] - h_n[HISTORY_DISSIPATED];
+    const bool keeps  = !law_of(law).history.empty();
+    const double gone = keeps ? h_np1[HISTORY_DISSIPATED] - h_n[HISTORY_DISSIPATED] : 0.0;
     discrete_gradient(zero, one, gone, E0, E1, law.plane == PLANE_STRESS, S, C);
     const double more = mode.s_new - 0.5;              // dissipation on demand
     for (int i = 0; i < 6; ++i) S[i] += more * (one.S[i] - zero.S[i]);

@@ -41,7 +41,10 @@ struct MatLaw {
   double beta = 0;             // viscous stress beta D : dE/dt, D of lam and mu                  time
   Plane plane = PLANE_STRAIN;
   LawKind kind = LAW_SVK;
+  bool broken = false;         // det F is not asked for: an open crack may give it any value
+  Split split = SPLIT_RCE;     // LAW_SPLIT
   double c = 1.0, friction = 0.0;      // degradation factor; LAW_GRANULAR: tangent of the angle
+  double N[3] = {1, 0, 0};     // LAW_SPLIT: normal of the crack at t = 0, unit
   bool bar = false;            // integration points share their change of volume (1.14)
   const Material* material = nullptr;  // of the model, which is const
   CrackLaw crack;              // LAW_COHESIVE
@@ -71,16 +74,9 @@ inline bool mode_reads_old(const KernelMode& mode, const MatLaw& law)
   return mode.mid || law.beta * mode.rate != 0.0;
 }
 
-// Law of a broken element or point: psi = c psi+ + psi-
-struct ErodedLaw {
-  Split split = SPLIT_RCE;
-  double c    = 1.0;           // degradation factor
-  double N[3] = {1, 0, 0};     // normal of the crack at t = 0, unit
-  double friction = 0.0;       // SPLIT_GRANULAR
-};
-
-// eroded_law : of fracture definition def with the degradation factor c and the frozen normal N[3]
-ErodedLaw eroded_law(const Model& m, int def, double c, const double* N);
+// law_broken : what fracture definition f leaves of the intact law, with the degradation factor c and the
+// frozen normal N[3]: LAW_GRANULAR or LAW_SPLIT
+MatLaw law_broken(const MatLaw& intact, const FractureDef& f, double c, const double* N);
 
 // mat_full : plane components -> all six (11 22 33 12 23 31, tensor) of E and S
 void mat_full(const MatLaw& law, int dim, double E[6], double S[6]);

@@ -17,7 +17,7 @@ MatLaw mat_law(const Material& m, Plane plane)
   law.beta  = m.beta;
   law.plane = plane;
   law.kind  = m.law;
-  law.bar   = plane != PLANE_STRESS && !m.breaks && (m.law == LAW_J2 || m.poisson >= LOCKS);
+  law.bar   = plane != PLANE_STRESS && !m.breaks && (law_flows(m.law) || m.poisson >= LOCKS);
   law.material = &m;
   return law;
 }
@@ -40,12 +40,16 @@ void mat_full(const MatLaw& law, int dim, double E[6], double S[6])
   if (dim == 2 && law.plane == PLANE_STRESS) S[2] = 0.0;
 }
 
-ErodedLaw eroded_law(const Model& m, int def, double c, const double* N)
+MatLaw law_broken(const MatLaw& intact, const FractureDef& f, double c, const double* N)
 {
-  ErodedLaw law;
-  law.split = m.fracture[def].residual;
-  law.c     = c;
-  law.friction = m.fracture[def].friction;
+  MatLaw law   = intact;
+  law.kind     = f.residual == SPLIT_GRANULAR ? LAW_GRANULAR : LAW_SPLIT;
+  law.broken   = true;
+  law.split    = f.residual;
+  law.c        = c;
+  law.friction = f.friction;
+  law.beta     = 0.0;
+  law.bar      = false;
   for (int i = 0; i < 3; ++i) law.N[i] = N[i];
   return law;
 }

@@ -75,17 +75,17 @@ inline void tangent_times(const double* C, const double* d, double* out)
 
 // discrete gradient of any law                                                         (2.14), (2.15)
 template <int D>
-inline void ip_discrete(const MatLaw& law, const ErodedLaw& er, const KernelMode& mode, const double* E0,
+inline void split_discrete(const MatLaw& law, const KernelMode& mode, const double* E0,
                         const double* E1, double* S, double* C)
 {
   constexpr int nv = VoigtPlace<D>::nv;
   const StrainStep<D> e(E0, E1);
   double S1[D * D], S0[D * D], Cm[nv * nv], psi0, psi1, psim, work = 0.0;
-  split_eroded(law, D, er.split, mode.finite, er.c, e.mid, er.N, &psim, S, C ? Cm : nullptr);
+  split_eroded(law, D, law.split, mode.finite, law.c, e.mid, law.N, &psim, S, C ? Cm : nullptr);
   for (int k = 0; C && k < nv * nv; ++k) C[k] = 0.5 * Cm[k];
   if (e.small) return;
-  split_eroded(law, D, er.split, mode.finite, er.c, E1, er.N, &psi1, S1, nullptr);
-  split_eroded(law, D, er.split, mode.finite, er.c, E0, er.N, &psi0, S0, nullptr);
+  split_eroded(law, D, law.split, mode.finite, law.c, E1, law.N, &psi1, S1, nullptr);
+  split_eroded(law, D, law.split, mode.finite, law.c, E0, law.N, &psi0, S0, nullptr);
   for (int k = 0; k < D * D; ++k) work += S[k] * e.d[k];
   const double a = (psi1 - psi0 - work) / e.dd;
   if (C) {
@@ -99,7 +99,7 @@ inline void ip_discrete(const MatLaw& law, const ErodedLaw& er, const KernelMode
 }
 
 // w/2 <side j>_+^2 from j0 to j1: its discrete derivative and the derivative of that to j1
-inline void ip_one_sided(double w, int side, double j0, double j1, double& q, double& slope)
+inline void one_sided(double w, int side, double j0, double j1, double& q, double& slope)
 {
   const double p0 = std::max(side * j0, 0.0), p1 = std::max(side * j1, 0.0);
   q     = 0.5 * w * side * (p0 + p1);
@@ -112,16 +112,16 @@ inline void ip_one_sided(double w, int side, double j0, double j1, double& q, do
 // discrete gradient of a law whose kink is that of a number: what the crack passes in a step stays a normal
 // stress or a pressure  (2.17)
 template <int D>
-inline void ip_discrete_kink(const MatLaw& law, const ErodedLaw& er, const KernelMode& mode, const double* E0,
+inline void split_discrete_kink(const MatLaw& law, const KernelMode& mode, const double* E0,
                              const double* E1, double* S, double* C)
 {
   constexpr int nv = VoigtPlace<D>::nv;
   const StrainStep<D> e(E0, E1);
   double psi, Cm[nv * nv];
   SplitKink k0, m, k1;
-  split_eroded(law, D, er.split, mode.finite, er.c, e.mid, er.N, &psi, S, C ? Cm : nullptr);
+  split_eroded(law, D, law.split, mode.finite, law.c, e.mid, law.N, &psi, S, C ? Cm : nullptr);
   const auto kink = [&](const double* E, int order, SplitKink& k) {
-    return split_kink(law, D, er.split, mode.finite, er.c, E, er.N, order, k);
+    return split_kink(law, D, law.split, mode.finite, law.c, E, law.N, order, k);
   };
   if (!kink(E0, 0, k0) || !kink(e.mid, 0, m) || !kink(E1, 0, k1)) {
     for (int k = 0; k < D * D; ++k) S[k] = std::nan("");
@@ -136,7 +136,7 @@ inline void ip_discrete_kink(const MatLaw& law, const ErodedLaw& er, const Kerne
   // the middle's share of the one-sided part gives way to q
   const double had = m.side * m.j > 0.0 ? m.w : 0.0;
   double q, slope;
-  ip_one_sided(m.w, m.side, k0.j, k1.j, q, slope);
+  one_sided(m.w, m.side, k0.j, k1.j, q, slope);
   const double more = q - had * m.j;
   if (C) {
     for (int k = 0; k < nv * nv; ++k) C[k] = 0.5 * (Cm[k] + more * m.D[k]);
@@ -144,7 +144,7 @@ inline void ip_discrete_kink(const MatLaw& law, const ErodedLaw& er, const Kerne
     add_dyad<D>(-0.5 * had, m.G, m.G, C);
   }
   for (int k = 0; k < D * D; ++k) S[k] += more * m.G[k];
-  if (!(mode.finite && (er.split == SPLIT_PRESSURE || er.split == SPLIT_CRACK)) || e.small) return;
+  if (!(mode.finite && (law.split == SPLIT_PRESSURE || law.split == SPLIT_CRACK)) || e.small) return;
   double rest = k1.j - k0.j, Gd[D * D], g[D * D];    // j is not linear in E
   for (int k = 0; k < D * D; ++k) rest -= m.G[k] * e.d[k];
   const double a = q * rest / e.dd;
@@ -157,23 +157,71 @@ inline void ip_discrete_kink(const MatLaw& law, const ErodedLaw& er, const Kerne
   add_dyad<D>(1.0, e.d, g, C);
 }
 
+// Statics: a broken band carries stress along the crack, but no shear; under compression it wrinkles at once,
+// and Newton's method finds no minimum. A shear stiffness k = 2 |smallest principal stress| across the crack
+// holds it:
+//
+//   psi = k/2 sum_a (2 E_na)^2,  a: the directions in the crack plane          (2.16)
+
+// largest compressive principal value of a symmetric tensor, at least 0
+template <int D>
+inline double compression(const double* S)
+{
+  if (D == 2) return std::max(0.0, std::hypot(0.5 * (S[0] - S[3]), S[1]) - 0.5 * (S[0] + S[3]));
+  // 3D: Gershgorin's bound is enough for a stiffness that holds
+  double least = 0.0;
+  for (int i = 0; i < D; ++i) {
+    double off = 0.0;
+    for (int j = 0; j < D; ++j) off += j != i ? std::fabs(S[i * D + j]) : 0.0;
+    least = std::min(least, S[i * D + i] - off);
+  }
+  return -least;
+}
+
+// adds the shear stiffness k across the crack                                        (2.16)
+template <int D>
+inline void hold_shear(const double* N, double k, const double* E, double* S, double* C)
+{
+  using V = VoigtPlace<D>;
+  constexpr int nv = V::nv;
+  double v[D], en = 0.0;
+  for (int i = 0; i < D; ++i) {
+    v[i] = 0.0;
+    for (int j = 0; j < D; ++j) v[i] += E[i * D + j] * N[j];
+    en += v[i] * N[i];
+  }
+  for (int i = 0; i < D; ++i) v[i] -= en * N[i];
+  for (int i = 0; i < D; ++i)
+    for (int j = 0; j < D; ++j) S[i * D + j] += 2.0 * k * (v[i] * N[j] + N[i] * v[j]);
+  if (!C) return;
+  auto P = [N](int i, int j) { return (i == j) - N[i] * N[j]; };
+  for (int a = 0; a < nv; ++a)
+    for (int b = 0; b < nv; ++b) {
+      const int i = V::row[a], j = V::col[a], m = V::row[b], l = V::col[b];
+      C[a * nv + b] += k * (N[i] * N[m] * P(j, l) + N[i] * N[l] * P(j, m) + N[j] * N[m] * P(i, l) +
+                            N[j] * N[l] * P(i, m));
+    }
+}
+
 // S of the step and, unless C is null, its derivative C [nv*nv]; E0, E1 strains at t(n), t(n+1)   [D*D]
 template <int D>
-inline void ip_stress_broken(const MatLaw& law, const ErodedLaw& er, const KernelMode& mode, const double* E0,
+inline void split_stress(const MatLaw& law, const KernelMode& mode, const double* E0,
                              const double* E1, double* S, double* C)
 {
   constexpr int nv = VoigtPlace<D>::nv;
   double psi, S0[D * D], S1[D * D], C1[nv * nv];
   if (!mode.mid) {
-    split_eroded(law, D, er.split, mode.finite, er.c, E1, er.N, &psi, S, C);
+    split_eroded(law, D, law.split, mode.finite, law.c, E1, law.N, &psi, S, C);
+    if (mode.is_static && mode.finite && (law.split == SPLIT_RCE || law.split == SPLIT_VD))
+      hold_shear<D>(law.N, 2.0 * compression<D>(S), E1, S, C);
     return;
   }
-  if (split_has_kink(law, er.split)) ip_discrete_kink<D>(law, er, mode, E0, E1, S, C);
-  else ip_discrete<D>(law, er, mode, E0, E1, S, C);
+  if (split_has_kink(law, law.split)) split_discrete_kink<D>(law, mode, E0, E1, S, C);
+  else split_discrete<D>(law, mode, E0, E1, S, C);
   const double more = mode.s_new - 0.5;              // dissipation on demand
   if (more == 0.0) return;
-  split_eroded(law, D, er.split, mode.finite, er.c, E0, er.N, &psi, S0, nullptr);
-  split_eroded(law, D, er.split, mode.finite, er.c, E1, er.N, &psi, S1, C ? C1 : nullptr);
+  split_eroded(law, D, law.split, mode.finite, law.c, E0, law.N, &psi, S0, nullptr);
+  split_eroded(law, D, law.split, mode.finite, law.c, E1, law.N, &psi, S1, C ? C1 : nullptr);
   for (int k = 0; k < D * D; ++k) S[k] += more * (S1[k] - S0[k]);
   if (C)
     for (int k = 0; k < nv * nv; ++k) C[k] += more * C1[k];

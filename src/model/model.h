@@ -116,7 +116,15 @@ struct Surface {
 enum Split { SPLIT_RCE, SPLIT_VD, SPLIT_SPECTRAL, SPLIT_PRESSURE, SPLIT_NONE, SPLIT_CRACK, SPLIT_GRANULAR };
 
 // rows of the table in mat/law_step.cpp
-enum LawKind { LAW_SVK, LAW_NEO_HOOKE, LAW_J2, LAW_GRANULAR, LAW_COHESIVE, LAW_ORTHO, LAW_OTHER, LAW_KINDS };
+enum LawKind {
+  LAW_SVK, LAW_NEO_HOOKE, LAW_J2, LAW_DRUCKER_PRAGER, LAW_GRANULAR, LAW_COHESIVE, LAW_SPLIT, LAW_ORTHO,
+  LAW_OTHER, LAW_KINDS
+};
+
+// law_flows : is it plasticity?
+inline bool law_flows(LawKind law) { return law == LAW_J2 || law == LAW_DRUCKER_PRAGER; }
+
+enum Hardening { HARDENING_COMPRESSION, HARDENING_TENSION, HARDENING_SHEAR };
 
 struct Material {
   std::string name;
@@ -130,6 +138,9 @@ struct Material {
   RealVec elastic;
   // *PLASTIC: yield stress over equivalent plastic strain, piecewise linear, constant beyond the last
   RealVec yield, plastic_strain;
+  // *DRUCKER PRAGER: tangents of the angles; the test whose stress and strain yield and plastic_strain are
+  double friction = 0.0, dilation = 0.0;
+  Hardening hardening = HARDENING_COMPRESSION;
   bool has_elastic = false;    // *ELASTIC, or *HYPERELASTIC: young and poisson are those of small strains
   bool has_damping = false;
   bool used = false;           // by a section or a body
@@ -303,8 +314,6 @@ struct FractureDef {           // *EIGENFRACTURE
   double tolerance = 0.01;
   double fallback = -1.0;      // part of Gc h that breaks an element anywhere; 0: off, -1: default
   bool start = true;           // may a crack start where there is none
-  // largest principal stress that this needs, 0: energy alone              force/length^2
-  double strength = 0.0;
   // CRITERION_COHESIVE: stress at which an element begins to open             force/length^2
   double ft = 0.0;
   Softening softening = SOFTENING_LINEAR;
@@ -423,6 +432,11 @@ struct Step {
   Procedure proc = PROC_STATIC;
   double period = 1.0, dt = 1.0, dt_min = 1e-6, dt_max = 1.0;
   bool direct = false;         // fixed increments
+  // statics: loads follow what opens; the step ends when the mean displacement of a set in a direction has
+  // gone this far (set -1: not asked for), when the loads are whole, or have fallen away            (6.39)
+  bool arc = false;
+  int arc_nset = -1, arc_direction = 0;
+  double arc_end = 0.0;
   // dynamics, automatic increments: largest half-increment residual, as a force (0: not given) and as a part
   // of the largest force; both 0: it is not asked for                                             (6.24)
   double half_force = 0.0, half_part = 0.0;

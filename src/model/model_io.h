@@ -87,10 +87,10 @@ inline void io(Archive& f, Surface& x)
 
 inline void io(Archive& f, Material& x)
 {
-  auto& [name, law, young, poisson, density, alpha, beta, elastic, yield, plastic_strain, has_elastic,
-         has_damping, used, hyper, breaks, place] = x;
+  auto& [name, law, young, poisson, density, alpha, beta, elastic, yield, plastic_strain, friction, dilation,
+         hardening, has_elastic, has_damping, used, hyper, breaks, place] = x;
   io_fields<Material>(f, name, law, young, poisson, density, alpha, beta, elastic, yield, plastic_strain,
-                      has_elastic, has_damping, used, hyper, breaks, place);
+                      friction, dilation, hardening, has_elastic, has_damping, used, hyper, breaks, place);
 }
 
 inline void io(Archive& f, Section& x)
@@ -174,11 +174,11 @@ inline void io(Archive& f, Member& x)
 inline void io(Archive& f, FractureDef& x)
 {
   auto& [elset, criterion, estimate, drive, residual, friction, order, gc, weibull, seed, epsilon, spacing,
-         interval, stiffness, release, average, tolerance, fallback, start, strength, ft, softening, member,
+         interval, stiffness, release, average, tolerance, fallback, start, ft, softening, member,
          place] = x;
   io_fields<FractureDef>(f, elset, criterion, estimate, drive, residual, friction, order, gc, weibull, seed,
                          epsilon, spacing, interval, stiffness, release, average, tolerance, fallback, start,
-                         strength, ft, softening, member, place);
+                         ft, softening, member, place);
 }
 
 inline void io(Archive& f, ConversionDef& x)
@@ -241,11 +241,11 @@ inline void io(Archive& f, PrintRequest& x)
 
 inline void io(Archive& f, Step& x)
 {
-  auto& [nlgeom, proc, period, dt, dt_min, dt_max, direct, half_force, half_part, max_inc, scheme,
-         scheme_given, beta, gamma, dissipation, alpha, safety, bulk_linear, bulk_quadratic, balance,
+  auto& [nlgeom, proc, period, dt, dt_min, dt_max, direct, arc, arc_nset, arc_direction, arc_end,
+         half_force, half_part, max_inc, scheme, scheme_given, beta, gamma, dissipation, alpha, safety, bulk_linear, bulk_quadratic, balance,
          extrapolate, ctl, load, prescribed, print, equation, place] = x;
-  io_fields<Step>(f, nlgeom, proc, period, dt, dt_min, dt_max, direct, half_force, half_part, max_inc, scheme,
-                  scheme_given, beta, gamma, dissipation, alpha, safety, bulk_linear, bulk_quadratic, balance,
+  io_fields<Step>(f, nlgeom, proc, period, dt, dt_min, dt_max, direct, arc, arc_nset, arc_direction, arc_end,
+                  half_force, half_part, max_inc, scheme, scheme_given, beta, gamma, dissipation, alpha, safety, bulk_linear, bulk_quadratic, balance,
                   extrapolate, ctl, load, prescribed, print, equation, place);
 }
 

@@ -26,6 +26,14 @@ double corner_x(const Points& pts, const Level& l, int dim, int k, int c)
 double stress(const IpFields& f, int c) { return f.sig[c]; }
 double strain(const IpFields& f, int c) { return f.E[c]; }
 
+// *STATIC, RIKS: loads over those of the end of the step; else the time of the step over its period
+double load_factor(const ModelNow& now, int)
+{
+  if (now.s.log.step < 1) return 0.0;
+  const Step& s = now.m.step[now.s.log.step - 1];
+  return (s.arc ? now.s.clock.load : now.s.clock.t) / s.period;
+}
+
 // position of the crack tip in one direction: the last centre, or the first one, of what the criterion has
 // broken
 double crack_tip(const ModelNow& now, int axis)
@@ -105,6 +113,7 @@ const Quantity quantity_table[] = {
     model("CRACKA", [](Now now, int) { return now.s.frac.area; }),
     model("NPOINTS", [](Now now, int) { return double(now.s.points.npoint_all()); }),
     model("NBONDS", [](Now now, int) { return double(now.s.bonds.nbond_all()); }),
+    model("LPF", load_factor),
     model("EFRAC", [](Now now, int) { return now.s.ledger.fracture + now.s.ledger.cohesive; }),
     model("ECONV", [](Now now, int) { return now.s.ledger.conversion; }),
     model("EGHOST", [](Now now, int) { return now.s.ledger.ghost; }),

@@ -146,7 +146,7 @@ void out_dat(const Model& m, const Elements& el, const State& s, Output& out)
 {
   if (s.log.step < 1) return;
   const Step& step = m.step[s.log.step - 1];
-  const bool last  = s.log.t_step >= step.period * (1.0 - 1e-9);
+  const bool last  = clock_over(step, s.clock);
   for (const PrintRequest& request : step.print) {
     const int every = request.frequency < 1 ? 1 : request.frequency;
     if (!last && s.log.inc % every != 0) continue;

@@ -38,7 +38,7 @@ bool out_row_due(const Model& m, const State& s)
 {
   if (!leaps(m, s) || s.log.inc == 0 || !s.eroded.empty()) return true;
   if (s.log.inc_total % m.history_out.every_explicit() == 0) return true;
-  if (m.step[s.log.step - 1].over(s.clock.t)) return true;
+  if (clock_over(m.step[s.log.step - 1], s.clock)) return true;
   return std::any_of(m.check.begin(), m.check.end(), [&](const Check& c) {
     return c.kind == CHECK_HISTORY && c.at == AT_TIME && std::fabs(s.n.time - c.time) <= 1.01 * s.log.dt;
   });

@@ -42,7 +42,7 @@ static void io(Archive& f, Output& x)
 namespace {
 
 const char* const magic = "MPFE-RST";      // 8 letters
-const int format = 28;                     // of the content; changes with every change of a struct in it
+const int format = 29;                     // of the content; changes with every change of a struct in it
 
 struct FileHead {                 // in front of the content
   char magic[8];
@@ -249,7 +249,7 @@ long length_of(std::FILE* file, const std::string& path)
 bool restart_due(const Model& m, const State& s, Output& out)
 {
   const RestartDef& r = m.restart;
-  bool due = s.clock.t >= m.step[s.log.step - 1].period * (1.0 - 1e-10);       // the end of a step
+  bool due = clock_over(m.step[s.log.step - 1], s.clock);       // the end of a step
   if (r.frequency > 0) due = due || s.log.inc_total % r.frequency == 0;
   return out_interval(r.interval, s.n.time, out.restart_next) || due;
 }

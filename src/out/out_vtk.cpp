@@ -39,7 +39,7 @@ double det_F(const double F[9])
 bool yields(const Model& m)
 {
   return std::any_of(m.material.begin(), m.material.end(),
-                     [](const Material& a) { return a.used && a.law == LAW_J2; }) ||
+                     [](const Material& a) { return a.used && law_flows(a.law); }) ||
          std::any_of(m.fracture.begin(), m.fracture.end(),
                      [](const FractureDef& f) { return f.residual == SPLIT_GRANULAR; });
 }

@@ -180,8 +180,8 @@ Status grid_activate(const Model& m, const Points& pts, const Bonds& bonds, cons
 bool grid_covers(const Points& pts, const Bonds& bonds, const GridShare& share, const ActiveGrid& g);
 
 // grid_stays : no corner that the grid carries and no bond to it has gone further than Grid::keep from where
-// the active grid was made, so that it moves with them                                              (3.18)
-bool grid_stays(const Model& m, const Points& pts, const Bonds& bonds, const GridLaid& laid,
+// the active grid was made, so that it moves with them; meets: bodies have nodes of it in common    (3.18)
+bool grid_stays(const Model& m, const Points& pts, const Bonds& bonds, const GridLaid& laid, bool meets,
                 const RealVec& uc, const RealVec& xb);
 
 // Laws of the points, and which of them share their change of volume                    (1.14)

@@ -3,7 +3,7 @@
 
 #include "base/comm.h"
 #include "base/sort_once.h"
-#include "elem/kernel_broken.h"
+#include "elem/kernel_general.h"
 #include "point/point.h"
 
 namespace {
@@ -14,7 +14,7 @@ namespace {
 const double HOLD = 0.1;
 
 // of a law that flows: the stiffness of theta - thetabar of a point           (1.14a) force/length^2
-double point_hold(const MatLaw& law) { return law.kind == LAW_J2 && law.bar ? HOLD * law.mu : 0.0; }
+double point_hold(const MatLaw& law) { return law_flows(law.kind) && law.bar ? HOLD * law.mu : 0.0; }
 
 // displacement gradient of point p: sum_c u_c (x) G_c                              (3.5)
 template <int D>
@@ -31,9 +31,11 @@ void gradient(const Points& pts, const RealVec& uc, int p, double* H)
   }
 }
 
-ErodedLaw broken_law(const Model& m, const Points& pts, int p, double c)
+// law of point p, made of that of its body: intact, or broken with the degradation factor c
+MatLaw law_now(const Model& m, const Points& pts, const MatLaw& of_body, int p, double c)
 {
-  return eroded_law(m, pts.broken[p], c, &pts.normal[3 * static_cast<size_t>(p)]);
+  if (!pts.eroded(p)) return of_body;
+  return law_broken(of_body, m.fracture[pts.broken[p]], c, &pts.normal[3 * static_cast<size_t>(p)]);
 }
 
 // an intact point whose law the packs do not know
@@ -128,18 +130,9 @@ Status form_one(const Model& m, const Points& pts, const PointLaws& law, const K
                 const Level& l0, Level& l1, int p, const double* H0, const double* H1, double* Fb, double* S,
                 double* C)
 {
-  const MatLaw& of_body = law.body[pts.body[p]];
-  if (!pts.eroded(p)) {
-    const HistoryStep h = history_of(law, l0, l1, p);
-    return ip_general<D>(of_body, mode, H0, H1, h.n, h.np1, Fb, S, C);
-  }
-  const ErodedLaw er = broken_law(m, pts, p, degr_of_step(l0, l1, mode.mid, pts.parent[p]));
-  if (broken_keeps_history(er)) {
-    const HistoryStep h = history_of(law, l0, l1, p);
-    return ip_general<D>(law_broken(of_body, er), mode, H0, H1, h.n, h.np1, Fb, S, C);
-  }
-  ip_broken<D>(of_body, er, mode, H0, H1, Fb, S, C);
-  return STATUS_OK;
+  const double c      = pts.eroded(p) ? degr_of_step(l0, l1, mode.mid, pts.parent[p]) : 1.0;
+  const HistoryStep h = history_of(law, l0, l1, p);
+  return ip_general<D>(law_now(m, pts, law.body[pts.body[p]], p, c), mode, H0, H1, h.n, h.np1, Fb, S, C);
 }
 
 // ---- released points: a domain of its own has one mean gradient, and motions of its corners that this does
@@ -556,13 +549,20 @@ void point_motion(const Points& pts, int dim, const RealVec& uc, int p, IpFields
   }
 }
 
-// strain [6] of an intact point of a general law, and the scale of its F                       (1.14)
+// strain [6] that the law of a point sees, and the scale of its F                       (1.14)
 template <int D>
 void general_strain(const Points& pts, const MatLaw& law, const RealVec& uc, int p, double* E, double* scale)
 {
   RealVec H(D * D), V0{pts.V0[p]};
   gradient<D>(pts, uc, p, H.data());
-  for (int q = pts.next[p]; law.bar && q != p; q = pts.next[q]) {
+  if (!law.bar) {
+    double plane[D * D];
+    ip_strain<D>(true, H.data(), plane);
+    six_components<D>(plane, 0.0, E);
+    *scale = 1.0;
+    return;
+  }
+  for (int q = pts.next[p]; q != p; q = pts.next[q]) {
     if (pts.broken[q] >= 0 || pts.released[q]) continue;
     H.resize(H.size() + D * D);
     gradient<D>(pts, uc, q, &H[H.size() - D * D]);
@@ -597,19 +597,17 @@ void point_fields(const Model& m, const Points& pts, const Level& l, int p, doub
   const Body& b    = m.body[pts.body[p]];
   const MatLaw law = mat_law(m.material[b.material], m.dim == 2 ? b.plane : PLANE_NONE);
   point_motion(pts, m.dim, l.uc, p, out);
-  const bool broken  = pts.eroded(p);
-  const ErodedLaw er = broken ? broken_law(m, pts, p, c) : ErodedLaw();
-  if (broken ? broken_keeps_history(er) : law_is_general(law)) {
-    double E[6], scale;
-    const MatLaw of = broken ? law_broken(law, er) : law;
-    if (m.dim == 2) general_strain<2>(pts, of, l.uc, p, E, &scale);
-    else general_strain<3>(pts, of, l.uc, p, E, &scale);
-    ip_general_from(of, true, E, scale, history_at(l.hp, point_history_size(pts, l), p), out);
-    const double apart = 3.0 * std::log(scale);              // thetabar - theta
-    out.psi += 0.5 * point_hold(of) * apart * apart;
+  if (!pts.eroded(p) && !law_is_general(law)) {
+    ip_fields_from(law, m.dim, true, out);
     return;
   }
-  ip_fields_from(law, m.dim, true, broken ? &er : nullptr, out);
+  double E[6], scale;
+  const MatLaw now = law_now(m, pts, law, p, c);
+  if (m.dim == 2) general_strain<2>(pts, now, l.uc, p, E, &scale);
+  else general_strain<3>(pts, now, l.uc, p, E, &scale);
+  ip_general_from(now, true, E, scale, history_at(l.hp, point_history_size(pts, l), p), out);
+  const double apart = 3.0 * std::log(scale);                // thetabar - theta
+  out.psi += 0.5 * point_hold(now) * apart * apart;
 }
 
 }  // namespace

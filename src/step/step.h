@@ -107,12 +107,28 @@ struct Problem {
 struct NewtonControls {
   bool linear   = false;       // the tangent does not depend on du: it may be reused
   bool breaks   = false;       // material may break: it then kinks the residual, and has next to no stiffness
-  bool rubs     = false;       // granular material: the matrix is but the symmetric part of the tangent
+  bool rubs     = false;       // material with friction: the matrix is but the symmetric part of the tangent
   bool slips    = false;       // statics with friction in contact: the tangent may be unsymmetric   (6.23)
   bool opens    = false;       // statics: cracks open against a cohesion: the tangent may be indefinite
   bool singular = false;       // statics with broken material: the tangent is nearly singular
   int max_iter  = 0;
   int patience  = 0;           // iterations without a smaller residual before corrections are searched  (6.6)
+};
+
+// *STATIC, RIKS: what opens by how much in an increment, and the loads that follow        (6.39)
+struct ArcElement {
+  int e = -1;
+  std::array<double, 3> N{{0, 0, 0}};        // the axis along which it opens
+  double width = 0.0;                        // along it
+  double most  = 0.0;                        // by which it may extend in an increment of dt of the deck
+};
+struct Arc {
+  bool on = false;
+  std::vector<ArcElement> element;           // of this rank, whose extensions are prescribed
+  bool any = false;                          // on any rank; else the loads grow by dt
+  double from = 0.0, at = 0.0;               // time of the step whose loads act: at t(n), now
+  double length = 0.0;                       // sum of the extensions over the increment
+  RealVec load, support;                     // [neq] external force, displacement over time of the loads
 };
 
 // What earlier iterations tell of a tangent that the symmetric matrix does not hold      (6.22)
@@ -159,6 +175,7 @@ struct Attempt {
   Jumps jumps{};               // of du
   RealVec guess{};               // [neq] statics: where Newton's method begins, when it does not at rest
   bool guesses = false;          // it does so; a rank may have no rows
+  Arc arc{};
 };
 
 // step_open : state at t = 0: points, bonds, elements, initial velocities. Returns the number of errors.
@@ -177,8 +194,7 @@ Failure step_prepare(Problem& p, const Step& s);
 // clock_stops : times of the step of field checks and of conversions: automatic increments end on them
 std::vector<double> clock_stops(const Model& m, const Step& s, double start);
 
-// clock_done : is the step at its end?   clock_next : length of the next attempt
-bool clock_done(const Step& s, const StepClock& c);
+// clock_next : length of the next attempt
 double clock_next(const Step& s, const StepClock& c, const std::vector<double>& stops);
 
 // clock_accept : an increment of this length was good; automatic increments choose the next length by its
@@ -216,6 +232,7 @@ struct LinearSystem {
   RealVec whole;               // [neq] diagonal before equations were put in; without equations: empty
   double residual = 0.0, energy = 0.0;   // the largest norm of R and sqrt(f dx) so far, the scale of accuracy
   double own_energy = 0.0;     // f dx of this rank
+  RealVec g, along;            // [neq] RIKS: right-hand side of a unit of time of the loads, its correction
 };
 
 // step_tangent : A = K + cM M of iteration it and f = -R with the prescribed corrections put in; A stays when
@@ -228,6 +245,9 @@ void step_tangent(Problem& p, const Attempt& a, int it, double residual, double 
 //   in   residual, accepted   norm of R, and that which ends the iteration
 Failure step_solve(Problem& p, const Attempt& a, int it, double residual, double accepted,
                    const RealVec& pending, LinearSystem& l);
+
+// step_solve_arc : l.along, with the factors of step_solve
+Failure step_solve_arc(Problem& p, const Attempt& a, int it, double residual, double accepted, LinearSystem& l);
 
 // step_supports_fix : do the supports fix every part of bodies of solid elements in space? false: not known.
 // Parts are elements that share faces; their supports must take all six rigid motions. Then a matrix of
@@ -257,6 +277,17 @@ Failure step_contact_depth(const Bonds& b, const ContactPairs& pairs, const Leve
 
 // step_newton : solves R(du) = 0 for the attempt. Not good with a guess: it may be without.
 Failure step_newton(Problem& p, Attempt& a);
+
+// step_arc_begin : *STATIC, RIKS: what is prescribed in this increment, and how the loads grow with their time
+// step_arc_force : g [neq], what A x of a unit of time of the loads is, A before prescribed dofs went
+// step_arc_advance : time of the loads over the correction dx; along: the correction that a unit of it makes
+// step_arc_load : loads and supports go on by so much
+// step_arc_end : of the increment, in the clock: is the step at its end?
+Failure step_arc_begin(Problem& p, Attempt& a);
+void step_arc_force(const Dofs& s, const Arc& arc, RealVec& g);
+double step_arc_advance(const Problem& p, Attempt& a, int it, const RealVec& dx, const RealVec& along);
+void step_arc_load(Problem& p, Attempt& a, double advance);
+void step_arc_end(Problem& p, const Attempt& a);
 
 // step_explicit : the attempt by central differences: du, forces and acceleration at t(n+1) (6.28), (6.29)
 Failure step_explicit(Problem& p, Attempt& a);

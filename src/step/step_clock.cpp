@@ -50,10 +50,9 @@ void choose_by_half(const Step& s, double used, int iterations, double part, Ste
 
 }  // namespace
 
-bool clock_done(const Step& s, const StepClock& c) { return s.over(c.t); }
-
 double clock_next(const Step& s, const StepClock& c, const std::vector<double>& stops)
 {
+  if (s.arc) return c.dt;
   double end = clock_goal(s, c);
   for (double stop : stops)
     if (stop > c.t + 1e-9 * s.dt && stop < end) end = stop;
@@ -66,7 +65,7 @@ double clock_next(const Step& s, const StepClock& c, const std::vector<double>& 
 void clock_accept(const Step& s, double used, int iterations, double half, StepClock& c)
 {
   c.t += used;
-  const bool whole = std::fabs(c.t - clock_goal(s, c)) < 1e-9 * s.dt;
+  const bool whole = !s.arc && std::fabs(c.t - clock_goal(s, c)) < 1e-9 * s.dt;
   if (whole) {
     c.t = clock_goal(s, c);
     ++c.nominal;

@@ -71,6 +71,8 @@ NewtonControls newton_controls(const Model& m, const Discretisation& d, const St
   const FracMesh& fm = d.fm;
   c.linear   = linear_scene(m, fm, st.points, s);
   c.breaks   = fm.on;
+  for (const Material& a : m.material)
+    c.rubs = c.rubs || (a.used && a.law == LAW_DRUCKER_PRAGER && a.friction != a.dilation);
   for (const FractureDef& f : m.fracture) c.rubs = c.rubs || f.residual == SPLIT_GRANULAR;
   for (const FractureDef& f : m.fracture)
     c.opens = c.opens || (s.proc == PROC_STATIC && f.criterion == CRITERION_COHESIVE);
@@ -92,7 +94,7 @@ NewtonControls newton_controls(const Model& m, const Discretisation& d, const St
 // Only where nothing but elements acts that are whole, and not after a cut.
 void extrapolate(const Model& m, const State& st, const Dofs& dofs, double dt, Attempt& a)
 {
-  if (!a.step.extrapolate || st.rate.empty() || st.log.cuts > 0 || !m.bond.empty() ||
+  if (!a.step.extrapolate || a.step.arc || st.rate.empty() || st.log.cuts > 0 || !m.bond.empty() ||
       st.points.npoint_all() || st.frac.neroded > 0)
     return;
   a.guess   = dofs.target;
@@ -260,6 +262,7 @@ Failure step_increment(Problem& p, const Step& s, double t0, double dt, RealVec&
     failure = assem_loads(p.m, p.d, p.dofs, st, s, {a.t0, a.total0, 0.0}, p.warned, a.fext0);
   const bool leaps = s.explicit_steps();
   if (failure.ok() && s.proc == PROC_DYNAMIC && !leaps) failure = step_inertia_begin(p, a);
+  if (failure.ok() && s.arc && dt > 0.0) failure = step_arc_begin(p, a);
   if (failure.status == BAD_VALUE) return failure;
   if (dt > 0.0 && s.proc == PROC_STATIC) extrapolate(p.m, st, p.dofs, dt, a);
   const bool guessed = a.guesses;
@@ -278,6 +281,7 @@ Failure step_increment(Problem& p, const Step& s, double t0, double dt, RealVec&
     failure = step_half(p, a, *half);
     if (failure.ok()) failure = half_judge(s, dt, st.log.cuts, *half);
   }
+  if (failure.ok() && a.arc.on) step_arc_end(p, a);
   if (failure.ok()) step_finish(p, a, energy);
   if (failure.ok() && !std::isfinite(leaps ? st.ledger.external : st.ledger.balance)) failure = BAD_NUMBER;
   if (failure.ok() && leaps) keep_loads(p, a);

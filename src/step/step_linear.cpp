@@ -138,6 +138,7 @@ void step_tangent(Problem& p, const Attempt& a, int it, double residual, double 
     tie_matrix(s);
     sys_diagonal(s.A, l.diag);
   }
+  if (a.arc.on) step_arc_force(s, a.arc, l.g);
   assem_constrain(s, l.diag, pending, l.f);
   z.on = a.newton.linear && p.m.solver.reuse;
   if (!z.on) return;
@@ -150,11 +151,12 @@ void step_tangent(Problem& p, const Attempt& a, int it, double residual, double 
   z.whole   = l.whole;
 }
 
-Failure step_solve(Problem& p, const Attempt& a, int it, double residual, double accepted,
-                   const RealVec& pending, LinearSystem& l)
+namespace {
+
+// what the system of iteration it is solved for
+SolveAsk ask_of(Problem& p, const Attempt& a, int it, double residual, double accepted, const LinearSystem& l)
 {
   const Dofs& s = p.dofs;
-  l.residual = std::max(l.residual, residual);
   SolveAsk ask{s.row_key};
   ask.stamp    = s.tangent;
   ask.pattern  = s.pattern;
@@ -164,7 +166,7 @@ Failure step_solve(Problem& p, const Attempt& a, int it, double residual, double
   const bool singular = a.newton.singular;
   ask.energy = (singular ? 0.5 * ACCEPT : FINAL) * l.energy;
   ask.broken = singular;
-  ask.exact  = it > SLOW;
+  ask.exact  = it > SLOW || a.arc.on;
   // in motion too: the mass of the grid may be singular in what no corner sees  (3.14)
   p.newton.solver.null_pivot_row = singular || (a.cM != 0.0 && p.d.grid.of_all.nodes) ? s.nfe : -1;
   ask.inertia   = a.cM != 0.0;
@@ -173,6 +175,17 @@ Failure step_solve(Problem& p, const Attempt& a, int it, double residual, double
   ask.digits = -std::log10(std::max(ask.eta, FINAL * l.residual / residual));
   ask.plain  = !p.st.points.npoint_all() && !p.st.bonds.nbond_all() && !p.d.fm.on;
   if (!ask.inertia || p.m.solver.kind == SOLVER_AMG) ask.place = [&p] { return row_places(p); };
+  return ask;
+}
+
+}  // namespace
+
+Failure step_solve(Problem& p, const Attempt& a, int it, double residual, double accepted,
+                   const RealVec& pending, LinearSystem& l)
+{
+  const Dofs& s = p.dofs;
+  l.residual    = std::max(l.residual, residual);
+  SolveAsk ask  = ask_of(p, a, it, residual, accepted, l);
   const Status status = solve_slipping(p, a, pending, ask, l);
   if (status != STATUS_OK) return status;
   l.own_energy = 0.0;
@@ -181,6 +194,20 @@ Failure step_solve(Problem& p, const Attempt& a, int it, double residual, double
     if (s.fixed[i]) l.dx[i] = pending[i];
   }
   tie_follow(s, false, l.dx);
+  return STATUS_OK;
+}
+
+Failure step_solve_arc(Problem& p, const Attempt& a, int it, double residual, double accepted, LinearSystem& l)
+{
+  const Dofs& s       = p.dofs;
+  SolveAsk ask        = ask_of(p, a, it, residual, accepted, l);
+  const double left   = p.newton.solver.left;
+  const Status status = solve_system(p.newton.solver, s.A, ask, l.g, l.along);
+  p.newton.solver.left = left;
+  if (status != STATUS_OK) return status;
+  for (int i = 0; i < s.neq(); ++i)
+    if (s.fixed[i]) l.along[i] = a.arc.support[i];
+  tie_follow(s, false, l.along);
   return STATUS_OK;
 }
 

@@ -56,7 +56,7 @@ void own_squares(const Dofs& s, const std::array<const RealVec*, 4>& v, double* 
 Failure form_forces(Problem& p, Attempt& a, const RealVec& du, Residual& b)
 {
   const Dofs& s    = p.dofs;
-  const bool loads = a.fext.empty() || assem_has_followers(a.step);
+  const bool loads = !a.arc.on && (a.fext.empty() || assem_has_followers(a.step));
   if (a.cM != 0.0) mass_part(s, du, b.Mdu);
   const Failure failure =
       assem_internal(p.m, p.d, s, a.mode, a.jumps, p.st, a.fint, a.cM != 0.0 ? &b.Mdu : nullptr);
@@ -319,8 +319,8 @@ const double FALLS = 0.7;      // of the residual before
 const double RELAXED = 1.8;
 
 //   in   before   residual of the iteration before; 0: supports have moved since
-//        du       before the correction
-Failure descend(Problem& p, Attempt& a, double before, RealVec& du, Descent& d, Residual& b)
+//        du       before the correction;   advance  RIKS: of the loads in it
+Failure descend(Problem& p, Attempt& a, double before, double advance, RealVec& du, Descent& d, Residual& b)
 {
   if (a.mode.secant) {
     a.mode.secant = --d.left > 0;
@@ -332,7 +332,20 @@ Failure descend(Problem& p, Attempt& a, double before, RealVec& du, Descent& d, 
   d.next = 2 * d.next;
   if (b.free_norm <= before) return STATUS_OK;
   a.du.swap(du);
+  if (a.arc.on) step_arc_load(p, a, -advance);
   return form_residual(p, a, a.du, b);
+}
+
+// RIKS: the loads go on so that the extensions are what they shall be, and the correction with them   (6.39)
+Failure follow_arc(Problem& p, Attempt& a, int it, double residual, double accepted, LinearSystem& l,
+                   double& advance)
+{
+  const Failure failure = step_solve_arc(p, a, it, residual, accepted, l);
+  if (!failure.ok()) return failure;
+  advance = step_arc_advance(p, a, it, l.dx, l.along);
+  for (int i = 0; i < p.dofs.neq(); ++i) l.dx[i] += advance * l.along[i];
+  step_arc_load(p, a, advance);
+  return STATUS_OK;
 }
 
 void tell_iteration(StepLog& log, int it, const Residual& b, double energy, double part)
@@ -377,7 +390,7 @@ Failure step_newton(Problem& p, Attempt& a)
     const double accepted = a.step.ctl.tol_force * scale, before = b.free_norm;
     step_tangent(p, a, it, before, accepted, b.R, pending, l);
     // loads below the floor are solved for once; without loads the floor ends the search for rounding
-    if (it == 1 && there && guessed == 0.0 && converged(p, a, b, l, b.external == 0.0, false)) {
+    if (it == 1 && there && guessed == 0.0 && !a.arc.on && converged(p, a, b, l, b.external == 0.0, false)) {
       a.R = b.R;                                     // nothing to do: the predictor is the solution
       assem_share_bonds(p.st, p.m.dim, a.jumps);
       return STATUS_OK;
@@ -388,14 +401,20 @@ Failure step_newton(Problem& p, Attempt& a)
     if (a.newton.rubs && there) step_secant(secants, a.du, dof_own(s, l.diag), l.dx);
     if (a.mode.secant && there)
       for (double& x : l.dx) x *= RELAXED;
+    double advance = 0.0;
+    if (a.arc.on) failure = follow_arc(p, a, it, before, accepted, l, advance);
+    if (!failure.ok()) return failure;
     const double g0 = first_slope(s, b.R, l);
     if (it == 1 && guessed > 0.0 && std::fabs(g0) > guessed) return NOT_CONVERGED;   // it leads astray (6.14)
     // 4. correct                                                                   (6.6)
     double part = 1.0;
-    failure = correct(p, a, l.dx, g0, a.step.ctl.line_search && there && stale >= a.newton.patience, trial, b,
-                      part);
+    failure = correct(p, a, l.dx, g0, a.step.ctl.line_search && there && !a.arc.on && stale >= a.newton.patience,
+                      trial, b, part);
+    if (failure.ok() && a.arc.on && part < 1.0) failure = BAD_JACOBIAN;
     if (!failure.ok()) return failure;
-    if (a.newton.opens) failure = descend(p, a, there ? before : 0.0, trial, descent, b);
+    // RIKS: the first residual is that of the load before
+    const bool judged = there && (it > 1 || !a.arc.on);
+    if (a.newton.opens) failure = descend(p, a, judged ? before : 0.0, advance, trial, descent, b);
     if (!failure.ok()) return failure;
     stale = b.free_norm < least ? 0 : stale + 1;
     least = std::min(least, b.free_norm);

@@ -278,13 +278,38 @@ double fastest(const MeshPart& part, const State& st, bool is_static)
 void grid_serves(const Problem& p, const RealVec& xb, bool& stays, bool& known)
 {
   const State& st = p.st;
-  stays = st.points.npoint_all() && grid_stays(p.m, st.points, st.bonds, st.laid, st.n.uc, xb);
-  known = stays && st.laid.made == p.d.grid.made && grid_covers(st.points, st.bonds, p.d.mine, p.d.grid);
+  const bool here  = st.laid.made == p.d.grid.made;
+  const bool meets = here && p.d.grid.meets;
+  stays = st.points.npoint_all() && grid_stays(p.m, st.points, st.bonds, st.laid, meets, st.n.uc, xb);
+  known = stays && here && grid_covers(st.points, st.bonds, p.d.mine, p.d.grid);
   if (!p.m.part.on || st.points.npoint_all() == 0) return;
   double no[2] = {stays ? 0.0 : 1.0, known ? 0.0 : 1.0};
   comm_max(no, 2);
   stays = no[0] == 0.0;
   known = no[1] == 0.0;
+}
+
+// the active grid, where it was laid or, when that does not stay, where corners and bonds are now. A grid that is
+// made again after a restart or a division shows only then whether bodies meet through it, and may not stay
+Failure lay_grid(Problem& p, const RealVec& xb, bool stays)
+{
+  State& st = p.st;
+  for (bool again = true; again;) {
+    int worst = 0;
+    if (!stays) st.laid = {st.n.uc, xb};
+    const Status status =
+        grid_activate(p.m, st.points, st.bonds, p.d.mine, st.laid.uc, st.laid.xb, p.d.grid, &worst);
+    st.laid.made = p.d.grid.made;
+    Failure failure = status;
+    if (!failure.ok()) failure = {status, worst < 0 ? AT_BOND : AT_CORNER, worst < 0 ? -1 - worst : worst};
+    if (p.m.part.on) failure = failure_agree(failure);
+    if (!failure.ok()) return failure;
+    again = stays && p.d.grid.meets;
+    bool known;
+    if (again) grid_serves(p, xb, stays, known);
+    again = again && !stays;
+  }
+  return STATUS_OK;
 }
 
 // An explicit increment keeps what its places of contact meet while nothing has moved by this part of the
@@ -400,15 +425,7 @@ Failure step_prepare(Problem& p, const Step& s)
     timer_skip(PHASE_GRID);
   } else if (st.points.npoint_all()) {
     Timer timer(PHASE_GRID);
-    int worst = 0;
-    if (!stays) st.laid = {st.n.uc, xb};
-    const Status status =
-        grid_activate(p.m, st.points, st.bonds, p.d.mine, st.laid.uc, st.laid.xb, p.d.grid, &worst);
-    st.laid.made = p.d.grid.made;
-    if (p.d.grid.meets) st.laid = GridLaid();        // what meets is as near as it is now
-    Failure failure = status;
-    if (!failure.ok()) failure = {status, worst < 0 ? AT_BOND : AT_CORNER, worst < 0 ? -1 - worst : worst};
-    if (p.m.part.on) failure = failure_agree(failure);
+    const Failure failure = lay_grid(p, xb, stays);
     if (!failure.ok()) return failure;
   } else {
     timer_skip(PHASE_GRID);

@@ -59,14 +59,14 @@ void add_rest(const Model& m, const Elements& el, const State& st, const Step& s
       const int e = b.elem[slot], nen = shape_info[b.shape].nen, *node = m.mesh.conn.begin(e);
       if (st.frac.broken[e] < 0) continue;
       for (int k = 0; k < nen * dim; ++k) u[k] = st.n.u[node[k / dim] * dim + k % dim];
-      const ErodedLaw law  = elem_broken_law(m, el, e, st.n.degr[e]);
-      const ErodedLaw bare = elem_broken_law(m, el, e, 0.0);
+      const MatLaw law  = elem_law(m, el, b, slot, st.n.degr[e]);
+      const MatLaw bare = elem_law(m, el, b, slot, 0.0);
       double scratch[MAX_GAUSS * MAX_HISTORY];
       HistoryStep h[MAX_GAUSS];
       for (int g = 0; g < shape_info[b.shape].ngp; ++g)
         h[g] = {history_at(st.n.he, el.history, el.gauss_of[e] + g), scratch + g * MAX_HISTORY};
-      elem_form_general(b, slot, &law, mode, u, u, h, with, nullptr);
-      elem_form_general(b, slot, &bare, mode, u, u, h, without, nullptr);
+      elem_form_general(b, slot, law, mode, u, u, h, with, nullptr);
+      elem_form_general(b, slot, bare, mode, u, u, h, without, nullptr);
       for (int k = 0; k < nen * dim; ++k) piece[root[node[k / dim]]].rest[k % dim] += with[k] - without[k];
     }
 }

@@ -258,7 +258,7 @@ Failure begin_increment(Problem& p, const Step& s, const std::vector<double>& st
   }
   st.clock.aim = 0.0;
   inc.watch    = BreakWatch();
-  inc.watch.on = !moves && !s.direct;
+  inc.watch.on = !moves && !s.direct && !s.arc;
   inc.half     = HalfWatch();
   inc.half.on  = moves && !s.direct && (s.half_force > 0.0 || s.half_part > 0.0);
   return failure;
@@ -270,7 +270,7 @@ Failure attempt(Problem& p, const Step& s, Increment& inc, Output& out)
   State& st = p.st;
   StepClock& clock = st.clock;
   inc.shorter = 0.5 * inc.dt;
-  Failure failure = step_increment(p, s, clock.t, inc.dt, inc.energy, &inc.half);
+  Failure failure = step_increment(p, s, s.arc ? clock.load : clock.t, inc.dt, inc.energy, &inc.half);
   if (failure.status == HALF_RESIDUAL) inc.shorter = inc.half.shorter;
   if (!failure.ok()) return failure;
   const int iterations = st.log.iterations;
@@ -283,7 +283,7 @@ Failure attempt(Problem& p, const Step& s, Increment& inc, Output& out)
     timer_skip(PHASE_FRACTURE);
     return STATUS_OK;
   }
-  const double t = clock.t + inc.dt;
+  const double t = s.arc ? clock.load : clock.t + inc.dt;
   failure = step_fracture(p, s, t, inc.undo, inc.watch, inc.energy, out);
   if (failure.status == CRITERION_EXCEEDED &&
       !cut_to_break(p.m, s, inc.watch, inc.dt, st.log.cuts, clock, inc.shorter)) {
@@ -304,6 +304,9 @@ bool cut(Problem& p, const Step& s, const Ledger& before, Increment& inc, Failur
   if (p.d.fm.on) step_undo(p, inc.undo);
   out_erosion_undo(out);
   st.clock  = clock;
+  st.clock.load      = inc.clock.load;
+  st.clock.load_most = inc.clock.load_most;
+  st.clock.ended     = inc.clock.ended;
   st.ledger = before;
   if (!step_prepare(p, s).ok()) return false;
   if ((p.d.fm.on || !p.m.restart.write) && step_signalled()) failure = INTERRUPTED;
@@ -377,7 +380,7 @@ void warn_of_state(Problem& p, const Step& s)
 {
   const State& st = p.st;
   const int every = s.explicit_steps() ? LOOKS : 10;
-  if (s.proc == PROC_STATIC || st.log.inc_total % every == 0 || clock_done(s, st.clock))
+  if (s.proc == PROC_STATIC || st.log.inc_total % every == 0 || clock_over(s, st.clock))
     step_limit(p.m, p.d.el, p.d.point_law, st, s, p.warned);
   if (p.d.fm.on) step_remainder(p.m, p.d, p.dofs, st, s, p.warned);
   if (!p.d.watch.pair.empty()) overlap_look(p.m, p.d.el, st, p.d.watch);
@@ -425,7 +428,7 @@ Failure run_step(Problem& p, const Step& s, Increment& inc, Output& out)
   State& st = p.st;
   const std::vector<double> stops = clock_stops(p.m, s, st.clock.start);
   p.ready = false;
-  while (!clock_done(s, st.clock)) {
+  while (!clock_over(s, st.clock)) {
     if (check_ranks(st)) return interrupted(p, out);
     if (step_divides_again(p)) {
       p.again = AGAIN_WORK;

@@ -7,7 +7,8 @@
 #include <random>
 
 #include "dof/dof.h"
-#include "elem/kernel_broken.h"
+#include "elem/kernel_general.h"
+#include "mat/split_step.h"
 #include "frac/frac.h"
 #include "frac/frac_kink.h"
 #include "frac/free_face.h"
@@ -37,14 +38,12 @@ RealVec random_numbers(int n, unsigned seed, double amplitude)
   return out;
 }
 
-ErodedLaw broken_law(Split split, int dim)
+MatLaw broken_law(const MatLaw& intact, Split split, int dim)
 {
-  ErodedLaw er;
-  er.split = split;
-  er.c     = 0.01;
+  FractureDef f;
+  f.residual = split;
   const double n[3] = {0.6, dim == 2 ? 0.8 : 0.64, dim == 2 ? 0.0 : 0.48};
-  std::copy(n, n + 3, er.N);
-  return er;
+  return law_broken(intact, f, 0.01, n);
 }
 
 // n elements in a row along x, 1 x 1 (x 1) each; then X = A X
@@ -157,18 +156,20 @@ struct Trial {
   }
 };
 
+const HistoryStep none[MAX_GAUSS] = {};                // laws that keep nothing
+
 // one broken element with random displacements
 struct Sample {
   Trial run;
   RealVec u0, u1;
-  ErodedLaw er;
+  MatLaw law;
   Sample(Shape s, Split split, Plane plane, unsigned seed)
-    : run(row_of(s == SHAPE_WEDGE6 ? SHAPE_HEX8 : s, 1, skew), seed), er(broken_law(split, run.m.dim))
+    : run(row_of(s == SHAPE_WEDGE6 ? SHAPE_HEX8 : s, 1, skew), seed)
   {
     const int n = shape_info[s].nen * run.m.dim;
     u0 = random_numbers(n, seed, 0.1);
     u1 = random_numbers(n, seed + 7, 0.1);
-    run.el.block[0].law = law_of(run.m.dim == 3 ? PLANE_NONE : plane);
+    law = broken_law(law_of(run.m.dim == 3 ? PLANE_NONE : plane), split, run.m.dim);
     if (s == SHAPE_WEDGE6) wedge(run.el.block[0]);
   }
   static void wedge(ElemBlock& b)
@@ -189,7 +190,7 @@ struct Sample {
   RealVec force(const KernelMode& mode, const RealVec& u) const
   {
     RealVec re(u.size());
-    EXPECT_EQ(STATUS_OK, elem_form_general(block(), 0, &er, mode, u0.data(), u.data(), nullptr, re.data(), nullptr));
+    EXPECT_EQ(STATUS_OK, elem_form_general(block(), 0, law, mode, u0.data(), u.data(), none, re.data(), nullptr));
     return re;
   }
 };
@@ -201,7 +202,7 @@ double tangent_error(const Sample& s, const KernelMode& mode)
   const int n = static_cast<int>(s.u1.size()), d = s.run.m.dim, nen = n / d;
   const double h = 1e-6;
   RealVec re(n), ke(pair_count(nen) * d * d), num(n * n);
-  elem_form_general(s.block(), 0, &s.er, mode, s.u0.data(), s.u1.data(), nullptr, re.data(), ke.data());
+  elem_form_general(s.block(), 0, s.law, mode, s.u0.data(), s.u1.data(), none, re.data(), ke.data());
   for (int j = 0; j < n; ++j) {
     RealVec up = s.u1, down = s.u1;
     up[j] += h;
@@ -238,7 +239,7 @@ double energy(const Sample& s, const RealVec& u)
       ip_gradient<3, 0>(dN, nen, u.data(), H);
       ip_strain<3>(true, H, E);
     }
-    split_eroded(b.law, dim, s.er.split, true, s.er.c, E, s.er.N, &psi, S, C);
+    split_eroded(s.law, dim, s.law.split, true, s.law.c, E, s.law.N, &psi, S, C);
     sum += b.w[g] * psi;
   }
   return sum;
@@ -249,8 +250,7 @@ template <int D>
 double gradient_error(Split split, double dissipation, unsigned seed)
 {
   constexpr int nv = VoigtPlace<D>::nv;
-  const MatLaw law = law_of(D == 3 ? PLANE_NONE : PLANE_STRAIN);
-  const ErodedLaw er = broken_law(split, D);
+  const MatLaw law = broken_law(law_of(D == 3 ? PLANE_NONE : PLANE_STRAIN), split, D);
   const KernelMode mode = energy_momentum(dissipation);
   double E0[D * D], E1[D * D], S[D * D], C[nv * nv], num[nv * nv];
   const RealVec r = random_numbers(2 * D * D, seed, 0.08);       // 2E + I stays positive definite
@@ -259,7 +259,7 @@ double gradient_error(Split split, double dissipation, unsigned seed)
       E0[i * D + j] = r[i * D + j] + r[j * D + i];
       E1[i * D + j] = r[D * D + i * D + j] + r[D * D + j * D + i];
     }
-  ip_stress_broken<D>(law, er, mode, E0, E1, S, C);
+  split_stress<D>(law, mode, E0, E1, S, C);
   const double h = 1e-6;
   double worst = 0.0, size = 0.0;
   for (int j = 0; j < nv; ++j) {
@@ -272,8 +272,8 @@ double gradient_error(Split split, double dissipation, unsigned seed)
     up[col * D + row] += 0.5 * h;
     down[row * D + col] -= 0.5 * h;
     down[col * D + row] -= 0.5 * h;
-    ip_stress_broken<D>(law, er, mode, E0, up, Su, nullptr);
-    ip_stress_broken<D>(law, er, mode, E0, down, Sd, nullptr);
+    split_stress<D>(law, mode, E0, up, Su, nullptr);
+    split_stress<D>(law, mode, E0, down, Sd, nullptr);
     for (int i = 0; i < nv; ++i) {
       const int k = VoigtPlace<D>::row[i] * D + VoigtPlace<D>::col[i];
       num[i * nv + j] = (Su[k] - Sd[k]) / (2 * h);
@@ -380,16 +380,16 @@ TEST(Broken, TangentAgainstDifferences)
 // also the tangent of the whole element is exact
 TEST(Broken, ShearHoldAgainstDifferences)
 {
-  const ErodedLaw er = broken_law(SPLIT_RCE, 3);
+  const MatLaw law = broken_law(law_of(PLANE_NONE), SPLIT_RCE, 3);
   const RealVec r = random_numbers(9, 4, 0.2);
   double E[9], S[9] = {0}, C[36] = {0};
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) E[3 * i + j] = r[3 * i + j] + r[3 * j + i];
-  ip_hold_shear<3>(er.N, 0.7, E, S, C);
+  hold_shear<3>(law.N, 0.7, E, S, C);
   double Sn = 0.0, energy = 0.0;
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) {
-      Sn += er.N[i] * S[3 * i + j] * er.N[j];
+      Sn += law.N[i] * S[3 * i + j] * law.N[j];
       energy += 0.5 * S[3 * i + j] * E[3 * i + j];
     }
   EXPECT_NEAR(0.0, Sn, 1e-15);
@@ -403,10 +403,10 @@ TEST(Broken, ShearHoldAgainstDifferences)
   double v[3], en = 0.0, shear2 = 0.0;               // k/2 sum of (2 E_na)^2
   for (int i = 0; i < 3; ++i) {
     v[i] = 0.0;
-    for (int j = 0; j < 3; ++j) v[i] += E[3 * i + j] * er.N[j];
-    en += v[i] * er.N[i];
+    for (int j = 0; j < 3; ++j) v[i] += E[3 * i + j] * law.N[j];
+    en += v[i] * law.N[i];
   }
-  for (int i = 0; i < 3; ++i) shear2 += (v[i] - en * er.N[i]) * (v[i] - en * er.N[i]);
+  for (int i = 0; i < 3; ++i) shear2 += (v[i] - en * law.N[i]) * (v[i] - en * law.N[i]);
   EXPECT_NEAR(0.5 * 0.7 * 4.0 * shear2, energy, 1e-15);
 
   KernelMode mode;
@@ -414,7 +414,7 @@ TEST(Broken, ShearHoldAgainstDifferences)
   for (Shape shape : {SHAPE_QUAD4, SHAPE_HEX8}) {
     for (Split split : {SPLIT_RCE, SPLIT_VD}) {
       Sample s(shape, split, PLANE_STRAIN, 3);
-      for (int i = 0; i < 3; ++i) s.er.N[i] = i == 0;
+      for (int i = 0; i < 3; ++i) s.law.N[i] = i == 0;
       const int d = s.run.m.dim;
       for (size_t k = 0; k < s.u1.size(); ++k)       // u = (-0.1 x, 0.05 y, 0.02 z)
         s.u1[k] = (k % d == 0   ? -0.1
@@ -457,15 +457,14 @@ TEST(Broken, DerivativeOfTheDiscreteGradient)
 // shear
 TEST(Broken, ClosingUnderShearGivesPressureAlone)
 {
-  const MatLaw law = law_of(PLANE_NONE);
-  ErodedLaw er;
-  er.split = SPLIT_PRESSURE;
-  er.c     = 0.0;
+  MatLaw law = law_of(PLANE_NONE);
+  law.split  = SPLIT_PRESSURE;
+  law.c      = 0.0;
   for (double size : {1e-2, 1e-3}) {
     const double E0[9] = {0.3 * size, size, 0, size, 0, 0, 0, 0, 0},
                  E1[9] = {-0.5 * size, 3 * size, 0, 3 * size, 0, 0, 0, 0, 0};
     double S[9];
-    ip_stress_broken<3>(law, er, energy_momentum(0.0), E0, E1, S, nullptr);
+    split_stress<3>(law, energy_momentum(0.0), E0, E1, S, nullptr);
     EXPECT_LT(S[0], 0.0);
     EXPECT_LT(std::fabs(S[1] / S[0]), 5 * size);
     EXPECT_LT(std::fabs(S[0] / S[8] - 1.0), 2 * size);
@@ -483,11 +482,11 @@ TEST(Broken, PointTangentAgainstDifferences)
       m.fracture[0].stiffness = 0.01;
       Trial r(m, 5);
       IntVec all = m.elset[0].item;
-      const ErodedLaw er = broken_law(split, m.dim);
+      const MatLaw broken = broken_law(MatLaw(), split, m.dim);
       for (int e : all) {
         r.st.frac.broken[e] = 0;
         r.st.n.degr[e]      = m.fracture[0].stiffness;
-        std::copy(er.N, er.N + 3, &r.st.frac.normal[3 * e]);
+        std::copy(broken.N, broken.N + 3, &r.st.frac.normal[3 * e]);
       }
       frac_convert(m, r.el, r.fm, all, r.share, r.st);
       const Points& p = r.st.points;

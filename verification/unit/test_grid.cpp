@@ -142,7 +142,8 @@ TEST(Grid, StaysUntilACornerHasGone)
   Active a(m);
   RealVec uc(a.pts.Xc.size(), 0.3);
   const GridLaid laid{uc, {}, a.g.made};
-  const auto stays = [&]() { return grid_stays(m, a.pts, Bonds(), laid, uc, RealVec()); };
+  bool meets = false;
+  const auto stays = [&]() { return grid_stays(m, a.pts, Bonds(), laid, meets, uc, RealVec()); };
   EXPECT_TRUE(stays());
   // a way of KEEP itself, with the rounding of many equal increments, on either side
   for (double rounding : {-1e-13, 1e-13}) {
@@ -156,11 +157,19 @@ TEST(Grid, StaysUntilACornerHasGone)
   EXPECT_TRUE(stays());
   uc[1] -= 0.01 * m.grid.h[1];
   EXPECT_FALSE(stays());
+  uc.assign(uc.size(), 0.3);
+  meets = true;                // bodies meet through it: a tenth of the way
+  uc[0] += 0.009 * m.grid.h[0];
+  EXPECT_TRUE(stays());
+  uc[0] += 0.002 * m.grid.h[0];
+  EXPECT_FALSE(stays());
+  meets = false;
+  uc[0] += 0.1 * m.grid.h[0];
   a.pts.field[0] = FIELD_OWN;
   EXPECT_TRUE(stays());
   m.grid.keep = 0.0;
   EXPECT_FALSE(stays());
-  EXPECT_FALSE(grid_stays(m, a.pts, Bonds(), GridLaid(), uc, RealVec()));
+  EXPECT_FALSE(grid_stays(m, a.pts, Bonds(), GridLaid(), false, uc, RealVec()));
 }
 
 // Two blocks have nodes of one grid field in common when the cells of their corners are neighbours

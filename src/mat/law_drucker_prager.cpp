@@ -1,0 +1,169 @@
+// ---------------------------------------------------------------------------
+// law_drucker_prager.cpp : plasticity of soil, rock and concrete: what presses strengthens (doc/theory.md 2.6)
+//
+//   q - tan(friction) p - d(a) <= 0,  p = -tr(tau)/3                                               (2.37)
+//   flow: deviator as von Mises, and the volume grows by tan(dilation) for each unit of it          (2.38)
+//
+// In logarithmic elastic strains as law_j2.cpp, where the surface is a cone: what the return along the flow
+// would take beyond its apex ends at the apex. Friction and dilation that differ have no symmetric tangent;
+// the matrix is its symmetric part.
+// ---------------------------------------------------------------------------
+#include <algorithm>
+#include <cmath>
+
+#include "mat/hencky.h"
+
+namespace {
+
+using Vec3 = Eigen::Vector3d;
+
+const double ON_SURFACE = 1e-12;     // of the cohesion: rounding of a state that has just yielded
+// of the elastic stiffness, at the apex, where the tangent is zero. Test: A18 (stress/drucker_prager_apex.inp)
+const double APEX = 1e-3;
+
+// Return to the cone of a trial stress
+struct Return {
+  double p, q;                 // pressure and equivalent stress of the trial
+  double gamma  = 0.0;         // amount of flow
+  double volume = 0.0;         // by which flow enlarges
+  double beta   = 1.0;         // part of the deviator that is left
+  double end = 0.0;            // pressure at its end
+  double stiff = 0.0;          // what resists gamma
+  bool flows = false, apex = false;
+};
+
+// of the test that the table is of: cohesion over its stress, its plastic strain over the amount of flow (2.39)
+double cohesion_part(const Material& m)
+{
+  const double third = m.friction / 3.0;
+  return m.hardening == HARDENING_SHEAR     ? std::sqrt(3.0)
+         : m.hardening == HARDENING_TENSION ? 1.0 + third
+                                            : 1.0 - third;
+}
+
+double strain_rate(const Material& m)
+{
+  return m.hardening == HARDENING_SHEAR ? 1.0
+                                        : 1.0 + (m.hardening == HARDENING_TENSION ? 1.0 : -1.0) * m.dilation / 3.0;
+}
+
+// q at p = 0 after the equivalent plastic strain a
+double cohesion(const Material& m, double a, double* slope)
+{
+  const double y = yield_stress(m, a, slope), part = cohesion_part(m);
+  *slope *= part;
+  return part * y;
+}
+
+// all of the deviator goes, and the pressure to the apex
+void to_apex(const MatLaw& law, double K, double a, Return& r)
+{
+  const Material& m = *law.material;
+  double slope;
+  r.apex   = true;
+  r.gamma  = r.q / (3.0 * law.mu);
+  r.beta   = 0.0;
+  r.end    = -cohesion(m, a + strain_rate(m) * r.gamma, &slope) / m.friction;
+  r.volume = (r.end - r.p) / K;
+}
+
+// q - 3 mu gamma - tan(friction) (p + K tan(dilation) gamma) = d(a + rate gamma); the table is piecewise linear
+Return cone_return(const MatLaw& law, double K, double p, double q, double a)
+{
+  const Material& m = *law.material;
+  Return r;
+  r.p = r.end = p;
+  r.q = q;
+  double slope, d = cohesion(m, a, &slope);
+  if (q - m.friction * p - d <= ON_SURFACE * d) return r;
+  r.flows = true;
+  const double rate = strain_rate(m), elastic = 3.0 * law.mu + m.friction * K * m.dilation;
+  for (int it = 0; it < 100; ++it) {
+    const double f    = q - m.friction * p - elastic * r.gamma - d;
+    const double step = f / (elastic + rate * slope);
+    r.gamma += step;
+    d = cohesion(m, a + rate * r.gamma, &slope);
+    if (std::fabs(step) <= 1e-15 * r.gamma) break;
+  }
+  r.stiff = elastic + rate * slope;
+  if (3.0 * law.mu * r.gamma > q) {
+    to_apex(law, K, a, r);
+    return r;
+  }
+  r.beta   = q > 0.0 ? 1.0 - 3.0 * law.mu * r.gamma / q : 1.0;
+  r.volume = m.dilation * r.gamma;
+  r.end    = p + K * r.volume;
+  return r;
+}
+
+// the symmetric part                                                                             (2.40)
+Moduli moduli(const MatLaw& law, double K, const Return& r)
+{
+  if (!r.flows) return {K, 2.0 * law.mu, 0.0};
+  if (r.apex) return {APEX * K, APEX * 2.0 * law.mu, 0.0};
+  const Material& m = *law.material;
+  const double part = 3.0 * law.mu / r.stiff, bulk = K / r.stiff;
+  Moduli c{K - K * bulk * m.friction * m.dilation, 2.0 * law.mu * r.beta, 0.0};
+  if (r.q == 0.0) return c;
+  c.flow  = (1.0 - r.beta - part) * 3.0 * law.mu / (r.q * r.q);
+  c.mixed = -0.5 * part * K * (m.friction + m.dilation) / r.q;
+  return c;
+}
+
+// what flow takes: of the cohesion, as it hardens, and of friction beyond what dilation gives back; at the apex
+// the work of the tension
+void note_flow(const MatLaw& law, const Return& r, const double* h_n, double* h_np1, LawOutput& out)
+{
+  const Material& m = *law.material;
+  const double a = h_n[FLOW_EQUIVALENT], rate = strain_rate(m);
+  h_np1[FLOW_EQUIVALENT] = a + rate * r.gamma;
+  if (!r.flows) return;
+  out.dissipated = r.apex ? -r.end * r.volume
+                          : (yield_work(m, a + rate * r.gamma) - yield_work(m, a)) * cohesion_part(m) / rate +
+                                (m.friction - m.dilation) * r.end * r.gamma;
+}
+
+// increment of the plastic strain over the deviator of the trial
+double flow_rate(const Return& r) { return r.flows && r.q > 0.0 ? 1.5 * r.gamma / r.q : 0.0; }
+
+// without NLGEOM: additive strains
+bool small_strain(const MatLaw& law, const double* E, const double* h_n, double* h_np1, bool tangent,
+                  LawOutput& out)
+{
+  const double K     = bulk_modulus(law);
+  const SmallTrial t = small_trial(law, E, h_n);
+  const Return r     = cone_return(law, K, -K * t.tr, std::sqrt(1.5 * t.ss), h_n[FLOW_EQUIVALENT]);
+  for (int i = 0; i < 6; ++i) out.S[i] = r.beta * t.s[i] - (i < 3 ? r.end : 0.0);
+  out.psi = 0.5 * r.end * r.end / K + 0.25 / law.mu * r.beta * r.beta * t.ss;
+  small_flow(t, flow_rate(r), h_n, h_np1);
+  for (int i = 0; i < 3; ++i) h_np1[FLOW_DEFORMATION + i] -= 2.0 / 3.0 * r.volume;
+  note_flow(law, r, h_n, h_np1, out);
+  if (tangent) small_tangent(t, moduli(law, K, r), out.D);
+  return true;
+}
+
+}  // namespace
+
+bool law_drucker_prager(const MatLaw& law, bool finite, const double* E, const double* h_n, double* h_np1,
+                        bool tangent, LawOutput& out)
+{
+  if (!finite) return small_strain(law, E, h_n, h_np1, tangent, out);
+  const double K = bulk_modulus(law);
+  // 1. trial
+  HenckyTrial t;
+  if (!hencky_trial(E, h_n, t)) return false;
+  const double tr = t.e.sum();
+  const Vec3 s    = 2.0 * law.mu * (t.e.array() - tr / 3.0);
+  // 2. return
+  const Return r = cone_return(law, K, -K * tr, std::sqrt(1.5) * s.norm(), h_n[FLOW_EQUIVALENT]);
+  const Vec3 tau = r.beta * s - Vec3::Constant(r.end);
+  out.psi = 0.5 * r.end * r.end / K + 0.25 / law.mu * r.beta * r.beta * s.squaredNorm();
+  hencky_stress(t, tau, out.S);
+  // 3. history
+  std::copy_n(h_n, FLOW_EQUIVALENT, h_np1);
+  note_flow(law, r, h_n, h_np1, out);
+  if (r.flows) hencky_flow(t, t.e - flow_rate(r) * s - Vec3::Constant(r.volume / 3.0), h_np1);
+  // 4. tangent
+  if (tangent) hencky_tangent(t, tau, s, moduli(law, K, r), out.D);
+  return true;
+}

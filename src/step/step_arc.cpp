@@ -1,0 +1,213 @@
+// ---------------------------------------------------------------------------
+// step_arc.cpp : *STATIC, RIKS: loads that follow what opens                            doc/theory.md (6.39)
+//
+// Where a crack opens against a cohesion the load has a peak, behind which neither load nor displacement need
+// grow. What grows is the extension of the elements that are opening. It is prescribed, as a sum over them,
+// and the time of the loads, from 0 to the period, is an unknown more.
+// ---------------------------------------------------------------------------
+#include <algorithm>
+#include <cmath>
+
+#include "mat/law.h"
+#include "step/step.h"
+
+namespace {
+
+// Elements whose share of what they carry is that near to the largest open together. Test: C2 (strength/snap.inp)
+const double ALIKE = 1e-6;
+// of the opening at which nothing is left: what an element may open by in an increment of dt of the deck.
+// Test: C2
+const double OPENS_BY = 0.2;
+// of the extension at the strength, by which an element that has no crack yet may pass it: by more, and those
+// beside it would open as well. Test: C2
+const double PASSES_BY = 0.002;
+// of the largest load: then the loads have fallen away
+const double FALLEN = 0.02;
+
+double along(const double* N, const double* x, int dim)
+{
+  double sum = 0.0;
+  for (int i = 0; i < dim; ++i) sum += N[i] * x[i];
+  return sum;
+}
+
+double width_along(const Model& m, int e, const double* N)
+{
+  double lo = 1e300, hi = -1e300;
+  const int* node = m.mesh.conn.begin(e);
+  for (int a = 0; a < m.mesh.conn.count(e); ++a) {
+    const double at = along(N, &m.mesh.X[3 * node[a]], m.dim);
+    lo = std::min(lo, at);
+    hi = std::max(hi, at);
+  }
+  return hi - lo;
+}
+
+// the largest share of its points; q: as the point with it has it
+double largest_share(const Problem& p, const ElemBlock& b, int e, ArcElement& q)
+{
+  const Elements& el = p.d.el;
+  const MatLaw law   = elem_law(b, el.slot_of[e]);
+  const bool nlgeom  = p.m.step[p.st.log.step - 1].nlgeom;
+  double most = 0.0, N[3];
+  IpFields at;
+  for (int g = 0; g < shape_info[b.shape].ngp; ++g) {
+    elem_ip_fields(p.m, el, p.st.n, nlgeom, e, g, at);
+    const double* h = history_at(p.st.n.he, el.history, el.gauss_of[e] + g);
+    const double share = crack_share(law.crack, at.sig, h, N);
+    if (share <= most) continue;
+    most = share;
+    q.e  = e;
+    std::copy_n(N, 3, q.N.begin());
+    q.width = width_along(p.m, e, N);
+    q.most  = crack_opening(h) > 0.0
+                  ? OPENS_BY * crack_open(law.crack)
+                  : (std::max(0.0, 1.0 - share) + PASSES_BY) * crack_strength(law.crack) * q.width / b.law.material->young;
+  }
+  return most;
+}
+
+// what opens first, or is opening, at t(n)
+void find_openings(const Problem& p, Arc& arc)
+{
+  const Elements& el = p.d.el;
+  std::vector<std::pair<double, ArcElement>> all;
+  double most = 0.0;
+  for (const ElemBlock& b : el.block) {
+    if (!b.opens()) continue;
+    for (int e : b.elem) {
+      if (el.broken(e) >= 0 || el.slot_of[e] < 0) continue;
+      ArcElement q;
+      const double share = largest_share(p, b, e, q);
+      if (share <= 0.0) continue;
+      all.push_back({share, q});
+      most = std::max(most, share);
+    }
+  }
+  most = dof_largest(p.dofs, most);
+  arc.any = most > 0.0;
+  for (auto& [share, q] : all) {
+    if (share >= (1.0 - ALIKE) * most) arc.element.push_back(q);
+  }
+}
+
+// extension of an element along N: that of the strain that fits the displacements x of its nodes best
+double extension(const Problem& p, const ArcElement& q, const RealVec& x)
+{
+  const Mesh& mesh = p.m.mesh;
+  const int dim = p.m.dim, nen = mesh.conn.count(q.e), *node = mesh.conn.begin(q.e);
+  double mean = 0.0, square = 0.0, product = 0.0;
+  for (int a = 0; a < nen; ++a) mean += along(q.N.data(), &mesh.X[3 * node[a]], dim) / nen;
+  for (int a = 0; a < nen; ++a) {
+    const double arm = along(q.N.data(), &mesh.X[3 * node[a]], dim) - mean;
+    const int r      = p.dofs.row_of_node[node[a]];
+    square += arm * arm;
+    if (r >= 0) product += arm * along(q.N.data(), &x[r * dim], dim);
+  }
+  return q.width * product / square;
+}
+
+double extensions(const Problem& p, const Arc& arc, const RealVec& x)
+{
+  double sum = 0.0;
+  for (const ArcElement& q : arc.element) sum += extension(p, q, x);
+  return dof_total(p.dofs, sum);
+}
+
+// time of the loads over the first correction: what opens most opens by a part of its whole opening, and the
+// loads change by no more than dt; forwards is where what opens goes on
+double first_advance(const Problem& p, const Attempt& a, const RealVec& unit)
+{
+  const Arc& arc    = a.arc;
+  const double left = a.step.period - arc.from;
+  if (!arc.any) return std::min(a.dt, left);
+  const double sum = extensions(p, arc, unit), part = std::min(1.0, a.dt / a.step.dt);
+  double most = 0.0;                                 // of what is allowed, per time of the loads
+  for (const ArcElement& q : arc.element) most = std::max(most, std::fabs(extension(p, q, unit)) / q.most);
+  most = dof_largest(p.dofs, most);
+  const double by = std::min(a.dt, most > 0.0 ? part / most : a.dt);
+  return sum < 0.0 ? -by : std::min(by, left);
+}
+
+// mean displacement of the set in its direction
+double set_displacement(const Problem& p, const Step& s)
+{
+  double sum[2] = {};
+  const int dim = p.m.dim;
+  for (int n : p.m.nset[s.arc_nset].item) {
+    const int r = p.dofs.row_of_node[n];
+    if (r < 0 || !p.dofs.counts(r * dim)) continue;
+    sum[0] += p.st.np1.u[n * dim + s.arc_direction];
+    sum[1] += 1.0;
+  }
+  if (p.dofs.split) comm_sum(sum, 2);
+  return sum[1] > 0.0 ? sum[0] / sum[1] : 0.0;
+}
+
+}  // namespace
+
+Failure step_arc_begin(Problem& p, Attempt& a)
+{
+  Arc& arc = a.arc;
+  arc      = Arc();
+  arc.on   = true;
+  arc.from = arc.at = a.t0;
+  arc.support = p.dofs.target;
+  for (double& x : arc.support) x /= a.dt;
+  RealVec none;
+  Failure failure = assem_loads(p.m, p.d, p.dofs, p.st, a.step, {0.0, a.total0, 1.0}, p.warned, none);
+  if (failure.ok())
+    failure = assem_loads(p.m, p.d, p.dofs, p.st, a.step, {a.step.period, a.total0, 1.0}, p.warned, arc.load);
+  if (!failure.ok()) return failure;
+  for (size_t i = 0; i < arc.load.size(); ++i) arc.load[i] = (arc.load[i] - none[i]) / a.step.period;
+  a.fext = a.fext0;
+  std::fill(p.dofs.target.begin(), p.dofs.target.end(), 0.0);
+  find_openings(p, arc);
+  return STATUS_OK;
+}
+
+void step_arc_force(const Dofs& s, const Arc& arc, RealVec& g)
+{
+  RealVec Ax;
+  sys_multiply(s.A, arc.support, Ax);
+  if (s.split) sys_sum(s.A, Ax);
+  g = arc.load;
+  tie_force(s, g);
+  for (int i = 0; i < s.neq(); ++i) g[i] = s.fixed[i] ? 0.0 : g[i] - Ax[i];
+}
+
+double step_arc_advance(const Problem& p, Attempt& a, int it, const RealVec& dx, const RealVec& unit)
+{
+  Arc& arc = a.arc;
+  if (it == 1) {
+    const double advance = first_advance(p, a, unit);
+    arc.length = advance * (arc.any ? extensions(p, arc, unit) : 0.0);
+    if (!arc.any || arc.from + advance == a.step.period) arc.element.clear();
+    arc.any = dof_largest(p.dofs, static_cast<double>(arc.element.size())) > 0.0;
+    return advance;
+  }
+  if (!arc.any) return 0.0;
+  const double per = extensions(p, arc, unit);
+  return per == 0.0 ? 0.0 : (arc.length - extensions(p, arc, a.du) - extensions(p, arc, dx)) / per;
+}
+
+void step_arc_load(Problem& p, Attempt& a, double advance)
+{
+  a.arc.at += advance;
+  const double by = a.arc.at - a.arc.from;
+  for (int i = 0; i < p.dofs.neq(); ++i) {
+    a.fext[i] = a.fext0[i] + by * a.arc.load[i];
+    p.dofs.target[i] = by * a.arc.support[i];
+  }
+}
+
+void step_arc_end(Problem& p, const Attempt& a)
+{
+  StepClock& c  = p.st.clock;
+  const Step& s = a.step;
+  c.load      = a.arc.at;
+  c.load_most = std::max(c.load_most, c.load);
+  const double u = s.arc_nset >= 0 ? set_displacement(p, s) : 0.0;
+  const bool far = s.arc_nset >= 0 && u * s.arc_end >= s.arc_end * s.arc_end;
+  c.ended = far || s.over(c.load) || c.load <= FALLEN * c.load_most;
+}
