@@ -306,13 +306,16 @@ void check_sections(Deck& d, const Model& m, const IntVec& body)
 
 // ---- materials ------------------------------------------------------------
 
+// the keyword that makes the material flow
+const char* plastic_word(const Material& a) { return a.law == LAW_J2 ? "PLASTIC" : "DRUCKER PRAGER"; }
+
 // orthotropic constants stand alone; in the plane nothing may shear out of it
 void check_ortho(Deck& d, const Model& m, const Material& a)
 {
   if (a.elastic.empty()) return;
   const char* const alone =
       a.hyper               ? "*HYPERELASTIC replaces *ELASTIC, TYPE=ENGINEERING CONSTANTS; keep one of them"
-      : a.law != LAW_ORTHO  ? "plasticity goes with isotropic *ELASTIC"
+      : a.law != LAW_ORTHO  ? "*PLASTIC goes with isotropic *ELASTIC"
       : a.beta > 0.0        ? "*DAMPING, BETA= goes with isotropic *ELASTIC; ALPHA= is available"
       : a.breaks            ? "*EIGENFRACTURE names elements of it: the criterion and broken material are "
                               "isotropic; take these elements out of the set"
@@ -330,9 +333,6 @@ void check_ortho(Deck& d, const Model& m, const Material& a)
               "directions is that of z");
 }
 
-// the keyword that makes the material flow
-const char* plastic_word(const Material& a) { return a.law == LAW_J2 ? "PLASTIC" : "DRUCKER PRAGER"; }
-
 void check_materials(Deck& d, const Model& m)
 {
   bool dynamic = false;
@@ -349,10 +349,12 @@ void check_materials(Deck& d, const Model& m)
             "material " + a.name + " has no *ELASTIC (or *HYPERELASTIC); write it after *MATERIAL");
     if (a.law == LAW_DRUCKER_PRAGER && a.yield.empty())
       fault(d, "DRUCKER PRAGER", a.place, a.name,
-            "material " + a.name + " has *DRUCKER PRAGER without its strength; write *DRUCKER PRAGER HARDENING");
+            "material " + a.name +
+                " has *DRUCKER PRAGER without its strength; write *DRUCKER PRAGER HARDENING");
     if (law_flows(a.law) && a.hyper)
       fault(d, plastic_word(a), a.place, a.name,
-            "material " + a.name + " has *HYPERELASTIC and *" + plastic_word(a) + "; plasticity goes with *ELASTIC");
+            "material " + a.name + " has *HYPERELASTIC and *" + plastic_word(a) +
+                "; plasticity goes with *ELASTIC");
     check_ortho(d, m, a);
     if (a.law == LAW_NEO_HOOKE && a.breaks)
       doubt(d, "HYPERELASTIC", a.place, a.name,
@@ -361,8 +363,9 @@ void check_materials(Deck& d, const Model& m)
             "few per cent");
     if (law_flows(a.law) && a.breaks)
       fault(d, plastic_word(a), a.place, a.name,
-            "material " + a.name + " flows, and *EIGENFRACTURE names elements of it: the energy that plastic flow takes at a "
-            "crack tip is not in the criterion; remove *" + plastic_word(a) + ", or these elements from the set");
+            "material " + a.name + " flows, and *EIGENFRACTURE names elements of it: the energy that plastic "
+            "flow takes at a crack tip is not in the criterion; remove *" + plastic_word(a) +
+                ", or these elements from the set");
     if (dynamic && a.density == 0.0)
       fault(d, "DENSITY", a.place, a.name,
             "material " + a.name + " has no *DENSITY, which a *DYNAMIC step needs; write it after *MATERIAL");
@@ -381,8 +384,10 @@ void check_law_elements(Deck& d, const Model& m)
     if (a.law == LAW_SVK) continue;
     told[k] = 1;
     const std::string type = elem_table[m.mesh.elem_type[e]].name;
-    fault(d, law_flows(a.law) ? plastic_word(a) : a.law == LAW_ORTHO ? "ELASTIC" : "HYPERELASTIC", a.place,
-          a.name,
+    const char* const word = law_flows(a.law)       ? plastic_word(a)
+                             : a.law == LAW_ORTHO ? "ELASTIC"
+                                                    : "HYPERELASTIC";
+    fault(d, word, a.place, a.name,
           text_format("element %d of type ", m.mesh.elem_label[e]) + type + " has material " + a.name +
               ": enhanced strains go with " + (a.law == LAW_ORTHO ? "isotropic " : "") +
               "*ELASTIC alone; take " + type.substr(0, type.size() - 1) +

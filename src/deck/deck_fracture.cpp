@@ -115,8 +115,8 @@ void check_cohesive(Deck& d, const Model& m)
                    text_format("element %d: ", m.mesh.elem_label[e]) + text);
       };
       if (mat.law != LAW_SVK) {
-        fault("CRITERION=COHESIVE goes with *ELASTIC alone; leave out *PLASTIC, *DRUCKER PRAGER and *HYPERELASTIC of " +
-              mat.name);
+        fault("CRITERION=COHESIVE goes with *ELASTIC alone; leave out *PLASTIC, *DRUCKER PRAGER and "
+              "*HYPERELASTIC of " + mat.name);
         break;
       }
       if (type.enhanced) {

@@ -27,15 +27,16 @@ void kw_drucker_prager(Card& card, Model& model)
   if (ratio != 1.0)
     card_error(card, card.field[1], "the flow stress ratio is 1: the yield surface is a circle");
   if (dilation > friction)
-    card_error(card, card.field[2], "the dilation angle must not exceed the friction angle: flow would make energy");
+    card_error(card, card.field[2],
+               "the dilation angle must not exceed the friction angle: flow would make energy");
   m.friction = tangent_of(friction);
   m.dilation = tangent_of(dilation);
   m.law      = LAW_DRUCKER_PRAGER;
 }
 
 // ---------------------------------------------------------------------------
-// *DRUCKER PRAGER HARDENING[, TYPE=COMPRESSION|TENSION|SHEAR] : yield stress, equivalent plastic strain of that
-// test, line after line
+// *DRUCKER PRAGER HARDENING[, TYPE=COMPRESSION|TENSION|SHEAR] : yield stress, equivalent plastic strain of
+// that test, line after line
 // ---------------------------------------------------------------------------
 void kw_drucker_prager_hardening(Card& card, Model& model)
 {

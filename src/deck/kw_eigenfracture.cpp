@@ -20,8 +20,8 @@ void read_start(Card& card, FractureDef& f)
   const std::string word = p && p->has_value ? text_upper(p->value.text) : "YES";
   if (word == "YES" || word == "NO") f.start = card_param_yes(card, "START", false, true);
   else if (parse_real(word, number))
-    card_error(card, p->value, "START=stress is gone, because all elements near the first break broke with it; "
-                               "a strength is that of CRITERION=COHESIVE: Gc, ft");
+    card_error(card, p->value, "START=stress is gone, because all elements near the first break broke with "
+                               "it; a strength is that of CRITERION=COHESIVE: Gc, ft");
   else card_error(card, p->value, "START=" + p->value.text + " is neither YES nor NO");
 }
 

@@ -79,6 +79,6 @@ Status elem_form_one(const Model& m, const Elements& el, const KernelMode& mode,
   if (intact && !b.general) return form(b, slot, mode, u0, u1, re, ke);
   elem_history(el, l0, l1, e, h);
   MatLaw law       = elem_law(m, el, b, slot, intact ? 1.0 : degr_of_step(l0, l1, mode.mid, e));
-  law.crack.secant = mode.secant;
+  law.crack.tangent = mode.crack;
   return elem_form_general(b, slot, law, mode, u0, u1, h, re, ke);
 }

@@ -1,5 +1,5 @@
 // ---------------------------------------------------------------------------
-// law_drucker_prager.cpp : plasticity of soil, rock and concrete: what presses strengthens (doc/theory.md 2.6)
+// law_drucker_prager.cpp : plasticity whose strength grows with pressure (doc/theory.md 2.6)
 //
 //   q - tan(friction) p - d(a) <= 0,  p = -tr(tau)/3                                               (2.37)
 //   flow: deviator as von Mises, and the volume grows by tan(dilation) for each unit of it          (2.38)
@@ -18,7 +18,7 @@ namespace {
 using Vec3 = Eigen::Vector3d;
 
 const double ON_SURFACE = 1e-12;     // of the cohesion: rounding of a state that has just yielded
-// of the elastic stiffness, at the apex, where the tangent is zero. Test: A18 (stress/drucker_prager_apex.inp)
+// of the elastic stiffness, at the apex, where the tangent is zero. Test: C10 (strength/dp_apex.inp)
 const double APEX = 1e-3;
 
 // Return to the cone of a trial stress
@@ -32,7 +32,8 @@ struct Return {
   bool flows = false, apex = false;
 };
 
-// of the test that the table is of: cohesion over its stress, its plastic strain over the amount of flow (2.39)
+// of the test that the table is of: cohesion over its stress, its plastic strain over the amount of flow
+//                                                                                          (2.39)
 double cohesion_part(const Material& m)
 {
   const double third = m.friction / 3.0;
@@ -43,8 +44,8 @@ double cohesion_part(const Material& m)
 
 double strain_rate(const Material& m)
 {
-  return m.hardening == HARDENING_SHEAR ? 1.0
-                                        : 1.0 + (m.hardening == HARDENING_TENSION ? 1.0 : -1.0) * m.dilation / 3.0;
+  const double third = m.dilation / 3.0;
+  return m.hardening == HARDENING_SHEAR ? 1.0 : m.hardening == HARDENING_TENSION ? 1.0 + third : 1.0 - third;
 }
 
 // q at p = 0 after the equivalent plastic strain a
@@ -67,7 +68,8 @@ void to_apex(const MatLaw& law, double K, double a, Return& r)
   r.volume = (r.end - r.p) / K;
 }
 
-// q - 3 mu gamma - tan(friction) (p + K tan(dilation) gamma) = d(a + rate gamma); the table is piecewise linear
+// q - 3 mu gamma - tan(friction) (p + K tan(dilation) gamma) = d(a + rate gamma); the table is piecewise
+// linear
 Return cone_return(const MatLaw& law, double K, double p, double q, double a)
 {
   const Material& m = *law.material;
@@ -110,8 +112,8 @@ Moduli moduli(const MatLaw& law, double K, const Return& r)
   return c;
 }
 
-// what flow takes: of the cohesion, as it hardens, and of friction beyond what dilation gives back; at the apex
-// the work of the tension
+// what flow takes: of the cohesion, as it hardens, and of friction beyond what dilation gives back; at the
+// apex the work of the tension
 void note_flow(const MatLaw& law, const Return& r, const double* h_n, double* h_np1, LawOutput& out)
 {
   const Material& m = *law.material;

@@ -8,13 +8,17 @@
 
 struct BulkStep;               // elem.h
 
+// Tangent of cracks that open against a cohesion: that of the stress; one that is positive definite (2.36);
+// that of a crack which is at its largest opening and goes on (6.39)
+enum CrackTangent { CRACK_TANGENT, CRACK_SECANT, CRACK_ONWARD };
+
 // What a time scheme asks of the law over a step t(n) -> t(n+1)                        (1.8)
 struct KernelMode {
   bool finite = true;          // NLGEOM
   bool mid    = false;         // energy-momentum
   bool is_static = false;         // statics: broken material is kept from wrinkling (2.16)
   double s_new = 1.0, s_old = 0.0;
-  bool secant = false;         // tangent of cracks that open: one that is positive definite      (2.36)
+  CrackTangent crack = CRACK_TANGENT;
   // viscous stress: factor of E(n+1) - E(n) in dE/dt; 1/dt, Newmark gamma/(beta dt); statics: 0     1/time
   double rate = 0.0;
   BulkStep* bulk = nullptr;          // explicit: bulk viscosity of elements (6.35); null: none
@@ -30,7 +34,7 @@ struct CrackLaw {
   double scatter  = 1.0;       // factor of both
   const double* place = nullptr;       // nodes of the element [nodes*dim]: its width along a normal
   int nodes = 0, dim = 0;
-  bool secant = false;         // KernelMode
+  CrackTangent tangent = CRACK_TANGENT;      // KernelMode
 };
 
 // St.Venant-Kirchhoff: S = lam tr(E) I + 2 mu E. In plane stress lam is the reduced one,

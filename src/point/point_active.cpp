@@ -10,8 +10,8 @@
 
 namespace {
 
-// Bodies that meet through the grid have in common the nodes near them: it is laid anew after this part of KEEP.
-// Test: G3 (g3_pp)
+// Bodies that meet through the grid have in common the nodes near them: it is laid anew after this part of
+// KEEP.  Test: G3 (contact/g3_pf.inp -D dt=1.25e-3)
 const double MEETING = 0.1;
 
 // the multilinear weights of a cell at xi (outside 0 ... 1: extrapolation); zero weights are left out

@@ -247,7 +247,8 @@ Failure step_solve(Problem& p, const Attempt& a, int it, double residual, double
                    const RealVec& pending, LinearSystem& l);
 
 // step_solve_arc : l.along, with the factors of step_solve
-Failure step_solve_arc(Problem& p, const Attempt& a, int it, double residual, double accepted, LinearSystem& l);
+Failure step_solve_arc(Problem& p, const Attempt& a, int it, double residual, double accepted,
+                       LinearSystem& l);
 
 // step_supports_fix : do the supports fix every part of bodies of solid elements in space? false: not known.
 // Parts are elements that share faces; their supports must take all six rigid motions. Then a matrix of
@@ -278,7 +279,7 @@ Failure step_contact_depth(const Bonds& b, const ContactPairs& pairs, const Leve
 // step_newton : solves R(du) = 0 for the attempt. Not good with a guess: it may be without.
 Failure step_newton(Problem& p, Attempt& a);
 
-// step_arc_begin : *STATIC, RIKS: what is prescribed in this increment, and how the loads grow with their time
+// step_arc_begin : *STATIC, RIKS: what is prescribed in this increment, and how the loads grow
 // step_arc_force : g [neq], what A x of a unit of time of the loads is, A before prescribed dofs went
 // step_arc_advance : time of the loads over the correction dx; along: the correction that a unit of it makes
 // step_arc_load : loads and supports go on by so much

@@ -13,7 +13,8 @@
 
 namespace {
 
-// Elements whose share of what they carry is that near to the largest open together. Test: C2 (strength/snap.inp)
+// Elements whose share of what they carry is that near to the largest open together. Test: C2
+// (strength/snap.inp)
 const double ALIKE = 1e-6;
 // of the opening at which nothing is left: what an element may open by in an increment of dt of the deck.
 // Test: C2
@@ -47,7 +48,7 @@ double width_along(const Model& m, int e, const double* N)
 double largest_share(const Problem& p, const ElemBlock& b, int e, ArcElement& q)
 {
   const Elements& el = p.d.el;
-  const MatLaw law   = elem_law(b, el.slot_of[e]);
+  const MatLaw law   = elem_law(p.m, el, b, el.slot_of[e], 1.0);
   const bool nlgeom  = p.m.step[p.st.log.step - 1].nlgeom;
   double most = 0.0, N[3];
   IpFields at;
@@ -60,9 +61,9 @@ double largest_share(const Problem& p, const ElemBlock& b, int e, ArcElement& q)
     q.e  = e;
     std::copy_n(N, 3, q.N.begin());
     q.width = width_along(p.m, e, N);
-    q.most  = crack_opening(h) > 0.0
-                  ? OPENS_BY * crack_open(law.crack)
-                  : (std::max(0.0, 1.0 - share) + PASSES_BY) * crack_strength(law.crack) * q.width / b.law.material->young;
+    const double strain = crack_strength(law.crack) / b.law.material->young;
+    q.most = crack_opening(h) > 0.0 ? OPENS_BY * crack_open(law.crack)
+                                    : (std::max(0.0, 1.0 - share) + PASSES_BY) * strain * q.width;
   }
   return most;
 }

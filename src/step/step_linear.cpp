@@ -197,7 +197,8 @@ Failure step_solve(Problem& p, const Attempt& a, int it, double residual, double
   return STATUS_OK;
 }
 
-Failure step_solve_arc(Problem& p, const Attempt& a, int it, double residual, double accepted, LinearSystem& l)
+Failure step_solve_arc(Problem& p, const Attempt& a, int it, double residual, double accepted,
+                       LinearSystem& l)
 {
   const Dofs& s       = p.dofs;
   SolveAsk ask        = ask_of(p, a, it, residual, accepted, l);

@@ -322,12 +322,12 @@ const double RELAXED = 1.8;
 //        du       before the correction;   advance  RIKS: of the loads in it
 Failure descend(Problem& p, Attempt& a, double before, double advance, RealVec& du, Descent& d, Residual& b)
 {
-  if (a.mode.secant) {
-    a.mode.secant = --d.left > 0;
+  if (a.mode.crack == CRACK_SECANT) {
+    a.mode.crack = --d.left > 0 ? CRACK_SECANT : CRACK_TANGENT;
     return STATUS_OK;
   }
   if (before == 0.0 || b.free_norm <= FALLS * before) return STATUS_OK;
-  a.mode.secant = true;
+  a.mode.crack = CRACK_SECANT;
   d.left = d.next;
   d.next = 2 * d.next;
   if (b.free_norm <= before) return STATUS_OK;
@@ -374,7 +374,7 @@ Failure step_newton(Problem& p, Attempt& a)
   double least = 1e300;        // norm of R so far
   int stale    = 0;            // iterations since
   RealVec trial(s.neq()), pending(s.neq());
-  a.mode.secant = false;
+  a.mode.crack = a.arc.on ? CRACK_ONWARD : CRACK_TANGENT;
   // 1. where it begins
   double guessed  = 0.0;       // energy of the guess
   Failure failure = begin_at_predictor(p, a, b);
@@ -399,7 +399,7 @@ Failure step_newton(Problem& p, Attempt& a)
     failure = step_solve(p, a, it, before, accepted, pending, l);
     if (!failure.ok()) return failure;
     if (a.newton.rubs && there) step_secant(secants, a.du, dof_own(s, l.diag), l.dx);
-    if (a.mode.secant && there)
+    if (a.mode.crack == CRACK_SECANT && there)
       for (double& x : l.dx) x *= RELAXED;
     double advance = 0.0;
     if (a.arc.on) failure = follow_arc(p, a, it, before, accepted, l, advance);
@@ -408,8 +408,8 @@ Failure step_newton(Problem& p, Attempt& a)
     if (it == 1 && guessed > 0.0 && std::fabs(g0) > guessed) return NOT_CONVERGED;   // it leads astray (6.14)
     // 4. correct                                                                   (6.6)
     double part = 1.0;
-    failure = correct(p, a, l.dx, g0, a.step.ctl.line_search && there && !a.arc.on && stale >= a.newton.patience,
-                      trial, b, part);
+    const bool search = a.step.ctl.line_search && there && !a.arc.on && stale >= a.newton.patience;
+    failure = correct(p, a, l.dx, g0, search, trial, b, part);
     if (failure.ok() && a.arc.on && part < 1.0) failure = BAD_JACOBIAN;
     if (!failure.ok()) return failure;
     // RIKS: the first residual is that of the load before

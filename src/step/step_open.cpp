@@ -289,8 +289,9 @@ void grid_serves(const Problem& p, const RealVec& xb, bool& stays, bool& known)
   known = no[1] == 0.0;
 }
 
-// the active grid, where it was laid or, when that does not stay, where corners and bonds are now. A grid that is
-// made again after a restart or a division shows only then whether bodies meet through it, and may not stay
+// the active grid, where it was laid or, when that does not stay, where corners and bonds are now. A grid
+// that is made again after a restart or a division shows only then whether bodies meet through it, and may
+// not stay
 Failure lay_grid(Problem& p, const RealVec& xb, bool stays)
 {
   State& st = p.st;

@@ -84,7 +84,7 @@ TEST(Clock, EndsOnStopsAndOnTheStepWithoutASliver)
   EXPECT_DOUBLE_EQ(0.3, clock_next(s, c, {}));       // 0.6 are left: two halves
   clock_accept(s, 0.3, 6, 0.0, c);
   clock_accept(s, clock_next(s, c, {}), 6, 0.0, c);
-  EXPECT_TRUE(clock_done(s, c));
+  EXPECT_TRUE(clock_over(s, c));
 }
 
 // grow_back of step_clock.cpp, as doc/theory.md 6.5 tells it: 2^-16 of dt is back at dt within a nominal increment,
