@@ -315,7 +315,7 @@ void check_ortho(Deck& d, const Model& m, const Material& a)
   if (a.elastic.empty()) return;
   const char* const alone =
       a.hyper               ? "*HYPERELASTIC replaces *ELASTIC, TYPE=ENGINEERING CONSTANTS; keep one of them"
-      : a.law != LAW_ORTHO  ? "*PLASTIC goes with isotropic *ELASTIC"
+      : a.law != LAW_ORTHO  ? "plasticity goes with isotropic *ELASTIC"
       : a.beta > 0.0        ? "*DAMPING, BETA= goes with isotropic *ELASTIC; ALPHA= is available"
       : a.breaks            ? "*EIGENFRACTURE names elements of it: the criterion and broken material are "
                               "isotropic; take these elements out of the set"
@@ -347,6 +347,9 @@ void check_materials(Deck& d, const Model& m)
     if (!a.has_elastic)
       fault(d, "ELASTIC", a.place, a.name,
             "material " + a.name + " has no *ELASTIC (or *HYPERELASTIC); write it after *MATERIAL");
+    if (!a.yield.empty() && !law_flows(a.law) && !a.hyper)
+      fault(d, "DRUCKER PRAGER HARDENING", a.place, a.name,
+            "material " + a.name + " has *DRUCKER PRAGER HARDENING without *DRUCKER PRAGER; write it before");
     if (a.law == LAW_DRUCKER_PRAGER && a.yield.empty())
       fault(d, "DRUCKER PRAGER", a.place, a.name,
             "material " + a.name +

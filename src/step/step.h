@@ -120,12 +120,14 @@ struct ArcElement {
   int e = -1;
   std::array<double, 3> N{{0, 0, 0}};        // the axis along which it opens
   double width = 0.0;                        // along it
+  bool cracked = false;
   double most  = 0.0;                        // by which it may extend in an increment of dt of the deck
 };
 struct Arc {
   bool on = false;
   std::vector<ArcElement> element;           // of this rank, whose extensions are prescribed
   bool any = false;                          // on any rank; else the loads grow by dt
+  bool cracked = false;                      // one of them has a crack
   double from = 0.0, at = 0.0;               // time of the step whose loads act: at t(n), now
   double length = 0.0;                       // sum of the extensions over the increment
   RealVec load, support;                     // [neq] external force, displacement over time of the loads

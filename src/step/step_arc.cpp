@@ -62,8 +62,9 @@ double largest_share(const Problem& p, const ElemBlock& b, int e, ArcElement& q)
     std::copy_n(N, 3, q.N.begin());
     q.width = width_along(p.m, e, N);
     const double strain = crack_strength(law.crack) / b.law.material->young;
-    q.most = crack_opening(h) > 0.0 ? OPENS_BY * crack_open(law.crack)
-                                    : (std::max(0.0, 1.0 - share) + PASSES_BY) * strain * q.width;
+    q.cracked = crack_opening(h) > 0.0;
+    q.most    = q.cracked ? OPENS_BY * crack_open(law.crack)
+                          : (std::max(0.0, 1.0 - share) + PASSES_BY) * strain * q.width;
   }
   return most;
 }
@@ -90,6 +91,9 @@ void find_openings(const Problem& p, Arc& arc)
   for (auto& [share, q] : all) {
     if (share >= (1.0 - ALIKE) * most) arc.element.push_back(q);
   }
+  double cracked = 0.0;
+  for (const ArcElement& q : arc.element) cracked = std::max(cracked, q.cracked ? 1.0 : 0.0);
+  arc.cracked = dof_largest(p.dofs, cracked) > 0.0;
 }
 
 // extension of an element along N: that of the strain that fits the displacements x of its nodes best
@@ -116,7 +120,8 @@ double extensions(const Problem& p, const Arc& arc, const RealVec& x)
 }
 
 // time of the loads over the first correction: what opens most opens by a part of its whole opening, and the
-// loads change by no more than dt; forwards is where what opens goes on
+// loads change by no more than dt; forwards is where what opens goes on, or before a crack where the loads
+// grow
 double first_advance(const Problem& p, const Attempt& a, const RealVec& unit)
 {
   const Arc& arc    = a.arc;
@@ -127,7 +132,7 @@ double first_advance(const Problem& p, const Attempt& a, const RealVec& unit)
   for (const ArcElement& q : arc.element) most = std::max(most, std::fabs(extension(p, q, unit)) / q.most);
   most = dof_largest(p.dofs, most);
   const double by = std::min(a.dt, most > 0.0 ? part / most : a.dt);
-  return sum < 0.0 ? -by : std::min(by, left);
+  return sum < 0.0 && arc.cracked ? -by : std::min(by, left);
 }
 
 // mean displacement of the set in its direction
@@ -181,9 +186,9 @@ double step_arc_advance(const Problem& p, Attempt& a, int it, const RealVec& dx,
 {
   Arc& arc = a.arc;
   if (it == 1) {
-    const double advance = first_advance(p, a, unit);
-    arc.length = advance * (arc.any ? extensions(p, arc, unit) : 0.0);
-    if (!arc.any || arc.from + advance == a.step.period) arc.element.clear();
+    const double advance = first_advance(p, a, unit), sum = arc.any ? extensions(p, arc, unit) : 0.0;
+    arc.length = advance * sum;
+    if (!(arc.length > 0.0) || arc.from + advance == a.step.period) arc.element.clear();
     arc.any = dof_largest(p.dofs, static_cast<double>(arc.element.size())) > 0.0;
     return advance;
   }
@@ -210,5 +215,10 @@ void step_arc_end(Problem& p, const Attempt& a)
   c.load_most = std::max(c.load_most, c.load);
   const double u = s.arc_nset >= 0 ? set_displacement(p, s) : 0.0;
   const bool far = s.arc_nset >= 0 && u * s.arc_end >= s.arc_end * s.arc_end;
-  c.ended = far || s.over(c.load) || c.load <= FALLEN * c.load_most;
+  const bool whole = s.over(c.load), fallen = c.load <= FALLEN * c.load_most;
+  c.ended = far || whole || fallen;
+  if (fallen)
+    log_note("  the step ends: the loads have fallen to %.3g of their whole, from %.3g at the peak",
+             c.load / s.period, c.load_most / s.period);
+  else if (far && !whole) log_note("  the step ends: the set has moved by %.6g", u);
 }
