@@ -106,8 +106,9 @@ void check_cohesive(Deck& d, const Model& m)
   for (const FractureDef& f : m.fracture) {
     if (f.criterion != CRITERION_COHESIVE || f.elset < 0) continue;
     for (int e : m.elset[f.elset].item) {
-      if (m.mesh.elem_section[e] < 0) break;         // check_elements tells
-      const Material& mat  = m.material[m.section[m.mesh.elem_section[e]].material];
+      const int section = m.mesh.elem_section[e], material = section < 0 ? -1 : m.section[section].material;
+      if (material < 0) break;                       // check_elements tells
+      const Material& mat  = m.material[material];
       const ElemType& type = elem_table[m.mesh.elem_type[e]];
       const double most    = widest(f, mat.young), size = diameter(m.mesh, e);
       const auto fault     = [&](const std::string& text) {
