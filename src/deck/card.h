@@ -8,6 +8,8 @@
 #ifndef MPFE_DECK_CARD_H
 #define MPFE_DECK_CARD_H
 
+#include <cmath>
+
 #include "deck/deck_state.h"
 
 struct Keyword;
@@ -71,6 +73,7 @@ bool card_param_yes(Card& c, const char* name, bool alone, bool otherwise);
 double card_param_real(Card& c, const char* name, double otherwise, const Limit& limit);
 int card_param_int(Card& c, const char* name, int otherwise, int lo, int hi);
 bool card_param_expr(Card& c, const char* name, Expr& out);
+inline double card_radians(double degrees) { return degrees * std::acos(-1.0) / 180.0; }
 // card_where : where != 0 at X; a value that is no finite number is an error, told once; what: node, element
 bool card_where(Card& c, const Expr& where, const double* X, int dim, const std::string& what);
 // TYPE= as index into elem_table, -1: wrong

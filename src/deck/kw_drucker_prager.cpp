@@ -2,12 +2,6 @@
 
 #include "deck/kw_plastic.h"
 
-namespace {
-
-double tangent_of(double degrees) { return std::tan(degrees * std::acos(-1.0) / 180.0); }
-
-}  // namespace
-
 // ---------------------------------------------------------------------------
 // *DRUCKER PRAGER[, SHEAR CRITERION=LINEAR] : friction angle, flow stress ratio, dilation angle
 // ---------------------------------------------------------------------------
@@ -29,8 +23,8 @@ void kw_drucker_prager(Card& card, Model& model)
   if (dilation > friction)
     card_error(card, card.field[2],
                "the dilation angle must not exceed the friction angle: flow would make energy");
-  m.friction = tangent_of(friction);
-  m.dilation = tangent_of(dilation);
+  m.friction = std::tan(card_radians(friction));
+  m.dilation = std::tan(card_radians(dilation));
   m.law      = LAW_DRUCKER_PRAGER;
 }
 

@@ -41,7 +41,7 @@ void read_angle(Card& card, FractureDef& f)
 {
   const HeadParam* p  = card_param(card, "ANGLE");
   const double degree = card_param_real(card, "ANGLE", 0.0, between(0.0, 90.0));
-  f.friction = std::tan(degree * std::acos(-1.0) / 180.0);
+  f.friction = std::tan(card_radians(degree));
   if (f.residual == SPLIT_GRANULAR && !p)
     card_error(card, card.head.at, "RESIDUAL=GRANULAR needs the angle of internal friction in degrees; write "
                                    "ANGLE=35 or so");

@@ -9,7 +9,7 @@ namespace {
 void turn(int about, double angle, std::array<double, 9>& axis)
 {
   const int p = (about + 1) % 3, q = (about + 2) % 3;
-  const double c = std::cos(angle * std::acos(-1.0) / 180.0), s = std::sin(angle * std::acos(-1.0) / 180.0);
+  const double c = std::cos(card_radians(angle)), s = std::sin(card_radians(angle));
   for (int j = 0; j < 3; ++j) {
     const double u = axis[3 * p + j], v = axis[3 * q + j];
     axis[3 * p + j] = c * u + s * v;

@@ -25,6 +25,13 @@ enum { FLOW_DEFORMATION = 0, FLOW_EQUIVALENT = 6 };
 // hencky_trial : elastic strains without further flow. false: 2E + I is not positive definite
 bool hencky_trial(const double* E, const double* h_n, HenckyTrial& t);
 
+// hencky_deviator : of its principal stresses; the trace of the elastic strains
+inline Eigen::Vector3d hencky_deviator(const MatLaw& law, const HenckyTrial& t, double& trace)
+{
+  trace = t.e.sum();
+  return 2.0 * law.mu * (t.e.array() - trace / 3.0);
+}
+
 // hencky_stress : S of the principal Kirchhoff stresses tau                               [6]
 void hencky_stress(const HenckyTrial& t, const Eigen::Vector3d& tau, double* S);
 

@@ -146,6 +146,9 @@ CrackLaw crack_of(const FractureDef& d);
 // crack_strength : stress at which this crack begins to open                      force/length^2
 inline double crack_strength(const CrackLaw& c) { return c.strength * c.scatter; }
 
+// crack_width : of the element of this crack along N [3]                                          length
+double crack_width(const CrackLaw& c, const double* N);
+
 // crack_open : opening at which the traction is gone (exponential: below 0.1 % of the strength)     length
 double crack_open(const CrackLaw& c);
 

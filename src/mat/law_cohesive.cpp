@@ -45,7 +45,7 @@ Cohesion straight(double k, double k0, double f0, double k1, double f1, double w
 
 Cohesion cohesion(const CrackLaw& c, double k)
 {
-  const double gc = c.gc * c.scatter, ft = c.strength * c.scatter;
+  const double gc = c.gc * c.scatter, ft = crack_strength(c);
   if (c.softening == SOFTENING_EXPONENTIAL) {
     const double f = ft * std::exp(-ft / gc * k);
     return {f, -ft / gc * f, gc - gc / ft * f};
@@ -76,18 +76,6 @@ struct Opening {
   double s = 0.0;              // t/w
   double flexible = 0.0;       // dw/dt
 };
-
-double width_along(const CrackLaw& c, const Vec3& N)
-{
-  double lo = 0.0, hi = 0.0;
-  for (int a = 0; a < c.nodes; ++a) {
-    double at = 0.0;
-    for (int i = 0; i < c.dim; ++i) at += N[i] * c.place[a * c.dim + i];
-    lo = a == 0 ? at : std::min(lo, at);
-    hi = a == 0 ? at : std::max(hi, at);
-  }
-  return hi - lo;
-}
 
 Mat3 full_of(const double* S)
 {
@@ -135,7 +123,7 @@ void open(const CrackLaw& c, double k, Opening& o)
   if (k > 0.0) o.s = cohesion(c, k).f / k;
   o.flexible = o.t > 0.0 && k > 0.0 ? 1.0 / (o.beside + o.s) : 0.0;
   o.w        = o.flexible * o.t;
-  if (k > 0.0 ? o.w <= k : o.t <= c.strength * c.scatter) {
+  if (k > 0.0 ? o.w <= k : o.t <= crack_strength(c)) {
     if (c.tangent == CRACK_ONWARD && k > 0.0 && o.w >= (1.0 - AT_LARGEST) * k)
       o.flexible = 1.0 / (o.beside + cohesion(c, k).slope);
     return;
@@ -196,6 +184,18 @@ CrackLaw crack_of(const FractureDef& d)
   return c;
 }
 
+double crack_width(const CrackLaw& c, const double* N)
+{
+  double lo = 0.0, hi = 0.0;
+  for (int a = 0; a < c.nodes; ++a) {
+    double at = 0.0;
+    for (int i = 0; i < c.dim; ++i) at += N[i] * c.place[a * c.dim + i];
+    lo = a == 0 ? at : std::min(lo, at);
+    hi = a == 0 ? at : std::max(hi, at);
+  }
+  return hi - lo;
+}
+
 double crack_open(const CrackLaw& c)
 {
   static const double openings[] = {2.0, 3.6, 7.0};
@@ -223,8 +223,8 @@ bool law_cohesive(const MatLaw& law, bool finite, const double* E, const double*
   std::copy_n(h_n, CRACK_OPENING + 1, h_np1);
   Opening o;
   find_axes(c, out.S, o);
-  if (h_n[CRACK_WIDTH] == 0.0 && o.t <= c.strength * c.scatter) return true;
-  o.width  = h_n[CRACK_WIDTH] == 0.0 ? width_along(c, o.N) : h_n[CRACK_WIDTH];
+  if (h_n[CRACK_WIDTH] == 0.0 && o.t <= crack_strength(c)) return true;
+  o.width  = h_n[CRACK_WIDTH] == 0.0 ? crack_width(c, o.N.data()) : h_n[CRACK_WIDTH];
   o.beside = (law.lam3 + 2.0 * law.mu) / o.width;
   open(c, h_n[CRACK_OPENING], o);
   const double part = 1.0 - law.c;
@@ -239,7 +239,7 @@ bool law_cohesive(const MatLaw& law, bool finite, const double* E, const double*
   h_np1[CRACK_OPENING] = o.k;
   if (o.t > 0.0 && o.k < SETTLES * crack_open(c)) {    // the width of the next increment; the energy goes on
     Opening next = o;
-    h_np1[CRACK_WIDTH] = next.width = width_along(c, o.N);
+    h_np1[CRACK_WIDTH] = next.width = crack_width(c, o.N.data());
     next.beside = (law.lam3 + 2.0 * law.mu) / next.width;
     open(c, o.k, next);
     out.dissipated += stored_less(next) - released;

@@ -154,8 +154,8 @@ bool law_drucker_prager(const MatLaw& law, bool finite, const double* E, const d
   // 1. trial
   HenckyTrial t;
   if (!hencky_trial(E, h_n, t)) return false;
-  const double tr = t.e.sum();
-  const Vec3 s    = 2.0 * law.mu * (t.e.array() - tr / 3.0);
+  double tr;
+  const Vec3 s = hencky_deviator(law, t, tr);
   // 2. return
   const ConeReturn r = cone_return(law, K, -K * tr, std::sqrt(1.5) * s.norm(), h_n[FLOW_EQUIVALENT]);
   const Vec3 tau = r.beta * s - Vec3::Constant(r.end);

@@ -98,8 +98,8 @@ bool law_granular(const MatLaw& law, bool finite, const double* E, const double*
   }
   HenckyTrial t;
   if (!hencky_trial(E, h_n, t)) return false;
-  const double tr = t.e.sum();
-  const Vec3 s    = 2.0 * law.mu * (t.e.array() - tr / 3.0);
+  double tr;
+  const Vec3 s = hencky_deviator(law, t, tr);
   const Grains g  = flow(law, true, std::expm1(tr), s.squaredNorm());
   const Vec3 tau  = g.beta * s - Vec3::Constant(g.pressure);
   out.psi = g.psi;

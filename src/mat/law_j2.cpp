@@ -105,8 +105,8 @@ bool law_j2(const MatLaw& law, bool finite, const double* E, const double* h_n, 
   // 1. trial
   HenckyTrial t;
   if (!hencky_trial(E, h_n, t)) return false;
-  const double tr = t.e.sum();
-  const Vec3 s    = 2.0 * law.mu * (t.e.array() - tr / 3.0);
+  double tr;
+  const Vec3 s = hencky_deviator(law, t, tr);
   // 2. return
   const Return r = radial_return(law, std::sqrt(1.5) * s.norm(), h_n[FLOW_EQUIVALENT]);
   const Vec3 tau = r.beta * s + Vec3::Constant(K * tr);

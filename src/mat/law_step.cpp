@@ -11,15 +11,6 @@ const int MOST_ITERATIONS = 50;      // for E33 in plane stress; quadratic from 
 // (dE/E)^2: below it the mean stress is exact to rounding (2.14). Plastic flow bends the path, whatever E is
 const double SAME_STRAIN = 1e-14;
 
-// out = C : E of six components
-void six_times(const double* C, const double* E, double* out)
-{
-  for (int i = 0; i < 6; ++i) {
-    out[i] = 0.0;
-    for (int j = 0; j < 6; ++j) out[i] += C[i * 6 + j] * E[j] * (j < 3 ? 1.0 : 2.0);
-  }
-}
-
 // D of plane stress: without row and column 33                                       (2.13)
 void condense(double* D)
 {

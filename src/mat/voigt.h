@@ -43,4 +43,13 @@ inline double six_dot(const double* A, const double* B)
   return A[0] * B[0] + A[1] * B[1] + A[2] * B[2] + 2.0 * (A[3] * B[3] + A[4] * B[4] + A[5] * B[5]);
 }
 
+// out = C : E of six components
+inline void six_times(const double* C, const double* E, double* out)
+{
+  for (int i = 0; i < 6; ++i) {
+    out[i] = 0.0;
+    for (int j = 0; j < 6; ++j) out[i] += C[i * 6 + j] * E[j] * (j < 3 ? 1.0 : 2.0);
+  }
+}
+
 #endif

@@ -11,13 +11,6 @@ namespace {
 
 const double LINE_PAUSE = 1.0; // seconds between two lines
 
-double whole_time(const Model& m)
-{
-  double sum = 0.0;
-  for (const Step& s : m.step) sum += s.period;
-  return sum;
-}
-
 // what has broken, and where the crack is
 std::string crack_text(const Model& m, const State& s, const Output& out)
 {
@@ -46,6 +39,13 @@ std::string counts_text(const State& s)
 
 }  // namespace
 
+double out_whole_time(const Model& m)
+{
+  double sum = 0.0;
+  for (const Step& s : m.step) sum += s.period;
+  return sum;
+}
+
 std::string out_clock_text(double seconds)
 {
   char text[60];
@@ -65,8 +65,8 @@ void out_progress(const Model& m, const State& s, Output& out)
   const double now = timer_wall();
   if (now - out.progress_last < LINE_PAUSE) return;
   out.progress_last = now;
-  const double part = std::min(1.0, s.n.time / std::max(whole_time(m), 1e-300));
-  const double done = part - out.progress_from / std::max(whole_time(m), 1e-300);
+  const double part = std::min(1.0, s.n.time / std::max(out_whole_time(m), 1e-300));
+  const double done = part - out.progress_from / std::max(out_whole_time(m), 1e-300);
   const double rest = done > 0.0 ? (now - out.progress_wall) * (1.0 - part) / done : 0.0;
   char head[200];
   std::snprintf(head, sizeof head, "step %d/%zu  increment %d  time %.5g (%.0f %%)  dt %.3g", s.log.step,

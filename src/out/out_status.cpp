@@ -27,7 +27,7 @@ bool row_due(const Model& m, const State& s, const Output& out)
 {
   if (s.log.step == 0 || s.log.inc <= 1) return true;
   const Step& step = m.step[s.log.step - 1];
-  return !step.explicit_steps() || step.over(s.clock.t) || seconds(out) - out.status_last >= PAUSE;
+  return !step.explicit_steps() || clock_over(step, s.clock) || seconds(out) - out.status_last >= PAUSE;
 }
 
 void write_row(const State& s, const char* attempt, double t_step, double dt, Output& out)
@@ -136,14 +136,12 @@ void out_status_open(const Model& m, bool goes_on, Output& out)
 {
   out.status_start = timer_wall();
   if (comm_rank() > 0) return;
-  double whole = 0.0;
-  for (const Step& s : m.step) whole += s.period;
   char host[256] = "";
   gethostname(host, sizeof host - 1);
   out.sta = out_file_open(out.base + ".sta", goes_on);
   std::fprintf(out.sta, "# SUMMARY OF JOB INFORMATION: %s, mpfe %s, process %ld on %s, steps %zu, ",
                m.job.c_str(), MPFE_VERSION, static_cast<long>(getpid()), host, m.step.size());
-  std::fprintf(out.sta, "total time %.9g\n", whole);
+  std::fprintf(out.sta, "total time %.9g\n", out_whole_time(m));
   std::fprintf(out.sta, "#%s\n", column_titles);
   out_file_flush(out.sta, out.base + ".sta");
 }

@@ -270,6 +270,9 @@ bool step_solved_well(const Solver& solver, const LinearSystem& l);
 // step_gain : iteration it has changed the norm of R by this factor
 void step_gain(NewtonMemory& memory, int it, double gain);
 
+// step_flow_lopsided : does a material flow with friction that is not its dilation? Its tangent is lopsided
+bool step_flow_lopsided(const Model& m);
+
 // step_mode : what the kernel is told of the scheme: S of energy-momentum, or everything at t(n+1)
 KernelMode step_mode(const Step& s);
 

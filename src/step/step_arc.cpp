@@ -32,18 +32,6 @@ double along(const double* N, const double* x, int dim)
   return sum;
 }
 
-double width_along(const Model& m, int e, const double* N)
-{
-  double lo = 1e300, hi = -1e300;
-  const int* node = m.mesh.conn.begin(e);
-  for (int a = 0; a < m.mesh.conn.count(e); ++a) {
-    const double at = along(N, &m.mesh.X[3 * node[a]], m.dim);
-    lo = std::min(lo, at);
-    hi = std::max(hi, at);
-  }
-  return hi - lo;
-}
-
 // the largest share of its points; q: as the point with it has it
 double largest_share(const Problem& p, const ElemBlock& b, int e, ArcElement& q)
 {
@@ -60,7 +48,7 @@ double largest_share(const Problem& p, const ElemBlock& b, int e, ArcElement& q)
     most = share;
     q.e  = e;
     std::copy_n(N, 3, q.N.begin());
-    q.width = width_along(p.m, e, N);
+    q.width = crack_width(law.crack, N);
     const double strain = crack_strength(law.crack) / b.law.material->young;
     q.cracked = crack_opening(h) > 0.0;
     q.most    = q.cracked ? OPENS_BY * crack_open(law.crack)
@@ -88,12 +76,10 @@ void find_openings(const Problem& p, Arc& arc)
   }
   most = dof_largest(p.dofs, most);
   arc.any = most > 0.0;
-  for (auto& [share, q] : all) {
+  for (const auto& [share, q] : all)
     if (share >= (1.0 - ALIKE) * most) arc.element.push_back(q);
-  }
-  double cracked = 0.0;
-  for (const ArcElement& q : arc.element) cracked = std::max(cracked, q.cracked ? 1.0 : 0.0);
-  arc.cracked = dof_largest(p.dofs, cracked) > 0.0;
+  const auto cracked = [](const ArcElement& q) { return q.cracked; };
+  arc.cracked = !dof_all(p.dofs, std::none_of(arc.element.begin(), arc.element.end(), cracked));
 }
 
 // extension of an element along N: that of the strain that fits the displacements x of its nodes best
@@ -189,7 +175,7 @@ double step_arc_advance(const Problem& p, Attempt& a, int it, const RealVec& dx,
     const double advance = first_advance(p, a, unit), sum = arc.any ? extensions(p, arc, unit) : 0.0;
     arc.length = advance * sum;
     if (!(arc.length > 0.0) || arc.from + advance == a.step.period) arc.element.clear();
-    arc.any = dof_largest(p.dofs, static_cast<double>(arc.element.size())) > 0.0;
+    arc.any = !dof_all(p.dofs, arc.element.empty());
     return advance;
   }
   if (!arc.any) return 0.0;

@@ -71,8 +71,7 @@ NewtonControls newton_controls(const Model& m, const Discretisation& d, const St
   const FracMesh& fm = d.fm;
   c.linear   = linear_scene(m, fm, st.points, s);
   c.breaks   = fm.on;
-  for (const Material& a : m.material)
-    c.rubs = c.rubs || (a.used && a.law == LAW_DRUCKER_PRAGER && a.friction != a.dilation);
+  c.rubs = step_flow_lopsided(m);
   for (const FractureDef& f : m.fracture) c.rubs = c.rubs || f.residual == SPLIT_GRANULAR;
   for (const FractureDef& f : m.fracture)
     c.opens = c.opens || (s.proc == PROC_STATIC && f.criterion == CRITERION_COHESIVE);
@@ -218,6 +217,13 @@ Failure step_contact_depth(const Bonds& b, const ContactPairs& pairs, const Leve
     return {CONTACT_DEPTH, AT_BOND, q};
   }
   return STATUS_OK;
+}
+
+bool step_flow_lopsided(const Model& m)
+{
+  return std::any_of(m.material.begin(), m.material.end(), [](const Material& a) {
+    return a.used && a.law == LAW_DRUCKER_PRAGER && a.friction != a.dilation;
+  });
 }
 
 KernelMode step_mode(const Step& s)

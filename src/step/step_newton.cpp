@@ -110,21 +110,21 @@ RealVec strain_diagonal(const Model& m, const Bonds& bonds, const ActiveGrid& gr
              shared = s.rows.split && (bonds.nbond_all() || ghosts);
   if (shared) other.assign(s.rows.neq(), 0.0);
   RealVec& to = shared ? other : d;
+  const DofRows& rows = s.rows;
+  const int dim       = rows.dim;
   double C[9];
-  for (int b : s.rows.bond_acts) {
+  for (int b : rows.bond_acts) {
     if (m.bond[bonds.def[b]].kind == BOND_CONTACT) continue;
-    bond_stiffness(bonds, s.rows.dim, b, C);
-    for (int k = s.rows.bond.off[b]; k < s.rows.bond.off[b + 1]; ++k)
-      for (int i = 0; i < s.rows.dim; ++i)
-        to[s.rows.bond.item[k] * s.rows.dim + i] -= s.rows.bond_w[k] * s.rows.bond_w[k] * C[i * s.rows.dim +
-                                                                                            i];
+    bond_stiffness(bonds, dim, b, C);
+    for (int k = rows.bond.off[b]; k < rows.bond.off[b + 1]; ++k)
+      for (int i = 0; i < dim; ++i)
+        to[rows.bond.item[k] * dim + i] -= rows.bond_w[k] * rows.bond_w[k] * C[i * dim + i];
   }
   const ListTable& ghost = grid.ghost;
   for (int q = 0; q < ghost.size(); ++q)
     for (int k = ghost.off[q]; k < ghost.off[q + 1]; ++k)
-      for (int i = 0; i < s.rows.dim; ++i)
-        to[(s.rows.nfe + ghost.item[k]) * s.rows.dim +
-           i] -= grid.ghost_k[q] * grid.ghost_w[k] * grid.ghost_w[k];
+      for (int i = 0; i < dim; ++i)
+        to[(rows.nfe + ghost.item[k]) * dim + i] -= grid.ghost_k[q] * grid.ghost_w[k] * grid.ghost_w[k];
   if (shared) sys_sum(s.pattern.A, other);
   for (size_t i = 0; i < other.size(); ++i) d[i] += other[i];
   return d;
