@@ -225,6 +225,7 @@ int run(const Options& o)
   if (o.check) return check_only(problem);
   out_listing_open(model, out, state.reading);
   if (!model.passed.empty()) log_note("NOTE  cards that change nothing here: %s", model.passed.c_str());
+  for (const std::string& t : model.tied) log_note("%s", t.c_str());
   if (!taken.empty()) log_warn("%s", taken.c_str());
   const int wrong = step_open(problem);
   log_gather();

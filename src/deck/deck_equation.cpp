@@ -6,10 +6,16 @@
 
 namespace {
 
-void fault(Deck& d, const Place& place, const std::string& text)
+const char* keyword_of(const Equation& e)
 {
-  d.word = "EQUATION";
-  deck_error(d, deck_field(d, place, ""), text);
+  return e.of == EQUATION_TIE ? "TIE" : e.of == EQUATION_TRANSFORM ? "TRANSFORM"
+      : e.of == EQUATION_COUPLING ? "COUPLING" : "EQUATION";
+}
+
+void fault(Deck& d, const Equation& e, const std::string& text)
+{
+  d.word = keyword_of(e);
+  deck_error(d, deck_field(d, e.place, ""), text);
 }
 
 // [nnode] 1: some of its elements stay elements all the run, 2: none of them
@@ -38,7 +44,7 @@ void check_nodes(Deck& d, const Model& m, const std::vector<char>& life)
     for (const EquationTerm& t : e.term) {
       if (life[t.node] != 2) continue;
       fault(
-          d, e.place,
+          d, e,
           text_format("all elements of node %d are or may become material points, which have no nodes "
                       "that an equation could tie; keep an element there out of *CONVERSION, or tie by *BOND",
                       m.mesh.node_label[t.node]));
@@ -56,7 +62,7 @@ void check_prescribed(Deck& d, const Model& m, const Step& s)
       for (int i = b.first; i <= b.last; ++i) {
         const auto k = dependent.find(3 * n + i);
         if (k == dependent.end()) continue;
-        fault(d, m.equation[k->second].place,
+        fault(d, m.equation[k->second],
               text_format("direction %d of node %d depends on others by this equation, and is prescribed in ",
                           i + 1, m.mesh.node_label[n]) +
                   b.place.file +
@@ -99,7 +105,7 @@ void check_equations(Deck& d, const Model& m)
     std::vector<EquationSolved> solved;
     int bad = -1;
     if (!equations_resolve(m, s.equation, solved, bad))
-      fault(d, m.equation[bad].place,
+      fault(d, m.equation[bad],
             "the first term of this equation depends on itself by way of other equations; "
             "begin one of them with another term");
     check_prescribed(d, m, s);

@@ -349,9 +349,13 @@ struct ConversionDef {         // *CONVERSION : elements that become material po
 
 struct EquationTerm { int node, dof; double coef; };
 
+// the keyword that an equation comes from
+enum EquationOf { EQUATION_GIVEN, EQUATION_TRANSFORM, EQUATION_TIE, EQUATION_COUPLING };
+
 struct Equation {              // *EQUATION : sum of coef u = 0; the first dof is the dependent one
   std::vector<EquationTerm> term;
   Place place;
+  EquationOf of = EQUATION_GIVEN;
 };
 
 struct Frame {                 // *TRANSFORM : directions of a node
@@ -360,6 +364,13 @@ struct Frame {                 // *TRANSFORM : directions of a node
   // [equation, equation + dim); -1: no support, load or equation needs them
   int twin = -1, equation = -1;
   std::array<double, 9> axis;  // component j of direction i: [3*i + j]
+  Place place;
+};
+
+struct RigidBody {             // *RIGID BODY
+  // explicit steps with NLGEOM turn its nodes as one (6.41); in other steps equations hold them
+  IntVec node;
+  int ref = -1, turn = -1;     // reference node; node without elements whose displacements are its rotation
   Place place;
 };
 
@@ -546,6 +557,7 @@ struct Model {
   std::string deck;            // path as given
   std::string heading;
   std::string passed;          // cards of the deck that change nothing here, for the listing
+  std::vector<std::string> tied;         // what became of *TIE and *COUPLING, for the listing
   int dim = 2;
   Mesh mesh;
   MeshPart part;
@@ -565,6 +577,7 @@ struct Model {
   std::vector<BrokenDef> broken;
   std::vector<Equation> equation;
   std::vector<Frame> frame;
+  std::vector<RigidBody> rigid;
   std::vector<Step> step;
   std::vector<HistoryDef> history;
   HistoryOutput history_out;

@@ -203,8 +203,14 @@ inline void io(Archive& f, EquationTerm& x)
 
 inline void io(Archive& f, Equation& x)
 {
-  auto& [term, place] = x;
-  io_fields<Equation>(f, term, place);
+  auto& [term, place, of] = x;
+  io_fields<Equation>(f, term, place, of);
+}
+
+inline void io(Archive& f, RigidBody& x)
+{
+  auto& [node, ref, turn, place] = x;
+  io_fields<RigidBody>(f, node, ref, turn, place);
 }
 
 inline void io(Archive& f, Frame& x)
@@ -302,12 +308,12 @@ inline void io(Archive& f, HistoryOutput& x)
 
 inline void io(Archive& f, Model& x)
 {
-  auto& [job, out_dir, deck, heading, passed, dim, mesh, part, nset, elset, surface, material, section,
+  auto& [job, out_dir, deck, heading, passed, tied, dim, mesh, part, nset, elset, surface, material, section,
          amplitude, body, grid, grid_bc, viscous, bond, initial, fracture, conversion, broken, equation,
-         frame, step, history, history_out, vtk, fragments, restart, check, solver, param, hash] = x;
-  io_fields<Model>(f, job, out_dir, deck, heading, passed, dim, mesh, part, nset, elset, surface,
+         frame, rigid, step, history, history_out, vtk, fragments, restart, check, solver, param, hash] = x;
+  io_fields<Model>(f, job, out_dir, deck, heading, passed, tied, dim, mesh, part, nset, elset, surface,
                    material, section, amplitude, body, grid, grid_bc, viscous, bond, initial, fracture,
-                   conversion, broken, equation, frame, step, history, history_out, vtk, fragments,
+                   conversion, broken, equation, frame, rigid, step, history, history_out, vtk, fragments,
                    restart, check, solver, param, hash);
 }
 
