@@ -91,7 +91,7 @@ struct RefHeld {
   }
 };
 
-RefHeld ref_held(const Model& m, const CouplingDef& c, const Step& s)
+RefHeld ref_held(const CouplingDef& c, const Step& s)
 {
   RefHeld h;
   for (const Prescribed& b : s.prescribed)
@@ -136,15 +136,45 @@ bool all_still(const RefHeld& h, int dim)
   return true;
 }
 
+std::set<std::pair<int, int>> taken_dofs(const Model& m, const Step& s)
+{
+  std::set<std::pair<int, int>> out;
+  for (const Prescribed& b : s.prescribed)
+    for (int n : b.node)
+      for (int i = b.first; i <= b.last; ++i) out.insert({n, i});
+  for (int k : s.equation) out.insert({m.equation[k].term[0].node, m.equation[k].term[0].dof});
+  return out;
+}
+
+// nothing but the reference node may hold a rigid body; false: told
+bool nodes_free(Deck& d, const Model& m, const CouplingDef& c, const std::vector<Weighed>& node,
+                const Step& s)
+{
+  const std::set<std::pair<int, int>> taken = taken_dofs(m, s);
+  for (const Weighed& w : node)
+    for (int i = 0; i < m.dim; ++i) {
+      if (!taken.count({w.node, i})) continue;
+      fault(
+          d, c,
+          text_format(
+              "direction %d of node %d of the body is prescribed, or given by another equation or body: hold "
+              "the reference node instead",
+              i + 1, m.mesh.node_label[w.node]));
+      return false;
+    }
+  return true;
+}
+
 void couple_kinematic(Deck& d, Model& m, const CouplingDef& c, const std::vector<Weighed>& node)
 {
   const IntVec equation = kinematic_equations(m, c, node);
   const bool rigid = c.kind == COUPLING_RIGID;
   bool told = false;
   for (Step& s : m.step) {
+    if (rigid && !nodes_free(d, m, c, node, s)) return;
     if (rigid && s.nlgeom && s.explicit_steps()) continue;          // its nodes turn as one there: (6.41)
     s.equation.insert(s.equation.end(), equation.begin(), equation.end());
-    if (!s.nlgeom || told || all_still(ref_held(m, c, s), m.dim)) continue;
+    if (!s.nlgeom || told || all_still(ref_held(c, s), m.dim)) continue;
     told = true;
     fault(d, c,
           std::string(
@@ -264,16 +294,6 @@ bool pivot_rows(std::vector<Row>& row, const std::set<std::pair<int, int>>& take
   return true;
 }
 
-std::set<std::pair<int, int>> taken_dofs(const Model& m, const Step& s)
-{
-  std::set<std::pair<int, int>> out;
-  for (const Prescribed& b : s.prescribed)
-    for (int n : b.node)
-      for (int i = b.first; i <= b.last; ++i) out.insert({n, i});
-  for (int k : s.equation) out.insert({m.equation[k].term[0].node, m.equation[k].term[0].dof});
-  return out;
-}
-
 // equations of a step; false: too many nodes of the surface are held
 bool distributing_equations(Model& m, const CouplingDef& c, const Cloud& cloud,
                             const std::vector<Weighed>& node, const RefHeld& h, Step& s)
@@ -335,7 +355,7 @@ void couple_distributing(Deck& d, Model& m, const CouplingDef& c, const std::vec
 {
   const Cloud cloud = cloud_of(m, node);
   for (Step& s : m.step) {
-    const RefHeld h = ref_held(m, c, s);
+    const RefHeld h = ref_held(c, s);
     if (!cloud.turns)
       for (int k = 0; k < 3; ++k)
         if (h.held[3 + k] || h.loaded[3 + k])

@@ -251,17 +251,20 @@ void add_face(const MortarFace& slave, const std::vector<MortarFace>& master, co
               std::map<int, Sum>& sum)
 {
   const int n = slave.n;
-  Eigen::MatrixXd M = Eigen::MatrixXd::Zero(n, n);
-  Eigen::VectorXd D = Eigen::VectorXd::Zero(n);
-  for (const Piece& p : piece) {
-    const Eigen::Map<const Eigen::VectorXd> N(p.N, n);
-    M += p.at.w * N * N.transpose();
-    D += p.at.w * N;
-  }
-  const Eigen::MatrixXd A = D.asDiagonal() * M.fullPivLu().inverse();
+  Eigen::Matrix4d M = Eigen::Matrix4d::Identity();
+  Eigen::Vector4d D = Eigen::Vector4d::Zero();
+  M.topLeftCorner(n, n).setZero();
+  for (const Piece& p : piece)
+    for (int a = 0; a < n; ++a) {
+      D(a) += p.at.w * p.N[a];
+      for (int b = 0; b < n; ++b) M(a, b) += p.at.w * p.N[a] * p.N[b];
+    }
+  const Eigen::Matrix4d A = D.asDiagonal() * M.llt().solve(Eigen::Matrix4d::Identity());
   for (int a = 0; a < n; ++a) sum[slave.node[a]].area += D(a);
   for (const Piece& p : piece) {
-    const Eigen::VectorXd psi = A * Eigen::Map<const Eigen::VectorXd>(p.N, n);
+    Eigen::Vector4d N = Eigen::Vector4d::Zero();
+    std::copy(p.N, p.N + n, N.data());
+    const Eigen::Vector4d psi = A * N;
     for (int a = 0; a < n; ++a)
       for (int b = 0; b < master[p.master].n; ++b)
         sum[slave.node[a]].master[master[p.master].node[b]] += p.at.w * psi(a) * p.Nm[b];
