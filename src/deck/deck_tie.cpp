@@ -255,6 +255,13 @@ void tie(Deck& d, Model& m, const TieDef& def)
   if (slave.empty() || master.empty()) return;
   const Tied t = tied_nodes(d, m, def, slave, master);
   if (t.row.empty()) return;
+  for (const Frame& f : m.frame)
+    if (f.twin >= 0 && t.row_of.count(f.node))
+      return fault(
+          d, def,
+          text_format("slave node %d has directions of its own (*TRANSFORM), and is supported or loaded in "
+                      "them; exchange slave and master surface",
+                      m.mesh.node_label[f.node]));
   const double moved = def.adjust ? adjust(m, t) : 0.0;
   const double size = mortar_size(m.dim, m.mesh.X, slave);
   bool turns = false;
