@@ -14,7 +14,8 @@ void finish_ties(const Dofs& s, State& st, RealVec& dv)
   const int dim   = s.rows.dim;
   const auto at = [&](int dof) { return s.rows.node_of_row[dof / dim] * dim + dof % dim; };
   const Ties& t      = s.bound.tie;
-  const size_t turns = t.rigid.empty() ? t.dof.size() : t.rigid.front();       // have accelerations of their own
+  // nodes of bodies that turn have accelerations of their own
+  const size_t turns = t.rigid.empty() ? t.dof.size() : t.rigid.front();
   for (size_t k = 0; k < t.dof.size(); ++k)
     for (RealVec* x : {&st.np1.v, &st.np1.a}) {
       if (k >= turns && x == &st.np1.a) continue;

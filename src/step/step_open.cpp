@@ -411,6 +411,7 @@ Failure step_prepare(Problem& p, const Step& s)
 {
   if (p.ready) return STATUS_OK;
   State& st = p.st;
+  elem_rigid(p.m, s, p.d.el);
   const std::array<size_t, 2> forms{{st.frac.converted.size(), st.frac.released.size()}};
   if (!s.explicit_steps() || forms != p.stable.followed)
     frac_follow(p.m, st.frac, st.points, p.d.follow);

@@ -10,6 +10,9 @@
 
 namespace {
 
+// part of the force of a node that 36 Gauss points miss on faces that are no parallelograms; measured: 4e-10
+const double QUADRATURE = 1e-9;
+
 // a slave surface of n x n quadrilaterals over the unit square, a master of m x m, both a little distorted
 // and on the plane z = 0.2 x + 0.1 y; the master is moved along x and is as wide as it is long
 struct Pair {
@@ -87,10 +90,10 @@ TEST(Mortar, UniformTraction)
     const Pair p = pair_of(3, m, 0.0, 1.0);
     std::map<int, double> force, own = areas(p, p.slave);
     for (const MortarRow& r : mortar_rows(p.X, p.slave, p.master, 0.1)) {
-      EXPECT_NEAR(r.area, own[r.node], 1e-12);
+      EXPECT_NEAR(r.area, own[r.node], QUADRATURE * own[r.node]);
       for (const auto& q : r.master) force[q.first] += q.second * own[r.node];
     }
-    for (const auto& a : areas(p, p.master)) EXPECT_NEAR(force[a.first], a.second, 1e-12);
+    for (const auto& a : areas(p, p.master)) EXPECT_NEAR(force[a.first], a.second, QUADRATURE * a.second);
   }
 }
 
