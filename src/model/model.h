@@ -349,9 +349,13 @@ struct ConversionDef {         // *CONVERSION : elements that become material po
 
 struct EquationTerm { int node, dof; double coef; };
 
+// the keyword that an equation comes from
+enum EquationOf { EQUATION_GIVEN, EQUATION_TRANSFORM, EQUATION_TIE, EQUATION_COUPLING };
+
 struct Equation {              // *EQUATION : sum of coef u = 0; the first dof is the dependent one
   std::vector<EquationTerm> term;
   Place place;
+  EquationOf of = EQUATION_GIVEN;
 };
 
 struct Frame {                 // *TRANSFORM : directions of a node
@@ -360,6 +364,13 @@ struct Frame {                 // *TRANSFORM : directions of a node
   // [equation, equation + dim); -1: no support, load or equation needs them
   int twin = -1, equation = -1;
   std::array<double, 9> axis;  // component j of direction i: [3*i + j]
+  Place place;
+};
+
+struct RigidBody {             // *RIGID BODY
+  // explicit steps with NLGEOM turn its nodes as one (6.41); in other steps equations hold them
+  IntVec node;
+  int ref = -1, turn = -1;     // reference node; node without elements whose displacements are its rotation
   Place place;
 };
 
@@ -545,6 +556,12 @@ struct HistoryOutput {         // *HISTORY, FREQUENCY=
   int every_explicit() const { return frequency > 0 ? frequency : 10; }
 };
 
+struct DeckNotes {             // for the listing
+  std::string heading;
+  std::string passed;          // cards that change nothing here
+  std::vector<std::string> tied;         // nodes that *TIE and *COUPLING hold
+};
+
 struct OutputRequests {
   std::vector<HistoryDef> history;
   HistoryOutput history_at;
@@ -558,8 +575,7 @@ struct Model {
   std::string job;             // deck name without folder and ending
   std::string out_dir = ".";
   std::string deck;            // path as given
-  std::string heading;
-  std::string passed;          // cards of the deck that change nothing here, for the listing
+  DeckNotes notes;
   int dim = 2;
   Mesh mesh;
   MeshPart part;
@@ -579,6 +595,7 @@ struct Model {
   std::vector<BrokenDef> broken;
   std::vector<Equation> equation;
   std::vector<Frame> frame;
+  std::vector<RigidBody> rigid;
   std::vector<Step> step;
   OutputRequests output;
   SolverDef solver;

@@ -203,8 +203,14 @@ inline void io(Archive& f, EquationTerm& x)
 
 inline void io(Archive& f, Equation& x)
 {
-  auto& [term, place] = x;
-  io_fields<Equation>(f, term, place);
+  auto& [term, place, of] = x;
+  io_fields<Equation>(f, term, place, of);
+}
+
+inline void io(Archive& f, RigidBody& x)
+{
+  auto& [node, ref, turn, place] = x;
+  io_fields<RigidBody>(f, node, ref, turn, place);
 }
 
 inline void io(Archive& f, Frame& x)
@@ -310,14 +316,20 @@ inline void io(Archive& f, OutputRequests& x)
   io_fields<OutputRequests>(f, history, history_at, vtk, fragments, restart, check);
 }
 
+inline void io(Archive& f, DeckNotes& x)
+{
+  auto& [heading, passed, tied] = x;
+  io_fields<DeckNotes>(f, heading, passed, tied);
+}
+
 inline void io(Archive& f, Model& x)
 {
-  auto& [job, out_dir, deck, heading, passed, dim, mesh, part, nset, elset, surface, material, section,
-         amplitude, body, grid, grid_bc, viscous, bond, initial, fracture, conversion, broken, equation,
-         frame, step, output, solver, param, hash] = x;
-  io_fields<Model>(f, job, out_dir, deck, heading, passed, dim, mesh, part, nset, elset, surface,
-                   material, section, amplitude, body, grid, grid_bc, viscous, bond, initial, fracture,
-                   conversion, broken, equation, frame, step, output, solver, param, hash);
+  auto& [job, out_dir, deck, notes, dim, mesh, part, nset, elset, surface, material, section, amplitude,
+         body, grid, grid_bc, viscous, bond, initial, fracture, conversion, broken, equation, frame, rigid,
+         step, output, solver, param, hash] = x;
+  io_fields<Model>(f, job, out_dir, deck, notes, dim, mesh, part, nset, elset, surface, material, section,
+                   amplitude, body, grid, grid_bc, viscous, bond, initial, fracture, conversion, broken,
+                   equation, frame, rigid, step, output, solver, param, hash);
 }
 
 #endif

@@ -157,7 +157,7 @@ void out_listing_open(const Model& m, Output& out, bool goes_on)
   utsname machine;
   uname(&machine);
   std::fprintf(out.lst, "mpfe %s   implicit material points and finite elements\n\n", MPFE_VERSION);
-  if (!m.heading.empty()) std::fprintf(out.lst, "%s\n\n", m.heading.c_str());
+  if (!m.notes.heading.empty()) std::fprintf(out.lst, "%s\n\n", m.notes.heading.c_str());
   std::fprintf(out.lst, "  job             %s\n  deck            %s\n  date            %s\n", m.job.c_str(),
                m.deck.c_str(), date_text().c_str());
   std::fprintf(out.lst, "  machine         %s %s, %ld processors\n", machine.sysname, machine.machine,

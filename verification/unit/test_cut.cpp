@@ -101,7 +101,7 @@ Model all_kinds()
 {
   Model m = plate(3);
   m.out_dir = "out";
-  m.heading = "two words";
+  m.notes.heading = "two words";
   m.param["k"] = 0.1;
   m.hash       = 0x123456789abcdef0u;
   const Expr shared = function("sin(k*x)+t");
