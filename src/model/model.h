@@ -446,8 +446,8 @@ struct PrintRequest {          // *NODE PRINT, *EL PRINT
 // *STATIC, RIKS: loads follow the cracks that open                                                  (6.39)
 struct ArcControl {
   bool on = false;
-  // the step ends when the mean displacement of a set in a direction has reached end (set -1: not given), when
-  // the loads are whole, or have fallen away
+  // the step ends when the mean displacement of a set in a direction has reached end (set -1: not given),
+  // when the loads are whole, or have fallen away
   int nset = -1, direction = 0;
   double end = 0.0;            // length
 };

@@ -211,17 +211,18 @@ void out_check_begin(const Model& m, Output& out)
 
 void out_check_increment(const Model& m, const Elements& el, const State& s, Output& out)
 {
-  for (std::size_t i = 0; i < m.output.check.size(); ++i)
-    if (out_check_due(m.output.check[i], out.result[i], s.n.time)) {
-      std::string message;
-      judge(out.result[i], out_check_field(m, el, s, m.output.check[i], message));
-      if (message.empty() && std::fabs(s.n.time - m.output.check[i].time) > 1e-6 * std::fabs(m.output.check[i].time)) {
-        char text[60];
-        std::snprintf(text, sizeof text, "made at time %.9g", s.n.time);
-        message = text;
-      }
-      if (!message.empty()) out.result[i].message = message;
+  for (std::size_t i = 0; i < m.output.check.size(); ++i) {
+    const Check& c = m.output.check[i];
+    if (!out_check_due(c, out.result[i], s.n.time)) continue;
+    std::string message;
+    judge(out.result[i], out_check_field(m, el, s, c, message));
+    if (message.empty() && std::fabs(s.n.time - c.time) > 1e-6 * std::fabs(c.time)) {
+      char text[60];
+      std::snprintf(text, sizeof text, "made at time %.9g", s.n.time);
+      message = text;
     }
+    if (!message.empty()) out.result[i].message = message;
+  }
 }
 
 // ---------------------------------------------------------------------------

@@ -327,7 +327,8 @@ void history_row(const Model& m, const Elements& el, const State& s, Output& out
 {
   RealVec row;
   if (out.converted != s.frac.nconverted) {
-    for (std::size_t i = 0; i < out.probe.size(); ++i) find_targets(m, el, s, m.output.history[i], out.probe[i]);
+    for (std::size_t i = 0; i < out.probe.size(); ++i)
+      find_targets(m, el, s, m.output.history[i], out.probe[i]);
     out.converted = s.frac.nconverted;
   }
   built_in_values(s, m.dim, row);

@@ -216,11 +216,12 @@ void out_listing_defaults(std::FILE* file, const Model& m, const Bonds& bonds)
                                : "binary",
                  or_default(m.output.vtk.frequency, m.output.vtk.interval > 0.0 ? "-" : "1").c_str(),
                  or_default(m.output.vtk.interval, "-").c_str());
-  if (m.output.restart.write)
+  const RestartDef& r = m.output.restart;
+  if (r.write)
     std::fprintf(file,
                  "  restart         every %s increments, time interval %s, at the end of each step; %s\n",
-                 or_default(m.output.restart.frequency, "-").c_str(), or_default(m.output.restart.interval, "-").c_str(),
-                 m.output.restart.overlay ? "the last file stays" : "all files stay");
+                 or_default(r.frequency, "-").c_str(), or_default(r.interval, "-").c_str(),
+                 r.overlay ? "the last file stays" : "all files stay");
 }
 
 void out_step_begin(const Model& m, int step, Output& out)
