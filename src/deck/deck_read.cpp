@@ -220,7 +220,7 @@ void read_all(Deck& d, const std::string& path, const std::vector<std::pair<std:
   hash_parameters(d);
   m.param  = d.param;
   m.hash   = d.hash;
-  m.passed = passed_over(d);
+  m.notes.passed = passed_over(d);
 }
 
 }  // namespace

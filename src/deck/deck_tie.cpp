@@ -274,7 +274,7 @@ void tie(Deck& d, Model& m, const TieDef& def)
               t.gap, t.gap / size));
   add_equations(m, def, t);
   exclude(m, def);
-  m.tied.push_back(text_format("TIE  %s: %zu of %d slave nodes are tied, %.3g or less from their faces",
+  m.notes.tied.push_back(text_format("TIE  %s: %zu of %d slave nodes are tied, %.3g or less from their faces",
                                def.name.c_str(), t.row.size(), t.nodes, t.gap) +
                    (moved > 1e-12 * size ? text_format("; moved there by up to %.3g", moved) : ""));
 }

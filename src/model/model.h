@@ -443,16 +443,21 @@ struct PrintRequest {          // *NODE PRINT, *EL PRINT
   bool only = false;           // TOTALS=ONLY: the sum of RF without the forces of the nodes
 };
 
+// *STATIC, RIKS: loads follow the cracks that open                                                  (6.39)
+struct ArcControl {
+  bool on = false;
+  // the step ends when the mean displacement of a set in a direction has reached end (set -1: not given), when
+  // the loads are whole, or have fallen away
+  int nset = -1, direction = 0;
+  double end = 0.0;            // length
+};
+
 struct Step {
   bool nlgeom = false;
   Procedure proc = PROC_STATIC;
   double period = 1.0, dt = 1.0, dt_min = 1e-6, dt_max = 1.0;
   bool direct = false;         // fixed increments
-  // statics: loads follow what opens; the step ends when the mean displacement of a set in a direction has
-  // gone this far (set -1: not asked for), when the loads are whole, or have fallen away            (6.39)
-  bool arc = false;
-  int arc_nset = -1, arc_direction = 0;
-  double arc_end = 0.0;
+  ArcControl arc;
   // dynamics, automatic increments: largest half-increment residual, as a force (0: not given) and as a part
   // of the largest force; both 0: it is not asked for                                             (6.24)
   double half_force = 0.0, half_part = 0.0;
@@ -551,13 +556,26 @@ struct HistoryOutput {         // *HISTORY, FREQUENCY=
   int every_explicit() const { return frequency > 0 ? frequency : 10; }
 };
 
+struct DeckNotes {             // for the listing
+  std::string heading;
+  std::string passed;          // cards that change nothing here
+  std::vector<std::string> tied;         // nodes that *TIE and *COUPLING hold
+};
+
+struct OutputRequests {
+  std::vector<HistoryDef> history;
+  HistoryOutput history_at;
+  VtkDef vtk;
+  FragmentsDef fragments;
+  RestartDef restart;
+  std::vector<Check> check;
+};
+
 struct Model {
   std::string job;             // deck name without folder and ending
   std::string out_dir = ".";
   std::string deck;            // path as given
-  std::string heading;
-  std::string passed;          // cards of the deck that change nothing here, for the listing
-  std::vector<std::string> tied;         // what became of *TIE and *COUPLING, for the listing
+  DeckNotes notes;
   int dim = 2;
   Mesh mesh;
   MeshPart part;
@@ -579,12 +597,7 @@ struct Model {
   std::vector<Frame> frame;
   std::vector<RigidBody> rigid;
   std::vector<Step> step;
-  std::vector<HistoryDef> history;
-  HistoryOutput history_out;
-  VtkDef vtk;
-  FragmentsDef fragments;
-  RestartDef restart;
-  std::vector<Check> check;
+  OutputRequests output;
   SolverDef solver;
   ParamMap param;
   std::uint64_t hash = 0;      // of the text of the deck, without what is output alone, and of the parameters

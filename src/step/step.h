@@ -146,10 +146,14 @@ double step_product(const RealVec& a, const RealVec& b, const RealVec& diag);
 // step_secant : the correction dx of the matrix at du becomes that of Anderson's method
 void step_secant(Secants& h, const RealVec& du, const RealVec& diag, RealVec& dx);
 
-// step_slip : x, the solution of the symmetric matrix A x = f, becomes that of (A + E) x = f     (6.23)
-//   in   diag [neq] of A;  eta  what may be left;  back(v, z): z = A^-1 E v
-Status step_slip(const RealVec& diag, double eta, const std::function<Status(const RealVec&, RealVec&)>& back,
-                 RealVec& x);
+// step_slip : (A + E) x = f, where E is what slipping contact adds that is not symmetric              (6.23)
+//   in   eta    what may be left of f;   out  left  what is left, a part of f
+struct SlipSystem {
+  RealVec weight;              // [neq] of forces in their norm; several ranks: zero in rows of others
+  std::function<void(const RealVec& x, RealVec& y)> multiply;              // y = (A + E) x
+  std::function<Status(const RealVec& v, RealVec& z)> precondition;        // z, nearly A^-1 v
+};
+Status step_slip(const SlipSystem& system, const RealVec& f, double eta, RealVec& x, double& left);
 
 // What one attempt of an increment needs to know                                   (6.1)
 //   residual  R = fint + cM M du + cC C du - g - fext

@@ -126,10 +126,10 @@ double set_displacement(const Problem& p, const Step& s)
 {
   double sum[2] = {};
   const int dim = p.m.dim;
-  for (int n : p.m.nset[s.arc_nset].item) {
+  for (int n : p.m.nset[s.arc.nset].item) {
     const int r = p.dofs.rows.row_of_node[n];
     if (r < 0 || !p.dofs.rows.counts(r * dim)) continue;
-    sum[0] += p.st.np1.u[n * dim + s.arc_direction];
+    sum[0] += p.st.np1.u[n * dim + s.arc.direction];
     sum[1] += 1.0;
   }
   if (p.dofs.rows.split) comm_sum(sum, 2);
@@ -199,8 +199,8 @@ void step_arc_end(Problem& p, const Attempt& a)
   const Step& s = a.step;
   c.load      = a.arc.at;
   c.load_most = std::max(c.load_most, c.load);
-  const double u = s.arc_nset >= 0 ? set_displacement(p, s) : 0.0;
-  const bool far = s.arc_nset >= 0 && u * s.arc_end >= s.arc_end * s.arc_end;
+  const double u = s.arc.nset >= 0 ? set_displacement(p, s) : 0.0;
+  const bool far = s.arc.nset >= 0 && u * s.arc.end >= s.arc.end * s.arc.end;
   const bool whole = s.over(c.load), fallen = c.load <= FALLEN * c.load_most;
   c.ended = far || whole || fallen;
   if (fallen)

@@ -8,7 +8,7 @@
 namespace {
 
 // Vectors. Test: A8 (contact/friction_punch.inp)
-const int MOST = 30;
+const int MOST = 60;
 const double DEPENDENT = 1e-14;        // nothing new is left of a vector
 
 void add(RealVec& x, double part, const RealVec& v)
@@ -19,38 +19,41 @@ void add(RealVec& x, double part, const RealVec& v)
 }  // namespace
 
 // ---------------------------------------------------------------------------
-// step_slip : x + A^-1 E x = A^-1 f by generalised minimal residuals, in the norm of the diagonal     (6.23)
+// step_slip : (A + E) x = f by flexible generalised minimal residuals, in the norm of the inverse diagonal;
+// z = M^-1 v need not be exact, nor the same map twice                                              (6.23)
 // ---------------------------------------------------------------------------
-Status step_slip(const RealVec& diag, double eta, const std::function<Status(const RealVec&, RealVec&)>& back,
-                 RealVec& x)
+Status step_slip(const SlipSystem& system, const RealVec& f, double eta, RealVec& x, double& left)
 {
-  const double size = std::sqrt(step_product(x, x, diag));
+  const RealVec& weight = system.weight;
+  const double size     = std::sqrt(step_product(f, f, weight));
+  x.assign(f.size(), 0.0);
+  left = 0.0;
   if (size == 0.0) return STATUS_OK;
-  std::vector<RealVec> v{x};
+  std::vector<RealVec> v{f}, z;
   for (double& value : v[0]) value /= size;
-  std::fill(x.begin(), x.end(), 0.0);
   Eigen::MatrixXd H = Eigen::MatrixXd::Zero(MOST + 1, MOST);
-  Eigen::VectorXd weight;
+  Eigen::VectorXd part;
   for (int n = 1; n <= MOST; ++n) {
-    RealVec w;
-    const Status status = back(v[n - 1], w);           // A^-1 E v
+    z.emplace_back();
+    const Status status = system.precondition(v[n - 1], z[n - 1]);
     if (status != STATUS_OK) return status;
-    add(w, 1.0, v[n - 1]);
+    RealVec w;
+    system.multiply(z[n - 1], w);
     for (int pass = 0; pass < 2; ++pass)               // twice: orthogonal to rounding
       for (int i = 0; i < n; ++i) {
-        const double part = step_product(v[i], w, diag);
-        H(i, n - 1) += part;
-        add(w, -part, v[i]);
+        const double along = step_product(v[i], w, weight);
+        H(i, n - 1) += along;
+        add(w, -along, v[i]);
       }
-    H(n, n - 1) = std::sqrt(step_product(w, w, diag));
+    H(n, n - 1) = std::sqrt(step_product(w, w, weight));
     Eigen::VectorXd b = Eigen::VectorXd::Zero(n + 1);
-    b(0)   = size;
-    weight = H.topLeftCorner(n + 1, n).colPivHouseholderQr().solve(b);
-    const double left = (b - H.topLeftCorner(n + 1, n) * weight).norm();
-    if (left <= eta * size || H(n, n - 1) <= DEPENDENT) break;
+    b(0) = size;
+    part = H.topLeftCorner(n + 1, n).colPivHouseholderQr().solve(b);
+    left = (b - H.topLeftCorner(n + 1, n) * part).norm() / size;
+    if (left <= eta || H(n, n - 1) <= DEPENDENT * size) break;
     for (double& value : w) value /= H(n, n - 1);
     v.push_back(w);
   }
-  for (int i = 0; i < weight.size(); ++i) add(x, weight(i), v[i]);
+  for (int i = 0; i < part.size(); ++i) add(x, part(i), z[i]);
   return STATUS_OK;
 }

@@ -308,18 +308,24 @@ TEST(Slip, UnsymmetricSystem)
   const Eigen::MatrixXd B = Eigen::MatrixXd::Random(n, n),
                         A = B * B.transpose() + Eigen::MatrixXd::Identity(n, n),
                         E = 3.0 * Eigen::MatrixXd::Random(n, 4) * Eigen::MatrixXd::Random(4, n);
-  const Eigen::VectorXd f = Eigen::VectorXd::Random(n), start = A.ldlt().solve(f);
-  RealVec x(start.data(), start.data() + n), diag(n);
-  for (int i = 0; i < n; ++i) diag[i] = A(i, i);
+  const Eigen::VectorXd f = Eigen::VectorXd::Random(n);
+  const auto vector = [n](const RealVec& v) { return Eigen::Map<const Eigen::VectorXd>(v.data(), n); };
+  const auto put    = [n](const Eigen::VectorXd& from, RealVec& to) { to.assign(from.data(), from.data() + n); };
   int solutions = 0;
-  const auto back = [&](const RealVec& v, RealVec& z) {
-    const Eigen::VectorXd y = A.ldlt().solve(E * Eigen::Map<const Eigen::VectorXd>(v.data(), n));
-    z.assign(y.data(), y.data() + n);
+  SlipSystem system;
+  for (int i = 0; i < n; ++i) system.weight.push_back(1.0 / A(i, i));
+  system.multiply     = [&](const RealVec& v, RealVec& y) { put((A + E) * vector(v), y); };
+  system.precondition = [&](const RealVec& v, RealVec& z) {
+    put(A.ldlt().solve(vector(v)), z);
     ++solutions;
     return STATUS_OK;
   };
-  EXPECT_EQ(STATUS_OK, step_slip(diag, 1e-10, back, x));
+  RealVec x, force;
+  put(f, force);
+  double left;
+  EXPECT_EQ(STATUS_OK, step_slip(system, force, 1e-10, x, left));
   EXPECT_LE(solutions, 5);                               // four directions, and the start
+  EXPECT_LE(left, 1e-10);
   EXPECT_LT(((A + E) * Eigen::Map<Eigen::VectorXd>(x.data(), n) - f).norm(), 1e-8 * f.norm());
 }
 
