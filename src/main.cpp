@@ -161,7 +161,7 @@ bool divide_again(const Options& o, std::unique_ptr<Run>& run, Archive& state, s
   log_repeat(true);
   if (comm_rank() == 0)
     good = deck_read(o.deck, o.defines, m) == 0 && m.hash == old.hash &&
-           m.output.history.size() == old.history.size();
+           m.output.history.size() == old.output.history.size();
   log_repeat(false);
   good = comm_bcast(static_cast<int>(good)) && out_hold(old, run->state, run->problem.d.grid, state);
   if (!good) {

@@ -43,7 +43,7 @@ double out_whole_time(const Model& m)
 {
   double sum = 0.0;
   for (const Step& s : m.step) {
-    if (s.arc) return 0.0;
+    if (s.arc.on) return 0.0;
     sum += s.period;
   }
   return sum;
