@@ -85,10 +85,6 @@ int add_equation(Model& m, const CouplingDef& c, Equation e)
 // what a step prescribes of the reference node and its rotation
 struct RefHeld {
   bool held[6] = {}, zero[6] = {}, loaded[6] = {};
-  bool operator<(const RefHeld& b) const
-  {
-    return std::lexicographical_compare(held, held + 6, b.held, b.held + 6);
-  }
 };
 
 RefHeld ref_held(const CouplingDef& c, const Step& s)

@@ -77,6 +77,7 @@ struct Tied {
   std::vector<MortarRow> row;                        // of the nodes that are tied
   std::map<int, int> row_of;                         // node -> row
   std::map<int, std::set<int>> beside;               // node -> tied nodes that share a slave face with it
+  std::set<int> common;                              // of these: nodes of both surfaces
   double gap = 0.0;                                  // largest distance of a tied node
   int nodes = 0;                                     // of the slave surface
 };
@@ -96,12 +97,12 @@ Tied tied_nodes(Deck& d, const Model& m, const TieDef& t, const std::vector<Mort
   for (const MortarRow& r : row) row_of[r.node] = &r;
   IntVec free;
   for (std::size_t k = 0; k < node.size(); ++k) {
-    if (std::binary_search(other.begin(), other.end(), node[k])) continue;       // a node of both surfaces
     const auto r = row_of.find(node[k]);
     if (distance[k] > tolerance || r == row_of.end()) {
       free.push_back(node[k]);
       continue;
     }
+    if (std::binary_search(other.begin(), other.end(), node[k])) out.common.insert(node[k]);
     out.gap = std::max(out.gap, distance[k]);
     out.row_of[node[k]] = static_cast<int>(out.row.size());
     out.row.push_back(*r->second);
@@ -111,7 +112,7 @@ Tied tied_nodes(Deck& d, const Model& m, const TieDef& t, const std::vector<Mort
     for (int a = 0; a < f.n; ++a)
       for (int b = 0; b < f.n; ++b)
         if (a != b && out.row_of.count(f.node[b])) out.beside[f.node[a]].insert(f.node[b]);
-  if (out.row.empty())
+  if (out.row.size() == out.common.size())
     fault(d, t,
           text_format("no node of the slave surface lies within %.4g of a master face that faces it; look at "
                       "the two surfaces, and at POSITION TOLERANCE",
@@ -133,6 +134,7 @@ double adjust(Model& m, const Tied& t)
   double largest = 0.0;
   RealVec X = m.mesh.X;
   for (const MortarRow& r : t.row) {
+    if (t.common.count(r.node)) continue;
     double moved = 0.0;
     for (int i = 0; i < 3; ++i) {
       double x = 0.0;
@@ -223,6 +225,8 @@ void add_equations(Model& m, const TieDef& def, const Tied& t)
     std::set<long> held;
     for (long dof : held_dofs(m, s))
       if (t.row_of.count(static_cast<int>(dof / 3))) held.insert(dof);
+    for (int n : t.common)
+      for (int i = 0; i < m.dim; ++i) held.insert(3L * n + i);
     const auto known = made.find(held);
     if (known == made.end()) {
       IntVec& list = made[held];
