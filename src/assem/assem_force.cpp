@@ -457,7 +457,7 @@ Failure body_loads(const Model& m, const Discretisation& d, const State& st, con
           !(pts.parent[q] >= 0 && std::binary_search(l.elem.begin(), l.elem.end(), pts.parent[q])))
         continue;
       double X[3];
-      point_place(pts, dim, q, X);
+      point_centre(pts, dim, q, X);
       double value;
       const auto name = [&] { return "material point " + std::to_string(pts.label[q]); };
       const Failure failure = value_here(m, step, l, X, at, name, value);

@@ -255,7 +255,7 @@ Failure constrain_grid(const Model& m, const Discretisation& d, const State& st,
     const GridBc& b = m.grid_bc[k];
     for (int v = 0; v < d.grid.nnode; ++v) {
       double x[3];
-      grid_unknown_place(m, st.points, st.n.uc, d.grid, v, x);
+      grid_unknown_position(m, st.points, st.n.uc, d.grid, v, x);
       if (std::fabs(x[b.axis] - b.position) > 1e-6 * m.grid.h[b.axis]) continue;
       auto at = [&](double later) {
         return support_value(m, b.value, b.amplitude, x, t_step0 + later, total0 + later);

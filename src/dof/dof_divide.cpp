@@ -193,7 +193,7 @@ std::vector<Handed> hand_over(const Model& m, const Points& pts, const RealVec& 
   for (int e : around.common[to])
     if (movable(e) && known[e]) {
       double along = 0.0, X[3];
-      point_place(pts, m.dim, pts.of_elem[e], X);
+      point_centre(pts, m.dim, pts.of_elem[e], X);
       for (int i = 0; i < 3; ++i)
         along += X[i] * (rank[to].centre[i] - rank[me].centre[i]);
       list.emplace_back(-along, e);

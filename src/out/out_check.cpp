@@ -99,7 +99,7 @@ void add_points(const Model& m, const State& s, const Check& c, const Quantity& 
   for (int p = 0; p < pts.npoint; ++p) {
     if (!point_counts(m, pts, p)) continue;
     double X[3], value;
-    point_place(pts, m.dim, p, X);
+    point_centre(pts, m.dim, p, X);
     if (quantity_is_place(q)) {
       value = point_nodal_at(m, pts, s.n, q, p, pts.w(p));
     } else {

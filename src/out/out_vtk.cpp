@@ -399,7 +399,7 @@ void cell_corners(const Grid& g, int dim, long key, RealVec& x)
   const int corner[8][3] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0},
                             {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};
   double low[3];
-  grid_cell_place(g, dim, key, low);
+  grid_cell_position(g, dim, key, low);
   for (int a = 0; a < (dim == 3 ? 8 : 4); ++a)
     for (int i = 0; i < dim; ++i) x.push_back(low[i] + g.h[i] * corner[a][i]);
 }

@@ -76,7 +76,7 @@ RealVec row_places(const Problem& p)
   const ActiveGrid& grid = p.d.grid;
   for (int g = 0; g < grid.nnode; ++g) {
     double x[3];
-    grid_unknown_place(p.m, p.st.points, p.st.n.uc, grid, g, x);
+    grid_unknown_position(p.m, p.st.points, p.st.n.uc, grid, g, x);
     const int c = grid_corner(p.st.points, grid.key[g]);
     for (int i = 0; i < dim; ++i)
       place[(s.rows.nfe + g) * dim + i] =
