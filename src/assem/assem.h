@@ -45,8 +45,8 @@ Failure assem_loads(const Model& m, const Discretisation& d, const Dofs& dofs, c
                     const Step& step, const LoadTime& at, Warned& warned, RealVec& fext);
 bool assem_has_followers(const Step& step);
 
-// assem_tangent : A = K + cM M + cC C (all dofs, including fixed ones); rewrites the history of laws at
-// t(n+1)
+// assem_tangent : A = K + cM M + cC C (all dofs, including fixed ones);
+// rewrites the history of laws at t(n+1)
 void assem_tangent(const Model& m, const Discretisation& d, const KernelMode& mode, double cM, double cC,
                    const Jumps& j, State& st, Dofs& s);
 
@@ -64,8 +64,8 @@ void assem_slip(const Model& m, const ContactPairs& pairs, const KernelMode& mod
 void slip_multiply(const SlipTangent& slip, const ContactPairs& pairs, const Dofs& s, RealVec x, RealVec& y);
 
 // assem_constrain : f -= A(:, fixed) x(fixed), then removes rows and columns of fixed dofs except for the
-// diagonal, and sets f(fixed) = 0: the solution is zero at fixed dofs, and x is added afterwards; diagonal
-// [neq] of A
+// diagonal, and sets f(fixed) = 0: the solution is zero at fixed dofs, and x is added afterwards;
+// diagonal [neq] of A
 void assem_constrain(Dofs& s, const RealVec& diagonal, const RealVec& x, RealVec& f);
 
 // assem_mass : DofMass::M, unless it is valid for the present pattern and no points move     (3.12), (3.16)
@@ -85,8 +85,8 @@ void assem_lumped(Dofs& s);
 void damping_multiply(const Dofs& s, const RealVec& x, RealVec& y);
 double damping_work(const Dofs& s, const RealVec& x);
 
-// mass_multiply : y = M x; mass_part : with the contribution of this rank to M, mass_elements : of the
-// elements
+// mass_multiply : y = M x; mass_part : with the contribution of this rank to M,
+// mass_elements : of the elements
 void mass_elements(const Dofs& s, const RealVec& x, RealVec& y);
 void mass_part(const Dofs& s, const RealVec& x, RealVec& y);
 void mass_multiply(const Dofs& s, const RealVec& x, RealVec& y);
@@ -100,8 +100,8 @@ enum MassRowsOf { ROWS_ALL, ROWS_GRID, ROWS_NEAR };  // rows: all; of the grid; 
 int mass_solve(const Dofs& s, MassRowsOf of, int guess, const RealVec& f, RealVec& x);
 
 // mass_project : the same for the velocity v of the grid from its momentum; if points follow nodes, also for
-// the nodes whose velocity changes. begun [nrow] 1: v is the initial guess in this row of the grid too;
-// empty: in none
+// the nodes whose velocity changes. begun [nrow] 1: v is the initial guess in this row
+// of the grid too; empty: in none
 int mass_project(const Dofs& s, const std::vector<char>& begun, const RealVec& momentum, RealVec& v);
 
 // mass_solve_tied : M x = f in the nodes of elements with equations: T^T M T x = T^T f on the free dofs, x at
@@ -111,8 +111,8 @@ int mass_solve_tied(const Dofs& s, const RealVec& f, RealVec& x);
 // point_momentum : adds p_v = sum_cd N_v(x_c) m_cd v_d of the points of this rank to out [neq]
 void point_momentum(const ActiveGrid& grid, const Dofs& s, const RealVec& vc, RealVec& out);
 
-// assem_scatter_corners : transfers forces on corners fc [ncorner*dim] to the grid, with the weights of
-// corners
+// assem_scatter_corners : transfers forces on corners fc [ncorner*dim] to the grid,
+// with the weights of corners
 void assem_scatter_corners(const ActiveGrid& grid, const Dofs& dofs, const RealVec& fc, RealVec& f);
 
 // assem_gather_corners : after_c = before_c + sum_v N_v(x_c) x_v, x [neq] of the system, before and after

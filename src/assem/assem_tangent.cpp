@@ -7,8 +7,8 @@
 
 namespace {
 
-// adds a block or its transpose; in a diagonal block only the lower part is kept. The numbers of k have the
-// distance STRIDE
+// adds a block or its transpose; in a diagonal block only the lower part is kept. The numbers
+// of k have the distance STRIDE
 template <int D, int STRIDE = 1>
 inline void add_block(SysMatrix& A, int where, bool diagonal, const double* k)
 {

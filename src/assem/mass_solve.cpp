@@ -117,8 +117,8 @@ Eigen::Map<const Dirs<D>> dirs(const double* x, int r)
   return Eigen::Map<const Dirs<D>>(x + static_cast<size_t>(r) * D);
 }
 
-// sums of products of vectors of n numbers for each direction; in four partial sums, so that additions are
-// independent
+// sums of products of vectors of n numbers for each direction; in four partial sums, so
+// that additions are independent
 template <int D>
 struct Sums {
   double part[4 * D] = {};
@@ -386,8 +386,8 @@ bool below(const double* value, const double* goal)
 // Conjugate gradients for step from 0, all directions together; on return r is the residual. Converged if the
 // residual of M itself is small. Returns the iterations; -1: not converged to 1e-8 within 1000.
 // Several ranks: known is the square of r; one message per iteration (on more than two ranks: two): the
-// square of the next residual follows from products with this one, and is computed directly where these
-// nearly cancel.
+// square of the next residual follows from products with this one,
+// and is computed directly where these nearly cancel.
 template <int D>
 int iterate(const MassSystem<D>& m, const double* size, const double* known, RealVec& r, RealVec& step)
 {

@@ -2,8 +2,8 @@
 // archive.h : values to bytes and back
 //
 // One io routine of a struct serves both directions: it passes all fields to io_all. It uses structured
-// bindings, so that the program does not compile if a new field is missing; io_fields also counts its
-// arguments.
+// bindings, so that the program does not compile if a new field is missing;
+// io_fields also counts its arguments.
 //
 // Bytes are written to and read from a file in pieces, so that no rank stores all of them; without a file
 // they stay in the archive. On several ranks rank 0 has the file. All ranks read together, and get what rank

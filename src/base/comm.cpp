@@ -71,8 +71,8 @@ bool alone()
   return true;
 }
 
-// If all ranks are on one machine (according to Open MPI), shared memory suffices; the search for networks
-// would take 0.2 s
+// If all ranks are on one machine (according to Open MPI), shared memory suffices; the search
+// for networks would take 0.2 s
 bool one_machine()
 {
   const char *here = std::getenv("OMPI_COMM_WORLD_LOCAL_SIZE"), *all = std::getenv("OMPI_COMM_WORLD_SIZE");

@@ -8,8 +8,8 @@
 
 #include "base/types.h"
 
-// far_first : sorts order, stably, by decreasing distance from the border; items not connected to it are
-// first
+// far_first : sorts order, stably, by decreasing distance from the border;
+// items not connected to it are first
 //   in   items    number of items;   border: items at distance 0
 //        near     near(i, use) calls use(j) for the neighbours of i
 template <class Near>

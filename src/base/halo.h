@@ -18,8 +18,8 @@ struct Halo {
   bool on() const { return !common.empty(); }
 };
 
-// halo_form : finds the items shared with other ranks, by their distinct keys key [n]. Collective, as all
-// below.
+// halo_form : finds the items shared with other ranks, by their distinct keys key [n].
+// Collective, as all below.
 void halo_form(const std::vector<long>& key, Halo& h);
 
 // halo_renumber : renumbers the items: item k becomes number index[k]; without owners
@@ -33,8 +33,8 @@ inline void halo_sum(const Halo& h, int D, RealVec& v, double* number = nullptr,
   halo_sum(h, D, std::vector<RealVec*>{&v}, number, m);
 }
 
-// halo_copy : copies v [n*D] from the owner to all ranks with the item; halo_copy_all: several vectors in one
-// message
+// halo_copy : copies v [n*D] from the owner to all ranks with the item; halo_copy_all:
+// several vectors in one message
 template <class T>
 void halo_copy_all(const Halo& h, int D, const std::vector<std::vector<T>*>& v)
 {
@@ -54,7 +54,7 @@ void halo_copy_all(const Halo& h, int D, const std::vector<std::vector<T>*>& v)
   const std::vector<std::vector<T>> from = comm_exchange(to);
   for (std::size_t r = 0; r < h.common.size(); ++r) {
     auto next = from[r].begin();
-    MPFE_CHECK(from[r].size() == numbers(r, static_cast<int>(r)), "ranks disagree on whose things are");
+    MPFE_CHECK(from[r].size() == numbers(r, static_cast<int>(r)), "ranks disagree on owners of items");
     for (int k : h.common[r]) {
       if (h.owner[k] != static_cast<int>(r)) continue;
       for (std::vector<T>* x : v) {

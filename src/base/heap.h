@@ -8,8 +8,8 @@
 
 // heap_keep : keeps freed memory in the process. Vectors of the size of the model are allocated and freed in
 // every solution; glibc would return each to the system and get it again page by page (P7: 4 % of the run on
-// one rank; P8: a quarter on two and four, and P9 4 %, for 3 % less memory). Settings of the user in MALLOC_*
-// are kept.
+// one rank; P8: a quarter on two and four, and P9 4 %, for 3 % less memory). Settings of the user
+// in MALLOC_* are kept.
 void heap_keep();
 
 // heap_give_back : returns all free pages to the system, also those between used ones

@@ -1,6 +1,6 @@
 // ---------------------------------------------------------------------------
-// interrupt.h : Ctrl-C, kill and the signals of queues end the run after the current increment, with all
-// files complete
+// interrupt.h : Ctrl-C, kill and the signals of queues end the run after the current increment,
+// with all files complete
 // ---------------------------------------------------------------------------
 #ifndef MPFE_BASE_INTERRUPT_H
 #define MPFE_BASE_INTERRUPT_H
@@ -16,8 +16,8 @@ int interrupt_signal();
 // interrupt_note : records a signal received by another rank
 void interrupt_note(int number);
 
-// interrupt_finish : ends the program by the signal received, so that the shell sees it; returns if there was
-// none
+// interrupt_finish : ends the program by the signal received, so that the shell sees it;
+// returns if there was none
 void interrupt_finish();
 
 #endif

@@ -142,8 +142,8 @@ size_t reach_goal(const RealVec& work, double goal, std::vector<Along>& order)
   return first;
 }
 
-// cut normal to n, with a fraction of the sum of all kinds of work on the left; items within h/2 of the plane
-// are at the cut
+// cut normal to n, with a fraction of the sum of all kinds of work on the left; items within h/2
+// of the plane are at the cut
 Cut cut_across(const RealVec& X, const std::vector<RealVec>& work, const RealVec& sum, const double* n,
                double part, double h, const int* begin, const int* end)
 {
@@ -221,8 +221,8 @@ RealVec part_sums(const std::vector<RealVec>& weight)
 // ---------------------------------------------------------------------------
 // part_planes : as part_places with kinds of work [kinds][n]
 //
-// Each cut takes the normal, among 25, with the smallest sum of excess work of each kind and of items at the
-// cut.
+// Each cut takes the normal, among 25, with the smallest sum of excess work of each kind and
+// of items at the cut.
 // ---------------------------------------------------------------------------
 IntVec part_planes(const RealVec& X, const std::vector<RealVec>& work, int parts)
 {

@@ -3,8 +3,8 @@
 //
 // JOB.lock contains host and process of the run that writes JOB.*. The run holds it by flock, which is
 // released with the process in any case; the file is removed at a regular end. A lock left on this host by a
-// crash is taken over with a message. A lock of another host, where flock may not be visible, is not: the
-// user decides.
+// crash is taken over with a message. A lock of another host, where flock may not be visible,
+// is not: the user decides.
 // ---------------------------------------------------------------------------
 #ifndef MPFE_BASE_RUN_LOCK_H
 #define MPFE_BASE_RUN_LOCK_H

@@ -278,8 +278,8 @@ void warn_thickness(const BondBuilder& f, const FaceNodes& face)
            f.m.body[d.body].thickness);
 }
 
-// bonds of one face: trapezoidal shares, so that a uniform traction gives the nodal forces of the element
-// (4.5)
+// bonds of one face: trapezoidal shares, so that a uniform traction gives the nodal forces
+// of the element (4.5)
 void form_face(BondBuilder& f, const FaceNodes& face)
 {
   const BondDef& d     = f.m.bond[f.def];
@@ -343,9 +343,8 @@ int outside_grid(const Model& m, const BondDef& d, const Bonds& bonds, int first
     for (int i = 0; i < m.dim; ++i) {
       const double t = (bonds.X[3 * b + i] - g.lo[i]) / g.h[i];
       if (t > -1e-9 && t < g.n[i] + 1e-9) continue;
-      log_error("bond %s (%s line %d): its place (%g, %g) on surface %s lies outside the grid: enlarge "
-                "*GRID, or take another "
-                "surface",
+      log_error("bond %s (%s line %d): its point (%g, %g) on surface %s lies outside the grid: enlarge "
+                "*GRID, or use another surface",
                 d.name.c_str(), d.place.file.c_str(), d.place.line, bonds.X[3 * b], bonds.X[3 * b + 1],
                 m.surface[d.surface].name.c_str());
       return 1;

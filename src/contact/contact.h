@@ -82,8 +82,8 @@ void contact_search(const Model& m, const Points& pts, const Bonds& bonds, const
                     const RealVec& xb, const ContactScene& scene, ContactPairs& pairs);
 
 // contact_search_start : the same for contact pairs with the master faces of t = 0, even if their elements
-// have broken since, and for all contact points of this rank; u, uc, xb of t = 0. Collective with a divided
-// model.
+// have broken since, and for all contact points of this rank; u, uc, xb of t = 0. Collective
+// with a divided model.
 void contact_search_start(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& u,
                           const RealVec& uc, const RealVec& xb, ContactPairs& pairs);
 
@@ -105,8 +105,8 @@ void contact_stiffness(const Level& l, int dim, bool moves, const ContactPairs& 
 //   in   pairs of t = 0;   returns the number of errors. Collective.
 int contact_start(const Model& m, Bonds& bonds, const ContactPairs& pairs, const RealVec& xb);
 
-// contact_offsets : contact points created by conversion take the offset that they would have had at t = 0
-// (4.13)
+// contact_offsets : contact points created by conversion take the offset
+// that they would have had at t = 0 (4.13)
 //   in   added: these bonds;   bonds.offset is set for owned points only, whose master faces are stored here.
 //        Collective with a divided model.
 void contact_offsets(const Model& m, const Points& pts, const IntVec& added, Bonds& bonds);

@@ -29,8 +29,8 @@ struct ContactScene {
   long built = 0;              // number of times near was built
 };
 
-// scene_update : rebuilds near when the faces have changed, or have moved too far. Collective with a divided
-// model.
+// scene_update : rebuilds near when the faces have changed, or have moved too far. Collective
+// with a divided model.
 //   in   travel  motion of a point in the increment; is_static: reach of a face size, not of a quarter of it
 void scene_update(const Model& m, const Points& pts, const Bonds& bonds, const RealVec& u, const RealVec& uc,
                   bool is_static, double travel, ContactScene& scene);

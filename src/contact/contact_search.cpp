@@ -380,8 +380,8 @@ void count_searches(const Model& m, RealVec state, ContactPairs& pairs)
   pairs.searched = std::count(state.begin(), state.end(), 2.0);
 }
 
-// scene: null: without general contact, contact points are not counted, and those of other ranks are searched
-// too. Collective
+// scene: null: without general contact, contact points are not counted, and those
+// of other ranks are searched too. Collective
 void search(const Model& m, const Points& pts, const Bonds& bonds, bool at_start, const RealVec& u,
             const RealVec& uc, const RealVec& slip, const RealVec& xb, const ContactScene* scene,
             ContactPairs& pairs)

@@ -16,8 +16,8 @@ struct OverlapWatch {
   int rest = 0;                // increments until the next check
 };
 
-// overlap_pairs : finds the pairs of parts that do not interact; once, at the start, of a divided model
-// before it is cut
+// overlap_pairs : finds the pairs of parts that do not interact; once, at the start,
+// of a divided model before it is cut
 void overlap_pairs(const Model& m, OverlapWatch& w);
 
 // overlap_start : warns of such pairs that overlap or touch at the start. Collective, as overlap_look.

@@ -188,8 +188,8 @@ struct DivideBy {
   std::vector<NearFace> near;
 };
 
-// dof_ranks : number of ranks that pays off for the model of rank 0; the others wait (comm_keep). Not
-// collective.
+// dof_ranks : number of ranks that pays off for the model of rank 0;
+// the others wait (comm_keep). Not collective.
 int dof_ranks(const Model& m);
 
 // dof_part : divides the model of rank 0 and sends each rank its piece. Collective.
@@ -200,8 +200,8 @@ constexpr double WORK_EVEN = 1.05;
 
 // dof_work : work of the elements of this rank, [2][nelem]: the work that scales with rows and iterations, as
 // if all were intact or by the node pairs of their points; the additional work of broken elements and points
-// dof_excess : largest work of a rank over the mean, sum of both kinds; rank: owner of each point [npoint].
-// Collective.
+// dof_excess : largest work of a rank over the mean, sum of both kinds; rank: owner
+// of each point [npoint]. Collective.
 //   in   uc   displacements of the corners [ncorner*dim]
 std::vector<RealVec> dof_work(const Model& m, const Elements& el, const Points& pts, const RealVec& uc);
 double dof_excess(const Model& m, const Elements& el, const Points& pts, const RealVec& uc,

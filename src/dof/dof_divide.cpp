@@ -17,8 +17,8 @@ enum WorkKind { WORK_ELEM, WORK_POINT, WORK_KINDS };
 // costs 0.66 of an intact one for each node pair, plus PAIRS_OF_LAW pairs for its law
 const double BROKEN_ELEM = 13.0, BROKEN_POINT = 0.66, PAIRS_OF_LAW = 110.0;
 
-// work of an element (half for a pack of eight) and of a point with this number of node pairs, in the same
-// unit
+// work of an element (half for a pack of eight) and of a point with this number
+// of node pairs, in the same unit
 double elem_work(Shape shape, bool broken)
 {
   return (broken ? BROKEN_ELEM : 1.0) * 0.5 * pair_count(shape_info[shape].nen) * shape_info[shape].ngp;

@@ -39,8 +39,8 @@ int finite_elements(const Model& m)
   return static_cast<int>(std::count_if(section.begin(), section.end(), [](int s) { return s >= 0; }));
 }
 
-// Do ranks store the points and outer faces of the elements that they store? With conversion or general
-// contact
+// Do ranks store the points and outer faces of the elements
+// that they store? With conversion or general contact
 bool points_near(const Model& m)
 {
   return !m.conversion.empty() || model_general_contact(m) >= 0;
@@ -112,8 +112,8 @@ std::vector<NearFace> skin_at_start(const Model& m, const Points& pts)
   return near_now(m, pts, skin, u, uc, true, 0.0);
 }
 
-// faces of contact pairs at t = 0; adjusted: where contact points created by conversion search for their gap
-// at t = 0
+// faces of contact pairs at t = 0; adjusted: where contact points created by conversion search
+// for their gap at t = 0
 std::vector<NearFace> pairs_at_start(const Model& m, const Points& pts, bool adjusted)
 {
   RealVec u, uc;

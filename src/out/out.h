@@ -143,8 +143,8 @@ struct Output {
 // out_listing_open : JOB.lst; goes_on: append to the existing file
 void out_listing_open(const Model& m, Output& out, bool goes_on = false);
 
-// out_open : returns the number of errors (a *HISTORY or *CHECK that cannot be evaluated); messages in the
-// log
+// out_open : returns the number of errors (a *HISTORY or *CHECK that cannot be evaluated);
+// messages in the log
 int out_open(const Model& m, const Elements& el, const State& s, const ActiveGrid& grid, Output& out);
 void out_step_begin(const Model& m, int step, Output& out);          // step: 0-based
 void out_step_end(const Model& m, const State& s, Output& out);
@@ -237,8 +237,8 @@ void history_write(const Output& out, int row);
 void out_vtk(const Model& m, const Elements& el, const State& s, const ActiveGrid& grid, Output& out);
 void out_vtk_series(const std::string& path, const VtkSeries& series);
 
-// out_unfinished : elements broken in an increment ended by a signal, in files JOB.unfinished.*; returns a
-// message
+// out_unfinished : elements broken in an increment ended by a signal,
+// in files JOB.unfinished.*; returns a message
 std::string out_unfinished(const Model& m, const Elements& el, const State& s, const ActiveGrid& grid,
                            const Output& out);
 
@@ -255,8 +255,8 @@ void out_check_begin(const Model& m, Output& out);
 void out_check_increment(const Model& m, const Elements& el, const State& s, Output& out);
 int out_check_end(const Model& m, const Elements& el, const State& s, bool finished, Output& out);
 
-// out_erosion : JOB.ero, lines of the elements broken since the last call; they are removed if the increment
-// is undone
+// out_erosion : JOB.ero, lines of the elements broken since the last call; they are removed
+// if the increment is undone
 void out_erosion(const Model& m, const State& s, Output& out);
 void out_erosion_undo(Output& out);
 

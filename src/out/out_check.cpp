@@ -56,8 +56,8 @@ void judge(CheckResult& r, double value)
   if (!std::isfinite(value)) r.message = "not a number";
 }
 
-// stress and strain of an element where they are most accurate: mean of the Gauss points, at their mean
-// position
+// stress and strain of an element where they are most accurate: mean of the Gauss points,
+// at their mean position
 void add_centre(const Model& m, const Elements& el, const State& s, const Check& c, const Quantity& q, int e,
                 Norm& norm)
 {

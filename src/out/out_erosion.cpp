@@ -4,8 +4,8 @@
 // ---------------------------------------------------------------------------
 // out_erosion : JOB.ero, one line for each element that broke since the last call
 //
-// In statics it is called after each equilibrium of an increment, so that progress is visible in a long
-// increment.
+// In statics it is called after each equilibrium of an increment, so that progress is visible
+// in a long increment.
 // ---------------------------------------------------------------------------
 void out_erosion(const Model& m, const State& s, Output& out)
 {

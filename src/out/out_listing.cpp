@@ -134,9 +134,9 @@ const char* out_status_text(Status status)
     case HALF_RESIDUAL:   return "the half-increment residual is too large";
     case CRITERION_EXCEEDED: return "the load of the first break lies within the increment";
     case FACES_UNKNOWN:   return "contact faces owned by other ranks have come within search range";
-    case DIVISION_FAILED: return "bodies that different ranks know come near each other, and the model "
-                                 "cannot be divided again: put the deck back as it was when the run "
-                                 "began, or free space for temporary files, and begin, or go on from a "
+    case DIVISION_FAILED: return "bodies of different ranks approach each other, and the model cannot be "
+                                 "divided again: restore the deck as it was at the start of the run, or "
+                                 "free space for temporary files, then start again or continue from a "
                                  "restart file";
     case INTERRUPTED:     return "a signal ended the run";
   }
@@ -391,18 +391,18 @@ void out_listing_skipped(std::FILE* file, const Model& m, const State& s)
   };
   const Line lines[] = {
     {PHASE_GRID, "active grid", "no material points, or it moves with them"},
-    {PHASE_PROJECT, "projection", "no material points, or the grid goes on as it was"},
+    {PHASE_PROJECT, "projection", "no material points, or the grid is unchanged"},
     {PHASE_BOND, "bonds", "there are none"},
     {PHASE_CONTACT, "contact search", "no contact"},
     {PHASE_PATTERN, "pattern", "no list has changed"},
     {PHASE_MASS, "mass", "statics, or nothing has changed"},
-    {PHASE_TANGENT, "tangent", "linear, or the one before is near enough"},
-    {PHASE_ANALYSIS, "analysis", "the pattern stays, or conjugate gradients"},
+    {PHASE_TANGENT, "tangent", "linear, or the previous one is close enough"},
+    {PHASE_ANALYSIS, "analysis", "the pattern is unchanged, or conjugate gradients"},
     {PHASE_FACTOR, "factorisation", "earlier factors, or conjugate gradients"},
-    {PHASE_PRECOND, "preconditioner", "the incomplete factor of an earlier matrix serves"},
+    {PHASE_PRECOND, "preconditioner", "the incomplete factor of an earlier matrix is reused"},
     {PHASE_FRACTURE, "test of fracture", "nothing can break, or not due"},
     {PHASE_ESTIMATE, "estimates of fracture", "the threshold is out of reach (elements)"},
-    {PHASE_OUTPUT, "VTK frame", m.vtk.on ? "not due" : "not asked for"},
+    {PHASE_OUTPUT, "VTK frame", m.vtk.on ? "not due" : "not requested"},
   };
   std::fprintf(file, "\nSKIPPED\n  %-22s %10s %12s   %s\n", "what", "done", "skipped", "because");
   for (const Line& l : lines) {
@@ -418,8 +418,8 @@ void out_listing_skipped(std::FILE* file, const Model& m, const State& s)
 }
 
 // ---------------------------------------------------------------------------
-// out_listing_memory : permanent memory of the run, in MB and in bytes per equation; of all ranks of a
-// divided model
+// out_listing_memory : permanent memory of the run, in MB and in bytes per equation;
+// of all ranks of a divided model
 // ---------------------------------------------------------------------------
 void out_listing_memory(std::FILE* file, const Model& m, const std::vector<MemoryUse>& use, int equations)
 {

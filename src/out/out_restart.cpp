@@ -317,7 +317,7 @@ bool open_content(const Model& m, const std::string& path, Archive& f)
   return fits(path, m, origin);
 }
 
-// the value of the first rank that has one, since the state of a divided model is distributed. Collective
+// the fault of the first rank that has one, since the state of a divided model is distributed. Collective
 std::string first_fault(const char* here)
 {
   const std::vector<std::string> own(comm_size(), here ? here : "");

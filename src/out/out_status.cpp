@@ -22,8 +22,8 @@ const char* const column_titles =
 
 double seconds(const Output& out) { return timer_wall() - out.status_start; }
 
-// is a row due? There may be millions of explicit increments: one per second, the first and the last of a
-// step
+// is a row due? There may be millions of explicit increments: one per second, the first
+// and the last of a step
 bool row_due(const Model& m, const State& s, const Output& out)
 {
   if (s.log.step == 0 || s.log.inc <= 1) return true;

@@ -320,8 +320,8 @@ void warn_of_increment(const Model& m, std::size_t step, double crossed)
              step + 1, dt, crossed, dt / crossed);
 }
 
-// cells and elements that the fastest wave crosses in one increment; with fracture a warning if these are
-// many
+// cells and elements that the fastest wave crosses in one increment;
+// with fracture a warning if these are many
 void print_wave_travel(std::FILE* file, const Model& m, const Elements& el, const Points& pts)
 {
   double c = 0.0;

@@ -80,8 +80,8 @@ std::string piece_tail(VtkKind kind, int frame, std::size_t rank)
 
 // ---------------------------------------------------------------------------
 // write_series : frames with one file ending, since ParaView reads a series with one reader; there are
-// several endings if a run was continued in another format, or on another number of ranks. No frames: deletes
-// the file.
+// several endings if a run was continued in another format, or on another number of ranks.
+// No frames: deletes the file.
 // ---------------------------------------------------------------------------
 void write_series(const Output& out, VtkKind kind, const std::string& ending)
 {

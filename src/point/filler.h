@@ -55,8 +55,8 @@ void fill_point(Filler& f, int body, Shape shape, const int* corner);
 // fill_element : fills element e with a lattice of points of a body
 void fill_element(Filler& f, int body, int e);
 
-// fill_accepts : WHERE of a body or a surface at X; a value that is not finite is an error, reported once per
-// body or surface
+// fill_accepts : WHERE of a body or a surface at X; a value that is not finite is an error,
+// reported once per body or surface
 bool fill_accepts(const Expr& where, const double* X, int dim, const char* kind, const std::string& name,
                   const Place& place, int& faults);
 

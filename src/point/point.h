@@ -236,8 +236,8 @@ void point_domain(const Points& pts, int dim, const int* corner, int n, double* 
 // point_centre : centre of point p at t = 0, sum_c w_c X_c
 void point_centre(const Points& pts, int dim, int p, double X[3]);
 
-// point_corner_in_element : shape functions of element e at corner c at t = 0; false: the local coordinates
-// are not found
+// point_corner_in_element : shape functions of element e at corner c at t = 0; false:
+// the local coordinates are not found
 bool point_corner_in_element(const Model& m, const Points& pts, int e, int c, double* N);
 
 // Consistent mass matrix of the corners, summed over domains: diagonal, and lower triangle row by row
@@ -285,8 +285,8 @@ inline bool point_skin_counts(const Model& m, const Points& pts, const SkinFace&
 // point_ip_fields : results of a point, from the corner displacements and the degradation of l
 void point_ip_fields(const Model& m, const Points& pts, const Level& l, int p, IpFields& out);
 
-// point_copy_corners : copies x [ncorner*dim] from the owners of the corners to all ranks that have them.
-// Collective
+// point_copy_corners : copies x [ncorner*dim] from the owners of the corners to all ranks
+// that have them. Collective
 void point_copy_corners(const Points& pts, int dim, const std::vector<RealVec*>& x);
 
 // point_energy : strain energy of the points in owned

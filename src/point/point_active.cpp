@@ -136,8 +136,8 @@ void follow_corners(const Points& pts, const GridShare& share, int nnode, Active
   g.corner_w.swap(out_w);
 }
 
-// 1. cells and nodes under every corner and bond: their keys, ascending; lists and weights refer to these by
-// index
+// 1. cells and nodes under every corner and bond: their keys, ascending; lists
+// and weights refer to these by index
 template <int D>
 Status touch(const Model& m, const Points& pts, const Bonds& bonds, const GridShare& share, const RealVec& uc,
              const RealVec& xb, std::vector<long>& node, ActiveGrid& g, int* worst)

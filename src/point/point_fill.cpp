@@ -19,8 +19,8 @@ void join_points(Points& p, int first)
   for (int q = first; q < p.npoint; ++q) p.next[q] = q + 1 < p.npoint ? q + 1 : first;
 }
 
-// the support of the last corner created: the node at its position, or the corners at the nodes between which
-// it lies  (7.14)
+// the support of the last corner created: the node at its position, or the corners at the nodes between
+// which it lies  (7.14)
 void hang(Filler& f, int e, const CornerKey& key, int total)
 {
   Points& p = f.pts;

@@ -203,8 +203,8 @@ struct Shared {
   }
 };
 
-// are points unconnected at a node of this rank alone, or, where all ranks have all points, at a node of its
-// share?
+// are points unconnected at a node of this rank alone, or, where all ranks have all points,
+// at a node of its share?
 bool meet_here(const Around& all, long nnode, const ListTable& around, const KeyHalo* halo)
 {
   const int ranks = comm_size(), me = comm_rank();

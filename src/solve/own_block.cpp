@@ -42,8 +42,8 @@ int find_block(const SysMatrix& A, int I, int J)
 }
 
 // first the rows of this rank alone, those far from the border and from tied rows first; then the border: on
-// two ranks in the order of the keys, which is equal on both, so that both solve for it alike; else in the
-// order of A
+// two ranks in the order of the keys, which is equal on both, so that both solve for it alike;
+// else in the order of A
 void order_rows(const SysMatrix& A, OwnBlock& own)
 {
   const ListTable graph = sys_graph(A);

@@ -32,8 +32,8 @@ int shared_nodes(const Mesh& mesh, const IntVec& part)
   });
 }
 
-// cost of a partition relative to an ideal one: with several kinds of work, the largest part of each kind;
-// and shared nodes
+// cost of a partition relative to an ideal one: with several kinds of work, the largest part
+// of each kind; and shared nodes
 double surplus(const Mesh& mesh, const std::vector<RealVec>& work, int parts, const IntVec& part)
 {
   double largest = 0.0, all = 0.0;

@@ -312,8 +312,8 @@ void multiply_block(int D, const double* block, const double* x, double* y)
   }
 }
 
-// divided model: rows of the factors are used if all ranks that have them now had them then, among these the
-// former owner
+// divided model: rows of the factors are used if all ranks that have them now had them then,
+// among these the former owner
 void keep_agreed(const SysMatrix& A, ReusedFactors& k)
 {
   const double had = 1.0, owned = 1e6;
@@ -474,8 +474,8 @@ bool reused_form(const SysMatrix& A, const std::vector<long>& key, ReusedFactors
   return sys_shared(A) ? !comm_allreduce_max(static_cast<int>(!good)) : good;
 }
 
-// z = P^T F^-1 P r + inverse diagonal blocks of the rows that P omits: symmetric and positive definite if F
-// is
+// z = P^T F^-1 P r + inverse diagonal blocks of the rows that P omits: symmetric
+// and positive definite if F is
 Status reused_apply(Solver& s, const SysMatrix& A, ReusedFactors& k, const RealVec& r, RealVec& z)
 {
   if (k.same) return solve_back_rough(s, r, z);

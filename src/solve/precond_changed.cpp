@@ -179,8 +179,8 @@ void take_grid(const SysMatrix& A, GridBlock& g, const IntVec& set, RealVec& C)
 
 using Dense = Eigen::Map<Eigen::MatrixXd>;
 
-// maps present rows of elements to the old matrix, and back; removed rows belong to the set. false: a row is
-// new
+// maps present rows of elements to the old matrix, and back; removed rows belong to the set.
+// false: a row is new
 bool match_rows(const std::vector<long>& key, int nfe, Changed& c, std::vector<char>& in)
 {
   c.old.resize(nfe);

@@ -218,8 +218,8 @@ bool solve_same_pattern(const Solver& s, const SysMatrix& A)
   return sys_shared(A) ? !comm_allreduce_max(!same) : same;
 }
 
-// Allocates and frees the memory, with the buffer of a thread of OpenBLAS, which would wait for ever without
-// it
+// Allocates and frees the memory, with the buffer of a thread of OpenBLAS, which would wait
+// for ever without it
 bool solve_room(double mb)
 {
   const size_t bytes = static_cast<size_t>(1e6 * (mb + BLAS_BUFFER));

@@ -287,8 +287,8 @@ struct Clock {
   }
 };
 
-// cg_begin : x = the best combination of earlier solutions in the energy norm. Returns its energy b x,
-// 0: x is not used
+// cg_begin : x = the best combination of earlier solutions in the energy norm.
+// Returns its energy b x, 0: x is not used
 double cg_begin(const CgSystem& s, const RealVec& b, const std::vector<RealVec>& past, RealVec& x);
 
 CgDone cg_solve(const CgSystem& s, const RealVec& b, const CgGoal& goal, CgWork& w, RealVec& x);

@@ -169,8 +169,8 @@ void give_entries(MumpsData& m)
   m.id.jcn_loc  = m.jcn.data();
 }
 
-// values scaled to unit diagonal; on one rank MUMPS does so itself, which it cannot for entries of several
-// ranks
+// values scaled to unit diagonal; on one rank MUMPS does so itself, which it cannot
+// for entries of several ranks
 void scale_values(MumpsData& m, const SysMatrix& A)
 {
   const int D = A.dim;
@@ -255,8 +255,8 @@ void scatter_numbers(MumpsData& m, const SysMatrix& A, const RowNumbers& rows)
   m.right.resize(m.right_row.size());
 }
 
-// The ranks that need the equations of the solution here: for each equation one rank collects who needs it
-// and who has it
+// The ranks that need the equations of the solution here:
+// for each equation one rank collects who needs it and who has it
 void find_takers(MumpsData& m, int dim)
 {
   const int ranks = comm_size(), piece = m.id.n / ranks + 1, nrow = static_cast<int>(m.number.size());

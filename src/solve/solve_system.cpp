@@ -127,8 +127,8 @@ struct CgWay {
   double (*iteration)(const SolverData& d);          // seconds of counted work
   double (*setup)(const SolverData& d);
   int iterations;                                    // at most
-  // factor on the tolerance: M^-1 underestimates the error in smooth modes, where it differs much from A^-1;
-  // factors do not
+  // factor on the tolerance: M^-1 underestimates the error in smooth modes, where it differs much
+  // from A^-1; factors do not
   double safety;
 };
 
