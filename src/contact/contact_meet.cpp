@@ -86,7 +86,8 @@ namespace {
 // local coordinates of the normal projection of p: Newton's method on the two tangents (one iteration for
 // edges, triangles and parallelograms, and one to confirm). x = m + a xi + b eta + h xi eta; a triangle from
 // its first node, h = 0
-void project(const MasterFace& f, const double* p, double* xi)
+//   in   all   false: it ends as soon as p lies beside f, by four times the last correction
+void project(const MasterFace& f, const double* p, bool all, double* xi)
 {
   double r0[3], a[3], b[3] = {0, 0, 0}, h[3] = {0, 0, 0};
   const double* x = f.x;
@@ -120,7 +121,9 @@ void project(const MasterFace& f, const double* p, double* xi)
     const double det = aa * bb - ab * ab, d0 = (bb * p0 - ab * p1) / det, d1 = (aa * p1 - ab * p0) / det;
     xi[0] += d0;
     xi[1] += d1;
-    if (std::fabs(d0) + std::fabs(d1) < 1e-12) return;
+    const double moved = std::fabs(d0) + std::fabs(d1);
+    if (moved < 1e-12) return;
+    if (!all && f.n == 4 && std::max(std::fabs(xi[0]), std::fabs(xi[1])) > 1.0 + 4.0 * moved) return;
   }
 }
 
@@ -188,7 +191,7 @@ double hit_at(const MasterFace& f, const double* p, const double* xi, Hit& hit)
 double contact_nearest(const MasterFace& f, const double* p, bool& over, Hit& hit)
 {
   double xi[2];
-  project(f, p, xi);
+  project(f, p, false, xi);
   over = on_face(f, xi);
   if (over) {
     const double distance2 = hit_at(f, p, xi, hit);
@@ -236,7 +239,7 @@ bool contact_hold(const MasterFace& f, const double* p, Hit& hit)
   if (over) return true;
   double xi[2];
   Hit beside;
-  project(f, p, xi);
+  project(f, p, true, xi);
   const double beside2 = hit_at(f, p, xi, beside) - beside.gap * beside.gap;
   if (beside2 <= RIM2 * f.size * f.size) hit = beside;       // else Newton's method did not converge
   return true;

@@ -204,12 +204,14 @@ void take_cylinder(FaceNow& a)
 // Of the size of a face with a cylinder: largest difference between the height over its centre and the gap
 const double HEIGHT_TOL = 0.06;
 
-bool outside_cylinder(const FaceNow& a, const double* p, double reach)
+// is p further than reach from face a, or beside it?
+//   in   gap   |gap| to a face that p lies over: no face whose gap is larger is of interest
+bool out_of_range(const FaceNow& a, const double* p, double reach, double gap)
 {
   const double r[3] = {p[0] - a.x[0], p[1] - a.x[1], p[2] - a.x[2]};
-  const double height = r[0] * a.n[0] + r[1] * a.n[1] + r[2] * a.n[2];
-  if (a.radius2 < 1e300 && (height > reach + HEIGHT_TOL * a.f.size ||
-                            height < -(CONTACT_DEEPEST + HEIGHT_TOL) * a.f.size))
+  const double height = r[0] * a.n[0] + r[1] * a.n[1] + r[2] * a.n[2], margin = HEIGHT_TOL * a.f.size;
+  if (a.radius2 < 1e300 && (height > std::min(reach, gap) + margin ||
+                            height < -std::min(CONTACT_DEEPEST * a.f.size, gap) - margin))
     return true;
   return r[0] * r[0] + r[1] * r[1] + r[2] * r[2] - height * height > a.radius2;
 }
@@ -281,13 +283,15 @@ void search_point(GeneralSearch& g, int b, const IntVec& facing, std::vector<Hit
   const int i = g.bonds.contact.skin_of[b];
   std::copy_n(&g.xb[b * g.m.dim], g.m.dim, p);
   hits.clear();
+  double least = 1e300;        // |gap| to faces that p lies over
   for (int j : facing) {
     Hit hit;
     const double reach = g.scene.part * (g.face[i].f.size + g.face[j].f.size) + g.scene.travel;
-    if (outside_cylinder(g.face[j], p, reach)) continue;
+    if (out_of_range(g.face[j], p, reach, least)) continue;
     const Projection k = contact_meet(g.face[j].f, p, reach, hit);
     if (hit.beside && outside_corner(g, i, hit, p)) continue;
     contact_nearer(hit, k, kind, hits);
+    if (k == PROJ_OVER) least = std::min(least, std::fabs(hit.gap));
   }
   contact_equal(hits);
   const int met = g.bonds.contact.met[b];

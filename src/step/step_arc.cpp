@@ -154,7 +154,7 @@ double prescribed_part(const Problem& p, const Attempt& a, const RealVec& x)
   return a.arc.last ? set_correction(p, a.step, x) : extensions(p, a.arc, x);
 }
 
-// would the first correction bring the set to its displacement at the end, or beyond? the increment ends there
+// does the first correction bring the set to its displacement at the end, or beyond? it ends there then
 bool ends_at_set(const Problem& p, Attempt& a, double advance, const RealVec& unit)
 {
   const Step& s = a.step;
