@@ -224,8 +224,9 @@ int run(const Options& o)
   if (!out.from.empty() && !out_restart_load(model, out.from, state)) return EXIT_DECK;
   if (o.check) return check_only(problem);
   out_listing_open(model, out, state.reading);
-  if (!model.notes.passed.empty()) log_note("NOTE  cards that change nothing here: %s", model.notes.passed.c_str());
-  for (const std::string& t : model.notes.tied) log_note("%s", t.c_str());
+  const DeckNotes& notes = model.notes;
+  if (!notes.passed.empty()) log_note("NOTE  cards that change nothing here: %s", notes.passed.c_str());
+  for (const std::string& t : notes.tied) log_note("%s", t.c_str());
   if (!taken.empty()) log_warn("%s", taken.c_str());
   const int wrong = step_open(problem);
   log_gather();

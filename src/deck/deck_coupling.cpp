@@ -381,8 +381,8 @@ void couple(Deck& d, Model& m, const CouplingDef& c)
     for (const Weighed& w : node) b.node.push_back(w.node);
     m.rigid.push_back(b);
   }
-  m.notes.tied.push_back(text_format("%s  %s: %zu nodes follow node %d", keyword_of(c), c.name.c_str(), node.size(),
-                               m.mesh.node_label[c.ref]));
+  m.notes.tied.push_back(text_format("%s  %s: %zu nodes follow node %d", keyword_of(c), c.name.c_str(),
+                                     node.size(), m.mesh.node_label[c.ref]));
 }
 
 }  // namespace

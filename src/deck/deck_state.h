@@ -114,6 +114,9 @@ struct Later {
   std::function<void(Deck&, Model&)> run;
 };
 
+// *BULK VISCOSITY: coefficients as Abaqus/Explicit has them; not given, until deck_resolve
+const double BULK_LINEAR = 0.06, BULK_QUADRATIC = 1.2, NOT_GIVEN = -1.0;
+
 struct Deck {
   std::vector<DeckFile> file;
   std::vector<Reading> reading;

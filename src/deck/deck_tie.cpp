@@ -279,8 +279,8 @@ void tie(Deck& d, Model& m, const TieDef& def)
   add_equations(m, def, t);
   exclude(m, def);
   m.notes.tied.push_back(text_format("TIE  %s: %zu of %d slave nodes are tied, %.3g or less from their faces",
-                               def.name.c_str(), t.row.size(), t.nodes, t.gap) +
-                   (moved > 1e-12 * size ? text_format("; moved there by up to %.3g", moved) : ""));
+                                     def.name.c_str(), t.row.size(), t.nodes, t.gap) +
+                         (moved > 1e-12 * size ? text_format("; moved there by up to %.3g", moved) : ""));
 }
 
 }  // namespace

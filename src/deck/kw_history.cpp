@@ -119,6 +119,7 @@ void read_line(Card& card, const Model& model, std::vector<std::string>& names)
 void kw_history(Card& card, Model& model)
 {
   Deck& d = *card.deck;
-  model.output.history_at.frequency = card_param_int(card, "FREQUENCY", model.output.history_at.frequency, 1, 2147483647);
+  int& frequency = model.output.history_at.frequency;
+  frequency      = card_param_int(card, "FREQUENCY", frequency, 1, 2147483647);
   while (card_line(card)) read_line(card, model, d.column);
 }

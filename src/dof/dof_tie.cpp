@@ -15,13 +15,13 @@ void add_entry(SysMatrix& A, int i, int j, double value)
   if (i < j) std::swap(i, j);
   const int I = i / D, J = j / D;
   const auto first = A.col.begin() + A.off[I], last = A.col.begin() + A.off[I + 1];
-  const auto place = std::lower_bound(first, last, J);
-  MPFE_CHECK(place != last && *place == J, "an equation couples rows that the pattern does not");
-  A.val[static_cast<size_t>(place - A.col.begin()) * D * D + static_cast<size_t>(i % D) * D + j % D] += value;
+  const auto found = std::lower_bound(first, last, J);
+  MPFE_CHECK(found != last && *found == J, "an equation couples rows that the pattern does not");
+  A.val[static_cast<size_t>(found - A.col.begin()) * D * D + static_cast<size_t>(i % D) * D + j % D] += value;
 }
 
-// takes the row and the column of dof d out of A, which has zeros there afterwards
-//   out   row   its couplings with other dofs that are not zero
+// removes row and column of dof d from A, which are zero afterwards
+//   out   row   its nonzero couplings with other dofs
 //   returns the diagonal
 double take_row(SysMatrix& A, const ListTable& below, int d, std::vector<Coupling>& row)
 {
@@ -46,7 +46,7 @@ double take_row(SysMatrix& A, const ListTable& below, int d, std::vector<Couplin
   return dd;
 }
 
-// blocks under the diagonal in the columns of rows with dependent dofs: k and row, pair after pair
+// blocks below the diagonal in the columns of rows with dependent dofs: pairs of k and row
 ListTable blocks_below(const Dofs& s)
 {
   std::vector<char> wanted(s.rows.nrow, 0);

@@ -31,12 +31,14 @@ struct ElemBlock {
   RealVec w;                   // [kind][ngp] weight x volume                         length^3
   RealVec eas;                 // enhanced types: [kind][eas_size] modes and their inverse stiffness
   RealVec me;                  // [kind][pairs] mass, node pairs a >= b
-  RealVec place;               // LAW_COHESIVE: [kind][nen][dim] nodes, from the first one           length
+  RealVec place;               // opens: [kind][nen][dim] nodes, from the first one           length
   RealVec scatter;             // the same: [nelem] factor of strength and toughness; empty: 1
   RealVec omega2;              // explicit: [kind] square of the frequency of an element at rest (6.30)
   RealVec mean;                // explicit: [kind][nen*dim + 2] mean gradient, volume, size (6.35)
-  // cracks open against a cohesion; until then its elements are those of the short form
-  bool opens() const { return law.kind == LAW_COHESIVE; }
+  // cracks open against a cohesion
+  bool opens() const { return law.kind == LAW_COHESIVE || law.kind == LAW_COHESIVE_FLOW; }
+  // whole elements are those of the short form
+  bool short_form() const { return !general || law.kind == LAW_COHESIVE; }
   // place of the first Gauss point
   size_t gauss(size_t slot) const { return static_cast<size_t>(kind[slot]) * shape_info[shape].ngp; }
 };

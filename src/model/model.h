@@ -117,8 +117,8 @@ enum Split { SPLIT_RCE, SPLIT_VD, SPLIT_SPECTRAL, SPLIT_PRESSURE, SPLIT_NONE, SP
 
 // rows of the table in mat/law_step.cpp
 enum LawKind {
-  LAW_SVK, LAW_NEO_HOOKE, LAW_J2, LAW_DRUCKER_PRAGER, LAW_GRANULAR, LAW_COHESIVE, LAW_SPLIT, LAW_ORTHO,
-  LAW_OTHER, LAW_KINDS
+  LAW_SVK, LAW_NEO_HOOKE, LAW_J2, LAW_DRUCKER_PRAGER, LAW_GRANULAR, LAW_COHESIVE, LAW_COHESIVE_FLOW,
+  LAW_SPLIT, LAW_ORTHO, LAW_OTHER, LAW_KINDS
 };
 
 // law_flows : is it plasticity?
@@ -148,6 +148,9 @@ struct Material {
   bool breaks = false;         // an element of it can break
   Place place;
 };
+
+// cone_part : *DRUCKER PRAGER: cohesion of the cone over the stress of the test that its table is of    (2.39)
+double cone_part(const Material& m);
 
 struct Section {               // *SOLID SECTION
   int elset;
@@ -446,8 +449,8 @@ struct PrintRequest {          // *NODE PRINT, *EL PRINT
 // *STATIC, RIKS: loads follow the cracks that open                                                  (6.39)
 struct ArcControl {
   bool on = false;
-  // the step ends when the mean displacement of a set in a direction has reached end (set -1: not given), when
-  // the loads are whole, or have fallen away
+  // the step ends when the mean displacement of a set in a direction has reached end (set -1: not given),
+  // when the loads are whole, or have fallen away
   int nset = -1, direction = 0;
   double end = 0.0;            // length
 };

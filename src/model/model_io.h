@@ -259,12 +259,12 @@ inline void io(Archive& f, ArcControl& x)
 
 inline void io(Archive& f, Step& x)
 {
-  auto& [nlgeom, proc, period, dt, dt_min, dt_max, direct, arc, half_force, half_part, max_inc, scheme, scheme_given, beta, gamma, dissipation, alpha,
-         safety, bulk_linear, bulk_quadratic, balance, extrapolate, ctl, load, prescribed,
-         print, equation, place] = x;
-  io_fields<Step>(f, nlgeom, proc, period, dt, dt_min, dt_max, direct, arc, half_force, half_part, max_inc, scheme, scheme_given, beta, gamma, dissipation,
-                  alpha, safety, bulk_linear, bulk_quadratic, balance, extrapolate, ctl, load, prescribed,
-                  print, equation, place);
+  auto& [nlgeom, proc, period, dt, dt_min, dt_max, direct, arc, half_force, half_part, max_inc, scheme,
+         scheme_given, beta, gamma, dissipation, alpha, safety, bulk_linear, bulk_quadratic, balance,
+         extrapolate, ctl, load, prescribed, print, equation, place] = x;
+  io_fields<Step>(f, nlgeom, proc, period, dt, dt_min, dt_max, direct, arc, half_force, half_part, max_inc,
+                  scheme, scheme_given, beta, gamma, dissipation, alpha, safety, bulk_linear,
+                  bulk_quadratic, balance, extrapolate, ctl, load, prescribed, print, equation, place);
 }
 
 inline void io(Archive& f, HistoryDef& x)

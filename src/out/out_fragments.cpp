@@ -59,8 +59,7 @@ bool due(const FragmentsDef& d, const State& s, Output& out)
 }  // namespace
 
 // ---------------------------------------------------------------------------
-// out_fragments : the pieces at t(n) into JOB.frag when it is time, and at the end of the run into the
-// listing
+// out_fragments : writes the fragments at t(n) to JOB.frag when due, and at the end of the run to the listing
 // ---------------------------------------------------------------------------
 void out_fragments(const Model& m, const Elements& el, const State& s, bool last, Output& out)
 {

@@ -10,7 +10,7 @@
 
 namespace {
 
-const int EVERY = 100;         // explicit increments from one line of the listing to the next
+const int EVERY = 100;         // explicit increments per line of the listing
 
 bool leaps(const Model& m, const State& s)
 {
@@ -66,7 +66,7 @@ int out_open(const Model& m, const Elements& el, const State& s, const ActiveGri
 }
 
 // ---------------------------------------------------------------------------
-// out_increment : everything that the accepted state at t(n) asks for
+// out_increment : all output due for the accepted state at t(n)
 // ---------------------------------------------------------------------------
 void out_increment(const Model& m, const Elements& el, const State& s, const ActiveGrid& grid, Output& out)
 {
@@ -100,7 +100,7 @@ int out_close(const Model& m, const Elements& el, const State& s, const ActiveGr
   if (out.ero) out_file_close(out.ero, out.base + ".ero");
   if (out.dat) out_file_close(out.dat, out.base + ".dat");
 
-  if (!finished) out_listing_balance(out.lst, m, s);      // else the last step printed it
+  if (!finished) out_listing_balance(out.lst, m, s);      // else printed by the last step
   const int failed = out_check_end(m, el, s, finished, out);
   out_listing_phases(out.lst);
   out_listing_solver(out.lst, solver);

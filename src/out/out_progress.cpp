@@ -11,10 +11,10 @@ namespace {
 
 const double LINE_PAUSE = 1.0; // seconds between two lines
 
-// what has broken, and where the crack is
+// number of broken elements, and position of the crack tip
 std::string crack_text(const Model& m, const State& s, const Output& out)
 {
-  if (s.frac.neroded == 0 || out.tip.elem < 0) return "";      // a run that goes on: nothing has broken since
+  if (s.frac.neroded == 0 || out.tip.elem < 0) return "";      // a continued run: nothing has broken since
   char text[120];
   const double* x = out.tip.X;
   const int n = std::snprintf(text, sizeof text, "  tip (%.4g, %.4g", x[0], x[1]);
@@ -60,7 +60,7 @@ std::string out_clock_text(double seconds)
 }
 
 // ---------------------------------------------------------------------------
-// out_progress : one line a second on the terminal, written over the last one
+// out_progress : one line per second on the terminal, overwriting the last one
 // ---------------------------------------------------------------------------
 void out_progress(const Model& m, const State& s, Output& out)
 {

@@ -15,14 +15,15 @@
 
 namespace {
 
-const double PAUSE = 1.0;      // wall seconds from one row of explicit increments to the next
+const double PAUSE = 1.0;      // wall seconds between rows of explicit increments
 
 const char* const column_titles =
     "STEP     INC  ATT ITERS    TOTAL_TIME     STEP_TIME            DT   BROKEN    POINTS         WALL";
 
 double seconds(const Output& out) { return timer_wall() - out.status_start; }
 
-// is a row due? Explicit increments may be millions: one a second, the first and the last of a step
+// is a row due? There may be millions of explicit increments: one per second, the first
+// and the last of a step
 bool row_due(const Model& m, const State& s, const Output& out)
 {
   if (s.log.step == 0 || s.log.inc <= 1) return true;
@@ -46,7 +47,7 @@ struct StatusRow {
   double time = 0, dt = 0, wall = 0;
 };
 
-struct StatusFile {            // the last run that JOB.sta speaks of
+struct StatusFile {            // the last run in JOB.sta
   bool begun = false, ended = false;
   int code = -1;               // at its end
   int steps = 0;
@@ -108,7 +109,7 @@ std::string verdict(const std::string& base, const StatusFile& f, bool running, 
   return "stopped before its end, exit code " + std::to_string(f.code) + ": " + base + ".lst says why";
 }
 
-// where the run stands, and how far it is
+// present position and progress of the run
 void print_rows(std::FILE* file, const StatusFile& f, bool running, double age)
 {
   const StatusRow& r = f.last;
@@ -132,7 +133,7 @@ void print_rows(std::FILE* file, const StatusFile& f, bool running, double age)
 }  // namespace
 
 // ---------------------------------------------------------------------------
-// out_status_open : JOB.sta, which tells how far the run is; goes_on: after the rows that are there
+// out_status_open : JOB.sta, the progress of the run; goes_on: append to the existing rows
 // ---------------------------------------------------------------------------
 void out_status_open(const Model& m, bool goes_on, Output& out)
 {
@@ -172,7 +173,7 @@ void out_status_end(int code, Output& out)
 }
 
 // ---------------------------------------------------------------------------
-// out_status : mpfe --status JOB: does it run, how far is it, how did it end? The exit code is that of the
+// out_status : mpfe --status JOB: whether it runs, its progress, or its end. Returns the exit code of the
 // run, or STATUS_RUNNING; EXIT_RESOURCE without an end, EXIT_DECK without a run
 // ---------------------------------------------------------------------------
 int out_status(const std::string& job, std::FILE* file)

@@ -113,7 +113,7 @@ Failure find_missed_contact(Problem& p)
   const MeshPart& part = p.m.part;
   if (model_general_contact(p.m) < 0 || (st.bonds.contact.skin.empty() && !part.window)) return STATUS_OK;
   if (part.on) halo_copy(part.halo, p.m.dim, st.np1.u);        // nodes of outer elements
-  if (part.window) point_tell_corners(st.points, p.m.dim, {&st.np1.uc});
+  if (part.window) point_copy_corners(st.points, p.m.dim, {&st.np1.uc});
   double most = 0.0;
   for (size_t i = 0; i < st.n.u.size(); ++i) most = std::max(most, std::fabs(st.np1.u[i] - st.n.u[i]));
   for (size_t i = 0; i < st.n.uc.size(); ++i) most = std::max(most, std::fabs(st.np1.uc[i] - st.n.uc[i]));

@@ -252,7 +252,7 @@ int step_open(Problem& p)
   st.n.hp.assign(static_cast<size_t>(st.points.npoint) * p.d.point_law.history, 0.0);
   st.grid_rf.assign(m.grid_bc.size() * m.dim, 0.0);
   errors = start_values(m, st);
-  point_tell_corners(st.points, m.dim, {&st.n.uc, &st.n.vc});
+  point_copy_corners(st.points, m.dim, {&st.n.uc, &st.n.vc});
   rigid_start(m, st.n.u, st.n.v);
   start_ties(m, st.n);
   if (errors == 0) errors = start_equations(m, st.n);

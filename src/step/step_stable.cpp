@@ -74,7 +74,7 @@ Failure mass_inverse(const Dofs& s, const RealVec& f, bool points, RealVec& y)
 }
 
 // square of the largest frequency of M^-1 K by Lanczos' method; MASS_FAILED: of as many vectors as there
-// were. The masses of debris may be singular to rounding, and a difference of forces is rounding there  (6.32)
+// were. The masses of debris may be singular to rounding; a difference of forces is rounding there     (6.32)
 Failure measure(Problem& p, const Step& s, double& omega2)
 {
   const Dofs& d = p.dofs;
